@@ -1,0 +1,129 @@
+# rimwatch: everything is built in $(BUILD)/. `make help` lists the targets.
+
+VERSION := 0.1.0
+
+BUILD ?= build
+PREFIX ?= /usr/local
+DESTDIR ?=
+CROSS_COMPILE ?=
+OPT ?= -O2
+SANITIZE ?=
+TEST_JOBS ?= 2
+
+ifeq ($(origin CC),default)
+CC := $(CROSS_COMPILE)gcc
+endif
+ifeq ($(origin CXX),default)
+CXX := $(CROSS_COMPILE)g++
+endif
+ifeq ($(origin AR),default)
+AR := $(CROSS_COMPILE)ar
+endif
+NM ?= $(CROSS_COMPILE)nm
+SIZE ?= $(CROSS_COMPILE)size
+
+WARNINGS := -Wall -Wextra -Wconversion -Wshadow -Werror
+comma := ,
+SANITIZER_FLAGS := $(if $(SANITIZE),-g -fsanitize=address$(comma)undefined -fno-sanitize-recover=all)
+# Set from outside for a target: -mcpu=..., -static, ...
+EXTRA_CFLAGS ?=
+EXTRA_LDFLAGS ?=
+
+.DEFAULT_GOAL := all
+.DELETE_ON_ERROR:
+.SUFFIXES:
+MAKEFLAGS += --no-builtin-rules
+
+include lib/Dir.mk
+include firmware/Dir.mk
+include host_tools/Dir.mk
+include tests/Dir.mk
+include data/Dir.mk
+
+.PHONY: help deps all demo test bench size install clean check FORCE
+
+help: ## this list
+	@awk -F':.*## ' '/^[a-z_]+:.*## /{printf "  make %-10s %s\n", $$1, $$2}' \
+	  Makefile lib/Dir.mk firmware/Dir.mk host_tools/Dir.mk tests/Dir.mk data/Dir.mk
+	@echo "Variables: BUILD=$(BUILD) PREFIX=$(PREFIX) DESTDIR=$(DESTDIR) CROSS_COMPILE=$(CROSS_COMPILE) CC=$(CC) CXX=$(CXX) OPT=$(OPT) SANITIZE=$(SANITIZE)"
+
+DEB_PACKAGES := gcc g++ make binutils python3 libeigen3-dev liblcm-dev liblcm-bin libcmocka-dev \
+  libccd-dev libnanoflann-dev libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libfmt-dev \
+  libboost-dev gnuplot-nox
+DEB_CHECK_PACKAGES := cppcheck clang-format
+
+# $(call install_missing,PACKAGES): a machine that has them all is not touched.
+define install_missing
+	@command -v dpkg-query >/dev/null || \
+	  { echo "deps: not a Debian machine; needed are: $(1)" >&2; exit 0; }; \
+	missing=; for p in $(1); do \
+	  dpkg-query -W -f='$${Status}\n' $$p 2>/dev/null | grep -q 'install ok installed' || \
+	    missing="$$missing $$p"; \
+	done; \
+	if [ -n "$$missing" ]; then \
+	  echo "deps: installing$$missing"; \
+	  sudo=; [ "$$(id -u)" = 0 ] || sudo=sudo; \
+	  $$sudo apt-get update -q && \
+	  $$sudo env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends $$missing || \
+	  { echo "deps: could not install$$missing (root or sudo, and a network, are needed)" >&2; exit 1; }; \
+	fi
+endef
+
+deps: ## install the Debian packages that are missing (root or sudo)
+	$(call install_missing,$(DEB_PACKAGES))
+
+# Nothing may be compiled before its packages are there, also under -j.
+demo test: deps
+ifneq ($(filter demo test,$(MAKECMDGOALS)),)
+$(BUILD)/flags.host $(BUILD)/flags.lib: | deps
+endif
+
+# Recompile when a flag changes: the stamp's content is the flags, its date changes only with them.
+define flags_stamp
+	@mkdir -p $(@D)
+	@printf '%s\n' '$(subst ','\'',$(1))' | cmp -s - $@ || printf '%s\n' '$(subst ','\'',$(1))' > $@
+endef
+
+all: lib $(if $(CROSS_COMPILE),,host) firmware ## the library build/librim.a and the tool build/rim
+
+demo: all ## learn 50 landings, replay one healthy and three faulty ones, hear the alarms over LCM
+	RIM=$(BUILD)/rim BUILD=$(BUILD) host_tools/demo/demo.sh
+
+test: ## every test; the last line counts them
+	@$(MAKE) --no-print-directory -j$(TEST_JOBS) test-run
+
+bench: all ## speed, memory and detection figures
+	$(BUILD)/rim bench
+
+clean: ## remove everything built
+	rm -rf $(BUILD)
+
+install: all ## into $(DESTDIR)$(PREFIX): bin lib include share
+	install -d $(DESTDIR)$(PREFIX)/bin $(DESTDIR)$(PREFIX)/lib/pkgconfig $(DESTDIR)$(PREFIX)/include/rim \
+	  $(DESTDIR)$(PREFIX)/share/rimwatch/wire
+	$(if $(CROSS_COMPILE),,install -m 755 $(BUILD)/rim $(DESTDIR)$(PREFIX)/bin/rim)
+	install -m 644 $(BUILD)/librim.a $(DESTDIR)$(PREFIX)/lib/librim.a
+	install -m 644 lib/include/rim/*.h $(DESTDIR)$(PREFIX)/include/rim/
+	install -m 644 lib/wire/*.lcm lib/wire/*.dbc $(DESTDIR)$(PREFIX)/share/rimwatch/wire/
+	sed -e 's|@PREFIX@|$(PREFIX)|' -e 's|@VERSION@|$(VERSION)|' lib/rimwatch.pc.in \
+	  > $(DESTDIR)$(PREFIX)/lib/pkgconfig/rimwatch.pc
+	set -e; for f in $(DATA_FILES); do \
+	  install -D -m 644 data/$$f $(DESTDIR)$(PREFIX)/share/rimwatch/$$f; done
+
+size: lib $(if $(CROSS_COMPILE),,host) ## code size, static RAM, stack and the RAM of a monitor
+	@lib/size.sh "$(SIZE)" $(BUILD)
+	@$(if $(CROSS_COMPILE),,$(BUILD)/rim bench --memory || echo "monitor RAM: 'rim bench --memory' failed")
+
+check: check-deps lib ## cppcheck, style, forbidden symbols, and the tests under the sanitizers
+	tests/style.sh
+	cppcheck --quiet --error-exitcode=1 --inline-suppr --std=c11 \
+	  --enable=warning,performance,portability -Ilib/include lib/src
+	cppcheck --quiet --error-exitcode=1 --inline-suppr --std=c++17 --language=c++ -j2 \
+	  --enable=warning,performance,portability -Ilib/include -Ihost_tools host_tools
+	@$(MAKE) --no-print-directory -j$(TEST_JOBS) BUILD=$(BUILD)/sanitize SANITIZE=1 OPT=-O1 test-run
+
+.PHONY: check-deps
+check-deps: deps
+	$(call install_missing,$(DEB_CHECK_PACKAGES))
+
+FORCE:

@@ -1,0 +1,29 @@
+# librim.a: every lib/src/*.c, freestanding in spirit: no heap, stdio, libm, recursion or VLA.
+
+LIB_SRC := $(sort $(wildcard lib/src/*.c))
+LIB_OBJ := $(LIB_SRC:%.c=$(BUILD)/%.o)
+
+# No function of the library may need more stack than this (an optimised build of gcc; the
+# sanitizers and -O0 pad frames).
+LIB_STACK_LIMIT := 4096
+LIB_STACK := $(if $(SANITIZE)$(filter -O0,$(OPT)),,$(if $(findstring clang,$(CC)),,-Wstack-usage=$(LIB_STACK_LIMIT)))
+
+LIB_CFLAGS = -std=c11 $(OPT) -ffp-contract=off -fno-math-errno $(WARNINGS) -Wvla -Wstrict-prototypes \
+  -Wmissing-prototypes $(LIB_STACK) $(SANITIZER_FLAGS) $(EXTRA_CFLAGS) -Ilib/include -Ilib/src
+
+.PHONY: lib
+lib: $(BUILD)/librim.a
+
+$(BUILD)/flags.lib: FORCE
+	$(call flags_stamp,$(CC) $(LIB_CFLAGS))
+
+$(BUILD)/lib/src/%.o: lib/src/%.c $(BUILD)/flags.lib
+	@mkdir -p $(@D)
+	$(CC) $(LIB_CFLAGS) $(if $(findstring clang,$(CC)),,-fstack-usage) -MMD -MP -c $< -o $@
+
+$(BUILD)/librim.a: $(LIB_OBJ) lib/check_symbols.sh
+	@rm -f $@
+	$(AR) rcsD $@ $(LIB_OBJ)
+	@$(if $(SANITIZE),true,lib/check_symbols.sh "$(NM)" $@ $(if $(CROSS_COMPILE),cross))
+
+-include $(LIB_OBJ:.o=.d)

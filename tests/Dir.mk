@@ -1,0 +1,45 @@
+# tests/lib/test_X.c tests lib/src/X.c; tests/host/test_*.cpp test the host tools;
+# tests/cli/*.sh run the commands end to end.
+
+TEST_LIB_SRC := $(sort $(wildcard tests/lib/test_*.c))
+TEST_HOST_SRC := $(sort $(wildcard tests/host/test_*.cpp))
+TEST_CLI := $(sort $(wildcard tests/cli/*.sh))
+TEST_LIB_BIN := $(TEST_LIB_SRC:%.c=$(BUILD)/%)
+TEST_HOST_BIN := $(TEST_HOST_SRC:%.cpp=$(BUILD)/%)
+
+TEST_CFLAGS = -std=c11 $(OPT) -ffp-contract=off $(WARNINGS) $(SANITIZER_FLAGS) -Ilib/include -Ilib/src -Itests/lib
+
+.PHONY: test-run test-build test-missing
+test-missing:
+	@fail=0; for s in $(LIB_SRC); do m=$$(basename $$s .c); \
+	  [ -f tests/lib/test_$$m.c ] || { echo "$$s has no tests/lib/test_$$m.c" >&2; fail=1; }; \
+	done; exit $$fail
+
+test-build: test-missing $(TEST_LIB_BIN) $(TEST_HOST_BIN) host
+
+# One test at a time per job; the commands are run one after another, last.
+test-run: test-build
+	@RIM=$(abspath $(BUILD)/rim) BUILD=$(abspath $(BUILD)) MAKE=$(MAKE) SANITIZE=$(SANITIZE) TEST_JOBS=$(TEST_JOBS) \
+	  tests/run.sh $(TEST_LIB_BIN) $(TEST_HOST_BIN) -- $(TEST_CLI)
+
+$(BUILD)/flags.test: FORCE
+	$(call flags_stamp,$(CC) $(TEST_CFLAGS))
+
+# lcm-gen's own encoders, which test_alarm_lcm holds ours to.
+WIRE_TYPES := $(sort $(wildcard lib/wire/*.lcm))
+LCMGEN_SRC := $(WIRE_TYPES:lib/wire/%.lcm=$(BUILD)/lcmgen/%.c)
+$(BUILD)/lcmgen/%.c: lib/wire/%.lcm
+	@mkdir -p $(@D)
+	lcm-gen -c --c-no-pubsub --c-cpath $(@D) --c-hpath $(@D) $<
+$(BUILD)/tests/lib/test_alarm_lcm: $(LCMGEN_SRC)
+$(BUILD)/tests/lib/test_alarm_lcm: TEST_EXTRA = -isystem $(BUILD)/lcmgen $(LCMGEN_SRC) -Wno-conversion -Wno-unused-parameter
+
+$(BUILD)/tests/lib/%: tests/lib/%.c $(BUILD)/librim.a $(BUILD)/flags.test
+	@mkdir -p $(@D)
+	$(CC) $(TEST_CFLAGS) -MMD -MP -MF $@.d $< $(TEST_EXTRA) -o $@ $(BUILD)/librim.a -lcmocka -lm
+
+$(BUILD)/tests/host/%: tests/host/%.cpp $(HOST_OBJ_TEST) $(BUILD)/librim.a $(BUILD)/flags.host
+	@mkdir -p $(@D)
+	$(CXX) $(HOST_CXXFLAGS) -MMD -MP -MF $@.d $< -o $@ $(HOST_OBJ_TEST) $(BUILD)/librim.a -lcmocka $(HOST_LIBS)
+
+-include $(TEST_LIB_BIN:=.d) $(TEST_HOST_BIN:=.d)
