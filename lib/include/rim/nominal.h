@@ -1,18 +1,18 @@
-/* rim/nominal.h - the nominal model in flight: mean and standard deviation of every outcome in a context.
+/* rim/nominal.h - the nominal model: mean and standard deviation of every outcome in a context.
  *
  * The compressed kernel model of eq. 4.13 and 4.14 (p. 63): a few prototypes stand for the training
  * rows. Order 0 keeps a mean and a variance per prototype (the kernel average itself, compressed);
  * order 1 keeps a local-linear map per prototype, which follows the state instead of averaging it.
  *
- * A model is one section of the flight image, read in place and never copied; any number of views may
- * share it. The writer is rim::nominal_section() in host_tools/train/fit.hpp.
+ * A model is one section of the flight image, read in place and never copied; any number of views
+ * may share it. The writer is rim::nominal_section() in host_tools/train/fit.hpp.
  *
  * Section, little endian, 4-byte aligned:
  *   u32  layout (RIM_NOMINAL_LAYOUT), inputs d, outputs o, prototypes P, top K, order, 0, 0
  *   f32  centre[d], inverse_scale[d]   xs = (x - centre) * inverse_scale
  *   f32  gate_weight[d]                weight of an input in the gate's distance; 0: does not gate
  *   f32  per prototype p = 0..P-1:
- *          bandwidth h > 0, reach > 0 (distance that holds the training rows nearest to p), ln_mass, 0
+ *          bandwidth h > 0, reach > 0 (holds the training rows nearest to p), ln_mass, 0
  *          prototype centre[d]         standardised
  *          variance[o] > 0             of the residual (order 1) or of the outcome (order 0)
  *          offset b[o]                 in the outcome's unit
@@ -65,24 +65,25 @@ typedef struct rim_nominal {
  * RIM_E_SIZE         bytes is above what they need.
  * RIM_E_VERSION      another layout.
  * RIM_E_RANGE        a dimension out of its range, or a reserved word not 0.
- * RIM_E_DATA         a value that is not finite, or a scale, bandwidth, reach or variance not above 0.
+ * RIM_E_DATA         a value not finite, or a scale, bandwidth, reach or variance not above 0.
+ *
  * On any error the view is left as it was. Cost O(bytes); stack below 200 bytes. */
 rim_status rim_nominal_open(rim_nominal *model, const uint8_t *section, size_t bytes);
 
 /* Predicts the outcomes in context x: eq. 4.13 for the mean, eq. 4.14 (diagonal) for the deviation,
- * over the K prototypes of largest gate weight exp(ln_mass - |g (xs - c_p)|^2 / 2h_p^2), ties by index,
- * normalised over those K. Weights are taken relative to the largest, so that a context far from all
- * prototypes is predicted by the nearest instead of dividing by zero.
+ * over the K prototypes of largest gate weight exp(ln_mass - |g (xs - c_p)|^2 / 2h_p^2), ties by
+ * index, normalised over those K. Weights are taken relative to the largest, so that a context far
+ * from all prototypes is predicted by the nearest instead of dividing by zero.
  *
  * x[inputs]          in the units of training. Standardised values beyond +-1e6 are clamped.
  * mean[outputs]      in the outcomes' units.
  * sd[outputs]        standard deviation, > 0; order 0 includes the spread between the prototypes.
- * extrapolation      may be NULL: distance to the nearest prototype over its reach; at most 1 for what
- *                    was trained, well above 1 in a context that never was.
+ * extrapolation      may be NULL: distance to the nearest prototype over its reach; at most 1 for
+ *                    what was trained, well above 1 in a context that never was.
  *
  * RIM_OK; RIM_E_ARGUMENT null pointer or unopened view; RIM_E_DATA an input that is not finite.
- * On any error nothing is written. Cost P d + K o d multiply-adds and K + P exponentials at most
- * (16*29 + 4*25*29 = 3364 on the lander); stack below 2.5 kB. */
+ * On any error nothing is written. Cost P d + K o d multiply-adds, P divisions and K exponentials
+ * (16*29 + 4*25*29 = 3364 multiply-adds on the lander); stack below 3 kB. */
 rim_status rim_nominal_predict(const rim_nominal *model, const double *x, double *mean, double *sd,
                                double *extrapolation);
 

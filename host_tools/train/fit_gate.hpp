@@ -1,0 +1,46 @@
+// Where the prototypes stand and how loudly each speaks in a context.
+#ifndef RIM_TRAIN_FIT_GATE_HPP
+#define RIM_TRAIN_FIT_GATE_HPP
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "train/fit.hpp"
+
+namespace rim {
+
+// Rows [begin, end) of one run.
+struct RunSpan {
+  std::size_t begin, end;
+};
+std::vector<RunSpan> run_spans(const std::vector<std::uint32_t> &run);
+
+// Calls work(i) for i in [0, count) on `threads` threads, each a contiguous share: no result may
+// depend on which thread computed it. Rethrows the first exception of the lowest share.
+void parallel_for(std::size_t count, std::uint32_t threads,
+                  const std::function<void(std::size_t)> &work);
+
+// The top-K gate weights of many rows, row-major n x top; index of the prototype beside it.
+struct Gates {
+  std::uint32_t top = 0;
+  std::vector<std::uint8_t> index;
+  std::vector<double> weight;
+};
+
+// Centre and inverse scale of the inputs, rounded to single precision; constant inputs get scale 1.
+void standardise_inputs(const Matrix &x, NominalModel &model);
+Matrix standardised(const NominalModel &model, const Matrix &x);
+
+// k-means++ and Lloyd on the standardised rows; sets prototypes (rounded), radius[p] = rms distance of
+// the rows nearest to p, ln_mass = 0 and reach = 0.
+Eigen::VectorXd place_prototypes(const Matrix &xs, std::uint32_t count, std::uint64_t seed,
+                                 NominalModel &model);
+
+// Gates of rows [begin, end) of the standardised inputs written at their own place in `gates`;
+// raises reach_squared[p] to the largest squared distance among the rows nearest to p.
+void open_gates(const NominalModel &model, const Matrix &xs, RunSpan rows, Gates &gates,
+                Eigen::VectorXd *reach_squared);
+
+} // namespace rim
+#endif
