@@ -1,0 +1,73 @@
+// log/log.hpp - a log: time, columns with a role, values by row; CSV in and out.
+//
+// The prefix of a column's name is its role, a known suffix its unit ("s.altitude_m"):
+//   t_s  time;  x. context;  u. command (context);  s. sensor (context now, outcome at the next row);
+//   z. measured outcome with m. predicted mean and sd. predicted standard deviation of the same name.
+// Any other column is ignored, with one warning that names them. Lines that begin with '#' are
+// comments. Rows count from 1 after the header.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+namespace rim {
+
+enum class Role { context, command, sensor, outcome, mean, sd };
+
+struct Column {
+  std::string name; // with prefix, e.g. "s.altitude_m"
+  std::string unit; // "m/s"; empty: none or not known
+  Role role;
+};
+
+using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+struct Log {
+  std::string path;
+  std::vector<Column> columns;
+  std::vector<double> t_s;        // strictly increasing
+  Matrix values;                  // rows x columns.size(), all finite
+  std::vector<std::uint32_t> row; // data row in the file, from 1
+  std::uint32_t rows_in_file = 0;
+  std::uint32_t rows_skipped = 0;  // a value missing or not finite, or a bad time where tolerated
+  std::uint32_t rows_filtered = 0; // left out on purpose by the schema
+  std::vector<std::string> comments; // written and read as '# ...' lines before the header
+};
+
+struct Schema; // log/schema.hpp
+
+struct ReadOptions {
+  bool skip_bad_time = false; // skip and count rows whose time repeats or runs backwards
+  std::FILE *warnings = stderr;
+  // Names, with prefix, of the values of RIM_OBSERVATION in an LCM event log, which carries none.
+  std::vector<std::string> observation_names;
+};
+
+// Reads a CSV log, or an LCM event log (told by its first bytes). Throws DataError naming file, row,
+// column and reason: missing file, folder, empty, header only, no t_s, wrong number of fields, text
+// in a number, z. without m., time that repeats or runs backwards. A row with an empty, NaN or
+// infinite value is skipped and counted; the first is named in a warning.
+Log read_log(const std::string &path, const Schema *schema = nullptr);
+Log read_log(const std::string &path, const Schema *schema, const ReadOptions &options);
+
+// Writes CSV atomically: times with 12, values with 9 significant digits.
+void write_log(const Log &log, const std::string &path);
+
+// The unit that a name's suffix says ("s.climb_mps": "m/s"); empty when none is known.
+std::string unit_of_name(const std::string &name);
+// False for an unknown prefix or an empty name.
+bool role_of_name(const std::string &name, Role &role);
+// "s.altitude_m" with its prefix and unit suffix taken off, in words: "altitude".
+std::string plain_name(const std::string &name);
+
+// Index into columns; -1 when there is none.
+int find_column(const Log &log, const std::string &name);
+// Columns of role context, command and sensor, in file order.
+std::vector<int> feature_columns(const Log &log);
+// Columns of one role, in file order.
+std::vector<int> role_columns(const Log &log, Role role);
+
+} // namespace rim

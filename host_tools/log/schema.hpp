@@ -1,0 +1,67 @@
+// log/schema.hpp - maps a foreign log to roles, units and rates; read from TOML.
+//
+//   schema = "rim-schema/1"
+//   delimiter = ","            # default
+//   resample_hz = 20           # optional: rows on a regular grid
+//   resample = "hold"          # "hold" (default: causal) or "linear"
+//   max_gap_s = 1.0            # no grid rows inside a longer gap (default: 10 periods)
+//   observation = ["s.a_m"]    # names of the values of RIM_OBSERVATION in an LCM event log
+//   [time]                     # default: t_s
+//   column = "TIME" ; scale = 1e-6 ; offset = 0
+//   [[column]]                 # value = scale * field + offset
+//   from = "ALT" ; name = "s.altitude_m" ; scale = 0.3048 ; unit = "m"
+//   [[keep]]                   # a row is kept when every [[keep]] holds; before all other checks
+//   column = "phase" ; values = ["aero", "landing_burn"]
+//   [[keep]]
+//   column = "ALT" ; min = 0 ; max = 60000       # in the file's own unit
+//   [[derive]]                 # trailing rate of change; rows before a full window are left out
+//   name = "s.climb_mps" ; from = "ALT" ; kind = "rate" ; window_s = 5 ; order = 2 ; scale = 1
+//
+// Columns of the file that already carry a role prefix are kept as they are.
+#pragma once
+
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace rim {
+
+struct ColumnMap {
+  std::string from, name, unit;
+  double scale = 1.0, offset = 0.0;
+};
+
+struct KeepRule {
+  std::string column;
+  std::vector<std::string> values; // empty: any
+  double min = -std::numeric_limits<double>::infinity();
+  double max = std::numeric_limits<double>::infinity();
+  bool bounded = false; // min or max was given
+};
+
+// Slope of the least-squares polynomial (order 1 or 2) over the rows of the last window_s, at the
+// newest of them.
+struct DeriveRule {
+  std::string name, from, unit;
+  double window_s = 1.0, scale = 1.0;
+  int order = 1;
+};
+
+struct Schema {
+  std::string path;
+  char delimiter = ',';
+  double resample_hz = 0.0; // 0: rows as they come
+  bool resample_linear = false;
+  double max_gap_s = 0.0; // 0: ten periods
+  ColumnMap time{"t_s", "t_s", "s", 1.0, 0.0};
+  std::vector<ColumnMap> columns;
+  std::vector<KeepRule> keep;
+  std::vector<DeriveRule> derive;
+  std::vector<std::string> observation;
+};
+
+// DataError names the file, the line where TOML is broken, or the key that is wrong; an unknown key
+// is an error.
+Schema read_schema(const std::string &path);
+
+} // namespace rim
