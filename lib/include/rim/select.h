@@ -1,0 +1,174 @@
+/* rim/select.h - FS-RIM: which features, and which region of them, deviate most (thesis ch. 4).
+ *
+ * Online form (rim_select_*): the default, what the monitor runs. Observations come one by one; the
+ * search goes on in bounded slices between them. It keeps
+ *   - 1-D tables over everything seen: every feature, bin and channel (rim/bins.h);
+ *   - a ring of the latest observations, features as bytes, to backfill what the search turns to;
+ *   - the best interval of every (feature, channel), rescanned round robin (App. A, p. 115);
+ *   - an edge sweep: a strong one-dimensional base as a mask, the exact conditional interval of each
+ *     other feature: H3 (eq. 4.5, p. 52);
+ *   - a pool of active (feature, feature, channel) triples, each a grid of prefix sums and a small
+ *     population of ellipses. The population moves by differential evolution with Metropolis
+ *     acceptance at temperature 1, so it both climbs to the most anomalous ellipse and, once there,
+ *     is a sample of the posterior over ellipses (prior flat, likelihood ratio eq. 3.1). Membership
+ *     of a point is the average over that sample.
+ * Hypotheses have 0 (everywhere), 1 (interval) or 2 (ellipse) features.
+ *
+ * Statistics: residuals r[c] have nominal variance 1. Over a region that holds n observations of sum
+ * S, nominal Var(S) = a_c n + n * sum_k n_k b_{c,f,k} for an interval of bins k of feature f, and
+ * a_c n + b_c n^2 everywhere and in ellipses; ln anom F = S^2 / (2 Var(S)), which with a = 1, b = 0 is
+ * eq. 3.7 (p. 28).
+ *
+ * Everything is deterministic: fixed order, random numbers from the configured seed and a counter. An
+ * engine is one flat block of memory without pointers into itself: copy its bytes elsewhere, and the
+ * copy goes on as the original would (see rim_select_attach). */
+#ifndef RIM_SELECT_H
+#define RIM_SELECT_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "rim/region.h"
+#include "rim/status.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define RIM_SELECT_MAX_FEATURES 128
+#define RIM_SELECT_MAX_CHANNELS 128
+#define RIM_SELECT_MAX_BINS 32
+#define RIM_SELECT_MAX_GRID 64
+#define RIM_SELECT_MAX_PAIRS 16
+#define RIM_SELECT_MAX_RING 4096
+#define RIM_SELECT_CHAINS 24   /* ellipses a pair */
+#define RIM_SELECT_CLIP 63.0   /* residuals are clipped to +-63 standard deviations */
+
+#define RIM_SELECT_DEFAULT_RING 512
+#define RIM_SELECT_DEFAULT_BINS 16
+#define RIM_SELECT_DEFAULT_GRID 32
+#define RIM_SELECT_DEFAULT_PAIRS 6
+#define RIM_SELECT_DEFAULT_SCANS 16
+#define RIM_SELECT_DEFAULT_EDGES 24
+#define RIM_SELECT_DEFAULT_MOVES 48
+
+/* Zero-initialise, then fill. */
+typedef struct rim_select_config {
+  uint16_t features; /* 1..128 */
+  uint16_t channels; /* 1..128; 0: 1 */
+  uint16_t ring;     /* observations kept for backfill, 16..4096; 0: 512 */
+  uint16_t bins;     /* a feature, 4..32; 0: 16 */
+  uint16_t grid;     /* cells a side, 8..64; 0: 32 */
+  uint16_t pairs;    /* active pairs, 1..16; 0: 6 (with one feature none is used) */
+  /* Work of one unit of budget (rim_select_work): */
+  uint16_t scans; /* (feature, channel) slices rescanned; 0: 16 */
+  uint16_t edges; /* conditional intervals H3; 0: 24 */
+  uint16_t moves; /* ellipses proposed and evaluated; 0: 48 */
+  uint64_t seed;
+  const float *a;       /* [channels], > 0; NULL: 1. Copied. */
+  const float *b;       /* [channels], >= 0; NULL: 0. Copied. */
+  const uint8_t *bin_b; /* f32 little-endian [channels][features][bins], >= 0; NULL: b_c instead of
+                           every b_{c,f,k}. Not copied: must outlive the engine, see
+                           rim_select_attach. */
+} rim_select_config;
+
+/* A hypothesis: this channel's mean is shifted in this region. */
+typedef struct rim_candidate {
+  uint8_t dims;     /* 0..2; region.dims equals it */
+  uint16_t channel;
+  rim_region region; /* over unit features; dims 1 is the interval as an ellipsoid, bounds exact */
+  double n;          /* observations inside */
+  double s;          /* sum of their residuals; s / n is the most likely shift (eq. 3.6) */
+  double ln_anom;    /* F, natural logarithm of eq. 3.1 */
+  double score;      /* ln_anom * scale_c - offset_c, less a penalty for the number of features */
+  uint32_t since;    /* index (from 0) of the earliest observation in the ring inside the region;
+                        UINT32_MAX: none */
+} rim_candidate;
+
+/* Counted since init: what was done, for tests of the bound and for bench. */
+typedef struct rim_select_effort {
+  uint32_t observations;
+  uint32_t units;
+  uint32_t scans;
+  uint32_t edges;
+  uint32_t moves;     /* ellipses evaluated */
+  uint32_t backfills; /* pairs filled from the ring; at most 1 a unit */
+} rim_select_effort;
+
+typedef struct rim_select rim_select;
+
+#define RIM_SELECT_HEADER_BYTES 4096u /* at least sizeof of the private header; checked in select.c */
+#define RIM_SELECT_ROUND8(bytes) ((((size_t)(bytes)) + 7u) / 8u * 8u)
+/* Bytes of one engine; a constant expression. Every argument explicit (not 0). */
+#define RIM_SELECT_SIZE(features, channels, ring, bins, grid, pairs)                               \
+  (RIM_SELECT_HEADER_BYTES +                                                                       \
+   RIM_SELECT_ROUND8(4u * (size_t)(features) * (size_t)(bins) * (size_t)(channels)) +              \
+   RIM_SELECT_ROUND8(2u * (size_t)(features) * (size_t)(bins)) +                                   \
+   RIM_SELECT_ROUND8((size_t)(ring) * (size_t)(features)) +                                        \
+   RIM_SELECT_ROUND8((size_t)(ring) * 2u * (size_t)(channels)) +                                   \
+   RIM_SELECT_ROUND8((size_t)(features) * (size_t)(channels) * 8u) +                               \
+   RIM_SELECT_ROUND8((size_t)(channels) * 48u) +                                                   \
+   (size_t)(pairs) * (RIM_SELECT_ROUND8(6u * (size_t)(grid) * ((size_t)(grid) + 1u)) + 1024u))
+
+/* Bytes for this configuration, defaults filled in. RIM_E_ARGUMENT: NULL; RIM_E_CONFIG: a count out of
+ * range; *bytes unchanged on error. */
+rim_status rim_select_size(const rim_select_config *config, size_t *bytes);
+
+/* Prepare an engine in the caller's memory.
+ * RIM_E_ARGUMENT: NULL; RIM_E_ALIGN: memory not aligned to 8; RIM_E_SIZE: fewer bytes than
+ * RIM_SELECT_SIZE; RIM_E_CONFIG: a count out of range; RIM_E_RANGE: a <= 0, b < 0 or not finite.
+ * *engine is unchanged on error. */
+rim_status rim_select_init(rim_select **engine, void *memory, size_t bytes,
+                           const rim_select_config *config);
+
+/* Forget every observation; configuration, scales and seed stay. */
+void rim_select_reset(rim_select *engine);
+
+/* After the engine's bytes were copied to another process: where bin_b is now (same content). */
+void rim_select_attach(rim_select *engine, const uint8_t *bin_b);
+
+/* How channels compare: everywhere a choice is made between candidates of different channels, it is
+ * made by ln_anom * scale[c] - offset[c]. [channels] each; NULL: 1 and 0. Copied; may be called at any
+ * time (say as the nominal envelope grows). RIM_E_ARGUMENT: NULL engine; RIM_E_RANGE: a scale <= 0 or a
+ * value not finite: unchanged. */
+rim_status rim_select_set_channel_scale(rim_select *engine, const float *scale, const float *offset);
+
+/* Add one observation. u: `features` doubles, unit features; outside [0, 1) they are clamped to the
+ * edge bins. r: `channels` doubles, standardised residuals, clipped at +-RIM_SELECT_CLIP.
+ * RIM_E_ARGUMENT: NULL; RIM_E_DATA: NaN or infinity, nothing changed.
+ * O(features * channels + pairs * (grid + chains)). Stack < 1 kB. */
+rim_status rim_select_observe(rim_select *engine, const double *u, const double *r);
+
+/* Search for `budget` units; one unit is `scans` interval scans (O(bins^2) each), `edges` conditional
+ * intervals (O(ring + bins^2) each), `moves` ellipses (O(grid) each) and at most one backfill of a pair
+ * (O(ring + grid^2)). Does nothing before the first observation. Stack < 2 kB. */
+void rim_select_work(rim_select *engine, uint32_t budget);
+
+/* The best hypothesis of any channel by score. Returns false, and *out is unchanged, before the first
+ * observation. O(channels + pairs * chains + ring). */
+bool rim_select_best(const rim_select *engine, rim_candidate *out);
+
+/* The best hypothesis of one channel by ln_anom less the penalty for its number of features. As above;
+ * false also for channel >= channels. */
+bool rim_select_best_of_channel(const rim_select *engine, uint16_t channel, rim_candidate *out);
+
+/* [channels]: ln anom of each channel's best hypothesis less the penalty for its number of features
+ * (expected nominal maximum of so many alternatives), never below 0. Valid until the next call that
+ * changes the engine; brought up to date by observe and work. */
+const float *rim_select_channel_scores(const rim_select *engine);
+
+/* Chance, 0..1, that a context lies inside the region of the best hypothesis: posterior average over
+ * ellipses for two features, over intervals for one, 1 for none. u: `features` unit features, all
+ * finite (NaN counts as outside: 0). 0 before the first observation. For a decision compare with
+ * RIM_SELECT_MEMBERSHIP_CUT. O(chains) for two features, O(bins^2) for one. */
+double rim_select_membership(const rim_select *engine, const double *u);
+#define RIM_SELECT_MEMBERSHIP_CUT 0.5
+
+uint32_t rim_select_observations(const rim_select *engine);
+rim_select_effort rim_select_get_effort(const rim_select *engine);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
