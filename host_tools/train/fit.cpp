@@ -2,13 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
+#include <stdexcept>
 
 #include "rim/nominal.h"
 #include "train/fit_gate.hpp"
 #include "train/fit_gram.hpp"
 #include "util/error.hpp"
+#include "util/parallel_for.hpp"
 
 namespace rim {
 namespace {
@@ -90,7 +91,7 @@ Data every_nth_of_runs(const Data &all, std::size_t most) {
   return some;
 }
 
-void fill_gates(const Data &data, const NominalModel &model, std::uint32_t threads, Fitted &fit) {
+void fill_gates(const Data &data, const NominalModel &model, Fitted &fit) {
   const auto rows = static_cast<std::size_t>(data.xs.rows());
   fit.gates.top = model.top;
   fit.gates.index.assign(rows * model.top, 0);
@@ -98,7 +99,7 @@ void fill_gates(const Data &data, const NominalModel &model, std::uint32_t threa
   std::vector<Eigen::VectorXd> reach(data.spans.size(),
                                      Eigen::VectorXd::Zero(model.prototypes.rows()));
   fit.grams.assign(data.spans.size(), {});
-  parallel_for(data.spans.size(), threads, [&](std::size_t r) {
+  parallel_for(data.spans.size(), [&](std::size_t r) {
     open_gates(model, data.xs, data.spans[r], fit.gates, &reach[r]);
     fit.grams[r] = run_grams(data.xs, data.ys, data.spans[r], fit.gates, model.prototypes.rows());
   });
@@ -128,14 +129,15 @@ std::vector<double> best_candidate(const std::vector<Eigen::MatrixXd> &error,
   return best;
 }
 
-// Chooses the ridges by leaving every run out (exact downdates); returns the global map without each.
+// Chooses the ridges by leaving every run out (exact downdates); returns the global map without
+// each.
 std::vector<Matrix> choose_ridges(const RidgeShape &shape, const FitOptions &options, Fitted &fit) {
   const std::size_t runs = fit.grams.size();
   const auto candidates = static_cast<Eigen::Index>(options.ridge.size());
   const Gram all = sum_of(fit.total);
   const Matrix zero = Matrix::Zero(shape.outputs, 1 + shape.inputs);
   std::vector<Eigen::MatrixXd> error(runs, Eigen::MatrixXd::Zero(shape.outputs, candidates));
-  parallel_for(runs, options.threads, [&](std::size_t r) {
+  parallel_for(runs, [&](std::size_t r) {
     const Gram own = sum_of(fit.grams[r]);
     const Gram rest = all - own;
     for (Eigen::Index c = 0; c < candidates; ++c) {
@@ -145,7 +147,7 @@ std::vector<Matrix> choose_ridges(const RidgeShape &shape, const FitOptions &opt
   });
   fit.ridge_global = best_candidate(error, options.ridge);
   std::vector<Matrix> global(runs);
-  parallel_for(runs, options.threads, [&](std::size_t r) {
+  parallel_for(runs, [&](std::size_t r) {
     global[r] = ridge_maps(all - sum_of(fit.grams[r]), shape, zero, fit.ridge_global);
     error[r].setZero();
     for (std::size_t p = 0; p < fit.total.size(); ++p) {
@@ -162,8 +164,8 @@ std::vector<Matrix> choose_ridges(const RidgeShape &shape, const FitOptions &opt
 }
 
 // Gate-weighted sum of the maps' predictions on rows of one run, written into mean.
-void predict_rows(const Data &data, RunSpan rows, const Gates &gates, const std::vector<Matrix> &maps,
-                  Matrix &mean) {
+void predict_rows(const Data &data, RunSpan rows, const Gates &gates,
+                  const std::vector<Matrix> &maps, Matrix &mean) {
   const auto first = static_cast<Eigen::Index>(rows.begin);
   const auto count = static_cast<Eigen::Index>(rows.end - rows.begin);
   const Eigen::Index d = data.xs.cols();
@@ -193,10 +195,10 @@ void predict_rows(const Data &data, RunSpan rows, const Gates &gates, const std:
 Fitted fit_at(const Data &data, const NominalModel &model, const RidgeShape &shape,
               const FitOptions &options) {
   Fitted fit;
-  fill_gates(data, model, options.threads, fit);
+  fill_gates(data, model, fit);
   const std::vector<Matrix> global = choose_ridges(shape, options, fit);
   fit.mean.resize(data.ys.rows(), data.ys.cols());
-  parallel_for(data.spans.size(), options.threads, [&](std::size_t r) {
+  parallel_for(data.spans.size(), [&](std::size_t r) {
     std::vector<Matrix> maps;
     for (std::size_t p = 0; p < fit.total.size(); ++p) {
       maps.push_back(ridge_maps(fit.total[p] - fit.grams[r][p], shape, global[r], fit.ridge));
@@ -233,7 +235,8 @@ NominalModel choose_prototypes(const Data &data, const NominalModel &blank, cons
       candidate.error = choose ? overall_error(fit_at(some, model, shape, options).mse) : 0.0;
       result.candidates.push_back(candidate);
       const bool enough = candidate.error < (1.0 - options.prefer_fewer) * before;
-      const bool better = result.chosen.prototypes != count || candidate.error < result.chosen.error;
+      const bool better =
+          result.chosen.prototypes != count || candidate.error < result.chosen.error;
       if (enough && better) {
         result.chosen = candidate;
         best = model;
@@ -243,18 +246,19 @@ NominalModel choose_prototypes(const Data &data, const NominalModel &blank, cons
   return best;
 }
 
-// Variance per prototype from left-one-run-out residuals, per run so that each can leave itself out.
+// Variance per prototype from left-one-run-out residuals, per run so that each can leave itself
+// out.
 struct Scatter {
   std::vector<Matrix> squares;         // per run: P x outputs
   std::vector<Eigen::VectorXd> weight; // per run: P
 };
 
-Scatter scatter_of(const Data &data, const Fitted &fit, std::uint32_t threads) {
+Scatter scatter_of(const Data &data, const Fitted &fit) {
   const auto prototypes = static_cast<Eigen::Index>(fit.total.size());
   Scatter s;
   s.squares.assign(data.spans.size(), Matrix::Zero(prototypes, data.ys.cols()));
   s.weight.assign(data.spans.size(), Eigen::VectorXd::Zero(prototypes));
-  parallel_for(data.spans.size(), threads, [&](std::size_t r) {
+  parallel_for(data.spans.size(), [&](std::size_t r) {
     for (std::size_t i = data.spans[r].begin; i < data.spans[r].end; ++i) {
       const auto row = static_cast<Eigen::Index>(i);
       const Eigen::RowVectorXd square = (data.ys.row(row) - fit.mean.row(row)).array().square();
@@ -275,12 +279,12 @@ Matrix variance_of(const Matrix &squares, const Eigen::VectorXd &weight) {
   for (Eigen::Index p = 0; p < squares.rows(); ++p) {
     variance.row(p) = (squares.row(p) + shrink_rows * overall) / (weight[p] + shrink_rows);
   }
-  return variance.cwiseMax(1e-12); // of the outcome's own variance: a constant outcome stays above 0
+  return variance.cwiseMax(
+      1e-12); // of the outcome's own variance: a constant outcome stays above 0
 }
 
-void fill_deviations(const Data &data, const Fitted &fit, std::uint32_t threads, NominalModel &model,
-                     Matrix &sd) {
-  const Scatter s = scatter_of(data, fit, threads);
+void fill_deviations(const Data &data, const Fitted &fit, NominalModel &model, Matrix &sd) {
+  const Scatter s = scatter_of(data, fit);
   Matrix squares = s.squares.front();
   Eigen::VectorXd weight = s.weight.front();
   for (std::size_t r = 1; r < s.squares.size(); ++r) {
@@ -289,8 +293,9 @@ void fill_deviations(const Data &data, const Fitted &fit, std::uint32_t threads,
   }
   model.variance = variance_of(squares, weight);
   sd.resize(data.ys.rows(), data.ys.cols());
-  parallel_for(data.spans.size(), threads, [&](std::size_t r) {
-    const Matrix variance = variance_of((squares - s.squares[r]).cwiseMax(0.0), weight - s.weight[r]);
+  parallel_for(data.spans.size(), [&](std::size_t r) {
+    const Matrix variance =
+        variance_of((squares - s.squares[r]).cwiseMax(0.0), weight - s.weight[r]);
     for (std::size_t i = data.spans[r].begin; i < data.spans[r].end; ++i) {
       Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(data.ys.cols());
       for (std::size_t k = i * fit.gates.top; k < (i + 1) * fit.gates.top; ++k) {
@@ -357,7 +362,7 @@ FitResult fit_nominal(const Matrix &x, const Matrix &y, const std::vector<std::u
   result.model = choose_prototypes(data, blank, shape, options, result);
   Fitted fit = fit_at(data, result.model, shape, options);
   fill_maps(fit, shape, result.model);
-  fill_deviations(data, fit, options.threads, result.model, result.sd);
+  fill_deviations(data, fit, result.model, result.sd);
   result.chosen.error = overall_error(fit.mse);
   result.mean = std::move(fit.mean);
   result.ridge = std::move(fit.ridge);

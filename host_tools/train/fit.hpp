@@ -1,10 +1,11 @@
-// Fits the compressed kernel model of eq. 4.13 and 4.14 (p. 63) with a local-linear map per prototype.
+// Fits the compressed kernel model of eq. 4.13 and 4.14 (p. 63) with a local-linear map per
+// prototype.
 //
-// Prototypes are k-means centres of the standardised inputs, gates the largest few Gaussian weights,
-// maps weighted ridge regressions shrunk to one global map. Everything a map needs is in Gram matrices
-// kept per run, so that the model without a run is an exact downdate and every choice (ridge, bandwidth,
-// number of prototypes) is made by cross-validation over whole runs: rows of one run share its biases,
-// and a row-wise split would learn them.
+// Prototypes are k-means centres of the standardised inputs, gates the largest few Gaussian
+// weights, maps weighted ridge regressions shrunk to one global map. Everything a map needs is in
+// Gram matrices kept per run, so that the model without a run is an exact downdate and every choice
+// (ridge, bandwidth, number of prototypes) is made by cross-validation over whole runs: rows of one
+// run share its biases, and a row-wise split would learn them.
 #ifndef RIM_TRAIN_FIT_HPP
 #define RIM_TRAIN_FIT_HPP
 
@@ -21,8 +22,8 @@ namespace rim {
 // A model in double precision; nominal_section() writes it for flight. Gate values are exactly
 // representable in single precision, so that flight and ground open the same gates.
 struct NominalModel {
-  std::uint32_t order = 1; // 0: prototypes average; 1: local-linear maps
-  std::uint32_t top = 4;   // prototypes that speak in one context
+  std::uint32_t order = 1;                            // 0: prototypes average; 1: local-linear maps
+  std::uint32_t top = 4;                              // prototypes that speak in one context
   Eigen::VectorXd centre, inverse_scale, gate_weight; // inputs
   Matrix prototypes;                                  // P x inputs, standardised
   Eigen::VectorXd bandwidth, reach, ln_mass;          // P
@@ -33,15 +34,14 @@ struct NominalModel {
 
 struct FitOptions {
   std::vector<std::uint32_t> prototypes{8, 16, 24}; // candidates, ascending, each 1..64
-  std::vector<double> bandwidth{0.5, 0.75, 1.0};    // candidates, times a prototype's own rms radius
-  std::vector<double> ridge{1e-1, 1e0, 1e1, 1e2, 1e3, 1e4, 1e5}; // candidates, in rows
-  std::uint32_t top = 4;                                        // 1..8
-  std::vector<int> exclude;         // per output: input whose coefficient is zero, -1 none; empty: none
-  std::vector<double> gate_weight;  // per input, >= 0; empty: 1 each
-  double prefer_fewer = 0.01;       // a larger model must lower the error by this fraction
-  std::size_t search_rows = 60000;  // rows used to choose prototypes and bandwidth
+  std::vector<double> bandwidth{0.5, 0.75, 1.0}; // candidates, times a prototype's own rms radius
+  std::vector<double> ridge{1e-2, 1e-1, 1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6}; // candidates, in rows
+  std::uint32_t top = 4;                                                    // 1..8
+  std::vector<int> exclude; // per output: input whose coefficient is zero, -1 none; empty: none
+  std::vector<double> gate_weight; // per input, >= 0; empty: 1 each
+  double prefer_fewer = 0.01;      // a larger model must lower the error by this fraction
+  std::size_t search_rows = 60000; // rows used to choose prototypes and bandwidth
   std::uint64_t seed = 1;
-  std::uint32_t threads = 2; // does not change a bit of the result
 };
 
 struct FitCandidate {
@@ -60,7 +60,8 @@ struct FitResult {
 };
 
 // Rows of a run are contiguous in run[]. At least two runs, every value finite; throws DataError.
-// Cost about rows * top * (inputs + outputs)^2 / 2 multiply-adds plus the candidates on search_rows.
+// Cost about rows * top * (inputs + outputs)^2 / 2 multiply-adds plus the candidates on
+// search_rows.
 FitResult fit_nominal(const Matrix &x, const Matrix &y, const std::vector<std::uint32_t> &run,
                       const FitOptions &options);
 

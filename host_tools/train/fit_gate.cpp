@@ -2,10 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <exception>
-#include <limits>
 #include <random>
-#include <thread>
 
 #include "util/error.hpp"
 
@@ -145,40 +142,13 @@ std::vector<RunSpan> run_spans(const std::vector<std::uint32_t> &run) {
       continue;
     }
     if (std::find(seen.begin(), seen.end(), run[i]) != seen.end()) {
-      throw DataError("training: the rows of run " + std::to_string(run[i]) + " are not contiguous");
+      throw DataError("training: the rows of run " + std::to_string(run[i]) +
+                      " are not contiguous");
     }
     seen.push_back(run[i]);
     spans.push_back({i, i + 1});
   }
   return spans;
-}
-
-void parallel_for(std::size_t count, std::uint32_t threads,
-                  const std::function<void(std::size_t)> &work) {
-  const std::size_t shares = std::max<std::size_t>(1, std::min<std::size_t>(threads, count));
-  std::vector<std::exception_ptr> failed(shares);
-  const auto share = [&](std::size_t s) {
-    try {
-      for (std::size_t i = count * s / shares; i < count * (s + 1) / shares; ++i) {
-        work(i);
-      }
-    } catch (...) {
-      failed[s] = std::current_exception();
-    }
-  };
-  std::vector<std::thread> pool;
-  for (std::size_t s = 1; s < shares; ++s) {
-    pool.emplace_back(share, s);
-  }
-  share(0);
-  for (std::thread &t : pool) {
-    t.join();
-  }
-  for (const std::exception_ptr &e : failed) {
-    if (e) {
-      std::rethrow_exception(e);
-    }
-  }
 }
 
 void standardise_inputs(const Matrix &x, NominalModel &model) {
@@ -197,8 +167,8 @@ void standardise_inputs(const Matrix &x, NominalModel &model) {
 Matrix standardised(const NominalModel &model, const Matrix &x) {
   Matrix xs(x.rows(), x.cols());
   for (Eigen::Index i = 0; i < x.rows(); ++i) {
-    xs.row(i) = (x.row(i) - model.centre.transpose()).array() *
-                model.inverse_scale.transpose().array();
+    xs.row(i) =
+        (x.row(i) - model.centre.transpose()).array() * model.inverse_scale.transpose().array();
   }
   return xs;
 }
@@ -252,7 +222,8 @@ void open_gates(const NominalModel &model, const Matrix &xs, RunSpan rows, Gates
       double &reach = (*reach_squared)[nearest];
       reach = std::max(reach, d2[static_cast<std::size_t>(nearest)]);
     }
-    gate_row(model, d2.data(), gates.top, &gates.index[i * gates.top], &gates.weight[i * gates.top]);
+    gate_row(model, d2.data(), gates.top, &gates.index[i * gates.top],
+             &gates.weight[i * gates.top]);
   }
 }
 

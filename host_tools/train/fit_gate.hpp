@@ -3,7 +3,6 @@
 #define RIM_TRAIN_FIT_GATE_HPP
 
 #include <cstdint>
-#include <functional>
 #include <vector>
 
 #include "train/fit.hpp"
@@ -16,11 +15,6 @@ struct RunSpan {
 };
 std::vector<RunSpan> run_spans(const std::vector<std::uint32_t> &run);
 
-// Calls work(i) for i in [0, count) on `threads` threads, each a contiguous share: no result may
-// depend on which thread computed it. Rethrows the first exception of the lowest share.
-void parallel_for(std::size_t count, std::uint32_t threads,
-                  const std::function<void(std::size_t)> &work);
-
 // The top-K gate weights of many rows, row-major n x top; index of the prototype beside it.
 struct Gates {
   std::uint32_t top = 0;
@@ -32,8 +26,8 @@ struct Gates {
 void standardise_inputs(const Matrix &x, NominalModel &model);
 Matrix standardised(const NominalModel &model, const Matrix &x);
 
-// k-means++ and Lloyd on the standardised rows; sets prototypes (rounded), radius[p] = rms distance of
-// the rows nearest to p, ln_mass = 0 and reach = 0.
+// k-means++ and Lloyd on the standardised rows; sets prototypes (rounded), radius[p] = rms distance
+// of the rows nearest to p, ln_mass = 0 and reach = 0.
 Eigen::VectorXd place_prototypes(const Matrix &xs, std::uint32_t count, std::uint64_t seed,
                                  NominalModel &model);
 

@@ -10,7 +10,8 @@
 
 namespace rim {
 
-// Gram of the columns [1, inputs, outputs] under one prototype's gate weights: symmetric, both halves.
+// Gram of the columns [1, inputs, outputs] under one prototype's gate weights: symmetric, both
+// halves.
 using Gram = Eigen::MatrixXd;
 
 struct RidgeShape {
@@ -25,7 +26,8 @@ std::vector<Gram> run_grams(const Matrix &xs, const Matrix &ys, RunSpan rows, co
 // Maps outputs x (1 + inputs), offset first, that minimise
 //   sum w |y - b - A x|^2 + ridge |A - A_prior|^2
 // with the excluded coefficient of each output held at zero (in the prior it must be zero already).
-// One more pseudo-row pulls the offset to the prior's, so that a prototype without rows is the prior.
+// One more pseudo-row pulls the offset to the prior's, so that a prototype without rows is the
+// prior.
 Matrix ridge_maps(const Gram &gram, const RidgeShape &shape, const Matrix &prior, double ridge);
 
 // The same with a ridge of its own for each output.

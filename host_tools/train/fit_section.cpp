@@ -1,6 +1,8 @@
 // The model as flight sees it: its section, and predictions by the flight code.
 #include <cmath>
 #include <cstring>
+#include <stdexcept>
+#include <string>
 
 #include "rim/nominal.h"
 #include "train/fit.hpp"

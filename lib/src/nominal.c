@@ -60,7 +60,8 @@ static bool prototype_ok(const rim_nominal *m, uint32_t p) {
   return values_ok(m, at + P_BANDWIDTH, 2, true) && values_ok(m, at + P_LN_MASS, 1, false) &&
          rim_image_u32(m->section, at + P_RESERVED) == 0u &&
          values_ok(m, at + P_CENTRE, m->inputs, false) &&
-         values_ok(m, variance, m->outputs, true) && values_ok(m, rest, at + m->stride - rest, false);
+         values_ok(m, variance, m->outputs, true) &&
+         values_ok(m, rest, at + m->stride - rest, false);
 }
 
 static rim_status read_header(rim_nominal *m, const uint8_t *section) {
@@ -116,7 +117,8 @@ rim_status rim_nominal_open(rim_nominal *model, const uint8_t *section, size_t b
   return RIM_OK;
 }
 
-/* False when an input is not finite. Clamping bounds every product below: |xs| <= 1e6, f32 factors. */
+/* False when an input is not finite. Clamping bounds every product below: |xs| <= 1e6, f32 factors.
+ */
 static bool standardise(const rim_nominal *m, const double *x, double *xs) {
   const size_t centre = inputs_at(m, 0);
   const size_t scale = inputs_at(m, 1u);
@@ -141,7 +143,8 @@ static double squared_distance(const rim_nominal *m, uint32_t p, const double *x
   return sum;
 }
 
-/* Puts p with its logit among the best `count` of at most `top`, best first; returns the new count. */
+/* Puts p with its logit among the best `count` of at most `top`, best first; returns the new count.
+ */
 static uint32_t keep_best(gate *g, uint32_t count, uint32_t top, uint32_t p, double logit) {
   uint32_t at = count;
   while (at > 0u && logit > g->weight[at - 1u]) {

@@ -43,7 +43,7 @@ extern "C" {
   (4u + (inputs) + 2u * (outputs) + ((order) ? (outputs) * (inputs) : 0u))
 #define RIM_NOMINAL_BYTES(inputs, outputs, prototypes, order)                                      \
   (4u * (RIM_NOMINAL_HEADER_WORDS + 3u * (inputs) +                                                \
-         (prototypes) * RIM_NOMINAL_STRIDE(inputs, outputs, order)))
+         (prototypes)*RIM_NOMINAL_STRIDE(inputs, outputs, order)))
 
 /* A view; every field is read only for the caller. A zeroed view predicts RIM_E_ARGUMENT. */
 typedef struct rim_nominal {
