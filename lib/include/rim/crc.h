@@ -1,7 +1,8 @@
 /* rim/crc.h - check sums of images and frames, and the digest of a replay.
  *
- * All are functions of bytes in memory order and can be continued: f(f(start, a), b) equals f(start, ab).
- * data may be NULL when bytes is 0. Cost O(bytes), constant tables of 80 bytes, no state. */
+ * All are functions of bytes in memory order and can be continued: f(f(start, a), b) equals
+ * f(start, ab). data may be NULL when bytes is 0. Cost O(bytes), constant tables of 80 bytes, no
+ * state. */
 #ifndef RIM_CRC_H
 #define RIM_CRC_H
 
@@ -20,7 +21,8 @@ uint32_t rim_crc32(uint32_t crc, const void *data, size_t bytes);
 /* Returns the CRC-8 of SAE J1850 (0x1d, preset and final 0xff); start with crc 0. */
 uint8_t rim_crc8(uint8_t crc, const void *data, size_t bytes);
 
-/* Returns the FNV-1a 64-bit hash; start with RIM_DIGEST_START. To compare runs, not to authenticate. */
+/* Returns the FNV-1a 64-bit hash; start with RIM_DIGEST_START. To compare runs, not to
+ * authenticate. */
 uint64_t rim_digest(uint64_t hash, const void *data, size_t bytes);
 
 /* Returns the digest continued by the 8 (4) bytes of a value in little-endian order, on any host.

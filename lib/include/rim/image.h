@@ -1,7 +1,8 @@
 /* rim/image.h - the flight image: model, thresholds and configuration in one checked blob.
  *
- * Read in place, from flash or a file in memory, on a host of either endianness; nothing is copied. It is
- * validated whole before anything in it is used. Written by host_tools/train/image_writer.hpp.
+ * Read in place, from flash or a file in memory, on a host of either endianness; nothing is copied.
+ * It is validated whole before anything in it is used. Written by
+ * host_tools/train/image_writer.hpp.
  *
  * Layout, every number little-endian:
  *   0   8 bytes  "RIMIMG\r\n"       (the line end shows damage by text-mode transfer)
@@ -52,13 +53,10 @@ typedef struct rim_image {
   uint16_t minor;
 } rim_image;
 
-/* Opens a view of the image at the start of blob[0..bytes); what follows the image is ignored (a flash
- * partition). Checks, in this order, all of:
- *   RIM_E_ARGUMENT   a null pointer
- *   RIM_E_ALIGN      blob not aligned to 8
- *   RIM_E_TRUNCATED  fewer bytes than a header
- *   RIM_E_MAGIC      not an image (first 8 bytes, or an endian tag that is neither order)
- *   RIM_E_ENDIAN     written big-endian
+/* Opens a view of the image at the start of blob[0..bytes); what follows the image is ignored (a
+ * flash partition). Checks, in this order, all of: RIM_E_ARGUMENT   a null pointer RIM_E_ALIGN blob
+ * not aligned to 8 RIM_E_TRUNCATED  fewer bytes than a header RIM_E_MAGIC      not an image (first
+ * 8 bytes, or an endian tag that is neither order) RIM_E_ENDIAN     written big-endian
  *   RIM_E_VERSION    another major version
  *   RIM_E_CRC        header damaged
  *   RIM_E_TRUNCATED  fewer bytes than the image has, or total below header and table
@@ -71,15 +69,16 @@ typedef struct rim_image {
 rim_status rim_image_open(rim_image *view, const void *blob, size_t bytes);
 
 /* Finds a section: *data (aligned to 8 as the blob is) and *size in bytes; either may be NULL.
- * RIM_E_ARGUMENT view NULL or not opened; RIM_E_RANGE no such section. On error *data is NULL and *size 0.
- * O(sections). */
-rim_status rim_image_section(const rim_image *view, uint32_t id, const uint8_t **data, size_t *size);
+ * RIM_E_ARGUMENT view NULL or not opened; RIM_E_RANGE no such section. On error *data is NULL and
+ * *size 0. O(sections). */
+rim_status rim_image_section(const rim_image *view, uint32_t id, const uint8_t **data,
+                             size_t *size);
 
 /* Returns the number of elements that the table announces for a section; 0 where there is none. */
 uint32_t rim_image_count(const rim_image *view, uint32_t id);
 
-/* Return element `index` of a section seen as an array of little-endian numbers, on any host and at any
- * alignment. No bounds check: the caller knows the section's size. O(1). */
+/* Return element `index` of a section seen as an array of little-endian numbers, on any host and at
+ * any alignment. No bounds check: the caller knows the section's size. O(1). */
 #ifndef __BYTE_ORDER__
 #error "the compiler must tell the byte order"
 #endif

@@ -1,10 +1,10 @@
 /* rim/real.h - `double` arithmetic that gives the same bits on every target, without libm.
  *
- * Every function is a fixed sequence of IEEE 754 binary64 additions, multiplications and divisions in
- * round-to-nearest, so that equal inputs give equal bits on any conforming target; this needs
- * FLT_EVAL_METHOD == 0 and -ffp-contract=off. Errors below are in units in the last place (ULP) of the
- * correctly rounded result and are held by tests/lib/test_real.c. None has side effects or raises an
- * error: out of domain is NaN, overflow is infinity. Stack below 200 bytes each. */
+ * Every function is a fixed sequence of IEEE 754 binary64 additions, multiplications and divisions
+ * in round-to-nearest, so that equal inputs give equal bits on any conforming target; this needs
+ * FLT_EVAL_METHOD == 0 and -ffp-contract=off. Errors below are in units in the last place (ULP) of
+ * the correctly rounded result and are held by tests/lib/test_real.c. None has side effects or
+ * raises an error: out of domain is NaN, overflow is infinity. Stack below 200 bytes each. */
 #ifndef RIM_REAL_H
 #define RIM_REAL_H
 
@@ -16,12 +16,13 @@
 #ifdef __cplusplus
 extern "C" {
 #else
-_Static_assert(FLT_EVAL_METHOD == 0, "double arithmetic must round to double after every operation");
+_Static_assert(FLT_EVAL_METHOD == 0,
+               "double arithmetic must round to double after every operation");
 #endif
 
-#define RIM_LN_2 0x1.62e42fefa39efp-1    /* ln 2 */
-#define RIM_PI 0x1.921fb54442d18p+1      /* pi */
-#define RIM_SQRT_2PI 0x1.40d931ff62706p+1 /* sqrt(2 pi) */
+#define RIM_LN_2 0x1.62e42fefa39efp-1      /* ln 2 */
+#define RIM_PI 0x1.921fb54442d18p+1        /* pi */
+#define RIM_SQRT_2PI 0x1.40d931ff62706p+1  /* sqrt(2 pi) */
 #define RIM_SQRT_HALF 0x1.6a09e667f3bcdp-1 /* sqrt(1/2) */
 
 /* Returns the 64 bits of x, and the double with those bits. Exact. */
@@ -37,7 +38,8 @@ static inline double rim_from_bits(uint64_t bits) {
   return x;
 }
 
-/* Returns whether x is neither NaN nor infinite, by its bits: holds whatever the compiler assumes. */
+/* Returns whether x is neither NaN nor infinite, by its bits: holds whatever the compiler assumes.
+ */
 static inline bool rim_is_finite(double x) {
   return (rim_bits(x) & UINT64_C(0x7ff0000000000000)) != UINT64_C(0x7ff0000000000000);
 }
@@ -56,7 +58,8 @@ static inline double rim_clamp(double x, double low, double high) {
   return x > low ? (x < high ? x : high) : low;
 }
 
-/* Returns the largest integer not above x; exact for every x. -0, infinities and NaN as they are. */
+/* Returns the largest integer not above x; exact for every x. -0, infinities and NaN as they are.
+ */
 double rim_floor(double x);
 
 /* Returns the square root, correctly rounded (0.5 ULP) for every x including subnormals.
@@ -67,13 +70,13 @@ double rim_sqrt(double x);
  * -745.14; NaN for NaN. */
 double rim_exp(double x);
 
-/* Returns the natural logarithm within 1 ULP, subnormals included. -infinity for +-0; NaN below zero
- * and for NaN. */
+/* Returns the natural logarithm within 1 ULP, subnormals included. -infinity for +-0; NaN below
+ * zero and for NaN. */
 double rim_log(double x);
 
 /* Returns the standard normal distribution function P(N(0,1) <= x) with relative error below 2e-15
- * for x in [-37.5, inf): the lower tail is as good as the middle. 0 below -38.6 and 1 above 8.3; NaN
- * for NaN. For the upper tail use rim_normal_cdf(-x). */
+ * for x in [-37.5, inf): the lower tail is as good as the middle. 0 below -38.6 and 1 above 8.3;
+ * NaN for NaN. For the upper tail use rim_normal_cdf(-x). */
 double rim_normal_cdf(double x);
 
 /* Returns the x with P(N(0,1) <= x) = p, with relative error below 2e-15 of x for p in [1e-300, 1).
