@@ -40,32 +40,32 @@ struct GolfParams {
   double length_m = 6.0;
   double width_m = 4.0;
   double reward_at_target = 1.0;
-  double reward_slope = 0.5;  // lost over one field length of distance
+  double reward_slope = 0.5; // lost over one field length of distance
   double noise_sd = 0.1;
-  double shift = -0.2;       // added to the expected reward behind the bump
-  double success = 0.8;      // p: binary variant, nominal
-  double success_behind = 0.5;  // q: binary variant, behind the bump (0.2 and up in the thesis)
-  double min_distance_fraction = 0.05;  // continuous: bump's centre, of the field's length
+  double shift = -0.2;         // added to the expected reward behind the bump
+  double success = 0.8;        // p: binary variant, nominal
+  double success_behind = 0.5; // q: binary variant, behind the bump (0.2 and up in the thesis)
+  double min_distance_fraction = 0.05; // continuous: bump's centre, of the field's length
   double max_distance_fraction = 0.75;
   double min_direction_deg = 135.0;
   double max_direction_deg = 235.0;
-  double min_subtended_rad = 0.39269908169872414;  // pi/8
-  double max_subtended_rad = 0.44879895051282759;  // pi/7
+  double min_subtended_rad = 0.39269908169872414; // pi/8
+  double max_subtended_rad = 0.44879895051282759; // pi/7
   double binary_min_distance_m = 0.1;
   double binary_max_distance_m = 1.5;
-  double binary_min_subtended_rad = 0.19634954084936207;  // pi/16
-  double binary_max_subtended_rad = 0.78539816339744828;  // pi/4
-  double binary_max_tilt_rad = 0.78539816339744828;       // pi/4
+  double binary_min_subtended_rad = 0.19634954084936207; // pi/16
+  double binary_max_subtended_rad = 0.78539816339744828; // pi/4
+  double binary_max_tilt_rad = 0.78539816339744828;      // pi/4
   double min_region_fraction = 0.03;
 };
 
 struct GolfOptions {
   GolfVariant variant = GolfVariant::continuous;
-  std::size_t dims = 2;        // at least 2
-  bool bump = true;            // false: every shot is nominal
-  std::size_t anomalous = 30;  // with a bump: the run ends after so many shots from behind it
-  std::size_t shots = 1000;    // without a bump: the run's length
-  std::size_t max_shots = 0;   // ends a run early whatever happened; 0: no limit
+  std::size_t dims = 2;       // at least 2
+  bool bump = true;           // false: every shot is nominal
+  std::size_t anomalous = 30; // with a bump: the run ends after so many shots from behind it
+  std::size_t shots = 1000;   // without a bump: the run's length
+  std::size_t max_shots = 0;  // ends a run early whatever happened; 0: no limit
 };
 
 // A half plane {p : normal . p >= offset}.
@@ -77,24 +77,24 @@ struct GolfHalfPlane {
 struct GolfBump {
   std::array<double, 2> centre_m{};
   std::array<std::array<double, 2>, 2> ends_m{};
-  double distance_m = 0.0;     // from the target to the centre
-  double direction_rad = 0.0;  // of the centre, seen from the target
+  double distance_m = 0.0;    // from the target to the centre
+  double direction_rad = 0.0; // of the centre, seen from the target
   double subtended_rad = 0.0;
   double tilt_rad = 0.0;
   std::array<GolfHalfPlane, 3> behind{};
-  double area_fraction = 0.0;  // of the region, of the field's area
+  double area_fraction = 0.0; // of the region, of the field's area
 };
 
 // One run of the world: the same (params, options, seed, run) give the same shots.
 class Golf {
- public:
+public:
   // Throws std::invalid_argument where dims < 2 or the parameters allow no bump.
   Golf(const GolfParams &params, const GolfOptions &options, std::uint64_t seed,
        std::uint64_t run = 1);
 
-  bool done() const;       // the run is over; next() may still be called
+  bool done() const; // the run is over; next() may still be called
   GolfShot next();
-  std::vector<GolfShot> all();  // the rest of the run
+  std::vector<GolfShot> all(); // the rest of the run
 
   const GolfBump &bump() const { return bump_; }
   // Which of the dims hold the place of the shot: x[features()[0]] is x, x[features()[1]] is y.
@@ -104,7 +104,7 @@ class Golf {
   std::size_t shots() const { return shots_; }
   std::size_t anomalous() const { return anomalous_; }
 
- private:
+private:
   GolfParams params_;
   GolfOptions options_;
   world::Random random_;
@@ -114,4 +114,4 @@ class Golf {
   std::size_t anomalous_ = 0;
 };
 
-}  // namespace rim
+} // namespace rim

@@ -2,7 +2,8 @@
 //
 // A stream is named by (seed, run, purpose); draw i of a stream is a hash of the stream's key and i
 // (SplitMix64, Steele et al., OOPSLA 2014). Streams therefore do not depend on how many runs are
-// made, in what order or on how many threads, and taking more numbers from one never shifts another.
+// made, in what order or on how many threads, and taking more numbers from one never shifts
+// another.
 #pragma once
 
 #include <cmath>
@@ -11,7 +12,7 @@
 namespace rim::world {
 
 class Random {
- public:
+public:
   Random(std::uint64_t seed, std::uint64_t run, std::uint64_t purpose)
       : state_(mix(mix(mix(seed + kGolden) + run + kGolden) + purpose + kGolden)) {}
 
@@ -43,7 +44,7 @@ class Random {
     return radius * std::cos(angle);
   }
 
- private:
+private:
   static constexpr std::uint64_t kGolden = 0x9e3779b97f4a7c15U;
 
   static std::uint64_t mix(std::uint64_t z) {
@@ -57,4 +58,4 @@ class Random {
   bool has_spare_ = false;
 };
 
-}  // namespace rim::world
+} // namespace rim::world
