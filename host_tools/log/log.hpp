@@ -1,8 +1,9 @@
 // log/log.hpp - a log: time, columns with a role, values by row; CSV in and out.
 //
 // The prefix of a column's name is its role, a known suffix its unit ("s.altitude_m"):
-//   t_s  time;  x. context;  u. command (context);  s. sensor (context now, outcome at the next row);
-//   z. measured outcome with m. predicted mean and sd. predicted standard deviation of the same name.
+//   t_s  time;  x. context;  u. command (context);  s. sensor (context now, outcome at the next
+//   row); z. measured outcome with m. predicted mean and sd. predicted standard deviation of the
+//   same name.
 // Any other column is ignored, with one warning that names them. Lines that begin with '#' are
 // comments. Rows count from 1 after the header.
 #pragma once
@@ -32,8 +33,8 @@ struct Log {
   Matrix values;                  // rows x columns.size(), all finite
   std::vector<std::uint32_t> row; // data row in the file, from 1
   std::uint32_t rows_in_file = 0;
-  std::uint32_t rows_skipped = 0;  // a value missing or not finite, or a bad time where tolerated
-  std::uint32_t rows_filtered = 0; // left out on purpose by the schema
+  std::uint32_t rows_skipped = 0;    // a value missing or not finite, or a bad time where tolerated
+  std::uint32_t rows_filtered = 0;   // left out on purpose by the schema
   std::vector<std::string> comments; // written and read as '# ...' lines before the header
 };
 
@@ -46,9 +47,9 @@ struct ReadOptions {
   std::vector<std::string> observation_names;
 };
 
-// Reads a CSV log, or an LCM event log (told by its first bytes). Throws DataError naming file, row,
-// column and reason: missing file, folder, empty, header only, no t_s, wrong number of fields, text
-// in a number, z. without m., time that repeats or runs backwards. A row with an empty, NaN or
+// Reads a CSV log, or an LCM event log (told by its first bytes). Throws DataError naming file,
+// row, column and reason: missing file, folder, empty, header only, no t_s, wrong number of fields,
+// text in a number, z. without m., time that repeats or runs backwards. A row with an empty, NaN or
 // infinite value is skipped and counted; the first is named in a warning.
 Log read_log(const std::string &path, const Schema *schema = nullptr);
 Log read_log(const std::string &path, const Schema *schema, const ReadOptions &options);

@@ -41,9 +41,8 @@ void Progress::draw(std::size_t done, double elapsed_s) {
   const int width = 30;
   const int filled = static_cast<int>(fraction * width);
   const double left_s = fraction > 0.0 ? elapsed_s * (1.0 - fraction) / fraction : 0.0;
-  const std::string bar =
-      std::string(static_cast<std::size_t>(filled), '#') +
-      std::string(static_cast<std::size_t>(width - filled), '.');
+  const std::string bar = std::string(static_cast<std::size_t>(filled), '#') +
+                          std::string(static_cast<std::size_t>(width - filled), '.');
   std::fprintf(stderr, "\r%s [%s] %3.0f %%, %.0f s left\033[K", label_.c_str(), bar.c_str(),
                100.0 * fraction, left_s);
   std::fflush(stderr);

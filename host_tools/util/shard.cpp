@@ -33,9 +33,9 @@ void write_campaign(const Campaign &campaign, const std::string &path) {
   nlohmann::json units = nlohmann::json::array();
   for (const auto &[number, value] : campaign.units)
     units.push_back({{"unit", number}, {"value", value}});
-  const nlohmann::json file = {{"schema", kSchema},          {"version", RIM_VERSION},
-                               {"kind", campaign.kind},      {"config", campaign.config},
-                               {"total", campaign.total},    {"units", units}};
+  const nlohmann::json file = {{"schema", kSchema},       {"version", RIM_VERSION},
+                               {"kind", campaign.kind},   {"config", campaign.config},
+                               {"total", campaign.total}, {"units", units}};
   AtomicFile out(path);
   out.write(file.dump(1) + "\n");
   out.commit();

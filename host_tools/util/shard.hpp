@@ -1,9 +1,9 @@
 // util/shard.hpp - campaigns of independent units, split over machines and folded to the same bits.
 //
-// Unit i of a campaign is a function of the configuration and i alone. A shard I/N computes the units
-// i with i % N == I - 1 and writes them to a file; merge_campaigns() puts the files together. Whoever
-// summarises walks the units in the order of their number, so the sums are the same however they were
-// split. JSON keeps doubles exactly (shortest form that reads back to the same bits).
+// Unit i of a campaign is a function of the configuration and i alone. A shard I/N computes the
+// units i with i % N == I - 1 and writes them to a file; merge_campaigns() puts the files together.
+// Whoever summarises walks the units in the order of their number, so the sums are the same however
+// they were split. JSON keeps doubles exactly (shortest form that reads back to the same bits).
 #pragma once
 
 #include <cstdint>

@@ -1,0 +1,385 @@
+#include "log/derive.hpp"
+#include "log/lcm_log.hpp"
+#include "log/log.hpp"
+#include "log/schema.hpp"
+#include "util/atomic_file.hpp"
+#include "util/error.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <string_view>
+
+namespace rim {
+
+namespace {
+
+constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
+
+std::string_view trimmed(std::string_view s) {
+  const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
+  while (!s.empty() && blank(s.front()))
+    s.remove_prefix(1);
+  while (!s.empty() && blank(s.back()))
+    s.remove_suffix(1);
+  if (s.size() >= 2 && s.front() == '"' && s.back() == '"')
+    s = s.substr(1, s.size() - 2);
+  return s;
+}
+
+// False when the text is no number. Empty, NA and null read as NaN; what overflows as infinite.
+bool parse_number(std::string_view s, double &value) {
+  s = trimmed(s);
+  if (s.empty() || s == "NA" || s == "null") {
+    value = kMissing;
+    return true;
+  }
+  if (s.front() == '+' && s.size() > 1 && s[1] != '-')
+    s.remove_prefix(1);
+  const auto [end, error] = std::from_chars(s.data(), s.data() + s.size(), value);
+  if (end != s.data() + s.size())
+    return false;
+  if (error == std::errc::result_out_of_range)
+    value = std::strtod(std::string(s).c_str(), nullptr);
+  return error != std::errc::invalid_argument;
+}
+
+// One value of a row: where it comes from in the file and what it becomes.
+struct Slot {
+  std::size_t field;
+  double scale, offset;
+};
+
+struct Filter {
+  const KeepRule *rule;
+  std::size_t field;
+};
+
+class CsvReader {
+public:
+  CsvReader(const std::string &path, const Schema *schema, const ReadOptions &options)
+      : schema_(schema), options_(options), text_(read_file(path)) {
+    log_.path = path;
+    if (schema != nullptr)
+      delimiter_ = schema->delimiter;
+  }
+
+  bool is_lcm() const { return is_lcm_log(text_); }
+  const std::string &text() const { return text_; }
+
+  Log read() {
+    read_header();
+    plan();
+    check_outcomes();
+    read_rows();
+    warn();
+    return std::move(log_);
+  }
+
+private:
+  [[noreturn]] void fail(const std::string &reason) const {
+    throw DataError(log_.path + ": " + reason);
+  }
+  [[noreturn]] void fail_row(const std::string &column, const std::string &reason) const {
+    throw DataError(log_.path + ":row " + std::to_string(log_.rows_in_file) +
+                    (column.empty() ? "" : ": column '" + column + "'") + ": " + reason);
+  }
+
+  bool next_line(std::string_view &line);
+  void split(std::string_view line);
+  void read_header();
+  std::size_t file_column(const std::string &name, const char *what) const;
+  void add_column(const std::string &name, const std::string &unit, const Slot &slot, Role role);
+  void plan();
+  void plan_mapped();
+  void plan_native();
+  void check_outcomes() const;
+  bool kept() const;
+  bool parse_row(double &t_s, double *values);
+  bool time_moves_on(double t_s);
+  void read_rows();
+  void shrink(std::size_t rows);
+  void warn() const;
+
+  const Schema *schema_;
+  const ReadOptions &options_;
+  std::string text_;
+  char delimiter_ = ',';
+  std::size_t at_ = 0;
+  Log log_;
+  std::vector<std::string> header_;
+  std::vector<std::string_view> fields_;
+  std::vector<Slot> slots_;
+  Slot time_{0, 1.0, 0.0};
+  std::vector<Filter> filters_;
+  std::vector<bool> used_;
+  std::string ignored_;
+  std::string first_skipped_;
+};
+
+bool CsvReader::next_line(std::string_view &line) {
+  if (at_ >= text_.size())
+    return false;
+  const char *begin = text_.data() + at_;
+  const void *end = std::memchr(begin, '\n', text_.size() - at_);
+  const std::size_t length = end != nullptr
+                                 ? static_cast<std::size_t>(static_cast<const char *>(end) - begin)
+                                 : text_.size() - at_;
+  line = std::string_view(begin, length);
+  if (!line.empty() && line.back() == '\r')
+    line.remove_suffix(1);
+  at_ += length + 1;
+  return true;
+}
+
+void CsvReader::split(std::string_view line) {
+  fields_.clear();
+  const char *at = line.data(), *const end = line.data() + line.size();
+  for (;;) {
+    const char *begin = at;
+    if (at < end && *at == '"') {
+      at++;
+      while (at < end && *at != '"')
+        at++;
+    }
+    while (at < end && *at != delimiter_)
+      at++;
+    fields_.emplace_back(begin, static_cast<std::size_t>(at - begin));
+    if (at == end)
+      return;
+    at++;
+  }
+}
+
+void CsvReader::read_header() {
+  if (text_.empty())
+    fail("is empty");
+  if (text_.compare(0, 3, "\xEF\xBB\xBF") == 0)
+    at_ = 3;
+  if (std::memchr(text_.data(), '\0', std::min<std::size_t>(text_.size(), 4096)) != nullptr)
+    fail("is not text (neither CSV nor an LCM event log)");
+  std::string_view line;
+  while (next_line(line)) {
+    if (!line.empty() && line.front() == '#') {
+      line.remove_prefix(line.size() > 1 && line[1] == ' ' ? 2 : 1);
+      log_.comments.emplace_back(line);
+    } else if (!trimmed(line).empty()) {
+      split(line);
+      for (const auto &f : fields_)
+        header_.emplace_back(trimmed(f));
+      used_.assign(header_.size(), false);
+      return;
+    }
+  }
+  fail("has no header");
+}
+
+std::size_t CsvReader::file_column(const std::string &name, const char *what) const {
+  const auto found = std::find(header_.begin(), header_.end(), name);
+  if (found == header_.end())
+    fail("column '" + name + "': missing" + what);
+  return static_cast<std::size_t>(found - header_.begin());
+}
+
+void CsvReader::add_column(const std::string &name, const std::string &unit, const Slot &slot,
+                           Role role) {
+  log_.columns.push_back({name, unit.empty() ? unit_of_name(name) : unit, role});
+  slots_.push_back(slot);
+  used_[slot.field] = true;
+}
+
+void CsvReader::plan_mapped() {
+  for (const auto &map : schema_->columns) {
+    Role role = Role::context;
+    role_of_name(map.name, role); // checked when the schema was read
+    const std::size_t field =
+        file_column(map.from, (" (asked for by " + schema_->path + ")").c_str());
+    add_column(map.name, map.unit, {field, map.scale, map.offset}, role);
+  }
+  for (const auto &rule : schema_->keep) {
+    filters_.push_back({&rule, file_column(rule.column, " (a [[keep]] of the schema)")});
+    used_[filters_.back().field] = true;
+  }
+}
+
+// Columns whose own name carries a role, unless the schema already made one of that name.
+void CsvReader::plan_native() {
+  for (std::size_t field = 0; field < header_.size(); field++) {
+    const std::string &name = header_[field];
+    Role role = Role::context;
+    const bool duplicate = find_column(log_, name) >= 0 ||
+                           std::find(header_.begin(), header_.begin() + static_cast<long>(field),
+                                     name) != header_.begin() + static_cast<long>(field);
+    if (!used_[field] && !duplicate && role_of_name(name, role))
+      add_column(name, "", {field, 1.0, 0.0}, role);
+  }
+}
+
+void CsvReader::plan() {
+  const ColumnMap time =
+      schema_ != nullptr ? schema_->time : ColumnMap{"t_s", "t_s", "s", 1.0, 0.0};
+  time_ = {file_column(time.from, " (the time)"), time.scale, time.offset};
+  used_[time_.field] = true;
+  if (schema_ != nullptr)
+    plan_mapped();
+  plan_native();
+  if (schema_ != nullptr) {
+    // Sources of derived columns are read as extra columns, which derive_columns() takes off again.
+    for (const auto &rule : schema_->derive)
+      add_column(derive_source_name(rule), "",
+                 {file_column(rule.from, " (a [[derive]] of the schema)"), 1.0, 0.0},
+                 Role::context);
+  }
+  for (const char *optional : {"m.", "sd."}) {
+    for (std::size_t c = log_.columns.size(); c-- > 0;) {
+      const std::string name = log_.columns[c].name, prefix = optional;
+      if (name.rfind(prefix, 0) == 0 && find_column(log_, "z." + name.substr(prefix.size())) < 0) {
+        used_[slots_[c].field] = false;
+        log_.columns.erase(log_.columns.begin() + static_cast<long>(c));
+        slots_.erase(slots_.begin() + static_cast<long>(c));
+      }
+    }
+  }
+  for (std::size_t field = 0; field < header_.size(); field++)
+    if (!used_[field] && schema_ == nullptr)
+      ignored_ += (ignored_.empty() ? "'" : ", '") + header_[field] + "'";
+  if (log_.columns.empty())
+    fail("no column has a role (x. u. s. z. m. sd.); a schema can give them one");
+}
+
+void CsvReader::check_outcomes() const {
+  for (const auto &column : log_.columns)
+    if (column.role == Role::outcome && find_column(log_, "m." + column.name.substr(2)) < 0)
+      fail("column '" + column.name + "': needs 'm." + column.name.substr(2) +
+           "', the mean that the simulation predicted");
+}
+
+bool CsvReader::kept() const {
+  for (const auto &filter : filters_) {
+    const std::string_view field = trimmed(fields_[filter.field]);
+    const auto &values = filter.rule->values;
+    if (!values.empty() && std::find(values.begin(), values.end(), field) == values.end())
+      return false;
+    double value = 0.0;
+    if (filter.rule->bounded &&
+        (!parse_number(field, value) || !(value >= filter.rule->min && value <= filter.rule->max)))
+      return false;
+  }
+  return true;
+}
+
+// False when a value is missing or not finite.
+bool CsvReader::parse_row(double &t_s, double *values) {
+  std::size_t bad = header_.size();
+  const auto one = [&](const Slot &slot, double &value) {
+    if (!parse_number(fields_[slot.field], value))
+      fail_row(header_[slot.field],
+               "'" + std::string(trimmed(fields_[slot.field])) + "' is not a number");
+    value = slot.scale * value + slot.offset;
+    if (!std::isfinite(value) && bad == header_.size())
+      bad = slot.field;
+  };
+  one(time_, t_s);
+  for (std::size_t i = 0; i < slots_.size(); i++)
+    one(slots_[i], values[i]);
+  if (bad == header_.size())
+    return true;
+  if (first_skipped_.empty()) {
+    const std::string shown(trimmed(fields_[bad]));
+    first_skipped_ = "row " + std::to_string(log_.rows_in_file) + ": column '" + header_[bad] +
+                     "': " + (shown.empty() ? "empty" : "'" + shown + "'");
+  }
+  return false;
+}
+
+bool CsvReader::time_moves_on(double t_s) {
+  if (log_.t_s.empty() || t_s > log_.t_s.back())
+    return true;
+  const std::string reason =
+      std::string("time ") + (t_s < log_.t_s.back() ? "runs backwards (" : "repeats (") +
+      std::to_string(t_s) + " s after " + std::to_string(log_.t_s.back()) + " s)";
+  if (!options_.skip_bad_time)
+    fail_row(header_[time_.field], reason);
+  if (first_skipped_.empty())
+    first_skipped_ = "row " + std::to_string(log_.rows_in_file) + ": column '" +
+                     header_[time_.field] + "': " + reason;
+  return false;
+}
+
+void CsvReader::shrink(std::size_t rows) {
+  log_.values.conservativeResize(static_cast<Eigen::Index>(rows), Eigen::NoChange);
+}
+
+void CsvReader::read_rows() {
+  const std::size_t room =
+      static_cast<std::size_t>(std::count(
+          text_.begin() + static_cast<long>(std::min(at_, text_.size())), text_.end(), '\n')) +
+      1;
+  log_.values.resize(static_cast<Eigen::Index>(room), static_cast<Eigen::Index>(slots_.size()));
+  log_.t_s.reserve(room);
+  log_.row.reserve(room);
+  fields_.reserve(header_.size());
+  std::string_view line;
+  std::size_t rows = 0;
+  while (next_line(line)) {
+    if (line.empty() || line.front() == '#')
+      continue;
+    log_.rows_in_file++;
+    split(line);
+    if (fields_.size() != header_.size())
+      fail_row("", std::to_string(fields_.size()) + " fields where the header has " +
+                       std::to_string(header_.size()) +
+                       (at_ > text_.size() ? " (is the file cut off?)" : ""));
+    if (!kept()) {
+      log_.rows_filtered++;
+      continue;
+    }
+    double t_s = 0.0;
+    if (!parse_row(t_s, log_.values.row(static_cast<Eigen::Index>(rows)).data()) ||
+        !time_moves_on(t_s)) {
+      log_.rows_skipped++;
+      continue;
+    }
+    log_.t_s.push_back(t_s);
+    log_.row.push_back(log_.rows_in_file);
+    rows++;
+  }
+  if (log_.rows_in_file == 0)
+    fail("has a header but no rows");
+  if (rows == 0)
+    fail("none of its " + std::to_string(log_.rows_in_file) + " rows can be used" +
+         (first_skipped_.empty() ? "" : " (" + first_skipped_ + ")"));
+  shrink(rows);
+}
+
+void CsvReader::warn() const {
+  if (options_.warnings == nullptr)
+    return;
+  if (!ignored_.empty())
+    std::fprintf(options_.warnings, "rim: warning: %s: ignored: %s\n", log_.path.c_str(),
+                 ignored_.c_str());
+  if (log_.rows_skipped > 0)
+    std::fprintf(options_.warnings, "rim: warning: %s: %u of %u rows skipped, the first: %s\n",
+                 log_.path.c_str(), log_.rows_skipped, log_.rows_in_file, first_skipped_.c_str());
+}
+
+} // namespace
+
+Log read_log(const std::string &path, const Schema *schema, const ReadOptions &options) {
+  CsvReader reader(path, schema, options);
+  Log log = reader.is_lcm() ? read_lcm_log(path, reader.text(), schema, options) : reader.read();
+  if (schema != nullptr) {
+    if (!reader.is_lcm())
+      derive_columns(log, *schema);
+    resample(log, *schema);
+  }
+  return log;
+}
+
+Log read_log(const std::string &path, const Schema *schema) {
+  return read_log(path, schema, ReadOptions());
+}
+
+} // namespace rim

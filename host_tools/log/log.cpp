@@ -1,0 +1,101 @@
+#include "log/log.hpp"
+
+#include <algorithm>
+
+namespace rim {
+
+namespace {
+
+struct Prefix {
+  const char *text;
+  Role role;
+};
+constexpr Prefix kPrefixes[] = {{"x.", Role::context}, {"u.", Role::command}, {"s.", Role::sensor},
+                                {"z.", Role::outcome}, {"m.", Role::mean},    {"sd.", Role::sd}};
+
+struct Unit {
+  const char *suffix, *text;
+};
+constexpr Unit kUnits[] = {
+    {"m", "m"},          {"km", "km"},       {"mm", "mm"},       {"s", "s"},
+    {"ms", "ms"},        {"us", "us"},       {"mps", "m/s"},     {"mps2", "m/s^2"},
+    {"kmph", "km/h"},    {"rad", "rad"},     {"radps", "rad/s"}, {"radps2", "rad/s^2"},
+    {"deg", "deg"},      {"degps", "deg/s"}, {"kg", "kg"},       {"kgps", "kg/s"},
+    {"kgpm3", "kg/m^3"}, {"n", "N"},         {"N", "N"},         {"nm", "N m"},
+    {"Nm", "N m"},       {"kn", "kN"},       {"kN", "kN"},       {"pa", "Pa"},
+    {"Pa", "Pa"},        {"kpa", "kPa"},     {"kPa", "kPa"},     {"mpa", "MPa"},
+    {"MPa", "MPa"},      {"bar", "bar"},     {"K", "K"},         {"degc", "degC"},
+    {"degC", "degC"},    {"V", "V"},         {"A", "A"},         {"mA", "mA"},
+    {"W", "W"},          {"J", "J"},         {"hz", "Hz"},       {"Hz", "Hz"},
+    {"pct", "%"},        {"rpm", "rpm"},     {"g", "g"}};
+
+std::string without_prefix(const std::string &name) {
+  for (const auto &p : kPrefixes)
+    if (name.rfind(p.text, 0) == 0)
+      return name.substr(std::string(p.text).size());
+  return name;
+}
+
+const Unit *unit_suffix(const std::string &name) {
+  const std::string bare = without_prefix(name);
+  const std::size_t cut = bare.rfind('_');
+  if (cut == std::string::npos || cut == 0)
+    return nullptr;
+  const std::string suffix = bare.substr(cut + 1);
+  for (const auto &u : kUnits)
+    if (suffix == u.suffix)
+      return &u;
+  return nullptr;
+}
+
+} // namespace
+
+bool role_of_name(const std::string &name, Role &role) {
+  for (const auto &p : kPrefixes) {
+    if (name.rfind(p.text, 0) == 0 && name.size() > std::string(p.text).size()) {
+      role = p.role;
+      return true;
+    }
+  }
+  return false;
+}
+
+std::string unit_of_name(const std::string &name) {
+  const Unit *unit = unit_suffix(name);
+  return unit != nullptr ? unit->text : "";
+}
+
+std::string plain_name(const std::string &name) {
+  std::string bare = without_prefix(name);
+  if (unit_suffix(name) != nullptr)
+    bare.erase(bare.rfind('_'));
+  std::replace(bare.begin(), bare.end(), '_', ' ');
+  return bare;
+}
+
+int find_column(const Log &log, const std::string &name) {
+  for (std::size_t c = 0; c < log.columns.size(); c++)
+    if (log.columns[c].name == name)
+      return static_cast<int>(c);
+  return -1;
+}
+
+std::vector<int> feature_columns(const Log &log) {
+  std::vector<int> list;
+  for (std::size_t c = 0; c < log.columns.size(); c++) {
+    const Role role = log.columns[c].role;
+    if (role == Role::context || role == Role::command || role == Role::sensor)
+      list.push_back(static_cast<int>(c));
+  }
+  return list;
+}
+
+std::vector<int> role_columns(const Log &log, Role role) {
+  std::vector<int> list;
+  for (std::size_t c = 0; c < log.columns.size(); c++)
+    if (log.columns[c].role == role)
+      list.push_back(static_cast<int>(c));
+  return list;
+}
+
+} // namespace rim
