@@ -75,7 +75,7 @@ class Work {
         break;
       default: return 0.0;
     }
-    acts = true;
+    acts = acts || add != 0.0;
     return add;
   }
 
