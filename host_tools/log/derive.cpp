@@ -2,6 +2,7 @@
 
 #include "util/error.hpp"
 
+#include <Eigen/Cholesky>
 #include <cmath>
 #include <limits>
 
