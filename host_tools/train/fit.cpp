@@ -335,6 +335,21 @@ void restore_units(const Eigen::RowVectorXd &centre, const Eigen::RowVectorXd &s
   }
 }
 
+// Variance of each input's own error in standardised units.
+Eigen::VectorXd input_errors(const Matrix &x, const std::vector<std::uint32_t> &run,
+                             const NominalModel &model, const FitOptions &options) {
+  // Commands have no noise; without a floor their coefficients would not be shrunk at all.
+  constexpr double least_sd = 1e-3;
+  const std::vector<double> sd =
+      options.input_error.empty() ? white_noise(x, run) : options.input_error;
+  Eigen::VectorXd variance(x.cols());
+  for (Eigen::Index i = 0; i < x.cols(); ++i) {
+    const double v = sd[static_cast<std::size_t>(i)] * model.inverse_scale[i];
+    variance[i] = v > 0.0 ? v * v : least_sd * least_sd;
+  }
+  return variance;
+}
+
 } // namespace
 
 FitResult fit_nominal(const Matrix &x, const Matrix &y, const std::vector<std::uint32_t> &run,
@@ -358,7 +373,7 @@ FitResult fit_nominal(const Matrix &x, const Matrix &y, const std::vector<std::u
   scale = (scale.array() > 1e-12 * (1.0 + centre.array().abs())).select(scale, 1.0);
   data.ys.array().rowwise() /= scale.array();
 
-  const RidgeShape shape{x.cols(), y.cols(), options.exclude};
+  const RidgeShape shape{x.cols(), y.cols(), options.exclude, input_errors(x, run, blank, options)};
   result.model = choose_prototypes(data, blank, shape, options, result);
   Fitted fit = fit_at(data, result.model, shape, options);
   fill_maps(fit, shape, result.model);

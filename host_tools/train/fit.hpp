@@ -39,6 +39,7 @@ struct FitOptions {
   std::uint32_t top = 4;                                                    // 1..8
   std::vector<int> exclude; // per output: input whose coefficient is zero, -1 none; empty: none
   std::vector<double> gate_weight; // per input, >= 0; empty: 1 each
+  std::vector<double> input_error; // per input: sd of its reading's own error; empty: white_noise()
   double prefer_fewer = 0.01;      // a larger model must lower the error by this fraction
   std::size_t search_rows = 60000; // rows used to choose prototypes and bandwidth
   std::uint64_t seed = 1;
@@ -71,6 +72,10 @@ std::vector<std::uint8_t> nominal_section(const NominalModel &model);
 // The model in double precision on one context: what flight computes, before its rounding.
 void predict(const NominalModel &model, const double *x, double *mean, double *sd,
              double *extrapolation);
+
+// White noise of one reading per column: second differences of a smooth signal hold 6 variances of
+// the noise and hardly any of the signal. Their median, so that jumps do not count.
+std::vector<double> white_noise(const Matrix &series, const std::vector<std::uint32_t> &run);
 
 // Predictions of the flight code on many contexts (rows x inputs).
 struct Prediction {

@@ -151,6 +151,28 @@ std::vector<RunSpan> run_spans(const std::vector<std::uint32_t> &run) {
   return spans;
 }
 
+std::vector<double> white_noise(const Matrix &series, const std::vector<std::uint32_t> &run) {
+  constexpr double median_to_sd = 1.4826; // of the absolute value of a normal
+  std::vector<double> out;
+  for (Eigen::Index j = 0; j < series.cols(); ++j) {
+    std::vector<double> size;
+    for (std::size_t i = 2; i < run.size(); ++i) {
+      if (run[i] == run[i - 2]) {
+        const auto r = static_cast<Eigen::Index>(i);
+        size.push_back(std::abs(series(r, j) - 2.0 * series(r - 1, j) + series(r - 2, j)));
+      }
+    }
+    double sd = 0.0;
+    if (!size.empty()) {
+      const auto middle = size.begin() + static_cast<std::ptrdiff_t>(size.size() / 2);
+      std::nth_element(size.begin(), middle, size.end());
+      sd = *middle * median_to_sd / std::sqrt(6.0);
+    }
+    out.push_back(sd);
+  }
+  return out;
+}
+
 void standardise_inputs(const Matrix &x, NominalModel &model) {
   model.centre.resize(x.cols());
   model.inverse_scale.resize(x.cols());

@@ -57,7 +57,7 @@ Matrix ridge_maps(const Gram &gram, const RidgeShape &shape, const Matrix &prior
   Eigen::MatrixXd sxx = gram.block(1, 1, d, d) - n * mean_x * mean_x.transpose();
   const Eigen::MatrixXd sxy = gram.block(1, 1 + d, d, o) - n * mean_x * mean_y.transpose();
   const Eigen::MatrixXd right = sxy - sxx * prior_a.transpose();
-  sxx.diagonal().array() += ridge;
+  sxx.diagonal() += ridge * shape.input_error;
   const Eigen::MatrixXd inverse = sxx.ldlt().solve(Eigen::MatrixXd::Identity(d, d));
   Eigen::MatrixXd delta = inverse * right; // d x o
   for (Eigen::Index j = 0; j < o && !shape.exclude.empty(); ++j) {

@@ -16,7 +16,8 @@ using Gram = Eigen::MatrixXd;
 
 struct RidgeShape {
   Eigen::Index inputs = 0, outputs = 0;
-  std::vector<int> exclude; // per output, -1: none
+  std::vector<int> exclude;    // per output, -1: none
+  Eigen::VectorXd input_error; // per input, variance of its reading's own error, standardised
 };
 
 // One Gram per prototype over the rows of one run. Cost rows * top * (1 + inputs + outputs)^2 / 2.
@@ -24,10 +25,11 @@ std::vector<Gram> run_grams(const Matrix &xs, const Matrix &ys, RunSpan rows, co
                             Eigen::Index prototypes);
 
 // Maps outputs x (1 + inputs), offset first, that minimise
-//   sum w |y - b - A x|^2 + ridge |A - A_prior|^2
-// with the excluded coefficient of each output held at zero (in the prior it must be zero already).
-// One more pseudo-row pulls the offset to the prior's, so that a prototype without rows is the
-// prior.
+//   sum w |y - b - A x|^2 + ridge sum_i input_error_i |A_i - A_prior,i|^2
+// as if `ridge` more rows were known that hold nothing but the readings' errors: redundant sensors
+// then share the weight by their quality, which a penalty equal for all inputs forbids. The
+// excluded coefficient of each output is held at zero; in the prior it must be zero already. One
+// more pseudo-row pulls the offset to the prior's, so that a prototype without rows is the prior.
 Matrix ridge_maps(const Gram &gram, const RidgeShape &shape, const Matrix &prior, double ridge);
 
 // The same with a ridge of its own for each output.

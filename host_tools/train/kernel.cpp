@@ -1,0 +1,338 @@
+#include "train/kernel.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <nanoflann.hpp>
+
+#include "rim/nominal.h"
+#include "train/fit_gate.hpp"
+#include "util/parallel_for.hpp"
+
+namespace rim {
+namespace {
+
+// The nearest k rows that belong to no excluded run; the interface is nanoflann's.
+class NearestElsewhere {
+public:
+  NearestElsewhere(std::size_t k, const std::vector<std::uint32_t> &run, std::uint32_t without_run)
+      : run_(run), without_run_(without_run), capacity_(k) {
+    index.reserve(k + 1);
+    distance.reserve(k + 1);
+  }
+  std::size_t size() const { return index.size(); }
+  bool full() const { return index.size() == capacity_; }
+  double worstDist() const { return full() ? distance.back() : std::numeric_limits<double>::max(); }
+  bool addPoint(double squared, std::size_t row) {
+    if (run_[row] == without_run_ || squared >= worstDist()) {
+      return true;
+    }
+    const auto at = std::upper_bound(distance.begin(), distance.end(), squared);
+    index.insert(index.begin() + (at - distance.begin()), row);
+    distance.insert(at, squared);
+    if (index.size() > capacity_) {
+      index.pop_back();
+      distance.pop_back();
+    }
+    return true;
+  }
+
+  std::vector<std::size_t> index;
+  std::vector<double> distance; // squared, ascending
+
+private:
+  const std::vector<std::uint32_t> &run_;
+  std::uint32_t without_run_;
+  std::size_t capacity_;
+};
+
+struct Rows {
+  Matrix x;
+  std::size_t kdtree_get_point_count() const { return static_cast<std::size_t>(x.rows()); }
+  double kdtree_get_pt(std::size_t i, std::size_t j) const {
+    return x(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+  }
+  template <typename Box> bool kdtree_get_bbox(Box &) const { return false; }
+};
+
+using Index = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Rows>, Rows,
+                                                  -1, std::size_t>;
+
+std::vector<std::size_t> spread_rows(std::size_t rows, std::size_t most) {
+  std::vector<std::size_t> out;
+  const std::size_t count = std::min(rows, most);
+  for (std::size_t i = 0; i < count; ++i) {
+    out.push_back(i * rows / count);
+  }
+  return out;
+}
+
+} // namespace
+
+struct PlainKernel::Tree {
+  NominalModel scale; // centre and inverse scale only
+  Rows rows;
+  Matrix y;
+  std::vector<std::uint32_t> run;
+  std::size_t neighbours = 0;
+  std::unique_ptr<Index> index;
+
+  NearestElsewhere nearest(const Eigen::RowVectorXd &xs, std::size_t k,
+                           std::uint32_t without_run) const {
+    NearestElsewhere found(k, run, without_run);
+    index->findNeighbors(found, xs.data(), nanoflann::SearchParams());
+    return found;
+  }
+};
+
+PlainKernel::PlainKernel(const Matrix &x, const Matrix &y, const std::vector<std::uint32_t> &run,
+                         std::size_t most_rows, std::size_t neighbours)
+    : tree_(std::make_unique<Tree>()) {
+  const auto keep = spread_rows(static_cast<std::size_t>(x.rows()), most_rows);
+  standardise_inputs(x, tree_->scale);
+  tree_->neighbours = neighbours;
+  Matrix some(static_cast<Eigen::Index>(keep.size()), x.cols());
+  tree_->y.resize(some.rows(), y.cols());
+  for (Eigen::Index i = 0; i < some.rows(); ++i) {
+    const std::size_t from = keep[static_cast<std::size_t>(i)];
+    some.row(i) = x.row(static_cast<Eigen::Index>(from));
+    tree_->y.row(i) = y.row(static_cast<Eigen::Index>(from));
+    tree_->run.push_back(run[from]);
+  }
+  tree_->rows.x = standardised(tree_->scale, some);
+  constexpr std::size_t leaf_rows = 16;
+  tree_->index = std::make_unique<Index>(static_cast<std::size_t>(x.cols()), tree_->rows,
+                                         nanoflann::KDTreeSingleIndexAdaptorParams(leaf_rows));
+  tree_->index->buildIndex();
+}
+
+PlainKernel::~PlainKernel() = default;
+PlainKernel::PlainKernel(PlainKernel &&) noexcept = default;
+PlainKernel &PlainKernel::operator=(PlainKernel &&) noexcept = default;
+
+double PlainKernel::spacing() const {
+  constexpr std::size_t sample = 500;
+  std::vector<double> distance;
+  for (const std::size_t i : spread_rows(tree_->run.size(), sample)) {
+    const auto found =
+        tree_->nearest(tree_->rows.x.row(static_cast<Eigen::Index>(i)), 1, tree_->run[i]);
+    if (found.size() > 0) {
+      distance.push_back(std::sqrt(found.distance.front()));
+    }
+  }
+  if (distance.empty()) {
+    return 1.0;
+  }
+  const auto middle = distance.begin() + static_cast<std::ptrdiff_t>(distance.size() / 2);
+  std::nth_element(distance.begin(), middle, distance.end());
+  return std::max(*middle, 1e-6);
+}
+
+void PlainKernel::predict(const double *x, std::uint32_t without_run,
+                          const std::vector<double> &bandwidth, Matrix &mean,
+                          Matrix &variance) const {
+  const Tree &t = *tree_;
+  const Matrix xs = standardised(t.scale, Eigen::Map<const Matrix>(x, 1, t.rows.x.cols()));
+  const NearestElsewhere found = t.nearest(xs.row(0), t.neighbours, without_run);
+  const auto rows = static_cast<Eigen::Index>(bandwidth.size());
+  mean.setZero(rows, t.y.cols());
+  variance.setZero(rows, t.y.cols());
+  for (Eigen::Index b = 0; b < rows; ++b) {
+    const double h = bandwidth[static_cast<std::size_t>(b)];
+    std::vector<double> weight;
+    double sum = 0.0;
+    for (const double squared : found.distance) {
+      // Relative to the nearest: far from all rows the sums of eq. 4.13 would be 0 / 0.
+      weight.push_back(std::exp((found.distance.front() - squared) / (2.0 * h * h)));
+      sum += weight.back();
+    }
+    for (std::size_t k = 0; k < weight.size(); ++k) {
+      mean.row(b) += weight[k] / sum * t.y.row(static_cast<Eigen::Index>(found.index[k]));
+    }
+    for (std::size_t k = 0; k < weight.size(); ++k) {
+      const auto row = static_cast<Eigen::Index>(found.index[k]);
+      variance.row(b) += weight[k] / sum * (t.y.row(row) - mean.row(b)).cwiseAbs2();
+    }
+  }
+}
+
+namespace {
+
+// Errors on the query rows: per bandwidth (row) and outcome the sum of squares.
+using Errors = Matrix;
+
+// The bandwidth with the least geometric mean error over outcomes.
+Eigen::Index best_row(const Errors &errors) {
+  Eigen::Index best = 0;
+  errors.cwiseMax(1e-300).array().log().rowwise().sum().minCoeff(&best);
+  return best;
+}
+
+std::vector<double> rmse_of(const Eigen::RowVectorXd &squares, std::size_t rows) {
+  std::vector<double> out;
+  for (Eigen::Index j = 0; j < squares.size(); ++j) {
+    out.push_back(std::sqrt(squares[j] / static_cast<double>(rows)));
+  }
+  return out;
+}
+
+Matrix fold(const std::vector<Matrix> &parts) {
+  Matrix sum = parts.front();
+  for (std::size_t i = 1; i < parts.size(); ++i) {
+    sum += parts[i];
+  }
+  return sum;
+}
+
+void judge_kernel(const Matrix &x, const Matrix &y, const std::vector<std::uint32_t> &run,
+                  const std::vector<std::size_t> &query, const KernelOptions &options,
+                  KernelReport &report) {
+  const PlainKernel kernel(x, y, run, options.train_rows, options.neighbours);
+  std::vector<double> bandwidth;
+  for (const double b : options.bandwidth) {
+    bandwidth.push_back(b * kernel.spacing());
+  }
+  std::vector<Matrix> errors(query.size());
+  parallel_for(query.size(), [&](std::size_t q) {
+    const auto row = static_cast<Eigen::Index>(query[q]);
+    Matrix mean;
+    Matrix variance;
+    kernel.predict(x.row(row).data(), run[query[q]], bandwidth, mean, variance);
+    errors[q] = (mean.rowwise() - y.row(row)).cwiseAbs2();
+  });
+  const Errors sum = fold(errors);
+  const Eigen::Index best = best_row(sum);
+  report.bandwidth = bandwidth[static_cast<std::size_t>(best)];
+  report.kernel = rmse_of(sum.row(best), query.size());
+}
+
+// Sums over the rows nearest to each prototype, per run: what leaving a run out takes away.
+struct Cells {
+  Eigen::VectorXd rows;
+  Matrix sum, squares; // P x outputs
+};
+
+Cells cells_of(const Matrix &xs, const Matrix &ys, RunSpan span, const NominalModel &model) {
+  Cells c;
+  const Eigen::Index prototypes = model.prototypes.rows();
+  c.rows = Eigen::VectorXd::Zero(prototypes);
+  c.sum = Matrix::Zero(prototypes, ys.cols());
+  c.squares = c.sum;
+  for (auto i = static_cast<Eigen::Index>(span.begin); i < static_cast<Eigen::Index>(span.end);
+       ++i) {
+    Eigen::Index p = 0;
+    (model.prototypes.rowwise() - xs.row(i)).rowwise().squaredNorm().minCoeff(&p);
+    c.rows[p] += 1.0;
+    c.sum.row(p) += ys.row(i);
+    c.squares.row(p) += ys.row(i).cwiseAbs2();
+  }
+  return c;
+}
+
+void subtract(Cells &from, const Cells &part) {
+  from.rows -= part.rows;
+  from.sum -= part.sum;
+  from.squares -= part.squares;
+}
+
+// Mean, variance and mass of every prototype; one without rows gets a mass too small to be heard.
+void fill_prototypes(const Cells &cells, NominalModel &model) {
+  const double rows = std::max(cells.rows.sum(), 1.0);
+  const Eigen::RowVectorXd mean = cells.sum.colwise().sum() / rows;
+  const Eigen::RowVectorXd overall =
+      (cells.squares.colwise().sum() / rows - mean.cwiseAbs2()).cwiseMax(0.0);
+  const Eigen::RowVectorXd least = (overall * 1e-12).cwiseMax(1e-30);
+  model.offset.resize(cells.sum.rows(), cells.sum.cols());
+  model.variance.resize(cells.sum.rows(), cells.sum.cols());
+  for (Eigen::Index p = 0; p < cells.rows.size(); ++p) {
+    const double n = cells.rows[p];
+    const bool heard = n > 0.5;
+    model.ln_mass[p] = heard ? std::log(n) : -1e6;
+    model.offset.row(p) = heard ? Eigen::RowVectorXd(cells.sum.row(p) / n) : mean;
+    model.variance.row(p) =
+        heard ? Eigen::RowVectorXd(cells.squares.row(p) / n - model.offset.row(p).cwiseAbs2())
+              : overall;
+    model.variance.row(p) = model.variance.row(p).cwiseMax(least);
+  }
+}
+
+void judge_prototypes(const Matrix &x, const Matrix &y, const std::vector<std::uint32_t> &run,
+                      const std::vector<std::size_t> &query, const KernelOptions &options,
+                      KernelReport &report) {
+  const std::vector<RunSpan> spans = run_spans(run);
+  NominalModel model;
+  model.order = 0;
+  model.top = std::min<std::uint32_t>(RIM_NOMINAL_MAX_TOP, options.prototypes);
+  model.gate_weight = Eigen::VectorXd::Ones(x.cols());
+  standardise_inputs(x, model);
+  const Matrix xs = standardised(model, x);
+  const Eigen::VectorXd radius = place_prototypes(xs, options.prototypes, options.seed, model);
+  // About zero and not about the outcome's level: the sums of squares would cancel.
+  const Eigen::RowVectorXd level = y.colwise().mean();
+  const Matrix ys = y.rowwise() - level;
+  std::vector<Cells> cells(spans.size());
+  parallel_for(spans.size(), [&](std::size_t r) { cells[r] = cells_of(xs, ys, spans[r], model); });
+  Cells all = cells.front();
+  for (std::size_t r = 1; r < cells.size(); ++r) {
+    all.rows += cells[r].rows;
+    all.sum += cells[r].sum;
+    all.squares += cells[r].squares;
+  }
+  const double typical = std::sqrt(radius.squaredNorm() / static_cast<double>(radius.size()));
+  const auto candidates = static_cast<Eigen::Index>(options.bandwidth.size());
+  std::vector<Matrix> errors(spans.size(), Matrix::Zero(candidates, y.cols()));
+  const auto set_bandwidth = [&](NominalModel &m, Eigen::Index b) {
+    const double h = options.bandwidth[static_cast<std::size_t>(b)] * typical;
+    m.bandwidth.setConstant(m.prototypes.rows(), static_cast<double>(static_cast<float>(h)));
+  };
+  model.reach = radius;
+  parallel_for(spans.size(), [&](std::size_t r) {
+    NominalModel without = model;
+    Cells rest = all;
+    subtract(rest, cells[r]);
+    fill_prototypes(rest, without);
+    Eigen::RowVectorXd mean(y.cols());
+    Eigen::RowVectorXd sd(y.cols());
+    for (const std::size_t q : query) {
+      if (q < spans[r].begin || q >= spans[r].end) {
+        continue;
+      }
+      const auto row = static_cast<Eigen::Index>(q);
+      for (Eigen::Index b = 0; b < candidates; ++b) {
+        set_bandwidth(without, b);
+        predict(without, x.row(row).data(), mean.data(), sd.data(), nullptr);
+        errors[r].row(b) += (ys.row(row) - mean).cwiseAbs2();
+      }
+    }
+  });
+  const Errors sum = fold(errors);
+  const Eigen::Index best = best_row(sum);
+  set_bandwidth(model, best);
+  fill_prototypes(all, model);
+  model.offset.rowwise() += level;
+  model.reach = model.reach.cwiseMax(model.bandwidth);
+  report.prototype_bandwidth = model.bandwidth[0];
+  report.prototypes = rmse_of(sum.row(best), query.size());
+  report.compressed = std::move(model);
+}
+
+} // namespace
+
+KernelReport compare_kernels(const Matrix &x, const Matrix &y,
+                             const std::vector<std::uint32_t> &run, const FitResult &local,
+                             const KernelOptions &options) {
+  KernelReport report;
+  const auto query = spread_rows(run.size(), options.query_rows);
+  report.white = white_noise(y, run);
+  judge_kernel(x, y, run, query, options, report);
+  judge_prototypes(x, y, run, query, options, report);
+  Eigen::RowVectorXd squares = Eigen::RowVectorXd::Zero(y.cols());
+  for (const std::size_t q : query) {
+    const auto row = static_cast<Eigen::Index>(q);
+    squares += (y.row(row) - local.mean.row(row)).cwiseAbs2();
+  }
+  report.local = rmse_of(squares, query.size());
+  return report;
+}
+
+} // namespace rim
