@@ -40,7 +40,7 @@ static double sqrt_near(double m) {
   for (int i = 0; i < 4; ++i) {
     y = y * (1.5 - half * y * y);
   }
-  return m * y;
+  return rim_clamp(m * y, 1.0, 0x1.fffffffffffffp+0); /* as the root of a double in [1, 4) is */
 }
 
 double rim_sqrt(double x) {
