@@ -11,7 +11,7 @@ namespace {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-constexpr double kShortestGo_s = 3.0;       // then the profile is flown open loop (E guidance's
+constexpr double kShortestGo_s = 5.0;       // then the profile is flown open loop (E guidance's
                                             // gain on the estimate's noise grows as 1 / go^2)
 constexpr double kSettleGain_ps = 0.8;      // vertical velocity loop of the descent
 constexpr double kLevelGain_ps = 0.5;       // horizontal
