@@ -45,7 +45,9 @@ Gram sum_of(const std::vector<Gram> &grams) {
 
 void check(const Matrix &x, const Matrix &y, const std::vector<RunSpan> &spans,
            const FitOptions &options) {
-  if (x.rows() != y.rows() || x.rows() < 2 || x.cols() < 1 || y.cols() < 1) {
+  if (x.rows() != y.rows() ||
+      (spans.empty() ? 0 : spans.back().end) != static_cast<std::size_t>(x.rows()) ||
+      x.rows() < 2 || x.cols() < 1 || y.cols() < 1) {
     throw DataError("training: inputs and outcomes differ in rows, or there are none");
   }
   if (x.cols() > RIM_NOMINAL_MAX_INPUTS || y.cols() > RIM_NOMINAL_MAX_OUTPUTS) {

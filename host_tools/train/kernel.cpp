@@ -208,7 +208,7 @@ void judge_kernel(const Matrix &x, const Matrix &y, const std::vector<std::uint3
 
 // Sums over the rows nearest to each prototype, per run: what leaving a run out takes away.
 struct Cells {
-  Eigen::VectorXd rows;
+  Eigen::VectorXd rows, reach_squared;
   Matrix sum, squares; // P x outputs
 };
 
@@ -216,23 +216,38 @@ Cells cells_of(const Matrix &xs, const Matrix &ys, RunSpan span, const NominalMo
   Cells c;
   const Eigen::Index prototypes = model.prototypes.rows();
   c.rows = Eigen::VectorXd::Zero(prototypes);
+  c.reach_squared = c.rows;
   c.sum = Matrix::Zero(prototypes, ys.cols());
   c.squares = c.sum;
   for (auto i = static_cast<Eigen::Index>(span.begin); i < static_cast<Eigen::Index>(span.end);
        ++i) {
     Eigen::Index p = 0;
-    (model.prototypes.rowwise() - xs.row(i)).rowwise().squaredNorm().minCoeff(&p);
+    const double squared =
+        (model.prototypes.rowwise() - xs.row(i)).rowwise().squaredNorm().minCoeff(&p);
     c.rows[p] += 1.0;
+    c.reach_squared[p] = std::max(c.reach_squared[p], squared);
     c.sum.row(p) += ys.row(i);
     c.squares.row(p) += ys.row(i).cwiseAbs2();
   }
   return c;
 }
 
-void subtract(Cells &from, const Cells &part) {
-  from.rows -= part.rows;
-  from.sum -= part.sum;
-  from.squares -= part.squares;
+Cells sum_of(const std::vector<Cells> &cells) {
+  Cells all = cells.front();
+  for (std::size_t r = 1; r < cells.size(); ++r) {
+    all.rows += cells[r].rows;
+    all.reach_squared = all.reach_squared.cwiseMax(cells[r].reach_squared);
+    all.sum += cells[r].sum;
+    all.squares += cells[r].squares;
+  }
+  return all;
+}
+
+Cells without(Cells all, const Cells &part) {
+  all.rows -= part.rows;
+  all.sum -= part.sum;
+  all.squares -= part.squares;
+  return all;
 }
 
 // Mean, variance and mass of every prototype; one without rows gets a mass too small to be heard.
@@ -256,6 +271,31 @@ void fill_prototypes(const Cells &cells, NominalModel &model) {
   }
 }
 
+void set_bandwidth(NominalModel &model, double bandwidth) {
+  model.bandwidth.setConstant(model.prototypes.rows(),
+                              static_cast<double>(static_cast<float>(bandwidth)));
+}
+
+// Squared errors on the query rows of one run, a row a bandwidth, by prototypes that never saw it.
+Errors errors_without(NominalModel model, const Matrix &x, const Matrix &ys, RunSpan span,
+                      const std::vector<std::size_t> &query, const std::vector<double> &bandwidth) {
+  Errors errors = Errors::Zero(static_cast<Eigen::Index>(bandwidth.size()), ys.cols());
+  Eigen::RowVectorXd mean(ys.cols());
+  Eigen::RowVectorXd sd(ys.cols());
+  for (const std::size_t q : query) {
+    if (q < span.begin || q >= span.end) {
+      continue;
+    }
+    const auto row = static_cast<Eigen::Index>(q);
+    for (std::size_t b = 0; b < bandwidth.size(); ++b) {
+      set_bandwidth(model, bandwidth[b]);
+      predict(model, x.row(row).data(), mean.data(), sd.data(), nullptr);
+      errors.row(static_cast<Eigen::Index>(b)) += (ys.row(row) - mean).cwiseAbs2();
+    }
+  }
+  return errors;
+}
+
 void judge_prototypes(const Matrix &x, const Matrix &y, const std::vector<std::uint32_t> &run,
                       const std::vector<std::size_t> &query, const KernelOptions &options,
                       KernelReport &report) {
@@ -267,50 +307,29 @@ void judge_prototypes(const Matrix &x, const Matrix &y, const std::vector<std::u
   standardise_inputs(x, model);
   const Matrix xs = standardised(model, x);
   const Eigen::VectorXd radius = place_prototypes(xs, options.prototypes, options.seed, model);
-  // About zero and not about the outcome's level: the sums of squares would cancel.
+  const double typical = std::sqrt(radius.squaredNorm() / static_cast<double>(radius.size()));
+  std::vector<double> bandwidth;
+  for (const double b : options.bandwidth) {
+    bandwidth.push_back(b * typical);
+  }
+  // About the outcome's mean and not about zero: the sums of squares would cancel.
   const Eigen::RowVectorXd level = y.colwise().mean();
   const Matrix ys = y.rowwise() - level;
   std::vector<Cells> cells(spans.size());
   parallel_for(spans.size(), [&](std::size_t r) { cells[r] = cells_of(xs, ys, spans[r], model); });
-  Cells all = cells.front();
-  for (std::size_t r = 1; r < cells.size(); ++r) {
-    all.rows += cells[r].rows;
-    all.sum += cells[r].sum;
-    all.squares += cells[r].squares;
-  }
-  const double typical = std::sqrt(radius.squaredNorm() / static_cast<double>(radius.size()));
-  const auto candidates = static_cast<Eigen::Index>(options.bandwidth.size());
-  std::vector<Matrix> errors(spans.size(), Matrix::Zero(candidates, y.cols()));
-  const auto set_bandwidth = [&](NominalModel &m, Eigen::Index b) {
-    const double h = options.bandwidth[static_cast<std::size_t>(b)] * typical;
-    m.bandwidth.setConstant(m.prototypes.rows(), static_cast<double>(static_cast<float>(h)));
-  };
-  model.reach = radius;
+  const Cells all = sum_of(cells);
+  std::vector<Errors> errors(spans.size());
   parallel_for(spans.size(), [&](std::size_t r) {
-    NominalModel without = model;
-    Cells rest = all;
-    subtract(rest, cells[r]);
-    fill_prototypes(rest, without);
-    Eigen::RowVectorXd mean(y.cols());
-    Eigen::RowVectorXd sd(y.cols());
-    for (const std::size_t q : query) {
-      if (q < spans[r].begin || q >= spans[r].end) {
-        continue;
-      }
-      const auto row = static_cast<Eigen::Index>(q);
-      for (Eigen::Index b = 0; b < candidates; ++b) {
-        set_bandwidth(without, b);
-        predict(without, x.row(row).data(), mean.data(), sd.data(), nullptr);
-        errors[r].row(b) += (ys.row(row) - mean).cwiseAbs2();
-      }
-    }
+    NominalModel rest = model;
+    fill_prototypes(without(all, cells[r]), rest);
+    errors[r] = errors_without(std::move(rest), x, ys, spans[r], query, bandwidth);
   });
   const Errors sum = fold(errors);
   const Eigen::Index best = best_row(sum);
-  set_bandwidth(model, best);
+  set_bandwidth(model, bandwidth[static_cast<std::size_t>(best)]);
   fill_prototypes(all, model);
   model.offset.rowwise() += level;
-  model.reach = model.reach.cwiseMax(model.bandwidth);
+  model.reach = all.reach_squared.cwiseSqrt().cwiseMax(model.bandwidth);
   report.prototype_bandwidth = model.bandwidth[0];
   report.prototypes = rmse_of(sum.row(best), query.size());
   report.compressed = std::move(model);
