@@ -270,8 +270,8 @@ rim_status rim_stats_full_solve(const rim_stats_full *stats, double *ln_anom, do
 }
 
 rim_status rim_stats_variance_add(rim_stats_variance *stats, double dz, double var) {
-  const double q = stats->q + dz * dz / var;
-  if (!is_variance(var) || !rim_is_finite(q)) {
+  const double q = is_variance(var) ? stats->q + dz * dz / var : -1.0;
+  if (!(q >= 0.0) || !rim_is_finite(q)) {
     return RIM_E_DATA;
   }
   stats->n += 1.0;

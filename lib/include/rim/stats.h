@@ -182,9 +182,9 @@ void rim_stats_bernoulli_subtract(rim_stats_bernoulli *from, const rim_stats_ber
  *   F = max_beta [ beta k - sum_i ln(1 + p_i (e^beta - 1)) ].
  * With one p for all trials it is Kulldorff's k ln(k/np) + (n-k) ln((n-k)/(n(1-p))), exactly. With
  * varying p the sum is taken over two values of p that have the same mean and variance (m -+ tau,
- * kept within [m/8, 1 - (1-m)/8]); where that bound cuts variance off, F comes out lower than the
- * true one, never above the F of the two values. 0 for the empty set. At most 40 safeguarded Newton
- * steps. */
+ * kept within [m/8, 1 - (1-m)/8], which can only lower F): exact for two values in equal parts, and
+ * for p even over [0.05, 0.95] within 4 % of F + 1/2. 0 for the empty set. At most 40 safeguarded
+ * Newton steps. */
 double rim_stats_bernoulli_ln_anom(const rim_stats_bernoulli *stats);
 
 /* Returns the maximising beta, the logarithm of the odds ratio: >0 for more events than expected.
