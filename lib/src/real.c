@@ -31,9 +31,9 @@ double rim_floor(double x) {
   return rim_from_bits(((bits & SIGN) != 0 ? bits + below_one : bits) & ~below_one);
 }
 
-/* An approximation of sqrt(m) for m in [1, 4), within 4 units of 2^-52 (3 seen): a seed of 1/sqrt(m) from
- * the bits (3.5 %), four Newton steps (each squares the error and multiplies by 3/2: 1.8e-3, 5e-6,
- * 4e-11, rounding). */
+/* An approximation of sqrt(m) for m in [1, 4), within 4 units of 2^-52 (3 seen): a seed of
+ * 1/sqrt(m) from the bits (3.5 %), four Newton steps (each squares the error and multiplies by
+ * 3/2: 1.8e-3, 5e-6, 4e-11, rounding). */
 static double sqrt_near(double m) {
   const double half = 0.5 * m;
   double y = rim_from_bits(UINT64_C(0x5fe6eb50c7b537a9) - (rim_bits(m) >> 1));
