@@ -107,6 +107,7 @@ typedef struct rim_select rim_select;
    RIM_SELECT_ROUND8(2u * (size_t)(features) * (size_t)(bins)) +                                   \
    RIM_SELECT_ROUND8((size_t)(ring) * (size_t)(features)) +                                        \
    RIM_SELECT_ROUND8((size_t)(ring) * 2u * (size_t)(channels)) +                                   \
+   RIM_SELECT_ROUND8((size_t)(ring) * 2u) +                                                        \
    RIM_SELECT_ROUND8((size_t)(features) * (size_t)(channels) * 8u) +                               \
    RIM_SELECT_ROUND8((size_t)(channels) * 48u) +                                                   \
    (size_t)(pairs) * (RIM_SELECT_ROUND8(6u * (size_t)(grid) * ((size_t)(grid) + 1u)) + 1024u))

@@ -1,0 +1,125 @@
+/* The engine's layout, shared by select.c, select_scan.c and select_pool.c. */
+#ifndef RIM_SELECT_PRIVATE_H
+#define RIM_SELECT_PRIVATE_H
+
+#include "rim/bins.h"
+#include "rim/rng.h"
+#include "rim/select.h"
+
+#define SELECT_ROOTS 256u           /* table of sqrt(1 - (k/256)^2) */
+#define SELECT_RESIDUAL_STEP (1.0 / 512.0) /* of a ring residual: int16 covers +-64 */
+
+/* Best interval of a (channel, feature) slice when it was last scanned. */
+typedef struct slice {
+  float ln_anom;
+  uint8_t first, last; /* bins first..last */
+  uint16_t swept;      /* low 16 bits of the sweep that last had it as base */
+} slice;
+
+typedef struct channel_state {
+  double sum; /* of all residuals */
+  float a, b, scale, offset;
+  float score;          /* best ln anom less penalty, >= 0 */
+  uint16_t best_feature;
+  uint16_t reserved;
+  float best_interval;  /* its ln anom */
+  float reserved2;
+} channel_state;
+
+/* Points with ((y - cy) / a)^2 + ((x - cx - b (y - cy) / a) / c)^2 < 1: (b, c; 0, a) is a Cholesky
+ * factor of A in eq. 3.8, positive definite for any a, c > 0. */
+typedef struct ellipse {
+  float cx, cy, a, b, c;
+} ellipse;
+
+typedef struct chain {
+  ellipse shape;
+  float s, n;           /* statistics as evaluated: exact on the ring for the leading pair */
+  float grid_s, grid_n; /* on the grid alone */
+} chain;
+
+typedef struct pair_state {
+  uint16_t x, y, channel; /* features, x < y */
+  uint8_t active;
+  uint8_t exact;    /* chains have statistics exact on the ring */
+  float h3;         /* latest H3 of this pair */
+  uint16_t cursor;  /* next chain to move */
+  uint8_t standing; /* 0: on trial */
+  uint8_t age;      /* units since activation, saturating */
+  chain chain[RIM_SELECT_CHAINS];
+} pair_state;
+
+struct rim_select {
+  uint32_t magic;
+  uint16_t features, channels, ring, bins, grid, pairs, scans, edges, moves;
+  uint16_t head;     /* ring slot written next */
+  uint16_t held;     /* observations in the ring */
+  uint16_t leader;   /* index of the pair with the best score; pairs: none */
+  uint16_t turn;     /* other pair moved last */
+  uint16_t sweeps;
+  uint16_t base_feature, base_channel, next_feature;
+  float base_shear;
+  uint8_t base_first, base_last;
+  uint32_t next_slice;
+  uint32_t count;    /* observations in the tables (halved with them) */
+  uint32_t total;    /* observations ever */
+  float penalty[3];
+  uint32_t tried[64];
+  uint32_t tried_unit[64];
+  uint32_t tried_at;
+  struct { double low[2], high[2], m[3], value; uint16_t x, y, channel; uint8_t any; } offer;
+  uint8_t trial_turn;
+  uint32_t sum_at, count_at, ring_at, residual_at, slice_at, channel_at, pair_at, grid_at, mask_at;
+  rim_select_effort effort;
+  rim_rng rng;
+  uint64_t seed;
+  const uint8_t *bin_b;
+  float root[SELECT_ROOTS + 1];
+  float scores[RIM_SELECT_MAX_CHANNELS];
+};
+
+static inline void *select_at(const rim_select *e, uint32_t offset) {
+  return (void *)((uintptr_t)e + offset);
+}
+static inline uint8_t *select_row(const rim_select *e, uint32_t slot) {
+  return (uint8_t *)select_at(e, e->ring_at) + (size_t)slot * e->features;
+}
+static inline int16_t *select_residual(const rim_select *e, uint32_t slot) {
+  return (int16_t *)select_at(e, e->residual_at) + (size_t)slot * e->channels;
+}
+static inline slice *select_slice(const rim_select *e, uint32_t channel, uint32_t feature) {
+  return (slice *)select_at(e, e->slice_at) + (size_t)channel * e->features + feature;
+}
+static inline channel_state *select_channel(const rim_select *e, uint32_t channel) {
+  return (channel_state *)select_at(e, e->channel_at) + channel;
+}
+static inline pair_state *select_pair(const rim_select *e, uint32_t pair) {
+  return (pair_state *)select_at(e, e->pair_at) + pair;
+}
+static inline rim_bins select_bins(const rim_select *e) {
+  return (rim_bins){e->features, e->bins, e->channels, (float *)select_at(e, e->sum_at),
+                    (uint16_t *)select_at(e, e->count_at)};
+}
+static inline rim_grid select_grid(const rim_select *e, uint32_t pair) {
+  const size_t bytes = RIM_SELECT_ROUND8(6u * (size_t)e->grid * ((size_t)e->grid + 1u));
+  uint8_t *base = (uint8_t *)select_at(e, e->grid_at) + pair * bytes;
+  return (rim_grid){e->grid, (float *)(void *)base,
+                    (uint16_t *)(void *)(base + RIM_GRID_SUM_BYTES(e->grid))};
+}
+static inline double select_ln_anom(double s, double n, double a, double b) {
+  return n > 0.0 ? s * s / (2.0 * n * (a + b * n)) : 0.0;
+}
+
+/* select_scan.c */
+void select_scan(rim_select *e, uint32_t budget);
+void select_sweep(rim_select *e, uint32_t budget);
+/* select_pool.c */
+float select_chain_ln_anom(const rim_select *e, const pair_state *p, const chain *k);
+float select_pair_best(const rim_select *e, const pair_state *p, uint32_t *which);
+void select_pool_observe(rim_select *e, uint32_t slot);
+void select_pool_forget(rim_select *e, uint32_t slot);
+void select_pool_offer(rim_select *e, uint16_t x, uint16_t y, uint16_t channel, const double *low,
+                       const double *high, double h3, double sxx, double sxy, double syy);
+double select_pool_bar(const rim_select *e, uint32_t *weakest);
+void select_pool_move(rim_select *e, uint32_t budget);
+#endif
