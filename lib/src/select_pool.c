@@ -300,11 +300,6 @@ static void seed_chain(rim_select *e, uint32_t pair, const double *low, const do
   if (select_chain_ln_anom(e, p, &fresh) > value) p->chain[worst] = fresh;
 }
 
-static double pair_value(const rim_select *e, const pair_state *p) {
-  const channel_state *state = select_channel(e, p->channel);
-  return (double)select_pair_best(e, p, NULL) * (double)state->scale - (double)state->offset;
-}
-
 /* H3 that a pair must beat to enter the pool. */
 double select_pool_bar(const rim_select *e, uint32_t *weakest) {
   double bar = 1e300;
