@@ -1,4 +1,4 @@
-#include "effect.hpp"
+#include "world/effect.hpp"
 
 #include <algorithm>
 
@@ -6,8 +6,8 @@ namespace rim::world {
 
 const std::array<std::string, kQuantities> &quantity_names() {
   static const std::array<std::string, kQuantities> names = {
-      "time_s",         "altitude_m",     "speed_mps",   "velocity_x_mps", "velocity_y_mps",
-      "velocity_z_mps", "downrange_m",    "thrust",      "thrusting"};
+      "time_s",         "altitude_m",  "speed_mps", "velocity_x_mps", "velocity_y_mps",
+      "velocity_z_mps", "downrange_m", "thrust",    "thrusting"};
   return names;
 }
 
@@ -21,4 +21,4 @@ bool EffectTerm::is_open(const Quantities &truth) const {
   });
 }
 
-}  // namespace rim::world
+} // namespace rim::world

@@ -1,8 +1,8 @@
 // Reading the TOML of an effect; the schema is in data/README.md.
 #include <algorithm>
 
-#include "effect.hpp"
 #include "util/error.hpp"
+#include "world/effect.hpp"
 #include "world/toml_table.hpp"
 
 namespace rim::world {
@@ -30,15 +30,16 @@ constexpr KindName kKinds[] = {
 
 // One [[term]] of a file.
 class TermReader {
- public:
+public:
   TermReader(const std::string &path, const toml::node &node, const LanderParams &params)
       : path_(path), params_(params) {
-    if (!node.is_table()) fail(path, node, "key 'term': must be an array of tables");
+    if (!node.is_table())
+      fail(path, node, "key 'term': must be an array of tables");
     table_ = node.as_table();
     for (const auto &[key, value] : *table_) {
       static const std::array<std::string, 10> known = {
-          "target", "sensor",     "kind",       "engine", "axis",
-          "gate",   "hold_rows",  "multiple",   "dispersion", "derivation"};
+          "target", "sensor",    "kind",     "engine",     "axis",
+          "gate",   "hold_rows", "multiple", "dispersion", "derivation"};
       const std::string name(key.str());
       if (std::find(known.begin(), known.end(), name) == known.end()) {
         fail(path, value, "unknown key 'term." + name + "'");
@@ -58,10 +59,11 @@ class TermReader {
     return term;
   }
 
- private:
+private:
   const toml::node &need(const char *key) const {
     const toml::node *node = table_->get(key);
-    if (node == nullptr) fail(path_, *table_, "key 'term." + std::string(key) + "' is missing");
+    if (node == nullptr)
+      fail(path_, *table_, "key 'term." + std::string(key) + "' is missing");
     return *node;
   }
 
@@ -75,10 +77,12 @@ class TermReader {
     const toml::node &node = need("kind");
     const std::string name = read_string(path_, node, "term.kind");
     for (const KindName &kind : kKinds) {
-      if (name == kind.name) return kind;
+      if (name == kind.name)
+        return kind;
     }
     std::string all;
-    for (const KindName &kind : kKinds) all += std::string(all.empty() ? "" : ", ") + kind.name;
+    for (const KindName &kind : kKinds)
+      all += std::string(all.empty() ? "" : ", ") + kind.name;
     fail(path_, node, "key 'term.kind': no kind '" + name + "' (one of " + all + ")");
   }
 
@@ -89,8 +93,9 @@ class TermReader {
       fail(path_, node, "key 'term.target': must be \"sensor\" or \"physics\"");
     }
     if ((target == "physics") != kind.is_physics) {
-      fail(path_, node, "key 'term.target': kind '" + std::string(kind.name) + "' acts on the " +
-                            (kind.is_physics ? "physics" : "sensor"));
+      fail(path_, node,
+           "key 'term.target': kind '" + std::string(kind.name) + "' acts on the " +
+               (kind.is_physics ? "physics" : "sensor"));
     }
     if (kind.is_physics) {
       refuse("sensor", "an effect on the physics has no sensor");
@@ -106,7 +111,8 @@ class TermReader {
     const toml::node &sensor = need("sensor");
     const std::string name = read_string(path_, sensor, "term.sensor");
     term.sensor = sensor_index(name);
-    if (term.sensor == kSensors) fail(path_, sensor, "key 'term.sensor': no sensor '" + name + "'");
+    if (term.sensor == kSensors)
+      fail(path_, sensor, "key 'term.sensor': no sensor '" + name + "'");
   }
 
   void read_engine(const KindName &kind, EffectTerm &term) const {
@@ -115,7 +121,8 @@ class TermReader {
       return;
     }
     const toml::node &node = need("engine");
-    if (node.is_string() && *node.value<std::string>() == "all") return;
+    if (node.is_string() && *node.value<std::string>() == "all")
+      return;
     const auto number = node.is_integer() ? *node.value<std::int64_t>() : 0;
     if (number < 1 || number > static_cast<std::int64_t>(kEngines)) {
       fail(path_, node, "key 'term.engine': must be 1 to 4 or \"all\"");
@@ -130,7 +137,8 @@ class TermReader {
     }
     const toml::node &node = need("axis");
     const std::string axis = read_string(path_, node, "term.axis");
-    if (axis != "x" && axis != "y") fail(path_, node, "key 'term.axis': must be \"x\" or \"y\"");
+    if (axis != "x" && axis != "y")
+      fail(path_, node, "key 'term.axis': must be \"x\" or \"y\"");
     term.axis = axis == "y" ? 1 : 0;
   }
 
@@ -158,15 +166,22 @@ class TermReader {
     const std::string name = read_string(path_, node, "term.dispersion");
     const EngineParams &e = params_.engine;
     if (term.is_physics()) {
-      if (name == "flow_sd") return e.flow_sd;
-      if (name == "specific_impulse_sd") return e.specific_impulse_sd;
-      if (name == "frame_misalignment_sd_rad") return e.frame_misalignment_sd_rad;
+      if (name == "flow_sd")
+        return e.flow_sd;
+      if (name == "specific_impulse_sd")
+        return e.specific_impulse_sd;
+      if (name == "frame_misalignment_sd_rad")
+        return e.frame_misalignment_sd_rad;
     } else {
       const SensorParams &s = params_.sensor[term.sensor];
-      if (name == "bias_sd") return s.bias_sd;
-      if (name == "scale_sd") return s.scale_sd;
-      if (name == "drift_sd_per_s") return s.drift_sd_per_s;
-      if (name == "noise_variance") return 2.0 * s.noise_level_sd;
+      if (name == "bias_sd")
+        return s.bias_sd;
+      if (name == "scale_sd")
+        return s.scale_sd;
+      if (name == "drift_sd_per_s")
+        return s.drift_sd_per_s;
+      if (name == "noise_variance")
+        return 2.0 * s.noise_level_sd;
     }
     fail(path_, node, "key 'term.dispersion': '" + name + "' is no dispersion of this target");
   }
@@ -186,15 +201,18 @@ class TermReader {
 
   void read_gates(EffectTerm &term) const {
     const toml::node *node = table_->get("gate");
-    if (node == nullptr) return;
-    if (!node->is_table()) fail(path_, *node, "key 'term.gate': must be a table");
+    if (node == nullptr)
+      return;
+    if (!node->is_table())
+      fail(path_, *node, "key 'term.gate': must be a table");
     for (const auto &[key, value] : *node->as_table()) {
       const std::string name(key.str());
       const auto &names = quantity_names();
       const auto found = std::find(names.begin(), names.end(), name);
       if (found == names.end()) {
         std::string all;
-        for (const std::string &n : names) all += (all.empty() ? "" : ", ") + n;
+        for (const std::string &n : names)
+          all += (all.empty() ? "" : ", ") + n;
         fail(path_, value, "unknown key 'term.gate." + name + "' (one of " + all + ")");
       }
       term.gates.push_back(
@@ -205,7 +223,8 @@ class TermReader {
   std::vector<std::array<double, 2>> read_intervals(const std::string &name,
                                                     const toml::node &node) const {
     if (name == "thrusting") {
-      if (!node.is_boolean()) fail(path_, node, "key 'term.gate.thrusting': must be true or false");
+      if (!node.is_boolean())
+        fail(path_, node, "key 'term.gate.thrusting': must be true or false");
       const double wanted = *node.value<bool>() ? 1.0 : 0.0;
       return {{wanted, wanted}};
     }
@@ -214,9 +233,11 @@ class TermReader {
       fail(path_, node, "key 'term.gate." + name + "': must be [low, high] or a list of such");
     }
     std::vector<std::array<double, 2>> intervals;
-    if (!list->get(0)->is_array()) return {read_interval(name, *list)};
+    if (!list->get(0)->is_array())
+      return {read_interval(name, *list)};
     for (const toml::node &entry : *list) {
-      if (!entry.is_array()) fail(path_, entry, "key 'term.gate." + name + "': must be [low, high]");
+      if (!entry.is_array())
+        fail(path_, entry, "key 'term.gate." + name + "': must be [low, high]");
       intervals.push_back(read_interval(name, *entry.as_array()));
     }
     return intervals;
@@ -224,10 +245,12 @@ class TermReader {
 
   std::array<double, 2> read_interval(const std::string &name, const toml::array &pair) const {
     const std::string key = "term.gate." + name;
-    if (pair.size() != 2) fail(path_, pair, "key '" + key + "': must be [low, high]");
+    if (pair.size() != 2)
+      fail(path_, pair, "key '" + key + "': must be [low, high]");
     const double low = read_number(path_, *pair.get(0), key, Range::any);
     const double high = read_number(path_, *pair.get(1), key, Range::any);
-    if (low >= high) fail(path_, pair, "key '" + key + "': low must be below high");
+    if (low >= high)
+      fail(path_, pair, "key '" + key + "': low must be below high");
     return {low, high};
   }
 
@@ -236,7 +259,7 @@ class TermReader {
   const toml::table *table_ = nullptr;
 };
 
-}  // namespace
+} // namespace
 
 Effect read_effect(const std::string &path, const LanderParams &params) {
   const toml::table root = parse_toml(path);
@@ -244,7 +267,8 @@ Effect read_effect(const std::string &path, const LanderParams &params) {
   Effect effect;
   effect.path = path;
   for (const char *key : {"name", "description", "term"}) {
-    if (!root.contains(key)) throw DataError(path + ": key '" + key + "' is missing");
+    if (!root.contains(key))
+      throw DataError(path + ": key '" + key + "' is missing");
   }
   effect.name = read_string(path, *root.get("name"), "name");
   effect.description = read_string(path, *root.get("description"), "description");
@@ -258,4 +282,4 @@ Effect read_effect(const std::string &path, const LanderParams &params) {
   return effect;
 }
 
-}  // namespace rim::world
+} // namespace rim::world

@@ -1,4 +1,4 @@
-#include "golf.hpp"
+#include "world/golf.hpp"
 
 #include <cmath>
 #include <stdexcept>
@@ -10,7 +10,7 @@ constexpr double kPi = 3.141592653589793;
 constexpr std::uint64_t kBumpStream = 1;
 constexpr std::uint64_t kFeatureStream = 2;
 constexpr std::uint64_t kShotStream = 3;
-constexpr int kMaxDraws = 100000;  // far beyond need: some 1 in 3 draws is accepted
+constexpr int kMaxDraws = 100000; // far beyond need: some 1 in 3 draws is accepted
 
 using Point = std::array<double, 2>;
 using Polygon = std::vector<Point>;
@@ -27,7 +27,8 @@ Polygon clip(const Polygon &polygon, const GolfHalfPlane &plane) {
     const Point &b = polygon[(i + 1) % polygon.size()];
     const double side_a = side(plane, a);
     const double side_b = side(plane, b);
-    if (side_a >= 0.0) kept.push_back(a);
+    if (side_a >= 0.0)
+      kept.push_back(a);
     if ((side_a >= 0.0) != (side_b >= 0.0)) {
       const double s = side_a / (side_a - side_b);
       kept.push_back({a[0] + s * (b[0] - a[0]), a[1] + s * (b[1] - a[1])});
@@ -66,8 +67,12 @@ struct Limits {
 
 Limits limits_of(const GolfParams &p, GolfVariant variant) {
   if (variant == GolfVariant::binary) {
-    return {p.binary_min_distance_m, p.binary_max_distance_m,    0.5 * kPi,
-            1.5 * kPi,               p.binary_min_subtended_rad, p.binary_max_subtended_rad,
+    return {p.binary_min_distance_m,
+            p.binary_max_distance_m,
+            0.5 * kPi,
+            1.5 * kPi,
+            p.binary_min_subtended_rad,
+            p.binary_max_subtended_rad,
             p.binary_max_tilt_rad};
   }
   const double degree = kPi / 180.0;
@@ -108,7 +113,8 @@ GolfBump place_bump(const GolfParams &p, const Limits &limits, world::Random &ra
                  through(target, bump.ends_m[0], bump.centre_m),
                  through(target, bump.ends_m[1], bump.centre_m)};
   Polygon region{{0.0, 0.0}, {p.length_m, 0.0}, {p.length_m, p.width_m}, {0.0, p.width_m}};
-  for (const GolfHalfPlane &plane : bump.behind) region = clip(region, plane);
+  for (const GolfHalfPlane &plane : bump.behind)
+    region = clip(region, plane);
   bump.area_fraction = area(region) / (p.length_m * p.width_m);
   return bump;
 }
@@ -122,42 +128,49 @@ GolfBump draw_bump(const GolfParams &p, GolfVariant variant, world::Random rando
   const Limits limits = limits_of(p, variant);
   for (int i = 0; i < kMaxDraws; ++i) {
     const GolfBump bump = place_bump(p, limits, random);
-    if (is_allowed(p, bump)) return bump;
+    if (is_allowed(p, bump))
+      return bump;
   }
   throw std::invalid_argument("golf: the parameters allow no bump (centre in the field, region of "
                               "at least min_region_fraction)");
 }
 
-}  // namespace
+} // namespace
 
 Golf::Golf(const GolfParams &params, const GolfOptions &options, std::uint64_t seed,
            std::uint64_t run)
     : params_(params), options_(options), random_(seed, run, kShotStream) {
-  if (options.dims < 2) throw std::invalid_argument("golf: dims must be at least 2");
+  if (options.dims < 2)
+    throw std::invalid_argument("golf: dims must be at least 2");
   world::Random places(seed, run, kFeatureStream);
   features_[0] = places.below(options.dims);
   features_[1] = places.below(options.dims - 1);
-  if (features_[1] >= features_[0]) ++features_[1];
+  if (features_[1] >= features_[0])
+    ++features_[1];
   if (options.bump) {
     bump_ = draw_bump(params, options.variant, world::Random(seed, run, kBumpStream));
   }
 }
 
 bool Golf::done() const {
-  if (options_.max_shots != 0 && shots_ >= options_.max_shots) return true;
+  if (options_.max_shots != 0 && shots_ >= options_.max_shots)
+    return true;
   return options_.bump ? anomalous_ >= options_.anomalous : shots_ >= options_.shots;
 }
 
 bool Golf::is_behind(double x_m, double y_m) const {
-  if (!options_.bump) return false;
+  if (!options_.bump)
+    return false;
   for (const GolfHalfPlane &plane : bump_.behind) {
-    if (side(plane, {x_m, y_m}) < 0.0) return false;
+    if (side(plane, {x_m, y_m}) < 0.0)
+      return false;
   }
   return true;
 }
 
 double Golf::expected(double x_m, double y_m) const {
-  if (options_.variant == GolfVariant::binary) return params_.success;
+  if (options_.variant == GolfVariant::binary)
+    return params_.success;
   const double distance_m = std::hypot(x_m - params_.length_m, y_m - params_.width_m / 2.0);
   return params_.reward_at_target - params_.reward_slope * distance_m / params_.length_m;
 }
@@ -169,7 +182,8 @@ GolfShot Golf::next() {
   const double luck = random_.normal();
   const double chance = random_.uniform();
   shot.x.resize(options_.dims);
-  for (double &value : shot.x) value = random_.uniform(-1.0, 1.0);
+  for (double &value : shot.x)
+    value = random_.uniform(-1.0, 1.0);
   shot.x[features_[0]] = x_m;
   shot.x[features_[1]] = y_m;
   shot.anomalous = is_behind(x_m, y_m);
@@ -182,14 +196,16 @@ GolfShot Golf::next() {
     shot.z = shot.m + params_.noise_sd * luck + (shot.anomalous ? params_.shift : 0.0);
   }
   ++shots_;
-  if (shot.anomalous) ++anomalous_;
+  if (shot.anomalous)
+    ++anomalous_;
   return shot;
 }
 
 std::vector<GolfShot> Golf::all() {
   std::vector<GolfShot> shots;
-  while (!done()) shots.push_back(next());
+  while (!done())
+    shots.push_back(next());
   return shots;
 }
 
-}  // namespace rim
+} // namespace rim

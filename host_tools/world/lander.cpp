@@ -1,10 +1,10 @@
-#include "lander.hpp"
+#include "world/lander.hpp"
 
 #include <cmath>
 
-#include "lander_guidance.hpp"
-#include "lander_streams.hpp"
 #include "util/error.hpp"
+#include "world/lander_guidance.hpp"
+#include "world/lander_streams.hpp"
 
 namespace rim::world {
 namespace {
@@ -54,8 +54,8 @@ LanderState initial_state(const LanderParams &p, const LanderVehicle &vehicle, d
 double tank_pressure_kPa(const LanderParams &p, const LanderVehicle &vehicle, double mass_kg) {
   // Isothermal blowdown; the load of the run sets the gas volume at the start.
   const double burnt_kg = vehicle.dry_mass_kg + vehicle.propellant_kg - mass_kg;
-  const double start_m3 = p.tank.ullage_m3 -
-      (vehicle.propellant_kg - p.vehicle.propellant_kg) / p.tank.propellant_density_kgpm3;
+  const double start_m3 = p.tank.ullage_m3 - (vehicle.propellant_kg - p.vehicle.propellant_kg) /
+                                                 p.tank.propellant_density_kgpm3;
   return vehicle.tank_pressure_kPa * p.tank.ullage_m3 /
          (start_m3 + burnt_kg / p.tank.propellant_density_kgpm3);
 }
@@ -81,12 +81,33 @@ std::array<double, kSensors> perfect_sensors(const LanderParams &p, const Lander
   const double altitude = altitude_m(vehicle, position);
   const Vector3d angle = roll_pitch_yaw_rad(attitude(s));
   Vector3d force = Vector3d::Zero();
-  for (const Vector3d &thrust : thrust_N(p, vehicle, s, input)) force += thrust;
-  std::array<double, kSensors> out = {
-      s[0],  s[1],  s[2],  s[3],  s[4],  s[5],  s[3], s[4], s[5], altitude, altitude, angle.x(),
-      angle.y(), angle.z(), s[10], s[11], s[12], force.z() / s[13],
-      gravity_mps2(vehicle, position).norm(), s[13], tank_pressure_kPa(p, vehicle, s[13]),
-      0.0, 0.0, 0.0, 0.0};
+  for (const Vector3d &thrust : thrust_N(p, vehicle, s, input))
+    force += thrust;
+  std::array<double, kSensors> out = {s[0],
+                                      s[1],
+                                      s[2],
+                                      s[3],
+                                      s[4],
+                                      s[5],
+                                      s[3],
+                                      s[4],
+                                      s[5],
+                                      altitude,
+                                      altitude,
+                                      angle.x(),
+                                      angle.y(),
+                                      angle.z(),
+                                      s[10],
+                                      s[11],
+                                      s[12],
+                                      force.z() / s[13],
+                                      gravity_mps2(vehicle, position).norm(),
+                                      s[13],
+                                      tank_pressure_kPa(p, vehicle, s[13]),
+                                      0.0,
+                                      0.0,
+                                      0.0,
+                                      0.0};
   for (std::size_t i = 0; i < kEngines; ++i) {
     out[21 + i] = p.engine.chamber_pressure_kPa * engine_flow(vehicle, s, input, i);
   }
@@ -101,14 +122,19 @@ bool apply_physics(const std::vector<Effect> &effects, const Quantities &truth,
   const bool is_thrusting = truth[static_cast<std::size_t>(Quantity::thrusting)] > 0.5;
   for (const Effect &effect : effects) {
     for (const EffectTerm &term : effect.terms) {
-      if (!term.is_physics() || !term.is_open(truth)) continue;
+      if (!term.is_physics() || !term.is_open(truth))
+        continue;
       acts = acts || is_thrusting;
       for (std::size_t i = 0; i < kEngines; ++i) {
-        if (term.engine != kEngines && term.engine != i) continue;
-        if (term.kind == EffectKind::thrust_loss) fault.flow_loss[i] += term.size();
-        if (term.kind == EffectKind::isp_loss) fault.isp_loss[i] += term.size();
+        if (term.engine != kEngines && term.engine != i)
+          continue;
+        if (term.kind == EffectKind::thrust_loss)
+          fault.flow_loss[i] += term.size();
+        if (term.kind == EffectKind::isp_loss)
+          fault.isp_loss[i] += term.size();
       }
-      if (term.kind == EffectKind::misalignment) fault.tilt_rad[term.axis] += term.size();
+      if (term.kind == EffectKind::misalignment)
+        fault.tilt_rad[term.axis] += term.size();
     }
   }
   return acts;
@@ -123,11 +149,12 @@ struct Process {
     const double fresh = p.vehicle.disturbance_torque_Nm * std::sqrt(1.0 - keep * keep);
     disturbance_Nm = keep * disturbance_Nm + fresh * normal3(random);
     input.disturbance_Nm = disturbance_Nm;
-    for (double &roughness : input.roughness) roughness = p.engine.roughness * random.normal();
+    for (double &roughness : input.roughness)
+      roughness = p.engine.roughness * random.normal();
   }
 };
 
-}  // namespace
+} // namespace
 
 LanderRun simulate_lander(const LanderParams &params, const std::vector<Effect> &effects,
                           std::uint64_t seed, std::uint64_t run) {
@@ -144,7 +171,8 @@ LanderRun simulate_lander(const LanderParams &params, const std::vector<Effect> 
     row.t_s = static_cast<double>(k) / 20.0;
     guidance.command(vehicle, row.t_s, kLanderStep_s, s, input);
     process.step(params, input);
-    if (guidance.is_thrusting() && !was_thrusting) result.ignition_s = row.t_s;
+    if (guidance.is_thrusting() && !was_thrusting)
+      result.ignition_s = row.t_s;
     was_thrusting = guidance.is_thrusting();
     row.quantity = quantities(vehicle, row.t_s, s, was_thrusting);
     row.acts = apply_physics(effects, row.quantity, input.fault);
@@ -152,7 +180,8 @@ LanderRun simulate_lander(const LanderParams &params, const std::vector<Effect> 
     row.sensor = perfect_sensors(params, vehicle, s, input);
     result.rows.push_back(row);
     if (row.quantity[static_cast<std::size_t>(Quantity::altitude_m)] <= 0.0) {
-      for (std::size_t i = 0; i < 3; ++i) result.touchdown_velocity_mps[i] = s[3 + i];
+      for (std::size_t i = 0; i < 3; ++i)
+        result.touchdown_velocity_mps[i] = s[3 + i];
       read_lander_sensors(params, effects, seed, run, result);
       return result;
     }
@@ -165,9 +194,11 @@ LanderRun simulate_lander(const LanderParams &params, const std::vector<Effect> 
 
 std::vector<std::string> lander_columns() {
   std::vector<std::string> names;
-  for (std::size_t i = 1; i <= kEngines; ++i) names.push_back("u.throttle_" + std::to_string(i));
-  for (const std::string &name : sensor_names()) names.push_back("s." + name);
+  for (std::size_t i = 1; i <= kEngines; ++i)
+    names.push_back("u.throttle_" + std::to_string(i));
+  for (const std::string &name : sensor_names())
+    names.push_back("s." + name);
   return names;
 }
 
-}  // namespace rim::world
+} // namespace rim::world

@@ -1,9 +1,9 @@
-#include "lander_dynamics.hpp"
+#include "world/lander_dynamics.hpp"
 
 #include <boost/numeric/odeint/stepper/runge_kutta4.hpp>
 #include <cmath>
 
-#include "lander_streams.hpp"
+#include "world/lander_streams.hpp"
 
 namespace rim::world {
 namespace {
@@ -11,7 +11,7 @@ namespace {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-constexpr double kStandardGravity_mps2 = 9.80665;  // exact, defines specific impulse
+constexpr double kStandardGravity_mps2 = 9.80665; // exact, defines specific impulse
 
 Vector3d attraction(double mu_m3ps2, const Vector3d &from_centre_m) {
   const double r = from_centre_m.norm();
@@ -38,8 +38,7 @@ struct Derivative {
                    (params.engine.specific_impulse_s * kStandardGravity_mps2);
       d[14 + i] = (input.throttle[i] - s[14 + i]) / params.engine.lag_s;
     }
-    const Vector3d acceleration =
-        q * (force / mass_kg) + gravity_mps2(vehicle, position_m(s));
+    const Vector3d acceleration = q * (force / mass_kg) + gravity_mps2(vehicle, position_m(s));
     const Vector3d inertia = vehicle.inertia_kgm2 * (mass_kg / vehicle.inertia_mass_kg);
     const Vector3d momentum = inertia.cwiseProduct(rate);
     const Vector3d spin = (torque - rate.cross(momentum)).cwiseQuotient(inertia);
@@ -58,7 +57,7 @@ struct Derivative {
   }
 };
 
-}  // namespace
+} // namespace
 
 LanderVehicle nominal_vehicle(const LanderParams &p) {
   LanderVehicle v;
@@ -147,7 +146,8 @@ Vector3d hold_torque_Nm(const LanderParams &params, const LanderVehicle &vehicle
 
 double engine_flow(const LanderVehicle &vehicle, const LanderState &s, const LanderInput &input,
                    std::size_t i) {
-  return s[14 + i] * vehicle.flow[i] * (1.0 + input.roughness[i]) * (1.0 - input.fault.flow_loss[i]);
+  return s[14 + i] * vehicle.flow[i] * (1.0 + input.roughness[i]) *
+         (1.0 - input.fault.flow_loss[i]);
 }
 
 std::array<Vector3d, kEngines> thrust_N(const LanderParams &params, const LanderVehicle &vehicle,
@@ -155,8 +155,8 @@ std::array<Vector3d, kEngines> thrust_N(const LanderParams &params, const Lander
   std::array<Vector3d, kEngines> thrust;
   const Vector3d tilt(input.fault.tilt_rad[1], -input.fault.tilt_rad[0], 0.0);
   for (std::size_t i = 0; i < kEngines; ++i) {
-    const double isp = vehicle.isp_s[i] / params.engine.specific_impulse_s *
-                       (1.0 - input.fault.isp_loss[i]);
+    const double isp =
+        vehicle.isp_s[i] / params.engine.specific_impulse_s * (1.0 - input.fault.isp_loss[i]);
     thrust[i] = params.engine.max_thrust_N * engine_flow(vehicle, s, input, i) * isp *
                 (vehicle.axis[i] + tilt).normalized();
   }
@@ -168,7 +168,8 @@ void advance(const LanderParams &params, const LanderVehicle &vehicle, const Lan
   boost::numeric::odeint::runge_kutta4<LanderState> stepper;
   const Derivative derivative{params, vehicle, input};
   const double dt = step_s / substeps;
-  for (int i = 0; i < substeps; ++i) stepper.do_step(derivative, s, 0.0, dt);
+  for (int i = 0; i < substeps; ++i)
+    stepper.do_step(derivative, s, 0.0, dt);
   const Quaterniond q = attitude(s).normalized();
   s[6] = q.w();
   s[7] = q.x();
@@ -176,4 +177,4 @@ void advance(const LanderParams &params, const LanderVehicle &vehicle, const Lan
   s[9] = q.z();
 }
 
-}  // namespace rim::world
+} // namespace rim::world

@@ -1,4 +1,4 @@
-// The lander as a rigid body with six degrees of freedom over a spherical Moon.
+// world/lander_dynamics.hpp - the lander as a rigid body with six degrees of freedom over a spherical Moon.
 //
 // Site frame: origin at the landing site, x downrange, y crossrange, z up; taken as inertial (the
 // Moon turns by 0.06 deg in a landing). Body frame: z along the nominal thrust. Attitude: body to
@@ -9,8 +9,8 @@
 #include <Eigen/Geometry>
 #include <array>
 
-#include "lander_params.hpp"
-#include "random.hpp"
+#include "world/lander_params.hpp"
+#include "world/random.hpp"
 
 namespace rim::world {
 
@@ -22,13 +22,13 @@ using LanderState = std::array<double, 18>;
 struct LanderVehicle {
   double mu_m3ps2, radius_m;
   double mascon_gm_m3ps2;
-  Eigen::Vector3d mascon_m;  // its place in the site frame
+  Eigen::Vector3d mascon_m; // its place in the site frame
   double dry_mass_kg, propellant_kg, tank_pressure_kPa;
-  Eigen::Vector3d inertia_kgm2;  // at the nominal initial mass
+  Eigen::Vector3d inertia_kgm2; // at the nominal initial mass
   double inertia_mass_kg;
   Eigen::Vector3d cg_m;
   std::array<double, kEngines> flow, isp_s;
-  std::array<Eigen::Vector3d, kEngines> axis, mount_m;  // thrust direction, place
+  std::array<Eigen::Vector3d, kEngines> axis, mount_m; // thrust direction, place
 };
 
 // Shares that effects take away, and the tilt they give the engine frame.
@@ -40,8 +40,8 @@ struct LanderFault {
 // What acts during one step, constant in it.
 struct LanderInput {
   std::array<double, kEngines> throttle{};
-  std::array<double, kEngines> roughness{};  // relative to 1
-  Eigen::Quaterniond attitude = Eigen::Quaterniond::Identity();  // reference of the attitude hold
+  std::array<double, kEngines> roughness{};                     // relative to 1
+  Eigen::Quaterniond attitude = Eigen::Quaterniond::Identity(); // reference of the attitude hold
   Eigen::Vector3d rate_radps = Eigen::Vector3d::Zero();
   double hold_radps = 0.0;
   Eigen::Vector3d disturbance_Nm = Eigen::Vector3d::Zero();
@@ -76,4 +76,4 @@ double engine_flow(const LanderVehicle &vehicle, const LanderState &s, const Lan
 void advance(const LanderParams &params, const LanderVehicle &vehicle, const LanderInput &input,
              double step_s, int substeps, LanderState &s);
 
-}  // namespace rim::world
+} // namespace rim::world

@@ -1,9 +1,9 @@
-#include "lander_guidance.hpp"
+#include "world/lander_guidance.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "lander_streams.hpp"
+#include "world/lander_streams.hpp"
 
 namespace rim::world {
 namespace {
@@ -11,12 +11,12 @@ namespace {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-constexpr double kShortestGo_s = 5.0;       // then the profile is flown open loop (E guidance's
-                                            // gain on the estimate's noise grows as 1 / go^2)
-constexpr double kSettleGain_ps = 0.8;      // vertical velocity loop of the descent
-constexpr double kLevelGain_ps = 0.5;       // horizontal
-constexpr double kSettleAltitude_m = 8.0;   // below it the descent is at touchdown speed
-constexpr double kMaxTilt = 0.5;            // horizontal over vertical thrust
+constexpr double kShortestGo_s = 5.0;     // then the profile is flown open loop (E guidance's
+                                          // gain on the estimate's noise grows as 1 / go^2)
+constexpr double kSettleGain_ps = 0.8;    // vertical velocity loop of the descent
+constexpr double kLevelGain_ps = 0.5;     // horizontal
+constexpr double kSettleAltitude_m = 8.0; // below it the descent is at touchdown speed
+constexpr double kMaxTilt = 0.5;          // horizontal over vertical thrust
 
 Vector3d normal3(Random &random) {
   const double x = random.normal();
@@ -39,7 +39,7 @@ Vector3d small_turn_rad(const Quaterniond &from, const Quaterniond &to) {
   return (turn.w() < 0.0 ? -2.0 : 2.0) * turn.vec();
 }
 
-}  // namespace
+} // namespace
 
 LanderGuidance::LanderGuidance(const LanderParams &params, std::uint64_t seed, std::uint64_t run)
     : params_(params), model_(nominal_vehicle(params)), noise_(seed, run, kNavigationStream) {
@@ -79,19 +79,20 @@ void LanderGuidance::choose_phase(double t_s, const Estimate &estimate) {
     phase_ = Phase::brake;
     ignition_s_ = t_s;
   }
-  const bool is_over = t_s - ignition_s_ >= params_.guidance.burn_s ||
-                       altitude <= params_.guidance.gate_altitude_m;
-  if (phase_ == Phase::brake && is_over) phase_ = Phase::descend;
+  const bool is_over =
+      t_s - ignition_s_ >= params_.guidance.burn_s || altitude <= params_.guidance.gate_altitude_m;
+  if (phase_ == Phase::brake && is_over)
+    phase_ = Phase::descend;
 }
 
 // Acceleration that the engines must give for the quadratic profile to the gate in go_s.
-Vector3d LanderGuidance::brake_acceleration(const Vector3d &position_m, const Vector3d &velocity_mps,
-                                            double go_s) const {
+Vector3d LanderGuidance::brake_acceleration(const Vector3d &position_m,
+                                            const Vector3d &velocity_mps, double go_s) const {
   const GuidanceParams &g = params_.guidance;
   const Vector3d gate_m(0.0, 0.0, g.gate_altitude_m);
   const Vector3d gate_mps(0.0, 0.0, g.gate_velocity_z_mps);
-  const Vector3d total = 6.0 / (go_s * go_s) * (gate_m - position_m) -
-                         (4.0 * velocity_mps + 2.0 * gate_mps) / go_s;
+  const Vector3d total =
+      6.0 / (go_s * go_s) * (gate_m - position_m) - (4.0 * velocity_mps + 2.0 * gate_mps) / go_s;
   return total - gravity_mps2(model_, position_m);
 }
 
@@ -120,9 +121,8 @@ Vector3d LanderGuidance::wanted_acceleration(double t_s, const Estimate &estimat
   const double above_m = altitude_m(model_, estimate.position_m) - kSettleAltitude_m;
   const double slope_ps = (g.touchdown_velocity_z_mps - g.gate_velocity_z_mps) /
                           (g.gate_altitude_m - kSettleAltitude_m);
-  const double wanted_mps =
-      std::clamp(g.touchdown_velocity_z_mps - slope_ps * above_m, g.gate_velocity_z_mps,
-                 g.touchdown_velocity_z_mps);
+  const double wanted_mps = std::clamp(g.touchdown_velocity_z_mps - slope_ps * above_m,
+                                       g.gate_velocity_z_mps, g.touchdown_velocity_z_mps);
   const Vector3d &v = estimate.velocity_mps;
   return Vector3d(-kLevelGain_ps * v.x(), -kLevelGain_ps * v.y(),
                   kSettleGain_ps * (wanted_mps - v.z())) -
@@ -130,11 +130,11 @@ Vector3d LanderGuidance::wanted_acceleration(double t_s, const Estimate &estimat
 }
 
 void LanderGuidance::steer(const Vector3d &wanted, double step_s, LanderInput &input) {
-  const double share =
-      phase_ == Phase::coast ? 1.0 : step_s / params_.guidance.attitude_filter_s;
+  const double share = phase_ == Phase::coast ? 1.0 : step_s / params_.guidance.attitude_filter_s;
   Vector3d change = share * (wanted - direction_);
   const double limit = params_.guidance.slew_radps * step_s;
-  if (change.norm() > limit) change *= limit / change.norm();
+  if (change.norm() > limit)
+    change *= limit / change.norm();
   direction_ = (direction_ + change).normalized();
   const Quaterniond next = pointing(direction_);
   input.rate_radps = small_turn_rad(reference_, next) / step_s;
@@ -147,8 +147,8 @@ void LanderGuidance::steer(const Vector3d &wanted, double step_s, LanderInput &i
 void LanderGuidance::trim(const LanderVehicle &vehicle, double step_s, const LanderState &s,
                           const LanderInput &input) {
   const Vector3d torque = hold_torque_Nm(params_, vehicle, s, input);
-  const double full_Nm = static_cast<double>(kEngines) * params_.engine.max_thrust_N *
-                         params_.engine.arm_m;
+  const double full_Nm =
+      static_cast<double>(kEngines) * params_.engine.max_thrust_N * params_.engine.arm_m;
   const double rate = step_s / (params_.guidance.trim_time_s * full_Nm);
   trim_x_ = std::clamp(trim_x_ + rate * torque.x(), -0.1, 0.1);
   trim_y_ = std::clamp(trim_y_ + rate * torque.y(), -0.1, 0.1);
@@ -169,7 +169,8 @@ void LanderGuidance::command(const LanderVehicle &vehicle, double t_s, double st
   Vector3d wanted = wanted_acceleration(t_s, estimate);
   wanted.z() = std::max(wanted.z(), 0.1);
   const double level = wanted.head<2>().norm();
-  if (level > kMaxTilt * wanted.z()) wanted.head<2>() *= kMaxTilt * wanted.z() / level;
+  if (level > kMaxTilt * wanted.z())
+    wanted.head<2>() *= kMaxTilt * wanted.z() / level;
   steer(wanted.normalized(), step_s, input);
   input.hold_radps = g.burn_hold_radps;
   trim(vehicle, step_s, s, input);
@@ -178,11 +179,11 @@ void LanderGuidance::command(const LanderVehicle &vehicle, double t_s, double st
   const double base = std::min(estimate.mass_kg * wanted.norm() / full_N, spool);
   for (std::size_t i = 0; i < kEngines; ++i) {
     const Vector3d &mount = model_.mount_m[i];
-    const double differential = trim_x_ * std::copysign(1.0, mount.y()) -
-                                trim_y_ * std::copysign(1.0, mount.x());
+    const double differential =
+        trim_x_ * std::copysign(1.0, mount.y()) - trim_y_ * std::copysign(1.0, mount.x());
     const double throttle = std::clamp(base + differential, params_.engine.min_throttle, 1.0);
     input.throttle[i] = std::round(throttle / g.command_resolution) * g.command_resolution;
   }
 }
 
-}  // namespace rim::world
+} // namespace rim::world

@@ -1,9 +1,9 @@
-#include "lander_params.hpp"
+#include "world/lander_params.hpp"
 
 #include <set>
 
 #include "util/error.hpp"
-#include "toml_table.hpp"
+#include "world/toml_table.hpp"
 
 namespace rim::world {
 namespace {
@@ -104,16 +104,19 @@ void read_section(const std::string &path, const toml::table &root, const char *
                   Section &section, bool complete) {
   const toml::node *node = root.get(name);
   if (node == nullptr) {
-    if (complete) throw DataError(path + ": table '[" + std::string(name) + "]' is missing");
+    if (complete)
+      throw DataError(path + ": table '[" + std::string(name) + "]' is missing");
     return;
   }
-  if (!node->is_table()) fail(path, *node, "key '" + std::string(name) + "': must be a table");
+  if (!node->is_table())
+    fail(path, *node, "key '" + std::string(name) + "': must be a table");
   read_numbers(path, *node->as_table(), name, keys_of(section), complete);
 }
 
 void read_sensor(const std::string &path, const toml::node &node, LanderParams &params,
                  std::set<std::size_t> &seen, bool complete) {
-  if (!node.is_table()) fail(path, node, "key 'sensor': must be an array of tables");
+  if (!node.is_table())
+    fail(path, node, "key 'sensor': must be an array of tables");
   const toml::table &table = *node.as_table();
   const toml::array *columns = table["columns"].as_array();
   if (columns == nullptr || columns->empty()) {
@@ -122,7 +125,8 @@ void read_sensor(const std::string &path, const toml::node &node, LanderParams &
   for (const toml::node &column : *columns) {
     const std::string name = read_string(path, column, "sensor.columns");
     const std::size_t index = sensor_index(name);
-    if (index == kSensors) fail(path, column, "key 'sensor.columns': no sensor '" + name + "'");
+    if (index == kSensors)
+      fail(path, column, "key 'sensor.columns': no sensor '" + name + "'");
     if (!seen.insert(index).second) {
       fail(path, column, "key 'sensor.columns': '" + name + "' is given twice");
     }
@@ -134,12 +138,14 @@ void read_sensors(const std::string &path, const toml::table &root, LanderParams
                   bool complete) {
   std::set<std::size_t> seen;
   if (const toml::node *node = root.get("sensor")) {
-    if (!node->is_array()) fail(path, *node, "key 'sensor': must be an array of tables");
+    if (!node->is_array())
+      fail(path, *node, "key 'sensor': must be an array of tables");
     for (const toml::node &entry : *node->as_array()) {
       read_sensor(path, entry, params, seen, complete);
     }
   }
-  if (!complete) return;
+  if (!complete)
+    return;
   for (std::size_t i = 0; i < kSensors; ++i) {
     if (seen.count(i) == 0) {
       throw DataError(path + ": no [[sensor]] lists the column '" + sensor_names()[i] + "'");
@@ -160,35 +166,66 @@ void read_file(const std::string &path, LanderParams &params, bool complete) {
   read_sensors(path, root, params, complete);
 }
 
-}  // namespace
+} // namespace
 
 const std::array<std::string, kSensors> &sensor_names() {
-  static const std::array<std::string, kSensors> names = {
-      "position_x_m",           "position_y_m",           "position_z_m",
-      "velocity_imu_x_mps",     "velocity_imu_y_mps",     "velocity_imu_z_mps",
-      "velocity_doppler_x_mps", "velocity_doppler_y_mps", "velocity_doppler_z_mps",
-      "altitude_radar_m",       "altitude_laser_m",       "roll_rad",
-      "pitch_rad",              "yaw_rad",                "rate_x_radps",
-      "rate_y_radps",           "rate_z_radps",           "acceleration_mps2",
-      "gravity_mps2",           "mass_kg",                "tank_pressure_kPa",
-      "chamber_pressure_1_kPa", "chamber_pressure_2_kPa", "chamber_pressure_3_kPa",
-      "chamber_pressure_4_kPa"};
+  static const std::array<std::string, kSensors> names = {"position_x_m",
+                                                          "position_y_m",
+                                                          "position_z_m",
+                                                          "velocity_imu_x_mps",
+                                                          "velocity_imu_y_mps",
+                                                          "velocity_imu_z_mps",
+                                                          "velocity_doppler_x_mps",
+                                                          "velocity_doppler_y_mps",
+                                                          "velocity_doppler_z_mps",
+                                                          "altitude_radar_m",
+                                                          "altitude_laser_m",
+                                                          "roll_rad",
+                                                          "pitch_rad",
+                                                          "yaw_rad",
+                                                          "rate_x_radps",
+                                                          "rate_y_radps",
+                                                          "rate_z_radps",
+                                                          "acceleration_mps2",
+                                                          "gravity_mps2",
+                                                          "mass_kg",
+                                                          "tank_pressure_kPa",
+                                                          "chamber_pressure_1_kPa",
+                                                          "chamber_pressure_2_kPa",
+                                                          "chamber_pressure_3_kPa",
+                                                          "chamber_pressure_4_kPa"};
   return names;
 }
 
 std::size_t sensor_index(const std::string &name) {
   const std::string bare = name.rfind("s.", 0) == 0 ? name.substr(2) : name;
   for (std::size_t i = 0; i < kSensors; ++i) {
-    if (sensor_names()[i] == bare) return i;
+    if (sensor_names()[i] == bare)
+      return i;
   }
   return kSensors;
+}
+
+std::string lander_params_toml(const LanderParams &params) {
+  LanderParams p = params;
+  std::string text =
+      table_toml("[body]", keys_of(p.body)) + table_toml("\n[vehicle]", keys_of(p.vehicle)) +
+      table_toml("\n[tank]", keys_of(p.tank)) + table_toml("\n[engine]", keys_of(p.engine)) +
+      table_toml("\n[approach]", keys_of(p.approach)) +
+      table_toml("\n[guidance]", keys_of(p.guidance));
+  for (std::size_t i = 0; i < kSensors; ++i) {
+    text +=
+        table_toml("\n[[sensor]]\ncolumns = [\"" + sensor_names()[i] + "\"]", keys_of(p.sensor[i]));
+  }
+  return text;
 }
 
 LanderParams read_lander_params(const std::string &base, const std::string &overlay) {
   LanderParams params;
   read_file(base, params, true);
-  if (!overlay.empty()) read_file(overlay, params, false);
+  if (!overlay.empty())
+    read_file(overlay, params, false);
   return params;
 }
 
-}  // namespace rim::world
+} // namespace rim::world

@@ -1,4 +1,4 @@
-// Parameters of the lander world: data/lander.toml, and a user's file laid over it.
+// world/lander_params.hpp - parameters of the lander: data/lander.toml, a user's file over it.
 #pragma once
 
 #include <array>
@@ -71,5 +71,8 @@ std::size_t sensor_index(const std::string &name);
 // over it. Throws DataError naming file, line and key: unknown or missing key, wrong type, value
 // out of range.
 LanderParams read_lander_params(const std::string &base, const std::string &overlay = "");
+
+// The same parameters as TOML, readable as --params.
+std::string lander_params_toml(const LanderParams &params);
 
 } // namespace rim::world

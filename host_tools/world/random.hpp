@@ -1,4 +1,4 @@
-// Random numbers of the simulated worlds: counter-based streams, the same on every machine.
+// world/random.hpp - random numbers of the worlds: counter-based streams.
 //
 // A stream is named by (seed, run, purpose); draw i of a stream is a hash of the stream's key and i
 // (SplitMix64, Steele et al., OOPSLA 2014). Streams therefore do not depend on how many runs are

@@ -1,41 +1,46 @@
-#include "toml_table.hpp"
+#include "world/toml_table.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
-#include <fstream>
 #include <sstream>
 
-#include "util/error.hpp"
+#include "util/atomic_file.hpp"
 
 namespace rim::world {
 namespace {
 
 const char *range_text(Range range) {
   switch (range) {
-    case Range::not_negative: return "must not be negative";
-    case Range::positive: return "must be positive";
-    case Range::fraction: return "must lie between 0 and 1";
-    case Range::any: break;
+  case Range::not_negative:
+    return "must not be negative";
+  case Range::positive:
+    return "must be positive";
+  case Range::fraction:
+    return "must lie between 0 and 1";
+  case Range::any:
+    break;
   }
   return "must be finite";
 }
 
 bool is_in(Range range, double value) {
-  if (!std::isfinite(value)) return false;
-  if (range == Range::not_negative) return value >= 0.0;
-  if (range == Range::positive) return value > 0.0;
-  if (range == Range::fraction) return value >= 0.0 && value <= 1.0;
+  if (!std::isfinite(value))
+    return false;
+  if (range == Range::not_negative)
+    return value >= 0.0;
+  if (range == Range::positive)
+    return value > 0.0;
+  if (range == Range::fraction)
+    return value >= 0.0 && value <= 1.0;
   return true;
 }
 
-}  // namespace
+} // namespace
 
 toml::table parse_toml(const std::string &path) {
-  std::ifstream file(path);
-  std::ostringstream text;
-  if (!file || !(text << file.rdbuf())) throw DataError(path + ": cannot be read");
   try {
-    return toml::parse(text.str(), path);
+    return toml::parse(read_file(path), path);
   } catch (const toml::parse_error &error) {
     std::ostringstream message;
     message << path << ":line " << error.source().begin.line << ": " << error.description();
@@ -54,15 +59,28 @@ void fail(const std::string &path, const toml::node &node, const std::string &re
 
 double read_number(const std::string &path, const toml::node &node, const std::string &key,
                    Range range) {
-  if (!node.is_number()) fail(path, node, "key '" + key + "': must be a number");
+  if (!node.is_number())
+    fail(path, node, "key '" + key + "': must be a number");
   const double value = *node.value<double>();
-  if (!is_in(range, value)) fail(path, node, "key '" + key + "': " + range_text(range));
+  if (!is_in(range, value))
+    fail(path, node, "key '" + key + "': " + range_text(range));
   return value;
 }
 
 std::string read_string(const std::string &path, const toml::node &node, const std::string &key) {
-  if (!node.is_string()) fail(path, node, "key '" + key + "': must be a string");
+  if (!node.is_string())
+    fail(path, node, "key '" + key + "': must be a string");
   return *node.value<std::string>();
+}
+
+std::string table_toml(const std::string &header, const std::vector<NumberKey> &keys) {
+  std::string text = header + "\n";
+  for (const NumberKey &key : keys) {
+    char number[32];
+    char *const end = std::to_chars(number, number + sizeof number, *key.value).ptr;
+    text += std::string(key.name) + " = " + std::string(number, end) + "\n";
+  }
+  return text;
 }
 
 void read_numbers(const std::string &path, const toml::table &table, const std::string &name,
@@ -79,7 +97,8 @@ void read_numbers(const std::string &path, const toml::table &table, const std::
       fail(path, node, "unknown key '" + full + "'");
     }
   }
-  if (!complete) return;
+  if (!complete)
+    return;
   for (const NumberKey &key : keys) {
     if (!table.contains(key.name)) {
       fail(path, table, "key '" + name + "." + key.name + "' is missing");
@@ -87,4 +106,4 @@ void read_numbers(const std::string &path, const toml::table &table, const std::
   }
 }
 
-}  // namespace rim::world
+} // namespace rim::world

@@ -1,10 +1,12 @@
-// Strict reading of TOML: every key must be known, of the right type, finite and in range.
+// world/toml_table.hpp - strict TOML: every key known, of the right type, finite and in range.
 #pragma once
 
 #include <string>
 #include <vector>
 
-#include "world/toml.hpp"
+#include "util/error.hpp"
+
+#include <toml++/toml.h>
 
 namespace rim::world {
 
@@ -33,5 +35,8 @@ std::string read_string(const std::string &path, const toml::node &node, const s
 void read_numbers(const std::string &path, const toml::table &table, const std::string &name,
                   const std::vector<NumberKey> &keys, bool complete,
                   const std::vector<std::string> &others = {});
+
+// "HEADER\nkey = value\n..." with doubles that read back to the same bits.
+std::string table_toml(const std::string &header, const std::vector<NumberKey> &keys);
 
 } // namespace rim::world

@@ -1,0 +1,194 @@
+// rim simulate: logs of a simulated vehicle, with effects hidden in them where asked.
+#include "cli/arguments.hpp"
+#include "cli/command.hpp"
+#include "util/atomic_file.hpp"
+#include "util/data_path.hpp"
+#include "util/parallel_for.hpp"
+#include "util/progress.hpp"
+#include "world/golf_params.hpp"
+#include "world/lander_params.hpp"
+#include "world/recording.hpp"
+
+#include <cstdio>
+#include <filesystem>
+#include <functional>
+
+namespace {
+
+using rim::world::Recording;
+
+struct Options {
+  std::string world, out, params, truth, variant = "continuous";
+  std::vector<std::string> effects;
+  std::uint64_t runs = 1, first = 1, seed = 1;
+  std::size_t rows = 0;
+  rim::GolfOptions golf;
+  bool no_bump = false;
+};
+
+const char *const kFooter =
+    "Run k of a seed is the same whatever --runs, --first and the number of threads. DIR also "
+    "gets\n"
+    "simulate.toml: version, seed and every parameter, but never the effects; the truth about the\n"
+    "rows is written only where --truth says. An effect is a TOML file or the name of one of the\n"
+    "shipped (02_thrust_loss); data/README.md says how to write one.\n\n"
+    "Example: five healthy landings and five with a hidden fault, and what a golf robot sees\n"
+    "  rim simulate lander --out nominal --runs 5 --seed 1\n"
+    "  rim simulate lander --out faulty --runs 5 --seed 1 --first 101 \\\n"
+    "      --effect 10_radar_high --truth truth.csv\n"
+    "  rim simulate golf --out golf --runs 1 --seed 7 --dims 10";
+
+void declare(CLI::App &app, Options &o) {
+  app.add_option("WORLD", o.world, "lander or golf")
+      ->required()
+      ->check(CLI::IsMember({"lander", "golf"}));
+  app.add_option("--out", o.out, "folder for the logs, made if missing: DIR/run_0001.csv ...")
+      ->required()
+      ->type_name("DIR");
+  app.add_option("--runs", o.runs, "how many runs (default 1)")->check(CLI::Range(1, 1000000));
+  app.add_option("--first", o.first, "number of the first run (default 1)")
+      ->check(CLI::Range(1, 100000000));
+  app.add_option("--seed", o.seed, "seed of all random numbers (default 1)");
+  app.add_option("--effect", o.effects, "hide an effect (lander); may be repeated")
+      ->type_name("FILE.toml")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  app.add_option("--params", o.params, "parameters laid over data/WORLD.toml")
+      ->type_name("FILE.toml");
+  app.add_option("--rows", o.rows, "end every log after so many rows (default: whole runs)");
+  app.add_option("--truth", o.truth, "write log,row,finding: a file, or a folder for one a log")
+      ->type_name("FILE|DIR");
+  app.add_option("--dims", o.golf.dims, "golf: dimensions of the context (default 2)")
+      ->check(CLI::Range(2, 999));
+  app.add_option("--variant", o.variant, "golf: continuous (default) or binary")
+      ->check(CLI::IsMember({"continuous", "binary"}));
+  app.add_option("--anomalous", o.golf.anomalous,
+                 "golf: a run ends after so many shots from behind the bump (default 30)")
+      ->check(CLI::Range(1, 1000000));
+  app.add_flag("--no-bump", o.no_bump, "golf: no bump; a run ends after --shots");
+  app.add_option("--shots", o.golf.shots,
+                 "golf: with --no-bump, shots of a run (default 1000); else a limit")
+      ->check(CLI::Range(1, 10000000));
+  app.footer(kFooter);
+}
+
+void check(const CLI::App &app, Options &o) {
+  if (o.world == "golf" && !o.effects.empty())
+    throw rim::UsageError("--effect: the golf world has none; its bump is its effect");
+  for (const char *option : {"--dims", "--variant", "--anomalous", "--no-bump", "--shots"}) {
+    if (o.world == "lander" && app.count(option) > 0)
+      throw rim::UsageError(std::string(option) + ": only the golf world has it");
+  }
+  if (o.no_bump && app.count("--anomalous") > 0)
+    throw rim::UsageError("--anomalous: without a bump no shot is anomalous; use --shots");
+  o.golf.bump = !o.no_bump;
+  if (o.golf.bump && app.count("--shots") > 0)
+    o.golf.max_shots = o.golf.shots;
+  if (o.variant == "binary")
+    o.golf.variant = rim::GolfVariant::binary;
+}
+
+// A file as given; else the name of a shipped effect.
+std::string effect_path(const std::string &given) {
+  if (std::filesystem::exists(given) || given.find('/') != std::string::npos)
+    return given;
+  const bool has_ending = given.size() > 5 && given.substr(given.size() - 5) == ".toml";
+  return rim::data_path("effects/" + given + (has_ending ? "" : ".toml"));
+}
+
+// What makes run k, and the parameters it is made from.
+struct World {
+  std::function<Recording(std::uint64_t)> run;
+  std::string parameters;
+};
+
+World lander_world(const Options &o) {
+  const auto params = rim::world::read_lander_params(rim::data_path("lander.toml"), o.params);
+  std::vector<rim::world::Effect> effects;
+  for (const std::string &given : o.effects)
+    effects.push_back(rim::world::read_effect(effect_path(given), params));
+  return {[o, params, effects](std::uint64_t k) {
+            return rim::world::record_lander(
+                rim::world::simulate_lander(params, effects, o.seed, k), o.rows);
+          },
+          rim::world::lander_params_toml(params)};
+}
+
+World golf_world(const Options &o) {
+  const auto params = rim::world::read_golf_params(rim::data_path("golf.toml"), o.params);
+  return {[o, params](std::uint64_t k) {
+            try {
+              rim::Golf golf(params, o.golf, o.seed, k);
+              return rim::world::record_golf(golf, o.golf.dims, o.rows);
+            } catch (const std::invalid_argument &error) {
+              throw rim::DataError(o.params + ": " + error.what());
+            }
+          },
+          rim::world::golf_params_toml(params)};
+}
+
+void write_record(const Options &o, const World &world) {
+  std::string text = "# rim simulate " + o.world + ", rimwatch " RIM_VERSION "\n# --seed " +
+                     std::to_string(o.seed) + " --first " + std::to_string(o.first) + " --runs " +
+                     std::to_string(o.runs) + " --rows " + std::to_string(o.rows);
+  if (o.world == "golf") {
+    text += " --dims " + std::to_string(o.golf.dims) + " --variant " + o.variant +
+            (o.golf.bump ? " --anomalous " + std::to_string(o.golf.anomalous)
+                         : " --no-bump --shots " + std::to_string(o.golf.shots));
+  }
+  rim::AtomicFile file(o.out + "/simulate.toml");
+  file.write(text + "\n# All parameters follow; the file can be given as --params.\n\n" +
+             world.parameters);
+  file.commit();
+}
+
+void write_truths(const Options &o, const std::vector<rim::world::Truth> &truths) {
+  const bool is_folder = o.truth.back() == '/' || std::filesystem::is_directory(o.truth);
+  if (!is_folder) {
+    rim::world::write_truth(truths, o.truth);
+    return;
+  }
+  rim::make_folder(o.truth);
+  for (std::size_t i = 0; i < truths.size(); ++i)
+    rim::world::write_truth({truths[i]}, rim::world::run_path(o.truth, o.first + i));
+}
+
+int cmd_simulate(int argc, char **argv) {
+  Options o;
+  CLI::App app{"Write logs of a simulated vehicle.", "rim simulate"};
+  declare(app, o);
+  if (!rim::parse_arguments(app, argc, argv))
+    return rim::EXIT_FINE;
+  check(app, o);
+  const World world = o.world == "lander" ? lander_world(o) : golf_world(o);
+  rim::make_folder(o.out);
+  std::vector<rim::world::Truth> truths(o.runs);
+  std::vector<std::size_t> rows(o.runs);
+  {
+    rim::Progress progress("simulate", o.runs);
+    rim::parallel_for(o.runs, [&](std::size_t i) {
+      Recording recording = world.run(o.first + i);
+      const std::string path = rim::world::run_path(o.out, o.first + i);
+      rim::write_log(recording.log, path);
+      rows[i] = recording.finding.size();
+      if (!o.truth.empty())
+        truths[i] = {path, std::move(recording.finding)};
+      progress.add();
+    });
+  }
+  write_record(o, world);
+  if (!o.truth.empty())
+    write_truths(o, truths);
+  std::size_t total = 0;
+  for (const std::size_t n : rows)
+    total += n;
+  std::printf("%s: %llu %s of the %s, %zu rows\n", o.out.c_str(),
+              static_cast<unsigned long long>(o.runs), o.runs == 1 ? "run" : "runs",
+              o.world.c_str(), total);
+  return rim::EXIT_FINE;
+}
+
+} // namespace
+
+RIM_COMMAND(simulate, "write logs of a simulated vehicle, with an effect hidden in them",
+            cmd_simulate)
