@@ -63,7 +63,7 @@ private:
 
 void LcmLogReader::take(const LcmEvent &event) {
   log_.rows_in_file++;
-  rim_observation sample;
+  rim_observation_message sample;
   const rim_status status = rim_lcm_unpack_observation(
       &sample, reinterpret_cast<const std::uint8_t *>(event.data.data()), event.data.size());
   if (status != RIM_OK)

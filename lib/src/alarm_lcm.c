@@ -80,7 +80,7 @@ static rim_status check_message(const uint8_t *in, size_t bytes, size_t size, ui
   return RIM_OK;
 }
 
-rim_status rim_lcm_pack_observation(uint8_t *out, size_t bytes, const rim_observation *in) {
+rim_status rim_lcm_pack_observation(uint8_t *out, size_t bytes, const rim_observation_message *in) {
   static const double zero = 0.0;
   if (out == NULL || in == NULL)
     return RIM_E_ARGUMENT;
@@ -98,7 +98,8 @@ rim_status rim_lcm_pack_observation(uint8_t *out, size_t bytes, const rim_observ
   return RIM_OK;
 }
 
-rim_status rim_lcm_unpack_observation(rim_observation *out, const uint8_t *in, size_t bytes) {
+rim_status rim_lcm_unpack_observation(rim_observation_message *out, const uint8_t *in,
+                                      size_t bytes) {
   uint64_t t_us;
   if (out == NULL || in == NULL)
     return RIM_E_ARGUMENT;
@@ -180,7 +181,7 @@ rim_status rim_lcm_unpack_alarm(rim_alarm *out, const uint8_t *in, size_t bytes)
   return alarm_is_finite(out) ? RIM_OK : RIM_E_DATA;
 }
 
-rim_status rim_lcm_pack_health(uint8_t *out, size_t bytes, const rim_health *in) {
+rim_status rim_lcm_pack_health(uint8_t *out, size_t bytes, const rim_health_message *in) {
   if (out == NULL || in == NULL)
     return RIM_E_ARGUMENT;
   if (bytes < RIM_LCM_HEALTH_SIZE)
@@ -201,7 +202,7 @@ rim_status rim_lcm_pack_health(uint8_t *out, size_t bytes, const rim_health *in)
   return RIM_OK;
 }
 
-rim_status rim_lcm_unpack_health(rim_health *out, const uint8_t *in, size_t bytes) {
+rim_status rim_lcm_unpack_health(rim_health_message *out, const uint8_t *in, size_t bytes) {
   if (out == NULL || in == NULL)
     return RIM_E_ARGUMENT;
   const rim_status status = check_message(in, bytes, RIM_LCM_HEALTH_SIZE, HASH_HEALTH);

@@ -274,7 +274,7 @@ void a_wrong_schema_is_refused_with_its_line(void **) {
 }
 
 std::string observation_event(int i, std::uint32_t count, double value) {
-  rim_observation sample{};
+  rim_observation_message sample{};
   sample.t_us = 100000 * i;
   sample.sequence = static_cast<std::uint32_t>(i);
   sample.count = count;

@@ -67,7 +67,7 @@ static void alarms_equal_the_generated_encoder(void **state) {
 
 static void observations_equal_the_generated_encoder(void **state) {
   (void)state;
-  static rim_observation o, back;
+  static rim_observation_message o, back;
   static rim_observation_t g;
   static uint8_t ours[RIM_LCM_OBSERVATION_SIZE], theirs[RIM_LCM_OBSERVATION_SIZE];
   uint32_t random = 5;
@@ -99,10 +99,10 @@ static void observations_equal_the_generated_encoder(void **state) {
 
 static void health_equals_the_generated_encoder(void **state) {
   (void)state;
-  const rim_health h = {12.5, 0x80000001u, 2, 3, 4, 5, 6, UINT32_MAX, RIM_LEVEL_STALE, 1};
+  const rim_health_message h = {12.5, 0x80000001u, 2, 3, 4, 5, 6, UINT32_MAX, RIM_LEVEL_STALE, 1};
   const rim_health_t g = {12.5, INT32_MIN + 1, 2, 3, 4, 5, 6, -1, RIM_LEVEL_STALE, 1};
   uint8_t ours[RIM_LCM_HEALTH_SIZE], theirs[RIM_LCM_HEALTH_SIZE];
-  rim_health back;
+  rim_health_message back;
   memset(&back, 0, sizeof back);
   assert_int_equal(rim_health_t_encode(theirs, 0, sizeof theirs, &g), RIM_LCM_HEALTH_SIZE);
   assert_int_equal(rim_lcm_pack_health(ours, sizeof ours, &h), RIM_OK);
@@ -116,10 +116,10 @@ static void every_shorter_and_longer_message_is_refused(void **state) {
   (void)state;
   static uint8_t bytes[RIM_LCM_OBSERVATION_SIZE + 8];
   const rim_alarm a = sample_alarm(1);
-  const rim_health h = {0};
-  static rim_observation o;
+  const rim_health_message h = {0};
+  static rim_observation_message o;
   rim_alarm alarm;
-  rim_health health;
+  rim_health_message health;
   assert_int_equal(rim_lcm_pack_alarm(bytes, sizeof bytes, &a), RIM_OK);
   for (size_t n = 0; n < RIM_LCM_ALARM_SIZE; n++)
     assert_int_equal(rim_lcm_unpack_alarm(&alarm, bytes, n), RIM_E_TRUNCATED);
@@ -141,7 +141,7 @@ static void every_shorter_and_longer_message_is_refused(void **state) {
 static void wrong_contents_are_refused(void **state) {
   (void)state;
   static uint8_t bytes[RIM_LCM_OBSERVATION_SIZE];
-  static rim_observation o;
+  static rim_observation_message o;
   const rim_alarm a = sample_alarm(1);
   rim_alarm back;
   o.count = 2;
@@ -169,9 +169,9 @@ static void wrong_contents_are_refused(void **state) {
 static void wrong_records_are_not_written(void **state) {
   (void)state;
   uint8_t bytes[RIM_LCM_ALARM_SIZE];
-  static rim_observation o;
+  static rim_observation_message o;
   rim_alarm a = sample_alarm(1);
-  rim_health h = {0};
+  rim_health_message h = {0};
   memset(bytes, 0x55, sizeof bytes);
   assert_int_equal(rim_lcm_pack_alarm(bytes, sizeof bytes - 1, &a), RIM_E_SIZE);
   assert_int_equal(rim_lcm_pack_alarm(NULL, sizeof bytes, &a), RIM_E_ARGUMENT);

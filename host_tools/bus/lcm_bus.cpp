@@ -1,0 +1,96 @@
+#include "bus/lcm_bus.hpp"
+
+#include "util/error.hpp"
+
+#include <lcm/lcm.h>
+#include <stdexcept>
+
+namespace rim {
+
+namespace {
+
+void check(rim_status status) {
+  if (status != RIM_OK)
+    throw std::runtime_error(std::string("a record cannot be sent over LCM: ") +
+                             rim_status_text(status));
+}
+
+} // namespace
+
+// liblcm calls C functions: no exception may leave them.
+struct LcmBus::Receiver {
+  static void handle(const lcm_recv_buf_t *buffer, const char *channel, void *user) {
+    auto *bus = static_cast<LcmBus *>(user);
+    bus->take(channel, static_cast<const std::uint8_t *>(buffer->data), buffer->data_size);
+  }
+};
+
+LcmBus::LcmBus(const std::string &url) : url_(url), lcm_(lcm_create(url.c_str())) {
+  if (lcm_ == nullptr)
+    throw DataError(url + ": LCM cannot open it (udpm needs a multicast route: "
+                          "ip route add 224.0.0.0/4 dev lo)");
+}
+
+LcmBus::~LcmBus() { lcm_destroy(lcm_); }
+
+void LcmBus::send(const char *channel, const std::uint8_t *bytes, std::size_t count) {
+  if (lcm_publish(lcm_, channel, bytes, static_cast<unsigned>(count)) != 0)
+    throw DataError(url_ + ": LCM could not send " + channel);
+}
+
+void LcmBus::publish(const rim_alarm &alarm) {
+  std::uint8_t bytes[RIM_LCM_ALARM_SIZE];
+  check(rim_lcm_pack_alarm(bytes, sizeof bytes, &alarm));
+  send(RIM_LCM_CHANNEL_ALARM, bytes, sizeof bytes);
+}
+
+void LcmBus::publish(const rim_observation_message &observation) {
+  std::uint8_t bytes[RIM_LCM_OBSERVATION_SIZE];
+  check(rim_lcm_pack_observation(bytes, sizeof bytes, &observation));
+  send(RIM_LCM_CHANNEL_OBSERVATION, bytes, sizeof bytes);
+}
+
+void LcmBus::publish(const rim_health_message &health) {
+  std::uint8_t bytes[RIM_LCM_HEALTH_SIZE];
+  check(rim_lcm_pack_health(bytes, sizeof bytes, &health));
+  send(RIM_LCM_CHANNEL_HEALTH, bytes, sizeof bytes);
+}
+
+void LcmBus::subscribe() {
+  const auto one = [&](const char *channel, bool wanted) {
+    if (wanted && lcm_subscribe(lcm_, channel, &Receiver::handle, this) == nullptr)
+      throw DataError(url_ + ": LCM could not subscribe to " + channel);
+  };
+  one(RIM_LCM_CHANNEL_ALARM, static_cast<bool>(on_alarm));
+  one(RIM_LCM_CHANNEL_HEALTH, static_cast<bool>(on_health));
+  one(RIM_LCM_CHANNEL_OBSERVATION, static_cast<bool>(on_observation));
+  subscribed_ = true;
+}
+
+void LcmBus::take(const std::string &channel, const std::uint8_t *bytes, std::size_t count) {
+  if (channel == RIM_LCM_CHANNEL_ALARM) {
+    rim_alarm alarm;
+    if (rim_lcm_unpack_alarm(&alarm, bytes, count) == RIM_OK)
+      return on_alarm(alarm);
+  } else if (channel == RIM_LCM_CHANNEL_HEALTH) {
+    rim_health_message health;
+    if (rim_lcm_unpack_health(&health, bytes, count) == RIM_OK)
+      return on_health(health);
+  } else if (channel == RIM_LCM_CHANNEL_OBSERVATION) {
+    rim_observation_message observation;
+    if (rim_lcm_unpack_observation(&observation, bytes, count) == RIM_OK)
+      return on_observation(observation);
+  }
+  refused_++;
+}
+
+bool LcmBus::receive(int timeout_ms) {
+  if (!subscribed_)
+    subscribe();
+  const int handled = lcm_handle_timeout(lcm_, timeout_ms);
+  if (handled < 0)
+    throw DataError(url_ + ": LCM stopped receiving");
+  return handled > 0;
+}
+
+} // namespace rim
