@@ -17,8 +17,8 @@ count() { # count NAME LOG RC: reads either kind of log
   local p f s
   if [ "$4" = cmocka ]; then
     p=$(sed -n 's/^\[  PASSED  \] \([0-9]*\) test.*/\1/p' "$2" | awk '{n+=$1} END {print n+0}')
-    f=$(sed -n 's/^\[  FAILED  \] [^:]*: \([0-9]*\) test.*/\1/p' "$2" | awk '{n+=$1} END {print n+0}')
-    s=$(sed -n 's/^\[  SKIPPED \] [^:]*: \([0-9]*\) test.*/\1/p' "$2" | awk '{n+=$1} END {print n+0}')
+    f=$(sed -n 's/^\[  FAILED  \] \([^:]*: \)\{0,1\}\([0-9]*\) test(s), listed.*/\2/p' "$2" | awk '{n+=$1} END {print n+0}')
+    s=$(sed -n 's/^\[  SKIPPED \] \([^:]*: \)\{0,1\}\([0-9]*\) test(s), listed.*/\2/p' "$2" | awk '{n+=$1} END {print n+0}')
   else
     read -r p f s < <(awk 'match($0, /^[0-9]+ passed, [0-9]+ failed/) {p=$1; f=$3; s=(NF>4 ? $5 : 0)}
       END {print p+0, f+0, s+0}' "$2")

@@ -69,8 +69,10 @@ std::string sureness(const rim_alarm &a) {
     return "ln anom " + cell(a.ln_anom, 3) + ", threshold " + cell(a.threshold, 3);
   // Rounded down: what is promised must hold.
   const double runs = std::floor(1.0 / a.p_value + 1e-9);
-  return runs < 2.0 ? "many healthy runs show as much"
-                    : "at most 1 healthy run in " + cell(runs, 6) + " shows as much";
+  return runs < 2.0
+             ? "many healthy runs show as much"
+             : "at most 1 healthy run in " +
+                   std::to_string(static_cast<long long>(std::fmin(runs, 1e15))) + " shows as much";
 }
 
 } // namespace
