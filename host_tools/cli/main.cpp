@@ -30,17 +30,31 @@ void print_usage(std::FILE *to) {
              to);
 }
 
-int run(const rim::Command &command, int argc, char **argv) {
+// A full disk behind a redirection must not look like success.
+int flushed(int status) {
+  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+    throw rim::DataError("standard output: write failed");
+  return status;
+}
+
+int help() {
+  print_usage(stdout);
+  return rim::EXIT_FINE;
+}
+
+int version() {
+  std::puts("rim " RIM_VERSION);
+  return rim::EXIT_FINE;
+}
+
+template <class Body> int guarded(const std::string &name, Body body) {
   try {
-    const int status = command.run(argc, argv);
-    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
-      throw rim::DataError("standard output: write failed");
-    return status;
+    return flushed(body());
   } catch (const rim::DataError &e) {
     std::fprintf(stderr, "rim: %s\n", e.what());
     return rim::EXIT_DATA;
   } catch (const rim::UsageError &e) {
-    std::fprintf(stderr, "rim: %s\nrim: try 'rim %s --help'\n", e.what(), command.name.c_str());
+    std::fprintf(stderr, "rim: %s\nrim: try 'rim %s --help'\n", e.what(), name.c_str());
     return rim::EXIT_USAGE;
   } catch (const std::exception &e) {
     std::fprintf(stderr, "rim: internal error: %s\n", e.what());
@@ -56,17 +70,13 @@ int main(int argc, char **argv) {
     return rim::EXIT_USAGE;
   }
   const std::string name = argv[1];
-  if (name == "--help" || name == "-h" || name == "help") {
-    print_usage(stdout);
-    return rim::EXIT_FINE;
-  }
-  if (name == "--version") {
-    std::puts("rim " RIM_VERSION);
-    return rim::EXIT_FINE;
-  }
+  if (name == "--help" || name == "-h" || name == "help")
+    return guarded("", help);
+  if (name == "--version")
+    return guarded("", version);
   for (const auto &command : rim::commands())
     if (command.name == name)
-      return run(command, argc - 1, argv + 1);
+      return guarded(name, [&] { return command.run(argc - 1, argv + 1); });
   std::fprintf(stderr, "rim: no command '%s'\n", name.c_str());
   print_usage(stderr);
   return rim::EXIT_USAGE;
