@@ -48,14 +48,16 @@ void declare(CLI::App &app, Options &o) {
   app.add_option("--runs", o.runs, "how many runs (default 1)")->check(CLI::Range(1, 1000000));
   app.add_option("--first", o.first, "number of the first run (default 1)")
       ->check(CLI::Range(1, 100000000));
-  app.add_option("--seed", o.seed, "seed of all random numbers (default 1)");
+  app.add_option("--seed", o.seed, "seed of all random numbers (default 1)")
+      ->check(CLI::NonNegativeNumber);
   app.add_option("--effect", o.effects, "hide an effect (lander); may be repeated")
       ->type_name("FILE.toml")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   app.add_option("--params", o.params, "parameters laid over data/WORLD.toml")
       ->type_name("FILE.toml");
-  app.add_option("--rows", o.rows, "end every log after so many rows (default: whole runs)");
+  app.add_option("--rows", o.rows, "end every log after so many rows (default: whole runs)")
+      ->check(CLI::NonNegativeNumber);
   app.add_option("--truth", o.truth, "write log,row,finding: a file, or a folder for one a log")
       ->type_name("FILE|DIR");
   app.add_option("--dims", o.golf.dims, "golf: dimensions of the context (default 2)")

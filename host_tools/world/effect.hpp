@@ -1,5 +1,5 @@
-// world/effect.hpp - effects hidden in a simulated flight: what the TOML files of data/effects/ say (data/README.md has
-// the schema).
+// world/effect.hpp - effects hidden in a simulated flight: what the TOML files of data/effects/
+// say (data/README.md has the schema).
 #pragma once
 
 #include <array>

@@ -1,5 +1,6 @@
-// world/golf.hpp - the golf world (thesis 3.5.1 p37 and 4.2.3 p55): a robot putts towards a hole from places spread
-// uniformly over a field; an unperceived bump spoils the shots taken from behind it.
+// world/golf.hpp - the golf world (thesis 3.5.1 p37 and 4.2.3 p55): a robot putts towards a hole
+// from places spread uniformly over a field; an unperceived bump spoils the shots taken from
+// behind it.
 //
 // Field: origin at the lower left corner, x along its length (6 m), y along its width (4 m); the
 // target is the middle of the right side, (6, 2).

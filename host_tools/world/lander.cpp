@@ -1,5 +1,6 @@
 #include "world/lander.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "util/error.hpp"
@@ -140,6 +141,14 @@ bool apply_physics(const std::vector<Effect> &effects, const Quantities &truth,
   return acts;
 }
 
+void check_state(const LanderVehicle &vehicle, double t_s, const LanderState &s) {
+  const bool is_finite = std::all_of(s.begin(), s.end(), [](double v) { return std::isfinite(v); });
+  if (is_finite && s[13] > vehicle.dry_mass_kg)
+    return;
+  throw DataError("lander: " + std::string(is_finite ? "the propellant is gone" : "it tumbles") +
+                  " at t = " + std::to_string(t_s) + " s; check the parameters and effects");
+}
+
 struct Process {
   Random random;
   Vector3d disturbance_Nm = Vector3d::Zero();
@@ -185,6 +194,7 @@ LanderRun simulate_lander(const LanderParams &params, const std::vector<Effect> 
       read_lander_sensors(params, effects, seed, run, result);
       return result;
     }
+    check_state(vehicle, row.t_s, s);
     advance(params, vehicle, input, kLanderStep_s, was_thrusting ? kBurnSubsteps : kCoastSubsteps,
             s);
   }

@@ -1,4 +1,5 @@
-// world/lander.hpp - a landing: simulates the vehicle, then reads its sensors, with effects hidden where asked.
+// world/lander.hpp - a landing: simulates the vehicle, then reads its sensors, with effects
+// hidden where asked.
 #pragma once
 
 #include <Eigen/Core>

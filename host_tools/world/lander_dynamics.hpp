@@ -1,4 +1,5 @@
-// world/lander_dynamics.hpp - the lander as a rigid body with six degrees of freedom over a spherical Moon.
+// world/lander_dynamics.hpp - the lander as a rigid body with six degrees of freedom over a
+// spherical Moon.
 //
 // Site frame: origin at the landing site, x downrange, y crossrange, z up; taken as inertial (the
 // Moon turns by 0.06 deg in a landing). Body frame: z along the nominal thrust. Attitude: body to

@@ -1,8 +1,8 @@
-// world/lander_guidance.hpp - guidance of the lander.
+// world/lander_guidance.hpp - guidance of the lander: when to ignite, how to thrust, where to point.
 //
-// It coasts in a slow turn, ignites at an altitude of its own choice, brakes by
-// quadratic (E) guidance (Cherry, AIAA 64-638) and descends at constant speed to the ground. It sees
-// its own estimate of position, velocity and mass only, never the truth nor the telemetry.
+// It coasts in a slow turn, ignites at an altitude of its own choice, brakes by quadratic (E)
+// guidance (Cherry, AIAA 64-638) and descends at constant speed to the ground. It sees its own
+// estimate of position, velocity and mass only, never the truth nor the telemetry.
 #pragma once
 
 #include "world/lander_dynamics.hpp"

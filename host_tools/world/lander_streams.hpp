@@ -1,4 +1,5 @@
-// world/lander_streams.hpp - purposes of the lander's random streams: one each, so that no draw shifts another.
+// world/lander_streams.hpp - purposes of the lander's random streams: one each, so that no draw
+// shifts another.
 #pragma once
 
 #include <cstdint>

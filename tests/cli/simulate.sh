@@ -1,0 +1,105 @@
+#!/bin/bash
+# simulate.sh: `rim simulate` end to end. $RIM is the program; prints 'N passed, N failed'.
+set -u
+work=$(mktemp -d); trap 'rm -rf "$work"' EXIT
+cd "$work" || exit 1
+passed=0 failed=0
+
+is() { # is NAME COMMAND...: the command must succeed
+  local name=$1; shift
+  if "$@" > step.out 2> step.err; then passed=$((passed + 1)); else
+    failed=$((failed + 1)); echo "FAILED: $name"; cat step.out step.err; fi
+}
+refuses() { # refuses NAME STATUS WORDS COMMAND...: exit status, and WORDS on stderr
+  local name=$1 status=$2 words=$3; shift 3
+  "$@" > step.out 2> step.err < /dev/null
+  local got=$?
+  if [ $got -eq "$status" ] && grep -qF -- "$words" step.err && [ ! -s step.out ]; then
+    passed=$((passed + 1))
+  else failed=$((failed + 1)); echo "FAILED: $name: status $got"; cat step.out step.err; fi
+}
+no() { ! "$@"; }
+
+is "two landings" "$RIM" simulate lander --out a --runs 2 --seed 9
+is "29 columns and the time" test "$(head -1 a/run_0001.csv | tr , '\n' | grep -c '^[us]\.')" = 29
+is "time first" grep -q '^t_s,u.throttle_1,' a/run_0001.csv
+rows=$(($(wc -l < a/run_0001.csv) - 1))
+is "8200 to 8600 rows" test "$rows" -ge 8200 -a "$rows" -le 8600
+is "nothing but logs and the record" test "$(ls a | tr '\n' ' ')" = "run_0001.csv run_0002.csv simulate.toml "
+is "one run of it" "$RIM" simulate lander --out b --runs 1 --first 2 --seed 9
+is "does not depend on the others" cmp a/run_0002.csv b/run_0002.csv
+is "on one thread" env RIM_THREADS=1 "$RIM" simulate lander --out c --runs 2 --seed 9
+is "same as on two" cmp a/run_0002.csv c/run_0002.csv
+is "another seed" "$RIM" simulate lander --out d --seed 10
+is "gives another run" no cmp -s a/run_0001.csv d/run_0001.csv
+is "from its record" "$RIM" simulate lander --out e --seed 9 --params a/simulate.toml
+is "the same run" cmp a/run_0001.csv e/run_0001.csv
+is "few rows" "$RIM" simulate lander --out f --seed 9 --rows 10
+is "the first ten" cmp f/run_0001.csv <(head -11 a/run_0001.csv)
+
+is "a shipped effect, with truth" "$RIM" simulate lander --out g --seed 9 --runs 2 \
+  --effect 10_radar_high --effect 04_doppler_scale --truth truth.csv
+is "truth has every row" test "$(wc -l < truth.csv)" = \
+  $(($(cat g/run_0001.csv g/run_0002.csv | wc -l) - 1))
+is "and says where" grep -q '^g/run_0001.csv,1,1$' truth.csv
+is "columns without effect are as before" cmp <(cut -d, -f1-13 a/run_0001.csv) <(cut -d, -f1-13 g/run_0001.csv)
+is "the logs do not tell" no grep -riq 'radar_high\|effect ' g
+is "no truth among the logs" test ! -e g/truth.csv
+is "truth one a log" "$RIM" simulate lander --out g --seed 9 --effect 02_thrust_loss --truth truths/
+is "acts while thrusting only" test "$(awk -F, 'NR > 1 && $3 == 1 && !first {first = $2} END {print (first > 6500 && first < 7000)}' truths/run_0001.csv)" = 1
+cat > mine.toml <<'T'
+name = "mass reads low below 5 km"
+description = "Example of data/README.md."
+[[term]]
+target = "sensor"
+sensor = "s.mass_kg"
+kind = "bias"
+gate = { altitude_m = [0.0, 5000.0] }
+multiple = -6.0
+dispersion = "bias_sd"
+T
+is "an effect of one's own" "$RIM" simulate lander --out h --seed 9 --effect mine.toml
+is "acts on the mass" test "$(paste -d, <(tail -6 a/run_0001.csv | cut -d, -f25) <(tail -6 h/run_0001.csv | cut -d, -f25) |
+  head -5 | awk -F, '{d += $1 - $2} END {printf "%.1f", d / 5}')" = 6.0
+
+is "golf" "$RIM" simulate golf --out i --seed 3 --dims 12 --truth golf.csv
+is "golf columns" test "$(head -1 i/run_0001.csv)" = \
+  "t_s,$(printf 'x.f%03d,' 1 2 3 4 5 6 7 8 9 10 11 12)z.reward,m.reward,sd.reward"
+is "thirty anomalous shots" test "$(grep -c ',1$' golf.csv)" = 30
+is "golf without a bump" "$RIM" simulate golf --out j --no-bump --shots 77 --truth golf.csv
+is "77 shots" test "$(wc -l < j/run_0001.csv)" = 78
+is "none anomalous" test "$(grep -c ',1$' golf.csv)" = 0
+is "binary golf" "$RIM" simulate golf --out k --variant binary
+is "rewards 0 and 1" test "$(tail -n +2 k/run_0001.csv | cut -d, -f4 | sort -u | tr '\n' ' ')" = "0 1 "
+
+is "help" "$RIM" simulate --help
+is "help ends in an example" test "$("$RIM" simulate --help | sed '/^$/d' | tail -1)" = \
+  "  rim simulate golf --out golf --runs 1 --seed 7 --dims 10"
+refuses "no world" 2 "WORLD" "$RIM" simulate --out x
+refuses "unknown world" 2 "mars" "$RIM" simulate mars --out x
+refuses "no folder" 2 "--out" "$RIM" simulate lander
+refuses "no runs" 2 "--runs" "$RIM" simulate lander --out x --runs 0
+refuses "runs that are no number" 2 "--runs" "$RIM" simulate lander --out x --runs two
+refuses "negative seed" 2 "--seed" "$RIM" simulate lander --out x --seed -1
+refuses "unknown option" 2 "--wind" "$RIM" simulate lander --out x --wind 3
+refuses "golf option for the lander" 2 "--dims" "$RIM" simulate lander --out x --dims 3
+refuses "effect for golf" 2 "--effect" "$RIM" simulate golf --out x --effect 01_rate_zeros
+refuses "one dimension" 2 "--dims" "$RIM" simulate golf --out x --dims 1
+touch file
+refuses "out is a file" 3 "file" "$RIM" simulate lander --out file
+refuses "effect is missing" 3 "nowhere.toml" "$RIM" simulate lander --out x --effect ./nowhere.toml
+refuses "effect is a folder" 3 "a" "$RIM" simulate lander --out x --effect ./a
+refuses "effect is no TOML" 3 "run_0001.csv" "$RIM" simulate lander --out x --effect a/run_0001.csv
+echo 'kind = 3' > bad.toml
+refuses "unknown key in an effect" 3 "bad.toml:line 1: unknown key 'kind'" \
+  "$RIM" simulate lander --out x --effect bad.toml
+printf '[engine]\nthrust = 3\n' > bad.toml
+refuses "unknown key in parameters" 3 "bad.toml:line 2: unknown key 'engine.thrust'" \
+  "$RIM" simulate lander --out x --params bad.toml
+printf '[golf]\nmin_region_fraction = 0.99\n' > bad.toml
+refuses "parameters that allow no bump" 3 "bad.toml" "$RIM" simulate golf --out x --params bad.toml
+refuses "truth cannot be written" 3 "nodir/t.csv" "$RIM" simulate lander --out x --rows 5 --truth nodir/t.csv
+is "nothing half written" test -z "$(find . -name '*.tmp.*')"
+
+echo "$passed passed, $failed failed"
+[ "$failed" -eq 0 ]
