@@ -1,4 +1,4 @@
-// world/lander_guidance.hpp - guidance of the lander: when to ignite, how to thrust, where to point.
+// world/lander_guidance.hpp - guidance of the lander: when to ignite, how to thrust, how to point.
 //
 // It coasts in a slow turn, ignites at an altitude of its own choice, brakes by quadratic (E)
 // guidance (Cherry, AIAA 64-638) and descends at constant speed to the ground. It sees its own
