@@ -25,6 +25,9 @@ SIZE ?= $(CROSS_COMPILE)size
 WARNINGS := -Wall -Wextra -Wconversion -Wshadow -Werror
 comma := ,
 SANITIZER_FLAGS := $(if $(SANITIZE),-g -fsanitize=address$(comma)undefined -fno-sanitize-recover=all)
+# What is done in a word; the whole command with V=1.
+V ?=
+say = $(if $(V),,@echo '  $(1)' $@;)
 # Set from outside for a target: -mcpu=..., -static, ...
 EXTRA_CFLAGS ?=
 EXTRA_LDFLAGS ?=

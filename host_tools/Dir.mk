@@ -21,9 +21,9 @@ $(BUILD)/host_tools/train/%.o: HOST_SPEED = $(if $(filter -O2,$(OPT)),-O3)
 
 $(BUILD)/host_tools/%.o: host_tools/%.cpp $(BUILD)/flags.host
 	@mkdir -p $(@D)
-	$(CXX) $(HOST_CXXFLAGS) $(HOST_SPEED) -MMD -MP -c $< -o $@
+	$(call say,CXX )$(CXX) $(HOST_CXXFLAGS) $(HOST_SPEED) -MMD -MP -c $< -o $@
 
 $(BUILD)/rim: $(HOST_OBJ) $(BUILD)/librim.a
-	$(CXX) $(OPT) $(SANITIZER_FLAGS) $(EXTRA_LDFLAGS) -o $@ $(HOST_OBJ) $(BUILD)/librim.a $(HOST_LIBS)
+	$(call say,LINK)$(CXX) $(OPT) $(SANITIZER_FLAGS) $(EXTRA_LDFLAGS) -o $@ $(HOST_OBJ) $(BUILD)/librim.a $(HOST_LIBS)
 
 -include $(HOST_OBJ:.o=.d)

@@ -19,11 +19,11 @@ $(BUILD)/flags.lib: FORCE
 
 $(BUILD)/lib/src/%.o: lib/src/%.c $(BUILD)/flags.lib
 	@mkdir -p $(@D)
-	$(CC) $(LIB_CFLAGS) $(if $(findstring clang,$(CC)),,-fstack-usage) -MMD -MP -c $< -o $@
+	$(call say,CC  )$(CC) $(LIB_CFLAGS) $(if $(findstring clang,$(CC)),,-fstack-usage) -MMD -MP -c $< -o $@
 
 $(BUILD)/librim.a: $(LIB_OBJ) lib/check_symbols.sh
 	@rm -f $@
-	$(AR) rcsD $@ $(LIB_OBJ)
+	$(call say,AR  )$(AR) rcsD $@ $(LIB_OBJ)
 	@$(if $(SANITIZE),true,lib/check_symbols.sh "$(NM)" $@ $(if $(CROSS_COMPILE),cross))
 
 -include $(LIB_OBJ:.o=.d)

@@ -30,16 +30,16 @@ WIRE_TYPES := $(sort $(wildcard lib/wire/*.lcm))
 LCMGEN_SRC := $(WIRE_TYPES:lib/wire/%.lcm=$(BUILD)/lcmgen/%.c)
 $(BUILD)/lcmgen/%.c: lib/wire/%.lcm
 	@mkdir -p $(@D)
-	lcm-gen -c --c-no-pubsub --c-cpath $(@D) --c-hpath $(@D) $<
+	$(call say,LCM )lcm-gen -c --c-no-pubsub --c-cpath $(@D) --c-hpath $(@D) $<
 $(BUILD)/tests/lib/test_alarm_lcm: $(LCMGEN_SRC)
 $(BUILD)/tests/lib/test_alarm_lcm: TEST_EXTRA = -isystem $(BUILD)/lcmgen $(LCMGEN_SRC) -Wno-conversion -Wno-unused-parameter
 
 $(BUILD)/tests/lib/%: tests/lib/%.c $(BUILD)/librim.a $(BUILD)/flags.test
 	@mkdir -p $(@D)
-	$(CC) $(TEST_CFLAGS) -MMD -MP -MF $@.d $< $(TEST_EXTRA) -o $@ $(BUILD)/librim.a -lcmocka -lm
+	$(call say,TEST)$(CC) $(TEST_CFLAGS) -MMD -MP -MF $@.d $< $(TEST_EXTRA) -o $@ $(BUILD)/librim.a -lcmocka -lm
 
 $(BUILD)/tests/host/%: tests/host/%.cpp $(HOST_OBJ_TEST) $(BUILD)/librim.a $(BUILD)/flags.host
 	@mkdir -p $(@D)
-	$(CXX) $(HOST_CXXFLAGS) -MMD -MP -MF $@.d $< -o $@ $(HOST_OBJ_TEST) $(BUILD)/librim.a -lcmocka $(HOST_LIBS)
+	$(call say,TEST)$(CXX) $(HOST_CXXFLAGS) -MMD -MP -MF $@.d $< -o $@ $(HOST_OBJ_TEST) $(BUILD)/librim.a -lcmocka $(HOST_LIBS)
 
 -include $(TEST_LIB_BIN:=.d) $(TEST_HOST_BIN:=.d)

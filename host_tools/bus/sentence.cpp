@@ -27,8 +27,6 @@ std::string bound(double value, double width) {
   return text;
 }
 
-std::string rate_unit(const std::string &unit) { return unit.empty() ? "per s" : unit + "/s"; }
-
 std::string error_words(double sd, const std::string &unit) {
   return sd > 0.0 ? " (standard error " + amount(sd, unit) + ")" : "";
 }
@@ -38,11 +36,9 @@ std::string deviation(const rim_alarm &a, const Quantity &outcome) {
   const double shift = a.shift[0], size = std::fabs(shift);
   const bool high = shift >= 0.0;
   switch (a.kind) {
-  case RIM_KIND_INCREMENT: {
-    const std::string unit = rate_unit(outcome.unit);
-    return outcome.words + " changes " + amount(size, unit) + (high ? " more" : " less") +
-           " than predicted" + error_words(a.shift_sd[0], unit);
-  }
+  case RIM_KIND_INCREMENT:
+    return outcome.words + " changes " + amount(size, outcome.unit) + (high ? " more" : " less") +
+           " from block to block than predicted" + error_words(a.shift_sd[0], outcome.unit);
   case RIM_KIND_VARIANCE:
     return outcome.words + " scatters " + cell(std::sqrt(std::max(shift, 0.0)), 3) +
            " times as much as predicted";
@@ -50,6 +46,9 @@ std::string deviation(const rim_alarm &a, const Quantity &outcome) {
     return outcome.words + " moves " + amount(size, outcome.unit) +
            (high ? " too far up" : " too far down") + " from row to row" +
            error_words(a.shift_sd[0], outcome.unit);
+  case RIM_KIND_REPEAT:
+    return outcome.words + " repeats its last reading, or reads 0, in " + cell(100.0 * size, 3) +
+           " % " + (high ? "more" : "less") + " of the rows than it should";
   default:
     return outcome.words + " reads " + amount(size, outcome.unit) + (high ? " high" : " low") +
            error_words(a.shift_sd[0], outcome.unit);
@@ -124,8 +123,8 @@ const char *detector_text(int detector) {
 }
 
 const char *kind_text(int kind) {
-  static const char *const text[] = {"shift", "increment", "variance", "step"};
-  return kind >= 0 && kind < 4 ? text[kind] : "unknown";
+  static const char *const text[] = {"shift", "increment", "variance", "step", "repeat"};
+  return kind >= 0 && kind < 5 ? text[kind] : "unknown";
 }
 
 } // namespace rim

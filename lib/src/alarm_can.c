@@ -11,7 +11,10 @@
 #define SEGMENT_BYTES 6u
 #define LAST_SEGMENT 0x80u
 #define FD_CHANNELS 2u
-#define HEAD_REPLAY 0x80u
+#define SUMMARY_LATCHED 4u /* bits of the word at byte 3 */
+#define SUMMARY_REPLAY 8u
+#define FD_LATCHED 0x20u /* bits of byte 16 */
+#define FD_REPLAY 0x40u
 
 _Static_assert((RIM_CAN_DETAIL_SIZE + 4 + SEGMENT_BYTES - 1) / SEGMENT_BYTES ==
                    RIM_CAN_DETAIL_FRAMES,
@@ -91,8 +94,18 @@ static rim_status check_record(const void *frame, uint32_t node, const rim_alarm
 
 static uint8_t head_of(const rim_alarm *a) {
   return (uint8_t)((uint32_t)a->level | ((uint32_t)a->state << 2) | ((uint32_t)a->detector << 4) |
-                   ((uint32_t)a->kind << 5) |
-                   ((a->flags & RIM_ALARM_FLAG_REPLAY) != 0 ? HEAD_REPLAY : 0u));
+                   ((uint32_t)a->kind << 5));
+}
+
+/* The flags as the bits that a frame has for them, and back. */
+static uint32_t flag_bits(const rim_alarm *a, uint32_t latched, uint32_t replay) {
+  return ((a->flags & RIM_ALARM_FLAG_LATCHED) != 0 ? latched : 0u) |
+         ((a->flags & RIM_ALARM_FLAG_REPLAY) != 0 ? replay : 0u);
+}
+
+static uint8_t flags_of(uint32_t bits, uint32_t latched, uint32_t replay) {
+  return (uint8_t)(((bits & latched) != 0 ? RIM_ALARM_FLAG_LATCHED : 0u) |
+                   ((bits & replay) != 0 ? RIM_ALARM_FLAG_REPLAY : 0u));
 }
 
 rim_status rim_can_pack_summary(rim_can_frame *frame, uint32_t node, const rim_alarm *alarm) {
@@ -102,13 +115,12 @@ rim_status rim_can_pack_summary(rim_can_frame *frame, uint32_t node, const rim_a
   memset(frame, 0, sizeof *frame);
   frame->id = RIM_CAN_SUMMARY_ID + node;
   frame->length = SUMMARY_SIZE;
-  const uint32_t latched = (alarm->flags & RIM_ALARM_FLAG_LATCHED) != 0 ? 1u : 0u;
   uint8_t *data = frame->data;
   data[0] = head_of(alarm);
   data[1] = (uint8_t)alarm->seq;
   data[2] = (uint8_t)alarm->model_id;
-  put_u16(data + 3,
-          alarm->region.dims | (latched << 2) | (whole(alarm->ln_anom * 4.0, 4095.0) << 4));
+  put_u16(data + 3, alarm->region.dims | flag_bits(alarm, SUMMARY_LATCHED, SUMMARY_REPLAY) |
+                        (whole(alarm->ln_anom * 4.0, 4095.0) << 4));
   put_u16(data + 5, alarm->observations < 0xffffu ? alarm->observations : 0xffffu);
   data[7] = frame_crc8(frame->id, data, SUMMARY_SIZE - 1);
   return RIM_OK;
@@ -136,15 +148,14 @@ rim_status rim_can_unpack_summary(rim_can_summary *summary, const rim_can_frame 
   summary->level = data[0] & 3u;
   summary->state = (data[0] >> 2) & 3u;
   summary->detector = (data[0] >> 4) & 1u;
-  summary->kind = (data[0] >> 5) & 3u;
-  summary->flags = (uint8_t)(((data[0] & HEAD_REPLAY) != 0 ? RIM_ALARM_FLAG_REPLAY : 0u) |
-                             ((packed & 4u) != 0 ? RIM_ALARM_FLAG_LATCHED : 0u));
+  summary->kind = data[0] >> 5;
+  summary->flags = flags_of(packed, SUMMARY_LATCHED, SUMMARY_REPLAY);
   summary->seq = data[1];
   summary->model_id = data[2];
   summary->dims = (uint8_t)(packed & 3u);
   summary->observations = get_u16(data + 5);
   summary->ln_anom = 0.25 * (double)(packed >> 4);
-  return RIM_OK; /* every code has as many values as its bits can say */
+  return summary->kind <= RIM_KIND_REPEAT ? RIM_OK : RIM_E_RANGE;
 }
 
 static void put_record(uint8_t *at, const rim_alarm *a) {
@@ -289,7 +300,6 @@ rim_status rim_can_pack_detail_fd(rim_can_frame *frame, uint32_t node, const rim
   if (status != RIM_OK)
     return status;
   const uint32_t channels = alarm->channels < FD_CHANNELS ? alarm->channels : FD_CHANNELS;
-  const uint32_t latched = (alarm->flags & RIM_ALARM_FLAG_LATCHED) != 0 ? 1u : 0u;
   const double bits = alarm->p_value > 0.0 ? -rim_log(alarm->p_value) * (8.0 / RIM_LN_2) : 255.0;
   memset(frame, 0, sizeof *frame);
   frame->id = RIM_CAN_DETAIL_ID + node;
@@ -302,7 +312,7 @@ rim_status rim_can_pack_detail_fd(rim_can_frame *frame, uint32_t node, const rim
   at = put_u32(at, whole(alarm->t_s * 1000.0, 4294967294.0));
   at = put_u32(at, whole(alarm->since_s * 1000.0, 4294967294.0));
   at = put_u32(at, alarm->observations);
-  at = put_u16(at, box.dims | (channels << 2) | (latched << 5));
+  at = put_u16(at, box.dims | (channels << 2) | flag_bits(alarm, FD_LATCHED, FD_REPLAY));
   for (uint32_t i = 0; i < FD_CHANNELS; i++)
     at = put_u16(at, i < channels ? alarm->channel[i] : 0u);
   for (uint32_t d = 0; d < RIM_REGION_MAX_DIMS; d++)
@@ -330,16 +340,15 @@ rim_status rim_can_unpack_detail_fd(rim_alarm *alarm, const rim_can_frame *frame
   alarm->level = data[0] & 3u;
   alarm->state = (data[0] >> 2) & 3u;
   alarm->detector = (data[0] >> 4) & 1u;
-  alarm->kind = (data[0] >> 5) & 3u;
-  alarm->flags = (uint8_t)(((data[0] & HEAD_REPLAY) != 0 ? RIM_ALARM_FLAG_REPLAY : 0u) |
-                           ((data[16] & 0x20u) != 0 ? RIM_ALARM_FLAG_LATCHED : 0u));
+  alarm->kind = data[0] >> 5;
+  alarm->flags = flags_of(data[16], FD_LATCHED, FD_REPLAY);
   alarm->seq = data[1];
   alarm->model_id = get_u16(data + 2);
   alarm->t_s = (double)get_u32(data + 4) * 1e-3;
   alarm->since_s = (double)get_u32(data + 8) * 1e-3;
   alarm->observations = get_u32(data + 12);
   alarm->channels = (data[16] >> 2) & 7u;
-  if (alarm->channels > FD_CHANNELS)
+  if (alarm->channels > FD_CHANNELS || alarm->kind > RIM_KIND_REPEAT)
     return RIM_E_RANGE;
   for (uint32_t i = 0; i < FD_CHANNELS; i++)
     alarm->channel[i] = get_u16(data + 18 + 2 * i);

@@ -278,6 +278,13 @@ static void right_sums_do_not_excuse_wrong_contents(void **state) {
   const uint8_t id[2] = {(uint8_t)fd.id, (uint8_t)(fd.id >> 8)};
   fd.data[63] = rim_crc8(rim_crc8(0, id, 2), fd.data, 63);
   assert_int_equal(rim_can_unpack_detail_fd(&back, &fd), RIM_E_RANGE);
+  rim_can_frame summary;
+  rim_can_summary s;
+  assert_int_equal(rim_can_pack_summary(&summary, 6, &a), RIM_OK);
+  summary.data[0] |= 0xe0u; /* kind 7 */
+  const uint8_t summary_id[2] = {(uint8_t)summary.id, (uint8_t)(summary.id >> 8)};
+  summary.data[7] = rim_crc8(rim_crc8(0, summary_id, 2), summary.data, 7);
+  assert_int_equal(rim_can_unpack_summary(&s, &summary), RIM_E_RANGE);
   assert_int_equal(rim_can_pack_detail_fd(&fd, 6, &a), RIM_OK);
   memset(fd.data + 28, 0xff, 4); /* NaN */
   fd.data[63] = rim_crc8(rim_crc8(0, id, 2), fd.data, 63);
