@@ -34,11 +34,11 @@ typedef enum rim_level {
 } rim_level;
 /* What about the outcome deviates. */
 typedef enum rim_kind {
-  RIM_KIND_SHIFT = 0, /* mean of the outcome against its prediction from the other sensors */
-  RIM_KIND_INCREMENT =
-      1, /* change per second of the outcome against its prediction (drift, forces) */
-  RIM_KIND_VARIANCE = 2, /* scatter about the one-step prediction (noise, stuck, delay) */
-  RIM_KIND_STEP = 3      /* mean of the one-step residual */
+  RIM_KIND_SHIFT = 0,     /* mean of the outcome against its prediction from the other sensors */
+  RIM_KIND_INCREMENT = 1, /* change per block against its prediction (drift, forces) */
+  RIM_KIND_VARIANCE = 2,  /* scatter about the one-step prediction (noise, delay) */
+  RIM_KIND_STEP = 3,      /* mean of the one-step residual */
+  RIM_KIND_REPEAT = 4     /* share of readings equal to the one before, or exactly 0 */
 } rim_kind;
 
 #define RIM_ALARM_FLAG_REPLAY 0x01u /* from a recording: must not be mistaken for live */
