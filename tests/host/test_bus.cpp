@@ -1,4 +1,5 @@
-// Alarms on their way out: sentences, JSON lines, candump text, LCM through a file and to `rim listen`.
+// Alarms on their way out: sentences, JSON lines, candump text, LCM through a file and to `rim
+// listen`.
 #include "bus/candump.hpp"
 #include "bus/jsonl.hpp"
 #include "bus/lcm_bus.hpp"

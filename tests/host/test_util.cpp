@@ -1,4 +1,5 @@
-// The small things that everything leans on: files that are whole or absent, shards, threads, tables.
+// The small things that everything leans on: files that are whole or absent, shards, threads,
+// tables.
 #include "util/atomic_file.hpp"
 #include "util/data_path.hpp"
 #include "util/error.hpp"

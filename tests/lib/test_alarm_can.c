@@ -1,4 +1,5 @@
-/* CAN frames: what goes in comes out, to the precision that the bytes have, and nothing else does. */
+/* CAN frames: what goes in comes out, to the precision that the bytes have, and nothing else does.
+ */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>

@@ -1,4 +1,5 @@
-/* LCM messages: the same bytes as lcm-gen's own encoders, in both directions, and no others read. */
+/* LCM messages: the same bytes as lcm-gen's own encoders, in both directions, and no others read.
+ */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>

@@ -6,19 +6,20 @@
  *
  * Numbers are little-endian (Intel). lib/wire/rim.dbc describes summary and FD detail for other
  * programs. Every check sum begins with the frame's identifier (two bytes, little-endian), so that
- * a frame under another identifier is refused.
- *
- * Summary:  0 level:2 state:2 detector:1 kind:3 | 1 seq | 2 model_id
+ * a frame under another identifier is refused. Fields that do not fit saturate; seq and model_id
+ * are cut to their low bits. */
+
+/* clang-format off */
+/* Summary:  0 level:2 state:2 detector:1 kind:3 | 1 seq | 2 model_id
  *           3..4 dims:2 latched:1 replay:1 ln_anom:12 (0.25) | 5..6 observations | 7 CRC-8
  * Segment:  0 seq | 1 index:7 last:1 | 2..7 six bytes of the record and its CRC-32, the rest 0
  * Record:   in the order of rim_alarm_t.lcm; times f64, other numbers f32
  * FD:       0 as summary | 1 seq | 2..3 model_id | 4..7 t (ms) | 8..11 since (ms)
- *           12..15 observations | 16 dims:2 channels:3 latched:1 replay:1 | 17 0 | 18..21 two channels
- *           22..27 three features | 28..31 shift (f32) | 32..35 its standard error
- *           36..47 lower | 48..59 upper (f32) | 60..61 ln_anom (1/16) | 62 -8 log2 p_value
- *           63 CRC-8
- *
- * Fields that do not fit saturate; seq and model_id are cut to their low bits. */
+ *           12..15 observations | 16 dims:2 channels:3 latched:1 replay:1 | 17 0
+ *           18..21 two channels | 22..27 three features | 28..31 shift (f32)
+ *           32..35 its standard error | 36..47 lower | 48..59 upper (f32)
+ *           60..61 ln_anom (1/16) | 62 -8 log2 p_value | 63 CRC-8 */
+/* clang-format on */
 #ifndef RIM_ALARM_CAN_H
 #define RIM_ALARM_CAN_H
 
