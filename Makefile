@@ -119,6 +119,7 @@ size: lib $(if $(CROSS_COMPILE),,host) ## code size, static RAM, stack and the R
 
 check: check-deps lib ## cppcheck, style, forbidden symbols, and the tests under the sanitizers
 	tests/style.sh
+	lib/check_symbols.sh "$(NM)" $(BUILD)/librim.a names
 	cppcheck --quiet --error-exitcode=1 --inline-suppr --std=c11 \
 	  --enable=warning,performance,portability -Ilib/include lib/src
 	cppcheck --quiet --error-exitcode=1 --inline-suppr --std=c++17 --language=c++ -j2 \
