@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/Eigenvalues>
 #include <nanoflann.hpp>
 
 #include "rim/nominal.h"
@@ -55,8 +56,8 @@ struct Rows {
   template <typename Box> bool kdtree_get_bbox(Box &) const { return false; }
 };
 
-using Index = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Rows>, Rows,
-                                                  -1, std::size_t>;
+using Index =
+    nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Adaptor<double, Rows>, Rows, -1, std::size_t>;
 
 std::vector<std::size_t> spread_rows(std::size_t rows, std::size_t most) {
   std::vector<std::size_t> out;
@@ -71,6 +72,9 @@ std::vector<std::size_t> spread_rows(std::size_t rows, std::size_t most) {
 
 struct PlainKernel::Tree {
   NominalModel scale; // centre and inverse scale only
+  // Rows are turned to their principal axes, largest first. Distances stay; but boxes of the tree then
+  // follow the trajectories, and a distance is known to be too long after a few of its terms.
+  Eigen::MatrixXd axes;
   Rows rows;
   Matrix y;
   std::vector<std::uint32_t> run;
@@ -82,6 +86,14 @@ struct PlainKernel::Tree {
     NearestElsewhere found(k, run, without_run);
     index->findNeighbors(found, xs.data(), nanoflann::SearchParams());
     return found;
+  }
+
+  void turn(const Matrix &xs) {
+    const Eigen::RowVectorXd mean = xs.colwise().mean();
+    const Eigen::MatrixXd centred = xs.rowwise() - mean;
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(centred.transpose() * centred);
+    axes = eigen.eigenvectors().rowwise().reverse();
+    rows.x = xs * axes;
   }
 };
 
@@ -99,7 +111,7 @@ PlainKernel::PlainKernel(const Matrix &x, const Matrix &y, const std::vector<std
     tree_->y.row(i) = y.row(static_cast<Eigen::Index>(from));
     tree_->run.push_back(run[from]);
   }
-  tree_->rows.x = standardised(tree_->scale, some);
+  tree_->turn(standardised(tree_->scale, some));
   constexpr std::size_t leaf_rows = 16;
   tree_->index = std::make_unique<Index>(static_cast<std::size_t>(x.cols()), tree_->rows,
                                          nanoflann::KDTreeSingleIndexAdaptorParams(leaf_rows));
@@ -132,7 +144,7 @@ void PlainKernel::predict(const double *x, std::uint32_t without_run,
                           const std::vector<double> &bandwidth, Matrix &mean,
                           Matrix &variance) const {
   const Tree &t = *tree_;
-  const Matrix xs = standardised(t.scale, Eigen::Map<const Matrix>(x, 1, t.rows.x.cols()));
+  const Matrix xs = standardised(t.scale, Eigen::Map<const Matrix>(x, 1, t.rows.x.cols())) * t.axes;
   const NearestElsewhere found = t.nearest(xs.row(0), t.neighbours, without_run);
   const auto rows = static_cast<Eigen::Index>(bandwidth.size());
   mean.setZero(rows, t.y.cols());

@@ -1,0 +1,55 @@
+// Calibration: what nominal runs do, so that an alarm means something.
+//
+// Every calibration run is judged as a run in flight is: by models, spreads and scales learnt from the
+// other runs, with the flight code (rim_monitor_block) doing the search. The alarm threshold is an
+// order statistic of the runs' largest scores: exchangeable runs give a finite-sample promise
+// (rim/threshold.h).
+#ifndef RIM_TRAIN_CALIBRATE_HPP
+#define RIM_TRAIN_CALIBRATE_HPP
+
+#include <cstdint>
+#include <vector>
+
+#include "train/flight_image.hpp"
+
+namespace rim {
+
+struct CalibrationOptions {
+  double false_alarm = 0.05; // wished rate of runs with any false alarm
+  double warn_rate = 0.25;   // the same for the warning level
+  std::size_t region_features = 17;
+  double redundant = 0.8;    // rank correlation above which a feature repeats another
+  std::uint32_t least_n = 8; // observations inside an interval before it is judged
+};
+
+// Which rank promises the wished rate: the k-th smallest of n maxima bounds the rate by
+// (n + 1 - k) / (n + 1). With too few runs k = n and the promise is 1 / (n + 1).
+struct Promise {
+  std::uint32_t rank = 0;
+  double rate = 1.0;
+};
+Promise promise_for(std::size_t runs, double false_alarm);
+
+// Features that may describe a region: those that no earlier one repeats (Spearman), at most `most`.
+std::vector<std::uint16_t> choose_region_features(const std::vector<ChannelSeries> &series,
+                                                  const CalibrationOptions &options);
+
+// Fills the plan's ranges, region, channel scales, envelope and thresholds from the series of at least
+// three nominal runs (each by models without it). Deterministic.
+void calibrate_trained(FlightPlan *plan, const std::vector<ChannelSeries> &series,
+                       const CalibrationOptions &options);
+
+// Logs with their own predictions: fills the plan's ranges from the log, and the thresholds from
+// `runs` Monte Carlo runs (thesis eq. 3.9, p. 30) of z ~ N(m, sd) on the log's own contexts. sd is the
+// log's or, where it has none, estimated. Returns the number of outcomes whose sd was estimated.
+struct ExternalRows {
+  Matrix context, outcome, mean, sd;
+  std::vector<double> t_s;
+  std::vector<bool> sd_estimated; // per outcome
+};
+ExternalRows external_rows(const Log &log, const Layout &layout);
+void calibrate_external(FlightPlan *plan, const std::vector<ExternalRows> &logs, std::size_t runs,
+                        const CalibrationOptions &options);
+
+} // namespace rim
+#endif

@@ -1,0 +1,174 @@
+#include "train/flight_image.hpp"
+
+#include <cmath>
+#include <cstring>
+
+#include "rim/crc.h"
+#include "train/image_writer.hpp"
+#include "util/error.hpp"
+
+namespace rim {
+
+std::size_t FlightPlan::kinds_present() const {
+  std::size_t n = 0;
+  for (unsigned k = 0; k < RIM_CHANNELS_KINDS; ++k) n += kinds >> k & 1u;
+  return n;
+}
+
+namespace {
+
+SectionBytes config_section(const FlightPlan &plan) {
+  std::uint32_t words[RIM_CONFIG_WORDS] = {};
+  words[RIM_CONFIG_FEATURES] = static_cast<std::uint32_t>(plan.layout.features());
+  words[RIM_CONFIG_OUTCOMES] = static_cast<std::uint32_t>(plan.layout.outcomes());
+  words[RIM_CONFIG_KINDS] = plan.kinds;
+  words[RIM_CONFIG_BLOCK_ROWS] = plan.block_rows;
+  words[RIM_CONFIG_EXTERNAL] = plan.layout.external ? 1 : 0;
+  words[RIM_CONFIG_PERIOD_US] = static_cast<std::uint32_t>(std::lround(1e6 * plan.period_s));
+  words[RIM_CONFIG_STALE_MS] = static_cast<std::uint32_t>(std::lround(1e3 * plan.stale_s));
+  words[RIM_CONFIG_REGION_FEATURES] = static_cast<std::uint32_t>(plan.region.size());
+  words[RIM_CONFIG_RING] = plan.ring;
+  words[RIM_CONFIG_BINS] = plan.bins;
+  words[RIM_CONFIG_GRID] = plan.grid;
+  words[RIM_CONFIG_PAIRS] = plan.pairs;
+  words[RIM_CONFIG_PERSISTENCE] = plan.persistence;
+  words[RIM_CONFIG_INHIBIT_MS] = static_cast<std::uint32_t>(std::lround(1e3 * plan.inhibit_s));
+  words[RIM_CONFIG_SEED] = plan.seed;
+  words[RIM_CONFIG_SCANS] = plan.scans;
+  words[RIM_CONFIG_EDGES] = plan.edges;
+  words[RIM_CONFIG_MOVES] = plan.moves;
+  words[RIM_CONFIG_BUDGET] = plan.budget;
+  SectionBytes bytes;
+  for (const std::uint32_t word : words) bytes.u32(word);
+  return bytes;
+}
+
+SectionBytes floats(const std::vector<float> &a, const std::vector<float> &b) {
+  SectionBytes bytes;
+  for (const float v : a) bytes.f32(v);
+  for (const float v : b) bytes.f32(v);
+  return bytes;
+}
+
+SectionBytes words16(const std::vector<std::uint16_t> &values) {
+  SectionBytes bytes;
+  for (const std::uint16_t v : values) bytes.u16(v);
+  return bytes;
+}
+
+SectionBytes threshold_section(const Thresholds &t) {
+  SectionBytes bytes;
+  bytes.u32(static_cast<std::uint32_t>(t.offset.size()));
+  bytes.u32(static_cast<std::uint32_t>(t.maxima.size()));
+  bytes.u32(static_cast<std::uint32_t>(t.growth.size()));
+  bytes.u32(t.rank);
+  bytes.f32(t.alarm_score);
+  bytes.f32(t.warn_score);
+  bytes.f32(t.promised_rate);
+  bytes.f32(0.0F);
+  for (const auto *values : {&t.maxima, &t.growth, &t.offset, &t.scale}) {
+    for (const float v : *values) bytes.f32(v);
+  }
+  return bytes;
+}
+
+SectionBytes names_section(const Layout &layout) {
+  std::string text;
+  const auto add = [&text](const std::vector<std::string> &names,
+                           const std::vector<std::string> &units) {
+    for (std::size_t i = 0; i < names.size(); ++i) text += names[i] + '\t' + units[i] + '\n';
+  };
+  add(layout.feature_names, layout.feature_units);
+  add(layout.outcome_names, layout.outcome_units);
+  SectionBytes bytes;
+  bytes.text(text);
+  return bytes;
+}
+
+std::vector<std::uint8_t> write_image(const FlightPlan &plan, std::uint32_t model_id) {
+  ImageWriter writer(model_id);
+  writer.add_section(RIM_SECTION_CONFIG, config_section(plan));
+  const auto add = [&writer](rim_section id, const std::vector<std::uint8_t> &bytes) {
+    if (!bytes.empty()) writer.add_section(id, bytes);
+  };
+  add(RIM_SECTION_STEP, plan.step);
+  add(RIM_SECTION_LEVEL, plan.level);
+  add(RIM_SECTION_INCREMENT, plan.increment);
+  add(RIM_SECTION_ENVELOPE, plan.envelope);
+  writer.add_section(RIM_SECTION_CHANNELS, floats(plan.center, plan.inverse_sd));
+  writer.add_section(RIM_SECTION_THRESHOLD, threshold_section(plan.thresholds));
+  writer.add_section(RIM_SECTION_FEATURES, floats(plan.low, plan.high));
+  writer.add_section(RIM_SECTION_REGION, words16(plan.region));
+  if (!plan.layout.external) {
+    writer.add_section(RIM_SECTION_OUTCOMES, words16(plan.layout.outcome_feature));
+  }
+  writer.add_section(RIM_SECTION_COMMANDS, plan.layout.command);
+  writer.add_section(RIM_SECTION_NAMES, names_section(plan.layout));
+  return writer.finish();
+}
+
+} // namespace
+
+std::vector<std::uint8_t> make_image(const FlightPlan &plan) {
+  const std::vector<std::uint8_t> first = write_image(plan, 0);
+  return write_image(plan, rim_crc32(0, first.data() + RIM_IMAGE_HEADER_BYTES,
+                                     first.size() - RIM_IMAGE_HEADER_BYTES));
+}
+
+Layout layout_of_image(const rim_image &image) {
+  const std::uint8_t *config = nullptr;
+  const std::uint8_t *names = nullptr;
+  std::size_t bytes = 0;
+  std::size_t config_bytes = 0;
+  if (rim_image_section(&image, RIM_SECTION_CONFIG, &config, &config_bytes) != RIM_OK ||
+      config_bytes != 4 * RIM_CONFIG_WORDS ||
+      rim_image_section(&image, RIM_SECTION_NAMES, &names, &bytes) != RIM_OK) {
+    throw DataError("the image carries no names");
+  }
+  Layout layout;
+  layout.external = rim_image_u32(config, RIM_CONFIG_EXTERNAL) != 0;
+  const std::size_t features = rim_image_u32(config, RIM_CONFIG_FEATURES);
+  const std::size_t outcomes = rim_image_u32(config, RIM_CONFIG_OUTCOMES);
+  const std::string text(reinterpret_cast<const char *>(names), bytes);
+  std::size_t at = 0;
+  for (std::size_t i = 0; i < features + outcomes; ++i) {
+    const std::size_t end = text.find('\n', at);
+    const std::size_t tab = text.find('\t', at);
+    if (end == std::string::npos || tab == std::string::npos || tab > end) {
+      throw DataError("the names in the image are damaged");
+    }
+    auto &to_names = i < features ? layout.feature_names : layout.outcome_names;
+    auto &to_units = i < features ? layout.feature_units : layout.outcome_units;
+    to_names.push_back(text.substr(at, tab - at));
+    to_units.push_back(text.substr(tab + 1, end - tab - 1));
+    at = end + 1;
+  }
+  const std::uint8_t *map = nullptr;
+  if (rim_image_section(&image, RIM_SECTION_OUTCOMES, &map, &bytes) == RIM_OK) {
+    for (std::size_t o = 0; o < outcomes && 2 * o + 1 < bytes; ++o) {
+      layout.outcome_feature.push_back(rim_image_u16(map, o));
+    }
+  }
+  if (rim_image_section(&image, RIM_SECTION_COMMANDS, &map, &bytes) == RIM_OK) {
+    layout.command.assign(map, map + bytes);
+  }
+  return layout;
+}
+
+Monitor::Monitor(std::vector<std::uint8_t> image, const std::string &name)
+    : image_((image.size() + 7) / 8) {
+  std::memcpy(image_.data(), image.data(), image.size());
+  std::size_t need = 0;
+  rim_status status = rim_monitor_size(image_.data(), image.size(), &need);
+  if (status == RIM_OK) {
+    memory_.resize((need + 7) / 8);
+    status = rim_monitor_init(&monitor_, memory_.data(), memory_.size() * 8, image_.data(),
+                              image.size());
+  }
+  if (status != RIM_OK) {
+    throw DataError(name + ": not a flight image for this version: " + rim_status_text(status));
+  }
+  (void)rim_image_open(&view_, image_.data(), image.size());
+}
+
+} // namespace rim

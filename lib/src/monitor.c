@@ -1,0 +1,622 @@
+#include "rim/monitor.h"
+
+#include <string.h>
+
+#include "rim/crc.h"
+#include "rim/nominal.h"
+#include "rim/real.h"
+
+#define UPDATE_RATIO 0.25 /* ln anom grown by a quarter is worth another record */
+#define MONITOR_MAGIC 0x52494d4du /* "RIMM": memory that holds a monitor */
+
+struct rim_monitor {
+  uint32_t magic;
+  uint32_t words[RIM_CONFIG_WORDS];
+  rim_image image;
+  rim_nominal step, level, increment;
+  rim_threshold threshold;
+  rim_envelope envelope;
+  rim_channels *channels;
+  rim_select *select;
+  double *unit;         /* [region features] scratch of a block in unit coordinates */
+  float *inverse_scale; /* [channels] */
+  const uint8_t *range; /* f32 low[features], high[features] */
+  const uint8_t *region;
+  rim_alarm_life life;
+  double first_block_s;
+  double last_block_s;
+  double last_valid_s;
+  uint32_t steps;
+  uint32_t stale;
+  uint32_t alarms;
+  uint16_t channel_count;
+  bool is_stale;
+  bool has_valid;
+  rim_verdict last; /* what a row that completes no block repeats */
+};
+
+_Static_assert(sizeof(struct rim_monitor) <= RIM_MONITOR_HEADER_BYTES, "header outgrown");
+
+/* Everything that is read from the image, gathered before anything is written. */
+typedef struct plan {
+  rim_image image;
+  uint32_t words[RIM_CONFIG_WORDS];
+  rim_nominal step, level, increment;
+  rim_threshold threshold;
+  rim_envelope envelope;
+  rim_channels_config channels;
+  rim_select_config select;
+  const uint8_t *range;
+  const uint8_t *region;
+  uint8_t kinds_present;
+  uint16_t channel_count;
+} plan;
+
+static rim_status read_words(plan *p) {
+  const uint8_t *data;
+  size_t bytes;
+  if (rim_image_section(&p->image, RIM_SECTION_CONFIG, &data, &bytes) != RIM_OK ||
+      bytes != 4u * RIM_CONFIG_WORDS) {
+    return RIM_E_CONFIG;
+  }
+  for (size_t i = 0; i < RIM_CONFIG_WORDS; ++i) p->words[i] = rim_image_u32(data, i);
+  const uint32_t *w = p->words;
+  if (w[RIM_CONFIG_FEATURES] == 0 || w[RIM_CONFIG_FEATURES] > RIM_CHANNELS_MAX_FEATURES ||
+      w[RIM_CONFIG_OUTCOMES] == 0 || w[RIM_CONFIG_OUTCOMES] > RIM_CHANNELS_MAX_OUTCOMES ||
+      w[RIM_CONFIG_KINDS] == 0 || w[RIM_CONFIG_KINDS] >> RIM_CHANNELS_KINDS != 0 ||
+      w[RIM_CONFIG_BLOCK_ROWS] == 0 || w[RIM_CONFIG_BLOCK_ROWS] > 10000 ||
+      w[RIM_CONFIG_REGION_FEATURES] == 0 ||
+      w[RIM_CONFIG_REGION_FEATURES] > w[RIM_CONFIG_FEATURES] || w[RIM_CONFIG_EXTERNAL] > 1 ||
+      w[RIM_CONFIG_BUDGET] > 64) {
+    return RIM_E_CONFIG;
+  }
+  for (size_t i = RIM_CONFIG_RING; i <= RIM_CONFIG_MOVES; ++i) {
+    const bool is_count = i != RIM_CONFIG_INHIBIT_MS && i != RIM_CONFIG_SEED;
+    if (is_count && w[i] > UINT16_MAX) return RIM_E_CONFIG;
+  }
+  return RIM_OK;
+}
+
+static rim_status open_model(const plan *p, rim_section id, rim_nominal *model) {
+  const uint8_t *data;
+  size_t bytes;
+  if (rim_image_section(&p->image, (uint32_t)id, &data, &bytes) != RIM_OK) return RIM_E_CONFIG;
+  const rim_status status = rim_nominal_open(model, data, bytes);
+  if (status != RIM_OK) return status;
+  return model->inputs == p->words[RIM_CONFIG_FEATURES] &&
+                 model->outputs == p->words[RIM_CONFIG_OUTCOMES]
+             ? RIM_OK
+             : RIM_E_CONFIG;
+}
+
+static rim_status open_models(plan *p) {
+  if (p->words[RIM_CONFIG_EXTERNAL] != 0) return RIM_OK;
+  const uint32_t kinds = p->words[RIM_CONFIG_KINDS];
+  rim_status status = RIM_OK;
+  if ((kinds & (1u << RIM_KIND_VARIANCE | 1u << RIM_KIND_STEP)) != 0) {
+    status = open_model(p, RIM_SECTION_STEP, &p->step);
+    p->channels.step = &p->step;
+  }
+  if (status == RIM_OK && (kinds & 1u << RIM_KIND_SHIFT) != 0) {
+    status = open_model(p, RIM_SECTION_LEVEL, &p->level);
+    p->channels.level = &p->level;
+  }
+  if (status == RIM_OK && (kinds & 1u << RIM_KIND_INCREMENT) != 0) {
+    status = open_model(p, RIM_SECTION_INCREMENT, &p->increment);
+    p->channels.increment = &p->increment;
+  }
+  return status;
+}
+
+/* A section that must have exactly these bytes; NULL when it is absent or has not. */
+static const uint8_t *exact_section(const plan *p, rim_section id, size_t expected) {
+  const uint8_t *data;
+  size_t bytes;
+  if (rim_image_section(&p->image, (uint32_t)id, &data, &bytes) != RIM_OK) return NULL;
+  return bytes == expected ? data : NULL;
+}
+
+static rim_status open_tables(plan *p) {
+  const size_t features = p->words[RIM_CONFIG_FEATURES];
+  const size_t region_features = p->words[RIM_CONFIG_REGION_FEATURES];
+  p->range = exact_section(p, RIM_SECTION_FEATURES, 8u * features);
+  p->region = exact_section(p, RIM_SECTION_REGION, 2u * region_features);
+  if (p->range == NULL || p->region == NULL) return RIM_E_CONFIG;
+  for (size_t f = 0; f < features; ++f) {
+    const double low = (double)rim_image_f32(p->range, f);
+    const double high = (double)rim_image_f32(p->range, features + f);
+    if (!rim_is_finite(low) || !rim_is_finite(high) || !(high > low)) return RIM_E_RANGE;
+  }
+  for (size_t i = 0; i < region_features; ++i) {
+    if (rim_image_u16(p->region, i) >= features) return RIM_E_RANGE;
+  }
+  const uint8_t *scales = exact_section(p, RIM_SECTION_CHANNELS, 8u * (size_t)p->channel_count);
+  if (scales == NULL) return RIM_E_CONFIG;
+  for (size_t i = 0; i < 2u * (size_t)p->channel_count; ++i) {
+    if (!rim_is_finite((double)rim_image_f32(scales, i))) return RIM_E_RANGE;
+  }
+  p->channels.center = scales;
+  p->channels.inverse_sd = scales + 4u * (size_t)p->channel_count;
+  if (p->words[RIM_CONFIG_EXTERNAL] == 0) {
+    p->channels.outcome_feature =
+        exact_section(p, RIM_SECTION_OUTCOMES, 2u * (size_t)p->words[RIM_CONFIG_OUTCOMES]);
+    if (p->channels.outcome_feature == NULL) return RIM_E_CONFIG;
+  }
+  p->channels.command = exact_section(p, RIM_SECTION_COMMANDS, features);
+  return RIM_OK;
+}
+
+static rim_status open_threshold(plan *p) {
+  const uint8_t *data;
+  size_t bytes;
+  if (rim_image_section(&p->image, RIM_SECTION_THRESHOLD, &data, &bytes) != RIM_OK) {
+    return RIM_E_CONFIG;
+  }
+  const rim_status status = rim_threshold_open(&p->threshold, data, bytes);
+  if (status != RIM_OK) return status;
+  return p->threshold.channels == p->channel_count ? RIM_OK : RIM_E_CONFIG;
+}
+
+/* Trained images judge intervals by their nominal spread; without the section eq. 3.7 stands. */
+static rim_status open_envelope(plan *p) {
+  const uint8_t *data;
+  size_t bytes;
+  if (rim_image_section(&p->image, RIM_SECTION_ENVELOPE, &data, &bytes) != RIM_OK) return RIM_OK;
+  const rim_status status = rim_envelope_open(&p->envelope, data, bytes);
+  p->select.envelope = &p->envelope;
+  return status;
+}
+
+static rim_status make_plan(plan *p, const void *image, size_t image_bytes) {
+  memset(p, 0, sizeof *p);
+  rim_status status = rim_image_open(&p->image, image, image_bytes);
+  if (status == RIM_OK) status = read_words(p);
+  if (status != RIM_OK) return status;
+  const uint32_t *w = p->words;
+  for (unsigned k = 0; k < RIM_CHANNELS_KINDS; ++k) {
+    p->kinds_present = (uint8_t)(p->kinds_present + (w[RIM_CONFIG_KINDS] >> k & 1u));
+  }
+  p->channel_count = (uint16_t)RIM_CHANNELS_COUNT(w[RIM_CONFIG_OUTCOMES], p->kinds_present);
+  if (p->channel_count > RIM_SELECT_MAX_CHANNELS) return RIM_E_CONFIG;
+  p->channels.features = (uint16_t)w[RIM_CONFIG_FEATURES];
+  p->channels.outcomes = (uint16_t)w[RIM_CONFIG_OUTCOMES];
+  p->channels.block_rows = (uint16_t)w[RIM_CONFIG_BLOCK_ROWS];
+  p->channels.kinds = (uint8_t)w[RIM_CONFIG_KINDS];
+  p->channels.external = w[RIM_CONFIG_EXTERNAL] != 0;
+  p->channels.period_s = 1e-6 * (double)w[RIM_CONFIG_PERIOD_US];
+  status = open_models(p);
+  if (status == RIM_OK) status = open_tables(p);
+  if (status == RIM_OK) status = open_threshold(p);
+  if (status == RIM_OK) status = open_envelope(p);
+  p->select.features = (uint16_t)w[RIM_CONFIG_REGION_FEATURES];
+  p->select.channels = p->channel_count;
+  p->select.ring = (uint16_t)w[RIM_CONFIG_RING];
+  p->select.bins = (uint16_t)w[RIM_CONFIG_BINS];
+  p->select.grid = (uint16_t)w[RIM_CONFIG_GRID];
+  p->select.pairs = (uint16_t)w[RIM_CONFIG_PAIRS];
+  p->select.scans = (uint16_t)w[RIM_CONFIG_SCANS];
+  p->select.edges = (uint16_t)w[RIM_CONFIG_EDGES];
+  p->select.moves = (uint16_t)w[RIM_CONFIG_MOVES];
+  p->select.seed = w[RIM_CONFIG_SEED];
+  return status;
+}
+
+/* Where the parts lie in the monitor's memory, in bytes from its start. */
+typedef struct layout {
+  size_t channels, channels_bytes;
+  size_t floats; /* inverse scale, offset: f32[channels] each */
+  size_t unit;
+  size_t select, select_bytes;
+  size_t total;
+} layout;
+
+static rim_status make_layout(const plan *p, layout *l) {
+  const rim_status status = rim_select_size(&p->select, &l->select_bytes);
+  if (status != RIM_OK) return status;
+  l->channels = RIM_MONITOR_HEADER_BYTES;
+  l->channels_bytes =
+      RIM_CHANNELS_SIZE(p->channels.features, p->channels.outcomes, p->kinds_present);
+  l->floats = l->channels + l->channels_bytes;
+  l->unit = l->floats + 8u * (size_t)p->channel_count;
+  l->select = l->unit + 8u * (size_t)p->select.features;
+  l->total = l->select + l->select_bytes;
+  return RIM_OK;
+}
+
+rim_status rim_monitor_size(const void *image, size_t image_bytes, size_t *bytes) {
+  if (image == NULL || bytes == NULL) return RIM_E_ARGUMENT;
+  plan p;
+  layout l;
+  rim_status status = make_plan(&p, image, image_bytes);
+  if (status == RIM_OK) status = make_layout(&p, &l);
+  if (status == RIM_OK) *bytes = l.total;
+  return status;
+}
+
+static rim_status check_memory(const plan *p, layout *l, const void *memory, size_t bytes) {
+  if (((uintptr_t)memory & 7u) != 0) return RIM_E_ALIGN;
+  const rim_status status = make_layout(p, l);
+  if (status != RIM_OK) return status;
+  return bytes < l->total ? RIM_E_SIZE : RIM_OK;
+}
+
+/* Pointers into the monitor's own memory and into the image, anew for where both are now. */
+static void connect(rim_monitor *self, const plan *p, const layout *l) {
+  unsigned char *base = (unsigned char *)self;
+  self->image = p->image;
+  self->step = p->step;
+  self->level = p->level;
+  self->increment = p->increment;
+  self->threshold = p->threshold;
+  self->envelope = p->envelope;
+  self->range = p->range;
+  self->region = p->region;
+  self->inverse_scale = (float *)(void *)(base + l->floats);
+  self->unit = (double *)(void *)(base + l->unit);
+}
+
+/* The plan's views are on the stack: the channels must point to the monitor's own. */
+static rim_channels_config channels_config(const rim_monitor *self, const plan *p) {
+  rim_channels_config config = p->channels;
+  if (config.step != NULL) config.step = &self->step;
+  if (config.level != NULL) config.level = &self->level;
+  if (config.increment != NULL) config.increment = &self->increment;
+  return config;
+}
+
+static rim_status init_search(rim_monitor *self, plan *p, const layout *l) {
+  unsigned char *base = (unsigned char *)self;
+  float *offset = self->inverse_scale + p->channel_count;
+  for (size_t c = 0; c < p->channel_count; ++c) {
+    self->inverse_scale[c] = 1.0f / rim_image_f32(p->threshold.scale, c);
+    offset[c] = rim_image_f32(p->threshold.offset, c) * self->inverse_scale[c];
+  }
+  if (p->select.envelope != NULL) p->select.envelope = &self->envelope;
+  rim_status status =
+      rim_select_init(&self->select, base + l->select, l->select_bytes, &p->select);
+  if (status == RIM_OK) {
+    status = rim_select_set_channel_scale(self->select, self->inverse_scale, offset);
+  }
+  return status;
+}
+
+static void init_life(rim_monitor *self) {
+  const rim_alarm_life_config config = {
+      .raise_steps = self->words[RIM_CONFIG_PERSISTENCE],
+      .clear_steps = self->words[RIM_CONFIG_CLEAR],
+      .inhibit_s = 1e-3 * (double)self->words[RIM_CONFIG_INHIBIT_MS],
+      .update_ratio = UPDATE_RATIO,
+  };
+  (void)rim_alarm_life_init(&self->life, &config);
+}
+
+rim_status rim_monitor_init(rim_monitor **monitor, void *memory, size_t bytes, const void *image,
+                            size_t image_bytes) {
+  if (monitor == NULL || memory == NULL || image == NULL) return RIM_E_ARGUMENT;
+  plan p;
+  layout l;
+  rim_status status = make_plan(&p, image, image_bytes);
+  if (status == RIM_OK) status = check_memory(&p, &l, memory, bytes);
+  if (status != RIM_OK) return status;
+  memset(memory, 0, RIM_MONITOR_HEADER_BYTES);
+  rim_monitor *self = memory;
+  memcpy(self->words, p.words, sizeof self->words);
+  self->channel_count = p.channel_count;
+  connect(self, &p, &l);
+  const rim_channels_config config = channels_config(self, &p);
+  status = rim_channels_init(&self->channels, (unsigned char *)memory + l.channels,
+                             l.channels_bytes, &config);
+  if (status == RIM_OK) status = init_search(self, &p, &l);
+  if (status != RIM_OK) return status;
+  init_life(self);
+  self->last.level = RIM_LEVEL_OK;
+  self->last.p_value = 1.0;
+  self->last.threshold = rim_threshold_ln_anom(&self->threshold, 0, 0);
+  self->magic = MONITOR_MAGIC;
+  *monitor = self;
+  return RIM_OK;
+}
+
+rim_status rim_monitor_attach(rim_monitor **monitor, void *memory, size_t bytes, const void *image,
+                              size_t image_bytes) {
+  if (monitor == NULL || memory == NULL || image == NULL) return RIM_E_ARGUMENT;
+  plan p;
+  layout l;
+  rim_status status = make_plan(&p, image, image_bytes);
+  if (status == RIM_OK) status = check_memory(&p, &l, memory, bytes);
+  if (status != RIM_OK) return status;
+  rim_monitor *self = memory;
+  if (self->magic != MONITOR_MAGIC || self->image.model_id != p.image.model_id ||
+      self->image.bytes != p.image.bytes ||
+      memcmp(self->words, p.words, sizeof self->words) != 0) {
+    return RIM_E_DATA;
+  }
+  connect(self, &p, &l);
+  self->channels = (rim_channels *)(void *)((unsigned char *)memory + l.channels);
+  self->select = (rim_select *)(void *)((unsigned char *)memory + l.select);
+  const rim_channels_config config = channels_config(self, &p);
+  rim_channels_attach(self->channels, &config);
+  rim_select_attach(self->select, p.select.envelope != NULL ? &self->envelope : NULL);
+  *monitor = self;
+  return RIM_OK;
+}
+
+void rim_monitor_reset(rim_monitor *self) {
+  rim_channels_reset(self->channels);
+  rim_select_reset(self->select);
+  const uint32_t seq = self->life.seq;
+  init_life(self);
+  self->life.seq = seq;
+  self->has_valid = false;
+  self->is_stale = false;
+  const double t_s = self->last.t_s;
+  memset(&self->last, 0, sizeof self->last);
+  self->last.t_s = t_s;
+  self->last.p_value = 1.0;
+}
+
+static double feature_low(const rim_monitor *self, size_t f) {
+  return (double)rim_image_f32(self->range, f);
+}
+static double feature_width(const rim_monitor *self, size_t f) {
+  return (double)rim_image_f32(self->range, self->words[RIM_CONFIG_FEATURES] + f) -
+         feature_low(self, f);
+}
+
+static void to_unit(const rim_monitor *self, const double *context, double *unit) {
+  for (size_t i = 0; i < self->words[RIM_CONFIG_REGION_FEATURES]; ++i) {
+    const size_t f = rim_image_u16(self->region, i);
+    unit[i] = (context[f] - feature_low(self, f)) / feature_width(self, f);
+  }
+}
+
+/* Unit coordinates over region features -> units of the features, indices of the image. */
+static rim_region to_features(const rim_monitor *self, const rim_region *unit) {
+  rim_region region = *unit;
+  double width[RIM_REGION_MAX_DIMS];
+  for (size_t i = 0; i < unit->dims; ++i) {
+    const uint16_t f = rim_image_u16(self->region, unit->feature[i]);
+    const double low = feature_low(self, f);
+    width[i] = feature_width(self, f);
+    region.feature[i] = f;
+    region.center[i] = low + unit->center[i] * width[i];
+    region.lower[i] = low + unit->lower[i] * width[i];
+    region.upper[i] = low + unit->upper[i] * width[i];
+  }
+  for (size_t i = 0; i < unit->dims; ++i) {
+    for (size_t j = 0; j < unit->dims; ++j) {
+      const size_t at = i * unit->dims + j;
+      region.inverse_shape[at] = unit->inverse_shape[at] / (width[i] * width[j]);
+    }
+  }
+  return region;
+}
+
+/* Outcomes whose score is above the threshold, most anomalous first; the leading one in any case. */
+static void name_channels(const rim_monitor *self, rim_alarm *alarm, uint16_t leading) {
+  const float *scores = rim_select_channel_scores(self->select);
+  const uint32_t n = rim_select_observations(self->select);
+  alarm->channels = 1;
+  alarm->channel[0] = rim_channels_outcome(self->channels, leading);
+  while (alarm->channels < RIM_ALARM_MAX_CHANNELS) {
+    double best = self->threshold.alarm_score;
+    bool found = false;
+    uint16_t best_outcome = 0;
+    for (uint16_t c = 0; c < self->channel_count; ++c) {
+      const uint16_t outcome = rim_channels_outcome(self->channels, c);
+      bool taken = false;
+      for (size_t i = 0; i < alarm->channels; ++i) taken = taken || alarm->channel[i] == outcome;
+      const double score = rim_threshold_score(&self->threshold, c, (double)scores[c], n);
+      if (!taken && score >= best) {
+        best = score;
+        best_outcome = outcome;
+        found = true;
+      }
+    }
+    if (!found) return;
+    alarm->channel[alarm->channels++] = best_outcome;
+  }
+}
+
+/* The most likely shift (eq. 3.6) and its standard error in the outcome's unit, per named outcome: by the
+ * same kind of channel as the leading one. */
+static void size_shifts(const rim_monitor *self, rim_alarm *alarm, uint16_t leading) {
+  const uint16_t outcomes = (uint16_t)self->words[RIM_CONFIG_OUTCOMES];
+  const uint16_t first_of_kind = (uint16_t)(leading - leading % outcomes);
+  for (size_t i = 0; i < alarm->channels; ++i) {
+    const uint16_t c = (uint16_t)(first_of_kind + alarm->channel[i]);
+    rim_candidate found;
+    if (!rim_select_best_of_channel(self->select, c, &found) || found.n <= 0.0) continue;
+    const double mean = found.shift;
+    const double unit = rim_channels_unit(self->channels, c);
+    /* F = shift^2 / (2 Var) gives the standard error without asking for Var again. */
+    const double sd = found.ln_anom > 0.0 ? rim_abs(mean) / rim_sqrt(2.0 * found.ln_anom) : 0.0;
+    alarm->shift[i] = mean * unit;
+    alarm->shift_sd[i] = sd * unit;
+    if (alarm->kind == RIM_KIND_VARIANCE) { /* from logarithms to the ratio of variances */
+      alarm->shift[i] = rim_exp(alarm->shift[i]);
+      alarm->shift_sd[i] *= alarm->shift[i];
+    }
+  }
+}
+
+static double time_of_observation(const rim_monitor *self, uint32_t index) {
+  const uint32_t n = rim_select_observations(self->select);
+  if (n < 2) return self->last_block_s;
+  const double spacing_s = (self->last_block_s - self->first_block_s) / (double)(n - 1);
+  return self->first_block_s + spacing_s * (double)index;
+}
+
+static void describe(const rim_monitor *self, const rim_verdict *verdict, rim_alarm *alarm) {
+  memset(alarm, 0, sizeof *alarm);
+  alarm->t_s = verdict->t_s;
+  alarm->since_s = verdict->t_s;
+  alarm->model_id = self->image.model_id;
+  alarm->detector = RIM_DETECTOR_RIM;
+  alarm->level = verdict->level;
+  alarm->kind = (uint8_t)rim_channels_kind(self->channels, verdict->channel);
+  alarm->ln_anom = verdict->ln_anom;
+  alarm->threshold = verdict->threshold;
+  alarm->p_value = verdict->p_value;
+  rim_candidate best;
+  if (rim_select_best_of_channel(self->select, verdict->channel, &best)) {
+    alarm->region = to_features(self, &best.region);
+    alarm->observations = (uint32_t)best.n;
+    if (best.since != UINT32_MAX) alarm->since_s = time_of_observation(self, best.since);
+  }
+  name_channels(self, alarm, verdict->channel);
+  size_shifts(self, alarm, verdict->channel);
+}
+
+static void judge(rim_monitor *self, rim_verdict *verdict) {
+  const float *scores = rim_select_channel_scores(self->select);
+  const uint32_t n = rim_select_observations(self->select);
+  const double envelope = rim_threshold_envelope(&self->threshold, n);
+  const float *offset = self->inverse_scale + self->channel_count;
+  double best = 0.0;
+  uint16_t channel = 0;
+  for (uint16_t c = 0; c < self->channel_count; ++c) {
+    const double score =
+        (double)scores[c] * (double)self->inverse_scale[c] / envelope - (double)offset[c];
+    if (c == 0 || score > best) {
+      best = score;
+      channel = c;
+    }
+  }
+  verdict->channel = channel;
+  verdict->blocks = n;
+  verdict->ln_anom = (double)scores[channel];
+  verdict->score = rim_threshold_score(&self->threshold, channel, verdict->ln_anom, n);
+  verdict->threshold = rim_threshold_ln_anom(&self->threshold, channel, n);
+  verdict->p_value = rim_threshold_p_value(&self->threshold, verdict->score);
+  verdict->level = verdict->score >= self->threshold.alarm_score  ? RIM_LEVEL_ERROR
+                   : verdict->score >= self->threshold.warn_score ? RIM_LEVEL_WARN
+                                                                  : RIM_LEVEL_OK;
+}
+
+static void search_and_judge(rim_monitor *self, uint32_t rows, bool new_block) {
+  const uint32_t budget = self->words[RIM_CONFIG_BUDGET] != 0 ? self->words[RIM_CONFIG_BUDGET] : 1;
+  for (uint32_t i = 0; i < rows; ++i) rim_select_work(self->select, budget);
+  if (rim_select_observations(self->select) == 0) return;
+  judge(self, &self->last);
+  if (!new_block) return;
+  /* An alarm is raised at the threshold and stands until the score is below the warning score. */
+  const bool found = self->last.level == RIM_LEVEL_ERROR ||
+                     (self->life.active && self->last.level == RIM_LEVEL_WARN);
+  rim_alarm candidate;
+  if (found) {
+    self->last.level = RIM_LEVEL_ERROR;
+    describe(self, &self->last, &candidate);
+  }
+  rim_alarm record;
+  if (!rim_alarm_life_step(&self->life, self->last.t_s, found ? &candidate : NULL, &record)) return;
+  self->last.alarm = record;
+  if (record.state == RIM_ALARM_RAISED && self->alarms != UINT32_MAX) ++self->alarms;
+}
+
+static rim_status observe(rim_monitor *self, double t_s, const double *context,
+                          const double *values) {
+  to_unit(self, context, self->unit);
+  const rim_status status = rim_select_observe(self->select, self->unit, values);
+  if (status != RIM_OK) return status;
+  if (rim_select_observations(self->select) == 1) self->first_block_s = t_s;
+  self->last_block_s = t_s;
+  return RIM_OK;
+}
+
+/* Input older than the limit: the level says so; what was found before stays found. */
+static void note_staleness(rim_monitor *self, double t_s, rim_verdict *verdict) {
+  const uint32_t limit_ms = self->words[RIM_CONFIG_STALE_MS];
+  if (limit_ms == 0 || !self->has_valid || !rim_is_finite(t_s)) return;
+  const bool stale = t_s - self->last_valid_s > 1e-3 * (double)limit_ms;
+  if (stale && !self->is_stale && self->stale != UINT32_MAX) ++self->stale;
+  self->is_stale = stale;
+  if (stale) verdict->level = RIM_LEVEL_STALE;
+}
+
+rim_status rim_monitor_step(rim_monitor *self, const rim_observation *row, rim_verdict *verdict) {
+  if (self == NULL || row == NULL || row->context == NULL || verdict == NULL) {
+    return RIM_E_ARGUMENT;
+  }
+  const int made = rim_channels_row(self->channels, row->t_s, row->context, row->outcome, row->mean,
+                                    row->sd);
+  if (made == RIM_E_ARGUMENT) return RIM_E_ARGUMENT;
+  if (self->steps != UINT32_MAX) ++self->steps;
+  self->last.alarm.state = RIM_ALARM_NONE;
+  self->last.step = self->steps;
+  self->last.t_s = row->t_s;
+  self->last.valid = made >= 0;
+  if (made >= 0) {
+    self->has_valid = true;
+    self->is_stale = false;
+    self->last_valid_s = row->t_s;
+    const bool new_block =
+        made == 1 && observe(self, row->t_s, rim_channels_context(self->channels),
+                             rim_channels_values(self->channels)) == RIM_OK;
+    search_and_judge(self, 1, new_block);
+  }
+  *verdict = self->last;
+  if (made < 0) note_staleness(self, row->t_s, verdict);
+  return RIM_OK;
+}
+
+rim_status rim_monitor_block(rim_monitor *self, double t_s, const double *context,
+                             const double *values, uint32_t rows, rim_verdict *verdict) {
+  if (self == NULL || context == NULL || values == NULL || verdict == NULL) return RIM_E_ARGUMENT;
+  const rim_status status = observe(self, t_s, context, values);
+  if (status != RIM_OK) return status;
+  self->last.t_s = t_s;
+  self->last.valid = true;
+  search_and_judge(self, rows, true);
+  *verdict = self->last;
+  return RIM_OK;
+}
+
+double rim_monitor_membership(const rim_monitor *self, const double *context) {
+  if (!self->life.active) return 0.0;
+  double unit[RIM_CHANNELS_MAX_FEATURES];
+  to_unit(self, context, unit);
+  return rim_select_membership(self->select, unit);
+}
+
+rim_monitor_health rim_monitor_get_health(const rim_monitor *self) {
+  const rim_monitor_health health = {.rows = *rim_channels_get_health(self->channels),
+                                     .alarms = self->alarms,
+                                     .stale = self->stale,
+                                     .last_valid_s = self->last_valid_s};
+  return health;
+}
+
+const rim_select *rim_monitor_search(const rim_monitor *self) { return self->select; }
+const rim_channels *rim_monitor_channels(const rim_monitor *self) { return self->channels; }
+const rim_threshold *rim_monitor_threshold(const rim_monitor *self) { return &self->threshold; }
+uint32_t rim_monitor_config(const rim_monitor *self, rim_config_word word) {
+  return self->words[word];
+}
+
+uint64_t rim_verdict_digest(uint64_t digest, const rim_verdict *v) {
+  const uint32_t words[4] = {v->blocks, v->channel, (uint32_t)v->level | (uint32_t)v->valid << 8,
+                             v->alarm.state};
+  digest = rim_digest_f64(digest, v->score);
+  digest = rim_digest_f64(digest, v->ln_anom);
+  digest = rim_digest_f64(digest, v->threshold);
+  digest = rim_digest_f64(digest, v->p_value);
+  for (size_t i = 0; i < 4; ++i) digest = rim_digest_f64(digest, (double)words[i]);
+  if (v->alarm.state == RIM_ALARM_NONE) return digest;
+  const rim_region *r = &v->alarm.region;
+  for (size_t i = 0; i < r->dims; ++i) {
+    digest = rim_digest_f64(digest, (double)r->feature[i]);
+    digest = rim_digest_f64(digest, r->center[i]);
+    digest = rim_digest_f64(digest, r->lower[i]);
+    digest = rim_digest_f64(digest, r->upper[i]);
+  }
+  for (size_t i = 0; i < (size_t)r->dims * r->dims; ++i) {
+    digest = rim_digest_f64(digest, r->inverse_shape[i]);
+  }
+  for (size_t i = 0; i < v->alarm.channels; ++i) {
+    digest = rim_digest_f64(digest, (double)v->alarm.channel[i]);
+    digest = rim_digest_f64(digest, v->alarm.shift[i]);
+    digest = rim_digest_f64(digest, v->alarm.shift_sd[i]);
+  }
+  return rim_digest_f64(digest, v->alarm.since_s);
+}
