@@ -1,0 +1,27 @@
+#!/bin/bash
+# make install, then the README's program built against what was installed, by pkg-config where
+# there is one.
+. "$(dirname "$0")/check.inc"
+root=$(cd "$(dirname "$0")/../.." && pwd)
+if [ -n "$SANITIZE" ]; then skipped=1; finish; fi
+
+env -u MAKEFLAGS -u MAKELEVEL make -s -C "$root" install BUILD="$BUILD" DESTDIR="$here" PREFIX=/opt/rim > "$here/log" 2>&1
+check "make install" 0 $? || cat "$here/log"
+to=$here/opt/rim
+for file in bin/rim lib/librim.a lib/pkgconfig/rimwatch.pc include/rim/monitor.h share/rimwatch/falcon9.toml \
+  share/rimwatch/wire/rim.dbc share/rimwatch/wire/rim_alarm_t.lcm; do
+  [ -f "$to/$file" ]; check "$file is installed" 0 $?
+done
+[ ! -e "$to/share/rimwatch/Dir.mk" ]; check "no make files in share" 0 $?
+contains "the version" "$("$to/bin/rim" --version)" "^rim $(sed -n 's/^Version: //p' "$to/lib/pkgconfig/rimwatch.pc")$"
+
+awk '/^```c$/{on=1; next} /^```$/{on=0} on' "$root/README.md" > "$here/watch.c"
+flags="-I$to/include -L$to/lib -lrim"
+if command -v pkg-config > /dev/null; then
+  flags=$(PKG_CONFIG_PATH=$to/lib/pkgconfig pkg-config --define-variable=prefix="$to" --cflags --libs rimwatch)
+fi
+gcc -std=c11 -Wall -Wextra -Werror "$here/watch.c" $flags -o "$here/watch"; check "the README's program builds" 0 $?
+err=$(head -c 100 /dev/zero > "$here/zero.rim"; "$here/watch" "$here/zero.rim" 2>&1 < /dev/null)
+check "and refuses what is no image" 3 $?
+contains "with a reason" "$err" "."
+finish
