@@ -1,19 +1,18 @@
 /* Two-dimensional part of the search: the pool of active pairs and their ellipses. */
+#include <float.h>
 #include <string.h>
 
 #include "rim/real.h"
 #include "select_private.h"
 
-#ifndef P_TAU
-#define P_TAU 0
-#endif
-#define MIN_N 3.0f
-#ifndef P_WARM
-#define P_WARM 0
-#endif
-#define CENTER_MARGIN 0.5f
+#define MIN_N 3.0f          /* observations that an ellipse must hold */
+#define CENTER_MARGIN 0.5f  /* centres may lie so far outside the range: its edge cuts regions */
 #define MIN_AXIS 0.03f
-#define MAX_AXIS 1.0f
+#define MAX_AXIS 1.5f
+#define LAG 6.0             /* nats behind the best at which an ellipse restarts */
+#define CLOSE 15.0          /* nats behind the leader within which a pair is a rival */
+#define JITTER 0.012        /* width of the noise in a proposal */
+#define ENTRIES_A_UNIT 2u   /* pairs that may enter the pool in a unit */
 
 static double unit(rim_select *e) { return (double)rim_rng_u32(&e->rng) * 0x1p-32; }
 
@@ -101,39 +100,113 @@ static bool cell_inside(const spans *cells, uint32_t row, uint32_t column) {
          column < cells->high[row];
 }
 
-static bool point_inside(const ellipse *s, double x, double y) {
-  const double v = (y - (double)s->cy) / (double)s->a;
-  const double h = (x - (double)s->cx - (double)s->b * v) / (double)s->c;
+/* Stage 2 for one point, by its bytes. */
+static bool point_inside(const ellipse *s, uint32_t x, uint32_t y) {
+  const double v = (((double)y + 0.5) / 256.0 - (double)s->cy) / (double)s->a;
+  const double h =
+      (((double)x + 0.5) / 256.0 - (double)s->cx - (double)s->b * v) / (double)s->c;
   return v * v + h * h < 1.0;
 }
 
-/* Adds what the ring's points say to what their cells said. */
-static void correct_by_ring(const rim_select *e, const pair_state *p, const spans *cells, chain *k) {
-  const ellipse *shape = &k->shape;
-  const double inverse_a = 1.0 / (double)shape->a;
-  const double inverse_c = 1.0 / (double)shape->c;
-  const double cx = (double)shape->cx * 256.0 - 0.5;
-  const double cy = (double)shape->cy * 256.0 - 0.5;
-  const double ia = inverse_a / 256.0;
-  const double ic = inverse_c / 256.0;
-  const double shear = (double)shape->b * inverse_c;
-  double s = 0.0;
-  double n = 0.0;
-  for (uint32_t slot = 0; slot < e->held; ++slot) {
-    const uint8_t *row = select_row(e, slot);
-    const uint32_t x = row[p->x];
-    const uint32_t y = row[p->y];
-    const double v = ((double)y - cy) * ia;
-    const double h = ((double)x - cx) * ic - shear * v;
-    const bool exact = v * v + h * h < 1.0;
-    const bool coarse = cell_inside(cells, (y * e->grid) >> 8, (x * e->grid) >> 8);
-    if (exact == coarse) continue;
-    const double r = (double)select_residual(e, slot)[p->channel] * SELECT_RESIDUAL_STEP;
-    s += exact ? r : -r;
-    n += exact ? 1.0 : -1.0;
+/* Where the boundary may cut cells of a row: columns left[0]..left[1] and right[0]..right[1]. */
+typedef struct windows {
+  int32_t left[2], right[2];
+  int32_t low, high; /* the row's own span */
+} windows;
+
+static int32_t clamp_column(int32_t column, int32_t columns) {
+  return column < 0 ? 0 : column < columns ? column : columns - 1;
+}
+
+/* From the spans of the row and its two neighbours; a row next to the ellipse counts as an empty span
+ * in the middle of the ellipse's end row. Needs cells->first <= row + 1, row <= cells->last. */
+static windows windows_of(const spans *cells, int32_t row, int32_t columns) {
+  const int32_t first = (int32_t)cells->first;
+  const int32_t last = (int32_t)cells->last;
+  int32_t low[3];
+  int32_t high[3];
+  for (int32_t i = 0; i < 3; ++i) {
+    const int32_t at = row + i - 1;
+    const int32_t near = at < first ? first : at < last ? at : last - 1;
+    low[i] = cells->low[near];
+    high[i] = cells->high[near];
+    if (at != near) {
+      low[i] = (low[i] + high[i]) / 2;
+      high[i] = low[i];
+    }
   }
-  k->s = (float)((double)k->grid_s + s);
-  k->n = (float)((double)k->grid_n + n);
+  windows w = {{low[1], low[1]}, {high[1], high[1]}, low[1], high[1]};
+  for (uint32_t i = 0; i < 3; i += 2) {
+    if (low[i] < w.left[0]) w.left[0] = low[i];
+    if (low[i] > w.left[1]) w.left[1] = low[i];
+    if (high[i] < w.right[0]) w.right[0] = high[i];
+    if (high[i] > w.right[1]) w.right[1] = high[i];
+  }
+  w.left[0] = clamp_column(w.left[0] - 1, columns);
+  w.left[1] = clamp_column(w.left[1], columns);
+  w.right[0] = clamp_column(w.right[0] - 1, columns);
+  w.right[1] = clamp_column(w.right[1], columns);
+  return w;
+}
+
+/* Adds to a cell's verdict what its points of the ring say of themselves. */
+static void correct_cell(const rim_select *e, const pair_state *p, const ellipse *shape,
+                         uint32_t newest, bool coarse, int32_t *s, int32_t *n) {
+  for (uint32_t next = newest; next != 0; next = *select_link(e, next - 1u)) {
+    const uint8_t *row = select_row(e, next - 1u);
+    const bool exact = point_inside(shape, row[p->x], row[p->y]);
+    if (exact == coarse) continue;
+    const int32_t r = select_residual(e, next - 1u)[p->channel];
+    *s += exact ? r : -r;
+    *n += exact ? 1 : -1;
+  }
+}
+
+/* Stage 2, for the leader: points of the ring in cells that the boundary may cut count by their own
+ * coordinates. */
+static void correct_by_ring(const rim_select *e, const pair_state *p, const spans *cells, chain *k) {
+  const int32_t rows = e->grid;
+  const int32_t first = (int32_t)cells->first;
+  const int32_t last = (int32_t)cells->last;
+  int32_t s = 0;
+  int32_t n = 0;
+  for (int32_t row = first > 0 ? first - 1 : 0; first < last && row <= last && row < rows; ++row) {
+    const windows w = windows_of(cells, row, rows);
+    const uint16_t *cell = select_cell(e, (uint32_t)row, 0);
+    for (int32_t c = w.left[0]; c <= w.right[1]; ++c) {
+      if (c > w.left[1] && c < w.right[0]) c = w.right[0];
+      if (cell[c] != 0) {
+        correct_cell(e, p, &k->shape, cell[c], c >= w.low && c < w.high, &s, &n);
+      }
+    }
+  }
+  k->s = (float)((double)k->grid_s + (double)s * SELECT_RESIDUAL_STEP);
+  k->n = (float)((double)k->grid_n + (double)n);
+}
+
+/* What stages 1 and 2 say of one point. */
+static void judge_point(const rim_select *e, const pair_state *p, const ellipse *shape,
+                        const uint8_t *point, bool *coarse, bool *fine) {
+  const uint32_t x = point[p->x];
+  const uint32_t y = point[p->y];
+  const int32_t row = (int32_t)((y * e->grid) >> 8);
+  const int32_t column = (int32_t)((x * e->grid) >> 8);
+  if (!p->exact) {
+    *coarse = cell_in_ellipse(e, shape, (uint32_t)row, (uint32_t)column);
+    *fine = *coarse;
+    return;
+  }
+  spans cells;
+  find_spans(e, shape, &cells);
+  *coarse = cell_inside(&cells, (uint32_t)row, (uint32_t)column);
+  *fine = *coarse;
+  if (cells.first >= cells.last || row + 1 < (int32_t)cells.first || row > (int32_t)cells.last) {
+    return;
+  }
+  const windows w = windows_of(&cells, row, e->grid);
+  const bool left = column >= w.left[0] && column <= w.left[1];
+  const bool right = column >= w.right[0] && column <= w.right[1];
+  if (left || right) *fine = point_inside(shape, x, y);
 }
 
 static float ln_anom_of(const rim_select *e, uint32_t channel, float s, float n) {
@@ -142,14 +215,14 @@ static float ln_anom_of(const rim_select *e, uint32_t channel, float s, float n)
   return (float)select_ln_anom((double)s, (double)n, (double)state->a, (double)state->b);
 }
 
-float select_chain_ln_anom(const rim_select *e, const pair_state *p, const chain *k) {
+static float ln_anom(const rim_select *e, const pair_state *p, const chain *k) {
   return ln_anom_of(e, p->channel, k->s, k->n);
 }
 
 float select_pair_best(const rim_select *e, const pair_state *p, uint32_t *which) {
   float best = -1.0f;
   for (uint32_t k = 0; k < RIM_SELECT_CHAINS; ++k) {
-    const float value = select_chain_ln_anom(e, p, &p->chain[k]);
+    const float value = ln_anom(e, p, &p->chain[k]);
     if (value > best) {
       best = value;
       if (which != NULL) *which = k;
@@ -175,73 +248,97 @@ static void evaluate(rim_select *e, uint32_t pair, chain *k) {
   if (p->exact) correct_by_ring(e, p, &cells, k);
 }
 
-static void adjust(chain *k, double r, double n, bool exact, bool coarse) {
-  if (coarse) {
-    k->grid_s = (float)((double)k->grid_s + r);
-    k->grid_n = (float)((double)k->grid_n + n);
+/* The observation in this slot is new: the grids and every ellipse that holds it gain it. */
+static void pair_observe(rim_select *e, uint32_t pair, uint32_t slot) {
+  pair_state *p = select_pair(e, pair);
+  const uint8_t *point = select_row(e, slot);
+  const double r = (double)select_residual(e, slot)[p->channel] * SELECT_RESIDUAL_STEP;
+  const uint32_t row = ((uint32_t)point[p->y] * e->grid) >> 8;
+  const uint32_t column = ((uint32_t)point[p->x] * e->grid) >> 8;
+  const rim_grid grid = select_grid(e, pair);
+  rim_grid_add(&grid, (uint16_t)row, (uint16_t)column, r);
+  if (p->exact) {
+    uint16_t *cell = select_cell(e, row, column);
+    *select_link(e, slot) = *cell;
+    *cell = (uint16_t)(slot + 1u);
   }
-  if (exact) {
-    k->s = (float)((double)k->s + r);
-    k->n = (float)((double)k->n + n);
+  for (uint32_t i = 0; i < RIM_SELECT_CHAINS; ++i) {
+    chain *k = &p->chain[i];
+    bool coarse;
+    bool fine;
+    judge_point(e, p, &k->shape, point, &coarse, &fine);
+    if (coarse) {
+      k->grid_s = (float)((double)k->grid_s + r);
+      k->grid_n += 1.0f;
+    }
+    if (fine) {
+      k->s = (float)((double)k->s + r);
+      k->n += 1.0f;
+    }
   }
 }
 
-/* The observation in this slot is new: the grids and every ellipse that holds it gain it. */
 void select_pool_observe(rim_select *e, uint32_t slot) {
-  const uint8_t *row = select_row(e, slot);
   for (uint32_t i = 0; i < e->pairs; ++i) {
-    pair_state *p = select_pair(e, i);
-    if (!p->active) continue;
-    const double r = (double)select_residual(e, slot)[p->channel] * SELECT_RESIDUAL_STEP;
-    const uint32_t cell_row = ((uint32_t)row[p->y] * e->grid) >> 8;
-    const uint32_t cell_column = ((uint32_t)row[p->x] * e->grid) >> 8;
-    const rim_grid grid = select_grid(e, i);
-    rim_grid_add(&grid, (uint16_t)cell_row, (uint16_t)cell_column, r);
-    for (uint32_t k = 0; k < RIM_SELECT_CHAINS; ++k) {
-      chain *one = &p->chain[k];
-      const bool coarse = cell_in_ellipse(e, &one->shape, cell_row, cell_column);
-      const bool exact = p->exact ? point_inside(&one->shape, ((double)row[p->x] + 0.5) / 256.0,
-                                                 ((double)row[p->y] + 0.5) / 256.0)
-                                  : coarse;
-      adjust(one, r, 1.0, exact, coarse);
+    if (select_pair(e, i)->active) pair_observe(e, i, slot);
+  }
+}
+
+/* Takes a slot out of its cell's list; it is the oldest there, hence at the end. */
+static void unlink_slot(rim_select *e, uint16_t *from, uint32_t slot) {
+  for (uint32_t i = 0; i < e->ring && *from != 0; ++i) {
+    if (*from == slot + 1u) {
+      *from = *select_link(e, slot);
+      return;
     }
+    from = select_link(e, *from - 1u);
   }
 }
 
 /* The observation in this slot leaves the ring: from now on it counts by its cell. */
 void select_pool_forget(rim_select *e, uint32_t slot) {
-  const uint8_t *row = select_row(e, slot);
   for (uint32_t i = 0; i < e->pairs; ++i) {
     pair_state *p = select_pair(e, i);
     if (!p->active || !p->exact) continue;
+    const uint8_t *point = select_row(e, slot);
     const double r = (double)select_residual(e, slot)[p->channel] * SELECT_RESIDUAL_STEP;
-    for (uint32_t k = 0; k < RIM_SELECT_CHAINS; ++k) {
-      chain *one = &p->chain[k];
-      const bool coarse =
-          cell_in_ellipse(e, &one->shape, ((uint32_t)row[p->y] * e->grid) >> 8,
-                          ((uint32_t)row[p->x] * e->grid) >> 8);
-      const bool exact = point_inside(&one->shape, ((double)row[p->x] + 0.5) / 256.0,
-                                      ((double)row[p->y] + 0.5) / 256.0);
-      if (exact == coarse) continue;
-      one->s = (float)((double)one->s + (coarse ? r : -r));
-      one->n += coarse ? 1.0f : -1.0f;
+    unlink_slot(e, select_cell(e, ((uint32_t)point[p->y] * e->grid) >> 8,
+                               ((uint32_t)point[p->x] * e->grid) >> 8),
+                slot);
+    for (uint32_t j = 0; j < RIM_SELECT_CHAINS; ++j) {
+      chain *k = &p->chain[j];
+      bool coarse;
+      bool fine;
+      judge_point(e, p, &k->shape, point, &coarse, &fine);
+      if (fine == coarse) continue;
+      k->s = (float)((double)k->s + (coarse ? r : -r));
+      k->n += coarse ? 1.0f : -1.0f;
     }
   }
 }
 
-/* An ellipse about a box, scattered. */
-static ellipse scattered(rim_select *e, const double *low, const double *high, const double *m,
-                         double scatter) {
+/* Fills the cells' lists for the leader. */
+static void link_ring(rim_select *e, const pair_state *p) {
+  memset(select_cell(e, 0, 0), 0, 2u * (size_t)e->grid * e->grid);
+  for (uint32_t slot = 0; slot < e->held; ++slot) {
+    const uint8_t *point = select_row(e, slot);
+    uint16_t *cell = select_cell(e, ((uint32_t)point[p->y] * e->grid) >> 8,
+                                 ((uint32_t)point[p->x] * e->grid) >> 8);
+    *select_link(e, slot) = *cell;
+    *cell = (uint16_t)(slot + 1u);
+  }
+}
+
+/* An ellipse like the offered one, scattered about it. */
+static ellipse scattered(rim_select *e, const select_offer *offer, double scatter) {
+  const double a = rim_sqrt(offer->shape[2]);
+  const double b = offer->shape[1] / a;
+  const double c = rim_sqrt(rim_max(offer->shape[0] - b * b, 1e-9));
   ellipse s;
-  const double half_x = 0.5 * (high[0] - low[0]);
-  const double half_y = 0.5 * (high[1] - low[1]);
-  s.cx = (float)(low[0] + half_x + scatter * half_x * (unit(e) - 0.5));
-  s.cy = (float)(low[1] + half_y + scatter * half_y * (unit(e) - 0.5));
-  const double a = rim_sqrt(m[2]);
-  const double b = m[1] / a;
-  const double c = rim_sqrt(rim_max(m[0] - b * b, 1e-9));
-  s.c = (float)rim_clamp(c * (1.0 + scatter * (unit(e) - 0.5)), 0.04, 0.95);
-  s.a = (float)rim_clamp(a * (1.0 + scatter * (unit(e) - 0.5)), 0.04, 0.95);
+  s.cx = (float)(offer->center[0] + scatter * offer->half[0] * (unit(e) - 0.5));
+  s.cy = (float)(offer->center[1] + scatter * offer->half[1] * (unit(e) - 0.5));
+  s.c = (float)rim_clamp(c * (1.0 + scatter * (unit(e) - 0.5)), 0.04, 1.2);
+  s.a = (float)rim_clamp(a * (1.0 + scatter * (unit(e) - 0.5)), 0.04, 1.2);
   s.b = (float)rim_clamp(b + scatter * c * (unit(e) - 0.5), -0.95, 0.95);
   return s;
 }
@@ -263,102 +360,112 @@ static void backfill(rim_select *e, uint32_t pair) {
 static void refresh(rim_select *e, uint32_t pair, uint8_t exact) {
   pair_state *p = select_pair(e, pair);
   p->exact = exact;
+  if (exact) link_ring(e, p);
   for (uint32_t k = 0; k < RIM_SELECT_CHAINS; ++k) evaluate(e, pair, &p->chain[k]);
 }
 
-static void activate(rim_select *e, uint32_t pair, uint16_t x, uint16_t y, uint16_t channel,
-                     const double *low, const double *high, const double *m) {
+/* Chain 0 starts from the offer itself; it only ever climbs. */
+static void activate(rim_select *e, uint32_t pair, const select_offer *offer) {
   pair_state *p = select_pair(e, pair);
   memset(p, 0, sizeof *p);
-  p->x = x;
-  p->y = y;
-  p->channel = channel;
+  p->x = offer->x;
+  p->y = offer->y;
+  p->channel = offer->channel;
   p->active = 1;
+  p->h3 = (float)offer->h3;
   backfill(e, pair);
   for (uint32_t k = 0; k < RIM_SELECT_CHAINS; ++k) {
-    p->chain[k].shape = scattered(e, low, high, m, k == 0 ? 0.0 : 1.0);
+    p->chain[k].shape = scattered(e, offer, k == 0 ? 0.0 : 1.0);
   }
   refresh(e, pair, 0);
 }
 
-/* A new rectangle for a pair that is active: it replaces the worst ellipse if it beats it. */
-static void seed_chain(rim_select *e, uint32_t pair, const double *low, const double *high,
-                       const double *m) {
+/* A new offer for a pair that is active: it replaces the worst ellipse if it beats it. */
+static void seed_chain(rim_select *e, uint32_t pair, const select_offer *offer) {
   pair_state *p = select_pair(e, pair);
   uint32_t worst = 0;
-  float value = 3e38f;
-  for (uint32_t k = 0; k < RIM_SELECT_CHAINS; ++k) {
-    const float f = select_chain_ln_anom(e, p, &p->chain[k]);
-    if (f < value) {
-      value = f;
-      worst = k;
-    }
+  for (uint32_t k = 1; k < RIM_SELECT_CHAINS; ++k) {
+    if (ln_anom(e, p, &p->chain[k]) < ln_anom(e, p, &p->chain[worst])) worst = k;
   }
   chain fresh;
-  fresh.shape = scattered(e, low, high, m, 0.5);
+  fresh.shape = scattered(e, offer, 0.5);
   evaluate(e, pair, &fresh);
-  if (select_chain_ln_anom(e, p, &fresh) > value) p->chain[worst] = fresh;
+  if (ln_anom(e, p, &fresh) > ln_anom(e, p, &p->chain[worst])) p->chain[worst] = fresh;
 }
 
-/* H3 that a pair must beat to enter the pool. */
+static double priority_of(const rim_select *e, const pair_state *p, double value) {
+  return select_priority(select_channel(e, p->channel), value);
+}
+
 double select_pool_bar(const rim_select *e, uint32_t *weakest) {
-  double bar = 1e300;
+  double bar = DBL_MAX;
+  uint32_t which = e->pairs;
   for (uint32_t i = 0; i < e->pairs; ++i) {
     const pair_state *p = select_pair(e, i);
-    if (!p->active) {
-      *weakest = i;
-      return -1e300;
-    }
-    if (i != e->leader && (double)p->h3 < bar) {
-      bar = (double)p->h3;
-      *weakest = i;
-    }
+    const double value = p->active ? priority_of(e, p, (double)p->h3) : -DBL_MAX;
+    if (i == e->leader || value >= bar) continue;
+    bar = value;
+    which = i;
   }
+  if (weakest != NULL) *weakest = which;
   return bar;
 }
 
-void select_pool_offer(rim_select *e, uint16_t x, uint16_t y, uint16_t channel, const double *low,
-                       const double *high, double h3, double sxx, double sxy, double syy) {
-  const double m[3] = {sxx, sxy, syy};
-  const channel_state *state = select_channel(e, channel);
-  const double value = h3 * (double)state->scale - (double)state->offset;
+/* A pair is judged by its latest H3 and not by its best ellipse, which would favour those that were
+ * searched for long; only the leader is safe. */
+void select_pool_offer(rim_select *e, const select_offer *offer) {
   for (uint32_t i = 0; i < e->pairs; ++i) {
     pair_state *p = select_pair(e, i);
-    if (p->active && p->x == x && p->y == y && p->channel == channel) {
-      p->h3 = (float)value;
-      if (i != e->leader || h3 > (double)select_pair_best(e, p, NULL) - 6.0) seed_chain(e, i, low, high, m);
-      return;
+    if (!p->active || p->x != offer->x || p->y != offer->y || p->channel != offer->channel) continue;
+    p->h3 = (float)offer->h3;
+    if (i != e->leader || offer->h3 > (double)select_pair_best(e, p, NULL) - LAG) {
+      seed_chain(e, i, offer);
     }
+    return;
   }
-  uint32_t weakest = e->pairs;
-  if (value <= select_pool_bar(e, &weakest) || weakest == e->pairs) return;
-  activate(e, weakest, x, y, channel, low, high, m);
-  select_pair(e, weakest)->h3 = (float)value;
+  if (e->entered >= ENTRIES_A_UNIT) return;
+  uint32_t weakest;
+  const double bar = select_pool_bar(e, &weakest);
+  if (weakest == e->pairs) return;
+  if (select_priority(select_channel(e, offer->channel), offer->h3) <= bar) return;
+  ++e->entered;
+  activate(e, weakest, offer);
 }
 
-/* Differential evolution: a step along the difference of two others, a little noise. */
-static ellipse proposed(rim_select *e, const pair_state *p, uint32_t k) {
+/* Two others than k, different. */
+static void draw_two(rim_select *e, uint32_t k, uint32_t *first, uint32_t *second) {
   uint32_t i = rim_rng_below(&e->rng, RIM_SELECT_CHAINS - 1u);
   uint32_t j = rim_rng_below(&e->rng, RIM_SELECT_CHAINS - 2u);
   if (i >= k) ++i;
-  const uint32_t lower = i < k ? i : k;
-  const uint32_t upper = i < k ? k : i;
-  if (j >= lower) ++j;
-  if (j >= upper) ++j;
+  if (j >= (i < k ? i : k)) ++j;
+  if (j >= (i < k ? k : i)) ++j;
+  *first = i;
+  *second = j;
+}
+
+/* x + gain (to - from) + noise: six bits of `noise` from `shift` on. */
+static float stepped(float x, double gain, float to, float from, uint32_t noise, uint32_t shift) {
+  const double jitter = JITTER * ((double)((noise >> shift) & 63u) / 63.0 - 0.5);
+  return (float)((double)x + gain * ((double)to - (double)from) + jitter);
+}
+
+/* Differential evolution: a step along the difference of two others, which has by itself the size and
+ * the direction of the cloud; a whole step now and then, to change between modes. */
+static ellipse proposed(rim_select *e, const pair_state *p, uint32_t k) {
+  uint32_t i;
+  uint32_t j;
+  draw_two(e, k, &i, &j);
   const uint32_t word = rim_rng_u32(&e->rng);
   const double gain = (word & 0xf000u) == 0 ? 1.0 : 0.05 + 0.75 * (double)(word >> 16) * 0x1p-16;
   const ellipse *from = &p->chain[i].shape;
   const ellipse *to = &p->chain[j].shape;
-  ellipse s = p->chain[k].shape;
   const uint32_t noise = rim_rng_u32(&e->rng);
-  const double amplitude = 0.012;
-#define NOISE(shift) (amplitude * ((double)((noise >> (shift)) & 63u) / 63.0 - 0.5))
-  s.cx = (float)((double)s.cx + gain * ((double)to->cx - (double)from->cx) + NOISE(0));
-  s.cy = (float)((double)s.cy + gain * ((double)to->cy - (double)from->cy) + NOISE(6));
-  s.a = (float)((double)s.a + gain * ((double)to->a - (double)from->a) + NOISE(12));
-  s.b = (float)((double)s.b + gain * ((double)to->b - (double)from->b) + NOISE(18));
-  s.c = (float)((double)s.c + gain * ((double)to->c - (double)from->c) + NOISE(24));
-#undef NOISE
+  ellipse s = p->chain[k].shape;
+  s.cx = stepped(s.cx, gain, to->cx, from->cx, noise, 0);
+  s.cy = stepped(s.cy, gain, to->cy, from->cy, noise, 6);
+  s.a = stepped(s.a, gain, to->a, from->a, noise, 12);
+  s.b = stepped(s.b, gain, to->b, from->b, noise, 18);
+  s.c = stepped(s.c, gain, to->c, from->c, noise, 24);
   return s;
 }
 
@@ -367,6 +474,8 @@ static bool accepted(rim_select *e, double gained) {
   return gained > -30.0 && unit(e) < rim_exp(gained);
 }
 
+/* Metropolis in two stages (delayed acceptance): the grid's verdict first, the ring's only for those
+ * that pass. Chain 0 climbs only, and so do all pairs but the leader: they race for the lead. */
 static void move_chain(rim_select *e, uint32_t pair, uint32_t k) {
   pair_state *p = select_pair(e, pair);
   chain *old = &p->chain[k];
@@ -377,70 +486,81 @@ static void move_chain(rim_select *e, uint32_t pair, uint32_t k) {
   evaluate_grid(e, pair, &fresh, &cells);
   const double coarse = (double)ln_anom_of(e, p->channel, fresh.grid_s, fresh.grid_n) -
                         (double)ln_anom_of(e, p->channel, old->grid_s, old->grid_n);
-  const bool greedy = k == 0;
   if (!p->exact) {
-    if (coarse > 0.0 || (P_WARM && !greedy && accepted(e, coarse))) *old = fresh;
+    if (coarse > 0.0) *old = fresh;
     return;
   }
-  if (greedy ? coarse < -3.0 : !accepted(e, coarse)) return;
+  const bool climbs = k == 0;
+  if (climbs ? coarse < -3.0 : !accepted(e, coarse)) return;
   correct_by_ring(e, p, &cells, &fresh);
-  const double fine = (double)select_chain_ln_anom(e, p, &fresh) -
-                      (double)select_chain_ln_anom(e, p, old);
-  if (greedy ? fine > 0.0 : accepted(e, fine - coarse)) *old = fresh;
+  const double fine = (double)ln_anom(e, p, &fresh) - (double)ln_anom(e, p, old);
+  if (climbs ? fine > 0.0 : accepted(e, fine - coarse)) *old = fresh;
 }
 
-#ifndef P_LAG
-#define P_LAG 6.0
-#endif
 /* An ellipse that lags far behind the best has lost its way: it restarts from another's place. */
 static void regroup(rim_select *e, pair_state *p) {
-  uint32_t worst = 0;
-  float low = 3e38f;
+  uint32_t worst = 1;
   float high = 0.0f;
   for (uint32_t k = 1; k < RIM_SELECT_CHAINS; ++k) {
-    const float value = select_chain_ln_anom(e, p, &p->chain[k]);
-    if (value < low) {
-      low = value;
-      worst = k;
-    }
+    const float value = ln_anom(e, p, &p->chain[k]);
+    if (value < ln_anom(e, p, &p->chain[worst])) worst = k;
     if (value > high) high = value;
   }
-  if ((double)high - (double)low < P_LAG) return;
+  const float low = ln_anom(e, p, &p->chain[worst]);
+  if ((double)high - (double)low < LAG) return;
   const uint32_t other = rim_rng_below(&e->rng, RIM_SELECT_CHAINS);
-  if (select_chain_ln_anom(e, p, &p->chain[other]) > low) p->chain[worst] = p->chain[other];
+  if (ln_anom(e, p, &p->chain[other]) > low) p->chain[worst] = p->chain[other];
 }
 
 static void move_pair(rim_select *e, uint32_t pair, uint32_t moves) {
   pair_state *p = select_pair(e, pair);
-  regroup(e, p);
-  if (moves > 24) regroup(e, p);
   for (uint32_t i = 0; i < moves; ++i) {
+    if (i % 12u == 0) regroup(e, p);
     move_chain(e, pair, p->cursor);
     p->cursor = (uint16_t)(p->cursor + 1u == RIM_SELECT_CHAINS ? 0u : p->cursor + 1u);
   }
 }
 
-#ifndef P_EXACT
-#define P_EXACT 1
-#endif
-#ifndef P_LEAD
-#define P_LEAD 36
-#endif
+static bool is_rival(const rim_select *e, const pair_state *p, double bar) {
+  return priority_of(e, p, (double)select_pair_best(e, p, NULL)) > bar ||
+         priority_of(e, p, (double)p->h3) > bar;
+}
+
+/* The leader gets 3/4 of the moves, 5/6 where nobody is close; the rest goes to one rival in turn. */
 void select_pool_move(rim_select *e, uint32_t budget) {
-  uint32_t others = 0;
-  for (uint32_t i = 0; i < e->pairs; ++i) {
-    pair_state *p = select_pair(e, i);
-    if (!p->active) continue;
-    const uint8_t exact = (P_EXACT && i == e->leader) ? 1 : 0;
-    if (p->exact != exact) refresh(e, i, exact);
-    if (i != e->leader) ++others;
-  }
   if (e->leader >= e->pairs) return;
-  const uint32_t share = others > 0 ? budget * P_LEAD / 48u : budget;
+  const pair_state *leader = select_pair(e, e->leader);
+  const double bar = priority_of(e, leader, (double)select_pair_best(e, leader, NULL) - CLOSE);
+  uint32_t others = 0;
+  uint32_t rivals = 0;
+  for (uint32_t i = 0; i < e->pairs; ++i) {
+    const pair_state *p = select_pair(e, i);
+    if (!p->active) continue;
+    const uint8_t exact = i == e->leader ? 1 : 0;
+    if (p->exact != exact) refresh(e, i, exact);
+    if (i == e->leader) continue;
+    ++others;
+    if (is_rival(e, p, bar)) ++rivals;
+  }
+  const uint32_t share = others == 0 ? budget : rivals > 0 ? budget * 3u / 4u : budget * 5u / 6u;
   move_pair(e, e->leader, share);
   if (others == 0) return;
-  do {
+  for (uint32_t i = 0; i < e->pairs; ++i) {
     e->turn = (uint16_t)(e->turn + 1u >= e->pairs ? 0u : e->turn + 1u);
-  } while (e->turn == e->leader || !select_pair(e, e->turn)->active);
-  move_pair(e, e->turn, budget - share);
+    const pair_state *p = select_pair(e, e->turn);
+    if (e->turn == e->leader || !p->active) continue;
+    if (rivals == 0 || is_rival(e, p, bar)) break;
+  }
+  if (e->turn != e->leader) move_pair(e, e->turn, budget - share);
+}
+
+double select_pair_membership(const pair_state *p, double x, double y) {
+  double inside = 0.0;
+  for (uint32_t k = 1; k < RIM_SELECT_CHAINS; ++k) {
+    const ellipse *s = &p->chain[k].shape;
+    const double v = (y - (double)s->cy) / (double)s->a;
+    const double h = (x - (double)s->cx - (double)s->b * v) / (double)s->c;
+    if (v * v + h * h < 1.0) inside += 1.0;
+  }
+  return inside / (double)(RIM_SELECT_CHAINS - 1u);
 }

@@ -42,10 +42,9 @@ typedef struct pair_state {
   uint16_t x, y, channel; /* features, x < y */
   uint8_t active;
   uint8_t exact;    /* chains have statistics exact on the ring */
-  float h3;         /* latest H3 of this pair */
+  float h3;         /* latest H3 of this pair, nats */
   uint16_t cursor;  /* next chain to move */
-  uint8_t standing; /* 0: on trial */
-  uint8_t age;      /* units since activation, saturating */
+  uint16_t reserved;
   chain chain[RIM_SELECT_CHAINS];
 } pair_state;
 
@@ -57,23 +56,20 @@ struct rim_select {
   uint16_t leader;   /* index of the pair with the best score; pairs: none */
   uint16_t turn;     /* other pair moved last */
   uint16_t sweeps;
+  uint16_t entered; /* pairs that entered the pool in this unit */
   uint16_t base_feature, base_channel, next_feature;
-  float base_shear;
   uint8_t base_first, base_last;
   uint32_t next_slice;
   uint32_t count;    /* observations in the tables (halved with them) */
   uint32_t total;    /* observations ever */
   float penalty[3];
-  uint32_t tried[64];
-  uint32_t tried_unit[64];
-  uint32_t tried_at;
-  struct { double low[2], high[2], m[3], value; uint16_t x, y, channel; uint8_t any; } offer;
-  uint8_t trial_turn;
   uint32_t sum_at, count_at, ring_at, residual_at, slice_at, channel_at, pair_at, grid_at, mask_at;
+  uint32_t cell_at; /* uint16_t [grid][grid]: 1 + newest ring slot in that cell of the leader */
+  uint32_t link_at; /* uint16_t [ring]: 1 + next older slot in the same cell; 0: none */
   rim_select_effort effort;
   rim_rng rng;
   uint64_t seed;
-  const uint8_t *bin_b;
+  const rim_envelope *envelope;
   float root[SELECT_ROOTS + 1];
   float scores[RIM_SELECT_MAX_CHANNELS];
 };
@@ -106,20 +102,40 @@ static inline rim_grid select_grid(const rim_select *e, uint32_t pair) {
   return (rim_grid){e->grid, (float *)(void *)base,
                     (uint16_t *)(void *)(base + RIM_GRID_SUM_BYTES(e->grid))};
 }
+static inline uint16_t *select_cell(const rim_select *e, uint32_t row, uint32_t column) {
+  return (uint16_t *)select_at(e, e->cell_at) + (size_t)row * e->grid + column;
+}
+static inline uint16_t *select_link(const rim_select *e, uint32_t slot) {
+  return (uint16_t *)select_at(e, e->link_at) + slot;
+}
 static inline double select_ln_anom(double s, double n, double a, double b) {
   return n > 0.0 ? s * s / (2.0 * n * (a + b * n)) : 0.0;
 }
 
+/* How much a channel's ln anom counts against other channels'. */
+static inline double select_priority(const channel_state *state, double ln_anom) {
+  return ln_anom * (double)state->scale - (double)state->offset;
+}
+
+/* A promising pair, as the edge sweep found it. */
+typedef struct select_offer {
+  uint16_t x, y, channel; /* x < y */
+  double center[2];
+  double half[2];  /* half sides of the box */
+  double shape[3]; /* A of eq. 3.8: xx, xy, yy */
+  double h3;       /* nats */
+} select_offer;
+
 /* select_scan.c */
-void select_scan(rim_select *e, uint32_t budget);
-void select_sweep(rim_select *e, uint32_t budget);
+void select_scan(rim_select *e, uint32_t budget);  /* intervals */
+void select_sweep(rim_select *e, uint32_t budget); /* conditional intervals */
 /* select_pool.c */
-float select_chain_ln_anom(const rim_select *e, const pair_state *p, const chain *k);
 float select_pair_best(const rim_select *e, const pair_state *p, uint32_t *which);
 void select_pool_observe(rim_select *e, uint32_t slot);
 void select_pool_forget(rim_select *e, uint32_t slot);
-void select_pool_offer(rim_select *e, uint16_t x, uint16_t y, uint16_t channel, const double *low,
-                       const double *high, double h3, double sxx, double sxy, double syy);
+/* Priority of H3 that a new pair must exceed; *weakest: the pair it would replace, pairs: none. */
 double select_pool_bar(const rim_select *e, uint32_t *weakest);
+void select_pool_offer(rim_select *e, const select_offer *offer);
 void select_pool_move(rim_select *e, uint32_t budget);
+double select_pair_membership(const pair_state *p, double x, double y);
 #endif

@@ -1,9 +1,17 @@
-/* One-dimensional part of the search: intervals (App. A) and the edge sweep H3 (eq. 4.5). */
-#include <string.h>
+/* One-dimensional part of the search: intervals (App. A, p. 115) and the edge sweep H3 (eq. 4.5). */
+#include <float.h>
 
-#include "rim/image.h"
 #include "rim/real.h"
 #include "select_private.h"
+
+#define EDGE_BINS 16u        /* of a conditional interval */
+#define SHEARS 4u
+#define BASES_A_UNIT 3u      /* masks made a unit, each O(ring) */
+#define WAIT_BONUS 0.5       /* nats a sweep that a base has waited, */
+#define WAIT_MAX 24          /* for at most so many sweeps */
+#define NEAR_ENOUGH 6.0      /* nats below the pool's bar: the most that shear was seen to add */
+#define GROWTH_AT_EDGE 0.35  /* of the interval's width */
+#define ELLIPSE_OVER_BOX 1.15 /* 2 / sqrt pi = 1.13 gives equal areas */
 
 typedef struct prefix {
   double n[RIM_SELECT_MAX_BINS + 1];
@@ -16,25 +24,54 @@ typedef struct found {
   uint32_t first, last;
 } found;
 
-/* The most anomalous interval of bins: all bins (bins + 1) / 2 are weighed, by cross-multiplication. */
+/* Ends of intervals: statistics before a bin and up to its end, for bins of one sign. */
+typedef struct ends {
+  double n0[RIM_SELECT_MAX_BINS], s0[RIM_SELECT_MAX_BINS], v0[RIM_SELECT_MAX_BINS];
+  double n1[RIM_SELECT_MAX_BINS], s1[RIM_SELECT_MAX_BINS], v1[RIM_SELECT_MAX_BINS];
+  uint8_t bin[RIM_SELECT_MAX_BINS];
+  uint32_t count;
+} ends;
+
+static void find_ends(const prefix *p, uint32_t bins, double a, bool negative, ends *out) {
+  uint32_t n = 0;
+  for (uint32_t k = 0; k < bins; ++k) {
+    const double s = p->s[k + 1] - p->s[k];
+    if (!(negative ? s < 0.0 : s > 0.0)) continue;
+    out->n0[n] = p->n[k];
+    out->s0[n] = p->s[k];
+    out->v0[n] = p->v[k] - a;
+    out->n1[n] = p->n[k + 1];
+    out->s1[n] = p->s[k + 1];
+    out->v1[n] = p->v[k + 1];
+    out->bin[n] = (uint8_t)k;
+    ++n;
+  }
+  out->count = n;
+}
+
+/* The most anomalous interval (App. A, Alg. 8, p. 116). Only intervals whose first and last bin
+ * deviate the same way are weighed: without an end bin that does not, |S| is no smaller and Var(S)
+ * no larger. Compared by cross-multiplication; at most bins (bins + 1) / 2 intervals. */
 static found most_anomalous(const prefix *p, uint32_t bins, double a) {
   double best_s2 = 0.0;
   double best_var = 1.0;
   found best = {0.0, 0, 0};
-  for (uint32_t i = 0; i < bins; ++i) {
-    const double n0 = p->n[i];
-    const double s0 = p->s[i];
-    const double v0 = p->v[i];
-    for (uint32_t j = i + 1; j <= bins; ++j) {
-      const double n = p->n[j] - n0;
-      const double s = p->s[j] - s0;
-      const double var = n * (a + (p->v[j] - v0));
-      const double s2 = s * s;
-      if (s2 * best_var > best_s2 * var && n >= 1.0) {
+  for (uint32_t sign = 0; sign < 2; ++sign) {
+    ends e;
+    find_ends(p, bins, a, sign == 0, &e);
+    for (uint32_t i = 0; i < e.count; ++i) {
+      const double n0 = e.n0[i];
+      const double s0 = e.s0[i];
+      const double v0 = e.v0[i];
+      for (uint32_t j = i; j < e.count; ++j) {
+        const double s = e.s1[j] - s0;
+        const double var = (e.n1[j] - n0) * (e.v1[j] - v0);
+        const double s2 = s * s;
+        if (s2 * best_var <= best_s2 * var) continue;
         best_s2 = s2;
         best_var = var;
-        best.first = i;
-        best.last = j - 1;
+        best.first = e.bin[i];
+        best.last = e.bin[j];
       }
     }
   }
@@ -59,17 +96,16 @@ static void scan_slice(rim_select *e, uint32_t c, uint32_t f) {
   const rim_bins table = select_bins(e);
   prefix p;
   rim_bins_prefix(&table, (uint16_t)f, (uint16_t)c, p.s, p.n);
-  if (e->bin_b == NULL) {
-    for (uint32_t k = 0; k <= e->bins; ++k) p.v[k] = (double)state->b * p.n[k];
+  for (uint32_t k = 0; k <= e->bins; ++k) p.v[k] = (double)state->b * p.n[k];
+  found best;
+  if (e->envelope == NULL) {
+    best = most_anomalous(&p, e->bins, (double)state->a);
   } else {
-    const size_t first = ((size_t)c * e->features + f) * e->bins;
-    p.v[0] = 0.0;
-    for (uint32_t k = 0; k < e->bins; ++k) {
-      p.v[k + 1] =
-          p.v[k] + (p.n[k + 1] - p.n[k]) * (double)rim_image_f32(e->bin_b, first + k);
-    }
+    const rim_envelope_found judged = rim_envelope_best(e->envelope, c, f, p.n, p.s);
+    best.ln_anom = judged.ln_anom;
+    best.first = judged.first;
+    best.last = judged.last;
   }
-  const found best = most_anomalous(&p, e->bins, (double)state->a);
   slice *s = select_slice(e, c, f);
   s->ln_anom = (float)best.ln_anom;
   s->first = (uint8_t)best.first;
@@ -93,24 +129,18 @@ void select_scan(rim_select *e, uint32_t budget) {
   }
 }
 
-#ifndef P_RECENCY
-#define P_RECENCY 0.5
-#endif
-#ifndef P_RECMAX
-#define P_RECMAX 24
-#endif
-/* The next base: the most anomalous interval, with a bonus for those that have waited. */
+/* The next base: the most anomalous interval, with a bonus for those that have waited, so that weaker
+ * ones get their turn too. O(features * channels), once a sweep. */
 static void choose_base(rim_select *e) {
-  double best = -1e300;
+  double best = -DBL_MAX;
   ++e->sweeps;
   for (uint32_t c = 0; c < e->channels; ++c) {
     const channel_state *state = select_channel(e, c);
+    const slice *s = select_slice(e, c, 0);
     for (uint32_t f = 0; f < e->features; ++f) {
-      slice *s = select_slice(e, c, f);
-      const uint16_t waited = (uint16_t)(e->sweeps - s->swept);
-      const double bonus = P_RECENCY * (double)(waited < P_RECMAX ? waited : P_RECMAX);
-      const double value =
-          (double)s->ln_anom * (double)state->scale - (double)state->offset + bonus;
+      const uint16_t waited = (uint16_t)(e->sweeps - s[f].swept);
+      const double bonus = WAIT_BONUS * (double)(waited < WAIT_MAX ? waited : WAIT_MAX);
+      const double value = select_priority(state, (double)s[f].ln_anom + bonus);
       if (value > best) {
         best = value;
         e->base_channel = (uint16_t)c;
@@ -125,6 +155,7 @@ static void choose_base(rim_select *e) {
   e->next_feature = 0;
 }
 
+/* The ring's slots inside the base interval. */
 static uint32_t fill_mask(const rim_select *e, uint16_t *mask) {
   uint32_t n = 0;
   for (uint32_t slot = 0; slot < e->held; ++slot) {
@@ -134,91 +165,101 @@ static uint32_t fill_mask(const rim_select *e, uint16_t *mask) {
   return n;
 }
 
-#ifndef P_EDGEBINS
-#define P_EDGEBINS 16
-#endif
-#ifndef P_NEAR
-#define P_NEAR 6.0
-#endif
-#ifndef P_SHEARS
-#define P_SHEARS 4
-#endif
-/* H3 along f + shear (base - middle). */
-static found conditional(const rim_select *e, const uint16_t *mask, uint32_t masked, uint16_t f,
+/* The most anomalous interval of f + shear / 64 * (base - its middle) among the masked: H3 with
+ * shear 0; with others a parallelogram, since an oblique region has no good rectangle. */
+static found conditional(rim_select *e, const uint16_t *mask, uint32_t masked, uint16_t f,
                          int32_t shear) {
   const channel_state *state = select_channel(e, e->base_channel);
-  const uint32_t bins = P_EDGEBINS;
-  prefix p;
-  memset(&p, 0, sizeof p);
   const int32_t middle = ((int32_t)e->base_first + e->base_last + 1) * 256 / (2 * e->bins);
+  const uint8_t *ring = select_row(e, 0);
+  const int16_t *residual = select_residual(e, 0) + e->base_channel;
+  int32_t n[EDGE_BINS] = {0};
+  int32_t s[EDGE_BINS] = {0}; /* in steps: below 4096 * 32768 = 2^27 */
   for (uint32_t i = 0; i < masked; ++i) {
-    const uint8_t *row = select_row(e, mask[i]);
-    int32_t g = (int32_t)row[f] + (((int32_t)row[e->base_feature] - middle) * shear) / 64;
-    g = g < 0 ? 0 : g > 255 ? 255 : g;
-    const uint32_t k = (((uint32_t)g * bins) >> 8) + 1u;
-    p.n[k] += 1.0;
-    p.s[k] += (double)select_residual(e, mask[i])[e->base_channel] * SELECT_RESIDUAL_STEP;
+    const uint8_t *row = ring + (size_t)mask[i] * e->features;
+    int32_t g = row[f];
+    if (shear != 0) {
+      g += (((int32_t)row[e->base_feature] - middle) * shear) / 64;
+      g = g < 0 ? 0 : g > 255 ? 255 : g;
+    }
+    const uint32_t k = ((uint32_t)g * EDGE_BINS) >> 8;
+    ++n[k];
+    s[k] += residual[(size_t)mask[i] * e->channels];
   }
-  for (uint32_t k = 0; k < bins; ++k) {
-    p.n[k + 1] += p.n[k];
-    p.s[k + 1] += p.s[k];
+  prefix p = {{0.0}, {0.0}, {0.0}};
+  for (uint32_t k = 0; k < EDGE_BINS; ++k) {
+    p.n[k + 1] = p.n[k] + (double)n[k];
+    p.s[k + 1] = p.s[k] + (double)s[k] * SELECT_RESIDUAL_STEP;
     p.v[k + 1] = (double)state->b * p.n[k + 1];
   }
-  return most_anomalous(&p, bins, (double)state->a);
+  ++e->effort.edges;
+  return most_anomalous(&p, EDGE_BINS, (double)state->a);
 }
 
-static void try_edge(rim_select *e, const uint16_t *mask, uint32_t masked, uint16_t f) {
-  static const int32_t shears[6] = {32, -32, 64, -64, 96, -96};
-  const uint32_t bins = P_EDGEBINS;
-  found best = conditional(e, mask, masked, f, 0);
-  int32_t shear = 0;
-  ++e->effort.edges;
-  uint32_t weakest = 0;
+/* The parallelogram as an offer to the pool: half sides, and the matrix A of the ellipse that touches
+ * it (a little larger). A side on the edge of the range is moved outwards: what lies beyond is unknown,
+ * and an ellipse that ends there would cut the corners. */
+static select_offer offer_of(const rim_select *e, uint16_t f, const found *best, int32_t shear) {
+  const double bins[2] = {(double)e->bins, (double)EDGE_BINS};
+  const double first[2] = {(double)e->base_first, (double)best->first};
+  const double last[2] = {(double)e->base_last, (double)best->last};
+  double center[2];
+  double half[2];
+  for (uint32_t k = 0; k < 2; ++k) {
+    double low = first[k] / bins[k];
+    double high = (last[k] + 1.0) / bins[k];
+    const double grown = GROWTH_AT_EDGE * (high - low);
+    if (low <= 0.0) low -= grown;
+    if (high >= 1.0) high += grown;
+    center[k] = 0.5 * (low + high);
+    half[k] = 0.5 * (high - low);
+  }
+  const double wide = half[0] * ELLIPSE_OVER_BOX;
+  const double tall = half[1] * ELLIPSE_OVER_BOX;
+  const double slope = -(double)shear / 64.0;
+  const double base_base = wide * wide;
+  const double f_f = slope * slope * base_base + tall * tall;
+  const bool swap = e->base_feature > f;
+  return (select_offer){
+      .x = swap ? f : e->base_feature,
+      .y = swap ? e->base_feature : f,
+      .channel = e->base_channel,
+      .center = {center[swap ? 1 : 0], center[swap ? 0 : 1]},
+      .half = {half[swap ? 1 : 0], half[swap ? 0 : 1]},
+      .shape = {swap ? f_f : base_base, slope * base_base, swap ? base_base : f_f},
+      .h3 = best->ln_anom,
+  };
+}
+
+/* One edge (base, f). Shears are tried only where the plain H3 comes near what the pool asks.
+ * Returns the conditional intervals used: 1 or 1 + SHEARS. */
+static uint32_t try_edge(rim_select *e, const uint16_t *mask, uint32_t masked, uint16_t f) {
+  static const int32_t shears[SHEARS] = {32, -32, 64, -64};
   const channel_state *state = select_channel(e, e->base_channel);
-  const double bar = (select_pool_bar(e, &weakest) + (double)state->offset) / (double)state->scale;
-  if (best.ln_anom < bar - P_NEAR) return;
-  for (uint32_t i = 0; i < P_SHEARS; ++i) {
+  found best = conditional(e, mask, masked, f, 0);
+  const double nearly = select_priority(state, best.ln_anom + NEAR_ENOUGH);
+  if (nearly < select_pool_bar(e, NULL)) return 1;
+  int32_t shear = 0;
+  for (uint32_t i = 0; i < SHEARS; ++i) {
     const found other = conditional(e, mask, masked, f, shears[i]);
-    ++e->effort.edges;
     if (other.ln_anom <= best.ln_anom) continue;
     best = other;
     shear = shears[i];
   }
-  double low[2] = {(double)e->base_first / (double)e->bins, (double)best.first / (double)bins};
-  double high[2] = {((double)e->base_last + 1.0) / (double)e->bins,
-                    ((double)best.last + 1.0) / (double)bins};
-  uint16_t x = e->base_feature;
-  uint16_t y = f;
-  const double half = 0.5 * (high[0] - low[0]) * 1.15;
-  const double tall = 0.5 * (high[1] - low[1]) * 1.15;
-  const double slope = -(double)shear / 64.0;
-  const double sxx = half * half;
-  const double sxy = slope * sxx;
-  const double syy = slope * slope * sxx + tall * tall;
-  if (x > y) {
-    const double l = low[0];
-    const double h = high[0];
-    low[0] = low[1];
-    high[0] = high[1];
-    low[1] = l;
-    high[1] = h;
-    x = f;
-    y = e->base_feature;
-  }
-  select_pool_offer(e, x, y, e->base_channel, low, high, best.ln_anom, x == f ? syy : sxx, sxy,
-                    x == f ? sxx : syy);
+  const select_offer offer = offer_of(e, f, &best, shear);
+  select_pool_offer(e, &offer);
+  return 1u + SHEARS;
 }
 
 void select_sweep(rim_select *e, uint32_t budget) {
   uint16_t *mask = (uint16_t *)select_at(e, e->mask_at);
   uint32_t done = 0;
-  for (uint32_t bases = 0; bases < 3 && done < budget; ++bases) {
+  for (uint32_t bases = 0; bases < BASES_A_UNIT && done < budget; ++bases) {
     if (e->next_feature >= e->features) choose_base(e);
     const uint32_t masked = fill_mask(e, mask);
     for (; e->next_feature < e->features && done < budget; ++e->next_feature) {
       if (e->next_feature == e->base_feature) continue;
-      try_edge(e, mask, masked, e->next_feature);
-      ++done;
+      done += try_edge(e, mask, masked, e->next_feature);
     }
   }
 }

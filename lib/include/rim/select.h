@@ -15,9 +15,9 @@
  * Hypotheses have 0 (everywhere), 1 (interval) or 2 (ellipse) features.
  *
  * Statistics: residuals r[c] have nominal variance 1. Over a region that holds n observations of sum
- * S, nominal Var(S) = a_c n + n * sum_k n_k b_{c,f,k} for an interval of bins k of feature f, and
- * a_c n + b_c n^2 everywhere and in ellipses; ln anom F = S^2 / (2 Var(S)), which with a = 1, b = 0 is
- * eq. 3.7 (p. 28).
+ * S, nominal Var(S) = a_c n + b_c n^2 and ln anom F = S^2 / (2 Var(S)), which with a = 1, b = 0 is
+ * eq. 3.7 (p. 28). With an envelope (rim/envelope.h) hypotheses are intervals alone, each judged by its
+ * own nominal spread: an ellipse has no such spread to be judged by.
  *
  * Everything is deterministic: fixed order, random numbers from the configured seed and a counter. An
  * engine is one flat block of memory without pointers into itself: copy its bytes elsewhere, and the
@@ -29,6 +29,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "rim/envelope.h"
 #include "rim/region.h"
 #include "rim/status.h"
 
@@ -50,8 +51,8 @@ extern "C" {
 #define RIM_SELECT_DEFAULT_GRID 32
 #define RIM_SELECT_DEFAULT_PAIRS 6
 #define RIM_SELECT_DEFAULT_SCANS 16
-#define RIM_SELECT_DEFAULT_EDGES 24
-#define RIM_SELECT_DEFAULT_MOVES 48
+#define RIM_SELECT_DEFAULT_EDGES 48
+#define RIM_SELECT_DEFAULT_MOVES 64
 
 /* Zero-initialise, then fill. */
 typedef struct rim_select_config {
@@ -63,14 +64,13 @@ typedef struct rim_select_config {
   uint16_t pairs;    /* active pairs, 1..16; 0: 6 (with one feature none is used) */
   /* Work of one unit of budget (rim_select_work): */
   uint16_t scans; /* (feature, channel) slices rescanned; 0: 16 */
-  uint16_t edges; /* conditional intervals H3; 0: 24 */
-  uint16_t moves; /* ellipses proposed and evaluated; 0: 48 */
+  uint16_t edges; /* conditional intervals, H3 and its sheared forms; 0: 48 */
+  uint16_t moves; /* ellipses proposed and evaluated; 0: 64 */
   uint64_t seed;
   const float *a;       /* [channels], > 0; NULL: 1. Copied. */
   const float *b;       /* [channels], >= 0; NULL: 0. Copied. */
-  const uint8_t *bin_b; /* f32 little-endian [channels][features][bins], >= 0; NULL: b_c instead of
-                           every b_{c,f,k}. Not copied: must outlive the engine, see
-                           rim_select_attach. */
+  const rim_envelope *envelope; /* of these channels, features and bins; NULL: none. Not copied: must
+                                   outlive the engine, see rim_select_attach. No pairs are used. */
 } rim_select_config;
 
 /* A hypothesis: this channel's mean is shifted in this region. */
@@ -79,7 +79,9 @@ typedef struct rim_candidate {
   uint16_t channel;
   rim_region region; /* over unit features; dims 1 is the interval as an ellipsoid, bounds exact */
   double n;          /* observations inside */
-  double s;          /* sum of their residuals; s / n is the most likely shift (eq. 3.6) */
+  double s;          /* sum of their residuals */
+  double shift;      /* most likely shift, s / n (eq. 3.6); with contrast less the mean outside */
+  bool contrast;     /* found against the rest of the run (envelope only) */
   double ln_anom;    /* F, natural logarithm of eq. 3.1 */
   double score;      /* ln_anom * scale_c - offset_c, less a penalty for the number of features */
   uint32_t since;    /* index (from 0) of the earliest observation in the ring inside the region;
@@ -93,12 +95,12 @@ typedef struct rim_select_effort {
   uint32_t scans;
   uint32_t edges;
   uint32_t moves;     /* ellipses evaluated */
-  uint32_t backfills; /* pairs filled from the ring; at most 1 a unit */
+  uint32_t backfills; /* pairs filled from the ring; at most 2 a unit */
 } rim_select_effort;
 
 typedef struct rim_select rim_select;
 
-#define RIM_SELECT_HEADER_BYTES 4096u /* at least sizeof of the private header; checked in select.c */
+#define RIM_SELECT_HEADER_BYTES 2048u /* at least sizeof of the private header; checked in select.c */
 #define RIM_SELECT_ROUND8(bytes) ((((size_t)(bytes)) + 7u) / 8u * 8u)
 /* Bytes of one engine; a constant expression. Every argument explicit (not 0). */
 #define RIM_SELECT_SIZE(features, channels, ring, bins, grid, pairs)                               \
@@ -110,6 +112,7 @@ typedef struct rim_select rim_select;
    RIM_SELECT_ROUND8((size_t)(ring) * 2u) +                                                        \
    RIM_SELECT_ROUND8((size_t)(features) * (size_t)(channels) * 8u) +                               \
    RIM_SELECT_ROUND8((size_t)(channels) * 48u) +                                                   \
+   RIM_SELECT_ROUND8((size_t)(ring) * 2u) + RIM_SELECT_ROUND8(2u * (size_t)(grid) * (size_t)(grid)) +   \
    (size_t)(pairs) * (RIM_SELECT_ROUND8(6u * (size_t)(grid) * ((size_t)(grid) + 1u)) + 1024u))
 
 /* Bytes for this configuration, defaults filled in. RIM_E_ARGUMENT: NULL; RIM_E_CONFIG: a count out of
@@ -126,8 +129,8 @@ rim_status rim_select_init(rim_select **engine, void *memory, size_t bytes,
 /* Forget every observation; configuration, scales and seed stay. */
 void rim_select_reset(rim_select *engine);
 
-/* After the engine's bytes were copied to another process: where bin_b is now (same content). */
-void rim_select_attach(rim_select *engine, const uint8_t *bin_b);
+/* After the engine's bytes were copied to another process: where the envelope is now. */
+void rim_select_attach(rim_select *engine, const rim_envelope *envelope);
 
 /* How channels compare: everywhere a choice is made between candidates of different channels, it is
  * made by ln_anom * scale[c] - offset[c]. [channels] each; NULL: 1 and 0. Copied; may be called at any
@@ -141,9 +144,11 @@ rim_status rim_select_set_channel_scale(rim_select *engine, const float *scale, 
  * O(features * channels + pairs * (grid + chains)). Stack < 1 kB. */
 rim_status rim_select_observe(rim_select *engine, const double *u, const double *r);
 
-/* Search for `budget` units; one unit is `scans` interval scans (O(bins^2) each), `edges` conditional
- * intervals (O(ring + bins^2) each), `moves` ellipses (O(grid) each) and at most one backfill of a pair
- * (O(ring + grid^2)). Does nothing before the first observation. Stack < 2 kB. */
+/* Search for `budget` units. One unit is at most `scans` interval scans, O(bins^2) each; `edges` + 4
+ * conditional intervals, O(ring + 16^2) each; 2 pairs entering the pool, each a backfill of
+ * O(ring + grid^2) and 24 ellipses; `moves` + edges / 5 + 48 further ellipses, O(grid) each (an entering
+ * leader is evaluated anew); for the leader's ellipses also the ring's points in cells on their boundary.
+ * Does nothing before the first observation. Stack < 3 kB. */
 void rim_select_work(rim_select *engine, uint32_t budget);
 
 /* The best hypothesis of any channel by score. Returns false, and *out is unchanged, before the first
