@@ -253,6 +253,27 @@ void lcm_records_what_was_published(void **) {
   assert_int_equal(healths, 1);
 }
 
+// lcm-gen's Python types, another implementation than the one the messages are made with.
+void python_reads_what_was_published(void **) {
+  const std::string log = folder() + "/python.log", types = folder() + "/types";
+  {
+    rim::LcmBus bus("file://" + log + "?mode=w");
+    rim_observation_message o{};
+    o.count = 3;
+    o.value[2] = 1.5;
+    bus.publish(o);
+    bus.publish(sample_alarm());
+    bus.publish(rim_health_message{1.0, 1, 77, 10, 1, 0, 1, 0, RIM_LEVEL_OK, 0});
+  }
+  rim::make_folder(types);
+  const std::string source = RIM_SOURCE_DIR;
+  const std::string generate = "lcm-gen -p --ppath " + types + " " + source + "/lib/wire/*.lcm";
+  const std::string decode =
+      "python3 -B " + source + "/tests/host/decode_lcm.py " + types + " " + log;
+  assert_int_equal(std::system(generate.c_str()), 0);
+  assert_int_equal(std::system(decode.c_str()), 0);
+}
+
 void a_url_that_does_not_open_is_a_data_error(void **) {
   try {
     rim::LcmBus bus("file:///nonexistent/folder/x.log?mode=r");
@@ -313,6 +334,7 @@ int main() {
       cmocka_unit_test(names_come_from_the_image),
       cmocka_unit_test(candump_text_carries_the_alarm),
       cmocka_unit_test(lcm_records_what_was_published),
+      cmocka_unit_test(python_reads_what_was_published),
       cmocka_unit_test(a_url_that_does_not_open_is_a_data_error),
       cmocka_unit_test(a_separate_subscriber_hears_the_alarms),
   };
