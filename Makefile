@@ -120,6 +120,7 @@ size: lib $(if $(CROSS_COMPILE),,host) ## code size, static RAM, stack and the R
 check: check-deps lib ## cppcheck, style, forbidden symbols, and the tests under the sanitizers
 	tests/style.sh
 	lib/check_symbols.sh "$(NM)" $(BUILD)/librim.a names
+	lib/size.sh "$(SIZE)" $(BUILD) > $(BUILD)/size.txt || { tail -6 $(BUILD)/size.txt; exit 1; }
 	cppcheck --quiet --error-exitcode=1 --inline-suppr --std=c11 \
 	  --enable=warning,performance,portability -Ilib/include lib/src
 	cppcheck --quiet --error-exitcode=1 --inline-suppr --std=c++17 --language=c++ -j2 \

@@ -5,7 +5,7 @@ LIB_OBJ := $(LIB_SRC:%.c=$(BUILD)/%.o)
 
 # No function of the library may need more stack than this (an optimised build of gcc; the
 # sanitizers and -O0 pad frames).
-LIB_STACK_LIMIT := 4096
+LIB_STACK_LIMIT := 2048
 LIB_STACK := $(if $(SANITIZE)$(filter -O0,$(OPT)),,$(if $(findstring clang,$(CC)),,-Wstack-usage=$(LIB_STACK_LIMIT)))
 
 LIB_CFLAGS = -std=c11 $(OPT) -ffp-contract=off -fno-math-errno $(WARNINGS) -Wvla -Wstrict-prototypes \
@@ -19,7 +19,7 @@ $(BUILD)/flags.lib: FORCE
 
 $(BUILD)/lib/src/%.o: lib/src/%.c $(BUILD)/flags.lib
 	@mkdir -p $(@D)
-	$(call say,CC  )$(CC) $(LIB_CFLAGS) $(if $(findstring clang,$(CC)),,-fstack-usage) -MMD -MP -c $< -o $@
+	$(call say,CC  )$(CC) $(LIB_CFLAGS) $(if $(findstring clang,$(CC)),,-fstack-usage -fcallgraph-info=su) -MMD -MP -c $< -o $@
 
 $(BUILD)/librim.a: $(LIB_OBJ) lib/check_symbols.sh
 	@rm -f $@
