@@ -90,7 +90,7 @@ endef
 all: lib $(if $(CROSS_COMPILE),,host) firmware ## the library build/librim.a and the tool build/rim
 
 demo: all ## learn 50 landings, replay one healthy and three faulty ones, hear the alarms over LCM
-	RIM=$(BUILD)/rim BUILD=$(BUILD) host_tools/demo/demo.sh
+	@RIM=$(BUILD)/rim BUILD=$(BUILD) host_tools/demo/demo.sh
 
 test: ## every test; the last line counts them
 	@$(MAKE) --no-print-directory -j$(TEST_JOBS) test-run
