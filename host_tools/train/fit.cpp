@@ -220,15 +220,34 @@ void set_bandwidth(NominalModel &model, const Eigen::VectorXd &radius, double sc
   model.bandwidth = (scale * radius).unaryExpr(&to_single);
 }
 
+// Rows to place prototypes by: k-means alone spends them on the phases that last longest, and the
+// short ones, where a map of its own is needed most, would share one.
+Matrix rows_to_cover(const Data &some, const NominalModel &blank, const RidgeShape &shape,
+                     const FitOptions &options) {
+  constexpr std::size_t most_rows = 20000;
+  constexpr double most_square = 25.0; // a single row counts as five standard deviations at most
+  NominalModel one = blank;
+  one.top = 1;
+  set_bandwidth(one, place_prototypes(sample_rows(some.xs, {}, 1000), 1, options.seed, one), 1.0);
+  const Fitted fit = fit_at(some, one, shape, options);
+  const Eigen::RowVectorXd mse = fit.mse.transpose().cwiseMax(1e-30);
+  const Matrix squares = (some.ys - fit.mean).array().square().rowwise() / mse.array();
+  const Eigen::VectorXd error = squares.cwiseMin(most_square).rowwise().mean();
+  const double mean = std::max(error.mean(), 1e-30);
+  const Eigen::VectorXd weight = (1.0 - options.focus) + options.focus * error.array() / mean;
+  return sample_rows(some.xs, weight, most_rows);
+}
+
 NominalModel choose_prototypes(const Data &data, const NominalModel &blank, const RidgeShape &shape,
                                const FitOptions &options, FitResult &result) {
   const bool choose = options.prototypes.size() * options.bandwidth.size() > 1;
-  const Data some = choose ? every_nth_of_runs(data, options.search_rows) : Data{};
+  const Data some = every_nth_of_runs(data, options.search_rows);
+  const Matrix cover = rows_to_cover(some, blank, shape, options);
   NominalModel best;
   for (const std::uint32_t count : options.prototypes) {
     NominalModel model = blank;
     model.top = std::min(options.top, count);
-    const Eigen::VectorXd radius = place_prototypes(data.xs, count, options.seed, model);
+    const Eigen::VectorXd radius = place_prototypes(cover, count, options.seed, model);
     const double before = result.chosen.prototypes == 0 ? std::numeric_limits<double>::infinity()
                                                         : result.chosen.error;
     for (const double scale : options.bandwidth) {

@@ -11,16 +11,6 @@ namespace {
 
 double to_single(double v) { return static_cast<double>(static_cast<float>(v)); }
 
-Matrix every_nth(const Matrix &xs, std::size_t most) {
-  const auto rows = static_cast<std::size_t>(xs.rows());
-  const std::size_t stride = std::max<std::size_t>(1, (rows + most - 1) / most);
-  Matrix out(static_cast<Eigen::Index>((rows + stride - 1) / stride), xs.cols());
-  for (Eigen::Index i = 0; i < out.rows(); ++i) {
-    out.row(i) = xs.row(i * static_cast<Eigen::Index>(stride));
-  }
-  return out;
-}
-
 // Squared gate distances of all rows to one centre.
 Eigen::VectorXd distances(const Matrix &xs, const Eigen::RowVectorXd &centre,
                           const Eigen::RowVectorXd &gate_weight) {
@@ -195,10 +185,24 @@ Matrix standardised(const NominalModel &model, const Matrix &x) {
   return xs;
 }
 
-Eigen::VectorXd place_prototypes(const Matrix &xs, std::uint32_t count, std::uint64_t seed,
+Matrix sample_rows(const Matrix &xs, const Eigen::VectorXd &weight, std::size_t most) {
+  const auto count = static_cast<Eigen::Index>(std::min(most, static_cast<std::size_t>(xs.rows())));
+  const double total = weight.size() > 0 ? weight.sum() : static_cast<double>(xs.rows());
+  const double step = total / static_cast<double>(count);
+  Matrix out(count, xs.cols());
+  double passed = 0.0; // weight of the rows up to and with `row`
+  Eigen::Index row = -1;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    while (row + 1 < xs.rows() && passed <= (static_cast<double>(i) + 0.5) * step) {
+      passed += weight.size() > 0 ? weight[++row] : (++row, 1.0);
+    }
+    out.row(i) = xs.row(row);
+  }
+  return out;
+}
+
+Eigen::VectorXd place_prototypes(const Matrix &sample, std::uint32_t count, std::uint64_t seed,
                                  NominalModel &model) {
-  constexpr std::size_t most_rows = 20000;
-  const Matrix sample = every_nth(xs, most_rows);
   const Eigen::RowVectorXd gate_weight = model.gate_weight.transpose();
   std::mt19937_64 random(seed);
   Matrix centres = plus_plus(sample, gate_weight, count, random);

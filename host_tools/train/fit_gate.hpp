@@ -26,9 +26,12 @@ struct Gates {
 void standardise_inputs(const Matrix &x, NominalModel &model);
 Matrix standardised(const NominalModel &model, const Matrix &x);
 
-// k-means++ and Lloyd on the standardised rows; sets prototypes (rounded), radius[p] = rms distance
-// of the rows nearest to p, ln_mass = 0 and reach = 0.
-Eigen::VectorXd place_prototypes(const Matrix &xs, std::uint32_t count, std::uint64_t seed,
+// At most `most` rows, each as often as its weight says; empty weights: evenly.
+Matrix sample_rows(const Matrix &xs, const Eigen::VectorXd &weight, std::size_t most);
+
+// k-means++ and Lloyd on standardised rows; sets prototypes (rounded), ln_mass = 0, reach = 0;
+// returns per prototype the rms distance of the rows nearest to it. O(25 rows count inputs).
+Eigen::VectorXd place_prototypes(const Matrix &sample, std::uint32_t count, std::uint64_t seed,
                                  NominalModel &model);
 
 // Gates of rows [begin, end) of the standardised inputs written at their own place in `gates`;

@@ -72,8 +72,8 @@ std::vector<std::size_t> spread_rows(std::size_t rows, std::size_t most) {
 
 struct PlainKernel::Tree {
   NominalModel scale; // centre and inverse scale only
-  // Rows are turned to their principal axes, largest first. Distances stay; but boxes of the tree then
-  // follow the trajectories, and a distance is known to be too long after a few of its terms.
+  // Rows are turned to their principal axes, largest first. Distances stay; but boxes of the tree
+  // then follow the trajectories, and a distance is known to be too long after a few of its terms.
   Eigen::MatrixXd axes;
   Rows rows;
   Matrix y;
@@ -318,7 +318,8 @@ void judge_prototypes(const Matrix &x, const Matrix &y, const std::vector<std::u
   model.gate_weight = Eigen::VectorXd::Ones(x.cols());
   standardise_inputs(x, model);
   const Matrix xs = standardised(model, x);
-  const Eigen::VectorXd radius = place_prototypes(xs, options.prototypes, options.seed, model);
+  const Eigen::VectorXd radius =
+      place_prototypes(sample_rows(xs, {}, 20000), options.prototypes, options.seed, model);
   const double typical = std::sqrt(radius.squaredNorm() / static_cast<double>(radius.size()));
   std::vector<double> bandwidth;
   for (const double b : options.bandwidth) {

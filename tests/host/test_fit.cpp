@@ -192,7 +192,7 @@ void leaving_a_run_out_equals_never_having_seen_it(void **) {
 void local_linear_maps_reach_the_noise_and_know_it(void **) {
   const Data d = make_data(20, 400, 3);
   rim::FitOptions options = small_options();
-  options.prototypes = {16};
+  options.prototypes = {32};
   const rim::FitResult fit = rim::fit_nominal(d.x, d.y, d.run, options);
   const double unit[outputs] = {1.0, 1.0, 100.0, 1.0};
   const double most[outputs] = {2.3, 2.5, 1.5, 1.5};
@@ -335,6 +335,22 @@ template <typename Call> bool is_data_error(const Call &call) {
   return false;
 }
 
+void rows_are_sampled_as_often_as_they_weigh(void **) {
+  Matrix rows(100, 1);
+  Eigen::VectorXd weight(100);
+  for (Eigen::Index i = 0; i < 100; ++i) {
+    rows(i, 0) = static_cast<double>(i);
+    weight[i] = i < 80 ? 1.0 : 6.0; // the last fifth weighs 120 of 200
+  }
+  const Matrix even = rim::sample_rows(rows, {}, 50);
+  const Matrix focused = rim::sample_rows(rows, weight, 50);
+  assert_int_equal(even.rows(), 50);
+  assert_int_equal(focused.rows(), 50);
+  assert_int_equal((even.array() >= 80.0).count(), 10);
+  assert_int_equal((focused.array() >= 80.0).count(), 30);
+  assert_true(rim::sample_rows(rows, {}, 1000) == rows);
+}
+
 void bad_data_is_refused(void **) {
   const Data good = make_data(3, 50, 10);
   const auto refused = [&](const auto &change) {
@@ -375,6 +391,7 @@ int main() {
       cmocka_unit_test(threads_do_not_change_a_bit),
       cmocka_unit_test(the_plain_kernel_is_the_weighted_average),
       cmocka_unit_test(white_noise_is_told_from_the_signal),
+      cmocka_unit_test(rows_are_sampled_as_often_as_they_weigh),
       cmocka_unit_test(bad_data_is_refused),
       cmocka_unit_test(constant_columns_are_harmless),
   };
