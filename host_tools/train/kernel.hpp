@@ -57,10 +57,12 @@ struct KernelReport {
   std::vector<double> kernel;       // eq. 4.13, plain
   std::vector<double> prototypes;   // eq. 4.13, compressed to prototypes
   std::vector<double> local;        // local-linear maps, in double precision
+  std::vector<double> rounding;     // rms difference that single precision in flight makes to them
   NominalModel compressed;          // order 0, all runs
 };
 
-// `local` is what fit_nominal() returned for the same rows. A few seconds.
+// `local` is what fit_nominal() returned for the same rows; once its mean has been dropped its
+// error over all rows is reported instead. A few seconds.
 KernelReport compare_kernels(const Matrix &x, const Matrix &y,
                              const std::vector<std::uint32_t> &run, const FitResult &local,
                              const KernelOptions &options);

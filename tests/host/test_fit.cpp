@@ -206,6 +206,7 @@ void local_linear_maps_reach_the_noise_and_know_it(void **) {
   const rim::KernelReport kernel = rim::compare_kernels(d.x, d.y, d.run, fit, {});
   for (std::size_t j = 0; j < outputs; ++j) {
     assert_true(kernel.local[j] < kernel.kernel[j]);
+    assert_true(kernel.rounding[j] > 0.0 && kernel.rounding[j] < 1e-4 * kernel.local[j]);
     assert_true(kernel.kernel[j] < kernel.prototypes[j]);
   }
 }
