@@ -218,7 +218,8 @@ Samples step_samples(const std::vector<Log> &logs, const Runs &runs, const Layou
 
 bool has_kind(std::uint32_t kinds, rim_kind kind) { return (kinds >> kind & 1u) != 0; }
 
-// Block means of the standardised one-step residuals, and the logarithm of their variance about them.
+// Block means of the standardised one-step residuals, and the logarithm of their variance about
+// them.
 void step_channels(const FitResult &fit, const Samples &samples, const std::vector<Log> &logs,
                    const Runs &runs, double period_s, std::uint32_t block_rows,
                    std::vector<Matrix> *mean, std::vector<Matrix> *variance) {
@@ -341,6 +342,41 @@ ChannelSeries series_of_run(const SeriesInput &in, const Blocks &blocks, std::si
 
 } // namespace
 
+// Which features tell the phase of a run: those that take the same course in every run. Gates on the
+// others would split runs from one another instead of phases, and every map would see few runs.
+// Course: mean over runs at the same share of the run's length. All 1 where no feature follows one
+// (runs that are not alike).
+std::vector<double> phase_weights(const std::vector<Blocks> &blocks) {
+  constexpr Eigen::Index points = 200;
+  constexpr double follows = 0.9; // share of the variance that the common course explains
+  const Eigen::Index features = blocks.front().context.cols();
+  Matrix course = Matrix::Zero(points, features);
+  const auto row_at = [](const Blocks &run, Eigen::Index point) {
+    return run.context.row(point * (run.context.rows() - 1) / (points - 1));
+  };
+  for (const Blocks &run : blocks) {
+    for (Eigen::Index p = 0; p < points; ++p) course.row(p) += row_at(run, p);
+  }
+  course /= static_cast<double>(blocks.size());
+  const Eigen::RowVectorXd mean = course.colwise().mean();
+  Eigen::RowVectorXd off = Eigen::RowVectorXd::Zero(features), all = off;
+  for (const Blocks &run : blocks) {
+    for (Eigen::Index p = 0; p < points; ++p) {
+      off.array() += (row_at(run, p) - course.row(p)).array().square();
+      all.array() += (row_at(run, p) - mean).array().square();
+    }
+  }
+  std::vector<double> weight(static_cast<std::size_t>(features), 0.0);
+  bool any = false;
+  for (std::size_t f = 0; f < weight.size(); ++f) {
+    const auto i = static_cast<Eigen::Index>(f);
+    weight[f] = all[i] > 0.0 && off[i] < (1.0 - follows) * all[i] ? 1.0 : 0.0;
+    any = any || weight[f] > 0.0;
+  }
+  if (!any) weight.assign(weight.size(), 1.0);
+  return weight;
+}
+
 TrainedModels train_models(const std::vector<Log> &logs, const Layout &layout,
                            const ModelOptions &options) {
   Runs runs;
@@ -354,25 +390,27 @@ TrainedModels train_models(const std::vector<Log> &logs, const Layout &layout,
   }
   TrainedModels models;
   SeriesInput in;
+  FitOptions fit = options.fit;
+  if (fit.gate_weight.empty()) fit.gate_weight = phase_weights(runs.blocks);
   const std::uint32_t kinds = options.kinds;
   if (has_kind(kinds, RIM_KIND_VARIANCE) || has_kind(kinds, RIM_KIND_STEP)) {
     const Samples samples = step_samples(logs, runs, layout, options.period_s);
-    models.step = fit_nominal(samples.x, samples.y, samples.run, options.fit);
+    models.step = fit_nominal(samples.x, samples.y, samples.run, fit);
     step_channels(models.step, samples, logs, runs, options.period_s, options.block_rows,
                   &in.step_mean, &in.step_variance);
     models.step.mean.resize(0, 0); // 420k x 25 doubles are not needed any more
     models.step.sd.resize(0, 0);
   }
   if (has_kind(kinds, RIM_KIND_SHIFT)) {
-    FitOptions fit = options.fit;
-    fit.exclude.assign(layout.outcome_feature.begin(), layout.outcome_feature.end());
+    FitOptions others = fit;
+    others.exclude.assign(layout.outcome_feature.begin(), layout.outcome_feature.end());
     const Samples samples = level_samples(runs, layout);
-    models.level = fit_nominal(samples.x, samples.y, samples.run, fit);
+    models.level = fit_nominal(samples.x, samples.y, samples.run, others);
     in.level_z = residuals_by_run(samples, models.level, logs.size());
   }
   if (has_kind(kinds, RIM_KIND_INCREMENT)) {
     const Samples samples = increment_samples(runs, layout);
-    models.increment = fit_nominal(samples.x, samples.y, samples.run, options.fit);
+    models.increment = fit_nominal(samples.x, samples.y, samples.run, fit);
     in.increment_z = residuals_by_run(samples, models.increment, logs.size());
   }
   for (std::size_t r = 0; r < logs.size(); ++r) {

@@ -1,8 +1,8 @@
 // Calibration: what nominal runs do, so that an alarm means something.
 //
-// Every calibration run is judged as a run in flight is: by models, spreads and scales learnt from the
-// other runs, with the flight code (rim_monitor_block) doing the search. The alarm threshold is an
-// order statistic of the runs' largest scores: exchangeable runs give a finite-sample promise
+// Every calibration run is judged as a run in flight is: by models, spreads and scales learnt from
+// the other runs, with the flight code (rim_monitor_block) doing the search. The alarm threshold is
+// an order statistic of the runs' largest scores: exchangeable runs give a finite-sample promise
 // (rim/threshold.h).
 #ifndef RIM_TRAIN_CALIBRATE_HPP
 #define RIM_TRAIN_CALIBRATE_HPP
@@ -30,18 +30,20 @@ struct Promise {
 };
 Promise promise_for(std::size_t runs, double false_alarm);
 
-// Features that may describe a region: those that no earlier one repeats (Spearman), at most `most`.
+// Features that may describe a region: those that no earlier one repeats (Spearman), at most
+// `most`.
 std::vector<std::uint16_t> choose_region_features(const std::vector<ChannelSeries> &series,
                                                   const CalibrationOptions &options);
 
-// Fills the plan's ranges, region, channel scales, envelope and thresholds from the series of at least
-// three nominal runs (each by models without it). Deterministic.
+// Fills the plan's ranges, region, channel scales, envelope and thresholds from the series of at
+// least three nominal runs (each by models without it). Deterministic.
 void calibrate_trained(FlightPlan *plan, const std::vector<ChannelSeries> &series,
                        const CalibrationOptions &options);
 
 // Logs with their own predictions: fills the plan's ranges from the log, and the thresholds from
-// `runs` Monte Carlo runs (thesis eq. 3.9, p. 30) of z ~ N(m, sd) on the log's own contexts. sd is the
-// log's or, where it has none, estimated. Returns the number of outcomes whose sd was estimated.
+// `runs` Monte Carlo runs (thesis eq. 3.9, p. 30) of z ~ N(m, sd) on the log's own contexts. sd is
+// the log's or, where it has none, estimated. Returns the number of outcomes whose sd was
+// estimated.
 struct ExternalRows {
   Matrix context, outcome, mean, sd;
   std::vector<double> t_s;

@@ -11,7 +11,8 @@ namespace rim {
 
 std::size_t FlightPlan::kinds_present() const {
   std::size_t n = 0;
-  for (unsigned k = 0; k < RIM_CHANNELS_KINDS; ++k) n += kinds >> k & 1u;
+  for (unsigned k = 0; k < RIM_CHANNELS_KINDS; ++k)
+    n += kinds >> k & 1u;
   return n;
 }
 
@@ -39,20 +40,24 @@ SectionBytes config_section(const FlightPlan &plan) {
   words[RIM_CONFIG_MOVES] = plan.moves;
   words[RIM_CONFIG_BUDGET] = plan.budget;
   SectionBytes bytes;
-  for (const std::uint32_t word : words) bytes.u32(word);
+  for (const std::uint32_t word : words)
+    bytes.u32(word);
   return bytes;
 }
 
 SectionBytes floats(const std::vector<float> &a, const std::vector<float> &b) {
   SectionBytes bytes;
-  for (const float v : a) bytes.f32(v);
-  for (const float v : b) bytes.f32(v);
+  for (const float v : a)
+    bytes.f32(v);
+  for (const float v : b)
+    bytes.f32(v);
   return bytes;
 }
 
 SectionBytes words16(const std::vector<std::uint16_t> &values) {
   SectionBytes bytes;
-  for (const std::uint16_t v : values) bytes.u16(v);
+  for (const std::uint16_t v : values)
+    bytes.u16(v);
   return bytes;
 }
 
@@ -67,21 +72,21 @@ SectionBytes threshold_section(const Thresholds &t) {
   bytes.f32(t.promised_rate);
   bytes.f32(0.0F);
   for (const auto *values : {&t.maxima, &t.growth, &t.offset, &t.scale}) {
-    for (const float v : *values) bytes.f32(v);
+    for (const float v : *values)
+      bytes.f32(v);
   }
   return bytes;
 }
 
 SectionBytes names_section(const Layout &layout) {
-  std::string text;
-  const auto add = [&text](const std::vector<std::string> &names,
-                           const std::vector<std::string> &units) {
-    for (std::size_t i = 0; i < names.size(); ++i) text += names[i] + '\t' + units[i] + '\n';
-  };
-  add(layout.feature_names, layout.feature_units);
-  add(layout.outcome_names, layout.outcome_units);
   SectionBytes bytes;
-  bytes.text(text);
+  for (const auto *names : {&layout.feature_names, &layout.outcome_names}) {
+    for (const std::string &name : *names) {
+      for (const char letter : name)
+        bytes.u8(static_cast<std::uint8_t>(letter));
+      bytes.u8('\n');
+    }
+  }
   return bytes;
 }
 
@@ -89,7 +94,8 @@ std::vector<std::uint8_t> write_image(const FlightPlan &plan, std::uint32_t mode
   ImageWriter writer(model_id);
   writer.add_section(RIM_SECTION_CONFIG, config_section(plan));
   const auto add = [&writer](rim_section id, const std::vector<std::uint8_t> &bytes) {
-    if (!bytes.empty()) writer.add_section(id, bytes);
+    if (!bytes.empty())
+      writer.add_section(id, bytes);
   };
   add(RIM_SECTION_STEP, plan.step);
   add(RIM_SECTION_LEVEL, plan.level);
@@ -133,14 +139,12 @@ Layout layout_of_image(const rim_image &image) {
   std::size_t at = 0;
   for (std::size_t i = 0; i < features + outcomes; ++i) {
     const std::size_t end = text.find('\n', at);
-    const std::size_t tab = text.find('\t', at);
-    if (end == std::string::npos || tab == std::string::npos || tab > end) {
+    if (end == std::string::npos)
       throw DataError("the names in the image are damaged");
-    }
     auto &to_names = i < features ? layout.feature_names : layout.outcome_names;
     auto &to_units = i < features ? layout.feature_units : layout.outcome_units;
-    to_names.push_back(text.substr(at, tab - at));
-    to_units.push_back(text.substr(tab + 1, end - tab - 1));
+    to_names.push_back(text.substr(at, end - at));
+    to_units.push_back(unit_of_name(to_names.back()));
     at = end + 1;
   }
   const std::uint8_t *map = nullptr;

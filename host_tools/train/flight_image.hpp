@@ -30,12 +30,12 @@ struct FlightPlan {
   std::uint32_t block_rows = 1;
   double period_s = 0.0;
   double stale_s = 0.0;
-  double inhibit_s = 10.0;      // between updates of an alarm
+  double inhibit_s = 10.0;       // between updates of an alarm
   std::uint32_t persistence = 1; // blocks
   std::uint32_t ring = 0, bins = RIM_SELECT_DEFAULT_BINS, grid = 0, pairs = 0; // 0: select's
   std::uint32_t scans = 0, edges = 0, moves = 0, budget = 0;
   std::uint32_t seed = 1;
-  std::vector<float> center, inverse_sd;                    // per channel
+  std::vector<float> center, inverse_sd;                      // per channel
   std::vector<std::uint8_t> step, level, increment, envelope; // sections; empty: absent
   Thresholds thresholds;
 

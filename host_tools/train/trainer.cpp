@@ -16,10 +16,12 @@ Training train(const std::vector<Log> &logs, const TrainOptions &options) {
   FlightPlan &plan = training.plan;
   plan.layout = layout_of(logs.front());
   if (plan.layout.external) {
-    throw DataError(logs.front().path + ": has its own predictions (z. m. columns): nothing to train; "
-                                        "replay and diagnose take it as it is");
+    throw DataError(logs.front().path +
+                    ": has its own predictions (z. m. columns): nothing to train; "
+                    "replay and diagnose take it as it is");
   }
-  for (const Log &log : logs) check_layout(plan.layout, log);
+  for (const Log &log : logs)
+    check_layout(plan.layout, log);
 
   ModelOptions models;
   models.kinds = options.kinds;

@@ -13,8 +13,8 @@ namespace rim {
 struct TrainOptions {
   CalibrationOptions calibration;
   FitOptions fit;
-  double block_s = 1.0;     // length of a block
-  double stale_s = 2.0;     // input older than this: STALE
+  double block_s = 1.0;                       // length of a block
+  double stale_s = 2.0;                       // input older than this: STALE
   std::uint32_t kinds = ModelOptions{}.kinds; // mask of rim_kind
 };
 

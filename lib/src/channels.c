@@ -238,7 +238,9 @@ static bool finish_block(rim_channels *self) {
     }
   }
   for (size_t c = 0; complete && c < self->channels; ++c) {
-    values[c] = standardise(self, c, values[c]);
+    /* One block must not decide alone. */
+    values[c] = rim_clamp(standardise(self, c, values[c]), -RIM_CHANNELS_VALUE_CLIP,
+                          RIM_CHANNELS_VALUE_CLIP);
   }
   memcpy(PREVIOUS_BLOCK(self), mean, self->config.features * sizeof(double));
   self->has_previous_block = true;

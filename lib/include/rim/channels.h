@@ -38,6 +38,7 @@ extern "C" {
 #define RIM_CHANNELS_MAX_OUTCOMES 128
 #define RIM_CHANNELS_KINDS 5
 #define RIM_CHANNELS_CLIP 6.0
+#define RIM_CHANNELS_VALUE_CLIP 8.0 /* standard deviations that a block's value may be off */
 #define RIM_CHANNELS_LEAST_VARIANCE 1e-4 /* of standardised residuals: a frozen reading */
 #define RIM_CHANNELS_FAR 2.0 /* reaches of the nearest prototype beyond which a block counts as far */
 
