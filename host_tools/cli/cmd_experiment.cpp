@@ -13,7 +13,7 @@ using rim::Campaign;
 
 struct GolfArguments {
   rim::GolfExperiment experiment;
-  std::string search = "standard";
+  std::string search = "rich";
   std::string shard = "1/1";
   std::string out;
   std::string from;
@@ -30,7 +30,7 @@ void add_golf(CLI::App &app, GolfArguments &a) {
   golf->add_option("--calibration", a.experiment.calibration,
                    "runs without, for the threshold (800; 19 are the least for 5 %)");
   golf->add_option("--seed", a.experiment.seed, "of the first run (20000)");
-  golf->add_option("--search", a.search, "work a step: flight, standard or rich (standard)");
+  golf->add_option("--search", a.search, "work a step: flight, standard (the default of the library) or rich (rich)");
   golf->add_option("--shard", a.shard, "I/N: only this part, needs --out");
   golf->add_option("--out", a.out, "write the units for 'rim merge' and --from");
   golf->add_option("--from", a.from, "print the tables of this file, run nothing")

@@ -364,6 +364,10 @@ static void refresh(rim_select *e, uint32_t pair, uint8_t exact) {
   for (uint32_t k = 0; k < RIM_SELECT_CHAINS; ++k) evaluate(e, pair, &p->chain[k]);
 }
 
+void select_pool_refresh(rim_select *e, uint32_t pair) {
+  refresh(e, pair, select_pair(e, pair)->exact);
+}
+
 /* Chain 0 starts from the offer itself; it only ever climbs. */
 static void activate(rim_select *e, uint32_t pair, const select_offer *offer) {
   pair_state *p = select_pair(e, pair);

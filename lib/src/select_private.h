@@ -136,6 +136,7 @@ void select_pool_forget(rim_select *e, uint32_t slot);
 /* Priority of H3 that a new pair must exceed; *weakest: the pair it would replace, pairs: none. */
 double select_pool_bar(const rim_select *e, uint32_t *weakest);
 void select_pool_offer(rim_select *e, const select_offer *offer);
+void select_pool_refresh(rim_select *e, uint32_t pair); /* evaluates every ellipse anew */
 void select_pool_move(rim_select *e, uint32_t budget);
 double select_pair_membership(const pair_state *p, double x, double y);
 #endif

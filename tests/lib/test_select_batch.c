@@ -1,0 +1,182 @@
+/* Alg. 4: every heuristic finds the planted pair; H3 equals brute force; bounds hold. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "rim/rng.h"
+#include "rim/select_batch.h"
+
+#define SEED 37u
+enum { N = 250, D = 12, O = 4, NODES = 30, X = 3, Y = 9 };
+
+static double u[N * D], r[N * O];
+static bool anomalous[N];
+static uint64_t work[RIM_BATCH_SIZE(N, D, NODES) / 8 + 4];
+
+/* A shift of outcome 0 in a box of features X and Y. */
+static void make(uint64_t stream, double shift, int outcomes) {
+  rim_rng rng;
+  rim_rng_seed(&rng, SEED, stream);
+  for (int i = 0; i < N; ++i) {
+    for (int f = 0; f < D; ++f) u[i * D + f] = rim_rng_uniform(&rng);
+    anomalous[i] = fabs(u[i * D + X] - 0.3) < 0.2 && fabs(u[i * D + Y] - 0.6) < 0.2;
+    for (int o = 0; o < outcomes; ++o) {
+      r[i * outcomes + o] = rim_rng_normal(&rng) + (o == 0 && anomalous[i] ? shift : 0.0);
+    }
+  }
+}
+
+static double f1(const rim_batch_result *result) {
+  double hit = 0.0;
+  double wrong = 0.0;
+  for (int i = 0; i < N; ++i) {
+    const bool in = rim_region_contains(&result->region, &u[i * D]);
+    hit += in && anomalous[i];
+    wrong += in != anomalous[i];
+  }
+  return 2.0 * hit / (2.0 * hit + wrong);
+}
+
+static void every_heuristic_finds_the_pair(void **state) {
+  (void)state;
+  for (int outcomes = 1; outcomes <= O; outcomes += 3) {
+    make((uint64_t)outcomes, -2.0, outcomes);
+    const rim_batch_data data = {N, D, (uint16_t)outcomes, u, r};
+    for (int h = RIM_HEURISTIC_H3; h <= RIM_HEURISTIC_H1; ++h) {
+      const rim_batch_config c = {
+          .heuristic = (rim_heuristic)h, .nodes = NODES, .threshold = 20.0, .seed = SEED};
+      rim_batch_result result;
+      assert_int_equal(rim_select_batch(&c, &data, work, sizeof work, &result), RIM_OK);
+      assert_true(result.found);
+      assert_int_equal(result.dims, 2);
+      assert_int_equal(result.feature[0], X);
+      assert_int_equal(result.feature[1], Y);
+      assert_true(rim_region_is_valid(&result.region));
+      assert_true(f1(&result) > 0.7);
+      assert_true(result.nodes <= NODES);
+      /* two features: at most 3 starts of 24 x 10 + 1 each */
+      assert_true(result.evaluations <= NODES * 3 * 241);
+    }
+  }
+}
+
+/* With root and singles only, the best is the exact interval of the best feature. */
+static void single_features_equal_brute_force(void **state) {
+  (void)state;
+  make(7, -1.5, 1);
+  const rim_batch_data data = {N, D, 1, u, r};
+  const rim_batch_config c = {.nodes = NODES, .max_dims = 1, .bins = 16, .seed = 1};
+  rim_batch_result result;
+  assert_int_equal(rim_select_batch(&c, &data, work, sizeof work, &result), RIM_OK);
+  double best = 0.0;
+  int feature = -1;
+  for (int f = 0; f < D; ++f) {
+    for (int first = 0; first < 16; ++first) {
+      for (int last = first; last < 16; ++last) {
+        double s = 0.0;
+        double n = 0.0;
+        for (int i = 0; i < N; ++i) {
+          const double x = u[i * D + f];
+          if (x < first / 16.0 || x >= (last + 1) / 16.0) continue;
+          s += r[i];
+          n += 1.0;
+        }
+        if (n > 0.0 && s * s / (2.0 * n) > best) {
+          best = s * s / (2.0 * n);
+          feature = f;
+        }
+      }
+    }
+  }
+  assert_int_equal(result.nodes, 1 + D);
+  assert_int_equal(result.feature[0], feature);
+  assert_true(fabs(result.ln_anom - best) < 1e-9 * best);
+}
+
+static void breadth_first_takes_all_singles_first(void **state) {
+  (void)state;
+  make(8, -2.0, 1);
+  const rim_batch_data data = {N, D, 1, u, r};
+  rim_batch_config c = {.heuristic = RIM_HEURISTIC_BREADTH, .nodes = 1 + D, .seed = 1};
+  rim_batch_result result;
+  assert_int_equal(rim_select_batch(&c, &data, work, sizeof work, &result), RIM_OK);
+  assert_int_equal(result.evaluations, 0);
+  assert_int_equal(result.dims, 1);
+  c.nodes = 2 + D;
+  assert_int_equal(rim_select_batch(&c, &data, work, sizeof work, &result), RIM_OK);
+  assert_int_equal(result.evaluations, 3 * 241);
+}
+
+static void without_selection_all_features_are_used(void **state) {
+  (void)state;
+  make(9, -2.0, 1);
+  rim_batch_data data = {N, D, 1, u, r};
+  const rim_batch_config c = {.heuristic = RIM_HEURISTIC_NONE, .nodes = 1, .seed = 1};
+  rim_batch_result result;
+  memset(&result, 0x5a, sizeof result);
+  const rim_batch_result before = result;
+  assert_int_equal(rim_select_batch(&c, &data, work, sizeof work, &result), RIM_E_CONFIG);
+  assert_memory_equal(&before, &result, sizeof result);
+  static double few[N * 6];
+  for (int i = 0; i < N; ++i) memcpy(&few[i * 6], &u[i * D], 6 * sizeof(double));
+  data.features = 6;
+  data.u = few;
+  assert_int_equal(rim_select_batch(&c, &data, work, sizeof work, &result), RIM_OK);
+  assert_int_equal(result.dims, 6);
+  assert_int_equal(result.region.dims, 0);
+  assert_int_equal(result.nodes, 1);
+}
+
+static void nothing_is_found_in_noise(void **state) {
+  (void)state;
+  make(10, 0.0, 1);
+  const rim_batch_data data = {N, D, 1, u, r};
+  const rim_batch_config c = {.nodes = NODES, .threshold = 20.0, .seed = 1};
+  rim_batch_result result;
+  assert_int_equal(rim_select_batch(&c, &data, work, sizeof work, &result), RIM_OK);
+  assert_false(result.found);
+  rim_batch_result again;
+  assert_int_equal(rim_select_batch(&c, &data, work, sizeof work, &again), RIM_OK);
+  assert_true(again.ln_anom == result.ln_anom && again.evaluations == result.evaluations);
+}
+
+static void memory_is_respected(void **state) {
+  (void)state;
+  make(11, -2.0, 1);
+  const rim_batch_data data = {N, D, 1, u, r};
+  const rim_batch_config c = {.nodes = NODES, .seed = 1};
+  const size_t bytes = RIM_BATCH_SIZE(N, D, NODES);
+  rim_batch_result result;
+  assert_int_equal(rim_select_batch(&c, &data, work, bytes - 1, &result), RIM_E_SIZE);
+  assert_int_equal(rim_select_batch(&c, &data, (char *)work + 4, bytes, &result), RIM_E_ALIGN);
+  assert_int_equal(rim_select_batch(&c, &data, NULL, bytes, &result), RIM_E_ARGUMENT);
+  memset(work, 0xa5, sizeof work);
+  assert_int_equal(rim_select_batch(&c, &data, work, bytes, &result), RIM_OK);
+  for (size_t i = bytes; i < sizeof work; ++i) assert_int_equal(((uint8_t *)work)[i], 0xa5);
+  rim_batch_data none = data;
+  none.n = 0;
+  assert_int_equal(rim_select_batch(&c, &none, work, sizeof work, &result), RIM_E_DATA);
+  const rim_batch_config bad[] = {{.nodes = 1025}, {.max_dims = 4}, {.bins = 3}, {.bins = 65},
+                                  {.heuristic = (rim_heuristic)5}, {.cem = {.samples = 1}}};
+  for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i) {
+    assert_int_equal(rim_select_batch(&bad[i], &data, work, sizeof work, &result), RIM_E_CONFIG);
+  }
+}
+
+int main(void) {
+  printf("seed %u\n", SEED);
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(every_heuristic_finds_the_pair),
+      cmocka_unit_test(single_features_equal_brute_force),
+      cmocka_unit_test(breadth_first_takes_all_singles_first),
+      cmocka_unit_test(without_selection_all_features_are_used),
+      cmocka_unit_test(nothing_is_found_in_noise),
+      cmocka_unit_test(memory_is_respected)};
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}

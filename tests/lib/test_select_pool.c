@@ -1,0 +1,183 @@
+/* The pool: incremental statistics of ellipses equal those counted point by point, also when the lead
+ * changes and when observations leave the ring; its bounds; it climbs. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "rim/rng.h"
+#include "rim/select.h"
+#include "select_private.h"
+
+#define SEED 43u
+enum { D = 5, RING = 64, N = 400 };
+
+static uint64_t memory[RIM_SELECT_SIZE(D, 1, RING, 16, 32, 4) / 8 + 1];
+static rim_select *engine;
+static double u[N][D], r[N];
+static rim_rng rng;
+
+static void start(uint64_t stream) {
+  rim_rng_seed(&rng, SEED, stream);
+  const rim_select_config config = {.features = D, .ring = RING, .pairs = 4, .seed = stream};
+  assert_int_equal(rim_select_init(&engine, memory, sizeof memory, &config), RIM_OK);
+  for (int i = 0; i < N; ++i) {
+    for (int f = 0; f < D; ++f) u[i][f] = rim_rng_uniform(&rng);
+    const bool inside = hypot(u[i][1] - 0.6, (u[i][3] - 0.4) * 1.5) < 0.25;
+    r[i] = rim_rng_normal(&rng) + (inside ? 2.0 : 0.0);
+  }
+}
+
+/* As stage 1 defines it: cells of row y whose centre lies in the span of the tabulated ellipse; here
+ * by the tables themselves, all grid cells. */
+static void count_cells(const pair_state *p, const chain *k, uint32_t pair, double *s, double *n) {
+  const rim_grid grid = select_grid(engine, pair);
+  *s = 0.0;
+  *n = 0.0;
+  for (int row = 0; row < 32; ++row) {
+    const double z = ((row + 0.5) / 32.0 - (double)k->shape.cy) / (double)k->shape.a;
+    const int entry = (int)(fabs(z) * 256.0 + 0.5);
+    if (entry >= 256) continue;
+    const double half = (double)k->shape.c * sqrt(1.0 - (entry / 256.0) * (entry / 256.0));
+    const double middle = (double)k->shape.cx + (double)k->shape.b * z;
+    for (int column = 0; column < 32; ++column) {
+      const double x = (column + 0.5) / 32.0;
+      if (x <= middle - half || x > middle + half) continue;
+      const size_t at = (size_t)row * 33 + (size_t)column;
+      *s += (double)grid.sum[at + 1] - (double)grid.sum[at];
+      *n += grid.count[at + 1] - grid.count[at];
+    }
+  }
+  (void)p;
+}
+
+static void ellipses_count_their_cells(void **state) {
+  (void)state;
+  for (uint64_t stream = 0; stream < 3; ++stream) {
+    start(stream);
+    int checked = 0;
+    int off = 0;
+    for (int i = 0; i < N; ++i) {
+      assert_int_equal(rim_select_observe(engine, u[i], &r[i]), RIM_OK);
+      for (uint32_t pair = 0; pair < engine->pairs; ++pair) {
+        const pair_state *p = select_pair(engine, pair);
+        if (!p->active) continue;
+        for (int j = 0; j < RIM_SELECT_CHAINS; ++j) {
+          double s;
+          double n;
+          count_cells(p, &p->chain[j], pair, &s, &n);
+          ++checked;
+          /* a cell whose centre is on the edge to the last bit may fall either way */
+          off += fabs((double)p->chain[j].grid_n - n) > 0.0 ||
+                 fabs((double)p->chain[j].grid_s - s) > 1e-3;
+        }
+      }
+      rim_select_work(engine, 1);
+    }
+    assert_true(checked > 10000);
+    assert_true(off * 1000 < checked);
+  }
+}
+
+/* What is carried from observation to observation is what a fresh evaluation would give, exactly: the
+ * ring keeps residuals in steps of 1/512, so that every sum is exact. */
+static void incremental_equals_fresh(void **state) {
+  (void)state;
+  start(7);
+  int exact = 0;
+  for (int i = 0; i < N; ++i) {
+    assert_int_equal(rim_select_observe(engine, u[i], &r[i]), RIM_OK);
+    if (i % 7 == 0) {
+      static uint64_t copy[sizeof memory / 8];
+      memcpy(copy, memory, sizeof memory);
+      rim_select *other = (rim_select *)(void *)copy;
+      for (uint32_t pair = 0; pair < other->pairs; ++pair) {
+        pair_state *p = select_pair(other, pair);
+        if (!p->active) continue;
+        chain kept[RIM_SELECT_CHAINS];
+        memcpy(kept, p->chain, sizeof kept);
+        select_pool_refresh(other, pair);
+        for (int j = 0; j < RIM_SELECT_CHAINS; ++j) {
+          assert_true(kept[j].grid_n == p->chain[j].grid_n);
+          assert_true(kept[j].grid_s == p->chain[j].grid_s);
+          assert_true(kept[j].n == p->chain[j].n);
+          assert_true(kept[j].s == p->chain[j].s);
+          exact += p->exact;
+        }
+      }
+    }
+    rim_select_work(engine, 1);
+  }
+  assert_true(exact > 500);
+  assert_true(engine->total > 2 * engine->ring); /* observations did leave the ring */
+}
+
+/* For the leader, points of the ring count by their own coordinates. */
+static void the_leader_is_exact_on_the_ring(void **state) {
+  (void)state;
+  start(9);
+  for (int i = 0; i < RING; ++i) {
+    assert_int_equal(rim_select_observe(engine, u[i], &r[i]), RIM_OK);
+    rim_select_work(engine, 2);
+  }
+  assert_true(engine->leader < engine->pairs);
+  const pair_state *p = select_pair(engine, engine->leader);
+  assert_true(p->exact);
+  int off = 0;
+  for (int j = 0; j < RIM_SELECT_CHAINS; ++j) {
+    const ellipse *e = &p->chain[j].shape;
+    int n = 0;
+    for (int i = 0; i < RING; ++i) {
+      const double x = (floor(256.0 * u[i][p->x]) + 0.5) / 256.0;
+      const double y = (floor(256.0 * u[i][p->y]) + 0.5) / 256.0;
+      const double v = (y - (double)e->cy) / (double)e->a;
+      const double h = (x - (double)e->cx - (double)e->b * v) / (double)e->c;
+      n += v * v + h * h < 1.0;
+    }
+    off += n != (int)p->chain[j].n;
+  }
+  assert_true(off <= 1); /* an ellipse may bulge past the cells it is looked for in */
+}
+
+static void entries_and_moves_are_bounded(void **state) {
+  (void)state;
+  start(11);
+  rim_select_effort before = rim_select_get_effort(engine);
+  for (int i = 0; i < N; ++i) {
+    assert_int_equal(rim_select_observe(engine, u[i], &r[i]), RIM_OK);
+    rim_select_work(engine, 1);
+    const rim_select_effort after = rim_select_get_effort(engine);
+    assert_in_range(after.backfills - before.backfills, 0, 2);
+    assert_in_range(after.moves - before.moves, 0, 64 + 48 / 5 + 4 * RIM_SELECT_CHAINS);
+    assert_in_range(after.edges - before.edges, 0, 48 + 4);
+    before = after;
+  }
+}
+
+static void the_planted_pair_leads(void **state) {
+  (void)state;
+  start(13);
+  for (int i = 0; i < 200; ++i) {
+    assert_int_equal(rim_select_observe(engine, u[i], &r[i]), RIM_OK);
+    rim_select_work(engine, 1);
+  }
+  const pair_state *p = select_pair(engine, engine->leader);
+  assert_int_equal(p->x, 1);
+  assert_int_equal(p->y, 3);
+  assert_true(select_pair_best(engine, p, NULL) > 20.0f);
+}
+
+int main(void) {
+  printf("seed %u\n", SEED);
+  const struct CMUnitTest tests[] = {cmocka_unit_test(ellipses_count_their_cells),
+                                     cmocka_unit_test(incremental_equals_fresh),
+                                     cmocka_unit_test(the_leader_is_exact_on_the_ring),
+                                     cmocka_unit_test(entries_and_moves_are_bounded),
+                                     cmocka_unit_test(the_planted_pair_leads)};
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}

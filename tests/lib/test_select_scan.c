@@ -1,0 +1,164 @@
+/* Intervals and conditional intervals (H3) against brute force, through the engine's own state. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "rim/interval.h"
+#include "rim/rng.h"
+#include "rim/select.h"
+#include "select_private.h"
+
+#define SEED 41u
+enum { D = 4, C = 2, N = 300, B = 16 };
+
+static uint64_t memory[RIM_SELECT_SIZE(D, C, 512, B, 32, 6) / 8 + 1];
+static rim_select *engine;
+static double u[N][D], r[N][C];
+static const float a[C] = {1.0f, 1.5f}, b[C] = {0.0f, 0.02f};
+
+static void fill(uint64_t stream) {
+  rim_rng rng;
+  rim_rng_seed(&rng, SEED, stream);
+  const rim_select_config config = {.features = D, .channels = C, .seed = stream, .a = a, .b = b};
+  assert_int_equal(rim_select_init(&engine, memory, sizeof memory, &config), RIM_OK);
+  for (int i = 0; i < N; ++i) {
+    for (int f = 0; f < D; ++f) u[i][f] = rim_rng_uniform(&rng);
+    for (int c = 0; c < C; ++c) {
+      const bool inside = c == 1 && u[i][0] < 0.4 && u[i][2] > 0.5;
+      r[i][c] = floor(512.0 * (rim_rng_normal(&rng) - (inside ? 1.5 : 0.0))) / 512.0;
+    }
+    assert_int_equal(rim_select_observe(engine, u[i], r[i]), RIM_OK);
+  }
+}
+
+/* Largest S^2 / 2 (a n + b n^2) over intervals of `bins` bins of f, of points that `keep` marks. */
+static double brute(int f, int c, int bins, const bool *keep, int *first, int *last) {
+  double best = 0.0;
+  for (int i = 0; i < bins; ++i) {
+    for (int j = i; j < bins; ++j) {
+      double s = 0.0;
+      double n = 0.0;
+      for (int k = 0; k < N; ++k) {
+        const int bin = (int)floor(floor(256.0 * u[k][f]) * bins / 256.0);
+        if (bin < i || bin > j || (keep != NULL && !keep[k])) continue;
+        s += r[k][c];
+        n += 1.0;
+      }
+      const double value =
+          n > 0.0 ? s * s / (2.0 * n * ((double)a[c] + (double)b[c] * n)) : 0.0;
+      if (value <= best) continue;
+      best = value;
+      *first = i;
+      *last = j;
+    }
+  }
+  return best;
+}
+
+static void scans_equal_brute_force(void **state) {
+  (void)state;
+  for (uint64_t stream = 0; stream < 10; ++stream) {
+    fill(stream);
+    select_scan(engine, D * C);
+    assert_int_equal(rim_select_get_effort(engine).scans, D * C);
+    for (int c = 0; c < C; ++c) {
+      double most = 0.0;
+      for (int f = 0; f < D; ++f) {
+        int first = 0;
+        int last = 0;
+        const double expected = brute(f, c, B, NULL, &first, &last);
+        const slice *s = select_slice(engine, (uint32_t)c, (uint32_t)f);
+        assert_true(fabs((double)s->ln_anom - expected) <= 1e-6 * expected);
+        assert_int_equal(s->first, first);
+        assert_int_equal(s->last, last);
+        most = fmax(most, expected);
+      }
+      assert_true(fabs((double)select_channel(engine, (uint32_t)c)->best_interval - most) <
+                  1e-6 * most);
+    }
+  }
+}
+
+static void a_scan_equals_the_interval_module(void **state) {
+  (void)state;
+  fill(20);
+  select_scan(engine, D * C);
+  for (uint16_t f = 0; f < D; ++f) {
+    double s[B + 1];
+    double n[B + 1];
+    const rim_bins table = select_bins(engine);
+    rim_bins_prefix(&table, f, 1, s, n);
+    double own_s[B];
+    double own_n[B];
+    for (int k = 0; k < B; ++k) {
+      own_s[k] = s[k + 1] - s[k];
+      own_n[k] = n[k + 1] - n[k];
+    }
+    const rim_interval_run run = {(double)a[1], (double)b[1], 1.0};
+    rim_interval best;
+    assert_int_equal(rim_interval_find_run(own_n, own_s, NULL, 1, B, &run, &best), RIM_OK);
+    const slice *found = select_slice(engine, 1, f);
+    assert_true(fabs((double)found->ln_anom - best.ln_anom) <= 1e-6 * best.ln_anom);
+    assert_int_equal(found->first, best.first);
+    assert_int_equal(found->last + 1u - found->first, best.bins);
+  }
+}
+
+/* A sweep from base f offers each pair at least its H3: brute force over the base's points. */
+static void sweep_equals_brute_force(void **state) {
+  (void)state;
+  fill(30);
+  select_scan(engine, D * C);
+  select_sweep(engine, 2 * D * 5);
+  assert_int_equal(engine->base_channel, 1); /* the planted one is the strongest */
+  int checked = 0;
+  for (uint32_t i = 0; i < engine->pairs; ++i) {
+    const pair_state *p = select_pair(engine, i);
+    if (!p->active) continue;
+    double plain = 0.0;
+    for (int side = 0; side < 2; ++side) {
+      const int base = side == 0 ? p->x : p->y;
+      const int other = side == 0 ? p->y : p->x;
+      const slice *s = select_slice(engine, p->channel, (uint32_t)base);
+      bool keep[N];
+      for (int k = 0; k < N; ++k) {
+        const int bin = (int)(u[k][base] * B);
+        keep[k] = bin >= s->first && bin <= s->last;
+      }
+      int first;
+      int last;
+      const double value = brute(other, p->channel, 16, keep, &first, &last);
+      if (side == 0 || value < plain) plain = value;
+    }
+    assert_true((double)p->h3 >= plain * (1.0 - 1e-6));
+    ++checked;
+  }
+  assert_true(checked >= 2);
+}
+
+static void budgets_are_kept(void **state) {
+  (void)state;
+  fill(40);
+  const rim_select_effort before = rim_select_get_effort(engine);
+  select_scan(engine, 3);
+  select_sweep(engine, 7);
+  const rim_select_effort after = rim_select_get_effort(engine);
+  assert_int_equal(after.scans - before.scans, 3);
+  assert_in_range(after.edges - before.edges, 7, 7 + 4);
+  select_scan(engine, 1000); /* never the same slice twice */
+  assert_int_equal(rim_select_get_effort(engine).scans - after.scans, D * C);
+}
+
+int main(void) {
+  printf("seed %u\n", SEED);
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(scans_equal_brute_force), cmocka_unit_test(a_scan_equals_the_interval_module),
+      cmocka_unit_test(sweep_equals_brute_force), cmocka_unit_test(budgets_are_kept)};
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
