@@ -219,19 +219,24 @@ static void update_scores(rim_select *e) {
   e->leader = leader;
 }
 
+/* Once in 30000 observations: what was seen so far weighs one half from now on. */
+static void halve(rim_select *e) {
+  const rim_bins table = select_bins(e);
+  rim_bins_halve(&table);
+  for (uint32_t c = 0; c < e->channels; ++c) select_channel(e, c)->sum *= 0.5;
+  e->count /= 2u;
+  for (uint32_t i = 0; i < e->pairs; ++i) {
+    const rim_grid grid = select_grid(e, i);
+    rim_grid_halve(&grid);
+    if (select_pair(e, i)->active) select_pool_refresh(e, i);
+  }
+}
+
 rim_status rim_select_observe(rim_select *e, const double *u, const double *r) {
   if (e == NULL || u == NULL || r == NULL) return RIM_E_ARGUMENT;
   if (!all_finite(u, e->features) || !all_finite(r, e->channels)) return RIM_E_DATA;
   const rim_bins table = select_bins(e);
-  if (e->count >= RIM_BINS_MAX_COUNT) {
-    rim_bins_halve(&table);
-    for (uint32_t i = 0; i < e->pairs; ++i) {
-      const rim_grid grid = select_grid(e, i);
-      rim_grid_halve(&grid);
-    }
-    for (uint32_t c = 0; c < e->channels; ++c) select_channel(e, c)->sum *= 0.5;
-    e->count /= 2u;
-  }
+  if (e->count >= RIM_BINS_MAX_COUNT) halve(e);
   const uint16_t slot = e->head;
   if (e->held == e->ring) select_pool_forget(e, slot);
   uint8_t bin[RIM_SELECT_MAX_FEATURES];

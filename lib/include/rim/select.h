@@ -2,7 +2,8 @@
  *
  * Online form (rim_select_*): the default, what the monitor runs. Observations come one by one; the
  * search goes on in bounded slices between them. It keeps
- *   - 1-D tables over everything seen: every feature, bin and channel (rim/bins.h);
+ *   - 1-D tables over everything seen: every feature, bin and channel (rim/bins.h); in runs beyond 60000
+ *     observations what is older weighs one half, then a quarter...;
  *   - a ring of the latest observations, features as bytes, to backfill what the search turns to;
  *   - the best interval of every (feature, channel), rescanned round robin (App. A, p. 115);
  *   - an edge sweep: a strong one-dimensional base as a mask, the exact conditional interval of each
@@ -141,14 +142,15 @@ rim_status rim_select_set_channel_scale(rim_select *engine, const float *scale, 
 /* Add one observation. u: `features` doubles, unit features; outside [0, 1) they are clamped to the
  * edge bins. r: `channels` doubles, standardised residuals, clipped at +-RIM_SELECT_CLIP.
  * RIM_E_ARGUMENT: NULL; RIM_E_DATA: NaN or infinity, nothing changed.
- * O(features * channels + pairs * (grid + chains)). Stack < 1 kB. */
+ * O(features * channels + pairs * (grid + chains)); when 60000 observations are held, the tables are
+ * halved first, O(bytes). Stack < 2 kB. */
 rim_status rim_select_observe(rim_select *engine, const double *u, const double *r);
 
 /* Search for `budget` units. One unit is at most `scans` interval scans, O(bins^2) each; `edges` + 4
  * conditional intervals, O(ring + 16^2) each; 2 pairs entering the pool, each a backfill of
  * O(ring + grid^2) and 24 ellipses; `moves` + edges / 5 + 48 further ellipses, O(grid) each (an entering
  * leader is evaluated anew); for the leader's ellipses also the ring's points in cells on their boundary.
- * Does nothing before the first observation. Stack < 3 kB. */
+ * Does nothing before the first observation. Stack < 2 kB. */
 void rim_select_work(rim_select *engine, uint32_t budget);
 
 /* The best hypothesis of any channel by score. Returns false, and *out is unchanged, before the first
