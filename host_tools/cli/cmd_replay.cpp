@@ -1,0 +1,192 @@
+// rim replay: the onboard monitor over logs, deterministically.
+#include "cli/arguments.hpp"
+#include "cli/command.hpp"
+#include "replay/outputs.hpp"
+#include "replay/replay.hpp"
+#include "rim/alarm_can.h"
+#include "util/error.hpp"
+#include "util/progress.hpp"
+
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <fmt/format.h>
+#include <net/if.h>
+#include <optional>
+#include <sys/socket.h>
+#include <unistd.h>
+
+namespace {
+
+struct Options {
+  std::vector<std::string> logs;
+  std::string model, schema, can;
+  rim::OutputPaths outputs;
+  rim::CalibrationOptions calibration;
+  std::size_t calibration_runs = 199;
+  bool fail_on_alarm = false, skip_bad_time = false;
+};
+
+const char *const kFooter =
+    "The last line is 'digest HEX', over the bits of every verdict: equal digests, equal flights.\n"
+    "Exit status 1 with --fail-on-alarm when something was found. Alarms carry the replay flag.\n\n"
+    "Example: one faulty landing, its alarms to a file and to whoever listens\n"
+    "  rim replay --model lander.rim faulty/run_0101.csv --alarms alarms.jsonl \\\n"
+    "      --plot alarms.svg --lcm 'udpm://239.255.76.67:7667?ttl=0'\n"
+    "Example: a log with the user's own predictions (z. m. sd. columns) needs no model\n"
+    "  rim replay golf/run_0001.csv --labels labels.csv";
+
+void declare(CLI::App &app, Options &o) {
+  rim::OutputPaths &out = o.outputs;
+  app.add_option("LOG", o.logs, "logs, each a run of its own")->required()->type_name("");
+  app.add_option("--model", o.model,
+                 "flight image that rim train wrote; not needed for logs with "
+                 "z. and m. columns")
+      ->type_name("FILE.rim");
+  app.add_option("--alarms", out.alarms, "alarm records, one JSON object a line")
+      ->type_name("FILE.jsonl");
+  app.add_option("--labels", out.labels,
+                 "log,row,finding for every row: the region (1..) that holds it when its log ends")
+      ->type_name("FILE.csv");
+  app.add_option("--lcm", out.lcm_url, "publish alarms and health over LCM")->type_name("URL");
+  app.add_option("--can", o.can, "send alarms on a CAN interface")->type_name("IFACE");
+  app.add_option("--candump", out.candump, "the CAN frames of the alarms as `candump -L` text")
+      ->type_name("FILE");
+  app.add_option("--node", out.node, "CAN node number (default 1)")
+      ->check(CLI::Range(0u, RIM_CAN_MAX_NODE));
+  app.add_option("--trace", out.trace, "t_s,ln_anom,threshold,score,level,log of every row")
+      ->type_name("FILE.csv");
+  app.add_option("--plot", out.plot, "figure of ln anom against its threshold (gnuplot)")
+      ->type_name("FILE.svg|png");
+  app.add_option("--schema", o.schema, "roles, units and rates of a foreign log")
+      ->type_name("FILE.toml");
+  app.add_flag("--fail-on-alarm", o.fail_on_alarm, "exit 1 when something was found");
+  app.add_flag("--skip-bad-time", o.skip_bad_time,
+               "skip and count rows whose time repeats or runs backwards, instead of giving up");
+  app.add_option("--false-alarm", o.calibration.false_alarm,
+                 "without a model: wished rate of healthy runs with any alarm (default 0.05)")
+      ->check(CLI::Range(1e-6, 0.999999));
+  app.add_option("--calibration-runs", o.calibration_runs,
+                 "without a model: Monte Carlo runs for the threshold (default 199)")
+      ->check(CLI::Range(3, 4096));
+  app.footer(kFooter);
+}
+
+// Sending on CAN belongs to the daemon's transports; what this machine lacks is said first.
+[[noreturn]] void refuse_can(const std::string &interface) {
+  const std::string instead = "; --candump FILE writes the same frames for canplayer";
+  const int descriptor = ::socket(AF_CAN, SOCK_RAW, 1);
+  if (descriptor < 0) {
+    throw rim::DataError(interface + ": this machine's kernel has no CAN (" + std::strerror(errno) +
+                         ")" + instead);
+  }
+  ::close(descriptor);
+  if (::if_nametoindex(interface.c_str()) == 0)
+    throw rim::DataError(interface + ": no such interface" + instead);
+  throw rim::DataError(interface + ": sending on CAN is not in this version" + instead);
+}
+
+void check(const CLI::App &app, const Options &o) {
+  for (const char *option : {"--false-alarm", "--calibration-runs"}) {
+    if (!o.model.empty() && app.count(option) > 0)
+      throw rim::UsageError(std::string(option) + ": the model has its own calibration");
+  }
+  if (!o.outputs.plot.empty())
+    rim::check_plot_path(o.outputs.plot);
+  if (!o.can.empty())
+    refuse_can(o.can);
+}
+
+std::string made_by(const Options &o) {
+  std::string text = "rim replay, rimwatch " RIM_VERSION;
+  text += o.model.empty() ? fmt::format(" --false-alarm {} --calibration-runs {}",
+                                        o.calibration.false_alarm, o.calibration_runs)
+                          : " --model " + o.model;
+  if (!o.schema.empty())
+    text += " --schema " + o.schema;
+  for (const std::string &log : o.logs)
+    text += " " + log;
+  return text;
+}
+
+rim::Replayer open_model(const std::string &path) {
+  const std::string bytes = rim::read_file(path);
+  if (bytes.empty())
+    throw rim::DataError(path + ": is empty, not a flight image");
+  return rim::Replayer(std::vector<std::uint8_t>(bytes.begin(), bytes.end()), path);
+}
+
+rim::Replayer open_external(const Options &o, const std::vector<rim::Log> &logs) {
+  const rim::ExternalImage made = rim::external_image(logs, o.calibration_runs, o.calibration);
+  for (const std::string &outcome : made.sd_estimated) {
+    std::fprintf(stderr,
+                 "rim: note: '%s' has no sd. column: its standard deviation is estimated "
+                 "from the log itself\n",
+                 outcome.c_str());
+  }
+  std::printf("calibrated by %zu Monte Carlo runs: at most %.3g %% of healthy runs raise an alarm",
+              o.calibration_runs, 100.0 * made.promised_rate);
+  if (made.promised_rate > o.calibration.false_alarm * (1.0 + 1e-9)) {
+    std::printf("; %.3g %% needs --calibration-runs %.0f", 100.0 * o.calibration.false_alarm,
+                std::ceil(1.0 / o.calibration.false_alarm - 1e-9) - 1.0);
+  }
+  std::printf("\n");
+  return rim::Replayer(made.image, "calibration");
+}
+
+rim::ReadOptions read_options(const Options &o, const rim::Replayer *replayer) {
+  rim::ReadOptions options;
+  options.skip_bad_time = o.skip_bad_time;
+  if (replayer != nullptr)
+    options.observation_names = replayer->layout().feature_names;
+  return options;
+}
+
+int cmd_replay(int argc, char **argv) {
+  Options o;
+  CLI::App app{"Run the onboard monitor over logs, as it would have run in flight.", "rim replay"};
+  declare(app, o);
+  if (!rim::parse_arguments(app, argc, argv))
+    return rim::EXIT_FINE;
+  check(app, o);
+  o.outputs.made_by = made_by(o);
+  std::optional<rim::Schema> schema;
+  if (!o.schema.empty())
+    schema = rim::read_schema(o.schema);
+  const rim::Schema *mapping = schema ? &*schema : nullptr;
+
+  std::vector<rim::Log> logs; // all at once only where the thresholds are made from them
+  if (o.model.empty()) {
+    for (const std::string &path : o.logs)
+      logs.push_back(rim::read_log(path, mapping, read_options(o, nullptr)));
+  }
+  rim::Replayer replayer = o.model.empty() ? open_external(o, logs) : open_model(o.model);
+  rim::ReplayOutputs outputs(o.outputs, replayer);
+  rim::ReplayOptions options;
+  options.label = !o.outputs.labels.empty();
+  if (schema && schema->resample_hz > 0.0)
+    options.hold_s = 1.5 / schema->resample_hz;
+  bool found = false;
+  rim::Progress progress("replay", o.logs.size());
+  for (std::size_t i = 0; i < o.logs.size(); ++i) {
+    const rim::Log log = o.model.empty()
+                             ? std::move(logs[i])
+                             : rim::read_log(o.logs[i], mapping, read_options(o, &replayer));
+    outputs.begin(log);
+    const rim::ReplayedLog result = replayer.replay(
+        log, options, [&](std::size_t, const rim_verdict &verdict) { outputs.verdict(verdict); });
+    outputs.end(result);
+    found = found || result.raised > 0;
+    std::fputs(rim::replay_text(result, replayer.names()).c_str(), stdout);
+    progress.add();
+  }
+  outputs.commit();
+  std::printf("digest %016llx\n", static_cast<unsigned long long>(replayer.digest()));
+  return found && o.fail_on_alarm ? rim::EXIT_FOUND : rim::EXIT_FINE;
+}
+
+} // namespace
+
+RIM_COMMAND(replay, "the onboard monitor over logs: what was found, as alarms, labels, a figure",
+            cmd_replay)

@@ -1,0 +1,120 @@
+// rim train: a flight image from healthy runs.
+#include "cli/arguments.hpp"
+#include "cli/command.hpp"
+#include "log/schema.hpp"
+#include "train/train_report.hpp"
+#include "train/trainer.hpp"
+#include "util/atomic_file.hpp"
+#include "util/error.hpp"
+#include "util/parallel_for.hpp"
+#include "util/progress.hpp"
+
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <optional>
+#include <sys/resource.h>
+
+namespace {
+
+struct Options {
+  std::vector<std::string> logs;
+  std::string out, schema;
+  rim::TrainOptions train;
+  unsigned threads = 0;
+  bool quick = false;
+};
+
+const char *const kFooter =
+    "Every log must be a healthy run of its own, from start to end, with the same columns.\n"
+    "With n runs no false-alarm rate below 1/(n+1) can be promised: train says which it "
+    "promises.\n\n"
+    "Example: learn fifty healthy landings, and watch the fifty-first\n"
+    "  rim simulate lander --out nominal --runs 50 --seed 1\n"
+    "  rim train nominal/run_*.csv --out lander.rim\n"
+    "  rim replay --model lander.rim flight51.csv";
+
+void declare(CLI::App &app, Options &o) {
+  app.add_option("LOG", o.logs, "logs of healthy runs, at least 3")->required()->type_name("");
+  app.add_option("--out", o.out, "the flight image")->required()->type_name("MODEL.rim");
+  app.add_option("--schema", o.schema, "roles, units and rates of foreign logs")
+      ->type_name("FILE.toml");
+  app.add_option("--false-alarm", o.train.calibration.false_alarm,
+                 "wished rate of healthy runs with any alarm (default 0.05)")
+      ->check(CLI::Range(1e-6, 0.999999));
+  app.add_option("--block-seconds", o.train.block_s,
+                 "rows gathered into one observation of the search (default 1)")
+      ->check(CLI::Range(1e-6, 1e6));
+  app.add_option("--threads", o.threads, "threads (default 2, or RIM_THREADS)")
+      ->check(CLI::Range(1, 64));
+  app.add_flag("--quick", o.quick, "leave the comparison with the kernel average out");
+  app.footer(kFooter);
+}
+
+std::vector<rim::Log> read_logs(const Options &o) {
+  std::optional<rim::Schema> schema;
+  if (!o.schema.empty())
+    schema = rim::read_schema(o.schema);
+  std::vector<rim::Log> logs(o.logs.size());
+  rim::Progress progress("read", o.logs.size());
+  rim::parallel_for(o.logs.size(), [&](std::size_t i) {
+    logs[i] = rim::read_log(o.logs[i], schema ? &*schema : nullptr);
+    progress.add();
+  });
+  return logs;
+}
+
+void print_input(const std::vector<rim::Log> &logs, const rim::FlightPlan &plan) {
+  std::size_t rows = 0, skipped = 0, filtered = 0, commands = 0;
+  for (const rim::Log &log : logs) {
+    rows += log.t_s.size();
+    skipped += log.rows_skipped;
+    filtered += log.rows_filtered;
+  }
+  for (const std::uint8_t is_command : plan.layout.command)
+    commands += is_command;
+  std::printf("%zu runs, %zu rows at %.4g Hz: %zu sensors, %zu commands, %zu further context\n",
+              logs.size(), rows, 1.0 / plan.period_s, plan.layout.outcomes(), commands,
+              plan.layout.features() - plan.layout.outcomes() - commands);
+  std::printf("rows skipped for a missing or infinite value: %zu", skipped);
+  if (filtered > 0)
+    std::printf("; left out by the schema: %zu", filtered);
+  std::printf("\n");
+}
+
+double peak_gb() {
+  struct rusage usage {};
+  ::getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1048576.0; // kB on Linux
+}
+
+int cmd_train(int argc, char **argv) {
+  Options o;
+  CLI::App app{"Learn what healthy runs do and write the flight image.", "rim train"};
+  declare(app, o);
+  if (!rim::parse_arguments(app, argc, argv))
+    return rim::EXIT_FINE;
+  if (o.threads > 0)
+    ::setenv("RIM_THREADS", std::to_string(o.threads).c_str(), 1);
+  const auto start = std::chrono::steady_clock::now();
+  rim::AtomicFile file(o.out); // a place that cannot be written is found before the work
+  const std::vector<rim::Log> logs = read_logs(o);
+  const rim::Training training = rim::train(logs, o.train);
+  const std::vector<std::uint8_t> image = rim::make_image(training.plan);
+  print_input(logs, training.plan);
+  const rim::KernelReport kernels =
+      o.quick ? rim::KernelReport{} : rim::one_step_kernels(logs, training);
+  std::fputs(rim::error_report(training, kernels).c_str(), stdout);
+  std::fputs(rim::choice_report(training).c_str(), stdout);
+  std::fputs(rim::promise_report(training, o.train.calibration.false_alarm).c_str(), stdout);
+  std::fputs(rim::image_report(image).c_str(), stdout);
+  file.write(image.data(), image.size());
+  file.commit();
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+  std::printf("%s written: %.1f s, %.2f GB of memory\n", o.out.c_str(), elapsed.count(), peak_gb());
+  return rim::EXIT_FINE;
+}
+
+} // namespace
+
+RIM_COMMAND(train, "learn healthy runs: the flight image, with calibrated thresholds", cmd_train)

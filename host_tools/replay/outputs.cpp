@@ -1,0 +1,99 @@
+#include "replay/outputs.hpp"
+
+#include <filesystem>
+
+#include <fmt/format.h>
+
+#include "bus/jsonl.hpp"
+
+namespace rim {
+
+namespace {
+
+std::unique_ptr<AtomicFile> open_if(const std::string &path) {
+  return path.empty() ? nullptr : std::make_unique<AtomicFile>(path);
+}
+
+} // namespace
+
+ReplayOutputs::ReplayOutputs(const OutputPaths &paths, const Replayer &replayer)
+    : alarms_(open_if(paths.alarms)), labels_(open_if(paths.labels)), trace_(open_if(paths.trace)),
+      plot_path_(paths.plot), names_(replayer.names()),
+      model_id_(replayer.monitor().image().model_id) {
+  if (!paths.candump.empty())
+    candump_ = std::make_unique<CandumpFile>(paths.candump, paths.node, false);
+  if (!paths.lcm_url.empty())
+    lcm_ = std::make_unique<LcmBus>(paths.lcm_url);
+  if (labels_)
+    labels_->write("log,row,finding\n");
+  if (trace_)
+    trace_->write("# " + paths.made_by + "\nt_s,ln_anom,threshold,score,level,log\n");
+  if (!plot_path_.empty())
+    check_plot_path(plot_path_);
+}
+
+void ReplayOutputs::begin(const Log &log) {
+  log_name_ = log.path;
+  blocks_ = 0;
+  if (!plot_path_.empty())
+    traces_.push_back({std::filesystem::path(log.path).filename().string(), {}, {}, ""});
+}
+
+void ReplayOutputs::verdict(const rim_verdict &v) {
+  if (trace_) {
+    trace_->write(fmt::format("{:.6f},{:.9g},{:.9g},{:.9g},{},{}\n", v.t_s, v.ln_anom, v.threshold,
+                              v.score, v.level, log_name_));
+  }
+  if (!traces_.empty() && v.blocks != blocks_) {
+    traces_.back().points.push_back({v.t_s, v.ln_anom, v.threshold});
+    blocks_ = v.blocks;
+  }
+  if (v.alarm.state == RIM_ALARM_NONE)
+    return;
+  ++records_;
+  if (alarms_)
+    alarms_->write(alarm_json(v.alarm, names_) + "\n");
+  if (candump_)
+    candump_->write(v.alarm);
+  if (lcm_)
+    lcm_->publish(v.alarm);
+  if (!traces_.empty() && v.alarm.state == RIM_ALARM_RAISED)
+    traces_.back().alarms_s.push_back(v.t_s);
+}
+
+void ReplayOutputs::end(const ReplayedLog &log) {
+  if (!traces_.empty() && log.first.state != RIM_ALARM_NONE)
+    traces_.back().sentence =
+        log.first.channels > 0 ? names_.outcome(log.first.channel[0]).words : std::string("motion");
+  if (labels_) {
+    for (std::size_t i = 0; i < log.finding.size(); ++i)
+      labels_->write(fmt::format("{},{},{}\n", log.path, i + 1, log.finding[i]));
+  }
+  if (!lcm_)
+    return;
+  rim_health_message health = {};
+  health.t_s = log.health.last_valid_s;
+  health.sequence = ++health_sequence_;
+  health.model_id = model_id_;
+  health.observations = log.health.rows.rows_used;
+  health.rejected = log.rows_skipped + log.health.rows.not_finite + log.health.rows.time_back;
+  health.gaps = log.health.rows.gaps;
+  health.alarms = records_;
+  const bool stands = log.last.state == RIM_ALARM_RAISED || log.last.state == RIM_ALARM_UPDATED;
+  health.level = stands ? log.last.level : static_cast<std::uint8_t>(RIM_LEVEL_OK);
+  health.flags = RIM_HEALTH_FLAG_REPLAY;
+  lcm_->publish(health);
+}
+
+void ReplayOutputs::commit() {
+  if (!plot_path_.empty())
+    write_plot(traces_, plot_path_);
+  for (AtomicFile *file : {alarms_.get(), labels_.get(), trace_.get()}) {
+    if (file != nullptr)
+      file->commit();
+  }
+  if (candump_)
+    candump_->commit();
+}
+
+} // namespace rim

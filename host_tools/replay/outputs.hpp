@@ -1,0 +1,48 @@
+// Where a replay's alarms and numbers go: files that appear whole, and LCM.
+#ifndef RIM_REPLAY_OUTPUTS_HPP
+#define RIM_REPLAY_OUTPUTS_HPP
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "bus/candump.hpp"
+#include "bus/lcm_bus.hpp"
+#include "replay/plot.hpp"
+#include "replay/replay.hpp"
+#include "util/atomic_file.hpp"
+
+namespace rim {
+
+// Empty: not wanted.
+struct OutputPaths {
+  std::string alarms, labels, candump, trace, plot, lcm_url;
+  std::uint32_t node = 1; // of the CAN identifiers
+  std::string made_by;    // configuration, for the comment lines
+};
+
+class ReplayOutputs {
+public:
+  // Opens everything, so that a wrong name is found before the work. DataError.
+  ReplayOutputs(const OutputPaths &paths, const Replayer &replayer);
+
+  void begin(const Log &log);
+  void verdict(const rim_verdict &verdict);
+  // The labels and the health message of the log that begin() named.
+  void end(const ReplayedLog &log);
+  // All files appear.
+  void commit();
+
+private:
+  std::unique_ptr<AtomicFile> alarms_, labels_, trace_;
+  std::unique_ptr<CandumpFile> candump_;
+  std::unique_ptr<LcmBus> lcm_;
+  std::string plot_path_, log_name_;
+  std::vector<Trace> traces_;
+  const Names &names_;
+  std::uint32_t model_id_, health_sequence_ = 0, records_ = 0;
+  std::uint32_t blocks_ = 0;
+};
+
+} // namespace rim
+#endif

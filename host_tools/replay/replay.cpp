@@ -1,0 +1,205 @@
+#include "replay/replay.hpp"
+
+#include <algorithm>
+#include <cstdio>
+
+#include <fmt/format.h>
+
+#include "bus/sentence.hpp"
+#include "rim/crc.h"
+#include "rim/real.h"
+#include "util/error.hpp"
+
+namespace rim {
+
+namespace {
+
+constexpr double kMembershipCut = RIM_SELECT_MEMBERSHIP_CUT;
+
+// Column of every name, or a DataError.
+std::vector<int> columns_named(const Log &log, const std::vector<std::string> &names) {
+  std::vector<int> columns;
+  for (const std::string &name : names) {
+    columns.push_back(find_column(log, name));
+    if (columns.back() < 0)
+      throw DataError(log.path + ": column '" + name + "' is missing; the model needs it");
+  }
+  return columns;
+}
+
+void warn_of_others(const Log &log, const Layout &layout) {
+  std::string others;
+  for (const int c : feature_columns(log)) {
+    const std::string &name = log.columns[static_cast<std::size_t>(c)].name;
+    const auto &known = layout.feature_names;
+    if (std::find(known.begin(), known.end(), name) == known.end())
+      others += (others.empty() ? "" : ", ") + name;
+  }
+  if (!others.empty()) {
+    std::fprintf(stderr, "rim: warning: %s: not used, the model does not know: %s\n",
+                 log.path.c_str(), others.c_str());
+  }
+}
+
+Matrix pick(const Log &log, const std::vector<int> &columns) {
+  Matrix out(log.values.rows(), static_cast<Eigen::Index>(columns.size()));
+  for (std::size_t i = 0; i < columns.size(); ++i)
+    out.col(static_cast<Eigen::Index>(i)) = log.values.col(columns[i]);
+  return out;
+}
+
+// What the monitor is offered, row by row.
+ExternalRows rows_for(const Log &log, const Layout &layout) {
+  if (layout.external) {
+    columns_named(log, layout.feature_names);
+    columns_named(log, layout.outcome_names);
+    return external_rows(log, layout);
+  }
+  ExternalRows rows;
+  rows.context = pick(log, columns_named(log, layout.feature_names));
+  rows.t_s = log.t_s;
+  warn_of_others(log, layout);
+  return rows;
+}
+
+} // namespace
+
+Replayer::Replayer(std::vector<std::uint8_t> image, const std::string &name)
+    : monitor_(std::move(image), name), layout_(layout_of_image(monitor_.image())),
+      names_(names_of_image(monitor_.image(), name)), digest_(RIM_DIGEST_START) {}
+
+ReplayedLog Replayer::replay(const Log &log, const ReplayOptions &options, const Watcher &watch) {
+  const ExternalRows rows = rows_for(log, layout_);
+  rim_monitor *monitor = monitor_.get();
+  rim_monitor_reset(monitor);
+  ReplayedLog result;
+  result.path = log.path;
+  result.score = -1e300;
+  for (Eigen::Index t = 0; t < rows.context.rows(); ++t) {
+    rim_observation row = {};
+    row.t_s = rows.t_s[static_cast<std::size_t>(t)];
+    row.context = rows.context.row(t).data();
+    if (layout_.external) {
+      row.outcome = rows.outcome.row(t).data();
+      row.mean = rows.mean.row(t).data();
+      row.sd = rows.sd.row(t).data();
+    }
+    rim_verdict verdict;
+    const rim_status status = rim_monitor_step(monitor, &row, &verdict);
+    if (status != RIM_OK)
+      throw std::logic_error(std::string("rim_monitor_step: ") + rim_status_text(status));
+    digest_ = rim_verdict_digest(digest_, &verdict);
+    if (verdict.blocks > 0)
+      result.score = std::max(result.score, verdict.score);
+    verdict.alarm.flags = static_cast<std::uint8_t>(verdict.alarm.flags | options.flags);
+    if (verdict.alarm.state != RIM_ALARM_NONE) {
+      ++result.records;
+      result.last = verdict.alarm;
+      if (verdict.alarm.state == RIM_ALARM_RAISED && ++result.raised == 1)
+        result.first = verdict.alarm;
+    }
+    if (watch)
+      watch(static_cast<std::size_t>(t), verdict);
+  }
+  finish(log, rows.context, options, &result);
+  return result;
+}
+
+void Replayer::finish(const Log &log, const Matrix &context, const ReplayOptions &options,
+                      ReplayedLog *result) const {
+  const rim_monitor *monitor = monitor_.get();
+  result->rows_in_file = log.rows_in_file;
+  result->rows_skipped = log.rows_skipped;
+  result->rows_filtered = log.rows_filtered;
+  result->rows = static_cast<std::uint32_t>(context.rows());
+  result->duration_s = log.t_s.empty() ? 0.0 : log.t_s.back() - log.t_s.front();
+  result->health = rim_monitor_get_health(monitor);
+  result->alarm_score = rim_monitor_threshold(monitor)->alarm_score;
+  if (!options.label)
+    return;
+  result->finding.assign(log.rows_in_file, 0);
+  for (Eigen::Index t = 0; t < context.rows(); ++t) {
+    if (!(rim_monitor_membership(monitor, context.row(t).data()) >= kMembershipCut))
+      continue;
+    const auto i = static_cast<std::size_t>(t);
+    const std::uint32_t to = std::min(log.row[i], log.rows_in_file);
+    std::uint32_t from = to;
+    if (i > 0 && log.row[i] > log.row[i - 1] && log.t_s[i] - log.t_s[i - 1] <= options.hold_s)
+      from = log.row[i - 1] + 1; // file rows that the grid stepped over
+    for (std::uint32_t row = std::max(from, 1u); row <= to; ++row)
+      result->finding[row - 1] = 1;
+  }
+}
+
+ExternalImage external_image(const std::vector<Log> &logs, std::size_t runs,
+                             const CalibrationOptions &options) {
+  FlightPlan plan;
+  plan.layout = layout_of(logs.front());
+  if (!plan.layout.external) {
+    throw DataError(logs.front().path +
+                    ": no column 'z.NAME' with 'm.NAME': without its own predictions a log needs "
+                    "a model (--model MODEL.rim; rim train makes one)");
+  }
+  std::vector<ExternalRows> rows;
+  for (const Log &log : logs) {
+    check_layout(plan.layout, log);
+    rows.push_back(external_rows(log, plan.layout));
+  }
+  ExternalImage result;
+  calibrate_external(&plan, rows, runs, options);
+  for (std::size_t o = 0; o < plan.layout.outcomes(); ++o) {
+    const bool estimated = std::any_of(rows.begin(), rows.end(), [o](const ExternalRows &r) {
+      return o < r.sd_estimated.size() && r.sd_estimated[o];
+    });
+    if (estimated)
+      result.sd_estimated.push_back(plan.layout.outcome_names[o]);
+  }
+  result.promised_rate = static_cast<double>(plan.thresholds.promised_rate);
+  result.image = make_image(plan);
+  return result;
+}
+
+namespace {
+
+std::string count_text(std::size_t n, const char *one, const char *many) {
+  return fmt::format("{} {}", n, n == 1 ? one : many);
+}
+
+// Only what is not zero, apart from the rows used.
+std::string rows_text(const ReplayedLog &log) {
+  const rim_channels_health &rows = log.health.rows;
+  const std::size_t skipped = log.rows_skipped + rows.not_finite + rows.time_back;
+  std::string text =
+      "rows: " + std::to_string(rows.rows_used) + " used, " + std::to_string(skipped) + " skipped";
+  if (log.rows_filtered > 0)
+    text += ", " + std::to_string(log.rows_filtered) + " left out by the schema";
+  text += ", " + count_text(rows.gaps, "gap", "gaps");
+  if (rows.far > 0)
+    text += ", " + count_text(rows.far, "block", "blocks") + " far from all that was trained";
+  return text;
+}
+
+} // namespace
+
+std::string replay_text(const ReplayedLog &log, const Names &names) {
+  std::string text = log.path + ": ";
+  if (log.first.state == RIM_ALARM_NONE) {
+    text += fmt::format("healthy: nothing found in {} ({:.0f} s)",
+                        count_text(log.rows, "row", "rows"), log.duration_s);
+    if (log.alarm_score > 0.0 && log.score > -1e300) {
+      text += fmt::format("; the score rose to {:.0f} % of the alarm's",
+                          100.0 * std::max(0.0, log.score) / log.alarm_score);
+    }
+  } else {
+    text += fmt::format("FOUND at t = {:.2f} s\n  then: {}", log.first.t_s,
+                        alarm_sentence(log.first, names));
+    if (log.last.seq != log.first.seq) {
+      text += fmt::format("\n  in the end, {}: {}",
+                          count_text(log.records - 1, "record later", "records later"),
+                          alarm_sentence(log.last, names));
+    }
+  }
+  return text + "\n  " + rows_text(log) + "\n";
+}
+
+} // namespace rim

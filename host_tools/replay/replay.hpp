@@ -1,0 +1,83 @@
+// The onboard monitor over a log, deterministically: what a replay shows is what flight would have
+// shown, bit for bit.
+#ifndef RIM_REPLAY_REPLAY_HPP
+#define RIM_REPLAY_REPLAY_HPP
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "bus/names.hpp"
+#include "log/log.hpp"
+#include "log/schema.hpp"
+#include "train/calibrate.hpp"
+#include "train/flight_image.hpp"
+
+namespace rim {
+
+// What one log came to.
+struct ReplayedLog {
+  std::string path;
+  std::uint32_t rows_in_file = 0, rows_skipped = 0, rows_filtered = 0; // by the reader
+  std::uint32_t rows = 0;                                              // offered to the monitor
+  double duration_s = 0.0;
+  rim_monitor_health health{};
+  std::uint32_t raised = 0;           // alarms raised in this log
+  std::uint32_t records = 0;          // alarm records in this log
+  rim_alarm first{};                  // record that first raised an alarm; state NONE: none did
+  rim_alarm last{};                   // newest record
+  double score = 0.0;                 // largest over the log
+  double alarm_score = 0.0;           // at which an alarm is raised
+  std::vector<std::uint32_t> finding; // per data row of the file, from 1; empty unless asked for
+};
+
+struct ReplayOptions {
+  bool label = false;  // fill ReplayedLog::finding
+  double hold_s = 0.0; // resampled logs: file rows up to so long before a row share its label
+  std::uint8_t flags = RIM_ALARM_FLAG_REPLAY; // set in every record handed to the watcher
+};
+
+// Runs logs one after another; the monitor forgets everything between them.
+class Replayer {
+public:
+  // DataError "NAME: reason" when the image is refused.
+  Replayer(std::vector<std::uint8_t> image, const std::string &name);
+
+  // Every verdict, in order, with the log's row index it belongs to.
+  using Watcher = std::function<void(std::size_t row, const rim_verdict &)>;
+
+  // Columns are found by the names the image carries. DataError names the file and a column that is
+  // missing; further features are left out with one warning. Cost: rim_monitor_step() a row.
+  ReplayedLog replay(const Log &log, const ReplayOptions &options, const Watcher &watch = nullptr);
+
+  std::uint64_t digest() const { return digest_; } // over all verdicts of all logs so far
+  const Layout &layout() const { return layout_; }
+  const Names &names() const { return names_; }
+  const Monitor &monitor() const { return monitor_; }
+
+private:
+  void finish(const Log &log, const Matrix &context, const ReplayOptions &options,
+              ReplayedLog *result) const;
+
+  Monitor monitor_;
+  Layout layout_;
+  Names names_;
+  std::uint64_t digest_;
+};
+
+// A flight image for logs that bring their own predictions (z. m. sd. columns), calibrated by Monte
+// Carlo on their contexts (thesis eq. 3.9, p. 30); names the outcomes whose sd had to be estimated.
+struct ExternalImage {
+  std::vector<std::uint8_t> image;
+  std::vector<std::string> sd_estimated;
+  double promised_rate = 1.0;
+};
+ExternalImage external_image(const std::vector<Log> &logs, std::size_t runs,
+                             const CalibrationOptions &options);
+
+// What a person reads: a sentence, then the counts.
+std::string replay_text(const ReplayedLog &log, const Names &names);
+
+} // namespace rim
+#endif
