@@ -105,7 +105,8 @@ LanderCampaign run_lander_campaign(const LanderOptions &options) {
     const bool nominal = unit < options.nominal_runs;
     const std::size_t k = nominal ? 0 : (unit - options.nominal_runs) / options.fault_runs;
     const std::size_t i = nominal ? unit : (unit - options.nominal_runs) % options.fault_runs;
-    const std::uint64_t run = nominal ? i + 1 : 10000 + i; // never a nominal run's number
+    // Every landing is one of its own: no two faults share a run.
+    const std::uint64_t run = nominal ? i + 1 : 10000 * (k + 1) + i;
     const std::vector<world::Effect> effects =
         nominal ? std::vector<world::Effect>{} : std::vector<world::Effect>{faults[k]};
     const Log log = lander_log(params, effects, options.seed + 1, run);

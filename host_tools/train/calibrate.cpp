@@ -60,6 +60,11 @@ double correlation(const std::vector<double> &a, const std::vector<double> &b) {
   return aa > 0.0 && bb > 0.0 ? ab / std::sqrt(aa * bb) : 0.0;
 }
 
+std::vector<double> column(const Matrix &values, Eigen::Index c) {
+  const Eigen::VectorXd copy = values.col(c);
+  return {copy.data(), copy.data() + copy.size()};
+}
+
 Matrix all_contexts(const std::vector<ChannelSeries> &series) {
   Eigen::Index rows = 0;
   for (const ChannelSeries &s : series)
@@ -218,6 +223,8 @@ void put_on_one_scale(Thresholds *t, const std::vector<std::vector<double>> &max
   }
 }
 
+} // namespace
+
 void set_alarm(Thresholds *t, std::vector<float> maxima, const CalibrationOptions &options) {
   std::sort(maxima.begin(), maxima.end());
   const Promise promise = promise_for(maxima.size(), options.false_alarm);
@@ -233,23 +240,23 @@ void set_alarm(Thresholds *t, std::vector<float> maxima, const CalibrationOption
   t->warn_score = std::min(t->alarm_score, threshold(warning.rank));
 }
 
-} // namespace
-
 std::vector<std::uint16_t> choose_region_features(const std::vector<ChannelSeries> &series,
                                                   const CalibrationOptions &options) {
   const Matrix context = all_contexts(series);
-  std::vector<std::vector<double>> chosen_ranks;
+  std::vector<std::vector<double>> chosen_ranks, chosen_values;
   std::vector<std::uint16_t> chosen;
   for (Eigen::Index f = 0; f < context.cols() && chosen.size() < options.region_features; ++f) {
     const std::vector<double> rank = ranks(context.col(f));
-    const bool repeats = std::any_of(
-        chosen_ranks.begin(), chosen_ranks.end(), [&](const std::vector<double> &other) {
-          return std::abs(correlation(rank, other)) >= options.redundant;
-        });
-    if (repeats)
-      continue;
+    const std::vector<double> value = column(context, f);
+    bool repeats = false;
+    for (std::size_t i = 0; i < chosen.size() && !repeats; ++i) {
+      repeats = std::abs(correlation(rank, chosen_ranks[i])) >= options.redundant ||
+                std::abs(correlation(value, chosen_values[i])) >= options.redundant;
+    }
+    if (repeats) continue;
     chosen.push_back(static_cast<std::uint16_t>(f));
     chosen_ranks.push_back(rank);
+    chosen_values.push_back(value);
   }
   return chosen;
 }

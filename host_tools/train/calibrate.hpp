@@ -17,8 +17,8 @@ namespace rim {
 struct CalibrationOptions {
   double false_alarm = 0.05; // wished rate of runs with any false alarm
   double warn_rate = 0.25;   // the same for the warning level
-  std::size_t region_features = 17;
-  double redundant = 0.8;    // rank correlation above which a feature repeats another
+  std::size_t region_features = 12;
+  double redundant = 0.95; // correlation, by rank or value, from which on a feature repeats another
   std::uint32_t least_n = 8; // observations inside an interval before it is judged
 };
 
@@ -30,8 +30,11 @@ struct Promise {
 };
 Promise promise_for(std::size_t runs, double false_alarm);
 
-// Features that may describe a region: those that no earlier one repeats (Spearman), at most
-// `most`.
+// Ranks, promised rate, alarm and warning score from the largest scores of nominal runs.
+void set_alarm(Thresholds *thresholds, std::vector<float> maxima,
+               const CalibrationOptions &options);
+
+// Features that may describe a region, in their order: those that no earlier one repeats.
 std::vector<std::uint16_t> choose_region_features(const std::vector<ChannelSeries> &series,
                                                   const CalibrationOptions &options);
 
@@ -40,16 +43,17 @@ std::vector<std::uint16_t> choose_region_features(const std::vector<ChannelSerie
 void calibrate_trained(FlightPlan *plan, const std::vector<ChannelSeries> &series,
                        const CalibrationOptions &options);
 
-// Logs with their own predictions: fills the plan's ranges from the log, and the thresholds from
-// `runs` Monte Carlo runs (thesis eq. 3.9, p. 30) of z ~ N(m, sd) on the log's own contexts. sd is
-// the log's or, where it has none, estimated. Returns the number of outcomes whose sd was
-// estimated.
+// A log with its own predictions. sd is the log's or, where it has none, estimated from the residuals.
 struct ExternalRows {
-  Matrix context, outcome, mean, sd;
+  Matrix context, outcome, mean, sd; // rows x features, rows x outcomes
   std::vector<double> t_s;
   std::vector<bool> sd_estimated; // per outcome
 };
+// DataError naming file, row and column: a prediction missing, sd not above 0 or not to be estimated.
 ExternalRows external_rows(const Log &log, const Layout &layout);
+
+// Fills the plan's ranges from the logs, and the thresholds from `runs` Monte Carlo runs (thesis eq. 3.9,
+// p. 30) of z ~ N(m, sd) on the logs' own contexts, which take turns. The plan has its layout.
 void calibrate_external(FlightPlan *plan, const std::vector<ExternalRows> &logs, std::size_t runs,
                         const CalibrationOptions &options);
 

@@ -40,7 +40,7 @@ extern "C" {
 #define RIM_CHANNELS_CLIP 6.0
 #define RIM_CHANNELS_VALUE_CLIP 8.0 /* standard deviations that a block's value may be off */
 #define RIM_CHANNELS_LEAST_VARIANCE 1e-4 /* of standardised residuals: a frozen reading */
-#define RIM_CHANNELS_FAR 2.0 /* reaches of the nearest prototype beyond which a block counts as far */
+#define RIM_CHANNELS_FAR 3.0 /* reaches of the nearest prototype beyond which a block counts as far */
 
 /* What a trained image says of the channels; zero-initialise, then fill. */
 typedef struct rim_channels_config {

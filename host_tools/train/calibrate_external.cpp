@@ -1,0 +1,154 @@
+// Logs that bring their own predictions: no training, thresholds by Monte Carlo on their contexts.
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "rim/rng.h"
+#include "train/calibrate.hpp"
+#include "util/error.hpp"
+#include "util/parallel_for.hpp"
+#include "util/progress.hpp"
+
+namespace rim {
+
+namespace {
+
+// 1.4826 median |x|: the standard deviation of a Gaussian about zero, blind to the outliers that a
+// region of inaccurate modeling would make.
+double robust_sd(std::vector<double> x) {
+  for (double &v : x) v = std::abs(v);
+  const auto middle = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
+  std::nth_element(x.begin(), middle, x.end());
+  return 1.4826 * *middle;
+}
+
+Eigen::VectorXd column_of(const Log &log, const std::string &name) {
+  const int c = find_column(log, name);
+  if (c < 0) throw DataError(log.path + ": column '" + name + "' is missing");
+  return log.values.col(c);
+}
+
+void set_ranges(FlightPlan *plan, const std::vector<ExternalRows> &logs) {
+  const std::size_t features = plan->layout.features();
+  plan->low.assign(features, 0.0F);
+  plan->high.assign(features, 0.0F);
+  for (std::size_t f = 0; f < features; ++f) {
+    double low = 1e300, high = -1e300;
+    for (const ExternalRows &log : logs) {
+      low = std::min(low, log.context.col(static_cast<Eigen::Index>(f)).minCoeff());
+      high = std::max(high, log.context.col(static_cast<Eigen::Index>(f)).maxCoeff());
+    }
+    const double margin = std::max({1e-3 * (high - low), 1e-6 * std::abs(low), 1e-9});
+    plan->low[f] = static_cast<float>(low - margin);
+    plan->high[f] = static_cast<float>(high + margin);
+  }
+}
+
+// The best score of chance grows with the number of observations as its logarithm does.
+std::vector<float> growth() {
+  std::vector<float> knots(32);
+  for (std::size_t k = 0; k < knots.size(); ++k) {
+    knots[k] = static_cast<float>(std::max(1.0, static_cast<double>(k) * std::log(2.0)));
+  }
+  return knots;
+}
+
+// Largest score of a run in which the predictions are right.
+float nominal_maximum(const FlightPlan &plan, const ExternalRows &log, std::uint64_t stream) {
+  Monitor monitor(make_image(plan), "calibration");
+  rim_rng rng;
+  rim_rng_seed(&rng, plan.seed, stream);
+  std::vector<double> z(static_cast<std::size_t>(log.mean.cols()));
+  double largest = -1e30;
+  for (Eigen::Index t = 0; t < log.context.rows(); ++t) {
+    for (std::size_t o = 0; o < z.size(); ++o) {
+      const auto i = static_cast<Eigen::Index>(o);
+      z[o] = log.mean(t, i) + log.sd(t, i) * rim_rng_normal(&rng);
+    }
+    const rim_observation row = {log.t_s[static_cast<std::size_t>(t)], log.context.row(t).data(),
+                                 z.data(), log.mean.row(t).data(), log.sd.row(t).data()};
+    rim_verdict verdict;
+    (void)rim_monitor_step(monitor.get(), &row, &verdict);
+    if (verdict.valid) largest = std::max(largest, verdict.score);
+  }
+  return static_cast<float>(largest);
+}
+
+} // namespace
+
+ExternalRows external_rows(const Log &log, const Layout &layout) {
+  ExternalRows rows;
+  const auto n = static_cast<Eigen::Index>(log.t_s.size());
+  rows.t_s = log.t_s;
+  rows.context.resize(n, static_cast<Eigen::Index>(layout.features()));
+  for (std::size_t f = 0; f < layout.features(); ++f) {
+    rows.context.col(static_cast<Eigen::Index>(f)) = column_of(log, layout.feature_names[f]);
+  }
+  const auto outcomes = static_cast<Eigen::Index>(layout.outcomes());
+  rows.outcome.resize(n, outcomes);
+  rows.mean.resize(n, outcomes);
+  rows.sd.resize(n, outcomes);
+  for (Eigen::Index o = 0; o < outcomes; ++o) {
+    const std::string &name = layout.outcome_names[static_cast<std::size_t>(o)]; // "z.NAME"
+    rows.outcome.col(o) = column_of(log, name);
+    rows.mean.col(o) = column_of(log, "m." + name.substr(2));
+    const bool estimated = find_column(log, "sd." + name.substr(2)) < 0;
+    rows.sd_estimated.push_back(estimated);
+    if (!estimated) {
+      rows.sd.col(o) = column_of(log, "sd." + name.substr(2));
+      if (!(rows.sd.col(o).minCoeff() > 0.0)) {
+        Eigen::Index bad = 0;
+        rows.sd.col(o).minCoeff(&bad);
+        throw DataError(log.path + ":row " +
+                        std::to_string(log.row[static_cast<std::size_t>(bad)]) + ": column 'sd." +
+                        name.substr(2) + "': a standard deviation must be above 0");
+      }
+      continue;
+    }
+    const Eigen::VectorXd residual = rows.outcome.col(o) - rows.mean.col(o);
+    const double sd = robust_sd({residual.data(), residual.data() + residual.size()});
+    if (!(sd > 0.0)) {
+      throw DataError(log.path + ": column '" + name +
+                      "': its standard deviation cannot be estimated: half of the residuals are 0; "
+                      "give a column 'sd." + name.substr(2) + "'");
+    }
+    rows.sd.col(o).setConstant(sd);
+  }
+  return rows;
+}
+
+void calibrate_external(FlightPlan *plan, const std::vector<ExternalRows> &logs, std::size_t runs,
+                        const CalibrationOptions &options) {
+  constexpr Eigen::Index few_rows = 3000; // so many can be searched thoroughly
+  if (logs.empty()) throw DataError("no log to calibrate on");
+  Eigen::Index rows = 0;
+  for (const ExternalRows &log : logs) rows = std::max(rows, log.context.rows());
+  set_ranges(plan, logs);
+  plan->region.resize(plan->layout.features());
+  std::iota(plan->region.begin(), plan->region.end(), std::uint16_t{0});
+  plan->kinds = 1u << RIM_KIND_SHIFT;
+  plan->block_rows = 1;
+  plan->persistence = 1;
+  plan->inhibit_s = 0.0;
+  if (rows <= few_rows) {
+    plan->edges = 144;
+    plan->moves = 192;
+  }
+  plan->center.assign(plan->channels(), 0.0F);
+  plan->inverse_sd.assign(plan->channels(), 1.0F);
+  plan->thresholds = Thresholds{};
+  plan->thresholds.offset.assign(plan->channels(), 0.0F);
+  plan->thresholds.scale.assign(plan->channels(), 1.0F);
+  plan->thresholds.growth = growth();
+
+  std::vector<float> maxima(runs);
+  const FlightPlan open = *plan;
+  Progress progress("calibrate", runs);
+  parallel_for(runs, [&](std::size_t r) {
+    maxima[r] = nominal_maximum(open, logs[r % logs.size()], r + 1);
+    progress.add();
+  });
+  set_alarm(&plan->thresholds, std::move(maxima), options);
+}
+
+} // namespace rim
