@@ -45,7 +45,8 @@ class Engine {
 public:
   explicit Engine(const rim_select_config &config) {
     std::size_t bytes = 0;
-    if (rim_select_size(&config, &bytes) != RIM_OK) throw UsageError("golf: dims 2 to 128");
+    if (rim_select_size(&config, &bytes) != RIM_OK)
+      throw UsageError("golf: dims 2 to 128");
     memory_.resize(bytes / 8 + 1);
     if (rim_select_init(&engine_, memory_.data(), 8 * memory_.size(), &config) != RIM_OK)
       throw std::logic_error("golf: the search refused its configuration");
@@ -61,7 +62,8 @@ private:
 std::vector<double> unit_features(const GolfShot &shot, const std::array<std::size_t, 2> &place) {
   const GolfParams field;
   std::vector<double> u(shot.x.size());
-  for (std::size_t k = 0; k < u.size(); ++k) u[k] = 0.5 * (shot.x[k] + 1.0);
+  for (std::size_t k = 0; k < u.size(); ++k)
+    u[k] = 0.5 * (shot.x[k] + 1.0);
   u[place[0]] = shot.x[place[0]] / field.length_m;
   u[place[1]] = shot.x[place[1]] / field.width_m;
   return u;
@@ -75,8 +77,10 @@ double f1_of(const std::vector<GolfShot> &shots, const std::function<bool(std::s
   double hit = 0.0, wrong = 0.0;
   for (std::size_t i = 0; i < shots.size(); ++i) {
     const bool found = inside(i);
-    if (found && shots[i].anomalous) hit += 1.0;
-    if (found != shots[i].anomalous) wrong += 1.0;
+    if (found && shots[i].anomalous)
+      hit += 1.0;
+    if (found != shots[i].anomalous)
+      wrong += 1.0;
   }
   return hit > 0.0 ? 2.0 * hit / (2.0 * hit + wrong) : 0.0;
 }
@@ -85,14 +89,14 @@ void score_points(const rim_select *engine, const std::vector<GolfShot> &shots,
                   const std::vector<std::vector<double>> &u,
                   const std::array<std::size_t, 2> &place, GolfRun &run) {
   rim_candidate best{};
-  if (!rim_select_best(engine, &best)) return;
+  if (!rim_select_best(engine, &best))
+    return;
   run.f1 = f1_of(shots, [&](std::size_t i) {
     return rim_select_membership(engine, u[i].data()) > RIM_SELECT_MEMBERSHIP_CUT;
   });
   run.f1_best =
       f1_of(shots, [&](std::size_t i) { return rim_region_contains(&best.region, u[i].data()); });
-  run.right_features = best.dims == 2 &&
-                       best.region.feature[0] == std::min(place[0], place[1]) &&
+  run.right_features = best.dims == 2 && best.region.feature[0] == std::min(place[0], place[1]) &&
                        best.region.feature[1] == std::max(place[0], place[1]);
 }
 
@@ -110,14 +114,17 @@ Unit unit_of(const GolfExperiment &e, std::uint64_t number) {
   const std::size_t each = units_a_dims(e);
   const std::size_t index = number % each;
   Unit unit{e.dims[number / each], Role::bump, e.seed + index};
-  if (index < e.calibration) unit.role = Role::calibration;
-  else if (index < e.calibration + e.nominal) unit.role = Role::nominal;
+  if (index < e.calibration)
+    unit.role = Role::calibration;
+  else if (index < e.calibration + e.nominal)
+    unit.role = Role::nominal;
   return unit;
 }
 
 nlohmann::json value_of(const Unit &unit, GolfSearch search) {
   const GolfRun run = run_golf(unit.dims, unit.seed, unit.role == Role::bump, search);
-  if (unit.role != Role::bump) return {{"largest", run.largest_score}};
+  if (unit.role != Role::bump)
+    return {{"largest", run.largest_score}};
   return {{"f1", run.f1},
           {"f1_best", run.f1_best},
           {"right", run.right_features},
@@ -126,7 +133,8 @@ nlohmann::json value_of(const Unit &unit, GolfSearch search) {
 }
 
 GolfExperiment experiment_of(const Campaign &campaign) {
-  if (campaign.kind != kKind) throw DataError("campaign of kind '" + campaign.kind + "', not golf");
+  if (campaign.kind != kKind)
+    throw DataError("campaign of kind '" + campaign.kind + "', not golf");
   GolfExperiment e;
   e.dims = campaign.config.at("dims").get<std::vector<std::size_t>>();
   e.runs = campaign.config.at("runs");
@@ -134,24 +142,28 @@ GolfExperiment experiment_of(const Campaign &campaign) {
   e.calibration = campaign.config.at("calibration");
   e.seed = campaign.config.at("seed");
   e.search = parse_golf_search(campaign.config.at("search"));
-  if (!campaign.complete()) throw DataError("golf: shards are missing");
+  if (!campaign.complete())
+    throw DataError("golf: shards are missing");
   return e;
 }
 
 GolfInterval bootstrap(const std::vector<double> &values) {
   GolfInterval out;
-  if (values.empty()) return out;
+  if (values.empty())
+    return out;
   rim_rng rng;
   rim_rng_seed(&rng, 4207, 0);
   const auto n = static_cast<std::uint32_t>(values.size());
   const auto mean_of = [&](const std::function<std::size_t(std::size_t)> &pick) {
     double sum = 0.0;
-    for (std::size_t i = 0; i < n; ++i) sum += values[pick(i)];
+    for (std::size_t i = 0; i < n; ++i)
+      sum += values[pick(i)];
     return sum / n;
   };
   out.value = mean_of([](std::size_t i) { return i; });
   std::vector<double> means(2000);
-  for (double &mean : means) mean = mean_of([&](std::size_t) { return rim_rng_below(&rng, n); });
+  for (double &mean : means)
+    mean = mean_of([&](std::size_t) { return rim_rng_below(&rng, n); });
   std::sort(means.begin(), means.end());
   out.low = means[50];
   out.high = means[1949];
@@ -173,9 +185,12 @@ GolfSummary summarise_dims(const GolfExperiment &e, const Campaign &campaign, st
   for (std::size_t i = 0; i < each; ++i) {
     const nlohmann::json &value = campaign.units.at(k * each + i);
     const Unit unit = unit_of(e, k * each + i);
-    if (unit.role == Role::calibration) maxima.push_back(value.at("largest"));
-    if (unit.role == Role::nominal) nominal.push_back(value.at("largest"));
-    if (unit.role != Role::bump) continue;
+    if (unit.role == Role::calibration)
+      maxima.push_back(value.at("largest"));
+    if (unit.role == Role::nominal)
+      nominal.push_back(value.at("largest"));
+    if (unit.role != Role::bump)
+      continue;
     f1.push_back(value.at("f1"));
     f1_best.push_back(value.at("f1_best"));
     right.push_back(value.at("right").get<bool>() ? 1.0 : 0.0);
@@ -190,8 +205,10 @@ GolfSummary summarise_dims(const GolfExperiment &e, const Campaign &campaign, st
       nominal.empty() ? 0.0 : static_cast<double>(alarms) / static_cast<double>(nominal.size());
   std::vector<double> waited;
   for (const auto &run : scores) {
-    const auto alarm = std::find_if(run.begin(), run.end(), [&](double x) { return x > s.threshold; });
-    if (alarm == run.end()) ++s.missed;
+    const auto alarm =
+        std::find_if(run.begin(), run.end(), [&](double x) { return x > s.threshold; });
+    if (alarm == run.end())
+      ++s.missed;
     waited.push_back(static_cast<double>(alarm - run.begin()));
   }
   s.f1 = bootstrap(f1);
@@ -220,11 +237,12 @@ std::string asked(std::size_t dims, const char *at2, const char *at10, const cha
   return dims == 2 ? at2 : dims == 10 ? at10 : dims == 30 ? at30 : dims == 100 ? at100 : "-";
 }
 
-}  // namespace
+} // namespace
 
 GolfSearch parse_golf_search(const std::string &name) {
   for (int i = 0; i < 3; ++i) {
-    if (name == kSearchNames[i]) return static_cast<GolfSearch>(i);
+    if (name == kSearchNames[i])
+      return static_cast<GolfSearch>(i);
   }
   throw UsageError("--search " + name + ": expected flight, standard or rich");
 }
@@ -238,7 +256,8 @@ std::size_t golf_search_bytes(std::size_t dims, GolfSearch search) {
 
 GolfRun run_golf(std::size_t dims, std::uint64_t seed, bool effect, GolfSearch search) {
   GolfParams params;
-  if (!effect) params.shift = 0.0;
+  if (!effect)
+    params.shift = 0.0;
   GolfOptions options;
   options.dims = dims;
   options.anomalous = kAnomalous;
@@ -246,7 +265,8 @@ GolfRun run_golf(std::size_t dims, std::uint64_t seed, bool effect, GolfSearch s
   const auto place = world.features();
   const std::vector<GolfShot> shots = world.all();
   std::vector<std::vector<double>> u;
-  for (const GolfShot &shot : shots) u.push_back(unit_features(shot, place));
+  for (const GolfShot &shot : shots)
+    u.push_back(unit_features(shot, place));
   const Engine engine(search_config(dims, seed, search));
   GolfRun run;
   run.shots = shots.size();
@@ -255,7 +275,8 @@ GolfRun run_golf(std::size_t dims, std::uint64_t seed, bool effect, GolfSearch s
     const double residual = (shots[i].z - shots[i].m) / shots[i].sd;
     rim_select_observe(engine.get(), u[i].data(), &residual);
     rim_select_work(engine.get(), 1);
-    if (shots[i].anomalous) run.score_by_anomalous.push_back(run.largest_score);
+    if (shots[i].anomalous)
+      run.score_by_anomalous.push_back(run.largest_score);
     const auto score = static_cast<double>(rim_select_channel_scores(engine.get())[0]);
     run.largest_score = std::max(run.largest_score, score / envelope(i + 1));
   }
@@ -277,7 +298,8 @@ Campaign run_golf_campaign(const GolfExperiment &experiment, const Shard &shard)
   campaign.total = experiment.dims.size() * units_a_dims(experiment);
   std::vector<std::uint64_t> mine;
   for (std::uint64_t i = 0; i < campaign.total; ++i) {
-    if (shard.owns(i)) mine.push_back(i);
+    if (shard.owns(i))
+      mine.push_back(i);
   }
   std::vector<nlohmann::json> values(mine.size());
   Progress progress("golf", mine.size());
@@ -285,14 +307,16 @@ Campaign run_golf_campaign(const GolfExperiment &experiment, const Shard &shard)
     values[i] = value_of(unit_of(experiment, mine[i]), experiment.search);
     progress.add();
   });
-  for (std::size_t i = 0; i < mine.size(); ++i) campaign.units[mine[i]] = std::move(values[i]);
+  for (std::size_t i = 0; i < mine.size(); ++i)
+    campaign.units[mine[i]] = std::move(values[i]);
   return campaign;
 }
 
 std::vector<GolfSummary> summarise_golf(const Campaign &campaign) {
   const GolfExperiment e = experiment_of(campaign);
   std::vector<GolfSummary> out;
-  for (std::size_t k = 0; k < e.dims.size(); ++k) out.push_back(summarise_dims(e, campaign, k));
+  for (std::size_t k = 0; k < e.dims.size(); ++k)
+    out.push_back(summarise_dims(e, campaign, k));
   return out;
 }
 
@@ -305,10 +329,19 @@ void print_golf(const Campaign &campaign) {
               static_cast<unsigned long long>(e.seed + e.calibration + e.nominal - 1),
               static_cast<unsigned long long>(e.seed + each - 1),
               kSearchNames[static_cast<int>(e.search)]);
-  Table table({{"dims", ""}, {"F1", "95 %"}, {"asked", "least"}, {"best ellipse", "F1"},
-               {"right pair", "share"}, {"no bump", "runs alarmed"}, {"asked", "most"},
-               {"to alarm", "anomalous shots"}, {"asked", "most"}, {"missed", "runs"},
-               {"one run", "ms"}, {"asked", "most"}, {"memory", "bytes"}});
+  Table table({{"dims", ""},
+               {"F1", "95 %"},
+               {"asked", "least"},
+               {"best ellipse", "F1"},
+               {"right pair", "share"},
+               {"no bump", "runs alarmed"},
+               {"asked", "most"},
+               {"to alarm", "anomalous shots"},
+               {"asked", "most"},
+               {"missed", "runs"},
+               {"one run", "ms"},
+               {"asked", "most"},
+               {"memory", "bytes"}});
   for (const GolfSummary &s : summarise_golf(campaign)) {
     double seconds = 0.0; // one core, the same runs as the table's first
     for (std::size_t i = 0; i < kTimedRuns; ++i)
@@ -323,4 +356,4 @@ void print_golf(const Campaign &campaign) {
   table.print();
 }
 
-}  // namespace rim
+} // namespace rim

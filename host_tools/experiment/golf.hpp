@@ -33,8 +33,8 @@ struct GolfExperiment {
 
 // One run of the world watched by the search.
 struct GolfRun {
-  double f1 = 0.0;           // eq. 4.7, by membership
-  double f1_best = 0.0;      // by the single best region
+  double f1 = 0.0;      // eq. 4.7, by membership
+  double f1_best = 0.0; // by the single best region
   bool right_features = false;
   std::size_t shots = 0;
   double largest_score = 0.0;
@@ -64,4 +64,4 @@ void print_golf(const Campaign &campaign);
 GolfSearch parse_golf_search(const std::string &name); // throws UsageError
 std::size_t golf_search_bytes(std::size_t dims, GolfSearch search);
 
-}  // namespace rim
+} // namespace rim

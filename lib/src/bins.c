@@ -4,8 +4,10 @@
 
 uint16_t rim_bins_cell(double u, uint16_t cells) {
   const double position = u * (double)cells;
-  if (!(position > 0.0)) return 0;
-  if (position >= (double)cells) return (uint16_t)(cells - 1u);
+  if (!(position > 0.0))
+    return 0;
+  if (position >= (double)cells)
+    return (uint16_t)(cells - 1u);
   return (uint16_t)position;
 }
 
@@ -19,7 +21,8 @@ void rim_bins_add(const rim_bins *table, const uint8_t *bin, const float *residu
   for (size_t f = 0; f < table->features; ++f) {
     const size_t cell = f * table->bins + bin[f];
     float *sum = table->sum + cell * channels;
-    for (size_t c = 0; c < channels; ++c) sum[c] += residual[c];
+    for (size_t c = 0; c < channels; ++c)
+      sum[c] += residual[c];
     ++table->count[cell];
   }
 }
@@ -44,8 +47,10 @@ void rim_bins_prefix(const rim_bins *table, uint16_t feature, uint16_t channel, 
 
 void rim_bins_halve(const rim_bins *table) {
   const size_t cells = (size_t)table->features * table->bins;
-  for (size_t i = 0; i < cells * table->channels; ++i) table->sum[i] *= 0.5f;
-  for (size_t i = 0; i < cells; ++i) table->count[i] = (uint16_t)(table->count[i] / 2u);
+  for (size_t i = 0; i < cells * table->channels; ++i)
+    table->sum[i] *= 0.5f;
+  for (size_t i = 0; i < cells; ++i)
+    table->count[i] = (uint16_t)(table->count[i] / 2u);
 }
 
 void rim_grid_clear(const rim_grid *table) {

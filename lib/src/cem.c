@@ -26,7 +26,8 @@ bool rim_ellipsoid_contains(const rim_ellipsoid *e, const double *x) {
   for (size_t i = 0; i < e->dims; ++i) {
     const double *row = e->factor + i * (i + 1) / 2;
     double rest = x[i] - e->center[i];
-    for (size_t j = 0; j < i; ++j) rest -= row[j] * z[j];
+    for (size_t j = 0; j < i; ++j)
+      rest -= row[j] * z[j];
     z[i] = rest / row[i];
     norm2 += z[i] * z[i];
   }
@@ -44,17 +45,22 @@ rim_ellipsoid rim_ellipsoid_ball(uint8_t dims, const double *center, double radi
   return e;
 }
 
-rim_status rim_ellipsoid_region(const rim_ellipsoid *e, const uint16_t *feature, rim_region *region) {
-  if (e == NULL || feature == NULL || region == NULL) return RIM_E_ARGUMENT;
-  if (e->dims < 1 || e->dims > RIM_REGION_MAX_DIMS) return RIM_E_RANGE;
+rim_status rim_ellipsoid_region(const rim_ellipsoid *e, const uint16_t *feature,
+                                rim_region *region) {
+  if (e == NULL || feature == NULL || region == NULL)
+    return RIM_E_ARGUMENT;
+  if (e->dims < 1 || e->dims > RIM_REGION_MAX_DIMS)
+    return RIM_E_RANGE;
   const size_t dims = e->dims;
   double inverse[RIM_REGION_MAX_DIMS][RIM_REGION_MAX_DIMS] = {{0.0}}; /* L^-1 */
   for (size_t j = 0; j < dims; ++j) {
     for (size_t i = j; i < dims; ++i) {
       const double *row = e->factor + i * (i + 1) / 2;
-      if (!(row[i] > 0.0)) return RIM_E_SINGULAR;
+      if (!(row[i] > 0.0))
+        return RIM_E_SINGULAR;
       double rest = i == j ? 1.0 : 0.0;
-      for (size_t k = j; k < i; ++k) rest -= row[k] * inverse[k][j];
+      for (size_t k = j; k < i; ++k)
+        rest -= row[k] * inverse[k][j];
       inverse[i][j] = rest / row[i];
     }
   }
@@ -66,23 +72,31 @@ rim_status rim_ellipsoid_region(const rim_ellipsoid *e, const uint16_t *feature,
     out.center[i] = e->center[i];
     for (size_t j = 0; j < dims; ++j) {
       double sum = 0.0;
-      for (size_t k = 0; k < dims; ++k) sum += inverse[k][i] * inverse[k][j];
+      for (size_t k = 0; k < dims; ++k)
+        sum += inverse[k][i] * inverse[k][j];
       out.inverse_shape[i * dims + j] = sum;
     }
   }
   const rim_status status = rim_region_bounds(&out);
-  if (status == RIM_OK) *region = out;
+  if (status == RIM_OK)
+    *region = out;
   return status;
 }
 
 static rim_cem_config filled(const rim_cem_config *config) {
   rim_cem_config c = *config;
-  if (c.samples == 0) c.samples = 24;
-  if (c.elites == 0) c.elites = 5;
-  if (c.iterations == 0) c.iterations = 10;
-  if (c.spread == 0.0) c.spread = 0.5;
-  if (c.least_axis == 0.0) c.least_axis = 0.02;
-  if (c.most_axis == 0.0) c.most_axis = 1.0;
+  if (c.samples == 0)
+    c.samples = 24;
+  if (c.elites == 0)
+    c.elites = 5;
+  if (c.iterations == 0)
+    c.iterations = 10;
+  if (c.spread == 0.0)
+    c.spread = 0.5;
+  if (c.least_axis == 0.0)
+    c.least_axis = 0.02;
+  if (c.most_axis == 0.0)
+    c.most_axis = 1.0;
   return c;
 }
 
@@ -94,9 +108,11 @@ static bool is_valid(const rim_cem_config *c) {
 }
 
 static bool start_is_valid(const rim_ellipsoid *e) {
-  if (e->dims < 1 || e->dims > RIM_CEM_MAX_DIMS) return false;
+  if (e->dims < 1 || e->dims > RIM_CEM_MAX_DIMS)
+    return false;
   for (size_t i = 0; i < e->dims; ++i) {
-    if (!rim_is_finite(e->center[i]) || !(e->factor[i * (i + 1) / 2 + i] > 0.0)) return false;
+    if (!rim_is_finite(e->center[i]) || !(e->factor[i * (i + 1) / 2 + i] > 0.0))
+      return false;
   }
   return true;
 }
@@ -104,7 +120,8 @@ static bool start_is_valid(const rim_ellipsoid *e) {
 static distribution start_from(const rim_cem_config *c, const rim_ellipsoid *e) {
   distribution d;
   double least = e->factor[0];
-  for (size_t i = 1; i < e->dims; ++i) least = rim_min(least, e->factor[i * (i + 1) / 2 + i]);
+  for (size_t i = 1; i < e->dims; ++i)
+    least = rim_min(least, e->factor[i * (i + 1) / 2 + i]);
   size_t p = 0;
   for (size_t i = 0; i < e->dims; ++i, ++p) {
     d.mean[p] = e->center[i];
@@ -139,10 +156,14 @@ static void draw(const rim_cem_config *c, const distribution *d, rim_rng *rng, u
 /* Keeps the best, in descending order; equal values in the order of drawing. */
 static void keep_elite(elite *list, uint32_t *count, uint32_t most, double value, uint32_t sample) {
   uint32_t at = *count;
-  while (at > 0 && list[at - 1].value < value) --at;
-  if (at >= most) return;
-  if (*count < most) ++*count;
-  for (uint32_t i = *count - 1; i > at; --i) list[i] = list[i - 1];
+  while (at > 0 && list[at - 1].value < value)
+    --at;
+  if (at >= most)
+    return;
+  if (*count < most)
+    ++*count;
+  for (uint32_t i = *count - 1; i > at; --i)
+    list[i] = list[i - 1];
   list[at].value = value;
   list[at].sample = sample;
 }
@@ -174,9 +195,11 @@ static void refit(const rim_cem_config *c, distribution *d, rim_rng *rng, const 
 
 rim_status rim_cem_optimise(const rim_cem_config *config, rim_cem_value value_of, void *context,
                             uint64_t seed, uint64_t stream, rim_ellipsoid *best, double *value) {
-  if (config == NULL || value_of == NULL || best == NULL || value == NULL) return RIM_E_ARGUMENT;
+  if (config == NULL || value_of == NULL || best == NULL || value == NULL)
+    return RIM_E_ARGUMENT;
   const rim_cem_config c = filled(config);
-  if (!is_valid(&c) || !start_is_valid(best)) return RIM_E_CONFIG;
+  if (!is_valid(&c) || !start_is_valid(best))
+    return RIM_E_CONFIG;
   const uint32_t parameters = RIM_CEM_PARAMETERS((uint32_t)best->dims);
   distribution d = start_from(&c, best);
   rim_rng rng;

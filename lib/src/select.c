@@ -42,8 +42,10 @@ static bool counts_are_valid(const rim_select_config *c) {
 
 static bool values_are_valid(const rim_select_config *c) {
   for (size_t i = 0; i < c->channels; ++i) {
-    if (c->a != NULL && !(rim_is_finite((double)c->a[i]) && c->a[i] > 0.0f)) return false;
-    if (c->b != NULL && !(rim_is_finite((double)c->b[i]) && c->b[i] >= 0.0f)) return false;
+    if (c->a != NULL && !(rim_is_finite((double)c->a[i]) && c->a[i] > 0.0f))
+      return false;
+    if (c->b != NULL && !(rim_is_finite((double)c->b[i]) && c->b[i] >= 0.0f))
+      return false;
   }
   return true;
 }
@@ -53,9 +55,11 @@ static size_t size_of(const rim_select_config *c) {
 }
 
 rim_status rim_select_size(const rim_select_config *config, size_t *bytes) {
-  if (config == NULL || bytes == NULL) return RIM_E_ARGUMENT;
+  if (config == NULL || bytes == NULL)
+    return RIM_E_ARGUMENT;
   const rim_select_config c = filled(config);
-  if (!counts_are_valid(&c)) return RIM_E_CONFIG;
+  if (!counts_are_valid(&c))
+    return RIM_E_CONFIG;
   *bytes = size_of(&c);
   return RIM_OK;
 }
@@ -88,7 +92,8 @@ static void lay_out(rim_select *e) {
 }
 
 static void set_penalties(rim_select *e) {
-  if (e->envelope != NULL) return; /* all 0: every interval is judged by its own spread */
+  if (e->envelope != NULL)
+    return; /* all 0: every interval is judged by its own spread */
   const double d = (double)e->features;
   e->penalty[0] = 0.0f;
   e->penalty[1] = (float)(PENALTY_INTERVAL + rim_log(d));
@@ -97,12 +102,17 @@ static void set_penalties(rim_select *e) {
 
 rim_status rim_select_init(rim_select **engine, void *memory, size_t bytes,
                            const rim_select_config *config) {
-  if (engine == NULL || memory == NULL || config == NULL) return RIM_E_ARGUMENT;
-  if ((uintptr_t)memory % 8u != 0) return RIM_E_ALIGN;
+  if (engine == NULL || memory == NULL || config == NULL)
+    return RIM_E_ARGUMENT;
+  if ((uintptr_t)memory % 8u != 0)
+    return RIM_E_ALIGN;
   const rim_select_config c = filled(config);
-  if (!counts_are_valid(&c)) return RIM_E_CONFIG;
-  if (bytes < size_of(&c)) return RIM_E_SIZE;
-  if (!values_are_valid(&c)) return RIM_E_RANGE;
+  if (!counts_are_valid(&c))
+    return RIM_E_CONFIG;
+  if (bytes < size_of(&c))
+    return RIM_E_SIZE;
+  if (!values_are_valid(&c))
+    return RIM_E_RANGE;
   memset(memory, 0, size_of(&c));
   rim_select *e = (rim_select *)memory;
   e->magic = MAGIC;
@@ -163,10 +173,13 @@ void rim_select_reset(rim_select *e) {
 void rim_select_attach(rim_select *e, const rim_envelope *envelope) { e->envelope = envelope; }
 
 rim_status rim_select_set_channel_scale(rim_select *e, const float *scale, const float *offset) {
-  if (e == NULL) return RIM_E_ARGUMENT;
+  if (e == NULL)
+    return RIM_E_ARGUMENT;
   for (uint32_t c = 0; c < e->channels; ++c) {
-    if (scale != NULL && !(rim_is_finite((double)scale[c]) && scale[c] > 0.0f)) return RIM_E_RANGE;
-    if (offset != NULL && !rim_is_finite((double)offset[c])) return RIM_E_RANGE;
+    if (scale != NULL && !(rim_is_finite((double)scale[c]) && scale[c] > 0.0f))
+      return RIM_E_RANGE;
+    if (offset != NULL && !rim_is_finite((double)offset[c]))
+      return RIM_E_RANGE;
   }
   for (uint32_t c = 0; c < e->channels; ++c) {
     channel_state *state = select_channel(e, c);
@@ -178,7 +191,8 @@ rim_status rim_select_set_channel_scale(rim_select *e, const float *scale, const
 
 static bool all_finite(const double *x, size_t n) {
   for (size_t i = 0; i < n; ++i) {
-    if (!rim_is_finite(x[i])) return false;
+    if (!rim_is_finite(x[i]))
+      return false;
   }
   return true;
 }
@@ -188,9 +202,11 @@ static int16_t quantised(double r) {
   return (int16_t)(clipped >= 0.0 ? clipped + 0.5 : clipped - 0.5);
 }
 
-/* ln anom of the hypothesis without features; with an envelope the widest interval stands for it. */
+/* ln anom of the hypothesis without features; with an envelope the widest interval stands for it.
+ */
 static double everywhere(const rim_select *e, const channel_state *state) {
-  if (e->envelope != NULL) return 0.0;
+  if (e->envelope != NULL)
+    return 0.0;
   return select_ln_anom(state->sum, (double)e->count, (double)state->a, (double)state->b);
 }
 
@@ -206,10 +222,12 @@ static void update_scores(rim_select *e) {
   uint16_t leader = e->pairs;
   for (uint16_t i = 0; i < e->pairs; ++i) {
     const pair_state *p = select_pair(e, i);
-    if (!p->active) continue;
+    if (!p->active)
+      continue;
     const channel_state *state = select_channel(e, p->channel);
     const double value = (double)select_pair_best(e, p, NULL) - (double)e->penalty[2];
-    if (value > (double)e->scores[p->channel]) e->scores[p->channel] = (float)value;
+    if (value > (double)e->scores[p->channel])
+      e->scores[p->channel] = (float)value;
     const double priority = select_priority(state, value);
     if (priority > leading) {
       leading = priority;
@@ -223,22 +241,28 @@ static void update_scores(rim_select *e) {
 static void halve(rim_select *e) {
   const rim_bins table = select_bins(e);
   rim_bins_halve(&table);
-  for (uint32_t c = 0; c < e->channels; ++c) select_channel(e, c)->sum *= 0.5;
+  for (uint32_t c = 0; c < e->channels; ++c)
+    select_channel(e, c)->sum *= 0.5;
   e->count /= 2u;
   for (uint32_t i = 0; i < e->pairs; ++i) {
     const rim_grid grid = select_grid(e, i);
     rim_grid_halve(&grid);
-    if (select_pair(e, i)->active) select_pool_refresh(e, i);
+    if (select_pair(e, i)->active)
+      select_pool_refresh(e, i);
   }
 }
 
 rim_status rim_select_observe(rim_select *e, const double *u, const double *r) {
-  if (e == NULL || u == NULL || r == NULL) return RIM_E_ARGUMENT;
-  if (!all_finite(u, e->features) || !all_finite(r, e->channels)) return RIM_E_DATA;
+  if (e == NULL || u == NULL || r == NULL)
+    return RIM_E_ARGUMENT;
+  if (!all_finite(u, e->features) || !all_finite(r, e->channels))
+    return RIM_E_DATA;
   const rim_bins table = select_bins(e);
-  if (e->count >= RIM_BINS_MAX_COUNT) halve(e);
+  if (e->count >= RIM_BINS_MAX_COUNT)
+    halve(e);
   const uint16_t slot = e->head;
-  if (e->held == e->ring) select_pool_forget(e, slot);
+  if (e->held == e->ring)
+    select_pool_forget(e, slot);
   uint8_t bin[RIM_SELECT_MAX_FEATURES];
   float residual[RIM_SELECT_MAX_CHANNELS];
   uint8_t *row = select_row(e, slot);
@@ -254,7 +278,8 @@ rim_status rim_select_observe(rim_select *e, const double *u, const double *r) {
   }
   rim_bins_add(&table, bin, residual);
   e->head = (uint16_t)(slot + 1u == e->ring ? 0u : slot + 1u);
-  if (e->held < e->ring) ++e->held;
+  if (e->held < e->ring)
+    ++e->held;
   ++e->count;
   ++e->total;
   ++e->effort.observations;
@@ -264,7 +289,8 @@ rim_status rim_select_observe(rim_select *e, const double *u, const double *r) {
 }
 
 void rim_select_work(rim_select *e, uint32_t budget) {
-  if (e->count == 0) return;
+  if (e->count == 0)
+    return;
   for (uint32_t unit = 0; unit < budget; ++unit) {
     ++e->effort.units;
     e->entered = 0;
@@ -299,9 +325,11 @@ static uint32_t earliest_inside(const rim_select *e, const rim_candidate *candid
       const uint16_t f = candidate->region.feature[k];
       u[f] = ((double)row[f] + 0.5) / 256.0;
     }
-    if (!rim_region_contains(&candidate->region, u)) continue;
+    if (!rim_region_contains(&candidate->region, u))
+      continue;
     const uint32_t index = index_of(e, slot);
-    if (index < earliest) earliest = index;
+    if (index < earliest)
+      earliest = index;
   }
   return earliest;
 }
@@ -358,10 +386,12 @@ static void find_best(const rim_select *e, uint32_t channel, rim_candidate *out)
   }
   for (uint32_t i = 0; i < e->pairs; ++i) {
     const pair_state *p = select_pair(e, i);
-    if (!p->active || p->channel != channel) continue;
+    if (!p->active || p->channel != channel)
+      continue;
     uint32_t which = 0;
     const double ln_anom = (double)select_pair_best(e, p, &which);
-    if (ln_anom - (double)e->penalty[2] <= best) continue;
+    if (ln_anom - (double)e->penalty[2] <= best)
+      continue;
     best = ln_anom - (double)e->penalty[2];
     out->dims = 2;
     out->n = (double)p->chain[which].n;
@@ -369,15 +399,18 @@ static void find_best(const rim_select *e, uint32_t channel, rim_candidate *out)
     out->ln_anom = ln_anom;
     ellipse_region(p, &p->chain[which].shape, &out->region);
   }
-  if (out->n > 0.0) out->shift = out->s / out->n;
+  if (out->n > 0.0)
+    out->shift = out->s / out->n;
   const double rest = (double)e->count - out->n;
-  if (out->contrast && rest > 0.0) out->shift -= (state->sum - out->s) / rest;
+  if (out->contrast && rest > 0.0)
+    out->shift -= (state->sum - out->s) / rest;
   out->score = select_priority(state, best);
   out->since = UINT32_MAX;
 }
 
 bool rim_select_best_of_channel(const rim_select *e, uint16_t channel, rim_candidate *out) {
-  if (e == NULL || out == NULL || channel >= e->channels || e->count == 0) return false;
+  if (e == NULL || out == NULL || channel >= e->channels || e->count == 0)
+    return false;
   find_best(e, channel, out);
   out->since = earliest_inside(e, out);
   return true;
@@ -398,17 +431,20 @@ static uint32_t best_channel(const rim_select *e) {
 }
 
 bool rim_select_best(const rim_select *e, rim_candidate *out) {
-  if (e == NULL || out == NULL || e->count == 0) return false;
+  if (e == NULL || out == NULL || e->count == 0)
+    return false;
   find_best(e, best_channel(e), out);
   out->since = earliest_inside(e, out);
   return true;
 }
 
 double rim_select_membership(const rim_select *e, const double *u) {
-  if (e == NULL || u == NULL || e->count == 0) return 0.0;
+  if (e == NULL || u == NULL || e->count == 0)
+    return 0.0;
   rim_candidate best;
   find_best(e, best_channel(e), &best);
-  if (best.dims < 2) return rim_region_contains(&best.region, u) ? 1.0 : 0.0;
+  if (best.dims < 2)
+    return rim_region_contains(&best.region, u) ? 1.0 : 0.0;
   for (uint32_t i = 0; i < e->pairs; ++i) {
     const pair_state *p = select_pair(e, i);
     if (p->active && p->channel == best.channel && p->x == best.region.feature[0] &&

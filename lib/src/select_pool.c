@@ -5,14 +5,14 @@
 #include "rim/real.h"
 #include "select_private.h"
 
-#define MIN_N 3.0f          /* observations that an ellipse must hold */
-#define CENTER_MARGIN 0.5f  /* centres may lie so far outside the range: its edge cuts regions */
+#define MIN_N 3.0f         /* observations that an ellipse must hold */
+#define CENTER_MARGIN 0.5f /* centres may lie so far outside the range: its edge cuts regions */
 #define MIN_AXIS 0.03f
 #define MAX_AXIS 1.5f
-#define LAG 6.0             /* nats behind the best at which an ellipse restarts */
-#define CLOSE 15.0          /* nats behind the leader within which a pair is a rival */
-#define JITTER 0.012        /* width of the noise in a proposal */
-#define ENTRIES_A_UNIT 2u   /* pairs that may enter the pool in a unit */
+#define LAG 6.0           /* nats behind the best at which an ellipse restarts */
+#define CLOSE 15.0        /* nats behind the leader within which a pair is a rival */
+#define JITTER 0.012      /* width of the noise in a proposal */
+#define ENTRIES_A_UNIT 2u /* pairs that may enter the pool in a unit */
 
 static double unit(rim_select *e) { return (double)rim_rng_u32(&e->rng) * 0x1p-32; }
 
@@ -28,7 +28,8 @@ typedef struct spans {
 } spans;
 
 static uint32_t clamped_cell(double position, double grid) {
-  if (!(position > 0.0)) return 0;
+  if (!(position > 0.0))
+    return 0;
   return (uint32_t)(position < grid ? position : grid);
 }
 
@@ -103,8 +104,7 @@ static bool cell_inside(const spans *cells, uint32_t row, uint32_t column) {
 /* Stage 2 for one point, by its bytes. */
 static bool point_inside(const ellipse *s, uint32_t x, uint32_t y) {
   const double v = (((double)y + 0.5) / 256.0 - (double)s->cy) / (double)s->a;
-  const double h =
-      (((double)x + 0.5) / 256.0 - (double)s->cx - (double)s->b * v) / (double)s->c;
+  const double h = (((double)x + 0.5) / 256.0 - (double)s->cx - (double)s->b * v) / (double)s->c;
   return v * v + h * h < 1.0;
 }
 
@@ -118,8 +118,9 @@ static int32_t clamp_column(int32_t column, int32_t columns) {
   return column < 0 ? 0 : column < columns ? column : columns - 1;
 }
 
-/* From the spans of the row and its two neighbours; a row next to the ellipse counts as an empty span
- * in the middle of the ellipse's end row. Needs cells->first <= row + 1, row <= cells->last. */
+/* From the spans of the row and its two neighbours; a row next to the ellipse counts as an empty
+ * span in the middle of the ellipse's end row. Needs cells->first <= row + 1, row <= cells->last.
+ */
 static windows windows_of(const spans *cells, int32_t row, int32_t columns) {
   const int32_t first = (int32_t)cells->first;
   const int32_t last = (int32_t)cells->last;
@@ -137,10 +138,14 @@ static windows windows_of(const spans *cells, int32_t row, int32_t columns) {
   }
   windows w = {{low[1], low[1]}, {high[1], high[1]}, low[1], high[1]};
   for (uint32_t i = 0; i < 3; i += 2) {
-    if (low[i] < w.left[0]) w.left[0] = low[i];
-    if (low[i] > w.left[1]) w.left[1] = low[i];
-    if (high[i] < w.right[0]) w.right[0] = high[i];
-    if (high[i] > w.right[1]) w.right[1] = high[i];
+    if (low[i] < w.left[0])
+      w.left[0] = low[i];
+    if (low[i] > w.left[1])
+      w.left[1] = low[i];
+    if (high[i] < w.right[0])
+      w.right[0] = high[i];
+    if (high[i] > w.right[1])
+      w.right[1] = high[i];
   }
   w.left[0] = clamp_column(w.left[0] - 1, columns);
   w.left[1] = clamp_column(w.left[1], columns);
@@ -155,7 +160,8 @@ static void correct_cell(const rim_select *e, const pair_state *p, const ellipse
   for (uint32_t next = newest; next != 0; next = *select_link(e, next - 1u)) {
     const uint8_t *row = select_row(e, next - 1u);
     const bool exact = point_inside(shape, row[p->x], row[p->y]);
-    if (exact == coarse) continue;
+    if (exact == coarse)
+      continue;
     const int32_t r = select_residual(e, next - 1u)[p->channel];
     *s += exact ? r : -r;
     *n += exact ? 1 : -1;
@@ -164,7 +170,8 @@ static void correct_cell(const rim_select *e, const pair_state *p, const ellipse
 
 /* Stage 2, for the leader: points of the ring in cells that the boundary may cut count by their own
  * coordinates. */
-static void correct_by_ring(const rim_select *e, const pair_state *p, const spans *cells, chain *k) {
+static void correct_by_ring(const rim_select *e, const pair_state *p, const spans *cells,
+                            chain *k) {
   const int32_t rows = e->grid;
   const int32_t first = (int32_t)cells->first;
   const int32_t last = (int32_t)cells->last;
@@ -174,7 +181,8 @@ static void correct_by_ring(const rim_select *e, const pair_state *p, const span
     const windows w = windows_of(cells, row, rows);
     const uint16_t *cell = select_cell(e, (uint32_t)row, 0);
     for (int32_t c = w.left[0]; c <= w.right[1]; ++c) {
-      if (c > w.left[1] && c < w.right[0]) c = w.right[0];
+      if (c > w.left[1] && c < w.right[0])
+        c = w.right[0];
       if (cell[c] != 0) {
         correct_cell(e, p, &k->shape, cell[c], c >= w.low && c < w.high, &s, &n);
       }
@@ -206,11 +214,13 @@ static void judge_point(const rim_select *e, const pair_state *p, const ellipse 
   const windows w = windows_of(&cells, row, e->grid);
   const bool left = column >= w.left[0] && column <= w.left[1];
   const bool right = column >= w.right[0] && column <= w.right[1];
-  if (left || right) *fine = point_inside(shape, x, y);
+  if (left || right)
+    *fine = point_inside(shape, x, y);
 }
 
 static float ln_anom_of(const rim_select *e, uint32_t channel, float s, float n) {
-  if (n < MIN_N) return 0.0f;
+  if (n < MIN_N)
+    return 0.0f;
   const channel_state *state = select_channel(e, channel);
   return (float)select_ln_anom((double)s, (double)n, (double)state->a, (double)state->b);
 }
@@ -225,7 +235,8 @@ float select_pair_best(const rim_select *e, const pair_state *p, uint32_t *which
     const float value = ln_anom(e, p, &p->chain[k]);
     if (value > best) {
       best = value;
-      if (which != NULL) *which = k;
+      if (which != NULL)
+        *which = k;
     }
   }
   return best;
@@ -245,7 +256,8 @@ static void evaluate(rim_select *e, uint32_t pair, chain *k) {
   spans cells;
   const pair_state *p = select_pair(e, pair);
   evaluate_grid(e, pair, k, &cells);
-  if (p->exact) correct_by_ring(e, p, &cells, k);
+  if (p->exact)
+    correct_by_ring(e, p, &cells, k);
 }
 
 /* The observation in this slot is new: the grids and every ellipse that holds it gain it. */
@@ -280,7 +292,8 @@ static void pair_observe(rim_select *e, uint32_t pair, uint32_t slot) {
 
 void select_pool_observe(rim_select *e, uint32_t slot) {
   for (uint32_t i = 0; i < e->pairs; ++i) {
-    if (select_pair(e, i)->active) pair_observe(e, i, slot);
+    if (select_pair(e, i)->active)
+      pair_observe(e, i, slot);
   }
 }
 
@@ -299,18 +312,21 @@ static void unlink_slot(rim_select *e, uint16_t *from, uint32_t slot) {
 void select_pool_forget(rim_select *e, uint32_t slot) {
   for (uint32_t i = 0; i < e->pairs; ++i) {
     pair_state *p = select_pair(e, i);
-    if (!p->active || !p->exact) continue;
+    if (!p->active || !p->exact)
+      continue;
     const uint8_t *point = select_row(e, slot);
     const double r = (double)select_residual(e, slot)[p->channel] * SELECT_RESIDUAL_STEP;
-    unlink_slot(e, select_cell(e, ((uint32_t)point[p->y] * e->grid) >> 8,
-                               ((uint32_t)point[p->x] * e->grid) >> 8),
+    unlink_slot(e,
+                select_cell(e, ((uint32_t)point[p->y] * e->grid) >> 8,
+                            ((uint32_t)point[p->x] * e->grid) >> 8),
                 slot);
     for (uint32_t j = 0; j < RIM_SELECT_CHAINS; ++j) {
       chain *k = &p->chain[j];
       bool coarse;
       bool fine;
       judge_point(e, p, &k->shape, point, &coarse, &fine);
-      if (fine == coarse) continue;
+      if (fine == coarse)
+        continue;
       k->s = (float)((double)k->s + (coarse ? r : -r));
       k->n += coarse ? 1.0f : -1.0f;
     }
@@ -360,8 +376,10 @@ static void backfill(rim_select *e, uint32_t pair) {
 static void refresh(rim_select *e, uint32_t pair, uint8_t exact) {
   pair_state *p = select_pair(e, pair);
   p->exact = exact;
-  if (exact) link_ring(e, p);
-  for (uint32_t k = 0; k < RIM_SELECT_CHAINS; ++k) evaluate(e, pair, &p->chain[k]);
+  if (exact)
+    link_ring(e, p);
+  for (uint32_t k = 0; k < RIM_SELECT_CHAINS; ++k)
+    evaluate(e, pair, &p->chain[k]);
 }
 
 void select_pool_refresh(rim_select *e, uint32_t pair) {
@@ -389,12 +407,14 @@ static void seed_chain(rim_select *e, uint32_t pair, const select_offer *offer) 
   pair_state *p = select_pair(e, pair);
   uint32_t worst = 0;
   for (uint32_t k = 1; k < RIM_SELECT_CHAINS; ++k) {
-    if (ln_anom(e, p, &p->chain[k]) < ln_anom(e, p, &p->chain[worst])) worst = k;
+    if (ln_anom(e, p, &p->chain[k]) < ln_anom(e, p, &p->chain[worst]))
+      worst = k;
   }
   chain fresh;
   fresh.shape = scattered(e, offer, 0.5);
   evaluate(e, pair, &fresh);
-  if (ln_anom(e, p, &fresh) > ln_anom(e, p, &p->chain[worst])) p->chain[worst] = fresh;
+  if (ln_anom(e, p, &fresh) > ln_anom(e, p, &p->chain[worst]))
+    p->chain[worst] = fresh;
 }
 
 static double priority_of(const rim_select *e, const pair_state *p, double value) {
@@ -407,11 +427,13 @@ double select_pool_bar(const rim_select *e, uint32_t *weakest) {
   for (uint32_t i = 0; i < e->pairs; ++i) {
     const pair_state *p = select_pair(e, i);
     const double value = p->active ? priority_of(e, p, (double)p->h3) : -DBL_MAX;
-    if (i == e->leader || value >= bar) continue;
+    if (i == e->leader || value >= bar)
+      continue;
     bar = value;
     which = i;
   }
-  if (weakest != NULL) *weakest = which;
+  if (weakest != NULL)
+    *weakest = which;
   return bar;
 }
 
@@ -420,18 +442,22 @@ double select_pool_bar(const rim_select *e, uint32_t *weakest) {
 void select_pool_offer(rim_select *e, const select_offer *offer) {
   for (uint32_t i = 0; i < e->pairs; ++i) {
     pair_state *p = select_pair(e, i);
-    if (!p->active || p->x != offer->x || p->y != offer->y || p->channel != offer->channel) continue;
+    if (!p->active || p->x != offer->x || p->y != offer->y || p->channel != offer->channel)
+      continue;
     p->h3 = (float)offer->h3;
     if (i != e->leader || offer->h3 > (double)select_pair_best(e, p, NULL) - LAG) {
       seed_chain(e, i, offer);
     }
     return;
   }
-  if (e->entered >= ENTRIES_A_UNIT) return;
+  if (e->entered >= ENTRIES_A_UNIT)
+    return;
   uint32_t weakest;
   const double bar = select_pool_bar(e, &weakest);
-  if (weakest == e->pairs) return;
-  if (select_priority(select_channel(e, offer->channel), offer->h3) <= bar) return;
+  if (weakest == e->pairs)
+    return;
+  if (select_priority(select_channel(e, offer->channel), offer->h3) <= bar)
+    return;
   ++e->entered;
   activate(e, weakest, offer);
 }
@@ -440,9 +466,12 @@ void select_pool_offer(rim_select *e, const select_offer *offer) {
 static void draw_two(rim_select *e, uint32_t k, uint32_t *first, uint32_t *second) {
   uint32_t i = rim_rng_below(&e->rng, RIM_SELECT_CHAINS - 1u);
   uint32_t j = rim_rng_below(&e->rng, RIM_SELECT_CHAINS - 2u);
-  if (i >= k) ++i;
-  if (j >= (i < k ? i : k)) ++j;
-  if (j >= (i < k ? k : i)) ++j;
+  if (i >= k)
+    ++i;
+  if (j >= (i < k ? i : k))
+    ++j;
+  if (j >= (i < k ? k : i))
+    ++j;
   *first = i;
   *second = j;
 }
@@ -453,8 +482,8 @@ static float stepped(float x, double gain, float to, float from, uint32_t noise,
   return (float)((double)x + gain * ((double)to - (double)from) + jitter);
 }
 
-/* Differential evolution: a step along the difference of two others, which has by itself the size and
- * the direction of the cloud; a whole step now and then, to change between modes. */
+/* Differential evolution: a step along the difference of two others, which has by itself the size
+ * and the direction of the cloud; a whole step now and then, to change between modes. */
 static ellipse proposed(rim_select *e, const pair_state *p, uint32_t k) {
   uint32_t i;
   uint32_t j;
@@ -474,31 +503,37 @@ static ellipse proposed(rim_select *e, const pair_state *p, uint32_t k) {
 }
 
 static bool accepted(rim_select *e, double gained) {
-  if (gained >= 0.0) return true;
+  if (gained >= 0.0)
+    return true;
   return gained > -30.0 && unit(e) < rim_exp(gained);
 }
 
-/* Metropolis in two stages (delayed acceptance): the grid's verdict first, the ring's only for those
- * that pass. Chain 0 climbs only, and so do all pairs but the leader: they race for the lead. */
+/* Metropolis in two stages (delayed acceptance): the grid's verdict first, the ring's only for
+ * those that pass. Chain 0 climbs only, and so do all pairs but the leader: they race for the lead.
+ */
 static void move_chain(rim_select *e, uint32_t pair, uint32_t k) {
   pair_state *p = select_pair(e, pair);
   chain *old = &p->chain[k];
   chain fresh;
   fresh.shape = proposed(e, p, k);
-  if (!allowed(&fresh.shape)) return;
+  if (!allowed(&fresh.shape))
+    return;
   spans cells;
   evaluate_grid(e, pair, &fresh, &cells);
   const double coarse = (double)ln_anom_of(e, p->channel, fresh.grid_s, fresh.grid_n) -
                         (double)ln_anom_of(e, p->channel, old->grid_s, old->grid_n);
   if (!p->exact) {
-    if (coarse > 0.0) *old = fresh;
+    if (coarse > 0.0)
+      *old = fresh;
     return;
   }
   const bool climbs = k == 0;
-  if (climbs ? coarse < -3.0 : !accepted(e, coarse)) return;
+  if (climbs ? coarse < -3.0 : !accepted(e, coarse))
+    return;
   correct_by_ring(e, p, &cells, &fresh);
   const double fine = (double)ln_anom(e, p, &fresh) - (double)ln_anom(e, p, old);
-  if (climbs ? fine > 0.0 : accepted(e, fine - coarse)) *old = fresh;
+  if (climbs ? fine > 0.0 : accepted(e, fine - coarse))
+    *old = fresh;
 }
 
 /* An ellipse that lags far behind the best has lost its way: it restarts from another's place. */
@@ -507,19 +542,24 @@ static void regroup(rim_select *e, pair_state *p) {
   float high = 0.0f;
   for (uint32_t k = 1; k < RIM_SELECT_CHAINS; ++k) {
     const float value = ln_anom(e, p, &p->chain[k]);
-    if (value < ln_anom(e, p, &p->chain[worst])) worst = k;
-    if (value > high) high = value;
+    if (value < ln_anom(e, p, &p->chain[worst]))
+      worst = k;
+    if (value > high)
+      high = value;
   }
   const float low = ln_anom(e, p, &p->chain[worst]);
-  if ((double)high - (double)low < LAG) return;
+  if ((double)high - (double)low < LAG)
+    return;
   const uint32_t other = rim_rng_below(&e->rng, RIM_SELECT_CHAINS);
-  if (ln_anom(e, p, &p->chain[other]) > low) p->chain[worst] = p->chain[other];
+  if (ln_anom(e, p, &p->chain[other]) > low)
+    p->chain[worst] = p->chain[other];
 }
 
 static void move_pair(rim_select *e, uint32_t pair, uint32_t moves) {
   pair_state *p = select_pair(e, pair);
   for (uint32_t i = 0; i < moves; ++i) {
-    if (i % 12u == 0) regroup(e, p);
+    if (i % 12u == 0)
+      regroup(e, p);
     move_chain(e, pair, p->cursor);
     p->cursor = (uint16_t)(p->cursor + 1u == RIM_SELECT_CHAINS ? 0u : p->cursor + 1u);
   }
@@ -530,32 +570,42 @@ static bool is_rival(const rim_select *e, const pair_state *p, double bar) {
          priority_of(e, p, (double)p->h3) > bar;
 }
 
-/* The leader gets 3/4 of the moves, 5/6 where nobody is close; the rest goes to one rival in turn. */
+/* The leader gets 3/4 of the moves, 5/6 where nobody is close; the rest goes to one rival in turn.
+ */
 void select_pool_move(rim_select *e, uint32_t budget) {
-  if (e->leader >= e->pairs) return;
+  if (e->leader >= e->pairs)
+    return;
   const pair_state *leader = select_pair(e, e->leader);
   const double bar = priority_of(e, leader, (double)select_pair_best(e, leader, NULL) - CLOSE);
   uint32_t others = 0;
   uint32_t rivals = 0;
   for (uint32_t i = 0; i < e->pairs; ++i) {
     const pair_state *p = select_pair(e, i);
-    if (!p->active) continue;
+    if (!p->active)
+      continue;
     const uint8_t exact = i == e->leader ? 1 : 0;
-    if (p->exact != exact) refresh(e, i, exact);
-    if (i == e->leader) continue;
+    if (p->exact != exact)
+      refresh(e, i, exact);
+    if (i == e->leader)
+      continue;
     ++others;
-    if (is_rival(e, p, bar)) ++rivals;
+    if (is_rival(e, p, bar))
+      ++rivals;
   }
   const uint32_t share = others == 0 ? budget : rivals > 0 ? budget * 3u / 4u : budget * 5u / 6u;
   move_pair(e, e->leader, share);
-  if (others == 0) return;
+  if (others == 0)
+    return;
   for (uint32_t i = 0; i < e->pairs; ++i) {
     e->turn = (uint16_t)(e->turn + 1u >= e->pairs ? 0u : e->turn + 1u);
     const pair_state *p = select_pair(e, e->turn);
-    if (e->turn == e->leader || !p->active) continue;
-    if (rivals == 0 || is_rival(e, p, bar)) break;
+    if (e->turn == e->leader || !p->active)
+      continue;
+    if (rivals == 0 || is_rival(e, p, bar))
+      break;
   }
-  if (e->turn != e->leader) move_pair(e, e->turn, budget - share);
+  if (e->turn != e->leader)
+    move_pair(e, e->turn, budget - share);
 }
 
 double select_pair_membership(const pair_state *p, double x, double y) {
@@ -564,7 +614,8 @@ double select_pair_membership(const pair_state *p, double x, double y) {
     const ellipse *s = &p->chain[k].shape;
     const double v = (y - (double)s->cy) / (double)s->a;
     const double h = (x - (double)s->cx - (double)s->b * v) / (double)s->c;
-    if (v * v + h * h < 1.0) inside += 1.0;
+    if (v * v + h * h < 1.0)
+      inside += 1.0;
   }
   return inside / (double)(RIM_SELECT_CHAINS - 1u);
 }

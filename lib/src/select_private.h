@@ -6,7 +6,7 @@
 #include "rim/rng.h"
 #include "rim/select.h"
 
-#define SELECT_ROOTS 256u           /* table of sqrt(1 - (k/256)^2) */
+#define SELECT_ROOTS 256u                  /* table of sqrt(1 - (k/256)^2) */
 #define SELECT_RESIDUAL_STEP (1.0 / 512.0) /* of a ring residual: int16 covers +-64 */
 
 /* Best interval of a (channel, feature) slice when it was last scanned. */
@@ -19,10 +19,10 @@ typedef struct slice {
 typedef struct channel_state {
   double sum; /* of all residuals */
   float a, b, scale, offset;
-  float score;          /* best ln anom less penalty, >= 0 */
+  float score; /* best ln anom less penalty, >= 0 */
   uint16_t best_feature;
   uint16_t reserved;
-  float best_interval;  /* its ln anom */
+  float best_interval; /* its ln anom */
   float reserved2;
 } channel_state;
 
@@ -41,9 +41,9 @@ typedef struct chain {
 typedef struct pair_state {
   uint16_t x, y, channel; /* features, x < y */
   uint8_t active;
-  uint8_t exact;    /* chains have statistics exact on the ring */
-  float h3;         /* latest H3 of this pair, nats */
-  uint16_t cursor;  /* next chain to move */
+  uint8_t exact;   /* chains have statistics exact on the ring */
+  float h3;        /* latest H3 of this pair, nats */
+  uint16_t cursor; /* next chain to move */
   uint16_t reserved;
   chain chain[RIM_SELECT_CHAINS];
 } pair_state;
@@ -51,17 +51,17 @@ typedef struct pair_state {
 struct rim_select {
   uint32_t magic;
   uint16_t features, channels, ring, bins, grid, pairs, scans, edges, moves;
-  uint16_t head;     /* ring slot written next */
-  uint16_t held;     /* observations in the ring */
-  uint16_t leader;   /* index of the pair with the best score; pairs: none */
-  uint16_t turn;     /* other pair moved last */
+  uint16_t head;   /* ring slot written next */
+  uint16_t held;   /* observations in the ring */
+  uint16_t leader; /* index of the pair with the best score; pairs: none */
+  uint16_t turn;   /* other pair moved last */
   uint16_t sweeps;
   uint16_t entered; /* pairs that entered the pool in this unit */
   uint16_t base_feature, base_channel, next_feature;
   uint8_t base_first, base_last;
   uint32_t next_slice;
-  uint32_t count;    /* observations in the tables (halved with them) */
-  uint32_t total;    /* observations ever */
+  uint32_t count; /* observations in the tables (halved with them) */
+  uint32_t total; /* observations ever */
   float penalty[3];
   uint32_t sum_at, count_at, ring_at, residual_at, slice_at, channel_at, pair_at, grid_at, mask_at;
   uint32_t cell_at; /* uint16_t [grid][grid]: 1 + newest ring slot in that cell of the leader */

@@ -1,16 +1,17 @@
-/* One-dimensional part of the search: intervals (App. A, p. 115) and the edge sweep H3 (eq. 4.5). */
+/* One-dimensional part of the search: intervals (App. A, p. 115) and the edge sweep H3 (eq. 4.5).
+ */
 #include <float.h>
 
 #include "rim/real.h"
 #include "select_private.h"
 
-#define EDGE_BINS 16u        /* of a conditional interval */
+#define EDGE_BINS 16u /* of a conditional interval */
 #define SHEARS 4u
-#define BASES_A_UNIT 3u      /* masks made a unit, each O(ring) */
-#define WAIT_BONUS 0.5       /* nats a sweep that a base has waited, */
-#define WAIT_MAX 24          /* for at most so many sweeps */
-#define NEAR_ENOUGH 6.0      /* nats below the pool's bar: the most that shear was seen to add */
-#define GROWTH_AT_EDGE 0.35  /* of the interval's width */
+#define BASES_A_UNIT 3u       /* masks made a unit, each O(ring) */
+#define WAIT_BONUS 0.5        /* nats a sweep that a base has waited, */
+#define WAIT_MAX 24           /* for at most so many sweeps */
+#define NEAR_ENOUGH 6.0       /* nats below the pool's bar: the most that shear was seen to add */
+#define GROWTH_AT_EDGE 0.35   /* of the interval's width */
 #define ELLIPSE_OVER_BOX 1.15 /* 2 / sqrt pi = 1.13 gives equal areas */
 
 typedef struct prefix {
@@ -36,7 +37,8 @@ static void find_ends(const prefix *p, uint32_t bins, double a, bool negative, e
   uint32_t n = 0;
   for (uint32_t k = 0; k < bins; ++k) {
     const double s = p->s[k + 1] - p->s[k];
-    if (!(negative ? s < 0.0 : s > 0.0)) continue;
+    if (!(negative ? s < 0.0 : s > 0.0))
+      continue;
     out->n0[n] = p->n[k];
     out->s0[n] = p->s[k];
     out->v0[n] = p->v[k] - a;
@@ -67,7 +69,8 @@ static found most_anomalous(const prefix *p, uint32_t bins, double a) {
         const double s = e.s1[j] - s0;
         const double var = (e.n1[j] - n0) * (e.v1[j] - v0);
         const double s2 = s * s;
-        if (s2 * best_var <= best_s2 * var) continue;
+        if (s2 * best_var <= best_s2 * var)
+          continue;
         best_s2 = s2;
         best_var = var;
         best.first = e.bin[i];
@@ -96,7 +99,8 @@ static void scan_slice(rim_select *e, uint32_t c, uint32_t f) {
   const rim_bins table = select_bins(e);
   prefix p;
   rim_bins_prefix(&table, (uint16_t)f, (uint16_t)c, p.s, p.n);
-  for (uint32_t k = 0; k <= e->bins; ++k) p.v[k] = (double)state->b * p.n[k];
+  for (uint32_t k = 0; k <= e->bins; ++k)
+    p.v[k] = (double)state->b * p.n[k];
   found best;
   if (e->envelope == NULL) {
     best = most_anomalous(&p, e->bins, (double)state->a);
@@ -129,8 +133,8 @@ void select_scan(rim_select *e, uint32_t budget) {
   }
 }
 
-/* The next base: the most anomalous interval, with a bonus for those that have waited, so that weaker
- * ones get their turn too. O(features * channels), once a sweep. */
+/* The next base: the most anomalous interval, with a bonus for those that have waited, so that
+ * weaker ones get their turn too. O(features * channels), once a sweep. */
 static void choose_base(rim_select *e) {
   double best = -DBL_MAX;
   ++e->sweeps;
@@ -160,7 +164,8 @@ static uint32_t fill_mask(const rim_select *e, uint16_t *mask) {
   uint32_t n = 0;
   for (uint32_t slot = 0; slot < e->held; ++slot) {
     const uint32_t bin = ((uint32_t)select_row(e, slot)[e->base_feature] * e->bins) >> 8;
-    if (bin >= e->base_first && bin <= e->base_last) mask[n++] = (uint16_t)slot;
+    if (bin >= e->base_first && bin <= e->base_last)
+      mask[n++] = (uint16_t)slot;
   }
   return n;
 }
@@ -196,9 +201,9 @@ static found conditional(rim_select *e, const uint16_t *mask, uint32_t masked, u
   return most_anomalous(&p, EDGE_BINS, (double)state->a);
 }
 
-/* The parallelogram as an offer to the pool: half sides, and the matrix A of the ellipse that touches
- * it (a little larger). A side on the edge of the range is moved outwards: what lies beyond is unknown,
- * and an ellipse that ends there would cut the corners. */
+/* The parallelogram as an offer to the pool: half sides, and the matrix A of the ellipse that
+ * touches it (a little larger). A side on the edge of the range is moved outwards: what lies beyond
+ * is unknown, and an ellipse that ends there would cut the corners. */
 static select_offer offer_of(const rim_select *e, uint16_t f, const found *best, int32_t shear) {
   const double bins[2] = {(double)e->bins, (double)EDGE_BINS};
   const double first[2] = {(double)e->base_first, (double)best->first};
@@ -209,8 +214,10 @@ static select_offer offer_of(const rim_select *e, uint16_t f, const found *best,
     double low = first[k] / bins[k];
     double high = (last[k] + 1.0) / bins[k];
     const double grown = GROWTH_AT_EDGE * (high - low);
-    if (low <= 0.0) low -= grown;
-    if (high >= 1.0) high += grown;
+    if (low <= 0.0)
+      low -= grown;
+    if (high >= 1.0)
+      high += grown;
     center[k] = 0.5 * (low + high);
     half[k] = 0.5 * (high - low);
   }
@@ -238,11 +245,13 @@ static uint32_t try_edge(rim_select *e, const uint16_t *mask, uint32_t masked, u
   const channel_state *state = select_channel(e, e->base_channel);
   found best = conditional(e, mask, masked, f, 0);
   const double nearly = select_priority(state, best.ln_anom + NEAR_ENOUGH);
-  if (nearly < select_pool_bar(e, NULL)) return 1;
+  if (nearly < select_pool_bar(e, NULL))
+    return 1;
   int32_t shear = 0;
   for (uint32_t i = 0; i < SHEARS; ++i) {
     const found other = conditional(e, mask, masked, f, shears[i]);
-    if (other.ln_anom <= best.ln_anom) continue;
+    if (other.ln_anom <= best.ln_anom)
+      continue;
     best = other;
     shear = shears[i];
   }
@@ -255,10 +264,12 @@ void select_sweep(rim_select *e, uint32_t budget) {
   uint16_t *mask = (uint16_t *)select_at(e, e->mask_at);
   uint32_t done = 0;
   for (uint32_t bases = 0; bases < BASES_A_UNIT && done < budget; ++bases) {
-    if (e->next_feature >= e->features) choose_base(e);
+    if (e->next_feature >= e->features)
+      choose_base(e);
     const uint32_t masked = fill_mask(e, mask);
     for (; e->next_feature < e->features && done < budget; ++e->next_feature) {
-      if (e->next_feature == e->base_feature) continue;
+      if (e->next_feature == e->base_feature)
+        continue;
       done += try_edge(e, mask, masked, e->next_feature);
     }
   }

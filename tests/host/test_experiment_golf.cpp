@@ -1,4 +1,5 @@
-// The golf experiment in small: equal for equal seeds, however it is sharded; what is counted as what.
+// The golf experiment in small: equal for equal seeds, however it is sharded; what is counted as
+// what.
 #include <algorithm>
 #include <cstdarg>
 #include <cstddef>
@@ -91,7 +92,7 @@ void wrong_campaigns_are_refused(void **) {
   assert_true(throws<rim::UsageError>([] { rim::parse_golf_search("fast"); }));
 }
 
-}  // namespace
+} // namespace
 
 int main() {
   std::printf("seed %llu\n", static_cast<unsigned long long>(small().seed));

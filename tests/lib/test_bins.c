@@ -43,12 +43,15 @@ static void table_equals_plain_sums(void **state) {
   for (int i = 0; i < N; ++i) {
     uint8_t bin[D];
     float r[C];
-    for (int f = 0; f < D; ++f) bin[f] = (uint8_t)rim_rng_below(&rng, B);
-    for (int c = 0; c < C; ++c) r[c] = (float)((int)rim_rng_below(&rng, 2001) - 1000) / 512.0f;
+    for (int f = 0; f < D; ++f)
+      bin[f] = (uint8_t)rim_rng_below(&rng, B);
+    for (int c = 0; c < C; ++c)
+      r[c] = (float)((int)rim_rng_below(&rng, 2001) - 1000) / 512.0f;
     rim_bins_add(&table, bin, r);
     for (int f = 0; f < D; ++f) {
       ++n[f][bin[f]];
-      for (int c = 0; c < C; ++c) s[f][bin[f]][c] += (double)r[c];
+      for (int c = 0; c < C; ++c)
+        s[f][bin[f]][c] += (double)r[c];
     }
   }
   for (uint16_t f = 0; f < D; ++f) {
@@ -107,11 +110,13 @@ static void grid_added_equals_put_and_accumulated(void **state) {
     assert_true(s1[row * (G + 1)] == 0.0f && n1[row * (G + 1)] == 0);
     assert_true((double)s1[row * (G + 1) + G] == row_sum[row]);
     assert_int_equal(n1[row * (G + 1) + G], row_count[row]);
-    for (int k = 0; k < G; ++k) assert_true(n1[row * (G + 1) + k] <= n1[row * (G + 1) + k + 1]);
+    for (int k = 0; k < G; ++k)
+      assert_true(n1[row * (G + 1) + k] <= n1[row * (G + 1) + k + 1]);
   }
   rim_grid_halve(&one);
   for (int row = 0; row < G; ++row) {
-    for (int k = 0; k < G; ++k) assert_true(n1[row * (G + 1) + k] <= n1[row * (G + 1) + k + 1]);
+    for (int k = 0; k < G; ++k)
+      assert_true(n1[row * (G + 1) + k] <= n1[row * (G + 1) + k + 1]);
   }
 }
 

@@ -29,7 +29,8 @@ static double closeness(const rim_ellipsoid *e, void *context) {
   for (size_t i = 0; i < e->dims; ++i) {
     const double *row = e->factor + i * (i + 1) / 2;
     cost += pow(e->center[i] - t->center[i], 2) + pow(row[i] - t->axis, 2);
-    for (size_t j = 0; j < i; ++j) cost += row[j] * row[j];
+    for (size_t j = 0; j < i; ++j)
+      cost += row[j] * row[j];
   }
   return -cost;
 }
@@ -72,7 +73,8 @@ static void key_decides(void **state) {
     target t = {{0.9, 0.1}, 0.1, 0};
     e[i] = rim_ellipsoid_ball(2, x, 0.2);
     const rim_cem_config c = {0};
-    assert_int_equal(rim_cem_optimise(&c, closeness, &t, SEED, stream[i], &e[i], &value[i]), RIM_OK);
+    assert_int_equal(rim_cem_optimise(&c, closeness, &t, SEED, stream[i], &e[i], &value[i]),
+                     RIM_OK);
   }
   assert_memory_equal(&e[0], &e[2], sizeof e[0]);
   assert_true(value[0] == value[2] && value[0] != value[1]);
@@ -86,7 +88,8 @@ static void region_is_the_same_set(void **state) {
     const uint8_t dims = (uint8_t)(1 + round % 3);
     const double x[3] = {0.5, 0.5, 0.5};
     rim_ellipsoid e = rim_ellipsoid_ball(dims, x, 0.3);
-    for (int i = 0; i < dims * (dims + 1) / 2; ++i) e.factor[i] += 0.25 * rim_rng_uniform(&rng);
+    for (int i = 0; i < dims * (dims + 1) / 2; ++i)
+      e.factor[i] += 0.25 * rim_rng_uniform(&rng);
     rim_region region;
     assert_int_equal(rim_ellipsoid_region(&e, feature, &region), RIM_OK);
     assert_true(rim_region_is_valid(&region));
@@ -98,7 +101,8 @@ static void region_is_the_same_set(void **state) {
         full[feature[i]] = own[i];
       }
       const double d2 = rim_region_distance2(&region, full);
-      if (fabs(d2 - 1.0) < 1e-9) continue;
+      if (fabs(d2 - 1.0) < 1e-9)
+        continue;
       assert_int_equal(rim_ellipsoid_contains(&e, own), d2 < 1.0);
       inside += d2 < 1.0;
     }
@@ -115,8 +119,8 @@ static void bad_input_is_refused(void **state) {
   const rim_ellipsoid before = e;
   double value = 7.0;
   rim_cem_config bad[] = {
-      {.samples = 1}, {.samples = 1025}, {.elites = 17}, {.samples = 4, .elites = 5},
-      {.smoothing = 1.0}, {.smoothing = -0.1}, {.smoothing = NAN}, {.spread = -1.0},
+      {.samples = 1},       {.samples = 1025},   {.elites = 17},       {.samples = 4, .elites = 5},
+      {.smoothing = 1.0},   {.smoothing = -0.1}, {.smoothing = NAN},   {.spread = -1.0},
       {.spread = INFINITY}, {.least_axis = 2.0}, {.least_axis = -1.0}, {.most_axis = NAN},
   };
   for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i) {
@@ -145,8 +149,10 @@ int main(void) {
   printf("seed %u\n", SEED);
   rim_rng_seed(&rng, SEED, 0);
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(climbs_in_every_dimension), cmocka_unit_test(never_worse_than_the_start),
-      cmocka_unit_test(key_decides),               cmocka_unit_test(region_is_the_same_set),
+      cmocka_unit_test(climbs_in_every_dimension),
+      cmocka_unit_test(never_worse_than_the_start),
+      cmocka_unit_test(key_decides),
+      cmocka_unit_test(region_is_the_same_set),
       cmocka_unit_test(bad_input_is_refused),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,4 +1,5 @@
-/* Alg. 2 finds a planted ball; the set stays bounded and sorted; a copy goes on to the same bits. */
+/* Alg. 2 finds a planted ball; the set stays bounded and sorted; a copy goes on to the same bits.
+ */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -26,7 +27,8 @@ static double ln_anom(const rim_ellipsoid *e, void *context) {
   const data *d = (const data *)context;
   rim_stats s = {0};
   for (uint32_t i = 0; i < d->n; ++i) {
-    if (rim_ellipsoid_contains(e, d->x[i])) (void)rim_stats_add(&s, d->r[i], 1.0);
+    if (rim_ellipsoid_contains(e, d->x[i]))
+      (void)rim_stats_add(&s, d->r[i], 1.0);
   }
   return rim_stats_ln_anom(&s);
 }
@@ -53,9 +55,11 @@ static void finds_a_planted_ball(void **state) {
   bool found = true;
   for (d.n = 1; d.n <= N; ++d.n) {
     assert_int_equal(rim_faro_step(&faro, d.x[d.n - 1], ln_anom, &d, 20.0, &found), RIM_OK);
-    if (d.n == 1) assert_false(found);
+    if (d.n == 1)
+      assert_false(found);
     assert_true(faro.count <= 5);
-    for (uint32_t i = 1; i < faro.count; ++i) assert_true(faro.value[i] <= faro.value[i - 1]);
+    for (uint32_t i = 1; i < faro.count; ++i)
+      assert_true(faro.value[i] <= faro.value[i - 1]);
   }
   d.n = N;
   assert_true(found);
@@ -91,7 +95,8 @@ static void a_copy_goes_on(void **state) {
   assert_int_equal(rim_faro_init(&one, &config), RIM_OK);
   bool found;
   for (d.n = 1; d.n <= 80; ++d.n) {
-    if (d.n == 40) two = one;
+    if (d.n == 40)
+      two = one;
     assert_int_equal(rim_faro_step(&one, d.x[d.n - 1], ln_anom, &d, 1.0, &found), RIM_OK);
   }
   for (d.n = 40; d.n <= 80; ++d.n) {
@@ -109,8 +114,11 @@ static void bad_input_is_refused(void **state) {
   static data d;
   static rim_faro faro;
   make(&d, 0.0);
-  rim_faro_config bad[] = {{.dims = 0}, {.dims = 7}, {.dims = 2, .candidates = 17},
-                           {.dims = 2, .radius = -1.0}, {.dims = 2, .radius = NAN}};
+  rim_faro_config bad[] = {{.dims = 0},
+                           {.dims = 7},
+                           {.dims = 2, .candidates = 17},
+                           {.dims = 2, .radius = -1.0},
+                           {.dims = 2, .radius = NAN}};
   for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i) {
     assert_int_equal(rim_faro_init(&faro, &bad[i]), RIM_E_CONFIG);
   }

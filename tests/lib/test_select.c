@@ -1,5 +1,5 @@
-/* The online search from outside: finds what was planted, among features and channels; goes on after a
- * copy; bounded work; refuses bad input and short memory. */
+/* The online search from outside: finds what was planted, among features and channels; goes on
+ * after a copy; bounded work; refuses bad input and short memory. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -29,7 +29,8 @@ static void make(uint64_t stream, planted what, int channel) {
   rim_rng rng;
   rim_rng_seed(&rng, SEED, stream);
   for (int i = 0; i < N; ++i) {
-    for (int f = 0; f < D; ++f) u[i][f] = rim_rng_uniform(&rng);
+    for (int f = 0; f < D; ++f)
+      u[i][f] = rim_rng_uniform(&rng);
     const double x = u[i][X] - 0.35;
     const double y = u[i][Y] - 0.6;
     anomalous[i] = what == EVERYWHERE || (what == INTERVAL && fabs(x) < 0.15) ||
@@ -57,11 +58,14 @@ static void feed(rim_select *engine, int from, int to) {
 static uint64_t digest(const rim_select *engine) {
   rim_candidate best;
   uint64_t h = RIM_DIGEST_START;
-  if (!rim_select_best(engine, &best)) return h;
+  if (!rim_select_best(engine, &best))
+    return h;
   h = rim_digest_f64(h, best.ln_anom);
   h = rim_digest_f64(h, best.n + 1000.0 * best.channel + 1e6 * best.dims);
-  for (int k = 0; k < best.dims; ++k) h = rim_digest_f64(h, best.region.center[k]);
-  for (int i = 0; i < N; ++i) h = rim_digest_f64(h, rim_select_membership(engine, u[i]));
+  for (int k = 0; k < best.dims; ++k)
+    h = rim_digest_f64(h, best.region.center[k]);
+  for (int i = 0; i < N; ++i)
+    h = rim_digest_f64(h, rim_select_membership(engine, u[i]));
   return h;
 }
 
@@ -171,7 +175,8 @@ static void reset_is_a_fresh_start(void **state) {
 static void scales_decide_between_channels(void **state) {
   (void)state;
   make(60, EVERYWHERE, 0);
-  for (int i = 0; i < N; ++i) r[i][1] = r[i][0] * 0.5 - 0.5; /* weaker, but there */
+  for (int i = 0; i < N; ++i)
+    r[i][1] = r[i][0] * 0.5 - 0.5; /* weaker, but there */
   rim_select *engine = started(1);
   feed(engine, 0, 100);
   rim_candidate best;
@@ -219,14 +224,16 @@ static void outliers_and_edges_do_no_harm(void **state) {
   make(70, NOTHING, 0);
   rim_select *engine = started(1);
   for (int i = 0; i < N; ++i) {
-    for (int f = 0; f < D; ++f) u[i][f] = i % 3 == 0 ? -5.0 : i % 3 == 1 ? 1.0 : 1e308;
+    for (int f = 0; f < D; ++f)
+      u[i][f] = i % 3 == 0 ? -5.0 : i % 3 == 1 ? 1.0 : 1e308;
     r[i][i % C] = i % 2 == 0 ? 1e300 : -1e300;
     assert_int_equal(rim_select_observe(engine, u[i], r[i]), RIM_OK);
     rim_select_work(engine, 1);
   }
   rim_candidate best;
   assert_true(rim_select_best(engine, &best));
-  assert_true(isfinite(best.ln_anom) && best.ln_anom <= N * RIM_SELECT_CLIP * RIM_SELECT_CLIP / 2.0);
+  assert_true(isfinite(best.ln_anom) &&
+              best.ln_anom <= N * RIM_SELECT_CLIP * RIM_SELECT_CLIP / 2.0);
 }
 
 static void bad_observations_change_nothing(void **state) {
@@ -310,7 +317,8 @@ static void long_runs_do_not_overflow(void **state) {
     const double x[2] = {rim_rng_uniform(&rng), rim_rng_uniform(&rng)};
     const double z = rim_rng_normal(&rng) + (x[0] < 0.5 && x[1] < 0.5 ? 1.0 : 0.0);
     assert_int_equal(rim_select_observe(engine, x, &z), RIM_OK);
-    if (i % 100 == 0) rim_select_work(engine, 1);
+    if (i % 100 == 0)
+      rim_select_work(engine, 1);
   }
   rim_candidate best;
   assert_true(rim_select_best(engine, &best));

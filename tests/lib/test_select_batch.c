@@ -24,7 +24,8 @@ static void make(uint64_t stream, double shift, int outcomes) {
   rim_rng rng;
   rim_rng_seed(&rng, SEED, stream);
   for (int i = 0; i < N; ++i) {
-    for (int f = 0; f < D; ++f) u[i * D + f] = rim_rng_uniform(&rng);
+    for (int f = 0; f < D; ++f)
+      u[i * D + f] = rim_rng_uniform(&rng);
     anomalous[i] = fabs(u[i * D + X] - 0.3) < 0.2 && fabs(u[i * D + Y] - 0.6) < 0.2;
     for (int o = 0; o < outcomes; ++o) {
       r[i * outcomes + o] = rim_rng_normal(&rng) + (o == 0 && anomalous[i] ? shift : 0.0);
@@ -83,7 +84,8 @@ static void single_features_equal_brute_force(void **state) {
         double n = 0.0;
         for (int i = 0; i < N; ++i) {
           const double x = u[i * D + f];
-          if (x < first / 16.0 || x >= (last + 1) / 16.0) continue;
+          if (x < first / 16.0 || x >= (last + 1) / 16.0)
+            continue;
           s += r[i];
           n += 1.0;
         }
@@ -124,7 +126,8 @@ static void without_selection_all_features_are_used(void **state) {
   assert_int_equal(rim_select_batch(&c, &data, work, sizeof work, &result), RIM_E_CONFIG);
   assert_memory_equal(&before, &result, sizeof result);
   static double few[N * 6];
-  for (int i = 0; i < N; ++i) memcpy(&few[i * 6], &u[i * D], 6 * sizeof(double));
+  for (int i = 0; i < N; ++i)
+    memcpy(&few[i * 6], &u[i * D], 6 * sizeof(double));
   data.features = 6;
   data.u = few;
   assert_int_equal(rim_select_batch(&c, &data, work, sizeof work, &result), RIM_OK);
@@ -158,12 +161,17 @@ static void memory_is_respected(void **state) {
   assert_int_equal(rim_select_batch(&c, &data, NULL, bytes, &result), RIM_E_ARGUMENT);
   memset(work, 0xa5, sizeof work);
   assert_int_equal(rim_select_batch(&c, &data, work, bytes, &result), RIM_OK);
-  for (size_t i = bytes; i < sizeof work; ++i) assert_int_equal(((uint8_t *)work)[i], 0xa5);
+  for (size_t i = bytes; i < sizeof work; ++i)
+    assert_int_equal(((uint8_t *)work)[i], 0xa5);
   rim_batch_data none = data;
   none.n = 0;
   assert_int_equal(rim_select_batch(&c, &none, work, sizeof work, &result), RIM_E_DATA);
-  const rim_batch_config bad[] = {{.nodes = 1025}, {.max_dims = 4}, {.bins = 3}, {.bins = 65},
-                                  {.heuristic = (rim_heuristic)5}, {.cem = {.samples = 1}}};
+  const rim_batch_config bad[] = {{.nodes = 1025},
+                                  {.max_dims = 4},
+                                  {.bins = 3},
+                                  {.bins = 65},
+                                  {.heuristic = (rim_heuristic)5},
+                                  {.cem = {.samples = 1}}};
   for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i) {
     assert_int_equal(rim_select_batch(&bad[i], &data, work, sizeof work, &result), RIM_E_CONFIG);
   }
@@ -171,12 +179,11 @@ static void memory_is_respected(void **state) {
 
 int main(void) {
   printf("seed %u\n", SEED);
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(every_heuristic_finds_the_pair),
-      cmocka_unit_test(single_features_equal_brute_force),
-      cmocka_unit_test(breadth_first_takes_all_singles_first),
-      cmocka_unit_test(without_selection_all_features_are_used),
-      cmocka_unit_test(nothing_is_found_in_noise),
-      cmocka_unit_test(memory_is_respected)};
+  const struct CMUnitTest tests[] = {cmocka_unit_test(every_heuristic_finds_the_pair),
+                                     cmocka_unit_test(single_features_equal_brute_force),
+                                     cmocka_unit_test(breadth_first_takes_all_singles_first),
+                                     cmocka_unit_test(without_selection_all_features_are_used),
+                                     cmocka_unit_test(nothing_is_found_in_noise),
+                                     cmocka_unit_test(memory_is_respected)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

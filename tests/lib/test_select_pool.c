@@ -1,5 +1,5 @@
-/* The pool: incremental statistics of ellipses equal those counted point by point, also when the lead
- * changes and when observations leave the ring; its bounds; it climbs. */
+/* The pool: incremental statistics of ellipses equal those counted point by point, also when the
+ * lead changes and when observations leave the ring; its bounds; it climbs. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -27,14 +27,15 @@ static void start(uint64_t stream) {
   const rim_select_config config = {.features = D, .ring = RING, .pairs = 4, .seed = stream};
   assert_int_equal(rim_select_init(&engine, memory, sizeof memory, &config), RIM_OK);
   for (int i = 0; i < N; ++i) {
-    for (int f = 0; f < D; ++f) u[i][f] = rim_rng_uniform(&rng);
+    for (int f = 0; f < D; ++f)
+      u[i][f] = rim_rng_uniform(&rng);
     const bool inside = hypot(u[i][1] - 0.6, (u[i][3] - 0.4) * 1.5) < 0.25;
     r[i] = rim_rng_normal(&rng) + (inside ? 2.0 : 0.0);
   }
 }
 
-/* As stage 1 defines it: cells of row y whose centre lies in the span of the tabulated ellipse; here
- * by the tables themselves, all grid cells. */
+/* As stage 1 defines it: cells of row y whose centre lies in the span of the tabulated ellipse;
+ * here by the tables themselves, all grid cells. */
 static void count_cells(const pair_state *p, const chain *k, uint32_t pair, double *s, double *n) {
   const rim_grid grid = select_grid(engine, pair);
   *s = 0.0;
@@ -42,12 +43,14 @@ static void count_cells(const pair_state *p, const chain *k, uint32_t pair, doub
   for (int row = 0; row < 32; ++row) {
     const double z = ((row + 0.5) / 32.0 - (double)k->shape.cy) / (double)k->shape.a;
     const int entry = (int)(fabs(z) * 256.0 + 0.5);
-    if (entry >= 256) continue;
+    if (entry >= 256)
+      continue;
     const double half = (double)k->shape.c * sqrt(1.0 - (entry / 256.0) * (entry / 256.0));
     const double middle = (double)k->shape.cx + (double)k->shape.b * z;
     for (int column = 0; column < 32; ++column) {
       const double x = (column + 0.5) / 32.0;
-      if (x <= middle - half || x > middle + half) continue;
+      if (x <= middle - half || x > middle + half)
+        continue;
       const size_t at = (size_t)row * 33 + (size_t)column;
       *s += (double)grid.sum[at + 1] - (double)grid.sum[at];
       *n += grid.count[at + 1] - grid.count[at];
@@ -66,7 +69,8 @@ static void ellipses_count_their_cells(void **state) {
       assert_int_equal(rim_select_observe(engine, u[i], &r[i]), RIM_OK);
       for (uint32_t pair = 0; pair < engine->pairs; ++pair) {
         const pair_state *p = select_pair(engine, pair);
-        if (!p->active) continue;
+        if (!p->active)
+          continue;
         for (int j = 0; j < RIM_SELECT_CHAINS; ++j) {
           double s;
           double n;
@@ -84,8 +88,8 @@ static void ellipses_count_their_cells(void **state) {
   }
 }
 
-/* What is carried from observation to observation is what a fresh evaluation would give, exactly: the
- * ring keeps residuals in steps of 1/512, so that every sum is exact. */
+/* What is carried from observation to observation is what a fresh evaluation would give, exactly:
+ * the ring keeps residuals in steps of 1/512, so that every sum is exact. */
 static void incremental_equals_fresh(void **state) {
   (void)state;
   start(7);
@@ -98,7 +102,8 @@ static void incremental_equals_fresh(void **state) {
       rim_select *other = (rim_select *)(void *)copy;
       for (uint32_t pair = 0; pair < other->pairs; ++pair) {
         pair_state *p = select_pair(other, pair);
-        if (!p->active) continue;
+        if (!p->active)
+          continue;
         chain kept[RIM_SELECT_CHAINS];
         memcpy(kept, p->chain, sizeof kept);
         select_pool_refresh(other, pair);
@@ -174,10 +179,9 @@ static void the_planted_pair_leads(void **state) {
 
 int main(void) {
   printf("seed %u\n", SEED);
-  const struct CMUnitTest tests[] = {cmocka_unit_test(ellipses_count_their_cells),
-                                     cmocka_unit_test(incremental_equals_fresh),
-                                     cmocka_unit_test(the_leader_is_exact_on_the_ring),
-                                     cmocka_unit_test(entries_and_moves_are_bounded),
-                                     cmocka_unit_test(the_planted_pair_leads)};
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(ellipses_count_their_cells), cmocka_unit_test(incremental_equals_fresh),
+      cmocka_unit_test(the_leader_is_exact_on_the_ring),
+      cmocka_unit_test(entries_and_moves_are_bounded), cmocka_unit_test(the_planted_pair_leads)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -28,7 +28,8 @@ static void fill(uint64_t stream) {
   const rim_select_config config = {.features = D, .channels = C, .seed = stream, .a = a, .b = b};
   assert_int_equal(rim_select_init(&engine, memory, sizeof memory, &config), RIM_OK);
   for (int i = 0; i < N; ++i) {
-    for (int f = 0; f < D; ++f) u[i][f] = rim_rng_uniform(&rng);
+    for (int f = 0; f < D; ++f)
+      u[i][f] = rim_rng_uniform(&rng);
     for (int c = 0; c < C; ++c) {
       const bool inside = c == 1 && u[i][0] < 0.4 && u[i][2] > 0.5;
       r[i][c] = floor(512.0 * (rim_rng_normal(&rng) - (inside ? 1.5 : 0.0))) / 512.0;
@@ -46,13 +47,14 @@ static double brute(int f, int c, int bins, const bool *keep, int *first, int *l
       double n = 0.0;
       for (int k = 0; k < N; ++k) {
         const int bin = (int)floor(floor(256.0 * u[k][f]) * bins / 256.0);
-        if (bin < i || bin > j || (keep != NULL && !keep[k])) continue;
+        if (bin < i || bin > j || (keep != NULL && !keep[k]))
+          continue;
         s += r[k][c];
         n += 1.0;
       }
-      const double value =
-          n > 0.0 ? s * s / (2.0 * n * ((double)a[c] + (double)b[c] * n)) : 0.0;
-      if (value <= best) continue;
+      const double value = n > 0.0 ? s * s / (2.0 * n * ((double)a[c] + (double)b[c] * n)) : 0.0;
+      if (value <= best)
+        continue;
       best = value;
       *first = i;
       *last = j;
@@ -120,7 +122,8 @@ static void sweep_equals_brute_force(void **state) {
   int checked = 0;
   for (uint32_t i = 0; i < engine->pairs; ++i) {
     const pair_state *p = select_pair(engine, i);
-    if (!p->active) continue;
+    if (!p->active)
+      continue;
     double plain = 0.0;
     for (int side = 0; side < 2; ++side) {
       const int base = side == 0 ? p->x : p->y;
@@ -134,7 +137,8 @@ static void sweep_equals_brute_force(void **state) {
       int first;
       int last;
       const double value = brute(other, p->channel, 16, keep, &first, &last);
-      if (side == 0 || value < plain) plain = value;
+      if (side == 0 || value < plain)
+        plain = value;
     }
     assert_true((double)p->h3 >= plain * (1.0 - 1e-6));
     ++checked;
@@ -157,8 +161,9 @@ static void budgets_are_kept(void **state) {
 
 int main(void) {
   printf("seed %u\n", SEED);
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(scans_equal_brute_force), cmocka_unit_test(a_scan_equals_the_interval_module),
-      cmocka_unit_test(sweep_equals_brute_force), cmocka_unit_test(budgets_are_kept)};
+  const struct CMUnitTest tests[] = {cmocka_unit_test(scans_equal_brute_force),
+                                     cmocka_unit_test(a_scan_equals_the_interval_module),
+                                     cmocka_unit_test(sweep_equals_brute_force),
+                                     cmocka_unit_test(budgets_are_kept)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,11 +1,12 @@
-/* rim/bins.h - fixed-capacity tables of sufficient statistics (thesis 3.1.1, p. 28: "only sufficient
- * statistics of each discrete state, instead of all the data points, need to be stored").
+/* rim/bins.h - fixed-capacity tables of sufficient statistics (thesis 3.1.1, p. 28: "only
+ * sufficient statistics of each discrete state, instead of all the data points, need to be
+ * stored").
  *
  * Two kinds of table over unit features u in [0, 1):
  *   - bins: for every feature, bin and channel the sum of residuals; for every feature and bin the
  *     count. They hold everything seen.
- *   - grid: for one pair of features and one channel, G x G cells kept as prefix sums along each row,
- *     so that the statistics of a whole span of cells of a row cost two look-ups.
+ *   - grid: for one pair of features and one channel, G x G cells kept as prefix sums along each
+ *     row, so that the statistics of a whole span of cells of a row cost two look-ups.
  * Residuals are standardised: variance 1 in nominal running. Storage is float and uint16_t; all
  * arithmetic is double. Nothing here checks pointers: the callers (select) do.
  *
@@ -21,14 +22,15 @@
 extern "C" {
 #endif
 
-#define RIM_BINS_MAX 32            /* bins a feature */
-#define RIM_GRID_MAX 64            /* cells a side */
-#define RIM_BINS_MAX_COUNT 60000u  /* observations before halving; below 65536: uint16_t counts */
+#define RIM_BINS_MAX 32           /* bins a feature */
+#define RIM_GRID_MAX 64           /* cells a side */
+#define RIM_BINS_MAX_COUNT 60000u /* observations before halving; below 65536: uint16_t counts */
 
 /* Bytes of the two tables of `rim_bins`; both multiples of 4. */
 #define RIM_BINS_SUM_BYTES(features, bins, channels)                                               \
   (4u * (size_t)(features) * (size_t)(bins) * (size_t)(channels))
-#define RIM_BINS_COUNT_BYTES(features, bins) (4u * (((size_t)(features) * (size_t)(bins) + 1u) / 2u))
+#define RIM_BINS_COUNT_BYTES(features, bins)                                                       \
+  (4u * (((size_t)(features) * (size_t)(bins) + 1u) / 2u))
 /* Bytes of one grid; multiples of 4. */
 #define RIM_GRID_SUM_BYTES(grid) (4u * (size_t)(grid) * ((size_t)(grid) + 1u))
 #define RIM_GRID_COUNT_BYTES(grid) (2u * (size_t)(grid) * ((size_t)(grid) + 1u))
@@ -42,8 +44,8 @@ typedef struct rim_bins {
   uint16_t *count; /* [features][bins] */
 } rim_bins;
 
-/* A view of one pair's grid. Cell (row, column): row from the second feature, column from the first.
- * sum[row][k] holds the residuals of the row's cells 0..k-1; k = 0..grid. */
+/* A view of one pair's grid. Cell (row, column): row from the second feature, column from the
+ * first. sum[row][k] holds the residuals of the row's cells 0..k-1; k = 0..grid. */
 typedef struct rim_grid {
   uint16_t grid;
   float *sum;      /* [grid][grid + 1] */

@@ -1,11 +1,12 @@
 /* rim/cem.h - bounded cross-entropy search over ellipsoids (thesis 3.2, p. 29: "we have used the
  * Cross-Entropy Method").
  *
- * An ellipsoid is a centre and a Cholesky factor L, A = L L^T of eq. 3.8: positive definite whatever is
- * drawn, since the diagonal is drawn as its logarithm. Each iteration draws `samples` ellipsoids from
- * independent normal distributions over these (dims^2 + 3 dims) / 2 parameters, and moves mean and
- * spread towards those of the `elites` best. Sample i of iteration t is a pure function of (seed,
- * stream, t, i): results do not depend on timing, and elites are drawn again instead of stored. */
+ * An ellipsoid is a centre and a Cholesky factor L, A = L L^T of eq. 3.8: positive definite
+ * whatever is drawn, since the diagonal is drawn as its logarithm. Each iteration draws `samples`
+ * ellipsoids from independent normal distributions over these (dims^2 + 3 dims) / 2 parameters, and
+ * moves mean and spread towards those of the `elites` best. Sample i of iteration t is a pure
+ * function of (seed, stream, t, i): results do not depend on timing, and elites are drawn again
+ * instead of stored. */
 #ifndef RIM_CEM_H
 #define RIM_CEM_H
 
@@ -53,8 +54,9 @@ bool rim_ellipsoid_contains(const rim_ellipsoid *ellipsoid, const double *x);
 /* The ball of this radius. dims and radius are not checked. */
 rim_ellipsoid rim_ellipsoid_ball(uint8_t dims, const double *center, double radius);
 
-/* The same set as a region over the named features, bounds included. RIM_E_ARGUMENT: NULL; RIM_E_RANGE:
- * dims above RIM_REGION_MAX_DIMS; RIM_E_SINGULAR: a diagonal entry of L not above 0. */
+/* The same set as a region over the named features, bounds included. RIM_E_ARGUMENT: NULL;
+ * RIM_E_RANGE: dims above RIM_REGION_MAX_DIMS; RIM_E_SINGULAR: a diagonal entry of L not above 0.
+ */
 rim_status rim_ellipsoid_region(const rim_ellipsoid *ellipsoid, const uint16_t *feature,
                                 rim_region *region);
 
