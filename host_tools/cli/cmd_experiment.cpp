@@ -5,67 +5,114 @@
 #include "cli/arguments.hpp"
 #include "cli/command.hpp"
 #include "experiment/golf.hpp"
+#include "experiment/lander.hpp"
 #include "util/shard.hpp"
 
 namespace {
 
 using rim::Campaign;
 
-struct GolfArguments {
-  rim::GolfExperiment experiment;
-  std::string search = "rich";
+// What every campaign takes: a shard of it, and where its units go or come from.
+struct CampaignArguments {
   std::string shard = "1/1";
   std::string out;
   std::string from;
+
+  void add(CLI::App *app) {
+    app->add_option("--shard", shard, "I/N: only this part, needs --out");
+    app->add_option("--out", out, "write the units for 'rim merge' and --from");
+    app->add_option("--from", from, "print the tables of this file, run nothing")
+        ->check(CLI::ExistingFile);
+  }
+
+  template <class Run, class Print> int run(const Run &measure, const Print &print) const {
+    if (!from.empty()) {
+      print(rim::read_campaign(from));
+      return rim::EXIT_FINE;
+    }
+    const rim::Shard part = rim::parse_shard(shard);
+    if (part.count > 1 && out.empty()) throw rim::UsageError("--shard needs --out");
+    const Campaign campaign = measure(part);
+    if (!out.empty()) rim::write_campaign(campaign, out);
+    if (campaign.complete()) print(campaign);
+    return rim::EXIT_FINE;
+  }
 };
 
-void add_golf(CLI::App &app, GolfArguments &a) {
+struct GolfArguments {
+  rim::GolfExperiment experiment;
+  std::string search = "rich";
+  CampaignArguments campaign;
+};
+
+CLI::App *add_golf(CLI::App &app, GolfArguments &a) {
   CLI::App *golf = app.add_subcommand(
       "golf", "F1, false alarms and shots until the alarm in the golf domain of 4.2.3");
   golf->add_option("--dims", a.experiment.dims, "features, 2 to 128 (2,10,30,100)")
       ->delimiter(',')
       ->check(CLI::Range(2, 128));
-  golf->add_option("--runs", a.experiment.runs, "runs with a bump (100)")
-      ->check(CLI::PositiveNumber);
+  golf->add_option("--runs", a.experiment.runs, "runs with a bump (100)")->check(CLI::PositiveNumber);
   golf->add_option("--nominal", a.experiment.nominal, "runs without, for the false alarms (400)");
   golf->add_option("--calibration", a.experiment.calibration,
                    "runs without, for the threshold (800; 19 are the least for 5 %)");
   golf->add_option("--seed", a.experiment.seed, "of the first run (20000)");
   golf->add_option("--search", a.search,
                    "work a step: flight, standard (the default of the library) or rich (rich)");
-  golf->add_option("--shard", a.shard, "I/N: only this part, needs --out");
-  golf->add_option("--out", a.out, "write the units for 'rim merge' and --from");
-  golf->add_option("--from", a.from, "print the tables of this file, run nothing")
-      ->check(CLI::ExistingFile);
+  a.campaign.add(golf);
+  return golf;
 }
 
-int run_golf_command(GolfArguments &a) {
-  if (!a.from.empty()) {
-    rim::print_golf(rim::read_campaign(a.from));
-    return rim::EXIT_FINE;
-  }
+int run_golf(GolfArguments &a) {
   a.experiment.search = rim::parse_golf_search(a.search);
-  const rim::Shard shard = rim::parse_shard(a.shard);
-  if (shard.count > 1 && a.out.empty())
-    throw rim::UsageError("--shard needs --out");
-  const Campaign campaign = rim::run_golf_campaign(a.experiment, shard);
-  if (!a.out.empty())
-    rim::write_campaign(campaign, a.out);
-  if (campaign.complete())
-    rim::print_golf(campaign);
-  return rim::EXIT_FINE;
+  return a.campaign.run(
+      [&a](const rim::Shard &shard) { return rim::run_golf_campaign(a.experiment, shard); },
+      [](const Campaign &campaign) { rim::print_golf(campaign); });
+}
+
+struct LanderArguments {
+  rim::experiment::LanderOptions options;
+  CampaignArguments campaign;
+};
+
+CLI::App *add_lander(CLI::App &app, LanderArguments &a) {
+  CLI::App *lander = app.add_subcommand(
+      "lander", "false alarms and faults found on fresh landings (thesis 4.2.5, table 4.1)");
+  lander->add_option("--training", a.options.training_runs, "nominal landings to train on (50)")
+      ->check(CLI::Range(3, 4000));
+  lander->add_option("--nominal", a.options.nominal_runs, "fresh nominal landings (200)");
+  lander->add_option("--runs", a.options.fault_runs, "fresh landings a fault (10)")
+      ->check(CLI::PositiveNumber);
+  lander->add_option("--seed", a.options.seed,
+                     "of the training landings; fresh ones are of the next seed (101)");
+  lander->add_option("--false-alarm", a.options.train.calibration.false_alarm,
+                     "run-level false-alarm rate wished (0.05)")
+      ->check(CLI::Range(0.001, 0.5));
+  lander->add_flag("--thesis", a.options.thesis,
+                   "also the thesis's own procedure on the same landings (about 1 s a landing)");
+  a.campaign.add(lander);
+  return lander;
+}
+
+int run_lander(LanderArguments &a) {
+  return a.campaign.run(
+      [&a](const rim::Shard &shard) {
+        return rim::experiment::run_lander_campaign(a.options, shard);
+      },
+      [](const Campaign &campaign) { rim::experiment::print_lander_campaign(campaign, stdout); });
 }
 
 int cmd_experiment(int argc, char **argv) {
   CLI::App app{"Measure the thesis's tables and figures again.", "rim experiment"};
   app.require_subcommand(1);
   GolfArguments golf;
-  add_golf(app, golf);
-  app.footer(
-      "Example:\n  rim experiment golf --dims 2,100 --runs 20 --nominal 40 --calibration 100");
-  if (!rim::parse_arguments(app, argc, argv))
-    return rim::EXIT_FINE;
-  return run_golf_command(golf);
+  LanderArguments lander;
+  const CLI::App *golf_command = add_golf(app, golf);
+  add_lander(app, lander);
+  app.footer("Examples:\n"
+             "  rim experiment golf --dims 2,100 --runs 20 --nominal 40 --calibration 100\n"
+             "  rim experiment lander --nominal 40 --runs 3");
+  if (!rim::parse_arguments(app, argc, argv)) return rim::EXIT_FINE;
+  return golf_command->parsed() ? run_golf(golf) : run_lander(lander);
 }
 
 } // namespace

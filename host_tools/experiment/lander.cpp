@@ -2,25 +2,19 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <filesystem>
+#include <memory>
 
 #include <fmt/format.h>
 
 #include "bus/sentence.hpp"
+#include "experiment/thesis_lander.hpp"
 #include "util/data_path.hpp"
-#include "util/error.hpp"
 #include "util/parallel_for.hpp"
 #include "util/progress.hpp"
-#include "util/table.hpp"
 #include "world/recording.hpp"
 
 namespace rim::experiment {
-
-std::size_t FaultSummary::found() const {
-  return static_cast<std::size_t>(
-      std::count_if(runs.begin(), runs.end(), [](const LandingResult &r) { return r.alarmed; }));
-}
 
 std::vector<world::Effect> lander_faults(const world::LanderParams &params) {
   std::vector<std::string> paths;
@@ -40,14 +34,12 @@ Log lander_log(const world::LanderParams &params, const std::vector<world::Effec
   return log;
 }
 
-LandingResult fly(const std::vector<std::uint8_t> &image, const Log &log,
-                  const std::string &sensor) {
+LandingResult fly(const std::vector<std::uint8_t> &image, const Log &log) {
   Monitor monitor(image, "lander image");
   const Layout layout = layout_of_image(monitor.image());
   const std::vector<int> columns = feature_columns(log);
   std::vector<double> context(columns.size());
   LandingResult result;
-  result.row = static_cast<double>(log.t_s.size());
   result.score = -1e30;
   for (std::size_t t = 0; t < log.t_s.size(); ++t) {
     for (std::size_t f = 0; f < columns.size(); ++f) {
@@ -61,137 +53,107 @@ LandingResult fly(const std::vector<std::uint8_t> &image, const Log &log,
     result.score = std::max(result.score, verdict.score);
     if (verdict.alarm.state != RIM_ALARM_RAISED || result.alarmed) continue;
     result.alarmed = true;
-    result.row = static_cast<double>(t + 1);
+    result.row = static_cast<std::uint32_t>(t + 1);
     result.t_s = verdict.t_s;
     result.channel = layout.outcome_names.at(verdict.alarm.channel[0]);
     result.kind = kind_text(verdict.alarm.kind);
-    result.sensor_named = result.channel == sensor;
   }
   return result;
 }
 
 namespace {
 
+// Column that an effect hits; empty for one on the physics.
 std::string sensor_of(const world::Effect &effect) {
-  const std::vector<std::string> columns = world::lander_columns();
   const std::size_t sensor = effect.terms.front().sensor;
-  return sensor < world::kSensors ? columns.at(world::kEngines + sensor) : std::string();
+  return sensor < world::kSensors ? world::lander_columns().at(world::kEngines + sensor)
+                                  : std::string();
+}
+
+nlohmann::json thesis_json(const std::vector<ThesisPoint> &points) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const ThesisPoint &p : points) list.push_back({p.rows, p.normalised, p.outcome});
+  return list;
+}
+
+struct Trained {
+  std::vector<std::uint8_t> image;
+  Thresholds thresholds;
+  std::unique_ptr<ThesisLander> thesis;
+  double seconds = 0.0;
+};
+
+Trained train_on_nominal(const LanderOptions &options, const world::LanderParams &params) {
+  std::vector<Log> logs(options.training_runs);
+  parallel_for(logs.size(),
+               [&](std::size_t i) { logs[i] = lander_log(params, {}, options.seed, i + 1); });
+  const auto start = std::chrono::steady_clock::now();
+  const Training training = train(logs, options.train);
+  Trained trained;
+  trained.seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  trained.image = make_image(training.plan);
+  trained.thresholds = training.plan.thresholds;
+  if (options.thesis) trained.thesis = std::make_unique<ThesisLander>(logs, ThesisOptions{});
+  return trained;
+}
+
+nlohmann::json result_json(const LandingResult &r, std::size_t fault) {
+  return {{"fault", fault},     {"alarmed", r.alarmed}, {"row", r.row},  {"t_s", r.t_s},
+          {"score", r.score},   {"channel", r.channel}, {"kind", r.kind}};
 }
 
 } // namespace
 
-LanderCampaign run_lander_campaign(const LanderOptions &options) {
+Campaign run_lander_campaign(const LanderOptions &options, const Shard &shard) {
   const world::LanderParams params = world::read_lander_params(data_path("lander.toml"));
   const std::vector<world::Effect> faults = lander_faults(params);
-  std::vector<Log> logs(options.training_runs);
-  parallel_for(logs.size(),
-               [&](std::size_t i) { logs[i] = lander_log(params, {}, options.seed, i + 1); });
-  LanderCampaign campaign;
-  const auto start = std::chrono::steady_clock::now();
-  campaign.training = train(logs, options.train);
-  campaign.seconds_training =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  logs.clear();
-  const std::vector<std::uint8_t> image = make_image(campaign.training.plan);
+  const Trained trained = train_on_nominal(options, params);
 
-  campaign.nominal.resize(options.nominal_runs);
+  Campaign campaign;
+  campaign.kind = "lander";
+  campaign.total = options.nominal_runs + faults.size() * options.fault_runs;
+  nlohmann::json names = nlohmann::json::array();
   for (const world::Effect &fault : faults) {
-    campaign.faults.push_back({fault.name, sensor_of(fault), {}});
-    campaign.faults.back().runs.resize(options.fault_runs);
+    names.push_back({{"name", fault.name}, {"sensor", sensor_of(fault)}});
   }
-  const std::size_t units = options.nominal_runs + faults.size() * options.fault_runs;
-  Progress progress("replay", units);
-  parallel_for(units, [&](std::size_t unit) {
+  const std::vector<std::string> columns = world::lander_columns();
+  campaign.config = {{"seed", options.seed},
+                     {"training_runs", options.training_runs},
+                     {"nominal_runs", options.nominal_runs},
+                     {"fault_runs", options.fault_runs},
+                     {"thesis", options.thesis},
+                     {"faults", names},
+                     {"sensors", std::vector<std::string>(columns.begin() + world::kEngines,
+                                                          columns.end())},
+                     {"rank", trained.thresholds.rank},
+                     {"alarm_score", trained.thresholds.alarm_score},
+                     {"promised_rate", trained.thresholds.promised_rate},
+                     {"image_bytes", trained.image.size()}};
+  fmt::print(stderr, "training took {:.1f} s\n", trained.seconds);
+
+  std::vector<std::uint64_t> mine;
+  for (std::uint64_t unit = 0; unit < campaign.total; ++unit) {
+    if (shard.owns(unit)) mine.push_back(unit);
+  }
+  std::vector<nlohmann::json> results(mine.size());
+  Progress progress("replay", mine.size());
+  parallel_for(mine.size(), [&](std::size_t m) {
+    const std::size_t unit = mine[m];
     const bool nominal = unit < options.nominal_runs;
     const std::size_t k = nominal ? 0 : (unit - options.nominal_runs) / options.fault_runs;
     const std::size_t i = nominal ? unit : (unit - options.nominal_runs) % options.fault_runs;
     // Every landing is one of its own: no two faults share a run.
     const std::uint64_t run = nominal ? i + 1 : 10000 * (k + 1) + i;
-    const std::vector<world::Effect> effects =
-        nominal ? std::vector<world::Effect>{} : std::vector<world::Effect>{faults[k]};
-    const Log log = lander_log(params, effects, options.seed + 1, run);
-    const LandingResult result =
-        fly(image, log, nominal ? std::string() : campaign.faults[k].sensor);
-    (nominal ? campaign.nominal[i] : campaign.faults[k].runs[i]) = result;
+    const Log log = lander_log(
+        params, nominal ? std::vector<world::Effect>{} : std::vector<world::Effect>{faults[k]},
+        options.seed + 1, run);
+    results[m] = result_json(fly(trained.image, log), nominal ? 0 : k + 1);
+    if (trained.thesis) results[m]["thesis"] = thesis_json(trained.thesis->run(log));
     progress.add();
   });
+  for (std::size_t m = 0; m < mine.size(); ++m) campaign.units[mine[m]] = results[m];
   return campaign;
-}
-
-namespace {
-
-// Wilson's 95 % interval of a share, as text in percent.
-std::string share_text(std::size_t hits, std::size_t n) {
-  if (n == 0) return "-";
-  const double z = 1.96, total = static_cast<double>(n), p = static_cast<double>(hits) / total;
-  const double centre = (p + z * z / (2 * total)) / (1 + z * z / total);
-  const double half =
-      z / (1 + z * z / total) * std::sqrt(p * (1 - p) / total + z * z / (4 * total * total));
-  return fmt::format("{:.1f} % [{:.1f}, {:.1f}] ({} of {})", 100 * p,
-                     100 * std::max(0.0, centre - half), 100 * (centre + half), hits, n);
-}
-
-double median_row(const FaultSummary &fault) {
-  std::vector<double> rows;
-  for (const LandingResult &r : fault.runs) {
-    if (r.alarmed) rows.push_back(r.row);
-  }
-  if (rows.empty()) return 0.0;
-  std::sort(rows.begin(), rows.end());
-  return rows[rows.size() / 2];
-}
-
-} // namespace
-
-void print_lander_campaign(const LanderCampaign &campaign, const LanderOptions &options,
-                           std::FILE *to) {
-  const Thresholds &t = campaign.training.plan.thresholds;
-  fmt::print(to,
-             "lander: {} training runs of seed {}, fresh runs of seed {}; training {:.1f} s\n"
-             "alarm at score {:.2f} (rank {} of {}): promised run-level false alarms {:.1f} %\n",
-             options.training_runs, options.seed, options.seed + 1, campaign.seconds_training,
-             static_cast<double>(t.alarm_score), t.rank, t.maxima.size(),
-             100.0 * static_cast<double>(t.promised_rate));
-  std::size_t alarmed = 0;
-  for (const LandingResult &r : campaign.nominal) alarmed += r.alarmed ? 1 : 0;
-  fmt::print(to, "nominal runs with any alarm: {}\n", share_text(alarmed, campaign.nominal.size()));
-  Table table({{"fault", ""},
-               {"found", "runs"},
-               {"row of alarm", "median"},
-               {"score", "least / alarm"},
-               {"score", "median / alarm"},
-               {"named first", "mode"},
-               {"kind", ""},
-               {"right sensor", "detections"}});
-  std::size_t always = 0, never = 0, sensor_found = 0, sensor_right = 0;
-  for (const FaultSummary &fault : campaign.faults) {
-    const std::size_t found = fault.found();
-    always += found == fault.runs.size() ? 1 : 0;
-    never += found == 0 ? 1 : 0;
-    std::vector<double> scores;
-    std::size_t right = 0;
-    std::string first = "-", kind = "-";
-    for (const LandingResult &r : fault.runs) {
-      scores.push_back(r.score / static_cast<double>(t.alarm_score));
-      right += r.sensor_named ? 1 : 0;
-      if (r.alarmed && first == "-") {
-        first = r.channel;
-        kind = r.kind;
-      }
-    }
-    if (!fault.sensor.empty()) {
-      sensor_found += found;
-      sensor_right += right;
-    }
-    std::sort(scores.begin(), scores.end());
-    table.add({fault.name, fmt::format("{} of {}", found, fault.runs.size()),
-               fmt::format("{:.0f}", median_row(fault)), fmt::format("{:.2f}", scores.front()),
-               fmt::format("{:.2f}", scores[scores.size() / 2]), first, kind,
-               fault.sensor.empty() ? "physics" : fmt::format("{} of {}", right, found)});
-  }
-  table.print(to);
-  fmt::print(to, "found in every run: {} of {} faults; never found: {}; right sensor: {}\n", always,
-             campaign.faults.size(), never, share_text(sensor_right, sensor_found));
 }
 
 } // namespace rim::experiment

@@ -1,4 +1,5 @@
-// The landing campaign: train on nominal landings, replay fresh nominal and faulty ones, count.
+// The landing campaign: train on nominal landings, replay fresh nominal and faulty ones, count; and
+// the thesis's own procedure (experiment/thesis_lander.hpp) on the same landings.
 #ifndef RIM_EXPERIMENT_LANDER_HPP
 #define RIM_EXPERIMENT_LANDER_HPP
 
@@ -8,55 +9,43 @@
 #include <vector>
 
 #include "train/trainer.hpp"
+#include "util/shard.hpp"
 #include "world/lander.hpp"
 
 namespace rim::experiment {
 
 struct LanderOptions {
-  std::uint64_t seed = 1;         // training runs 1.. of this seed; fresh runs are of seed + 1
+  std::uint64_t seed = 101;       // training runs 1.. of this seed; fresh runs are of seed + 1
   std::size_t training_runs = 50;
   std::size_t nominal_runs = 200;
-  std::size_t fault_runs = 10;
+  std::size_t fault_runs = 10;    // of each of the faults in data/effects
+  bool thesis = false;            // also run the thesis's own procedure: about 1 s a run
   TrainOptions train;
 };
+
+// The faults that ship in data/effects, in order.
+std::vector<world::Effect> lander_faults(const world::LanderParams &params);
+
+// Log of one landing of the world.
+Log lander_log(const world::LanderParams &params, const std::vector<world::Effect> &effects,
+               std::uint64_t seed, std::uint64_t run);
 
 // What the monitor made of one landing.
 struct LandingResult {
   bool alarmed = false;
-  double row = 0.0;         // rows until the alarm (rows in all when none)
-  double t_s = 0.0;         // time of the alarm
-  double score = 0.0;       // largest score over the run
-  std::string channel;      // named first in the alarm
-  std::string kind;         // of the leading channel
-  bool sensor_named = false; // first named channel is the one the effect hits
+  std::uint32_t row = 0;  // rows until the alarm
+  double t_s = 0.0;       // time of the alarm
+  double score = 0.0;     // largest over the run
+  std::string channel;    // named first in the alarm
+  std::string kind;       // of the leading channel
 };
-
-struct FaultSummary {
-  std::string name;
-  std::string sensor; // column that the effect hits; empty: physics
-  std::vector<LandingResult> runs;
-  std::size_t found() const;
-};
-
-// The twelve faults that ship in data/effects, in order.
-std::vector<world::Effect> lander_faults(const world::LanderParams &params);
-
-// Log of one landing of the world, nominal without effects.
-Log lander_log(const world::LanderParams &params, const std::vector<world::Effect> &effects,
-               std::uint64_t seed, std::uint64_t run);
-
 // Replays one log through the flight code.
-LandingResult fly(const std::vector<std::uint8_t> &image, const Log &log, const std::string &sensor);
+LandingResult fly(const std::vector<std::uint8_t> &image, const Log &log);
 
-struct LanderCampaign {
-  Training training;
-  std::vector<LandingResult> nominal;
-  std::vector<FaultSummary> faults;
-  double seconds_training = 0.0;
-};
-LanderCampaign run_lander_campaign(const LanderOptions &options);
-void print_lander_campaign(const LanderCampaign &campaign, const LanderOptions &options,
-                           std::FILE *to);
+// Units: the nominal landings, then the runs of every fault. Training is done in every shard.
+Campaign run_lander_campaign(const LanderOptions &options, const Shard &shard);
+// Tables of a complete campaign, with 95 % intervals. DataError when it is of another kind.
+void print_lander_campaign(const Campaign &campaign, std::FILE *to);
 
 } // namespace rim::experiment
 #endif
