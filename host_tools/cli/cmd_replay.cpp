@@ -127,7 +127,7 @@ rim::Replayer open_external(const Options &o, const std::vector<rim::Log> &logs)
   }
   std::printf("calibrated by %zu Monte Carlo runs: at most %.3g %% of healthy runs raise an alarm",
               o.calibration_runs, 100.0 * made.promised_rate);
-  if (made.promised_rate > o.calibration.false_alarm * (1.0 + 1e-9)) {
+  if (made.promised_rate > o.calibration.false_alarm * (1.0 + 1e-6)) {
     std::printf("; %.3g %% needs --calibration-runs %.0f", 100.0 * o.calibration.false_alarm,
                 std::ceil(1.0 / o.calibration.false_alarm - 1e-9) - 1.0);
   }

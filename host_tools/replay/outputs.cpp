@@ -14,6 +14,12 @@ std::unique_ptr<AtomicFile> open_if(const std::string &path) {
   return path.empty() ? nullptr : std::make_unique<AtomicFile>(path);
 }
 
+// With its folder: logs of several folders often share their names.
+std::string short_name(const std::string &path) {
+  const std::filesystem::path whole(path);
+  return (whole.parent_path().filename() / whole.filename()).string();
+}
+
 } // namespace
 
 ReplayOutputs::ReplayOutputs(const OutputPaths &paths, const Replayer &replayer)
@@ -36,7 +42,7 @@ void ReplayOutputs::begin(const Log &log) {
   log_name_ = log.path;
   blocks_ = 0;
   if (!plot_path_.empty())
-    traces_.push_back({std::filesystem::path(log.path).filename().string(), {}, {}, ""});
+    traces_.push_back({short_name(log.path), {}, {}, ""});
 }
 
 void ReplayOutputs::verdict(const rim_verdict &v) {

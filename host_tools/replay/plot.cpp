@@ -16,7 +16,7 @@ namespace rim {
 
 namespace {
 
-constexpr double kFloor = 0.1; // ln anom is drawn no lower on the logarithmic scale
+constexpr double kFloor = 1.0; // ln anom is drawn no lower on the logarithmic scale
 constexpr int kWidth = 1000, kPanel = 260, kMargin = 60;
 
 bool ends_in(const std::string &path, const std::string &ending) {
@@ -55,22 +55,34 @@ double top_of(const Trace &trace) {
   return std::pow(10.0, std::ceil(std::log10(1.05 * top)));
 }
 
+std::string title_of(const Trace &trace) {
+  if (trace.alarms_s.empty())
+    return trace.title + ": nothing found";
+  return fmt::format("{}: alarm at t = {:.2f} s, {}", trace.title, trace.alarms_s.front(),
+                     trace.sentence);
+}
+
+// The label of an alarm stands on the side where there is room.
+std::string alarm_mark(double t_s, const Trace &trace, double top) {
+  const double middle = 0.5 * (trace.points.front().t_s + trace.points.back().t_s);
+  const bool right = t_s < middle;
+  return fmt::format("set arrow from {0:.3f},{1} to {0:.3f},{2} nohead lc rgb '#b22222' lw 1.5 "
+                     "dt 3 front\nset label '{3}' at {0:.3f},{4} {5} tc rgb '#b22222' front\n",
+                     t_s, kFloor, top, right ? " alarm" : "alarm ", 1.5 * kFloor,
+                     right ? "left" : "right");
+}
+
 std::string panel(const Trace &trace, std::size_t number, bool last) {
-  const std::string title =
-      trace.title + (trace.alarms_s.empty() ? ": nothing found"
-                                            : fmt::format(": alarm at t = {:.1f} s, {}",
-                                                          trace.alarms_s.front(), trace.sentence));
   const double top = top_of(trace);
-  std::string text = fmt::format("set title {} noenhanced offset 0,-0.6\n"
-                                 "set yrange [{}:{}]\nset xlabel {}\nunset arrow\nunset label\n",
-                                 quoted(title), kFloor, top, last ? "'time (s)'" : "''");
-  for (const double t_s : trace.alarms_s) {
-    text += fmt::format("set arrow from {0:.3f},{1} to {0:.3f},{2} nohead lc rgb '#b22222' lw 1.5 "
-                        "dt 3 front\nset label 'alarm ' at {0:.3f},{3} right tc rgb '#b22222'\n",
-                        t_s, kFloor, top, top / 2.5);
-  }
+  std::string text =
+      fmt::format("unset arrow\nunset label\nset label {} at graph 0,1.08 left noenhanced\n"
+                  "set yrange [{}:{}]\nset xlabel {}\n",
+                  quoted(title_of(trace)), kFloor, top, last ? "'time (s)'" : "''");
+  for (const double t_s : trace.alarms_s)
+    text += alarm_mark(t_s, trace, top);
   return text + fmt::format("plot $d{0} using 1:3 with lines lw 1.5 dt 2 lc rgb '#444444' title "
-                            "'threshold', '' using 1:2 with lines lw 2 lc rgb '#1f5fa8' title "
+                            "'threshold', '' using 1:2 with lines lw 2 lc rgb "
+                            "'#1f5fa8' title "
                             "'ln anom'\n",
                             number);
 }
@@ -84,13 +96,12 @@ std::string script(const std::vector<Trace> &traces, const std::string &path, bo
           : fmt::format("set terminal pngcairo size {},{} font 'sans,11'\n", kWidth, height);
   text += "set output " + quoted(path) +
           "\nset logscale y\nset ylabel 'ln anom (nat)'\nset format y '10^{%T}'\n"
-          "set key left top opaque\nset grid y lc rgb '#dddddd'\nset lmargin 11\nset rmargin 3\n"
-          "set tics nomirror out\n";
+          "set key at graph 1,1.14 right horizontal\nset grid y lc rgb '#dddddd'\nset lmargin "
+          "11\nset rmargin 3\nset tmargin 2.6\nset bmargin 3.6\n"
+          "set tics nomirror out\nset autoscale xfix\n";
   for (std::size_t i = 0; i < traces.size(); ++i)
     text += data_block(traces[i], i);
-  text += fmt::format("set multiplot layout {},1 title 'ln anom of the most anomalous channel "
-                      "against its alarm threshold'\n",
-                      std::max<std::size_t>(1, traces.size()));
+  text += fmt::format("set multiplot layout {},1\n", std::max<std::size_t>(1, traces.size()));
   for (std::size_t i = 0; i < traces.size(); ++i)
     text += panel(traces[i], i, i + 1 == traces.size());
   return text + "unset multiplot\nunset output\n";

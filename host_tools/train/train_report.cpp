@@ -167,6 +167,11 @@ std::string model_line(const char *name, const FitResult &fit) {
                      fit.candidates.size());
 }
 
+std::string ordinal(std::size_t n) {
+  const std::size_t last = n % 100 / 10 == 1 ? 0 : n % 10;
+  return std::to_string(n) + (last == 1 ? "st" : last == 2 ? "nd" : last == 3 ? "rd" : "th");
+}
+
 std::string wrapped(const std::vector<std::string> &words, const std::string &indent) {
   std::string text = indent, line;
   for (std::size_t i = 0; i < words.size(); ++i) {
@@ -215,9 +220,8 @@ std::string promise_report(const Training &training, double false_alarm) {
       "  promised: at most {:.1f} % of healthy runs raise any alarm\n  alarm at score "
       "{:.3g}, the {} of the {} runs' largest scores ({:.3g} to {:.3g})\n",
       100.0 * promised, static_cast<double>(t.alarm_score),
-      t.rank == runs ? std::string("highest")
-                     : fmt::format("{} from the highest", runs - t.rank + 1),
-      runs, static_cast<double>(t.maxima.front()), static_cast<double>(t.maxima.back()));
+      t.rank == runs ? std::string("highest") : ordinal(runs - t.rank + 1) + " highest", runs,
+      static_cast<double>(t.maxima.front()), static_cast<double>(t.maxima.back()));
   return text;
 }
 
