@@ -4,6 +4,7 @@
 
 #include "cli/arguments.hpp"
 #include "cli/command.hpp"
+#include "experiment/falcon.hpp"
 #include "experiment/golf.hpp"
 #include "experiment/lander.hpp"
 #include "util/shard.hpp"
@@ -101,6 +102,34 @@ int run_lander(LanderArguments &a) {
       [](const Campaign &campaign) { rim::experiment::print_lander_campaign(campaign, stdout); });
 }
 
+CLI::App *add_falcon(CLI::App &app, rim::experiment::FalconOptions &o) {
+  CLI::App *falcon = app.add_subcommand(
+      "falcon", "measured Falcon 9 landings: one left out, the others trained on, faults put in");
+  falcon->add_option("--data", o.data, "folder of the logs (../shared/measured/falcon9)");
+  falcon->add_option("--exclude", o.exclude, "missions not to use, say nrol76")->delimiter(',');
+  falcon->add_option("--false-alarm", o.train.calibration.false_alarm,
+                     "wished run-level false-alarm rate (0.05)");
+  falcon->add_option("--block-seconds", o.train.block_s, "length of an observation (0.5)")
+      ->check(CLI::PositiveNumber);
+  return falcon;
+}
+
+int run_falcon_command(const rim::experiment::FalconOptions &o) {
+  if (rim::experiment::falcon_folder(o).empty()) {
+    std::printf("skipped: no folder %s\n",
+                o.data.empty() ? "../shared/measured/falcon9 beside the source" : o.data.c_str());
+    return o.data.empty() ? rim::EXIT_FINE : rim::EXIT_DATA;
+  }
+  rim::experiment::print_falcon(rim::experiment::run_falcon(o), stdout);
+  if (o.exclude.empty()) {
+    std::printf("\nWithout nrol76, whose altitude is shown to 1 km only:\n\n");
+    rim::experiment::FalconOptions alike = o;
+    alike.exclude = {"nrol76"};
+    rim::experiment::print_falcon(rim::experiment::run_falcon(alike), stdout);
+  }
+  return rim::EXIT_FINE;
+}
+
 int cmd_experiment(int argc, char **argv) {
   CLI::App app{"Measure the thesis's tables and figures again.", "rim experiment"};
   app.require_subcommand(1);
@@ -108,10 +137,14 @@ int cmd_experiment(int argc, char **argv) {
   LanderArguments lander;
   const CLI::App *golf_command = add_golf(app, golf);
   add_lander(app, lander);
+  rim::experiment::FalconOptions falcon;
+  const CLI::App *falcon_command = add_falcon(app, falcon);
   app.footer("Examples:\n"
              "  rim experiment golf --dims 2,100 --runs 20 --nominal 40 --calibration 100\n"
              "  rim experiment lander --nominal 40 --runs 3");
   if (!rim::parse_arguments(app, argc, argv)) return rim::EXIT_FINE;
+  if (falcon_command->parsed())
+    return run_falcon_command(falcon);
   return golf_command->parsed() ? run_golf(golf) : run_lander(lander);
 }
 

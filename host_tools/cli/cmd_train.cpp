@@ -1,4 +1,5 @@
 // rim train: a flight image from healthy runs.
+#include "bus/sentence.hpp"
 #include "cli/arguments.hpp"
 #include "cli/command.hpp"
 #include "log/schema.hpp"
@@ -9,6 +10,7 @@
 #include "util/parallel_for.hpp"
 #include "util/progress.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -18,7 +20,7 @@
 namespace {
 
 struct Options {
-  std::vector<std::string> logs;
+  std::vector<std::string> logs, kinds;
   std::string out, schema;
   rim::TrainOptions train;
   unsigned threads = 0;
@@ -45,6 +47,12 @@ void declare(CLI::App &app, Options &o) {
   app.add_option("--block-seconds", o.train.block_s,
                  "rows gathered into one observation of the search (default 1)")
       ->check(CLI::Range(1e-6, 1e6));
+  app.add_option("--kinds", o.kinds,
+                 "what is watched: shift,increment,variance,step,repeat\n"
+                 "(default shift,variance,repeat)")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"shift", "increment", "variance", "step", "repeat"}))
+      ->type_name("KIND,...");
   app.add_option("--threads", o.threads, "threads (default 2, or RIM_THREADS)")
       ->check(CLI::Range(1, 64));
   app.add_flag("--quick", o.quick, "leave the comparison with the kernel average out");
@@ -62,6 +70,15 @@ std::vector<rim::Log> read_logs(const Options &o) {
     progress.add();
   });
   return logs;
+}
+
+std::uint32_t mask_of(const std::vector<std::string> &kinds) {
+  std::uint32_t mask = 0;
+  for (unsigned k = 0; k < RIM_CHANNELS_KINDS; ++k) {
+    if (std::find(kinds.begin(), kinds.end(), rim::kind_text(static_cast<int>(k))) != kinds.end())
+      mask |= 1u << k;
+  }
+  return mask;
 }
 
 void print_input(const std::vector<rim::Log> &logs, const rim::FlightPlan &plan) {
@@ -94,6 +111,8 @@ int cmd_train(int argc, char **argv) {
   declare(app, o);
   if (!rim::parse_arguments(app, argc, argv))
     return rim::EXIT_FINE;
+  if (!o.kinds.empty())
+    o.train.kinds = mask_of(o.kinds);
   if (o.threads > 0)
     ::setenv("RIM_THREADS", std::to_string(o.threads).c_str(), 1);
   const auto start = std::chrono::steady_clock::now();

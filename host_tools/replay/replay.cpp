@@ -62,6 +62,20 @@ ExternalRows rows_for(const Log &log, const Layout &layout) {
   return rows;
 }
 
+// The score that the last `persistence` blocks all reached: what an alarm is raised by.
+class HeldScore {
+public:
+  explicit HeldScore(std::uint32_t persistence) : latest_(std::max(1u, persistence), -1e300) {}
+  double add(double score) {
+    latest_[next_++ % latest_.size()] = score;
+    return *std::min_element(latest_.begin(), latest_.end());
+  }
+
+private:
+  std::vector<double> latest_;
+  std::size_t next_ = 0;
+};
+
 } // namespace
 
 Replayer::Replayer(std::vector<std::uint8_t> image, const std::string &name)
@@ -75,6 +89,8 @@ ReplayedLog Replayer::replay(const Log &log, const ReplayOptions &options, const
   ReplayedLog result;
   result.path = log.path;
   result.score = -1e300;
+  std::uint32_t blocks = 0;
+  HeldScore held(rim_monitor_config(monitor, RIM_CONFIG_PERSISTENCE));
   for (Eigen::Index t = 0; t < rows.context.rows(); ++t) {
     rim_observation row = {};
     row.t_s = rows.t_s[static_cast<std::size_t>(t)];
@@ -89,8 +105,9 @@ ReplayedLog Replayer::replay(const Log &log, const ReplayOptions &options, const
     if (status != RIM_OK)
       throw std::logic_error(std::string("rim_monitor_step: ") + rim_status_text(status));
     digest_ = rim_verdict_digest(digest_, &verdict);
-    if (verdict.blocks > 0)
-      result.score = std::max(result.score, verdict.score);
+    if (verdict.blocks != blocks) // alarms are decided where a block ends
+      result.score = std::max(result.score, held.add(verdict.score));
+    blocks = verdict.blocks;
     verdict.alarm.flags = static_cast<std::uint8_t>(verdict.alarm.flags | options.flags);
     if (verdict.alarm.state != RIM_ALARM_NONE) {
       ++result.records;

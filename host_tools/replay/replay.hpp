@@ -27,7 +27,7 @@ struct ReplayedLog {
   std::uint32_t records = 0;          // alarm records in this log
   rim_alarm first{};                  // record that first raised an alarm; state NONE: none did
   rim_alarm last{};                   // newest record
-  double score = 0.0;                 // largest over the log
+  double score = 0.0;                 // largest that was held for as many blocks as an alarm needs
   double alarm_score = 0.0;           // at which an alarm is raised
   std::vector<std::uint32_t> finding; // per data row of the file, from 1; empty unless asked for
 };
