@@ -14,7 +14,7 @@ rim_status rim_envelope_open(rim_envelope *view, const uint8_t *section, size_t 
   e.bins = rim_image_u32(section, 3);
   e.least_n = (double)rim_image_u32(section, 4);
   if (e.channels == 0 || e.channels > 128 || e.features == 0 || e.features > 128 || e.bins == 0 ||
-      e.bins > RIM_ENVELOPE_MAX_BINS || !(e.least_n >= 1.0)) {
+      e.bins > RIM_ENVELOPE_MAX_BINS || !(e.least_n >= 1.0) || rim_image_u32(section, 5) != 0) {
     return RIM_E_RANGE;
   }
   /* At most 128 * 128 * 528 * 2 bytes: no overflow in size_t of 32 bits. */

@@ -62,13 +62,13 @@ typedef struct rim_envelope_found {
 } rim_envelope_found;
 
 /* RIM_E_ARGUMENT: NULL; RIM_E_ALIGN: not 4-aligned; RIM_E_TRUNCATED or RIM_E_SIZE: bytes do not match the
- * counts; RIM_E_VERSION: another layout; RIM_E_RANGE: a count out of range; RIM_E_DATA: a value of a not
- * positive and finite. The view is unchanged on error. O(channels). */
+ * counts; RIM_E_VERSION: another layout; RIM_E_RANGE: a count out of range or the last word not 0;
+ * RIM_E_DATA: a value of a not positive and finite. The view is unchanged on error. O(channels). */
 rim_status rim_envelope_open(rim_envelope *view, const uint8_t *section, size_t bytes);
 
 /* The most anomalous interval of one feature and channel. n[k], s[k]: observations and sum of residuals
- * in bins 0..k-1, k = 0..bins. channel, feature in range. Ties: the first in order. O(bins^2), no
- * division but one. */
+ * in bins 0..k-1, k = 0..bins. channel, feature in range. Ties: the first in order, level before
+ * contrast. O(bins^2); one division for each hypothesis that holds less than usual, and one more. */
 rim_envelope_found rim_envelope_best(const rim_envelope *view, uint32_t channel, uint32_t feature,
                                      const double *n, const double *s);
 
