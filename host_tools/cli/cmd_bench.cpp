@@ -1,0 +1,130 @@
+// rim bench: memory of monitors, time of training, speed of replay.
+#include "cli/arguments.hpp"
+#include "cli/command.hpp"
+#include "experiment/lander.hpp"
+#include "replay/replay.hpp"
+#include "train/trainer.hpp"
+#include "util/atomic_file.hpp"
+#include "util/data_path.hpp"
+#include "util/parallel_for.hpp"
+#include "util/table.hpp"
+#include "world/lander_params.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+namespace {
+
+struct Options {
+  bool memory = false;
+  std::vector<std::string> replay;
+  std::size_t runs = 50;
+};
+
+struct Size {
+  const char *what;
+  std::size_t features, outcomes, kinds, region, pairs, bytes;
+};
+
+// One line a configuration; the sizes are constant expressions, as a static array needs them.
+#define RIM_BENCH_SIZE(what, features, outcomes, kinds, region, pairs)                             \
+  Size {                                                                                           \
+    what, features, outcomes, kinds, region, pairs,                                                \
+        RIM_MONITOR_SIZE(features, outcomes, kinds, region, RIM_SELECT_DEFAULT_RING,               \
+                         RIM_SELECT_DEFAULT_BINS, RIM_SELECT_DEFAULT_GRID, pairs)                  \
+  }
+
+void print_memory() {
+  constexpr Size sizes[] = {
+      RIM_BENCH_SIZE("own predictions, small", 6, 3, 1, 6, RIM_SELECT_DEFAULT_PAIRS),
+      RIM_BENCH_SIZE("lander, as trained (at most)", 29, 25, 3, 17, 0),
+      RIM_BENCH_SIZE("own predictions, 100-D", 100, 1, 1, 100, RIM_SELECT_DEFAULT_PAIRS),
+  };
+  std::printf("Memory of one monitor (RIM_MONITOR_SIZE; the image stays where it is)\n");
+  rim::Table table({{"monitor", ""},
+                    {"features", ""},
+                    {"outcomes", ""},
+                    {"kinds", ""},
+                    {"in regions", "features"},
+                    {"pairs", ""},
+                    {"RAM", "kB"}});
+  for (const Size &s : sizes) {
+    table.add({s.what, rim::cell(s.features), rim::cell(s.outcomes), rim::cell(s.kinds),
+               rim::cell(s.region), rim::cell(s.pairs),
+               fmt::format("{:.1f}", static_cast<double>(s.bytes) / 1000.0)});
+  }
+  table.print();
+}
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+// The best of some repetitions: what the machine can do when nobody else wants it.
+void print_replay(std::vector<std::uint8_t> image, const std::string &name, const rim::Log &log) {
+  constexpr int kRepetitions = 5;
+  rim::Replayer replayer(std::move(image), name);
+  double best_s = 1e300;
+  rim::ReplayedLog result;
+  for (int i = 0; i < kRepetitions; ++i) {
+    const auto start = std::chrono::steady_clock::now();
+    result = replayer.replay(log, rim::ReplayOptions{});
+    best_s = std::min(best_s, seconds_since(start));
+  }
+  std::printf("Replay of %s: %u rows in %.3f s (best of %d), %.2f us a row, %.0f times real time; "
+              "RAM of the monitor %.1f kB\n",
+              log.path.c_str(), result.rows, best_s, kRepetitions, 1e6 * best_s / result.rows,
+              result.duration_s / best_s, static_cast<double>(replayer.monitor().bytes()) / 1000.0);
+}
+
+void bench_lander(std::size_t runs) {
+  const rim::world::LanderParams params =
+      rim::world::read_lander_params(rim::data_path("lander.toml"));
+  std::vector<rim::Log> logs(runs);
+  rim::parallel_for(
+      runs, [&](std::size_t i) { logs[i] = rim::experiment::lander_log(params, {}, 1, i + 1); });
+  std::size_t rows = 0;
+  for (const rim::Log &log : logs)
+    rows += log.t_s.size();
+  const auto start = std::chrono::steady_clock::now();
+  const rim::Training training = rim::train(logs, rim::TrainOptions{});
+  const double training_s = seconds_since(start);
+  struct rusage usage {};
+  ::getrusage(RUSAGE_SELF, &usage);
+  std::printf("Training on %zu runs, %zu rows, %zu columns: %.1f s on %zu threads, %.2f GB\n", runs,
+              rows, training.plan.layout.features(), training_s, rim::parallel_threads(),
+              static_cast<double>(usage.ru_maxrss) / 1048576.0);
+  print_replay(rim::make_image(training.plan), "lander",
+               rim::experiment::lander_log(params, {}, 2, 1));
+}
+
+int cmd_bench(int argc, char **argv) {
+  Options o;
+  CLI::App app{"Measure memory, training time and replay speed.", "rim bench"};
+  app.add_flag("--memory", o.memory, "only the memory of monitors");
+  app.add_option("--replay", o.replay, "only the replay speed of this model and log")
+      ->expected(2)
+      ->type_name("MODEL.rim LOG");
+  app.add_option("--runs", o.runs, "landings to train on (default 50)")->check(CLI::Range(3, 1000));
+  app.footer("Detection is measured by 'rim experiment golf', 'lander' and 'falcon'.\n\n"
+             "Example:\n  rim bench --memory\n  rim bench --replay lander.rim flight.csv");
+  if (!rim::parse_arguments(app, argc, argv))
+    return rim::EXIT_FINE;
+  if (!o.replay.empty()) {
+    const std::string bytes = rim::read_file(o.replay[0]);
+    print_replay(std::vector<std::uint8_t>(bytes.begin(), bytes.end()), o.replay[0],
+                 rim::read_log(o.replay[1]));
+    return rim::EXIT_FINE;
+  }
+  print_memory();
+  if (!o.memory)
+    bench_lander(o.runs);
+  return rim::EXIT_FINE;
+}
+
+} // namespace
+
+RIM_COMMAND(bench, "memory of a monitor, training time, replay speed", cmd_bench)

@@ -1,0 +1,19 @@
+#!/bin/bash
+# The demo, whole: the healthy landing is left alone, three faults are found, a second process hears it all.
+. "$(dirname "$0")/check.inc"
+root=$(cd "$(dirname "$0")/../.." && pwd)
+out=$(RIM=$RIM BUILD=$here "$root/host_tools/demo/demo.sh" 2>&1); check "demo" 0 $?
+printf '%s\n' "$out" > "$here/demo.txt"
+contains "healthy" "$out" "^healthy/run_0101.csv: healthy: nothing found"
+for fault in 02_thrust_loss 09_mass_high 12_velocity_stuck; do contains "$fault" "$out" "^$fault/run_.*: FOUND at t = "; done
+contains "mass is named" "$out" "mass reads [0-9.]* kg high"
+contains "the stuck sensor is named" "$out" "velocity imu z repeats"
+if printf '%s\n' "$out" | grep -q "no multicast"; then skipped=$((skipped + 1)); else
+  contains "a second process" "$out" "heard \([0-9]*\) of \1 records.*the same to the last digit"
+fi
+contains "CAN is spoken of" "$out" "^CAN: "
+for file in demo.svg alarms.jsonl labels.csv trace.csv lander.rim alarms.candump; do
+  [ -s "$here/demo/$file" ]; check "$file" 0 $?
+done
+contains "the figure" "$(cat "$here/demo/demo.svg")" "09_mass_high/run_0103.csv: alarm at t = "
+finish

@@ -1,0 +1,80 @@
+#!/bin/bash
+# rim replay: alarms, labels, trace, figure, LCM, candump; what it finds and what it leaves alone.
+. "$(dirname "$0")/check.inc"
+. "$(dirname "$0")/toy.inc"
+cd "$here" || exit 1
+for i in $(seq 20); do toy "run$(printf %02d "$i").csv" "$i"; done
+"$RIM" train run*.csv --out toy.rim --quick > /dev/null || bad "train"
+toy healthy.csv 101
+toy biased.csv 102 1200 'a += 0.5'
+toy stuck.csv 103 1200 'if (i > 600) v = held; else held = v'
+
+out=$("$RIM" replay --model toy.rim healthy.csv biased.csv stuck.csv --alarms a.jsonl --labels l.csv --trace t.csv \
+  --plot p.svg --candump c.log --lcm "file://$here/bus.lcm?mode=w"); check "replay" 0 $?
+contains "healthy" "$out" "^healthy.csv: healthy: nothing found in 1200 rows"
+contains "biased" "$out" "^biased.csv: FOUND at t = "
+contains "biased: in words" "$out" "position [ab] reads 0\.[2-7][0-9]* m \(high\|low\)"
+contains "stuck" "$out" "^stuck.csv: FOUND at t = [3-5]"
+contains "stuck: named" "$out" "  then: speed \(scatters 0\.\|repeats\)"
+digest=$(printf '%s\n' "$out" | tail -1)
+contains "last line" "$digest" '^digest [0-9a-f]\{16\}$'
+check "the same twice" "$digest" "$("$RIM" replay --model toy.rim healthy.csv biased.csv stuck.csv | tail -1)"
+! [ "$digest" = "$("$RIM" replay --model toy.rim healthy.csv stuck.csv biased.csv | tail -1)" ]
+check "another order, another digest" 0 $?
+one=$("$RIM" replay --model toy.rim biased.csv | head -3)
+check "no log depends on those before it" "$one" "$(printf '%s\n' "$out" | grep -A2 '^biased.csv')"
+
+python3 - << 'END' > py.txt 2>&1
+import csv, json
+alarms = [json.loads(line) for line in open("a.jsonl")]
+print("keys", all({"t_s", "seq", "detector", "state", "level", "channels", "features", "region", "ln_anom", "threshold",
+    "p_value", "observations", "shift", "sentence"} <= a.keys() for a in alarms))
+print("raised", sum(a["state"] == "raised" for a in alarms))
+print("replay", all(a["replay"] for a in alarms))
+print("seq", [a["seq"] for a in alarms] == list(range(1, len(alarms) + 1)))
+rows = list(csv.DictReader(open("l.csv")))
+print("rows", [sum(r["log"] == n for r in rows) for n in ("healthy.csv", "biased.csv", "stuck.csv")])
+print("numbers", [int(r["row"]) for r in rows] == 3 * list(range(1, 1201)))
+print("marked", [any(r["finding"] == "1" for r in rows if r["log"] == n) for n in ("healthy.csv", "biased.csv", "stuck.csv")])
+trace = [line for line in open("t.csv")]
+print("trace", trace[0].startswith("# rim replay"), trace[1].strip(), len(trace))
+END
+for text in "keys True" "raised 2" "replay True" "seq True" "rows \[1200, 1200, 1200\]" "numbers True" "marked \[False, True, True\]" \
+  "trace True t_s,ln_anom,threshold,score,level,log 3602"; do contains "outputs" "$(cat py.txt)" "$text"; done
+records=$(wc -l < a.jsonl)
+check "30 CAN frames a record" $((30 * records)) "$(wc -l < c.log)"
+check "the log of the bus holds every alarm" "$records" "$(grep -ao 'RIM_ALARM' bus.lcm | wc -l)"
+check "and a health message a log" 3 "$(grep -ao 'RIM_HEALTH' bus.lcm | wc -l)"
+contains "figure" "$(cat p.svg)" "biased.csv: alarm at t = "
+contains "figure: axes" "$(cat p.svg)" "ln anom (nat)"
+"$RIM" replay --model toy.rim healthy.csv --plot p.png > /dev/null; check "png" 0 $?
+contains "png" "$(head -c 4 p.png | tr -d '\211')" "PNG"
+[ -z "$(find . -name '*.tmp.*' -o -name '*.gnuplot.*')" ]; check "nothing left over" 0 $?
+
+"$RIM" replay --model toy.rim healthy.csv --fail-on-alarm > /dev/null; check "--fail-on-alarm, healthy" 0 $?
+"$RIM" replay --model toy.rim healthy.csv biased.csv --fail-on-alarm > /dev/null; check "--fail-on-alarm, found" 1 $?
+err=$("$RIM" replay --model toy.rim healthy.csv --can nocan0 2>&1 >/dev/null); check "--can without CAN" 3 $?
+contains "--can: said" "$err" "nocan0: .*\(no CAN\|no such interface\).*--candump"
+"$RIM" replay --model toy.rim healthy.csv --plot p.gif 2>/dev/null; check "a figure of another kind" 2 $?
+"$RIM" replay --model toy.rim healthy.csv --false-alarm 0.1 2>/dev/null; check "--false-alarm with a model" 2 $?
+err=$("$RIM" replay healthy.csv 2>&1 >/dev/null); check "no model, no predictions" 3 $?
+contains "no model: what to do" "$err" "needs a model"
+
+# Columns are found by name: another order and one more column change nothing.
+awk -F, -v OFS=, '{print $1, $5, $2, $4, $3, (NR == 1 ? "s.extra" : 1)}' biased.csv > turned.csv
+err=$("$RIM" replay --model toy.rim turned.csv 2>&1 >/dev/null)
+contains "an unknown column is named" "$err" "s.extra"
+check "columns by name" "$("$RIM" replay --model toy.rim biased.csv | tail -1)" "$("$RIM" replay --model toy.rim turned.csv 2>/dev/null | tail -1)"
+
+# Logs with their own predictions need no model.
+awk -F, -v OFS=, 'NR == 1 {print "t_s,x.push,z.position,m.position,sd.position"; next}
+  {print $1, $2, $3 + ($2 > 0.5 ? 0.2 : 0), $4, 0.05}' healthy.csv > own.csv
+out=$("$RIM" replay own.csv --labels own_labels.csv --calibration-runs 39); check "own predictions" 0 $?
+contains "own predictions: found" "$out" "position reads 0\.[12][0-9]* high .*where push is"
+contains "own predictions: promise" "$out" "at most 5 % of healthy runs"
+hit=$(paste -d, <(tail -n +2 own.csv) <(tail -n +2 own_labels.csv) | awk -F, '{n++; s += (($2 > 0.5) == ($8 > 0))} END {print (s / n > 0.9)}')
+check "own predictions: the rows of the region" 1 "$hit"
+awk -F, -v OFS=, '{print $1, $2, ($2 > 0.5 || NR == 1 ? $3 : $3), $4}' own.csv > nosd.csv
+err=$("$RIM" replay nosd.csv --calibration-runs 39 2>&1 >/dev/null); check "without sd" 0 $?
+contains "without sd: said" "$err" "z.position.* estimated"
+finish

@@ -1,0 +1,41 @@
+#!/bin/bash
+# rim train: what it prints, that it promises no more than it can, that the image is a function of the logs.
+. "$(dirname "$0")/check.inc"
+. "$(dirname "$0")/toy.inc"
+cd "$here" || exit 1
+for i in $(seq 20); do toy "run$(printf %02d "$i").csv" "$i"; done
+
+out=$("$RIM" train run*.csv --out toy.rim); check "train" 0 $?
+for text in "20 runs, 24000 rows at 20 Hz: 3 sensors, 1 commands" "kernel average" "local-linear" "multiplies its error by" \
+  "promised: at most 4.8 % of healthy runs" "highest of the 20 runs" "features may describe a region" "RAM of one monitor" "toy.rim written"; do
+  contains "train prints" "$out" "$text"
+done
+contains "errors in the sensor's unit" "$out" "^position a .*m  *0\.0"
+[ "$(head -c 6 toy.rim)" = RIMIMG ]; check "an image" 0 $?
+whole=$(printf '%s\n' "$out" | awk '/^whole image/{print $NF}')
+check "its size is told" "$whole" "$(stat -c %s toy.rim)"
+
+RIM_THREADS=1 "$RIM" train run*.csv --out one.rim --quick > /dev/null
+cmp -s toy.rim one.rim; check "one thread, the same image" 0 $?
+"$RIM" train run*.csv --out again.rim --quick --threads 4 > /dev/null
+cmp -s toy.rim again.rim; check "four threads, the same image" 0 $?
+"$RIM" train run0*.csv --out other.rim --quick > /dev/null
+! cmp -s toy.rim other.rim; check "other logs, another image" 0 $?
+
+out=$("$RIM" train run0[1-8].csv --out few.rim --quick)
+contains "too few runs: said" "$out" "with 8 runs no rate below 11.1 % can be promised (wished: 5 %); using that"
+contains "too few runs: how many it takes" "$out" "19 runs are the least for 5 %"
+contains "too few runs: the rate used" "$out" "promised: at most 11.1 %"
+out=$("$RIM" train run*.csv --out half.rim --quick --false-alarm 0.5)
+contains "another rate" "$out" "promised: at most 47.6 %"
+
+err=$("$RIM" train run01.csv run02.csv --out two.rim 2>&1 >/dev/null); check "two logs" 3 $?
+contains "two logs: reason" "$err" "at least 3 logs"
+[ ! -e two.rim ]; check "two logs: no image" 0 $?
+cut -d, -f1-4 run03.csv > narrow.csv
+err=$("$RIM" train run01.csv run02.csv narrow.csv --out no.rim 2>&1 >/dev/null); check "a column less" 3 $?
+contains "a column less: named" "$err" "narrow.csv: column 's.speed_mps' is missing"
+err=$("$RIM" train run01.csv --false-alarm 2 --out no.rim 2>&1 >/dev/null); check "a rate of 2" 2 $?
+err=$("$RIM" train run0*.csv --out no/where/x.rim 2>&1 >/dev/null); check "no such folder" 3 $?
+contains "no such folder: named" "$err" "no/where/x.rim"
+finish
