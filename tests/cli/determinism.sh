@@ -1,0 +1,48 @@
+#!/bin/bash
+# One log, one digest: by `rim replay` twice, and by a small C program on a library built at -O0, -O2 and -O3.
+. "$(dirname "$0")/check.inc"
+. "$(dirname "$0")/toy.inc"
+root=$(cd "$(dirname "$0")/../.." && pwd)
+if [ -n "${SANITIZE:-}" ]; then skipped=1; finish; fi
+cd "$here" || exit 1
+for i in $(seq 8); do toy "run$i.csv" "$i" 800; done
+"$RIM" train run*.csv --out toy.rim --quick --kinds shift,increment,variance,step,repeat > /dev/null || bad "train"
+toy log.csv 50 1200 'if (i > 400) a += 0.6'
+out=$("$RIM" replay --model toy.rim log.csv); digest=$(printf '%s\n' "$out" | tail -1)
+contains "a digest" "$digest" "^digest [0-9a-f]\{16\}$"
+contains "the log holds an alarm" "$out" "FOUND"
+check "two replays" "$digest" "$("$RIM" replay --model toy.rim log.csv | tail -1)"
+
+cat > fly.c << 'END'
+#include <rim/crc.h>
+#include <rim/monitor.h>
+#include <stdio.h>
+static _Alignas(8) unsigned char image[1 << 20], memory[1 << 20];
+int main(int argc, char **argv) {
+  FILE *model = fopen(argv[argc - 1], "rb");
+  size_t bytes = fread(image, 1, sizeof image, model);
+  rim_monitor *monitor;
+  if (rim_monitor_init(&monitor, memory, sizeof memory, image, bytes) != RIM_OK) return 3;
+  double row[64];
+  unsigned n = 1 + rim_monitor_config(monitor, RIM_CONFIG_FEATURES), at = 0;
+  unsigned long long digest = RIM_DIGEST_START;
+  while (scanf("%lf", &row[at]) == 1) {
+    if (++at < n) continue;
+    at = 0;
+    rim_observation now = {.t_s = row[0], .context = row + 1};
+    rim_verdict verdict;
+    if (rim_monitor_step(monitor, &now, &verdict) != RIM_OK) return 4;
+    digest = rim_verdict_digest(digest, &verdict);
+  }
+  printf("digest %016llx\n", digest);
+  return 0;
+}
+END
+for level in -O0 -O2 -O3; do
+  make -s -C "$root" lib BUILD="$here/build$level" OPT=$level LIB_STACK= > make.log 2>&1 || bad "build at $level: $(tail -5 make.log)"
+  gcc -std=c11 $level -ffp-contract=off -I"$root/lib/include" fly.c -o fly "build$level/librim.a" || bad "link at $level"
+  check "at $level" "$digest" "$(tail -n +2 log.csv | tr , ' ' | ./fly toy.rim)"
+done
+changed=$(tail -n +2 log.csv | sed '500s/[0-9],/9,/' | tr , ' ' | ./fly toy.rim)
+! [ "$changed" = "$digest" ]; check "one digit changed, another digest" 0 $?
+finish
