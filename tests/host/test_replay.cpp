@@ -1,0 +1,218 @@
+// The replay: one log after another, digests, labels, outputs, the figure.
+#include "replay/outputs.hpp"
+#include "replay/replay.hpp"
+#include "train/trainer.hpp"
+#include "util/error.hpp"
+
+#include "rim/crc.h"
+#include "toy_log.hpp"
+
+#include <cstdarg>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <setjmp.h>
+#include <unistd.h>
+extern "C" {
+#include <cmocka.h>
+}
+
+namespace {
+
+const std::vector<std::uint8_t> &image() {
+  static const std::vector<std::uint8_t> bytes = [] {
+    std::vector<rim::Log> logs;
+    for (std::uint64_t seed = 1; seed <= 12; ++seed)
+      logs.push_back(toy_log(seed));
+    return rim::make_image(rim::train(logs, rim::TrainOptions{}).plan);
+  }();
+  return bytes;
+}
+
+template <typename Call> std::string refusal(const Call &call) {
+  try {
+    call();
+  } catch (const std::runtime_error &error) {
+    return error.what();
+  }
+  return "";
+}
+
+bool has(const std::string &text, const std::string &part) {
+  if (text.find(part) != std::string::npos)
+    return true;
+  print_message("'%s' not in:\n%s\n", part.c_str(), text.c_str());
+  return false;
+}
+
+void digest_is_over_every_verdict(void **) {
+  rim::Replayer replayer(image(), "toy");
+  assert_int_equal(replayer.digest(), RIM_DIGEST_START);
+  std::uint64_t digest = RIM_DIGEST_START;
+  std::size_t rows = 0;
+  const auto watch = [&](std::size_t row, const rim_verdict &verdict) {
+    assert_int_equal(row, rows % 600);
+    ++rows;
+    rim_verdict own = verdict; // the watcher's record carries the replay flag besides
+    digest = rim_verdict_digest(digest, &own);
+  };
+  replayer.replay(toy_log(50), {}, watch);
+  replayer.replay(toy_log(51, 600, 0.5), {}, watch);
+  assert_int_equal(rows, 1200);
+  assert_true(replayer.digest() == digest);
+
+  rim::Replayer reversed(image(), "toy");
+  reversed.replay(toy_log(51, 600, 0.5), {});
+  reversed.replay(toy_log(50), {});
+  assert_true(reversed.digest() != digest);
+}
+
+void logs_do_not_know_each_other(void **) {
+  std::vector<double> alone, after;
+  rim::Replayer first(image(), "toy"), second(image(), "toy");
+  first.replay(toy_log(52, 600, 0.4), {},
+               [&](std::size_t, const rim_verdict &v) { alone.push_back(v.score); });
+  second.replay(toy_log(53, 600, 0.6), {});
+  const rim::ReplayedLog result =
+      second.replay(toy_log(52, 600, 0.4), {},
+                    [&](std::size_t, const rim_verdict &v) { after.push_back(v.score); });
+  assert_true(alone == after);
+  assert_int_equal(result.health.rows.rows_used, 600);
+}
+
+void alarms_carry_the_replay_flag(void **) {
+  rim::Replayer replayer(image(), "toy");
+  unsigned records = 0;
+  const rim::ReplayedLog result =
+      replayer.replay(toy_log(54, 600, 1.0), {}, [&](std::size_t, const rim_verdict &v) {
+        if (v.alarm.state == RIM_ALARM_NONE)
+          return;
+        ++records;
+        assert_true((v.alarm.flags & RIM_ALARM_FLAG_REPLAY) != 0);
+      });
+  assert_int_equal(result.raised, 1);
+  assert_int_equal(result.records, records);
+  assert_int_equal(result.first.state, RIM_ALARM_RAISED);
+  const std::string text = rim::replay_text(result, replayer.names());
+  assert_true(has(text, "toy54: FOUND at t = "));
+  assert_true(has(text, "rows: 600 used, 0 skipped, 0 gaps"));
+  const rim::ReplayedLog healthy = replayer.replay(toy_log(55), {});
+  assert_true(has(rim::replay_text(healthy, replayer.names()), "toy55: healthy: nothing found"));
+}
+
+// Every data row of the file has a label: those that were skipped, and those between grid rows.
+void labels_cover_the_file(void **) {
+  rim::Log log = toy_external(5, 400, 3.0);
+  for (std::size_t i = 0; i < log.row.size(); ++i)
+    log.row[i] = static_cast<std::uint32_t>(3 * (i + 1)); // every third row of the file was used
+  log.rows_in_file = 1201;
+  rim::CalibrationOptions calibration;
+  const rim::ExternalImage made = rim::external_image({log}, 39, calibration);
+  assert_true(made.sd_estimated.empty());
+  rim::Replayer replayer(made.image, "own");
+  rim::ReplayOptions options;
+  assert_true(replayer.replay(log, options).finding.empty());
+  options.label = true;
+  const rim::ReplayedLog sparse = replayer.replay(log, options);
+  assert_int_equal(sparse.finding.size(), 1201);
+  unsigned right = 0, inside = 0;
+  for (std::size_t i = 0; i < log.row.size(); ++i) {
+    const bool truth = log.values(static_cast<Eigen::Index>(i), 0) > 0.5;
+    const bool label = sparse.finding[log.row[i] - 1] == 1;
+    right += truth == label ? 1 : 0;
+    inside += label ? 1 : 0;
+    assert_int_equal(sparse.finding[log.row[i] - 2], 0); // not used: 0
+  }
+  assert_true(right >= 380 && inside > 100);
+  options.hold_s = 1.5;
+  const rim::ReplayedLog held = replayer.replay(log, options);
+  for (std::size_t i = 1; i < log.row.size(); ++i) {
+    assert_int_equal(held.finding[log.row[i] - 1], held.finding[log.row[i] - 2]);
+    assert_int_equal(held.finding[log.row[i] - 1], held.finding[log.row[i] - 3]);
+  }
+  assert_int_equal(held.finding[1200], 0);
+}
+
+void sd_is_estimated_and_said(void **) {
+  rim::Log log = toy_external(6, 400, 0.0);
+  log.columns.pop_back();
+  log.values.conservativeResize(Eigen::NoChange, 3);
+  const rim::ExternalImage made = rim::external_image({log}, 39, rim::CalibrationOptions{});
+  assert_int_equal(made.sd_estimated.size(), 1);
+  assert_string_equal(made.sd_estimated[0].c_str(), "z.force_N");
+  assert_true(made.promised_rate <= 0.05 + 1e-6);
+}
+
+void columns_are_found_by_name(void **) {
+  rim::Log log = toy_log(56, 600, 0.5);
+  rim::Replayer replayer(image(), "toy"), turned(image(), "toy");
+  replayer.replay(log, {});
+  rim::Log other = log;
+  std::swap(other.columns[0], other.columns[3]);
+  other.values.col(0) = log.values.col(3);
+  other.values.col(3) = log.values.col(0);
+  turned.replay(other, {});
+  assert_true(replayer.digest() == turned.digest());
+  other.columns[0].name = "s.something";
+  assert_true(
+      has(refusal([&] { turned.replay(other, {}); }), "toy56: column 's.speed_mps' is missing"));
+  assert_true(has(refusal([&] { rim::external_image({log}, 9, {}); }), "needs a model"));
+}
+
+void bad_images_are_refused(void **) {
+  std::vector<std::uint8_t> bytes = image();
+  for (std::size_t at = 0; at < bytes.size(); at += 97) {
+    std::vector<std::uint8_t> flipped = bytes;
+    flipped[at] = static_cast<std::uint8_t>(flipped[at] ^ 4u);
+    assert_true(has(refusal([&] { rim::Replayer(flipped, "flipped.rim"); }), "flipped.rim: "));
+  }
+  for (std::size_t cut = 1; cut < bytes.size(); cut += 1 + cut / 3) {
+    const std::vector<std::uint8_t> part(bytes.begin(),
+                                         bytes.begin() + static_cast<std::ptrdiff_t>(cut));
+    assert_true(has(refusal([&] { rim::Replayer(part, "cut.rim"); }), "cut.rim: "));
+  }
+}
+
+// Nothing appears before commit(), everything after.
+void outputs_appear_whole(void **) {
+  char name[] = "/tmp/rim_test_replay_XXXXXX";
+  const std::string folder = mkdtemp(name);
+  rim::OutputPaths paths;
+  paths.alarms = folder + "/a.jsonl";
+  paths.labels = folder + "/l.csv";
+  paths.trace = folder + "/t.csv";
+  paths.candump = folder + "/c.log";
+  paths.plot = folder + "/p'.svg"; // a quote in the name must not end gnuplot's string
+  rim::Replayer replayer(image(), "toy");
+  {
+    rim::ReplayOutputs outputs(paths, replayer);
+    rim::ReplayOptions options;
+    options.label = true;
+    const rim::Log log = toy_log(57, 600, 1.0);
+    outputs.begin(log);
+    outputs.end(replayer.replay(log, options,
+                                [&](std::size_t, const rim_verdict &v) { outputs.verdict(v); }));
+    assert_int_not_equal(access(paths.alarms.c_str(), F_OK), 0);
+    outputs.commit();
+  }
+  for (const std::string &path :
+       {paths.alarms, paths.labels, paths.trace, paths.candump, paths.plot}) {
+    assert_int_equal(access(path.c_str(), F_OK), 0);
+    assert_false(rim::read_file(path).empty());
+    assert_int_equal(unlink(path.c_str()), 0);
+  }
+  assert_int_equal(rmdir(folder.c_str()), 0); // and nothing else was left
+  assert_true(has(refusal([] { rim::check_plot_path("figure.gif"); }), "figure.gif"));
+}
+
+} // namespace
+
+int main() {
+  const CMUnitTest tests[] = {
+      cmocka_unit_test(digest_is_over_every_verdict), cmocka_unit_test(logs_do_not_know_each_other),
+      cmocka_unit_test(alarms_carry_the_replay_flag), cmocka_unit_test(labels_cover_the_file),
+      cmocka_unit_test(sd_is_estimated_and_said),     cmocka_unit_test(columns_are_found_by_name),
+      cmocka_unit_test(bad_images_are_refused),       cmocka_unit_test(outputs_appear_whole),
+  };
+  return cmocka_run_group_tests(tests, nullptr, nullptr);
+}
