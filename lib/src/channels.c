@@ -172,8 +172,8 @@ static void emit_step(rim_channels *self, double *raw) {
   for (size_t o = 0; o < self->config.outcomes; ++o) raw[o] = STEP_SUM(self)[o] / n;
 }
 
-/* About the block's own mean, so that an offset of the run is not taken for noise; its logarithm, so
- * that a fall counts as much as a rise. */
+/* About the block's own mean, so that an offset of the run is not taken for noise; its logarithm,
+ * so that a fall counts as much as a rise. */
 static void emit_variance(rim_channels *self, double *raw) {
   const double n = self->steps_in_block > 1 ? (double)self->steps_in_block : 2.0;
   for (size_t o = 0; o < self->config.outcomes; ++o) {
@@ -265,8 +265,8 @@ void rim_channels_reset(rim_channels *self) {
   begin_block(self);
 }
 
-/* Time is strictly increasing here. A missing row voids the one-step residual that spans it; a longer
- * gap, a quarter of a block, voids the block too. */
+/* Time is strictly increasing here. A missing row voids the one-step residual that spans it; a
+ * longer gap, a quarter of a block, voids the block too. */
 static void note_gap(rim_channels *self, double t_s) {
   const double gap_s = t_s - self->previous_t_s;
   if (!self->has_previous_row || self->config.period_s <= 0.0) return;

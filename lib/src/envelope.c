@@ -46,8 +46,8 @@ double rim_envelope_variance(uint8_t code) {
   return eighth[code & 7u] * rim_from_bits(exponent << 52);
 }
 
-/* Of one hypothesis: ln anom = square / (2 scaled), kept as a fraction so that candidates are compared
- * without a division. */
+/* Of one hypothesis: ln anom = square / (2 scaled), kept as a fraction so that candidates are
+ * compared without a division. */
 typedef struct fraction {
   double square;
   double scaled;

@@ -128,12 +128,18 @@ static rim_status open_tables(plan *p) {
     if (!rim_is_finite(low) || !rim_is_finite(high) || !(high > low)) return RIM_E_RANGE;
   }
   for (size_t i = 0; i < region_features; ++i) {
-    if (rim_image_u16(p->region, i) >= features) return RIM_E_RANGE;
+    const uint16_t f = rim_image_u16(p->region, i);
+    if (f >= features) return RIM_E_RANGE;
+    for (size_t j = 0; j < i; ++j) {
+      if (rim_image_u16(p->region, j) == f) return RIM_E_RANGE;
+    }
   }
   const uint8_t *scales = exact_section(p, RIM_SECTION_CHANNELS, 8u * (size_t)p->channel_count);
   if (scales == NULL) return RIM_E_CONFIG;
   for (size_t i = 0; i < 2u * (size_t)p->channel_count; ++i) {
-    if (!rim_is_finite((double)rim_image_f32(scales, i))) return RIM_E_RANGE;
+    const double value = (double)rim_image_f32(scales, i);
+    if (!rim_is_finite(value)) return RIM_E_RANGE;
+    if (i >= p->channel_count && !(value > 0.0)) return RIM_E_RANGE;
   }
   p->channels.center = scales;
   p->channels.inverse_sd = scales + 4u * (size_t)p->channel_count;
@@ -141,9 +147,12 @@ static rim_status open_tables(plan *p) {
     p->channels.outcome_feature =
         exact_section(p, RIM_SECTION_OUTCOMES, 2u * (size_t)p->words[RIM_CONFIG_OUTCOMES]);
     if (p->channels.outcome_feature == NULL) return RIM_E_CONFIG;
+    for (size_t o = 0; o < p->words[RIM_CONFIG_OUTCOMES]; ++o) {
+      if (rim_image_u16(p->channels.outcome_feature, o) >= features) return RIM_E_RANGE;
+    }
   }
   p->channels.command = exact_section(p, RIM_SECTION_COMMANDS, features);
-  return RIM_OK;
+  return p->channels.command != NULL ? RIM_OK : RIM_E_CONFIG;
 }
 
 static rim_status open_threshold(plan *p) {
@@ -353,6 +362,7 @@ void rim_monitor_reset(rim_monitor *self) {
   memset(&self->last, 0, sizeof self->last);
   self->last.t_s = t_s;
   self->last.p_value = 1.0;
+  self->last.threshold = rim_threshold_ln_anom(&self->threshold, 0, 0);
 }
 
 static double feature_low(const rim_monitor *self, size_t f) {
@@ -392,7 +402,7 @@ static rim_region to_features(const rim_monitor *self, const rim_region *unit) {
   return region;
 }
 
-/* Outcomes whose score is above the threshold, most anomalous first; the leading one in any case. */
+/* Outcomes whose score is above the threshold, most anomalous first; the leading one always. */
 static void name_channels(const rim_monitor *self, rim_alarm *alarm, uint16_t leading) {
   const float *scores = rim_select_channel_scores(self->select);
   const uint32_t n = rim_select_observations(self->select);
@@ -418,8 +428,8 @@ static void name_channels(const rim_monitor *self, rim_alarm *alarm, uint16_t le
   }
 }
 
-/* The most likely shift (eq. 3.6) and its standard error in the outcome's unit, per named outcome: by the
- * same kind of channel as the leading one. */
+/* The most likely shift (eq. 3.6) and its standard error in the outcome's unit, per named
+ * outcome: by the same kind of channel as the leading one. */
 static void size_shifts(const rim_monitor *self, rim_alarm *alarm, uint16_t leading) {
   const uint16_t outcomes = (uint16_t)self->words[RIM_CONFIG_OUTCOMES];
   const uint16_t first_of_kind = (uint16_t)(leading - leading % outcomes);
@@ -461,6 +471,10 @@ static void describe(const rim_monitor *self, const rim_verdict *verdict, rim_al
   rim_candidate best;
   if (rim_select_best_of_channel(self->select, verdict->channel, &best)) {
     alarm->region = to_features(self, &best.region);
+    /* The whole range of a feature is no restriction. */
+    if (best.dims == 1 && best.region.lower[0] <= 0.0 && best.region.upper[0] >= 1.0) {
+      memset(&alarm->region, 0, sizeof alarm->region);
+    }
     alarm->observations = (uint32_t)best.n;
     if (best.since != UINT32_MAX) alarm->since_s = time_of_observation(self, best.since);
   }
@@ -499,15 +513,12 @@ static void search_and_judge(rim_monitor *self, uint32_t rows, bool new_block) {
   for (uint32_t i = 0; i < rows; ++i) rim_select_work(self->select, budget);
   if (rim_select_observations(self->select) == 0) return;
   judge(self, &self->last);
-  if (!new_block) return;
   /* An alarm is raised at the threshold and stands until the score is below the warning score. */
-  const bool found = self->last.level == RIM_LEVEL_ERROR ||
-                     (self->life.active && self->last.level == RIM_LEVEL_WARN);
+  if (self->life.active && self->last.level == RIM_LEVEL_WARN) self->last.level = RIM_LEVEL_ERROR;
+  if (!new_block) return;
+  const bool found = self->last.level == RIM_LEVEL_ERROR;
   rim_alarm candidate;
-  if (found) {
-    self->last.level = RIM_LEVEL_ERROR;
-    describe(self, &self->last, &candidate);
-  }
+  if (found) describe(self, &self->last, &candidate);
   rim_alarm record;
   if (!rim_alarm_life_step(&self->life, self->last.t_s, found ? &candidate : NULL, &record)) return;
   self->last.alarm = record;

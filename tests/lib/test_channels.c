@@ -81,7 +81,9 @@ static void make_fixture(fixture *f) {
       rim_channels_init(&f->channels, f->memory, RIM_CHANNELS_SIZE(D, O, 4), &f->config), RIM_OK);
 }
 
-static void close_to(double a, double b) { assert_true(rim_abs(a - b) <= 1e-12 * (1.0 + rim_abs(b))); }
+static void close_to(double a, double b) {
+  assert_true(rim_abs(a - b) <= 1e-12 * (1.0 + rim_abs(b)));
+}
 
 static void refuses_bad_configurations(void **state) {
   (void)state;

@@ -15,7 +15,11 @@
 
 enum { C = 3, F = 2, B = 7, LEAST = 4 };
 enum { I = RIM_ENVELOPE_INTERVALS(B), BYTES = RIM_ENVELOPE_BYTES(C, F, B) };
-enum { USUAL_AT = 4 * RIM_ENVELOPE_HEADER_WORDS, A_AT = USUAL_AT + 4 * F * I, CODE_AT = A_AT + 4 * C };
+enum {
+  USUAL_AT = 4 * RIM_ENVELOPE_HEADER_WORDS,
+  A_AT = USUAL_AT + 4 * F * I,
+  CODE_AT = A_AT + 4 * C
+};
 #define SEED 811u
 
 typedef struct section {
@@ -23,7 +27,8 @@ typedef struct section {
 } section;
 
 static void put_u32(section *s, size_t at, uint32_t v) {
-  for (int k = 0; k < 4; ++k) s->byte[at + (size_t)k] = (uint8_t)(v >> (8 * k));
+  for (int k = 0; k < 4; ++k)
+    s->byte[at + (size_t)k] = (uint8_t)(v >> (8 * k));
 }
 static void put_f32(section *s, size_t at, float f) {
   uint32_t v;
@@ -45,7 +50,8 @@ static section make_section(rim_rng *rng, uint32_t typical) {
   section s;
   memset(&s, 0, sizeof s);
   const uint32_t header[6] = {RIM_ENVELOPE_LAYOUT, C, F, B, LEAST, 0};
-  for (size_t i = 0; i < 6; ++i) put_u32(&s, 4 * i, header[i]);
+  for (size_t i = 0; i < 6; ++i)
+    put_u32(&s, 4 * i, header[i]);
   for (size_t f = 0; f < F; ++f) {
     for (size_t i = 0; i < I; ++i) {
       for (size_t k = 0; k < 2; ++k) {
@@ -54,8 +60,10 @@ static section make_section(rim_rng *rng, uint32_t typical) {
       }
     }
   }
-  for (size_t c = 0; c < C; ++c) put_f32(&s, A_AT + 4 * c, (float)(0.2 + 2.0 * rim_rng_uniform(rng)));
-  for (size_t i = CODE_AT; i < BYTES; ++i) s.byte[i] = (uint8_t)(96u + rim_rng_below(rng, 65));
+  for (size_t c = 0; c < C; ++c)
+    put_f32(&s, A_AT + 4 * c, (float)(0.2 + 2.0 * rim_rng_uniform(rng)));
+  for (size_t i = CODE_AT; i < BYTES; ++i)
+    s.byte[i] = (uint8_t)(96u + rim_rng_below(rng, 65));
   return s;
 }
 
@@ -69,7 +77,8 @@ typedef struct data {
   double n[B + 1], s[B + 1];
 } data;
 
-/* Bins of 0 to most observations each; residuals of variance 1 about a mean of their own per bin. */
+/* Bins of 0 to most observations each; residuals of variance 1 about a mean of their own per bin.
+ */
 static data make_data(rim_rng *rng, uint32_t most) {
   data d = {{0}, {0}};
   for (size_t k = 0; k < B; ++k) {
@@ -82,13 +91,14 @@ static data make_data(rim_rng *rng, uint32_t most) {
 }
 
 /* ln anom of one hypothesis, as the header comment says it; 0 where it is not judged. */
-static double plain(const section *s, const data *d, size_t c, size_t f, size_t i, size_t j, size_t at,
-                    int contrast) {
+static double plain(const section *s, const data *d, size_t c, size_t f, size_t i, size_t j,
+                    size_t at, int contrast) {
   const double all = d->n[B];
   const double n = d->n[j + 1] - d->n[i];
   const double rest = all - n;
   const double usual = get_usual(s, f, at, (size_t)contrast);
-  if (n < LEAST || usual == 0.0 || (contrast && rest < LEAST)) return 0.0;
+  if (n < LEAST || usual == 0.0 || (contrast && rest < LEAST))
+    return 0.0;
   float a;
   memcpy(&a, s->byte + A_AT + 4 * c, 4);
   const double code = s->byte[CODE_AT + 2 * ((c * F + f) * I + at) + (size_t)contrast];
@@ -99,7 +109,8 @@ static double plain(const section *s, const data *d, size_t c, size_t f, size_t 
     m -= (d->s[B] - (d->s[j + 1] - d->s[i])) / rest;
     inverse += 1.0 / rest;
   }
-  if (inverse > 1.0 / usual) var += (double)a * (inverse - 1.0 / usual);
+  if (inverse > 1.0 / usual)
+    var += (double)a * (inverse - 1.0 / usual);
   return m * m / (2.0 * var);
 }
 
@@ -165,15 +176,15 @@ static void each_rule_of_the_header_is_enforced(void **state) {
     uint32_t value;
     rim_status status;
   } cases[] = {
-      {0, 0, RIM_E_VERSION},         {0, RIM_ENVELOPE_LAYOUT + 1, RIM_E_VERSION},
-      {1, 0, RIM_E_RANGE},           {1, 129, RIM_E_RANGE},
-      {1, UINT32_MAX, RIM_E_RANGE},  {1, C + 1, RIM_E_TRUNCATED},
-      {1, C - 1, RIM_E_SIZE},        {2, 0, RIM_E_RANGE},
-      {2, 129, RIM_E_RANGE},         {2, 0x80000001u, RIM_E_RANGE},
-      {2, F + 1, RIM_E_TRUNCATED},   {2, F - 1, RIM_E_SIZE},
-      {3, 0, RIM_E_RANGE},           {3, RIM_ENVELOPE_MAX_BINS + 1, RIM_E_RANGE},
-      {3, B + 1, RIM_E_TRUNCATED},   {3, B - 1, RIM_E_SIZE},
-      {4, 0, RIM_E_RANGE},           {4, 1, RIM_OK},
+      {0, 0, RIM_E_VERSION},        {0, RIM_ENVELOPE_LAYOUT + 1, RIM_E_VERSION},
+      {1, 0, RIM_E_RANGE},          {1, 129, RIM_E_RANGE},
+      {1, UINT32_MAX, RIM_E_RANGE}, {1, C + 1, RIM_E_TRUNCATED},
+      {1, C - 1, RIM_E_SIZE},       {2, 0, RIM_E_RANGE},
+      {2, 129, RIM_E_RANGE},        {2, 0x80000001u, RIM_E_RANGE},
+      {2, F + 1, RIM_E_TRUNCATED},  {2, F - 1, RIM_E_SIZE},
+      {3, 0, RIM_E_RANGE},          {3, RIM_ENVELOPE_MAX_BINS + 1, RIM_E_RANGE},
+      {3, B + 1, RIM_E_TRUNCATED},  {3, B - 1, RIM_E_SIZE},
+      {4, 0, RIM_E_RANGE},          {4, 1, RIM_OK},
       {5, 1, RIM_E_RANGE},
   };
   rim_rng rng;
@@ -223,7 +234,8 @@ static void the_best_is_the_one_that_the_definition_names(void **state) {
         const rim_envelope_found found = rim_envelope_best(&e, c, f, d.n, d.s);
         assert_true(fabs(found.ln_anom - p.ln_anom) <= 1e-12 * p.ln_anom);
         none += p.ln_anom == 0.0;
-        if (p.ln_anom - p.second <= 1e-12 * p.ln_anom) continue; /* a tie but for rounding */
+        if (p.ln_anom - p.second <= 1e-12 * p.ln_anom)
+          continue; /* a tie but for rounding */
         assert_int_equal(found.first, p.first);
         assert_int_equal(found.last, p.last);
         assert_int_equal(found.contrast, p.contrast);
@@ -239,7 +251,8 @@ static void the_best_is_the_one_that_the_definition_names(void **state) {
 static section judge_only(const section *s, size_t kind) {
   section out = *s;
   for (size_t f = 0; f < F; ++f) {
-    for (size_t i = 0; i < I; ++i) put_usual(&out, f, i, 1 - kind, 0);
+    for (size_t i = 0; i < I; ++i)
+      put_usual(&out, f, i, 1 - kind, 0);
   }
   return out;
 }
@@ -255,7 +268,8 @@ static void contrast_is_blind_to_a_common_offset(void **state) {
     const rim_envelope e = opened(&contrast), l = opened(&level);
     const data d = make_data(&rng, 12);
     data shifted = d;
-    for (size_t k = 0; k <= B; ++k) shifted.s[k] += 37.5 * d.n[k];
+    for (size_t k = 0; k <= B; ++k)
+      shifted.s[k] += 37.5 * d.n[k];
     const rim_envelope_found a = rim_envelope_best(&e, 0, 0, d.n, d.s);
     const rim_envelope_found b = rim_envelope_best(&e, 0, 0, shifted.n, shifted.s);
     assert_true(fabs(a.ln_anom - b.ln_anom) <= 1e-9 * a.ln_anom);
@@ -279,7 +293,8 @@ static void residuals_scale_by_their_square(void **state) {
       mirrored.s[k] *= -1.0;
     }
     section wide = any; /* 4 times the variance for twice the mean: the same odds */
-    for (size_t i = CODE_AT; i < BYTES; ++i) wide.byte[i] = (uint8_t)(wide.byte[i] + 16);
+    for (size_t i = CODE_AT; i < BYTES; ++i)
+      wide.byte[i] = (uint8_t)(wide.byte[i] + 16);
     for (size_t c = 0; c < C; ++c) {
       float a;
       memcpy(&a, any.byte + A_AT + 4 * c, 4);
@@ -317,7 +332,8 @@ static void too_few_inside_or_outside_never_win(void **state) {
     d.s[k] = 1e3;
   }
   assert_true(rim_envelope_best(&e, 0, 0, d.n, d.s).ln_anom == 0.0);
-  for (size_t k = 3; k <= B; ++k) d.n[k] = LEAST;
+  for (size_t k = 3; k <= B; ++k)
+    d.n[k] = LEAST;
   assert_true(rim_envelope_best(&e, 0, 0, d.n, d.s).ln_anom > 0.0);
   /* Enough inside: but a contrast needs a rest. */
   assert_true(rim_envelope_best(&only_contrast, 0, 0, d.n, d.s).ln_anom == 0.0);

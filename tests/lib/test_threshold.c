@@ -1,4 +1,5 @@
-/* threshold: the section is validated whole; scores, thresholds and p-values agree with their definition. */
+/* threshold: the section is validated whole; scores, thresholds and p-values agree with
+ * their definition. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -137,7 +138,7 @@ static void p_value_counts_maxima(void **state) {
     assert_true(rim_threshold_p_value(&t, score) == expected);
     assert_true(rim_threshold_confidence(&t, score) == 1.0 - expected);
   }
-  assert_true(rim_threshold_p_value(&t, 1e9) == 1.0 / (RUNS + 1)); /* never surer than the runs allow */
+  assert_true(rim_threshold_p_value(&t, 1e9) == 1.0 / (RUNS + 1)); /* no surer than the runs */
 }
 
 /* Conformal promise: with exchangeable runs the k-th smallest maximum is exceeded at most

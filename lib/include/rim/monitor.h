@@ -29,10 +29,10 @@ typedef enum rim_section {
   RIM_SECTION_STEP = 2,      /* rim_nominal: one row ahead */
   RIM_SECTION_LEVEL = 3,     /* rim_nominal: same block, own column unused */
   RIM_SECTION_INCREMENT = 4, /* rim_nominal: next block minus this */
-  RIM_SECTION_CHANNELS = 5,  /* f32 center[channels], f32 inverse_sd[channels] */
+  RIM_SECTION_CHANNELS = 5,  /* f32 center[channels], f32 inverse_sd[channels], > 0 */
   RIM_SECTION_THRESHOLD = 6, /* rim_threshold */
   RIM_SECTION_FEATURES = 7,  /* f32 low[features], f32 high[features]: range of the search, high > low */
-  RIM_SECTION_REGION = 8,    /* u16[region features]: which features may describe a region */
+  RIM_SECTION_REGION = 8,    /* u16[region features]: which may describe a region, each once */
   RIM_SECTION_OUTCOMES = 9,  /* u16[outcomes]: feature index of each outcome; absent when external */
   RIM_SECTION_COMMANDS = 10, /* u8[features]: 1 for a command */
   RIM_SECTION_ENVELOPE = 12, /* rim_envelope; absent: residuals are taken as independent */

@@ -66,8 +66,8 @@ double rim_threshold_score(const rim_threshold *view, uint16_t channel, double l
 /* The ln anom at which the alarm is raised in this channel now: a_thresh(t) of eq. 3.9. */
 double rim_threshold_ln_anom(const rim_threshold *view, uint16_t channel, uint32_t observations);
 
-/* Chance that a whole nominal run reaches this score: (1 + maxima >= score) / (runs + 1), conformal;
- * never below 1 / (runs + 1). O(log runs). */
+/* Chance that a whole nominal run reaches this score: (1 + maxima >= score) / (runs + 1),
+ * conformal; never below 1 / (runs + 1). O(log runs). */
 double rim_threshold_p_value(const rim_threshold *view, double score);
 
 /* P(anom) = 1 - p-value, eq. 3.25-3.26. */

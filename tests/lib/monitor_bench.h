@@ -1,0 +1,351 @@
+/* Of test_monitor.c: flight images written by hand, and the vehicle that is watched through them.
+ *
+ * Two images. EXTERNAL brings its own predictions, has ellipses and no nominal spread. TRAINED has
+ * models of one prototype, three kinds of channel and an envelope. Their thresholds are the largest
+ * score of runs of the same vehicle without a fault. */
+#ifndef MONITOR_BENCH_H
+#define MONITOR_BENCH_H
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "rim/crc.h"
+#include "rim/monitor.h"
+#include "rim/real.h"
+#include "rim/rng.h"
+
+enum { D = 4, O = 2, BINS = 16, RING = 64, GRID = 16, PAIRS = 2, REGION = 2, BLOCK = 4 };
+enum {
+  KINDS = 1 << RIM_KIND_SHIFT | 1 << RIM_KIND_VARIANCE | 1 << RIM_KIND_REPEAT,
+  CHANNELS = 3 * O
+};
+enum { NULL_RUNS = 19, ROWS = 1200 };
+enum {
+  EXTERNAL_SIZE = RIM_MONITOR_SIZE(D, O, 1, REGION, RING, BINS, GRID, PAIRS),
+  TRAINED_SIZE = RIM_MONITOR_SIZE(D, O, 3, REGION, RING, BINS, GRID, 0)
+};
+#define PERIOD_S 0.25
+#define SEED 2718u
+
+/* ---- a flight image, written by hand ---- */
+
+typedef struct bytes {
+  uint8_t byte[5120];
+  size_t size;
+} bytes;
+
+static void u8(bytes *b, unsigned v) {
+  assert_true(b->size < sizeof b->byte);
+  b->byte[b->size++] = (uint8_t)v;
+}
+static void u16(bytes *b, unsigned v) {
+  u8(b, v & 255u);
+  u8(b, v >> 8);
+}
+static void u32(bytes *b, uint32_t v) {
+  u16(b, v & 0xffffu);
+  u16(b, v >> 16);
+}
+static void f32(bytes *b, double v) {
+  const float f = (float)v;
+  uint32_t bits;
+  memcpy(&bits, &f, 4);
+  u32(b, bits);
+}
+
+typedef struct recipe {
+  bytes section[16]; /* by rim_section; size 0: absent */
+} recipe;
+
+typedef struct image {
+  _Alignas(8) uint8_t byte[16384];
+  size_t size;
+} image;
+
+static void put_u32(uint8_t *at, uint32_t v) {
+  for (int k = 0; k < 4; ++k)
+    at[k] = (uint8_t)(v >> (8 * k));
+}
+
+static void build(image *m, const recipe *r) {
+  memset(m, 0, sizeof *m);
+  uint32_t sections = 0;
+  for (size_t id = 0; id < 16; ++id)
+    sections += r->section[id].size > 0;
+  size_t at = 64u + 16u * sections, entry = 64;
+  for (uint32_t id = 0; id < 16; ++id) {
+    const bytes *b = &r->section[id];
+    if (b->size == 0)
+      continue;
+    put_u32(m->byte + entry, id);
+    put_u32(m->byte + entry + 4, (uint32_t)at);
+    put_u32(m->byte + entry + 8, (uint32_t)b->size);
+    entry += 16;
+    memcpy(m->byte + at, b->byte, b->size);
+    at = (at + b->size + 7u) / 8u * 8u;
+    assert_true(at < sizeof m->byte);
+  }
+  m->size = at;
+  const uint32_t crc = rim_crc32(0, m->byte + 64, at - 64);
+  memcpy(m->byte, RIM_IMAGE_MAGIC, 8);
+  const uint32_t words[6] = {
+      RIM_IMAGE_ENDIAN_TAG, RIM_IMAGE_MAJOR, (uint32_t)at, crc, sections, crc};
+  for (size_t i = 0; i < 6; ++i)
+    put_u32(m->byte + 8 + 4 * i, words[i]);
+  put_u32(m->byte + 32, rim_crc32(0, m->byte, 64));
+}
+
+static void set_word(recipe *r, rim_config_word word, uint32_t value) {
+  put_u32(r->section[RIM_SECTION_CONFIG].byte + 4 * word, value);
+}
+
+/* Alarm at the largest of the maxima, warning at three quarters of it. */
+static void put_threshold(bytes *b, uint32_t channels, const double *maxima, uint32_t runs) {
+  b->size = 0;
+  double largest = 0.0;
+  for (uint32_t i = 0; i < runs; ++i)
+    largest = rim_max(largest, maxima[i]);
+  const uint32_t counts[4] = {channels, runs > 0 ? 1 : 0, 0, runs > 0 ? 1 : 0};
+  for (size_t i = 0; i < 4; ++i)
+    u32(b, counts[i]);
+  f32(b, runs > 0 ? 1.001 * largest : 1e30);
+  f32(b, runs > 0 ? 0.75 * largest : 1e30);
+  f32(b, runs > 0 ? 1.0 / (runs + 1.0) : 1.0);
+  f32(b, 0.0);
+  if (runs > 0)
+    f32(b, largest);
+  for (uint32_t c = 0; c < channels; ++c)
+    f32(b, 0.0);
+  for (uint32_t c = 0; c < channels; ++c)
+    f32(b, 1.0);
+}
+
+/* mean = map x, one prototype in the middle of everything. */
+static void put_model(bytes *b, double map[O][D], double sd) {
+  const uint32_t header[8] = {RIM_NOMINAL_LAYOUT, D, O, 1, 1, 1, 0, 0};
+  for (size_t i = 0; i < 8; ++i)
+    u32(b, header[i]);
+  for (size_t i = 0; i < 3 * D; ++i)
+    f32(b, i / D == 1 ? 1.0 : 0.0);
+  const double prototype[4] = {1.0, 10.0, 0.0, 0.0};
+  for (size_t i = 0; i < 4; ++i)
+    f32(b, prototype[i]);
+  for (size_t i = 0; i < D; ++i)
+    f32(b, 0.0);
+  for (size_t o = 0; o < O; ++o)
+    f32(b, sd * sd);
+  for (size_t o = 0; o < O; ++o)
+    f32(b, 0.0);
+  for (size_t i = 0; i < O * D; ++i)
+    f32(b, map[i / D][i % D]);
+}
+
+static void put_config(bytes *b, uint32_t kinds, uint32_t block_rows, uint32_t external) {
+  uint32_t w[RIM_CONFIG_WORDS] = {0};
+  w[RIM_CONFIG_FEATURES] = D;
+  w[RIM_CONFIG_OUTCOMES] = O;
+  w[RIM_CONFIG_KINDS] = kinds;
+  w[RIM_CONFIG_BLOCK_ROWS] = block_rows;
+  w[RIM_CONFIG_EXTERNAL] = external;
+  w[RIM_CONFIG_PERIOD_US] = (uint32_t)(1e6 * PERIOD_S);
+  w[RIM_CONFIG_STALE_MS] = 2000;
+  w[RIM_CONFIG_REGION_FEATURES] = REGION;
+  w[RIM_CONFIG_RING] = RING;
+  w[RIM_CONFIG_BINS] = BINS;
+  w[RIM_CONFIG_GRID] = GRID;
+  w[RIM_CONFIG_PAIRS] = PAIRS;
+  w[RIM_CONFIG_PERSISTENCE] = 3;
+  w[RIM_CONFIG_INHIBIT_MS] = 10000;
+  w[RIM_CONFIG_SEED] = 5;
+  for (size_t i = 0; i < RIM_CONFIG_WORDS; ++i)
+    u32(b, w[i]);
+}
+
+static void external_recipe(recipe *r) {
+  memset(r, 0, sizeof *r);
+  put_config(&r->section[RIM_SECTION_CONFIG], 1u << RIM_KIND_SHIFT, 1, 1);
+  for (size_t i = 0; i < 2 * O; ++i)
+    f32(&r->section[RIM_SECTION_CHANNELS], i < O ? 0.0 : 1.0);
+  const double range[2 * D] = {-1, -10, 100, 0, 1, 10, 300, 1};
+  for (size_t i = 0; i < 2 * D; ++i)
+    f32(&r->section[RIM_SECTION_FEATURES], range[i]);
+  u16(&r->section[RIM_SECTION_REGION], 2);
+  u16(&r->section[RIM_SECTION_REGION], 0);
+  for (size_t i = 0; i < D; ++i)
+    u8(&r->section[RIM_SECTION_COMMANDS], i == 0);
+  for (const char *c = "a\nb\nc\nd\ne\n"; *c; ++c)
+    u8(&r->section[RIM_SECTION_NAMES], (uint8_t)*c);
+  put_threshold(&r->section[RIM_SECTION_THRESHOLD], O, NULL, 0);
+}
+
+/* The code of 1/64 from run to run, and the noise of n observations. */
+static uint8_t code_of(uint32_t n) {
+  uint8_t code = 0;
+  while (code < 255 && rim_envelope_variance(code) < 1.0 / 64.0 + 1.0 / (n + 1.0))
+    ++code;
+  return code;
+}
+
+/* Intervals usually hold their share of 300 blocks. */
+static void put_envelope(bytes *b) {
+  const uint32_t header[6] = {RIM_ENVELOPE_LAYOUT, CHANNELS, REGION, BINS, 6, 0};
+  for (size_t i = 0; i < 6; ++i)
+    u32(b, header[i]);
+  const uint32_t blocks = ROWS / BLOCK;
+  for (size_t f = 0; f < REGION; ++f) {
+    for (uint32_t i = 0; i < BINS; ++i) {
+      for (uint32_t j = i; j < BINS; ++j) {
+        const uint32_t n = blocks * (j - i + 1) / BINS;
+        u16(b, n);
+        u16(b, n * (blocks - n) / blocks);
+      }
+    }
+  }
+  for (size_t c = 0; c < CHANNELS; ++c)
+    f32(b, 1.0);
+  const size_t usual_at = 4u * RIM_ENVELOPE_HEADER_WORDS;
+  for (size_t i = 0; i < CHANNELS * 2 * REGION * RIM_ENVELOPE_INTERVALS(BINS); ++i) {
+    u8(b,
+       code_of(rim_image_u16(b->byte + usual_at, i % (2 * REGION * RIM_ENVELOPE_INTERVALS(BINS)))));
+  }
+}
+
+/* Command 0 drives sensor 1, s1 = 2 u; sensor 2 stays about 0; both have noise of 0.1. Feature 3
+ * has nothing to do with either. */
+static void trained_recipe(recipe *r) {
+  memset(r, 0, sizeof *r);
+  put_config(&r->section[RIM_SECTION_CONFIG], KINDS, BLOCK, 0);
+  double driven[O][D] = {{2, 0, 0, 0}, {0, 0, 0, 0}};
+  put_model(&r->section[RIM_SECTION_STEP], driven, 0.1);
+  put_model(&r->section[RIM_SECTION_LEVEL], driven, 0.05);
+  for (size_t i = 0; i < 2 * CHANNELS; ++i) {
+    f32(&r->section[RIM_SECTION_CHANNELS], i < CHANNELS ? (i / O == 1 ? -0.4 : 0.0) : 1.0);
+  }
+  const double range[2 * D] = {-1, -3, -0.5, 0, 1, 3, 0.5, 1};
+  for (size_t i = 0; i < 2 * D; ++i)
+    f32(&r->section[RIM_SECTION_FEATURES], range[i]);
+  u16(&r->section[RIM_SECTION_REGION], 0);
+  u16(&r->section[RIM_SECTION_REGION], 3);
+  u16(&r->section[RIM_SECTION_OUTCOMES], 1);
+  u16(&r->section[RIM_SECTION_OUTCOMES], 2);
+  for (size_t i = 0; i < D; ++i)
+    u8(&r->section[RIM_SECTION_COMMANDS], i == 0);
+  put_envelope(&r->section[RIM_SECTION_ENVELOPE]);
+  put_threshold(&r->section[RIM_SECTION_THRESHOLD], CHANNELS, NULL, 0);
+}
+
+/* ---- the vehicle ---- */
+
+typedef struct row {
+  double t_s, context[D], outcome[O], mean[O], sd[O];
+  rim_observation view;
+} row;
+
+static double triangle(double phase) { return rim_abs(2.0 * (phase - rim_floor(phase)) - 1.0); }
+
+/* Row `t` of a run. The command is a triangle of its own length; where it is above 0.4 the first
+ * sensor (trained), or where feature 2 is between 150 and 200 the second outcome (external), is
+ * shifted. */
+static void make_row(row *r, bool external, uint32_t run, uint32_t t, double shift) {
+  rim_rng rng;
+  rim_rng_seed(&rng, SEED + run, t);
+  const double command = 2.0 * triangle((double)t / (241.0 + (double)(run % 7u))) - 1.0;
+  memset(r, 0, sizeof *r);
+  r->t_s = 10.0 + PERIOD_S * (double)t;
+  r->context[0] = command;
+  r->context[3] = triangle((double)t / 97.0);
+  if (external) {
+    r->context[1] = 3.0 * rim_rng_normal(&rng);
+    r->context[2] = 100.0 + 200.0 * rim_rng_uniform(&rng);
+    for (size_t o = 0; o < O; ++o) {
+      r->mean[o] = command + (double)o;
+      r->sd[o] = 0.5;
+      r->outcome[o] = r->mean[o] + r->sd[o] * rim_rng_normal(&rng);
+    }
+    if (r->context[2] > 150.0 && r->context[2] < 200.0)
+      r->outcome[1] += shift;
+  } else {
+    r->context[1] = 2.0 * command + 0.1 * rim_rng_normal(&rng) + (command > 0.4 ? shift : 0.0);
+    r->context[2] = 0.1 * rim_rng_normal(&rng);
+  }
+  const rim_observation view = {r->t_s, r->context, r->outcome, r->mean, r->sd};
+  r->view = view;
+}
+
+typedef struct bench {
+  image blob;
+  _Alignas(8) uint8_t memory[EXTERNAL_SIZE + TRAINED_SIZE];
+  rim_monitor *monitor;
+  bool external;
+} bench;
+
+static size_t size_of(bool external) { return external ? EXTERNAL_SIZE : TRAINED_SIZE; }
+
+static void start(bench *b) {
+  assert_int_equal(
+      rim_monitor_init(&b->monitor, b->memory, size_of(b->external), b->blob.byte, b->blob.size),
+      RIM_OK);
+}
+
+static rim_verdict step(const bench *b, uint32_t run, uint32_t t, double shift) {
+  row r;
+  rim_verdict v;
+  make_row(&r, b->external, run, t, shift);
+  assert_int_equal(rim_monitor_step(b->monitor, &r.view, &v), RIM_OK);
+  return v;
+}
+
+static uint64_t run_digest(const bench *b, uint32_t run, uint32_t from, uint32_t to, double shift) {
+  uint64_t digest = RIM_DIGEST_START;
+  for (uint32_t t = from; t < to; ++t) {
+    const rim_verdict v = step(b, run, t, shift);
+    digest = rim_verdict_digest(digest, &v);
+  }
+  return digest;
+}
+
+/* The recipes with thresholds from null runs, made once. */
+static recipe calibrated[2];
+
+static void calibrate(bool external) {
+  recipe *r = &calibrated[external];
+  bench b;
+  b.external = external;
+  if (external)
+    external_recipe(r);
+  else
+    trained_recipe(r);
+  build(&b.blob, r);
+  double maxima[NULL_RUNS] = {0};
+  for (uint32_t run = 0; run < NULL_RUNS; ++run) {
+    start(&b);
+    for (uint32_t t = 0; t < ROWS; ++t) {
+      const rim_verdict v = step(&b, 100 + run, t, 0.0);
+      if (v.blocks > 0)
+        maxima[run] = rim_max(maxima[run], v.score);
+    }
+  }
+  put_threshold(&r->section[RIM_SECTION_THRESHOLD], external ? O : CHANNELS, maxima, NULL_RUNS);
+}
+
+static int set_up(void **state) {
+  (void)state;
+  print_message("seed %u\n", SEED);
+  calibrate(false);
+  calibrate(true);
+  return 0;
+}
+
+static void make_bench(bench *b, bool external) {
+  memset(b, 0, sizeof *b);
+  b->external = external;
+  build(&b->blob, &calibrated[external]);
+  start(b);
+}
+
+#endif
