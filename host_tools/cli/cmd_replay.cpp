@@ -168,7 +168,9 @@ int cmd_replay(int argc, char **argv) {
   if (schema && schema->resample_hz > 0.0)
     options.hold_s = 1.5 / schema->resample_hz;
   bool found = false;
-  rim::Progress progress("replay", o.logs.size());
+  std::optional<rim::Progress> progress; // on a terminal the results themselves show it
+  if (::isatty(STDOUT_FILENO) == 0)
+    progress.emplace("replay", o.logs.size());
   for (std::size_t i = 0; i < o.logs.size(); ++i) {
     const rim::Log log = o.model.empty()
                              ? std::move(logs[i])
@@ -179,8 +181,10 @@ int cmd_replay(int argc, char **argv) {
     outputs.end(result);
     found = found || result.raised > 0;
     std::fputs(rim::replay_text(result, replayer.names()).c_str(), stdout);
-    progress.add();
+    if (progress)
+      progress->add();
   }
+  progress.reset();
   outputs.commit();
   std::printf("digest %016llx\n", static_cast<unsigned long long>(replayer.digest()));
   return found && o.fail_on_alarm ? rim::EXIT_FOUND : rim::EXIT_FINE;
