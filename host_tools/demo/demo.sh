@@ -6,9 +6,20 @@ set -e -u -o pipefail
 out=$BUILD/demo
 url=udpm://239.255.76.67:7671?ttl=0
 faults="02_thrust_loss 09_mass_high 12_velocity_stuck"
+effects=$(dirname "$0")/../../data/effects
 start=$SECONDS
 rm -rf "$out"; mkdir -p "$out"
 
+# Long sentences at 110 columns, the rest of each indented.
+wrap() {
+  awk 'length <= 110 {print; next}
+    {n = split($0, word, " "); line = "  " word[1]
+     for (i = 2; i <= n; i++) {
+       if (length(line) + 1 + length(word[i]) > 110) {print line; line = "      " word[i]}
+       else line = line " " word[i]
+     }
+     print line}'
+}
 say() { printf '\n== %s\n' "$*"; }
 
 say "1. Simulate 50 healthy landings of a spacecraft: 350 s of fall, then a powered descent"
@@ -27,6 +38,7 @@ run=102
 for fault in $faults; do
   "$RIM" simulate lander --out "$out/$fault" --runs 1 --first "$run" --seed 2 --effect "$fault"
   logs+=("$(printf '%s/%s/run_%04d.csv' "$out" "$fault" "$run")")
+  sed -n 's/^description = "\(.*\)"$/    hidden: \1/p' "$effects/$fault.toml"
   run=$((run + 1))
 done
 
@@ -48,7 +60,7 @@ fi
 say "4. Fly them: the onboard code, row by row"
 "$RIM" replay --model "$out/lander.rim" "${logs[@]}" --alarms "$out/alarms.jsonl" \
   --labels "$out/labels.csv" --trace "$out/trace.csv" --plot "$out/demo.svg" \
-  --candump "$out/alarms.candump" "${lcm[@]}" | tee "$out/replay.txt" | sed "s#^$out/#\n#"
+  --candump "$out/alarms.candump" "${lcm[@]}" | tee "$out/replay.txt" | sed "s#^$out/#\n#" | wrap
 
 say "5. The same alarms on the buses"
 sent=$(wc -l < "$out/alarms.jsonl")
