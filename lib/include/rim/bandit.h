@@ -37,7 +37,7 @@ extern "C" {
 #endif
 
 #define RIM_BANDIT_MAX_PLANS 64
-#define RIM_BANDIT_HEADER_BYTES 512
+#define RIM_BANDIT_HEADER_BYTES 1024
 
 typedef enum rim_bandit_policy {
   RIM_BANDIT_GP_UCB = 0,

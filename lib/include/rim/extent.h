@@ -75,7 +75,7 @@ typedef struct rim_extent_config {
   uint8_t weight;  /* rim_extent_weight */
   double lower[RIM_EXTENT_MAX_DIMS]; /* box of contexts; both 0: 0..1. Outside it works too, but */
   double upper[RIM_EXTENT_MAX_DIMS]; /* centres of regions stay within */
-  double lambda_min;                 /* nats a unit of V; with lambda_max both 0: -16 and 16 */
+  double lambda_min; /* nats a unit of V, within +-500; with lambda_max both 0: -16 and 16 */
   double lambda_max;
   double least_axis; /* of a region, as a fraction of the box; 0: 0.04 */
   double most_axis;  /* 0: 0.6 */
