@@ -95,8 +95,11 @@ demo: all ## learn 50 landings, replay one healthy and three faulty ones, hear t
 test: ## every test; the last line counts them
 	@$(MAKE) --no-print-directory -j$(TEST_JOBS) test-run
 
-bench: all ## speed, memory and detection figures
+bench: all ## speed, memory and detection figures with their intervals (some 20 minutes)
 	$(BUILD)/rim bench
+	$(BUILD)/rim experiment golf
+	$(BUILD)/rim experiment lander --thesis
+	$(BUILD)/rim experiment falcon
 
 clean: ## remove everything built
 	rm -rf $(BUILD)

@@ -1,4 +1,8 @@
 // How far the mean of each channel strays over nominal runs, by interval: section ENVELOPE.
+//
+// The spread of an interval is that at the moment of a run when it is largest. A monitor judges runs
+// that still go on: "the rest of the run" is then only what came before, and a contrast that cancels
+// over a whole run (a middle against both ends) has not cancelled yet.
 #ifndef RIM_TRAIN_NOMINAL_SPREAD_HPP
 #define RIM_TRAIN_NOMINAL_SPREAD_HPP
 
@@ -16,8 +20,9 @@ struct BinnedRun {
   Matrix value;                  // blocks x channels
 };
 
-// Sums over runs of what every interval shows, from which the envelope of all runs, or of all but
-// one, is made. Memory: 4 bytes x channels x features x intervals x 2 x (runs + 1).
+// What every interval shows in every run, from which the envelope of all runs, or of all but one, is
+// made. Memory: 4 bytes x channels x features x intervals x 2 x runs; time: as much work for each of
+// kMoments moments.
 class NominalSpread {
 public:
   // quantum, per channel: the step in which the sum over an interval can change (0: none). A mean is
@@ -30,19 +35,22 @@ public:
   std::vector<std::uint8_t> section(int left_out) const;
 
 private:
-  struct Run {
-    std::vector<float> square; // [channels][features][intervals][2]; 0 where not judged
-    std::vector<float> usual;  // [features][intervals][2]; 0 where not judged
-  };
-  Run run_of(const BinnedRun &run) const;
+  struct Moments;
+  void measure_feature(const std::vector<BinnedRun> &runs, std::size_t feature);
+  Moments moments_of(const std::vector<BinnedRun> &runs, std::size_t feature) const;
+  std::size_t at(std::size_t channel, std::size_t feature, std::size_t slot) const {
+    return (channel * features_ + feature) * slots_ + slot;
+  }
 
-  std::size_t features_, bins_, channels_ = 0, intervals_;
+  std::size_t features_, bins_, slots_, channels_ = 0, runs_; // slots: intervals x {level, contrast}
   std::uint32_t least_n_;
-  std::vector<Run> runs_;
-  std::vector<double> square_, usual_; // sums over runs
-  std::vector<std::uint32_t> judged_;  // runs that judged [features][intervals][2]
-  std::vector<double> within_;         // a, per channel
-  std::vector<double> quantum_;
+  std::size_t step_ = 1;             // blocks between moments
+  std::vector<double> within_;       // a, per channel
+  std::vector<double> quantum_;      // per channel
+  std::vector<float> usual_;         // [features][slots]: mean over runs that judge it at their end
+  std::vector<std::uint16_t> judge_; // [features][slots]: number of those runs
+  std::vector<float> square_;        // [runs][channels][features][slots] at the largest moment
+  std::vector<std::uint8_t> has_;    // same shape: the run judges the slot at that moment
 };
 
 } // namespace rim
