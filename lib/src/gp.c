@@ -10,6 +10,7 @@
 #define JITTER_FIRST 1e-12
 #define JITTER_LAST 1e-6
 #define LARGEST_VALUE 1e150 /* squares and products with weights stay finite */
+#define FARTHEST 555025.0   /* 745^2: beyond it exp(-r) is 0, and a polynomial times it */
 #define LEAST_SCALE 1e-100
 #define LARGEST_SCALE 1e100
 
@@ -122,13 +123,25 @@ static double distance2(const rim_gp_config *c, const double *a, const double *b
   return sum;
 }
 
-/* k(r), 1 at r = 0. Far away exactly 0: there (1 + a) exp(-a) could be infinity times 0. */
+/* sqrt(v) within 4 ULP, 0 below 1e-300: Newton steps as in real.c without its exact last one, which
+ * would take longer than the rest of a kernel. v up to 1e300. */
+static double root(double v) {
+  if (!(v > 1e-300))
+    return 0.0;
+  const double half = 0.5 * v;
+  double inverse = rim_from_bits(UINT64_C(0x5fe6eb50c7b537a9) - (rim_bits(v) >> 1));
+  for (int i = 0; i < 4; ++i)
+    inverse = inverse * (1.5 - half * inverse * inverse);
+  return v * inverse;
+}
+
+/* k(r), 1 at r = 0. */
 static double correlation(uint8_t kernel, double r2) {
   if (kernel == RIM_GP_SQUARED_EXPONENTIAL)
     return rim_exp(-0.5 * r2);
-  const double a = (kernel == RIM_GP_MATERN_3_2 ? SQRT_3 : SQRT_5) * rim_sqrt(r2);
-  if (!(a < 745.0))
+  if (!(r2 < FARTHEST))
     return 0.0;
+  const double a = (kernel == RIM_GP_MATERN_3_2 ? SQRT_3 : SQRT_5) * root(r2);
   const double polynomial = kernel == RIM_GP_MATERN_3_2 ? 1.0 + a : 1.0 + a + a * a / 3.0;
   return polynomial * rim_exp(-a);
 }
@@ -137,9 +150,9 @@ static double correlation(uint8_t kernel, double r2) {
 static double correlation_slope(uint8_t kernel, double r2) {
   if (kernel == RIM_GP_SQUARED_EXPONENTIAL)
     return rim_exp(-0.5 * r2);
-  const double a = (kernel == RIM_GP_MATERN_3_2 ? SQRT_3 : SQRT_5) * rim_sqrt(r2);
-  if (!(a < 745.0))
+  if (!(r2 < FARTHEST))
     return 0.0;
+  const double a = (kernel == RIM_GP_MATERN_3_2 ? SQRT_3 : SQRT_5) * root(r2);
   const double factor = kernel == RIM_GP_MATERN_3_2 ? 3.0 : 5.0 / 3.0 * (1.0 + a);
   return factor * rim_exp(-a);
 }
