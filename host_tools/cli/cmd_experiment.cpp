@@ -32,10 +32,13 @@ struct CampaignArguments {
       return rim::EXIT_FINE;
     }
     const rim::Shard part = rim::parse_shard(shard);
-    if (part.count > 1 && out.empty()) throw rim::UsageError("--shard needs --out");
+    if (part.count > 1 && out.empty())
+      throw rim::UsageError("--shard needs --out");
     const Campaign campaign = measure(part);
-    if (!out.empty()) rim::write_campaign(campaign, out);
-    if (campaign.complete()) print(campaign);
+    if (!out.empty())
+      rim::write_campaign(campaign, out);
+    if (campaign.complete())
+      print(campaign);
     return rim::EXIT_FINE;
   }
 };
@@ -52,7 +55,8 @@ CLI::App *add_golf(CLI::App &app, GolfArguments &a) {
   golf->add_option("--dims", a.experiment.dims, "features, 2 to 128 (2,10,30,100)")
       ->delimiter(',')
       ->check(CLI::Range(2, 128));
-  golf->add_option("--runs", a.experiment.runs, "runs with a bump (100)")->check(CLI::PositiveNumber);
+  golf->add_option("--runs", a.experiment.runs, "runs with a bump (100)")
+      ->check(CLI::PositiveNumber);
   golf->add_option("--nominal", a.experiment.nominal, "runs without, for the false alarms (400)");
   golf->add_option("--calibration", a.experiment.calibration,
                    "runs without, for the threshold (800; 19 are the least for 5 %)");
@@ -85,8 +89,9 @@ CLI::App *add_lander(CLI::App &app, LanderArguments &a) {
       ->check(CLI::PositiveNumber);
   lander->add_option("--seed", a.options.seed,
                      "of the training landings; fresh ones are of the next seed (101)");
-  lander->add_option("--false-alarm", a.options.train.calibration.false_alarm,
-                     "run-level false-alarm rate wished (0.05)")
+  lander
+      ->add_option("--false-alarm", a.options.train.calibration.false_alarm,
+                   "run-level false-alarm rate wished (0.05)")
       ->check(CLI::Range(0.001, 0.5));
   lander->add_flag("--thesis", a.options.thesis,
                    "also the thesis's own procedure on the same landings (about 1 s a landing)");
@@ -142,7 +147,8 @@ int cmd_experiment(int argc, char **argv) {
   app.footer("Examples:\n"
              "  rim experiment golf --dims 2,100 --runs 20 --nominal 40 --calibration 100\n"
              "  rim experiment lander --nominal 40 --runs 3");
-  if (!rim::parse_arguments(app, argc, argv)) return rim::EXIT_FINE;
+  if (!rim::parse_arguments(app, argc, argv))
+    return rim::EXIT_FINE;
   if (falcon_command->parsed())
     return run_falcon_command(falcon);
   return golf_command->parsed() ? run_golf(golf) : run_lander(lander);

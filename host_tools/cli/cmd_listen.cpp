@@ -1,4 +1,5 @@
 // rim listen: alarms as they come, a table on a terminal, JSON lines into a pipe.
+#include "bus/can_refusal.hpp"
 #include "bus/jsonl.hpp"
 #include "bus/lcm_bus.hpp"
 #include "bus/sentence.hpp"
@@ -6,13 +7,10 @@
 #include "cli/command.hpp"
 #include "util/table.hpp"
 
-#include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
-#include <cstring>
 #include <map>
-#include <sys/socket.h>
 #include <unistd.h>
 
 namespace {
@@ -80,20 +78,6 @@ void Listener::show() const {
   std::fflush(stdout);
 }
 
-// CAN reception belongs to the daemon's transports; say at least what this machine lacks.
-[[noreturn]] void refuse_can(const std::string &interface) {
-  const int descriptor = ::socket(AF_CAN, SOCK_RAW, 1);
-  const int error = errno;
-  if (descriptor >= 0)
-    ::close(descriptor);
-  throw rim::DataError(interface +
-                       (descriptor < 0
-                            ? ": this kernel has no CAN (" + std::string(std::strerror(error)) +
-                                  "); a candump log can be written with rim replay --candump"
-                            : ": listening on CAN is not in this version; use candump "
-                              "and lib/wire/rim.dbc"));
-}
-
 int cmd_listen(int argc, char **argv) {
   std::string url = rim::kLcmUrl, interface, model;
   std::uint64_t count = 0;
@@ -112,7 +96,7 @@ int cmd_listen(int argc, char **argv) {
   if (!rim::parse_arguments(app, argc, argv))
     return rim::EXIT_FINE;
   if (!interface.empty())
-    refuse_can(interface);
+    rim::refuse_can(interface, "listening", "rim replay --candump writes a log of frames");
   Listener listener(model.empty() ? rim::Names() : rim::names_of_model(model));
   rim::LcmBus bus(url);
   bus.on_alarm = [&](const rim_alarm &alarm) { listener.take(alarm); };

@@ -1,4 +1,5 @@
 // rim replay: the onboard monitor over logs, deterministically.
+#include "bus/can_refusal.hpp"
 #include "cli/arguments.hpp"
 #include "cli/command.hpp"
 #include "replay/outputs.hpp"
@@ -7,14 +8,10 @@
 #include "util/error.hpp"
 #include "util/progress.hpp"
 
-#include <cerrno>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
 #include <fmt/format.h>
-#include <net/if.h>
 #include <optional>
-#include <sys/socket.h>
 #include <unistd.h>
 
 namespace {
@@ -73,20 +70,6 @@ void declare(CLI::App &app, Options &o) {
   app.footer(kFooter);
 }
 
-// Sending on CAN belongs to the daemon's transports; what this machine lacks is said first.
-[[noreturn]] void refuse_can(const std::string &interface) {
-  const std::string instead = "; --candump FILE writes the same frames for canplayer";
-  const int descriptor = ::socket(AF_CAN, SOCK_RAW, 1);
-  if (descriptor < 0) {
-    throw rim::DataError(interface + ": this machine's kernel has no CAN (" + std::strerror(errno) +
-                         ")" + instead);
-  }
-  ::close(descriptor);
-  if (::if_nametoindex(interface.c_str()) == 0)
-    throw rim::DataError(interface + ": no such interface" + instead);
-  throw rim::DataError(interface + ": sending on CAN is not in this version" + instead);
-}
-
 void check(const CLI::App &app, const Options &o) {
   for (const char *option : {"--false-alarm", "--calibration-runs"}) {
     if (!o.model.empty() && app.count(option) > 0)
@@ -95,7 +78,7 @@ void check(const CLI::App &app, const Options &o) {
   if (!o.outputs.plot.empty())
     rim::check_plot_path(o.outputs.plot);
   if (!o.can.empty())
-    refuse_can(o.can);
+    rim::refuse_can(o.can, "sending", "--candump FILE writes the same frames for canplayer");
 }
 
 std::string made_by(const Options &o) {

@@ -9,6 +9,7 @@
 
 #include "rim/rng.h"
 #include "rim/select.h"
+#include "train/calibrate.hpp"
 #include "util/error.hpp"
 #include "util/parallel_for.hpp"
 #include "util/progress.hpp"
@@ -69,8 +70,10 @@ std::vector<double> unit_features(const GolfShot &shot, const std::array<std::si
   return u;
 }
 
+// The best score of chance grows as the logarithm of the number of observations; never as if there
+// were fewer than a dozen, or the first shot alone could alarm.
 double envelope(std::size_t observations) {
-  return std::max(1.0, std::log(static_cast<double>(observations)));
+  return std::max(kLeastGrowth, std::log(static_cast<double>(observations)));
 }
 
 double f1_of(const std::vector<GolfShot> &shots, const std::function<bool(std::size_t)> &inside) {

@@ -19,11 +19,13 @@ namespace rim::experiment {
 std::vector<world::Effect> lander_faults(const world::LanderParams &params) {
   std::vector<std::string> paths;
   for (const auto &entry : std::filesystem::directory_iterator(data_path("effects"))) {
-    if (entry.path().extension() == ".toml") paths.push_back(entry.path().string());
+    if (entry.path().extension() == ".toml")
+      paths.push_back(entry.path().string());
   }
   std::sort(paths.begin(), paths.end());
   std::vector<world::Effect> faults;
-  for (const std::string &path : paths) faults.push_back(world::read_effect(path, params));
+  for (const std::string &path : paths)
+    faults.push_back(world::read_effect(path, params));
   return faults;
 }
 
@@ -51,7 +53,8 @@ LandingResult fly(const std::vector<std::uint8_t> &image, const Log &log) {
     rim_verdict verdict;
     (void)rim_monitor_step(monitor.get(), &row, &verdict);
     result.score = std::max(result.score, verdict.score);
-    if (verdict.alarm.state != RIM_ALARM_RAISED || result.alarmed) continue;
+    if (verdict.alarm.state != RIM_ALARM_RAISED || result.alarmed)
+      continue;
     result.alarmed = true;
     result.row = static_cast<std::uint32_t>(t + 1);
     result.t_s = verdict.t_s;
@@ -72,7 +75,8 @@ std::string sensor_of(const world::Effect &effect) {
 
 nlohmann::json thesis_json(const std::vector<ThesisPoint> &points) {
   nlohmann::json list = nlohmann::json::array();
-  for (const ThesisPoint &p : points) list.push_back({p.rows, p.normalised, p.outcome});
+  for (const ThesisPoint &p : points)
+    list.push_back({p.rows, p.normalised, p.outcome});
   return list;
 }
 
@@ -90,17 +94,17 @@ Trained train_on_nominal(const LanderOptions &options, const world::LanderParams
   const auto start = std::chrono::steady_clock::now();
   const Training training = train(logs, options.train);
   Trained trained;
-  trained.seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  trained.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   trained.image = make_image(training.plan);
   trained.thresholds = training.plan.thresholds;
-  if (options.thesis) trained.thesis = std::make_unique<ThesisLander>(logs, ThesisOptions{});
+  if (options.thesis)
+    trained.thesis = std::make_unique<ThesisLander>(logs, ThesisOptions{});
   return trained;
 }
 
 nlohmann::json result_json(const LandingResult &r, std::size_t fault) {
-  return {{"fault", fault},     {"alarmed", r.alarmed}, {"row", r.row},  {"t_s", r.t_s},
-          {"score", r.score},   {"channel", r.channel}, {"kind", r.kind}};
+  return {{"fault", fault},   {"alarmed", r.alarmed}, {"row", r.row},  {"t_s", r.t_s},
+          {"score", r.score}, {"channel", r.channel}, {"kind", r.kind}};
 }
 
 } // namespace
@@ -118,23 +122,24 @@ Campaign run_lander_campaign(const LanderOptions &options, const Shard &shard) {
     names.push_back({{"name", fault.name}, {"sensor", sensor_of(fault)}});
   }
   const std::vector<std::string> columns = world::lander_columns();
-  campaign.config = {{"seed", options.seed},
-                     {"training_runs", options.training_runs},
-                     {"nominal_runs", options.nominal_runs},
-                     {"fault_runs", options.fault_runs},
-                     {"thesis", options.thesis},
-                     {"faults", names},
-                     {"sensors", std::vector<std::string>(columns.begin() + world::kEngines,
-                                                          columns.end())},
-                     {"rank", trained.thresholds.rank},
-                     {"alarm_score", trained.thresholds.alarm_score},
-                     {"promised_rate", trained.thresholds.promised_rate},
-                     {"image_bytes", trained.image.size()}};
+  campaign.config = {
+      {"seed", options.seed},
+      {"training_runs", options.training_runs},
+      {"nominal_runs", options.nominal_runs},
+      {"fault_runs", options.fault_runs},
+      {"thesis", options.thesis},
+      {"faults", names},
+      {"sensors", std::vector<std::string>(columns.begin() + world::kEngines, columns.end())},
+      {"rank", trained.thresholds.rank},
+      {"alarm_score", trained.thresholds.alarm_score},
+      {"promised_rate", trained.thresholds.promised_rate},
+      {"image_bytes", trained.image.size()}};
   fmt::print(stderr, "training took {:.1f} s\n", trained.seconds);
 
   std::vector<std::uint64_t> mine;
   for (std::uint64_t unit = 0; unit < campaign.total; ++unit) {
-    if (shard.owns(unit)) mine.push_back(unit);
+    if (shard.owns(unit))
+      mine.push_back(unit);
   }
   std::vector<nlohmann::json> results(mine.size());
   Progress progress("replay", mine.size());
@@ -149,10 +154,12 @@ Campaign run_lander_campaign(const LanderOptions &options, const Shard &shard) {
         params, nominal ? std::vector<world::Effect>{} : std::vector<world::Effect>{faults[k]},
         options.seed + 1, run);
     results[m] = result_json(fly(trained.image, log), nominal ? 0 : k + 1);
-    if (trained.thesis) results[m]["thesis"] = thesis_json(trained.thesis->run(log));
+    if (trained.thesis)
+      results[m]["thesis"] = thesis_json(trained.thesis->run(log));
     progress.add();
   });
-  for (std::size_t m = 0; m < mine.size(); ++m) campaign.units[mine[m]] = results[m];
+  for (std::size_t m = 0; m < mine.size(); ++m)
+    campaign.units[mine[m]] = results[m];
   return campaign;
 }
 

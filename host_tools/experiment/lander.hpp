@@ -15,11 +15,11 @@
 namespace rim::experiment {
 
 struct LanderOptions {
-  std::uint64_t seed = 101;       // training runs 1.. of this seed; fresh runs are of seed + 1
+  std::uint64_t seed = 101; // training runs 1.. of this seed; fresh runs are of seed + 1
   std::size_t training_runs = 50;
   std::size_t nominal_runs = 200;
-  std::size_t fault_runs = 10;    // of each of the faults in data/effects
-  bool thesis = false;            // also run the thesis's own procedure: about 1 s a run
+  std::size_t fault_runs = 10; // of each of the faults in data/effects
+  bool thesis = false;         // also run the thesis's own procedure: about 1 s a run
   TrainOptions train;
 };
 
@@ -33,11 +33,11 @@ Log lander_log(const world::LanderParams &params, const std::vector<world::Effec
 // What the monitor made of one landing.
 struct LandingResult {
   bool alarmed = false;
-  std::uint32_t row = 0;  // rows until the alarm
-  double t_s = 0.0;       // time of the alarm
-  double score = 0.0;     // largest over the run
-  std::string channel;    // named first in the alarm
-  std::string kind;       // of the leading channel
+  std::uint32_t row = 0; // rows until the alarm
+  double t_s = 0.0;      // time of the alarm
+  double score = 0.0;    // largest over the run
+  std::string channel;   // named first in the alarm
+  std::string kind;      // of the leading channel
 };
 // Replays one log through the flight code.
 LandingResult fly(const std::vector<std::uint8_t> &image, const Log &log);

@@ -15,7 +15,8 @@ namespace {
 
 // Wilson's 95 % interval of a share, as text in percent.
 std::string share_text(std::size_t hits, std::size_t n) {
-  if (n == 0) return "none";
+  if (n == 0)
+    return "none";
   const double z = 1.96, total = static_cast<double>(n), p = static_cast<double>(hits) / total;
   const double centre = (p + z * z / (2 * total)) / (1 + z * z / total);
   const double half =
@@ -26,7 +27,8 @@ std::string share_text(std::size_t hits, std::size_t n) {
 }
 
 double median(std::vector<double> values) {
-  if (values.empty()) return std::nan("");
+  if (values.empty())
+    return std::nan("");
   std::sort(values.begin(), values.end());
   const std::size_t n = values.size();
   return n % 2 == 1 ? values[n / 2] : 0.5 * (values[n / 2 - 1] + values[n / 2]);
@@ -52,7 +54,8 @@ std::vector<ThesisPoint> thesis_points(const nlohmann::json &unit) {
 std::vector<const nlohmann::json *> runs_of(const Campaign &campaign, std::size_t fault) {
   std::vector<const nlohmann::json *> runs;
   for (const auto &[number_, unit] : campaign.units) {
-    if (unit.at("fault") == fault) runs.push_back(&unit);
+    if (unit.at("fault") == fault)
+      runs.push_back(&unit);
   }
   return runs;
 }
@@ -80,7 +83,8 @@ Counts print_faults(const Campaign &campaign, std::FILE *to) {
     const auto runs = runs_of(campaign, k + 1);
     for (const nlohmann::json *run : runs) {
       scores.push_back(run->at("score").get<double>() / alarm_score);
-      if (!run->at("alarmed").get<bool>()) continue;
+      if (!run->at("alarmed").get<bool>())
+        continue;
       rows.push_back(run->at("row"));
       ++named[run->at("channel")];
       ++kinds[run->at("kind")];
@@ -109,14 +113,17 @@ Counts print_faults(const Campaign &campaign, std::FILE *to) {
 // The thesis's procedure, its threshold raised until it alarms in as many nominal runs as ours.
 void print_thesis(const Campaign &campaign, double rate, std::FILE *to) {
   std::vector<std::vector<ThesisPoint>> nominal;
-  for (const nlohmann::json *run : runs_of(campaign, 0)) nominal.push_back(thesis_points(*run));
+  for (const nlohmann::json *run : runs_of(campaign, 0))
+    nominal.push_back(thesis_points(*run));
   const double scale = thesis_scale(nominal, rate);
   std::size_t per_instant = 0;
-  for (const auto &run : nominal) per_instant += thesis_detect(run, 1.0).found ? 1 : 0;
-  fmt::print(to,
-             "\nthe thesis's procedure on the same landings: at its per-instant 95 % threshold any "
-             "alarm in {};\nits threshold raised {:.2f} times to alarm in at most {:.1f} % of them:\n",
-             share_text(per_instant, nominal.size()), scale, 100 * rate);
+  for (const auto &run : nominal)
+    per_instant += thesis_detect(run, 1.0).found ? 1 : 0;
+  fmt::print(
+      to,
+      "\nthe thesis's procedure on the same landings: at its per-instant 95 % threshold any "
+      "alarm in {};\nits threshold raised {:.2f} times to alarm in at most {:.1f} % of them:\n",
+      share_text(per_instant, nominal.size()), scale, 100 * rate);
   Table table({{"fault", ""},
                {"found", "runs"},
                {"alarm at row", "median"},
@@ -131,9 +138,11 @@ void print_thesis(const Campaign &campaign, double rate, std::FILE *to) {
     const auto runs = runs_of(campaign, k + 1);
     for (const nlohmann::json *run : runs) {
       const ThesisDetection found = thesis_detect(thesis_points(*run), scale);
-      if (found.found) theirs.push_back(found.rows);
+      if (found.found)
+        theirs.push_back(found.rows);
       const bool mine = run->at("alarmed");
-      if (mine) ours.push_back(run->at("row"));
+      if (mine)
+        ours.push_back(run->at("row"));
       if (found.found && mine) {
         ratios.push_back(run->at("row").get<double>() / static_cast<double>(found.rows));
       }
@@ -153,8 +162,10 @@ void print_thesis(const Campaign &campaign, double rate, std::FILE *to) {
 } // namespace
 
 void print_lander_campaign(const Campaign &campaign, std::FILE *to) {
-  if (campaign.kind != "lander") throw DataError("not a lander campaign: " + campaign.kind);
-  if (!campaign.complete()) throw DataError("the lander campaign is not complete: merge its shards");
+  if (campaign.kind != "lander")
+    throw DataError("not a lander campaign: " + campaign.kind);
+  if (!campaign.complete())
+    throw DataError("the lander campaign is not complete: merge its shards");
   const nlohmann::json &config = campaign.config;
   const std::uint64_t seed = config.at("seed");
   fmt::print(to,
@@ -167,7 +178,8 @@ void print_lander_campaign(const Campaign &campaign, std::FILE *to) {
              100 * config.at("promised_rate").get<double>());
   std::size_t alarmed = 0;
   const auto nominal = runs_of(campaign, 0);
-  for (const nlohmann::json *run : nominal) alarmed += run->at("alarmed").get<bool>() ? 1 : 0;
+  for (const nlohmann::json *run : nominal)
+    alarmed += run->at("alarmed").get<bool>() ? 1 : 0;
   fmt::print(to, "nominal runs with any alarm: {}\n\n", share_text(alarmed, nominal.size()));
   const Counts counts = print_faults(campaign, to);
   fmt::print(to,

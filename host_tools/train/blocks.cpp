@@ -342,8 +342,8 @@ ChannelSeries series_of_run(const SeriesInput &in, const Blocks &blocks, std::si
 
 } // namespace
 
-// Which features tell the phase of a run: those that take the same course in every run. Gates on the
-// others would split runs from one another instead of phases, and every map would see few runs.
+// Which features tell the phase of a run: those that take the same course in every run. Gates on
+// the others would split runs from one another instead of phases, and every map would see few runs.
 // Course: mean over runs at the same share of the run's length. All 1 where no feature follows one
 // (runs that are not alike).
 std::vector<double> phase_weights(const std::vector<Blocks> &blocks) {
@@ -355,7 +355,8 @@ std::vector<double> phase_weights(const std::vector<Blocks> &blocks) {
     return run.context.row(point * (run.context.rows() - 1) / (points - 1));
   };
   for (const Blocks &run : blocks) {
-    for (Eigen::Index p = 0; p < points; ++p) course.row(p) += row_at(run, p);
+    for (Eigen::Index p = 0; p < points; ++p)
+      course.row(p) += row_at(run, p);
   }
   course /= static_cast<double>(blocks.size());
   const Eigen::RowVectorXd mean = course.colwise().mean();
@@ -373,7 +374,8 @@ std::vector<double> phase_weights(const std::vector<Blocks> &blocks) {
     weight[f] = all[i] > 0.0 && off[i] < (1.0 - follows) * all[i] ? 1.0 : 0.0;
     any = any || weight[f] > 0.0;
   }
-  if (!any) weight.assign(weight.size(), 1.0);
+  if (!any)
+    weight.assign(weight.size(), 1.0);
   return weight;
 }
 
@@ -391,7 +393,8 @@ TrainedModels train_models(const std::vector<Log> &logs, const Layout &layout,
   TrainedModels models;
   SeriesInput in;
   FitOptions fit = options.fit;
-  if (fit.gate_weight.empty()) fit.gate_weight = phase_weights(runs.blocks);
+  if (fit.gate_weight.empty())
+    fit.gate_weight = phase_weights(runs.blocks);
   const std::uint32_t kinds = options.kinds;
   if (has_kind(kinds, RIM_KIND_VARIANCE) || has_kind(kinds, RIM_KIND_STEP)) {
     const Samples samples = step_samples(logs, runs, layout, options.period_s);

@@ -148,7 +148,8 @@ std::vector<double> quanta(const FlightPlan &plan) {
   std::vector<double> quantum(plan.channels(), 0.0);
   std::size_t kind = 0;
   for (unsigned k = 0; k < RIM_CHANNELS_KINDS; ++k) {
-    if ((plan.kinds >> k & 1u) == 0) continue;
+    if ((plan.kinds >> k & 1u) == 0)
+      continue;
     for (std::size_t o = 0; k == RIM_KIND_REPEAT && o < plan.layout.outcomes(); ++o) {
       const std::size_t c = kind * plan.layout.outcomes() + o;
       quantum[c] = 2.0 / plan.block_rows * static_cast<double>(plan.inverse_sd[c]);
@@ -253,7 +254,8 @@ std::vector<std::uint16_t> choose_region_features(const std::vector<ChannelSerie
       repeats = std::abs(correlation(rank, chosen_ranks[i])) >= options.redundant ||
                 std::abs(correlation(value, chosen_values[i])) >= options.redundant;
     }
-    if (repeats) continue;
+    if (repeats)
+      continue;
     chosen.push_back(static_cast<std::uint16_t>(f));
     chosen_ranks.push_back(rank);
     chosen_values.push_back(value);

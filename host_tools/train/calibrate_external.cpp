@@ -16,7 +16,8 @@ namespace {
 // 1.4826 median |x|: the standard deviation of a Gaussian about zero, blind to the outliers that a
 // region of inaccurate modeling would make.
 double robust_sd(std::vector<double> x) {
-  for (double &v : x) v = std::abs(v);
+  for (double &v : x)
+    v = std::abs(v);
   const auto middle = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
   std::nth_element(x.begin(), middle, x.end());
   return 1.4826 * *middle;
@@ -24,7 +25,8 @@ double robust_sd(std::vector<double> x) {
 
 Eigen::VectorXd column_of(const Log &log, const std::string &name) {
   const int c = find_column(log, name);
-  if (c < 0) throw DataError(log.path + ": column '" + name + "' is missing");
+  if (c < 0)
+    throw DataError(log.path + ": column '" + name + "' is missing");
   return log.values.col(c);
 }
 
@@ -44,11 +46,12 @@ void set_ranges(FlightPlan *plan, const std::vector<ExternalRows> &logs) {
   }
 }
 
-// The best score of chance grows with the number of observations as its logarithm does.
+// The best score of chance grows with the number of observations as its logarithm does; never as if
+// there were fewer than a dozen, or the first one alone could alarm.
 std::vector<float> growth() {
   std::vector<float> knots(32);
   for (std::size_t k = 0; k < knots.size(); ++k) {
-    knots[k] = static_cast<float>(std::max(1.0, static_cast<double>(k) * std::log(2.0)));
+    knots[k] = static_cast<float>(std::max(kLeastGrowth, static_cast<double>(k) * std::log(2.0)));
   }
   return knots;
 }
@@ -69,7 +72,8 @@ float nominal_maximum(const FlightPlan &plan, const ExternalRows &log, std::uint
                                  z.data(), log.mean.row(t).data(), log.sd.row(t).data()};
     rim_verdict verdict;
     (void)rim_monitor_step(monitor.get(), &row, &verdict);
-    if (verdict.valid) largest = std::max(largest, verdict.score);
+    if (verdict.valid)
+      largest = std::max(largest, verdict.score);
   }
   return static_cast<float>(largest);
 }
@@ -110,7 +114,8 @@ ExternalRows external_rows(const Log &log, const Layout &layout) {
     if (!(sd > 0.0)) {
       throw DataError(log.path + ": column '" + name +
                       "': its standard deviation cannot be estimated: half of the residuals are 0; "
-                      "give a column 'sd." + name.substr(2) + "'");
+                      "give a column 'sd." +
+                      name.substr(2) + "'");
     }
     rows.sd.col(o).setConstant(sd);
   }
@@ -120,9 +125,11 @@ ExternalRows external_rows(const Log &log, const Layout &layout) {
 void calibrate_external(FlightPlan *plan, const std::vector<ExternalRows> &logs, std::size_t runs,
                         const CalibrationOptions &options) {
   constexpr Eigen::Index few_rows = 3000; // so many can be searched thoroughly
-  if (logs.empty()) throw DataError("no log to calibrate on");
+  if (logs.empty())
+    throw DataError("no log to calibrate on");
   Eigen::Index rows = 0;
-  for (const ExternalRows &log : logs) rows = std::max(rows, log.context.rows());
+  for (const ExternalRows &log : logs)
+    rows = std::max(rows, log.context.rows());
   set_ranges(plan, logs);
   plan->region.resize(plan->layout.features());
   std::iota(plan->region.begin(), plan->region.end(), std::uint16_t{0});

@@ -11,8 +11,8 @@
 namespace rim {
 
 // Maps that follow the phase of flight alone keep a run's own offsets out of the models; prototypes
-// placed where one map errs most (FitOptions::focus) gain a few percent in error at one step and lose
-// more in the spread of whole runs, which is what detection lives on.
+// placed where one map errs most (FitOptions::focus) gain a few percent in error at one step and
+// lose more in the spread of whole runs, which is what detection lives on.
 inline FitOptions flight_fit() {
   FitOptions fit;
   fit.focus = 0.0;

@@ -50,8 +50,7 @@ static bool has_kind(const rim_channels_config *config, rim_kind kind) {
 }
 
 static bool shape_fits(const rim_nominal *model, const rim_channels_config *config) {
-  return model != NULL && model->inputs == config->features &&
-         model->outputs == config->outcomes;
+  return model != NULL && model->inputs == config->features && model->outputs == config->outcomes;
 }
 
 static bool config_is_valid(const rim_channels_config *config) {
@@ -64,9 +63,11 @@ static bool config_is_valid(const rim_channels_config *config) {
   if (config->external) {
     return config->kinds == 1u << RIM_KIND_SHIFT && config->block_rows == 1;
   }
-  if (config->outcome_feature == NULL) return false;
+  if (config->outcome_feature == NULL)
+    return false;
   for (size_t o = 0; o < config->outcomes; ++o) {
-    if (rim_image_u16(config->outcome_feature, o) >= config->features) return false;
+    if (rim_image_u16(config->outcome_feature, o) >= config->features)
+      return false;
   }
   const bool one_step = has_kind(config, RIM_KIND_VARIANCE) || has_kind(config, RIM_KIND_STEP);
   return (!one_step || shape_fits(config->step, config)) &&
@@ -76,15 +77,19 @@ static bool config_is_valid(const rim_channels_config *config) {
 
 rim_status rim_channels_init(rim_channels **instance, void *memory, size_t bytes,
                              const rim_channels_config *config) {
-  if (instance == NULL || memory == NULL || config == NULL) return RIM_E_ARGUMENT;
-  if (((uintptr_t)memory & 7u) != 0) return RIM_E_ALIGN;
-  if (!config_is_valid(config)) return RIM_E_CONFIG;
+  if (instance == NULL || memory == NULL || config == NULL)
+    return RIM_E_ARGUMENT;
+  if (((uintptr_t)memory & 7u) != 0)
+    return RIM_E_ALIGN;
+  if (!config_is_valid(config))
+    return RIM_E_CONFIG;
   uint8_t present = 0;
   for (unsigned k = 0; k < RIM_CHANNELS_KINDS; ++k) {
     present = (uint8_t)(present + (config->kinds >> k & 1u));
   }
   const size_t need = RIM_CHANNELS_SIZE(config->features, config->outcomes, present);
-  if (bytes < need) return RIM_E_SIZE;
+  if (bytes < need)
+    return RIM_E_SIZE;
   memset(memory, 0, need);
   rim_channels *self = memory;
   self->config = *config;
@@ -92,7 +97,8 @@ rim_status rim_channels_init(rim_channels **instance, void *memory, size_t bytes
   self->channels = (uint16_t)RIM_CHANNELS_COUNT(config->outcomes, present);
   uint8_t n = 0;
   for (uint8_t k = 0; k < RIM_CHANNELS_KINDS; ++k) {
-    if ((config->kinds >> k & 1u) != 0u) self->kind_of[n++] = k;
+    if ((config->kinds >> k & 1u) != 0u)
+      self->kind_of[n++] = k;
   }
   *instance = self;
   return RIM_OK;
@@ -103,12 +109,14 @@ void rim_channels_attach(rim_channels *self, const rim_channels_config *config) 
 }
 
 static void count(uint32_t *counter) {
-  if (*counter != UINT32_MAX) ++*counter;
+  if (*counter != UINT32_MAX)
+    ++*counter;
 }
 
 static bool all_finite(const double *x, size_t n) {
   for (size_t i = 0; i < n; ++i) {
-    if (!rim_is_finite(x[i])) return false;
+    if (!rim_is_finite(x[i]))
+      return false;
   }
   return true;
 }
@@ -116,11 +124,15 @@ static bool all_finite(const double *x, size_t n) {
 static bool row_is_finite(const rim_channels *self, double t_s, const double *context,
                           const double *outcome, const double *mean, const double *sd) {
   const size_t o = self->config.outcomes;
-  if (!rim_is_finite(t_s) || !all_finite(context, self->config.features)) return false;
-  if (!self->config.external) return true;
-  if (!all_finite(outcome, o) || !all_finite(mean, o) || !all_finite(sd, o)) return false;
+  if (!rim_is_finite(t_s) || !all_finite(context, self->config.features))
+    return false;
+  if (!self->config.external)
+    return true;
+  if (!all_finite(outcome, o) || !all_finite(mean, o) || !all_finite(sd, o))
+    return false;
   for (size_t i = 0; i < o; ++i) {
-    if (!(sd[i] > 0.0)) return false;
+    if (!(sd[i] > 0.0))
+      return false;
   }
   return true;
 }
@@ -139,7 +151,8 @@ static void gather_repeats(rim_channels *self, const double *context, bool had_p
   for (size_t o = 0; o < self->config.outcomes; ++o) {
     const double reading = context[rim_image_u16(self->config.outcome_feature, o)];
     const bool repeated = had_previous && rim_bits(reading) == rim_bits(previous[o]);
-    if (repeated || !(rim_abs(reading) > 0.0)) repeats[o] += 1.0;
+    if (repeated || !(rim_abs(reading) > 0.0))
+      repeats[o] += 1.0;
     previous[o] = reading;
   }
 }
@@ -152,8 +165,10 @@ static void gather_step_residuals(rim_channels *self, const double *context) {
   for (size_t o = 0; o < self->config.outcomes; ++o) {
     const size_t f = rim_image_u16(self->config.outcome_feature, o);
     double r = (context[f] - predicted[o]) / sd[o];
-    if (r > RIM_CHANNELS_CLIP) r = RIM_CHANNELS_CLIP;
-    if (r < -RIM_CHANNELS_CLIP) r = -RIM_CHANNELS_CLIP;
+    if (r > RIM_CHANNELS_CLIP)
+      r = RIM_CHANNELS_CLIP;
+    if (r < -RIM_CHANNELS_CLIP)
+      r = -RIM_CHANNELS_CLIP;
     sum[o] += r;
     squares[o] += r * r;
   }
@@ -162,14 +177,17 @@ static void gather_step_residuals(rim_channels *self, const double *context) {
 
 static double standardise(const rim_channels *self, size_t channel, double raw) {
   const rim_channels_config *config = &self->config;
-  if (config->center != NULL) raw -= (double)rim_image_f32(config->center, channel);
-  if (config->inverse_sd != NULL) raw *= (double)rim_image_f32(config->inverse_sd, channel);
+  if (config->center != NULL)
+    raw -= (double)rim_image_f32(config->center, channel);
+  if (config->inverse_sd != NULL)
+    raw *= (double)rim_image_f32(config->inverse_sd, channel);
   return raw;
 }
 
 static void emit_step(rim_channels *self, double *raw) {
   const double n = self->steps_in_block > 0 ? (double)self->steps_in_block : 1.0;
-  for (size_t o = 0; o < self->config.outcomes; ++o) raw[o] = STEP_SUM(self)[o] / n;
+  for (size_t o = 0; o < self->config.outcomes; ++o)
+    raw[o] = STEP_SUM(self)[o] / n;
 }
 
 /* About the block's own mean, so that an offset of the run is not taken for noise; its logarithm,
@@ -195,7 +213,8 @@ static void emit_level(rim_channels *self, double *raw) {
   const double *context = BLOCK_SUM(self);
   double extrapolation = 0.0;
   (void)rim_nominal_predict(self->config.level, context, mean, sd, &extrapolation);
-  if (extrapolation > RIM_CHANNELS_FAR) count(&self->health.far);
+  if (extrapolation > RIM_CHANNELS_FAR)
+    count(&self->health.far);
   for (size_t o = 0; o < self->config.outcomes; ++o) {
     const size_t f = rim_image_u16(self->config.outcome_feature, o);
     raw[o] = (context[f] - mean[o]) / sd[o];
@@ -224,17 +243,28 @@ static void emit_increment(rim_channels *self, double *raw) {
 /* Returns whether values were made: the first block after a gap has no increment to judge. */
 static bool finish_block(rim_channels *self) {
   double *mean = BLOCK_SUM(self);
-  for (size_t f = 0; f < self->config.features; ++f) mean[f] /= (double)self->rows_in_block;
+  for (size_t f = 0; f < self->config.features; ++f)
+    mean[f] /= (double)self->rows_in_block;
   const bool complete = self->has_previous_block || !has_kind(&self->config, RIM_KIND_INCREMENT);
   double *values = VALUES(self);
   for (uint8_t k = 0; complete && k < self->kinds_present; ++k) {
     double *raw = values + (size_t)k * self->config.outcomes;
     switch ((rim_kind)self->kind_of[k]) {
-      case RIM_KIND_SHIFT: emit_level(self, raw); break;
-      case RIM_KIND_INCREMENT: emit_increment(self, raw); break;
-      case RIM_KIND_VARIANCE: emit_variance(self, raw); break;
-      case RIM_KIND_STEP: emit_step(self, raw); break;
-      case RIM_KIND_REPEAT: emit_repeats(self, raw); break;
+    case RIM_KIND_SHIFT:
+      emit_level(self, raw);
+      break;
+    case RIM_KIND_INCREMENT:
+      emit_increment(self, raw);
+      break;
+    case RIM_KIND_VARIANCE:
+      emit_variance(self, raw);
+      break;
+    case RIM_KIND_STEP:
+      emit_step(self, raw);
+      break;
+    case RIM_KIND_REPEAT:
+      emit_repeats(self, raw);
+      break;
     }
   }
   for (size_t c = 0; complete && c < self->channels; ++c) {
@@ -269,18 +299,22 @@ void rim_channels_reset(rim_channels *self) {
  * longer gap, a quarter of a block, voids the block too. */
 static void note_gap(rim_channels *self, double t_s) {
   const double gap_s = t_s - self->previous_t_s;
-  if (!self->has_previous_row || self->config.period_s <= 0.0) return;
-  if (gap_s <= 1.5 * self->config.period_s) return;
+  if (!self->has_previous_row || self->config.period_s <= 0.0)
+    return;
+  if (gap_s <= 1.5 * self->config.period_s)
+    return;
   count(&self->health.gaps);
   self->has_previous_row = false;
-  if (gap_s <= 0.25 * (double)self->config.block_rows * self->config.period_s) return;
+  if (gap_s <= 0.25 * (double)self->config.block_rows * self->config.period_s)
+    return;
   self->has_previous_block = false;
   begin_block(self);
 }
 
 int rim_channels_row(rim_channels *self, double t_s, const double *context, const double *outcome,
                      const double *mean, const double *sd) {
-  if (self == NULL || context == NULL) return RIM_E_ARGUMENT;
+  if (self == NULL || context == NULL)
+    return RIM_E_ARGUMENT;
   if (self->config.external && (outcome == NULL || mean == NULL || sd == NULL)) {
     return RIM_E_ARGUMENT;
   }
@@ -295,23 +329,30 @@ int rim_channels_row(rim_channels *self, double t_s, const double *context, cons
   }
   note_gap(self, t_s);
   count(&self->health.rows_used);
-  if (self->rows_in_block == self->config.block_rows) begin_block(self);
-  if (self->rows_in_block == 0) self->block_start_s = t_s;
+  if (self->rows_in_block == self->config.block_rows)
+    begin_block(self);
+  if (self->rows_in_block == 0)
+    self->block_start_s = t_s;
   ++self->rows_in_block;
   const bool had_previous = self->has_previous_row;
   self->previous_t_s = t_s;
   self->has_previous_row = true;
-  if (self->config.external) return external_row(self, context, outcome, mean, sd);
+  if (self->config.external)
+    return external_row(self, context, outcome, mean, sd);
 
   double *sum = BLOCK_SUM(self);
-  for (size_t f = 0; f < self->config.features; ++f) sum[f] += context[f];
-  if (has_kind(&self->config, RIM_KIND_REPEAT)) gather_repeats(self, context, had_previous);
+  for (size_t f = 0; f < self->config.features; ++f)
+    sum[f] += context[f];
+  if (has_kind(&self->config, RIM_KIND_REPEAT))
+    gather_repeats(self, context, had_previous);
   if (self->config.step != NULL) {
-    if (had_previous) gather_step_residuals(self, context);
+    if (had_previous)
+      gather_step_residuals(self, context);
     (void)rim_nominal_predict(self->config.step, context, PREDICTED(self), PREDICTED_SD(self),
                               NULL);
   }
-  if (self->rows_in_block < self->config.block_rows) return 0;
+  if (self->rows_in_block < self->config.block_rows)
+    return 0;
   return finish_block(self) ? 1 : 0;
 }
 
@@ -336,11 +377,16 @@ double rim_channels_unit(const rim_channels *self, uint16_t channel) {
     unit /= (double)rim_image_f32(self->config.inverse_sd, channel);
   }
   switch (rim_channels_kind(self, channel)) {
-    case RIM_KIND_SHIFT: return unit * BLOCK_SD(self)[o];
-    case RIM_KIND_INCREMENT: return unit * INCREMENT_SD(self)[o];
-    case RIM_KIND_STEP: return unit * PREDICTED_SD(self)[o];
-    case RIM_KIND_REPEAT: break;
-    case RIM_KIND_VARIANCE: break; /* the logarithm of a ratio */
+  case RIM_KIND_SHIFT:
+    return unit * BLOCK_SD(self)[o];
+  case RIM_KIND_INCREMENT:
+    return unit * INCREMENT_SD(self)[o];
+  case RIM_KIND_STEP:
+    return unit * PREDICTED_SD(self)[o];
+  case RIM_KIND_REPEAT:
+    break;
+  case RIM_KIND_VARIANCE:
+    break; /* the logarithm of a ratio */
   }
   return unit;
 }

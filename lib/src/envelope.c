@@ -4,10 +4,14 @@
 #include "rim/real.h"
 
 rim_status rim_envelope_open(rim_envelope *view, const uint8_t *section, size_t bytes) {
-  if (view == NULL || section == NULL) return RIM_E_ARGUMENT;
-  if (((uintptr_t)section & 3u) != 0) return RIM_E_ALIGN;
-  if (bytes < 4u * RIM_ENVELOPE_HEADER_WORDS) return RIM_E_TRUNCATED;
-  if (rim_image_u32(section, 0) != RIM_ENVELOPE_LAYOUT) return RIM_E_VERSION;
+  if (view == NULL || section == NULL)
+    return RIM_E_ARGUMENT;
+  if (((uintptr_t)section & 3u) != 0)
+    return RIM_E_ALIGN;
+  if (bytes < 4u * RIM_ENVELOPE_HEADER_WORDS)
+    return RIM_E_TRUNCATED;
+  if (rim_image_u32(section, 0) != RIM_ENVELOPE_LAYOUT)
+    return RIM_E_VERSION;
   rim_envelope e;
   e.channels = rim_image_u32(section, 1);
   e.features = rim_image_u32(section, 2);
@@ -19,14 +23,17 @@ rim_status rim_envelope_open(rim_envelope *view, const uint8_t *section, size_t 
   }
   /* At most 128 * 128 * 528 * 2 bytes: no overflow in size_t of 32 bits. */
   const size_t need = RIM_ENVELOPE_BYTES(e.channels, e.features, e.bins);
-  if (bytes < need) return RIM_E_TRUNCATED;
-  if (bytes > need) return RIM_E_SIZE;
+  if (bytes < need)
+    return RIM_E_TRUNCATED;
+  if (bytes > need)
+    return RIM_E_SIZE;
   e.usual = section + 4u * RIM_ENVELOPE_HEADER_WORDS;
   e.a = e.usual + 4u * (size_t)e.features * RIM_ENVELOPE_INTERVALS(e.bins);
   e.code = e.a + 4u * (size_t)e.channels;
   for (size_t c = 0; c < e.channels; ++c) {
     const double a = (double)rim_image_f32(e.a, c);
-    if (!rim_is_finite(a) || !(a > 0.0)) return RIM_E_DATA;
+    if (!rim_is_finite(a) || !(a > 0.0))
+      return RIM_E_DATA;
   }
   *view = e;
   return RIM_OK;
@@ -85,11 +92,13 @@ rim_envelope_found rim_envelope_best(const rim_envelope *e, uint32_t channel, ui
   for (uint32_t i = 0; i < e->bins; ++i) {
     for (uint32_t j = i; j < e->bins; ++j, ++at) {
       const double inside = n[j + 1] - n[i];
-      if (inside < e->least_n) continue;
+      if (inside < e->least_n)
+        continue;
       const double sum = s[j + 1] - s[i];
       for (uint32_t k = 0; k < 2; ++k) {
         const double typical = (double)rim_image_u16(usual, 2u * at + k);
-        if (!(typical > 0.0) || (k == 1 && all_n - inside < e->least_n)) continue;
+        if (!(typical > 0.0) || (k == 1 && all_n - inside < e->least_n))
+          continue;
         const double v = rim_envelope_variance(code[2u * at + k]);
         const fraction f = k == 0 ? level(inside, sum, typical, v, a)
                                   : contrast(inside, sum, all_n, all_s, typical, v, a);

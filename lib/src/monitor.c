@@ -6,7 +6,7 @@
 #include "rim/nominal.h"
 #include "rim/real.h"
 
-#define UPDATE_RATIO 0.25 /* ln anom grown by a quarter is worth another record */
+#define UPDATE_RATIO 0.25         /* ln anom grown by a quarter is worth another record */
 #define MONITOR_MAGIC 0x52494d4du /* "RIMM": memory that holds a monitor */
 
 struct rim_monitor {
@@ -59,7 +59,8 @@ static rim_status read_words(plan *p) {
       bytes != 4u * RIM_CONFIG_WORDS) {
     return RIM_E_CONFIG;
   }
-  for (size_t i = 0; i < RIM_CONFIG_WORDS; ++i) p->words[i] = rim_image_u32(data, i);
+  for (size_t i = 0; i < RIM_CONFIG_WORDS; ++i)
+    p->words[i] = rim_image_u32(data, i);
   const uint32_t *w = p->words;
   if (w[RIM_CONFIG_FEATURES] == 0 || w[RIM_CONFIG_FEATURES] > RIM_CHANNELS_MAX_FEATURES ||
       w[RIM_CONFIG_OUTCOMES] == 0 || w[RIM_CONFIG_OUTCOMES] > RIM_CHANNELS_MAX_OUTCOMES ||
@@ -72,7 +73,8 @@ static rim_status read_words(plan *p) {
   }
   for (size_t i = RIM_CONFIG_RING; i <= RIM_CONFIG_MOVES; ++i) {
     const bool is_count = i != RIM_CONFIG_INHIBIT_MS && i != RIM_CONFIG_SEED;
-    if (is_count && w[i] > UINT16_MAX) return RIM_E_CONFIG;
+    if (is_count && w[i] > UINT16_MAX)
+      return RIM_E_CONFIG;
   }
   return RIM_OK;
 }
@@ -80,9 +82,11 @@ static rim_status read_words(plan *p) {
 static rim_status open_model(const plan *p, rim_section id, rim_nominal *model) {
   const uint8_t *data;
   size_t bytes;
-  if (rim_image_section(&p->image, (uint32_t)id, &data, &bytes) != RIM_OK) return RIM_E_CONFIG;
+  if (rim_image_section(&p->image, (uint32_t)id, &data, &bytes) != RIM_OK)
+    return RIM_E_CONFIG;
   const rim_status status = rim_nominal_open(model, data, bytes);
-  if (status != RIM_OK) return status;
+  if (status != RIM_OK)
+    return status;
   return model->inputs == p->words[RIM_CONFIG_FEATURES] &&
                  model->outputs == p->words[RIM_CONFIG_OUTCOMES]
              ? RIM_OK
@@ -90,7 +94,8 @@ static rim_status open_model(const plan *p, rim_section id, rim_nominal *model) 
 }
 
 static rim_status open_models(plan *p) {
-  if (p->words[RIM_CONFIG_EXTERNAL] != 0) return RIM_OK;
+  if (p->words[RIM_CONFIG_EXTERNAL] != 0)
+    return RIM_OK;
   const uint32_t kinds = p->words[RIM_CONFIG_KINDS];
   rim_status status = RIM_OK;
   if ((kinds & (1u << RIM_KIND_VARIANCE | 1u << RIM_KIND_STEP)) != 0) {
@@ -112,7 +117,8 @@ static rim_status open_models(plan *p) {
 static const uint8_t *exact_section(const plan *p, rim_section id, size_t expected) {
   const uint8_t *data;
   size_t bytes;
-  if (rim_image_section(&p->image, (uint32_t)id, &data, &bytes) != RIM_OK) return NULL;
+  if (rim_image_section(&p->image, (uint32_t)id, &data, &bytes) != RIM_OK)
+    return NULL;
   return bytes == expected ? data : NULL;
 }
 
@@ -121,34 +127,43 @@ static rim_status open_tables(plan *p) {
   const size_t region_features = p->words[RIM_CONFIG_REGION_FEATURES];
   p->range = exact_section(p, RIM_SECTION_FEATURES, 8u * features);
   p->region = exact_section(p, RIM_SECTION_REGION, 2u * region_features);
-  if (p->range == NULL || p->region == NULL) return RIM_E_CONFIG;
+  if (p->range == NULL || p->region == NULL)
+    return RIM_E_CONFIG;
   for (size_t f = 0; f < features; ++f) {
     const double low = (double)rim_image_f32(p->range, f);
     const double high = (double)rim_image_f32(p->range, features + f);
-    if (!rim_is_finite(low) || !rim_is_finite(high) || !(high > low)) return RIM_E_RANGE;
+    if (!rim_is_finite(low) || !rim_is_finite(high) || !(high > low))
+      return RIM_E_RANGE;
   }
   for (size_t i = 0; i < region_features; ++i) {
     const uint16_t f = rim_image_u16(p->region, i);
-    if (f >= features) return RIM_E_RANGE;
+    if (f >= features)
+      return RIM_E_RANGE;
     for (size_t j = 0; j < i; ++j) {
-      if (rim_image_u16(p->region, j) == f) return RIM_E_RANGE;
+      if (rim_image_u16(p->region, j) == f)
+        return RIM_E_RANGE;
     }
   }
   const uint8_t *scales = exact_section(p, RIM_SECTION_CHANNELS, 8u * (size_t)p->channel_count);
-  if (scales == NULL) return RIM_E_CONFIG;
+  if (scales == NULL)
+    return RIM_E_CONFIG;
   for (size_t i = 0; i < 2u * (size_t)p->channel_count; ++i) {
     const double value = (double)rim_image_f32(scales, i);
-    if (!rim_is_finite(value)) return RIM_E_RANGE;
-    if (i >= p->channel_count && !(value > 0.0)) return RIM_E_RANGE;
+    if (!rim_is_finite(value))
+      return RIM_E_RANGE;
+    if (i >= p->channel_count && !(value > 0.0))
+      return RIM_E_RANGE;
   }
   p->channels.center = scales;
   p->channels.inverse_sd = scales + 4u * (size_t)p->channel_count;
   if (p->words[RIM_CONFIG_EXTERNAL] == 0) {
     p->channels.outcome_feature =
         exact_section(p, RIM_SECTION_OUTCOMES, 2u * (size_t)p->words[RIM_CONFIG_OUTCOMES]);
-    if (p->channels.outcome_feature == NULL) return RIM_E_CONFIG;
+    if (p->channels.outcome_feature == NULL)
+      return RIM_E_CONFIG;
     for (size_t o = 0; o < p->words[RIM_CONFIG_OUTCOMES]; ++o) {
-      if (rim_image_u16(p->channels.outcome_feature, o) >= features) return RIM_E_RANGE;
+      if (rim_image_u16(p->channels.outcome_feature, o) >= features)
+        return RIM_E_RANGE;
     }
   }
   p->channels.command = exact_section(p, RIM_SECTION_COMMANDS, features);
@@ -162,7 +177,8 @@ static rim_status open_threshold(plan *p) {
     return RIM_E_CONFIG;
   }
   const rim_status status = rim_threshold_open(&p->threshold, data, bytes);
-  if (status != RIM_OK) return status;
+  if (status != RIM_OK)
+    return status;
   return p->threshold.channels == p->channel_count ? RIM_OK : RIM_E_CONFIG;
 }
 
@@ -170,7 +186,8 @@ static rim_status open_threshold(plan *p) {
 static rim_status open_envelope(plan *p) {
   const uint8_t *data;
   size_t bytes;
-  if (rim_image_section(&p->image, RIM_SECTION_ENVELOPE, &data, &bytes) != RIM_OK) return RIM_OK;
+  if (rim_image_section(&p->image, RIM_SECTION_ENVELOPE, &data, &bytes) != RIM_OK)
+    return RIM_OK;
   const rim_status status = rim_envelope_open(&p->envelope, data, bytes);
   p->select.envelope = &p->envelope;
   return status;
@@ -179,14 +196,17 @@ static rim_status open_envelope(plan *p) {
 static rim_status make_plan(plan *p, const void *image, size_t image_bytes) {
   memset(p, 0, sizeof *p);
   rim_status status = rim_image_open(&p->image, image, image_bytes);
-  if (status == RIM_OK) status = read_words(p);
-  if (status != RIM_OK) return status;
+  if (status == RIM_OK)
+    status = read_words(p);
+  if (status != RIM_OK)
+    return status;
   const uint32_t *w = p->words;
   for (unsigned k = 0; k < RIM_CHANNELS_KINDS; ++k) {
     p->kinds_present = (uint8_t)(p->kinds_present + (w[RIM_CONFIG_KINDS] >> k & 1u));
   }
   p->channel_count = (uint16_t)RIM_CHANNELS_COUNT(w[RIM_CONFIG_OUTCOMES], p->kinds_present);
-  if (p->channel_count > RIM_SELECT_MAX_CHANNELS) return RIM_E_CONFIG;
+  if (p->channel_count > RIM_SELECT_MAX_CHANNELS)
+    return RIM_E_CONFIG;
   p->channels.features = (uint16_t)w[RIM_CONFIG_FEATURES];
   p->channels.outcomes = (uint16_t)w[RIM_CONFIG_OUTCOMES];
   p->channels.block_rows = (uint16_t)w[RIM_CONFIG_BLOCK_ROWS];
@@ -194,9 +214,12 @@ static rim_status make_plan(plan *p, const void *image, size_t image_bytes) {
   p->channels.external = w[RIM_CONFIG_EXTERNAL] != 0;
   p->channels.period_s = 1e-6 * (double)w[RIM_CONFIG_PERIOD_US];
   status = open_models(p);
-  if (status == RIM_OK) status = open_tables(p);
-  if (status == RIM_OK) status = open_threshold(p);
-  if (status == RIM_OK) status = open_envelope(p);
+  if (status == RIM_OK)
+    status = open_tables(p);
+  if (status == RIM_OK)
+    status = open_threshold(p);
+  if (status == RIM_OK)
+    status = open_envelope(p);
   p->select.features = (uint16_t)w[RIM_CONFIG_REGION_FEATURES];
   p->select.channels = p->channel_count;
   p->select.ring = (uint16_t)w[RIM_CONFIG_RING];
@@ -221,7 +244,8 @@ typedef struct layout {
 
 static rim_status make_layout(const plan *p, layout *l) {
   const rim_status status = rim_select_size(&p->select, &l->select_bytes);
-  if (status != RIM_OK) return status;
+  if (status != RIM_OK)
+    return status;
   l->channels = RIM_MONITOR_HEADER_BYTES;
   l->channels_bytes =
       RIM_CHANNELS_SIZE(p->channels.features, p->channels.outcomes, p->kinds_present);
@@ -233,19 +257,24 @@ static rim_status make_layout(const plan *p, layout *l) {
 }
 
 rim_status rim_monitor_size(const void *image, size_t image_bytes, size_t *bytes) {
-  if (image == NULL || bytes == NULL) return RIM_E_ARGUMENT;
+  if (image == NULL || bytes == NULL)
+    return RIM_E_ARGUMENT;
   plan p;
   layout l;
   rim_status status = make_plan(&p, image, image_bytes);
-  if (status == RIM_OK) status = make_layout(&p, &l);
-  if (status == RIM_OK) *bytes = l.total;
+  if (status == RIM_OK)
+    status = make_layout(&p, &l);
+  if (status == RIM_OK)
+    *bytes = l.total;
   return status;
 }
 
 static rim_status check_memory(const plan *p, layout *l, const void *memory, size_t bytes) {
-  if (((uintptr_t)memory & 7u) != 0) return RIM_E_ALIGN;
+  if (((uintptr_t)memory & 7u) != 0)
+    return RIM_E_ALIGN;
   const rim_status status = make_layout(p, l);
-  if (status != RIM_OK) return status;
+  if (status != RIM_OK)
+    return status;
   return bytes < l->total ? RIM_E_SIZE : RIM_OK;
 }
 
@@ -267,9 +296,12 @@ static void connect(rim_monitor *self, const plan *p, const layout *l) {
 /* The plan's views are on the stack: the channels must point to the monitor's own. */
 static rim_channels_config channels_config(const rim_monitor *self, const plan *p) {
   rim_channels_config config = p->channels;
-  if (config.step != NULL) config.step = &self->step;
-  if (config.level != NULL) config.level = &self->level;
-  if (config.increment != NULL) config.increment = &self->increment;
+  if (config.step != NULL)
+    config.step = &self->step;
+  if (config.level != NULL)
+    config.level = &self->level;
+  if (config.increment != NULL)
+    config.increment = &self->increment;
   return config;
 }
 
@@ -280,9 +312,9 @@ static rim_status init_search(rim_monitor *self, plan *p, const layout *l) {
     self->inverse_scale[c] = 1.0f / rim_image_f32(p->threshold.scale, c);
     offset[c] = rim_image_f32(p->threshold.offset, c) * self->inverse_scale[c];
   }
-  if (p->select.envelope != NULL) p->select.envelope = &self->envelope;
-  rim_status status =
-      rim_select_init(&self->select, base + l->select, l->select_bytes, &p->select);
+  if (p->select.envelope != NULL)
+    p->select.envelope = &self->envelope;
+  rim_status status = rim_select_init(&self->select, base + l->select, l->select_bytes, &p->select);
   if (status == RIM_OK) {
     status = rim_select_set_channel_scale(self->select, self->inverse_scale, offset);
   }
@@ -301,12 +333,15 @@ static void init_life(rim_monitor *self) {
 
 rim_status rim_monitor_init(rim_monitor **monitor, void *memory, size_t bytes, const void *image,
                             size_t image_bytes) {
-  if (monitor == NULL || memory == NULL || image == NULL) return RIM_E_ARGUMENT;
+  if (monitor == NULL || memory == NULL || image == NULL)
+    return RIM_E_ARGUMENT;
   plan p;
   layout l;
   rim_status status = make_plan(&p, image, image_bytes);
-  if (status == RIM_OK) status = check_memory(&p, &l, memory, bytes);
-  if (status != RIM_OK) return status;
+  if (status == RIM_OK)
+    status = check_memory(&p, &l, memory, bytes);
+  if (status != RIM_OK)
+    return status;
   memset(memory, 0, RIM_MONITOR_HEADER_BYTES);
   rim_monitor *self = memory;
   memcpy(self->words, p.words, sizeof self->words);
@@ -315,8 +350,10 @@ rim_status rim_monitor_init(rim_monitor **monitor, void *memory, size_t bytes, c
   const rim_channels_config config = channels_config(self, &p);
   status = rim_channels_init(&self->channels, (unsigned char *)memory + l.channels,
                              l.channels_bytes, &config);
-  if (status == RIM_OK) status = init_search(self, &p, &l);
-  if (status != RIM_OK) return status;
+  if (status == RIM_OK)
+    status = init_search(self, &p, &l);
+  if (status != RIM_OK)
+    return status;
   init_life(self);
   self->last.level = RIM_LEVEL_OK;
   self->last.p_value = 1.0;
@@ -328,16 +365,18 @@ rim_status rim_monitor_init(rim_monitor **monitor, void *memory, size_t bytes, c
 
 rim_status rim_monitor_attach(rim_monitor **monitor, void *memory, size_t bytes, const void *image,
                               size_t image_bytes) {
-  if (monitor == NULL || memory == NULL || image == NULL) return RIM_E_ARGUMENT;
+  if (monitor == NULL || memory == NULL || image == NULL)
+    return RIM_E_ARGUMENT;
   plan p;
   layout l;
   rim_status status = make_plan(&p, image, image_bytes);
-  if (status == RIM_OK) status = check_memory(&p, &l, memory, bytes);
-  if (status != RIM_OK) return status;
+  if (status == RIM_OK)
+    status = check_memory(&p, &l, memory, bytes);
+  if (status != RIM_OK)
+    return status;
   rim_monitor *self = memory;
   if (self->magic != MONITOR_MAGIC || self->image.model_id != p.image.model_id ||
-      self->image.bytes != p.image.bytes ||
-      memcmp(self->words, p.words, sizeof self->words) != 0) {
+      self->image.bytes != p.image.bytes || memcmp(self->words, p.words, sizeof self->words) != 0) {
     return RIM_E_DATA;
   }
   connect(self, &p, &l);
@@ -415,7 +454,8 @@ static void name_channels(const rim_monitor *self, rim_alarm *alarm, uint16_t le
     for (uint16_t c = 0; c < self->channel_count; ++c) {
       const uint16_t outcome = rim_channels_outcome(self->channels, c);
       bool taken = false;
-      for (size_t i = 0; i < alarm->channels; ++i) taken = taken || alarm->channel[i] == outcome;
+      for (size_t i = 0; i < alarm->channels; ++i)
+        taken = taken || alarm->channel[i] == outcome;
       const double score = rim_threshold_score(&self->threshold, c, (double)scores[c], n);
       if (!taken && score >= best) {
         best = score;
@@ -423,7 +463,8 @@ static void name_channels(const rim_monitor *self, rim_alarm *alarm, uint16_t le
         found = true;
       }
     }
-    if (!found) return;
+    if (!found)
+      return;
     alarm->channel[alarm->channels++] = best_outcome;
   }
 }
@@ -436,7 +477,8 @@ static void size_shifts(const rim_monitor *self, rim_alarm *alarm, uint16_t lead
   for (size_t i = 0; i < alarm->channels; ++i) {
     const uint16_t c = (uint16_t)(first_of_kind + alarm->channel[i]);
     rim_candidate found;
-    if (!rim_select_best_of_channel(self->select, c, &found) || found.n <= 0.0) continue;
+    if (!rim_select_best_of_channel(self->select, c, &found) || found.n <= 0.0)
+      continue;
     const double mean = found.shift;
     const double unit = rim_channels_unit(self->channels, c);
     /* F = shift^2 / (2 Var) gives the standard error without asking for Var again. */
@@ -452,7 +494,8 @@ static void size_shifts(const rim_monitor *self, rim_alarm *alarm, uint16_t lead
 
 static double time_of_observation(const rim_monitor *self, uint32_t index) {
   const uint32_t n = rim_select_observations(self->select);
-  if (n < 2) return self->last_block_s;
+  if (n < 2)
+    return self->last_block_s;
   const double spacing_s = (self->last_block_s - self->first_block_s) / (double)(n - 1);
   return self->first_block_s + spacing_s * (double)index;
 }
@@ -476,7 +519,8 @@ static void describe(const rim_monitor *self, const rim_verdict *verdict, rim_al
       memset(&alarm->region, 0, sizeof alarm->region);
     }
     alarm->observations = (uint32_t)best.n;
-    if (best.since != UINT32_MAX) alarm->since_s = time_of_observation(self, best.since);
+    if (best.since != UINT32_MAX)
+      alarm->since_s = time_of_observation(self, best.since);
   }
   name_channels(self, alarm, verdict->channel);
   size_shifts(self, alarm, verdict->channel);
@@ -510,27 +554,36 @@ static void judge(rim_monitor *self, rim_verdict *verdict) {
 
 static void search_and_judge(rim_monitor *self, uint32_t rows, bool new_block) {
   const uint32_t budget = self->words[RIM_CONFIG_BUDGET] != 0 ? self->words[RIM_CONFIG_BUDGET] : 1;
-  for (uint32_t i = 0; i < rows; ++i) rim_select_work(self->select, budget);
-  if (rim_select_observations(self->select) == 0) return;
+  for (uint32_t i = 0; i < rows; ++i)
+    rim_select_work(self->select, budget);
+  if (rim_select_observations(self->select) == 0)
+    return;
   judge(self, &self->last);
   /* An alarm is raised at the threshold and stands until the score is below the warning score. */
-  if (self->life.active && self->last.level == RIM_LEVEL_WARN) self->last.level = RIM_LEVEL_ERROR;
-  if (!new_block) return;
+  if (self->life.active && self->last.level == RIM_LEVEL_WARN)
+    self->last.level = RIM_LEVEL_ERROR;
+  if (!new_block)
+    return;
   const bool found = self->last.level == RIM_LEVEL_ERROR;
   rim_alarm candidate;
-  if (found) describe(self, &self->last, &candidate);
+  if (found)
+    describe(self, &self->last, &candidate);
   rim_alarm record;
-  if (!rim_alarm_life_step(&self->life, self->last.t_s, found ? &candidate : NULL, &record)) return;
+  if (!rim_alarm_life_step(&self->life, self->last.t_s, found ? &candidate : NULL, &record))
+    return;
   self->last.alarm = record;
-  if (record.state == RIM_ALARM_RAISED && self->alarms != UINT32_MAX) ++self->alarms;
+  if (record.state == RIM_ALARM_RAISED && self->alarms != UINT32_MAX)
+    ++self->alarms;
 }
 
 static rim_status observe(rim_monitor *self, double t_s, const double *context,
                           const double *values) {
   to_unit(self, context, self->unit);
   const rim_status status = rim_select_observe(self->select, self->unit, values);
-  if (status != RIM_OK) return status;
-  if (rim_select_observations(self->select) == 1) self->first_block_s = t_s;
+  if (status != RIM_OK)
+    return status;
+  if (rim_select_observations(self->select) == 1)
+    self->first_block_s = t_s;
   self->last_block_s = t_s;
   return RIM_OK;
 }
@@ -538,21 +591,26 @@ static rim_status observe(rim_monitor *self, double t_s, const double *context,
 /* Input older than the limit: the level says so; what was found before stays found. */
 static void note_staleness(rim_monitor *self, double t_s, rim_verdict *verdict) {
   const uint32_t limit_ms = self->words[RIM_CONFIG_STALE_MS];
-  if (limit_ms == 0 || !self->has_valid || !rim_is_finite(t_s)) return;
+  if (limit_ms == 0 || !self->has_valid || !rim_is_finite(t_s))
+    return;
   const bool stale = t_s - self->last_valid_s > 1e-3 * (double)limit_ms;
-  if (stale && !self->is_stale && self->stale != UINT32_MAX) ++self->stale;
+  if (stale && !self->is_stale && self->stale != UINT32_MAX)
+    ++self->stale;
   self->is_stale = stale;
-  if (stale) verdict->level = RIM_LEVEL_STALE;
+  if (stale)
+    verdict->level = RIM_LEVEL_STALE;
 }
 
 rim_status rim_monitor_step(rim_monitor *self, const rim_observation *row, rim_verdict *verdict) {
   if (self == NULL || row == NULL || row->context == NULL || verdict == NULL) {
     return RIM_E_ARGUMENT;
   }
-  const int made = rim_channels_row(self->channels, row->t_s, row->context, row->outcome, row->mean,
-                                    row->sd);
-  if (made == RIM_E_ARGUMENT) return RIM_E_ARGUMENT;
-  if (self->steps != UINT32_MAX) ++self->steps;
+  const int made =
+      rim_channels_row(self->channels, row->t_s, row->context, row->outcome, row->mean, row->sd);
+  if (made == RIM_E_ARGUMENT)
+    return RIM_E_ARGUMENT;
+  if (self->steps != UINT32_MAX)
+    ++self->steps;
   self->last.alarm.state = RIM_ALARM_NONE;
   self->last.step = self->steps;
   self->last.t_s = row->t_s;
@@ -567,15 +625,18 @@ rim_status rim_monitor_step(rim_monitor *self, const rim_observation *row, rim_v
     search_and_judge(self, 1, new_block);
   }
   *verdict = self->last;
-  if (made < 0) note_staleness(self, row->t_s, verdict);
+  if (made < 0)
+    note_staleness(self, row->t_s, verdict);
   return RIM_OK;
 }
 
 rim_status rim_monitor_block(rim_monitor *self, double t_s, const double *context,
                              const double *values, uint32_t rows, rim_verdict *verdict) {
-  if (self == NULL || context == NULL || values == NULL || verdict == NULL) return RIM_E_ARGUMENT;
+  if (self == NULL || context == NULL || values == NULL || verdict == NULL)
+    return RIM_E_ARGUMENT;
   const rim_status status = observe(self, t_s, context, values);
-  if (status != RIM_OK) return status;
+  if (status != RIM_OK)
+    return status;
   self->last.t_s = t_s;
   self->last.valid = true;
   search_and_judge(self, rows, true);
@@ -584,7 +645,8 @@ rim_status rim_monitor_block(rim_monitor *self, double t_s, const double *contex
 }
 
 double rim_monitor_membership(const rim_monitor *self, const double *context) {
-  if (!self->life.active) return 0.0;
+  if (!self->life.active)
+    return 0.0;
   double unit[RIM_CHANNELS_MAX_FEATURES];
   to_unit(self, context, unit);
   return rim_select_membership(self->select, unit);
@@ -612,8 +674,10 @@ uint64_t rim_verdict_digest(uint64_t digest, const rim_verdict *v) {
   digest = rim_digest_f64(digest, v->ln_anom);
   digest = rim_digest_f64(digest, v->threshold);
   digest = rim_digest_f64(digest, v->p_value);
-  for (size_t i = 0; i < 4; ++i) digest = rim_digest_f64(digest, (double)words[i]);
-  if (v->alarm.state == RIM_ALARM_NONE) return digest;
+  for (size_t i = 0; i < 4; ++i)
+    digest = rim_digest_f64(digest, (double)words[i]);
+  if (v->alarm.state == RIM_ALARM_NONE)
+    return digest;
   const rim_region *r = &v->alarm.region;
   for (size_t i = 0; i < r->dims; ++i) {
     digest = rim_digest_f64(digest, (double)r->feature[i]);

@@ -23,25 +23,31 @@ typedef struct model {
 static void put_f32(uint8_t *bytes, size_t i, float f) {
   uint32_t v;
   memcpy(&v, &f, 4);
-  for (int k = 0; k < 4; ++k) bytes[4 * i + (size_t)k] = (uint8_t)(v >> (8 * k));
+  for (int k = 0; k < 4; ++k)
+    bytes[4 * i + (size_t)k] = (uint8_t)(v >> (8 * k));
 }
 
 /* mean = offset + map x, standard deviation sd; inputs are not scaled. */
 static void make_model(model *m, const float map[O][D], const float offset[O], float sd) {
   memset(m, 0, sizeof *m);
   const uint8_t header[6] = {RIM_NOMINAL_LAYOUT, D, O, 1, 1, 1};
-  for (size_t i = 0; i < 6; ++i) m->bytes[4 * i] = header[i];
+  for (size_t i = 0; i < 6; ++i)
+    m->bytes[4 * i] = header[i];
   size_t at = RIM_NOMINAL_HEADER_WORDS;
   at += D; /* centre 0 */
-  for (int i = 0; i < D; ++i) put_f32(m->bytes, at++, 1.0f);
+  for (int i = 0; i < D; ++i)
+    put_f32(m->bytes, at++, 1.0f);
   at += D; /* gate weight 0 */
   put_f32(m->bytes, at++, 1.0f);
   put_f32(m->bytes, at++, 1.0f);
   at += 2 + D;
-  for (int o = 0; o < O; ++o) put_f32(m->bytes, at++, sd * sd);
-  for (int o = 0; o < O; ++o) put_f32(m->bytes, at++, offset[o]);
+  for (int o = 0; o < O; ++o)
+    put_f32(m->bytes, at++, sd * sd);
+  for (int o = 0; o < O; ++o)
+    put_f32(m->bytes, at++, offset[o]);
   for (int o = 0; o < O; ++o) {
-    for (int i = 0; i < D; ++i) put_f32(m->bytes, at++, map[o][i]);
+    for (int i = 0; i < D; ++i)
+      put_f32(m->bytes, at++, map[o][i]);
   }
   assert_int_equal(rim_nominal_open(&m->view, m->bytes, MODEL_BYTES), RIM_OK);
 }
@@ -58,8 +64,8 @@ typedef struct fixture {
 static void make_fixture(fixture *f) {
   memset(f, 0, sizeof *f);
   const float zero[O] = {0, 0};
-  const float own[O][D] = {{0, 1, 0}, {0, 0, 1}};     /* stays as it is */
-  const float other[O][D] = {{0, 0, 2}, {0, 0.5f, 0}}; /* first is twice the second */
+  const float own[O][D] = {{0, 1, 0}, {0, 0, 1}};       /* stays as it is */
+  const float other[O][D] = {{0, 0, 2}, {0, 0.5f, 0}};  /* first is twice the second */
   const float driven[O][D] = {{3, 0, 0}, {1.5f, 0, 0}}; /* changes with the command */
   make_model(&f->step, own, zero, 0.5f);
   make_model(&f->level, other, zero, 0.25f);
@@ -120,7 +126,8 @@ static void stays_within_its_memory(void **state) {
     const double x[D] = {0.1, i, 0.5 * i};
     (void)rim_channels_row(f.channels, i, x, NULL, NULL, NULL);
   }
-  for (size_t i = 0; i < 8; ++i) assert_int_equal(f.memory[size + i], 0xa5);
+  for (size_t i = 0; i < 8; ++i)
+    assert_int_equal(f.memory[size + i], 0xa5);
 }
 
 static void values_follow_the_definitions(void **state) {
@@ -133,7 +140,8 @@ static void values_follow_the_definitions(void **state) {
   double x[3 * BLOCK][D];
   int blocks = 0;
   for (int t = 0; t < 3 * BLOCK; ++t) {
-    for (int i = 0; i < D; ++i) x[t][i] = rim_rng_normal(&rng);
+    for (int i = 0; i < D; ++i)
+      x[t][i] = rim_rng_normal(&rng);
     const int made = rim_channels_row(f.channels, t, x[t], NULL, NULL, NULL);
     /* The first block has no increment. */
     assert_int_equal(made, t % BLOCK == BLOCK - 1 && t >= BLOCK ? 1 : 0);
@@ -142,7 +150,8 @@ static void values_follow_the_definitions(void **state) {
   assert_int_equal(blocks, 2);
   double now[D] = {0}, before[D] = {0}, sum[O] = {0}, squares[O] = {0};
   for (int t = BLOCK; t < 3 * BLOCK; ++t) {
-    for (int i = 0; i < D; ++i) (t < 2 * BLOCK ? before : now)[i] += x[t][i] / BLOCK;
+    for (int i = 0; i < D; ++i)
+      (t < 2 * BLOCK ? before : now)[i] += x[t][i] / BLOCK;
   }
   for (int t = 2 * BLOCK; t < 3 * BLOCK; ++t) {
     for (int o = 0; o < O; ++o) {
@@ -226,8 +235,8 @@ static void external_predictions_give_a_value_a_row(void **state) {
   (void)state;
   fixture f;
   make_fixture(&f);
-  rim_channels_config config = {.features = D, .outcomes = O, .block_rows = 1, .kinds = 1,
-                                .external = true};
+  rim_channels_config config = {
+      .features = D, .outcomes = O, .block_rows = 1, .kinds = 1, .external = true};
   const size_t size = RIM_CHANNELS_SIZE(D, O, 1);
   assert_int_equal(rim_channels_init(&f.channels, f.memory, size, &config), RIM_OK);
   const double x[D] = {1, 2, 3}, z[O] = {5, 7}, m[O] = {4, 9}, sd[O] = {0.5, 4}, bad[O] = {0.5, 0};

@@ -19,7 +19,8 @@ typedef struct section {
 } section;
 
 static void put_u32(section *s, size_t i, uint32_t v) {
-  for (int k = 0; k < 4; ++k) s->bytes[4 * i + (size_t)k] = (uint8_t)(v >> (8 * k));
+  for (int k = 0; k < 4; ++k)
+    s->bytes[4 * i + (size_t)k] = (uint8_t)(v >> (8 * k));
 }
 static void put_f32(section *s, size_t i, float f) {
   uint32_t v;
@@ -31,15 +32,21 @@ static section make_section(void) {
   section s;
   memset(&s, 0, sizeof s);
   const uint32_t header[4] = {CHANNELS, RUNS, KNOTS, 9};
-  for (size_t i = 0; i < 4; ++i) put_u32(&s, i, header[i]);
+  for (size_t i = 0; i < 4; ++i)
+    put_u32(&s, i, header[i]);
   const float scores[4] = {9.0f, 8.0f, 0.1f, 0.0f};
-  for (size_t i = 0; i < 4; ++i) put_f32(&s, 4 + i, scores[i]);
+  for (size_t i = 0; i < 4; ++i)
+    put_f32(&s, 4 + i, scores[i]);
   size_t at = 8;
-  for (size_t i = 0; i < RUNS; ++i) put_f32(&s, at++, (float)(i + 1));
+  for (size_t i = 0; i < RUNS; ++i)
+    put_f32(&s, at++, (float)(i + 1));
   const float envelope[KNOTS] = {1.0f, 2.0f, 4.0f};
-  for (size_t i = 0; i < KNOTS; ++i) put_f32(&s, at++, envelope[i]);
-  for (size_t i = 0; i < CHANNELS; ++i) put_f32(&s, at++, 0.5f);
-  for (size_t i = 0; i < CHANNELS; ++i) put_f32(&s, at++, (float)(i + 1));
+  for (size_t i = 0; i < KNOTS; ++i)
+    put_f32(&s, at++, envelope[i]);
+  for (size_t i = 0; i < CHANNELS; ++i)
+    put_f32(&s, at++, 0.5f);
+  for (size_t i = 0; i < CHANNELS; ++i)
+    put_f32(&s, at++, (float)(i + 1));
   return s;
 }
 
@@ -133,7 +140,8 @@ static void p_value_counts_maxima(void **state) {
   for (int trial = 0; trial < 1000; ++trial) {
     const double score = trial < 20 ? 0.5 * (double)trial : 12.0 * rim_rng_uniform(&rng);
     int above = 0;
-    for (int i = 1; i <= RUNS; ++i) above += (double)i >= score;
+    for (int i = 1; i <= RUNS; ++i)
+      above += (double)i >= score;
     const double expected = (double)(1 + above) / (double)(RUNS + 1);
     assert_true(rim_threshold_p_value(&t, score) == expected);
     assert_true(rim_threshold_confidence(&t, score) == 1.0 - expected);
@@ -152,7 +160,8 @@ static void promise_holds_for_exchangeable_runs(void **state) {
   const int trials = 4000;
   for (int trial = 0; trial < trials; ++trial) {
     float maxima[RUNS];
-    for (int i = 0; i < RUNS; ++i) maxima[i] = (float)(5.0 + rim_rng_normal(&rng));
+    for (int i = 0; i < RUNS; ++i)
+      maxima[i] = (float)(5.0 + rim_rng_normal(&rng));
     for (int i = 1; i < RUNS; ++i) {
       for (int j = i; j > 0 && maxima[j] < maxima[j - 1]; --j) {
         const float swap = maxima[j];
@@ -161,7 +170,8 @@ static void promise_holds_for_exchangeable_runs(void **state) {
       }
     }
     section s = make_section();
-    for (size_t i = 0; i < RUNS; ++i) put_f32(&s, 8 + i, maxima[i]);
+    for (size_t i = 0; i < RUNS; ++i)
+      put_f32(&s, 8 + i, maxima[i]);
     rim_threshold t;
     assert_int_equal(rim_threshold_open(&t, s.bytes, sizeof s.bytes), RIM_OK);
     false_alarms += rim_threshold_p_value(&t, 5.0 + rim_rng_normal(&rng)) <= 0.2;

@@ -12,10 +12,10 @@
  *   REPEAT     share of readings that equal the one before bit for bit, or are exactly 0 (stuck,
  *              dropout): quantised readings do so by nature, at a rate that training learns
  *
- * Values are standardised by the mean and standard deviation that training found for the channel, so
- * that in nominal running each is near N(0, 1) within a run; the run's own offset is the business of
- * `threshold`. The outcome may instead come with the caller's own prediction (z, m, sd columns): then
- * a block is one row and SHIFT is (z - m) / sd.
+ * Values are standardised by the mean and standard deviation that training found for the channel,
+ * so that in nominal running each is near N(0, 1) within a run; the run's own offset is the
+ * business of `threshold`. The outcome may instead come with the caller's own prediction (z, m, sd
+ * columns): then a block is one row and SHIFT is (z - m) / sd.
  *
  * Which kinds of channel exist is a mask; channel c of kind k (counted among those present) and
  * outcome o has index k * outcomes + o. */
@@ -38,9 +38,10 @@ extern "C" {
 #define RIM_CHANNELS_MAX_OUTCOMES 128
 #define RIM_CHANNELS_KINDS 5
 #define RIM_CHANNELS_CLIP 6.0
-#define RIM_CHANNELS_VALUE_CLIP 8.0 /* standard deviations that a block's value may be off */
+#define RIM_CHANNELS_VALUE_CLIP 8.0      /* standard deviations that a block's value may be off */
 #define RIM_CHANNELS_LEAST_VARIANCE 1e-4 /* of standardised residuals: a frozen reading */
-#define RIM_CHANNELS_FAR 3.0 /* reaches of the nearest prototype beyond which a block counts as far */
+#define RIM_CHANNELS_FAR                                                                           \
+  3.0 /* reaches of the nearest prototype beyond which a block counts as far */
 
 /* What a trained image says of the channels; zero-initialise, then fill. */
 typedef struct rim_channels_config {
@@ -61,12 +62,12 @@ typedef struct rim_channels_config {
 
 /* Counted since init, saturating: nothing is silently lost. */
 typedef struct rim_channels_health {
-  uint32_t rows;        /* rows offered */
-  uint32_t rows_used;   /* rows that entered a block */
-  uint32_t not_finite;  /* rows with NaN or infinity: skipped */
-  uint32_t time_back;   /* rows whose time did not increase: skipped */
-  uint32_t gaps;        /* longer than 1.5 periods; from a quarter of a block on it is begun anew */
-  uint32_t far;         /* blocks far from all that was trained (RIM_CHANNELS_FAR) */
+  uint32_t rows;       /* rows offered */
+  uint32_t rows_used;  /* rows that entered a block */
+  uint32_t not_finite; /* rows with NaN or infinity: skipped */
+  uint32_t time_back;  /* rows whose time did not increase: skipped */
+  uint32_t gaps;       /* longer than 1.5 periods; from a quarter of a block on it is begun anew */
+  uint32_t far;        /* blocks far from all that was trained (RIM_CHANNELS_FAR) */
 } rim_channels_health;
 
 typedef struct rim_channels rim_channels;
@@ -75,9 +76,8 @@ typedef struct rim_channels rim_channels;
 #define RIM_CHANNELS_COUNT(outcomes, kinds_present) ((size_t)(outcomes) * (size_t)(kinds_present))
 /* Bytes of one instance: rows, block sums and predictions of `features` and `outcomes` doubles. */
 #define RIM_CHANNELS_SIZE(features, outcomes, kinds_present)                                       \
-  (RIM_CHANNELS_HEADER_BYTES +                                                                     \
-   8u * (3u * (size_t)(features) + 9u * (size_t)(outcomes) +                                       \
-         RIM_CHANNELS_COUNT(outcomes, kinds_present)))
+  (RIM_CHANNELS_HEADER_BYTES + 8u * (3u * (size_t)(features) + 9u * (size_t)(outcomes) +           \
+                                     RIM_CHANNELS_COUNT(outcomes, kinds_present)))
 
 /* Prepare an instance in the caller's memory.
  * RIM_E_ARGUMENT: NULL; RIM_E_ALIGN: memory not aligned to 8; RIM_E_SIZE: fewer bytes than
@@ -88,7 +88,8 @@ rim_status rim_channels_init(rim_channels **instance, void *memory, size_t bytes
 /* Forget all rows and counts; the configuration stays. */
 void rim_channels_reset(rim_channels *instance);
 
-/* After the instance's bytes were copied: where the models and tables of the same content are now. */
+/* After the instance's bytes were copied: where the models and tables of the same content are now.
+ */
 void rim_channels_attach(rim_channels *instance, const rim_channels_config *config);
 
 /* Offer one row. context: `features` finite doubles, in image order and units. With an external

@@ -1,17 +1,17 @@
 /* rim/envelope.h - how far the mean of a channel strays in nominal runs, interval by interval.
  *
- * Eq. 3.7 (p. 28) takes observations as independent. Residuals of a real vehicle are not: every run has
- * offsets of its own that change with the context, so the mean over any stretch of context scatters
- * from run to run far more than eq. 3.7 allows. The envelope holds that scatter as training found it,
- * for every channel and every interval of bins of every region feature:
+ * Eq. 3.7 (p. 28) takes observations as independent. Residuals of a real vehicle are not: every run
+ * has offsets of its own that change with the context, so the mean over any stretch of context
+ * scatters from run to run far more than eq. 3.7 allows. The envelope holds that scatter as
+ * training found it, for every channel and every interval of bins of every region feature:
  *
  *   level     m = mean of the channel inside the interval
  *   contrast  d = mean inside minus mean over the rest of the run: a run's common offset cancels,
  *             and what depends on context stands out
  *
- * each with its variance over nominal runs, v, at the number of observations n_t that such an interval
- * usually holds. With fewer observations so far the variance is v + a (1/n - 1/n_t), a the channel's
- * variance of one observation within a run; for the contrast 1/n is 1/n + 1/(N - n). Then
+ * each with its variance over nominal runs, v, at the number of observations n_t that such an
+ * interval usually holds. With fewer observations so far the variance is v + a (1/n - 1/n_t), a the
+ * channel's variance of one observation within a run; for the contrast 1/n is 1/n + 1/(N - n). Then
  * ln anom = m^2 / 2 var, as the Gaussian likelihood ratio of a shift against its nominal spread.
  *
  * Section, little-endian, 4-byte aligned:
@@ -39,9 +39,9 @@ extern "C" {
 #define RIM_ENVELOPE_MAX_BINS 32u
 #define RIM_ENVELOPE_INTERVALS(bins) ((size_t)(bins) * ((size_t)(bins) + 1u) / 2u)
 #define RIM_ENVELOPE_BYTES(channels, features, bins)                                               \
-  (4u * RIM_ENVELOPE_HEADER_WORDS +                                                                \
-   4u * (size_t)(features) * RIM_ENVELOPE_INTERVALS(bins) + 4u * (size_t)(channels) +              \
-   2u * (size_t)(channels) * (size_t)(features) * RIM_ENVELOPE_INTERVALS(bins))
+  (4u * RIM_ENVELOPE_HEADER_WORDS + 4u * (size_t)(features)*RIM_ENVELOPE_INTERVALS(bins) +         \
+   4u * (size_t)(channels) +                                                                       \
+   2u * (size_t)(channels) * (size_t)(features)*RIM_ENVELOPE_INTERVALS(bins))
 
 /* A view; a zeroed one is not open. */
 typedef struct rim_envelope {
@@ -55,20 +55,22 @@ typedef struct rim_envelope {
 } rim_envelope;
 
 typedef struct rim_envelope_found {
-  double ln_anom;  /* 0: no interval holds enough observations */
-  uint32_t first;  /* bins first..last */
+  double ln_anom; /* 0: no interval holds enough observations */
+  uint32_t first; /* bins first..last */
   uint32_t last;
-  bool contrast;   /* against the rest of the run; otherwise against the prediction */
+  bool contrast; /* against the rest of the run; otherwise against the prediction */
 } rim_envelope_found;
 
-/* RIM_E_ARGUMENT: NULL; RIM_E_ALIGN: not 4-aligned; RIM_E_TRUNCATED or RIM_E_SIZE: bytes do not match the
- * counts; RIM_E_VERSION: another layout; RIM_E_RANGE: a count out of range or the last word not 0;
- * RIM_E_DATA: a value of a not positive and finite. The view is unchanged on error. O(channels). */
+/* RIM_E_ARGUMENT: NULL; RIM_E_ALIGN: not 4-aligned; RIM_E_TRUNCATED or RIM_E_SIZE: bytes do not
+ * match the counts; RIM_E_VERSION: another layout; RIM_E_RANGE: a count out of range or the last
+ * word not 0; RIM_E_DATA: a value of a not positive and finite. The view is unchanged on error.
+ * O(channels). */
 rim_status rim_envelope_open(rim_envelope *view, const uint8_t *section, size_t bytes);
 
-/* The most anomalous interval of one feature and channel. n[k], s[k]: observations and sum of residuals
- * in bins 0..k-1, k = 0..bins. channel, feature in range. Ties: the first in order, level before
- * contrast. O(bins^2); one division for each hypothesis that holds less than usual, and one more. */
+/* The most anomalous interval of one feature and channel. n[k], s[k]: observations and sum of
+ * residuals in bins 0..k-1, k = 0..bins. channel, feature in range. Ties: the first in order, level
+ * before contrast. O(bins^2); one division for each hypothesis that holds less than usual, and one
+ * more. */
 rim_envelope_found rim_envelope_best(const rim_envelope *view, uint32_t channel, uint32_t feature,
                                      const double *n, const double *s);
 

@@ -1,10 +1,11 @@
-/* rim/monitor.h - the onboard monitor: one call a row, everything else behind it (thesis Alg. 1, p. 26).
+/* rim/monitor.h - the onboard monitor: one call a row, everything else behind it (thesis Alg. 1, p.
+ * 26).
  *
- * A flight image (rim/image.h) holds the nominal models, the channels' scales, the thresholds and the
- * configuration; the monitor keeps a view of it and works in memory of the caller. Each step predicts,
- * gathers residuals into blocks (rim/channels.h), gives a completed block to the region search
- * (rim/select.h), does one bounded slice of search, compares the largest score with its threshold
- * (rim/threshold.h) and lets the alarm live (rim/alarm.h). */
+ * A flight image (rim/image.h) holds the nominal models, the channels' scales, the thresholds and
+ * the configuration; the monitor keeps a view of it and works in memory of the caller. Each step
+ * predicts, gathers residuals into blocks (rim/channels.h), gives a completed block to the region
+ * search (rim/select.h), does one bounded slice of search, compares the largest score with its
+ * threshold (rim/threshold.h) and lets the alarm live (rim/alarm.h). */
 #ifndef RIM_MONITOR_H
 #define RIM_MONITOR_H
 
@@ -31,23 +32,24 @@ typedef enum rim_section {
   RIM_SECTION_INCREMENT = 4, /* rim_nominal: next block minus this */
   RIM_SECTION_CHANNELS = 5,  /* f32 center[channels], f32 inverse_sd[channels], > 0 */
   RIM_SECTION_THRESHOLD = 6, /* rim_threshold */
-  RIM_SECTION_FEATURES = 7,  /* f32 low[features], f32 high[features]: range of the search, high > low */
-  RIM_SECTION_REGION = 8,    /* u16[region features]: which may describe a region, each once */
-  RIM_SECTION_OUTCOMES = 9,  /* u16[outcomes]: feature index of each outcome; absent when external */
+  RIM_SECTION_FEATURES =
+      7, /* f32 low[features], f32 high[features]: range of the search, high > low */
+  RIM_SECTION_REGION = 8,   /* u16[region features]: which may describe a region, each once */
+  RIM_SECTION_OUTCOMES = 9, /* u16[outcomes]: feature index of each outcome; absent when external */
   RIM_SECTION_COMMANDS = 10, /* u8[features]: 1 for a command */
   RIM_SECTION_ENVELOPE = 12, /* rim_envelope; absent: residuals are taken as independent */
-  RIM_SECTION_NAMES = 11     /* text for the ground: features' then outcomes' names, '\n' after each */
+  RIM_SECTION_NAMES = 11 /* text for the ground: features' then outcomes' names, '\n' after each */
 } rim_section;
 
 /* Words of RIM_SECTION_CONFIG. Zero of an optional word takes the default named here. */
 typedef enum rim_config_word {
   RIM_CONFIG_FEATURES = 0,
   RIM_CONFIG_OUTCOMES = 1,
-  RIM_CONFIG_KINDS = 2,      /* mask of rim_kind */
+  RIM_CONFIG_KINDS = 2, /* mask of rim_kind */
   RIM_CONFIG_BLOCK_ROWS = 3,
-  RIM_CONFIG_EXTERNAL = 4,   /* 1: every row brings its own prediction */
-  RIM_CONFIG_PERIOD_US = 5,  /* nominal time between rows; 0: rows have no rate */
-  RIM_CONFIG_STALE_MS = 6,   /* no valid row for so long: STALE; 0: never */
+  RIM_CONFIG_EXTERNAL = 4,  /* 1: every row brings its own prediction */
+  RIM_CONFIG_PERIOD_US = 5, /* nominal time between rows; 0: rows have no rate */
+  RIM_CONFIG_STALE_MS = 6,  /* no valid row for so long: STALE; 0: never */
   RIM_CONFIG_REGION_FEATURES = 7,
   RIM_CONFIG_RING = 8,
   RIM_CONFIG_BINS = 9,
@@ -56,11 +58,11 @@ typedef enum rim_config_word {
   RIM_CONFIG_PERSISTENCE = 12, /* blocks above threshold before an alarm; 0: 1 */
   RIM_CONFIG_INHIBIT_MS = 13,  /* least time between records of one alarm; 0: none */
   RIM_CONFIG_SEED = 14,
-  RIM_CONFIG_CLEAR = 15,       /* blocks below the warning score before it is cleared; 0: never */
-  RIM_CONFIG_SCANS = 16,       /* rim_select_config.scans, .edges, .moves; 0: its defaults */
+  RIM_CONFIG_CLEAR = 15, /* blocks below the warning score before it is cleared; 0: never */
+  RIM_CONFIG_SCANS = 16, /* rim_select_config.scans, .edges, .moves; 0: its defaults */
   RIM_CONFIG_EDGES = 17,
   RIM_CONFIG_MOVES = 18,
-  RIM_CONFIG_BUDGET = 19,      /* units of search a row; 0: 1 */
+  RIM_CONFIG_BUDGET = 19, /* units of search a row; 0: 1 */
   RIM_CONFIG_WORDS = 20
 } rim_config_word;
 
@@ -100,23 +102,22 @@ typedef struct rim_monitor rim_monitor;
 /* Bytes for a monitor, a constant expression. kinds: number of channel kinds present. */
 #define RIM_MONITOR_SIZE(features, outcomes, kinds, region_features, ring, bins, grid, pairs)      \
   (RIM_MONITOR_HEADER_BYTES + RIM_CHANNELS_SIZE(features, outcomes, kinds) +                       \
-   8u * RIM_CHANNELS_COUNT(outcomes, kinds) + 8u * (size_t)(region_features) +                    \
+   8u * RIM_CHANNELS_COUNT(outcomes, kinds) + 8u * (size_t)(region_features) +                     \
    RIM_SELECT_SIZE(region_features, RIM_CHANNELS_COUNT(outcomes, kinds), ring, bins, grid, pairs))
 
 /* Bytes this image needs. Errors as rim_monitor_init; *bytes unchanged on error. */
 rim_status rim_monitor_size(const void *image, size_t image_bytes, size_t *bytes);
 
-/* Validate the whole image and prepare a monitor in the caller's memory (aligned to 8). The image must
- * outlive the monitor and stay unchanged.
- * RIM_E_ARGUMENT NULL; RIM_E_ALIGN, RIM_E_SIZE memory; RIM_E_MAGIC, _VERSION, _ENDIAN, _CRC,
- * _TRUNCATED, _RANGE the image is not whole or not of this version; RIM_E_CONFIG it is whole but its
- * sections do not fit together. */
+/* Validate the whole image and prepare a monitor in the caller's memory (aligned to 8). The image
+ * must outlive the monitor and stay unchanged. RIM_E_ARGUMENT NULL; RIM_E_ALIGN, RIM_E_SIZE memory;
+ * RIM_E_MAGIC, _VERSION, _ENDIAN, _CRC, _TRUNCATED, _RANGE the image is not whole or not of this
+ * version; RIM_E_CONFIG it is whole but its sections do not fit together. */
 rim_status rim_monitor_init(rim_monitor **monitor, void *memory, size_t bytes, const void *image,
                             size_t image_bytes);
 
-/* Offer one row; never blocks, bounded work (see lib/README.md). A row with NaN or infinity, or whose
- * time does not increase, is counted in health and otherwise has no effect: RIM_OK, verdict->valid
- * false. RIM_E_ARGUMENT: NULL. */
+/* Offer one row; never blocks, bounded work (see lib/README.md). A row with NaN or infinity, or
+ * whose time does not increase, is counted in health and otherwise has no effect: RIM_OK,
+ * verdict->valid false. RIM_E_ARGUMENT: NULL. */
 rim_status rim_monitor_step(rim_monitor *monitor, const rim_observation *row, rim_verdict *verdict);
 
 /* Chance, 0..1, that a context lies in the region of the alarm that stands; 0 when none stands. */
@@ -127,15 +128,16 @@ rim_monitor_health rim_monitor_get_health(const rim_monitor *monitor);
 /* Forget all observations; the image and the count of alarms stay. */
 void rim_monitor_reset(rim_monitor *monitor);
 
-/* Go on from a copy of a monitor's bytes (another process, a restart): memory holds `bytes` bytes copied
- * from a monitor of this library version, image is the image it was made with. Errors as
- * rim_monitor_init, and RIM_E_DATA when memory holds no monitor of this image. The monitor then goes on
- * as the original would have, bit for bit. */
+/* Go on from a copy of a monitor's bytes (another process, a restart): memory holds `bytes` bytes
+ * copied from a monitor of this library version, image is the image it was made with. Errors as
+ * rim_monitor_init, and RIM_E_DATA when memory holds no monitor of this image. The monitor then
+ * goes on as the original would have, bit for bit. */
 rim_status rim_monitor_attach(rim_monitor **monitor, void *memory, size_t bytes, const void *image,
                               size_t image_bytes);
 
-/* For calibration on the ground: give one block straight to the search, as a completed row does, and do
- * `rows` rows' worth of search. context [features], values [channels] as rim_channels_values. */
+/* For calibration on the ground: give one block straight to the search, as a completed row does,
+ * and do `rows` rows' worth of search. context [features], values [channels] as
+ * rim_channels_values. */
 rim_status rim_monitor_block(rim_monitor *monitor, double t_s, const double *context,
                              const double *values, uint32_t rows, rim_verdict *verdict);
 

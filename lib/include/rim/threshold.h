@@ -1,12 +1,12 @@
 /* rim/threshold.h - from ln anom to a promise: scores, the alarm threshold, the confidence P(anom).
  *
- * Nominal runs do not only scatter, each has an offset of its own, so ln anom of eq. 3.7 (p. 28) grows
- * without bound in a perfectly healthy run. Three things mend that, all learnt from nominal runs that
- * the models had not seen:
+ * Nominal runs do not only scatter, each has an offset of its own, so ln anom of eq. 3.7 (p. 28)
+ * grows without bound in a perfectly healthy run. Three things mend that, all learnt from nominal
+ * runs that the models had not seen:
  *   - the mean over any interval is judged by its own spread over nominal runs (rim/envelope.h);
- *   - each channel's ln anom is put on one scale with the others', by the level o_c that its largest
- *     value in a nominal run exceeds half the time and the size s_c of the excess, and by a factor e(n)
- *     over the number of observations n: score = (ln_anom / e(n) - o_c) / s_c;
+ *   - each channel's ln anom is put on one scale with the others', by the level o_c that its
+ * largest value in a nominal run exceeds half the time and the size s_c of the excess, and by a
+ * factor e(n) over the number of observations n: score = (ln_anom / e(n) - o_c) / s_c;
  *   - the alarm threshold is an order statistic of the largest score of whole nominal runs. With n
  *     exchangeable runs the k-th smallest bounds the chance of *any* false alarm in a new run by
  *     (n + 1 - k) / (n + 1): a finite-sample (conformal) promise. No rate below 1 / (n + 1) can be
@@ -52,8 +52,8 @@ typedef struct rim_threshold {
 } rim_threshold;
 
 /* Validate the whole section and fill the view. RIM_E_ARGUMENT: NULL; RIM_E_TRUNCATED: bytes do not
- * match the counts; RIM_E_RANGE: a count, rank or value out of range, maxima not ascending. The view
- * is unchanged on error. O(bytes). */
+ * match the counts; RIM_E_RANGE: a count, rank or value out of range, maxima not ascending. The
+ * view is unchanged on error. O(bytes). */
 rim_status rim_threshold_open(rim_threshold *view, const uint8_t *section, size_t bytes);
 
 /* e(n), at least FLT_MIN. n: observations in the run so far (0 counts as 1). O(log n). */
