@@ -1,4 +1,78 @@
-# Programs for the target. They depend on librim.a and their transports alone.
+# Programs for the target. They depend on librim.a and their transports alone. A port is a folder
+# firmware/port/NAME with a port.mk; nothing here names one (PORTING.md).
+
+PORTS := $(patsubst firmware/port/%/port.mk,%,$(sort $(wildcard firmware/port/*/port.mk)))
+include $(PORTS:%=firmware/port/%/port.mk)
 
 .PHONY: firmware
 firmware: lib
+
+# The landing every port replays: eight healthy landings learnt, then one with a hidden fault, from
+# its first row to its last, with an alarm on the way.
+CROSS := $(BUILD)/cross
+RECORDED_FAULT := 12_velocity_stuck
+RECORDED_LOG := $(CROSS)/landing/fault/run_0101.csv
+
+$(CROSS)/record: firmware/replay/record.c firmware/replay/recording.h $(BUILD)/librim.a $(BUILD)/flags.lib
+	@mkdir -p $(@D)
+	$(call say,CC  )$(CC) -std=c11 $(OPT) -ffp-contract=off $(WARNINGS) -Ifirmware -Ilib/include $< -o $@ $(BUILD)/librim.a
+
+$(CROSS)/landing/model.rim: $(BUILD)/rim
+	@mkdir -p $(@D)
+	$(call say,RIM )$(BUILD)/rim simulate lander --out $(@D)/healthy --runs 8 --seed 1 > $(@D)/simulate.txt && \
+	  $(BUILD)/rim train $(@D)/healthy/run_*.csv --out $@ --quick > $(@D)/train.txt
+
+$(RECORDED_LOG): $(BUILD)/rim
+	$(call say,RIM )$(BUILD)/rim simulate lander --out $(@D) --first 101 --seed 2 --effect $(RECORDED_FAULT) > /dev/null
+
+$(CROSS)/landing.rec: $(CROSS)/record $(CROSS)/landing/model.rim $(RECORDED_LOG)
+	$(call say,REC )$(CROSS)/record $(CROSS)/landing/model.rim $(RECORDED_LOG) $@
+
+# What `rim replay` says of the same rows.
+$(CROSS)/landing.digest: $(CROSS)/landing/model.rim $(RECORDED_LOG) $(BUILD)/rim
+	$(call say,RIM )$(BUILD)/rim replay --model $(CROSS)/landing/model.rim $(RECORDED_LOG) > $@.txt && tail -n 1 $@.txt > $@
+
+# $(call port_rules,PORT): library and replay for one port, in $(CROSS)/PORT.
+define port_rules
+$(1)_CC = $$(if $$($(1)_PREFIX),$$($(1)_PREFIX)gcc,$$(CC))
+$(1)_FLAGS = -std=c11 -O2 -ffp-contract=off -fno-math-errno -fno-tree-slp-vectorize \
+  -fno-tree-loop-distribute-patterns $$(WARNINGS) -Wvla -Wstrict-prototypes -Wmissing-prototypes \
+  -Wstack-usage=$$(LIB_STACK_LIMIT) $$($(1)_CFLAGS) -Ifirmware -Ilib/include -Ilib/src
+$(1)_LIB_OBJ := $$(LIB_SRC:%.c=$$(CROSS)/$(1)/%.o)
+$(1)_OBJ := $$(addsuffix .o,$$(addprefix $$(CROSS)/$(1)/,$$($(1)_SRC) firmware/replay/replay.c))
+
+$$(CROSS)/$(1)/flags: FORCE
+	$$(call flags_stamp,$$($(1)_CC) $$($(1)_FLAGS))
+
+$$(CROSS)/$(1)/lib/%.o: lib/%.c $$(CROSS)/$(1)/flags | cross-deps
+	@mkdir -p $$(@D)
+	$$(call say,CC  )$$($(1)_CC) $$($(1)_FLAGS) -fstack-usage -MMD -MP -c $$< -o $$@
+
+$$(CROSS)/$(1)/firmware/%.o: firmware/% $$(CROSS)/$(1)/flags | cross-deps
+	@mkdir -p $$(@D)
+	$$(call say,CC  )$$($(1)_CC) $$($(1)_FLAGS) -MMD -MP -c $$< -o $$@
+
+$$(CROSS)/$(1)/recording.o: firmware/replay/recording.S $$(CROSS)/landing.rec $$(CROSS)/$(1)/flags | cross-deps
+	@mkdir -p $$(@D)
+	$$(call say,AS  )$$($(1)_CC) $$($(1)_CFLAGS) -DRECORDING='"$$(CROSS)/landing.rec"' -c $$< -o $$@
+
+$$(CROSS)/$(1)/librim.a: $$($(1)_LIB_OBJ) lib/check_symbols.sh
+	@rm -f $$@
+	$$(call say,AR  )$$($(1)_PREFIX)ar rcsD $$@ $$($(1)_LIB_OBJ)
+	@lib/check_symbols.sh $$($(1)_PREFIX)nm $$@ $$(if $$($(1)_PREFIX),cross)
+
+$$(CROSS)/$(1)/replay: $$($(1)_OBJ) $$(CROSS)/$(1)/recording.o $$(CROSS)/$(1)/librim.a
+	$$(call say,LINK)$$($(1)_CC) $$($(1)_CFLAGS) $$($(1)_LDFLAGS) -o $$@ $$^ $$($(1)_LIBS)
+
+-include $$($(1)_LIB_OBJ:.o=.d) $$($(1)_OBJ:.o=.d)
+endef
+$(foreach port,$(PORTS),$(eval $(call port_rules,$(port))))
+
+.PHONY: cross cross-deps
+cross-deps: deps
+	$(call install_missing,$(sort $(foreach port,$(PORTS),$($(port)_PACKAGES))))
+
+PORT_LIST := $(if $(PORT),$(PORT),$(PORTS))
+cross: cross-deps ## a landing on every port, emulated: are the digests the host's? (PORT='A B': those)
+	@$(MAKE) --no-print-directory -j$(TEST_JOBS) $(sort $(PORT_LIST:%=$(CROSS)/%/replay) $(CROSS)/linux/replay) $(CROSS)/landing.digest
+	@firmware/cross.sh $(CROSS) $(foreach port,$(PORT_LIST),'$(port)' '$($(port)_PREFIX)' '$($(port)_RUN)')
