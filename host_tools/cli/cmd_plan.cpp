@@ -1,0 +1,220 @@
+// rim plan: states and rewards on stdin, actions on stdout: a planner's partner process.
+#include "cli/arguments.hpp"
+#include "cli/command.hpp"
+#include "plan/plan_line.hpp"
+#include "plan/planner.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdio>
+#include <deque>
+#include <iostream>
+#include <map>
+
+namespace {
+
+using rim::PlanAnswer;
+using rim::PlanAxis;
+using rim::PlanLine;
+using rim::Planner;
+using rim::PlannerConfig;
+
+constexpr std::size_t kMostPending = 1024; // answers whose reward may still come
+
+const std::map<std::string, std::uint8_t> kPolicies = {{"gp", RIM_BANDIT_GP_UCB},
+                                                       {"rim", RIM_BANDIT_RIM_UCB},
+                                                       {"rim+gp", RIM_BANDIT_RIM_GP_UCB},
+                                                       {"bank", RIM_BANDIT_BANK}};
+const std::map<std::string, std::uint8_t> kKernels = {{"se", RIM_GP_SQUARED_EXPONENTIAL},
+                                                      {"matern32", RIM_GP_MATERN_3_2},
+                                                      {"matern52", RIM_GP_MATERN_5_2}};
+const std::map<std::string, std::uint8_t> kSchedules = {{"constant", RIM_BANDIT_BETA_CONSTANT},
+                                                        {"log", RIM_BANDIT_BETA_LOG},
+                                                        {"decay", RIM_BANDIT_BETA_DECAY}};
+const std::map<std::string, std::uint8_t> kRisks = {{"neutral", RIM_BANDIT_NEUTRAL},
+                                                    {"mean-sd", RIM_BANDIT_MEAN_SD},
+                                                    {"bounded", RIM_BANDIT_BOUNDED},
+                                                    {"probability", RIM_BANDIT_PROBABILITY}};
+
+PlanAxis axis_of(const std::string &text, bool counted) {
+  PlanAxis axis;
+  char rest = 0;
+  const int found =
+      counted ? std::sscanf(text.c_str(), "%lf:%lf:%u%c", &axis.low, &axis.high, &axis.count, &rest)
+              : std::sscanf(text.c_str(), "%lf:%lf%c", &axis.low, &axis.high, &rest);
+  if (found != (counted ? 3 : 2) || !std::isfinite(axis.low) || !std::isfinite(axis.high))
+    throw rim::UsageError(
+        fmt::format("'{}' is not {}", text, counted ? "LOW:HIGH:COUNT" : "LOW:HIGH"));
+  return axis;
+}
+
+struct Options {
+  std::vector<std::string> state, action;
+  std::vector<double> length;
+  std::string policy = "rim+gp", kernel = "matern52", schedule = "constant", risk = "neutral";
+  double beta = 2.0, signal_sd = 1.0, noise_sd = 0.1, aversion = 0.0, level = 0.0, bound = 0.95;
+  unsigned plans = 0, features = 0, points = 256;
+  std::uint64_t seed = 1;
+};
+
+void declare(CLI::App &app, Options &o) {
+  app.add_option("--policy", o.policy, "gp, rim, rim+gp (default) or bank")
+      ->check(CLI::IsMember(kPolicies));
+  app.add_option("--state", o.state, "LOW:HIGH of a state's number; once for each");
+  app.add_option("--action", o.action,
+                 "LOW:HIGH:COUNT of an action's number; once for each: the grid of actions");
+  app.add_option("--plans", o.plans, "bank: how many plans there are to choose from");
+  app.add_option(
+      "--features", o.features,
+      "numbers of an action, where actions come with every state (no --state, --action)");
+  app.add_option("--kernel", o.kernel, "se, matern32 or matern52 (default)")
+      ->check(CLI::IsMember(kKernels));
+  app.add_option("--length", o.length,
+                 "length of the kernel for each number; default: a fifth of "
+                 "its range");
+  app.add_option("--signal-sd", o.signal_sd, "how far rewards may lie from what is expected");
+  app.add_option("--noise-sd", o.noise_sd, "scatter of a reward that is tried again");
+  app.add_option("--beta", o.beta, "how much to explore; 0: not at all");
+  app.add_option("--schedule", o.schedule, "of beta: constant (default), log or decay")
+      ->check(CLI::IsMember(kSchedules));
+  app.add_option("--risk", o.risk, "neutral (default), mean-sd, bounded or probability")
+      ->check(CLI::IsMember(kRisks));
+  app.add_option("--aversion", o.aversion, "mean-sd: standard deviations to subtract");
+  app.add_option("--level", o.level, "bounded, probability: the reward to exceed");
+  app.add_option("--bound", o.bound, "bounded: with at least this probability");
+  app.add_option("--points", o.points, "experiences kept, 8 to 512");
+  app.add_option("--seed", o.seed, "of draws among equal actions and of the region search");
+  app.footer(
+      "Each line of stdin is a state, a reward or an experience from before, as JSON or CSV:\n"
+      "  {\"id\": 7, \"state\": [0.4], \"nominal\": [...], \"var\": [...], \"allowed\": [...]}\n"
+      "  {\"id\": 7, \"actions\": [[0.4, 0.1], [0.4, 0.2]]}     features of state and action\n"
+      "  {\"id\": 7, \"reward\": 0.3}                           without id: of the last answer\n"
+      "  {\"x\": [0.4, 0.1], \"reward\": 0.3}                   also nominal, var, plan\n"
+      "  state,0.4\n"
+      "  reward,0.3\n"
+      "Each state is answered at once by one JSON line; action null: none is allowed. A line that\n"
+      "cannot be used is told on stderr, counted and passed over; exit 3 if none could be used.\n\n"
+      "Example:\n"
+      "  printf 'state,0.4\\nreward,0.9\\nstate,0.5\\n' | rim plan --state 0:1 --action -1:1:21");
+}
+
+PlannerConfig config_of(const Options &o) {
+  PlannerConfig c;
+  for (const std::string &text : o.state)
+    c.state.push_back(axis_of(text, false));
+  for (const std::string &text : o.action)
+    c.action.push_back(axis_of(text, true));
+  c.features = o.features;
+  if (o.features > 0 && !(o.state.empty() && o.action.empty()))
+    throw rim::UsageError("--features goes without --state and --action");
+  if (o.points < 8 || o.points > RIM_GP_MAX_POINTS)
+    throw rim::UsageError(fmt::format("--points: 8 to {}", RIM_GP_MAX_POINTS));
+  if ((o.policy == "bank") != (o.plans > 0) || o.plans > RIM_BANDIT_MAX_PLANS)
+    throw rim::UsageError(fmt::format("--policy bank goes with --plans 1 to {}, no other does",
+                                      RIM_BANDIT_MAX_PLANS));
+  rim_bandit_config &b = c.bandit;
+  b.policy = kPolicies.at(o.policy);
+  b.schedule = kSchedules.at(o.schedule);
+  b.risk = kRisks.at(o.risk);
+  b.plans = static_cast<std::uint8_t>(o.plans);
+  b.beta = o.beta;
+  b.aversion = o.aversion;
+  b.level = o.level;
+  b.bound = o.bound;
+  b.seed = b.extent.seed = o.seed;
+  b.gp.kernel = kKernels.at(o.kernel);
+  b.gp.points = b.extent.points = static_cast<std::uint16_t>(o.points);
+  b.gp.signal_var = o.signal_sd * o.signal_sd;
+  b.gp.noise_var = o.noise_sd * o.noise_sd;
+  for (std::size_t d = 0; d < o.length.size() && d < RIM_GP_MAX_DIMS; ++d)
+    b.gp.length[d] = o.length[d];
+  return c;
+}
+
+// A conversation: answers waiting for their rewards, and what was counted.
+class Session {
+public:
+  explicit Session(const PlannerConfig &config) : planner_(config) {}
+
+  void take(const std::string &text, unsigned long long row) {
+    try {
+      const PlanLine line = rim::read_plan_line(text);
+      if (line.kind == PlanLine::STATE)
+        answer(line);
+      else if (line.kind == PlanLine::REWARD)
+        reward(line);
+      else
+        planner_.observe(line.x, line.plan, line.nominal, line.var, line.reward);
+      ++used_;
+    } catch (const rim::DataError &e) {
+      std::fprintf(stderr, "rim: stdin:row %llu: %s\n", row, e.what());
+      ++refused_;
+    }
+  }
+
+  int finish() const {
+    const rim_bandit_counters n = rim_bandit_get_counters(const_cast<Planner &>(planner_).bandit());
+    std::fprintf(stderr,
+                 "plan: %u answers, %u rewards, %u states without an allowed action, %llu lines "
+                 "refused\n",
+                 n.choices, n.observations, n.none_allowed, refused_);
+    if (used_ == 0 && refused_ > 0)
+      throw rim::DataError("stdin: no line could be used");
+    return rim::EXIT_FINE;
+  }
+
+private:
+  void answer(const PlanLine &line) {
+    const std::optional<PlanAnswer> chosen = planner_.choose(line.request);
+    std::puts(rim::plan_answer_json(line, chosen ? &*chosen : nullptr).c_str());
+    if (std::fflush(stdout) != 0)
+      throw std::runtime_error("standard output: write failed");
+    if (!chosen)
+      return;
+    pending_.push_back({line.id, *chosen});
+    if (pending_.size() > kMostPending)
+      pending_.pop_front();
+  }
+
+  void reward(const PlanLine &line) {
+    for (std::size_t i = pending_.size(); i-- > 0;) {
+      if (!line.id.empty() && pending_[i].first != line.id)
+        continue;
+      const PlanAnswer chosen = pending_[i].second;
+      pending_.erase(pending_.begin() + static_cast<std::ptrdiff_t>(i));
+      planner_.observe(chosen, line.reward);
+      return;
+    }
+    throw rim::DataError("reward: no answer waits for it");
+  }
+
+  Planner planner_;
+  std::deque<std::pair<std::string, PlanAnswer>> pending_;
+  unsigned long long used_ = 0, refused_ = 0;
+};
+
+int cmd_plan(int argc, char **argv) {
+  Options options;
+  CLI::App app{"Choose actions under what is uncertain about the model: upper confidence bounds "
+               "with Gaussian processes and regions of inaccurate modeling.",
+               "rim plan"};
+  declare(app, options);
+  if (!rim::parse_arguments(app, argc, argv))
+    return rim::EXIT_FINE;
+  Session session(config_of(options));
+  std::string text;
+  for (unsigned long long row = 1; std::getline(std::cin, text); ++row) {
+    if (!text.empty() && text.back() == '\r')
+      text.pop_back();
+    if (text.find_first_not_of(" \t") != std::string::npos)
+      session.take(text, row);
+  }
+  if (std::cin.bad())
+    throw rim::DataError("stdin: read failed");
+  return session.finish();
+}
+
+} // namespace
+
+RIM_COMMAND(plan, "choose actions under model uncertainty: states in, actions out", cmd_plan)
