@@ -7,11 +7,12 @@ include $(PORTS:%=firmware/port/%/port.mk)
 .PHONY: firmware
 firmware: lib
 
-# The landing every port replays: eight healthy landings learnt, then one with a hidden fault, from
-# its first row to its last, with an alarm on the way.
+# What every port replays. landing: eight healthy landings learnt, then one with a hidden fault, from
+# its first row to its last, 29 features and 25 outcomes. golf: 4.2.3 (p. 55) with its own
+# predictions, 100 features and 1 outcome, regions of two features. Both hold alarms.
+RECORDINGS := landing golf
 CROSS := $(BUILD)/cross
 RECORDED_FAULT := 12_velocity_stuck
-RECORDED_LOG := $(CROSS)/landing/fault/run_0101.csv
 
 $(CROSS)/record: firmware/replay/record.c firmware/replay/recording.h $(BUILD)/librim.a $(BUILD)/flags.lib
 	@mkdir -p $(@D)
@@ -22,15 +23,23 @@ $(CROSS)/landing/model.rim: $(BUILD)/rim
 	$(call say,RIM )$(BUILD)/rim simulate lander --out $(@D)/healthy --runs 8 --seed 1 > $(@D)/simulate.txt && \
 	  $(BUILD)/rim train $(@D)/healthy/run_*.csv --out $@ --quick > $(@D)/train.txt
 
-$(RECORDED_LOG): $(BUILD)/rim
-	$(call say,RIM )$(BUILD)/rim simulate lander --out $(@D) --first 101 --seed 2 --effect $(RECORDED_FAULT) > /dev/null
+$(CROSS)/landing/log/run_0001.csv: $(BUILD)/rim
+	$(call say,RIM )$(BUILD)/rim simulate lander --out $(@D) --seed 2 --effect $(RECORDED_FAULT) > /dev/null
 
-$(CROSS)/landing.rec: $(CROSS)/record $(CROSS)/landing/model.rim $(RECORDED_LOG)
-	$(call say,REC )$(CROSS)/record $(CROSS)/landing/model.rim $(RECORDED_LOG) $@
+$(CROSS)/golf/log/run_0001.csv: $(BUILD)/rim
+	$(call say,RIM )$(BUILD)/rim simulate golf --out $(@D) --dims 100 --anomalous 60 --seed 5 > /dev/null
+
+$(CROSS)/golf/model.rim: $(CROSS)/golf/log/run_0001.csv
+	$(call say,RIM )$(BUILD)/rim replay $< --calibration-runs 39 --save-model $@ > $(@D)/train.txt
+
+$(CROSS)/%.rec: $(CROSS)/record $(CROSS)/%/model.rim $(CROSS)/%/log/run_0001.csv
+	$(call say,REC )$(CROSS)/record $(CROSS)/$*/model.rim $(CROSS)/$*/log/run_0001.csv $@
 
 # What `rim replay` says of the same rows.
-$(CROSS)/landing.digest: $(CROSS)/landing/model.rim $(RECORDED_LOG) $(BUILD)/rim
-	$(call say,RIM )$(BUILD)/rim replay --model $(CROSS)/landing/model.rim $(RECORDED_LOG) > $@.txt && tail -n 1 $@.txt > $@
+$(CROSS)/%.digest: $(CROSS)/%/model.rim $(CROSS)/%/log/run_0001.csv
+	$(call say,RIM )$(BUILD)/rim replay --model $(CROSS)/$*/model.rim $(CROSS)/$*/log/run_0001.csv > $@.txt && tail -n 1 $@.txt > $@
+
+.SECONDARY: $(RECORDINGS:%=$(CROSS)/%.rec)
 
 # $(call port_rules,PORT): library and replay for one port, in $(CROSS)/PORT.
 define port_rules
@@ -52,18 +61,19 @@ $$(CROSS)/$(1)/firmware/%.o: firmware/% $$(CROSS)/$(1)/flags | cross-deps
 	@mkdir -p $$(@D)
 	$$(call say,CC  )$$($(1)_CC) $$($(1)_FLAGS) -MMD -MP -c $$< -o $$@
 
-$$(CROSS)/$(1)/recording.o: firmware/replay/recording.S $$(CROSS)/landing.rec $$(CROSS)/$(1)/flags | cross-deps
+$$(CROSS)/$(1)/recording-%.o: firmware/replay/recording.S $$(CROSS)/%.rec $$(CROSS)/$(1)/flags | cross-deps
 	@mkdir -p $$(@D)
-	$$(call say,AS  )$$($(1)_CC) $$($(1)_CFLAGS) -DRECORDING='"$$(CROSS)/landing.rec"' -c $$< -o $$@
+	$$(call say,AS  )$$($(1)_CC) $$($(1)_CFLAGS) -DRECORDING='"$$(CROSS)/$$*.rec"' -c $$< -o $$@
 
 $$(CROSS)/$(1)/librim.a: $$($(1)_LIB_OBJ) lib/check_symbols.sh
 	@rm -f $$@
 	$$(call say,AR  )$$($(1)_PREFIX)ar rcsD $$@ $$($(1)_LIB_OBJ)
 	@lib/check_symbols.sh $$($(1)_PREFIX)nm $$@ $$(if $$($(1)_PREFIX),cross)
 
-$$(CROSS)/$(1)/replay: $$($(1)_OBJ) $$(CROSS)/$(1)/recording.o $$(CROSS)/$(1)/librim.a
+$$(CROSS)/$(1)/replay-%: $$($(1)_OBJ) $$(CROSS)/$(1)/recording-%.o $$(CROSS)/$(1)/librim.a
 	$$(call say,LINK)$$($(1)_CC) $$($(1)_CFLAGS) $$($(1)_LDFLAGS) -o $$@ $$^ $$($(1)_LIBS)
 
+.SECONDARY: $$(RECORDINGS:%=$$(CROSS)/$(1)/recording-%.o)
 -include $$($(1)_LIB_OBJ:.o=.d) $$($(1)_OBJ:.o=.d)
 endef
 $(foreach port,$(PORTS),$(eval $(call port_rules,$(port))))
@@ -73,6 +83,7 @@ cross-deps: deps
 	$(call install_missing,$(sort $(foreach port,$(PORTS),$($(port)_PACKAGES))))
 
 PORT_LIST := $(if $(PORT),$(PORT),$(PORTS))
-cross: cross-deps ## a landing on every port, emulated: are the digests the host's? (PORT='A B': those)
-	@$(MAKE) --no-print-directory -j$(TEST_JOBS) $(sort $(PORT_LIST:%=$(CROSS)/%/replay) $(CROSS)/linux/replay) $(CROSS)/landing.digest
-	@firmware/cross.sh $(CROSS) $(foreach port,$(PORT_LIST),'$(port)' '$($(port)_PREFIX)' '$($(port)_RUN)')
+CROSS_BUILT := $(foreach r,$(RECORDINGS),$(CROSS)/$(r).digest $(patsubst %,$(CROSS)/%/replay-$(r),$(sort $(PORT_LIST) linux)))
+cross: cross-deps ## two recorded runs on every port, emulated: are the bits the host's? (PORT='A B': those)
+	@$(MAKE) --no-print-directory -j$(TEST_JOBS) $(CROSS_BUILT)
+	@firmware/cross.sh $(CROSS) '$(RECORDINGS)' $(foreach port,$(PORT_LIST),'$(port)' '$($(port)_PREFIX)' '$($(port)_RUN)')

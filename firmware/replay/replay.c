@@ -83,6 +83,27 @@ static flight open_recording(const unsigned char *data, size_t bytes) {
   return f;
 }
 
+static bool is_external(const rim_monitor *monitor) {
+  return rim_monitor_config(monitor, RIM_CONFIG_EXTERNAL) != 0;
+}
+
+static uint32_t columns(const rim_monitor *monitor) {
+  const uint32_t features = rim_monitor_config(monitor, RIM_CONFIG_FEATURES);
+  const uint32_t outcomes = rim_monitor_config(monitor, RIM_CONFIG_OUTCOMES);
+  return 1 + features + (is_external(monitor) ? 3 * outcomes : 0);
+}
+
+static rim_observation observation(const rim_monitor *monitor, const double *row) {
+  rim_observation now = {.t_s = row[0], .context = row + 1};
+  if (is_external(monitor)) {
+    const uint32_t outcomes = rim_monitor_config(monitor, RIM_CONFIG_OUTCOMES);
+    now.outcome = now.context + rim_monitor_config(monitor, RIM_CONFIG_FEATURES);
+    now.mean = now.outcome + outcomes;
+    now.sd = now.mean + outcomes;
+  }
+  return now;
+}
+
 static rim_monitor *open_monitor(const flight *f) {
   size_t bytes = 0;
   rim_monitor *monitor = NULL;
@@ -91,7 +112,7 @@ static rim_monitor *open_monitor(const flight *f) {
     status = rim_monitor_init(&monitor, memory, sizeof memory, f->image, f->image_bytes);
   if (status != RIM_OK)
     refuse(rim_status_text(status));
-  if (rim_monitor_config(monitor, RIM_CONFIG_FEATURES) + 1 != f->doubles)
+  if (columns(monitor) != f->doubles)
     refuse("rows of another image");
   print_count("monitor_bytes", (uint32_t)bytes);
   return monitor;
@@ -139,14 +160,14 @@ static void print_digest(const char *what, uint64_t digest) {
 int main(void) {
   const flight f = open_recording(recording, (size_t)(recording_end - recording));
   rim_monitor *monitor = open_monitor(&f);
-  double row[RECORDING_MAX_DOUBLES];
+  static double row[RECORDING_MAX_DOUBLES];
   uint64_t digest = RIM_DIGEST_START, bits = RIM_DIGEST_START;
   uint32_t records = 0, blocks = 0;
   cost spent = {0.0, 0};
   for (uint32_t r = 0; r < f.row_count; ++r) {
     for (uint32_t i = 0; i < f.doubles; ++i)
       row[i] = rim_image_f64(f.rows, (size_t)r * f.doubles + i);
-    const rim_observation now = {.t_s = row[0], .context = row + 1};
+    const rim_observation now = observation(monitor, row);
     rim_verdict verdict;
     const uint32_t start = port_ticks();
     const rim_status status = rim_monitor_step(monitor, &now, &verdict);

@@ -5,6 +5,7 @@
 #include "replay/outputs.hpp"
 #include "replay/replay.hpp"
 #include "rim/alarm_can.h"
+#include "util/atomic_file.hpp"
 #include "util/error.hpp"
 #include "util/progress.hpp"
 
@@ -18,7 +19,7 @@ namespace {
 
 struct Options {
   std::vector<std::string> logs;
-  std::string model, schema, can;
+  std::string model, save_model, schema, can;
   rim::OutputPaths outputs;
   rim::CalibrationOptions calibration;
   std::size_t calibration_runs = 199;
@@ -40,6 +41,9 @@ void declare(CLI::App &app, Options &o) {
   app.add_option("--model", o.model,
                  "flight image that rim train wrote; not needed for logs with "
                  "z. and m. columns")
+      ->type_name("FILE.rim");
+  app.add_option("--save-model", o.save_model,
+                 "without a model: write the flight image made from the logs' own predictions")
       ->type_name("FILE.rim");
   app.add_option("--alarms", out.alarms, "alarm records, one JSON object a line")
       ->type_name("FILE.jsonl");
@@ -71,6 +75,8 @@ void declare(CLI::App &app, Options &o) {
 }
 
 void check(const CLI::App &app, const Options &o) {
+  if (!o.model.empty() && !o.save_model.empty())
+    throw rim::UsageError("--save-model: with --model there is nothing new to write");
   for (const char *option : {"--false-alarm", "--calibration-runs"}) {
     if (!o.model.empty() && app.count(option) > 0)
       throw rim::UsageError(std::string(option) + ": the model has its own calibration");
@@ -101,7 +107,14 @@ rim::Replayer open_model(const std::string &path) {
 }
 
 rim::Replayer open_external(const Options &o, const std::vector<rim::Log> &logs) {
+  std::optional<rim::AtomicFile> file; // a place that cannot be written is found before the work
+  if (!o.save_model.empty())
+    file.emplace(o.save_model);
   const rim::ExternalImage made = rim::external_image(logs, o.calibration_runs, o.calibration);
+  if (file) {
+    file->write(made.image.data(), made.image.size());
+    file->commit();
+  }
   for (const std::string &outcome : made.sd_estimated) {
     std::fprintf(stderr,
                  "rim: note: '%s' has no sd. column: its standard deviation is estimated "

@@ -46,6 +46,16 @@ head -c $((size - 8)) toy.rec > bad.rec; fly bad.rec > said; check "a row cut" 3
 head -c 31 toy.rec > bad.rec; fly bad.rec > said; check "a header cut" 3 $?
 : > bad.rec; fly bad.rec > said; check "nothing" 3 $?
 
+# Own predictions: no training, the image from the log itself.
+"$RIM" simulate golf --out golf --dims 5 --seed 3 > /dev/null || bad "simulate golf"
+golf=golf/run_0001.csv
+wanted=$("$RIM" replay "$golf" --calibration-runs 19 --save-model golf.rim | tail -1)
+check "the saved model replays the same" "$wanted" "$("$RIM" replay --model golf.rim "$golf" | tail -1)"
+./record golf.rim "$golf" golf.rec; check "record golf" 0 $?
+check "the digest with own predictions" "$wanted" "$(fly golf.rec | tail -1)"
+"$RIM" replay "$golf" --model golf.rim --save-model x.rim > said 2>&1; check "nothing new to save" 2 $?
+"$RIM" replay "$golf" --save-model absent/x.rim > said 2>&1; check "no such folder" 3 $?
+
 refuses() { # WHAT PATTERN IMAGE LOG
   reason=$(./record "$3" "$4" out.rec 2>&1); check "$1" 3 $?
   contains "$1: reason" "$reason" "$2"
@@ -54,6 +64,8 @@ cut -d, -f1-4 log.csv > short.csv
 refuses "a column missing" "column 's.speed_mps' is missing" toy.rim short.csv
 sed '9s/,[^,]*$/,x/' log.csv > word.csv
 refuses "a word for a number" "row 8: field 5 is not a number" toy.rim word.csv
+sed '1s/,sd\./,s./' "$golf" > no_sd.csv
+refuses "no sd column" "column 'sd.reward' is missing" golf.rim no_sd.csv
 refuses "no log" "No such file" toy.rim absent.csv
 refuses "no image" "log.csv: " log.csv log.csv
 ./record 2> /dev/null; check "usage" 2 $?
