@@ -1,4 +1,5 @@
-// rim plan: states and rewards on stdin, actions on stdout: a planner's partner process.
+// rim plan: states and rewards on stdin or LCM, actions on stdout: a planner's partner process.
+#include "bus/lcm_bus.hpp"
 #include "cli/arguments.hpp"
 #include "cli/command.hpp"
 #include "plan/plan_line.hpp"
@@ -6,7 +7,9 @@
 
 #include <fmt/format.h>
 
+#include <chrono>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
 #include <deque>
 #include <iostream>
@@ -19,6 +22,9 @@ using rim::PlanAxis;
 using rim::PlanLine;
 using rim::Planner;
 using rim::PlannerConfig;
+
+volatile std::sig_atomic_t stopped = 0;
+void stop(int) { stopped = 1; }
 
 constexpr std::size_t kMostPending = 1024; // answers whose reward may still come
 
@@ -56,6 +62,8 @@ struct Options {
   double beta = 2.0, signal_sd = 1.0, noise_sd = 0.1, aversion = 0.0, level = 0.0, bound = 0.95;
   unsigned plans = 0, features = 0, points = 256;
   std::uint64_t seed = 1;
+  std::string lcm;
+  double seconds = 0.0;
 };
 
 void declare(CLI::App &app, Options &o) {
@@ -85,6 +93,11 @@ void declare(CLI::App &app, Options &o) {
   app.add_option("--bound", o.bound, "bounded: with at least this probability");
   app.add_option("--points", o.points, "experiences kept, 8 to 512");
   app.add_option("--seed", o.seed, "of draws among equal actions and of the region search");
+  app.add_option(
+      "--lcm", o.lcm,
+      "LCM URL: states come as RIM_OBSERVATION instead of stdin, their numbers the "
+      "state's and, after them, the reward of the answer before (NaN or left out: none)");
+  app.add_option("--seconds", o.seconds, "LCM: end after so long (0: never)");
   app.footer(
       "Each line of stdin is a state, a reward or an experience from before, as JSON or CSV:\n"
       "  {\"id\": 7, \"state\": [0.4], \"nominal\": [...], \"var\": [...], \"allowed\": [...]}\n"
@@ -153,6 +166,26 @@ public:
     }
   }
 
+  void take(const rim_observation_message &message) {
+    try {
+      const std::size_t states = planner_.states();
+      if (message.count != states && message.count != states + 1)
+        throw rim::DataError(
+            fmt::format("{} numbers instead of {} or {}", message.count, states, states + 1));
+      PlanLine line;
+      line.reward = message.count > states ? message.value[states] : std::nan("");
+      if (!std::isnan(line.reward))
+        reward(line);
+      line.id = std::to_string(message.sequence);
+      line.request.state.assign(message.value, message.value + states);
+      answer(line);
+      ++used_;
+    } catch (const rim::DataError &e) {
+      std::fprintf(stderr, "rim: RIM_OBSERVATION %u: %s\n", message.sequence, e.what());
+      ++refused_;
+    }
+  }
+
   int finish() const {
     const rim_bandit_counters n = rim_bandit_get_counters(const_cast<Planner &>(planner_).bandit());
     std::fprintf(stderr,
@@ -160,7 +193,7 @@ public:
                  "refused\n",
                  n.choices, n.observations, n.none_allowed, refused_);
     if (used_ == 0 && refused_ > 0)
-      throw rim::DataError("stdin: no line could be used");
+      throw rim::DataError("no line could be used");
     return rim::EXIT_FINE;
   }
 
@@ -194,15 +227,27 @@ private:
   unsigned long long used_ = 0, refused_ = 0;
 };
 
-int cmd_plan(int argc, char **argv) {
-  Options options;
-  CLI::App app{"Choose actions under what is uncertain about the model: upper confidence bounds "
-               "with Gaussian processes and regions of inaccurate modeling.",
-               "rim plan"};
-  declare(app, options);
-  if (!rim::parse_arguments(app, argc, argv))
-    return rim::EXIT_FINE;
-  Session session(config_of(options));
+void listen(Session &session, const Options &options) {
+  using Clock = std::chrono::steady_clock;
+  rim::LcmBus bus(options.lcm);
+  bus.on_observation = [&](const rim_observation_message &message) { session.take(message); };
+  std::signal(SIGINT, stop);
+  std::signal(SIGTERM, stop);
+  const bool recorded = options.lcm.rfind("file://", 0) == 0;
+  const auto start = Clock::now();
+  const std::chrono::duration<double> limit(options.seconds);
+  while (stopped == 0 && (!(options.seconds > 0.0) || Clock::now() - start < limit)) {
+    try {
+      bus.receive(100);
+    } catch (const rim::DataError &) {
+      if (!recorded)
+        throw;
+      return; // the end of the recording
+    }
+  }
+}
+
+void read_lines(Session &session) {
   std::string text;
   for (unsigned long long row = 1; std::getline(std::cin, text); ++row) {
     if (!text.empty() && text.back() == '\r')
@@ -212,6 +257,21 @@ int cmd_plan(int argc, char **argv) {
   }
   if (std::cin.bad())
     throw rim::DataError("stdin: read failed");
+}
+
+int cmd_plan(int argc, char **argv) {
+  Options options;
+  CLI::App app{"Choose actions under what is uncertain about the model: upper confidence bounds "
+               "with Gaussian processes and regions of inaccurate modeling.",
+               "rim plan"};
+  declare(app, options);
+  if (!rim::parse_arguments(app, argc, argv))
+    return rim::EXIT_FINE;
+  Session session(config_of(options));
+  if (options.lcm.empty())
+    read_lines(session);
+  else
+    listen(session, options);
   return session.finish();
 }
 
