@@ -2,8 +2,8 @@
 #include "bus/lcm_bus.hpp"
 #include "cli/arguments.hpp"
 #include "cli/command.hpp"
-#include "plan/plan_line.hpp"
-#include "plan/planner.hpp"
+#include "plan/session.hpp"
+#include "util/error.hpp"
 
 #include <fmt/format.h>
 
@@ -11,22 +11,17 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
-#include <deque>
 #include <iostream>
 #include <map>
 
 namespace {
 
-using rim::PlanAnswer;
 using rim::PlanAxis;
-using rim::PlanLine;
-using rim::Planner;
 using rim::PlannerConfig;
+using rim::PlanSession;
 
 volatile std::sig_atomic_t stopped = 0;
 void stop(int) { stopped = 1; }
-
-constexpr std::size_t kMostPending = 1024; // answers whose reward may still come
 
 const std::map<std::string, std::uint8_t> kPolicies = {{"gp", RIM_BANDIT_GP_UCB},
                                                        {"rim", RIM_BANDIT_RIM_UCB},
@@ -145,89 +140,7 @@ PlannerConfig config_of(const Options &o) {
   return c;
 }
 
-// A conversation: answers waiting for their rewards, and what was counted.
-class Session {
-public:
-  explicit Session(const PlannerConfig &config) : planner_(config) {}
-
-  void take(const std::string &text, unsigned long long row) {
-    try {
-      const PlanLine line = rim::read_plan_line(text);
-      if (line.kind == PlanLine::STATE)
-        answer(line);
-      else if (line.kind == PlanLine::REWARD)
-        reward(line);
-      else
-        planner_.observe(line.x, line.plan, line.nominal, line.var, line.reward);
-      ++used_;
-    } catch (const rim::DataError &e) {
-      std::fprintf(stderr, "rim: stdin:row %llu: %s\n", row, e.what());
-      ++refused_;
-    }
-  }
-
-  void take(const rim_observation_message &message) {
-    try {
-      const std::size_t states = planner_.states();
-      if (message.count != states && message.count != states + 1)
-        throw rim::DataError(
-            fmt::format("{} numbers instead of {} or {}", message.count, states, states + 1));
-      PlanLine line;
-      line.reward = message.count > states ? message.value[states] : std::nan("");
-      if (!std::isnan(line.reward))
-        reward(line);
-      line.id = std::to_string(message.sequence);
-      line.request.state.assign(message.value, message.value + states);
-      answer(line);
-      ++used_;
-    } catch (const rim::DataError &e) {
-      std::fprintf(stderr, "rim: RIM_OBSERVATION %u: %s\n", message.sequence, e.what());
-      ++refused_;
-    }
-  }
-
-  int finish() const {
-    const rim_bandit_counters n = rim_bandit_get_counters(const_cast<Planner &>(planner_).bandit());
-    std::fprintf(stderr,
-                 "plan: %u answers, %u rewards, %u states without an allowed action, %llu lines "
-                 "refused\n",
-                 n.choices, n.observations, n.none_allowed, refused_);
-    if (used_ == 0 && refused_ > 0)
-      throw rim::DataError("no line could be used");
-    return rim::EXIT_FINE;
-  }
-
-private:
-  void answer(const PlanLine &line) {
-    const std::optional<PlanAnswer> chosen = planner_.choose(line.request);
-    std::puts(rim::plan_answer_json(line, chosen ? &*chosen : nullptr).c_str());
-    if (std::fflush(stdout) != 0)
-      throw std::runtime_error("standard output: write failed");
-    if (!chosen)
-      return;
-    pending_.push_back({line.id, *chosen});
-    if (pending_.size() > kMostPending)
-      pending_.pop_front();
-  }
-
-  void reward(const PlanLine &line) {
-    for (std::size_t i = pending_.size(); i-- > 0;) {
-      if (!line.id.empty() && pending_[i].first != line.id)
-        continue;
-      const PlanAnswer chosen = pending_[i].second;
-      pending_.erase(pending_.begin() + static_cast<std::ptrdiff_t>(i));
-      planner_.observe(chosen, line.reward);
-      return;
-    }
-    throw rim::DataError("reward: no answer waits for it");
-  }
-
-  Planner planner_;
-  std::deque<std::pair<std::string, PlanAnswer>> pending_;
-  unsigned long long used_ = 0, refused_ = 0;
-};
-
-void listen(Session &session, const Options &options) {
+void listen(PlanSession &session, const Options &options) {
   using Clock = std::chrono::steady_clock;
   rim::LcmBus bus(options.lcm);
   bus.on_observation = [&](const rim_observation_message &message) { session.take(message); };
@@ -247,7 +160,7 @@ void listen(Session &session, const Options &options) {
   }
 }
 
-void read_lines(Session &session) {
+void read_lines(PlanSession &session) {
   std::string text;
   for (unsigned long long row = 1; std::getline(std::cin, text); ++row) {
     if (!text.empty() && text.back() == '\r')
@@ -267,12 +180,13 @@ int cmd_plan(int argc, char **argv) {
   declare(app, options);
   if (!rim::parse_arguments(app, argc, argv))
     return rim::EXIT_FINE;
-  Session session(config_of(options));
+  PlanSession session(config_of(options));
   if (options.lcm.empty())
     read_lines(session);
   else
     listen(session, options);
-  return session.finish();
+  session.finish();
+  return rim::EXIT_FINE;
 }
 
 } // namespace

@@ -143,9 +143,11 @@ warnings.filterwarnings('ignore')
 for line in open(sys.argv[1]):
     p = json.loads(line)
     k = RBF(p['length']) if p['kernel'] == 0 else Matern(p['length'], nu=p['kernel'] + 0.5)
-    g = G(C(p['signal_var']) * k, alpha=p['noise_var'], optimizer=None).fit(np.array(p['x']), p['y'])
+    g = G(C(p['signal_var']) * k, alpha=p['noise_var'], optimizer=None)
+    g.fit(np.array(p['x']), p['y'])
     m, c = g.predict(np.array(p['q']), return_cov=True)
-    print(*[repr(float(v)) for v in list(m) + list(np.diag(c)) + [g.log_marginal_likelihood_value_]])
+    values = list(m) + list(np.diag(c)) + [g.log_marginal_likelihood_value_]
+    print(*[repr(float(v)) for v in values])
 )";
 
 void write_rows(std::FILE *to, const char *name, const std::vector<double> &v, std::size_t width) {
