@@ -225,7 +225,7 @@ static void update_scores(rim_select *e) {
     if (!p->active)
       continue;
     const channel_state *state = select_channel(e, p->channel);
-    const double value = (double)select_pair_best(e, p, NULL) - (double)e->penalty[2];
+    const double value = (double)rim_select_pair_best(e, p, NULL) - (double)e->penalty[2];
     if (value > (double)e->scores[p->channel])
       e->scores[p->channel] = (float)value;
     const double priority = select_priority(state, value);
@@ -248,7 +248,7 @@ static void halve(rim_select *e) {
     const rim_grid grid = select_grid(e, i);
     rim_grid_halve(&grid);
     if (select_pair(e, i)->active)
-      select_pool_refresh(e, i);
+      rim_select_pool_refresh(e, i);
   }
 }
 
@@ -262,7 +262,7 @@ rim_status rim_select_observe(rim_select *e, const double *u, const double *r) {
     halve(e);
   const uint16_t slot = e->head;
   if (e->held == e->ring)
-    select_pool_forget(e, slot);
+    rim_select_pool_forget(e, slot);
   uint8_t bin[RIM_SELECT_MAX_FEATURES];
   float residual[RIM_SELECT_MAX_CHANNELS];
   uint8_t *row = select_row(e, slot);
@@ -283,7 +283,7 @@ rim_status rim_select_observe(rim_select *e, const double *u, const double *r) {
   ++e->count;
   ++e->total;
   ++e->effort.observations;
-  select_pool_observe(e, slot);
+  rim_select_pool_observe(e, slot);
   update_scores(e);
   return RIM_OK;
 }
@@ -294,11 +294,11 @@ void rim_select_work(rim_select *e, uint32_t budget) {
   for (uint32_t unit = 0; unit < budget; ++unit) {
     ++e->effort.units;
     e->entered = 0;
-    select_scan(e, e->scans);
+    rim_select_scan(e, e->scans);
     if (e->pairs > 0) {
-      select_sweep(e, e->edges);
+      rim_select_sweep(e, e->edges);
       update_scores(e);
-      select_pool_move(e, e->moves);
+      rim_select_pool_move(e, e->moves);
     }
     update_scores(e);
   }
@@ -389,7 +389,7 @@ static void find_best(const rim_select *e, uint32_t channel, rim_candidate *out)
     if (!p->active || p->channel != channel)
       continue;
     uint32_t which = 0;
-    const double ln_anom = (double)select_pair_best(e, p, &which);
+    const double ln_anom = (double)rim_select_pair_best(e, p, &which);
     if (ln_anom - (double)e->penalty[2] <= best)
       continue;
     best = ln_anom - (double)e->penalty[2];
@@ -449,7 +449,7 @@ double rim_select_membership(const rim_select *e, const double *u) {
     const pair_state *p = select_pair(e, i);
     if (p->active && p->channel == best.channel && p->x == best.region.feature[0] &&
         p->y == best.region.feature[1]) {
-      return select_pair_membership(p, u[p->x], u[p->y]);
+      return rim_select_pair_membership(p, u[p->x], u[p->y]);
     }
   }
   return 0.0;

@@ -229,7 +229,7 @@ static float ln_anom(const rim_select *e, const pair_state *p, const chain *k) {
   return ln_anom_of(e, p->channel, k->s, k->n);
 }
 
-float select_pair_best(const rim_select *e, const pair_state *p, uint32_t *which) {
+float rim_select_pair_best(const rim_select *e, const pair_state *p, uint32_t *which) {
   float best = -1.0f;
   for (uint32_t k = 0; k < RIM_SELECT_CHAINS; ++k) {
     const float value = ln_anom(e, p, &p->chain[k]);
@@ -290,7 +290,7 @@ static void pair_observe(rim_select *e, uint32_t pair, uint32_t slot) {
   }
 }
 
-void select_pool_observe(rim_select *e, uint32_t slot) {
+void rim_select_pool_observe(rim_select *e, uint32_t slot) {
   for (uint32_t i = 0; i < e->pairs; ++i) {
     if (select_pair(e, i)->active)
       pair_observe(e, i, slot);
@@ -309,7 +309,7 @@ static void unlink_slot(rim_select *e, uint16_t *from, uint32_t slot) {
 }
 
 /* The observation in this slot leaves the ring: from now on it counts by its cell. */
-void select_pool_forget(rim_select *e, uint32_t slot) {
+void rim_select_pool_forget(rim_select *e, uint32_t slot) {
   for (uint32_t i = 0; i < e->pairs; ++i) {
     pair_state *p = select_pair(e, i);
     if (!p->active || !p->exact)
@@ -382,7 +382,7 @@ static void refresh(rim_select *e, uint32_t pair, uint8_t exact) {
     evaluate(e, pair, &p->chain[k]);
 }
 
-void select_pool_refresh(rim_select *e, uint32_t pair) {
+void rim_select_pool_refresh(rim_select *e, uint32_t pair) {
   refresh(e, pair, select_pair(e, pair)->exact);
 }
 
@@ -421,7 +421,7 @@ static double priority_of(const rim_select *e, const pair_state *p, double value
   return select_priority(select_channel(e, p->channel), value);
 }
 
-double select_pool_bar(const rim_select *e, uint32_t *weakest) {
+double rim_select_pool_bar(const rim_select *e, uint32_t *weakest) {
   double bar = DBL_MAX;
   uint32_t which = e->pairs;
   for (uint32_t i = 0; i < e->pairs; ++i) {
@@ -439,13 +439,13 @@ double select_pool_bar(const rim_select *e, uint32_t *weakest) {
 
 /* A pair is judged by its latest H3 and not by its best ellipse, which would favour those that were
  * searched for long; only the leader is safe. */
-void select_pool_offer(rim_select *e, const select_offer *offer) {
+void rim_select_pool_offer(rim_select *e, const select_offer *offer) {
   for (uint32_t i = 0; i < e->pairs; ++i) {
     pair_state *p = select_pair(e, i);
     if (!p->active || p->x != offer->x || p->y != offer->y || p->channel != offer->channel)
       continue;
     p->h3 = (float)offer->h3;
-    if (i != e->leader || offer->h3 > (double)select_pair_best(e, p, NULL) - LAG) {
+    if (i != e->leader || offer->h3 > (double)rim_select_pair_best(e, p, NULL) - LAG) {
       seed_chain(e, i, offer);
     }
     return;
@@ -453,7 +453,7 @@ void select_pool_offer(rim_select *e, const select_offer *offer) {
   if (e->entered >= ENTRIES_A_UNIT)
     return;
   uint32_t weakest;
-  const double bar = select_pool_bar(e, &weakest);
+  const double bar = rim_select_pool_bar(e, &weakest);
   if (weakest == e->pairs)
     return;
   if (select_priority(select_channel(e, offer->channel), offer->h3) <= bar)
@@ -566,17 +566,17 @@ static void move_pair(rim_select *e, uint32_t pair, uint32_t moves) {
 }
 
 static bool is_rival(const rim_select *e, const pair_state *p, double bar) {
-  return priority_of(e, p, (double)select_pair_best(e, p, NULL)) > bar ||
+  return priority_of(e, p, (double)rim_select_pair_best(e, p, NULL)) > bar ||
          priority_of(e, p, (double)p->h3) > bar;
 }
 
 /* The leader gets 3/4 of the moves, 5/6 where nobody is close; the rest goes to one rival in turn.
  */
-void select_pool_move(rim_select *e, uint32_t budget) {
+void rim_select_pool_move(rim_select *e, uint32_t budget) {
   if (e->leader >= e->pairs)
     return;
   const pair_state *leader = select_pair(e, e->leader);
-  const double bar = priority_of(e, leader, (double)select_pair_best(e, leader, NULL) - CLOSE);
+  const double bar = priority_of(e, leader, (double)rim_select_pair_best(e, leader, NULL) - CLOSE);
   uint32_t others = 0;
   uint32_t rivals = 0;
   for (uint32_t i = 0; i < e->pairs; ++i) {
@@ -608,7 +608,7 @@ void select_pool_move(rim_select *e, uint32_t budget) {
     move_pair(e, e->turn, budget - share);
 }
 
-double select_pair_membership(const pair_state *p, double x, double y) {
+double rim_select_pair_membership(const pair_state *p, double x, double y) {
   double inside = 0.0;
   for (uint32_t k = 1; k < RIM_SELECT_CHAINS; ++k) {
     const ellipse *s = &p->chain[k].shape;

@@ -127,16 +127,16 @@ typedef struct select_offer {
 } select_offer;
 
 /* select_scan.c */
-void select_scan(rim_select *e, uint32_t budget);  /* intervals */
-void select_sweep(rim_select *e, uint32_t budget); /* conditional intervals */
+void rim_select_scan(rim_select *e, uint32_t budget);  /* intervals */
+void rim_select_sweep(rim_select *e, uint32_t budget); /* conditional intervals */
 /* select_pool.c */
-float select_pair_best(const rim_select *e, const pair_state *p, uint32_t *which);
-void select_pool_observe(rim_select *e, uint32_t slot);
-void select_pool_forget(rim_select *e, uint32_t slot);
+float rim_select_pair_best(const rim_select *e, const pair_state *p, uint32_t *which);
+void rim_select_pool_observe(rim_select *e, uint32_t slot);
+void rim_select_pool_forget(rim_select *e, uint32_t slot);
 /* Priority of H3 that a new pair must exceed; *weakest: the pair it would replace, pairs: none. */
-double select_pool_bar(const rim_select *e, uint32_t *weakest);
-void select_pool_offer(rim_select *e, const select_offer *offer);
-void select_pool_refresh(rim_select *e, uint32_t pair); /* evaluates every ellipse anew */
-void select_pool_move(rim_select *e, uint32_t budget);
-double select_pair_membership(const pair_state *p, double x, double y);
+double rim_select_pool_bar(const rim_select *e, uint32_t *weakest);
+void rim_select_pool_offer(rim_select *e, const select_offer *offer);
+void rim_select_pool_refresh(rim_select *e, uint32_t pair); /* evaluates every ellipse anew */
+void rim_select_pool_move(rim_select *e, uint32_t budget);
+double rim_select_pair_membership(const pair_state *p, double x, double y);
 #endif

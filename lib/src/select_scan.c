@@ -123,7 +123,7 @@ static void scan_slice(rim_select *e, uint32_t c, uint32_t f) {
   }
 }
 
-void select_scan(rim_select *e, uint32_t budget) {
+void rim_select_scan(rim_select *e, uint32_t budget) {
   const uint32_t slices = (uint32_t)e->features * e->channels;
   const uint32_t todo = budget < slices ? budget : slices;
   for (uint32_t i = 0; i < todo; ++i) {
@@ -245,7 +245,7 @@ static uint32_t try_edge(rim_select *e, const uint16_t *mask, uint32_t masked, u
   const channel_state *state = select_channel(e, e->base_channel);
   found best = conditional(e, mask, masked, f, 0);
   const double nearly = select_priority(state, best.ln_anom + NEAR_ENOUGH);
-  if (nearly < select_pool_bar(e, NULL))
+  if (nearly < rim_select_pool_bar(e, NULL))
     return 1;
   int32_t shear = 0;
   for (uint32_t i = 0; i < SHEARS; ++i) {
@@ -256,11 +256,11 @@ static uint32_t try_edge(rim_select *e, const uint16_t *mask, uint32_t masked, u
     shear = shears[i];
   }
   const select_offer offer = offer_of(e, f, &best, shear);
-  select_pool_offer(e, &offer);
+  rim_select_pool_offer(e, &offer);
   return 1u + SHEARS;
 }
 
-void select_sweep(rim_select *e, uint32_t budget) {
+void rim_select_sweep(rim_select *e, uint32_t budget) {
   uint16_t *mask = (uint16_t *)select_at(e, e->mask_at);
   uint32_t done = 0;
   for (uint32_t bases = 0; bases < BASES_A_UNIT && done < budget; ++bases) {

@@ -5,7 +5,7 @@
 root=$(cd "$(dirname "$0")/../.." && pwd)
 if [ -n "$SANITIZE" ]; then skipped=1; finish; fi
 
-make -s -C "$root" install BUILD="$BUILD" DESTDIR="$here" PREFIX=/opt/rim > "$here/log" 2>&1
+make -s -C "$root" install BUILD="${BUILD#"$root"/}" DESTDIR="$here" PREFIX=/opt/rim > "$here/log" 2>&1
 check "make install" 0 $? || cat "$here/log"
 to=$here/opt/rim
 for file in bin/rim lib/librim.a lib/pkgconfig/rimwatch.pc include/rim/monitor.h share/rimwatch/falcon9.toml \

@@ -106,7 +106,7 @@ static void incremental_equals_fresh(void **state) {
           continue;
         chain kept[RIM_SELECT_CHAINS];
         memcpy(kept, p->chain, sizeof kept);
-        select_pool_refresh(other, pair);
+        rim_select_pool_refresh(other, pair);
         for (int j = 0; j < RIM_SELECT_CHAINS; ++j) {
           assert_true(kept[j].grid_n == p->chain[j].grid_n);
           assert_true(kept[j].grid_s == p->chain[j].grid_s);
@@ -174,7 +174,7 @@ static void the_planted_pair_leads(void **state) {
   const pair_state *p = select_pair(engine, engine->leader);
   assert_int_equal(p->x, 1);
   assert_int_equal(p->y, 3);
-  assert_true(select_pair_best(engine, p, NULL) > 20.0f);
+  assert_true(rim_select_pair_best(engine, p, NULL) > 20.0f);
 }
 
 int main(void) {

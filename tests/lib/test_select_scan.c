@@ -67,7 +67,7 @@ static void scans_equal_brute_force(void **state) {
   (void)state;
   for (uint64_t stream = 0; stream < 10; ++stream) {
     fill(stream);
-    select_scan(engine, D * C);
+    rim_select_scan(engine, D * C);
     assert_int_equal(rim_select_get_effort(engine).scans, D * C);
     for (int c = 0; c < C; ++c) {
       double most = 0.0;
@@ -90,7 +90,7 @@ static void scans_equal_brute_force(void **state) {
 static void a_scan_equals_the_interval_module(void **state) {
   (void)state;
   fill(20);
-  select_scan(engine, D * C);
+  rim_select_scan(engine, D * C);
   for (uint16_t f = 0; f < D; ++f) {
     double s[B + 1];
     double n[B + 1];
@@ -116,8 +116,8 @@ static void a_scan_equals_the_interval_module(void **state) {
 static void sweep_equals_brute_force(void **state) {
   (void)state;
   fill(30);
-  select_scan(engine, D * C);
-  select_sweep(engine, 2 * D * 5);
+  rim_select_scan(engine, D * C);
+  rim_select_sweep(engine, 2 * D * 5);
   assert_int_equal(engine->base_channel, 1); /* the planted one is the strongest */
   int checked = 0;
   for (uint32_t i = 0; i < engine->pairs; ++i) {
@@ -150,12 +150,12 @@ static void budgets_are_kept(void **state) {
   (void)state;
   fill(40);
   const rim_select_effort before = rim_select_get_effort(engine);
-  select_scan(engine, 3);
-  select_sweep(engine, 7);
+  rim_select_scan(engine, 3);
+  rim_select_sweep(engine, 7);
   const rim_select_effort after = rim_select_get_effort(engine);
   assert_int_equal(after.scans - before.scans, 3);
   assert_in_range(after.edges - before.edges, 7, 7 + 4);
-  select_scan(engine, 1000); /* never the same slice twice */
+  rim_select_scan(engine, 1000); /* never the same slice twice */
   assert_int_equal(rim_select_get_effort(engine).scans - after.scans, D * C);
 }
 
