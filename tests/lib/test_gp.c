@@ -53,7 +53,7 @@ static void draw(void) {
   for (int i = 0; i < POINTS; ++i) {
     for (int d = 0; d < DIMS; ++d)
       x[i][d] = 2.0 * rim_rng_uniform(&rng);
-    y[i] = sin(3.0 * x[i][0]) + x[i][1] + 0.1 * rim_rng_normal(&rng);
+    y[i] = 2.0 * x[i][0] * (1.5 - x[i][0]) + x[i][1] + 0.1 * rim_rng_normal(&rng);
     noise[i] = i % 3 == 0 ? 0.05 * rim_rng_uniform(&rng) : 0.0;
   }
 }
