@@ -342,29 +342,25 @@ ChannelSeries series_of_run(const SeriesInput &in, const Blocks &blocks, std::si
 
 } // namespace
 
-// Which features tell the phase of a run: those that take the same course in every run. Gates on
-// the others would split runs from one another instead of phases, and every map would see few runs.
-// Course: mean over runs at the same share of the run's length. All 1 where no feature follows one
-// (runs that are not alike).
-std::vector<double> phase_weights(const std::vector<Blocks> &blocks) {
+std::vector<double> phase_weights(const std::vector<const Matrix *> &contexts) {
   constexpr Eigen::Index points = 200;
   constexpr double follows = 0.9; // share of the variance that the common course explains
-  const Eigen::Index features = blocks.front().context.cols();
+  const Eigen::Index features = contexts.front()->cols();
   Matrix course = Matrix::Zero(points, features);
-  const auto row_at = [](const Blocks &run, Eigen::Index point) {
-    return run.context.row(point * (run.context.rows() - 1) / (points - 1));
+  const auto row_at = [](const Matrix &run, Eigen::Index point) {
+    return run.row(point * (run.rows() - 1) / (points - 1));
   };
-  for (const Blocks &run : blocks) {
+  for (const Matrix *run : contexts) {
     for (Eigen::Index p = 0; p < points; ++p)
-      course.row(p) += row_at(run, p);
+      course.row(p) += row_at(*run, p);
   }
-  course /= static_cast<double>(blocks.size());
+  course /= static_cast<double>(contexts.size());
   const Eigen::RowVectorXd mean = course.colwise().mean();
   Eigen::RowVectorXd off = Eigen::RowVectorXd::Zero(features), all = off;
-  for (const Blocks &run : blocks) {
+  for (const Matrix *run : contexts) {
     for (Eigen::Index p = 0; p < points; ++p) {
-      off.array() += (row_at(run, p) - course.row(p)).array().square();
-      all.array() += (row_at(run, p) - mean).array().square();
+      off.array() += (row_at(*run, p) - course.row(p)).array().square();
+      all.array() += (row_at(*run, p) - mean).array().square();
     }
   }
   std::vector<double> weight(static_cast<std::size_t>(features), 0.0);
@@ -392,9 +388,12 @@ TrainedModels train_models(const std::vector<Log> &logs, const Layout &layout,
   }
   TrainedModels models;
   SeriesInput in;
+  std::vector<const Matrix *> contexts;
+  for (const Blocks &blocks : runs.blocks)
+    contexts.push_back(&blocks.context);
   FitOptions fit = options.fit;
   if (fit.gate_weight.empty())
-    fit.gate_weight = phase_weights(runs.blocks);
+    fit.gate_weight = phase_weights(contexts);
   const std::uint32_t kinds = options.kinds;
   if (has_kind(kinds, RIM_KIND_VARIANCE) || has_kind(kinds, RIM_KIND_STEP)) {
     const Samples samples = step_samples(logs, runs, layout, options.period_s);

@@ -47,6 +47,14 @@ Blocks make_blocks(const Log &log, const std::vector<int> &columns, std::uint32_
 // Median time between rows of all logs.
 double median_period_s(const std::vector<Log> &logs);
 
+// Which features tell the phase of a run, 1 or 0: those that take the same course in every run (the
+// mean over runs at the same share of a run's length explains nine tenths of the variance). All 1
+// where none does: runs that are not alike. contexts: one matrix of blocks x features a run.
+//   Gates of the models: on other features they would split runs from one another instead of
+//   phases, and every map would see few runs. Regions: intervals of other features hold other parts
+//   of a flight in every run, so that there is no nominal spread by which to judge them.
+std::vector<double> phase_weights(const std::vector<const Matrix *> &contexts);
+
 // Channel values of one run, before standardisation: one row a block that the flight code would
 // give to the search.
 struct ChannelSeries {

@@ -246,7 +246,13 @@ std::vector<std::uint16_t> choose_region_features(const std::vector<ChannelSerie
   const Matrix context = all_contexts(series);
   std::vector<std::vector<double>> chosen_ranks, chosen_values;
   std::vector<std::uint16_t> chosen;
+  std::vector<const Matrix *> contexts;
+  for (const ChannelSeries &s : series)
+    contexts.push_back(&s.context);
+  const std::vector<double> tells_phase = phase_weights(contexts);
   for (Eigen::Index f = 0; f < context.cols() && chosen.size() < options.region_features; ++f) {
+    if (!(tells_phase[static_cast<std::size_t>(f)] > 0.0))
+      continue;
     const std::vector<double> rank = ranks(context.col(f));
     const std::vector<double> value = column(context, f);
     bool repeats = false;

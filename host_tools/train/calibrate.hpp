@@ -34,7 +34,8 @@ Promise promise_for(std::size_t runs, double false_alarm);
 void set_alarm(Thresholds *thresholds, std::vector<float> maxima,
                const CalibrationOptions &options);
 
-// Features that may describe a region, in their order: those that no earlier one repeats.
+// Features that may describe a region, in their order: those that tell the phase of a run
+// (phase_weights) and that no earlier one repeats.
 std::vector<std::uint16_t> choose_region_features(const std::vector<ChannelSeries> &series,
                                                   const CalibrationOptions &options);
 

@@ -12,9 +12,9 @@ namespace rim {
 
 namespace {
 
-constexpr std::size_t kBatch = 16;       // blocks whose mean tells the autocorrelation
-constexpr std::uint32_t kLeastRuns = 10; // runs that must have visited an interval
-constexpr std::size_t kMoments = 24;     // of a run at which its intervals are looked at
+constexpr std::size_t kBatch = 16;   // blocks whose mean tells the autocorrelation
+constexpr double kLeastShare = 0.6;  // of the runs must have visited an interval
+constexpr std::size_t kMoments = 24; // of a run at which its intervals are looked at
 
 // Variance of one value about its run's mean, as it acts in means of many: kBatch times the
 // variance of means of kBatch neighbours, which holds their autocorrelation.
@@ -167,7 +167,7 @@ NominalSpread::Moments NominalSpread::moments_of(const std::vector<BinnedRun> &r
 }
 
 std::uint32_t NominalSpread::least_runs() const {
-  return std::min<std::uint32_t>(kLeastRuns, static_cast<std::uint32_t>(runs_) / 2 + 1);
+  return static_cast<std::uint32_t>(std::ceil(kLeastShare * static_cast<double>(runs_)));
 }
 
 // What the intervals of a feature hold at the end of a run: mean over the runs that judge them.
