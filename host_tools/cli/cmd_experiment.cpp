@@ -5,8 +5,10 @@
 #include "cli/arguments.hpp"
 #include "cli/command.hpp"
 #include "experiment/falcon.hpp"
+#include "experiment/fig5_10.hpp"
 #include "experiment/golf.hpp"
 #include "experiment/lander.hpp"
+#include "replay/plot.hpp"
 #include "util/shard.hpp"
 
 namespace {
@@ -107,6 +109,32 @@ int run_lander(LanderArguments &a) {
       [](const Campaign &campaign) { rim::experiment::print_lander_campaign(campaign, stdout); });
 }
 
+struct Fig510Arguments {
+  rim::Fig510 experiment;
+  std::string plot;
+  CampaignArguments campaign;
+};
+
+CLI::App *add_fig5_10(CLI::App &app, Fig510Arguments &a) {
+  CLI::App *figure = app.add_subcommand(
+      "fig5.10", "GP-UCB, RIM-UCB and RIM+GP-UCB shooting at three goalies (thesis 5.3)");
+  figure->add_option("--runs", a.experiment.runs, "a goalie and policy (40)")
+      ->check(CLI::PositiveNumber);
+  figure->add_option("--shots", a.experiment.shots, "a run (100)")->check(CLI::Range(10, 500));
+  figure->add_option("--seed", a.experiment.seed, "of the first run (20000)");
+  figure->add_option("--plot", a.plot, "the figure, FILE.svg or FILE.png");
+  a.campaign.add(figure);
+  return figure;
+}
+
+int run_fig5_10_command(const Fig510Arguments &a) {
+  if (!a.plot.empty())
+    rim::check_plot_path(a.plot);
+  return a.campaign.run(
+      [&a](const rim::Shard &shard) { return rim::run_fig5_10(a.experiment, shard); },
+      [&a](const Campaign &campaign) { rim::print_fig5_10(campaign, a.plot); });
+}
+
 CLI::App *add_falcon(CLI::App &app, rim::experiment::FalconOptions &o) {
   CLI::App *falcon = app.add_subcommand(
       "falcon", "measured Falcon 9 landings: one left out, the others trained on, faults put in");
@@ -144,6 +172,8 @@ int cmd_experiment(int argc, char **argv) {
   add_lander(app, lander);
   rim::experiment::FalconOptions falcon;
   const CLI::App *falcon_command = add_falcon(app, falcon);
+  Fig510Arguments fig5_10;
+  const CLI::App *fig5_10_command = add_fig5_10(app, fig5_10);
   app.footer("Examples:\n"
              "  rim experiment golf --dims 2,100 --runs 20 --nominal 40 --calibration 100\n"
              "  rim experiment lander --nominal 40 --runs 3");
@@ -151,6 +181,8 @@ int cmd_experiment(int argc, char **argv) {
     return rim::EXIT_FINE;
   if (falcon_command->parsed())
     return run_falcon_command(falcon);
+  if (fig5_10_command->parsed())
+    return run_fig5_10_command(fig5_10);
   return golf_command->parsed() ? run_golf(golf) : run_lander(lander);
 }
 

@@ -132,13 +132,18 @@ void check_plot_path(const std::string &path) {
 }
 
 void write_plot(const std::vector<Trace> &traces, const std::string &path) {
+  write_gnuplot([&traces](const std::string &to, bool svg) { return script(traces, to, svg); },
+                path);
+}
+
+void write_gnuplot(const PlotScript &script_of, const std::string &path) {
   check_plot_path(path);
   const Leftover drawn{path + ".gnuplot." + std::to_string(::getpid())};
   const IgnoreBrokenPipe ignore;
   std::FILE *gnuplot = ::popen("gnuplot", "w");
   if (gnuplot == nullptr)
     throw DataError(path + ": gnuplot cannot be started");
-  const std::string text = script(traces, drawn.path, ends_in(path, ".svg"));
+  const std::string text = script_of(drawn.path, ends_in(path, ".svg"));
   const bool sent = std::fwrite(text.data(), 1, text.size(), gnuplot) == text.size();
   const int status = ::pclose(gnuplot);
   if (!sent || !WIFEXITED(status) || WEXITSTATUS(status) != 0) {

@@ -1,0 +1,308 @@
+#include "experiment/fig5_10.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include <fmt/format.h>
+
+#include "experiment/plan_figure.hpp"
+#include "plan/planner.hpp"
+#include "util/data_path.hpp"
+#include "util/error.hpp"
+#include "util/parallel_for.hpp"
+#include "util/progress.hpp"
+#include "util/table.hpp"
+
+namespace rim {
+namespace {
+
+constexpr const char *kKind = "fig5.10";
+constexpr std::size_t kActions = 51; // aims along the goal line, posts included
+constexpr std::size_t kWindow = 10;  // of the moving averages
+constexpr double kAttained = 0.8;
+constexpr GoalieBehaviour kGoalies[] = {GoalieBehaviour::region, GoalieBehaviour::obstructed,
+                                        GoalieBehaviour::overshoot};
+constexpr std::size_t kGoalieCount = 3;
+const char *const kPolicyNames[] = {"GP-UCB", "RIM-UCB", "RIM+GP-UCB"};
+
+PlannerConfig planner_config(const GoalieParams &world, const GoaliePolicy &policy,
+                             GoaliePolicyKind kind, std::size_t shots, std::uint64_t seed) {
+  PlannerConfig c;
+  c.state = {{world.ball_min_m, world.ball_max_m, 0}};
+  c.action = {{-world.goal_half_m, world.goal_half_m, kActions}};
+  rim_bandit_config &b = c.bandit;
+  b.policy = kind == GoaliePolicyKind::gp    ? RIM_BANDIT_GP_UCB
+             : kind == GoaliePolicyKind::rim ? RIM_BANDIT_RIM_UCB
+                                             : RIM_BANDIT_RIM_GP_UCB;
+  b.beta = policy.beta;
+  b.seed = seed;
+  b.slices = static_cast<std::uint16_t>(policy.slices);
+  b.gp.points = static_cast<std::uint16_t>(std::clamp<std::size_t>(shots, 8, RIM_GP_MAX_POINTS));
+  b.gp.signal_var = policy.signal_m * policy.signal_m;
+  b.gp.noise_var = 1e-6; // the reward's own comes with every observation
+  b.gp.length[0] = policy.length_s_m;
+  b.gp.length[1] = policy.length_a_m;
+  b.extent.points = b.gp.points;
+  b.extent.rims = static_cast<std::uint8_t>(policy.rims);
+  b.extent.threshold = policy.threshold;
+  b.extent.seed = seed;
+  return c;
+}
+
+double action_at(const GoalieParams &p, std::size_t i) {
+  return p.goal_half_m * (2.0 * static_cast<double>(i) / (kActions - 1) - 1.0);
+}
+
+// What the nominal model's favourite brings and what the best action would.
+void add_bounds(const Goalie &world, double s_m, GoalieRun &run) {
+  double favourite = -INFINITY, favourite_brings = 0.0, best = -INFINITY;
+  for (std::size_t i = 0; i < kActions; ++i) {
+    const double a_m = action_at(world.params(), i);
+    const double brings = world.expected(s_m, a_m);
+    best = std::max(best, brings);
+    // The nominal reward is symmetric: of two favourites the mean of both counts.
+    const double promise = world.nominal_mean(s_m, std::fabs(a_m));
+    if (promise > favourite) {
+      favourite = promise;
+      favourite_brings = 0.5 * (brings + world.expected(s_m, -a_m));
+    }
+  }
+  run.nominal.push_back(favourite_brings);
+  run.best.push_back(best);
+}
+
+nlohmann::json policy_json(const GoaliePolicy &p) {
+  return {{"beta", p.beta},
+          {"signal_m", p.signal_m},
+          {"length_s_m", p.length_s_m},
+          {"length_a_m", p.length_a_m},
+          {"threshold", p.threshold},
+          {"rims", p.rims},
+          {"slices", p.slices}};
+}
+
+using Runs = std::vector<GoalieRun>;
+
+Runs runs_of(const Campaign &campaign, std::size_t goalie, std::size_t policy) {
+  const std::size_t runs = campaign.config.at("runs");
+  Runs out(runs);
+  for (std::size_t i = 0; i < runs; ++i) {
+    const nlohmann::json &unit = campaign.units.at((goalie * kGoaliePolicies + policy) * runs + i);
+    out[i].reward = unit.at("reward").get<std::vector<double>>();
+    out[i].expected = unit.at("expected").get<std::vector<double>>();
+    out[i].nominal = unit.at("nominal").get<std::vector<double>>();
+    out[i].best = unit.at("best").get<std::vector<double>>();
+  }
+  return out;
+}
+
+// Mean observed reward over the second half: shots 51 to 100 of 100.
+std::vector<double> late_rewards(const Runs &runs) {
+  std::vector<double> out;
+  for (const GoalieRun &run : runs) {
+    const std::size_t first = run.reward.size() / 2;
+    double sum = 0.0;
+    for (std::size_t t = first; t < run.reward.size(); ++t)
+      sum += run.reward[t];
+    out.push_back(sum / static_cast<double>(run.reward.size() - first));
+  }
+  return out;
+}
+
+// The first shot at which the runs' moving average over kWindow shots has 80 % of the attainable
+// gain; one more than there are shots where it never has.
+double shots_until(const Runs &runs, const std::vector<std::size_t> &pick) {
+  const std::size_t shots = runs.front().reward.size();
+  std::vector<double> gained(shots + 1, 0.0), attainable(shots + 1, 0.0);
+  for (std::size_t t = 0; t < shots; ++t) {
+    gained[t + 1] = gained[t];
+    attainable[t + 1] = attainable[t];
+    for (const std::size_t i : pick) {
+      gained[t + 1] += runs[i].expected[t] - runs[i].nominal[t];
+      attainable[t + 1] += runs[i].best[t] - runs[i].nominal[t];
+    }
+  }
+  for (std::size_t t = kWindow; t <= shots; ++t) {
+    if (gained[t] - gained[t - kWindow] >= kAttained * (attainable[t] - attainable[t - kWindow]))
+      return static_cast<double>(t);
+  }
+  return static_cast<double>(shots + 1);
+}
+
+MeanInterval difference(const std::vector<double> &a, const std::vector<double> &b) {
+  std::vector<double> d(a.size());
+  for (std::size_t i = 0; i < d.size(); ++i)
+    d[i] = a[i] - b[i];
+  return bootstrap_mean(d);
+}
+
+const char *met(bool is_met) { return is_met ? "met" : "MISSED"; }
+
+void print_asked(std::size_t goalie, const std::array<Runs, kGoaliePolicies> &runs) {
+  const auto gp = late_rewards(runs[0]), rim = late_rewards(runs[1]), both = late_rewards(runs[2]);
+  if (kGoalies[goalie] == GoalieBehaviour::region) {
+    const MeanInterval d = difference(both, gp);
+    std::printf("region: RIM+GP-UCB less GP-UCB, late shots: %s m; asked: above 0: %s\n",
+                interval_text(d, 4).c_str(), met(d.low > 0.0));
+    const std::size_t n = gp.size();
+    const MeanInterval ratio = bootstrap_runs(n, [&runs](const std::vector<std::size_t> &pick) {
+      return shots_until(runs[1], pick) / shots_until(runs[0], pick);
+    });
+    std::printf("region: shots until 80 %%, RIM-UCB over GP-UCB: %s; asked: at most 0.5: %s\n",
+                interval_text(ratio, 2).c_str(), met(ratio.value <= 0.5));
+    return;
+  }
+  const double mean_gp = bootstrap_mean(gp).value, mean_rim = bootstrap_mean(rim).value;
+  const bool gp_better = mean_gp >= mean_rim;
+  const MeanInterval d = difference(both, gp_better ? gp : rim);
+  std::printf("%s: RIM+GP-UCB less the better of the others (%s): %s m; asked: not below 0 by more "
+              "than the interval: %s\n",
+              goalie_name(kGoalies[goalie]), kPolicyNames[gp_better ? 0 : 1],
+              interval_text(d, 4).c_str(), met(d.high >= 0.0));
+}
+
+PlanPanel panel_of(std::size_t goalie, const std::array<Runs, kGoaliePolicies> &runs) {
+  PlanPanel panel{fmt::format("{} goalie", goalie_name(kGoalies[goalie])),
+                  "shots",
+                  fmt::format("reward (m), mean of {} shots", kWindow),
+                  {}};
+  for (std::size_t p = 0; p < kGoaliePolicies; ++p) {
+    std::vector<std::vector<double>> rewards;
+    for (const GoalieRun &run : runs[p])
+      rewards.push_back(run.reward);
+    panel.curves.push_back(curve_of(kPolicyNames[p], rewards, kWindow));
+  }
+  return panel;
+}
+
+void add_rows(Table &table, std::size_t goalie, const std::array<Runs, kGoaliePolicies> &runs) {
+  double nominal = 0.0, best = 0.0;
+  for (const GoalieRun &run : runs[0]) {
+    for (std::size_t t = run.best.size() / 2; t < run.best.size(); ++t) {
+      nominal += run.nominal[t];
+      best += run.best[t];
+    }
+  }
+  const GoalieRun &one = runs[0].front();
+  const double count =
+      static_cast<double>(runs[0].size() * (one.best.size() - one.best.size() / 2));
+  for (std::size_t p = 0; p < kGoaliePolicies; ++p) {
+    const MeanInterval until =
+        bootstrap_runs(runs[p].size(), [&](const std::vector<std::size_t> &pick) {
+          return shots_until(runs[p], pick);
+        });
+    table.add({goalie_name(kGoalies[goalie]), kPolicyNames[p],
+               interval_text(bootstrap_mean(late_rewards(runs[p])), 4),
+               fmt::format("{:.4f}", nominal / count), fmt::format("{:.4f}", best / count),
+               interval_text(until, 0)});
+  }
+}
+
+void check(const Campaign &campaign) {
+  if (campaign.kind != kKind)
+    throw DataError("campaign of kind '" + campaign.kind + "', not " + kKind);
+  if (!campaign.complete())
+    throw DataError("fig5.10: shards are missing");
+}
+
+} // namespace
+
+GoaliePolicy default_goalie_policy(GoaliePolicyKind kind) {
+  GoaliePolicy policy;
+  policy.rims = kind == GoaliePolicyKind::gp ? 1 : 2;
+  return policy;
+}
+
+GoalieRun run_goalie(const Goalie &world, const GoaliePolicy &policy, GoaliePolicyKind kind,
+                     std::size_t shots, std::uint64_t seed) {
+  Planner planner(planner_config(world.params(), policy, kind, shots, seed));
+  GoalieRun run;
+  PlanRequest request;
+  request.state.resize(1);
+  request.nominal.resize(kActions);
+  request.var.resize(kActions);
+  for (const GoalieEpisode &episode : goalie_episodes(world.params(), shots, seed)) {
+    request.state[0] = episode.s_m;
+    for (std::size_t i = 0; i < kActions; ++i) {
+      const double a_m = action_at(world.params(), i);
+      request.nominal[i] = world.nominal_mean(episode.s_m, a_m);
+      const double sd = world.nominal_sd(episode.s_m, a_m);
+      request.var[i] = sd * sd;
+    }
+    const PlanAnswer answer = *planner.choose(request);
+    const double a_m = answer.action[0];
+    run.reward.push_back(world.reward(episode.s_m, a_m, episode.error_rad));
+    run.expected.push_back(world.expected(episode.s_m, a_m));
+    add_bounds(world, episode.s_m, run);
+    planner.observe(answer, run.reward.back());
+  }
+  return run;
+}
+
+Campaign run_fig5_10(const Fig510 &experiment, const Shard &shard) {
+  Campaign campaign;
+  campaign.kind = kKind;
+  const GoalieParams params = read_goalie_params(data_path("goalie.toml"));
+  campaign.config = {{"runs", experiment.runs},
+                     {"shots", experiment.shots},
+                     {"seed", experiment.seed},
+                     {"policies", nlohmann::json::array()}};
+  for (const GoaliePolicy &policy : experiment.policies)
+    campaign.config["policies"].push_back(policy_json(policy));
+  campaign.total = kGoalieCount * kGoaliePolicies * experiment.runs;
+  std::vector<std::uint64_t> mine;
+  for (std::uint64_t i = 0; i < campaign.total; ++i) {
+    if (shard.owns(i))
+      mine.push_back(i);
+  }
+  std::vector<nlohmann::json> values(mine.size());
+  Progress progress(kKind, mine.size());
+  parallel_for(mine.size(), [&](std::size_t k) {
+    const std::size_t run = mine[k] % experiment.runs;
+    const std::size_t policy = mine[k] / experiment.runs % kGoaliePolicies;
+    const Goalie world(params, kGoalies[mine[k] / experiment.runs / kGoaliePolicies]);
+    const GoalieRun r =
+        run_goalie(world, experiment.policies[policy], static_cast<GoaliePolicyKind>(policy),
+                   experiment.shots, experiment.seed + run);
+    values[k] = {
+        {"reward", r.reward}, {"expected", r.expected}, {"nominal", r.nominal}, {"best", r.best}};
+    progress.add();
+  });
+  for (std::size_t k = 0; k < mine.size(); ++k)
+    campaign.units[mine[k]] = std::move(values[k]);
+  return campaign;
+}
+
+void print_fig5_10(const Campaign &campaign, const std::string &plot) {
+  check(campaign);
+  const std::size_t runs = campaign.config.at("runs"), shots = campaign.config.at("shots");
+  const std::uint64_t seed = campaign.config.at("seed");
+  std::printf("fig. 5.10: %zu runs of seeds %llu-%llu, %zu shots each; late shots: %zu-%zu\n", runs,
+              static_cast<unsigned long long>(seed),
+              static_cast<unsigned long long>(seed + runs - 1), shots, shots / 2 + 1, shots);
+  Table table({{"goalie", ""},
+               {"policy", ""},
+               {"late reward", "m, 95 %"},
+               {"nominal", "m"},
+               {"best", "m"},
+               {"80 % of gain", "shots, 95 %"}});
+  std::array<std::array<Runs, kGoaliePolicies>, kGoalieCount> all;
+  std::vector<PlanPanel> panels;
+  for (std::size_t g = 0; g < kGoalieCount; ++g) {
+    for (std::size_t p = 0; p < kGoaliePolicies; ++p)
+      all[g][p] = runs_of(campaign, g, p);
+    add_rows(table, g, all[g]);
+    panels.push_back(panel_of(g, all[g]));
+  }
+  table.print();
+  for (std::size_t g = 0; g < kGoalieCount; ++g)
+    print_asked(g, all[g]);
+  std::printf(
+      "the thesis, 10 runs: region: RIM-UCB first, then RIM+GP-UCB, GP-UCB last; obstructed "
+      "and overshoot: no difference beyond the intervals (p. 82-83)\n");
+  if (!plot.empty())
+    plot_panels(panels, plot);
+}
+
+} // namespace rim
