@@ -9,8 +9,8 @@
 namespace {
 
 // The order in which a user meets the commands; any other follows by name.
-const char *const kOrder[] = {"simulate",   "train", "replay", "listen",
-                              "experiment", "bench", "merge"};
+const char *const kOrder[] = {"simulate", "train",      "replay", "listen",
+                              "plan",     "experiment", "bench",  "merge"};
 
 std::size_t rank(const rim::Command &c) {
   return static_cast<std::size_t>(std::find(std::begin(kOrder), std::end(kOrder), c.name) -
