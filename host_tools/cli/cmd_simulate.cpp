@@ -11,6 +11,7 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <fmt/format.h>
 #include <functional>
 
 namespace {
@@ -130,9 +131,9 @@ World golf_world(const Options &o) {
 }
 
 void write_record(const Options &o, const World &world) {
-  std::string text = "# rim simulate " + o.world + ", rimwatch " RIM_VERSION "\n# --seed " +
-                     std::to_string(o.seed) + " --first " + std::to_string(o.first) + " --runs " +
-                     std::to_string(o.runs) + " --rows " + std::to_string(o.rows);
+  std::string text =
+      fmt::format("# rim simulate {}, rimwatch {}\n# --seed {} --first {} --runs {} --rows {}",
+                  o.world, RIM_VERSION, o.seed, o.first, o.runs, o.rows);
   if (o.world == "golf") {
     text += " --dims " + std::to_string(o.golf.dims) + " --variant " + o.variant +
             (o.golf.bump ? " --anomalous " + std::to_string(o.golf.anomalous)

@@ -95,8 +95,7 @@ NominalSpread::NominalSpread(const std::vector<BinnedRun> &runs, std::size_t fea
                              std::size_t bins, std::uint32_t least_n, std::vector<double> quantum)
     : features_(features), bins_(bins), slots_(2 * RIM_ENVELOPE_INTERVALS(bins)),
       channels_(static_cast<std::size_t>(runs.front().value.cols())), runs_(runs.size()),
-      least_n_(least_n), quantum_(std::move(quantum)) {
-  within_ = within_run_variance(runs);
+      least_n_(least_n), within_(within_run_variance(runs)), quantum_(std::move(quantum)) {
   for (std::size_t c = 0; c < channels_; ++c) { // so that it holds for intervals still filling
     within_[c] = std::max(within_[c], quantum_[c] * quantum_[c] / static_cast<double>(least_n));
   }
