@@ -6,6 +6,7 @@
 #include "cli/command.hpp"
 #include "experiment/falcon.hpp"
 #include "experiment/fig5_10.hpp"
+#include "experiment/figB_6.hpp"
 #include "experiment/golf.hpp"
 #include "experiment/lander.hpp"
 #include "replay/plot.hpp"
@@ -135,6 +136,33 @@ int run_fig5_10_command(const Fig510Arguments &a) {
       [&a](const Campaign &campaign) { rim::print_fig5_10(campaign, a.plot); });
 }
 
+struct FigB6Arguments {
+  rim::FigB6 experiment;
+  std::string plot;
+  CampaignArguments campaign;
+};
+
+CLI::App *add_figB_6(CLI::App &app, FigB6Arguments &a) {
+  CLI::App *figure = app.add_subcommand(
+      "figB.6", "regret of learning free-kick plans against three defences (thesis app. B)");
+  figure->add_option("--runs", a.experiment.runs, "a defence (100)")->check(CLI::PositiveNumber);
+  figure->add_option("--kicks", a.experiment.kicks, "a run (40)")->check(CLI::Range(2, 500));
+  figure->add_option("--seed", a.experiment.seed, "of the first run (20000)");
+  figure->add_flag("--others-prior", a.experiment.others_prior,
+                   "expect of a plan what it brings against the other two defences");
+  figure->add_option("--plot", a.plot, "the figure, FILE.svg or FILE.png");
+  a.campaign.add(figure);
+  return figure;
+}
+
+int run_figB_6_command(const FigB6Arguments &a) {
+  if (!a.plot.empty())
+    rim::check_plot_path(a.plot);
+  return a.campaign.run(
+      [&a](const rim::Shard &shard) { return rim::run_figB_6(a.experiment, shard); },
+      [&a](const Campaign &campaign) { rim::print_figB_6(campaign, a.plot); });
+}
+
 CLI::App *add_falcon(CLI::App &app, rim::experiment::FalconOptions &o) {
   CLI::App *falcon = app.add_subcommand(
       "falcon", "measured Falcon 9 landings: one left out, the others trained on, faults put in");
@@ -174,6 +202,8 @@ int cmd_experiment(int argc, char **argv) {
   const CLI::App *falcon_command = add_falcon(app, falcon);
   Fig510Arguments fig5_10;
   const CLI::App *fig5_10_command = add_fig5_10(app, fig5_10);
+  FigB6Arguments figB_6;
+  const CLI::App *figB_6_command = add_figB_6(app, figB_6);
   app.footer("Examples:\n"
              "  rim experiment golf --dims 2,100 --runs 20 --nominal 40 --calibration 100\n"
              "  rim experiment lander --nominal 40 --runs 3");
@@ -183,6 +213,8 @@ int cmd_experiment(int argc, char **argv) {
     return run_falcon_command(falcon);
   if (fig5_10_command->parsed())
     return run_fig5_10_command(fig5_10);
+  if (figB_6_command->parsed())
+    return run_figB_6_command(figB_6);
   return golf_command->parsed() ? run_golf(golf) : run_lander(lander);
 }
 

@@ -46,6 +46,8 @@ PlannerConfig planner_config(const GoalieParams &world, const GoaliePolicy &poli
   b.extent.points = b.gp.points;
   b.extent.rims = static_cast<std::uint8_t>(policy.rims);
   b.extent.threshold = policy.threshold;
+  b.extent.lambda_min = -policy.lambda;
+  b.extent.lambda_max = policy.lambda;
   b.extent.seed = seed;
   return c;
 }
@@ -79,6 +81,7 @@ nlohmann::json policy_json(const GoaliePolicy &p) {
           {"length_a_m", p.length_a_m},
           {"threshold", p.threshold},
           {"rims", p.rims},
+          {"lambda", p.lambda},
           {"slices", p.slices}};
 }
 

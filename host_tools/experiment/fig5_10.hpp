@@ -23,6 +23,7 @@ struct GoaliePolicy {
   double length_s_m = 1.0;
   double length_a_m = 0.1;
   double threshold = 7.0; // ln anom at which a RIM is as likely as not
+  double lambda = 16.0;   // nats a unit of volume, both ways (eq. 5.4)
   unsigned rims = 1;
   unsigned slices = 12;
 };

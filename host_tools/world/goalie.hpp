@@ -39,9 +39,9 @@ struct GoalieParams { // data/goalie.toml says where each comes from
   double ball_max_m = 5.0;
   double region_min_m = 1.8;
   double region_max_m = 4.2;
-  double region_at_min_m = -0.2;
-  double region_slope = 0.12;
-  double region_half_m = 0.12;
+  double region_at_min_m = 0.25;
+  double region_slope = -0.12;
+  double region_half_m = 0.15;
   double region_gain_m = 0.4;
   double obstacle_m = 1.5;
   double obstacle_low_m = -0.04;
