@@ -193,7 +193,8 @@ GolfShot Golf::next() {
     shot.z = chance < (shot.anomalous ? params_.success_behind : shot.m) ? 1.0 : 0.0;
   } else {
     shot.sd = params_.noise_sd;
-    shot.z = shot.m + params_.noise_sd * luck + (shot.anomalous ? params_.shift : 0.0);
+    const double shift = options_.better ? -params_.shift : params_.shift;
+    shot.z = shot.m + params_.noise_sd * luck + (shot.anomalous ? shift : 0.0);
   }
   ++shots_;
   if (shot.anomalous)

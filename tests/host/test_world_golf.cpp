@@ -213,6 +213,20 @@ void misuse_is_refused(void **) {
   assert_int_equal(caught, 2);
 }
 
+// The same shots, but what the bump took it gives.
+void better_region_mirrors_the_shift(void **) {
+  GolfOptions options;
+  Golf worse({}, options, 5);
+  options.better = true;
+  Golf better({}, options, 5);
+  const auto a = worse.all(), b = better.all();
+  assert_int_equal(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    assert_true(a[i].x == b[i].x && a[i].m == b[i].m && a[i].anomalous == b[i].anomalous);
+    assert_true(std::fabs(b[i].z - a[i].z - (a[i].anomalous ? 0.4 : 0.0)) < 1e-12);
+  }
+}
+
 // The file says the same as the defaults that the experiments use.
 void file_equals_defaults(void **) {
   const GolfParams file = rim::world::read_golf_params(rim::data_path("golf.toml"));
@@ -233,6 +247,7 @@ int main() {
       cmocka_unit_test(other_dimensions_are_uniform),
       cmocka_unit_test(runs_end_where_they_should),
       cmocka_unit_test(misuse_is_refused),
+      cmocka_unit_test(better_region_mirrors_the_shift),
       cmocka_unit_test(file_equals_defaults),
   };
   return cmocka_run_group_tests(tests, nullptr, nullptr);
