@@ -212,9 +212,15 @@ void check(const Campaign &campaign) {
 } // namespace
 
 GoaliePolicy default_goalie_policy(GoaliePolicyKind kind) {
-  GoaliePolicy policy;
-  policy.rims = kind == GoaliePolicyKind::gp ? 1 : 2;
-  return policy;
+  // beta, signal_m, length_s_m, length_a_m, threshold, lambda, rims, slices
+  switch (kind) {
+  case GoaliePolicyKind::gp:
+    return {1.0, 0.2, 1.0, 0.1, 7.0, 16.0, 1, 1};
+  case GoaliePolicyKind::rim:
+    return {0.25, 0.2, 2.0, 0.2, 7.0, 16.0, 1, 12};
+  default:
+    return {1.0, 0.2, 1.0, 0.1, 40.0, 30.0, 3, 40};
+  }
 }
 
 GoalieRun run_goalie(const Goalie &world, const GoaliePolicy &policy, GoaliePolicyKind kind,

@@ -18,14 +18,12 @@ namespace rim {
 
 // What a policy is told; chosen on runs of seeds below 10000.
 struct GoaliePolicy {
-  double beta = 1.0;
-  double signal_m = 0.1; // prior sd of the deviation from the nominal reward
-  double length_s_m = 1.0;
-  double length_a_m = 0.1;
-  double threshold = 7.0; // ln anom at which a RIM is as likely as not
-  double lambda = 16.0;   // nats a unit of volume, both ways (eq. 5.4)
-  unsigned rims = 1;
-  unsigned slices = 12;
+  double beta;
+  double signal_m; // prior sd of the deviation from the nominal reward
+  double length_s_m, length_a_m;
+  double threshold; // ln anom at which a RIM is as likely as not
+  double lambda;    // nats a unit of volume, both ways (eq. 5.4)
+  unsigned rims, slices;
 };
 
 enum class GoaliePolicyKind { gp, rim, rim_gp };
