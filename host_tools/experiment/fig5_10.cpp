@@ -152,8 +152,15 @@ void print_asked(std::size_t goalie, const std::array<Runs, kGoaliePolicies> &ru
     const MeanInterval ratio = bootstrap_runs(n, [&runs](const std::vector<std::size_t> &pick) {
       return shots_until(runs[1], pick) / shots_until(runs[0], pick);
     });
+    // Where a policy never gets there the ratio is one of run lengths and says nothing.
+    std::vector<std::size_t> every(n);
+    for (std::size_t i = 0; i < n; ++i)
+      every[i] = i;
+    const double limit = static_cast<double>(runs[0].front().reward.size());
+    const bool is_reached = shots_until(runs[1], every) <= limit;
     std::printf("region: shots until 80 %%, RIM-UCB over GP-UCB: %s; asked: at most 0.5: %s\n",
-                interval_text(ratio, 2).c_str(), met(ratio.value <= 0.5));
+                is_reached ? interval_text(ratio, 2).c_str() : "RIM-UCB never gets there",
+                met(is_reached && ratio.value <= 0.5));
     return;
   }
   const double mean_gp = bootstrap_mean(gp).value, mean_rim = bootstrap_mean(rim).value;
@@ -195,10 +202,11 @@ void add_rows(Table &table, std::size_t goalie, const std::array<Runs, kGoaliePo
         bootstrap_runs(runs[p].size(), [&](const std::vector<std::size_t> &pick) {
           return shots_until(runs[p], pick);
         });
+    const bool is_reached = until.value <= static_cast<double>(one.reward.size());
     table.add({goalie_name(kGoalies[goalie]), kPolicyNames[p],
                interval_text(bootstrap_mean(late_rewards(runs[p])), 4),
                fmt::format("{:.4f}", nominal / count), fmt::format("{:.4f}", best / count),
-               interval_text(until, 0)});
+               is_reached ? interval_text(until, 0) : "never"});
   }
 }
 
