@@ -1,0 +1,77 @@
+// diagnose/diagnosis.hpp - what a diagnosis says: findings, the gain, and how sure it is.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "diagnose/term.hpp"
+
+namespace rim::diagnose {
+
+// Another cause for the same rows.
+struct Alternative {
+  std::string cause;
+  std::string expression;
+  double delta_bic = 0.0;  // BIC of the alternative less BIC of what is claimed, joint model: >= 0
+                           // says the claim is better
+  double heldout_r2 = 0.0; // share of the residual's weighted sum of squares, on held-out blocks
+};
+
+struct Finding {
+  int number = 0; // from 1, in the order of the likelihood lost without it: labels.csv
+  Term term;
+  std::string sentence;
+  double inside_fraction = 1.0; // of the rows
+  double ln_anom = 0.0;         // ln likelihood ratio of the joint model with and without it,
+                                // corrected for autocorrelation
+  double p_value = 1.0;         // of the whole search, from the simulated null
+  double heldout_r2 = 0.0;
+  std::vector<Alternative> alternatives; // best first
+  bool separable = true;
+  std::vector<std::uint8_t> acts; // per row: the effect exceeds .1 sd (or the row is flagged)
+  bool given = false;             // it came with --extension and was not searched for
+};
+
+struct Interval95 {
+  double low = 0.0, high = 0.0;
+};
+
+// One channel over one set of rows and one horizon, before and after the extension.
+struct Gain {
+  std::string channel, unit;
+  std::string where;      // "all", "inside", "outside" the findings' regions
+  double horizon_s = 0.0; // 0: one step
+  std::string data;       // "held-out logs" or "cross-validated"
+  std::size_t rows = 0;
+  double rmse_before = 0.0, rmse_after = 0.0;
+  double nll_before = 0.0, nll_after = 0.0; // mean, nats a row
+  double mpa_before = 0.0, mpa_after = 0.0; // eq. 3.38, p. 44: mean predicted density
+  double ratio = 1.0;                       // rmse_after / rmse_before
+  Interval95 ratio_ci95, nll_gain_ci95;     // resampling whole logs, or blocks where logs are few
+  bool worse = false;                       // ratio more than 2 % above 1, or its interval above 1
+};
+
+struct ChannelState {
+  std::string channel;
+  Vector m_after, sd_after;     // over the whole table
+  double autocorrelation = 0.0; // lag 1, of what remains
+  double scale = 1.0;           // estimated sd over stated sd, of what remains
+  double threshold = 0.0;       // a claim's least score
+  std::size_t rows_flagged = 0; // stuck or dropped out
+};
+
+struct Diagnosis {
+  std::vector<Finding> findings;
+  std::vector<Gain> gains;
+  std::vector<ChannelState> channels;
+  std::vector<std::string> notes; // what the reader must know: sd estimated, a feature constant ...
+  std::string sentence;           // the whole in a sentence or two
+  std::string command;            // how to make it again
+  std::string model;              // "the logs' own predictions", "world falcon", "image x.rim"
+  std::uint64_t seed = 1;
+  bool adequate() const { return findings.empty(); }
+};
+
+} // namespace rim::diagnose

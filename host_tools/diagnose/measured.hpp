@@ -1,0 +1,60 @@
+// diagnose/measured.hpp - what was measured beside what was predicted: all logs of a diagnosis as
+// one table.
+//
+// A row is one moment of one log. A channel is one outcome z.NAME with the simulation's own
+// prediction m.NAME and its standard deviation sd.NAME (world/predictor.hpp makes them for logs
+// that have none). Features are the context: x., u. and s. columns.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "log/log.hpp"
+
+namespace rim::diagnose {
+
+using Vector = Eigen::VectorXd;
+
+struct Feature {
+  std::string name; // with prefix: "s.speed_mps"
+  std::string unit; // "m/s"; empty: none or not known
+  bool is_command = false;
+  bool is_angle = false; // in radians and wrapped: steps of 2 pi occur, or could
+};
+
+struct Channel {
+  std::string name; // without prefix: "speed_mps"
+  std::string unit;
+  Vector z, m, sd;           // rows; sd > 0
+  bool sd_estimated = false; // there was no sd. column: one value, from the residuals' own scatter
+};
+
+struct LogSpan {
+  std::string path;
+  std::size_t first = 0, rows = 0; // in the table
+  std::uint32_t rows_in_file = 0;  // labels.csv has a line for every one of them
+};
+
+struct Measured {
+  std::vector<LogSpan> logs;
+  std::vector<double> t_s;        // as logged
+  std::vector<double> elapsed_s;  // since the first row of its log
+  std::vector<std::uint32_t> row; // data row in its file, from 1
+  Eigen::MatrixXd x;              // rows x features
+  std::vector<Feature> features;
+  std::vector<Channel> channels;
+
+  std::size_t rows() const { return t_s.size(); }
+  int find_feature(const std::string &name) const; // -1: none
+  int find_channel(const std::string &name) const;
+};
+
+// Puts logs that carry z. m. (sd.) columns together. Throws DataError (file, column, reason): no z.
+// column (the message says how a prediction is had: m. columns, --world or --model), columns that
+// differ between logs, sd zero or negative (file, row, column). Features that never change are left
+// out and named in `constant`. O(rows x columns).
+Measured make_measured(const std::vector<Log> &logs, std::vector<std::string> *constant = nullptr);
+
+} // namespace rim::diagnose

@@ -1,0 +1,83 @@
+// diagnose/term.hpp - one term of an extended model: what is added to the prediction of a channel,
+// where.
+//
+// A mean term adds sum_k size_k basis_k(arguments, shape) to m inside its gate; a variance term
+// multiplies the variance by `ratio`; a sensor term (stuck, dropout) says which rows are no
+// measurements. Thesis 7.2.5: what is wrong (the form) apart from where (the region, eq. 3.8).
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "diagnose/measured.hpp"
+
+namespace rim::diagnose {
+
+// Where a term acts; no features: everywhere. A box, or the ellipsoid (x-u)' A^-1 (x-u) < 1 (eq.
+// 3.8, p. 29) inscribed in the box that lower and upper then are. Closed bounds. On an angle
+// (Feature::is_angle) lower may exceed upper: the interval then runs through pi.
+struct Gate {
+  std::vector<std::string> features;
+  std::vector<std::string> units;
+  std::vector<double> lower, upper; // in the features' units
+  bool is_ellipse = false;
+  std::vector<double> center;        // one a feature (of the box: its middle)
+  std::vector<double> inverse_shape; // features^2 by rows (of a box: the inscribed ellipsoid's)
+
+  bool everywhere() const { return features.empty(); }
+};
+
+enum class TermKind { mean, variance, stuck, dropout };
+
+struct Parameter {
+  std::string name; // "size", "level", "delay"
+  double value = 0.0;
+  double stderror = 0.0; // 0: not fitted
+  std::string unit;      // "1/m"; empty: none
+};
+
+struct Term {
+  std::string channel; // Channel::name
+  std::string cause;   // the name claimed: "quadratic_drag", "unknown"
+  std::string form;    // the catalogue's form, or "table" for the smooth correction of `unknown`
+  TermKind kind = TermKind::mean;
+  // Expressions over the placeholders, `m` (the prediction), `t` (seconds since the log began) and
+  // the shape parameters: "v*abs(v)". Empty for the built-in forms table, delay, stuck, dropout.
+  std::vector<std::string> basis;
+  std::map<std::string, std::string> arguments; // placeholder -> feature name
+  std::vector<Parameter> sizes;                 // one a basis; variance: "ratio"
+  std::vector<Parameter> shape;                 // level of a hinge, scale height, delay ...
+  // table: piecewise linear in one argument, constant beyond the ends.
+  std::vector<double> knots, values;
+  // delay: the prediction as a polynomial of commands and state, product name ("u.a", "u.a*s.b")
+  // -> coefficient; what the term adds is this at the command of `delay` ago less this now.
+  std::map<std::string, double> response;
+  Gate gate;
+};
+
+// 1 where the row lies in the gate, else 0. DataError when a feature is not in the table.
+Vector gate_mask(const Gate &gate, const Measured &measured);
+
+// basis functions of a mean term, rows x max(1, basis.size()), without gate or size; of table,
+// delay and fixed forms the one column that is added. `m` is the prediction that the expressions
+// see. DataError: an argument is not in the table, an expression does not parse.
+Eigen::MatrixXd basis_columns(const Term &term, const Measured &measured, const Vector &m);
+
+// What the term adds to m, in the channel's unit; zero for other kinds.
+Vector mean_effect(const Term &term, const Measured &measured, const Vector &m);
+
+// "-0.0021 * v * |v|, v = speed": sizes put in, arguments by their plain names.
+std::string expression_text(const Term &term);
+// "altitude 12.1 to 38.4 km and speed ...": empty when everywhere.
+std::string gate_text(const Gate &gate);
+
+// The channel's prediction with all its terms: m plus every mean term, sd times the root of every
+// variance ratio. Terms of other channels are ignored.
+struct Prediction {
+  Vector m, sd;
+};
+Prediction extended_prediction(const std::vector<Term> &terms, const Channel &channel,
+                               const Measured &measured);
+
+} // namespace rim::diagnose
