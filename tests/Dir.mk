@@ -25,14 +25,14 @@ test-run: test-build
 $(BUILD)/flags.test: FORCE
 	$(call flags_stamp,$(CC) $(TEST_CFLAGS))
 
-# lcm-gen's own encoders, which test_alarm_lcm holds ours to.
+# lcm-gen's own encoders, which the tests of our messages hold ours to.
 WIRE_TYPES := $(sort $(wildcard lib/wire/*.lcm))
 LCMGEN_SRC := $(WIRE_TYPES:lib/wire/%.lcm=$(BUILD)/lcmgen/%.c)
 $(BUILD)/lcmgen/%.c: lib/wire/%.lcm
 	@mkdir -p $(@D)
 	$(call say,LCM )lcm-gen -c --c-no-pubsub --c-cpath $(@D) --c-hpath $(@D) $<
-$(BUILD)/tests/lib/test_alarm_lcm: $(LCMGEN_SRC)
-$(BUILD)/tests/lib/test_alarm_lcm: TEST_EXTRA = -isystem $(BUILD)/lcmgen $(LCMGEN_SRC) -Wno-conversion -Wno-unused-parameter
+$(BUILD)/tests/lib/test_alarm_lcm $(BUILD)/tests/lib/test_alarm_control: $(LCMGEN_SRC)
+$(BUILD)/tests/lib/test_alarm_lcm $(BUILD)/tests/lib/test_alarm_control: TEST_EXTRA = -isystem $(BUILD)/lcmgen $(LCMGEN_SRC) -Wno-conversion -Wno-unused-parameter
 
 $(BUILD)/tests/lib/%: tests/lib/%.c $(BUILD)/librim.a $(BUILD)/flags.test
 	@mkdir -p $(@D)
