@@ -1,0 +1,28 @@
+# tests/hidden: nature draws cases, rim diagnose gets the logs, grade compares. See README.md.
+
+HIDDEN_NATURE_SRC := $(sort $(wildcard tests/hidden/nature*.cpp))
+HIDDEN_GRADE_SRC := $(sort $(wildcard tests/hidden/grade*.cpp))
+HIDDEN_BIN := $(BUILD)/tests/hidden/nature $(BUILD)/tests/hidden/grade $(BUILD)/tests/hidden/oracle
+HIDDEN_OBJ := $(HIDDEN_NATURE_SRC:%.cpp=$(BUILD)/%.o) $(HIDDEN_GRADE_SRC:%.cpp=$(BUILD)/%.o) \
+  $(BUILD)/tests/hidden/oracle.o
+SEED ?= 1
+COUNT ?= 40
+
+.PHONY: hidden hidden-build
+hidden-build: $(HIDDEN_BIN)
+
+hidden: hidden-build host ## a campaign of hidden effects: SEED=n COUNT=m, the figures at the end
+	@RIM=$(abspath $(BUILD)/rim) BUILD=$(abspath $(BUILD)) tests/hidden/run.sh $(SEED) $(COUNT)
+
+$(BUILD)/tests/hidden/%.o: tests/hidden/%.cpp $(BUILD)/flags.host
+	@mkdir -p $(@D)
+	$(call say,CXX )$(CXX) $(HOST_CXXFLAGS) -MMD -MP -c $< -o $@
+
+$(BUILD)/tests/hidden/nature: $(HIDDEN_NATURE_SRC:%.cpp=$(BUILD)/%.o)
+	$(call say,LINK)$(CXX) $(OPT) $(SANITIZER_FLAGS) $(EXTRA_LDFLAGS) -o $@ $^
+$(BUILD)/tests/hidden/grade: $(HIDDEN_GRADE_SRC:%.cpp=$(BUILD)/%.o)
+	$(call say,LINK)$(CXX) $(OPT) $(SANITIZER_FLAGS) $(EXTRA_LDFLAGS) -o $@ $^
+$(BUILD)/tests/hidden/oracle: $(BUILD)/tests/hidden/oracle.o
+	$(call say,LINK)$(CXX) $(OPT) $(SANITIZER_FLAGS) $(EXTRA_LDFLAGS) -o $@ $^
+
+-include $(HIDDEN_OBJ:.o=.d)
