@@ -1,0 +1,398 @@
+/* Alg. 3 over a finished set: planted regions are found, each observation is explained once, and
+ * the simpler explanation wins. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "rim/dmaps.h"
+#include "rim/rng.h"
+
+#define SEED 41u
+enum { N = 900, D = 6, O = 3, NODES = 20 };
+
+static void near(double a, double b, double tolerance) { assert_true(fabs(a - b) <= tolerance); }
+
+static double u[N * D], r[N * O];
+static uint8_t truth[N], given[N];
+static uint64_t work[RIM_DMAPS_SIZE(N, D, O, NODES) / 8 + 8];
+
+static double square(double x) { return x * x; }
+
+/* Region 1: an ellipse over features 1 and 3; region 2: one over 2 and 4. */
+static void make(uint64_t stream, double shift1, double shift2, int outcomes) {
+  rim_rng rng;
+  rim_rng_seed(&rng, SEED, stream);
+  for (int i = 0; i < N; ++i) {
+    double *x = &u[i * D];
+    for (int f = 0; f < D; ++f)
+      x[f] = rim_rng_uniform(&rng);
+    const bool in1 = square((x[1] - 0.3) / 0.22) + square((x[3] - 0.6) / 0.25) < 1.0;
+    const bool in2 = square((x[2] - 0.7) / 0.2) + square((x[4] - 0.65) / 0.25) < 1.0;
+    truth[i] = in1 ? 1 : in2 ? 2 : 0;
+    for (int o = 0; o < outcomes; ++o)
+      r[i * outcomes + o] = rim_rng_normal(&rng);
+    r[i * outcomes] += truth[i] == 1 ? shift1 : truth[i] == 2 ? shift2 : 0.0;
+  }
+}
+
+static rim_batch_data with(int outcomes) {
+  const rim_batch_data data = {N, D, (uint16_t)outcomes, u, r};
+  return data;
+}
+
+static rim_dmaps_result find(const rim_dmaps_config *config, const rim_batch_data *data,
+                             const uint8_t *skip) {
+  rim_dmaps_result result;
+  assert_int_equal(rim_dmaps_find(config, data, skip, work, sizeof work, &result), RIM_OK);
+  assert_int_equal(rim_dmaps_assign(&result, data, skip, given), RIM_OK);
+  return result;
+}
+
+static double f1(uint8_t number, uint8_t planted) {
+  double hit = 0.0;
+  double wrong = 0.0;
+  for (int i = 0; i < N; ++i) {
+    hit += given[i] == number && truth[i] == planted;
+    wrong += (given[i] == number) != (truth[i] == planted);
+  }
+  return 2.0 * hit / (2.0 * hit + wrong);
+}
+
+/* What every result promises, by itself: own observations, own value, price and sum. */
+static void is_consistent(const rim_dmaps_result *result, const rim_batch_data *data) {
+  double value = 0.0;
+  for (uint8_t k = 1; k <= result->count; ++k) {
+    const rim_dmaps_region *region = &result->region[k - 1];
+    double sum[O] = {0.0};
+    double n = 0.0;
+    double ln_anom = 0.0;
+    for (uint32_t i = 0; i < data->n; ++i) {
+      assert_true(given[i] != k || rim_region_contains(&region->region, &u[i * D]));
+      assert_true(given[i] <= result->count);
+      if (given[i] != k)
+        continue;
+      n += 1.0;
+      for (int o = 0; o < data->outcomes; ++o)
+        sum[o] += r[i * (uint32_t)data->outcomes + (uint32_t)o];
+    }
+    double shift[O];
+    assert_int_equal(rim_dmaps_shift(data, given, k, shift), RIM_OK);
+    for (int o = 0; o < data->outcomes; ++o) {
+      ln_anom += sum[o] * sum[o] / (2.0 * n);
+      near(shift[o], sum[o] / n, 1e-12);
+    }
+    assert_true(fabs(n - (double)region->count) <= 1.0); /* a point on the very edge */
+    near(region->ln_anom, ln_anom, 0.02 * ln_anom);
+    assert_true(region->price <= region->ln_anom);
+    assert_true(rim_region_is_valid(&region->region));
+    value += region->ln_anom - region->price;
+  }
+  near(result->value, value, 1e-9);
+}
+
+static void two_regions_are_recovered(void **state) {
+  (void)state;
+  const rim_dmaps_config c = {.search = {.seed = SEED}};
+  for (int outcomes = 1; outcomes <= O; outcomes += 2) {
+    make((uint64_t)outcomes, 1.5, -1.5, outcomes);
+    const rim_batch_data data = with(outcomes);
+    const rim_dmaps_result result = find(&c, &data, NULL);
+    assert_int_equal(result.count, 2);
+    is_consistent(&result, &data);
+    const uint8_t first = result.region[0].region.feature[0] == 1 ? 1 : 2;
+    assert_int_equal(result.region[first - 1].region.feature[1], 3);
+    assert_int_equal(result.region[2 - first].region.feature[0], 2);
+    assert_int_equal(result.region[2 - first].region.feature[1], 4);
+    assert_true(f1(first, 1) > 0.85);
+    assert_true(f1((uint8_t)(3 - first), 2) > 0.85);
+    double shift[O];
+    assert_int_equal(rim_dmaps_shift(&data, given, first, shift), RIM_OK);
+    near(shift[0], 1.5, 0.3);
+  }
+}
+
+/* Overlapping regions with opposite shifts: what both contain is explained by one of them. */
+static void each_observation_is_explained_once(void **state) {
+  (void)state;
+  make(5, 2.0, -2.0, 1);
+  const rim_batch_data data = with(1);
+  const rim_dmaps_config c = {.lambda = 6.0, .border = 0.01, .search = {.seed = SEED}};
+  const rim_dmaps_result result = find(&c, &data, NULL);
+  assert_true(result.count >= 2);
+  is_consistent(&result, &data);
+  uint32_t total = 0;
+  uint32_t assigned = 0;
+  uint32_t in_several = 0;
+  for (uint8_t k = 0; k < result.count; ++k)
+    total += result.region[k].count;
+  for (int i = 0; i < N; ++i) {
+    int containing = 0;
+    for (uint8_t k = 0; k < result.count; ++k)
+      containing += rim_region_contains(&result.region[k].region, &u[i * D]);
+    in_several += containing > 1;
+    assigned += given[i] > 0;
+  }
+  assert_true(in_several > 0);
+  assert_int_equal(total, assigned);
+}
+
+/* One planted region of a strong effect, box-shaped so that an ellipsoid leaves its corners. */
+static void one_region_is_not_split(void **state) {
+  (void)state;
+  for (uint64_t stream = 20; stream < 26; ++stream) {
+    make(stream, 0.0, 0.0, 1);
+    for (int i = 0; i < N; ++i) {
+      truth[i] = fabs(u[i * D + 1] - 0.4) < 0.25 && fabs(u[i * D + 3] - 0.6) < 0.25;
+      r[i] += truth[i] ? 2.0 : 0.0;
+    }
+    const rim_batch_data data = with(1);
+    const rim_dmaps_config c = {.search = {.seed = stream}};
+    const rim_dmaps_result result = find(&c, &data, NULL);
+    assert_int_equal(result.count, 1);
+    assert_true(f1(1, 1) > 0.8);
+  }
+}
+
+/* A shift along one feature is not described by two. */
+static void a_dimension_must_pay(void **state) {
+  (void)state;
+  for (uint64_t stream = 30; stream < 34; ++stream) {
+    make(stream, 0.0, 0.0, 1);
+    for (int i = 0; i < N; ++i)
+      r[i] += u[i * D + 2] > 0.55 && u[i * D + 2] < 0.8 ? 0.8 : 0.0;
+    const rim_batch_data data = with(1);
+    rim_dmaps_config c = {.lambda_dim = 6.0, .search = {.seed = stream}};
+    const rim_dmaps_result result = find(&c, &data, NULL);
+    assert_int_equal(result.count, 1);
+    assert_int_equal(result.region[0].region.dims, 1);
+    assert_int_equal(result.region[0].region.feature[0], 2);
+    near(result.region[0].price, 14.0 + 6.0, 0.0);
+  }
+}
+
+/* A shift of everything is one region without a feature. */
+static void everywhere_is_a_region(void **state) {
+  (void)state;
+  make(40, 0.0, 0.0, 1);
+  for (int i = 0; i < N; ++i)
+    r[i] += 1.0;
+  const rim_batch_data data = with(1);
+  const rim_dmaps_config c = {.search = {.seed = SEED}};
+  const rim_dmaps_result result = find(&c, &data, NULL);
+  assert_int_equal(result.count, 1);
+  assert_int_equal(result.region[0].region.dims, 0);
+  assert_int_equal(result.region[0].count, N);
+}
+
+static void noise_gives_none(void **state) {
+  (void)state;
+  const rim_dmaps_config c = {.search = {.seed = SEED}};
+  for (uint64_t stream = 50; stream < 60; ++stream) {
+    make(stream, 0.0, 0.0, 1);
+    const rim_batch_data data = with(1);
+    const rim_dmaps_result result = find(&c, &data, NULL);
+    assert_int_equal(result.count, 0);
+    assert_true(result.value == 0.0);
+  }
+}
+
+static void lambda_limits_the_set(void **state) {
+  (void)state;
+  make(1, 1.5, -1.0, 1);
+  const rim_batch_data data = with(1);
+  rim_dmaps_config c = {.search = {.seed = SEED}};
+  const rim_dmaps_result two = find(&c, &data, NULL);
+  assert_int_equal(two.count, 2);
+  c.lambda = 0.5 * (two.region[0].ln_anom + two.region[1].ln_anom);
+  assert_int_equal(find(&c, &data, NULL).count, 1);
+  c.lambda = two.region[0].ln_anom + 1.0;
+  assert_int_equal(find(&c, &data, NULL).count, 0);
+  c.lambda = 1e-9;
+  c.regions = 3;
+  const rim_dmaps_result three = find(&c, &data, NULL);
+  assert_int_equal(three.count, 3);
+  is_consistent(&three, &data);
+}
+
+static void what_is_skipped_is_not_looked_at(void **state) {
+  (void)state;
+  make(1, 1.5, -1.5, 1);
+  uint8_t skip[N];
+  for (int i = 0; i < N; ++i) {
+    skip[i] = truth[i] == 1;
+    r[i] = skip[i] ? (double)NAN : r[i];
+  }
+  const rim_batch_data data = with(1);
+  const rim_dmaps_config c = {.search = {.seed = SEED}};
+  const rim_dmaps_result result = find(&c, &data, skip);
+  assert_int_equal(result.count, 1);
+  assert_true(f1(1, 2) > 0.85);
+  for (int i = 0; i < N; ++i)
+    assert_true(!skip[i] || given[i] == 0);
+  memset(skip, 1, sizeof skip);
+  assert_int_equal(find(&c, &data, skip).count, 0);
+}
+
+static void the_same_bits_again(void **state) {
+  (void)state;
+  make(1, 1.5, -1.5, 1);
+  const rim_batch_data data = with(1);
+  const rim_dmaps_config c = {.search = {.seed = SEED}};
+  const rim_dmaps_result one = find(&c, &data, NULL);
+  memset(work, 0x5a, sizeof work);
+  const rim_dmaps_result two = find(&c, &data, NULL);
+  assert_int_equal(one.count, two.count);
+  assert_int_equal(one.evaluations, two.evaluations);
+  for (uint8_t k = 0; k < one.count; ++k) {
+    assert_true(one.region[k].ln_anom == two.region[k].ln_anom);
+    assert_memory_equal(one.region[k].region.center, two.region[k].region.center,
+                        sizeof one.region[k].region.center);
+  }
+}
+
+/* ln anom grows with the square of the residuals; work stays below the bound of the header. */
+static void scaling(void **state) {
+  (void)state;
+  make(1, 1.5, -1.5, 1);
+  const rim_batch_data data = with(1);
+  rim_dmaps_config c = {.search = {.seed = SEED}};
+  const rim_dmaps_result one = find(&c, &data, NULL);
+  for (int i = 0; i < N; ++i)
+    r[i] *= 2.0;
+  c.lambda = 4.0 * 14.0; /* all prices times 4: the same choices, the same bits times 4 */
+  c.lambda_dim = 4.0 * 2.0;
+  const rim_dmaps_result two = find(&c, &data, NULL);
+  assert_int_equal(one.count, two.count);
+  for (uint8_t k = 0; k < one.count; ++k) {
+    assert_true(two.region[k].ln_anom == 4.0 * one.region[k].ln_anom);
+    assert_int_equal(two.region[k].count, one.region[k].count);
+  }
+  assert_true(one.searches <= 5 * 8 * 2);
+  const uint32_t fs_rim = NODES * 3 * (16 * 5 + 1);
+  const uint32_t climbs = one.searches + 3 * 8 * 3 + 2 * 8 * 8;
+  assert_true(one.evaluations <= one.searches * fs_rim + climbs * (241 + 1));
+}
+
+static void a_given_region_is_refined(void **state) {
+  (void)state;
+  make(1, 1.5, 0.0, 1);
+  const rim_batch_data data = with(1);
+  const rim_dmaps_config c = {.search = {.seed = SEED}};
+  const uint16_t feature[2] = {3, 1}; /* in any order */
+  const double lower[2] = {0.45, 0.15};
+  const double upper[2] = {0.95, 0.35};
+  rim_region box;
+  assert_int_equal(rim_region_from_box(&box, 2, feature, lower, upper), RIM_OK);
+  box.inverse_shape[1] = box.inverse_shape[2] = 5.0; /* turned */
+  assert_true(rim_region_is_valid(&box));
+  double sum = 0.0;
+  double n = 0.0;
+  for (int i = 0; i < N; ++i) {
+    const bool in = rim_region_contains(&box, &u[i * D]);
+    sum += in ? r[i] : 0.0;
+    n += in;
+  }
+  rim_dmaps_region out;
+  assert_int_equal(rim_dmaps_optimise(&c, &data, NULL, &box, work, sizeof work, &out), RIM_OK);
+  assert_true(out.ln_anom > sum * sum / (2.0 * n));
+  rim_dmaps_result one = {.count = 1, .region = {out}};
+  assert_int_equal(rim_dmaps_assign(&one, &data, NULL, given), RIM_OK);
+  assert_true(f1(1, 1) > 0.85);
+  rim_region bad = box;
+  bad.feature[0] = D;
+  assert_int_equal(rim_dmaps_optimise(&c, &data, NULL, &bad, work, sizeof work, &out), RIM_E_RANGE);
+  bad = box;
+  bad.dims = 0;
+  assert_int_equal(rim_dmaps_optimise(&c, &data, NULL, &bad, work, sizeof work, &out), RIM_E_RANGE);
+  bad = box;
+  bad.inverse_shape[0] = -1.0;
+  assert_int_equal(rim_dmaps_optimise(&c, &data, NULL, &bad, work, sizeof work, &out),
+                   RIM_E_SINGULAR);
+  /* no climbing at all: the start itself, its factor through A^-1 and back */
+  rim_dmaps_config still = c;
+  still.cem.iterations = 1;
+  still.cem.spread = 1e-12;
+  assert_int_equal(rim_dmaps_optimise(&still, &data, NULL, &box, work, sizeof work, &out), RIM_OK);
+  for (int k = 0; k < 4; ++k)
+    near(out.region.inverse_shape[k], box.inverse_shape[k], 1e-6);
+  assert_int_equal(out.count, (int)n);
+}
+
+static void memory_is_respected(void **state) {
+  (void)state;
+  make(1, 1.5, -1.5, O);
+  const rim_batch_data data = with(O);
+  const rim_dmaps_config c = {.search = {.seed = SEED}};
+  const size_t bytes = RIM_DMAPS_SIZE(N, D, O, NODES);
+  rim_dmaps_result result;
+  memset(&result, 0x5a, sizeof result);
+  const rim_dmaps_result before = result;
+  assert_int_equal(rim_dmaps_find(&c, &data, NULL, work, bytes - 1, &result), RIM_E_SIZE);
+  assert_int_equal(rim_dmaps_find(&c, &data, NULL, (char *)work + 4, bytes, &result), RIM_E_ALIGN);
+  assert_int_equal(rim_dmaps_find(&c, &data, NULL, NULL, bytes, &result), RIM_E_ARGUMENT);
+  assert_int_equal(rim_dmaps_find(NULL, &data, NULL, work, bytes, &result), RIM_E_ARGUMENT);
+  rim_batch_data none = data;
+  none.n = 0;
+  assert_int_equal(rim_dmaps_find(&c, &none, NULL, work, bytes, &result), RIM_E_DATA);
+  assert_memory_equal(&before, &result, sizeof result);
+  memset(work, 0xa5, sizeof work);
+  assert_int_equal(rim_dmaps_find(&c, &data, NULL, work, bytes, &result), RIM_OK);
+  for (size_t i = bytes; i < sizeof work; ++i)
+    assert_int_equal(((uint8_t *)work)[i], 0xa5);
+}
+
+static void bad_configuration_is_refused(void **state) {
+  (void)state;
+  make(1, 1.5, -1.5, 1);
+  const rim_batch_data data = with(1);
+  const rim_dmaps_config bad[] = {{.regions = 9},
+                                  {.sweeps = 9},
+                                  {.lambda = -1.0},
+                                  {.lambda = (double)NAN},
+                                  {.lambda_dim = (double)INFINITY},
+                                  {.border = 1.5},
+                                  {.search = {.heuristic = RIM_HEURISTIC_NONE}},
+                                  {.search = {.max_dims = 4}},
+                                  {.search = {.nodes = 1025}},
+                                  {.search = {.bins = 3}},
+                                  {.search = {.cem = {.samples = 1}}},
+                                  {.cem = {.samples = 1}}};
+  rim_dmaps_result result;
+  memset(&result, 0x5a, sizeof result);
+  const rim_dmaps_result before = result;
+  for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i) {
+    assert_int_equal(rim_dmaps_find(&bad[i], &data, NULL, work, sizeof work, &result),
+                     RIM_E_CONFIG);
+  }
+  assert_memory_equal(&before, &result, sizeof result);
+  rim_dmaps_result far = {.count = 1};
+  far.region[0].region.dims = 1;
+  far.region[0].region.feature[0] = D;
+  assert_int_equal(rim_dmaps_assign(&far, &data, NULL, given), RIM_E_RANGE);
+  double shift[O];
+  assert_int_equal(rim_dmaps_shift(&data, given, 0, shift), RIM_E_ARGUMENT);
+}
+
+int main(void) {
+  printf("seed %u\n", SEED);
+  const struct CMUnitTest tests[] = {cmocka_unit_test(two_regions_are_recovered),
+                                     cmocka_unit_test(each_observation_is_explained_once),
+                                     cmocka_unit_test(one_region_is_not_split),
+                                     cmocka_unit_test(a_dimension_must_pay),
+                                     cmocka_unit_test(everywhere_is_a_region),
+                                     cmocka_unit_test(noise_gives_none),
+                                     cmocka_unit_test(lambda_limits_the_set),
+                                     cmocka_unit_test(what_is_skipped_is_not_looked_at),
+                                     cmocka_unit_test(the_same_bits_again),
+                                     cmocka_unit_test(scaling),
+                                     cmocka_unit_test(a_given_region_is_refined),
+                                     cmocka_unit_test(memory_is_respected),
+                                     cmocka_unit_test(bad_configuration_is_refused)};
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
