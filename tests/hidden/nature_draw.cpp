@@ -94,7 +94,8 @@ Gate draw_gate(const World &world, const std::vector<Record> &pool, Random &rand
   }
   for (const std::size_t f : gate.features) {
     const Row values = sorted_values(pool, f);
-    const double wide = dimensions == 1 ? random.uniform(0.08, 0.6) : random.uniform(0.3, 0.75);
+    const double wide =
+        dimensions == 1 ? 0.07 * std::pow(0.6 / 0.07, random.uniform()) : random.uniform(0.25, 0.7);
     const double from = random.uniform(0.0, 1.0 - wide);
     gate.lower.push_back(quantile(values, from));
     gate.upper.push_back(quantile(values, from + wide));

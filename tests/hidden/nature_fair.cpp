@@ -2,7 +2,10 @@
 // the noise, as something that has another name.
 //
 // All in expectation over the noise. With e the effect in sd, a form b explains (b'e)^2 / b'b of
-// e'e; twice the ln likelihood ratio. A rival's margin is the half of what it leaves.
+// e'e; half of what it leaves is the ln likelihood by which it falls short. Forms are not equally
+// simple: each is charged half ln n a parameter (edges and levels included) and ln of the number of
+// its kind, and a rival's margin is what it leaves and the difference of the charges. Without that
+// a box would be hidden that any sober analyst calls by a simpler name.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -14,8 +17,10 @@ namespace nature {
 namespace {
 
 constexpr double kLeastMargin = 8.0;         // nats, to the nearest form of another name
-constexpr double kLeastMarginUnknown = 15.0; // the same, of what no catalogue holds
-constexpr double kActs = 0.1;                // sd: rows on which an effect counts
+constexpr double kLeastLeft = 3.0;           // the same without the charges
+constexpr double kLeastMarginUnknown = 20.0; // without the charges, of what no catalogue holds
+constexpr double kVaries = 0.4; // a factor of a product: sd over mean; less is a constant, nearly
+constexpr double kActs = 0.1;   // sd: rows on which an effect counts
 
 double dot(const Row &a, const Row &b) {
   double sum = 0.0;
@@ -72,25 +77,30 @@ class Rivals {
 public:
   Rivals(const Case &c, const Effect &e, const Table &t) : c_(c), e_(e), t_(t), left_(t.effect) {
     remove_from(left_, t.other);
-    margin = 0.5 * dot(left_, left_);
-    all_ = margin;
+    all_ = 0.5 * dot(left_, left_);
+    margin = least_left = all_;
   }
   void search();
   std::string name;
-  double margin;
+  double margin, least_left; // with and without the charges
 
 private:
   using Form = std::function<double(std::size_t)>;
-  void try_form(const std::string &cause, const Form &form, const Form &second = nullptr);
+  void try_form(const std::string &cause, const Form &form, std::size_t gates = 0,
+                const Form &second = nullptr);
   void simple();
   void levels();
   void angles();
   void intervals();
   double f(std::size_t feature, std::size_t i) const { return (*t_.x[i])[feature]; }
+  bool varies(std::size_t feature) const;
   Row column(const Form &form) const;
-  void keep(const std::string &cause, double left) {
-    if (left < margin) {
-      margin = left;
+  double charge(const std::string &cause, std::size_t gates) const;
+  void keep(const std::string &cause, double left, std::size_t gates) {
+    least_left = std::min(least_left, left);
+    const double gap = left + (charge(cause, gates) - charge(e_.cause, e_.gate.features.size()));
+    if (gap < margin) {
+      margin = gap;
       name = cause;
     }
   }
@@ -110,7 +120,28 @@ Row Rivals::column(const Form &form) const {
   return b;
 }
 
-void Rivals::try_form(const std::string &cause, const Form &form, const Form &second) {
+double Rivals::charge(const std::string &cause, std::size_t gates) const {
+  const double one = 0.5 * std::log(static_cast<double>(left_.size()));
+  const double features = static_cast<double>(c_.world->features.size());
+  const double pairs = 0.5 * features * (features - 1.0);
+  double sum = gates == 0   ? one
+               : gates == 1 ? 3.0 * one + std::log(features)
+                            : 5.0 * one + std::log(pairs);
+  if (cause == "slope" || cause == "saturation")
+    sum += one;
+  if (cause == "periodic")
+    sum += one + std::log(10.0);
+  if (cause == "hinge")
+    sum += one + std::log(features);
+  if (cause == "product")
+    sum += std::log(pairs);
+  if (cause == "delay")
+    sum += std::log(12.0);
+  return sum;
+}
+
+void Rivals::try_form(const std::string &cause, const Form &form, std::size_t gates,
+                      const Form &second) {
   if (cause == e_.cause)
     return;
   Row a = column(form);
@@ -124,7 +155,7 @@ void Rivals::try_form(const std::string &cause, const Form &form, const Form &se
     const double size = dot(b, b), share = dot(b, left_);
     left -= size > 1e-12 ? 0.5 * share * share / size : 0.0;
   }
-  keep(cause, left);
+  keep(cause, left, gates);
 }
 
 void Rivals::simple() {
@@ -132,31 +163,53 @@ void Rivals::simple() {
   for (const bool gated : {false, true}) {
     if (gated && e_.gate.features.empty())
       break;
+    const std::size_t gates = gated ? e_.gate.features.size() : 0;
     const auto in = [this, gated](std::size_t i) { return gated && !t_.inside[i] ? 0.0 : 1.0; };
-    try_form("bias", in);
-    try_form("gain", [&](std::size_t i) { return in(i)*t_.m[i]; });
-    try_form("drift", [&](std::size_t i) { return in(i)*t_.t_s[i]; });
+    try_form("bias", in, gates);
+    try_form(
+        "gain", [&](std::size_t i) { return in(i)*t_.m[i]; }, gates);
+    try_form(
+        "drift", [&](std::size_t i) { return in(i)*t_.t_s[i]; }, gates);
     for (std::size_t k = 0; k < c_.world->features.size(); ++k) {
       const bool rate =
           std::count(channel.couplings.begin(), channel.couplings.end(), static_cast<int>(k)) > 0;
       if (c_.world->features[k].command || rate)
-        try_form("coupling", [&](std::size_t i) { return in(i)*f(k, i); });
+        try_form(
+            "coupling", [&](std::size_t i) { return in(i)*f(k, i); }, gates);
     }
     if (channel.velocity < 0)
       continue;
     const auto v = [this, &channel](std::size_t i) {
       return f(static_cast<std::size_t>(channel.velocity), i);
     };
-    try_form("coulomb_friction", [&](std::size_t i) { return in(i) * (v(i) > 0.0 ? 1.0 : -1.0); });
-    try_form("viscous_friction", [&](std::size_t i) { return in(i)*v(i); });
-    try_form("quadratic_drag", [&](std::size_t i) { return in(i)*v(i) * std::abs(v(i)); });
+    try_form(
+        "coulomb_friction", [&](std::size_t i) { return in(i) * (v(i) > 0.0 ? 1.0 : -1.0); },
+        gates);
+    try_form(
+        "viscous_friction", [&](std::size_t i) { return in(i)*v(i); }, gates);
+    try_form(
+        "quadratic_drag", [&](std::size_t i) { return in(i)*v(i) * std::abs(v(i)); }, gates);
     for (const double scale : {6000.0, 7500.0, 9000.0})
       if (c_.world->altitude >= 0)
-        try_form("quadratic_drag", [&](std::size_t i) {
-          const double h = f(static_cast<std::size_t>(c_.world->altitude), i);
-          return in(i)*v(i) * std::abs(v(i)) * std::exp(-h / scale);
-        });
+        try_form(
+            "quadratic_drag",
+            [&](std::size_t i) {
+              const double h = f(static_cast<std::size_t>(c_.world->altitude), i);
+              return in(i)*v(i) * std::abs(v(i)) * std::exp(-h / scale);
+            },
+            gates);
   }
+}
+
+bool Rivals::varies(std::size_t feature) const {
+  double sum = 0.0, square = 0.0;
+  for (std::size_t i = 0; i < t_.x.size(); ++i) {
+    sum += f(feature, i);
+    square += f(feature, i) * f(feature, i);
+  }
+  const double n = static_cast<double>(t_.x.size()), mean = sum / n;
+  return !c_.world->features[feature].angle &&
+         square / n - mean * mean > kVaries * kVaries * mean * mean;
 }
 
 void Rivals::levels() {
@@ -173,7 +226,7 @@ void Rivals::levels() {
       try_form("hinge", [&](std::size_t i) { return std::max(0.0, f(k, i) - level); });
     }
     for (std::size_t j = 0; j < k; ++j)
-      if (!features[j].angle)
+      if (varies(k) && varies(j))
         try_form("product", [&](std::size_t i) { return f(k, i) * f(j, i); });
   }
   Row size;
@@ -199,7 +252,7 @@ void Rivals::angles() {
   for (std::size_t k = 0; k < c_.world->features.size(); ++k)
     for (int n = 1; n <= 6 && c_.world->features[k].angle; ++n)
       try_form(
-          n == 1 ? "slope" : "periodic", [&](std::size_t i) { return std::sin(n * f(k, i)); },
+          n == 1 ? "slope" : "periodic", [&](std::size_t i) { return std::sin(n * f(k, i)); }, 0,
           [&](std::size_t i) { return std::cos(n * f(k, i)); });
 }
 
@@ -224,7 +277,7 @@ void Rivals::intervals() {
       count[b] += count[b - 1];
       for (std::size_t a = 0; a < b; ++a) {
         const double s = sum[b] - sum[a], n = count[b] - count[a];
-        keep("bias", all_ - (n > 1e-9 ? 0.5 * s * s / n : 0.0));
+        keep("bias", all_ - (n > 1e-9 ? 0.5 * s * s / n : 0.0), 1);
       }
     }
   }
@@ -308,11 +361,15 @@ Fairness judge(const Case &c, const std::vector<Record> &records, std::size_t k)
     if (fair.llr >= least_llr(e))
       rivals.search();
     fair.rival = rivals.name;
-    fair.margin = rivals.margin;
+    fair.margin = e.cause == "unknown" ? rivals.least_left : rivals.margin;
+    if (e.cause != "unknown" && rivals.least_left < kLeastLeft)
+      fair.margin = std::min(fair.margin, rivals.least_left);
   }
   const double margin = e.cause == "unknown" ? kLeastMarginUnknown : kLeastMargin;
   if (fair.share < (e.kind == Kind::mean || e.kind == Kind::variance ? 0.05 : 0.015))
     fair.unfair = "acts on too few rows";
+  else if (e.family == "saturation" && fair.share > 0.45)
+    fair.unfair = "limits more often than not";
   else if (strength < 0.25 || strength > 2.5)
     fair.unfair = "too weak or too strong";
   else if (fair.llr < least_llr(e))
