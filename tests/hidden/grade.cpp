@@ -1,0 +1,57 @@
+// grade --truth T --diagnosis DIR [--exit N] [--seconds S]: a case's line of JSON on stdout.
+// grade --summary LINES.jsonl [--floors FILE]: the figures; exit 1 when a floor is not reached.
+// Exit 2 usage, 3 unreadable input.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <fstream>
+
+#include "grade.hpp"
+
+namespace {
+
+int summarise(const std::string &path, const std::string &floors) {
+  std::ifstream in(path);
+  if (!in)
+    throw std::runtime_error(path + ": cannot be read");
+  std::vector<grade::Json> lines;
+  for (std::string line; std::getline(in, line);)
+    lines.push_back(grade::Json::parse(line));
+  std::fputs(grade::summary_text(lines).c_str(), stdout);
+  if (floors.empty())
+    return 0;
+  int failed = 0;
+  std::printf("\n%s", grade::check_floors(lines, floors, failed).c_str());
+  return failed > 0 ? 1 : 0;
+}
+
+} // namespace
+
+int main(int argc, char **argv) {
+  CLI::App app{"a diagnosis beside the truth"};
+  std::string truth, diagnosis, summary, floors;
+  int exit_status = 0;
+  double seconds = 0.0;
+  app.add_option("--truth", truth, "what nature hid");
+  app.add_option("--diagnosis", diagnosis, "the folder that rim diagnose wrote");
+  app.add_option("--exit", exit_status, "its exit status");
+  app.add_option("--seconds", seconds, "the time it took");
+  app.add_option("--summary", summary, "lines of many cases: print the figures");
+  app.add_option("--floors", floors, "lines 'figure bound' that must hold");
+  try {
+    app.parse(argc, argv);
+    if (summary.empty() && (truth.empty() || diagnosis.empty()))
+      throw CLI::RequiredError("--summary, or --truth and --diagnosis");
+  } catch (const CLI::ParseError &e) {
+    return app.exit(e) == 0 ? 0 : 2;
+  }
+  try {
+    if (!summary.empty())
+      return summarise(summary, floors);
+    const grade::Json line = grade::grade_case(truth, diagnosis, exit_status, seconds);
+    std::puts(line.dump().c_str());
+  } catch (const std::exception &e) {
+    std::fprintf(stderr, "grade: %s\n", e.what());
+    return 3;
+  }
+  return 0;
+}
