@@ -2,14 +2,15 @@
 
 HIDDEN_NATURE_SRC := $(sort $(wildcard tests/hidden/nature*.cpp))
 HIDDEN_GRADE_SRC := $(sort $(wildcard tests/hidden/grade*.cpp))
-HIDDEN_BIN := $(BUILD)/tests/hidden/nature $(BUILD)/tests/hidden/grade $(BUILD)/tests/hidden/oracle
+HIDDEN_BIN := $(addprefix $(BUILD)/tests/hidden/,nature grade oracle check)
 HIDDEN_OBJ := $(HIDDEN_NATURE_SRC:%.cpp=$(BUILD)/%.o) $(HIDDEN_GRADE_SRC:%.cpp=$(BUILD)/%.o) \
-  $(BUILD)/tests/hidden/oracle.o
+  $(BUILD)/tests/hidden/oracle.o $(BUILD)/tests/hidden/check.o
 SEED ?= 1
 COUNT ?= 40
 
 .PHONY: hidden hidden-build
 hidden-build: $(HIDDEN_BIN)
+test-build: hidden-build
 
 hidden: hidden-build host ## a campaign of hidden effects: SEED=n COUNT=m, the figures at the end
 	@RIM=$(abspath $(BUILD)/rim) BUILD=$(abspath $(BUILD)) tests/hidden/run.sh $(SEED) $(COUNT)
@@ -22,7 +23,7 @@ $(BUILD)/tests/hidden/nature: $(HIDDEN_NATURE_SRC:%.cpp=$(BUILD)/%.o)
 	$(call say,LINK)$(CXX) $(OPT) $(SANITIZER_FLAGS) $(EXTRA_LDFLAGS) -o $@ $^
 $(BUILD)/tests/hidden/grade: $(HIDDEN_GRADE_SRC:%.cpp=$(BUILD)/%.o)
 	$(call say,LINK)$(CXX) $(OPT) $(SANITIZER_FLAGS) $(EXTRA_LDFLAGS) -o $@ $^
-$(BUILD)/tests/hidden/oracle: $(BUILD)/tests/hidden/oracle.o
+$(BUILD)/tests/hidden/oracle $(BUILD)/tests/hidden/check: %: %.o
 	$(call say,LINK)$(CXX) $(OPT) $(SANITIZER_FLAGS) $(EXTRA_LDFLAGS) -o $@ $^
 
 -include $(HIDDEN_OBJ:.o=.d)

@@ -14,9 +14,11 @@ void list() {
     std::printf("%-18s %-18s %s\n", f.name, f.cause, f.what);
   for (const nature::Family &f : nature::nulls())
     std::printf("%-18s %-18s %s\n", f.name, "(nothing)", f.what);
-  std::puts("two                                   two of the first list with different causes\n"
-            "null                                  one of the second list\n"
-            "any                                   20 % nulls, 15 % two, else one effect");
+  std::puts(
+      "two                                   two of the first list with different causes\n"
+      "null                                  one of the second list\n"
+      "any                                   20 % nulls, 15 % two, else one effect\n"
+      "each                                  seed modulo 40: every family, null and six of two");
 }
 
 } // namespace
@@ -28,7 +30,7 @@ int main(int argc, char **argv) {
   bool only_list = false;
   app.add_flag("--list", only_list, "the families, and what a diagnosis should call them");
   app.add_option("--seed", seed, "the case");
-  app.add_option("--family", family, "a family, null, two or any");
+  app.add_option("--family", family, "a family, null, two, any or each");
   app.add_option("--out", folder, "folder for run_*.csv and holdout_*.csv");
   app.add_option("--truth", truth, "file for what is hidden; not in the folder of the logs");
   app.footer("Example: nature --seed 7 --family hinge --out /tmp/case --truth /tmp/truth.json");

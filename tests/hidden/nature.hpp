@@ -132,8 +132,8 @@ struct Family {
 };
 const std::vector<Family> &families(); // effects
 const std::vector<Family> &nulls();
-// A family's name, a null's name, "null", "two" or "any". std::runtime_error: unknown, or no fair
-// case within 4000 attempts.
+// A family's name, a null's name, "null", "two", "any" or "each". std::runtime_error: unknown, or
+// no fair case within 4000 attempts.
 Case draw_case(std::uint64_t seed, const std::string &family, std::vector<Record> &records);
 
 // nature_fair.cpp

@@ -66,6 +66,16 @@ std::string pick_family(Random &random, bool in_catalogue) {
   }
 }
 
+// So that forty seeds in a row hold every family, every null and some pairs.
+std::string each_of(std::uint64_t seed, Random &random) {
+  const std::size_t n = seed % 40, effects = families().size(), whites = nulls().size() + 3;
+  if (n < effects)
+    return families()[n].name;
+  if (n < effects + whites)
+    return n - effects < nulls().size() ? nulls()[n - effects].name : "white";
+  return n < effects + whites + 6 ? "two" : pick_family(random, false);
+}
+
 // The values of one quantity in all nominal rows, sorted.
 Row sorted_values(const std::vector<Record> &pool, std::size_t feature) {
   Row values;
@@ -317,6 +327,8 @@ Case draw_case(std::uint64_t seed, const std::string &family, std::vector<Record
   const double luck = random.uniform();
   if (family == "any")
     c.family = luck < 0.2 ? "null" : luck < 0.35 ? "two" : pick_family(random, false);
+  if (family == "each")
+    c.family = each_of(seed, random);
   if (c.family == "null")
     c.family = pick_null(random);
   const bool two = c.family == "two", null = find(nulls(), c.family) != nullptr;

@@ -1,0 +1,81 @@
+#!/bin/bash
+# The blind test of rim diagnose: nature's and the grader's own tests, then forty fixed seeds against
+# the floors of tests/hidden/floors.txt (eight, without floors, under the sanitizers).
+. "$(dirname "$0")/check.inc"
+hidden=$(cd "$(dirname "$0")/../hidden" && pwd) || exit 1
+bin=$BUILD/tests/hidden
+cd "$here" || exit 1
+if [ ! -x "$bin/nature" ]; then echo "skipped: no $bin/nature"; skipped=1; finish; fi
+first=0 count=40 # of family 'each': every family, every null and pairs
+[ -z "${SANITIZE:-}" ] || count=8
+
+# nature: the same seed gives the same bytes; another seed other bytes; no truth beside the logs.
+draw() { "$bin/nature" --seed "$1" --family "$2" --out "$3" --truth "$3.json"; }
+draw 7 any a; check "nature" 0 $?
+draw 7 any b; draw 8 any c
+check "the same seed, the same bytes" "" "$(diff -r a b; diff a.json b.json)"
+[ "$(cat a/run_1.csv | cksum)" != "$(cat c/run_1.csv | cksum)" ]; check "another seed differs" 0 $?
+"$bin/nature" --seed 7 --out a --truth a/truth.json 2> err; check "truth beside the logs" 2 $?
+"$bin/nature" --seed 7 --family nonsense --out d --truth d.json 2> err; check "no such family" 3 $?
+contains "no such family: said" "$(cat err)" "nonsense"
+[ "$("$bin/nature" --list | grep -c .)" -ge 27 ]; check "the list" 0 $?
+
+# Every family's effect is in its logs, a null's logs hold nothing, and the check can fail.
+wrong=0
+for n in $(seq $first $((first + count - 1))); do
+  draw "$n" each e && said=$("$bin/check" --truth e.json --logs e) || {
+    wrong=$((wrong + 1)); echo "seed $n: $said"; }
+  rm -rf e
+done
+check "cases that are not what their truth says" 0 $wrong
+draw 1 bias f; draw 1 white g
+"$bin/check" --truth g.json --logs f > said; check "logs of a bias under a null's truth" 1 $?
+"$bin/check" --truth f.json --logs g > said; check "logs of a null under a bias's truth" 1 $?
+
+# The grader gives one who knows the truth everything, and one who says nothing nothing.
+campaign() { # campaign TOOL: lines to TOOL.jsonl, figures to TOOL.txt
+  HIDDEN_TOOL=$1 HIDDEN_OUT=$here/$1.jsonl HIDDEN_FLOORS=${2:-} \
+    "$hidden/run.sh" $first $count each > "$1.txt" 2> "$1.err"
+}
+value() { sed -n "s/^  $2 *\([0-9.]*\).*/\1/p" "$1.txt"; }
+campaign oracle "$hidden/floors.txt"; oracle=$?
+campaign silent "$hidden/floors.txt"; silent=$?
+if [ $count -eq 40 ]; then check "the oracle reaches every floor" 0 $oracle; fi
+check "the silent one does not" 1 $silent
+for figure in 'hidden effects found' 'found, one, in the catalogue: named first' \
+  "share of the true model's gain at least .7"; do
+  check "oracle: $figure" 100.0 "$(value oracle "$figure")"
+done
+check "silent: found" 0.0 "$(value silent 'hidden effects found')"
+if [ $count -eq 40 ]; then
+  check "oracle: two" 100.0 "$(value oracle 'two effects: both found and named')"
+  check "silent: claims" 0.0 "$(value silent 'nothing hidden, white noise: anything claimed')"
+fi
+check "oracle: lines" $count "$(grep -c . oracle.jsonl)"
+
+# A diagnosis that is missing, or whose exit status contradicts it, is a failure of the tool.
+"$bin/grade" --truth f.json --diagnosis nowhere --exit 3 > line
+contains "no diagnosis" "$(cat line)" '"failed":true'
+"$bin/oracle" --truth f.json --out o
+"$bin/grade" --truth f.json --diagnosis o --exit 0 > line
+contains "a contradicting exit status" "$(cat line)" '"failed":true'
+"$bin/grade" --truth f.json --diagnosis o --exit 1 > line
+contains "the oracle's" "$(cat line)" '"failed":false.*"found":true.*"named":true'
+
+if ! has_command diagnose; then
+  echo "skipped: rim has no diagnose"; skipped=$((skipped + 1)); finish
+fi
+if [ $count -eq 40 ]; then
+  campaign rim "$hidden/floors.txt"
+  sed -n '1,/^time/p' rim.txt
+  while read -r line; do
+    case $line in ok:*) ok ;; FAILED:*) bad "$line" ;; esac
+  done < <(grep -e '^ok: ' -e '^FAILED: ' rim.txt)
+  check "every floor was checked" "$(grep -c '^[a-z]' "$hidden/floors.txt")" \
+    "$(grep -c -e '^ok: ' -e '^FAILED: ' rim.txt)"
+  [ $failed -eq 0 ] || cat rim.txt rim.err
+else
+  campaign rim
+  check "no failed diagnosis under the sanitizers" 0.0 "$(value rim 'no usable diagnosis')"
+fi
+finish
