@@ -113,6 +113,13 @@ Gate draw_gate(const World &world, const std::vector<Record> &pool, Random &rand
   return gate;
 }
 
+// Is it more than a constant, nearly: as a factor of a product.
+bool varies(const World &world, const std::vector<Record> &pool, std::size_t feature) {
+  const Row v = sorted_values(pool, feature);
+  return !world.features[feature].angle &&
+         quantile(v, 0.84) - quantile(v, 0.16) > 0.8 * std::abs(quantile(v, 0.5));
+}
+
 // Non-angle features: for hinges, products, bumps.
 int plain_feature(const World &world, Random &random) {
   for (;;) {
@@ -162,6 +169,9 @@ bool draw_place(Effect &e, const World &world, const std::vector<Record> &pool, 
     e.first = plain_feature(world, random);
   while (name == "product" && (e.second < 0 || e.second == e.first))
     e.second = plain_feature(world, random);
+  if (name == "product")
+    return varies(world, pool, static_cast<std::size_t>(e.first)) &&
+           varies(world, pool, static_cast<std::size_t>(e.second));
   return true;
 }
 
@@ -272,7 +282,13 @@ void draw_world(Case &c, Random &random) {
   }
   const std::size_t total = 1500 + random.below(2501),
                     logs = total < 2000 ? 2 : 2 + random.below(3);
-  c.run_rows.assign(logs, total / logs);
+  std::size_t left = total;
+  for (std::size_t i = 1; i < logs; ++i) {
+    const double part = static_cast<double>(total) / static_cast<double>(logs);
+    c.run_rows.push_back(static_cast<std::size_t>(part * random.uniform(0.85, 1.15)));
+    left -= c.run_rows.back();
+  }
+  c.run_rows.push_back(left);
   c.holdout_rows.assign(2, 700 + random.below(500));
 }
 

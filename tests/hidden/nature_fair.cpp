@@ -224,6 +224,7 @@ void Rivals::levels() {
     for (std::size_t q = 0; q < 16; ++q) {
       const double level = sorted[q * sorted.size() / 17];
       try_form("hinge", [&](std::size_t i) { return std::max(0.0, f(k, i) - level); });
+      try_form("hinge", [&](std::size_t i) { return std::max(0.0, level - f(k, i)); });
     }
     for (std::size_t j = 0; j < k; ++j)
       if (varies(k) && varies(j))

@@ -30,6 +30,7 @@ class Lander : public World {
 public:
   double gravity = 3.7, radius_m = 3.4e6, thrust_N = 1.0, stiffness = 0.06, damping = 0.4;
   double mass_kg = 900.0;
+  bool roll_from_zero = false; // logged in [0, 2 pi), not (-pi, pi]
   struct Extra {
     double middle, span;
   };
@@ -105,6 +106,8 @@ Row Lander::observe() const {
   Row x = s_;
   x[kTank] = pressure_.at(t_s_) + 0.08 * (s_[kMass] - mass_kg);
   x[kEngine] = s_[kEngine] + warmth_.at(t_s_);
+  if (roll_from_zero && x[kRoll] < 0.0)
+    x[kRoll] += 6.283185307179586;
   for (const Wave &w : waves_)
     x.push_back(w.at(t_s_));
   return x;
@@ -148,6 +151,7 @@ std::unique_ptr<World> draw_lander(Random &random) {
   l.dt_s = std::round(20.0 * random.uniform(1.0, 1.4) * (l.gravity > 6.0 ? 1.0 : 1.4)) / 20.0;
   l.altitude = kAltitude;
   l.radius_m = random.uniform(3.0e6, 6.4e6);
+  l.roll_from_zero = random.uniform() < 0.5;
   l.mass_kg = random.uniform(600.0, 1500.0);
   l.thrust_N = l.mass_kg * l.gravity * random.uniform(2.2, 2.8);
   l.stiffness = random.uniform(0.05, 0.09);

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
+#include <utility>
 
 #include "nature.hpp"
 
@@ -119,18 +120,26 @@ json log_json(const Case &c, const Record &r, std::size_t number) {
 void write_logs(const Case &c, const std::vector<Record> &records, const std::string &folder) {
   std::filesystem::create_directories(folder);
   const World &w = *c.world;
+  Random random(c.seed, 0, 3);
+  std::vector<std::size_t> order(w.features.size()); // of the columns: says nothing
+  for (std::size_t i = 0; i < order.size(); ++i)
+    order[i] = i;
+  for (std::size_t i = order.size() - 1; i > 0; --i)
+    std::swap(order[i], order[random.below(i + 1)]);
+  const bool from_zero = random.uniform() < 0.5;
   for (std::size_t i = 0; i < records.size(); ++i) {
+    const double start_s = from_zero ? 0.0 : std::floor(random.uniform(10.0, 5000.0));
     std::string text = "t_s";
-    for (const Feature &f : w.features)
-      text += "," + f.name;
+    for (const std::size_t f : order)
+      text += "," + w.features[f].name;
     for (const Channel &k : w.channels)
       if (k.logged)
         text += ",z." + k.name + ",m." + k.name + ",sd." + k.name;
     const Record &r = records[i];
     for (std::size_t j = 0; j < r.rows(); ++j) {
-      append(text, "\n%.9g", r.t_s[j]);
-      for (const double x : r.x[j])
-        append(text, ",%.9g", x);
+      append(text, "\n%.9g", start_s + r.t_s[j]);
+      for (const std::size_t f : order)
+        append(text, ",%.9g", r.x[j][f]);
       for (std::size_t k = 0; k < w.channels.size(); ++k) {
         if (!w.channels[k].logged)
           continue;
