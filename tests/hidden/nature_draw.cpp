@@ -280,8 +280,8 @@ void draw_world(Case &c, Random &random) {
     logged += channel.logged ? 0 : 1;
     channel.logged = true;
   }
-  const std::size_t total = 1500 + random.below(2501),
-                    logs = total < 2000 ? 2 : 2 + random.below(3);
+  const std::size_t total = 1500 + random.below(2501);
+  const std::size_t logs = std::min<std::size_t>(2 + random.below(3), total / 700);
   std::size_t left = total;
   for (std::size_t i = 1; i < logs; ++i) {
     const double part = static_cast<double>(total) / static_cast<double>(logs);

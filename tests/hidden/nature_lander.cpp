@@ -56,10 +56,10 @@ void Lander::start(Random &random, std::size_t rows) {
   t_s_ = 0.0;
   height_ = Wave{};
   height_.middle = 30e3;
-  // amplitude * rate^2 stays under .65 of gravity
+  // amplitude * rate^2 stays under .75 of gravity
   height_.amplitude = {random.uniform(22e3, 26e3), random.uniform(0.5e3, 2e3), 0.0};
-  height_.rate[0] = std::sqrt(0.45 * gravity / height_.amplitude[0]) * random.uniform(0.85, 1.0);
-  height_.rate[1] = std::sqrt(0.18 * gravity / height_.amplitude[1]);
+  height_.rate[0] = std::sqrt(0.6 * gravity / height_.amplitude[0]) * random.uniform(0.85, 1.0);
+  height_.rate[1] = std::sqrt(0.15 * gravity / height_.amplitude[1]);
   sideways_ = Wave{};
   for (std::size_t i = 0; i < 3; ++i) {
     height_.phase[i] = random.uniform(0.0, 6.283);
@@ -147,8 +147,8 @@ std::unique_ptr<World> draw_lander(Random &random) {
   auto lander = std::make_unique<Lander>();
   Lander &l = *lander;
   l.name = "lander";
-  l.gravity = random.uniform(3.0, 9.8);
-  l.dt_s = std::round(20.0 * random.uniform(1.0, 1.4) * (l.gravity > 6.0 ? 1.0 : 1.4)) / 20.0;
+  l.gravity = random.uniform(5.0, 9.8);
+  l.dt_s = std::round(20.0 * random.uniform(1.4, 1.8)) / 20.0;
   l.altitude = kAltitude;
   l.radius_m = random.uniform(3.0e6, 6.4e6);
   l.roll_from_zero = random.uniform() < 0.5;

@@ -1,4 +1,4 @@
-// A robot on a floor of 10 m by 10 m: drives to one waypoint after another, a third of the way
+// A robot on a floor of 8 m by 8 m: drives to one waypoint after another, a third of the way
 // backwards. Its simulation: first-order response of speed and turn rate to the command, side slip
 // that decays and is fed by turning, motor current by effort and speed.
 #include <algorithm>
@@ -54,10 +54,10 @@ private:
 };
 
 void Robot::new_goal(Random &random) {
-  goal_x_ = random.uniform(-4.5, 4.5);
-  goal_y_ = random.uniform(-4.5, 4.5);
-  goal_speed_ = random.uniform(0.25, 1.3) * (random.uniform() < 0.33 ? -1.0 : 1.0);
-  goal_until_s_ = t_s_ + 9.0;
+  goal_x_ = random.uniform(-3.5, 3.5);
+  goal_y_ = random.uniform(-3.5, 3.5);
+  goal_speed_ = random.uniform(0.3, 1.3) * (random.uniform() < 0.33 ? -1.0 : 1.0);
+  goal_until_s_ = t_s_ + 7.0;
 }
 
 void Robot::start(Random &random, std::size_t rows) {
@@ -162,7 +162,7 @@ std::unique_ptr<World> draw_robot(Random &random) {
   auto robot = std::make_unique<Robot>();
   Robot &r = *robot;
   r.name = "robot";
-  r.dt_s = random.uniform() < 0.5 ? 0.1 : 0.08;
+  r.dt_s = random.uniform() < 0.5 ? 0.1 : 0.15;
   r.heading = kHeading;
   r.features = {{"s.x_m", false, false, true},         {"s.y_m", false, false, true},
                 {"s.heading_rad", false, true, false}, {"s.speed_mps", false, false, true},
@@ -185,7 +185,7 @@ std::unique_ptr<World> draw_robot(Random &random) {
   r.tau_turn = random.uniform(0.25, 0.5);
   r.tau_slip = random.uniform(0.3, 0.6);
   r.slip_gain = random.uniform(0.2, 0.5);
-  r.wheel_m = random.uniform(0.15, 0.4);
+  r.wheel_m = random.uniform(0.25, 0.5);
   r.idle_A = random.uniform(0.2, 0.8);
   r.effort_A = random.uniform(0.8, 2.0);
   r.speed_A = random.uniform(0.4, 1.2);
