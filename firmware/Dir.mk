@@ -5,7 +5,28 @@ PORTS := $(patsubst firmware/port/%/port.mk,%,$(sort $(wildcard firmware/port/*/
 include $(PORTS:%=firmware/port/%/port.mk)
 
 .PHONY: firmware
-firmware: lib
+firmware: lib $(if $(CROSS_COMPILE),,$(BUILD)/rimd)
+
+# The daemon, for Linux: librim and the C library alone. For another computer:
+# make CROSS_COMPILE=aarch64-linux-gnu- BUILD=build/aarch64 build/aarch64/rimd
+RIMD_SRC := $(sort $(wildcard firmware/rimd/*.c firmware/transport/*.c))
+RIMD_OBJ := $(RIMD_SRC:%.c=$(BUILD)/%.o)
+FIRMWARE_CFLAGS = -std=c11 $(OPT) -ffp-contract=off $(WARNINGS) -Wvla -Wstrict-prototypes -Wmissing-prototypes \
+  -pthread $(SANITIZER_FLAGS) $(EXTRA_CFLAGS) -DRIM_VERSION='"$(VERSION)"' -Ifirmware -Ilib/include
+
+$(BUILD)/flags.firmware: FORCE
+	$(call flags_stamp,$(CC) $(FIRMWARE_CFLAGS))
+
+$(BUILD)/firmware/%.o: firmware/%.c $(BUILD)/flags.firmware
+	@mkdir -p $(@D)
+	$(call say,CC  )$(CC) $(FIRMWARE_CFLAGS) -MMD -MP -c $< -o $@
+
+$(BUILD)/rimd: $(RIMD_OBJ) $(BUILD)/librim.a
+	$(call say,LINK)$(CC) $(OPT) $(SANITIZER_FLAGS) $(EXTRA_LDFLAGS) -pthread -o $@ $(RIMD_OBJ) $(BUILD)/librim.a
+
+-include $(RIMD_OBJ:.o=.d)
+
+test-build: $(BUILD)/rimd
 
 # What every port replays. landing: eight healthy landings learnt, then one with a hidden fault, from
 # its first row to its last, 29 features and 25 outcomes. golf: 4.2.3 (p. 55) with its own

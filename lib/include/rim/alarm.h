@@ -43,6 +43,7 @@ typedef enum rim_kind {
 
 #define RIM_ALARM_FLAG_REPLAY 0x01u /* from a recording: must not be mistaken for live */
 #define RIM_ALARM_FLAG_LATCHED 0x02u
+#define RIM_ALARM_FLAG_ACKNOWLEDGED 0x04u
 
 typedef struct rim_alarm {
   double t_s; /* time of the observation that caused this record */

@@ -10,7 +10,7 @@
 /* clang-format off */
 /* Command:   0 command | 1 seq | 2 model_id (low bits; 0: any) | 3..6 0 | 7 CRC-8
  * Heartbeat: 0 level:2 replay:1 latched:1 acknowledged:1 | 1 sequence | 2 model_id
- *            3..4 observations (low bits: they count on) | 5 rejected | 6 dropped (saturating) | 7 CRC-8 */
+ *            3..4 observations (low bits: they count on) | 5 rejected | 6 dropped | 7 CRC-8 */
 /* clang-format on */
 #ifndef RIM_ALARM_CONTROL_H
 #define RIM_ALARM_CONTROL_H

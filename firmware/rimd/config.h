@@ -1,0 +1,54 @@
+/* config.h - rimd's configuration file: lines `key = value`, '#' begins a comment.
+ *
+ * Validated whole before anything is opened: every error is told as "FILE:LINE: reason", then their
+ * number. No key may stand twice; an unknown key is an error. */
+#ifndef CONFIG_H
+#define CONFIG_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "rim/alarm_can.h"
+#include "transport/lcm_udp.h"
+
+#define CONFIG_TEXT_BYTES 256u
+#define CONFIG_FILE_BYTES 16384u
+
+/* One key a field, same name. Empty text and zero: as the comment says. */
+typedef struct config {
+  char image[CONFIG_TEXT_BYTES];         /* flight image; required */
+  char state[CONFIG_TEXT_BYTES];         /* file that survives a restart; empty: none */
+  char lcm[CONFIG_TEXT_BYTES];           /* URL; empty: no LCM */
+  char lcm_interface[CONFIG_TEXT_BYTES]; /* its address; empty: where the multicast route leads */
+  char can[CONFIG_TEXT_BYTES];           /* interface for alarms and commands; empty: no CAN */
+  char can_input[CONFIG_TEXT_BYTES];     /* interface for observations; empty: that of alarms */
+  char can_table[CONFIG_TEXT_BYTES];     /* signals of observations; empty: the image's own */
+  char input[CONFIG_TEXT_BYTES];         /* "lcm" or "can"; empty: lcm */
+  bool can_fd;                           /* detail in one FD frame instead of segments */
+  bool latch;                            /* an alarm that is over stands until acknowledged */
+  bool replay;                           /* everything sent carries the replay flag */
+  bool mlock;                            /* all memory stays in RAM */
+  uint32_t node;                         /* CAN node, 0..127 */
+  uint32_t fifo_priority;                /* SCHED_FIFO, 1..99; 0: ordinary scheduling */
+  uint32_t stale_ms;    /* no valid observation for so long: STALE; 0: the image's, if any */
+  uint32_t health_ms;   /* between health messages, and cyclic summaries; 0: 1000 */
+  uint32_t deadline_us; /* from waking up for an observation to its answer sent; 0: not judged */
+  uint32_t state_s;     /* between writes of the state file without an event; 0: 10 */
+  uint32_t max_jump_s;  /* farther ahead than this and the time passed: refused; 0: 60 */
+  uint32_t max_skew_s;  /* farther from this computer's clock: refused; 0: not compared */
+  uint32_t
+      resync_rows; /* refused rows in a row that agree among themselves move the clock; 0: 100 */
+  uint32_t signal_age_ms; /* older CAN signals make an observation incomplete; 0: 1000 */
+  /* Made from the above. */
+  lcm_udp_address address;
+  bool input_can;
+} config;
+
+/* Reads a file. Returns the number of errors, each told by say(); 0: *c is whole. */
+unsigned config_read(config *c, const char *path);
+
+/* The same from text (not NUL-terminated); name stands for the file. */
+unsigned config_parse(config *c, const char *name, const char *text, size_t bytes);
+
+#endif

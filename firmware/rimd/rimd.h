@@ -1,0 +1,79 @@
+/* rimd.h - rimd: a monitor between its buses. One thread; memory is fixed once it has started. */
+#ifndef RIMD_H
+#define RIMD_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "rim/can_table.h"
+#include "rim/monitor.h"
+#include "rimd/clock_guard.h"
+#include "rimd/config.h"
+#include "rimd/outbox.h"
+#include "rimd/panel.h"
+#include "rimd/state.h"
+
+/* What a restart goes on with, beside the monitor itself. Plain data. */
+typedef struct rimd_kept {
+  panel panel;
+  clock_guard guard;
+  rim_counters counters;
+  uint32_t health_sequence;
+  uint32_t dropped;     /* records that did not go out whole before this start */
+  uint32_t source_next; /* expected sequence number of the source */
+  bool has_source;
+  double row_s;        /* time of the newest row used */
+  double can_origin_s; /* clock of the day when the first CAN row came: time 0 */
+  bool has_origin;
+} rimd_kept;
+
+typedef struct rimd {
+  config config;
+  const uint8_t *image;
+  size_t image_bytes;
+  rim_image view;
+  rim_monitor *monitor;
+  uint8_t *memory; /* the monitor's */
+  size_t memory_bytes;
+  uint32_t features, outcomes;
+  uint32_t values; /* of an observation */
+  bool external;
+  rim_can_table table;
+  rim_can_gather gather;
+  rimd_kept kept;
+  panel_config panel_config;
+  clock_guard_config guard_config;
+  lcm_udp lcm;
+  socketcan can, can_input;
+  outbox outbox;
+  state_file state;
+  bool state_wanted; /* something to be kept has changed */
+  uint64_t stale_ns; /* 0: never */
+  uint64_t valid_ns; /* when the newest valid row came, or the start */
+  uint64_t next_health_ns, next_state_ns;
+  uint32_t state_failures; /* told so far */
+} rimd;
+
+/* Reads image and state, opens the buses. d is all zero but for its configuration. Returns 0, or an
+ * exit status; the reason was told. All memory is taken here. */
+int rimd_start(rimd *d);
+
+/* Reads and checks the files alone. Returns as rimd_start. */
+int rimd_check(rimd *d);
+
+/* Until *stopped becomes other than 0 (by a signal, which is let in only while waiting). */
+void rimd_run(rimd *d, volatile const int *stopped);
+
+/* Writes the state, closes everything. Returns an exit status. */
+int rimd_finish(rimd *d);
+
+/* What the state file holds. */
+state_parts rimd_parts(rimd *d);
+
+/* For rimd_run and tests: one observation, and what time brings. */
+void rimd_row(rimd *d, double t_s, const double *values, uint32_t count, uint64_t woke_ns);
+int rimd_tick(rimd *d, uint64_t now_ns);
+uint64_t rimd_now_ns(void);
+
+#endif

@@ -1,0 +1,385 @@
+#define _GNU_SOURCE
+#include "rimd/rimd.h"
+
+#include <errno.h>
+#include <poll.h>
+#include <signal.h>
+#include <string.h>
+#include <time.h>
+
+#include "rim/alarm_lcm.h"
+#include "rim/real.h"
+#include "rimd/say.h"
+
+#define MS UINT64_C(1000000)
+#define SECOND (1000 * MS)
+#define BATCH 64 /* datagrams or frames in a row, so that time is looked at in between */
+
+static void count(uint32_t *counter) {
+  if (*counter != UINT32_MAX)
+    ++*counter;
+}
+
+static void add(uint32_t *counter, uint32_t more) {
+  *counter = more > UINT32_MAX - *counter ? UINT32_MAX : *counter + more;
+}
+
+uint64_t rimd_now_ns(void) {
+  struct timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return (uint64_t)now.tv_sec * SECOND + (uint64_t)now.tv_nsec;
+}
+
+static double day_s(void) {
+  struct timespec now;
+  clock_gettime(CLOCK_REALTIME, &now);
+  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+static void send_record(rimd *d, const rim_alarm *record) {
+  outbox_alarm(&d->outbox, record, rimd_now_ns());
+  d->state_wanted = true;
+}
+
+/* The source's clock went elsewhere: what was gathered belongs to another run. */
+static void begin_anew(rimd *d, double t_s) {
+  rim_alarm record;
+  count(&d->kept.counters.clock_resets);
+  rim_monitor_reset(d->monitor);
+  if (panel_forgotten(&d->kept.panel, &d->panel_config, t_s, &record))
+    send_record(d, &record);
+}
+
+/* Whether the time is good; what is not was counted. */
+static bool time_is_good(rimd *d, double t_s, uint64_t woke_ns) {
+  switch (
+      clock_guard_take(&d->kept.guard, &d->guard_config, t_s, 1e-9 * (double)woke_ns, day_s())) {
+  case CLOCK_BACK:
+    count(&d->kept.counters.time_back);
+    return false;
+  case CLOCK_FUTURE:
+    count(&d->kept.counters.future);
+    return false;
+  case CLOCK_RESET:
+    begin_anew(d, t_s);
+    return true;
+  case CLOCK_BELIEVED:
+    break;
+  }
+  return true;
+}
+
+static bool all_finite(const double *x, uint32_t n) {
+  for (uint32_t i = 0; i < n; i++)
+    if (!rim_is_finite(x[i]))
+      return false;
+  return true;
+}
+
+/* How long the answer took, from waking up to all of it handed to the buses. */
+static void note_deadline(rimd *d, uint64_t woke_ns) {
+  const uint64_t took_us = (rimd_now_ns() - woke_ns) / 1000;
+  const uint32_t us = took_us < UINT32_MAX ? (uint32_t)took_us : UINT32_MAX;
+  if (us > d->kept.counters.step_us)
+    d->kept.counters.step_us = us;
+  if (d->config.deadline_us != 0 && us > d->config.deadline_us)
+    count(&d->kept.counters.overruns);
+}
+
+void rimd_row(rimd *d, double t_s, const double *values, uint32_t n, uint64_t woke_ns) {
+  rim_counters *counters = &d->kept.counters;
+  if (n != d->values) {
+    count(&counters->wrong_length);
+    return;
+  }
+  if (!all_finite(values, n)) { /* its time says as little as its values */
+    count(&counters->not_finite);
+    return;
+  }
+  if (!time_is_good(d, t_s, woke_ns))
+    return;
+  rim_observation row = {.t_s = t_s, .context = values};
+  if (d->external) {
+    row.outcome = values + d->features;
+    row.mean = row.outcome + d->outcomes;
+    row.sd = row.mean + d->outcomes;
+  }
+  rim_verdict verdict;
+  rim_alarm record;
+  if (rim_monitor_step(d->monitor, &row, &verdict) != RIM_OK)
+    return; /* NULL alone: cannot be */
+  if (verdict.valid) {
+    count(&counters->rows);
+    d->valid_ns = woke_ns;
+    d->kept.row_s = t_s;
+  } else {
+    count(&counters->not_finite); /* an sd that is not above 0 */
+  }
+  if (panel_step(&d->kept.panel, &d->panel_config, &verdict, &record))
+    send_record(d, &record);
+  note_deadline(d, woke_ns);
+}
+
+static void take_command(rimd *d, const rim_command *command, unsigned bits) {
+  rim_alarm record;
+  switch (panel_command(&d->kept.panel, &d->panel_config, command, bits, d->kept.row_s, &record)) {
+  case PANEL_REFUSED:
+    count(&d->kept.counters.commands_refused);
+    return;
+  case PANEL_TAKEN:
+    break;
+  case PANEL_RESET:
+    rim_monitor_reset(d->monitor);
+    send_record(d, &record);
+    break;
+  case PANEL_SEND:
+    send_record(d, &record);
+    break;
+  }
+  count(&d->kept.counters.commands);
+}
+
+static void note_sequence(rimd *d, uint32_t sequence) {
+  const uint32_t missing = sequence - d->kept.source_next;
+  if (d->kept.has_source && missing < UINT32_C(0x80000000))
+    add(&d->kept.counters.gaps, missing);
+  d->kept.has_source = true;
+  d->kept.source_next = sequence + 1;
+}
+
+static void take_observation(rimd *d, const lcm_udp_message *message, uint64_t woke_ns) {
+  rim_observation_message sample;
+  if (rim_lcm_unpack_observation(&sample, message->payload, message->bytes) != RIM_OK) {
+    count(&d->kept.counters.lcm_refused);
+    return;
+  }
+  if (d->config.input_can)
+    return; /* observations come from elsewhere */
+  note_sequence(d, sample.sequence);
+  rimd_row(d, 1e-6 * (double)sample.t_us, sample.value, sample.count, woke_ns);
+}
+
+static void take_message(rimd *d, const lcm_udp_message *message, uint64_t woke_ns) {
+  static const char *const ours[] = {RIM_LCM_CHANNEL_ALARM, RIM_LCM_CHANNEL_HEALTH,
+                                     RIM_LCM_CHANNEL_COUNTERS};
+  if (strcmp(message->channel, RIM_LCM_CHANNEL_OBSERVATION) == 0) {
+    take_observation(d, message, woke_ns);
+    return;
+  }
+  if (strcmp(message->channel, RIM_LCM_CHANNEL_COMMAND) == 0) {
+    rim_command command;
+    if (rim_lcm_unpack_command(&command, message->payload, message->bytes) == RIM_OK)
+      take_command(d, &command, 32);
+    else
+      count(&d->kept.counters.commands_refused);
+    return;
+  }
+  for (size_t i = 0; i < sizeof ours / sizeof ours[0]; i++)
+    if (strcmp(message->channel, ours[i]) == 0)
+      return;
+  count(&d->kept.counters.lcm_other);
+}
+
+static void read_lcm(rimd *d) {
+  lcm_udp_message message;
+  for (int i = 0; i < BATCH; i++) {
+    const int got = lcm_udp_receive(&d->lcm, &message);
+    if (got == 0)
+      return;
+    if (got > 0)
+      take_message(d, &message, rimd_now_ns());
+  }
+}
+
+/* Seconds since the first CAN row: the clock of the day in seconds leaves few digits, and none in
+ * the 32 bits of an FD detail. */
+static double since_origin(rimd *d, double stamp_s) {
+  const double t_s = stamp_s > 0.0 ? stamp_s : day_s();
+  if (!d->kept.has_origin)
+    d->kept.can_origin_s = t_s;
+  d->kept.has_origin = true;
+  return t_s - d->kept.can_origin_s;
+}
+
+static void take_input_frame(rimd *d, const rim_can_frame *frame, double stamp_s) {
+  const uint64_t woke_ns = rimd_now_ns();
+  bool complete = false;
+  double row_s = 0.0;
+  const rim_status status =
+      rim_can_gather_frame(&d->gather, &d->table, frame, since_origin(d, stamp_s),
+                           1e-3 * (double)d->config.signal_age_ms, &complete, &row_s);
+  if (status == RIM_E_MAGIC)
+    count(&d->kept.counters.can_other);
+  else if (status == RIM_E_TRUNCATED)
+    count(&d->kept.counters.incomplete);
+  else if (status != RIM_OK)
+    count(&d->kept.counters.can_refused);
+  if (complete)
+    rimd_row(d, row_s, d->gather.value, d->table.values, woke_ns);
+}
+
+static void read_can_input(rimd *d) {
+  rim_can_frame frame;
+  double stamp_s;
+  for (int i = 0; i < BATCH; i++) {
+    const int got = socketcan_receive(&d->can_input, &frame, &stamp_s);
+    if (got == 0)
+      return;
+    if (got > 0)
+      take_input_frame(d, &frame, stamp_s);
+  }
+}
+
+static void read_can_commands(rimd *d) {
+  rim_can_frame frame;
+  rim_command command;
+  double stamp_s;
+  for (int i = 0; i < BATCH; i++) {
+    const int got = socketcan_receive(&d->can, &frame, &stamp_s);
+    if (got == 0)
+      return;
+    if (got < 0)
+      continue;
+    if (rim_can_unpack_command(&command, d->config.node, &frame) == RIM_OK)
+      take_command(d, &command, 8);
+    else
+      count(&d->kept.counters.commands_refused);
+  }
+}
+
+/* The transports' own counts into the daemon's: what came since the last time. */
+static void collect(uint32_t *total, uint32_t *since) {
+  add(total, *since);
+  *since = 0;
+}
+
+static void collect_can(rim_counters *c, socketcan_counts *from, bool input) {
+  if (input)
+    collect(&c->can_frames, &from->frames);
+  collect(&c->can_refused, &from->refused);
+  collect(&c->can_errors, &from->errors);
+  collect(&c->can_bus_off, &from->bus_off);
+  collect(&c->can_down, &from->down);
+  collect(&c->can_full, &from->full);
+  collect(&c->input_lost, &from->lost);
+}
+
+static void collect_counts(rimd *d) {
+  rim_counters *c = &d->kept.counters;
+  collect(&c->lcm_malformed, &d->lcm.counts.malformed);
+  collect(&c->lcm_fragments, &d->lcm.counts.fragments);
+  collect(&c->lcm_unsent, &d->lcm.counts.unsent);
+  collect(&c->input_lost, &d->lcm.counts.lost);
+  collect_can(c, &d->can.counts, false);
+  collect_can(c, &d->can_input.counts, true);
+  collect(&c->can_unsent, &d->outbox.frames_unsent);
+  if (d->config.input_can)
+    c->gaps = rim_monitor_get_health(d->monitor).rows.gaps;
+}
+
+static rim_health_message health_of(rimd *d) {
+  const rim_counters *c = &d->kept.counters;
+  rim_health_message health;
+  memset(&health, 0, sizeof health);
+  health.t_s = d->kept.row_s;
+  health.sequence = ++d->kept.health_sequence;
+  health.model_id = d->view.model_id;
+  health.observations = c->rows;
+  const uint32_t reasons[] = {c->wrong_length, c->not_finite,  c->time_back,  c->future,
+                              c->incomplete,   c->lcm_refused, c->can_refused};
+  for (size_t i = 0; i < sizeof reasons / sizeof reasons[0]; i++)
+    add(&health.rejected, reasons[i]);
+  health.gaps = c->gaps;
+  health.alarms = d->kept.panel.seq;
+  health.dropped = d->kept.dropped;
+  add(&health.dropped, d->outbox.dropped);
+  health.level = panel_level(&d->kept.panel);
+  health.flags = d->config.replay ? RIM_HEALTH_FLAG_REPLAY : 0;
+  return health;
+}
+
+static void send_health(rimd *d, uint64_t now_ns) {
+  collect_counts(d);
+  d->kept.counters.sequence = d->kept.health_sequence + 1;
+  const rim_health_message health = health_of(d);
+  outbox_health(&d->outbox, &health, &d->kept.counters, &d->kept.panel.newest,
+                d->kept.panel.acknowledged, now_ns);
+}
+
+static void keep_state(rimd *d, uint64_t now_ns) {
+  if (!d->state_wanted && now_ns < d->next_state_ns)
+    return;
+  const state_parts parts = rimd_parts(d);
+  if (!state_save(&d->state, &parts))
+    return; /* the writer is still busy: at the next tick */
+  d->state_wanted = false;
+  d->next_state_ns = now_ns + SECOND * d->config.state_s;
+  const uint32_t failures = atomic_load(&d->state.failures);
+  if (failures == d->state_failures)
+    return;
+  add(&d->kept.counters.state_failures, failures - d->state_failures);
+  if (d->state_failures == 0) /* once: the counter goes on */
+    say("%s: %s", d->config.state, strerror(atomic_load(&d->state.why)));
+  d->state_failures = failures;
+}
+
+static void note_stale(rimd *d, uint64_t now_ns) {
+  rim_alarm record;
+  if (d->stale_ns == 0 || now_ns - d->valid_ns < d->stale_ns || now_ns < d->valid_ns)
+    return;
+  if (!panel_stale(&d->kept.panel, &d->panel_config, d->kept.row_s, &record))
+    return;
+  count(&d->kept.counters.stale);
+  send_record(d, &record);
+}
+
+static int earlier(int a_ms, int b_ms) {
+  return a_ms < 0 || (b_ms >= 0 && b_ms < a_ms) ? b_ms : a_ms;
+}
+
+static int until(uint64_t then_ns, uint64_t now_ns) {
+  return then_ns <= now_ns ? 0 : (int)((then_ns - now_ns) / MS) + 1;
+}
+
+int rimd_tick(rimd *d, uint64_t now_ns) {
+  note_stale(d, now_ns);
+  if (now_ns >= d->next_health_ns) {
+    d->next_health_ns = now_ns + MS * d->config.health_ms;
+    if (d->outbox.can != NULL)
+      socketcan_tend(&d->can);
+    if (d->config.input_can)
+      socketcan_tend(&d->can_input);
+    send_health(d, now_ns);
+  }
+  int wait_ms = outbox_pump(&d->outbox, now_ns);
+  if (d->config.state[0] != '\0') {
+    keep_state(d, now_ns);
+    if (d->state_wanted)
+      wait_ms = earlier(wait_ms, 10);
+  }
+  if (d->stale_ns != 0 && !d->kept.panel.stale)
+    wait_ms = earlier(wait_ms, until(d->valid_ns + d->stale_ns, now_ns));
+  return earlier(wait_ms, until(d->next_health_ns, now_ns));
+}
+
+void rimd_run(rimd *d, volatile const int *stopped) {
+  sigset_t waiting;
+  sigemptyset(&waiting); /* while it waits, signals come in */
+  int wait_ms = 0;
+  while (*stopped == 0) {
+    const struct timespec wait = {wait_ms / 1000, (long)(wait_ms % 1000) * 1000000L};
+    /* poll() ignores a descriptor of -1; a CAN socket that is down says so by POLLERR once. */
+    struct pollfd ready[3] = {
+        {d->lcm.in, POLLIN, 0}, {d->can.fd, POLLIN, 0}, {d->can_input.fd, POLLIN, 0}};
+    const int count_ready = ppoll(ready, 3, &wait, &waiting);
+    if (count_ready > 0) {
+      if (ready[0].revents != 0)
+        read_lcm(d);
+      if (ready[1].revents != 0)
+        read_can_commands(d);
+      if (ready[2].revents != 0)
+        read_can_input(d);
+    }
+    wait_ms = rimd_tick(d, rimd_now_ns());
+  }
+}

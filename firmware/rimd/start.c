@@ -1,0 +1,275 @@
+/* Everything that happens once: files read and checked, buses opened, memory taken. */
+#define _GNU_SOURCE
+#include <errno.h>
+#include <fcntl.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "rimd/rimd.h"
+#include "rimd/say.h"
+
+#define LONG_AGO_S 1e15
+
+enum { EXIT_DATA = 3 };
+
+/* Zeroed pages, aligned; NULL after telling why. */
+static uint8_t *take_memory(size_t bytes, const char *what) {
+  void *memory =
+      mmap(NULL, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_POPULATE, -1, 0);
+  if (memory != MAP_FAILED)
+    return memory;
+  say("%zu bytes for %s: %s", bytes, what, strerror(errno));
+  return NULL;
+}
+
+/* The whole file in memory of our own: one that is replaced later changes nothing. NULL after
+ * telling why. */
+static const uint8_t *read_file(const char *path, size_t *bytes) {
+  struct stat about;
+  uint8_t *memory = NULL;
+  const int fd = open(path, O_RDONLY | O_CLOEXEC);
+  if (fd < 0 || fstat(fd, &about) != 0) {
+    say("%s: %s", path, strerror(errno));
+  } else if (!S_ISREG(about.st_mode) || about.st_size <= 0 || about.st_size > INT32_MAX) {
+    say("%s: is empty, too large, or no file", path);
+  } else {
+    *bytes = (size_t)about.st_size;
+    memory = take_memory(*bytes, path);
+  }
+  size_t have = 0;
+  ssize_t got = 1;
+  while (memory != NULL && have < *bytes && (got = read(fd, memory + have, *bytes - have)) > 0)
+    have += (size_t)got;
+  if (fd >= 0)
+    close(fd);
+  if (memory != NULL && have != *bytes) {
+    say("%s: %s", path, got < 0 ? "cannot be read" : "became shorter while it was read");
+    return NULL;
+  }
+  return memory;
+}
+
+static int open_monitor(rimd *d) {
+  const char *path = d->config.image;
+  d->image = read_file(path, &d->image_bytes);
+  if (d->image == NULL)
+    return EXIT_DATA;
+  rim_status status = rim_image_open(&d->view, d->image, d->image_bytes);
+  if (status == RIM_OK)
+    status = rim_monitor_size(d->image, d->image_bytes, &d->memory_bytes);
+  if (status != RIM_OK) {
+    say("%s: %s", path, rim_status_text(status));
+    return EXIT_DATA;
+  }
+  d->memory = take_memory(d->memory_bytes, "the monitor");
+  if (d->memory == NULL)
+    return EXIT_DATA;
+  status = rim_monitor_init(&d->monitor, d->memory, d->memory_bytes, d->image, d->image_bytes);
+  if (status != RIM_OK) {
+    say("%s: %s", path, rim_status_text(status));
+    return EXIT_DATA;
+  }
+  d->features = rim_monitor_config(d->monitor, RIM_CONFIG_FEATURES);
+  d->outcomes = rim_monitor_config(d->monitor, RIM_CONFIG_OUTCOMES);
+  d->external = rim_monitor_config(d->monitor, RIM_CONFIG_EXTERNAL) != 0;
+  d->values = d->features + (d->external ? 3 * d->outcomes : 0);
+  const uint32_t stale_ms = d->config.stale_ms != 0
+                                ? d->config.stale_ms
+                                : rim_monitor_config(d->monitor, RIM_CONFIG_STALE_MS);
+  d->stale_ns = UINT64_C(1000000) * stale_ms;
+  d->kept.panel.model_id = d->view.model_id;
+  return 0;
+}
+
+/* The table of CAN signals, from a file of its own (an image with that section) or the image. */
+static int open_table(rimd *d) {
+  const bool own = d->config.can_table[0] != '\0';
+  const char *path = own ? d->config.can_table : d->config.image;
+  rim_image view = d->view;
+  const uint8_t *section;
+  size_t bytes = 0;
+  if (own) {
+    size_t image_bytes;
+    const uint8_t *image = read_file(path, &image_bytes);
+    if (image == NULL)
+      return EXIT_DATA;
+    const rim_status status = rim_image_open(&view, image, image_bytes);
+    if (status != RIM_OK) {
+      say("%s: %s", path, rim_status_text(status));
+      return EXIT_DATA;
+    }
+  }
+  if (rim_image_section(&view, RIM_SECTION_CAN_TABLE, &section, &bytes) != RIM_OK) {
+    say("%s: has no table of CAN signals (rim can-table makes one)", path);
+    return EXIT_DATA;
+  }
+  const rim_status status = rim_can_table_open(&d->table, section, bytes);
+  if (status != RIM_OK) {
+    say("%s: table of CAN signals: %s", path, rim_status_text(status));
+    return EXIT_DATA;
+  }
+  if (d->table.values == d->values)
+    return 0;
+  say("%s: its CAN table makes rows of %u values, the image needs %u", path, d->table.values,
+      d->values);
+  return EXIT_DATA;
+}
+
+static int open_lcm(rimd *d) {
+  const char *what = "";
+  if (d->config.lcm[0] == '\0')
+    return 0;
+  const int status = lcm_udp_open(&d->lcm, &d->config.address, true, &what);
+  if (status == 0)
+    return 0;
+  say("%s: %s: %s", d->config.lcm, what, strerror(-status));
+  return EXIT_DATA;
+}
+
+static int open_one_can(socketcan *can, const char *name, const socketcan_filter *filter,
+                        size_t filters, bool fd) {
+  const int status = socketcan_open(can, name, filter, filters, fd);
+  if (status != 0) {
+    say("%s: %s", name, status == -EAFNOSUPPORT ? "this kernel has no CAN" : strerror(-status));
+    return EXIT_DATA;
+  }
+  if (can->fd < 0)
+    say("%s: no such interface yet; rimd waits for it", name);
+  else if (can->is_down)
+    say("%s: is down; rimd waits for it", name);
+  return 0;
+}
+
+static int open_can(rimd *d) {
+  const config *c = &d->config;
+  int status = 0;
+  if (c->can[0] != '\0') {
+    const socketcan_filter command = {RIM_CAN_COMMAND_ID + c->node, 0x7ffu};
+    status = open_one_can(&d->can, c->can, &command, 1, c->can_fd);
+    if (status == 0 && c->can_fd && d->can.fd >= 0 && !d->can.fd_capable)
+      say("%s: takes no FD frames; detail goes out in segments", c->can);
+  }
+  if (status != 0 || !c->input_can)
+    return status;
+  socketcan_filter filter[SOCKETCAN_MAX_FILTERS];
+  for (uint16_t i = 0; i < d->table.frames; i++) {
+    const uint32_t id = rim_can_table_id(&d->table, i);
+    const bool extended = (id & RIM_CAN_EXTENDED) != 0;
+    filter[i] = (socketcan_filter){id, extended ? RIM_CAN_EXTENDED | 0x1fffffffu : 0x7ffu};
+  }
+  return open_one_can(&d->can_input, c->can_input, filter, d->table.frames, true);
+}
+
+state_parts rimd_parts(rimd *d) {
+  const state_parts parts = {.daemon = &d->kept,
+                             .monitor = d->memory,
+                             .daemon_bytes = sizeof d->kept,
+                             .monitor_bytes = (uint32_t)d->memory_bytes,
+                             .model_id = d->view.model_id,
+                             .image_crc = rim_image_u32(d->image, 7)};
+  return parts;
+}
+
+/* Goes on from the state file where there is a good one. */
+static int resume(rimd *d) {
+  const char *path = d->config.state;
+  if (path[0] == '\0')
+    return 0;
+  const state_parts parts = rimd_parts(d);
+  const size_t bytes = state_bytes(&parts);
+  uint8_t *copy = take_memory(bytes, "the state file");
+  if (copy == NULL)
+    return EXIT_DATA;
+  const char *why = state_load(path, &parts, copy);
+  if (why == NULL) {
+    const rim_status status =
+        rim_monitor_attach(&d->monitor, d->memory, d->memory_bytes, d->image, d->image_bytes);
+    if (status == RIM_OK) {
+      d->kept.counters.restarts++;
+      d->kept.guard.last_here_s = -LONG_AGO_S; /* nobody knows how long it was down */
+      say("%s: going on at t = %.3f s after %u observations", path, d->kept.row_s,
+          d->kept.counters.rows);
+    } else { /* a good check sum over what is no monitor of this image: begin anew */
+      memset(&d->kept, 0, sizeof d->kept);
+      d->kept.panel.model_id = d->view.model_id;
+      (void)rim_monitor_init(&d->monitor, d->memory, d->memory_bytes, d->image, d->image_bytes);
+      why = rim_status_text(status);
+    }
+  }
+  if (why != NULL)
+    say("%s: %s; beginning anew", path, why);
+  const int failed = state_start(&d->state, path, copy, bytes);
+  if (failed == 0)
+    return 0;
+  say("%s: %s", path, strerror(failed));
+  return EXIT_DATA;
+}
+
+/* A folder that cannot be written is found now, not at the first alarm. */
+static int try_state(rimd *d) {
+  if (d->config.state[0] == '\0')
+    return 0;
+  const int fd = open(d->state.temporary, O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
+  if (fd < 0) {
+    say("%s: %s", d->state.temporary, strerror(errno));
+    return EXIT_DATA;
+  }
+  close(fd);
+  unlink(d->state.temporary);
+  return 0;
+}
+
+int rimd_check(rimd *d) {
+  const int status = open_monitor(d);
+  return status == 0 && d->config.input_can ? open_table(d) : status;
+}
+
+int rimd_start(rimd *d) {
+  const config *c = &d->config;
+  d->lcm.in = d->lcm.out = d->can.fd = d->can_input.fd = -1;
+  d->panel_config = (panel_config){.latch = c->latch, .replay = c->replay};
+  d->guard_config = (clock_guard_config){.max_jump_s = (double)c->max_jump_s,
+                                         .max_skew_s = (double)c->max_skew_s,
+                                         .resync_rows = c->resync_rows};
+  int status = open_monitor(d);
+  if (status == 0 && c->input_can)
+    status = open_table(d);
+  if (status == 0)
+    status = resume(d);
+  if (status == 0)
+    status = try_state(d);
+  if (status == 0)
+    status = open_lcm(d);
+  if (status == 0)
+    status = open_can(d);
+  if (status != 0)
+    return status;
+  outbox_init(&d->outbox, c->lcm[0] != '\0' ? &d->lcm : NULL, c->can[0] != '\0' ? &d->can : NULL,
+              c->node);
+  const uint64_t now_ns = rimd_now_ns();
+  d->valid_ns = d->next_health_ns = now_ns;
+  d->next_state_ns = now_ns + UINT64_C(1000000000) * c->state_s;
+  rim_alarm again;
+  if (panel_resume(&d->kept.panel, &d->panel_config, d->kept.row_s, &again))
+    outbox_alarm(&d->outbox, &again, now_ns);
+  return 0;
+}
+
+int rimd_finish(rimd *d) {
+  int status = 0;
+  if (d->config.state[0] != '\0') {
+    d->kept.dropped += d->outbox.dropped;
+    const state_parts parts = rimd_parts(d);
+    const int why = state_finish(&d->state, &parts);
+    if (why != 0) {
+      say("%s: %s", d->config.state, strerror(why));
+      status = EXIT_DATA;
+    }
+  }
+  lcm_udp_close(&d->lcm);
+  socketcan_close(&d->can);
+  socketcan_close(&d->can_input);
+  return status;
+}

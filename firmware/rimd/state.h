@@ -1,0 +1,54 @@
+/* state.h - rimd's memory across a restart: one file, replaced atomically, checked before use.
+ *
+ * The step only copies; a thread of ordinary priority computes the check sum, writes FILE.tmp,
+ * flushes it to the medium and renames it. A file of another version, model or computer is refused
+ * with a reason, and the daemon begins anew. */
+#ifndef STATE_H
+#define STATE_H
+
+#include <pthread.h>
+#include <semaphore.h>
+#include <stdatomic.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/* Two stretches of memory that make up the state, and what they belong to. */
+typedef struct state_parts {
+  void *daemon, *monitor;
+  uint32_t daemon_bytes, monitor_bytes;
+  uint32_t model_id, image_crc;
+} state_parts;
+
+typedef struct state_file {
+  const char *path;
+  char temporary[264];
+  uint8_t *copy; /* the writer's while busy */
+  size_t bytes;
+  sem_t wake;
+  pthread_t thread;
+  bool running;
+  atomic_bool busy, stop;
+  atomic_uint failures;
+  atomic_int why; /* errno of the newest failure */
+} state_file;
+
+/* Bytes of the file, and of the copy that state_start() is given. */
+size_t state_bytes(const state_parts *parts);
+
+/* Reads the state back into the parts. Returns NULL, or why not (then the parts are unchanged):
+ * "none yet" when there is no file. scratch: state_bytes() bytes. O(bytes). */
+const char *state_load(const char *path, const state_parts *parts, uint8_t *scratch);
+
+/* Starts the writer. copy: state_bytes() bytes that are its own. Returns 0 or an errno. */
+int state_start(state_file *state, const char *path, uint8_t *copy, size_t bytes);
+
+/* Takes a copy for the writer and returns at once; false when it is still busy with the last one.
+ */
+bool state_save(state_file *state, const state_parts *parts);
+
+/* Ends the writer, after it has written what it had, then writes the present state. 0 or an errno.
+ */
+int state_finish(state_file *state, const state_parts *parts);
+
+#endif

@@ -1,0 +1,69 @@
+#!/bin/bash
+# rimd, the daemon: configuration, observations over LCM, alarms and health out, everything bad that can come
+# in, restart, stale input, fixed memory. tests/firmware/rimd_test.py does the asking.
+. "$(dirname "$0")/check.inc"
+. "$(dirname "$0")/toy.inc"
+root=$(cd "$(dirname "$0")/../.." && pwd)
+[ -x "$BUILD/rimd" ] || { bad "no $BUILD/rimd"; finish; }
+cd "$here" || exit 1
+for i in $(seq 20); do toy "run$(printf %02d "$i").csv" "$i"; done
+"$RIM" train run*.csv --out toy.rim --quick > /dev/null || bad "train"
+toy healthy.csv 101
+toy biased.csv 102 1200 'a += 0.5'
+"$RIM" replay --model toy.rim biased.csv --alarms biased.jsonl > /dev/null || bad "replay"
+gcc -O2 -Wall -Wextra -shared -fPIC "$root/tests/firmware/count_allocations.c" -o count.so || bad "counter"
+
+# Configuration: told whole, with file and line.
+refuses() { # WHAT STATUS PATTERN TEXT
+  printf '%b' "$4" > bad.conf
+  said=$("$BUILD/rimd" --check bad.conf 2>&1); check "$1" "$2" $?
+  contains "$1: said" "$said" "$3"
+}
+lcm='lcm = udpm://239.255.76.67:7667?ttl=0\n'
+printf "image = toy.rim\n$lcm" > good.conf
+said=$("$BUILD/rimd" --check good.conf); check "a good one" 0 $?
+contains "sizes" "$said" "^bytes: image [0-9]*, monitor [0-9]*, everything else [0-9]*$"
+sed -e 's/^#\([a-z]\)/\1/' -e 's/lander.rim/toy.rim/' -e '/^input/d' "$root/firmware/rimd/rimd.conf" > whole.conf
+"$BUILD/rimd" --check whole.conf > /dev/null; check "the example with all its defaults" 0 $?
+refuses "unknown key" 3 "^rimd: bad.conf:2: unknown key 'modell'$" "image = toy.rim\nmodell = 1\n$lcm"
+refuses "a key twice" 3 "bad.conf:3: image: stands on line 1 already" "image = toy.rim\n$lcm image = b\n"
+refuses "no equal sign" 3 "bad.conf:1: 'image toy.rim' is not 'key = value'" "image toy.rim\n$lcm"
+refuses "no value" 3 "bad.conf:2: node: has no value" "image = toy.rim\nnode = # none\n$lcm"
+refuses "a number too large" 3 "bad.conf:1: node: '128' is not a whole number from 0 to 127" "node = 128\nimage = toy.rim\n$lcm"
+refuses "a number far too large" 3 "is not a whole number" "node = 99999999999999999999\nimage = toy.rim\n$lcm"
+refuses "a negative number" 3 "'-1' is not a whole number" "node = -1\nimage = toy.rim\n$lcm"
+refuses "neither yes nor no" 3 "bad.conf:1: latch: 'maybe' is neither yes nor no" "latch = maybe\nimage = toy.rim\n$lcm"
+refuses "no image" 3 "image = FILE.rim is missing" "$lcm"
+refuses "no bus" 3 "nobody would hear" "image = toy.rim\n"
+refuses "a scheme of another kind" 3 "must begin with udpm" "image = toy.rim\nlcm = file://x\n"
+refuses "a group that is none" 3 "multicast address" "image = toy.rim\nlcm = udpm://10.0.0.1:7667\n"
+refuses "a port that is none" 3 "port must be" "image = toy.rim\nlcm = udpm://239.1.1.1:70000\n"
+refuses "an option that is none" 3 "only option" "image = toy.rim\nlcm = udpm://239.1.1.1:7000?recv_buf_size=1\n"
+refuses "ttl" 3 "ttl must be" "image = toy.rim\nlcm = udpm://239.1.1.1:7000?ttl=x\n"
+refuses "an interface's address" 3 "bad.conf:3: lcm_interface: 'lo' is not an IPv4 address" "image = toy.rim\n${lcm}lcm_interface = lo\n"
+refuses "input" 3 "neither lcm nor can" "image = toy.rim\n${lcm}input = serial\n"
+refuses "input without its bus" 3 "needs can or can_input" "image = toy.rim\n${lcm}input = can\n"
+refuses "all errors at once" 3 "3 errors" "a = 1\nb\nimage = toy.rim\nnode = x\n$lcm"
+refuses "binary" 3 "no text file" 'image = \001toy\n'
+refuses "a name too long" 3 "longer than 255" "image = $(printf 'x%.0s' $(seq 300))\n$lcm"
+refuses "an image that is not there" 3 "absent.rim: No such file" "image = absent.rim\n$lcm"
+refuses "an image that is none" 3 "biased.csv: " "image = biased.csv\n$lcm"
+refuses "an empty image" 3 "empty" "image = /dev/null\n$lcm"
+refuses "CAN input without a table" 3 "no table of CAN signals" "image = toy.rim\ncan = can0\ninput = can\n$lcm"
+head -c 20000 /dev/zero | tr '\0' '#' > long.conf
+said=$("$BUILD/rimd" long.conf 2>&1); check "a file too long" 3 $?
+contains "a file too long: said" "$said" "longer than"
+cp toy.rim hurt.rim; printf 'X' | dd of=hurt.rim bs=1 seek=2000 conv=notrunc status=none
+refuses "a damaged image" 3 "hurt.rim: .*check sum" "image = hurt.rim\n$lcm"
+"$BUILD/rimd" --check absent.conf 2> /dev/null; check "no configuration" 3 $?
+"$BUILD/rimd" > said 2>&1; check "usage" 2 $?
+"$BUILD/rimd" --wrong good.conf > said 2>&1; check "unknown option" 2 $?
+"$BUILD/rimd" good.conf good.conf > said 2>&1; check "two files" 2 $?
+"$BUILD/rimd" --help | grep -q '^Example'; check "help ends in an example" 0 $?
+
+python3 "$root/tests/firmware/rimd_test.py" "$BUILD/rimd" "$root/lib/wire" . > python.txt 2>&1
+sed '$d' python.txt
+read -r p f s < <(awk 'END {if (match($0, /^[0-9]+ passed, [0-9]+ failed/)) print $1+0, $3+0, (NF > 4 ? $5 : 0); else print 0, 1, 0}' python.txt)
+[ "$p" = 0 ] && cat python.txt
+passed=$((passed + p)) failed=$((failed + f)) skipped=$((skipped + s))
+finish
