@@ -5,6 +5,7 @@
 
 #include "util/error.hpp"
 #include "world/falcon_fall.hpp"
+#include "world/lander_predict.hpp"
 #include "world/predictor_columns.hpp"
 #include "world/unicycle.hpp"
 
@@ -15,7 +16,9 @@ std::unique_ptr<Predictor> make_world_predictor(const std::string &world) {
     return std::make_unique<FalconFall>();
   if (world == "unicycle")
     return std::make_unique<Unicycle>();
-  throw UsageError("--world " + world + ": there are falcon and unicycle");
+  if (world == "lander")
+    return std::make_unique<LanderPredictor>();
+  throw UsageError("--world " + world + ": there are lander, falcon and unicycle");
 }
 
 int needed_column(const Log &log, const std::string &name, const std::string &who) {
