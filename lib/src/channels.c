@@ -53,11 +53,17 @@ static bool shape_fits(const rim_nominal *model, const rim_channels_config *conf
   return model != NULL && model->inputs == config->features && model->outputs == config->outcomes;
 }
 
+static bool correct_fits(const rim_channels_config *config) {
+  const rim_correct *c = config->correct;
+  return c == NULL ||
+         (c->section != NULL && c->features == config->features && c->outcomes == config->outcomes);
+}
+
 static bool config_is_valid(const rim_channels_config *config) {
   if (config->features == 0 || config->features > RIM_CHANNELS_MAX_FEATURES ||
       config->outcomes == 0 || config->outcomes > RIM_CHANNELS_MAX_OUTCOMES ||
       config->block_rows == 0 || config->kinds == 0 || config->kinds >> RIM_CHANNELS_KINDS != 0 ||
-      !rim_is_finite(config->period_s) || config->period_s < 0.0) {
+      !rim_is_finite(config->period_s) || config->period_s < 0.0 || !correct_fits(config)) {
     return false;
   }
   if (config->external) {
@@ -137,6 +143,13 @@ static bool row_is_finite(const rim_channels *self, double t_s, const double *co
   return true;
 }
 
+/* mean[outcomes], predicted from this context, as the corrected model would have it. */
+static void correct(const rim_channels *self, rim_kind kind, const double *context, double *mean) {
+  const rim_correct *c = self->config.correct;
+  if (c != NULL && (c->kinds >> (unsigned)kind & 1u) != 0)
+    (void)rim_correct_mean(c, context, mean, mean);
+}
+
 static void begin_block(rim_channels *self) {
   self->rows_in_block = 0;
   self->steps_in_block = 0;
@@ -213,6 +226,7 @@ static void emit_level(rim_channels *self, double *raw) {
   const double *context = BLOCK_SUM(self);
   double extrapolation = 0.0;
   (void)rim_nominal_predict(self->config.level, context, mean, sd, &extrapolation);
+  correct(self, RIM_KIND_SHIFT, context, mean);
   if (extrapolation > RIM_CHANNELS_FAR)
     count(&self->health.far);
   for (size_t o = 0; o < self->config.outcomes; ++o) {
@@ -234,6 +248,7 @@ static void emit_increment(rim_channels *self, double *raw) {
   double *mean = BLOCK_MEAN(self);
   double *sd = INCREMENT_SD(self);
   (void)rim_nominal_predict(config->increment, input, mean, sd, NULL);
+  correct(self, RIM_KIND_INCREMENT, input, mean);
   for (size_t o = 0; o < config->outcomes; ++o) {
     const size_t f = rim_image_u16(config->outcome_feature, o);
     raw[o] = (now[f] - before[f] - mean[o]) / sd[o];
@@ -281,8 +296,11 @@ static int external_row(rim_channels *self, const double *context, const double 
                         const double *mean, const double *sd) {
   memcpy(BLOCK_SUM(self), context, self->config.features * sizeof(double));
   double *values = VALUES(self);
+  double *expected = BLOCK_MEAN(self);
+  memcpy(expected, mean, self->config.outcomes * sizeof(double));
+  correct(self, RIM_KIND_SHIFT, context, expected);
   for (size_t o = 0; o < self->config.outcomes; ++o) {
-    values[o] = standardise(self, o, (outcome[o] - mean[o]) / sd[o]);
+    values[o] = standardise(self, o, (outcome[o] - expected[o]) / sd[o]);
     BLOCK_SD(self)[o] = sd[o];
   }
   return 1;
@@ -350,6 +368,7 @@ int rim_channels_row(rim_channels *self, double t_s, const double *context, cons
       gather_step_residuals(self, context);
     (void)rim_nominal_predict(self->config.step, context, PREDICTED(self), PREDICTED_SD(self),
                               NULL);
+    correct(self, RIM_KIND_STEP, context, PREDICTED(self));
   }
   if (self->rows_in_block < self->config.block_rows)
     return 0;

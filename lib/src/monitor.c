@@ -16,6 +16,7 @@ struct rim_monitor {
   rim_nominal step, level, increment;
   rim_threshold threshold;
   rim_envelope envelope;
+  rim_correct correct;
   rim_channels *channels;
   rim_select *select;
   double *unit;         /* [region features] scratch of a block in unit coordinates */
@@ -44,6 +45,7 @@ typedef struct plan {
   rim_nominal step, level, increment;
   rim_threshold threshold;
   rim_envelope envelope;
+  rim_correct correct;
   rim_channels_config channels;
   rim_select_config select;
   const uint8_t *range;
@@ -193,6 +195,22 @@ static rim_status open_envelope(plan *p) {
   return status;
 }
 
+/* What the ground has found wrong with the models since they were trained. */
+static rim_status open_correct(plan *p) {
+  const uint8_t *data;
+  size_t bytes;
+  if (rim_image_section(&p->image, RIM_SECTION_CORRECT, &data, &bytes) != RIM_OK)
+    return RIM_OK;
+  const rim_status status = rim_correct_open(&p->correct, data, bytes);
+  if (status != RIM_OK)
+    return status;
+  p->channels.correct = &p->correct;
+  return p->correct.features == p->words[RIM_CONFIG_FEATURES] &&
+                 p->correct.outcomes == p->words[RIM_CONFIG_OUTCOMES]
+             ? RIM_OK
+             : RIM_E_CONFIG;
+}
+
 static rim_status make_plan(plan *p, const void *image, size_t image_bytes) {
   memset(p, 0, sizeof *p);
   rim_status status = rim_image_open(&p->image, image, image_bytes);
@@ -220,6 +238,8 @@ static rim_status make_plan(plan *p, const void *image, size_t image_bytes) {
     status = open_threshold(p);
   if (status == RIM_OK)
     status = open_envelope(p);
+  if (status == RIM_OK)
+    status = open_correct(p);
   p->select.features = (uint16_t)w[RIM_CONFIG_REGION_FEATURES];
   p->select.channels = p->channel_count;
   p->select.ring = (uint16_t)w[RIM_CONFIG_RING];
@@ -287,6 +307,7 @@ static void connect(rim_monitor *self, const plan *p, const layout *l) {
   self->increment = p->increment;
   self->threshold = p->threshold;
   self->envelope = p->envelope;
+  self->correct = p->correct;
   self->range = p->range;
   self->region = p->region;
   self->inverse_scale = (float *)(void *)(base + l->floats);
@@ -302,6 +323,8 @@ static rim_channels_config channels_config(const rim_monitor *self, const plan *
     config.level = &self->level;
   if (config.increment != NULL)
     config.increment = &self->increment;
+  if (config.correct != NULL)
+    config.correct = &self->correct;
   return config;
 }
 

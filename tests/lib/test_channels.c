@@ -250,6 +250,64 @@ static void external_predictions_give_a_value_a_row(void **state) {
   assert_int_equal(rim_channels_init(&f.channels, f.memory, size, &config), RIM_E_CONFIG);
 }
 
+/* One outcome's prediction is 1 higher where feature 2 is above 0, by each kind of model. */
+static void corrections_are_added_to_the_kinds_they_name(void **state) {
+  (void)state;
+  _Alignas(8) uint8_t section[RIM_CORRECT_BYTES(O, 1)];
+  rim_correct_region region = {.is_box = true, .confidence = 1.0};
+  region.region.dims = 1;
+  region.region.feature[0] = 2;
+  region.region.upper[0] = 100.0;
+  const double shift[O] = {0.0, 1.0};
+  double value[2][5][4 * O]; /* [without, with][mask's bit][channel]; the fifth: external */
+  for (unsigned bit = 0; bit < 5; ++bit) {
+    const bool is_external = bit == 4;
+    const rim_correct_model m = {.features = D,
+                                 .outcomes = O,
+                                 .regions = 1,
+                                 .kinds = is_external ? 1u : 1u << bit,
+                                 .region = &region,
+                                 .shift = shift};
+    rim_correct view;
+    assert_int_equal(rim_correct_pack(&m, section, sizeof section), RIM_OK);
+    assert_int_equal(rim_correct_open(&view, section, sizeof section), RIM_OK);
+    for (int with = 0; with < 2; ++with) {
+      fixture f;
+      make_fixture(&f);
+      rim_channels_config config = {
+          .features = D, .outcomes = O, .block_rows = 1, .kinds = 1, .external = true};
+      if (!is_external)
+        config = f.config;
+      config.correct = with ? &view : NULL;
+      const size_t size = RIM_CHANNELS_SIZE(D, O, is_external ? 1 : 4);
+      assert_int_equal(rim_channels_init(&f.channels, f.memory, size, &config), RIM_OK);
+      const double m0[O] = {0, 0}, sd[O] = {2, 2};
+      for (int i = 0; i < 2 * BLOCK; ++i) {
+        const double x[D] = {1, 2, 1.2 + 0.1 * (i % 3)}, z[O] = {2, x[2]};
+        assert_true(rim_channels_row(f.channels, i, x, z, m0, sd) >= 0);
+      }
+      memcpy(value[with][bit], rim_channels_values(f.channels),
+             (is_external ? O : 4 * O) * sizeof(double));
+    }
+  }
+  for (size_t c = 0; c < 4 * O; ++c) {
+    const bool second = c % O == 1;
+    const size_t kind = c / O; /* SHIFT, INCREMENT, VARIANCE, STEP: sd .25, 2, -, .5 */
+    close_to(value[1][0][c], value[0][0][c] - (second && kind == 0 ? 4.0 : 0.0));
+    close_to(value[1][1][c], value[0][1][c] - (second && kind == 1 ? 0.5 : 0.0));
+    close_to(value[1][2][c], value[0][2][c]); /* VARIANCE has no prediction of its own */
+    close_to(value[1][3][c], value[0][3][c] - (second && kind == 3 ? 2.0 : 0.0));
+  }
+  close_to(value[1][4][0], value[0][4][0]);
+  close_to(value[1][4][1], value[0][4][1] - 0.5);
+  fixture f;
+  make_fixture(&f);
+  const rim_correct closed = {0};
+  f.config.correct = &closed;
+  assert_int_equal(rim_channels_init(&f.channels, f.memory, RIM_CHANNELS_SIZE(D, O, 4), &f.config),
+                   RIM_E_CONFIG);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(refuses_bad_configurations),
@@ -258,6 +316,7 @@ int main(void) {
       cmocka_unit_test(bad_rows_are_counted_and_change_nothing),
       cmocka_unit_test(a_long_gap_begins_the_block_anew),
       cmocka_unit_test(external_predictions_give_a_value_a_row),
+      cmocka_unit_test(corrections_are_added_to_the_kinds_they_name),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

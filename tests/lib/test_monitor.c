@@ -267,6 +267,72 @@ static void a_shifted_region_is_found_once(void **state) {
   }
 }
 
+/* The stretch in which make_row shifts an outcome, corrected for. */
+static void put_correct(bytes *b, bool external, double shift) {
+  rim_correct_region region = {.is_box = true, .confidence = 1.0};
+  region.region.dims = 1;
+  region.region.feature[0] = external ? 2 : 0;
+  region.region.lower[0] = external ? 150.0 : 0.4;
+  region.region.upper[0] = external ? 200.0 : 1.0;
+  const double shifts[O] = {external ? 0.0 : shift, external ? shift : 0.0};
+  const rim_correct_model m = {.features = D,
+                               .outcomes = O,
+                               .regions = 1,
+                               .kinds = 1u << RIM_KIND_SHIFT,
+                               .region = &region,
+                               .shift = shifts};
+  b->size = RIM_CORRECT_BYTES(O, 1);
+  assert_int_equal(rim_correct_pack(&m, b->byte, b->size), RIM_OK);
+}
+
+/* The fault of the test above, once the image carries its correction; the opposite correction makes
+ * it worse, and a vehicle without the fault does not fit the correction. */
+static void a_corrected_model_is_silent(void **state) {
+  (void)state;
+  for (int external = 0; external < 2; ++external) {
+    bench b;
+    make_bench(&b, external);
+    const double shift = external ? 0.8 : 0.15;
+    recipe r = calibrated[external];
+    put_correct(&r.section[RIM_SECTION_CORRECT], external, shift);
+    build(&b.blob, &r);
+    start(&b);
+    assert_int_equal(watch(&b, 3, 0, ROWS, shift).raised, 0);
+    start(&b);
+    const tally other = watch(&b, 3, 0, ROWS, 0.0);
+    assert_int_equal(other.raised, 1);
+    assert_true(other.latest.shift[0] < 0.0);
+    put_correct(&r.section[RIM_SECTION_CORRECT], external, -shift);
+    build(&b.blob, &r);
+    start(&b);
+    const tally twice = watch(&b, 3, 0, ROWS, shift);
+    assert_int_equal(twice.raised, 1);
+    assert_true(rim_abs(twice.latest.shift[0] - 2.0 * shift) <= 4.0 * twice.latest.shift_sd[0]);
+  }
+}
+
+/* A section that is damaged, or of another shape, is no image. */
+static void a_correction_that_does_not_fit_is_refused(void **state) {
+  (void)state;
+  bench b;
+  make_bench(&b, true);
+  recipe r = calibrated[1];
+  bytes *section = &r.section[RIM_SECTION_CORRECT];
+  put_correct(section, true, 0.8);
+  section->byte[section->size - 1] ^= 1;
+  build(&b.blob, &r);
+  rim_monitor *monitor = NULL;
+  assert_int_equal(rim_monitor_init(&monitor, b.memory, EXTERNAL_SIZE, b.blob.byte, b.blob.size),
+                   RIM_E_CRC);
+  const rim_correct_model m = {.features = D + 1, .outcomes = O, .kinds = 1};
+  section->size = RIM_CORRECT_BYTES(O, 0);
+  assert_int_equal(rim_correct_pack(&m, section->byte, section->size), RIM_OK);
+  build(&b.blob, &r);
+  assert_int_equal(rim_monitor_init(&monitor, b.memory, EXTERNAL_SIZE, b.blob.byte, b.blob.size),
+                   RIM_E_CONFIG);
+  assert_null(monitor);
+}
+
 static void a_fault_in_scatter_and_a_stuck_reading_are_named(void **state) {
   (void)state;
   for (int stuck = 0; stuck < 2; ++stuck) {
@@ -566,6 +632,8 @@ int main(void) {
       cmocka_unit_test(every_flipped_bit_is_refused),
       cmocka_unit_test(nothing_is_found_where_nothing_is),
       cmocka_unit_test(a_shifted_region_is_found_once),
+      cmocka_unit_test(a_corrected_model_is_silent),
+      cmocka_unit_test(a_correction_that_does_not_fit_is_refused),
       cmocka_unit_test(a_fault_in_scatter_and_a_stuck_reading_are_named),
       cmocka_unit_test(an_alarm_persists_first_and_is_not_repeated_too_often),
       cmocka_unit_test(bad_rows_leave_no_trace),

@@ -17,6 +17,10 @@
  * business of `threshold`. The outcome may instead come with the caller's own prediction (z, m, sd
  * columns): then a block is one row and SHIFT is (z - m) / sd.
  *
+ * A corrected model (rim/correct.h) takes the place of the prediction of the kinds that it names.
+ * Its context is the one that the model predicts from: of SHIFT the block's mean, of INCREMENT the
+ * block's before, of STEP the row's before.
+ *
  * Which kinds of channel exist is a mask; channel c of kind k (counted among those present) and
  * outcome o has index k * outcomes + o. */
 #ifndef RIM_CHANNELS_H
@@ -27,6 +31,7 @@
 #include <stdint.h>
 
 #include "rim/alarm.h"
+#include "rim/correct.h"
 #include "rim/nominal.h"
 #include "rim/status.h"
 
@@ -58,6 +63,7 @@ typedef struct rim_channels_config {
   const uint8_t *command;         /* u8[features]: 1 where the feature is a command; may be NULL */
   const uint8_t *center;          /* f32[channels] subtracted; NULL: 0 */
   const uint8_t *inverse_sd;      /* f32[channels] multiplied; NULL: 1 */
+  const rim_correct *correct;     /* added to the predictions of its kinds; NULL: nothing */
 } rim_channels_config;
 
 /* Counted since init, saturating: nothing is silently lost. */

@@ -38,6 +38,7 @@ typedef enum rim_section {
   RIM_SECTION_OUTCOMES = 9, /* u16[outcomes]: feature index of each outcome; absent when external */
   RIM_SECTION_COMMANDS = 10, /* u8[features]: 1 for a command */
   RIM_SECTION_ENVELOPE = 12, /* rim_envelope; absent: residuals are taken as independent */
+  RIM_SECTION_CORRECT = RIM_CORRECT_SECTION, /* rim_correct; absent: the models stand as trained */
   RIM_SECTION_NAMES = 11 /* text for the ground: features' then outcomes' names, '\n' after each */
 } rim_section;
 
