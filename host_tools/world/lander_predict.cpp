@@ -69,6 +69,21 @@ struct Row {
   }
 };
 
+// Row at a moment; the number of rows where there is none.
+std::size_t row_at(const Log &log, double t_s) {
+  const auto found = std::lower_bound(log.t_s.begin(), log.t_s.end(), t_s - 1e-6);
+  const bool there = found != log.t_s.end() && *found <= t_s + 1e-6;
+  return there ? static_cast<std::size_t>(found - log.t_s.begin()) : log.t_s.size();
+}
+
+// Mean rate in body axes between two attitudes.
+Vector3d mean_rate(const Row &first, const Row &last, double time_s) {
+  Quaterniond turn = first.attitude().conjugate() * last.attitude();
+  if (turn.w() < 0.0)
+    turn.coeffs() = -turn.coeffs();
+  return 2.0 * turn.vec() / time_s;
+}
+
 // What happens between two rows, apart from the state it begins with.
 struct Step {
   double time_s = 0.0;
@@ -115,7 +130,7 @@ Step step_between(const LanderParams &p, const Log &log, const Columns &c, std::
 using Readings = std::array<double, kSensors>;
 
 Readings predict_readings(const LanderParams &p, const LanderVehicle &vehicle, const Row &now,
-                          const Row &later, const Step &step) {
+                          const Vector3d &rate_radps, const Step &step) {
   Readings m{};
   const double dt = step.time_s;
   const Vector3d position = now.vector(kPosition), imu = now.vector(kImu);
@@ -124,17 +139,12 @@ Readings predict_readings(const LanderParams &p, const LanderVehicle &vehicle, c
   const Vector3d end = position + dt * velocity + 0.5 * dt * dt * fall + step.push_m;
   const Vector3d gain = dt * fall + step.push_mps;
   const double mass_kg = now.sensor(kMass) - step.burnt_kg;
-  // Mean rate of the step, body axes; the reading at its end differs by half of what it changed.
-  Quaterniond turn = now.attitude().conjugate() * later.attitude();
-  if (turn.w() < 0.0)
-    turn.coeffs() = -turn.coeffs();
-  const Vector3d rate = 2.0 * turn.vec() / dt;
   for (std::size_t i = 0; i < 3; ++i) {
     const auto e = static_cast<Eigen::Index>(i);
     m[kPosition + i] = end[e];
     m[kImu + i] = doppler[e] + gain[e];
     m[kDoppler + i] = imu[e] + gain[e];
-    m[kRate + i] = rate[e];
+    m[kRate + i] = rate_radps[e];
   }
   m[kRadar] = m[kLaser] = altitude_m(vehicle, end);
   m[kAcceleration] = step.acceleration_mps2;
@@ -211,17 +221,19 @@ Log LanderPredictor::predict(const Log &log) const {
   for (const std::size_t i : predicted())
     outcomes.push_back(sensor_names()[i]);
   PredictionRows rows(log, features, outcomes);
-  std::size_t last = 0;
-  for (std::size_t r = 0; r < log.t_s.size(); ++r) {
-    while (last < log.t_s.size() && log.t_s[last] < log.t_s[r] + kLanderPredictStep_s - 1e-6)
-      ++last;
-    if (last == log.t_s.size())
-      break;
-    if (log.t_s[last] > log.t_s[r] + kLanderPredictStep_s + 1e-6 || !has_no_gap(log, r, last))
+  const std::size_t none = log.t_s.size();
+  for (std::size_t r = 0; r < none; ++r) {
+    // The attitude's change about the end of the step tells the rate there.
+    const std::size_t last = row_at(log, log.t_s[r] + kLanderPredictStep_s);
+    const std::size_t before = row_at(log, log.t_s[r] + 0.5 * kLanderPredictStep_s);
+    const std::size_t after = row_at(log, log.t_s[r] + 1.5 * kLanderPredictStep_s);
+    if (last == none || before == none || after == none || !has_no_gap(log, r, after))
       continue;
     const Row now(log, c, r), later(log, c, last);
+    const Vector3d rate =
+        mean_rate(Row(log, c, before), Row(log, c, after), log.t_s[after] - log.t_s[before]);
     const Step step = step_between(params_, log, c, r, last);
-    const Readings m = predict_readings(params_, vehicle_, now, later, step);
+    const Readings m = predict_readings(params_, vehicle_, now, rate, step);
     const Readings sd = prediction_sd(params_, step, now);
     std::vector<double> values;
     for (std::size_t i = 0; i < kEngines; ++i)
@@ -236,7 +248,8 @@ Log LanderPredictor::predict(const Log &log) const {
     rows.add(log.t_s[r], log.row[r], values);
   }
   if (rows.rows() == 0)
-    throw DataError(log.path + ": world lander: no row has another one second later");
+    throw DataError(log.path +
+                    ": world lander: no row has others 0.5, 1 and 1.5 s later without a gap");
   return std::move(rows).finish();
 }
 
