@@ -14,6 +14,9 @@
 
 namespace rim::diagnose {
 
+// The name by which gates and arguments mean the seconds since a log began.
+inline constexpr const char *kTime = "t_s";
+
 // Where a term acts; no features: everywhere. A box, or the ellipsoid (x-u)' A^-1 (x-u) < 1 (eq.
 // 3.8, p. 29) inscribed in the box that lower and upper then are. Closed bounds. On an angle
 // (Feature::is_angle) lower may exceed upper: the interval then runs through pi.
@@ -55,6 +58,9 @@ struct Term {
   std::map<std::string, double> response;
   Gate gate;
 };
+
+// The column of a feature, or of kTime. DataError when there is none.
+Vector feature_column(const Measured &measured, const std::string &name);
 
 // 1 where the row lies in the gate, else 0. DataError when a feature is not in the table.
 Vector gate_mask(const Gate &gate, const Measured &measured);

@@ -1,0 +1,190 @@
+// rim diagnose: given measured data, what a simulation gets wrong, why, and what mending it is
+// worth.
+#include "cli/arguments.hpp"
+#include "cli/command.hpp"
+#include "diagnose/diagnose.hpp"
+#include "diagnose/extension.hpp"
+#include "diagnose/outputs.hpp"
+#include "log/schema.hpp"
+#include "util/data_path.hpp"
+#include "util/table.hpp"
+
+#include <cstdio>
+#include <filesystem>
+#include <fmt/format.h>
+#include <optional>
+
+namespace {
+
+namespace fs = std::filesystem;
+using namespace rim::diagnose;
+
+struct Options_ {
+  std::vector<std::string> logs, holdout, extensions;
+  std::string model, world, out, schema, causes;
+  double horizon_s = 0.0, false_alarm = 0.05;
+  std::size_t null_runs = 0;
+  std::uint64_t seed = 1;
+};
+
+const char *const kFooter =
+    "A log brings its own predictions (columns z.NAME measured, m.NAME predicted, sd.NAME its\n"
+    "standard deviation), or --world or --model predicts it. DIR gets diagnosis.json, labels.csv,\n"
+    "extension.toml (for --extension of simulate, replay and the next diagnose) and report.html.\n"
+    "Exit status 1: the simulation is inadequate; 0: nothing in the logs contradicts it.\n\n"
+    "Example: a fall that a point mass under gravity does not explain\n"
+    "  rim diagnose --world falcon --schema data/diagnose_falcon9.toml flight1.csv flight2.csv \\\n"
+    "      --holdout flight3.csv --horizon 10 --out diagnosis\n"
+    "  xdg-open diagnosis/report.html";
+
+void declare(CLI::App &app, Options_ &o) {
+  app.add_option("LOG", o.logs, "measured logs")->required()->type_name("LOG...");
+  app.add_option("--out", o.out, "folder for the results; replaced when it holds earlier ones")
+      ->required()
+      ->type_name("DIR");
+  app.add_option("--holdout", o.holdout,
+                 "log that is judged but not fitted; may be repeated (default: cross-validation)")
+      ->type_name("LOG")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  auto *world = app.add_option("--world", o.world, "simulation: lander, falcon or unicycle")
+                    ->check(CLI::IsMember({"lander", "falcon", "unicycle"}));
+  app.add_option("--model", o.model, "simulation: the nominal model of a flight image")
+      ->type_name("MODEL.rim")
+      ->excludes(world);
+  app.add_option("--schema", o.schema, "maps the columns of foreign logs")->type_name("FILE.toml");
+  app.add_option("--extension", o.extensions, "terms found before; may be repeated")
+      ->type_name("FILE.toml")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  app.add_option("--causes", o.causes, "catalogue laid over data/causes.toml")
+      ->type_name("FILE.toml");
+  app.add_option("--horizon", o.horizon_s, "judge the gain at this horizon too")
+      ->type_name("SECONDS")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--false-alarm", o.false_alarm,
+                 "chance of any claim where nothing is wrong (default 0.05)")
+      ->check(CLI::Range(1e-4, 0.5));
+  app.add_option("--null-runs", o.null_runs,
+                 "simulated searches of noise, a channel (default: 96 over all channels)")
+      ->check(CLI::Range(8, 100000));
+  app.add_option("--seed", o.seed, "seed of all random numbers (default 1)")
+      ->check(CLI::NonNegativeNumber);
+  app.footer(kFooter);
+}
+
+// A hold-out that was trained on would be a lie.
+void check_holdout(const Options_ &o) {
+  for (const std::string &held : o.holdout) {
+    for (const std::string &log : o.logs) {
+      std::error_code ignored;
+      if (held == log || fs::equivalent(held, log, ignored))
+        throw rim::DataError(held + ": is a training log too; a hold-out must be another");
+    }
+  }
+}
+
+std::vector<rim::Log> read_all(const std::vector<std::string> &paths, const rim::Schema *schema,
+                               const rim::world::Predictor *predictor) {
+  std::vector<rim::Log> logs;
+  for (const std::string &path : paths) {
+    rim::Log log = rim::read_log(path, schema);
+    logs.push_back(predictor != nullptr ? predictor->predict(log) : std::move(log));
+  }
+  return logs;
+}
+
+std::string command_line(int argc, char **argv) {
+  std::string text = "rim";
+  for (int i = 0; i < argc; ++i)
+    text += std::string(" ") + argv[i];
+  return text;
+}
+
+void print_findings(const Diagnosis &diagnosis) {
+  std::printf("%s\n", diagnosis.sentence.c_str());
+  for (const Finding &f : diagnosis.findings) {
+    std::printf("\n%d. %s\n", f.number, f.sentence.c_str());
+    std::printf("   ln anom %.1f, p %.2g%s\n", f.ln_anom, f.p_value,
+                f.given ? " (from the extension given)" : "");
+    for (const Alternative &a : f.alternatives) {
+      if (a.delta_bic < 20.0)
+        std::printf("   instead: %s, %s: BIC %+.1f\n", a.cause.c_str(), a.expression.c_str(),
+                    a.delta_bic);
+    }
+  }
+}
+
+void print_gains(const Diagnosis &diagnosis) {
+  if (diagnosis.gains.empty())
+    return;
+  rim::Table table({{"channel", ""},
+                    {"rows", ""},
+                    {"horizon", "s"},
+                    {"RMSE before", ""},
+                    {"RMSE after", ""},
+                    {"ratio", ""},
+                    {"95 %", ""},
+                    {"", ""}});
+  for (const Gain &g : diagnosis.gains) {
+    table.add({g.channel + (g.unit.empty() ? "" : " (" + g.unit + ")"), g.where,
+               g.horizon_s > 0.0 ? fmt::format("{:g}", g.horizon_s) : "one step",
+               rim::cell(g.rmse_before), rim::cell(g.rmse_after), fmt::format("{:.3f}", g.ratio),
+               fmt::format("{:.3f} - {:.3f}", g.ratio_ci95.low, g.ratio_ci95.high),
+               g.worse ? "WORSE" : ""});
+  }
+  std::printf("\nGain, %s:\n", diagnosis.gains.front().data.c_str());
+  table.print();
+}
+
+int cmd_diagnose(int argc, char **argv) {
+  Options_ o;
+  CLI::App app{"Find where and why measured logs contradict a simulation, extend it, measure the "
+               "gain.",
+               "rim diagnose"};
+  declare(app, o);
+  if (!rim::parse_arguments(app, argc, argv))
+    return rim::EXIT_FINE;
+  check_holdout(o);
+  std::optional<rim::Schema> schema;
+  if (!o.schema.empty())
+    schema = rim::read_schema(o.schema);
+  std::unique_ptr<rim::world::Predictor> predictor;
+  if (!o.world.empty())
+    predictor = rim::world::make_world_predictor(o.world);
+  else if (!o.model.empty())
+    predictor = rim::world::make_image_predictor(o.model);
+  Options options;
+  options.catalogue = read_catalogue(rim::data_path("causes.toml"));
+  if (!o.causes.empty())
+    options.catalogue = merged(options.catalogue, read_catalogue(o.causes));
+  const rim::Schema *mapping = schema ? &*schema : nullptr;
+  const std::vector<rim::Log> logs = read_all(o.logs, mapping, predictor.get());
+  options.holdout = read_all(o.holdout, mapping, predictor.get());
+  for (const std::string &path : o.extensions) {
+    const std::vector<Term> terms = read_extension(path);
+    check_extension(terms, make_measured(logs), path);
+    options.given.insert(options.given.end(), terms.begin(), terms.end());
+  }
+  options.horizon_s = o.horizon_s;
+  options.predictor = predictor.get();
+  options.false_alarm = o.false_alarm;
+  options.null_runs = o.null_runs;
+  options.seed = o.seed;
+  options.command = command_line(argc, argv);
+  options.model = predictor ? predictor->name() : "the logs' own predictions";
+  Measured measured;
+  const Diagnosis diagnosis = diagnose(logs, options, &measured);
+  write_outputs(diagnosis, measured, o.out);
+  print_findings(diagnosis);
+  print_gains(diagnosis);
+  for (const std::string &note : diagnosis.notes)
+    std::printf("note: %s\n", note.c_str());
+  std::printf("\n%s/report.html\n", o.out.c_str());
+  return diagnosis.adequate() ? rim::EXIT_FINE : rim::EXIT_FOUND;
+}
+
+} // namespace
+
+RIM_COMMAND(diagnose, "what a simulation gets wrong, where, why, and what mending it is worth",
+            cmd_diagnose)

@@ -1,0 +1,70 @@
+// diagnose/catalogue.hpp - data/causes.toml: the forms a discrepancy may have, and their names.
+//
+// A form is one or two basis functions of placeholders; a placeholder's role says which features
+// may stand for it. The file explains itself; users lay a file of their own beside it (--causes).
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "diagnose/term.hpp"
+
+namespace rim::diagnose {
+
+// Which features may stand for a placeholder.
+enum class ArgumentRole {
+  any,      // every feature
+  other,    // every feature but the channel's own velocity
+  own,      // the velocity whose change the channel is; every velocity when it is not known
+  velocity, // unit m/s, km/s, rad/s or deg/s
+  signed_,  // features that take both signs
+  command,  // u. columns
+  angle,    // wrapped angles
+  heading,  // wrapped angles named heading, yaw, theta or psi; every angle when none is
+  altitude, // lengths named altitude or height
+};
+
+enum class GateKind { none, interval, pair };
+
+struct Argument {
+  std::string name; // placeholder
+  ArgumentRole role = ArgumentRole::any;
+};
+
+// A parameter inside the basis, tried on a grid and then refined.
+struct ShapeParameter {
+  std::string name;
+  std::string quantiles_of; // placeholder or "m", "abs(m)": the grid is its quantiles
+  int count = 8;
+  double low_share = 0.05, high_share = 0.95; // first and last quantile
+  std::vector<double> values;                 // or these, in `unit`
+  std::string unit;                           // empty: that of quantiles_of
+};
+
+struct Form {
+  std::string cause, form, description;
+  TermKind kind = TermKind::mean;
+  std::vector<std::string> basis; // empty for the built-in delay, lag, stuck, dropout, noise
+  std::vector<Argument> arguments;
+  bool is_unordered = false; // arguments may be exchanged: each pair once
+  bool is_fixed = false;     // its size is 1 and is not fitted
+  bool is_positive = false;  // its size must be above 0
+  GateKind gate = GateKind::none;
+  std::vector<ShapeParameter> shape;
+  std::vector<std::string> per; // placeholders, "m" or "t" whose units divide the size's
+  double cost = 0.0;            // nats, beside what is reckoned: for forms less likely a priori
+  int line = 0;
+};
+
+struct Catalogue {
+  std::string path;
+  std::vector<Form> forms;
+};
+
+// DataError with file and line: unknown key, role, kind or form; a name given twice; an expression
+// that does not parse or that uses a name it has no argument for.
+Catalogue read_catalogue(const std::string &path);
+// Forms of `more` after those of `base`; a form of the same name replaces it.
+Catalogue merged(const Catalogue &base, const Catalogue &more);
+
+} // namespace rim::diagnose

@@ -1,0 +1,304 @@
+#include "diagnose/diagnose.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "diagnose/gain.hpp"
+#include "diagnose/null.hpp"
+#include "diagnose/search.hpp"
+#include "diagnose/sentence.hpp"
+#include "util/error.hpp"
+#include "util/parallel_for.hpp"
+#include "util/progress.hpp"
+
+namespace rim::diagnose {
+
+namespace {
+
+using Index = Eigen::Index;
+constexpr std::size_t kLeastRows = 60;
+constexpr std::size_t kMostFolds = 5;
+constexpr double kActs = 0.1; // sd: a row with less is not labelled
+// Below this score the null's threshold is not believed: it is a fitted law.
+constexpr double kLeastThreshold = 2.0;
+
+std::vector<Term> terms_of(const ChannelFindings &found) {
+  std::vector<Term> terms;
+  for (const Member &member : found.members)
+    terms.push_back(member.term);
+  for (const VarianceClaim &claim : found.variances)
+    terms.push_back(claim.term);
+  return terms;
+}
+
+// The searches of all channels; terms of the extension first.
+std::vector<ChannelFindings> search_all(const Measured &measured, const Catalogue &catalogue,
+                                        const std::vector<Term> &given, double threshold,
+                                        const std::vector<Library> *libraries) {
+  std::vector<ChannelFindings> found(measured.channels.size());
+  SearchOptions options;
+  options.threshold = threshold;
+  parallel_for(found.size(), [&](std::size_t c) {
+    const Library own =
+        libraries == nullptr ? make_library(measured, measured.channels[c], catalogue) : Library{};
+    const Library &library = libraries == nullptr ? own : (*libraries)[c];
+    found[c] = ChannelSearch(measured, measured.channels[c], library, options).run(given);
+  });
+  return found;
+}
+
+Finding mean_finding(const Member &member, const Claim &claim, const Channel &channel,
+                     const Measured &measured, const Null &null) {
+  Finding f;
+  f.term = member.term;
+  f.given = member.is_given;
+  f.ln_anom = claim.ln_anom;
+  f.p_value = null.p_value(claim.score);
+  f.heldout_r2 = claim.heldout_r2;
+  f.alternatives = claim.alternatives;
+  f.separable = claim.is_separable;
+  const Vector effect =
+      mean_effect(member.term, measured, channel.m).cwiseAbs().cwiseQuotient(channel.sd);
+  f.acts.resize(measured.rows());
+  for (std::size_t i = 0; i < f.acts.size(); ++i)
+    f.acts[i] = effect(static_cast<Index>(i)) > kActs ? 1 : 0;
+  f.inside_fraction = gate_mask(member.term.gate, measured).mean();
+  return f;
+}
+
+Finding sensor_finding(const Channel &channel, TermKind kind, const std::vector<std::uint8_t> &rows,
+                       std::size_t count, double ln_anom, const Null &null) {
+  Finding f;
+  f.term.channel = channel.name;
+  f.term.kind = kind;
+  f.term.cause = f.term.form = kind == TermKind::stuck ? "stuck" : "dropout";
+  f.acts = rows;
+  f.inside_fraction = static_cast<double>(count) / static_cast<double>(rows.size());
+  f.ln_anom = ln_anom;
+  f.p_value = null.p_value(ln_anom);
+  return f;
+}
+
+void add_findings(const ChannelFindings &found, const Channel &channel, const Measured &measured,
+                  const Null &null, std::vector<Finding> *findings) {
+  if (found.flagged.stuck_rows > 0)
+    findings->push_back(sensor_finding(channel, TermKind::stuck, found.flagged.stuck,
+                                       found.flagged.stuck_rows, found.flagged.stuck_ln, null));
+  if (found.flagged.dropout_rows > 0)
+    findings->push_back(sensor_finding(channel, TermKind::dropout, found.flagged.dropout,
+                                       found.flagged.dropout_rows, found.flagged.dropout_ln, null));
+  for (std::size_t j = 0; j < found.members.size(); ++j)
+    findings->push_back(mean_finding(found.members[j], found.claims[j], channel, measured, null));
+  for (const VarianceClaim &claim : found.variances) {
+    Finding f;
+    f.term = claim.term;
+    f.ln_anom = claim.ln_anom;
+    f.p_value = null.p_value(claim.score);
+    f.inside_fraction = claim.mask.mean();
+    f.acts.resize(measured.rows());
+    for (std::size_t i = 0; i < f.acts.size(); ++i)
+      f.acts[i] = claim.mask(static_cast<Index>(i)) > 0.0 ? 1 : 0;
+    findings->push_back(f);
+  }
+}
+
+// The rows of one fold, or all others, as a table of its own; spans that are cut become logs.
+Measured select(const Measured &measured, const std::vector<std::uint8_t> &fold_of_row, int fold,
+                bool is_held) {
+  Measured out;
+  out.features = measured.features;
+  std::vector<Index> rows;
+  for (const LogSpan &log : measured.logs) {
+    bool is_open = false;
+    for (std::size_t i = log.first; i < log.first + log.rows; ++i) {
+      if ((fold_of_row[i] == fold) != is_held) {
+        is_open = false;
+        continue;
+      }
+      if (!is_open)
+        out.logs.push_back({log.path, rows.size(), 0, 0});
+      is_open = true;
+      out.logs.back().rows += 1;
+      rows.push_back(static_cast<Index>(i));
+      out.t_s.push_back(measured.t_s[i]);
+      out.elapsed_s.push_back(measured.elapsed_s[i]);
+      out.row.push_back(measured.row[i]);
+    }
+  }
+  out.x = measured.x(rows, Eigen::all);
+  for (const Channel &channel : measured.channels) {
+    Channel part = channel;
+    part.z = channel.z(rows);
+    part.m = channel.m(rows);
+    part.sd = channel.sd(rows);
+    out.channels.push_back(part);
+  }
+  return out;
+}
+
+// Whole logs where there are several, else stretches of the one.
+std::vector<std::uint8_t> folds_of(const Measured &measured, int *folds) {
+  std::vector<std::uint8_t> fold(measured.rows());
+  const std::size_t logs = measured.logs.size();
+  *folds = static_cast<int>(logs >= 2 ? std::min(logs, kMostFolds) : 4);
+  for (std::size_t l = 0; l < logs; ++l) {
+    for (std::size_t r = 0; r < measured.logs[l].rows; ++r)
+      fold[measured.logs[l].first + r] = static_cast<std::uint8_t>(
+          logs >= 2 ? l % static_cast<std::size_t>(*folds)
+                    : r * static_cast<std::size_t>(*folds) / measured.logs[l].rows);
+  }
+  return fold;
+}
+
+// Judges the terms on held-out logs; without any, each fold by what is found without it: structure
+// and sizes are learnt anew.
+class Gains {
+public:
+  Gains(const Measured &measured, const Options &options, double threshold)
+      : measured_(measured), options_(options), threshold_(threshold),
+        one_step_(measured.channels.size()), horizon_(measured.channels.size()) {}
+
+  std::vector<Gain> compute(const std::vector<Term> &terms) {
+    const bool is_held_out = !options_.holdout.empty();
+    if (is_held_out) {
+      const Measured held = make_measured(options_.holdout);
+      judge(terms, held, &options_.holdout);
+    } else {
+      cross_validate();
+    }
+    std::vector<Gain> gains;
+    for (std::size_t c = 0; c < measured_.channels.size(); ++c) {
+      const std::string data = is_held_out ? "held-out logs" : "cross-validated";
+      for (const Judged *judged : {&one_step_[c], &horizon_[c]}) {
+        const auto some =
+            summarise(*judged, measured_.channels[c],
+                      judged == &horizon_[c] ? options_.horizon_s : 0.0, data, options_.seed);
+        gains.insert(gains.end(), some.begin(), some.end());
+      }
+    }
+    return gains;
+  }
+
+private:
+  void judge(const std::vector<Term> &terms, const Measured &held, const std::vector<Log> *logs) {
+    for (std::size_t c = 0; c < measured_.channels.size(); ++c) {
+      const int there = held.find_channel(measured_.channels[c].name);
+      if (there < 0)
+        throw DataError(fmt::format("{}: column 'z.{}' is missing", held.logs.front().path,
+                                    measured_.channels[c].name));
+      append_judged(terms, held, static_cast<std::size_t>(there), &one_step_[c]);
+      if (options_.horizon_s > 0.0)
+        append_horizon(terms, held, static_cast<std::size_t>(there), options_.horizon_s,
+                       options_.predictor, logs, &horizon_[c]);
+    }
+  }
+
+  void cross_validate() {
+    int folds = 0;
+    const std::vector<std::uint8_t> fold_of_row = folds_of(measured_, &folds);
+    Progress progress("cross-validation", static_cast<std::size_t>(folds));
+    for (int fold = 0; fold < folds; ++fold) {
+      const Measured rest = select(measured_, fold_of_row, fold, false);
+      const Measured held = select(measured_, fold_of_row, fold, true);
+      std::vector<Term> terms;
+      for (const ChannelFindings &found :
+           search_all(rest, options_.catalogue, options_.given, threshold_, nullptr)) {
+        for (Term &term : terms_of(found))
+          terms.push_back(std::move(term));
+      }
+      judge(terms, held, nullptr);
+      progress.add();
+    }
+  }
+
+  const Measured &measured_;
+  const Options &options_;
+  double threshold_;
+  std::vector<Judged> one_step_, horizon_;
+};
+
+void add_notes(const Measured &measured, const std::vector<ChannelFindings> &found,
+               Diagnosis *diagnosis) {
+  for (std::size_t c = 0; c < found.size(); ++c) {
+    const Channel &channel = measured.channels[c];
+    if (channel.sd_estimated)
+      diagnosis->notes.push_back(fmt::format(
+          "{}: there is no sd. column; its standard deviation is estimated from the residuals",
+          channel.name));
+    const double scale = found[c].noise.scale;
+    if (!channel.sd_estimated && found[c].variances.empty() && std::abs(scale - 1.0) > 0.04)
+      diagnosis->notes.push_back(
+          fmt::format("{}: what remains scatters with {:.2f} times the stated sd; allowed for",
+                      channel.name, scale));
+    if (found[c].noise.spread > 1.2)
+      diagnosis->notes.push_back(fmt::format(
+          "{}: what remains is autocorrelated (lag 1: {:.2f}); every log likelihood ratio is "
+          "divided by {:.1f} for it",
+          channel.name, found[c].autocorrelation, found[c].noise.spread));
+  }
+}
+
+} // namespace
+
+Diagnosis diagnose(const std::vector<Log> &logs, const Options &options, Measured *table) {
+  std::vector<std::string> constant;
+  const Measured measured = make_measured(logs, &constant);
+  if (measured.rows() < kLeastRows)
+    throw DataError(fmt::format("{}: {} rows in all; a diagnosis needs at least {}",
+                                measured.logs.front().path, measured.rows(), kLeastRows));
+  Diagnosis diagnosis;
+  diagnosis.seed = options.seed;
+  diagnosis.command = options.command;
+  diagnosis.model = options.model;
+  for (const std::string &name : constant)
+    diagnosis.notes.push_back(name + " never changes and is left out");
+  std::vector<Library> libraries(measured.channels.size());
+  parallel_for(libraries.size(), [&](std::size_t c) {
+    libraries[c] = make_library(measured, measured.channels[c], options.catalogue);
+  });
+  const std::size_t runs = options.null_runs > 0
+                               ? options.null_runs
+                               : std::max<std::size_t>(16, 96 / measured.channels.size());
+  const Null null = simulate_null(measured, libraries, runs, options.seed);
+  const double threshold = std::max(kLeastThreshold, null.threshold(0.6 * options.false_alarm));
+  const std::vector<ChannelFindings> found =
+      search_all(measured, options.catalogue, options.given, threshold, &libraries);
+  std::vector<Term> terms;
+  for (std::size_t c = 0; c < found.size(); ++c) {
+    add_findings(found[c], measured.channels[c], measured, null, &diagnosis.findings);
+    for (Term &term : terms_of(found[c]))
+      terms.push_back(std::move(term));
+    ChannelState state;
+    state.channel = measured.channels[c].name;
+    Prediction after = extended_prediction(terms, measured.channels[c], measured);
+    state.m_after = std::move(after.m);
+    state.sd_after = std::move(after.sd);
+    state.autocorrelation = found[c].autocorrelation;
+    state.scale = found[c].noise.scale;
+    state.threshold = threshold;
+    state.rows_flagged = found[c].flagged.stuck_rows + found[c].flagged.dropout_rows;
+    diagnosis.channels.push_back(std::move(state));
+  }
+  std::stable_sort(diagnosis.findings.begin(), diagnosis.findings.end(),
+                   [](const Finding &a, const Finding &b) {
+                     return a.given != b.given ? b.given : a.ln_anom > b.ln_anom;
+                   });
+  if (options.gains)
+    diagnosis.gains = Gains(measured, options, threshold).compute(terms);
+  for (std::size_t i = 0; i < diagnosis.findings.size(); ++i) {
+    Finding &f = diagnosis.findings[i];
+    f.number = static_cast<int>(i) + 1;
+    f.sentence = finding_sentence(
+        f, measured.channels[static_cast<std::size_t>(measured.find_channel(f.term.channel))]);
+  }
+  diagnosis.sentence = diagnosis_sentence(diagnosis);
+  add_notes(measured, found, &diagnosis);
+  if (table != nullptr)
+    *table = measured;
+  return diagnosis;
+}
+
+} // namespace rim::diagnose

@@ -1,0 +1,93 @@
+#include "diagnose/flagged.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace rim::diagnose {
+
+namespace {
+
+using Index = Eigen::Index;
+constexpr double kLeastNats = 5.0; // beyond ln of the number of rows
+constexpr double kMostChance = 0.98;
+
+// The step between neighbouring values: the middle one where readings are quantised (few values),
+// a small one where they are not.
+double resolution(const Vector &z) {
+  std::vector<double> values(z.data(), z.data() + z.size());
+  std::sort(values.begin(), values.end());
+  values.erase(std::unique(values.begin(), values.end()), values.end());
+  if (values.size() < 2)
+    return 0.0;
+  std::vector<double> gaps;
+  for (std::size_t i = 1; i < values.size(); ++i)
+    gaps.push_back(values[i] - values[i - 1]);
+  const bool is_quantised = 3 * values.size() < static_cast<std::size_t>(z.size());
+  const auto at =
+      gaps.begin() + static_cast<std::ptrdiff_t>(is_quantised ? gaps.size() / 2 : gaps.size() / 10);
+  std::nth_element(gaps.begin(), at, gaps.end());
+  return *at;
+}
+
+} // namespace
+
+Flagged find_flagged(const Measured &measured, const Channel &channel) {
+  Flagged out;
+  const std::size_t n = measured.rows();
+  out.stuck.assign(n, 0);
+  out.dropout.assign(n, 0);
+  const double step = resolution(channel.z);
+  // Repeats that come singly are natural; a run's rows are not counted for its own excuse.
+  double single = 0.0, pairs = 1.0;
+  for (const LogSpan &log : measured.logs) {
+    for (std::size_t i = log.first; i + 2 < log.first + log.rows; ++i) {
+      const auto k = static_cast<Index>(i);
+      pairs += 1.0;
+      const bool alone = i == log.first || channel.z(k - 1) != channel.z(k);
+      single += channel.z(k) == channel.z(k + 1) && alone && channel.z(k + 2) != channel.z(k + 1);
+    }
+  }
+  const double natural = single / pairs;
+  const auto chance = [&](Index i, double value, double floor) {
+    const double sd = channel.sd(i), r = (value - channel.m(i)) / sd;
+    const double p = step / (2.5066 * sd) * std::exp(-0.5 * std::min(100.0, r * r));
+    return std::clamp(std::max(p, floor), 1e-12, kMostChance);
+  };
+  const double ln_rows = std::log(static_cast<double>(n));
+  double zeros_ln = 0.0;
+  std::size_t zeros = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (channel.z(static_cast<Index>(i)) == 0.0) {
+      zeros_ln -= std::log(chance(static_cast<Index>(i), 0.0, 0.0));
+      ++zeros;
+    }
+  }
+  const bool is_dropout = zeros >= 3 && zeros < n / 2 &&
+                          zeros_ln > static_cast<double>(zeros) * 3.0 + ln_rows + kLeastNats;
+  for (const LogSpan &log : measured.logs) {
+    for (std::size_t i = log.first; i < log.first + log.rows;) {
+      std::size_t end = i + 1;
+      double nats = 0.0;
+      const double value = channel.z(static_cast<Index>(i));
+      while (end < log.first + log.rows && channel.z(static_cast<Index>(end)) == value) {
+        nats -= std::log(chance(static_cast<Index>(end), value, natural));
+        ++end;
+      }
+      if (is_dropout && value == 0.0) {
+        std::fill(out.dropout.begin() + static_cast<std::ptrdiff_t>(i),
+                  out.dropout.begin() + static_cast<std::ptrdiff_t>(end), std::uint8_t{1});
+        out.dropout_rows += end - i;
+      } else if (end - i >= 3 && nats > ln_rows + kLeastNats) {
+        std::fill(out.stuck.begin() + static_cast<std::ptrdiff_t>(i) + 1,
+                  out.stuck.begin() + static_cast<std::ptrdiff_t>(end), std::uint8_t{1});
+        out.stuck_rows += end - i - 1;
+        out.stuck_ln += nats - ln_rows;
+      }
+      i = end;
+    }
+  }
+  out.dropout_ln = is_dropout ? zeros_ln - ln_rows : 0.0;
+  return out;
+}
+
+} // namespace rim::diagnose

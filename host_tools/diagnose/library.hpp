@@ -1,0 +1,57 @@
+// diagnose/library.hpp - every candidate term of a channel as columns over the rows, and the
+// features that may gate them.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "diagnose/catalogue.hpp"
+#include "diagnose/measured.hpp"
+#include "diagnose/term.hpp"
+
+namespace rim::diagnose {
+
+// A feature cut into bins of about equally many rows, equal values together; an angle comes twice,
+// cut open at pi and at 0, so that an interval may run through either.
+struct GateFeature {
+  std::string name, unit;
+  bool is_turned = false;                     // an angle in 0 .. 2 pi
+  Vector x;                                   // turned where it is
+  std::vector<std::uint8_t> fine, coarse;     // bin of each row
+  std::vector<double> fine_edge, coarse_edge; // bins + 1; inner ones midway between neighbours
+  int fine_bins() const { return static_cast<int>(fine_edge.size()) - 1; }
+  int coarse_bins() const { return static_cast<int>(coarse_edge.size()) - 1; }
+};
+
+constexpr int kFineBins = 40, kCoarseBins = 12;
+
+struct Candidate {
+  Term term; // without gate and sizes; shape and arguments filled in
+  bool is_fixed = false, is_positive = false;
+  GateKind gate = GateKind::none;
+  int column = 0, columns = 1; // in Library::g
+  double penalty = 0.0;        // nats, without gate: k/2 ln n + ln of the form's alternatives
+  double shape_low = 0.0, shape_high = 0.0; // where the shape parameter may be refined; equal: not
+};
+
+struct Library {
+  Eigen::MatrixXd g; // rows x columns, each divided by the channel's stated sd
+  std::vector<Candidate> candidates;
+  std::vector<GateFeature> gates;
+  std::vector<int> own; // features taken for the channel's own velocity
+  double ln_rows = 0.0;
+  std::vector<std::string> size_units; // by candidate
+
+  // ln of the number of intervals or boxes that a gate of so many features is chosen from.
+  double gate_penalty(std::size_t features) const;
+};
+
+// O(rows x columns); some 100 to 1000 columns.
+Library make_library(const Measured &measured, const Channel &channel, const Catalogue &catalogue);
+
+// Bounds over bins [first, last] of a gate feature as a Gate has them (an angle that was turned is
+// turned back).
+void add_bounds(const GateFeature &feature, double lower, double upper, Gate *gate);
+
+} // namespace rim::diagnose

@@ -1,0 +1,156 @@
+#include "diagnose/measured.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include <fmt/format.h>
+
+#include "util/error.hpp"
+
+namespace rim::diagnose {
+
+namespace {
+
+constexpr double kTwoPi = 6.283185307179586;
+
+// Whether a column in radians wraps: a step of nearly a turn, or a range of nearly one.
+bool is_wrapped(const Eigen::VectorXd &x) {
+  if (x.maxCoeff() - x.minCoeff() > kTwoPi + 0.05)
+    return false;
+  for (Eigen::Index i = 1; i < x.size(); ++i) {
+    if (std::abs(x(i) - x(i - 1)) > 0.8 * kTwoPi)
+      return true;
+  }
+  return x.maxCoeff() - x.minCoeff() > 0.9 * kTwoPi;
+}
+
+double robust_sd(const Vector &r) {
+  std::vector<double> a(static_cast<std::size_t>(r.size()));
+  for (std::size_t i = 0; i < a.size(); ++i)
+    a[i] = std::abs(r(static_cast<Eigen::Index>(i)));
+  const auto middle = a.begin() + static_cast<std::ptrdiff_t>(a.size() / 2);
+  std::nth_element(a.begin(), middle, a.end());
+  return 1.4826 * *middle;
+}
+
+void check_same_columns(const Log &first, const Log &log) {
+  for (const Column &column : first.columns) {
+    if (find_column(log, column.name) < 0)
+      throw DataError(
+          fmt::format("{}: column '{}' is missing; {} has it", log.path, column.name, first.path));
+  }
+  for (const Column &column : log.columns) {
+    if (find_column(first, column.name) < 0)
+      throw DataError(
+          fmt::format("{}: column '{}' is missing; {} has it", first.path, column.name, log.path));
+  }
+}
+
+Vector gather(const std::vector<Log> &logs, const std::string &name) {
+  Eigen::Index rows = 0;
+  for (const Log &log : logs)
+    rows += log.values.rows();
+  Vector out(rows);
+  Eigen::Index at = 0;
+  for (const Log &log : logs) {
+    out.segment(at, log.values.rows()) = log.values.col(find_column(log, name));
+    at += log.values.rows();
+  }
+  return out;
+}
+
+void check_sd(const std::vector<Log> &logs, const std::string &name) {
+  for (const Log &log : logs) {
+    const auto sd = log.values.col(find_column(log, name));
+    for (Eigen::Index i = 0; i < sd.size(); ++i) {
+      if (!(sd(i) > 0.0))
+        throw DataError(fmt::format("{}:row {}: column '{}': a standard deviation must be above 0, "
+                                    "not {:g}",
+                                    log.path, log.row[static_cast<std::size_t>(i)], name, sd(i)));
+    }
+  }
+}
+
+Channel make_channel(const std::vector<Log> &logs, const Column &outcome) {
+  Channel channel;
+  channel.name = outcome.name.substr(2);
+  channel.unit = outcome.unit;
+  channel.z = gather(logs, outcome.name);
+  channel.m = gather(logs, "m." + channel.name);
+  if (find_column(logs.front(), "sd." + channel.name) >= 0) {
+    check_sd(logs, "sd." + channel.name);
+    channel.sd = gather(logs, "sd." + channel.name);
+    return channel;
+  }
+  const Vector residual = channel.z - channel.m;
+  const double sd = robust_sd(residual.array() - residual.mean());
+  if (!(sd > 0.0))
+    throw DataError(fmt::format("{}: column '{}': has no sd. column, and more than half of its "
+                                "residuals are equal: no standard deviation can be estimated",
+                                logs.front().path, outcome.name));
+  channel.sd = Vector::Constant(channel.z.size(), sd);
+  channel.sd_estimated = true;
+  return channel;
+}
+
+} // namespace
+
+int Measured::find_feature(const std::string &name) const {
+  for (std::size_t f = 0; f < features.size(); ++f) {
+    if (features[f].name == name)
+      return static_cast<int>(f);
+  }
+  return -1;
+}
+
+int Measured::find_channel(const std::string &name) const {
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    if (channels[c].name == name)
+      return static_cast<int>(c);
+  }
+  return -1;
+}
+
+Measured make_measured(const std::vector<Log> &logs, std::vector<std::string> *constant) {
+  if (logs.empty())
+    throw DataError("no log given");
+  Measured table;
+  for (const Log &log : logs) {
+    check_same_columns(logs.front(), log);
+    if (log.t_s.empty())
+      throw DataError(log.path + ": no row can be used");
+    table.logs.push_back({log.path, table.t_s.size(), log.t_s.size(), log.rows_in_file});
+    for (std::size_t i = 0; i < log.t_s.size(); ++i) {
+      table.t_s.push_back(log.t_s[i]);
+      table.elapsed_s.push_back(log.t_s[i] - log.t_s.front());
+      table.row.push_back(log.row[i]);
+    }
+  }
+  const Log &first = logs.front();
+  if (role_columns(first, Role::outcome).empty())
+    throw DataError(first.path + ": no z. column: a diagnosis needs predictions: m. columns beside "
+                                 "z. columns in the log, or --world NAME, or --model IMAGE");
+  for (const int c : role_columns(first, Role::outcome))
+    table.channels.push_back(make_channel(logs, first.columns[static_cast<std::size_t>(c)]));
+  std::vector<Vector> columns;
+  for (const int c : feature_columns(first)) {
+    const Column &column = first.columns[static_cast<std::size_t>(c)];
+    Vector x = gather(logs, column.name);
+    if (x.maxCoeff() - x.minCoeff() <= 1e-12 * std::max(1.0, x.cwiseAbs().maxCoeff())) {
+      if (constant != nullptr)
+        constant->push_back(column.name);
+      continue;
+    }
+    table.features.push_back({column.name, column.unit, column.role == Role::command,
+                              column.unit == "rad" && is_wrapped(x)});
+    columns.push_back(std::move(x));
+  }
+  table.x.resize(static_cast<Eigen::Index>(table.rows()),
+                 static_cast<Eigen::Index>(columns.size()));
+  for (std::size_t f = 0; f < columns.size(); ++f)
+    table.x.col(static_cast<Eigen::Index>(f)) = columns[f];
+  return table;
+}
+
+} // namespace rim::diagnose

@@ -1,0 +1,73 @@
+#include "diagnose/model.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+
+namespace rim::diagnose {
+
+namespace {
+using Index = Eigen::Index;
+}
+
+Fit fit_members(const Vector &y, const std::vector<Member> &members, const Noise &noise) {
+  Index free = 0;
+  for (const Member &member : members)
+    free += member.is_fixed ? 0 : member.h.cols();
+  Fit fit;
+  Eigen::MatrixXd h(y.size(), free);
+  Vector fixed = Vector::Zero(y.size());
+  Index at = 0;
+  for (const Member &member : members) {
+    if (member.is_fixed) {
+      fixed += member.h.rowwise().sum();
+      continue;
+    }
+    h.middleCols(at, member.h.cols()) = member.h;
+    at += member.h.cols();
+  }
+  const Vector root = noise.weight.cwiseSqrt();
+  const Vector target = y - fixed;
+  const double corner = kClip * noise.scale;
+  // Huber's estimate by pseudo-data: clip the weighted residual, solve, repeat.
+  const auto clip = [&](const Vector &residual) -> Vector {
+    return residual.cwiseProduct(root).cwiseMax(-corner).cwiseMin(corner);
+  };
+  fit.beta = Vector::Zero(free);
+  if (free > 0) {
+    const Eigen::MatrixXd weighted = root.asDiagonal() * h;
+    Eigen::MatrixXd gram = weighted.transpose() * weighted;
+    gram.diagonal().array() *= 1.0 + 1e-10;
+    gram.diagonal().array() += 1e-12;
+    const Eigen::LDLT<Eigen::MatrixXd> solver(gram);
+    fit.beta = solver.solve(weighted.transpose() * root.cwiseProduct(target));
+    for (int pass = 0; pass < 4; ++pass)
+      fit.beta += solver.solve(weighted.transpose() * clip(target - h * fit.beta));
+    fit.covariance = solver.solve(Eigen::MatrixXd::Identity(free, free));
+    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(weighted);
+    fit.orthonormal = qr.householderQ() * Eigen::MatrixXd::Identity(y.size(), free);
+  }
+  fit.fitted = fixed;
+  if (free > 0)
+    fit.fitted += h * fit.beta;
+  fit.residual = y - fit.fitted;
+  const Vector standard = fit.residual.cwiseProduct(root);
+  fit.clipped = standard.cwiseMax(-corner).cwiseMin(corner);
+  const Vector size = standard.cwiseAbs();
+  fit.loss = (size.array() <= corner)
+                 .select(0.5 * size.array().square(), corner * size.array() - 0.5 * corner * corner)
+                 .sum();
+  at = 0;
+  for (const Member &member : members) {
+    if (member.is_fixed)
+      continue;
+    if (member.is_positive && !(fit.beta(at) > 0.0))
+      fit.is_allowed = false;
+    at += member.h.cols();
+  }
+  return fit;
+}
+
+} // namespace rim::diagnose

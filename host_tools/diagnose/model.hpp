@@ -1,0 +1,47 @@
+// diagnose/model.hpp - a channel's residual as a sum of members, fitted jointly and robustly.
+#pragma once
+
+#include <vector>
+
+#include "diagnose/library.hpp"
+
+namespace rim::diagnose {
+
+// What the noise is like, as far as it is known by now.
+struct Noise {
+  Vector weight;       // per row, of a squared residual in units of the stated sd: 0 for a row that
+                       // is no measurement, else 1 / variance ratio there
+  double scale = 1.0;  // sd of what remains over the stated sd (times the ratio's root)
+  double spread = 1.0; // (1 + rho) / (1 - rho): by how much autocorrelation thins the evidence
+  double spread_of_squares = 1.0; // the same for squares, times their excess variance
+  // A log likelihood ratio is the fall of the robust half sum of squares over this.
+  double divisor() const { return scale * scale * spread; }
+};
+
+// One candidate put to use: its columns inside its gate.
+struct Member {
+  Term term;
+  int candidate = -1; // in Library::candidates; -1: the smooth table
+  bool is_fixed = false, is_positive = false;
+  bool is_given = false; // came with --extension: stays as it is
+  Eigen::MatrixXd h;     // rows x columns, in stated sd
+  double penalty = 0.0;
+};
+
+struct Fit {
+  Vector beta;                 // of the free columns, in members' order
+  Vector fitted;               // rows, in stated sd: fixed members included
+  Vector residual;             // y - fitted
+  Vector clipped;              // the residual, large ones cut to kClip scales
+  double loss = 0.0;           // Huber's half sum of squares, weighted
+  Eigen::MatrixXd covariance;  // of beta for scale 1, spread 1
+  Eigen::MatrixXd orthonormal; // of the free columns with sqrt(weight): rows x free
+  bool is_allowed = true;      // every positive member has a positive size
+};
+
+constexpr double kClip = 3.5; // scales; Huber's corner
+
+// y: (z - m) / sd. A few passes of O(rows x columns^2).
+Fit fit_members(const Vector &y, const std::vector<Member> &members, const Noise &noise);
+
+} // namespace rim::diagnose

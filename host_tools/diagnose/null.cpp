@@ -1,0 +1,60 @@
+#include "diagnose/null.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "diagnose/search.hpp"
+#include "rim/rng.h"
+#include "util/parallel_for.hpp"
+#include "util/progress.hpp"
+
+namespace rim::diagnose {
+
+namespace {
+constexpr double kEuler = 0.5772156649015329, kPi = 3.141592653589793;
+}
+
+double Null::threshold(double false_alarm) const {
+  const double one = std::pow(1.0 - false_alarm, 1.0 / static_cast<double>(channels));
+  return location - spread * std::log(-std::log(one));
+}
+
+double Null::p_value(double score) const {
+  // 1 - exp(-c exp(-u)) without cancellation.
+  return -std::expm1(-static_cast<double>(channels) * std::exp(-(score - location) / spread));
+}
+
+Null simulate_null(const Measured &measured, const std::vector<Library> &libraries,
+                   std::size_t runs, std::uint64_t seed) {
+  const std::size_t channels = libraries.size();
+  const Vector ones = Vector::Ones(static_cast<Eigen::Index>(measured.rows()));
+  std::vector<std::unique_ptr<Scanner>> scanners(channels);
+  parallel_for(channels,
+               [&](std::size_t c) { scanners[c] = std::make_unique<Scanner>(libraries[c], ones); });
+  std::vector<double> best(channels * runs);
+  Progress progress("what noise would show", best.size());
+  parallel_for(best.size(), [&](std::size_t i) {
+    const std::size_t c = i % channels;
+    Vector y(ones.size());
+    rim_rng rng;
+    rim_rng_seed(&rng, seed, i);
+    for (Eigen::Index k = 0; k < y.size(); ++k)
+      y(k) = rim_rng_normal(&rng);
+    best[i] = null_score(measured, measured.channels[c], libraries[c], *scanners[c], y);
+    progress.add();
+  });
+  double mean = 0.0, squares = 0.0;
+  for (const double score : best)
+    mean += score / static_cast<double>(best.size());
+  for (const double score : best)
+    squares +=
+        (score - mean) * (score - mean) / std::max(1.0, static_cast<double>(best.size()) - 1.0);
+  Null null;
+  null.channels = channels;
+  null.spread = std::max(0.3, std::sqrt(6.0 * squares) / kPi);
+  null.location = mean - kEuler * null.spread;
+  return null;
+}
+
+} // namespace rim::diagnose

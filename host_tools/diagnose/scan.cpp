@@ -1,0 +1,505 @@
+#include "diagnose/scan.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/LU>
+
+#include "rim/cem.h"
+#include "rim/interval.h"
+
+namespace rim::diagnose {
+
+namespace {
+
+using Index = Eigen::Index;
+constexpr int kRefineBins = 200;
+
+std::size_t idx(Index i) { return static_cast<std::size_t>(i); }
+
+// Largest s^2 / 2 w over the boxes of a grid, by sums of columns; w and n likewise.
+struct BoxBest {
+  double value = 0.0;
+  int first[2] = {0, 0}, last[2] = {0, 0};
+};
+
+BoxBest best_box(const Eigen::MatrixXd &s, const Eigen::MatrixXd &w, const Eigen::MatrixXd &n,
+                 double least) {
+  BoxBest best;
+  const int rows = static_cast<int>(s.rows()), columns = static_cast<int>(s.cols());
+  Vector cs(columns), cw(columns), cn(columns);
+  for (int top = 0; top < rows; ++top) {
+    cs.setZero();
+    cw.setZero();
+    cn.setZero();
+    for (int bottom = top; bottom < rows; ++bottom) {
+      cs += s.row(bottom).transpose();
+      cw += w.row(bottom).transpose();
+      cn += n.row(bottom).transpose();
+      for (int left = 0; left < columns; ++left) {
+        double sum = 0.0, weight = 0.0, count = 0.0;
+        for (int right = left; right < columns; ++right) {
+          sum += cs(right);
+          weight += cw(right);
+          count += cn(right);
+          if (count >= least && sum * sum > 2.0 * best.value * weight) {
+            best.value = 0.5 * sum * sum / weight;
+            best.first[0] = top;
+            best.last[0] = bottom;
+            best.first[1] = left;
+            best.last[1] = right;
+          }
+        }
+      }
+    }
+  }
+  return best;
+}
+
+double variance_gain(double n, double q, double all_n, double all_q) {
+  const double out_n = all_n - n, out_q = all_q - q;
+  if (n <= 0.0 || out_n <= 0.0 || q <= 0.0 || out_q <= 0.0)
+    return 0.0;
+  return 0.5 *
+         (all_n * std::log(all_q / all_n) - n * std::log(q / n) - out_n * std::log(out_q / out_n));
+}
+
+} // namespace
+
+Scanner::Scanner(const Library &library, const Vector &weight)
+    : library_(library), weight_(weight), root_(weight.cwiseSqrt()) {
+  norm_ = (library.g.cwiseAbs2().transpose() * weight_);
+  const int gates = static_cast<int>(library.gates.size());
+  for (int a = 0; a < gates; ++a) {
+    for (int b = a + 1; b < gates; ++b) {
+      if (library.gates[static_cast<std::size_t>(a)].name !=
+          library.gates[static_cast<std::size_t>(b)].name)
+        pairs_.emplace_back(a, b);
+    }
+  }
+  least_rows_ = std::max(15.0, 0.008 * weight_.sum());
+  for (int c = 0; c < static_cast<int>(library.candidates.size()); ++c) {
+    const Candidate &candidate = library.candidates[static_cast<std::size_t>(c)];
+    if (candidate.gate == GateKind::none || candidate.columns != 1 || candidate.is_fixed)
+      continue;
+    Gated gated;
+    gated.candidate = c;
+    gated.is_pair = candidate.gate == GateKind::pair;
+    const Vector g2 = library.g.col(candidate.column).cwiseAbs2().cwiseProduct(weight_);
+    gated.w = Eigen::MatrixXd::Zero(kFineBins, gates);
+    for (int f = 0; f < gates; ++f) {
+      const auto &bin = library.gates[static_cast<std::size_t>(f)].fine;
+      for (Index i = 0; i < g2.size(); ++i)
+        gated.w(bin[idx(i)], f) += g2(i);
+    }
+    if (gated.is_pair) {
+      gated.w_grid =
+          Eigen::MatrixXd::Zero(kCoarseBins * kCoarseBins, static_cast<Index>(pairs_.size()));
+      for (std::size_t p = 0; p < pairs_.size(); ++p) {
+        const auto &a = library.gates[static_cast<std::size_t>(pairs_[p].first)].coarse;
+        const auto &b = library.gates[static_cast<std::size_t>(pairs_[p].second)].coarse;
+        for (Index i = 0; i < g2.size(); ++i)
+          gated.w_grid(a[idx(i)] * kCoarseBins + b[idx(i)], static_cast<Index>(p)) += g2(i);
+      }
+    }
+    gated_.push_back(std::move(gated));
+  }
+}
+
+void Scanner::propose_gated(const Gated &gated, const Vector &e, const Noise &noise,
+                            std::vector<Proposal> *out) const {
+  const Candidate &candidate = library_.candidates[static_cast<std::size_t>(gated.candidate)];
+  const Vector ge = library_.g.col(candidate.column).cwiseProduct(root_).cwiseProduct(e);
+  const double g2 = norm_(candidate.column) / std::max(1.0, weight_.sum());
+  rim_stats bins[kFineBins];
+  Proposal best;
+  best.candidate = gated.candidate;
+  best.penalty = candidate.penalty + library_.gate_penalty(1);
+  for (int f = 0; f < static_cast<int>(library_.gates.size()); ++f) {
+    const GateFeature &feature = library_.gates[static_cast<std::size_t>(f)];
+    const int count = feature.fine_bins();
+    for (int b = 0; b < count; ++b)
+      bins[b] = {0.0, 0.0, gated.w(b, f)};
+    for (Index i = 0; i < ge.size(); ++i) {
+      rim_stats &bin = bins[feature.fine[idx(i)]];
+      bin.s += ge(i);
+      bin.n += weight_(i) > 0.0 ? 1.0 : 0.0;
+    }
+    rim_interval found;
+    if (rim_interval_find(bins, static_cast<std::size_t>(count), least_rows_, &found) != RIM_OK ||
+        found.bins == 0 || static_cast<int>(found.bins) == count || found.w < 1e-12 * g2)
+      continue;
+    if (candidate.is_positive && found.s <= 0.0)
+      continue;
+    const double gain = found.ln_anom / noise.divisor();
+    if (gain > best.gain) {
+      best.gain = gain;
+      best.bounds = {
+          {f, feature.fine_edge[found.first], feature.fine_edge[found.first + found.bins]}};
+    }
+  }
+  if (best.gain > 0.0)
+    out->push_back(best);
+}
+
+void Scanner::propose_boxes(const Gated &gated, const Vector &e, const Noise &noise,
+                            std::vector<Proposal> *out) const {
+  const Candidate &candidate = library_.candidates[static_cast<std::size_t>(gated.candidate)];
+  const Vector ge = library_.g.col(candidate.column).cwiseProduct(root_).cwiseProduct(e);
+  Proposal best;
+  best.candidate = gated.candidate;
+  best.penalty = candidate.penalty + library_.gate_penalty(2);
+  Eigen::MatrixXd s(kCoarseBins, kCoarseBins), w(kCoarseBins, kCoarseBins),
+      n(kCoarseBins, kCoarseBins);
+  for (std::size_t p = 0; p < pairs_.size(); ++p) {
+    const GateFeature &a = library_.gates[static_cast<std::size_t>(pairs_[p].first)];
+    const GateFeature &b = library_.gates[static_cast<std::size_t>(pairs_[p].second)];
+    s.setZero();
+    n.setZero();
+    for (Index i = 0; i < ge.size(); ++i) {
+      s(a.coarse[idx(i)], b.coarse[idx(i)]) += ge(i);
+      n(a.coarse[idx(i)], b.coarse[idx(i)]) += weight_(i) > 0.0 ? 1.0 : 0.0;
+    }
+    for (int k = 0; k < kCoarseBins * kCoarseBins; ++k)
+      w(k / kCoarseBins, k % kCoarseBins) = gated.w_grid(k, static_cast<Index>(p));
+    const BoxBest box = best_box(s, w, n, least_rows_);
+    const double gain = box.value / noise.divisor();
+    if (gain > best.gain) {
+      best.gain = gain;
+      best.bounds = {{pairs_[p].first, a.coarse_edge[static_cast<std::size_t>(box.first[0])],
+                      a.coarse_edge[static_cast<std::size_t>(box.last[0] + 1)]},
+                     {pairs_[p].second, b.coarse_edge[static_cast<std::size_t>(box.first[1])],
+                      b.coarse_edge[static_cast<std::size_t>(box.last[1] + 1)]}};
+    }
+  }
+  if (best.gain > 0.0)
+    out->push_back(best);
+}
+
+std::vector<Proposal> Scanner::mean(const Fit &fit, const Noise &noise, std::size_t most) const {
+  std::vector<Proposal> out;
+  const Vector e = fit.clipped, we = root_.cwiseProduct(e);
+  const Vector s = library_.g.transpose() * we;
+  Vector w = norm_;
+  Eigen::MatrixXd along; // columns of g in the span of the members
+  if (fit.orthonormal.cols() > 0) {
+    along = library_.g.transpose() * (root_.asDiagonal() * fit.orthonormal);
+    w -= along.rowwise().squaredNorm();
+  }
+  for (std::size_t c = 0; c < library_.candidates.size(); ++c) {
+    const Candidate &candidate = library_.candidates[c];
+    const Index k = candidate.column;
+    Proposal p;
+    p.candidate = static_cast<int>(c);
+    p.penalty = candidate.penalty;
+    if (candidate.columns == 1) {
+      if (candidate.is_fixed)
+        p.gain = s(k) - 0.5 * norm_(k);
+      else if (w(k) > 1e-6 * norm_(k) && !(candidate.is_positive && s(k) <= 0.0))
+        p.gain = 0.5 * s(k) * s(k) / w(k);
+    } else {
+      Eigen::Matrix2d gram;
+      const Vector first = library_.g.col(k), second = library_.g.col(k + 1);
+      double cross = first.cwiseProduct(weight_).dot(second);
+      if (along.cols() > 0)
+        cross -= along.row(k).dot(along.row(k + 1));
+      gram << w(k), cross, cross, w(k + 1);
+      const Eigen::Vector2d right(s(k), s(k + 1));
+      if (gram.determinant() > 1e-9 * norm_(k) * norm_(k + 1))
+        p.gain = 0.5 * right.dot(gram.inverse() * right);
+    }
+    p.gain /= noise.divisor();
+    if (p.gain > 0.0)
+      out.push_back(p);
+  }
+  for (const Gated &gated : gated_) {
+    propose_gated(gated, e, noise, &out);
+    if (gated.is_pair)
+      propose_boxes(gated, e, noise, &out);
+  }
+  const auto is_better = [](const Proposal &a, const Proposal &b) { return a.score() > b.score(); };
+  std::stable_sort(out.begin(), out.end(), is_better);
+  if (out.size() > most)
+    out.resize(most);
+  return out;
+}
+
+std::vector<Proposal> Scanner::variance(const Fit &fit, const Noise &noise,
+                                        std::size_t most) const {
+  std::vector<Proposal> out;
+  const Vector used = (weight_.array() > 0.0).cast<double>();
+  const Vector q = fit.clipped.cwiseAbs2().cwiseProduct(used);
+  const double all_n = used.sum(), all_q = q.sum();
+  const double penalty = 0.5 * library_.ln_rows;
+  const auto better = [&](int f, int g, const std::vector<Bound> &bounds, double n, double inside,
+                          Proposal *best) {
+    (void)f;
+    (void)g;
+    const double gain = variance_gain(n, inside, all_n, all_q) / (noise.spread_of_squares);
+    if (gain > best->gain) {
+      best->gain = gain;
+      best->bounds = bounds;
+      best->ratio = (inside / n) / ((all_q - inside) / (all_n - n));
+    }
+  };
+  Proposal interval, box;
+  interval.penalty = penalty + library_.gate_penalty(1);
+  for (int f = 0; f < static_cast<int>(library_.gates.size()); ++f) {
+    const GateFeature &feature = library_.gates[static_cast<std::size_t>(f)];
+    Vector n = Vector::Zero(feature.fine_bins()), s = n;
+    for (Index i = 0; i < q.size(); ++i) {
+      n(feature.fine[idx(i)]) += used(i);
+      s(feature.fine[idx(i)]) += q(i);
+    }
+    for (Index a = 0; a < n.size(); ++a) {
+      double count = 0.0, sum = 0.0;
+      for (Index b = a; b < n.size(); ++b) {
+        count += n(b);
+        sum += s(b);
+        if (count >= 2.0 * least_rows_ && all_n - count >= 2.0 * least_rows_)
+          better(f, f, {{f, feature.fine_edge[idx(a)], feature.fine_edge[idx(b) + 1]}}, count, sum,
+                 &interval);
+      }
+    }
+  }
+  if (interval.gain > 0.0)
+    out.push_back(interval);
+  box.penalty = penalty + library_.gate_penalty(2);
+  for (const auto &[fa, fb] : pairs_) {
+    const GateFeature &a = library_.gates[static_cast<std::size_t>(fa)];
+    const GateFeature &b = library_.gates[static_cast<std::size_t>(fb)];
+    Eigen::MatrixXd n = Eigen::MatrixXd::Zero(kCoarseBins + 1, kCoarseBins + 1), s = n;
+    for (Index i = 0; i < q.size(); ++i) {
+      n(a.coarse[idx(i)] + 1, b.coarse[idx(i)] + 1) += used(i);
+      s(a.coarse[idx(i)] + 1, b.coarse[idx(i)] + 1) += q(i);
+    }
+    for (Index i = 1; i <= kCoarseBins; ++i) {
+      for (Index j = 1; j <= kCoarseBins; ++j) {
+        n(i, j) += n(i - 1, j) + n(i, j - 1) - n(i - 1, j - 1);
+        s(i, j) += s(i - 1, j) + s(i, j - 1) - s(i - 1, j - 1);
+      }
+    }
+    const auto sum = [](const Eigen::MatrixXd &m, Index i0, Index i1, Index j0, Index j1) {
+      return m(i1, j1) - m(i0, j1) - m(i1, j0) + m(i0, j0);
+    };
+    // A first look on every second edge; the exact edges come with the refinement.
+    for (Index i0 = 0; i0 < kCoarseBins; i0 += 1) {
+      for (Index i1 = i0 + 2; i1 <= kCoarseBins; i1 += 1) {
+        for (Index j0 = 0; j0 < kCoarseBins; j0 += 1) {
+          for (Index j1 = j0 + 2; j1 <= kCoarseBins; j1 += 1) {
+            const double count = sum(n, i0, i1, j0, j1);
+            if (count < 2.0 * least_rows_ || all_n - count < 2.0 * least_rows_)
+              continue;
+            const double squares = sum(s, i0, i1, j0, j1);
+            const double excess = squares / count - all_q / all_n;
+            // The likelihood ratio is about n/4 (excess / mean)^2: skip what cannot win.
+            if (count * excess * excess * all_n * all_n * 2.0 <
+                box.gain * noise.spread_of_squares * all_q * all_q)
+              continue;
+            if (i1 >= static_cast<Index>(a.coarse_edge.size()) ||
+                j1 >= static_cast<Index>(b.coarse_edge.size()))
+              continue;
+            better(fa, fb,
+                   {{fa, a.coarse_edge[idx(i0)], a.coarse_edge[idx(i1)]},
+                    {fb, b.coarse_edge[idx(j0)], b.coarse_edge[idx(j1)]}},
+                   count, squares, &box);
+          }
+        }
+      }
+    }
+  }
+  if (box.gain > 0.0)
+    out.push_back(box);
+  std::stable_sort(out.begin(), out.end(),
+                   [](const Proposal &x, const Proposal &y) { return x.score() > y.score(); });
+  if (out.size() > most)
+    out.resize(most);
+  return out;
+}
+
+void Scanner::refine_bound(const Vector &products, const Vector &squares, std::size_t which,
+                           Proposal *proposal) const {
+  Proposal others = *proposal;
+  others.bounds.erase(others.bounds.begin() + static_cast<std::ptrdiff_t>(which));
+  others.is_ellipse = false;
+  const Vector mask = inside(others);
+  const GateFeature &feature =
+      library_.gates[static_cast<std::size_t>(proposal->bounds[which].feature)];
+  std::vector<std::pair<double, Index>> order;
+  for (Index i = 0; i < mask.size(); ++i) {
+    if (mask(i) > 0.0)
+      order.emplace_back(feature.x(i), i);
+  }
+  if (order.size() < 20)
+    return;
+  std::sort(order.begin(), order.end());
+  std::vector<rim_stats> bins;
+  std::vector<double> edges{order.front().first};
+  const std::size_t each = std::max<std::size_t>(1, order.size() / kRefineBins);
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const bool is_new = i > 0 && order[i].first > order[i - 1].first;
+    if (bins.empty() || (is_new && bins.back().n >= static_cast<double>(each))) {
+      if (!bins.empty())
+        edges.push_back(0.5 * (order[i - 1].first + order[i].first));
+      bins.push_back({0.0, 0.0, 0.0});
+    }
+    bins.back().n += 1.0;
+    bins.back().s += products(order[i].second);
+    bins.back().w += squares(order[i].second);
+  }
+  edges.push_back(order.back().first);
+  rim_interval found;
+  if (rim_interval_find(bins.data(), bins.size(),
+                        std::min(least_rows_, 0.5 * static_cast<double>(order.size())),
+                        &found) != RIM_OK ||
+      found.bins == 0)
+    return;
+  proposal->bounds[which].lower = edges[found.first];
+  proposal->bounds[which].upper = edges[found.first + found.bins];
+}
+
+namespace {
+
+struct EllipseValue {
+  std::vector<double> x; // [n][2], within the unit square
+  std::vector<double> s, w;
+  double least = 0.0;
+};
+
+double ellipse_value(const rim_ellipsoid *ellipsoid, void *context) {
+  const auto &data = *static_cast<const EllipseValue *>(context);
+  double s = 0.0, w = 0.0, n = 0.0;
+  for (std::size_t i = 0; i < data.s.size(); ++i) {
+    if (rim_ellipsoid_contains(ellipsoid, &data.x[2 * i])) {
+      s += data.s[i];
+      w += data.w[i];
+      n += 1.0;
+    }
+  }
+  return n >= data.least && w > 0.0 ? 0.5 * s * s / w : 0.0;
+}
+
+} // namespace
+
+void Scanner::try_ellipse(const Vector &products, const Vector &squares, Proposal *proposal) const {
+  const Vector mask = inside(*proposal);
+  double s = products.dot(mask), w = squares.dot(mask);
+  const double of_box = w > 0.0 ? 0.5 * s * s / w : 0.0;
+  EllipseValue data;
+  data.least = least_rows_;
+  double low[2], span[2];
+  rim_ellipsoid ellipsoid{};
+  ellipsoid.dims = 2;
+  const std::size_t diagonal[2] = {0, 2};
+  for (std::size_t k = 0; k < 2; ++k) {
+    const Bound &bound = proposal->bounds[k];
+    const Vector &x = library_.gates[static_cast<std::size_t>(bound.feature)].x;
+    low[k] = x.minCoeff();
+    span[k] = std::max(1e-300, x.maxCoeff() - low[k]);
+    ellipsoid.center[k] = (0.5 * (bound.lower + bound.upper) - low[k]) / span[k];
+    // Same area as the box: half axes 2 / sqrt(pi) of its half widths.
+    ellipsoid.factor[diagonal[k]] =
+        std::clamp(1.128 * 0.5 * (bound.upper - bound.lower) / span[k], 0.02, 1.0);
+  }
+  for (Index i = 0; i < products.size(); ++i) {
+    if (squares(i) <= 0.0)
+      continue;
+    for (std::size_t k = 0; k < 2; ++k)
+      data.x.push_back(
+          (library_.gates[static_cast<std::size_t>(proposal->bounds[k].feature)].x(i) - low[k]) /
+          span[k]);
+    data.s.push_back(products(i));
+    data.w.push_back(squares(i));
+  }
+  rim_cem_config config{};
+  config.samples = 40;
+  config.elites = 6;
+  config.iterations = 8;
+  double value = 0.0;
+  if (rim_cem_optimise(&config, ellipse_value, &data, 1, 1, &ellipsoid, &value) != RIM_OK ||
+      value <= of_box)
+    return;
+  // A = L L' in the features' own units.
+  Eigen::Matrix2d factor;
+  factor << ellipsoid.factor[0], 0.0, ellipsoid.factor[1], ellipsoid.factor[2];
+  const Eigen::Vector2d scale(span[0], span[1]);
+  const Eigen::Matrix2d shape =
+      scale.asDiagonal() * (factor * factor.transpose()) * scale.asDiagonal();
+  const Eigen::Matrix2d inverse = shape.inverse();
+  proposal->is_ellipse = true;
+  proposal->center.clear();
+  proposal->inverse_shape.clear();
+  for (int k = 0; k < 2; ++k) {
+    const double center = low[k] + ellipsoid.center[k] * span[k], half = std::sqrt(shape(k, k));
+    proposal->center.push_back(center);
+    proposal->bounds[static_cast<std::size_t>(k)].lower = center - half;
+    proposal->bounds[static_cast<std::size_t>(k)].upper = center + half;
+    for (int l = 0; l < 2; ++l)
+      proposal->inverse_shape.push_back(inverse(k, l));
+  }
+}
+
+void Scanner::refine(const Vector &residual, const Noise &noise, Proposal *proposal) const {
+  if (proposal->bounds.empty() || proposal->candidate < 0)
+    return;
+  const Candidate &candidate = library_.candidates[static_cast<std::size_t>(proposal->candidate)];
+  const double corner = kClip * noise.scale;
+  const Vector clipped =
+      residual.cwiseProduct(root_).cwiseMax(-corner).cwiseMin(corner).cwiseProduct(root_);
+  const Vector g = library_.g.col(candidate.column);
+  const Vector products = g.cwiseProduct(clipped), squares = g.cwiseAbs2().cwiseProduct(weight_);
+  proposal->is_ellipse = false;
+  const int passes = proposal->bounds.size() > 1 ? 2 : 1;
+  for (int pass = 0; pass < passes; ++pass) {
+    for (std::size_t k = 0; k < proposal->bounds.size(); ++k)
+      refine_bound(products, squares, k, proposal);
+  }
+  const bool turned =
+      std::any_of(proposal->bounds.begin(), proposal->bounds.end(), [this](const Bound &b) {
+        return library_.gates[static_cast<std::size_t>(b.feature)].is_turned;
+      });
+  if (proposal->bounds.size() == 2 && !turned)
+    try_ellipse(products, squares, proposal);
+}
+
+Vector Scanner::inside(const Proposal &proposal) const {
+  Vector mask = Vector::Ones(weight_.size());
+  if (proposal.is_ellipse) {
+    const Vector &a = library_.gates[static_cast<std::size_t>(proposal.bounds[0].feature)].x;
+    const Vector &b = library_.gates[static_cast<std::size_t>(proposal.bounds[1].feature)].x;
+    const std::vector<double> &m = proposal.inverse_shape;
+    for (Index i = 0; i < mask.size(); ++i) {
+      const double da = a(i) - proposal.center[0], db = b(i) - proposal.center[1];
+      mask(i) = da * (m[0] * da + m[1] * db) + db * (m[2] * da + m[3] * db) < 1.0 ? 1.0 : 0.0;
+    }
+    return mask;
+  }
+  for (const Bound &bound : proposal.bounds) {
+    const Vector &x = library_.gates[static_cast<std::size_t>(bound.feature)].x;
+    mask.array() *= ((x.array() >= bound.lower) && (x.array() <= bound.upper)).cast<double>();
+  }
+  return mask;
+}
+
+Gate Scanner::gate(const Proposal &proposal) const {
+  Gate gate;
+  for (const Bound &bound : proposal.bounds)
+    add_bounds(library_.gates[static_cast<std::size_t>(bound.feature)], bound.lower, bound.upper,
+               &gate);
+  gate.is_ellipse = proposal.is_ellipse;
+  const std::size_t d = gate.features.size();
+  if (gate.is_ellipse) {
+    gate.center = proposal.center;
+    gate.inverse_shape = proposal.inverse_shape;
+    return gate;
+  }
+  gate.inverse_shape.assign(d * d, 0.0);
+  for (std::size_t k = 0; k < d; ++k) {
+    const double half = 0.5 * (proposal.bounds[k].upper - proposal.bounds[k].lower);
+    gate.center.push_back(0.5 * (proposal.bounds[k].lower + proposal.bounds[k].upper));
+    gate.inverse_shape[k * d + k] = 1.0 / std::max(1e-300, half * half);
+  }
+  return gate;
+}
+
+} // namespace rim::diagnose

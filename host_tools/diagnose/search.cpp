@@ -1,0 +1,545 @@
+#include "diagnose/search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <set>
+
+namespace rim::diagnose {
+
+namespace {
+
+using Index = Eigen::Index;
+constexpr std::size_t kProposals = 60, kExact = 10;
+constexpr double kSwapGain = 0.5;     // nats by which a swap must be better
+constexpr double kSeparableBic = 6.0; // the next cause's BIC at least so much worse: odds 20 to 1
+// A stated sd that is a tenth out is no finding; nor is a global factor this small.
+constexpr double kLeastNoiseFactor = 1.16;
+constexpr int kBlocks = 10; // a log, for what is held out
+
+double halves_bic(double delta_score) { return 2.0 * delta_score; }
+
+// Features by which a term alone is a function of one feature: bias in an interval, hinge ...
+std::string only_feature(const Term &term) {
+  std::set<std::string> names(term.gate.features.begin(), term.gate.features.end());
+  for (const auto &[placeholder, feature] : term.arguments)
+    names.insert(feature);
+  for (const std::string &basis : term.basis) {
+    if (basis.find('m') != std::string::npos && basis.find("max") == std::string::npos &&
+        basis.find("min") == std::string::npos)
+      return "";
+  }
+  const bool is_plain = term.cause == "bias" || term.cause == "coupling" || term.cause == "hinge" ||
+                        term.cause == "product" || term.cause == "drift" ||
+                        term.cause == "viscous_friction" || term.cause == "coulomb_friction" ||
+                        term.cause == "quadratic_drag" || term.cause == "unknown";
+  return is_plain && names.size() == 1 ? *names.begin() : "";
+}
+
+} // namespace
+
+ChannelSearch::ChannelSearch(const Measured &measured, const Channel &channel,
+                             const Library &library, const SearchOptions &options)
+    : measured_(measured), channel_(channel), library_(library), options_(options),
+      y_((channel.z - channel.m).cwiseQuotient(channel.sd)) {}
+
+Member ChannelSearch::make_member(const Proposal &proposal) const {
+  const Candidate &candidate = library_.candidates[static_cast<std::size_t>(proposal.candidate)];
+  Member member;
+  member.term = candidate.term;
+  member.term.gate = scanner_->gate(proposal);
+  member.candidate = proposal.candidate;
+  member.is_fixed = candidate.is_fixed;
+  member.is_positive = candidate.is_positive;
+  member.penalty = proposal.penalty;
+  member.h = library_.g.middleCols(candidate.column, candidate.columns);
+  if (!proposal.bounds.empty())
+    member.h = scanner_->inside(proposal).asDiagonal() * member.h;
+  return member;
+}
+
+// Piecewise linear over a feature, zero-mean not asked for: hat functions at quantiles.
+Member ChannelSearch::table_member(int feature, int knots) const {
+  Member member;
+  const std::string &name = measured_.features[static_cast<std::size_t>(feature)].name;
+  member.term.channel = channel_.name;
+  member.term.cause = "unknown";
+  member.term.form = "table";
+  member.term.arguments["f"] = name;
+  Vector x = measured_.x.col(feature), sorted = x;
+  std::sort(sorted.data(), sorted.data() + sorted.size());
+  for (int k = 0; k < knots; ++k) {
+    const double at = sorted(static_cast<Index>(static_cast<double>(k) / (knots - 1) *
+                                                static_cast<double>(sorted.size() - 1)));
+    if (member.term.knots.empty() || at > member.term.knots.back())
+      member.term.knots.push_back(at);
+  }
+  const auto count = static_cast<Index>(member.term.knots.size());
+  member.h.resize(x.size(), count);
+  for (Index k = 0; k < count; ++k) {
+    Term hat = member.term;
+    hat.values.assign(static_cast<std::size_t>(count), 0.0);
+    hat.values[static_cast<std::size_t>(k)] = 1.0;
+    if (count >= 2)
+      member.h.col(k) = basis_columns(hat, measured_, channel_.m).col(0).cwiseQuotient(channel_.sd);
+  }
+  member.term.values.assign(static_cast<std::size_t>(count), 0.0);
+  member.penalty = 0.5 * static_cast<double>(count) * library_.ln_rows +
+                   std::log(static_cast<double>(measured_.features.size()));
+  return member;
+}
+
+double ChannelSearch::gain_of(const std::vector<Member> &members, double loss_without) const {
+  const Fit fit = fit_members(y_, members, out_.noise);
+  return fit.is_allowed ? (loss_without - fit.loss) / out_.noise.divisor() : -1e300;
+}
+
+void ChannelSearch::refine_shape(const std::vector<Member> &others, double loss,
+                                 Member *member) const {
+  const Candidate &candidate = library_.candidates[static_cast<std::size_t>(member->candidate)];
+  if (candidate.shape_low >= candidate.shape_high)
+    return;
+  double low = candidate.shape_low, high = candidate.shape_high;
+  const Vector mask = gate_mask(member->term.gate, measured_);
+  std::vector<Member> all = others;
+  all.push_back(*member);
+  double best = gain_of(all, loss);
+  const auto try_at = [&](double value) {
+    Member moved = *member;
+    moved.term.shape[0].value = value;
+    const Eigen::MatrixXd columns = basis_columns(moved.term, measured_, channel_.m);
+    for (Index k = 0; k < columns.cols(); ++k)
+      moved.h.col(k) = columns.col(k).cwiseQuotient(channel_.sd).cwiseProduct(mask);
+    all.back() = moved;
+    const double gain = gain_of(all, loss);
+    if (gain > best) {
+      best = gain;
+      *member = moved;
+      return true;
+    }
+    return false;
+  };
+  for (int step = 0; step < 4; ++step) {
+    const double at = member->term.shape[0].value;
+    if (try_at(0.5 * (low + at)))
+      high = at;
+    else if (try_at(0.5 * (at + high)))
+      low = at;
+    else {
+      low = 0.5 * (low + at);
+      high = 0.5 * (at + high);
+    }
+  }
+}
+
+ChannelSearch::Best ChannelSearch::best_of(const std::vector<Proposal> &proposals,
+                                           const std::vector<Member> &members, const Fit &fit,
+                                           std::size_t exact) const {
+  Best best;
+  for (std::size_t i = 0; i < std::min(exact, proposals.size()); ++i) {
+    Proposal proposal = proposals[i];
+    scanner_->refine(fit.residual, out_.noise, &proposal);
+    Member member = make_member(proposal);
+    if (member.term.shape.size() == 1)
+      refine_shape(members, fit.loss, &member);
+    std::vector<Member> all = members;
+    all.push_back(member);
+    const double gain = gain_of(all, fit.loss);
+    if (gain - member.penalty > best.score) {
+      best.score = gain - member.penalty;
+      best.proposal = proposal;
+      best.proposal.gain = gain;
+      best.member = member;
+    }
+  }
+  return best;
+}
+
+std::vector<Member> ChannelSearch::without(std::size_t which) const {
+  std::vector<Member> others = out_.members;
+  others.erase(others.begin() + static_cast<std::ptrdiff_t>(which));
+  return others;
+}
+
+void ChannelSearch::add_terms() {
+  while (out_.members.size() < options_.most_terms) {
+    const Fit fit = fit_members(y_, out_.members, out_.noise);
+    const auto proposals = scanner_->mean(fit, out_.noise, kProposals);
+    const Best best = best_of(proposals, out_.members, fit, kExact);
+    if (best.score < options_.threshold)
+      break;
+    out_.members.push_back(best.member);
+    for (int round = 0; round < 3 && swap_terms(); ++round) {
+    }
+  }
+  drop_terms();
+  out_.fit = fit_members(y_, out_.members, out_.noise);
+}
+
+// Every member against the best that could take its place. True when one was replaced.
+bool ChannelSearch::swap_terms() {
+  bool any = false;
+  const double loss = fit_members(y_, out_.members, out_.noise).loss;
+  double now = loss;
+  for (std::size_t j = 0; j < out_.members.size(); ++j) {
+    if (out_.members[j].is_given || out_.members.size() == 1)
+      continue;
+    const std::vector<Member> others = without(j);
+    const Fit fit = fit_members(y_, others, out_.noise);
+    const double score = (fit.loss - now) / out_.noise.divisor() - out_.members[j].penalty;
+    const Best best = best_of(scanner_->mean(fit, out_.noise, kProposals), others, fit, kExact);
+    if (best.score > score + kSwapGain) {
+      out_.members[j] = best.member;
+      now = fit_members(y_, out_.members, out_.noise).loss;
+      any = true;
+    }
+  }
+  return any;
+}
+
+void ChannelSearch::drop_terms() {
+  for (bool dropped = true; dropped;) {
+    dropped = false;
+    const double loss = fit_members(y_, out_.members, out_.noise).loss;
+    std::size_t worst = 0;
+    double least = options_.threshold;
+    for (std::size_t j = 0; j < out_.members.size(); ++j) {
+      if (out_.members[j].is_given)
+        continue;
+      const double gain =
+          (fit_members(y_, without(j), out_.noise).loss - loss) / out_.noise.divisor();
+      if (gain - out_.members[j].penalty < least) {
+        least = gain - out_.members[j].penalty;
+        worst = j;
+        dropped = true;
+      }
+    }
+    if (dropped)
+      out_.members = without(worst);
+  }
+}
+
+// From what remains: scale by its robust spread, autocorrelation by the initial positive sequence
+// of its lags within logs, excess of its squares.
+void ChannelSearch::estimate_noise() {
+  const Vector &e = out_.fit.clipped;
+  double squares = 0.0, fourth = 0.0, used = 0.0;
+  for (Index i = 0; i < e.size(); ++i) {
+    if (out_.noise.weight(i) > 0.0) {
+      squares += e(i) * e(i);
+      fourth += e(i) * e(i) * e(i) * e(i);
+      used += 1.0;
+    }
+  }
+  if (used < 20.0 || squares <= 0.0)
+    return;
+  out_.noise.scale = std::sqrt(squares / used);
+  const double kurtosis = fourth / used / (squares / used) / (squares / used);
+  double sum = 0.0, sum_of_squares = 0.0;
+  for (std::size_t lag = 1; lag <= 50; ++lag) {
+    double products = 0.0, both = 0.0;
+    for (const LogSpan &log : measured_.logs) {
+      for (std::size_t i = log.first; i + lag < log.first + log.rows; ++i) {
+        const auto a = static_cast<Index>(i), b = static_cast<Index>(i + lag);
+        if (out_.noise.weight(a) > 0.0 && out_.noise.weight(b) > 0.0) {
+          products += e(a) * e(b);
+          both += 1.0;
+        }
+      }
+    }
+    const double rho = both > 0.0 ? products / both / (squares / used) : 0.0;
+    if (lag == 1)
+      out_.autocorrelation = rho;
+    if (rho < 2.0 / std::sqrt(used))
+      break;
+    sum += rho;
+    sum_of_squares += rho * rho;
+  }
+  out_.noise.spread = 1.0 + 2.0 * sum;
+  out_.noise.spread_of_squares =
+      std::max(1.0, 0.5 * (kurtosis - 1.0)) * (1.0 + 2.0 * sum_of_squares);
+}
+
+// The best change of variance, if it is one. True when one was claimed.
+bool ChannelSearch::claim_variance() {
+  if (out_.variances.size() >= 2)
+    return false;
+  const auto proposals = scanner_->variance(out_.fit, out_.noise, 2);
+  VarianceClaim claim;
+  claim.term.channel = channel_.name;
+  claim.term.cause = claim.term.form = "noise";
+  claim.term.kind = TermKind::variance;
+  if (!proposals.empty() && proposals[0].score() >= options_.threshold) {
+    const Proposal &p = proposals[0];
+    claim.mask = scanner_->inside(p);
+    double ratio = p.ratio;
+    claim.term.gate = scanner_->gate(p);
+    claim.term.sizes = {
+        {"ratio", ratio, ratio * std::sqrt(2.0 / std::max(1.0, claim.mask.sum())), ""}};
+    claim.ln_anom = p.gain;
+    claim.score = p.score();
+    out_.variances.push_back(claim);
+    out_.noise.weight.array() *= 1.0 - claim.mask.array() * (1.0 - 1.0 / ratio);
+    return true;
+  }
+  return false;
+}
+
+void ChannelSearch::fill_sizes() {
+  const double divisor = std::sqrt(out_.noise.divisor());
+  Index at = 0;
+  for (Member &member : out_.members) {
+    Term &term = member.term;
+    if (member.is_given)
+      continue;
+    term.sizes.clear();
+    for (Index k = 0; k < member.h.cols(); ++k) {
+      Parameter size{"size", 1.0, 0.0, ""};
+      if (!member.is_fixed) {
+        size.value = out_.fit.beta(at);
+        size.stderror = divisor * std::sqrt(std::max(0.0, out_.fit.covariance(at, at)));
+        ++at;
+      }
+      if (term.form == "table") {
+        term.values[static_cast<std::size_t>(k)] = size.value;
+        continue;
+      }
+      if (member.candidate >= 0)
+        size.unit = library_.size_units[static_cast<std::size_t>(member.candidate)];
+      if (member.h.cols() == 2)
+        size.name = k == 0 ? "sine" : "cosine";
+      term.sizes.push_back(size);
+    }
+    if (term.form == "table")
+      term.sizes = {{"size", 1.0, 0.0, ""}};
+  }
+}
+
+// Where one feature carries what was found, a smooth curve over it may say it better than any name:
+// several pieces on one feature, or one with structure left over the same feature.
+void ChannelSearch::smooth_unknowns() {
+  std::map<std::string, std::vector<std::size_t>> groups;
+  for (std::size_t j = 0; j < out_.members.size(); ++j) {
+    const std::string feature = only_feature(out_.members[j].term);
+    if (!feature.empty() && feature != kTime && !out_.members[j].is_given)
+      groups[feature].push_back(j);
+  }
+  for (const auto &[name, which] : groups) {
+    const int feature = measured_.find_feature(name);
+    std::vector<Member> others;
+    double penalty = 0.0;
+    for (std::size_t j = 0; j < out_.members.size(); ++j) {
+      if (std::find(which.begin(), which.end(), j) == which.end())
+        others.push_back(out_.members[j]);
+      else
+        penalty += out_.members[j].penalty;
+    }
+    const double loss_named = fit_members(y_, out_.members, out_.noise).loss;
+    for (const int knots : {8, 14, 22}) {
+      Member table = table_member(feature, knots);
+      if (table.h.cols() < 5)
+        continue;
+      std::vector<Member> both = out_.members, instead = others;
+      both.push_back(table);
+      instead.push_back(table);
+      const double divisor = out_.noise.divisor();
+      const double more = (loss_named - fit_members(y_, both, out_.noise).loss) / divisor;
+      const double of_table = (loss_named - fit_members(y_, instead, out_.noise).loss) / divisor;
+      // 2 more is chi-squared of as many degrees as knots: its .998 quantile by Wilson and
+      // Hilferty.
+      const double k = static_cast<double>(table.h.cols());
+      const double quantile =
+          k * std::pow(1.0 - 2.0 / (9.0 * k) + 2.88 * std::sqrt(2.0 / (9.0 * k)), 3.0);
+      const bool is_left = 2.0 * more > quantile;
+      const bool is_pieced = which.size() > 1 && of_table > -3.0;
+      const bool is_as_good = of_table > 0.0 && is_left;
+      if (is_pieced || is_as_good) {
+        others.push_back(table);
+        out_.members = others;
+        out_.fit = fit_members(y_, out_.members, out_.noise);
+        return;
+      }
+    }
+  }
+}
+
+void ChannelSearch::judge_alternatives(std::size_t which, const std::vector<Member> &others,
+                                       Claim *claim) const {
+  const Member &member = out_.members[which];
+  const Fit fit = fit_members(y_, others, out_.noise);
+  std::map<std::string, Best> by_cause;
+  std::map<std::string, int> tried;
+  for (const Proposal &proposal : scanner_->mean(fit, out_.noise, 400)) {
+    const std::string &cause =
+        library_.candidates[static_cast<std::size_t>(proposal.candidate)].term.cause;
+    if (cause == member.term.cause || ++tried[cause] > 2)
+      continue;
+    Best best = best_of({proposal}, others, fit, 1);
+    if (best.score > by_cause[cause].score)
+      by_cause[cause] = best;
+  }
+  for (auto &[cause, best] : by_cause) {
+    if (best.score < -1e299)
+      continue;
+    Alternative alternative;
+    alternative.cause = cause;
+    alternative.delta_bic = halves_bic(claim->score - best.score);
+    std::vector<Member> all = others;
+    all.push_back(best.member);
+    const Fit with = fit_members(y_, all, out_.noise);
+    Index at = with.beta.size() - best.member.h.cols();
+    for (Index k = 0; k < best.member.h.cols(); ++k)
+      best.member.term.sizes.push_back(
+          {"size", best.member.is_fixed ? 1.0 : with.beta(at + k), 0.0, ""});
+    alternative.expression = expression_text(best.member.term);
+    if (!best.member.term.gate.everywhere())
+      alternative.expression += " where " + gate_text(best.member.term.gate);
+    ChannelSearch copy(measured_, channel_, library_, options_);
+    copy.out_.members = all;
+    copy.out_.noise = out_.noise;
+    Claim of_it;
+    copy.hold_out(all.size() - 1, &of_it);
+    alternative.heldout_r2 = of_it.heldout_r2;
+    claim->alternatives.push_back(alternative);
+  }
+  std::sort(claim->alternatives.begin(), claim->alternatives.end(),
+            [](const Alternative &a, const Alternative &b) { return a.delta_bic < b.delta_bic; });
+  if (claim->alternatives.size() > 5)
+    claim->alternatives.resize(5);
+  claim->is_separable =
+      claim->alternatives.empty() || claim->alternatives.front().delta_bic > kSeparableBic;
+}
+
+// Sizes fitted on every second block, judged on the others, with the term and without it.
+void ChannelSearch::hold_out(std::size_t which, Claim *claim) const {
+  double with = 0.0, less = 0.0;
+  for (int parity = 0; parity < 2; ++parity) {
+    Noise train = out_.noise;
+    Vector held = Vector::Zero(y_.size());
+    for (const LogSpan &log : measured_.logs) {
+      for (std::size_t i = 0; i < log.rows; ++i) {
+        const bool is_held = static_cast<int>(i * kBlocks / log.rows) % 2 == parity;
+        const auto k = static_cast<Index>(log.first + i);
+        if (is_held) {
+          held(k) = train.weight(k);
+          train.weight(k) = 0.0;
+        }
+      }
+    }
+    const double corner = kClip * out_.noise.scale;
+    const auto loss = [&](const Fit &fit) {
+      const Vector e = fit.residual.cwiseProduct(held.cwiseSqrt());
+      return 0.5 * e.cwiseMax(-corner).cwiseMin(corner).squaredNorm();
+    };
+    with += loss(fit_members(y_, out_.members, train));
+    less += loss(fit_members(y_, without(which), train));
+  }
+  claim->heldout_ln = (less - with) / out_.noise.divisor();
+  claim->heldout_r2 = less > 0.0 ? 1.0 - with / less : 0.0;
+}
+
+void ChannelSearch::judge() {
+  out_.claims.clear();
+  const double loss = out_.fit.loss;
+  for (std::size_t j = 0; j < out_.members.size(); ++j) {
+    Claim claim;
+    const std::vector<Member> others = without(j);
+    claim.ln_anom = (fit_members(y_, others, out_.noise).loss - loss) / out_.noise.divisor();
+    claim.score = claim.ln_anom - out_.members[j].penalty;
+    hold_out(j, &claim);
+    if (!out_.members[j].is_given && out_.members[j].candidate >= 0)
+      judge_alternatives(j, others, &claim);
+    out_.claims.push_back(claim);
+  }
+}
+
+ChannelFindings ChannelSearch::run(const std::vector<Term> &given) {
+  out_ = ChannelFindings{};
+  out_.flagged = find_flagged(measured_, channel_);
+  Vector measured_rows = Vector::Ones(y_.size());
+  for (Index i = 0; i < y_.size(); ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    if (out_.flagged.stuck[at] != 0 || out_.flagged.dropout[at] != 0)
+      measured_rows(i) = 0.0;
+  }
+  std::vector<Member> kept;
+  for (const Term &term : given) {
+    if (term.channel != channel_.name || term.kind != TermKind::mean)
+      continue;
+    Member member;
+    member.term = term;
+    member.is_fixed = member.is_given = true;
+    member.h = mean_effect(term, measured_, channel_.m).cwiseQuotient(channel_.sd);
+    kept.push_back(member);
+  }
+  out_.noise.weight = measured_rows;
+  // Rough first: what the noise is like is known only when the effects are out, and the reverse.
+  for (int pass = 0; pass < 3; ++pass) {
+    scanner_ = std::make_unique<Scanner>(library_, out_.noise.weight);
+    out_.members = kept;
+    add_terms();
+    estimate_noise();
+    if (pass < 2 && claim_variance()) {
+      out_.fit = fit_members(y_, out_.members, out_.noise);
+      estimate_noise();
+    }
+  }
+  for (int round = 0; round < 3; ++round)
+    smooth_unknowns();
+  out_.fit = fit_members(y_, out_.members, out_.noise);
+  fill_sizes();
+  judge();
+  // A term that does not hold where it was not fitted is no finding.
+  for (std::size_t j = out_.members.size(); j-- > 0;) {
+    if (out_.claims[j].heldout_ln <= 0.0 && !out_.members[j].is_given) {
+      out_.members.erase(out_.members.begin() + static_cast<std::ptrdiff_t>(j));
+      out_.claims.erase(out_.claims.begin() + static_cast<std::ptrdiff_t>(j));
+    }
+  }
+  out_.fit = fit_members(y_, out_.members, out_.noise);
+  estimate_noise();
+  fill_sizes();
+  if (out_.variances.empty() &&
+      std::abs(std::log(out_.noise.scale)) > std::log(kLeastNoiseFactor) &&
+      !channel_.sd_estimated) {
+    VarianceClaim claim;
+    claim.term.channel = channel_.name;
+    claim.term.cause = claim.term.form = "noise";
+    claim.term.kind = TermKind::variance;
+    const double n = measured_rows.sum(), v = out_.noise.scale * out_.noise.scale;
+    claim.mask = Vector::Ones(y_.size());
+    claim.term.sizes = {{"ratio", v, v * std::sqrt(2.0 * out_.noise.spread_of_squares / n), ""}};
+    claim.ln_anom = 0.5 * n * (v - 1.0 - std::log(v)) / out_.noise.spread_of_squares;
+    claim.score = claim.ln_anom - 0.5 * library_.ln_rows;
+    if (claim.score >= options_.threshold)
+      out_.variances.push_back(claim);
+  }
+  return std::move(out_);
+}
+
+double null_score(const Measured &measured, const Channel &channel, const Library &library,
+                  const Scanner &scanner, const Vector &y) {
+  (void)measured;
+  Noise noise;
+  noise.weight = Vector::Ones(y.size());
+  const Fit fit = fit_members(y, {}, noise);
+  double best = -1e300;
+  for (Proposal proposal : scanner.mean(fit, noise, 4)) {
+    scanner.refine(fit.residual, noise, &proposal);
+    const Candidate &candidate = library.candidates[static_cast<std::size_t>(proposal.candidate)];
+    if (!proposal.bounds.empty()) {
+      const Vector g = scanner.inside(proposal).cwiseProduct(library.g.col(candidate.column));
+      const double s = g.dot(fit.clipped), w = g.squaredNorm();
+      if (w > 0.0)
+        proposal.gain = 0.5 * s * s / w;
+    }
+    best = std::max(best, proposal.score());
+  }
+  for (const Proposal &proposal : scanner.variance(fit, noise, 1))
+    best = std::max(best, proposal.score());
+  (void)channel;
+  return best;
+}
+
+} // namespace rim::diagnose

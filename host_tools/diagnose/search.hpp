@@ -1,0 +1,93 @@
+// diagnose/search.hpp - the terms of one channel: added while they pay, swapped, dropped, named.
+//
+// One currency for all: ln likelihood ratio, divided for autocorrelation, less k/2 ln n a fitted
+// size and ln of the number of alternatives a form, its shape and its region were chosen from. A
+// term is claimed when that exceeds what the whole search finds in noise (diagnose/null.hpp).
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "diagnose/diagnosis.hpp"
+#include "diagnose/flagged.hpp"
+#include "diagnose/scan.hpp"
+
+namespace rim::diagnose {
+
+struct SearchOptions {
+  double threshold = 3.0;     // nats of score that a claim must exceed
+  std::size_t most_terms = 6; // a channel
+};
+
+// What is claimed of a member besides its term.
+struct Claim {
+  double ln_anom = 0.0; // of the joint model with and without it
+  double score = 0.0;   // less its penalty
+  double heldout_r2 = 0.0, heldout_ln = 0.0;
+  std::vector<Alternative> alternatives;
+  bool is_separable = true;
+};
+
+struct VarianceClaim {
+  Term term;
+  Vector mask;
+  double ln_anom = 0.0, score = 0.0;
+};
+
+struct ChannelFindings {
+  Flagged flagged;
+  std::vector<Member> members; // terms with their sizes filled in
+  std::vector<Claim> claims;   // one a member
+  std::vector<VarianceClaim> variances;
+  Noise noise;
+  Fit fit;
+  double autocorrelation = 0.0;
+};
+
+class ChannelSearch {
+public:
+  ChannelSearch(const Measured &measured, const Channel &channel, const Library &library,
+                const SearchOptions &options);
+  // given: terms of an extension for this channel, kept as they are.
+  ChannelFindings run(const std::vector<Term> &given);
+
+private:
+  struct Best {
+    Proposal proposal;
+    Member member;
+    double score = -1e300;
+  };
+  Member make_member(const Proposal &proposal) const;
+  Member table_member(int feature, int knots) const;
+  double gain_of(const std::vector<Member> &members, double loss_without) const;
+  Best best_of(const std::vector<Proposal> &proposals, const std::vector<Member> &members,
+               const Fit &fit, std::size_t exact) const;
+  void refine_shape(const std::vector<Member> &others, double loss, Member *member) const;
+  void add_terms();
+  bool swap_terms();
+  void drop_terms();
+  void estimate_noise();
+  bool claim_variance();
+  void smooth_unknowns();
+  void judge();
+  void judge_alternatives(std::size_t which, const std::vector<Member> &others, Claim *claim) const;
+  void hold_out(std::size_t which, Claim *claim) const;
+  void fill_sizes();
+  std::vector<Member> without(std::size_t which) const;
+
+  const Measured &measured_;
+  const Channel &channel_;
+  const Library &library_;
+  SearchOptions options_;
+  Vector y_;
+  std::unique_ptr<Scanner> scanner_;
+  ChannelFindings out_;
+};
+
+// The largest score that the whole search finds in residuals y that are noise: one entry of the
+// null (eq. 3.9, p. 29).
+double null_score(const Measured &measured, const Channel &channel, const Library &library,
+                  const Scanner &scanner, const Vector &y);
+
+} // namespace rim::diagnose

@@ -1,0 +1,307 @@
+#include "diagnose/term.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <muParser.h>
+
+#include "util/error.hpp"
+
+namespace rim::diagnose {
+
+namespace {
+
+using Index = Eigen::Index;
+
+Vector time_column(const Measured &measured) {
+  return Eigen::Map<const Vector>(measured.elapsed_s.data(),
+                                  static_cast<Index>(measured.elapsed_s.size()));
+}
+
+std::string strip(const std::string &name) {
+  return name == kTime ? "elapsed time" : plain_name(name);
+}
+
+// Rows `rows` earlier in the same log; the log's first row before its beginning.
+Vector lagged(const Vector &x, const Measured &measured, double delay_s) {
+  Vector out(x.size());
+  for (const LogSpan &log : measured.logs) {
+    std::size_t from = log.first;
+    for (std::size_t i = log.first; i < log.first + log.rows; ++i) {
+      const double then = measured.elapsed_s[i] - delay_s;
+      while (from + 1 < log.first + log.rows && measured.elapsed_s[from + 1] <= then + 1e-9)
+        ++from;
+      out(static_cast<Index>(i)) = x(static_cast<Index>(from));
+    }
+  }
+  return out;
+}
+
+double shape_of(const Term &term, const std::string &name) {
+  for (const Parameter &p : term.shape) {
+    if (p.name == name)
+      return p.value;
+  }
+  throw DataError(fmt::format("form '{}': parameter '{}' is missing", term.form, name));
+}
+
+// The response polynomial with every command taken `delay` ago, less it now; without a response the
+// prediction itself is what comes late.
+Vector delay_column(const Term &term, const Measured &measured, const Vector &m) {
+  const double delay_s = shape_of(term, "delay");
+  if (term.response.empty())
+    return lagged(m, measured, delay_s) - m;
+  Vector out = Vector::Zero(m.size());
+  for (const auto &[product, coefficient] : term.response) {
+    Vector now = Vector::Constant(m.size(), coefficient), then = now;
+    std::size_t at = 0;
+    while (at <= product.size()) {
+      const std::size_t end = std::min(product.find('*', at), product.size());
+      const Vector x = feature_column(measured, product.substr(at, end - at));
+      const int f = measured.find_feature(product.substr(at, end - at));
+      const bool is_command = f >= 0 && measured.features[static_cast<std::size_t>(f)].is_command;
+      now.array() *= x.array();
+      if (is_command)
+        then.array() *= lagged(x, measured, delay_s).array();
+      else
+        then.array() *= x.array();
+      at = end + 1;
+    }
+    out += then - now;
+  }
+  return out;
+}
+
+// First-order lag: the prediction passed through a filter of time constant `lag`, less itself.
+Vector lag_column(const Term &term, const Measured &measured, const Vector &m) {
+  const double lag_s = std::max(1e-9, shape_of(term, "lag"));
+  Vector out(m.size());
+  for (const LogSpan &log : measured.logs) {
+    double state = m(static_cast<Index>(log.first));
+    for (std::size_t i = log.first; i < log.first + log.rows; ++i) {
+      const double dt = i > log.first ? measured.elapsed_s[i] - measured.elapsed_s[i - 1] : 0.0;
+      state += (1.0 - std::exp(-dt / lag_s)) * (m(static_cast<Index>(i)) - state);
+      out(static_cast<Index>(i)) = state - m(static_cast<Index>(i));
+    }
+  }
+  return out;
+}
+
+Vector table_column(const Term &term, const Measured &measured) {
+  if (term.arguments.empty() || term.knots.size() < 2 || term.knots.size() != term.values.size())
+    throw DataError("form 'table': needs an argument, and as many values as knots, at least two");
+  const Vector x = feature_column(measured, term.arguments.begin()->second);
+  Vector out(x.size());
+  for (Index i = 0; i < x.size(); ++i) {
+    const auto above = std::upper_bound(term.knots.begin(), term.knots.end(), x(i));
+    if (above == term.knots.begin()) {
+      out(i) = term.values.front();
+    } else if (above == term.knots.end()) {
+      out(i) = term.values.back();
+    } else {
+      const auto k = static_cast<std::size_t>(above - term.knots.begin());
+      const double share = (x(i) - term.knots[k - 1]) / (term.knots[k] - term.knots[k - 1]);
+      out(i) = term.values[k - 1] + share * (term.values[k] - term.values[k - 1]);
+    }
+  }
+  return out;
+}
+
+Vector evaluate(const std::string &expression, const Term &term, const Measured &measured,
+                const Vector &m) {
+  // muParser's bulk mode wants writable arrays that live while it evaluates.
+  std::vector<Vector> columns;
+  columns.reserve(term.arguments.size() + 2);
+  mu::Parser parser;
+  Vector out(m.size());
+  try {
+    columns.push_back(m);
+    parser.DefineVar("m", columns.back().data());
+    columns.push_back(time_column(measured));
+    parser.DefineVar("t", columns.back().data());
+    for (const auto &[name, feature] : term.arguments) {
+      columns.push_back(feature_column(measured, feature));
+      parser.DefineVar(name, columns.back().data());
+    }
+    for (const Parameter &p : term.shape)
+      parser.DefineConst(p.name, p.value);
+    parser.SetExpr(expression);
+    if (m.size() > 0)
+      parser.Eval(out.data(), static_cast<int>(m.size()));
+  } catch (const mu::Parser::exception_type &e) {
+    throw DataError(
+        fmt::format("form '{}': expression '{}': {}", term.form, expression, e.GetMsg()));
+  }
+  if (!out.allFinite())
+    throw DataError(
+        fmt::format("form '{}': expression '{}' is not finite everywhere", term.form, expression));
+  return out;
+}
+
+// Expression with arguments and shape parameters replaced by what they stand for.
+std::string substituted(const std::string &expression, const Term &term) {
+  std::string out;
+  for (std::size_t i = 0; i < expression.size();) {
+    if (std::isalpha(static_cast<unsigned char>(expression[i])) == 0 && expression[i] != '_') {
+      out += expression[i++];
+      continue;
+    }
+    std::size_t end = i;
+    while (
+        end < expression.size() &&
+        (std::isalnum(static_cast<unsigned char>(expression[end])) != 0 || expression[end] == '_'))
+      ++end;
+    const std::string word = expression.substr(i, end - i);
+    i = end;
+    const auto argument = term.arguments.find(word);
+    const auto is_it = [&word](const Parameter &p) { return p.name == word; };
+    const auto parameter = std::find_if(term.shape.begin(), term.shape.end(), is_it);
+    if (argument != term.arguments.end()) {
+      std::string name = strip(argument->second);
+      std::replace(name.begin(), name.end(), ' ', '_');
+      out += name;
+    } else if (parameter != term.shape.end()) {
+      out += fmt::format("{:.4g}", parameter->value);
+    } else {
+      out += word == "m" ? "prediction" : word;
+    }
+  }
+  return out;
+}
+
+} // namespace
+
+Vector feature_column(const Measured &measured, const std::string &name) {
+  if (name == kTime)
+    return time_column(measured);
+  const int f = measured.find_feature(name);
+  if (f < 0)
+    throw DataError("there is no feature '" + name + "' in the logs");
+  return measured.x.col(f);
+}
+
+Vector gate_mask(const Gate &gate, const Measured &measured) {
+  Vector inside = Vector::Ones(static_cast<Index>(measured.rows()));
+  const std::size_t d = gate.features.size();
+  if (d == 0)
+    return inside;
+  if (gate.is_ellipse) {
+    Eigen::MatrixXd x(inside.size(), static_cast<Index>(d));
+    for (std::size_t k = 0; k < d; ++k)
+      x.col(static_cast<Index>(k)) =
+          feature_column(measured, gate.features[k]).array() - gate.center[k];
+    const Eigen::Map<const Matrix> a(gate.inverse_shape.data(), static_cast<Index>(d),
+                                     static_cast<Index>(d));
+    return ((x * a).cwiseProduct(x).rowwise().sum().array() < 1.0).cast<double>();
+  }
+  for (std::size_t k = 0; k < d; ++k) {
+    const Vector x = feature_column(measured, gate.features[k]);
+    for (Index i = 0; i < x.size(); ++i) {
+      const bool is_above = x(i) >= gate.lower[k], is_below = x(i) <= gate.upper[k];
+      const bool wraps = gate.lower[k] > gate.upper[k];
+      if (wraps ? !(is_above || is_below) : !(is_above && is_below))
+        inside(i) = 0.0;
+    }
+  }
+  return inside;
+}
+
+Eigen::MatrixXd basis_columns(const Term &term, const Measured &measured, const Vector &m) {
+  if (term.form == "table")
+    return table_column(term, measured);
+  if (term.basis.empty()) {
+    if (term.cause == "delay")
+      return delay_column(term, measured, m);
+    if (term.form == "lag")
+      return lag_column(term, measured, m);
+    throw DataError(fmt::format("form '{}' has no expression", term.form));
+  }
+  Eigen::MatrixXd columns(m.size(), static_cast<Index>(term.basis.size()));
+  for (std::size_t k = 0; k < term.basis.size(); ++k)
+    columns.col(static_cast<Index>(k)) = evaluate(term.basis[k], term, measured, m);
+  return columns;
+}
+
+Vector mean_effect(const Term &term, const Measured &measured, const Vector &m) {
+  if (term.kind != TermKind::mean)
+    return Vector::Zero(m.size());
+  const Eigen::MatrixXd columns = basis_columns(term, measured, m);
+  Vector effect = Vector::Zero(m.size());
+  for (Index k = 0; k < columns.cols(); ++k) {
+    const auto at = static_cast<std::size_t>(k);
+    effect += (at < term.sizes.size() ? term.sizes[at].value : 1.0) * columns.col(k);
+  }
+  return effect.cwiseProduct(gate_mask(term.gate, measured));
+}
+
+std::string expression_text(const Term &term) {
+  switch (term.kind) {
+  case TermKind::stuck:
+    return "the reading repeats itself";
+  case TermKind::dropout:
+    return "the reading is exactly 0";
+  case TermKind::variance:
+    return fmt::format("{:.3g} * variance", term.sizes.empty() ? 1.0 : term.sizes[0].value);
+  case TermKind::mean:
+    break;
+  }
+  if (term.form == "table")
+    return "table of " + std::to_string(term.knots.size()) + " values over " +
+           strip(term.arguments.begin()->second);
+  if (term.cause == "delay")
+    return fmt::format("{} of {:.3g} s ago in place of now's",
+                       term.response.empty() ? "the prediction" : "the command",
+                       shape_of(term, "delay"));
+  if (term.form == "lag")
+    return fmt::format("the prediction through a first-order lag of {:.3g} s",
+                       shape_of(term, "lag"));
+  std::string text;
+  for (std::size_t k = 0; k < term.basis.size(); ++k) {
+    const double size = k < term.sizes.size() ? term.sizes[k].value : 1.0;
+    const std::string factor = substituted(term.basis[k], term);
+    if (k > 0)
+      text += size < 0.0 ? " - " : " + ";
+    text += fmt::format("{:.4g}", k > 0 ? std::abs(size) : size);
+    if (factor != "1")
+      text +=
+          " * " + (term.basis[k].find_first_of("+-", 1) == std::string::npos || factor.back() == ')'
+                       ? factor
+                       : "(" + factor + ")");
+  }
+  return text;
+}
+
+std::string gate_text(const Gate &gate) {
+  std::string text;
+  for (std::size_t k = 0; k < gate.features.size(); ++k) {
+    const std::string unit =
+        k < gate.units.size() && !gate.units[k].empty() ? " " + gate.units[k] : "";
+    if (k > 0)
+      text += k + 1 == gate.features.size() ? " and " : ", ";
+    text += gate.lower[k] > gate.upper[k]
+                ? fmt::format("{} above {:.4g} or below {:.4g}{}", strip(gate.features[k]),
+                              gate.lower[k], gate.upper[k], unit)
+                : fmt::format("{} {:.4g} to {:.4g}{}", strip(gate.features[k]), gate.lower[k],
+                              gate.upper[k], unit);
+  }
+  return gate.is_ellipse && gate.features.size() > 1 ? "the ellipse " + text : text;
+}
+
+Prediction extended_prediction(const std::vector<Term> &terms, const Channel &channel,
+                               const Measured &measured) {
+  Prediction out{channel.m, channel.sd};
+  for (const Term &term : terms) {
+    if (term.channel != channel.name)
+      continue;
+    if (term.kind == TermKind::mean)
+      out.m += mean_effect(term, measured, channel.m);
+    if (term.kind == TermKind::variance && !term.sizes.empty()) {
+      const double factor = std::sqrt(std::max(1e-6, term.sizes[0].value)) - 1.0;
+      out.sd.array() *= 1.0 + factor * gate_mask(term.gate, measured).array();
+    }
+  }
+  return out;
+}
+
+} // namespace rim::diagnose
