@@ -5,7 +5,6 @@
 hidden=$(cd "$(dirname "$0")/../hidden" && pwd) || exit 1
 bin=$BUILD/tests/hidden
 cd "$here" || exit 1
-if [ ! -x "$bin/nature" ]; then echo "skipped: no $bin/nature"; skipped=1; finish; fi
 first=0 count=40 # of family 'each': every family, every null and pairs
 [ -z "${SANITIZE:-}" ] || count=8
 
@@ -33,13 +32,14 @@ draw 1 bias f; draw 1 white g
 "$bin/check" --truth f.json --logs g > said; check "logs of a null under a bias's truth" 1 $?
 
 # The grader gives one who knows the truth everything, and one who says nothing nothing.
-campaign() { # campaign TOOL: lines to TOOL.jsonl, figures to TOOL.txt
-  HIDDEN_TOOL=$1 HIDDEN_OUT=$here/$1.jsonl HIDDEN_FLOORS=${2:-} \
-    "$hidden/run.sh" $first $count each > "$1.txt" 2> "$1.err"
+campaign() { # campaign TOOL SEED COUNT [FLOORS]: lines to TOOL.jsonl, figures to TOOL.txt
+  HIDDEN_TOOL=$1 HIDDEN_OUT=$here/$1.jsonl HIDDEN_FLOORS=${4:-} \
+    "$hidden/run.sh" "$2" "$3" each > "$1.txt" 2> "$1.err"
 }
 value() { sed -n "s/^  $2 *\([0-9.]*\).*/\1/p" "$1.txt"; }
-campaign oracle "$hidden/floors.txt"; oracle=$?
-campaign silent "$hidden/floors.txt"; silent=$?
+few=$((count < 40 ? 4 : 22)) # from 14 on: single effects, nulls and pairs
+campaign oracle 14 $few "$hidden/floors.txt"; oracle=$?
+campaign silent 14 $few "$hidden/floors.txt"; silent=$?
 if [ $count -eq 40 ]; then check "the oracle reaches every floor" 0 $oracle; fi
 check "the silent one does not" 1 $silent
 for figure in 'hidden effects found' 'found, one, in the catalogue: named first' \
@@ -51,7 +51,7 @@ if [ $count -eq 40 ]; then
   check "oracle: two" 100.0 "$(value oracle 'two effects: both found and named')"
   check "silent: claims" 0.0 "$(value silent 'nothing hidden, white noise: anything claimed')"
 fi
-check "oracle: lines" $count "$(grep -c . oracle.jsonl)"
+check "oracle: lines" $few "$(grep -c . oracle.jsonl)"
 
 # A diagnosis that is missing, or whose exit status contradicts it, is a failure of the tool.
 "$bin/grade" --truth f.json --diagnosis nowhere --exit 3 > line
@@ -66,7 +66,7 @@ if ! has_command diagnose; then
   echo "skipped: rim has no diagnose"; skipped=$((skipped + 1)); finish
 fi
 if [ $count -eq 40 ]; then
-  campaign rim "$hidden/floors.txt"
+  campaign rim $first $count "$hidden/floors.txt"
   sed -n '1,/^time/p' rim.txt
   while read -r line; do
     case $line in ok:*) ok ;; FAILED:*) bad "$line" ;; esac
@@ -75,7 +75,7 @@ if [ $count -eq 40 ]; then
     "$(grep -c -e '^ok: ' -e '^FAILED: ' rim.txt)"
   [ $failed -eq 0 ] || cat rim.txt rim.err
 else
-  campaign rim
+  campaign rim $first $count
   check "no failed diagnosis under the sanitizers" 0.0 "$(value rim 'no usable diagnosis')"
 fi
 finish

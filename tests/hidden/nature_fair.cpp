@@ -352,22 +352,16 @@ Fairness judge(const Case &c, const std::vector<Record> &records, std::size_t k)
     append(c, records[i], i, e, t);
   const double rows = static_cast<double>(t.acts.size());
   const double acting = static_cast<double>(std::count(t.acts.begin(), t.acts.end(), 1));
+  const bool fault = e.kind == Kind::dropout || e.kind == Kind::stuck;
   fair.share = acting / rows;
   fair.llr = ln_ratio(e, t);
   double strength = 1.0;
+  Rivals rivals(c, e, t);
   if (e.kind == Kind::mean) {
     strength = acting > 0.0 ? std::sqrt(dot(t.effect, t.effect) / acting) : 0.0;
-    Rivals rivals(c, e, t);
     fair.llr = rivals.margin;
-    if (fair.llr >= least_llr(e))
-      rivals.search();
-    fair.rival = rivals.name;
-    fair.margin = e.cause == "unknown" ? rivals.least_left : rivals.margin;
-    if (e.cause != "unknown" && rivals.least_left < kLeastLeft)
-      fair.margin = std::min(fair.margin, rivals.least_left);
   }
-  const double margin = e.cause == "unknown" ? kLeastMarginUnknown : kLeastMargin;
-  if (fair.share < (e.kind == Kind::mean || e.kind == Kind::variance ? 0.05 : 0.015))
+  if (fair.share < (fault ? 0.015 : 0.05))
     fair.unfair = "acts on too few rows";
   else if (e.family == "saturation" && fair.share > 0.45)
     fair.unfair = "limits more often than not";
@@ -375,11 +369,17 @@ Fairness judge(const Case &c, const std::vector<Record> &records, std::size_t k)
     fair.unfair = "too weak or too strong";
   else if (fair.llr < least_llr(e))
     fair.unfair = "too little evidence";
-  else if (e.kind == Kind::mean && fair.margin < margin)
-    fair.unfair = "not to be told from " + fair.rival;
   for (const Record &r : records)
     if (fair.unfair.empty() && !visited(c, r, e, fair.share))
       fair.unfair = "a log hardly shows it";
+  if (!fair.unfair.empty() || e.kind != Kind::mean)
+    return fair;
+  rivals.search();
+  const bool unknown = e.cause == "unknown";
+  fair.rival = rivals.name;
+  fair.margin = unknown || rivals.least_left < kLeastLeft ? rivals.least_left : rivals.margin;
+  if (fair.margin < (unknown ? kLeastMarginUnknown : kLeastMargin))
+    fair.unfair = "not to be told from " + fair.rival;
   return fair;
 }
 
