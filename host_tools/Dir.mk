@@ -24,6 +24,7 @@ $(BUILD)/host_tools/util/data_path.o: private HOST_DEFINES += -DRIM_PREFIX='"$(P
 
 # The learning code gains a third from -O3; the library's arithmetic is compiled elsewhere.
 $(BUILD)/host_tools/train/%.o: HOST_SPEED = $(if $(filter -O2,$(OPT)),-O3)
+$(BUILD)/host_tools/diagnose/%.o: HOST_SPEED = $(if $(filter -O2,$(OPT)),-O3)
 
 $(BUILD)/host_tools/%.o: host_tools/%.cpp $(BUILD)/flags.host
 	@mkdir -p $(@D)

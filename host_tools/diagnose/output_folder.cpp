@@ -32,7 +32,7 @@ fs::path resolved(const std::string &folder) {
   if (folder.empty())
     throw UsageError("--out: a folder's name is needed");
   std::error_code error;
-  fs::path path = fs::weakly_canonical(fs::path(folder), error);
+  fs::path path = fs::weakly_canonical(fs::absolute(fs::path(folder), error), error);
   if (error)
     refuse(folder, error.message());
   if (path.filename().empty())

@@ -439,7 +439,8 @@ void Scanner::try_ellipse(const Vector &products, const Vector &squares, Proposa
   }
 }
 
-void Scanner::refine(const Vector &residual, const Noise &noise, Proposal *proposal) const {
+void Scanner::refine(const Vector &residual, const Noise &noise, Proposal *proposal,
+                     bool ellipses) const {
   if (proposal->bounds.empty() || proposal->candidate < 0)
     return;
   const Candidate &candidate = library_.candidates[static_cast<std::size_t>(proposal->candidate)];
@@ -458,7 +459,7 @@ void Scanner::refine(const Vector &residual, const Noise &noise, Proposal *propo
       std::any_of(proposal->bounds.begin(), proposal->bounds.end(), [this](const Bound &b) {
         return library_.gates[static_cast<std::size_t>(b.feature)].is_turned;
       });
-  if (proposal->bounds.size() == 2 && !turned)
+  if (ellipses && proposal->bounds.size() == 2 && !turned)
     try_ellipse(products, squares, proposal);
 }
 

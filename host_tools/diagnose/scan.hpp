@@ -45,7 +45,8 @@ public:
   // A mean proposal's bounds at fine resolution, one after the other, and for a pair the ellipse by
   // cross-entropy search (3.2, p. 29) where it explains more. `residual` is what remains without
   // it.
-  void refine(const Vector &residual, const Noise &noise, Proposal *proposal) const;
+  void refine(const Vector &residual, const Noise &noise, Proposal *proposal,
+              bool ellipses = true) const;
 
   Vector inside(const Proposal &proposal) const; // 1 or 0 a row
   Gate gate(const Proposal &proposal) const;

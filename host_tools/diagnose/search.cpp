@@ -526,7 +526,7 @@ double null_score(const Measured &measured, const Channel &channel, const Librar
   const Fit fit = fit_members(y, {}, noise);
   double best = -1e300;
   for (Proposal proposal : scanner.mean(fit, noise, 4)) {
-    scanner.refine(fit.residual, noise, &proposal);
+    scanner.refine(fit.residual, noise, &proposal, false);
     const Candidate &candidate = library.candidates[static_cast<std::size_t>(proposal.candidate)];
     if (!proposal.bounds.empty()) {
       const Vector g = scanner.inside(proposal).cwiseProduct(library.g.col(candidate.column));
