@@ -9,6 +9,8 @@
 #include "experiment/figB_6.hpp"
 #include "experiment/golf.hpp"
 #include "experiment/lander.hpp"
+#include "experiment/measured_falcon.hpp"
+#include "experiment/measured_mrclam.hpp"
 #include "replay/plot.hpp"
 #include "util/shard.hpp"
 
@@ -191,6 +193,32 @@ int run_falcon_command(const rim::experiment::FalconOptions &o) {
   return rim::EXIT_FINE;
 }
 
+CLI::App *add_measured(CLI::App &app, const char *name, const char *description,
+                       rim::experiment::MeasuredOptions &o) {
+  CLI::App *command = app.add_subcommand(name, description);
+  command->add_option("--data", o.data, "folder of the logs (in ../shared/measured)");
+  command->add_option("--exclude", o.exclude, "logs not to use, say d7_r1")->delimiter(',');
+  command->add_option("--null-runs", o.null_runs, "as for 'rim diagnose'");
+  command->add_option("--seed", o.seed, "of all random numbers (1)");
+  return command;
+}
+
+int run_measured_falcon_command(const rim::experiment::MeasuredOptions &o) {
+  const int skipped = rim::experiment::skip_without(o, "falcon9");
+  if (skipped >= 0)
+    return skipped;
+  rim::experiment::print_measured_falcon(rim::experiment::run_measured_falcon(o), o, stdout);
+  return rim::EXIT_FINE;
+}
+
+int run_measured_mrclam_command(const rim::experiment::MeasuredOptions &o) {
+  const int skipped = rim::experiment::skip_without(o, "mrclam");
+  if (skipped >= 0)
+    return skipped;
+  rim::experiment::print_measured_mrclam(rim::experiment::run_measured_mrclam(o), stdout);
+  return rim::EXIT_FINE;
+}
+
 int cmd_experiment(int argc, char **argv) {
   CLI::App app{"Measure the thesis's tables and figures again.", "rim experiment"};
   app.require_subcommand(1);
@@ -204,6 +232,16 @@ int cmd_experiment(int argc, char **argv) {
   const CLI::App *fig5_10_command = add_fig5_10(app, fig5_10);
   FigB6Arguments figB_6;
   const CLI::App *figB_6_command = add_figB_6(app, figB_6);
+  rim::experiment::MeasuredOptions flights, robots;
+  CLI::App *flights_command = add_measured(app, "measured_falcon",
+                                           "measured Falcon 9 flights: a point mass extended by "
+                                           "the others' findings, on the one left out",
+                                           flights);
+  flights_command->add_option("--horizon", flights.horizon_s, "of the roll-out, s (10)")
+      ->check(CLI::PositiveNumber);
+  const CLI::App *robots_command = add_measured(
+      app, "measured_mrclam",
+      "measured robots: a unicycle extended by what some robots show, on the others", robots);
   app.footer("Examples:\n"
              "  rim experiment golf --dims 2,100 --runs 20 --nominal 40 --calibration 100\n"
              "  rim experiment lander --nominal 40 --runs 3");
@@ -211,6 +249,10 @@ int cmd_experiment(int argc, char **argv) {
     return rim::EXIT_FINE;
   if (falcon_command->parsed())
     return run_falcon_command(falcon);
+  if (flights_command->parsed())
+    return run_measured_falcon_command(flights);
+  if (robots_command->parsed())
+    return run_measured_mrclam_command(robots);
   if (fig5_10_command->parsed())
     return run_fig5_10_command(fig5_10);
   if (figB_6_command->parsed())
