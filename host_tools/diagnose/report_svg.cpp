@@ -104,6 +104,8 @@ std::string escape(std::string_view text) {
 std::string number_text(double value, int digits) {
   if (!std::isfinite(value))
     return "n/a";
+  if (value == 0.0)
+    return "0";
   const int exponent = exponent_of(value);
   if (exponent < -3 || exponent > 6) {
     const std::string mantissa = fmt::format("{:.{}e}", value, digits - 1);
@@ -113,6 +115,20 @@ std::string number_text(double value, int digits) {
   }
   return with_decimals(value, digits - 1 - exponent);
 }
+
+std::string short_text(double value, int digits) {
+  std::string text = number_text(value, digits);
+  const std::size_t point = text.find('.');
+  if (point == std::string::npos)
+    return text;
+  std::size_t end = std::min(text.find("\u00d7"), text.size()); // the power of ten stays
+  const std::string power = text.substr(end);
+  while (end > point + 1 && text[end - 1] == '0')
+    --end;
+  return text.substr(0, end == point + 1 ? point : end) + power;
+}
+
+std::string count_text(std::size_t count) { return dressed(std::to_string(count)); }
 
 std::string value_text(double value, double stderror, const std::string &unit) {
   const std::string suffix = unit.empty() ? "" : " " + unit;
@@ -136,6 +152,21 @@ std::size_t letters(std::string_view text) {
   for (const char byte : text)
     count += (static_cast<unsigned char>(byte) & 0xc0u) != 0x80u;
   return count;
+}
+
+std::string fitted(const std::string &text, double width) {
+  const auto most = static_cast<std::size_t>(std::max(8.0, width / 7.4));
+  if (letters(text) <= most)
+    return text;
+  const auto is_inside = [&text](std::size_t i) { // of a code point
+    return i < text.size() && (static_cast<unsigned char>(text[i]) & 0xc0u) == 0x80u;
+  };
+  std::size_t head = most / 2, tail = text.size() - (most - 1) / 2;
+  while (is_inside(head))
+    --head;
+  while (is_inside(tail))
+    ++tail;
+  return text.substr(0, head) + "\u2026" + text.substr(std::min(tail, text.size()));
 }
 
 Range padded(double low, double high) {
@@ -189,7 +220,7 @@ Ticks linear_ticks(const Range &range, int most) {
 
 Ticks log_ticks(const Range &range) {
   Ticks ticks;
-  const bool wide = range.high > 20.0 * range.low;
+  const bool wide = range.high > 200.0 * range.low;
   for (int power = exponent_of(range.low) - 1; power <= exponent_of(range.high) + 1; ++power) {
     for (const double factor : {1.0, 2.0, 5.0}) {
       const double value = factor * std::pow(10.0, power);
@@ -202,6 +233,10 @@ Ticks log_ticks(const Range &range) {
   return ticks;
 }
 
+namespace {
+bool is_drawable(double x, double y) { return std::isfinite(x) && std::isfinite(y); }
+} // namespace
+
 Svg::Svg(double width, double height, const std::string &label)
     : width_(width), height_(height), label_(label) {}
 
@@ -212,29 +247,37 @@ void Svg::line(double x1, double y1, double x2, double y2, const char *style) {
 }
 
 void Svg::polyline(const Points &points, const char *style) {
-  if (points.size() < 2)
-    return;
   std::string path;
-  for (const auto &[x, y] : points)
-    path += fmt::format("{}{:.1f} {:.1f}", path.empty() ? "M" : "L", x, y);
+  bool is_first = true;
+  for (const auto &[x, y] : points) {
+    if (is_drawable(x, y))
+      path += fmt::format("{}{:.1f} {:.1f}", is_first ? "M" : "L", x, y);
+    is_first = !is_drawable(x, y);
+  }
+  if (path.empty())
+    return;
   body_ += fmt::format("<path d=\"{}\" class=\"{}\"/>\n", path, style);
 }
 
 void Svg::polygon(const Points &points, const char *style) {
-  if (points.size() < 3)
-    return;
   std::string path;
-  for (const auto &[x, y] : points)
-    path += fmt::format("{}{:.1f} {:.1f}", path.empty() ? "M" : "L", x, y);
+  for (const auto &[x, y] : points) {
+    if (is_drawable(x, y))
+      path += fmt::format("{}{:.1f} {:.1f}", path.empty() ? "M" : "L", x, y);
+  }
+  if (path.empty())
+    return;
   body_ += fmt::format("<path d=\"{}Z\" class=\"{}\"/>\n", path, style);
 }
 
 void Svg::dots(const Points &points, const char *style) {
-  if (points.empty())
-    return;
   std::string path;
-  for (const auto &[x, y] : points)
-    path += fmt::format("M{:.1f} {:.1f}h0", x, y);
+  for (const auto &[x, y] : points) {
+    if (is_drawable(x, y))
+      path += fmt::format("M{:.1f} {:.1f}h0", x, y);
+  }
+  if (path.empty())
+    return;
   body_ += fmt::format("<path d=\"{}\" class=\"dots {}\"/>\n", path, style);
 }
 
@@ -292,7 +335,7 @@ Panel draw_axes(Svg &svg, double left, double top, double width, double height, 
     svg.text(p.left - 7.0, at + 4.0, "tick end", y.text[i]);
   }
   // As many as their own texts leave room for.
-  int most = std::max(2, static_cast<int>(p.width / 70.0));
+  int most = std::max(2, static_cast<int>(p.width / 52.0));
   Ticks x = linear_ticks(axes.x, most);
   const auto crowded = [&x, &p] {
     double taken = 0.0;
@@ -300,6 +343,8 @@ Panel draw_axes(Svg &svg, double left, double top, double width, double height, 
       taken += kLetter * static_cast<double>(letters(text)) + 16.0;
     return taken > p.width;
   };
+  while (x.at.size() < 3 && most < 9)
+    x = linear_ticks(axes.x, ++most);
   while (most > 2 && crowded())
     x = linear_ticks(axes.x, --most);
   for (std::size_t i = 0; i < x.at.size(); ++i) {
@@ -311,8 +356,10 @@ Panel draw_axes(Svg &svg, double left, double top, double width, double height, 
   svg.line(p.left, p.top + p.height, p.left + p.width, p.top + p.height, "axis");
   svg.line(p.left, p.top, p.left, p.top + p.height, "axis");
   if (axes.x_ticks_named)
-    svg.text(p.left + p.width / 2.0, p.top + p.height + 34.0, "label middle", axes.x_text);
-  svg.text_upright(left + 12.0, p.top + p.height / 2.0, "label middle", axes.y_text);
+    svg.text(p.left + p.width / 2.0, p.top + p.height + 34.0, "label middle",
+             fitted(axes.x_text, p.width));
+  svg.text_upright(left + 12.0, p.top + p.height / 2.0, "label middle",
+                   fitted(axes.y_text, height - 10.0));
   return p;
 }
 

@@ -17,12 +17,18 @@ std::string escape(std::string_view text);
 
 // "-1.93 x 10^-4" with the signs of print, "12 300", "0.25"; "n/a" when not finite. Plain text.
 std::string number_text(double value, int digits = 3);
+// Without the zeros that only say how exact it is: "300", "0.3".
+std::string short_text(double value, int digits = 4);
+std::string count_text(std::size_t count); // "12 300"
 // "0.0123 +- 0.0004 1/m": the error with two digits, the value to the same place.
 std::string value_text(double value, double stderror, const std::string &unit);
 // "altitude (m)": the name in words with its unit.
 std::string axis_text(const std::string &name, const std::string &unit);
 // Code points, to tell how much room a text takes.
 std::size_t letters(std::string_view text);
+
+// The text, or its beginning and end with an ellipsis between, that fits in `width` pixels.
+std::string fitted(const std::string &text, double width);
 
 struct Range {
   double low = 0.0, high = 1.0;
@@ -52,6 +58,7 @@ public:
   // `label`: what the picture shows, for those who cannot see it.
   Svg(double width, double height, const std::string &label);
   void line(double x1, double y1, double x2, double y2, const char *style);
+  // A point that is not finite parts a line and is left out of the others.
   void polyline(const Points &points, const char *style);
   void polygon(const Points &points, const char *style);
   void dots(const Points &points, const char *style); // one path; the stroke's width is the size
