@@ -1,6 +1,6 @@
-// grade --truth T --diagnosis DIR [--exit N] [--seconds S]: a case's line of JSON on stdout.
-// grade --summary LINES.jsonl [--floors FILE]: the figures; exit 1 when a floor is not reached.
-// Exit 2 usage, 3 unreadable input.
+// grade --truth T --diagnosis DIR [--exit N] [--seconds S] [--said STDERR]: a case's line of JSON
+// on stdout. grade --summary LINES.jsonl [--floors FILE]: the figures; exit 1 when a floor is not
+// reached. Exit 2 usage, 3 unreadable input.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <fstream>
@@ -8,6 +8,14 @@
 #include "grade.hpp"
 
 namespace {
+
+std::string last_line(const std::string &path) {
+  std::ifstream in(path);
+  std::string line, last = "nothing on stderr";
+  while (std::getline(in, line))
+    last = line;
+  return last;
+}
 
 int summarise(const std::string &path, const std::string &floors) {
   std::ifstream in(path);
@@ -28,12 +36,13 @@ int summarise(const std::string &path, const std::string &floors) {
 
 int main(int argc, char **argv) {
   CLI::App app{"a diagnosis beside the truth"};
-  std::string truth, diagnosis, summary, floors;
+  std::string truth, diagnosis, said, summary, floors;
   int exit_status = 0;
   double seconds = 0.0;
   app.add_option("--truth", truth, "what nature hid");
   app.add_option("--diagnosis", diagnosis, "the folder that rim diagnose wrote");
   app.add_option("--exit", exit_status, "its exit status");
+  app.add_option("--said", said, "what it wrote to stderr: quoted when it failed");
   app.add_option("--seconds", seconds, "the time it took");
   app.add_option("--summary", summary, "lines of many cases: print the figures");
   app.add_option("--floors", floors, "lines 'figure bound' that must hold");
@@ -47,7 +56,9 @@ int main(int argc, char **argv) {
   try {
     if (!summary.empty())
       return summarise(summary, floors);
-    const grade::Json line = grade::grade_case(truth, diagnosis, exit_status, seconds);
+    grade::Json line = grade::grade_case(truth, diagnosis, exit_status, seconds);
+    if (line["failed"].get<bool>())
+      line["notes"].push_back(last_line(said));
     std::puts(line.dump().c_str());
   } catch (const std::exception &e) {
     std::fprintf(stderr, "grade: %s\n", e.what());

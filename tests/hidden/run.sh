@@ -14,6 +14,7 @@ export bin=$BUILD/tests/hidden tool=${HIDDEN_TOOL:-rim} family keep=${HIDDEN_KEE
 export RIM=${RIM:-$BUILD/rim} RIM_THREADS=${RIM_THREADS:-1}
 export work; work=$(mktemp -d /tmp/rim_hidden_XXXXXX)
 trap 'rm -rf "$work"' EXIT
+trap 'exit 143' INT TERM
 out=${HIDDEN_OUT:-$BUILD/hidden/${seed}_${count}_$family.jsonl}
 
 # The logs lie in a folder of their own; the truth in another, of another name, not above it.
@@ -32,7 +33,7 @@ one() {
     esac
     end=$(date +%s.%N)
     "$bin/grade" --truth "$truth/truth.json" --diagnosis "$logs/OUT" --exit "$status" \
-      --seconds "$(awk "BEGIN{printf \"%.2f\", $end - $begin}")" > "$truth/line.part" &&
+      --said "$truth/stderr" --seconds "$(awk "BEGIN{printf \"%.2f\", $end - $begin}")" > "$truth/line.part" &&
       mv "$truth/line.part" "$truth/line"
   fi
   if [ -n "$keep" ]; then
