@@ -65,7 +65,8 @@ th,td{padding:4px 16px 4px 0}
 .number{text-align:right;font-variant-numeric:tabular-nums;white-space:nowrap}
 .parameters td{font-weight:600}
 .parameters th,.where th{color:var(--ink2);vertical-align:baseline}
-.where{width:100%;max-width:480px}.where th{width:1%}.where svg{max-width:100%;height:auto}
+.where{width:100%;max-width:480px;table-layout:fixed}.where th{width:9.5em}
+.where svg{max-width:100%;height:auto}
 .where td{padding:4px 0 10px;vertical-align:baseline}
 .ends{display:flex;justify-content:space-between;font-size:.75rem;color:var(--ink2);
  line-height:1;width:290px;max-width:100%;padding:0 4px}
@@ -78,8 +79,9 @@ th.name{max-width:22ch}
 .claimed{background:var(--soft)}.claimed th{color:var(--after)}
 .causes th:first-child{padding-left:8px}
 .gain{font-size:.88rem;line-height:1.35}.gain td,.gain th{padding:0 12px 0 0;white-space:nowrap}
-.gain td:last-child,.gain th:last-child{padding-right:0}.gain tbody td{border-top:1px solid var(--grid)}.gain tr.first th,.gain tr.first td{
- border-top:1px solid var(--rule)}
+.gain td:last-child,.gain th:last-child{padding-right:0}
+.gain tbody td{border-top:1px solid var(--grid)}
+.gain tr.first th,.gain tr.first td{border-top:1px solid var(--rule)}
 .gain thead tr th{border-bottom:0}
 .gain svg{display:block}.gain tbody th{vertical-align:middle}
 .worse{color:var(--warn);font-weight:700}

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "diagnose/report_pictures.hpp"
+#include "log/log.hpp"
 
 namespace rim::diagnose::report {
 
@@ -69,84 +70,109 @@ std::string file_name(const std::string &path) {
   return std::filesystem::path(path).filename().string();
 }
 
+// A stretch with its columns: levels, and the residual without the finding's term and with it.
+struct Scene {
+  Stretch stretch;
+  Share share;
+  Vector t, z, m, after, sd_without, sd_with, without, with;
+  std::size_t width = 5; // rows of a running mean
+  Range time, levels, residuals;
+};
+
+Scene scene_of(const Finding &finding, const View &view) {
+  Scene s;
+  const Vector effect = effect_of(finding, view);
+  s.stretch = telling_stretch(finding, view, effect, kStretch);
+  if (s.stretch.rows < 2)
+    return s;
+  s.share = share_of(finding, view, effect);
+  s.t = part(quantity_of(kTime, view).value, s.stretch);
+  s.z = part(view.channel->z, s.stretch);
+  s.m = part(view.channel->m, s.stretch);
+  s.after = part(view.m_after, s.stretch);
+  s.sd_without = part(s.share.sd_without, s.stretch);
+  s.sd_with = part(view.sd_after, s.stretch);
+  s.without = s.z - part(s.share.m_without, s.stretch);
+  s.with = s.z - s.after;
+  s.width = std::max<std::size_t>(5, s.stretch.rows / 40) | 1u;
+  std::vector<double> levels, residuals;
+  for (const Vector &v : {s.z, s.m, s.after})
+    append(levels, v);
+  for (const Vector &v : {Vector(2.0 * s.sd_with), Vector(-2.0 * s.sd_with), s.without, s.with})
+    append(residuals, v);
+  const Range r = most_of(residuals, 0.004), l = most_of(levels, 0.0);
+  s.time = padded(s.t(0), s.t(s.t.size() - 1));
+  s.levels = padded(l.low, l.high);
+  s.residuals = padded(r.low, r.high);
+  return s;
+}
+
+void draw_levels(Svg &svg, const Panel &p, const Finding &finding, const Scene &s) {
+  open(svg, p);
+  shade_runs(svg, p, finding, s.stretch, s.t, true);
+  svg.polyline(over_time(p, s.t, s.z), "measured");
+  svg.polyline(over_time(p, s.t, s.m), "before");
+  svg.polyline(over_time(p, s.t, s.after), "after");
+  close(svg);
+}
+
+void draw_residuals(Svg &svg, const Panel &p, const Finding &finding, const Scene &s) {
+  open(svg, p);
+  shade_runs(svg, p, finding, s.stretch, s.t, false);
+  Points band = over_time(p, s.t, 2.0 * s.sd_with), under = over_time(p, s.t, -2.0 * s.sd_with);
+  band.insert(band.end(), under.rbegin(), under.rend());
+  svg.polygon(band, "band");
+  for (const double half : {2.0, -2.0}) {
+    if (finding.term.kind == TermKind::variance)
+      svg.polyline(over_time(p, s.t, half * s.sd_without), "before dashed");
+  }
+  svg.line(0.0, p.y.at(0.0), p.width, p.y.at(0.0), "zero");
+  svg.dots(over_time(p, s.t, s.without), "before speck");
+  svg.dots(over_time(p, s.t, s.with), "after speck");
+  svg.polyline(over_time(p, s.t, running_mean(s.without, s.width)), "before");
+  svg.polyline(over_time(p, s.t, running_mean(s.with, s.width)), "after");
+  close(svg);
+}
+
+std::string time_note(const Finding &finding, const Scene &s) {
+  std::string note = fmt::format("Above the levels, below measured less simulated: a dot a row, "
+                                 "lines are means of {} rows. The stretch of {} rows in which the "
+                                 "finding matters most, one step ahead.",
+                                 s.width, s.stretch.rows);
+  const TermKind kind = finding.term.kind;
+  if (!s.share.alone && (kind == TermKind::mean || kind == TermKind::variance))
+    note += " Below, orange is without this finding's term alone: the others' stand.";
+  if (kind == TermKind::variance)
+    note += " Dashed: \u00b12 sd without it.";
+  return note;
+}
+
 } // namespace
 
 std::string time_picture(const Finding &finding, const View &view) {
-  const Vector effect = effect_of(finding, view);
-  const Stretch s = telling_stretch(finding, view, effect, kStretch);
-  if (s.rows < 2)
+  const Scene s = scene_of(finding, view);
+  if (s.stretch.rows < 2)
     return "";
   const Channel &c = *view.channel;
-  const Vector t = part(quantity_of(kTime, view).value, s);
-  const Vector z = part(c.z, s), m = part(c.m, s), after = part(view.m_after, s);
-  const Vector sd = part(view.sd_after, s);
-  std::vector<double> all;
-  for (const Vector &v : {z, m, after})
-    append(all, v);
-  const Range levels = most_of(all, 0.0);
-  const Share share = share_of(finding, view, effect);
-  const Vector r0 = z - part(share.m_without, s), r1 = z - after;
-  std::vector<double> residuals(sd.data(), sd.data() + sd.size());
-  for (double &half : residuals)
-    half *= 2.0;
-  const std::vector<double> halves = residuals;
-  for (const double half : halves)
-    residuals.push_back(-half);
-  const std::size_t width = std::max<std::size_t>(5, s.rows / 40);
-  const Vector mean0 = running_mean(r0, width), mean1 = running_mean(r1, width);
-  append(residuals, r0);
-  append(residuals, r1);
-  const Range spread = most_of(residuals, 0.004);
   const std::string unit = c.unit.empty() ? "" : " (" + c.unit + ")";
-  Axes top{padded(t(0), t(t.size() - 1)), padded(levels.low, levels.high), "",
-           axis_text(c.name, c.unit), false};
-  Axes bottom{top.x, padded(spread.low, spread.high), "time since the log began (s)",
-              "residual" + unit, true};
-  const double room = std::max(room_for_y(top.y, kTop), room_for_y(bottom.y, kBottom));
+  const double room = std::max(room_for_y(s.levels, kTop), room_for_y(s.residuals, kBottom));
   Svg svg(kWide, kTop + kBottom, "measured and simulated " + c.name + " over time");
-  const Panel a = draw_axes(svg, 0.0, 0.0, kWide, kTop, room, top);
-  open(svg, a);
-  shade_runs(svg, a, finding, s, t, true);
-  svg.polyline(over_time(a, t, z), "measured");
-  svg.polyline(over_time(a, t, m), "before");
-  svg.polyline(over_time(a, t, after), "after");
-  close(svg);
-  const Panel b = draw_axes(svg, 0.0, kTop, kWide, kBottom, room, bottom);
-  open(svg, b);
-  shade_runs(svg, b, finding, s, t, false);
-  Points band = over_time(b, t, 2.0 * sd), under = over_time(b, t, -2.0 * sd);
-  band.insert(band.end(), under.rbegin(), under.rend());
-  svg.polygon(band, "band");
-  if (finding.term.kind == TermKind::variance) {
-    const Vector stated = part(share.sd_without, s);
-    for (const double half : {2.0, -2.0})
-      svg.polyline(over_time(b, t, half * stated), "before dashed");
-  }
-  svg.line(0.0, b.y.at(0.0), b.width, b.y.at(0.0), "zero");
-  svg.dots(over_time(b, t, r0), "before speck");
-  svg.dots(over_time(b, t, r1), "after speck");
-  svg.polyline(over_time(b, t, mean0), "before");
-  svg.polyline(over_time(b, t, mean1), "after");
-  close(svg);
-  return figure("Measured against simulated: " + axis_text(c.name, "") + ", " +
-                    file_name(view.measured->logs[s.log].path),
+  const Panel top = draw_axes(svg, 0.0, 0.0, kWide, kTop, room,
+                              {s.time, s.levels, "", axis_text(c.name, c.unit), false});
+  draw_levels(svg, top, finding, s);
+  const Panel bottom =
+      draw_axes(svg, 0.0, kTop, kWide, kBottom, room,
+                {s.time, s.residuals, feature_text(kTime) + " (s)", "residual" + unit, true});
+  draw_residuals(svg, bottom, finding, s);
+  return figure("Measured against simulated: " + plain_name(c.name) + ", " +
+                    file_name(view.measured->logs[s.stretch.log].path),
                 svg.markup(),
                 {{Mark::line, "measured", "measured"},
                  {Mark::line, "before", "simulated, before"},
                  {Mark::line, "after", "extended, after"},
                  {Mark::area, "acts strip", "the finding acts"},
                  {Mark::area, "band", "\u00b12 sd, after"}},
-                fmt::format("Above the levels, below measured less simulated: a dot a row, lines "
-                            "are means of {} rows. The stretch of {} rows in which the finding "
-                            "matters most, one step ahead.{}{}",
-                            width | 1u, s.rows,
-                            share.alone || finding.term.kind > TermKind::variance
-                                ? ""
-                                : " Below, orange is without this finding's term alone: "
-                                  "the others' stand.",
-                            finding.term.kind == TermKind::variance
-                                ? " Dashed: \u00b12 sd without it."
-                                : ""));
+                time_note(finding, s));
 }
 
 namespace {

@@ -120,19 +120,17 @@ inline Gain gain(const std::string &channel, const std::string &unit, const std:
   return g;
 }
 
-// 8 descents of 380 rows at 4 Hz, engine off, from 62 km: the simulation knows gravity alone.
-inline DiagnosisSample falcon() {
-  DiagnosisSample s;
+// 8 descents of 380 rows at 4 Hz, engine off, from 61 km: the simulation knows gravity alone.
+inline Measured falcon_table() {
   Channel speed;
   speed.name = "speed_mps";
   speed.unit = "m/s";
-  s.measured = table(8, 380, 0.25,
+  Measured t = table(8, 380, 0.25,
                      {{"s.speed_mps", "m/s", false, false},
                       {"s.altitude_m", "m", false, false},
                       {"x.mass_kg", "kg", false, false},
                       {"x.tank_kpa", "kPa", false, false}},
                      {speed}, "falcon9/flight");
-  Measured &t = s.measured;
   Noise noise{7};
   for (const LogSpan &log : t.logs) {
     double h = 61000.0 + 900.0 * noise.normal(), v = 350.0 + 40.0 * noise.normal();
@@ -150,6 +148,10 @@ inline DiagnosisSample falcon() {
       h = std::max(0.0, h - 0.25 * v);
     }
   }
+  return t;
+}
+
+inline Finding falcon_drag() {
   Finding drag;
   drag.number = 1;
   drag.term.channel = "speed_mps";
@@ -169,6 +171,10 @@ inline DiagnosisSample falcon() {
                        {"viscous_friction", "-0.0093 * speed", 1630.0, 0.61},
                        {"drift", "-0.021 * t", 4209.0, 0.22},
                        {"coulomb_friction", "-3.6", 5630.0, 0.11}};
+  return drag;
+}
+
+inline Finding falcon_bias() {
   Finding bias;
   bias.number = 2;
   bias.term.channel = "speed_mps";
@@ -192,7 +198,13 @@ inline DiagnosisSample falcon() {
   bias.alternatives = {{"gain", "0.00078 * m", 1.3, 0.13},
                        {"coupling", "0.0000199 * altitude", 2.9, 0.128},
                        {"drift", "0.0061 * t", 45.0, 0.06}};
-  s.diagnosis.findings = {drag, bias};
+  return bias;
+}
+
+inline DiagnosisSample falcon() {
+  DiagnosisSample s;
+  s.measured = falcon_table();
+  s.diagnosis.findings = {falcon_drag(), falcon_bias()};
   s.diagnosis.gains = {gain("speed_mps", "m/s", "all", 0.0, 1800, 3.81, 0.134, 0.011),
                        gain("speed_mps", "m/s", "inside", 0.0, 1204, 4.6, 0.111, 0.012),
                        gain("speed_mps", "m/s", "outside", 0.0, 596, 0.51, 1.031, 0.027),

@@ -1,0 +1,125 @@
+#!/bin/bash
+# report.html in a real headless browser: the sentence and every finding are on the page, no script
+# runs, nothing is fetched, no text covers another or leaves its picture, the page is not blank.
+# Skipped, saying so, where no browser is installed.
+. "$(dirname "$0")/check.inc"
+cd "$here" || exit 1
+sample=$BUILD/tests/host/test_diagnose_outputs
+for browser in chromium-headless-shell chromium chromium-browser google-chrome; do
+  command -v "$browser" > /dev/null && break
+  browser=
+done
+if [ -z "$browser" ]; then
+  echo "skipped: no browser (Debian: chromium-headless-shell)"
+  skipped=1
+  finish
+fi
+[ "$browser" = chromium-headless-shell ] || browser="$browser --headless"
+
+# browse WIDTH,HEIGHT PAGE OPTION...: stdout is the browser's, its messages are in browser.log.
+browse() {
+  local size=$1 page=$2
+  shift 2
+  timeout 120 $browser --no-sandbox --disable-gpu --no-first-run --disable-background-networking \
+    --disable-component-update --hide-scrollbars --user-data-dir="$here/profile" \
+    --enable-logging=stderr --virtual-time-budget=3000 --window-size="$size" "$@" \
+    "file://$here/$page" 2> browser.log
+}
+console() { grep -c 'CONSOLE' browser.log; }
+fetched() { grep -o '"url":"[a-z]*:[^"]*"' net.json | grep -c -v -e '"url":"file:' -e '"url":"data:' -e '"url":"chrome'; }
+
+# Appended to a copy of a page, it writes what it measured into the page's title: pairs of texts of
+# a picture that cover one another, texts outside their picture, pixels of the page beyond the
+# window, pictures.
+cat > measure.html <<'EOF'
+<script>
+let covered = 0, outside = 0, pictures = 0;
+for (const svg of document.querySelectorAll('svg[role=img]')) {
+  pictures++;
+  const frame = svg.getBoundingClientRect();
+  const boxes = [...svg.querySelectorAll('text')].map(t => t.getBoundingClientRect());
+  boxes.forEach((a, i) => {
+    if (a.left < frame.left - 1 || a.right > frame.right + 1 || a.top < frame.top - 3 ||
+        a.bottom > frame.bottom + 3) outside++;
+    for (const b of boxes.slice(i + 1))
+      if (Math.min(a.right, b.right) - Math.max(a.left, b.left) > 1 &&
+          Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > 3) covered++;
+  });
+}
+const wide = Math.max(0, document.documentElement.scrollWidth - window.innerWidth);
+document.title = `measured covered=${covered} outside=${outside} wide=${wide} pictures=${pictures}`;
+</script>
+EOF
+# measure PAGE WIDTH: that title
+measure() {
+  cat "$1" measure.html > measured.html
+  browse "$2,900" measured.html --dump-dom | grep -o '<title>measured [^<]*' | cut -c8-
+}
+
+# The checks themselves can fail: a page with every fault.
+cat > faulty.html <<'EOF'
+<!DOCTYPE html><title>faulty</title><img src="http://127.0.0.1:9/x.png"><script>console.error("no")</script>
+<svg role="img" width="100" height="40" style="width:2000px"><text x="0" y="20">one</text><text x="2" y="20">two</text></svg>
+EOF
+browse 800,600 faulty.html --log-net-log="$here/net.json" --screenshot="$here/faulty.png" > /dev/null
+[ "$(console)" -ge 1 ]; check "a console error is seen" 0 $?
+[ "$(fetched)" -ge 1 ]; check "a request is seen" 0 $?
+contains "covered text is seen" "$(measure faulty.html 800)" "covered=1 .* wide=[1-9]"
+echo '<!DOCTYPE html><title>blank</title>' > blank.html
+browse 1200,1600 blank.html --screenshot="$here/blank.png" > /dev/null
+blank=$(stat -c %s blank.png)
+
+# page NAME FILE: what holds for every report
+page() {
+  local name=$1 file=$2 seen
+  browse 1200,1600 "$file" --dump-dom --log-net-log="$here/net.json" > dom.html
+  check "$name: rendered" 0 $?
+  check "$name: nothing on the console" 0 "$(console)"
+  check "$name: nothing fetched" 0 "$(fetched)"
+  check "$name: no script" 0 "$(grep -c '<script' dom.html)"
+  browse 1200,1600 "$file" --screenshot="$here/seen.png" > /dev/null
+  [ "$(stat -c %s seen.png)" -gt $((5 * blank)) ]; check "$name: not blank" 0 $?
+  [ "$(stat -c %s "$file")" -lt 2000000 ]; check "$name: under 2 MB" 0 $?
+  seen=$(measure "$file" 1200)
+  contains "$name: on a desk" "$seen" 'covered=0 outside=0 wide=0 pictures=[1-9]'
+  seen=$(measure "$file" 420)
+  contains "$name: on a telephone" "$seen" 'covered=0 outside=0 wide=0'
+}
+# findings FOLDER: the sentence and every finding's heading, as diagnosis.json has them, in dom.html
+findings() {
+  python3 - "$1/diagnosis.json" dom.html <<'EOF'
+import html, json, re, sys
+d = json.load(open(sys.argv[1]))
+page = open(sys.argv[2], encoding='utf-8').read()
+text = html.unescape(re.sub(r'<[^>]*>', '', page))
+missing = [d['sentence']] * (d['sentence'] not in text)
+for f in d['findings']:
+    heading = re.search(r'id="finding-%d">\s*<h2>([^<]*)' % f['number'], page)
+    if not heading or f['cause'].replace('_', ' ') not in heading.group(1) or f['sentence'] not in text:
+        missing.append(f['sentence'])
+for m in missing:
+    print('missing:', m)
+sys.exit(bool(missing))
+EOF
+}
+
+for name in falcon robot adequate nasty; do
+  "$sample" --sample $name $name; check "$name: written" 0 $?
+  page $name $name/report.html
+  findings $name; check "$name: the sentence and every finding" 0 $?
+done
+contains "adequate says so" "$(cat adequate/report.html)" 'verdict fine'
+contains "what would have been seen" "$(cat adequate/report.html)" 'would have been seen'
+
+# The tool's own: a constant added to one channel in a quarter of the rows.
+if has_command diagnose; then
+  awk 'BEGIN {srand(3); print "t_s,s.height_m,u.push,z.speed_mps,m.speed_mps,sd.speed_mps"
+    for (i = 0; i < 1500; i++) {h = 50 + 40 * sin(i / 90); n = -6; for (k = 0; k < 12; k++) n += rand()
+      m = cos(i / 40); printf "%.2f,%.4f,%.4f,%.5f,%.5f,0.1\n", i * 0.1, h, sin(i / 55), m + 0.1 * n + (h > 75 ? 0.12 : 0), m}}' > log.csv
+  "$RIM" diagnose log.csv --out found > /dev/null 2> err.txt; check "rim diagnose" 1 $?
+  page diagnose found/report.html
+  findings found; check "diagnose: the sentence and every finding" 0 $?
+else
+  skipped=$((skipped + 1))
+fi
+finish
