@@ -2,6 +2,7 @@
 #include "bus/can_refusal.hpp"
 #include "cli/arguments.hpp"
 #include "cli/command.hpp"
+#include "diagnose/apply_extension.hpp"
 #include "replay/outputs.hpp"
 #include "replay/replay.hpp"
 #include "rim/alarm_can.h"
@@ -18,7 +19,7 @@
 namespace {
 
 struct Options {
-  std::vector<std::string> logs;
+  std::vector<std::string> logs, extensions;
   std::string model, save_model, schema, can;
   rim::OutputPaths outputs;
   rim::CalibrationOptions calibration;
@@ -33,7 +34,9 @@ const char *const kFooter =
     "  rim replay --model lander.rim faulty/run_0101.csv --alarms alarms.jsonl \\\n"
     "      --plot alarms.svg --lcm 'udpm://239.255.76.67:7667?ttl=0'\n"
     "Example: a log with the user's own predictions (z. m. sd. columns) needs no model\n"
-    "  rim replay golf/run_0001.csv --labels labels.csv";
+    "  rim replay golf/run_0001.csv --labels labels.csv\n"
+    "Example: the same with what rim diagnose found mended, and an image that flies with it\n"
+    "  rim replay golf/run_0001.csv --extension found/extension.toml --save-model mended.rim";
 
 void declare(CLI::App &app, Options &o) {
   rim::OutputPaths &out = o.outputs;
@@ -43,8 +46,16 @@ void declare(CLI::App &app, Options &o) {
                  "z. and m. columns")
       ->type_name("FILE.rim");
   app.add_option("--save-model", o.save_model,
-                 "without a model: write the flight image made from the logs' own predictions")
+                 "write the flight image: without a model the one made from the logs' own "
+                 "predictions, with --extension that which carries its corrections")
       ->type_name("FILE.rim");
+  app.add_option("--extension", o.extensions,
+                 "terms that rim diagnose found, added to the predictions; may be repeated. Of a "
+                 "trained model constant shifts alone are used: they correct its one-step "
+                 "predictions")
+      ->type_name("FILE.toml")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   app.add_option("--alarms", out.alarms, "alarm records, one JSON object a line")
       ->type_name("FILE.jsonl");
   app.add_option("--labels", out.labels,
@@ -75,7 +86,7 @@ void declare(CLI::App &app, Options &o) {
 }
 
 void check(const CLI::App &app, const Options &o) {
-  if (!o.model.empty() && !o.save_model.empty())
+  if (!o.model.empty() && !o.save_model.empty() && o.extensions.empty())
     throw rim::UsageError("--save-model: with --model there is nothing new to write");
   for (const char *option : {"--false-alarm", "--calibration-runs"}) {
     if (!o.model.empty() && app.count(option) > 0)
@@ -94,27 +105,67 @@ std::string made_by(const Options &o) {
                           : " --model " + o.model;
   if (!o.schema.empty())
     text += " --schema " + o.schema;
+  for (const std::string &extension : o.extensions)
+    text += " --extension " + extension;
   for (const std::string &log : o.logs)
     text += " " + log;
   return text;
 }
 
-rim::Replayer open_model(const std::string &path) {
-  const std::string bytes = rim::read_file(path);
-  if (bytes.empty())
-    throw rim::DataError(path + ": is empty, not a flight image");
-  return rim::Replayer(std::vector<std::uint8_t>(bytes.begin(), bytes.end()), path);
+using Bytes = std::vector<std::uint8_t>;
+using Extensions = std::vector<rim::diagnose::Extension>;
+
+// The image with what of the extensions can ride in it.
+Bytes corrected(const Bytes &image, const rim::Layout &layout, const Extensions &extensions,
+                const std::string &name) {
+  if (extensions.empty())
+    return image;
+  // Diagnosed against a trained image is its model of the next row (world/predictor.hpp).
+  const std::uint32_t kinds = 1u << (layout.external ? RIM_KIND_SHIFT : RIM_KIND_STEP);
+  const rim::diagnose::Correction correction =
+      rim::diagnose::correction_section(extensions, layout, kinds);
+  for (const std::string &reason : correction.left_out)
+    std::fprintf(stderr, "rim: note: not in the image: %s\n", reason.c_str());
+  return correction.section.empty()
+             ? image
+             : rim::diagnose::with_correction(image, correction.section, name);
 }
 
-rim::Replayer open_external(const Options &o, const std::vector<rim::Log> &logs) {
+void save(rim::AtomicFile *file, const Bytes &image) {
+  file->write(image.data(), image.size());
+  file->commit();
+}
+
+rim::Replayer open_model(const Options &o, const Extensions &extensions) {
+  const std::string text = rim::read_file(o.model);
+  if (text.empty())
+    throw rim::DataError(o.model + ": is empty, not a flight image");
+  const Bytes image(text.begin(), text.end());
+  rim::Replayer plain(image, o.model);
+  if (extensions.empty())
+    return plain;
+  const Bytes mended = corrected(image, plain.layout(), extensions, o.model);
+  if (!o.save_model.empty()) {
+    rim::AtomicFile file(o.save_model);
+    save(&file, mended);
+  }
+  // The logs' own predictions are mended row by row, by every kind of term.
+  if (plain.layout().external)
+    return plain;
+  if (mended == image)
+    throw rim::DataError(extensions.front().path + ": no term can be used with " + o.model +
+                         " (see the notes)");
+  return rim::Replayer(mended, o.model);
+}
+
+rim::Replayer open_external(const Options &o, const std::vector<rim::Log> &logs,
+                            const Extensions &extensions) {
   std::optional<rim::AtomicFile> file; // a place that cannot be written is found before the work
   if (!o.save_model.empty())
     file.emplace(o.save_model);
   const rim::ExternalImage made = rim::external_image(logs, o.calibration_runs, o.calibration);
-  if (file) {
-    file->write(made.image.data(), made.image.size());
-    file->commit();
-  }
+  if (file)
+    save(&*file, corrected(made.image, rim::layout_of(logs.front()), extensions, "calibration"));
   for (const std::string &outcome : made.sd_estimated) {
     std::fprintf(stderr,
                  "rim: note: '%s' has no sd. column: its standard deviation is estimated "
@@ -152,12 +203,17 @@ int cmd_replay(int argc, char **argv) {
     schema = rim::read_schema(o.schema);
   const rim::Schema *mapping = schema ? &*schema : nullptr;
 
+  const Extensions extensions = rim::diagnose::read_extensions(o.extensions);
   std::vector<rim::Log> logs; // all at once only where the thresholds are made from them
   if (o.model.empty()) {
-    for (const std::string &path : o.logs)
+    for (const std::string &path : o.logs) {
       logs.push_back(rim::read_log(path, mapping, read_options(o, nullptr)));
+      if (!extensions.empty())
+        rim::diagnose::apply_extension(extensions, &logs.back());
+    }
   }
-  rim::Replayer replayer = o.model.empty() ? open_external(o, logs) : open_model(o.model);
+  rim::Replayer replayer =
+      o.model.empty() ? open_external(o, logs, extensions) : open_model(o, extensions);
   rim::ReplayOutputs outputs(o.outputs, replayer);
   rim::ReplayOptions options;
   options.label = !o.outputs.labels.empty();
@@ -168,9 +224,10 @@ int cmd_replay(int argc, char **argv) {
   if (::isatty(STDOUT_FILENO) == 0)
     progress.emplace("replay", o.logs.size());
   for (std::size_t i = 0; i < o.logs.size(); ++i) {
-    const rim::Log log = o.model.empty()
-                             ? std::move(logs[i])
-                             : rim::read_log(o.logs[i], mapping, read_options(o, &replayer));
+    rim::Log log = o.model.empty() ? std::move(logs[i])
+                                   : rim::read_log(o.logs[i], mapping, read_options(o, &replayer));
+    if (!o.model.empty() && !extensions.empty() && replayer.layout().external)
+      rim::diagnose::apply_extension(extensions, &log);
     outputs.begin(log);
     const rim::ReplayedLog result = replayer.replay(
         log, options, [&](std::size_t, const rim_verdict &verdict) { outputs.verdict(verdict); });

@@ -1,6 +1,7 @@
 // rim simulate: logs of a simulated vehicle, with effects hidden in them where asked.
 #include "cli/arguments.hpp"
 #include "cli/command.hpp"
+#include "diagnose/apply_extension.hpp"
 #include "util/atomic_file.hpp"
 #include "util/data_path.hpp"
 #include "util/parallel_for.hpp"
@@ -20,7 +21,7 @@ using rim::world::Recording;
 
 struct Options {
   std::string world, out, params, truth, variant = "continuous";
-  std::vector<std::string> effects;
+  std::vector<std::string> effects, extensions;
   std::uint64_t runs = 1, first = 1, seed = 1;
   std::size_t rows = 0;
   rim::GolfOptions golf;
@@ -55,6 +56,12 @@ void declare(CLI::App &app, Options &o) {
       ->type_name("FILE.toml")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  app.add_option("--extension", o.extensions,
+                 "terms that rim diagnose found, added to the predictions that the world's logs "
+                 "carry (golf: m.reward, sd.reward); may be repeated")
+      ->type_name("FILE.toml")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   app.add_option("--params", o.params, "parameters laid over data/WORLD.toml")
       ->type_name("FILE.toml");
   app.add_option("--rows", o.rows, "end every log after so many rows (default: whole runs)")
@@ -78,6 +85,9 @@ void declare(CLI::App &app, Options &o) {
 void check(const CLI::App &app, Options &o) {
   if (o.world == "golf" && !o.effects.empty())
     throw rim::UsageError("--effect: the golf world has none; its bump is its effect");
+  if (o.world == "lander" && !o.extensions.empty())
+    throw rim::UsageError("--extension: the lander's logs carry no prediction that it could be "
+                          "added to; rim diagnose --world lander takes it");
   for (const char *option : {"--dims", "--variant", "--anomalous", "--no-bump", "--shots"}) {
     if (o.world == "lander" && app.count(option) > 0)
       throw rim::UsageError(std::string(option) + ": only the golf world has it");
@@ -139,6 +149,8 @@ void write_record(const Options &o, const World &world) {
             (o.golf.bump ? " --anomalous " + std::to_string(o.golf.anomalous)
                          : " --no-bump --shots " + std::to_string(o.golf.shots));
   }
+  for (const std::string &path : o.extensions)
+    text += " --extension " + path;
   rim::AtomicFile file(o.out + "/simulate.toml");
   file.write(text + "\n# All parameters follow; the file can be given as --params.\n\n" +
              world.parameters);
@@ -163,7 +175,12 @@ int cmd_simulate(int argc, char **argv) {
   if (!rim::parse_arguments(app, argc, argv))
     return rim::EXIT_FINE;
   check(app, o);
+  const auto extensions = rim::diagnose::read_extensions(o.extensions);
   const World world = o.world == "lander" ? lander_world(o) : golf_world(o);
+  if (!extensions.empty()) { // what does not fit the world is refused before anything is written
+    rim::Log log = world.run(o.first).log;
+    rim::diagnose::apply_extension(extensions, &log);
+  }
   rim::make_folder(o.out);
   std::vector<rim::world::Truth> truths(o.runs);
   std::vector<std::size_t> rows(o.runs);
@@ -171,6 +188,8 @@ int cmd_simulate(int argc, char **argv) {
     rim::Progress progress("simulate", o.runs);
     rim::parallel_for(o.runs, [&](std::size_t i) {
       Recording recording = world.run(o.first + i);
+      if (!extensions.empty())
+        rim::diagnose::apply_extension(extensions, &recording.log);
       const std::string path = rim::world::run_path(o.out, o.first + i);
       rim::write_log(recording.log, path);
       rows[i] = recording.finding.size();
