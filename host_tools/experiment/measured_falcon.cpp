@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include "experiment/measured_rollout.hpp"
 #include "util/atomic_file.hpp"
 #include "util/data_path.hpp"
 #include "util/error.hpp"
@@ -114,7 +115,7 @@ Term fitted_alone(Term term, const Measured &measured) {
 FalconLeftOut judge_flight(const std::string &flight, const std::string &path,
                            const std::vector<Log> &others, const Log &held_log,
                            diagnose::Options options) {
-  options.holdout = {held_log};
+  options.gains = false; // judged here, on rows of choice
   options.model = "world falcon";
   Measured measured;
   const diagnose::Diagnosis diagnosis = diagnose::diagnose(others, options, &measured);
@@ -126,10 +127,13 @@ FalconLeftOut judge_flight(const std::string &flight, const std::string &path,
   result.one_step = judge(terms, held, kChannel, all, options.seed);
   result.aero = judge(terms, held, kChannel, aero, options.seed);
   result.coast = judge(terms, held, kChannel, rows_of_phase(held, path, "coast"), options.seed);
-  for (const diagnose::Gain &gain : diagnosis.gains) {
-    if (gain.channel == kChannel && gain.where == "all" && gain.horizon_s > 0.0)
-      result.horizon = gain;
-  }
+  diagnose::Judged rolled;
+  append_rolled(terms, held_log, kChannel, options.horizon_s, *options.predictor, &rolled);
+  const diagnose::Channel &channel =
+      held.channels.at(static_cast<std::size_t>(held.find_channel(kChannel)));
+  for (const diagnose::Gain &gain :
+       diagnose::summarise(rolled, channel, options.horizon_s, "held-out logs", options.seed))
+    result.horizon = gain;
   for (const diagnose::Finding &finding : diagnosis.findings) {
     if (finding.term.kind != diagnose::TermKind::mean)
       continue;
