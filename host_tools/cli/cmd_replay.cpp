@@ -142,15 +142,16 @@ rim::Replayer open_model(const Options &o, const Extensions &extensions) {
     throw rim::DataError(o.model + ": is empty, not a flight image");
   const Bytes image(text.begin(), text.end());
   rim::Replayer plain(image, o.model);
-  if (extensions.empty())
+  // The logs' own predictions are mended row by row, by every kind of term.
+  const bool in_the_log = plain.layout().external;
+  if (extensions.empty() || (in_the_log && o.save_model.empty()))
     return plain;
   const Bytes mended = corrected(image, plain.layout(), extensions, o.model);
   if (!o.save_model.empty()) {
     rim::AtomicFile file(o.save_model);
     save(&file, mended);
   }
-  // The logs' own predictions are mended row by row, by every kind of term.
-  if (plain.layout().external)
+  if (in_the_log)
     return plain;
   if (mended == image)
     throw rim::DataError(extensions.front().path + ": no term can be used with " + o.model +
