@@ -354,22 +354,39 @@ static rim_status sweep(finder *f, bool anew, bool *changed) {
   return RIM_OK;
 }
 
-/* The smallest axis-parallel ellipsoid about the boxes of both, over a's features. */
-static void hull(const found *a, const found *b, found *both) {
-  *both = *a;
-  memset(both->e.factor, 0, sizeof both->e.factor);
-  for (size_t i = 0; i < a->e.dims; ++i) {
-    double low = a->e.center[i] - half_side(&a->e, i);
-    double high = a->e.center[i] + half_side(&a->e, i);
-    for (size_t j = 0; j < b->e.dims; ++j) {
-      if (b->feature[j] != a->feature[i])
-        continue;
-      low = rim_min(low, b->e.center[j] - half_side(&b->e, j));
-      high = rim_max(high, b->e.center[j] + half_side(&b->e, j));
-    }
-    both->e.center[i] = 0.5 * (low + high);
-    both->e.factor[i * (i + 1) / 2 + i] = 0.5 * (high - low);
+/* Sum over the observations of two regions of one feature less `a0`, or of its product with
+ * another less `b0`. */
+static double sum_over(const finder *f, uint32_t a, uint32_t b, uint16_t feature, double a0,
+                       const uint16_t *other, double b0) {
+  double sum = 0.0;
+  for (size_t i = 0; i < f->data->n; ++i) {
+    const double *x = f->data->u + i * f->data->features;
+    if (f->owner[i] == a || f->owner[i] == b)
+      sum += (x[feature] - a0) * (other != NULL ? x[*other] - b0 : 1.0);
   }
+  return sum;
+}
+
+/* The ellipsoid over `like`'s features in which uniform points would have mean and covariance of
+ * the observations of both, Sigma = A / (dims + 2); `like` itself where they have no extent. */
+static void spanning(const finder *f, uint32_t a, uint32_t b, const found *like, found *both) {
+  const uint32_t dims = like->e.dims;
+  const double n = (double)(f->region[a - 1].count + f->region[b - 1].count);
+  double factor[MAX_DIMS * (MAX_DIMS + 1) / 2] = {0.0};
+  *both = *like;
+  for (uint32_t k = 0; k < dims; ++k)
+    both->e.center[k] = sum_over(f, a, b, like->feature[k], 0.0, NULL, 0.0) / n;
+  for (uint32_t k = 0; k < dims; ++k) {
+    for (uint32_t j = 0; j <= k; ++j) {
+      const double sum = sum_over(f, a, b, like->feature[k], both->e.center[k], &like->feature[j],
+                                  both->e.center[j]);
+      factor[packed_row(k) + j] = sum * ((double)dims + 2.0) / n;
+    }
+  }
+  if (cholesky_factor(dims, factor))
+    memcpy(both->e.factor, factor, sizeof factor);
+  else
+    *both = *like;
 }
 
 /* One region in place of two that touch, where it is worth as much: the simpler hypothesis. */
@@ -378,8 +395,8 @@ static rim_status try_merge(finder *f, uint32_t a, uint32_t b, bool *merged) {
   found start[2];
   gather(f, a, b);
   memset(best, 0, sizeof *best);
-  hull(&f->region[a - 1], &f->region[b - 1], &start[0]);
-  hull(&f->region[b - 1], &f->region[a - 1], &start[1]);
+  spanning(f, a, b, &f->region[a - 1], &start[0]);
+  spanning(f, a, b, &f->region[b - 1], &start[1]);
   for (size_t k = 0; k < 2; ++k) {
     const rim_status status = climb(f, &start[k]);
     if (status != RIM_OK)

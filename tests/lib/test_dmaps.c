@@ -159,6 +159,26 @@ static void one_region_is_not_split(void **state) {
   }
 }
 
+/* A strip along the diagonal is often found piece by piece; even where borders cost nothing the
+ * pieces become one where that is worth as much. */
+static void pieces_become_one(void **state) {
+  (void)state;
+  int regions = 0;
+  for (uint64_t stream = 100; stream < 108; ++stream) {
+    make(stream, 0.0, 0.0, 1);
+    for (int i = 0; i < N; ++i) {
+      const double across = u[i * D + 1] - u[i * D + 3];
+      const double along = u[i * D + 1] + u[i * D + 3] - 1.0;
+      r[i] += fabs(across) < 0.17 && fabs(along) < 0.85 ? 2.0 : 0.0;
+    }
+    const rim_batch_data data = with(1);
+    const rim_dmaps_config c = {.border = 1e-9, .search = {.seed = stream}};
+    regions += find(&c, &data, NULL).count;
+  }
+  printf("%d regions in 8 strips\n", regions);
+  assert_true(regions <= 10);
+}
+
 /* A shift along one feature is not described by two. */
 static void a_dimension_must_pay(void **state) {
   (void)state;
@@ -384,6 +404,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {cmocka_unit_test(two_regions_are_recovered),
                                      cmocka_unit_test(each_observation_is_explained_once),
                                      cmocka_unit_test(one_region_is_not_split),
+                                     cmocka_unit_test(pieces_become_one),
                                      cmocka_unit_test(a_dimension_must_pay),
                                      cmocka_unit_test(everywhere_is_a_region),
                                      cmocka_unit_test(noise_gives_none),
