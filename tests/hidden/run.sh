@@ -32,6 +32,9 @@ one() {
     silent) "$bin/oracle" --truth "$truth/truth.json" --out "$logs/OUT" --silent || status=$? ;;
     esac
     end=$(date +%s.%N)
+    if [ "$status" -ge 129 ] && [ "$status" -ne 134 ] && [ "$status" -ne 139 ]; then
+      rm -rf "$logs"; return # stopped from outside: no grade (abort and segfault are the tool's)
+    fi
     "$bin/grade" --truth "$truth/truth.json" --diagnosis "$logs/OUT" --exit "$status" \
       --said "$truth/stderr" --seconds "$(awk "BEGIN{printf \"%.2f\", $end - $begin}")" > "$truth/line.part" &&
       mv "$truth/line.part" "$truth/line"
