@@ -68,7 +68,12 @@ std::string plain_cause(const std::string &cause) {
 std::string feature_text(const std::string &name) {
   if (name == kTime)
     return "time since the log began";
-  return (name.rfind("u.", 0) == 0 ? "commanded " : "") + plain_name(name);
+  const std::size_t ago = name.find('@');
+  if (ago != std::string::npos)
+    return feature_text(name.substr(0, ago)) + " of " + name.substr(ago + 1) + " s ago";
+  const std::string plain = plain_name(name);
+  const bool says_so = plain.rfind("cmd", 0) == 0 || plain.rfind("command", 0) == 0;
+  return (name.rfind("u.", 0) == 0 && !says_so ? "commanded " : "") + plain;
 }
 
 View view_of(const Diagnosis &diagnosis, const Measured &measured, const Channel &channel) {
@@ -110,12 +115,14 @@ Quantity quantity_of(const std::string &name, const View &view) {
   if (name == kTime)
     return {name, feature_text(name) + " (s)",
             Eigen::Map<const Vector>(t.elapsed_s.data(), at(t.elapsed_s.size()))};
-  const int f = t.find_feature(name);
-  if (f < 0)
-    return {name, axis_text(name, ""), Vector::Zero(at(t.rows()))};
-  const Feature &feature = t.features[static_cast<std::size_t>(f)];
-  const std::string unit = feature.unit.empty() ? "" : " (" + feature.unit + ")";
-  return {name, feature_text(feature.name) + unit, t.x.col(f)};
+  const int f = t.find_feature(name.substr(0, name.find('@')));
+  std::string unit = f < 0 ? "" : t.features[static_cast<std::size_t>(f)].unit;
+  unit = unit.empty() ? "" : " (" + unit + ")";
+  try {
+    return {name, feature_text(name) + unit, feature_column(t, name)};
+  } catch (const DataError &) {
+    return {name, feature_text(name), Vector::Zero(at(t.rows()))};
+  }
 }
 
 Range range_of(const Vector &values) {
@@ -233,11 +240,21 @@ std::vector<std::pair<double, double>> outline(const Gate &gate, std::size_t i, 
   return points;
 }
 
+bool is_dynamic(const Term &term) {
+  return term.kind == TermKind::mean && term.basis.empty() && term.form != "table";
+}
+
 Vector effect_of(const Finding &finding, const View &view) {
   if (finding.term.kind != TermKind::mean)
     return Vector::Zero(view.channel->m.size());
   try {
-    return mean_effect(finding.term, *view.measured, view.channel->m);
+    Vector m = view.channel->m;
+    for (const Finding &other : view.diagnosis->findings) {
+      if (other.term.channel == view.channel->name && is_dynamic(other.term) &&
+          !is_dynamic(finding.term))
+        m += mean_effect(other.term, *view.measured, view.channel->m);
+    }
+    return mean_effect(finding.term, *view.measured, m);
   } catch (const DataError &) {
     return view.m_after - view.channel->m; // a report is not lost for a picture's sake
   }

@@ -33,7 +33,8 @@ struct View {
 };
 View view_of(const Diagnosis &diagnosis, const Measured &measured, const Channel &channel);
 
-// A quantity along an axis: a feature, kTime, or "m", the prediction.
+// A quantity along an axis: a feature ("u.speed_mps@0.2": of 0.2 s ago), kTime, or "m", the
+// prediction.
 struct Quantity {
   std::string name, text; // "s.speed_mps", "speed (m/s)"
   Vector value;           // rows
@@ -72,6 +73,9 @@ struct Share {
   Vector m_without, sd_without, without, with;
 };
 Share share_of(const Finding &finding, const View &view, const Vector &effect);
+// Whether the term is a delay or a lag: without expression, and what follows it sees its effect as
+// part of the prediction.
+bool is_dynamic(const Term &term);
 // What the finding adds to m; zero for sensor and variance terms.
 Vector effect_of(const Finding &finding, const View &view);
 // The argument along which the finding's effect changes most; kTime when it has none.

@@ -36,13 +36,14 @@ std::string head(const Diagnosis &d, const Measured &t) {
   text += d.adequate() ? "<span class=\"verdict fine\">\u2713 adequate</span>"
                        : "<span class=\"verdict bad\">\u2717 inadequate: " +
                              escape(count_of(d.findings.size(), "finding")) + "</span>";
-  text += "</p>\n<h1 id=\"sentence\">" +
+  text += "</p>\n<h1 id=\"sentence\"" +
+          std::string(letters(d.sentence) > 170 ? " class=\"long\"" : "") + ">" +
           escape(d.sentence.empty()
                      ? (d.adequate() ? "The simulation is adequate." : "The simulation is wrong.")
                      : d.sentence) +
           "</h1>\n<div class=\"overview\">\n" + gain_tiles(d);
   if (!d.adequate()) {
-    text += "<ol class=\"contents\">\n";
+    text += std::string("<ol class=\"contents") + (d.findings.size() > 5 ? " many" : "") + "\">\n";
     for (const Finding &f : d.findings) {
       const std::string where = where_text(f.term.gate);
       text += fmt::format("<li><a href=\"#finding-{}\">{} in {}</a>{}</li>\n", f.number,
@@ -73,7 +74,8 @@ std::string numbers_of(const Finding &f) {
                                                                  static_cast<double>(f.acts.size()),
                                                              3))));
   text += fact("ln likelihood ratio", number_text(f.ln_anom, 4));
-  text += fact("p, whole search", f.p_value < 0.0005 ? "< 0.0005" : number_text(f.p_value, 2));
+  text +=
+      fact("p, whole search", f.p_value < 1e-6 ? "< 10\u207b\u2076" : number_text(f.p_value, 2));
   if (f.term.kind == TermKind::mean)
     text += fact("held-out R\u00b2", number_text(100.0 * f.heldout_r2, 3) + "\u202f%");
   return text + "</dl>\n";

@@ -175,7 +175,7 @@ double colour_limit(const Cells &c, bool is_rms) {
 
 // One path a colour and a crowd: cells of few rows are paler.
 void draw_cells(Svg &svg, const Panel &p, const Cells &c, bool is_rms, double limit) {
-  std::vector<std::string> paths(3 * kColours);
+  std::vector<std::vector<Svg::Box>> boxes(3 * kColours);
   const double w = p.width / static_cast<double>(c.columns);
   const double h = p.height / static_cast<double>(c.rows);
   for (std::size_t k = 0; k < c.count.size(); ++k) {
@@ -186,15 +186,12 @@ void draw_cells(Svg &svg, const Panel &p, const Cells &c, bool is_rms, double li
       continue;
     const auto colour = static_cast<std::size_t>(std::lround((share + 1.0) * 5.0));
     const std::size_t crowd = c.count[k] < 2.5 ? 0 : (c.count[k] < 5.5 ? 1 : 2);
-    paths[crowd * kColours + colour] +=
-        fmt::format("M{:.1f} {:.1f}h{:.1f}v{:.1f}h-{:.1f}z", static_cast<double>(k % c.columns) * w,
-                    static_cast<double>(k / c.columns) * h, w - 0.6, h - 0.6, w - 0.6);
+    boxes[crowd * kColours + colour].push_back({static_cast<double>(k % c.columns) * w,
+                                                static_cast<double>(k / c.columns) * h, w - 0.6,
+                                                h - 0.6});
   }
-  for (std::size_t i = 0; i < paths.size(); ++i) {
-    if (!paths[i].empty())
-      svg.raw(fmt::format("<path d=\"{}\" class=\"c{} crowd{}\"/>\n", paths[i], i % kColours,
-                          i / kColours));
-  }
+  for (std::size_t i = 0; i < boxes.size(); ++i)
+    svg.boxes(boxes[i], fmt::format("c{} crowd{}", i % kColours, i / kColours), "");
 }
 
 void draw_outline(Svg &svg, const Panel &p, const Gate &gate, std::size_t i, std::size_t j) {
@@ -275,18 +272,37 @@ std::string map_picture(const Finding &finding, const View &view) {
                 note);
 }
 
+namespace {
+
+// Of what the term is drawn as a function: its argument; of forms without expression (delay, lag)
+// what it adds, along which the data should follow the diagonal.
+Quantity abscissa(const Finding &finding, const View &view, const Vector &effect) {
+  const Term &term = finding.term;
+  if (term.form == "table" && !term.arguments.empty())
+    return quantity_of(term.arguments.begin()->second, view);
+  if (is_dynamic(term)) {
+    const std::string unit = view.channel->unit.empty() ? "" : " (" + view.channel->unit + ")";
+    return {"", "what the term adds" + unit, effect};
+  }
+  return quantity_of(telling_argument(finding, view, effect), view);
+}
+
+} // namespace
+
 std::string argument_picture(const Finding &finding, const View &view, double width) {
   const Vector effect = effect_of(finding, view);
-  const std::string name = finding.term.form == "table" && !finding.term.arguments.empty()
-                               ? finding.term.arguments.begin()->second
-                               : telling_argument(finding, view, effect);
-  const Quantity q = quantity_of(name, view);
+  const Quantity q = abscissa(finding, view, effect);
+  const bool is_one = finding.term.arguments.size() <= 1;
   // What is left for this term when the others have theirs.
   const Vector share = view.channel->z - view.m_after + effect;
   const Rows rows = rows_in_bounds(finding.term.gate, view, {});
   const std::vector<Bin> bins = bins_of(q.value, share, rows, kBins, view.inflation);
-  const std::vector<Bin> curve = steps_of(q.value, effect, rows, kSteps);
-  Range y = span_of(curve, false, span_of(bins, false, {0.0, 0.0}));
+  // Of several arguments the means in the data's own bins: they average over the others alike.
+  const std::vector<Bin> curve =
+      is_one ? steps_of(q.value, effect, rows, kSteps) : bins_of(q.value, effect, rows, kBins, 1.0);
+  Range y = span_of(bins, false, {0.0, 0.0});
+  for (const Bin &b : curve)
+    y = {std::min(y.low, b.mean), std::max(y.high, b.mean)};
   y = padded(y.low, y.high);
   const Range data = range_of(q.value);
   const std::string unit = view.channel->unit.empty() ? "" : " (" + view.channel->unit + ")";
@@ -306,7 +322,7 @@ std::string argument_picture(const Finding &finding, const View &view, double wi
   close(svg);
   std::string note = "The binned residual, less what other findings explain, with 95 % intervals; "
                      "the curve is the term as fitted";
-  note += finding.term.arguments.size() > 1 ? ", its mean at each value of this argument." : ".";
+  note += is_one ? "." : ", its mean in the same bins.";
   if (!finding.term.gate.everywhere())
     note += " Rows inside the region.";
   return figure("Why: residual over " + q.text, svg.markup(),

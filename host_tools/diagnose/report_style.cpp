@@ -29,6 +29,7 @@ body{margin:0;background:var(--page);color:var(--ink);
 main{max-width:1100px;margin:0 auto;padding:28px 20px 60px}
 h1{font-size:clamp(1.35rem,2.6vw,1.9rem);line-height:1.28;margin:.35em 0 .6em;font-weight:650;
  text-wrap:pretty}
+h1.long{font-size:clamp(1.1rem,1.9vw,1.4rem)}
 h2{font-size:1.3rem;line-height:1.3;margin:0 0 .5em}
 h3{font-size:1rem;margin:1.4em 0 .5em;color:var(--ink2)}
 p{margin:.5em 0;max-width:75ch}
@@ -40,7 +41,7 @@ header p.top{margin:0;color:var(--ink2);font-size:.9rem;display:flex;flex-wrap:w
 .verdict.bad{color:var(--warn)}.verdict.fine{color:var(--good)}
 .facts{display:flex;flex-wrap:wrap;gap:4px 26px;margin:1em 0 0;font-size:.92rem}
 .facts div{display:flex;gap:.5em}.facts dt{color:var(--ink2)}.facts dd{margin:0;font-weight:600}
-.overview{display:flex;flex-wrap:wrap;gap:8px 28px;align-items:center}
+.overview{display:flex;flex-wrap:wrap;gap:8px 28px;align-items:flex-start}
 .tiles{display:flex;flex-wrap:wrap;gap:14px;margin:.4em 0}
 .tile{background:var(--soft);border-left:4px solid var(--after);padding:10px 14px;border-radius:4px;
  display:flex;flex-direction:column;flex:0 1 300px}
@@ -48,7 +49,8 @@ header p.top{margin:0;color:var(--ink2);font-size:.9rem;display:flex;flex-wrap:w
 .big{font-size:1.9rem;font-weight:700;line-height:1.2;color:var(--after)}
 .tile.bad .big{color:var(--warn)}
 .ci,.note{color:var(--ink2);font-size:.87rem}
-ol.contents{margin:.4em 0;padding-left:1.5em;flex:1 1 300px}ol.contents a{color:var(--after)}
+ol.contents{margin:.4em 0;padding-left:1.5em;flex:1 1 300px}
+ol.many{flex-basis:100%;columns:2 300px;column-gap:40px}ol.contents a{color:var(--after)}
 .finding{border-top:5px solid var(--mine)}
 .badge{display:inline-block;font-size:.8rem;font-weight:600;padding:1px 9px;border-radius:99px;
  border:1.5px solid var(--rule);color:var(--ink2);margin-right:6px;white-space:nowrap}
@@ -77,7 +79,7 @@ th.name{max-width:22ch}
  border-bottom:1px solid var(--rule);vertical-align:bottom}
 .causes tbody td,.causes tbody th,.channels td,.channels th{border-bottom:1px solid var(--grid)}
 .claimed{background:var(--soft)}.claimed th{color:var(--after)}
-.causes th:first-child{padding-left:8px}
+.causes th:first-child{padding-left:8px;white-space:nowrap}
 .gain{font-size:.88rem;line-height:1.35}.gain td,.gain th{padding:0 12px 0 0;white-space:nowrap}
 .gain td:last-child,.gain th:last-child{padding-right:0}
 .gain tbody td{border-top:1px solid var(--grid)}
@@ -117,6 +119,7 @@ svg .dashed{stroke-dasharray:5 4;stroke-width:1.2}
 svg .thin{stroke-width:1;opacity:.75}svg .bar{stroke-width:1.5}
 svg .whisker{stroke-width:2.2}
 svg .dots{stroke-linecap:round}svg .bead{stroke-width:5}svg .big{stroke-width:9}
+svg .flagged{stroke:var(--gate);stroke-width:5}
 svg .faint{stroke:var(--faint);stroke-width:2.2;opacity:.28}
 svg .speck{stroke-width:2.2;opacity:.35}
 svg .warn{stroke:var(--warn)}

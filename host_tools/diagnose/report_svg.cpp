@@ -234,7 +234,54 @@ Ticks log_ticks(const Range &range) {
 }
 
 namespace {
+
 bool is_drawable(double x, double y) { return std::isfinite(x) && std::isfinite(y); }
+
+// Path data in tenths of a pixel, each point relative to the last: half the bytes of absolute ones.
+class Path {
+public:
+  void move(double x, double y) { point('m', x, y); }
+  void line(double x, double y) { point('l', x, y); }
+  void dot() {
+    text_ += "h0";
+    last_ = 'h';
+  }
+  void box(const Svg::Box &b) {
+    point('m', b.x, b.y);
+    const long w = std::max(1L, tenths(b.width)), h = std::max(1L, tenths(b.height));
+    text_ += 'h' + number(w) + 'v' + number(h) + 'h' + number(-w) + 'z';
+    last_ = 'z'; // back at the box's corner
+  }
+  void end() { text_ += 'z'; }
+  const std::string &text() const { return text_; }
+
+private:
+  static long tenths(double v) { return std::lround(10.0 * v); }
+  static std::string number(long t) {
+    std::string out = t < 0 ? "-" : "";
+    const long a = std::labs(t);
+    if (a >= 10 || a == 0)
+      out += std::to_string(a / 10);
+    if (a % 10 != 0)
+      out += "." + std::to_string(a % 10);
+    return out;
+  }
+  void point(char command, double x, double y) {
+    const long px = tenths(x), py = tenths(y);
+    if (command != last_ || command == 'm') // a second pair after m would be a line
+      text_ += command;
+    else if (px - x_ >= 0)
+      text_ += ' ';
+    text_ += number(px - x_) + (py - y_ >= 0 ? " " : "") + number(py - y_);
+    x_ = px;
+    y_ = py;
+    last_ = command;
+  }
+  std::string text_;
+  long x_ = 0, y_ = 0;
+  char last_ = 0;
+};
+
 } // namespace
 
 Svg::Svg(double width, double height, const std::string &label)
@@ -246,39 +293,58 @@ void Svg::line(double x1, double y1, double x2, double y2, const char *style) {
                        x1, y1, x2, y2, style);
 }
 
+void Svg::path(const std::string &data, const std::string &style, const std::string &title) {
+  if (data.empty())
+    return;
+  body_ += "<path d=\"" + data + "\" class=\"" + style + "\"";
+  body_ += title.empty() ? "/>\n" : "><title>" + escape(title) + "</title></path>\n";
+}
+
 void Svg::polyline(const Points &points, const char *style) {
-  std::string path;
+  Path data;
   bool is_first = true;
   for (const auto &[x, y] : points) {
-    if (is_drawable(x, y))
-      path += fmt::format("{}{:.1f} {:.1f}", is_first ? "M" : "L", x, y);
+    if (is_drawable(x, y) && is_first)
+      data.move(x, y);
+    else if (is_drawable(x, y))
+      data.line(x, y);
     is_first = !is_drawable(x, y);
   }
-  if (path.empty())
-    return;
-  body_ += fmt::format("<path d=\"{}\" class=\"{}\"/>\n", path, style);
+  path(data.text(), style, "");
 }
 
 void Svg::polygon(const Points &points, const char *style) {
-  std::string path;
+  Path data;
   for (const auto &[x, y] : points) {
-    if (is_drawable(x, y))
-      path += fmt::format("{}{:.1f} {:.1f}", path.empty() ? "M" : "L", x, y);
+    if (is_drawable(x, y) && data.text().empty())
+      data.move(x, y);
+    else if (is_drawable(x, y))
+      data.line(x, y);
   }
-  if (path.empty())
+  if (data.text().empty())
     return;
-  body_ += fmt::format("<path d=\"{}Z\" class=\"{}\"/>\n", path, style);
+  data.end();
+  path(data.text(), style, "");
 }
 
 void Svg::dots(const Points &points, const char *style) {
-  std::string path;
+  Path data;
   for (const auto &[x, y] : points) {
-    if (is_drawable(x, y))
-      path += fmt::format("M{:.1f} {:.1f}h0", x, y);
+    if (!is_drawable(x, y))
+      continue;
+    data.move(x, y);
+    data.dot();
   }
-  if (path.empty())
-    return;
-  body_ += fmt::format("<path d=\"{}\" class=\"dots {}\"/>\n", path, style);
+  path(data.text(), std::string("dots ") + style, "");
+}
+
+void Svg::boxes(const std::vector<Box> &boxes, const std::string &style, const std::string &title) {
+  Path data;
+  for (const Box &b : boxes) {
+    if (is_drawable(b.x, b.y) && is_drawable(b.width, b.height))
+      data.box(b);
+  }
+  path(data.text(), style, title);
 }
 
 void Svg::rectangle(double x, double y, double width, double height, const std::string &style,

@@ -64,12 +64,18 @@ public:
   void dots(const Points &points, const char *style); // one path; the stroke's width is the size
   void rectangle(double x, double y, double width, double height, const std::string &style,
                  const std::string &title = "");
+  // Boxes as one path, with one title (may be empty).
+  struct Box {
+    double x, y, width, height;
+  };
+  void boxes(const std::vector<Box> &boxes, const std::string &style, const std::string &title);
   void text(double x, double y, const char *style, const std::string &text);
   void text_upright(double x, double y, const char *style, const std::string &text);
   void raw(const std::string &markup) { body_ += markup; }
   std::string markup() const;
 
 private:
+  void path(const std::string &data, const std::string &style, const std::string &title);
   double width_, height_;
   std::string label_, body_;
 };

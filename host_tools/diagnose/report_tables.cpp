@@ -16,19 +16,20 @@ double bar_share(double delta_bic, double most) {
   return most > 0.0 && std::isfinite(delta_bic) ? std::min(1.0, root(delta_bic) / root(most)) : 0.0;
 }
 
-// Beyond this a difference of BIC is called very strong (Kass and Raftery 1995, p. 777).
-constexpr double kVeryStrong = 10.0;
+// Up to this the data do not tell a rival from the claim: odds of 20 to 1 (Kass and Raftery 1995,
+// p. 777, call what is beyond strong evidence); as in search.cpp.
+constexpr double kSeparable = 6.0;
 constexpr double kBar = 240.0;
 
 std::string bar(double delta_bic, double most) {
   Svg svg(kBar + 12.0, 18.0, "difference of BIC");
   svg.line(6.0, 0.0, 6.0, 18.0, "axis");
-  if (most > kVeryStrong) {
-    const double x = 6.0 + kBar * bar_share(kVeryStrong, most);
+  if (most > kSeparable) {
+    const double x = 6.0 + kBar * bar_share(kSeparable, most);
     svg.line(x, 0.0, x, 18.0, "one");
   }
   svg.rectangle(6.0, 4.0, std::max(2.0, kBar * bar_share(delta_bic, most)), 10.0,
-                delta_bic < kVeryStrong ? "rival" : "beaten");
+                delta_bic < kSeparable ? "rival" : "beaten");
   return svg.markup();
 }
 
@@ -45,12 +46,12 @@ std::string causes_table(const Finding &finding) {
   if (!finding.separable) {
     std::string names = escape(claimed);
     for (const Alternative &a : finding.alternatives) {
-      if (a.delta_bic < kVeryStrong)
+      if (a.delta_bic <= kSeparable)
         names += ", " + escape(plain_cause(a.cause));
     }
     text += "<p class=\"callout\"><b>The data cannot tell these apart:</b> " + names +
-            ". The name above is the best of them by a little; take it for any one of them until a "
-            "log in which they differ has been measured.</p>\n";
+            ". Read the name above as any one of them until a log in which they differ has been "
+            "measured.</p>\n";
   }
   if (finding.alternatives.empty())
     return text + "<p class=\"note\">No other cause of the catalogue came near.</p>\n";
@@ -78,9 +79,9 @@ std::string causes_table(const Finding &finding) {
   return text +
          "</tbody></table></div>\n<p class=\"note\">The bars grow with the root of the "
          "difference" +
-         (most > kVeryStrong ? std::string("; the line marks 10, beyond which the evidence against "
-                                           "a rival is very strong")
-                             : std::string()) +
+         (most > kSeparable ? std::string("; the line marks 6, up to which the data do not tell a "
+                                          "rival from the claim")
+                            : std::string()) +
          ". Held-out R\u00b2: the share of the residual's sum of squares explained on blocks that "
          "were not fitted to.</p>\n";
 }
@@ -88,14 +89,15 @@ std::string causes_table(const Finding &finding) {
 std::string parameter_table(const Term &term) {
   std::vector<Parameter> all = term.sizes;
   all.insert(all.end(), term.shape.begin(), term.shape.end());
-  if (all.empty())
-    return "";
-  std::string text = "<table class=\"parameters\"><tbody>\n";
+  std::string text;
+  const std::string head = "<table class=\"parameters\"><tbody>\n";
   for (const Parameter &p : all) {
+    if (p.name == "size" && p.value == 1.0 && !(p.stderror > 0.0))
+      continue; // not fitted: the form's own
     text += "<tr><th scope=\"row\">" + escape(plain_cause(p.name)) + "</th><td class=\"number\">" +
             escape(value_text(p.value, p.stderror, p.unit)) + "</td></tr>\n";
   }
-  return text + "</tbody></table>\n";
+  return text.empty() ? "" : head + text + "</tbody></table>\n";
 }
 
 namespace {
@@ -103,7 +105,10 @@ namespace {
 std::string interval_words(const Gate &gate, std::size_t k) {
   const std::string unit =
       k < gate.units.size() && !gate.units[k].empty() ? " " + gate.units[k] : "";
-  const std::string low = short_text(gate.lower[k]), high = short_text(gate.upper[k]);
+  // A bound that is nothing beside the other is zero but for rounding.
+  const double least = 1e-9 * std::max(std::fabs(gate.lower[k]), std::fabs(gate.upper[k]));
+  const auto bound = [least](double v) { return short_text(std::fabs(v) < least ? 0.0 : v); };
+  const std::string low = bound(gate.lower[k]), high = bound(gate.upper[k]);
   const bool has_low = std::isfinite(gate.lower[k]), has_high = std::isfinite(gate.upper[k]);
   if (gate.lower[k] > gate.upper[k])
     return "above " + low + " or below " + high + unit;

@@ -13,6 +13,7 @@ namespace {
 
 using Index = Eigen::Index;
 constexpr std::size_t kStretch = 600; // rows: a point each on 1000 px
+constexpr std::size_t kQuick = 150;   // of a lag or delay, which is seen in the course of a few
 constexpr double kTop = 200.0, kBottom = 220.0;
 
 Index at(std::size_t i) { return static_cast<Index>(i); }
@@ -22,14 +23,20 @@ Vector part(const Vector &column, const Stretch &s) {
   return column.segment(at(s.first), at(s.rows));
 }
 
-// A line over time, parted where rows are missing.
-Points over_time(const Panel &p, const Vector &t, const Vector &value) {
+// A step longer than this is a gap in the log.
+double gap_of(const Vector &t) {
   std::vector<double> steps;
   for (Index i = 1; i < t.size(); ++i)
     steps.push_back(t(i) - t(i - 1));
-  if (!steps.empty())
-    std::nth_element(steps.begin(), steps.begin() + at(steps.size() / 2), steps.end());
-  const double gap = steps.empty() ? INFINITY : 5.0 * steps[steps.size() / 2];
+  if (steps.empty())
+    return INFINITY;
+  std::nth_element(steps.begin(), steps.begin() + at(steps.size() / 2), steps.end());
+  return 5.0 * steps[steps.size() / 2];
+}
+
+// A line over time, parted where rows are missing.
+Points over_time(const Panel &p, const Vector &t, const Vector &value) {
+  const double gap = gap_of(t);
   Points points;
   for (Index i = 0; i < t.size(); ++i) {
     if (i > 0 && t(i) - t(i - 1) > gap)
@@ -55,19 +62,42 @@ void append(std::vector<double> &all, const Vector &values) {
   all.insert(all.end(), values.data(), values.data() + values.size());
 }
 
+// Where the finding acts: parted at gaps of the log, joined where no pixel lies between.
 void shade_runs(Svg &svg, const Panel &p, const Finding &finding, const Stretch &s, const Vector &t,
                 bool has_strip) {
-  for (const auto &[first, last] : runs_of(finding.acts, s.first, s.rows)) {
-    const double a = p.x.at(t(at(first - s.first)));
-    const double b = p.x.at(t(std::min(t.size() - 1, at(last - s.first))));
-    svg.rectangle(a, -1.0, std::max(1.0, b - a), p.height + 2.0, "acts");
-    if (has_strip)
-      svg.rectangle(a, 0.0, std::max(1.5, b - a), 6.0, "acts strip");
+  const double gap = gap_of(t);
+  std::vector<Svg::Box> tint, strip;
+  double from = 0.0, to = -1e9;
+  const auto flush = [&] {
+    if (to < -1e8)
+      return;
+    tint.push_back({from, -1.0, std::max(1.0, to - from), p.height + 2.0});
+    strip.push_back({from, 0.0, std::max(1.5, to - from), 6.0});
+  };
+  for (std::size_t i = s.first; i < s.first + s.rows && i < finding.acts.size(); ++i) {
+    if (finding.acts[i] == 0)
+      continue;
+    const Index k = at(i - s.first);
+    const bool has_next = k + 1 < t.size() && t(k + 1) - t(k) <= gap;
+    const double a = p.x.at(t(k)), b = p.x.at(has_next ? t(k + 1) : t(k));
+    if (a > to + 1.0) {
+      flush();
+      from = a;
+    }
+    to = b;
   }
+  flush();
+  svg.boxes(tint, "acts", "");
+  if (has_strip)
+    svg.boxes(strip, "acts strip", "the finding acts");
 }
 
 std::string file_name(const std::string &path) {
   return std::filesystem::path(path).filename().string();
+}
+
+bool is_sensor(const Finding &finding) {
+  return finding.term.kind == TermKind::stuck || finding.term.kind == TermKind::dropout;
 }
 
 // A stretch with its columns: levels, and the residual without the finding's term and with it.
@@ -82,7 +112,7 @@ struct Scene {
 Scene scene_of(const Finding &finding, const View &view) {
   Scene s;
   const Vector effect = effect_of(finding, view);
-  s.stretch = telling_stretch(finding, view, effect, kStretch);
+  s.stretch = telling_stretch(finding, view, effect, is_dynamic(finding.term) ? kQuick : kStretch);
   if (s.stretch.rows < 2)
     return s;
   s.share = share_of(finding, view, effect);
@@ -94,7 +124,7 @@ Scene scene_of(const Finding &finding, const View &view) {
   s.sd_with = part(view.sd_after, s.stretch);
   s.without = s.z - part(s.share.m_without, s.stretch);
   s.with = s.z - s.after;
-  s.width = std::max<std::size_t>(5, s.stretch.rows / 40) | 1u;
+  s.width = is_dynamic(finding.term) ? 1 : std::max<std::size_t>(5, s.stretch.rows / 40) | 1u;
   std::vector<double> levels, residuals;
   for (const Vector &v : {s.z, s.m, s.after})
     append(levels, v);
@@ -107,28 +137,60 @@ Scene scene_of(const Finding &finding, const View &view) {
   return s;
 }
 
+// Between -half and half, a polygon a gapless part.
+void draw_band(Svg &svg, const Panel &p, const Vector &t, const Vector &half) {
+  const Points upper = over_time(p, t, half), lower = over_time(p, t, -half);
+  for (std::size_t first = 0; first < upper.size();) {
+    std::size_t last = first;
+    while (last < upper.size() && std::isfinite(upper[last].first))
+      ++last;
+    Points part(upper.begin() + at(first), upper.begin() + at(last));
+    for (std::size_t i = last; i > first; --i)
+      part.push_back(lower[i - 1]);
+    svg.polygon(part, "band");
+    first = last + 1;
+  }
+}
+
+// Readings that are none.
+void mark_flagged(Svg &svg, const Panel &p, const Finding &finding, const Scene &s) {
+  Points flagged;
+  for (std::size_t i = s.stretch.first; i < s.stretch.first + s.stretch.rows; ++i) {
+    const Index k = at(i - s.stretch.first);
+    if (i < finding.acts.size() && finding.acts[i] != 0)
+      flagged.emplace_back(p.x.at(s.t(k)), p.y.at(s.z(k)));
+  }
+  svg.dots(flagged, "flagged");
+}
+
 void draw_levels(Svg &svg, const Panel &p, const Finding &finding, const Scene &s) {
   open(svg, p);
   shade_runs(svg, p, finding, s.stretch, s.t, true);
   svg.polyline(over_time(p, s.t, s.z), "measured");
   svg.polyline(over_time(p, s.t, s.m), "before");
   svg.polyline(over_time(p, s.t, s.after), "after");
+  if (is_sensor(finding))
+    mark_flagged(svg, p, finding, s);
   close(svg);
 }
 
 void draw_residuals(Svg &svg, const Panel &p, const Finding &finding, const Scene &s) {
   open(svg, p);
   shade_runs(svg, p, finding, s.stretch, s.t, false);
-  Points band = over_time(p, s.t, 2.0 * s.sd_with), under = over_time(p, s.t, -2.0 * s.sd_with);
-  band.insert(band.end(), under.rbegin(), under.rend());
-  svg.polygon(band, "band");
+  draw_band(svg, p, s.t, 2.0 * s.sd_with);
   for (const double half : {2.0, -2.0}) {
     if (finding.term.kind == TermKind::variance)
       svg.polyline(over_time(p, s.t, half * s.sd_without), "before dashed");
   }
   svg.line(0.0, p.y.at(0.0), p.width, p.y.at(0.0), "zero");
   svg.dots(over_time(p, s.t, s.without), "before speck");
-  svg.dots(over_time(p, s.t, s.with), "after speck");
+  Points with = over_time(p, s.t, s.with);
+  const Points without = over_time(p, s.t, s.without);
+  for (std::size_t i = 0; i < with.size(); ++i) { // the same dot is drawn once
+    if (std::fabs(with[i].second - without[i].second) < 0.05)
+      with[i].second = NAN;
+  }
+  svg.dots(with, "after speck");
   svg.polyline(over_time(p, s.t, running_mean(s.without, s.width)), "before");
   svg.polyline(over_time(p, s.t, running_mean(s.with, s.width)), "after");
   close(svg);
@@ -136,9 +198,9 @@ void draw_residuals(Svg &svg, const Panel &p, const Finding &finding, const Scen
 
 std::string time_note(const Finding &finding, const Scene &s) {
   std::string note = fmt::format("Above the levels, below measured less simulated: a dot a row, "
-                                 "lines are means of {} rows. The stretch of {} rows in which the "
+                                 "lines are means of {} row{}. The stretch of {} rows in which the "
                                  "finding matters most, one step ahead.",
-                                 s.width, s.stretch.rows);
+                                 s.width, s.width == 1 ? "" : "s", s.stretch.rows);
   const TermKind kind = finding.term.kind;
   if (!s.share.alone && (kind == TermKind::mean || kind == TermKind::variance))
     note += " Below, orange is without this finding's term alone: the others' stand.";
@@ -187,12 +249,11 @@ double log_duration(const Measured &measured, const LogSpan &log) {
 // Runs nearer than a pixel are drawn as one.
 void draw_lane(Svg &svg, const Panel &p, const Finding &finding, const LogSpan &log,
                const Measured &measured, double y) {
-  double from = -10.0, to = -10.0;
-  const std::string style = fmt::format("f{}", (finding.number - 1) % 7);
+  double from = 0.0, to = -1e9;
+  std::vector<Svg::Box> boxes;
   const auto flush = [&] {
-    if (to > -1.0)
-      svg.rectangle(from, y, std::max(1.2, to - from), kLane - 1.5, style,
-                    fmt::format("finding {}, {}", finding.number, log.path));
+    if (to > -1e8)
+      boxes.push_back({from, y, std::max(1.2, to - from), kLane - 1.5});
   };
   for (const auto &[first, last] : runs_of(finding.acts, log.first, log.rows)) {
     const double a = p.x.at(measured.elapsed_s[first]), b = p.x.at(measured.elapsed_s[last - 1]);
@@ -203,6 +264,8 @@ void draw_lane(Svg &svg, const Panel &p, const Finding &finding, const LogSpan &
     to = b;
   }
   flush();
+  svg.boxes(boxes, fmt::format("f{}", (finding.number - 1) % 7),
+            fmt::format("finding {}, {}", finding.number, log.path));
 }
 
 } // namespace
