@@ -108,3 +108,19 @@ CROSS_BUILT := $(foreach r,$(RECORDINGS),$(CROSS)/$(r).digest $(patsubst %,$(CRO
 cross: cross-deps ## two recorded runs on every port, emulated: are the bits the host's? (PORT='A B': those)
 	@$(MAKE) --no-print-directory -j$(TEST_JOBS) $(CROSS_BUILT)
 	@firmware/cross.sh $(CROSS) '$(RECORDINGS)' $(foreach port,$(PORT_LIST),'$(port)' '$($(port)_PREFIX)' '$($(port)_RUN)')
+
+# SocketCAN in a guest with Debian's own kernel: tests/cli/can.sh, which `make test` runs too (and skips
+# where this has not been installed).
+CAN_PACKAGES := qemu-system-x86 busybox-static can-utils cpio iproute2 python3-venv
+.PHONY: test-can can-deps
+can-deps: deps
+	$(call install_missing,$(CAN_PACKAGES))
+	@mkdir -p $(BUILD)/can; cd $(BUILD)/can; ls linux-image-*.deb > /dev/null 2>&1 || \
+	  apt-get download -q "$$(apt-cache depends linux-image-amd64 | sed -n 's/.*Depends: *\(linux-image-[^ ]*\).*/\1/p' | head -n 1)" || \
+	  { echo "test-can: the package of Debian's kernel could not be had" >&2; exit 1; }
+	@[ -x $(BUILD)/venv/bin/python3 ] || { python3 -m venv $(BUILD)/venv && \
+	  $(BUILD)/venv/bin/pip install --quiet cantools==45.1.0 lcm==1.5.3; } || \
+	  { rm -rf $(BUILD)/venv; echo "test-can: no cantools and lcm from PyPI; their checks are skipped"; }
+test-can: can-deps ## rimd on SocketCAN: two controllers on one bus in a guest (installs QEMU and a kernel)
+	@$(MAKE) --no-print-directory -j$(TEST_JOBS) $(BUILD)/rim $(BUILD)/rimd
+	@RIM=$(abspath $(BUILD)/rim) BUILD=$(abspath $(BUILD)) tests/cli/can.sh && RIM=$(abspath $(BUILD)/rim) BUILD=$(abspath $(BUILD)) tests/cli/interop.sh

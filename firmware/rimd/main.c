@@ -77,6 +77,29 @@ static void print_sizes(const rimd *d) {
          sizeof *d);
 }
 
+/* Every counter that is not 0, as "name value": what was refused, lost or repaired. */
+static void tell_counters(const rim_counters *counters) {
+  char text[350];
+  size_t at = 0;
+  uint32_t value[RIM_COUNTERS_FIELDS];
+  memcpy(value, counters, sizeof value);
+  text[0] = '\0';
+  for (size_t i = 1; i < RIM_COUNTERS_FIELDS; i++) {
+    char one[40];
+    if (value[i] == 0)
+      continue;
+    const int length = snprintf(one, sizeof one, " %s %u", rimd_counter_names[i], value[i]);
+    if (length < 0 || at + (size_t)length >= sizeof text) {
+      say("counted:%s", text);
+      at = 0;
+    }
+    memcpy(text + at, one, (size_t)length + 1);
+    at += (size_t)length;
+  }
+  if (at > 0)
+    say("counted:%s", text);
+}
+
 /* The argument after option i; NULL after saying that there is none. */
 static const char *argument_of(int argc, char **argv, int *i) {
   if (*i + 1 < argc)
@@ -148,5 +171,6 @@ int main(int argc, char **argv) {
   say("stopped by %s after %u observations and %u alarm records",
       stopped == SIGINT ? "SIGINT" : "SIGTERM", instance.kept.counters.rows,
       instance.kept.panel.seq);
+  tell_counters(&instance.kept.counters);
   return status;
 }

@@ -15,6 +15,14 @@
 #define SECOND (1000 * MS)
 #define BATCH 64 /* datagrams or frames in a row, so that time is looked at in between */
 
+const char *const rimd_counter_names[RIM_COUNTERS_FIELDS] = {
+    "sequence",      "rows",        "wrong_length", "not_finite",       "time_back",
+    "future",        "gaps",        "incomplete",   "clock_resets",     "stale",
+    "overruns",      "step_us",     "commands",     "commands_refused", "lcm_malformed",
+    "lcm_fragments", "lcm_other",   "lcm_refused",  "lcm_unsent",       "can_frames",
+    "can_other",     "can_refused", "can_errors",   "can_bus_off",      "can_down",
+    "can_full",      "can_unsent",  "input_lost",   "state_failures",   "restarts"};
+
 static void count(uint32_t *counter) {
   if (*counter != UINT32_MAX)
     ++*counter;
@@ -264,7 +272,7 @@ static void collect_can(rim_counters *c, socketcan_counts *from, bool input) {
   collect(&c->input_lost, &from->lost);
 }
 
-static void collect_counts(rimd *d) {
+void rimd_collect_counts(rimd *d) {
   rim_counters *c = &d->kept.counters;
   collect(&c->lcm_malformed, &d->lcm.counts.malformed);
   collect(&c->lcm_fragments, &d->lcm.counts.fragments);
@@ -299,7 +307,7 @@ static rim_health_message health_of(rimd *d) {
 }
 
 static void send_health(rimd *d, uint64_t now_ns) {
-  collect_counts(d);
+  rimd_collect_counts(d);
   d->kept.counters.sequence = d->kept.health_sequence + 1;
   const rim_health_message health = health_of(d);
   outbox_health(&d->outbox, &health, &d->kept.counters, &d->kept.panel.newest,

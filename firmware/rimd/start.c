@@ -259,6 +259,7 @@ int rimd_start(rimd *d) {
 
 int rimd_finish(rimd *d) {
   int status = 0;
+  rimd_collect_counts(d);
   if (d->config.state[0] != '\0') {
     d->kept.dropped += d->outbox.dropped;
     const state_parts parts = rimd_parts(d);

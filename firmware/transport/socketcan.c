@@ -12,6 +12,9 @@
 #include <time.h>
 #include <unistd.h>
 
+#define RECEIVE_BUFFER                                                                             \
+  (4 << 20) /* bytes asked of the kernel: some 4000 frames, a second of a full bus */
+
 _Static_assert(SOCKETCAN_EXTENDED == CAN_EFF_FLAG, "identifiers are the kernel's");
 _Static_assert(SOCKETCAN_NAME_BYTES == IFNAMSIZ, "names are the kernel's");
 
@@ -60,7 +63,7 @@ static int open_socket(socketcan *can) {
   if (fd < 0)
     return -errno;
   const can_err_mask_t errors = CAN_ERR_BUSOFF | CAN_ERR_RESTARTED | CAN_ERR_CRTL;
-  const int yes = 1;
+  const int yes = 1, bytes = RECEIVE_BUFFER;
   struct ifreq request;
   memset(&request, 0, sizeof request);
   memcpy(request.ifr_name, can->name, sizeof can->name);
@@ -77,6 +80,10 @@ static int open_socket(socketcan *can) {
   can->fd_capable = can->fd_wanted && status == 0 && request.ifr_mtu == CANFD_MTU;
   if (status == 0)
     status = bind(fd, (const struct sockaddr *)&name, sizeof name) == 0 ? 0 : -errno;
+  /* Beyond the system's limit where we may (CAP_NET_ADMIN); less also works. */
+  if (setsockopt(fd, SOL_SOCKET, SO_RCVBUFFORCE, &bytes, sizeof bytes) != 0)
+    (void)setsockopt(fd, SOL_SOCKET, SO_RCVBUF, &bytes, sizeof bytes);
+  can->overflow = 0; /* this socket's own count */
   (void)setsockopt(fd, SOL_SOCKET, SO_RXQ_OVFL, &yes, sizeof yes);
   (void)setsockopt(fd, SOL_SOCKET, SO_TIMESTAMPNS, &yes, sizeof yes);
   if (status == 0 && ioctl(fd, SIOCGIFFLAGS, &request) == 0 && (request.ifr_flags & IFF_UP) == 0)

@@ -2,6 +2,7 @@
 
 #include "util/error.hpp"
 
+#include <cerrno>
 #include <lcm/lcm.h>
 #include <stdexcept>
 
@@ -87,7 +88,10 @@ void LcmBus::take(const std::string &channel, const std::uint8_t *bytes, std::si
 bool LcmBus::receive(int timeout_ms) {
   if (!subscribed_)
     subscribe();
+  errno = 0;
   const int handled = lcm_handle_timeout(lcm_, timeout_ms);
+  if (handled < 0 && errno == EINTR) // a signal: the caller looks whether it is to stop
+    return false;
   if (handled < 0)
     throw DataError(url_ + ": LCM stopped receiving");
   return handled > 0;

@@ -1,5 +1,5 @@
-// rim listen: alarms as they come, a table on a terminal, JSON lines into a pipe.
-#include "bus/can_refusal.hpp"
+// rim listen: alarms as they come from LCM and CAN, a table on a terminal, JSON lines into a pipe.
+#include "bus/can_bus.hpp"
 #include "bus/jsonl.hpp"
 #include "bus/lcm_bus.hpp"
 #include "bus/sentence.hpp"
@@ -11,6 +11,7 @@
 #include <csignal>
 #include <cstdio>
 #include <map>
+#include <memory>
 #include <unistd.h>
 
 namespace {
@@ -41,6 +42,12 @@ public:
       show();
   }
 
+  void take(const rim_can_heartbeat &heartbeat) {
+    heartbeats_[heartbeat.node] = heartbeat;
+    if (live_)
+      show();
+  }
+
   void show() const;
   bool live() const { return live_; }
   std::uint64_t count() const { return count_; }
@@ -51,6 +58,7 @@ private:
   bool live_;
   std::map<Key, rim_alarm> alarms_;
   rim_health_message health_{};
+  std::map<int, rim_can_heartbeat> heartbeats_; // by node
   std::uint64_t count_ = 0;
 };
 
@@ -60,6 +68,10 @@ void Listener::show() const {
     std::printf("monitor: %s, %u observations, %u rejected, t = %.2f s\n\n",
                 rim::level_text(health_.level), health_.observations, health_.rejected,
                 health_.t_s);
+  for (const auto &[node, h] : heartbeats_)
+    std::printf("node %d on CAN: %s%s, %u observations (low bits), %u rejected, %u dropped\n\n",
+                node, rim::level_text(h.level), h.acknowledged ? ", acknowledged" : "",
+                h.observations, h.rejected, h.dropped);
   rim::Table table({{"t", "s"},
                     {"level", ""},
                     {"state", ""},
@@ -78,49 +90,91 @@ void Listener::show() const {
   std::fflush(stdout);
 }
 
-int cmd_listen(int argc, char **argv) {
-  std::string url = rim::kLcmUrl, interface, model;
+struct Options {
+  std::string url, interface, model;
   std::uint64_t count = 0;
   double seconds = 0.0;
-  CLI::App app{"Show alarms as they come: a live table on a terminal, JSON lines into a pipe.",
-               "rim listen"};
-  app.add_option("--lcm", url, "LCM URL")->capture_default_str();
-  app.add_option("--can", interface, "CAN interface");
-  app.add_option("--model", model, "flight image, for the names of sensors and features");
-  app.add_option("--count", count, "end after so many alarm records (0: never)");
-  app.add_option("--seconds", seconds, "end after so long (0: never)")
-      ->check(CLI::NonNegativeNumber);
-  app.footer("'rim: listening' on stderr says that nothing sent from then on is missed.\n\n"
-             "Example:\n  rim listen --model lander.rim | jq -r .sentence &\n"
-             "  rim replay --model lander.rim faulty.csv --lcm 'udpm://239.255.76.67:7667?ttl=0'");
-  if (!rim::parse_arguments(app, argc, argv))
-    return rim::EXIT_FINE;
-  if (!interface.empty())
-    rim::refuse_can(interface, "listening", "rim replay --candump writes a log of frames");
-  Listener listener(model.empty() ? rim::Names() : rim::names_of_model(model));
-  rim::LcmBus bus(url);
-  bus.on_alarm = [&](const rim_alarm &alarm) { listener.take(alarm); };
-  bus.on_health = [&](const rim_health_message &health) { listener.take(health); };
+};
+
+// The buses asked for: LCM unless only CAN is.
+class Buses {
+public:
+  Buses(const Options &o, Listener &listener) {
+    if (!o.interface.empty()) {
+      can_ = std::make_unique<rim::CanBus>(o.interface);
+      can_->records.on_alarm = [&](const rim_alarm &alarm, bool) { listener.take(alarm); };
+      can_->records.on_heartbeat = [&](const rim_can_heartbeat &h) { listener.take(h); };
+    }
+    if (!o.url.empty()) {
+      lcm_ = std::make_unique<rim::LcmBus>(o.url);
+      lcm_->on_alarm = [&](const rim_alarm &alarm) { listener.take(alarm); };
+      lcm_->on_health = [&](const rim_health_message &health) { listener.take(health); };
+      lcm_->receive(0); // subscribes
+    }
+  }
+  void receive() {
+    if (lcm_)
+      lcm_->receive(can_ ? 20 : 100);
+    if (can_)
+      can_->receive(lcm_ ? 0 : 100);
+  }
+  std::uint64_t refused() const {
+    return (lcm_ ? lcm_->refused() : 0) + (can_ ? can_->records.refused() : 0);
+  }
+
+private:
+  std::unique_ptr<rim::LcmBus> lcm_;
+  std::unique_ptr<rim::CanBus> can_;
+};
+
+void listen(const Options &o) {
+  Listener listener(o.model.empty() ? rim::Names() : rim::names_of_model(o.model));
+  Buses buses(o, listener);
   std::signal(SIGINT, stop);
   std::signal(SIGTERM, stop);
-  bus.receive(0); // subscribes
   if (listener.live())
     listener.show();
   else
-    std::fprintf(stderr, "rim: listening on %s\n", url.c_str());
+    std::fprintf(stderr, "rim: listening on %s%s%s\n", o.url.c_str(),
+                 o.url.empty() || o.interface.empty() ? "" : " and ", o.interface.c_str());
   const auto start = std::chrono::steady_clock::now();
-  while (stopped == 0 && (count == 0 || listener.count() < count)) {
-    bus.receive(100);
+  while (stopped == 0 && (o.count == 0 || listener.count() < o.count)) {
+    buses.receive();
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
-    if (seconds > 0.0 && elapsed.count() >= seconds)
+    if (o.seconds > 0.0 && elapsed.count() >= o.seconds)
       break;
   }
-  if (bus.refused() > 0)
+  if (buses.refused() > 0)
     std::fprintf(stderr, "rim: warning: %llu messages did not decode\n",
-                 static_cast<unsigned long long>(bus.refused()));
+                 static_cast<unsigned long long>(buses.refused()));
+}
+
+int cmd_listen(int argc, char **argv) {
+  Options o;
+  CLI::App app{"Show alarms as they come: a live table on a terminal, JSON lines into a pipe.",
+               "rim listen"};
+  app.add_option("--lcm", o.url,
+                 std::string("LCM URL (default, unless --can is given: ") + rim::kLcmUrl + ")");
+  app.add_option("--can", o.interface, "CAN interface, classic or FD");
+  app.add_option("--model", o.model, "flight image, for the names of sensors and features");
+  app.add_option("--count", o.count, "end after so many alarm records (0: never)");
+  app.add_option("--seconds", o.seconds, "end after so long (0: never)")
+      ->check(CLI::NonNegativeNumber);
+  app.footer(
+      "'rim: listening' on stderr says that nothing sent from then on is missed. On CAN a\n"
+      "record whose detail was lost is told from its summary: without channel and region.\n\n"
+      "Example:\n  rim listen --model lander.rim | jq -r .sentence &\n"
+      "  rim replay --model lander.rim faulty.csv --lcm 'udpm://239.255.76.67:7667?ttl=0'\n"
+      "Example: both buses of a vehicle\n"
+      "  rim listen --lcm 'udpm://239.255.76.67:7667?ttl=1' --can can0 --model lander.rim");
+  if (!rim::parse_arguments(app, argc, argv))
+    return rim::EXIT_FINE;
+  if (o.url.empty() && o.interface.empty())
+    o.url = rim::kLcmUrl;
+  listen(o);
   return rim::EXIT_FINE;
 }
 
 } // namespace
 
-RIM_COMMAND(listen, "show alarms as they come over LCM", cmd_listen)
+RIM_COMMAND(listen, "show alarms as they come over LCM and CAN", cmd_listen)

@@ -1,8 +1,10 @@
 // rim replay: the onboard monitor over logs, deterministically.
 #include "bus/can_refusal.hpp"
+#include "bus/can_table.hpp"
 #include "cli/arguments.hpp"
 #include "cli/command.hpp"
 #include "diagnose/apply_extension.hpp"
+#include "log/candump_log.hpp"
 #include "replay/outputs.hpp"
 #include "replay/replay.hpp"
 #include "rim/alarm_can.h"
@@ -33,6 +35,8 @@ const char *const kFooter =
     "Example: one faulty landing, its alarms to a file and to whoever listens\n"
     "  rim replay --model lander.rim faulty/run_0101.csv --alarms alarms.jsonl \\\n"
     "      --plot alarms.svg --lcm 'udpm://239.255.76.67:7667?ttl=0'\n"
+    "Example: frames of `candump -L`, by the table that rim can-table put into the image\n"
+    "  rim replay --model lander_can.rim flight.candump\n"
     "Example: a log with the user's own predictions (z. m. sd. columns) needs no model\n"
     "  rim replay golf/run_0001.csv --labels labels.csv\n"
     "Example: the same with what rim diagnose found mended, and an image that flies with it\n"
@@ -191,6 +195,17 @@ rim::ReadOptions read_options(const Options &o, const rim::Replayer *replayer) {
   return options;
 }
 
+// A log of CAN frames needs the table that the image carries.
+rim::Log read_one(const std::string &path, const rim::Schema *mapping, const Options &o,
+                  const rim::Replayer &replayer) {
+  const rim::ReadOptions options = read_options(o, &replayer);
+  if (!rim::is_candump_file(path))
+    return rim::read_log(path, mapping, options);
+  const rim_image &image = replayer.monitor().image();
+  return rim::read_candump_log(path, rim::read_file(path), rim::can_table_of(image),
+                               rim::row_names(image, o.model), 1.0, options.warnings);
+}
+
 int cmd_replay(int argc, char **argv) {
   Options o;
   CLI::App app{"Run the onboard monitor over logs, as it would have run in flight.", "rim replay"};
@@ -225,8 +240,7 @@ int cmd_replay(int argc, char **argv) {
   if (::isatty(STDOUT_FILENO) == 0)
     progress.emplace("replay", o.logs.size());
   for (std::size_t i = 0; i < o.logs.size(); ++i) {
-    rim::Log log = o.model.empty() ? std::move(logs[i])
-                                   : rim::read_log(o.logs[i], mapping, read_options(o, &replayer));
+    rim::Log log = o.model.empty() ? std::move(logs[i]) : read_one(o.logs[i], mapping, o, replayer);
     if (!o.model.empty() && !extensions.empty() && replayer.layout().external)
       rim::diagnose::apply_extension(extensions, &log);
     outputs.begin(log);

@@ -1,0 +1,51 @@
+#!/bin/bash
+# SocketCAN for real: Debian's kernel in QEMU with two emulated controllers on one bus and virtual ones; rimd
+# inside (tests/firmware/guest_init.sh). Also: the log of the wire by cantools, where Python has it.
+# A machine without QEMU, busybox, can-utils or the kernel package skips it; `make test-can` installs them.
+. "$(dirname "$0")/check.inc"
+. "$(dirname "$0")/toy.inc"
+root=$(cd "$(dirname "$0")/../.." && pwd)
+if [ -n "${SANITIZE:-}" ]; then skipped=1; finish; fi
+kernel=$(ls -t "$BUILD"/can/linux-image-*.deb 2> /dev/null | head -n 1)
+for program in qemu-system-x86_64 busybox candump canplayer cpio; do
+  command -v $program > /dev/null || missing="$missing $program"
+done
+if [ -n "$missing" ] || [ -z "$kernel" ]; then
+  echo "not here:${missing:- the kernel package}; make test-can installs what it needs"
+  skipped=1; finish
+fi
+python=python3
+[ -x "$BUILD/venv/bin/python3" ] && python=$BUILD/venv/bin/python3
+cd "$here" || exit 1
+for i in $(seq 20); do toy "run$(printf %02d "$i").csv" "$i"; done
+"$RIM" train run*.csv --out plain.rim --quick > /dev/null || bad "train"
+toy biased.csv 102 1200 'a += 0.5'
+"$RIM" can-table --dbc "$root/tests/firmware/toy.dbc" --map "$root/tests/firmware/toy.toml" --model plain.rim --out toy.rim > said
+check "can-table" 0 $?
+python3 "$root/tests/firmware/toy_can.py" biased.csv > biased.candump || bad "candump"
+awk -F, -v OFS=, 'NR == 1 || NR < 300 {if (NR > 1) $1 += 60; print}' biased.csv > later.csv
+python3 "$root/tests/firmware/toy_can.py" later.csv > again.candump
+"$root/tests/firmware/guest.sh" "$BUILD/can" "$kernel" "$BUILD/rim" "$BUILD/rimd" toy.rim biased.candump again.candump \
+  "$root/tests/firmware/guest_init.sh" || { bad "the guest cannot be made"; finish; }
+timeout 270 nice qemu-system-x86_64 -M q35 -m 512 -nographic -no-reboot -kernel "$BUILD/can/vmlinuz" -initrd "$BUILD/can/initramfs.cpio" \
+  -append "console=ttyS0 quiet panic=-1" -object can-bus,id=cb -device kvaser_pci,canbus=cb -device kvaser_pci,canbus=cb \
+  < /dev/null 2>&1 | tr -d '\r' > console
+cp console "$BUILD/can/console"
+contains "the guest came to its end" "$(tail -n 30 console)" "^guest done"
+passed=$((passed + $(grep -c '^ok ' console)))
+failed=$((failed + $(grep -c '^FAILED ' console)))
+grep '^FAILED ' console
+for name in heard.jsonl wire.candump fd.jsonl; do awk -v n="== $name" '$0 == n {on=1; next} $0 == "== end" {on=0} on' console > "$name"; done
+
+# What was heard is what the ground finds in the same frames.
+"$RIM" replay --model toy.rim biased.candump --alarms ground.jsonl > said 2>&1; check "the log replays" 0 $?
+python3 "$root/tests/firmware/same_alarms.py" ground.jsonl heard.jsonl > said; check "the alarms of the ground" 0 $?
+cat said
+# Someone else's program reads our frames by our DBC.
+if $python -c 'import cantools' 2> /dev/null; then
+  $python "$root/tests/firmware/decode_can.py" "$root/lib/wire/rim.dbc" wire.candump heard.jsonl > said 2>&1; check "cantools" 0 $?
+  cat said
+else
+  skipped=$((skipped + 1))
+fi
+finish
