@@ -197,10 +197,11 @@ void draw_residuals(Svg &svg, const Panel &p, const Finding &finding, const Scen
 }
 
 std::string time_note(const Finding &finding, const Scene &s) {
-  std::string note = fmt::format("Above the levels, below measured less simulated: a dot a row, "
-                                 "lines are means of {} row{}. The stretch of {} rows in which the "
-                                 "finding matters most, one step ahead.",
-                                 s.width, s.width == 1 ? "" : "s", s.stretch.rows);
+  std::string note = "Above the levels, below measured less simulated: a dot a row";
+  if (s.width > 1)
+    note += fmt::format(", lines are means of {} rows", s.width);
+  note += fmt::format(". The stretch of {} rows in which the finding matters most, one step ahead.",
+                      s.stretch.rows);
   const TermKind kind = finding.term.kind;
   if (!s.share.alone && (kind == TermKind::mean || kind == TermKind::variance))
     note += " Below, orange is without this finding's term alone: the others' stand.";
