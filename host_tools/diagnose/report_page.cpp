@@ -164,7 +164,10 @@ std::string would_have_been_seen(const Diagnosis &d, const Measured &t) {
     text += "<tr><th scope=\"row\">" + escape(plain_name(state.channel)) + "</th>" + cell(1.0) +
             cell(0.1) + "</tr>\n";
   }
-  return text + "</tbody></table></div>\n";
+  return text +
+         "</tbody></table></div>\n<p class=\"note\">An estimate: the shift whose likelihood "
+         "ratio, thinned by autocorrelation, reaches a claim's least score and the cost of a "
+         "region.</p>\n";
 }
 
 std::string remains(const Diagnosis &d, const Measured &t) {

@@ -374,13 +374,20 @@ std::string Svg::markup() const {
 
 namespace {
 
-int y_tick_count(double height) { return std::max(2, static_cast<int>(height / 34.0)); }
+// At least three where that many have room.
+Ticks y_ticks(const Range &y, double height) {
+  int most = std::max(2, static_cast<int>(height / 34.0));
+  Ticks ticks = linear_ticks(y, most);
+  while (ticks.at.size() < 3 && most < static_cast<int>(height / 18.0))
+    ticks = linear_ticks(y, ++most);
+  return ticks;
+}
 
 } // namespace
 
 double room_for_y(const Range &y, double height) {
   std::size_t longest = 1;
-  for (const std::string &text : linear_ticks(y, y_tick_count(height - kXRoom)).text)
+  for (const std::string &text : y_ticks(y, height - kXRoom).text)
     longest = std::max(longest, letters(text));
   return 32.0 + kLetter * static_cast<double>(longest);
 }
@@ -394,7 +401,7 @@ Panel draw_axes(Svg &svg, double left, double top, double width, double height, 
   p.height = height - 6.0 - (axes.x_ticks_named ? kXRoom : 8.0);
   p.x = {axes.x, 0.0, p.width, false};
   p.y = {axes.y, p.height, 0.0, false};
-  const Ticks y = linear_ticks(axes.y, y_tick_count(p.height));
+  const Ticks y = y_ticks(axes.y, p.height);
   for (std::size_t i = 0; i < y.at.size(); ++i) {
     const double at = p.top + p.y.at(y.at[i]);
     svg.line(p.left, at, p.left + p.width, at, "grid");
