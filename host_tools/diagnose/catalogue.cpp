@@ -167,7 +167,7 @@ void Reader::check_expressions(const toml::table &table, const Form &form) const
 
 void Reader::read_form(const toml::table &table) {
   check_keys(table, {"cause", "form", "description", "kind", "basis", "arguments", "unordered",
-                     "fixed", "positive", "gate", "shape", "per", "cost"});
+                     "fixed", "positive", "gate", "shape", "per", "least_spread", "cost"});
   Form form;
   form.line = static_cast<int>(table.source().begin.line);
   form.cause = get<std::string>(table, "cause", "");
@@ -182,6 +182,7 @@ void Reader::read_form(const toml::table &table) {
   form.is_fixed = get<bool>(table, "fixed", false);
   form.is_positive = get<bool>(table, "positive", false);
   form.cost = get<double>(table, "cost", 0.0);
+  form.least_spread = get<double>(table, "least_spread", 0.0);
   form.per = texts(table, "per");
   read_arguments(table, &form);
   read_shape(table, &form);

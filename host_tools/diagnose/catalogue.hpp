@@ -52,6 +52,8 @@ struct Form {
   GateKind gate = GateKind::none;
   std::vector<ShapeParameter> shape;
   std::vector<std::string> per; // placeholders, "m" or "t" whose units divide the size's
+  double least_spread = 0.0;    // of every argument: sd over |mean|; a quantity that hardly varies
+                                // is a constant under another name
   double cost = 0.0;            // nats, beside what is reckoned: for forms less likely a priori
   int line = 0;
 };

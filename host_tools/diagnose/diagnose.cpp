@@ -8,6 +8,7 @@
 
 #include "diagnose/gain.hpp"
 #include "diagnose/null.hpp"
+#include "diagnose/rollout.hpp"
 #include "diagnose/search.hpp"
 #include "diagnose/sentence.hpp"
 #include "util/error.hpp"
@@ -41,6 +42,7 @@ std::vector<ChannelFindings> search_all(const Measured &measured, const Catalogu
   std::vector<ChannelFindings> found(measured.channels.size());
   SearchOptions options;
   options.threshold = threshold;
+  options.catalogue = &catalogue;
   parallel_for(found.size(), [&](std::size_t c) {
     const Library own =
         libraries == nullptr ? make_library(measured, measured.channels[c], catalogue) : Library{};
@@ -191,9 +193,20 @@ private:
                                     measured_.channels[c].name));
       append_judged(terms, held, static_cast<std::size_t>(there), &one_step_[c]);
       if (options_.horizon_s > 0.0)
-        append_horizon(terms, held, static_cast<std::size_t>(there), options_.horizon_s,
-                       options_.predictor, logs, &horizon_[c]);
+        judge_horizon(terms, held, static_cast<std::size_t>(there), logs);
     }
+  }
+
+  // Rolled out where the predictor can; folds of a cross-validation are no whole logs and are not.
+  void judge_horizon(const std::vector<Term> &terms, const Measured &held, std::size_t channel,
+                     const std::vector<Log> *logs) {
+    Judged *judged = &horizon_[channel];
+    bool is_rolled = options_.predictor != nullptr && logs != nullptr;
+    for (std::size_t l = 0; is_rolled && l < logs->size(); ++l)
+      is_rolled = append_rolled(terms, (*logs)[l], held.channels[channel].name, options_.horizon_s,
+                                *options_.predictor, judged);
+    if (!is_rolled)
+      append_means(terms, held, channel, options_.horizon_s, judged);
   }
 
   void cross_validate() {

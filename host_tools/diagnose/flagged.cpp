@@ -53,11 +53,13 @@ Flagged find_flagged(const Measured &measured, const Channel &channel) {
     const double p = step / (2.5066 * sd) * std::exp(-0.5 * std::min(100.0, r * r));
     return std::clamp(std::max(p, floor), 1e-12, kMostChance);
   };
+  const auto is_at_rest = [&](Index i) { return std::abs(channel.m(i)) < 0.05 * channel.sd(i); };
   const double ln_rows = std::log(static_cast<double>(n));
   double zeros_ln = 0.0;
   std::size_t zeros = 0;
   for (std::size_t i = 0; i < n; ++i) {
-    if (channel.z(static_cast<Index>(i)) == 0.0) {
+    // A zero where about zero is predicted is what a vehicle at rest shows.
+    if (channel.z(static_cast<Index>(i)) == 0.0 && !is_at_rest(static_cast<Index>(i))) {
       zeros_ln -= std::log(chance(static_cast<Index>(i), 0.0, 0.0));
       ++zeros;
     }
@@ -70,10 +72,12 @@ Flagged find_flagged(const Measured &measured, const Channel &channel) {
       double nats = 0.0;
       const double value = channel.z(static_cast<Index>(i));
       while (end < log.first + log.rows && channel.z(static_cast<Index>(end)) == value) {
-        nats -= std::log(chance(static_cast<Index>(end), value, natural));
+        // Only a reading that should have changed says something by staying.
+        if (channel.m(static_cast<Index>(end)) != channel.m(static_cast<Index>(end) - 1))
+          nats -= std::log(chance(static_cast<Index>(end), value, natural));
         ++end;
       }
-      if (is_dropout && value == 0.0) {
+      if (is_dropout && value == 0.0 && !is_at_rest(static_cast<Index>(i))) {
         std::fill(out.dropout.begin() + static_cast<std::ptrdiff_t>(i),
                   out.dropout.begin() + static_cast<std::ptrdiff_t>(end), std::uint8_t{1});
         out.dropout_rows += end - i;

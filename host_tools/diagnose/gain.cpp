@@ -16,20 +16,6 @@ constexpr std::size_t kLogsEnough = 6;   // from here on whole logs are resample
 constexpr int kDraws = 400;
 constexpr double kActs = 0.1; // sd
 
-Vector acts(const std::vector<Term> &terms, const Measured &measured, const Channel &channel) {
-  Vector out = Vector::Zero(channel.z.size());
-  for (const Term &term : terms) {
-    if (term.channel != channel.name)
-      continue;
-    if (term.kind == TermKind::mean)
-      out =
-          out.cwiseMax(mean_effect(term, measured, channel.m).cwiseAbs().cwiseQuotient(channel.sd));
-    else if (term.kind == TermKind::variance)
-      out = out.cwiseMax(gate_mask(term.gate, measured));
-  }
-  return out;
-}
-
 std::size_t unit_of(const Measured &measured, std::size_t log, std::size_t row_in_log) {
   return measured.logs.size() >= kLogsEnough
              ? log
@@ -70,14 +56,38 @@ Interval95 interval(std::vector<double> draws) {
 
 } // namespace
 
+std::vector<std::uint8_t> acting(const std::vector<Term> &terms, const Measured &measured,
+                                 const Channel &channel) {
+  std::vector<std::uint8_t> out(measured.rows(), 0);
+  for (const Term &term : terms) {
+    if (term.channel != channel.name)
+      continue;
+    const Vector size =
+        term.kind == TermKind::variance
+            ? gate_mask(term.gate, measured)
+            : mean_effect(term, measured, channel.m).cwiseAbs().cwiseQuotient(channel.sd).eval();
+    for (std::size_t i = 0; i < out.size(); ++i)
+      if (size(static_cast<Index>(i)) > kActs)
+        out[i] = 1;
+  }
+  return out;
+}
+
+namespace {
+
+std::size_t next_unit(const Judged &judged) {
+  return judged.unit.empty() ? 0 : 1 + *std::max_element(judged.unit.begin(), judged.unit.end());
+}
+
+} // namespace
+
 void append_judged(const std::vector<Term> &terms, const Measured &measured, std::size_t channel,
                    Judged *judged) {
   const Channel &c = measured.channels[channel];
   const Prediction after = extended_prediction(terms, c, measured);
-  const Vector inside = acts(terms, measured, c);
+  const std::vector<std::uint8_t> inside = acting(terms, measured, c);
   const Flagged flagged = find_flagged(measured, c);
-  const std::size_t base =
-      judged->unit.empty() ? 0 : 1 + *std::max_element(judged->unit.begin(), judged->unit.end());
+  const std::size_t base = next_unit(*judged);
   for (std::size_t log = 0; log < measured.logs.size(); ++log) {
     for (std::size_t r = 0; r < measured.logs[log].rows; ++r) {
       const std::size_t i = measured.logs[log].first + r;
@@ -89,21 +99,19 @@ void append_judged(const std::vector<Term> &terms, const Measured &measured, std
       judged->after.push_back(after.m(k));
       judged->sd_before.push_back(c.sd(k));
       judged->sd_after.push_back(after.sd(k));
-      judged->inside.push_back(inside(k) > kActs ? 1 : 0);
+      judged->inside.push_back(inside[i]);
       judged->unit.push_back(base + unit_of(measured, log, r));
     }
   }
 }
 
-namespace {
-
-// Means over windows of about the horizon.
 void append_means(const std::vector<Term> &terms, const Measured &measured, std::size_t channel,
                   double horizon_s, Judged *judged) {
   const Channel &c = measured.channels[channel];
   const Prediction after = extended_prediction(terms, c, measured);
-  const Vector inside = acts(terms, measured, c);
+  const std::vector<std::uint8_t> inside = acting(terms, measured, c);
   const Flagged flagged = find_flagged(measured, c);
+  const std::size_t base = next_unit(*judged);
   for (std::size_t log = 0; log < measured.logs.size(); ++log) {
     const LogSpan &span = measured.logs[log];
     for (std::size_t r = 0; r < span.rows;) {
@@ -121,7 +129,7 @@ void append_means(const std::vector<Term> &terms, const Measured &measured, std:
         mended += after.m(k);
         var_before += c.sd(k) * c.sd(k);
         var_after += after.sd(k) * after.sd(k);
-        in += inside(k) > kActs ? 1.0 : 0.0;
+        in += inside[i] != 0 ? 1.0 : 0.0;
       }
       if (n < 1.0)
         continue;
@@ -131,19 +139,9 @@ void append_means(const std::vector<Term> &terms, const Measured &measured, std:
       judged->sd_before.push_back(std::sqrt(var_before) / n);
       judged->sd_after.push_back(std::sqrt(var_after) / n);
       judged->inside.push_back(2.0 * in > n ? 1 : 0);
-      judged->unit.push_back(unit_of(measured, log, start));
+      judged->unit.push_back(base + unit_of(measured, log, start));
     }
   }
-}
-
-} // namespace
-
-void append_horizon(const std::vector<Term> &terms, const Measured &measured, std::size_t channel,
-                    double horizon_s, const world::Predictor *predictor,
-                    const std::vector<Log> *logs, Judged *judged) {
-  (void)predictor;
-  (void)logs;
-  append_means(terms, measured, channel, horizon_s, judged);
 }
 
 std::vector<Gain> summarise(const Judged &judged, const Channel &channel, double horizon_s,

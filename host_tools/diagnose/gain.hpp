@@ -7,7 +7,6 @@
 
 #include "diagnose/diagnosis.hpp"
 #include "diagnose/measured.hpp"
-#include "world/predictor.hpp"
 
 namespace rim::diagnose {
 
@@ -21,11 +20,13 @@ struct Judged {
 // Rows of one channel of a table, predicted by `terms`; rows that are no measurements left out.
 void append_judged(const std::vector<Term> &terms, const Measured &measured, std::size_t channel,
                    Judged *judged);
-// The same at a horizon: rolled out by the predictor, each step corrected; without one, the mean
-// over the horizon, in which what is systematic adds up and noise does not.
-void append_horizon(const std::vector<Term> &terms, const Measured &measured, std::size_t channel,
-                    double horizon_s, const world::Predictor *predictor,
-                    const std::vector<Log> *logs, Judged *judged);
+// Whether some term adds more than .1 sd, or changes the scatter, on each row.
+std::vector<std::uint8_t> acting(const std::vector<Term> &terms, const Measured &measured,
+                                 const Channel &channel);
+// Means over windows of the horizon, in which what is systematic adds up and noise does not: for
+// predictions that nothing rolls out (diagnose/rollout.hpp where something does).
+void append_means(const std::vector<Term> &terms, const Measured &measured, std::size_t channel,
+                  double horizon_s, Judged *judged);
 
 // "all", and where there is any, "inside" and "outside". Bootstrap over units, 400 draws.
 std::vector<Gain> summarise(const Judged &judged, const Channel &channel, double horizon_s,

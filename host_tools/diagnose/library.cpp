@@ -87,7 +87,11 @@ std::vector<int> own_velocity(const Measured &measured, const Channel &channel) 
       best = f;
     }
   }
-  return best >= 0 ? std::vector<int>{best} : velocities;
+  if (best >= 0)
+    return {best};
+  // A distance or a temperature has no velocity of its own.
+  const bool may_have = channel.unit.empty() || channel.unit.find("/s") != std::string::npos;
+  return may_have ? velocities : std::vector<int>{};
 }
 
 class Builder {
@@ -174,6 +178,10 @@ std::vector<std::vector<int>> Builder::assignments(const Form &form) const {
     for (const std::vector<int> &so_far : out) {
       for (const int f : features_for(argument.role)) {
         if (!so_far.empty() && (form.is_unordered ? f <= so_far[0] : f == so_far[0]))
+          continue;
+        const Vector x = measured_.x.col(f);
+        const double mean = x.mean();
+        if (std::sqrt((x.array() - mean).square().mean()) < form.least_spread * std::abs(mean))
           continue;
         longer.push_back(so_far);
         longer.back().push_back(f);
@@ -385,7 +393,10 @@ void Builder::add_built_in(const Form &form) {
     }
   }
   candidate.penalty = std::log(static_cast<double>(values.size())) + 0.5 * out_.ln_rows + form.cost;
-  for (const double value : values) {
+  for (std::size_t v = 0; v < values.size(); ++v) {
+    const double value = values[v];
+    candidate.shape_low = v > 0 ? values[v - 1] : 0.5 * value;
+    candidate.shape_high = values[std::min(v + 1, values.size() - 1)];
     candidate.term.shape = {{form.form == "lag" ? "lag" : "delay", value, 0.0, "s"}};
     if (add(candidate, basis_columns(candidate.term, measured_, channel_.m)))
       out_.size_units.push_back("");

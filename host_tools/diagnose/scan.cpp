@@ -14,6 +14,8 @@ namespace {
 
 using Index = Eigen::Index;
 constexpr int kRefineBins = 200;
+// Time is a proxy of whatever happens then: it must explain more than what it stands for.
+constexpr double kTimeShare = 0.9;
 
 std::size_t idx(Index i) { return static_cast<std::size_t>(i); }
 
@@ -131,7 +133,8 @@ void Scanner::propose_gated(const Gated &gated, const Vector &e, const Noise &no
       continue;
     if (candidate.is_positive && found.s <= 0.0)
       continue;
-    const double gain = found.ln_anom / noise.divisor();
+    const double gain =
+        found.ln_anom / noise.divisor() * (feature.name == kTime ? kTimeShare : 1.0);
     if (gain > best.gain) {
       best.gain = gain;
       best.bounds = {
@@ -163,7 +166,8 @@ void Scanner::propose_boxes(const Gated &gated, const Vector &e, const Noise &no
     for (int k = 0; k < kCoarseBins * kCoarseBins; ++k)
       w(k / kCoarseBins, k % kCoarseBins) = gated.w_grid(k, static_cast<Index>(p));
     const BoxBest box = best_box(s, w, n, least_rows_);
-    const double gain = box.value / noise.divisor();
+    const bool is_timed = a.name == kTime || b.name == kTime;
+    const double gain = box.value / noise.divisor() * (is_timed ? kTimeShare : 1.0);
     if (gain > best.gain) {
       best.gain = gain;
       best.bounds = {{pairs_[p].first, a.coarse_edge[static_cast<std::size_t>(box.first[0])],

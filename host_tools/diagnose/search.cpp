@@ -6,6 +6,8 @@
 #include <memory>
 #include <set>
 
+#include <fmt/format.h>
+
 namespace rim::diagnose {
 
 namespace {
@@ -16,7 +18,14 @@ constexpr double kSwapGain = 0.5;     // nats by which a swap must be better
 constexpr double kSeparableBic = 6.0; // the next cause's BIC at least so much worse: odds 20 to 1
 // A stated sd that is a tenth out is no finding; nor is a global factor this small.
 constexpr double kLeastNoiseFactor = 1.16;
-constexpr int kBlocks = 10; // a log, for what is held out
+constexpr std::size_t kBlocks = 10; // a log, for what is held out
+// Scatter that differs by more than this factor of variance is rather the model's error than noise.
+constexpr double kMostWeight = 4.0;
+// What a term must gain, in nats, on rows it was not fitted to.
+constexpr double kLeastHeldOut = 2.0;
+constexpr double kActs = 0.1; // sd: with less a term does not act
+// Support: the share of a feature's range below which it bounds a term, and the margin beyond.
+constexpr double kSupportShare = 0.5, kSupportMargin = 0.2;
 
 double halves_bic(double delta_score) { return 2.0 * delta_score; }
 
@@ -133,12 +142,31 @@ void ChannelSearch::refine_shape(const std::vector<Member> &others, double loss,
   }
 }
 
+// One delay or lag a channel; nothing twice.
+bool ChannelSearch::excludes(const Proposal &proposal, const std::vector<Member> &members) const {
+  const Term &term = library_.candidates[static_cast<std::size_t>(proposal.candidate)].term;
+  if (moves_prediction(term) && !may_delay_)
+    return true;
+  return std::any_of(members.begin(), members.end(), [&](const Member &m) {
+    if (moves_prediction(term) && moves_prediction(m.term))
+      return true;
+    return proposal.bounds.empty() && m.term.gate.everywhere() && m.term.form == term.form &&
+           m.term.arguments == term.arguments && m.term.shape.empty();
+  });
+}
+
 ChannelSearch::Best ChannelSearch::best_of(const std::vector<Proposal> &proposals,
                                            const std::vector<Member> &members, const Fit &fit,
                                            std::size_t exact) const {
   Best best;
-  for (std::size_t i = 0; i < std::min(exact, proposals.size()); ++i) {
-    Proposal proposal = proposals[i];
+  std::size_t tried = 0;
+  for (const Proposal &given : proposals) {
+    if (tried == exact)
+      break;
+    if (excludes(given, members))
+      continue;
+    ++tried;
+    Proposal proposal = given;
     scanner_->refine(fit.residual, out_.noise, &proposal);
     Member member = make_member(proposal);
     if (member.term.shape.size() == 1)
@@ -162,8 +190,18 @@ std::vector<Member> ChannelSearch::without(std::size_t which) const {
   return others;
 }
 
-void ChannelSearch::add_terms() {
+// Rough: before anything is known of the noise its scale is that of all that is not yet explained.
+void ChannelSearch::add_terms(bool is_rough) {
+  if (!is_rough && out_.members.size() > 1)
+    swap_terms();
   while (out_.members.size() < options_.most_terms) {
+    if (is_rough) {
+      out_.noise.scale = 1e6;
+      const Vector left = fit_members(y_, out_.members, out_.noise).residual;
+      const double rows = std::max(1.0, measured_rows_.sum());
+      out_.noise.scale =
+          std::max(1.0, std::sqrt(left.cwiseAbs2().cwiseProduct(out_.noise.weight).sum() / rows));
+    }
     const Fit fit = fit_members(y_, out_.members, out_.noise);
     const auto proposals = scanner_->mean(fit, out_.noise, kProposals);
     const Best best = best_of(proposals, out_.members, fit, kExact);
@@ -280,7 +318,6 @@ bool ChannelSearch::claim_variance() {
     claim.ln_anom = p.gain;
     claim.score = p.score();
     out_.variances.push_back(claim);
-    out_.noise.weight.array() *= 1.0 - claim.mask.array() * (1.0 - 1.0 / ratio);
     return true;
   }
   return false;
@@ -411,17 +448,27 @@ void ChannelSearch::judge_alternatives(std::size_t which, const std::vector<Memb
       claim->alternatives.empty() || claim->alternatives.front().delta_bic > kSeparableBic;
 }
 
-// Sizes fitted on every second block, judged on the others, with the term and without it.
+// Sizes fitted without a part of the rows, judged on it, with the term and without it: each log in
+// turn where the term acts in several of at least three logs, every second block otherwise.
 void ChannelSearch::hold_out(std::size_t which, Claim *claim) const {
-  double with = 0.0, less = 0.0;
-  for (int parity = 0; parity < 2; ++parity) {
+  const Member &member = out_.members[which];
+  const Vector acts = member.h.rowwise().squaredNorm();
+  double most = 0.0;
+  for (const LogSpan &log : measured_.logs)
+    most = std::max(
+        most, acts.segment(static_cast<Index>(log.first), static_cast<Index>(log.rows)).sum());
+  const bool by_log = measured_.logs.size() >= 3 && most < 0.8 * acts.sum();
+  const std::size_t folds = by_log ? measured_.logs.size() : 2;
+  double with = 0.0, less = 0.0, most_gained = 0.0;
+  for (std::size_t fold = 0; fold < folds; ++fold) {
     Noise train = out_.noise;
     Vector held = Vector::Zero(y_.size());
-    for (const LogSpan &log : measured_.logs) {
+    for (std::size_t l = 0; l < measured_.logs.size(); ++l) {
+      const LogSpan &log = measured_.logs[l];
       for (std::size_t i = 0; i < log.rows; ++i) {
-        const bool is_held = static_cast<int>(i * kBlocks / log.rows) % 2 == parity;
+        const std::size_t part = by_log ? l : i * kBlocks / log.rows % 2;
         const auto k = static_cast<Index>(log.first + i);
-        if (is_held) {
+        if (part == fold) {
           held(k) = train.weight(k);
           train.weight(k) = 0.0;
         }
@@ -432,10 +479,15 @@ void ChannelSearch::hold_out(std::size_t which, Claim *claim) const {
       const Vector e = fit.residual.cwiseProduct(held.cwiseSqrt());
       return 0.5 * e.cwiseMax(-corner).cwiseMin(corner).squaredNorm();
     };
-    with += loss(fit_members(y_, out_.members, train));
-    less += loss(fit_members(y_, without(which), train));
+    const double with_it = loss(fit_members(y_, out_.members, train)),
+                 without_it = loss(fit_members(y_, without(which), train));
+    with += with_it;
+    less += without_it;
+    most_gained = std::max(most_gained, without_it - with_it);
   }
-  claim->heldout_ln = (less - with) / out_.noise.divisor();
+  // Of logs: not by the merit of one alone.
+  const double divisor = out_.noise.divisor();
+  claim->heldout_ln = (less - with - (by_log ? most_gained : 0.0)) / divisor;
   claim->heldout_r2 = less > 0.0 ? 1.0 - with / less : 0.0;
 }
 
@@ -454,16 +506,15 @@ void ChannelSearch::judge() {
   }
 }
 
-ChannelFindings ChannelSearch::run(const std::vector<Term> &given) {
+void ChannelSearch::prepare(const std::vector<Term> &given) {
   out_ = ChannelFindings{};
   out_.flagged = find_flagged(measured_, channel_);
-  Vector measured_rows = Vector::Ones(y_.size());
+  measured_rows_ = Vector::Ones(y_.size());
   for (Index i = 0; i < y_.size(); ++i) {
     const auto at = static_cast<std::size_t>(i);
     if (out_.flagged.stuck[at] != 0 || out_.flagged.dropout[at] != 0)
-      measured_rows(i) = 0.0;
+      measured_rows_(i) = 0.0;
   }
-  std::vector<Member> kept;
   for (const Term &term : given) {
     if (term.channel != channel_.name || term.kind != TermKind::mean)
       continue;
@@ -471,51 +522,269 @@ ChannelFindings ChannelSearch::run(const std::vector<Term> &given) {
     member.term = term;
     member.is_fixed = member.is_given = true;
     member.h = mean_effect(term, measured_, channel_.m).cwiseQuotient(channel_.sd);
-    kept.push_back(member);
+    out_.members.push_back(member);
   }
-  out_.noise.weight = measured_rows;
-  // Rough first: what the noise is like is known only when the effects are out, and the reverse.
+  weigh();
+}
+
+// Weight of a row: is it a measurement, how much its variance differs inside claimed regions, and
+// how much of what remains no multiple of the stated variance explains: where stated sds differ
+// from row to row, a common variance may have to be added to all.
+void ChannelSearch::weigh() {
+  out_.noise.weight = measured_rows_;
+  for (const VarianceClaim &claim : out_.variances)
+    out_.noise.weight.array() *=
+        1.0 - claim.mask.array() * (1.0 - 1.0 / std::clamp(claim.term.sizes[0].value,
+                                                           1.0 / kMostWeight, kMostWeight));
+  const Vector variance = channel_.sd.cwiseAbs2();
+  const double rows = measured_rows_.sum();
+  if (out_.fit.residual.size() != y_.size() || rows < 20.0 ||
+      variance.maxCoeff() < 1.4 * variance.minCoeff())
+    return;
+  const Vector squares = out_.fit.residual.cwiseAbs2().cwiseProduct(variance);
+  const auto standard = [&](double extra) {
+    return (squares.array() / (variance.array() + extra) * out_.noise.weight.array()).sum() / rows;
+  };
+  extra_variance_ = 0.0;
+  const double multiple = standard(0.0);
+  if (multiple <= 1.2)
+    return;
+  double low = 0.0, high = squares.maxCoeff();
+  for (int step = 0; step < 60; ++step) {
+    const double middle = 0.5 * (low + high);
+    (standard(middle) > 1.0 ? low : high) = middle;
+  }
+  // Which is likelier: every variance times one factor, or one variance added to all?
+  const double of_multiple = (multiple * variance.array()).log().sum(),
+               of_sum = (variance.array() + high).log().sum();
+  if (of_sum < of_multiple - 10.0) {
+    extra_variance_ = high;
+    out_.noise.weight.array() *= variance.array() / (variance.array() + high);
+  }
+}
+
+// Rough first: what the noise is like is known only when the effects are out, and the reverse.
+void ChannelSearch::find_members(bool may_delay) {
+  may_delay_ = may_delay;
+  const std::vector<Member> kept = out_.members;
   for (int pass = 0; pass < 3; ++pass) {
     scanner_ = std::make_unique<Scanner>(library_, out_.noise.weight);
-    out_.members = kept;
-    add_terms();
-    estimate_noise();
-    if (pass < 2 && claim_variance()) {
-      out_.fit = fit_members(y_, out_.members, out_.noise);
-      estimate_noise();
+    const double rough = out_.noise.scale;
+    if (pass == 0)
+      add_terms(true);
+    else {
+      // From scratch, unless the effects are so large that they would be cut as outliers.
+      const Fit none = fit_members(y_, kept, out_.noise);
+      const double all = std::sqrt(none.residual.cwiseAbs2().cwiseProduct(out_.noise.weight).sum() /
+                                   std::max(1.0, measured_rows_.sum()));
+      if (all < 2.0 * rough)
+        out_.members = kept;
+      else
+        drop_terms();
+      add_terms(false);
     }
+    estimate_noise();
+    weigh();
+    if (pass < 2 && claim_variance())
+      weigh();
+    out_.fit = fit_members(y_, out_.members, out_.noise);
+    estimate_noise();
   }
+  scanner_ = std::make_unique<Scanner>(library_, out_.noise.weight);
+}
+
+ChannelFindings ChannelSearch::run(const std::vector<Term> &given) {
+  prepare(given);
+  find_members(true);
   for (int round = 0; round < 3; ++round)
     smooth_unknowns();
   out_.fit = fit_members(y_, out_.members, out_.noise);
-  fill_sizes();
-  judge();
-  // A term that does not hold where it was not fitted is no finding.
-  for (std::size_t j = out_.members.size(); j-- > 0;) {
-    if (out_.claims[j].heldout_ln <= 0.0 && !out_.members[j].is_given) {
-      out_.members.erase(out_.members.begin() + static_cast<std::ptrdiff_t>(j));
-      out_.claims.erase(out_.claims.begin() + static_cast<std::ptrdiff_t>(j));
-    }
-  }
-  out_.fit = fit_members(y_, out_.members, out_.noise);
+  drop_unconfirmed();
   estimate_noise();
   fill_sizes();
-  if (out_.variances.empty() &&
-      std::abs(std::log(out_.noise.scale)) > std::log(kLeastNoiseFactor) &&
-      !channel_.sd_estimated) {
-    VarianceClaim claim;
-    claim.term.channel = channel_.name;
-    claim.term.cause = claim.term.form = "noise";
-    claim.term.kind = TermKind::variance;
-    const double n = measured_rows.sum(), v = out_.noise.scale * out_.noise.scale;
-    claim.mask = Vector::Ones(y_.size());
-    claim.term.sizes = {{"ratio", v, v * std::sqrt(2.0 * out_.noise.spread_of_squares / n), ""}};
-    claim.ln_anom = 0.5 * n * (v - 1.0 - std::log(v)) / out_.noise.spread_of_squares;
-    claim.score = claim.ln_anom - 0.5 * library_.ln_rows;
-    if (claim.score >= options_.threshold)
-      out_.variances.push_back(claim);
-  }
+  judge();
+  claim_overall_variance();
+  refit_plain();
+  follow_delay();
+  limit_support();
   return std::move(out_);
+}
+
+// A term that does not hold where it was not fitted is no finding: of those the one that explains
+// least goes first, and the others are fitted anew.
+void ChannelSearch::drop_unconfirmed() {
+  for (;;) {
+    std::size_t worst = out_.members.size();
+    double least = 1e300;
+    const double loss = fit_members(y_, out_.members, out_.noise).loss;
+    for (std::size_t j = 0; j < out_.members.size(); ++j) {
+      Claim claim;
+      hold_out(j, &claim);
+      if (out_.members[j].is_given || claim.heldout_ln > kLeastHeldOut)
+        continue;
+      const double explains = fit_members(y_, without(j), out_.noise).loss - loss;
+      if (explains < least) {
+        least = explains;
+        worst = j;
+      }
+    }
+    if (worst == out_.members.size())
+      break;
+    out_.members = without(worst);
+  }
+  out_.fit = fit_members(y_, out_.members, out_.noise);
+}
+
+// Scatter other than stated, everywhere.
+void ChannelSearch::claim_overall_variance() {
+  if (!out_.variances.empty() || channel_.sd_estimated || extra_variance_ > 0.0 ||
+      std::abs(std::log(out_.noise.scale)) <= std::log(kLeastNoiseFactor))
+    return;
+  VarianceClaim claim;
+  claim.term.channel = channel_.name;
+  claim.term.cause = claim.term.form = "noise";
+  claim.term.kind = TermKind::variance;
+  const double n = measured_rows_.sum(), v = out_.noise.scale * out_.noise.scale;
+  claim.mask = Vector::Ones(y_.size());
+  claim.term.sizes = {{"ratio", v, v * std::sqrt(2.0 * out_.noise.spread_of_squares / n), ""}};
+  claim.ln_anom = 0.5 * n * (v - 1.0 - std::log(v)) / out_.noise.spread_of_squares;
+  claim.score = claim.ln_anom - 0.5 * library_.ln_rows;
+  if (claim.score >= options_.threshold)
+    out_.variances.push_back(claim);
+}
+
+// Every measured row counting alike, at the scale of what remains: for choices that are judged by
+// the root of mean squares. What a model's error leaves somewhere is no noise to be weighed down.
+Noise ChannelSearch::plain_noise() const {
+  Noise plain = out_.noise;
+  plain.weight = measured_rows_;
+  plain.scale = 1e6;
+  const Vector left = fit_members(y_, out_.members, plain).residual.cwiseProduct(measured_rows_);
+  plain.scale = std::sqrt(left.squaredNorm() / std::max(1.0, measured_rows_.sum()));
+  return plain;
+}
+
+// Shapes and sizes anew with every row counting alike, where the scatter was found to differ.
+void ChannelSearch::refit_plain() {
+  if (out_.variances.empty())
+    return;
+  const Noise weighed = out_.noise;
+  out_.noise = plain_noise();
+  for (std::size_t j = 0; j < out_.members.size(); ++j) {
+    if (out_.members[j].is_given || out_.members[j].candidate < 0 ||
+        out_.members[j].term.shape.empty())
+      continue;
+    const std::vector<Member> others = without(j);
+    refine_shape(others, fit_members(y_, others, out_.noise).loss, &out_.members[j]);
+  }
+  out_.fit = fit_members(y_, out_.members, out_.noise);
+  fill_sizes();
+  out_.noise = weighed;
+}
+
+// When a command acts late, what else acts with it is late too: the search once more with the
+// delayed prediction as prediction and commands of that moment as features, for the best delay and
+// for the best lag; kept where it explains more.
+void ChannelSearch::follow_delay() {
+  const auto first = std::find_if(out_.members.begin(), out_.members.end(), [](const Member &m) {
+    return moves_prediction(m.term) && !m.is_given;
+  });
+  if (first == out_.members.end() || !may_delay_)
+    return;
+  const auto at = static_cast<std::size_t>(first - out_.members.begin());
+  const Claim claim = out_.claims[at];
+  std::vector<Member> delays{*first};
+  const std::vector<Member> others = without(at);
+  const Fit fit = fit_members(y_, others, out_.noise);
+  std::vector<Proposal> rivals;
+  for (const Proposal &p : scanner_->mean(fit, out_.noise, 1000)) {
+    const Term &term = library_.candidates[static_cast<std::size_t>(p.candidate)].term;
+    if (moves_prediction(term) && term.form != first->term.form)
+      rivals.push_back(p);
+  }
+  if (const Best best = best_of(rivals, others, fit, 2); best.score > -1e299)
+    delays.push_back(best.member);
+  const auto cost = [this](const ChannelFindings &found, double loss, const Noise &noise) {
+    double sum = loss / noise.divisor();
+    for (const Member &member : found.members)
+      sum += member.penalty;
+    return sum;
+  };
+  const Noise plain = plain_noise();
+  double least = cost(out_, fit_members(y_, out_.members, plain).loss, plain) - 1.0;
+  ChannelFindings chosen;
+  for (const Member &delay : delays) {
+    ChannelFindings found = search_behind(delay, plain);
+    const double then = cost(found, found.fit.loss, plain) + delay.penalty;
+    if (then < least) {
+      least = then;
+      chosen = std::move(found);
+      chosen.members.insert(chosen.members.begin(), delay);
+      chosen.claims.insert(chosen.claims.begin(), claim);
+    }
+  }
+  if (chosen.members.empty())
+    return;
+  chosen.flagged = out_.flagged;
+  out_ = std::move(chosen);
+}
+
+// What is found when the delay is part of the simulation; its fit's loss is by `noise`.
+ChannelFindings ChannelSearch::search_behind(const Member &delay, const Noise &noise) const {
+  Measured late = measured_;
+  for (std::size_t f = 0; f < late.features.size(); ++f) {
+    if (!late.features[f].is_command)
+      continue;
+    late.features[f].name +=
+        fmt::format("{}{:.6g}", delay.term.form == "lag" ? '~' : '@', delay.term.shape[0].value);
+    late.x.col(static_cast<Index>(f)) = feature_column(measured_, late.features[f].name);
+  }
+  Channel moved = channel_;
+  moved.m += mean_effect(delay.term, measured_, channel_.m);
+  const Library library = make_library(late, moved, *options_.catalogue);
+  ChannelSearch second(late, moved, library, options_);
+  second.prepare({});
+  second.find_members(false);
+  for (int round = 0; round < 3; ++round)
+    second.smooth_unknowns();
+  second.drop_unconfirmed();
+  second.fill_sizes();
+  second.judge();
+  second.refit_plain();
+  second.out_.fit = fit_members(second.y_, second.out_.members, noise);
+  return std::move(second.out_);
+}
+
+// A term acts only where the rows it was learnt from are: in features where those are few of all.
+void ChannelSearch::limit_support() {
+  for (Member &member : out_.members) {
+    Term &term = member.term;
+    if (member.is_given || moves_prediction(term) || term.kind != TermKind::mean)
+      continue;
+    const Vector effect = mean_effect(term, measured_, channel_.m).cwiseQuotient(channel_.sd);
+    for (std::size_t f = 0; f < measured_.features.size(); ++f) {
+      const Feature &feature = measured_.features[f];
+      const auto &gated = term.gate.features;
+      if (feature.is_angle || std::find(gated.begin(), gated.end(), feature.name) != gated.end())
+        continue;
+      const auto x = measured_.x.col(static_cast<Index>(f));
+      double low = 1e300, high = -1e300;
+      for (Index i = 0; i < effect.size(); ++i) {
+        if (std::abs(effect(i)) > kActs && measured_rows_(i) > 0.0) {
+          low = std::min(low, x(i));
+          high = std::max(high, x(i));
+        }
+      }
+      const double margin = kSupportMargin * (high - low);
+      if (low > high || high - low > kSupportShare * (x.maxCoeff() - x.minCoeff()))
+        continue;
+      // A bound only where rows lie beyond it: elsewhere nothing is known to be wrong with it.
+      term.support.features.push_back(feature.name);
+      term.support.units.push_back(feature.unit);
+      term.support.lower.push_back(low - margin);
+      term.support.upper.push_back(high + margin);
+    }
+  }
 }
 
 double null_score(const Measured &measured, const Channel &channel, const Library &library,

@@ -16,8 +16,9 @@
 namespace rim::diagnose {
 
 struct SearchOptions {
-  double threshold = 3.0;     // nats of score that a claim must exceed
-  std::size_t most_terms = 6; // a channel
+  double threshold = 3.0;               // nats of score that a claim must exceed
+  std::size_t most_terms = 6;           // a channel
+  const Catalogue *catalogue = nullptr; // for the search behind a delay
 };
 
 // What is claimed of a member besides its term.
@@ -64,7 +65,18 @@ private:
   Best best_of(const std::vector<Proposal> &proposals, const std::vector<Member> &members,
                const Fit &fit, std::size_t exact) const;
   void refine_shape(const std::vector<Member> &others, double loss, Member *member) const;
-  void add_terms();
+  void add_terms(bool is_rough);
+  bool excludes(const Proposal &proposal, const std::vector<Member> &members) const;
+  void prepare(const std::vector<Term> &given);
+  void find_members(bool may_delay);
+  Noise plain_noise() const;
+  void refit_plain();
+  void follow_delay();
+  ChannelFindings search_behind(const Member &delay, const Noise &noise) const;
+  void drop_unconfirmed();
+  void limit_support();
+  void claim_overall_variance();
+  void weigh();
   bool swap_terms();
   void drop_terms();
   void estimate_noise();
@@ -82,6 +94,9 @@ private:
   SearchOptions options_;
   Vector y_;
   std::unique_ptr<Scanner> scanner_;
+  Vector measured_rows_;        // 1, or 0 where flagged
+  double extra_variance_ = 0.0; // added to every stated variance: what no multiple of it explains
+  bool may_delay_ = true;
   ChannelFindings out_;
 };
 

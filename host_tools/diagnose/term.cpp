@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 #include <fmt/format.h>
 #include <muParser.h>
@@ -20,19 +21,34 @@ Vector time_column(const Measured &measured) {
 }
 
 std::string strip(const std::string &name) {
-  return name == kTime ? "elapsed time" : plain_name(name);
+  if (name == kTime)
+    return "elapsed time";
+  const std::size_t at = name.find_first_of("@~");
+  if (at == std::string::npos)
+    return plain_name(name);
+  return plain_name(base_feature(name)) + (name[at] == '@'
+                                               ? " " + name.substr(at + 1) + " s ago"
+                                               : " lagged by " + name.substr(at + 1) + " s");
 }
 
-// Rows `rows` earlier in the same log; the log's first row before its beginning.
+// The value of a moment earlier in the same log, between two rows by a straight line; the log's
+// first row before its beginning, the last one before it inside a gap.
 Vector lagged(const Vector &x, const Measured &measured, double delay_s) {
   Vector out(x.size());
   for (const LogSpan &log : measured.logs) {
+    const std::size_t end = log.first + log.rows;
     std::size_t from = log.first;
-    for (std::size_t i = log.first; i < log.first + log.rows; ++i) {
+    for (std::size_t i = log.first; i < end; ++i) {
       const double then = measured.elapsed_s[i] - delay_s;
-      while (from + 1 < log.first + log.rows && measured.elapsed_s[from + 1] <= then + 1e-9)
+      while (from + 1 < end && measured.elapsed_s[from + 1] <= then + 1e-9)
         ++from;
-      out(static_cast<Index>(i)) = x(static_cast<Index>(from));
+      const auto k = static_cast<Index>(from);
+      out(static_cast<Index>(i)) = x(k);
+      if (from + 1 >= end || then <= measured.elapsed_s[from] || i == log.first)
+        continue;
+      const double step = measured.elapsed_s[from + 1] - measured.elapsed_s[from];
+      if (step <= 1.5 * (measured.elapsed_s[i] - measured.elapsed_s[i - 1]))
+        out(static_cast<Index>(i)) += (then - measured.elapsed_s[from]) / step * (x(k + 1) - x(k));
     }
   }
   return out;
@@ -73,16 +89,15 @@ Vector delay_column(const Term &term, const Measured &measured, const Vector &m)
   return out;
 }
 
-// First-order lag: the prediction passed through a filter of time constant `lag`, less itself.
-Vector lag_column(const Term &term, const Measured &measured, const Vector &m) {
-  const double lag_s = std::max(1e-9, shape_of(term, "lag"));
-  Vector out(m.size());
+// Through a first-order lag, each log from its own first value.
+Vector filtered(const Vector &x, const Measured &measured, double lag_s) {
+  Vector out(x.size());
   for (const LogSpan &log : measured.logs) {
-    double state = m(static_cast<Index>(log.first));
+    double state = x(static_cast<Index>(log.first));
     for (std::size_t i = log.first; i < log.first + log.rows; ++i) {
       const double dt = i > log.first ? measured.elapsed_s[i] - measured.elapsed_s[i - 1] : 0.0;
-      state += (1.0 - std::exp(-dt / lag_s)) * (m(static_cast<Index>(i)) - state);
-      out(static_cast<Index>(i)) = state - m(static_cast<Index>(i));
+      state += (1.0 - std::exp(-dt / std::max(1e-9, lag_s))) * (x(static_cast<Index>(i)) - state);
+      out(static_cast<Index>(i)) = state;
     }
   }
   return out;
@@ -175,10 +190,27 @@ std::string substituted(const std::string &expression, const Term &term) {
 Vector feature_column(const Measured &measured, const std::string &name) {
   if (name == kTime)
     return time_column(measured);
-  const int f = measured.find_feature(name);
+  const int exact = measured.find_feature(name);
+  if (exact >= 0)
+    return measured.x.col(exact);
+  const int f = measured.find_feature(base_feature(name));
   if (f < 0)
-    throw DataError("there is no feature '" + name + "' in the logs");
-  return measured.x.col(f);
+    throw DataError("there is no feature '" + base_feature(name) + "' in the logs");
+  const std::size_t at = name.find_first_of("@~");
+  char *end = nullptr;
+  const double seconds = std::strtod(name.c_str() + at + 1, &end);
+  if (end == name.c_str() + at + 1 || *end != '\0' || !(seconds >= 0.0))
+    throw DataError("feature '" + name + "': what follows " + name[at] + " must be seconds");
+  return name[at] == '@' ? lagged(measured.x.col(f), measured, seconds)
+                         : filtered(measured.x.col(f), measured, seconds);
+}
+
+std::string base_feature(const std::string &name) {
+  return name.substr(0, name.find_first_of("@~"));
+}
+
+bool moves_prediction(const Term &term) {
+  return term.kind == TermKind::mean && (term.cause == "delay" || term.form == "lag");
 }
 
 Vector gate_mask(const Gate &gate, const Measured &measured) {
@@ -214,7 +246,7 @@ Eigen::MatrixXd basis_columns(const Term &term, const Measured &measured, const 
     if (term.cause == "delay")
       return delay_column(term, measured, m);
     if (term.form == "lag")
-      return lag_column(term, measured, m);
+      return filtered(m, measured, shape_of(term, "lag")) - m;
     throw DataError(fmt::format("form '{}' has no expression", term.form));
   }
   Eigen::MatrixXd columns(m.size(), static_cast<Index>(term.basis.size()));
@@ -232,7 +264,9 @@ Vector mean_effect(const Term &term, const Measured &measured, const Vector &m) 
     const auto at = static_cast<std::size_t>(k);
     effect += (at < term.sizes.size() ? term.sizes[at].value : 1.0) * columns.col(k);
   }
-  return effect.cwiseProduct(gate_mask(term.gate, measured));
+  effect = effect.cwiseProduct(gate_mask(term.gate, measured));
+  return term.support.everywhere() ? effect
+                                   : effect.cwiseProduct(gate_mask(term.support, measured));
 }
 
 std::string expression_text(const Term &term) {
@@ -292,10 +326,15 @@ Prediction extended_prediction(const std::vector<Term> &terms, const Channel &ch
                                const Measured &measured) {
   Prediction out{channel.m, channel.sd};
   for (const Term &term : terms) {
+    if (term.channel == channel.name && moves_prediction(term))
+      out.m += mean_effect(term, measured, channel.m);
+  }
+  const Vector seen = out.m;
+  for (const Term &term : terms) {
     if (term.channel != channel.name)
       continue;
-    if (term.kind == TermKind::mean)
-      out.m += mean_effect(term, measured, channel.m);
+    if (term.kind == TermKind::mean && !moves_prediction(term))
+      out.m += mean_effect(term, measured, seen);
     if (term.kind == TermKind::variance && !term.sizes.empty()) {
       const double factor = std::sqrt(std::max(1e-6, term.sizes[0].value)) - 1.0;
       out.sd.array() *= 1.0 + factor * gate_mask(term.gate, measured).array();

@@ -57,9 +57,13 @@ struct Term {
   // -> coefficient; what the term adds is this at the command of `delay` ago less this now.
   std::map<std::string, double> response;
   Gate gate;
+  // Box of the rows it was learnt from, in features where those are few of all: outside it nothing
+  // is known of the term and nothing is added. Not part of what is claimed.
+  Gate support;
 };
 
-// The column of a feature, or of kTime. DataError when there is none.
+// The column of a feature, or of kTime; "u.speed_mps@0.2": of 0.2 s ago in the same log;
+// "u.speed_mps~0.2": through a first-order lag of 0.2 s. DataError when there is none.
 Vector feature_column(const Measured &measured, const std::string &name);
 
 // 1 where the row lies in the gate, else 0. DataError when a feature is not in the table.
@@ -70,6 +74,11 @@ Vector gate_mask(const Gate &gate, const Measured &measured);
 // see. DataError: an argument is not in the table, an expression does not parse.
 Eigen::MatrixXd basis_columns(const Term &term, const Measured &measured, const Vector &m);
 
+// "u.speed_mps" of "u.speed_mps@0.2" or "u.speed_mps~0.2"; other names as they are.
+std::string base_feature(const std::string &name);
+// Whether what follows the term sees its effect as part of the prediction.
+bool moves_prediction(const Term &term);
+
 // What the term adds to m, in the channel's unit; zero for other kinds.
 Vector mean_effect(const Term &term, const Measured &measured, const Vector &m);
 
@@ -79,7 +88,8 @@ std::string expression_text(const Term &term);
 std::string gate_text(const Gate &gate);
 
 // The channel's prediction with all its terms: m plus every mean term, sd times the root of every
-// variance ratio. Terms of other channels are ignored.
+// variance ratio. A delay or lag comes first, and the others see the prediction that it makes as
+// `m`. Terms of other channels are ignored.
 struct Prediction {
   Vector m, sd;
 };

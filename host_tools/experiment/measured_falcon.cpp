@@ -9,7 +9,7 @@
 
 #include <fmt/format.h>
 
-#include "experiment/measured_rollout.hpp"
+#include "diagnose/rollout.hpp"
 #include "util/atomic_file.hpp"
 #include "util/data_path.hpp"
 #include "util/error.hpp"
@@ -128,12 +128,15 @@ FalconLeftOut judge_flight(const std::string &flight, const std::string &path,
   result.aero = judge(terms, held, kChannel, aero, options.seed);
   result.coast = judge(terms, held, kChannel, rows_of_phase(held, path, "coast"), options.seed);
   diagnose::Judged rolled;
-  append_rolled(terms, held_log, kChannel, options.horizon_s, *options.predictor, &rolled);
+  diagnose::append_rolled(terms, held_log, kChannel, options.horizon_s, *options.predictor,
+                          &rolled);
   const diagnose::Channel &channel =
       held.channels.at(static_cast<std::size_t>(held.find_channel(kChannel)));
   for (const diagnose::Gain &gain :
-       diagnose::summarise(rolled, channel, options.horizon_s, "held-out logs", options.seed))
-    result.horizon = gain;
+       diagnose::summarise(rolled, channel, options.horizon_s, "held-out logs", options.seed)) {
+    if (gain.where == "all")
+      result.horizon = gain;
+  }
   for (const diagnose::Finding &finding : diagnosis.findings) {
     if (finding.term.kind != diagnose::TermKind::mean)
       continue;

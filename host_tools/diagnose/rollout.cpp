@@ -1,12 +1,10 @@
-#include "experiment/measured_rollout.hpp"
+#include "diagnose/rollout.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-namespace rim::experiment {
+namespace rim::diagnose {
 
-using diagnose::Measured;
-using diagnose::Term;
 using Index = Eigen::Index;
 
 namespace {
@@ -49,7 +47,7 @@ Measured table_with(const Measured &whole, const Log &some, const std::vector<In
     for (std::size_t i = 0; i < rows.size(); ++i)
       table.x(rows[i], static_cast<Index>(f)) = some.values(static_cast<Index>(i), column);
   }
-  for (diagnose::Channel &channel : table.channels) {
+  for (Channel &channel : table.channels) {
     const int mean = find_column(some, "m." + channel.name);
     for (std::size_t i = 0; i < rows.size(); ++i)
       channel.m(rows[i]) = some.values(static_cast<Index>(i), mean);
@@ -63,7 +61,7 @@ Matrix outcomes_of(const std::vector<Term> &terms, const Measured &whole, const 
   const Measured table = table_with(whole, now, rows);
   Matrix outcome(static_cast<Index>(rows.size()), static_cast<Index>(table.channels.size()));
   for (std::size_t c = 0; c < table.channels.size(); ++c) {
-    const auto predicted = diagnose::extended_prediction(terms, table.channels[c], table);
+    const auto predicted = extended_prediction(terms, table.channels[c], table);
     outcome.col(static_cast<Index>(c)) = predicted.m(rows);
   }
   return outcome;
@@ -72,8 +70,8 @@ Matrix outcomes_of(const std::vector<Term> &terms, const Measured &whole, const 
 } // namespace
 
 bool append_rolled(const std::vector<Term> &terms, const Log &log, const std::string &channel,
-                   double horizon_s, const world::Predictor &predictor, diagnose::Judged *judged) {
-  const Measured whole = diagnose::make_measured({log});
+                   double horizon_s, const world::Predictor &predictor, Judged *judged) {
+  const Measured whole = make_measured({log});
   const auto c = static_cast<Index>(whole.find_channel(channel));
   const auto steps =
       static_cast<std::size_t>(std::max(1L, std::lround(horizon_s / predictor.step_s())));
@@ -102,6 +100,8 @@ bool append_rolled(const std::vector<Term> &terms, const Log &log, const std::st
       now = std::move(next);
     }
   }
+  const std::vector<std::uint8_t> inside =
+      acting(terms, whole, whole.channels[static_cast<std::size_t>(c)]);
   const std::size_t base =
       judged->unit.empty() ? 0 : 1 + *std::max_element(judged->unit.begin(), judged->unit.end());
   const auto &held = whole.channels.at(static_cast<std::size_t>(c));
@@ -112,10 +112,10 @@ bool append_rolled(const std::vector<Term> &terms, const Log &log, const std::st
     judged->after.push_back(end[1](k, c));
     judged->sd_before.push_back(held.sd(rows[steps - 1][i]));
     judged->sd_after.push_back(held.sd(rows[steps - 1][i]));
-    judged->inside.push_back(0);
+    judged->inside.push_back(inside[static_cast<std::size_t>(rows[0][i])]);
     judged->unit.push_back(base + static_cast<std::size_t>(rows[0][i]) * kBlocks / whole.rows());
   }
   return true;
 }
 
-} // namespace rim::experiment
+} // namespace rim::diagnose
