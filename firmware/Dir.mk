@@ -69,7 +69,7 @@ $(1)_FLAGS = -std=c11 -O2 -ffp-contract=off -fno-math-errno -fno-tree-slp-vector
   -fno-tree-loop-distribute-patterns $$(WARNINGS) -Wvla -Wstrict-prototypes -Wmissing-prototypes \
   -Wstack-usage=$$(LIB_STACK_LIMIT) $$($(1)_CFLAGS) -Ifirmware -Ilib/include -Ilib/src
 $(1)_LIB_OBJ := $$(LIB_SRC:%.c=$$(CROSS)/$(1)/%.o)
-$(1)_OBJ := $$(addsuffix .o,$$(addprefix $$(CROSS)/$(1)/,$$($(1)_SRC) firmware/replay/replay.c))
+$(1)_OBJ := $$(addsuffix .o,$$(addprefix $$(CROSS)/$(1)/,$$($(1)_SRC) $$(or $$($(1)_BUS_SRC),firmware/replay/no_bus.c) firmware/replay/replay.c))
 
 $$(CROSS)/$(1)/flags: FORCE
 	$$(call flags_stamp,$$($(1)_CC) $$($(1)_FLAGS))

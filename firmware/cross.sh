@@ -10,7 +10,7 @@ passed=0 failed=0
 compare() {
   local recording=$1 port=$2 prefix=$3 run=$4
   local out=$dir/$port/$recording.output errors=$dir/$port/$recording.errors
-  local start status seconds bits digest equal size mean
+  local start status seconds bits digest equal size mean can
   value() { tr -d '\r' < "$out" | awk -v key="$1" '$1 == key {print $2}'; }
   start=$(date +%s.%N)
   # shellcheck disable=SC2086
@@ -23,11 +23,14 @@ compare() {
     [ "$(value alarm_records)" -gt 0 ]; then
     equal=yes
   fi
+  # A port with CAN controllers: every record must have come back over the bus as it went.
+  can=$(value can_records_equal)
+  [ -n "$can" ] && [ "$can" != "$(value alarm_records)" ] && equal=no
   size=$("${prefix}size" -t "$dir/$port/librim.a" | awk 'END {print $1}')
   mean=$(value step_instructions_mean)
   printf '%-16s %-16s %-6s %6s %6s %8s %8s %7s %s\n' "$port" "${digest:-none}" "$equal" "$(value rows)" \
     "$(value alarm_records)" "$size" "$(value monitor_bytes)" "$seconds" \
-    "${mean:+$mean, $(value step_instructions_largest)}"
+    "${mean:+$mean, $(value step_instructions_largest)}${can:+CAN: $can of $(value alarm_records) records came back}"
   if [ "$equal" = yes ]; then
     passed=$((passed + 1))
   else

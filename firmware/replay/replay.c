@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "port/port.h"
+#include "replay/bus.h"
 #include "replay/recording.h"
 #include "rim/crc.h"
 #include "rim/monitor.h"
@@ -164,6 +165,9 @@ int main(void) {
   uint64_t digest = RIM_DIGEST_START, bits = RIM_DIGEST_START;
   uint32_t records = 0, blocks = 0;
   cost spent = {0.0, 0};
+  const char *no_bus = bus_open();
+  if (no_bus != NULL)
+    refuse(no_bus);
   for (uint32_t r = 0; r < f.row_count; ++r) {
     for (uint32_t i = 0; i < f.doubles; ++i)
       row[i] = rim_image_f64(f.rows, (size_t)r * f.doubles + i);
@@ -177,8 +181,10 @@ int main(void) {
     spent.sum += ticks;
     if (ticks > spent.largest)
       spent.largest = ticks;
-    if (verdict.alarm.state != RIM_ALARM_NONE)
+    if (verdict.alarm.state != RIM_ALARM_NONE) {
       ++records;
+      bus_alarm(&verdict.alarm);
+    }
     digest = rim_verdict_digest(digest, &verdict);
     if (verdict.blocks != blocks)
       bits = fold_block(bits, monitor, &verdict, now.context);
@@ -187,6 +193,7 @@ int main(void) {
   print_count("rows", f.row_count);
   print_count("alarm_records", records);
   print_cost(&spent, f.row_count);
+  bus_report(print_count);
   print_digest("bits", bits);
   print_digest("digest", digest);
   port_exit(0);

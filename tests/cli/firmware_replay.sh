@@ -15,7 +15,7 @@ gcc $flags "$root/firmware/replay/record.c" -o record "$BUILD/librim.a" || bad "
 # fly RECORDING: what the program says of it
 fly() {
   gcc -DRECORDING="\"$1\"" -c "$root/firmware/replay/recording.S" -o recording.o &&
-    gcc $flags "$root/firmware/port/linux/port.c" "$root/firmware/replay/replay.c" recording.o -o fly "$BUILD/librim.a" &&
+    gcc $flags "$root/firmware/port/linux/port.c" "$root/firmware/replay/replay.c" "$root/firmware/replay/no_bus.c" recording.o -o fly "$BUILD/librim.a" &&
     ./fly
 }
 ./record toy.rim log.csv toy.rec; check "record" 0 $?
