@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "diagnose/extension.hpp"
@@ -232,8 +233,8 @@ void write_outputs(const Diagnosis &diagnosis, const Measured &measured,
   std::vector<Term> terms;
   for (const Finding &finding : diagnosis.findings)
     terms.push_back(finding.term);
-  const std::string made_by = "rim diagnose, rimwatch " RIM_VERSION ", seed " +
-                              std::to_string(diagnosis.seed) + "\n" + diagnosis.command;
+  const std::string made_by = fmt::format("rim diagnose, rimwatch {}, seed {}\n{}", RIM_VERSION,
+                                          diagnosis.seed, diagnosis.command);
   // Everything is made before the disk is touched.
   write_output_folder({{"diagnosis.json", diagnosis_json(diagnosis, measured)},
                        {"labels.csv", labels_csv(diagnosis, measured)},

@@ -32,7 +32,8 @@ Scale scale_of(const Range &range) { return {range, kEdge, kWidth - kEdge, true}
 std::string forest_row(const Gain &g, const Range &range) {
   const Scale x = scale_of(range);
   Svg svg(kWidth, kRow, fmt::format("ratio {}", number_text(g.ratio, 3)));
-  for (const double tick : log_ticks(range).at)
+  const Ticks ticks = log_ticks(range);
+  for (const double tick : ticks.at)
     svg.line(x.at(tick), 0.0, x.at(tick), kRow, "grid");
   svg.line(x.at(1.0), 0.0, x.at(1.0), kRow, "one");
   const std::string style = g.worse ? "warn" : "after";

@@ -387,7 +387,8 @@ Ticks y_ticks(const Range &y, double height) {
 
 double room_for_y(const Range &y, double height) {
   std::size_t longest = 1;
-  for (const std::string &text : y_ticks(y, height - kXRoom).text)
+  const Ticks ticks = y_ticks(y, height - kXRoom);
+  for (const std::string &text : ticks.text)
     longest = std::max(longest, letters(text));
   return 32.0 + kLetter * static_cast<double>(longest);
 }
