@@ -7,7 +7,7 @@ include $(PORTS:%=firmware/port/%/port.mk)
 .PHONY: firmware
 firmware: lib $(if $(CROSS_COMPILE),,$(BUILD)/rimd)
 
-# The daemon, for Linux: librim and the C library alone. For another computer:
+# The daemon, for Linux: librim, libccd (the look-ahead) and the C library. For another computer:
 # make CROSS_COMPILE=aarch64-linux-gnu- BUILD=build/aarch64 build/aarch64/rimd
 RIMD_SRC := $(sort $(wildcard firmware/rimd/*.c firmware/transport/*.c))
 RIMD_OBJ := $(RIMD_SRC:%.c=$(BUILD)/%.o)
@@ -22,11 +22,17 @@ $(BUILD)/firmware/%.o: firmware/%.c $(BUILD)/flags.firmware
 	$(call say,CC  )$(CC) $(FIRMWARE_CFLAGS) -MMD -MP -c $< -o $@
 
 $(BUILD)/rimd: $(RIMD_OBJ) $(BUILD)/librim.a
-	$(call say,LINK)$(CC) $(OPT) $(SANITIZER_FLAGS) $(EXTRA_LDFLAGS) -pthread -o $@ $(RIMD_OBJ) $(BUILD)/librim.a
+	$(call say,LINK)$(CC) $(OPT) $(SANITIZER_FLAGS) $(EXTRA_LDFLAGS) -pthread -o $@ $(RIMD_OBJ) $(BUILD)/librim.a -lccd -lm
 
 -include $(RIMD_OBJ:.o=.d)
 
 test-build: $(BUILD)/rimd
+
+# tests/firmware/test_X.c tests firmware/rimd and firmware/transport: all of the daemon but its main.
+$(BUILD)/tests/firmware/%: tests/firmware/%.c $(RIMD_OBJ) $(BUILD)/librim.a $(BUILD)/flags.firmware
+	@mkdir -p $(@D)
+	$(call say,TEST)$(CC) $(FIRMWARE_CFLAGS) -MMD -MP -MF $@.d $< -o $@ \
+	  $(filter-out %/rimd/main.o,$(RIMD_OBJ)) $(BUILD)/librim.a -lcmocka -lccd -lm
 
 # What every port replays. landing: eight healthy landings learnt, then one with a hidden fault, from
 # its first row to its last, 29 features and 25 outcomes. golf: 4.2.3 (p. 55) with its own
@@ -56,11 +62,26 @@ $(CROSS)/golf/model.rim: $(CROSS)/golf/log/run_0001.csv
 $(CROSS)/%.rec: $(CROSS)/record $(CROSS)/%/model.rim $(CROSS)/%/log/run_0001.csv
 	$(call say,REC )$(CROSS)/record $(CROSS)/$*/model.rim $(CROSS)/$*/log/run_0001.csv $@
 
+# The same in the flight profile (--flight), and 6 features with 3 outcomes, for the budgets.
+$(CROSS)/landing_flight/model.rim: $(CROSS)/landing/model.rim
+	@mkdir -p $(@D)
+	$(call say,RIM )$(BUILD)/rim train $(CROSS)/landing/healthy/run_*.csv --out $@ --quick --flight > $(@D)/train.txt
+$(CROSS)/golf_flight/model.rim $(CROSS)/six_flight/model.rim: $(CROSS)/%/model.rim: $(CROSS)/%/log/run_0001.csv
+	$(call say,RIM )$(BUILD)/rim replay $< --calibration-runs 39 --flight --save-model $@ > $(@D)/train.txt
+$(CROSS)/landing_flight/log/run_0001.csv $(CROSS)/golf_flight/log/run_0001.csv: \
+    $(CROSS)/%_flight/log/run_0001.csv: $(CROSS)/%/log/run_0001.csv
+	@mkdir -p $(@D)
+	$(call say,COPY)cp $< $@
+$(CROSS)/six_flight/log/run_0001.csv: firmware/replay/six_three.awk
+	@mkdir -p $(@D)
+	$(call say,AWK )awk -f $< > $@
+
 # What `rim replay` says of the same rows.
 $(CROSS)/%.digest: $(CROSS)/%/model.rim $(CROSS)/%/log/run_0001.csv
 	$(call say,RIM )$(BUILD)/rim replay --model $(CROSS)/$*/model.rim $(CROSS)/$*/log/run_0001.csv > $@.txt && tail -n 1 $@.txt > $@
 
-.SECONDARY: $(RECORDINGS:%=$(CROSS)/%.rec)
+BUDGETED := six_flight landing_flight golf_flight
+.SECONDARY: $(RECORDINGS:%=$(CROSS)/%.rec) $(BUDGETED:%=$(CROSS)/%.rec)
 
 # $(call port_rules,PORT): library and replay for one port, in $(CROSS)/PORT.
 define port_rules
@@ -94,7 +115,7 @@ $$(CROSS)/$(1)/librim.a: $$($(1)_LIB_OBJ) lib/check_symbols.sh
 $$(CROSS)/$(1)/replay-%: $$($(1)_OBJ) $$(CROSS)/$(1)/recording-%.o $$(CROSS)/$(1)/librim.a
 	$$(call say,LINK)$$($(1)_CC) $$($(1)_CFLAGS) $$($(1)_LDFLAGS) -o $$@ $$^ $$($(1)_LIBS)
 
-.SECONDARY: $$(RECORDINGS:%=$$(CROSS)/$(1)/recording-%.o)
+.SECONDARY: $$(RECORDINGS:%=$$(CROSS)/$(1)/recording-%.o) $$(BUDGETED:%=$$(CROSS)/$(1)/recording-%.o)
 -include $$($(1)_LIB_OBJ:.o=.d) $$($(1)_OBJ:.o=.d)
 endef
 $(foreach port,$(PORTS),$(eval $(call port_rules,$(port))))
@@ -108,6 +129,15 @@ CROSS_BUILT := $(foreach r,$(RECORDINGS),$(CROSS)/$(r).digest $(patsubst %,$(CRO
 cross: cross-deps ## two recorded runs on every port, emulated: are the bits the host's? (PORT='A B': those)
 	@$(MAKE) --no-print-directory -j$(TEST_JOBS) $(CROSS_BUILT)
 	@firmware/cross.sh $(CROSS) '$(RECORDINGS)' $(foreach port,$(PORT_LIST),'$(port)' '$($(port)_PREFIX)' '$($(port)_RUN)')
+
+# Instructions of a step and RAM on the Cortex-M7, in the flight profile: thousands, kB.
+.PHONY: budgets budget-deps
+budget-deps: deps
+	$(call install_missing,$(mps2-an500_PACKAGES))
+budgets: budget-deps
+	@$(MAKE) --no-print-directory -j$(TEST_JOBS) $(BUDGETED:%=$(CROSS)/mps2-an500/replay-%)
+	@firmware/budget.sh $(CROSS) '$(mps2-an500_RUN)' six_flight 6/3 170 250 51 landing_flight 29/25 400 600 110 \
+	  golf_flight 100/1 200 300 90
 
 # SocketCAN in a guest with Debian's own kernel: tests/cli/can.sh, which `make test` runs too (and skips
 # where this has not been installed).

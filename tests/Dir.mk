@@ -4,7 +4,8 @@
 TEST_LIB_SRC := $(sort $(wildcard tests/lib/test_*.c))
 TEST_HOST_SRC := $(sort $(wildcard tests/host/test_*.cpp))
 TEST_CLI := $(sort $(wildcard tests/cli/*.sh))
-TEST_LIB_BIN := $(TEST_LIB_SRC:%.c=$(BUILD)/%)
+TEST_FIRMWARE_BIN := $(patsubst %.c,$(BUILD)/%,$(sort $(wildcard tests/firmware/test_*.c)))
+TEST_LIB_BIN := $(TEST_LIB_SRC:%.c=$(BUILD)/%) $(TEST_FIRMWARE_BIN)
 TEST_HOST_BIN := $(TEST_HOST_SRC:%.cpp=$(BUILD)/%)
 
 TEST_CFLAGS = -std=c11 $(OPT) -ffp-contract=off $(WARNINGS) $(SANITIZER_FLAGS) -Ilib/include -Ilib/src -Itests/lib

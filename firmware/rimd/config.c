@@ -4,6 +4,7 @@
 #include <arpa/inet.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -37,6 +38,10 @@ static const key keys[] = {
     TEXT_KEY(can_input),
     TEXT_KEY(can_table),
     TEXT_KEY(input),
+    TEXT_KEY(axis_x),
+    TEXT_KEY(axis_y),
+    TEXT_KEY(axis_z),
+    TEXT_KEY(footprint),
     YES_NO_KEY(can_fd),
     YES_NO_KEY(latch),
     YES_NO_KEY(replay),
@@ -51,6 +56,7 @@ static const key keys[] = {
     NUMBER_KEY(max_skew_s, 0, YEAR_S),
     NUMBER_KEY(resync_rows, 0, 1000000),
     NUMBER_KEY(signal_age_ms, 0, HOUR_MS),
+    NUMBER_KEY(margin_mm, 0, 1000000),
 };
 enum { KEYS = sizeof keys / sizeof keys[0] };
 
@@ -204,10 +210,46 @@ static void check_buses(reader *r) {
              c->can_input);
 }
 
+/* "x y z, x y z": three numbers of m a corner. */
+static bool parse_footprint(lookahead_config *ahead, const char *text) {
+  while (*text != '\0') {
+    if (ahead->vertices == LOOKAHEAD_VERTICES)
+      return false;
+    for (size_t k = 0; k < 3; k++) {
+      char *end;
+      const double x = strtod(text, &end);
+      if (end == text || !(x >= -1e4 && x <= 1e4))
+        return false;
+      ahead->vertex[ahead->vertices][k] = x;
+      text = end;
+    }
+    ahead->vertices++;
+    text += strspn(text, " \t");
+    if (*text != '\0' && *text++ != ',')
+      return false;
+  }
+  return true;
+}
+
+static void check_lookahead(reader *r) {
+  config *c = r->c;
+  c->look_ahead = c->axis_x[0] != '\0' || c->axis_y[0] != '\0' || c->axis_z[0] != '\0';
+  c->ahead.margin_m = 1e-3 * (double)c->margin_mm;
+  if (!parse_footprint(&c->ahead, c->footprint))
+    complain(r, line_of(r, "footprint"),
+             "footprint: '%s' is not up to %u corners \"x y z, x y z\" within 10000 m",
+             c->footprint, LOOKAHEAD_VERTICES);
+  if (!c->look_ahead && (c->footprint[0] != '\0' || c->margin_mm != 0))
+    complain(r, r->line, "%s needs axis_x, axis_y or axis_z", "footprint");
+  if (c->look_ahead && c->lcm[0] == '\0')
+    complain(r, r->line, "%s needs lcm: plans come by RIM_PLAN", "axis_x, axis_y, axis_z");
+}
+
 /* What one line alone cannot tell. */
 static void check_whole(reader *r) {
   config *c = r->c;
   check_buses(r);
+  check_lookahead(r);
   if (c->image[0] == '\0')
     complain(r, r->line, "%s is missing", "image = FILE.rim");
   if (c->lcm[0] == '\0' && c->can[0] == '\0')

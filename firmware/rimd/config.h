@@ -10,6 +10,7 @@
 #include <stdint.h>
 
 #include "rim/alarm_can.h"
+#include "rimd/lookahead.h"
 #include "transport/lcm_udp.h"
 
 #define CONFIG_TEXT_BYTES 256u
@@ -25,12 +26,16 @@ typedef struct config {
   char can_input[CONFIG_TEXT_BYTES];     /* interface for observations; empty: that of alarms */
   char can_table[CONFIG_TEXT_BYTES];     /* signals of observations; empty: the image's own */
   char input[CONFIG_TEXT_BYTES];         /* "lcm" or "can"; empty: lcm */
-  bool can_fd;                           /* detail in one FD frame instead of segments */
-  bool latch;                            /* an alarm that is over stands until acknowledged */
-  bool replay;                           /* everything sent carries the replay flag */
-  bool mlock;                            /* all memory stays in RAM */
-  uint32_t node;                         /* CAN node, 0..127 */
-  uint32_t fifo_priority;                /* SCHED_FIFO, 1..99; 0: ordinary scheduling */
+  char axis_x[CONFIG_TEXT_BYTES];        /* feature that is x of RIM_PLAN's poses; empty: none */
+  char axis_y[CONFIG_TEXT_BYTES];
+  char axis_z[CONFIG_TEXT_BYTES];
+  char footprint[CONFIG_TEXT_BYTES]; /* corners "x y z, x y z, ..." in m; empty: a point */
+  bool can_fd;                       /* detail in one FD frame instead of segments */
+  bool latch;                        /* an alarm that is over stands until acknowledged */
+  bool replay;                       /* everything sent carries the replay flag */
+  bool mlock;                        /* all memory stays in RAM */
+  uint32_t node;                     /* CAN node, 0..127 */
+  uint32_t fifo_priority;            /* SCHED_FIFO, 1..99; 0: ordinary scheduling */
   uint32_t stale_ms;    /* no valid observation for so long: STALE; 0: the image's, if any */
   uint32_t health_ms;   /* between health messages, and cyclic summaries; 0: 1000 */
   uint32_t deadline_us; /* from waking up for an observation to its answer sent; 0: not judged */
@@ -40,7 +45,10 @@ typedef struct config {
   uint32_t
       resync_rows; /* refused rows in a row that agree among themselves move the clock; 0: 100 */
   uint32_t signal_age_ms; /* older CAN signals make an observation incomplete; 0: 1000 */
+  uint32_t margin_mm;     /* around the footprint */
   /* Made from the above. */
+  lookahead_config ahead; /* its axes are looked up in the image */
+  bool look_ahead;
   lcm_udp_address address;
   bool input_can;
 } config;

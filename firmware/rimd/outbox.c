@@ -58,6 +58,15 @@ void outbox_alarm(outbox *box, const rim_alarm *alarm, uint64_t now_ns) {
   (void)outbox_pump(box, now_ns);
 }
 
+void outbox_entry(outbox *box, const rim_entry *entry, uint64_t now_ns) {
+  uint8_t bytes[RIM_LCM_ENTRY_SIZE];
+  if (box->lcm != NULL && rim_lcm_pack_entry(bytes, sizeof bytes, entry) == RIM_OK)
+    (void)lcm_udp_send(box->lcm, RIM_LCM_CHANNEL_ENTRY, bytes, sizeof bytes);
+  if (box->can != NULL && rim_can_pack_entry(&box->entry, box->node, entry) == RIM_OK)
+    box->entry_waits = true;
+  (void)outbox_pump(box, now_ns);
+}
+
 void outbox_health(outbox *box, const rim_health_message *health, const rim_counters *counters,
                    const rim_alarm *newest, bool acknowledged, uint64_t now_ns) {
   uint8_t bytes[RIM_LCM_COUNTERS_SIZE];
@@ -112,6 +121,8 @@ static int pump_can(outbox *box, uint64_t now_ns) {
       box->summary_sent = true;
     }
   }
+  if (flows && box->entry_waits)
+    flows = send_waiting(box, &box->entry, &box->entry_waits);
   if (flows && box->heartbeat_waits)
     flows = send_waiting(box, &box->heartbeat, &box->heartbeat_waits);
   if (flows && box->next < box->details)
@@ -120,7 +131,7 @@ static int pump_can(outbox *box, uint64_t now_ns) {
     give_up_detail(box);
   if (box->next < box->details)
     return flows ? BURST_MS : RETRY_MS;
-  return box->summary_waits || box->heartbeat_waits ? RETRY_MS : -1;
+  return box->summary_waits || box->entry_waits || box->heartbeat_waits ? RETRY_MS : -1;
 }
 
 int outbox_pump(outbox *box, uint64_t now_ns) {

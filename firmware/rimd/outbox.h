@@ -10,6 +10,7 @@
 #include <stdint.h>
 
 #include "rim/alarm_control.h"
+#include "rim/alarm_entry.h"
 #include "transport/lcm_udp.h"
 #include "transport/socketcan.h"
 
@@ -21,8 +22,8 @@ typedef struct outbox {
   uint32_t frames_unsent; /* of details, saturating */
   bool lcm_waits;
   uint8_t lcm_alarm[RIM_LCM_ALARM_SIZE];
-  bool summary_waits, summary_sent, heartbeat_waits;
-  rim_can_frame summary, heartbeat;
+  bool summary_waits, summary_sent, heartbeat_waits, entry_waits;
+  rim_can_frame summary, heartbeat, entry;
   uint64_t summary_ns;    /* when the last one went out */
   uint64_t progress_ns;   /* when the detail last got on */
   uint32_t details, next; /* frames of the detail under way, and the next to go */
@@ -33,6 +34,9 @@ void outbox_init(outbox *box, lcm_udp *lcm, socketcan *can, uint32_t node);
 
 /* A new record. */
 void outbox_alarm(outbox *box, const rim_alarm *alarm, uint64_t now_ns);
+
+/* The plan enters an alarmed region, or no longer does. */
+void outbox_entry(outbox *box, const rim_entry *entry, uint64_t now_ns);
 
 /* Cyclic: health and counters, and on CAN a heartbeat and the summary of `newest` again. */
 void outbox_health(outbox *box, const rim_health_message *health, const rim_counters *counters,

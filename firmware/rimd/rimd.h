@@ -6,6 +6,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "rim/alarm_entry.h"
 #include "rim/can_table.h"
 #include "rim/monitor.h"
 #include "rimd/clock_guard.h"
@@ -23,6 +24,7 @@ typedef struct rimd_kept {
   uint32_t dropped;     /* records that did not go out whole before this start */
   uint32_t source_next; /* expected sequence number of the source */
   bool has_source;
+  uint32_t entry_sequence;
   double row_s;        /* time of the newest row used */
   double can_origin_s; /* clock of the day when the first CAN row came: time 0 */
   bool has_origin;
@@ -47,6 +49,8 @@ typedef struct rimd {
   lcm_udp lcm;
   socketcan can, can_input;
   outbox outbox;
+  rim_plan plan;   /* newest; count 0: none */
+  rim_entry entry; /* told last; sequence 0: none */
   state_file state;
   bool state_wanted; /* something to be kept has changed */
   uint64_t stale_ns; /* 0: never */

@@ -44,8 +44,37 @@ static double day_s(void) {
   return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
+/* Tells whether the plan leads into the region of the alarm that stands: when that changes, and
+ * cyclically while it does. */
+static void look_ahead(rimd *d, bool cyclic) {
+  const panel *p = &d->kept.panel;
+  lookahead_result r;
+  if (!d->config.look_ahead || d->plan.count == 0)
+    return;
+  const double from_s = d->kept.row_s - 1e-6 * (double)d->plan.t_us;
+  const bool enters = p->stands &&
+                      lookahead_check(&d->config.ahead, &p->newest.region, &d->plan, from_s, &r) &&
+                      r.enters;
+  const bool did = d->entry.sequence != 0 && d->entry.to_entry_s >= 0.0;
+  if (enters == did && !(enters && cyclic))
+    return;
+  d->entry = (rim_entry){.t_s = d->kept.row_s,
+                         .to_entry_s = RIM_ENTRY_NEVER,
+                         .sequence = ++d->kept.entry_sequence,
+                         .alarm_sequence = p->newest.seq,
+                         .plan_sequence = d->plan.sequence,
+                         .model_id = d->view.model_id,
+                         .flags = d->config.replay ? RIM_ALARM_FLAG_REPLAY : 0};
+  if (enters) {
+    d->entry.to_entry_s = r.after_s > from_s ? r.after_s - from_s : 0.0;
+    d->entry.pose = r.pose;
+  }
+  outbox_entry(&d->outbox, &d->entry, rimd_now_ns());
+}
+
 static void send_record(rimd *d, const rim_alarm *record) {
   outbox_alarm(&d->outbox, record, rimd_now_ns());
+  look_ahead(d, true);
   d->state_wanted = true;
 }
 
@@ -169,7 +198,7 @@ static void take_observation(rimd *d, const lcm_udp_message *message, uint64_t w
 
 static void take_message(rimd *d, const lcm_udp_message *message, uint64_t woke_ns) {
   static const char *const ours[] = {RIM_LCM_CHANNEL_ALARM, RIM_LCM_CHANNEL_HEALTH,
-                                     RIM_LCM_CHANNEL_COUNTERS};
+                                     RIM_LCM_CHANNEL_COUNTERS, RIM_LCM_CHANNEL_ENTRY};
   if (strcmp(message->channel, RIM_LCM_CHANNEL_OBSERVATION) == 0) {
     take_observation(d, message, woke_ns);
     return;
@@ -180,6 +209,14 @@ static void take_message(rimd *d, const lcm_udp_message *message, uint64_t woke_
       take_command(d, &command, 32);
     else
       count(&d->kept.counters.commands_refused);
+    return;
+  }
+  if (d->config.look_ahead && strcmp(message->channel, RIM_LCM_CHANNEL_PLAN) == 0) {
+    if (rim_lcm_unpack_plan(&d->plan, message->payload, message->bytes) != RIM_OK) {
+      count(&d->kept.counters.lcm_refused);
+      d->plan.count = 0; /* an older plan is no longer flown */
+    }
+    look_ahead(d, true);
     return;
   }
   for (size_t i = 0; i < sizeof ours / sizeof ours[0]; i++)
@@ -358,6 +395,7 @@ int rimd_tick(rimd *d, uint64_t now_ns) {
     if (d->config.input_can)
       socketcan_tend(&d->can_input);
     send_health(d, now_ns);
+    look_ahead(d, true);
   }
   int wait_ms = outbox_pump(&d->outbox, now_ns);
   if (d->config.state[0] != '\0') {

@@ -83,6 +83,38 @@ static int open_monitor(rimd *d) {
   return 0;
 }
 
+/* Index of a feature by its name in the image; LOOKAHEAD_NO_AXIS where there is none. */
+static uint16_t feature_of(const rimd *d, const char *name) {
+  const uint8_t *text;
+  size_t bytes;
+  if (rim_image_section(&d->view, RIM_SECTION_NAMES, &text, &bytes) != RIM_OK)
+    return LOOKAHEAD_NO_AXIS;
+  const size_t length = strlen(name);
+  for (uint32_t f = 0; f < d->features; f++) {
+    const uint8_t *end = memchr(text, '\n', bytes);
+    if (end == NULL)
+      return LOOKAHEAD_NO_AXIS;
+    if ((size_t)(end - text) == length && memcmp(text, name, length) == 0)
+      return (uint16_t)f;
+    bytes -= (size_t)(end - text) + 1;
+    text = end + 1;
+  }
+  return LOOKAHEAD_NO_AXIS;
+}
+
+static int open_lookahead(rimd *d) {
+  const char *const name[3] = {d->config.axis_x, d->config.axis_y, d->config.axis_z};
+  for (size_t k = 0; k < 3; k++) {
+    uint16_t *axis = &d->config.ahead.axis[k];
+    *axis = name[k][0] != '\0' ? feature_of(d, name[k]) : LOOKAHEAD_NO_AXIS;
+    if (name[k][0] != '\0' && *axis == LOOKAHEAD_NO_AXIS) {
+      say("axis_%c: %s has no feature '%s'", (char)('x' + k), d->config.image, name[k]);
+      return EXIT_DATA;
+    }
+  }
+  return 0;
+}
+
 /* The table of CAN signals, from a file of its own (an image with that section) or the image. */
 static int open_table(rimd *d) {
   const bool own = d->config.can_table[0] != '\0';
@@ -222,7 +254,9 @@ static int try_state(rimd *d) {
 }
 
 int rimd_check(rimd *d) {
-  const int status = open_monitor(d);
+  int status = open_monitor(d);
+  if (status == 0)
+    status = open_lookahead(d);
   return status == 0 && d->config.input_can ? open_table(d) : status;
 }
 
@@ -233,9 +267,7 @@ int rimd_start(rimd *d) {
   d->guard_config = (clock_guard_config){.max_jump_s = (double)c->max_jump_s,
                                          .max_skew_s = (double)c->max_skew_s,
                                          .resync_rows = c->resync_rows};
-  int status = open_monitor(d);
-  if (status == 0 && c->input_can)
-    status = open_table(d);
+  int status = rimd_check(d);
   if (status == 0)
     status = resume(d);
   if (status == 0)

@@ -31,13 +31,14 @@ def fingerprint(name, wire, cache={}):
 
     import re
     body = re.sub(r"//[^\n]*", "", open(os.path.join(wire, "rim_%s_t.lcm" % name)).read())
-    for kind, member, size in re.findall(r"(\w+)\s+(\w+)(?:\[(\d+)\])?\s*;", body):
+    for kind, member, sizes in re.findall(r"(\w+)\s+(\w+)((?:\[\d+\])*)\s*;", body):
         if kind == "package":
             continue
         value = text(value, member)
         value = text(value, kind)
-        value = mix(value, 1 if size else 0)
-        if size:
+        sizes = re.findall(r"\d+", sizes)
+        value = mix(value, len(sizes))
+        for size in sizes:
             value = mix(value, 0)
             value = text(value, size)
     value = ((value << 1) + (value >> 63)) & (1 << 64) - 1
@@ -54,6 +55,7 @@ COUNTERS = ["sequence", "rows", "wrong_length", "not_finite", "time_back", "futu
             "can_errors", "can_bus_off", "can_down", "can_full", "can_unsent", "input_lost", "state_failures",
             "restarts"]
 HEALTH = ["t_s", "sequence", "model_id", "observations", "rejected", "gaps", "alarms", "dropped", "level", "flags"]
+ENTRY = ["t_s", "to_entry_s", "sequence", "alarm_sequence", "plan_sequence", "model_id", "pose", "flags"]
 OK, WARN, ERROR, STALE = range(4)
 NONE, RAISED, UPDATED, CLEARED = range(4)
 
@@ -72,7 +74,7 @@ class Bus:
         self.socket.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP,
                                socket.inet_aton(group) + socket.inet_aton("127.0.0.1"))
         self.sequence = self.datagrams = 0
-        self.alarms, self.health, self.counters, self.raw = [], [], [], {}
+        self.alarms, self.health, self.counters, self.entries, self.raw = [], [], [], [], {}
 
     def datagram(self, data):
         self.socket.sendto(data, self.to)
@@ -94,6 +96,13 @@ class Bus:
     def command(self, code, sequence=0, model=0):
         self.send("RIM_COMMAND", struct.pack(">QIIB", fingerprint("command", self.wire), sequence, model, code))
 
+    def plan(self, t_us, sequence, poses, count=None):
+        """poses: (after_s, x, y, z, w, x, y, z)."""
+        padded = list(poses) + [(0.0,) * 8] * (64 - len(poses))
+        self.send("RIM_PLAN", struct.pack(">QqIi512d", fingerprint("plan", self.wire), t_us, sequence,
+                                          len(poses) if count is None else count, *[p[0] for p in padded],
+                                          *[x for p in padded for x in p[1:4]], *[x for p in padded for x in p[4:]]))
+
     def take(self, data):
         if data[:4] != struct.pack(">I", MESSAGE) or b"\0" not in data[8:]:
             return
@@ -105,12 +114,16 @@ class Bus:
             assert field[0] == fingerprint("alarm", self.wire)
             alarm = dict(zip(ALARM_NAMES, field[1:13]))
             alarm.update(channel=field[13:17], shift=field[17:21], feature=field[25:28], center=field[28:31],
-                         ln_anom=field[-3], threshold=field[-2], p_value=field[-1])
+                         lower=field[40:43], upper=field[43:46], ln_anom=field[-3], threshold=field[-2], p_value=field[-1])
             self.alarms.append(alarm)
         elif name == "RIM_HEALTH":
             field = struct.unpack(">Qd7IBB", payload)
             assert field[0] == fingerprint("health", self.wire)
             self.health.append(dict(zip(HEALTH, field[1:])))
+        elif name == "RIM_ENTRY":
+            field = struct.unpack(">Qdd5IB", payload)
+            assert field[0] == fingerprint("entry", self.wire)
+            self.entries.append(dict(zip(ENTRY, field[1:])))
         elif name == "RIM_COUNTERS":
             field = struct.unpack(">Q30I", payload)
             assert field[0] == fingerprint("counters", self.wire)

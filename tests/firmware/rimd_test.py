@@ -181,6 +181,46 @@ check("acknowledged and over", bus.until(lambda: bus.alarms[-1]["state"] == CLEA
 check("numbers count on", [a["seq"] for a in bus.alarms] == list(range(1, len(bus.alarms) + 1)))
 check("ends", d.end() == 0)
 
+# The look-ahead: a plan along the axis in which the alarmed region lies.
+bus = Bus(wire, port)
+d = Daemon(rimd, "h.conf", base + "axis_x = s.position_a_m\nfootprint = 0.1 0.1 0, 0.1 -0.1 0, -0.1 0.1 0, -0.1 -0.1 0\n")
+
+
+def line(speed):
+    return [(float(i), -20.0 + speed * i, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0) for i in range(41)]
+
+
+bus.plan(59950000, 1, line(1.0))
+play(bus, biased)
+check("an entry is told when the alarm comes", bus.until(lambda: bus.entries and bus.health[-1]["observations"] == 1200))
+bus.listen(0.3)
+alarm, entry = bus.alarms[-1], bus.entries[-1]
+check("a region in space", alarm["dims"] == 1, alarm)
+due = alarm["lower"][0] - 0.1 + 20.0 # from the plan's start, now
+check("with the time to it", abs(entry["to_entry_s"] - due) < 0.02 and entry["pose"] == int(due), (entry, due))
+check("named", entry["alarm_sequence"] == alarm["seq"] and entry["plan_sequence"] == 1, entry)
+bus.plan(59950000, 2, line(-1.0))
+check("another plan does not enter", bus.until(lambda: bus.entries[-1]["plan_sequence"] == 2) and bus.entries[-1]["to_entry_s"] == -1, bus.entries[-1])
+n = len(bus.entries)
+bus.listen(0.3)
+check("told once", len(bus.entries) == n)
+middle = 0.5 * (alarm["lower"][0] + alarm["upper"][0])
+bus.plan(59950000 - round((20.0 + middle) * 1e6), 3, line(1.0))
+check("inside it already", bus.until(lambda: bus.entries[-1]["plan_sequence"] == 3) and bus.entries[-1]["to_entry_s"] == 0, bus.entries[-1])
+counted("a plan of 65 poses", "lcm_refused", lambda: bus.plan(0, 4, line(1.0), count=65))
+check("a refused plan is no plan", bus.until(lambda: True) and bus.entries[-1]["plan_sequence"] == 3)
+bus.plan(59950000, 5, line(1.0))
+check("and the next one is", bus.until(lambda: bus.entries[-1]["plan_sequence"] == 5 and bus.entries[-1]["to_entry_s"] > 0))
+bus.command(2)
+check("cleared: no entry", bus.until(lambda: bus.entries[-1]["to_entry_s"] == -1), bus.entries[-1])
+check("entries count", [e["sequence"] for e in bus.entries] == list(range(1, len(bus.entries) + 1)))
+check("ends", d.end() == 0)
+for text, reason in (("axis_x = s.nothing\n", b"no feature 's.nothing'"), ("axis_x = u.push\nfootprint = 1 2\n", b"footprint: '1 2' is not"),
+                     ("footprint = 1 2 3\n", b"footprint needs axis_x"), ("axis_x = u.push\nfootprint = 1 2 nan\n", b"is not up to 16"),
+                     ("axis_x = u.push\nfootprint = %s\n" % ", ".join(["1 1 1"] * 17), b"is not up to 16")):
+    d = Daemon(rimd, "i.conf", base + text)
+    check("refused: %s" % text.strip(), d.end() == 3 and reason in d.said, d.said)
+
 # A deadline of a microsecond is missed, and counted; a message that cannot be written holds nothing up.
 bus = Bus(wire, port)
 d = Daemon(rimd, "e.conf", base + "deadline_us = 1\nmax_skew_s = 100\n")
