@@ -80,6 +80,9 @@ void declare(CLI::App &app, Options &o) {
   app.add_flag("--fail-on-alarm", o.fail_on_alarm, "exit 1 when something was found");
   app.add_flag("--skip-bad-time", o.skip_bad_time,
                "skip and count rows whose time repeats or runs backwards, instead of giving up");
+  app.add_flag(
+      "--flight", o.calibration.flight,
+      "without a model: less search a row and less memory, for small processors (make size)");
   app.add_option("--false-alarm", o.calibration.false_alarm,
                  "without a model: wished rate of healthy runs with any alarm (default 0.05)")
       ->check(CLI::Range(1e-6, 0.999999));
@@ -92,7 +95,7 @@ void declare(CLI::App &app, Options &o) {
 void check(const CLI::App &app, const Options &o) {
   if (!o.model.empty() && !o.save_model.empty() && o.extensions.empty())
     throw rim::UsageError("--save-model: with --model there is nothing new to write");
-  for (const char *option : {"--false-alarm", "--calibration-runs"}) {
+  for (const char *option : {"--false-alarm", "--calibration-runs", "--flight"}) {
     if (!o.model.empty() && app.count(option) > 0)
       throw rim::UsageError(std::string(option) + ": the model has its own calibration");
   }

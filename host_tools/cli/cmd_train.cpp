@@ -41,6 +41,8 @@ void declare(CLI::App &app, Options &o) {
   app.add_option("--out", o.out, "the flight image")->required()->type_name("MODEL.rim");
   app.add_option("--schema", o.schema, "roles, units and rates of foreign logs")
       ->type_name("FILE.toml");
+  app.add_flag("--flight", o.train.calibration.flight,
+               "less search a row and less memory, for small processors (make size)");
   app.add_option("--false-alarm", o.train.calibration.false_alarm,
                  "wished rate of healthy runs with any alarm (default 0.05)")
       ->check(CLI::Range(1e-6, 0.999999));

@@ -20,7 +20,13 @@ struct CalibrationOptions {
   std::size_t region_features = 12;
   double redundant = 0.95; // correlation, by rank or value, from which on a feature repeats another
   std::uint32_t least_n = 8; // observations inside an interval before it is judged
+  bool flight = false;       // searches less a row and holds less: see use_profile
 };
+
+// How much search a row, and how much memory. ground (the default): what finds most. flight: what a
+// Cortex-M7 can afford (`make size` prints both). Calibration runs by the same profile, so the
+// promise holds in either. Call it before calibrating.
+void use_profile(FlightPlan *plan, bool flight, bool few_rows);
 
 // Which rank promises the wished rate: the k-th smallest of n maxima bounds the rate by
 // (n + 1 - k) / (n + 1). With too few runs k = n and the promise is 1 / (n + 1).

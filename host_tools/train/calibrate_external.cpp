@@ -122,6 +122,22 @@ ExternalRows external_rows(const Log &log, const Layout &layout) {
   return rows;
 }
 
+void use_profile(FlightPlan *plan, bool flight, bool few_rows) {
+  if (flight && plan->layout.external) {
+    plan->scans = 12;
+    plan->edges = 16;
+    plan->moves = 24;
+    plan->ring = 256;
+    plan->pairs = 5;
+  } else if (flight) { // intervals alone: the ring tells since when, nothing else
+    plan->scans = 8;
+    plan->ring = 256;
+  } else if (plan->layout.external && few_rows) {
+    plan->edges = 144;
+    plan->moves = 192;
+  }
+}
+
 void calibrate_external(FlightPlan *plan, const std::vector<ExternalRows> &logs, std::size_t runs,
                         const CalibrationOptions &options) {
   constexpr Eigen::Index few_rows = 3000; // so many can be searched thoroughly
@@ -137,10 +153,7 @@ void calibrate_external(FlightPlan *plan, const std::vector<ExternalRows> &logs,
   plan->block_rows = 1;
   plan->persistence = 1;
   plan->inhibit_s = 0.0;
-  if (rows <= few_rows) {
-    plan->edges = 144;
-    plan->moves = 192;
-  }
+  use_profile(plan, options.flight, rows <= few_rows);
   plan->center.assign(plan->channels(), 0.0F);
   plan->inverse_sd.assign(plan->channels(), 1.0F);
   plan->thresholds = Thresholds{};

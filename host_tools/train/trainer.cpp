@@ -32,6 +32,7 @@ Training train(const std::vector<Log> &logs, const TrainOptions &options) {
   training.models = train_models(logs, plan.layout, models);
 
   plan.kinds = options.kinds;
+  use_profile(&plan, options.calibration.flight, false);
   plan.block_rows = models.block_rows;
   plan.period_s = models.period_s;
   plan.stale_s = options.stale_s;
