@@ -25,13 +25,19 @@ bool is_wrapped(const Eigen::VectorXd &x) {
   return x.maxCoeff() - x.minCoeff() > 0.9 * kTwoPi;
 }
 
-double robust_sd(const Vector &r) {
-  std::vector<double> a(static_cast<std::size_t>(r.size()));
-  for (std::size_t i = 0; i < a.size(); ++i)
-    a[i] = std::abs(r(static_cast<Eigen::Index>(i)));
+double median(std::vector<double> a) {
   const auto middle = a.begin() + static_cast<std::ptrdiff_t>(a.size() / 2);
   std::nth_element(a.begin(), middle, a.end());
-  return 1.4826 * *middle;
+  return *middle;
+}
+
+// From the median of what lies how far from the median: outliers move neither.
+double robust_sd(const Vector &r) {
+  std::vector<double> a(r.data(), r.data() + r.size());
+  const double center = median(a);
+  for (double &value : a)
+    value = std::abs(value - center);
+  return 1.4826 * median(a);
 }
 
 void check_same_columns(const Log &first, const Log &log) {
@@ -83,8 +89,7 @@ Channel make_channel(const std::vector<Log> &logs, const Column &outcome) {
     channel.sd = gather(logs, "sd." + channel.name);
     return channel;
   }
-  const Vector residual = channel.z - channel.m;
-  const double sd = robust_sd(residual.array() - residual.mean());
+  const double sd = robust_sd(channel.z - channel.m);
   if (!(sd > 0.0))
     throw DataError(fmt::format("{}: column '{}': has no sd. column, and more than half of its "
                                 "residuals are equal: no standard deviation can be estimated",

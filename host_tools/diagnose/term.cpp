@@ -31,12 +31,24 @@ std::string strip(const std::string &name) {
                                                : " lagged by " + name.substr(at + 1) + " s");
 }
 
+double median_step(const LogSpan &log, const Measured &measured) {
+  std::vector<double> steps;
+  for (std::size_t i = log.first + 1; i < log.first + log.rows; ++i)
+    steps.push_back(measured.elapsed_s[i] - measured.elapsed_s[i - 1]);
+  if (steps.empty())
+    return 0.0;
+  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+  std::nth_element(steps.begin(), middle, steps.end());
+  return *middle;
+}
+
 // The value of a moment earlier in the same log, between two rows by a straight line; the log's
 // first row before its beginning, the last one before it inside a gap.
 Vector lagged(const Vector &x, const Measured &measured, double delay_s) {
   Vector out(x.size());
   for (const LogSpan &log : measured.logs) {
     const std::size_t end = log.first + log.rows;
+    const double longest = 1.5 * median_step(log, measured);
     std::size_t from = log.first;
     for (std::size_t i = log.first; i < end; ++i) {
       const double then = measured.elapsed_s[i] - delay_s;
@@ -47,7 +59,7 @@ Vector lagged(const Vector &x, const Measured &measured, double delay_s) {
       if (from + 1 >= end || then <= measured.elapsed_s[from] || i == log.first)
         continue;
       const double step = measured.elapsed_s[from + 1] - measured.elapsed_s[from];
-      if (step <= 1.5 * (measured.elapsed_s[i] - measured.elapsed_s[i - 1]))
+      if (step <= longest)
         out(static_cast<Index>(i)) += (then - measured.elapsed_s[from]) / step * (x(k + 1) - x(k));
     }
   }
