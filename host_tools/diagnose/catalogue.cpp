@@ -69,6 +69,7 @@ private:
   std::vector<std::string> texts(const toml::table &table, const char *key) const;
   void read_arguments(const toml::table &table, Form *form) const;
   void read_shape(const toml::table &table, Form *form) const;
+  void check_names(const toml::table &table, const Form &form) const;
   void check_expressions(const toml::table &table, const Form &form) const;
   void read_form(const toml::table &table);
 
@@ -146,6 +147,24 @@ void Reader::read_shape(const toml::table &table, Form *form) const {
     fail(node, "a form takes at most one shape parameter");
 }
 
+// What quantiles_of and per name must be an argument, the prediction or the time.
+void Reader::check_names(const toml::table &table, const Form &form) const {
+  const auto is_argument = [&form](const std::string &name) {
+    return std::any_of(form.arguments.begin(), form.arguments.end(),
+                       [&name](const Argument &a) { return a.name == name; });
+  };
+  for (const ShapeParameter &p : form.shape) {
+    const std::string &of = p.quantiles_of;
+    if (!of.empty() && of != "m" && of != "abs(m)" && !is_argument(of))
+      fail(table["shape"][p.name].node(),
+           fmt::format("quantiles_of '{}' is neither an argument nor m nor abs(m)", of));
+  }
+  for (const std::string &name : form.per) {
+    if (name != "m" && name != "t" && !is_argument(name))
+      fail(table.get("per"), fmt::format("per '{}' is neither an argument nor m nor t", name));
+  }
+}
+
 void Reader::check_expressions(const toml::table &table, const Form &form) const {
   for (const std::string &expression : form.basis) {
     mu::Parser parser;
@@ -194,6 +213,7 @@ void Reader::read_form(const toml::table &table) {
     fail(table.get("basis"), "a form has at most two basis functions");
   if (form.basis.size() == 2 && (form.is_fixed || form.gate != GateKind::none))
     fail(table.get("basis"), "a form of two basis functions can be neither fixed nor gated");
+  check_names(table, form);
   check_expressions(table, form);
   for (const Form &other : catalogue_.forms) {
     if (other.form == form.form)
