@@ -494,13 +494,18 @@ static void name_channels(const rim_monitor *self, rim_alarm *alarm, uint16_t le
 
 /* The most likely shift (eq. 3.6) and its standard error in the outcome's unit, per named
  * outcome: by the same kind of channel as the leading one. */
-static void size_shifts(const rim_monitor *self, rim_alarm *alarm, uint16_t leading) {
+static void size_shifts(const rim_monitor *self, rim_alarm *alarm, uint16_t leading,
+                        const rim_candidate *best) {
   const uint16_t outcomes = (uint16_t)self->words[RIM_CONFIG_OUTCOMES];
   const uint16_t first_of_kind = (uint16_t)(leading - leading % outcomes);
   for (size_t i = 0; i < alarm->channels; ++i) {
     const uint16_t c = (uint16_t)(first_of_kind + alarm->channel[i]);
     rim_candidate found;
-    if (!rim_select_best_of_channel(self->select, c, &found) || found.n <= 0.0)
+    if (c == leading)
+      found = *best;
+    else if (!rim_select_shift_of_channel(self->select, c, &found))
+      continue;
+    if (found.n <= 0.0)
       continue;
     const double mean = found.shift;
     const double unit = rim_channels_unit(self->channels, c);
@@ -535,6 +540,7 @@ static void describe(const rim_monitor *self, const rim_verdict *verdict, rim_al
   alarm->threshold = verdict->threshold;
   alarm->p_value = verdict->p_value;
   rim_candidate best;
+  memset(&best, 0, sizeof best);
   if (rim_select_best_of_channel(self->select, verdict->channel, &best)) {
     alarm->region = to_features(self, &best.region);
     /* The whole range of a feature is no restriction. */
@@ -546,7 +552,7 @@ static void describe(const rim_monitor *self, const rim_verdict *verdict, rim_al
       alarm->since_s = time_of_observation(self, best.since);
   }
   name_channels(self, alarm, verdict->channel);
-  size_shifts(self, alarm, verdict->channel);
+  size_shifts(self, alarm, verdict->channel, &best);
 }
 
 static void judge(rim_monitor *self, rim_verdict *verdict) {

@@ -315,23 +315,22 @@ static uint32_t index_of(const rim_select *e, uint32_t slot) {
   return e->total - 1u - age;
 }
 
+/* From the oldest on: the first one inside is the earliest. */
 static uint32_t earliest_inside(const rim_select *e, const rim_candidate *candidate) {
-  uint32_t earliest = UINT32_MAX;
   double u[RIM_SELECT_MAX_FEATURES];
   memset(u, 0, sizeof u);
-  for (uint32_t slot = 0; slot < e->held; ++slot) {
+  uint32_t slot = e->held < e->ring ? 0u : e->head;
+  for (uint32_t i = 0; i < e->held; ++i) {
     const uint8_t *row = select_row(e, slot);
     for (uint32_t k = 0; k < candidate->dims; ++k) {
       const uint16_t f = candidate->region.feature[k];
       u[f] = ((double)row[f] + 0.5) / 256.0;
     }
-    if (!rim_region_contains(&candidate->region, u))
-      continue;
-    const uint32_t index = index_of(e, slot);
-    if (index < earliest)
-      earliest = index;
+    if (rim_region_contains(&candidate->region, u))
+      return index_of(e, slot);
+    slot = slot + 1u == e->ring ? 0u : slot + 1u;
   }
-  return earliest;
+  return UINT32_MAX;
 }
 
 static void interval_region(const rim_select *e, uint16_t feature, const slice *s,
@@ -413,6 +412,13 @@ bool rim_select_best_of_channel(const rim_select *e, uint16_t channel, rim_candi
     return false;
   find_best(e, channel, out);
   out->since = earliest_inside(e, out);
+  return true;
+}
+
+bool rim_select_shift_of_channel(const rim_select *e, uint16_t channel, rim_candidate *out) {
+  if (e == NULL || out == NULL || channel >= e->channels || e->count == 0)
+    return false;
+  find_best(e, channel, out);
   return true;
 }
 

@@ -12,7 +12,8 @@
 #define LAG 6.0           /* nats behind the best at which an ellipse restarts */
 #define CLOSE 15.0        /* nats behind the leader within which a pair is a rival */
 #define JITTER 0.012      /* width of the noise in a proposal */
-#define ENTRIES_A_UNIT 2u /* pairs that may enter the pool in a unit */
+#define ENTRIES_A_UNIT 2u /* pairs that may enter the pool in a unit, */
+#define FEW_EDGES 16u /* with fewer edges than this a unit: one, the most costly part of a unit */
 
 static double unit(rim_select *e) { return (double)rim_rng_u32(&e->rng) * 0x1p-32; }
 
@@ -450,7 +451,7 @@ void rim_select_pool_offer(rim_select *e, const select_offer *offer) {
     }
     return;
   }
-  if (e->entered >= ENTRIES_A_UNIT)
+  if (e->entered >= (e->edges < FEW_EDGES ? 1u : ENTRIES_A_UNIT))
     return;
   uint32_t weakest;
   const double bar = rim_select_pool_bar(e, &weakest);

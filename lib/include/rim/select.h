@@ -166,6 +166,9 @@ bool rim_select_best(const rim_select *engine, rim_candidate *out);
  * above; false also for channel >= channels. */
 bool rim_select_best_of_channel(const rim_select *engine, uint16_t channel, rim_candidate *out);
 
+/* The same without `since` (UINT32_MAX), which alone looks through the ring. */
+bool rim_select_shift_of_channel(const rim_select *engine, uint16_t channel, rim_candidate *out);
+
 /* [channels]: ln anom of each channel's best hypothesis less the penalty for its number of features
  * (expected nominal maximum of so many alternatives), never below 0. Valid until the next call that
  * changes the engine; brought up to date by observe and work. */
