@@ -4,6 +4,7 @@
 #include "cli/command.hpp"
 #include "diagnose/diagnose.hpp"
 #include "diagnose/extension.hpp"
+#include "diagnose/output_folder.hpp"
 #include "diagnose/outputs.hpp"
 #include "log/schema.hpp"
 #include "util/data_path.hpp"
@@ -146,6 +147,7 @@ int cmd_diagnose(int argc, char **argv) {
   if (!rim::parse_arguments(app, argc, argv))
     return rim::EXIT_FINE;
   check_holdout(o);
+  check_output_folder(o.out);
   std::optional<rim::Schema> schema;
   if (!o.schema.empty())
     schema = rim::read_schema(o.schema);

@@ -279,7 +279,8 @@ void Builder::add_form(const Form &form) {
         if (unit.empty() && p.quantiles_of.find('m') != std::string::npos)
           unit = channel_.unit;
         for (std::size_t k = 0; k < arguments.size(); ++k) {
-          if (form.arguments[k].name == p.quantiles_of || p.unit == "m")
+          if (form.arguments[k].name == p.quantiles_of ||
+              (p.unit == "m" && form.arguments[k].role == ArgumentRole::altitude))
             unit = measured_.features[static_cast<std::size_t>(arguments[k])].unit;
         }
         c.term.shape = {{p.name, value, 0.0, unit}};

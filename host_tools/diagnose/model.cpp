@@ -30,7 +30,7 @@ Fit fit_members(const Vector &y, const std::vector<Member> &members, const Noise
   }
   const Vector root = noise.weight.cwiseSqrt();
   const Vector target = y - fixed;
-  const double corner = kClip * noise.scale;
+  const double corner = noise.clip * noise.scale;
   // Huber's estimate by pseudo-data: clip the weighted residual, solve, repeat.
   const auto clip = [&](const Vector &residual) -> Vector {
     return residual.cwiseProduct(root).cwiseMax(-corner).cwiseMin(corner);

@@ -14,6 +14,7 @@ struct Noise {
   double scale = 1.0;  // sd of what remains over the stated sd (times the ratio's root)
   double spread = 1.0; // (1 + rho) / (1 - rho): by how much autocorrelation thins the evidence
   double spread_of_squares = 1.0; // the same for squares, times their excess variance
+  double clip = 3.5;              // scales at which a residual is cut: Huber's corner
   // A log likelihood ratio is the fall of the robust half sum of squares over this.
   double divisor() const { return scale * scale * spread; }
 };
@@ -32,14 +33,12 @@ struct Fit {
   Vector beta;                 // of the free columns, in members' order
   Vector fitted;               // rows, in stated sd: fixed members included
   Vector residual;             // y - fitted
-  Vector clipped;              // the residual, large ones cut to kClip scales
+  Vector clipped;              // the residual, large ones cut to Noise::clip scales
   double loss = 0.0;           // Huber's half sum of squares, weighted
   Eigen::MatrixXd covariance;  // of beta for scale 1, spread 1
   Eigen::MatrixXd orthonormal; // of the free columns with sqrt(weight): rows x free
   bool is_allowed = true;      // every positive member has a positive size
 };
-
-constexpr double kClip = 3.5; // scales; Huber's corner
 
 // y: (z - m) / sd. A few passes of O(rows x columns^2).
 Fit fit_members(const Vector &y, const std::vector<Member> &members, const Noise &noise);

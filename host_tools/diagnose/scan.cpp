@@ -180,6 +180,20 @@ void Scanner::propose_boxes(const Gated &gated, const Vector &e, const Noise &no
     out->push_back(best);
 }
 
+// By how much Huber's loss falls when the column is added as it is: where it is large it meets
+// residuals that are, and neither may be cut alone.
+double Scanner::fixed_gain(const Fit &fit, const Noise &noise, Index column) const {
+  const double corner = noise.clip * noise.scale;
+  const auto loss = [corner](double size) {
+    return size <= corner ? 0.5 * size * size : corner * size - 0.5 * corner * corner;
+  };
+  double gain = 0.0;
+  for (Index i = 0; i < root_.size(); ++i)
+    gain += loss(std::abs(root_(i) * fit.residual(i))) -
+            loss(std::abs(root_(i) * (fit.residual(i) - library_.g(i, column))));
+  return gain;
+}
+
 std::vector<Proposal> Scanner::mean(const Fit &fit, const Noise &noise, std::size_t most) const {
   std::vector<Proposal> out;
   const Vector e = fit.clipped, we = root_.cwiseProduct(e);
@@ -198,7 +212,7 @@ std::vector<Proposal> Scanner::mean(const Fit &fit, const Noise &noise, std::siz
     p.penalty = candidate.penalty;
     if (candidate.columns == 1) {
       if (candidate.is_fixed)
-        p.gain = s(k) - 0.5 * norm_(k);
+        p.gain = fixed_gain(fit, noise, k);
       else if (w(k) > 1e-6 * norm_(k) && !(candidate.is_positive && s(k) <= 0.0))
         p.gain = 0.5 * s(k) * s(k) / w(k);
     } else {
@@ -448,7 +462,7 @@ void Scanner::refine(const Vector &residual, const Noise &noise, Proposal *propo
   if (proposal->bounds.empty() || proposal->candidate < 0)
     return;
   const Candidate &candidate = library_.candidates[static_cast<std::size_t>(proposal->candidate)];
-  const double corner = kClip * noise.scale;
+  const double corner = noise.clip * noise.scale;
   const Vector clipped =
       residual.cwiseProduct(root_).cwiseMax(-corner).cwiseMin(corner).cwiseProduct(root_);
   const Vector g = library_.g.col(candidate.column);

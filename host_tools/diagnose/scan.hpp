@@ -58,6 +58,7 @@ private:
     Eigen::MatrixXd w;      // fine bins x gates
     Eigen::MatrixXd w_grid; // coarse cells x pairs, where is_pair
   };
+  double fixed_gain(const Fit &fit, const Noise &noise, Eigen::Index column) const;
   void propose_gated(const Gated &gated, const Vector &e, const Noise &noise,
                      std::vector<Proposal> *out) const;
   void propose_boxes(const Gated &gated, const Vector &e, const Noise &noise,

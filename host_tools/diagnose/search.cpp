@@ -23,7 +23,8 @@ constexpr std::size_t kBlocks = 10; // a log, for what is held out
 constexpr double kMostWeight = 4.0;
 // What a term must gain, in nats, on rows it was not fitted to.
 constexpr double kLeastHeldOut = 2.0;
-constexpr double kActs = 0.1; // sd: with less a term does not act
+constexpr double kPlainClip = 10.0; // of what counts as plain squares
+constexpr double kActs = 0.1;       // sd: with less a term does not act
 // Support: the share of a feature's range below which it bounds a term, and the margin beyond.
 constexpr double kSupportShare = 0.5, kSupportMargin = 0.2;
 
@@ -474,7 +475,7 @@ void ChannelSearch::hold_out(std::size_t which, Claim *claim) const {
         }
       }
     }
-    const double corner = kClip * out_.noise.scale;
+    const double corner = out_.noise.clip * out_.noise.scale;
     const auto loss = [&](const Fit &fit) {
       const Vector e = fit.residual.cwiseProduct(held.cwiseSqrt());
       return 0.5 * e.cwiseMax(-corner).cwiseMin(corner).squaredNorm();
@@ -658,15 +659,19 @@ void ChannelSearch::claim_overall_variance() {
 Noise ChannelSearch::plain_noise() const {
   Noise plain = out_.noise;
   plain.weight = measured_rows_;
+  plain.clip = kPlainClip;
   plain.scale = 1e6;
   const Vector left = fit_members(y_, out_.members, plain).residual.cwiseProduct(measured_rows_);
   plain.scale = std::sqrt(left.squaredNorm() / std::max(1.0, measured_rows_.sum()));
   return plain;
 }
 
-// Shapes and sizes anew with every row counting alike, where the scatter was found to differ.
+// Shapes and sizes anew with every row counting alike, where the scatter was found to differ or
+// something comes late: what a delay explains is in few rows, and large.
 void ChannelSearch::refit_plain() {
-  if (out_.variances.empty())
+  const bool is_late = std::any_of(out_.members.begin(), out_.members.end(),
+                                   [](const Member &m) { return moves_prediction(m.term); });
+  if (out_.variances.empty() && !is_late)
     return;
   const Noise weighed = out_.noise;
   out_.noise = plain_noise();
@@ -682,6 +687,35 @@ void ChannelSearch::refit_plain() {
   out_.noise = weighed;
 }
 
+// The best delay and the best lag beside the others, by plain squares; of two that do the same the
+// first.
+std::vector<Member> ChannelSearch::best_delays(const std::vector<Member> &others,
+                                               const Noise &plain) {
+  const Noise weighed = out_.noise;
+  out_.noise = plain;
+  const Fit fit = fit_members(y_, others, plain);
+  std::map<std::string, std::vector<Proposal>> by_form;
+  for (const Proposal &p : scanner_->mean(fit, plain, 1000)) {
+    const Term &term = library_.candidates[static_cast<std::size_t>(p.candidate)].term;
+    if (moves_prediction(term))
+      by_form[term.form].push_back(p);
+  }
+  std::vector<Member> delays;
+  std::vector<double> scores;
+  for (const auto &[form, proposals] : by_form) {
+    const Best best = best_of(proposals, others, fit, 3);
+    const bool is_new = std::none_of(scores.begin(), scores.end(), [&](double score) {
+      return std::abs(score - best.score) < 1e-3 * std::abs(score);
+    });
+    if (best.score > -1e299 && is_new) {
+      delays.push_back(best.member);
+      scores.push_back(best.score);
+    }
+  }
+  out_.noise = weighed;
+  return delays;
+}
+
 // When a command acts late, what else acts with it is late too: the search once more with the
 // delayed prediction as prediction and commands of that moment as features, for the best delay and
 // for the best lag; kept where it explains more.
@@ -693,24 +727,15 @@ void ChannelSearch::follow_delay() {
     return;
   const auto at = static_cast<std::size_t>(first - out_.members.begin());
   const Claim claim = out_.claims[at];
-  std::vector<Member> delays{*first};
-  const std::vector<Member> others = without(at);
-  const Fit fit = fit_members(y_, others, out_.noise);
-  std::vector<Proposal> rivals;
-  for (const Proposal &p : scanner_->mean(fit, out_.noise, 1000)) {
-    const Term &term = library_.candidates[static_cast<std::size_t>(p.candidate)].term;
-    if (moves_prediction(term) && term.form != first->term.form)
-      rivals.push_back(p);
-  }
-  if (const Best best = best_of(rivals, others, fit, 2); best.score > -1e299)
-    delays.push_back(best.member);
+  const Noise plain = plain_noise();
+  std::vector<Member> delays = best_delays(without(at), plain);
+  delays.push_back(*first);
   const auto cost = [this](const ChannelFindings &found, double loss, const Noise &noise) {
     double sum = loss / noise.divisor();
     for (const Member &member : found.members)
       sum += member.penalty;
     return sum;
   };
-  const Noise plain = plain_noise();
   double least = cost(out_, fit_members(y_, out_.members, plain).loss, plain) - 1.0;
   ChannelFindings chosen;
   for (const Member &delay : delays) {

@@ -71,6 +71,7 @@ private:
   void find_members(bool may_delay);
   Noise plain_noise() const;
   void refit_plain();
+  std::vector<Member> best_delays(const std::vector<Member> &others, const Noise &plain);
   void follow_delay();
   ChannelFindings search_behind(const Member &delay, const Noise &noise) const;
   void drop_unconfirmed();
