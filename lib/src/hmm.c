@@ -11,6 +11,7 @@
 #define LARGEST_LN 1e9
 /* exp() of less is lost beside 1; a sum of terms above it, times transitions, is normal. */
 #define LEAST_SUM 1e-290
+#define LEAST_LN (-667.0) /* ln of about that */
 
 static void count_up(uint32_t *n) {
   if (*n < UINT32_MAX)
@@ -37,8 +38,10 @@ static double largest(const double *x, uint32_t n) {
 }
 
 static void restart(rim_hmm *hmm) {
-  for (uint32_t i = 0; i < hmm->model.states; ++i)
-    hmm->ln_alpha[i] = ln_of(hmm->model.initial[i]);
+  for (uint32_t i = 0; i < hmm->model.states; ++i) {
+    hmm->alpha[i] = hmm->model.initial[i];
+    hmm->ln_alpha[i] = ln_of(hmm->alpha[i]);
+  }
   hmm->ln_evidence = 0.0;
   hmm->steps = 0;
 }
@@ -77,22 +80,24 @@ static double ln_reach(const rim_hmm *hmm, uint32_t j) {
   return most + rim_log(sum);
 }
 
-/* ln P(S_t = j | o_1..o_(t-1)) into ln_p; the first observation meets the initial distribution. */
-static void predict(const rim_hmm *hmm, double *ln_p) {
+/* ln P(S_t = j | o_1..o_(t-1)) into ln_p, where j is possible at all; the first observation meets
+ * the initial distribution. */
+static void predict(const rim_hmm *hmm, const double *ln_emission, double *ln_p) {
   const uint32_t n = hmm->model.states;
   if (hmm->steps == 0) {
     memcpy(ln_p, hmm->ln_alpha, n * sizeof *ln_p);
     return;
   }
-  const double most = largest(hmm->ln_alpha, n);
   double sum[N] = {0};
   for (uint32_t i = 0; i < n; ++i) {
-    const double alpha = rim_exp(hmm->ln_alpha[i] - most);
+    const double alpha = hmm->alpha[i];
     for (uint32_t j = 0; j < n; ++j)
       sum[j] += alpha * hmm->model.transition[i][j];
   }
-  for (uint32_t j = 0; j < n; ++j)
-    ln_p[j] = sum[j] > LEAST_SUM ? most + rim_log(sum[j]) : ln_reach(hmm, j);
+  for (uint32_t j = 0; j < n; ++j) {
+    if (ln_emission[j] > RIM_HMM_LN_ZERO)
+      ln_p[j] = sum[j] > LEAST_SUM ? rim_log(sum[j]) : ln_reach(hmm, j);
+  }
 }
 
 rim_status rim_hmm_step(rim_hmm *hmm, const double *ln_emission) {
@@ -100,7 +105,7 @@ rim_status rim_hmm_step(rim_hmm *hmm, const double *ln_emission) {
     return RIM_E_ARGUMENT;
   const uint32_t n = hmm->model.states;
   double ln_p[N] = {0};
-  predict(hmm, ln_p);
+  predict(hmm, ln_emission, ln_p);
   for (uint32_t j = 0; j < n; ++j) {
     const double b = ln_emission[j];
     if (!(b <= LARGEST_LN && (b >= -LARGEST_LN || b <= RIM_HMM_LN_ZERO))) {
@@ -115,11 +120,16 @@ rim_status rim_hmm_step(rim_hmm *hmm, const double *ln_emission) {
     return RIM_E_DATA;
   }
   double sum = 0.0;
-  for (uint32_t j = 0; j < n; ++j)
-    sum += rim_exp(ln_p[j] - most);
+  for (uint32_t j = 0; j < n; ++j) {
+    hmm->alpha[j] = ln_p[j] - most > LEAST_LN ? rim_exp(ln_p[j] - most) : 0.0;
+    sum += hmm->alpha[j];
+  }
   const double norm = most + rim_log(sum);
-  for (uint32_t j = 0; j < n; ++j)
+  const double inverse = 1.0 / sum;
+  for (uint32_t j = 0; j < n; ++j) {
+    hmm->alpha[j] *= inverse;
     hmm->ln_alpha[j] = ln_p[j] > RIM_HMM_LN_ZERO ? ln_p[j] - norm : RIM_HMM_LN_ZERO;
+  }
   hmm->ln_evidence += norm;
   count_up(&hmm->steps);
   return RIM_OK;
@@ -139,12 +149,16 @@ double rim_hmm_ln_posterior(const rim_hmm *hmm, uint32_t state) {
 double rim_hmm_ln_odds(const rim_hmm *hmm, uint32_t state) {
   if (hmm == NULL || state >= hmm->model.states)
     return RIM_HMM_LN_ZERO;
-  double most = RIM_HMM_LN_ZERO;
+  double sum = 0.0, most = RIM_HMM_LN_ZERO;
   for (uint32_t i = 0; i < hmm->model.states; ++i) {
-    if (i != state)
-      most = rim_max(most, hmm->ln_alpha[i]);
+    if (i == state)
+      continue;
+    sum += hmm->alpha[i];
+    most = rim_max(most, hmm->ln_alpha[i]);
   }
-  double sum = 0.0;
+  if (sum > LEAST_SUM)
+    return hmm->ln_alpha[state] - rim_log(sum);
+  sum = 0.0;
   for (uint32_t i = 0; i < hmm->model.states; ++i) {
     if (i != state)
       sum += rim_exp(hmm->ln_alpha[i] - most);

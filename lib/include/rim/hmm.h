@@ -30,6 +30,7 @@ typedef struct rim_hmm {
   rim_hmm_model model;
   double ln_transition[RIM_HMM_MAX_STATES][RIM_HMM_MAX_STATES];
   double ln_alpha[RIM_HMM_MAX_STATES]; /* ln P(S_t = i | o_1..o_t) */
+  double alpha[RIM_HMM_MAX_STATES];    /* the same, 0 where it is lost */
   double ln_evidence;                  /* ln P(o_1..o_t) since the last reset */
   uint32_t steps;                      /* observations since the last reset, saturating */
   uint32_t resets;                     /* saturating */
@@ -44,7 +45,7 @@ rim_status rim_hmm_init(rim_hmm *hmm, const rim_hmm_model *model);
 /* Takes one observation: ln_emission[states] is ln b_i(o_t), each at most 1e9 in size or
  * RIM_HMM_LN_ZERO (or less) for an impossible one. RIM_E_ARGUMENT NULL; RIM_E_DATA NaN, or too
  * large, or no state possible: counted in `refused`, otherwise unchanged. O(states^2)
- * multiply-adds, 2 states exponentials, states + 1 logarithms; the rare sum in logarithms adds
+ * multiply-adds, states exponentials, states + 1 logarithms; the rare sum in logarithms adds
  * O(states) exponentials for a state. Stack below 400 bytes. */
 rim_status rim_hmm_step(rim_hmm *hmm, const double *ln_emission);
 
