@@ -173,8 +173,7 @@ void a_delay_takes_the_command_of_then(void **) {
   delay.form = "delay";
   delay.response = {{"u.push", 0.5}, {"u.push*s.speed_mps", 2.0}};
   // 0.5 (push then - push now) + 2 speed now (push then - push now)
-  assert_values(mean_effect(delay, t, m), {0, -2.5, -13.5, -32.5, 0, -472.5, -563.5, -662.5},
-                1e-9);
+  assert_values(mean_effect(delay, t, m), {0, -2.5, -13.5, -32.5, 0, -472.5, -563.5, -662.5}, 1e-9);
   delay.response = {{"s.speed_mps", 3.0}}; // a state is not delayed
   assert_values(mean_effect(delay, t, m), {0, 0, 0, 0, 0, 0, 0, 0});
   Term lag = term("");
