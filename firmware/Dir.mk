@@ -130,6 +130,20 @@ cross: cross-deps ## two recorded runs on every port, emulated: are the bits the
 	@$(MAKE) --no-print-directory -j$(TEST_JOBS) $(CROSS_BUILT)
 	@firmware/cross.sh $(CROSS) '$(RECORDINGS)' $(foreach port,$(PORT_LIST),'$(port)' '$($(port)_PREFIX)' '$($(port)_RUN)')
 
+# Every decoder of what comes in, searched for faults (libFuzzer): make fuzz FUZZ_SECONDS=3600. What it
+# finds is left in $(BUILD)/fuzz; tests/firmware/test_fuzz.c runs the corpus and damaged copies of it.
+FUZZ_SECONDS ?= 600
+FUZZ_SRC := tests/fuzz/fuzz.c $(filter-out %/main.c,$(RIMD_SRC)) $(LIB_SRC)
+.PHONY: fuzz fuzz-deps
+fuzz-deps: deps
+	$(call install_missing,clang libclang-rt-14-dev)
+fuzz: fuzz-deps ## search every decoder for faults, guided by coverage (FUZZ_SECONDS=600; installs clang)
+	@mkdir -p $(BUILD)/fuzz/corpus
+	$(call say,FUZZ)clang -std=c11 -g -O1 -ffp-contract=off -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=all \
+	  -pthread -DRIM_VERSION='"$(VERSION)"' -Ifirmware -Ilib/include -Ilib/src $(FUZZ_SRC) -o $(BUILD)/fuzz/fuzz -lccd -lm
+	cp -n tests/fuzz/corpus/* $(BUILD)/fuzz/corpus/
+	cd $(BUILD)/fuzz && ./fuzz -max_total_time=$(FUZZ_SECONDS) -max_len=8192 -close_fd_mask=2 -print_final_stats=1 corpus
+
 # Instructions of a step and RAM on the Cortex-M7, in the flight profile: thousands, kB.
 .PHONY: budgets budget-deps
 budget-deps: deps

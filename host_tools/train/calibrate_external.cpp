@@ -124,14 +124,15 @@ ExternalRows external_rows(const Log &log, const Layout &layout) {
 
 void use_profile(FlightPlan *plan, bool flight, bool few_rows) {
   if (flight && plan->layout.external) {
-    plan->scans = 12;
-    plan->edges = 16;
-    plan->moves = 24;
+    plan->scans = 4;
+    plan->edges = 4;
+    plan->moves = 4;
     plan->ring = 256;
-    plan->pairs = 5;
+    plan->grid = 12;
+    plan->pairs = 4;
   } else if (flight) { // intervals alone: the ring tells since when, nothing else
-    plan->scans = 8;
-    plan->ring = 256;
+    plan->scans = 6;
+    plan->ring = 128;
   } else if (plan->layout.external && few_rows) {
     plan->edges = 144;
     plan->moves = 192;

@@ -50,11 +50,11 @@ static uint64_t take_bits(const uint8_t *data, uint32_t start, uint32_t bits, bo
     uint32_t at =
         start / 8 * 8 + (7 - start % 8); /* counted from the most significant bit of all */
     for (uint32_t i = 0; i < bits; i++, at++)
-      raw = raw << 1 | (data[at / 8] >> (7 - at % 8) & 1u);
+      raw = raw << 1 | ((uint32_t)data[at / 8] >> (7 - at % 8) & 1u);
     return raw;
   }
   for (uint32_t i = bits; i-- > 0;)
-    raw = raw << 1 | (data[(start + i) / 8] >> ((start + i) % 8) & 1u);
+    raw = raw << 1 | ((uint32_t)data[(start + i) / 8] >> ((start + i) % 8) & 1u);
   return raw;
 }
 

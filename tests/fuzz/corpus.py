@@ -1,0 +1,58 @@
+"""corpus.py DIR: the corpus of the decoders: a good input of each kind, from the public descriptions."""
+import os
+import struct
+import sys
+
+here = os.path.dirname(os.path.abspath(__file__))
+sys.path.insert(0, os.path.join(here, "..", "firmware"))
+from bus import ALARM, MESSAGE, fingerprint  # noqa: E402
+
+wire = os.path.join(here, "..", "..", "lib", "wire")
+out = sys.argv[1]
+
+
+def mark(name):
+    return fingerprint(name, wire)
+
+
+def crc8(data):
+    crc = 0xFF
+    for byte in data:
+        crc ^= byte
+        for _ in range(8):
+            crc = (crc << 1 ^ 0x1D if crc & 0x80 else crc << 1) & 0xFF
+    return crc ^ 0xFF
+
+
+def frame(number, data):
+    """With its check sum."""
+    data += bytes([crc8(struct.pack("<H", number) + data)])
+    return struct.pack("<HB", number, len(data) | (0x80 if len(data) > 8 else 0)) + data
+
+
+alarm = struct.pack(ALARM, mark("alarm"), 12.0, 3.0, 7, 8, 9, 0, 1, 2, 0, 0, 1, 2, 1, 0, 0, 0, 1.5, 0, 0, 0, 0.1, 0, 0, 0,
+                    0, 1, 0, 0.5, 0.5, 0, 4, 0, 0, 4, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 0, 20.0, 8.0, 0.02)
+plan = struct.pack(">QqII", mark("plan"), 0, 2, 2) + struct.pack(">512d", *([0, 1] + [0] * 62 + [0, 0, 0, 5, 0, 0] + [0] * 186 +
+                                                                             [1, 0, 0, 0] * 2 + [0] * 248))
+table = struct.pack("<I6H", 1, 1, 1, 1, 0, 0xFFFF, 0) + struct.pack("<IBB3H", 0x123, 8, 0, 0, 1, 0) + \
+    struct.pack("<HBBHBBHBBI4d", 0, 1, 0, 4, 12, 0, 0, 0, 0, 0, 0.5, 1.0, -1e9, 1e9)
+files = {
+    "lcm_observation": b"\0" + struct.pack(">QqIi128d", mark("observation"), 1, 2, 3, *range(128)),
+    "lcm_alarm": b"\0" + alarm,
+    "lcm_health": b"\0" + struct.pack(">Qd7IBB", mark("health"), 1.0, *range(7), 2, 1),
+    "lcm_command": b"\0" + struct.pack(">QIIB", mark("command"), 1, 2, 1),
+    "lcm_counters": b"\0" + struct.pack(">Q30I", mark("counters"), *range(30)),
+    "lcm_entry": b"\0" + struct.pack(">Qdd5IB", mark("entry"), 1.0, 2.0, 1, 2, 3, 4, 5, 1),
+    "lcm_plan": b"\0" + plan,
+    "packet": b"\1" + struct.pack(">II", MESSAGE, 5) + b"RIM_ALARM\0" + alarm,
+    "can_short": b"\2" + frame(0x181, bytes([6, 7, 8, 4, 0, 9, 0])) + frame(0x701, bytes(7)) + frame(0x201, bytes([1, 7, 8, 0, 0, 0, 0])),
+    "can_segments": b"\2" + b"".join(struct.pack("<HBBB6s", 0x281, 8, 7, i | (128 if i == 28 else 0), bytes(6)) for i in range(29)),
+    "can_fd": b"\2" + frame(0x281, bytes([6, 7, 8, 0]) + bytes(59)),
+    "table": b"\3" + struct.pack("<H", len(table)) + table + struct.pack("<HB", 0x123, 8) + bytes(range(8)),
+    "image": b"\4RIMIMG\r\n" + struct.pack("<IHHIIIII", 0x01020304, 1, 0, 64, 1, 0, 0, 0) + bytes(28),
+    "lookahead": b"\5" + plan + struct.pack("<9d", 1, 0, 0, 0, 1, 0, 0, 0, 1),
+    "config": b"\6image = a.rim\nlcm = udpm://239.255.76.67:7667?ttl=0\nnode = 5 # x\nlatch = yes\nfootprint = 1 2 3, 4 5 6\naxis_x = a\n",
+}
+for name, data in files.items():
+    with open(os.path.join(out, name), "wb") as file:
+        file.write(data)

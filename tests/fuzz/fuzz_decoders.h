@@ -1,0 +1,182 @@
+/* fuzz_decoders.h - every decoder of what comes from a bus or a file, behind one function of bytes.
+ *
+ * The first byte chooses the decoder, the rest is its input, in memory of exactly that size, so
+ * that the address sanitizer sees a byte too far. What is accepted is used: packed again, or shown.
+ */
+#ifndef FUZZ_DECODERS_H
+#define FUZZ_DECODERS_H
+
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "rim/alarm_control.h"
+#include "rim/alarm_entry.h"
+#include "rim/can_table.h"
+#include "rim/monitor.h"
+#include "rimd/config.h"
+#include "rimd/lookahead.h"
+#include "transport/lcm_packet.h"
+
+/* An accepted message must pack again. */
+static inline void fuzz_must(bool good) {
+  if (!good)
+    abort();
+}
+
+static inline void fuzz_lcm(const uint8_t *data, size_t bytes) {
+  static uint8_t out[8192];
+  static rim_observation_message observation;
+  static rim_plan plan;
+  rim_alarm alarm;
+  rim_health_message health;
+  rim_command command;
+  rim_counters counters;
+  rim_entry entry;
+  if (rim_lcm_unpack_observation(&observation, data, bytes) == RIM_OK)
+    fuzz_must(rim_lcm_pack_observation(out, sizeof out, &observation) == RIM_OK);
+  if (rim_lcm_unpack_alarm(&alarm, data, bytes) == RIM_OK)
+    fuzz_must(rim_lcm_pack_alarm(out, sizeof out, &alarm) == RIM_OK &&
+              memcmp(out, data, bytes) == 0);
+  if (rim_lcm_unpack_health(&health, data, bytes) == RIM_OK)
+    fuzz_must(rim_lcm_pack_health(out, sizeof out, &health) == RIM_OK);
+  if (rim_lcm_unpack_command(&command, data, bytes) == RIM_OK)
+    fuzz_must(rim_lcm_pack_command(out, sizeof out, &command) == RIM_OK);
+  if (rim_lcm_unpack_counters(&counters, data, bytes) == RIM_OK)
+    fuzz_must(rim_lcm_pack_counters(out, sizeof out, &counters) == RIM_OK);
+  if (rim_lcm_unpack_entry(&entry, data, bytes) == RIM_OK)
+    fuzz_must(rim_lcm_pack_entry(out, sizeof out, &entry) == RIM_OK);
+  if (rim_lcm_unpack_plan(&plan, data, bytes) == RIM_OK)
+    fuzz_must(rim_lcm_pack_plan(out, sizeof out, &plan) == RIM_OK);
+}
+
+static inline void fuzz_packet(const uint8_t *data, size_t bytes) {
+  const char *channel;
+  const uint8_t *payload;
+  size_t payload_bytes;
+  if (lcm_packet_open(data, bytes, &channel, &payload, &payload_bytes) != LCM_PACKET_MESSAGE)
+    return;
+  fuzz_must(strlen(channel) > 0 && strlen(channel) <= LCM_PACKET_MAX_CHANNEL &&
+            payload + payload_bytes == data + bytes);
+  fuzz_lcm(payload, payload_bytes);
+}
+
+/* Frames one after another: identifier (2), length and FD (1), data. */
+static inline bool fuzz_next_frame(const uint8_t **data, size_t *bytes, rim_can_frame *frame) {
+  memset(frame, 0, sizeof *frame);
+  if (*bytes < 3)
+    return false;
+  frame->id = (uint32_t)((*data)[0] | (*data)[1] << 8) & 0x7ffu;
+  frame->fd = ((*data)[2] & 0x80) != 0;
+  const size_t most = frame->fd ? 64 : 8;
+  size_t length = (*data)[2] & 0x7fu;
+  length = length < most ? length : most;
+  if (*bytes - 3 < length)
+    return false;
+  frame->length = (uint8_t)length;
+  memcpy(frame->data, *data + 3, length);
+  *data += 3 + length;
+  *bytes -= 3 + length;
+  return true;
+}
+
+static inline void fuzz_can(const uint8_t *data, size_t bytes) {
+  rim_can_assembly assembly = {.node = 1};
+  static rim_can_frame packed[RIM_CAN_DETAIL_FRAMES];
+  rim_can_frame frame;
+  rim_can_summary summary;
+  rim_can_heartbeat heartbeat;
+  rim_command command;
+  rim_alarm alarm;
+  bool complete;
+  while (fuzz_next_frame(&data, &bytes, &frame)) {
+    (void)rim_can_unpack_summary(&summary, &frame);
+    (void)rim_can_unpack_heartbeat(&heartbeat, &frame);
+    (void)rim_can_unpack_command(&command, 1, &frame);
+    if (rim_can_unpack_detail_fd(&alarm, &frame) == RIM_OK)
+      fuzz_must(rim_can_pack_detail(packed, 1, &alarm) == RIM_OK);
+    if (rim_can_take_detail(&assembly, &frame, &alarm, &complete) == RIM_OK && complete)
+      fuzz_must(rim_can_pack_detail(packed, 1, &alarm) == RIM_OK);
+  }
+}
+
+/* A table, its length first (2 bytes), then frames for it. */
+static inline void fuzz_table(const uint8_t *data, size_t bytes) {
+  static rim_can_gather gather;
+  rim_can_table table;
+  rim_can_frame frame;
+  if (bytes < 2)
+    return;
+  const size_t length = (size_t)(data[0] | data[1] << 8);
+  if (length > bytes - 2 || rim_can_table_open(&table, data + 2, length) != RIM_OK)
+    return;
+  memset(&gather, 0, sizeof gather);
+  const uint8_t *rest = data + 2 + length;
+  size_t rest_bytes = bytes - 2 - length;
+  double t_s = 0.0, row_s;
+  bool complete;
+  while (fuzz_next_frame(&rest, &rest_bytes, &frame))
+    (void)rim_can_gather_frame(&gather, &table, &frame, t_s += 0.1, 1.0, &complete, &row_s);
+}
+
+static inline void fuzz_image(const uint8_t *data, size_t bytes) {
+  rim_image view;
+  size_t need;
+  (void)rim_image_open(&view, data, bytes);
+  (void)rim_monitor_size(data, bytes, &need);
+}
+
+static inline void fuzz_lookahead(const uint8_t *data, size_t bytes) {
+  static const lookahead_config c = {
+      .axis = {0, 1, 2}, .vertices = 2, .vertex = {{1, 0, 0}, {-1, 0, 0}}};
+  static rim_plan plan;
+  rim_region region;
+  lookahead_result result;
+  if (bytes < RIM_LCM_PLAN_SIZE || rim_lcm_unpack_plan(&plan, data, RIM_LCM_PLAN_SIZE) != RIM_OK)
+    return;
+  memset(&region, 0, sizeof region);
+  if (bytes - RIM_LCM_PLAN_SIZE >= sizeof region.inverse_shape)
+    memcpy(region.inverse_shape, data + RIM_LCM_PLAN_SIZE, sizeof region.inverse_shape);
+  region.dims = (uint8_t)(plan.sequence % 5u);
+  for (uint16_t d = 0; d < RIM_REGION_MAX_DIMS; d++)
+    region.feature[d] = d;
+  (void)lookahead_check(&c, &region, &plan, 0.0, &result);
+}
+
+static inline void fuzz_one(const uint8_t *data, size_t bytes) {
+  static config c;
+  if (bytes == 0)
+    return;
+  const size_t rest = bytes - 1;
+  uint64_t *exact = malloc(rest > 0 ? rest : 1); /* aligned as an image must be */
+  if (exact == NULL)
+    return;
+  memcpy(exact, data + 1, rest);
+  const uint8_t *in = (const uint8_t *)exact;
+  switch (data[0] % 7u) {
+  case 0:
+    fuzz_lcm(in, rest);
+    break;
+  case 1:
+    fuzz_packet(in, rest);
+    break;
+  case 2:
+    fuzz_can(in, rest);
+    break;
+  case 3:
+    fuzz_table(in, rest);
+    break;
+  case 4:
+    fuzz_image(in, rest);
+    break;
+  case 5:
+    fuzz_lookahead(in, rest);
+    break;
+  default:
+    (void)config_parse(&c, "fuzz", (const char *)in, rest);
+    break;
+  }
+  free(exact);
+}
+
+#endif
