@@ -8,6 +8,7 @@
 
 #include "diagnose/gain.hpp"
 #include "diagnose/null.hpp"
+#include "diagnose/regions.hpp"
 #include "diagnose/rollout.hpp"
 #include "diagnose/search.hpp"
 #include "diagnose/sentence.hpp"
@@ -22,11 +23,10 @@ namespace {
 using Index = Eigen::Index;
 constexpr std::size_t kLeastRows = 60;
 constexpr std::size_t kMostFolds = 5;
-constexpr double kActs = 0.1; // sd: a row with less is not labelled
 // Below this score the null's threshold is not believed: it is a fitted law.
 constexpr double kLeastThreshold = 2.0;
-// The law is fitted to a first look at each simulated residual; the real one is looked at more often
-// (swaps, ellipses), so a fifth of what is allowed is asked of it.
+// The law is fitted to a first look at each simulated residual; the real one is looked at more
+// often (swaps, ellipses), so a fifth of what is allowed is asked of it.
 constexpr double kStrict = 0.2;
 
 std::vector<Term> terms_of(const ChannelFindings &found) {
@@ -236,6 +236,20 @@ private:
   std::vector<Judged> one_step_, horizon_;
 };
 
+// Where, before why: of every channel of which something is claimed of its mean.
+void add_regions(const Measured &measured, const std::vector<ChannelFindings> &found,
+                 Diagnosis *diagnosis) {
+  std::vector<std::vector<ResidualRegion>> regions(found.size());
+  parallel_for(found.size(), [&](std::size_t c) {
+    if (found[c].members.empty())
+      return;
+    const Vector used = (found[c].noise.weight.array() > 0.0).cast<double>();
+    regions[c] = find_regions(measured, measured.channels[c], used, found[c].noise.divisor());
+  });
+  for (const auto &of_channel : regions)
+    diagnosis->regions.insert(diagnosis->regions.end(), of_channel.begin(), of_channel.end());
+}
+
 void add_notes(const Measured &measured, const std::vector<ChannelFindings> &found,
                Diagnosis *diagnosis) {
   for (std::size_t c = 0; c < found.size(); ++c) {
@@ -298,6 +312,7 @@ Diagnosis diagnose(const std::vector<Log> &logs, const Options &options, Measure
     state.rows_flagged = found[c].flagged.stuck_rows + found[c].flagged.dropout_rows;
     diagnosis.channels.push_back(std::move(state));
   }
+  add_regions(measured, found, &diagnosis);
   std::stable_sort(diagnosis.findings.begin(), diagnosis.findings.end(),
                    [](const Finding &a, const Finding &b) {
                      return a.given != b.given ? b.given : a.ln_anom > b.ln_anom;

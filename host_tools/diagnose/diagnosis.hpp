@@ -10,6 +10,10 @@
 
 namespace rim::diagnose {
 
+// The next cause's BIC must be at least so much worse for the claimed one to be told from it: odds
+// of 20 to 1.
+inline constexpr double kSeparableBic = 6.0;
+
 // Another cause for the same rows.
 struct Alternative {
   std::string cause;
@@ -34,6 +38,16 @@ struct Finding {
   bool given = false;             // it came with --extension and was not searched for
 };
 
+// Where residuals shift together, whatever the cause (DMAPS, Alg. 3, p. 33): each row in one region
+// at most.
+struct ResidualRegion {
+  std::string channel;
+  Gate gate;             // an ellipsoid over at most three features
+  double shift_sd = 0.0; // most likely shift, in stated sd
+  double ln_anom = 0.0;  // of its own rows, corrected for autocorrelation and scale
+  std::size_t rows = 0;
+};
+
 struct Interval95 {
   double low = 0.0, high = 0.0;
 };
@@ -50,7 +64,7 @@ struct Gain {
   double mpa_before = 0.0, mpa_after = 0.0; // eq. 3.38, p. 44: mean predicted density
   double ratio = 1.0;                       // rmse_after / rmse_before
   Interval95 ratio_ci95, nll_gain_ci95;     // resampling whole logs, or blocks where logs are few
-  bool worse = false;                       // ratio more than 2 % above 1, or its interval above 1
+  bool worse = false; // ratio more than 2 % above 1; or more than .5 %, and its interval above 1
 };
 
 struct ChannelState {
@@ -64,6 +78,7 @@ struct ChannelState {
 
 struct Diagnosis {
   std::vector<Finding> findings;
+  std::vector<ResidualRegion> regions; // before any term is added; of channels with findings
   std::vector<Gain> gains;
   std::vector<ChannelState> channels;
   std::vector<std::string> notes; // what the reader must know: sd estimated, a feature constant ...

@@ -92,10 +92,10 @@ std::string parameters_toml(const char *header, const std::vector<Parameter> &pa
   return out;
 }
 
-std::string region_toml(const Gate &gate) {
+std::string region_toml(const char *key, const Gate &gate) {
   if (gate.everywhere())
     return "";
-  std::string out = "[term.region]\n";
+  std::string out = fmt::format("[term.{}]\n", key);
   out += "features = " + list(gate.features, quoted) + "\n";
   out += "units = " + list(gate.units, quoted) + "\n";
   out += "lower = " + list(gate.lower, number) + "\n";
@@ -139,7 +139,7 @@ std::string term_toml(const Term &term) {
     for (const auto &[product, coefficient] : term.response)
       out += quoted(product) + " = " + number(coefficient) + "\n";
   }
-  return out + region_toml(term.gate);
+  return out + region_toml("region", term.gate) + region_toml("support", term.support);
 }
 
 // ---- reading ----
@@ -169,7 +169,7 @@ private:
   void read_arguments(Term *term) const;
   void read_table(Term *term) const;
   void read_response(Term *term) const;
-  void read_region(Gate *gate) const;
+  void read_region(const char *key, Gate *gate) const;
   void read_ellipsoid(const toml::table &table, Gate *gate) const;
   void check_bounds(const toml::table &table, const Gate &gate) const;
   void check_feature(const toml::node &node, const std::string &channel,
@@ -385,13 +385,13 @@ void TermReader::read_ellipsoid(const toml::table &table, Gate *gate) const {
     fail(path_, table, "an ellipse needs 'center' and 'inverse_shape'");
 }
 
-void TermReader::read_region(Gate *gate) const {
-  const toml::node *node = table_->get("region");
+void TermReader::read_region(const char *key, Gate *gate) const {
+  const toml::node *node = table_->get(key);
   if (node == nullptr)
     return;
-  const std::string name = "term.region";
+  const std::string name = std::string("term.") + key;
   if (!node->is_table())
-    fail(path_, *node, "key 'term.region': must be a table, [term.region]");
+    fail(path_, *node, fmt::format("key '{0}': must be a table, [{0}]", name));
   const toml::table &table = *node->as_table();
   check_keys(table, name,
              {"features", "units", "lower", "upper", "shape", "center", "inverse_shape"});
@@ -403,7 +403,8 @@ void TermReader::read_region(Gate *gate) const {
   const std::string shape =
       table.contains("shape") ? read_string(path_, *table.get("shape"), name + ".shape") : "box";
   if (shape != "box" && shape != "ellipse")
-    fail(path_, *table.get("shape"), "key 'term.region.shape': must be \"box\" or \"ellipse\"");
+    fail(path_, *table.get("shape"),
+         fmt::format("key '{}.shape': must be \"box\" or \"ellipse\"", name));
   gate->is_ellipse = shape == "ellipse";
   gate->lower = numbers(need(table, name, "lower"), name + ".lower", gate->is_ellipse);
   gate->upper = numbers(need(table, name, "upper"), name + ".upper", gate->is_ellipse);
@@ -532,7 +533,7 @@ void TermReader::check_expressions(const Term &term) const {
 Term TermReader::read() {
   check_keys(*table_, "term",
              {"channel", "cause", "form", "kind", "basis", "arguments", "size", "shape", "region",
-              "knots", "values", "response"});
+              "support", "knots", "values", "response"});
   Term term;
   term.channel = read_string(path_, need(*table_, "term", "channel"), "term.channel");
   term.cause = read_string(path_, need(*table_, "term", "cause"), "term.cause");
@@ -546,11 +547,10 @@ Term TermReader::read() {
   read_arguments(&term);
   read_table(&term);
   read_response(&term);
-  read_region(&term.gate);
-  if (!term.gate.everywhere()) {
-    const toml::node &features = *(*table_->get("region")->as_table()).get("features");
-    for (const std::string &feature : term.gate.features)
-      check_feature(features, term.channel, feature);
+  for (const auto &[key, gate] : {std::pair{"region", &term.gate}, {"support", &term.support}}) {
+    read_region(key, gate);
+    for (const std::string &feature : gate->features)
+      check_feature(*table_->get(key)->as_table()->get("features"), term.channel, feature);
   }
   check_form(term);
   check_sizes(term);
@@ -607,8 +607,10 @@ std::vector<Term> read_extension(const std::string &path) {
     fail(path, *list, "key 'term': must be an array of tables, [[term]]");
   for (const toml::node &node : *list->as_array()) {
     terms.push_back(TermReader(path, node).read());
-    if (!terms.back().gate.is_ellipse)
-      fill_box(&terms.back().gate);
+    for (Gate *gate : {&terms.back().gate, &terms.back().support}) {
+      if (!gate->is_ellipse)
+        fill_box(gate);
+    }
   }
   return terms;
 }
@@ -649,9 +651,10 @@ void check_unit(const Complaint &complain, std::size_t term, const char *key,
       complain(term, key, fmt::format("'{}' is in s, not in '{}'", name, unit));
     return;
   }
-  const int f = measured.find_feature(name);
+  const int exact = measured.find_feature(name);
+  const int f = exact >= 0 ? exact : measured.find_feature(base_feature(name));
   if (f < 0)
-    complain(term, key, fmt::format("there is no feature '{}' in the logs", name));
+    complain(term, key, fmt::format("there is no feature '{}' in the logs", base_feature(name)));
   const std::string &has = measured.features[static_cast<std::size_t>(f)].unit;
   if (!unit.empty() && unit != has)
     complain(term, key, fmt::format("'{}' is in '{}' in the logs, not in '{}'", name, has, unit));
@@ -669,7 +672,7 @@ void check_extension(const std::vector<Term> &terms, const Measured &measured,
       complain(i, "channel", fmt::format("there is no channel '{}' in the logs", term.channel));
     const std::string &unit = measured.channels[static_cast<std::size_t>(c)].unit;
     for (const auto &[name, feature] : term.arguments)
-      check_unit(complain, i, "arguments", feature, unit_of_name(feature), measured);
+      check_unit(complain, i, "arguments", feature, unit_of_name(base_feature(feature)), measured);
     for (const auto &[product, coefficient] : term.response) {
       for (std::size_t at = 0; at <= product.size();) {
         const std::size_t end = std::min(product.find('*', at), product.size());
@@ -680,6 +683,8 @@ void check_extension(const std::vector<Term> &terms, const Measured &measured,
     }
     for (std::size_t k = 0; k < term.gate.features.size(); ++k)
       check_unit(complain, i, "region", term.gate.features[k], term.gate.units[k], measured);
+    for (std::size_t k = 0; k < term.support.features.size(); ++k)
+      check_unit(complain, i, "support", term.support.features[k], term.support.units[k], measured);
     for (std::size_t k = 0; k < term.basis.size() && k < term.sizes.size(); ++k) {
       if (term.basis[k] == "1" && term.sizes[k].unit != unit)
         complain(i, "size",

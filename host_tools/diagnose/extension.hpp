@@ -9,6 +9,7 @@
 //   [[term.size]]   name value stderr unit
 //   [[term.shape]]  name value stderr unit
 //   [term.region]   features units lower upper shape = "box"|"ellipse" center inverse_shape
+//   [term.support]  the same, a box: rows beyond it were not seen, and nothing is added there
 //   table: knots, values; delay: [term.response]
 #pragma once
 

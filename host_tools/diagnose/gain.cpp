@@ -14,7 +14,6 @@ using Index = Eigen::Index;
 constexpr std::size_t kUnitsPerLog = 20; // blocks of a log, where logs are few
 constexpr std::size_t kLogsEnough = 6;   // from here on whole logs are resampled
 constexpr int kDraws = 400;
-constexpr double kActs = 0.1; // sd
 
 std::size_t unit_of(const Measured &measured, std::size_t log, std::size_t row_in_log) {
   return measured.logs.size() >= kLogsEnough
@@ -204,7 +203,7 @@ std::vector<Gain> summarise(const Judged &judged, const Channel &channel, double
     }
     gain.ratio_ci95 = interval(ratios);
     gain.nll_gain_ci95 = interval(likelihoods);
-    gain.worse = gain.ratio > 1.02 || gain.ratio_ci95.low > 1.0;
+    gain.worse = gain.ratio > 1.02 || (gain.ratio > 1.005 && gain.ratio_ci95.low > 1.0);
     out.push_back(gain);
   }
   return out;

@@ -229,13 +229,15 @@ std::string Builder::unit_of(const Form &form, const std::vector<int> &arguments
       if (form.arguments[k].name == name)
         unit = measured_.features[static_cast<std::size_t>(arguments[k])].unit;
     }
+    if (unit.find('/') != std::string::npos)
+      unit = "(" + unit + ")";
     if (!unit.empty())
-      under += (under.empty() ? "" : " ") + ("(" + unit + ")");
+      under += (under.empty() ? "" : " ") + unit;
   }
   if (form.per.size() == 1 && form.per[0] == "m")
     return "";
   return under.empty() ? channel_.unit
-                       : (channel_.unit.empty() ? "1" : channel_.unit) + "/" + under;
+                       : (channel_.unit.empty() ? "1" : channel_.unit) + " per " + under;
 }
 
 bool Builder::add(Candidate candidate, const Eigen::MatrixXd &columns) {

@@ -10,7 +10,9 @@ namespace rim::diagnose {
 
 namespace {
 using Index = Eigen::Index;
-}
+constexpr int kMostPasses = 30;
+constexpr double kSmallStep = 1e-3; // standard errors
+} // namespace
 
 Fit fit_members(const Vector &y, const std::vector<Member> &members, const Noise &noise) {
   Index free = 0;
@@ -43,8 +45,16 @@ Fit fit_members(const Vector &y, const std::vector<Member> &members, const Noise
     gram.diagonal().array() += 1e-12;
     const Eigen::LDLT<Eigen::MatrixXd> solver(gram);
     fit.beta = solver.solve(weighted.transpose() * root.cwiseProduct(target));
-    for (int pass = 0; pass < 4; ++pass)
-      fit.beta += solver.solve(weighted.transpose() * clip(target - h * fit.beta));
+    const Vector sd =
+        (noise.scale *
+         solver.solve(Eigen::MatrixXd::Identity(free, free)).diagonal().cwiseMax(0.0).cwiseSqrt())
+            .cwiseMax(1e-300);
+    for (int pass = 0; pass < kMostPasses; ++pass) {
+      const Vector step = solver.solve(weighted.transpose() * clip(target - h * fit.beta));
+      fit.beta += step;
+      if (pass >= 2 && (step.cwiseQuotient(sd).cwiseAbs().array() < kSmallStep).all())
+        break;
+    }
     fit.covariance = solver.solve(Eigen::MatrixXd::Identity(free, free));
     const Eigen::HouseholderQR<Eigen::MatrixXd> qr(weighted);
     fit.orthonormal = qr.householderQ() * Eigen::MatrixXd::Identity(y.size(), free);

@@ -117,6 +117,15 @@ Json finding_json(const Finding &finding) {
           {"form", form_json(finding.term)}};
 }
 
+Json residual_region_json(const ResidualRegion &r) {
+  return {{"channel", r.channel},
+          {"region", region_json(r.gate)},
+          {"shift_sd", number(r.shift_sd)},
+          {"ln_anom", number(r.ln_anom)},
+          {"rows", r.rows},
+          {"text", gate_text(r.gate)}};
+}
+
 Json gain_json(const Gain &g) {
   return {{"rmse_before", number(g.rmse_before)},
           {"rmse_after", number(g.rmse_after)},
@@ -190,15 +199,18 @@ int label_of(const Diagnosis &diagnosis, std::size_t row) {
 } // namespace
 
 std::string diagnosis_json(const Diagnosis &diagnosis, const Measured &measured) {
-  Json findings = Json::array(), logs = Json::array();
+  Json findings = Json::array(), logs = Json::array(), regions = Json::array();
   for (const Finding &finding : diagnosis.findings)
     findings.push_back(finding_json(finding));
+  for (const ResidualRegion &region : diagnosis.regions)
+    regions.push_back(residual_region_json(region));
   for (const LogSpan &log : measured.logs)
     logs.push_back({{"path", log.path}, {"rows", log.rows_in_file}, {"rows_used", log.rows}});
   const Json all = {{"schema", "rim-diagnosis/1"},
                     {"verdict", diagnosis.adequate() ? "adequate" : "inadequate"},
                     {"sentence", diagnosis.sentence},
                     {"findings", findings},
+                    {"regions", regions},
                     {"gain", gains_json(diagnosis.gains)},
                     {"channels", channels_json(diagnosis, measured)},
                     {"notes", diagnosis.notes},

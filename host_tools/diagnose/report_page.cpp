@@ -219,6 +219,26 @@ std::string again(const Diagnosis &d, const Measured &t) {
          "the next diagnose take it with --extension).</p>\n</section>\n";
 }
 
+std::string regions(const Diagnosis &d) {
+  if (d.regions.empty())
+    return "";
+  std::string text =
+      "<section id=\"regions\">\n<h2>Where, before asking why</h2>\n<div class=\"scroll\">"
+      "<table class=\"channels\"><thead><tr><th>channel</th><th>region</th><th>shift, sd</th>"
+      "<th>rows</th><th>ln anom</th></tr></thead><tbody>\n";
+  for (const ResidualRegion &r : d.regions) {
+    text += "<tr><td>" + escape(r.channel) + "</td><td>" + escape(where_text(r.gate)) +
+            "</td><td class=\"number\">" + escape(fmt::format("{:+.2f}", r.shift_sd)) +
+            "</td><td class=\"number\">" + escape(count_text(r.rows)) +
+            "</td><td class=\"number\">" + escape(fmt::format("{:.0f}", r.ln_anom)) +
+            "</td></tr>\n";
+  }
+  return text +
+         "</tbody></table></div>\n<p class=\"note\">Regions in which the untouched residuals "
+         "shift together, each row in one of them at most (thesis, algorithm 3): ellipsoids, "
+         "given by the interval of each feature.</p>\n</section>\n";
+}
+
 std::string notes(const Diagnosis &d) {
   if (d.notes.empty())
     return "";
@@ -249,7 +269,8 @@ std::string report_html(const Diagnosis &diagnosis, const Measured &measured) {
             "<h2>When</h2>\n" +
             logs_picture(diagnosis, measured) + "</section>\n";
   }
-  return text + remains(diagnosis, measured) + notes(diagnosis) + again(diagnosis, measured) +
+  return text + regions(diagnosis) + remains(diagnosis, measured) + notes(diagnosis) +
+         again(diagnosis, measured) +
          "<footer>rimwatch " RIM_VERSION "</footer>\n</main>\n</body>\n</html>\n";
 }
 

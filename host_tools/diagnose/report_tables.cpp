@@ -18,18 +18,17 @@ double bar_share(double delta_bic, double most) {
 
 // Up to this the data do not tell a rival from the claim: odds of 20 to 1 (Kass and Raftery 1995,
 // p. 777, call what is beyond strong evidence); as in search.cpp.
-constexpr double kSeparable = 6.0;
 constexpr double kBar = 240.0;
 
 std::string bar(double delta_bic, double most) {
   Svg svg(kBar + 12.0, 18.0, "difference of BIC");
   svg.line(6.0, 0.0, 6.0, 18.0, "axis");
-  if (most > kSeparable) {
-    const double x = 6.0 + kBar * bar_share(kSeparable, most);
+  if (most > kSeparableBic) {
+    const double x = 6.0 + kBar * bar_share(kSeparableBic, most);
     svg.line(x, 0.0, x, 18.0, "one");
   }
   svg.rectangle(6.0, 4.0, std::max(2.0, kBar * bar_share(delta_bic, most)), 10.0,
-                delta_bic < kSeparable ? "rival" : "beaten");
+                delta_bic < kSeparableBic ? "rival" : "beaten");
   return svg.markup();
 }
 
@@ -46,7 +45,7 @@ std::string causes_table(const Finding &finding) {
   if (!finding.separable) {
     std::string names = escape(claimed);
     for (const Alternative &a : finding.alternatives) {
-      if (a.delta_bic <= kSeparable)
+      if (a.delta_bic <= kSeparableBic)
         names += ", " + escape(plain_cause(a.cause));
     }
     text += "<p class=\"callout\"><b>The data cannot tell these apart:</b> " + names +
@@ -79,7 +78,7 @@ std::string causes_table(const Finding &finding) {
   return text +
          "</tbody></table></div>\n<p class=\"note\">The bars grow with the root of the "
          "difference" +
-         (most > kSeparable ? std::string("; the line marks 6, up to which the data do not tell a "
+         (most > kSeparableBic ? std::string("; the line marks 6, up to which the data do not tell a "
                                           "rival from the claim")
                             : std::string()) +
          ". Held-out R\u00b2: the share of the residual's sum of squares explained on blocks that "

@@ -67,7 +67,7 @@ std::string finding_sentence(const Finding &finding, const Channel &channel) {
     text += "; the data cannot tell it from ";
     std::string others;
     for (const Alternative &a : finding.alternatives) {
-      if (a.delta_bic <= 6.0)
+      if (a.delta_bic <= kSeparableBic)
         others += (others.empty() ? "" : " or ") + cause_words(a.cause);
     }
     text += others;

@@ -17,6 +17,9 @@ namespace rim::diagnose {
 // The name by which gates and arguments mean the seconds since a log began.
 inline constexpr const char *kTime = "t_s";
 
+// A term acts on a row where it adds at least so many stated sd.
+inline constexpr double kActs = 0.1;
+
 // Where a term acts; no features: everywhere. A box, or the ellipsoid (x-u)' A^-1 (x-u) < 1 (eq.
 // 3.8, p. 29) inscribed in the box that lower and upper then are. Closed bounds. On an angle
 // (Feature::is_angle) lower may exceed upper: the interval then runs through pi.
