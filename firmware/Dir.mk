@@ -66,7 +66,7 @@ $(CROSS)/%.rec: $(CROSS)/record $(CROSS)/%/model.rim $(CROSS)/%/log/run_0001.csv
 $(CROSS)/landing_flight/model.rim: $(CROSS)/landing/model.rim
 	@mkdir -p $(@D)
 	$(call say,RIM )$(BUILD)/rim train $(CROSS)/landing/healthy/run_*.csv --out $@ --quick --flight > $(@D)/train.txt
-$(CROSS)/golf_flight/model.rim $(CROSS)/six_flight/model.rim: $(CROSS)/%/model.rim: $(CROSS)/%/log/run_0001.csv
+$(CROSS)/golf_flight/model.rim $(CROSS)/six_flight/model.rim: $(CROSS)/%/model.rim: $(CROSS)/%/log/run_0001.csv $(BUILD)/rim
 	$(call say,RIM )$(BUILD)/rim replay $< --calibration-runs 39 --flight --save-model $@ > $(@D)/train.txt
 $(CROSS)/landing_flight/log/run_0001.csv $(CROSS)/golf_flight/log/run_0001.csv: \
     $(CROSS)/%_flight/log/run_0001.csv: $(CROSS)/%/log/run_0001.csv

@@ -126,12 +126,12 @@ void use_profile(FlightPlan *plan, bool flight, bool few_rows) {
   if (flight && plan->layout.external) {
     plan->scans = 4;
     plan->edges = 4;
-    plan->moves = 4;
+    plan->moves = 16;
     plan->ring = 256;
-    plan->grid = 12;
-    plan->pairs = 4;
+    plan->grid = 16;
+    plan->pairs = 5;
   } else if (flight) { // intervals alone: the ring tells since when, nothing else
-    plan->scans = 6;
+    plan->scans = 7;
     plan->ring = 128;
   } else if (plan->layout.external && few_rows) {
     plan->edges = 144;

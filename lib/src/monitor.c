@@ -7,6 +7,7 @@
 #include "rim/real.h"
 
 #define UPDATE_RATIO 0.25         /* ln anom grown by a quarter is worth another record */
+#define FEW_SCANS 8u              /* with fewer a row that ends a block does none */
 #define MONITOR_MAGIC 0x52494d4du /* "RIMM": memory that holds a monitor */
 
 struct rim_monitor {
@@ -581,8 +582,18 @@ static void judge(rim_monitor *self, rim_verdict *verdict) {
                                                                   : RIM_LEVEL_OK;
 }
 
+/* With few scans a row the image is for a small processor: the row that ends a block, with its two
+ * further predictions, is the most costly one and leaves the search to the others. */
+static bool is_spared(const rim_monitor *self, uint32_t rows, bool new_block) {
+  const uint32_t scans = self->words[RIM_CONFIG_SCANS];
+  return new_block && rows == 1 && self->words[RIM_CONFIG_BLOCK_ROWS] > 1 && scans > 0 &&
+         scans < FEW_SCANS;
+}
+
 static void search_and_judge(rim_monitor *self, uint32_t rows, bool new_block) {
   const uint32_t budget = self->words[RIM_CONFIG_BUDGET] != 0 ? self->words[RIM_CONFIG_BUDGET] : 1;
+  if (is_spared(self, rows, new_block))
+    rows = 0;
   for (uint32_t i = 0; i < rows; ++i)
     rim_select_work(self->select, budget);
   if (rim_select_observations(self->select) == 0)

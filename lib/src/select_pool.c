@@ -584,7 +584,7 @@ void rim_select_pool_move(rim_select *e, uint32_t budget) {
     const pair_state *p = select_pair(e, i);
     if (!p->active)
       continue;
-    const uint8_t exact = i == e->leader ? 1 : 0;
+    const uint8_t exact = i == e->leader && e->edges >= FEW_EDGES ? 1 : 0;
     if (p->exact != exact)
       refresh(e, i, exact);
     if (i == e->leader)
