@@ -6,6 +6,7 @@
 #include "util/data_path.hpp"
 #include "util/parallel_for.hpp"
 #include "util/progress.hpp"
+#include "world/cobot_log.hpp"
 #include "world/golf_params.hpp"
 #include "world/lander_params.hpp"
 #include "world/recording.hpp"
@@ -20,12 +21,13 @@ namespace {
 using rim::world::Recording;
 
 struct Options {
-  std::string world, out, params, truth, variant = "continuous";
+  std::string world, out, params, truth, labels, variant = "continuous";
   std::vector<std::string> effects, extensions;
   std::uint64_t runs = 1, first = 1, seed = 1;
   std::size_t rows = 0;
   rim::GolfOptions golf;
   bool no_bump = false;
+  bool encoders = false;
 };
 
 const char *const kFooter =
@@ -41,9 +43,9 @@ const char *const kFooter =
     "  rim simulate golf --out golf --runs 1 --seed 7 --dims 10";
 
 void declare(CLI::App &app, Options &o) {
-  app.add_option("WORLD", o.world, "lander or golf")
+  app.add_option("WORLD", o.world, "lander, golf or cobot")
       ->required()
-      ->check(CLI::IsMember({"lander", "golf"}));
+      ->check(CLI::IsMember({"lander", "golf", "cobot"}));
   app.add_option("--out", o.out, "folder for the logs, made if missing: DIR/run_0001.csv ...")
       ->required()
       ->type_name("DIR");
@@ -52,7 +54,7 @@ void declare(CLI::App &app, Options &o) {
       ->check(CLI::Range(1, 100000000));
   app.add_option("--seed", o.seed, "seed of all random numbers (default 1)")
       ->check(CLI::NonNegativeNumber);
-  app.add_option("--effect", o.effects, "hide an effect (lander); may be repeated")
+  app.add_option("--effect", o.effects, "hide an effect (lander, cobot); may be repeated")
       ->type_name("FILE.toml")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
@@ -68,7 +70,13 @@ void declare(CLI::App &app, Options &o) {
       ->check(CLI::NonNegativeNumber);
   app.add_option("--truth", o.truth, "write log,row,finding: a file, or a folder for one a log")
       ->type_name("FILE|DIR");
-  app.add_option("--dims", o.golf.dims, "golf: dimensions of the context (default 2)")
+  app.add_option("--labels", o.labels,
+                 "cobot: write when interference acted: log,start_s,end_s,kind")
+      ->type_name("FILE");
+  app.add_flag("--encoders", o.encoders,
+               "cobot: the counters of the wheels instead of velocities and their predictions");
+  app.add_option("--dims", o.golf.dims,
+                 "dimensions of the context; golf: default 2, cobot: 7 (default), 15, 30, 100")
       ->check(CLI::Range(2, 999));
   app.add_option("--variant", o.variant, "golf: continuous (default) or binary")
       ->check(CLI::IsMember({"continuous", "binary"}));
@@ -82,6 +90,23 @@ void declare(CLI::App &app, Options &o) {
   app.footer(kFooter);
 }
 
+void check_cobot(const CLI::App &app, Options &o) {
+  for (const char *option : {"--labels", "--encoders"}) {
+    if (o.world != "cobot" && app.count(option) > 0)
+      throw rim::UsageError(std::string(option) + ": only the cobot world has it");
+  }
+  if (o.world != "cobot")
+    return;
+  if (o.encoders && !o.extensions.empty())
+    throw rim::UsageError("--extension: --encoders leaves no prediction that it could be added to");
+  if (app.count("--dims") == 0)
+    o.golf.dims = 7;
+  if (o.golf.dims != 7 && o.golf.dims < 15)
+    throw rim::UsageError("--dims: the cobot's context has 7 or 15 dimensions and more");
+  if (o.rows == 0)
+    o.rows = 3600; // three minutes, as in the thesis
+}
+
 void check(const CLI::App &app, Options &o) {
   if (o.world == "golf" && !o.effects.empty())
     throw rim::UsageError("--effect: the golf world has none; its bump is its effect");
@@ -89,9 +114,11 @@ void check(const CLI::App &app, Options &o) {
     throw rim::UsageError("--extension: the lander's logs carry no prediction that it could be "
                           "added to; rim diagnose --world lander takes it");
   for (const char *option : {"--dims", "--variant", "--anomalous", "--no-bump", "--shots"}) {
-    if (o.world == "lander" && app.count(option) > 0)
+    if (o.world != "golf" && app.count(option) > 0 &&
+        (o.world == "lander" || std::string(option) != "--dims"))
       throw rim::UsageError(std::string(option) + ": only the golf world has it");
   }
+  check_cobot(app, o);
   if (o.no_bump && app.count("--anomalous") > 0)
     throw rim::UsageError("--anomalous: without a bump no shot is anomalous; use --shots");
   o.golf.bump = !o.no_bump;
@@ -113,6 +140,8 @@ std::string effect_path(const std::string &given) {
 struct World {
   std::function<Recording(std::uint64_t)> run;
   std::string parameters;
+  // Interference of run k, made again; empty: the world has none.
+  std::function<std::vector<rim::world::CobotInterval>(std::uint64_t)> intervals = {};
 };
 
 World lander_world(const Options &o) {
@@ -140,6 +169,42 @@ World golf_world(const Options &o) {
           rim::world::golf_params_toml(params)};
 }
 
+World cobot_world(const Options &o) {
+  rim::world::CobotParams params;
+  rim::world::CobotMap map;
+  rim::world::read_cobot(rim::data_path("cobot.toml"), o.params, &params, &map);
+  std::vector<rim::world::CobotEffect> effects;
+  for (const std::string &path : o.effects) {
+    const auto read = rim::world::read_cobot_effects(path, map);
+    effects.insert(effects.end(), read.begin(), read.end());
+  }
+  World world;
+  world.run = [o, params, map, effects](std::uint64_t k) {
+    rim::world::Cobot cobot(params, map, effects, o.seed, k);
+    return rim::world::record_cobot(cobot, params, o.golf.dims, o.rows, o.encoders);
+  };
+  world.intervals = [o, params, map, effects](std::uint64_t k) {
+    rim::world::Cobot cobot(params, map, effects, o.seed, k);
+    for (std::size_t row = 0; row <= o.rows; ++row)
+      cobot.next();
+    return cobot.intervals();
+  };
+  world.parameters = rim::world::cobot_params_toml(params);
+  return world;
+}
+
+World make_world(const Options &o) {
+  return o.world == "lander" ? lander_world(o) : o.world == "golf" ? golf_world(o) : cobot_world(o);
+}
+
+void write_labels(const Options &o, const World &world) {
+  std::vector<rim::world::InterferenceLabels> labels(o.runs);
+  rim::parallel_for(o.runs, [&](std::size_t i) {
+    labels[i] = {rim::world::run_path(o.out, o.first + i), world.intervals(o.first + i)};
+  });
+  rim::world::write_labels(labels, o.labels);
+}
+
 void write_record(const Options &o, const World &world) {
   std::string text =
       fmt::format("# rim simulate {}, rimwatch {}\n# --seed {} --first {} --runs {} --rows {}",
@@ -149,6 +214,8 @@ void write_record(const Options &o, const World &world) {
             (o.golf.bump ? " --anomalous " + std::to_string(o.golf.anomalous)
                          : " --no-bump --shots " + std::to_string(o.golf.shots));
   }
+  if (o.world == "cobot")
+    text += " --dims " + std::to_string(o.golf.dims) + (o.encoders ? " --encoders" : "");
   for (const std::string &path : o.extensions)
     text += " --extension " + path;
   rim::AtomicFile file(o.out + "/simulate.toml");
@@ -176,7 +243,7 @@ int cmd_simulate(int argc, char **argv) {
     return rim::EXIT_FINE;
   check(app, o);
   const auto extensions = rim::diagnose::read_extensions(o.extensions);
-  const World world = o.world == "lander" ? lander_world(o) : golf_world(o);
+  const World world = make_world(o);
   if (!extensions.empty()) { // what does not fit the world is refused before anything is written
     rim::Log log = world.run(o.first).log;
     rim::diagnose::apply_extension(extensions, &log);
@@ -201,6 +268,8 @@ int cmd_simulate(int argc, char **argv) {
   write_record(o, world);
   if (!o.truth.empty())
     write_truths(o, truths);
+  if (!o.labels.empty())
+    write_labels(o, world);
   std::size_t total = 0;
   for (const std::size_t n : rows)
     total += n;
