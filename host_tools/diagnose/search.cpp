@@ -18,6 +18,14 @@ constexpr double kSwapGain = 0.5; // nats by which a swap must be better
 // Scatter that differs by more than this factor of variance is rather the model's error than noise.
 constexpr double kMostWeight = 4.0;
 
+// Kish's number of rows that carry a column: in few, one outlier makes a region.
+constexpr double kLeastEffective = 25.0;
+double effective_rows(const Eigen::MatrixXd &h) {
+  const auto squares = h.rowwise().squaredNorm().array().eval();
+  const double fourth = squares.square().sum();
+  return fourth > 0.0 ? squares.sum() * squares.sum() / fourth : 0.0;
+}
+
 // Features by which a term alone is a function of one feature: bias in an interval, hinge ...
 std::string only_feature(const Term &term) {
   std::set<std::string> names(term.gate.features.begin(), term.gate.features.end());
@@ -158,6 +166,8 @@ ChannelSearch::Best ChannelSearch::best_of(const std::vector<Proposal> &proposal
     Proposal proposal = given;
     scanner_->refine(fit.residual, out_.noise, &proposal);
     Member member = make_member(proposal);
+    if (!proposal.bounds.empty() && effective_rows(member.h) < kLeastEffective)
+      continue;
     if (member.term.shape.size() == 1)
       refine_shape(members, fit.loss, &member);
     std::vector<Member> all = members;
