@@ -13,7 +13,8 @@ namespace rim::diagnose {
 
 namespace {
 constexpr double kEuler = 0.5772156649015329, kPi = 3.141592653589793;
-}
+constexpr double kLeastP = 1e-12; // a fitted law's tail is not believed further
+} // namespace
 
 double Null::threshold(double false_alarm) const {
   const double one = std::pow(1.0 - false_alarm, 1.0 / static_cast<double>(channels));
@@ -22,7 +23,8 @@ double Null::threshold(double false_alarm) const {
 
 double Null::p_value(double score) const {
   // 1 - exp(-c exp(-u)) without cancellation.
-  return -std::expm1(-static_cast<double>(channels) * std::exp(-(score - location) / spread));
+  return std::max(kLeastP, -std::expm1(-static_cast<double>(channels) *
+                                       std::exp(-(score - location) / spread)));
 }
 
 Null simulate_null(const Measured &measured, const std::vector<Library> &libraries,

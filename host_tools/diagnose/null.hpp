@@ -17,7 +17,7 @@ struct Null {
 
   // Score that noise exceeds, in any channel, with this probability.
   double threshold(double false_alarm) const;
-  // Probability that noise reaches this score in any channel.
+  // Probability that noise reaches this score in any channel; not below 1e-12.
   double p_value(double score) const;
 };
 

@@ -66,6 +66,15 @@ Vector lagged(const Vector &x, const Measured &measured, double delay_s) {
   return out;
 }
 
+// Four significant digits; no exponent below ten million.
+std::string number_text(double value) {
+  const double size = std::abs(value);
+  if (size < 1e4 || size >= 1e7)
+    return fmt::format("{:.4g}", value);
+  const double unit = std::pow(10.0, std::floor(std::log10(size)) - 3.0);
+  return fmt::format("{:.0f}", std::round(value / unit) * unit);
+}
+
 double shape_of(const Term &term, const std::string &name) {
   for (const Parameter &p : term.shape) {
     if (p.name == name)
@@ -189,7 +198,7 @@ std::string substituted(const std::string &expression, const Term &term) {
       std::replace(name.begin(), name.end(), ' ', '_');
       out += name;
     } else if (parameter != term.shape.end()) {
-      out += fmt::format("{:.4g}", parameter->value);
+      out += number_text(parameter->value);
     } else {
       out += word == "m" ? "prediction" : word;
     }
@@ -308,7 +317,7 @@ std::string expression_text(const Term &term) {
     const std::string factor = substituted(term.basis[k], term);
     if (k > 0)
       text += size < 0.0 ? " - " : " + ";
-    text += fmt::format("{:.4g}", k > 0 ? std::abs(size) : size);
+    text += number_text(k > 0 ? std::abs(size) : size);
     if (factor != "1")
       text +=
           " * " + (term.basis[k].find_first_of("+-", 1) == std::string::npos || factor.back() == ')'
@@ -325,11 +334,11 @@ std::string gate_text(const Gate &gate) {
         k < gate.units.size() && !gate.units[k].empty() ? " " + gate.units[k] : "";
     if (k > 0)
       text += k + 1 == gate.features.size() ? " and " : ", ";
-    text += gate.lower[k] > gate.upper[k]
-                ? fmt::format("{} above {:.4g} or below {:.4g}{}", strip(gate.features[k]),
-                              gate.lower[k], gate.upper[k], unit)
-                : fmt::format("{} {:.4g} to {:.4g}{}", strip(gate.features[k]), gate.lower[k],
-                              gate.upper[k], unit);
+    const std::string low = number_text(gate.lower[k]), high = number_text(gate.upper[k]);
+    text += strip(gate.features[k]) +
+            (gate.lower[k] > gate.upper[k] ? " above " + low + " or below " + high
+                                           : " " + low + " to " + high) +
+            unit;
   }
   return gate.is_ellipse && gate.features.size() > 1 ? "the ellipse " + text : text;
 }
