@@ -7,6 +7,7 @@
 #include "diagnose/output_folder.hpp"
 #include "diagnose/outputs.hpp"
 #include "log/schema.hpp"
+#include "util/atomic_file.hpp"
 #include "util/data_path.hpp"
 #include "util/table.hpp"
 
@@ -74,13 +75,32 @@ void declare(CLI::App &app, Options_ &o) {
   app.footer(kFooter);
 }
 
-// A hold-out that was trained on would be a lie.
-void check_holdout(const Options_ &o) {
+bool is_same_file(const std::string &a, const std::string &b) {
+  std::error_code ignored;
+  if (a == b || fs::equivalent(a, b, ignored))
+    return true;
+  const auto size_a = fs::file_size(a, ignored), size_b = fs::file_size(b, ignored);
+  return !ignored && size_a == size_b && rim::read_file(a) == rim::read_file(b);
+}
+
+// A hold-out that was trained on would be a lie, a log that counts twice is evidence that is none:
+// by any path, also as a copy.
+void check_logs(const Options_ &o) {
   for (const std::string &held : o.holdout) {
     for (const std::string &log : o.logs) {
-      std::error_code ignored;
-      if (held == log || fs::equivalent(held, log, ignored))
-        throw rim::DataError(held + ": is a training log too; a hold-out must be another");
+      if (is_same_file(held, log))
+        throw rim::DataError(held + ": is a training log too" +
+                             (held == log ? "" : " (" + log + ")") +
+                             "; a hold-out must be another");
+    }
+  }
+  for (const auto *logs : {&o.logs, &o.holdout}) {
+    for (std::size_t i = 0; i < logs->size(); ++i) {
+      for (std::size_t j = 0; j < i; ++j) {
+        if (is_same_file((*logs)[i], (*logs)[j]))
+          throw rim::DataError((*logs)[i] + ": is given twice" +
+                               ((*logs)[i] == (*logs)[j] ? "" : " (" + (*logs)[j] + ")"));
+      }
     }
   }
 }
@@ -146,7 +166,7 @@ int cmd_diagnose(int argc, char **argv) {
   declare(app, o);
   if (!rim::parse_arguments(app, argc, argv))
     return rim::EXIT_FINE;
-  check_holdout(o);
+  check_logs(o);
   check_output_folder(o.out);
   std::optional<rim::Schema> schema;
   if (!o.schema.empty())
@@ -163,6 +183,8 @@ int cmd_diagnose(int argc, char **argv) {
   const rim::Schema *mapping = schema ? &*schema : nullptr;
   const std::vector<rim::Log> logs = read_all(o.logs, mapping, predictor.get());
   options.holdout = read_all(o.holdout, mapping, predictor.get());
+  if (!options.holdout.empty()) // what is wrong with them is said before the work
+    (void)make_measured(options.holdout);
   for (const std::string &path : o.extensions) {
     const std::vector<Term> terms = read_extension(path);
     check_extension(terms, make_measured(logs), path);

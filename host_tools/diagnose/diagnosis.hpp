@@ -1,6 +1,7 @@
 // diagnose/diagnosis.hpp - what a diagnosis says: findings, the gain, and how sure it is.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 #include <utility>
@@ -86,7 +87,10 @@ struct Diagnosis {
   std::string command;            // how to make it again
   std::string model;              // "the logs' own predictions", "world falcon", "image x.rim"
   std::uint64_t seed = 1;
-  bool adequate() const { return findings.empty(); }
+  // Nothing was found beside what came with --extension.
+  bool adequate() const {
+    return std::all_of(findings.begin(), findings.end(), [](const Finding &f) { return f.given; });
+  }
 };
 
 } // namespace rim::diagnose
