@@ -146,6 +146,7 @@ fuzz: fuzz-deps ## search every decoder for faults, guided by coverage (FUZZ_SEC
 
 # Instructions of a step and RAM on the Cortex-M7, in the flight profile: thousands, kB.
 .PHONY: budgets budget-deps
+size: $(if $(CROSS_COMPILE),,budgets)
 budget-deps: deps
 	$(call install_missing,$(mps2-an500_PACKAGES))
 budgets: budget-deps

@@ -27,9 +27,10 @@ awk -F, -v OFS=, 'NR == 1 || NR < 300 {if (NR > 1) $1 += 60; print}' biased.csv 
 python3 "$root/tests/firmware/toy_can.py" later.csv > again.candump
 "$root/tests/firmware/guest.sh" "$BUILD/can" "$kernel" "$BUILD/rim" "$BUILD/rimd" toy.rim biased.candump again.candump \
   "$root/tests/firmware/guest_init.sh" || { bad "the guest cannot be made"; finish; }
+# no_timer_check: on a machine that is busy elsewhere the kernel takes the emulated timer for dead, and panics.
 timeout 270 nice qemu-system-x86_64 -M q35 -m 512 -nographic -no-reboot -kernel "$BUILD/can/vmlinuz" -initrd "$BUILD/can/initramfs.cpio" \
-  -append "console=ttyS0 quiet panic=-1" -object can-bus,id=cb -device kvaser_pci,canbus=cb -device kvaser_pci,canbus=cb \
-  < /dev/null 2>&1 | tr -d '\r' > console
+  -append "console=ttyS0 quiet panic=-1 no_timer_check" -object can-bus,id=cb -device kvaser_pci,canbus=cb \
+  -device kvaser_pci,canbus=cb < /dev/null 2>&1 | tr -d '\r' > console
 cp console "$BUILD/can/console"
 contains "the guest came to its end" "$(tail -n 30 console)" "^guest done"
 passed=$((passed + $(grep -c '^ok ' console)))
