@@ -26,8 +26,8 @@ constexpr std::size_t kMostFolds = 5;
 // Below this score the null's threshold is not believed: it is a fitted law.
 constexpr double kLeastThreshold = 2.0;
 // The law is fitted to a first look at each simulated residual; the real one is looked at more
-// often (swaps, ellipses), so a fifth of what is allowed is asked of it.
-constexpr double kStrict = 0.2;
+// often (swaps, ellipses), so a tenth of what is allowed is asked of it.
+constexpr double kStrict = 0.1;
 
 std::vector<Term> terms_of(const ChannelFindings &found) {
   std::vector<Term> terms;

@@ -26,21 +26,17 @@ double effective_rows(const Eigen::MatrixXd &h) {
   return fourth > 0.0 ? squares.sum() * squares.sum() / fourth : 0.0;
 }
 
-// Features by which a term alone is a function of one feature: bias in an interval, hinge ...
-std::string only_feature(const Term &term) {
+// Features that a term of the context alone is made of: a bias in an interval, a hinge ...; none of
+// a term of the prediction.
+std::set<std::string> features_of(const Term &term) {
   std::set<std::string> names(term.gate.features.begin(), term.gate.features.end());
   for (const auto &[placeholder, feature] : term.arguments)
     names.insert(feature);
-  for (const std::string &basis : term.basis) {
-    if (basis.find('m') != std::string::npos && basis.find("max") == std::string::npos &&
-        basis.find("min") == std::string::npos)
-      return "";
-  }
   const bool is_plain = term.cause == "bias" || term.cause == "coupling" || term.cause == "hinge" ||
                         term.cause == "product" || term.cause == "drift" ||
                         term.cause == "viscous_friction" || term.cause == "coulomb_friction" ||
                         term.cause == "quadratic_drag" || term.cause == "unknown";
-  return is_plain && names.size() == 1 ? *names.begin() : "";
+  return is_plain ? names : std::set<std::string>{};
 }
 
 } // namespace
@@ -355,11 +351,18 @@ void ChannelSearch::fill_sizes() {
 // Where one feature carries what was found, a smooth curve over it may say it better than any name:
 // several pieces on one feature, or one with structure left over the same feature.
 void ChannelSearch::smooth_unknowns() {
+  // Every feature that carries a term alone, with all terms that it has a part in.
   std::map<std::string, std::vector<std::size_t>> groups;
+  for (const Member &member : out_.members) {
+    const std::set<std::string> names = features_of(member.term);
+    if (names.size() == 1 && *names.begin() != kTime && !member.is_given)
+      groups[*names.begin()].clear();
+  }
   for (std::size_t j = 0; j < out_.members.size(); ++j) {
-    const std::string feature = only_feature(out_.members[j].term);
-    if (!feature.empty() && feature != kTime && !out_.members[j].is_given)
-      groups[feature].push_back(j);
+    for (const std::string &name : features_of(out_.members[j].term)) {
+      if (groups.count(name) > 0 && !out_.members[j].is_given)
+        groups[name].push_back(j);
+    }
   }
   for (const auto &[name, which] : groups) {
     const int feature = measured_.find_feature(name);

@@ -18,7 +18,20 @@ constexpr std::size_t kBlocks = 10; // a log, for what is held out
 constexpr double kLeastHeldOut = 2.0;
 // Support: the share of a feature's range below which it bounds a term, and the margin beyond.
 constexpr double kSupportShare = 0.5, kSupportMargin = 0.2;
-constexpr double kFar = 10.0; // ranges: where no bound is meant
+constexpr double kOwnMargin = 0.1; // of the range of a term's own argument
+constexpr double kFar = 10.0;      // ranges: where no bound is meant
+
+// In its own arguments a term goes on a little way beyond what was seen.
+void limit_own(const Feature &feature, const Vector &x, Term *term) {
+  const auto &gated = term->gate.features;
+  if (std::find(gated.begin(), gated.end(), feature.name) != gated.end())
+    return;
+  const double least = x.minCoeff(), most = x.maxCoeff();
+  term->support.features.push_back(feature.name);
+  term->support.units.push_back(feature.unit);
+  term->support.lower.push_back(least - kOwnMargin * (most - least));
+  term->support.upper.push_back(most + kOwnMargin * (most - least));
+}
 
 // Whether a term names the feature itself: then how it goes on there is what the term says.
 bool is_own(const Term &term, const std::string &feature) {
@@ -187,8 +200,12 @@ void ChannelSearch::limit_support() {
     const Vector effect = mean_effect(term, measured_, channel_.m).cwiseQuotient(channel_.sd);
     for (std::size_t f = 0; f < measured_.features.size(); ++f) {
       const Feature &feature = measured_.features[f];
-      if (feature.is_angle || is_own(term, feature.name))
+      if (feature.is_angle)
         continue;
+      if (is_own(term, feature.name)) {
+        limit_own(feature, measured_.x.col(static_cast<Index>(f)), &term);
+        continue;
+      }
       const auto x = measured_.x.col(static_cast<Index>(f));
       double low = 1e300, high = -1e300;
       for (Index i = 0; i < effect.size(); ++i) {
