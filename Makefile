@@ -47,7 +47,7 @@ include data/Dir.mk
 .PHONY: help deps all demo test bench size install clean check FORCE
 
 help: ## this list
-	@awk -F':.*## ' '/^[a-z_]+:.*## /{printf "  make %-10s %s\n", $$1, $$2}' \
+	@awk -F':.*## ' '/^[a-z_-]+:.*## /{printf "  make %-10s %s\n", $$1, $$2}' \
 	  Makefile lib/Dir.mk firmware/Dir.mk host_tools/Dir.mk tests/Dir.mk tests/hidden/Dir.mk data/Dir.mk
 	@echo "Variables: BUILD=$(BUILD) PREFIX=$(PREFIX) DESTDIR=$(DESTDIR) CROSS_COMPILE=$(CROSS_COMPILE) CC=$(CC) CXX=$(CXX) OPT=$(OPT) SANITIZE=$(SANITIZE)"
 
@@ -97,11 +97,15 @@ demo: ## learn 50 landings, replay one healthy and three faulty ones, hear the a
 test: ## every test; the last line counts them
 	@$(MAKE) --no-print-directory -j$(TEST_JOBS) test-run
 
-bench: all ## speed, memory and detection figures with their intervals (some 20 minutes)
+bench: all ## speed, memory and detection figures with their intervals (some 30 minutes)
 	$(BUILD)/rim bench
 	$(BUILD)/rim experiment golf
 	$(BUILD)/rim experiment lander --thesis
 	$(BUILD)/rim experiment falcon
+	$(BUILD)/rim experiment measured_falcon
+	$(BUILD)/rim experiment measured_mrclam
+	$(BUILD)/rim experiment fig5.10
+	$(BUILD)/rim experiment figB.6
 
 clean: ## remove everything built
 	rm -rf $(BUILD)
@@ -109,7 +113,7 @@ clean: ## remove everything built
 install: all ## into $(DESTDIR)$(PREFIX): bin lib include share
 	install -d $(DESTDIR)$(PREFIX)/bin $(DESTDIR)$(PREFIX)/lib/pkgconfig $(DESTDIR)$(PREFIX)/include/rim \
 	  $(DESTDIR)$(PREFIX)/share/rimwatch/wire
-	$(if $(CROSS_COMPILE),,install -m 755 $(BUILD)/rim $(DESTDIR)$(PREFIX)/bin/rim)
+	$(if $(CROSS_COMPILE),,install -m 755 $(BUILD)/rim $(BUILD)/rimd $(DESTDIR)$(PREFIX)/bin/)
 	install -m 644 $(BUILD)/librim.a $(DESTDIR)$(PREFIX)/lib/librim.a
 	install -m 644 lib/include/rim/*.h $(DESTDIR)$(PREFIX)/include/rim/
 	install -m 644 lib/wire/*.lcm lib/wire/*.dbc $(DESTDIR)$(PREFIX)/share/rimwatch/wire/
