@@ -242,96 +242,114 @@ std::vector<Proposal> Scanner::mean(const Fit &fit, const Noise &noise, std::siz
   return out;
 }
 
-std::vector<Proposal> Scanner::variance(const Fit &fit, const Noise &noise,
-                                        std::size_t most) const {
-  std::vector<Proposal> out;
-  const Vector used = (weight_.array() > 0.0).cast<double>();
-  const Vector q = fit.clipped.cwiseAbs2().cwiseProduct(used);
-  const double all_n = used.sum(), all_q = q.sum();
-  const double penalty = 0.5 * library_.ln_rows;
-  const auto better = [&](int f, int g, const std::vector<Bound> &bounds, double n, double inside,
-                          Proposal *best) {
-    (void)f;
-    (void)g;
-    const double gain = variance_gain(n, inside, all_n, all_q) / (noise.spread_of_squares);
-    if (gain > best->gain) {
-      best->gain = gain;
-      best->bounds = bounds;
-      best->ratio = (inside / n) / ((all_q - inside) / (all_n - n));
-    }
-  };
-  Proposal interval, box;
-  interval.penalty = penalty + library_.gate_penalty(1);
-  for (int f = 0; f < static_cast<int>(library_.gates.size()); ++f) {
-    const GateFeature &feature = library_.gates[static_cast<std::size_t>(f)];
-    Vector n = Vector::Zero(feature.fine_bins()), s = n;
-    for (Index i = 0; i < q.size(); ++i) {
-      n(feature.fine[idx(i)]) += used(i);
-      s(feature.fine[idx(i)]) += q(i);
-    }
-    for (Index a = 0; a < n.size(); ++a) {
-      double count = 0.0, sum = 0.0;
-      for (Index b = a; b < n.size(); ++b) {
-        count += n(b);
-        sum += s(b);
-        if (count >= 2.0 * least_rows_ && all_n - count >= 2.0 * least_rows_)
-          better(f, f, {{f, feature.fine_edge[idx(a)], feature.fine_edge[idx(b) + 1]}}, count, sum,
-                 &interval);
+namespace {
+
+// Squares of the standardised residual: how many rows, and their sum.
+struct Squares {
+  double n = 0.0, q = 0.0;
+};
+
+void consider(const Squares &inside, const Squares &all, double spread,
+              const std::vector<Bound> &bounds, Proposal *best) {
+  const double gain = variance_gain(inside.n, inside.q, all.n, all.q) / spread;
+  if (gain <= best->gain)
+    return;
+  best->gain = gain;
+  best->bounds = bounds;
+  best->ratio = (inside.q / inside.n) / ((all.q - inside.q) / (all.n - inside.n));
+}
+
+// Calls see(i0, i1, j0, j1) for every box of at least two bins a side: i0 <= bin < i1.
+template <class See> void each_box(Index rows, Index columns, See see) {
+  for (Index i0 = 0; i0 < rows; ++i0) {
+    for (Index i1 = i0 + 2; i1 <= rows; ++i1) {
+      for (Index j0 = 0; j0 < columns; ++j0) {
+        for (Index j1 = j0 + 2; j1 <= columns; ++j1)
+          see(i0, i1, j0, j1);
       }
     }
   }
-  if (interval.gain > 0.0)
-    out.push_back(interval);
-  box.penalty = penalty + library_.gate_penalty(2);
+}
+
+} // namespace
+
+Proposal Scanner::variance_interval(const Vector &q, const Vector &used, double spread) const {
+  const Squares all{used.sum(), q.sum()};
+  Proposal best;
+  best.penalty = 0.5 * library_.ln_rows + library_.gate_penalty(1);
+  for (int f = 0; f < static_cast<int>(library_.gates.size()); ++f) {
+    const GateFeature &feature = library_.gates[static_cast<std::size_t>(f)];
+    std::vector<Squares> bins(static_cast<std::size_t>(feature.fine_bins()));
+    for (Index i = 0; i < q.size(); ++i) {
+      bins[feature.fine[idx(i)]].n += used(i);
+      bins[feature.fine[idx(i)]].q += q(i);
+    }
+    for (std::size_t a = 0; a < bins.size(); ++a) {
+      Squares inside;
+      for (std::size_t b = a; b < bins.size(); ++b) {
+        inside.n += bins[b].n;
+        inside.q += bins[b].q;
+        if (inside.n >= 2.0 * least_rows_ && all.n - inside.n >= 2.0 * least_rows_)
+          consider(inside, all, spread, {{f, feature.fine_edge[a], feature.fine_edge[b + 1]}},
+                   &best);
+      }
+    }
+  }
+  return best;
+}
+
+Proposal Scanner::variance_box(const Vector &q, const Vector &used, double spread) const {
+  const Squares all{used.sum(), q.sum()};
+  Proposal best;
+  best.penalty = 0.5 * library_.ln_rows + library_.gate_penalty(2);
+  Eigen::MatrixXd n(kCoarseBins + 1, kCoarseBins + 1), s = n;
+  const auto within = [](const Eigen::MatrixXd &m, Index i0, Index i1, Index j0, Index j1) {
+    return m(i1, j1) - m(i0, j1) - m(i1, j0) + m(i0, j0);
+  };
   for (const auto &[fa, fb] : pairs_) {
     const GateFeature &a = library_.gates[static_cast<std::size_t>(fa)];
     const GateFeature &b = library_.gates[static_cast<std::size_t>(fb)];
-    Eigen::MatrixXd n = Eigen::MatrixXd::Zero(kCoarseBins + 1, kCoarseBins + 1), s = n;
+    const Index na = a.coarse_bins(), nb = b.coarse_bins();
+    n.setZero();
+    s.setZero();
     for (Index i = 0; i < q.size(); ++i) {
       n(a.coarse[idx(i)] + 1, b.coarse[idx(i)] + 1) += used(i);
       s(a.coarse[idx(i)] + 1, b.coarse[idx(i)] + 1) += q(i);
     }
-    for (Index i = 1; i <= kCoarseBins; ++i) {
-      for (Index j = 1; j <= kCoarseBins; ++j) {
+    for (Index i = 1; i <= na; ++i) {
+      for (Index j = 1; j <= nb; ++j) {
         n(i, j) += n(i - 1, j) + n(i, j - 1) - n(i - 1, j - 1);
         s(i, j) += s(i - 1, j) + s(i, j - 1) - s(i - 1, j - 1);
       }
     }
-    const auto sum = [](const Eigen::MatrixXd &m, Index i0, Index i1, Index j0, Index j1) {
-      return m(i1, j1) - m(i0, j1) - m(i1, j0) + m(i0, j0);
-    };
-    // A first look on every second edge; the exact edges come with the refinement.
-    for (Index i0 = 0; i0 < kCoarseBins; i0 += 1) {
-      for (Index i1 = i0 + 2; i1 <= kCoarseBins; i1 += 1) {
-        for (Index j0 = 0; j0 < kCoarseBins; j0 += 1) {
-          for (Index j1 = j0 + 2; j1 <= kCoarseBins; j1 += 1) {
-            const double count = sum(n, i0, i1, j0, j1);
-            if (count < 2.0 * least_rows_ || all_n - count < 2.0 * least_rows_)
-              continue;
-            const double squares = sum(s, i0, i1, j0, j1);
-            const double excess = squares / count - all_q / all_n;
-            // The likelihood ratio is about n/4 (excess / mean)^2: skip what cannot win.
-            if (count * excess * excess * all_n * all_n * 2.0 <
-                box.gain * noise.spread_of_squares * all_q * all_q)
-              continue;
-            if (i1 >= static_cast<Index>(a.coarse_edge.size()) ||
-                j1 >= static_cast<Index>(b.coarse_edge.size()))
-              continue;
-            better(fa, fb,
-                   {{fa, a.coarse_edge[idx(i0)], a.coarse_edge[idx(i1)]},
-                    {fb, b.coarse_edge[idx(j0)], b.coarse_edge[idx(j1)]}},
-                   count, squares, &box);
-          }
-        }
-      }
-    }
+    each_box(na, nb, [&](Index i0, Index i1, Index j0, Index j1) {
+      const Squares inside{within(n, i0, i1, j0, j1), within(s, i0, i1, j0, j1)};
+      if (inside.n < 2.0 * least_rows_ || all.n - inside.n < 2.0 * least_rows_)
+        return;
+      // The likelihood ratio is about n/4 (excess / mean)^2: skip what cannot win.
+      const double excess = inside.q / inside.n - all.q / all.n;
+      if (2.0 * inside.n * excess * excess * all.n * all.n < best.gain * spread * all.q * all.q)
+        return;
+      consider(inside, all, spread,
+               {{fa, a.coarse_edge[idx(i0)], a.coarse_edge[idx(i1)]},
+                {fb, b.coarse_edge[idx(j0)], b.coarse_edge[idx(j1)]}},
+               &best);
+    });
   }
-  if (box.gain > 0.0)
-    out.push_back(box);
+  return best;
+}
+
+std::vector<Proposal> Scanner::variance(const Fit &fit, const Noise &noise) const {
+  const Vector used = (weight_.array() > 0.0).cast<double>();
+  const Vector q = fit.clipped.cwiseAbs2().cwiseProduct(used);
+  std::vector<Proposal> out;
+  for (const Proposal &p : {variance_interval(q, used, noise.spread_of_squares),
+                            variance_box(q, used, noise.spread_of_squares)}) {
+    if (p.gain > 0.0)
+      out.push_back(p);
+  }
   std::stable_sort(out.begin(), out.end(),
-                   [](const Proposal &x, const Proposal &y) { return x.score() > y.score(); });
-  if (out.size() > most)
-    out.resize(most);
+                   [](const Proposal &a, const Proposal &b) { return a.score() > b.score(); });
   return out;
 }
 

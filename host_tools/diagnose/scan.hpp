@@ -39,8 +39,9 @@ public:
   // out. O(rows x (columns + gated candidates x features)).
   std::vector<Proposal> mean(const Fit &fit, const Noise &noise, std::size_t most) const;
 
-  // Same for the variance: best first; the whole (no bounds) is judged against the stated sd.
-  std::vector<Proposal> variance(const Fit &fit, const Noise &noise, std::size_t most) const;
+  // The interval and the box in which the variance differs most from elsewhere, best first;
+  // whatever the scale of all.
+  std::vector<Proposal> variance(const Fit &fit, const Noise &noise) const;
 
   // A mean proposal's bounds at fine resolution, one after the other, and for a pair the ellipse by
   // cross-entropy search (3.2, p. 29) where it explains more. `residual` is what remains without
@@ -63,6 +64,8 @@ private:
                      std::vector<Proposal> *out) const;
   void propose_boxes(const Gated &gated, const Vector &e, const Noise &noise,
                      std::vector<Proposal> *out) const;
+  Proposal variance_interval(const Vector &q, const Vector &used, double spread) const;
+  Proposal variance_box(const Vector &q, const Vector &used, double spread) const;
   void refine_bound(const Vector &products, const Vector &squares, std::size_t which,
                     Proposal *proposal) const;
   void try_ellipse(const Vector &products, const Vector &squares, Proposal *proposal) const;

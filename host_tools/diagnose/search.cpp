@@ -298,7 +298,7 @@ void ChannelSearch::estimate_noise() {
 bool ChannelSearch::claim_variance() {
   if (out_.variances.size() >= 2)
     return false;
-  const auto proposals = scanner_->variance(out_.fit, out_.noise, 2);
+  const auto proposals = scanner_->variance(out_.fit, out_.noise);
   VarianceClaim claim;
   claim.term.channel = channel_.name;
   claim.term.cause = claim.term.form = "noise";
@@ -525,7 +525,7 @@ double null_score(const Measured &measured, const Channel &channel, const Librar
     }
     best = std::max(best, proposal.score());
   }
-  for (const Proposal &proposal : scanner.variance(fit, noise, 1))
+  for (const Proposal &proposal : scanner.variance(fit, noise))
     best = std::max(best, proposal.score());
   (void)channel;
   return best;
