@@ -7,6 +7,7 @@
 #include "experiment/falcon.hpp"
 #include "experiment/fig5_10.hpp"
 #include "experiment/figB_6.hpp"
+#include "experiment/fig_C5.hpp"
 #include "experiment/golf.hpp"
 #include "experiment/lander.hpp"
 #include "experiment/measured_falcon.hpp"
@@ -165,6 +166,33 @@ int run_figB_6_command(const FigB6Arguments &a) {
       [&a](const Campaign &campaign) { rim::print_figB_6(campaign, a.plot); });
 }
 
+struct FigC5Arguments {
+  rim::FigC5 experiment;
+  std::string plot;
+  CampaignArguments campaign;
+};
+
+CLI::App *add_fig_C5(CLI::App &app, FigC5Arguments &a) {
+  CLI::App *figure = app.add_subcommand(
+      "figC.5", "motion interference on the robot: recall, delays, false alarms (thesis app. C)");
+  figure->add_option("--worlds", a.experiment.worlds, "of 29 events and 2 control runs (10)")
+      ->check(CLI::PositiveNumber);
+  figure->add_option("--hours", a.experiment.nominal_h, "of nominal driving a world (10)")
+      ->check(CLI::NonNegativeNumber);
+  figure->add_option("--seed", a.experiment.seed, "of the first world (20000)");
+  figure->add_option("--plot", a.plot, "the figure, FILE.svg or FILE.png");
+  a.campaign.add(figure);
+  return figure;
+}
+
+int run_fig_C5_command(const FigC5Arguments &a) {
+  if (!a.plot.empty())
+    rim::check_plot_path(a.plot);
+  return a.campaign.run(
+      [&a](const rim::Shard &shard) { return rim::run_fig_C5(a.experiment, shard); },
+      [&a](const Campaign &campaign) { rim::print_fig_C5(campaign, a.plot); });
+}
+
 CLI::App *add_falcon(CLI::App &app, rim::experiment::FalconOptions &o) {
   CLI::App *falcon = app.add_subcommand(
       "falcon", "measured Falcon 9 landings: one left out, the others trained on, faults put in");
@@ -230,6 +258,8 @@ int cmd_experiment(int argc, char **argv) {
   const CLI::App *falcon_command = add_falcon(app, falcon);
   Fig510Arguments fig5_10;
   const CLI::App *fig5_10_command = add_fig5_10(app, fig5_10);
+  FigC5Arguments fig_C5;
+  const CLI::App *fig_C5_command = add_fig_C5(app, fig_C5);
   FigB6Arguments figB_6;
   const CLI::App *figB_6_command = add_figB_6(app, figB_6);
   rim::experiment::MeasuredOptions flights, robots;
@@ -253,6 +283,8 @@ int cmd_experiment(int argc, char **argv) {
     return run_measured_falcon_command(flights);
   if (robots_command->parsed())
     return run_measured_mrclam_command(robots);
+  if (fig_C5_command->parsed())
+    return run_fig_C5_command(fig_C5);
   if (fig5_10_command->parsed())
     return run_fig5_10_command(fig5_10);
   if (figB_6_command->parsed())

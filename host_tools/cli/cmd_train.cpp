@@ -3,6 +3,7 @@
 #include "cli/arguments.hpp"
 #include "cli/command.hpp"
 #include "log/schema.hpp"
+#include "train/interference_report.hpp"
 #include "train/train_report.hpp"
 #include "train/trainer.hpp"
 #include "util/atomic_file.hpp"
@@ -21,7 +22,7 @@ namespace {
 
 struct Options {
   std::vector<std::string> logs, kinds;
-  std::string out, schema;
+  std::string out, schema, interference;
   rim::TrainOptions train;
   unsigned threads = 0;
   bool quick = false;
@@ -57,6 +58,11 @@ void declare(CLI::App &app, Options &o) {
       ->type_name("KIND,...");
   app.add_option("--threads", o.threads, "threads (default 2, or RIM_THREADS)")
       ->check(CLI::Range(1, 64));
+  app.add_option("--interference", o.interference,
+                 "learn motion interference instead, from its times: CSV log,start_s,end_s,kind;\n"
+                 "logs without are control runs. Columns u.vx_mps and s.vx_mps or z.vx_mps, or\n"
+                 "s.enc1_ticks to s.enc4_ticks")
+      ->type_name("LABELS.csv");
   app.add_flag("--quick", o.quick, "leave the comparison with the kernel average out");
   app.footer(kFooter);
 }
@@ -120,6 +126,10 @@ int cmd_train(int argc, char **argv) {
   const auto start = std::chrono::steady_clock::now();
   rim::AtomicFile file(o.out); // a place that cannot be written is found before the work
   const std::vector<rim::Log> logs = read_logs(o);
+  if (!o.interference.empty()) {
+    rim::train_interference(logs, o.interference, o.out);
+    return rim::EXIT_FINE;
+  }
   const rim::Training training = rim::train(logs, o.train);
   const std::vector<std::uint8_t> image = rim::make_image(training.plan);
   print_input(logs, training.plan);

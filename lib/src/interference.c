@@ -65,6 +65,7 @@ static rim_status check(const rim_interference_model *m) {
   }
   const bool ok = rim_is_finite(m->ln_odds) && is_not_negative(m->latency_s) &&
                   is_positive(m->accel_mps2) && is_positive(m->decel_mps2) &&
+                  m->limit_spread >= 0.0 && m->limit_spread <= 0.9 &&
                   is_not_negative(m->settle_s) && is_positive(m->gap_s) && cusum_ok(&m->one_step) &&
                   cusum_ok(&m->open_loop);
   for (size_t i = 0; i < STATES; ++i) {
@@ -212,10 +213,13 @@ static void predict(rim_interference *s, double t_s, double *one_step) {
   for (;;) {
     const bool changes = s->commands > 0 && s->command_t_s[s->command_first] <= t_s;
     const double until_s = changes ? rim_max(now_s, s->command_t_s[s->command_first]) : t_s;
-    if (rim_abs(s->in_force - s->open_loop) > 0.0)
+    if (rim_abs(s->in_force - s->open_loop[0]) > 0.0)
       s->ramp_until_s = until_s + s->model.settle_s;
     *one_step = ramp(&s->model, *one_step, s->in_force, until_s - now_s);
-    s->open_loop = ramp(&s->model, s->open_loop, s->in_force, until_s - now_s);
+    for (int k = 0; k < 2; ++k) {
+      const double share = 1.0 + (k == 0 ? -s->model.limit_spread : s->model.limit_spread);
+      s->open_loop[k] = ramp(&s->model, s->open_loop[k], s->in_force, share * (until_s - now_s));
+    }
     now_s = until_s;
     if (!changes)
       return;
@@ -227,11 +231,12 @@ static void predict(rim_interference *s, double t_s, double *one_step) {
 
 /* ---- CUSUMs ---- */
 
+/* residual[0] counts when it is below 0, residual[1] when above. */
 static double accumulate(rim_interference *s, int which, const rim_interference_cusum *c,
-                         double residual, double t_s) {
+                         const double residual[2], double t_s) {
   const double sd = t_s <= s->ramp_until_s ? c->sd_ramp : c->sd_steady;
-  const double z = rim_clamp(residual / sd, -RIM_INTERFERENCE_CLIP, RIM_INTERFERENCE_CLIP);
   for (int side = 0; side < 2; ++side) {
+    const double z = rim_clamp(residual[side] / sd, -RIM_INTERFERENCE_CLIP, RIM_INTERFERENCE_CLIP);
     double *sum = &s->sum[which][side];
     if (!(*sum > 0.0))
       s->sum_from_s[which][side] = s->t_s; /* the row before: interference lies after it */
@@ -316,7 +321,7 @@ static void step_hmm(rim_interference *s, const motion_observation *o,
 /* ---- the alarm ---- */
 
 static uint8_t kind_of(const rim_interference *s, double residual) {
-  const double travel = rim_abs(s->open_loop) > STANDING_MPS ? s->open_loop : s->in_force;
+  const double travel = rim_abs(s->open_loop[0]) > STANDING_MPS ? s->open_loop[0] : s->in_force;
   return travel * residual < 0.0 ? RIM_INTERFERENCE_BLOCKED : RIM_INTERFERENCE_PUSHED;
 }
 
@@ -391,16 +396,19 @@ rim_status rim_interference_step(rim_interference *state, double t_s, double com
   note_command(s, t_s, command);
   if (!s->started) {
     s->started = true;
-    s->open_loop = s->speed = speed_mps;
+    s->open_loop[0] = s->open_loop[1] = s->speed = speed_mps;
     s->hmm_from_s = s->ramp_until_s = s->t_s = t_s;
   } else {
     double one_step = 0.0;
     predict(s, t_s, &one_step);
-    verdict->residual_mps = speed_mps - s->open_loop;
-    verdict->score[RIM_INTERFERENCE_ONE_STEP] =
-        accumulate(s, 0, &s->model.one_step, speed_mps - one_step, t_s);
-    verdict->score[RIM_INTERFERENCE_OPEN_LOOP] =
-        accumulate(s, 1, &s->model.open_loop, verdict->residual_mps, t_s);
+    const double below = speed_mps - rim_min(s->open_loop[0], s->open_loop[1]);
+    const double above = speed_mps - rim_max(s->open_loop[0], s->open_loop[1]);
+    verdict->residual_mps = below < 0.0 ? below : rim_max(above, 0.0);
+    verdict->one_step_mps = speed_mps - one_step;
+    const double one[2] = {verdict->one_step_mps, verdict->one_step_mps};
+    const double open[2] = {below, above};
+    verdict->score[RIM_INTERFERENCE_ONE_STEP] = accumulate(s, 0, &s->model.one_step, one, t_s);
+    verdict->score[RIM_INTERFERENCE_OPEN_LOOP] = accumulate(s, 1, &s->model.open_loop, open, t_s);
   }
   s->t_s = t_s;
   s->speed = speed_mps;

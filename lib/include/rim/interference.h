@@ -7,7 +7,8 @@
  *              over the last 4, for the jerk j over the last 8 velocities; log odds of state MI;
  *   one-step   CUSUM of v against the velocity one step ahead of the measured one: limited
  *              acceleration towards the command in force (eq. 4.10);
- *   open-loop  CUSUM of v against the same prediction made from the commands alone.
+ *   open-loop  CUSUM of v against the same prediction made from the commands alone: a band, as wide
+ *              as the limits of acceleration differ from run to run.
  * A residual against the direction of travel means blocked, along it pushed. All state is in
  * rim_interference; a step is a bounded amount of work.
  *
@@ -32,7 +33,7 @@ extern "C" {
 
 #define RIM_INTERFERENCE_SECTION 15u /* id in a flight image; optional */
 #define RIM_INTERFERENCE_LAYOUT 1u
-#define RIM_INTERFERENCE_NUMBERS 69u
+#define RIM_INTERFERENCE_NUMBERS 70u
 #define RIM_INTERFERENCE_BYTES (16u + 8u * RIM_INTERFERENCE_NUMBERS)
 #define RIM_INTERFERENCE_STATES 5
 #define RIM_INTERFERENCE_GAUSSIANS 3 /* u - v, a, j; u itself is only 0 or not */
@@ -60,12 +61,14 @@ typedef struct rim_interference_model {
   double transition[RIM_INTERFERENCE_STATES][RIM_INTERFERENCE_STATES]; /* [i][MI]: p_mi */
   double mean[RIM_INTERFERENCE_STATES][RIM_INTERFERENCE_GAUSSIANS];    /* m/s, m/s^2, m/s^3 */
   double sd[RIM_INTERFERENCE_STATES][RIM_INTERFERENCE_GAUSSIANS];      /* > 0 */
-  double ln_odds;    /* of MI at which the HMM alarms; 0: P > 1/2, as in the thesis */
-  double latency_s;  /* from a command to its effect, >= 0 */
-  double accel_mps2; /* limits when the speed rises, > 0 */
-  double decel_mps2; /* and when it falls, > 0 */
-  double settle_s;   /* after an acceleration sd_ramp holds on for so long, >= 0 */
-  double gap_s;      /* a longer time between rows resets, > 0 */
+  double ln_odds;      /* of MI at which the HMM alarms; 0: P > 1/2, as in the thesis */
+  double latency_s;    /* from a command to its effect, >= 0 */
+  double accel_mps2;   /* limits when the speed rises, > 0 */
+  double decel_mps2;   /* and when it falls, > 0 */
+  double limit_spread; /* limits differ from run to run by this share either way, 0..0.9: the
+                          open-loop prediction is a band, and what lies in it is no residual */
+  double settle_s;     /* after an acceleration sd_ramp holds on for so long, >= 0 */
+  double gap_s;        /* a longer time between rows resets, > 0 */
   rim_interference_cusum one_step, open_loop;
 } rim_interference_model;
 
@@ -81,7 +84,8 @@ typedef struct rim_interference_verdict {
   double t_s;
   double score[3];      /* HMM, one-step, open-loop: an alarm from 1 on */
   double ln_odds;       /* of MI by the HMM; RIM_HMM_LN_ZERO before its windows are full */
-  double residual_mps;  /* measured less open-loop velocity */
+  double residual_mps;  /* measured less the nearest open-loop velocity */
+  double one_step_mps;  /* measured less the velocity predicted one step ahead */
   double since_onset_s; /* while alarmed */
   double onset_s;
   uint8_t motion; /* rim_motion, the most likely state of the HMM */
@@ -113,7 +117,8 @@ typedef struct rim_interference {
   double observation[RIM_INTERFERENCE_GAUSSIANS];
   double command_t_s[RIM_INTERFERENCE_COMMANDS], command_v[RIM_INTERFERENCE_COMMANDS]; /* ring */
   double command, in_force, last_command_s;
-  double t_s, speed, open_loop, ramp_until_s;
+  double t_s, speed, open_loop[2]; /* the limits low and high */
+  double ramp_until_s;
   double sum[2][2]; /* one-step, open-loop; below, above */
   double sum_from_s[2][2];
   double hmm_from_s, onset_s;
@@ -142,7 +147,7 @@ rim_status rim_interference_init(rim_interference *state, const rim_interference
 /* One row: the forward velocity commanded at t_s and the one measured, m/s. command NaN: missing,
  * the last one is taken for up to gap_s. Bad rows are counted and change nothing else; RIM_OK,
  * verdict->valid false. RIM_E_ARGUMENT NULL. O(25) multiply-adds, 10 exponentials, 6 logarithms,
- * and for each change of command that takes effect (32 at most) two limited ramps. */
+ * and for each change of command that takes effect (32 at most) three limited ramps. */
 rim_status rim_interference_step(rim_interference *state, double t_s, double command_mps,
                                  double speed_mps, rim_interference_verdict *verdict);
 

@@ -1,0 +1,49 @@
+#!/bin/bash
+# Motion interference: simulated, learned, measured; bad labels and logs are refused.
+. "$(dirname "$0")/check.inc"
+cd "$here" || exit 1
+printf '[[effect]]\nkind = "hold"\n' > hold.toml
+printf '[[effect]]\nkind = "stuck"\nwheel = 2\n' > stuck.toml
+for kind in hold stuck; do
+  "$RIM" simulate cobot --out $kind --runs 3 --rows 400 --seed 5 --effect $kind.toml --labels $kind.csv > /dev/null
+  check "simulate $kind" 0 $?
+done
+"$RIM" simulate cobot --out control --runs 2 --rows 1500 --seed 6 > /dev/null; check "control" 0 $?
+(cat hold.csv; tail -n +2 stuck.csv) > labels.csv
+contains "labels" "$(cat labels.csv)" "^hold/run_0001.csv,[0-9.]*,[0-9.]*,hold$"
+
+out=$("$RIM" train hold/*.csv stuck/*.csv control/*.csv --interference labels.csv --out a.rim 2>err.txt); check "train" 0 $?
+contains "p_mi" "$out" "^p_mi "
+contains "whole detector" "$out" "all together: 6 of 6 found, 0 false"
+"$RIM" train hold/*.csv stuck/*.csv control/*.csv --interference labels.csv --out b.rim > /dev/null 2>&1
+cmp -s a.rim b.rim; check "deterministic" 0 $?
+
+# Encoders that wrap give the same speeds.
+"$RIM" simulate cobot --out enc --runs 3 --rows 400 --seed 5 --effect hold.toml --labels enc.csv --encoders > /dev/null
+out=$("$RIM" train enc/*.csv --interference enc.csv --out c.rim 2>/dev/null); check "encoders" 0 $?
+contains "encoders find" "$out" "all together: 3 of 3 found"
+
+bad_labels() { # WHAT ROW REASON
+  printf 'log,start_s,end_s,kind\n%b\n' "$2" > bad.csv
+  "$RIM" train hold/*.csv --interference bad.csv --out x.rim > /dev/null 2> err.txt; check "$1" 3 $?
+  contains "$1: why" "$(cat err.txt)" "$3"
+}
+bad_labels "overlap" "hold/run_0001.csv,4,6,hold\nhold/run_0001.csv,5,7,hold" "overlap"
+bad_labels "leaves the log" "hold/run_0001.csv,4,60,hold" "leaves the log"
+bad_labels "another log" "none.csv,4,6,hold" "not among the logs"
+bad_labels "no number" "hold/run_0001.csv,x,6,hold" "not a number"
+head -6 hold/run_0001.csv > short.csv
+printf 'log,start_s,end_s,kind\n' > none.csv
+"$RIM" train short.csv --interference none.csv --out x.rim > /dev/null 2> err.txt; check "short" 3 $?
+contains "short: why" "$(cat err.txt)" "regression windows need 9"
+out=$("$RIM" train control/*.csv --interference none.csv --out d.rim 2>/dev/null); check "no interference" 0 $?
+contains "unseen" "$out" "state 'mi' is never seen"
+sed '1s/u.vx_mps/u.other/' hold/run_0001.csv > nocmd.csv
+"$RIM" train nocmd.csv --interference none.csv --out x.rim > /dev/null 2> err.txt; check "no command" 3 $?
+contains "no command: why" "$(cat err.txt)" "no command"
+[ -e x.rim ]; check "nothing written" 1 $?
+
+out=$("$RIM" experiment figC.5 --worlds 1 --hours 0.05 --seed 900 --plot c5.svg 2>/dev/null); check "figC.5" 0 $?
+contains "table" "$out" "^whole detector"
+[ -s c5.svg ]; check "picture" 0 $?
+finish
