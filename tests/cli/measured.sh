@@ -1,0 +1,33 @@
+#!/bin/bash
+# rim diagnose on what was measured: Falcon 9 descents, each left out in turn. Skipped,
+# saying so, where ../shared/measured is absent. Random numbers: seed 1.
+. "$(dirname "$0")/check.inc"
+measured=${RIM_MEASURED:-$(cd "$(dirname "$0")/../.." && pwd)/../shared/measured}
+if [ ! -d "$measured/falcon9" ]; then
+  echo "skipped: no $measured/falcon9"
+  skipped=1
+  finish
+fi
+if [ -n "${SANITIZE:-}" ]; then
+  echo "skipped: too slow under the sanitizers"
+  skipped=1
+  finish
+fi
+cd "$here" || exit 1
+# below WHAT VALUE BOUND
+below() {
+  echo "$1: $2 (at most $3)"
+  if awk -v a="$2" -v b="$3" 'BEGIN {exit !(a != "" && a + 0 <= b + 0)}'; then ok; else bad "$1: '$2' is above $3"; fi
+}
+
+# the figures of issue 3: .16 at 1 s and .08 at 10 s on every flight
+"$RIM" experiment measured_falcon --data "$measured/falcon9" > falcon.txt 2> err.txt; check "falcon" 0 $?
+cat falcon.txt
+flights=$(awk '/^-----/ {on = 1; next} on && NF == 0 {exit} on {print $1}' falcon.txt)
+[ "$(echo "$flights" | wc -l)" -ge 4 ]; check "falcon: flights" 0 $?
+for flight in $flights; do
+  below "$flight, 1 s" "$(awk -v f="$flight" '$1 == f {print $3; exit}' falcon.txt)" 0.16
+  below "$flight, 10 s" "$(awk -v f="$flight" '$1 == f {print $11; exit}' falcon.txt)" 0.08
+  contains "$flight: drag comes first" "$(grep "^$flight: " falcon.txt)" "^$flight: quadratic_drag"
+done
+finish
