@@ -1,5 +1,6 @@
 // rim experiment NAME: the thesis's tables and figures, measured again.
 #include <cstdio>
+#include <map>
 #include <string>
 
 #include "cli/arguments.hpp"
@@ -151,8 +152,15 @@ CLI::App *add_figB_6(CLI::App &app, FigB6Arguments &a) {
   figure->add_option("--runs", a.experiment.runs, "a defence (100)")->check(CLI::PositiveNumber);
   figure->add_option("--kicks", a.experiment.kicks, "a run (40)")->check(CLI::Range(2, 500));
   figure->add_option("--seed", a.experiment.seed, "of the first run (20000)");
-  figure->add_flag("--others-prior", a.experiment.others_prior,
-                   "expect of a plan what it brings against the other two defences");
+  const std::map<std::string, rim::FreekickPrior> priors = {{"flat", rim::FreekickPrior::flat},
+                                                            {"own", rim::FreekickPrior::own},
+                                                            {"others", rim::FreekickPrior::others}};
+  figure
+      ->add_option(
+          "--prior", a.experiment.prior,
+          "expected of a plan: flat, own (the team's own model, the default), others (what "
+          "it brings against the other two defences)")
+      ->transform(CLI::CheckedTransformer(priors));
   figure->add_option("--plot", a.plot, "the figure, FILE.svg or FILE.png");
   a.campaign.add(figure);
   return figure;

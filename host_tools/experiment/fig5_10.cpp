@@ -36,6 +36,7 @@ PlannerConfig planner_config(const GoalieParams &world, const GoaliePolicy &poli
              : kind == GoaliePolicyKind::rim ? RIM_BANDIT_RIM_UCB
                                              : RIM_BANDIT_RIM_GP_UCB;
   b.beta = policy.beta;
+  b.spread = RIM_BANDIT_SPREAD_UNEXPLAINED;
   b.seed = seed;
   b.slices = static_cast<std::uint16_t>(policy.slices);
   b.gp.points = static_cast<std::uint16_t>(std::clamp<std::size_t>(shots, 8, RIM_GP_MAX_POINTS));
@@ -46,7 +47,8 @@ PlannerConfig planner_config(const GoalieParams &world, const GoaliePolicy &poli
   b.extent.points = b.gp.points;
   b.extent.rims = static_cast<std::uint8_t>(policy.rims);
   b.extent.threshold = policy.threshold;
-  b.extent.lambda_min = -policy.lambda;
+  b.extent.lambdas = static_cast<std::uint8_t>(policy.lambdas);
+  b.extent.lambda_min = policy.lambdas == 1 ? policy.lambda : -policy.lambda;
   b.extent.lambda_max = policy.lambda;
   b.extent.seed = seed;
   return c;
@@ -82,7 +84,8 @@ nlohmann::json policy_json(const GoaliePolicy &p) {
           {"threshold", p.threshold},
           {"rims", p.rims},
           {"lambda", p.lambda},
-          {"slices", p.slices}};
+          {"slices", p.slices},
+          {"lambdas", p.lambdas}};
 }
 
 using Runs = std::vector<GoalieRun>;
@@ -220,14 +223,14 @@ void check(const Campaign &campaign) {
 } // namespace
 
 GoaliePolicy default_goalie_policy(GoaliePolicyKind kind) {
-  // beta, signal_m, length_s_m, length_a_m, threshold, lambda, rims, slices
+  // beta, signal_m, length_s_m, length_a_m, threshold, lambda, rims, slices, lambdas
   switch (kind) {
   case GoaliePolicyKind::gp:
-    return {1.0, 0.2, 1.0, 0.1, 7.0, 16.0, 1, 1};
+    return {1.0, 0.2, 1.0, 0.14, 7.0, 16.0, 1, 1, 9};
   case GoaliePolicyKind::rim:
-    return {0.25, 0.2, 2.0, 0.2, 7.0, 16.0, 1, 12};
+    return {0.25, 0.2, 2.0, 0.2, 7.0, 16.0, 1, 12, 9};
   default:
-    return {1.0, 0.2, 1.0, 0.1, 40.0, 30.0, 3, 40};
+    return {1.0, 0.2, 1.0, 0.14, 40.0, 16.0, 1, 9, 9};
   }
 }
 

@@ -24,6 +24,7 @@ struct GoaliePolicy {
   double threshold; // ln anom at which a RIM is as likely as not
   double lambda;    // nats a unit of volume, both ways (eq. 5.4)
   unsigned rims, slices;
+  unsigned lambdas; // 1: lambda alone, otherwise that many from -lambda to lambda
 };
 
 enum class GoaliePolicyKind { gp, rim, rim_gp };

@@ -13,7 +13,6 @@ namespace {
 constexpr std::uint64_t kBallStream = 1;
 constexpr std::uint64_t kLuckStream = 2;
 constexpr std::uint64_t kChoiceStream = 3;
-constexpr std::size_t kMarkers = 2;
 constexpr double kGoalieBeforeLine_m = 0.2;
 constexpr double kBlockerPart = 0.4; // of the way from the ball to the goal
 
@@ -147,7 +146,7 @@ std::array<std::size_t, kFreekickReceivers> Freekick::ranking(const FieldPoint &
 
 // The goalie is not among them: a shot's free angle allows for it.
 std::vector<FieldPoint> Freekick::defenders(const FieldPoint &ball, std::size_t plan,
-                                            double moving_s) const {
+                                            const Marked &marked, double moving_s) const {
   const FieldPoint goal{params_.half_length_m, 0.0};
   std::vector<FieldPoint> out;
   // Half a metre from the ball is the nearest that the rules allow (B.1).
@@ -156,13 +155,12 @@ std::vector<FieldPoint> Freekick::defenders(const FieldPoint &ball, std::size_t 
     const FieldPoint half{params_.half_length_m, side * params_.goal_half_m};
     out.push_back(towards(ball, half, kBlockerPart * distance_m(ball, half)));
   }
-  const auto order = ranking(ball, plan);
   const double time_s = std::max(0.0, moving_s - params_.latency_s);
   const double speeding_s = std::min(time_s, params_.robot_speed_mps / params_.robot_accel_mps2);
   const double reach_m = 0.5 * params_.robot_accel_mps2 * speeding_s * speeding_s +
                          params_.robot_speed_mps * (time_s - speeding_s);
-  for (std::size_t k = 0; k < kMarkers; ++k) {
-    const FreekickReceiver &man = params_.plans.at(plan)[order[k]];
+  for (const std::size_t receiver : marked) {
+    const FreekickReceiver &man = params_.plans.at(plan).at(receiver);
     const FieldPoint start = towards(man.before, goal, params_.mark_m);
     const FieldPoint end = towards(man.after, goal, params_.mark_m);
     out.push_back(towards(start, end, std::min(reach_m, distance_m(start, end))));
@@ -211,12 +209,28 @@ double Freekick::shot_chance(const FieldPoint &from,
 }
 
 double Freekick::chance(const FieldPoint &ball, std::size_t plan) const {
+  const auto order = ranking(ball, plan);
+  return chance_against(ball, plan, {order[0], order[1]});
+}
+
+double Freekick::own_estimate(const FieldPoint &ball, std::size_t plan) const {
+  double sum = 0.0;
+  std::size_t pairs = 0;
+  for (std::size_t i = 0; i < kFreekickReceivers; ++i) {
+    for (std::size_t k = i + 1; k < kFreekickReceivers; ++k, ++pairs)
+      sum += chance_against(ball, plan, {i, k});
+  }
+  return sum / static_cast<double>(pairs);
+}
+
+double Freekick::chance_against(const FieldPoint &ball, std::size_t plan,
+                                const Marked &marked) const {
   double best = 0.0;
   for (const FreekickReceiver &receiver : params_.plans.at(plan)) {
     // Receivers start with the pass; the ball waits for none of them.
     const double pass_s = distance_m(ball, receiver.after) / params_.pass_speed_mps;
     const double run_s = distance_m(receiver.before, receiver.after) / params_.robot_speed_mps;
-    const std::vector<FieldPoint> others = defenders(ball, plan, std::max(pass_s, run_s));
+    const std::vector<FieldPoint> others = defenders(ball, plan, marked, std::max(pass_s, run_s));
     best = std::max(best, pass_chance(ball, receiver.after, others) *
                               shot_chance(receiver.after, others));
   }

@@ -29,6 +29,7 @@ const char *defence_name(Defence defence);
 
 constexpr std::size_t kFreekickPlans = 6;
 constexpr std::size_t kFreekickReceivers = 4;
+constexpr std::size_t kFreekickMarkers = 2;
 
 struct FieldPoint {
   double x_m = 0.0, y_m = 0.0;
@@ -58,6 +59,10 @@ public:
   // The chance of a goal by a plan (0 .. 5) from this place: the true expected reward.
   double chance(const FieldPoint &ball, std::size_t plan) const;
   double best_chance(const FieldPoint &ball) const;
+  // The kicking team's own model of its plan: it knows the goalie, the robot after the ball and the
+  // blockers, which all defences have (B.4.1), but not whom the defence marks: the mean over all
+  // pairs of receivers. The same for every defence.
+  double own_estimate(const FieldPoint &ball, std::size_t plan) const;
 
   // Receivers, the most threatening first, at p_i^s.
   std::array<std::size_t, kFreekickReceivers> ranking(const FieldPoint &ball,
@@ -67,8 +72,11 @@ public:
   const FreekickParams &params() const { return params_; }
 
 private:
+  using Marked = std::array<std::size_t, kFreekickMarkers>; // receivers
+
   double threat(const FieldPoint &ball, const FieldPoint &at) const;
-  std::vector<FieldPoint> defenders(const FieldPoint &ball, std::size_t plan,
+  double chance_against(const FieldPoint &ball, std::size_t plan, const Marked &marked) const;
+  std::vector<FieldPoint> defenders(const FieldPoint &ball, std::size_t plan, const Marked &marked,
                                     double moving_s) const;
   double pass_chance(const FieldPoint &from, const FieldPoint &to,
                      const std::vector<FieldPoint> &defenders) const;

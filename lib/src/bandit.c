@@ -41,7 +41,7 @@ static uint32_t plans_of(const rim_bandit_config *c) {
 
 static rim_status complete(rim_bandit_config *c) {
   if (c->policy > RIM_BANDIT_BANK || c->schedule > RIM_BANDIT_BETA_DECAY ||
-      c->risk > RIM_BANDIT_PROBABILITY) {
+      c->risk > RIM_BANDIT_PROBABILITY || c->spread > RIM_BANDIT_SPREAD_UNEXPLAINED) {
     return RIM_E_CONFIG;
   }
   if (c->policy == RIM_BANDIT_BANK && (c->plans < 1 || c->plans > RIM_BANDIT_MAX_PLANS)) {
@@ -147,13 +147,27 @@ double rim_bandit_beta(const rim_bandit *bandit, uint32_t turn, uint32_t actions
   return c->beta * rim_max(2.0 * rim_log(growth), 0.0);
 }
 
+/* Leaves this part of the variance between components, and the mixture's mean as it is. */
+static void draw_together(rim_extent_mixture *m, double part) {
+  const double factor = rim_sqrt(rim_clamp(part, 0.0, 1.0));
+  double mean = 0.0;
+  for (uint32_t i = 0; i < m->components; ++i)
+    mean += m->weight[i] * m->mean[i];
+  for (uint32_t i = 0; i < m->components; ++i)
+    m->mean[i] = mean + factor * (m->mean[i] - mean);
+}
+
 /* The reward at x: nominal, GP and RIMs together (eq. 5.13, 5.14). */
 static rim_extent_mixture mixture_of(const rim_bandit *b, const double *x, double nominal,
                                      double gp_mean, double gp_var) {
   const uint8_t policy = b->config.policy;
   const double mean = policy == RIM_BANDIT_RIM_UCB ? nominal : nominal + gp_mean;
-  if (has_rims(&b->config))
-    return rim_extent_reward(extent_of(b), x, mean, gp_var);
+  if (has_rims(&b->config)) {
+    rim_extent_mixture mixture = rim_extent_reward(extent_of(b), x, mean, gp_var);
+    if (policy == RIM_BANDIT_RIM_GP_UCB && b->config.spread == RIM_BANDIT_SPREAD_UNEXPLAINED)
+      draw_together(&mixture, gp_var / rim_gp_get_config(gp_of(b, 0)).signal_var);
+    return mixture;
+  }
   rim_extent_mixture alone;
   memset(&alone, 0, sizeof alone);
   alone.components = 1;

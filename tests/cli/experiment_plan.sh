@@ -32,8 +32,8 @@ contains "three goalies, three policies" "$out" "overshoot *RIM+GP-UCB"
 cp merged.json goalies.json
 figure figB.6 "--runs 2 --kicks 24"
 contains "three defences" "$out" "^combined"
-contains "the plain prior" "$out" "prior: flat"
-out=$("$RIM" experiment figB.6 --runs 2 --kicks 3 --seed 91000 --others-prior); check "another prior" 0 $?
-contains "is named" "$out" "prior: the other two"
+contains "the prior" "$out" "prior: own"
+out=$("$RIM" experiment figB.6 --runs 2 --kicks 3 --seed 91000 --prior others); check "another prior" 0 $?
+contains "is named" "$out" "prior: others"
 "$RIM" experiment figB.6 --from goalies.json > /dev/null 2>&1; check "another figure's file" 3 $?
 finish

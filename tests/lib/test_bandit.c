@@ -144,6 +144,36 @@ static void residuals_are_of_the_corrected_model(void **state) {
   assert_null(rim_bandit_gp(b, 1));
 }
 
+/* What the GP has learnt leaves the variance between the components; the mean stays. */
+static void known_rewards_need_no_membership(void **state) {
+  (void)state;
+  rim_bandit_config c = config_of(RIM_BANDIT_RIM_GP_UCB);
+  c.spread = RIM_BANDIT_SPREAD_UNEXPLAINED;
+  rim_bandit *b = make(&memory, &c);
+  learn(b, POINTS);
+  rim_gp *gp = rim_bandit_gp(b, 0);
+  const double signal_var = rim_gp_get_config(gp).signal_var;
+  uint32_t smaller = 0;
+  for (uint32_t i = 0; i < 41 * 41; ++i) {
+    const double at[DIMS] = {(double)(i % 41) / 40.0, (double)(i / 41) / 40.0};
+    double g, gv, mean, var, printed_mean, printed_var;
+    (void)rim_gp_predict(gp, at, &g, &gv);
+    (void)rim_bandit_expect(b, at, 0, 0.25, &mean, &var);
+    const rim_extent_mixture m = rim_extent_reward(rim_bandit_extent(b), at, 0.25 + g, gv);
+    rim_extent_moments(&m, &printed_mean, &printed_var);
+    double within = 0.0;
+    for (uint32_t k = 0; k < m.components; ++k)
+      within += m.weight[k] * m.var[k];
+    assert_near(mean, printed_mean, 1e-12);
+    assert_near(var, within + (printed_var - within) * (gv / signal_var), 1e-12);
+    smaller += var < printed_var - 1e-6;
+  }
+  assert_true(smaller > 0);
+  c.spread = RIM_BANDIT_SPREAD_UNEXPLAINED + 1;
+  size_t bytes;
+  assert_int_equal(rim_bandit_size(&c, &bytes), RIM_E_CONFIG);
+}
+
 static void every_policy_learns(void **state) {
   (void)state;
   for (int policy = RIM_BANDIT_GP_UCB; policy <= RIM_BANDIT_RIM_GP_UCB; ++policy) {
@@ -449,6 +479,7 @@ int main(void) {
       cmocka_unit_test(misuse_is_refused),
       cmocka_unit_test(moved_memory_goes_on),
       cmocka_unit_test(digest_is_constant),
+      cmocka_unit_test(known_rewards_need_no_membership),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -65,12 +65,22 @@ typedef enum rim_bandit_risk {
   RIM_BANDIT_PROBABILITY = 3 /* P(r > level) */
 } rim_bandit_risk;
 
+/* RIM+GP-UCB: how much the components of the mixture disagree, w_0 w_1 (r_1 - r_0)^2 in eq. 5.14.
+ */
+typedef enum rim_bandit_spread {
+  RIM_BANDIT_SPREAD_WHOLE = 0,      /* as printed: at a region's edge it stays however often the
+                                       reward there was seen */
+  RIM_BANDIT_SPREAD_UNEXPLAINED = 1 /* times the GP's variance over its prior variance: the GP has
+                                       learnt the reward there whichever component it came from */
+} rim_bandit_spread;
+
 /* Zero-initialise, then fill. */
 typedef struct rim_bandit_config {
   uint8_t policy;   /* rim_bandit_policy */
   uint8_t schedule; /* rim_bandit_schedule */
   uint8_t risk;     /* rim_bandit_risk */
   uint8_t plans;    /* bank only: 1..RIM_BANDIT_MAX_PLANS */
+  uint8_t spread;   /* rim_bandit_spread */
   double beta;      /* >= 0; 0: never explore */
   double delta;     /* RIM_BANDIT_BETA_LOG: in (0, 1); 0: 0.1 */
   double aversion;
