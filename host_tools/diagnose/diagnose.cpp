@@ -166,75 +166,105 @@ public:
       : measured_(measured), options_(options), threshold_(threshold),
         one_step_(measured.channels.size()), horizon_(measured.channels.size()) {}
 
-  std::vector<Gain> compute(const std::vector<Term> &terms) {
-    const bool is_held_out = !options_.holdout.empty();
-    if (is_held_out) {
-      const Measured held = make_measured(options_.holdout);
-      judge(terms, held, &options_.holdout);
-    } else {
-      cross_validate();
-    }
-    std::vector<Gain> gains;
-    for (std::size_t c = 0; c < measured_.channels.size(); ++c) {
-      const std::string data = is_held_out ? "held-out logs" : "cross-validated";
-      for (const Judged *judged : {&one_step_[c], &horizon_[c]}) {
-        const auto some =
-            summarise(*judged, measured_.channels[c],
-                      judged == &horizon_[c] ? options_.horizon_s : 0.0, data, options_.seed);
-        gains.insert(gains.end(), some.begin(), some.end());
-      }
-    }
-    return gains;
-  }
+  std::vector<Gain> compute(const std::vector<Term> &terms);
 
 private:
-  void judge(const std::vector<Term> &terms, const Measured &held, const std::vector<Log> *logs) {
-    for (std::size_t c = 0; c < measured_.channels.size(); ++c) {
-      const int there = held.find_channel(measured_.channels[c].name);
-      if (there < 0)
-        throw DataError(fmt::format("{}: column 'z.{}' is missing", held.logs.front().path,
-                                    measured_.channels[c].name));
-      append_judged(terms, held, static_cast<std::size_t>(there), &one_step_[c]);
-      if (options_.horizon_s > 0.0)
-        judge_horizon(terms, held, static_cast<std::size_t>(there), logs);
-    }
-  }
-
-  // Rolled out where the predictor can; folds of a cross-validation are no whole logs and are not.
+  void judge(const std::vector<Term> &terms, const Measured &held, const std::vector<Log> *logs);
   void judge_horizon(const std::vector<Term> &terms, const Measured &held, std::size_t channel,
-                     const std::vector<Log> *logs) {
-    Judged *judged = &horizon_[channel];
-    bool is_rolled = options_.predictor != nullptr && logs != nullptr;
-    for (std::size_t l = 0; is_rolled && l < logs->size(); ++l)
-      is_rolled = append_rolled(terms, (*logs)[l], held.channels[channel].name, options_.horizon_s,
-                                *options_.predictor, judged);
-    if (!is_rolled)
-      append_means(terms, held, channel, options_.horizon_s, judged);
-  }
-
-  void cross_validate() {
-    int folds = 0;
-    const std::vector<std::uint8_t> fold_of_row = folds_of(measured_, &folds);
-    Progress progress("cross-validation", static_cast<std::size_t>(folds));
-    for (int fold = 0; fold < folds; ++fold) {
-      const Measured rest = select(measured_, fold_of_row, fold, false);
-      const Measured held = select(measured_, fold_of_row, fold, true);
-      std::vector<Term> terms;
-      for (const ChannelFindings &found :
-           search_all(rest, options_.catalogue, options_.given, threshold_, nullptr)) {
-        for (Term &term : terms_of(found))
-          terms.push_back(std::move(term));
-      }
-      judge(terms, held, nullptr);
-      progress.add();
-    }
-  }
+                     const std::vector<Log> *logs);
+  void cross_validate();
 
   const Measured &measured_;
   const Options &options_;
   double threshold_;
   std::vector<Judged> one_step_, horizon_;
 };
+
+std::vector<Gain> Gains::compute(const std::vector<Term> &terms) {
+  const bool is_held_out = !options_.holdout.empty();
+  if (is_held_out) {
+    const Measured held = make_measured(options_.holdout);
+    judge(terms, held, &options_.holdout);
+  } else {
+    cross_validate();
+  }
+  std::vector<Gain> gains;
+  for (std::size_t c = 0; c < measured_.channels.size(); ++c) {
+    const std::string data = is_held_out ? "held-out logs" : "cross-validated";
+    for (const Judged *judged : {&one_step_[c], &horizon_[c]}) {
+      const auto some =
+          summarise(*judged, measured_.channels[c],
+                    judged == &horizon_[c] ? options_.horizon_s : 0.0, data, options_.seed);
+      gains.insert(gains.end(), some.begin(), some.end());
+    }
+  }
+  return gains;
+}
+
+void Gains::judge(const std::vector<Term> &terms, const Measured &held,
+                  const std::vector<Log> *logs) {
+  for (std::size_t c = 0; c < measured_.channels.size(); ++c) {
+    const int there = held.find_channel(measured_.channels[c].name);
+    if (there < 0)
+      throw DataError(fmt::format("{}: column 'z.{}' is missing", held.logs.front().path,
+                                  measured_.channels[c].name));
+    append_judged(terms, held, static_cast<std::size_t>(there), &one_step_[c]);
+    if (options_.horizon_s > 0.0)
+      judge_horizon(terms, held, static_cast<std::size_t>(there), logs);
+  }
+}
+
+// Rolled out where the predictor can; folds of a cross-validation are no whole logs and are not.
+void Gains::judge_horizon(const std::vector<Term> &terms, const Measured &held, std::size_t channel,
+                          const std::vector<Log> *logs) {
+  Judged *judged = &horizon_[channel];
+  bool is_rolled = options_.predictor != nullptr && logs != nullptr;
+  for (std::size_t l = 0; is_rolled && l < logs->size(); ++l)
+    is_rolled = append_rolled(terms, (*logs)[l], held.channels[channel].name, options_.horizon_s,
+                              *options_.predictor, judged);
+  if (!is_rolled)
+    append_means(terms, held, channel, options_.horizon_s, judged);
+}
+
+void Gains::cross_validate() {
+  int folds = 0;
+  const std::vector<std::uint8_t> fold_of_row = folds_of(measured_, &folds);
+  Progress progress("cross-validation", static_cast<std::size_t>(folds));
+  for (int fold = 0; fold < folds; ++fold) {
+    const Measured rest = select(measured_, fold_of_row, fold, false);
+    const Measured held = select(measured_, fold_of_row, fold, true);
+    std::vector<Term> terms;
+    for (const ChannelFindings &found :
+         search_all(rest, options_.catalogue, options_.given, threshold_, nullptr)) {
+      for (Term &term : terms_of(found))
+        terms.push_back(std::move(term));
+    }
+    judge(terms, held, nullptr);
+    progress.add();
+  }
+}
+
+// Findings and state of every channel; returns all terms.
+std::vector<Term> add_channels(const Measured &measured, const std::vector<ChannelFindings> &found,
+                               const Null &null, double threshold, Diagnosis *diagnosis) {
+  std::vector<Term> terms;
+  for (std::size_t c = 0; c < found.size(); ++c) {
+    add_findings(found[c], measured.channels[c], measured, null, &diagnosis->findings);
+    for (Term &term : terms_of(found[c]))
+      terms.push_back(std::move(term));
+    ChannelState state;
+    state.channel = measured.channels[c].name;
+    Prediction after = extended_prediction(terms, measured.channels[c], measured);
+    state.m_after = std::move(after.m);
+    state.sd_after = std::move(after.sd);
+    state.autocorrelation = found[c].autocorrelation;
+    state.scale = found[c].noise.scale;
+    state.threshold = threshold;
+    state.rows_flagged = found[c].flagged.stuck_rows + found[c].flagged.dropout_rows;
+    diagnosis->channels.push_back(std::move(state));
+  }
+  return terms;
+}
 
 // Where, before why: of every channel of which something is claimed of its mean.
 void add_regions(const Measured &measured, const std::vector<ChannelFindings> &found,
@@ -296,22 +326,7 @@ Diagnosis diagnose(const std::vector<Log> &logs, const Options &options, Measure
   const double threshold = std::max(kLeastThreshold, null.threshold(kStrict * options.false_alarm));
   const std::vector<ChannelFindings> found =
       search_all(measured, options.catalogue, options.given, threshold, &libraries);
-  std::vector<Term> terms;
-  for (std::size_t c = 0; c < found.size(); ++c) {
-    add_findings(found[c], measured.channels[c], measured, null, &diagnosis.findings);
-    for (Term &term : terms_of(found[c]))
-      terms.push_back(std::move(term));
-    ChannelState state;
-    state.channel = measured.channels[c].name;
-    Prediction after = extended_prediction(terms, measured.channels[c], measured);
-    state.m_after = std::move(after.m);
-    state.sd_after = std::move(after.sd);
-    state.autocorrelation = found[c].autocorrelation;
-    state.scale = found[c].noise.scale;
-    state.threshold = threshold;
-    state.rows_flagged = found[c].flagged.stuck_rows + found[c].flagged.dropout_rows;
-    diagnosis.channels.push_back(std::move(state));
-  }
+  const std::vector<Term> terms = add_channels(measured, found, null, threshold, &diagnosis);
   add_regions(measured, found, &diagnosis);
   std::stable_sort(diagnosis.findings.begin(), diagnosis.findings.end(),
                    [](const Finding &a, const Finding &b) {

@@ -29,6 +29,21 @@ double resolution(const Vector &z) {
   return *at;
 }
 
+// Share of neighbours that are equal: repeats that come singly are natural; a run's rows are not
+// counted for its own excuse.
+double natural_repeats(const Measured &measured, const Vector &z) {
+  double single = 0.0, pairs = 1.0;
+  for (const LogSpan &log : measured.logs) {
+    for (std::size_t i = log.first; i + 2 < log.first + log.rows; ++i) {
+      const auto k = static_cast<Index>(i);
+      pairs += 1.0;
+      const bool alone = i == log.first || z(k - 1) != z(k);
+      single += z(k) == z(k + 1) && alone && z(k + 2) != z(k + 1);
+    }
+  }
+  return single / pairs;
+}
+
 } // namespace
 
 Flagged find_flagged(const Measured &measured, const Channel &channel) {
@@ -37,17 +52,7 @@ Flagged find_flagged(const Measured &measured, const Channel &channel) {
   out.stuck.assign(n, 0);
   out.dropout.assign(n, 0);
   const double step = resolution(channel.z);
-  // Repeats that come singly are natural; a run's rows are not counted for its own excuse.
-  double single = 0.0, pairs = 1.0;
-  for (const LogSpan &log : measured.logs) {
-    for (std::size_t i = log.first; i + 2 < log.first + log.rows; ++i) {
-      const auto k = static_cast<Index>(i);
-      pairs += 1.0;
-      const bool alone = i == log.first || channel.z(k - 1) != channel.z(k);
-      single += channel.z(k) == channel.z(k + 1) && alone && channel.z(k + 2) != channel.z(k + 1);
-    }
-  }
-  const double natural = single / pairs;
+  const double natural = natural_repeats(measured, channel.z);
   const auto chance = [&](Index i, double value, double floor) {
     const double sd = channel.sd(i), r = (value - channel.m(i)) / sd;
     const double p = step / (2.5066 * sd) * std::exp(-0.5 * std::min(100.0, r * r));

@@ -143,6 +143,29 @@ void append_means(const std::vector<Term> &terms, const Measured &measured, std:
   }
 }
 
+namespace {
+
+// where: 0 all rows, 1 those inside, 2 those outside.
+std::vector<Sums> sums_by_unit(const Judged &judged, int where, std::size_t units) {
+  std::vector<Sums> sums(units);
+  for (std::size_t i = 0; i < judged.z.size(); ++i) {
+    if ((where == 1 && judged.inside[i] == 0) || (where == 2 && judged.inside[i] != 0))
+      continue;
+    Sums one;
+    one.n = 1.0;
+    one.before = std::pow(judged.z[i] - judged.before[i], 2);
+    one.after = std::pow(judged.z[i] - judged.after[i], 2);
+    one.nll_before = nll(judged.z[i], judged.before[i], judged.sd_before[i]);
+    one.nll_after = nll(judged.z[i], judged.after[i], judged.sd_after[i]);
+    one.mpa_before = density(judged.z[i], judged.before[i], judged.sd_before[i]);
+    one.mpa_after = density(judged.z[i], judged.after[i], judged.sd_after[i]);
+    sums[judged.unit[i]].add(one);
+  }
+  return sums;
+}
+
+} // namespace
+
 std::vector<Gain> summarise(const Judged &judged, const Channel &channel, double horizon_s,
                             const std::string &data, std::uint64_t seed) {
   std::vector<Gain> out;
@@ -153,20 +176,7 @@ std::vector<Gain> summarise(const Judged &judged, const Channel &channel, double
                                       [](std::uint8_t i) { return i != 0; });
   const char *const wheres[] = {"all", "inside", "outside"};
   for (int where = 0; where < (any_inside ? 3 : 1); ++where) {
-    std::vector<Sums> sums(units);
-    for (std::size_t i = 0; i < judged.z.size(); ++i) {
-      if ((where == 1 && judged.inside[i] == 0) || (where == 2 && judged.inside[i] != 0))
-        continue;
-      Sums one;
-      one.n = 1.0;
-      one.before = std::pow(judged.z[i] - judged.before[i], 2);
-      one.after = std::pow(judged.z[i] - judged.after[i], 2);
-      one.nll_before = nll(judged.z[i], judged.before[i], judged.sd_before[i]);
-      one.nll_after = nll(judged.z[i], judged.after[i], judged.sd_after[i]);
-      one.mpa_before = density(judged.z[i], judged.before[i], judged.sd_before[i]);
-      one.mpa_after = density(judged.z[i], judged.after[i], judged.sd_after[i]);
-      sums[judged.unit[i]].add(one);
-    }
+    const std::vector<Sums> sums = sums_by_unit(judged, where, units);
     std::vector<Sums> used;
     Sums all;
     for (const Sums &s : sums) {

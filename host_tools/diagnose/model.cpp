@@ -12,6 +12,19 @@ namespace {
 using Index = Eigen::Index;
 constexpr int kMostPasses = 30;
 constexpr double kSmallStep = 1e-3; // standard errors
+
+bool signs_allowed(const std::vector<Member> &members, const Vector &beta) {
+  Index at = 0;
+  for (const Member &member : members) {
+    if (member.is_fixed)
+      continue;
+    if (member.is_positive && !(beta(at) > 0.0))
+      return false;
+    at += member.h.cols();
+  }
+  return true;
+}
+
 } // namespace
 
 Fit fit_members(const Vector &y, const std::vector<Member> &members, const Noise &noise) {
@@ -69,14 +82,7 @@ Fit fit_members(const Vector &y, const std::vector<Member> &members, const Noise
   fit.loss = (size.array() <= corner)
                  .select(0.5 * size.array().square(), corner * size.array() - 0.5 * corner * corner)
                  .sum();
-  at = 0;
-  for (const Member &member : members) {
-    if (member.is_fixed)
-      continue;
-    if (member.is_positive && !(fit.beta(at) > 0.0))
-      fit.is_allowed = false;
-    at += member.h.cols();
-  }
+  fit.is_allowed = signs_allowed(members, fit.beta);
   return fit;
 }
 

@@ -78,9 +78,10 @@ std::string causes_table(const Finding &finding) {
   return text +
          "</tbody></table></div>\n<p class=\"note\">The bars grow with the root of the "
          "difference" +
-         (most > kSeparableBic ? std::string("; the line marks 6, up to which the data do not tell a "
-                                          "rival from the claim")
-                            : std::string()) +
+         (most > kSeparableBic
+              ? std::string("; the line marks 6, up to which the data do not tell a "
+                            "rival from the claim")
+              : std::string()) +
          ". Held-out R\u00b2: the share of the residual's sum of squares explained on blocks that "
          "were not fitted to.</p>\n";
 }
