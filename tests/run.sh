@@ -6,7 +6,7 @@
 set -u
 logs=$BUILD/test-logs
 rm -rf "$logs"; mkdir -p "$logs"
-limit=${TEST_TIMEOUT:-300}
+limit=${TEST_TIMEOUT:-600}
 binaries=() scripts=()
 while [ $# -gt 0 ] && [ "$1" != -- ]; do binaries+=("$1"); shift; done
 [ $# -gt 0 ] && shift
