@@ -1,7 +1,8 @@
-// rim bench: memory of monitors, time of training, speed of replay.
+// rim bench: memory of monitors, time of a choice, time of training, speed of replay.
 #include "cli/arguments.hpp"
 #include "cli/command.hpp"
 #include "experiment/lander.hpp"
+#include "plan/choice_time.hpp"
 #include "replay/replay.hpp"
 #include "train/trainer.hpp"
 #include "util/atomic_file.hpp"
@@ -59,6 +60,18 @@ void print_memory() {
   table.print();
 }
 
+void print_choice() {
+  constexpr std::uint32_t kActions = 200, kObservations = 200;
+  const rim::ChoiceTime gp =
+      rim::time_choice(RIM_BANDIT_GP_UCB, RIM_GP_SQUARED_EXPONENTIAL, kActions, kObservations);
+  const rim::ChoiceTime both =
+      rim::time_choice(RIM_BANDIT_RIM_GP_UCB, RIM_GP_SQUARED_EXPONENTIAL, kActions, kObservations);
+  std::printf("A choice among %u actions with %u observations (median): GP-UCB %.2f ms, RIM+GP-UCB "
+              "%.2f ms; memory %.1f and %.1f kB\n",
+              kActions, kObservations, gp.choose_ms, both.choose_ms,
+              static_cast<double>(gp.bytes) / 1000.0, static_cast<double>(both.bytes) / 1000.0);
+}
+
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
@@ -109,7 +122,8 @@ int cmd_bench(int argc, char **argv) {
       ->expected(2)
       ->type_name("MODEL.rim LOG");
   app.add_option("--runs", o.runs, "landings to train on (default 50)")->check(CLI::Range(3, 1000));
-  app.footer("Detection is measured by 'rim experiment golf', 'lander' and 'falcon'.\n\n"
+  app.footer("Detection is measured by 'rim experiment golf', 'lander' and 'falcon', planning by "
+             "'fig5.10' and 'figB.6'.\n\n"
              "Example:\n  rim bench --memory\n  rim bench --replay lander.rim flight.csv");
   if (!rim::parse_arguments(app, argc, argv))
     return rim::EXIT_FINE;
@@ -120,8 +134,10 @@ int cmd_bench(int argc, char **argv) {
     return rim::EXIT_FINE;
   }
   print_memory();
-  if (!o.memory)
+  if (!o.memory) {
+    print_choice();
     bench_lander(o.runs);
+  }
   return rim::EXIT_FINE;
 }
 

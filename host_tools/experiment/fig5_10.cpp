@@ -36,6 +36,7 @@ PlannerConfig planner_config(const GoalieParams &world, const GoaliePolicy &poli
              : kind == GoaliePolicyKind::rim ? RIM_BANDIT_RIM_UCB
                                              : RIM_BANDIT_RIM_GP_UCB;
   b.beta = policy.beta;
+  b.smooth_var = policy.smooth_m * policy.smooth_m;
   b.spread = RIM_BANDIT_SPREAD_UNEXPLAINED;
   b.seed = seed;
   b.slices = static_cast<std::uint16_t>(policy.slices);
@@ -85,7 +86,8 @@ nlohmann::json policy_json(const GoaliePolicy &p) {
           {"rims", p.rims},
           {"lambda", p.lambda},
           {"slices", p.slices},
-          {"lambdas", p.lambdas}};
+          {"lambdas", p.lambdas},
+          {"smooth_m", p.smooth_m}};
 }
 
 using Runs = std::vector<GoalieRun>;
@@ -223,14 +225,14 @@ void check(const Campaign &campaign) {
 } // namespace
 
 GoaliePolicy default_goalie_policy(GoaliePolicyKind kind) {
-  // beta, signal_m, length_s_m, length_a_m, threshold, lambda, rims, slices, lambdas
+  // beta, signal_m, length_s_m, length_a_m, threshold, lambda, rims, slices, lambdas, smooth_m
   switch (kind) {
   case GoaliePolicyKind::gp:
-    return {1.0, 0.2, 1.0, 0.14, 7.0, 16.0, 1, 1, 9};
+    return {1.0, 0.2, 1.0, 0.14, 7.0, 16.0, 1, 1, 9, 0.0};
   case GoaliePolicyKind::rim:
-    return {0.25, 0.2, 2.0, 0.2, 7.0, 16.0, 1, 12, 9};
+    return {0.5, 0.4, 1.0, 0.1, 10.0, 16.0, 1, 9, 9, 0.1};
   default:
-    return {1.0, 0.2, 1.0, 0.14, 40.0, 16.0, 1, 9, 9};
+    return {1.0, 0.2, 1.0, 0.14, 30.0, 16.0, 1, 9, 9, 0.1};
   }
 }
 

@@ -16,7 +16,7 @@
 
 namespace rim {
 
-// What a policy is told; chosen on runs of seeds below 10000.
+// What a policy is told; chosen on runs of seeds below 1000.
 struct GoaliePolicy {
   double beta;
   double signal_m; // prior sd of the deviation from the nominal reward
@@ -24,7 +24,8 @@ struct GoaliePolicy {
   double threshold; // ln anom at which a RIM is as likely as not
   double lambda;    // nats a unit of volume, both ways (eq. 5.4)
   unsigned rims, slices;
-  unsigned lambdas; // 1: lambda alone, otherwise that many from -lambda to lambda
+  unsigned lambdas;      // 1: lambda alone, otherwise that many from -lambda to lambda
+  double smooth_m = 0.0; // sd of deviations that are left to the GP
 };
 
 enum class GoaliePolicyKind { gp, rim, rim_gp };

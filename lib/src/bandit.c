@@ -50,7 +50,8 @@ static rim_status complete(rim_bandit_config *c) {
   if (has_rims(c) && c->extent.dims != c->gp.dims)
     return RIM_E_CONFIG;
   if (!is_usable(c->beta) || c->beta < 0.0 || !is_usable(c->delta) || !is_usable(c->aversion) ||
-      !is_usable(c->level) || !is_usable(c->bound)) {
+      !is_usable(c->level) || !is_usable(c->bound) || !(c->smooth_var >= 0.0) ||
+      c->smooth_var > 1e100) {
     return RIM_E_RANGE;
   }
   if (c->delta >= 0.0 && c->delta <= 0.0)
@@ -362,7 +363,8 @@ rim_status rim_bandit_observe(rim_bandit *bandit, const double *x, uint32_t plan
   count(&bandit->counters.observations);
   if (has_rims(c)) {
     const double floor_var = hyper.noise_var > 0.0 ? hyper.noise_var : hyper.signal_var;
-    (void)rim_extent_add(extent_of(bandit), x, dz, var > 0.0 ? var : floor_var);
+    const double own_var = (var > 0.0 ? var : floor_var) + c->smooth_var;
+    (void)rim_extent_add(extent_of(bandit), x, dz, own_var);
     rim_extent_search(extent_of(bandit), c->slices);
     if (c->policy == RIM_BANDIT_RIM_GP_UCB)
       update_offsets(bandit);

@@ -90,6 +90,9 @@ typedef struct rim_bandit_config {
   uint64_t seed;    /* of draws among equals */
   rim_gp_config gp; /* each plan's for the bank. Its mean should be 0: it is added to the nominal
                        model's, except with RIM-UCB */
+  double
+      smooth_var; /* added to the variance of every deviation in the search for regions: deviations
+                     of this size are left to the GP, so a smooth change makes no RIM; >= 0 */
   rim_extent_config extent; /* policies with RIM; dims must be gp.dims */
 } rim_bandit_config;
 
