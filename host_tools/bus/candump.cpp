@@ -37,18 +37,17 @@ CandumpFile::CandumpFile(const std::string &path, std::uint32_t node, bool fd,
     throw UsageError("CAN: node 0 to 127, interface name of 1 to 15 characters");
 }
 
+std::vector<rim_can_frame> alarm_frames(const rim_alarm &alarm, std::uint32_t node, bool fd) {
+  std::vector<rim_can_frame> frames(1 + (fd ? 1 : RIM_CAN_DETAIL_FRAMES));
+  check(rim_can_pack_summary(&frames[0], node, &alarm));
+  check(fd ? rim_can_pack_detail_fd(&frames[1], node, &alarm)
+           : rim_can_pack_detail(&frames[1], node, &alarm));
+  return frames;
+}
+
 void CandumpFile::write(const rim_alarm &alarm) {
-  rim_can_frame frame[RIM_CAN_DETAIL_FRAMES];
-  check(rim_can_pack_summary(frame, node_, &alarm));
-  file_.write(candump_line(frame[0], alarm.t_s, interface_));
-  if (fd_) {
-    check(rim_can_pack_detail_fd(frame, node_, &alarm));
-    file_.write(candump_line(frame[0], alarm.t_s, interface_));
-    return;
-  }
-  check(rim_can_pack_detail(frame, node_, &alarm));
-  for (const auto &segment : frame)
-    file_.write(candump_line(segment, alarm.t_s, interface_));
+  for (const rim_can_frame &frame : alarm_frames(alarm, node_, fd_))
+    file_.write(candump_line(frame, alarm.t_s, interface_));
 }
 
 } // namespace rim

@@ -1,5 +1,4 @@
 // rim replay: the onboard monitor over logs, deterministically.
-#include "bus/can_refusal.hpp"
 #include "bus/can_table.hpp"
 #include "cli/arguments.hpp"
 #include "cli/command.hpp"
@@ -22,7 +21,7 @@ namespace {
 
 struct Options {
   std::vector<std::string> logs, extensions;
-  std::string model, save_model, schema, can;
+  std::string model, save_model, schema;
   rim::OutputPaths outputs;
   rim::CalibrationOptions calibration;
   std::size_t calibration_runs = 199;
@@ -66,7 +65,8 @@ void declare(CLI::App &app, Options &o) {
                  "log,row,finding for every row: the region (1..) that holds it when its log ends")
       ->type_name("FILE.csv");
   app.add_option("--lcm", out.lcm_url, "publish alarms and health over LCM")->type_name("URL");
-  app.add_option("--can", o.can, "send alarms on a CAN interface")->type_name("IFACE");
+  app.add_option("--can", out.can, "send alarms on a CAN interface, with the replay flag")
+      ->type_name("IFACE");
   app.add_option("--candump", out.candump, "the CAN frames of the alarms as `candump -L` text")
       ->type_name("FILE");
   app.add_option("--node", out.node, "CAN node number (default 1)")
@@ -101,8 +101,6 @@ void check(const CLI::App &app, const Options &o) {
   }
   if (!o.outputs.plot.empty())
     rim::check_plot_path(o.outputs.plot);
-  if (!o.can.empty())
-    rim::refuse_can(o.can, "sending", "--candump FILE writes the same frames for canplayer");
 }
 
 std::string made_by(const Options &o) {

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "bus/jsonl.hpp"
+#include "util/error.hpp"
 
 namespace rim {
 
@@ -28,6 +29,15 @@ ReplayOutputs::ReplayOutputs(const OutputPaths &paths, const Replayer &replayer)
       model_id_(replayer.monitor().image().model_id) {
   if (!paths.candump.empty())
     candump_ = std::make_unique<CandumpFile>(paths.candump, paths.node, false);
+  node_ = paths.node;
+  if (!paths.can.empty()) {
+    try {
+      can_ = std::make_unique<CanBus>(paths.can);
+    } catch (const DataError &e) {
+      throw DataError(std::string(e.what()) +
+                      "; --candump FILE writes the same frames for canplayer");
+    }
+  }
   if (!paths.lcm_url.empty())
     lcm_ = std::make_unique<LcmBus>(paths.lcm_url);
   if (labels_)
@@ -61,6 +71,9 @@ void ReplayOutputs::verdict(const rim_verdict &v) {
     alarms_->write(alarm_json(v.alarm, names_) + "\n");
   if (candump_)
     candump_->write(v.alarm);
+  for (const rim_can_frame &frame :
+       can_ ? alarm_frames(v.alarm, node_, false) : std::vector<rim_can_frame>{})
+    can_->send(frame);
   if (lcm_)
     lcm_->publish(v.alarm);
   if (!traces_.empty() && v.alarm.state == RIM_ALARM_RAISED)

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "bus/can_bus.hpp"
 #include "bus/candump.hpp"
 #include "bus/lcm_bus.hpp"
 #include "replay/plot.hpp"
@@ -16,7 +17,7 @@ namespace rim {
 
 // Empty: not wanted.
 struct OutputPaths {
-  std::string alarms, labels, candump, trace, plot, lcm_url;
+  std::string alarms, labels, candump, trace, plot, lcm_url, can;
   std::uint32_t node = 1; // of the CAN identifiers
   std::string made_by;    // configuration, for the comment lines
 };
@@ -36,6 +37,8 @@ public:
 private:
   std::unique_ptr<AtomicFile> alarms_, labels_, trace_;
   std::unique_ptr<CandumpFile> candump_;
+  std::unique_ptr<CanBus> can_;
+  std::uint32_t node_ = 0;
   std::unique_ptr<LcmBus> lcm_;
   std::string plot_path_, log_name_;
   std::vector<Trace> traces_;
