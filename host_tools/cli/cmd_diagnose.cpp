@@ -187,7 +187,7 @@ int cmd_diagnose(int argc, char **argv) {
     (void)make_measured(options.holdout);
   for (const std::string &path : o.extensions) {
     const std::vector<Term> terms = read_extension(path);
-    check_extension(terms, make_measured(logs), path);
+    check_extension(terms, make_measured(logs, nullptr, true), path);
     options.given.insert(options.given.end(), terms.begin(), terms.end());
   }
   options.horizon_s = o.horizon_s;

@@ -183,7 +183,7 @@ private:
 std::vector<Gain> Gains::compute(const std::vector<Term> &terms) {
   const bool is_held_out = !options_.holdout.empty();
   if (is_held_out) {
-    const Measured held = make_measured(options_.holdout);
+    const Measured held = make_measured(options_.holdout, nullptr, true);
     judge(terms, held, &options_.holdout);
   } else {
     cross_validate();
@@ -305,7 +305,7 @@ void add_notes(const Measured &measured, const std::vector<ChannelFindings> &fou
 
 Diagnosis diagnose(const std::vector<Log> &logs, const Options &options, Measured *table) {
   std::vector<std::string> constant;
-  const Measured measured = make_measured(logs, &constant);
+  const Measured measured = make_measured(logs, &constant, !options.given.empty());
   if (measured.rows() < kLeastRows)
     throw DataError(fmt::format("{}: {} rows in all; a diagnosis needs at least {}",
                                 measured.logs.front().path, measured.rows(), kLeastRows));

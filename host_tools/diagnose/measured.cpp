@@ -117,7 +117,8 @@ int Measured::find_channel(const std::string &name) const {
   return -1;
 }
 
-Measured make_measured(const std::vector<Log> &logs, std::vector<std::string> *constant) {
+Measured make_measured(const std::vector<Log> &logs, std::vector<std::string> *constant,
+                       bool keep_constant) {
   if (logs.empty())
     throw DataError("no log given");
   Measured table;
@@ -145,7 +146,8 @@ Measured make_measured(const std::vector<Log> &logs, std::vector<std::string> *c
     if (x.maxCoeff() - x.minCoeff() <= 1e-12 * std::max(1.0, x.cwiseAbs().maxCoeff())) {
       if (constant != nullptr)
         constant->push_back(column.name);
-      continue;
+      if (!keep_constant)
+        continue;
     }
     table.features.push_back({column.name, column.unit, column.role == Role::command,
                               column.unit == "rad" && is_wrapped(x)});

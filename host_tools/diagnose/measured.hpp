@@ -55,6 +55,8 @@ struct Measured {
 // column (the message says how a prediction is had: m. columns, --world or --model), columns that
 // differ between logs, sd zero or negative (file, row, column). Features that never change are left
 // out and named in `constant`. O(rows x columns).
-Measured make_measured(const std::vector<Log> &logs, std::vector<std::string> *constant = nullptr);
+// keep_constant: they stay, for terms found elsewhere to be evaluated.
+Measured make_measured(const std::vector<Log> &logs, std::vector<std::string> *constant = nullptr,
+                       bool keep_constant = false);
 
 } // namespace rim::diagnose

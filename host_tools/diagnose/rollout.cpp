@@ -71,7 +71,7 @@ Matrix outcomes_of(const std::vector<Term> &terms, const Measured &whole, const 
 
 bool append_rolled(const std::vector<Term> &terms, const Log &log, const std::string &channel,
                    double horizon_s, const world::Predictor &predictor, Judged *judged) {
-  const Measured whole = make_measured({log});
+  const Measured whole = make_measured({log}, nullptr, true);
   const auto c = static_cast<Index>(whole.find_channel(channel));
   const auto steps =
       static_cast<std::size_t>(std::max(1L, std::lround(horizon_s / predictor.step_s())));

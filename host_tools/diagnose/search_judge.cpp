@@ -216,7 +216,7 @@ void ChannelSearch::limit_support() {
       }
       const double least = x.minCoeff(), most = x.maxCoeff(), range = most - least;
       const double margin = kSupportMargin * (high - low);
-      if (low > high || high - low > kSupportShare * range)
+      if (low > high || !(range > 0.0) || high - low > kSupportShare * range)
         continue;
       term.support.features.push_back(feature.name);
       term.support.units.push_back(feature.unit);

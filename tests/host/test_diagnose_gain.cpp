@@ -130,8 +130,11 @@ void worse_is_said(void **) {
   assert_near(gain.ratio, std::sqrt(1.09), 1e-12);
   assert_true(gain.worse);
   for (double &after : judged.after)
-    after = 0.1; // half a percent, but on every log
+    after = 0.15; // 1.1 %, and on every log
   assert_true(summarise(judged, {}, 0.0, "x", 1)[0].worse);
+  for (double &after : judged.after)
+    after = 0.08; // .3 %: not worth the word
+  assert_false(summarise(judged, {}, 0.0, "x", 1)[0].worse);
   for (double &after : judged.after)
     after = 0.0;
   assert_false(summarise(judged, {}, 0.0, "x", 1)[0].worse);

@@ -125,6 +125,29 @@ void everywhere(void **) {
   assert_true(found.gate.everywhere());
 }
 
+void scatter_in_an_interval(void **) {
+  const Measured t = uniform_table(9);
+  const Library library = rim::diagnose::make_library(t, t.channels[0], bias_alone());
+  const Vector truth = (t.x.col(2).array() >= 7.0).cast<double>();
+  Random random(10);
+  Vector y(static_cast<Eigen::Index>(kRows));
+  for (Eigen::Index i = 0; i < y.size(); ++i)
+    y(i) = random.normal() * (truth(i) > 0.0 ? 1.6 : 1.0);
+  const Noise noise = plain();
+  const Scanner scanner(library, noise.weight);
+  const Fit fit = rim::diagnose::fit_members(y, {}, noise);
+  const auto proposals = scanner.variance(fit, noise);
+  assert_true(!proposals.empty());
+  assert_true(proposals[0].score() > 15.0);
+  assert_int_equal(scanner.gate(proposals[0]).features.size(), 1);
+  assert_string_equal(scanner.gate(proposals[0]).features[0].c_str(), "x.c");
+  // more above 7, or, which is the same, less below it
+  const Gate gate = scanner.gate(proposals[0]);
+  const bool is_above = gate.lower[0] > 3.5;
+  assert_near(is_above ? gate.lower[0] : gate.upper[0], 7.0, 0.4);
+  assert_near(is_above ? proposals[0].ratio : 1.0 / proposals[0].ratio, 1.6 * 1.6, 0.5);
+}
+
 // Rows of weight 0 are no measurements: what lies in them is not found.
 void rows_without_weight_say_nothing(void **) {
   const Measured t = uniform_table(11);
@@ -150,6 +173,7 @@ int main() {
       cmocka_unit_test(a_box),
       cmocka_unit_test(an_ellipse),
       cmocka_unit_test(everywhere),
+      cmocka_unit_test(scatter_in_an_interval),
       cmocka_unit_test(rows_without_weight_say_nothing),
   };
   return cmocka_run_group_tests(tests, nullptr, nullptr);
