@@ -359,8 +359,11 @@ void ChannelSearch::smooth_unknowns() {
       groups[*names.begin()].clear();
   }
   for (std::size_t j = 0; j < out_.members.size(); ++j) {
-    for (const std::string &name : features_of(out_.members[j].term)) {
-      if (groups.count(name) > 0 && !out_.members[j].is_given)
+    // Of terms of several features only constants: a drag is not explained away by an altitude.
+    const std::set<std::string> names = features_of(out_.members[j].term);
+    for (const std::string &name : names) {
+      const bool is_piece = names.size() == 1 || out_.members[j].term.cause == "bias";
+      if (is_piece && groups.count(name) > 0 && !out_.members[j].is_given)
         groups[name].push_back(j);
     }
   }
@@ -394,8 +397,15 @@ void ChannelSearch::smooth_unknowns() {
       const bool is_pieced = which.size() > 1 && of_table > -3.0;
       const bool is_as_good = of_table > 0.0 && is_left;
       if (is_pieced || is_as_good) {
+        const std::vector<Member> named = out_.members;
         others.push_back(table);
         out_.members = others;
+        Claim claim;
+        hold_out(out_.members.size() - 1, &claim);
+        if (claim.heldout_ln <= 0.0) { // a curve that holds nowhere else explains nothing
+          out_.members = named;
+          return;
+        }
         out_.fit = fit_members(y_, out_.members, out_.noise);
         return;
       }
@@ -466,15 +476,15 @@ void ChannelSearch::find_members(bool may_delay) {
   const std::vector<Member> kept = out_.members;
   for (int pass = 0; pass < 3; ++pass) {
     scanner_ = std::make_unique<Scanner>(library_, out_.noise.weight);
-    const double rough = out_.noise.scale;
     if (pass == 0)
       add_terms(true);
     else {
       // From scratch, unless the effects are so large that they would be cut as outliers.
-      const Fit none = fit_members(y_, kept, out_.noise);
-      const double all = std::sqrt(none.residual.cwiseAbs2().cwiseProduct(out_.noise.weight).sum() /
-                                   std::max(1.0, measured_rows_.sum()));
-      if (all < 2.0 * rough)
+      const auto left = [this](const std::vector<Member> &members) {
+        const Vector e = fit_members(y_, members, out_.noise).residual;
+        return std::sqrt(e.cwiseAbs2().cwiseProduct(out_.noise.weight).sum());
+      };
+      if (left(kept) < 1.5 * left(out_.members))
         out_.members = kept;
       else
         drop_terms();
