@@ -193,6 +193,13 @@ static void refit(const rim_cem_config *c, distribution *d, rim_rng *rng, const 
   }
 }
 
+bool rim_cem_is_valid(const rim_cem_config *config, uint8_t dims) {
+  if (config == NULL || dims < 1 || dims > RIM_CEM_MAX_DIMS)
+    return false;
+  const rim_cem_config c = filled(config);
+  return is_valid(&c);
+}
+
 rim_status rim_cem_optimise(const rim_cem_config *config, rim_cem_value value_of, void *context,
                             uint64_t seed, uint64_t stream, rim_ellipsoid *best, double *value) {
   if (config == NULL || value_of == NULL || best == NULL || value == NULL)

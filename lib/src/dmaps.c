@@ -573,27 +573,13 @@ static rim_dmaps_config filled(const rim_dmaps_config *config) {
 
 static bool is_price(double x) { return x >= 0.0 && rim_is_finite(x); }
 
-static double nothing(const rim_ellipsoid *e, void *context) {
-  (void)e;
-  (void)context;
-  return 0.0;
-}
-
-/* The search tests its own configuration. */
-static bool cem_is_valid(const rim_cem_config *c, uint8_t dims) {
-  const double middle[RIM_CEM_MAX_DIMS] = {0.0};
-  rim_ellipsoid ball = rim_ellipsoid_ball(dims, middle, 1.0);
-  double value = 0.0;
-  return rim_cem_optimise(c, nothing, NULL, 0, 0, &ball, &value) == RIM_OK;
-}
-
 static bool is_valid(const rim_dmaps_config *c, const rim_batch_data *data) {
   return data->features >= 1 && data->features <= MOST && data->outcomes >= 1 &&
          data->outcomes <= MOST && c->regions <= RIM_DMAPS_MAX_REGIONS && c->sweeps <= MAX_SWEEPS &&
          c->search.max_dims <= MAX_DIMS && c->search.nodes <= RIM_BATCH_MAX_NODES &&
          c->search.heuristic != RIM_HEURISTIC_NONE && is_price(c->lambda) &&
          is_price(c->lambda_dim) && is_price(c->border) && c->border <= 1.0 &&
-         cem_is_valid(&c->cem, 1) && cem_is_valid(&c->search.cem, 1);
+         rim_cem_is_valid(&c->cem, 1) && rim_cem_is_valid(&c->search.cem, 1);
 }
 
 /* Lays the work space out. */

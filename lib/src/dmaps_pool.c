@@ -18,20 +18,6 @@ static double ask(const rim_ellipsoid *e, void *context) {
   return a->value_of(e, a->taken, a->count, a->context);
 }
 
-static double nothing(const rim_ellipsoid *e, void *context) {
-  (void)e;
-  (void)context;
-  return 0.0;
-}
-
-/* The search tests its own configuration. */
-static bool cem_is_valid(const rim_cem_config *c, uint8_t dims) {
-  const double middle[RIM_CEM_MAX_DIMS] = {0.0};
-  rim_ellipsoid ball = rim_ellipsoid_ball(dims, middle, 1.0);
-  double value = 0.0;
-  return rim_cem_optimise(c, nothing, NULL, 0, 0, &ball, &value) == RIM_OK;
-}
-
 rim_status rim_dmaps_pool_init(rim_dmaps_pool *pool, const rim_dmaps_pool_config *config) {
   if (pool == NULL || config == NULL)
     return RIM_E_ARGUMENT;
@@ -42,7 +28,7 @@ rim_status rim_dmaps_pool_init(rim_dmaps_pool *pool, const rim_dmaps_pool_config
     c.radius = 0.1;
   if (c.dims < 1 || c.dims > RIM_CEM_MAX_DIMS || c.candidates > RIM_DMAPS_MAX_REGIONS ||
       c.spare > c.candidates || !(c.radius > 0.0) || !rim_is_finite(c.radius) ||
-      !(c.lambda >= 0.0) || !rim_is_finite(c.lambda) || !cem_is_valid(&c.cem, c.dims)) {
+      !(c.lambda >= 0.0) || !rim_is_finite(c.lambda) || !rim_cem_is_valid(&c.cem, c.dims)) {
     return RIM_E_CONFIG;
   }
   memset(pool, 0, sizeof *pool);

@@ -125,7 +125,13 @@ static void bad_input_is_refused(void **state) {
   };
   for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i) {
     assert_int_equal(rim_cem_optimise(&bad[i], closeness, &t, 1, 1, &e, &value), RIM_E_CONFIG);
+    assert_false(rim_cem_is_valid(&bad[i], 2));
   }
+  assert_true(rim_cem_is_valid(&good, 1));
+  assert_true(rim_cem_is_valid(&good, RIM_CEM_MAX_DIMS));
+  assert_false(rim_cem_is_valid(&good, 0));
+  assert_false(rim_cem_is_valid(&good, RIM_CEM_MAX_DIMS + 1));
+  assert_false(rim_cem_is_valid(NULL, 1));
   assert_int_equal(rim_cem_optimise(NULL, closeness, &t, 1, 1, &e, &value), RIM_E_ARGUMENT);
   assert_int_equal(rim_cem_optimise(&good, NULL, &t, 1, 1, &e, &value), RIM_E_ARGUMENT);
   rim_ellipsoid odd = e;

@@ -60,6 +60,9 @@ rim_ellipsoid rim_ellipsoid_ball(uint8_t dims, const double *center, double radi
 rim_status rim_ellipsoid_region(const rim_ellipsoid *ellipsoid, const uint16_t *feature,
                                 rim_region *region);
 
+/* Whether rim_cem_optimise takes the configuration for so many dimensions; false for NULL. */
+bool rim_cem_is_valid(const rim_cem_config *config, uint8_t dims);
+
 /* Climb from *best. On success *best and *value are the best ellipsoid seen, the start included.
  * RIM_E_ARGUMENT: NULL; RIM_E_CONFIG: configuration or dims out of range: nothing changed.
  * samples * iterations + 1 evaluations; stack below 2 kB. */
