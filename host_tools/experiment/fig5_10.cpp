@@ -10,8 +10,6 @@
 #include "plan/planner.hpp"
 #include "util/data_path.hpp"
 #include "util/error.hpp"
-#include "util/parallel_for.hpp"
-#include "util/progress.hpp"
 #include "util/table.hpp"
 
 namespace rim {
@@ -273,26 +271,16 @@ Campaign run_fig5_10(const Fig510 &experiment, const Shard &shard) {
   for (const GoaliePolicy &policy : experiment.policies)
     campaign.config["policies"].push_back(policy_json(policy));
   campaign.total = kGoalieCount * kGoaliePolicies * experiment.runs;
-  std::vector<std::uint64_t> mine;
-  for (std::uint64_t i = 0; i < campaign.total; ++i) {
-    if (shard.owns(i))
-      mine.push_back(i);
-  }
-  std::vector<nlohmann::json> values(mine.size());
-  Progress progress(kKind, mine.size());
-  parallel_for(mine.size(), [&](std::size_t k) {
-    const std::size_t run = mine[k] % experiment.runs;
-    const std::size_t policy = mine[k] / experiment.runs % kGoaliePolicies;
-    const Goalie world(params, kGoalies[mine[k] / experiment.runs / kGoaliePolicies]);
+  compute_units(&campaign, shard, kKind, [&](std::uint64_t unit) {
+    const std::size_t run = unit % experiment.runs;
+    const std::size_t policy = unit / experiment.runs % kGoaliePolicies;
+    const Goalie world(params, kGoalies[unit / experiment.runs / kGoaliePolicies]);
     const GoalieRun r =
         run_goalie(world, experiment.policies[policy], static_cast<GoaliePolicyKind>(policy),
                    experiment.shots, experiment.seed + run);
-    values[k] = {
+    return nlohmann::json{
         {"reward", r.reward}, {"expected", r.expected}, {"nominal", r.nominal}, {"best", r.best}};
-    progress.add();
   });
-  for (std::size_t k = 0; k < mine.size(); ++k)
-    campaign.units[mine[k]] = std::move(values[k]);
   return campaign;
 }
 

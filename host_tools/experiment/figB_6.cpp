@@ -9,8 +9,6 @@
 #include "plan/planner.hpp"
 #include "util/data_path.hpp"
 #include "util/error.hpp"
-#include "util/parallel_for.hpp"
-#include "util/progress.hpp"
 #include "util/table.hpp"
 
 namespace rim {
@@ -158,22 +156,11 @@ Campaign run_figB_6(const FigB6 &e, const Shard &shard) {
                      {"signal", e.signal},
                      {"length_m", e.length_m}};
   campaign.total = kDefences * e.runs;
-  std::vector<std::uint64_t> mine;
-  for (std::uint64_t i = 0; i < campaign.total; ++i) {
-    if (shard.owns(i))
-      mine.push_back(i);
-  }
-  std::vector<nlohmann::json> values(mine.size());
-  Progress progress(kKind, mine.size());
-  parallel_for(mine.size(), [&](std::size_t k) {
-    const FreekickRun r =
-        run_freekick(params, kAll[mine[k] / e.runs], e, e.seed + mine[k] % e.runs);
-    values[k] = {
+  compute_units(&campaign, shard, kKind, [&](std::uint64_t unit) {
+    const FreekickRun r = run_freekick(params, kAll[unit / e.runs], e, e.seed + unit % e.runs);
+    return nlohmann::json{
         {"chosen", r.chosen}, {"best", r.best}, {"random", r.random}, {"unlearnt", r.unlearnt}};
-    progress.add();
   });
-  for (std::size_t k = 0; k < mine.size(); ++k)
-    campaign.units[mine[k]] = std::move(values[k]);
   return campaign;
 }
 

@@ -9,8 +9,6 @@
 #include "replay/plot.hpp"
 #include "util/data_path.hpp"
 #include "util/error.hpp"
-#include "util/parallel_for.hpp"
-#include "util/progress.hpp"
 #include "util/table.hpp"
 #include "world/cobot.hpp"
 
@@ -252,19 +250,9 @@ Campaign run_fig_C5(const FigC5 &experiment, const Shard &shard) {
       {"slack", {experiment.options.slack_one_step, experiment.options.slack_open_loop}},
       {"quiet_h", experiment.options.quiet_h}};
   campaign.total = experiment.worlds;
-  std::vector<std::uint64_t> mine;
-  for (std::uint64_t i = 0; i < campaign.total; ++i) {
-    if (shard.owns(i))
-      mine.push_back(i);
-  }
-  std::vector<nlohmann::json> values(mine.size());
-  Progress progress(kKind, mine.size());
-  parallel_for(mine.size(), [&](std::size_t k) {
-    values[k] = world_json(experiment, experiment.seed + mine[k]);
-    progress.add();
+  compute_units(&campaign, shard, kKind, [&](std::uint64_t world) {
+    return world_json(experiment, experiment.seed + world);
   });
-  for (std::size_t k = 0; k < mine.size(); ++k)
-    campaign.units[mine[k]] = std::move(values[k]);
   return campaign;
 }
 

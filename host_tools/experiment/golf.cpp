@@ -11,8 +11,6 @@
 #include "rim/select.h"
 #include "train/calibrate.hpp"
 #include "util/error.hpp"
-#include "util/parallel_for.hpp"
-#include "util/progress.hpp"
 #include "util/table.hpp"
 #include "world/golf.hpp"
 
@@ -299,19 +297,9 @@ Campaign run_golf_campaign(const GolfExperiment &experiment, const Shard &shard)
                      {"seed", experiment.seed},
                      {"search", kSearchNames[static_cast<int>(experiment.search)]}};
   campaign.total = experiment.dims.size() * units_a_dims(experiment);
-  std::vector<std::uint64_t> mine;
-  for (std::uint64_t i = 0; i < campaign.total; ++i) {
-    if (shard.owns(i))
-      mine.push_back(i);
-  }
-  std::vector<nlohmann::json> values(mine.size());
-  Progress progress("golf", mine.size());
-  parallel_for(mine.size(), [&](std::size_t i) {
-    values[i] = value_of(unit_of(experiment, mine[i]), experiment.search);
-    progress.add();
+  compute_units(&campaign, shard, "golf", [&](std::uint64_t unit) {
+    return value_of(unit_of(experiment, unit), experiment.search);
   });
-  for (std::size_t i = 0; i < mine.size(); ++i)
-    campaign.units[mine[i]] = std::move(values[i]);
   return campaign;
 }
 

@@ -11,7 +11,6 @@
 #include "experiment/thesis_lander.hpp"
 #include "util/data_path.hpp"
 #include "util/parallel_for.hpp"
-#include "util/progress.hpp"
 #include "world/recording.hpp"
 
 namespace rim::experiment {
@@ -136,15 +135,7 @@ Campaign run_lander_campaign(const LanderOptions &options, const Shard &shard) {
       {"image_bytes", trained.image.size()}};
   fmt::print(stderr, "training took {:.1f} s\n", trained.seconds);
 
-  std::vector<std::uint64_t> mine;
-  for (std::uint64_t unit = 0; unit < campaign.total; ++unit) {
-    if (shard.owns(unit))
-      mine.push_back(unit);
-  }
-  std::vector<nlohmann::json> results(mine.size());
-  Progress progress("replay", mine.size());
-  parallel_for(mine.size(), [&](std::size_t m) {
-    const std::size_t unit = mine[m];
+  compute_units(&campaign, shard, "replay", [&](std::uint64_t unit) {
     const bool nominal = unit < options.nominal_runs;
     const std::size_t k = nominal ? 0 : (unit - options.nominal_runs) / options.fault_runs;
     const std::size_t i = nominal ? unit : (unit - options.nominal_runs) % options.fault_runs;
@@ -153,13 +144,11 @@ Campaign run_lander_campaign(const LanderOptions &options, const Shard &shard) {
     const Log log = lander_log(
         params, nominal ? std::vector<world::Effect>{} : std::vector<world::Effect>{faults[k]},
         options.seed + 1, run);
-    results[m] = result_json(fly(trained.image, log), nominal ? 0 : k + 1);
+    nlohmann::json result = result_json(fly(trained.image, log), nominal ? 0 : k + 1);
     if (trained.thesis)
-      results[m]["thesis"] = thesis_json(trained.thesis->run(log));
-    progress.add();
+      result["thesis"] = thesis_json(trained.thesis->run(log));
+    return result;
   });
-  for (std::size_t m = 0; m < mine.size(); ++m)
-    campaign.units[mine[m]] = results[m];
   return campaign;
 }
 

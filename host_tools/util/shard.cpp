@@ -2,6 +2,8 @@
 
 #include "util/atomic_file.hpp"
 #include "util/error.hpp"
+#include "util/parallel_for.hpp"
+#include "util/progress.hpp"
 
 #include <algorithm>
 #include <charconv>
@@ -27,6 +29,23 @@ Shard parse_shard(const std::string &text) {
       shard.index > shard.count)
     throw UsageError("--shard " + text + ": expected I/N with 1 <= I <= N");
   return shard;
+}
+
+void compute_units(Campaign *campaign, const Shard &shard, const std::string &label,
+                   const std::function<nlohmann::json(std::uint64_t)> &unit_value) {
+  std::vector<std::uint64_t> mine;
+  for (std::uint64_t unit = 0; unit < campaign->total; ++unit) {
+    if (shard.owns(unit))
+      mine.push_back(unit);
+  }
+  std::vector<nlohmann::json> values(mine.size());
+  Progress progress(label, mine.size());
+  parallel_for(mine.size(), [&](std::size_t k) {
+    values[k] = unit_value(mine[k]);
+    progress.add();
+  });
+  for (std::size_t k = 0; k < mine.size(); ++k)
+    campaign->units[mine[k]] = std::move(values[k]);
 }
 
 void write_campaign(const Campaign &campaign, const std::string &path) {

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -30,6 +31,11 @@ struct Campaign {
   std::map<std::uint64_t, nlohmann::json> units;
   bool complete() const { return units.size() == total; }
 };
+
+// Computes the units that the shard owns, in parallel, into campaign->units; `label`: of the
+// progress bar. Whatever the number of threads and shards, unit i is unit_value(i).
+void compute_units(Campaign *campaign, const Shard &shard, const std::string &label,
+                   const std::function<nlohmann::json(std::uint64_t)> &unit_value);
 
 void write_campaign(const Campaign &campaign, const std::string &path);
 // DataError when it is no campaign file or a unit's number is out of range.

@@ -1,0 +1,20 @@
+// rim experiment fig5.10: planning under what is left uncertain, 5.3.
+#include "cli/experiment.hpp"
+#include "experiment/fig5_10.hpp"
+
+namespace {
+
+std::function<int()> add_fig5_10(CLI::App &app) {
+  const auto a = std::make_shared<rim::FigureArguments<rim::Fig510>>();
+  CLI::App *figure = app.add_subcommand(
+      "fig5.10", "GP-UCB, RIM-UCB and RIM+GP-UCB shooting at three goalies (thesis 5.3)");
+  figure->add_option("--runs", a->experiment.runs, "a goalie and policy (40)")
+      ->check(CLI::PositiveNumber);
+  figure->add_option("--shots", a->experiment.shots, "a run (100)")->check(CLI::Range(10, 500));
+  a->add(figure);
+  return [a] { return a->run(rim::run_fig5_10, rim::print_fig5_10); };
+}
+
+} // namespace
+
+RIM_EXPERIMENT(fig5_10, add_fig5_10)
