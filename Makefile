@@ -9,6 +9,7 @@ CROSS_COMPILE ?=
 OPT ?= -O2
 SANITIZE ?=
 TEST_JOBS ?= 2
+SUDO ?= sudo
 
 ifeq ($(origin CC),default)
 CC := $(CROSS_COMPILE)gcc
@@ -66,7 +67,7 @@ define install_missing
 	done; \
 	if [ -n "$$missing" ]; then \
 	  echo "deps: installing$$missing"; \
-	  sudo=; [ "$$(id -u)" = 0 ] || sudo=sudo; \
+	  sudo=; [ "$$(id -u)" = 0 ] || sudo="$(SUDO)"; \
 	  $$sudo apt-get update -q && \
 	  $$sudo env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends $$missing || \
 	  { echo "deps: could not install$$missing (root or sudo, and a network, are needed)" >&2; exit 1; }; \
@@ -114,6 +115,8 @@ install: all ## into $(DESTDIR)$(PREFIX): bin lib include share
 	install -d $(DESTDIR)$(PREFIX)/bin $(DESTDIR)$(PREFIX)/lib/pkgconfig $(DESTDIR)$(PREFIX)/include/rim \
 	  $(DESTDIR)$(PREFIX)/share/rimwatch/wire
 	$(if $(CROSS_COMPILE),,install -m 755 $(BUILD)/rim $(BUILD)/rimd $(DESTDIR)$(PREFIX)/bin/)
+	install -m 644 firmware/rimd/rimd.conf $(DESTDIR)$(PREFIX)/share/rimwatch/
+	sed -e 's|@PREFIX@|$(PREFIX)|' firmware/rimd/rimd.service.in > $(DESTDIR)$(PREFIX)/share/rimwatch/rimd.service
 	install -m 644 $(BUILD)/librim.a $(DESTDIR)$(PREFIX)/lib/librim.a
 	install -m 644 lib/include/rim/*.h $(DESTDIR)$(PREFIX)/include/rim/
 	install -m 644 lib/wire/*.lcm lib/wire/*.dbc $(DESTDIR)$(PREFIX)/share/rimwatch/wire/

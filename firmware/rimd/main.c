@@ -81,14 +81,13 @@ static void print_sizes(const rimd *d) {
 static void tell_counters(const rim_counters *counters) {
   char text[350];
   size_t at = 0;
-  uint32_t value[RIM_COUNTERS_FIELDS];
-  memcpy(value, counters, sizeof value);
   text[0] = '\0';
-  for (size_t i = 1; i < RIM_COUNTERS_FIELDS; i++) {
+  for (uint32_t i = 1; i < RIM_COUNTERS_FIELDS; i++) {
     char one[40];
-    if (value[i] == 0)
+    const uint32_t value = rim_counters_value(counters, i);
+    if (value == 0)
       continue;
-    const int length = snprintf(one, sizeof one, " %s %u", rimd_counter_names[i], value[i]);
+    const int length = snprintf(one, sizeof one, " %s %u", rim_counters_name(i), value);
     if (length < 0 || at + (size_t)length >= sizeof text) {
       say("counted:%s", text);
       at = 0;

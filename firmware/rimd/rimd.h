@@ -72,9 +72,6 @@ void rimd_run(rimd *d, volatile const int *stopped);
 /* Writes the state, closes everything. Returns an exit status. */
 int rimd_finish(rimd *d);
 
-/* Of rim_counters, in order. */
-extern const char *const rimd_counter_names[RIM_COUNTERS_FIELDS];
-
 /* Takes over what the transports have counted since the last time. */
 void rimd_collect_counts(rimd *d);
 

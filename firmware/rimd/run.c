@@ -15,14 +15,6 @@
 #define SECOND (1000 * MS)
 #define BATCH 64 /* datagrams or frames in a row, so that time is looked at in between */
 
-const char *const rimd_counter_names[RIM_COUNTERS_FIELDS] = {
-    "sequence",      "rows",        "wrong_length", "not_finite",       "time_back",
-    "future",        "gaps",        "incomplete",   "clock_resets",     "stale",
-    "overruns",      "step_us",     "commands",     "commands_refused", "lcm_malformed",
-    "lcm_fragments", "lcm_other",   "lcm_refused",  "lcm_unsent",       "can_frames",
-    "can_other",     "can_refused", "can_errors",   "can_bus_off",      "can_down",
-    "can_full",      "can_unsent",  "input_lost",   "state_failures",   "restarts"};
-
 static void count(uint32_t *counter) {
   if (*counter != UINT32_MAX)
     ++*counter;

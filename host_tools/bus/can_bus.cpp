@@ -17,6 +17,8 @@ namespace rim {
 namespace {
 
 constexpr double kDetailPatience_s = 1.0;
+constexpr int kSendTries = 1000;
+constexpr useconds_t kSendPause_us = 1000;
 
 double now_s() {
   const auto now = std::chrono::system_clock::now().time_since_epoch();
@@ -97,11 +99,24 @@ void CanRecords::take_detail(const rim_can_frame &frame) {
     refused_++;
 }
 
+void CanRecords::take_entry(const rim_can_frame &frame, double now_s) {
+  rim_entry entry;
+  if (rim_can_unpack_entry(&entry, &frame) != RIM_OK) {
+    refused_++;
+    return;
+  }
+  entry.t_s = now_s;
+  if (on_entry)
+    on_entry(entry, frame.id - RIM_CAN_ENTRY_ID);
+}
+
 void CanRecords::take(const rim_can_frame &frame, double now_s) {
   if (is_in(frame.id, RIM_CAN_SUMMARY_ID)) {
     take_summary(frame, now_s);
   } else if (is_in(frame.id, RIM_CAN_DETAIL_ID)) {
     take_detail(frame);
+  } else if (is_in(frame.id, RIM_CAN_ENTRY_ID)) {
+    take_entry(frame, now_s);
   } else if (is_in(frame.id, RIM_CAN_HEARTBEAT_ID)) {
     rim_can_heartbeat heartbeat;
     if (rim_can_unpack_heartbeat(&heartbeat, &frame) != RIM_OK)
@@ -133,9 +148,12 @@ CanBus::CanBus(const std::string &interface) : interface_(interface) {
   name.can_ifindex = static_cast<int>(::if_nametoindex(interface.c_str()));
   if (name.can_ifindex == 0)
     refuse("no such interface");
-  // RIM's identifiers alone: ranges of 128, some in two halves.
-  const can_filter filter[] = {
-      {0x180, 0x780}, {0x200, 0x780}, {0x280, 0x780}, {0x300, 0x780}, {0x700, 0x780}};
+  // What monitors send: ranges of 128 identifiers.
+  constexpr canid_t kRange = 0x780;
+  const can_filter filter[] = {{RIM_CAN_SUMMARY_ID, kRange},
+                               {RIM_CAN_DETAIL_ID, kRange},
+                               {RIM_CAN_ENTRY_ID, kRange},
+                               {RIM_CAN_HEARTBEAT_ID, kRange}};
   if (::setsockopt(descriptor_, SOL_CAN_RAW, CAN_RAW_FILTER, filter, sizeof filter) != 0 ||
       ::bind(descriptor_, reinterpret_cast<const sockaddr *>(&name), sizeof name) != 0)
     refuse(std::strerror(errno));
@@ -172,8 +190,15 @@ void CanBus::send(const rim_can_frame &frame) {
   out.can_id = frame.id;
   out.len = frame.length;
   std::memcpy(out.data, frame.data, frame.length);
-  if (::write(descriptor_, &out, frame.fd ? CANFD_MTU : CAN_MTU) < 0)
-    throw DataError(interface_ + ": " + std::strerror(errno));
+  // A full queue says so by ENOBUFS and cannot be waited for by poll().
+  for (int i = 0; i < kSendTries; i++) {
+    if (::write(descriptor_, &out, frame.fd ? CANFD_MTU : CAN_MTU) >= 0)
+      return;
+    if (errno != ENOBUFS && errno != EAGAIN)
+      break;
+    ::usleep(kSendPause_us);
+  }
+  throw DataError(interface_ + ": " + std::strerror(errno));
 }
 
 } // namespace rim

@@ -1,8 +1,9 @@
-// bus/can_bus.hpp - alarms and heartbeats from a CAN interface, commands onto it.
+// bus/can_bus.hpp - alarms, heartbeats and entry warnings from a CAN interface, frames onto it.
 #pragma once
 
 #include "rim/alarm_can.h"
 #include "rim/alarm_control.h"
+#include "rim/alarm_entry.h"
 
 #include <cstdint>
 #include <functional>
@@ -20,6 +21,8 @@ public:
   // (without a region), observations and ln_anom are known; t_s is the time of reception.
   std::function<void(const rim_alarm &, bool from_summary)> on_alarm;
   std::function<void(const rim_can_heartbeat &)> on_heartbeat;
+  // Low bits alone; t_s is the time of reception.
+  std::function<void(const rim_entry &, std::uint32_t node)> on_entry;
 
   void take(const rim_can_frame &frame, double now_s);
   void tick(double now_s); // tells summaries that have waited long enough
@@ -35,6 +38,7 @@ private:
   };
   void take_summary(const rim_can_frame &frame, double now_s);
   void take_detail(const rim_can_frame &frame);
+  void take_entry(const rim_can_frame &frame, double now_s);
   void tell(const rim_alarm &alarm, std::uint32_t node);
   void tell_summary(Node &node);
 
@@ -55,7 +59,9 @@ public:
   // Waits at most so long and hands what has come to `records`. An interface that is down stays
   // silent until it is up again; one that is gone throws.
   void receive(int timeout_ms);
-  void send(const rim_can_frame &frame); // DataError when the interface does not take it
+  // Waits while the interface's queue is full, at most a second. DataError when it does not take
+  // the frame.
+  void send(const rim_can_frame &frame);
 
 private:
   std::string interface_;

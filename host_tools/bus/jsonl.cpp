@@ -61,4 +61,59 @@ std::string alarm_json(const rim_alarm &a, const Names &names) {
   return line.dump();
 }
 
+std::string message_json(const rim_entry &e) {
+  Json line;
+  line["message"] = "entry";
+  line["t_s"] = e.t_s;
+  line["to_entry_s"] = e.to_entry_s < 0.0 ? Json(nullptr) : Json(e.to_entry_s);
+  line["sequence"] = e.sequence;
+  line["alarm_sequence"] = e.alarm_sequence;
+  line["plan_sequence"] = e.plan_sequence;
+  line["pose"] = e.pose;
+  line["model_id"] = e.model_id;
+  line["replay"] = (e.flags & RIM_ALARM_FLAG_REPLAY) != 0;
+  line["sentence"] = entry_sentence(e);
+  return line.dump();
+}
+
+std::string message_json(const rim_health_message &h) {
+  Json line;
+  line["message"] = "health";
+  line["t_s"] = h.t_s;
+  line["level"] = level_text(h.level);
+  line["sequence"] = h.sequence;
+  line["observations"] = h.observations;
+  line["rejected"] = h.rejected;
+  line["gaps"] = h.gaps;
+  line["alarms"] = h.alarms;
+  line["dropped"] = h.dropped;
+  line["model_id"] = h.model_id;
+  line["replay"] = (h.flags & RIM_HEALTH_FLAG_REPLAY) != 0;
+  return line.dump();
+}
+
+std::string message_json(const rim_counters &counters) {
+  Json line;
+  line["message"] = "counters";
+  for (std::uint32_t i = 0; i < RIM_COUNTERS_FIELDS; i++)
+    line[rim_counters_name(i)] = rim_counters_value(&counters, i);
+  return line.dump();
+}
+
+std::string message_json(const rim_can_heartbeat &h) {
+  Json line;
+  line["message"] = "heartbeat";
+  line["node"] = h.node;
+  line["level"] = level_text(h.level);
+  line["sequence"] = h.sequence;
+  line["observations"] = h.observations;
+  line["rejected"] = h.rejected;
+  line["dropped"] = h.dropped;
+  line["model_id"] = h.model_id;
+  line["latched"] = (h.flags & RIM_ALARM_FLAG_LATCHED) != 0;
+  line["acknowledged"] = h.acknowledged;
+  line["replay"] = (h.flags & RIM_ALARM_FLAG_REPLAY) != 0;
+  return line.dump();
+}
+
 } // namespace rim

@@ -65,24 +65,29 @@ void LcmBus::subscribe() {
   one(RIM_LCM_CHANNEL_ALARM, static_cast<bool>(on_alarm));
   one(RIM_LCM_CHANNEL_HEALTH, static_cast<bool>(on_health));
   one(RIM_LCM_CHANNEL_OBSERVATION, static_cast<bool>(on_observation));
+  one(RIM_LCM_CHANNEL_COUNTERS, static_cast<bool>(on_counters));
+  one(RIM_LCM_CHANNEL_ENTRY, static_cast<bool>(on_entry));
   subscribed_ = true;
 }
 
 void LcmBus::take(const std::string &channel, const std::uint8_t *bytes, std::size_t count) {
-  if (channel == RIM_LCM_CHANNEL_ALARM) {
-    rim_alarm alarm;
-    if (rim_lcm_unpack_alarm(&alarm, bytes, count) == RIM_OK)
-      return on_alarm(alarm);
-  } else if (channel == RIM_LCM_CHANNEL_HEALTH) {
-    rim_health_message health;
-    if (rim_lcm_unpack_health(&health, bytes, count) == RIM_OK)
-      return on_health(health);
-  } else if (channel == RIM_LCM_CHANNEL_OBSERVATION) {
-    rim_observation_message observation;
-    if (rim_lcm_unpack_observation(&observation, bytes, count) == RIM_OK)
-      return on_observation(observation);
-  }
-  refused_++;
+  // Hands a message on; whether it decoded.
+  const auto decoded = [&](auto message, auto unpack, const auto &tell) {
+    if (unpack(&message, bytes, count) != RIM_OK)
+      return false;
+    tell(message);
+    return true;
+  };
+  const bool good =
+      channel == RIM_LCM_CHANNEL_ALARM ? decoded(rim_alarm{}, rim_lcm_unpack_alarm, on_alarm)
+      : channel == RIM_LCM_CHANNEL_HEALTH
+          ? decoded(rim_health_message{}, rim_lcm_unpack_health, on_health)
+      : channel == RIM_LCM_CHANNEL_OBSERVATION
+          ? decoded(rim_observation_message{}, rim_lcm_unpack_observation, on_observation)
+      : channel == RIM_LCM_CHANNEL_COUNTERS
+          ? decoded(rim_counters{}, rim_lcm_unpack_counters, on_counters)
+          : decoded(rim_entry{}, rim_lcm_unpack_entry, on_entry);
+  refused_ += good ? 0 : 1;
 }
 
 bool LcmBus::receive(int timeout_ms) {

@@ -1,7 +1,9 @@
-// bus/lcm_bus.hpp - alarms, observations and health over LCM.
+// bus/lcm_bus.hpp - alarms, observations, health, counters and entry warnings over LCM.
 #pragma once
 
 #include "rim/alarm.h"
+#include "rim/alarm_control.h"
+#include "rim/alarm_entry.h"
 #include "rim/alarm_lcm.h"
 
 #include <cstdint>
@@ -33,6 +35,8 @@ public:
   std::function<void(const rim_alarm &)> on_alarm;
   std::function<void(const rim_health_message &)> on_health;
   std::function<void(const rim_observation_message &)> on_observation;
+  std::function<void(const rim_counters &)> on_counters;
+  std::function<void(const rim_entry &)> on_entry;
 
   // Waits at most so long, handles what has come and returns whether anything has. Messages that do
   // not decode are counted in refused().

@@ -108,6 +108,15 @@ std::string alarm_sentence(const rim_alarm &a, const Names &names) {
   return text;
 }
 
+std::string entry_sentence(const rim_entry &e) {
+  const std::string plan = "plan " + std::to_string(e.plan_sequence);
+  if (e.to_entry_s < 0.0)
+    return plan + " does not enter an alarmed region";
+  const std::string region = "the region of alarm " + std::to_string(e.alarm_sequence);
+  return e.to_entry_s > 0.0 ? plan + " enters " + region + " in " + amount(e.to_entry_s, "s")
+                            : plan + " is inside " + region;
+}
+
 const char *level_text(int level) {
   static const char *const text[] = {"OK", "WARN", "ERROR", "STALE"};
   return level >= 0 && level < 4 ? text[level] : "unknown";

@@ -4,6 +4,7 @@
 #include "bus/names.hpp"
 
 #include "rim/alarm.h"
+#include "rim/alarm_entry.h"
 
 namespace rim {
 
@@ -11,6 +12,9 @@ namespace rim {
 //   "radar altitude reads 12.4 m high (standard error 1.1 m) where speed is 100 to 180 m/s, since
 //   t = 310.2 s (84 observations): at most 1 healthy run in 50 shows as much"
 std::string alarm_sentence(const rim_alarm &alarm, const Names &names);
+
+// "plan 3 enters the region of alarm 12 in 4.50 s", "plan 3 does not enter an alarmed region".
+std::string entry_sentence(const rim_entry &entry);
 
 // "speed is 100 to 180 m/s and mass is 900 to 950 kg"; empty for everywhere.
 std::string region_words(const rim_region &region, const Names &names);

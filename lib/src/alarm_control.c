@@ -95,6 +95,25 @@ rim_status rim_lcm_unpack_counters(rim_counters *out, const uint8_t *in, size_t 
   return RIM_OK;
 }
 
+const char *rim_counters_name(uint32_t i) {
+  static const char name[RIM_COUNTERS_FIELDS][18] = {
+      "sequence",      "rows",        "wrong_length", "not_finite",       "time_back",
+      "future",        "gaps",        "incomplete",   "clock_resets",     "stale",
+      "overruns",      "step_us",     "commands",     "commands_refused", "lcm_malformed",
+      "lcm_fragments", "lcm_other",   "lcm_refused",  "lcm_unsent",       "can_frames",
+      "can_other",     "can_refused", "can_errors",   "can_bus_off",      "can_down",
+      "can_full",      "can_unsent",  "input_lost",   "state_failures",   "restarts"};
+  return i < RIM_COUNTERS_FIELDS ? name[i] : NULL;
+}
+
+uint32_t rim_counters_value(const rim_counters *counters, uint32_t i) {
+  uint32_t value[RIM_COUNTERS_FIELDS];
+  if (counters == NULL || i >= RIM_COUNTERS_FIELDS)
+    return 0;
+  memcpy(value, counters, sizeof value);
+  return value[i];
+}
+
 /* Over the identifier and all bytes but the last, as in alarm_can.c. */
 static uint8_t frame_crc8(const rim_can_frame *frame) {
   const uint8_t name[2] = {(uint8_t)frame->id, (uint8_t)(frame->id >> 8)};

@@ -149,6 +149,11 @@ rim_status rim_lcm_unpack_entry(rim_entry *entry, const uint8_t *in, size_t byte
   return is_entry(entry) ? RIM_OK : RIM_E_DATA;
 }
 
+static uint8_t check_sum(const rim_can_frame *frame) {
+  const uint8_t name[2] = {(uint8_t)frame->id, (uint8_t)(frame->id >> 8)};
+  return rim_crc8(rim_crc8(0, name, sizeof name), frame->data, 7);
+}
+
 rim_status rim_can_pack_entry(rim_can_frame *frame, uint32_t node, const rim_entry *entry) {
   if (frame == NULL || entry == NULL)
     return RIM_E_ARGUMENT;
@@ -169,8 +174,27 @@ rim_status rim_can_pack_entry(rim_can_frame *frame, uint32_t node, const rim_ent
                            (uint8_t)entry->plan_sequence,
                            (uint8_t)entry->model_id,
                            entry->flags};
-  const uint8_t name[2] = {(uint8_t)frame->id, (uint8_t)(frame->id >> 8)};
   memcpy(frame->data, data, sizeof data);
-  frame->data[7] = rim_crc8(rim_crc8(0, name, sizeof name), data, sizeof data);
+  frame->data[7] = check_sum(frame);
+  return RIM_OK;
+}
+
+rim_status rim_can_unpack_entry(rim_entry *entry, const rim_can_frame *frame) {
+  if (entry == NULL || frame == NULL)
+    return RIM_E_ARGUMENT;
+  if (frame->id < RIM_CAN_ENTRY_ID || frame->id - RIM_CAN_ENTRY_ID > RIM_CAN_MAX_NODE)
+    return RIM_E_MAGIC;
+  if (frame->length != 8)
+    return frame->length < 8 ? RIM_E_TRUNCATED : RIM_E_SIZE;
+  if (frame->data[7] != check_sum(frame))
+    return RIM_E_CRC;
+  const uint32_t time = frame->data[0] | (uint32_t)frame->data[1] << 8;
+  memset(entry, 0, sizeof *entry);
+  entry->to_entry_s = time == NEVER_10MS ? RIM_ENTRY_NEVER : 0.01 * time;
+  entry->sequence = frame->data[2];
+  entry->alarm_sequence = frame->data[3];
+  entry->plan_sequence = frame->data[4];
+  entry->model_id = frame->data[5];
+  entry->flags = frame->data[6];
   return RIM_OK;
 }

@@ -8,11 +8,18 @@ if [ -n "$SANITIZE" ]; then skipped=1; finish; fi
 make -s -C "$root" install BUILD="${BUILD#"$root"/}" DESTDIR="$here" PREFIX=/opt/rim > "$here/log" 2>&1
 check "make install" 0 $? || cat "$here/log"
 to=$here/opt/rim
-for file in bin/rim lib/librim.a lib/pkgconfig/rimwatch.pc include/rim/monitor.h share/rimwatch/falcon9.toml \
-  share/rimwatch/wire/rim.dbc share/rimwatch/wire/rim_alarm_t.lcm; do
+for file in bin/rim bin/rimd lib/librim.a lib/pkgconfig/rimwatch.pc include/rim/monitor.h share/rimwatch/falcon9.toml \
+  share/rimwatch/rimd.conf share/rimwatch/rimd.service share/rimwatch/wire/rim.dbc share/rimwatch/wire/rim_alarm_t.lcm; do
   [ -f "$to/$file" ]; check "$file is installed" 0 $?
 done
 [ ! -e "$to/share/rimwatch/Dir.mk" ]; check "no make files in share" 0 $?
+contains "the service runs what was installed" "$(cat "$to/share/rimwatch/rimd.service")" "^ExecStart=/opt/rim/bin/rimd "
+"$to/bin/rimd" --check "$to/share/rimwatch/rimd.conf" > "$here/said" 2>&1; check "the example configuration wants its image" 3 $?
+contains "and nothing else" "$(cat "$here/said")" "^rimd: lander.rim: No such file"
+if command -v systemd-analyze > /dev/null; then
+  sed -e "s|/opt/rim|$to|" "$to/share/rimwatch/rimd.service" > "$here/rimd.service"
+  said=$(systemd-analyze verify "$here/rimd.service" 2>&1 | grep rimd.service); check "systemd takes the unit" "" "$said"
+fi
 contains "the version" "$("$to/bin/rim" --version)" "^rim $(sed -n 's/^Version: //p' "$to/lib/pkgconfig/rimwatch.pc")$"
 
 awk '/^```c$/{on=1; next} /^```$/{on=0} on' "$root/README.md" > "$here/watch.c"

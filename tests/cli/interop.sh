@@ -17,14 +17,19 @@ for i in $(seq 20); do toy "run$(printf %02d "$i").csv" "$i"; done
 "$RIM" train run*.csv --out toy.rim --quick > /dev/null || bad "train"
 toy biased.csv 102 1200 'a += 0.5'
 url='udpm://239.255.76.67:7667?ttl=0'
-printf "image = toy.rim\nlcm = $url\nhealth_ms = 100\nlcm_interface = 127.0.0.1\n" > rimd.conf
+printf "image = toy.rim\nlcm = $url\nhealth_ms = 100\nlcm_interface = 127.0.0.1\naxis_x = s.position_a_m\n" > rimd.conf
 until_in() { for _ in $(seq 100); do grep -q "$2" "$1" 2> /dev/null && return 0; sleep 0.1; done; return 1; }
 start() { "$BUILD/rimd" rimd.conf 2> "$1.said" & daemon=$!; until_in "$1.said" ready; }
 
 # rimd is fed by datagrams made by hand; the logger and rim listen hear all of it.
 timeout -s INT 60 lcm-logger --quiet --lcm-url="$url" bus.lcm > logger.txt 2>&1 & logger=$!
-"$RIM" listen --model toy.rim > heard.jsonl 2> listen.err & listener=$!
+"$RIM" listen --model toy.rim --all > all.jsonl 2> listen.err & listener=$!
+"$RIM" listen --model toy.rim > heard.jsonl 2> listen2.err & quiet=$!
 until_in listen.err listening; check "rim listen" 0 $?
+until_in listen2.err listening; check "rim listen, alarms alone" 0 $?
+# On a terminal: script(1) gives it one.
+script -qfec "stty cols 200; '$RIM' listen --model toy.rim" screen.txt > /dev/null < /dev/null & terminal=$!
+until_in screen.txt "0 records"; check "rim listen on a terminal" 0 $?
 start first; check "rimd" 0 $?
 sleep 0.5
 PYTHONDONTWRITEBYTECODE=1 python3 - "$root" << 'END'
@@ -32,11 +37,21 @@ import sys, time
 sys.path.insert(0, sys.argv[1] + "/tests/firmware")
 from bus import Bus, read_rows
 bus = Bus(sys.argv[1] + "/lib/wire", 7667)
+bus.plan(59950000, 1, [(float(i), -20.0 + i, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0) for i in range(41)])
 for t_us, values in read_rows("biased.csv"):
     bus.row(t_us, values)
     time.sleep(0.0005)
 END
 until_in heard.jsonl '"state":"raised"'; check "heard by liblcm" 0 $?
+until_in all.jsonl '"message":"counters",.*"rows":1200'; check "counters" 0 $?
+until_in all.jsonl '"message":"health",.*"level":"ERROR",.*"observations":1200'; check "health" 0 $?
+until_in heard.jsonl '"message":"entry",.*"to_entry_s":[0-9]'; check "an entry warning" 0 $?
+[ "$(grep -c '"message"' heard.jsonl)" = "$(grep -c '"message":"entry"' heard.jsonl)" ]; check "and nothing else unasked" 0 $?
+until_in screen.txt 'model [0-9]* on LCM: .*ERROR, 1200 observations'; check "the table shows health" 0 $?
+until_in screen.txt 'plan 1 enters the region of alarm'; check "the table shows the entry" 0 $?
+until_in screen.txt 'ERROR .*position [ab] reads 0\.'; check "the table shows the alarm" 0 $?
+python3 -c 'import json, sys
+for line in open("all.jsonl"): json.loads(line)'; check "lines are JSON" 0 $?
 sleep 1
 kill $daemon; wait $daemon; check "rimd ends" 0 $?
 kill -INT $logger; wait $logger 2> /dev/null
@@ -47,7 +62,7 @@ same() { # the records of two files, without what tells a replay from a flight
   sed 's/,"replay":[a-z]*//; s/"t_s":[^,]*,//; s/"since_s":[^,]*,//' "$1"
 }
 check "the log replays as the original" "$(same ground.jsonl)" "$(same logged.jsonl)"
-check "and as it flew" "$(same ground.jsonl)" "$(grep -v STALE heard.jsonl > flew.jsonl; same flew.jsonl)"
+check "and as it flew" "$(same ground.jsonl)" "$(grep -v -e STALE -e '"message"' heard.jsonl > flew.jsonl; same flew.jsonl)"
 
 # The player plays it into another rimd: the same alarm.
 start second
@@ -57,7 +72,8 @@ check "played into rimd and heard" 2 "$(grep -c '"state":"raised"' heard.jsonl)"
 kill $daemon; wait $daemon
 contains "all rows" "$(cat second.said)" "after 1200 observations"
 "$RIM" command clear --lcm "$url"; check "rim command" 0 $?
-kill $listener; wait $listener; check "the listener ends" 0 $?
+kill $listener $quiet; wait $listener; check "the listener ends" 0 $?
+kill $terminal; wait $terminal
 
 python=python3
 [ -x "$BUILD/venv/bin/python3" ] && python=$BUILD/venv/bin/python3
@@ -72,14 +88,17 @@ seen = {}
 for event in lcm.EventLog("bus.lcm"):
     if not event.channel.startswith("RIM_"):
         continue  # LCM's own test of itself
-    kind = {"RIM_ALARM": rim.alarm_t, "RIM_HEALTH": rim.health_t, "RIM_COUNTERS": rim.counters_t, "RIM_OBSERVATION": rim.observation_t}[event.channel]
+    kind = {"RIM_ALARM": rim.alarm_t, "RIM_HEALTH": rim.health_t, "RIM_COUNTERS": rim.counters_t, "RIM_OBSERVATION": rim.observation_t,
+            "RIM_ENTRY": rim.entry_t, "RIM_PLAN": rim.plan_t}[event.channel]
     seen.setdefault(event.channel, []).append(kind.decode(event.data))
 ground = [json.loads(line) for line in open("ground.jsonl")]
 alarms = [a for a in seen["RIM_ALARM"] if a.level == 2]
 print("alarms", [(a.sequence, a.ln_anom, a.p_value) for a in alarms] == [(g["seq"], g["ln_anom"], g["p_value"]) for g in ground])
+print("entry", seen["RIM_ENTRY"][-1].plan_sequence, seen["RIM_ENTRY"][-1].to_entry_s > 0, seen["RIM_PLAN"][0].count)
 print("health", seen["RIM_HEALTH"][-1].observations, "counters", seen["RIM_COUNTERS"][-1].rows, len(seen["RIM_OBSERVATION"]))
 END
   contains "Python's lcm: alarms" "$(cat py.txt)" "^alarms True"
+  contains "Python's lcm: the entry" "$(cat py.txt)" "^entry 1 True 41"
   contains "Python's lcm: the rest" "$(cat py.txt)" "^health 1200 counters 1200 1200"
 else
   skipped=$((skipped + 1))

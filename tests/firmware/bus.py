@@ -60,6 +60,13 @@ OK, WARN, ERROR, STALE = range(4)
 NONE, RAISED, UPDATED, CLEARED = range(4)
 
 
+def plan_message(wire, t_us, sequence, poses, count=None):
+    """RIM_PLAN's bytes. poses: (after_s, x, y, z, w, x, y, z)."""
+    padded = list(poses) + [(0.0,) * 8] * (64 - len(poses))
+    return struct.pack(">QqIi512d", fingerprint("plan", wire), t_us, sequence, len(poses) if count is None else count,
+                       *[p[0] for p in padded], *[x for p in padded for x in p[1:4]], *[x for p in padded for x in p[4:]])
+
+
 class Bus:
     """A member of the group on the loopback interface."""
 
@@ -98,10 +105,7 @@ class Bus:
 
     def plan(self, t_us, sequence, poses, count=None):
         """poses: (after_s, x, y, z, w, x, y, z)."""
-        padded = list(poses) + [(0.0,) * 8] * (64 - len(poses))
-        self.send("RIM_PLAN", struct.pack(">QqIi512d", fingerprint("plan", self.wire), t_us, sequence,
-                                          len(poses) if count is None else count, *[p[0] for p in padded],
-                                          *[x for p in padded for x in p[1:4]], *[x for p in padded for x in p[4:]]))
+        self.send("RIM_PLAN", plan_message(self.wire, t_us, sequence, poses, count))
 
     def take(self, data):
         if data[:4] != struct.pack(">I", MESSAGE) or b"\0" not in data[8:]:

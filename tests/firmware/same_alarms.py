@@ -5,7 +5,7 @@ import json
 import sys
 
 ground, heard = [[json.loads(line) for line in open(path)] for path in sys.argv[1:3]]
-whole = [h for h in heard if h["channels"]]
+whole = [h for h in heard if h.get("channels")]
 by_seq = {g["seq"]: g for g in ground}
 compared = 0
 for h in whole:

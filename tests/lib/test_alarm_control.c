@@ -48,6 +48,30 @@ static void counters_equal_the_generated_encoder(void **state) {
   assert_int_equal(rim_lcm_pack_counters(ours, sizeof ours - 1, &c), RIM_E_SIZE);
 }
 
+/* The names are the fields of lib/wire/rim_counters_t.lcm, in order. */
+static void counters_have_their_names(void **state) {
+  (void)state;
+  rim_counters c = {0};
+  c.rows = 5;
+  c.can_full = 6;
+  c.restarts = 7;
+#define HAS(field)                                                                                 \
+  assert_string_equal(rim_counters_name((uint32_t)(offsetof(rim_counters_t, field) / 4)), #field)
+  HAS(sequence), HAS(rows), HAS(wrong_length), HAS(not_finite), HAS(time_back), HAS(future);
+  HAS(gaps), HAS(incomplete), HAS(clock_resets), HAS(stale), HAS(overruns), HAS(step_us);
+  HAS(commands), HAS(commands_refused), HAS(lcm_malformed), HAS(lcm_fragments), HAS(lcm_other);
+  HAS(lcm_refused), HAS(lcm_unsent), HAS(can_frames), HAS(can_other), HAS(can_refused);
+  HAS(can_errors), HAS(can_bus_off), HAS(can_down), HAS(can_full), HAS(can_unsent);
+  HAS(input_lost), HAS(state_failures), HAS(restarts);
+#undef HAS
+  assert_null(rim_counters_name(RIM_COUNTERS_FIELDS));
+  assert_int_equal(rim_counters_value(&c, 1), 5);
+  assert_int_equal(rim_counters_value(&c, offsetof(rim_counters, can_full) / 4), 6);
+  assert_int_equal(rim_counters_value(&c, RIM_COUNTERS_FIELDS - 1), 7);
+  assert_int_equal(rim_counters_value(&c, RIM_COUNTERS_FIELDS), 0);
+  assert_int_equal(rim_counters_value(NULL, 0), 0);
+}
+
 static void other_messages_are_refused(void **state) {
   (void)state;
   uint8_t bytes[RIM_LCM_COUNTERS_SIZE + 1] = {0};
@@ -141,6 +165,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_command_equals_the_generated_encoder),
       cmocka_unit_test(counters_equal_the_generated_encoder),
+      cmocka_unit_test(counters_have_their_names),
       cmocka_unit_test(other_messages_are_refused),
       cmocka_unit_test(a_command_frame_survives_no_damage),
       cmocka_unit_test(a_heartbeat_comes_back),

@@ -120,12 +120,43 @@ static void a_frame_says_the_time(void **state) {
   assert_int_equal(rim_can_pack_entry(&f, 128, &e), RIM_E_RANGE);
 }
 
+static void a_frame_reads_back(void **state) {
+  (void)state;
+  rim_can_frame f;
+  rim_entry e = {1.0, 12.34, 0x101, 0x202, 0x303, 0x404, 7, RIM_ALARM_FLAG_REPLAY}, back;
+  assert_int_equal(rim_can_pack_entry(&f, 127, &e), RIM_OK);
+  assert_int_equal(rim_can_unpack_entry(&back, &f), RIM_OK);
+  assert_float_equal(back.to_entry_s, 12.34, 1e-9);
+  assert_true(back.sequence == 1 && back.alarm_sequence == 2 && back.plan_sequence == 3 &&
+              back.model_id == 4 && back.flags == RIM_ALARM_FLAG_REPLAY && back.pose == 0);
+  for (unsigned i = 0; i < 8; i++) {
+    rim_can_frame hurt = f;
+    hurt.data[i] ^= 0x10u;
+    assert_int_equal(rim_can_unpack_entry(&back, &hurt), RIM_E_CRC);
+  }
+  f.length = 7;
+  assert_int_equal(rim_can_unpack_entry(&back, &f), RIM_E_TRUNCATED);
+  f.length = 9;
+  assert_int_equal(rim_can_unpack_entry(&back, &f), RIM_E_SIZE);
+  f.length = 8;
+  f.id = RIM_CAN_ENTRY_ID + 128;
+  assert_int_equal(rim_can_unpack_entry(&back, &f), RIM_E_MAGIC);
+  f.id = RIM_CAN_ENTRY_ID - 1;
+  assert_int_equal(rim_can_unpack_entry(&back, &f), RIM_E_MAGIC);
+  assert_int_equal(rim_can_unpack_entry(NULL, &f), RIM_E_ARGUMENT);
+  e.to_entry_s = RIM_ENTRY_NEVER;
+  assert_int_equal(rim_can_pack_entry(&f, 0, &e), RIM_OK);
+  assert_int_equal(rim_can_unpack_entry(&back, &f), RIM_OK);
+  assert_true(back.to_entry_s == RIM_ENTRY_NEVER);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(plans_equal_the_generated_encoder),
       cmocka_unit_test(an_entry_equals_the_generated_encoder),
       cmocka_unit_test(plans_that_cannot_be_are_refused),
       cmocka_unit_test(a_frame_says_the_time),
+      cmocka_unit_test(a_frame_reads_back),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

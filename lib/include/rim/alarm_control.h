@@ -55,6 +55,10 @@ typedef struct rim_counters {
 } rim_counters;
 
 #define RIM_COUNTERS_FIELDS 30u
+/* "rows", "can_full", ... of field i of rim_counters; NULL from RIM_COUNTERS_FIELDS on. */
+const char *rim_counters_name(uint32_t i);
+/* Its value; 0 where there is none. */
+uint32_t rim_counters_value(const rim_counters *counters, uint32_t i);
 #define RIM_LCM_COMMAND_SIZE (8 + 4 + 4 + 1)
 #define RIM_LCM_COUNTERS_SIZE (8 + 4 * 30)
 

@@ -58,6 +58,11 @@ rim_status rim_lcm_pack_entry(uint8_t *out, size_t bytes, const rim_entry *entry
 rim_status rim_lcm_unpack_entry(rim_entry *entry, const uint8_t *in, size_t bytes);
 rim_status rim_can_pack_entry(rim_can_frame *frame, uint32_t node, const rim_entry *entry);
 
+/* Reads a frame of any node: the numbers become the low bits, the time 10 ms steps (655.34: that or
+ * more), t_s and pose 0. RIM_E_ARGUMENT NULL; RIM_E_MAGIC another identifier; RIM_E_TRUNCATED,
+ * RIM_E_SIZE not 8 bytes; RIM_E_CRC damaged. *entry has no meaning on error. O(1). */
+rim_status rim_can_unpack_entry(rim_entry *entry, const rim_can_frame *frame);
+
 #ifdef __cplusplus
 }
 #endif
