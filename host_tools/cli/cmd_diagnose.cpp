@@ -21,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 using namespace rim::diagnose;
 
-struct Options_ {
+struct DiagnoseArguments {
   std::vector<std::string> logs, holdout, extensions;
   std::string model, world, out, schema, causes;
   double horizon_s = 0.0, false_alarm = 0.05;
@@ -39,7 +39,7 @@ const char *const kFooter =
     "      --holdout flight3.csv --horizon 10 --out diagnosis\n"
     "  xdg-open diagnosis/report.html";
 
-void declare(CLI::App &app, Options_ &o) {
+void declare(CLI::App &app, DiagnoseArguments &o) {
   app.add_option("LOG", o.logs, "measured logs")->required()->type_name("LOG...");
   app.add_option("--out", o.out, "folder for the results; replaced when it holds earlier ones")
       ->required()
@@ -85,7 +85,7 @@ bool is_same_file(const std::string &a, const std::string &b) {
 
 // A hold-out that was trained on would be a lie, a log that counts twice is evidence that is none:
 // by any path, also as a copy.
-void check_logs(const Options_ &o) {
+void check_logs(const DiagnoseArguments &o) {
   for (const std::string &held : o.holdout) {
     for (const std::string &log : o.logs) {
       if (is_same_file(held, log))
@@ -159,7 +159,7 @@ void print_gains(const Diagnosis &diagnosis) {
 }
 
 int cmd_diagnose(int argc, char **argv) {
-  Options_ o;
+  DiagnoseArguments o;
   CLI::App app{"Find where and why measured logs contradict a simulation, extend it, measure the "
                "gain.",
                "rim diagnose"};

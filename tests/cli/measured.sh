@@ -8,6 +8,7 @@ if [ ! -d "$measured/falcon9" ]; then
   skipped=1
   finish
 fi
+data=$(cd "$(dirname "$0")/../../data" && pwd) || exit 1
 if [ -n "${SANITIZE:-}" ]; then
   echo "skipped: too slow under the sanitizers"
   skipped=1
@@ -30,4 +31,13 @@ for flight in $flights; do
   below "$flight, 10 s" "$(awk -v f="$flight" '$1 == f {print $11; exit}' falcon.txt)" 0.08
   contains "$flight: drag comes first" "$(grep "^$flight: " falcon.txt)" "^$flight: quadratic_drag"
 done
+
+# the README's example: a curve over altitude must not take the drag's place, which two flights
+# do not suffice to learn
+"$RIM" diagnose --world falcon --schema "$data/diagnose_falcon9.toml" "$measured/falcon9/iridium3.csv" \
+  "$measured/falcon9/crs12.csv" --holdout "$measured/falcon9/iridium8.csv" --horizon 10 --out readme > readme.txt 2> err.txt
+check "the README's example" 1 $?
+contains "README: drag" "$(grep '^1\.' readme.txt)" "Cause: quadratic drag"
+below "README: iridium8, 1 s" "$(awk '$1 == "speed_mps" && $3 == "all" && $4 == "one" {print $8}' readme.txt)" 0.16
+below "README: iridium8, 10 s" "$(awk '$1 == "speed_mps" && $3 == "all" && $4 == "10" {print $7}' readme.txt)" 0.08
 finish

@@ -86,6 +86,36 @@ void drag(void **) {
   assert_near(d.findings[0].term.sizes[0].value, 0.02, 0.004);
 }
 
+bool is_claimed(const Diagnosis &d, const std::string &cause) {
+  return std::any_of(d.findings.begin(), d.findings.end(),
+                     [&](const auto &f) { return f.term.cause == cause; });
+}
+
+void two_effects(void **) {
+  const Diagnosis d = diagnosis(drives(4, [](double v, double, double b) {
+    return -0.03 * v * std::abs(v) + (b > 12.3 ? -0.1 : 0.0);
+  }));
+  assert_true(d.findings.size() >= 2);
+  assert_true(is_claimed(d, "quadratic_drag"));
+  assert_true(is_claimed(d, "bias"));
+}
+
+// The measured acceleration is the simulation's of 0.3 s before.
+void a_delay(void **) {
+  auto logs = drives(5, [](double, double, double) { return 0.0; });
+  for (rim::Log &log : logs) {
+    constexpr Eigen::Index kRows = 3, kMeasured = 3, kPredicted = 4;
+    const Eigen::VectorXd m = log.values.col(kPredicted);
+    const Eigen::Index n = m.size() - kRows;
+    log.values.col(kMeasured).tail(n) += m.head(n) - m.tail(n);
+  }
+  const Diagnosis d = diagnosis(logs);
+  assert_false(d.adequate());
+  const auto &term = d.findings[0].term;
+  assert_string_equal(term.cause.c_str(), "delay");
+  assert_near(term.shape[0].value, 0.3, 0.05);
+}
+
 void white_noise_claims_nothing(void **) {
   for (std::uint64_t seed = 11; seed <= 13; ++seed) {
     const Diagnosis d = diagnosis(drives(seed, [](double, double, double) { return 0.0; }));
@@ -113,10 +143,12 @@ void threads_change_nothing(void **) {
 } // namespace
 
 int main() {
-  std::printf("seeds 1 to 3, 11 to 13\n");
+  std::printf("seeds 1 to 5, 11 to 13\n");
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_constant_in_a_region),
       cmocka_unit_test(drag),
+      cmocka_unit_test(two_effects),
+      cmocka_unit_test(a_delay),
       cmocka_unit_test(white_noise_claims_nothing),
       cmocka_unit_test(threads_change_nothing),
   };
