@@ -5,7 +5,7 @@ HOST_OBJ := $(HOST_SRC:%.cpp=$(BUILD)/%.o)
 HOST_OBJ_TEST := $(filter-out $(BUILD)/host_tools/cli/main.o,$(HOST_OBJ))
 
 HOST_DEFINES := -DTOML_HEADER_ONLY=0 -DTOML_SHARED_LIB=1 -DEIGEN_DONT_PARALLELIZE \
-  -DRIM_VERSION='"$(VERSION)"' -DRIM_SOURCE_DIR='"$(CURDIR)"'
+  -DRIM_VERSION='"$(VERSION)"'
 HOST_CXXFLAGS = -std=c++17 $(OPT) -ffp-contract=off $(NO_SLP) -pthread $(WARNINGS) $(SANITIZER_FLAGS) \
   $(EXTRA_CFLAGS) $(HOST_DEFINES) -Ihost_tools -Ilib/include -isystem /usr/include/eigen3
 HOST_LIBS := -llcm -lfmt -ltomlplusplus -lmuparser -lpthread
@@ -16,11 +16,11 @@ host: $(BUILD)/rim
 $(BUILD)/flags.host: FORCE
 	$(call flags_stamp,$(CXX) $(HOST_CXXFLAGS))
 
-# One file alone knows where the data is installed: another PREFIX compiles that one.
+# One file alone knows where it was built and will be installed: another PREFIX compiles that one.
 $(BUILD)/flags.prefix: FORCE
-	$(call flags_stamp,$(PREFIX))
+	$(call flags_stamp,$(PREFIX) $(CURDIR))
 $(BUILD)/host_tools/util/data_path.o: $(BUILD)/flags.prefix
-$(BUILD)/host_tools/util/data_path.o: private HOST_DEFINES += -DRIM_PREFIX='"$(PREFIX)"'
+$(BUILD)/host_tools/util/data_path.o: private HOST_DEFINES += -DRIM_PREFIX='"$(PREFIX)"' -DRIM_SOURCE_DIR='"$(CURDIR)"'
 
 # The learning code gains a third from -O3; the library's arithmetic is compiled elsewhere.
 $(BUILD)/host_tools/train/%.o: HOST_SPEED = $(if $(filter -O2,$(OPT)),-O3)

@@ -182,7 +182,7 @@ std::vector<FalconFault> falcon_faults() {
 
 std::string falcon_folder(const FalconOptions &options) {
   const std::string folder =
-      options.data.empty() ? RIM_SOURCE_DIR "/../shared/measured/falcon9" : options.data;
+      options.data.empty() ? source_path("../shared/measured/falcon9") : options.data;
   return fs::is_directory(folder) ? folder : std::string();
 }
 

@@ -29,7 +29,7 @@ constexpr std::size_t kNone = static_cast<std::size_t>(-1);
 
 std::string measured_folder(const MeasuredOptions &options, const std::string &set) {
   const std::string folder =
-      options.data.empty() ? RIM_SOURCE_DIR "/../shared/measured/" + set : options.data;
+      options.data.empty() ? source_path("../shared/measured/" + set) : options.data;
   return fs::is_directory(folder) ? folder : std::string();
 }
 

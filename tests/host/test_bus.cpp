@@ -6,6 +6,7 @@
 #include "bus/sentence.hpp"
 #include "log/lcm_log.hpp"
 #include "train/image_writer.hpp"
+#include "util/data_path.hpp"
 #include "util/error.hpp"
 
 #include "rim/monitor.h"
@@ -266,10 +267,10 @@ void python_reads_what_was_published(void **) {
     bus.publish(rim_health_message{1.0, 1, 77, 10, 1, 0, 1, 0, RIM_LEVEL_OK, 0});
   }
   rim::make_folder(types);
-  const std::string source = RIM_SOURCE_DIR;
-  const std::string generate = "lcm-gen -p --ppath " + types + " " + source + "/lib/wire/*.lcm";
+  const std::string source = rim::source_path("");
+  const std::string generate = "lcm-gen -p --ppath " + types + " " + source + "lib/wire/*.lcm";
   const std::string decode =
-      "python3 -B " + source + "/tests/host/decode_lcm.py " + types + " " + log;
+      "python3 -B " + source + "tests/host/decode_lcm.py " + types + " " + log;
   assert_int_equal(std::system(generate.c_str()), 0);
   assert_int_equal(std::system(decode.c_str()), 0);
 }
