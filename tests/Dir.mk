@@ -18,10 +18,10 @@ test-missing:
 
 test-build: test-missing $(TEST_LIB_BIN) $(TEST_HOST_BIN) host
 
-# One test at a time per job; the commands are run one after another, last.
+# The commands come last: they take longest.
 test-run: test-build
 	@RIM=$(abspath $(BUILD)/rim) BUILD=$(abspath $(BUILD)) MAKE=$(MAKE) SANITIZE=$(SANITIZE) TEST_JOBS=$(TEST_JOBS) \
-	  tests/run.sh $(TEST_LIB_BIN) $(TEST_HOST_BIN) -- $(TEST_CLI)
+	  tests/run.sh $(TEST_LIB_BIN) $(TEST_HOST_BIN) $(TEST_CLI)
 
 $(BUILD)/flags.test: FORCE
 	$(call flags_stamp,$(CC) $(TEST_CFLAGS))
