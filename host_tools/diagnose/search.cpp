@@ -348,10 +348,8 @@ void ChannelSearch::fill_sizes() {
   }
 }
 
-// Where one feature carries what was found, a smooth curve over it may say it better than any name:
-// several pieces on one feature, or one with structure left over the same feature.
-void ChannelSearch::smooth_unknowns() {
-  // Every feature that carries a term alone, with all terms that it has a part in.
+// Every feature that carries a term alone, with all terms that it has a part in.
+std::map<std::string, std::vector<std::size_t>> ChannelSearch::pieces() const {
   std::map<std::string, std::vector<std::size_t>> groups;
   for (const Member &member : out_.members) {
     const std::set<std::string> names = features_of(member.term);
@@ -367,48 +365,50 @@ void ChannelSearch::smooth_unknowns() {
         groups[name].push_back(j);
     }
   }
-  for (const auto &[name, which] : groups) {
-    const int feature = measured_.find_feature(name);
+  return groups;
+}
+
+// Whether a curve instead of so many pieces (the members but `others`) says no less than they, or
+// no less than one and more beside it.
+bool ChannelSearch::is_smoother(const Member &table, const std::vector<Member> &others,
+                                std::size_t pieces) const {
+  std::vector<Member> both = out_.members, instead = others;
+  both.push_back(table);
+  instead.push_back(table);
+  const double divisor = out_.noise.divisor();
+  const double loss = fit_members(y_, out_.members, out_.noise).loss;
+  const double more = (loss - fit_members(y_, both, out_.noise).loss) / divisor;
+  const double of_table = (loss - fit_members(y_, instead, out_.noise).loss) / divisor;
+  // 2 more is chi-squared of as many degrees as knots: its .998 quantile by Wilson and Hilferty.
+  const double k = static_cast<double>(table.h.cols());
+  const double quantile =
+      k * std::pow(1.0 - 2.0 / (9.0 * k) + 2.88 * std::sqrt(2.0 / (9.0 * k)), 3.0);
+  return (pieces > 1 && of_table > -3.0) || (of_table > 0.0 && 2.0 * more > quantile);
+}
+
+// Where one feature carries what was found, a smooth curve over it may say it better than any name:
+// several pieces on one feature, or one with structure left over the same feature.
+void ChannelSearch::smooth_unknowns() {
+  for (const auto &[name, which] : pieces()) {
     std::vector<Member> others;
-    double penalty = 0.0;
     for (std::size_t j = 0; j < out_.members.size(); ++j) {
       if (std::find(which.begin(), which.end(), j) == which.end())
         others.push_back(out_.members[j]);
-      else
-        penalty += out_.members[j].penalty;
     }
-    const double loss_named = fit_members(y_, out_.members, out_.noise).loss;
     for (const int knots : {8, 14, 22}) {
-      Member table = table_member(feature, knots);
-      if (table.h.cols() < 5)
+      const Member table = table_member(measured_.find_feature(name), knots);
+      if (table.h.cols() < 5 || !is_smoother(table, others, which.size()))
         continue;
-      std::vector<Member> both = out_.members, instead = others;
-      both.push_back(table);
-      instead.push_back(table);
-      const double divisor = out_.noise.divisor();
-      const double more = (loss_named - fit_members(y_, both, out_.noise).loss) / divisor;
-      const double of_table = (loss_named - fit_members(y_, instead, out_.noise).loss) / divisor;
-      // 2 more is chi-squared of as many degrees as knots: its .998 quantile by Wilson and
-      // Hilferty.
-      const double k = static_cast<double>(table.h.cols());
-      const double quantile =
-          k * std::pow(1.0 - 2.0 / (9.0 * k) + 2.88 * std::sqrt(2.0 / (9.0 * k)), 3.0);
-      const bool is_left = 2.0 * more > quantile;
-      const bool is_pieced = which.size() > 1 && of_table > -3.0;
-      const bool is_as_good = of_table > 0.0 && is_left;
-      if (is_pieced || is_as_good) {
-        const std::vector<Member> named = out_.members;
-        others.push_back(table);
-        out_.members = others;
-        Claim claim;
-        hold_out(out_.members.size() - 1, &claim);
-        if (claim.heldout_ln <= 0.0) { // a curve that holds nowhere else explains nothing
-          out_.members = named;
-          return;
-        }
+      const std::vector<Member> named = out_.members;
+      others.push_back(table);
+      out_.members = others;
+      Claim claim;
+      hold_out(out_.members.size() - 1, &claim);
+      if (claim.heldout_ln <= 0.0) // a curve that holds nowhere else explains nothing
+        out_.members = named;
+      else
         out_.fit = fit_members(y_, out_.members, out_.noise);
-        return;
-      }
+      return;
     }
   }
 }

@@ -6,7 +6,9 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "diagnose/diagnosis.hpp"
@@ -82,6 +84,9 @@ private:
   void drop_terms();
   void estimate_noise();
   bool claim_variance();
+  std::map<std::string, std::vector<std::size_t>> pieces() const;
+  bool is_smoother(const Member &table, const std::vector<Member> &others,
+                   std::size_t pieces) const;
   void smooth_unknowns();
   void judge();
   void judge_alternatives(std::size_t which, const std::vector<Member> &others, Claim *claim) const;
