@@ -6,6 +6,7 @@
 
 #include "rim/can_table.h"
 #include "rim/monitor.h"
+#include "train/image_writer.hpp"
 #include "util/error.hpp"
 #include "world/toml_table.hpp"
 
@@ -277,17 +278,7 @@ std::vector<std::uint8_t> compile_can_table(const Dbc &dbc, const std::string &m
 
 std::vector<std::uint8_t> with_can_table(const rim_image &image,
                                          const std::vector<std::uint8_t> &table) {
-  ImageWriter writer(image.model_id);
-  for (std::uint32_t i = 0; i < image.sections; i++) {
-    const std::uint8_t *entry =
-        image.data + RIM_IMAGE_HEADER_BYTES + RIM_IMAGE_ENTRY_BYTES * std::size_t{i};
-    const std::uint8_t *begin = image.data + rim_image_u32(entry, 1);
-    if (rim_image_u32(entry, 0) != RIM_SECTION_CAN_TABLE)
-      writer.add_section(rim_image_u32(entry, 0), {begin, begin + rim_image_u32(entry, 2)},
-                         rim_image_u32(entry, 3));
-  }
-  writer.add_section(RIM_SECTION_CAN_TABLE, table, 1);
-  return writer.finish();
+  return with_sections(image, {{RIM_SECTION_CAN_TABLE, table, 1}}, ModelId::kept);
 }
 
 std::vector<std::uint8_t> can_table_of(const rim_image &image) {

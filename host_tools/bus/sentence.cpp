@@ -63,6 +63,13 @@ std::string others(const rim_alarm &a, const Names &names) {
   return text.empty() ? text : text + ")";
 }
 
+std::string interference(const rim_alarm &a, const Quantity &speed) {
+  return speed.words + (a.kind == RIM_KIND_PUSHED ? " is pushed, " : " is blocked, ") +
+         amount(std::fabs(a.shift[0]), speed.unit) +
+         " off what was commanded, since t = " + bound(a.since_s, 1.0) + " s (for " +
+         bound(a.t_s - a.since_s, 0.1) + " s)";
+}
+
 std::string sureness(const rim_alarm &a) {
   if (!(a.p_value > 0.0 && a.p_value < 1.0))
     return "ln anom " + cell(a.ln_anom, 3) + ", threshold " + cell(a.threshold, 3);
@@ -100,8 +107,9 @@ std::string alarm_sentence(const rim_alarm &a, const Names &names) {
       a.channels > 0 ? names.outcome(a.channel[0]) : Quantity{"", "motion", ""};
   const std::string where = region_words(a.region, names);
   std::string text = a.state == RIM_ALARM_CLEARED ? "over: " : "";
-  text += a.detector == RIM_DETECTOR_INTERFERENCE ? outcome.words + " is interfered with"
-                                                  : deviation(a, outcome) + others(a, names);
+  if (a.detector == RIM_DETECTOR_INTERFERENCE)
+    return text + interference(a, outcome);
+  text += deviation(a, outcome) + others(a, names);
   text += where.empty() ? " everywhere" : " where " + where;
   text += ", since t = " + bound(a.since_s, 10.0) + " s (" + std::to_string(a.observations) +
           (a.observations == 1 ? " observation): " : " observations): ") + sureness(a);
@@ -132,8 +140,9 @@ const char *detector_text(int detector) {
 }
 
 const char *kind_text(int kind) {
-  static const char *const text[] = {"shift", "increment", "variance", "step", "repeat"};
-  return kind >= 0 && kind < 5 ? text[kind] : "unknown";
+  static const char *const text[] = {"shift",  "increment", "variance", "step",
+                                     "repeat", "blocked",   "pushed"};
+  return kind >= 0 && kind < 7 ? text[kind] : "unknown";
 }
 
 } // namespace rim

@@ -248,7 +248,7 @@ int cmd_replay(int argc, char **argv) {
     const rim::ReplayedLog result = replayer.replay(
         log, options, [&](std::size_t, const rim_verdict &verdict) { outputs.verdict(verdict); });
     outputs.end(result);
-    found = found || result.raised > 0;
+    found = found || result.raised > 0 || result.interference.raised > 0;
     std::fputs(rim::replay_text(result, replayer.names()).c_str(), stdout);
     if (progress)
       progress->add();

@@ -22,7 +22,7 @@ namespace {
 
 struct Options {
   std::vector<std::string> logs, kinds;
-  std::string out, schema, interference;
+  std::string out, schema, interference, model;
   rim::TrainOptions train;
   unsigned threads = 0;
   bool quick = false;
@@ -35,7 +35,9 @@ const char *const kFooter =
     "Example: learn fifty healthy landings, and watch the fifty-first\n"
     "  rim simulate lander --out nominal --runs 50 --seed 1\n"
     "  rim train nominal/run_*.csv --out lander.rim\n"
-    "  rim replay --model lander.rim flight51.csv";
+    "  rim replay --model lander.rim flight51.csv\n"
+    "Example: a robot's image that also tells when somebody holds it\n"
+    "  rim train held/*.csv control/*.csv --interference held.csv --model robot.rim --out both.rim";
 
 void declare(CLI::App &app, Options &o) {
   app.add_option("LOG", o.logs, "logs of healthy runs, at least 3")->required()->type_name("");
@@ -63,6 +65,10 @@ void declare(CLI::App &app, Options &o) {
                  "logs without are control runs. Columns u.vx_mps and s.vx_mps or z.vx_mps, or\n"
                  "s.enc1_ticks to s.enc4_ticks")
       ->type_name("LABELS.csv");
+  app.add_option("--model", o.model,
+                 "with --interference: the flight image that shall watch for it too, written to\n"
+                 "--out; its rows have u.vx_mps and s.vx_mps or z.vx_mps")
+      ->type_name("MODEL.rim");
   app.add_flag("--quick", o.quick, "leave the comparison with the kernel average out");
   app.footer(kFooter);
 }
@@ -119,6 +125,8 @@ int cmd_train(int argc, char **argv) {
   declare(app, o);
   if (!rim::parse_arguments(app, argc, argv))
     return rim::EXIT_FINE;
+  if (!o.model.empty() && o.interference.empty())
+    throw rim::UsageError("--model: without --interference there is nothing to put into it");
   if (!o.kinds.empty())
     o.train.kinds = mask_of(o.kinds);
   if (o.threads > 0)
@@ -127,7 +135,7 @@ int cmd_train(int argc, char **argv) {
   rim::AtomicFile file(o.out); // a place that cannot be written is found before the work
   const std::vector<rim::Log> logs = read_logs(o);
   if (!o.interference.empty()) {
-    rim::train_interference(logs, o.interference, o.out);
+    rim::train_interference(logs, o.interference, o.model, o.out);
     return rim::EXIT_FINE;
   }
   const rim::Training training = rim::train(logs, o.train);

@@ -7,7 +7,6 @@
 
 #include "diagnose/extension.hpp"
 #include "rim/correct.h"
-#include "rim/crc.h"
 #include "train/image_writer.hpp"
 #include "util/error.hpp"
 
@@ -198,25 +197,7 @@ std::vector<std::uint8_t> with_correction(const std::vector<std::uint8_t> &image
                                           const std::string &name) {
   const LoadedImage loaded(
       std::string_view(reinterpret_cast<const char *>(image.data()), image.size()), name);
-  const rim_image &view = loaded.view();
-  const auto write = [&](std::uint32_t model_id) {
-    ImageWriter writer(model_id);
-    for (std::uint32_t i = 0; i < view.sections; ++i) {
-      const std::uint8_t *entry = view.data + RIM_IMAGE_HEADER_BYTES + i * RIM_IMAGE_ENTRY_BYTES;
-      const std::uint8_t *bytes = nullptr;
-      std::size_t size = 0;
-      const std::uint32_t id = rim_image_u32(entry, 0);
-      if (id == RIM_CORRECT_SECTION || rim_image_section(&view, id, &bytes, &size) != RIM_OK)
-        continue;
-      writer.add_section(id, std::vector<std::uint8_t>(bytes, bytes + size),
-                         rim_image_count(&view, id));
-    }
-    writer.add_section(RIM_CORRECT_SECTION, section);
-    return writer.finish();
-  };
-  const std::vector<std::uint8_t> first = write(0); // as make_image(): the id is the content's CRC
-  return write(
-      rim_crc32(0, first.data() + RIM_IMAGE_HEADER_BYTES, first.size() - RIM_IMAGE_HEADER_BYTES));
+  return with_sections(loaded.view(), {{RIM_CORRECT_SECTION, section}}, ModelId::of_content);
 }
 
 } // namespace rim::diagnose

@@ -1,5 +1,6 @@
 #include "replay/outputs.hpp"
 
+#include <algorithm>
 #include <filesystem>
 
 #include <fmt/format.h>
@@ -81,9 +82,10 @@ void ReplayOutputs::verdict(const rim_verdict &v) {
 }
 
 void ReplayOutputs::end(const ReplayedLog &log) {
-  if (!traces_.empty() && log.first.state != RIM_ALARM_NONE)
+  const rim_alarm &first = log.raised > 0 ? log.first : log.interference.first;
+  if (!traces_.empty() && first.state != RIM_ALARM_NONE)
     traces_.back().sentence =
-        log.first.channels > 0 ? names_.outcome(log.first.channel[0]).words : std::string("motion");
+        first.channels > 0 ? names_.outcome(first.channel[0]).words : std::string("motion");
   if (labels_) {
     for (std::size_t i = 0; i < log.finding.size(); ++i)
       labels_->write(fmt::format("{},{},{}\n", log.path, i + 1, log.finding[i]));
@@ -98,8 +100,11 @@ void ReplayOutputs::end(const ReplayedLog &log) {
   health.rejected = log.rows_skipped + log.health.rows.not_finite + log.health.rows.time_back;
   health.gaps = log.health.rows.gaps;
   health.alarms = records_;
-  const bool stands = log.last.state == RIM_ALARM_RAISED || log.last.state == RIM_ALARM_UPDATED;
-  health.level = stands ? log.last.level : static_cast<std::uint8_t>(RIM_LEVEL_OK);
+  health.level = RIM_LEVEL_OK;
+  for (const rim_alarm *last : {&log.last, &log.interference.last}) {
+    if (last->state == RIM_ALARM_RAISED || last->state == RIM_ALARM_UPDATED)
+      health.level = std::max(health.level, last->level);
+  }
   health.flags = RIM_HEALTH_FLAG_REPLAY;
   lcm_->publish(health);
 }

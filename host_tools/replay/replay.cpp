@@ -78,6 +78,15 @@ private:
 
 } // namespace
 
+void Found::add(const rim_alarm &record) {
+  if (record.state == RIM_ALARM_NONE)
+    return;
+  ++records;
+  last = record;
+  if (record.state == RIM_ALARM_RAISED && ++raised == 1)
+    first = record;
+}
+
 Replayer::Replayer(std::vector<std::uint8_t> image, const std::string &name)
     : monitor_(std::move(image), name), layout_(layout_of_image(monitor_.image())),
       names_(names_of_image(monitor_.image(), name)), digest_(RIM_DIGEST_START) {}
@@ -109,12 +118,11 @@ ReplayedLog Replayer::replay(const Log &log, const ReplayOptions &options, const
       result.score = std::max(result.score, held.add(verdict.score));
     blocks = verdict.blocks;
     verdict.alarm.flags = static_cast<std::uint8_t>(verdict.alarm.flags | options.flags);
-    if (verdict.alarm.state != RIM_ALARM_NONE) {
-      ++result.records;
-      result.last = verdict.alarm;
-      if (verdict.alarm.state == RIM_ALARM_RAISED && ++result.raised == 1)
-        result.first = verdict.alarm;
-    }
+    result.watches_interference = result.watches_interference || verdict.interference.valid;
+    if (verdict.alarm.detector == RIM_DETECTOR_INTERFERENCE)
+      result.interference.add(verdict.alarm);
+    else
+      result.add(verdict.alarm);
     if (watch)
       watch(static_cast<std::size_t>(t), verdict);
   }
@@ -196,12 +204,26 @@ std::string rows_text(const ReplayedLog &log) {
   return text;
 }
 
+std::string interference_text(const ReplayedLog &log, const Names &names) {
+  const Found &found = log.interference;
+  if (!log.watches_interference)
+    return "";
+  if (found.raised == 0)
+    return "  motion interference: none\n";
+  std::string text = fmt::format("  motion interference FOUND at t = {:.2f} s: {}", found.first.t_s,
+                                 alarm_sentence(found.first, names));
+  if (found.raised > 1)
+    text += fmt::format("; {} later", count_text(found.raised - 1, "more", "more"));
+  return text + "\n";
+}
+
 } // namespace
 
 std::string replay_text(const ReplayedLog &log, const Names &names) {
   std::string text = log.path + ": ";
   if (log.first.state == RIM_ALARM_NONE) {
-    text += fmt::format("healthy: nothing found in {} ({:.0f} s)",
+    text += fmt::format("{}: nothing found in {} ({:.0f} s)",
+                        log.interference.raised > 0 ? "regions" : "healthy",
                         count_text(log.rows, "row", "rows"), log.duration_s);
     if (log.alarm_score > 0.0 && log.score > -1e300) {
       text += fmt::format("; the score rose to {:.0f} % of the alarm's",
@@ -216,7 +238,7 @@ std::string replay_text(const ReplayedLog &log, const Names &names) {
                           alarm_sentence(log.last, names));
     }
   }
-  return text + "\n  " + rows_text(log) + "\n";
+  return text + "\n" + interference_text(log, names) + "  " + rows_text(log) + "\n";
 }
 
 } // namespace rim

@@ -16,17 +16,24 @@
 
 namespace rim {
 
-// What one log came to.
-struct ReplayedLog {
+// Alarm records of one detector.
+struct Found {
+  std::uint32_t raised = 0;  // alarms
+  std::uint32_t records = 0; // of any state
+  rim_alarm first{};         // record that first raised an alarm; state NONE: none did
+  rim_alarm last{};          // newest record
+  void add(const rim_alarm &record);
+};
+
+// What one log came to: by the regions, and beside them.
+struct ReplayedLog : Found {
   std::string path;
   std::uint32_t rows_in_file = 0, rows_skipped = 0, rows_filtered = 0; // by the reader
   std::uint32_t rows = 0;                                              // offered to the monitor
   double duration_s = 0.0;
   rim_monitor_health health{};
-  std::uint32_t raised = 0;           // alarms raised in this log
-  std::uint32_t records = 0;          // alarm records in this log
-  rim_alarm first{};                  // record that first raised an alarm; state NONE: none did
-  rim_alarm last{};                   // newest record
+  bool watches_interference = false; // the image has that detector
+  Found interference;
   double score = 0.0;                 // largest that was held for as many blocks as an alarm needs
   double alarm_score = 0.0;           // at which an alarm is raised
   std::vector<std::uint32_t> finding; // per data row of the file, from 1; empty unless asked for

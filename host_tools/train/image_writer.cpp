@@ -117,4 +117,28 @@ LoadedImage::LoadedImage(std::string_view bytes, const std::string &name)
 
 LoadedImage load_image(const std::string &path) { return LoadedImage(read_file(path), path); }
 
+std::vector<std::uint8_t> with_sections(const rim_image &image,
+                                        const std::vector<ImageSection> &sections, ModelId id) {
+  const auto write = [&](std::uint32_t model_id) {
+    ImageWriter writer(model_id);
+    for (std::uint32_t i = 0; i < image.sections; ++i) {
+      const std::uint8_t *entry =
+          image.data + RIM_IMAGE_HEADER_BYTES + RIM_IMAGE_ENTRY_BYTES * std::size_t{i};
+      const std::uint8_t *begin = image.data + rim_image_u32(entry, 1);
+      const std::uint32_t own = rim_image_u32(entry, 0);
+      if (std::none_of(sections.begin(), sections.end(),
+                       [own](const ImageSection &s) { return s.id == own; }))
+        writer.add_section(own, {begin, begin + rim_image_u32(entry, 2)}, rim_image_u32(entry, 3));
+    }
+    for (const ImageSection &section : sections)
+      writer.add_section(section.id, section.bytes, section.count);
+    return writer.finish();
+  };
+  if (id == ModelId::kept)
+    return write(image.model_id);
+  const std::vector<std::uint8_t> first = write(0);
+  return write(
+      rim_crc32(0, first.data() + RIM_IMAGE_HEADER_BYTES, first.size() - RIM_IMAGE_HEADER_BYTES));
+}
+
 } // namespace rim

@@ -80,4 +80,15 @@ private:
 // Reads a file; throws DataError as above or where the file cannot be read.
 LoadedImage load_image(const std::string &path);
 
+struct ImageSection {
+  std::uint32_t id;
+  std::vector<std::uint8_t> bytes;
+  std::uint32_t count = 0;
+};
+enum class ModelId { kept, of_content }; // of_content: the CRC-32 of what follows the header
+
+// The image with these sections, instead of its own of the same ids; the others come first.
+std::vector<std::uint8_t> with_sections(const rim_image &image,
+                                        const std::vector<ImageSection> &sections, ModelId id);
+
 } // namespace rim

@@ -4,8 +4,11 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <optional>
 
-#include "train/image_writer.hpp"
+#include "rim/monitor.h"
+#include "train/flight_image.hpp"
+#include "util/atomic_file.hpp"
 #include "util/data_path.hpp"
 #include "util/error.hpp"
 #include "util/parallel_for.hpp"
@@ -53,10 +56,45 @@ void print_found(const std::vector<InterferenceRun> &runs, const InterferenceTra
   }
 }
 
+std::vector<std::uint8_t> section_of(const rim_interference_model &model) {
+  std::vector<std::uint8_t> section(RIM_INTERFERENCE_BYTES);
+  if (rim_interference_pack(&model, section.data(), section.size()) != RIM_OK)
+    throw DataError("the logs teach no model of interference (velocity without any scatter?)");
+  return section;
+}
+
+// Index of the first of these names that is there.
+std::uint16_t index_of(const std::vector<std::string> &names,
+                       const std::vector<std::string> &wanted, const std::string &name) {
+  for (const std::string &column : wanted) {
+    const auto at = std::find(names.begin(), names.end(), column);
+    if (at != names.end())
+      return static_cast<std::uint16_t>(at - names.begin());
+  }
+  throw DataError(name + ": the image's rows have no '" + wanted.back() +
+                  "': interference cannot be watched for");
+}
+
 } // namespace
 
+std::vector<std::uint8_t> with_interference(const LoadedImage &image,
+                                            const rim_interference_model &model,
+                                            const std::string &name) {
+  const Layout layout = layout_of_image(image.view());
+  SectionBytes inputs;
+  inputs.u16(index_of(layout.feature_names, {"u.vx_mps"}, name));
+  inputs.u16(index_of(layout.outcome_names, {"z.vx_mps", "s.vx_mps"}, name));
+  return with_sections(image.view(),
+                       {{RIM_SECTION_INTERFERENCE, section_of(model)},
+                        {RIM_SECTION_INTERFERENCE_INPUTS, inputs.bytes()}},
+                       ModelId::of_content);
+}
+
 void train_interference(const std::vector<Log> &logs, const std::string &labels,
-                        const std::string &out) {
+                        const std::string &model, const std::string &out) {
+  std::optional<LoadedImage> flight; // found before the work
+  if (!model.empty())
+    flight.emplace(load_image(model));
   world::CobotParams params;
   world::CobotMap map;
   world::read_cobot(data_path("cobot.toml"), "", &params, &map);
@@ -81,12 +119,16 @@ void train_interference(const std::vector<Log> &logs, const std::string &labels,
               m.open_loop.threshold);
   if (runs.size() > 2)
     print_found(runs, trainer);
-  std::vector<std::uint8_t> section(RIM_INTERFERENCE_BYTES);
-  if (rim_interference_pack(&m, section.data(), section.size()) != RIM_OK)
-    throw DataError(labels + ": the logs teach no model (velocity without any scatter?)");
-  ImageWriter image(kModelId);
-  image.add_section(RIM_INTERFERENCE_SECTION, section);
-  image.write(out);
+  if (flight) {
+    const std::vector<std::uint8_t> image = with_interference(*flight, m, model);
+    AtomicFile file(out);
+    file.write(image.data(), image.size());
+    file.commit();
+  } else {
+    ImageWriter image(kModelId);
+    image.add_section(RIM_INTERFERENCE_SECTION, section_of(m));
+    image.write(out);
+  }
   std::printf("%s written\n", out.c_str());
 }
 

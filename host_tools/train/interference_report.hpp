@@ -1,18 +1,27 @@
 // train/interference_report.hpp - rim train --interference: from logs and times of interference to
-// a flight image with the one section RIM_INTERFERENCE_SECTION.
+// the sections of a flight image that watches for it.
 #pragma once
 
 #include <string>
 #include <vector>
 
+#include "train/image_writer.hpp"
 #include "train/interference.hpp"
 
 namespace rim {
 
 // Labels by the log's path or, where none has it, its file name; a log without labels is a control
-// run. Prints what was learned and, leaving one out, what is found. Throws DataError: see
-// interference_run and InterferenceTrainer; labels of a log that is not among those given.
+// run. Prints what was learned and, leaving one out, what is found. model: the flight image to put
+// it into; empty: out holds RIM_INTERFERENCE_SECTION alone, for rim_interference_attach. Throws
+// DataError: see interference_run and InterferenceTrainer; labels of a log that is not among those
+// given; an image that does not know the columns.
 void train_interference(const std::vector<Log> &logs, const std::string &labels,
-                        const std::string &out);
+                        const std::string &model, const std::string &out);
+
+// The image that watches for interference too: command u.vx_mps, speed s.vx_mps or z.vx_mps among
+// its features and outcomes. DataError "NAME: reason".
+std::vector<std::uint8_t> with_interference(const LoadedImage &image,
+                                            const rim_interference_model &model,
+                                            const std::string &name);
 
 } // namespace rim

@@ -10,7 +10,7 @@
 
 static inline bool alarm_codes_in_range(const rim_alarm *a) {
   return a->detector <= RIM_DETECTOR_INTERFERENCE && a->state <= RIM_ALARM_CLEARED &&
-         a->level <= RIM_LEVEL_STALE && a->kind <= RIM_KIND_REPEAT &&
+         a->level <= RIM_LEVEL_STALE && a->kind <= RIM_KIND_PUSHED &&
          a->channels <= RIM_ALARM_MAX_CHANNELS && a->region.dims <= RIM_REGION_MAX_DIMS;
 }
 

@@ -155,7 +155,7 @@ rim_status rim_can_unpack_summary(rim_can_summary *summary, const rim_can_frame 
   summary->dims = (uint8_t)(packed & 3u);
   summary->observations = get_u16(data + 5);
   summary->ln_anom = 0.25 * (double)(packed >> 4);
-  return summary->kind <= RIM_KIND_REPEAT ? RIM_OK : RIM_E_RANGE;
+  return summary->kind <= RIM_KIND_PUSHED ? RIM_OK : RIM_E_RANGE;
 }
 
 static void put_record(uint8_t *at, const rim_alarm *a) {
@@ -348,7 +348,7 @@ rim_status rim_can_unpack_detail_fd(rim_alarm *alarm, const rim_can_frame *frame
   alarm->since_s = (double)get_u32(data + 8) * 1e-3;
   alarm->observations = get_u32(data + 12);
   alarm->channels = (data[16] >> 2) & 7u;
-  if (alarm->channels > FD_CHANNELS || alarm->kind > RIM_KIND_REPEAT)
+  if (alarm->channels > FD_CHANNELS || alarm->kind > RIM_KIND_PUSHED)
     return RIM_E_RANGE;
   for (uint32_t i = 0; i < FD_CHANNELS; i++)
     alarm->channel[i] = get_u16(data + 18 + 2 * i);

@@ -440,11 +440,11 @@ bool rim_interference_alarm(const rim_interference_verdict *verdict, uint32_t mo
   candidate->detector = RIM_DETECTOR_INTERFERENCE;
   candidate->model_id = model_id;
   candidate->t_s = verdict->t_s;
-  candidate->kind = RIM_KIND_SHIFT;
   candidate->p_value = 1.0;
   if (!verdict->alarmed)
     return false;
   candidate->level = RIM_LEVEL_ERROR;
+  candidate->kind = verdict->kind == RIM_INTERFERENCE_PUSHED ? RIM_KIND_PUSHED : RIM_KIND_BLOCKED;
   candidate->since_s = verdict->onset_s;
   candidate->channels = 1;
   candidate->channel[0] = channel;

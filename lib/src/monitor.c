@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "interference_watch.h"
 #include "rim/crc.h"
 #include "rim/nominal.h"
 #include "rim/real.h"
@@ -20,9 +21,10 @@ struct rim_monitor {
   rim_correct correct;
   rim_channels *channels;
   rim_select *select;
-  double *unit;         /* [region features] scratch of a block in unit coordinates */
-  float *inverse_scale; /* [channels] */
-  const uint8_t *range; /* f32 low[features], high[features] */
+  interference_watch *watch; /* NULL: the image has none */
+  double *unit;              /* [region features] scratch of a block in unit coordinates */
+  float *inverse_scale;      /* [channels] */
+  const uint8_t *range;      /* f32 low[features], high[features] */
   const uint8_t *region;
   rim_alarm_life life;
   double first_block_s;
@@ -53,6 +55,7 @@ typedef struct plan {
   const uint8_t *region;
   uint8_t kinds_present;
   uint16_t channel_count;
+  bool has_watch;
 } plan;
 
 static rim_status read_words(plan *p) {
@@ -241,6 +244,9 @@ static rim_status make_plan(plan *p, const void *image, size_t image_bytes) {
     status = open_envelope(p);
   if (status == RIM_OK)
     status = open_correct(p);
+  if (status == RIM_OK)
+    status = rim_interference_watch_check(&p->image, p->channels.features, p->channels.outcomes,
+                                          &p->has_watch);
   p->select.features = (uint16_t)w[RIM_CONFIG_REGION_FEATURES];
   p->select.channels = p->channel_count;
   p->select.ring = (uint16_t)w[RIM_CONFIG_RING];
@@ -260,6 +266,7 @@ typedef struct layout {
   size_t floats; /* inverse scale, offset: f32[channels] each */
   size_t unit;
   size_t select, select_bytes;
+  size_t watch;
   size_t total;
 } layout;
 
@@ -273,7 +280,8 @@ static rim_status make_layout(const plan *p, layout *l) {
   l->floats = l->channels + l->channels_bytes;
   l->unit = l->floats + 8u * (size_t)p->channel_count;
   l->select = l->unit + 8u * (size_t)p->select.features;
-  l->total = l->select + l->select_bytes;
+  l->watch = (l->select + l->select_bytes + 7u) / 8u * 8u;
+  l->total = p->has_watch ? l->watch + RIM_MONITOR_INTERFERENCE_BYTES : l->select + l->select_bytes;
   return RIM_OK;
 }
 
@@ -313,6 +321,7 @@ static void connect(rim_monitor *self, const plan *p, const layout *l) {
   self->region = p->region;
   self->inverse_scale = (float *)(void *)(base + l->floats);
   self->unit = (double *)(void *)(base + l->unit);
+  self->watch = p->has_watch ? (interference_watch *)(void *)(base + l->watch) : NULL;
 }
 
 /* The plan's views are on the stack: the channels must point to the monitor's own. */
@@ -379,6 +388,9 @@ rim_status rim_monitor_init(rim_monitor **monitor, void *memory, size_t bytes, c
   if (status != RIM_OK)
     return status;
   init_life(self);
+  if (self->watch != NULL)
+    rim_interference_watch_init(self->watch, &self->image, self->life.config.inhibit_s,
+                                UPDATE_RATIO);
   self->last.level = RIM_LEVEL_OK;
   self->last.p_value = 1.0;
   self->last.threshold = rim_threshold_ln_anom(&self->threshold, 0, 0);
@@ -419,6 +431,8 @@ void rim_monitor_reset(rim_monitor *self) {
   const uint32_t seq = self->life.seq;
   init_life(self);
   self->life.seq = seq;
+  if (self->watch != NULL)
+    rim_interference_watch_reset(self->watch);
   self->has_valid = false;
   self->is_stale = false;
   const double t_s = self->last.t_s;
@@ -590,6 +604,12 @@ static bool is_spared(const rim_monitor *self, uint32_t rows, bool new_block) {
          scans < FEW_SCANS;
 }
 
+static void publish(rim_monitor *self, const rim_alarm *record) {
+  self->last.alarm = *record;
+  if (record->state == RIM_ALARM_RAISED && self->alarms != UINT32_MAX)
+    ++self->alarms;
+}
+
 static void search_and_judge(rim_monitor *self, uint32_t rows, bool new_block) {
   const uint32_t budget = self->words[RIM_CONFIG_BUDGET] != 0 ? self->words[RIM_CONFIG_BUDGET] : 1;
   if (is_spared(self, rows, new_block))
@@ -611,9 +631,16 @@ static void search_and_judge(rim_monitor *self, uint32_t rows, bool new_block) {
   rim_alarm record;
   if (!rim_alarm_life_step(&self->life, self->last.t_s, found ? &candidate : NULL, &record))
     return;
-  self->last.alarm = record;
-  if (record.state == RIM_ALARM_RAISED && self->alarms != UINT32_MAX)
-    ++self->alarms;
+  publish(self, &record);
+}
+
+/* A record of the regions in the same row goes first: seq counts in the order in which they leave.
+ */
+static void watch_motion(rim_monitor *self, const rim_observation *row) {
+  rim_alarm record;
+  if (rim_interference_watch_step(self->watch, row, self->last.alarm.state == RIM_ALARM_NONE,
+                                  &self->life.seq, &self->last.interference, &record))
+    publish(self, &record);
 }
 
 static rim_status observe(rim_monitor *self, double t_s, const double *context,
@@ -655,6 +682,7 @@ rim_status rim_monitor_step(rim_monitor *self, const rim_observation *row, rim_v
   self->last.step = self->steps;
   self->last.t_s = row->t_s;
   self->last.valid = made >= 0;
+  self->last.interference.valid = false;
   if (made >= 0) {
     self->has_valid = true;
     self->is_stale = false;
@@ -663,8 +691,12 @@ rim_status rim_monitor_step(rim_monitor *self, const rim_observation *row, rim_v
         made == 1 && observe(self, row->t_s, rim_channels_context(self->channels),
                              rim_channels_values(self->channels)) == RIM_OK;
     search_and_judge(self, 1, new_block);
+    if (self->watch != NULL)
+      watch_motion(self, row);
   }
   *verdict = self->last;
+  if (self->watch != NULL && self->watch->life.active)
+    verdict->level = RIM_LEVEL_ERROR;
   if (made < 0)
     note_staleness(self, row->t_s, verdict);
   return RIM_OK;
@@ -693,10 +725,12 @@ double rim_monitor_membership(const rim_monitor *self, const double *context) {
 }
 
 rim_monitor_health rim_monitor_get_health(const rim_monitor *self) {
-  const rim_monitor_health health = {.rows = *rim_channels_get_health(self->channels),
-                                     .alarms = self->alarms,
-                                     .stale = self->stale,
-                                     .last_valid_s = self->last_valid_s};
+  rim_monitor_health health = {.rows = *rim_channels_get_health(self->channels),
+                               .alarms = self->alarms,
+                               .stale = self->stale,
+                               .last_valid_s = self->last_valid_s};
+  if (self->watch != NULL)
+    health.interference = self->watch->state.health;
   return health;
 }
 
@@ -705,6 +739,15 @@ const rim_channels *rim_monitor_channels(const rim_monitor *self) { return self-
 const rim_threshold *rim_monitor_threshold(const rim_monitor *self) { return &self->threshold; }
 uint32_t rim_monitor_config(const rim_monitor *self, rim_config_word word) {
   return self->words[word];
+}
+
+static uint64_t digest_interference(uint64_t digest, const rim_interference_verdict *v) {
+  const double numbers[7] = {v->score[0],     v->score[1],     v->score[2],     v->ln_odds,
+                             v->residual_mps, v->one_step_mps, v->since_onset_s};
+  for (size_t i = 0; i < 7; ++i)
+    digest = rim_digest_f64(digest, numbers[i]);
+  const uint32_t codes = (uint32_t)v->motion | (uint32_t)v->kind << 8 | (uint32_t)v->alarmed << 16;
+  return rim_digest_f64(digest, (double)codes);
 }
 
 uint64_t rim_verdict_digest(uint64_t digest, const rim_verdict *v) {
@@ -716,6 +759,8 @@ uint64_t rim_verdict_digest(uint64_t digest, const rim_verdict *v) {
   digest = rim_digest_f64(digest, v->p_value);
   for (size_t i = 0; i < 4; ++i)
     digest = rim_digest_f64(digest, (double)words[i]);
+  if (v->interference.valid)
+    digest = digest_interference(digest, &v->interference);
   if (v->alarm.state == RIM_ALARM_NONE)
     return digest;
   const rim_region *r = &v->alarm.region;

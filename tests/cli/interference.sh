@@ -43,6 +43,40 @@ sed '1s/u.vx_mps/u.other/' hold/run_0001.csv > nocmd.csv
 contains "no command: why" "$(cat err.txt)" "no command"
 [ -e x.rim ]; check "nothing written" 1 $?
 
+# On board: an image for the logs' own predictions, with the detector put into it.
+held=hold/run_0001.csv
+"$RIM" replay control/*.csv --save-model plain.rim --calibration-runs 19 > /dev/null 2>&1; check "plain image" 0 $?
+"$RIM" train hold/*.csv stuck/*.csv control/*.csv --interference labels.csv --model plain.rim --out both.rim > out.txt 2>&1
+check "put into an image" 0 $?
+"$RIM" replay --model both.rim $held --alarms held.jsonl --candump held.can > text.txt 2>&1; check "replay held" 0 $?
+contains "told" "$(cat text.txt)" "motion interference FOUND at t = "
+first=$(grep '"detector":"interference"' held.jsonl | head -1)
+contains "raised" "$first" '"state":"raised"'
+contains "its kind" "$first" '"kind":"blocked"'
+contains "its channel" "$first" '"channels":\["z.vx_mps"\]'
+contains "in words" "$first" "vx is blocked"
+span=$(grep "^$held," labels.csv)
+number() { printf '%s\n' "$first" | sed "s/.*\"$1\":\([0-9.]*\).*/\1/"; }
+awk -F, -v t="$(number t_s)" -v since="$(number since_s)" \
+  '{exit !(t >= $2 && t <= $3 && since <= t && since >= $2 - 0.5)}' <<< "$span"
+check "within its time ($span, t $(number t_s), since $(number since_s))" 0 $?
+check "its frames" "$(grep -c . held.jsonl)" "$(grep -c '181#' held.can)"
+"$RIM" replay --model both.rim control/*.csv --alarms control.jsonl > text.txt; check "replay control" 0 $?
+check "control is quiet" 2 "$(grep -c 'motion interference: none' text.txt)"
+check "no alarm of it" 0 "$(grep -c '"detector":"interference"' control.jsonl)"
+both=$(tail -1 text.txt)
+check "the same again" "$both" "$("$RIM" replay --model both.rim control/*.csv | tail -1)"
+"$RIM" replay --model plain.rim control/*.csv --alarms plain.jsonl > text.txt
+check "regions as without it" "$(cat plain.jsonl | sed 's/,"model_id":[0-9]*//')" "$(sed 's/,"model_id":[0-9]*//' control.jsonl)"
+check "digest holds its numbers" 1 "$([ "$both" != "$(tail -1 text.txt)" ] && echo 1)"
+"$RIM" train hold/*.csv --model plain.rim --out x.rim > /dev/null 2> err.txt; check "--model alone" 2 $?
+"$RIM" train hold/*.csv --interference hold.csv --model hold.csv --out x.rim > /dev/null 2> err.txt; check "no image" 3 $?
+sed '1s/vx_mps/forward_mps/g' control/run_0001.csv > other.csv
+"$RIM" replay other.csv --save-model other.rim --calibration-runs 19 > /dev/null 2>&1
+"$RIM" train hold/*.csv --interference hold.csv --model other.rim --out x.rim > /dev/null 2> err.txt; check "other rows" 3 $?
+contains "other rows: why" "$(cat err.txt)" "no 'u.vx_mps'"
+[ -e x.rim ]; check "nothing written by these" 1 $?
+
 out=$("$RIM" experiment figC.5 --worlds 1 --hours 0.05 --seed 900 --plot c5.svg 2>/dev/null); check "figC.5" 0 $?
 contains "table" "$out" "^whole detector"
 [ -s c5.svg ]; check "picture" 0 $?

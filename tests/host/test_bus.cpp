@@ -109,6 +109,28 @@ void sentences_say_what_where_when_and_how_sure(void **) {
   assert_sentence(a, "no valid input lately: nothing can be said about the vehicle");
 }
 
+void interference_is_told_with_its_kind_and_since_when(void **) {
+  rim_alarm a = {};
+  a.detector = RIM_DETECTOR_INTERFERENCE;
+  a.state = RIM_ALARM_RAISED;
+  a.level = RIM_LEVEL_ERROR;
+  a.kind = RIM_KIND_BLOCKED;
+  a.channels = 1;
+  a.channel[0] = 0;
+  a.shift[0] = -0.41;
+  a.since_s = 12.34;
+  a.t_s = 12.5;
+  assert_sentence(a, "speed is blocked, 0.410 m/s off what was commanded, since t = 12.3 s (for "
+                     "0.16 s)");
+  const auto j = nlohmann::json::parse(rim::alarm_json(a, sample_names()));
+  assert_true(j.at("detector") == "interference" && j.at("kind") == "blocked");
+  assert_true(j.at("since_s") == 12.34 && j.at("shift").at("s.speed_mps") == -0.41);
+  a.state = RIM_ALARM_CLEARED;
+  a.kind = RIM_KIND_PUSHED;
+  assert_sentence(a, "over: speed is pushed, 0.410 m/s off what was commanded, since t = 12.3 s "
+                     "(for 0.16 s)");
+}
+
 void an_alarm_can_be_told_without_its_model(void **) {
   const std::string text = rim::alarm_sentence(sample_alarm(), rim::Names());
   assert_non_null(std::strstr(text.c_str(), "outcome 1 reads 12.4 high"));
@@ -330,6 +352,7 @@ int clean(void **) { return std::system(("rm -rf " + folder()).c_str()); }
 int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(sentences_say_what_where_when_and_how_sure),
+      cmocka_unit_test(interference_is_told_with_its_kind_and_since_when),
       cmocka_unit_test(an_alarm_can_be_told_without_its_model),
       cmocka_unit_test(json_has_every_key_of_the_contract),
       cmocka_unit_test(names_come_from_the_image),

@@ -28,7 +28,7 @@ static inline rim_alarm sample_alarm(uint32_t seed) {
   a.detector = (uint8_t)(sample_next(&state) % 2u);
   a.state = (uint8_t)(sample_next(&state) % 4u);
   a.level = (uint8_t)(sample_next(&state) % 4u);
-  a.kind = (uint8_t)(sample_next(&state) % 5u);
+  a.kind = (uint8_t)(sample_next(&state) % (RIM_KIND_PUSHED + 1u));
   a.flags = (uint8_t)(sample_next(&state) % 4u);
   a.channels = (uint8_t)(1u + sample_next(&state) % RIM_ALARM_MAX_CHANNELS);
   for (uint32_t i = 0; i < a.channels; i++) {

@@ -1,4 +1,5 @@
-/* Of test_monitor.c: flight images written by hand, and the vehicle that is watched through them.
+/* Of test_monitor.c and test_interference_watch.c: flight images written by hand, and the vehicle
+ * that is watched through them.
  *
  * Two images. EXTERNAL brings its own predictions, has ellipses and no nominal spread. TRAINED has
  * models of one prototype, three kinds of channel and an envelope. Their thresholds are the largest
@@ -24,7 +25,7 @@ enum {
   KINDS = 1 << RIM_KIND_SHIFT | 1 << RIM_KIND_VARIANCE | 1 << RIM_KIND_REPEAT,
   CHANNELS = 3 * O
 };
-enum { NULL_RUNS = 19, ROWS = 1200 };
+enum { NULL_RUNS = 19, ROWS = 1200, SECTIONS = 17 };
 enum {
   EXTERNAL_SIZE = RIM_MONITOR_SIZE(D, O, 1, REGION, RING, BINS, GRID, PAIRS),
   TRAINED_SIZE = RIM_MONITOR_SIZE(D, O, 3, REGION, RING, BINS, GRID, 0)
@@ -59,7 +60,7 @@ static void f32(bytes *b, double v) {
 }
 
 typedef struct recipe {
-  bytes section[16]; /* by rim_section; size 0: absent */
+  bytes section[SECTIONS]; /* by rim_section; size 0: absent */
 } recipe;
 
 typedef struct image {
@@ -75,10 +76,10 @@ static void put_u32(uint8_t *at, uint32_t v) {
 static void build(image *m, const recipe *r) {
   memset(m, 0, sizeof *m);
   uint32_t sections = 0;
-  for (size_t id = 0; id < 16; ++id)
+  for (size_t id = 0; id < SECTIONS; ++id)
     sections += r->section[id].size > 0;
   size_t at = 64u + 16u * sections, entry = 64;
-  for (uint32_t id = 0; id < 16; ++id) {
+  for (uint32_t id = 0; id < SECTIONS; ++id) {
     const bytes *b = &r->section[id];
     if (b->size == 0)
       continue;
@@ -300,7 +301,8 @@ static rim_verdict step(const bench *b, uint32_t run, uint32_t t, double shift) 
   return v;
 }
 
-static uint64_t run_digest(const bench *b, uint32_t run, uint32_t from, uint32_t to, double shift) {
+static inline uint64_t run_digest(const bench *b, uint32_t run, uint32_t from, uint32_t to,
+                                  double shift) {
   uint64_t digest = RIM_DIGEST_START;
   for (uint32_t t = from; t < to; ++t) {
     const rim_verdict v = step(b, run, t, shift);
@@ -333,7 +335,7 @@ static void calibrate(bool external) {
   put_threshold(&r->section[RIM_SECTION_THRESHOLD], external ? O : CHANNELS, maxima, NULL_RUNS);
 }
 
-static int set_up(void **state) {
+static inline int set_up(void **state) {
   (void)state;
   print_message("seed %u\n", SEED);
   calibrate(false);
@@ -341,7 +343,7 @@ static int set_up(void **state) {
   return 0;
 }
 
-static void make_bench(bench *b, bool external) {
+static inline void make_bench(bench *b, bool external) {
   memset(b, 0, sizeof *b);
   b->external = external;
   build(&b->blob, &calibrated[external]);

@@ -154,7 +154,8 @@ static void wrong_contents_are_refused(void **state) {
     assert_int_equal(rim_lcm_unpack_observation(&o, bytes, sizeof bytes), RIM_E_RANGE);
   }
   const size_t codes = 8 + 2 * 8 + 3 * 4; /* detector, state, level, kind, flags, channels, dims */
-  const uint8_t limit[7] = {2, 4, 4, 5, 0, RIM_ALARM_MAX_CHANNELS + 1, RIM_REGION_MAX_DIMS + 1};
+  const uint8_t limit[7] = {
+      2, 4, 4, RIM_KIND_PUSHED + 1, 0, RIM_ALARM_MAX_CHANNELS + 1, RIM_REGION_MAX_DIMS + 1};
   for (size_t i = 0; i < 7; i++) {
     assert_int_equal(rim_lcm_pack_alarm(bytes, sizeof bytes, &a), RIM_OK);
     bytes[codes + i] = limit[i];

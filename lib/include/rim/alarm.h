@@ -40,6 +40,11 @@ typedef enum rim_kind {
   RIM_KIND_STEP = 3,      /* mean of the one-step residual */
   RIM_KIND_REPEAT = 4     /* share of readings equal to the one before, or exactly 0 */
 } rim_kind;
+/* What the interference detector says in the place of a rim_kind. */
+enum {
+  RIM_KIND_BLOCKED = 5, /* slower than commanded */
+  RIM_KIND_PUSHED = 6   /* faster than commanded, or moved without a command */
+};
 
 #define RIM_ALARM_FLAG_REPLAY 0x01u /* from a recording: must not be mistaken for live */
 #define RIM_ALARM_FLAG_LATCHED 0x02u
@@ -55,7 +60,7 @@ typedef struct rim_alarm {
   uint8_t detector;      /* rim_detector */
   uint8_t state;         /* rim_alarm_state */
   uint8_t level;         /* rim_level */
-  uint8_t kind;          /* rim_kind */
+  uint8_t kind;          /* rim_kind, or BLOCKED, PUSHED */
   uint8_t flags;
   uint8_t channels;                         /* 1..RIM_ALARM_MAX_CHANNELS outcomes in channel[] */
   uint16_t channel[RIM_ALARM_MAX_CHANNELS]; /* index of the outcome, most anomalous first */

@@ -5,7 +5,12 @@
  * the configuration; the monitor keeps a view of it and works in memory of the caller. Each step
  * predicts, gathers residuals into blocks (rim/channels.h), gives a completed block to the region
  * search (rim/select.h), does one bounded slice of search, compares the largest score with its
- * threshold (rim/threshold.h) and lets the alarm live (rim/alarm.h). */
+ * threshold (rim/threshold.h) and lets the alarm live (rim/alarm.h).
+ *
+ * Where the image has the sections for it, every valid row also goes through the detector of motion
+ * interference (rim/interference.h), whose alarm lives beside the other one: records of both leave
+ * in verdict->alarm, told apart by their detector and counted in one sequence, at most one a row.
+ * When both have one in the same row that of the regions goes first, the other a row later. */
 #ifndef RIM_MONITOR_H
 #define RIM_MONITOR_H
 
@@ -16,6 +21,7 @@
 #include "rim/alarm.h"
 #include "rim/channels.h"
 #include "rim/image.h"
+#include "rim/interference.h"
 #include "rim/select.h"
 #include "rim/status.h"
 #include "rim/threshold.h"
@@ -39,6 +45,10 @@ typedef enum rim_section {
   RIM_SECTION_COMMANDS = 10, /* u8[features]: 1 for a command */
   RIM_SECTION_ENVELOPE = 12, /* rim_envelope; absent: residuals are taken as independent */
   RIM_SECTION_CORRECT = RIM_CORRECT_SECTION, /* rim_correct; absent: the models stand as trained */
+  /* Both or neither; absent: no detector of motion interference. */
+  RIM_SECTION_INTERFERENCE = RIM_INTERFERENCE_SECTION, /* rim_interference_model, packed */
+  RIM_SECTION_INTERFERENCE_INPUTS = 16, /* u16 feature: forward velocity commanded, m/s; u16
+                                           outcome: the one measured, m/s */
   RIM_SECTION_NAMES = 11 /* text for the ground: features' then outcomes' names, '\n' after each */
 } rim_section;
 
@@ -85,16 +95,18 @@ typedef struct rim_verdict {
   uint32_t step;    /* rows offered so far */
   uint32_t blocks;  /* observations given to the search so far */
   uint16_t channel; /* with the largest score */
-  uint8_t level;    /* rim_level */
+  uint8_t level;    /* rim_level; ERROR also while interference stands */
   bool valid;       /* this row was used; otherwise it was counted in health */
   rim_alarm alarm;  /* state RIM_ALARM_NONE when this step has no record to publish */
+  rim_interference_verdict interference; /* valid false: no such detector, or row not used */
 } rim_verdict;
 
 typedef struct rim_monitor_health {
   rim_channels_health rows;
-  uint32_t alarms;     /* raised so far */
-  uint32_t stale;      /* times the input went stale */
-  double last_valid_s; /* time of the last used row */
+  uint32_t alarms;                      /* raised so far, by all detectors */
+  uint32_t stale;                       /* times the input went stale */
+  double last_valid_s;                  /* time of the last used row */
+  rim_interference_health interference; /* all 0 without that detector */
 } rim_monitor_health;
 
 typedef struct rim_monitor rim_monitor;
@@ -105,6 +117,9 @@ typedef struct rim_monitor rim_monitor;
   (RIM_MONITOR_HEADER_BYTES + RIM_CHANNELS_SIZE(features, outcomes, kinds) +                       \
    8u * RIM_CHANNELS_COUNT(outcomes, kinds) + 8u * (size_t)(region_features) +                     \
    RIM_SELECT_SIZE(region_features, RIM_CHANNELS_COUNT(outcomes, kinds), ring, bins, grid, pairs))
+
+/* To be added for an image that watches motion interference. */
+#define RIM_MONITOR_INTERFERENCE_BYTES 4096u
 
 /* Bytes this image needs. Errors as rim_monitor_init; *bytes unchanged on error. */
 rim_status rim_monitor_size(const void *image, size_t image_bytes, size_t *bytes);
