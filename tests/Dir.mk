@@ -43,4 +43,10 @@ $(BUILD)/tests/host/%: tests/host/%.cpp $(HOST_OBJ_TEST) $(BUILD)/librim.a $(BUI
 	@mkdir -p $(@D)
 	$(call say,TEST)$(CXX) $(HOST_CXXFLAGS) -MMD -MP -MF $@.d $< -o $@ $(HOST_OBJ_TEST) $(BUILD)/librim.a -lcmocka $(HOST_LIBS)
 
+.PHONY: instructions instructions-deps
+instructions-deps: deps
+	$(call install_missing,valgrind)
+instructions: instructions-deps $(BUILD)/tests/lib/test_interference ## instructions a step of the interference detector (installs valgrind)
+	@lib/instructions.sh $(BUILD)
+
 -include $(TEST_LIB_BIN:=.d) $(TEST_HOST_BIN:=.d)

@@ -109,6 +109,11 @@ void train_interference(const std::vector<Log> &logs, const std::string &labels,
   std::printf("%zu runs; observations: stop %zu, accel %zu, constant %zu, decel %zu, mi %zu\n",
               runs.size(), t.state_rows[0], t.state_rows[1], t.state_rows[2], t.state_rows[3],
               t.state_rows[4]);
+  std::size_t skipped = 0;
+  for (const Log &log : logs)
+    skipped += log.rows_skipped;
+  if (skipped > 0)
+    std::printf("%zu rows skipped for a missing or infinite value\n", skipped);
   for (const std::string &state : t.unseen)
     std::printf("state '%s' is never seen: it takes the emissions of all observations\n",
                 state.c_str());

@@ -1,6 +1,7 @@
 #!/bin/bash
 # Motion interference: simulated, learned, measured; bad labels and logs are refused.
 . "$(dirname "$0")/check.inc"
+root=$(cd "$(dirname "$0")/../.." && pwd)
 cd "$here" || exit 1
 printf '[[effect]]\nkind = "hold"\n' > hold.toml
 printf '[[effect]]\nkind = "stuck"\nwheel = 2\n' > stuck.toml
@@ -76,6 +77,23 @@ sed '1s/vx_mps/forward_mps/g' control/run_0001.csv > other.csv
 "$RIM" train hold/*.csv --interference hold.csv --model other.rim --out x.rim > /dev/null 2> err.txt; check "other rows" 3 $?
 contains "other rows: why" "$(cat err.txt)" "no 'u.vx_mps'"
 [ -e x.rim ]; check "nothing written by these" 1 $?
+
+# Cells without a command are skipped and counted; labels and detector go on.
+awk -F, 'BEGIN {OFS = ","} NR == 1 {for (i = 1; i <= NF; i++) if ($i == "u.vx_mps") c = i} NR > 1 && NR % 50 == 0 {$c = ""} {print}' \
+  hold/run_0001.csv > missing.csv
+out=$("$RIM" train missing.csv hold/run_0002.csv hold/run_0003.csv --interference hold.csv --out e.rim 2>err.txt)
+check "labels of another log" 3 $?
+cp hold.csv names.csv; sed -i 's/run_0001/missing/; s,hold/missing,missing,' names.csv
+out=$("$RIM" train missing.csv hold/run_0002.csv hold/run_0003.csv --interference names.csv --out e.rim 2>err.txt)
+check "commands missing" 0 $?
+contains "commands missing: counted" "$out" "8 rows skipped"
+
+if [ -z "${SANITIZE:-}" ] && command -v valgrind > /dev/null; then
+  "$root/lib/instructions.sh" "$BUILD" 2000; check "instructions of the HMM" 0 $?
+else
+  echo "skipped: instructions of the HMM (no valgrind, or under the sanitizers)"
+  skipped=$((skipped + 1))
+fi
 
 out=$("$RIM" experiment figC.5 --worlds 1 --hours 0.05 --seed 900 --plot c5.svg 2>/dev/null); check "figC.5" 0 $?
 contains "table" "$out" "^whole detector"

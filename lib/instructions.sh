@@ -1,0 +1,19 @@
+#!/bin/sh
+# instructions.sh BUILD [STEPS]: instructions of a step of the interference detector in nominal
+# driving, counted by valgrind's callgrind on this machine's build; exit 1 above what is asked of
+# the HMM.
+build=$1 steps=${2:-20000} asked=2000
+program=$build/tests/lib/test_interference
+command -v valgrind > /dev/null || { echo "instructions: valgrind is not installed" >&2; exit 2; }
+# Between entering and leaving any of these functions, everything below them included.
+count() {
+  toggles=
+  for f in "$@"; do toggles="$toggles --toggle-collect=$f"; done
+  valgrind --tool=callgrind --callgrind-out-file=/dev/null --collect-atstart=no $toggles \
+    "$program" steps "$steps" 2>&1 |
+    awk -v steps="$steps" '/Collected/ {printf "%.0f", $NF / steps; found = 1} END {exit !found}'
+}
+hmm=$(count rim_hmm_step rim_hmm_ln_odds) && whole=$(count rim_interference_step) || exit 2
+echo "instructions a step, mean of $steps: HMM (forward algorithm and its odds) $hmm, asked below $asked;" \
+  "with regressions, emissions and two CUSUMs $whole"
+[ "$hmm" -lt "$asked" ]
