@@ -45,6 +45,7 @@ static bool send_standing(panel *p, const panel_config *config, double t_s, uint
 static bool send_cleared(panel *p, const panel_config *config, double t_s, rim_alarm *out) {
   rim_alarm record = record_at(p, t_s);
   p->stands = p->is_over = p->acknowledged = false;
+  memset(p->held, 0, sizeof p->held);
   record.flags = 0;
   return send(p, config, &record, RIM_ALARM_CLEARED, RIM_LEVEL_OK, out);
 }
@@ -57,10 +58,29 @@ static bool over(panel *p, const panel_config *config, double t_s, rim_alarm *ou
   return send_standing(p, config, t_s, RIM_LEVEL_ERROR, out);
 }
 
+/* One detector finds nothing any more; the alarm of the other one still stands and comes to the
+ * front. */
+static bool one_over(panel *p, const panel_config *config, const rim_alarm *cleared,
+                     rim_alarm *out) {
+  const rim_alarm *other = &p->held[cleared->detector == RIM_DETECTOR_RIM];
+  if (!p->stands || other->state == RIM_ALARM_NONE)
+    return false;
+  const rim_alarm front = *other;
+  (void)send(p, config, cleared, RIM_ALARM_CLEARED, RIM_LEVEL_OK, out);
+  p->newest = front;
+  return true;
+}
+
 uint8_t panel_level(const panel *p) {
   if (p->stale)
     return RIM_LEVEL_STALE;
   return p->stands ? RIM_LEVEL_ERROR : p->level;
+}
+
+const rim_alarm *panel_region(const panel *p) {
+  const rim_alarm *alarm =
+      p->newest.detector == RIM_DETECTOR_RIM ? &p->newest : &p->held[RIM_DETECTOR_RIM];
+  return p->stands && alarm->state != RIM_ALARM_NONE ? alarm : NULL;
 }
 
 bool panel_step(panel *p, const panel_config *config, const rim_verdict *verdict, rim_alarm *out) {
@@ -79,11 +99,15 @@ bool panel_step(panel *p, const panel_config *config, const rim_verdict *verdict
     p->is_over = false;
     if (is_new)
       p->acknowledged = false;
-    return send(p, config, &verdict->alarm, is_new ? RIM_ALARM_RAISED : RIM_ALARM_UPDATED,
-                verdict->alarm.level, out);
+    (void)send(p, config, &verdict->alarm, is_new ? RIM_ALARM_RAISED : RIM_ALARM_UPDATED,
+               verdict->alarm.level, out);
+    p->held[verdict->alarm.detector == RIM_DETECTOR_INTERFERENCE] = *out;
+    return true;
   }
   case RIM_ALARM_CLEARED:
-    return p->stands && over(p, config, verdict->t_s, out);
+    p->held[verdict->alarm.detector == RIM_DETECTOR_INTERFERENCE].state = RIM_ALARM_NONE;
+    return one_over(p, config, &verdict->alarm, out) ||
+           (p->stands && over(p, config, verdict->t_s, out));
   case RIM_ALARM_NONE:
     break;
   }
@@ -99,6 +123,7 @@ bool panel_stale(panel *p, const panel_config *config, double t_s, rim_alarm *ou
 
 bool panel_forgotten(panel *p, const panel_config *config, double t_s, rim_alarm *out) {
   p->level = RIM_LEVEL_OK;
+  memset(p->held, 0, sizeof p->held);
   return p->stands && !p->is_over && over(p, config, t_s, out);
 }
 

@@ -3,7 +3,11 @@
  *
  * The monitor raises an alarm after persistence and clears it when its cause is gone (both in the
  * flight image). The panel numbers the records, holds an alarm that is over until somebody has
- * acknowledged it when asked to, and says STALE when the input stops. */
+ * acknowledged it when asked to, and says STALE when the input stops.
+ *
+ * The alarms of both detectors, regions and motion interference, may stand at once: one of them
+ * being over is told as CLEARED, and the other is then the one that the summary repeats and that
+ * commands are for. Latch and acknowledgement are of what stands last. */
 #ifndef PANEL_H
 #define PANEL_H
 
@@ -20,8 +24,9 @@ typedef struct panel_config {
 
 /* All zero: nothing has happened. Plain data: its bytes are its state. */
 typedef struct panel {
-  rim_alarm newest; /* record sent last; what the cyclic summary repeats */
-  uint32_t seq;     /* records sent */
+  rim_alarm newest;  /* record sent last; what the cyclic summary repeats */
+  rim_alarm held[2]; /* newest of each detector while it stands; state NONE: it does not */
+  uint32_t seq;      /* records sent */
   uint32_t model_id;
   uint8_t level; /* of the newest row: OK, WARN or ERROR */
   bool stands;   /* raised and not cleared */
@@ -53,6 +58,9 @@ typedef enum panel_answer {
 /* bits: of sequence and model that the command's bus carries, 8 or 32. */
 panel_answer panel_command(panel *p, const panel_config *config, const rim_command *command,
                            unsigned bits, double t_s, rim_alarm *out);
+
+/* The standing alarm of the regions; NULL: none stands. */
+const rim_alarm *panel_region(const panel *p);
 
 /* rim_level of the vehicle now. */
 uint8_t panel_level(const panel *p);

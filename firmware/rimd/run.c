@@ -39,13 +39,13 @@ static double day_s(void) {
 /* Tells whether the plan leads into the region of the alarm that stands: when that changes, and
  * cyclically while it does. */
 static void look_ahead(rimd *d, bool cyclic) {
-  const panel *p = &d->kept.panel;
+  const rim_alarm *alarm = panel_region(&d->kept.panel);
   lookahead_result r;
   if (!d->config.look_ahead || d->plan.count == 0)
     return;
   const double from_s = d->kept.row_s - 1e-6 * (double)d->plan.t_us;
-  const bool enters = p->stands &&
-                      lookahead_check(&d->config.ahead, &p->newest.region, &d->plan, from_s, &r) &&
+  const bool enters = alarm != NULL &&
+                      lookahead_check(&d->config.ahead, &alarm->region, &d->plan, from_s, &r) &&
                       r.enters;
   const bool did = d->entry.sequence != 0 && d->entry.to_entry_s >= 0.0;
   if (enters == did && !(enters && cyclic))
@@ -53,7 +53,7 @@ static void look_ahead(rimd *d, bool cyclic) {
   d->entry = (rim_entry){.t_s = d->kept.row_s,
                          .to_entry_s = RIM_ENTRY_NEVER,
                          .sequence = ++d->kept.entry_sequence,
-                         .alarm_sequence = p->newest.seq,
+                         .alarm_sequence = alarm != NULL ? alarm->seq : d->kept.panel.newest.seq,
                          .plan_sequence = d->plan.sequence,
                          .model_id = d->view.model_id,
                          .flags = d->config.replay ? RIM_ALARM_FLAG_REPLAY : 0};
