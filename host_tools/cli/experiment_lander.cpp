@@ -24,6 +24,8 @@ std::function<int()> add_lander(CLI::App &app) {
       ->add_option("--false-alarm", a->options.train.calibration.false_alarm,
                    "run-level false-alarm rate wished (0.05)")
       ->check(CLI::Range(0.001, 0.5));
+  lander->add_flag("--flight", a->options.train.calibration.flight,
+                   "less search a row, for small processors (rim train --flight)");
   lander->add_flag("--thesis", a->options.thesis,
                    "also the thesis's own procedure on the same landings (about 1 s a landing)");
   a->campaign.add(lander);

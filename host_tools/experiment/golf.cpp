@@ -28,14 +28,18 @@ rim_select_config search_config(std::size_t dims, std::uint64_t seed, GolfSearch
   rim_select_config config{};
   config.features = static_cast<std::uint16_t>(dims);
   config.seed = seed;
-  if (search == GolfSearch::flight) {
-    config.scans = 12;
-    config.edges = 16;
-    config.moves = 24;
-  } else if (search == GolfSearch::rich) {
-    config.edges = 144;
-    config.moves = 192;
-  }
+  if (search == GolfSearch::standard)
+    return config;
+  FlightPlan plan;
+  plan.layout.external = true;
+  use_profile(&plan, search == GolfSearch::flight, true);
+  const auto narrow = [](std::uint32_t value) { return static_cast<std::uint16_t>(value); };
+  config.scans = narrow(plan.scans);
+  config.edges = narrow(plan.edges);
+  config.moves = narrow(plan.moves);
+  config.ring = narrow(plan.ring);
+  config.grid = narrow(plan.grid);
+  config.pairs = narrow(plan.pairs);
   return config;
 }
 

@@ -19,7 +19,9 @@
 
 namespace rim {
 
-// How much the search does a step; the engine is the same.
+// How much the search does a step; the engine is the same. flight: what an image of the flight
+// profile does (rim replay --flight); rich: what one of the ground's does on logs as short as
+// these; standard: the library's default.
 enum class GolfSearch { flight, standard, rich };
 
 struct GolfExperiment {

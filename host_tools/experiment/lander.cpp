@@ -127,6 +127,7 @@ Campaign run_lander_campaign(const LanderOptions &options, const Shard &shard) {
       {"nominal_runs", options.nominal_runs},
       {"fault_runs", options.fault_runs},
       {"thesis", options.thesis},
+      {"flight", options.train.calibration.flight},
       {"faults", names},
       {"sensors", std::vector<std::string>(columns.begin() + world::kEngines, columns.end())},
       {"rank", trained.thresholds.rank},

@@ -169,9 +169,10 @@ void print_lander_campaign(const Campaign &campaign, std::FILE *to) {
   const nlohmann::json &config = campaign.config;
   const std::uint64_t seed = config.at("seed");
   fmt::print(to,
-             "lander: {} training runs of seed {}; fresh runs of seed {}\n"
+             "lander{}: {} training runs of seed {}; fresh runs of seed {}\n"
              "image {} bytes; alarm at score {:.2f}, rank {} of {}: promised run-level false "
              "alarms {:.1f} %\n",
+             config.value("flight", false) ? ", flight profile" : "",
              config.at("training_runs").get<std::size_t>(), seed, seed + 1,
              config.at("image_bytes").get<std::size_t>(), config.at("alarm_score").get<double>(),
              config.at("rank").get<std::size_t>(), config.at("training_runs").get<std::size_t>(),

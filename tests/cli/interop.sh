@@ -28,7 +28,7 @@ timeout -s INT 60 lcm-logger --quiet --lcm-url="$url" bus.lcm > logger.txt 2>&1 
 until_in listen.err listening; check "rim listen" 0 $?
 until_in listen2.err listening; check "rim listen, alarms alone" 0 $?
 # On a terminal: script(1) gives it one.
-script -qfec "stty cols 200; '$RIM' listen --model toy.rim" screen.txt > /dev/null < /dev/null & terminal=$!
+script -qfec "stty cols 200; '$RIM' listen --model toy.rim" screen.txt > /dev/null 2>&1 < /dev/null & terminal=$!
 until_in screen.txt "0 records"; check "rim listen on a terminal" 0 $?
 start first; check "rimd" 0 $?
 sleep 0.5
