@@ -24,6 +24,7 @@
 #include <stdint.h>
 #include <string.h>
 
+#include "rim/real.h"
 #include "rim/status.h"
 
 #ifdef __cplusplus
@@ -89,7 +90,7 @@ static inline uint16_t rim_image_u16(const uint8_t *section, size_t index) {
   const uint8_t *p = section + 2 * index;
 #if __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
   uint16_t value;
-  memcpy(&value, p, sizeof value);
+  RIM_COPY(&value, p, sizeof value);
   return value;
 #else
   return (uint16_t)(p[0] | p[1] << 8);
@@ -100,7 +101,7 @@ static inline uint32_t rim_image_u32(const uint8_t *section, size_t index) {
   const uint8_t *p = section + 4 * index;
 #if __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
   uint32_t value;
-  memcpy(&value, p, sizeof value);
+  RIM_COPY(&value, p, sizeof value);
   return value;
 #else
   return (uint32_t)p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24;
@@ -111,7 +112,7 @@ static inline uint64_t rim_image_u64(const uint8_t *section, size_t index) {
   const uint8_t *p = section + 8 * index;
 #if __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
   uint64_t value;
-  memcpy(&value, p, sizeof value);
+  RIM_COPY(&value, p, sizeof value);
   return value;
 #else
   return (uint64_t)rim_image_u32(p, 1) << 32 | rim_image_u32(p, 0);
@@ -121,14 +122,14 @@ static inline uint64_t rim_image_u64(const uint8_t *section, size_t index) {
 static inline float rim_image_f32(const uint8_t *section, size_t index) {
   const uint32_t bits = rim_image_u32(section, index);
   float value;
-  memcpy(&value, &bits, sizeof value);
+  RIM_COPY(&value, &bits, sizeof value);
   return value;
 }
 
 static inline double rim_image_f64(const uint8_t *section, size_t index) {
   const uint64_t bits = rim_image_u64(section, index);
   double value;
-  memcpy(&value, &bits, sizeof value);
+  RIM_COPY(&value, &bits, sizeof value);
   return value;
 }
 
