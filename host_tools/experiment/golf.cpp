@@ -32,6 +32,7 @@ rim_select_config search_config(std::size_t dims, std::uint64_t seed, GolfSearch
     return config;
   FlightPlan plan;
   plan.layout.external = true;
+  plan.layout.feature_names.resize(dims);
   use_profile(&plan, search == GolfSearch::flight, true);
   const auto narrow = [](std::uint32_t value) { return static_cast<std::uint16_t>(value); };
   config.scans = narrow(plan.scans);

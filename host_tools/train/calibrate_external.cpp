@@ -124,15 +124,17 @@ ExternalRows external_rows(const Log &log, const Layout &layout) {
 
 void use_profile(FlightPlan *plan, bool flight, bool few_rows) {
   if (flight && plan->layout.external) {
-    plan->scans = 4;
-    plan->edges = 4;
-    plan->moves = 16;
+    // Many features: which two is the question, so edges; few: which ellipse, so a finer grid.
+    constexpr std::size_t many = 32;
+    const bool wide = plan->layout.features() > many;
+    plan->scans = wide ? 8 : 4;
+    plan->edges = wide ? 12 : 4;
+    plan->moves = wide ? 16 : 20;
+    plan->grid = wide ? 24 : 32;
     plan->ring = 256;
-    plan->grid = 16;
     plan->pairs = 5;
   } else if (flight) { // intervals alone: the ring tells since when, nothing else
-    plan->scans = 7;
-    plan->ring = 128;
+    plan->ring = 256;
   } else if (plan->layout.external && few_rows) {
     plan->edges = 144;
     plan->moves = 192;

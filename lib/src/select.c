@@ -164,6 +164,7 @@ void rim_select_reset(rim_select *e) {
   e->sweeps = 0;
   e->next_feature = e->features;
   e->next_slice = 0;
+  e->waits = false;
   e->count = 0;
   e->total = 0;
   memset(&e->effort, 0, sizeof e->effort);

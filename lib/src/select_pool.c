@@ -13,9 +13,9 @@
 #define CLOSE 15.0        /* nats behind the leader within which a pair is a rival */
 #define JITTER 0.012      /* width of the noise in a proposal */
 #define ENTRIES_A_UNIT 2u /* pairs that may enter the pool in a unit, */
-/* With fewer edges a unit than this, for small processors: one pair a unit, and the leader's
- * ellipses keep the grid's resolution instead of being corrected point by point. Both bound a
- * unit's work. */
+/* With fewer edges a unit than this, for small processors: one pair a unit, the best of those
+ * offered, and the leader's ellipses keep the grid's resolution instead of being corrected point by
+ * point. Both bound a unit's work. */
 #define FEW_EDGES 16u
 
 static double unit(rim_select *e) { return (double)rim_rng_u32(&e->rng) * 0x1p-32; }
@@ -441,6 +441,20 @@ double rim_select_pool_bar(const rim_select *e, uint32_t *weakest) {
   return bar;
 }
 
+static double offer_priority(const rim_select *e, const select_offer *offer) {
+  return select_priority(select_channel(e, offer->channel), offer->h3);
+}
+
+/* Returns whether the pair has taken the place of the weakest. */
+static bool enter(rim_select *e, const select_offer *offer) {
+  uint32_t weakest;
+  const double bar = rim_select_pool_bar(e, &weakest);
+  if (weakest == e->pairs || offer_priority(e, offer) <= bar)
+    return false;
+  activate(e, weakest, offer);
+  return true;
+}
+
 /* A pair is judged by its latest H3 and not by its best ellipse, which would favour those that were
  * searched for long; only the leader is safe. */
 void rim_select_pool_offer(rim_select *e, const select_offer *offer) {
@@ -454,16 +468,19 @@ void rim_select_pool_offer(rim_select *e, const select_offer *offer) {
     }
     return;
   }
-  if (e->entered >= (e->edges < FEW_EDGES ? 1u : ENTRIES_A_UNIT))
-    return;
-  uint32_t weakest;
-  const double bar = rim_select_pool_bar(e, &weakest);
-  if (weakest == e->pairs)
-    return;
-  if (select_priority(select_channel(e, offer->channel), offer->h3) <= bar)
-    return;
-  ++e->entered;
-  activate(e, weakest, offer);
+  if (e->edges < FEW_EDGES) {
+    if (!e->waits || offer_priority(e, offer) > offer_priority(e, &e->waiting))
+      e->waiting = *offer;
+    e->waits = true;
+  } else if (e->entered < ENTRIES_A_UNIT && enter(e, offer)) {
+    ++e->entered;
+  }
+}
+
+void rim_select_pool_enter(rim_select *e) {
+  if (e->waits)
+    (void)enter(e, &e->waiting);
+  e->waits = false;
 }
 
 /* Two others than k, different. */

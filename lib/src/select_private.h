@@ -48,6 +48,15 @@ typedef struct pair_state {
   chain chain[RIM_SELECT_CHAINS];
 } pair_state;
 
+/* A promising pair, as the edge sweep found it. */
+typedef struct select_offer {
+  uint16_t x, y, channel; /* x < y */
+  double center[2];
+  double half[2];  /* half sides of the box */
+  double shape[3]; /* A of eq. 3.8: xx, xy, yy */
+  double h3;       /* nats */
+} select_offer;
+
 struct rim_select {
   uint32_t magic;
   uint16_t features, channels, ring, bins, grid, pairs, scans, edges, moves;
@@ -67,6 +76,8 @@ struct rim_select {
   uint32_t cell_at; /* uint16_t [grid][grid]: 1 + newest ring slot in that cell of the leader */
   uint32_t link_at; /* uint16_t [ring]: 1 + next older slot in the same cell; 0: none */
   rim_select_effort effort;
+  select_offer waiting; /* with few edges: the best offer, until a unit takes it */
+  bool waits;
   rim_rng rng;
   uint64_t seed;
   const rim_envelope *envelope;
@@ -117,15 +128,6 @@ static inline double select_priority(const channel_state *state, double ln_anom)
   return ln_anom * (double)state->scale - (double)state->offset;
 }
 
-/* A promising pair, as the edge sweep found it. */
-typedef struct select_offer {
-  uint16_t x, y, channel; /* x < y */
-  double center[2];
-  double half[2];  /* half sides of the box */
-  double shape[3]; /* A of eq. 3.8: xx, xy, yy */
-  double h3;       /* nats */
-} select_offer;
-
 /* select_scan.c */
 void rim_select_scan(rim_select *e, uint32_t budget);  /* intervals */
 void rim_select_sweep(rim_select *e, uint32_t budget); /* conditional intervals */
@@ -136,6 +138,7 @@ void rim_select_pool_forget(rim_select *e, uint32_t slot);
 /* Priority of H3 that a new pair must exceed; *weakest: the pair it would replace, pairs: none. */
 double rim_select_pool_bar(const rim_select *e, uint32_t *weakest);
 void rim_select_pool_offer(rim_select *e, const select_offer *offer);
+void rim_select_pool_enter(rim_select *e); /* at the end of a sweep's slice: the offer that waits */
 void rim_select_pool_refresh(rim_select *e, uint32_t pair); /* evaluates every ellipse anew */
 void rim_select_pool_move(rim_select *e, uint32_t budget);
 double rim_select_pair_membership(const pair_state *p, double x, double y);

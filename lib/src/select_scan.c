@@ -273,4 +273,5 @@ void rim_select_sweep(rim_select *e, uint32_t budget) {
       done += try_edge(e, mask, masked, e->next_feature);
     }
   }
+  rim_select_pool_enter(e);
 }
