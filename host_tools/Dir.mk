@@ -8,7 +8,7 @@ HOST_DEFINES := -DTOML_HEADER_ONLY=0 -DTOML_SHARED_LIB=1 -DEIGEN_DONT_PARALLELIZ
   -DRIM_VERSION='"$(VERSION)"'
 HOST_CXXFLAGS = -std=c++17 $(OPT) -ffp-contract=off $(NO_SLP) -pthread $(WARNINGS) $(SANITIZER_FLAGS) \
   $(EXTRA_CFLAGS) $(HOST_DEFINES) -Ihost_tools -Ilib/include -isystem /usr/include/eigen3
-HOST_LIBS := -llcm -lfmt -ltomlplusplus -lmuparser -lpthread
+HOST_LIBS := -llcm -lfmt -ltomlplusplus -lmuparser -lccd -lpthread
 
 .PHONY: host
 host: $(BUILD)/rim
