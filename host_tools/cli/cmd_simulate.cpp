@@ -8,6 +8,7 @@
 #include "util/progress.hpp"
 #include "world/cobot_log.hpp"
 #include "world/golf_params.hpp"
+#include "world/keepaway_log.hpp"
 #include "world/lander_params.hpp"
 #include "world/recording.hpp"
 
@@ -43,9 +44,9 @@ const char *const kFooter =
     "  rim simulate golf --out golf --runs 1 --seed 7 --dims 10";
 
 void declare(CLI::App &app, Options &o) {
-  app.add_option("WORLD", o.world, "lander, golf or cobot")
+  app.add_option("WORLD", o.world, "lander, golf, cobot or keepaway")
       ->required()
-      ->check(CLI::IsMember({"lander", "golf", "cobot"}));
+      ->check(CLI::IsMember({"lander", "golf", "cobot", "keepaway"}));
   app.add_option("--out", o.out, "folder for the logs, made if missing: DIR/run_0001.csv ...")
       ->required()
       ->type_name("DIR");
@@ -66,7 +67,8 @@ void declare(CLI::App &app, Options &o) {
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   app.add_option("--params", o.params, "parameters laid over data/WORLD.toml")
       ->type_name("FILE.toml");
-  app.add_option("--rows", o.rows, "end every log after so many rows (default: whole runs)")
+  app.add_option("--rows", o.rows,
+                 "end every log after so many rows (default: whole runs; keepaway: 300 passes)")
       ->check(CLI::NonNegativeNumber);
   app.add_option("--truth", o.truth, "write log,row,finding: a file, or a folder for one a log")
       ->type_name("FILE|DIR");
@@ -110,12 +112,17 @@ void check_cobot(const CLI::App &app, Options &o) {
 void check(const CLI::App &app, Options &o) {
   if (o.world == "golf" && !o.effects.empty())
     throw rim::UsageError("--effect: the golf world has none; its bump is its effect");
+  if (o.world == "keepaway" && !o.effects.empty())
+    throw rim::UsageError("--effect: the keepaway world has none; its takers' habits, [[habit]] in "
+                          "--params, are its effects");
+  if (o.world == "keepaway" && o.rows == 0)
+    o.rows = 300; // passes of a run, as in the thesis's figures
   if (o.world == "lander" && !o.extensions.empty())
     throw rim::UsageError("--extension: the lander's logs carry no prediction that it could be "
                           "added to; rim diagnose --world lander takes it");
   for (const char *option : {"--dims", "--variant", "--anomalous", "--no-bump", "--shots"}) {
     if (o.world != "golf" && app.count(option) > 0 &&
-        (o.world == "lander" || std::string(option) != "--dims"))
+        (o.world != "cobot" || std::string(option) != "--dims"))
       throw rim::UsageError(std::string(option) + ": only the golf world has it");
   }
   check_cobot(app, o);
@@ -193,8 +200,21 @@ World cobot_world(const Options &o) {
   return world;
 }
 
+World keepaway_world(const Options &o) {
+  const auto params = rim::world::read_keepaway_params(rim::data_path("keepaway.toml"), o.params);
+  return {[o, params](std::uint64_t k) {
+            rim::world::Keepaway keepaway(params, o.seed, k);
+            return rim::world::record_keepaway(keepaway, params, o.rows);
+          },
+          rim::world::keepaway_params_toml(params)};
+}
+
 World make_world(const Options &o) {
-  return o.world == "lander" ? lander_world(o) : o.world == "golf" ? golf_world(o) : cobot_world(o);
+  if (o.world == "lander")
+    return lander_world(o);
+  if (o.world == "golf")
+    return golf_world(o);
+  return o.world == "cobot" ? cobot_world(o) : keepaway_world(o);
 }
 
 void write_labels(const Options &o, const World &world) {

@@ -14,6 +14,7 @@ using world::PassContext;
 using world::PassOption;
 
 constexpr std::uint64_t kNullStream = 91;
+constexpr std::size_t kDrawsAPlay = 10; // outcomes drawn anew over the same contexts
 constexpr std::size_t kNullSteps[] = {10, 20, 40, 80, 160, 320, 640, 1280};
 
 // Where passes happen, as [0, 1]; what lies outside counts as on the edge.
@@ -58,6 +59,12 @@ void KeepawayMonitor::observe(const PassOption &option, const world::PassResult 
   ++passes_;
   for (std::size_t i = 0; i < params_.taker_count(); ++i)
     add(option.context[i], option.expected[i], held(params_, option, result, i));
+  if (result.success && waited_ < learner_.patience) {
+    ++waited_;
+    return;
+  }
+  waited_ = 0;
+  update();
 }
 
 void KeepawayMonitor::update() {
@@ -142,47 +149,10 @@ double KeepawayMonitor::value(const PassOption &option) const {
 
 const PassOption *choose_pass(const std::vector<PassOption> &options,
                               const KeepawayMonitor *monitor) {
-  const PassOption *best = nullptr;
-  double most = 0.0;
-  for (const PassOption &option : options) {
-    const double value = monitor == nullptr ? option.nominal() : monitor->value(option);
-    if (best == nullptr || value > most ||
-        (!(value < most) && option.keepers_s < best->keepers_s)) {
-      best = &option;
-      most = value;
-    }
-  }
-  return best;
+  return world::best_pass(options, [monitor](const PassOption &option) {
+    return monitor == nullptr ? option.nominal() : monitor->value(option);
+  });
 }
-
-namespace {
-
-// Plays passes; body(option, result) after each that was planned. Where no keeper can have the ball
-// it is kicked slowly ahead: no pass, and not counted as one.
-template <class Choose, class Body>
-void play_passes(const world::KeepawayParams &params, std::size_t passes, std::uint64_t seed,
-                 const Choose &choose, const Body &body) {
-  const world::KeepawayModel model(params);
-  world::Keepaway keepaway(params, seed);
-  std::vector<PassOption> options;
-  for (std::size_t n = 0; n < passes;) {
-    const world::KeepawayState &state = keepaway.ready();
-    model.options(state, options);
-    const PassOption *chosen = choose(options);
-    PassOption option;
-    if (chosen == nullptr) {
-      option.direction_rad = state.robots[state.holder].heading_rad;
-      option.speed_mps = params.kick_min_mps;
-      keepaway.pass(option);
-      continue;
-    }
-    option = *chosen;
-    body(option, keepaway.pass(option));
-    ++n;
-  }
-}
-
-} // namespace
 
 KeepawayNull::KeepawayNull(const world::KeepawayParams &params, const KeepawayLearner &learner,
                            std::size_t passes, std::uint64_t seed)
@@ -194,28 +164,39 @@ KeepawayNull::KeepawayNull(const world::KeepawayParams &params, const KeepawayLe
   largest_.resize(after_.size());
   world::KeepawayParams plain = params;
   plain.habits.clear();
-  for (std::size_t run = 0; run < learner.nominal_runs; ++run) {
-    KeepawayMonitor monitor(params, learner, nullptr, seed + run);
-    world::Random random(seed + run, 1, kNullStream);
-    std::size_t n = 0, next = 0;
-    play_passes(
-        plain, passes, seed + run,
+  const world::KeepawayModel model(plain);
+  const std::size_t plays = (learner.nominal_runs + kDrawsAPlay - 1) / kDrawsAPlay;
+  for (std::size_t play = 0; play < plays; ++play) {
+    std::vector<PassOption> played;
+    world::Keepaway keepaway(plain, seed + play);
+    world::play_passes(
+        model, keepaway, plain, passes,
         [](const std::vector<PassOption> &options) { return choose_pass(options, nullptr); },
-        [&](const PassOption &option, const world::PassResult &) {
-          for (std::size_t i = 0; i < plain.taker_count(); ++i)
-            monitor.add(option.context[i], option.expected[i],
-                        random.uniform() < option.expected[i]);
-          if (++n != after_[next])
-            return;
-          monitor.update();
-          double most = 0.0;
-          for (std::size_t k = 0; k < monitor.found().count; ++k)
-            most = std::max(most, monitor.found().region[k].ln_anom);
-          largest_[next++].push_back(most);
-        });
+        [&](const PassOption &option, const world::PassResult &) { played.push_back(option); });
+    for (std::size_t run = play; run < learner.nominal_runs; run += plays)
+      add_run(params, learner, played, seed + play, run);
   }
   for (std::vector<double> &values : largest_)
     std::sort(values.begin(), values.end());
+}
+
+void KeepawayNull::add_run(const world::KeepawayParams &params, const KeepawayLearner &learner,
+                           const std::vector<PassOption> &played, std::uint64_t seed,
+                           std::uint64_t draw) {
+  KeepawayMonitor monitor(params, learner, nullptr, seed + draw);
+  world::Random random(seed, draw, kNullStream);
+  std::size_t n = 0, next = 0;
+  for (const PassOption &option : played) {
+    for (std::size_t i = 0; i < params.taker_count(); ++i)
+      monitor.add(option.context[i], option.expected[i], random.uniform() < option.expected[i]);
+    if (++n != after_[next])
+      continue;
+    monitor.update();
+    double most = 0.0;
+    for (std::size_t k = 0; k < monitor.found().count; ++k)
+      most = std::max(most, monitor.found().region[k].ln_anom);
+    largest_[next++].push_back(most);
+  }
 }
 
 std::size_t KeepawayNull::row(std::size_t passes) const {
@@ -241,8 +222,10 @@ KeepawayRun run_keepaway(const world::KeepawayParams &params, const KeepawayLear
   KeepawayRun run;
   KeepawayMonitor monitor(params, learner, &null, seed);
   const bool adapts = play == KeepawayPlay::adaptive;
-  play_passes(
-      params, passes, seed,
+  const world::KeepawayModel model(params);
+  world::Keepaway keepaway(params, seed);
+  world::play_passes(
+      model, keepaway, params, passes,
       [&](const std::vector<PassOption> &options) {
         return choose_pass(options, adapts ? &monitor : nullptr);
       },
@@ -260,7 +243,6 @@ KeepawayRun run_keepaway(const world::KeepawayParams &params, const KeepawayLear
           run.nominal.push_back(z ? option.expected[i] : 1.0 - option.expected[i]);
         }
         monitor.observe(option, result);
-        monitor.update();
       });
   return run;
 }

@@ -21,12 +21,15 @@ namespace rim {
 struct KeepawayLearner {
   // Chosen on seeds below 1000:
   double least_var = 0.05; // of an outcome: a model that is never wrong is not believed
-  double quantile = 0.5;   // of nominal runs' largest ln anom: the price lambda of a region
+  double quantile = 0.9;   // of nominal runs' largest ln anom: the price lambda of a region
   double lambda_dim = 2.0; // nats a further feature
   std::uint32_t least = 4; // observations a region must hold
   unsigned max_dims = 2;
-  unsigned regions = 4, nodes = 6, sweeps = 1;
+  unsigned regions = 3, nodes = 4, sweeps = 1;
   unsigned samples = 12, elites = 3, iterations = 4;
+  // After a completed pass the regions stay as they are, this many times: what a search can find is
+  // mostly in the failures.
+  std::size_t patience = 10;
   std::size_t nominal_runs = 99; // of play by the nominal model alone, for eq. 3.26
 };
 
@@ -42,6 +45,9 @@ public:
   double confidence(std::size_t passes, double ln_anom) const;
 
 private:
+  void add_run(const world::KeepawayParams &params, const KeepawayLearner &learner,
+               const std::vector<world::PassOption> &played, std::uint64_t seed,
+               std::uint64_t draw);
   std::size_t row(std::size_t passes) const;
 
   double quantile_;
@@ -56,6 +62,7 @@ public:
                   const KeepawayNull *null, std::uint64_t seed);
 
   void add(const world::PassContext &context, double expected, bool kept); // lines 2, 3 of Alg. 1
+  // A pass that has ended; searches where it is time to.
   void observe(const world::PassOption &option, const world::PassResult &result);
   void update(); // lines 4, 5
 
@@ -71,7 +78,7 @@ private:
   KeepawayLearner learner_;
   const KeepawayNull *null_;
   std::uint64_t seed_;
-  std::size_t passes_ = 0;
+  std::size_t passes_ = 0, waited_ = 0;
   std::vector<double> unit_, residual_, deviation_, variance_;
   std::vector<std::uint64_t> work_, section_;
   rim_dmaps_result found_{};

@@ -34,6 +34,7 @@ Campaign begin(const char *kind, const KeepawayFigure &e) {
                      {"quantile", l.quantile},
                      {"lambda_dim", l.lambda_dim},
                      {"least", l.least},
+                     {"patience", l.patience},
                      {"max_dims", l.max_dims},
                      {"search", {l.regions, l.nodes, l.sweeps, l.samples, l.elites, l.iterations}}};
   campaign.total = e.runs;

@@ -199,4 +199,42 @@ private:
   bool over_ = true;
 };
 
+// The pass worth most; of equals the one that a keeper has first. nullptr: there is none.
+template <class Value>
+const PassOption *best_pass(const std::vector<PassOption> &options, const Value &value_of) {
+  const PassOption *best = nullptr;
+  double most = 0.0;
+  for (const PassOption &option : options) {
+    const double value = value_of(option);
+    if (best == nullptr || value > most ||
+        (!(value < most) && option.keepers_s < best->keepers_s)) {
+      best = &option;
+      most = value;
+    }
+  }
+  return best;
+}
+
+// Plays so many passes: choose(options) the pass or nullptr, body(option, result) after each. Where
+// there is none to choose the ball is kicked slowly ahead; that counts as no pass.
+template <class Choose, class Body>
+void play_passes(const KeepawayModel &model, Keepaway &keepaway, const KeepawayParams &params,
+                 std::size_t passes, const Choose &choose, const Body &body) {
+  std::vector<PassOption> options;
+  for (std::size_t n = 0; n < passes;) {
+    const KeepawayState &state = keepaway.ready();
+    model.options(state, options);
+    PassOption option;
+    if (const PassOption *chosen = choose(options)) {
+      option = *chosen;
+      body(option, keepaway.pass(option));
+      ++n;
+    } else {
+      option.direction_rad = state.robots[state.holder].heading_rad;
+      option.speed_mps = params.kick_min_mps;
+      keepaway.pass(option);
+    }
+  }
+}
+
 } // namespace rim::world

@@ -9,6 +9,12 @@
 namespace rim::world {
 namespace {
 
+std::size_t limited(std::size_t rows, std::size_t max_rows) {
+  return max_rows == 0 ? rows : std::min(rows, max_rows);
+}
+
+} // namespace
+
 Column column_of(const std::string &name) {
   Column column;
   column.name = name;
@@ -18,17 +24,11 @@ Column column_of(const std::string &name) {
   return column;
 }
 
-std::size_t limited(std::size_t rows, std::size_t max_rows) {
-  return max_rows == 0 ? rows : std::min(rows, max_rows);
-}
-
 void number_rows(Log &log) {
   log.rows_in_file = static_cast<std::uint32_t>(log.t_s.size());
   for (std::uint32_t row = 1; row <= log.rows_in_file; ++row)
     log.row.push_back(row);
 }
-
-} // namespace
 
 Recording record_lander(const LanderRun &run, std::size_t max_rows) {
   Recording recording;

@@ -16,6 +16,11 @@ struct Recording {
   std::vector<std::uint8_t> finding; // 1 on rows where an effect (golf: the bump) acts
 };
 
+// A column by its name (DESIGN.md, Logs). Throws std::logic_error where it has no role.
+Column column_of(const std::string &name);
+// Rows 1 .. of the log's times.
+void number_rows(Log &log);
+
 // `max_rows` ends the recording early; 0: the whole run.
 Recording record_lander(const LanderRun &run, std::size_t max_rows);
 
