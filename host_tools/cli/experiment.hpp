@@ -72,7 +72,8 @@ template <class Options> struct FigureArguments {
   CampaignArguments campaign;
 
   void add(CLI::App *app) {
-    app->add_option("--seed", experiment.seed, "of the first run (20000)");
+    app->add_option("--seed", experiment.seed,
+                    "of the first run (" + std::to_string(experiment.seed) + ")");
     app->add_option("--plot", plot, "the figure, FILE.svg or FILE.png");
     campaign.add(app);
   }

@@ -10,14 +10,6 @@ std::function<int()> add_figB_6(CLI::App &app) {
       "figB.6", "regret of learning free-kick plans against three defences (thesis app. B)");
   figure->add_option("--runs", a->experiment.runs, "a defence (100)")->check(CLI::PositiveNumber);
   figure->add_option("--kicks", a->experiment.kicks, "a run (40)")->check(CLI::Range(2, 500));
-  const std::map<std::string, rim::FreekickPrior> priors = {{"flat", rim::FreekickPrior::flat},
-                                                            {"own", rim::FreekickPrior::own},
-                                                            {"others", rim::FreekickPrior::others}};
-  figure
-      ->add_option("--prior", a->experiment.prior,
-                   "expected of a plan: flat, own (the team's own model, the default), others "
-                   "(what it brings against the other two defences)")
-      ->transform(CLI::CheckedTransformer(priors));
   a->add(figure);
   return [a] { return a->run(rim::run_figB_6, rim::print_figB_6); };
 }

@@ -12,8 +12,8 @@ cp merged.json goalies.json
 figure figB.6 "--runs 2 --kicks 24" 91000-91001
 contains "what was asked" "$out" "asked"
 contains "three defences" "$out" "^combined"
-contains "the prior" "$out" "prior: own"
-out=$("$RIM" experiment figB.6 --runs 2 --kicks 3 --seed 91000 --prior others); check "another prior" 0 $?
-contains "is named" "$out" "prior: others"
+contains "learning from nothing is judged" "$out" "^time *shared, flat prior .*at most 0.30: "
+contains "the prior alone is shown" "$out" "^time *own prior alone"
+contains "Algorithm 9 is shown" "$out" "^time *bank, flat prior"
 "$RIM" experiment figB.6 --from goalies.json > /dev/null 2>&1; check "another figure's file" 3 $?
 finish
