@@ -11,18 +11,23 @@
 #include "world/keepaway_log.hpp"
 #include "world/lander_params.hpp"
 #include "world/recording.hpp"
+#include "world/soccer_log.hpp"
 
 #include <cstdio>
 #include <filesystem>
 #include <fmt/format.h>
 #include <functional>
+#include <map>
 
 namespace {
 
 using rim::world::Recording;
 
+constexpr std::size_t kShots = 100; // of a goalie or freekick run, unless --rows says otherwise
+
 struct Options {
-  std::string world, out, params, truth, labels, variant = "continuous";
+  std::string world, out, params, truth, labels, variant = "continuous", goalie = "region",
+                                                 defence = "time";
   std::vector<std::string> effects, extensions;
   std::uint64_t runs = 1, first = 1, seed = 1;
   std::size_t rows = 0;
@@ -44,9 +49,9 @@ const char *const kFooter =
     "  rim simulate golf --out golf --runs 1 --seed 7 --dims 10";
 
 void declare(CLI::App &app, Options &o) {
-  app.add_option("WORLD", o.world, "lander, golf, cobot or keepaway")
+  app.add_option("WORLD", o.world, "lander, golf, cobot, keepaway, goalie or freekick")
       ->required()
-      ->check(CLI::IsMember({"lander", "golf", "cobot", "keepaway"}));
+      ->check(CLI::IsMember({"lander", "golf", "cobot", "keepaway", "goalie", "freekick"}));
   app.add_option("--out", o.out, "folder for the logs, made if missing: DIR/run_0001.csv ...")
       ->required()
       ->type_name("DIR");
@@ -85,11 +90,29 @@ void declare(CLI::App &app, Options &o) {
   app.add_option("--anomalous", o.golf.anomalous,
                  "golf: a run ends after so many shots from behind the bump (default 30)")
       ->check(CLI::Range(1, 1000000));
+  app.add_flag("--better", o.golf.better,
+               "golf: shots from behind the bump gain what they would lose");
+  app.add_option("--goalie", o.goalie,
+                 "goalie: nominal, region (default), obstructed or overshoot (thesis 5.3.2)");
+  app.add_option("--defence", o.defence,
+                 "freekick: time (default), angle or combined (thesis B.4.1)");
   app.add_flag("--no-bump", o.no_bump, "golf: no bump; a run ends after --shots");
   app.add_option("--shots", o.golf.shots,
                  "golf: with --no-bump, shots of a run (default 1000); else a limit")
       ->check(CLI::Range(1, 10000000));
   app.footer(kFooter);
+}
+
+void check_soccer(const CLI::App &app, const Options &o) {
+  const bool is_soccer = o.world == "goalie" || o.world == "freekick";
+  if (is_soccer && !o.effects.empty())
+    throw rim::UsageError("--effect: the " + o.world +
+                          " world has none; its opponent is its effect");
+  for (const char *world : {"goalie", "defence"}) {
+    const bool is_its = o.world == (std::string(world) == "goalie" ? "goalie" : "freekick");
+    if (!is_its && app.count(std::string("--") + world) > 0)
+      throw rim::UsageError(std::string("--") + world + ": the " + o.world + " world has none");
+  }
 }
 
 void check_cobot(const CLI::App &app, Options &o) {
@@ -120,7 +143,9 @@ void check(const CLI::App &app, Options &o) {
   if (o.world == "lander" && !o.extensions.empty())
     throw rim::UsageError("--extension: the lander's logs carry no prediction that it could be "
                           "added to; rim diagnose --world lander takes it");
-  for (const char *option : {"--dims", "--variant", "--anomalous", "--no-bump", "--shots"}) {
+  check_soccer(app, o);
+  for (const char *option :
+       {"--dims", "--variant", "--anomalous", "--no-bump", "--better", "--shots"}) {
     if (o.world != "golf" && app.count(option) > 0 &&
         (o.world != "cobot" || std::string(option) != "--dims"))
       throw rim::UsageError(std::string(option) + ": only the golf world has it");
@@ -128,6 +153,8 @@ void check(const CLI::App &app, Options &o) {
   check_cobot(app, o);
   if (o.no_bump && app.count("--anomalous") > 0)
     throw rim::UsageError("--anomalous: without a bump no shot is anomalous; use --shots");
+  if (o.golf.better && (o.no_bump || o.variant == "binary"))
+    throw rim::UsageError("--better: needs a bump and the continuous variant");
   o.golf.bump = !o.no_bump;
   if (o.golf.bump && app.count("--shots") > 0)
     o.golf.max_shots = o.golf.shots;
@@ -209,12 +236,34 @@ World keepaway_world(const Options &o) {
           rim::world::keepaway_params_toml(params)};
 }
 
+// Runs are of seeds of their own: the worlds' streams know no run.
+std::uint64_t seed_of(const Options &o, std::uint64_t run) { return o.seed * 1000003u + run; }
+
+World goalie_world(const Options &o) {
+  const auto params = rim::read_goalie_params(rim::data_path("goalie.toml"), o.params);
+  const rim::GoalieBehaviour behaviour = rim::parse_goalie(o.goalie);
+  return {[o, params, behaviour](std::uint64_t k) {
+            return rim::world::record_goalie(params, behaviour, o.rows > 0 ? o.rows : kShots,
+                                             seed_of(o, k));
+          },
+          rim::goalie_params_toml(params)};
+}
+
+World freekick_world(const Options &o) {
+  const auto params = rim::read_freekick_params(rim::data_path("freekick.toml"), o.params);
+  const rim::Defence defence = rim::parse_defence(o.defence);
+  return {[o, params, defence](std::uint64_t k) {
+            return rim::world::record_freekick(params, defence, o.rows > 0 ? o.rows : kShots,
+                                               seed_of(o, k));
+          },
+          rim::freekick_params_toml(params)};
+}
+
 World make_world(const Options &o) {
-  if (o.world == "lander")
-    return lander_world(o);
-  if (o.world == "golf")
-    return golf_world(o);
-  return o.world == "cobot" ? cobot_world(o) : keepaway_world(o);
+  static const std::map<std::string, World (*)(const Options &)> makers = {
+      {"lander", lander_world},     {"golf", golf_world},     {"cobot", cobot_world},
+      {"keepaway", keepaway_world}, {"goalie", goalie_world}, {"freekick", freekick_world}};
+  return makers.at(o.world)(o);
 }
 
 void write_labels(const Options &o, const World &world) {
@@ -233,7 +282,12 @@ void write_record(const Options &o, const World &world) {
     text += " --dims " + std::to_string(o.golf.dims) + " --variant " + o.variant +
             (o.golf.bump ? " --anomalous " + std::to_string(o.golf.anomalous)
                          : " --no-bump --shots " + std::to_string(o.golf.shots));
+    text += o.golf.better ? " --better" : "";
   }
+  if (o.world == "goalie")
+    text += " --goalie " + o.goalie;
+  if (o.world == "freekick")
+    text += " --defence " + o.defence;
   if (o.world == "cobot")
     text += " --dims " + std::to_string(o.golf.dims) + (o.encoders ? " --encoders" : "");
   for (const std::string &path : o.extensions)

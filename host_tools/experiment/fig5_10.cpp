@@ -34,18 +34,22 @@ PlannerConfig planner_config(const GoalieParams &world, const GoaliePolicy &poli
              : kind == GoaliePolicyKind::rim ? RIM_BANDIT_RIM_UCB
                                              : RIM_BANDIT_RIM_GP_UCB;
   b.beta = policy.beta;
+  b.schedule = policy.decays ? RIM_BANDIT_BETA_DECAY : RIM_BANDIT_BETA_CONSTANT;
   b.smooth_var = policy.smooth_m * policy.smooth_m;
-  b.spread = RIM_BANDIT_SPREAD_UNEXPLAINED;
+  b.unseen_var = policy.unseen_m * policy.unseen_m;
+  b.gain = policy.gain;
   b.seed = seed;
   b.slices = static_cast<std::uint16_t>(policy.slices);
+  b.gp.kernel = policy.kernel;
   b.gp.points = static_cast<std::uint16_t>(std::clamp<std::size_t>(shots, 8, RIM_GP_MAX_POINTS));
   b.gp.signal_var = policy.signal_m * policy.signal_m;
-  b.gp.noise_var = 1e-6; // the reward's own comes with every observation
+  b.gp.noise_var = policy.noise_m * policy.noise_m; // the nominal variance where that is larger
   b.gp.length[0] = policy.length_s_m;
   b.gp.length[1] = policy.length_a_m;
   b.extent.points = b.gp.points;
   b.extent.rims = static_cast<std::uint8_t>(policy.rims);
   b.extent.threshold = policy.threshold;
+  b.extent.min_points = policy.min_points;
   b.extent.lambdas = static_cast<std::uint8_t>(policy.lambdas);
   b.extent.lambda_min = policy.lambdas == 1 ? policy.lambda : -policy.lambda;
   b.extent.lambda_max = policy.lambda;
@@ -77,15 +81,21 @@ void add_bounds(const Goalie &world, double s_m, GoalieRun &run) {
 
 nlohmann::json policy_json(const GoaliePolicy &p) {
   return {{"beta", p.beta},
+          {"decays", p.decays},
           {"signal_m", p.signal_m},
+          {"noise_m", p.noise_m},
           {"length_s_m", p.length_s_m},
           {"length_a_m", p.length_a_m},
+          {"kernel", p.kernel},
           {"threshold", p.threshold},
-          {"rims", p.rims},
           {"lambda", p.lambda},
+          {"smooth_m", p.smooth_m},
+          {"unseen_m", p.unseen_m},
+          {"gain", p.gain},
+          {"min_points", p.min_points},
+          {"rims", p.rims},
           {"slices", p.slices},
-          {"lambdas", p.lambdas},
-          {"smooth_m", p.smooth_m}};
+          {"lambdas", p.lambdas}};
 }
 
 using Runs = std::vector<GoalieRun>;
@@ -223,15 +233,34 @@ void check(const Campaign &campaign) {
 } // namespace
 
 GoaliePolicy default_goalie_policy(GoaliePolicyKind kind) {
-  // beta, signal_m, length_s_m, length_a_m, threshold, lambda, rims, slices, lambdas, smooth_m
-  switch (kind) {
-  case GoaliePolicyKind::gp:
-    return {1.0, 0.2, 1.0, 0.14, 7.0, 16.0, 1, 1, 9, 0.0};
-  case GoaliePolicyKind::rim:
-    return {0.5, 0.4, 1.0, 0.1, 10.0, 16.0, 1, 9, 9, 0.1};
-  default:
-    return {1.0, 0.2, 1.0, 0.14, 30.0, 16.0, 1, 9, 9, 0.1};
+  GoaliePolicy p;
+  if (kind == GoaliePolicyKind::gp) {
+    p.beta = 100.0;
+    p.decays = true;
+    p.length_s_m = 1.5;
+    return p;
   }
+  p.smooth_m = 0.06;
+  p.threshold = 3.0;
+  p.min_points = 1.0;
+  if (kind == GoaliePolicyKind::rim) {
+    p.beta = 0.024;
+    p.signal_m = 1.87;
+    p.length_s_m = 0.7;
+    p.length_a_m = 0.14;
+    p.kernel = RIM_GP_SQUARED_EXPONENTIAL;
+    p.slices = 27;
+    return p;
+  }
+  p.beta = 3.0;
+  p.decays = true;
+  p.noise_m = 0.05;
+  p.length_a_m = 0.14;
+  p.kernel = RIM_GP_SQUARED_EXPONENTIAL;
+  p.unseen_m = 0.9;
+  p.gain = 5.0;
+  p.slices = 18;
+  return p;
 }
 
 GoalieRun run_goalie(const Goalie &world, const GoaliePolicy &policy, GoaliePolicyKind kind,

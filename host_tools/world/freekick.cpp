@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "util/error.hpp"
 #include "world/toml_table.hpp"
 
@@ -86,26 +88,60 @@ const char *defence_name(Defence defence) {
   return names[static_cast<int>(defence)];
 }
 
-FreekickParams read_freekick_params(const std::string &path) {
-  FreekickParams params{};
+Defence parse_defence(const std::string &name) {
+  for (const Defence defence : {Defence::time, Defence::angle, Defence::combined}) {
+    if (name == defence_name(defence))
+      return defence;
+  }
+  throw UsageError("defence '" + name + "': expected time, angle or combined");
+}
+
+static void read_file(const std::string &path, FreekickParams &params, bool complete) {
   const toml::table root = world::parse_toml(path);
   world::read_numbers(path, root, "", {}, false, {"freekick", "plan"});
   for (const char *name : {"freekick", "plan"}) {
     const toml::node *table = root.get(name);
-    if (table == nullptr || !table->is_table())
+    if (table == nullptr ? complete : !table->is_table())
       throw DataError(path + ": table '[" + name + "]' is missing");
   }
-  world::read_numbers(path, *root.get("freekick")->as_table(), "freekick", keys_of(params), true);
-  const toml::table &plans = *root.get("plan")->as_table();
-  std::vector<std::string> names;
-  for (std::size_t k = 0; k < kFreekickPlans; ++k) {
-    names.push_back("fk" + std::to_string(k + 1));
-    params.plans[k] = read_plan(path, plans, names.back());
+  if (root.contains("freekick"))
+    world::read_numbers(path, *root.get("freekick")->as_table(), "freekick", keys_of(params),
+                        complete);
+  if (root.contains("plan")) {
+    const toml::table &plans = *root.get("plan")->as_table();
+    std::vector<std::string> names;
+    for (std::size_t k = 0; k < kFreekickPlans; ++k) {
+      names.push_back("fk" + std::to_string(k + 1));
+      if (complete || plans.contains(names.back()))
+        params.plans[k] = read_plan(path, plans, names.back());
+    }
+    world::read_numbers(path, plans, "plan", {}, false, names);
   }
-  world::read_numbers(path, plans, "plan", {}, false, names);
   if (params.ball_max_x_m < params.ball_min_x_m || params.ball_max_y_m < params.ball_min_y_m)
     throw DataError(path + ": key 'freekick.ball_min_x_m', '.ball_min_y_m': must not exceed max");
+}
+
+FreekickParams read_freekick_params(const std::string &path, const std::string &overlay) {
+  FreekickParams params{};
+  read_file(path, params, true);
+  if (!overlay.empty())
+    read_file(overlay, params, false);
   return params;
+}
+
+std::string freekick_params_toml(const FreekickParams &params) {
+  FreekickParams copy = params;
+  std::string text = world::table_toml("[freekick]", keys_of(copy)) + "\n[plan]\n";
+  for (std::size_t k = 0; k < kFreekickPlans; ++k) {
+    text += fmt::format("fk{} = [", k + 1);
+    for (std::size_t i = 0; i < kFreekickReceivers; ++i) {
+      const FreekickReceiver &r = params.plans[k][i];
+      text += fmt::format("{}{}, {}, {}, {}", i > 0 ? ", " : "", r.before.x_m, r.before.y_m,
+                          r.after.x_m, r.after.y_m);
+    }
+    text += "]\n";
+  }
+  return text;
 }
 
 double Freekick::goal_angle_rad(const FieldPoint &from) const {

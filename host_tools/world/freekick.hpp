@@ -26,6 +26,7 @@ namespace rim {
 enum class Defence { time, angle, combined };
 constexpr std::size_t kDefences = 3;
 const char *defence_name(Defence defence);
+Defence parse_defence(const std::string &name); // throws UsageError
 
 constexpr std::size_t kFreekickPlans = 6;
 constexpr std::size_t kFreekickReceivers = 4;
@@ -49,8 +50,10 @@ struct FreekickParams { // data/freekick.toml says where each comes from
   std::array<FreekickPlan, kFreekickPlans> plans;
 };
 
-// Every key must be there. Throws DataError.
-FreekickParams read_freekick_params(const std::string &path);
+// Every key must be there; the overlay, where there is one, may hold some. Throws DataError. As a
+// file: read back to the same bits.
+FreekickParams read_freekick_params(const std::string &path, const std::string &overlay = "");
+std::string freekick_params_toml(const FreekickParams &params);
 
 class Freekick {
 public:

@@ -58,20 +58,31 @@ GoalieBehaviour parse_goalie(const std::string &name) {
 
 const char *goalie_name(GoalieBehaviour behaviour) { return kNames[static_cast<int>(behaviour)]; }
 
-GoalieParams read_goalie_params(const std::string &path) {
-  GoalieParams params;
+static void read_file(const std::string &path, GoalieParams &params, bool complete) {
   const toml::table root = world::parse_toml(path);
   world::read_numbers(path, root, "", {}, false, {"goalie"});
   const toml::node *table = root.get("goalie");
   if (table == nullptr || !table->is_table())
     throw DataError(path + ": table '[goalie]' is missing");
-  world::read_numbers(path, *table->as_table(), "goalie", keys_of(params), true);
+  world::read_numbers(path, *table->as_table(), "goalie", keys_of(params), complete);
   if (params.ball_max_m < params.ball_min_m || params.ball_min_m <= params.goalie_line_m)
     throw DataError(path + ": key 'goalie.ball_min_m': must lie between goalie_line_m and "
                            "ball_max_m");
   if (params.obstacle_low_m > params.obstacle_high_m)
     throw DataError(path + ": key 'goalie.obstacle_low_m': must not exceed obstacle_high_m");
+}
+
+GoalieParams read_goalie_params(const std::string &path, const std::string &overlay) {
+  GoalieParams params;
+  read_file(path, params, true);
+  if (!overlay.empty())
+    read_file(overlay, params, false);
   return params;
+}
+
+std::string goalie_params_toml(const GoalieParams &params) {
+  GoalieParams copy = params;
+  return world::table_toml("[goalie]", keys_of(copy));
 }
 
 Goalie::Goalie(const GoalieParams &params, GoalieBehaviour behaviour)

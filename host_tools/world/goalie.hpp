@@ -49,8 +49,10 @@ struct GoalieParams { // data/goalie.toml says where each comes from
   double step_s = 0.001;
 };
 
-// Every key of [goalie] must be there. Throws DataError.
-GoalieParams read_goalie_params(const std::string &path);
+// Every key of [goalie] must be there; the overlay, where there is one, may hold some. Throws
+// DataError. As a file: read back to the same bits.
+GoalieParams read_goalie_params(const std::string &path, const std::string &overlay = "");
+std::string goalie_params_toml(const GoalieParams &params);
 
 class Goalie {
 public:

@@ -12,7 +12,8 @@
 struct rim_bandit {
   rim_bandit_config config;
   rim_bandit_counters counters;
-  uint32_t turn; /* choices made */
+  uint32_t turn;  /* choices made */
+  double support; /* what the GP leaves of the RIMs' existence, 0..1 */
   rim_rng rng;
 };
 
@@ -39,9 +40,11 @@ static uint32_t plans_of(const rim_bandit_config *c) {
   return c->policy == RIM_BANDIT_BANK ? c->plans : 1u;
 }
 
+static bool is_extra(double v) { return v >= 0.0 && v <= 1e100; }
+
 static rim_status complete(rim_bandit_config *c) {
   if (c->policy > RIM_BANDIT_BANK || c->schedule > RIM_BANDIT_BETA_DECAY ||
-      c->risk > RIM_BANDIT_PROBABILITY || c->spread > RIM_BANDIT_SPREAD_UNEXPLAINED) {
+      c->risk > RIM_BANDIT_PROBABILITY) {
     return RIM_E_CONFIG;
   }
   if (c->policy == RIM_BANDIT_BANK && (c->plans < 1 || c->plans > RIM_BANDIT_MAX_PLANS)) {
@@ -50,8 +53,8 @@ static rim_status complete(rim_bandit_config *c) {
   if (has_rims(c) && c->extent.dims != c->gp.dims)
     return RIM_E_CONFIG;
   if (!is_usable(c->beta) || c->beta < 0.0 || !is_usable(c->delta) || !is_usable(c->aversion) ||
-      !is_usable(c->level) || !is_usable(c->bound) || !(c->smooth_var >= 0.0) ||
-      c->smooth_var > 1e100) {
+      !is_usable(c->level) || !is_usable(c->bound) || !is_extra(c->smooth_var) ||
+      !is_extra(c->unseen_var) || !is_extra(c->gain)) {
     return RIM_E_RANGE;
   }
   if (c->delta >= 0.0 && c->delta <= 0.0)
@@ -112,6 +115,7 @@ rim_status rim_bandit_init(rim_bandit **bandit, void *memory, size_t bytes,
   rim_bandit *b = memory;
   memset(b, 0, RIM_BANDIT_HEADER_BYTES);
   b->config = c;
+  b->support = 1.0;
   rim_rng_seed(&b->rng, c.seed, STREAM);
   for (uint32_t plan = 0; status == RIM_OK && plan < plans_of(&c); ++plan) {
     rim_gp *gp = NULL;
@@ -148,14 +152,13 @@ double rim_bandit_beta(const rim_bandit *bandit, uint32_t turn, uint32_t actions
   return c->beta * rim_max(2.0 * rim_log(growth), 0.0);
 }
 
-/* Leaves this part of the variance between components, and the mixture's mean as it is. */
-static void draw_together(rim_extent_mixture *m, double part) {
-  const double factor = rim_sqrt(rim_clamp(part, 0.0, 1.0));
-  double mean = 0.0;
-  for (uint32_t i = 0; i < m->components; ++i)
-    mean += m->weight[i] * m->mean[i];
-  for (uint32_t i = 0; i < m->components; ++i)
-    m->mean[i] = mean + factor * (m->mean[i] - mean);
+/* Takes part of the RIMs' weight away. */
+static void weaken(rim_extent_mixture *m, double support) {
+  m->weight[0] = 1.0;
+  for (uint32_t i = 1; i < m->components; ++i) {
+    m->weight[i] *= support;
+    m->weight[0] -= m->weight[i];
+  }
 }
 
 /* The reward at x: nominal, GP and RIMs together (eq. 5.13, 5.14). */
@@ -165,8 +168,14 @@ static rim_extent_mixture mixture_of(const rim_bandit *b, const double *x, doubl
   const double mean = policy == RIM_BANDIT_RIM_UCB ? nominal : nominal + gp_mean;
   if (has_rims(&b->config)) {
     rim_extent_mixture mixture = rim_extent_reward(extent_of(b), x, mean, gp_var);
-    if (policy == RIM_BANDIT_RIM_GP_UCB && b->config.spread == RIM_BANDIT_SPREAD_UNEXPLAINED)
-      draw_together(&mixture, gp_var / rim_gp_get_config(gp_of(b, 0)).signal_var);
+    if (policy ==
+        RIM_BANDIT_RIM_UCB) { /* eq. 5.12: a RIM's component has its standard error only */
+      for (uint32_t i = 1; i < mixture.components; ++i)
+        mixture.var[i] -= gp_var;
+    } else { /* what is not known of RIMs not yet seen, where nobody looked */
+      mixture.var[0] += b->config.unseen_var * (gp_var / rim_gp_get_config(gp_of(b, 0)).signal_var);
+      weaken(&mixture, b->support);
+    }
     return mixture;
   }
   rim_extent_mixture alone;
@@ -324,18 +333,31 @@ rim_status rim_bandit_choose(rim_bandit *bandit, const rim_bandit_actions *actio
   return RIM_OK;
 }
 
-/* Algorithm 6: the process describes what the corrected model leaves. RIM-UCB uses its variance
- * alone, which offsets do not change. */
-static void update_offsets(const rim_bandit *b) {
+/* Sets what the GP's points have explained by the RIMs, times `part`; returns its log likelihood.
+ */
+static double explain(const rim_bandit *b, double part) {
   rim_gp *gp = gp_of(b, 0);
   const rim_extent *extent = extent_of(b);
   for (uint32_t i = 0; i < rim_gp_points(gp); ++i) {
     rim_gp_point point;
     if (rim_gp_get_point(gp, i, &point) != RIM_OK)
       continue;
-    (void)rim_gp_set_offset(gp, i, rim_extent_correction(extent, point.x));
+    (void)rim_gp_set_offset(gp, i,
+                            part > 0.0 ? part * rim_extent_correction(extent, point.x) : 0.0);
   }
   rim_gp_refresh(gp);
+  return rim_gp_log_likelihood(gp);
+}
+
+/* Algorithm 6: the process describes what the corrected model leaves. RIM-UCB uses its variance
+ * alone, which offsets do not change. */
+static void update_offsets(rim_bandit *b) {
+  const double with = explain(b, 1.0);
+  b->support = 1.0;
+  if (b->config.gain > 0.0) {
+    b->support = 1.0 / (1.0 + rim_exp(b->config.gain - (with - explain(b, 0.0))));
+    (void)explain(b, b->support);
+  }
 }
 
 rim_status rim_bandit_observe(rim_bandit *bandit, const double *x, uint32_t plan, double nominal,

@@ -83,9 +83,8 @@ static void fill_defaults(rim_extent_config *c) {
 static bool counts_fit(const rim_extent_config *c) {
   return c->dims >= 1 && c->dims <= RIM_EXTENT_MAX_DIMS && c->points >= 8 &&
          c->points <= RIM_EXTENT_MAX_POINTS && c->lambdas <= RIM_EXTENT_MAX_LAMBDAS &&
-         c->rims <= RIM_EXTENT_MAX_RIMS && c->weight <= RIM_EXTENT_BY_LIKELIHOOD &&
-         c->knots <= RIM_EXTENT_MAX_KNOTS && c->knots != 1 && c->samples >= 2 && c->samples <= 64 &&
-         c->iterations <= 64;
+         c->rims <= RIM_EXTENT_MAX_RIMS && c->weight <= 2 && c->knots <= RIM_EXTENT_MAX_KNOTS &&
+         c->knots != 1 && c->samples >= 2 && c->samples <= 64 && c->iterations <= 64;
 }
 
 static rim_status check(const rim_extent_config *c) {
@@ -182,11 +181,41 @@ typedef struct sums {
   double n, s, w, var;
 } sums;
 
+/* Row d of L by its diagonal element: |L^-1 (x - centre)| without a division a row and point. */
+typedef struct membership {
+  const rim_ellipsoid *ellipsoid;
+  double inverse[RIM_EXTENT_MAX_DIMS];
+} membership;
+
+static membership membership_of(const rim_ellipsoid *ellipsoid) {
+  membership m;
+  m.ellipsoid = ellipsoid;
+  for (size_t d = 0; d < ellipsoid->dims; ++d)
+    m.inverse[d] = 1.0 / ellipsoid->factor[d * (d + 3) / 2];
+  return m;
+}
+
+static bool holds(const membership *m, const double *u) {
+  const rim_ellipsoid *e = m->ellipsoid;
+  double z[RIM_EXTENT_MAX_DIMS];
+  double norm2 = 0.0;
+  for (size_t i = 0; i < e->dims; ++i) {
+    const double *row = e->factor + i * (i + 1) / 2;
+    double rest = u[i] - e->center[i];
+    for (size_t j = 0; j < i; ++j)
+      rest -= row[j] * z[j];
+    z[i] = rest * m->inverse[i];
+    norm2 += z[i] * z[i];
+  }
+  return norm2 < 1.0;
+}
+
 static sums sums_inside(const rim_extent *e, const rim_ellipsoid *ellipsoid) {
   const arrays a = arrays_of(e);
+  const membership m = membership_of(ellipsoid);
   sums t = {0.0, 0.0, 0.0, 0.0};
   for (uint32_t i = 0; i < e->n; ++i) {
-    if (!rim_ellipsoid_contains(ellipsoid, a.u + (size_t)i * e->config.dims))
+    if (!holds(&m, a.u + (size_t)i * e->config.dims))
       continue;
     t.n += 1.0;
     t.s += a.left[i] * a.w[i];
@@ -226,10 +255,11 @@ static void evaluate(const rim_extent *e, rim_extent_region *region) {
   if (!(t.n >= e->config.min_points))
     return;
   const arrays a = arrays_of(e);
+  const membership m = membership_of(&region->ellipsoid);
   const double shift = t.s / t.w;
   double square = 0.0;
   for (uint32_t i = 0; i < e->n; ++i) {
-    if (!rim_ellipsoid_contains(&region->ellipsoid, a.u + (size_t)i * e->config.dims))
+    if (!holds(&m, a.u + (size_t)i * e->config.dims))
       continue;
     square += (a.left[i] - shift) * (a.left[i] - shift);
   }
@@ -249,6 +279,17 @@ static double largest_ln_anom(const rim_extent *e, uint32_t rim) {
   return largest;
 }
 
+static double relative_weight(const rim_extent *e, double ln_anom, double largest) {
+  switch (e->config.weight) {
+  case RIM_EXTENT_BY_LIKELIHOOD:
+    return ln_anom / largest;
+  case 2:
+    return rim_exp(ln_anom - largest);
+  default:
+    return 1.0;
+  }
+}
+
 /* A RIM at u, a context as fractions of the box (eq. 5.6, 5.8). */
 static rim_extent_local local_at(const rim_extent *e, uint32_t rim, const double *u) {
   rim_extent_local out = {0.0, 0.0, 0.0, 0.0};
@@ -259,10 +300,10 @@ static rim_extent_local local_at(const rim_extent *e, uint32_t rim, const double
     if (!(region->ln_anom > 0.0))
       continue;
     out.existence = rim_max(region->confidence, out.existence);
-    const bool by_likelihood = e->config.weight == RIM_EXTENT_BY_LIKELIHOOD;
-    const double weight = region->confidence * (by_likelihood ? region->ln_anom / largest : 1.0);
+    const double weight = region->confidence * relative_weight(e, region->ln_anom, largest);
     all += weight;
-    if (!rim_ellipsoid_contains(&region->ellipsoid, u))
+    const membership m = membership_of(&region->ellipsoid);
+    if (!holds(&m, u))
       continue;
     inside += weight;
     shift += weight * region->shift;
@@ -406,20 +447,67 @@ static rim_ellipsoid seed_ball(const rim_extent *e, rim_rng *rng) {
   return rim_ellipsoid_ball(c->dims, center, radius);
 }
 
+/* One step from an ellipsoid, in all of its parameters or in one: of any size from a fiftieth of it
+ * to the whole, for what is left to gain may be an edge or the region. */
+static rim_ellipsoid stepped(const rim_extent_config *c, const rim_ellipsoid *from, rim_rng *rng) {
+  rim_ellipsoid next = *from;
+  const double size = rim_exp(-4.0 * rim_rng_uniform(rng));
+  const bool all = rim_rng_below(rng, 2) == 0;
+  const uint32_t only = rim_rng_below(rng, RIM_CEM_PARAMETERS((uint32_t)c->dims));
+  uint32_t p = 0;
+  for (size_t i = 0; i < c->dims; ++i, ++p) {
+    if (all || p == only)
+      next.center[i] += size * from->factor[i * (i + 3) / 2] * rim_rng_normal(rng);
+  }
+  for (size_t i = 0; i < c->dims; ++i) {
+    for (size_t j = 0; j <= i; ++j, ++p) {
+      if (!all && p != only)
+        continue;
+      double *entry = &next.factor[i * (i + 1) / 2 + j];
+      const double step = size * rim_rng_normal(rng);
+      if (i == j)
+        *entry =
+            rim_clamp(*entry * rim_exp(rim_clamp(step, -4.0, 4.0)), c->least_axis, c->most_axis);
+      else
+        *entry += step * from->factor[i * (i + 3) / 2];
+    }
+  }
+  return next;
+}
+
+/* Climbs from *best by steps that are kept where anom+ does not fall: it also wanders over
+ * plateaus. Returns its value. */
+static double refine(goal *g, rim_rng *rng, rim_ellipsoid *best) {
+  const rim_extent_config *c = &g->extent->config;
+  double value = anom_plus(best, g);
+  for (uint32_t k = (uint32_t)c->samples * c->iterations; k > 0; --k) {
+    const rim_ellipsoid next = stepped(c, best, rng);
+    const double v = anom_plus(&next, g);
+    if (v >= value) {
+      value = v;
+      *best = next;
+    }
+  }
+  return value;
+}
+
 static void climb(rim_extent *e, uint32_t rim, uint32_t lambda, uint32_t kind) {
   const rim_extent_config *c = &e->config;
   rim_extent_region *region = region_of(e, rim, lambda);
   adopt(e, rim, region);
   rim_rng rng;
   rim_rng_seed(&rng, c->seed, UINT64_C(0x100000000) + e->turn);
-  rim_ellipsoid best = kind == 0 && is_region(region) ? region->ellipsoid : seed_ball(e, &rng);
+  const bool again = kind > 0 && is_region(region);
+  rim_ellipsoid best = again ? region->ellipsoid : seed_ball(e, &rng);
   const rim_cem_config cem = {.samples = c->samples,
                               .iterations = c->iterations,
                               .least_axis = c->least_axis,
                               .most_axis = c->most_axis};
   goal g = {e, region->lambda};
   double value = 0.0;
-  if (rim_cem_optimise(&cem, anom_plus, &g, c->seed, e->turn, &best, &value) != RIM_OK)
+  if (again)
+    value = refine(&g, &rng, &best);
+  else if (rim_cem_optimise(&cem, anom_plus, &g, c->seed, e->turn, &best, &value) != RIM_OK)
     return;
   if (value > value_of(region, region->lambda)) {
     rim_extent_region found = {.ellipsoid = best, .lambda = region->lambda};

@@ -20,6 +20,7 @@ struct rim_gp {
   rim_gp_config config;
   rim_gp_counters counters;
   uint32_t n;
+  double inverse_length[RIM_GP_MAX_DIMS];
 };
 
 _Static_assert(sizeof(struct rim_gp) <= RIM_GP_HEADER_BYTES, "header");
@@ -87,6 +88,12 @@ static rim_status complete(rim_gp_config *c) {
   return fine ? RIM_OK : RIM_E_RANGE;
 }
 
+static void set_config(rim_gp *gp, const rim_gp_config *config) {
+  gp->config = *config;
+  for (size_t d = 0; d < config->dims; ++d)
+    gp->inverse_length[d] = 1.0 / config->length[d];
+}
+
 rim_status rim_gp_init(rim_gp **gp, void *memory, size_t bytes, const rim_gp_config *config) {
   if (gp == NULL || memory == NULL || config == NULL)
     return RIM_E_ARGUMENT;
@@ -100,7 +107,7 @@ rim_status rim_gp_init(rim_gp **gp, void *memory, size_t bytes, const rim_gp_con
     return RIM_E_SIZE;
   memset(memory, 0, RIM_GP_SIZE(c.dims, c.points));
   *gp = memory;
-  (*gp)->config = c;
+  set_config(*gp, &c);
   return RIM_OK;
 }
 
@@ -114,10 +121,10 @@ uint32_t rim_gp_capacity(const rim_gp *gp) { return gp->config.points; }
 rim_gp_config rim_gp_get_config(const rim_gp *gp) { return gp->config; }
 rim_gp_counters rim_gp_get_counters(const rim_gp *gp) { return gp->counters; }
 
-static double distance2(const rim_gp_config *c, const double *a, const double *b) {
+static double distance2(const rim_gp *gp, const double *a, const double *b) {
   double sum = 0.0;
-  for (size_t d = 0; d < c->dims; ++d) {
-    const double step = (a[d] - b[d]) / c->length[d];
+  for (size_t d = 0; d < gp->config.dims; ++d) {
+    const double step = (a[d] - b[d]) * gp->inverse_length[d];
     sum += step * step;
   }
   return sum;
@@ -184,7 +191,7 @@ static bool append_row(rim_gp *gp, uint32_t i) {
   double *v = a.scratch;
   double *u = a.scratch + c->points;
   for (uint32_t j = 0; j < i; ++j) {
-    v[j] = c->signal_var * correlation(c->kernel, distance2(c, a.x + (size_t)i * c->dims,
+    v[j] = c->signal_var * correlation(c->kernel, distance2(gp, a.x + (size_t)i * c->dims,
                                                             a.x + (size_t)j * c->dims));
   }
   cholesky_forward(i, a.l, v);
@@ -367,39 +374,47 @@ rim_status rim_gp_set_offset(rim_gp *gp, uint32_t index, double offset) {
 
 void rim_gp_refresh(rim_gp *gp) { solve_alpha(gp); }
 
-/* b := L^-1 b for BATCH columns at once, b[row][BATCH]: each column's sums in the order of
- * cholesky_forward. Eight sums in registers hide the latency of an addition. */
-static void forward_batch(uint32_t n, const double *l, double *b) {
+/* Two doubles side by side where the compiler can say so (GNU C lowers them for targets without
+ * such registers), else one: lane by lane the same operations, so the same bits. Memory is aligned
+ * to 8.
+ */
+#ifdef __GNUC__
+typedef double lanes __attribute__((vector_size(16), aligned(8), may_alias));
+#else
+typedef double lanes;
+#endif
+enum { WIDTH = BATCH * sizeof(double) / sizeof(lanes) };
+
+/* b := L^-1 b for four lanes of columns, b[row][WIDTH]: each column's sums in the order of
+ * cholesky_forward. Four sums in registers hide the latency of an addition. */
+static void forward_four(uint32_t n, const double *l, lanes *b) {
   for (uint32_t i = 0; i < n; ++i) {
     const double *row = l + packed_row(i);
-    double *out = b + (size_t)i * BATCH;
-    double s0 = out[0], s1 = out[1], s2 = out[2], s3 = out[3];
-    double s4 = out[4], s5 = out[5], s6 = out[6], s7 = out[7];
-    const double *in = b;
-    for (uint32_t k = 0; k < i; ++k, in += BATCH) {
+    lanes *out = b + (size_t)i * WIDTH;
+    lanes s0 = out[0], s1 = out[1], s2 = out[2], s3 = out[3];
+    const lanes *in = b;
+    for (uint32_t k = 0; k < i; ++k, in += WIDTH) {
       const double f = row[k];
       s0 -= f * in[0];
       s1 -= f * in[1];
       s2 -= f * in[2];
       s3 -= f * in[3];
-      s4 -= f * in[4];
-      s5 -= f * in[5];
-      s6 -= f * in[6];
-      s7 -= f * in[7];
     }
     const double d = row[i];
     out[0] = s0 / d;
     out[1] = s1 / d;
     out[2] = s2 / d;
     out[3] = s3 / d;
-    out[4] = s4 / d;
-    out[5] = s5 / d;
-    out[6] = s6 / d;
-    out[7] = s7 / d;
   }
 }
 
-_Static_assert(BATCH == 8, "forward_batch is written out for eight");
+/* b := L^-1 b for BATCH columns, b[row][BATCH]. */
+static void forward_batch(uint32_t n, const double *l, double *b) {
+  for (size_t first = 0; first < WIDTH; first += 4)
+    forward_four(n, l, (lanes *)(void *)b + first);
+}
+
+_Static_assert(WIDTH % 4 == 0, "forward_four");
 
 /* Up to BATCH contexts; columns beyond `width` are zero. */
 static void predict_batch(rim_gp *gp, const double *x, uint32_t width, double *mean, double *var) {
@@ -412,7 +427,8 @@ static void predict_batch(rim_gp *gp, const double *x, uint32_t width, double *m
     for (uint32_t b = 0; b < BATCH; ++b)
       row[b] = 0.0;
     for (uint32_t b = 0; b < width; ++b) {
-      row[b] = c->signal_var * correlation(c->kernel, distance2(c, x + (size_t)b * c->dims, point));
+      row[b] =
+          c->signal_var * correlation(c->kernel, distance2(gp, x + (size_t)b * c->dims, point));
       sum[b] += row[b] * a.alpha[i];
     }
   }
@@ -457,7 +473,7 @@ rim_status rim_gp_predict(rim_gp *gp, const double *x, double *mean, double *var
   const arrays a = arrays_of(gp);
   double sum = 0.0, explained = 0.0;
   for (uint32_t i = 0; i < gp->n; ++i) {
-    const double r2 = distance2(c, x, a.x + (size_t)i * c->dims);
+    const double r2 = distance2(gp, x, a.x + (size_t)i * c->dims);
     a.scratch[i] = c->signal_var * correlation(c->kernel, r2);
     sum += a.scratch[i] * a.alpha[i];
   }
@@ -492,11 +508,11 @@ void rim_gp_log_likelihood_gradient(rim_gp *gp, double *gradient) {
     for (uint32_t j = 0; j < i; ++j) {
       const double *xj = a.x + (size_t)j * c->dims;
       const double weight = c->signal_var * (a.alpha[i] * a.alpha[j] - column[j]);
-      const double r2 = distance2(c, xi, xj);
+      const double r2 = distance2(gp, xi, xj);
       gradient[0] += weight * correlation(c->kernel, r2);
       const double slope = weight * correlation_slope(c->kernel, r2);
       for (size_t d = 0; d < c->dims; ++d) {
-        const double step = (xi[d] - xj[d]) / c->length[d];
+        const double step = (xi[d] - xj[d]) * gp->inverse_length[d];
         if (!(slope >= 0.0 && slope <= 0.0))
           gradient[2 + d] += slope * (step * step);
       }
@@ -526,10 +542,10 @@ rim_status rim_gp_set_config(rim_gp *gp, const rim_gp_config *config) {
     return RIM_E_CONFIG;
   const rim_gp_config before = gp->config;
   const uint32_t jittered = gp->counters.jittered;
-  gp->config = c;
+  set_config(gp, &c);
   const bool fine = factor(gp);
   if (!fine) {
-    gp->config = before;
+    set_config(gp, &before);
     (void)factor(gp);
     count(&gp->counters.singular);
     gp->counters.jittered = jittered;

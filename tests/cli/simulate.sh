@@ -72,6 +72,23 @@ is "none anomalous" test "$(grep -c ',1$' golf.csv)" = 0
 is "binary golf" "$RIM" simulate golf --out k --variant binary
 is "rewards 0 and 1" test "$(tail -n +2 k/run_0001.csv | cut -d, -f4 | sort -u | tr '\n' ' ')" = "0 1 "
 
+is "a better region" "$RIM" simulate golf --out l --seed 3 --better --truth better.csv
+is "rewards there are above what is expected" test 1 = "$(awk -F, 'NR == FNR { f[FNR] = $3; next }
+  FNR > 1 && f[FNR] == 1 { d += $4 - $5; n++ } END { print (n > 9 && d / n > 0.1 && d / n < 0.3) }' better.csv l/run_0001.csv)"
+is "shots at a goalie" "$RIM" simulate goalie --out m --runs 2 --seed 3 --goalie region --truth shots.csv
+is "its columns" test "t_s,x.ball_m,u.aim_m,z.reward_m,m.reward_m,sd.reward_m" = "$(head -1 m/run_0001.csv)"
+is "runs differ" no cmp -s m/run_0001.csv m/run_0002.csv
+is "what the region concedes is the finding" test 1 = "$(awk -F, 'NR == FNR { f[FNR] = $3; next }
+  FNR > 1 { d = $4 - $5; bad += (f[FNR] == 1) != (d > 0.2) } FNR > 1 { n += f[FNR] } END { print (bad == 0 && n > 3) }' <(head -101 shots.csv) m/run_0001.csv)"
+is "from its record" "$RIM" simulate goalie --out n --seed 3 --runs 2 --params m/simulate.toml
+is "the same shots" cmp -s m/run_0002.csv n/run_0002.csv
+is "free kicks" "$RIM" simulate freekick --out o --seed 3 --rows 30 --defence angle
+is "30 kicks" test 31 = "$(wc -l < o/run_0001.csv)"
+is "another defence, its record" "$RIM" simulate freekick --out p --seed 3 --rows 30 --params o/simulate.toml
+is "other goals, the same kicks" test 1 = "$(cut -d, -f1-4,6 o/run_0001.csv | cmp -s - <(cut -d, -f1-4,6 p/run_0001.csv) && ! cmp -s o/run_0001.csv p/run_0001.csv && echo 1)"
+refuses "a goalie that is none" 2 "goalie 'lazy'" "$RIM" simulate goalie --out x --goalie lazy
+refuses "a goalie's defence" 2 "--defence" "$RIM" simulate goalie --out x --defence time
+refuses "a better region without a bump" 2 "--better" "$RIM" simulate golf --out x --no-bump --better
 is "help" "$RIM" simulate --help
 is "help ends in an example" test "$("$RIM" simulate --help | sed '/^$/d' | tail -1)" = \
   "  rim simulate golf --out golf --runs 1 --seed 7 --dims 10"

@@ -1,7 +1,6 @@
 // The free-kick world: threats, chances, streams, its file.
-#include "util/atomic_file.hpp"
+#include "damaged_file.hpp"
 #include "util/data_path.hpp"
-#include "util/error.hpp"
 #include "world/freekick.hpp"
 
 #include <cmath>
@@ -113,25 +112,9 @@ void equal_seeds_equal_kicks(void **) {
   assert_true(a[0].luck != rim::freekick_episodes(params, 1, kSeed + 1)[0].luck);
 }
 
-void refuses(const std::string &from, const std::string &to, const char *reason) {
-  std::string text = rim::read_file(rim::data_path("freekick.toml"));
-  const std::size_t at = text.find(from);
-  assert_true(at != std::string::npos);
-  text.replace(at, from.size(), to);
-  const std::string path = "/tmp/test_world_freekick.toml";
-  rim::AtomicFile file(path);
-  file.write(text);
-  file.commit();
-  bool refused = false;
-  try {
-    rim::read_freekick_params(path);
-  } catch (const rim::DataError &error) {
-    refused = std::string(error.what()).find(reason) != std::string::npos;
-    if (!refused)
-      std::fprintf(stderr, "%s\n", error.what());
-  }
-  std::remove(path.c_str());
-  assert_true(refused);
+void refuses(const char *from, const char *to, const char *reason) {
+  const auto read = [](const std::string &path) { rim::read_freekick_params(path); };
+  assert_true(refuses_damage("freekick.toml", from, to, reason, read));
 }
 
 void bad_files_are_refused(void **) {

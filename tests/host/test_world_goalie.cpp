@@ -1,7 +1,6 @@
 // The goalie world: the nominal model by hand, the four behaviours against it, its file.
-#include "util/atomic_file.hpp"
+#include "damaged_file.hpp"
 #include "util/data_path.hpp"
-#include "util/error.hpp"
 #include "world/goalie.hpp"
 
 #include <cmath>
@@ -151,25 +150,9 @@ void expected_is_the_mean_of_rewards(void **) {
   assert_true(rim::goalie_episodes(params, 1, kSeed + 1)[0].s_m != one[0].s_m);
 }
 
-void refuses(const std::string &from, const std::string &to, const char *reason) {
-  std::string text = rim::read_file(rim::data_path("goalie.toml"));
-  const std::size_t at = text.find(from);
-  assert_true(at != std::string::npos);
-  text.replace(at, from.size(), to);
-  const std::string path = "/tmp/test_world_goalie.toml";
-  rim::AtomicFile file(path);
-  file.write(text);
-  file.commit();
-  bool refused = false;
-  try {
-    rim::read_goalie_params(path);
-  } catch (const rim::DataError &error) {
-    refused = std::string(error.what()).find(reason) != std::string::npos;
-    if (!refused)
-      std::fprintf(stderr, "%s\n", error.what());
-  }
-  std::remove(path.c_str());
-  assert_true(refused);
+void refuses(const char *from, const char *to, const char *reason) {
+  const auto read = [](const std::string &path) { rim::read_goalie_params(path); };
+  assert_true(refuses_damage("goalie.toml", from, to, reason, read));
 }
 
 void bad_files_are_refused(void **) {

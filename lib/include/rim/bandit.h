@@ -11,7 +11,8 @@
  *   GP-UCB       nominal mean + a GP on the deviations from it (CGP-UCB, 5.1)
  *   RIM-UCB      nominal mean shifted by the RIMs (Algorithm 5, eq. 5.9, 5.12). sd^2 of the model
  *                without a RIM is the variance of a zero-mean GP over where observations were made,
- *                whatever they were: the prior of an unseen RIM (p. 69)
+ *                whatever they were: the prior of an unseen RIM (p. 69); that of a RIM its standard
+ *                error
  *   RIM+GP-UCB   RIMs, and a GP on what the model they correct leaves (Algorithms 6, 7; eq. 5.13)
  *   bank         one GP for each of a finite set of plans, over the state alone (Algorithm 9, B.1)
  *
@@ -65,22 +66,12 @@ typedef enum rim_bandit_risk {
   RIM_BANDIT_PROBABILITY = 3 /* P(r > level) */
 } rim_bandit_risk;
 
-/* RIM+GP-UCB: how much the components of the mixture disagree, w_0 w_1 (r_1 - r_0)^2 in eq. 5.14.
- */
-typedef enum rim_bandit_spread {
-  RIM_BANDIT_SPREAD_WHOLE = 0,      /* as printed: at a region's edge it stays however often the
-                                       reward there was seen */
-  RIM_BANDIT_SPREAD_UNEXPLAINED = 1 /* times the GP's variance over its prior variance: the GP has
-                                       learnt the reward there whichever component it came from */
-} rim_bandit_spread;
-
 /* Zero-initialise, then fill. */
 typedef struct rim_bandit_config {
   uint8_t policy;   /* rim_bandit_policy */
   uint8_t schedule; /* rim_bandit_schedule */
   uint8_t risk;     /* rim_bandit_risk */
   uint8_t plans;    /* bank only: 1..RIM_BANDIT_MAX_PLANS */
-  uint8_t spread;   /* rim_bandit_spread */
   double beta;      /* >= 0; 0: never explore */
   double delta;     /* RIM_BANDIT_BETA_LOG: in (0, 1); 0: 0.1 */
   double aversion;
@@ -90,9 +81,15 @@ typedef struct rim_bandit_config {
   uint64_t seed;    /* of draws among equals */
   rim_gp_config gp; /* each plan's for the bank. Its mean should be 0: it is added to the nominal
                        model's, except with RIM-UCB */
-  double
-      smooth_var; /* added to the variance of every deviation in the search for regions: deviations
-                     of this size are left to the GP, so a smooth change makes no RIM; >= 0 */
+  /* Beyond the thesis; 0 leaves each out. All >= 0. */
+  double smooth_var; /* policies with RIM: added to the variance of every deviation in the search
+                        for regions: what deviates by less makes no RIM */
+  double unseen_var; /* RIM+GP-UCB: prior variance of the shift of a RIM not seen yet (the prior of
+                        p. 69), added to that of the component without a RIM in proportion to the
+                        GP's; RIM-UCB takes gp.signal_var for it */
+  double gain; /* RIM+GP-UCB: nats of the GP's marginal likelihood by which the corrected model
+                  must beat the nominal one for the RIMs to be as likely as not: what the GP
+                  explains as well is left to it. 0: by ln anom alone (eq. 5.2) */
   rim_extent_config extent; /* policies with RIM; dims must be gp.dims */
 } rim_bandit_config;
 
