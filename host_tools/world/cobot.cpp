@@ -14,6 +14,9 @@ constexpr double kNear_m = 0.06;      // of a node: there
 constexpr double kSlow_m = 0.7;       // before a node: slowly
 constexpr double kSlow_mps = 0.3;
 constexpr double kSlip_mps2 = 8.0; // a collision stops the body, wheels slow down as fast
+constexpr double kMoving_mps = 0.01;
+constexpr double kTableGap_m = 1e-3; // between the body and a table top put in its way
+constexpr double kTableWidth_m = 0.8, kTableLength_m = 1.4, kTableLow_m = 0.70, kTableHigh_m = 0.74;
 
 double wrap(double angle) { return std::remainder(angle, 2.0 * kPi); }
 
@@ -179,6 +182,11 @@ bool Cobot::in_corridor(std::size_t corridor) const {
   return x_m_ >= r[0] && x_m_ <= r[2] && y_m_ >= r[1] && y_m_ <= r[3];
 }
 
+bool Cobot::is_moving() const {
+  return std::hypot(body_v_[0], body_v_[1]) > kMoving_mps ||
+         std::fabs(body_v_[2]) * params_.base_radius_m > kMoving_mps;
+}
+
 void Cobot::trigger(Active &a) {
   if (!is_interference(a.effect.kind) || a.start_s >= 0.0 || t_s_ < a.after_s)
     return;
@@ -192,15 +200,23 @@ void Cobot::trigger(Active &a) {
       (a.effect.phase != CobotPhase::moving || wheel_v_[0] > 0.9 * in_force_[0])) {
     a.start_s = t_s_;
     a.end_s = t_s_ + a.duration_s;
+    const double ahead_m = params_.body_radius_m + kTableGap_m + 0.5 * kTableWidth_m;
+    a.table = {x_m_ + ahead_m * std::cos(phi_),
+               y_m_ + ahead_m * std::sin(phi_),
+               phi_,
+               0.5 * kTableWidth_m,
+               0.5 * kTableLength_m,
+               kTableLow_m,
+               kTableHigh_m};
   }
 }
 
 bool Cobot::acts(const Active &a) const {
   switch (a.effect.kind) {
   case CobotEffectKind::encoder:
-    return t_s_ >= std::max(0.0, a.effect.after_s) && std::fabs(body_v_[0]) > 0.01;
+    return t_s_ >= std::max(0.0, a.effect.after_s) && is_moving();
   case CobotEffectKind::corridor:
-    return in_corridor(a.effect.corridor) && std::fabs(body_v_[0]) > 0.01;
+    return in_corridor(a.effect.corridor) && is_moving();
   case CobotEffectKind::left_turn:
     return in_force_[2] > 0.0;
   default:
@@ -235,19 +251,24 @@ void Cobot::apply(Active &a, double dt_s, std::array<double, 3> &target, double 
   }
 }
 
+// Whether the body would stand in a table top at this place.
+bool Cobot::is_blocked(double x_m, double y_m) const {
+  const UprightCylinder body{x_m, y_m, params_.body_radius_m, params_.body_height_m};
+  return std::any_of(effects_.begin(), effects_.end(), [&](const Active &a) {
+    return a.effect.kind == CobotEffectKind::collision && acts(a) && touches(body, a.table);
+  });
+}
+
 void Cobot::move(double dt_s) {
   std::array<double, 3> target = in_force_;
   for (double &v : target)
     v *= gain_;
   double down = limits_ * params_.decel_mps2, up = limits_ * params_.accel_mps2;
-  double slip = 0.0;
   for (Active &a : effects_) {
     trigger(a);
     if (!acts(a))
       continue;
     apply(a, dt_s, target, down);
-    if (a.effect.kind == CobotEffectKind::collision)
-      slip = 1.0;
     if (a.effect.kind == CobotEffectKind::pushed)
       up += a.decel_mps2;
   }
@@ -260,11 +281,17 @@ void Cobot::move(double dt_s) {
   for (std::size_t i = 0; i < 3; ++i) {
     const double moving = std::fabs(wheel_v_[0]) + std::fabs(wheel_v_[2]) > 0.02 ? 1.0 : 0.0;
     floor_[i] = keep * floor_[i] + kick * moving * motion_.normal();
-    body_v_[i] = (1.0 - (i == 0 ? slip : 0.0)) * wheel_v_[i];
+    body_v_[i] = wheel_v_[i];
   }
   const double c = std::cos(phi_), s = std::sin(phi_);
-  x_m_ += (c * body_v_[0] - s * body_v_[1]) * dt_s;
-  y_m_ += (s * body_v_[0] + c * body_v_[1]) * dt_s;
+  const double x_m = x_m_ + (c * body_v_[0] - s * body_v_[1]) * dt_s;
+  const double y_m = y_m_ + (s * body_v_[0] + c * body_v_[1]) * dt_s;
+  if (is_blocked(x_m, y_m)) {
+    body_v_[0] = body_v_[1] = 0.0;
+  } else {
+    x_m_ = x_m;
+    y_m_ = y_m;
+  }
   phi_ = wrap(phi_ + body_v_[2] * dt_s);
 }
 

@@ -6,10 +6,11 @@
 // Frames: the floor's x, y in m, heading phi from x to y; body vx forward, vy to the left, w
 // counterclockwise. Wheels at 45, 135, 225, 315 deg (rim_wheels of rim/interference.h).
 //
-// Interference (App. C): collision (the body stops, the wheels slip), hold (a person brings it to a
+// Interference (App. C): collision (a table top stands in the way of the body, which it stops while
+// the wheels below slip on: contact by world/collision.hpp), hold (a person brings it to a
 // share of its speed), stuck (one wheel, the others slowed), pushed (faster than commanded). Model
-// inaccuracies (3.5.2): encoder, corridor (encoder wrong in one corridor), left_turn (wheels slow
-// while w > 0).
+// inaccuracies (3.5.2), while the robot moves: encoder, corridor (encoder wrong in one corridor),
+// left_turn (wheels slow while w > 0).
 #pragma once
 
 #include <array>
@@ -19,6 +20,7 @@
 
 #include "rim/interference.h"
 #include "world/cobot_map.hpp"
+#include "world/collision.hpp"
 #include "world/random.hpp"
 
 namespace rim::world {
@@ -40,6 +42,8 @@ struct CobotParams {
   double run_limit_sd = 0.04;       // of the limits from run to run, share
   double run_gain_sd = 0.004;       // of the speed from run to run, share
   double base_radius_m = 0.2;
+  double body_radius_m = 0.3;  // the body is an upright cylinder
+  double body_height_m = 1.2;
   double tick_m = 1e-4;
   double counter_bits = 16.0;
   double pose_noise_m = 0.02;
@@ -103,6 +107,7 @@ private:
     CobotEffect effect;
     double start_s = -1.0, end_s = -1.0, share = 0.0, after_s = 0.0, duration_s = 0.0;
     double decel_mps2 = 0.0, other = 1.0, waver = 0.0;
+    TableTop table{}; // collision
   };
   struct Sent {
     double effect_s;
@@ -122,6 +127,8 @@ private:
   void turn_wheels(double dt_s, CobotRow &row);
   void sense(CobotRow &row);
   bool in_corridor(std::size_t corridor) const;
+  bool is_moving() const;
+  bool is_blocked(double x_m, double y_m) const;
 
   CobotParams params_;
   const CobotMap &map_;

@@ -43,6 +43,8 @@ std::vector<NumberKey> keys_of(CobotParams &p) {
           {"run_limit_sd", &p.run_limit_sd, Range::fraction},
           {"run_gain_sd", &p.run_gain_sd, Range::fraction},
           {"base_radius_m", &p.base_radius_m, Range::positive},
+          {"body_radius_m", &p.body_radius_m, Range::positive},
+          {"body_height_m", &p.body_height_m, Range::positive},
           {"tick_m", &p.tick_m, Range::positive},
           {"counter_bits", &p.counter_bits, Range::positive},
           {"pose_noise_m", &p.pose_noise_m, Range::not_negative},

@@ -1,0 +1,47 @@
+// experiment/cobot_watch.hpp - the library's detection on drives of the service robot: the online
+// search while it drives (rim/select.h), the region of a finished drive (rim/interval.h, rim/cem.h).
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "experiment/cobot_points.hpp"
+#include "rim/region.h"
+
+namespace rim {
+
+// Score after every point: largest ln anom of any channel, less its null maximum, over the growth
+// of chance with the number of points, max(3.5, ln n).
+std::vector<double> watch_cobot(const CobotDrive &drive, const CobotScatter &scatter,
+                                std::uint64_t seed);
+
+struct CobotRegion {
+  std::size_t channel = 0;
+  rim_region region{};      // dims 0: everywhere
+  double ln_anom = 0.0;     // (sum x)^2 / (2 sum w)
+  double score = 0.0;       // less the price of the alternatives: chosen by
+  std::vector<bool> inside; // [n]; of an interval by the chance over all intervals of its feature
+};
+// Everywhere, the exact most anomalous interval of every feature, and ellipses over pairs of
+// features ranked by H3 (eq. 4.5), each for every channel.
+CobotRegion explain_cobot(const CobotDrive &drive, const CobotScatter &scatter, std::uint64_t seed);
+
+struct PrecisionRecall {
+  double precision = 0.0, recall = 0.0, f1 = 0.0; // eq. 3.31, 3.32, 4.7
+};
+PrecisionRecall compare_points(const std::vector<bool> &inside, const std::vector<bool> &truth);
+
+// The threshold that the ceil((n + 1)(1 - rate))-th smallest of n nominal maxima promises; infinite
+// where so few drives cannot.
+double run_level_threshold(std::vector<double> maxima, double rate);
+
+// Points inside the true region up to and with the first whose score exceeds the threshold; all of
+// them where none does. false_alarm: it came before the first of them.
+struct PointsToAlarm {
+  std::size_t anomalous = 0;
+  bool found = false, false_alarm = false;
+};
+PointsToAlarm points_to_alarm(const std::vector<double> &score, const std::vector<bool> &truth,
+                              double threshold);
+
+} // namespace rim
