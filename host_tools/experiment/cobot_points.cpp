@@ -314,8 +314,7 @@ void CobotScatter::measure_offsets(const std::vector<CobotDrive> &nominal) {
       excess[c] += (sum[c] * sum[c] / n - 1.0) / n;
   }
   for (std::size_t c = 0; c < kCobotChannels; ++c)
-    offset_variance_[c] =
-        static_cast<float>(std::max(0.0, excess[c] / static_cast<double>(nominal.size())));
+    offset_variance_[c] = std::max(0.0, excess[c] / static_cast<double>(nominal.size()));
 }
 
 CobotScores CobotScatter::scores(const CobotDrive &drive) const {

@@ -60,7 +60,7 @@ struct CobotScores {
 };
 
 // What nominal drives scatter: S, its growth while the prediction changes, and the variance b of a
-// whole drive's offset in each channel (rim/select.h).
+// whole drive's offset in each channel.
 class CobotScatter {
 public:
   // Throws DataError where there is too little driving.
@@ -69,14 +69,14 @@ public:
   CobotScores scores(const CobotDrive &drive) const;
   // [n][kCobotChannels]: x / sqrt w, nominal variance 1, less where w is far below its mean; clipped.
   std::vector<double> residuals(const CobotScores &scores) const;
-  const std::array<float, kCobotChannels> &offset_variance() const { return offset_variance_; }
+  const std::array<double, kCobotChannels> &offset_variance() const { return offset_variance_; }
 
 private:
   void measure_offsets(const std::vector<CobotDrive> &nominal);
 
   std::array<CobotWheels, kCobotWheels> precision_{};
   std::array<double, kCobotChannels> mean_weight_{};
-  std::array<float, kCobotChannels> offset_variance_{};
+  std::array<double, kCobotChannels> offset_variance_{};
   double ramp_precision_ = 1.0; // of S^-1 while the prediction changes, a share
 };
 

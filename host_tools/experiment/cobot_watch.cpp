@@ -15,9 +15,11 @@ namespace {
 
 constexpr std::uint32_t kUnitsAPoint = 10; // of search: one a row of the log
 constexpr double kGrowthFrom = 3.5;        // ln of 33 points: fewer are judged like these
+constexpr double kTrusted = 3.0;           // sd of a residual that teaches the drive's offset
 constexpr double kLeastPoints = 3.0;       // in a region
 constexpr std::size_t kSteps = 512;        // different values of a feature that are told apart
 constexpr std::size_t kPairs = 4;          // of features that are given an ellipse
+constexpr double kMember = 0.7;            // chance from which a point counts as inside
 constexpr double kBoxToEllipse = 0.575;    // half axis over side: equal areas, nearly
 
 // One channel of a finished drive.
@@ -177,7 +179,7 @@ private:
     const std::vector<double> chance = membership_of(bins, best_.ln_anom);
     for (std::size_t k = 0; k < chance.size(); ++k) {
       for (const std::size_t i : bins.of[k])
-        best_.inside[i] = chance[k] > RIM_SELECT_MEMBERSHIP_CUT;
+        best_.inside[i] = chance[k] > kMember;
     }
   }
 
@@ -248,6 +250,21 @@ private:
 
 } // namespace
 
+std::vector<double> innovations(const std::vector<double> &residuals,
+                                const std::array<double, kCobotChannels> &offset_variance) {
+  std::vector<double> out;
+  std::array<double, kCobotChannels> offset{}, var = offset_variance;
+  for (std::size_t k = 0; k < residuals.size(); ++k) {
+    const std::size_t c = k % kCobotChannels;
+    const double off = residuals[k] - offset[c];
+    out.push_back(off / std::sqrt(1.0 + var[c]));
+    const double gain = var[c] / (1.0 + var[c]);
+    offset[c] += gain * std::clamp(off, -kTrusted, kTrusted);
+    var[c] *= 1.0 - gain;
+  }
+  return out;
+}
+
 std::vector<double> watch_cobot(const CobotDrive &drive, const CobotScatter &scatter,
                                 std::uint64_t seed) {
   rim_select_config config{};
@@ -255,10 +272,6 @@ std::vector<double> watch_cobot(const CobotDrive &drive, const CobotScatter &sca
   config.channels = static_cast<std::uint16_t>(kCobotChannels);
   config.bins = RIM_SELECT_MAX_BINS;
   config.seed = seed;
-  std::array<float, kCobotChannels> a{};
-  a.fill(1.0F);
-  config.a = a.data();
-  config.b = scatter.offset_variance().data();
   std::size_t bytes = 0;
   if (rim_select_size(&config, &bytes) != RIM_OK)
     throw std::logic_error("cobot: the search has no such size");
@@ -266,7 +279,8 @@ std::vector<double> watch_cobot(const CobotDrive &drive, const CobotScatter &sca
   rim_select *engine = nullptr;
   if (rim_select_init(&engine, memory.data(), 8 * memory.size(), &config) != RIM_OK)
     throw std::logic_error("cobot: the search refused its configuration");
-  const std::vector<double> r = scatter.residuals(scatter.scores(drive));
+  const std::vector<double> r =
+      innovations(scatter.residuals(scatter.scores(drive)), scatter.offset_variance());
   std::vector<double> out;
   for (std::size_t i = 0; i < drive.size(); ++i) {
     rim_select_observe(engine, &drive.u[i * drive.dims], &r[i * kCobotChannels]);

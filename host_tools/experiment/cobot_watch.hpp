@@ -10,6 +10,12 @@
 
 namespace rim {
 
+// Residuals of each channel less what the drive so far says of its own constant offset, over their
+// deviation: a Kalman filter whose state is the offset. White in nominal drives, where the residuals
+// are not, since every drive has a gain of its own; what depends on context stays.
+std::vector<double> innovations(const std::vector<double> &residuals,
+                                const std::array<double, kCobotChannels> &offset_variance);
+
 // Score after every point: largest ln anom of any channel, less its null maximum, over the growth
 // of chance with the number of points, max(3.5, ln n).
 std::vector<double> watch_cobot(const CobotDrive &drive, const CobotScatter &scatter,
