@@ -21,8 +21,10 @@ Found scan_circles(const BaselineData &data, std::size_t n) {
   for (std::size_t i = 0; i < n; ++i) {
     Distances order;
     for (std::size_t j = 0; j < n; ++j) {
-      const double dx = data.u[i * data.dims + data.space[0]] - data.u[j * data.dims + data.space[0]];
-      const double dy = data.u[i * data.dims + data.space[1]] - data.u[j * data.dims + data.space[1]];
+      const double dx =
+          data.u[i * data.dims + data.space[0]] - data.u[j * data.dims + data.space[0]];
+      const double dy =
+          data.u[i * data.dims + data.space[1]] - data.u[j * data.dims + data.space[1]];
       order.push_back({dx * dx + dy * dy, j});
     }
     std::sort(order.begin(), order.end());

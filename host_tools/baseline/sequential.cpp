@@ -7,7 +7,7 @@
 namespace rim {
 namespace {
 
-constexpr double kShift = 1.0;            // of the alternative, standard deviations
+constexpr double kShift = 1.0;         // of the alternative, standard deviations
 const double kAccept = std::log(0.05); // of the SPRT
 
 // The stretch of points [first, last] with the largest statistic.

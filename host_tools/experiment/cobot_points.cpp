@@ -43,8 +43,7 @@ public:
     for (std::size_t i = 0; i < 3; ++i) {
       const double change = command[i] - v_[i];
       const bool rises = std::fabs(command[i]) > std::fabs(v_[i]) && command[i] * v_[i] >= 0.0;
-      const double limit =
-          i == 2 ? p_.turn_accel_radps2 : (rises ? p_.accel_mps2 : p_.decel_mps2);
+      const double limit = i == 2 ? p_.turn_accel_radps2 : (rises ? p_.accel_mps2 : p_.decel_mps2);
       const double most = limit * dt_s;
       changes = changes || std::fabs(change) > most;
       v_[i] += std::clamp(change, -most, most);
@@ -200,7 +199,7 @@ CobotDrive drive_cobot(CobotCase which, std::size_t dims, double seconds, std::u
     prediction.step(row.in_force, dt_s);
     const Wheels along = wheel_speeds(cobot.wheels(), prediction.v());
     const Wheels slip = slip_of(before, row, cobot.wheels(), along, dt_s);
-      before = row;
+    before = row;
     if (prediction.is_rest()) {
       rows = 0;
       sum = {};

@@ -16,9 +16,9 @@
 // Channels. A channel is a direction e in the space of the four wheels, what some cause does to
 // them: a wheel's speed misjudged by a share (four), all by one share (slower or faster than told),
 // a drift sideways, a turn, and the pattern of the four that no motion makes. With S the nominal
-// covariance x = e' S^-1 r is the score of that cause in a point and w = e' S^-1 e its variance: the
-// sufficient statistics of rim/stats.h, most likely size sum x / sum w. S is taken from 2-s means,
-// so that noise that lasts is counted as what it does to a region.
+// covariance x = e' S^-1 r is the score of that cause in a point and w = e' S^-1 e its variance:
+// the sufficient statistics of rim/stats.h, most likely size sum x / sum w. S is taken from 2-s
+// means, so that noise that lasts is counted as what it does to a region.
 #pragma once
 
 #include <array>
@@ -67,7 +67,8 @@ public:
   explicit CobotScatter(const std::vector<CobotDrive> &nominal);
 
   CobotScores scores(const CobotDrive &drive) const;
-  // [n][kCobotChannels]: x / sqrt w, nominal variance 1, less where w is far below its mean; clipped.
+  // [n][kCobotChannels]: x / sqrt w, nominal variance 1, less where w is far below its mean;
+  // clipped.
   std::vector<double> residuals(const CobotScores &scores) const;
   const std::array<double, kCobotChannels> &offset_variance() const { return offset_variance_; }
 

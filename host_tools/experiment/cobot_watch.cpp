@@ -84,8 +84,7 @@ Range best_range(const Bins &bins) {
   const std::size_t end = best.first + best.bins - 1;
   out.ln_anom = best.ln_anom;
   out.low = best.first > 0 ? 0.5 * (bins.last[best.first - 1] + bins.first[best.first]) : -0.01;
-  out.high =
-      end + 1 < bins.stats.size() ? 0.5 * (bins.last[end] + bins.first[end + 1]) : 1.01;
+  out.high = end + 1 < bins.stats.size() ? 0.5 * (bins.last[end] + bins.first[end + 1]) : 1.01;
   return out;
 }
 
@@ -317,17 +316,6 @@ double run_level_threshold(std::vector<double> maxima, double rate) {
   const auto n = static_cast<double>(maxima.size());
   const auto rank = static_cast<std::size_t>(std::ceil((n + 1.0) * (1.0 - rate)));
   return rank <= maxima.size() ? maxima[rank - 1] : INFINITY;
-}
-
-PointsToAlarm points_to_alarm(const std::vector<double> &score, const std::vector<bool> &truth,
-                              double threshold) {
-  PointsToAlarm out;
-  for (std::size_t i = 0; i < score.size() && !out.found; ++i) {
-    out.anomalous += truth[i] ? 1 : 0;
-    out.found = score[i] > threshold;
-    out.false_alarm = out.found && out.anomalous == 0;
-  }
-  return out;
 }
 
 } // namespace rim

@@ -1,5 +1,6 @@
 // experiment/cobot_watch.hpp - the library's detection on drives of the service robot: the online
-// search while it drives (rim/select.h), the region of a finished drive (rim/interval.h, rim/cem.h).
+// search while it drives (rim/select.h), the region of a finished drive (rim/interval.h,
+// rim/cem.h).
 #pragma once
 
 #include <cstdint>
@@ -11,8 +12,8 @@
 namespace rim {
 
 // Residuals of each channel less what the drive so far says of its own constant offset, over their
-// deviation: a Kalman filter whose state is the offset. White in nominal drives, where the residuals
-// are not, since every drive has a gain of its own; what depends on context stays.
+// deviation: a Kalman filter whose state is the offset. White in nominal drives, where the
+// residuals are not, since every drive has a gain of its own; what depends on context stays.
 std::vector<double> innovations(const std::vector<double> &residuals,
                                 const std::array<double, kCobotChannels> &offset_variance);
 
@@ -40,14 +41,5 @@ PrecisionRecall compare_points(const std::vector<bool> &inside, const std::vecto
 // The threshold that the ceil((n + 1)(1 - rate))-th smallest of n nominal maxima promises; infinite
 // where so few drives cannot.
 double run_level_threshold(std::vector<double> maxima, double rate);
-
-// Points inside the true region up to and with the first whose score exceeds the threshold; all of
-// them where none does. false_alarm: it came before the first of them.
-struct PointsToAlarm {
-  std::size_t anomalous = 0;
-  bool found = false, false_alarm = false;
-};
-PointsToAlarm points_to_alarm(const std::vector<double> &score, const std::vector<bool> &truth,
-                              double threshold);
 
 } // namespace rim

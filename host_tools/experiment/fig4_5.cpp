@@ -4,51 +4,20 @@
 #include <cstdio>
 #include <fmt/format.h>
 
+#include "experiment/golf_points.hpp"
 #include "experiment/search_curve.hpp"
 #include "util/error.hpp"
-#include "world/golf.hpp"
 
 namespace rim {
 namespace {
 
 constexpr const char *kKind = "fig4.5";
-constexpr std::size_t kAnomalous = 30;
-constexpr std::size_t kTimed = 2; // runs, of each number of dimensions
-
-struct Shots {
-  std::size_t dims;
-  std::vector<double> u, r;
-  std::vector<bool> truth;
-
-  rim_batch_data data() const {
-    return {static_cast<std::uint32_t>(r.size()), static_cast<std::uint16_t>(dims), 1, u.data(),
-            r.data()};
-  }
-};
-
-Shots shots_of(std::size_t dims, std::uint64_t seed) {
-  const GolfParams field;
-  GolfOptions options;
-  options.dims = dims;
-  options.anomalous = kAnomalous;
-  Golf world(field, options, seed);
-  const auto place = world.features();
-  Shots out{dims, {}, {}, {}};
-  for (const GolfShot &shot : world.all()) {
-    for (std::size_t k = 0; k < dims; ++k)
-      out.u.push_back(k == place[0]   ? shot.x[k] / field.length_m
-                      : k == place[1] ? shot.x[k] / field.width_m
-                                      : 0.5 * (shot.x[k] + 1.0));
-    out.r.push_back((shot.z - shot.m) / shot.sd);
-    out.truth.push_back(shot.anomalous);
-  }
-  return out;
-}
+constexpr std::size_t kTimed = 1; // runs, of each number of dimensions
 
 std::string seconds_of(const Fig45 &e, std::size_t dims, std::size_t method) {
   double seconds = 0.0;
   for (std::size_t i = 0; i < kTimed; ++i) {
-    const Shots shots = shots_of(dims, e.seed + i);
+    const GolfPoints shots = golf_points(dims, e.seed + i);
     const auto start = std::chrono::steady_clock::now();
     (void)search_curve(method, shots.data(), shots.truth, e.seed + i);
     seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -66,7 +35,7 @@ Campaign run_fig4_5(const Fig45 &experiment, const Shard &shard) {
   campaign.total = experiment.dims.size() * experiment.runs;
   compute_units(&campaign, shard, kKind, [&](std::uint64_t unit) {
     const std::uint64_t seed = experiment.seed + unit % experiment.runs;
-    const Shots shots = shots_of(experiment.dims[unit / experiment.runs], seed);
+    const GolfPoints shots = golf_points(experiment.dims[unit / experiment.runs], seed);
     return search_curves(shots.data(), shots.truth, seed);
   });
   return campaign;
@@ -81,11 +50,12 @@ void print_fig4_5(const Campaign &campaign, const std::string &path) {
   e.dims = campaign.config.at("dims").get<std::vector<std::size_t>>();
   e.runs = campaign.config.at("runs");
   e.seed = campaign.config.at("seed");
-  std::printf("fig. 4.5: golf, seeds %llu-%llu for each number of dimensions\n"
-              "thesis, in seconds of its own: the peak after 18 s in 2-D and 20 to 30 s in 100-D; H3 "
-              "loses little in 100-D, no FS most, BFS much\n",
-              static_cast<unsigned long long>(e.seed),
-              static_cast<unsigned long long>(e.seed + e.runs - 1));
+  std::printf(
+      "fig. 4.5: golf, seeds %llu-%llu for each number of dimensions\n"
+      "thesis, in seconds of its own: the peak after 18 s in 2-D and 20 to 30 s in 100-D; H3 "
+      "loses little in 100-D, no FS most, BFS much\n",
+      static_cast<unsigned long long>(e.seed),
+      static_cast<unsigned long long>(e.seed + e.runs - 1));
   std::vector<TableColumn> columns = search_columns();
   columns.push_back({"all of it", "s"});
   Table table(columns);

@@ -17,8 +17,9 @@ const char *const kNames[] = {"FS H3", "FS H2", "FS H1", "BFS", "No FS"};
 const char *const kColours[] = {"#1f5fa8", "#2e8b57", "#e08214", "#777777", "#b22222"};
 constexpr std::size_t kNone = 4;
 constexpr std::uint8_t kBins = 16;
-constexpr std::size_t kStarts = 3;       // of a search: two balls and the heuristic's
+constexpr std::size_t kStarts = 3;          // of a search: two balls and the heuristic's
 constexpr std::size_t kClimb = 24 * 10 + 1; // evaluations of one start, the defaults of rim/cem.h
+constexpr double kMostEvaluations = 6000.0; // of No FS: each looks at every feature
 constexpr std::size_t kSamples = 24, kElites = 5, kIterations = 10;
 
 double f1_of(const std::vector<bool> &truth, const std::vector<bool> &inside) {
@@ -69,6 +70,7 @@ public:
   }
 
   SearchPoint run(double evaluations, const std::vector<bool> &truth) {
+    evaluations = std::min(evaluations, kMostEvaluations);
     while (used_ < evaluations)
       climb(evaluations);
     std::vector<bool> inside;
@@ -83,8 +85,8 @@ private:
   bool contains(const Parameters &p, std::uint32_t i) const {
     double square = 0.0;
     for (std::size_t f = 0; f < data_.features; ++f) {
-      const double off = (data_.u[i * std::size_t{data_.features} + f] - p[f]) *
-                         std::exp(-p[data_.features + f]);
+      const double off =
+          (data_.u[i * std::size_t{data_.features} + f] - p[f]) * std::exp(-p[data_.features + f]);
       square += off * off;
       if (square >= 1.0)
         return false;
@@ -222,8 +224,7 @@ void add_search_rows(Table &table, const SearchPanel &panel, const std::vector<s
     for (std::size_t k = 0; k < checkpoints; ++k)
       row.push_back(fmt::format("{:.3f}", bootstrap_mean(over_runs(panel, method, k, 1)).value));
     row.push_back(interval_text(bootstrap_mean(over_runs(panel, method, checkpoints - 1, 1)), 3));
-    const double evaluations =
-        bootstrap_mean(over_runs(panel, method, checkpoints - 1, 0)).value;
+    const double evaluations = bootstrap_mean(over_runs(panel, method, checkpoints - 1, 0)).value;
     row.push_back(fmt::format("{:.1f}", evaluations / 1000.0));
     if (!last.empty())
       row.push_back(last.at(method));
@@ -256,14 +257,15 @@ void plot_search(const std::vector<SearchPanel> &panels, const std::string &path
   }
   write_gnuplot(
       [&](const std::string &to, bool svg) {
-        return fmt::format("set terminal {} size {},360 {}\nset output '{}'\nset tics nomirror "
-                           "out\nset grid y lc rgb '#dddddd'\nset key bottom right\nset yrange "
-                           "[0:1]\nset logscale x\nset format x '10^{{%L}}'\nset xlabel 'evaluations'\n"
-                           "set ylabel 'F1'\n{}set "
-                           "multiplot layout 1,{}\n{}unset multiplot\nunset output\n",
-                           svg ? "svg" : "pngcairo", 380 * panels.size(),
-                           svg ? "dynamic font 'sans,13' background rgb 'white'" : "font 'sans,10'",
-                           to, data, panels.size(), plots);
+        return fmt::format(
+            "set terminal {} size {},360 {}\nset output '{}'\nset tics nomirror "
+            "out\nset grid y lc rgb '#dddddd'\nset key bottom right\nset yrange "
+            "[0:1]\nset logscale x\nset format x '10^{{%L}}'\nset xlabel 'evaluations'\n"
+            "set ylabel 'F1'\n{}set "
+            "multiplot layout 1,{}\n{}unset multiplot\nunset output\n",
+            svg ? "svg" : "pngcairo", 380 * panels.size(),
+            svg ? "dynamic font 'sans,13' background rgb 'white'" : "font 'sans,10'", to, data,
+            panels.size(), plots);
       },
       path);
 }

@@ -260,7 +260,8 @@ void plot(const std::vector<Outcome> &ours, const std::string &path) {
         return fmt::format(
             "set terminal {} size 960,380 {}\nset output '{}'\nset tics nomirror out\n"
             "set grid y lc rgb '#dddddd'\nset key top right\nset xrange [-0.6:3.8]\n{}"
-            "set multiplot layout 1,2\nset title 'data points until the alarm'\nset yrange [1:100]\n"
+            "set multiplot layout 1,2\nset title 'data points until the alarm'\nset yrange "
+            "[1:100]\n"
             "set logscale y\n"
             "plot $points using 0:2:3:4:xtic(1) with yerrorbars pt 7 lw 2 lc rgb '#1f5fa8' title "
             "'ours, 95 %', $points using ($0+0.15):5 with points pt 4 ps 1.2 lc rgb '#444444' "
@@ -321,8 +322,8 @@ Campaign run_table3_1(const Table31 &experiment, const Shard &shard) {
 void print_table3_1(const Campaign &campaign, const std::string &path) {
   const Table31 e = experiment_of(campaign);
   const Thresholds thresholds = thresholds_of(e, campaign);
-  const auto last = static_cast<unsigned long long>(e.seed + kScatterDrives + nominal_units(e) +
-                                                    e.runs - 1);
+  const auto last =
+      static_cast<unsigned long long>(e.seed + kScatterDrives + nominal_units(e) + e.runs - 1);
   std::printf("table 3.1: drives of %g s, seeds %llu-%llu; a data point is the mean of %zu rows "
               "(%.1f s)\n",
               kSeconds, static_cast<unsigned long long>(e.seed), last, kCobotPointRows,

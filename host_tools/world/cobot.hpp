@@ -42,7 +42,7 @@ struct CobotParams {
   double run_limit_sd = 0.04;       // of the limits from run to run, share
   double run_gain_sd = 0.004;       // of the speed from run to run, share
   double base_radius_m = 0.2;
-  double body_radius_m = 0.3;  // the body is an upright cylinder
+  double body_radius_m = 0.3; // the body is an upright cylinder
   double body_height_m = 1.2;
   double tick_m = 1e-4;
   double counter_bits = 16.0;

@@ -1,5 +1,5 @@
-// world/collision.hpp - does the body of a robot touch a table top? Intersection of convex bodies by
-// libccd.
+// world/collision.hpp - does the body of a robot touch a table top? Intersection of convex bodies
+// by libccd.
 #pragma once
 
 namespace rim::world {

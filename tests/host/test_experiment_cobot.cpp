@@ -1,0 +1,160 @@
+// Drives as data points, and the detection on them: what is counted as what.
+#include "experiment/cobot_watch.hpp"
+#include "util/error.hpp"
+#include "world/random.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdarg>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <setjmp.h>
+extern "C" {
+#include <cmocka.h>
+}
+
+namespace {
+
+using namespace rim;
+
+constexpr double kSeconds = 120.0;
+
+const CobotScatter &scatter() {
+  static const CobotScatter it = [] {
+    std::vector<CobotDrive> nominal;
+    for (std::uint64_t i = 0; i < 8; ++i)
+      nominal.push_back(drive_cobot(CobotCase::nominal, 7, kSeconds, 92000 + i));
+    return CobotScatter(nominal);
+  }();
+  return it;
+}
+
+void a_drive_is_its_seed(void **) {
+  const CobotDrive a = drive_cobot(CobotCase::corridor, 15, kSeconds, 92010);
+  const CobotDrive b = drive_cobot(CobotCase::corridor, 15, kSeconds, 92010);
+  assert_true(a.u == b.u && a.slip == b.slip && a.anomalous == b.anomalous);
+  assert_int_equal(a.u.size(), 15 * a.size());
+  for (const double u : a.u)
+    assert_true(u >= 0.0 && u <= 1.0);
+  assert_true(a.anomalies() > a.size() / 10 && a.anomalies() < a.size());
+  const CobotDrive more = drive_cobot(CobotCase::corridor, 100, kSeconds, 92010);
+  assert_true(more.slip == a.slip); // the same drive, more is said of it
+  const CobotDrive null = drive_cobot(CobotCase::nominal, 7, kSeconds, 92010);
+  assert_int_equal(null.anomalies(), 0);
+  const CobotDrive all = drive_cobot(CobotCase::encoder, 7, kSeconds, 92010);
+  assert_int_equal(all.anomalies(), all.size());
+}
+
+void bad_dims_are_refused(void **) {
+  for (const std::size_t dims : {std::size_t{8}, std::size_t{101}}) {
+    bool refused = false;
+    try {
+      (void)drive_cobot(CobotCase::nominal, dims, 1.0, 1);
+    } catch (const UsageError &) {
+      refused = true;
+    }
+    assert_true(refused);
+  }
+  bool refused = false;
+  try {
+    const CobotScatter none({drive_cobot(CobotCase::nominal, 7, 5.0, 92000)});
+  } catch (const DataError &) {
+    refused = true;
+  }
+  assert_true(refused);
+}
+
+// Nominal variance 1, and a size that is what was done: 5 % of a wheel.
+void scores_are_sufficient_statistics(void **) {
+  const CobotDrive null = drive_cobot(CobotCase::nominal, 7, 400.0, 92020);
+  const std::vector<double> r = scatter().residuals(scatter().scores(null));
+  for (std::size_t c = 0; c < kCobotChannels; ++c) {
+    double square = 0.0;
+    for (std::size_t i = c; i < r.size(); i += kCobotChannels)
+      square += r[i] * r[i] / static_cast<double>(null.size());
+    if (square < 0.3 || square > 1.3)
+      fail_msg("channel %zu: variance %.3f", c, square);
+  }
+  const CobotDrive drive = drive_cobot(CobotCase::encoder, 7, 400.0, 92020);
+  const CobotScores s = scatter().scores(drive);
+  double size = 0.0;
+  for (std::size_t c = 0; c < kCobotWheels; ++c) {
+    double x = 0.0, w = 0.0;
+    for (std::size_t i = c; i < s.x.size(); i += kCobotChannels) {
+      x += s.x[i];
+      w += s.w[i];
+    }
+    size = std::min(size, x / w);
+  }
+  if (std::fabs(size + 0.05) > 0.01)
+    fail_msg("size %.4f", size);
+}
+
+void innovations_forget_an_offset(void **) {
+  world::Random random(92030, 1, 1);
+  std::array<double, kCobotChannels> var{};
+  var[4] = 0.1;
+  std::vector<double> r;
+  for (int i = 0; i < 4000; ++i)
+    r.push_back(random.normal() + (r.size() % kCobotChannels == 4 ? 0.6 : 0.0));
+  const std::vector<double> out = innovations(r, var);
+  double before = 0.0, after = 0.0, square = 0.0, other = 0.0;
+  for (std::size_t k = 2000; k < r.size(); ++k) {
+    if (k % kCobotChannels == 4) {
+      before += r[k] / 250.0;
+      after += out[k] / 250.0;
+      square += out[k] * out[k] / 250.0;
+    } else {
+      other = std::max(other, std::fabs(out[k] - r[k]));
+    }
+  }
+  assert_true(before > 0.4 && std::fabs(after) < 0.2);
+  assert_true(square > 0.75 && square < 1.3);
+  assert_true(other == 0.0); // no variance, no offset
+}
+
+void the_left_turn_is_explained(void **) {
+  const CobotDrive drive = drive_cobot(CobotCase::left_turn, 7, 300.0, 92040);
+  const CobotRegion region = explain_cobot(drive, scatter(), 1);
+  assert_int_equal(region.channel, 4); // all wheels
+  assert_int_equal(region.region.dims, 1);
+  assert_int_equal(region.region.feature[0], 6); // the commanded turn
+  const PrecisionRecall pr = compare_points(region.inside, drive.anomalous);
+  assert_true(pr.precision > 0.9 && pr.recall > 0.7);
+  const std::vector<double> score = watch_cobot(drive, scatter(), 1);
+  assert_int_equal(score.size(), drive.size());
+  const CobotDrive null = drive_cobot(CobotCase::nominal, 7, 300.0, 92040);
+  const std::vector<double> quiet = watch_cobot(null, scatter(), 1);
+  assert_true(*std::max_element(score.begin(), score.end()) >
+              2.0 * *std::max_element(quiet.begin(), quiet.end()));
+}
+
+void what_is_counted(void **) {
+  const std::vector<bool> truth = {false, true, false, true, true};
+  const PrecisionRecall pr = compare_points({true, true, false, true, false}, truth);
+  assert_true(std::fabs(pr.precision - 2.0 / 3.0) < 1e-12 &&
+              std::fabs(pr.recall - 2.0 / 3.0) < 1e-12);
+  assert_true(std::fabs(pr.f1 - 2.0 / 3.0) < 1e-12);
+  assert_true(compare_points(std::vector<bool>(5), truth).f1 == 0.0);
+  std::vector<double> maxima;
+  for (int i = 1; i <= 39; ++i)
+    maxima.push_back(40.0 - i);
+  assert_true(run_level_threshold(maxima, 0.05) == 38.0);
+  assert_true(std::isinf(run_level_threshold({1.0, 2.0}, 0.05)));
+}
+
+} // namespace
+
+int main() {
+  std::printf("seeds 92000-92040\n");
+  const CMUnitTest tests[] = {
+      cmocka_unit_test(a_drive_is_its_seed),
+      cmocka_unit_test(bad_dims_are_refused),
+      cmocka_unit_test(scores_are_sufficient_statistics),
+      cmocka_unit_test(innovations_forget_an_offset),
+      cmocka_unit_test(the_left_turn_is_explained),
+      cmocka_unit_test(what_is_counted),
+  };
+  return cmocka_run_group_tests_name("experiment_cobot", tests, nullptr, nullptr);
+}
