@@ -107,6 +107,7 @@ bench: all ## speed, memory and detection figures with their intervals (some 30 
 	$(BUILD)/rim experiment measured_mrclam
 	$(BUILD)/rim experiment fig5.10
 	$(BUILD)/rim experiment figB.6
+	$(BUILD)/rim experiment table3.1
 
 clean: ## remove everything built
 	rm -rf $(BUILD)

@@ -153,99 +153,107 @@ public:
   Explanation(const CobotDrive &drive, const CobotScores &scores, std::uint64_t seed)
       : drive_(drive), scores_(scores), orders_(orders_of(drive)), seed_(seed) {}
 
-  CobotRegion best() {
-    for (std::size_t c = 0; c < kCobotChannels; ++c)
-      look_at({drive_, scores_, c});
-    for (std::size_t i = 0; i < drive_.size(); ++i)
-      best_.inside.push_back(rim_region_contains(&best_.region, &drive_.u[i * drive_.dims]));
-    if (best_.region.dims == 1)
-      average_over_edges();
-    return best_;
-  }
+  CobotRegion best();
 
 private:
-  void offer(std::size_t channel, const rim_region &region, double ln_anom) {
-    const double score = ln_anom - price(region.dims, drive_.dims, drive_.size());
-    if (score <= best_.score)
-      return;
-    best_ = {channel, region, ln_anom, score, {}};
-  }
-
-  void average_over_edges() {
-    const std::size_t f = best_.region.feature[0];
-    const std::vector<bool> everything(drive_.size(), true);
-    const Bins bins = bins_of({drive_, scores_, best_.channel}, f, orders_[f], everything);
-    const std::vector<double> chance = membership_of(bins, best_.ln_anom);
-    for (std::size_t k = 0; k < chance.size(); ++k) {
-      for (const std::size_t i : bins.of[k])
-        best_.inside[i] = chance[k] > kMember;
-    }
-  }
-
-  void look_at(const Column &column) {
-    rim_stats all{};
-    for (std::size_t i = 0; i < drive_.size(); ++i)
-      column.add(i, &all);
-    offer(column.channel, {}, rim_stats_ln_anom(&all));
-    const std::vector<bool> everything(drive_.size(), true);
-    std::vector<Range> ranges;
-    std::size_t base = 0;
-    for (std::size_t f = 0; f < drive_.dims; ++f) {
-      ranges.push_back(best_range(bins_of(column, f, orders_[f], everything)));
-      offer(column.channel, interval_region(f, ranges[f]), ranges[f].ln_anom);
-      if (ranges[f].ln_anom > ranges[base].ln_anom)
-        base = f;
-    }
-    look_at_pairs(column, base, ranges[base]);
-  }
-
-  // Each other feature along the points of the strongest interval: H3.
-  void look_at_pairs(const Column &column, std::size_t base, const Range &range) {
-    std::vector<bool> inside(drive_.size());
-    for (std::size_t i = 0; i < drive_.size(); ++i)
-      inside[i] = column.u(i, base) > range.low && column.u(i, base) < range.high;
-    std::vector<std::pair<double, std::size_t>> ranked;
-    std::vector<Range> along(drive_.dims);
-    for (std::size_t f = 0; f < drive_.dims; ++f) {
-      if (f == base)
-        continue;
-      along[f] = best_range(bins_of(column, f, orders_[f], inside));
-      ranked.push_back({-along[f].ln_anom, f});
-    }
-    std::sort(ranked.begin(), ranked.end());
-    for (std::size_t k = 0; k < std::min(kPairs, ranked.size()); ++k)
-      climb(column, {base, ranked[k].second}, range, along[ranked[k].second]);
-  }
-
+  void offer(std::size_t channel, const rim_region &region, double ln_anom);
+  void average_over_edges();
+  void look_at(const Column &column);
+  void look_at_pairs(const Column &column, std::size_t base, const Range &range);
   void climb(const Column &column, std::array<std::size_t, 2> feature, const Range &a,
-             const Range &b) {
-    rim_ellipsoid e{};
-    e.dims = 2;
-    const Range *sides[2] = {&a, &b};
-    const double diagonal[2] = {kBoxToEllipse * (a.high - a.low), kBoxToEllipse * (b.high - b.low)};
-    for (std::size_t k = 0; k < 2; ++k)
-      e.center[k] = 0.5 * (sides[k]->low + sides[k]->high);
-    e.factor[0] = diagonal[0];
-    e.factor[2] = diagonal[1];
-    Value value{&column, feature};
-    rim_cem_config config{};
-    config.least_axis = 0.005;
-    double ln_anom = 0.0;
-    if (rim_cem_optimise(&config, value_of, &value, seed_, streams_++, &e, &ln_anom) != RIM_OK)
-      throw std::logic_error("cobot: the search refused its configuration");
-    const std::uint16_t names[2] = {static_cast<std::uint16_t>(feature[0]),
-                                    static_cast<std::uint16_t>(feature[1])};
-    rim_region region{};
-    if (rim_ellipsoid_region(&e, names, &region) == RIM_OK)
-      offer(column.channel, region, ln_anom);
-  }
-
+             const Range &b);
   const CobotDrive &drive_;
   const CobotScores &scores_;
   std::vector<std::vector<std::size_t>> orders_;
   std::uint64_t seed_, streams_ = 0;
   CobotRegion best_;
 };
+
+CobotRegion Explanation::best() {
+  for (std::size_t c = 0; c < kCobotChannels; ++c)
+    look_at({drive_, scores_, c});
+  for (std::size_t i = 0; i < drive_.size(); ++i)
+    best_.inside.push_back(rim_region_contains(&best_.region, &drive_.u[i * drive_.dims]));
+  if (best_.region.dims == 1)
+    average_over_edges();
+  return best_;
+}
+
+void Explanation::offer(std::size_t channel, const rim_region &region, double ln_anom) {
+  const double score = ln_anom - price(region.dims, drive_.dims, drive_.size());
+  if (score <= best_.score)
+    return;
+  best_ = {channel, region, ln_anom, score, {}};
+}
+
+void Explanation::average_over_edges() {
+  const std::size_t f = best_.region.feature[0];
+  const std::vector<bool> everything(drive_.size(), true);
+  const Bins bins = bins_of({drive_, scores_, best_.channel}, f, orders_[f], everything);
+  const std::vector<double> chance = membership_of(bins, best_.ln_anom);
+  for (std::size_t k = 0; k < chance.size(); ++k) {
+    for (const std::size_t i : bins.of[k])
+      best_.inside[i] = chance[k] > kMember;
+  }
+}
+
+void Explanation::look_at(const Column &column) {
+  rim_stats all{};
+  for (std::size_t i = 0; i < drive_.size(); ++i)
+    column.add(i, &all);
+  offer(column.channel, {}, rim_stats_ln_anom(&all));
+  const std::vector<bool> everything(drive_.size(), true);
+  std::vector<Range> ranges;
+  std::size_t base = 0;
+  for (std::size_t f = 0; f < drive_.dims; ++f) {
+    ranges.push_back(best_range(bins_of(column, f, orders_[f], everything)));
+    offer(column.channel, interval_region(f, ranges[f]), ranges[f].ln_anom);
+    if (ranges[f].ln_anom > ranges[base].ln_anom)
+      base = f;
+  }
+  look_at_pairs(column, base, ranges[base]);
+}
+
+// Each other feature along the points of the strongest interval: H3.
+void Explanation::look_at_pairs(const Column &column, std::size_t base, const Range &range) {
+  std::vector<bool> inside(drive_.size());
+  for (std::size_t i = 0; i < drive_.size(); ++i)
+    inside[i] = column.u(i, base) > range.low && column.u(i, base) < range.high;
+  std::vector<std::pair<double, std::size_t>> ranked;
+  std::vector<Range> along(drive_.dims);
+  for (std::size_t f = 0; f < drive_.dims; ++f) {
+    if (f == base)
+      continue;
+    along[f] = best_range(bins_of(column, f, orders_[f], inside));
+    ranked.push_back({-along[f].ln_anom, f});
+  }
+  std::sort(ranked.begin(), ranked.end());
+  for (std::size_t k = 0; k < std::min(kPairs, ranked.size()); ++k)
+    climb(column, {base, ranked[k].second}, range, along[ranked[k].second]);
+}
+
+void Explanation::climb(const Column &column, std::array<std::size_t, 2> feature, const Range &a,
+                        const Range &b) {
+  rim_ellipsoid e{};
+  e.dims = 2;
+  const Range *sides[2] = {&a, &b};
+  const double diagonal[2] = {kBoxToEllipse * (a.high - a.low), kBoxToEllipse * (b.high - b.low)};
+  for (std::size_t k = 0; k < 2; ++k)
+    e.center[k] = 0.5 * (sides[k]->low + sides[k]->high);
+  e.factor[0] = diagonal[0];
+  e.factor[2] = diagonal[1];
+  Value value{&column, feature};
+  rim_cem_config config{};
+  config.least_axis = 0.005;
+  double ln_anom = 0.0;
+  if (rim_cem_optimise(&config, value_of, &value, seed_, streams_++, &e, &ln_anom) != RIM_OK)
+    throw std::logic_error("cobot: the search refused its configuration");
+  const std::uint16_t names[2] = {static_cast<std::uint16_t>(feature[0]),
+                                  static_cast<std::uint16_t>(feature[1])};
+  rim_region region{};
+  if (rim_ellipsoid_region(&e, names, &region) == RIM_OK)
+    offer(column.channel, region, ln_anom);
+}
 
 } // namespace
 

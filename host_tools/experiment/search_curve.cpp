@@ -69,89 +69,95 @@ public:
     rim_rng_seed(&rng_, seed, 4);
   }
 
-  SearchPoint run(double evaluations, const std::vector<bool> &truth) {
-    evaluations = std::min(evaluations, kMostEvaluations);
-    while (used_ < evaluations)
-      climb(evaluations);
-    std::vector<bool> inside;
-    for (std::uint32_t i = 0; i < data_.n; ++i)
-      inside.push_back(!best_.empty() && contains(best_, i));
-    return {used_, f1_of(truth, inside)};
-  }
+  SearchPoint run(double evaluations, const std::vector<bool> &truth);
 
 private:
   using Parameters = std::vector<double>; // [2 features]
 
-  bool contains(const Parameters &p, std::uint32_t i) const {
-    double square = 0.0;
-    for (std::size_t f = 0; f < data_.features; ++f) {
-      const double off =
-          (data_.u[i * std::size_t{data_.features} + f] - p[f]) * std::exp(-p[data_.features + f]);
-      square += off * off;
-      if (square >= 1.0)
-        return false;
-    }
-    return true;
-  }
-
-  double value(const Parameters &p) {
-    used_ += 1.0;
-    std::vector<double> sum(data_.outcomes, 0.0);
-    double n = 0.0, square = 0.0;
-    for (std::uint32_t i = 0; i < data_.n; ++i) {
-      if (!contains(p, i))
-        continue;
-      n += 1.0;
-      for (std::size_t o = 0; o < data_.outcomes; ++o)
-        sum[o] += data_.r[i * std::size_t{data_.outcomes} + o];
-    }
-    for (const double s : sum)
-      square += s * s;
-    const double ln_anom = n > 0.0 ? square / (2.0 * n) : 0.0;
-    if (best_.empty() || ln_anom > best_value_) {
-      best_ = p;
-      best_value_ = ln_anom;
-    }
-    return ln_anom;
-  }
-
-  // From a ball about a point that holds about half of the data, to the best few of each draw.
-  void climb(double evaluations) {
-    const std::size_t d = data_.features;
-    const std::uint32_t at = rim_rng_below(&rng_, data_.n);
-    Parameters mean(2 * d), spread(2 * d, 0.3);
-    for (std::size_t f = 0; f < d; ++f) {
-      mean[f] = data_.u[at * d + f];
-      mean[d + f] = std::log(0.45 * std::sqrt(static_cast<double>(d)));
-    }
-    for (std::size_t t = 0; t < kIterations && used_ < evaluations; ++t) {
-      std::vector<std::pair<double, Parameters>> drawn;
-      for (std::size_t s = 0; s < kSamples; ++s) {
-        Parameters p = mean;
-        for (std::size_t k = 0; k < p.size(); ++k)
-          p[k] += spread[k] * rim_rng_normal(&rng_);
-        const double v = value(p);
-        drawn.push_back({v, std::move(p)});
-      }
-      std::stable_sort(drawn.begin(), drawn.end(),
-                       [](const auto &a, const auto &b) { return a.first > b.first; });
-      for (std::size_t k = 0; k < mean.size(); ++k) {
-        double sum = 0.0, square = 0.0;
-        for (std::size_t e = 0; e < kElites; ++e) {
-          sum += drawn[e].second[k];
-          square += drawn[e].second[k] * drawn[e].second[k];
-        }
-        mean[k] = sum / kElites;
-        spread[k] = std::sqrt(std::max(1e-6, square / kElites - mean[k] * mean[k]));
-      }
-    }
-  }
-
+  bool contains(const Parameters &p, std::uint32_t i) const;
+  double value(const Parameters &p);
+  void climb(double evaluations);
   const rim_batch_data &data_;
   rim_rng rng_{};
   double used_ = 0.0, best_value_ = 0.0;
   Parameters best_;
 };
+
+SearchPoint FullSearch::run(double evaluations, const std::vector<bool> &truth) {
+  evaluations = std::min(evaluations, kMostEvaluations);
+  while (used_ < evaluations)
+    climb(evaluations);
+  std::vector<bool> inside;
+  for (std::uint32_t i = 0; i < data_.n; ++i)
+    inside.push_back(!best_.empty() && contains(best_, i));
+  return {used_, f1_of(truth, inside)};
+}
+
+bool FullSearch::contains(const Parameters &p, std::uint32_t i) const {
+  const std::size_t features = data_.features;
+  double square = 0.0;
+  for (std::size_t f = 0; f < features; ++f) {
+    const double off = (data_.u[i * features + f] - p[f]) * std::exp(-p[features + f]);
+    square += off * off;
+    if (square >= 1.0)
+      return false;
+  }
+  return true;
+}
+
+double FullSearch::value(const Parameters &p) {
+  used_ += 1.0;
+  const std::size_t outcomes = data_.outcomes;
+  std::vector<double> sum(outcomes, 0.0);
+  double n = 0.0, square = 0.0;
+  for (std::uint32_t i = 0; i < data_.n; ++i) {
+    if (!contains(p, i))
+      continue;
+    n += 1.0;
+    for (std::size_t o = 0; o < outcomes; ++o)
+      sum[o] += data_.r[i * outcomes + o];
+  }
+  for (const double s : sum)
+    square += s * s;
+  const double ln_anom = n > 0.0 ? square / (2.0 * n) : 0.0;
+  if (best_.empty() || ln_anom > best_value_) {
+    best_ = p;
+    best_value_ = ln_anom;
+  }
+  return ln_anom;
+}
+
+// From a ball about a point that holds about half of the data, to the best few of each draw.
+void FullSearch::climb(double evaluations) {
+  const std::size_t d = data_.features;
+  const std::uint32_t at = rim_rng_below(&rng_, data_.n);
+  Parameters mean(2 * d), spread(2 * d, 0.3);
+  for (std::size_t f = 0; f < d; ++f) {
+    mean[f] = data_.u[at * d + f];
+    mean[d + f] = std::log(0.45 * std::sqrt(static_cast<double>(d)));
+  }
+  for (std::size_t t = 0; t < kIterations && used_ < evaluations; ++t) {
+    std::vector<std::pair<double, Parameters>> drawn;
+    for (std::size_t s = 0; s < kSamples; ++s) {
+      Parameters p = mean;
+      for (std::size_t k = 0; k < p.size(); ++k)
+        p[k] += spread[k] * rim_rng_normal(&rng_);
+      const double v = value(p);
+      drawn.push_back({v, std::move(p)});
+    }
+    std::stable_sort(drawn.begin(), drawn.end(),
+                     [](const auto &a, const auto &b) { return a.first > b.first; });
+    for (std::size_t k = 0; k < mean.size(); ++k) {
+      double sum = 0.0, square = 0.0;
+      for (std::size_t e = 0; e < kElites; ++e) {
+        sum += drawn[e].second[k];
+        square += drawn[e].second[k] * drawn[e].second[k];
+      }
+      mean[k] = sum / kElites;
+      spread[k] = std::sqrt(std::max(1e-6, square / kElites - mean[k] * mean[k]));
+    }
+  }
+}
 
 } // namespace
 
