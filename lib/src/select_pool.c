@@ -12,11 +12,6 @@
 #define LAG 6.0           /* nats behind the best at which an ellipse restarts */
 #define CLOSE 15.0        /* nats behind the leader within which a pair is a rival */
 #define JITTER 0.012      /* width of the noise in a proposal */
-#define ENTRIES_A_UNIT 2u /* pairs that may enter the pool in a unit, */
-/* With fewer edges a unit than this, for small processors: one pair a unit, the best of those
- * offered, and the leader's ellipses keep the grid's resolution instead of being corrected point by
- * point. Both bound a unit's work. */
-#define FEW_EDGES 16u
 
 static double unit(rim_select *e) { return (double)rim_rng_u32(&e->rng) * 0x1p-32; }
 

@@ -9,6 +9,16 @@
 #define SELECT_ROOTS 256u                  /* table of sqrt(1 - (k/256)^2) */
 #define SELECT_RESIDUAL_STEP (1.0 / 512.0) /* of a ring residual: int16 covers +-64 */
 
+/* What bounds a unit's work (rim/work.h). */
+#define BASES_A_UNIT 3u   /* masks made, each O(ring) */
+#define EDGE_BINS 16u     /* of a conditional interval */
+#define SHEARS 4u         /* further intervals of an edge that comes near */
+#define ENTRIES_A_UNIT 2u /* pairs that may enter the pool, */
+/* With fewer edges a unit than this, for small processors: one pair a unit, the best of those
+ * offered, and the leader's ellipses keep the grid's resolution instead of being corrected point by
+ * point. */
+#define FEW_EDGES 16u
+
 /* Best interval of a (channel, feature) slice when it was last scanned. */
 typedef struct slice {
   float ln_anom;

@@ -5,9 +5,6 @@
 #include "rim/real.h"
 #include "select_private.h"
 
-#define EDGE_BINS 16u /* of a conditional interval */
-#define SHEARS 4u
-#define BASES_A_UNIT 3u       /* masks made a unit, each O(ring) */
 #define WAIT_BONUS 0.5        /* nats a sweep that a base has waited, */
 #define WAIT_MAX 24           /* for at most so many sweeps */
 #define NEAR_ENOUGH 6.0       /* nats below the pool's bar: the most that shear was seen to add */
