@@ -131,16 +131,20 @@ cross: cross-deps ## two recorded runs on every port, emulated: are the bits the
 	@firmware/cross.sh $(CROSS) '$(RECORDINGS)' $(foreach port,$(PORT_LIST),'$(port)' '$($(port)_PREFIX)' '$($(port)_RUN)')
 
 # Every decoder of what comes in, searched for faults (libFuzzer): make fuzz FUZZ_SECONDS=3600. What it
-# finds is left in $(BUILD)/fuzz; tests/firmware/test_fuzz.c runs the corpus and damaged copies of it.
+# finds is left in $(BUILD)/fuzz. In `make test` tests/firmware/test_fuzz.c runs the corpus and damaged copies of it, and
+# tests/cli/fuzz.sh, where there is clang, libFuzzer for 60000 inputs.
 FUZZ_SECONDS ?= 600
 FUZZ_SRC := tests/fuzz/fuzz.c $(filter-out %/main.c,$(RIMD_SRC)) $(LIB_SRC)
 .PHONY: fuzz fuzz-deps
 fuzz-deps: deps
 	$(call install_missing,clang libclang-rt-14-dev)
-fuzz: fuzz-deps ## search every decoder for faults, guided by coverage (FUZZ_SECONDS=600; installs clang)
-	@mkdir -p $(BUILD)/fuzz/corpus
+$(BUILD)/fuzz/fuzz: $(FUZZ_SRC) tests/fuzz/fuzz_decoders.h $(wildcard lib/include/rim/*.h lib/src/*.h firmware/*/*.h)
+	@mkdir -p $(@D)
 	$(call say,FUZZ)clang -std=c11 -g -O1 -ffp-contract=off -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=all \
-	  -pthread -DRIM_VERSION='"$(VERSION)"' -Ifirmware -Ilib/include -Ilib/src $(FUZZ_SRC) -o $(BUILD)/fuzz/fuzz -lccd -lm
+	  -pthread -DRIM_VERSION='"$(VERSION)"' -Ifirmware -Ilib/include -Ilib/src $(FUZZ_SRC) -o $@ -lccd -lm
+fuzz: fuzz-deps ## search every decoder for faults, guided by coverage (FUZZ_SECONDS=600; installs clang)
+	@$(MAKE) --no-print-directory $(BUILD)/fuzz/fuzz
+	@mkdir -p $(BUILD)/fuzz/corpus
 	cp -n tests/fuzz/corpus/* $(BUILD)/fuzz/corpus/
 	cd $(BUILD)/fuzz && ./fuzz -max_total_time=$(FUZZ_SECONDS) -max_len=8192 -close_fd_mask=2 -print_final_stats=1 corpus
 

@@ -28,6 +28,18 @@ if command -v pkg-config > /dev/null; then
   flags=$(PKG_CONFIG_PATH=$to/lib/pkgconfig pkg-config --define-variable=prefix="$to" --cflags --libs rimwatch)
 fi
 gcc -std=c11 -Wall -Wextra -Werror "$here/watch.c" $flags -o "$here/watch"; check "the README's program builds" 0 $?
+# Every piece of C in a README compiles against what was installed.
+pieces=0
+for readme in "$root"/README.md "$root"/*/README.md; do
+  rm -f "$here"/piece_*.c
+  awk -v to="$here/piece_" '/^```c$/{on=1; n++; next} /^```$/{on=0} on {print > (to n ".c")}' "$readme"
+  for piece in "$here"/piece_*.c; do
+    [ -e "$piece" ] || continue
+    pieces=$((pieces + 1))
+    gcc -std=c11 -Wall -Wextra -Werror -I"$to/include" -fsyntax-only "$piece"; check "C in ${readme#"$root"/}: $(basename "$piece")" 0 $?
+  done
+done
+[ "$pieces" -ge 6 ]; check "there are such pieces" 0 $?
 err=$(head -c 100 /dev/zero > "$here/zero.rim"; "$here/watch" "$here/zero.rim" 2>&1 < /dev/null)
 check "and refuses what is no image" 3 $?
 contains "with a reason" "$err" "."

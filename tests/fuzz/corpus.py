@@ -8,6 +8,7 @@ sys.path.insert(0, os.path.join(here, "..", "firmware"))
 from bus import ALARM, MESSAGE, fingerprint  # noqa: E402
 
 wire = os.path.join(here, "..", "..", "lib", "wire")
+# section_*: of an image that rim train made of the logs of tests/cli/toy.inc, after a byte 7.
 out = sys.argv[1]
 
 

@@ -17,6 +17,7 @@
 #include "rimd/config.h"
 #include "rimd/lookahead.h"
 #include "transport/lcm_packet.h"
+#include "transport/lcm_udp.h"
 
 /* An accepted message must pack again. */
 static inline void fuzz_must(bool good) {
@@ -87,12 +88,15 @@ static inline void fuzz_can(const uint8_t *data, size_t bytes) {
   rim_can_summary summary;
   rim_can_heartbeat heartbeat;
   rim_command command;
+  rim_entry entry;
   rim_alarm alarm;
   bool complete;
   while (fuzz_next_frame(&data, &bytes, &frame)) {
     (void)rim_can_unpack_summary(&summary, &frame);
     (void)rim_can_unpack_heartbeat(&heartbeat, &frame);
     (void)rim_can_unpack_command(&command, 1, &frame);
+    if (rim_can_unpack_entry(&entry, &frame) == RIM_OK)
+      fuzz_must(rim_can_pack_entry(packed, frame.id - RIM_CAN_ENTRY_ID, &entry) == RIM_OK);
     if (rim_can_unpack_detail_fd(&alarm, &frame) == RIM_OK)
       fuzz_must(rim_can_pack_detail(packed, 1, &alarm) == RIM_OK);
     if (rim_can_take_detail(&assembly, &frame, &alarm, &complete) == RIM_OK && complete)
@@ -126,6 +130,36 @@ static inline void fuzz_image(const uint8_t *data, size_t bytes) {
   (void)rim_monitor_size(data, bytes, &need);
 }
 
+/* What stands behind the image's check sum: its sections, each by its own reader; what a model that
+ * opens says of a context is finite. */
+static inline void fuzz_sections(const uint8_t *data, size_t bytes) {
+  static double x[RIM_NOMINAL_MAX_INPUTS], mean[RIM_NOMINAL_MAX_OUTPUTS],
+      sd[RIM_NOMINAL_MAX_OUTPUTS];
+  rim_nominal model;
+  rim_threshold threshold;
+  rim_envelope envelope;
+  rim_correct corrected;
+  if (rim_nominal_open(&model, data, bytes) == RIM_OK)
+    (void)rim_nominal_predict(&model, x, mean, sd, NULL);
+  if (rim_threshold_open(&threshold, data, bytes) == RIM_OK)
+    (void)rim_threshold_p_value(&threshold, 1.0);
+  (void)rim_envelope_open(&envelope, data, bytes);
+  if (rim_correct_open(&corrected, data, bytes) == RIM_OK &&
+      corrected.features <= RIM_NOMINAL_MAX_INPUTS && corrected.outcomes <= RIM_NOMINAL_MAX_OUTPUTS)
+    (void)rim_correct_mean(&corrected, x, mean, mean);
+}
+
+static inline void fuzz_text(const uint8_t *data, size_t bytes) {
+  static config c;
+  lcm_udp_address address;
+  char url[300];
+  (void)config_parse(&c, "fuzz", (const char *)data, bytes);
+  const size_t length = bytes < sizeof url - 1 ? bytes : sizeof url - 1;
+  memcpy(url, data, length);
+  url[length] = '\0';
+  (void)lcm_udp_parse(&address, url);
+}
+
 static inline void fuzz_lookahead(const uint8_t *data, size_t bytes) {
   static const lookahead_config c = {
       .axis = {0, 1, 2}, .vertices = 2, .vertex = {{1, 0, 0}, {-1, 0, 0}}};
@@ -144,7 +178,6 @@ static inline void fuzz_lookahead(const uint8_t *data, size_t bytes) {
 }
 
 static inline void fuzz_one(const uint8_t *data, size_t bytes) {
-  static config c;
   if (bytes == 0)
     return;
   const size_t rest = bytes - 1;
@@ -153,7 +186,7 @@ static inline void fuzz_one(const uint8_t *data, size_t bytes) {
     return;
   memcpy(exact, data + 1, rest);
   const uint8_t *in = (const uint8_t *)exact;
-  switch (data[0] % 7u) {
+  switch (data[0] % 8u) {
   case 0:
     fuzz_lcm(in, rest);
     break;
@@ -172,8 +205,11 @@ static inline void fuzz_one(const uint8_t *data, size_t bytes) {
   case 5:
     fuzz_lookahead(in, rest);
     break;
+  case 6:
+    fuzz_text(in, rest);
+    break;
   default:
-    (void)config_parse(&c, "fuzz", (const char *)in, rest);
+    fuzz_sections(in, rest);
     break;
   }
   free(exact);
