@@ -18,7 +18,7 @@ for i in $(seq 20); do toy "run$(printf %02d "$i").csv" "$i"; done
 toy biased.csv 102 1200 'a += 0.5'
 url='udpm://239.255.76.67:7667?ttl=0'
 printf "image = toy.rim\nlcm = $url\nhealth_ms = 100\nlcm_interface = 127.0.0.1\naxis_x = s.position_a_m\n" > rimd.conf
-until_in() { for _ in $(seq 100); do grep -q "$2" "$1" 2> /dev/null && return 0; sleep 0.1; done; return 1; }
+until_in() { for _ in $(seq 600); do grep -q "$2" "$1" 2> /dev/null && return 0; sleep 0.1; done; return 1; }
 start() { "$BUILD/rimd" rimd.conf 2> "$1.said" & daemon=$!; until_in "$1.said" ready; }
 
 # rimd is fed by datagrams made by hand; the logger and rim listen hear all of it.
