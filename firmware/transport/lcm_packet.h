@@ -2,8 +2,8 @@
  * stack.
  *
  * A message: u32 0x4c433032 ("LC02"), u32 sequence, both big-endian; the channel's name, NUL; the
- * payload. Messages above some 64 kB travel in fragments (0x4c433033): none of ours is so long, so
- * fragments are recognised and left alone. */
+ * payload. A message that is too long for its sender's system travels in fragments (0x4c433033):
+ * lcm_fragments.h puts them together. */
 #ifndef LCM_PACKET_H
 #define LCM_PACKET_H
 

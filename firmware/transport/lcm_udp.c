@@ -127,6 +127,7 @@ int lcm_udp_open(lcm_udp *lcm, const lcm_udp_address *address, bool receive, con
   lcm->address = *address;
   lcm->sequence = lcm->overflow = 0;
   memset(&lcm->counts, 0, sizeof lcm->counts);
+  memset(&lcm->fragments, 0, sizeof lcm->fragments);
   lcm->out = open_sender(address, what);
   if (lcm->out < 0)
     return lcm->out;
@@ -183,11 +184,28 @@ static void note_overflow(lcm_udp *lcm, struct msghdr *message) {
   }
 }
 
+/* 1: with this fragment a message is whole. */
+static int take_fragment(lcm_udp *lcm, const struct sockaddr_in *from, size_t bytes,
+                         lcm_udp_message *message) {
+  const uint64_t sender = (uint64_t)from->sin_addr.s_addr << 16 | from->sin_port;
+  const lcm_fragments_answer answer =
+      lcm_fragments_take(&lcm->fragments, sender, lcm->buffer, bytes, &message->channel,
+                         &message->payload, &message->bytes, &lcm->counts.fragments);
+  if (answer == LCM_FRAGMENTS_REFUSED)
+    count(&lcm->counts.fragments);
+  return answer == LCM_FRAGMENTS_COMPLETE ? 1 : -1;
+}
+
 int lcm_udp_receive(lcm_udp *lcm, lcm_udp_message *message) {
   _Alignas(struct cmsghdr) char control[64];
+  struct sockaddr_in from = {0};
   struct iovec part = {lcm->buffer, sizeof lcm->buffer};
-  struct msghdr received = {
-      .msg_iov = &part, .msg_iovlen = 1, .msg_control = control, .msg_controllen = sizeof control};
+  struct msghdr received = {.msg_name = &from,
+                            .msg_namelen = sizeof from,
+                            .msg_iov = &part,
+                            .msg_iovlen = 1,
+                            .msg_control = control,
+                            .msg_controllen = sizeof control};
   const ssize_t bytes = recvmsg(lcm->in, &received, MSG_DONTWAIT);
   if (bytes < 0)
     return errno == EAGAIN || errno == EWOULDBLOCK ? 0 : -1;
@@ -198,6 +216,8 @@ int lcm_udp_receive(lcm_udp *lcm, lcm_udp_message *message) {
                                                      &message->payload, &message->bytes);
   if (kind == LCM_PACKET_MESSAGE)
     return 1;
-  count(kind == LCM_PACKET_FRAGMENT ? &lcm->counts.fragments : &lcm->counts.malformed);
+  if (kind == LCM_PACKET_FRAGMENT)
+    return take_fragment(lcm, &from, (size_t)bytes, message);
+  count(&lcm->counts.malformed);
   return -1;
 }

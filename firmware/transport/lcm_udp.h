@@ -9,6 +9,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "transport/lcm_fragments.h"
+
 #define LCM_UDP_BUFFER 65536u
 
 /* Host byte order. */
@@ -21,8 +23,9 @@ typedef struct lcm_udp_address {
 
 /* Saturating. */
 typedef struct lcm_udp_counts {
-  uint32_t malformed, fragments; /* datagrams */
-  uint32_t lost;                 /* dropped by the kernel: the receive buffer was full */
+  uint32_t malformed; /* datagrams */
+  uint32_t fragments; /* refused, and messages of which the rest never came */
+  uint32_t lost;      /* dropped by the kernel: the receive buffer was full */
   uint32_t unsent;
 } lcm_udp_counts;
 
@@ -33,6 +36,7 @@ typedef struct lcm_udp {
   uint32_t overflow; /* the kernel's own count of drops */
   lcm_udp_counts counts;
   uint8_t buffer[LCM_UDP_BUFFER];
+  lcm_fragments fragments;
 } lcm_udp;
 
 typedef struct lcm_udp_message {
@@ -56,7 +60,7 @@ void lcm_udp_close(lcm_udp *lcm);
 int lcm_udp_send(lcm_udp *lcm, const char *channel, const uint8_t *payload, size_t bytes);
 
 /* Takes the next datagram that is waiting. 1: *message; 0: none waits; -1: one that is no message
- * was counted, or the socket had an error to tell: call again. */
+ * was counted, or is part of one, or the socket had an error to tell: call again. */
 int lcm_udp_receive(lcm_udp *lcm, lcm_udp_message *message);
 
 #endif

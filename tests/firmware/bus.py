@@ -92,6 +92,14 @@ class Bus:
         self.datagram(struct.pack(">II", MESSAGE, self.datagrams & 0xFFFFFFFF) + channel.encode() + b"\0" + payload)
         self.datagrams += 1
 
+    def fragments(self, channel, payload, size, order=None):
+        """As liblcm cuts it: size bytes of payload a datagram, sent in that order."""
+        parts = (len(payload) + size - 1) // size
+        for i in order if order is not None else range(parts):
+            head = struct.pack(">IIIIHH", FRAGMENT, self.datagrams & 0xFFFFFFFF, len(payload), i * size, i, parts)
+            self.datagram(head + (channel.encode() + b"\0" if i == 0 else b"") + payload[i * size:(i + 1) * size])
+        self.datagrams += 1
+
     def observation(self, t_us, values, sequence=None, count=None):
         if sequence is None:
             sequence, self.sequence = self.sequence, self.sequence + 1

@@ -9,7 +9,7 @@ import sys
 import time
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from bus import CLEARED, ERROR, FRAGMENT, MESSAGE, NONE, OK, RAISED, STALE, UPDATED, Bus, Checks, Daemon, read_rows
+from bus import CLEARED, ERROR, FRAGMENT, MESSAGE, NONE, OK, RAISED, STALE, UPDATED, Bus, Checks, Daemon, plan_message, read_rows
 
 rimd, wire, here = sys.argv[1:4]
 port = 20000 + os.getpid() % 20000
@@ -211,6 +211,12 @@ counted("a plan of 65 poses", "lcm_refused", lambda: bus.plan(0, 4, line(1.0), c
 check("a refused plan is no plan", bus.until(lambda: True) and bus.entries[-1]["plan_sequence"] == 3)
 bus.plan(59950000, 5, line(1.0))
 check("and the next one is", bus.until(lambda: bus.entries[-1]["plan_sequence"] == 5 and bus.entries[-1]["to_entry_s"] > 0))
+whole = plan_message(wire, 59950000, 6, line(1.0))
+bus.fragments("RIM_PLAN", whole, 1423, [2, 0, 1])
+check("a plan in three fragments", bus.until(lambda: bus.entries[-1]["plan_sequence"] == 6 and bus.entries[-1]["to_entry_s"] > 0))
+bus.fragments("RIM_PLAN", plan_message(wire, 59950000, 7, line(-1.0)), 1423, [0, 2])
+bus.fragments("RIM_PLAN", plan_message(wire, 59950000, 8, line(1.0)), 1423)
+check("one that is not whole is none", bus.until(lambda: bus.entries[-1]["plan_sequence"] == 8) and all(e["plan_sequence"] != 7 for e in bus.entries))
 bus.command(2)
 check("cleared: no entry", bus.until(lambda: bus.entries[-1]["to_entry_s"] == -1), bus.entries[-1])
 check("entries count", [e["sequence"] for e in bus.entries] == list(range(1, len(bus.entries) + 1)))

@@ -5,10 +5,10 @@ import sys
 
 here = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.join(here, "..", "firmware"))
-from bus import ALARM, MESSAGE, fingerprint  # noqa: E402
+from bus import ALARM, FRAGMENT, MESSAGE, fingerprint  # noqa: E402
 
 wire = os.path.join(here, "..", "..", "lib", "wire")
-# section_*: of an image that rim train made of the logs of tests/cli/toy.inc, after a byte 7.
+# section_*: of an image that rim train made of the logs of tests/cli/toy.inc, after a byte 8.
 out = sys.argv[1]
 
 
@@ -54,6 +54,10 @@ files = {
     "lookahead": b"\5" + plan + struct.pack("<9d", 1, 0, 0, 0, 1, 0, 0, 0, 1),
     "config": b"\6image = a.rim\nlcm = udpm://239.255.76.67:7667?ttl=0\nnode = 5 # x\nlatch = yes\nfootprint = 1 2 3, 4 5 6\naxis_x = a\n",
 }
+plan_parts = [plan[i:i + 1423] for i in range(0, len(plan), 1423)]
+datagrams = [struct.pack(">IIIIHH", FRAGMENT, 4, len(plan), 1423 * i, i, len(plan_parts)) + (b"RIM_PLAN\0" if i == 0 else b"") + part
+             for i, part in enumerate(plan_parts)]
+files["fragments"] = b"\7" + b"".join(struct.pack("<HB", len(d), 1) + d for d in datagrams)
 for name, data in files.items():
     with open(os.path.join(out, name), "wb") as file:
         file.write(data)

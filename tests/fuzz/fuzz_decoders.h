@@ -149,6 +149,25 @@ static inline void fuzz_sections(const uint8_t *data, size_t bytes) {
     (void)rim_correct_mean(&corrected, x, mean, mean);
 }
 
+/* Datagrams one after another, each behind its length (2 bytes) and sender (1). */
+static inline void fuzz_fragments(const uint8_t *data, size_t bytes) {
+  static lcm_fragments fragments;
+  const char *channel;
+  const uint8_t *payload;
+  size_t payload_bytes;
+  uint32_t lost = 0;
+  memset(&fragments, 0, sizeof fragments);
+  while (bytes >= 3) {
+    size_t length = (size_t)(data[0] | data[1] << 8);
+    length = length < bytes - 3 ? length : bytes - 3;
+    if (lcm_fragments_take(&fragments, data[2], data + 3, length, &channel, &payload,
+                           &payload_bytes, &lost) == LCM_FRAGMENTS_COMPLETE)
+      fuzz_lcm(payload, payload_bytes);
+    data += 3 + length;
+    bytes -= 3 + length;
+  }
+}
+
 static inline void fuzz_text(const uint8_t *data, size_t bytes) {
   static config c;
   lcm_udp_address address;
@@ -186,7 +205,7 @@ static inline void fuzz_one(const uint8_t *data, size_t bytes) {
     return;
   memcpy(exact, data + 1, rest);
   const uint8_t *in = (const uint8_t *)exact;
-  switch (data[0] % 8u) {
+  switch (data[0] % 9u) {
   case 0:
     fuzz_lcm(in, rest);
     break;
@@ -207,6 +226,9 @@ static inline void fuzz_one(const uint8_t *data, size_t bytes) {
     break;
   case 6:
     fuzz_text(in, rest);
+    break;
+  case 7:
+    fuzz_fragments(in, rest);
     break;
   default:
     fuzz_sections(in, rest);
