@@ -13,7 +13,7 @@ std::function<int()> add_fig3_3(CLI::App &app) {
       ->check(CLI::PositiveNumber);
   figure->add_option("--shots", a->experiment.shots, "of a run without a bump (1000)")
       ->check(CLI::Range(10, 4000));
-  figure->add_option("--q", a->experiment.q, "chances behind the bump (0.2,0.3,0.4,0.5,0.6)")
+  figure->add_option("--q", a->experiment.q, "chances behind the bump (0.2,0.3,0.4,0.5)")
       ->delimiter(',')
       ->check(CLI::Range(0.01, 0.79));
   a->add(figure);

@@ -19,7 +19,7 @@ struct Fig33 {
   std::size_t nominal = 30;   // runs without a bump, for the highest ln anom there
   std::size_t shots = 1000;   // of such a run
   std::uint64_t seed = 20000; // of the first run
-  std::vector<double> q = {0.2, 0.3, 0.4, 0.5, 0.6};
+  std::vector<double> q = {0.2, 0.3, 0.4, 0.5};
 };
 
 // The best ellipse each time a shot came from behind the bump.

@@ -85,6 +85,7 @@ void KeepawayMonitor::update() {
   config.cem.iterations = static_cast<std::uint16_t>(learner_.iterations);
   config.search.cem = config.cem;
   config.search.balls = 1;
+  config.border = learner_.border;
   config.search.max_dims = static_cast<std::uint8_t>(learner_.max_dims);
   config.search.nodes = static_cast<std::uint16_t>(learner_.nodes);
   config.search.seed = seed_;

@@ -23,9 +23,10 @@ struct KeepawayLearner {
   double least_var = 0.05; // of an outcome: a model that is never wrong is not believed
   double quantile = 0.9;   // of nominal runs' largest ln anom: the price lambda of a region
   double lambda_dim = 2.0; // nats a further feature
+  double border = 0.1;     // share of a touching region's ln anom
   std::uint32_t least = 4; // observations a region must hold
   unsigned max_dims = 2;
-  unsigned regions = 3, nodes = 4, sweeps = 1;
+  unsigned regions = 5, nodes = 4, sweeps = 1;
   unsigned samples = 12, elites = 3, iterations = 4;
   // After a completed pass the regions stay as they are, this many times: what a search can find is
   // mostly in the failures.

@@ -33,6 +33,7 @@ Campaign begin(const char *kind, const KeepawayFigure &e) {
                      {"least_var", l.least_var},
                      {"quantile", l.quantile},
                      {"lambda_dim", l.lambda_dim},
+                     {"border", l.border},
                      {"least", l.least},
                      {"patience", l.patience},
                      {"max_dims", l.max_dims},

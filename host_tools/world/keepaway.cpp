@@ -80,6 +80,8 @@ void Keepaway::assign_marks() {
     open.emplace_back(-least, i);
   }
   std::sort(open.begin(), open.end());
+  if (open.empty()) // there are always two keepers
+    throw std::logic_error("keepaway: no keeper to pass to");
   most_open_ = open.front().second;
   std::vector<std::size_t> free(params_.taker_count());
   for (std::size_t t = 0; t < free.size(); ++t)

@@ -1,16 +1,15 @@
 // The keepaway world: motion and contacts by hand, interceptions, habits, episodes, its file.
-#include "util/atomic_file.hpp"
+#include "damaged_file.hpp"
 #include "util/data_path.hpp"
-#include "util/error.hpp"
 #include "world/keepaway_log.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdarg>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <setjmp.h>
-#include <unistd.h>
 extern "C" {
 #include <cmocka.h>
 }
@@ -299,24 +298,8 @@ void the_same_run_again(void **) {
 }
 
 void refuses(const std::string &from, const std::string &to, const char *reason) {
-  std::string text = rim::read_file(rim::data_path("keepaway.toml"));
-  const std::size_t at = text.find(from);
-  assert_true(at != std::string::npos);
-  text.replace(at, from.size(), to);
-  const std::string path = "/tmp/test_world_keepaway_" + std::to_string(getpid()) + ".toml";
-  rim::AtomicFile file(path);
-  file.write(text);
-  file.commit();
-  bool refused = false;
-  try {
-    read_keepaway_params(path);
-  } catch (const rim::DataError &error) {
-    refused = std::string(error.what()).find(reason) != std::string::npos;
-    if (!refused)
-      std::fprintf(stderr, "%s\n", error.what());
-  }
-  std::remove(path.c_str());
-  assert_true(refused);
+  assert_true(refuses_damage("keepaway.toml", from, to, reason,
+                             [](const std::string &path) { read_keepaway_params(path); }));
 }
 
 void bad_files_are_refused(void **) {
