@@ -105,6 +105,9 @@ bench: all ## speed, memory and detection figures with their intervals (some 30 
 	$(BUILD)/rim experiment falcon
 	$(BUILD)/rim experiment measured_falcon
 	$(BUILD)/rim experiment measured_mrclam
+	$(BUILD)/rim experiment fig3.3
+	$(BUILD)/rim experiment fig3.4
+	$(BUILD)/rim experiment fig3.5
 	$(BUILD)/rim experiment fig5.10
 	$(BUILD)/rim experiment figB.6
 	$(BUILD)/rim experiment table3.1
