@@ -46,7 +46,7 @@ $(BUILD)/tests/host/%: tests/host/%.cpp $(HOST_OBJ_TEST) $(BUILD)/librim.a $(BUI
 .PHONY: instructions instructions-deps
 instructions-deps: deps
 	$(call install_missing,valgrind)
-instructions: instructions-deps $(BUILD)/tests/lib/test_interference ## instructions a step of the interference detector (installs valgrind)
+instructions: instructions-deps $(BUILD)/tests/lib/test_interference host ## instructions of the interference detector and of a planner's choice (installs valgrind)
 	@lib/instructions.sh $(BUILD)
 
 -include $(TEST_LIB_BIN:=.d) $(TEST_HOST_BIN:=.d)

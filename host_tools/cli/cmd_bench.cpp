@@ -19,10 +19,12 @@
 
 namespace {
 
+constexpr std::size_t kChoices = 201; // timed without --choice
+
 struct Options {
   bool memory = false;
   std::vector<std::string> replay;
-  std::size_t runs = 50;
+  std::size_t runs = 50, choices = 0;
 };
 
 struct Size {
@@ -60,16 +62,28 @@ void print_memory() {
   table.print();
 }
 
-void print_choice() {
+void print_choice(std::size_t repeats) {
   constexpr std::uint32_t kActions = 200, kObservations = 200;
-  const rim::ChoiceTime gp =
-      rim::time_choice(RIM_BANDIT_GP_UCB, RIM_GP_SQUARED_EXPONENTIAL, kActions, kObservations);
-  const rim::ChoiceTime both =
-      rim::time_choice(RIM_BANDIT_RIM_GP_UCB, RIM_GP_SQUARED_EXPONENTIAL, kActions, kObservations);
-  std::printf("A choice among %u actions with %u observations (median): GP-UCB %.2f ms, RIM+GP-UCB "
-              "%.2f ms; memory %.1f and %.1f kB\n",
-              kActions, kObservations, gp.choose_ms, both.choose_ms,
-              static_cast<double>(gp.bytes) / 1000.0, static_cast<double>(both.bytes) / 1000.0);
+  struct Setting {
+    const char *name;
+    rim_bandit_policy policy;
+    rim_gp_kernel kernel;
+  };
+  const Setting settings[] = {
+      {"GP-UCB, squared exponential", RIM_BANDIT_GP_UCB, RIM_GP_SQUARED_EXPONENTIAL},
+      {"GP-UCB, Matern 5/2", RIM_BANDIT_GP_UCB, RIM_GP_MATERN_5_2},
+      {"RIM+GP-UCB, squared exponential", RIM_BANDIT_RIM_GP_UCB, RIM_GP_SQUARED_EXPONENTIAL},
+      {"RIM+GP-UCB, Matern 5/2", RIM_BANDIT_RIM_GP_UCB, RIM_GP_MATERN_5_2}};
+  std::printf("A choice among %u actions with %u observations, %zu times:\n", kActions,
+              kObservations, repeats);
+  rim::Table table({{"policy", ""}, {"least", "ms"}, {"median", "ms"}, {"memory", "kB"}});
+  for (const Setting &s : settings) {
+    const rim::ChoiceTime t =
+        rim::time_choice(s.policy, s.kernel, kActions, kObservations, repeats);
+    table.add({s.name, fmt::format("{:.2f}", t.least_ms), fmt::format("{:.2f}", t.choose_ms),
+               fmt::format("{:.1f}", static_cast<double>(t.bytes) / 1000.0)});
+  }
+  table.print();
 }
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
@@ -118,13 +132,16 @@ int cmd_bench(int argc, char **argv) {
   Options o;
   CLI::App app{"Measure memory, training time and replay speed.", "rim bench"};
   app.add_flag("--memory", o.memory, "only the memory of monitors");
+  app.add_option("--choice", o.choices, "only the time of a planner's choice, so many times")
+      ->check(CLI::Range(1, 1000000));
   app.add_option("--replay", o.replay, "only the replay speed of this model and log")
       ->expected(2)
       ->type_name("MODEL.rim LOG");
   app.add_option("--runs", o.runs, "landings to train on (default 50)")->check(CLI::Range(3, 1000));
   app.footer("Detection is measured by 'rim experiment golf', 'lander' and 'falcon', planning by "
              "'fig5.10' and 'figB.6'.\n\n"
-             "Example:\n  rim bench --memory\n  rim bench --replay lander.rim flight.csv");
+             "Example:\n  rim bench --memory\n  rim bench --choice 1000\n  rim bench --replay "
+             "lander.rim flight.csv");
   if (!rim::parse_arguments(app, argc, argv))
     return rim::EXIT_FINE;
   if (!o.replay.empty()) {
@@ -133,9 +150,13 @@ int cmd_bench(int argc, char **argv) {
                  rim::read_log(o.replay[1]));
     return rim::EXIT_FINE;
   }
+  if (o.choices > 0) {
+    print_choice(o.choices);
+    return rim::EXIT_FINE;
+  }
   print_memory();
   if (!o.memory) {
-    print_choice();
+    print_choice(kChoices);
     bench_lander(o.runs);
   }
   return rim::EXIT_FINE;

@@ -54,7 +54,8 @@ struct Options {
   std::vector<std::string> state, action;
   std::vector<double> length;
   std::string policy = "rim+gp", kernel = "matern52", schedule = "constant", risk = "neutral";
-  double beta = 2.0, signal_sd = 1.0, noise_sd = 0.1, aversion = 0.0, level = 0.0, bound = 0.95;
+  double beta = 2.0, signal_sd = 1.0, noise_sd = 0.1, aversion = 0.0, level = 0.0, bound = 0.95,
+         smooth_sd = 0.0, unseen_sd = 0.0, gain = 0.0;
   unsigned plans = 0, features = 0, points = 256;
   std::uint64_t seed = 1;
   std::string lcm;
@@ -86,6 +87,10 @@ void declare(CLI::App &app, Options &o) {
   app.add_option("--aversion", o.aversion, "mean-sd: standard deviations to subtract");
   app.add_option("--level", o.level, "bounded, probability: the reward to exceed");
   app.add_option("--bound", o.bound, "bounded: with at least this probability");
+  app.add_option("--smooth-sd", o.smooth_sd, "rim, rim+gp: deviations that small make no region");
+  app.add_option("--unseen-sd", o.unseen_sd, "rim+gp: how far a region not seen yet may deviate");
+  app.add_option("--gain", o.gain,
+                 "rim+gp: nats that regions must gain over the Gaussian process alone; 0: none");
   app.add_option("--points", o.points, "experiences kept, 8 to 512");
   app.add_option("--seed", o.seed, "of draws among equal actions and of the region search");
   app.add_option(
@@ -103,7 +108,8 @@ void declare(CLI::App &app, Options &o) {
       "  reward,0.3\n"
       "Each state is answered at once by one JSON line; action null: none is allowed. A line that\n"
       "cannot be used is told on stderr, counted and passed over; exit 3 if none could be used.\n\n"
-      "Example:\n"
+      "Examples: from a pipe, and from a bus, where the planner's partner sends RIM_OBSERVATION\n"
+      "  rim plan --state 0:1 --action -1:1:21 --lcm 'udpm://239.255.76.67:7667?ttl=0'\n"
       "  printf 'state,0.4\\nreward,0.9\\nstate,0.5\\n' | rim plan --state 0:1 --action -1:1:21");
 }
 
@@ -130,6 +136,9 @@ PlannerConfig config_of(const Options &o) {
   b.aversion = o.aversion;
   b.level = o.level;
   b.bound = o.bound;
+  b.smooth_var = o.smooth_sd * o.smooth_sd;
+  b.unseen_var = o.unseen_sd * o.unseen_sd;
+  b.gain = o.gain;
   b.seed = b.extent.seed = o.seed;
   b.gp.kernel = kKernels.at(o.kernel);
   b.gp.points = b.extent.points = static_cast<std::uint16_t>(o.points);

@@ -45,7 +45,7 @@ std::string script(const std::vector<PlanPanel> &panels, const std::string &to, 
   const int width = kPanelWidth * static_cast<int>(panels.size());
   std::string text =
       fmt::format("set terminal {} size {},{} {}\nset output '{}'\nset tics nomirror "
-                  "out\nset grid y lc rgb '#dddddd'\nset key bottom right\nset "
+                  "out\nset grid y lc rgb '#dddddd'\nset key outside bottom center horizontal\nset "
                   "autoscale xfix\n",
                   svg ? "svg" : "pngcairo", width, kPanelHeight,
                   svg ? "dynamic font 'sans,13' background rgb 'white'" : "font 'sans,10'", to);

@@ -11,8 +11,6 @@ namespace rim {
 
 namespace {
 
-constexpr int kRepeats = 15;
-
 double now_ms() {
   const auto now = std::chrono::steady_clock::now().time_since_epoch();
   return std::chrono::duration<double, std::milli>(now).count();
@@ -21,7 +19,7 @@ double now_ms() {
 } // namespace
 
 ChoiceTime time_choice(rim_bandit_policy policy, rim_gp_kernel kernel, std::uint32_t actions,
-                       std::uint16_t observations) {
+                       std::uint16_t observations, std::size_t repeats) {
   rim_bandit_config c{};
   c.policy = static_cast<std::uint8_t>(policy);
   c.beta = 4.0;
@@ -51,14 +49,15 @@ ChoiceTime time_choice(rim_bandit_policy policy, rim_gp_kernel kernel, std::uint
   for (double &v : x)
     v = rim_rng_uniform(&rng);
   const rim_bandit_actions proposed = {actions, x.data(), nullptr, nullptr, nullptr};
-  for (int i = 0; i < kRepeats; ++i) {
+  for (std::size_t i = 0; i < repeats; ++i) {
     rim_bandit_choice choice;
     const double before = now_ms();
     (void)rim_bandit_choose(bandit, &proposed, &choice);
     times.push_back(now_ms() - before);
   }
-  std::nth_element(times.begin(), times.begin() + kRepeats / 2, times.end());
-  out.choose_ms = times[kRepeats / 2];
+  std::sort(times.begin(), times.end());
+  out.least_ms = times.front();
+  out.choose_ms = times[times.size() / 2];
   return out;
 }
 
