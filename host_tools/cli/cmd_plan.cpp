@@ -108,7 +108,7 @@ void declare(CLI::App &app, Options &o) {
       "  reward,0.3\n"
       "Each state is answered at once by one JSON line; action null: none is allowed. A line that\n"
       "cannot be used is told on stderr, counted and passed over; exit 3 if none could be used.\n\n"
-      "Examples: from a pipe, and from a bus, where the planner's partner sends RIM_OBSERVATION\n"
+      "Examples: from a bus, on which the robot sends RIM_OBSERVATION, and from a pipe\n"
       "  rim plan --state 0:1 --action -1:1:21 --lcm 'udpm://239.255.76.67:7667?ttl=0'\n"
       "  printf 'state,0.4\\nreward,0.9\\nstate,0.5\\n' | rim plan --state 0:1 --action -1:1:21");
 }
