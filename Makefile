@@ -108,6 +108,8 @@ bench: all ## speed, memory and detection figures with their intervals (some 30 
 	$(BUILD)/rim experiment fig3.3
 	$(BUILD)/rim experiment fig3.4
 	$(BUILD)/rim experiment fig3.5
+	$(BUILD)/rim experiment control_mrclam
+	$(BUILD)/rim experiment figC.5
 	$(BUILD)/rim experiment fig5.10
 	$(BUILD)/rim experiment figB.6
 	$(BUILD)/rim experiment table3.1

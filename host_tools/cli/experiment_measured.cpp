@@ -2,12 +2,14 @@
 #include <cstdio>
 
 #include "cli/experiment.hpp"
+#include "cli/measured_arguments.hpp"
 #include "experiment/falcon.hpp"
 #include "experiment/measured_falcon.hpp"
 #include "experiment/measured_mrclam.hpp"
 
 namespace {
 
+using rim::experiment::add_measured;
 using rim::experiment::FalconOptions;
 using rim::experiment::MeasuredOptions;
 
@@ -38,16 +40,6 @@ std::function<int()> add_falcon(CLI::App &app) {
   falcon->add_option("--block-seconds", o->train.block_s, "length of an observation (0.5)")
       ->check(CLI::PositiveNumber);
   return [o] { return judge_falcon(*o); };
-}
-
-CLI::App *add_measured(CLI::App &app, const char *name, const char *description,
-                       MeasuredOptions &o) {
-  CLI::App *command = app.add_subcommand(name, description);
-  command->add_option("--data", o.data, "folder of the logs (in ../shared/measured)");
-  command->add_option("--exclude", o.exclude, "logs not to use, say d7_r1")->delimiter(',');
-  command->add_option("--null-runs", o.null_runs, "as for 'rim diagnose'");
-  command->add_option("--seed", o.seed, "of all random numbers (1)");
-  return command;
 }
 
 std::function<int()> add_measured_falcon(CLI::App &app) {

@@ -17,7 +17,6 @@ constexpr double kLeastSd = 1e-3;
 constexpr std::size_t kLatencies = 31, kLimits = 36;
 constexpr double kBand_sd = 3.0;   // of the limits from run to run: half the band
 constexpr double kMostError = 0.1; // of a run's own limit: else it says nothing
-constexpr double kTail = 0.8;      // quantile above which excursions count as a tail
 const char *const kNames[] = {"stop", "accel", "constant", "decel", "mi"};
 
 double latency_at(std::size_t i) { return 0.01 * static_cast<double>(i); }
@@ -225,21 +224,29 @@ struct Excursions {
   void threshold(const InterferenceOptions &o, double least, double *h) const;
 };
 
-// Peaks above their kTail quantile are taken as exponential: rate(h) = rate(q) exp(-(h - q) / b).
+// Upper confidence limit of an exponential's scale over its mean of n: 2 n mean / scale is chi^2 of
+// 2 n degrees, whose quantile is Wilson and Hilferty's.
+double scale_limit(double n, double z) {
+  const double root = 1.0 - 1.0 / (9.0 * n) - z * std::sqrt(1.0 / (9.0 * n));
+  return 1.0 / std::pow(std::max(0.3, root), 3.0);
+}
+
+// Peaks above their quantile o.tail are taken as exponential: rate(h) = rate(q) exp(-(h - q) / b).
 void Excursions::threshold(const InterferenceOptions &o, double least, double *h) const {
   *h = least;
   if (peaks.empty())
     return;
   std::vector<double> sorted = peaks;
   std::sort(sorted.begin(), sorted.end());
-  const auto from = static_cast<std::size_t>(kTail * static_cast<double>(sorted.size()));
+  const auto from = static_cast<std::size_t>(o.tail * static_cast<double>(sorted.size()));
   const double q = sorted[from];
   const auto n = static_cast<double>(sorted.size() - from);
   double excess = 0.0;
   for (std::size_t i = from; i < sorted.size(); ++i)
     excess += (sorted[i] - q) / n;
   const double expected = n * o.quiet_h * 3600.0 / watched_s;
-  *h = std::max({least, q + excess * std::log(expected), o.margin * sorted.back()});
+  const double scale = o.tail_z > 0.0 ? excess * scale_limit(n, o.tail_z) : excess;
+  *h = std::max({least, q + scale * std::log(expected), o.margin * sorted.back()});
 }
 
 } // namespace
@@ -426,13 +433,15 @@ InterferenceTraining InterferenceTrainer::train(std::size_t left_out) const {
       out.state_rows[i] += static_cast<std::size_t>(evidence_[r].moments[i].n);
     }
   }
-  std::size_t best_hits = 0;
+  std::size_t best_hits = 0, events = 0;
+  for (const InterferenceRun *run : runs)
+    events += run->intervals.size();
   out.p_mi = p_mi_grid().back();
   for (const double p_mi : p_mi_grid()) {
     const rim_interference_model model = with_p_mi(left_out, p_mi);
     std::size_t hits = 0, wrong = 0;
-    for (const InterferenceRun *run : runs) {
-      const InterferenceOutcome o = detect(model, *run);
+    for (std::size_t r = 0; r < runs.size() && wrong == 0; ++r) {
+      const InterferenceOutcome o = detect(model, *runs[r]);
       hits += o.detector[0].hits;
       wrong += o.detector[0].false_positives;
     }
@@ -440,6 +449,8 @@ InterferenceTraining InterferenceTrainer::train(std::size_t left_out) const {
       best_hits = hits;
       out.p_mi = p_mi;
     }
+    if (best_hits == events)
+      break;
   }
   out.model = with_p_mi(left_out, out.p_mi);
   set_emissions(moments, &out.model, &out.unseen);

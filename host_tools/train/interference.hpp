@@ -5,7 +5,7 @@
 // interference are known the rows are labelled by the rules of C.3.1. p_mi is the one of a grid
 // with the highest recall without a false positive on the runs given. Latency and acceleration
 // limits are the best of a grid on nominal rows; each detector's threshold is such that nominal
-// rows would cross it once in kQuietHours, extrapolated from the exponential tail of its
+// rows would cross it once in quiet_h, extrapolated from the exponential tail of its
 // excursions.
 #pragma once
 
@@ -29,10 +29,15 @@ struct InterferenceOptions {
   double noise_mps = 0.028; // sd at constant speed, C.3.1; separates the states
   double settle_s = 0.3;
   double slack_one_step = 0.6, slack_open_loop = 1.0;
-  double quiet_h = 300.0; // nominal driving until a detector crosses its threshold once
+  double quiet_h = 3000.0; // nominal driving until a detector crosses its threshold once
   // Errors of latency and limits last through a ramp: they add up as noise does not.
   double ramp_caution = 2.0; // factor on sd_ramp
   double margin = 1.8;       // and at least so much above what the runs reach
+  // The largest excursions are taken as exponential: those above this quantile. Correlated
+  // disturbances make the far tail heavier than what smaller ones suggest.
+  double tail = 0.95;
+  // Some minutes show few excursions: the tail's scale is taken at its upper confidence limit.
+  double tail_z = 1.645; // one-sided 95 %; 0: as estimated
 };
 
 // rim_motion of every row by C.3.1; MI where interference acted.

@@ -95,6 +95,9 @@ else
   skipped=$((skipped + 1))
 fi
 
+out=$("$RIM" experiment control_mrclam --data nowhere); check "no measured robots" 3 $?
+contains "no measured robots: why" "$out" "skipped: no folder nowhere"
+
 out=$("$RIM" experiment figC.5 --worlds 1 --hours 0.05 --seed 900 --plot c5.svg 2>/dev/null); check "figC.5" 0 $?
 contains "table" "$out" "^whole detector"
 [ -s c5.svg ]; check "picture" 0 $?

@@ -10,9 +10,11 @@
 #include <functional>
 #include <string>
 
+#include "experiment/control_mrclam.hpp"
 #include "experiment/fig_C5.hpp"
 #include "train/interference.hpp"
 #include "util/error.hpp"
+#include "util/rate_interval.hpp"
 
 extern "C" {
 #include <cmocka.h>
@@ -144,13 +146,69 @@ void unseen_states_are_named(void **) {
   assert_int_equal(rim_interference_init(&state, &t.model), RIM_OK);
 }
 
+// A tail that is known less well asks for more; so does a longer silence.
+void thresholds_grow_with_caution(void **) {
+  const std::vector<InterferenceRun> runs = interference_world(kSeed + 3);
+  InterferenceOptions options;
+  options.margin = 1.0;
+  const auto open_loop = [&] {
+    return InterferenceTrainer(runs, options).train(runs.size()).model.open_loop.threshold;
+  };
+  const double usual = open_loop();
+  options.tail_z = 0.0;
+  const double estimated = open_loop();
+  assert_true(estimated < usual);
+  options.quiet_h *= 10.0;
+  assert_true(open_loop() > estimated);
+}
+
+void holds_are_put_where_it_drives(void **) {
+  InterferenceRun run;
+  for (int i = 0; i < 1500; ++i) { // 300 s: stands, drives from 100 s on, a gap at 200 s
+    run.t_s.push_back(0.2 * i + (i >= 1000 ? 5.0 : 0.0));
+    run.command_mps.push_back(i < 500 ? 0.0 : 0.2);
+    run.speed_mps.push_back(run.command_mps.back());
+  }
+  const experiment::HeldRuns holds;
+  const InterferenceRun held = experiment::with_holds(run, holds, kSeed);
+  assert_true(held.intervals.size() >= 3 && held.intervals.size() <= 5);
+  for (std::size_t i = 0; i < run.t_s.size(); ++i) {
+    bool inside = false;
+    for (const auto &interval : held.intervals)
+      inside = inside || (run.t_s[i] >= interval.start_s && run.t_s[i] <= interval.end_s);
+    if (inside)
+      assert_true(run.command_mps[i] > 0.0 && held.speed_mps[i] <= holds.most_share * 0.2);
+    else
+      assert_true(held.speed_mps[i] == run.speed_mps[i]);
+  }
+  for (const auto &interval : held.intervals) {
+    assert_true(interval.end_s - interval.start_s <= holds.duration_s);
+    assert_false(interval.start_s < 200.0 && interval.end_s > 204.0); // not over the gap
+  }
+}
+
+// Garwood's table.
+void poisson_intervals_are_exact(void **) {
+  const double low[] = {0.0, 0.0253178, 0.2422093}, high[] = {3.6888795, 5.5716434, 7.2246877};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const RateInterval interval = poisson_interval(k);
+    assert_true(std::fabs(interval.low - low[k]) < 1e-6);
+    assert_true(std::fabs(interval.high - high[k]) < 1e-6);
+  }
+}
+
 } // namespace
 
 int main() {
   std::printf("seed %d\n", static_cast<int>(kSeed));
-  const CMUnitTest tests[] = {
-      cmocka_unit_test(labels_follow_the_rules),      cmocka_unit_test(training_learns_the_vehicle),
-      cmocka_unit_test(left_out_is_as_if_never_seen), cmocka_unit_test(false_positives_are_counted),
-      cmocka_unit_test(bad_runs_are_refused),         cmocka_unit_test(unseen_states_are_named)};
+  const CMUnitTest tests[] = {cmocka_unit_test(labels_follow_the_rules),
+                              cmocka_unit_test(training_learns_the_vehicle),
+                              cmocka_unit_test(left_out_is_as_if_never_seen),
+                              cmocka_unit_test(false_positives_are_counted),
+                              cmocka_unit_test(bad_runs_are_refused),
+                              cmocka_unit_test(unseen_states_are_named),
+                              cmocka_unit_test(thresholds_grow_with_caution),
+                              cmocka_unit_test(holds_are_put_where_it_drives),
+                              cmocka_unit_test(poisson_intervals_are_exact)};
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }
