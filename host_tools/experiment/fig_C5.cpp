@@ -9,6 +9,7 @@
 #include "replay/plot.hpp"
 #include "util/data_path.hpp"
 #include "util/error.hpp"
+#include "util/rate_interval.hpp"
 #include "util/table.hpp"
 #include "world/cobot.hpp"
 
@@ -315,9 +316,13 @@ void print_fig_C5(const Campaign &campaign, const std::string &plot) {
     alarms += n;
     most = std::max(most, n);
   }
-  std::printf("whole detector, false alarms in %g h of nominal driving: %zu in %g h, at most %zu a "
-              "world; asked: at most 1\n",
-              hours, alarms, hours * static_cast<double>(worlds), most);
+  const double all_h = hours * static_cast<double>(worlds);
+  const RateInterval interval = poisson_interval(alarms);
+  std::printf(
+      "whole detector, false alarms in nominal driving: %zu in %g h, at most %zu in the %g h "
+      "of a world; in 10 h %.2f (95 %% Poisson %.2f to %.2f), asked: at most 1\n",
+      alarms, all_h, most, hours, 10.0 * static_cast<double>(alarms) / all_h,
+      10.0 * interval.low / all_h, 10.0 * interval.high / all_h);
   if (!plot.empty())
     plot_curve(campaign, worlds, plot);
 }
