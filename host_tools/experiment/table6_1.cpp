@@ -183,7 +183,8 @@ void plot(const std::vector<std::vector<Cell>> &cells, const std::string &path) 
   write_gnuplot(
       [&](const std::string &to, bool svg) {
         return fmt::format("set terminal {} size 1080,400 {}\nset output '{}'\nset style data "
-                           "histograms\nset style histogram errorbars gap 2 lw 1\nset style fill "
+                           "histograms\nset style histogram errorbars gap 2 lw 1\nset errorbars "
+                           "linecolor rgb '#333333'\nset xrange [-0.6:5.6]\nset style fill "
                            "solid 0.7 noborder\nset tics nomirror out\nset grid y lc rgb "
                            "'#dddddd'\nset yrange [0:1.05]\nset ylabel 'F1'\nset key outside "
                            "right\n{}plot {}\nunset output\n",
@@ -243,7 +244,8 @@ void print_table6_1(const Campaign &campaign, const std::string &path) {
     }
   }
   table.print();
-  std::printf("points: anomalous ones until the alarm, all of a run without\n");
+  std::printf(
+      "points: anomalous ones until the alarm, all of a run without one; 0: it came before\n");
   if (!path.empty())
     plot(cells, path);
 }
