@@ -181,6 +181,13 @@ std::size_t CobotDrive::anomalies() const {
   return static_cast<std::size_t>(std::count(anomalous.begin(), anomalous.end(), true));
 }
 
+std::vector<CobotDrive> nominal_drives(std::uint64_t first_seed) {
+  std::vector<CobotDrive> out;
+  for (std::size_t i = 0; i < kCobotNominal; ++i)
+    out.push_back(drive_cobot(CobotCase::nominal, 7, kCobotDrive_s, first_seed + i));
+  return out;
+}
+
 CobotDrive drive_cobot(CobotCase which, std::size_t dims, double seconds, std::uint64_t seed) {
   if (dims != 7 && (dims < kContext || dims > 100))
     throw UsageError("cobot: dims 7 or 15 to 100");

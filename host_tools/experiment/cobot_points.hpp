@@ -55,6 +55,12 @@ struct CobotDrive {
 // Throws DataError without data/cobot.toml, UsageError for dims.
 CobotDrive drive_cobot(CobotCase which, std::size_t dims, double seconds, std::uint64_t seed);
 
+// Of the experiments: three minutes (4.2.4), and the nominal ones that show what is normal, the
+// first of a campaign's seeds.
+constexpr double kCobotDrive_s = 180.0;
+constexpr std::size_t kCobotNominal = 24;
+std::vector<CobotDrive> nominal_drives(std::uint64_t first_seed);
+
 struct CobotScores {
   std::vector<double> x, w; // [n][kCobotChannels]
 };
@@ -71,6 +77,11 @@ public:
   // clipped.
   std::vector<double> residuals(const CobotScores &scores) const;
   const std::array<double, kCobotChannels> &offset_variance() const { return offset_variance_; }
+
+  // Of the size sum x / sum w over a whole drive, beyond 1 / sum w.
+  double size_variance(std::size_t channel) const {
+    return offset_variance_[channel] / mean_weight_[channel];
+  }
 
 private:
   void measure_offsets(const std::vector<CobotDrive> &nominal);

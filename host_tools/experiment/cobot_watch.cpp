@@ -20,19 +20,42 @@ constexpr double kLeastPoints = 3.0;       // in a region
 constexpr std::size_t kSteps = 512;        // different values of a feature that are told apart
 constexpr std::size_t kPairs = 4;          // of features that are given an ellipse
 constexpr double kMember = 0.7;            // chance from which a point counts as inside
-constexpr double kBoxToEllipse = 0.575;    // half axis over side: equal areas, nearly
+constexpr double kMostDeviations = 8.0;
+constexpr double kNegligible = 20.0;    // nats below the best
+constexpr double kBoxToEllipse = 0.575; // half axis over side: equal areas, nearly
 
-// One channel of a finished drive.
+// One channel of a finished drive whose own offset is unknown, of variance b: generalised least
+// squares of a region's size beside it. With X, W the sums over the drive the score of a region is
+// sum x - w b X / (1 + b W), its variance sum w - (sum w)^2 b / (1 + b W).
 struct Column {
   const CobotDrive &drive;
   const CobotScores &scores;
   std::size_t channel;
+  double offset = 0.0, shrink = 0.0; // b X / (1 + b W), b / (1 + b W)
 
+  Column(const CobotDrive &d, const CobotScores &s, std::size_t c, double variance)
+      : drive(d), scores(s), channel(c) {
+    double sum = 0.0, weight = 0.0;
+    for (std::size_t i = 0; i < drive.size(); ++i) {
+      sum += x(i);
+      weight += w(i);
+    }
+    shrink = variance / (1.0 + variance * weight);
+    offset = shrink * sum;
+  }
   double u(std::size_t i, std::size_t f) const { return drive.u[i * drive.dims + f]; }
+  double w(std::size_t i) const { return scores.w[i * kCobotChannels + channel]; }
+  double x(std::size_t i) const { // one point counts so many deviations at most
+    const double most = kMostDeviations * std::sqrt(w(i));
+    return std::clamp(scores.x[i * kCobotChannels + channel], -most, most);
+  }
   void add(std::size_t i, rim_stats *to) const {
     to->n += 1.0;
-    to->s += scores.x[i * kCobotChannels + channel];
-    to->w += scores.w[i * kCobotChannels + channel];
+    to->s += x(i) - w(i) * offset;
+    to->w += w(i);
+  }
+  double ln_anom(const rim_stats &in) const {
+    return rim_stats_ln_anom_run(in.s, in.w, 1.0, -shrink);
   }
 };
 
@@ -75,41 +98,42 @@ Bins bins_of(const Column &c, std::size_t f, const std::vector<std::size_t> &ord
 }
 
 // The exact most anomalous interval (App. A).
-Range best_range(const Bins &bins) {
+Range best_range(const Column &c, const Bins &bins) {
   Range out;
   rim_interval best{};
   if (rim_interval_find(bins.stats.data(), bins.stats.size(), kLeastPoints, &best) != RIM_OK ||
       best.bins == 0)
     return out;
   const std::size_t end = best.first + best.bins - 1;
-  out.ln_anom = best.ln_anom;
+  out.ln_anom = c.ln_anom({best.n, best.s, best.w});
   out.low = best.first > 0 ? 0.5 * (bins.last[best.first - 1] + bins.first[best.first]) : -0.01;
   out.high = end + 1 < bins.stats.size() ? 0.5 * (bins.last[end] + bins.first[end + 1]) : 1.01;
   return out;
 }
 
-// Chance of every bin to lie in the region: share of the likelihood of all intervals (flat prior)
-// that the intervals with it have. Averages over edges that the data leave open.
-std::vector<double> membership_of(const Bins &bins, double best_ln_anom) {
+// Adds the likelihood of every interval, over e^reference and times `prior`, to the points in it;
+// returns the sum over the intervals.
+double add_intervals(const Column &c, const Bins &bins, double reference, double prior,
+                     std::vector<double> &to) {
   std::vector<double> edge(bins.stats.size() + 1, 0.0);
   double total = 0.0;
   for (std::size_t a = 0; a < bins.stats.size(); ++a) {
     rim_stats in{};
     for (std::size_t b = a; b < bins.stats.size(); ++b) {
       rim_stats_merge(&in, &bins.stats[b]);
-      const double weight = std::exp(rim_stats_ln_anom(&in) - best_ln_anom);
+      const double weight = prior * std::exp(c.ln_anom(in) - reference);
       edge[a] += weight;
       edge[b + 1] -= weight;
       total += weight;
     }
   }
   double sum = 0.0;
-  std::vector<double> out;
   for (std::size_t k = 0; k < bins.stats.size(); ++k) {
     sum += edge[k];
-    out.push_back(sum / total);
+    for (const std::size_t i : bins.of[k])
+      to[i] += sum;
   }
-  return out;
+  return total;
 }
 
 struct Value {
@@ -125,7 +149,7 @@ double value_of(const rim_ellipsoid *ellipsoid, void *context) {
     if (rim_ellipsoid_contains(ellipsoid, x))
       v.column->add(i, &in);
   }
-  return in.n >= kLeastPoints ? rim_stats_ln_anom(&in) : 0.0;
+  return in.n >= kLeastPoints ? v.column->ln_anom(in) : 0.0;
 }
 
 // All features' orders, shared by the channels.
@@ -149,33 +173,46 @@ rim_region interval_region(std::size_t f, const Range &range) {
 }
 
 class Explanation {
+  struct Hypothesis {
+    std::size_t channel, feature; // drive.dims: everywhere
+    double ln_anom;               // of its best interval
+  };
+
 public:
-  Explanation(const CobotDrive &drive, const CobotScores &scores, std::uint64_t seed)
-      : drive_(drive), scores_(scores), orders_(orders_of(drive)), seed_(seed) {}
+  Explanation(const CobotDrive &drive, const CobotScatter &scatter, std::uint64_t seed)
+      : drive_(drive), scatter_(scatter), scores_(scatter.scores(drive)), orders_(orders_of(drive)),
+        seed_(seed) {}
 
   CobotRegion best();
 
 private:
   void offer(std::size_t channel, const rim_region &region, double ln_anom);
-  void average_over_edges();
+  void average();
   void look_at(const Column &column);
   void look_at_pairs(const Column &column, std::size_t base, const Range &range);
   void climb(const Column &column, std::array<std::size_t, 2> feature, const Range &a,
              const Range &b);
+
+  Column column_of(std::size_t channel) const {
+    return {drive_, scores_, channel, scatter_.size_variance(channel)};
+  }
+
   const CobotDrive &drive_;
-  const CobotScores &scores_;
+  const CobotScatter &scatter_;
+  CobotScores scores_;
   std::vector<std::vector<std::size_t>> orders_;
   std::uint64_t seed_, streams_ = 0;
   CobotRegion best_;
+  std::vector<Hypothesis> hypotheses_;
 };
 
 CobotRegion Explanation::best() {
   for (std::size_t c = 0; c < kCobotChannels; ++c)
-    look_at({drive_, scores_, c});
+    look_at(column_of(c));
   for (std::size_t i = 0; i < drive_.size(); ++i)
     best_.inside.push_back(rim_region_contains(&best_.region, &drive_.u[i * drive_.dims]));
-  if (best_.region.dims == 1)
-    average_over_edges();
+  if (best_.region.dims < 2)
+    average();
   return best_;
 }
 
@@ -186,28 +223,44 @@ void Explanation::offer(std::size_t channel, const rim_region &region, double ln
   best_ = {channel, region, ln_anom, score, {}};
 }
 
-void Explanation::average_over_edges() {
-  const std::size_t f = best_.region.feature[0];
+// Everywhere and an interval are as likely beforehand, and so is every interval of every feature.
+void Explanation::average() {
   const std::vector<bool> everything(drive_.size(), true);
-  const Bins bins = bins_of({drive_, scores_, best_.channel}, f, orders_[f], everything);
-  const std::vector<double> chance = membership_of(bins, best_.ln_anom);
-  for (std::size_t k = 0; k < chance.size(); ++k) {
-    for (const std::size_t i : bins.of[k])
-      best_.inside[i] = chance[k] > kMember;
+  const auto n = static_cast<double>(drive_.size());
+  const double prior = 2.0 / (static_cast<double>(drive_.dims) * n * (n + 1.0));
+  std::vector<double> chance(drive_.size(), 0.0);
+  double total = 0.0;
+  for (const Hypothesis &h : hypotheses_) {
+    if (h.ln_anom < best_.ln_anom - kNegligible)
+      continue;
+    if (h.feature == drive_.dims) {
+      const double weight = std::exp(h.ln_anom - best_.ln_anom);
+      for (double &c : chance)
+        c += weight;
+      total += weight;
+    } else {
+      const Column column = column_of(h.channel);
+      const Bins bins = bins_of(column, h.feature, orders_[h.feature], everything);
+      total += add_intervals(column, bins, best_.ln_anom, prior, chance);
+    }
   }
+  for (std::size_t i = 0; i < drive_.size(); ++i)
+    best_.inside[i] = chance[i] > kMember * total;
 }
 
 void Explanation::look_at(const Column &column) {
   rim_stats all{};
   for (std::size_t i = 0; i < drive_.size(); ++i)
     column.add(i, &all);
-  offer(column.channel, {}, rim_stats_ln_anom(&all));
+  offer(column.channel, {}, column.ln_anom(all));
+  hypotheses_.push_back({column.channel, drive_.dims, column.ln_anom(all)});
   const std::vector<bool> everything(drive_.size(), true);
   std::vector<Range> ranges;
   std::size_t base = 0;
   for (std::size_t f = 0; f < drive_.dims; ++f) {
-    ranges.push_back(best_range(bins_of(column, f, orders_[f], everything)));
+    ranges.push_back(best_range(column, bins_of(column, f, orders_[f], everything)));
     offer(column.channel, interval_region(f, ranges[f]), ranges[f].ln_anom);
+    hypotheses_.push_back({column.channel, f, ranges[f].ln_anom});
     if (ranges[f].ln_anom > ranges[base].ln_anom)
       base = f;
   }
@@ -224,7 +277,7 @@ void Explanation::look_at_pairs(const Column &column, std::size_t base, const Ra
   for (std::size_t f = 0; f < drive_.dims; ++f) {
     if (f == base)
       continue;
-    along[f] = best_range(bins_of(column, f, orders_[f], inside));
+    along[f] = best_range(column, bins_of(column, f, orders_[f], inside));
     ranked.push_back({-along[f].ln_anom, f});
   }
   std::sort(ranked.begin(), ranked.end());
@@ -301,8 +354,7 @@ std::vector<double> watch_cobot(const CobotDrive &drive, const CobotScatter &sca
 
 CobotRegion explain_cobot(const CobotDrive &drive, const CobotScatter &scatter,
                           std::uint64_t seed) {
-  const CobotScores scores = scatter.scores(drive);
-  return Explanation(drive, scores, seed).best();
+  return Explanation(drive, scatter, seed).best();
 }
 
 PrecisionRecall compare_points(const std::vector<bool> &inside, const std::vector<bool> &truth) {
@@ -317,13 +369,6 @@ PrecisionRecall compare_points(const std::vector<bool> &inside, const std::vecto
   out.recall = real > 0.0 ? hit / real : 0.0;
   out.f1 = found + real > 0.0 ? 2.0 * hit / (found + real) : 0.0;
   return out;
-}
-
-double run_level_threshold(std::vector<double> maxima, double rate) {
-  std::sort(maxima.begin(), maxima.end());
-  const auto n = static_cast<double>(maxima.size());
-  const auto rank = static_cast<std::size_t>(std::ceil((n + 1.0) * (1.0 - rate)));
-  return rank <= maxima.size() ? maxima[rank - 1] : INFINITY;
 }
 
 } // namespace rim

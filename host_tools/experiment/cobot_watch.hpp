@@ -25,21 +25,19 @@ std::vector<double> watch_cobot(const CobotDrive &drive, const CobotScatter &sca
 struct CobotRegion {
   std::size_t channel = 0;
   rim_region region{};      // dims 0: everywhere
-  double ln_anom = 0.0;     // (sum x)^2 / (2 sum w)
+  double ln_anom = 0.0;     // (sum x)^2 / 2 sum w, x less the drive's own offset
   double score = 0.0;       // less the price of the alternatives: chosen by
-  std::vector<bool> inside; // [n]; of an interval by the chance over all intervals of its feature
+  std::vector<bool> inside; // [n]
 };
 // Everywhere, the exact most anomalous interval of every feature, and ellipses over pairs of
-// features ranked by H3 (eq. 4.5), each for every channel.
+// features ranked by H3 (eq. 4.5), each for every channel. Where the best is no ellipse, the points
+// inside are those that lie in the region with a chance of .7: the average over everywhere and all
+// intervals of all features and channels, by their likelihood.
 CobotRegion explain_cobot(const CobotDrive &drive, const CobotScatter &scatter, std::uint64_t seed);
 
 struct PrecisionRecall {
   double precision = 0.0, recall = 0.0, f1 = 0.0; // eq. 3.31, 3.32, 4.7
 };
 PrecisionRecall compare_points(const std::vector<bool> &inside, const std::vector<bool> &truth);
-
-// The threshold that the ceil((n + 1)(1 - rate))-th smallest of n nominal maxima promises; infinite
-// where so few drives cannot.
-double run_level_threshold(std::vector<double> maxima, double rate);
 
 } // namespace rim

@@ -11,8 +11,6 @@ namespace rim {
 namespace {
 
 constexpr const char *kKind = "fig4.10";
-constexpr double kSeconds = 180.0;
-constexpr std::size_t kScatterDrives = 24;
 constexpr std::size_t kOutcomes = 3;
 constexpr double kAsked = 0.03; // F1 in the most dimensions below that in the fewest
 constexpr double kQuarters[] = {0.25, 0.5, 0.75, 1.0};
@@ -26,13 +24,6 @@ CobotDrive first_part(const CobotDrive &drive, double share) {
   out.predicted.resize(n);
   out.is_ramp.resize(n);
   out.anomalous.resize(n);
-  return out;
-}
-
-std::vector<CobotDrive> scatter_drives(std::uint64_t seed) {
-  std::vector<CobotDrive> out;
-  for (std::size_t i = 0; i < kScatterDrives; ++i)
-    out.push_back(drive_cobot(CobotCase::nominal, 7, kSeconds, seed + i));
   return out;
 }
 
@@ -93,12 +84,12 @@ Campaign run_fig4_10(const Fig410 &e, const Shard &shard) {
                      {"searches", e.searches},
                      {"seed", e.seed}};
   campaign.total = e.dims.size() * e.runs;
-  const std::vector<CobotDrive> nominal = scatter_drives(e.seed);
+  const std::vector<CobotDrive> nominal = nominal_drives(e.seed);
   const CobotScatter scatter(nominal);
   const auto sd = thesis_deviations(nominal);
   compute_units(&campaign, shard, kKind, [&](std::uint64_t unit) {
-    const std::uint64_t seed = e.seed + kScatterDrives + unit % e.runs;
-    const CobotDrive drive = drive_cobot(e.failure, e.dims[unit / e.runs], kSeconds, seed);
+    const std::uint64_t seed = e.seed + kCobotNominal + unit % e.runs;
+    const CobotDrive drive = drive_cobot(e.failure, e.dims[unit / e.runs], kCobotDrive_s, seed);
     nlohmann::json out = {{"f1", nlohmann::json::array()}};
     for (const double share : kQuarters) {
       const CobotDrive part = first_part(drive, share);
@@ -121,9 +112,9 @@ void print_fig4_10(const Campaign &campaign, const std::string &path) {
   const Fig410 e = experiment_of(campaign);
   const bool is_corridor = e.failure == CobotCase::corridor;
   std::printf("fig. %s: %s failure, drives of %g s, seeds %llu-%llu\n",
-              is_corridor ? "4.10" : "4.11", cobot_case_name(e.failure), kSeconds,
+              is_corridor ? "4.10" : "4.11", cobot_case_name(e.failure), kCobotDrive_s,
               static_cast<unsigned long long>(e.seed),
-              static_cast<unsigned long long>(e.seed + kScatterDrives + e.runs - 1));
+              static_cast<unsigned long long>(e.seed + kCobotNominal + e.runs - 1));
   std::printf("thesis: FS-RIM holds its F1 as the dimensions grow, no FS loses it; BFS %s\n",
               is_corridor ? "slightly worse" : "as good");
   print_ours(campaign, e);

@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 
+#include "experiment/alarm_score.hpp"
 #include "rim/rng.h"
 #include "rim/select.h"
 #include "train/calibrate.hpp"
@@ -176,14 +177,6 @@ GolfInterval bootstrap(const std::vector<double> &values) {
   return out;
 }
 
-// Infinite where so few runs cannot promise the rate.
-double conformal_threshold(std::vector<double> maxima) {
-  std::sort(maxima.begin(), maxima.end());
-  const auto n = static_cast<double>(maxima.size());
-  const auto rank = static_cast<std::size_t>(std::ceil((n + 1.0) * (1.0 - kFalseAlarms)));
-  return rank <= maxima.size() ? maxima[rank - 1] : INFINITY;
-}
-
 GolfSummary summarise_dims(const GolfExperiment &e, const Campaign &campaign, std::size_t k) {
   std::vector<double> maxima, nominal, f1, f1_best, right;
   std::vector<std::vector<double>> scores;
@@ -204,7 +197,7 @@ GolfSummary summarise_dims(const GolfExperiment &e, const Campaign &campaign, st
   }
   GolfSummary s;
   s.dims = e.dims[k];
-  s.threshold = conformal_threshold(maxima);
+  s.threshold = run_level_threshold(maxima, kFalseAlarms);
   const auto alarms = std::count_if(nominal.begin(), nominal.end(),
                                     [&](double largest) { return largest > s.threshold; });
   s.false_alarms =

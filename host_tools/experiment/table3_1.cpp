@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <fmt/format.h>
 
+#include "experiment/alarm_score.hpp"
 #include "experiment/cobot_watch.hpp"
 #include "experiment/plan_figure.hpp"
 #include "replay/plot.hpp"
@@ -17,8 +18,6 @@ namespace {
 
 constexpr const char *kKind = "table3.1";
 constexpr std::size_t kDims = 7;
-constexpr double kSeconds = 180.0;
-constexpr std::size_t kScatterDrives = 24;
 constexpr double kFalseAlarms = 0.05;
 constexpr std::size_t kThesisNominal = 7; // drives: 20 minutes
 constexpr std::size_t kThesisDims = 6, kThesisOutcomes = 3;
@@ -35,21 +34,6 @@ constexpr Failure kFailures[] = {
     {CobotCase::left_turn, 31.0, 15.5, 0.80, 0.47, 0.95, 0.85},
 };
 constexpr std::size_t kKinds = sizeof kFailures / sizeof kFailures[0];
-
-// The alarm's score as it grew: every new largest with the anomalous points until then.
-nlohmann::json records_of(const std::vector<double> &score, const std::vector<bool> &truth) {
-  nlohmann::json out = nlohmann::json::array();
-  double largest = 0.0;
-  std::size_t anomalous = 0;
-  for (std::size_t i = 0; i < score.size(); ++i) {
-    anomalous += truth[i] ? 1 : 0;
-    if (score[i] <= largest)
-      continue;
-    largest = score[i];
-    out.push_back({largest, anomalous});
-  }
-  return out;
-}
 
 // The thesis's own: ln anom of its best candidate after every point, and that candidate.
 struct Faro {
@@ -108,20 +92,14 @@ struct Nominal {
   CobotScatter scatter;
   std::array<double, 3> sd;
   explicit Nominal(std::uint64_t seed)
-      : drives(scatter_drives(seed)), scatter(drives), sd(thesis_deviations(drives)) {}
-  static std::vector<CobotDrive> scatter_drives(std::uint64_t seed) {
-    std::vector<CobotDrive> out;
-    for (std::size_t i = 0; i < kScatterDrives; ++i)
-      out.push_back(drive_cobot(CobotCase::nominal, kDims, kSeconds, seed + i));
-    return out;
-  }
+      : drives(nominal_drives(seed)), scatter(drives), sd(thesis_deviations(drives)) {}
 };
 
 std::size_t nominal_units(const Table31 &e) { return e.calibration + e.nominal; }
 
 nlohmann::json nominal_json(const Table31 &e, const Nominal &nominal, std::size_t unit) {
-  const std::uint64_t seed = e.seed + kScatterDrives + unit;
-  const CobotDrive drive = drive_cobot(CobotCase::nominal, kDims, kSeconds, seed);
+  const std::uint64_t seed = e.seed + kCobotNominal + unit;
+  const CobotDrive drive = drive_cobot(CobotCase::nominal, kDims, kCobotDrive_s, seed);
   const std::vector<double> score = watch_cobot(drive, nominal.scatter, seed);
   nlohmann::json out = {{"largest", *std::max_element(score.begin(), score.end())}};
   if (e.thesis && unit < kThesisNominal) {
@@ -135,12 +113,12 @@ nlohmann::json nominal_json(const Table31 &e, const Nominal &nominal, std::size_
 
 nlohmann::json failure_json(const Table31 &e, const Nominal &nominal, std::size_t unit) {
   const Failure &failure = kFailures[unit / e.runs];
-  const std::uint64_t seed = e.seed + kScatterDrives + nominal_units(e) + unit % e.runs;
-  const CobotDrive drive = drive_cobot(failure.which, kDims, kSeconds, seed);
+  const std::uint64_t seed = e.seed + kCobotNominal + nominal_units(e) + unit % e.runs;
+  const CobotDrive drive = drive_cobot(failure.which, kDims, kCobotDrive_s, seed);
   const CobotRegion region = explain_cobot(drive, nominal.scatter, seed);
   const PrecisionRecall pr = compare_points(region.inside, drive.anomalous);
   nlohmann::json out = {
-      {"records", records_of(watch_cobot(drive, nominal.scatter, seed), drive.anomalous)},
+      {"records", score_records(watch_cobot(drive, nominal.scatter, seed), drive.anomalous)},
       {"anomalous", drive.anomalies()},
       {"ln_anom", region.ln_anom},
       {"precision", pr.precision},
@@ -150,7 +128,7 @@ nlohmann::json failure_json(const Table31 &e, const Nominal &nominal, std::size_
     const std::vector<double> faro =
         faro_scores(drive, thesis_residuals(drive, nominal.sd), seed, inside);
     const PrecisionRecall own = compare_points(inside, drive.anomalous);
-    out["thesis"] = {{"records", records_of(faro, drive.anomalous)},
+    out["thesis"] = {{"records", score_records(faro, drive.anomalous)},
                      {"precision", own.precision},
                      {"recall", own.recall}};
   }
@@ -177,18 +155,12 @@ struct Outcome {
   std::size_t missed = 0, too_early = 0;
 
   void add(const nlohmann::json &records, std::size_t anomalous, double threshold) {
-    for (const nlohmann::json &record : records) {
-      if (!(record.at(0).get<double>() > threshold))
-        continue;
-      const std::size_t until = record.at(1);
-      if (until > 0)
-        points.push_back(static_cast<double>(until));
-      else
-        ++too_early;
-      return;
-    }
-    ++missed;
-    points.push_back(static_cast<double>(anomalous));
+    const PointsToAlarm alarm = points_to_alarm(records, threshold);
+    missed += alarm.found ? 0 : 1;
+    if (alarm.found && alarm.points == 0.0)
+      ++too_early;
+    else
+      points.push_back(alarm.found ? alarm.points : static_cast<double>(anomalous));
   }
   void add_end(const nlohmann::json &j) {
     precision.push_back(j.at("precision"));
@@ -323,10 +295,10 @@ void print_table3_1(const Campaign &campaign, const std::string &path) {
   const Table31 e = experiment_of(campaign);
   const Thresholds thresholds = thresholds_of(e, campaign);
   const auto last =
-      static_cast<unsigned long long>(e.seed + kScatterDrives + nominal_units(e) + e.runs - 1);
+      static_cast<unsigned long long>(e.seed + kCobotNominal + nominal_units(e) + e.runs - 1);
   std::printf("table 3.1: drives of %g s, seeds %llu-%llu; a data point is the mean of %zu rows "
               "(%.1f s)\n",
-              kSeconds, static_cast<unsigned long long>(e.seed), last, kCobotPointRows,
+              kCobotDrive_s, static_cast<unsigned long long>(e.seed), last, kCobotPointRows,
               0.05 * static_cast<double>(kCobotPointRows));
   Table table({{"failure", ""},
                {"points to alarm", "mean, 95 %"},

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "baseline/baseline.hpp"
+#include "experiment/alarm_score.hpp"
 #include "experiment/cobot_watch.hpp"
 #include "experiment/golf.hpp"
 #include "experiment/golf_points.hpp"
@@ -19,9 +20,7 @@ namespace {
 
 constexpr const char *kKind = "table6.1";
 constexpr double kFalseAlarms = 0.05;
-constexpr double kSeconds = 180.0;
 constexpr std::size_t kCobotDims = 7;
-constexpr std::size_t kScatterDrives = 24;
 
 // A domain is calibrated once and has one or more effects.
 struct Effect {
@@ -47,27 +46,18 @@ struct Unit {
 std::size_t units_of(const Table61 &e) { return kDomains * e.calibration + kEffectCount * e.runs; }
 
 Unit unit_of(const Table61 &e, std::uint64_t number) {
-  const std::uint64_t first = e.seed + kScatterDrives;
+  const std::uint64_t first = e.seed + kCobotNominal;
   if (number < kDomains * e.calibration)
     return {number / e.calibration, false, first + number % e.calibration};
   const std::uint64_t i = number - kDomains * e.calibration;
   return {i / e.runs, true, first + e.calibration + i % e.runs};
 }
 
-// What a detector leaves of a run: [largest score, anomalous points until then] of every record,
-// and F1, or the scores of the true and of the other points where they are reported one by one.
+// What a detector leaves of a run: the records of its score, and F1, or the scores of the true and
+// of the other points where they are reported one by one.
 nlohmann::json outcome_of(const BaselineResult &result, const std::vector<bool> &truth) {
-  nlohmann::json records = nlohmann::json::array();
-  double largest = 0.0;
-  std::size_t anomalous = 0;
-  for (std::size_t i = 0; i < truth.size(); ++i) {
-    anomalous += truth[i] ? 1 : 0;
-    if (result.score[i] <= largest)
-      continue;
-    largest = result.score[i];
-    records.push_back({largest, anomalous});
-  }
-  nlohmann::json out = {{"records", records}, {"anomalous", anomalous}};
+  nlohmann::json out = {{"records", score_records(result.score, truth)},
+                        {"anomalous", std::count(truth.begin(), truth.end(), true)}};
   if (!result.is_pointwise) {
     out["f1"] = compare_points(result.inside, truth).f1;
     return out;
@@ -101,7 +91,7 @@ nlohmann::json golf_json(const Unit &unit) {
 
 nlohmann::json cobot_json(const Unit &unit, const CobotScatter &scatter) {
   const CobotCase which = unit.has_effect ? kEffects[unit.effect].which : CobotCase::nominal;
-  const CobotDrive drive = drive_cobot(which, kCobotDims, kSeconds, unit.seed);
+  const CobotDrive drive = drive_cobot(which, kCobotDims, kCobotDrive_s, unit.seed);
   const std::vector<double> r =
       innovations(scatter.residuals(scatter.scores(drive)), scatter.offset_variance());
   const BaselineData data{drive.size(),   kCobotDims, kCobotChannels,
@@ -152,17 +142,10 @@ Cell cell_of(const Table61 &e, const Campaign &campaign, std::size_t effect, std
   for (std::size_t i = 0; i < e.runs; ++i) {
     const nlohmann::json &outcome =
         campaign.units.at(kDomains * e.calibration + effect * e.runs + i).at(detector);
-    double points = outcome.at("anomalous");
-    bool is_found = false;
-    for (const nlohmann::json &record : outcome.at("records")) {
-      if (is_found || !(record.at(0).get<double>() > threshold))
-        continue;
-      is_found = true;
-      points = record.at(1);
-    }
-    out.found.push_back(is_found ? 1.0 : 0.0);
-    out.points.push_back(points);
-    out.f1.push_back(is_found ? f1_of(outcome, threshold) : 0.0);
+    const PointsToAlarm alarm = points_to_alarm(outcome.at("records"), threshold);
+    out.found.push_back(alarm.found ? 1.0 : 0.0);
+    out.points.push_back(alarm.found ? alarm.points : outcome.at("anomalous").get<double>());
+    out.f1.push_back(alarm.found ? f1_of(outcome, threshold) : 0.0);
   }
   return out;
 }
@@ -202,10 +185,7 @@ Campaign run_table6_1(const Table61 &e, const Shard &shard) {
   campaign.kind = kKind;
   campaign.config = {{"runs", e.runs}, {"calibration", e.calibration}, {"seed", e.seed}};
   campaign.total = units_of(e);
-  std::vector<CobotDrive> nominal;
-  for (std::size_t i = 0; i < kScatterDrives; ++i)
-    nominal.push_back(drive_cobot(CobotCase::nominal, kCobotDims, kSeconds, e.seed + i));
-  const CobotScatter scatter(nominal);
+  const CobotScatter scatter(nominal_drives(e.seed));
   compute_units(&campaign, shard, kKind, [&](std::uint64_t number) {
     const Unit unit = unit_of(e, number);
     return kEffects[unit.effect].golf_dims > 0 ? golf_json(unit) : cobot_json(unit, scatter);
@@ -226,7 +206,7 @@ void print_table6_1(const Campaign &campaign, const std::string &path) {
       "table 6.1: seeds %llu-%llu, %zu nominal runs a domain for the thresholds, %zu runs an "
       "effect\n",
       static_cast<unsigned long long>(e.seed),
-      static_cast<unsigned long long>(e.seed + kScatterDrives + e.calibration + e.runs - 1),
+      static_cast<unsigned long long>(e.seed + kCobotNominal + e.calibration + e.runs - 1),
       e.calibration, e.runs);
   Table table({{"effect", ""},
                {"detector", ""},

@@ -1,4 +1,5 @@
 // Drives as data points, and the detection on them: what is counted as what.
+#include "experiment/alarm_score.hpp"
 #include "experiment/cobot_watch.hpp"
 #include "util/error.hpp"
 #include "world/random.hpp"
@@ -142,6 +143,12 @@ void what_is_counted(void **) {
     maxima.push_back(40.0 - i);
   assert_true(run_level_threshold(maxima, 0.05) == 38.0);
   assert_true(std::isinf(run_level_threshold({1.0, 2.0}, 0.05)));
+  const nlohmann::json records = score_records({1.0, 3.0, 2.0, 3.0, 4.0}, truth);
+  assert_int_equal(records.size(), 3); // 1, 3, 4 with 0, 1 and 3 anomalous points
+  assert_true(points_to_alarm(records, 0.5).found && points_to_alarm(records, 0.5).points == 0.0);
+  assert_true(points_to_alarm(records, 1.0).points == 1.0);
+  assert_true(points_to_alarm(records, 3.0).points == 3.0);
+  assert_false(points_to_alarm(records, 4.0).found);
 }
 
 } // namespace
