@@ -127,9 +127,9 @@ void use_profile(FlightPlan *plan, bool flight, bool few_rows) {
     // Many features: which two is the question, so edges; few: which ellipse, so a finer grid.
     constexpr std::size_t many = 32;
     const bool wide = plan->layout.features() > many;
-    plan->scans = wide ? 8 : 4;
-    plan->edges = wide ? 12 : 4;
-    plan->moves = wide ? 16 : 20;
+    plan->scans = wide ? 6 : 4;
+    plan->edges = wide ? 20 : 5;
+    plan->moves = wide ? 12 : 48;
     plan->grid = wide ? 24 : 32;
     plan->ring = 256;
     plan->pairs = 5;

@@ -222,7 +222,7 @@ static void update_scores(rim_select *e) {
   double leading = -DBL_MAX;
   uint16_t leader = e->pairs;
   for (uint16_t i = 0; i < e->pairs; ++i) {
-    const pair_state *p = select_pair(e, i);
+    pair_state *p = select_pair(e, i);
     if (!p->active)
       continue;
     const channel_state *state = select_channel(e, p->channel);
@@ -299,7 +299,8 @@ void rim_select_work(rim_select *e, uint32_t budget) {
     if (e->pairs > 0) {
       rim_select_sweep(e, e->edges);
       update_scores(e);
-      rim_select_pool_move(e, e->moves);
+      if (e->edges >= FEW_EDGES || e->entered == 0)
+        rim_select_pool_move(e, e->moves);
     }
     update_scores(e);
   }
@@ -385,7 +386,7 @@ static void find_best(const rim_select *e, uint32_t channel, rim_candidate *out)
         rim_envelope_best(e->envelope, channel, state->best_feature, count, sum).contrast;
   }
   for (uint32_t i = 0; i < e->pairs; ++i) {
-    const pair_state *p = select_pair(e, i);
+    pair_state *p = select_pair(e, i);
     if (!p->active || p->channel != channel)
       continue;
     uint32_t which = 0;

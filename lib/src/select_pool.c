@@ -9,9 +9,9 @@
 #define CENTER_MARGIN 0.5f /* centres may lie so far outside the range: its edge cuts regions */
 #define MIN_AXIS 0.03f
 #define MAX_AXIS 1.5f
-#define LAG 6.0           /* nats behind the best at which an ellipse restarts */
-#define CLOSE 15.0        /* nats behind the leader within which a pair is a rival */
-#define JITTER 0.012      /* width of the noise in a proposal */
+#define LAG 6.0      /* nats behind the best at which an ellipse restarts */
+#define CLOSE 15.0   /* nats behind the leader within which a pair is a rival */
+#define JITTER 0.012 /* width of the noise in a proposal */
 
 static double unit(rim_select *e) { return (double)rim_rng_u32(&e->rng) * 0x1p-32; }
 
@@ -228,17 +228,21 @@ static float ln_anom(const rim_select *e, const pair_state *p, const chain *k) {
   return ln_anom_of(e, p->channel, k->s, k->n);
 }
 
-float rim_select_pair_best(const rim_select *e, const pair_state *p, uint32_t *which) {
-  float best = -1.0f;
-  for (uint32_t k = 0; k < RIM_SELECT_CHAINS; ++k) {
-    const float value = ln_anom(e, p, &p->chain[k]);
-    if (value > best) {
-      best = value;
-      if (which != NULL)
-        *which = k;
+float rim_select_pair_best(const rim_select *e, pair_state *p, uint32_t *which) {
+  if (!p->judged) {
+    p->best = -1.0f;
+    for (uint32_t k = 0; k < RIM_SELECT_CHAINS; ++k) {
+      const float value = ln_anom(e, p, &p->chain[k]);
+      if (value > p->best) {
+        p->best = value;
+        p->which = (uint8_t)k;
+      }
     }
+    p->judged = true;
   }
-  return best;
+  if (which != NULL)
+    *which = p->which;
+  return p->best;
 }
 
 /* Stage 1: on the grid. Returns the spans for stage 2. */
@@ -264,6 +268,7 @@ static void pair_observe(rim_select *e, uint32_t pair, uint32_t slot) {
   pair_state *p = select_pair(e, pair);
   const uint8_t *point = select_row(e, slot);
   const double r = (double)select_residual(e, slot)[p->channel] * SELECT_RESIDUAL_STEP;
+  p->judged = false;
   const uint32_t row = ((uint32_t)point[p->y] * e->grid) >> 8;
   const uint32_t column = ((uint32_t)point[p->x] * e->grid) >> 8;
   const rim_grid grid = select_grid(e, pair);
@@ -313,6 +318,7 @@ void rim_select_pool_forget(rim_select *e, uint32_t slot) {
     pair_state *p = select_pair(e, i);
     if (!p->active || !p->exact)
       continue;
+    p->judged = false;
     const uint8_t *point = select_row(e, slot);
     const double r = (double)select_residual(e, slot)[p->channel] * SELECT_RESIDUAL_STEP;
     unlink_slot(e,
@@ -344,17 +350,26 @@ static void link_ring(rim_select *e, const pair_state *p) {
   }
 }
 
-/* An ellipse like the offered one, scattered about it. */
-static ellipse scattered(rim_select *e, const select_offer *offer, double scatter) {
+/* Of the offered ellipse; two roots, taken once an offer. */
+typedef struct axes {
+  double a, b, c;
+} axes;
+
+static axes axes_of(const select_offer *offer) {
   const double a = rim_sqrt(offer->shape[2]);
   const double b = offer->shape[1] / a;
-  const double c = rim_sqrt(rim_max(offer->shape[0] - b * b, 1e-9));
+  return (axes){a, b, rim_sqrt(rim_max(offer->shape[0] - b * b, 1e-9))};
+}
+
+/* An ellipse like the offered one, scattered about it. */
+static ellipse scattered(rim_select *e, const select_offer *offer, const axes *like,
+                         double scatter) {
   ellipse s;
   s.cx = (float)(offer->center[0] + scatter * offer->half[0] * (unit(e) - 0.5));
   s.cy = (float)(offer->center[1] + scatter * offer->half[1] * (unit(e) - 0.5));
-  s.c = (float)rim_clamp(c * (1.0 + scatter * (unit(e) - 0.5)), 0.04, 1.2);
-  s.a = (float)rim_clamp(a * (1.0 + scatter * (unit(e) - 0.5)), 0.04, 1.2);
-  s.b = (float)rim_clamp(b + scatter * c * (unit(e) - 0.5), -0.95, 0.95);
+  s.c = (float)rim_clamp(like->c * (1.0 + scatter * (unit(e) - 0.5)), 0.04, 1.2);
+  s.a = (float)rim_clamp(like->a * (1.0 + scatter * (unit(e) - 0.5)), 0.04, 1.2);
+  s.b = (float)rim_clamp(like->b + scatter * like->c * (unit(e) - 0.5), -0.95, 0.95);
   return s;
 }
 
@@ -375,6 +390,7 @@ static void backfill(rim_select *e, uint32_t pair) {
 static void refresh(rim_select *e, uint32_t pair, uint8_t exact) {
   pair_state *p = select_pair(e, pair);
   p->exact = exact;
+  p->judged = false;
   if (exact)
     link_ring(e, p);
   for (uint32_t k = 0; k < RIM_SELECT_CHAINS; ++k)
@@ -395,9 +411,9 @@ static void activate(rim_select *e, uint32_t pair, const select_offer *offer) {
   p->active = 1;
   p->h3 = (float)offer->h3;
   backfill(e, pair);
-  for (uint32_t k = 0; k < RIM_SELECT_CHAINS; ++k) {
-    p->chain[k].shape = scattered(e, offer, k == 0 ? 0.0 : 1.0);
-  }
+  const axes like = axes_of(offer);
+  for (uint32_t k = 0; k < RIM_SELECT_CHAINS; ++k)
+    p->chain[k].shape = scattered(e, offer, &like, k == 0 ? 0.0 : 1.0);
   refresh(e, pair, 0);
 }
 
@@ -410,10 +426,12 @@ static void seed_chain(rim_select *e, uint32_t pair, const select_offer *offer) 
       worst = k;
   }
   chain fresh;
-  fresh.shape = scattered(e, offer, 0.5);
+  const axes like = axes_of(offer);
+  fresh.shape = scattered(e, offer, &like, 0.5);
   evaluate(e, pair, &fresh);
   if (ln_anom(e, p, &fresh) > ln_anom(e, p, &p->chain[worst]))
     p->chain[worst] = fresh;
+  p->judged = false;
 }
 
 static double priority_of(const rim_select *e, const pair_state *p, double value) {
@@ -473,8 +491,8 @@ void rim_select_pool_offer(rim_select *e, const select_offer *offer) {
 }
 
 void rim_select_pool_enter(rim_select *e) {
-  if (e->waits)
-    (void)enter(e, &e->waiting);
+  if (e->waits && enter(e, &e->waiting))
+    ++e->entered;
   e->waits = false;
 }
 
@@ -573,6 +591,7 @@ static void regroup(rim_select *e, pair_state *p) {
 
 static void move_pair(rim_select *e, uint32_t pair, uint32_t moves) {
   pair_state *p = select_pair(e, pair);
+  p->judged = false;
   for (uint32_t i = 0; i < moves; ++i) {
     if (i % 12u == 0)
       regroup(e, p);
@@ -581,7 +600,7 @@ static void move_pair(rim_select *e, uint32_t pair, uint32_t moves) {
   }
 }
 
-static bool is_rival(const rim_select *e, const pair_state *p, double bar) {
+static bool is_rival(const rim_select *e, pair_state *p, double bar) {
   return priority_of(e, p, (double)rim_select_pair_best(e, p, NULL)) > bar ||
          priority_of(e, p, (double)p->h3) > bar;
 }
@@ -591,12 +610,12 @@ static bool is_rival(const rim_select *e, const pair_state *p, double bar) {
 void rim_select_pool_move(rim_select *e, uint32_t budget) {
   if (e->leader >= e->pairs)
     return;
-  const pair_state *leader = select_pair(e, e->leader);
+  pair_state *leader = select_pair(e, e->leader);
   const double bar = priority_of(e, leader, (double)rim_select_pair_best(e, leader, NULL) - CLOSE);
   uint32_t others = 0;
   uint32_t rivals = 0;
   for (uint32_t i = 0; i < e->pairs; ++i) {
-    const pair_state *p = select_pair(e, i);
+    pair_state *p = select_pair(e, i);
     if (!p->active)
       continue;
     const uint8_t exact = i == e->leader && e->edges >= FEW_EDGES ? 1 : 0;
@@ -614,7 +633,7 @@ void rim_select_pool_move(rim_select *e, uint32_t budget) {
     return;
   for (uint32_t i = 0; i < e->pairs; ++i) {
     e->turn = (uint16_t)(e->turn + 1u >= e->pairs ? 0u : e->turn + 1u);
-    const pair_state *p = select_pair(e, e->turn);
+    pair_state *p = select_pair(e, e->turn);
     if (e->turn == e->leader || !p->active)
       continue;
     if (rivals == 0 || is_rival(e, p, bar))

@@ -15,9 +15,9 @@
 #define SHEARS 4u         /* further intervals of an edge that comes near */
 #define ENTRIES_A_UNIT 2u /* pairs that may enter the pool, */
 /* With fewer edges a unit than this, for small processors: one pair a unit, the best of those
- * offered, and the leader's ellipses keep the grid's resolution instead of being corrected point by
- * point. */
-#define FEW_EDGES 16u
+ * offered, and in its unit no ellipse moves; and the leader's ellipses keep the grid's resolution
+ * instead of being corrected point by point. */
+#define FEW_EDGES 24u
 
 /* Best interval of a (channel, feature) slice when it was last scanned. */
 typedef struct slice {
@@ -54,7 +54,9 @@ typedef struct pair_state {
   uint8_t exact;   /* chains have statistics exact on the ring */
   float h3;        /* latest H3 of this pair, nats */
   uint16_t cursor; /* next chain to move */
-  uint16_t reserved;
+  uint8_t which;   /* chain with the best ln anom, */
+  bool judged;     /* which and best are those of the chains as they are */
+  float best;
   chain chain[RIM_SELECT_CHAINS];
 } pair_state;
 
@@ -142,7 +144,7 @@ static inline double select_priority(const channel_state *state, double ln_anom)
 void rim_select_scan(rim_select *e, uint32_t budget);  /* intervals */
 void rim_select_sweep(rim_select *e, uint32_t budget); /* conditional intervals */
 /* select_pool.c */
-float rim_select_pair_best(const rim_select *e, const pair_state *p, uint32_t *which);
+float rim_select_pair_best(const rim_select *e, pair_state *p, uint32_t *which);
 void rim_select_pool_observe(rim_select *e, uint32_t slot);
 void rim_select_pool_forget(rim_select *e, uint32_t slot);
 /* Priority of H3 that a new pair must exceed; *weakest: the pair it would replace, pairs: none. */

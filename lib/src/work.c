@@ -6,6 +6,7 @@
 #include "rim/interference.h"
 #include "rim/monitor.h"
 #include "rim/nominal.h"
+#include "rim/real.h"
 #include "select_private.h"
 
 /* Instructions of one turn of a loop, at most: read from the listing of gcc 12 -O2 for the
@@ -116,13 +117,20 @@ static double move_work(const rim_work_counts *n) {
   return work;
 }
 
+/* With few edges no ellipse moves in the unit in which a pair enters. */
+static double enter_and_move_work(const rim_work_counts *n) {
+  const double enter = enter_work(n);
+  const double move = move_work(n);
+  return is_corrected_by_ring(n) ? enter + move : rim_max(enter, move);
+}
+
 static double search_work(const rim_work_counts *n) {
   const double slices = n->region_features * (double)n->channels;
   const double scans = n->scans < slices ? n->scans : slices;
   double unit =
       CALLS + scans * (interval_work(n) + n->region_features * (double)LOOK) + evidences(n);
   if (n->pairs > 0)
-    unit += sweep_work(n) + enter_work(n) + move_work(n) + evidences(n);
+    unit += sweep_work(n) + evidences(n) + enter_and_move_work(n);
   return n->budget * unit;
 }
 

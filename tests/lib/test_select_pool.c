@@ -171,7 +171,7 @@ static void the_planted_pair_leads(void **state) {
     assert_int_equal(rim_select_observe(engine, u[i], &r[i]), RIM_OK);
     rim_select_work(engine, 1);
   }
-  const pair_state *p = select_pair(engine, engine->leader);
+  pair_state *p = select_pair(engine, engine->leader);
   assert_int_equal(p->x, 1);
   assert_int_equal(p->y, 3);
   assert_true(rim_select_pair_best(engine, p, NULL) > 20.0f);

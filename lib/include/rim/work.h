@@ -19,11 +19,12 @@
  *     edges   at most 3 bases: r c comparisons and R points each; E + 4 conditional intervals,
  *             for an edge that comes near is tried in 4 more shears: R points, 16 prefix sums, 136
  *             hypotheses; every fifth of them one offer: 1 ellipse, 48 evidences
- *     enter   1 pair (2 from 16 edges on): G (G + 1) cells cleared, R points put, G^2 accumulated,
+ *     enter   1 pair (2 from 24 edges on): G (G + 1) cells cleared, R points put, G^2 accumulated,
  *             24 ellipses of G rows
- *     moves   M ellipses of G rows, an exponential; M / 12 + 2 looks at 24 evidences. From 16 edges
- *             on the leader is corrected by the ring: R points and G^2 cells an ellipse, and when
- *             another pair leads 48 ellipses more
+ *     moves   M ellipses of G rows, an exponential; M / 12 + 2 looks at 24 evidences; below 24
+ *             edges not in a unit in which a pair enters. From 24 edges on the leader is corrected
+ *             by the ring: R points and G^2 cells an ellipse, and when another pair leads 48
+ *             ellipses more
  *     scores  2 (c + 24 P) evidences
  *   block   two predictions as above and o logarithms (none where rows bring their own); r features
  *           into cells, r c sums; P grids gain a point: G sums, 24 ellipses judge it by one row (by
