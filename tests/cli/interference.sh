@@ -78,6 +78,12 @@ sed '1s/vx_mps/forward_mps/g' control/run_0001.csv > other.csv
 contains "other rows: why" "$(cat err.txt)" "no 'u.vx_mps'"
 [ -e x.rim ]; check "nothing written by these" 1 $?
 
+# The daemon says what the replay says.
+awk -F, 'BEGIN {OFS = ","} /^#/ || /^t_s/ {print; next} {$1 = sprintf("%.6f", $1); print}' $held > held.csv
+"$RIM" replay --model both.rim held.csv --alarms held.jsonl > /dev/null 2>&1; check "replay in whole us" 0 $?
+said=$(python3 "$root/tests/firmware/interference_test.py" "$BUILD/rimd" "$root/lib/wire" .); check "rimd" 0 $?
+echo "rimd: $said"
+
 # Cells without a command are skipped and counted; labels and detector go on.
 awk -F, 'BEGIN {OFS = ","} NR == 1 {for (i = 1; i <= NF; i++) if ($i == "u.vx_mps") c = i} NR > 1 && NR % 50 == 0 {$c = ""} {print}' \
   hold/run_0001.csv > missing.csv
