@@ -20,9 +20,9 @@ constexpr double kLeastPoints = 3.0;       // in a region
 constexpr std::size_t kSteps = 512;        // different values of a feature that are told apart
 constexpr std::size_t kPairs = 4;          // of features that are given an ellipse
 constexpr double kMember = 0.7;            // chance from which a point counts as inside
-constexpr double kMostDeviations = 8.0;
-constexpr double kNegligible = 20.0;    // nats below the best
-constexpr double kBoxToEllipse = 0.575; // half axis over side: equal areas, nearly
+constexpr double kMostDeviations = 8.0;    // of one point of a finished drive
+constexpr double kNegligible = 20.0;       // nats below the best
+constexpr double kBoxToEllipse = 0.575;    // half axis over side: equal areas, nearly
 
 // One channel of a finished drive whose own offset is unknown, of variance b: generalised least
 // squares of a region's size beside it. With X, W the sums over the drive the score of a region is

@@ -25,8 +25,8 @@ std::vector<double> watch_cobot(const CobotDrive &drive, const CobotScatter &sca
 struct CobotRegion {
   std::size_t channel = 0;
   rim_region region{};      // dims 0: everywhere
-  double ln_anom = 0.0;     // (sum x)^2 / 2 sum w, x less the drive's own offset
-  double score = 0.0;       // less the price of the alternatives: chosen by
+  double ln_anom = 0.0;     // of its size, with an offset of the whole drive beside it
+  double score = 0.0;       // less the price of the alternatives: what it was chosen by
   std::vector<bool> inside; // [n]
 };
 // Everywhere, the exact most anomalous interval of every feature, and ellipses over pairs of
