@@ -87,7 +87,7 @@ typedef struct rim_extent_config {
   double ln_anom[RIM_EXTENT_MAX_KNOTS];    /* strictly rising */
   double confidence[RIM_EXTENT_MAX_KNOTS]; /* rising within [0, 1] */
   double threshold;                        /* ln anom at which P = 1/2; 0: 7 */
-  /* Work of one slice (one climb by rim/cem.h): */
+  /* Work of one slice: samples * iterations ellipsoids are looked at. */
   uint16_t samples;    /* 2..64; 0: 24 */
   uint16_t iterations; /* 1..64; 0: 8 */
   uint64_t seed;
@@ -146,12 +146,11 @@ void rim_extent_reset(rim_extent *extent);
  * 0; counted. O(lambdas * rims * points). */
 rim_status rim_extent_add(rim_extent *extent, const double *x, double dz, double var);
 
-/* Searches for better regions: `slices` climbs, each from one RIM's and one lambda's present
- * region, a neighbouring lambda's, or a strongly deviating observation, in turn. No region's anom+
- * ever falls by it. 3 * lambdas * rims slices turn over everything once. O(slices * samples *
- * iterations
- * * points * dims^2): with the defaults and 200 observations in 2 dimensions some 0.3 ms a slice.
- */
+/* Searches for better regions: `slices` climbs, in turn for each RIM and lambda: once by rim/cem.h
+ * from about a strongly deviating observation, then twice by small steps from what is held, after
+ * taking over another lambda's region where that is better. No region's anom+ ever falls by it. 3 *
+ * lambdas * rims slices turn over everything once. O(slices * samples * iterations * points *
+ * dims^2). */
 void rim_extent_search(rim_extent *extent, uint32_t slices);
 
 /* Returns the number of observations held, and how many RIMs and lambdas it looks for. */
