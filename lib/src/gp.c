@@ -380,8 +380,10 @@ void rim_gp_refresh(rim_gp *gp) { solve_alpha(gp); }
  */
 #ifdef __GNUC__
 typedef double lanes __attribute__((vector_size(16), aligned(8), may_alias));
+static inline lanes in_all(double v) { return (lanes){v, v}; }
 #else
 typedef double lanes;
+static inline lanes in_all(double v) { return v; }
 #endif
 enum { WIDTH = BATCH * sizeof(double) / sizeof(lanes) };
 
@@ -394,13 +396,13 @@ static void forward_four(uint32_t n, const double *l, lanes *b) {
     lanes s0 = out[0], s1 = out[1], s2 = out[2], s3 = out[3];
     const lanes *in = b;
     for (uint32_t k = 0; k < i; ++k, in += WIDTH) {
-      const double f = row[k];
+      const lanes f = in_all(row[k]);
       s0 -= f * in[0];
       s1 -= f * in[1];
       s2 -= f * in[2];
       s3 -= f * in[3];
     }
-    const double d = row[i];
+    const lanes d = in_all(row[i]);
     out[0] = s0 / d;
     out[1] = s1 / d;
     out[2] = s2 / d;
