@@ -3,7 +3,7 @@
 # after another, and holds the digest each prints to that of `rim replay` on the host, and its `bits`
 # (replay/replay.c) to those of DIR/linux/replay-RECORDING. Exit 1 when one differs or does not come.
 dir=$1 recordings=$2; shift 2
-limit_s=300 # an emulator takes some 1 to 20 s
+limit_s=600 # an emulator takes some 1 to 20 s, on a busy machine ten times that
 passed=0 failed=0
 
 # compare RECORDING PORT PREFIX RUN
