@@ -103,6 +103,33 @@ fi
 
 out=$("$RIM" experiment control_mrclam --data nowhere); check "no measured robots" 3 $?
 contains "no measured robots: why" "$out" "skipped: no folder nowhere"
+# Robots that reach nine tenths of the speed commanded, and that after a while; own random numbers.
+mkdir robots
+cat > robot.awk <<'END'
+function uniform() {seed = (seed * 16807) % 2147483647; return seed / 2147483647}
+function normal(  i, s) {s = -6; for (i = 0; i < 12; i++) s += uniform(); return s}
+BEGIN {
+  seed = (seed * 7919 + 17) % 2147483647
+  for (i = 0; i < 20; i++) uniform()
+  print "t_s,x_m,y_m,theta_rad,cmd_v_mps,cmd_w_radps,pose_ok"
+  x = y = th = v = 0; next_s = 0
+  for (i = 0; i < rows; i++) {
+    t = i * 0.02
+    if (t >= next_s) {cv = 0.1 + 0.1 * uniform(); cw = uniform() < 0.5 ? 0 : uniform() - 0.5; next_s = t + 3 + 4 * uniform()}
+    target = 0.9 * cv; d = target - v; m = 0.01; if (d > m) d = m; if (d < -m) d = -m; v += d
+    x += v * cos(th) * 0.02; y += v * sin(th) * 0.02; th += cw * 0.02
+    w = atan2(sin(th), cos(th))
+    printf "%.2f,%.5f,%.5f,%.5f,%.4f,%.4f,1\n", t, x + 0.0005 * normal(), y + 0.0005 * normal(), w + 0.001 * normal(), cv, cw
+  }
+}
+END
+for r in 1 2; do awk -v seed=$((r + 40)) -v rows=6000 -f robot.awk > robots/d1_r$r.csv; done
+out=$("$RIM" experiment control_mrclam --data robots --halves --null-runs 4 2> err.txt); check "control_mrclam" 0 $?
+contains "silent" "$out" "^false alarms in all runs: 0 in 0.07 h"
+contains "holds are found" "$out" "^all .* \([1-9]\)/\1 "
+contains "diagnosed" "$out" "^d1_r1 by the others: .*gain"
+"$RIM" experiment control_mrclam --data robots --exclude d1_r1 > /dev/null 2> err.txt; check "one robot" 3 $?
+contains "one robot: why" "$(cat err.txt)" "too few logs to learn from"
 
 out=$("$RIM" experiment figC.5 --worlds 1 --hours 0.05 --seed 900 --plot c5.svg 2>/dev/null); check "figC.5" 0 $?
 contains "table" "$out" "^whole detector"
