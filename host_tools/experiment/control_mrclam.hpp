@@ -18,7 +18,7 @@ namespace rim::experiment {
 
 struct HeldRuns {
   double every_s = 45.0, duration_s = 4.0; // one hold in every part of so many seconds
-  double least_mps = 0.08;                 // expected all through it
+  double least_mps = 0.03;                 // expected all through it
   double most_share = 0.4;                 // drawn from 0 to this
 };
 
