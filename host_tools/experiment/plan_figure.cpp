@@ -30,8 +30,8 @@ std::string panel_data(const PlanPanel &panel, std::size_t number) {
 
 std::string panel_plot(const PlanPanel &panel, std::size_t number) {
   std::string text =
-      fmt::format("set title '{}' noenhanced\nset xlabel '{}'\nset ylabel '{}'\nplot ", panel.title,
-                  panel.x_label, panel.y_label);
+      fmt::format("set title '{}' noenhanced\nset xlabel '{}' offset 0,0.6\nset ylabel '{}'\nplot ",
+                  panel.title, panel.x_label, panel.y_label);
   for (std::size_t c = 0; c < panel.curves.size(); ++c) {
     text += fmt::format("{0}$d{1}_{2} using 1:($2-$3):($2+$3) with filledcurves fs transparent "
                         "solid 0.2 noborder lc rgb '{3}' notitle, $d{1}_{2} using 1:2 with lines "
@@ -45,7 +45,8 @@ std::string script(const std::vector<PlanPanel> &panels, const std::string &to, 
   const int width = kPanelWidth * static_cast<int>(panels.size());
   std::string text =
       fmt::format("set terminal {} size {},{} {}\nset output '{}'\nset tics nomirror "
-                  "out\nset grid y lc rgb '#dddddd'\nset key outside bottom center horizontal\nset "
+                  "out\nset grid y lc rgb '#dddddd'\nset key below vertical maxrows 2 samplen 2 "
+                  "width 3 height 0.5 Left reverse\nset "
                   "autoscale xfix\n",
                   svg ? "svg" : "pngcairo", width, kPanelHeight,
                   svg ? "dynamic font 'sans,13' background rgb 'white'" : "font 'sans,10'", to);
