@@ -374,11 +374,9 @@ rim_status rim_gp_set_offset(rim_gp *gp, uint32_t index, double offset) {
 
 void rim_gp_refresh(rim_gp *gp) { solve_alpha(gp); }
 
-/* Two doubles side by side where the compiler can say so (GNU C lowers them for targets without
- * such registers), else one: lane by lane the same operations, so the same bits. Memory is aligned
- * to 8.
- */
-#ifdef __GNUC__
+/* Two doubles side by side where GNU C and the processor have them, else one: lane by lane the same
+ * operations, so the same bits. Memory is aligned to 8. */
+#if defined(__GNUC__) && (defined(__SSE2__) || defined(__aarch64__))
 typedef double lanes __attribute__((vector_size(16), aligned(8), may_alias));
 static inline lanes in_all(double v) { return (lanes){v, v}; }
 #else

@@ -1,6 +1,7 @@
 // Simulations that predict measured logs: exact on motion that obeys them, silent where they should
 // be, and one step twice is two steps.
 #include "replay/replay.hpp"
+#include "temporary.hpp"
 #include "toy_log.hpp"
 #include "train/trainer.hpp"
 #include "util/atomic_file.hpp"
@@ -20,7 +21,6 @@
 #include <cstdio>
 #include <functional>
 #include <setjmp.h>
-#include <unistd.h>
 extern "C" {
 #include <cmocka.h>
 }
@@ -441,7 +441,7 @@ void bad_landings_are_refused(void **) {
 }
 
 std::string image_file(const std::vector<std::uint8_t> &bytes, const char *name) {
-  const std::string path = std::string("/tmp/rim_test_predictor_") + name;
+  const std::string path = temporary_folder() / name;
   rim::AtomicFile file(path);
   file.write(std::string(bytes.begin(), bytes.end()));
   file.commit();
@@ -480,7 +480,6 @@ void an_image_predicts_the_next_row(void **) {
                   "toy40: column 'u.push' is missing"));
   const Log sparse = without_rows(fresh, [](double t) { return std::lround(t / 0.05) % 2 == 1; });
   assert_true(has(refusal([&] { image->predict(sparse); }), "no two rows"));
-  ::unlink(path.c_str());
 }
 
 void images_without_a_model_are_refused(void **) {
@@ -491,7 +490,6 @@ void images_without_a_model_are_refused(void **) {
       image_file(rim::external_image(logs, 40, rim::CalibrationOptions{}).image, "own.rim");
   assert_true(
       has(refusal([&] { rim::world::make_image_predictor(path); }), "no model of the next row"));
-  ::unlink(path.c_str());
   assert_true(has(refusal([] { rim::world::make_image_predictor("/nowhere.rim"); }), "nowhere"));
 }
 

@@ -11,6 +11,7 @@
 #include <functional>
 #include <string>
 
+#include "temporary.hpp"
 #include "util/data_path.hpp"
 #include "util/error.hpp"
 #include "world/cobot_log.hpp"
@@ -48,12 +49,6 @@ bool is_refused(const std::function<void()> &work, const std::string &reason) {
     std::printf("'%s' does not say '%s'\n", error.what(), reason.c_str());
   }
   return false;
-}
-
-std::string file_with(const std::string &text) {
-  const std::string path = "/tmp/rim_test_cobot_" + std::to_string(std::rand()) + ".txt";
-  std::ofstream(path) << text;
-  return path;
 }
 
 void rays_end_at_walls(void **) {
@@ -199,28 +194,30 @@ void logs_have_their_columns(void **) {
 }
 
 void labels_round_trip(void **) {
-  const std::string path = file_with("");
+  const std::string path = temporary_file("");
   write_labels({{"a.csv", {{1.5, 2.5, "hold"}, {4, 5, "stuck"}}}, {"b.csv", {{1, 2, "x"}}}}, path);
   const auto read = read_labels(path);
   assert_int_equal(read.size(), 2);
   assert_int_equal(read[0].intervals.size(), 2);
   assert_true(read[0].intervals[1].end_s == 5.0);
   const std::string head = "log,start_s,end_s,kind\n";
-  assert_true(is_refused([&] { read_labels(file_with("a,b\n")); }, "first line"));
-  assert_true(is_refused([&] { read_labels(file_with(head + "a,1,2\n")); }, "row 1: 3 columns"));
-  assert_true(is_refused([&] { read_labels(file_with(head + "a,1,x,h\n")); }, "'end_s'"));
-  assert_true(is_refused([&] { read_labels(file_with(head + "a,3,2,h\n")); }, "not after"));
+  assert_true(is_refused([&] { read_labels(temporary_file("a,b\n")); }, "first line"));
+  assert_true(
+      is_refused([&] { read_labels(temporary_file(head + "a,1,2\n")); }, "row 1: 3 columns"));
+  assert_true(is_refused([&] { read_labels(temporary_file(head + "a,1,x,h\n")); }, "'end_s'"));
+  assert_true(is_refused([&] { read_labels(temporary_file(head + "a,3,2,h\n")); }, "not after"));
 }
 
 void effects_are_read(void **) {
   const CobotMap &map = the_floor().map;
   const auto effects = read_cobot_effects(
-      file_with("[[effect]]\nkind='stuck'\nwheel=3\nphase='starting'\nshare=0.1\n"), map);
+      temporary_file("[[effect]]\nkind='stuck'\nwheel=3\nphase='starting'\nshare=0.1\n"), map);
   assert_int_equal(effects[0].wheel, 2);
   assert_true(effects[0].phase == CobotPhase::starting);
   for (const char *bad : {"[[effect]]\nkind='x'\n", "[[effect]]\nkind='hold'\nwheel=5\n",
                           "[[effect]]\nshare=1\n", "[[effect]]\nkind='hold'\nshare=-1\n"})
-    assert_true(is_refused([&] { read_cobot_effects(file_with(bad), map); }, ".txt"));
+    assert_true(is_refused([&] { read_cobot_effects(temporary_file(bad), map); },
+                           temporary_folder().c_str()));
 }
 
 } // namespace

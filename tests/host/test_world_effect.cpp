@@ -1,4 +1,5 @@
 // Effects: the file format, what each kind does, and that the shipped twelve are subtle.
+#include "temporary.hpp"
 #include "util/data_path.hpp"
 #include "util/error.hpp"
 #include "world/lander.hpp"
@@ -13,7 +14,6 @@
 #include <cstring>
 #include <filesystem>
 #include <setjmp.h>
-#include <unistd.h>
 extern "C" {
 #include <cmocka.h>
 }
@@ -39,22 +39,12 @@ const LanderRun &nominal(std::uint64_t run) {
   return runs[run];
 }
 
-std::string temporary(const std::string &text) {
-  char name[] = "/tmp/rim_test_effect_XXXXXX";
-  const int descriptor = mkstemp(name);
-  assert_true(descriptor >= 0);
-  assert_int_equal(write(descriptor, text.data(), text.size()), static_cast<ssize_t>(text.size()));
-  close(descriptor);
-  return name;
-}
-
 const std::string kHead = "name = \"n\"\ndescription = \"d\"\n";
 const std::string kMass = kHead + "[[term]]\ntarget = \"sensor\"\nsensor = \"s.mass_kg\"\n";
 
 Effect effect_of(const std::string &text) {
-  const std::string path = temporary(text);
+  const std::string path = temporary_file(text);
   Effect effect = read_effect(path, params());
-  unlink(path.c_str());
   return effect;
 }
 
@@ -380,14 +370,13 @@ void effects_combine(void **) {
 }
 
 void assert_refused(const std::string &text, const char *words) {
-  const std::string path = temporary(text);
+  const std::string path = temporary_file(text);
   std::string message = "(nothing)";
   try {
     read_effect(path, params());
   } catch (const rim::DataError &error) {
     message = error.what();
   }
-  unlink(path.c_str());
   if (message.find(path) == std::string::npos || message.find(words) == std::string::npos)
     fail_msg("'%s' gave '%s', wanted '%s'", text.c_str(), message.c_str(), words);
 }

@@ -1,4 +1,5 @@
 // The lander: physics against closed forms, nominal landings, readings against their stated errors.
+#include "temporary.hpp"
 #include "util/atomic_file.hpp"
 #include "util/data_path.hpp"
 #include "util/error.hpp"
@@ -13,7 +14,6 @@
 #include <cstdlib>
 #include <cstring>
 #include <setjmp.h>
-#include <unistd.h>
 extern "C" {
 #include <cmocka.h>
 }
@@ -245,25 +245,14 @@ void rates_read_zero_now_and_then(void **) {
   }
 }
 
-std::string temporary(const char *text) {
-  char name[] = "/tmp/rim_test_world_XXXXXX";
-  const int descriptor = mkstemp(name);
-  assert_true(descriptor >= 0);
-  assert_int_equal(write(descriptor, text, std::strlen(text)),
-                   static_cast<ssize_t>(std::strlen(text)));
-  close(descriptor);
-  return name;
-}
-
 void assert_refused(const char *text, const char *words) {
-  const std::string path = temporary(text);
+  const std::string path = temporary_file(text);
   std::string message;
   try {
     read_lander_params(rim::data_path("lander.toml"), path);
   } catch (const rim::DataError &error) {
     message = error.what();
   }
-  unlink(path.c_str());
   if (message.find(path) == std::string::npos || message.find(words) == std::string::npos)
     fail_msg("'%s' gave '%s', wanted '%s'", text, message.c_str(), words);
 }
@@ -285,22 +274,20 @@ void bad_parameters_are_named(void **) {
 }
 
 void an_incomplete_base_is_refused(void **) {
-  const std::string path = temporary("[body]\nmu_m3ps2 = 4.9e12\n");
+  const std::string path = temporary_file("[body]\nmu_m3ps2 = 4.9e12\n");
   int caught = 0;
   try {
     read_lander_params(path);
   } catch (const rim::DataError &error) {
     caught = std::strstr(error.what(), "'body.radius_m' is missing") != nullptr;
   }
-  unlink(path.c_str());
   assert_int_equal(caught, 1);
 }
 
 void an_overlay_changes_what_it_names(void **) {
-  const std::string path =
-      temporary("[body]\nradius_m = 1.7e6\n[[sensor]]\ncolumns = [\"s.mass_kg\"]\nbias_sd = 9.0\n");
+  const std::string path = temporary_file(
+      "[body]\nradius_m = 1.7e6\n[[sensor]]\ncolumns = [\"s.mass_kg\"]\nbias_sd = 9.0\n");
   const LanderParams p = read_lander_params(rim::data_path("lander.toml"), path);
-  unlink(path.c_str());
   assert_true(p.body.radius_m == 1.7e6 && p.body.mu_m3ps2 == params().body.mu_m3ps2);
   assert_true(p.sensor[column("mass_kg")].bias_sd == 9.0);
   assert_true(p.sensor[column("mass_kg")].noise_sd == params().sensor[column("mass_kg")].noise_sd);
@@ -309,9 +296,8 @@ void an_overlay_changes_what_it_names(void **) {
 // The record that `rim simulate` leaves reads back to the same parameters.
 void the_record_reads_back(void **) {
   const std::string text = lander_params_toml(params());
-  const std::string path = temporary(text.c_str());
+  const std::string path = temporary_file(text.c_str());
   const LanderParams p = read_lander_params(path);
-  unlink(path.c_str());
   assert_string_equal(lander_params_toml(p).c_str(), text.c_str());
 }
 
