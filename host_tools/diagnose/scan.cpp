@@ -152,19 +152,23 @@ void Scanner::propose_boxes(const Gated &gated, const Vector &e, const Noise &no
   Proposal best;
   best.candidate = gated.candidate;
   best.penalty = candidate.penalty + library_.gate_penalty(2);
-  Eigen::MatrixXd s(kCoarseBins, kCoarseBins), w(kCoarseBins, kCoarseBins),
-      n(kCoarseBins, kCoarseBins);
+  Eigen::MatrixXd s, w, n;
   for (std::size_t p = 0; p < pairs_.size(); ++p) {
     const GateFeature &a = library_.gates[static_cast<std::size_t>(pairs_[p].first)];
     const GateFeature &b = library_.gates[static_cast<std::size_t>(pairs_[p].second)];
-    s.setZero();
-    n.setZero();
+    // Only bins that are: a feature of few values has fewer, and rounding could choose one more.
+    const int rows = a.coarse_bins(), columns = b.coarse_bins();
+    s.setZero(rows, columns);
+    n.setZero(rows, columns);
+    w.resize(rows, columns);
     for (Index i = 0; i < ge.size(); ++i) {
       s(a.coarse[idx(i)], b.coarse[idx(i)]) += ge(i);
       n(a.coarse[idx(i)], b.coarse[idx(i)]) += weight_(i) > 0.0 ? 1.0 : 0.0;
     }
-    for (int k = 0; k < kCoarseBins * kCoarseBins; ++k)
-      w(k / kCoarseBins, k % kCoarseBins) = gated.w_grid(k, static_cast<Index>(p));
+    for (int j = 0; j < rows; ++j) {
+      for (int k = 0; k < columns; ++k)
+        w(j, k) = gated.w_grid(j * kCoarseBins + k, static_cast<Index>(p));
+    }
     const BoxBest box = best_box(s, w, n, least_rows_);
     const bool is_timed = a.name == kTime || b.name == kTime;
     const double gain = box.value / noise.divisor() * (is_timed ? kTimeShare : 1.0);

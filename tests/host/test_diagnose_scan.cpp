@@ -2,6 +2,7 @@
 // within a bin. Seeds are fixed.
 #include "diagnose/scan.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "diagnose_case.hpp"
@@ -164,10 +165,34 @@ void rows_without_weight_say_nothing(void **) {
     assert_true(p.score() < 6.0);
 }
 
+// A box is cut where its features have a cut, also over a feature of three values.
+void boxes_end_at_cuts(void **) {
+  Measured t = uniform_table(13);
+  t.x.col(1) = (t.x.col(1).array() / 4.0).floor();
+  const Library library = rim::diagnose::make_library(t, t.channels[0], bias_alone());
+  const Noise noise = plain();
+  const Scanner scanner(library, noise.weight);
+  for (std::uint64_t seed = 14; seed < 64; ++seed) {
+    Random random(seed);
+    Vector y(static_cast<Eigen::Index>(kRows));
+    for (Eigen::Index i = 0; i < y.size(); ++i)
+      y(i) = random.normal() + (t.x(i, 0) > 5.0 && t.x(i, 1) > 1.0 ? 0.4 : 0.0);
+    for (const Proposal &p : scanner.mean(rim::diagnose::fit_members(y, {}, noise), noise, 50)) {
+      if (p.bounds.size() != 2)
+        continue;
+      for (const auto &bound : p.bounds) {
+        const auto &cuts = library.gates[static_cast<std::size_t>(bound.feature)].coarse_edge;
+        assert_true(std::find(cuts.begin(), cuts.end(), bound.upper) != cuts.end());
+        assert_true(std::find(cuts.begin(), cuts.end(), bound.lower) != cuts.end());
+      }
+    }
+  }
+}
+
 } // namespace
 
 int main() {
-  std::printf("seeds 1 to 12\n");
+  std::printf("seeds 1 to 63\n");
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(an_interval),
       cmocka_unit_test(a_box),
@@ -175,6 +200,7 @@ int main() {
       cmocka_unit_test(everywhere),
       cmocka_unit_test(scatter_in_an_interval),
       cmocka_unit_test(rows_without_weight_say_nothing),
+      cmocka_unit_test(boxes_end_at_cuts),
   };
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }
