@@ -167,11 +167,11 @@ static rim_extent_mixture mixture_of(const rim_bandit *b, const double *x, doubl
   const uint8_t policy = b->config.policy;
   const double mean = policy == RIM_BANDIT_RIM_UCB ? nominal : nominal + gp_mean;
   if (has_rims(&b->config)) {
-    rim_extent_mixture mixture = rim_extent_reward(extent_of(b), x, mean, gp_var);
-    if (policy ==
-        RIM_BANDIT_RIM_UCB) { /* eq. 5.12: a RIM's component has its standard error only */
-      for (uint32_t i = 1; i < mixture.components; ++i)
-        mixture.var[i] -= gp_var;
+    /* eq. 5.12: with RIM-UCB a RIM's component has its standard error only */
+    const bool rim_alone = policy == RIM_BANDIT_RIM_UCB;
+    rim_extent_mixture mixture = rim_extent_reward(extent_of(b), x, mean, rim_alone ? 0.0 : gp_var);
+    if (rim_alone) {
+      mixture.var[0] += gp_var;
     } else { /* what is not known of RIMs not yet seen, where nobody looked */
       mixture.var[0] += b->config.unseen_var * (gp_var / rim_gp_get_config(gp_of(b, 0)).signal_var);
       weaken(&mixture, b->support);

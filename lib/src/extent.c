@@ -83,8 +83,9 @@ static void fill_defaults(rim_extent_config *c) {
 static bool counts_fit(const rim_extent_config *c) {
   return c->dims >= 1 && c->dims <= RIM_EXTENT_MAX_DIMS && c->points >= 8 &&
          c->points <= RIM_EXTENT_MAX_POINTS && c->lambdas <= RIM_EXTENT_MAX_LAMBDAS &&
-         c->rims <= RIM_EXTENT_MAX_RIMS && c->weight <= 2 && c->knots <= RIM_EXTENT_MAX_KNOTS &&
-         c->knots != 1 && c->samples >= 2 && c->samples <= 64 && c->iterations <= 64;
+         c->rims <= RIM_EXTENT_MAX_RIMS && c->weight <= RIM_EXTENT_BY_LIKELIHOOD &&
+         c->knots <= RIM_EXTENT_MAX_KNOTS && c->knots != 1 && c->samples >= 2 && c->samples <= 64 &&
+         c->iterations <= 64;
 }
 
 static rim_status check(const rim_extent_config *c) {
@@ -279,17 +280,6 @@ static double largest_ln_anom(const rim_extent *e, uint32_t rim) {
   return largest;
 }
 
-static double relative_weight(const rim_extent *e, double ln_anom, double largest) {
-  switch (e->config.weight) {
-  case RIM_EXTENT_BY_LIKELIHOOD:
-    return ln_anom / largest;
-  case 2:
-    return rim_exp(ln_anom - largest);
-  default:
-    return 1.0;
-  }
-}
-
 /* A RIM at u, a context as fractions of the box (eq. 5.6, 5.8). */
 static rim_extent_local local_at(const rim_extent *e, uint32_t rim, const double *u) {
   rim_extent_local out = {0.0, 0.0, 0.0, 0.0};
@@ -300,7 +290,8 @@ static rim_extent_local local_at(const rim_extent *e, uint32_t rim, const double
     if (!(region->ln_anom > 0.0))
       continue;
     out.existence = rim_max(region->confidence, out.existence);
-    const double weight = region->confidence * relative_weight(e, region->ln_anom, largest);
+    const bool by_likelihood = e->config.weight == RIM_EXTENT_BY_LIKELIHOOD;
+    const double weight = region->confidence * (by_likelihood ? region->ln_anom / largest : 1.0);
     all += weight;
     const membership m = membership_of(&region->ellipsoid);
     if (!holds(&m, u))

@@ -299,8 +299,8 @@ static void misuse_is_refused(void **state) {
   assert_int_equal(rim_extent_init(&e, memory.bytes, BYTES - 1, &good), RIM_E_SIZE);
   assert_int_equal(rim_extent_init(&e, memory.bytes + 1, BYTES, &good), RIM_E_ALIGN);
   assert_int_equal(rim_extent_init(&e, NULL, BYTES, &good), RIM_E_ARGUMENT);
-  rim_extent_config c[8];
-  for (int i = 0; i < 8; ++i)
+  rim_extent_config c[9];
+  for (int i = 0; i < 9; ++i)
     c[i] = good;
   c[0].dims = 5;
   c[1].points = 7;
@@ -310,7 +310,8 @@ static void misuse_is_refused(void **state) {
   c[5].least_axis = 0.7;
   c[6].lambda_min = 20.0;
   c[7].samples = 65;
-  for (int i = 0; i < 8; ++i) {
+  c[8].weight = RIM_EXTENT_BY_LIKELIHOOD + 1;
+  for (int i = 0; i < 9; ++i) {
     assert_int_equal(rim_extent_init(&e, memory.bytes, BYTES, &c[i]), RIM_E_CONFIG);
   }
   for (size_t i = 0; i < sizeof memory.bytes; ++i)
