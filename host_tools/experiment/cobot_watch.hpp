@@ -35,9 +35,4 @@ struct CobotRegion {
 // intervals of all features and channels, by their likelihood.
 CobotRegion explain_cobot(const CobotDrive &drive, const CobotScatter &scatter, std::uint64_t seed);
 
-struct PrecisionRecall {
-  double precision = 0.0, recall = 0.0, f1 = 0.0; // eq. 3.31, 3.32, 4.7
-};
-PrecisionRecall compare_points(const std::vector<bool> &inside, const std::vector<bool> &truth);
-
 } // namespace rim

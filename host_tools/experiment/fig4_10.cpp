@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "experiment/cobot_watch.hpp"
+#include "experiment/precision_recall.hpp"
 #include "experiment/search_curve.hpp"
 #include "util/error.hpp"
 

@@ -8,19 +8,19 @@
 #include <memory>
 
 #include "experiment/alarm_score.hpp"
+#include "experiment/golf_points.hpp"
+#include "experiment/precision_recall.hpp"
 #include "rim/rng.h"
 #include "rim/select.h"
 #include "train/calibrate.hpp"
 #include "util/error.hpp"
 #include "util/table.hpp"
-#include "world/golf.hpp"
 
 namespace rim {
 namespace {
 
 constexpr const char *kKind = "golf";
 constexpr double kFalseAlarms = 0.05;
-constexpr std::size_t kAnomalous = 30;
 constexpr std::size_t kTimedRuns = 10;
 
 const char *const kSearchNames[] = {"flight", "standard", "rich"};
@@ -63,48 +63,27 @@ private:
   rim_select *engine_ = nullptr;
 };
 
-// Unit features: the field, or [-1, 1] for the others (p. 56).
-std::vector<double> unit_features(const GolfShot &shot, const std::array<std::size_t, 2> &place) {
-  const GolfParams field;
-  std::vector<double> u(shot.x.size());
-  for (std::size_t k = 0; k < u.size(); ++k)
-    u[k] = 0.5 * (shot.x[k] + 1.0);
-  u[place[0]] = shot.x[place[0]] / field.length_m;
-  u[place[1]] = shot.x[place[1]] / field.width_m;
-  return u;
-}
-
 // The best score of chance grows as the logarithm of the number of observations; never as if there
 // were fewer than a dozen, or the first shot alone could alarm.
 double envelope(std::size_t observations) {
   return std::max(kLeastGrowth, std::log(static_cast<double>(observations)));
 }
 
-double f1_of(const std::vector<GolfShot> &shots, const std::function<bool(std::size_t)> &inside) {
-  double hit = 0.0, wrong = 0.0;
-  for (std::size_t i = 0; i < shots.size(); ++i) {
-    const bool found = inside(i);
-    if (found && shots[i].anomalous)
-      hit += 1.0;
-    if (found != shots[i].anomalous)
-      wrong += 1.0;
-  }
-  return hit > 0.0 ? 2.0 * hit / (2.0 * hit + wrong) : 0.0;
-}
-
-void score_points(const rim_select *engine, const std::vector<GolfShot> &shots,
-                  const std::vector<std::vector<double>> &u,
-                  const std::array<std::size_t, 2> &place, GolfRun &run) {
+void score_points(const rim_select *engine, const GolfPoints &points, GolfRun &run) {
   rim_candidate best{};
   if (!rim_select_best(engine, &best))
     return;
-  run.f1 = f1_of(shots, [&](std::size_t i) {
-    return rim_select_membership(engine, u[i].data()) > RIM_SELECT_MEMBERSHIP_CUT;
-  });
-  run.f1_best =
-      f1_of(shots, [&](std::size_t i) { return rim_region_contains(&best.region, u[i].data()); });
-  run.right_features = best.dims == 2 && best.region.feature[0] == std::min(place[0], place[1]) &&
-                       best.region.feature[1] == std::max(place[0], place[1]);
+  std::vector<bool> member, in_best;
+  for (std::size_t i = 0; i < points.r.size(); ++i) {
+    const double *u = &points.u[i * points.dims];
+    member.push_back(rim_select_membership(engine, u) > RIM_SELECT_MEMBERSHIP_CUT);
+    in_best.push_back(rim_region_contains(&best.region, u));
+  }
+  run.f1 = compare_points(member, points.truth).f1;
+  run.f1_best = compare_points(in_best, points.truth).f1;
+  const auto [low, high] = std::minmax(points.place[0], points.place[1]);
+  run.right_features =
+      best.dims == 2 && best.region.feature[0] == low && best.region.feature[1] == high;
 }
 
 enum class Role { calibration, nominal, bump };
@@ -254,34 +233,22 @@ std::size_t golf_search_bytes(std::size_t dims, GolfSearch search) {
 }
 
 GolfRun run_golf(std::size_t dims, std::uint64_t seed, bool effect, GolfSearch search) {
-  GolfParams params;
-  if (!effect)
-    params.shift = 0.0;
-  GolfOptions options;
-  options.dims = dims;
-  options.anomalous = kAnomalous;
-  Golf world(params, options, seed);
-  const auto place = world.features();
-  const std::vector<GolfShot> shots = world.all();
-  std::vector<std::vector<double>> u;
-  for (const GolfShot &shot : shots)
-    u.push_back(unit_features(shot, place));
+  const GolfPoints points = golf_points(dims, seed, effect);
   const Engine engine(search_config(dims, seed, search));
   GolfRun run;
-  run.shots = shots.size();
+  run.shots = points.r.size();
   const auto start = std::chrono::steady_clock::now();
-  for (std::size_t i = 0; i < shots.size(); ++i) {
-    const double residual = (shots[i].z - shots[i].m) / shots[i].sd;
-    rim_select_observe(engine.get(), u[i].data(), &residual);
+  for (std::size_t i = 0; i < run.shots; ++i) {
+    rim_select_observe(engine.get(), &points.u[i * dims], &points.r[i]);
     rim_select_work(engine.get(), 1);
-    if (shots[i].anomalous)
+    if (points.truth[i])
       run.score_by_anomalous.push_back(run.largest_score);
     const auto score = static_cast<double>(rim_select_channel_scores(engine.get())[0]);
     run.largest_score = std::max(run.largest_score, score / envelope(i + 1));
   }
   run.score_by_anomalous.push_back(run.largest_score);
   run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  score_points(engine.get(), shots, u, place, run);
+  score_points(engine.get(), points, run);
   return run;
 }
 

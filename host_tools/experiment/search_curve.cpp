@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <stdexcept>
 
+#include "experiment/precision_recall.hpp"
 #include "replay/plot.hpp"
 #include "rim/rng.h"
 
@@ -21,15 +22,6 @@ constexpr std::size_t kStarts = 3;          // of a search: two balls and the he
 constexpr std::size_t kClimb = 24 * 10 + 1; // evaluations of one start, the defaults of rim/cem.h
 constexpr double kMostEvaluations = 6000.0; // of No FS: each looks at every feature
 constexpr std::size_t kSamples = 24, kElites = 5, kIterations = 10;
-
-double f1_of(const std::vector<bool> &truth, const std::vector<bool> &inside) {
-  double hit = 0.0, sum = 0.0;
-  for (std::size_t i = 0; i < truth.size(); ++i) {
-    hit += truth[i] && inside[i] ? 1.0 : 0.0;
-    sum += (truth[i] ? 1.0 : 0.0) + (inside[i] ? 1.0 : 0.0);
-  }
-  return sum > 0.0 ? 2.0 * hit / sum : 0.0;
-}
 
 // Intervals along one feature that the search has weighed, each a pass over the points.
 double intervals_of(rim_heuristic heuristic, const rim_batch_result &result, double features) {
@@ -59,7 +51,7 @@ SearchPoint run_batch(rim_heuristic heuristic, std::uint16_t nodes, const rim_ba
   }
   return {static_cast<double>(result.evaluations) +
               intervals_of(heuristic, result, static_cast<double>(data.features)),
-          f1_of(truth, inside)};
+          compare_points(inside, truth).f1};
 }
 
 // Cross-entropy over ellipsoids with axes along all features: centres, logarithms of half axes.
@@ -90,7 +82,7 @@ SearchPoint FullSearch::run(double evaluations, const std::vector<bool> &truth) 
   std::vector<bool> inside;
   for (std::uint32_t i = 0; i < data_.n; ++i)
     inside.push_back(!best_.empty() && contains(best_, i));
-  return {used_, f1_of(truth, inside)};
+  return {used_, compare_points(inside, truth).f1};
 }
 
 bool FullSearch::contains(const Parameters &p, std::uint32_t i) const {

@@ -8,6 +8,7 @@
 #include "experiment/alarm_score.hpp"
 #include "experiment/cobot_watch.hpp"
 #include "experiment/plan_figure.hpp"
+#include "experiment/precision_recall.hpp"
 #include "replay/plot.hpp"
 #include "rim/faro.h"
 #include "util/error.hpp"

@@ -11,6 +11,7 @@
 #include "experiment/golf.hpp"
 #include "experiment/golf_points.hpp"
 #include "experiment/plan_figure.hpp"
+#include "experiment/precision_recall.hpp"
 #include "replay/plot.hpp"
 #include "util/error.hpp"
 #include "util/table.hpp"

@@ -517,7 +517,7 @@ static void digest_is_constant(void **state) {
     digest = run(make(&memory, &c), &own, 80, digest);
   }
   print_message("digest %016llx\n", (unsigned long long)digest);
-  assert_true(digest == UINT64_C(0xa250b1f1ec8cc2c1));
+  assert_true(digest == UINT64_C(0x7ffdf6d1584f42e5));
 }
 
 int main(void) {
