@@ -239,7 +239,7 @@ Wheels direction_of(std::size_t channel, const Wheels &predicted) {
     const double angle = kPi * (0.25 + 0.5 * static_cast<double>(w));
     if (channel < kCobotWheels)
       e[w] = w == channel ? predicted[w] : 0.0;
-    else if (channel == 4)
+    else if (channel == kCobotAllWheels)
       e[w] = predicted[w];
     else if (channel == 5)
       e[w] = std::cos(angle);
@@ -289,6 +289,8 @@ Eigen::Matrix4d covariance_of_means(const std::vector<CobotDrive> &nominal, Squa
 CobotScatter::CobotScatter(const std::vector<CobotDrive> &nominal) {
   Squares squares;
   const Eigen::Matrix4d precision = covariance_of_means(nominal, squares).inverse();
+  wheel_deviation_ =
+      std::sqrt(squares.steady / squares.steadies / static_cast<double>(kCobotWheels));
   ramp_precision_ =
       std::min(1.0, squares.steady / squares.steadies / (squares.ramp / squares.ramps));
   for (std::size_t a = 0; a < kCobotWheels; ++a) {

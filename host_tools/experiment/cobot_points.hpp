@@ -33,8 +33,11 @@ enum class CobotCase { nominal, encoder, collision, corridor, left_turn };
 const char *cobot_case_name(CobotCase which);
 
 constexpr std::size_t kCobotWheels = 4;
-constexpr std::size_t kCobotChannels = 8; // four wheels, all, sideways, turn, inconsistency
+constexpr std::size_t kCobotChannels = 8;  // four wheels, all, sideways, turn, inconsistency
+constexpr std::size_t kCobotAllWheels = 4; // the last whose cause is a share of the speed
 constexpr std::size_t kCobotPointRows = 10;
+// Features that tell the speed: the commands, the battery under load, the edge that is followed.
+constexpr std::size_t kCobotFirstMotion = 4, kCobotLastMotion = 10;
 using CobotWheels = std::array<double, kCobotWheels>;
 
 struct CobotDrive {
@@ -83,12 +86,17 @@ public:
     return offset_variance_[channel] / mean_weight_[channel];
   }
 
+  // Of one wheel's residual in a point, m/s. A wheel that turns slower than that cannot be told
+  // from one that stands.
+  double wheel_deviation() const { return wheel_deviation_; }
+
 private:
   void measure_offsets(const std::vector<CobotDrive> &nominal);
 
   std::array<CobotWheels, kCobotWheels> precision_{};
   std::array<double, kCobotChannels> mean_weight_{};
   std::array<double, kCobotChannels> offset_variance_{};
+  double wheel_deviation_ = 0.0;
   double ramp_precision_ = 1.0; // of S^-1 while the prediction changes, a share
 };
 

@@ -139,6 +139,7 @@ double add_intervals(const Column &c, const Bins &bins, double reference, double
 struct Value {
   const Column *column;
   std::array<std::size_t, 2> feature;
+  const std::vector<bool> *use;
 };
 
 double value_of(const rim_ellipsoid *ellipsoid, void *context) {
@@ -146,7 +147,7 @@ double value_of(const rim_ellipsoid *ellipsoid, void *context) {
   rim_stats in{};
   for (std::size_t i = 0; i < v.column->drive.size(); ++i) {
     const double x[2] = {v.column->u(i, v.feature[0]), v.column->u(i, v.feature[1])};
-    if (rim_ellipsoid_contains(ellipsoid, x))
+    if ((*v.use)[i] && rim_ellipsoid_contains(ellipsoid, x))
       v.column->add(i, &in);
   }
   return in.n >= kLeastPoints ? v.column->ln_anom(in) : 0.0;
@@ -163,6 +164,17 @@ std::vector<std::vector<std::size_t>> orders_of(const CobotDrive &d) {
   }
   return out;
 }
+
+// Points whose wheels are told to turn at a speed that can be told from standing.
+std::vector<bool> moving_points(const CobotDrive &d, double wheel_deviation) {
+  std::vector<bool> out;
+  for (const CobotWheels &speed : d.predicted)
+    out.push_back(std::any_of(speed.begin(), speed.end(),
+                              [&](double v) { return std::fabs(v) > wheel_deviation; }));
+  return out;
+}
+
+bool tells_speed(std::size_t f) { return f >= kCobotFirstMotion && f <= kCobotLastMotion; }
 
 rim_region interval_region(std::size_t f, const Range &range) {
   rim_region region{};
@@ -181,6 +193,7 @@ class Explanation {
 public:
   Explanation(const CobotDrive &drive, const CobotScatter &scatter, std::uint64_t seed)
       : drive_(drive), scatter_(scatter), scores_(scatter.scores(drive)), orders_(orders_of(drive)),
+        everything_(drive.size(), true), moving_(moving_points(drive, scatter.wheel_deviation())),
         seed_(seed) {}
 
   CobotRegion best();
@@ -192,6 +205,8 @@ private:
   void look_at_pairs(const Column &column, std::size_t base, const Range &range);
   void climb(const Column &column, std::array<std::size_t, 2> feature, const Range &a,
              const Range &b);
+  const std::vector<bool> &points_of(std::size_t channel,
+                                     const std::vector<std::size_t> &features) const;
 
   Column column_of(std::size_t channel) const {
     return {drive_, scores_, channel, scatter_.size_variance(channel)};
@@ -201,6 +216,7 @@ private:
   const CobotScatter &scatter_;
   CobotScores scores_;
   std::vector<std::vector<std::size_t>> orders_;
+  std::vector<bool> everything_, moving_;
   std::uint64_t seed_, streams_ = 0;
   CobotRegion best_;
   std::vector<Hypothesis> hypotheses_;
@@ -209,11 +225,25 @@ private:
 CobotRegion Explanation::best() {
   for (std::size_t c = 0; c < kCobotChannels; ++c)
     look_at(column_of(c));
+  const rim_region &region = best_.region;
+  const std::vector<bool> &use =
+      points_of(best_.channel, {region.feature, region.feature + region.dims});
   for (std::size_t i = 0; i < drive_.size(); ++i)
-    best_.inside.push_back(rim_region_contains(&best_.region, &drive_.u[i * drive_.dims]));
+    best_.inside.push_back(use[i] && rim_region_contains(&region, &drive_.u[i * drive_.dims]));
   if (best_.region.dims < 2)
     average();
   return best_;
+}
+
+// The points that a region over these features may hold. A share of no speed is no inaccuracy: the
+// corridor's region encompasses 'non-zero velocity points in a rectangular region of physical
+// space' (4.2.4), and no likelihood could tell of a robot that stands. Where features tell the
+// speed the region itself says which it holds, and everywhere is the whole domain (3.5.2).
+const std::vector<bool> &Explanation::points_of(std::size_t channel,
+                                                const std::vector<std::size_t> &features) const {
+  const bool all_speeds = channel > kCobotAllWheels || features.empty() ||
+                          std::any_of(features.begin(), features.end(), tells_speed);
+  return all_speeds ? everything_ : moving_;
 }
 
 void Explanation::offer(std::size_t channel, const rim_region &region, double ln_anom) {
@@ -225,7 +255,6 @@ void Explanation::offer(std::size_t channel, const rim_region &region, double ln
 
 // Everywhere and an interval are as likely beforehand, and so is every interval of every feature.
 void Explanation::average() {
-  const std::vector<bool> everything(drive_.size(), true);
   const auto n = static_cast<double>(drive_.size());
   const double prior = 2.0 / (static_cast<double>(drive_.dims) * n * (n + 1.0));
   std::vector<double> chance(drive_.size(), 0.0);
@@ -240,7 +269,8 @@ void Explanation::average() {
       total += weight;
     } else {
       const Column column = column_of(h.channel);
-      const Bins bins = bins_of(column, h.feature, orders_[h.feature], everything);
+      const Bins bins =
+          bins_of(column, h.feature, orders_[h.feature], points_of(h.channel, {h.feature}));
       total += add_intervals(column, bins, best_.ln_anom, prior, chance);
     }
   }
@@ -254,11 +284,11 @@ void Explanation::look_at(const Column &column) {
     column.add(i, &all);
   offer(column.channel, {}, column.ln_anom(all));
   hypotheses_.push_back({column.channel, drive_.dims, column.ln_anom(all)});
-  const std::vector<bool> everything(drive_.size(), true);
   std::vector<Range> ranges;
   std::size_t base = 0;
   for (std::size_t f = 0; f < drive_.dims; ++f) {
-    ranges.push_back(best_range(column, bins_of(column, f, orders_[f], everything)));
+    const std::vector<bool> &use = points_of(column.channel, {f});
+    ranges.push_back(best_range(column, bins_of(column, f, orders_[f], use)));
     offer(column.channel, interval_region(f, ranges[f]), ranges[f].ln_anom);
     hypotheses_.push_back({column.channel, f, ranges[f].ln_anom});
     if (ranges[f].ln_anom > ranges[base].ln_anom)
@@ -270,13 +300,14 @@ void Explanation::look_at(const Column &column) {
 // Each other feature along the points of the strongest interval: H3.
 void Explanation::look_at_pairs(const Column &column, std::size_t base, const Range &range) {
   std::vector<bool> inside(drive_.size());
-  for (std::size_t i = 0; i < drive_.size(); ++i)
-    inside[i] = column.u(i, base) > range.low && column.u(i, base) < range.high;
   std::vector<std::pair<double, std::size_t>> ranked;
   std::vector<Range> along(drive_.dims);
   for (std::size_t f = 0; f < drive_.dims; ++f) {
     if (f == base)
       continue;
+    const std::vector<bool> &use = points_of(column.channel, {base, f});
+    for (std::size_t i = 0; i < drive_.size(); ++i)
+      inside[i] = use[i] && column.u(i, base) > range.low && column.u(i, base) < range.high;
     along[f] = best_range(column, bins_of(column, f, orders_[f], inside));
     ranked.push_back({-along[f].ln_anom, f});
   }
@@ -295,7 +326,7 @@ void Explanation::climb(const Column &column, std::array<std::size_t, 2> feature
     e.center[k] = 0.5 * (sides[k]->low + sides[k]->high);
   e.factor[0] = diagonal[0];
   e.factor[2] = diagonal[1];
-  Value value{&column, feature};
+  Value value{&column, feature, &points_of(column.channel, {feature[0], feature[1]})};
   rim_cem_config config{};
   config.least_axis = 0.005;
   double ln_anom = 0.0;

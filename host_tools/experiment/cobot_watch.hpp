@@ -30,9 +30,10 @@ struct CobotRegion {
   std::vector<bool> inside; // [n]
 };
 // Everywhere, the exact most anomalous interval of every feature, and ellipses over pairs of
-// features ranked by H3 (eq. 4.5), each for every channel. Where the best is no ellipse, the points
-// inside are those that lie in the region with a chance of .7: the average over everywhere and all
-// intervals of all features and channels, by their likelihood.
+// features ranked by H3 (eq. 4.5), each for every channel. A region of a share of the speed holds
+// no point at standstill, unless it is everywhere or over a feature that tells the speed. Where the
+// best is no ellipse, the points inside are those that lie in the region with a chance of .7: the
+// average over everywhere and all intervals of all features and channels, by their likelihood.
 CobotRegion explain_cobot(const CobotDrive &drive, const CobotScatter &scatter, std::uint64_t seed);
 
 } // namespace rim
