@@ -4,8 +4,8 @@
 
 #include "rim/real.h"
 #include "rim/rng.h"
+#include "usable.h"
 
-#define LARGEST_VALUE 1e150
 #define STREAM                                                                                     \
   UINT64_C(0x62616e646974) /* the draws among equals: apart from the search's streams */
 
@@ -19,18 +19,6 @@ struct rim_bandit {
 
 _Static_assert(sizeof(struct rim_bandit) <= RIM_BANDIT_HEADER_BYTES, "header");
 _Static_assert(RIM_BANDIT_HEADER_BYTES % 8 == 0, "blocks of double follow");
-
-static void count(uint32_t *counter) { *counter += *counter < UINT32_MAX; }
-
-static bool is_usable(double v) { return rim_abs(v) <= LARGEST_VALUE; }
-
-static bool all_usable(const double *v, size_t n) {
-  for (size_t i = 0; i < n; ++i) {
-    if (!is_usable(v[i]))
-      return false;
-  }
-  return true;
-}
 
 static bool has_rims(const rim_bandit_config *c) {
   return c->policy == RIM_BANDIT_RIM_UCB || c->policy == RIM_BANDIT_RIM_GP_UCB;

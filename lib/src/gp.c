@@ -4,13 +4,13 @@
 
 #include "cholesky.h"
 #include "rim/real.h"
+#include "usable.h"
 
 #define SQRT_3 0x1.bb67ae8584caap+0
 #define SQRT_5 0x1.1e3779b97f4a8p+1
 #define JITTER_FIRST 1e-12
 #define JITTER_LAST 1e-6
-#define LARGEST_VALUE 1e150 /* squares and products with weights stay finite */
-#define FARTHEST 555025.0   /* 745^2: beyond it exp(-r) is 0, and a polynomial times it */
+#define FARTHEST 555025.0 /* 745^2: beyond it exp(-r) is 0, and a polynomial times it */
 #define LEAST_SCALE 1e-100
 #define LARGEST_SCALE 1e100
 
@@ -54,18 +54,6 @@ static arrays arrays_of(const rim_gp *gp) {
   a.scratch = a.serial + points;
   a.l = a.scratch + points * BATCH;
   return a;
-}
-
-static void count(uint32_t *counter) { *counter += *counter < UINT32_MAX; }
-
-static bool is_usable(double v) { return rim_abs(v) <= LARGEST_VALUE; }
-
-static bool all_usable(const double *v, size_t n) {
-  for (size_t i = 0; i < n; ++i) {
-    if (!is_usable(v[i]))
-      return false;
-  }
-  return true;
 }
 
 static bool is_scale(double v) { return v >= LEAST_SCALE && v <= LARGEST_SCALE; }

@@ -298,10 +298,15 @@ rim_status rim_monitor_size(const void *image, size_t image_bytes, size_t *bytes
   return status;
 }
 
-static rim_status check_memory(const plan *p, layout *l, const void *memory, size_t bytes) {
+/* What the image asks for, and where it goes in the caller's memory. */
+static rim_status examine(plan *p, layout *l, const void *memory, size_t bytes, const void *image,
+                          size_t image_bytes) {
+  rim_status status = make_plan(p, image, image_bytes);
+  if (status != RIM_OK)
+    return status;
   if (((uintptr_t)memory & 7u) != 0)
     return RIM_E_ALIGN;
-  const rim_status status = make_layout(p, l);
+  status = make_layout(p, l);
   if (status != RIM_OK)
     return status;
   return bytes < l->total ? RIM_E_SIZE : RIM_OK;
@@ -370,9 +375,7 @@ rim_status rim_monitor_init(rim_monitor **monitor, void *memory, size_t bytes, c
     return RIM_E_ARGUMENT;
   plan p;
   layout l;
-  rim_status status = make_plan(&p, image, image_bytes);
-  if (status == RIM_OK)
-    status = check_memory(&p, &l, memory, bytes);
+  rim_status status = examine(&p, &l, memory, bytes, image, image_bytes);
   if (status != RIM_OK)
     return status;
   memset(memory, 0, RIM_MONITOR_HEADER_BYTES);
@@ -405,9 +408,7 @@ rim_status rim_monitor_attach(rim_monitor **monitor, void *memory, size_t bytes,
     return RIM_E_ARGUMENT;
   plan p;
   layout l;
-  rim_status status = make_plan(&p, image, image_bytes);
-  if (status == RIM_OK)
-    status = check_memory(&p, &l, memory, bytes);
+  const rim_status status = examine(&p, &l, memory, bytes, image, image_bytes);
   if (status != RIM_OK)
     return status;
   rim_monitor *self = memory;
