@@ -38,6 +38,11 @@ const std::map<std::string, std::uint8_t> kRisks = {{"neutral", RIM_BANDIT_NEUTR
                                                     {"bounded", RIM_BANDIT_BOUNDED},
                                                     {"probability", RIM_BANDIT_PROBABILITY}};
 
+const std::map<std::string, std::uint8_t> kSets = {{"volume", RIM_EXTENT_BY_VOLUME},
+                                                   {"sampled", RIM_EXTENT_SAMPLED}};
+const std::map<std::string, std::uint8_t> kShapes = {{"ellipsoid", RIM_EXTENT_ELLIPSOID},
+                                                     {"box", RIM_EXTENT_BOX}};
+
 PlanAxis axis_of(const std::string &text, bool counted) {
   PlanAxis axis;
   char rest = 0;
@@ -53,7 +58,8 @@ PlanAxis axis_of(const std::string &text, bool counted) {
 struct Options {
   std::vector<std::string> state, action;
   std::vector<double> length;
-  std::string policy = "rim+gp", kernel = "matern52", schedule = "constant", risk = "neutral";
+  std::string policy = "rim+gp", kernel = "matern52", schedule = "constant", risk = "neutral",
+              set = "sampled", shape = "ellipsoid";
   double beta = 2.0, signal_sd = 1.0, noise_sd = 0.1, aversion = 0.0, level = 0.0, bound = 0.95,
          smooth_sd = 0.0, unseen_sd = 0.0, gain = 0.0;
   unsigned plans = 0, features = 0, points = 256;
@@ -87,6 +93,13 @@ void declare(CLI::App &app, Options &o) {
   app.add_option("--aversion", o.aversion, "mean-sd: standard deviations to subtract");
   app.add_option("--level", o.level, "bounded, probability: the reward to exceed");
   app.add_option("--bound", o.bound, "bounded: with at least this probability");
+  app.add_option("--extent", o.set,
+                 "rim, rim+gp: the regions that stand for one: sampled (default) by their "
+                 "likelihood, or by volume")
+      ->check(CLI::IsMember(kSets));
+  app.add_option("--shape", o.shape,
+                 "rim, rim+gp: ellipsoid (default) or box, which may be sheared")
+      ->check(CLI::IsMember(kShapes));
   app.add_option("--smooth-sd", o.smooth_sd, "rim, rim+gp: deviations that small make no region");
   app.add_option("--unseen-sd", o.unseen_sd, "rim+gp: how far a region not seen yet may deviate");
   app.add_option("--gain", o.gain,
@@ -140,6 +153,8 @@ PlannerConfig config_of(const Options &o) {
   b.unseen_var = o.unseen_sd * o.unseen_sd;
   b.gain = o.gain;
   b.seed = b.extent.seed = o.seed;
+  b.extent.set = kSets.at(o.set);
+  b.extent.shape = kShapes.at(o.shape);
   b.gp.kernel = kKernels.at(o.kernel);
   b.gp.points = b.extent.points = static_cast<std::uint16_t>(o.points);
   b.gp.signal_var = o.signal_sd * o.signal_sd;

@@ -11,8 +11,19 @@ std::function<int()> add_fig5_10(CLI::App &app) {
   figure->add_option("--runs", a->experiment.runs, "a goalie and policy (40)")
       ->check(CLI::PositiveNumber);
   figure->add_option("--shots", a->experiment.shots, "a run (100)")->check(CLI::Range(10, 500));
+  const auto shape = std::make_shared<std::string>();
+  figure->add_option("--shape", *shape, "of the regions: box (default) or ellipsoid")
+      ->check(CLI::IsMember({"box", "ellipsoid"}));
+  const auto volume = std::make_shared<bool>();
+  figure->add_flag("--by-volume", *volume, "the set of regions by volume, as the thesis's");
   a->add(figure);
-  return [a] { return a->run(rim::run_fig5_10, rim::print_fig5_10); };
+  return [a, shape, volume] {
+    for (rim::GoaliePolicy &policy : a->experiment.policies) {
+      policy.shape = *shape == "ellipsoid" ? RIM_EXTENT_ELLIPSOID : RIM_EXTENT_BOX;
+      policy.set = *volume ? RIM_EXTENT_BY_VOLUME : RIM_EXTENT_SAMPLED;
+    }
+    return a->run(rim::run_fig5_10, rim::print_fig5_10);
+  };
 }
 
 } // namespace

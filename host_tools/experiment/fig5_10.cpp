@@ -48,6 +48,9 @@ PlannerConfig planner_config(const GoalieParams &world, const GoaliePolicy &poli
   b.gp.length[1] = policy.length_a_m;
   b.extent.points = b.gp.points;
   b.extent.rims = static_cast<std::uint8_t>(policy.rims);
+  b.extent.set = policy.set;
+  b.extent.shape = policy.shape;
+  b.extent.temper = policy.temper;
   b.extent.threshold = policy.threshold;
   b.extent.min_points = policy.min_points;
   b.extent.lambdas = static_cast<std::uint8_t>(policy.lambdas);
@@ -87,8 +90,11 @@ nlohmann::json policy_json(const GoaliePolicy &p) {
           {"length_s_m", p.length_s_m},
           {"length_a_m", p.length_a_m},
           {"kernel", p.kernel},
+          {"set", p.set},
+          {"shape", p.shape},
           {"threshold", p.threshold},
           {"lambda", p.lambda},
+          {"temper", p.temper},
           {"smooth_m", p.smooth_m},
           {"unseen_m", p.unseen_m},
           {"gain", p.gain},

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "rim/extent.h"
 #include "rim/gp.h"
 #include "util/shard.hpp"
 #include "world/goalie.hpp"
@@ -26,8 +27,10 @@ struct GoaliePolicy {
   double length_s_m = 1.0, length_a_m = 0.2;
   std::uint8_t kernel = RIM_GP_MATERN_5_2;
   // Policies with RIMs: rim/bandit.h and rim/extent.h say what they are.
+  std::uint8_t set = RIM_EXTENT_SAMPLED, shape = RIM_EXTENT_BOX;
   double threshold = 7.0;
-  double lambda = 8.0; // nats a unit of volume, both ways (eq. 5.4)
+  double lambda = 16.0; // nats a unit of volume, both ways (eq. 5.4)
+  double temper = 0.2;  // of a sampled set
   double smooth_m = 0.0, unseen_m = 0.0, gain = 0.0, min_points = 3.0;
   unsigned rims = 1, slices = 9, lambdas = 9;
 };

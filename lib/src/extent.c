@@ -4,12 +4,14 @@
 
 #include "rim/real.h"
 #include "rim/rng.h"
+#include "usable.h"
 
-#define LARGEST_VALUE 1e150
 #define LEAST_VAR 1e-100
 #define LARGEST_VAR 1e100
 #define LARGEST_LAMBDA 500.0
 #define NOT_A_REGION (-1e4) /* value of an ellipsoid that holds too little; far below any other */
+#define STUCK 10.0          /* nats by which a chain is left behind */
+#define LARGEST_STEP 0.3    /* of a chain, as a fraction of the box */
 
 enum { CANDIDATES = 8, KINDS = 3 };
 
@@ -49,10 +51,6 @@ static rim_extent_region *region_of(const rim_extent *e, uint32_t rim, uint32_t 
   return (rim_extent_region *)(void *)(arrays_of(e).regions + index * RIM_EXTENT_REGION_BYTES);
 }
 
-static void count(uint32_t *counter) { *counter += *counter < UINT32_MAX; }
-
-static bool is_usable(double v) { return rim_abs(v) <= LARGEST_VALUE; }
-
 static bool is_zero(double v) { return v >= 0.0 && v <= 0.0; }
 
 static double or_default(double v, double other) { return is_zero(v) ? other : v; }
@@ -66,6 +64,7 @@ static void fill_defaults(rim_extent_config *c) {
     c->samples = 24;
   if (c->iterations == 0)
     c->iterations = 8;
+  c->temper = or_default(c->temper, 0.2);
   c->least_axis = or_default(c->least_axis, 0.04);
   c->most_axis = or_default(c->most_axis, 0.6);
   c->min_points = or_default(c->min_points, 3.0);
@@ -83,19 +82,21 @@ static void fill_defaults(rim_extent_config *c) {
 static bool counts_fit(const rim_extent_config *c) {
   return c->dims >= 1 && c->dims <= RIM_EXTENT_MAX_DIMS && c->points >= 8 &&
          c->points <= RIM_EXTENT_MAX_POINTS && c->lambdas <= RIM_EXTENT_MAX_LAMBDAS &&
-         c->rims <= RIM_EXTENT_MAX_RIMS && c->weight <= RIM_EXTENT_BY_LIKELIHOOD &&
-         c->knots <= RIM_EXTENT_MAX_KNOTS && c->knots != 1 && c->samples >= 2 && c->samples <= 64 &&
-         c->iterations <= 64;
+         c->rims <= RIM_EXTENT_MAX_RIMS && c->set <= RIM_EXTENT_SAMPLED &&
+         c->shape <= RIM_EXTENT_BOX && c->knots <= RIM_EXTENT_MAX_KNOTS && c->knots != 1 &&
+         c->samples >= 2 && c->samples <= 64 && c->iterations <= 64;
 }
 
 static rim_status check(const rim_extent_config *c) {
   if (!counts_fit(c))
     return RIM_E_CONFIG;
-  bool usable = is_usable(c->lambda_min) && is_usable(c->lambda_max) && is_usable(c->least_axis) &&
-                is_usable(c->most_axis) && is_usable(c->min_points) && is_usable(c->threshold);
-  bool fits = c->lambda_min <= c->lambda_max && c->least_axis > 0.0 &&
-              c->least_axis < c->most_axis && c->most_axis <= 2.0 && c->min_points >= 1.0 &&
-              c->lambda_min >= -LARGEST_LAMBDA && c->lambda_max <= LARGEST_LAMBDA;
+  bool usable = is_usable(c->lambda_min) && is_usable(c->lambda_max) && is_usable(c->temper) &&
+                is_usable(c->least_axis) && is_usable(c->most_axis) && is_usable(c->min_points) &&
+                is_usable(c->threshold);
+  bool fits = c->lambda_min <= c->lambda_max && c->temper > 0.0 && c->temper <= 1.0 &&
+              c->least_axis > 0.0 && c->least_axis < c->most_axis && c->most_axis <= 2.0 &&
+              c->min_points >= 1.0 && c->lambda_min >= -LARGEST_LAMBDA &&
+              c->lambda_max <= LARGEST_LAMBDA;
   for (size_t d = 0; d < c->dims; ++d) {
     usable = usable && is_usable(c->lower[d]) && is_usable(c->upper[d]);
     fits = fits && c->lower[d] < c->upper[d];
@@ -168,11 +169,12 @@ double rim_extent_confidence(const rim_extent *extent, double ln_anom) {
   return c->confidence[c->knots - 1];
 }
 
-/* Volume of the unit ball times the product of the diagonal of L. */
-static double volume_of(const rim_ellipsoid *ellipsoid) {
+/* Volume of the unit ball or cube times the product of the diagonal of L. */
+static double volume_of(const rim_extent *e, const rim_ellipsoid *ellipsoid) {
   static const double ball[RIM_EXTENT_MAX_DIMS + 1] = {1.0, 2.0, RIM_PI, 4.0 / 3.0 * RIM_PI,
                                                        0.5 * RIM_PI * RIM_PI};
-  double volume = ball[ellipsoid->dims];
+  const bool box = e->config.shape == RIM_EXTENT_BOX;
+  double volume = box ? (double)(1u << ellipsoid->dims) : ball[ellipsoid->dims];
   for (size_t d = 0; d < ellipsoid->dims; ++d)
     volume *= ellipsoid->factor[d * (d + 3) / 2];
   return rim_min(volume, 1.0);
@@ -185,12 +187,14 @@ typedef struct sums {
 /* Row d of L by its diagonal element: |L^-1 (x - centre)| without a division a row and point. */
 typedef struct membership {
   const rim_ellipsoid *ellipsoid;
+  bool is_box;
   double inverse[RIM_EXTENT_MAX_DIMS];
 } membership;
 
-static membership membership_of(const rim_ellipsoid *ellipsoid) {
+static membership membership_of(const rim_extent *e, const rim_ellipsoid *ellipsoid) {
   membership m;
   m.ellipsoid = ellipsoid;
+  m.is_box = e->config.shape == RIM_EXTENT_BOX;
   for (size_t d = 0; d < ellipsoid->dims; ++d)
     m.inverse[d] = 1.0 / ellipsoid->factor[d * (d + 3) / 2];
   return m;
@@ -199,21 +203,21 @@ static membership membership_of(const rim_ellipsoid *ellipsoid) {
 static bool holds(const membership *m, const double *u) {
   const rim_ellipsoid *e = m->ellipsoid;
   double z[RIM_EXTENT_MAX_DIMS];
-  double norm2 = 0.0;
+  double norm2 = 0.0; /* the square of either norm */
   for (size_t i = 0; i < e->dims; ++i) {
     const double *row = e->factor + i * (i + 1) / 2;
     double rest = u[i] - e->center[i];
     for (size_t j = 0; j < i; ++j)
       rest -= row[j] * z[j];
     z[i] = rest * m->inverse[i];
-    norm2 += z[i] * z[i];
+    norm2 = m->is_box ? rim_max(norm2, z[i] * z[i]) : norm2 + z[i] * z[i];
   }
   return norm2 < 1.0;
 }
 
 static sums sums_inside(const rim_extent *e, const rim_ellipsoid *ellipsoid) {
   const arrays a = arrays_of(e);
-  const membership m = membership_of(ellipsoid);
+  const membership m = membership_of(e, ellipsoid);
   sums t = {0.0, 0.0, 0.0, 0.0};
   for (uint32_t i = 0; i < e->n; ++i) {
     if (!holds(&m, a.u + (size_t)i * e->config.dims))
@@ -244,19 +248,19 @@ static double anom_plus(const rim_ellipsoid *ellipsoid, void *context) {
   const sums t = sums_inside(g->extent, ellipsoid);
   if (!(t.n >= c->min_points))
     return NOT_A_REGION + t.n;
-  return 0.5 * t.s * t.s / t.w + g->lambda * volume_of(ellipsoid);
+  return 0.5 * t.s * t.s / t.w + g->lambda * volume_of(g->extent, ellipsoid);
 }
 
 /* Fills in what the ellipsoid now holds: eq. 3.6, 3.7, 5.7. */
 static void evaluate(const rim_extent *e, rim_extent_region *region) {
   const sums t = sums_inside(e, &region->ellipsoid);
-  region->volume = volume_of(&region->ellipsoid);
+  region->volume = volume_of(e, &region->ellipsoid);
   region->n = t.n;
   region->ln_anom = region->shift = region->shift_var = region->confidence = 0.0;
   if (!(t.n >= e->config.min_points))
     return;
   const arrays a = arrays_of(e);
-  const membership m = membership_of(&region->ellipsoid);
+  const membership m = membership_of(e, &region->ellipsoid);
   const double shift = t.s / t.w;
   double square = 0.0;
   for (uint32_t i = 0; i < e->n; ++i) {
@@ -272,28 +276,18 @@ static void evaluate(const rim_extent *e, rim_extent_region *region) {
 
 static bool is_region(const rim_extent_region *region) { return region->ellipsoid.dims > 0; }
 
-static double largest_ln_anom(const rim_extent *e, uint32_t rim) {
-  double largest = 0.0;
-  for (uint32_t i = 0; i < e->config.lambdas; ++i) {
-    largest = rim_max(region_of(e, rim, i)->ln_anom, largest);
-  }
-  return largest;
-}
-
 /* A RIM at u, a context as fractions of the box (eq. 5.6, 5.8). */
 static rim_extent_local local_at(const rim_extent *e, uint32_t rim, const double *u) {
   rim_extent_local out = {0.0, 0.0, 0.0, 0.0};
-  const double largest = largest_ln_anom(e, rim);
   double all = 0.0, inside = 0.0, shift = 0.0, var = 0.0;
   for (uint32_t i = 0; i < e->config.lambdas; ++i) {
     const rim_extent_region *region = region_of(e, rim, i);
     if (!(region->ln_anom > 0.0))
       continue;
     out.existence = rim_max(region->confidence, out.existence);
-    const bool by_likelihood = e->config.weight == RIM_EXTENT_BY_LIKELIHOOD;
-    const double weight = region->confidence * (by_likelihood ? region->ln_anom / largest : 1.0);
+    const double weight = region->confidence;
     all += weight;
-    const membership m = membership_of(&region->ellipsoid);
+    const membership m = membership_of(e, &region->ellipsoid);
     if (!holds(&m, u))
       continue;
     inside += weight;
@@ -482,12 +476,67 @@ static double refine(goal *g, rim_rng *rng, rim_ellipsoid *best) {
   return value;
 }
 
+/* Takes over what another chain drawn at random stands on, where this one is stuck. */
+static void join(const rim_extent *e, uint32_t rim, rim_extent_region *region, rim_rng *rng) {
+  const rim_extent_region *other = region_of(e, rim, rim_rng_below(rng, e->config.lambdas));
+  const double lambda = region->lambda;
+  if (!(value_of(other, lambda) > value_of(region, lambda) + STUCK))
+    return;
+  *region = *other;
+  region->lambda = lambda;
+}
+
+/* A step of a chain, as probable as the one back: in one parameter or in all, of any size. */
+static rim_ellipsoid proposed(const rim_extent_config *c, const rim_ellipsoid *from, rim_rng *rng) {
+  rim_ellipsoid next = *from;
+  const uint32_t dims = c->dims, parameters = RIM_CEM_PARAMETERS(dims);
+  const double size = LARGEST_STEP * rim_exp(-5.0 * rim_rng_uniform(rng));
+  const uint32_t only = rim_rng_below(rng, parameters + 2); /* beyond the last: all */
+  for (uint32_t p = 0; p < parameters; ++p) {
+    if (p == only || only >= parameters)
+      *(p < dims ? &next.center[p] : &next.factor[p - dims]) += size * rim_rng_normal(rng);
+  }
+  return next;
+}
+
+/* Whether the prior over regions allows it; anom_plus looks at the centre. */
+static bool is_possible(const rim_extent_config *c, const rim_ellipsoid *region) {
+  for (size_t i = 0, p = 0; i < c->dims; ++i) {
+    for (size_t j = 0; j <= i; ++j, ++p) {
+      const double entry = region->factor[p];
+      if (rim_abs(entry) > c->most_axis || (i == j && entry < c->least_axis))
+        return false;
+    }
+  }
+  return true;
+}
+
+/* Metropolis steps on temper * anom+. */
+static void walk(goal *g, rim_rng *rng, rim_ellipsoid *at) {
+  const rim_extent_config *c = &g->extent->config;
+  double value = anom_plus(at, g);
+  for (uint32_t k = (uint32_t)c->samples * c->iterations; k > 0; --k) {
+    const rim_ellipsoid next = proposed(c, at, rng);
+    if (!is_possible(c, &next))
+      continue;
+    const double v = anom_plus(&next, g);
+    if (v >= value || rim_rng_uniform(rng) < rim_exp(c->temper * (v - value))) {
+      value = v;
+      *at = next;
+    }
+  }
+}
+
 static void climb(rim_extent *e, uint32_t rim, uint32_t lambda, uint32_t kind) {
   const rim_extent_config *c = &e->config;
   rim_extent_region *region = region_of(e, rim, lambda);
-  adopt(e, rim, region);
+  const bool is_sampled = c->set == RIM_EXTENT_SAMPLED;
   rim_rng rng;
   rim_rng_seed(&rng, c->seed, UINT64_C(0x100000000) + e->turn);
+  if (is_sampled)
+    join(e, rim, region, &rng);
+  else
+    adopt(e, rim, region);
   const bool again = kind > 0 && is_region(region);
   rim_ellipsoid best = again ? region->ellipsoid : seed_ball(e, &rng);
   const rim_cem_config cem = {.samples = c->samples,
@@ -495,12 +544,18 @@ static void climb(rim_extent *e, uint32_t rim, uint32_t lambda, uint32_t kind) {
                               .least_axis = c->least_axis,
                               .most_axis = c->most_axis};
   goal g = {e, region->lambda};
-  double value = 0.0;
-  if (again)
+  double value = 0.0, least = value_of(region, region->lambda);
+  if (again && is_sampled) {
+    walk(&g, &rng, &best); /* better or not */
+    least = -LARGEST_VALUE;
+  } else if (again) {
     value = refine(&g, &rng, &best);
-  else if (rim_cem_optimise(&cem, anom_plus, &g, c->seed, e->turn, &best, &value) != RIM_OK)
+  } else if (rim_cem_optimise(&cem, anom_plus, &g, c->seed, e->turn, &best, &value) == RIM_OK) {
+    least += is_sampled ? STUCK : 0.0;
+  } else {
     return;
-  if (value > value_of(region, region->lambda)) {
+  }
+  if (value > least) {
     rim_extent_region found = {.ellipsoid = best, .lambda = region->lambda};
     evaluate(e, &found);
     if (found.ln_anom > 0.0)

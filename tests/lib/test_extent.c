@@ -185,6 +185,91 @@ static void equations_hold_term_by_term(void **state) {
   }
 }
 
+/* P(x in R) of the chains, untempered, against the posterior summed over all intervals. */
+static void sample_follows_the_posterior(void **state) {
+  (void)state;
+  enum { GRID = 400, AT = 9, ROUNDS = 1500 };
+  rim_extent_config c = {.dims = 1,
+                         .points = POINTS,
+                         .lambdas = LAMBDAS,
+                         .set = RIM_EXTENT_SAMPLED,
+                         .temper = 1.0,
+                         .lambda_min = 3.0,
+                         .lambda_max = 3.0,
+                         .min_points = 1.0,
+                         .threshold = -50.0, /* each region weighs the same */
+                         .seed = SEED};
+  rim_extent *e = make(&memory, &c);
+  enum { SHOTS = 14 };
+  double at[SHOTS], off[SHOTS];
+  for (int i = 0; i < SHOTS; ++i) {
+    at[i] = (i + 0.5) / SHOTS;
+    off[i] = 0.1 * rim_rng_normal(&rng) + (at[i] > 0.3 && at[i] < 0.7 ? 0.35 : 0.0);
+    assert_int_equal(rim_extent_add(e, &at[i], off[i], VAR), RIM_OK);
+  }
+  double inside_of[AT] = {0}, all = 0.0;
+  for (int i = 0; i < GRID; ++i) {
+    for (int j = 0; j < GRID; ++j) {
+      const double centre = (i + 0.5) / GRID, half = 0.04 + 0.56 * (j + 0.5) / GRID;
+      double n = 0.0, sum = 0.0;
+      for (int k = 0; k < SHOTS; ++k) {
+        n += fabs(at[k] - centre) < half;
+        sum += fabs(at[k] - centre) < half ? off[k] : 0.0;
+      }
+      if (n < 1.0)
+        continue;
+      const double p = exp(sum * sum / (2.0 * n * VAR) + 3.0 * fmin(2.0 * half, 1.0));
+      all += p;
+      for (int k = 0; k < AT; ++k)
+        inside_of[k] += fabs(0.1 * (k + 1) - centre) < half ? p : 0.0;
+    }
+  }
+  rim_extent_search(e, 30 * LAMBDAS);
+  double said[AT] = {0};
+  for (int round = 0; round < ROUNDS; ++round) {
+    rim_extent_search(e, LAMBDAS);
+    for (int k = 0; k < AT; ++k)
+      said[k] += rim_extent_at(e, 0, (double[]){0.1 * (k + 1)}).member / ROUNDS;
+  }
+  for (int k = 0; k < AT; ++k) {
+    print_message("P(%.1f in R) %.3f, of the chains %.3f\n", 0.1 * (k + 1), inside_of[k] / all,
+                  said[k]);
+    assert_true(fabs(said[k] - inside_of[k] / all) < 0.03);
+  }
+}
+
+/* A box is found as one: its corners too, which no ellipsoid in it reaches. */
+static void boxes_reach_into_corners(void **state) {
+  (void)state;
+  rim_extent_config c = config_of(1);
+  c.shape = RIM_EXTENT_BOX;
+  c.set = RIM_EXTENT_SAMPLED;
+  rim_extent *e = make(&memory, &c);
+  draw(0.0, 0.0);
+  for (int i = 0; i < POINTS; ++i) /* a parallelogram */
+    dz[i] += fabs(x[i][0]) < 0.6 && fabs(x[i][1] - 15.0 - 2.0 * x[i][0]) < 2.0 ? 1.0 : 0.0;
+  fill(e, 0, POINTS);
+  rim_extent_search(e, 30 * LAMBDAS);
+  for (uint32_t i = 0; i < LAMBDAS; ++i) {
+    rim_extent_region r;
+    (void)rim_extent_get_region(e, 0, i, &r);
+    const double *l = r.ellipsoid.factor;
+    double n = 0.0, of_ball = 0.0;
+    for (int k = 0; k < POINTS; ++k) {
+      const double u = ((x[k][0] + 1.0) / 2.0 - r.ellipsoid.center[0]) / l[0];
+      const double v = ((x[k][1] - 10.0) / 10.0 - r.ellipsoid.center[1] - l[1] * u) / l[2];
+      n += fmax(fabs(u), fabs(v)) < 1.0;
+      of_ball += u * u + v * v < 1.0;
+    }
+    assert_near(r.n, n, 0.0);
+    assert_true(n > of_ball);
+    assert_near(r.volume, 4.0 * l[0] * l[2], 1e-15);
+  }
+  const double corner[DIMS] = {0.5, 17.6}, beyond[DIMS] = {0.5, 13.0};
+  assert_true(rim_extent_at(e, 0, corner).member > 0.5);
+  assert_true(rim_extent_at(e, 0, beyond).member < 0.5);
+}
+
 static void noise_makes_no_rim(void **state) {
   (void)state;
   int sure = 0;
@@ -299,8 +384,8 @@ static void misuse_is_refused(void **state) {
   assert_int_equal(rim_extent_init(&e, memory.bytes, BYTES - 1, &good), RIM_E_SIZE);
   assert_int_equal(rim_extent_init(&e, memory.bytes + 1, BYTES, &good), RIM_E_ALIGN);
   assert_int_equal(rim_extent_init(&e, NULL, BYTES, &good), RIM_E_ARGUMENT);
-  rim_extent_config c[9];
-  for (int i = 0; i < 9; ++i)
+  rim_extent_config c[11];
+  for (int i = 0; i < 11; ++i)
     c[i] = good;
   c[0].dims = 5;
   c[1].points = 7;
@@ -310,8 +395,10 @@ static void misuse_is_refused(void **state) {
   c[5].least_axis = 0.7;
   c[6].lambda_min = 20.0;
   c[7].samples = 65;
-  c[8].weight = RIM_EXTENT_BY_LIKELIHOOD + 1;
-  for (int i = 0; i < 9; ++i) {
+  c[8].set = RIM_EXTENT_SAMPLED + 1;
+  c[9].shape = RIM_EXTENT_BOX + 1;
+  c[10].temper = 1.5;
+  for (int i = 0; i < 11; ++i) {
     assert_int_equal(rim_extent_init(&e, memory.bytes, BYTES, &c[i]), RIM_E_CONFIG);
   }
   for (size_t i = 0; i < sizeof memory.bytes; ++i)
@@ -374,6 +461,8 @@ int main(void) {
       cmocka_unit_test(finds_a_hidden_region),
       cmocka_unit_test(set_runs_from_specific_to_general),
       cmocka_unit_test(equations_hold_term_by_term),
+      cmocka_unit_test(sample_follows_the_posterior),
+      cmocka_unit_test(boxes_reach_into_corners),
       cmocka_unit_test(noise_makes_no_rim),
       cmocka_unit_test(two_rims_share),
       cmocka_unit_test(search_never_loses),

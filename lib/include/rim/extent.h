@@ -2,11 +2,18 @@
  * (thesis 5.2.1 to 5.2.3, p. 69-72).
  *
  * It holds the latest observations (context x, deviation dz = z - mu of the reward from the nominal
- * model, its nominal variance) and represents a RIM not by one region but by a set: for every
- * lambda of a range the ellipsoid that maximises anom+ = ln anom + lambda V (eq. 5.3 to 5.5), V its
- * volume as a fraction of the box of contexts, at most 1. Small lambda give the most specific,
- * large ones the most general region consistent with what was seen. Each region weighs by P(anom),
- * the confidence that it is anomalous (eq. 5.2).
+ * model, its nominal variance) and represents a RIM not by one region but by a set. Each region
+ * weighs by P(anom), the confidence that it is anomalous (eq. 5.2). Two ways to make the set:
+ *
+ *   by volume  the thesis's: for every lambda of a range the region that maximises anom+ = ln anom
+ *              + lambda V (eq. 5.3 to 5.5), V its volume as a fraction of the box of contexts, at
+ *              most 1. Small lambda give the most specific, large ones the most general region
+ *              consistent with what was seen
+ *   sampled    a sample of regions in proportion to their likelihood: anom(R) is the likelihood of
+ *              the data with a RIM in R over that without, so Metropolis chains on temper * anom+
+ *              leave behind the posterior over regions, flat over centres and factors a priori.
+ *              Where the set by volume knows the two extremes that data allow, this one also says
+ *              how probable is what lies between: near observed edges it counts (fig5.10)
  *
  *   member(x)    = sum P_i 1(x in R_i) / sum P_i                                      (eq. 5.6)
  *   shift(x)     = sum P_i 1(x in R_i) shift_i / sum P_i 1(x in R_i)                   (p. 72)
@@ -60,25 +67,30 @@ extern "C" {
   (RIM_EXTENT_HEADER_BYTES + 8u * (size_t)(points) * ((size_t)(dims) + 3u) +                       \
    RIM_EXTENT_REGION_BYTES * (size_t)(lambdas) * (size_t)(rims))
 
-typedef enum rim_extent_weight {
-  RIM_EXTENT_BY_CONFIDENCE = 0, /* P(anom), the thesis's */
-  RIM_EXTENT_BY_LIKELIHOOD = 1  /* P(anom) * anom / largest anom of the set: among regions that are
-                                   all surely anomalous, those that explain more weigh more */
-} rim_extent_weight;
+typedef enum rim_extent_set { RIM_EXTENT_BY_VOLUME = 0, RIM_EXTENT_SAMPLED = 1 } rim_extent_set;
+
+/* Points with |L^-1 (u - centre)| < 1 by the 2-norm or by the largest component: "our algorithms
+ * apply to any parametric shape" (3.1, p. 28). L is lower triangular: a box has sides across the
+ * first coordinate and is sheared along the others, in 2 dimensions the parallelogram of fig. 5.6.
+ */
+typedef enum rim_extent_shape { RIM_EXTENT_ELLIPSOID = 0, RIM_EXTENT_BOX = 1 } rim_extent_shape;
 
 /* Zero-initialise, then fill. */
 typedef struct rim_extent_config {
   uint8_t dims;    /* of x, 1..RIM_EXTENT_MAX_DIMS */
   uint16_t points; /* observations held, 8..RIM_EXTENT_MAX_POINTS; when full the oldest goes */
-  uint8_t lambdas; /* 1..RIM_EXTENT_MAX_LAMBDAS; 0: 9 */
+  uint8_t lambdas; /* regions of a set, 1..RIM_EXTENT_MAX_LAMBDAS; 0: 9 */
   uint8_t rims;    /* 1..RIM_EXTENT_MAX_RIMS; 0: 1 */
-  uint8_t weight;  /* rim_extent_weight */
+  uint8_t set;     /* rim_extent_set */
+  uint8_t shape;   /* rim_extent_shape */
   double lower[RIM_EXTENT_MAX_DIMS]; /* box of contexts; both 0: 0..1. Outside it works too, but */
   double upper[RIM_EXTENT_MAX_DIMS]; /* centres of regions stay within */
   double lambda_min; /* nats a unit of V, within +-500; with lambda_max both 0: -16 and 16 */
   double lambda_max;
-  double least_axis; /* of a region, as a fraction of the box; 0: 0.04 */
-  double most_axis;  /* 0: 0.6 */
+  double temper; /* sampled: how far ln anom is believed, in (0, 1]: deviations are neither quite
+                    normal nor the region quite of that shape; 0: 0.2 */
+  double least_axis; /* diagonal of L, as a fraction of the box; 0: 0.04 */
+  double most_axis;  /* and its largest, of the rest of L too where sampled; 0: 0.6 */
   double min_points; /* observations a region must hold to count, >= 1; 0: 3 */
   /* P(anom) as a function of ln anom (eq. 5.2): linear between knots that rise in both, constant
    * beyond, to be found by simulating nominal runs (3.4.2, p. 35; host: plan/confidence). Without
@@ -95,7 +107,7 @@ typedef struct rim_extent_config {
 
 /* One region of the set. */
 typedef struct rim_extent_region {
-  rim_ellipsoid ellipsoid; /* over (x - lower) / (upper - lower) */
+  rim_ellipsoid ellipsoid; /* or box, by its centre and L, over (x - lower) / (upper - lower) */
   double lambda;
   double volume;     /* fraction of the box, at most 1 */
   double n;          /* observations inside */
@@ -147,10 +159,11 @@ void rim_extent_reset(rim_extent *extent);
 rim_status rim_extent_add(rim_extent *extent, const double *x, double dz, double var);
 
 /* Searches for better regions: `slices` climbs, in turn for each RIM and lambda: once by rim/cem.h
- * from about a strongly deviating observation, then twice by small steps from what is held, after
- * taking over another lambda's region where that is better. No region's anom+ ever falls by it. 3 *
- * lambdas * rims slices turn over everything once. O(slices * samples * iterations * points *
- * dims^2). */
+ * from about a strongly deviating observation, then twice from what is held, after taking over
+ * another lambda's region where that is better. By volume the latter are small steps, and no
+ * region's anom+ ever falls; sampled they are samples * iterations Metropolis steps, and what is
+ * taken over or found anew must be 10 nats better: a chain that is stuck. 3 * lambdas * rims slices
+ * turn over everything once. O(slices * samples * iterations * points * dims^2). */
 void rim_extent_search(rim_extent *extent, uint32_t slices);
 
 /* Returns the number of observations held, and how many RIMs and lambdas it looks for. */
