@@ -54,8 +54,8 @@ PlannerConfig planner_config(const GoalieParams &world, const GoaliePolicy &poli
   b.extent.threshold = policy.threshold;
   b.extent.min_points = policy.min_points;
   b.extent.lambdas = static_cast<std::uint8_t>(policy.lambdas);
-  b.extent.lambda_min = policy.lambdas == 1 ? policy.lambda : -policy.lambda;
-  b.extent.lambda_max = policy.lambda;
+  b.extent.lambda_min = policy.lambda_min;
+  b.extent.lambda_max = policy.lambda_max;
   b.extent.seed = seed;
   return c;
 }
@@ -93,7 +93,8 @@ nlohmann::json policy_json(const GoaliePolicy &p) {
           {"set", p.set},
           {"shape", p.shape},
           {"threshold", p.threshold},
-          {"lambda", p.lambda},
+          {"lambda_min", p.lambda_min},
+          {"lambda_max", p.lambda_max},
           {"temper", p.temper},
           {"smooth_m", p.smooth_m},
           {"unseen_m", p.unseen_m},
@@ -246,26 +247,29 @@ GoaliePolicy default_goalie_policy(GoaliePolicyKind kind) {
     p.length_s_m = 1.5;
     return p;
   }
-  p.smooth_m = 0.06;
-  p.threshold = 3.0;
+  p.decays = true;
   p.min_points = 1.0;
   if (kind == GoaliePolicyKind::rim) {
-    p.beta = 0.024;
-    p.signal_m = 1.87;
-    p.length_s_m = 0.7;
-    p.length_a_m = 0.14;
+    p.beta = 1.7;
+    p.signal_m = 1.5;
+    p.length_s_m = 1.2;
+    p.length_a_m = 0.155;
     p.kernel = RIM_GP_SQUARED_EXPONENTIAL;
+    p.threshold = 2.7;
+    p.smooth_m = 0.04;
+    p.lambdas = 16;
     p.slices = 27;
     return p;
   }
   p.beta = 3.0;
-  p.decays = true;
-  p.noise_m = 0.05;
-  p.length_s_m = 1.2;
-  p.length_a_m = 0.17;
-  p.smooth_m = 0.04;
+  p.noise_m = 0.01;
+  p.length_s_m = 1.5;
+  p.length_a_m = 0.21;
+  p.threshold = 3.0;
+  p.smooth_m = 0.06;
   p.unseen_m = 1.1;
   p.gain = 5.0;
+  p.lambdas = 12;
   p.slices = 18;
   return p;
 }

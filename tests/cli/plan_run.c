@@ -34,6 +34,8 @@ static rim_bandit_config config_of(unsigned policy, unsigned kernel, unsigned lo
                                .extent = {.dims = 2,
                                           .points = TURNS,
                                           .lambdas = LAMBDAS,
+                                          .set = (uint8_t)(kernel > 0),
+                                          .shape = (uint8_t)(kernel > 1),
                                           .seed = seed,
                                           .lower = {1.0, -0.5},
                                           .upper = {5.0, 0.5}}};
