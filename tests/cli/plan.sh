@@ -52,6 +52,24 @@ printf 'rubbish\n' | "$RIM" plan $grid > /dev/null 2> err.txt; check "nothing us
 "$RIM" plan $grid < /dev/null > /dev/null 2>&1; check "nothing at all" 0 $?
 head -c 4096 /dev/urandom | "$RIM" plan $grid > /dev/null 2>&1; check "noise" 3 $?
 
+# How a region's extent is represented changes what is expected beside it.
+for x in 1 2 3 4 5 6 7 8 9; do
+  for y in -8 -6 -4 -2 0 2 4 6 8; do
+    [ $x -ge 3 ] && [ $x -le 7 ] && [ $y -ge -4 ] && [ $y -le 4 ]; r=$((1 - $?))
+    printf '{"x":[0.%d,%d.0e-1],"reward":%d}\n' $x $y $r
+  done
+done > known.txt
+: > seen.txt
+for extent in "volume --shape ellipsoid" "sampled --shape ellipsoid" "sampled --shape box"; do
+  { cat known.txt; printf '{"state":[0.75]}\n'; } |
+    "$RIM" plan $grid --policy rim --beta 0 --extent $extent > a.txt 2>/dev/null; check "$extent" 0 $?
+  contains "$extent: an expectation" "$(cat a.txt)" '"mean":'
+  cat a.txt >> seen.txt
+done
+check "three different expectations" 3 "$(sort -u seen.txt | wc -l)"
+"$RIM" plan $grid --extent guessed < /dev/null 2>/dev/null; check "no such extent" 2 $?
+"$RIM" plan $grid --shape cube < /dev/null 2>/dev/null; check "no such shape" 2 $?
+
 "$RIM" plan --state 1:0 --action 0:1:3 < /dev/null 2>/dev/null; check "axis upside down" 2 $?
 "$RIM" plan --state 0:1 --action 0:1 < /dev/null 2>/dev/null; check "axis without count" 2 $?
 "$RIM" plan --policy bank < /dev/null 2>/dev/null; check "bank without plans" 2 $?
