@@ -8,7 +8,7 @@ std::function<int()> add_fig5_10(CLI::App &app) {
   const auto a = std::make_shared<rim::FigureArguments<rim::Fig510>>();
   CLI::App *figure = app.add_subcommand(
       "fig5.10", "GP-UCB, RIM-UCB and RIM+GP-UCB shooting at three goalies (thesis 5.3)");
-  figure->add_option("--runs", a->experiment.runs, "a goalie and policy (40)")
+  figure->add_option("--runs", a->experiment.runs, "a goalie and policy (200)")
       ->check(CLI::PositiveNumber);
   figure->add_option("--shots", a->experiment.shots, "a run (100)")->check(CLI::Range(10, 500));
   const auto shape = std::make_shared<std::string>();
