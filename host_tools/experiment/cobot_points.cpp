@@ -348,12 +348,23 @@ CobotScores CobotScatter::scores(const CobotDrive &drive) const {
   return out;
 }
 
+double CobotScatter::floored(double w, std::size_t channel) const {
+  return std::max(w, kLeastWeight * mean_weight_[channel]);
+}
+
 std::vector<double> CobotScatter::residuals(const CobotScores &scores) const {
   std::vector<double> out(scores.x.size());
   for (std::size_t k = 0; k < out.size(); ++k) {
-    const double w = std::max(scores.w[k], kLeastWeight * mean_weight_[k % kCobotChannels]);
+    const double w = floored(scores.w[k], k % kCobotChannels);
     out[k] = std::clamp(scores.x[k] / std::sqrt(w), -kClip, kClip);
   }
+  return out;
+}
+
+std::vector<double> CobotScatter::slopes(const CobotScores &scores) const {
+  std::vector<double> out(scores.w.size());
+  for (std::size_t k = 0; k < out.size(); ++k)
+    out[k] = scores.w[k] / std::sqrt(floored(scores.w[k], k % kCobotChannels));
   return out;
 }
 

@@ -79,7 +79,9 @@ public:
   // [n][kCobotChannels]: x / sqrt w, nominal variance 1, less where w is far below its mean;
   // clipped.
   std::vector<double> residuals(const CobotScores &scores) const;
-  const std::array<double, kCobotChannels> &offset_variance() const { return offset_variance_; }
+  // [n][kCobotChannels]: what a unit of size adds to a residual before it is clipped.
+  std::vector<double> slopes(const CobotScores &scores) const;
+  double mean_weight(std::size_t channel) const { return mean_weight_[channel]; }
 
   // Of the size sum x / sum w over a whole drive, beyond 1 / sum w.
   double size_variance(std::size_t channel) const {
@@ -92,6 +94,7 @@ public:
 
 private:
   void measure_offsets(const std::vector<CobotDrive> &nominal);
+  double floored(double w, std::size_t channel) const;
 
   std::array<CobotWheels, kCobotWheels> precision_{};
   std::array<double, kCobotChannels> mean_weight_{};

@@ -13,16 +13,19 @@
 namespace rim {
 namespace {
 
-constexpr std::uint32_t kUnitsAPoint = 10; // of search: one a row of the log
-constexpr double kGrowthFrom = 3.5;        // ln of 33 points: fewer are judged like these
-constexpr double kTrusted = 3.0;           // sd of a residual that teaches the drive's offset
-constexpr double kLeastPoints = 3.0;       // in a region
-constexpr std::size_t kSteps = 512;        // different values of a feature that are told apart
-constexpr std::size_t kPairs = 4;          // of features that are given an ellipse
-constexpr double kMember = 0.7;            // chance from which a point counts as inside
-constexpr double kMostDeviations = 8.0;    // of one point of a finished drive
-constexpr double kNegligible = 20.0;       // nats below the best
-constexpr double kBoxToEllipse = 0.575;    // half axis over side: equal areas, nearly
+constexpr std::uint32_t kShareUnits = 7; // of search a point, over the shares of the speed
+constexpr std::uint32_t kDriftUnits = 4; // and over the other three channels
+constexpr double kCountsAPoint = 2.0;    // on average: 1 at a door's speed, 3 in a corridor
+constexpr std::uint16_t kRing = 1024;    // a drive of three minutes, so counted
+constexpr double kGrowthFrom = 3.5;      // ln of 33 points: fewer are judged like these
+constexpr double kTrusted = 3.0;         // sd of a residual that teaches the drive's offset
+constexpr double kLeastPoints = 3.0;     // in a region
+constexpr std::size_t kSteps = 512;      // different values of a feature that are told apart
+constexpr std::size_t kPairs = 4;        // of features that are given an ellipse
+constexpr double kMember = 0.7;          // chance from which a point counts as inside
+constexpr double kMostDeviations = 8.0;  // of one point of a finished drive
+constexpr double kNegligible = 20.0;     // nats below the best
+constexpr double kBoxToEllipse = 0.575;  // half axis over side: equal areas, nearly
 
 // One channel of a finished drive whose own offset is unknown, of variance b: generalised least
 // squares of a region's size beside it. With X, W the sums over the drive the score of a region is
@@ -342,42 +345,88 @@ void Explanation::climb(const Column &column, std::array<std::size_t, 2> feature
 } // namespace
 
 std::vector<double> innovations(const std::vector<double> &residuals,
-                                const std::array<double, kCobotChannels> &offset_variance) {
+                                const std::vector<double> &slopes,
+                                const std::array<double, kCobotChannels> &size_variance) {
   std::vector<double> out;
-  std::array<double, kCobotChannels> offset{}, var = offset_variance;
+  std::array<double, kCobotChannels> size{}, var = size_variance;
   for (std::size_t k = 0; k < residuals.size(); ++k) {
     const std::size_t c = k % kCobotChannels;
-    const double off = residuals[k] - offset[c];
-    out.push_back(off / std::sqrt(1.0 + var[c]));
-    const double gain = var[c] / (1.0 + var[c]);
-    offset[c] += gain * std::clamp(off, -kTrusted, kTrusted);
-    var[c] *= 1.0 - gain;
+    const double off = residuals[k] - size[c] * slopes[k];
+    const double off_variance = 1.0 + var[c] * slopes[k] * slopes[k];
+    out.push_back(off / std::sqrt(off_variance));
+    const double gain = var[c] * slopes[k] / off_variance;
+    size[c] += gain * std::clamp(off, -kTrusted, kTrusted);
+    var[c] *= 1.0 - gain * slopes[k];
   }
   return out;
 }
 
+std::vector<double> cobot_innovations(const CobotDrive &drive, const CobotScatter &scatter) {
+  const CobotScores scores = scatter.scores(drive);
+  std::array<double, kCobotChannels> variance{};
+  for (std::size_t c = 0; c < kCobotChannels; ++c)
+    variance[c] = scatter.size_variance(c);
+  return innovations(scatter.residuals(scores), scatter.slopes(scores), variance);
+}
+
+namespace {
+
+// The online search over some of the channels.
+class OnlineSearch {
+public:
+  OnlineSearch(std::size_t dims, std::size_t first, std::size_t channels, std::uint32_t units,
+               std::uint64_t seed)
+      : first_(first), channels_(channels), units_(units) {
+    rim_select_config config{};
+    config.features = static_cast<std::uint16_t>(dims);
+    config.channels = static_cast<std::uint16_t>(channels);
+    config.bins = RIM_SELECT_MAX_BINS;
+    config.ring = kRing;
+    config.seed = seed;
+    std::size_t bytes = 0;
+    if (rim_select_size(&config, &bytes) != RIM_OK)
+      throw std::logic_error("cobot: the search has no such size");
+    memory_.resize(bytes / 8 + 1);
+    if (rim_select_init(&engine_, memory_.data(), 8 * memory_.size(), &config) != RIM_OK)
+      throw std::logic_error("cobot: the search refused its configuration");
+  }
+
+  // A point worth `count` observations: their sum has the variance of as many, whatever the count.
+  // r: of all channels. Returns the largest score.
+  double observe(const double *u, const double *r, std::size_t count) {
+    std::array<double, kCobotChannels> each{};
+    for (std::size_t c = 0; c < channels_; ++c)
+      each[c] = r[first_ + c] / std::sqrt(static_cast<double>(count));
+    for (std::size_t k = 0; k < count; ++k)
+      rim_select_observe(engine_, u, each.data());
+    rim_select_work(engine_, units_);
+    const float *scores = rim_select_channel_scores(engine_);
+    return static_cast<double>(*std::max_element(scores, scores + channels_));
+  }
+
+private:
+  std::size_t first_, channels_;
+  std::uint32_t units_;
+  std::vector<std::uint64_t> memory_;
+  rim_select *engine_ = nullptr;
+};
+
+} // namespace
+
 std::vector<double> watch_cobot(const CobotDrive &drive, const CobotScatter &scatter,
                                 std::uint64_t seed) {
-  rim_select_config config{};
-  config.features = static_cast<std::uint16_t>(drive.dims);
-  config.channels = static_cast<std::uint16_t>(kCobotChannels);
-  config.bins = RIM_SELECT_MAX_BINS;
-  config.seed = seed;
-  std::size_t bytes = 0;
-  if (rim_select_size(&config, &bytes) != RIM_OK)
-    throw std::logic_error("cobot: the search has no such size");
-  std::vector<std::uint64_t> memory(bytes / 8 + 1);
-  rim_select *engine = nullptr;
-  if (rim_select_init(&engine, memory.data(), 8 * memory.size(), &config) != RIM_OK)
-    throw std::logic_error("cobot: the search refused its configuration");
-  const std::vector<double> r =
-      innovations(scatter.residuals(scatter.scores(drive)), scatter.offset_variance());
+  constexpr std::size_t shares = kCobotAllWheels + 1;
+  OnlineSearch share(drive.dims, 0, shares, kShareUnits, seed);
+  OnlineSearch drift(drive.dims, shares, kCobotChannels - shares, kDriftUnits, seed);
+  const CobotScores scores = scatter.scores(drive);
+  const std::vector<double> r = cobot_innovations(drive, scatter);
   std::vector<double> out;
   for (std::size_t i = 0; i < drive.size(); ++i) {
-    rim_select_observe(engine, &drive.u[i * drive.dims], &r[i * kCobotChannels]);
-    rim_select_work(engine, kUnitsAPoint);
-    const float *scores = rim_select_channel_scores(engine);
-    const auto most = static_cast<double>(*std::max_element(scores, scores + kCobotChannels));
+    const double weight = scores.w[i * kCobotChannels + kCobotAllWheels];
+    const auto count = static_cast<std::size_t>(
+        std::max(1.0, std::round(kCountsAPoint * weight / scatter.mean_weight(kCobotAllWheels))));
+    const double *u = &drive.u[i * drive.dims], *of_point = &r[i * kCobotChannels];
+    const double most = std::max(share.observe(u, of_point, count), drift.observe(u, of_point, 1));
     out.push_back(most / std::max(kGrowthFrom, std::log(static_cast<double>(i + 1))));
   }
   return out;

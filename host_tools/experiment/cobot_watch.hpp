@@ -11,14 +11,19 @@
 
 namespace rim {
 
-// Residuals of each channel less what the drive so far says of its own constant offset, over their
-// deviation: a Kalman filter whose state is the offset. White in nominal drives, where the
-// residuals are not, since every drive has a gain of its own; what depends on context stays.
+// Residuals of each channel less what the drive so far says of its own constant size (a gain that
+// differs from drive to drive is a share of the speed and shows in proportion to it, `slopes` of
+// cobot_points.hpp), over their deviation: a Kalman filter whose state is the size. White in
+// nominal drives, where the residuals are not; what depends on context stays.
 std::vector<double> innovations(const std::vector<double> &residuals,
-                                const std::array<double, kCobotChannels> &offset_variance);
+                                const std::vector<double> &slopes,
+                                const std::array<double, kCobotChannels> &size_variance);
+std::vector<double> cobot_innovations(const CobotDrive &drive, const CobotScatter &scatter);
 
 // Score after every point: largest ln anom of any channel, less its null maximum, over the growth
-// of chance with the number of points, max(3.5, ln n).
+// of chance with the number of points, max(3.5, ln n). In the channels of a share of the speed a
+// point counts as so many observations as its weight w is worth, at least one: the share shows in
+// proportion to the speed, and a mean over points of different speeds would blur it.
 std::vector<double> watch_cobot(const CobotDrive &drive, const CobotScatter &scatter,
                                 std::uint64_t seed);
 

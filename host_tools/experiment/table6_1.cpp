@@ -93,8 +93,7 @@ nlohmann::json golf_json(const Unit &unit) {
 nlohmann::json cobot_json(const Unit &unit, const CobotScatter &scatter) {
   const CobotCase which = unit.has_effect ? kEffects[unit.effect].which : CobotCase::nominal;
   const CobotDrive drive = drive_cobot(which, kCobotDims, kCobotDrive_s, unit.seed);
-  const std::vector<double> r =
-      innovations(scatter.residuals(scatter.scores(drive)), scatter.offset_variance());
+  const std::vector<double> r = cobot_innovations(drive, scatter);
   const BaselineData data{drive.size(),   kCobotDims, kCobotChannels,
                           drive.u.data(), r.data(),   {{1, 2}}};
   nlohmann::json out = run_baselines(data, drive.anomalous);

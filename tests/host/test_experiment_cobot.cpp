@@ -93,27 +93,35 @@ void scores_are_sufficient_statistics(void **) {
     fail_msg("size %.4f", size);
 }
 
-void innovations_forget_an_offset(void **) {
+// A gain of the drive's own is a share of the speed: it shows in proportion to the slope.
+void innovations_forget_a_gain(void **) {
   world::Random random(92030, 1, 1);
   std::array<double, kCobotChannels> var{};
   var[4] = 0.1;
-  std::vector<double> r;
-  for (int i = 0; i < 4000; ++i)
-    r.push_back(random.normal() + (r.size() % kCobotChannels == 4 ? 0.6 : 0.0));
-  const std::vector<double> out = innovations(r, var);
-  double before = 0.0, after = 0.0, square = 0.0, other = 0.0;
+  std::vector<double> r, slopes;
+  for (std::size_t i = 0; i < 500; ++i) {
+    for (std::size_t c = 0; c < kCobotChannels; ++c) {
+      slopes.push_back(i % 4 < 2 ? 0.5 : 1.5);
+      r.push_back(random.normal() + (c == 4 ? 0.6 * slopes.back() : 0.0));
+    }
+  }
+  const std::vector<double> out = innovations(r, slopes, var);
+  std::array<double, 2> before{}, after{};
+  double square = 0.0, other = 0.0;
   for (std::size_t k = 2000; k < r.size(); ++k) {
     if (k % kCobotChannels == 4) {
-      before += r[k] / 250.0;
-      after += out[k] / 250.0;
+      const std::size_t is_fast = slopes[k] > 1.0 ? 1 : 0;
+      before[is_fast] += r[k] / 125.0;
+      after[is_fast] += out[k] / 125.0;
       square += out[k] * out[k] / 250.0;
     } else {
       other = std::max(other, std::fabs(out[k] - r[k]));
     }
   }
-  assert_true(before > 0.4 && std::fabs(after) < 0.2);
+  assert_true(before[1] > before[0] + 0.3);
+  assert_true(std::fabs(after[0]) < 0.25 && std::fabs(after[1]) < 0.25);
   assert_true(square > 0.75 && square < 1.3);
-  assert_true(other == 0.0); // no variance, no offset
+  assert_true(other == 0.0); // no variance, no gain
 }
 
 void the_left_turn_is_explained(void **) {
@@ -195,7 +203,7 @@ int main() {
       cmocka_unit_test(a_drive_is_its_seed),
       cmocka_unit_test(bad_dims_are_refused),
       cmocka_unit_test(scores_are_sufficient_statistics),
-      cmocka_unit_test(innovations_forget_an_offset),
+      cmocka_unit_test(innovations_forget_a_gain),
       cmocka_unit_test(the_left_turn_is_explained),
       cmocka_unit_test(a_standing_robot_is_not_in_the_corridor),
       cmocka_unit_test(what_is_counted),
