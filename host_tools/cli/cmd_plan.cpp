@@ -60,8 +60,8 @@ struct Options {
   std::vector<double> length;
   std::string policy = "rim+gp", kernel = "matern52", schedule = "constant", risk = "neutral",
               set = "sampled", shape = "ellipsoid";
-  double beta = 2.0, signal_sd = 1.0, noise_sd = 0.1, aversion = 0.0, level = 0.0, bound = 0.95,
-         smooth_sd = 0.0, unseen_sd = 0.0, gain = 0.0;
+  double beta = 2.0, power = 1.0, signal_sd = 1.0, noise_sd = 0.1, aversion = 0.0, level = 0.0,
+         bound = 0.95, smooth_sd = 0.0, unseen_sd = 0.0, gain = 0.0;
   unsigned plans = 0, features = 0, points = 256;
   std::uint64_t seed = 1;
   std::string lcm;
@@ -88,6 +88,7 @@ void declare(CLI::App &app, Options &o) {
   app.add_option("--beta", o.beta, "how much to explore; 0: not at all");
   app.add_option("--schedule", o.schedule, "of beta: constant (default), log or decay")
       ->check(CLI::IsMember(kSchedules));
+  app.add_option("--power", o.power, "decay: beta over the number of the choice to this power (1)");
   app.add_option("--risk", o.risk, "neutral (default), mean-sd, bounded or probability")
       ->check(CLI::IsMember(kRisks));
   app.add_option("--aversion", o.aversion, "mean-sd: standard deviations to subtract");
@@ -146,6 +147,7 @@ PlannerConfig config_of(const Options &o) {
   b.risk = kRisks.at(o.risk);
   b.plans = static_cast<std::uint8_t>(o.plans);
   b.beta = o.beta;
+  b.power = o.power;
   b.aversion = o.aversion;
   b.level = o.level;
   b.bound = o.bound;

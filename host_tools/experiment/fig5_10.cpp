@@ -35,7 +35,8 @@ PlannerConfig planner_config(const GoalieParams &world, const GoaliePolicy &poli
              : kind == GoaliePolicyKind::rim ? RIM_BANDIT_RIM_UCB
                                              : RIM_BANDIT_RIM_GP_UCB;
   b.beta = policy.beta;
-  b.schedule = policy.decays ? RIM_BANDIT_BETA_DECAY : RIM_BANDIT_BETA_CONSTANT;
+  b.schedule = RIM_BANDIT_BETA_DECAY;
+  b.power = policy.power;
   b.smooth_var = policy.smooth_m * policy.smooth_m;
   b.unseen_var = policy.unseen_m * policy.unseen_m;
   b.gain = policy.gain;
@@ -52,6 +53,8 @@ PlannerConfig planner_config(const GoalieParams &world, const GoaliePolicy &poli
   b.extent.set = policy.set;
   b.extent.shape = policy.shape;
   b.extent.temper = policy.temper;
+  b.extent.least_axis[0] = policy.least_s_m / (world.ball_max_m - world.ball_min_m);
+  b.extent.most_axis[1] = policy.most_a_m / (2.0 * world.goal_half_m);
   b.extent.threshold = policy.threshold;
   b.extent.min_points = policy.min_points;
   b.extent.lambdas = static_cast<std::uint8_t>(policy.lambdas);
@@ -85,7 +88,7 @@ void add_bounds(const Goalie &world, double s_m, GoalieRun &run) {
 
 nlohmann::json policy_json(const GoaliePolicy &p) {
   return {{"beta", p.beta},
-          {"decays", p.decays},
+          {"power", p.power},
           {"signal_m", p.signal_m},
           {"noise_m", p.noise_m},
           {"length_s_m", p.length_s_m},
@@ -97,6 +100,8 @@ nlohmann::json policy_json(const GoaliePolicy &p) {
           {"lambda_min", p.lambda_min},
           {"lambda_max", p.lambda_max},
           {"temper", p.temper},
+          {"least_s_m", p.least_s_m},
+          {"most_a_m", p.most_a_m},
           {"smooth_m", p.smooth_m},
           {"unseen_m", p.unseen_m},
           {"gain", p.gain},
@@ -255,20 +260,21 @@ GoaliePolicy default_goalie_policy(GoaliePolicyKind kind) {
   GoaliePolicy p;
   if (kind == GoaliePolicyKind::gp) {
     p.beta = 100.0;
-    p.decays = true;
     p.length_s_m = 1.5;
     return p;
   }
-  p.decays = true;
   p.min_points = 1.0;
   if (kind == GoaliePolicyKind::rim) {
-    p.beta = 1.7;
-    p.signal_m = 1.5;
+    p.beta = 6.0;
+    p.power = 1.5;
+    p.signal_m = 0.9;
     p.length_s_m = 1.2;
-    p.length_a_m = 0.155;
+    p.length_a_m = 0.17;
     p.kernel = RIM_GP_SQUARED_EXPONENTIAL;
-    p.threshold = 2.7;
+    p.threshold = 3.0;
     p.smooth_m = 0.04;
+    p.least_s_m = 1.0;
+    p.most_a_m = 0.3;
     p.lambdas = 16;
     p.slices = 27;
     return p;

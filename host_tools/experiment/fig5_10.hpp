@@ -20,17 +20,17 @@ namespace rim {
 
 // What a policy is told; chosen on runs of seeds below 1000. Its prior mean is the nominal model's.
 struct GoaliePolicy {
-  double beta = 1.0; // over the number of the shot where `decays`, else for all
-  bool decays = false;
-  double signal_m = 0.2;  // prior sd of the deviation from the nominal reward
-  double noise_m = 0.001; // least sd of a reward that is tried again
+  double beta = 1.0, power = 1.0; // beta / t^power at shot t
+  double signal_m = 0.2;          // prior sd of the deviation from the nominal reward
+  double noise_m = 0.001;         // least sd of a reward that is tried again
   double length_s_m = 1.0, length_a_m = 0.2;
   std::uint8_t kernel = RIM_GP_MATERN_5_2;
   // Policies with RIMs: rim/bandit.h and rim/extent.h say what they are.
   std::uint8_t set = RIM_EXTENT_SAMPLED, shape = RIM_EXTENT_BOX;
   double threshold = 7.0;
   double lambda_min = -16.0, lambda_max = 16.0; // nats a unit of volume (eq. 5.4)
-  double temper = 0.2;  // of a sampled set
+  double temper = 0.2;                          // of a sampled set
+  double least_s_m = 0.16, most_a_m = 0.6; // half a region's length and height, known beforehand
   double smooth_m = 0.0, unseen_m = 0.0, gain = 0.0, min_points = 3.0;
   unsigned rims = 1, slices = 9, lambdas = 9;
 };
@@ -42,7 +42,7 @@ GoaliePolicy default_goalie_policy(GoaliePolicyKind kind);
 struct Fig510 {
   std::size_t runs = 200; // a policy that hovers about 80 % gets there early or never by chance
   std::size_t shots = 100;
-  std::uint64_t seed = 60000; // of the first run
+  std::uint64_t seed = 62000; // of the first run
   std::array<GoaliePolicy, kGoaliePolicies> policies{
       default_goalie_policy(GoaliePolicyKind::gp), default_goalie_policy(GoaliePolicyKind::rim),
       default_goalie_policy(GoaliePolicyKind::rim_gp)};

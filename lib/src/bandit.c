@@ -40,16 +40,19 @@ static rim_status complete(rim_bandit_config *c) {
   }
   if (has_rims(c) && c->extent.dims != c->gp.dims)
     return RIM_E_CONFIG;
-  if (!is_usable(c->beta) || c->beta < 0.0 || !is_usable(c->delta) || !is_usable(c->aversion) ||
-      !is_usable(c->level) || !is_usable(c->bound) || !is_extra(c->smooth_var) ||
-      !is_extra(c->unseen_var) || !is_extra(c->gain)) {
+  if (!is_usable(c->beta) || c->beta < 0.0 || !is_usable(c->delta) || !is_usable(c->power) ||
+      !is_usable(c->aversion) || !is_usable(c->level) || !is_usable(c->bound) ||
+      !is_extra(c->smooth_var) || !is_extra(c->unseen_var) || !is_extra(c->gain)) {
     return RIM_E_RANGE;
   }
   if (c->delta >= 0.0 && c->delta <= 0.0)
     c->delta = 0.1;
+  if (c->power >= 0.0 && c->power <= 0.0)
+    c->power = 1.0;
   if (c->slices == 0)
     c->slices = 6;
-  const bool fine = c->delta > 0.0 && c->delta < 1.0 && c->bound >= 0.0 && c->bound <= 1.0;
+  const bool fine = c->power > 0.0 && c->power <= 4.0 && c->delta > 0.0 && c->delta < 1.0 &&
+                    c->bound >= 0.0 && c->bound <= 1.0;
   return fine ? RIM_OK : RIM_E_CONFIG;
 }
 
@@ -135,7 +138,7 @@ double rim_bandit_beta(const rim_bandit *bandit, uint32_t turn, uint32_t actions
   if (c->schedule == RIM_BANDIT_BETA_CONSTANT)
     return c->beta;
   if (c->schedule == RIM_BANDIT_BETA_DECAY)
-    return c->beta / t;
+    return c->beta * rim_exp(-c->power * rim_log(t));
   const double growth = (double)actions * (t * t) * (RIM_PI * RIM_PI) / (6.0 * c->delta);
   return c->beta * rim_max(2.0 * rim_log(growth), 0.0);
 }

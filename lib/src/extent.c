@@ -65,8 +65,6 @@ static void fill_defaults(rim_extent_config *c) {
   if (c->iterations == 0)
     c->iterations = 8;
   c->temper = or_default(c->temper, 0.2);
-  c->least_axis = or_default(c->least_axis, 0.04);
-  c->most_axis = or_default(c->most_axis, 0.6);
   c->min_points = or_default(c->min_points, 3.0);
   c->threshold = or_default(c->threshold, RIM_EXTENT_DEFAULT_THRESHOLD);
   if (is_zero(c->lambda_min) && is_zero(c->lambda_max)) {
@@ -74,6 +72,8 @@ static void fill_defaults(rim_extent_config *c) {
     c->lambda_max = RIM_EXTENT_DEFAULT_LAMBDA;
   }
   for (size_t d = 0; d < RIM_EXTENT_MAX_DIMS; ++d) {
+    c->least_axis[d] = or_default(c->least_axis[d], 0.04);
+    c->most_axis[d] = or_default(c->most_axis[d], 0.6);
     if (is_zero(c->lower[d]) && is_zero(c->upper[d]))
       c->upper[d] = 1.0;
   }
@@ -91,15 +91,15 @@ static rim_status check(const rim_extent_config *c) {
   if (!counts_fit(c))
     return RIM_E_CONFIG;
   bool usable = is_usable(c->lambda_min) && is_usable(c->lambda_max) && is_usable(c->temper) &&
-                is_usable(c->least_axis) && is_usable(c->most_axis) && is_usable(c->min_points) &&
-                is_usable(c->threshold);
+                is_usable(c->min_points) && is_usable(c->threshold);
   bool fits = c->lambda_min <= c->lambda_max && c->temper > 0.0 && c->temper <= 1.0 &&
-              c->least_axis > 0.0 && c->least_axis < c->most_axis && c->most_axis <= 2.0 &&
               c->min_points >= 1.0 && c->lambda_min >= -LARGEST_LAMBDA &&
               c->lambda_max <= LARGEST_LAMBDA;
   for (size_t d = 0; d < c->dims; ++d) {
-    usable = usable && is_usable(c->lower[d]) && is_usable(c->upper[d]);
-    fits = fits && c->lower[d] < c->upper[d];
+    usable = usable && is_usable(c->lower[d]) && is_usable(c->upper[d]) &&
+             is_usable(c->least_axis[d]) && is_usable(c->most_axis[d]);
+    fits = fits && c->lower[d] < c->upper[d] && c->least_axis[d] > 0.0 &&
+           c->least_axis[d] < c->most_axis[d] && c->most_axis[d] <= 2.0;
   }
   for (size_t k = 0; k < c->knots; ++k) {
     usable = usable && is_usable(c->ln_anom[k]) && is_usable(c->confidence[k]);
@@ -409,8 +409,8 @@ static void adopt(const rim_extent *e, uint32_t rim, rim_extent_region *region) 
   }
 }
 
-/* A ball about the most deviating of a few observations drawn at random. */
-static rim_ellipsoid seed_ball(const rim_extent *e, rim_rng *rng) {
+/* An ellipsoid about the most deviating of a few observations drawn at random. */
+static rim_ellipsoid seed_about(const rim_extent *e, rim_rng *rng) {
   const rim_extent_config *c = &e->config;
   const arrays a = arrays_of(e);
   uint32_t best = 0;
@@ -427,9 +427,11 @@ static rim_ellipsoid seed_ball(const rim_extent *e, rim_rng *rng) {
   for (size_t d = 0; d < c->dims; ++d) {
     center[d] = rim_clamp(a.u[(size_t)best * c->dims + d], 0.0, 1.0);
   }
-  const double radius =
-      c->least_axis + (c->most_axis - c->least_axis) * (0.05 + 0.45 * rim_rng_uniform(rng));
-  return rim_ellipsoid_ball(c->dims, center, radius);
+  rim_ellipsoid start = rim_ellipsoid_ball(c->dims, center, 1.0);
+  const double part = 0.05 + 0.45 * rim_rng_uniform(rng);
+  for (size_t d = 0; d < c->dims; ++d)
+    start.factor[d * (d + 3) / 2] = c->least_axis[d] + (c->most_axis[d] - c->least_axis[d]) * part;
+  return start;
 }
 
 /* One step from an ellipsoid, in all of its parameters or in one: of any size from a fiftieth of it
@@ -451,8 +453,8 @@ static rim_ellipsoid stepped(const rim_extent_config *c, const rim_ellipsoid *fr
       double *entry = &next.factor[i * (i + 1) / 2 + j];
       const double step = size * rim_rng_normal(rng);
       if (i == j)
-        *entry =
-            rim_clamp(*entry * rim_exp(rim_clamp(step, -4.0, 4.0)), c->least_axis, c->most_axis);
+        *entry = rim_clamp(*entry * rim_exp(rim_clamp(step, -4.0, 4.0)), c->least_axis[i],
+                           c->most_axis[i]);
       else
         *entry += step * from->factor[i * (i + 3) / 2];
     }
@@ -504,7 +506,7 @@ static bool is_possible(const rim_extent_config *c, const rim_ellipsoid *region)
   for (size_t i = 0, p = 0; i < c->dims; ++i) {
     for (size_t j = 0; j <= i; ++j, ++p) {
       const double entry = region->factor[p];
-      if (rim_abs(entry) > c->most_axis || (i == j && entry < c->least_axis))
+      if (rim_abs(entry) > c->most_axis[i] || (i == j && entry < c->least_axis[i]))
         return false;
     }
   }
@@ -527,6 +529,26 @@ static void walk(goal *g, rim_rng *rng, rim_ellipsoid *at) {
   }
 }
 
+/* By rim/cem.h from *best, which then keeps the bounds of each dimension. */
+static double found_anew(goal *g, rim_ellipsoid *best) {
+  const rim_extent_config *c = &g->extent->config;
+  rim_cem_config cem = {.samples = c->samples,
+                        .iterations = c->iterations,
+                        .least_axis = c->least_axis[0],
+                        .most_axis = c->most_axis[0]};
+  for (size_t d = 1; d < c->dims; ++d) {
+    cem.least_axis = rim_min(cem.least_axis, c->least_axis[d]);
+    cem.most_axis = rim_max(cem.most_axis, c->most_axis[d]);
+  }
+  double value = 0.0;
+  (void)rim_cem_optimise(&cem, anom_plus, g, c->seed, g->extent->turn, best, &value);
+  for (size_t d = 0; d < c->dims; ++d) {
+    double *axis = &best->factor[d * (d + 3) / 2];
+    *axis = rim_clamp(*axis, c->least_axis[d], c->most_axis[d]);
+  }
+  return anom_plus(best, g);
+}
+
 static void climb(rim_extent *e, uint32_t rim, uint32_t lambda, uint32_t kind) {
   const rim_extent_config *c = &e->config;
   rim_extent_region *region = region_of(e, rim, lambda);
@@ -538,11 +560,7 @@ static void climb(rim_extent *e, uint32_t rim, uint32_t lambda, uint32_t kind) {
   else
     adopt(e, rim, region);
   const bool again = kind > 0 && is_region(region);
-  rim_ellipsoid best = again ? region->ellipsoid : seed_ball(e, &rng);
-  const rim_cem_config cem = {.samples = c->samples,
-                              .iterations = c->iterations,
-                              .least_axis = c->least_axis,
-                              .most_axis = c->most_axis};
+  rim_ellipsoid best = again ? region->ellipsoid : seed_about(e, &rng);
   goal g = {e, region->lambda};
   double value = 0.0, least = value_of(region, region->lambda);
   if (again && is_sampled) {
@@ -550,10 +568,9 @@ static void climb(rim_extent *e, uint32_t rim, uint32_t lambda, uint32_t kind) {
     least = -LARGEST_VALUE;
   } else if (again) {
     value = refine(&g, &rng, &best);
-  } else if (rim_cem_optimise(&cem, anom_plus, &g, c->seed, e->turn, &best, &value) == RIM_OK) {
-    least += is_sampled ? STUCK : 0.0;
   } else {
-    return;
+    value = found_anew(&g, &best);
+    least += is_sampled ? STUCK : 0.0;
   }
   if (value > least) {
     rim_extent_region found = {.ellipsoid = best, .lambda = region->lambda};

@@ -74,6 +74,7 @@ check "three different expectations" 3 "$(sort -u seen.txt | wc -l)"
 "$RIM" plan --state 0:1 --action 0:1 < /dev/null 2>/dev/null; check "axis without count" 2 $?
 "$RIM" plan --policy bank < /dev/null 2>/dev/null; check "bank without plans" 2 $?
 "$RIM" plan --policy wrong < /dev/null 2>/dev/null; check "no such policy" 2 $?
+"$RIM" plan $grid --power 5 < /dev/null 2>/dev/null; check "a power above 4" 2 $?
 "$RIM" plan $grid --gain -1 < /dev/null 2>/dev/null; check "a gain below 0" 2 $?
 printf 'state,0.4\n' | "$RIM" plan $grid --gain 5 --unseen-sd 0.5 --smooth-sd 0.1 --beta 1 --signal-sd 1 > a.txt 2>/dev/null
 contains "a region not seen yet widens the choice" "$(cat a.txt)" '"sd":1.118'

@@ -286,7 +286,10 @@ static void beta_follows_its_schedule(void **state) {
   assert_near(rim_bandit_beta(b, 99, 10), 2.0, 0.0);
   c.schedule = RIM_BANDIT_BETA_DECAY;
   b = make(&memory, &c);
-  assert_near(rim_bandit_beta(b, 8, 10), 0.25, 0.0);
+  assert_near(rim_bandit_beta(b, 8, 10), 0.25, 1e-15);
+  c.power = 2.0;
+  b = make(&memory, &c);
+  assert_near(rim_bandit_beta(b, 4, 10), 0.125, 1e-15);
   c.schedule = RIM_BANDIT_BETA_LOG;
   b = make(&memory, &c);
   const double pi = acos(-1.0);

@@ -392,7 +392,7 @@ static void misuse_is_refused(void **state) {
   c[2].lambdas = 17;
   c[3].rims = 4;
   c[4].upper[0] = -1.0;
-  c[5].least_axis = 0.7;
+  c[5].least_axis[1] = 0.7;
   c[6].lambda_min = 20.0;
   c[7].samples = 65;
   c[8].set = RIM_EXTENT_SAMPLED + 1;

@@ -52,7 +52,7 @@ typedef enum rim_bandit_schedule {
   RIM_BANDIT_BETA_CONSTANT = 0, /* beta */
   RIM_BANDIT_BETA_LOG = 1,      /* beta * 2 ln(a t^2 pi^2 / (6 delta)), a the number of actions
                                    proposed (Srinivas et al. 2010, theorem 1, for beta 1) */
-  RIM_BANDIT_BETA_DECAY = 2     /* beta / t */
+  RIM_BANDIT_BETA_DECAY = 2     /* beta / t^power */
 } rim_bandit_schedule;
 
 /* What is maximised (7.2.7). P(r > level) is that of the mixture of normals with the reward's own
@@ -74,6 +74,7 @@ typedef struct rim_bandit_config {
   uint8_t plans;    /* bank only: 1..RIM_BANDIT_MAX_PLANS */
   double beta;      /* >= 0; 0: never explore */
   double delta;     /* RIM_BANDIT_BETA_LOG: in (0, 1); 0: 0.1 */
+  double power;     /* RIM_BANDIT_BETA_DECAY: in (0, 4]; 0: 1 */
   double aversion;
   double level;     /* in the reward's unit */
   double bound;     /* in [0, 1] */

@@ -89,9 +89,11 @@ typedef struct rim_extent_config {
   double lambda_max;
   double temper; /* sampled: how far ln anom is believed, in (0, 1]: deviations are neither quite
                     normal nor the region quite of that shape; 0: 0.2 */
-  double least_axis; /* diagonal of L, as a fraction of the box; 0: 0.04 */
-  double most_axis;  /* and its largest, of the rest of L too where sampled; 0: 0.6 */
-  double min_points; /* observations a region must hold to count, >= 1; 0: 3 */
+  /* What is known of a region's size, a dimension: row d of L keeps its diagonal within, as a
+   * fraction of the box, and where sampled the rest of the row below the largest. */
+  double least_axis[RIM_EXTENT_MAX_DIMS]; /* 0: 0.04 */
+  double most_axis[RIM_EXTENT_MAX_DIMS];  /* 0: 0.6 */
+  double min_points;                      /* observations a region must hold to count, >= 1; 0: 3 */
   /* P(anom) as a function of ln anom (eq. 5.2): linear between knots that rise in both, constant
    * beyond, to be found by simulating nominal runs (3.4.2, p. 35; host: plan/confidence). Without
    * knots: 1 / (1 + exp(threshold - ln anom)). */
