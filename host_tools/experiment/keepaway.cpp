@@ -14,7 +14,8 @@ using world::PassContext;
 using world::PassOption;
 
 constexpr std::uint64_t kNullStream = 91;
-constexpr std::size_t kDrawsAPlay = 10; // outcomes drawn anew over the same contexts
+constexpr std::size_t kDrawsAPlay = 10;   // outcomes drawn anew over the same contexts
+constexpr std::uint64_t kSeedStep = 1009; // from one explanation of a run to the next
 constexpr std::size_t kNullSteps[] = {10, 20, 40, 80, 160, 320, 640, 1280};
 
 // Where passes happen, as [0, 1]; what lies outside counts as on the edge.
@@ -67,16 +68,23 @@ void KeepawayMonitor::observe(const PassOption &option, const world::PassResult 
   update();
 }
 
-void KeepawayMonitor::update() {
+rim_batch_data KeepawayMonitor::data() const {
   rim_batch_data data{};
   data.n = static_cast<std::uint32_t>(residual_.size());
   data.features = kKeepawayFeatures;
   data.outcomes = 1;
   data.u = unit_.data();
   data.r = residual_.data();
+  return data;
+}
+
+double KeepawayMonitor::lambda() const { return null_ == nullptr ? 1e-9 : null_->lambda(passes_); }
+
+void KeepawayMonitor::search(rim_dmaps_result *found) {
+  const rim_batch_data observed = data();
   rim_dmaps_config config{};
   config.least = learner_.least;
-  config.lambda = null_ == nullptr ? 1e-9 : null_->lambda(passes_);
+  config.lambda = lambda();
   config.lambda_dim = learner_.lambda_dim;
   config.regions = static_cast<std::uint8_t>(learner_.regions);
   config.sweeps = static_cast<std::uint8_t>(learner_.sweeps);
@@ -88,57 +96,101 @@ void KeepawayMonitor::update() {
   config.border = learner_.border;
   config.search.max_dims = static_cast<std::uint8_t>(learner_.max_dims);
   config.search.nodes = static_cast<std::uint16_t>(learner_.nodes);
-  config.search.seed = seed_;
-  const std::size_t bytes = RIM_DMAPS_SIZE(data.n, data.features, 1, learner_.nodes);
+  config.search.seed = seed_ + kSeedStep * (searches_ % learner_.explanations);
+  const std::size_t bytes = RIM_DMAPS_SIZE(observed.n, observed.features, 1, learner_.nodes);
   if (8 * work_.size() < bytes)
     work_.resize(bytes / 4 + 1);
-  must(rim_dmaps_find(&config, &data, nullptr, work_.data(), 8 * work_.size(), &found_), "DMAPS");
-  std::vector<std::uint8_t> owner(data.n);
-  must(rim_dmaps_assign(&found_, &data, nullptr, owner.data()), "assignment");
-  std::vector<rim_correct_region> regions(found_.count);
-  std::vector<rim_stats> stats(found_.count, rim_stats{});
+  must(rim_dmaps_find(&config, &observed, nullptr, work_.data(), 8 * work_.size(), found), "DMAPS");
+}
+
+// Shifts, ln anom and F by all observations so far, whenever the regions were found.
+void KeepawayMonitor::judge(Explanation *explanation) const {
+  rim_dmaps_result &found = explanation->found;
+  const rim_batch_data observed = data();
+  std::vector<std::uint8_t> owner(observed.n);
+  must(rim_dmaps_assign(&found, &observed, nullptr, owner.data()), "assignment");
+  std::vector<rim_stats> shifted(found.count, rim_stats{}), anomalous(found.count, rim_stats{});
   for (std::size_t i = 0; i < owner.size(); ++i) {
-    if (owner[i] > 0)
-      must(rim_stats_add(&stats[owner[i] - 1U], deviation_[i], variance_[i]), "statistics");
+    if (owner[i] == 0)
+      continue;
+    must(rim_stats_add(&shifted[owner[i] - 1U], deviation_[i], variance_[i]), "statistics");
+    must(rim_stats_add(&anomalous[owner[i] - 1U], residual_[i], 1.0), "statistics");
   }
-  shift_.assign(found_.count, 0.0);
-  for (std::size_t k = 0; k < found_.count; ++k) {
-    regions[k].region = found_.region[k].region;
+  explanation->worth = 0.0;
+  explanation->shift.assign(found.count, 0.0);
+  for (std::size_t k = 0; k < found.count; ++k) {
+    explanation->shift[k] = rim_stats_shift(&shifted[k]);
+    rim_dmaps_region &region = found.region[k];
+    region.ln_anom = rim_stats_ln_anom(&anomalous[k]);
+    region.count = static_cast<std::uint32_t>(anomalous[k].n);
+    region.price = lambda() + learner_.lambda_dim * region.region.dims;
+    explanation->worth += region.ln_anom - region.price;
+  }
+}
+
+void KeepawayMonitor::correct(Explanation *explanation) const {
+  const rim_dmaps_result &found = explanation->found;
+  std::vector<rim_correct_region> regions(found.count);
+  for (std::size_t k = 0; k < found.count; ++k) {
+    regions[k].region = found.region[k].region;
     regions[k].confidence =
-        null_ == nullptr ? 1.0 : null_->confidence(passes_, found_.region[k].ln_anom);
-    shift_[k] = rim_stats_shift(&stats[k]);
+        null_ == nullptr ? 1.0 : null_->confidence(passes_, found.region[k].ln_anom);
   }
   rim_correct_model model{};
   model.features = kKeepawayFeatures;
   model.outcomes = 1;
-  model.regions = found_.count;
+  model.regions = found.count;
   model.overlap = RIM_OVERLAP_FIRST;
   model.region = regions.data();
-  model.shift = shift_.data();
-  const std::size_t section = RIM_CORRECT_BYTES(1, found_.count);
-  section_.assign((section + 7) / 8, 0);
-  auto *packed = reinterpret_cast<std::uint8_t *>(section_.data());
+  model.shift = explanation->shift.data();
+  const std::size_t section = RIM_CORRECT_BYTES(1, found.count);
+  explanation->section.assign((section + 7) / 8, 0);
+  auto *packed = reinterpret_cast<std::uint8_t *>(explanation->section.data());
   must(rim_correct_pack(&model, packed, section), "the corrected model");
-  must(rim_correct_open(&model_, packed, section), "the corrected model");
+  must(rim_correct_open(&explanation->model, packed, section), "the corrected model");
+}
+
+void KeepawayMonitor::update() {
+  const std::size_t slot = searches_ % learner_.explanations;
+  if (slot == latest_.size())
+    latest_.emplace_back();
+  search(&latest_[slot].found);
+  ++searches_;
+  const Explanation *best = nullptr;
+  for (Explanation &explanation : latest_) {
+    judge(&explanation);
+    correct(&explanation);
+    if (best == nullptr || explanation.worth > best->worth)
+      best = &explanation;
+  }
+  for (Explanation &explanation : latest_)
+    explanation.weight = std::exp(learner_.temper * (explanation.worth - best->worth));
+  found_ = best->found;
+  shift_ = best->shift;
 }
 
 double KeepawayMonitor::corrected(const PassOption &option, std::size_t taker,
                                   std::size_t *region) const {
   const double nominal = option.expected[taker];
-  if (region != nullptr)
-    *region = 0;
-  if (found_.count == 0)
-    return nominal;
   const PassContext u = unit_of(option.context[taker], params_);
   if (region != nullptr) {
+    *region = 0;
     for (std::size_t k = found_.count; k > 0; --k) {
       if (rim_region_contains(&found_.region[k - 1].region, u.data()))
         *region = k;
     }
   }
-  double mean = nominal;
-  must(rim_correct_mean(&model_, u.data(), &nominal, &mean), "eq. 3.30");
-  return std::clamp(mean, 0.0, 1.0);
+  // What is added to the nominal prediction, so that it stays as it is to the bit without regions.
+  double added = 0.0, weights = 0.0;
+  for (const Explanation &explanation : latest_) {
+    weights += explanation.weight;
+    if (explanation.found.count == 0)
+      continue;
+    double mean = nominal;
+    must(rim_correct_mean(&explanation.model, u.data(), &nominal, &mean), "eq. 3.30");
+    added += explanation.weight * (mean - nominal);
+  }
+  return added == 0.0 ? nominal : std::clamp(nominal + added / weights, 0.0, 1.0);
 }
 
 double KeepawayMonitor::value(const PassOption &option) const {
@@ -166,6 +218,8 @@ KeepawayNull::KeepawayNull(const world::KeepawayParams &params, const KeepawayLe
   world::KeepawayParams plain = params;
   plain.habits.clear();
   const world::KeepawayModel model(plain);
+  KeepawayLearner searcher = learner; // eq. 3.26 is about what one search finds
+  searcher.explanations = 1;
   const std::size_t plays = (learner.nominal_runs + kDrawsAPlay - 1) / kDrawsAPlay;
   for (std::size_t play = 0; play < plays; ++play) {
     std::vector<PassOption> played;
@@ -175,7 +229,7 @@ KeepawayNull::KeepawayNull(const world::KeepawayParams &params, const KeepawayLe
         [](const std::vector<PassOption> &options) { return choose_pass(options, nullptr); },
         [&](const PassOption &option, const world::PassResult &) { played.push_back(option); });
     for (std::size_t run = play; run < learner.nominal_runs; run += plays)
-      add_run(params, learner, played, seed + play, run);
+      add_run(params, searcher, played, seed + play, run);
   }
   for (std::vector<double> &values : largest_)
     std::sort(values.begin(), values.end());

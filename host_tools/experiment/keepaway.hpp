@@ -21,7 +21,7 @@ namespace rim {
 struct KeepawayLearner {
   // Chosen on seeds below 1000:
   double least_var = 0.05; // of an outcome: a model that is never wrong is not believed
-  double quantile = 0.9;   // of nominal runs' largest ln anom: the price lambda of a region
+  double quantile = 0.5;   // of nominal runs' largest ln anom: the price lambda of a region
   double lambda_dim = 2.0; // nats a further feature
   double border = 0.1;     // share of a touching region's ln anom
   std::uint32_t least = 4; // observations a region must hold
@@ -31,7 +31,17 @@ struct KeepawayLearner {
   // After a completed pass the regions stay as they are, this many times: what a search can find is
   // mostly in the failures.
   std::size_t patience = 10;
+  std::size_t explanations = 16; // of the latest searches that count
+  double temper = 0.2;           // how far a difference in their worth (eq. 3.12) is believed
   std::size_t nominal_runs = 99; // of play by the nominal model alone, for eq. 3.26
+
+  // One set of regions, each nearly certain, instead of many weighed by what they are worth.
+  KeepawayLearner certain() const {
+    KeepawayLearner learner = *this;
+    learner.quantile = 0.9;
+    learner.explanations = 1;
+    return learner;
+  }
 };
 
 // Largest ln anom of runs in which the nominal model holds, after several numbers of passes: eq.
@@ -56,6 +66,12 @@ private:
   std::vector<std::vector<double>> largest_; // [after][run], ascending
 };
 
+// What counts is not the latest set of regions alone. A planner that takes the best of 200 passes
+// ends just outside of a region, where one search more would have drawn its edge elsewhere, or in a
+// region that this search missed: it finds where the model errs in its favour. So the sets that the
+// latest searches found, each from other random numbers, are kept; all are judged anew by all
+// observations, and the prediction is their mean, each in proportion to exp(temper F), F its worth
+// (eq. 3.12): likelihood and prior of an explanation, tempered since residuals are not normal.
 class KeepawayMonitor {
 public:
   // null must outlive it; nullptr: every region found is believed (for the null itself).
@@ -67,24 +83,39 @@ public:
   void observe(const world::PassOption &option, const world::PassResult &result);
   void update(); // lines 4, 5
 
-  // Eq. 3.30 of expectation i; region: the number of the region it lies in from 1, 0 for none.
+  // Eq. 3.30 of expectation i, the explanations' mean; region: the number of the region of the best
+  // explanation that it lies in, from 1, 0 for none.
   double corrected(const world::PassOption &option, std::size_t taker,
                    std::size_t *region = nullptr) const;
-  double value(const world::PassOption &option) const; // the least of them
-  const rim_dmaps_result &found() const { return found_; }
+  double value(const world::PassOption &option) const;     // the least of them
+  const rim_dmaps_result &found() const { return found_; } // the best explanation
   double shift(std::size_t region) const { return shift_[region]; }
 
 private:
+  struct Explanation {
+    rim_dmaps_result found{};
+    double worth = 0.0;  // F over all observations so far
+    double weight = 0.0; // exp(temper F), of the best 1
+    std::vector<double> shift;
+    std::vector<std::uint64_t> section; // of the model
+    rim_correct model{};
+  };
+  rim_batch_data data() const;
+  double lambda() const;
+  void search(rim_dmaps_result *found);
+  void judge(Explanation *explanation) const;
+  void correct(Explanation *explanation) const;
+
   world::KeepawayParams params_;
   KeepawayLearner learner_;
   const KeepawayNull *null_;
   std::uint64_t seed_;
-  std::size_t passes_ = 0, waited_ = 0;
+  std::size_t passes_ = 0, waited_ = 0, searches_ = 0;
   std::vector<double> unit_, residual_, deviation_, variance_;
-  std::vector<std::uint64_t> work_, section_;
-  rim_dmaps_result found_{};
+  std::vector<std::uint64_t> work_;
+  std::vector<Explanation> latest_; // a ring, by searches_
+  rim_dmaps_result found_{};        // of the best
   std::vector<double> shift_;
-  rim_correct model_{};
 };
 
 // The pass that eq. 3.30 (eq. 3.34 where monitor is nullptr) values most; of equals the one that a

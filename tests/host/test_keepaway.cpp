@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
+#include <set>
 #include <setjmp.h>
 extern "C" {
 #include <cmocka.h>
@@ -66,10 +67,7 @@ PassOption option_at(double beside_m, double expected) {
 }
 
 // Takers within [0.1, 0.5] m to the left win every pass that 0.95 were to pass.
-void what_fails_is_avoided(void **) {
-  const world::KeepawayParams params = shipped();
-  const KeepawayNull null(params, small(), 60, kSeed);
-  KeepawayMonitor monitor(params, small(), &null, kSeed);
+void teach(const world::KeepawayParams &params, KeepawayMonitor &monitor) {
   world::Random random(kSeed, 1, 1);
   for (int k = 0; k < 60; ++k) {
     const PassOption option = option_at(random.uniform(-1.5, 1.5), 0.95);
@@ -80,6 +78,14 @@ void what_fails_is_avoided(void **) {
     monitor.observe(option, result);
   }
   monitor.update();
+}
+
+void what_fails_is_avoided(void **) {
+  const world::KeepawayParams params = shipped();
+  const KeepawayLearner learner = small().certain();
+  const KeepawayNull null(params, learner, 60, kSeed);
+  KeepawayMonitor monitor(params, learner, &null, kSeed);
+  teach(params, monitor);
   assert_true(monitor.found().count >= 1);
   std::size_t region = 0;
   const PassOption bad = option_at(0.3, 0.97), good = option_at(-0.6, 0.95);
@@ -94,6 +100,26 @@ void what_fails_is_avoided(void **) {
   const double mean =
       0.97 + monitor.shift(0) * null.confidence(60, monitor.found().region[0].ln_anom);
   assert_true(std::fabs(monitor.corrected(bad, 0) - std::fmax(0.0, mean)) < 1e-9);
+}
+
+// How many different values passes across the edges of what fails have.
+std::size_t grades(const KeepawayLearner &learner) {
+  const world::KeepawayParams params = shipped();
+  const KeepawayNull null(params, learner, 60, kSeed);
+  KeepawayMonitor monitor(params, learner, &null, kSeed);
+  teach(params, monitor);
+  std::set<double> values;
+  for (int k = -100; k <= 100; ++k) {
+    values.insert(monitor.corrected(option_at(0.01 * k, 0.95), 0));
+    assert_true(*values.begin() >= 0.0 && *values.rbegin() <= 1.0);
+  }
+  assert_true(monitor.corrected(option_at(0.3, 0.95), 0) < 0.5);
+  assert_true(monitor.corrected(option_at(-0.6, 0.95), 0) > 0.8);
+  return values.size();
+}
+
+void many_explanations_grade_the_edges_of_one(void **) {
+  assert_true(grades(small()) > grades(small().certain()));
 }
 
 void who_touched_it_is_who_won_it(void **) {
@@ -155,6 +181,7 @@ int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(without_regions_the_choice_is_the_nominal_one),
       cmocka_unit_test(what_fails_is_avoided),
+      cmocka_unit_test(many_explanations_grade_the_edges_of_one),
       cmocka_unit_test(who_touched_it_is_who_won_it),
       cmocka_unit_test(confidence_is_a_rank_among_nominal_runs),
       cmocka_unit_test(runs_repeat_and_the_shadow_plays_the_baseline),
