@@ -270,6 +270,31 @@ static void boxes_reach_into_corners(void **state) {
   assert_true(rim_extent_at(e, 0, beyond).member < 0.5);
 }
 
+/* What is known of a region's size holds for all that is found, in each dimension. */
+static void sizes_stay_within_bounds(void **state) {
+  (void)state;
+  for (uint8_t set = RIM_EXTENT_BY_VOLUME; set <= RIM_EXTENT_SAMPLED; ++set) {
+    rim_extent_config c = config_of(1);
+    c.set = set;
+    c.least_axis[0] = 0.25;
+    c.most_axis[1] = 0.1;
+    rim_extent *e = make(&memory, &c);
+    draw(0.8, 0.0); /* half as wide, twice as high */
+    fill(e, 0, POINTS);
+    for (int round = 0; round < 20; ++round) {
+      rim_extent_search(e, LAMBDAS);
+      for (uint32_t i = 0; i < LAMBDAS; ++i) {
+        rim_extent_region r;
+        (void)rim_extent_get_region(e, 0, i, &r);
+        const double *l = r.ellipsoid.factor;
+        assert_true(r.ln_anom > 0.0);
+        assert_true(l[0] >= 0.25 && l[0] <= 0.6 && l[2] >= 0.04 && l[2] <= 0.1);
+        assert_true(set == RIM_EXTENT_BY_VOLUME || fabs(l[1]) <= 0.1);
+      }
+    }
+  }
+}
+
 static void noise_makes_no_rim(void **state) {
   (void)state;
   int sure = 0;
@@ -469,6 +494,7 @@ int main(void) {
       cmocka_unit_test(equations_hold_term_by_term),
       cmocka_unit_test(sample_follows_the_posterior),
       cmocka_unit_test(boxes_reach_into_corners),
+      cmocka_unit_test(sizes_stay_within_bounds),
       cmocka_unit_test(noise_makes_no_rim),
       cmocka_unit_test(two_rims_share),
       cmocka_unit_test(search_never_loses),
