@@ -542,9 +542,11 @@ static double found_anew(goal *g, rim_ellipsoid *best) {
   }
   double value = 0.0;
   (void)rim_cem_optimise(&cem, anom_plus, g, c->seed, g->extent->turn, best, &value);
-  for (size_t d = 0; d < c->dims; ++d) {
-    double *axis = &best->factor[d * (d + 3) / 2];
-    *axis = rim_clamp(*axis, c->least_axis[d], c->most_axis[d]);
+  for (size_t i = 0; i < c->dims; ++i) {
+    double *row = &best->factor[i * (i + 1) / 2];
+    row[i] = rim_clamp(row[i], c->least_axis[i], c->most_axis[i]);
+    for (size_t j = 0; j < i && c->set == RIM_EXTENT_SAMPLED; ++j) /* else no chain could leave */
+      row[j] = rim_clamp(row[j], -c->most_axis[i], c->most_axis[i]);
   }
   return anom_plus(best, g);
 }
