@@ -5,9 +5,9 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "experiment/select_engine.hpp"
 #include "rim/cem.h"
 #include "rim/interval.h"
-#include "rim/select.h"
 #include "rim/stats.h"
 
 namespace rim {
@@ -376,20 +376,8 @@ class OnlineSearch {
 public:
   OnlineSearch(std::size_t dims, std::size_t first, std::size_t channels, std::uint32_t units,
                std::uint64_t seed)
-      : first_(first), channels_(channels), units_(units) {
-    rim_select_config config{};
-    config.features = static_cast<std::uint16_t>(dims);
-    config.channels = static_cast<std::uint16_t>(channels);
-    config.bins = RIM_SELECT_MAX_BINS;
-    config.ring = kRing;
-    config.seed = seed;
-    std::size_t bytes = 0;
-    if (rim_select_size(&config, &bytes) != RIM_OK)
-      throw std::logic_error("cobot: the search has no such size");
-    memory_.resize(bytes / 8 + 1);
-    if (rim_select_init(&engine_, memory_.data(), 8 * memory_.size(), &config) != RIM_OK)
-      throw std::logic_error("cobot: the search refused its configuration");
-  }
+      : first_(first), channels_(channels), units_(units),
+        engine_(config_of(dims, channels, seed)) {}
 
   // A point worth `count` observations: their sum has the variance of as many, whatever the count.
   // r: of all channels. Returns the largest score.
@@ -398,17 +386,26 @@ public:
     for (std::size_t c = 0; c < channels_; ++c)
       each[c] = r[first_ + c] / std::sqrt(static_cast<double>(count));
     for (std::size_t k = 0; k < count; ++k)
-      rim_select_observe(engine_, u, each.data());
-    rim_select_work(engine_, units_);
-    const float *scores = rim_select_channel_scores(engine_);
+      rim_select_observe(engine_.get(), u, each.data());
+    rim_select_work(engine_.get(), units_);
+    const float *scores = rim_select_channel_scores(engine_.get());
     return static_cast<double>(*std::max_element(scores, scores + channels_));
   }
 
 private:
+  static rim_select_config config_of(std::size_t dims, std::size_t channels, std::uint64_t seed) {
+    rim_select_config config{};
+    config.features = static_cast<std::uint16_t>(dims);
+    config.channels = static_cast<std::uint16_t>(channels);
+    config.bins = RIM_SELECT_MAX_BINS;
+    config.ring = kRing;
+    config.seed = seed;
+    return config;
+  }
+
   std::size_t first_, channels_;
   std::uint32_t units_;
-  std::vector<std::uint64_t> memory_;
-  rim_select *engine_ = nullptr;
+  SelectEngine engine_;
 };
 
 } // namespace

@@ -10,6 +10,7 @@
 #include "experiment/alarm_score.hpp"
 #include "experiment/golf_points.hpp"
 #include "experiment/precision_recall.hpp"
+#include "experiment/select_engine.hpp"
 #include "rim/rng.h"
 #include "rim/select.h"
 #include "train/calibrate.hpp"
@@ -44,24 +45,6 @@ rim_select_config search_config(std::size_t dims, std::uint64_t seed, GolfSearch
   config.pairs = narrow(plan.pairs);
   return config;
 }
-
-// The engine in memory of its own.
-class Engine {
-public:
-  explicit Engine(const rim_select_config &config) {
-    std::size_t bytes = 0;
-    if (rim_select_size(&config, &bytes) != RIM_OK)
-      throw UsageError("golf: dims 2 to 128");
-    memory_.resize(bytes / 8 + 1);
-    if (rim_select_init(&engine_, memory_.data(), 8 * memory_.size(), &config) != RIM_OK)
-      throw std::logic_error("golf: the search refused its configuration");
-  }
-  rim_select *get() const { return engine_; }
-
-private:
-  std::vector<std::uint64_t> memory_;
-  rim_select *engine_ = nullptr;
-};
 
 // The best score of chance grows as the logarithm of the number of observations; never as if there
 // were fewer than a dozen, or the first shot alone could alarm.
@@ -234,7 +217,7 @@ std::size_t golf_search_bytes(std::size_t dims, GolfSearch search) {
 
 GolfRun run_golf(std::size_t dims, std::uint64_t seed, bool effect, GolfSearch search) {
   const GolfPoints points = golf_points(dims, seed, effect);
-  const Engine engine(search_config(dims, seed, search));
+  const SelectEngine engine(search_config(dims, seed, search));
   GolfRun run;
   run.shots = points.r.size();
   const auto start = std::chrono::steady_clock::now();

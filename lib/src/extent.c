@@ -462,22 +462,6 @@ static rim_ellipsoid stepped(const rim_extent_config *c, const rim_ellipsoid *fr
   return next;
 }
 
-/* Climbs from *best by steps that are kept where anom+ does not fall: it also wanders over
- * plateaus. Returns its value. */
-static double refine(goal *g, rim_rng *rng, rim_ellipsoid *best) {
-  const rim_extent_config *c = &g->extent->config;
-  double value = anom_plus(best, g);
-  for (uint32_t k = (uint32_t)c->samples * c->iterations; k > 0; --k) {
-    const rim_ellipsoid next = stepped(c, best, rng);
-    const double v = anom_plus(&next, g);
-    if (v >= value) {
-      value = v;
-      *best = next;
-    }
-  }
-  return value;
-}
-
 /* Takes over what another chain drawn at random stands on, where this one is stuck. */
 static void join(const rim_extent *e, uint32_t rim, rim_extent_region *region, rim_rng *rng) {
   const rim_extent_region *other = region_of(e, rim, rim_rng_below(rng, e->config.lambdas));
@@ -513,20 +497,24 @@ static bool is_possible(const rim_extent_config *c, const rim_ellipsoid *region)
   return true;
 }
 
-/* Metropolis steps on temper * anom+. */
-static void walk(goal *g, rim_rng *rng, rim_ellipsoid *at) {
+/* Goes on from *at by small steps and returns the value where it ends. By volume those are kept
+ * where anom+ does not fall: it climbs, and wanders over plateaus; sampled it is Metropolis on
+ * temper * anom+. */
+static double walk(goal *g, rim_rng *rng, rim_ellipsoid *at) {
   const rim_extent_config *c = &g->extent->config;
+  const bool is_sampled = c->set == RIM_EXTENT_SAMPLED;
   double value = anom_plus(at, g);
   for (uint32_t k = (uint32_t)c->samples * c->iterations; k > 0; --k) {
-    const rim_ellipsoid next = proposed(c, at, rng);
-    if (!is_possible(c, &next))
+    const rim_ellipsoid next = is_sampled ? proposed(c, at, rng) : stepped(c, at, rng);
+    if (is_sampled && !is_possible(c, &next))
       continue;
     const double v = anom_plus(&next, g);
-    if (v >= value || rim_rng_uniform(rng) < rim_exp(c->temper * (v - value))) {
+    if (v >= value || (is_sampled && rim_rng_uniform(rng) < rim_exp(c->temper * (v - value)))) {
       value = v;
       *at = next;
     }
   }
+  return value;
 }
 
 /* By rim/cem.h from *best, which then keeps the bounds of each dimension. */
@@ -564,16 +552,10 @@ static void climb(rim_extent *e, uint32_t rim, uint32_t lambda, uint32_t kind) {
   const bool again = kind > 0 && is_region(region);
   rim_ellipsoid best = again ? region->ellipsoid : seed_about(e, &rng);
   goal g = {e, region->lambda};
-  double value = 0.0, least = value_of(region, region->lambda);
-  if (again && is_sampled) {
-    walk(&g, &rng, &best); /* better or not */
-    least = -LARGEST_VALUE;
-  } else if (again) {
-    value = refine(&g, &rng, &best);
-  } else {
-    value = found_anew(&g, &best);
-    least += is_sampled ? STUCK : 0.0;
-  }
+  const double value = again ? walk(&g, &rng, &best) : found_anew(&g, &best);
+  double least = value_of(region, region->lambda);
+  if (is_sampled) /* a step is taken, better or not; a leap only to what is much better */
+    least = again ? -LARGEST_VALUE : least + STUCK;
   if (value > least) {
     rim_extent_region found = {.ellipsoid = best, .lambda = region->lambda};
     evaluate(e, &found);
