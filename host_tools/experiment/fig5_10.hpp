@@ -30,7 +30,7 @@ struct GoaliePolicy {
   double threshold = 7.0;
   double lambda_min = -16.0, lambda_max = 16.0; // nats a unit of volume (eq. 5.4)
   double temper = 0.2;                          // of a sampled set
-  double least_s_m = 0.16, most_a_m = 0.6; // half a region's length and height, known beforehand
+  double least_s_m = 0.16, most_a_m = 0.6;      // bounds of half a region's extent in s, in a
   double smooth_m = 0.0, unseen_m = 0.0, gain = 0.0, min_points = 3.0;
   unsigned rims = 1, slices = 9, lambdas = 9;
 };
