@@ -53,6 +53,7 @@ std::string alarm_json(const rim_alarm &a, const Names &names) {
   line["p_value"] = a.p_value;
   line["observations"] = a.observations;
   line["since_s"] = a.since_s;
+  line["since_sd_s"] = a.since_sd_s;
   line["shift"] = shift;
   line["shift_sd"] = shift_sd;
   line["model_id"] = a.model_id;

@@ -36,18 +36,17 @@ std::string deviation(const rim_alarm &a, const Quantity &outcome) {
   const double shift = a.shift[0], size = std::fabs(shift);
   const bool high = shift >= 0.0;
   switch (a.kind) {
-  case RIM_KIND_INCREMENT:
-    return outcome.words + " changes " + amount(size, outcome.unit) + (high ? " more" : " less") +
-           " from block to block than predicted" + error_words(a.shift_sd[0], outcome.unit);
+  case RIM_KIND_GAIN:
+    return outcome.words + " reads " + cell(100.0 * size, 3) + " % " + (high ? "high" : "low") +
+           error_words(100.0 * a.shift_sd[0], "%");
   case RIM_KIND_VARIANCE:
     return outcome.words + " scatters " + cell(std::sqrt(std::max(shift, 0.0)), 3) +
            " times as much as predicted";
-  case RIM_KIND_STEP:
-    return outcome.words + " moves " + amount(size, outcome.unit) +
-           (high ? " too far up" : " too far down") + " from row to row" +
-           error_words(a.shift_sd[0], outcome.unit);
+  case RIM_KIND_DRIFT:
+    return outcome.words + " drifts and by now reads " + amount(size, outcome.unit) +
+           (high ? " high" : " low") + error_words(a.shift_sd[0], outcome.unit);
   case RIM_KIND_REPEAT:
-    return outcome.words + " repeats its last reading, or reads 0, in " + cell(100.0 * size, 3) +
+    return outcome.words + " repeats its last reading in " + cell(100.0 * size, 3) +
            " % " + (high ? "more" : "less") + " of the rows than it should";
   default:
     return outcome.words + " reads " + amount(size, outcome.unit) + (high ? " high" : " low") +
@@ -126,8 +125,8 @@ std::string entry_sentence(const rim_entry &e) {
 }
 
 const char *level_text(int level) {
-  static const char *const text[] = {"OK", "WARN", "ERROR", "STALE"};
-  return level >= 0 && level < 4 ? text[level] : "unknown";
+  static const char *const text[] = {"OK", "WARN", "ERROR", "STALE", "OUT_OF_RANGE"};
+  return level >= 0 && level < 5 ? text[level] : "unknown";
 }
 
 const char *state_text(int state) {
@@ -140,7 +139,7 @@ const char *detector_text(int detector) {
 }
 
 const char *kind_text(int kind) {
-  static const char *const text[] = {"shift",  "increment", "variance", "step",
+  static const char *const text[] = {"shift",  "gain",    "variance", "drift",
                                      "repeat", "blocked",   "pushed"};
   return kind >= 0 && kind < 7 ? text[kind] : "unknown";
 }

@@ -29,34 +29,26 @@ struct Options {
 
 struct Size {
   const char *what;
-  std::size_t features, outcomes, kinds, region, pairs, bytes;
+  std::size_t features, outcomes, region, bytes;
 };
 
-// One line a configuration; the sizes are constant expressions, as a static array needs them.
-#define RIM_BENCH_SIZE(what, features, outcomes, kinds, region, pairs)                             \
-  Size {                                                                                           \
-    what, features, outcomes, kinds, region, pairs,                                                \
-        RIM_MONITOR_SIZE(features, outcomes, kinds, region, RIM_SELECT_DEFAULT_RING,               \
-                         RIM_SELECT_DEFAULT_BINS, RIM_SELECT_DEFAULT_GRID, pairs)                  \
-  }
-
+// The sizes are constant expressions, as a static array needs them.
 void print_memory() {
   constexpr Size sizes[] = {
-      RIM_BENCH_SIZE("own predictions, small", 6, 3, 1, 6, RIM_SELECT_DEFAULT_PAIRS),
-      RIM_BENCH_SIZE("lander, as trained (at most)", 29, 25, 3, 17, 0),
-      RIM_BENCH_SIZE("own predictions, 100-D", 100, 1, 1, 100, RIM_SELECT_DEFAULT_PAIRS),
+      {"own predictions, small", 6, 3, 6,
+       RIM_MONITOR_SIZE(6, 3, 6, RIM_SELECT_DEFAULT_RING, RIM_SELECT_DEFAULT_BINS,
+                        RIM_SELECT_DEFAULT_GRID, RIM_SELECT_DEFAULT_PAIRS)},
+      {"own predictions, 100-D", 100, 1, 100,
+       RIM_MONITOR_SIZE(100, 1, 100, RIM_SELECT_DEFAULT_RING, RIM_SELECT_DEFAULT_BINS,
+                        RIM_SELECT_DEFAULT_GRID, RIM_SELECT_DEFAULT_PAIRS)},
+      {"lander, as trained for flight (at most)", 29, 25, 12,
+       RIM_MONITOR_TRAINED_SIZE(29, 25, 12, 192, 180, 300, 4, 8)},
   };
-  std::printf("Memory of one monitor (RIM_MONITOR_SIZE; the image stays where it is)\n");
-  rim::Table table({{"monitor", ""},
-                    {"features", ""},
-                    {"outcomes", ""},
-                    {"kinds", ""},
-                    {"in regions", "features"},
-                    {"pairs", ""},
+  std::printf("Memory of one monitor (rim/monitor.h; the image stays where it is)\n");
+  rim::Table table({{"monitor", ""}, {"features", ""}, {"outcomes", ""}, {"in regions", "features"},
                     {"RAM", "kB"}});
   for (const Size &s : sizes) {
-    table.add({s.what, rim::cell(s.features), rim::cell(s.outcomes), rim::cell(s.kinds),
-               rim::cell(s.region), rim::cell(s.pairs),
+    table.add({s.what, rim::cell(s.features), rim::cell(s.outcomes), rim::cell(s.region),
                fmt::format("{:.1f}", static_cast<double>(s.bytes) / 1000.0)});
   }
   table.print();

@@ -125,8 +125,7 @@ Bytes corrected(const Bytes &image, const rim::Layout &layout, const Extensions 
                 const std::string &name) {
   if (extensions.empty())
     return image;
-  // Diagnosed against a trained image is its model of the next row (world/predictor.hpp).
-  const std::uint32_t kinds = 1u << (layout.external ? RIM_KIND_SHIFT : RIM_KIND_STEP);
+  const std::uint32_t kinds = 1u << RIM_KIND_SHIFT;
   const rim::diagnose::Correction correction =
       rim::diagnose::correction_section(extensions, layout, kinds);
   for (const std::string &reason : correction.left_out)

@@ -21,7 +21,7 @@
 namespace {
 
 struct Options {
-  std::vector<std::string> logs, kinds;
+  std::vector<std::string> logs;
   std::string out, schema, interference, model;
   rim::TrainOptions train;
   unsigned threads = 0;
@@ -50,14 +50,8 @@ void declare(CLI::App &app, Options &o) {
                  "wished rate of healthy runs with any alarm (default 0.05)")
       ->check(CLI::Range(1e-6, 0.999999));
   app.add_option("--block-seconds", o.train.block_s,
-                 "rows gathered into one observation of the search (default 1)")
+                 "rows gathered into one observation of the search\n(default: so that a run has some 240)")
       ->check(CLI::Range(1e-6, 1e6));
-  app.add_option("--kinds", o.kinds,
-                 "what is watched: shift,increment,variance,step,repeat\n"
-                 "(default shift,variance,repeat)")
-      ->delimiter(',')
-      ->check(CLI::IsMember({"shift", "increment", "variance", "step", "repeat"}))
-      ->type_name("KIND,...");
   app.add_option("--threads", o.threads, "threads (default 2, or RIM_THREADS)")
       ->check(CLI::Range(1, 64));
   app.add_option("--interference", o.interference,
@@ -69,7 +63,7 @@ void declare(CLI::App &app, Options &o) {
                  "with --interference: the flight image that shall watch for it too, written to\n"
                  "--out; its rows have u.vx_mps and s.vx_mps or z.vx_mps")
       ->type_name("MODEL.rim");
-  app.add_flag("--quick", o.quick, "leave the comparison with the kernel average out");
+  app.add_flag("--quick", o.quick, "the short report: without the table of models");
   app.footer(kFooter);
 }
 
@@ -84,15 +78,6 @@ std::vector<rim::Log> read_logs(const Options &o) {
     progress.add();
   });
   return logs;
-}
-
-std::uint32_t mask_of(const std::vector<std::string> &kinds) {
-  std::uint32_t mask = 0;
-  for (unsigned k = 0; k < RIM_CHANNELS_KINDS; ++k) {
-    if (std::find(kinds.begin(), kinds.end(), rim::kind_text(static_cast<int>(k))) != kinds.end())
-      mask |= 1u << k;
-  }
-  return mask;
 }
 
 void print_input(const std::vector<rim::Log> &logs, const rim::FlightPlan &plan) {
@@ -127,8 +112,6 @@ int cmd_train(int argc, char **argv) {
     return rim::EXIT_FINE;
   if (!o.model.empty() && o.interference.empty())
     throw rim::UsageError("--model: without --interference there is nothing to put into it");
-  if (!o.kinds.empty())
-    o.train.kinds = mask_of(o.kinds);
   if (o.threads > 0)
     ::setenv("RIM_THREADS", std::to_string(o.threads).c_str(), 1);
   const auto start = std::chrono::steady_clock::now();
@@ -141,9 +124,10 @@ int cmd_train(int argc, char **argv) {
   const rim::Training training = rim::train(logs, o.train);
   const std::vector<std::uint8_t> image = rim::make_image(training.plan);
   print_input(logs, training.plan);
-  const rim::KernelReport kernels =
-      o.quick ? rim::KernelReport{} : rim::one_step_kernels(logs, training);
-  std::fputs(rim::error_report(training, kernels).c_str(), stdout);
+  for (const std::string &warning : training.warnings)
+    std::fprintf(stderr, "rim: warning: %s\n", warning.c_str());
+  if (!o.quick)
+    std::fputs(rim::outcome_report(training).c_str(), stdout);
   std::fputs(rim::choice_report(training).c_str(), stdout);
   std::fputs(rim::promise_report(training, o.train.calibration.false_alarm).c_str(), stdout);
   std::fputs(rim::image_report(image).c_str(), stdout);

@@ -209,7 +209,8 @@ FalconCampaign run_falcon(const FalconOptions &options) {
     flight.mission = names[i];
     flight.rows = logs[i].t_s.size();
     flight.promised = static_cast<double>(training.plan.thresholds.promised_rate);
-    flight.rmse = training.models.level.rmse;
+    for (const OutcomeReport &outcome : training.outcomes)
+      flight.rmse.push_back(outcome.error);
     campaign.outcomes = training.plan.layout.outcome_names;
     campaign.units = training.plan.layout.outcome_units;
     Replayer replayer(make_image(training.plan), "image without " + names[i]);

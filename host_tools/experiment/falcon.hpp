@@ -31,7 +31,6 @@ struct FalconOptions {
   // the increments, what differs by a constant in the level.
   FalconOptions() {
     train.block_s = 0.5;
-    train.kinds = (1u << RIM_CHANNELS_KINDS) - 1u;
   }
 };
 

@@ -99,6 +99,8 @@ ReplayedLog Replayer::replay(const Log &log, const ReplayOptions &options, const
   result.path = log.path;
   result.score = -1e300;
   std::uint32_t blocks = 0;
+  std::vector<Block> examined;
+  const std::uint32_t regions = rim_monitor_config(monitor, RIM_CONFIG_REGION_FEATURES);
   HeldScore held(rim_monitor_config(monitor, RIM_CONFIG_PERSISTENCE));
   for (Eigen::Index t = 0; t < rows.context.rows(); ++t) {
     rim_observation row = {};
@@ -114,8 +116,12 @@ ReplayedLog Replayer::replay(const Log &log, const ReplayOptions &options, const
     if (status != RIM_OK)
       throw std::logic_error(std::string("rim_monitor_step: ") + rim_status_text(status));
     digest_ = rim_verdict_digest(digest_, &verdict);
-    if (verdict.blocks != blocks) // alarms are decided where a block ends
+    if (verdict.blocks != blocks) { // alarms are decided where a block ends
       result.score = std::max(result.score, held.add(verdict.score));
+      const std::uint8_t *place = rim_monitor_place(monitor);
+      if (options.label && place != nullptr)
+        examined.push_back({{place, place + regions}, t + 1});
+    }
     blocks = verdict.blocks;
     verdict.alarm.flags = static_cast<std::uint8_t>(verdict.alarm.flags | options.flags);
     result.watches_interference = result.watches_interference || verdict.interference.valid;
@@ -126,12 +132,37 @@ ReplayedLog Replayer::replay(const Log &log, const ReplayOptions &options, const
     if (watch)
       watch(static_cast<std::size_t>(t), verdict);
   }
-  finish(log, rows.context, options, &result);
+  result.blocks = blocks;
+  finish(log, rows.context, options, examined, &result);
   return result;
 }
 
+// Rows in which the alarm that stood last says the deviation was. A row that ended no examined block
+// shares the label of the block that follows, or, after the last, of the one before.
+std::vector<bool> Replayer::rows_inside(const Matrix &context,
+                                        const std::vector<Block> &blocks) const {
+  const rim_monitor *monitor = monitor_.get();
+  std::vector<bool> inside(static_cast<std::size_t>(context.rows()), false);
+  if (rim_monitor_search(monitor) != nullptr) { // rows are independent observations
+    for (Eigen::Index t = 0; t < context.rows(); ++t)
+      inside[static_cast<std::size_t>(t)] =
+          rim_monitor_membership(monitor, context.row(t).data()) >= kMembershipCut;
+    return inside;
+  }
+  Eigen::Index from = 0;
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    const bool in =
+        rim_monitor_inside(monitor, blocks[b].place.data(), static_cast<std::uint32_t>(b));
+    const Eigen::Index to = b + 1 < blocks.size() ? blocks[b].end : context.rows();
+    for (Eigen::Index t = from; t < to; ++t)
+      inside[static_cast<std::size_t>(t)] = in;
+    from = to;
+  }
+  return inside;
+}
+
 void Replayer::finish(const Log &log, const Matrix &context, const ReplayOptions &options,
-                      ReplayedLog *result) const {
+                      const std::vector<Block> &blocks, ReplayedLog *result) const {
   const rim_monitor *monitor = monitor_.get();
   result->rows_in_file = log.rows_in_file;
   result->rows_skipped = log.rows_skipped;
@@ -139,14 +170,19 @@ void Replayer::finish(const Log &log, const Matrix &context, const ReplayOptions
   result->rows = static_cast<std::uint32_t>(context.rows());
   result->duration_s = log.t_s.empty() ? 0.0 : log.t_s.back() - log.t_s.front();
   result->health = rim_monitor_get_health(monitor);
+  result->image_period_s = 1e-6 * rim_monitor_config(monitor, RIM_CONFIG_PERIOD_US);
   result->alarm_score = rim_monitor_threshold(monitor)->alarm_score;
   if (!options.label)
     return;
   result->finding.assign(log.rows_in_file, 0);
-  for (Eigen::Index t = 0; t < context.rows(); ++t) {
-    if (!(rim_monitor_membership(monitor, context.row(t).data()) >= kMembershipCut))
+  const bool stands = result->last.state == RIM_ALARM_RAISED ||
+                      result->last.state == RIM_ALARM_UPDATED;
+  if (!stands)
+    return;
+  const std::vector<bool> inside = rows_inside(context, blocks);
+  for (std::size_t i = 0; i < inside.size(); ++i) {
+    if (!inside[i])
       continue;
-    const auto i = static_cast<std::size_t>(t);
     const std::uint32_t to = std::min(log.row[i], log.rows_in_file);
     std::uint32_t from = to;
     if (i > 0 && log.row[i] > log.row[i - 1] && log.t_s[i] - log.t_s[i - 1] <= options.hold_s)
@@ -192,15 +228,19 @@ std::string count_text(std::size_t n, const char *one, const char *many) {
 
 // Only what is not zero, apart from the rows used.
 std::string rows_text(const ReplayedLog &log) {
-  const rim_channels_health &rows = log.health.rows;
+  const rim_row_health &rows = log.health.rows;
   const std::size_t skipped = log.rows_skipped + rows.not_finite + rows.time_back;
   std::string text =
       "rows: " + std::to_string(rows.rows_used) + " used, " + std::to_string(skipped) + " skipped";
   if (log.rows_filtered > 0)
     text += ", " + std::to_string(log.rows_filtered) + " left out by the schema";
   text += ", " + count_text(rows.gaps, "gap", "gaps");
-  if (rows.far > 0)
-    text += ", " + count_text(rows.far, "block", "blocks") + " far from all that was trained";
+  if (rows.out_of_range > 0)
+    text += ", " + std::to_string(rows.out_of_range) + " out of the trained range";
+  if (rows.wrong_rate > 0)
+    text += ", " + std::to_string(rows.wrong_rate) + " at another rate";
+  if (log.image_period_s > 0.0)
+    text += "; " + count_text(log.blocks, "block", "blocks") + " examined";
   return text;
 }
 
@@ -219,16 +259,45 @@ std::string interference_text(const ReplayedLog &log, const Names &names) {
 
 } // namespace
 
+namespace {
+
+// What keeps silence from being health, in a sentence; empty: nothing does.
+std::string doubt(const ReplayedLog &log, const Names &names) {
+  const rim_monitor_health &h = log.health;
+  std::string text;
+  if (h.out_feature != 0xffff) {
+    const Quantity q = names.feature(h.out_feature);
+    text = fmt::format("OUT OF RANGE: {} is {:.4g}{} at t = {:.2f} s, beyond what was trained "
+                       "(column {}; {} rows out of range): is its unit right?",
+                       q.words, h.out_value, q.unit.empty() ? "" : " " + q.unit, h.out_t_s, q.name,
+                       h.rows.out_of_range);
+  }
+  if (log.image_period_s > 0.0 && 2 * h.rows.wrong_rate > h.rows.rows_used)
+    text += fmt::format("{}STALE: rows come at {:.4g} Hz, the model wants {:.4g} Hz: {} of {} rows "
+                        "were not examined",
+                        text.empty() ? "" : "\n  ", 1.0 / h.period_s, 1.0 / log.image_period_s,
+                        h.rows.wrong_rate, h.rows.rows_used);
+  else if (log.image_period_s > 0.0 && log.blocks < RIM_MONITOR_LEAST_BLOCKS)
+    text += fmt::format("{}STALE: {} examined, too few to say anything",
+                        text.empty() ? "" : "\n  ", count_text(log.blocks, "block was", "blocks were"));
+  return text;
+}
+
+} // namespace
+
 std::string replay_text(const ReplayedLog &log, const Names &names) {
   std::string text = log.path + ": ";
+  const std::string why_not = doubt(log, names);
   if (log.first.state == RIM_ALARM_NONE) {
-    text += fmt::format("{}: nothing found in {} ({:.0f} s)",
-                        log.interference.raised > 0 ? "regions" : "healthy",
-                        count_text(log.rows, "row", "rows"), log.duration_s);
-    if (log.alarm_score > 0.0 && log.score > -1e300) {
+    if (!why_not.empty())
+      text += why_not;
+    else
+      text += fmt::format("{}: nothing found in {} ({:.0f} s)",
+                          log.interference.raised > 0 ? "regions" : "healthy",
+                          count_text(log.rows, "row", "rows"), log.duration_s);
+    if (log.alarm_score > 0.0 && log.score > -1e300)
       text += fmt::format("; the score rose to {:.0f} % of the alarm's",
                           100.0 * std::max(0.0, log.score) / log.alarm_score);
-    }
   } else {
     text += fmt::format("FOUND at t = {:.2f} s\n  then: {}", log.first.t_s,
                         alarm_sentence(log.first, names));
@@ -237,6 +306,8 @@ std::string replay_text(const ReplayedLog &log, const Names &names) {
                           count_text(log.records - 1, "record later", "records later"),
                           alarm_sentence(log.last, names));
     }
+    if (!why_not.empty())
+      text += "\n  " + why_not;
   }
   return text + "\n" + interference_text(log, names) + "  " + rows_text(log) + "\n";
 }

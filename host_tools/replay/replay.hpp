@@ -32,6 +32,8 @@ struct ReplayedLog : Found {
   std::uint32_t rows = 0;                                              // offered to the monitor
   double duration_s = 0.0;
   rim_monitor_health health{};
+  std::uint32_t blocks = 0;     // examined
+  double image_period_s = 0.0;  // rows as the image wants them
   bool watches_interference = false; // the image has that detector
   Found interference;
   double score = 0.0;                 // largest that was held for as many blocks as an alarm needs
@@ -64,8 +66,14 @@ public:
   const Monitor &monitor() const { return monitor_; }
 
 private:
+  // A block that was examined, and its rows.
+  struct Block {
+    std::vector<std::uint8_t> place;
+    Eigen::Index end = 0; // one past its last row
+  };
   void finish(const Log &log, const Matrix &context, const ReplayOptions &options,
-              ReplayedLog *result) const;
+              const std::vector<Block> &blocks, ReplayedLog *result) const;
+  std::vector<bool> rows_inside(const Matrix &context, const std::vector<Block> &blocks) const;
 
   Monitor monitor_;
   Layout layout_;

@@ -1,16 +1,17 @@
-// Calibration: what nominal runs do, so that an alarm means something.
+// Calibration: what healthy runs do, so that an alarm means something.
 //
-// Every calibration run is judged as a run in flight is: by models, spreads and scales learnt from
-// the other runs, with the flight code (rim_monitor_block) doing the search. The alarm threshold is
-// an order statistic of the runs' largest scores: exchangeable runs give a finite-sample promise
-// (rim/threshold.h).
+// Every calibration run is judged as a run in flight is: by models learnt from the other runs, with
+// the flight code doing the search. The alarm threshold is an order statistic of the runs' largest
+// scores: exchangeable runs give a finite-sample promise (rim/threshold.h).
 #ifndef RIM_TRAIN_CALIBRATE_HPP
 #define RIM_TRAIN_CALIBRATE_HPP
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "train/flight_image.hpp"
+#include "train/noise.hpp"
 
 namespace rim {
 
@@ -19,12 +20,11 @@ struct CalibrationOptions {
   double warn_rate = 0.25;   // the same for the warning level
   std::size_t region_features = 12;
   double redundant = 0.95; // correlation, by rank or value, from which on a feature repeats another
-  std::uint32_t least_n = 8; // observations inside an interval before it is judged
-  bool flight = false;       // searches less a row and holds less: see use_profile
+  bool flight = false;     // searches less per row and holds less: see use_profile
 };
 
-// How much search a row, and how much memory. ground (the default): what finds most. flight: what a
-// Cortex-M7 can afford (`make size` prints both). Calibration runs by the same profile, so the
+// How much search per row, and how much memory. ground (the default): what finds most. flight: what
+// a Cortex-M7 can afford (`make size` prints both). Calibration runs by the same profile, so the
 // promise holds in either. Call it before calibrating.
 void use_profile(FlightPlan *plan, bool flight, bool few_rows);
 
@@ -40,15 +40,30 @@ Promise promise_for(std::size_t runs, double false_alarm);
 void set_alarm(Thresholds *thresholds, std::vector<float> maxima,
                const CalibrationOptions &options);
 
-// Features that may describe a region, in their order: those that tell the phase of a run
-// (phase_weights) and that no earlier one repeats.
-std::vector<std::uint16_t> choose_region_features(const std::vector<ChannelSeries> &series,
-                                                  const CalibrationOptions &options);
+// One healthy run as the search sees it, by models that have not seen it.
+struct SearchRun {
+  const BlockRun *blocks;
+  const Matrix *predicted; // blocks x outcomes
+  const Matrix *residual;  // blocks x channels
+};
 
-// Fills the plan's ranges, region, channel scales, envelope and thresholds from the series of at
-// least three nominal runs (each by models without it). Deterministic.
-void calibrate_trained(FlightPlan *plan, const std::vector<ChannelSeries> &series,
-                       const CalibrationOptions &options);
+// Features that may describe a region, with the outcome whose prediction stands for the feature
+// (0xffff: as measured): commands and context, then sensors; those that repeat an earlier one are
+// left out.
+void choose_region(FlightPlan *plan, const std::vector<SearchRun> &runs,
+                   const std::vector<double> &r2, const CalibrationOptions &options);
+
+// What a run's own score tells beside its number, for the report.
+struct RunScore {
+  double score = 0.0;
+  std::size_t channel = 0;
+};
+
+// Fills phi of the noise model and the plan's thresholds. Returns every run's score, by the phi of
+// the others.
+std::vector<RunScore> calibrate_runs(FlightPlan *plan, NoiseModel *noise,
+                                     const std::vector<SearchRun> &runs,
+                                     const CalibrationOptions &options);
 
 // Least factor of the growth of chance scores with the number n of observations, ln n beyond:
 // ln 12.

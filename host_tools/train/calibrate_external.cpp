@@ -123,7 +123,7 @@ ExternalRows external_rows(const Log &log, const Layout &layout) {
 }
 
 void use_profile(FlightPlan *plan, bool flight, bool few_rows) {
-  if (flight && plan->layout.external) {
+  if (flight) {
     // Many features: which two is the question, so edges; few: which ellipse, so a finer grid.
     constexpr std::size_t many = 32;
     const bool wide = plan->layout.features() > many;
@@ -133,9 +133,7 @@ void use_profile(FlightPlan *plan, bool flight, bool few_rows) {
     plan->grid = wide ? 24 : 32;
     plan->ring = 256;
     plan->pairs = 5;
-  } else if (flight) { // intervals alone: the ring tells since when, nothing else
-    plan->ring = 256;
-  } else if (plan->layout.external && few_rows) {
+  } else if (few_rows) {
     plan->edges = 144;
     plan->moves = 192;
   }
@@ -152,13 +150,10 @@ void calibrate_external(FlightPlan *plan, const std::vector<ExternalRows> &logs,
   set_ranges(plan, logs);
   plan->region.resize(plan->layout.features());
   std::iota(plan->region.begin(), plan->region.end(), std::uint16_t{0});
-  plan->kinds = 1u << RIM_KIND_SHIFT;
   plan->block_rows = 1;
   plan->persistence = 1;
   plan->inhibit_s = 0.0;
   use_profile(plan, options.flight, rows <= few_rows);
-  plan->center.assign(plan->channels(), 0.0F);
-  plan->inverse_sd.assign(plan->channels(), 1.0F);
   plan->thresholds = Thresholds{};
   plan->thresholds.offset.assign(plan->channels(), 0.0F);
   plan->thresholds.scale.assign(plan->channels(), 1.0F);

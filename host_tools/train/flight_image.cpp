@@ -9,20 +9,12 @@
 
 namespace rim {
 
-std::size_t FlightPlan::kinds_present() const {
-  std::size_t n = 0;
-  for (unsigned k = 0; k < RIM_CHANNELS_KINDS; ++k)
-    n += kinds >> k & 1u;
-  return n;
-}
-
 namespace {
 
 SectionBytes config_section(const FlightPlan &plan) {
   std::uint32_t words[RIM_CONFIG_WORDS] = {};
   words[RIM_CONFIG_FEATURES] = static_cast<std::uint32_t>(plan.layout.features());
   words[RIM_CONFIG_OUTCOMES] = static_cast<std::uint32_t>(plan.layout.outcomes());
-  words[RIM_CONFIG_KINDS] = plan.kinds;
   words[RIM_CONFIG_BLOCK_ROWS] = plan.block_rows;
   words[RIM_CONFIG_EXTERNAL] = plan.layout.external ? 1 : 0;
   words[RIM_CONFIG_PERIOD_US] = static_cast<std::uint32_t>(std::lround(1e6 * plan.period_s));
@@ -33,6 +25,7 @@ SectionBytes config_section(const FlightPlan &plan) {
   words[RIM_CONFIG_GRID] = plan.grid;
   words[RIM_CONFIG_PAIRS] = plan.pairs;
   words[RIM_CONFIG_PERSISTENCE] = plan.persistence;
+  words[RIM_CONFIG_CLEAR] = plan.clear;
   words[RIM_CONFIG_INHIBIT_MS] = static_cast<std::uint32_t>(std::lround(1e3 * plan.inhibit_s));
   words[RIM_CONFIG_SEED] = plan.seed;
   words[RIM_CONFIG_SCANS] = plan.scans;
@@ -58,6 +51,15 @@ SectionBytes words16(const std::vector<std::uint16_t> &values) {
   SectionBytes bytes;
   for (const std::uint16_t v : values)
     bytes.u16(v);
+  return bytes;
+}
+
+SectionBytes region_section(const FlightPlan &plan) {
+  SectionBytes bytes;
+  for (std::size_t i = 0; i < plan.region.size(); ++i) {
+    bytes.u16(plan.region[i]);
+    bytes.u16(plan.region_outcome.empty() ? 0xffff : plan.region_outcome[i]);
+  }
   return bytes;
 }
 
@@ -97,14 +99,17 @@ std::vector<std::uint8_t> write_image(const FlightPlan &plan, std::uint32_t mode
     if (!bytes.empty())
       writer.add_section(id, bytes);
   };
-  add(RIM_SECTION_STEP, plan.step);
   add(RIM_SECTION_LEVEL, plan.level);
-  add(RIM_SECTION_INCREMENT, plan.increment);
-  add(RIM_SECTION_ENVELOPE, plan.envelope);
-  writer.add_section(RIM_SECTION_CHANNELS, floats(plan.center, plan.inverse_sd));
+  if (!plan.noise.empty()) {
+    writer.add_section(RIM_SECTION_BASIS, basis_section(plan.basis));
+    add(RIM_SECTION_BEHAVIOUR, plan.behaviour);
+    add(RIM_SECTION_AGREEMENT, plan.agreement);
+    add(RIM_SECTION_NOISE, plan.noise);
+    add(RIM_SECTION_CUTS, plan.cuts);
+  }
   writer.add_section(RIM_SECTION_THRESHOLD, threshold_section(plan.thresholds));
   writer.add_section(RIM_SECTION_FEATURES, floats(plan.low, plan.high));
-  writer.add_section(RIM_SECTION_REGION, words16(plan.region));
+  writer.add_section(RIM_SECTION_REGION, region_section(plan));
   if (!plan.layout.external) {
     writer.add_section(RIM_SECTION_OUTCOMES, words16(plan.layout.outcome_feature));
   }

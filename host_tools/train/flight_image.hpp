@@ -7,7 +7,8 @@
 #include <vector>
 
 #include "rim/monitor.h"
-#include "train/blocks.hpp"
+#include "train/healthy_blocks.hpp"
+#include "train/layout.hpp"
 
 namespace rim {
 
@@ -26,7 +27,8 @@ struct FlightPlan {
   Layout layout;
   std::vector<float> low, high;      // per feature: range of the search
   std::vector<std::uint16_t> region; // features that may describe a region
-  std::uint32_t kinds = 1u << RIM_KIND_SHIFT;
+  // Trained: for each of them the outcome whose prediction stands for it; 0xffff or empty: none.
+  std::vector<std::uint16_t> region_outcome;
   std::uint32_t block_rows = 1;
   double period_s = 0.0;
   double stale_s = 0.0;
@@ -35,12 +37,14 @@ struct FlightPlan {
   std::uint32_t ring = 0, bins = RIM_SELECT_DEFAULT_BINS, grid = 0, pairs = 0; // 0: select's
   std::uint32_t scans = 0, edges = 0, moves = 0, budget = 0;
   std::uint32_t seed = 1;
-  std::vector<float> center, inverse_sd;                      // per channel
-  std::vector<std::uint8_t> step, level, increment, envelope; // sections; empty: absent
+  std::uint32_t clear = 30; // blocks below the warning score before an alarm is cleared
+  Basis basis;              // trained: inputs of the models
+  std::vector<std::uint8_t> level, behaviour, agreement, noise, cuts; // sections; empty: absent
   Thresholds thresholds;
 
-  std::size_t kinds_present() const;
-  std::size_t channels() const { return kinds_present() * layout.outcomes(); }
+  std::size_t channels() const {
+    return (noise.empty() ? 1 : RIM_MONITOR_KINDS) * layout.outcomes();
+  }
 };
 
 // The image; its model id is the CRC-32 of its content.

@@ -3,50 +3,295 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
+
 #include "util/error.hpp"
+#include "util/parallel_for.hpp"
 
 namespace rim {
 
+namespace {
+
+constexpr double kBlocksPerRun = 240.0;
+constexpr std::uint32_t kRing = 384, kFlightRing = 192;
+constexpr double kRateRatio = 1.3; // of two runs' rates from which on they differ
+
+void check_rates(const std::vector<Log> &logs, double period_s) {
+  for (const Log &log : logs) {
+    const double own = median_period_s({log});
+    if (own > kRateRatio * period_s || own < period_s / kRateRatio)
+      throw DataError(fmt::format("{}: its rows come at {:.4g} Hz, those of the other runs at "
+                                  "{:.4g} Hz: runs of one rate are needed (a schema with "
+                                  "resample_hz makes one)",
+                                  log.path, 1.0 / own, 1.0 / period_s));
+  }
+}
+
+void find_same_runs(const std::vector<Log> &logs, std::vector<std::string> *warnings) {
+  for (std::size_t i = 0; i < logs.size(); ++i) {
+    for (std::size_t j = i + 1; j < logs.size(); ++j) {
+      const Matrix &a = logs[i].values, &b = logs[j].values;
+      if (a.rows() == b.rows() && a.cols() == b.cols() && a.rows() > 0 &&
+          (a.array() - b.array()).abs().maxCoeff() <= 0.0)
+        warnings->push_back(logs[j].path + " holds the same rows as " + logs[i].path +
+                            ": the same run counts once");
+    }
+  }
+}
+
+std::uint32_t block_rows_for(const std::vector<Log> &logs, double period_s,
+                             const TrainOptions &options, double *run_rows) {
+  std::vector<double> rows;
+  for (const Log &log : logs)
+    rows.push_back(static_cast<double>(log.t_s.size()));
+  std::sort(rows.begin(), rows.end());
+  *run_rows = rows[rows.size() / 2];
+  const double wanted =
+      options.block_s > 0.0 ? options.block_s / period_s : *run_rows / kBlocksPerRun;
+  return static_cast<std::uint32_t>(std::clamp(std::lround(wanted), 1L, 10000L));
+}
+
+void set_ranges(FlightPlan *plan, const std::vector<Log> &logs) {
+  for (std::size_t f = 0; f < plan->layout.features(); ++f) {
+    double low = 1e300, high = -1e300;
+    for (const Log &log : logs) {
+      const auto column = log.values.col(find_column(log, plan->layout.feature_names[f]));
+      low = std::min(low, column.minCoeff());
+      high = std::max(high, column.maxCoeff());
+    }
+    const std::uint8_t role = plan->layout.command[f];
+    const double half_turn = (role & 2) != 0 ? 3.14159265358979323846 : (role & 4) != 0 ? 180.0 : 0.0;
+    if (half_turn > 0.0) { // an angle may be anywhere
+      low = std::min(low, -half_turn);
+      high = std::max(high, half_turn);
+    }
+    const double margin = std::max({0.02 * (high - low), 1e-3 * std::abs(low), 1e-9});
+    plan->low.push_back(static_cast<float>(low - margin));
+    plan->high.push_back(static_cast<float>(high + margin));
+  }
+}
+
+// Channels by kind: behaviour, agreement, scatter, repeats; blocks x channels per run.
+std::vector<Matrix> all_residuals(const std::vector<BlockRun> &runs, const Behaviour &behaviour,
+                                  const Agreement &agreement) {
+  std::vector<Matrix> all;
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    const Eigen::Index o = runs[r].outcome.cols();
+    Matrix m(runs[r].blocks(), 4 * o);
+    m.leftCols(o) = behaviour.residual[r];
+    m.middleCols(o, o) = agreement.remains[r];
+    m.middleCols(2 * o, o) = behaviour.scatter[r];
+    m.rightCols(o) = runs[r].repeats;
+    all.push_back(m);
+  }
+  return all;
+}
+
+// A share of repeats is a count of few readings: its noise is never below that of one of ten. And a
+// constant share (none) is not evidence of its own.
+void settle_repeats(NoiseModel *noise, std::size_t outcomes) {
+  for (std::size_t o = 0; o < outcomes; ++o) {
+    ChannelNoise &c = noise->channels[3 * outcomes + o];
+    constexpr double least = 0.1;
+    if (c.active && c.s >= least)
+      continue;
+    if (c.combination.rows() > 0 && c.active)
+      c.combination *= c.s / least;
+    c.active = true;
+    c.s = least;
+  }
+}
+
+// An agreement channel that says no more than behaviour's is not searched twice.
+void settle_agreement(NoiseModel *noise, const Agreement &agreement, std::size_t outcomes) {
+  for (std::size_t o = 0; o < outcomes; ++o) {
+    if (outcomes < 2)
+      noise->channels[outcomes + o].active = false;
+    (void)agreement;
+  }
+}
+
+Behaviour external_behaviour(const std::vector<BlockRun> &runs, std::size_t outcomes) {
+  Behaviour b;
+  b.targets.resize(2 * outcomes);
+  for (const BlockRun &run : runs) {
+    b.predicted.push_back(run.predicted);
+    b.residual.push_back(run.outcome);
+    b.scatter.push_back(run.scatter);
+  }
+  return b;
+}
+
+// What the others' readings say of every outcome, block by block (thesis 4.2.5, eq. 4.9-4.14).
+std::vector<Matrix> fit_level(FlightPlan *plan, const std::vector<BlockRun> &runs) {
+  const Layout &layout = plan->layout;
+  Eigen::Index rows = 0;
+  for (const BlockRun &run : runs)
+    rows += run.blocks();
+  Matrix x(rows, static_cast<Eigen::Index>(layout.features()));
+  Matrix y(rows, static_cast<Eigen::Index>(layout.outcomes()));
+  std::vector<std::uint32_t> run_of;
+  Eigen::Index at = 0;
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    x.middleRows(at, runs[r].blocks()) = runs[r].context;
+    y.middleRows(at, runs[r].blocks()) = runs[r].outcome;
+    at += runs[r].blocks();
+    run_of.insert(run_of.end(), static_cast<std::size_t>(runs[r].blocks()),
+                  static_cast<std::uint32_t>(r));
+  }
+  FitOptions options;
+  options.focus = 0.0; // prototypes by phase alone: else they learn the runs' own offsets
+  for (const std::uint16_t f : layout.outcome_feature)
+    options.exclude.push_back(f);
+  const FitResult fit = fit_nominal(x, y, run_of, options);
+  plan->level = nominal_section(fit.model);
+  std::vector<Matrix> level;
+  at = 0;
+  for (const BlockRun &run : runs) {
+    level.push_back(fit.mean.middleRows(at, run.blocks()));
+    at += run.blocks();
+  }
+  return level;
+}
+
+bool wants_level(const Layout &layout, const std::vector<BlockRun> &runs) {
+  Eigen::Index rows = 0;
+  for (const BlockRun &run : runs)
+    rows += run.blocks();
+  const bool has_angle = std::any_of(layout.command.begin(), layout.command.end(),
+                                     [](std::uint8_t role) { return role > 1; });
+  return !layout.external && layout.outcomes() >= 3 && !has_angle &&
+         rows >= 40 * static_cast<Eigen::Index>(layout.features());
+}
+
+std::string model_words(const TargetModel &m) {
+  std::string text = "filtered commands";
+  if (m.shape)
+    text += ", products";
+  if (m.slow)
+    text += ", integrals";
+  if (m.initial)
+    text += ", first readings";
+  return text;
+}
+
+void report_outcomes(Training *training, const Behaviour &behaviour, const Agreement &agreement) {
+  const std::size_t outcomes = training->plan.layout.outcomes();
+  const double alarm = static_cast<double>(training->plan.thresholds.alarm_score);
+  for (std::size_t o = 0; o < outcomes; ++o) {
+    OutcomeReport report;
+    report.r2 = behaviour.targets[o].r2;
+    report.error = behaviour.targets[o].error;
+    report.model = model_words(behaviour.targets[o]);
+    report.agreement = agreement.error[o];
+    report.from_level = agreement.from_level[o];
+    report.detectable = 1e300;
+    for (const std::size_t c : {o, outcomes + o}) {
+      const ChannelNoise &n = training->noise.channels[c];
+      if (!n.active)
+        continue;
+      // An offset over the later half of the run, known as well as noise and effects allow.
+      const double blocks = 0.5 * kBlocksPerRun * (1.0 - n.rho) * (1.0 - n.rho);
+      const double sd = n.s * std::sqrt(1.0 / std::max(blocks, 1.0) +
+                                        n.effect_sd * n.effect_sd / (n.s * n.s) / 3.0);
+      const double needed = sd * std::sqrt(2.0 * n.phi[0] * (alarm + 4.0));
+      if (needed < report.detectable) {
+        report.detectable = needed;
+        report.noise = n.s;
+        report.effect = n.effect_sd;
+        report.rho = n.rho;
+      }
+    }
+    training->outcomes.push_back(report);
+  }
+}
+
+// A run far above the others' scores: by more than the others' own spread.
+void find_unlike_runs(const std::vector<Log> &logs, Training *training) {
+  std::vector<double> scores;
+  for (const RunScore &s : training->scores)
+    scores.push_back(s.score);
+  std::sort(scores.begin(), scores.end());
+  const double middle = scores[scores.size() / 2];
+  const double upper = scores[scores.size() * 3 / 4];
+  const double bar = middle + 5.0 * std::max(upper - middle, 2.0);
+  for (std::size_t r = 0; r < logs.size(); ++r) {
+    const RunScore &s = training->scores[r];
+    if (s.score <= bar)
+      continue;
+    const std::size_t outcomes = training->plan.layout.outcomes();
+    training->warnings.push_back(fmt::format(
+        "{} is unlike the other runs: its score by what they taught is {:.1f}, theirs {:.1f} in "
+        "the middle; '{}' deviates most. Is this run healthy? Whatever it shows will not raise "
+        "an alarm",
+        logs[r].path, s.score, middle, training->plan.layout.outcome_names[s.channel % outcomes]));
+  }
+}
+
+} // namespace
+
 Training train(const std::vector<Log> &logs, const TrainOptions &options) {
-  if (logs.size() < 3) {
+  if (logs.size() < 3)
     throw DataError("training needs at least 3 logs, each a run of its own; got " +
                     std::to_string(logs.size()));
-  }
   Training training;
   FlightPlan &plan = training.plan;
   plan.layout = layout_of(logs.front());
-  if (plan.layout.external) {
-    throw DataError(logs.front().path +
-                    ": has its own predictions (z. m. columns): nothing to train; "
-                    "replay and diagnose take it as it is");
-  }
   for (const Log &log : logs)
     check_layout(plan.layout, log);
-
-  ModelOptions models;
-  models.kinds = options.kinds;
-  models.period_s = median_period_s(logs);
-  models.block_rows =
-      static_cast<std::uint32_t>(std::max(1L, std::lround(options.block_s / models.period_s)));
-  models.fit = options.fit;
-  training.models = train_models(logs, plan.layout, models);
-
-  plan.kinds = options.kinds;
-  use_profile(&plan, options.calibration.flight, false);
-  plan.block_rows = models.block_rows;
-  plan.period_s = models.period_s;
+  find_angles(&plan.layout, logs);
+  plan.period_s = median_period_s(logs);
+  check_rates(logs, plan.period_s);
+  find_same_runs(logs, &training.warnings);
+  double run_rows = 0.0;
+  plan.block_rows = block_rows_for(logs, plan.period_s, options, &run_rows);
+  set_ranges(&plan, logs);
+  plan.basis = make_basis(plan.layout, logs, run_rows);
+  const BlockOptions blocks{plan.block_rows, plan.period_s, plan.low, plan.high};
+  std::vector<BlockRun> runs(logs.size());
+  parallel_for(logs.size(), [&](std::size_t r) {
+    runs[r] = block_run(logs[r], plan.layout, plan.basis, blocks);
+    if (runs[r].blocks() < 16)
+      throw DataError(fmt::format("{}: {} blocks of {} rows; a run needs at least 16",
+                                  logs[r].path, runs[r].blocks(), plan.block_rows));
+  });
+  const std::size_t outcomes = plan.layout.outcomes();
+  Behaviour behaviour = plan.layout.external ? external_behaviour(runs, outcomes)
+                                             : fit_behaviour(&plan.basis, runs, outcomes);
+  if (plan.layout.external)
+    learn_means(&plan.basis, runs);
+  const std::vector<Matrix> level =
+      wants_level(plan.layout, runs) ? fit_level(&plan, runs) : std::vector<Matrix>{};
+  const Agreement agreement = fit_agreement(plan.basis, runs, behaviour.residual, level);
+  if (std::none_of(agreement.from_level.begin(), agreement.from_level.end(),
+                   [](bool yes) { return yes; }))
+    plan.level.clear();
+  const std::vector<Matrix> residual = all_residuals(runs, behaviour, agreement);
+  training.noise = fit_noise(plan.basis, runs, behaviour.predicted, residual);
+  settle_repeats(&training.noise, outcomes);
+  settle_agreement(&training.noise, agreement, outcomes);
+  if (!plan.layout.external) {
+    shrink_basis(&plan.basis, &behaviour);
+    plan.behaviour = behaviour_section(plan.basis, behaviour);
+  }
+  plan.agreement = agreement_section(agreement, plan.basis.means.size());
+  plan.ring = options.calibration.flight ? kFlightRing : kRing;
+  plan.pairs = 4;
+  plan.budget = options.calibration.flight ? 3 : 8;
+  plan.persistence = 2;
   plan.stale_s = options.stale_s;
-  if (training.models.step.model.prototypes.size() > 0) {
-    plan.step = nominal_section(training.models.step.model);
-  }
-  if (training.models.level.model.prototypes.size() > 0) {
-    plan.level = nominal_section(training.models.level.model);
-  }
-  if (training.models.increment.model.prototypes.size() > 0) {
-    plan.increment = nominal_section(training.models.increment.model);
-  }
-  calibrate_trained(&plan, training.models.series, options.calibration);
+  std::vector<SearchRun> seen;
+  for (std::size_t r = 0; r < runs.size(); ++r)
+    seen.push_back({&runs[r], &behaviour.predicted[r], &residual[r]});
+  std::vector<double> r2;
+  for (std::size_t o = 0; o < outcomes && !plan.layout.external; ++o)
+    r2.push_back(behaviour.targets[o].r2);
+  choose_region(&plan, seen, r2, options.calibration);
+  training.scores = calibrate_runs(&plan, &training.noise, seen, options.calibration);
+  plan.noise = noise_section(training.noise);
   training.promise = promise_for(logs.size(), options.calibration.false_alarm);
+  report_outcomes(&training, behaviour, agreement);
+  find_unlike_runs(logs, &training);
   return training;
 }
 

@@ -1,40 +1,45 @@
-// From nominal logs to a flight image: fit, channels, calibration.
+// From healthy logs to a flight image: models, noise, calibration.
 #ifndef RIM_TRAIN_TRAINER_HPP
 #define RIM_TRAIN_TRAINER_HPP
 
+#include <string>
 #include <vector>
 
-#include "train/blocks.hpp"
+#include "train/behaviour.hpp"
 #include "train/calibrate.hpp"
+#include "train/fit.hpp"
 #include "train/flight_image.hpp"
 
 namespace rim {
 
-// Maps that follow the phase of flight alone keep a run's own offsets out of the models; prototypes
-// placed where one map errs most (FitOptions::focus) gain a few percent in error at one step and
-// lose more in the spread of whole runs, which is what detection lives on.
-inline FitOptions flight_fit() {
-  FitOptions fit;
-  fit.focus = 0.0;
-  return fit;
-}
-
 struct TrainOptions {
   CalibrationOptions calibration;
-  FitOptions fit = flight_fit();
-  double block_s = 1.0;                       // length of a block
-  double stale_s = 2.0;                       // input older than this: STALE
-  std::uint32_t kinds = ModelOptions{}.kinds; // mask of rim_kind
+  double block_s = 0.0; // length of a block; 0: so that a run has some 240
+  double stale_s = 2.0; // input older than this: STALE
+};
+
+// How well one outcome is modelled, and how large a fault must be to be seen.
+struct OutcomeReport {
+  double r2 = 0.0, error = 0.0; // of behaviour, runs left out
+  double agreement = 1.0;       // its error over behaviour's
+  bool from_level = false;
+  double noise = 0.0, effect = 0.0, rho = 0.0; // of the better channel
+  double detectable = 0.0; // constant offset over half of a run that reaches the alarm
+  std::string model;       // which terms, in words
 };
 
 struct Training {
-  FlightPlan plan;      // make_image(plan) is the flight image
-  TrainedModels models; // fit results for the report; series are the calibration runs' channels
+  FlightPlan plan; // make_image(plan) is the flight image
+  std::vector<OutcomeReport> outcomes;
+  std::vector<RunScore> scores; // per run, by what the others taught
+  std::vector<std::string> warnings;
+  NoiseModel noise;
   Promise promise;
 };
 
-// At least three logs of sensors (s. columns) with the same columns; DataError otherwise.
-// Deterministic. 50 runs of 8400 rows and 29 columns take some 20 s on two cores.
+// At least three logs with the same columns: of sensors (s. columns), or with the user's own
+// predictions (z. m. columns), of which noise and thresholds alone are learnt. DataError otherwise,
+// and for runs of different rates. Deterministic.
 Training train(const std::vector<Log> &logs, const TrainOptions &options);
 
 } // namespace rim

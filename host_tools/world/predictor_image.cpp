@@ -1,13 +1,19 @@
-// A trained image's one-step model as a simulation: what the next row's sensors will read.
-#include <cmath>
+// A trained image's behaviour models as a simulation: what the commands alone let sensors read, block
+// by block.
+#include <stdexcept>
 
 #include "rim/monitor.h"
-#include "train/blocks.hpp"
+#include "train/layout.hpp"
 #include "train/flight_image.hpp"
 #include "train/image_writer.hpp"
 #include "util/error.hpp"
 #include "world/predictor.hpp"
 #include "world/predictor_columns.hpp"
+
+extern "C" {
+#include "../../lib/src/image/noise.h"
+#include "../../lib/src/monitor/blocks.h"
+}
 
 namespace rim::world {
 
@@ -20,97 +26,93 @@ class ImagePredictor final : public Predictor {
 public:
   explicit ImagePredictor(const std::string &path);
   std::string name() const override { return "image " + path_; }
-  double step_s() const override { return period_s_; }
+  double step_s() const override { return config_.period_s * config_.block_rows; }
 
   Log predict(const Log &log) const override;
-  bool advance(const Log &now, const Matrix &outcome, Log *next) const override;
+  // The models see commands alone: what was predicted for later does not depend on the outcomes.
+  bool advance(const Log &, const Matrix &, Log *) const override { return false; }
 
 private:
+  const std::uint8_t *section(rim_section id, std::size_t *bytes) const;
+
   std::string path_;
   LoadedImage image_;
   Layout layout_;
-  rim_nominal model_{};
-  double period_s_ = 0.0;
+  blocks_config config_{};
+  rim_behaviour behaviour_{};
+  rim_noise noise_{};
 };
+
+const std::uint8_t *ImagePredictor::section(rim_section id, std::size_t *bytes) const {
+  const std::uint8_t *data = nullptr;
+  if (rim_image_section(&image_.view(), id, &data, bytes) != RIM_OK)
+    throw DataError(path_ + ": this image has no model of the outcomes; diagnose needs one that "
+                            "rim train made of logs with s. columns, or logs with m. columns");
+  return data;
+}
 
 ImagePredictor::ImagePredictor(const std::string &path)
     : path_(path), image_(load_image(path)), layout_(layout_of_image(image_.view())) {
-  const std::uint8_t *section = nullptr, *config = nullptr;
-  std::size_t bytes = 0, config_bytes = 0;
-  (void)rim_image_section(&image_.view(), RIM_SECTION_CONFIG, &config, &config_bytes);
-  period_s_ = 1e-6 * rim_image_u32(config, RIM_CONFIG_PERIOD_US);
-  if (layout_.external ||
-      rim_image_section(&image_.view(), RIM_SECTION_STEP, &section, &bytes) != RIM_OK) {
-    throw DataError(path + ": this image has no model of the next row; diagnose needs one that "
-                           "rim train made of logs with s. columns, or logs with m. columns");
-  }
-  const rim_status status = rim_nominal_open(&model_, section, bytes);
+  std::size_t bytes = 0;
+  const std::uint8_t *words = section(RIM_SECTION_CONFIG, &bytes);
+  const std::uint8_t *data = section(RIM_SECTION_BEHAVIOUR, &bytes);
+  const std::size_t behaviour_bytes = bytes;
+  config_.features = static_cast<std::uint16_t>(layout_.features());
+  config_.outcomes = static_cast<std::uint16_t>(layout_.outcomes());
+  config_.block_rows = static_cast<std::uint16_t>(rim_image_u32(words, RIM_CONFIG_BLOCK_ROWS));
+  config_.period_s = 1e-6 * rim_image_u32(words, RIM_CONFIG_PERIOD_US);
+  config_.role = section(RIM_SECTION_COMMANDS, &bytes);
+  config_.range = section(RIM_SECTION_FEATURES, &bytes);
+  config_.outcome_feature = section(RIM_SECTION_OUTCOMES, &bytes);
+  const std::uint8_t *basis = section(RIM_SECTION_BASIS, &bytes);
+  rim_status status =
+      rim_basis_open(&config_.basis, basis, bytes, config_.features, config_.outcomes);
+  if (status == RIM_OK)
+    status = rim_behaviour_open(&behaviour_, data, behaviour_bytes, config_.basis.terms,
+                                config_.outcomes);
+  const std::uint8_t *noise = section(RIM_SECTION_NOISE, &bytes);
+  if (status == RIM_OK)
+    status = rim_noise_open(&noise_, noise, bytes, RIM_MONITOR_KINDS * config_.outcomes,
+                            config_.basis.means);
   if (status != RIM_OK)
-    throw DataError(path + ": its model of the next row: " + rim_status_text(status));
-  if (model_.inputs != layout_.features() || model_.outputs != layout_.outcomes())
-    throw DataError(path + ": its model does not fit its names");
+    throw DataError(path + ": its models: " + rim_status_text(status));
 }
 
 Log ImagePredictor::predict(const Log &log) const {
   const std::string who = "image " + path_;
-  std::vector<int> features, outcomes;
+  std::vector<int> features;
   std::vector<std::string> names;
   for (const std::string &feature : layout_.feature_names)
     features.push_back(needed_column(log, feature, who));
-  for (const std::string &outcome : layout_.outcome_names) {
-    outcomes.push_back(needed_column(log, outcome, who));
+  for (const std::string &outcome : layout_.outcome_names)
     names.push_back(bare_name(outcome));
-  }
+  std::vector<std::uint64_t> memory(blocks_size(&config_) / 8 + 1);
+  blocks *blocks = nullptr;
+  if (blocks_init(&blocks, memory.data(), memory.size() * 8, &config_) != RIM_OK)
+    throw std::logic_error("blocks_init");
   PredictionRows rows(log, layout_.feature_names, names);
-  std::vector<double> context(features.size()), mean(names.size()), sd(names.size());
-  for (std::size_t t = 0; t + 1 < log.t_s.size(); ++t) {
-    // As in training: a row missing voids the step that spans it.
-    if (period_s_ > 0.0 && log.t_s[t + 1] - log.t_s[t] > 1.5 * period_s_)
-      continue;
-    const auto now = static_cast<Eigen::Index>(t);
+  std::vector<double> context(features.size()), predicted(2 * names.size());
+  for (std::size_t t = 0; t < log.t_s.size(); ++t) {
     for (std::size_t f = 0; f < features.size(); ++f)
-      context[f] = log.values(now, features[f]);
-    if (rim_nominal_predict(&model_, context.data(), mean.data(), sd.data(), nullptr) != RIM_OK)
+      context[f] = log.values(static_cast<Eigen::Index>(t), features[f]);
+    if (blocks_row(blocks, log.t_s[t], context.data(), nullptr, nullptr, nullptr) != BLOCKS_DONE ||
+        !blocks_has_first(blocks))
       continue;
-    std::vector<double> values = context;
+    rim_behaviour_predict(&behaviour_, blocks_terms(blocks), blocks_first(blocks),
+                          predicted.data());
+    std::vector<double> values(blocks_context(blocks), blocks_context(blocks) + features.size());
     for (std::size_t o = 0; o < names.size(); ++o) {
-      values.push_back(log.values(now + 1, outcomes[o]));
-      values.push_back(mean[o]);
-      values.push_back(sd[o]);
+      values.push_back(blocks_outcomes(blocks)[o]);
+      values.push_back(predicted[o]);
+      values.push_back(
+          static_cast<double>(rim_noise_channel(&noise_, static_cast<std::uint32_t>(o)).s));
     }
     rows.add(log.t_s[t], log.row[t], values);
   }
   if (rows.rows() == 0)
-    throw DataError(log.path + ": no two rows " + std::to_string(period_s_) +
-                    " s apart, the period of " + who);
+    throw DataError(log.path + ": no " + std::to_string(config_.block_rows) + " rows " +
+                    std::to_string(config_.period_s) + " s apart, the period of " + who);
   return std::move(rows).finish();
-}
-
-bool ImagePredictor::advance(const Log &now, const Matrix &outcome, Log *next) const {
-  const auto count = next->values.rows();
-  if (outcome.rows() != count || now.values.rows() != count ||
-      outcome.cols() != static_cast<Eigen::Index>(layout_.outcomes()))
-    throw std::logic_error("ImagePredictor::advance: rows do not correspond");
-  std::vector<int> features;
-  for (const std::string &feature : layout_.feature_names)
-    features.push_back(needed_column(*next, feature, name()));
-  std::vector<double> context(features.size()), mean(layout_.outcomes()), sd(layout_.outcomes());
-  for (Eigen::Index r = 0; r < count; ++r) {
-    for (std::size_t o = 0; o < layout_.outcomes(); ++o) {
-      next->values(r, features[layout_.outcome_feature[o]]) =
-          outcome(r, static_cast<Eigen::Index>(o));
-    }
-    for (std::size_t f = 0; f < features.size(); ++f)
-      context[f] = next->values(r, features[f]);
-    if (rim_nominal_predict(&model_, context.data(), mean.data(), sd.data(), nullptr) != RIM_OK)
-      return false;
-    for (std::size_t o = 0; o < layout_.outcomes(); ++o) {
-      const OutcomeColumns c = outcome_columns(*next, bare_name(layout_.outcome_names[o]));
-      next->values(r, c.m) = mean[o];
-      next->values(r, c.sd) = sd[o];
-    }
-  }
-  return true;
 }
 
 } // namespace

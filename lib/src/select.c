@@ -23,7 +23,7 @@ static rim_select_config filled(const rim_select_config *config) {
   c.ring = or_default(c.ring, RIM_SELECT_DEFAULT_RING);
   c.bins = or_default(c.bins, RIM_SELECT_DEFAULT_BINS);
   c.grid = or_default(c.grid, RIM_SELECT_DEFAULT_GRID);
-  c.pairs = c.envelope != NULL ? 0 : or_default(c.pairs, RIM_SELECT_DEFAULT_PAIRS);
+  c.pairs = or_default(c.pairs, RIM_SELECT_DEFAULT_PAIRS);
   c.scans = or_default(c.scans, RIM_SELECT_DEFAULT_SCANS);
   c.edges = or_default(c.edges, RIM_SELECT_DEFAULT_EDGES);
   c.moves = or_default(c.moves, RIM_SELECT_DEFAULT_MOVES);
@@ -34,9 +34,6 @@ static bool counts_are_valid(const rim_select_config *c) {
   return c->features >= 1 && c->features <= RIM_SELECT_MAX_FEATURES &&
          c->channels <= RIM_SELECT_MAX_CHANNELS && c->ring >= 16 &&
          c->ring <= RIM_SELECT_MAX_RING && c->bins >= 4 && c->bins <= RIM_SELECT_MAX_BINS &&
-         (c->envelope == NULL ||
-          (c->envelope->channels == c->channels && c->envelope->features == c->features &&
-           c->envelope->bins == c->bins)) &&
          c->grid >= 8 && c->grid <= RIM_SELECT_MAX_GRID && c->pairs <= RIM_SELECT_MAX_PAIRS;
 }
 
@@ -92,8 +89,6 @@ static void lay_out(rim_select *e) {
 }
 
 static void set_penalties(rim_select *e) {
-  if (e->envelope != NULL)
-    return; /* all 0: every interval is judged by its own spread */
   const double d = (double)e->features;
   e->penalty[0] = 0.0f;
   e->penalty[1] = (float)(PENALTY_INTERVAL + rim_log(d));
@@ -126,7 +121,6 @@ rim_status rim_select_init(rim_select **engine, void *memory, size_t bytes,
   e->edges = c.edges;
   e->moves = c.moves;
   e->seed = c.seed;
-  e->envelope = c.envelope;
   lay_out(e);
   set_penalties(e);
   for (uint32_t k = 0; k <= SELECT_ROOTS; ++k) {
@@ -171,8 +165,6 @@ void rim_select_reset(rim_select *e) {
   rim_rng_seed(&e->rng, e->seed, 0x73656c65u);
 }
 
-void rim_select_attach(rim_select *e, const rim_envelope *envelope) { e->envelope = envelope; }
-
 rim_status rim_select_set_channel_scale(rim_select *e, const float *scale, const float *offset) {
   if (e == NULL)
     return RIM_E_ARGUMENT;
@@ -203,11 +195,8 @@ static int16_t quantised(double r) {
   return (int16_t)(clipped >= 0.0 ? clipped + 0.5 : clipped - 0.5);
 }
 
-/* ln anom of the hypothesis without features; with an envelope the widest interval stands for it.
- */
+/* ln anom of the hypothesis without features. */
 static double everywhere(const rim_select *e, const channel_state *state) {
-  if (e->envelope != NULL)
-    return 0.0;
   return select_ln_anom(state->sum, (double)e->count, (double)state->a, (double)state->b);
 }
 
@@ -381,9 +370,6 @@ static void find_best(const rim_select *e, uint32_t channel, rim_candidate *out)
     out->ln_anom = (double)s->ln_anom;
     best = out->ln_anom - (double)e->penalty[1];
     interval_region(e, state->best_feature, s, &out->region);
-    out->contrast =
-        e->envelope != NULL &&
-        rim_envelope_best(e->envelope, channel, state->best_feature, count, sum).contrast;
   }
   for (uint32_t i = 0; i < e->pairs; ++i) {
     pair_state *p = select_pair(e, i);
@@ -402,9 +388,6 @@ static void find_best(const rim_select *e, uint32_t channel, rim_candidate *out)
   }
   if (out->n > 0.0)
     out->shift = out->s / out->n;
-  const double rest = (double)e->count - out->n;
-  if (out->contrast && rest > 0.0)
-    out->shift -= (state->sum - out->s) / rest;
   out->score = select_priority(state, best);
   out->since = UINT32_MAX;
 }

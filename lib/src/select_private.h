@@ -92,7 +92,6 @@ struct rim_select {
   bool waits;
   rim_rng rng;
   uint64_t seed;
-  const rim_envelope *envelope;
   float root[SELECT_ROOTS + 1];
   float scores[RIM_SELECT_MAX_CHANNELS];
 };

@@ -98,15 +98,7 @@ static void scan_slice(rim_select *e, uint32_t c, uint32_t f) {
   rim_bins_prefix(&table, (uint16_t)f, (uint16_t)c, p.s, p.n);
   for (uint32_t k = 0; k <= e->bins; ++k)
     p.v[k] = (double)state->b * p.n[k]; /* cppcheck-suppress uninitvar */
-  found best;
-  if (e->envelope == NULL) {
-    best = most_anomalous(&p, e->bins, (double)state->a);
-  } else {
-    const rim_envelope_found judged = rim_envelope_best(e->envelope, c, f, p.n, p.s);
-    best.ln_anom = judged.ln_anom;
-    best.first = judged.first;
-    best.last = judged.last;
-  }
+  const found best = most_anomalous(&p, e->bins, (double)state->a);
   slice *s = select_slice(e, c, f);
   s->ln_anom = (float)best.ln_anom;
   s->first = (uint8_t)best.first;

@@ -30,15 +30,16 @@ typedef enum rim_level {
   RIM_LEVEL_OK = 0,
   RIM_LEVEL_WARN = 1, /* above the warning confidence, below the promised false-alarm rate */
   RIM_LEVEL_ERROR = 2,
-  RIM_LEVEL_STALE = 3 /* no valid input lately: says nothing about the vehicle */
+  RIM_LEVEL_STALE = 3, /* too few usable rows, or another rate: says nothing about the vehicle */
+  RIM_LEVEL_OUT_OF_RANGE = 4 /* of a verdict, never of a record: a value beyond what was trained */
 } rim_level;
-/* What about the outcome deviates. */
+/* How the outcome deviates. */
 typedef enum rim_kind {
-  RIM_KIND_SHIFT = 0,     /* mean of the outcome against its prediction from the other sensors */
-  RIM_KIND_INCREMENT = 1, /* change per block against its prediction (drift, forces) */
-  RIM_KIND_VARIANCE = 2,  /* scatter about the one-step prediction (noise, delay) */
-  RIM_KIND_STEP = 3,      /* mean of the one-step residual */
-  RIM_KIND_REPEAT = 4     /* share of readings equal to the one before, or exactly 0 */
+  RIM_KIND_SHIFT = 0,    /* measured less nominal, in the outcome's unit */
+  RIM_KIND_GAIN = 1,     /* in proportion to the outcome: shift is the share, 0.08 for 8 % high */
+  RIM_KIND_VARIANCE = 2, /* scatter of the readings: shift is the ratio of variances */
+  RIM_KIND_DRIFT = 3,    /* grows since the onset: shift is measured less nominal by now */
+  RIM_KIND_REPEAT = 4    /* share of readings equal to the one before: shift is its excess */
 } rim_kind;
 /* What the interference detector says in the place of a rim_kind. */
 enum {
@@ -52,8 +53,8 @@ enum {
 
 typedef struct rim_alarm {
   double t_s; /* time of the observation that caused this record */
-  double
-      since_s; /* time of the earliest observation inside the region since the start, or of onset */
+  double since_s;    /* estimated onset; for a region without onset the first visit */
+  double since_sd_s; /* standard error of the onset; 0: not estimated */
   uint32_t seq; /* counts every record of this monitor from 1; 0: never raised */
   uint32_t model_id;
   uint32_t observations; /* inside the region */

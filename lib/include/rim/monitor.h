@@ -1,11 +1,15 @@
-/* rim/monitor.h - the onboard monitor: one call a row, everything else behind it (thesis Alg. 1, p.
- * 26).
+/* rim/monitor.h - the onboard monitor: one call per row, everything else behind it (thesis Alg. 1,
+ * p. 26).
  *
- * A flight image (rim/image.h) holds the nominal models, the channels' scales, the thresholds and
- * the configuration; the monitor keeps a view of it and works in memory of the caller. Each step
- * predicts, gathers residuals into blocks (rim/channels.h), gives a completed block to the region
- * search (rim/select.h), does one bounded slice of search, compares the largest score with its
- * threshold (rim/threshold.h) and lets the alarm live (rim/alarm.h).
+ * A flight image (rim/image.h) holds the nominal models, the noise of healthy runs, the thresholds
+ * and the configuration; the monitor keeps a view of it and works in memory of the caller. Each
+ * step checks the row, gathers rows into blocks, predicts every outcome of a completed block, gives
+ * the residuals to the search, does a bounded slice of search, compares the largest score with its
+ * threshold and lets the alarm live (rim/alarm.h).
+ *
+ * An image made by training has the section NOISE: residuals are judged with the run's own effects
+ * and their autocorrelation allowed for. Without it, every row is an observation of its own with
+ * the caller's prediction, and residuals are independent (rim/select.h).
  *
  * Where the image has the sections for it, every valid row also goes through the detector of motion
  * interference (rim/interference.h), whose alarm lives beside the other one: records of both leave
@@ -19,7 +23,7 @@
 #include <stdint.h>
 
 #include "rim/alarm.h"
-#include "rim/channels.h"
+#include "rim/correct.h"
 #include "rim/image.h"
 #include "rim/interference.h"
 #include "rim/select.h"
@@ -30,33 +34,47 @@
 extern "C" {
 #endif
 
+#define RIM_MONITOR_MAX_FEATURES 128
+#define RIM_MONITOR_MAX_OUTCOMES 128
+#define RIM_MONITOR_KINDS 4u /* residual channels per outcome of a trained image, see rim_channel */
+
 /* Sections of a flight image. All but NAMES are read on board. */
 typedef enum rim_section {
   RIM_SECTION_CONFIG = 1,    /* u32[RIM_CONFIG_WORDS], see rim_config_word */
-  RIM_SECTION_STEP = 2,      /* rim_nominal: one row ahead */
-  RIM_SECTION_LEVEL = 3,     /* rim_nominal: same block, own column unused */
-  RIM_SECTION_INCREMENT = 4, /* rim_nominal: next block minus this */
-  RIM_SECTION_CHANNELS = 5,  /* f32 center[channels], f32 inverse_sd[channels], > 0 */
+  RIM_SECTION_LEVEL = 3,     /* rim_nominal: a block's outcomes from its other features; optional */
   RIM_SECTION_THRESHOLD = 6, /* rim_threshold */
-  RIM_SECTION_FEATURES =
-      7, /* f32 low[features], f32 high[features]: range of the search, high > low */
-  RIM_SECTION_REGION = 8,   /* u16[region features]: which may describe a region, each once */
+  RIM_SECTION_FEATURES = 7,  /* f32 low[features], f32 high[features]: trained range, high > low */
+  RIM_SECTION_REGION = 8,    /* u16[region features][2]: feature, and 0xffff or the outcome whose
+                                prediction stands for it */
   RIM_SECTION_OUTCOMES = 9, /* u16[outcomes]: feature index of each outcome; absent when external */
-  RIM_SECTION_COMMANDS = 10, /* u8[features]: 1 for a command */
-  RIM_SECTION_ENVELOPE = 12, /* rim_envelope; absent: residuals are taken as independent */
+  RIM_SECTION_COMMANDS = 10, /* u8[features]: 1 for a command, + 2 an angle in rad, + 4 in degrees */
   RIM_SECTION_CORRECT = RIM_CORRECT_SECTION, /* rim_correct; absent: the models stand as trained */
   /* Both or neither; absent: no detector of motion interference. */
   RIM_SECTION_INTERFERENCE = RIM_INTERFERENCE_SECTION, /* rim_interference_model, packed */
   RIM_SECTION_INTERFERENCE_INPUTS = 16, /* u16 feature: forward velocity commanded, m/s; u16
                                            outcome: the one measured, m/s */
+  /* NOISE: all or none of these; BEHAVIOUR not when external. */
+  RIM_SECTION_BASIS = 17,     /* inputs of the models: filtered commands */
+  RIM_SECTION_BEHAVIOUR = 18, /* outcomes from the commands */
+  RIM_SECTION_AGREEMENT = 19, /* what remains of an outcome from what remains of the others */
+  RIM_SECTION_NOISE = 20,     /* healthy residuals: run effects, autocorrelation, scale */
+  RIM_SECTION_CUTS = 21,      /* u8[region features][23]: where a feature's bytes are cut to bins */
   RIM_SECTION_NAMES = 11 /* text for the ground: features' then outcomes' names, '\n' after each */
 } rim_section;
+
+/* What a residual channel looks at; channel kind * outcomes + outcome. */
+typedef enum rim_channel {
+  RIM_CHANNEL_BEHAVIOUR = 0, /* the outcome less its prediction from the commands */
+  RIM_CHANNEL_AGREEMENT = 1, /* that, less what the other outcomes' residuals say of it */
+  RIM_CHANNEL_SCATTER = 2,   /* logarithm of the mean square second difference */
+  RIM_CHANNEL_REPEAT = 3     /* share of readings equal to the one before */
+} rim_channel;
 
 /* Words of RIM_SECTION_CONFIG. Zero of an optional word takes the default named here. */
 typedef enum rim_config_word {
   RIM_CONFIG_FEATURES = 0,
   RIM_CONFIG_OUTCOMES = 1,
-  RIM_CONFIG_KINDS = 2, /* mask of rim_kind */
+  RIM_CONFIG_RESERVED = 2, /* 0 */
   RIM_CONFIG_BLOCK_ROWS = 3,
   RIM_CONFIG_EXTERNAL = 4,  /* 1: every row brings its own prediction */
   RIM_CONFIG_PERIOD_US = 5, /* nominal time between rows; 0: rows have no rate */
@@ -73,7 +91,7 @@ typedef enum rim_config_word {
   RIM_CONFIG_SCANS = 16, /* rim_select_config.scans, .edges, .moves; 0: its defaults */
   RIM_CONFIG_EDGES = 17,
   RIM_CONFIG_MOVES = 18,
-  RIM_CONFIG_BUDGET = 19, /* units of search a row; 0: 1 */
+  RIM_CONFIG_BUDGET = 19, /* units of search per row; 0: 1 */
   RIM_CONFIG_WORDS = 20
 } rim_config_word;
 
@@ -86,37 +104,82 @@ typedef struct rim_observation {
   const double *sd;      /* [outcomes], > 0, or NULL */
 } rim_observation;
 
+/* Why a level says nothing about the vehicle. */
+typedef enum rim_reason {
+  RIM_REASON_NONE = 0,
+  RIM_REASON_SILENT = 1,      /* no usable row for RIM_CONFIG_STALE_MS */
+  RIM_REASON_RATE = 2,        /* rows come at another rate than the image's */
+  RIM_REASON_TOO_FEW = 3,     /* fewer blocks were examined than a verdict needs */
+  RIM_REASON_OUT_OF_RANGE = 4 /* a value beyond what was trained: out_feature, out_value */
+} rim_reason;
+
 typedef struct rim_verdict {
   double t_s;
   double score;     /* largest normalised score now; the alarm is at threshold_score */
   double ln_anom;   /* of the channel with the largest score */
   double threshold; /* on ln_anom, for that channel, now */
   double p_value;   /* run-level, conformal */
+  double out_value; /* reason OUT_OF_RANGE: in the feature's unit */
   uint32_t step;    /* rows offered so far */
   uint32_t blocks;  /* observations given to the search so far */
   uint16_t channel; /* with the largest score */
+  uint16_t out_feature;
   uint8_t level;    /* rim_level; ERROR also while interference stands */
+  uint8_t reason;   /* rim_reason; NONE: the level is about the vehicle */
   bool valid;       /* this row was used; otherwise it was counted in health */
   rim_alarm alarm;  /* state RIM_ALARM_NONE when this step has no record to publish */
   rim_interference_verdict interference; /* valid false: no such detector, or row not used */
 } rim_verdict;
 
+/* Counted since init or reset, saturating: nothing is silently lost. */
+typedef struct rim_row_health {
+  uint32_t rows;         /* offered */
+  uint32_t rows_used;    /* that entered a block */
+  uint32_t not_finite;   /* NaN or infinity: skipped */
+  uint32_t time_back;    /* time did not increase: skipped */
+  uint32_t gaps;         /* longer than 1.5 periods */
+  uint32_t out_of_range; /* with a value beyond what was trained; it was limited */
+  uint32_t wrong_rate;   /* while the rate was another than the image's: not examined */
+  uint32_t refused;      /* blocks that the search did not take (a number not finite) */
+} rim_row_health;
+
 typedef struct rim_monitor_health {
-  rim_channels_health rows;
+  rim_row_health rows;
+  uint32_t blocks;                      /* examined */
   uint32_t alarms;                      /* raised so far, by all detectors */
   uint32_t stale;                       /* times the input went stale */
   double last_valid_s;                  /* time of the last used row */
+  double period_s;                      /* recent mean time between rows */
+  uint16_t out_feature;                 /* first value out of range: its feature, or 0xffff, */
+  double out_value, out_t_s;            /* the value and its time */
   rim_interference_health interference; /* all 0 without that detector */
 } rim_monitor_health;
 
+/* Blocks without which nothing is said about the vehicle: RIM_REASON_TOO_FEW. */
+#define RIM_MONITOR_LEAST_BLOCKS 8u
+
 typedef struct rim_monitor rim_monitor;
 
-#define RIM_MONITOR_HEADER_BYTES 1536u
-/* Bytes for a monitor, a constant expression. kinds: number of channel kinds present. */
-#define RIM_MONITOR_SIZE(features, outcomes, kinds, region_features, ring, bins, grid, pairs)      \
-  (RIM_MONITOR_HEADER_BYTES + RIM_CHANNELS_SIZE(features, outcomes, kinds) +                       \
-   8u * RIM_CHANNELS_COUNT(outcomes, kinds) + 8u * (size_t)(region_features) +                     \
-   RIM_SELECT_SIZE(region_features, RIM_CHANNELS_COUNT(outcomes, kinds), ring, bins, grid, pairs))
+#define RIM_MONITOR_HEADER_BYTES 2048u
+#define RIM_MONITOR_ROUND8(n) (((size_t)(n) + 7u) / 8u * 8u)
+/* Bytes for rows and blocks. filters: inputs times time constants of section BASIS, 0 without. */
+#define RIM_MONITOR_ROWS_SIZE(features, outcomes, filters, terms)                                  \
+  (512u + 8u * (4u * (size_t)(features) + 11u * (size_t)(outcomes) + 2u * (size_t)(filters) +      \
+                (size_t)(terms) + 64u + 8u * (size_t)(outcomes)))
+/* Bytes for a monitor of an image without section NOISE, a constant expression. */
+#define RIM_MONITOR_SIZE(features, outcomes, region_features, ring, bins, grid, pairs)             \
+  (RIM_MONITOR_HEADER_BYTES + RIM_MONITOR_ROWS_SIZE(features, outcomes, 0, 0) +                    \
+   8u * (size_t)(outcomes) + 8u * (size_t)(region_features) +                                      \
+   RIM_SELECT_SIZE(region_features, outcomes, ring, bins, grid, pairs))
+/* Bytes, at most, for a monitor of an image with section NOISE: fields and means as there. */
+#define RIM_MONITOR_TRAINED_SIZE(features, outcomes, region_features, ring, filters, terms,        \
+                                 fields, means)                                                    \
+  (RIM_MONITOR_HEADER_BYTES + RIM_MONITOR_ROWS_SIZE(features, outcomes, filters, terms) +          \
+   RIM_MONITOR_SEARCH_HEADER + RIM_MONITOR_KINDS * (size_t)(outcomes) *                            \
+       (4u * (size_t)(fields) * ((fields) + 3u) + 72u + (region_features)) +                       \
+   (size_t)(ring) * (4u * (5u + (fields)) + RIM_MONITOR_KINDS * 2u * (size_t)(outcomes) +          \
+                     (region_features) + (means) + 2u * (size_t)(outcomes)) + 128u)
+#define RIM_MONITOR_SEARCH_HEADER 4096u
 
 /* To be added for an image that watches motion interference. */
 #define RIM_MONITOR_INTERFERENCE_BYTES 4096u
@@ -151,15 +214,16 @@ void rim_monitor_reset(rim_monitor *monitor);
 rim_status rim_monitor_attach(rim_monitor **monitor, void *memory, size_t bytes, const void *image,
                               size_t image_bytes);
 
-/* For calibration on the ground: give one block straight to the search, as a completed row does,
- * and do `rows` rows' worth of search. context [features], values [channels] as
- * rim_channels_values. */
-rim_status rim_monitor_block(rim_monitor *monitor, double t_s, const double *context,
-                             const double *values, uint32_t rows, rim_verdict *verdict);
+/* Bytes per region feature: where the newest block lies, for rim_monitor_inside(). NULL: no block
+ * yet, or an image without section NOISE. Valid until the next step. */
+const uint8_t *rim_monitor_place(const rim_monitor *monitor);
 
-/* The search behind the monitor and its channels, for tools on the ground. */
+/* Whether block `block` of the run (counted from 0; verdict->blocks - 1 is the newest) at this place
+ * is among those in which the alarm that stands, or stood last, says the deviation was. */
+bool rim_monitor_inside(const rim_monitor *monitor, const uint8_t *place, uint32_t block);
+
+/* For tools on the ground. The search is NULL where the image has section NOISE. */
 const rim_select *rim_monitor_search(const rim_monitor *monitor);
-const rim_channels *rim_monitor_channels(const rim_monitor *monitor);
 const rim_threshold *rim_monitor_threshold(const rim_monitor *monitor);
 uint32_t rim_monitor_config(const rim_monitor *monitor, rim_config_word word);
 

@@ -20,12 +20,11 @@
  *
  * Statistics: residuals r[c] have nominal variance 1. Over a region that holds n observations of
  * sum S, nominal Var(S) = a_c n + b_c n^2 and ln anom F = S^2 / (2 Var(S)), which with a = 1, b = 0
- * is eq. 3.7 (p. 28). With an envelope (rim/envelope.h) hypotheses are intervals alone, each judged
- * by its own nominal spread: an ellipse has no such spread to be judged by.
+ * is eq. 3.7 (p. 28).
  *
  * Everything is deterministic: fixed order, random numbers from the configured seed and a counter.
  * An engine is one flat block of memory without pointers into itself: copy its bytes elsewhere, and
- * the copy goes on as the original would (see rim_select_attach). */
+ * the copy goes on as the original would. */
 #ifndef RIM_SELECT_H
 #define RIM_SELECT_H
 
@@ -33,7 +32,6 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "rim/envelope.h"
 #include "rim/region.h"
 #include "rim/status.h"
 
@@ -73,9 +71,6 @@ typedef struct rim_select_config {
   uint64_t seed;
   const float *a; /* [channels], > 0; NULL: 1. Copied. */
   const float *b; /* [channels], >= 0; NULL: 0. Copied. */
-  const rim_envelope
-      *envelope; /* of these channels, features and bins; NULL: none. Not copied: must
-                    outlive the engine, see rim_select_attach. No pairs are used. */
 } rim_select_config;
 
 /* A hypothesis: this channel's mean is shifted in this region. */
@@ -85,8 +80,7 @@ typedef struct rim_candidate {
   rim_region region; /* over unit features; dims 1 is the interval as an ellipsoid, bounds exact */
   double n;          /* observations inside */
   double s;          /* sum of their residuals */
-  double shift;      /* most likely shift, s / n (eq. 3.6); with contrast less the mean outside */
-  bool contrast;     /* found against the rest of the run (envelope only) */
+  double shift;      /* most likely shift, s / n (eq. 3.6) */
   double ln_anom;    /* F, natural logarithm of eq. 3.1 */
   double score;      /* ln_anom * scale_c - offset_c, less a penalty for the number of features */
   uint32_t since;    /* index (from 0) of the earliest observation in the ring inside the region;
@@ -134,12 +128,9 @@ rim_status rim_select_init(rim_select **engine, void *memory, size_t bytes,
 /* Forget every observation; configuration, scales and seed stay. */
 void rim_select_reset(rim_select *engine);
 
-/* After the engine's bytes were copied to another process: where the envelope is now. */
-void rim_select_attach(rim_select *engine, const rim_envelope *envelope);
-
 /* How channels compare: everywhere a choice is made between candidates of different channels, it is
  * made by ln_anom * scale[c] - offset[c]. [channels] each; NULL: 1 and 0. Copied; may be called at
- * any time (say as the nominal envelope grows). RIM_E_ARGUMENT: NULL engine; RIM_E_RANGE: a scale
+ * any time. RIM_E_ARGUMENT: NULL engine; RIM_E_RANGE: a scale
  * <= 0 or a value not finite: unchanged. */
 rim_status rim_select_set_channel_scale(rim_select *engine, const float *scale,
                                         const float *offset);

@@ -1,0 +1,58 @@
+// Nominal models of a block's outcomes, learnt from healthy runs with whole runs left out.
+#ifndef RIM_TRAIN_BEHAVIOUR_HPP
+#define RIM_TRAIN_BEHAVIOUR_HPP
+
+#include <string>
+#include <vector>
+
+#include "train/healthy_blocks.hpp"
+
+namespace rim {
+
+// Ridge regression of one outcome on groups of terms.
+struct TargetModel {
+  bool shape = false, slow = false, initial = false; // groups beside the means
+  double ridge = 1.0;
+  double intercept = 0.0;
+  Eigen::VectorXd weight; // per term, standardised
+  double r2 = 0.0;        // of the blocks' variance, runs left out
+  double error = 0.0;     // root mean square, runs left out, in the outcome's unit
+};
+
+struct Behaviour {
+  std::vector<TargetModel> targets;       // outcomes, then their scatter
+  std::vector<std::uint32_t> kept;        // terms of the basis that any target uses
+  // Per run, by models without it: blocks x outcomes.
+  std::vector<Matrix> predicted, residual, scatter;
+};
+
+// Learns the basis' centers and scales and the models. DataError with fewer than three runs.
+Behaviour fit_behaviour(Basis *basis, const std::vector<BlockRun> &runs, std::size_t outcomes);
+
+// Learns the centers and scales of the basis' means alone.
+void learn_means(Basis *basis, const std::vector<BlockRun> &runs);
+
+// Drops the terms that no target uses.
+void shrink_basis(Basis *basis, Behaviour *behaviour);
+std::vector<std::uint8_t> behaviour_section(const Basis &basis, const Behaviour &behaviour);
+
+// What remains of one outcome from what remains of the others (lib/src/image/basis.h).
+struct Agreement {
+  std::vector<double> inverse_sd;
+  Matrix row;                   // outcomes x (2 + outcomes (2 + means))
+  std::vector<double> error;    // of each outcome, runs left out, over the behaviour's
+  std::vector<bool> from_level; // the outcome's source is section LEVEL
+  std::vector<Matrix> remains;  // per run
+};
+
+// level: per run, the outcomes as section LEVEL predicts them from the other sensors, by models
+// without the run; empty: there is none.
+Agreement fit_agreement(const Basis &basis, const std::vector<BlockRun> &runs,
+                        const std::vector<Matrix> &residual, const std::vector<Matrix> &level);
+std::vector<std::uint8_t> agreement_section(const Agreement &agreement, std::size_t means);
+
+// Standardised values of the basis' means in a run.
+Matrix standard_means(const Basis &basis, const BlockRun &run);
+
+} // namespace rim
+#endif

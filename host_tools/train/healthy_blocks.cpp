@@ -1,0 +1,285 @@
+#include "train/healthy_blocks.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "rim/monitor.h"
+#include "train/image_writer.hpp"
+#include "train/calibrate.hpp"
+#include "util/error.hpp"
+
+extern "C" {
+#include "../../lib/src/monitor/blocks.h"
+}
+
+namespace rim {
+
+namespace {
+
+constexpr std::size_t kTimes = 9;
+constexpr std::size_t kMostInputs = 20;
+constexpr std::size_t kMostTerms = 420;
+constexpr std::size_t kDecays = 5;
+constexpr float kRawScale = 1e-9F; // raw terms come through the flight code's clip
+
+bool takes_both_signs(const std::vector<Log> &logs, const std::string &name) {
+  bool below = false, above = false;
+  for (const Log &log : logs) {
+    const int c = find_column(log, name);
+    if (c < 0 || log.values.rows() == 0)
+      continue;
+    below = below || log.values.col(c).minCoeff() < 0.0;
+    above = above || log.values.col(c).maxCoeff() > 0.0;
+  }
+  return below && above;
+}
+
+bool varies(const std::vector<Log> &logs, const std::string &name) {
+  double low = 1e300, high = -1e300;
+  for (const Log &log : logs) {
+    const int c = find_column(log, name);
+    if (c < 0 || log.values.rows() == 0)
+      continue;
+    low = std::min(low, log.values.col(c).minCoeff());
+    high = std::max(high, log.values.col(c).maxCoeff());
+  }
+  return high > low;
+}
+
+// Commands and context are inputs: what is given to the vehicle, not what it does.
+std::vector<std::uint16_t> given(const Layout &layout, const std::vector<Log> &logs) {
+  std::vector<std::uint16_t> features;
+  for (std::size_t f = 0; f < layout.features(); ++f) {
+    const bool is_outcome =
+        std::find(layout.outcome_feature.begin(), layout.outcome_feature.end(), f) !=
+        layout.outcome_feature.end();
+    if (!is_outcome && (layout.command[f] & (BLOCKS_ANGLE_RAD | BLOCKS_ANGLE_DEG)) == 0 &&
+        varies(logs, layout.feature_names[f]))
+      features.push_back(static_cast<std::uint16_t>(f));
+  }
+  return features;
+}
+
+void choose_inputs(Basis *basis, const Layout &layout, const std::vector<Log> &logs,
+                   const std::vector<std::uint16_t> &features) {
+  const auto add = [basis](std::uint16_t a, std::uint16_t b) {
+    if (basis->inputs.size() < kMostInputs)
+      basis->inputs.push_back({a, b});
+  };
+  for (const std::uint16_t f : features)
+    add(f, BASIS_PLAIN);
+  for (const std::uint16_t f : features) {
+    if (takes_both_signs(logs, layout.feature_names[f]))
+      add(f, BASIS_MAGNITUDE);
+  }
+  for (const std::uint16_t f : features)
+    add(f, f);
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    for (std::size_t j = i + 1; j < features.size(); ++j)
+      add(features[i], features[j]);
+  }
+}
+
+void choose_times(Basis *basis, double run_rows) {
+  basis->share.push_back(1.0);
+  const double longest = std::max(run_rows, 10.0);
+  for (std::size_t k = 0; k + 1 < kTimes; ++k) {
+    const double part = static_cast<double>(k) / static_cast<double>(kTimes - 2);
+    const double rows = 2.5 * std::pow(longest / 2.5, part);
+    basis->share.push_back(static_cast<double>(static_cast<float>(1.0 - std::exp(-1.0 / rows))));
+  }
+}
+
+void choose_terms(Basis *basis, std::size_t plain, std::size_t outcomes) {
+  const auto times = static_cast<std::uint16_t>(basis->share.size());
+  const auto add = [basis](std::uint16_t op, std::size_t a, std::size_t b, TermGroup group) {
+    if (basis->terms.size() < kMostTerms)
+      basis->terms.push_back(
+          {op, static_cast<std::uint16_t>(a), static_cast<std::uint16_t>(b), group});
+  };
+  for (std::size_t i = 0; i < basis->inputs.size() * times; ++i)
+    add(BASIS_MEAN, i, 0, TermGroup::mean);
+  for (std::size_t k = 0; k < kDecays; ++k)
+    add(BASIS_DECAY, 0, 1 + k * (times - 2) / (kDecays - 1), TermGroup::mean);
+  for (std::size_t i = 0; i < plain; ++i)
+    add(BASIS_INTEGRAL, i, 0, TermGroup::slow);
+  add(BASIS_TIME, 0, 0, TermGroup::slow);
+  for (std::size_t o = 0; o < std::min<std::size_t>(outcomes, 12); ++o) {
+    for (std::size_t k = 0; k < kDecays; k += 2)
+      add(BASIS_INITIAL, o, 1 + k * (times - 2) / (kDecays - 1), TermGroup::initial);
+  }
+  for (const std::size_t t : {1U, 2U, 3U, 4U}) { // what bends follows the filtered command
+    for (std::size_t i = 0; i < plain; ++i)
+      add(BASIS_ABS, i * times + t, 0, TermGroup::shape);
+    for (std::size_t i = 0; i < plain; ++i) {
+      for (std::size_t j = i; j < plain; ++j)
+        add(BASIS_PRODUCT, i * times + t, j * times + t, TermGroup::shape);
+    }
+  }
+}
+
+} // namespace
+
+Basis make_basis(const Layout &layout, const std::vector<Log> &logs, double run_rows) {
+  Basis basis;
+  const std::vector<std::uint16_t> features = given(layout, logs);
+  choose_inputs(&basis, layout, logs, features);
+  choose_times(&basis, run_rows);
+  const std::size_t plain = std::min(features.size(), basis.inputs.size());
+  if (!layout.external)
+    choose_terms(&basis, plain, layout.outcomes());
+  basis.center.assign(basis.terms.size(), 0.0);
+  basis.inverse_sd.assign(basis.terms.size(), 1.0);
+  const std::size_t times = basis.share.size();
+  for (std::size_t i = 0; i < plain && basis.means.size() + 2 <= BASIS_MAX_MEANS; ++i) {
+    basis.means.push_back(static_cast<std::uint16_t>(i * times + 1));         // short
+    basis.means.push_back(static_cast<std::uint16_t>(i * times + times / 2)); // slow
+  }
+  basis.mean_center.assign(basis.means.size(), 0.0);
+  basis.mean_inverse_sd.assign(basis.means.size(), 1.0);
+  return basis;
+}
+
+std::vector<std::uint8_t> basis_section(const Basis &basis) {
+  SectionBytes bytes;
+  for (const std::size_t word :
+       {std::size_t{BASIS_LAYOUT}, basis.inputs.size(), basis.share.size(), basis.terms.size(),
+        basis.means.size(), std::size_t{0}, std::size_t{0}, std::size_t{0}})
+    bytes.u32(static_cast<std::uint32_t>(word));
+  for (const Basis::Input &input : basis.inputs) {
+    bytes.u16(input.a);
+    bytes.u16(input.b);
+  }
+  for (const double share : basis.share)
+    bytes.f32(static_cast<float>(share));
+  for (const Basis::Term &term : basis.terms) {
+    bytes.u16(term.op);
+    bytes.u16(term.a);
+    bytes.u16(term.b);
+    bytes.u16(0);
+  }
+  for (const auto *numbers : {&basis.center, &basis.inverse_sd}) {
+    for (const double v : *numbers)
+      bytes.f32(static_cast<float>(v));
+  }
+  for (const std::uint16_t filter : basis.means) {
+    bytes.u16(filter);
+    bytes.u16(0);
+  }
+  for (const auto *numbers : {&basis.mean_center, &basis.mean_inverse_sd}) {
+    for (const double v : *numbers)
+      bytes.f32(static_cast<float>(v));
+  }
+  return bytes.bytes();
+}
+
+namespace {
+
+// The flight code's blocks, with raw terms and without limits.
+class Gatherer {
+public:
+  Gatherer(const Layout &layout, Basis raw, const BlockOptions &options) : layout_(layout) {
+    std::fill(raw.center.begin(), raw.center.end(), 0.0);
+    std::fill(raw.inverse_sd.begin(), raw.inverse_sd.end(), static_cast<double>(kRawScale));
+    std::fill(raw.mean_center.begin(), raw.mean_center.end(), 0.0);
+    std::fill(raw.mean_inverse_sd.begin(), raw.mean_inverse_sd.end(),
+              static_cast<double>(kRawScale));
+    section_ = basis_section(raw);
+    SectionBytes range, map;
+    for (const auto *limits : {&options.low, &options.high}) {
+      for (const float limit : *limits)
+        range.f32(limit);
+    }
+    for (const std::uint16_t f : layout.outcome_feature)
+      map.u16(f);
+    range_ = range.bytes();
+    map_ = map.bytes();
+    blocks_config config{};
+    config.features = static_cast<std::uint16_t>(layout.features());
+    config.outcomes = static_cast<std::uint16_t>(layout.outcomes());
+    config.block_rows = static_cast<std::uint16_t>(options.block_rows);
+    config.external = layout.external;
+    config.period_s = options.period_s;
+    config.outcome_feature = layout.external ? nullptr : map_.data();
+    config.role = layout.command.data();
+    config.range = range_.data();
+    if (rim_basis_open(&config.basis, section_.data(), section_.size(), config.features,
+                       config.outcomes) != RIM_OK)
+      throw std::logic_error("section BASIS is not as the library wants it");
+    memory_.resize(blocks_size(&config) / 8 + 1);
+    if (blocks_init(&blocks_, memory_.data(), memory_.size() * 8, &config) != RIM_OK)
+      throw std::logic_error("blocks_init");
+    terms_ = config.basis.terms;
+    means_ = config.basis.means;
+  }
+
+  BlockRun gather(const Log &log);
+
+private:
+  const Layout &layout_;
+  std::vector<std::uint8_t> section_, range_, map_;
+  std::vector<std::uint64_t> memory_;
+  blocks *blocks_ = nullptr;
+  std::size_t terms_ = 0, means_ = 0;
+};
+
+void append(Matrix *to, Eigen::Index row, const double *values, double factor = 1.0) {
+  for (Eigen::Index c = 0; c < to->cols(); ++c)
+    (*to)(row, c) = values[c] * factor;
+}
+
+BlockRun Gatherer::gather(const Log &log) {
+  const auto features = static_cast<Eigen::Index>(layout_.features());
+  const auto outcomes = static_cast<Eigen::Index>(layout_.outcomes());
+  const Eigen::Index rows = log.values.rows();
+  ExternalRows external;
+  Matrix context(rows, features);
+  for (Eigen::Index f = 0; f < features; ++f)
+    context.col(f) =
+        log.values.col(find_column(log, layout_.feature_names[static_cast<std::size_t>(f)]));
+  if (layout_.external)
+    external = external_rows(log, layout_);
+  BlockRun run;
+  run.context.resize(rows, features);
+  for (Matrix *m : {&run.outcome, &run.predicted, &run.scatter, &run.repeats})
+    m->resize(rows, outcomes);
+  run.terms.resize(rows, static_cast<Eigen::Index>(terms_));
+  run.means.resize(rows, static_cast<Eigen::Index>(means_));
+  run.change.resize(rows);
+  run.time_s.resize(rows);
+  Eigen::Index n = 0;
+  for (Eigen::Index t = 0; t < rows; ++t) {
+    const bool ext = layout_.external;
+    if (blocks_row(blocks_, log.t_s[static_cast<std::size_t>(t)], context.row(t).data(),
+                   ext ? external.outcome.row(t).data() : nullptr,
+                   ext ? external.mean.row(t).data() : nullptr,
+                   ext ? external.sd.row(t).data() : nullptr) != BLOCKS_DONE ||
+        (!ext && !blocks_has_first(blocks_)))
+      continue;
+    append(&run.context, n, blocks_context(blocks_));
+    append(&run.outcome, n, blocks_outcomes(blocks_));
+    append(&run.predicted, n, blocks_predicted(blocks_));
+    append(&run.scatter, n, blocks_scatter(blocks_));
+    append(&run.repeats, n, blocks_repeats(blocks_));
+    append(&run.terms, n, blocks_terms(blocks_), 1.0 / static_cast<double>(kRawScale));
+    append(&run.means, n, blocks_means(blocks_), 1.0 / static_cast<double>(kRawScale));
+    run.change[n] = blocks_change(blocks_);
+    run.time_s[n++] = blocks_since_start_s(blocks_);
+  }
+  for (Matrix *m : {&run.context, &run.outcome, &run.predicted, &run.scatter, &run.repeats,
+                    &run.terms, &run.means})
+    m->conservativeResize(n, m->cols());
+  run.change.conservativeResize(n);
+  run.time_s.conservativeResize(n);
+  run.first = Eigen::Map<const Eigen::VectorXd>(blocks_first(blocks_), outcomes);
+  return run;
+}
+
+} // namespace
+
+BlockRun block_run(const Log &log, const Layout &layout, const Basis &basis,
+                   const BlockOptions &options) {
+  return Gatherer(layout, basis, options).gather(log);
+}
+
+} // namespace rim

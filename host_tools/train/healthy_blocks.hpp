@@ -1,0 +1,59 @@
+// Healthy logs as blocks: exactly what the flight code makes of them, by the flight code.
+#ifndef RIM_TRAIN_HEALTHY_BLOCKS_HPP
+#define RIM_TRAIN_HEALTHY_BLOCKS_HPP
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "train/layout.hpp"
+
+namespace rim {
+
+// Groups of terms of section BASIS, from which a model takes some.
+enum class TermGroup { mean, shape, slow, initial };
+
+// Section BASIS as numbers. Center 0 and scale 1 until they are learnt.
+struct Basis {
+  struct Input {
+    std::uint16_t a, b; // see lib/src/image/basis.h
+  };
+  struct Term {
+    std::uint16_t op, a, b;
+    TermGroup group;
+  };
+  std::vector<Input> inputs;
+  std::vector<double> share; // per time constant
+  std::vector<Term> terms;
+  std::vector<double> center, inverse_sd;
+  std::vector<std::uint16_t> means; // filters
+  std::vector<double> mean_center, mean_inverse_sd;
+};
+
+// Everything the models may use: exponential means of the commands and of their products and
+// magnitudes with time constants from one row to the run's length, their products, decays, integrals
+// and initial readings. run_rows: median length of a run.
+Basis make_basis(const Layout &layout, const std::vector<Log> &logs, double run_rows);
+std::vector<std::uint8_t> basis_section(const Basis &basis);
+
+struct BlockRun {
+  Matrix context, outcome, predicted; // blocks x features, outcomes; predicted: external only
+  Matrix scatter, repeats;            // blocks x outcomes
+  Matrix terms, means;                // raw, blocks x terms, means
+  Eigen::VectorXd first;              // [outcomes]
+  Eigen::VectorXd change, time_s;     // [blocks]; time since the start of the run
+  Eigen::Index blocks() const { return outcome.rows(); }
+};
+
+struct BlockOptions {
+  std::uint32_t block_rows = 1;
+  double period_s = 0.0;
+  std::vector<float> low, high; // per feature: range of the rows
+};
+
+// A log's blocks. Blocks before the first readings are known are left out, as in flight.
+BlockRun block_run(const Log &log, const Layout &layout, const Basis &basis,
+                   const BlockOptions &options);
+
+} // namespace rim
+#endif

@@ -1,0 +1,274 @@
+#include "train/noise.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+#include "train/image_writer.hpp"
+#include "util/parallel_for.hpp"
+
+extern "C" {
+#include "../../lib/src/image/noise.h"
+}
+
+namespace rim {
+
+namespace {
+
+constexpr int kRounds = 25;          // of expectation and maximisation
+constexpr Eigen::Index kFields = 4;  // that fly
+constexpr double kFlatField = 1e-3;  // variance of a raw field's own part, below which it is dropped
+constexpr double kMostRho = 0.97;
+constexpr double kFewRuns = 3.0;     // a variance over n runs is raised by 1 + this / n
+
+// One channel in one run.
+struct Series {
+  Eigen::VectorXd r, w; // residual, 1 / sigma(x)
+  Eigen::MatrixXd raw;  // blocks x raw fields
+  Eigen::VectorXd p;    // prediction, standardised
+};
+
+Eigen::MatrixXd raw_fields(const Basis &basis, const BlockRun &run, const Eigen::VectorXd &p,
+                           const NoiseModel &noise) {
+  const Matrix means = standard_means(basis, run);
+  Eigen::MatrixXd raw(run.blocks(), 4 + means.cols());
+  raw.col(0).setOnes();
+  raw.col(1) = p;
+  raw.col(2) = (run.time_s.array() / noise.run_s).max(0.0).min(1.5);
+  raw.col(3) = (-(run.time_s.array() / noise.decay_s).min(40.0)).exp();
+  raw.rightCols(means.cols()) = means;
+  return raw;
+}
+
+// ln sigma(x): ridge of ln|e| on the prediction, its square and the commands' change.
+void fit_scale(ChannelNoise *c, const std::vector<BlockRun> &runs, std::vector<Series> *series) {
+  Eigen::Matrix4d gram = Eigen::Matrix4d::Zero();
+  Eigen::Vector4d cross = Eigen::Vector4d::Zero();
+  double squares = 0.0, n = 0.0;
+  for (const Series &s : *series) {
+    squares += (s.r.array() - s.r.mean()).square().sum();
+    n += static_cast<double>(s.r.size());
+  }
+  const double sd = std::sqrt(squares / std::max(n, 1.0));
+  if (!(sd > 0.0))
+    return;
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    const Series &s = (*series)[r];
+    const double mean = s.r.mean();
+    for (Eigen::Index i = 0; i < s.r.size(); ++i) {
+      const double e = std::max(std::abs(s.r[i] - mean) / sd, 1e-2);
+      const Eigen::Vector4d x(1.0, s.p[i], s.p[i] * s.p[i] - 1.0, runs[r].change[i]);
+      gram += x * x.transpose();
+      cross += x * (std::log(e) + 0.57);
+    }
+  }
+  gram.diagonal().tail(3).array() += 0.02 * n; // a scale is kept unless the data insist
+  const Eigen::Vector4d b = gram.ldlt().solve(cross);
+  for (int i = 0; i < 3; ++i)
+    c->ln_sigma[i] = static_cast<double>(static_cast<float>(b[i + 1]));
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    Series &s = (*series)[r];
+    const Eigen::ArrayXd ln = c->ln_sigma[0] * s.p.array() +
+                              c->ln_sigma[1] * (s.p.array().square() - 1.0) +
+                              c->ln_sigma[2] * runs[r].change.array();
+    s.w = (-ln.max(-NOISE_LN_SIGMA).min(NOISE_LN_SIGMA)).exp();
+  }
+}
+
+// Columns that make the raw fields orthonormal over the healthy blocks; directions along which they
+// hardly differ are dropped, or the effects along them would swallow a fault.
+Eigen::MatrixXd orthonormal(const std::vector<Series> &series) {
+  const Eigen::Index k = series.front().raw.cols();
+  Eigen::MatrixXd m = Eigen::MatrixXd::Zero(k, k);
+  double n = 0.0;
+  for (const Series &s : series) {
+    m += s.raw.transpose() * s.raw;
+    n += static_cast<double>(s.raw.rows());
+  }
+  m /= std::max(n, 1.0);
+  const Eigen::VectorXd scale = m.diagonal().array().max(1e-12).rsqrt();
+  const Eigen::MatrixXd normal = scale.asDiagonal() * m * scale.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(normal);
+  std::vector<Eigen::Index> kept;
+  for (Eigen::Index i = k; i-- > 0;) {
+    if (solver.eigenvalues()[i] > kFlatField * static_cast<double>(k))
+      kept.push_back(i);
+  }
+  Eigen::MatrixXd t(k, static_cast<Eigen::Index>(kept.size()));
+  for (std::size_t i = 0; i < kept.size(); ++i)
+    t.col(static_cast<Eigen::Index>(i)) =
+        scale.asDiagonal() * solver.eigenvectors().col(kept[i]) /
+        std::sqrt(solver.eigenvalues()[kept[i]]);
+  return t;
+}
+
+// y or B after the filter that makes AR(1) noise white.
+Eigen::MatrixXd whitened(const Eigen::MatrixXd &x, double rho) {
+  Eigen::MatrixXd y = x;
+  const Eigen::Index n = x.rows();
+  if (n > 1)
+    y.bottomRows(n - 1) -= rho * x.topRows(n - 1);
+  if (n > 0)
+    y.row(0) *= std::sqrt(1.0 - rho * rho);
+  return y;
+}
+
+struct Effects {
+  Eigen::MatrixXd prior; // covariance of b
+  double s2 = 1.0, rho = 0.0;
+};
+
+// One round: the effects of every run given prior, s2 and rho; then those anew.
+void improve(const std::vector<Series> &series, const Eigen::MatrixXd &t, bool diagonal,
+             Effects *e) {
+  const Eigen::Index k = t.cols();
+  const Eigen::MatrixXd precision = e->prior.inverse();
+  Eigen::MatrixXd moments = Eigen::MatrixXd::Zero(k, k);
+  double squares = 0.0, n = 0.0, lag = 0.0, power = 0.0;
+  for (const Series &s : series) {
+    const Eigen::MatrixXd wb = s.w.asDiagonal() * (s.raw * t);
+    const Eigen::VectorXd wr = s.w.array() * s.r.array();
+    const Eigen::MatrixXd x = whitened(wb, e->rho);
+    const Eigen::VectorXd y = whitened(wr, e->rho);
+    const Eigen::MatrixXd xx = x.transpose() * x;
+    const Eigen::MatrixXd v = (xx / e->s2 + precision).inverse();
+    const Eigen::VectorXd b = v * (x.transpose() * y) / e->s2;
+    moments += b * b.transpose() + v;
+    squares += (y - x * b).squaredNorm() + (v * xx).trace();
+    n += static_cast<double>(y.size());
+    const Eigen::VectorXd rest = wr - wb * b;
+    if (rest.size() > 1) {
+      lag += rest.tail(rest.size() - 1).dot(rest.head(rest.size() - 1));
+      power += rest.squaredNorm();
+    }
+  }
+  moments /= static_cast<double>(series.size());
+  const Eigen::MatrixXd only = moments.diagonal().asDiagonal();
+  e->prior = diagonal ? only : Eigen::MatrixXd(0.7 * moments + 0.3 * only);
+  e->prior.diagonal().array() += 1e-9 * e->s2;
+  e->s2 = std::max(squares / std::max(n, 1.0), 1e-300);
+  e->rho = std::clamp(power > 0.0 ? lag / power : 0.0, 0.0, kMostRho);
+}
+
+void fit_channel(ChannelNoise *c, const std::vector<Series> &series) {
+  Eigen::MatrixXd t = orthonormal(series);
+  Effects e;
+  double squares = 0.0, n = 0.0;
+  for (const Series &s : series) {
+    squares += s.r.squaredNorm();
+    n += static_cast<double>(s.r.size());
+  }
+  const double power = std::max(squares / std::max(n, 1.0), 1e-24);
+  const Eigen::Index raw = series.front().raw.cols();
+  c->combination = Matrix::Zero(0, raw);
+  if (!(squares > 0.0)) {
+    c->active = false;
+    return;
+  }
+  e.s2 = 0.5 * power;
+  e.prior = Eigen::MatrixXd::Identity(t.cols(), t.cols()) * 0.3 * power;
+  for (int i = 0; i < kRounds; ++i)
+    improve(series, t, false, &e);
+  // Principal effects: the few along which runs differ most.
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(e.prior);
+  const Eigen::Index kept = std::min(kFields, t.cols());
+  const Eigen::MatrixXd leading = solver.eigenvectors().rightCols(kept).rowwise().reverse();
+  t = t * leading;
+  e.prior = solver.eigenvalues().tail(kept).reverse().array().max(1e-9 * e.s2).matrix().asDiagonal();
+  for (int i = 0; i < kRounds; ++i)
+    improve(series, t, true, &e);
+  const double s = std::sqrt(e.s2);
+  c->s = static_cast<double>(static_cast<float>(s));
+  c->rho = static_cast<double>(static_cast<float>(e.rho));
+  const double raise = 1.0 + kFewRuns / static_cast<double>(series.size());
+  c->combination.resize(kept, raw);
+  double effects = 0.0;
+  for (Eigen::Index k = 0; k < kept; ++k) {
+    const double sd = std::sqrt(raise * e.prior(k, k));
+    c->combination.row(k) = (t.col(k) * (sd / s)).transpose();
+    effects += sd * sd;
+  }
+  c->effect_sd = std::sqrt(effects);
+}
+
+} // namespace
+
+NoiseModel fit_noise(const Basis &basis, const std::vector<BlockRun> &runs,
+                     const std::vector<Matrix> &predicted, const std::vector<Matrix> &residual) {
+  NoiseModel noise;
+  std::vector<double> length;
+  for (const BlockRun &run : runs)
+    length.push_back(run.blocks() > 0 ? run.time_s[run.blocks() - 1] : 1.0);
+  std::sort(length.begin(), length.end());
+  noise.run_s = static_cast<double>(static_cast<float>(std::max(length[length.size() / 2], 1e-6)));
+  noise.decay_s = static_cast<double>(static_cast<float>(noise.run_s / 10.0));
+  noise.means = basis.means.size();
+  const auto outcomes = predicted.front().cols();
+  noise.channels.resize(static_cast<std::size_t>(residual.front().cols()));
+  parallel_for(noise.channels.size(), [&](std::size_t channel) {
+    ChannelNoise &c = noise.channels[channel];
+    const auto column = static_cast<Eigen::Index>(channel);
+    const Eigen::Index outcome = column % outcomes;
+    double sum = 0.0, squares = 0.0, n = 0.0;
+    for (const Matrix &p : predicted) {
+      sum += p.col(outcome).sum();
+      n += static_cast<double>(p.rows());
+    }
+    c.p_center = static_cast<double>(static_cast<float>(sum / std::max(n, 1.0)));
+    for (const Matrix &p : predicted)
+      squares += (p.col(outcome).array() - c.p_center).square().sum();
+    c.p_scale = static_cast<double>(
+        static_cast<float>(std::max(std::sqrt(squares / std::max(n, 1.0)), 1e-9)));
+    std::vector<Series> series(runs.size());
+    for (std::size_t r = 0; r < runs.size(); ++r) {
+      Series &s = series[r];
+      s.r = residual[r].col(column);
+      s.w = Eigen::VectorXd::Ones(s.r.size());
+      s.p = ((predicted[r].col(outcome).array() - c.p_center) / c.p_scale).max(-4.0).min(4.0);
+      s.raw = raw_fields(basis, runs[r], s.p, noise);
+    }
+    if (column < outcomes)
+      fit_scale(&c, runs, &series);
+    fit_channel(&c, series);
+    c.phi.assign(NOISE_FAMILIES, 1.0);
+  });
+  return noise;
+}
+
+std::vector<std::uint8_t> noise_section(const NoiseModel &noise) {
+  std::size_t fields = 1;
+  const std::size_t raw = NOISE_RAW_FIRST + noise.means;
+  for (const ChannelNoise &c : noise.channels)
+    fields = std::max(fields, static_cast<std::size_t>(c.combination.rows()));
+  SectionBytes bytes;
+  bytes.u32(1);
+  bytes.u32(static_cast<std::uint32_t>(noise.channels.size()));
+  bytes.u32(static_cast<std::uint32_t>(raw));
+  bytes.u32(static_cast<std::uint32_t>(fields));
+  bytes.f32(static_cast<float>(noise.run_s));
+  bytes.f32(static_cast<float>(noise.decay_s));
+  bytes.u32(0);
+  bytes.u32(0);
+  for (const ChannelNoise &c : noise.channels) {
+    for (const double v : {c.active ? 1.0 : 0.0, static_cast<double>(c.combination.rows()), c.rho,
+                           c.s, c.p_center, c.p_scale, c.ln_sigma[0], c.ln_sigma[1], c.ln_sigma[2]})
+      bytes.f32(static_cast<float>(v));
+    for (std::size_t k = 0; k < fields; ++k)
+      bytes.f32(1.0F);
+    for (std::size_t k = 0; k < fields; ++k) {
+      for (std::size_t r = 0; r < raw; ++r) {
+        const bool has = static_cast<Eigen::Index>(k) < c.combination.rows();
+        bytes.f32(has ? static_cast<float>(c.combination(static_cast<Eigen::Index>(k),
+                                                         static_cast<Eigen::Index>(r)))
+                      : 0.0F);
+      }
+    }
+    for (const double phi : c.phi)
+      bytes.f32(static_cast<float>(phi));
+  }
+  return bytes.bytes();
+}
+
+} // namespace rim

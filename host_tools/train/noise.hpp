@@ -1,0 +1,35 @@
+// What healthy residuals do: the effects of a run, autocorrelation, a scale that depends on the
+// context (lib/src/image/noise.h), learnt from whole healthy runs that the models had not seen.
+#ifndef RIM_TRAIN_NOISE_HPP
+#define RIM_TRAIN_NOISE_HPP
+
+#include <cstdint>
+#include <vector>
+
+#include "train/behaviour.hpp"
+
+namespace rim {
+
+struct ChannelNoise {
+  bool active = true;
+  double rho = 0.0, s = 1.0;
+  double p_center = 0.0, p_scale = 1.0;
+  double ln_sigma[3] = {0.0, 0.0, 0.0};
+  Matrix combination;  // fields x raw: per s, so that a field's effect is N(0, 1) in healthy runs
+  double effect_sd = 0.0; // of a run's effects, root mean square over blocks, in the outcome's unit
+  std::vector<double> phi; // per family of hypotheses
+};
+
+struct NoiseModel {
+  double run_s = 1.0, decay_s = 1.0;
+  std::size_t means = 0;
+  std::vector<ChannelNoise> channels; // kind * outcomes + outcome
+};
+
+// residual[run]: blocks x channels, in the outcomes' units; predicted[run]: blocks x outcomes.
+NoiseModel fit_noise(const Basis &basis, const std::vector<BlockRun> &runs,
+                     const std::vector<Matrix> &predicted, const std::vector<Matrix> &residual);
+std::vector<std::uint8_t> noise_section(const NoiseModel &noise);
+
+} // namespace rim
+#endif

@@ -1,0 +1,384 @@
+#include "blocks.h"
+
+#include <string.h>
+
+#include "rim/image.h"
+#include "rim/real.h"
+
+#define RATE_ROWS 16.0   /* over which the rate is averaged */
+#define RATE_SLOW 1.5    /* mean time between rows, in periods, from which the rate is wrong */
+#define RATE_FAST 0.67
+#define CHANGE_MOST 3.0
+#define FIRST_BLOCKS 2u  /* whose mean is the first reading */
+
+struct blocks {
+  blocks_config config;
+  blocks_health health;
+  double start_s, previous_s, block_start_s, mean_period_s, change, out_value;
+  uint32_t count, rows; /* blocks ended; rows used since the start */
+  uint16_t rows_in_block, seconds, out_feature;
+  uint8_t recent;  /* readings before this one without a gap, at most 2 */
+  bool started;
+  bool has_before; /* an ended block precedes */
+};
+
+enum { FEATURE_ARRAYS = 4, OUTCOME_ARRAYS = 11 };
+
+static double *array(const blocks *b) {
+  return (double *)(void *)((unsigned char *)(uintptr_t)b + ((sizeof *b + 7u) & ~(size_t)7u));
+}
+static double *feature_array(const blocks *b, size_t which) {
+  return array(b) + which * b->config.features;
+}
+static double *outcome_array(const blocks *b, size_t which) {
+  return feature_array(b, FEATURE_ARRAYS) + which * b->config.outcomes;
+}
+#define SUM(b) feature_array(b, 0) /* of the block, then its mean */
+#define BEFORE(b) feature_array(b, 1) /* means of the block before */
+#define TURN(b) feature_array(b, 2)   /* whole turns that unwrap an angle */
+#define LAST(b) feature_array(b, 3)   /* last reading, unwrapped */
+#define OUTCOME(b) outcome_array(b, 0)
+#define PREDICTED(b) outcome_array(b, 1)
+#define SCATTER(b) outcome_array(b, 2)
+#define REPEATS(b) outcome_array(b, 3)
+#define FIRST(b) outcome_array(b, 4)
+#define ONE_AGO(b) outcome_array(b, 5)
+#define TWO_AGO(b) outcome_array(b, 6)
+#define O_SUM(b) outcome_array(b, 7)
+#define P_SUM(b) outcome_array(b, 8)
+#define SQUARES(b) outcome_array(b, 9)
+#define SAME(b) outcome_array(b, 10)
+#define FILTER(b) outcome_array(b, OUTCOME_ARRAYS)
+
+static size_t filters(const blocks *b) {
+  return (size_t)b->config.basis.inputs * b->config.basis.times;
+}
+static double *filter_sum(const blocks *b) { return FILTER(b) + filters(b); }
+static double *decay(const blocks *b) { return filter_sum(b) + filters(b); }
+static double *integral(const blocks *b) { return decay(b) + b->config.basis.times; }
+static double *term(const blocks *b) { return integral(b) + b->config.basis.inputs; }
+static double *means(const blocks *b) { return term(b) + b->config.basis.terms; }
+
+size_t blocks_size(const blocks_config *c) {
+  const rim_basis *n = &c->basis;
+  return ((sizeof(blocks) + 7u) & ~(size_t)7u) +
+         8u * (FEATURE_ARRAYS * (size_t)c->features + OUTCOME_ARRAYS * (size_t)c->outcomes +
+               2u * (size_t)n->inputs * n->times + n->times + n->inputs + n->terms + n->means);
+}
+
+rim_status blocks_init(blocks **instance, void *memory, size_t bytes, const blocks_config *config) {
+  if (((uintptr_t)memory & 7u) != 0)
+    return RIM_E_ALIGN;
+  if (config->features == 0 || config->block_rows == 0 || config->role == NULL ||
+      config->range == NULL || (!config->external && config->outcome_feature == NULL))
+    return RIM_E_CONFIG;
+  if (bytes < blocks_size(config))
+    return RIM_E_SIZE;
+  blocks *b = memory;
+  memset(b, 0, blocks_size(config));
+  b->config = *config;
+  blocks_reset(b);
+  *instance = b;
+  return RIM_OK;
+}
+
+void blocks_attach(blocks *b, const blocks_config *config) { b->config = *config; }
+
+void blocks_reset(blocks *b) {
+  const blocks_config config = b->config;
+  memset(b, 0, blocks_size(&config));
+  b->config = config;
+  b->mean_period_s = config.period_s;
+  b->out_feature = BLOCKS_NO_FEATURE;
+}
+
+static void count(uint32_t *counter) {
+  if (*counter != UINT32_MAX)
+    ++*counter;
+}
+
+static bool all_finite(const double *x, size_t n) {
+  for (size_t i = 0; i < n; ++i) {
+    if (!rim_is_finite(x[i]))
+      return false;
+  }
+  return true;
+}
+
+static bool row_is_usable(blocks *b, double t_s, const double *context, const double *outcome,
+                          const double *mean, const double *sd) {
+  const size_t o = b->config.outcomes;
+  bool finite = rim_is_finite(t_s) && all_finite(context, b->config.features);
+  if (finite && b->config.external) {
+    finite = outcome != NULL && mean != NULL && sd != NULL && all_finite(outcome, o) &&
+             all_finite(mean, o) && all_finite(sd, o);
+    for (size_t i = 0; finite && i < o; ++i)
+      finite = sd[i] > 0.0;
+  }
+  if (!finite) {
+    count(&b->health.not_finite);
+    return false;
+  }
+  if (b->started && !(t_s > b->previous_s)) {
+    count(&b->health.time_back);
+    return false;
+  }
+  return true;
+}
+
+/* Half a turn on either side of the trained range is within it for an angle. */
+static double limited(blocks *b, size_t f, double x) {
+  const double low = (double)rim_image_f32(b->config.range, f);
+  const double high = (double)rim_image_f32(b->config.range, b->config.features + f);
+  const double margin = BLOCKS_LIMIT_MARGIN * (high - low);
+  if (x >= low - margin && x <= high + margin)
+    return x;
+  if (b->out_feature == BLOCKS_NO_FEATURE) {
+    b->out_feature = (uint16_t)f;
+    b->out_value = x;
+  }
+  return rim_clamp(x, low - margin, high + margin);
+}
+
+static double whole_turn(const blocks *b, size_t f) {
+  const uint8_t role = b->config.role[f];
+  return (role & BLOCKS_ANGLE_RAD) != 0 ? 2.0 * RIM_PI : (role & BLOCKS_ANGLE_DEG) != 0 ? 360.0 : 0.0;
+}
+
+static void begin_block(blocks *b) {
+  b->rows_in_block = 0;
+  b->seconds = 0;
+  memset(SUM(b), 0, 8u * (size_t)b->config.features);
+  memset(O_SUM(b), 0, 8u * 4u * (size_t)b->config.outcomes);
+  memset(filter_sum(b), 0, 8u * filters(b));
+}
+
+static void take_time(blocks *b, double t_s) {
+  const blocks_config *c = &b->config;
+  if (!b->started) {
+    b->started = true;
+    b->start_s = t_s;
+    begin_block(b);
+  } else if (c->period_s > 0.0) {
+    const double dt = t_s - b->previous_s;
+    b->mean_period_s += (rim_min(dt, 2.0 * c->period_s) - b->mean_period_s) / RATE_ROWS;
+    if (dt > 1.5 * c->period_s) {
+      count(&b->health.gaps);
+      b->recent = 0;
+      if (dt >= rim_max(0.25 * (double)c->block_rows, 3.0) * c->period_s)
+        begin_block(b);
+    }
+  }
+  b->previous_s = t_s;
+  if (b->rows_in_block == 0)
+    b->block_start_s = t_s;
+}
+
+/* The row's features, limited and unwrapped; where the angle jumps by more than half a turn it went
+ * on through its end. */
+static void take_features(blocks *b, const double *context) {
+  double *last = LAST(b), *turn = TURN(b);
+  b->out_feature = BLOCKS_NO_FEATURE;
+  for (size_t f = 0; f < b->config.features; ++f) {
+    double x = limited(b, f, context[f]);
+    const double whole = whole_turn(b, f);
+    if (whole > 0.0 && b->rows > 0) {
+      const double jump = x + turn[f] - last[f];
+      turn[f] -= whole * rim_floor(jump / whole + 0.5);
+    }
+    x += turn[f];
+    last[f] = x;
+    SUM(b)[f] += x;
+  }
+  if (b->out_feature != BLOCKS_NO_FEATURE)
+    count(&b->health.out_of_range);
+}
+
+static void take_outcome(blocks *b, size_t o, double reading, double value) {
+  double *one = ONE_AGO(b) + o, *two = TWO_AGO(b) + o;
+  O_SUM(b)[o] += value;
+  if (b->recent > 0 && rim_bits(reading) == rim_bits(*one))
+    SAME(b)[o] += 1.0;
+  if (b->recent >= 2) {
+    const double second = reading - 2.0 * *one + *two;
+    SQUARES(b)[o] += second * second;
+  }
+  *two = *one;
+  *one = reading;
+}
+
+static void take_outcomes(blocks *b, const double *outcome, const double *mean, const double *sd) {
+  for (size_t o = 0; o < b->config.outcomes; ++o) {
+    if (b->config.external) {
+      const double z = rim_clamp((outcome[o] - mean[o]) / sd[o], -1e6, 1e6);
+      take_outcome(b, o, z, z);
+      P_SUM(b)[o] += mean[o];
+    } else {
+      const double x = LAST(b)[rim_image_u16(b->config.outcome_feature, o)];
+      take_outcome(b, o, x, x);
+    }
+  }
+  if (b->recent >= 2)
+    ++b->seconds;
+  else
+    ++b->recent;
+}
+
+static double input_value(const blocks *b, size_t i) {
+  const uint8_t *input = b->config.basis.input;
+  const double x = LAST(b)[rim_image_u16(input, 2 * i)];
+  const uint16_t second = rim_image_u16(input, 2 * i + 1);
+  if (second == BASIS_PLAIN)
+    return x;
+  return second == BASIS_MAGNITUDE ? rim_abs(x) : x * LAST(b)[second];
+}
+
+static void take_inputs(blocks *b) {
+  const rim_basis *n = &b->config.basis;
+  for (size_t i = 0; i < n->inputs; ++i) {
+    const double u = input_value(b, i);
+    double *f = FILTER(b) + i * n->times, *sum = filter_sum(b) + i * n->times;
+    integral(b)[i] += u * b->config.period_s;
+    for (size_t t = 0; t < n->times; ++t) {
+      /* Before the start the command is taken to have been as in the first row. */
+      f[t] = b->rows == 0 ? u : f[t] + (double)rim_image_f32(n->share, t) * (u - f[t]);
+      sum[t] += f[t];
+    }
+  }
+  for (size_t t = 0; t < n->times; ++t)
+    decay(b)[t] = b->rows == 0 ? 1.0 : decay(b)[t] * (1.0 - (double)rim_image_f32(n->share, t));
+}
+
+static double term_value(const blocks *b, size_t i) {
+  const uint8_t *spec = b->config.basis.term;
+  const uint16_t first = rim_image_u16(spec, 4 * i + 1), second = rim_image_u16(spec, 4 * i + 2);
+  switch ((basis_op)rim_image_u16(spec, 4 * i)) {
+  case BASIS_MEAN: return filter_sum(b)[first];
+  case BASIS_PRODUCT: return filter_sum(b)[first] * filter_sum(b)[second];
+  case BASIS_ABS: return rim_abs(filter_sum(b)[first]);
+  case BASIS_DECAY: return decay(b)[second];
+  case BASIS_INTEGRAL: return integral(b)[first];
+  case BASIS_INITIAL: return FIRST(b)[first] * decay(b)[second];
+  case BASIS_TIME: return blocks_since_start_s(b);
+  case BASIS_ROLLED: break;
+  }
+  return 0.0;
+}
+
+static void take_first(blocks *b) {
+  if (b->count >= FIRST_BLOCKS)
+    return;
+  for (size_t o = 0; o < b->config.outcomes; ++o) {
+    const double before = FIRST(b)[o] * (double)b->count;
+    FIRST(b)[o] = (before + OUTCOME(b)[o]) / ((double)b->count + 1.0);
+  }
+}
+
+static void evaluate_terms(blocks *b) {
+  const rim_basis *n = &b->config.basis;
+  for (size_t i = 0; i < n->terms; ++i) {
+    const double raw = term_value(b, i) - (double)rim_image_f32(n->center, i);
+    term(b)[i] = rim_clamp(raw * (double)rim_image_f32(n->inverse_sd, i), -BASIS_CLIP, BASIS_CLIP);
+  }
+  for (size_t m = 0; m < n->means; ++m) {
+    const double raw =
+        filter_sum(b)[rim_image_u16(n->mean, 2 * m)] - (double)rim_image_f32(n->mean_center, m);
+    means(b)[m] = rim_clamp(raw * (double)rim_image_f32(n->mean_inverse_sd, m), -BASIS_MEAN_CLIP,
+                            BASIS_MEAN_CLIP);
+  }
+}
+
+static void measure_change(blocks *b) {
+  b->change = 0.0;
+  for (size_t f = 0; f < b->config.features; ++f) {
+    const double width = (double)rim_image_f32(b->config.range, b->config.features + f) -
+                         (double)rim_image_f32(b->config.range, f);
+    if ((b->config.role[f] & BLOCKS_COMMAND) != 0 && b->has_before)
+      b->change += rim_abs(SUM(b)[f] - BEFORE(b)[f]) / width;
+    BEFORE(b)[f] = SUM(b)[f];
+  }
+  b->change = rim_min(b->change, CHANGE_MOST);
+  b->has_before = true;
+}
+
+static void wrap_angles(blocks *b) {
+  for (size_t f = 0; f < b->config.features; ++f) {
+    const double whole = whole_turn(b, f);
+    if (whole > 0.0)
+      SUM(b)[f] -= whole * rim_floor(SUM(b)[f] / whole + 0.5);
+  }
+}
+
+static void end_block(blocks *b) {
+  const double n = (double)b->rows_in_block;
+  for (size_t f = 0; f < b->config.features; ++f)
+    SUM(b)[f] /= n;
+  for (size_t i = 0; i < filters(b); ++i)
+    filter_sum(b)[i] /= n;
+  for (size_t o = 0; o < b->config.outcomes; ++o) {
+    OUTCOME(b)[o] = O_SUM(b)[o] / n;
+    PREDICTED(b)[o] = P_SUM(b)[o] / n;
+    REPEATS(b)[o] = SAME(b)[o] / n;
+    const double square = b->seconds > 0 ? SQUARES(b)[o] / (double)b->seconds : 0.0;
+    SCATTER(b)[o] = square > 0.0 ? rim_max(rim_log(square), BLOCKS_LN_LEAST) : BLOCKS_LN_LEAST;
+  }
+  take_first(b);
+  evaluate_terms(b);
+  measure_change(b);
+  wrap_angles(b);
+  ++b->count;
+}
+
+blocks_result blocks_row(blocks *b, double t_s, const double *context, const double *outcome,
+                         const double *mean, const double *sd) {
+  count(&b->health.rows);
+  if (!row_is_usable(b, t_s, context, outcome, mean, sd))
+    return BLOCKS_BAD;
+  if (b->rows_in_block == b->config.block_rows)
+    begin_block(b);
+  take_time(b, t_s);
+  take_features(b, context);
+  take_outcomes(b, outcome, mean, sd);
+  take_inputs(b);
+  count(&b->rows);
+  count(&b->health.rows_used);
+  ++b->rows_in_block;
+  if (blocks_rate_is_wrong(b)) {
+    count(&b->health.wrong_rate);
+    begin_block(b);
+    return BLOCKS_NONE;
+  }
+  if (b->rows_in_block < b->config.block_rows)
+    return BLOCKS_NONE;
+  end_block(b);
+  return BLOCKS_DONE;
+}
+
+uint16_t blocks_out_of_range(const blocks *b, double *value) {
+  if (value != NULL)
+    *value = b->out_value;
+  return b->out_feature;
+}
+bool blocks_rate_is_wrong(const blocks *b) {
+  const double period_s = b->config.period_s;
+  return period_s > 0.0 && (b->mean_period_s > RATE_SLOW * period_s ||
+                            b->mean_period_s < RATE_FAST * period_s);
+}
+double blocks_period_s(const blocks *b) { return b->mean_period_s; }
+const double *blocks_context(const blocks *b) { return SUM(b); }
+const double *blocks_outcomes(const blocks *b) { return OUTCOME(b); }
+const double *blocks_predicted(const blocks *b) { return PREDICTED(b); }
+const double *blocks_scatter(const blocks *b) { return SCATTER(b); }
+const double *blocks_repeats(const blocks *b) { return REPEATS(b); }
+const double *blocks_terms(const blocks *b) { return term(b); }
+const double *blocks_means(const blocks *b) { return means(b); }
+const double *blocks_first(const blocks *b) { return FIRST(b); }
+bool blocks_has_first(const blocks *b) { return b->count >= FIRST_BLOCKS; }
+double blocks_change(const blocks *b) { return b->change; }
+double blocks_since_start_s(const blocks *b) {
+  return 0.5 * (b->block_start_s + b->previous_s) - b->start_s;
+}
+double blocks_run_start_s(const blocks *b) { return b->start_s; }
+double blocks_start_s(const blocks *b) { return b->block_start_s; }
+uint32_t blocks_count(const blocks *b) { return b->count; }
+blocks_health blocks_get_health(const blocks *b) { return b->health; }

@@ -1,0 +1,81 @@
+/* Rows of telemetry to blocks: what the models and the search work on.
+ *
+ * Rows (say 20 Hz) are checked, limited to what was trained, and gathered `block_rows` at a time.
+ * A block's numbers are means over its rows; an angle is unwrapped along the run, so that its mean
+ * never jumps. A gap of a quarter of a block (at least three periods) begins the block anew. */
+#ifndef RIM_SRC_BLOCKS_H
+#define RIM_SRC_BLOCKS_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "../image/basis.h"
+#include "rim/status.h"
+
+#define BLOCKS_LIMIT_MARGIN 0.5 /* of the trained width: beyond it a value is out of range */
+#define BLOCKS_NO_FEATURE 0xffffu
+#define BLOCKS_LN_LEAST (-60.0) /* logarithm of a mean square of zero */
+
+/* Bits of RIM_SECTION_COMMANDS, one byte per feature. */
+enum { BLOCKS_COMMAND = 1, BLOCKS_ANGLE_RAD = 2, BLOCKS_ANGLE_DEG = 4 };
+
+typedef struct blocks_config {
+  uint16_t features, outcomes, block_rows;
+  bool external;
+  double period_s;                /* 0: rows have no rate */
+  const uint8_t *outcome_feature; /* u16[outcomes]; NULL when external */
+  const uint8_t *role;            /* u8[features] */
+  const uint8_t *range;           /* f32 low[features], high[features] */
+  rim_basis basis;
+} blocks_config;
+
+typedef struct blocks_health {
+  uint32_t rows, rows_used;
+  uint32_t not_finite, time_back, gaps;
+  uint32_t out_of_range; /* rows with a value beyond what was trained */
+  uint32_t wrong_rate;   /* rows while the rate was not the image's */
+} blocks_health;
+
+typedef struct blocks blocks;
+
+size_t blocks_size(const blocks_config *config);
+/* RIM_E_ALIGN, RIM_E_SIZE, RIM_E_CONFIG. */
+rim_status blocks_init(blocks **instance, void *memory, size_t bytes, const blocks_config *config);
+void blocks_reset(blocks *b);
+void blocks_attach(blocks *b, const blocks_config *config);
+
+typedef enum blocks_result {
+  BLOCKS_BAD = -1, /* not used: not finite, or its time did not increase */
+  BLOCKS_NONE = 0,
+  BLOCKS_DONE = 1 /* a block ended: read it before the next row */
+} blocks_result;
+
+/* Offers a row. outcome, mean, sd [outcomes]: only when external. Cost O(features + outcomes +
+ * inputs times), at the end of a block O(terms) more. */
+blocks_result blocks_row(blocks *b, double t_s, const double *context, const double *outcome,
+                         const double *mean, const double *sd);
+
+/* The last row: the first feature whose value was beyond what was trained, or BLOCKS_NO_FEATURE. */
+uint16_t blocks_out_of_range(const blocks *b, double *value);
+bool blocks_rate_is_wrong(const blocks *b);
+double blocks_period_s(const blocks *b); /* recent mean time between rows */
+
+/* The block that ended. */
+const double *blocks_context(const blocks *b);   /* [features]: an angle within half a turn */
+const double *blocks_outcomes(const blocks *b);  /* [outcomes]; external: mean of (z - m) / sd */
+const double *blocks_predicted(const blocks *b); /* [outcomes]; external: mean of m */
+const double *blocks_scatter(const blocks *b);   /* ln of the mean square second difference */
+const double *blocks_repeats(const blocks *b);   /* share of readings that repeat the one before */
+const double *blocks_terms(const blocks *b);     /* [terms], standardised */
+const double *blocks_means(const blocks *b);     /* [means], standardised */
+const double *blocks_first(const blocks *b);     /* [outcomes]: mean of the first two blocks */
+bool blocks_has_first(const blocks *b);
+double blocks_change(const blocks *b);           /* of the commands, in widths of their range */
+double blocks_since_start_s(const blocks *b);    /* middle of the block */
+double blocks_run_start_s(const blocks *b);      /* first row of the run, absolute */
+double blocks_start_s(const blocks *b);          /* its first row, absolute */
+uint32_t blocks_count(const blocks *b);          /* ended since the start */
+blocks_health blocks_get_health(const blocks *b);
+
+#endif

@@ -1,0 +1,224 @@
+/* What was found, as a record: which outcome, how it deviates, by how much, where, since when. */
+#include <string.h>
+
+#include "monitor_private.h"
+#include "rim/real.h"
+
+/* A behaviour channel with this part of the score of the leading agreement channel is named instead:
+ * when the vehicle itself deviates several sensors do, and agree. */
+#define BEHAVIOUR_SHARE 0.4
+
+static void begin(const rim_monitor *m, const rim_verdict *verdict, rim_alarm *alarm) {
+  memset(alarm, 0, sizeof *alarm);
+  alarm->t_s = verdict->t_s;
+  alarm->since_s = verdict->t_s;
+  alarm->model_id = m->image.model_id;
+  alarm->detector = RIM_DETECTOR_RIM;
+  alarm->level = verdict->level;
+  alarm->ln_anom = verdict->ln_anom;
+  alarm->threshold = verdict->threshold;
+  alarm->p_value = verdict->p_value;
+}
+
+/* Outcomes whose best score passes, most anomalous first, after the one that is named already. */
+static void name_others(rim_alarm *alarm, uint16_t channels, uint16_t outcomes, double least,
+                        double (*score_of)(const rim_monitor *, uint16_t), const rim_monitor *m) {
+  while (alarm->channels < RIM_ALARM_MAX_CHANNELS) {
+    double best = least;
+    uint16_t next = outcomes;
+    for (uint16_t c = 0; c < channels; ++c) {
+      const uint16_t outcome = (uint16_t)(c % outcomes);
+      bool taken = false;
+      for (size_t i = 0; i < alarm->channels; ++i)
+        taken = taken || alarm->channel[i] == outcome;
+      const double score = score_of(m, c);
+      if (!taken && score >= best) {
+        best = score;
+        next = outcome;
+      }
+    }
+    if (next == outcomes)
+      return;
+    alarm->channel[alarm->channels++] = next;
+  }
+}
+
+/* ---- a trained image ---- */
+
+static double trained_score(const rim_monitor *m, uint16_t c) {
+  return (double)search_best(m->search, c)->score;
+}
+
+static uint16_t choose_channel(const rim_monitor *m, uint16_t leading) {
+  const uint16_t outcomes = (uint16_t)m->words[RIM_CONFIG_OUTCOMES];
+  if (leading / outcomes != RIM_CHANNEL_AGREEMENT)
+    return leading;
+  uint16_t best = leading;
+  double score = rim_max(BEHAVIOUR_SHARE * trained_score(m, leading),
+                         m->models.threshold.alarm_score);
+  for (uint16_t c = 0; c < outcomes; ++c) {
+    if (trained_score(m, c) >= score) {
+      score = trained_score(m, c);
+      best = c;
+    }
+  }
+  return best;
+}
+
+static rim_kind kind_of(uint16_t channel_kind, uint8_t family) {
+  if (channel_kind == RIM_CHANNEL_SCATTER)
+    return RIM_KIND_VARIANCE;
+  if (channel_kind == RIM_CHANNEL_REPEAT)
+    return RIM_KIND_REPEAT;
+  return family == SEARCH_GAIN   ? RIM_KIND_GAIN
+         : family == SEARCH_RAMP ? RIM_KIND_DRIFT
+                                 : RIM_KIND_SHIFT;
+}
+
+/* shift and its standard error in the units of the record's kind. */
+static void size_shift(const rim_monitor *m, uint16_t channel, const search_hypothesis *h,
+                       double *shift, double *sd) {
+  const noise_channel n = rim_noise_channel(&m->models.noise, channel);
+  const uint16_t kind = (uint16_t)(channel / m->words[RIM_CONFIG_OUTCOMES]);
+  /* Healthy runs exceed the ratio that the noise model expects by phi: so does the error. */
+  const double inflation = rim_sqrt((double)rim_image_f32(n.phi, h->family));
+  double unit = (double)n.s;
+  if (h->family == SEARCH_GAIN && kind <= RIM_CHANNEL_AGREEMENT)
+    unit = 1.0;
+  if (h->family == SEARCH_RAMP)
+    unit *= (double)(search_blocks(m->search) - h->onset) / 256.0;
+  *shift = (double)h->shift * unit;
+  *sd = (double)h->sd * unit * inflation;
+  if (kind == RIM_CHANNEL_SCATTER) { /* from logarithms to the ratio of variances */
+    *shift = rim_exp(rim_clamp(*shift, -60.0, 60.0));
+    *sd *= *shift;
+  }
+}
+
+static void place_region(const rim_monitor *m, const search_hypothesis *h, rim_region *region) {
+  const uint8_t dims = h->family == SEARCH_BOX || h->family == SEARCH_BOX_SINCE             ? 2u
+                       : h->family == SEARCH_INTERVAL || h->family == SEARCH_INTERVAL_SINCE ? 1u
+                                                                                            : 0u;
+  uint16_t feature[2];
+  double lower[2], upper[2];
+  for (size_t k = 0; k < dims; ++k) {
+    uint32_t low, high;
+    search_edges(m->search, h->feature[k], h->first[k], h->last[k], &low, &high);
+    feature[k] = rim_image_u16(m->region, 2u * (size_t)h->feature[k]);
+    const double step = monitor_width(m, feature[k]) / 256.0;
+    lower[k] = monitor_low(m, feature[k]) + step * (double)low;
+    upper[k] = monitor_low(m, feature[k]) + step * (double)(high + 1u);
+  }
+  if (dims > 0)
+    (void)rim_region_from_box(region, dims, feature, lower, upper);
+}
+
+static void date(const rim_monitor *m, const search_hypothesis *h, double onset_sd,
+                 rim_alarm *alarm) {
+  const double block_s = (double)m->words[RIM_CONFIG_BLOCK_ROWS] * 1e-6 *
+                         (double)m->words[RIM_CONFIG_PERIOD_US];
+  const uint32_t first =
+      h->onset != SEARCH_FROM_START ? h->onset : search_first_inside(m->search, h);
+  alarm->since_s = m->run_start_s + search_time_of(m->search, first) - 0.5 * block_s;
+  if (h->onset != SEARCH_FROM_START)
+    alarm->since_sd_s = onset_sd * block_s;
+}
+
+static void describe_trained(rim_monitor *m, const rim_verdict *verdict, rim_alarm *alarm) {
+  const uint16_t outcomes = (uint16_t)m->words[RIM_CONFIG_OUTCOMES];
+  const uint16_t channel = choose_channel(m, verdict->channel);
+  search_hypothesis h;
+  double onset_sd;
+  search_explain(m->search, channel, &h, &onset_sd);
+  m->explained = h;
+  m->explained_channel = channel;
+  m->has_explained = true;
+  alarm->kind = (uint8_t)kind_of((uint16_t)(channel / outcomes), h.family);
+  alarm->observations = h.blocks;
+  place_region(m, &h, &alarm->region);
+  date(m, &h, onset_sd, alarm);
+  alarm->channel[0] = (uint16_t)(channel % outcomes);
+  alarm->channels = 1;
+  size_shift(m, channel, &h, &alarm->shift[0], &alarm->shift_sd[0]);
+  name_others(alarm, m->channel_count, outcomes, m->models.threshold.alarm_score, trained_score, m);
+  for (size_t i = 1; i < alarm->channels; ++i) {
+    const uint16_t c = (uint16_t)(channel - channel % outcomes + alarm->channel[i]);
+    const search_hypothesis *other = search_best(m->search, c);
+    if (other->score > -1e9f && kind_of((uint16_t)(c / outcomes), other->family) == alarm->kind)
+      size_shift(m, c, other, &alarm->shift[i], &alarm->shift_sd[i]);
+  }
+}
+
+/* ---- independent rows ---- */
+
+/* Unit coordinates over region features -> units of the features, indices of the image. */
+static rim_region to_features(const rim_monitor *m, const rim_region *unit) {
+  rim_region region = *unit;
+  double width[RIM_REGION_MAX_DIMS];
+  for (size_t i = 0; i < unit->dims; ++i) {
+    const uint16_t f = rim_image_u16(m->region, 2u * (size_t)unit->feature[i]);
+    const double low = monitor_low(m, f);
+    width[i] = monitor_width(m, f);
+    region.feature[i] = f;
+    region.center[i] = low + unit->center[i] * width[i];
+    region.lower[i] = low + unit->lower[i] * width[i];
+    region.upper[i] = low + unit->upper[i] * width[i];
+  }
+  for (size_t i = 0; i < unit->dims; ++i) {
+    for (size_t j = 0; j < unit->dims; ++j) {
+      const size_t at = i * unit->dims + j;
+      region.inverse_shape[at] = unit->inverse_shape[at] / (width[i] * width[j]);
+    }
+  }
+  return region;
+}
+
+static double row_score(const rim_monitor *m, uint16_t c) {
+  return rim_threshold_score(&m->models.threshold, c,
+                             (double)rim_select_channel_scores(m->select)[c],
+                             rim_select_observations(m->select));
+}
+
+static double time_of_observation(const rim_monitor *m, uint32_t index) {
+  const uint32_t n = rim_select_observations(m->select);
+  if (n < 2)
+    return m->last_block_s;
+  const double spacing_s = (m->last_block_s - m->first_block_s) / (double)(n - 1);
+  return m->first_block_s + spacing_s * (double)index;
+}
+
+static void describe_rows(rim_monitor *m, const rim_verdict *verdict, rim_alarm *alarm) {
+  rim_candidate best;
+  memset(&best, 0, sizeof best);
+  alarm->kind = RIM_KIND_SHIFT;
+  if (rim_select_best_of_channel(m->select, verdict->channel, &best)) {
+    alarm->region = to_features(m, &best.region);
+    /* The whole range of a feature is no restriction. */
+    if (best.dims == 1 && best.region.lower[0] <= 0.0 && best.region.upper[0] >= 1.0)
+      memset(&alarm->region, 0, sizeof alarm->region);
+    alarm->observations = (uint32_t)best.n;
+    if (best.since != UINT32_MAX)
+      alarm->since_s = time_of_observation(m, best.since);
+  }
+  alarm->channel[0] = verdict->channel;
+  alarm->channels = 1;
+  name_others(alarm, m->channel_count, m->channel_count, m->models.threshold.alarm_score, row_score,
+              m);
+  for (size_t i = 0; i < alarm->channels; ++i) {
+    rim_candidate found = best;
+    if (i > 0 && !rim_select_shift_of_channel(m->select, alarm->channel[i], &found))
+      continue;
+    /* F = shift^2 / (2 Var) gives the standard error without asking for Var again. */
+    alarm->shift[i] = found.shift;
+    alarm->shift_sd[i] =
+        found.ln_anom > 0.0 ? rim_abs(found.shift) / rim_sqrt(2.0 * found.ln_anom) : 0.0;
+  }
+}
+
+void monitor_describe(rim_monitor *m, const rim_verdict *verdict, rim_alarm *alarm) {
+  begin(m, verdict, alarm);
+  if (m->is_trained)
+    describe_trained(m, verdict, alarm);
+  else
+    describe_rows(m, verdict, alarm);
+}

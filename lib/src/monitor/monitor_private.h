@@ -1,0 +1,83 @@
+/* The monitor's own layout, shared by open.c, step.c and describe.c. */
+#ifndef RIM_SRC_MONITOR_PRIVATE_H
+#define RIM_SRC_MONITOR_PRIVATE_H
+
+#include "../image/basis.h"
+#include "../image/noise.h"
+#include "../interference_watch.h"
+#include "../search/search.h"
+#include "blocks.h"
+#include "rim/monitor.h"
+#include "rim/nominal.h"
+
+#define MONITOR_UPDATE_RATIO 0.25 /* ln anom grown by a quarter is worth another record */
+#define MONITOR_NO_OUTCOME 0xffffu
+
+/* Views into the image; what is absent is all zero. */
+typedef struct monitor_models {
+  rim_behaviour behaviour;
+  rim_agreement agreement;
+  rim_nominal level;
+  rim_noise noise;
+  rim_correct correct;
+  rim_threshold threshold;
+} monitor_models;
+
+struct rim_monitor {
+  uint32_t magic;
+  uint32_t words[RIM_CONFIG_WORDS];
+  rim_image image;
+  monitor_models models;
+  bool is_trained; /* the image has section NOISE */
+  const uint8_t *range;  /* f32 low[features], high[features] */
+  const uint8_t *region; /* u16[region features][2] */
+  const uint8_t *cuts;
+  blocks *rows;
+  rim_search *search;        /* trained, else NULL */
+  rim_select *select;        /* not trained, else NULL */
+  interference_watch *watch; /* NULL: the image has none */
+  double *unit;              /* not trained: [region features] in unit coordinates */
+  double *predicted, *residual, *level, *before; /* trained: [2 O], [4 O], [2 O], [O] */
+  uint8_t *place;            /* trained: [region features] */
+  rim_alarm_life life;
+  search_hypothesis explained; /* of the newest record */
+  uint16_t explained_channel;
+  bool has_explained;
+  double run_start_s, first_block_s, last_block_s, last_valid_s, out_value, out_t_s;
+  uint32_t steps, stale, alarms, refused;
+  uint16_t channel_count, out_feature;
+  bool is_stale, has_valid, has_place;
+  rim_verdict last; /* what a row that completes no block repeats */
+};
+
+_Static_assert(sizeof(struct rim_monitor) <= RIM_MONITOR_HEADER_BYTES, "header outgrown");
+
+/* Everything that is read from the image, gathered before anything is written. */
+typedef struct monitor_plan {
+  rim_image image;
+  uint32_t words[RIM_CONFIG_WORDS];
+  monitor_models models;
+  bool is_trained, has_watch;
+  blocks_config rows;
+  search_config search;
+  rim_select_config select;
+  const uint8_t *range, *region;
+  uint16_t channel_count;
+} monitor_plan;
+
+static inline double monitor_low(const rim_monitor *m, size_t f) {
+  return (double)rim_image_f32(m->range, f);
+}
+static inline double monitor_width(const rim_monitor *m, size_t f) {
+  return (double)rim_image_f32(m->range, m->words[RIM_CONFIG_FEATURES] + f) - monitor_low(m, f);
+}
+
+/* describe.c: the record of what is found now. */
+void monitor_describe(rim_monitor *m, const rim_verdict *verdict, rim_alarm *alarm);
+
+/* step.c: no record, nothing found. */
+void monitor_clear_verdict(rim_monitor *m);
+/* open.c */
+void monitor_init_life(rim_monitor *m);
+
+#endif

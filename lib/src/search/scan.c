@@ -1,0 +1,262 @@
+/* Regions: intervals of a feature (App. A, p. 115), boxes of two, with or without an onset. */
+#include <string.h>
+
+#include "rim/real.h"
+#include "search_private.h"
+
+void search_edges(const rim_search *s, uint32_t feature, uint32_t first, uint32_t last,
+                  uint32_t *low, uint32_t *high) {
+  const uint8_t *cuts = s->config.cuts + (size_t)feature * SEARCH_CUTS;
+  *low = first == 0 ? 0u : cuts[first - 1u];
+  *high = last >= SEARCH_BINS - 1u ? 255u : (uint32_t)cuts[last] - (cuts[last] > 0 ? 1u : 0u);
+}
+
+search_mask search_mask_of(const rim_search *s, const search_hypothesis *h, int without) {
+  search_mask mask;
+  memset(&mask, 0, sizeof mask);
+  const uint32_t dims = h->family == SEARCH_BOX || h->family == SEARCH_BOX_SINCE         ? 2u
+                        : h->family == SEARCH_INTERVAL || h->family == SEARCH_INTERVAL_SINCE ? 1u
+                                                                                             : 0u;
+  for (uint32_t k = 0; k < dims; ++k) {
+    if ((int)k == without)
+      continue;
+    uint32_t low, high;
+    search_edges(s, h->feature[k], h->first[k], h->last[k], &low, &high);
+    mask.feature[mask.dims] = h->feature[k];
+    mask.low[mask.dims] = (uint8_t)low;
+    mask.high[mask.dims++] = (uint8_t)high;
+  }
+  const uint32_t oldest = s->count - s->held;
+  if (h->onset != SEARCH_FROM_START && h->onset > oldest)
+    mask.from = h->onset - oldest;
+  return mask;
+}
+
+static void add_block(const rim_search *s, uint32_t i, bool next_inside, search_sums *sums) {
+  sums->n += 1.0;
+  sums->d += (double)search_q(s)[i];
+  sums->a += (double)search_a0(s)[i] + (next_inside ? (double)search_a1(s)[i] : 0.0);
+  for (uint32_t j = 0; j < s->fields; ++j)
+    sums->g[j] += (double)search_g(s, i)[j];
+}
+
+void search_evaluate(const rim_search *s, search_hypothesis *h) {
+  const search_mask mask = search_mask_of(s, h, -1);
+  search_sums sums = {0};
+  bool next_inside = false;
+  for (uint32_t i = s->held; i-- > 0;) {
+    const bool inside = search_passes(s, &mask, i);
+    if (inside)
+      add_block(s, i, next_inside, &sums);
+    next_inside = inside;
+  }
+  search_judge(s, &sums, h);
+}
+
+static void bins_of_bytes(const rim_search *s, uint32_t feature, uint8_t *bin) {
+  const uint8_t *cuts = s->config.cuts + (size_t)feature * SEARCH_CUTS;
+  uint32_t k = 0;
+  for (uint32_t byte = 0; byte < 256u; ++byte) {
+    while (k < SEARCH_CUTS && cuts[k] <= byte)
+      ++k;
+    bin[byte] = (uint8_t)k;
+  }
+}
+
+/* Sums per bin; pair[hi (hi + 1) / 2 + lo]: what neighbours in the bins lo and hi take off A. */
+static void fill_bins(rim_search *s, const search_mask *mask, uint32_t feature) {
+  search_bins *bins = &s->bins;
+  uint8_t bin[256];
+  memset(bins, 0, sizeof *bins);
+  bins_of_bytes(s, feature, bin);
+  int32_t next = -1;
+  for (uint32_t i = s->held; i-- > 0;) {
+    if (!search_passes(s, mask, i)) {
+      next = -1;
+      continue;
+    }
+    const uint32_t k = bin[search_features(s, search_slot(s, i))[feature]];
+    bins->n[k] += 1.0f;
+    bins->d[k] += search_q(s)[i];
+    bins->a[k] += search_a0(s)[i];
+    for (uint32_t j = 0; j < s->fields; ++j)
+      bins->g[k][j] += search_g(s, i)[j];
+    if (next >= 0) {
+      const uint32_t other = (uint32_t)next;
+      const uint32_t lo = k < other ? k : other, hi = k < other ? other : k;
+      bins->pair[hi * (hi + 1u) / 2u + lo] += search_a1(s)[i];
+    }
+    next = (int32_t)k;
+  }
+}
+
+void search_scan_interval(rim_search *s, const search_mask *mask, uint32_t feature,
+                          search_hypothesis *h, uint32_t which) {
+  const search_bins *bins = &s->bins;
+  fill_bins(s, mask, feature);
+  double best = 0.0;
+  uint32_t best_first = 0, best_last = SEARCH_BINS;
+  for (uint32_t first = 0; first < SEARCH_BINS; ++first) {
+    search_sums sums = {0};
+    if (!(bins->n[first] > 0.0f))
+      continue;
+    for (uint32_t last = first; last < SEARCH_BINS; ++last) {
+      if (!(bins->n[last] > 0.0f))
+        continue;
+      sums.n += (double)bins->n[last];
+      sums.d += (double)bins->d[last];
+      sums.a += (double)bins->a[last];
+      for (uint32_t lo = first; lo <= last; ++lo)
+        sums.a += (double)bins->pair[last * (last + 1u) / 2u + lo];
+      double a = sums.a;
+      for (uint32_t j = 0; j < s->fields; ++j) {
+        sums.g[j] += (double)bins->g[last][j];
+        a -= sums.g[j] * sums.g[j];
+      }
+      if (sums.n < (double)SEARCH_LEAST || !(a > 1e-6 * sums.a) ||
+          !(sums.d * sums.d > best * a))
+        continue;
+      best = sums.d * sums.d / a;
+      best_first = first;
+      best_last = last;
+    }
+  }
+  h->feature[which] = (uint8_t)feature;
+  if (best_last == SEARCH_BINS) {
+    h->score = SEARCH_NONE;
+    return;
+  }
+  /* An edge with no data beyond it is only where the data ends: open. */
+  uint32_t k = best_first;
+  while (k > 0 && !(bins->n[k - 1u] > 0.0f))
+    --k;
+  h->first[which] = (uint8_t)(k == 0 ? 0 : best_first);
+  k = best_last;
+  while (k + 1u < SEARCH_BINS && !(bins->n[k + 1u] > 0.0f))
+    ++k;
+  h->last[which] = (uint8_t)(k + 1u == SEARCH_BINS ? SEARCH_BINS - 1u : best_last);
+  search_evaluate(s, h);
+}
+
+#define CELLS SEARCH_CELLS
+
+static void fill_cells(rim_search *s, uint32_t x, uint32_t y) {
+  uint8_t bin_x[256], bin_y[256];
+  search_cells *cells = &s->cells;
+  memset(cells, 0, sizeof *cells);
+  bins_of_bytes(s, x, bin_x);
+  bins_of_bytes(s, y, bin_y);
+  uint32_t next = CELLS * CELLS;
+  for (uint32_t i = s->held; i-- > 0;) {
+    const uint8_t *f = search_features(s, search_slot(s, i));
+    const uint32_t k = bin_x[f[x]] * CELLS / SEARCH_BINS * CELLS + bin_y[f[y]] * CELLS / SEARCH_BINS;
+    cells->n[k] += 1.0f;
+    cells->d[k] += search_q(s)[i];
+    cells->a[k] += search_a0(s)[i] + (next == k ? search_a1(s)[i] : 0.0f);
+    for (uint32_t j = 0; j < s->fields; ++j)
+      cells->g[k][j] += search_g(s, i)[j];
+    next = k;
+  }
+}
+
+/* Adds column x of the cells to the strip. */
+static void add_column(const rim_search *s, uint32_t x, search_sums *strip) {
+  for (uint32_t y = 0; y < CELLS; ++y) {
+    const uint32_t k = x * CELLS + y;
+    strip[y].n += (double)s->cells.n[k];
+    strip[y].d += (double)s->cells.d[k];
+    strip[y].a += (double)s->cells.a[k];
+    for (uint32_t j = 0; j < s->fields; ++j)
+      strip[y].g[j] += (double)s->cells.g[k][j];
+  }
+}
+
+typedef struct box {
+  double ratio;
+  uint32_t x0, x1, y0, y1;
+} box;
+
+static void scan_strip(const rim_search *s, const search_sums *strip, uint32_t x0, uint32_t x1,
+                       box *best) {
+  for (uint32_t y0 = 0; y0 < CELLS; ++y0) {
+    search_sums sums = {0};
+    for (uint32_t y1 = y0; y1 < CELLS; ++y1) {
+      sums.n += strip[y1].n;
+      sums.d += strip[y1].d;
+      sums.a += strip[y1].a;
+      double a = sums.a;
+      for (uint32_t j = 0; j < s->fields; ++j) {
+        sums.g[j] += strip[y1].g[j];
+        a -= sums.g[j] * sums.g[j];
+      }
+      if (y1 - y0 + 1u == CELLS || sums.n < (double)SEARCH_LEAST || !(a > 1e-6 * sums.a) ||
+          !(sums.d * sums.d > best->ratio * a))
+        continue;
+      *best = (box){sums.d * sums.d / a, x0, x1, y0, y1};
+    }
+  }
+}
+
+static uint8_t first_bin(uint32_t cell) {
+  return (uint8_t)((cell * SEARCH_BINS + CELLS - 1u) / CELLS);
+}
+
+/* Boxes of whole cells, then each side exactly given the other. */
+void search_scan_box(rim_search *s, uint32_t x, uint32_t y, search_hypothesis *h) {
+  fill_cells(s, x, y);
+  box best = {0.0, 0, 0, 0, 0};
+  for (uint32_t x0 = 0; x0 < CELLS; ++x0) {
+    search_sums strip[CELLS];
+    memset(strip, 0, sizeof strip);
+    for (uint32_t x1 = x0; x1 < CELLS; ++x1) {
+      add_column(s, x1, strip);
+      if (x1 - x0 + 1u < CELLS)
+        scan_strip(s, strip, x0, x1, &best);
+    }
+  }
+  memset(h, 0, sizeof *h);
+  h->family = SEARCH_BOX;
+  h->onset = SEARCH_FROM_START;
+  h->score = SEARCH_NONE;
+  if (!(best.ratio > 0.0))
+    return;
+  h->feature[0] = (uint8_t)x;
+  h->feature[1] = (uint8_t)y;
+  h->first[0] = first_bin(best.x0);
+  h->last[0] = (uint8_t)(first_bin(best.x1 + 1u) - 1u);
+  h->first[1] = first_bin(best.y0);
+  h->last[1] = (uint8_t)(first_bin(best.y1 + 1u) - 1u);
+  search_evaluate(s, h);
+  for (uint32_t which = 0; which < 2; ++which)
+    search_refine_edges(s, h, which);
+}
+
+void search_refine_edges(rim_search *s, search_hypothesis *h, uint32_t which) {
+  search_hypothesis tried = *h;
+  const search_mask mask = search_mask_of(s, h, (int)which);
+  search_scan_interval(s, &mask, h->feature[which], &tried, which);
+  if (tried.score > h->score)
+    *h = tried;
+}
+
+bool search_inside(const rim_search *s, const search_hypothesis *h, const uint8_t *feature,
+                   uint32_t block) {
+  if (h->onset != SEARCH_FROM_START && block < h->onset)
+    return false;
+  const search_mask mask = search_mask_of(s, h, -1);
+  for (uint32_t k = 0; k < mask.dims; ++k) {
+    const uint8_t f = feature[mask.feature[k]];
+    if (f < mask.low[k] || f > mask.high[k])
+      return false;
+  }
+  return true;
+}
+
+uint32_t search_first_inside(const rim_search *s, const search_hypothesis *h) {
+  const search_mask mask = search_mask_of(s, h, -1);
+  for (uint32_t i = 0; i < s->held; ++i) {
+    if (search_passes(s, &mask, i))
+      return s->count - s->held + i;
+  }
+  return s->count;
+}

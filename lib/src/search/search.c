@@ -1,0 +1,381 @@
+#include "search.h"
+
+#include <string.h>
+
+#include "rim/real.h"
+#include "search_private.h"
+
+#define COMPLEXITY 0.05 /* share of its score that each further part of a description must add */
+#define REFINEMENTS 4u  /* rounds of edges and onset */
+
+static size_t round8(size_t n) { return (n + 7u) & ~(size_t)7u; }
+
+static uint32_t gram_doubles(uint32_t fields) { return fields * (fields + 1u) / 2u + fields; }
+
+static bool config_fits(const search_config *c) {
+  return c->features >= 1 && c->features <= SEARCH_MAX_FEATURES && c->channels >= 1 &&
+         c->channels <= SEARCH_MAX_CHANNELS && c->outcomes >= 1 && c->channels >= c->outcomes &&
+         c->ring >= 8 && c->ring <= SEARCH_MAX_RING && c->noise != NULL && c->cuts != NULL &&
+         c->noise->channels == c->channels &&
+         c->noise->raw == NOISE_RAW_FIRST + (uint32_t)c->means;
+}
+
+/* Places every array; returns the bytes of all. */
+static size_t lay_out(search_layout *at, const search_config *c) {
+  const size_t ring = c->ring;
+  size_t bytes = round8(sizeof(rim_search));
+  uint32_t doubles = 0;
+  for (uint32_t i = 0; i < c->channels; ++i)
+    doubles += gram_doubles(rim_noise_channel(c->noise, i).fields);
+  at->gram = (uint32_t)bytes;
+  bytes += 8u * (size_t)doubles;
+  at->state = (uint32_t)bytes;
+  bytes += round8(sizeof(channel_state) * (size_t)c->channels);
+  at->time = (uint32_t)bytes;
+  bytes += round8(4u * ring);
+  at->work = (uint32_t)bytes;
+  bytes += round8(4u * ring * (4u + (size_t)c->noise->fields));
+  at->z = (uint32_t)bytes;
+  bytes += round8(2u * ring * c->channels);
+  at->feature = (uint32_t)bytes;
+  bytes += round8(ring * c->features);
+  at->mean = (uint32_t)bytes;
+  bytes += round8(ring * c->means);
+  at->predicted = (uint32_t)bytes;
+  bytes += round8(ring * c->outcomes);
+  at->weight = (uint32_t)bytes;
+  bytes += round8(ring * c->outcomes);
+  at->score = (uint32_t)bytes;
+  bytes += round8((size_t)c->channels * c->features);
+  return bytes;
+}
+
+size_t search_size(const search_config *config) {
+  if (config == NULL || !config_fits(config))
+    return 0;
+  search_layout at;
+  return lay_out(&at, config);
+}
+
+rim_status search_init(rim_search **search, void *memory, size_t bytes,
+                       const search_config *config) {
+  if (!config_fits(config))
+    return RIM_E_CONFIG;
+  if (((uintptr_t)memory & 7u) != 0)
+    return RIM_E_ALIGN;
+  if (bytes < search_size(config))
+    return RIM_E_SIZE;
+  rim_search *s = memory;
+  memset(s, 0, sizeof *s);
+  s->config = *config;
+  (void)lay_out(&s->at, config);
+  search_reset(s);
+  *search = s;
+  return RIM_OK;
+}
+
+void search_attach(rim_search *s, const search_config *config) { s->config = *config; }
+
+static void forget(search_hypothesis *h) {
+  memset(h, 0, sizeof *h);
+  h->score = SEARCH_NONE;
+  h->onset = SEARCH_FROM_START;
+}
+
+void search_reset(rim_search *s) {
+  s->count = 0;
+  s->held = s->head = 0;
+  s->channel = s->next_channel = s->stage = s->next_pair = 0;
+  s->fresh = s->favour = false;
+  uint32_t at = 0;
+  for (uint32_t c = 0; c < s->config.channels; ++c) {
+    channel_state *state = search_state(s, c);
+    forget(&state->time);
+    forget(&state->region);
+    state->gram_at = at;
+    const uint32_t doubles = gram_doubles(rim_noise_channel(s->config.noise, c).fields);
+    memset(search_gram(s, state), 0, 8u * (size_t)doubles);
+    at += doubles;
+  }
+  memset(search_feature_scores(s, 0), 0, (size_t)s->config.channels * s->config.features);
+}
+
+static bool all_finite(const double *x, size_t n) {
+  for (size_t i = 0; i < n; ++i) {
+    if (!rim_is_finite(x[i]))
+      return false;
+  }
+  return true;
+}
+
+static int8_t to_byte(double x) {
+  const double scaled = rim_clamp(x, -4.0, 4.0) / SEARCH_BYTE_STEP;
+  return (int8_t)rim_floor(scaled + 0.5);
+}
+
+static void store_channel(rim_search *s, uint32_t slot, const search_block *b, uint32_t channel) {
+  const noise_channel c = rim_noise_channel(s->config.noise, channel);
+  double w = 1.0;
+  if (channel < s->config.outcomes) {
+    const double p = (double)search_predictions(s, slot)[channel] * SEARCH_BYTE_STEP;
+    const double ln = rim_log(rim_noise_weight(&c, p, b->change));
+    search_weights(s, slot)[channel] = (int8_t)rim_floor(ln / SEARCH_WEIGHT_STEP + 0.5);
+    w = search_weight(s, channel, slot);
+  }
+  const double z = rim_clamp(w * b->residual[channel] / (double)c.s / SEARCH_Z_STEP, -32000.0,
+                             32000.0);
+  search_residuals(s, slot)[channel] = (int16_t)rim_floor(z + 0.5);
+}
+
+/* Adds the newest block to G = B'WB and u = B'Wr of a channel. */
+static void accumulate(rim_search *s, uint32_t slot, uint32_t before, bool first, uint32_t channel) {
+  const noise_channel c = rim_noise_channel(s->config.noise, channel);
+  const uint32_t k = c.fields, outcome = channel % s->config.outcomes;
+  const double rho = (double)c.rho;
+  double white[NOISE_MAX_FIELDS], old[NOISE_MAX_FIELDS];
+  search_weighted_fields(s, &c, slot, outcome, search_weight(s, channel, slot), white);
+  double e = (double)search_residuals(s, slot)[channel] * SEARCH_Z_STEP;
+  if (first) {
+    const double lead = rim_sqrt(1.0 - rho * rho);
+    e *= lead;
+    for (uint32_t j = 0; j < k; ++j)
+      white[j] *= lead;
+  } else if (rho > 0.0) {
+    search_weighted_fields(s, &c, before, outcome, search_weight(s, channel, before), old);
+    e -= rho * (double)search_residuals(s, before)[channel] * SEARCH_Z_STEP;
+    for (uint32_t j = 0; j < k; ++j)
+      white[j] -= rho * old[j];
+  }
+  double *gram = search_gram(s, search_state(s, channel));
+  double *u = gram + k * (k + 1u) / 2u;
+  for (uint32_t i = 0; i < k; ++i) {
+    for (uint32_t j = 0; j <= i; ++j)
+      *gram++ += white[i] * white[j];
+    u[i] += white[i] * e;
+  }
+}
+
+rim_status search_observe(rim_search *s, const search_block *b) {
+  const search_config *c = &s->config;
+  if (!rim_is_finite(b->t_s) || !rim_is_finite(b->change) || !all_finite(b->mean, c->means) ||
+      !all_finite(b->predicted, c->outcomes) || !all_finite(b->residual, c->channels))
+    return RIM_E_DATA;
+  const uint32_t slot = s->head;
+  const uint32_t before = slot == 0 ? c->ring - 1u : slot - 1u;
+  search_times(s)[slot] = (float)b->t_s;
+  memcpy(search_features(s, slot), b->feature, c->features);
+  for (uint32_t m = 0; m < c->means; ++m)
+    search_means(s, slot)[m] = to_byte(b->mean[m]);
+  for (uint32_t o = 0; o < c->outcomes; ++o) {
+    const noise_channel n = rim_noise_channel(c->noise, o);
+    search_predictions(s, slot)[o] =
+        to_byte((b->predicted[o] - (double)n.p_center) / (double)n.p_scale);
+  }
+  for (uint32_t i = 0; i < c->channels; ++i) {
+    store_channel(s, slot, b, i);
+    accumulate(s, slot, before, s->count == 0, i);
+  }
+  s->head = (uint16_t)(slot + 1u == c->ring ? 0u : slot + 1u);
+  if (s->held < c->ring)
+    ++s->held;
+  ++s->count;
+  s->fresh = false;
+  return RIM_OK;
+}
+
+void search_note(rim_search *s, uint32_t channel, const search_hypothesis *h) {
+  if (s->maxima != NULL && h->score > SEARCH_NONE) {
+    float *most = s->maxima + (size_t)channel * NOISE_FAMILIES + h->family;
+    if (h->ln_ratio > *most)
+      *most = h->ln_ratio;
+  }
+  channel_state *state = search_state(s, channel);
+  search_hypothesis *best = h->family <= SEARCH_FIELD ? &state->time : &state->region;
+  if (h->score > best->score)
+    *best = *h;
+}
+
+static bool is_active(const rim_search *s, uint32_t channel) {
+  return rim_noise_channel(s->config.noise, channel).active > 0.5f;
+}
+
+const search_hypothesis *search_best(const rim_search *s, uint32_t channel) {
+  const channel_state *state = search_state(s, channel);
+  return state->region.score > state->time.score ? &state->region : &state->time;
+}
+
+/* The channel of the next turn: every other one goes to the best, the others go round. */
+static uint32_t choose_channel(rim_search *s) {
+  s->favour = !s->favour;
+  if (s->favour) {
+    uint32_t best = s->config.channels;
+    for (uint32_t c = 0; c < s->config.channels; ++c) {
+      if (is_active(s, c) && (best == s->config.channels ||
+                              search_best(s, c)->score > search_best(s, best)->score))
+        best = c;
+    }
+    if (best < s->config.channels)
+      return best;
+  }
+  for (uint32_t i = 0; i < s->config.channels; ++i) {
+    const uint32_t c = s->next_channel;
+    s->next_channel = (uint16_t)(c + 1u == s->config.channels ? 0u : c + 1u);
+    if (is_active(s, c))
+      return c;
+  }
+  return s->next_channel;
+}
+
+/* What was found earlier, judged with the newest blocks, and moved where that is better. */
+static void renew_region(rim_search *s) {
+  channel_state *state = search_state(s, s->channel);
+  if (state->region.score <= SEARCH_NONE)
+    return;
+  search_hypothesis h = state->region;
+  search_evaluate(s, &h);
+  state->region.score = SEARCH_NONE;
+  const bool two = h.family == SEARCH_BOX || h.family == SEARCH_BOX_SINCE;
+  search_refine_edges(s, &h, 0);
+  if (two)
+    search_refine_edges(s, &h, 1);
+  if (h.onset != SEARCH_FROM_START) {
+    const search_mask mask = search_mask_of(s, &h, -1);
+    search_scan_onset(s, &mask, &h, NULL);
+  }
+  search_note(s, s->channel, &h);
+}
+
+static void scan_feature(rim_search *s, uint32_t feature) {
+  search_mask mask;
+  memset(&mask, 0, sizeof mask);
+  search_hypothesis h;
+  forget(&h);
+  h.family = SEARCH_INTERVAL;
+  search_scan_interval(s, &mask, feature, &h, 0);
+  const double root = h.score > SEARCH_NONE ? 8.0 * rim_sqrt((double)h.ln_ratio) : 0.0;
+  uint8_t *scores = search_feature_scores(s, s->channel);
+  scores[feature] = (uint8_t)rim_min(root, 255.0);
+  if (feature == 0 || scores[feature] > scores[s->top_feature])
+    s->top_feature = (uint8_t)feature;
+  search_note(s, s->channel, &h);
+}
+
+/* An interval of the best feature since an onset: each given the other, from both sides. */
+static void scan_interval_since(rim_search *s) {
+  const channel_state *state = search_state(s, s->channel);
+  search_hypothesis h;
+  forget(&h);
+  h.family = SEARCH_INTERVAL_SINCE;
+  h.onset = state->time.onset;
+  search_mask mask = search_mask_of(s, &h, 0);
+  search_scan_interval(s, &mask, s->top_feature, &h, 0);
+  for (uint32_t round = 0; round < 2 && h.score > SEARCH_NONE; ++round) {
+    mask = search_mask_of(s, &h, -1);
+    search_scan_onset(s, &mask, &h, NULL);
+    search_refine_edges(s, &h, 0);
+  }
+  search_note(s, s->channel, &h);
+}
+
+static void scan_pair(rim_search *s) {
+  const uint32_t n = s->config.features;
+  uint32_t x = s->top_feature;
+  uint32_t y = s->next_pair % n;
+  if ((s->next_pair & 1u) != 0) /* every other pair without regard to what single features say */
+    x = (s->next_pair / n) % n;
+  ++s->next_pair;
+  if (x == y)
+    return;
+  search_hypothesis h;
+  search_scan_box(s, x < y ? x : y, x < y ? y : x, &h);
+  if (h.score <= SEARCH_NONE)
+    return;
+  search_note(s, s->channel, &h);
+  h.family = SEARCH_BOX_SINCE;
+  const search_mask mask = search_mask_of(s, &h, -1);
+  search_scan_onset(s, &mask, &h, NULL);
+  search_note(s, s->channel, &h);
+}
+
+/* A turn of a channel: its residuals made ready and its onsets judged; its region renewed; every
+ * single feature; the best of them since an onset; some pairs. */
+static void work_unit(rim_search *s) {
+  const uint32_t features = s->config.features;
+  const uint32_t stage = s->stage;
+  if (stage == 0 || !s->fresh) {
+    search_refresh(s, stage == 0 ? choose_channel(s) : s->channel);
+    if (stage == 0)
+      s->stage = 1;
+    return;
+  }
+  s->stage = (uint16_t)(stage + 1u);
+  if (stage == 1)
+    renew_region(s);
+  else if (stage < 2u + features)
+    scan_feature(s, stage - 2u);
+  else if (stage == 2u + features)
+    scan_interval_since(s);
+  else if (features > 1u && stage < 3u + features + s->config.cells_per_turn)
+    scan_pair(s);
+  else
+    s->stage = 0;
+}
+
+void search_work(rim_search *s, uint32_t units) {
+  if (s->held < 2u * SEARCH_LEAST)
+    return;
+  for (uint32_t i = 0; i < units; ++i)
+    work_unit(s);
+}
+
+uint32_t search_blocks(const rim_search *s) { return s->count; }
+uint32_t search_oldest(const rim_search *s) { return s->count - s->held; }
+
+double search_time_of(const rim_search *s, uint32_t block) {
+  const uint32_t oldest = s->count - s->held;
+  if (s->held == 0)
+    return 0.0;
+  uint32_t i = block > oldest ? block - oldest : 0u;
+  if (i >= s->held)
+    i = s->held - 1u;
+  return (double)search_times(s)[search_slot(s, i)];
+}
+
+void search_keep_maxima(rim_search *s, float *maxima) { s->maxima = maxima; }
+
+static double parts(const search_hypothesis *h) {
+  static const double level[NOISE_FAMILIES] = {0.0, 0.0, 0.0, 0.0, 1.0, 2.0, 2.0, 3.0};
+  return level[h->family];
+}
+
+void search_explain(rim_search *s, uint32_t channel, search_hypothesis *out, double *onset_sd) {
+  search_refresh(s, channel);
+  const channel_state *state = search_state(s, channel);
+  search_hypothesis best = state->time;
+  search_hypothesis h = state->region;
+  for (uint32_t round = 0; round < REFINEMENTS && h.score > SEARCH_NONE; ++round) {
+    if (round == 0)
+      search_evaluate(s, &h);
+    search_refine_edges(s, &h, 0);
+    if (parts(&h) >= 2.0 && h.family != SEARCH_INTERVAL_SINCE)
+      search_refine_edges(s, &h, 1);
+    if (h.onset != SEARCH_FROM_START) {
+      const search_mask mask = search_mask_of(s, &h, -1);
+      search_scan_onset(s, &mask, &h, NULL);
+    }
+  }
+  if (h.score > SEARCH_NONE) {
+    search_note(s, channel, &h);
+    const double worth = (double)h.score * (1.0 - COMPLEXITY * parts(&h));
+    if (worth > (double)best.score)
+      best = h;
+  }
+  *onset_sd = 0.0;
+  if (best.family != SEARCH_FIELD && best.family != SEARCH_RAMP &&
+      best.onset != SEARCH_FROM_START) {
+    const search_mask mask = search_mask_of(s, &best, -1);
+    search_hypothesis again = best;
+    search_scan_onset(s, &mask, &again, onset_sd);
+  }
+  *out = best;
+}
