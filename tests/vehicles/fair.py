@@ -25,6 +25,7 @@ import vehicles as V
 from linear import Ridge, filtered
 
 BLOCK = 10
+SKIP = .03    # of the run: how it starts depends on a past that is in no log
 ENOUGH, ROW = 25.0, 5.0
 
 
@@ -91,6 +92,9 @@ class Run:
         out = []
         for b in range(n):
             on = 0.0
+            if b < SKIP * n:
+                out.append(0.0)
+                continue
             for k in range(b * BLOCK, b * BLOCK + BLOCK):
                 t = k * self.kind.DT
                 if t >= onset and (not physical or not physical.where

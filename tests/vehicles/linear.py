@@ -1,8 +1,8 @@
 """The crude nominal model of fair.py: ridge regression on filtered commands. Pure standard library."""
 import math
 
-CONSTANTS = (1, 3, 8, 20, 50, 120, 300, 800)    # rows
-FAST, SLOW = 1, 5    # of these the products too
+CONSTANTS = (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024)    # rows
+FAST, SLOW = 2, 6    # of these the products too
 DECAYS = (.03, .12, .5)            # of the run
 
 

@@ -39,7 +39,7 @@ class Quadrotor(Vehicle):
         self.current, self.battery = 16.0, 15.6
         self.trim = .78
         self.mass, self.motor = self.jitter(1, .002), self.jitter(1, .004)
-        self.aim()
+        self.goal, self.hold = (self.x, self.y, self.height), r.uniform(5, 8)
 
     def nominal(self):
         self.mass = self.motor = 1.0
@@ -51,7 +51,8 @@ class Quadrotor(Vehicle):
     def command(self, t):
         dx, dy = self.goal[0] - self.x, self.goal[1] - self.y
         far, away = math.hypot(dx, dy), wrap(math.atan2(dy, dx) - self.heading)
-        if far < 2:
+        away = away if far > 1 else 0.0
+        if far < 2 and t > self.hold:
             self.aim()
         climb = clip(.5 * (self.goal[2] - self.height), -1.2, 1.2)
         speed = clip(.5 * far, 0, 4) * max(0, math.cos(away)) ** 2

@@ -32,7 +32,7 @@ class Satellite(Vehicle):
                            and low[1] < f["yaw"] < low[1] + 2.5),
         "driver": Physical("driver", .06, {"bus": 1}, ("u.torque_z_mNm",), since=False,
                            where=lambda f, _: f["torque_z"] > 25),
-        "leak": Physical("leak", .25, {"battery": -1}),
+        "leak": Physical("leak", .4, {"battery": -1}),
     }
 
     def __init__(self, r):
@@ -45,7 +45,7 @@ class Satellite(Vehicle):
         self.cell, self.heater, self.battery, self.panel, self.bus = 10 + r.gauss(0, 1), 0.0, 26.0, 0.0, 1.0
         self.viscous = self.jitter(1e-4, .003)
         self.cells, self.load = self.jitter(3, .005), self.jitter(.9, .005)
-        self.payload, self.switch, self.next = 0.0, r.uniform(50, 250), 0.0
+        self.payload, self.switch, self.next = 0.0, r.uniform(50, 250), r.uniform(100, 200)
         self.aim_yaw = self.yaw
         self.sum_y = self.sum_z = self.sun = 0.0
 

@@ -9,10 +9,15 @@ import sys
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
 import common
+from arm import Arm
+from engine import Engine
 from quadrotor import Quadrotor
 from satellite import Satellite
+from submarine import Submarine
+from tank import Tank
 
-KIND = {"quadrotor": Quadrotor, "satellite": Satellite}
+KIND = {"quadrotor": Quadrotor, "satellite": Satellite, "submarine": Submarine, "tank": Tank,
+        "engine": Engine, "arm": Arm}
 VEHICLES = tuple(KIND)
 FAULTS = {v: k.SENSOR_FAULTS + tuple(k.PHYSICAL) for v, k in KIND.items()}
 RATE = {v: k.DT for v, k in KIND.items()}
