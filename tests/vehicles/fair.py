@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
 """Is every fault of vehicles.py fair: plain to a crude scan of a whole run, hidden in a single row?
 
-  tests/vehicles/fair.py [--vehicles NAME,...] [--train 24] [--healthy 24] [--per 6] [--twin]
+  tests/vehicles/fair.py [--vehicles NAME,...] [--faults NAME,...] [--train 24] [--healthy 24]
+      [--per 6] [--twin]
 
 The scan knows the fault's place and time, but not its size or sign. Per outcome it takes block means
 of ten rows, less a model: ridge regression, learnt from healthy runs, on filtered commands, their
 products, time and the start of the run, for sensor faults on the other sensors too (or, with --twin,
-the machine on paper given the same commands). It fits the fault's shape to what is left, alone and beside an offset of the run, and asks
-how far the fit stands from those of healthy runs in the same place and time: z standard deviations,
+the machine on paper given the same commands). It fits the fault's shape to what is left, alone and
+beside an offset of the run, and asks how far the fit stands from those of healthy runs in the same place and time: z standard deviations,
 evidence z^2 / 2 nats. Scatter: the same of the mean square second difference. A stuck sensor repeats
 readings that white noise never repeats: that is counted.
 
@@ -161,6 +162,8 @@ def vehicle(name, o):
     beside = {s: None if o.twin else Ridge(train, s, True) for s in sensors}
     bad = 0
     for i, fault in enumerate(V.FAULTS[name]):
+        if o.faults and fault not in o.faults.split(","):
+            continue
         models = alone if fault in kind.PHYSICAL else beside
         table, z = {s: [] for s in sensors}, {s: [] for s in sensors}
         rows, sizes = [], {s: [] for s in sensors}
@@ -206,6 +209,7 @@ def main():
     a.add_argument("--vehicles", default=",".join(V.VEHICLES))
     for k, d in (("train", 24), ("healthy", 24), ("per", 6)):
         a.add_argument("--" + k, default=d, type=int)
+    a.add_argument("--faults", help="of these alone, names with commas between")
     a.add_argument("--twin", action="store_true", help="the machine on paper instead of a learnt model")
     o = a.parse_args()
     bad = sum(vehicle(v, o) for v in o.vehicles.split(","))

@@ -33,13 +33,15 @@ import verdict
 
 AT_MOST = ("false", "wrong", "early", "errors")
 # name: (hits, out of), both keys of the counts
-SHARES = dict(false=("false", "healthy"), found=("found", "cases"), named=("named", "found"), sign=("sign_ok", "signs"),
-              size=("size_ok", "sizes"), covered=("covered", "sizes"), onset=("onset", "found"),
-              region=("region_ok", "regions"), wrong=("wrong", "cases"), early=("early", "cases"), errors=("errors", "replays"))
+SHARES = dict(false=("false", "healthy"), found=("found", "cases"), named=("named", "found"),
+              sign=("sign_ok", "signs"), size=("size_ok", "sizes"), covered=("covered", "sizes"),
+              onset=("onset", "found"), region=("region_ok", "regions"), wrong=("wrong", "cases"),
+              early=("early", "cases"), errors=("errors", "replays"))
 
 
 def load(path):
-    """The module of vehicles at `path`."""
+    """The module of vehicles at `path`, whose folder is left as it is."""
+    sys.dont_write_bytecode = True
     sys.path.insert(0, os.path.dirname(os.path.abspath(path)))
     spec = importlib.util.spec_from_file_location("graded_vehicles", path)
     module = importlib.util.module_from_spec(spec)
@@ -163,7 +165,11 @@ def total(cases):
         for k, x in s.items():
             if isinstance(x, int) and k != "seed":
                 out[k] += x
-    return out, verdict.median([s["f1"] for s in cases if "f1" in s]), verdict.median([s["delay"] for s in cases if "delay" in s])
+    return out, median(cases, "f1"), median(cases, "delay")
+
+
+def median(cases, key):
+    return verdict.median([s[key] for s in cases if key in s])
 
 
 def say(name, cases):
@@ -172,7 +178,17 @@ def say(name, cases):
     for label, (k, n) in SHARES.items():
         if c[n] and (c[k] or label not in ("early", "errors")):
             print("  %-8s %s" % (label, verdict.share(c[k], c[n])))
-    print("  F1 of rows, median %.2f; alarm %.1f %% of the run after the first faulty row, median" % (f1, 100 * delay))
+    print("  F1 of rows, median %.2f; alarm %.1f %% of the run after the first faulty row, median" % (
+        f1, 100 * delay))
+
+
+def by_fault(cases):
+    """A line a fault: what was right how often."""
+    for fault in sorted({s["fault"] for s in cases if s["fault"]}, key=str):
+        c, f1, _ = total([s for s in cases if s["fault"] == fault])
+        print("    %-18s found %d/%d, named %d, sign %d/%d, onset %d, region %d/%d, F1 %.2f" % (
+            fault, c["found"], c["cases"], c["named"], c["sign_ok"], c["signs"], c["onset"],
+            c["region_ok"], c["regions"], f1))
 
 
 def summary(cases):
@@ -253,6 +269,7 @@ def main():
     by = {v: [s for s in done if s["vehicle"] == v] for v in o.vehicles}
     for v in o.vehicles:
         say(v, by[v])
+        by_fault(by[v])
     if len(o.vehicles) > 1:
         say("all", done)
     figures = dict({v: summary(by[v]) for v in o.vehicles}, all=summary(done))

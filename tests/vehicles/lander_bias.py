@@ -121,7 +121,8 @@ def plan(o, model):
         for j, at in enumerate(float(x) for x in o.at.split(",")):
             for k in range(o.per):
                 n = i * 7 + j * 3 + k
-                cases.append((sensor, at, 1 if (i + j + k) % 2 else -1, fresh[n % len(fresh)], noise[sensor], model, k))
+                sign = 1 if (i + j + k) % 2 else -1
+                cases.append((sensor, at, sign, fresh[n % len(fresh)], noise[sensor], model, k))
     return fresh, cases
 
 
@@ -133,7 +134,9 @@ def main():
     model = trained(o)
     fresh, cases = plan(o, model)
     with concurrent.futures.ProcessPoolExecutor(o.jobs) as pool:
-        healthy = list(pool.map(verdict.Replay, [o.rim] * len(fresh), [model] * len(fresh), fresh, [f[:-4] for f in fresh]))
+        n = len(fresh)
+        stems = [f[:-4] for f in fresh]
+        healthy = list(pool.map(verdict.Replay, [o.rim] * n, [model] * n, fresh, stems))
         done = []
         for s in pool.map(judge, [o] * len(cases), cases):
             done.append(s)
@@ -148,7 +151,8 @@ def main():
     got = sum(s["ok"]["all"] for s in done) / n
     if o.json:
         with open(o.json, "w") as f:
-            json.dump(dict(seed=o.seed, fresh=o.seed + o.fresh, share=got, ci95=verdict.wilson(round(got * n), n), cases=done), f, indent=1)
+            json.dump(dict(seed=o.seed, fresh=o.seed + o.fresh, share=got,
+                           ci95=verdict.wilson(round(got * n), n), cases=done), f, indent=1)
     if o.require and got < float(o.require.partition("=")[2]):
         print("FAILED: share is %.3f, required: at least %s" % (got, o.require.partition("=")[2]))
         return 1

@@ -38,7 +38,8 @@ def main():
         records = [alarm(truth, truth["end_s"], lie)]
         labels = labels if lie == "wrong" else truth["rows"]
     elif lie == "wrong":
-        records = [dict(t_s=1.0, state="raised", kind="shift", channels=["s.none"], since_s=0.0, features=[], shift={}, shift_sd={})]
+        records = [dict(t_s=1.0, state="raised", kind="shift", channels=["s.none"], since_s=0.0,
+                        features=[], shift={}, shift_sd={})]
     with open(value("--alarms"), "w") as f:
         f.writelines(json.dumps(x) + "\n" for x in records)
     with open(value("--labels"), "w") as f:

@@ -100,7 +100,7 @@ def judge(o, case, model):
     """What is said about one log."""
     variant, role, fault, seed, path = case
     t = draw(o, case)
-    got = verdict.Replay(o.rim, model, path, path[:-4]) if model else without(o, path)
+    got = verdict.Replay(o.rim, model, path, path[:-4])
     s = dict(variant=variant, role=role, fault=fault, seed=seed, code=got.code, found=int(bool(got.alarms)))
     if role == "faulty" and got.alarms:
         last = got.alarms[-1]
@@ -119,18 +119,6 @@ def judge(o, case, model):
     return s
 
 
-def without(o, path):
-    """The old way: no model, thresholds by simulation as if residuals were independent."""
-    class Bare(verdict.Replay):
-        def __init__(self):
-            alarms, labels = path[:-4] + ".alarms.jsonl", path[:-4] + ".labels.csv"
-            k = verdict.subprocess.run([o.rim, "replay", path, "--alarms", alarms, "--labels", labels],
-                                       capture_output=True, text=True)
-            self.code, self.every, self.labels = k.returncode, self.records(alarms), self.rows(labels)
-            self.alarms = [x for x in self.every if x["state"] in ("raised", "updated")]
-    return Bare()
-
-
 def cases(o, variant, folder):
     at = lambda n: os.path.join(folder, n + ".csv")
     for i in range(o.train):
@@ -142,16 +130,20 @@ def cases(o, variant, folder):
             yield variant, "faulty", f, o.base + 700 + 31 * j + 1000 * i, at("%s_%02d" % (f.replace(":", "_"), j))
 
 
+COUNTS = ("found", "named", "onset", "signs", "sign", "sizes", "size", "covered")
+
+
 def say(variant, done):
     c = collections.Counter()
     for s in done:
         if s["role"] == "healthy":
             c.update(healthy=1, false=s["found"])
         else:
-            c.update({k: s[k] for k in ("found", "named", "onset", "signs", "sign", "sizes", "size", "covered") if k in s})
+            c.update({k: s[k] for k in COUNTS if k in s})
     c["cases"] = sum(s["role"] == "faulty" for s in done)
     print(variant)
-    shares = dict(false="healthy", found="cases", named="found", sign="signs", size="sizes", covered="sizes", onset="found")
+    shares = dict(false="healthy", found="cases", named="found", sign="signs", size="sizes",
+                  covered="sizes", onset="found")
     for k, n in shares.items():
         print("  %-8s %s" % (k, verdict.share(c[k], c[n])))
     for f in FAULTS:
@@ -160,7 +152,8 @@ def say(variant, done):
     errors = sorted({s["code"] for s in done} - {0, 1})
     if errors:
         print("  exit codes of replay: %s" % errors)
-    return {k: dict(k=c[k], n=c[n], share=c[k] / c[n], ci95=verdict.wilson(c[k], c[n])) for k, n in shares.items() if c[n]}
+    return {k: dict(k=c[k], n=c[n], share=c[k] / c[n], ci95=verdict.wilson(c[k], c[n]))
+            for k, n in shares.items() if c[n]}
 
 
 def arguments():
@@ -186,7 +179,8 @@ def variant_of(o, pool, folder, variant):
     model = os.path.join(folder, "model.rim")
     k = verdict.train(o.rim, [c[4] for c in logs], model, *o.train_option)
     if k.returncode:
-        print("%s: rim train exits %d: %s\n  so the logs are replayed without a model" % (variant, k.returncode, k.stderr.strip()[:200]))
+        print("%s: rim train exits %d: %s\n  so the logs are replayed without a model" % (
+            variant, k.returncode, k.stderr.strip()[:200]))
         model = None
     rest = [c for c in every if c[1] != "train"]
     return say(variant, list(pool.map(judge, [o] * len(rest), rest, [model] * len(rest), chunksize=2)))

@@ -23,10 +23,10 @@ class Quadrotor(Vehicle):
         "thin": Physical("thrust", .015, {"climb": -1}, ("s.height_m",), since=False,
                          draw=lambda r: r.uniform(4, 9),
                          where=lambda f, low: low < f["height"] < low + 6),
-        "wind": Physical("drag", .055, {"speed": -1}, ("s.x_m", "s.y_m"), since=False,
+        "wind": Physical("drag", .048, {"speed": -1}, ("s.x_m", "s.y_m"), since=False,
                          draw=lambda r: (r.uniform(10, 25), r.uniform(10, 25)),
                          where=lambda f, low: low[0] < f["x"] < low[0] + 22 and low[1] < f["y"] < low[1] + 22),
-        "loss_left": Physical("yaw", .15, {"yawrate": -1}, ("s.yawrate_radps", "u.yawrate_radps"),
+        "loss_left": Physical("yaw", .15, {"yawrate": -1, "heading": 0}, ("s.yawrate_radps", "u.yawrate_radps"),
                               since=False, where=lambda f, _: f["yawrate"] > .1),
     }
 

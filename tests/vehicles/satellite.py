@@ -26,10 +26,9 @@ class Satellite(Vehicle):
         "degraded": Physical("cells", .04, {"panel": -1}),
         "hot": Physical("cells", .05, {"panel": -1}, ("s.array_degC", "x.orbit_rad"), since=False,
                         where=lambda f, _: f["hot"] > 35),
-        "shadow": Physical("cells", .05, {"panel": -1}, ("x.orbit_rad", "s.yaw_rad"), since=False,
-                           draw=lambda r: (r.uniform(-1.6, 0), r.uniform(-2.5, 0)),
-                           where=lambda f, low: low[0] < f["orbit"] < low[0] + 1.8
-                           and low[1] < f["yaw"] < low[1] + 2.5),
+        "shadow": Physical("cells", .05, {"panel": -1}, ("x.orbit_rad", "u.payload", "s.bus_A"), since=False,
+                           draw=lambda r: r.uniform(-1.6, 0),
+                           where=lambda f, low: low < f["orbit"] < low + 1.8 and f["payload"] > .5),
         "driver": Physical("driver", .06, {"bus": 1}, ("u.torque_z_mNm",), since=False,
                            where=lambda f, _: f["torque_z"] > 25),
         "leak": Physical("leak", .4, {"battery": -1}),

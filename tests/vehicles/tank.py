@@ -9,15 +9,15 @@ class Tank(Vehicle):
     COLUMNS = ("t_s", "u.pump", "u.heater", "u.valve", "s.level_m", "s.pressure_kPa",
                "s.temperature_degC", "s.inflow_Lps", "s.outflow_Lps", "s.pump_A", "s.heater_A",
                "s.buffer_m", "s.product_degC")
-    SIGMA = dict(level=.014, pressure=.14, temperature=.3, inflow=.02, outflow=.015, pump=.05,
+    SIGMA = dict(level=.018, pressure=.18, temperature=.3, inflow=.02, outflow=.015, pump=.05,
                  heater=.08, buffer=.006, product=.3)
-    SENSOR_FAULTS = ("bias:inflow", "bias:product", "drift:pressure", "gain:outflow",
+    SENSOR_FAULTS = ("bias:inflow", "bias:product", "drift:heater", "gain:outflow",
                      "noise:temperature", "stuck:level")
     PHYSICAL = {
         "leak": Physical("leak", .024, {"level": -1, "pressure": -1, "outflow": -1}),
-        "hole": Physical("leak", .03, {"level": -1, "pressure": -1, "outflow": -1},
+        "hole": Physical("leak", .029, {"level": -1, "pressure": -1, "outflow": -1},
                          ("s.level_m", "s.pressure_kPa"), since=False, where=lambda f, _: f["level"] > 1.55),
-        "scale": Physical("heat", .065, {"temperature": -1, "product": -1}, ramp=True),
+        "scale": Physical("heat", .06, {"temperature": -1, "product": -1}, ramp=True),
         "element": Physical("element", .06, {"heater": -1, "temperature": -1}, ("u.heater", "s.heater_A"),
                             since=False, where=lambda f, _: f["power"] > .48),
         "cavitation": Physical("suction", .06, {"inflow": -1, "pump": -1},

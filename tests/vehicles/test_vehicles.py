@@ -65,15 +65,17 @@ class Grader(unittest.TestCase):
         """Exit status and figures of grade.py on two vehicles with a rim that is the oracle."""
         with tempfile.TemporaryDirectory() as d:
             out = os.path.join(d, "g.json")
-            k = subprocess.run([sys.executable, os.path.join(HERE, "grade.py"), "--rim", os.path.join(HERE, "oracle.py"),
-                                "--vehicles", "tank,arm", "--train", "1", "--healthy", "2", "--per", "1", "--json", out, *more],
-                               capture_output=True, text=True, env=dict(os.environ, ORACLE=oracle))
+            command = [sys.executable, os.path.join(HERE, "grade.py"), "--rim", os.path.join(HERE, "oracle.py")]
+            command += ["--vehicles", "tank,arm", "--train", "1", "--healthy", "2", "--per", "1", "--json", out]
+            k = subprocess.run(command + list(more), capture_output=True, text=True,
+                               env=dict(os.environ, ORACLE=oracle))
             self.assertTrue(os.path.exists(out), k.stderr)
             with open(out) as f:
                 return k.returncode, json.load(f)["figures"]["all"], k.stdout
 
     def test_all_that_is_right_counts(self):
-        code, f, _ = self.grade("right", "--require", "found=1,named=1,sign=1,size=1,covered=1,onset=1,region=1,f1=1,false=0,wrong=0")
+        all_of_it = "found=1,named=1,sign=1,size=1,covered=1,onset=1,region=1,f1=1,false=0,wrong=0"
+        code, f, _ = self.grade("right", "--require", all_of_it)
         self.assertEqual(code, 0)
         self.assertEqual((f["found"]["n"], f["found"]["share"], f["f1_median"]), (26, 1.0, 1.0))
 
@@ -81,7 +83,8 @@ class Grader(unittest.TestCase):
         code, f, text = self.grade("wrong", "--require", "sign=.9")
         self.assertEqual(code, 1)
         self.assertIn("FAILED: sign", text)
-        self.assertEqual([f[k]["share"] for k in ("false", "found", "sign", "size", "covered", "region")], [1, 1, 0, 0, 0, 0])
+        asked = ("false", "found", "sign", "size", "covered", "region")
+        self.assertEqual([f[k]["share"] for k in asked], [1, 1, 0, 0, 0, 0])
         self.assertEqual((f["onset"]["k"], f["f1_median"]), (0, 0))
         self.assertGreater(f["wrong"]["share"], .5)
 

@@ -57,14 +57,18 @@ def train(rim, logs, model, *more):
 
 
 class Replay:
-    """One log through `rim replay`: exit code, texts, alarm records and labelled rows."""
+    """One log through `rim replay`: exit code, texts, alarm records and labelled rows.
+
+    Without a model (None) the log's own predictions are what it is judged by.
+    """
 
     def __init__(self, rim, model, log, stem, *more):
         alarms, labels = stem + ".alarms.jsonl", stem + ".labels.csv"
         for path in (alarms, labels):
             if os.path.exists(path):
                 os.remove(path)
-        k = subprocess.run([rim, "replay", "--model", model, log, "--alarms", alarms, "--labels", labels, *more],
+        of = ["--model", model] if model else []
+        k = subprocess.run([rim, "replay", *of, log, "--alarms", alarms, "--labels", labels, *more],
                            capture_output=True, text=True)
         self.code, self.out, self.err = k.returncode, k.stdout, k.stderr
         self.every = self.records(alarms)

@@ -66,7 +66,8 @@ def spoil(columns, rows, ranges):
             low, high = (x * unit[1] + unit[2] for x in ranges[i])
             inside = ranges[i][0] <= low and high <= ranges[i][1]
             if not inside:    # else nobody could tell from the values
-                yield "%s in %s" % (columns[i], unit[0]), [columns[i]], changed(rows, i, lambda x: x * unit[1] + unit[2])
+                spoilt = changed(rows, i, lambda x: x * unit[1] + unit[2])
+                yield "%s in %s" % (columns[i], unit[0]), [columns[i]], spoilt
     for i, j in swaps(sensors, ranges):
         swapped = [[r[j] if k == i else r[i] if k == j else x for k, x in enumerate(r)] for r in rows]
         yield "%s <-> %s" % (columns[i], columns[j]), [columns[i], columns[j]], swapped
@@ -96,6 +97,10 @@ def says(text, column):
     return column in text or re.search(r"\b%s\b" % re.escape(name), text) or name.replace("_", " ") in text
 
 
+def heading(record):
+    return " ".join(str(record.get(k, "")) for k in ("level", "kind", "sentence"))
+
+
 def judge(o, case):
     v, name, want, path, model = case
     got = verdict.Replay(o.rim, model, path, path[:-4])
@@ -104,13 +109,13 @@ def judge(o, case):
     # the log's own path must not name a column for it
     text = text.replace(path, "LOG").replace(os.path.basename(path), "LOG")
     healthy = bool(HEALTHY.search(text))
-    said = text + "\n" + "\n".join("%s %s %s" % tuple(x.get(k, "") for k in ("level", "kind", "sentence")) for x in got.every)
+    said = "\n".join([text] + [heading(x) for x in got.every])
     if want is None:
-        ok = got.code in (0, 1) and not RANGE.search(first.get("level", "") + first.get("kind", ""))
+        ok = got.code in (0, 1) and not RANGE.search(heading(dict(first, sentence="")))
     elif isinstance(want, str):
         ok = bool(dict(rate=RATE, time=TIME, short=SHORT)[want].search(said))
     else:
-        record = " ".join(str(first.get(k, "")) for k in ("level", "kind", "sentence"))
+        record = heading(first)
         channel = (first.get("channels") or [""])[0]
         lines = [x for x in text.splitlines() if RANGE.search(x)]
         ok = bool(RANGE.search(record) and channel in want) or any(says(x, c) for x in lines for c in want)
@@ -168,11 +173,12 @@ def main():
             for s in pool.map(judge, [o] * len(cases), cases):
                 done.append(s)
                 print("%-10s %-32s exit %d  %-8s%-10s%s  %s" % (
-                    s["vehicle"], s["case"], s["code"], "healthy " if s["healthy"] else "", "named" if s["named"] else "not named",
-                    "ok   " if s["ok"] else "WRONG", s["said"]), flush=True)
+                    s["vehicle"], s["case"], s["code"], "healthy " if s["healthy"] else "",
+                    "named" if s["named"] else "not named", "ok   " if s["ok"] else "WRONG", s["said"]), flush=True)
     spoilt = [s for s in done if s["want"] is not None]
     print("base %d" % o.base)
-    print("clean runs taken as such  " + verdict.share(sum(s["ok"] for s in done) - sum(s["ok"] for s in spoilt), len(done) - len(spoilt)))
+    clean = [s for s in done if s["want"] is None]
+    print("clean runs taken as such  " + verdict.share(sum(s["ok"] for s in clean), len(clean)))
     print("called healthy            " + verdict.share(sum(s["healthy"] for s in spoilt), len(spoilt)))
     print("named as what it is       " + verdict.share(sum(s["named"] for s in spoilt), len(spoilt)))
     print("right                     " + verdict.share(sum(s["ok"] for s in spoilt), len(spoilt)))
