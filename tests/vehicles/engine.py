@@ -21,10 +21,10 @@ class Engine(Vehicle):
                          where=lambda f, low: low < f["altitude"] < low + 1.5),
         "bleed_leak": Physical("compressor", .018, {"compressor": -1}, ("u.bleed",), since=False,
                                where=lambda f, _: f["bleed"] > .5),
-        "flutter": Physical("shake", .1, {"vibration": 1}, ("s.fan_rpm", "u.throttle", "x.mach"), since=False,
-                            where=lambda f, _: f["fan"] > 4000 and f["mach"] > .52),
-        "slow_spool": Physical("spool", 45., {"core": -1, "fan": -1}, ("u.throttle", "s.core_rpm", "s.fuel_kgps"),
-                               since=False, where=lambda f, _: f["core"] > 13600),
+        "flutter": Physical("shake", .1, {"vibration": 1}, ("s.fan_rpm", "s.core_rpm", "u.throttle", "x.mach"),
+                            since=False, where=lambda f, _: f["fan"] > 4000 and f["mach"] > .52),
+        "slow_spool": Physical("spool", 45., {"core": -1, "fan": -1},
+                               ("u.throttle", "s.core_rpm", "s.fan_rpm", "s.fuel_kgps"), since=False, where=lambda f, _: f["core"] > 13600),
         "rub": Physical("shake", .09, {"vibration": 1}),
     }
 

@@ -8,9 +8,9 @@ The scan knows the fault's place and time, but not its size or sign. Per outcome
 of ten rows, less a model: ridge regression, learnt from healthy runs, on filtered commands, their
 products, time and the start of the run, for sensor faults on the other sensors too (or, with --twin,
 the machine on paper given the same commands). It fits the fault's shape to what is left, alone and
-beside an offset of the run, and asks how far the fit stands from those of healthy runs in the same place and time: z standard deviations,
-evidence z^2 / 2 nats. Scatter: the same of the mean square second difference. A stuck sensor repeats
-readings that white noise never repeats: that is counted.
+beside an offset of the run, and asks how far the fit stands from those of healthy runs in the same
+place and time: z standard deviations, evidence z^2 / 2 nats. Scatter: the same of the mean square
+second difference. A stuck sensor repeats readings that white noise never repeats: that is counted.
 
 A fault is fair if the median evidence of its cases is 25 nats or more in one of its columns, nobody
 else's is three times larger, the sign is the declared one, and the mean effect is below 5 standard

@@ -71,7 +71,7 @@ def run(variant, seed, fault=None):
             row += [z, m, s]
         rows.append(row)
         mask.append(int(on))
-        real.step(u, .04 if on and what in ("loss", "stretch") else 0)
+        real.step(u, .02 if on and what in ("loss", "stretch") else 0)
         own.step(u, 0)
     return rows, truth(what, name, size, onset, mask)
 

@@ -24,7 +24,7 @@ class Satellite(Vehicle):
     PHYSICAL = {
         "friction": Physical("friction_z", .02, {"wheel_z": -1}),
         "degraded": Physical("cells", .04, {"panel": -1}),
-        "hot": Physical("cells", .05, {"panel": -1}, ("s.array_degC", "x.orbit_rad"), since=False,
+        "hot": Physical("cells", .05, {"panel": -1}, ("s.array_degC", "x.orbit_rad", "x.sun"), since=False,
                         where=lambda f, _: f["hot"] > 35),
         "shadow": Physical("cells", .05, {"panel": -1}, ("x.orbit_rad", "u.payload", "s.bus_A"), since=False,
                            draw=lambda r: r.uniform(-1.6, 0),

@@ -21,10 +21,10 @@ class Tank(Vehicle):
         "element": Physical("element", .06, {"heater": -1, "temperature": -1}, ("u.heater", "s.heater_A"),
                             since=False, where=lambda f, _: f["power"] > .48),
         "cavitation": Physical("suction", .06, {"inflow": -1, "pump": -1},
-                               ("s.temperature_degC", "u.pump", "s.product_degC"), since=False,
+                               ("s.temperature_degC", "u.pump", "s.product_degC", "s.inflow_Lps"), since=False,
                                where=lambda f, _: f["temperature"] > 52 and f["flow"] > .85),
         "wear": Physical("wear", .06, {"pump": 1}),
-        "valve": Physical("valve", .04, {"outflow": -1, "buffer": -1}, ("u.valve",), since=False,
+        "valve": Physical("valve", .04, {"outflow": -1, "buffer": -1}, ("u.valve", "s.outflow_Lps"), since=False,
                           where=lambda f, _: f["open"] < .42),
     }
 
