@@ -1,0 +1,121 @@
+#!/usr/bin/env python3
+"""The generators and the grader themselves: run by hand or by `python3 -m unittest`; seeds are fixed here."""
+import json
+import math
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path.insert(0, HERE)
+
+import verdict
+import vehicles as V
+import wrong_input
+
+SEED = 4711
+
+
+class Generators(unittest.TestCase):
+    def test_same_seed_same_run(self):
+        for v in V.VEHICLES:
+            self.assertEqual(V.run(v, SEED), V.run(v, SEED))
+            self.assertNotEqual(V.run(v, SEED)[1], V.run(v, SEED + 1)[1])
+
+    def test_runs_are_whole_and_finite(self):
+        for v in V.VEHICLES:
+            columns, rows, truth = V.run(v, SEED)
+            self.assertIsNone(truth)
+            self.assertEqual(len(rows), V.LENGTH[v])
+            self.assertTrue(all(len(r) == len(columns) and all(map(math.isfinite, r)) for r in rows))
+            self.assertTrue(5 <= sum(c.startswith("s.") for c in columns) <= 15)
+
+    def test_a_fault_leaves_the_rows_before_it_as_they_were(self):
+        for v in V.VEHICLES:
+            healthy = V.run(v, SEED)[1]
+            for fault in V.FAULTS[v]:
+                _, rows, truth = V.run(v, SEED, fault)
+                self.assertIn(1, truth["rows"], (v, fault))
+                first = truth["rows"].index(1)
+                self.assertEqual(rows[:first], healthy[:first], (v, fault))
+                self.assertNotEqual(rows, healthy, (v, fault))
+
+    def test_truth_speaks_of_columns_that_exist(self):
+        for v in V.VEHICLES:
+            for fault in V.FAULTS[v]:
+                columns, rows, t = V.run(v, SEED, fault)
+                self.assertTrue(set(t["columns"]) | set(t["features"]) <= set(columns), (v, fault))
+                self.assertTrue(set(t["columns"].values()) <= {-1, 0, 1})
+                if t["onset"]:
+                    first = t["rows"].index(1) * V.RATE[v]
+                    self.assertGreaterEqual(first, t["onset"] - 1e-9, (v, fault))
+
+    def test_bias_has_the_size_that_is_told(self):
+        healthy = V.run("tank", SEED)[1]
+        columns, rows, t = V.run("tank", SEED, "bias:inflow")
+        i = columns.index("s.inflow_Lps")
+        self.assertAlmostEqual(rows[-1][i] - healthy[-1][i], t["size"], places=9)
+        self.assertEqual(math.copysign(1, t["size"]), t["columns"]["s.inflow_Lps"])
+
+
+class Grader(unittest.TestCase):
+    def grade(self, oracle, *more):
+        """Exit status and figures of grade.py on two vehicles with a rim that is the oracle."""
+        with tempfile.TemporaryDirectory() as d:
+            out = os.path.join(d, "g.json")
+            command = [sys.executable, os.path.join(HERE, "grade.py"), "--rim", os.path.join(HERE, "oracle.py")]
+            command += ["--vehicles", "tank,arm", "--train", "1", "--healthy", "2", "--per", "1", "--json", out]
+            k = subprocess.run(command + list(more), capture_output=True, text=True,
+                               env=dict(os.environ, ORACLE=oracle))
+            self.assertTrue(os.path.exists(out), k.stderr)
+            with open(out) as f:
+                return k.returncode, json.load(f)["figures"]["all"], k.stdout
+
+    def test_all_that_is_right_counts(self):
+        all_of_it = "found=1,named=1,sign=1,size=1,covered=1,onset=1,region=1,f1=1,false=0,wrong=0"
+        code, f, _ = self.grade("right", "--require", all_of_it)
+        self.assertEqual(code, 0)
+        self.assertEqual((f["found"]["n"], f["found"]["share"], f["f1_median"]), (26, 1.0, 1.0))
+
+    def test_all_that_is_wrong_counts(self):
+        code, f, text = self.grade("wrong", "--require", "sign=.9")
+        self.assertEqual(code, 1)
+        self.assertIn("FAILED: sign", text)
+        asked = ("false", "found", "sign", "size", "covered", "region")
+        self.assertEqual([f[k]["share"] for k in asked], [1, 1, 0, 0, 0, 0])
+        self.assertEqual((f["onset"]["k"], f["f1_median"]), (0, 0))
+        self.assertGreater(f["wrong"]["share"], .5)
+
+    def test_nothing_found_is_no_share_of_what_was_not_asked(self):
+        code, f, _ = self.grade("silent", "--require", "named=.5")
+        self.assertEqual(code, 1)
+        self.assertEqual(f["found"]["share"], 0)
+        self.assertNotIn("named", f)
+
+
+class Pieces(unittest.TestCase):
+    def test_wilson_against_a_table(self):
+        low, high = verdict.wilson(8, 10)
+        self.assertAlmostEqual(low, .4902, places=3)
+        self.assertAlmostEqual(high, .9433, places=3)
+        self.assertEqual(verdict.wilson(0, 0), (0.0, 1.0))
+
+    def test_f1(self):
+        self.assertEqual(verdict.f1([1, 1, 0, 0], [1, 0, 1, 0]), .5)
+        self.assertEqual(verdict.f1([0, 0], [0, 0]), 1.0)
+
+    def test_healthy_is_a_verdict_not_a_word(self):
+        self.assertTrue(wrong_input.HEALTHY.search("LOG: healthy: nothing found in 60 rows"))
+        self.assertFalse(wrong_input.HEALTHY.search("at most 1 healthy run in 25 shows as much"))
+
+    def test_a_column_is_told_from_another(self):
+        self.assertTrue(wrong_input.says("speed 3.6 is beyond the 0 to 1.1 it was trained on", "s.speed_mps"))
+        self.assertTrue(wrong_input.says("wheel y 900 rad/s is out of range", "s.wheel_y_radps"))
+        self.assertFalse(wrong_input.says("gyro scatters .05 times", "s.speed_mps"))
+
+
+if __name__ == "__main__":
+    print("seed %d" % SEED)
+    unittest.main()
