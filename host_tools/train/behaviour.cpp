@@ -94,12 +94,14 @@ Moments moments_of(const Matrix &x, const Matrix &y) {
   return m;
 }
 
-std::vector<Eigen::Index> terms_of(const Basis &basis, const Choice &choice) {
+// outcome: the one whose first reading may be used; those of others are noise more often than not.
+std::vector<Eigen::Index> terms_of(const Basis &basis, const Choice &choice, std::size_t outcome) {
   std::vector<Eigen::Index> terms;
   for (std::size_t i = 0; i < basis.terms.size(); ++i) {
     const TermGroup g = basis.terms[i].group;
     if (g == TermGroup::mean || (g == TermGroup::shape && choice.shape) ||
-        (g == TermGroup::slow && choice.slow) || (g == TermGroup::initial && choice.initial))
+        (g == TermGroup::slow && choice.slow) ||
+        (g == TermGroup::initial && choice.initial && basis.terms[i].a == outcome))
       terms.push_back(static_cast<Eigen::Index>(i));
   }
   return terms;
@@ -131,8 +133,9 @@ public:
       folds_.push_back(fold_without(f));
   }
 
-  // errors[target][ridge], root mean square over runs left out.
-  std::vector<std::vector<double>> errors(const Choice &choice) const;
+  // errors[target - first][ridge], root mean square over runs left out, of some targets.
+  std::vector<std::vector<double>> errors(const std::vector<Eigen::Index> &terms,
+                                          Eigen::Index first, Eigen::Index targets) const;
   // Weights of all terms for a target; fold kFolds: all runs.
   Eigen::VectorXd weights(const std::vector<Eigen::Index> &terms, double ridge, std::size_t fold,
                           Eigen::Index target) const;
@@ -188,10 +191,9 @@ double run_error(const Eigen::VectorXd &e) {
   return (e.array() - mean).square().mean() + kRunMeanWeight * mean * mean;
 }
 
-std::vector<std::vector<double>> Fitter::errors(const Choice &choice) const {
-  const std::vector<Eigen::Index> terms = terms_of(basis_, choice);
+std::vector<std::vector<double>> Fitter::errors(const std::vector<Eigen::Index> &terms,
+                                                Eigen::Index first, Eigen::Index targets) const {
   const auto k = static_cast<Eigen::Index>(terms.size());
-  const Eigen::Index targets = y_.front().cols();
   const std::size_t ridges = std::size(kRidges);
   std::vector<std::vector<double>> sums(static_cast<std::size_t>(targets),
                                         std::vector<double>(ridges, 0.0));
@@ -200,12 +202,13 @@ std::vector<std::vector<double>> Fitter::errors(const Choice &choice) const {
     const std::size_t f = job / ridges, l = job % ridges;
     Eigen::MatrixXd g = sub_gram(folds_[f].gram, terms);
     g.diagonal().array() += kRidges[l];
-    const Eigen::MatrixXd w = g.ldlt().solve(sub_rows(folds_[f].cross, terms));
+    const Eigen::MatrixXd w = g.ldlt().solve(
+        sub_rows(folds_[f].cross, terms).middleCols(first, targets));
     for (std::size_t r = f; r < x_.size(); r += kFolds) {
       Matrix x(x_[r].rows(), k);
       for (Eigen::Index i = 0; i < k; ++i)
         x.col(i) = x_[r].col(terms[static_cast<std::size_t>(i)]);
-      const Matrix e = y_[r] - x * w;
+      const Matrix e = y_[r].middleCols(first, targets) - x * w;
       for (Eigen::Index t = 0; t < targets; ++t)
         part[job][static_cast<std::size_t>(t)][l] += run_error(e.col(t));
     }
@@ -255,9 +258,8 @@ TargetModel choose(const std::vector<std::vector<std::vector<double>>> &errors, 
   for (std::size_t c = 0; c < std::size(kChoices); ++c) {
     if (kChoices[c].initial && !is_outcome)
       continue;
-    const std::size_t column = kChoices[c].initial ? 2 * outcomes + target : target;
     for (std::size_t l = 0; l < std::size(kRidges); ++l) {
-      const double e = errors[c][column][l];
+      const double e = errors[c][target][l];
       if (e < (1.0 - kChoices[c].must_win) * bar && e < least) {
         least = e;
         best.shape = kChoices[c].shape;
@@ -297,10 +299,19 @@ Behaviour fit_behaviour(Basis *basis, const std::vector<BlockRun> &runs, std::si
   learn_means(basis, runs);
   Behaviour b;
   const Fitter fitter(*basis, runs);
-  std::vector<std::vector<std::vector<double>>> errors;
-  for (const Choice &choice : kChoices)
-    errors.push_back(fitter.errors(choice));
   const auto o = static_cast<Eigen::Index>(outcomes);
+  // errors[choice][target]: of outcomes and scatter, or of outcomes less their first readings.
+  std::vector<std::vector<std::vector<double>>> errors;
+  for (const Choice &choice : kChoices) {
+    errors.emplace_back();
+    if (!choice.initial)
+      errors.back() = fitter.errors(terms_of(*basis, choice, 0), 0, 2 * o);
+    for (Eigen::Index t = 0; choice.initial && t < o; ++t)
+      errors.back().push_back(fitter
+                                  .errors(terms_of(*basis, choice, static_cast<std::size_t>(t)),
+                                          2 * o + t, 1)
+                                  .front());
+  }
   for (const BlockRun &run : runs) {
     b.predicted.emplace_back(run.blocks(), o);
     b.residual.emplace_back(run.blocks(), o);
@@ -312,7 +323,7 @@ Behaviour fit_behaviour(Basis *basis, const std::vector<BlockRun> &runs, std::si
     model = choose(errors, t, outcomes);
     const auto column = static_cast<Eigen::Index>(model.initial ? 2 * outcomes + t : t);
     const auto terms =
-        terms_of(*basis, {model.shape, model.slow, model.initial, 0.0});
+        terms_of(*basis, {model.shape, model.slow, model.initial, 0.0}, t);
     double squares = 0.0, spread = 0.0, n = 0.0;
     for (std::size_t f = 0; f <= kFolds; ++f) {
       const Eigen::VectorXd w = fitter.weights(terms, model.ridge, f, column);

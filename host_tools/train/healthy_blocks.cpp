@@ -78,6 +78,13 @@ void choose_inputs(Basis *basis, const Layout &layout, const std::vector<Log> &l
     for (std::size_t j = i + 1; j < features.size(); ++j)
       add(features[i], features[j]);
   }
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    for (std::size_t j = i + 1; j < features.size(); ++j) {
+      if (takes_both_signs(logs, layout.feature_names[features[i]]) ||
+          takes_both_signs(logs, layout.feature_names[features[j]]))
+        add(features[i], static_cast<std::uint16_t>(features[j] | BASIS_OF_PRODUCT));
+    }
+  }
 }
 
 void choose_times(Basis *basis, double run_rows) {
@@ -118,6 +125,22 @@ void choose_terms(Basis *basis, std::size_t plain, std::size_t outcomes) {
   }
 }
 
+// Of each outcome, over the runs.
+std::vector<double> mean_first(const Layout &layout, const std::vector<Log> &logs) {
+  std::vector<double> first(layout.outcomes(), 0.0);
+  for (std::size_t o = 0; o < layout.outcome_feature.size(); ++o) {
+    const std::string &name = layout.feature_names[layout.outcome_feature[o]];
+    double n = 0.0;
+    for (const Log &log : logs) {
+      const Eigen::Index rows = std::min<Eigen::Index>(8, log.values.rows());
+      first[o] += log.values.col(find_column(log, name)).head(rows).sum();
+      n += static_cast<double>(rows);
+    }
+    first[o] /= std::max(n, 1.0);
+  }
+  return first;
+}
+
 } // namespace
 
 Basis make_basis(const Layout &layout, const std::vector<Log> &logs, double run_rows) {
@@ -137,6 +160,7 @@ Basis make_basis(const Layout &layout, const std::vector<Log> &logs, double run_
   }
   basis.mean_center.assign(basis.means.size(), 0.0);
   basis.mean_inverse_sd.assign(basis.means.size(), 1.0);
+  basis.first = mean_first(layout, logs);
   return basis;
 }
 
@@ -170,6 +194,8 @@ std::vector<std::uint8_t> basis_section(const Basis &basis) {
     for (const double v : *numbers)
       bytes.f32(static_cast<float>(v));
   }
+  for (const double v : basis.first)
+    bytes.f32(static_cast<float>(v));
   return bytes.bytes();
 }
 

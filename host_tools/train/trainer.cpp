@@ -276,8 +276,8 @@ Training train(const std::vector<Log> &logs, const TrainOptions &options) {
   }
   plan.agreement = agreement_section(agreement, plan.basis.means.size());
   plan.ring = options.calibration.flight ? kFlightRing : kRing;
-  plan.pairs = 4;
-  plan.budget = options.calibration.flight ? 3 : 8;
+  plan.pairs = 8;
+  plan.budget = options.calibration.flight ? 3 : 12;
   plan.persistence = 2;
   plan.stale_s = options.stale_s;
   std::vector<SearchRun> seen;

@@ -20,7 +20,8 @@ static bool inputs_fit(const rim_basis *b, uint32_t features) {
   for (size_t i = 0; i < b->inputs; ++i) {
     const uint16_t second = rim_image_u16(b->input, 2 * i + 1);
     if (rim_image_u16(b->input, 2 * i) >= features ||
-        (second >= features && second != BASIS_PLAIN && second != BASIS_MAGNITUDE))
+        ((second & ~BASIS_OF_PRODUCT) >= features && second != BASIS_PLAIN &&
+         second != BASIS_MAGNITUDE))
       return false;
   }
   for (size_t t = 0; t < b->times; ++t) {
@@ -73,7 +74,7 @@ rim_status rim_basis_open(rim_basis *view, const uint8_t *section, size_t bytes,
       b.means > BASIS_MAX_MEANS)
     return RIM_E_RANGE;
   const size_t need = 4u * (HEADER_WORDS + (size_t)b.inputs + b.times + 4u * (size_t)b.terms +
-                            3u * (size_t)b.means);
+                            3u * (size_t)b.means + outcomes);
   if (bytes != need)
     return bytes < need ? RIM_E_TRUNCATED : RIM_E_SIZE;
   b.input = section + 4u * HEADER_WORDS;
@@ -84,11 +85,13 @@ rim_status rim_basis_open(rim_basis *view, const uint8_t *section, size_t bytes,
   b.mean = b.inverse_sd + 4u * b.terms;
   b.mean_center = b.mean + 4u * b.means;
   b.mean_inverse_sd = b.mean_center + 4u * b.means;
+  b.first = b.mean_inverse_sd + 4u * b.means;
   if (!inputs_fit(&b, features) || !terms_fit(&b, outcomes))
     return RIM_E_RANGE;
   if (!finite_numbers(b.center, b.terms, false) || !finite_numbers(b.inverse_sd, b.terms, true) ||
       !finite_numbers(b.mean_center, b.means, false) ||
-      !finite_numbers(b.mean_inverse_sd, b.means, true))
+      !finite_numbers(b.mean_inverse_sd, b.means, true) ||
+      !finite_numbers(b.first, outcomes, false))
     return RIM_E_DATA;
   *view = b;
   return RIM_OK;

@@ -4,12 +4,14 @@
  * Little endian, 4-byte aligned:
  *   u32 layout (BASIS_LAYOUT), inputs I, time constants T, terms P, means M, 0, 0, 0
  *   u16 input[I][2]       a, b: feature a as it is (b = BASIS_PLAIN), its magnitude (b =
- *                         BASIS_MAGNITUDE), or the product of the features a and b
+ *                         BASIS_MAGNITUDE), the product of the features a and b, or, with
+ *                         BASIS_OF_PRODUCT added to b, the product's magnitude
  *   f32 share[T]          of a new row in an exponential mean: 1 - exp(-period / time constant)
  *   u16 term[P][4]        op (basis_op), a, b, 0
  *   f32 center[P], inverse_sd[P]      a term's value is (raw - center) * inverse_sd, clipped
  *   u16 mean[M][2]        filter, 0: the exponential means that the noise models use
  *   f32 center[M], inverse_sd[M]
+ *   f32 first[outcomes]   mean first reading of each outcome in healthy runs
  * Filter i * T + t is the exponential mean of input i with time constant t; its value in a block is
  * the mean over the block's rows. */
 #ifndef RIM_SRC_BASIS_H
@@ -23,6 +25,7 @@
 #define BASIS_LAYOUT 1u
 #define BASIS_PLAIN 0xffffu
 #define BASIS_MAGNITUDE 0xfffeu
+#define BASIS_OF_PRODUCT 0x8000u
 #define BASIS_MAX_INPUTS 48u
 #define BASIS_MAX_TIMES 12u
 #define BASIS_MAX_TERMS 512u
@@ -36,7 +39,7 @@ typedef enum basis_op {
   BASIS_ABS = 2,      /* magnitude of filter a */
   BASIS_DECAY = 3,    /* (1 - share[b])^rows since the start of the run */
   BASIS_INTEGRAL = 4, /* of input a over the run, seconds times its unit */
-  BASIS_INITIAL = 5,  /* first reading of outcome a, times decay b */
+  BASIS_INITIAL = 5,  /* first reading of outcome a, less its healthy mean, times 1 - decay b */
   BASIS_TIME = 6,     /* seconds since the start of the run */
   BASIS_ROLLED = 7    /* state a of the rolled model */
 } basis_op;
@@ -44,7 +47,8 @@ typedef enum basis_op {
 /* A view into the section; all zero: no inputs, no terms. */
 typedef struct rim_basis {
   uint32_t inputs, times, terms, means;
-  const uint8_t *input, *share, *term, *center, *inverse_sd, *mean, *mean_center, *mean_inverse_sd;
+  const uint8_t *input, *share, *term, *center, *inverse_sd, *mean, *mean_center, *mean_inverse_sd,
+      *first;
 } rim_basis;
 
 /* Validate the whole section. RIM_E_TRUNCATED, _SIZE the bytes do not match the counts; RIM_E_RANGE

@@ -230,7 +230,10 @@ static double input_value(const blocks *b, size_t i) {
   const uint16_t second = rim_image_u16(input, 2 * i + 1);
   if (second == BASIS_PLAIN)
     return x;
-  return second == BASIS_MAGNITUDE ? rim_abs(x) : x * LAST(b)[second];
+  if (second == BASIS_MAGNITUDE)
+    return rim_abs(x);
+  const double product = x * LAST(b)[second & ~BASIS_OF_PRODUCT];
+  return (second & BASIS_OF_PRODUCT) != 0 ? rim_abs(product) : product;
 }
 
 static void take_inputs(blocks *b) {
@@ -258,7 +261,9 @@ static double term_value(const blocks *b, size_t i) {
   case BASIS_ABS: return rim_abs(filter_sum(b)[first]);
   case BASIS_DECAY: return decay(b)[second];
   case BASIS_INTEGRAL: return integral(b)[first];
-  case BASIS_INITIAL: return FIRST(b)[first] * decay(b)[second];
+  case BASIS_INITIAL:
+    return (FIRST(b)[first] - (double)rim_image_f32(b->config.basis.first, first)) *
+           (1.0 - decay(b)[second]);
   case BASIS_TIME: return blocks_since_start_s(b);
   case BASIS_ROLLED: break;
   }
