@@ -16,7 +16,7 @@ class Satellite(Vehicle):
     COLUMNS = ("t_s", "u.torque_y_mNm", "u.torque_z_mNm", "u.heater", "u.payload", "x.sun", "x.orbit_rad",
                "s.rate_y_mradps", "s.rate_z_mradps", "s.yaw_rad", "s.wheel_y_radps",
                "s.wheel_z_radps", "s.panel_A", "s.array_degC", "s.bus_A", "s.battery_V", "s.cell_degC")
-    SIGMA = dict(rate_y=.05, rate_z=.05, yaw=.002, wheel_y=1., wheel_z=1., panel=.03, bus=.02,
+    SIGMA = dict(rate_y=.05, rate_z=.05, yaw=.001, wheel_y=1., wheel_z=1., panel=.03, bus=.02,
                  battery=.02, array=.3, cell=.1)
     ANGLES = ("yaw", "orbit")
     FOLLOW = ("pitch", "yaw", "rate_y", "rate_z", "charge")
