@@ -27,7 +27,7 @@ class Arm(Vehicle):
         "weak": Physical("magnet1", .05, {"i1": 1}),
         "heavy": Physical("weight", .12, {"i2": 1, "i1": 1}, ("u.load",), since=False,
                           where=lambda f, _: f["load"] > .5),
-        "blocked_fan": Physical("fan", .5, {"motor1": 1}, ramp=True),
+        "blocked_fan": Physical("fan", .6, {"motor1": 1}, ramp=True),
     }
 
     def __init__(self, r):

@@ -30,7 +30,7 @@ class Engine(Vehicle):
 
     def __init__(self, r):
         super().__init__(r)
-        self.ground = r.gauss(.3, .05)
+        self.ground = r.uniform(.28, .32)
         self.altitude, self.mach, self.air = self.ground, .25, 1.0
         self.times = [20 + r.gauss(0, 2), 65 + r.gauss(0, 3), 140 + r.gauss(0, 3), 180 + r.gauss(0, 3)]
         self.steps = sorted(r.uniform(70, 138) for _ in range(6))

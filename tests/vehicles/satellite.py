@@ -16,7 +16,7 @@ class Satellite(Vehicle):
     COLUMNS = ("t_s", "u.torque_y_mNm", "u.torque_z_mNm", "u.heater", "u.payload", "x.sun", "x.orbit_rad",
                "s.rate_y_mradps", "s.rate_z_mradps", "s.yaw_rad", "s.wheel_y_radps",
                "s.wheel_z_radps", "s.panel_A", "s.array_degC", "s.bus_A", "s.battery_V", "s.cell_degC")
-    SIGMA = dict(rate_y=.05, rate_z=.05, yaw=.002, wheel_y=1., wheel_z=1., panel=.03, bus=.02,
+    SIGMA = dict(rate_y=.05, rate_z=.05, yaw=.001, wheel_y=1., wheel_z=1., panel=.03, bus=.02,
                  battery=.02, array=.3, cell=.1)
     ANGLES = ("yaw", "orbit")
     FOLLOW = ("pitch", "yaw", "rate_y", "rate_z", "charge")
@@ -36,7 +36,7 @@ class Satellite(Vehicle):
 
     def __init__(self, r):
         super().__init__(r)
-        self.orbit, self.charge = r.uniform(-math.pi, math.pi), r.uniform(.75, .8)
+        self.orbit, self.charge = r.uniform(-.8, .8), r.uniform(.75, .8)
         self.yaw, self.pitch = r.uniform(-3, 3), r.gauss(0, .001)
         self.rate_y = self.rate_z = self.drag = self.torque_y = self.torque_z = 0.0
         self.wheel_y, self.wheel_z = 180 + r.gauss(0, 3), 220 + r.gauss(0, 6)
@@ -76,7 +76,7 @@ class Satellite(Vehicle):
         self.wheel_y += self.DT * net_y / 1000 / WHEEL
         self.wheel_z += self.DT * net_z / 1000 / WHEEL
         self.drag = self.wander(self.drag, 200, .02)
-        push = math.sin(self.orbit) + self.drag
+        push = .7 * math.sin(self.orbit) + self.drag
         self.rate_y += self.DT * (net_y + push) / BODY
         self.rate_z += self.DT * (net_z + .7 * math.cos(self.orbit) + self.drag) / BODY
         self.pitch += self.DT * self.rate_y / 1000

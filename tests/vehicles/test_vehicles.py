@@ -110,6 +110,11 @@ class Pieces(unittest.TestCase):
         self.assertTrue(wrong_input.HEALTHY.search("LOG: healthy: nothing found in 60 rows"))
         self.assertFalse(wrong_input.HEALTHY.search("at most 1 healthy run in 25 shows as much"))
 
+    def test_the_rate_of_rows_is_not_a_sensor_called_rate(self):
+        self.assertTrue(wrong_input.RATE.search("rows come at 1 Hz, the image wants 10 Hz"))
+        self.assertTrue(wrong_input.TIME.search("column 't_s': steps of 100 s"))
+        self.assertFalse(wrong_input.TIME.search("rate z scatters 2.1 times as much as predicted at t = 9 s"))
+
     def test_a_column_is_told_from_another(self):
         self.assertTrue(wrong_input.says("speed 3.6 is beyond the 0 to 1.1 it was trained on", "s.speed_mps"))
         self.assertTrue(wrong_input.says("wheel y 900 rad/s is out of range", "s.wheel_y_radps"))

@@ -22,8 +22,10 @@ import tempfile
 import verdict
 from grade import load
 
-RATE = re.compile(r"\d ?Hz|\brate\b|\bSTALE\b|\bstale\b")
-TIME = re.compile(r"\d ?Hz|\brate\b|\bSTALE\b|\bstale\b|\bt_s\b|\bunit\b")
+# a sensor may be called rate, so that word alone says nothing of the rows
+ROWS = r"\d ?Hz|\brows? (rate|come)|\brate of (the )?rows|\bSTALE\b|\bstale\b"
+RATE = re.compile(ROWS)
+TIME = re.compile(ROWS + r"|\bt_s\b|\btime\b.{0,40}\bunit\b")
 SHORT = re.compile(r"\bSTALE\b|\bstale\b|too few|fewer than|too short|not enough")
 RANGE = re.compile(r"out[ _]of[ _]range|\brange\b|beyond|outside|\bunit\b|trained (on|with|for)|exceeds", re.I)
 HEALTHY = re.compile(r"(^|:\s*)healthy\b", re.M | re.I)
