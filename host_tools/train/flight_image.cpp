@@ -33,6 +33,7 @@ SectionBytes config_section(const FlightPlan &plan) {
   words[RIM_CONFIG_GRID] = plan.grid;
   words[RIM_CONFIG_PAIRS] = plan.pairs;
   words[RIM_CONFIG_PERSISTENCE] = plan.persistence;
+  words[RIM_CONFIG_CLEAR] = plan.clear;
   words[RIM_CONFIG_INHIBIT_MS] = static_cast<std::uint32_t>(std::lround(1e3 * plan.inhibit_s));
   words[RIM_CONFIG_SEED] = plan.seed;
   words[RIM_CONFIG_SCANS] = plan.scans;

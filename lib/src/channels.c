@@ -383,7 +383,8 @@ const rim_channels_health *rim_channels_get_health(const rim_channels *self) {
 }
 uint16_t rim_channels_count(const rim_channels *self) { return self->channels; }
 rim_kind rim_channels_kind(const rim_channels *self, uint16_t channel) {
-  return (rim_kind)self->kind_of[channel / self->config.outcomes];
+  return channel < self->channels ? (rim_kind)self->kind_of[channel / self->config.outcomes]
+                                  : RIM_KIND_SHIFT;
 }
 uint16_t rim_channels_outcome(const rim_channels *self, uint16_t channel) {
   return (uint16_t)(channel % self->config.outcomes);

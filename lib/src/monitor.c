@@ -2,8 +2,8 @@
 
 #include <string.h>
 
+#include "alarm_life.h"
 #include "interference_watch.h"
-#include "rim/crc.h"
 #include "rim/nominal.h"
 #include "rim/real.h"
 
@@ -31,11 +31,8 @@ struct rim_monitor {
   double last_block_s;
   double last_valid_s;
   uint32_t steps;
-  uint32_t stale;
-  uint32_t alarms;
+  uint32_t blocks_refused;
   uint16_t channel_count;
-  bool is_stale;
-  bool has_valid;
   rim_verdict last; /* what a row that completes no block repeats */
 };
 
@@ -360,12 +357,16 @@ static rim_status init_search(rim_monitor *self, plan *p, const layout *l) {
 }
 
 static void init_life(rim_monitor *self) {
-  const rim_alarm_life_config config = {
-      .raise_steps = self->words[RIM_CONFIG_PERSISTENCE],
-      .clear_steps = self->words[RIM_CONFIG_CLEAR],
-      .inhibit_s = 1e-3 * (double)self->words[RIM_CONFIG_INHIBIT_MS],
-      .update_ratio = UPDATE_RATIO,
+  rim_alarm_life_config config = {
+      .policy = {.stale_s = 1e-3 * (double)self->words[RIM_CONFIG_STALE_MS]},
+      .model_id = self->image.model_id,
   };
+  rim_alarm_slot_config *regions = &config.slot[RIM_DETECTOR_RIM];
+  regions->raise_steps = self->words[RIM_CONFIG_PERSISTENCE];
+  regions->clear_steps = self->words[RIM_CONFIG_CLEAR];
+  regions->inhibit_s = 1e-3 * (double)self->words[RIM_CONFIG_INHIBIT_MS];
+  regions->update_ratio = UPDATE_RATIO;
+  config.slot[RIM_DETECTOR_INTERFERENCE] = rim_interference_watch_life(regions);
   (void)rim_alarm_life_init(&self->life, &config);
 }
 
@@ -392,8 +393,7 @@ rim_status rim_monitor_init(rim_monitor **monitor, void *memory, size_t bytes, c
     return status;
   init_life(self);
   if (self->watch != NULL)
-    rim_interference_watch_init(self->watch, &self->image, self->life.config.inhibit_s,
-                                UPDATE_RATIO);
+    rim_interference_watch_init(self->watch, &self->image);
   self->last.level = RIM_LEVEL_OK;
   self->last.p_value = 1.0;
   self->last.threshold = rim_threshold_ln_anom(&self->threshold, 0, 0);
@@ -426,21 +426,27 @@ rim_status rim_monitor_attach(rim_monitor **monitor, void *memory, size_t bytes,
   return RIM_OK;
 }
 
-void rim_monitor_reset(rim_monitor *self) {
+static void forget_regions(rim_monitor *self) {
   rim_channels_reset(self->channels);
   rim_select_reset(self->select);
-  const uint32_t seq = self->life.seq;
-  init_life(self);
-  self->life.seq = seq;
-  if (self->watch != NULL)
-    rim_interference_watch_reset(self->watch);
-  self->has_valid = false;
-  self->is_stale = false;
   const double t_s = self->last.t_s;
   memset(&self->last, 0, sizeof self->last);
   self->last.t_s = t_s;
   self->last.p_value = 1.0;
   self->last.threshold = rim_threshold_ln_anom(&self->threshold, 0, 0);
+}
+
+static void forget_detectors(rim_monitor *self) {
+  forget_regions(self);
+  if (self->watch != NULL)
+    rim_interference_watch_reset(self->watch);
+}
+
+void rim_monitor_reset(rim_monitor *self) {
+  if (self == NULL)
+    return;
+  forget_detectors(self);
+  rim_alarm_life_reset(&self->life);
 }
 
 static double feature_low(const rim_monitor *self, size_t f) {
@@ -605,12 +611,6 @@ static bool is_spared(const rim_monitor *self, uint32_t rows, bool new_block) {
          scans < FEW_SCANS;
 }
 
-static void publish(rim_monitor *self, const rim_alarm *record) {
-  self->last.alarm = *record;
-  if (record->state == RIM_ALARM_RAISED && self->alarms != UINT32_MAX)
-    ++self->alarms;
-}
-
 static void search_and_judge(rim_monitor *self, uint32_t rows, bool new_block) {
   const uint32_t budget = self->words[RIM_CONFIG_BUDGET] != 0 ? self->words[RIM_CONFIG_BUDGET] : 1;
   if (is_spared(self, rows, new_block))
@@ -620,28 +620,22 @@ static void search_and_judge(rim_monitor *self, uint32_t rows, bool new_block) {
   if (rim_select_observations(self->select) == 0)
     return;
   judge(self, &self->last);
-  /* An alarm is raised at the threshold and stands until the score is below the warning score. */
-  if (self->life.active && self->last.level == RIM_LEVEL_WARN)
-    self->last.level = RIM_LEVEL_ERROR;
   if (!new_block)
     return;
-  const bool found = self->last.level == RIM_LEVEL_ERROR;
-  rim_alarm candidate;
-  if (found)
+  rim_alarm candidate = {.level = self->last.level};
+  if (candidate.level == RIM_LEVEL_ERROR ||
+      (candidate.level == RIM_LEVEL_WARN && rim_monitor_standing(self, RIM_DETECTOR_RIM) != NULL))
     describe(self, &self->last, &candidate);
-  rim_alarm record;
-  if (!rim_alarm_life_step(&self->life, self->last.t_s, found ? &candidate : NULL, &record))
-    return;
-  publish(self, &record);
+  rim_alarm_life_step(&self->life, RIM_DETECTOR_RIM, self->last.t_s, &candidate);
 }
 
-/* A record of the regions in the same row goes first: seq counts in the order in which they leave.
- */
 static void watch_motion(rim_monitor *self, const rim_observation *row) {
-  rim_alarm record;
-  if (rim_interference_watch_step(self->watch, row, self->last.alarm.state == RIM_ALARM_NONE,
-                                  &self->life.seq, &self->last.interference, &record))
-    publish(self, &record);
+  rim_alarm candidate;
+  const bool found =
+      rim_interference_watch_step(self->watch, row, &self->last.interference, &candidate);
+  if (self->last.interference.valid)
+    rim_alarm_life_step(&self->life, RIM_DETECTOR_INTERFERENCE, row->t_s,
+                        found ? &candidate : NULL);
 }
 
 static rim_status observe(rim_monitor *self, double t_s, const double *context,
@@ -656,17 +650,19 @@ static rim_status observe(rim_monitor *self, double t_s, const double *context,
   return RIM_OK;
 }
 
-/* Input older than the limit: the level says so; what was found before stays found. */
-static void note_staleness(rim_monitor *self, double t_s, rim_verdict *verdict) {
-  const uint32_t limit_ms = self->words[RIM_CONFIG_STALE_MS];
-  if (limit_ms == 0 || !self->has_valid || !rim_is_finite(t_s))
-    return;
-  const bool stale = t_s - self->last_valid_s > 1e-3 * (double)limit_ms;
-  if (stale && !self->is_stale && self->stale != UINT32_MAX)
-    ++self->stale;
-  self->is_stale = stale;
-  if (stale)
-    verdict->level = RIM_LEVEL_STALE;
+static void begin_verdict(rim_monitor *self, double t_s, bool valid) {
+  self->last.alarm.state = RIM_ALARM_NONE;
+  self->last.alarm.seq = 0;
+  self->last.t_s = t_s;
+  self->last.valid = valid;
+  self->last.interference.valid = false;
+}
+
+/* At most one record a row; the others wait, and the level is that of the whole. */
+static void end_verdict(rim_monitor *self, rim_verdict *verdict) {
+  (void)rim_alarm_life_next_record(&self->life, &self->last.alarm);
+  self->last.level = (uint8_t)rim_alarm_life_level(&self->life);
+  *verdict = self->last;
 }
 
 rim_status rim_monitor_step(rim_monitor *self, const rim_observation *row, rim_verdict *verdict) {
@@ -679,27 +675,23 @@ rim_status rim_monitor_step(rim_monitor *self, const rim_observation *row, rim_v
     return RIM_E_ARGUMENT;
   if (self->steps != UINT32_MAX)
     ++self->steps;
-  self->last.alarm.state = RIM_ALARM_NONE;
   self->last.step = self->steps;
-  self->last.t_s = row->t_s;
-  self->last.valid = made >= 0;
-  self->last.interference.valid = false;
+  begin_verdict(self, row->t_s, made >= 0);
   if (made >= 0) {
-    self->has_valid = true;
-    self->is_stale = false;
     self->last_valid_s = row->t_s;
+    rim_alarm_life_row(&self->life, row->t_s);
     const bool new_block =
         made == 1 && observe(self, row->t_s, rim_channels_context(self->channels),
                              rim_channels_values(self->channels)) == RIM_OK;
+    if (made == 1 && !new_block && self->blocks_refused != UINT32_MAX)
+      ++self->blocks_refused;
     search_and_judge(self, 1, new_block);
     if (self->watch != NULL)
       watch_motion(self, row);
+  } else {
+    (void)rim_alarm_life_idle(&self->life, row->t_s);
   }
-  *verdict = self->last;
-  if (self->watch != NULL && self->watch->life.active)
-    verdict->level = RIM_LEVEL_ERROR;
-  if (made < 0)
-    note_staleness(self, row->t_s, verdict);
+  end_verdict(self, verdict);
   return RIM_OK;
 }
 
@@ -710,15 +702,61 @@ rim_status rim_monitor_block(rim_monitor *self, double t_s, const double *contex
   const rim_status status = observe(self, t_s, context, values);
   if (status != RIM_OK)
     return status;
-  self->last.t_s = t_s;
-  self->last.valid = true;
+  begin_verdict(self, t_s, true);
+  rim_alarm_life_row(&self->life, t_s);
   search_and_judge(self, rows, true);
-  *verdict = self->last;
+  end_verdict(self, verdict);
   return RIM_OK;
 }
 
+rim_status rim_monitor_set_policy(rim_monitor *self, const rim_alarm_policy *policy) {
+  return rim_alarm_life_set_policy(self != NULL ? &self->life : NULL, policy);
+}
+
+bool rim_monitor_idle(rim_monitor *self, double now_s) {
+  return self != NULL && rim_alarm_life_idle(&self->life, now_s);
+}
+
+rim_status rim_monitor_command(rim_monitor *self, const rim_command *command, unsigned bits) {
+  uint32_t forget = 0;
+  const rim_status status =
+      rim_alarm_life_command(self != NULL ? &self->life : NULL, command, bits, &forget);
+  if ((forget >> RIM_DETECTOR_RIM & 1u) != 0)
+    forget_regions(self);
+  if ((forget >> RIM_DETECTOR_INTERFERENCE & 1u) != 0)
+    rim_interference_watch_reset(self->watch);
+  return status;
+}
+
+void rim_monitor_restart(rim_monitor *self, double now_s) {
+  if (self == NULL || !rim_is_finite(now_s))
+    return;
+  forget_detectors(self);
+  rim_alarm_life_restart(&self->life, now_s);
+}
+
+void rim_monitor_repeat(rim_monitor *self) {
+  if (self != NULL)
+    rim_alarm_life_repeat(&self->life);
+}
+
+bool rim_monitor_next_record(rim_monitor *self, rim_alarm *record) {
+  return self != NULL && record != NULL && rim_alarm_life_next_record(&self->life, record);
+}
+
+rim_alarm_status rim_monitor_alarms(const rim_monitor *self) {
+  rim_alarm_status status = {.level = RIM_LEVEL_STALE};
+  if (self != NULL)
+    rim_alarm_life_status(&self->life, &status);
+  return status;
+}
+
+const rim_alarm *rim_monitor_standing(const rim_monitor *self, rim_detector detector) {
+  return self != NULL ? rim_alarm_life_standing(&self->life, detector) : NULL;
+}
+
 double rim_monitor_membership(const rim_monitor *self, const double *context) {
-  if (!self->life.active)
+  if (context == NULL || rim_monitor_standing(self, RIM_DETECTOR_RIM) == NULL)
     return 0.0;
   double unit[RIM_CHANNELS_MAX_FEATURES];
   to_unit(self, context, unit);
@@ -726,58 +764,28 @@ double rim_monitor_membership(const rim_monitor *self, const double *context) {
 }
 
 rim_monitor_health rim_monitor_get_health(const rim_monitor *self) {
-  rim_monitor_health health = {.rows = *rim_channels_get_health(self->channels),
-                               .alarms = self->alarms,
-                               .stale = self->stale,
-                               .last_valid_s = self->last_valid_s};
+  rim_monitor_health health = {.last_valid_s = 0.0};
+  if (self == NULL)
+    return health;
+  health.rows = *rim_channels_get_health(self->channels);
+  health.blocks_refused = self->blocks_refused;
+  health.alarms = self->life.raised;
+  health.stale = self->life.stale_times;
+  health.last_valid_s = self->last_valid_s;
   if (self->watch != NULL)
     health.interference = self->watch->state.health;
   return health;
 }
 
-const rim_select *rim_monitor_search(const rim_monitor *self) { return self->select; }
-const rim_channels *rim_monitor_channels(const rim_monitor *self) { return self->channels; }
-const rim_threshold *rim_monitor_threshold(const rim_monitor *self) { return &self->threshold; }
+const rim_select *rim_monitor_search(const rim_monitor *self) {
+  return self != NULL ? self->select : NULL;
+}
+const rim_channels *rim_monitor_channels(const rim_monitor *self) {
+  return self != NULL ? self->channels : NULL;
+}
+const rim_threshold *rim_monitor_threshold(const rim_monitor *self) {
+  return self != NULL ? &self->threshold : NULL;
+}
 uint32_t rim_monitor_config(const rim_monitor *self, rim_config_word word) {
-  return self->words[word];
-}
-
-static uint64_t digest_interference(uint64_t digest, const rim_interference_verdict *v) {
-  const double numbers[7] = {v->score[0],     v->score[1],     v->score[2],     v->ln_odds,
-                             v->residual_mps, v->one_step_mps, v->since_onset_s};
-  for (size_t i = 0; i < 7; ++i)
-    digest = rim_digest_f64(digest, numbers[i]);
-  const uint32_t codes = (uint32_t)v->motion | (uint32_t)v->kind << 8 | (uint32_t)v->alarmed << 16;
-  return rim_digest_f64(digest, (double)codes);
-}
-
-uint64_t rim_verdict_digest(uint64_t digest, const rim_verdict *v) {
-  const uint32_t words[4] = {v->blocks, v->channel, (uint32_t)v->level | (uint32_t)v->valid << 8,
-                             v->alarm.state};
-  digest = rim_digest_f64(digest, v->score);
-  digest = rim_digest_f64(digest, v->ln_anom);
-  digest = rim_digest_f64(digest, v->threshold);
-  digest = rim_digest_f64(digest, v->p_value);
-  for (size_t i = 0; i < 4; ++i)
-    digest = rim_digest_f64(digest, (double)words[i]);
-  if (v->interference.valid)
-    digest = digest_interference(digest, &v->interference);
-  if (v->alarm.state == RIM_ALARM_NONE)
-    return digest;
-  const rim_region *r = &v->alarm.region;
-  for (size_t i = 0; i < r->dims; ++i) {
-    digest = rim_digest_f64(digest, (double)r->feature[i]);
-    digest = rim_digest_f64(digest, r->center[i]);
-    digest = rim_digest_f64(digest, r->lower[i]);
-    digest = rim_digest_f64(digest, r->upper[i]);
-  }
-  for (size_t i = 0; i < (size_t)r->dims * r->dims; ++i) {
-    digest = rim_digest_f64(digest, r->inverse_shape[i]);
-  }
-  for (size_t i = 0; i < v->alarm.channels; ++i) {
-    digest = rim_digest_f64(digest, (double)v->alarm.channel[i]);
-    digest = rim_digest_f64(digest, v->alarm.shift[i]);
-    digest = rim_digest_f64(digest, v->alarm.shift_sd[i]);
-  }
-  return rim_digest_f64(digest, v->alarm.since_s);
+  return self != NULL && (unsigned)word < RIM_CONFIG_WORDS ? self->words[word] : 0;
 }

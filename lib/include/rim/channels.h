@@ -111,6 +111,7 @@ const double *rim_channels_context(const rim_channels *instance); /* [features],
 double rim_channels_block_start_s(const rim_channels *instance);
 const rim_channels_health *rim_channels_get_health(const rim_channels *instance);
 uint16_t rim_channels_count(const rim_channels *instance);
+/* SHIFT for a channel that there is not. */
 rim_kind rim_channels_kind(const rim_channels *instance, uint16_t channel);
 uint16_t rim_channels_outcome(const rim_channels *instance, uint16_t channel);
 /* Multiply a mean of standardised values of the channel by this for the outcome's own unit, as

@@ -1,0 +1,44 @@
+#include "rim/crc.h"
+#include "rim/monitor.h"
+
+static uint64_t digest_interference(uint64_t digest, const rim_interference_verdict *v) {
+  const double numbers[7] = {v->score[0],     v->score[1],     v->score[2],     v->ln_odds,
+                             v->residual_mps, v->one_step_mps, v->since_onset_s};
+  for (size_t i = 0; i < 7; ++i)
+    digest = rim_digest_f64(digest, numbers[i]);
+  const uint32_t codes = (uint32_t)v->motion | (uint32_t)v->kind << 8 | (uint32_t)v->alarmed << 16;
+  return rim_digest_f64(digest, (double)codes);
+}
+
+uint64_t rim_verdict_digest(uint64_t digest, const rim_verdict *v) {
+  if (v == NULL)
+    return digest;
+  const uint32_t words[4] = {v->blocks, v->channel, (uint32_t)v->level | (uint32_t)v->valid << 8,
+                             v->alarm.state};
+  digest = rim_digest_f64(digest, v->score);
+  digest = rim_digest_f64(digest, v->ln_anom);
+  digest = rim_digest_f64(digest, v->threshold);
+  digest = rim_digest_f64(digest, v->p_value);
+  for (size_t i = 0; i < 4; ++i)
+    digest = rim_digest_f64(digest, (double)words[i]);
+  if (v->interference.valid)
+    digest = digest_interference(digest, &v->interference);
+  if (v->alarm.state == RIM_ALARM_NONE)
+    return digest;
+  const rim_region *r = &v->alarm.region;
+  for (size_t i = 0; i < r->dims; ++i) {
+    digest = rim_digest_f64(digest, (double)r->feature[i]);
+    digest = rim_digest_f64(digest, r->center[i]);
+    digest = rim_digest_f64(digest, r->lower[i]);
+    digest = rim_digest_f64(digest, r->upper[i]);
+  }
+  for (size_t i = 0; i < (size_t)r->dims * r->dims; ++i) {
+    digest = rim_digest_f64(digest, r->inverse_shape[i]);
+  }
+  for (size_t i = 0; i < v->alarm.channels; ++i) {
+    digest = rim_digest_f64(digest, (double)v->alarm.channel[i]);
+    digest = rim_digest_f64(digest, v->alarm.shift[i]);
+    digest = rim_digest_f64(digest, v->alarm.shift_sd[i]);
+  }
+  return rim_digest_f64(digest, v->alarm.since_s);
+}
