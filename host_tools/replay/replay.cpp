@@ -100,6 +100,17 @@ ReplayedLog Replayer::replay(const Log &log, const ReplayOptions &options, const
   result.score = -1e300;
   std::uint32_t blocks = 0;
   HeldScore held(rim_monitor_config(monitor, RIM_CONFIG_PERSISTENCE));
+  const auto tell = [&](rim_alarm record) {
+    record.flags = static_cast<std::uint8_t>(record.flags | options.flags);
+    Found &found = record.detector == RIM_DETECTOR_INTERFERENCE ? result.interference : result;
+    found.add(record);
+    if (options.record)
+      options.record(record);
+  };
+  const auto tell_waiting = [&] {
+    for (rim_alarm record; rim_monitor_next_record(monitor, &record);)
+      tell(record);
+  };
   for (Eigen::Index t = 0; t < rows.context.rows(); ++t) {
     rim_observation row = {};
     row.t_s = rows.t_s[static_cast<std::size_t>(t)];
@@ -109,6 +120,8 @@ ReplayedLog Replayer::replay(const Log &log, const ReplayOptions &options, const
       row.mean = rows.mean.row(t).data();
       row.sd = rows.sd.row(t).data();
     }
+    (void)rim_monitor_idle(monitor, row.t_s);
+    tell_waiting();
     rim_verdict verdict;
     const rim_status status = rim_monitor_step(monitor, &row, &verdict);
     if (status != RIM_OK)
@@ -117,12 +130,10 @@ ReplayedLog Replayer::replay(const Log &log, const ReplayOptions &options, const
     if (verdict.blocks != blocks) // alarms are decided where a block ends
       result.score = std::max(result.score, held.add(verdict.score));
     blocks = verdict.blocks;
-    verdict.alarm.flags = static_cast<std::uint8_t>(verdict.alarm.flags | options.flags);
     result.watches_interference = result.watches_interference || verdict.interference.valid;
-    if (verdict.alarm.detector == RIM_DETECTOR_INTERFERENCE)
-      result.interference.add(verdict.alarm);
-    else
-      result.add(verdict.alarm);
+    if (verdict.alarm.seq != 0)
+      tell(verdict.alarm);
+    tell_waiting();
     if (watch)
       watch(static_cast<std::size_t>(t), verdict);
   }
@@ -139,6 +150,7 @@ void Replayer::finish(const Log &log, const Matrix &context, const ReplayOptions
   result->rows = static_cast<std::uint32_t>(context.rows());
   result->duration_s = log.t_s.empty() ? 0.0 : log.t_s.back() - log.t_s.front();
   result->health = rim_monitor_get_health(monitor);
+  result->alarms = rim_monitor_alarms(monitor);
   result->alarm_score = rim_monitor_threshold(monitor)->alarm_score;
   if (!options.label)
     return;

@@ -32,6 +32,7 @@ struct ReplayedLog : Found {
   std::uint32_t rows = 0;                                              // offered to the monitor
   double duration_s = 0.0;
   rim_monitor_health health{};
+  rim_alarm_status alarms{};         // how they stand at the end
   bool watches_interference = false; // the image has that detector
   Found interference;
   double score = 0.0;                 // largest that was held for as many blocks as an alarm needs
@@ -42,7 +43,10 @@ struct ReplayedLog : Found {
 struct ReplayOptions {
   bool label = false;  // fill ReplayedLog::finding
   double hold_s = 0.0; // resampled logs: file rows up to so long before a row share its label
-  std::uint8_t flags = RIM_ALARM_FLAG_REPLAY; // set in every record handed to the watcher
+  std::uint8_t flags = RIM_ALARM_FLAG_REPLAY; // set in every record
+  // Given every record in the order in which it leaves, also those of a silence in the log: what
+  // rimd would have sent.
+  std::function<void(const rim_alarm &)> record;
 };
 
 // Runs logs one after another; the monitor forgets everything between them.

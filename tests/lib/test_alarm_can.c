@@ -150,12 +150,10 @@ static void are_floats(const uint8_t *bytes, size_t at, const double *want, size
     assert_true(f32_at(bytes, at + 4 * i) == want[i]);
 }
 
-/* Read by the offsets that rim/alarm_can.h promises, and by nothing of ours: every number is one
- * that single precision holds, and no two are the same. */
-static void the_record_lies_where_it_is_documented(void **state) {
-  (void)state;
-  rim_alarm a;
+/* Every number is one that single precision holds, and no two are the same. */
+static rim_alarm distinct_alarm(void) {
   double next = 0.5;
+  rim_alarm a;
   memset(&a, 0, sizeof a);
   a.t_s = 1234.0625;
   a.since_s = 1000.125;
@@ -185,6 +183,13 @@ static void the_record_lies_where_it_is_documented(void **state) {
   a.ln_anom = 601.5;
   a.threshold = 602.5;
   a.p_value = 0.0625;
+  return a;
+}
+
+/* Read by the offsets that rim/alarm_can.h promises, and by nothing of ours. */
+static void the_record_lies_where_it_is_documented(void **state) {
+  (void)state;
+  const rim_alarm a = distinct_alarm();
   rim_can_frame frame[RIM_CAN_DETAIL_FRAMES];
   uint8_t record[6 * RIM_CAN_DETAIL_FRAMES];
   assert_int_equal(rim_can_pack_detail(frame, 5, &a), RIM_OK);

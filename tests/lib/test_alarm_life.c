@@ -621,8 +621,8 @@ static rim_alarm_life_config any_config(uint32_t *random) {
 }
 
 /* Whatever is found, asked and commanded, with at most one record a turn: of each alarm RAISED and
- * CLEARED alternate, numbers have no gap, with a latch nothing is cleared without an acknowledgement,
- * and nobody waits for more than one turn. */
+ * CLEARED alternate, numbers have no gap, with a latch nothing is cleared without an
+ * acknowledgement, and nobody waits for more than one turn. */
 static void any_history_is_well_formed(void **state) {
   (void)state;
   uint32_t random = 20240229u, cleared = 0, latched = 0, stale = 0;

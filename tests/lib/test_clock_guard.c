@@ -19,7 +19,7 @@ static rim_clock_answer take(rim_clock_guard *guard, double t_s, double here_s) 
 static rim_clock_guard at_100_s(void) {
   rim_clock_guard guard;
   memset(&guard, 0, sizeof guard);
-  assert_int_equal(take(&guard, 100.0, 1.0), RIM_CLOCK_BELIEVED); /* the first one, whatever it is */
+  assert_int_equal(take(&guard, 100.0, 1.0), RIM_CLOCK_BELIEVED); /* the first one */
   return guard;
 }
 

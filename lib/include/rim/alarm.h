@@ -23,7 +23,7 @@ extern "C" {
 
 typedef enum rim_detector { RIM_DETECTOR_RIM = 0, RIM_DETECTOR_INTERFERENCE = 1 } rim_detector;
 typedef enum rim_alarm_state {
-  RIM_ALARM_NONE = 0,    /* no alarm stands: the record tells the level alone (STALE, or OK again) */
+  RIM_ALARM_NONE = 0,    /* none stands: the record tells the level alone (STALE, or OK again) */
   RIM_ALARM_RAISED = 1,  /* begins to stand */
   RIM_ALARM_UPDATED = 2, /* stands, and something about it has changed: its level, flags, region */
   RIM_ALARM_CLEARED = 3  /* stands no longer */

@@ -13,7 +13,7 @@
 /* Summary:  0 level:2 state:2 detector:1 kind:3 | 1 seq | 2 model_id
  *           3..4 dims:2 latched:1 replay:1 ln_anom:12 (0.25) | 5..6 observations | 7 CRC-8
  * Segment:  0 seq | 1 index:7 last:1 | 2..7 six bytes of the record and its CRC-32, the rest 0
- * Record:   byte offsets; counts and codes as in rim_alarm_t.lcm, but feature[] stands before shift[]
+ * Record:   by byte offsets; as rim_alarm_t.lcm says, but feature[] stands before shift[]
  *             0 t_s f64 | 8 since_s f64 | 16 seq u32 | 20 model_id u32 | 24 observations u32
  *            28 detector u8 | 29 state u8 | 30 level u8 | 31 kind u8 | 32 flags u8 | 33 channels u8
  *            34 dims u8 | 35 channel u16[4] | 43 feature u16[3] | 49 shift f32[4]
