@@ -269,8 +269,8 @@ int rimd_start(rimd *d) {
   const config *c = &d->config;
   d->lcm.in = d->lcm.out = d->can.fd = d->can_input.fd = -1;
   d->guard_config = (rim_clock_guard_config){.max_jump_s = (double)c->max_jump_s,
-                                         .max_skew_s = (double)c->max_skew_s,
-                                         .resync_rows = c->resync_rows};
+                                             .max_skew_s = (double)c->max_skew_s,
+                                             .resync_rows = c->resync_rows};
   int status = rimd_check(d);
   if (status == 0)
     status = resume(d);

@@ -381,6 +381,7 @@ static rim_status many_signals(uint32_t signals) {
 
 static void so_many_signals_and_no_more(void **state) {
   (void)state;
+  assert_int_equal(rim_can_table_id(NULL, 0), 0);
   assert_int_equal(many_signals(RIM_CAN_TABLE_MAX_SIGNALS), RIM_OK);
   assert_int_equal(many_signals(RIM_CAN_TABLE_MAX_SIGNALS + 1), RIM_E_RANGE);
 }

@@ -74,7 +74,7 @@ typedef struct rim_can_gather {
  * finite, scale 0, or low above high. O(signals^2 + frames^2), both of which have a MAX. */
 rim_status rim_can_table_open(rim_can_table *table, const void *data, size_t bytes);
 
-/* Returns identifier i of the frames that the table reads. */
+/* Returns identifier i of the frames that the table reads; 0 for NULL and where there is none. */
 uint32_t rim_can_table_id(const rim_can_table *table, uint16_t index);
 
 /* Takes a frame that came at t_s. *complete tells whether a row is complete: then gather->value
