@@ -12,7 +12,6 @@
 #include "replay/recording.h"
 #include "rim/crc.h"
 #include "rim/monitor.h"
-#include "rim/work.h"
 
 #define MONITOR_BYTES 393216u /* five kinds of channel on the lander's 25 outcomes need 260 kB */
 
@@ -106,15 +105,6 @@ static rim_observation observation(const rim_monitor *monitor, const double *row
   return now;
 }
 
-static void print_bound(const flight *f) {
-  rim_work_counts counts;
-  rim_work work;
-  if (rim_work_counts_of(f->image, f->image_bytes, &counts) != RIM_OK)
-    return;
-  rim_work_bound(&counts, &work);
-  print_count("step_instructions_bound", work.step);
-}
-
 static rim_monitor *open_monitor(const flight *f) {
   size_t bytes = 0;
   rim_monitor *monitor = NULL;
@@ -126,7 +116,6 @@ static rim_monitor *open_monitor(const flight *f) {
   if (columns(monitor) != f->doubles)
     refuse("rows of another image");
   print_count("monitor_bytes", (uint32_t)bytes);
-  print_bound(f);
   return monitor;
 }
 
@@ -145,13 +134,17 @@ static void print_cost(const cost *c, uint32_t rows) {
   print_count("step_instructions_largest", c->largest * unit);
 }
 
-/* Residuals of a block, the best region's centre and score, and the chance of being inside. */
+/* Where a block lies, the best region's centre and score, and whether the block is inside. */
 static uint64_t fold_block(uint64_t bits, const rim_monitor *monitor, const rim_verdict *verdict,
                            const double *context) {
-  const rim_channels *channels = rim_monitor_channels(monitor);
-  const double *values = rim_channels_values(channels);
-  for (uint16_t c = 0; c < rim_channels_count(channels); ++c)
-    bits = rim_digest_f64(bits, values[c]);
+  bits = rim_digest_f64(bits, verdict->score);
+  bits = rim_digest_f64(bits, verdict->ln_anom);
+  const uint8_t *place = rim_monitor_place(monitor);
+  const uint32_t features = rim_monitor_config(monitor, RIM_CONFIG_REGION_FEATURES);
+  for (uint32_t i = 0; place != NULL && i < features; ++i)
+    bits = rim_digest_u32(bits, place[i]);
+  if (place != NULL)
+    return rim_digest_u32(bits, rim_monitor_inside(monitor, place, verdict->blocks - 1u));
   rim_candidate best;
   if (rim_select_best_of_channel(rim_monitor_search(monitor), verdict->channel, &best)) {
     bits = rim_digest_f64(bits, best.ln_anom);
@@ -169,6 +162,15 @@ static void print_digest(const char *what, uint64_t digest) {
   print("\n");
 }
 
+/* Every record that waits goes out, as from `rim replay`; returns how many. */
+static uint32_t send_waiting(rim_monitor *monitor) {
+  rim_alarm record;
+  uint32_t sent = 0;
+  for (; rim_monitor_next_record(monitor, &record); ++sent)
+    bus_alarm(&record);
+  return sent;
+}
+
 int main(void) {
   const flight f = open_recording(recording, (size_t)(recording_end - recording));
   rim_monitor *monitor = open_monitor(&f);
@@ -183,6 +185,8 @@ int main(void) {
     for (uint32_t i = 0; i < f.doubles; ++i)
       row[i] = rim_image_f64(f.rows, (size_t)r * f.doubles + i);
     const rim_observation now = observation(monitor, row);
+    (void)rim_monitor_idle(monitor, now.t_s);
+    records += send_waiting(monitor);
     rim_verdict verdict;
     const uint32_t start = port_ticks();
     const rim_status status = rim_monitor_step(monitor, &now, &verdict);
@@ -192,10 +196,11 @@ int main(void) {
     spent.sum += ticks;
     if (ticks > spent.largest)
       spent.largest = ticks;
-    if (verdict.alarm.state != RIM_ALARM_NONE) {
+    if (verdict.alarm.seq != 0) {
       ++records;
       bus_alarm(&verdict.alarm);
     }
+    records += send_waiting(monitor);
     digest = rim_verdict_digest(digest, &verdict);
     if (verdict.blocks != blocks)
       bits = fold_block(bits, monitor, &verdict, now.context);

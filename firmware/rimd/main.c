@@ -15,7 +15,7 @@ enum { EXIT_FINE = 0, EXIT_USAGE = 2, EXIT_DATA = 3 };
 #define STACK_BYTES 65536 /* touched once, so that no page is fetched later */
 
 static rimd instance;
-static volatile int stopped;
+static volatile sig_atomic_t stopped;
 
 static void stop(int signal) { stopped = signal; }
 
@@ -169,7 +169,7 @@ int main(int argc, char **argv) {
   status = rimd_finish(&instance);
   say("stopped by %s after %u observations and %u alarm records",
       stopped == SIGINT ? "SIGINT" : "SIGTERM", instance.kept.counters.rows,
-      instance.kept.panel.seq);
+      rim_monitor_alarms(instance.monitor).records);
   tell_counters(&instance.kept.counters);
   return status;
 }

@@ -33,10 +33,11 @@ static bool send_lcm_alarm(outbox *box) {
   return lcm_udp_send(box->lcm, RIM_LCM_CHANNEL_ALARM, box->lcm_alarm, sizeof box->lcm_alarm) == 0;
 }
 
-static void queue_can(outbox *box, const rim_alarm *alarm, uint64_t now_ns) {
+/* Returns whether the record has bytes; what has none (a number that is not finite) is counted. */
+static bool queue_can(outbox *box, const rim_alarm *alarm, uint64_t now_ns) {
   give_up_detail(box);
-  if (rim_can_pack_summary(&box->summary, box->node, alarm) == RIM_OK)
-    box->summary_waits = true;
+  const bool summarised = rim_can_pack_summary(&box->summary, box->node, alarm) == RIM_OK;
+  box->summary_waits = box->summary_waits || summarised;
   if (box->can->fd_capable) {
     if (rim_can_pack_detail_fd(&box->detail[0], box->node, alarm) == RIM_OK)
       box->details = 1;
@@ -44,17 +45,21 @@ static void queue_can(outbox *box, const rim_alarm *alarm, uint64_t now_ns) {
     box->details = RIM_CAN_DETAIL_FRAMES;
   }
   box->progress_ns = now_ns;
+  return summarised && box->details > 0;
 }
 
 void outbox_alarm(outbox *box, const rim_alarm *alarm, uint64_t now_ns) {
   if (box->lcm != NULL) {
     if (box->lcm_waits)
       add(&box->dropped, 1); /* the newer one takes its place */
-    box->lcm_waits = rim_lcm_pack_alarm(box->lcm_alarm, sizeof box->lcm_alarm, alarm) == RIM_OK &&
-                     !send_lcm_alarm(box);
+    const bool packed =
+        rim_lcm_pack_alarm(box->lcm_alarm, sizeof box->lcm_alarm, alarm) == RIM_OK;
+    if (!packed)
+      add(&box->dropped, 1);
+    box->lcm_waits = packed && !send_lcm_alarm(box);
   }
-  if (box->can != NULL)
-    queue_can(box, alarm, now_ns);
+  if (box->can != NULL && !queue_can(box, alarm, now_ns))
+    add(&box->dropped, 1);
   (void)outbox_pump(box, now_ns);
 }
 
@@ -89,9 +94,12 @@ void outbox_health(outbox *box, const rim_health_message *health, const rim_coun
   (void)outbox_pump(box, now_ns);
 }
 
-/* Sends a waiting frame. Returns whether the queue may take another. */
+/* Sends a waiting frame. Returns whether the queue may take another. A frame that the interface
+ * will never take is given up, and counted. */
 static bool send_waiting(outbox *box, const rim_can_frame *frame, bool *waits) {
   const socketcan_sent sent = socketcan_send(box->can, frame);
+  if (sent == SOCKETCAN_REFUSED)
+    add(&box->frames_unsent, 1);
   if (sent == SOCKETCAN_SENT || sent == SOCKETCAN_REFUSED)
     *waits = false;
   return sent == SOCKETCAN_SENT;

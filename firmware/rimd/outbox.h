@@ -18,8 +18,8 @@ typedef struct outbox {
   lcm_udp *lcm;   /* NULL: none */
   socketcan *can; /* NULL: none */
   uint32_t node;
-  uint32_t dropped;       /* records that did not go out whole, saturating */
-  uint32_t frames_unsent; /* of details, saturating */
+  uint32_t dropped;       /* records that did not go out whole on one of the buses, saturating */
+  uint32_t frames_unsent; /* of details, and what the interface refused for good; saturating */
   bool lcm_waits;
   uint8_t lcm_alarm[RIM_LCM_ALARM_SIZE];
   bool summary_waits, summary_sent, heartbeat_waits, entry_waits;

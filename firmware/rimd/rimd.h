@@ -2,23 +2,22 @@
 #ifndef RIMD_H
 #define RIMD_H
 
+#include <signal.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
 #include "rim/alarm_entry.h"
 #include "rim/can_table.h"
+#include "rim/clock_guard.h"
 #include "rim/monitor.h"
-#include "rimd/clock_guard.h"
 #include "rimd/config.h"
 #include "rimd/outbox.h"
-#include "rimd/panel.h"
 #include "rimd/state.h"
 
 /* What a restart goes on with, beside the monitor itself. Plain data. */
 typedef struct rimd_kept {
-  panel panel;
-  clock_guard guard;
+  rim_clock_guard guard;
   rim_counters counters;
   uint32_t health_sequence;
   uint32_t dropped;     /* records that did not go out whole before this start */
@@ -44,8 +43,8 @@ typedef struct rimd {
   rim_can_table table;
   rim_can_gather gather;
   rimd_kept kept;
-  panel_config panel_config;
-  clock_guard_config guard_config;
+  rim_alarm_policy policy;
+  rim_clock_guard_config guard_config;
   lcm_udp lcm;
   socketcan can, can_input;
   outbox outbox;
@@ -53,7 +52,6 @@ typedef struct rimd {
   rim_entry entry; /* told last; sequence 0: none */
   state_file state;
   bool state_wanted; /* something to be kept has changed */
-  uint64_t stale_ns; /* 0: never */
   uint64_t valid_ns; /* when the newest valid row came, or the start */
   uint64_t next_health_ns, next_state_ns;
   uint32_t state_failures; /* told so far */
@@ -67,13 +65,16 @@ int rimd_start(rimd *d);
 int rimd_check(rimd *d);
 
 /* Until *stopped becomes other than 0 (by a signal, which is let in only while waiting). */
-void rimd_run(rimd *d, volatile const int *stopped);
+void rimd_run(rimd *d, const volatile sig_atomic_t *stopped);
 
 /* Writes the state, closes everything. Returns an exit status. */
 int rimd_finish(rimd *d);
 
 /* Takes over what the transports have counted since the last time. */
 void rimd_collect_counts(rimd *d);
+
+/* Sends every record of the monitor that waits. */
+void rimd_send_records(rimd *d);
 
 /* What the state file holds. */
 state_parts rimd_parts(rimd *d);

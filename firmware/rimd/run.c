@@ -39,7 +39,7 @@ static double day_s(void) {
 /* Tells whether the plan leads into the region of the alarm that stands: when that changes, and
  * cyclically while it does. */
 static void look_ahead(rimd *d, bool cyclic) {
-  const rim_alarm *alarm = panel_region(&d->kept.panel);
+  const rim_alarm *alarm = rim_monitor_standing(d->monitor, RIM_DETECTOR_RIM);
   lookahead_result r;
   if (!d->config.look_ahead || d->plan.count == 0)
     return;
@@ -53,7 +53,9 @@ static void look_ahead(rimd *d, bool cyclic) {
   d->entry = (rim_entry){.t_s = d->kept.row_s,
                          .to_entry_s = RIM_ENTRY_NEVER,
                          .sequence = ++d->kept.entry_sequence,
-                         .alarm_sequence = alarm != NULL ? alarm->seq : d->kept.panel.newest.seq,
+                         .alarm_sequence = alarm != NULL
+                                               ? alarm->seq
+                                               : rim_monitor_alarms(d->monitor).newest.seq,
                          .plan_sequence = d->plan.sequence,
                          .model_id = d->view.model_id,
                          .flags = d->config.replay ? RIM_ALARM_FLAG_REPLAY : 0};
@@ -70,29 +72,34 @@ static void send_record(rimd *d, const rim_alarm *record) {
   d->state_wanted = true;
 }
 
+void rimd_send_records(rimd *d) {
+  rim_alarm record;
+  while (rim_monitor_next_record(d->monitor, &record))
+    send_record(d, &record);
+}
+
 /* The source's clock went elsewhere: what was gathered belongs to another run. */
 static void begin_anew(rimd *d, double t_s) {
-  rim_alarm record;
   count(&d->kept.counters.clock_resets);
-  rim_monitor_reset(d->monitor);
-  if (panel_forgotten(&d->kept.panel, &d->panel_config, t_s, &record))
-    send_record(d, &record);
+  rim_monitor_restart(d->monitor, t_s);
+  d->kept.row_s = t_s;
+  rimd_send_records(d);
 }
 
 /* Whether the time is good; what is not was counted. */
 static bool time_is_good(rimd *d, double t_s, uint64_t woke_ns) {
-  switch (
-      clock_guard_take(&d->kept.guard, &d->guard_config, t_s, 1e-9 * (double)woke_ns, day_s())) {
-  case CLOCK_BACK:
+  switch (rim_clock_guard_take(&d->kept.guard, &d->guard_config, t_s, 1e-9 * (double)woke_ns,
+                               day_s())) {
+  case RIM_CLOCK_BACK:
     count(&d->kept.counters.time_back);
     return false;
-  case CLOCK_FUTURE:
+  case RIM_CLOCK_FUTURE:
     count(&d->kept.counters.future);
     return false;
-  case CLOCK_RESET:
+  case RIM_CLOCK_RESTARTED:
     begin_anew(d, t_s);
     return true;
-  case CLOCK_BELIEVED:
+  case RIM_CLOCK_BELIEVED:
     break;
   }
   return true;
@@ -134,7 +141,6 @@ void rimd_row(rimd *d, double t_s, const double *values, uint32_t n, uint64_t wo
     row.sd = row.mean + d->outcomes;
   }
   rim_verdict verdict;
-  rim_alarm record;
   if (rim_monitor_step(d->monitor, &row, &verdict) != RIM_OK)
     return; /* NULL alone: cannot be */
   if (verdict.valid) {
@@ -144,28 +150,19 @@ void rimd_row(rimd *d, double t_s, const double *values, uint32_t n, uint64_t wo
   } else {
     count(&counters->not_finite); /* an sd that is not above 0 */
   }
-  if (panel_step(&d->kept.panel, &d->panel_config, &verdict, &record))
-    send_record(d, &record);
+  if (verdict.alarm.seq != 0)
+    send_record(d, &verdict.alarm);
+  rimd_send_records(d);
   note_deadline(d, woke_ns);
 }
 
 static void take_command(rimd *d, const rim_command *command, unsigned bits) {
-  rim_alarm record;
-  switch (panel_command(&d->kept.panel, &d->panel_config, command, bits, d->kept.row_s, &record)) {
-  case PANEL_REFUSED:
+  if (rim_monitor_command(d->monitor, command, bits) != RIM_OK) {
     count(&d->kept.counters.commands_refused);
     return;
-  case PANEL_TAKEN:
-    break;
-  case PANEL_RESET:
-    rim_monitor_reset(d->monitor);
-    send_record(d, &record);
-    break;
-  case PANEL_SEND:
-    send_record(d, &record);
-    break;
   }
   count(&d->kept.counters.commands);
+  rimd_send_records(d);
 }
 
 static void note_sequence(rimd *d, uint32_t sequence) {
@@ -310,11 +307,13 @@ void rimd_collect_counts(rimd *d) {
   collect_can(c, &d->can.counts, false);
   collect_can(c, &d->can_input.counts, true);
   collect(&c->can_unsent, &d->outbox.frames_unsent);
+  const rim_monitor_health monitor = rim_monitor_get_health(d->monitor);
+  c->stale = monitor.stale;
   if (d->config.input_can)
-    c->gaps = rim_monitor_get_health(d->monitor).rows.gaps;
+    c->gaps = monitor.rows.gaps;
 }
 
-static rim_health_message health_of(rimd *d) {
+static rim_health_message health_of(rimd *d, const rim_alarm_status *alarms) {
   const rim_counters *c = &d->kept.counters;
   rim_health_message health;
   memset(&health, 0, sizeof health);
@@ -327,10 +326,10 @@ static rim_health_message health_of(rimd *d) {
   for (size_t i = 0; i < sizeof reasons / sizeof reasons[0]; i++)
     add(&health.rejected, reasons[i]);
   health.gaps = c->gaps;
-  health.alarms = d->kept.panel.seq;
+  health.alarms = alarms->records;
   health.dropped = d->kept.dropped;
   add(&health.dropped, d->outbox.dropped);
-  health.level = panel_level(&d->kept.panel);
+  health.level = alarms->level;
   health.flags = d->config.replay ? RIM_HEALTH_FLAG_REPLAY : 0;
   return health;
 }
@@ -338,9 +337,10 @@ static rim_health_message health_of(rimd *d) {
 static void send_health(rimd *d, uint64_t now_ns) {
   rimd_collect_counts(d);
   d->kept.counters.sequence = d->kept.health_sequence + 1;
-  const rim_health_message health = health_of(d);
-  outbox_health(&d->outbox, &health, &d->kept.counters, &d->kept.panel.newest,
-                d->kept.panel.acknowledged, now_ns);
+  const rim_alarm_status alarms = rim_monitor_alarms(d->monitor);
+  const rim_health_message health = health_of(d, &alarms);
+  outbox_health(&d->outbox, &health, &d->kept.counters, &alarms.newest, alarms.acknowledged,
+                now_ns);
 }
 
 static void keep_state(rimd *d, uint64_t now_ns) {
@@ -360,14 +360,11 @@ static void keep_state(rimd *d, uint64_t now_ns) {
   d->state_failures = failures;
 }
 
-static void note_stale(rimd *d, uint64_t now_ns) {
-  rim_alarm record;
-  if (d->stale_ns == 0 || now_ns - d->valid_ns < d->stale_ns || now_ns < d->valid_ns)
-    return;
-  if (!panel_stale(&d->kept.panel, &d->panel_config, d->kept.row_s, &record))
-    return;
-  count(&d->kept.counters.stale);
-  send_record(d, &record);
+/* How long it has been silent, on the clock of the rows: from the newest row's time on. */
+static void note_silence(rimd *d, uint64_t now_ns) {
+  const uint64_t silent_ns = now_ns > d->valid_ns ? now_ns - d->valid_ns : 0;
+  if (rim_monitor_idle(d->monitor, d->kept.row_s + 1e-9 * (double)silent_ns))
+    rimd_send_records(d);
 }
 
 static int earlier(int a_ms, int b_ms) {
@@ -379,7 +376,7 @@ static int until(uint64_t then_ns, uint64_t now_ns) {
 }
 
 int rimd_tick(rimd *d, uint64_t now_ns) {
-  note_stale(d, now_ns);
+  note_silence(d, now_ns);
   if (now_ns >= d->next_health_ns) {
     d->next_health_ns = now_ns + MS * d->config.health_ms;
     if (d->outbox.can != NULL)
@@ -395,12 +392,13 @@ int rimd_tick(rimd *d, uint64_t now_ns) {
     if (d->state_wanted)
       wait_ms = earlier(wait_ms, 10);
   }
-  if (d->stale_ns != 0 && !d->kept.panel.stale)
-    wait_ms = earlier(wait_ms, until(d->valid_ns + d->stale_ns, now_ns));
+  const uint64_t stale_ns = (uint64_t)(1e9 * d->policy.stale_s);
+  if (stale_ns != 0 && rim_monitor_alarms(d->monitor).level != RIM_LEVEL_STALE)
+    wait_ms = earlier(wait_ms, until(d->valid_ns + stale_ns, now_ns));
   return earlier(wait_ms, until(d->next_health_ns, now_ns));
 }
 
-void rimd_run(rimd *d, volatile const int *stopped) {
+void rimd_run(rimd *d, const volatile sig_atomic_t *stopped) {
   sigset_t waiting;
   sigemptyset(&waiting); /* while it waits, signals come in */
   int wait_ms = 0;

@@ -78,9 +78,15 @@ static int open_monitor(rimd *d) {
   const uint32_t stale_ms = d->config.stale_ms != 0
                                 ? d->config.stale_ms
                                 : rim_monitor_config(d->monitor, RIM_CONFIG_STALE_MS);
-  d->stale_ns = UINT64_C(1000000) * stale_ms;
-  d->kept.panel.model_id = d->view.model_id;
-  return 0;
+  d->policy = (rim_alarm_policy){.stale_s = 1e-3 * (double)stale_ms,
+                                 .latch = d->config.latch,
+                                 .replay = d->config.replay};
+  if (d->config.input_can || d->values <= RIM_OBSERVATION_MAX_VALUES)
+    return 0;
+  say("%s: a row has %u values, and an observation over LCM carries %u; input = can carries up to "
+      "%u",
+      path, d->values, (unsigned)RIM_OBSERVATION_MAX_VALUES, RIM_CAN_TABLE_MAX_VALUES);
+  return EXIT_DATA;
 }
 
 /* Index of a feature by its name in the image; LOOKAHEAD_NO_AXIS where there is none. */
@@ -225,7 +231,6 @@ static int resume(rimd *d) {
           d->kept.counters.rows);
     } else { /* a good check sum over what is no monitor of this image: begin anew */
       memset(&d->kept, 0, sizeof d->kept);
-      d->kept.panel.model_id = d->view.model_id;
       (void)rim_monitor_init(&d->monitor, d->memory, d->memory_bytes, d->image, d->image_bytes);
       why = rim_status_text(status);
     }
@@ -263,10 +268,9 @@ int rimd_check(rimd *d) {
 int rimd_start(rimd *d) {
   const config *c = &d->config;
   d->lcm.in = d->lcm.out = d->can.fd = d->can_input.fd = -1;
-  d->panel_config = (panel_config){.latch = c->latch, .replay = c->replay};
-  d->guard_config = (clock_guard_config){.max_jump_s = (double)c->max_jump_s,
-                                         .max_skew_s = (double)c->max_skew_s,
-                                         .resync_rows = c->resync_rows};
+  d->guard_config = (rim_clock_guard_config){.max_jump_s = (double)c->max_jump_s,
+                                             .max_skew_s = (double)c->max_skew_s,
+                                             .resync_rows = c->resync_rows};
   int status = rimd_check(d);
   if (status == 0)
     status = resume(d);
@@ -283,9 +287,9 @@ int rimd_start(rimd *d) {
   const uint64_t now_ns = rimd_now_ns();
   d->valid_ns = d->next_health_ns = now_ns;
   d->next_state_ns = now_ns + UINT64_C(1000000000) * c->state_s;
-  rim_alarm again;
-  if (panel_resume(&d->kept.panel, &d->panel_config, d->kept.row_s, &again))
-    outbox_alarm(&d->outbox, &again, now_ns);
+  (void)rim_monitor_set_policy(d->monitor, &d->policy);
+  rim_monitor_repeat(d->monitor); /* after a restart: what stands is told again */
+  rimd_send_records(d);
   return 0;
 }
 

@@ -49,7 +49,7 @@ typedef enum socketcan_sent {
   SOCKETCAN_SENT,
   SOCKETCAN_FULL,    /* try later */
   SOCKETCAN_DOWN,    /* try after came_back */
-  SOCKETCAN_REFUSED, /* never will: FD on a classic interface */
+  SOCKETCAN_REFUSED, /* never will: FD on a classic interface, or an error that is not foreseen */
 } socketcan_sent;
 
 /* Opens an interface that need not be there yet. filters 0: receives nothing but error frames.

@@ -272,7 +272,9 @@ std::vector<std::uint8_t> compile_can_table(const Dbc &dbc, const std::string &m
   const rim_status status = rim_can_table_open(&table, bytes.data(), bytes.size());
   if (status != RIM_OK)
     throw DataError(dbc.path + ": the table that it makes is not good: " + rim_status_text(status) +
-                    " (a signal outside its message, an identifier or number out of range)");
+                    " (a signal outside its message, an identifier or number out of range, or "
+                    "more than " +
+                    std::to_string(RIM_CAN_TABLE_MAX_SIGNALS) + " signals)");
   return bytes;
 }
 

@@ -45,7 +45,7 @@ int cmd_command(int argc, char **argv) {
   app.add_option("--can", interface, "CAN interface");
   app.add_option("--node", node, "of the monitor, on CAN")->check(CLI::Range(0u, RIM_CAN_MAX_NODE));
   app.add_option("--sequence", command.sequence,
-                 "only if this is the monitor's newest record (0: whatever stands)");
+                 "only the alarm whose newest record this is (0: all that stand)");
   app.add_option("--model-id", command.model_id, "only to a monitor with this model (0: any)");
   app.footer("Example:\n  rim command acknowledge --can can0 --node 5");
   if (!rim::parse_arguments(app, argc, argv))

@@ -244,6 +244,7 @@ int cmd_replay(int argc, char **argv) {
     if (!o.model.empty() && !extensions.empty() && replayer.layout().external)
       rim::diagnose::apply_extension(extensions, &log);
     outputs.begin(log);
+    options.record = [&](const rim_alarm &record) { outputs.record(record); };
     const rim::ReplayedLog result = replayer.replay(
         log, options, [&](std::size_t, const rim_verdict &verdict) { outputs.verdict(verdict); });
     outputs.end(result);

@@ -65,20 +65,21 @@ void ReplayOutputs::verdict(const rim_verdict &v) {
     traces_.back().points.push_back({v.t_s, v.ln_anom, v.threshold});
     blocks_ = v.blocks;
   }
-  if (v.alarm.state == RIM_ALARM_NONE)
-    return;
+}
+
+void ReplayOutputs::record(const rim_alarm &record) {
   ++records_;
-  if (alarms_)
-    alarms_->write(alarm_json(v.alarm, names_) + "\n");
+  if (alarms_ && record.state != RIM_ALARM_NONE) // that one tells of no alarm
+    alarms_->write(alarm_json(record, names_) + "\n");
   if (candump_)
-    candump_->write(v.alarm);
+    candump_->write(record);
   for (const rim_can_frame &frame :
-       can_ ? alarm_frames(v.alarm, node_, false) : std::vector<rim_can_frame>{})
+       can_ ? alarm_frames(record, node_, false) : std::vector<rim_can_frame>{})
     can_->send(frame);
   if (lcm_)
-    lcm_->publish(v.alarm);
-  if (!traces_.empty() && v.alarm.state == RIM_ALARM_RAISED)
-    traces_.back().alarms_s.push_back(v.t_s);
+    lcm_->publish(record);
+  if (!traces_.empty() && record.state == RIM_ALARM_RAISED)
+    traces_.back().alarms_s.push_back(record.t_s);
 }
 
 void ReplayOutputs::end(const ReplayedLog &log) {
@@ -100,11 +101,7 @@ void ReplayOutputs::end(const ReplayedLog &log) {
   health.rejected = log.rows_skipped + log.health.rows.not_finite + log.health.rows.time_back;
   health.gaps = log.health.rows.gaps;
   health.alarms = records_;
-  health.level = RIM_LEVEL_OK;
-  for (const rim_alarm *last : {&log.last, &log.interference.last}) {
-    if (last->state == RIM_ALARM_RAISED || last->state == RIM_ALARM_UPDATED)
-      health.level = std::max(health.level, last->level);
-  }
+  health.level = log.alarms.level;
   health.flags = RIM_HEALTH_FLAG_REPLAY;
   lcm_->publish(health);
 }

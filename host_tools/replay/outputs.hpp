@@ -29,6 +29,7 @@ public:
 
   void begin(const Log &log);
   void verdict(const rim_verdict &verdict);
+  void record(const rim_alarm &record);
   // The labels and the health message of the log that begin() named.
   void end(const ReplayedLog &log);
   // All files appear.

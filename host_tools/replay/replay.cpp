@@ -102,6 +102,17 @@ ReplayedLog Replayer::replay(const Log &log, const ReplayOptions &options, const
   std::vector<Block> examined;
   const std::uint32_t regions = rim_monitor_config(monitor, RIM_CONFIG_REGION_FEATURES);
   HeldScore held(rim_monitor_config(monitor, RIM_CONFIG_PERSISTENCE));
+  const auto tell = [&](rim_alarm record) {
+    record.flags = static_cast<std::uint8_t>(record.flags | options.flags);
+    Found &found = record.detector == RIM_DETECTOR_INTERFERENCE ? result.interference : result;
+    found.add(record);
+    if (options.record)
+      options.record(record);
+  };
+  const auto tell_waiting = [&] {
+    for (rim_alarm record; rim_monitor_next_record(monitor, &record);)
+      tell(record);
+  };
   for (Eigen::Index t = 0; t < rows.context.rows(); ++t) {
     rim_observation row = {};
     row.t_s = rows.t_s[static_cast<std::size_t>(t)];
@@ -111,6 +122,8 @@ ReplayedLog Replayer::replay(const Log &log, const ReplayOptions &options, const
       row.mean = rows.mean.row(t).data();
       row.sd = rows.sd.row(t).data();
     }
+    (void)rim_monitor_idle(monitor, row.t_s);
+    tell_waiting();
     rim_verdict verdict;
     const rim_status status = rim_monitor_step(monitor, &row, &verdict);
     if (status != RIM_OK)
@@ -123,12 +136,10 @@ ReplayedLog Replayer::replay(const Log &log, const ReplayOptions &options, const
         examined.push_back({{place, place + regions}, t + 1});
     }
     blocks = verdict.blocks;
-    verdict.alarm.flags = static_cast<std::uint8_t>(verdict.alarm.flags | options.flags);
     result.watches_interference = result.watches_interference || verdict.interference.valid;
-    if (verdict.alarm.detector == RIM_DETECTOR_INTERFERENCE)
-      result.interference.add(verdict.alarm);
-    else
-      result.add(verdict.alarm);
+    if (verdict.alarm.seq != 0)
+      tell(verdict.alarm);
+    tell_waiting();
     if (watch)
       watch(static_cast<std::size_t>(t), verdict);
   }
@@ -171,6 +182,7 @@ void Replayer::finish(const Log &log, const Matrix &context, const ReplayOptions
   result->duration_s = log.t_s.empty() ? 0.0 : log.t_s.back() - log.t_s.front();
   result->health = rim_monitor_get_health(monitor);
   result->image_period_s = 1e-6 * rim_monitor_config(monitor, RIM_CONFIG_PERIOD_US);
+  result->alarms = rim_monitor_alarms(monitor);
   result->alarm_score = rim_monitor_threshold(monitor)->alarm_score;
   if (!options.label)
     return;

@@ -34,6 +34,7 @@ struct ReplayedLog : Found {
   rim_monitor_health health{};
   std::uint32_t blocks = 0;     // examined
   double image_period_s = 0.0;  // rows as the image wants them
+  rim_alarm_status alarms{};         // how they stand at the end
   bool watches_interference = false; // the image has that detector
   Found interference;
   double score = 0.0;                 // largest that was held for as many blocks as an alarm needs
@@ -44,7 +45,10 @@ struct ReplayedLog : Found {
 struct ReplayOptions {
   bool label = false;  // fill ReplayedLog::finding
   double hold_s = 0.0; // resampled logs: file rows up to so long before a row share its label
-  std::uint8_t flags = RIM_ALARM_FLAG_REPLAY; // set in every record handed to the watcher
+  std::uint8_t flags = RIM_ALARM_FLAG_REPLAY; // set in every record
+  // Given every record in the order in which it leaves, also those of a silence in the log: what
+  // rimd would have sent.
+  std::function<void(const rim_alarm &)> record;
 };
 
 // Runs logs one after another; the monitor forgets everything between them.

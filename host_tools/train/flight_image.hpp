@@ -34,10 +34,10 @@ struct FlightPlan {
   double stale_s = 0.0;
   double inhibit_s = 10.0;       // between updates of an alarm
   std::uint32_t persistence = 4; // blocks above the threshold before an alarm is raised
+  std::uint32_t clear = 30;      // blocks below the warning score before it is cleared; 0: never
   std::uint32_t ring = 0, bins = RIM_SELECT_DEFAULT_BINS, grid = 0, pairs = 0; // 0: select's
   std::uint32_t scans = 0, edges = 0, moves = 0, budget = 0;
   std::uint32_t seed = 1;
-  std::uint32_t clear = 30; // blocks below the warning score before an alarm is cleared
   Basis basis;              // trained: inputs of the models
   std::vector<std::uint8_t> level, behaviour, agreement, noise, cuts; // sections; empty: absent
   Thresholds thresholds;

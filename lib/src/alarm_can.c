@@ -158,6 +158,7 @@ rim_status rim_can_unpack_summary(rim_can_summary *summary, const rim_can_frame 
   return summary->kind <= RIM_KIND_PUSHED ? RIM_OK : RIM_E_RANGE;
 }
 
+/* The offsets are public: rim/alarm_can.h. */
 static void put_record(uint8_t *at, const rim_alarm *a) {
   const rim_region *region = &a->region;
   const uint8_t code[7] = {a->detector, a->state,    a->level,    a->kind,

@@ -205,12 +205,3 @@ rim_status rim_can_unpack_heartbeat(rim_can_heartbeat *out, const rim_can_frame 
   out->dropped = data[6];
   return RIM_OK;
 }
-
-bool rim_command_is_for(const rim_command *command, uint32_t sequence, uint32_t model_id,
-                        unsigned bits) {
-  const uint32_t mask = bits >= 32u ? UINT32_MAX : ((uint32_t)1 << bits) - 1u;
-  if (command == NULL)
-    return false;
-  return (command->sequence == 0 || (command->sequence & mask) == (sequence & mask)) &&
-         (command->model_id == 0 || (command->model_id & mask) == (model_id & mask));
-}

@@ -122,6 +122,8 @@ rim_status rim_lcm_pack_alarm(uint8_t *out, size_t bytes, const rim_alarm *in) {
     return RIM_E_SIZE;
   if (!alarm_codes_in_range(in))
     return RIM_E_RANGE;
+  if (!alarm_is_finite(in))
+    return RIM_E_DATA;
   const rim_region *region = &in->region;
   const uint8_t code[7] = {in->detector, in->state,    in->level,   in->kind,
                            in->flags,    in->channels, region->dims};

@@ -167,7 +167,7 @@ rim_status rim_can_table_open(rim_can_table *table, const void *data, size_t byt
   if (bytes != total)
     return bytes < total ? RIM_E_TRUNCATED : RIM_E_SIZE;
   if (t.values == 0 || t.values > RIM_CAN_TABLE_MAX_VALUES || t.frames == 0 ||
-      t.frames > RIM_CAN_TABLE_MAX_FRAMES || t.signals == RIM_CAN_TABLE_NONE ||
+      t.frames > RIM_CAN_TABLE_MAX_FRAMES || t.signals > RIM_CAN_TABLE_MAX_SIGNALS ||
       (t.trigger != RIM_CAN_TABLE_NONE && t.trigger >= t.frames) ||
       (t.time != RIM_CAN_TABLE_NONE && t.time >= t.signals))
     return RIM_E_RANGE;
@@ -180,7 +180,7 @@ rim_status rim_can_table_open(rim_can_table *table, const void *data, size_t byt
 }
 
 uint32_t rim_can_table_id(const rim_can_table *table, uint16_t index) {
-  return index < table->frames ? rim_image_u32(frame_at(table, index), 0) : 0;
+  return table != NULL && index < table->frames ? rim_image_u32(frame_at(table, index), 0) : 0;
 }
 
 static void keep(rim_can_gather *gather, const signal *s, double x, double t_s) {

@@ -5,13 +5,13 @@
 #define INPUTS_BYTES 4u /* u16 feature of the command, u16 outcome of the speed */
 #define INHIBIT_S 1.0   /* updates of an interference come no more often */
 
-static void init_life(interference_watch *watch, double inhibit_s, double update_ratio) {
+rim_alarm_slot_config rim_interference_watch_life(const rim_alarm_slot_config *regions) {
   /* The detector has persistence and hysteresis of its own: raised and cleared at once. */
-  const rim_alarm_life_config config = {.raise_steps = 1,
+  const rim_alarm_slot_config config = {.raise_steps = 1,
                                         .clear_steps = 1,
-                                        .inhibit_s = rim_max(INHIBIT_S, inhibit_s),
-                                        .update_ratio = update_ratio};
-  (void)rim_alarm_life_init(&watch->life, &config);
+                                        .inhibit_s = rim_max(INHIBIT_S, regions->inhibit_s),
+                                        .update_ratio = regions->update_ratio};
+  return config;
 }
 
 rim_status rim_interference_watch_check(const rim_image *image, size_t features, size_t outcomes,
@@ -33,15 +33,13 @@ rim_status rim_interference_watch_check(const rim_image *image, size_t features,
   return rim_interference_open(&model, model_data, model_bytes);
 }
 
-void rim_interference_watch_init(interference_watch *watch, const rim_image *image,
-                                 double least_inhibit_s, double update_ratio) {
+void rim_interference_watch_init(interference_watch *watch, const rim_image *image) {
   const uint8_t *inputs = NULL;
   size_t bytes = 0;
   (void)rim_image_section(image, RIM_SECTION_INTERFERENCE_INPUTS, &inputs, &bytes);
   rim_interference_model model;
   (void)rim_interference_attach(&model, image);
   (void)rim_interference_init(&watch->state, &model);
-  init_life(watch, least_inhibit_s, update_ratio);
   watch->model_id = image->model_id;
   watch->command = rim_image_u16(inputs, 0);
   watch->speed = rim_image_u16(inputs, 1);
@@ -51,23 +49,14 @@ void rim_interference_watch_init(interference_watch *watch, const rim_image *ima
 
 void rim_interference_watch_reset(interference_watch *watch) {
   rim_interference_reset(&watch->state);
-  const rim_alarm_life_config config = watch->life.config;
-  (void)rim_alarm_life_init(&watch->life, &config);
 }
 
 bool rim_interference_watch_step(interference_watch *watch, const rim_observation *row,
-                                 bool may_send, uint32_t *seq, rim_interference_verdict *verdict,
-                                 rim_alarm *record) {
+                                 rim_interference_verdict *verdict, rim_alarm *candidate) {
   const double speed =
       watch->external ? row->outcome[watch->speed] : row->context[watch->speed_feature];
   (void)rim_interference_step(&watch->state, row->t_s, row->context[watch->command], speed,
                               verdict);
-  if (!verdict->valid || !may_send)
-    return false;
-  rim_alarm candidate;
-  const bool found = rim_interference_alarm(verdict, watch->model_id, watch->speed, &candidate);
-  watch->life.seq = *seq; /* one count for the records of all detectors */
-  const bool sent = rim_alarm_life_step(&watch->life, row->t_s, found ? &candidate : NULL, record);
-  *seq = watch->life.seq;
-  return sent;
+  return verdict->valid &&
+         rim_interference_alarm(verdict, watch->model_id, watch->speed, candidate);
 }

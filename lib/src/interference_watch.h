@@ -1,14 +1,14 @@
 /* interference_watch.h - private: the motion-interference detector inside the monitor. Which
- * numbers of a row it is given comes from the image (RIM_SECTION_INTERFERENCE_INPUTS); its alarm
- * has a life of its own. Plain data without pointers: a copy goes on. */
+ * numbers of a row it is given comes from the image (RIM_SECTION_INTERFERENCE_INPUTS). The life of
+ * its alarm is alarm_life.h's. Plain data without pointers: a copy goes on. */
 #ifndef RIM_INTERFERENCE_WATCH_H
 #define RIM_INTERFERENCE_WATCH_H
 
+#include "alarm_life.h"
 #include "rim/monitor.h"
 
 typedef struct interference_watch {
   rim_interference state;
-  rim_alarm_life life;
   uint32_t model_id;
   uint16_t command;       /* feature */
   uint16_t speed;         /* outcome */
@@ -24,17 +24,18 @@ _Static_assert(sizeof(interference_watch) <= RIM_MONITOR_INTERFERENCE_BYTES, "ou
 rim_status rim_interference_watch_check(const rim_image *image, size_t features, size_t outcomes,
                                         bool *present);
 
-/* Of an image that was checked and has them. least_inhibit_s: between updates. */
-void rim_interference_watch_init(interference_watch *watch, const rim_image *image,
-                                 double least_inhibit_s, double update_ratio);
+/* Of an image that was checked and has them. */
+void rim_interference_watch_init(interference_watch *watch, const rim_image *image);
+
+/* How its alarm lives beside one of the regions that lives by `regions`. */
+rim_alarm_slot_config rim_interference_watch_life(const rim_alarm_slot_config *regions);
 
 /* Forgets the motion; the model and the counters stay. */
 void rim_interference_watch_reset(interference_watch *watch);
 
-/* One valid row. may_send: no other record goes out in this row; the life of the alarm waits
- * otherwise. seq: of the newest record, counted up when *record is one to send: returns that. */
+/* One valid row. Returns whether something is found; then *candidate describes it. Where
+ * verdict->valid is false the detector had nothing to say, and its alarm is to be left as it is. */
 bool rim_interference_watch_step(interference_watch *watch, const rim_observation *row,
-                                 bool may_send, uint32_t *seq, rim_interference_verdict *verdict,
-                                 rim_alarm *record);
+                                 rim_interference_verdict *verdict, rim_alarm *candidate);
 
 #endif

@@ -11,6 +11,18 @@ for i in $(seq 20); do toy "run$(printf %02d "$i").csv" "$i"; done
 toy healthy.csv 101
 toy biased.csv 102 1200 'a += 0.5'
 "$RIM" replay --model toy.rim biased.csv --alarms biased.jsonl > /dev/null || bad "replay"
+awk 'NR <= 901 || NR > 1101' biased.csv > gap.csv # 10 s of silence while the alarm stands
+"$RIM" replay --model toy.rim gap.csv --alarms gap.jsonl > /dev/null || bad "replay with a gap"
+# 20 features, 40 outcomes with their predictions: 140 values a row.
+awk 'BEGIN {
+  printf "t_s"; for (i = 0; i < 20; i++) printf ",x.f%d", i
+  for (o = 0; o < 40; o++) printf ",z.o%d,m.o%d,sd.o%d", o, o, o
+  for (r = 0; r < 40; r++) {
+    printf "\n%d", r; for (i = 0; i < 20; i++) printf ",%.3f", sin(r * (i + 1))
+    for (o = 0; o < 40; o++) printf ",%.3f,0,1", cos(r * (o + 1.5))
+  }
+  print "" }' > wide.csv
+"$RIM" replay wide.csv --calibration-runs 19 --save-model wide.rim > /dev/null || bad "a wide image"
 gcc -O2 -Wall -Wextra -shared -fPIC "$root/tests/firmware/count_allocations.c" -o count.so || bad "counter"
 
 # Configuration: told whole, with file and line.
@@ -50,6 +62,8 @@ refuses "an image that is not there" 3 "absent.rim: No such file" "image = absen
 refuses "an image that is none" 3 "biased.csv: " "image = biased.csv\n$lcm"
 refuses "an empty image" 3 "empty" "image = /dev/null\n$lcm"
 refuses "CAN input without a table" 3 "no table of CAN signals" "image = toy.rim\ncan = can0\ninput = can\n$lcm"
+refuses "an image too wide for LCM" 3 "wide.rim: a row has 140 values, and an observation over LCM carries 128" "image = wide.rim\n$lcm"
+refuses "and not for CAN" 3 "wide.rim: has no table of CAN signals" "image = wide.rim\ncan = can0\ninput = can\n$lcm"
 head -c 20000 /dev/zero | tr '\0' '#' > long.conf
 said=$("$BUILD/rimd" long.conf 2>&1); check "a file too long" 3 $?
 contains "a file too long: said" "$said" "longer than"

@@ -157,6 +157,22 @@ check("stale while it stands", bus.until(lambda: bus.alarms[-1]["level"] == STAL
       and bus.alarms[-1]["ln_anom"] > 0)
 check("stale times", bus.until(lambda: bus.counters[-1]["stale"] == 3), bus.counters[-1])
 
+# A silence in which an alarm stands: the records are those of a replay of the log with the same gap, whose
+# image says 2 s. The numbers of seq, the times and the levels are the same.
+quiet = Bus(wire, port + 1)
+q = Daemon(rimd, "q.conf", base.replace(str(port), str(port + 1)))
+rows = list(read_rows("gap.csv"))
+play(quiet, rows[:900])
+check("a silence", quiet.until(lambda: quiet.alarms and quiet.alarms[-1]["level"] == STALE, 6), quiet.alarms)
+play(quiet, rows[900:])
+check("its end", quiet.until(lambda: quiet.health[-1]["observations"] == len(rows)), quiet.health[-1])
+replayed = [json.loads(line) for line in open("gap.jsonl")]
+levels = {"ERROR": ERROR, "STALE": STALE}
+told = [(a["seq"], round(a["t_s"], 6), a["level"]) for a in quiet.alarms]
+check("the same records as on the ground", told == [(g["seq"], round(g["t_s"], 6), levels[g["level"]]) for g in replayed], (told, replayed))
+check("of which one is STALE", sum(a["level"] == STALE for a in quiet.alarms) == 1)
+check("ends", q.end() == 0)
+
 # Acknowledge and clear.
 newest = bus.alarms[-1]
 bus.command(1, sequence=newest["seq"] + 7)

@@ -11,7 +11,7 @@ compared = 0
 for h in whole:
     g = by_seq.get(h["seq"])
     if g is None or h["state"] != g["state"]:
-        continue  # a record of the panel's own: acknowledged
+        continue  # a record that a command caused: acknowledged
     for key in ("kind", "channels", "features", "observations", "detector"):
         if h[key] != g[key]:
             sys.exit("record %d: %s is %s, on the ground %s" % (h["seq"], key, h[key], g[key]))

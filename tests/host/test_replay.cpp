@@ -83,13 +83,12 @@ void logs_do_not_know_each_other(void **) {
 void alarms_carry_the_replay_flag(void **) {
   rim::Replayer replayer(image(), "toy");
   unsigned records = 0;
-  const rim::ReplayedLog result =
-      replayer.replay(toy_log(54, 600, 1.0), {}, [&](std::size_t, const rim_verdict &v) {
-        if (v.alarm.state == RIM_ALARM_NONE)
-          return;
-        ++records;
-        assert_true((v.alarm.flags & RIM_ALARM_FLAG_REPLAY) != 0);
-      });
+  rim::ReplayOptions options;
+  options.record = [&](const rim_alarm &record) {
+    assert_int_equal(record.seq, ++records);
+    assert_true((record.flags & RIM_ALARM_FLAG_REPLAY) != 0);
+  };
+  const rim::ReplayedLog result = replayer.replay(toy_log(54, 600, 1.0), options);
   assert_int_equal(result.raised, 1);
   assert_int_equal(result.records, records);
   assert_int_equal(result.first.state, RIM_ALARM_RAISED);
@@ -98,6 +97,31 @@ void alarms_carry_the_replay_flag(void **) {
   assert_true(has(text, "rows: 600 used, 0 skipped, 0 gaps"));
   const rim::ReplayedLog healthy = replayer.replay(toy_log(55), {});
   assert_true(has(rim::replay_text(healthy, replayer.names()), "toy55: healthy: nothing found"));
+}
+
+// As rimd would have told it: when it began, and when rows came again.
+void a_silence_in_the_log_is_told(void **) {
+  rim::Replayer replayer(image(), "toy");
+  rim::Log log = toy_log(55);
+  const double before_s = log.t_s[299];
+  for (std::size_t i = 300; i < log.t_s.size(); ++i)
+    log.t_s[i] += 60.0;
+  std::vector<rim_alarm> records;
+  rim::ReplayOptions options;
+  options.record = [&](const rim_alarm &record) { records.push_back(record); };
+  const rim::ReplayedLog result = replayer.replay(log, options);
+  assert_int_equal(records.size(), 2);
+  for (std::uint32_t i = 0; i < 2; ++i) {
+    assert_int_equal(records[i].seq, i + 1);
+    assert_int_equal(records[i].state, RIM_ALARM_NONE);
+  }
+  assert_int_equal(records[0].level, RIM_LEVEL_STALE);
+  assert_true(records[0].t_s > before_s && records[0].t_s < before_s + 60.0);
+  assert_int_equal(records[1].level, RIM_LEVEL_OK);
+  assert_true(records[1].t_s == log.t_s[300]);
+  assert_int_equal(result.records, 0); // of an alarm
+  assert_int_equal(result.health.stale, 1);
+  assert_int_equal(result.alarms.level, RIM_LEVEL_OK);
 }
 
 // Every data row of the file has a label: those that were skipped, and those between grid rows.
@@ -189,6 +213,7 @@ void outputs_appear_whole(void **) {
     rim::ReplayOptions options;
     options.label = true;
     const rim::Log log = toy_log(57, 600, 1.0);
+    options.record = [&](const rim_alarm &record) { outputs.record(record); };
     outputs.begin(log);
     outputs.end(replayer.replay(log, options,
                                 [&](std::size_t, const rim_verdict &v) { outputs.verdict(v); }));
@@ -209,10 +234,15 @@ void outputs_appear_whole(void **) {
 
 int main() {
   const CMUnitTest tests[] = {
-      cmocka_unit_test(digest_is_over_every_verdict), cmocka_unit_test(logs_do_not_know_each_other),
-      cmocka_unit_test(alarms_carry_the_replay_flag), cmocka_unit_test(labels_cover_the_file),
-      cmocka_unit_test(sd_is_estimated_and_said),     cmocka_unit_test(columns_are_found_by_name),
-      cmocka_unit_test(bad_images_are_refused),       cmocka_unit_test(outputs_appear_whole),
+      cmocka_unit_test(digest_is_over_every_verdict),
+      cmocka_unit_test(logs_do_not_know_each_other),
+      cmocka_unit_test(alarms_carry_the_replay_flag),
+      cmocka_unit_test(a_silence_in_the_log_is_told),
+      cmocka_unit_test(labels_cover_the_file),
+      cmocka_unit_test(sd_is_estimated_and_said),
+      cmocka_unit_test(columns_are_found_by_name),
+      cmocka_unit_test(bad_images_are_refused),
+      cmocka_unit_test(outputs_appear_whole),
   };
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }

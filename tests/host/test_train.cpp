@@ -93,6 +93,12 @@ void report_says_what_was_done(void **) {
   assert_true(has(rim::choice_report(trained()), "a block is 20 rows"));
 }
 
+// An alarm of such an image ends by itself.
+void images_ask_for_clearing(void **) {
+  const rim::Monitor monitor(rim::make_image(trained().plan), "toy");
+  assert_int_equal(rim_monitor_config(monitor.get(), RIM_CONFIG_CLEAR), 30);
+}
+
 template <typename Call> std::string refusal(const Call &call) {
   try {
     call();
@@ -127,6 +133,7 @@ int main() {
       cmocka_unit_test(equal_logs_equal_images),
       cmocka_unit_test(promise_is_kept_and_faults_are_found),
       cmocka_unit_test(report_says_what_was_done),
+      cmocka_unit_test(images_ask_for_clearing),
       cmocka_unit_test(refuses),
   };
   return cmocka_run_group_tests(tests, nullptr, nullptr);

@@ -101,7 +101,7 @@ static void build(image *m, const recipe *r) {
   put_u32(m->byte + 32, rim_crc32(0, m->byte, 64));
 }
 
-static void set_word(recipe *r, rim_config_word word, uint32_t value) {
+static inline void set_word(recipe *r, rim_config_word word, uint32_t value) {
   put_u32(r->section[RIM_SECTION_CONFIG].byte + 4 * word, value);
 }
 

@@ -123,6 +123,103 @@ static void segments_carry_the_record(void **state) {
   assert_int_equal(assembly.lost, 0);
 }
 
+/* Little-endian, as the public description has it. */
+static uint64_t whole_at(const uint8_t *bytes, size_t at, size_t count) {
+  uint64_t value = 0;
+  for (size_t i = count; i-- > 0;)
+    value = value << 8 | bytes[at + i];
+  return value;
+}
+
+static double f32_at(const uint8_t *bytes, size_t at) {
+  const uint32_t bits = (uint32_t)whole_at(bytes, at, 4);
+  float value;
+  memcpy(&value, &bits, sizeof value);
+  return (double)value;
+}
+
+static double f64_at(const uint8_t *bytes, size_t at) {
+  const uint64_t bits = whole_at(bytes, at, 8);
+  double value;
+  memcpy(&value, &bits, sizeof value);
+  return value;
+}
+
+static void are_floats(const uint8_t *bytes, size_t at, const double *want, size_t count) {
+  for (size_t i = 0; i < count; i++)
+    assert_true(f32_at(bytes, at + 4 * i) == want[i]);
+}
+
+/* Every number is one that single precision holds, and no two are the same. */
+static rim_alarm distinct_alarm(void) {
+  double next = 0.5;
+  rim_alarm a;
+  memset(&a, 0, sizeof a);
+  a.t_s = 1234.0625;
+  a.since_s = 1000.125;
+  a.seq = 0x01020304u;
+  a.model_id = 0x05060708u;
+  a.observations = 0x090a0b0cu;
+  a.detector = RIM_DETECTOR_INTERFERENCE;
+  a.state = RIM_ALARM_UPDATED;
+  a.level = RIM_LEVEL_STALE;
+  a.kind = RIM_KIND_PUSHED;
+  a.flags = RIM_ALARM_FLAG_LATCHED | RIM_ALARM_FLAG_REPLAY;
+  a.channels = 4;
+  a.region.dims = 3;
+  for (size_t i = 0; i < 4; i++, next += 1.0) {
+    a.channel[i] = (uint16_t)(0x1100u + i);
+    a.shift[i] = next;
+    a.shift_sd[i] = next + 100.0;
+  }
+  for (size_t i = 0; i < 9; i++, next += 1.0)
+    a.region.inverse_shape[i] = next + 200.0;
+  for (size_t i = 0; i < 3; i++, next += 1.0) {
+    a.region.feature[i] = (uint16_t)(0x2200u + i);
+    a.region.center[i] = next + 300.0;
+    a.region.lower[i] = next + 400.0;
+    a.region.upper[i] = next + 500.0;
+  }
+  a.ln_anom = 601.5;
+  a.threshold = 602.5;
+  a.p_value = 0.0625;
+  return a;
+}
+
+/* Read by the offsets that rim/alarm_can.h promises, and by nothing of ours. */
+static void the_record_lies_where_it_is_documented(void **state) {
+  (void)state;
+  const rim_alarm a = distinct_alarm();
+  rim_can_frame frame[RIM_CAN_DETAIL_FRAMES];
+  uint8_t record[6 * RIM_CAN_DETAIL_FRAMES];
+  assert_int_equal(rim_can_pack_detail(frame, 5, &a), RIM_OK);
+  for (size_t i = 0; i < RIM_CAN_DETAIL_FRAMES; i++)
+    memcpy(record + 6 * i, frame[i].data + 2, 6);
+  assert_true(f64_at(record, 0) == a.t_s && f64_at(record, 8) == a.since_s);
+  assert_int_equal(whole_at(record, 16, 4), a.seq);
+  assert_int_equal(whole_at(record, 20, 4), a.model_id);
+  assert_int_equal(whole_at(record, 24, 4), a.observations);
+  const uint8_t codes[7] = {a.detector, a.state, a.level, a.kind, a.flags, 4, 3};
+  assert_memory_equal(record + 28, codes, sizeof codes);
+  for (size_t i = 0; i < 4; i++)
+    assert_int_equal(whole_at(record, 35 + 2 * i, 2), a.channel[i]);
+  for (size_t i = 0; i < 3; i++)
+    assert_int_equal(whole_at(record, 43 + 2 * i, 2), a.region.feature[i]);
+  are_floats(record, 49, a.shift, 4);
+  are_floats(record, 65, a.shift_sd, 4);
+  are_floats(record, 81, a.region.center, 3);
+  are_floats(record, 93, a.region.inverse_shape, 9);
+  are_floats(record, 129, a.region.lower, 3);
+  are_floats(record, 141, a.region.upper, 3);
+  are_floats(record, 153, &a.ln_anom, 1);
+  are_floats(record, 157, &a.threshold, 1);
+  are_floats(record, 161, &a.p_value, 1);
+  const uint8_t name[2] = {0x85, 0x02}; /* 0x280 + 5 */
+  assert_int_equal(whole_at(record, 165, 4), rim_crc32(rim_crc32(0, name, 2), record, 165));
+  for (size_t i = 169; i < sizeof record; i++)
+    assert_int_equal(record[i], 0);
+}
+
 static void lost_and_shuffled_segments_are_counted(void **state) {
   (void)state;
   rim_can_assembly assembly = {.node = 5};
@@ -317,6 +414,7 @@ int main(void) {
       cmocka_unit_test(summary_says_what_the_record_says),
       cmocka_unit_test(numbers_that_do_not_fit_saturate),
       cmocka_unit_test(segments_carry_the_record),
+      cmocka_unit_test(the_record_lies_where_it_is_documented),
       cmocka_unit_test(lost_and_shuffled_segments_are_counted),
       cmocka_unit_test(damaged_segments_are_refused),
       cmocka_unit_test(segments_of_others_change_nothing),

@@ -148,19 +148,6 @@ static void a_heartbeat_comes_back(void **state) {
   assert_int_equal(rim_can_pack_heartbeat(&frame, 1, &h, 0, false), RIM_E_RANGE);
 }
 
-static void a_command_means_one_record(void **state) {
-  (void)state;
-  rim_command c = {0x34, 0x89, RIM_COMMAND_ACKNOWLEDGE};
-  assert_true(rim_command_is_for(&c, 0x1234, 0x56789, 8));
-  assert_false(rim_command_is_for(&c, 0x1234, 0x56789, 32));
-  assert_false(rim_command_is_for(&c, 0x1235, 0x56789, 8));
-  assert_false(rim_command_is_for(&c, 0x1234, 0x56788, 8));
-  c.sequence = 0;
-  c.model_id = 0;
-  assert_true(rim_command_is_for(&c, 9, 9, 32));
-  assert_false(rim_command_is_for(NULL, 9, 9, 32));
-}
-
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_command_equals_the_generated_encoder),
@@ -169,7 +156,6 @@ int main(void) {
       cmocka_unit_test(other_messages_are_refused),
       cmocka_unit_test(a_command_frame_survives_no_damage),
       cmocka_unit_test(a_heartbeat_comes_back),
-      cmocka_unit_test(a_command_means_one_record),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

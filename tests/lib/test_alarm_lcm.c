@@ -180,6 +180,9 @@ static void wrong_records_are_not_written(void **state) {
   assert_int_equal(rim_lcm_pack_observation(bytes, sizeof bytes, &o), RIM_E_SIZE);
   a.level = 4;
   assert_int_equal(rim_lcm_pack_alarm(bytes, sizeof bytes, &a), RIM_E_RANGE);
+  a = sample_alarm(1);
+  a.shift[3] = (double)NAN; /* in use or not: the receiver looks at all of them */
+  assert_int_equal(rim_lcm_pack_alarm(bytes, sizeof bytes, &a), RIM_E_DATA);
   h.level = 4;
   assert_int_equal(rim_lcm_pack_health(bytes, sizeof bytes, &h), RIM_E_RANGE);
   for (size_t i = 0; i < sizeof bytes; i++)

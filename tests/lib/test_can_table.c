@@ -358,6 +358,34 @@ static void contradictions_are_refused(void **state) {
   assert_int_equal(rim_can_table_open(NULL, m.bytes, m.size), RIM_E_ARGUMENT);
 }
 
+/* One value by so many signals that a selector tells apart. */
+static rim_status many_signals(uint32_t signals) {
+  static uint8_t bytes[RIM_CAN_TABLE_HEADER_BYTES + RIM_CAN_TABLE_FRAME_BYTES +
+                       RIM_CAN_TABLE_SIGNAL_BYTES * (RIM_CAN_TABLE_MAX_SIGNALS + 1)];
+  maker m;
+  rim_can_table table;
+  layout l = plain(0, 32, 8);
+  begin(&m, 1, 1, signals, 0, RIM_CAN_TABLE_NONE);
+  frame(&m, 1, 8, 0, 0, signals);
+  memcpy(bytes, m.bytes, m.size);
+  size_t size = m.size;
+  l.selector_bits = 32;
+  for (l.selector = 0; l.selector < signals; l.selector++) {
+    m.size = 0;
+    signal(&m, &l);
+    memcpy(bytes + size, m.bytes, m.size);
+    size += m.size;
+  }
+  return rim_can_table_open(&table, bytes, size);
+}
+
+static void so_many_signals_and_no_more(void **state) {
+  (void)state;
+  assert_int_equal(rim_can_table_id(NULL, 0), 0);
+  assert_int_equal(many_signals(RIM_CAN_TABLE_MAX_SIGNALS), RIM_OK);
+  assert_int_equal(many_signals(RIM_CAN_TABLE_MAX_SIGNALS + 1), RIM_E_RANGE);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(every_layout_reads_what_was_written),
@@ -366,6 +394,7 @@ int main(void) {
       cmocka_unit_test(without_a_trigger_a_row_needs_every_value_anew),
       cmocka_unit_test(damaged_tables_are_refused_or_harmless),
       cmocka_unit_test(contradictions_are_refused),
+      cmocka_unit_test(so_many_signals_and_no_more),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

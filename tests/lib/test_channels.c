@@ -173,6 +173,8 @@ static void values_follow_the_definitions(void **state) {
     close_to(rim_channels_context(f.channels)[o + 1], now[o + 1]);
   }
   assert_int_equal(rim_channels_kind(f.channels, 5), RIM_KIND_VARIANCE);
+  assert_int_equal(rim_channels_kind(f.channels, rim_channels_count(f.channels)), RIM_KIND_SHIFT);
+  assert_int_equal(rim_channels_kind(f.channels, UINT16_MAX), RIM_KIND_SHIFT);
   assert_int_equal(rim_channels_outcome(f.channels, 5), 1);
   close_to(rim_channels_unit(f.channels, 0), 0.25);
   close_to(rim_channels_unit(f.channels, 3), 2.0);

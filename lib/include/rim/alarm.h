@@ -19,16 +19,18 @@ extern "C" {
 
 #define RIM_ALARM_MAX_CHANNELS 4 /* outcomes named in one alarm, most anomalous first */
 
+#define RIM_DETECTORS 2u /* at most one alarm of each stands at a time */
+
 typedef enum rim_detector { RIM_DETECTOR_RIM = 0, RIM_DETECTOR_INTERFERENCE = 1 } rim_detector;
 typedef enum rim_alarm_state {
-  RIM_ALARM_NONE = 0,
-  RIM_ALARM_RAISED = 1,
-  RIM_ALARM_UPDATED = 2,
-  RIM_ALARM_CLEARED = 3
+  RIM_ALARM_NONE = 0,    /* none stands: the record tells the level alone (STALE, or OK again) */
+  RIM_ALARM_RAISED = 1,  /* begins to stand */
+  RIM_ALARM_UPDATED = 2, /* stands, and something about it has changed: its level, flags, region */
+  RIM_ALARM_CLEARED = 3  /* stands no longer */
 } rim_alarm_state;
 typedef enum rim_level {
   RIM_LEVEL_OK = 0,
-  RIM_LEVEL_WARN = 1, /* above the warning confidence, below the promised false-alarm rate */
+  RIM_LEVEL_WARN = 1, /* above the warning confidence; no alarm stands */
   RIM_LEVEL_ERROR = 2,
   RIM_LEVEL_STALE = 3, /* too few usable rows, or another rate: says nothing about the vehicle */
   RIM_LEVEL_OUT_OF_RANGE = 4 /* of a verdict, never of a record: a value beyond what was trained */
@@ -48,14 +50,17 @@ enum {
 };
 
 #define RIM_ALARM_FLAG_REPLAY 0x01u /* from a recording: must not be mistaken for live */
+/* The cause is gone, and the alarm stands until somebody acknowledges it: only where latching was
+ * asked for (rim_alarm_policy.latch). */
 #define RIM_ALARM_FLAG_LATCHED 0x02u
+/* Somebody has acknowledged this alarm since it was raised; it stands as long as its cause does. */
 #define RIM_ALARM_FLAG_ACKNOWLEDGED 0x04u
 
 typedef struct rim_alarm {
   double t_s; /* time of the observation that caused this record */
   double since_s;    /* estimated onset; for a region without onset the first visit */
   double since_sd_s; /* standard error of the onset; 0: not estimated */
-  uint32_t seq; /* counts every record of this monitor from 1; 0: never raised */
+  uint32_t seq; /* counts the records of this monitor from 1, as they leave; 0: never sent */
   uint32_t model_id;
   uint32_t observations; /* inside the region */
   uint8_t detector;      /* rim_detector */
@@ -73,48 +78,37 @@ typedef struct rim_alarm {
   double p_value;   /* run-level, conformal: never below 1/(calibration runs + 1) */
 } rim_alarm;
 
-/* The life of an alarm: persistence before it is raised and before it is cleared, updates no more
- * often than asked, and STALE when the input stops. One life per detector. */
-typedef struct rim_alarm_life_config {
-  uint32_t raise_steps; /* found in so many steps in a row: raised; 0: as 1 */
-  uint32_t clear_steps; /* not found in so many steps in a row: cleared; 0: never, it latches */
-  double inhibit_s;     /* least time between an UPDATED record and the one before; 0: none */
-  double update_ratio;  /* relative change of ln_anom worth an update; 0: any change */
-  double stale_s;       /* without a step for so long: STALE; 0: never */
-} rim_alarm_life_config;
+/* What the application asks of the alarms, beside what the flight image says. All zero: nothing is
+ * latched, nothing carries the replay flag, and silence is never STALE. */
+typedef struct rim_alarm_policy {
+  double stale_s; /* no valid row for longer than this: STALE; 0: never */
+  bool latch;     /* an alarm whose cause is gone stands until somebody has acknowledged it */
+  bool replay;    /* every record carries RIM_ALARM_FLAG_REPLAY */
+} rim_alarm_policy;
 
-/* Private to the functions below; copy it to save it. All zero: as after init with an all-zero
- * configuration. */
-typedef struct rim_alarm_life {
-  rim_alarm_life_config config;
-  rim_alarm last; /* the newest record emitted; state NONE: none since the last clear */
-  double step_s;  /* newest step, to tell a stop of the input */
-  uint32_t found; /* steps in a row with and without a finding, saturating */
-  uint32_t missing;
-  uint32_t seq;      /* records emitted */
-  uint32_t bad_time; /* calls with a time that is not finite, saturating */
-  uint8_t level;     /* of the standing alarm */
-  bool active, stale, started;
-} rim_alarm_life;
+/* How the alarms stand now: for health messages, and for summaries that are sent again and again.
+ */
+typedef struct rim_alarm_status {
+  rim_alarm newest;   /* as it was sent: the alarm that stands (of two, the one sent last), or the
+                         last record of all where none stands; seq 0: none was sent yet */
+  uint32_t records;   /* sent so far: the seq of the last one */
+  uint8_t level;      /* rim_level of the vehicle: STALE, else ERROR while any alarm stands, else
+                         WARN while a detector warns or has not found for long enough, else OK */
+  bool stands;        /* at least one alarm was raised and is not cleared */
+  bool acknowledged;  /* one stands, and all that stand are acknowledged */
+} rim_alarm_status;
 
-/* Sets up a life; config NULL: all zero. RIM_E_ARGUMENT life NULL; RIM_E_CONFIG a number negative
- * or not finite: unchanged. O(1). */
-rim_status rim_alarm_life_init(rim_alarm_life *life, const rim_alarm_life_config *config);
+/* What somebody at the receiving end may ask of the monitor. */
+typedef enum rim_command_code {
+  RIM_COMMAND_ACKNOWLEDGE = 1, /* somebody has seen it: a latched alarm may go */
+  RIM_COMMAND_CLEAR = 2        /* the cause is gone: forget the alarm and what was learnt from it */
+} rim_command_code;
 
-/* Takes one step's finding and returns whether *out is a record to send: RAISED, UPDATED or
- * CLEARED, with seq counted from 1 and t_s = now_s. candidate is NULL, or has level OK, when
- * nothing was found; else its level is WARN or ERROR and its state and seq are ignored. A rise of
- * the level is an update at once; another channel, kind, detector or feature, or ln_anom moved by
- * update_ratio, after inhibit_s. The first step after STALE sends the alarm again (UPDATED) when it
- * still stands, or a record with state NONE and level OK when there is none. A clock that jumps
- * back ends an inhibition. NULL life or out, or a time not finite: false, *out unchanged, bad_time
- * counts. O(1). */
-bool rim_alarm_life_step(rim_alarm_life *life, double now_s, const rim_alarm *candidate,
-                         rim_alarm *out);
-
-/* To be called when no observation came. Returns true once when the last step is stale_s ago: *out
- * is the standing alarm (state UPDATED) or an empty record (state NONE), with level STALE. O(1). */
-bool rim_alarm_life_idle(rim_alarm_life *life, double now_s, rim_alarm *out);
+typedef struct rim_command {
+  uint32_t sequence; /* of the newest record of the alarm that is meant; 0: all that stand */
+  uint32_t model_id; /* 0: any */
+  uint8_t command;   /* rim_command_code */
+} rim_command;
 
 #ifdef __cplusplus
 }

@@ -13,7 +13,13 @@
 /* Summary:  0 level:2 state:2 detector:1 kind:3 | 1 seq | 2 model_id
  *           3..4 dims:2 latched:1 replay:1 ln_anom:12 (0.25) | 5..6 observations | 7 CRC-8
  * Segment:  0 seq | 1 index:7 last:1 | 2..7 six bytes of the record and its CRC-32, the rest 0
- * Record:   in the order of rim_alarm_t.lcm; times f64, other numbers f32
+ * Record:   by byte offsets; as rim_alarm_t.lcm says, but feature[] stands before shift[]
+ *             0 t_s f64 | 8 since_s f64 | 16 seq u32 | 20 model_id u32 | 24 observations u32
+ *            28 detector u8 | 29 state u8 | 30 level u8 | 31 kind u8 | 32 flags u8 | 33 channels u8
+ *            34 dims u8 | 35 channel u16[4] | 43 feature u16[3] | 49 shift f32[4]
+ *            65 shift_sd f32[4] | 81 center f32[3] | 93 inverse_shape f32[9] | 129 lower f32[3]
+ *           141 upper f32[3] | 153 ln_anom f32 | 157 threshold f32 | 161 p_value f32 | 165 CRC-32,
+ *           begun with the identifier as two bytes, of bytes 0..164
  * FD:       0 as summary | 1 seq | 2..3 model_id | 4..7 t (ms) | 8..11 since (ms)
  *           12..15 observations | 16 dims:2 channels:3 latched:1 replay:1 | 17 0
  *           18..21 two channels | 22..27 three features | 28..31 shift (f32)

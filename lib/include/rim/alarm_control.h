@@ -30,17 +30,6 @@ extern "C" {
 #define RIM_LCM_CHANNEL_COUNTERS "RIM_COUNTERS"
 #define RIM_CAN_COMMAND_ID 0x200u
 
-typedef enum rim_command_code {
-  RIM_COMMAND_ACKNOWLEDGE = 1, /* somebody has seen it: a latched alarm may go */
-  RIM_COMMAND_CLEAR = 2        /* the cause is gone: forget the alarm and what was learnt from it */
-} rim_command_code;
-
-typedef struct rim_command {
-  uint32_t sequence; /* of the newest record that the sender has seen; 0: whatever stands */
-  uint32_t model_id; /* 0: any */
-  uint8_t command;   /* rim_command_code */
-} rim_command;
-
 /* Saturating; all zero: nothing has happened yet. In the order of rim_counters_t.lcm, which says
  * what each counts. */
 typedef struct rim_counters {
@@ -88,11 +77,6 @@ typedef struct rim_can_heartbeat {
   uint8_t rejected, dropped;  /* 255: that many or more */
 } rim_can_heartbeat;
 rim_status rim_can_unpack_heartbeat(rim_can_heartbeat *out, const rim_can_frame *frame);
-
-/* Whether a command means the record `sequence` of `model_id`: compared where not 0, in the bits
- * that `bits` (8: from CAN, 32: from LCM) leaves. */
-bool rim_command_is_for(const rim_command *command, uint32_t sequence, uint32_t model_id,
-                        unsigned bits);
 
 #ifdef __cplusplus
 }

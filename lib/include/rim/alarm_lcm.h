@@ -51,8 +51,9 @@ typedef struct rim_health_message {
 } rim_health_message;
 
 /* Write one message into out, of bytes capacity. RIM_E_ARGUMENT NULL; RIM_E_SIZE capacity below the
- * message's size; RIM_E_RANGE a count or code out of range. out is unchanged on error. Values are
- * not looked at: NaN travels as it is. Cost O(bytes). */
+ * message's size; RIM_E_RANGE a count or code out of range; RIM_E_DATA an alarm with a number that
+ * is not finite, which no receiver would take. out is unchanged on error. Values of an observation
+ * and of health are not looked at: NaN travels as it is. Cost O(bytes). */
 rim_status rim_lcm_pack_observation(uint8_t *out, size_t bytes, const rim_observation_message *in);
 rim_status rim_lcm_pack_alarm(uint8_t *out, size_t bytes, const rim_alarm *in);
 rim_status rim_lcm_pack_health(uint8_t *out, size_t bytes, const rim_health_message *in);

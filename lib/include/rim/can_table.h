@@ -37,6 +37,7 @@ extern "C" {
 #define RIM_CAN_TABLE_SIGNAL_BYTES 48u
 #define RIM_CAN_TABLE_MAX_VALUES 256u
 #define RIM_CAN_TABLE_MAX_FRAMES 64u
+#define RIM_CAN_TABLE_MAX_SIGNALS 1024u /* with those that a selector tells apart */
 #define RIM_CAN_TABLE_NONE 0xffffu
 #define RIM_CAN_EXTENDED 0x80000000u /* in an identifier */
 
@@ -70,10 +71,10 @@ typedef struct rim_can_gather {
 /* Validates the whole table. RIM_E_ARGUMENT NULL; RIM_E_TRUNCATED, RIM_E_SIZE another length than
  * it announces; RIM_E_VERSION another layout; RIM_E_RANGE a count, index, bit position or code out
  * of range, a value without a signal or with two under the same selector; RIM_E_DATA a number not
- * finite, scale 0, or low above high. O(signals^2 + frames^2). */
+ * finite, scale 0, or low above high. O(signals^2 + frames^2), both of which have a MAX. */
 rim_status rim_can_table_open(rim_can_table *table, const void *data, size_t bytes);
 
-/* Returns identifier i of the frames that the table reads. */
+/* Returns identifier i of the frames that the table reads; 0 for NULL and where there is none. */
 uint32_t rim_can_table_id(const rim_can_table *table, uint16_t index);
 
 /* Takes a frame that came at t_s. *complete tells whether a row is complete: then gather->value

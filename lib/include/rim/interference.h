@@ -156,7 +156,7 @@ void rim_interference_reset(rim_interference *state);
 
 /* The verdict as an alarm record's contents: detector, kind (BLOCKED, PUSHED), level, since_s the
  * onset, channel[0] the channel given, shift[0] the residual in m/s (below 0: blocked when driving
- * forward), ln_anom the HMM's log odds, at least 0. State and seq are left to rim_alarm_life.
+ * forward), ln_anom the HMM's log odds, at least 0. State and seq are left to the monitor.
  * Returns false, and level OK, while nothing is found. */
 bool rim_interference_alarm(const rim_interference_verdict *verdict, uint32_t model_id,
                             uint16_t channel, rim_alarm *candidate);

@@ -14,7 +14,8 @@
  * Where the image has the sections for it, every valid row also goes through the detector of motion
  * interference (rim/interference.h), whose alarm lives beside the other one: records of both leave
  * in verdict->alarm, told apart by their detector and counted in one sequence, at most one a row.
- * When both have one in the same row that of the regions goes first, the other a row later. */
+ * When both have one in the same row that of the regions goes first, the other with the next row,
+ * or at once by rim_monitor_next_record(). */
 #ifndef RIM_MONITOR_H
 #define RIM_MONITOR_H
 
@@ -87,7 +88,8 @@ typedef enum rim_config_word {
   RIM_CONFIG_PERSISTENCE = 12, /* blocks above threshold before an alarm; 0: 1 */
   RIM_CONFIG_INHIBIT_MS = 13,  /* least time between records of one alarm; 0: none */
   RIM_CONFIG_SEED = 14,
-  RIM_CONFIG_CLEAR = 15, /* blocks below the warning score before it is cleared; 0: never */
+  RIM_CONFIG_CLEAR = 15, /* blocks below the warning score before it is cleared; 0: never (images
+                            of `rim train` say 30) */
   RIM_CONFIG_SCANS = 16, /* rim_select_config.scans, .edges, .moves; 0: its defaults */
   RIM_CONFIG_EDGES = 17,
   RIM_CONFIG_MOVES = 18,
@@ -124,10 +126,10 @@ typedef struct rim_verdict {
   uint32_t blocks;  /* observations given to the search so far */
   uint16_t channel; /* with the largest score */
   uint16_t out_feature;
-  uint8_t level;    /* rim_level; ERROR also while interference stands */
+  uint8_t level;    /* rim_level of the vehicle: see rim_alarm_status */
   uint8_t reason;   /* rim_reason; NONE: the level is about the vehicle */
   bool valid;       /* this row was used; otherwise it was counted in health */
-  rim_alarm alarm;  /* state RIM_ALARM_NONE when this step has no record to publish */
+  rim_alarm alarm;  /* seq 0 (and state NONE) when this step has no record to publish */
   rim_interference_verdict interference; /* valid false: no such detector, or row not used */
 } rim_verdict;
 
@@ -199,12 +201,61 @@ rim_status rim_monitor_init(rim_monitor **monitor, void *memory, size_t bytes, c
  * verdict->valid false. RIM_E_ARGUMENT: NULL. */
 rim_status rim_monitor_step(rim_monitor *monitor, const rim_observation *row, rim_verdict *verdict);
 
-/* Chance, 0..1, that a context lies in the region of the alarm that stands; 0 when none stands. */
+/* What else the application asks of the alarms: latching, the replay flag, another limit for STALE
+ * than the image's (which holds until this is called). To be called again after rim_monitor_init;
+ * rim_monitor_attach and the resets keep it. RIM_E_ARGUMENT NULL; RIM_E_CONFIG stale_s negative or
+ * not finite: the policy before stays. Where latching ends, an alarm that was held by it is
+ * cleared. O(1). */
+rim_status rim_monitor_set_policy(rim_monitor *monitor, const rim_alarm_policy *policy);
+
+/* Says that it is now_s, on the clock of the rows, and that no row has come since the newest one:
+ * the monitor itself sees only rows that come. To be called now and then while none comes, and on
+ * the ground with the time of the next row before it is offered. Returns true once, when no valid
+ * row has come for longer than stale_s (before the first row: since the first call): records with
+ * level STALE then wait, with the time at which the input became stale, however late it was
+ * noticed. The next valid row ends it. NULL, a time that is not finite or is not later: false, no
+ * effect. O(1). */
+bool rim_monitor_idle(rim_monitor *monitor, double now_s);
+
+/* Obeys a command that came by a bus which carries `bits` low bits of sequence and model_id (8 on
+ * CAN, 32 on LCM). ACKNOWLEDGE: the alarm that is meant carries RIM_ALARM_FLAG_ACKNOWLEDGED from
+ * now on and will not be latched; a latched one is cleared. Twice is once. CLEAR: it is cleared,
+ * and its detector forgets all observations; the other detector's alarm goes on. Records then wait.
+ * RIM_E_ARGUMENT NULL; RIM_E_RANGE an unknown command; RIM_E_DATA no alarm stands that the command
+ * could mean: another record or model, or low bits that fit the records of both alarms. Nothing
+ * changes then. O(1) for ACKNOWLEDGE, O(memory) for CLEAR. */
+rim_status rim_monitor_command(rim_monitor *monitor, const rim_command *command, unsigned bits);
+
+/* Takes a record that waits: the second one of a row, and those of idle, command, restart and
+ * repeat. Returns false, *record unchanged, when none waits. Whoever does not call it gets one with
+ * each row. NULL: false. O(1). */
+bool rim_monitor_next_record(rim_monitor *monitor, rim_alarm *record);
+
+/* The rows' clock went to now_s and will stay there (rim/clock_guard.h): forgets all observations;
+ * what stands is over, and CLEARED or latched by records that wait. NULL or a time that is not
+ * finite: no effect. O(memory). */
+void rim_monitor_restart(rim_monitor *monitor, double now_s);
+
+/* Every alarm that stands is told once more, as UPDATED: after rim_monitor_attach, for listeners
+ * that were told nothing meanwhile. O(1). */
+void rim_monitor_repeat(rim_monitor *monitor);
+
+/* How the alarms stand. NULL: level STALE, everything else 0. O(1). */
+rim_alarm_status rim_monitor_alarms(const rim_monitor *monitor);
+
+/* The alarm of this detector while it stands, as it was described last; NULL: none stands. It stays
+ * where it is, and changes with the next call. */
+const rim_alarm *rim_monitor_standing(const rim_monitor *monitor, rim_detector detector);
+
+/* Chance, 0..1, that a context lies in the region of the alarm that stands; 0 when none stands, and
+ * for NULL. */
 double rim_monitor_membership(const rim_monitor *monitor, const double *context);
 
+/* All 0 for NULL. */
 rim_monitor_health rim_monitor_get_health(const rim_monitor *monitor);
 
-/* Forget all observations; the image and the count of alarms stay. */
+/* Forget all observations, and the alarms without a record; the image, the policy, the counts and
+ * the sequence of records stay. */
 void rim_monitor_reset(rim_monitor *monitor);
 
 /* Go on from a copy of a monitor's bytes (another process, a restart): memory holds `bytes` bytes
@@ -225,9 +276,10 @@ bool rim_monitor_inside(const rim_monitor *monitor, const uint8_t *place, uint32
 /* For tools on the ground. The search is NULL where the image has section NOISE. */
 const rim_select *rim_monitor_search(const rim_monitor *monitor);
 const rim_threshold *rim_monitor_threshold(const rim_monitor *monitor);
+/* A word of the image's configuration; 0 for NULL and for a word that there is not. */
 uint32_t rim_monitor_config(const rim_monitor *monitor, rim_config_word word);
 
-/* Fold every bit that decides anything into a digest (rim/crc.h). */
+/* Fold every bit that decides anything into a digest (rim/crc.h). NULL: the digest as it was. */
 uint64_t rim_verdict_digest(uint64_t digest, const rim_verdict *verdict);
 
 #ifdef __cplusplus

@@ -32,6 +32,8 @@ static uint64_t digest_alarm(uint64_t digest, const rim_alarm *a) {
 }
 
 uint64_t rim_verdict_digest(uint64_t digest, const rim_verdict *v) {
+  if (v == NULL)
+    return digest;
   const uint32_t words[4] = {v->blocks, v->channel,
                              (uint32_t)v->level | (uint32_t)v->valid << 8 |
                                  (uint32_t)v->reason << 16,

@@ -44,9 +44,9 @@ struct rim_monitor {
   uint16_t explained_channel;
   bool has_explained;
   double run_start_s, first_block_s, last_block_s, last_valid_s, out_value, out_t_s;
-  uint32_t steps, stale, alarms, refused;
+  uint32_t steps, refused;
   uint16_t channel_count, out_feature;
-  bool is_stale, has_valid, has_place;
+  bool has_place;
   rim_verdict last; /* what a row that completes no block repeats */
 };
 
@@ -77,7 +77,8 @@ void monitor_describe(rim_monitor *m, const rim_verdict *verdict, rim_alarm *ala
 
 /* step.c: no record, nothing found. */
 void monitor_clear_verdict(rim_monitor *m);
-/* open.c */
-void monitor_init_life(rim_monitor *m);
+/* open.c: all observations; those of the regions alone. The alarms' life is left as it is. */
+void monitor_forget(rim_monitor *m);
+void monitor_forget_regions(rim_monitor *m);
 
 #endif

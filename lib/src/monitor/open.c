@@ -304,13 +304,17 @@ static rim_status init_select(rim_monitor *m, const monitor_plan *p, const layou
   return status;
 }
 
-void monitor_init_life(rim_monitor *m) {
-  const rim_alarm_life_config config = {
-      .raise_steps = m->words[RIM_CONFIG_PERSISTENCE],
-      .clear_steps = m->words[RIM_CONFIG_CLEAR],
-      .inhibit_s = 1e-3 * (double)m->words[RIM_CONFIG_INHIBIT_MS],
-      .update_ratio = MONITOR_UPDATE_RATIO,
+static void init_life(rim_monitor *m) {
+  rim_alarm_life_config config = {
+      .policy = {.stale_s = 1e-3 * (double)m->words[RIM_CONFIG_STALE_MS]},
+      .model_id = m->image.model_id,
   };
+  rim_alarm_slot_config *regions = &config.slot[RIM_DETECTOR_RIM];
+  regions->raise_steps = m->words[RIM_CONFIG_PERSISTENCE];
+  regions->clear_steps = m->words[RIM_CONFIG_CLEAR];
+  regions->inhibit_s = 1e-3 * (double)m->words[RIM_CONFIG_INHIBIT_MS];
+  regions->update_ratio = MONITOR_UPDATE_RATIO;
+  config.slot[RIM_DETECTOR_INTERFERENCE] = rim_interference_watch_life(regions);
   (void)rim_alarm_life_init(&m->life, &config);
 }
 
@@ -336,10 +340,9 @@ rim_status rim_monitor_init(rim_monitor **monitor, void *memory, size_t bytes, c
     status = init_select(m, &p, &l);
   if (status != RIM_OK)
     return status;
-  monitor_init_life(m);
+  init_life(m);
   if (m->watch != NULL)
-    rim_interference_watch_init(m->watch, &m->image, m->life.config.inhibit_s,
-                                MONITOR_UPDATE_RATIO);
+    rim_interference_watch_init(m->watch, &m->image);
   monitor_clear_verdict(m);
   m->magic = MONITOR_MAGIC;
   *monitor = m;
@@ -367,7 +370,7 @@ rim_status rim_monitor_attach(rim_monitor **monitor, void *memory, size_t bytes,
   return RIM_OK;
 }
 
-void rim_monitor_reset(rim_monitor *m) {
+void monitor_forget_regions(rim_monitor *m) {
   blocks_reset(m->rows);
   if (m->is_trained) {
     search_reset(m->search);
@@ -375,14 +378,22 @@ void rim_monitor_reset(rim_monitor *m) {
   } else {
     rim_select_reset(m->select);
   }
-  const uint32_t seq = m->life.seq;
-  monitor_init_life(m);
-  m->life.seq = seq;
-  if (m->watch != NULL)
-    rim_interference_watch_reset(m->watch);
-  m->has_valid = m->is_stale = m->has_explained = m->has_place = false;
+  m->has_explained = m->has_place = false;
   m->refused = 0;
   const double t_s = m->last.t_s;
   monitor_clear_verdict(m);
   m->last.t_s = t_s;
+}
+
+void monitor_forget(rim_monitor *m) {
+  monitor_forget_regions(m);
+  if (m->watch != NULL)
+    rim_interference_watch_reset(m->watch);
+}
+
+void rim_monitor_reset(rim_monitor *m) {
+  if (m == NULL)
+    return;
+  monitor_forget(m);
+  rim_alarm_life_reset(&m->life);
 }

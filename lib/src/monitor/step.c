@@ -157,12 +157,6 @@ static void judge(rim_monitor *m, rim_verdict *v) {
                                          : RIM_LEVEL_OK;
 }
 
-static void publish(rim_monitor *m, const rim_alarm *record) {
-  m->last.alarm = *record;
-  if (record->state == RIM_ALARM_RAISED)
-    count(&m->alarms);
-}
-
 static void search_and_judge(rim_monitor *m, bool new_block) {
   const uint32_t budget = m->words[RIM_CONFIG_BUDGET] != 0 ? m->words[RIM_CONFIG_BUDGET] : 1;
   if (m->is_trained)
@@ -172,26 +166,21 @@ static void search_and_judge(rim_monitor *m, bool new_block) {
   if ((m->is_trained ? search_blocks(m->search) : rim_select_observations(m->select)) == 0)
     return;
   judge(m, &m->last);
-  /* An alarm is raised at the threshold and stands until the score is below the warning score. */
-  if (m->life.active && m->last.level == RIM_LEVEL_WARN)
-    m->last.level = RIM_LEVEL_ERROR;
   if (!new_block)
     return;
-  const bool found = m->last.level == RIM_LEVEL_ERROR;
-  rim_alarm candidate, record;
-  if (found)
+  rim_alarm candidate = {.level = m->last.level};
+  if (candidate.level == RIM_LEVEL_ERROR ||
+      (candidate.level == RIM_LEVEL_WARN && rim_monitor_standing(m, RIM_DETECTOR_RIM) != NULL))
     monitor_describe(m, &m->last, &candidate);
-  if (rim_alarm_life_step(&m->life, m->last.t_s, found ? &candidate : NULL, &record))
-    publish(m, &record);
+  rim_alarm_life_step(&m->life, RIM_DETECTOR_RIM, m->last.t_s, &candidate);
 }
 
-/* A record of the regions in the same row goes first: seq counts in the order in which they leave.
- */
 static void watch_motion(rim_monitor *m, const rim_observation *row) {
-  rim_alarm record;
-  if (rim_interference_watch_step(m->watch, row, m->last.alarm.state == RIM_ALARM_NONE,
-                                  &m->life.seq, &m->last.interference, &record))
-    publish(m, &record);
+  rim_alarm candidate;
+  const bool found =
+      rim_interference_watch_step(m->watch, row, &m->last.interference, &candidate);
+  if (m->last.interference.valid)
+    rim_alarm_life_step(&m->life, RIM_DETECTOR_INTERFERENCE, row->t_s, found ? &candidate : NULL);
 }
 
 static bool take_block(rim_monitor *m) {
@@ -223,26 +212,22 @@ static void give_reason(rim_monitor *m, rim_verdict *v) {
     if (v->level < RIM_LEVEL_ERROR)
       v->level = RIM_LEVEL_OUT_OF_RANGE;
   }
-  if (m->is_stale)
+  if (v->level == RIM_LEVEL_STALE)
     v->reason = RIM_REASON_SILENT;
   else if (blocks_rate_is_wrong(m->rows))
     v->reason = RIM_REASON_RATE;
   else if (v->reason == RIM_REASON_NONE && m->is_trained && v->blocks < RIM_MONITOR_LEAST_BLOCKS)
     v->reason = RIM_REASON_TOO_FEW;
-  if ((v->reason == RIM_REASON_SILENT || v->reason == RIM_REASON_RATE) &&
-      v->level != RIM_LEVEL_ERROR)
+  if (v->reason == RIM_REASON_RATE && v->level != RIM_LEVEL_ERROR)
     v->level = RIM_LEVEL_STALE;
 }
 
-/* Input older than the limit: the level says so; what was found before stays found. */
-static void note_staleness(rim_monitor *m, double t_s) {
-  const uint32_t limit_ms = m->words[RIM_CONFIG_STALE_MS];
-  if (limit_ms == 0 || !m->has_valid || !rim_is_finite(t_s))
-    return;
-  const bool stale = t_s - m->last_valid_s > 1e-3 * (double)limit_ms;
-  if (stale && !m->is_stale)
-    count(&m->stale);
-  m->is_stale = stale;
+/* At most one record a row; the others wait, and the level is that of the whole. */
+static void end_verdict(rim_monitor *m, rim_verdict *verdict) {
+  (void)rim_alarm_life_next_record(&m->life, &m->last.alarm);
+  m->last.level = (uint8_t)rim_alarm_life_level(&m->life);
+  give_reason(m, &m->last);
+  *verdict = m->last;
 }
 
 rim_status rim_monitor_step(rim_monitor *m, const rim_observation *row, rim_verdict *verdict) {
@@ -255,31 +240,76 @@ rim_status rim_monitor_step(rim_monitor *m, const rim_observation *row, rim_verd
       blocks_row(m->rows, row->t_s, row->context, row->outcome, row->mean, row->sd);
   count(&m->steps);
   m->last.alarm.state = RIM_ALARM_NONE;
+  m->last.alarm.seq = 0;
   m->last.step = m->steps;
   m->last.t_s = row->t_s;
   m->last.valid = made != BLOCKS_BAD;
   m->last.interference.valid = false;
   if (made != BLOCKS_BAD) {
-    m->has_valid = true;
-    m->is_stale = false;
     m->last_valid_s = row->t_s;
+    rim_alarm_life_row(&m->life, row->t_s);
     search_and_judge(m, made == BLOCKS_DONE && take_block(m));
     if (m->watch != NULL)
       watch_motion(m, row);
   } else {
-    note_staleness(m, row->t_s);
+    (void)rim_alarm_life_idle(&m->life, row->t_s);
   }
-  *verdict = m->last;
-  if (m->watch != NULL && m->watch->life.active)
-    verdict->level = RIM_LEVEL_ERROR;
-  give_reason(m, verdict);
+  end_verdict(m, verdict);
   return RIM_OK;
+}
+
+/* ---- the alarms' life ---- */
+
+rim_status rim_monitor_set_policy(rim_monitor *m, const rim_alarm_policy *policy) {
+  return rim_alarm_life_set_policy(m != NULL ? &m->life : NULL, policy);
+}
+
+bool rim_monitor_idle(rim_monitor *m, double now_s) {
+  return m != NULL && rim_alarm_life_idle(&m->life, now_s);
+}
+
+rim_status rim_monitor_command(rim_monitor *m, const rim_command *command, unsigned bits) {
+  uint32_t forget = 0;
+  const rim_status status =
+      rim_alarm_life_command(m != NULL ? &m->life : NULL, command, bits, &forget);
+  if ((forget >> RIM_DETECTOR_RIM & 1u) != 0)
+    monitor_forget_regions(m);
+  if ((forget >> RIM_DETECTOR_INTERFERENCE & 1u) != 0)
+    rim_interference_watch_reset(m->watch);
+  return status;
+}
+
+void rim_monitor_restart(rim_monitor *m, double now_s) {
+  if (m == NULL || !rim_is_finite(now_s))
+    return;
+  monitor_forget(m);
+  rim_alarm_life_restart(&m->life, now_s);
+}
+
+void rim_monitor_repeat(rim_monitor *m) {
+  if (m != NULL)
+    rim_alarm_life_repeat(&m->life);
+}
+
+bool rim_monitor_next_record(rim_monitor *m, rim_alarm *record) {
+  return m != NULL && record != NULL && rim_alarm_life_next_record(&m->life, record);
+}
+
+rim_alarm_status rim_monitor_alarms(const rim_monitor *m) {
+  rim_alarm_status status = {.level = RIM_LEVEL_STALE};
+  if (m != NULL)
+    rim_alarm_life_status(&m->life, &status);
+  return status;
+}
+
+const rim_alarm *rim_monitor_standing(const rim_monitor *m, rim_detector detector) {
+  return m != NULL ? rim_alarm_life_standing(&m->life, detector) : NULL;
 }
 
 /* ---- what can be asked ---- */
 
 double rim_monitor_membership(const rim_monitor *m, const double *context) {
-  if (m == NULL || context == NULL || !m->life.active || m->is_trained)
+  if (context == NULL || rim_monitor_standing(m, RIM_DETECTOR_RIM) == NULL || m->is_trained)
     return 0.0;
   double unit[RIM_MONITOR_MAX_FEATURES];
   for (size_t i = 0; i < m->words[RIM_CONFIG_REGION_FEATURES]; ++i) {
@@ -299,6 +329,8 @@ bool rim_monitor_inside(const rim_monitor *m, const uint8_t *place, uint32_t blo
 }
 
 rim_monitor_health rim_monitor_get_health(const rim_monitor *m) {
+  if (m == NULL)
+    return (rim_monitor_health){.out_feature = BLOCKS_NO_FEATURE};
   const blocks_health rows = blocks_get_health(m->rows);
   rim_monitor_health health = {.rows = {.rows = rows.rows,
                                         .rows_used = rows.rows_used,
@@ -309,8 +341,8 @@ rim_monitor_health rim_monitor_get_health(const rim_monitor *m) {
                                         .wrong_rate = rows.wrong_rate,
                                         .refused = m->refused},
                                .blocks = m->last.blocks,
-                               .alarms = m->alarms,
-                               .stale = m->stale,
+                               .alarms = m->life.raised,
+                               .stale = m->life.stale_times,
                                .last_valid_s = m->last_valid_s,
                                .period_s = blocks_period_s(m->rows),
                                .out_feature = m->out_feature,
@@ -321,8 +353,12 @@ rim_monitor_health rim_monitor_get_health(const rim_monitor *m) {
   return health;
 }
 
-const rim_select *rim_monitor_search(const rim_monitor *m) { return m->select; }
-const rim_threshold *rim_monitor_threshold(const rim_monitor *m) { return &m->models.threshold; }
+const rim_select *rim_monitor_search(const rim_monitor *m) {
+  return m != NULL ? m->select : NULL;
+}
+const rim_threshold *rim_monitor_threshold(const rim_monitor *m) {
+  return m != NULL ? &m->models.threshold : NULL;
+}
 uint32_t rim_monitor_config(const rim_monitor *m, rim_config_word word) {
-  return (unsigned)word < RIM_CONFIG_WORDS ? m->words[word] : 0u;
+  return m != NULL && (unsigned)word < RIM_CONFIG_WORDS ? m->words[word] : 0u;
 }

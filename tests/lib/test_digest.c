@@ -1,0 +1,100 @@
+/* The digest of a verdict: whatever decides anything changes it. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "alarm_sample.h"
+#include "rim/crc.h"
+#include "rim/monitor.h"
+
+static rim_verdict sample(void) {
+  rim_verdict v;
+  memset(&v, 0, sizeof v);
+  v.score = 0.75;
+  v.ln_anom = 12.0;
+  v.threshold = 16.0;
+  v.p_value = 0.25;
+  v.blocks = 7;
+  v.channel = 3;
+  v.level = RIM_LEVEL_ERROR;
+  v.valid = true;
+  v.alarm = sample_alarm(4);
+  v.alarm.state = RIM_ALARM_RAISED;
+  v.alarm.channels = 2;
+  v.alarm.region.dims = 2;
+  v.interference.valid = true;
+  v.interference.ln_odds = -3.0;
+  return v;
+}
+
+static uint64_t digest_of(const rim_verdict *v) { return rim_verdict_digest(RIM_DIGEST_START, v); }
+
+#define CHANGES(field, value)                                                                      \
+  do {                                                                                             \
+    rim_verdict other = sample();                                                                  \
+    other.field = (value);                                                                         \
+    assert_true(digest_of(&other) != whole);                                                       \
+  } while (0)
+
+static void what_decides_changes_it(void **state) {
+  (void)state;
+  const rim_verdict v = sample();
+  const uint64_t whole = digest_of(&v);
+  assert_true(digest_of(&v) == whole);
+  CHANGES(score, 0.76);
+  CHANGES(ln_anom, 12.1);
+  CHANGES(threshold, 16.1);
+  CHANGES(p_value, 0.26);
+  CHANGES(blocks, 8);
+  CHANGES(channel, 4);
+  CHANGES(level, RIM_LEVEL_WARN);
+  CHANGES(valid, false);
+  CHANGES(interference.ln_odds, -2.0);
+  CHANGES(interference.alarmed, true);
+  CHANGES(interference.valid, false);
+  CHANGES(alarm.state, RIM_ALARM_UPDATED);
+  CHANGES(alarm.state, RIM_ALARM_NONE);
+  CHANGES(alarm.since_s, v.alarm.since_s + 1.0);
+  CHANGES(alarm.channel[1], v.alarm.channel[1] ^ 1u);
+  CHANGES(alarm.shift[1], v.alarm.shift[1] + 1.0);
+  CHANGES(alarm.shift_sd[0], v.alarm.shift_sd[0] + 1.0);
+  CHANGES(alarm.region.dims, 1);
+  CHANGES(alarm.region.feature[1], v.alarm.region.feature[1] ^ 1u);
+  CHANGES(alarm.region.center[1], v.alarm.region.center[1] + 1.0);
+  CHANGES(alarm.region.lower[0], v.alarm.region.lower[0] - 1.0);
+  CHANGES(alarm.region.upper[0], v.alarm.region.upper[0] + 1.0);
+  CHANGES(alarm.region.inverse_shape[3], v.alarm.region.inverse_shape[3] + 1.0);
+}
+
+static void what_is_not_in_use_does_not(void **state) {
+  (void)state;
+  rim_verdict v = sample(), other = sample();
+  other.alarm.channel[2] ^= 1u;      /* two channels */
+  other.alarm.region.center[2] = 9.0; /* two features */
+  assert_true(digest_of(&v) == digest_of(&other));
+  v.alarm.state = other.alarm.state = RIM_ALARM_NONE; /* no record */
+  other.alarm.shift[0] += 1.0;
+  assert_true(digest_of(&v) == digest_of(&other));
+  assert_true(rim_verdict_digest(5, NULL) == 5);
+}
+
+static void order_counts(void **state) {
+  (void)state;
+  const rim_verdict a = sample();
+  rim_verdict b = sample();
+  b.score = 0.5;
+  assert_true(rim_verdict_digest(digest_of(&a), &b) != rim_verdict_digest(digest_of(&b), &a));
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(what_decides_changes_it),
+      cmocka_unit_test(what_is_not_in_use_does_not),
+      cmocka_unit_test(order_counts),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}

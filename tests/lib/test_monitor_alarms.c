@@ -1,0 +1,171 @@
+/* The monitor's alarms from outside: silence, commands, a clock that begins anew, calls without a
+ * monitor (images: monitor_bench.h). What becomes of an alarm is asked in test_alarm_life.c. */
+#include "monitor_bench.h"
+
+/* Row 0 .. of a run with a shift, until its alarm is raised; returns the next row. */
+static uint32_t run_to_alarm(const bench *b) {
+  for (uint32_t t = 0; t < ROWS; ++t)
+    if (step(b, 3, t, b->external ? 0.8 : 0.15).alarm.state == RIM_ALARM_RAISED)
+      return t + 1;
+  fail();
+  return 0;
+}
+
+static void silence_needs_no_row(void **state) {
+  (void)state;
+  bench b;
+  rim_alarm record;
+  make_bench(&b, true);
+  assert_int_equal(step(&b, 3, 0, 0.0).level, RIM_LEVEL_OK);
+  assert_false(rim_monitor_idle(b.monitor, 12.0)); /* row 0 came at 10 s, the image says 2 s */
+  assert_true(rim_monitor_idle(b.monitor, 12.5));
+  assert_true(rim_monitor_next_record(b.monitor, &record));
+  assert_int_equal(record.state, RIM_ALARM_NONE);
+  assert_int_equal(record.level, RIM_LEVEL_STALE);
+  assert_true(record.seq == 1 && record.t_s == 12.0);
+  assert_false(rim_monitor_next_record(b.monitor, &record));
+  assert_int_equal(rim_monitor_get_health(b.monitor).stale, 1);
+  assert_int_equal(rim_monitor_alarms(b.monitor).level, RIM_LEVEL_STALE);
+  const rim_verdict back = step(&b, 3, 20, 0.0);
+  assert_true(back.alarm.seq == 2 && back.alarm.level == RIM_LEVEL_OK);
+  /* A silence in the log that nobody has asked about is counted, and not told. */
+  assert_int_equal(step(&b, 3, 40, 0.0).alarm.seq, 0);
+  assert_int_equal(rim_monitor_get_health(b.monitor).stale, 2);
+  /* The application may want another limit. */
+  const rim_alarm_policy policy = {.stale_s = 60.0, .replay = true};
+  assert_int_equal(rim_monitor_set_policy(b.monitor, &policy), RIM_OK);
+  assert_false(rim_monitor_idle(b.monitor, 79.0));
+  assert_true(rim_monitor_idle(b.monitor, 81.0));
+  assert_true(rim_monitor_next_record(b.monitor, &record));
+  assert_int_equal(record.flags, RIM_ALARM_FLAG_REPLAY);
+}
+
+static void commands_are_obeyed(void **state) {
+  (void)state;
+  for (int external = 0; external < 2; ++external) {
+    bench b;
+    make_bench(&b, external);
+    const double in[D] = {external ? 0.0 : 0.8, 0.0, external ? 175.0 : 0.0};
+    rim_command command = {.command = RIM_COMMAND_ACKNOWLEDGE};
+    rim_alarm record;
+    assert_int_equal(rim_monitor_command(b.monitor, &command, 32), RIM_E_DATA);
+    uint32_t t = run_to_alarm(&b);
+    const rim_alarm raised = rim_monitor_alarms(b.monitor).newest;
+    assert_int_equal(rim_monitor_command(b.monitor, &command, 32), RIM_OK);
+    assert_true(rim_monitor_next_record(b.monitor, &record));
+    assert_int_equal(record.flags, RIM_ALARM_FLAG_ACKNOWLEDGED);
+    assert_true(rim_monitor_alarms(b.monitor).acknowledged);
+    command = (rim_command){record.seq, raised.model_id, RIM_COMMAND_CLEAR};
+    assert_int_equal(rim_monitor_command(b.monitor, &command, 32), RIM_OK);
+    assert_true(rim_monitor_next_record(b.monitor, &record));
+    assert_int_equal(record.state, RIM_ALARM_CLEARED);
+    assert_null(rim_monitor_standing(b.monitor, RIM_DETECTOR_RIM));
+    assert_true(rim_monitor_membership(b.monitor, in) == 0.0);
+    assert_int_equal(step(&b, 3, t, 0.0).blocks, external); /* what was learnt is forgotten */
+    bool again = false;
+    for (++t; t < 3 * ROWS && !again; ++t) /* and what is still there is found again */
+      again = step(&b, 3, t, external ? 0.8 : 0.15).alarm.state == RIM_ALARM_RAISED;
+    assert_true(again);
+    assert_int_equal(rim_monitor_get_health(b.monitor).alarms, 2);
+  }
+}
+
+static void a_clock_that_begins_anew_is_told(void **state) {
+  (void)state;
+  bench b, fresh;
+  rim_alarm record;
+  make_bench(&b, true);
+  make_bench(&fresh, true);
+  const rim_alarm_policy policy = {.latch = true};
+  assert_int_equal(rim_monitor_set_policy(b.monitor, &policy), RIM_OK);
+  (void)run_to_alarm(&b);
+  rim_monitor_restart(b.monitor, 9.5);
+  assert_true(rim_monitor_next_record(b.monitor, &record));
+  assert_int_equal(record.state, RIM_ALARM_UPDATED);
+  assert_int_equal(record.flags, RIM_ALARM_FLAG_LATCHED);
+  assert_true(record.t_s == 9.5);
+  const rim_verdict v = step(&b, 8, 0, 0.0), w = step(&fresh, 8, 0, 0.0);
+  assert_true(v.valid && v.blocks == 1 && v.score == w.score);
+  assert_true(v.level == RIM_LEVEL_ERROR && w.level == RIM_LEVEL_OK);
+  rim_monitor_repeat(b.monitor);
+  assert_true(rim_monitor_next_record(b.monitor, &record));
+  assert_true(record.seq == 3 && record.flags == RIM_ALARM_FLAG_LATCHED);
+}
+
+static void a_block_does_not_repeat_a_record(void **state) {
+  (void)state;
+  bench b;
+  make_bench(&b, true);
+  (void)run_to_alarm(&b);
+  const uint32_t before = rim_monitor_alarms(b.monitor).records;
+  uint32_t records = 0;
+  for (uint32_t i = 0; i < 20; ++i) {
+    const double context[D] = {0.0, 0.0, 175.0, 0.5}, values[O] = {0.0, 0.0};
+    rim_verdict v;
+    assert_int_equal(rim_monitor_block(b.monitor, 1000.0 + i, context, values, 1, &v), RIM_OK);
+    records += v.alarm.seq != 0;
+    assert_int_equal(v.alarm.seq != 0, v.alarm.state != RIM_ALARM_NONE);
+  }
+  assert_int_equal(rim_monitor_alarms(b.monitor).records, before + records);
+  assert_true(records < 4); /* 20 s, an update in 10 at most */
+}
+
+static void a_block_that_is_refused_is_counted(void **state) {
+  (void)state;
+  bench b;
+  row r;
+  rim_verdict v;
+  make_bench(&b, false);
+  for (uint32_t t = 0; t < 2 * BLOCK; ++t) {
+    make_row(&r, false, 5, t, 0.0);
+    if (t < BLOCK)
+      r.context[3] = 1e308; /* finite, but the block's sum is not */
+    assert_int_equal(rim_monitor_step(b.monitor, &r.view, &v), RIM_OK);
+    assert_true(v.valid);
+  }
+  assert_int_equal(v.blocks, 1);
+  assert_int_equal(rim_monitor_get_health(b.monitor).blocks_refused, 1);
+}
+
+static void nothing_is_read_where_there_is_none(void **state) {
+  (void)state;
+  bench b;
+  rim_alarm record;
+  const rim_alarm_policy policy = {.stale_s = 1.0};
+  const rim_command command = {.command = RIM_COMMAND_CLEAR};
+  make_bench(&b, true);
+  assert_int_equal(rim_monitor_config(b.monitor, RIM_CONFIG_FEATURES), D);
+  assert_int_equal(rim_monitor_config(b.monitor, RIM_CONFIG_WORDS), 0);
+  assert_int_equal(rim_monitor_config(b.monitor, (rim_config_word)(RIM_CONFIG_WORDS + 1000)), 0);
+  assert_int_equal(rim_monitor_config(NULL, RIM_CONFIG_FEATURES), 0);
+  rim_monitor_reset(NULL);
+  rim_monitor_restart(NULL, 0.0);
+  rim_monitor_repeat(NULL);
+  assert_false(rim_monitor_idle(NULL, 1e9));
+  assert_false(rim_monitor_next_record(NULL, &record));
+  assert_false(rim_monitor_next_record(b.monitor, NULL));
+  assert_int_equal(rim_monitor_command(NULL, &command, 32), RIM_E_ARGUMENT);
+  assert_int_equal(rim_monitor_command(b.monitor, NULL, 32), RIM_E_ARGUMENT);
+  assert_int_equal(rim_monitor_set_policy(NULL, &policy), RIM_E_ARGUMENT);
+  assert_int_equal(rim_monitor_set_policy(b.monitor, NULL), RIM_E_ARGUMENT);
+  assert_int_equal(rim_monitor_alarms(NULL).level, RIM_LEVEL_STALE);
+  assert_null(rim_monitor_standing(NULL, RIM_DETECTOR_RIM));
+  assert_true(rim_monitor_membership(NULL, (const double[D]){0.0}) == 0.0);
+  assert_true(rim_monitor_membership(b.monitor, NULL) == 0.0);
+  assert_int_equal(rim_monitor_get_health(NULL).rows.rows, 0);
+  assert_null(rim_monitor_search(NULL));
+  assert_null(rim_monitor_channels(NULL));
+  assert_null(rim_monitor_threshold(NULL));
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(silence_needs_no_row),
+      cmocka_unit_test(commands_are_obeyed),
+      cmocka_unit_test(a_clock_that_begins_anew_is_told),
+      cmocka_unit_test(a_block_does_not_repeat_a_record),
+      cmocka_unit_test(a_block_that_is_refused_is_counted),
+      cmocka_unit_test(nothing_is_read_where_there_is_none),
+  };
+  return cmocka_run_group_tests(tests, set_up, NULL);
+}
