@@ -166,7 +166,7 @@ typedef struct rim_monitor rim_monitor;
 #define RIM_MONITOR_ROUND8(n) (((size_t)(n) + 7u) / 8u * 8u)
 /* Bytes for rows and blocks. filters: inputs times time constants of section BASIS, 0 without. */
 #define RIM_MONITOR_ROWS_SIZE(features, outcomes, filters, terms)                                  \
-  (512u + 8u * (4u * (size_t)(features) + 11u * (size_t)(outcomes) + 2u * (size_t)(filters) +      \
+  (512u + 8u * (4u * (size_t)(features) + 13u * (size_t)(outcomes) + 2u * (size_t)(filters) +      \
                 (size_t)(terms) + 64u + 12u * (size_t)(outcomes)))
 /* Bytes for a monitor of an image without section NOISE, a constant expression. */
 #define RIM_MONITOR_SIZE(features, outcomes, region_features, ring, bins, grid, pairs)             \
