@@ -230,14 +230,23 @@ static void end_verdict(rim_monitor *m, rim_verdict *verdict) {
   *verdict = m->last;
 }
 
+/* The caller's predictions of a row with what the image corrects of them. */
+static const double *own_mean(const rim_monitor *m, const rim_observation *row, double *mean) {
+  const rim_correct *c = &m->models.correct;
+  const bool corrects = m->words[RIM_CONFIG_EXTERNAL] != 0 && c->section != NULL &&
+                        rim_correct_mean(c, row->context, row->mean, mean) == RIM_OK;
+  return corrects ? mean : row->mean;
+}
+
 rim_status rim_monitor_step(rim_monitor *m, const rim_observation *row, rim_verdict *verdict) {
   if (m == NULL || row == NULL || row->context == NULL || verdict == NULL)
     return RIM_E_ARGUMENT;
   const bool external = m->words[RIM_CONFIG_EXTERNAL] != 0;
   if (external && (row->outcome == NULL || row->mean == NULL || row->sd == NULL))
     return RIM_E_ARGUMENT;
-  const blocks_result made =
-      blocks_row(m->rows, row->t_s, row->context, row->outcome, row->mean, row->sd);
+  double mean[RIM_CORRECT_MAX_OUTCOMES];
+  const blocks_result made = blocks_row(m->rows, row->t_s, row->context, row->outcome,
+                                        own_mean(m, row, mean), row->sd);
   count(&m->steps);
   m->last.alarm.state = RIM_ALARM_NONE;
   m->last.alarm.seq = 0;
