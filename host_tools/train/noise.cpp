@@ -229,7 +229,7 @@ NoiseModel fit_noise(const Basis &basis, const std::vector<BlockRun> &runs,
       s.p = ((predicted[r].col(outcome).array() - c.p_center) / c.p_scale).max(-4.0).min(4.0);
       s.raw = raw_fields(basis, runs[r], s.p, noise);
     }
-    if (column < outcomes)
+    if (column < 2 * outcomes)
       fit_scale(&c, runs, &series);
     fit_channel(&c, series);
     c.phi.assign(NOISE_FAMILIES, 1.0);

@@ -77,8 +77,13 @@ static inline int8_t *search_predictions(const rim_search *s, uint32_t slot) {
 static inline int16_t *search_residuals(const rim_search *s, uint32_t slot) {
   return (int16_t *)search_at(s, s->at.z) + (size_t)slot * s->config.channels;
 }
+/* Channels whose scale depends on the context: behaviour and agreement. */
+static inline uint32_t search_weighted(const rim_search *s) {
+  const uint32_t both = 2u * (uint32_t)s->config.outcomes;
+  return both < s->config.channels ? both : s->config.channels;
+}
 static inline int8_t *search_weights(const rim_search *s, uint32_t slot) {
-  return (int8_t *)search_at(s, s->at.weight) + (size_t)slot * s->config.outcomes;
+  return (int8_t *)search_at(s, s->at.weight) + (size_t)slot * search_weighted(s);
 }
 static inline channel_state *search_state(const rim_search *s, uint32_t channel) {
   return (channel_state *)search_at(s, s->at.state) + channel;

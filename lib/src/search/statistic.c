@@ -23,7 +23,7 @@ void search_raw_fields(const rim_search *s, const noise_channel *c, uint32_t slo
 }
 
 double search_weight(const rim_search *s, uint32_t channel, uint32_t slot) {
-  if (channel >= s->config.outcomes)
+  if (channel >= search_weighted(s))
     return 1.0;
   return rim_exp(SEARCH_WEIGHT_STEP * (double)search_weights(s, slot)[channel]);
 }
