@@ -244,7 +244,8 @@ Training train(const std::vector<Log> &logs, const TrainOptions &options) {
   for (const Log &log : logs)
     check_layout(plan.layout, log);
   find_angles(&plan.layout, logs);
-  plan.period_s = median_period_s(logs);
+  // As the image says it, in whole microseconds: training and flight must agree on what is a gap.
+  plan.period_s = 1e-6 * std::max(1.0, std::round(1e6 * median_period_s(logs)));
   check_rates(logs, plan.period_s);
   find_same_runs(logs, &training.warnings);
   double run_rows = 0.0;
