@@ -105,12 +105,12 @@ void use_profile(FlightPlan *plan, bool flight, bool few_rows) {
   if (flight && plan->layout.external) {
     // Many features: which two is the question, so edges; few: which ellipse, so a finer grid.
     const bool wide = plan->layout.features() > kManyFeatures;
-    plan->scans = wide ? 6 : 4;
-    plan->edges = wide ? 20 : 5;
-    plan->moves = wide ? 12 : 48;
-    plan->grid = wide ? 24 : 32;
-    plan->ring = 256;
-    plan->pairs = 5;
+    plan->scans = wide ? 5 : 4;
+    plan->edges = wide ? 25 : 6;
+    plan->moves = wide ? 34 : 40;
+    plan->grid = wide ? 20 : 32;
+    plan->ring = wide ? 250 : 256;
+    plan->pairs = wide ? 3 : 4;
   } else if (flight) { // intervals alone: the ring tells since when, nothing else
     plan->ring = 256;
   } else if (plan->layout.external && few_rows) {

@@ -89,8 +89,8 @@ const ExternalKnots &external_knots(ExternalSearch search) {
   static const ExternalKnots knots[kExternalSearches] = {
       {{1, 2, 10, 32, 128}, {1, 8, 64}, {32, 128, 512, 1536}, 200},
       {{1, 2, 10, 128}, {1, 8, 64}, {2048, 4096}, 200},
-      {{1, 2, 10, kManyFeatures}, {1, 8, 64}, {32, 128, 512, 2048, 8192}, 300},
-      {{kManyFeatures + 1, 128}, {1, 8, 64}, {32, 128, 512, 2048, 8192}, 300}};
+      {{1, 2, 10, kManyFeatures}, {1, 8, 64}, {32, 128, 512, 2048}, 300},
+      {{kManyFeatures + 1, 128}, {1, 8, 64}, {32, 128, 512, 2048}, 300}};
   return knots[static_cast<std::size_t>(search)];
 }
 

@@ -24,6 +24,7 @@ enum {
   PREFIX = 40,       /* a bin's prefix sums */
   END = 36,          /* a bin as an end of intervals, of either sign */
   INTERVAL = 24,     /* a hypothesis */
+  BOUND = 30,        /* a bin's share in what intervals can reach at most */
   SPREAD = 70,       /* one with an envelope */
   LOOK = 40,         /* a comparison of scores */
   MASK = 20,         /* a point of the ring against the base */
@@ -44,7 +45,9 @@ enum {
 };
 
 /* Sums in double: exact, and no target needs its compiler's help for a product of 64 bits. */
-#define CHAINS ((double)RIM_SELECT_CHAINS)
+static double chains(const rim_work_counts *n) {
+  return n->edges < FEW_EDGES ? FEW_CHAINS : RIM_SELECT_CHAINS;
+}
 
 static double intervals(double bins) { return bins * (bins + 1.0) / 2.0; }
 
@@ -68,7 +71,8 @@ static double row_work(const rim_work_counts *n) {
 static double interval_work(const rim_work_counts *n) {
   const double hypotheses = n->envelope
                                 ? 2u * intervals(n->bins) * SPREAD
-                                : intervals(n->bins) * INTERVAL + 2u * n->bins * (double)END;
+                                : intervals(n->bins) * INTERVAL +
+                                      2u * n->bins * (double)(END + BOUND);
   return n->bins * (double)PREFIX + hypotheses;
 }
 
@@ -86,16 +90,18 @@ static double ring_work(const rim_work_counts *n) {
 }
 
 static double evidences(const rim_work_counts *n) {
-  return CHAINS * n->pairs * EVIDENCE + n->channels * (double)LOOK;
+  return chains(n) * n->pairs * EVIDENCE + n->channels * (double)LOOK;
 }
 
 static double sweep_work(const rim_work_counts *n) {
   const double conditional =
-      n->ring * (double)POINT + EDGE_BINS * (PREFIX + 2u * END) + intervals(EDGE_BINS) * INTERVAL;
+      n->ring * (double)POINT + EDGE_BINS * (PREFIX + 2u * END + 3u * BOUND) +
+      intervals(EDGE_BINS) * INTERVAL;
   const double base = n->region_features * (double)n->channels * LOOK + n->ring * (double)MASK;
   const double offers = (n->edges + SHEARS) / (1u + SHEARS) + 1u;
   const double offer =
-      SCATTER + ellipse_work(n) + ring_work(n) + 2u * CHAINS * EVIDENCE + n->pairs * (double)LOOK;
+      SCATTER + ellipse_work(n) + ring_work(n) + 2u * chains(n) * EVIDENCE +
+      n->pairs * (double)LOOK;
   return BASES_A_UNIT * base + n->edges * (double)n->pairs * LOOK +
          (n->edges + SHEARS) * conditional + offers * offer;
 }
@@ -103,16 +109,16 @@ static double sweep_work(const rim_work_counts *n) {
 static double enter_work(const rim_work_counts *n) {
   const double cells = n->grid * (n->grid + 1.0);
   const double once =
-      cells * (CELL + ADD) + n->ring * (double)PUT + CHAINS * (SCATTER + ellipse_work(n));
+      cells * (CELL + ADD) + n->ring * (double)PUT + chains(n) * (SCATTER + ellipse_work(n));
   return (is_corrected_by_ring(n) ? ENTRIES_A_UNIT : 1u) * once;
 }
 
 static double move_work(const rim_work_counts *n) {
   const double move = PROPOSAL + ellipse_work(n) + 2u * EXPONENTIAL + 4u * EVIDENCE + ring_work(n);
   const double looks = (n->moves / 12u + 2u) * 3u + 2u * n->pairs + 1u;
-  double work = n->moves * move + looks * CHAINS * EVIDENCE;
+  double work = n->moves * move + looks * chains(n) * EVIDENCE;
   if (is_corrected_by_ring(n)) /* another pair leads: the old one goes back to the grid */
-    work += 2u * CHAINS * ellipse_work(n) + CHAINS * ring_work(n) + n->ring * (double)PUT +
+    work += 2u * chains(n) * ellipse_work(n) + chains(n) * ring_work(n) + n->ring * (double)PUT +
             n->grid * (double)n->grid * CELL;
   return work;
 }
@@ -138,9 +144,9 @@ static double block_work(const rim_work_counts *n) {
   const double models = prediction(n, &n->level) + prediction(n, &n->increment);
   const double channels = n->channels * (double)(OUTCOME + EXPONENTIAL);
   const double tables = n->region_features * (PLACE + n->channels * (double)ADD);
-  const double grids = n->pairs * (n->grid * (double)ADD + CHAINS * JUDGE);
+  const double grids = n->pairs * (n->grid * (double)ADD + chains(n) * JUDGE);
   const double leader = is_corrected_by_ring(n) && n->pairs > 0
-                            ? 2u * CHAINS * (ellipse_work(n) + INSIDE) + n->ring * (double)CELL
+                            ? 2u * chains(n) * (ellipse_work(n) + INSIDE) + n->ring * (double)CELL
                             : 0.0;
   return CALLS + models + channels + tables + grids + leader + evidences(n);
 }
@@ -155,7 +161,7 @@ static double judge_work(const rim_work_counts *n) {
 static double halving_work(const rim_work_counts *n) {
   const double cells = n->grid * (n->grid + 1.0);
   return n->region_features * (double)n->bins * (n->channels + 1.0) * ADD +
-         n->pairs * (cells * ADD + CHAINS * (ellipse_work(n) + ring_work(n)));
+         n->pairs * (cells * ADD + chains(n) * (ellipse_work(n) + ring_work(n)));
 }
 
 static uint32_t saturated(double work) { return work < UINT32_MAX ? (uint32_t)work : UINT32_MAX; }

@@ -59,7 +59,7 @@ static void assert_turns(bool external, uint32_t scans, uint32_t edges, uint32_t
   start(&b);
   rim_work_counts n;
   assert_int_equal(rim_work_counts_of(b.blob.byte, b.blob.size, &n), RIM_OK);
-  const bool few = edges < 24;
+  const bool few = edges < 48;
   const uint32_t entries = few ? 1 : 2, offers = (edges + 4) / 5 + 1;
   const uint32_t leads = few ? 0 : 2 * RIM_SELECT_CHAINS;
   rim_select_effort before = {0};
@@ -135,7 +135,7 @@ static void every_count_counts(void **state) {
   COSTS(pairs, 6);
   COSTS(scans, 5);
   COSTS(edges, 5);
-  COSTS(edges, 24);
+  COSTS(edges, 48);
   COSTS(moves, 60);
   COSTS(budget, 2);
   COSTS(watched, true);

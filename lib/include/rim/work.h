@@ -7,8 +7,9 @@
  *
  * d features, o outcomes, c = o kinds channels, r region features, R ring, B bins, G grid, P pairs,
  * S scans, E edges, M moves, U budget; of a model K prototypes of which t are averaged. All are
- * words of the image, so none depends on what is observed. 24 ellipses a pair, H = B (B + 1) / 2
- * intervals, 136 = 16 * 17 / 2 of 16 conditional bins. Per step (monitor.c, rim_monitor_step):
+ * words of the image, so none depends on what is observed. 24 ellipses a pair, below 48 edges 12,
+ * H = B (B + 1) / 2 intervals, 136 = 16 * 17 / 2 of 16 conditional bins. Per step (monitor.c,
+ * rim_monitor_step):
  *
  *   row     d values are looked at and summed; o residuals; with VARIANCE or STEP one prediction:
  *           d standardised, K distances of d, t kept of them, t exponentials, o outcomes of t maps
@@ -19,10 +20,10 @@
  *     edges   at most 3 bases: r c comparisons and R points each; E + 4 conditional intervals,
  *             for an edge that comes near is tried in 4 more shears: R points, 16 prefix sums, 136
  *             hypotheses; every fifth of them one offer: 1 ellipse, 48 evidences
- *     enter   1 pair (2 from 24 edges on): G (G + 1) cells cleared, R points put, G^2 accumulated,
+ *     enter   1 pair (2 from 48 edges on): G (G + 1) cells cleared, R points put, G^2 accumulated,
  *             24 ellipses of G rows
- *     moves   M ellipses of G rows, an exponential; M / 12 + 2 looks at 24 evidences; below 24
- *             edges not in a unit in which a pair enters. From 24 edges on the leader is corrected
+ *     moves   M ellipses of G rows, an exponential; M / 12 + 2 looks at 24 evidences; below 48
+ *             edges not in a unit in which a pair enters. From 48 edges on the leader is corrected
  *             by the ring: R points and G^2 cells an ellipse, and when another pair leads 48
  *             ellipses more
  *     scores  2 (c + 24 P) evidences
