@@ -107,9 +107,9 @@ void use_profile(FlightPlan *plan, bool flight, bool few_rows) {
     const bool wide = plan->layout.features() > kManyFeatures;
     plan->scans = wide ? 5 : 4;
     plan->edges = wide ? 25 : 6;
-    plan->moves = wide ? 34 : 40;
+    plan->moves = wide ? 33 : 40;
     plan->grid = wide ? 20 : 32;
-    plan->ring = wide ? 250 : 256;
+    plan->ring = wide ? 244 : 256;
     plan->pairs = wide ? 3 : 4;
   } else if (flight) { // intervals alone: the ring tells since when, nothing else
     plan->ring = 256;
