@@ -253,7 +253,8 @@ static void describe_rows(rim_monitor *m, const rim_verdict *verdict, rim_alarm 
     if (i > 0 && !rim_select_shift_of_channel(m->select, alarm->channel[i], &found))
       continue;
     /* F = shift^2 / (2 Var) gives the standard error without asking for Var again. */
-    alarm->shift[i] = found.shift * outcome_unit(m, alarm->channel[i]);
+    alarm->shift[i] = found.shift * outcome_unit(m, alarm->channel[i]) /
+                      monitor_scale(m, alarm->channel[i]);
     alarm->shift_sd[i] =
         found.ln_anom > 0.0 ? rim_abs(alarm->shift[i]) / rim_sqrt(2.0 * found.ln_anom) : 0.0;
   }
