@@ -38,17 +38,19 @@ std::vector<std::uint8_t> behaviour_section(const Basis &basis, const Behaviour 
 
 // What remains of one outcome from what remains of the others (lib/src/image/basis.h).
 struct Agreement {
-  std::vector<double> inverse_sd;
-  Matrix row;                   // outcomes x (2 + outcomes (2 + means))
-  std::vector<double> error;    // of each outcome, runs left out, over the behaviour's
-  std::vector<bool> from_level; // the outcome's source is section LEVEL
+  std::vector<double> inverse_sd, level_inverse_sd;
+  Matrix row;                // outcomes x (AGREEMENT_FIRST + outcomes (2 + means))
+  std::vector<double> error; // of each outcome, runs left out, over the behaviour's
+  std::vector<int> source;   // of each outcome: agreement_source
   std::vector<Matrix> remains;  // per run
 };
 
 // level: per run, the outcomes as section LEVEL predicts them from the other sensors, by models
-// without the run; empty: there is none.
+// without the run; empty: there is none. may_integrate: outcomes may be watched as integrals of
+// others.
 Agreement fit_agreement(const Basis &basis, const std::vector<BlockRun> &runs,
-                        const std::vector<Matrix> &residual, const std::vector<Matrix> &level);
+                        const std::vector<Matrix> &residual, const std::vector<Matrix> &level,
+                        bool may_integrate);
 std::vector<std::uint8_t> agreement_section(const Agreement &agreement, std::size_t means);
 
 // Standardised values of the basis' means in a run.

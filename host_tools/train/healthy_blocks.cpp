@@ -237,6 +237,7 @@ public:
       throw std::logic_error("blocks_init");
     terms_ = config.basis.terms;
     means_ = config.basis.means;
+    block_s_ = options.period_s * options.block_rows;
   }
 
   BlockRun gather(const Log &log);
@@ -247,6 +248,7 @@ private:
   std::vector<std::uint64_t> memory_;
   blocks *blocks_ = nullptr;
   std::size_t terms_ = 0, means_ = 0;
+  double block_s_ = 0.0;
 };
 
 void append(Matrix *to, Eigen::Index row, const double *values, double factor = 1.0) {
@@ -274,6 +276,7 @@ BlockRun Gatherer::gather(const Log &log) {
   run.change.resize(rows);
   run.time_s.resize(rows);
   Eigen::Index n = 0;
+  double before_s = 0.0;
   for (Eigen::Index t = 0; t < rows; ++t) {
     const bool ext = layout_.external;
     if (blocks_row(blocks_, log.t_s[static_cast<std::size_t>(t)], context.row(t).data(),
@@ -289,6 +292,9 @@ BlockRun Gatherer::gather(const Log &log) {
     append(&run.repeats, n, blocks_repeats(blocks_));
     append(&run.terms, n, blocks_terms(blocks_), 1.0 / static_cast<double>(kRawScale));
     append(&run.means, n, blocks_means(blocks_), 1.0 / static_cast<double>(kRawScale));
+    const double start_s = blocks_start_s(blocks_);
+    run.follows.push_back(n > 0 && std::abs(start_s - before_s - block_s_) < 0.25 * block_s_);
+    before_s = start_s;
     run.change[n] = blocks_change(blocks_);
     run.time_s[n++] = blocks_since_start_s(blocks_);
   }

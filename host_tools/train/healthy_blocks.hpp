@@ -43,6 +43,7 @@ struct BlockRun {
   Matrix terms, means;                // raw, blocks x terms, means
   Eigen::VectorXd first;              // [outcomes]
   Eigen::VectorXd change, time_s;     // [blocks]; time since the start of the run
+  std::vector<bool> follows;          // the block before is its neighbour in time
   Eigen::Index blocks() const { return outcome.rows(); }
 };
 

@@ -57,17 +57,19 @@ std::string outcome_report(const Training &training) {
                {"from the commands", "R2"},
                {"error", "rms"},
                {"from the others", "of it"},
+               {"how", ""},
                {"run effects", "sd"},
                {"lag-1", "correlation"},
                {"seen from", "offset"},
                {"model", ""}});
+  static const char *const how[] = {"residuals", "levels", "integral"};
   std::string blind;
   for (std::size_t o = 0; o < training.outcomes.size(); ++o) {
     const OutcomeReport &r = training.outcomes[o];
     const std::string words = quantity_of(plan.layout.outcome_names[o]).words;
     const std::string unit = plan.layout.outcome_units[o];
     table.add({words, unit.empty() ? "-" : unit, plan.layout.external ? "-" : cell(r.r2, 3),
-               plan.layout.external ? "-" : cell(r.error, 3), cell(r.agreement, 3),
+               plan.layout.external ? "-" : cell(r.error, 3), cell(r.agreement, 3), how[std::clamp(r.source, 0, 2)],
                cell(r.effect, 3), cell(r.rho, 2), cell(r.detectable, 3),
                plan.layout.external ? "your own" : r.model});
     constexpr double poor = 0.3;

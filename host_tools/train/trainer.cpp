@@ -8,6 +8,10 @@
 #include "util/error.hpp"
 #include "util/parallel_for.hpp"
 
+extern "C" {
+#include "../../lib/src/image/basis.h"
+}
+
 namespace rim {
 
 namespace {
@@ -184,7 +188,7 @@ void report_outcomes(Training *training, const Behaviour &behaviour, const Agree
     report.error = behaviour.targets[o].error;
     report.model = model_words(behaviour.targets[o]);
     report.agreement = agreement.error[o];
-    report.from_level = agreement.from_level[o];
+    report.source = agreement.source[o];
     report.detectable = 1e300;
     for (const std::size_t c : {o, outcomes + o}) {
       const ChannelNoise &n = training->noise.channels[c];
@@ -240,7 +244,8 @@ Training train(const std::vector<Log> &logs, const TrainOptions &options) {
   for (const Log &log : logs)
     check_layout(plan.layout, log);
   find_angles(&plan.layout, logs);
-  plan.period_s = median_period_s(logs);
+  // As the image says it, in whole microseconds: training and flight must agree on what is a gap.
+  plan.period_s = 1e-6 * std::max(1.0, std::round(1e6 * median_period_s(logs)));
   check_rates(logs, plan.period_s);
   find_same_runs(logs, &training.warnings);
   double run_rows = 0.0;
@@ -262,12 +267,13 @@ Training train(const std::vector<Log> &logs, const TrainOptions &options) {
     learn_means(&plan.basis, runs);
   const std::vector<Matrix> level =
       wants_level(plan.layout, runs) ? fit_level(&plan, runs) : std::vector<Matrix>{};
-  const Agreement agreement = fit_agreement(plan.basis, runs, behaviour.residual, level);
-  if (std::none_of(agreement.from_level.begin(), agreement.from_level.end(),
-                   [](bool yes) { return yes; }))
+  const Agreement agreement = fit_agreement(plan.basis, runs, behaviour.residual, level,
+                                            !plan.layout.external);
+  if (std::count(agreement.source.begin(), agreement.source.end(), AGREEMENT_LEVEL) == 0)
     plan.level.clear();
   const std::vector<Matrix> residual = all_residuals(runs, behaviour, agreement);
-  training.noise = fit_noise(plan.basis, runs, behaviour.predicted, residual);
+  training.noise = fit_noise(plan.basis, runs, plan.block_rows * plan.period_s,
+                              behaviour.predicted, residual);
   settle_repeats(&training.noise, outcomes);
   settle_agreement(&training.noise, agreement, outcomes);
   if (!plan.layout.external) {

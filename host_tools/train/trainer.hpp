@@ -22,7 +22,7 @@ struct TrainOptions {
 struct OutcomeReport {
   double r2 = 0.0, error = 0.0; // of behaviour, runs left out
   double agreement = 1.0;       // its error over behaviour's
-  bool from_level = false;
+  int source = 0;                // agreement_source
   double noise = 0.0, effect = 0.0, rho = 0.0; // of the better channel
   double detectable = 0.0; // constant offset over half of a run that reaches the alarm
   std::string model;       // which terms, in words

@@ -162,7 +162,7 @@ void what_cannot_ride_is_said(void **) {
   terms.back().gate.lower = {0.0};
   terms.back().gate.upper = {1.0};
   const Correction made =
-      rim::diagnose::correction_section(all, layout, 1u << RIM_KIND_STEP | 1u << RIM_KIND_SHIFT);
+      rim::diagnose::correction_section(all, layout, 1u << RIM_KIND_SHIFT);
   assert_int_equal(made.terms, 3);
   assert_int_equal(made.left_out.size(), 3);
   assert_non_null(std::strstr(made.left_out[0].c_str(), "x.toml: force_N: bias: the image has no "
@@ -175,7 +175,7 @@ void what_cannot_ride_is_said(void **) {
   const auto *bytes = reinterpret_cast<const std::uint8_t *>(aligned.data());
   assert_int_equal(rim_correct_open(&view, bytes, made.section.size()), RIM_OK);
   assert_int_equal(view.regions, 2);
-  assert_int_equal(view.kinds, 1u << RIM_KIND_STEP | 1u << RIM_KIND_SHIFT);
+  assert_int_equal(view.kinds, 1u << RIM_KIND_SHIFT);
   const double inside[4] = {0.5, 0.0, 0.0, 0.5}, outside[4] = {0.9, 0.0, 0.0, 0.9};
   const double zero[3] = {0.0, 0.0, 0.0};
   double mean[3];
@@ -196,34 +196,38 @@ void more_regions_than_fit(void **) {
     term.gate.upper = {0.1 * i + 0.05};
     all[0].terms.push_back(term);
   }
-  const Correction made = rim::diagnose::correction_section(all, layout, 1u << RIM_KIND_STEP);
+  const Correction made = rim::diagnose::correction_section(all, layout, 1u << RIM_KIND_SHIFT);
   assert_int_equal(made.terms, 8);
   assert_int_equal(made.left_out.size(), 2);
   assert_true(rim::diagnose::correction_section({}, layout, 1u).section.empty());
 }
 
-// A trained image with a correction of its one-step model is an image, with names and all.
+// A trained image with a correction of what the commands let it expect: what the run's own effects
+// allow is not said, what they do not is a wrong model.
 void a_trained_image_takes_it(void **) {
   std::vector<rim::Log> logs;
   for (std::uint64_t seed = 1; seed <= 12; ++seed)
     logs.push_back(toy_log(seed));
   const auto image = rim::make_image(rim::train(logs, rim::TrainOptions{}).plan);
   const rim::Layout layout = rim::layout_of(logs[0]);
-  const std::vector<Extension> all = {{"x.toml", {bias("position_a_m", 1.0, "m")}}};
-  const std::vector<Extension> small = {{"x.toml", {bias("speed_mps", 0.02, "m/s")}}}; // 1 sd
-  const Correction step = rim::diagnose::correction_section(small, layout, 1u << RIM_KIND_STEP);
-  const Correction level = rim::diagnose::correction_section(all, layout, 1u << RIM_KIND_SHIFT);
+  const auto corrected = [&](const char *channel, double size, const char *unit) {
+    const std::vector<Extension> all = {{"x.toml", {bias(channel, size, unit)}}};
+    return rim::diagnose::with_correction(
+        image, rim::diagnose::correction_section(all, layout, 1u << RIM_KIND_SHIFT).section, "toy");
+  };
   const rim::Log healthy = toy_log(55);
   assert_int_equal(raised(image, healthy), 0);
-  // An offset of every step leaves the scatter about the block's mean as it was.
-  assert_int_equal(raised(rim::diagnose::with_correction(image, step.section, "toy"), healthy), 0);
-  // A wrong correction of the level model is a wrong model.
-  const auto wrong = rim::diagnose::with_correction(image, level.section, "toy");
-  rim::Replayer replayer(wrong, "toy");
+  assert_int_equal(raised(corrected("speed_mps", 1e-4, "m/s"), healthy), 0);
+  rim::Replayer replayer(corrected("speed_mps", 1.0, "m/s"), "toy");
   const rim::ReplayedLog result = replayer.replay(healthy, {});
   assert_int_equal(result.raised, 1);
-  assert_int_equal(result.first.channel[0], 0);
-  assert_true(result.last.shift[0] < -0.1); // less than 1: a block counts for at most 8 sd
+  assert_int_equal(result.first.channel[0], 2);
+  print_message("DBG shift %g sd %g kind %d since %g\n",result.last.shift[0],result.last.shift_sd[0],result.last.kind,result.last.since_s);
+  assert_true(std::abs(result.last.shift[0] + 1.0) < 0.2); // what was added in the wrong
+  // And a fault of that size is mended by the same correction.
+  rim::Log fast = healthy;
+  fast.values.col(3).array() += 1.0;
+  assert_true(raised(image, fast) > 0);
 }
 
 void what_does_not_fit_is_refused(void **) {

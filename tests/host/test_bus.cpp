@@ -89,15 +89,22 @@ void sentences_say_what_where_when_and_how_sure(void **) {
   assert_sentence(a, "over: radar altitude reads 0.500 m low everywhere, since t = 310 s (1 "
                      "observation): at most 1 healthy run in 51 shows as much");
   a.state = RIM_ALARM_UPDATED;
-  a.kind = RIM_KIND_INCREMENT;
+  a.kind = RIM_KIND_GAIN;
   a.p_value = 0.9;
-  assert_sentence(a, "radar altitude changes 0.500 m less from block to block than predicted "
-                     "everywhere, since t = 310 s (1 observation): many healthy runs show as much");
+  a.shift[0] = -0.08;
+  a.shift_sd[0] = 0.01;
+  assert_sentence(a, "radar altitude reads 8.00 % low (standard error 1.00 %) everywhere, since t = "
+                     "310 s (1 observation): many healthy runs show as much");
+  a.kind = RIM_KIND_DRIFT;
+  a.shift[0] = 2.5;
+  a.shift_sd[0] = 0.0;
+  assert_sentence(a, "radar altitude drifts and by now reads 2.50 m high everywhere, since t = 310 s "
+                     "(1 observation): many healthy runs show as much");
   a.kind = RIM_KIND_REPEAT;
   a.shift[0] = 0.35;
   assert_sentence(a,
-                  "radar altitude repeats its last reading, or reads 0, in 35.0 % more of the "
-                  "rows than it should everywhere, since t = 310 s (1 observation): many healthy "
+                  "radar altitude repeats its last reading in 35.0 % more of the rows than it "
+                  "should everywhere, since t = 310 s (1 observation): many healthy "
                   "runs show as much");
   a.kind = RIM_KIND_VARIANCE;
   a.shift[0] = 9.0;

@@ -1,5 +1,6 @@
-// Simulations that predict measured logs: exact on motion that obeys them, silent where they should
-// be, and one step twice is two steps.
+// Simulations and images that predict measured logs: exact on motion that obeys them, silent where
+// they should be, and one step twice is two steps.
+#include "made_vehicle.hpp"
 #include "replay/replay.hpp"
 #include "temporary.hpp"
 #include "toy_log.hpp"
@@ -448,38 +449,46 @@ std::string image_file(const std::vector<std::uint8_t> &bytes, const char *name)
   return path;
 }
 
-void an_image_predicts_the_next_row(void **) {
+// Block by block, what the commands alone let the sensors read.
+void an_image_predicts_blocks_from_the_commands(void **) {
   std::vector<Log> logs;
   for (std::uint64_t seed = 1; seed <= 12; ++seed)
-    logs.push_back(toy_log(seed));
-  const std::string path =
-      image_file(rim::make_image(rim::train(logs, rim::TrainOptions{}).plan), "toy.rim");
-  const auto image = rim::world::make_image_predictor(path);
-  assert_true(std::fabs(image->step_s() - 0.05) < 1e-9);
-  const Log fresh = toy_log(40);
+    logs.push_back(made_vehicle(seed));
+  const rim::FlightPlan plan = rim::train(logs, rim::TrainOptions{}).plan;
+  const auto image = rim::world::make_image_predictor(image_file(rim::make_image(plan), "made.rim"));
+  const double block_s = 0.1 * plan.block_rows;
+  assert_true(std::fabs(image->step_s() - block_s) < 1e-9);
+  const Log fresh = made_vehicle(40);
   const Log predicted = image->predict(fresh);
-  assert_int_equal(predicted.t_s.size(), fresh.t_s.size() - 1);
-  for (const char *name : {"position_a_m", "position_b_m", "speed_mps"}) {
+  // Models may need the first readings: two blocks.
+  assert_int_equal(predicted.t_s.size(), fresh.t_s.size() / plan.block_rows - 1);
+  for (const char *name : {"lag_m", "product_m", "state_m"}) {
     const double in_sd = rms_of(predicted, name, true);
-    assert_true(in_sd > 0.8 && in_sd < 1.25);
+    print_message("image: %s residual %.2f sd\n", name, in_sd);
+    // sd is that of the noise from block to block; what a run keeps of its own comes on top.
+    assert_true(in_sd > 0.7 && in_sd < 2.5);
   }
-  assert_true(at(predicted, 10, "z.speed_mps") == at(fresh, 11, "s.speed_mps"));
-  // Carried with what was measured, the next row is the next row.
-  Log now = predicted, next = predicted;
-  const Eigen::Index rows = predicted.values.rows() - 1;
-  now.values = predicted.values.topRows(rows);
-  next.values = predicted.values.bottomRows(rows);
-  const Log measured = next;
-  rim::Matrix outcome(rows, 3);
-  const std::vector<int> outcomes = rim::role_columns(predicted, rim::Role::outcome);
-  for (Eigen::Index o = 0; o < 3; ++o)
-    outcome.col(o) = now.values.col(outcomes[static_cast<std::size_t>(o)]);
-  assert_true(image->advance(now, outcome, &next));
-  assert_true((next.values - measured.values).cwiseAbs().maxCoeff() < 1e-12);
-  assert_true(has(refusal([&] { image->predict(without_column(fresh, "u.push")); }),
-                  "toy40: column 'u.push' is missing"));
-  const Log sparse = without_rows(fresh, [](double t) { return std::lround(t / 0.05) % 2 == 1; });
-  assert_true(has(refusal([&] { image->predict(sparse); }), "no two rows"));
+  double mean = 0.0;
+  const std::size_t last = 2 * plan.block_rows; // rows of the first block that is predicted
+  for (std::size_t r = plan.block_rows; r < last; ++r)
+    mean += at(fresh, r, "s.lag_m") / plan.block_rows;
+  assert_true(std::fabs(at(predicted, 0, "z.lag_m") - mean) < 1e-12);
+  assert_true(std::fabs(predicted.t_s[0] - fresh.t_s[last - 1]) < 1e-12);
+  // The sensors do not enter: without their deviation the prediction is the same.
+  Log off = fresh;
+  off.values.col(rim::find_column(off, "s.lag_m")).tail(1200).array() += 0.3;
+  const Log other = image->predict(off);
+  const std::size_t late = predicted.t_s.size() - 1;
+  assert_true(at(other, late, "m.lag_m") == at(predicted, late, "m.lag_m"));
+  assert_true(std::fabs(at(other, late, "z.lag_m") - at(predicted, late, "z.lag_m") - 0.3) < 1e-9);
+  // What was predicted for later does not depend on the outcomes: nothing is carried.
+  Log next = predicted;
+  assert_false(image->advance(predicted, rim::Matrix::Zero(predicted.values.rows(), 5), &next));
+  assert_true(next.values == predicted.values);
+  assert_true(has(refusal([&] { image->predict(without_column(fresh, "u.a")); }),
+                  "made40: column 'u.a' is missing"));
+  const Log sparse = without_rows(fresh, [](double t) { return std::lround(t / 0.1) % 2 == 1; });
+  assert_true(has(refusal([&] { image->predict(sparse); }), "made40: no 10 rows"));
 }
 
 void images_without_a_model_are_refused(void **) {
@@ -489,7 +498,7 @@ void images_without_a_model_are_refused(void **) {
   const std::string path =
       image_file(rim::external_image(logs, 40, rim::CalibrationOptions{}).image, "own.rim");
   assert_true(
-      has(refusal([&] { rim::world::make_image_predictor(path); }), "no model of the next row"));
+      has(refusal([&] { rim::world::make_image_predictor(path); }), "no model of the outcomes"));
   assert_true(has(refusal([] { rim::world::make_image_predictor("/nowhere.rim"); }), "nowhere"));
 }
 
@@ -513,7 +522,7 @@ int main() {
       cmocka_unit_test(what_hits_a_landing_shows),
       cmocka_unit_test(a_carried_landing_goes_on),
       cmocka_unit_test(bad_landings_are_refused),
-      cmocka_unit_test(an_image_predicts_the_next_row),
+      cmocka_unit_test(an_image_predicts_blocks_from_the_commands),
       cmocka_unit_test(images_without_a_model_are_refused),
   };
   return cmocka_run_group_tests(tests, nullptr, nullptr);

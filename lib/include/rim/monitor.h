@@ -167,7 +167,7 @@ typedef struct rim_monitor rim_monitor;
 /* Bytes for rows and blocks. filters: inputs times time constants of section BASIS, 0 without. */
 #define RIM_MONITOR_ROWS_SIZE(features, outcomes, filters, terms)                                  \
   (512u + 8u * (4u * (size_t)(features) + 13u * (size_t)(outcomes) + 2u * (size_t)(filters) +      \
-                (size_t)(terms) + 64u + 8u * (size_t)(outcomes)))
+                (size_t)(terms) + 64u + 12u * (size_t)(outcomes)))
 /* Bytes for a monitor of an image without section NOISE, a constant expression. */
 #define RIM_MONITOR_SIZE(features, outcomes, region_features, ring, bins, grid, pairs)             \
   (RIM_MONITOR_HEADER_BYTES + RIM_MONITOR_ROWS_SIZE(features, outcomes, 0, 0) +                    \
@@ -180,7 +180,7 @@ typedef struct rim_monitor rim_monitor;
    RIM_MONITOR_SEARCH_HEADER + RIM_MONITOR_KINDS * (size_t)(outcomes) *                            \
        (4u * (size_t)(fields) * ((fields) + 3u) + 72u + (region_features)) +                       \
    (size_t)(ring) * (4u * (5u + (fields)) + RIM_MONITOR_KINDS * 2u * (size_t)(outcomes) +          \
-                     (region_features) + (means) + 2u * (size_t)(outcomes)) + 128u)
+                     (region_features) + (means) + 3u * (size_t)(outcomes)) + 128u)
 #define RIM_MONITOR_SEARCH_HEADER 4096u
 
 /* To be added for an image that watches motion interference. */

@@ -138,49 +138,120 @@ void rim_behaviour_predict(const rim_behaviour *view, const double *term, const 
   }
 }
 
+static size_t agreement_stride(size_t outcomes, size_t means) {
+  return AGREEMENT_FIRST + outcomes * (2u + means);
+}
+
+static bool agreement_rows_fit(const rim_agreement *a) {
+  const size_t stride = agreement_stride(a->outcomes, a->means);
+  for (size_t o = 0; o < a->outcomes; ++o) {
+    const uint8_t *row = a->row + 4u * o * stride;
+    const float source = rim_image_f32(row, 0), integrand = rim_image_f32(row, 2);
+    if (!(source >= 0.0f && source <= 2.0f) ||
+        !(integrand >= -1.0f && integrand < (float)a->outcomes))
+      return false;
+  }
+  return true;
+}
+
 rim_status rim_agreement_open(rim_agreement *view, const uint8_t *section, size_t bytes,
                               uint32_t outcomes, uint32_t means) {
   if (bytes < 4u * SHORT_HEADER_WORDS)
     return RIM_E_TRUNCATED;
-  if (rim_image_u32(section, 0) != 1u)
+  if (rim_image_u32(section, 0) != 2u)
     return RIM_E_VERSION;
   if (rim_image_u32(section, 1) != outcomes || rim_image_u32(section, 2) != means)
     return RIM_E_RANGE;
-  const size_t numbers = (size_t)outcomes * (3u + (size_t)outcomes * (2u + (size_t)means));
+  const size_t numbers = (size_t)outcomes * (2u + agreement_stride(outcomes, means));
   if (bytes != 4u * (SHORT_HEADER_WORDS + numbers))
     return RIM_E_TRUNCATED;
   const uint8_t *data = section + 4u * SHORT_HEADER_WORDS;
-  if (!finite_numbers(data, outcomes, true) || !finite_numbers(data, numbers, false))
+  const rim_agreement a = {outcomes, means, data, data + 4u * outcomes, data + 8u * outcomes};
+  if (!finite_numbers(a.inverse_sd, outcomes, true) ||
+      !finite_numbers(a.level_inverse_sd, outcomes, true) || !finite_numbers(data, numbers, false))
     return RIM_E_DATA;
-  *view = (rim_agreement){outcomes, means, data, data + 4u * outcomes};
+  if (!agreement_rows_fit(&a))
+    return RIM_E_RANGE;
+  *view = a;
   return RIM_OK;
 }
 
-void rim_agreement_evaluate(const rim_agreement *view, const double *residual, const double *mean,
-                            const double *measured, const double *level, double *before,
-                            double *remains) {
-  const size_t o_count = view->outcomes;
-  const size_t stride = 2u + o_count * (2u + view->means);
-  for (size_t o = 0; o < o_count; ++o) {
-    const uint8_t *row = view->row + 4u * o * stride;
-    if (level != NULL && rim_image_f32(row, 0) > 0.5f) {
-      remains[o] = measured[o] - level[o];
+/* The arrays of the state. */
+enum { BEFORE_RESIDUAL = 0, BEFORE_LEVEL = 1, BEFORE_OUTCOME = 2, SUM = 3 };
+
+static double level_of(const rim_agreement *a, const agreement_block *block, size_t j) {
+  return block->measured[j] * (double)rim_image_f32(a->level_inverse_sd, j);
+}
+
+static double clipped_residual(const rim_agreement *a, const agreement_block *block, size_t j) {
+  return rim_clamp(block->residual[j] * (double)rim_image_f32(a->inverse_sd, j), -AGREEMENT_CLIP,
+                   AGREEMENT_CLIP);
+}
+
+static double from_residuals(const rim_agreement *a, const agreement_block *block,
+                             const uint8_t *row, size_t o, const double *before) {
+  const size_t count = a->outcomes;
+  double sum = (double)rim_image_f32(row, 1);
+  for (size_t j = 0; j < count; ++j) {
+    if (j == o)
       continue;
-    }
-    double sum = (double)rim_image_f32(row, 1);
-    for (size_t j = 0; j < o_count; ++j) {
-      if (j == o)
-        continue;
-      const double now = rim_clamp(residual[j] * (double)rim_image_f32(view->inverse_sd, j),
-                                   -AGREEMENT_CLIP, AGREEMENT_CLIP);
-      double weight = (double)rim_image_f32(row, 2u + j);
-      for (size_t m = 0; m < view->means; ++m)
-        weight += (double)rim_image_f32(row, 2u + (2u + m) * o_count + j) * mean[m];
-      sum += weight * now + (double)rim_image_f32(row, 2u + o_count + j) * before[j];
-    }
-    remains[o] = residual[o] - sum / (double)rim_image_f32(view->inverse_sd, o);
+    double weight = (double)rim_image_f32(row, AGREEMENT_FIRST + j);
+    for (size_t m = 0; m < a->means; ++m)
+      weight +=
+          (double)rim_image_f32(row, AGREEMENT_FIRST + (2u + m) * count + j) * block->mean[m];
+    sum += weight * clipped_residual(a, block, j) +
+           (double)rim_image_f32(row, AGREEMENT_FIRST + count + j) * before[j];
   }
-  for (size_t j = 0; j < o_count; ++j)
-    before[j] = rim_clamp(residual[j] * (double)rim_image_f32(view->inverse_sd, j), -AGREEMENT_CLIP,
-                          AGREEMENT_CLIP);
+  return block->residual[o] - sum / (double)rim_image_f32(a->inverse_sd, o);
+}
+
+static double from_integral(const rim_agreement *a, const agreement_block *block,
+                            const uint8_t *row, size_t o, const double *state) {
+  const size_t count = a->outcomes;
+  const double *level = state + BEFORE_LEVEL * count;
+  const double sum = state[SUM * count + o];
+  if (!block->follows)
+    return sum;
+  double change = (double)rim_image_f32(row, 1);
+  for (size_t j = 0; j < count; ++j) {
+    if (j == o)
+      continue;
+    change += (double)rim_image_f32(row, AGREEMENT_FIRST + j) * level_of(a, block, j) +
+              (double)rim_image_f32(row, AGREEMENT_FIRST + count + j) * level[j];
+  }
+  return AGREEMENT_KEEPS * sum + block->measured[o] - state[BEFORE_OUTCOME * count + o] - change;
+}
+
+void rim_agreement_evaluate(const rim_agreement *a, const agreement_block *block, double *state,
+                            double *remains) {
+  const size_t count = a->outcomes, stride = agreement_stride(count, a->means);
+  for (size_t o = 0; o < count; ++o) {
+    const uint8_t *row = a->row + 4u * o * stride;
+    const uint32_t source = (uint32_t)rim_image_f32(row, 0);
+    if (source == AGREEMENT_LEVEL && block->level != NULL)
+      remains[o] = block->measured[o] - block->level[o];
+    else if (source == AGREEMENT_INTEGRAL)
+      remains[o] = from_integral(a, block, row, o, state);
+    else
+      remains[o] = from_residuals(a, block, row, o, state + BEFORE_RESIDUAL * count);
+  }
+  for (size_t j = 0; j < count; ++j) {
+    const uint8_t *row = a->row + 4u * j * stride;
+    state[BEFORE_RESIDUAL * count + j] = clipped_residual(a, block, j);
+    state[BEFORE_LEVEL * count + j] = level_of(a, block, j);
+    state[BEFORE_OUTCOME * count + j] = block->measured[j];
+    if ((uint32_t)rim_image_f32(row, 0) == AGREEMENT_INTEGRAL)
+      state[SUM * count + j] = remains[j];
+  }
+}
+
+bool rim_agreement_integrand(const rim_agreement *a, uint32_t outcome, uint32_t *integrand,
+                             double *gain) {
+  const uint8_t *row = a->row + 4u * outcome * agreement_stride(a->outcomes, a->means);
+  const float j = rim_image_f32(row, 2);
+  if ((uint32_t)rim_image_f32(row, 0) != AGREEMENT_INTEGRAL || !(j >= 0.0f))
+    return false;
+  *integrand = (uint32_t)j;
+  *gain = (double)rim_image_f32(row, 3);
+  return rim_abs(*gain) > 0.0;
 }

@@ -17,6 +17,7 @@
 #ifndef RIM_SRC_BASIS_H
 #define RIM_SRC_BASIS_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -74,27 +75,56 @@ rim_status rim_behaviour_open(rim_behaviour *view, const uint8_t *section, size_
 void rim_behaviour_predict(const rim_behaviour *view, const double *term, const double *first,
                            double *predicted);
 
-/* Section AGREEMENT: what remains of one outcome from what remains of the others.
- *   u32 layout (1), outcomes O, means M, 0
+/* Section AGREEMENT: what remains of one outcome from what the others say.
+ *   u32 layout (2), outcomes O, means M, 0
  *   f32 inverse_sd[O]     of the behaviour residuals
- *   f32 row[O][2 + O (2 + M)]: source (0: the weights that follow; 1: the outcome's prediction by
- *     section LEVEL), intercept, weights of the residuals of the same block, of the block before,
- *     and of the same block times mean 0, 1, ... Residuals enter in standard deviations, clipped at
- *     AGREEMENT_CLIP; the sum is in the outcome's own standard deviations. */
+ *   f32 level_inverse_sd[O]   of the outcomes themselves
+ *   f32 row[O][AGREEMENT_FIRST + O (2 + M)]: source (agreement_source), intercept, integrand,
+ *     gain, weights
+ * RESIDUALS: weights of the others' residuals of the same block, of the block before, and of the
+ *   same block times mean 0, 1, ... Residuals enter in standard deviations, clipped at
+ *   AGREEMENT_CLIP; the sum is in the outcome's own standard deviations.
+ * LEVEL: the outcome less its prediction by section LEVEL; no weights.
+ * INTEGRAL: an outcome that integrates others (position, attitude, charge): its change since the
+ *   block before less what the others' values of both blocks, in standard
+ *   deviations, say of it, summed over
+ *   the run. integrand: the outcome that it mostly integrates, or -1; gain: change of this outcome
+ *   per block and unit of the integrand. */
 #define AGREEMENT_CLIP 4.0
+#define AGREEMENT_FIRST 4u
+#define AGREEMENT_KEEPS 0.9995 /* of the sum per block: it must stay bounded in a long flight */
+
+typedef enum agreement_source {
+  AGREEMENT_RESIDUALS = 0,
+  AGREEMENT_LEVEL = 1,
+  AGREEMENT_INTEGRAL = 2
+} agreement_source;
+
 typedef struct rim_agreement {
   uint32_t outcomes, means;
-  const uint8_t *inverse_sd, *row;
+  const uint8_t *inverse_sd, *level_inverse_sd, *row;
 } rim_agreement;
 
 rim_status rim_agreement_open(rim_agreement *view, const uint8_t *section, size_t bytes,
                               uint32_t outcomes, uint32_t means);
 
-/* remains[O], in the outcomes' units: residual[o] less what the others' residuals say of it, or,
- * where the outcome's source is LEVEL, measured[o] - level[o]. before[O]: clipped residuals of the
- * block before, replaced by those of this block. mean[M]: standardised. level may be NULL. */
-void rim_agreement_evaluate(const rim_agreement *view, const double *residual, const double *mean,
-                            const double *measured, const double *level, double *before,
+/* One block; arrays of [outcomes], in the outcomes' units, mean[means] standardised. */
+typedef struct agreement_block {
+  const double *residual, *mean, *measured;
+  const double *level; /* NULL: there is no section LEVEL */
+  bool follows;        /* the block before is its neighbour in time */
+} agreement_block;
+
+/* Doubles per outcome that are kept from block to block; all 0 before the first. */
+#define AGREEMENT_STATE 4u
+
+/* remains[O], in the outcomes' units. Cost O(O^2 (2 + M)). */
+void rim_agreement_evaluate(const rim_agreement *view, const agreement_block *block, double *state,
                             double *remains);
+
+/* Where outcome o's source is INTEGRAL and one integrand dominates: that outcome, and the gain.
+ * False otherwise. */
+bool rim_agreement_integrand(const rim_agreement *view, uint32_t outcome, uint32_t *integrand,
+                             double *gain);
 
 #endif

@@ -11,6 +11,7 @@
 #include "rim/nominal.h"
 
 #define MONITOR_UPDATE_RATIO 0.25 /* ln anom grown by a quarter is worth another record */
+#define MONITOR_NEXT_BLOCK 0.25 /* of a block that its start may be off and still follow the last */
 #define MONITOR_NO_OUTCOME 0xffffu
 
 /* Views into the image; what is absent is all zero. */
@@ -37,13 +38,13 @@ struct rim_monitor {
   rim_select *select;        /* not trained, else NULL */
   interference_watch *watch; /* NULL: the image has none */
   double *unit;              /* not trained: [region features] in unit coordinates */
-  double *predicted, *residual, *level, *before; /* trained: [2 O], [4 O], [2 O], [O] */
+  double *predicted, *residual, *level, *agreement_state; /* trained: [2 O] [4 O] [2 O] [4 O] */
   uint8_t *place;            /* trained: [region features] */
   rim_alarm_life life;
   search_hypothesis explained; /* of the newest record */
   uint16_t explained_channel;
   bool has_explained;
-  double run_start_s, first_block_s, last_block_s, last_valid_s, out_value, out_t_s;
+  double run_start_s, block_start_s, first_block_s, last_block_s, last_valid_s, out_value, out_t_s;
   uint32_t steps, refused;
   uint16_t channel_count, out_feature;
   bool has_place;

@@ -232,7 +232,7 @@ static rim_status make_layout(const monitor_plan *p, layout *l) {
   l->rows = RIM_MONITOR_HEADER_BYTES;
   l->rows_bytes = blocks_size(&p->rows);
   l->numbers = l->rows + l->rows_bytes;
-  l->place = l->numbers + 8u * (p->is_trained ? 9u * outcomes : features + outcomes);
+  l->place = l->numbers + 8u * (p->is_trained ? (8u + AGREEMENT_STATE) * outcomes : features + outcomes);
   l->search = RIM_MONITOR_ROUND8(l->place + features);
   l->watch = RIM_MONITOR_ROUND8(l->search + l->search_bytes);
   l->total = p->has_watch ? l->watch + RIM_MONITOR_INTERFERENCE_BYTES : l->search + l->search_bytes;
@@ -282,7 +282,7 @@ static void connect(rim_monitor *m, monitor_plan *p, const layout *l) {
   m->predicted = numbers;
   m->residual = numbers + 2u * outcomes;
   m->level = numbers + 6u * outcomes;
-  m->before = numbers + 8u * outcomes;
+  m->agreement_state = numbers + 8u * outcomes;
   m->place = base + l->place;
   m->rows = (blocks *)(void *)(base + l->rows);
   m->search = p->is_trained ? (rim_search *)(void *)(base + l->search) : NULL;
@@ -374,7 +374,7 @@ void monitor_forget_regions(rim_monitor *m) {
   blocks_reset(m->rows);
   if (m->is_trained) {
     search_reset(m->search);
-    memset(m->before, 0, 8u * (size_t)m->words[RIM_CONFIG_OUTCOMES]);
+    memset(m->agreement_state, 0, 8u * AGREEMENT_STATE * (size_t)m->words[RIM_CONFIG_OUTCOMES]);
   } else {
     rim_select_reset(m->select);
   }

@@ -60,8 +60,18 @@ static void agree(rim_monitor *m) {
       rim_nominal_predict(&m->models.level, blocks_context(m->rows), m->level, m->level + outcomes,
                           NULL) == RIM_OK)
     level = m->level;
-  rim_agreement_evaluate(&m->models.agreement, m->residual, blocks_means(m->rows),
-                         blocks_outcomes(m->rows), level, m->before,
+  const double start_s = blocks_start_s(m->rows);
+  const double block_s = 1e-6 * (double)m->words[RIM_CONFIG_PERIOD_US] *
+                         (double)m->words[RIM_CONFIG_BLOCK_ROWS];
+  const agreement_block block = {.residual = m->residual,
+                                 .mean = blocks_means(m->rows),
+                                 .measured = blocks_outcomes(m->rows),
+                                 .level = level,
+                                 .follows = m->has_place &&
+                                            rim_abs(start_s - m->block_start_s - block_s) <
+                                                MONITOR_NEXT_BLOCK * block_s};
+  m->block_start_s = start_s;
+  rim_agreement_evaluate(&m->models.agreement, &block, m->agreement_state,
                          m->residual + RIM_CHANNEL_AGREEMENT * outcomes);
 }
 

@@ -6,6 +6,7 @@
 #include "search_private.h"
 
 #define COMPLEXITY 0.05 /* share of its score that each further part of a description must add */
+#define PLAINER 0.1     /* share of a score that a drift or gain must add to a shift's */
 #define REFINEMENTS 4u  /* rounds of edges and onset */
 
 static size_t round8(size_t n) { return (n + 7u) & ~(size_t)7u; }
@@ -44,7 +45,7 @@ static size_t lay_out(search_layout *at, const search_config *c) {
   at->predicted = (uint32_t)bytes;
   bytes += round8(ring * c->outcomes);
   at->weight = (uint32_t)bytes;
-  bytes += round8(ring * c->outcomes);
+  bytes += round8(2u * ring * c->outcomes);
   at->score = (uint32_t)bytes;
   bytes += round8((size_t)c->channels * c->features);
   return bytes;
@@ -116,8 +117,9 @@ static int8_t to_byte(double x) {
 static void store_channel(rim_search *s, uint32_t slot, const search_block *b, uint32_t channel) {
   const noise_channel c = rim_noise_channel(s->config.noise, channel);
   double w = 1.0;
-  if (channel < s->config.outcomes) {
-    const double p = (double)search_predictions(s, slot)[channel] * SEARCH_BYTE_STEP;
+  if (channel < search_weighted(s)) {
+    const double p =
+        (double)search_predictions(s, slot)[channel % s->config.outcomes] * SEARCH_BYTE_STEP;
     const double ln = rim_log(rim_noise_weight(&c, p, b->change));
     search_weights(s, slot)[channel] = (int8_t)rim_floor(ln / SEARCH_WEIGHT_STEP + 0.5);
     w = search_weight(s, channel, slot);
@@ -348,10 +350,28 @@ static double parts(const search_hypothesis *h) {
   return level[h->family];
 }
 
+bool search_evaluate_channel(rim_search *s, uint32_t channel, search_hypothesis *h) {
+  search_refresh(s, channel);
+  search_evaluate(s, h);
+  return h->score > SEARCH_NONE;
+}
+
+/* A drift or a gain is claimed where it explains clearly more than a constant shift does. */
+static search_hypothesis plain_time(const rim_search *s, const search_hypothesis *time) {
+  search_hypothesis since;
+  forget(&since);
+  if (time->family != SEARCH_RAMP && time->family != SEARCH_GAIN)
+    return *time;
+  since.family = SEARCH_SINCE;
+  const search_mask mask = search_mask_of(s, &since, -1);
+  search_scan_onset(s, &mask, &since, NULL);
+  return (double)since.score > (1.0 - PLAINER) * (double)time->score ? since : *time;
+}
+
 void search_explain(rim_search *s, uint32_t channel, search_hypothesis *out, double *onset_sd) {
   search_refresh(s, channel);
   const channel_state *state = search_state(s, channel);
-  search_hypothesis best = state->time;
+  search_hypothesis best = plain_time(s, &state->time);
   search_hypothesis h = state->region;
   for (uint32_t round = 0; round < REFINEMENTS && h.score > SEARCH_NONE; ++round) {
     if (round == 0)

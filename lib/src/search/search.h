@@ -99,6 +99,9 @@ const search_hypothesis *search_best(const rim_search *search, uint32_t channel)
  * deviation of the onset in blocks. */
 void search_explain(rim_search *search, uint32_t channel, search_hypothesis *out, double *onset_sd);
 
+/* Judges a hypothesis in a channel, exactly. False where the data say nothing of it. O(ring). */
+bool search_evaluate_channel(rim_search *search, uint32_t channel, search_hypothesis *h);
+
 /* Whether a block with these region bytes, number `block` of the run, is inside. */
 bool search_inside(const rim_search *search, const search_hypothesis *h, const uint8_t *feature,
                    uint32_t block);

@@ -5,7 +5,7 @@
 #include "rim/image.h"
 #include "search.h"
 
-#define SEARCH_Z_STEP (1.0 / 512.0) /* of a residual in the ring: int16 covers +-64 */
+#define SEARCH_Z_STEP (1.0 / 64.0) /* of a residual in the ring: int16 covers +-500 */
 #define SEARCH_BYTE_STEP (1.0 / 31.0) /* of a standardised mean or prediction: int8 covers +-4 */
 #define SEARCH_WEIGHT_STEP 0.01     /* of ln w: int8 covers +-1.27 */
 #define SEARCH_NONE (-1e30f)
@@ -77,8 +77,13 @@ static inline int8_t *search_predictions(const rim_search *s, uint32_t slot) {
 static inline int16_t *search_residuals(const rim_search *s, uint32_t slot) {
   return (int16_t *)search_at(s, s->at.z) + (size_t)slot * s->config.channels;
 }
+/* Channels whose scale depends on the context: behaviour and agreement. */
+static inline uint32_t search_weighted(const rim_search *s) {
+  const uint32_t both = 2u * (uint32_t)s->config.outcomes;
+  return both < s->config.channels ? both : s->config.channels;
+}
 static inline int8_t *search_weights(const rim_search *s, uint32_t slot) {
-  return (int8_t *)search_at(s, s->at.weight) + (size_t)slot * s->config.outcomes;
+  return (int8_t *)search_at(s, s->at.weight) + (size_t)slot * search_weighted(s);
 }
 static inline channel_state *search_state(const rim_search *s, uint32_t channel) {
   return (channel_state *)search_at(s, s->at.state) + channel;

@@ -1,0 +1,95 @@
+// Residuals of a known make, as the noise models and the search get them: no rows, no models.
+#pragma once
+
+#include <cmath>
+#include <vector>
+
+#include <Eigen/Cholesky>
+
+#include "rim/rng.h"
+#include "train/calibrate.hpp"
+
+struct MadeNoise {
+  std::size_t outcomes = 1, means = 0;
+  Eigen::Index blocks = 240;
+  double offset_sd = 0.0; // of the run
+  double gain_sd = 0.0;   // of the run, times the standardised prediction
+  double rho = 0.0, s = 1.0;
+  double ln_sigma = 0.0; // per standardised prediction
+};
+
+// One run: every outcome has its channel of kind BEHAVIOUR; with all_kinds the other three kinds
+// follow, alike and independent.
+struct MadeRun {
+  rim::BlockRun blocks;
+  rim::Matrix predicted, residual;
+  std::vector<double> offset; // per channel
+  rim::SearchRun seen() const { return {&blocks, &predicted, &residual}; }
+};
+
+inline MadeRun made_noise(std::uint64_t seed, const MadeNoise &made, bool all_kinds = false) {
+  rim_rng rng;
+  rim_rng_seed(&rng, seed, 92);
+  const auto o = static_cast<Eigen::Index>(made.outcomes);
+  const Eigen::Index n = made.blocks, channels = all_kinds ? 4 * o : o;
+  MadeRun run;
+  run.blocks.context.resize(n, 2 + o);
+  run.blocks.outcome = rim::Matrix::Zero(n, o);
+  run.blocks.means.resize(n, static_cast<Eigen::Index>(made.means));
+  run.blocks.change = Eigen::VectorXd::Zero(n);
+  run.blocks.time_s.resize(n);
+  run.predicted.resize(n, o);
+  run.residual.resize(n, channels);
+  double wander = rim_rng_normal(&rng), other = rim_rng_normal(&rng);
+  for (Eigen::Index b = 0; b < n; ++b) {
+    wander = 0.9 * wander + std::sqrt(1.0 - 0.81) * rim_rng_normal(&rng);
+    other = 0.8 * other + 0.6 * rim_rng_normal(&rng);
+    run.blocks.time_s[b] = static_cast<double>(b) + 0.5;
+    for (Eigen::Index k = 0; k < o; ++k)
+      run.predicted(b, k) = k % 2 == 0 ? wander : other;
+    run.blocks.context.row(b).head(2) << wander, other;
+    run.blocks.context.row(b).tail(o) = run.predicted.row(b);
+    for (Eigen::Index m = 0; m < run.blocks.means.cols(); ++m)
+      run.blocks.means(b, m) = rim_rng_normal(&rng);
+  }
+  for (Eigen::Index c = 0; c < channels; ++c) {
+    const double offset = made.offset_sd * rim_rng_normal(&rng);
+    const double gain = made.gain_sd * rim_rng_normal(&rng);
+    double a = made.s / std::sqrt(1.0 - made.rho * made.rho) * rim_rng_normal(&rng);
+    for (Eigen::Index b = 0; b < n; ++b) {
+      const double p = run.predicted(b, c % o);
+      run.residual(b, c) = offset + gain * p + std::exp(made.ln_sigma * p) * a;
+      a = made.rho * a + made.s * rim_rng_normal(&rng);
+    }
+    run.offset.push_back(offset);
+  }
+  return run;
+}
+
+inline std::vector<MadeRun> made_noises(std::uint64_t first, std::size_t count,
+                                        const MadeNoise &made, bool all_kinds = false) {
+  std::vector<MadeRun> runs;
+  for (std::size_t i = 0; i < count; ++i)
+    runs.push_back(made_noise(first + i, made, all_kinds));
+  return runs;
+}
+
+// Inputs of the noise models that are standardised already.
+inline rim::Basis made_basis(const MadeNoise &made) {
+  rim::Basis basis;
+  basis.means.assign(made.means, 0);
+  basis.mean_center.assign(made.means, 0.0);
+  basis.mean_inverse_sd.assign(made.means, 1.0);
+  return basis;
+}
+
+inline rim::NoiseModel fit_made(const MadeNoise &made, const std::vector<MadeRun> &runs) {
+  std::vector<rim::BlockRun> blocks;
+  std::vector<rim::Matrix> predicted, residual;
+  for (const MadeRun &run : runs) {
+    blocks.push_back(run.blocks);
+    predicted.push_back(run.predicted);
+    residual.push_back(run.residual);
+  }
+  return rim::fit_noise(made_basis(made), blocks, predicted, residual);
+}

@@ -1,0 +1,260 @@
+// Behaviour models: a vehicle whose constants are known is learnt to its noise, what obeys nothing is
+// said to, and what training computes is what flies, bit for bit.
+#include "made_vehicle.hpp"
+#include "train/behaviour.hpp"
+#include "train/trainer.hpp"
+#include "util/error.hpp"
+
+#include <cmath>
+#include <cstdarg>
+#include <cstddef>
+#include <cstdint>
+#include <setjmp.h>
+extern "C" {
+#include <cmocka.h>
+#define _Static_assert static_assert
+#include "../../lib/src/monitor/monitor_private.h"
+}
+
+namespace {
+
+constexpr std::uint64_t kSeed = 4000; // of the first run everywhere here
+constexpr std::size_t kLag = 0, kProduct = 1, kState = 2, kNothing = 4, kOutcomes = 5;
+
+struct Learnt {
+  rim::Layout layout;
+  rim::Basis basis;
+  rim::BlockOptions options;
+  std::vector<rim::BlockRun> runs;
+  rim::Behaviour behaviour;
+};
+
+constexpr std::uint32_t kBlockRows = 10;
+
+// The steps of train() up to the behaviour models.
+Learnt learn(const std::vector<rim::Log> &logs) {
+  Learnt l;
+  l.layout = rim::layout_of(logs.front());
+  l.basis = rim::make_basis(l.layout, logs, static_cast<double>(logs.front().t_s.size()));
+  l.options.block_rows = kBlockRows;
+  l.options.period_s = rim::median_period_s(logs);
+  l.options.low.assign(l.layout.features(), -100.0F);
+  l.options.high.assign(l.layout.features(), 100.0F);
+  for (const rim::Log &log : logs)
+    l.runs.push_back(rim::block_run(log, l.layout, l.basis, l.options));
+  l.behaviour = rim::fit_behaviour(&l.basis, l.runs, l.layout.outcomes());
+  return l;
+}
+
+// Terms as flight clips them.
+rim::Matrix standard_terms(const rim::Basis &basis, const rim::BlockRun &run) {
+  rim::Matrix x = run.terms;
+  for (Eigen::Index i = 0; i < x.cols(); ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    for (Eigen::Index b = 0; b < x.rows(); ++b)
+      x(b, i) = std::min(BASIS_CLIP, std::max(-BASIS_CLIP, (x(b, i) - basis.center[k]) *
+                                                               basis.inverse_sd[k]));
+  }
+  return x;
+}
+
+const Learnt &plain() {
+  static const Learnt learnt = learn(made_vehicles(kSeed, 12));
+  return learnt;
+}
+
+void known_constants_are_learnt_to_the_noise(void **) {
+  const double noise = MadeVehicle{}.noise / std::sqrt(static_cast<double>(kBlockRows));
+  for (const std::size_t o : {kLag, kProduct, kState}) {
+    const rim::TargetModel &m = plain().behaviour.targets[o];
+    print_message("outcome %zu: R2 %.4f, error %.2f of the noise of a block\n", o, m.r2,
+                  m.error / noise);
+    assert_true(m.error > 0.9 * noise); // no less than can be known
+    // Where the run's first readings are used, their own noise comes in.
+    assert_true(m.error < (o == kState ? 2.2 : 1.4) * noise);
+    assert_true(m.r2 > 0.99);
+  }
+}
+
+// Only the run's first readings say where s.state began; where all runs begin alike it needs none.
+void the_models_that_are_needed_are_chosen(void **) {
+  assert_true(plain().behaviour.targets[kState].initial);
+  assert_false(plain().behaviour.targets[kLag].initial);
+  MadeVehicle same;
+  same.start_spread = 0.0;
+  const Learnt always = learn(made_vehicles(kSeed, 12, same));
+  assert_true(always.behaviour.targets[kState].r2 > 0.99);
+}
+
+// The error is that of runs left out: what obeys nothing is not explained, however many terms.
+void held_out_errors_are_honest(void **) {
+  for (const std::size_t runs : {3u, 12u}) {
+    const Learnt few = runs == 12 ? plain() : learn(made_vehicles(kSeed + 50, runs));
+    const rim::TargetModel &m = few.behaviour.targets[kNothing];
+    print_message("%zu runs: R2 of what obeys nothing %.4f\n", runs, m.r2);
+    assert_true(std::fabs(m.r2) < 0.03);
+    double squares = 0.0, n = 0.0;
+    for (const rim::Matrix &e : few.behaviour.residual) {
+      squares += e.col(kNothing).squaredNorm();
+      n += static_cast<double>(e.rows());
+    }
+    assert_true(std::fabs(std::sqrt(squares / n) - m.error) < 1e-9 * m.error);
+  }
+}
+
+// rms error of an outcome in fresh runs, by the weights that fly.
+double fresh_error(const Learnt &l, std::size_t outcome, const std::vector<rim::Log> &logs) {
+  const rim::TargetModel &m = l.behaviour.targets[outcome];
+  const auto o = static_cast<Eigen::Index>(outcome);
+  double squares = 0.0, n = 0.0;
+  for (const rim::Log &log : logs) {
+    const rim::BlockRun run = rim::block_run(log, l.layout, l.basis, l.options);
+    const double start = m.intercept + (m.initial ? run.first[o] : 0.0);
+    const Eigen::VectorXd p = standard_terms(l.basis, run) * m.weight;
+    squares += (run.outcome.col(o).array() - p.array() - start).square().sum();
+    n += static_cast<double>(run.blocks());
+  }
+  return std::sqrt(squares / n);
+}
+
+void fresh_runs_are_predicted_as_well_as_runs_left_out(void **) {
+  const std::vector<rim::Log> fresh = made_vehicles(kSeed + 80, 12);
+  for (const std::size_t o : {kLag, kProduct, kState}) {
+    const double error = fresh_error(plain(), o, fresh), said = plain().behaviour.targets[o].error;
+    print_message("outcome %zu: fresh error %.2f of the one said\n", o, error / said);
+    assert_true(error < 1.3 * said && error > 0.75 * said);
+  }
+}
+
+void a_run_is_predicted_without_itself(void **) {
+  std::vector<rim::Log> logs = made_vehicles(kSeed, 12);
+  const Eigen::Index rows = logs[4].values.rows(), half = rows / 2;
+  logs[4].values.col(2).tail(half).array() += 0.5; // s.lag of run 4 alone
+  const Learnt l = learn(logs);
+  const Eigen::Index late = l.runs[4].blocks() / 2 - 2;
+  const double own = l.behaviour.residual[4].col(kLag).tail(late).mean();
+  print_message("an offset of 0.5 in one run of 12 leaves %.3f of itself\n", own / 0.5);
+  assert_true(own > 0.9 * 0.5); // in a fit with the run itself a twelfth would be gone
+}
+
+void three_runs_are_needed(void **) {
+  Learnt l = plain();
+  l.runs.resize(2);
+  bool refused = false;
+  try {
+    (void)rim::fit_behaviour(&l.basis, l.runs, kOutcomes);
+  } catch (const rim::DataError &) {
+    refused = true;
+  }
+  assert_true(refused);
+}
+
+// ---- training and flight ----
+
+void same_row(const rim::Matrix &trained, Eigen::Index block, const double *flown) {
+  for (Eigen::Index i = 0; i < trained.cols(); ++i)
+    assert_true(trained(block, i) == flown[i]);
+}
+
+// Raw terms come to training through a division, so that they are the same up to their last bits.
+void near_row(const rim::Matrix &trained, Eigen::Index block, const double *flown, double within) {
+  for (Eigen::Index i = 0; i < trained.cols(); ++i)
+    assert_true(std::fabs(trained(block, i) - flown[i]) <= within);
+}
+
+// A training log through the monitor: the blocks that training saw, bit for bit, and the residuals
+// that the image's weights give on them.
+void training_and_flight_see_the_same(void **) {
+  MadeVehicle made;
+  made.gaps = true;
+  const std::vector<rim::Log> logs = made_vehicles(kSeed + 200, 6, made);
+  const rim::FlightPlan plan = rim::train(logs, rim::TrainOptions{}).plan;
+  rim::Monitor monitor(rim::make_image(plan), "made");
+  const rim_monitor *m = monitor.get();
+  const rim::BlockOptions options{plan.block_rows, plan.period_s, plan.low, plan.high};
+  std::size_t blocks_seen = 0, gaps = 0;
+  double largest = 0.0;
+  for (const rim::Log &log : logs) {
+    rim_monitor_reset(monitor.get());
+    const rim::BlockRun run = rim::block_run(log, plan.layout, plan.basis, options);
+    const rim::Matrix terms = standard_terms(plan.basis, run);
+    const rim::Matrix means = rim::standard_means(plan.basis, run);
+    Eigen::Index b = 0;
+    for (std::size_t t = 0; t < log.t_s.size(); ++t) {
+      rim_observation row = {};
+      row.t_s = log.t_s[t];
+      row.context = log.values.row(static_cast<Eigen::Index>(t)).data();
+      rim_verdict verdict;
+      assert_int_equal(rim_monitor_step(monitor.get(), &row, &verdict), RIM_OK);
+      if (verdict.blocks == static_cast<std::uint32_t>(b))
+        continue;
+      assert_true(b < run.blocks());
+      same_row(run.context, b, blocks_context(m->rows));
+      same_row(run.outcome, b, blocks_outcomes(m->rows));
+      same_row(run.scatter, b, blocks_scatter(m->rows));
+      same_row(run.repeats, b, blocks_repeats(m->rows));
+      same_row(run.repeats, b, m->residual + RIM_CHANNEL_REPEAT * kOutcomes);
+      assert_true(run.change[b] == blocks_change(m->rows));
+      assert_true(run.time_s[b] == blocks_since_start_s(m->rows));
+      near_row(terms, b, blocks_terms(m->rows), 1e-9);
+      near_row(means, b, blocks_means(m->rows), 1e-9);
+      for (std::size_t o = 0; o < kOutcomes; ++o) {
+        const double p = run.outcome(b, static_cast<Eigen::Index>(o)) - m->residual[o];
+        assert_true(std::fabs(p - m->predicted[o]) <= 1e-12 * (1.0 + std::fabs(p)));
+        largest = std::max(largest, std::fabs(p));
+      }
+      ++b;
+    }
+    assert_true(b == run.blocks());
+    blocks_seen += static_cast<std::size_t>(b);
+    gaps += rim_monitor_get_health(m).rows.gaps;
+  }
+  print_message("%zu blocks, %zu gaps, largest prediction %.3g\n", blocks_seen, gaps, largest);
+  assert_true(blocks_seen > 800 && gaps > 60 && largest > 0.5);
+}
+
+// The image's weights are those of fit_behaviour: one computation in Eigen, one on board.
+void training_and_flight_predict_the_same(void **) {
+  Learnt l = plain();
+  rim::shrink_basis(&l.basis, &l.behaviour);
+  const std::vector<std::uint8_t> basis = rim::basis_section(l.basis);
+  const std::vector<std::uint8_t> models = rim::behaviour_section(l.basis, l.behaviour);
+  rim_basis view;
+  assert_int_equal(rim_basis_open(&view, basis.data(), basis.size(),
+                                  static_cast<std::uint32_t>(l.layout.features()), kOutcomes),
+                   RIM_OK);
+  rim_behaviour flight;
+  assert_int_equal(rim_behaviour_open(&flight, models.data(), models.size(), view.terms, kOutcomes),
+                   RIM_OK);
+  const rim::BlockRun run =
+      rim::block_run(made_vehicle(kSeed + 300), l.layout, l.basis, l.options);
+  const rim::Matrix terms = standard_terms(l.basis, run);
+  double predicted[2 * kOutcomes];
+  for (Eigen::Index b = 0; b < run.blocks(); ++b) {
+    rim_behaviour_predict(&flight, terms.row(b).data(), run.first.data(), predicted);
+    for (std::size_t t = 0; t < 2 * kOutcomes; ++t) {
+      const rim::TargetModel &model = l.behaviour.targets[t];
+      const double start = model.initial ? run.first[static_cast<Eigen::Index>(t)] : 0.0;
+      const double own = start + model.intercept + terms.row(b).dot(model.weight.transpose());
+      assert_true(std::fabs(predicted[t] - own) <= 1e-9 * (1.0 + std::fabs(own)));
+    }
+  }
+  assert_true(run.blocks() > 200);
+}
+
+} // namespace
+
+int main() {
+  print_message("seed %llu\n", static_cast<unsigned long long>(kSeed));
+  const CMUnitTest tests[] = {
+      cmocka_unit_test(known_constants_are_learnt_to_the_noise),
+      cmocka_unit_test(the_models_that_are_needed_are_chosen),
+      cmocka_unit_test(held_out_errors_are_honest),
+      cmocka_unit_test(fresh_runs_are_predicted_as_well_as_runs_left_out),
+      cmocka_unit_test(a_run_is_predicted_without_itself),
+      cmocka_unit_test(three_runs_are_needed),
+      cmocka_unit_test(training_and_flight_see_the_same),
+      cmocka_unit_test(training_and_flight_predict_the_same),
+  };
+  return cmocka_run_group_tests(tests, nullptr, nullptr);
+}

@@ -1,0 +1,173 @@
+// Noise models: what is known to be in the healthy residuals is found within stated tolerances, what
+// is not there is not, and no fault hides in the effects of a run.
+#include "made_noise.hpp"
+
+#include <cstdarg>
+#include <cstddef>
+#include <cstdint>
+#include <setjmp.h>
+extern "C" {
+#include <cmocka.h>
+#include "../../lib/src/image/noise.h"
+}
+
+namespace {
+
+constexpr std::uint64_t kSeed = 5000; // of the first run everywhere here
+constexpr std::size_t kRuns = 60;
+
+bool near(double found, double truth, double share) {
+  if (std::fabs(found - truth) <= share * std::fabs(truth))
+    return true;
+  print_message("%.4g where %.4g is true, beyond %.0f %%\n", found, truth, 100.0 * share);
+  return false;
+}
+
+rim::ChannelNoise fit_one(const MadeNoise &made, std::size_t runs = kRuns) {
+  return fit_made(made, made_noises(kSeed, runs, made)).channels.front();
+}
+
+void white_noise_is_white(void **) {
+  MadeNoise made;
+  made.s = 0.2;
+  const rim::ChannelNoise c = fit_one(made);
+  assert_true(near(c.s, 0.2, 0.03)); // 14400 blocks know it to 0.6 %
+  assert_true(c.rho < 0.03);
+  for (const double ln_sigma : c.ln_sigma)
+    assert_true(std::fabs(ln_sigma) < 0.03);
+  assert_true(c.effect_sd < 0.15 * 0.2); // the mean of a run alone varies by 1 / sqrt(240)
+}
+
+void autocorrelation_is_found(void **) {
+  for (const double rho : {0.3, 0.6, 0.9}) {
+    MadeNoise made;
+    made.rho = rho;
+    made.s = 0.2;
+    const rim::ChannelNoise c = fit_one(made);
+    print_message("rho %.2f: found %.3f, s %.4f\n", rho, c.rho, c.s);
+    assert_true(std::fabs(c.rho - rho) < 0.04);
+    assert_true(near(c.s, 0.2, 0.04));
+  }
+}
+
+// Raw fields of a run as training and flight make them.
+Eigen::MatrixXd raw_fields(const rim::NoiseModel &noise, const rim::ChannelNoise &c,
+                           const MadeRun &run) {
+  Eigen::MatrixXd raw(run.residual.rows(), 4 + run.blocks.means.cols());
+  raw.col(0).setOnes();
+  raw.col(1) = ((run.predicted.col(0).array() - c.p_center) / c.p_scale).max(-4.0).min(4.0);
+  raw.col(2) = (run.blocks.time_s.array() / noise.run_s).min(1.5);
+  raw.col(3) = (-(run.blocks.time_s.array() / noise.decay_s)).exp();
+  raw.rightCols(run.blocks.means.cols()) = run.blocks.means;
+  return raw;
+}
+
+// The spread of 60 draws is known to 9 %; the model raises its square by 3 / 60 besides.
+void effects_of_a_run_are_found(void **) {
+  MadeNoise made;
+  made.offset_sd = 0.5;
+  made.rho = 0.5;
+  made.s = 0.2;
+  const std::vector<MadeRun> runs = made_noises(kSeed, kRuns, made);
+  double squares = 0.0;
+  for (const MadeRun &run : runs)
+    squares += run.offset[0] * run.offset[0] / static_cast<double>(kRuns);
+  const rim::NoiseModel noise = fit_made(made, runs);
+  const rim::ChannelNoise &c = noise.channels.front();
+  print_message("offsets: %.3f drawn, %.3f found\n", std::sqrt(squares), c.effect_sd);
+  assert_true(near(c.effect_sd, std::sqrt(squares), 0.12));
+  assert_true(near(c.s, 0.2, 0.05));
+  assert_true(std::fabs(c.rho - 0.5) < 0.04);
+  // The strongest field hardly changes in the run.
+  const Eigen::VectorXd first = raw_fields(noise, c, runs[0]) * c.combination.row(0).transpose();
+  assert_true((first.array() - first.mean()).abs().mean() < 0.15 * std::fabs(first.mean()));
+  MadeNoise gains = made;
+  gains.offset_sd = 0.0;
+  gains.gain_sd = 0.3;
+  const rim::ChannelNoise g = fit_one(gains);
+  assert_true(near(g.effect_sd, 0.3, 0.3));
+  assert_true(std::fabs(g.combination(0, 1)) > 4.0 * std::fabs(g.combination(0, 0)));
+}
+
+void a_scale_that_depends_on_the_context_is_found(void **) {
+  MadeNoise made;
+  made.s = 0.2;
+  made.ln_sigma = 0.4;
+  const rim::ChannelNoise c = fit_one(made);
+  print_message("ln sigma per sd of the prediction: %.3f\n", c.ln_sigma[0]);
+  assert_true(near(c.ln_sigma[0], 0.4, 0.12)); // a ridge draws it towards 0
+  assert_true(std::fabs(c.ln_sigma[1]) < 0.04);
+}
+
+// What part of a shape's evidence is left when the effects of a run are integrated out: of white
+// noise, m'(I + BB')^-1 m / m'm.
+double left_of(const Eigen::VectorXd &shape, const Eigen::MatrixXd &fields) {
+  const Eigen::Index n = shape.size();
+  const Eigen::MatrixXd v = Eigen::MatrixXd::Identity(n, n) + fields * fields.transpose();
+  return shape.dot(v.llt().solve(shape)) / shape.squaredNorm();
+}
+
+// More raw fields than runs: what few runs happen to do must not become effects in which a fault
+// of a fresh run disappears.
+void more_effects_than_runs_do_not_swallow_a_fault(void **) {
+  for (const std::size_t count : {4u, 6u, 10u}) {
+    MadeNoise made;
+    made.means = 8; // 12 raw fields
+    const std::vector<MadeRun> runs = made_noises(kSeed + 300, count, made);
+    const rim::NoiseModel noise = fit_made(made, runs);
+    const rim::ChannelNoise &c = noise.channels.front();
+    assert_true(c.combination.rows() <= static_cast<Eigen::Index>(NOISE_MAX_FIELDS));
+    const MadeRun fresh = made_noise(kSeed + 400, made);
+    const Eigen::MatrixXd fields = raw_fields(noise, c, fresh) * c.combination.transpose();
+    Eigen::VectorXd late = Eigen::VectorXd::Zero(240), place = late;
+    late.tail(80).setOnes();
+    for (Eigen::Index b = 0; b < 240; ++b)
+      place[b] = fresh.predicted(b, 0) > 0.8 ? 1.0 : 0.0;
+    const double a = left_of(late, fields), b = left_of(place, fields);
+    print_message("%zu runs: %.2f of a late shift is left, %.2f of one in a place\n", count, a, b);
+    assert_true(a > 0.4 && b > 0.6);
+    assert_true(near(c.s, 1.0, 0.1));
+  }
+}
+
+// What training writes is what flight reads.
+void the_section_says_the_same(void **) {
+  MadeNoise made;
+  made.outcomes = 2;
+  made.means = 3;
+  made.offset_sd = 0.4;
+  made.rho = 0.3;
+  const rim::NoiseModel noise = fit_made(made, made_noises(kSeed, 20, made));
+  const std::vector<std::uint8_t> section = rim::noise_section(noise);
+  rim_noise view;
+  assert_int_equal(rim_noise_open(&view, section.data(), section.size(), 2, 3), RIM_OK);
+  assert_int_not_equal(rim_noise_open(&view, section.data(), section.size(), 2, 4), RIM_OK);
+  assert_int_equal(rim_noise_open(&view, section.data(), section.size(), 2, 3), RIM_OK);
+  for (std::uint32_t i = 0; i < 2; ++i) {
+    const noise_channel c = rim_noise_channel(&view, i);
+    const rim::ChannelNoise &own = noise.channels[i];
+    assert_int_equal(c.fields, own.combination.rows());
+    assert_true(c.rho == static_cast<float>(own.rho) && c.s == static_cast<float>(own.s));
+    assert_true(c.p_scale == static_cast<float>(own.p_scale));
+    for (int k = 0; k < 3; ++k)
+      assert_true(c.ln_sigma[k] == static_cast<float>(own.ln_sigma[k]));
+    const double weight = rim_noise_weight(&c, 1.5, 0.0);
+    const double ln = own.ln_sigma[0] * 1.5 + own.ln_sigma[1] * (1.5 * 1.5 - 1.0);
+    assert_true(std::fabs(weight - std::exp(-ln)) < 1e-6);
+  }
+}
+
+} // namespace
+
+int main() {
+  print_message("seed %llu\n", static_cast<unsigned long long>(kSeed));
+  const CMUnitTest tests[] = {
+      cmocka_unit_test(white_noise_is_white),
+      cmocka_unit_test(autocorrelation_is_found),
+      cmocka_unit_test(effects_of_a_run_are_found),
+      cmocka_unit_test(a_scale_that_depends_on_the_context_is_found),
+      cmocka_unit_test(more_effects_than_runs_do_not_swallow_a_fault),
+      cmocka_unit_test(the_section_says_the_same),
+  };
+  return cmocka_run_group_tests(tests, nullptr, nullptr);
+}
