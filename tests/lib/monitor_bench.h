@@ -174,12 +174,12 @@ static void put_behaviour(bytes *b) {
 }
 
 static void put_agreement(bytes *b) {
-  const uint32_t header[4] = {1, O, MEANS, 0};
+  const uint32_t header[4] = {2, O, MEANS, 0};
   for (size_t i = 0; i < 4; ++i)
     u32(b, header[i]);
-  for (size_t i = 0; i < O; ++i)
-    f32(b, 20.0);
-  for (size_t i = 0; i < O * (2 + O * (2 + MEANS)); ++i)
+  for (size_t i = 0; i < 2 * O; ++i)
+    f32(b, i < O ? 20.0 : 1.0);
+  for (size_t i = 0; i < O * (4 + O * (2 + MEANS)); ++i)
     f32(b, 0.0);
 }
 
@@ -188,7 +188,7 @@ static void put_noise(bytes *b) {
   const uint32_t header[4] = {1, CHANNELS, RAW, FIELDS};
   for (size_t i = 0; i < 4; ++i)
     u32(b, header[i]);
-  const double times[4] = {300.0, 20.0, 0.0, 0.0};
+  const double times[4] = {300.0, 20.0, 2000.0, 0.0};
   for (size_t i = 0; i < 4; ++i)
     f32(b, times[i]);
   for (size_t c = 0; c < CHANNELS; ++c) {

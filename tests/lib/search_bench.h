@@ -1,8 +1,8 @@
 /* Of test_search.c: a channel's noise as a section, blocks with a planted deviation, and what
  * generalised least squares says of a shape, computed with whole matrices.
  *
- * Predictions and means are whole multiples of the step in which the ring keeps them, and so is
- * ln sigma: only the residuals are rounded, to 1/512 of a standard deviation. */
+ * Predictions, means, ln sigma and residuals are whole multiples of the step in which the ring keeps
+ * them. */
 #ifndef SEARCH_BENCH_H
 #define SEARCH_BENCH_H
 
@@ -21,6 +21,7 @@ enum { RAW = 4 + MEANS, FIELDS = 3, RING = 48, MOST_BLOCKS = 160, TURN = 16 };
 #define BLOCK_S 0.5
 #define RUN_S 40.0
 #define DECAY_S 5.0
+#define TREND_S 30.0
 
 /* What a channel's noise is like, and the blocks of a run. */
 typedef struct world {
@@ -41,13 +42,19 @@ static inline double scale(const world *w, uint32_t i) { return rim_exp(w->ln_si
 
 static inline void fields_of(const world *w, uint32_t i, double *field) {
   const double t_s = BLOCK_S * (double)i;
-  const double raw[RAW] = {1.0, w->p[i], fmin(t_s / RUN_S, 1.5), rim_exp(-t_s / DECAY_S),
-                           w->mean[i][0]};
+  const double trend = (1.0 - rim_exp(-t_s / TREND_S)) * TREND_S / RUN_S;
+  const double raw[RAW] = {1.0, w->p[i], trend, rim_exp(-t_s / DECAY_S), w->mean[i][0]};
   for (uint32_t k = 0; k < w->fields; ++k) {
     field[k] = 0.0;
     for (uint32_t j = 0; j < RAW; ++j)
       field[k] += w->combination[k][j] * raw[j];
   }
+}
+
+/* The residual as the ring keeps it. */
+static inline double residual_of(const world *w, uint32_t i) {
+  const double unit = w->s * scale(w, i) * SEARCH_Z_STEP;
+  return floor(w->r[i] / unit + 0.5) * unit;
 }
 
 /* Draws a run of the world's own noise: offsets along the fields, and autocorrelated noise. */
@@ -108,7 +115,7 @@ static inline void put_noise(bytes *b, const world *w) {
   const uint32_t header[4] = {1, CHANNELS, RAW, FIELDS};
   for (size_t i = 0; i < 4; ++i)
     u32(b, header[i]);
-  const double times[4] = {RUN_S, DECAY_S, 0.0, 0.0};
+  const double times[4] = {RUN_S, DECAY_S, TREND_S, 0.0};
   for (size_t i = 0; i < 4; ++i)
     f32(b, times[i]);
   for (size_t c = 0; c < CHANNELS; ++c) {
@@ -151,7 +158,7 @@ static inline void start(bench *b, const world *w, uint16_t ring) {
 
 static inline search_block block_of(const world *w, uint32_t i, double *outcome, double *residual) {
   for (size_t c = 0; c < CHANNELS; ++c)
-    residual[c] = c == 0 ? w->r[i] : 0.0;
+    residual[c] = c == 0 ? residual_of(w, i) : 0.0;
   for (size_t o = 0; o < OUTCOMES; ++o)
     outcome[o] = predicted(w, i);
   return (search_block){.t_s = BLOCK_S * (double)i,
@@ -225,7 +232,7 @@ static inline gls dense(const world *w, const double *shape) {
       v[i][j] = w->s * w->s * sum;
     }
     x[i][0] = shape[i];
-    x[i][1] = w->r[i];
+    x[i][1] = residual_of(w, i);
   }
   solve(n, v, x);
   double a = 0.0, d = 0.0;
