@@ -134,16 +134,16 @@ void doubts_are_said(void **) {
     t *= 1.8;
   const std::string rate = said(slow);
   assert_true(has(rate, "STALE: rows come at 11.11 Hz, the model wants 20 Hz"));
-  assert_true(rate.find("healthy") == std::string::npos);
+  assert_true(rate.find("healthy: nothing") == std::string::npos);
   rim::Log far = toy_log(55);
   far.values(77, 3) = 1e300;
   const std::string range = said(far);
   assert_true(has(range, "OUT OF RANGE: speed is 1e+300 m/s at t = 3.85 s"));
   assert_true(has(range, "column s.speed_mps; 1 rows out of range"));
-  assert_true(range.find("healthy") == std::string::npos);
+  assert_true(range.find("healthy: nothing") == std::string::npos);
   const std::string brief = said(toy_log(55, 12));
   assert_true(has(brief, "too few to say anything"));
-  assert_true(brief.find("healthy") == std::string::npos);
+  assert_true(brief.find("healthy: nothing") == std::string::npos);
   assert_true(has(said(toy_log(55)), "healthy: nothing found in 600 rows (30 s)"));
 }
 
