@@ -1,5 +1,7 @@
 # tests/lib/test_X.c tests lib/src/X.c; tests/host/test_*.cpp test the host tools;
-# tests/cli/*.sh run the commands end to end.
+# tests/cli/*.sh run the commands end to end. Sources of one concept share a test: FILE=TEST.
+SHARED_TESTS := search/statistic=search search/scan=search monitor/open=monitor monitor/step=monitor \
+  monitor/describe=monitor
 
 TEST_LIB_SRC := $(sort $(wildcard tests/lib/test_*.c))
 TEST_HOST_SRC := $(sort $(wildcard tests/host/test_*.cpp))
@@ -13,6 +15,7 @@ TEST_CFLAGS = -std=c11 $(OPT) -ffp-contract=off $(WARNINGS) $(SANITIZER_FLAGS) -
 .PHONY: test-run test-build test-missing
 test-missing:
 	@fail=0; for s in $(LIB_SRC); do m=$$(basename $$s .c); \
+	  for t in $(SHARED_TESTS); do [ $$s != lib/src/$${t%=*}.c ] || m=$${t#*=}; done; \
 	  [ -f tests/lib/test_$$m.c ] || { echo "$$s has no tests/lib/test_$$m.c" >&2; fail=1; }; \
 	done; exit $$fail
 

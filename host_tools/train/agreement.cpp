@@ -18,6 +18,10 @@ namespace {
 
 constexpr std::size_t kFolds = 6;
 const double kRidges[] = {10.0, 100.0, 1e3, 1e4};
+// A relation of physics holds outside of what was trained too, if it is not shrunk.
+const double kIntegralRidges[] = {1e-6};
+constexpr std::size_t kIntegrands = 3;   // at most, each of which must lower the squared error
+constexpr double kIntegrandWins = 0.05; // by this part
 constexpr double kMustWin = 0.8; // of the variance: a further source must be better by as much
 
 // Regressors of all outcomes in one run: residuals of this block, of the block before, and of this
@@ -105,10 +109,12 @@ struct Fit {
   double squares = 0.0, own = 0.0;
 };
 
-Fit best_fit(const Regression &r, const std::vector<Eigen::Index> &columns, Eigen::Index y) {
+template <std::size_t n>
+Fit best_fit(const Regression &r, const std::vector<Eigen::Index> &columns, Eigen::Index y,
+             const double (&ridges)[n]) {
   Fit best;
   best.squares = 1e300;
-  for (const double ridge : kRidges) {
+  for (const double ridge : ridges) {
     Fit fit;
     for (std::size_t f = 0; f < kFolds; ++f) {
       fit.weight.push_back(solve(r.folds[f], columns, y, ridge));
@@ -136,37 +142,35 @@ void learn_levels(Agreement *a, const std::vector<BlockRun> &runs, Eigen::Index 
     for (const BlockRun &run : runs)
       squares += (run.outcome.col(j).array() - mean).square().sum();
     const double sd = std::sqrt(squares / std::max(n, 1.0));
-    a->level_center.push_back(static_cast<double>(static_cast<float>(mean)));
     a->level_inverse_sd.push_back(
         static_cast<double>(static_cast<float>(1.0 / std::max(sd, 1e-9 * (1.0 + std::abs(mean))))));
   }
 }
 
-// Standardised values of all outcomes, of this block and the one before.
+// Values of all outcomes in standard deviations, of this block and the one before.
 Matrix levels(const Agreement &a, const BlockRun &run) {
   const Eigen::Index n = run.blocks(), o = run.outcome.cols();
   Matrix x = Matrix::Zero(n, 2 * o);
   for (Eigen::Index j = 0; j < o; ++j)
-    x.col(j) = (run.outcome.col(j).array() - a.level_center[static_cast<std::size_t>(j)]) *
-               a.level_inverse_sd[static_cast<std::size_t>(j)];
+    x.col(j) = run.outcome.col(j) * a.level_inverse_sd[static_cast<std::size_t>(j)];
   if (n > 1)
     x.block(1, o, n - 1, o) = x.topLeftCorner(n - 1, o);
   return x;
 }
 
-// Changes of the outcomes from levels: rows whose block follows the one before, a constant last.
+// Changes of the outcomes from the sums of two blocks' levels, which is the trapezium rule: rows whose
+// block follows the one before.
 Regression integral_regression(const Agreement &a, const std::vector<BlockRun> &runs) {
   Regression r;
   for (const BlockRun &run : runs) {
     const Matrix x = levels(a, run);
     const Eigen::Index o = run.outcome.cols();
-    Matrix rows(run.blocks(), 2 * o + 1), y(run.blocks(), o);
+    Matrix rows(run.blocks(), o), y(run.blocks(), o);
     Eigen::Index n = 0;
     for (Eigen::Index i = 1; i < run.blocks(); ++i) {
       if (!run.follows[static_cast<std::size_t>(i)])
         continue;
-      rows.row(n).head(2 * o) = x.row(i);
-      rows(n, 2 * o) = 1.0;
+      rows.row(n) = x.row(i).head(o) + x.row(i).tail(o);
       y.row(n++) = run.outcome.row(i) - run.outcome.row(i - 1);
     }
     r.x.push_back(rows.topRows(n));
@@ -187,18 +191,20 @@ Eigen::VectorXd integral_remains(const Agreement &a, const BlockRun &run, Eigen:
     sum[i] = before;
     if (!run.follows[static_cast<std::size_t>(i)])
       continue;
-    const double change = x.row(i).dot(weight.head(2 * o)) + weight[2 * o];
+    const double change = (x.row(i).head(o) + x.row(i).tail(o)).dot(weight);
     sum[i] = AGREEMENT_KEEPS * before + run.outcome(i, outcome) - run.outcome(i - 1, outcome) - change;
   }
   return sum;
 }
 
 // Variance of the estimate of a constant offset over half a run, for AR(1) noise as the series has
-// it, the run's own mean taken off: what a channel is worth.
+// it, the run's own mean and trend (effects of the run) taken off: what a channel is worth.
 double offset_variance(const std::vector<Eigen::VectorXd> &series) {
   double power = 0.0, lag = 0.0, n = 0.0;
   for (const Eigen::VectorXd &s : series) {
-    const Eigen::ArrayXd e = s.array() - s.mean();
+    const Eigen::ArrayXd t = Eigen::ArrayXd::LinSpaced(s.size(), -1.0, 1.0);
+    Eigen::ArrayXd e = s.array() - s.mean();
+    e -= t * ((e * t).sum() / t.square().sum());
     power += e.square().sum();
     lag += (e.tail(e.size() - 1) * e.head(e.size() - 1)).sum();
     n += static_cast<double>(e.size());
@@ -209,13 +215,45 @@ double offset_variance(const std::vector<Eigen::VectorXd> &series) {
   return variance / (1.0 + half * (1.0 - rho) * (1.0 - rho));
 }
 
-// The outcome that this one mostly integrates: the largest effect of both its values.
+// The few others that explain an outcome's change: more would explain noise by noise.
+std::vector<Eigen::Index> choose_integrands(const Regression &r, Eigen::Index outcome) {
+  const Sums &all = r.folds[kFolds];
+  double own = 0.0;
+  for (const Matrix &y : r.y)
+    own += y.col(outcome).squaredNorm();
+  std::vector<Eigen::Index> chosen;
+  double left = own;
+  while (chosen.size() < kIntegrands) {
+    double least = left;
+    Eigen::Index best = -1;
+    for (Eigen::Index j = 0; j < all.gram.rows(); ++j) {
+      if (j == outcome || std::find(chosen.begin(), chosen.end(), j) != chosen.end())
+        continue;
+      std::vector<Eigen::Index> with = chosen;
+      with.push_back(j);
+      const Eigen::VectorXd w = solve(all, with, outcome, kIntegralRidges[0]);
+      const double squares =
+          own - 2.0 * w.dot(all.cross.col(outcome)) + w.dot(all.gram * w);
+      if (squares < least) {
+        least = squares;
+        best = j;
+      }
+    }
+    if (best < 0 || least > (1.0 - kIntegrandWins) * left)
+      break;
+    left = least;
+    chosen.push_back(best);
+  }
+  return chosen;
+}
+
+// The outcome that this one mostly integrates: the largest effect.
 void name_integrand(Agreement *a, Eigen::Index outcome, const Eigen::VectorXd &weight) {
   const Eigen::Index o = a->row.rows();
   double most = 0.0, all = 0.0;
   Eigen::Index best = -1;
   for (Eigen::Index j = 0; j < o; ++j) {
-    const double effect = std::abs(weight[j] + weight[o + j]);
+    const double effect = std::abs(weight[j]);
     all += effect * effect;
     if (effect > most) {
       most = effect;
@@ -226,8 +264,7 @@ void name_integrand(Agreement *a, Eigen::Index outcome, const Eigen::VectorXd &w
     best = -1;
   a->row(outcome, 2) = static_cast<double>(best);
   if (best >= 0)
-    a->row(outcome, 3) = (weight[best] + weight[o + best]) *
-                         a->level_inverse_sd[static_cast<std::size_t>(best)];
+    a->row(outcome, 3) = 2.0 * weight[best] * a->level_inverse_sd[static_cast<std::size_t>(best)];
 }
 
 } // namespace
@@ -278,7 +315,7 @@ Agreement fit_agreement(const Basis &basis, const std::vector<BlockRun> &runs,
     const std::vector<Eigen::Index> columns = columns_without(o, j, total);
     double best = 1e300;
     if (o > 1) {
-      const Fit fit = best_fit(linear, columns, j);
+      const Fit fit = best_fit(linear, columns, j, kRidges);
       a.error[outcome] = std::sqrt(fit.squares / std::max(fit.own, 1e-300));
       a.row.row(j).tail(total) = fit.weight[kFolds].transpose();
       for (std::size_t r = 0; r < n; ++r)
@@ -302,17 +339,18 @@ Agreement fit_agreement(const Basis &basis, const std::vector<BlockRun> &runs,
       }
     }
     if (o > 1 && may_integrate) {
-      std::vector<Eigen::Index> others = columns_without(o, j, 2 * o);
-      others.push_back(2 * o);
-      const Fit fit = best_fit(integral, others, j);
+      const std::vector<Eigen::Index> others = choose_integrands(integral, j);
+      if (others.empty())
+        return;
+      const Fit fit = best_fit(integral, others, j, kIntegralRidges);
       for (std::size_t r = 0; r < n; ++r)
         remains[r] = integral_remains(a, runs[r], j, fit.weight[r % kFolds]);
       if (offset_variance(remains) < kMustWin * best) {
         take(AGREEMENT_INTEGRAL, remains);
         const Eigen::VectorXd &w = fit.weight[kFolds];
-        a.row(j, 1) = w[2 * o];
         a.row.row(j).tail(total).setZero();
-        a.row.row(j).segment(AGREEMENT_FIRST, 2 * o) = w.head(2 * o).transpose();
+        a.row.row(j).segment(AGREEMENT_FIRST, o) = w.transpose();
+        a.row.row(j).segment(AGREEMENT_FIRST + o, o) = w.transpose();
         name_integrand(&a, j, w);
       }
     }
@@ -326,7 +364,7 @@ std::vector<std::uint8_t> agreement_section(const Agreement &a, std::size_t mean
   bytes.u32(static_cast<std::uint32_t>(a.inverse_sd.size()));
   bytes.u32(static_cast<std::uint32_t>(means));
   bytes.u32(0);
-  for (const auto *numbers : {&a.inverse_sd, &a.level_center, &a.level_inverse_sd}) {
+  for (const auto *numbers : {&a.inverse_sd, &a.level_inverse_sd}) {
     for (const double v : *numbers)
       bytes.f32(static_cast<float>(v));
   }

@@ -38,7 +38,7 @@ std::vector<std::uint8_t> behaviour_section(const Basis &basis, const Behaviour 
 
 // What remains of one outcome from what remains of the others (lib/src/image/basis.h).
 struct Agreement {
-  std::vector<double> inverse_sd, level_center, level_inverse_sd;
+  std::vector<double> inverse_sd, level_inverse_sd;
   Matrix row;                // outcomes x (AGREEMENT_FIRST + outcomes (2 + means))
   std::vector<double> error; // of each outcome, runs left out, over the behaviour's
   std::vector<int> source;   // of each outcome: agreement_source

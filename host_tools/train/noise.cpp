@@ -10,6 +10,7 @@
 #include "util/parallel_for.hpp"
 
 extern "C" {
+#include "../../lib/src/image/basis.h"
 #include "../../lib/src/image/noise.h"
 }
 
@@ -36,7 +37,8 @@ Eigen::MatrixXd raw_fields(const Basis &basis, const BlockRun &run, const Eigen:
   Eigen::MatrixXd raw(run.blocks(), 4 + means.cols());
   raw.col(0).setOnes();
   raw.col(1) = p;
-  raw.col(2) = (run.time_s.array() / noise.run_s).max(0.0).min(1.5);
+  raw.col(2) = (1.0 - (-(run.time_s.array() / noise.trend_s).max(0.0).min(40.0)).exp()) *
+               noise.trend_s / noise.run_s;
   raw.col(3) = (-(run.time_s.array() / noise.decay_s).min(40.0)).exp();
   raw.rightCols(means.cols()) = means;
   return raw;
@@ -195,7 +197,7 @@ void fit_channel(ChannelNoise *c, const std::vector<Series> &series) {
 
 } // namespace
 
-NoiseModel fit_noise(const Basis &basis, const std::vector<BlockRun> &runs,
+NoiseModel fit_noise(const Basis &basis, const std::vector<BlockRun> &runs, double block_s,
                      const std::vector<Matrix> &predicted, const std::vector<Matrix> &residual) {
   NoiseModel noise;
   std::vector<double> length;
@@ -204,6 +206,7 @@ NoiseModel fit_noise(const Basis &basis, const std::vector<BlockRun> &runs,
   std::sort(length.begin(), length.end());
   noise.run_s = static_cast<double>(static_cast<float>(std::max(length[length.size() / 2], 1e-6)));
   noise.decay_s = static_cast<double>(static_cast<float>(noise.run_s / 10.0));
+  noise.trend_s = static_cast<double>(static_cast<float>(-block_s / std::log(AGREEMENT_KEEPS)));
   noise.means = basis.means.size();
   const auto outcomes = predicted.front().cols();
   noise.channels.resize(static_cast<std::size_t>(residual.front().cols()));
@@ -249,7 +252,7 @@ std::vector<std::uint8_t> noise_section(const NoiseModel &noise) {
   bytes.u32(static_cast<std::uint32_t>(fields));
   bytes.f32(static_cast<float>(noise.run_s));
   bytes.f32(static_cast<float>(noise.decay_s));
-  bytes.u32(0);
+  bytes.f32(static_cast<float>(noise.trend_s));
   bytes.u32(0);
   for (const ChannelNoise &c : noise.channels) {
     for (const double v : {c.active ? 1.0 : 0.0, static_cast<double>(c.combination.rows()), c.rho,

@@ -21,13 +21,14 @@ struct ChannelNoise {
 };
 
 struct NoiseModel {
-  double run_s = 1.0, decay_s = 1.0;
+  double run_s = 1.0, decay_s = 1.0, trend_s = 1.0;
   std::size_t means = 0;
   std::vector<ChannelNoise> channels; // kind * outcomes + outcome
 };
 
 // residual[run]: blocks x channels, in the outcomes' units; predicted[run]: blocks x outcomes.
-NoiseModel fit_noise(const Basis &basis, const std::vector<BlockRun> &runs,
+// block_s: length of a block.
+NoiseModel fit_noise(const Basis &basis, const std::vector<BlockRun> &runs, double block_s,
                      const std::vector<Matrix> &predicted, const std::vector<Matrix> &residual);
 std::vector<std::uint8_t> noise_section(const NoiseModel &noise);
 

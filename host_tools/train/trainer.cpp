@@ -272,7 +272,8 @@ Training train(const std::vector<Log> &logs, const TrainOptions &options) {
   if (std::count(agreement.source.begin(), agreement.source.end(), AGREEMENT_LEVEL) == 0)
     plan.level.clear();
   const std::vector<Matrix> residual = all_residuals(runs, behaviour, agreement);
-  training.noise = fit_noise(plan.basis, runs, behaviour.predicted, residual);
+  training.noise = fit_noise(plan.basis, runs, plan.block_rows * plan.period_s,
+                              behaviour.predicted, residual);
   settle_repeats(&training.noise, outcomes);
   settle_agreement(&training.noise, agreement, outcomes);
   if (!plan.layout.external) {

@@ -8,7 +8,7 @@ sys.path.insert(0, os.path.join(here, "..", "firmware"))
 from bus import ALARM, FRAGMENT, MESSAGE, fingerprint  # noqa: E402
 
 wire = os.path.join(here, "..", "..", "lib", "wire")
-# section_*: of an image that rim train made of the logs of tests/cli/toy.inc, after a byte 8.
+# section_level, section_threshold: of an image that rim train made of the logs of tests/cli/toy.inc, after a byte 8.
 out = sys.argv[1]
 
 
@@ -58,6 +58,15 @@ plan_parts = [plan[i:i + 1423] for i in range(0, len(plan), 1423)]
 datagrams = [struct.pack(">IIIIHH", FRAGMENT, 4, len(plan), 1423 * i, i, len(plan_parts)) + (b"RIM_PLAN\0" if i == 0 else b"") + part
              for i, part in enumerate(plan_parts)]
 files["fragments"] = b"\7" + b"".join(struct.pack("<HB", len(d), 1) + d for d in datagrams)
+# Of 4 features and 2 outcomes (fuzz_trained): lib/src/image/basis.h, noise.h.
+terms = [(0, 0, 0), (1, 0, 1), (2, 1, 0), (3, 0, 1), (4, 0, 0), (5, 1, 0), (6, 0, 0), (7, 1, 0)]
+files["section_basis"] = b"\10" + struct.pack("<8I", 1, 3, 2, len(terms), 1, 0, 0, 0) + \
+    struct.pack("<6H2f", 0, 0xFFFF, 1, 0xFFFE, 2, 0x8003, 1.0, 0.1) + \
+    b"".join(struct.pack("<4H", op, a, b, 0) for op, a, b in terms) + \
+    struct.pack(f"<{2 * len(terms)}f", *([0.5] * len(terms) + [2.0] * len(terms))) + struct.pack("<2H4f", 1, 0, 0.0, 1.0, 3.0, 4.0)
+files["section_behaviour"] = b"\10" + struct.pack("<4I4I8f", 1, 1, 4, 0, 1, 0, 0, 0, 1, 2, -3, -3, 0.5, 1, 0, 0)
+noise_channel = struct.pack("<9f", 1, 2, 0.4, 0.05, 1, 2, 0.1, 0.1, 0.2) + struct.pack("<2f10f8f", 4, 9, *([1, 0, 0, 0, 0] + [0, 1, 0, 0, 0.5]), *([1.5] * 8))
+files["section_noise"] = b"\10" + struct.pack("<4I4f", 1, 8, 5, 2, 300, 20, 0, 0) + 8 * noise_channel
 for name, data in files.items():
     with open(os.path.join(out, name), "wb") as file:
         file.write(data)

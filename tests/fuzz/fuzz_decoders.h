@@ -10,10 +10,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "../../lib/src/image/basis.h"
+#include "../../lib/src/image/noise.h"
 #include "rim/alarm_control.h"
 #include "rim/alarm_entry.h"
 #include "rim/can_table.h"
 #include "rim/monitor.h"
+#include "rim/nominal.h"
 #include "rimd/config.h"
 #include "rimd/lookahead.h"
 #include "transport/lcm_packet.h"
@@ -130,6 +133,27 @@ static inline void fuzz_image(const uint8_t *data, size_t bytes) {
   (void)rim_monitor_size(data, bytes, &need);
 }
 
+/* The sections of a trained image of 4 features and 2 outcomes. */
+static inline void fuzz_trained(const uint8_t *data, size_t bytes) {
+  static double term[BASIS_MAX_TERMS], first[2], predicted[4];
+  rim_basis basis;
+  rim_behaviour behaviour;
+  rim_agreement agreement;
+  rim_noise noise;
+  if (rim_basis_open(&basis, data, bytes, 4, 2) == RIM_OK)
+    fuzz_must(basis.terms <= BASIS_MAX_TERMS && basis.means <= BASIS_MAX_MEANS);
+  if (rim_behaviour_open(&behaviour, data, bytes, 1, 2) == RIM_OK)
+    rim_behaviour_predict(&behaviour, term, first, predicted);
+  (void)rim_agreement_open(&agreement, data, bytes, 2, 1);
+  if (rim_noise_open(&noise, data, bytes, 8, 1) != RIM_OK)
+    return;
+  for (uint32_t c = 0; c < 8; ++c) {
+    const noise_channel channel = rim_noise_channel(&noise, c);
+    const double w = rim_noise_weight(&channel, 4.0, 3.0);
+    fuzz_must(channel.fields <= NOISE_MAX_FIELDS && w > 0.0 && w < 10.0);
+  }
+}
+
 /* What stands behind the image's check sum: its sections, each by its own reader; what a model that
  * opens says of a context is finite. */
 static inline void fuzz_sections(const uint8_t *data, size_t bytes) {
@@ -137,16 +161,15 @@ static inline void fuzz_sections(const uint8_t *data, size_t bytes) {
       sd[RIM_NOMINAL_MAX_OUTPUTS];
   rim_nominal model;
   rim_threshold threshold;
-  rim_envelope envelope;
   rim_correct corrected;
   if (rim_nominal_open(&model, data, bytes) == RIM_OK)
     (void)rim_nominal_predict(&model, x, mean, sd, NULL);
   if (rim_threshold_open(&threshold, data, bytes) == RIM_OK)
     (void)rim_threshold_p_value(&threshold, 1.0);
-  (void)rim_envelope_open(&envelope, data, bytes);
   if (rim_correct_open(&corrected, data, bytes) == RIM_OK &&
       corrected.features <= RIM_NOMINAL_MAX_INPUTS && corrected.outcomes <= RIM_NOMINAL_MAX_OUTPUTS)
     (void)rim_correct_mean(&corrected, x, mean, mean);
+  fuzz_trained(data, bytes);
 }
 
 /* Datagrams one after another, each behind its length (2 bytes) and sender (1). */

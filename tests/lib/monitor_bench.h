@@ -1,9 +1,9 @@
-/* Of test_monitor.c and test_interference_watch.c: flight images written by hand, and the vehicle
+/* Of test_monitor*.c and test_interference_watch.c: flight images written by hand, and the vehicle
  * that is watched through them.
  *
- * Two images. EXTERNAL brings its own predictions, has ellipses and no nominal spread. TRAINED has
- * models of one prototype, three kinds of channel and an envelope. Their thresholds are the largest
- * score of runs of the same vehicle without a fault. */
+ * Two images. EXTERNAL brings its own predictions, and judges every row by itself. TRAINED has the
+ * vehicle's true behaviour, agreement without weights, and noise with an offset of the run. Their
+ * thresholds are the largest score of runs of the same vehicle without a fault. */
 #ifndef MONITOR_BENCH_H
 #define MONITOR_BENCH_H
 
@@ -20,15 +20,14 @@
 #include "rim/real.h"
 #include "rim/rng.h"
 
-enum { D = 4, O = 2, BINS = 16, RING = 64, GRID = 16, PAIRS = 2, REGION = 2, BLOCK = 4 };
+enum { D = 4, O = 2, BINS = 16, GRID = 16, PAIRS = 2, REGION = 2, BLOCK = 4, CUTS = 23 };
+enum { EXTERNAL_RING = 64, TRAINED_RING = 256, CHANNELS = RIM_MONITOR_KINDS * O };
+enum { NULL_RUNS = 19, ROWS = 1200, SECTIONS = 22 };
+enum { INPUTS = 1, TIMES = 2, TERMS = 1, MEANS = 1, RAW = 4 + MEANS, FIELDS = 1, FAMILIES = 8 };
 enum {
-  KINDS = 1 << RIM_KIND_SHIFT | 1 << RIM_KIND_VARIANCE | 1 << RIM_KIND_REPEAT,
-  CHANNELS = 3 * O
-};
-enum { NULL_RUNS = 19, ROWS = 1200, SECTIONS = 17 };
-enum {
-  EXTERNAL_SIZE = RIM_MONITOR_SIZE(D, O, 1, REGION, RING, BINS, GRID, PAIRS),
-  TRAINED_SIZE = RIM_MONITOR_SIZE(D, O, 3, REGION, RING, BINS, GRID, 0)
+  EXTERNAL_SIZE = RIM_MONITOR_SIZE(D, O, REGION, EXTERNAL_RING, BINS, GRID, PAIRS),
+  TRAINED_SIZE =
+      RIM_MONITOR_TRAINED_SIZE(D, O, REGION, TRAINED_RING, INPUTS * TIMES, TERMS, FIELDS, MEANS)
 };
 #define PERIOD_S 0.25
 #define SEED 2718u
@@ -126,37 +125,16 @@ static void put_threshold(bytes *b, uint32_t channels, const double *maxima, uin
     f32(b, 1.0);
 }
 
-/* mean = map x, one prototype in the middle of everything. */
-static void put_model(bytes *b, double map[O][D], double sd) {
-  const uint32_t header[8] = {RIM_NOMINAL_LAYOUT, D, O, 1, 1, 1, 0, 0};
-  for (size_t i = 0; i < 8; ++i)
-    u32(b, header[i]);
-  for (size_t i = 0; i < 3 * D; ++i)
-    f32(b, i / D == 1 ? 1.0 : 0.0);
-  const double prototype[4] = {1.0, 10.0, 0.0, 0.0};
-  for (size_t i = 0; i < 4; ++i)
-    f32(b, prototype[i]);
-  for (size_t i = 0; i < D; ++i)
-    f32(b, 0.0);
-  for (size_t o = 0; o < O; ++o)
-    f32(b, sd * sd);
-  for (size_t o = 0; o < O; ++o)
-    f32(b, 0.0);
-  for (size_t i = 0; i < O * D; ++i)
-    f32(b, map[i / D][i % D]);
-}
-
-static void put_config(bytes *b, uint32_t kinds, uint32_t block_rows, uint32_t external) {
+static void put_config(bytes *b, uint32_t ring, uint32_t block_rows, uint32_t external) {
   uint32_t w[RIM_CONFIG_WORDS] = {0};
   w[RIM_CONFIG_FEATURES] = D;
   w[RIM_CONFIG_OUTCOMES] = O;
-  w[RIM_CONFIG_KINDS] = kinds;
   w[RIM_CONFIG_BLOCK_ROWS] = block_rows;
   w[RIM_CONFIG_EXTERNAL] = external;
   w[RIM_CONFIG_PERIOD_US] = (uint32_t)(1e6 * PERIOD_S);
   w[RIM_CONFIG_STALE_MS] = 2000;
   w[RIM_CONFIG_REGION_FEATURES] = REGION;
-  w[RIM_CONFIG_RING] = RING;
+  w[RIM_CONFIG_RING] = ring;
   w[RIM_CONFIG_BINS] = BINS;
   w[RIM_CONFIG_GRID] = GRID;
   w[RIM_CONFIG_PAIRS] = PAIRS;
@@ -167,16 +145,19 @@ static void put_config(bytes *b, uint32_t kinds, uint32_t block_rows, uint32_t e
     u32(b, w[i]);
 }
 
+static void put_region(recipe *r, unsigned first, unsigned second) {
+  const unsigned entry[4] = {first, 0xffff, second, 0xffff};
+  for (size_t i = 0; i < 4; ++i)
+    u16(&r->section[RIM_SECTION_REGION], entry[i]);
+}
+
 static void external_recipe(recipe *r) {
   memset(r, 0, sizeof *r);
-  put_config(&r->section[RIM_SECTION_CONFIG], 1u << RIM_KIND_SHIFT, 1, 1);
-  for (size_t i = 0; i < 2 * O; ++i)
-    f32(&r->section[RIM_SECTION_CHANNELS], i < O ? 0.0 : 1.0);
+  put_config(&r->section[RIM_SECTION_CONFIG], EXTERNAL_RING, 1, 1);
   const double range[2 * D] = {-1, -10, 100, 0, 1, 10, 300, 1};
   for (size_t i = 0; i < 2 * D; ++i)
     f32(&r->section[RIM_SECTION_FEATURES], range[i]);
-  u16(&r->section[RIM_SECTION_REGION], 2);
-  u16(&r->section[RIM_SECTION_REGION], 0);
+  put_region(r, 2, 0);
   for (size_t i = 0; i < D; ++i)
     u8(&r->section[RIM_SECTION_COMMANDS], i == 0);
   for (const char *c = "a\nb\nc\nd\ne\n"; *c; ++c)
@@ -184,35 +165,70 @@ static void external_recipe(recipe *r) {
   put_threshold(&r->section[RIM_SECTION_THRESHOLD], O, NULL, 0);
 }
 
-/* The code of 1/64 from run to run, and the noise of n observations. */
-static uint8_t code_of(uint32_t n) {
-  uint8_t code = 0;
-  while (code < 255 && rim_envelope_variance(code) < 1.0 / 64.0 + 1.0 / (n + 1.0))
-    ++code;
-  return code;
+/* One input, command 0, as it is (time constant of a row) and over 10 rows; one term and one mean,
+ * the command itself. */
+static void put_basis(bytes *b) {
+  const uint32_t header[8] = {1, INPUTS, TIMES, TERMS, MEANS, 0, 0, 0};
+  for (size_t i = 0; i < 8; ++i)
+    u32(b, header[i]);
+  u16(b, 0);
+  u16(b, 0xffff);
+  f32(b, 1.0);
+  f32(b, 0.1);
+  for (size_t i = 0; i < 4; ++i)
+    u16(b, 0); /* BASIS_MEAN of filter 0 */
+  f32(b, 0.0);
+  f32(b, 1.0);
+  u16(b, 0);
+  u16(b, 0);
+  f32(b, 0.0);
+  f32(b, 1.0);
+  for (size_t o = 0; o < O; ++o)
+    f32(b, 0.0);
 }
 
-/* Intervals usually hold their share of 300 blocks. */
-static void put_envelope(bytes *b) {
-  const uint32_t header[6] = {RIM_ENVELOPE_LAYOUT, CHANNELS, REGION, BINS, 6, 0};
-  for (size_t i = 0; i < 6; ++i)
+/* Outcome 0 is twice the command, outcome 1 about 0; second differences have six times the variance
+ * of the noise, .01, and the logarithm of four such squares is .35 below that of their mean. */
+static void put_behaviour(bytes *b) {
+  const uint32_t header[4] = {1, TERMS, 2 * O, 0};
+  for (size_t i = 0; i < 4; ++i)
     u32(b, header[i]);
-  const uint32_t blocks = ROWS / BLOCK;
-  for (size_t f = 0; f < REGION; ++f) {
-    for (uint32_t i = 0; i < BINS; ++i) {
-      for (uint32_t j = i; j < BINS; ++j) {
-        const uint32_t n = blocks * (j - i + 1) / BINS;
-        u16(b, n);
-        u16(b, n * (blocks - n) / blocks);
-      }
-    }
-  }
-  for (size_t c = 0; c < CHANNELS; ++c)
-    f32(b, 1.0);
-  const size_t usual_at = 4u * RIM_ENVELOPE_HEADER_WORDS;
-  for (size_t i = 0; i < CHANNELS * 2 * REGION * RIM_ENVELOPE_INTERVALS(BINS); ++i) {
-    u8(b,
-       code_of(rim_image_u16(b->byte + usual_at, i % (2 * REGION * RIM_ENVELOPE_INTERVALS(BINS)))));
+  for (size_t i = 0; i < 2 * O; ++i)
+    u32(b, 0);
+  for (size_t i = 0; i < 2 * O; ++i)
+    f32(b, i < O ? 0.0 : -2.813 - 0.35);
+  for (size_t i = 0; i < 2 * O; ++i)
+    f32(b, i == 0 ? 2.0 : 0.0);
+}
+
+static void put_agreement(bytes *b) {
+  const uint32_t header[4] = {1, O, MEANS, 0};
+  for (size_t i = 0; i < 4; ++i)
+    u32(b, header[i]);
+  for (size_t i = 0; i < O; ++i)
+    f32(b, 20.0);
+  for (size_t i = 0; i < O * (2 + O * (2 + MEANS)); ++i)
+    f32(b, 0.0);
+}
+
+/* An offset of the run of a quarter of a block's noise, nothing else. */
+static void put_noise(bytes *b) {
+  const uint32_t header[4] = {1, CHANNELS, RAW, FIELDS};
+  for (size_t i = 0; i < 4; ++i)
+    u32(b, header[i]);
+  const double times[4] = {300.0, 20.0, 0.0, 0.0};
+  for (size_t i = 0; i < 4; ++i)
+    f32(b, times[i]);
+  for (size_t c = 0; c < CHANNELS; ++c) {
+    const double s = c < 2 * O ? 0.05 : c < 3 * O ? 0.9 : 0.1;
+    const double scalars[9] = {1, FIELDS, 0, s, 0, 1, 0, 0, 0};
+    for (size_t i = 0; i < 9; ++i)
+      f32(b, scalars[i]);
+    f32(b, 16.0);
+    for (size_t i = 0; i < RAW; ++i)
+      f32(b, i == 0 ? 1.0 : 0.0);
+    for (size_t i = 0; i < FAMILIES; ++i)
+      f32(b, 1.0);
   }
 }
 
@@ -220,23 +236,22 @@ static void put_envelope(bytes *b) {
  * has nothing to do with either. */
 static void trained_recipe(recipe *r) {
   memset(r, 0, sizeof *r);
-  put_config(&r->section[RIM_SECTION_CONFIG], KINDS, BLOCK, 0);
-  double driven[O][D] = {{2, 0, 0, 0}, {0, 0, 0, 0}};
-  put_model(&r->section[RIM_SECTION_STEP], driven, 0.1);
-  put_model(&r->section[RIM_SECTION_LEVEL], driven, 0.05);
-  for (size_t i = 0; i < 2 * CHANNELS; ++i) {
-    f32(&r->section[RIM_SECTION_CHANNELS], i < CHANNELS ? (i / O == 1 ? -0.4 : 0.0) : 1.0);
-  }
+  put_config(&r->section[RIM_SECTION_CONFIG], TRAINED_RING, BLOCK, 0);
+  set_word(r, RIM_CONFIG_BUDGET, 4);
   const double range[2 * D] = {-1, -3, -0.5, 0, 1, 3, 0.5, 1};
   for (size_t i = 0; i < 2 * D; ++i)
     f32(&r->section[RIM_SECTION_FEATURES], range[i]);
-  u16(&r->section[RIM_SECTION_REGION], 0);
-  u16(&r->section[RIM_SECTION_REGION], 3);
+  put_region(r, 0, 3);
   u16(&r->section[RIM_SECTION_OUTCOMES], 1);
   u16(&r->section[RIM_SECTION_OUTCOMES], 2);
   for (size_t i = 0; i < D; ++i)
     u8(&r->section[RIM_SECTION_COMMANDS], i == 0);
-  put_envelope(&r->section[RIM_SECTION_ENVELOPE]);
+  put_basis(&r->section[RIM_SECTION_BASIS]);
+  put_behaviour(&r->section[RIM_SECTION_BEHAVIOUR]);
+  put_agreement(&r->section[RIM_SECTION_AGREEMENT]);
+  put_noise(&r->section[RIM_SECTION_NOISE]);
+  for (size_t i = 0; i < REGION * CUTS; ++i)
+    u8(&r->section[RIM_SECTION_CUTS], (unsigned)((i % CUTS + 1) * 256 / 24));
   put_threshold(&r->section[RIM_SECTION_THRESHOLD], CHANNELS, NULL, 0);
 }
 
@@ -285,11 +300,24 @@ typedef struct bench {
   bool external;
 } bench;
 
-static size_t size_of(bool external) { return external ? EXTERNAL_SIZE : TRAINED_SIZE; }
+/* Bytes that the image of this kind asks for. */
+static inline size_t size_of(bool external) {
+  recipe r;
+  image m;
+  size_t size = 0;
+  if (external)
+    external_recipe(&r);
+  else
+    trained_recipe(&r);
+  build(&m, &r);
+  assert_int_equal(rim_monitor_size(m.byte, m.size, &size), RIM_OK);
+  assert_true(size <= (external ? EXTERNAL_SIZE : TRAINED_SIZE));
+  return size;
+}
 
 static void start(bench *b) {
   assert_int_equal(
-      rim_monitor_init(&b->monitor, b->memory, size_of(b->external), b->blob.byte, b->blob.size),
+      rim_monitor_init(&b->monitor, b->memory, sizeof b->memory, b->blob.byte, b->blob.size),
       RIM_OK);
 }
 

@@ -53,11 +53,16 @@ static void what_decides_changes_it(void **state) {
   CHANGES(channel, 4);
   CHANGES(level, RIM_LEVEL_WARN);
   CHANGES(valid, false);
+  CHANGES(reason, RIM_REASON_RATE);
+  CHANGES(reason, RIM_REASON_OUT_OF_RANGE);
   CHANGES(interference.ln_odds, -2.0);
   CHANGES(interference.alarmed, true);
   CHANGES(interference.valid, false);
   CHANGES(alarm.state, RIM_ALARM_UPDATED);
   CHANGES(alarm.state, RIM_ALARM_NONE);
+  CHANGES(alarm.kind, v.alarm.kind ^ 1u);
+  CHANGES(alarm.detector, v.alarm.detector ^ 1u);
+  CHANGES(alarm.since_sd_s, v.alarm.since_sd_s + 1.0);
   CHANGES(alarm.since_s, v.alarm.since_s + 1.0);
   CHANGES(alarm.channel[1], v.alarm.channel[1] ^ 1u);
   CHANGES(alarm.shift[1], v.alarm.shift[1] + 1.0);
@@ -73,9 +78,14 @@ static void what_decides_changes_it(void **state) {
 static void what_is_not_in_use_does_not(void **state) {
   (void)state;
   rim_verdict v = sample(), other = sample();
+  other.out_feature = 5; /* nothing is out of range */
+  other.out_value = 5.0;
   other.alarm.channel[2] ^= 1u;      /* two channels */
   other.alarm.region.center[2] = 9.0; /* two features */
   assert_true(digest_of(&v) == digest_of(&other));
+  v.reason = other.reason = RIM_REASON_OUT_OF_RANGE;
+  assert_true(digest_of(&v) != digest_of(&other));
+  other.out_feature = v.out_feature;
   v.alarm.state = other.alarm.state = RIM_ALARM_NONE; /* no record */
   other.alarm.shift[0] += 1.0;
   assert_true(digest_of(&v) == digest_of(&other));

@@ -66,7 +66,8 @@ static rim_verdict ride(drive *d, uint32_t t, double share) {
   d->speed += rim_clamp(d->command * share - d->speed, -most, most);
   d->command = commanded(t);
   const double measured = d->speed + 0.02 * rim_rng_normal(&rng);
-  const double context[D] = {d->command, d->external ? 0.0 : measured, 150.0, 0.5};
+  const double context[D] = {d->command, d->external ? 0.0 : measured, d->external ? 150.0 : 0.0,
+                             0.5};
   const double outcome[O] = {measured, 0.0}, mean[O] = {d->command, 0.0}, sd[O] = {1.0, 1.0};
   const rim_observation now = {.t_s = 1.0 + PERIOD_S * (double)t,
                                .context = context,

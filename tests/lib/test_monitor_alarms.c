@@ -92,41 +92,6 @@ static void a_clock_that_begins_anew_is_told(void **state) {
   assert_true(record.seq == 3 && record.flags == RIM_ALARM_FLAG_LATCHED);
 }
 
-static void a_block_does_not_repeat_a_record(void **state) {
-  (void)state;
-  bench b;
-  make_bench(&b, true);
-  (void)run_to_alarm(&b);
-  const uint32_t before = rim_monitor_alarms(b.monitor).records;
-  uint32_t records = 0;
-  for (uint32_t i = 0; i < 20; ++i) {
-    const double context[D] = {0.0, 0.0, 175.0, 0.5}, values[O] = {0.0, 0.0};
-    rim_verdict v;
-    assert_int_equal(rim_monitor_block(b.monitor, 1000.0 + i, context, values, 1, &v), RIM_OK);
-    records += v.alarm.seq != 0;
-    assert_int_equal(v.alarm.seq != 0, v.alarm.state != RIM_ALARM_NONE);
-  }
-  assert_int_equal(rim_monitor_alarms(b.monitor).records, before + records);
-  assert_true(records < 4); /* 20 s, an update in 10 at most */
-}
-
-static void a_block_that_is_refused_is_counted(void **state) {
-  (void)state;
-  bench b;
-  row r;
-  rim_verdict v;
-  make_bench(&b, false);
-  for (uint32_t t = 0; t < 2 * BLOCK; ++t) {
-    make_row(&r, false, 5, t, 0.0);
-    if (t < BLOCK)
-      r.context[3] = 1e308; /* finite, but the block's sum is not */
-    assert_int_equal(rim_monitor_step(b.monitor, &r.view, &v), RIM_OK);
-    assert_true(v.valid);
-  }
-  assert_int_equal(v.blocks, 1);
-  assert_int_equal(rim_monitor_get_health(b.monitor).blocks_refused, 1);
-}
-
 static void nothing_is_read_where_there_is_none(void **state) {
   (void)state;
   bench b;
@@ -154,7 +119,8 @@ static void nothing_is_read_where_there_is_none(void **state) {
   assert_true(rim_monitor_membership(b.monitor, NULL) == 0.0);
   assert_int_equal(rim_monitor_get_health(NULL).rows.rows, 0);
   assert_null(rim_monitor_search(NULL));
-  assert_null(rim_monitor_channels(NULL));
+  assert_null(rim_monitor_place(NULL));
+  assert_false(rim_monitor_inside(NULL, (const uint8_t[REGION]){0}, 0));
   assert_null(rim_monitor_threshold(NULL));
 }
 
@@ -163,8 +129,6 @@ int main(void) {
       cmocka_unit_test(silence_needs_no_row),
       cmocka_unit_test(commands_are_obeyed),
       cmocka_unit_test(a_clock_that_begins_anew_is_told),
-      cmocka_unit_test(a_block_does_not_repeat_a_record),
-      cmocka_unit_test(a_block_that_is_refused_is_counted),
       cmocka_unit_test(nothing_is_read_where_there_is_none),
   };
   return cmocka_run_group_tests(tests, set_up, NULL);

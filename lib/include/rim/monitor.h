@@ -43,6 +43,8 @@ extern "C" {
 typedef enum rim_section {
   RIM_SECTION_CONFIG = 1,    /* u32[RIM_CONFIG_WORDS], see rim_config_word */
   RIM_SECTION_LEVEL = 3,     /* rim_nominal: a block's outcomes from its other features; optional */
+  RIM_SECTION_SCALES = 5,    /* f32[outcomes], > 0: by which the caller's standardised residuals are
+                                multiplied; without NOISE only; absent: 1 */
   RIM_SECTION_THRESHOLD = 6, /* rim_threshold */
   RIM_SECTION_FEATURES = 7,  /* f32 low[features], f32 high[features]: trained range, high > low */
   RIM_SECTION_REGION = 8,    /* u16[region features][2]: feature, and 0xffff or the outcome whose
@@ -166,7 +168,7 @@ typedef struct rim_monitor rim_monitor;
 #define RIM_MONITOR_ROUND8(n) (((size_t)(n) + 7u) / 8u * 8u)
 /* Bytes for rows and blocks. filters: inputs times time constants of section BASIS, 0 without. */
 #define RIM_MONITOR_ROWS_SIZE(features, outcomes, filters, terms)                                  \
-  (512u + 8u * (4u * (size_t)(features) + 11u * (size_t)(outcomes) + 2u * (size_t)(filters) +      \
+  (512u + 8u * (4u * (size_t)(features) + 13u * (size_t)(outcomes) + 2u * (size_t)(filters) +      \
                 (size_t)(terms) + 64u + 12u * (size_t)(outcomes)))
 /* Bytes for a monitor of an image without section NOISE, a constant expression. */
 #define RIM_MONITOR_SIZE(features, outcomes, region_features, ring, bins, grid, pairs)             \

@@ -162,12 +162,11 @@ rim_status rim_agreement_open(rim_agreement *view, const uint8_t *section, size_
     return RIM_E_VERSION;
   if (rim_image_u32(section, 1) != outcomes || rim_image_u32(section, 2) != means)
     return RIM_E_RANGE;
-  const size_t numbers = (size_t)outcomes * (3u + agreement_stride(outcomes, means));
+  const size_t numbers = (size_t)outcomes * (2u + agreement_stride(outcomes, means));
   if (bytes != 4u * (SHORT_HEADER_WORDS + numbers))
     return RIM_E_TRUNCATED;
   const uint8_t *data = section + 4u * SHORT_HEADER_WORDS;
-  const rim_agreement a = {outcomes, means, data, data + 4u * outcomes, data + 8u * outcomes,
-                           data + 12u * outcomes};
+  const rim_agreement a = {outcomes, means, data, data + 4u * outcomes, data + 8u * outcomes};
   if (!finite_numbers(a.inverse_sd, outcomes, true) ||
       !finite_numbers(a.level_inverse_sd, outcomes, true) || !finite_numbers(data, numbers, false))
     return RIM_E_DATA;
@@ -181,8 +180,7 @@ rim_status rim_agreement_open(rim_agreement *view, const uint8_t *section, size_
 enum { BEFORE_RESIDUAL = 0, BEFORE_LEVEL = 1, BEFORE_OUTCOME = 2, SUM = 3 };
 
 static double level_of(const rim_agreement *a, const agreement_block *block, size_t j) {
-  return (block->measured[j] - (double)rim_image_f32(a->level_center, j)) *
-         (double)rim_image_f32(a->level_inverse_sd, j);
+  return block->measured[j] * (double)rim_image_f32(a->level_inverse_sd, j);
 }
 
 static double clipped_residual(const rim_agreement *a, const agreement_block *block, size_t j) {

@@ -78,7 +78,7 @@ void rim_behaviour_predict(const rim_behaviour *view, const double *term, const 
 /* Section AGREEMENT: what remains of one outcome from what the others say.
  *   u32 layout (2), outcomes O, means M, 0
  *   f32 inverse_sd[O]     of the behaviour residuals
- *   f32 level_center[O], level_inverse_sd[O]   of the outcomes themselves
+ *   f32 level_inverse_sd[O]   of the outcomes themselves
  *   f32 row[O][AGREEMENT_FIRST + O (2 + M)]: source (agreement_source), intercept, integrand,
  *     gain, weights
  * RESIDUALS: weights of the others' residuals of the same block, of the block before, and of the
@@ -86,12 +86,13 @@ void rim_behaviour_predict(const rim_behaviour *view, const double *term, const 
  *   AGREEMENT_CLIP; the sum is in the outcome's own standard deviations.
  * LEVEL: the outcome less its prediction by section LEVEL; no weights.
  * INTEGRAL: an outcome that integrates others (position, attitude, charge): its change since the
- *   block before less what the others' standardised values of both blocks say of it, summed over
+ *   block before less what the others' values of both blocks, in standard
+ *   deviations, say of it, summed over
  *   the run. integrand: the outcome that it mostly integrates, or -1; gain: change of this outcome
  *   per block and unit of the integrand. */
 #define AGREEMENT_CLIP 4.0
 #define AGREEMENT_FIRST 4u
-#define AGREEMENT_KEEPS 0.998 /* of the sum per block: it must stay bounded in a long flight */
+#define AGREEMENT_KEEPS 0.9995 /* of the sum per block: it must stay bounded in a long flight */
 
 typedef enum agreement_source {
   AGREEMENT_RESIDUALS = 0,
@@ -101,7 +102,7 @@ typedef enum agreement_source {
 
 typedef struct rim_agreement {
   uint32_t outcomes, means;
-  const uint8_t *inverse_sd, *level_center, *level_inverse_sd, *row;
+  const uint8_t *inverse_sd, *level_inverse_sd, *row;
 } rim_agreement;
 
 rim_status rim_agreement_open(rim_agreement *view, const uint8_t *section, size_t bytes,

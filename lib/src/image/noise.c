@@ -38,9 +38,11 @@ rim_status rim_noise_open(rim_noise *view, const uint8_t *section, size_t bytes,
   n.fields = rim_image_u32(section, 3);
   n.run_s = (double)rim_image_f32(section, 4);
   n.decay_s = (double)rim_image_f32(section, 5);
+  n.trend_s = (double)rim_image_f32(section, 6);
   if (n.channels != channels || n.raw != NOISE_RAW_FIRST + means || n.raw > NOISE_MAX_RAW ||
       n.fields < 1u || n.fields > NOISE_MAX_FIELDS || !rim_is_finite(n.run_s) ||
-      !rim_is_finite(n.decay_s) || !(n.run_s > 0.0) || !(n.decay_s > 0.0))
+      !rim_is_finite(n.decay_s) || !(n.run_s > 0.0) || !(n.decay_s > 0.0) ||
+      !rim_is_finite(n.trend_s) || !(n.trend_s > 0.0))
     return RIM_E_RANGE;
   n.stride = NOISE_CHANNEL_WORDS + n.fields * (1u + n.raw) + NOISE_FAMILIES;
   if (bytes != 4u * (NOISE_HEADER_WORDS + (size_t)channels * n.stride))

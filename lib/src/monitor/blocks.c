@@ -22,7 +22,7 @@ struct blocks {
   bool has_before; /* an ended block precedes */
 };
 
-enum { FEATURE_ARRAYS = 4, OUTCOME_ARRAYS = 11 };
+enum { FEATURE_ARRAYS = 4, OUTCOME_ARRAYS = 13 };
 
 static double *array(const blocks *b) {
   return (double *)(void *)((unsigned char *)(uintptr_t)b + ((sizeof *b + 7u) & ~(size_t)7u));
@@ -48,6 +48,8 @@ static double *outcome_array(const blocks *b, size_t which) {
 #define P_SUM(b) outcome_array(b, 8)
 #define SQUARES(b) outcome_array(b, 9)
 #define SAME(b) outcome_array(b, 10)
+#define S_SUM(b) outcome_array(b, 11)
+#define SD(b) outcome_array(b, 12)
 #define FILTER(b) outcome_array(b, OUTCOME_ARRAYS)
 
 static size_t filters(const blocks *b) {
@@ -149,7 +151,7 @@ static void begin_block(blocks *b) {
   b->rows_in_block = 0;
   b->seconds = 0;
   memset(SUM(b), 0, 8u * (size_t)b->config.features);
-  memset(O_SUM(b), 0, 8u * 4u * (size_t)b->config.outcomes);
+  memset(O_SUM(b), 0, 8u * 5u * (size_t)b->config.outcomes);
   memset(filter_sum(b), 0, 8u * filters(b));
 }
 
@@ -213,6 +215,7 @@ static void take_outcomes(blocks *b, const double *outcome, const double *mean, 
       const double z = rim_clamp((outcome[o] - mean[o]) / sd[o], -1e6, 1e6);
       take_outcome(b, o, z, z);
       P_SUM(b)[o] += mean[o];
+      S_SUM(b)[o] += sd[o];
     } else {
       const double x = LAST(b)[rim_image_u16(b->config.outcome_feature, o)];
       take_outcome(b, o, x, x);
@@ -323,6 +326,7 @@ static void end_block(blocks *b) {
   for (size_t o = 0; o < b->config.outcomes; ++o) {
     OUTCOME(b)[o] = O_SUM(b)[o] / n;
     PREDICTED(b)[o] = P_SUM(b)[o] / n;
+    SD(b)[o] = S_SUM(b)[o] / n;
     REPEATS(b)[o] = SAME(b)[o] / n;
     const double square = b->seconds > 0 ? SQUARES(b)[o] / (double)b->seconds : 0.0;
     SCATTER(b)[o] = square > 0.0 ? rim_max(rim_log(square), BLOCKS_LN_LEAST) : BLOCKS_LN_LEAST;
@@ -373,6 +377,7 @@ double blocks_period_s(const blocks *b) { return b->mean_period_s; }
 const double *blocks_context(const blocks *b) { return SUM(b); }
 const double *blocks_outcomes(const blocks *b) { return OUTCOME(b); }
 const double *blocks_predicted(const blocks *b) { return PREDICTED(b); }
+const double *blocks_sd(const blocks *b) { return SD(b); }
 const double *blocks_scatter(const blocks *b) { return SCATTER(b); }
 const double *blocks_repeats(const blocks *b) { return REPEATS(b); }
 const double *blocks_terms(const blocks *b) { return term(b); }

@@ -65,6 +65,7 @@ double blocks_period_s(const blocks *b); /* recent mean time between rows */
 const double *blocks_context(const blocks *b);   /* [features]: an angle within half a turn */
 const double *blocks_outcomes(const blocks *b);  /* [outcomes]; external: mean of (z - m) / sd */
 const double *blocks_predicted(const blocks *b); /* [outcomes]; external: mean of m */
+const double *blocks_sd(const blocks *b);        /* [outcomes]; external: mean of sd */
 const double *blocks_scatter(const blocks *b);   /* ln of the mean square second difference */
 const double *blocks_repeats(const blocks *b);   /* share of readings that repeat the one before */
 const double *blocks_terms(const blocks *b);     /* [terms], standardised */

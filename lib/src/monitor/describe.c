@@ -75,6 +75,12 @@ static rim_kind kind_of(uint16_t channel_kind, uint8_t family) {
                                  : RIM_KIND_SHIFT;
 }
 
+/* Residuals of rows that bring their predictions are in the caller's standard deviations. */
+static double outcome_unit(const rim_monitor *m, uint16_t channel) {
+  const uint32_t outcome = channel % m->words[RIM_CONFIG_OUTCOMES];
+  return m->words[RIM_CONFIG_EXTERNAL] != 0 ? blocks_sd(m->rows)[outcome] : 1.0;
+}
+
 /* shift and its standard error in the units of the record's kind. */
 static void size_shift(const rim_monitor *m, uint16_t channel, const search_hypothesis *h,
                        double *shift, double *sd) {
@@ -87,6 +93,8 @@ static void size_shift(const rim_monitor *m, uint16_t channel, const search_hypo
     unit = 1.0;
   if (h->family == SEARCH_RAMP)
     unit *= (double)(search_blocks(m->search) - h->onset) / 256.0;
+  if (kind <= RIM_CHANNEL_AGREEMENT)
+    unit *= outcome_unit(m, channel);
   *shift = (double)h->shift * unit;
   *sd = (double)h->sd * unit * inflation;
   if (kind == RIM_CHANNEL_SCATTER) { /* from logarithms to the ratio of variances */
@@ -245,9 +253,10 @@ static void describe_rows(rim_monitor *m, const rim_verdict *verdict, rim_alarm 
     if (i > 0 && !rim_select_shift_of_channel(m->select, alarm->channel[i], &found))
       continue;
     /* F = shift^2 / (2 Var) gives the standard error without asking for Var again. */
-    alarm->shift[i] = found.shift;
+    alarm->shift[i] = found.shift * outcome_unit(m, alarm->channel[i]) /
+                      monitor_scale(m, alarm->channel[i]);
     alarm->shift_sd[i] =
-        found.ln_anom > 0.0 ? rim_abs(found.shift) / rim_sqrt(2.0 * found.ln_anom) : 0.0;
+        found.ln_anom > 0.0 ? rim_abs(alarm->shift[i]) / rim_sqrt(2.0 * found.ln_anom) : 0.0;
   }
 }
 

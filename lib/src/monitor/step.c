@@ -22,10 +22,14 @@ static void count(uint32_t *counter) {
 
 /* ---- a trained image: residuals of a block ---- */
 
-static void correct(const rim_monitor *m, const double *context, double *mean) {
+static bool is_corrected(const rim_monitor *m) {
   const rim_correct *c = &m->models.correct;
-  if (c->section != NULL && (c->kinds >> RIM_KIND_SHIFT & 1u) != 0)
-    (void)rim_correct_mean(c, context, mean, mean);
+  return c->section != NULL && (c->kinds >> RIM_KIND_SHIFT & 1u) != 0;
+}
+
+static void correct(const rim_monitor *m, const double *context, double *mean) {
+  if (is_corrected(m))
+    (void)rim_correct_mean(&m->models.correct, context, mean, mean);
 }
 
 /* Predictions and the residuals of the kinds BEHAVIOUR, SCATTER and REPEAT. */
@@ -103,6 +107,15 @@ static bool observe_trained(rim_monitor *m) {
 
 /* ---- independent rows with the caller's predictions ---- */
 
+/* The caller's prediction as it is corrected, in memory that is used again when the block ends. */
+static const double *expected_by_caller(const rim_monitor *m, const rim_observation *row) {
+  double *mean = m->is_trained ? m->predicted : m->unit + m->words[RIM_CONFIG_REGION_FEATURES];
+  return is_corrected(m) &&
+                 rim_correct_mean(&m->models.correct, row->context, row->mean, mean) == RIM_OK
+             ? mean
+             : row->mean;
+}
+
 static bool observe_rows(rim_monitor *m) {
   const double *context = blocks_context(m->rows);
   for (size_t i = 0; i < m->words[RIM_CONFIG_REGION_FEATURES]; ++i) {
@@ -111,7 +124,7 @@ static bool observe_rows(rim_monitor *m) {
   }
   double *r = m->unit + m->words[RIM_CONFIG_REGION_FEATURES];
   for (size_t o = 0; o < m->words[RIM_CONFIG_OUTCOMES]; ++o)
-    r[o] = rim_clamp(blocks_outcomes(m->rows)[o], -8.0, 8.0);
+    r[o] = rim_clamp(blocks_outcomes(m->rows)[o] * monitor_scale(m, o), -8.0, 8.0);
   if (rim_select_observe(m->select, m->unit, r) == RIM_OK)
     return true;
   count(&m->refused);
@@ -240,23 +253,15 @@ static void end_verdict(rim_monitor *m, rim_verdict *verdict) {
   *verdict = m->last;
 }
 
-/* The caller's predictions of a row with what the image corrects of them. */
-static const double *own_mean(const rim_monitor *m, const rim_observation *row, double *mean) {
-  const rim_correct *c = &m->models.correct;
-  const bool corrects = m->words[RIM_CONFIG_EXTERNAL] != 0 && c->section != NULL &&
-                        rim_correct_mean(c, row->context, row->mean, mean) == RIM_OK;
-  return corrects ? mean : row->mean;
-}
-
 rim_status rim_monitor_step(rim_monitor *m, const rim_observation *row, rim_verdict *verdict) {
   if (m == NULL || row == NULL || row->context == NULL || verdict == NULL)
     return RIM_E_ARGUMENT;
   const bool external = m->words[RIM_CONFIG_EXTERNAL] != 0;
   if (external && (row->outcome == NULL || row->mean == NULL || row->sd == NULL))
     return RIM_E_ARGUMENT;
-  double mean[RIM_CORRECT_MAX_OUTCOMES];
-  const blocks_result made = blocks_row(m->rows, row->t_s, row->context, row->outcome,
-                                        own_mean(m, row, mean), row->sd);
+  const double *mean = external ? expected_by_caller(m, row) : NULL;
+  const blocks_result made =
+      blocks_row(m->rows, row->t_s, row->context, row->outcome, mean, row->sd);
   count(&m->steps);
   m->last.alarm.state = RIM_ALARM_NONE;
   m->last.alarm.seq = 0;
@@ -327,9 +332,22 @@ const rim_alarm *rim_monitor_standing(const rim_monitor *m, rim_detector detecto
 
 /* ---- what can be asked ---- */
 
+/* The regions of a trained image are boxes, closed where data ends: see rim_monitor_inside(). */
+static bool is_in_box(const rim_region *region, const double *context) {
+  for (size_t i = 0; i < region->dims; ++i) {
+    const double x = context[region->feature[i]];
+    if (!(x >= region->lower[i] && x <= region->upper[i]))
+      return false;
+  }
+  return true;
+}
+
 double rim_monitor_membership(const rim_monitor *m, const double *context) {
-  if (context == NULL || rim_monitor_standing(m, RIM_DETECTOR_RIM) == NULL || m->is_trained)
+  const rim_alarm *alarm = rim_monitor_standing(m, RIM_DETECTOR_RIM);
+  if (context == NULL || alarm == NULL)
     return 0.0;
+  if (m->is_trained)
+    return is_in_box(&alarm->region, context) ? 1.0 : 0.0;
   double unit[RIM_MONITOR_MAX_FEATURES];
   for (size_t i = 0; i < m->words[RIM_CONFIG_REGION_FEATURES]; ++i) {
     const size_t f = rim_image_u16(m->region, 2 * i);

@@ -5,7 +5,7 @@
 #include "rim/image.h"
 #include "search.h"
 
-#define SEARCH_Z_STEP (1.0 / 512.0) /* of a residual in the ring: int16 covers +-64 */
+#define SEARCH_Z_STEP (1.0 / 64.0) /* of a residual in the ring: int16 covers +-500 */
 #define SEARCH_BYTE_STEP (1.0 / 31.0) /* of a standardised mean or prediction: int8 covers +-4 */
 #define SEARCH_WEIGHT_STEP 0.01     /* of ln w: int8 covers +-1.27 */
 #define SEARCH_NONE (-1e30f)
