@@ -15,7 +15,7 @@ contains "healthy" "$out" "^healthy.csv: healthy: nothing found in 1200 rows"
 contains "biased" "$out" "^biased.csv: FOUND at t = "
 contains "biased: in words" "$out" "position [ab] reads 0\.[2-7][0-9]* m \(high\|low\)"
 contains "stuck" "$out" "^stuck.csv: FOUND at t = [3-5]"
-contains "stuck: named" "$out" "  then: speed \(scatters 0\.\|repeats\)"
+contains "stuck: named" "$(printf '%s\n' "$out" | grep -A2 '^stuck.csv')" "speed \(scatters [0-9.e-]* times\|repeats\)"
 digest=$(printf '%s\n' "$out" | tail -1)
 contains "last line" "$digest" '^digest [0-9a-f]\{16\}$'
 check "the same twice" "$digest" "$("$RIM" replay --model toy.rim healthy.csv biased.csv stuck.csv | tail -1)"
