@@ -4,6 +4,7 @@
 #include "experiment/lander.hpp"
 #include "plan/choice_time.hpp"
 #include "replay/replay.hpp"
+#include "train/external_table.hpp"
 #include "train/trainer.hpp"
 #include "util/atomic_file.hpp"
 #include "util/data_path.hpp"
@@ -24,6 +25,7 @@ constexpr std::size_t kChoices = 201; // timed without --choice
 struct Options {
   bool memory = false;
   std::vector<std::string> replay;
+  std::string external_table;
   std::size_t runs = 50, choices = 0;
 };
 
@@ -129,6 +131,10 @@ int cmd_bench(int argc, char **argv) {
   app.add_option("--replay", o.replay, "only the replay speed of this model and log")
       ->expected(2)
       ->type_name("MODEL.rim LOG");
+  app.add_option("--external-table", o.external_table,
+                 "only draw the table of thresholds for logs with their own predictions (an hour "
+                 "of one core) and write it as the source file that it is built from")
+      ->type_name("FILE.cpp");
   app.add_option("--runs", o.runs, "landings to train on (default 50)")->check(CLI::Range(3, 1000));
   app.footer("Detection is measured by 'rim experiment golf', 'lander' and 'falcon', planning by "
              "'fig5.10' and 'figB.6'.\n\n"
@@ -140,6 +146,12 @@ int cmd_bench(int argc, char **argv) {
     const std::string bytes = rim::read_file(o.replay[0]);
     print_replay(std::vector<std::uint8_t>(bytes.begin(), bytes.end()), o.replay[0],
                  rim::read_log(o.replay[1]));
+    return rim::EXIT_FINE;
+  }
+  if (!o.external_table.empty()) {
+    rim::AtomicFile file(o.external_table);
+    file.write(rim::make_external_table());
+    file.commit();
     return rim::EXIT_FINE;
   }
   if (o.choices > 0) {

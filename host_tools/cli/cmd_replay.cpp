@@ -24,7 +24,7 @@ struct Options {
   std::string model, save_model, schema;
   rim::OutputPaths outputs;
   rim::CalibrationOptions calibration;
-  std::size_t calibration_runs = 199;
+  std::size_t calibration_runs = 0; // 0: the table
   bool fail_on_alarm = false, skip_bad_time = false;
 };
 
@@ -87,7 +87,8 @@ void declare(CLI::App &app, Options &o) {
                  "without a model: wished rate of healthy runs with any alarm (default 0.05)")
       ->check(CLI::Range(1e-6, 0.999999));
   app.add_option("--calibration-runs", o.calibration_runs,
-                 "without a model: Monte Carlo runs for the threshold (default 199)")
+                 "without a model: Monte Carlo runs on the logs' own contexts for the threshold, "
+                 "instead of a table computed once")
       ->check(CLI::Range(3, 4096));
   app.footer(kFooter);
 }
@@ -105,9 +106,12 @@ void check(const CLI::App &app, const Options &o) {
 
 std::string made_by(const Options &o) {
   std::string text = "rim replay, rimwatch " RIM_VERSION;
-  text += o.model.empty() ? fmt::format(" --false-alarm {} --calibration-runs {}",
-                                        o.calibration.false_alarm, o.calibration_runs)
-                          : " --model " + o.model;
+  if (!o.model.empty())
+    text += " --model " + o.model;
+  else
+    text += fmt::format(" --false-alarm {}", o.calibration.false_alarm);
+  if (o.calibration_runs > 0)
+    text += fmt::format(" --calibration-runs {}", o.calibration_runs);
   if (!o.schema.empty())
     text += " --schema " + o.schema;
   for (const std::string &extension : o.extensions)
@@ -163,6 +167,18 @@ rim::Replayer open_model(const Options &o, const Extensions &extensions) {
   return rim::Replayer(mended, o.model);
 }
 
+void print_calibration(const Options &o, const rim::ExternalImage &made) {
+  const bool drawn = o.calibration_runs > 0;
+  std::printf("calibrated by %s: at most %.3g %% of healthy runs raise an alarm",
+              drawn ? fmt::format("{} Monte Carlo runs", o.calibration_runs).c_str() : "a table",
+              100.0 * made.promised_rate);
+  if (drawn && made.promised_rate > o.calibration.false_alarm * (1.0 + 1e-6)) {
+    std::printf("; %.3g %% needs --calibration-runs %.0f", 100.0 * o.calibration.false_alarm,
+                std::ceil(1.0 / o.calibration.false_alarm - 1e-9) - 1.0);
+  }
+  std::printf("\n%s\n", made.residuals_sentence.c_str());
+}
+
 rim::Replayer open_external(const Options &o, const std::vector<rim::Log> &logs,
                             const Extensions &extensions) {
   std::optional<rim::AtomicFile> file; // a place that cannot be written is found before the work
@@ -177,13 +193,7 @@ rim::Replayer open_external(const Options &o, const std::vector<rim::Log> &logs,
                  "from the log itself\n",
                  outcome.c_str());
   }
-  std::printf("calibrated by %zu Monte Carlo runs: at most %.3g %% of healthy runs raise an alarm",
-              o.calibration_runs, 100.0 * made.promised_rate);
-  if (made.promised_rate > o.calibration.false_alarm * (1.0 + 1e-6)) {
-    std::printf("; %.3g %% needs --calibration-runs %.0f", 100.0 * o.calibration.false_alarm,
-                std::ceil(1.0 / o.calibration.false_alarm - 1e-9) - 1.0);
-  }
-  std::printf("\n");
+  print_calibration(o, made);
   return rim::Replayer(made.image, "calibration");
 }
 

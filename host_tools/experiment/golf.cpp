@@ -13,7 +13,7 @@
 #include "experiment/select_engine.hpp"
 #include "rim/rng.h"
 #include "rim/select.h"
-#include "train/calibrate.hpp"
+#include "train/calibrate_external.hpp"
 #include "util/error.hpp"
 #include "util/table.hpp"
 

@@ -1,6 +1,7 @@
 #include "replay/replay.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 #include <fmt/format.h>
@@ -220,6 +221,11 @@ ExternalImage external_image(const std::vector<Log> &logs, std::size_t runs,
   }
   ExternalImage result;
   calibrate_external(&plan, rows, runs, options);
+  result.residuals = test_residuals(plan, rows);
+  result.residuals_sentence =
+      residuals_sentence(result.residuals, plan.layout.outcome_names, logs.size());
+  for (std::size_t o = 0; o < result.residuals.size(); ++o) // the search sees them as they count
+    plan.inverse_sd[o] = static_cast<float>(1.0 / std::sqrt(result.residuals[o].inflation));
   for (std::size_t o = 0; o < plan.layout.outcomes(); ++o) {
     const bool estimated = std::any_of(rows.begin(), rows.end(), [o](const ExternalRows &r) {
       return o < r.sd_estimated.size() && r.sd_estimated[o];

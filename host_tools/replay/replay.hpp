@@ -11,7 +11,7 @@
 #include "bus/names.hpp"
 #include "log/log.hpp"
 #include "log/schema.hpp"
-#include "train/calibrate.hpp"
+#include "train/external_residuals.hpp"
 #include "train/flight_image.hpp"
 
 namespace rim {
@@ -85,12 +85,15 @@ private:
   std::uint64_t digest_;
 };
 
-// A flight image for logs that bring their own predictions (z. m. sd. columns), calibrated by Monte
-// Carlo on their contexts (thesis eq. 3.9, p. 30); names the outcomes whose sd had to be estimated.
+// A flight image for logs that bring their own predictions (z. m. sd. columns), its threshold from
+// the table (runs = 0) or by Monte Carlo on their contexts (thesis eq. 3.9, p. 30), with what their
+// residuals are not allowed for; names the outcomes whose sd had to be estimated.
 struct ExternalImage {
   std::vector<std::uint8_t> image;
   std::vector<std::string> sd_estimated;
   double promised_rate = 1.0;
+  std::vector<ResidualTest> residuals; // per outcome
+  std::string residuals_sentence;
 };
 ExternalImage external_image(const std::vector<Log> &logs, std::size_t runs,
                              const CalibrationOptions &options);

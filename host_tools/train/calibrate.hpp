@@ -65,26 +65,5 @@ std::vector<RunScore> calibrate_runs(FlightPlan *plan, NoiseModel *noise,
                                      const std::vector<SearchRun> &runs,
                                      const CalibrationOptions &options);
 
-// Least factor of the growth of chance scores with the number n of observations, ln n beyond:
-// ln 12.
-inline constexpr double kLeastGrowth = 2.5;
-
-// A log with its own predictions. sd is the log's or, where it has none, estimated from the
-// residuals.
-struct ExternalRows {
-  Matrix context, outcome, mean, sd; // rows x features, rows x outcomes
-  std::vector<double> t_s;
-  std::vector<bool> sd_estimated; // per outcome
-};
-// DataError naming file, row and column: a prediction missing, sd not above 0 or not to be
-// estimated.
-ExternalRows external_rows(const Log &log, const Layout &layout);
-
-// Fills the plan's ranges from the logs, and the thresholds from `runs` Monte Carlo runs (thesis
-// eq. 3.9, p. 30) of z ~ N(m, sd) on the logs' own contexts, which take turns. The plan has its
-// layout.
-void calibrate_external(FlightPlan *plan, const std::vector<ExternalRows> &logs, std::size_t runs,
-                        const CalibrationOptions &options);
-
 } // namespace rim
 #endif

@@ -1,10 +1,11 @@
-// Logs that bring their own predictions: no training, thresholds by Monte Carlo on their contexts.
+#include "train/calibrate_external.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
 #include "rim/rng.h"
-#include "train/calibrate.hpp"
+#include "train/external_table.hpp"
 #include "util/error.hpp"
 #include "util/parallel_for.hpp"
 #include "util/progress.hpp"
@@ -56,28 +57,6 @@ std::vector<float> growth() {
   return knots;
 }
 
-// Largest score of a run in which the predictions are right.
-float nominal_maximum(const FlightPlan &plan, const ExternalRows &log, std::uint64_t stream) {
-  Monitor monitor(make_image(plan), "calibration");
-  rim_rng rng;
-  rim_rng_seed(&rng, plan.seed, stream);
-  std::vector<double> z(static_cast<std::size_t>(log.mean.cols()));
-  double largest = -1e30;
-  for (Eigen::Index t = 0; t < log.context.rows(); ++t) {
-    for (std::size_t o = 0; o < z.size(); ++o) {
-      const auto i = static_cast<Eigen::Index>(o);
-      z[o] = log.mean(t, i) + log.sd(t, i) * rim_rng_normal(&rng);
-    }
-    const rim_observation row = {log.t_s[static_cast<std::size_t>(t)], log.context.row(t).data(),
-                                 z.data(), log.mean.row(t).data(), log.sd.row(t).data()};
-    rim_verdict verdict;
-    (void)rim_monitor_step(monitor.get(), &row, &verdict);
-    if (verdict.valid)
-      largest = std::max(largest, verdict.score);
-  }
-  return static_cast<float>(largest);
-}
-
 } // namespace
 
 ExternalRows external_rows(const Log &log, const Layout &layout) {
@@ -125,48 +104,98 @@ ExternalRows external_rows(const Log &log, const Layout &layout) {
 void use_profile(FlightPlan *plan, bool flight, bool few_rows) {
   if (flight) {
     // Many features: which two is the question, so edges; few: which ellipse, so a finer grid.
-    constexpr std::size_t many = 32;
-    const bool wide = plan->layout.features() > many;
-    plan->scans = wide ? 6 : 4;
-    plan->edges = wide ? 20 : 5;
-    plan->moves = wide ? 12 : 48;
-    plan->grid = wide ? 24 : 32;
-    plan->ring = 256;
-    plan->pairs = 5;
-  } else if (few_rows) {
+    const bool wide = plan->layout.features() > kManyFeatures;
+    plan->scans = wide ? 5 : 4;
+    plan->edges = wide ? 25 : 6;
+    plan->moves = wide ? 33 : 40;
+    plan->grid = wide ? 20 : 32;
+    plan->ring = wide ? 244 : 256;
+    plan->pairs = wide ? 3 : 4;
+  } else if (plan->layout.external && few_rows) {
     plan->edges = 144;
     plan->moves = 192;
   }
 }
 
-void calibrate_external(FlightPlan *plan, const std::vector<ExternalRows> &logs, std::size_t runs,
-                        const CalibrationOptions &options) {
-  constexpr Eigen::Index few_rows = 3000; // so many can be searched thoroughly
-  if (logs.empty())
-    throw DataError("no log to calibrate on");
-  Eigen::Index rows = 0;
-  for (const ExternalRows &log : logs)
-    rows = std::max(rows, log.context.rows());
-  set_ranges(plan, logs);
+void prepare_external(FlightPlan *plan, bool flight, std::size_t rows) {
   plan->region.resize(plan->layout.features());
   std::iota(plan->region.begin(), plan->region.end(), std::uint16_t{0});
   plan->block_rows = 1;
   plan->persistence = 1;
   plan->inhibit_s = 0.0;
-  use_profile(plan, options.flight, rows <= few_rows);
+  use_profile(plan, flight, rows <= kFewRows);
+  plan->inverse_sd.assign(plan->channels(), 1.0F);
   plan->thresholds = Thresholds{};
   plan->thresholds.offset.assign(plan->channels(), 0.0F);
   plan->thresholds.scale.assign(plan->channels(), 1.0F);
   plan->thresholds.growth = growth();
+}
 
+std::vector<float> nominal_maxima(const FlightPlan &plan, const ExternalRows &log,
+                                  std::uint64_t stream, const std::vector<std::size_t> &at) {
+  Monitor monitor(make_image(plan), "calibration");
+  rim_rng rng;
+  rim_rng_seed(&rng, plan.seed, stream);
+  std::vector<double> z(static_cast<std::size_t>(log.mean.cols()));
+  std::vector<float> maxima;
+  double largest = -1e30;
+  for (std::size_t t = 0; maxima.size() < at.size(); ++t) {
+    const auto r = static_cast<Eigen::Index>(t);
+    for (std::size_t o = 0; o < z.size(); ++o) {
+      const auto i = static_cast<Eigen::Index>(o);
+      z[o] = log.mean(r, i) + log.sd(r, i) * rim_rng_normal(&rng);
+    }
+    const rim_observation row = {log.t_s[t], log.context.row(r).data(), z.data(),
+                                 log.mean.row(r).data(), log.sd.row(r).data()};
+    rim_verdict verdict;
+    (void)rim_monitor_step(monitor.get(), &row, &verdict);
+    if (verdict.valid)
+      largest = std::max(largest, verdict.score);
+    if (t + 1 == at[maxima.size()])
+      maxima.push_back(static_cast<float>(largest));
+  }
+  return maxima;
+}
+
+namespace {
+
+std::vector<float> drawn_maxima(const FlightPlan &plan, const std::vector<ExternalRows> &logs,
+                                std::size_t runs) {
   std::vector<float> maxima(runs);
-  const FlightPlan open = *plan;
   Progress progress("calibrate", runs);
   parallel_for(runs, [&](std::size_t r) {
-    maxima[r] = nominal_maximum(open, logs[r % logs.size()], r + 1);
+    const ExternalRows &log = logs[r % logs.size()];
+    maxima[r] = nominal_maxima(plan, log, r + 1, {log.t_s.size()}).front();
     progress.add();
   });
-  set_alarm(&plan->thresholds, std::move(maxima), options);
+  return maxima;
+}
+
+// As many of the table's quantiles as the promise needs.
+std::vector<float> table_maxima(const FlightPlan &plan, std::size_t rows,
+                                const CalibrationOptions &options) {
+  constexpr double least = 199.0;
+  const double wanted = std::ceil(1.0 / options.false_alarm - 1e-9) - 1.0;
+  const double count = std::clamp(wanted, least, static_cast<double>(RIM_THRESHOLD_MAX_RUNS - 1));
+  const ExternalSize size{plan.layout.features(), plan.layout.outcomes(), rows};
+  return external_maxima(external_search(size.features, rows, options.flight), size,
+                         static_cast<std::size_t>(count));
+}
+
+} // namespace
+
+void calibrate_external(FlightPlan *plan, const std::vector<ExternalRows> &logs, std::size_t runs,
+                        const CalibrationOptions &options) {
+  if (logs.empty())
+    throw DataError("no log to calibrate on");
+  std::size_t rows = 0;
+  for (const ExternalRows &log : logs)
+    rows = std::max(rows, log.t_s.size());
+  set_ranges(plan, logs);
+  prepare_external(plan, options.flight, rows);
+  set_alarm(&plan->thresholds,
+            runs > 0 ? drawn_maxima(*plan, logs, runs) : table_maxima(*plan, rows, options),
+            options);
 }
 
 } // namespace rim

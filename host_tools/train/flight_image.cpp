@@ -100,6 +100,8 @@ std::vector<std::uint8_t> write_image(const FlightPlan &plan, std::uint32_t mode
       writer.add_section(id, bytes);
   };
   add(RIM_SECTION_LEVEL, plan.level);
+  if (!plan.inverse_sd.empty())
+    writer.add_section(RIM_SECTION_SCALES, floats(plan.inverse_sd, {}));
   if (!plan.noise.empty()) {
     writer.add_section(RIM_SECTION_BASIS, basis_section(plan.basis));
     add(RIM_SECTION_BEHAVIOUR, plan.behaviour);

@@ -38,6 +38,7 @@ struct FlightPlan {
   std::uint32_t ring = 0, bins = RIM_SELECT_DEFAULT_BINS, grid = 0, pairs = 0; // 0: select's
   std::uint32_t scans = 0, edges = 0, moves = 0, budget = 0;
   std::uint32_t seed = 1;
+  std::vector<float> inverse_sd; // not trained: of each outcome's residuals; empty: 1
   Basis basis;              // trained: inputs of the models
   std::vector<std::uint8_t> level, behaviour, agreement, noise, cuts; // sections; empty: absent
   Thresholds thresholds;

@@ -5,7 +5,7 @@
 
 #include "rim/monitor.h"
 #include "train/image_writer.hpp"
-#include "train/calibrate.hpp"
+#include "train/calibrate_external.hpp"
 #include "util/error.hpp"
 
 extern "C" {

@@ -120,6 +120,7 @@ rim_status rim_select_init(rim_select **engine, void *memory, size_t bytes,
   e->scans = c.scans;
   e->edges = c.edges;
   e->moves = c.moves;
+  e->chains = c.edges < FEW_EDGES ? FEW_CHAINS : RIM_SELECT_CHAINS;
   e->seed = c.seed;
   lay_out(e);
   set_penalties(e);
@@ -440,7 +441,7 @@ double rim_select_membership(const rim_select *e, const double *u) {
     const pair_state *p = select_pair(e, i);
     if (p->active && p->channel == best.channel && p->x == best.region.feature[0] &&
         p->y == best.region.feature[1]) {
-      return rim_select_pair_membership(p, u[p->x], u[p->y]);
+      return rim_select_pair_membership(e, p, u[p->x], u[p->y]);
     }
   }
   return 0.0;

@@ -231,7 +231,7 @@ static float ln_anom(const rim_select *e, const pair_state *p, const chain *k) {
 float rim_select_pair_best(const rim_select *e, pair_state *p, uint32_t *which) {
   if (!p->judged) {
     p->best = -1.0f;
-    for (uint32_t k = 0; k < RIM_SELECT_CHAINS; ++k) {
+    for (uint32_t k = 0; k < e->chains; ++k) {
       const float value = ln_anom(e, p, &p->chain[k]);
       if (value > p->best) {
         p->best = value;
@@ -278,7 +278,7 @@ static void pair_observe(rim_select *e, uint32_t pair, uint32_t slot) {
     *select_link(e, slot) = *cell;
     *cell = (uint16_t)(slot + 1u);
   }
-  for (uint32_t i = 0; i < RIM_SELECT_CHAINS; ++i) {
+  for (uint32_t i = 0; i < e->chains; ++i) {
     chain *k = &p->chain[i];
     bool coarse;
     bool fine;
@@ -325,7 +325,7 @@ void rim_select_pool_forget(rim_select *e, uint32_t slot) {
                 select_cell(e, ((uint32_t)point[p->y] * e->grid) >> 8,
                             ((uint32_t)point[p->x] * e->grid) >> 8),
                 slot);
-    for (uint32_t j = 0; j < RIM_SELECT_CHAINS; ++j) {
+    for (uint32_t j = 0; j < e->chains; ++j) {
       chain *k = &p->chain[j];
       bool coarse;
       bool fine;
@@ -393,7 +393,7 @@ static void refresh(rim_select *e, uint32_t pair, uint8_t exact) {
   p->judged = false;
   if (exact)
     link_ring(e, p);
-  for (uint32_t k = 0; k < RIM_SELECT_CHAINS; ++k)
+  for (uint32_t k = 0; k < e->chains; ++k)
     evaluate(e, pair, &p->chain[k]);
 }
 
@@ -412,7 +412,7 @@ static void activate(rim_select *e, uint32_t pair, const select_offer *offer) {
   p->h3 = (float)offer->h3;
   backfill(e, pair);
   const axes like = axes_of(offer);
-  for (uint32_t k = 0; k < RIM_SELECT_CHAINS; ++k)
+  for (uint32_t k = 0; k < e->chains; ++k)
     p->chain[k].shape = scattered(e, offer, &like, k == 0 ? 0.0 : 1.0);
   refresh(e, pair, 0);
 }
@@ -421,7 +421,7 @@ static void activate(rim_select *e, uint32_t pair, const select_offer *offer) {
 static void seed_chain(rim_select *e, uint32_t pair, const select_offer *offer) {
   pair_state *p = select_pair(e, pair);
   uint32_t worst = 0;
-  for (uint32_t k = 1; k < RIM_SELECT_CHAINS; ++k) {
+  for (uint32_t k = 1; k < e->chains; ++k) {
     if (ln_anom(e, p, &p->chain[k]) < ln_anom(e, p, &p->chain[worst]))
       worst = k;
   }
@@ -498,8 +498,8 @@ void rim_select_pool_enter(rim_select *e) {
 
 /* Two others than k, different. */
 static void draw_two(rim_select *e, uint32_t k, uint32_t *first, uint32_t *second) {
-  uint32_t i = rim_rng_below(&e->rng, RIM_SELECT_CHAINS - 1u);
-  uint32_t j = rim_rng_below(&e->rng, RIM_SELECT_CHAINS - 2u);
+  uint32_t i = rim_rng_below(&e->rng, e->chains - 1u);
+  uint32_t j = rim_rng_below(&e->rng, e->chains - 2u);
   if (i >= k)
     ++i;
   if (j >= (i < k ? i : k))
@@ -556,12 +556,12 @@ static void move_chain(rim_select *e, uint32_t pair, uint32_t k) {
   evaluate_grid(e, pair, &fresh, &cells);
   const double coarse = (double)ln_anom_of(e, p->channel, fresh.grid_s, fresh.grid_n) -
                         (double)ln_anom_of(e, p->channel, old->grid_s, old->grid_n);
+  const bool climbs = k == 0;
   if (!p->exact) {
-    if (coarse > 0.0)
+    if (climbs || pair != e->leader ? coarse > 0.0 : accepted(e, coarse))
       *old = fresh;
     return;
   }
-  const bool climbs = k == 0;
   if (climbs ? coarse < -3.0 : !accepted(e, coarse))
     return;
   correct_by_ring(e, p, &cells, &fresh);
@@ -574,7 +574,7 @@ static void move_chain(rim_select *e, uint32_t pair, uint32_t k) {
 static void regroup(rim_select *e, pair_state *p) {
   uint32_t worst = 1;
   float high = 0.0f;
-  for (uint32_t k = 1; k < RIM_SELECT_CHAINS; ++k) {
+  for (uint32_t k = 1; k < e->chains; ++k) {
     const float value = ln_anom(e, p, &p->chain[k]);
     if (value < ln_anom(e, p, &p->chain[worst]))
       worst = k;
@@ -584,7 +584,7 @@ static void regroup(rim_select *e, pair_state *p) {
   const float low = ln_anom(e, p, &p->chain[worst]);
   if ((double)high - (double)low < LAG)
     return;
-  const uint32_t other = rim_rng_below(&e->rng, RIM_SELECT_CHAINS);
+  const uint32_t other = rim_rng_below(&e->rng, e->chains);
   if (ln_anom(e, p, &p->chain[other]) > low)
     p->chain[worst] = p->chain[other];
 }
@@ -596,7 +596,7 @@ static void move_pair(rim_select *e, uint32_t pair, uint32_t moves) {
     if (i % 12u == 0)
       regroup(e, p);
     move_chain(e, pair, p->cursor);
-    p->cursor = (uint16_t)(p->cursor + 1u == RIM_SELECT_CHAINS ? 0u : p->cursor + 1u);
+    p->cursor = (uint16_t)(p->cursor + 1u == e->chains ? 0u : p->cursor + 1u);
   }
 }
 
@@ -643,14 +643,14 @@ void rim_select_pool_move(rim_select *e, uint32_t budget) {
     move_pair(e, e->turn, budget - share);
 }
 
-double rim_select_pair_membership(const pair_state *p, double x, double y) {
+double rim_select_pair_membership(const rim_select *e, const pair_state *p, double x, double y) {
   double inside = 0.0;
-  for (uint32_t k = 1; k < RIM_SELECT_CHAINS; ++k) {
+  for (uint32_t k = 1; k < e->chains; ++k) {
     const ellipse *s = &p->chain[k].shape;
     const double v = (y - (double)s->cy) / (double)s->a;
     const double h = (x - (double)s->cx - (double)s->b * v) / (double)s->c;
     if (v * v + h * h < 1.0)
       inside += 1.0;
   }
-  return inside / (double)(RIM_SELECT_CHAINS - 1u);
+  return inside / (double)(e->chains - 1u);
 }

@@ -15,9 +15,11 @@
 #define SHEARS 4u         /* further intervals of an edge that comes near */
 #define ENTRIES_A_UNIT 2u /* pairs that may enter the pool, */
 /* With fewer edges a unit than this, for small processors: one pair a unit, the best of those
- * offered, and in its unit no ellipse moves; and the leader's ellipses keep the grid's resolution
- * instead of being corrected point by point. */
-#define FEW_EDGES 24u
+ * offered, and in its unit no ellipse moves; shears only where the plain H3 might itself enter the
+ * pool; half of the ellipses a pair, each moving twice as often; and the leader's keep the grid's
+ * resolution instead of being corrected point by point. */
+#define FEW_EDGES 48u
+#define FEW_CHAINS 12u
 
 /* Best interval of a (channel, feature) slice when it was last scanned. */
 typedef struct slice {
@@ -80,6 +82,7 @@ struct rim_select {
   uint16_t entered; /* pairs that entered the pool in this unit */
   uint16_t base_feature, base_channel, next_feature;
   uint8_t base_first, base_last;
+  uint16_t chains; /* ellipses a pair in use */
   uint32_t next_slice;
   uint32_t count; /* observations in the tables (halved with them) */
   uint32_t total; /* observations ever */
@@ -152,5 +155,5 @@ void rim_select_pool_offer(rim_select *e, const select_offer *offer);
 void rim_select_pool_enter(rim_select *e); /* at the end of a sweep's slice: the offer that waits */
 void rim_select_pool_refresh(rim_select *e, uint32_t pair); /* evaluates every ellipse anew */
 void rim_select_pool_move(rim_select *e, uint32_t budget);
-double rim_select_pair_membership(const pair_state *p, double x, double y);
+double rim_select_pair_membership(const rim_select *e, const pair_state *p, double x, double y);
 #endif

@@ -48,6 +48,17 @@ static void find_ends(const prefix *p, uint32_t bins, double a, bool negative, e
   out->count = n;
 }
 
+/* [i]: no interval from end i on has a larger S^2 / (n (a + b n)): it is at most the sum of the
+ * bins' own S^2 / (n a) (Cauchy), bins of the other sign take away. Rounded up. */
+static void bounds_from(const ends *e, double a, double *within) {
+  double sum = 0.0;
+  for (uint32_t i = e->count; i-- > 0;) {
+    const double s = e->s1[i] - e->s0[i];
+    sum += s * s / (e->n1[i] - e->n0[i]);
+    within[i] = sum / a * (1.0 + 1e-9);
+  }
+}
+
 /* The most anomalous interval (App. A, Alg. 8, p. 116). Only intervals whose first and last bin
  * deviate the same way are weighed: without an end bin that does not, |S| is no smaller and Var(S)
  * no larger. Compared by cross-multiplication; at most bins (bins + 1) / 2 intervals. */
@@ -58,7 +69,9 @@ static found most_anomalous(const prefix *p, uint32_t bins, double a) {
   for (uint32_t sign = 0; sign < 2; ++sign) {
     ends e;
     find_ends(p, bins, a, sign == 0, &e);
-    for (uint32_t i = 0; i < e.count; ++i) {
+    double within[RIM_SELECT_MAX_BINS];
+    bounds_from(&e, a, within);
+    for (uint32_t i = 0; i < e.count && within[i] * best_var > best_s2; ++i) {
       const double n0 = e.n0[i];
       const double s0 = e.s0[i];
       const double v0 = e.v0[i];
@@ -159,10 +172,31 @@ static uint32_t fill_mask(const rim_select *e, uint16_t *mask) {
   return n;
 }
 
+/* No interval of these bins has more evidence: S^2 / n <= sum of s_k^2 / n_k (Cauchy), over the
+ * bins of one sign, since those of the other only take away. For b > 0 less still. Rounded up by
+ * more than 16 sums in single precision lose. */
+static double evidence_bound(const channel_state *state, const int32_t *n, const int32_t *s) {
+  float up = 0.0f;
+  float down = 0.0f;
+  for (uint32_t k = 0; k < EDGE_BINS; ++k) {
+    if (n[k] == 0)
+      continue;
+    const float sum = (float)s[k];
+    const float part = sum * sum / (float)n[k];
+    if (s[k] > 0)
+      up += part;
+    else
+      down += part;
+  }
+  const double best = (double)(up > down ? up : down) * (1.0 + 1e-5);
+  return 0.5 * SELECT_RESIDUAL_STEP * SELECT_RESIDUAL_STEP * best / (double)state->a;
+}
+
 /* The most anomalous interval of f + shear / 64 * (base - its middle) among the masked: H3 with
- * shear 0; with others a parallelogram, since an oblique region has no good rectangle. */
+ * shear 0; with others a parallelogram, since an oblique region has no good rectangle. Its ln_anom
+ * is -1 where it is certainly below `least`. */
 static found conditional(rim_select *e, const uint16_t *mask, uint32_t masked, uint16_t f,
-                         int32_t shear) {
+                         int32_t shear, double least) {
   const channel_state *state = select_channel(e, e->base_channel);
   const int32_t middle = ((int32_t)e->base_first + e->base_last + 1) * 256 / (2 * e->bins);
   const uint8_t *ring = select_row(e, 0);
@@ -180,13 +214,15 @@ static found conditional(rim_select *e, const uint16_t *mask, uint32_t masked, u
     ++n[k];
     s[k] += residual[(size_t)mask[i] * e->channels];
   }
+  ++e->effort.edges;
+  if (evidence_bound(state, n, s) < least)
+    return (found){-1.0, 0, 0};
   prefix p = {{0.0}, {0.0}, {0.0}};
   for (uint32_t k = 0; k < EDGE_BINS; ++k) {
     p.n[k + 1] = p.n[k] + (double)n[k];
     p.s[k + 1] = p.s[k] + (double)s[k] * SELECT_RESIDUAL_STEP;
     p.v[k + 1] = (double)state->b * p.n[k + 1];
   }
-  ++e->effort.edges;
   return most_anomalous(&p, EDGE_BINS, (double)state->a);
 }
 
@@ -232,13 +268,17 @@ static select_offer offer_of(const rim_select *e, uint16_t f, const found *best,
 static uint32_t try_edge(rim_select *e, const uint16_t *mask, uint32_t masked, uint16_t f) {
   static const int32_t shears[SHEARS] = {32, -32, 64, -64};
   const channel_state *state = select_channel(e, e->base_channel);
-  found best = conditional(e, mask, masked, f, 0);
+  const double bar = rim_select_pool_bar(e, NULL);
+  /* In nats of this channel, what the plain H3 may lack at most. */
+  const double lacks = e->edges < FEW_EDGES ? 0.0 : NEAR_ENOUGH;
+  const double least = (bar + (double)state->offset) / (double)state->scale - lacks;
+  found best = conditional(e, mask, masked, f, 0, least);
   const double nearly = select_priority(state, best.ln_anom + NEAR_ENOUGH);
-  if (nearly < rim_select_pool_bar(e, NULL))
+  if (best.ln_anom < 0.0 || nearly < bar)
     return 1;
   int32_t shear = 0;
   for (uint32_t i = 0; i < SHEARS; ++i) {
-    const found other = conditional(e, mask, masked, f, shears[i]);
+    const found other = conditional(e, mask, masked, f, shears[i], best.ln_anom);
     if (other.ln_anom <= best.ln_anom)
       continue;
     best = other;

@@ -6,7 +6,7 @@ root=$(cd "$(dirname "$0")/../.." && pwd)
 if [ -n "${SANITIZE:-}" ]; then skipped=1; finish; fi
 cd "$here" || exit 1
 for i in $(seq 8); do toy "run$i.csv" "$i" 800; done
-"$RIM" train run*.csv --out toy.rim --quick --kinds shift,increment,variance,step,repeat > /dev/null || bad "train"
+"$RIM" train run*.csv --out toy.rim --quick > /dev/null || bad "train"
 toy log.csv 50 1200 'if (i > 400) a += 0.6'
 out=$("$RIM" replay --model toy.rim log.csv); digest=$(printf '%s\n' "$out" | tail -1)
 contains "a digest" "$digest" "^digest [0-9a-f]\{16\}$"
@@ -43,6 +43,6 @@ for level in -O0 -O2 -O3; do
   gcc -std=c11 $level -ffp-contract=off -I"$root/lib/include" fly.c -o fly "build$level/librim.a" || bad "link at $level"
   check "at $level" "$digest" "$(tail -n +2 log.csv | tr , ' ' | ./fly toy.rim)"
 done
-changed=$(tail -n +2 log.csv | sed '500s/[0-9],/9,/' | tr , ' ' | ./fly toy.rim)
-! [ "$changed" = "$digest" ]; check "one digit changed, another digest" 0 $?
+changed=$(tail -n +2 log.csv | awk -F, -v OFS=, 'NR == 500 {$3 += 0.001} {print}' | tr , ' ' | ./fly toy.rim)
+! [ "$changed" = "$digest" ]; check "a millimetre in one row, another digest" 0 $?
 finish

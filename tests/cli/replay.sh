@@ -15,7 +15,7 @@ contains "healthy" "$out" "^healthy.csv: healthy: nothing found in 1200 rows"
 contains "biased" "$out" "^biased.csv: FOUND at t = "
 contains "biased: in words" "$out" "position [ab] reads 0\.[2-7][0-9]* m \(high\|low\)"
 contains "stuck" "$out" "^stuck.csv: FOUND at t = [3-5]"
-contains "stuck: named" "$out" "  then: speed \(scatters 0\.\|repeats\)"
+contains "stuck: named" "$(printf '%s\n' "$out" | grep -A2 '^stuck.csv')" "speed \(scatters [0-9.e-]* times\|repeats\)"
 digest=$(printf '%s\n' "$out" | tail -1)
 contains "last line" "$digest" '^digest [0-9a-f]\{16\}$'
 check "the same twice" "$digest" "$("$RIM" replay --model toy.rim healthy.csv biased.csv stuck.csv | tail -1)"
@@ -69,12 +69,15 @@ check "columns by name" "$("$RIM" replay --model toy.rim biased.csv | tail -1)" 
 # Logs with their own predictions need no model.
 awk -F, -v OFS=, 'NR == 1 {print "t_s,x.push,z.position,m.position,sd.position"; next}
   {print $1, $2, $3 + ($2 > 0.5 ? 0.2 : 0), $4, 0.05}' healthy.csv > own.csv
-out=$("$RIM" replay own.csv --labels own_labels.csv --calibration-runs 39); check "own predictions" 0 $?
+out=$("$RIM" replay own.csv --labels own_labels.csv); check "own predictions" 0 $?
 contains "own predictions: found" "$out" "position reads 0\.[12][0-9]* high .*where push is"
-contains "own predictions: promise" "$out" "at most 5 % of healthy runs"
+contains "own predictions: promise" "$out" "^calibrated by a table: at most 5 % of healthy runs"
+contains "own predictions: residuals" "$out" "^residuals were tested for scale and autocorrelation"
+out=$("$RIM" replay own.csv --calibration-runs 39); check "by Monte Carlo" 0 $?
+contains "by Monte Carlo: promise" "$out" "^calibrated by 39 Monte Carlo runs: at most 5 % of healthy runs"
 hit=$(paste -d, <(tail -n +2 own.csv) <(tail -n +2 own_labels.csv) | awk -F, '{n++; s += (($2 > 0.5) == ($8 > 0))} END {print (s / n > 0.9)}')
 check "own predictions: the rows of the region" 1 "$hit"
 awk -F, -v OFS=, '{print $1, $2, ($2 > 0.5 || NR == 1 ? $3 : $3), $4}' own.csv > nosd.csv
-err=$("$RIM" replay nosd.csv --calibration-runs 39 2>&1 >/dev/null); check "without sd" 0 $?
+err=$("$RIM" replay nosd.csv 2>&1 >/dev/null); check "without sd" 0 $?
 contains "without sd: said" "$err" "z.position.* estimated"
 finish

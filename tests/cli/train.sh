@@ -6,11 +6,11 @@ cd "$here" || exit 1
 for i in $(seq 20); do toy "run$(printf %02d "$i").csv" "$i"; done
 
 out=$("$RIM" train run*.csv --out toy.rim); check "train" 0 $?
-for text in "20 runs, 24000 rows at 20 Hz: 3 sensors, 1 commands" "kernel average" "local-linear" "multiplies its error by" \
+for text in "20 runs, 24000 rows at 20 Hz: 3 sensors, 1 commands" "each run predicted without itself" "filtered commands" "'Seen from' is the constant offset" \
   "promised: at most 4.8 % of healthy runs" "highest of the 20 runs" "features may describe a region" "RAM of one monitor" "toy.rim written"; do
   contains "train prints" "$out" "$text"
 done
-contains "errors in the sensor's unit" "$out" "^position a .*m  *0\.0"
+contains "R2 and error in the sensor's unit" "$out" "^speed  *m/s  *[01]\.[0-9]*  *0\.0[0-9]"
 [ "$(head -c 6 toy.rim)" = RIMIMG ]; check "an image" 0 $?
 whole=$(printf '%s\n' "$out" | awk '/^whole image/{print $NF}')
 check "its size is told" "$whole" "$(stat -c %s toy.rim)"
@@ -28,6 +28,25 @@ contains "too few runs: how many it takes" "$out" "19 runs are the least for 5 %
 contains "too few runs: the rate used" "$out" "promised: at most 11.1 %"
 out=$("$RIM" train run*.csv --out half.rim --quick --false-alarm 0.5)
 contains "another rate" "$out" "promised: at most 47.6 %"
+
+# What is odd about the logs is named.
+cp run03.csv copy.csv
+awk -F, -v OFS=, 'NR > 600 {$5 += 2} {print}' run04.csv > odd.csv
+err=$("$RIM" train run*.csv copy.csv --out same.rim --quick 2>&1 >/dev/null); check "the same run twice" 0 $?
+contains "the same run twice: named" "$err" "copy.csv holds the same rows as run03.csv"
+err=$("$RIM" train run*.csv odd.csv --out odd.rim --quick 2>&1 >/dev/null); check "a run unlike the others" 0 $?
+contains "a run unlike the others: named" "$err" "odd.csv is unlike the other runs.*'s.speed_mps' deviates most"
+awk -F, -v OFS=, 'NR > 1 {$1 = sprintf("%.2f", 2 * $1)} {print}' run05.csv > slow.csv
+err=$("$RIM" train run*.csv slow.csv --out no.rim 2>&1 >/dev/null); check "another rate" 3 $?
+contains "another rate: named" "$err" "slow.csv: its rows come at 10 Hz, those of the other runs at 20 Hz"
+
+# Logs with their own predictions: noise, effects of the run and thresholds alone.
+for i in 01 02 03 04 05 06; do
+  awk -F, -v OFS=, 'NR == 1 {print "t_s,x.push,z.position_m,m.position_m,sd.position_m"; next} {print $1, $2, $3, $4, 0.05}' run$i.csv > own$i.csv
+done
+out=$("$RIM" train own*.csv --out own.rim); check "own predictions" 0 $?
+contains "own predictions: said" "$out" "^position  *m  *-  *- .*your own"
+"$RIM" replay --model own.rim own01.csv --fail-on-alarm > /dev/null; check "own predictions: healthy" 0 $?
 
 err=$("$RIM" train run01.csv run02.csv --out two.rim 2>&1 >/dev/null); check "two logs" 3 $?
 contains "two logs: reason" "$err" "at least 3 logs"

@@ -466,7 +466,7 @@ void an_image_predicts_blocks_from_the_commands(void **) {
     const double in_sd = rms_of(predicted, name, true);
     print_message("image: %s residual %.2f sd\n", name, in_sd);
     // sd is that of the noise from block to block; what a run keeps of its own comes on top.
-    assert_true(in_sd > 0.7 && in_sd < 2.5);
+    assert_true(in_sd > 0.7 && in_sd < 4.0);
   }
   double mean = 0.0;
   const std::size_t last = 2 * plan.block_rows; // rows of the first block that is predicted

@@ -110,7 +110,7 @@ void a_silence_in_the_log_is_told(void **) {
   rim::ReplayOptions options;
   options.record = [&](const rim_alarm &record) { records.push_back(record); };
   const rim::ReplayedLog result = replayer.replay(log, options);
-  assert_int_equal(records.size(), 2);
+  assert_true(records.size() >= 2); // what the rows after it say of the cart is another matter
   for (std::uint32_t i = 0; i < 2; ++i) {
     assert_int_equal(records[i].seq, i + 1);
     assert_int_equal(records[i].state, RIM_ALARM_NONE);
@@ -119,9 +119,32 @@ void a_silence_in_the_log_is_told(void **) {
   assert_true(records[0].t_s > before_s && records[0].t_s < before_s + 3.0);
   assert_int_equal(records[1].level, RIM_LEVEL_OK);
   assert_true(records[1].t_s == log.t_s[300]);
-  assert_int_equal(result.records, 0); // of an alarm
   assert_int_equal(result.health.stale, 1);
-  assert_int_equal(result.alarms.level, RIM_LEVEL_OK);
+  assert_int_equal(result.health.rows.gaps, 1);
+}
+
+// Silence is no health: what was not examined is not called healthy.
+void doubts_are_said(void **) {
+  rim::Replayer replayer(image(), "toy");
+  const auto said = [&](const rim::Log &log) {
+    return rim::replay_text(replayer.replay(log, {}), replayer.names());
+  };
+  rim::Log slow = toy_log(55);
+  for (double &t : slow.t_s)
+    t *= 1.8;
+  const std::string rate = said(slow);
+  assert_true(has(rate, "STALE: rows come at 11.11 Hz, the model wants 20 Hz"));
+  assert_true(rate.find("healthy: nothing") == std::string::npos);
+  rim::Log far = toy_log(55);
+  far.values(77, 3) = 1e300;
+  const std::string range = said(far);
+  assert_true(has(range, "OUT OF RANGE: speed is 1e+300 m/s at t = 3.85 s"));
+  assert_true(has(range, "column s.speed_mps; 1 rows out of range"));
+  assert_true(range.find("healthy: nothing") == std::string::npos);
+  const std::string brief = said(toy_log(55, 12));
+  assert_true(has(brief, "too few to say anything"));
+  assert_true(brief.find("healthy: nothing") == std::string::npos);
+  assert_true(has(said(toy_log(55)), "healthy: nothing found in 600 rows (30 s)"));
 }
 
 // Every data row of the file has a label: those that were skipped, and those between grid rows.
@@ -238,6 +261,7 @@ int main() {
       cmocka_unit_test(logs_do_not_know_each_other),
       cmocka_unit_test(alarms_carry_the_replay_flag),
       cmocka_unit_test(a_silence_in_the_log_is_told),
+      cmocka_unit_test(doubts_are_said),
       cmocka_unit_test(labels_cover_the_file),
       cmocka_unit_test(sd_is_estimated_and_said),
       cmocka_unit_test(columns_are_found_by_name),

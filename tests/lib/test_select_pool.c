@@ -22,9 +22,10 @@ static rim_select *engine;
 static double u[N][D], r[N];
 static rim_rng rng;
 
-static void start(uint64_t stream) {
+static void start_with(uint64_t stream, uint16_t edges) {
   rim_rng_seed(&rng, SEED, stream);
-  const rim_select_config config = {.features = D, .ring = RING, .pairs = 4, .seed = stream};
+  const rim_select_config config = {
+      .features = D, .ring = RING, .pairs = 4, .edges = edges, .seed = stream};
   assert_int_equal(rim_select_init(&engine, memory, sizeof memory, &config), RIM_OK);
   for (int i = 0; i < N; ++i) {
     for (int f = 0; f < D; ++f)
@@ -33,6 +34,8 @@ static void start(uint64_t stream) {
     r[i] = rim_rng_normal(&rng) + (inside ? 2.0 : 0.0);
   }
 }
+
+static void start(uint64_t stream) { start_with(stream, 0); }
 
 /* As stage 1 defines it: cells of row y whose centre lies in the span of the tabulated ellipse;
  * here by the tables themselves, all grid cells. */
@@ -177,11 +180,56 @@ static void the_planted_pair_leads(void **state) {
   assert_true(rim_select_pair_best(engine, p, NULL) > 20.0f);
 }
 
+/* With few edges half of the ellipses are in use, and the leader's, on the grid alone, are a sample
+ * of the posterior like those of the larger search: all but the first also go down. */
+static void few_edges_use_fewer_ellipses(void **state) {
+  (void)state;
+  start_with(17, 10);
+  int down[FEW_CHAINS] = {0};
+  for (int i = 0; i < N; ++i) {
+    assert_int_equal(rim_select_observe(engine, u[i], &r[i]), RIM_OK);
+    const uint16_t leader = engine->leader;
+    float before[FEW_CHAINS] = {0.0f};
+    for (uint32_t j = 0; leader < engine->pairs && j < FEW_CHAINS; ++j) {
+      const chain *k = &select_pair(engine, leader)->chain[j];
+      before[j] = k->n >= 3.0f ? k->s * k->s / k->n : 0.0f;
+    }
+    rim_select_work(engine, 1);
+    if (leader != engine->leader || engine->entered > 0 || leader >= engine->pairs)
+      continue;
+    const pair_state *p = select_pair(engine, leader);
+    assert_false(p->exact);
+    for (uint32_t j = 0; j < FEW_CHAINS; ++j) {
+      const chain *k = &p->chain[j];
+      down[j] += k->n >= 3.0f && k->s * k->s / k->n < before[j] * 0.999f;
+    }
+  }
+  for (uint32_t i = 0; i < engine->pairs; ++i) {
+    for (uint32_t j = FEW_CHAINS; j < RIM_SELECT_CHAINS; ++j)
+      assert_true(select_pair(engine, i)->chain[j].n == 0.0f);
+  }
+  assert_int_equal(down[0], 0);
+  for (uint32_t j = 1; j < FEW_CHAINS; ++j)
+    assert_true(down[j] > 5);
+  const pair_state *leader = select_pair(engine, engine->leader);
+  assert_true(leader->x == 1 && leader->y == 3);
+  double x[D] = {0.5, 0.6, 0.5, 0.4, 0.5};
+  assert_true(rim_select_membership(engine, x) > 0.99);
+  int between = 0;
+  for (x[1] = 0.605; x[1] < 1.0; x[1] += 0.01) {
+    const double share = 11.0 * rim_select_membership(engine, x);
+    assert_true(fabs(share - floor(share + 0.5)) < 1e-9);
+    between += share > 0.5 && share < 10.5;
+  }
+  assert_true(between > 0 && rim_select_membership(engine, x) < 0.01);
+}
+
 int main(void) {
   printf("seed %u\n", SEED);
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(ellipses_count_their_cells), cmocka_unit_test(incremental_equals_fresh),
       cmocka_unit_test(the_leader_is_exact_on_the_ring),
-      cmocka_unit_test(entries_and_moves_are_bounded), cmocka_unit_test(the_planted_pair_leads)};
+      cmocka_unit_test(entries_and_moves_are_bounded), cmocka_unit_test(the_planted_pair_leads),
+      cmocka_unit_test(few_edges_use_fewer_ellipses)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

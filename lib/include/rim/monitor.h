@@ -43,6 +43,8 @@ extern "C" {
 typedef enum rim_section {
   RIM_SECTION_CONFIG = 1,    /* u32[RIM_CONFIG_WORDS], see rim_config_word */
   RIM_SECTION_LEVEL = 3,     /* rim_nominal: a block's outcomes from its other features; optional */
+  RIM_SECTION_SCALES = 5,    /* f32[outcomes], > 0: by which the caller's standardised residuals are
+                                multiplied; without NOISE only; absent: 1 */
   RIM_SECTION_THRESHOLD = 6, /* rim_threshold */
   RIM_SECTION_FEATURES = 7,  /* f32 low[features], f32 high[features]: trained range, high > low */
   RIM_SECTION_REGION = 8,    /* u16[region features][2]: feature, and 0xffff or the outcome whose

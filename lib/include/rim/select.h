@@ -11,8 +11,9 @@
  *     other feature sheared by the base: with 100 features H3 alone ranks the right partner first
  *     in 90 % of golf runs, with shear in 96 %;
  *   - a pool of active (feature, feature, channel) triples, each a grid of prefix sums and 24
- *     ellipses, which move by differential evolution. The leading pair's are accepted by the rule
- *     of Metropolis at temperature 1, on the ring's own points where an edge cuts a cell: once they
+ *     ellipses (12 with fewer than 48 edges a unit), which move by differential evolution. The
+ *     leading pair's are accepted by the rule of Metropolis at temperature 1, on the ring's own
+ *     points where an edge cuts a cell (with fewer edges on the grid alone): once they
  *     have climbed, they are a sample of the posterior over ellipses (flat prior, likelihood ratio
  *     eq. 3.1), and membership of a point is the average over them. A pair that is not the leader
  *     stays or goes by its latest H3, not by its best ellipse.

@@ -33,6 +33,7 @@ struct rim_monitor {
   const uint8_t *range;  /* f32 low[features], high[features] */
   const uint8_t *region; /* u16[region features][2] */
   const uint8_t *cuts;
+  const uint8_t *scales; /* f32[outcomes], or NULL */
   blocks *rows;
   rim_search *search;        /* trained, else NULL */
   rim_select *select;        /* not trained, else NULL */
@@ -62,7 +63,7 @@ typedef struct monitor_plan {
   blocks_config rows;
   search_config search;
   rim_select_config select;
-  const uint8_t *range, *region;
+  const uint8_t *range, *region, *scales;
   uint16_t channel_count;
 } monitor_plan;
 
@@ -71,6 +72,10 @@ static inline double monitor_low(const rim_monitor *m, size_t f) {
 }
 static inline double monitor_width(const rim_monitor *m, size_t f) {
   return (double)rim_image_f32(m->range, m->words[RIM_CONFIG_FEATURES] + f) - monitor_low(m, f);
+}
+
+static inline double monitor_scale(const rim_monitor *m, size_t outcome) {
+  return m->scales != NULL ? (double)rim_image_f32(m->scales, outcome) : 1.0;
 }
 
 /* describe.c: the record of what is found now. */

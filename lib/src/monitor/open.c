@@ -39,6 +39,23 @@ static rim_status read_words(monitor_plan *p) {
   return RIM_OK;
 }
 
+/* Optional, and only for residuals of the caller's own predictions. */
+static rim_status open_scales(monitor_plan *p) {
+  const uint8_t *data;
+  size_t bytes;
+  if (!find(p, RIM_SECTION_SCALES, &data, &bytes))
+    return RIM_OK;
+  if (p->is_trained || bytes != 4u * (size_t)p->words[RIM_CONFIG_OUTCOMES])
+    return RIM_E_CONFIG;
+  for (size_t o = 0; o < p->words[RIM_CONFIG_OUTCOMES]; ++o) {
+    const double scale = (double)rim_image_f32(data, o);
+    if (!rim_is_finite(scale) || !(scale > 0.0))
+      return RIM_E_RANGE;
+  }
+  p->scales = data;
+  return RIM_OK;
+}
+
 static rim_status check_range(const monitor_plan *p) {
   const size_t features = p->words[RIM_CONFIG_FEATURES];
   for (size_t f = 0; f < features; ++f) {
@@ -197,6 +214,8 @@ static rim_status make_plan(monitor_plan *p, const void *image, size_t image_byt
   if (status == RIM_OK)
     status = open_tables(p);
   if (status == RIM_OK)
+    status = open_scales(p);
+  if (status == RIM_OK)
     status = open_threshold(p);
   if (status == RIM_OK)
     status = open_correct(p);
@@ -276,6 +295,7 @@ static void connect(rim_monitor *m, monitor_plan *p, const layout *l) {
   m->range = p->range;
   m->region = p->region;
   m->cuts = p->search.cuts;
+  m->scales = p->scales;
   p->search.noise = &m->models.noise; /* the plan's own is on the stack */
   double *numbers = (double *)(void *)(base + l->numbers);
   m->unit = numbers;

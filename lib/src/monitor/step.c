@@ -124,7 +124,7 @@ static bool observe_rows(rim_monitor *m) {
   }
   double *r = m->unit + m->words[RIM_CONFIG_REGION_FEATURES];
   for (size_t o = 0; o < m->words[RIM_CONFIG_OUTCOMES]; ++o)
-    r[o] = rim_clamp(blocks_outcomes(m->rows)[o], -8.0, 8.0);
+    r[o] = rim_clamp(blocks_outcomes(m->rows)[o] * monitor_scale(m, o), -8.0, 8.0);
   if (rim_select_observe(m->select, m->unit, r) == RIM_OK)
     return true;
   count(&m->refused);
