@@ -263,8 +263,6 @@ void name_integrand(Agreement *a, Eigen::Index outcome, const Eigen::VectorXd &w
   if (best < 0 || most * most < 0.5 * all)
     best = -1;
   a->row(outcome, 2) = static_cast<double>(best);
-  if (best >= 0)
-    a->row(outcome, 3) = 2.0 * weight[best] * a->level_inverse_sd[static_cast<std::size_t>(best)];
 }
 
 } // namespace

@@ -65,8 +65,10 @@ files["section_basis"] = b"\10" + struct.pack("<8I", 1, 3, 2, len(terms), 1, 0, 
     b"".join(struct.pack("<4H", op, a, b, 0) for op, a, b in terms) + \
     struct.pack(f"<{2 * len(terms)}f", *([0.5] * len(terms) + [2.0] * len(terms))) + struct.pack("<2H4f", 1, 0, 0.0, 1.0, 3.0, 4.0)
 files["section_behaviour"] = b"\10" + struct.pack("<4I4I8f", 1, 1, 4, 0, 1, 0, 0, 0, 1, 2, -3, -3, 0.5, 1, 0, 0)
+row = [0, 0.1, -1, 0] + [0.25] * 6
+files["section_agreement"] = b"\10" + struct.pack("<4I24f", 2, 2, 1, 0, 20, 20, 1, 1, *row, *([2, 0.1, 0, 0.5] + [0.25] * 6))
 noise_channel = struct.pack("<9f", 1, 2, 0.4, 0.05, 1, 2, 0.1, 0.1, 0.2) + struct.pack("<2f10f8f", 4, 9, *([1, 0, 0, 0, 0] + [0, 1, 0, 0, 0.5]), *([1.5] * 8))
-files["section_noise"] = b"\10" + struct.pack("<4I4f", 1, 8, 5, 2, 300, 20, 0, 0) + 8 * noise_channel
+files["section_noise"] = b"\10" + struct.pack("<4I4f", 1, 8, 5, 2, 300, 20, 2000, 0) + 8 * noise_channel
 for name, data in files.items():
     with open(os.path.join(out, name), "wb") as file:
         file.write(data)

@@ -144,7 +144,11 @@ static inline void fuzz_trained(const uint8_t *data, size_t bytes) {
     fuzz_must(basis.terms <= BASIS_MAX_TERMS && basis.means <= BASIS_MAX_MEANS);
   if (rim_behaviour_open(&behaviour, data, bytes, 1, 2) == RIM_OK)
     rim_behaviour_predict(&behaviour, term, first, predicted);
-  (void)rim_agreement_open(&agreement, data, bytes, 2, 1);
+  if (rim_agreement_open(&agreement, data, bytes, 2, 1) == RIM_OK) {
+    double state[2 * AGREEMENT_STATE] = {0.0}, remains[2];
+    const agreement_block block = {.residual = first, .mean = term, .measured = first, .level = first};
+    rim_agreement_evaluate(&agreement, &block, state, remains);
+  }
   if (rim_noise_open(&noise, data, bytes, 8, 1) != RIM_OK)
     return;
   for (uint32_t c = 0; c < 8; ++c) {

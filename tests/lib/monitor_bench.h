@@ -19,6 +19,7 @@
 #include "rim/monitor.h"
 #include "rim/real.h"
 #include "rim/rng.h"
+#include "section_bytes.h"
 
 enum { D = 4, O = 2, BINS = 16, GRID = 16, PAIRS = 2, REGION = 2, BLOCK = 4, CUTS = 23 };
 enum { EXTERNAL_RING = 64, TRAINED_RING = 256, CHANNELS = RIM_MONITOR_KINDS * O };
@@ -34,30 +35,6 @@ enum {
 
 /* ---- a flight image, written by hand ---- */
 
-typedef struct bytes {
-  uint8_t byte[5120];
-  size_t size;
-} bytes;
-
-static void u8(bytes *b, unsigned v) {
-  assert_true(b->size < sizeof b->byte);
-  b->byte[b->size++] = (uint8_t)v;
-}
-static void u16(bytes *b, unsigned v) {
-  u8(b, v & 255u);
-  u8(b, v >> 8);
-}
-static void u32(bytes *b, uint32_t v) {
-  u16(b, v & 0xffffu);
-  u16(b, v >> 16);
-}
-static void f32(bytes *b, double v) {
-  const float f = (float)v;
-  uint32_t bits;
-  memcpy(&bits, &f, 4);
-  u32(b, bits);
-}
-
 typedef struct recipe {
   bytes section[SECTIONS]; /* by rim_section; size 0: absent */
 } recipe;
@@ -66,11 +43,6 @@ typedef struct image {
   _Alignas(8) uint8_t byte[16384];
   size_t size;
 } image;
-
-static void put_u32(uint8_t *at, uint32_t v) {
-  for (int k = 0; k < 4; ++k)
-    at[k] = (uint8_t)(v >> (8 * k));
-}
 
 static void build(image *m, const recipe *r) {
   memset(m, 0, sizeof *m);
@@ -202,12 +174,12 @@ static void put_behaviour(bytes *b) {
 }
 
 static void put_agreement(bytes *b) {
-  const uint32_t header[4] = {1, O, MEANS, 0};
+  const uint32_t header[4] = {2, O, MEANS, 0};
   for (size_t i = 0; i < 4; ++i)
     u32(b, header[i]);
-  for (size_t i = 0; i < O; ++i)
-    f32(b, 20.0);
-  for (size_t i = 0; i < O * (2 + O * (2 + MEANS)); ++i)
+  for (size_t i = 0; i < 2 * O; ++i)
+    f32(b, i < O ? 20.0 : 1.0);
+  for (size_t i = 0; i < O * (4 + O * (2 + MEANS)); ++i)
     f32(b, 0.0);
 }
 
@@ -216,7 +188,7 @@ static void put_noise(bytes *b) {
   const uint32_t header[4] = {1, CHANNELS, RAW, FIELDS};
   for (size_t i = 0; i < 4; ++i)
     u32(b, header[i]);
-  const double times[4] = {300.0, 20.0, 0.0, 0.0};
+  const double times[4] = {300.0, 20.0, 2000.0, 0.0};
   for (size_t i = 0; i < 4; ++i)
     f32(b, times[i]);
   for (size_t c = 0; c < CHANNELS; ++c) {

@@ -245,13 +245,12 @@ void rim_agreement_evaluate(const rim_agreement *a, const agreement_block *block
   }
 }
 
-bool rim_agreement_integrand(const rim_agreement *a, uint32_t outcome, uint32_t *integrand,
-                             double *gain) {
+double rim_agreement_gain(const rim_agreement *a, uint32_t outcome, uint32_t j, bool *mostly) {
   const uint8_t *row = a->row + 4u * outcome * agreement_stride(a->outcomes, a->means);
-  const float j = rim_image_f32(row, 2);
-  if ((uint32_t)rim_image_f32(row, 0) != AGREEMENT_INTEGRAL || !(j >= 0.0f))
-    return false;
-  *integrand = (uint32_t)j;
-  *gain = (double)rim_image_f32(row, 3);
-  return rim_abs(*gain) > 0.0;
+  *mostly = rim_image_f32(row, 2) >= 0.0f && (uint32_t)rim_image_f32(row, 2) == j;
+  if ((uint32_t)rim_image_f32(row, 0) != AGREEMENT_INTEGRAL)
+    return 0.0;
+  const double both = (double)rim_image_f32(row, AGREEMENT_FIRST + j) +
+                      (double)rim_image_f32(row, AGREEMENT_FIRST + a->outcomes + j);
+  return both * (double)rim_image_f32(a->level_inverse_sd, j);
 }

@@ -80,7 +80,7 @@ void rim_behaviour_predict(const rim_behaviour *view, const double *term, const 
  *   f32 inverse_sd[O]     of the behaviour residuals
  *   f32 level_inverse_sd[O]   of the outcomes themselves
  *   f32 row[O][AGREEMENT_FIRST + O (2 + M)]: source (agreement_source), intercept, integrand,
- *     gain, weights
+ *     0, weights
  * RESIDUALS: weights of the others' residuals of the same block, of the block before, and of the
  *   same block times mean 0, 1, ... Residuals enter in standard deviations, clipped at
  *   AGREEMENT_CLIP; the sum is in the outcome's own standard deviations.
@@ -88,8 +88,7 @@ void rim_behaviour_predict(const rim_behaviour *view, const double *term, const 
  * INTEGRAL: an outcome that integrates others (position, attitude, charge): its change since the
  *   block before less what the others' values of both blocks, in standard
  *   deviations, say of it, summed over
- *   the run. integrand: the outcome that it mostly integrates, or -1; gain: change of this outcome
- *   per block and unit of the integrand. */
+ *   the run. integrand: the outcome that it mostly integrates, or -1. */
 #define AGREEMENT_CLIP 4.0
 #define AGREEMENT_FIRST 4u
 #define AGREEMENT_KEEPS 0.9995 /* of the sum per block: it must stay bounded in a long flight */
@@ -122,9 +121,8 @@ typedef struct agreement_block {
 void rim_agreement_evaluate(const rim_agreement *view, const agreement_block *block, double *state,
                             double *remains);
 
-/* Where outcome o's source is INTEGRAL and one integrand dominates: that outcome, and the gain.
- * False otherwise. */
-bool rim_agreement_integrand(const rim_agreement *view, uint32_t outcome, uint32_t *integrand,
-                             double *gain);
+/* Where `outcome` is watched as an integral: its change per block and unit of outcome j, 0 where it
+ * does not integrate that one. *mostly: whether j is the one that it mostly integrates. */
+double rim_agreement_gain(const rim_agreement *view, uint32_t outcome, uint32_t j, bool *mostly);
 
 #endif

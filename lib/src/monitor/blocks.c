@@ -128,7 +128,7 @@ static bool row_is_usable(blocks *b, double t_s, const double *context, const do
   return true;
 }
 
-/* Half a turn on either side of the trained range is within it for an angle. */
+/* The trained range of an angle is a whole turn: half a turn on either side of it is within. */
 static double limited(blocks *b, size_t f, double x) {
   const double low = (double)rim_image_f32(b->config.range, f);
   const double high = (double)rim_image_f32(b->config.range, b->config.features + f);

@@ -7,6 +7,7 @@
 /* A behaviour channel with this part of the score of the leading agreement channel is named instead:
  * when the vehicle itself deviates several sensors do, and agree. */
 #define BEHAVIOUR_SHARE 0.4
+#define LIKELY 1.0 /* nats for the outcome that is mostly integrated: a bias is likelier than a drift */
 
 static void begin(const rim_monitor *m, const rim_verdict *verdict, rim_alarm *alarm) {
   memset(alarm, 0, sizeof *alarm);
@@ -132,39 +133,51 @@ static void date(const rim_monitor *m, const search_hypothesis *h, double onset_
     alarm->since_sd_s = onset_sd * block_s;
 }
 
-/* An outcome that integrates another drifts when the other is biased. Whether it is the other's bias
- * or a drift of its own: what the other's own channel says of such a bias since then. */
-static bool blame_integrand(rim_monitor *m, uint16_t channel, search_hypothesis *h, rim_alarm *alarm) {
-  const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
-  uint32_t integrand;
-  double gain;
-  if (channel / outcomes != RIM_CHANNEL_AGREEMENT || h->family != SEARCH_RAMP ||
-      !rim_agreement_integrand(&m->models.agreement, channel % outcomes, &integrand, &gain))
-    return false;
-  const noise_channel own = rim_noise_channel(&m->models.noise, channel);
-  const double per_block = (double)h->shift * (double)own.s / 256.0;
-  const double bias = -per_block / gain;
-  const double sd = (double)h->sd * (double)own.s / 256.0 / rim_abs(gain) *
-                    rim_sqrt((double)rim_image_f32(own.phi, SEARCH_RAMP));
+/* ln likelihood ratio, as healthy runs inflate it, of a bias of outcome j since this block, by what
+ * its own channels say. */
+static double support_of(rim_monitor *m, uint32_t j, double bias, uint32_t onset) {
   double support = 0.0;
   for (uint32_t kind = RIM_CHANNEL_BEHAVIOUR; kind <= RIM_CHANNEL_AGREEMENT; ++kind) {
-    const uint32_t c = kind * outcomes + integrand;
+    const uint32_t c = kind * m->words[RIM_CONFIG_OUTCOMES] + j;
     const noise_channel n = rim_noise_channel(&m->models.noise, c);
     const double z = bias / (double)n.s;
-    search_hypothesis since = {.family = SEARCH_SINCE, .onset = h->onset};
+    search_hypothesis since = {.family = SEARCH_SINCE, .onset = onset};
     if (n.active > 0.5f && search_evaluate_channel(m->search, c, &since)) {
       const double a = 1.0 / ((double)since.sd * (double)since.sd);
       support += (z * (double)since.shift - 0.5 * z * z) * a /
                  (double)rim_image_f32(n.phi, SEARCH_SINCE);
     }
   }
-  if (support < 0.0)
-    return false;
-  alarm->kind = RIM_KIND_SHIFT;
-  alarm->channel[0] = (uint16_t)integrand;
-  alarm->shift[0] = bias;
-  alarm->shift_sd[0] = sd;
-  return true;
+  return support;
+}
+
+/* An outcome that integrates others drifts when one of those is biased. Whose bias it is, or whether
+ * it is a drift of its own, is told by the others' own channels; where they say nothing, the one that
+ * it mostly integrates is named. */
+static void blame_integrand(rim_monitor *m, uint16_t channel, const search_hypothesis *h,
+                            rim_alarm *alarm) {
+  const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
+  if (channel / outcomes != RIM_CHANNEL_AGREEMENT || h->family != SEARCH_RAMP)
+    return;
+  const noise_channel own = rim_noise_channel(&m->models.noise, channel);
+  const double unit = (double)own.s / 256.0; /* of a ramp, per block */
+  const double inflation = rim_sqrt((double)rim_image_f32(own.phi, SEARCH_RAMP));
+  double most = 0.0;
+  for (uint32_t j = 0; j < outcomes; ++j) {
+    bool mostly;
+    const double gain = rim_agreement_gain(&m->models.agreement, channel % outcomes, j, &mostly);
+    if (!(rim_abs(gain) > 0.0))
+      continue;
+    const double bias = -(double)h->shift * unit / gain;
+    const double support = support_of(m, j, bias, h->onset) + (mostly ? LIKELY : 0.0);
+    if (!(support > most))
+      continue;
+    most = support;
+    alarm->kind = RIM_KIND_SHIFT;
+    alarm->channel[0] = (uint16_t)j;
+    alarm->shift[0] = bias;
+    alarm->shift_sd[0] = (double)h->sd * unit / rim_abs(gain) * inflation;
+  }
 }
 
 static void describe_trained(rim_monitor *m, const rim_verdict *verdict, rim_alarm *alarm) {
@@ -183,7 +196,7 @@ static void describe_trained(rim_monitor *m, const rim_verdict *verdict, rim_ala
   alarm->channel[0] = (uint16_t)(channel % outcomes);
   alarm->channels = 1;
   size_shift(m, channel, &h, &alarm->shift[0], &alarm->shift_sd[0]);
-  (void)blame_integrand(m, channel, &h, alarm);
+  blame_integrand(m, channel, &h, alarm);
   name_others(alarm, m->channel_count, outcomes, m->models.threshold.alarm_score, trained_score, m);
   for (size_t i = 1; i < alarm->channels; ++i) {
     const uint16_t c = (uint16_t)(channel - channel % outcomes + alarm->channel[i]);

@@ -6,7 +6,7 @@
 #include "search_private.h"
 
 #define COMPLEXITY 0.05 /* share of its score that each further part of a description must add */
-#define PLAINER 0.1     /* share of a score that a drift or gain must add to a shift's */
+#define MOST_GAIN 0.5   /* share of an outcome beyond which a gain is not the word for it */
 #define REFINEMENTS 4u  /* rounds of edges and onset */
 
 static size_t round8(size_t n) { return (n + 7u) & ~(size_t)7u; }
@@ -345,39 +345,46 @@ double search_time_of(const rim_search *s, uint32_t block) {
 
 void search_keep_maxima(rim_search *s, float *maxima) { s->maxima = maxima; }
 
-static double parts(const search_hypothesis *h) {
-  static const double level[NOISE_FAMILIES] = {0.0, 0.0, 0.0, 0.0, 1.0, 2.0, 2.0, 3.0};
-  return level[h->family];
-}
-
 bool search_evaluate_channel(rim_search *s, uint32_t channel, search_hypothesis *h) {
   search_refresh(s, channel);
   search_evaluate(s, h);
   return h->score > SEARCH_NONE;
 }
 
-/* A drift or a gain is claimed where it explains clearly more than a constant shift does. */
-static search_hypothesis plain_time(const rim_search *s, const search_hypothesis *time) {
-  search_hypothesis since;
-  forget(&since);
-  if (time->family != SEARCH_RAMP && time->family != SEARCH_GAIN)
-    return *time;
-  since.family = SEARCH_SINCE;
-  const search_mask mask = search_mask_of(s, &since, -1);
-  search_scan_onset(s, &mask, &since, NULL);
-  return (double)since.score > (1.0 - PLAINER) * (double)time->score ? since : *time;
+/* What a hypothesis explains beyond its description, each part of it worth a share: by the ratio
+ * itself, for phi differs between families and would prefer the one that healthy runs inflate
+ * least. */
+static double worth(const rim_search *s, const search_hypothesis *h) {
+  static const double parts[NOISE_FAMILIES] = {0.0, 2.0, 2.0, 1.0, 1.0, 2.0, 2.0, 3.0};
+  if (h->score <= SEARCH_NONE || !(h->ln_ratio > 0.0f))
+    return -1e30;
+  if (h->family == SEARCH_GAIN && rim_abs((double)h->shift) > MOST_GAIN)
+    return -1e30;
+  const noise_channel c = rim_noise_channel(s->config.noise, s->channel);
+  const double inflation = (double)rim_image_f32(c.phi, SEARCH_SINCE);
+  return (double)h->ln_ratio / inflation * (1.0 - COMPLEXITY * parts[h->family]) -
+         search_description((search_family)h->family);
+}
+
+static search_hypothesis best_in_time(const rim_search *s) {
+  search_hypothesis best = s->in_time[SEARCH_SINCE];
+  for (uint32_t f = SEARCH_RAMP; f <= SEARCH_FIELD; ++f) {
+    if (worth(s, &s->in_time[f]) > worth(s, &best))
+      best = s->in_time[f];
+  }
+  return best;
 }
 
 void search_explain(rim_search *s, uint32_t channel, search_hypothesis *out, double *onset_sd) {
   search_refresh(s, channel);
   const channel_state *state = search_state(s, channel);
-  search_hypothesis best = plain_time(s, &state->time);
+  search_hypothesis best = best_in_time(s);
   search_hypothesis h = state->region;
   for (uint32_t round = 0; round < REFINEMENTS && h.score > SEARCH_NONE; ++round) {
     if (round == 0)
       search_evaluate(s, &h);
     search_refine_edges(s, &h, 0);
-    if (parts(&h) >= 2.0 && h.family != SEARCH_INTERVAL_SINCE)
+    if (h.family == SEARCH_BOX || h.family == SEARCH_BOX_SINCE)
       search_refine_edges(s, &h, 1);
     if (h.onset != SEARCH_FROM_START) {
       const search_mask mask = search_mask_of(s, &h, -1);
@@ -386,8 +393,7 @@ void search_explain(rim_search *s, uint32_t channel, search_hypothesis *out, dou
   }
   if (h.score > SEARCH_NONE) {
     search_note(s, channel, &h);
-    const double worth = (double)h.score * (1.0 - COMPLEXITY * parts(&h));
-    if (worth > (double)best.score)
+    if (worth(s, &h) > worth(s, &best))
       best = h;
   }
   *onset_sd = 0.0;

@@ -52,6 +52,7 @@ struct rim_search {
   bool fresh, favour;
   search_layout at;
   float *maxima;
+  search_hypothesis in_time[SEARCH_FIELD + 1]; /* of the channel in turn: best by ratio of each */
   uint32_t fields; /* of the channel in turn */
   search_bins bins;
   search_cells cells;

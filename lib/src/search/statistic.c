@@ -153,6 +153,8 @@ static void judge_time(rim_search *s, search_family family, const search_sums *s
   search_hypothesis h = {.family = (uint8_t)family, .onset = s->count - s->held + i};
   search_judge(s, sums, &h);
   search_note(s, s->channel, &h);
+  if (h.score > SEARCH_NONE && h.ln_ratio > s->in_time[family].ln_ratio)
+    s->in_time[family] = h;
 }
 
 /* Suffix sums give every onset's statistic in one pass (eq. 3.6 and 3.7 for each shape). */
@@ -235,6 +237,7 @@ static void judge_field(rim_search *s, const noise_channel *c, const double *l, 
   h.blocks = s->held;
   set_score(s, &h);
   search_note(s, s->channel, &h);
+  s->in_time[SEARCH_FIELD] = h;
 }
 
 void search_refresh(rim_search *s, uint32_t channel) {
@@ -247,6 +250,7 @@ void search_refresh(rim_search *s, uint32_t channel) {
   whiten(s, &c, l, b);
   fold(s, &c);
   search_state(s, channel)->time.score = SEARCH_NONE;
+  memset(s->in_time, 0, sizeof s->in_time);
   scan_time(s);
   if (c.fields > 0)
     judge_field(s, &c, l, b);

@@ -1,0 +1,246 @@
+/* Of test_search.c: a channel's noise as a section, blocks with a planted deviation, and what
+ * generalised least squares says of a shape, computed with whole matrices.
+ *
+ * Predictions, means, ln sigma and residuals are whole multiples of the step in which the ring keeps
+ * them. */
+#ifndef SEARCH_BENCH_H
+#define SEARCH_BENCH_H
+
+#include <math.h>
+#include <stdio.h>
+
+#include "rim/real.h"
+#include "rim/rng.h"
+#include "search/search.h"
+#include "search/search_private.h"
+#include "section_bytes.h"
+
+enum { FEATURES = 3, OUTCOMES = 2, KINDS = 4, CHANNELS = KINDS * OUTCOMES, MEANS = 1 };
+enum { RAW = 4 + MEANS, FIELDS = 3, RING = 48, MOST_BLOCKS = 160, TURN = 16 };
+#define SEED 4242u
+#define BLOCK_S 0.5
+#define RUN_S 40.0
+#define DECAY_S 5.0
+#define TREND_S 30.0
+
+/* What a channel's noise is like, and the blocks of a run. */
+typedef struct world {
+  uint32_t fields;
+  double rho, s, p_center, p_scale, ln_sigma;
+  double prior[FIELDS], combination[FIELDS][RAW];
+  float phi;
+  uint32_t blocks;
+  uint8_t feature[MOST_BLOCKS][FEATURES];
+  double p[MOST_BLOCKS], mean[MOST_BLOCKS][MEANS]; /* standardised */
+  double r[MOST_BLOCKS]; /* of channel 0, in the outcome's unit */
+} world;
+
+static inline double predicted(const world *w, uint32_t i) {
+  return w->p_center + w->p_scale * w->p[i];
+}
+static inline double scale(const world *w, uint32_t i) { return rim_exp(w->ln_sigma * w->p[i]); }
+
+static inline void fields_of(const world *w, uint32_t i, double *field) {
+  const double t_s = BLOCK_S * (double)i;
+  const double trend = (1.0 - rim_exp(-t_s / TREND_S)) * TREND_S / RUN_S;
+  const double raw[RAW] = {1.0, w->p[i], trend, rim_exp(-t_s / DECAY_S), w->mean[i][0]};
+  for (uint32_t k = 0; k < w->fields; ++k) {
+    field[k] = 0.0;
+    for (uint32_t j = 0; j < RAW; ++j)
+      field[k] += w->combination[k][j] * raw[j];
+  }
+}
+
+/* The residual as the ring keeps it. */
+static inline double residual_of(const world *w, uint32_t i) {
+  const double unit = w->s * scale(w, i) * SEARCH_Z_STEP;
+  return floor(w->r[i] / unit + 0.5) * unit;
+}
+
+/* Draws a run of the world's own noise: offsets along the fields, and autocorrelated noise. */
+static inline void draw(world *w, uint32_t blocks, uint32_t seed) {
+  rim_rng rng;
+  rim_rng_seed(&rng, SEED, seed);
+  double b[FIELDS], a = 0.0;
+  for (uint32_t k = 0; k < w->fields; ++k)
+    b[k] = sqrt(w->prior[k]) * rim_rng_normal(&rng);
+  w->blocks = blocks;
+  for (uint32_t i = 0; i < blocks; ++i) {
+    double field[FIELDS];
+    for (uint32_t f = 0; f < FEATURES; ++f)
+      w->feature[i][f] = (uint8_t)(256.0 * rim_rng_uniform(&rng));
+    w->p[i] = floor(124.0 * rim_rng_uniform(&rng) - 62.0) / 31.0;
+    w->mean[i][0] = ((double)(7 * i % 125) - 62.0) / 31.0;
+    a = i == 0 ? rim_rng_normal(&rng) / sqrt(1.0 - w->rho * w->rho)
+               : w->rho * a + rim_rng_normal(&rng);
+    fields_of(w, i, field);
+    w->r[i] = w->s * scale(w, i) * a;
+    for (uint32_t k = 0; k < w->fields; ++k)
+      w->r[i] += w->s * field[k] * b[k];
+  }
+}
+
+static inline world make_world(bool effects, double rho, double ln_sigma) {
+  world w;
+  memset(&w, 0, sizeof w);
+  w.fields = effects ? FIELDS : 0;
+  w.rho = rho;
+  w.s = 0.2;
+  w.p_center = 3.0;
+  w.p_scale = 1.5;
+  w.ln_sigma = ln_sigma;
+  w.phi = 1.0f;
+  static const double combination[FIELDS][RAW] = {
+      {1.0, 0.0, 0.0, 0.0, 0.0}, {0.2, 0.8, 0.0, 0.0, 0.3}, {-0.5, 0.0, 1.0, 0.6, 0.0}};
+  memcpy(w.combination, combination, sizeof combination);
+  for (uint32_t k = 0; k < FIELDS; ++k)
+    w.prior[k] = 0.5 + 0.25 * k;
+  return w;
+}
+
+/* ---- the search over it ---- */
+
+typedef struct bench {
+  world w;
+  bytes section;
+  rim_noise noise;
+  search_config config;
+  uint8_t cuts[FEATURES][SEARCH_CUTS];
+  _Alignas(8) uint8_t memory[65536];
+  rim_search *search;
+} bench;
+
+static inline void put_noise(bytes *b, const world *w) {
+  b->size = 0;
+  const uint32_t header[4] = {1, CHANNELS, RAW, FIELDS};
+  for (size_t i = 0; i < 4; ++i)
+    u32(b, header[i]);
+  const double times[4] = {RUN_S, DECAY_S, TREND_S, 0.0};
+  for (size_t i = 0; i < 4; ++i)
+    f32(b, times[i]);
+  for (size_t c = 0; c < CHANNELS; ++c) {
+    const double numbers[9] = {1.0,         c == 0 ? w->fields : 0.0,
+                               w->rho,      w->s,
+                               w->p_center, w->p_scale,
+                               w->ln_sigma, 0.0,
+                               0.0};
+    for (size_t i = 0; i < 9; ++i)
+      f32(b, numbers[i]);
+    for (size_t k = 0; k < FIELDS; ++k)
+      f32(b, 1.0 / w->prior[k]);
+    for (size_t k = 0; k < FIELDS * RAW; ++k)
+      f32(b, w->combination[k / RAW][k % RAW]);
+    for (size_t f = 0; f < NOISE_FAMILIES; ++f)
+      f32(b, (double)w->phi);
+  }
+}
+
+/* ring: blocks kept. */
+static inline void start(bench *b, const world *w, uint16_t ring) {
+  b->w = *w;
+  put_noise(&b->section, w);
+  assert_int_equal(rim_noise_open(&b->noise, b->section.byte, b->section.size, CHANNELS, MEANS),
+                   RIM_OK);
+  for (size_t f = 0; f < FEATURES; ++f) {
+    for (size_t i = 0; i < SEARCH_CUTS; ++i)
+      b->cuts[f][i] = (uint8_t)((i + 1) * 256 / SEARCH_BINS);
+  }
+  b->config = (search_config){.features = FEATURES,
+                              .channels = CHANNELS,
+                              .outcomes = OUTCOMES,
+                              .means = MEANS,
+                              .ring = ring,
+                              .cells_per_turn = 6,
+                              .noise = &b->noise,
+                              .cuts = &b->cuts[0][0]};
+  assert_int_equal(search_init(&b->search, b->memory, sizeof b->memory, &b->config), RIM_OK);
+}
+
+static inline search_block block_of(const world *w, uint32_t i, double *outcome, double *residual) {
+  for (size_t c = 0; c < CHANNELS; ++c)
+    residual[c] = c == 0 ? residual_of(w, i) : 0.0;
+  for (size_t o = 0; o < OUTCOMES; ++o)
+    outcome[o] = predicted(w, i);
+  return (search_block){.t_s = BLOCK_S * (double)i,
+                        .feature = w->feature[i],
+                        .mean = w->mean[i],
+                        .predicted = outcome,
+                        .residual = residual,
+                        .change = 0.0};
+}
+
+static inline void feed(bench *b, uint32_t from, uint32_t to, uint32_t units) {
+  for (uint32_t i = from; i < to; ++i) {
+    double outcome[OUTCOMES], residual[CHANNELS];
+    const search_block block = block_of(&b->w, i, outcome, residual);
+    assert_int_equal(search_observe(b->search, &block), RIM_OK);
+    search_work(b->search, units);
+  }
+}
+
+/* ---- generalised least squares with whole matrices ---- */
+
+typedef struct gls {
+  double shift, sd, ln_ratio;
+} gls;
+
+/* x <- V^-1 x for several x, by elimination with the largest pivot. */
+static inline void solve(uint32_t n, double v[][MOST_BLOCKS], double x[][2]) {
+  for (uint32_t i = 0; i < n; ++i) {
+    uint32_t pivot = i;
+    for (uint32_t j = i + 1; j < n; ++j)
+      pivot = fabs(v[j][i]) > fabs(v[pivot][i]) ? j : pivot;
+    for (uint32_t k = 0; k < n; ++k) {
+      const double swap = v[i][k];
+      v[i][k] = v[pivot][k];
+      v[pivot][k] = swap;
+    }
+    for (uint32_t k = 0; k < 2; ++k) {
+      const double swap = x[i][k];
+      x[i][k] = x[pivot][k];
+      x[pivot][k] = swap;
+    }
+    for (uint32_t j = 0; j < n; ++j) {
+      if (j == i)
+        continue;
+      const double factor = v[j][i] / v[i][i];
+      for (uint32_t k = i; k < n; ++k)
+        v[j][k] -= factor * v[i][k];
+      for (uint32_t k = 0; k < 2; ++k)
+        x[j][k] -= factor * x[i][k];
+    }
+  }
+  for (uint32_t i = 0; i < n; ++i)
+    for (uint32_t k = 0; k < 2; ++k)
+      x[i][k] /= v[i][i];
+}
+
+/* r = shift m + B b + sigma a: the shift of least variance when b and a are both noise,
+ * cov r = s^2 (B prior B' + sigma_i sigma_j rho^|i - j| / (1 - rho^2)). */
+static inline gls dense(const world *w, const double *shape) {
+  static double v[MOST_BLOCKS][MOST_BLOCKS], x[MOST_BLOCKS][2];
+  const uint32_t n = w->blocks;
+  for (uint32_t i = 0; i < n; ++i) {
+    double of_i[FIELDS], of_j[FIELDS];
+    fields_of(w, i, of_i);
+    for (uint32_t j = 0; j < n; ++j) {
+      fields_of(w, j, of_j);
+      double sum = scale(w, i) * scale(w, j) *
+                   pow(w->rho, (double)(i > j ? i - j : j - i)) / (1.0 - w->rho * w->rho);
+      for (uint32_t k = 0; k < w->fields; ++k)
+        sum += w->prior[k] * of_i[k] * of_j[k];
+      v[i][j] = w->s * w->s * sum;
+    }
+    x[i][0] = shape[i];
+    x[i][1] = residual_of(w, i);
+  }
+  solve(n, v, x);
+  double a = 0.0, d = 0.0;
+  for (uint32_t i = 0; i < n; ++i) {
+    a += shape[i] * x[i][0];
+    d += shape[i] * x[i][1];
+  }
+  return (gls){d / a, 1.0 / sqrt(a), d * d / (2.0 * a)};
+}
+
+#endif

@@ -1,0 +1,51 @@
+/* Bytes of flight images and of their sections, written one after another. */
+#ifndef SECTION_BYTES_H
+#define SECTION_BYTES_H
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+typedef struct bytes {
+  _Alignas(8) uint8_t byte[5120];
+  size_t size;
+} bytes;
+
+static inline void u8(bytes *b, unsigned v) {
+  assert_true(b->size < sizeof b->byte);
+  b->byte[b->size++] = (uint8_t)v;
+}
+static inline void u16(bytes *b, unsigned v) {
+  u8(b, v & 255u);
+  u8(b, v >> 8);
+}
+static inline void u32(bytes *b, uint32_t v) {
+  u16(b, v & 0xffffu);
+  u16(b, v >> 16);
+}
+static inline void f32(bytes *b, double v) {
+  const float f = (float)v;
+  uint32_t bits;
+  memcpy(&bits, &f, 4);
+  u32(b, bits);
+}
+static inline void put_u32(uint8_t *at, uint32_t v) {
+  for (int k = 0; k < 4; ++k)
+    at[k] = (uint8_t)(v >> (8 * k));
+}
+static inline void put_u16(uint8_t *at, unsigned v) {
+  at[0] = (uint8_t)(v & 255u);
+  at[1] = (uint8_t)(v >> 8);
+}
+static inline void put_f32(uint8_t *at, double v) {
+  const float f = (float)v;
+  uint32_t bits;
+  memcpy(&bits, &f, 4);
+  put_u32(at, bits);
+}
+
+#endif

@@ -1,0 +1,409 @@
+/* basis: the sections BASIS, BEHAVIOUR and AGREEMENT are refused in every damaged form; what they
+ * evaluate is held to a straightforward computation. (Terms over rows: test_blocks.c.) */
+#include <math.h>
+#include <stdio.h>
+
+#include "image/basis.h"
+#include "rim/image.h"
+#include "rim/rng.h"
+#include "section_bytes.h"
+
+enum { FEATURES = 5, OUTCOMES = 3, INPUTS = 3, TIMES = 2, FILTERS = INPUTS * TIMES };
+#define SEED 99u
+
+static const uint16_t input[INPUTS][2] = {
+    {0, BASIS_PLAIN}, {4, BASIS_MAGNITUDE}, {1, 3 | BASIS_OF_PRODUCT}};
+static const uint16_t term[][3] = {{BASIS_MEAN, 5, 0},    {BASIS_PRODUCT, 5, 4},
+                                   {BASIS_ABS, 0, 0},     {BASIS_DECAY, 0, 1},
+                                   {BASIS_INTEGRAL, 2, 0}, {BASIS_INITIAL, 2, 1},
+                                   {BASIS_TIME, 0, 0},    {BASIS_ROLLED, 2, 0}};
+enum { TERMS = sizeof term / sizeof *term, MEANS = 2 };
+enum { INPUT_AT = 32, SHARE_AT = INPUT_AT + 4 * INPUTS, TERM_AT = SHARE_AT + 4 * TIMES };
+enum { CENTER_AT = TERM_AT + 8 * TERMS, SD_AT = CENTER_AT + 4 * TERMS, MEAN_AT = SD_AT + 4 * TERMS };
+enum { MEAN_SD_AT = MEAN_AT + 8 * MEANS, FIRST_AT = MEAN_SD_AT + 4 * MEANS };
+
+static bytes basis(void) {
+  bytes b = {.size = 0};
+  const uint32_t header[8] = {BASIS_LAYOUT, INPUTS, TIMES, TERMS, MEANS, 0, 0, 0};
+  for (size_t i = 0; i < 8; ++i)
+    u32(&b, header[i]);
+  for (size_t i = 0; i < 2 * INPUTS; ++i)
+    u16(&b, input[i / 2][i % 2]);
+  for (size_t t = 0; t < TIMES; ++t)
+    f32(&b, t == 0 ? 1.0 : 0.5);
+  for (size_t i = 0; i < 4 * TERMS; ++i)
+    u16(&b, i % 4 < 3 ? term[i / 4][i % 4] : 0);
+  for (size_t i = 0; i < 2 * TERMS; ++i)
+    f32(&b, i < TERMS ? -1.0 : 2.0);
+  for (size_t i = 0; i < 2 * MEANS; ++i)
+    u16(&b, i % 2 == 0 ? 5 : 0);
+  for (size_t i = 0; i < 2 * MEANS; ++i)
+    f32(&b, i < MEANS ? -1.0 : 2.0);
+  for (size_t o = 0; o < OUTCOMES; ++o)
+    f32(&b, 0.5);
+  return b;
+}
+
+static rim_status basis_status(const bytes *b) {
+  rim_basis view, before;
+  memset(&view, 0x5a, sizeof view);
+  before = view;
+  const rim_status status = rim_basis_open(&view, b->byte, b->size, FEATURES, OUTCOMES);
+  if (status != RIM_OK)
+    assert_memory_equal(&view, &before, sizeof view);
+  return status;
+}
+
+static void a_basis_is_read_back(void **state) {
+  (void)state;
+  const bytes b = basis();
+  rim_basis v;
+  assert_int_equal(b.size, FIRST_AT + 4 * OUTCOMES);
+  assert_int_equal(rim_basis_open(&v, b.byte, b.size, FEATURES, OUTCOMES), RIM_OK);
+  assert_true(v.inputs == INPUTS && v.times == TIMES && v.terms == TERMS && v.means == MEANS);
+  assert_true(rim_image_u16(v.input, 5) == (3 | BASIS_OF_PRODUCT));
+  assert_true(rim_image_f32(v.share, 1) == 0.5f && rim_image_u16(v.term, 4 * 7) == BASIS_ROLLED);
+  assert_true(rim_image_f32(v.center, TERMS - 1) == -1.0f);
+  assert_true(rim_image_f32(v.inverse_sd, 0) == 2.0f && rim_image_u16(v.mean, 2) == 5);
+  assert_true(rim_image_f32(v.mean_center, MEANS - 1) == -1.0f);
+  assert_true(rim_image_f32(v.mean_inverse_sd, 0) == 2.0f);
+  assert_true(rim_image_f32(v.first, OUTCOMES - 1) == 0.5f);
+}
+
+static void a_basis_of_another_size_is_refused(void **state) {
+  (void)state;
+  const bytes good = basis();
+  assert_int_equal(basis_status(&good), RIM_OK);
+  for (size_t size = 0; size < good.size; ++size) {
+    bytes b = good;
+    b.size = size;
+    assert_int_equal(basis_status(&b), RIM_E_TRUNCATED);
+  }
+  bytes b = good;
+  u8(&b, 0);
+  assert_int_equal(basis_status(&b), RIM_E_SIZE);
+  static const struct {
+    size_t word;
+    uint32_t value;
+    rim_status status;
+  } header[] = {{0, 0, RIM_E_VERSION},
+                {0, BASIS_LAYOUT + 1, RIM_E_VERSION},
+                {1, BASIS_MAX_INPUTS + 1, RIM_E_RANGE},
+                {1, UINT32_MAX, RIM_E_RANGE},
+                {2, BASIS_MAX_TIMES + 1, RIM_E_RANGE},
+                {3, BASIS_MAX_TERMS + 1, RIM_E_RANGE},
+                {3, UINT32_MAX, RIM_E_RANGE},
+                {4, BASIS_MAX_MEANS + 1, RIM_E_RANGE},
+                {1, INPUTS + 1, RIM_E_TRUNCATED},
+                {2, TIMES + 1, RIM_E_TRUNCATED},
+                {3, TERMS + 1, RIM_E_TRUNCATED},
+                {4, MEANS + 1, RIM_E_TRUNCATED},
+                {3, TERMS - 1, RIM_E_SIZE}};
+  for (size_t i = 0; i < sizeof header / sizeof *header; ++i) {
+    b = good;
+    put_u32(b.byte + 4 * header[i].word, header[i].value);
+    assert_int_equal(basis_status(&b), header[i].status);
+  }
+}
+
+static void indices_out_of_range_are_refused(void **state) {
+  (void)state;
+  static const struct {
+    size_t at;
+    unsigned value;
+  } bad[] = {{INPUT_AT, FEATURES},
+             {INPUT_AT + 2, FEATURES},
+             {INPUT_AT + 2, FEATURES | BASIS_OF_PRODUCT},
+             {INPUT_AT + 6, 0xfffd},
+             {TERM_AT, 8},
+             {TERM_AT, 0xffff},
+             {TERM_AT + 2, FILTERS},      /* MEAN */
+             {TERM_AT + 8 + 2, FILTERS},  /* PRODUCT */
+             {TERM_AT + 8 + 4, FILTERS},
+             {TERM_AT + 16 + 2, FILTERS}, /* ABS */
+             {TERM_AT + 24 + 4, TIMES},   /* DECAY */
+             {TERM_AT + 32 + 2, INPUTS},  /* INTEGRAL */
+             {TERM_AT + 40 + 2, OUTCOMES}, /* INITIAL */
+             {TERM_AT + 40 + 4, TIMES},
+             {TERM_AT + 56 + 2, OUTCOMES}, /* ROLLED */
+             {MEAN_AT, FILTERS},
+             {MEAN_AT + 4 * (MEANS - 1), FILTERS}};
+  for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i) {
+    bytes b = basis();
+    put_u16(b.byte + bad[i].at, bad[i].value);
+    assert_int_equal(basis_status(&b), RIM_E_RANGE);
+    put_u16(b.byte + bad[i].at, 0); /* and index 0 is always one */
+    assert_int_equal(basis_status(&b), RIM_OK);
+  }
+}
+
+static void numbers_that_are_none_are_refused(void **state) {
+  (void)state;
+  const double absurd[2] = {NAN, INFINITY};
+  for (size_t k = 0; k < 2; ++k) {
+    for (size_t at = SHARE_AT; at < FIRST_AT + 4 * OUTCOMES; at += 4) {
+      if ((at >= TERM_AT && at < CENTER_AT) || (at >= MEAN_AT && at < MEAN_AT + 4 * MEANS))
+        continue; /* no floats */
+      bytes b = basis();
+      put_f32(b.byte + at, absurd[k]);
+      assert_int_equal(basis_status(&b), at < TERM_AT ? RIM_E_RANGE : RIM_E_DATA);
+    }
+  }
+  const double bad_share[] = {0.0, -0.5, 1.0001};
+  for (size_t k = 0; k < 3; ++k) {
+    bytes b = basis();
+    put_f32(b.byte + SHARE_AT + 4, bad_share[k]);
+    assert_int_equal(basis_status(&b), RIM_E_RANGE);
+  }
+  const size_t scales[] = {SD_AT, SD_AT + 4 * (TERMS - 1), MEAN_SD_AT};
+  for (size_t k = 0; k < 3; ++k) {
+    bytes b = basis();
+    put_f32(b.byte + scales[k], 0.0);
+    assert_int_equal(basis_status(&b), RIM_E_DATA);
+  }
+}
+
+/* ---- behaviour ---- */
+
+enum { TARGETS = 2 * OUTCOMES };
+
+static double drawn(uint32_t i) {
+  rim_rng rng;
+  rim_rng_seed(&rng, SEED, i);
+  return (double)(float)rim_rng_normal(&rng);
+}
+
+static bytes behaviour(void) {
+  bytes b = {.size = 0};
+  const uint32_t header[4] = {1, TERMS, TARGETS, 0};
+  for (size_t i = 0; i < 4; ++i)
+    u32(&b, header[i]);
+  for (size_t i = 0; i < TARGETS; ++i)
+    u32(&b, i % 2);
+  for (uint32_t i = 0; i < TARGETS * (1 + TERMS); ++i)
+    f32(&b, drawn(i));
+  return b;
+}
+
+static rim_status behaviour_status(const bytes *b) {
+  rim_behaviour view;
+  return rim_behaviour_open(&view, b->byte, b->size, TERMS, OUTCOMES);
+}
+
+static void behaviour_is_a_sum_of_terms(void **state) {
+  (void)state;
+  const bytes b = behaviour();
+  rim_behaviour v;
+  assert_int_equal(rim_behaviour_open(&v, b.byte, b.size, TERMS, OUTCOMES), RIM_OK);
+  for (uint32_t run = 0; run < 10; ++run) {
+    double x[TERMS], first[OUTCOMES], predicted[TARGETS];
+    for (uint32_t i = 0; i < TERMS; ++i)
+      x[i] = drawn(1000 + 100 * run + i);
+    for (uint32_t o = 0; o < OUTCOMES; ++o)
+      first[o] = drawn(1050 + 100 * run + o);
+    rim_behaviour_predict(&v, x, first, predicted);
+    for (uint32_t o = 0; o < TARGETS; ++o) {
+      /* The change since the first reading: of outcomes, never of their scatter. */
+      double sum = drawn(o) + (o < OUTCOMES && o % 2 == 1 ? first[o] : 0.0);
+      for (uint32_t i = 0; i < TERMS; ++i)
+        sum += drawn(TARGETS + o * TERMS + i) * x[i];
+      assert_true(fabs(predicted[o] - sum) < 1e-12);
+    }
+  }
+}
+
+static void damaged_behaviour_is_refused(void **state) {
+  (void)state;
+  const bytes good = behaviour();
+  bytes b = good;
+  assert_int_equal(behaviour_status(&good), RIM_OK);
+  for (b.size = 0; b.size < good.size; ++b.size)
+    assert_int_equal(behaviour_status(&b), RIM_E_TRUNCATED);
+  u8(&b, 0);
+  assert_int_equal(behaviour_status(&b), RIM_E_TRUNCATED);
+  const rim_status of_header[3] = {RIM_E_VERSION, RIM_E_RANGE, RIM_E_RANGE};
+  for (size_t i = 0; i < 3; ++i) {
+    b = good;
+    b.byte[4 * i] ^= 64u;
+    assert_int_equal(behaviour_status(&b), of_header[i]);
+  }
+  for (size_t i = 0; i < TARGETS; ++i) {
+    b = good;
+    put_u32(b.byte + 16 + 4 * i, 2);
+    assert_int_equal(behaviour_status(&b), RIM_E_RANGE);
+  }
+  for (size_t at = 16 + 4 * TARGETS; at < good.size; at += 4) {
+    b = good;
+    put_f32(b.byte + at, at % 8 == 0 ? NAN : -INFINITY);
+    assert_int_equal(behaviour_status(&b), RIM_E_DATA);
+  }
+}
+
+/* ---- agreement ---- */
+
+enum { STRIDE = AGREEMENT_FIRST + OUTCOMES * (2 + MEANS), ROWS_AT = 16 + 8 * OUTCOMES };
+
+/* Outcome 0 from residuals, 1 from section LEVEL, 2 integrates outcome 0. */
+static bytes agreement(void) {
+  bytes b = {.size = 0};
+  const uint32_t header[4] = {2, OUTCOMES, MEANS, 0};
+  for (size_t i = 0; i < 4; ++i)
+    u32(&b, header[i]);
+  for (uint32_t i = 0; i < 2 * OUTCOMES; ++i)
+    f32(&b, i < OUTCOMES ? 2.0 + i : 0.5 + i);
+  for (uint32_t o = 0; o < OUTCOMES; ++o) {
+    const double head[AGREEMENT_FIRST] = {o, 0.25, o == 2 ? 0.0 : -1.0, o == 2 ? 0.125 : 0.0};
+    for (size_t i = 0; i < AGREEMENT_FIRST; ++i)
+      f32(&b, head[i]);
+    for (uint32_t i = AGREEMENT_FIRST; i < STRIDE; ++i)
+      f32(&b, drawn(5000 + o * STRIDE + i));
+  }
+  return b;
+}
+
+static double weight(uint32_t o, uint32_t set, uint32_t j) {
+  return drawn(5000 + o * STRIDE + AGREEMENT_FIRST + set * OUTCOMES + j);
+}
+
+static rim_status agreement_status(const bytes *b) {
+  rim_agreement view;
+  return rim_agreement_open(&view, b->byte, b->size, OUTCOMES, MEANS);
+}
+
+typedef struct record {
+  double residual[OUTCOMES], measured[OUTCOMES], level[OUTCOMES], mean[MEANS];
+  bool follows;
+} record;
+
+static record make_record(uint32_t i) {
+  record r;
+  for (uint32_t o = 0; o < OUTCOMES; ++o) {
+    r.residual[o] = drawn(7000 + 20 * i + o) * (i % 5 == 4 ? 50.0 : 1.0); /* some are clipped */
+    r.measured[o] = drawn(7005 + 20 * i + o);
+    r.level[o] = drawn(7010 + 20 * i + o);
+  }
+  for (uint32_t m = 0; m < MEANS; ++m)
+    r.mean[m] = drawn(7015 + 20 * i + m);
+  r.follows = i % 7 != 3;
+  return r;
+}
+
+static double clipped(const record *r, uint32_t j) {
+  return fmax(-AGREEMENT_CLIP, fmin(AGREEMENT_CLIP, r->residual[j] * (2.0 + j)));
+}
+
+/* What outcome 0's residual is less what those of 1 and 2 say of it. */
+static double residual_less_others(const record *now, const record *before) {
+  double sum = 0.25;
+  for (uint32_t j = 1; j < OUTCOMES; ++j) {
+    sum += weight(0, 0, j) * clipped(now, j) + weight(0, 1, j) * clipped(before, j);
+    for (uint32_t m = 0; m < MEANS; ++m)
+      sum += weight(0, 2 + m, j) * clipped(now, j) * now->mean[m];
+  }
+  return now->residual[0] - sum / 2.0;
+}
+
+/* The change of outcome 2 that 0 and 1 do not explain. */
+static double unexplained_change(const record *now, const record *before) {
+  double change = now->measured[2] - before->measured[2] - 0.25;
+  for (uint32_t j = 0; j < 2; ++j)
+    change -= weight(2, 0, j) * now->measured[j] * (0.5 + OUTCOMES + j) +
+              weight(2, 1, j) * before->measured[j] * (0.5 + OUTCOMES + j);
+  return change;
+}
+
+static void what_remains_is_as_defined(void **state) {
+  (void)state;
+  const bytes b = agreement();
+  for (int with_level = 0; with_level < 2; ++with_level) {
+    rim_agreement v;
+    double kept[AGREEMENT_STATE * OUTCOMES] = {0.0}, sum = 0.0;
+    assert_int_equal(rim_agreement_open(&v, b.byte, b.size, OUTCOMES, MEANS), RIM_OK);
+    record before;
+    memset(&before, 0, sizeof before);
+    for (uint32_t i = 0; i < 40; ++i) {
+      record now = make_record(i);
+      now.follows = now.follows && i > 0;
+      double remains[OUTCOMES];
+      const agreement_block block = {now.residual, now.mean, now.measured,
+                                     with_level ? now.level : NULL, now.follows};
+      rim_agreement_evaluate(&v, &block, kept, remains);
+      assert_true(fabs(remains[0] - residual_less_others(&now, &before)) < 1e-9);
+      if (with_level)
+        assert_true(remains[1] == now.measured[1] - now.level[1]);
+      else
+        assert_true(remains[1] != now.measured[1] - now.level[1]);
+      if (now.follows) /* across a gap the sum stays as it was */
+        sum = AGREEMENT_KEEPS * sum + unexplained_change(&now, &before);
+      assert_true(fabs(remains[2] - sum) < 1e-9);
+      before = now;
+    }
+  }
+}
+
+static void integrands_are_named(void **state) {
+  (void)state;
+  bytes b = agreement();
+  rim_agreement v;
+  uint32_t integrand = 77;
+  double gain = 0.0;
+  assert_int_equal(rim_agreement_open(&v, b.byte, b.size, OUTCOMES, MEANS), RIM_OK);
+  assert_false(rim_agreement_integrand(&v, 0, &integrand, &gain));
+  assert_false(rim_agreement_integrand(&v, 1, &integrand, &gain));
+  assert_true(rim_agreement_integrand(&v, 2, &integrand, &gain));
+  assert_true(integrand == 0 && gain == 0.125);
+  put_f32(b.byte + ROWS_AT + 4 * (2 * STRIDE + 2), -1.0);
+  assert_false(rim_agreement_integrand(&v, 2, &integrand, &gain));
+}
+
+static void damaged_agreement_is_refused(void **state) {
+  (void)state;
+  const bytes good = agreement();
+  bytes b = good;
+  assert_int_equal(agreement_status(&good), RIM_OK);
+  for (b.size = 0; b.size < good.size; ++b.size)
+    assert_int_equal(agreement_status(&b), RIM_E_TRUNCATED);
+  u8(&b, 0);
+  assert_int_equal(agreement_status(&b), RIM_E_TRUNCATED);
+  const rim_status of_header[3] = {RIM_E_VERSION, RIM_E_RANGE, RIM_E_RANGE};
+  for (size_t i = 0; i < 3; ++i) {
+    b = good;
+    b.byte[4 * i] ^= 64u;
+    assert_int_equal(agreement_status(&b), of_header[i]);
+  }
+  for (size_t at = 16; at < good.size; at += 4) {
+    b = good;
+    put_f32(b.byte + at, at % 8 == 0 ? NAN : INFINITY);
+    assert_int_equal(agreement_status(&b), RIM_E_DATA);
+  }
+  for (size_t i = 0; i < 2 * OUTCOMES; ++i) {
+    b = good;
+    put_f32(b.byte + 16 + 4 * i, 0.0);
+    assert_int_equal(agreement_status(&b), RIM_E_DATA);
+  }
+  static const struct {
+    size_t word;
+    double value;
+  } bad[] = {{0, -1.0}, {0, 3.0}, {2, -2.0}, {2, OUTCOMES}};
+  for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i) {
+    b = good;
+    put_f32(b.byte + ROWS_AT + 4 * (2 * STRIDE + bad[i].word), bad[i].value);
+    assert_int_equal(agreement_status(&b), RIM_E_RANGE);
+  }
+}
+
+int main(void) {
+  printf("seed %u\n", SEED);
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_basis_is_read_back),
+      cmocka_unit_test(a_basis_of_another_size_is_refused),
+      cmocka_unit_test(indices_out_of_range_are_refused),
+      cmocka_unit_test(numbers_that_are_none_are_refused),
+      cmocka_unit_test(behaviour_is_a_sum_of_terms),
+      cmocka_unit_test(damaged_behaviour_is_refused),
+      cmocka_unit_test(what_remains_is_as_defined),
+      cmocka_unit_test(integrands_are_named),
+      cmocka_unit_test(damaged_agreement_is_refused),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}

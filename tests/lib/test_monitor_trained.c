@@ -1,0 +1,272 @@
+/* The monitor of a trained image: what is found in a block is described, labelled, sized and dated;
+ * nothing is said about the vehicle without evidence (images and vehicle: monitor_bench.h). */
+#include "monitor_bench.h"
+
+#include <math.h>
+#include <stdio.h>
+
+/* What happens to a row of the vehicle from a row on. */
+typedef struct fault {
+  double shift;      /* of sensor 1, everywhere */
+  double ramp;       /* of sensor 1, per row */
+  double gain;       /* of sensor 1, share of what it should say */
+  double above;      /* of sensor 1 where the command is above 0.4 */
+  uint32_t from, to; /* rows; to 0: to the end */
+} fault;
+
+static void faulty_row(row *r, uint32_t run, uint32_t t, const fault *f) {
+  make_row(r, false, run, t, 0.0);
+  r->view.context = r->context;
+  if (t < f->from || (f->to > 0 && t >= f->to))
+    return;
+  r->context[1] += f->shift + f->ramp * (t - f->from) + f->gain * 2.0 * r->context[0] +
+                   (r->context[0] > 0.4 ? f->above : 0.0);
+}
+
+typedef struct found {
+  rim_alarm first, last;
+  uint32_t raised, cleared, first_row, cleared_row;
+} found;
+
+static found fly(const bench *b, uint32_t run, uint32_t rows, const fault *f) {
+  found n;
+  memset(&n, 0, sizeof n);
+  for (uint32_t t = 0; t < rows; ++t) {
+    row r;
+    rim_verdict v;
+    faulty_row(&r, run, t, f);
+    assert_int_equal(rim_monitor_step(b->monitor, &r.view, &v), RIM_OK);
+    if (v.alarm.state == RIM_ALARM_NONE)
+      continue;
+    n.last = v.alarm;
+    if (v.alarm.state == RIM_ALARM_RAISED && n.raised++ == 0) {
+      n.first = v.alarm;
+      n.first_row = t;
+    }
+    if (v.alarm.state == RIM_ALARM_CLEARED) {
+      ++n.cleared;
+      n.cleared_row = t;
+    }
+  }
+  return n;
+}
+
+static double time_of_row(uint32_t t) { return 10.0 + PERIOD_S * t; }
+
+static void a_shift_is_sized_and_dated(void **state) {
+  (void)state;
+  uint32_t covered = 0;
+  for (uint32_t run = 0; run < 10; ++run) {
+    const double sign = run % 2 ? -1.0 : 1.0;
+    const fault f = {.shift = sign * 0.2, .from = 400};
+    bench b;
+    make_bench(&b, false);
+    const found n = fly(&b, 500 + run, ROWS, &f);
+    assert_int_equal(n.raised, 1);
+    const rim_alarm *a = &n.last;
+    assert_true(n.first_row > 400 && n.first_row < 600);
+    assert_true(a->kind == RIM_KIND_SHIFT && a->channel[0] == 0 && a->region.dims == 0);
+    assert_true(a->shift[0] * sign > 0.0 && fabs(a->shift[0] - f.shift) < 3.5 * a->shift_sd[0]);
+    covered += fabs(a->shift[0] - f.shift) < 1.96 * a->shift_sd[0];
+    assert_true(a->shift_sd[0] > 0.003 && a->shift_sd[0] < 0.03);
+    assert_true(fabs(a->since_s - time_of_row(400)) < 5.0 * BLOCK * PERIOD_S);
+    assert_true(a->since_sd_s > 0.0 && a->since_sd_s < 5.0 * BLOCK * PERIOD_S);
+    assert_true(n.first.since_s <= n.first.t_s);
+  }
+  assert_true(covered >= 7);
+}
+
+static void a_drift_and_a_gain_are_told_apart(void **state) {
+  (void)state;
+  for (int is_gain = 0; is_gain < 2; ++is_gain) {
+    for (int sign = -1; sign <= 1; sign += 2) {
+      const fault f = {
+          .ramp = is_gain ? 0.0 : sign * 0.001, .gain = is_gain ? sign * 0.15 : 0.0, .from = 400};
+      bench b;
+      make_bench(&b, false);
+      const found n = fly(&b, 520, ROWS, &f);
+      const rim_alarm *a = &n.last;
+      assert_int_equal(n.raised, 1);
+      assert_int_equal(a->kind, is_gain ? RIM_KIND_GAIN : RIM_KIND_DRIFT);
+      assert_int_equal(a->channel[0], 0);
+      assert_true(a->shift[0] * sign > 0.0 && a->shift_sd[0] > 0.0);
+      /* A drift: by how much the outcome is off when the record is written. */
+      const double truth = is_gain ? f.gain : f.ramp * ((a->t_s - time_of_row(400)) / PERIOD_S);
+      assert_true(fabs(a->shift[0] - truth) < 0.2 * fabs(truth));
+      assert_true(fabs(a->since_s - time_of_row(400)) < 60 * PERIOD_S);
+    }
+  }
+}
+
+/* The labels of rows, before and after the alarm, are those of the region that was described. */
+static void labels_are_where_the_fault_was(void **state) {
+  (void)state;
+  const fault f = {.above = 0.2, .from = 0};
+  bench b;
+  make_bench(&b, false);
+  uint8_t place[ROWS / BLOCK][REGION];
+  double command[ROWS / BLOCK];
+  uint32_t blocks = 0;
+  assert_null(rim_monitor_place(b.monitor));
+  for (uint32_t t = 0; t < ROWS; ++t) {
+    row r;
+    rim_verdict v;
+    faulty_row(&r, 540, t, &f);
+    assert_int_equal(rim_monitor_step(b.monitor, &r.view, &v), RIM_OK);
+    if (v.blocks == blocks)
+      continue;
+    assert_int_equal(v.blocks, blocks + 1);
+    memcpy(place[blocks], rim_monitor_place(b.monitor), REGION);
+    command[blocks++] = r.context[0];
+  }
+  const rim_alarm *a = rim_monitor_standing(b.monitor, RIM_DETECTOR_RIM);
+  assert_non_null(a);
+  assert_true(a->region.dims == 1 && a->region.feature[0] == 0);
+  assert_true(fabs(a->region.lower[0] - 0.4) < 0.15 && a->region.upper[0] >= 1.0);
+  uint32_t inside = 0, wrong = 0;
+  for (uint32_t i = 0; i < blocks; ++i) {
+    const bool in = rim_monitor_inside(b.monitor, place[i], i);
+    inside += in;
+    wrong += in != (command[i] > 0.4);
+    const double low = -1.0 + 2.0 * place[i][0] / 256.0, high = low + 2.0 / 256.0;
+    assert_int_equal(in, low >= a->region.lower[0] - 1e-12 && high <= a->region.upper[0] + 1e-12);
+  }
+  assert_true(inside > 60 && inside < 120 && wrong < blocks / 20);
+  assert_false(rim_monitor_inside(b.monitor, NULL, 0));
+  rim_monitor_reset(b.monitor);
+  assert_false(rim_monitor_inside(b.monitor, place[0], 0));
+}
+
+static void an_alarm_is_cleared_after_its_fault(void **state) {
+  (void)state;
+  recipe r = calibrated[false];
+  set_word(&r, RIM_CONFIG_CLEAR, 10);
+  bench b;
+  memset(&b, 0, sizeof b);
+  build(&b.blob, &r);
+  start(&b);
+  const fault f = {.shift = 0.2, .from = 100, .to = 200};
+  const found n = fly(&b, 560, 6000, &f);
+  assert_true(n.raised == 1 && n.cleared == 1);
+  assert_true(n.cleared_row > 200 && n.cleared_row < 6000);
+  assert_int_equal(n.last.state, RIM_ALARM_CLEARED);
+  assert_null(rim_monitor_standing(b.monitor, RIM_DETECTOR_RIM));
+  assert_int_equal(rim_monitor_alarms(b.monitor).level, RIM_LEVEL_OK);
+}
+
+/* ---- evidence ---- */
+
+static void nothing_is_healthy_without_blocks(void **state) {
+  (void)state;
+  bench b;
+  make_bench(&b, false);
+  for (uint32_t t = 0; t < 100; ++t) {
+    const rim_verdict v = step(&b, 570, t, 0.0);
+    const uint32_t ended = (t + 1) / BLOCK, blocks = ended > 0 ? ended - 1 : 0;
+    assert_int_equal(v.blocks, blocks);
+    assert_int_equal(v.reason, blocks < RIM_MONITOR_LEAST_BLOCKS ? RIM_REASON_TOO_FEW
+                                                                 : RIM_REASON_NONE);
+    assert_int_equal(rim_monitor_get_health(b.monitor).blocks, blocks);
+  }
+}
+
+static void rows_at_another_rate_are_not_judged(void **state) {
+  (void)state;
+  static const double factor[] = {0.2, 0.5, 2.0, 10.0};
+  for (size_t i = 0; i < sizeof factor / sizeof *factor; ++i) {
+    bench b;
+    make_bench(&b, false);
+    rim_verdict v = {0};
+    for (uint32_t t = 0; t < 300; ++t) {
+      row r;
+      make_row(&r, false, 580, t, 100.0); /* a gross fault, at a rate that says nothing */
+      r.view.t_s = 10.0 + factor[i] * PERIOD_S * t;
+      assert_int_equal(rim_monitor_step(b.monitor, &r.view, &v), RIM_OK);
+      if (t > 60)
+        assert_true(v.reason == RIM_REASON_RATE && v.level == RIM_LEVEL_STALE);
+      if (v.reason == RIM_REASON_NONE)
+        assert_true(v.blocks >= RIM_MONITOR_LEAST_BLOCKS);
+    }
+    const rim_monitor_health h = rim_monitor_get_health(b.monitor);
+    assert_true(h.rows.wrong_rate > 200 && h.blocks < RIM_MONITOR_LEAST_BLOCKS && h.alarms == 0);
+    assert_true(fabs(h.period_s / PERIOD_S - fmin(factor[i], 2.0)) < 0.05);
+  }
+}
+
+static void a_value_out_of_range_is_named_in_its_row(void **state) {
+  (void)state;
+  static const double value[] = {7.0, -7.0, 1e300};
+  for (size_t i = 0; i < sizeof value / sizeof *value; ++i) {
+    bench b;
+    make_bench(&b, false);
+    for (uint32_t t = 0; t < 120; ++t) {
+      row r;
+      rim_verdict v;
+      make_row(&r, false, 590, t, 0.0);
+      const bool out = t == 77 || t == 79;
+      if (out)
+        r.context[1] = value[i];
+      assert_int_equal(rim_monitor_step(b.monitor, &r.view, &v), RIM_OK);
+      assert_int_equal(v.reason == RIM_REASON_OUT_OF_RANGE, out);
+      assert_int_equal(v.level == RIM_LEVEL_OUT_OF_RANGE, out && v.level != RIM_LEVEL_ERROR);
+      assert_int_equal(v.out_feature, out ? 1 : 0xffff);
+      assert_true(!out || v.out_value == value[i]);
+      assert_true(isfinite(v.score) && isfinite(v.ln_anom));
+    }
+    const rim_monitor_health h = rim_monitor_get_health(b.monitor);
+    assert_true(h.rows.out_of_range == 2 && h.out_feature == 1 && h.out_value == value[i]);
+    assert_true(h.out_t_s == time_of_row(77));
+  }
+}
+
+/* ---- training and the caller's own predictions together ---- */
+
+static void rows_with_predictions_can_be_trained(void **state) {
+  (void)state;
+  recipe r = calibrated[false];
+  set_word(&r, RIM_CONFIG_EXTERNAL, 1);
+  r.section[RIM_SECTION_BEHAVIOUR].size = r.section[RIM_SECTION_OUTCOMES].size = 0;
+  bytes *noise = &r.section[RIM_SECTION_NOISE];
+  for (size_t c = 0; c < 2 * O; ++c) { /* residuals in the caller's sd: four rows of 1 make 0.5 */
+    uint8_t *channel = noise->byte + 4 * (8 + c * (9 + FIELDS * (1 + RAW) + FAMILIES));
+    put_f32(channel + 12, 0.5);
+  }
+  bench b;
+  memset(&b, 0, sizeof b);
+  b.external = true;
+  build(&b.blob, &r);
+  start(&b);
+  found n;
+  memset(&n, 0, sizeof n);
+  for (uint32_t t = 0; t < ROWS; ++t) {
+    row now;
+    rim_verdict v;
+    make_row(&now, true, 600, t, 0.0);
+    now.context[1] = now.context[2] = 0.0; /* within this image's ranges */
+    now.outcome[1] += t >= 600 ? 0.4 : 0.0;
+    assert_int_equal(rim_monitor_step(b.monitor, &now.view, &v), RIM_OK);
+    if (v.alarm.state == RIM_ALARM_RAISED)
+      ++n.raised;
+    if (v.alarm.state != RIM_ALARM_NONE)
+      n.last = v.alarm;
+  }
+  assert_int_equal(n.raised, 1);
+  assert_true(n.last.channel[0] == 1 && n.last.kind == RIM_KIND_SHIFT);
+  assert_true(fabs(n.last.shift[0] - 0.4) < 4.0 * n.last.shift_sd[0]); /* in the outcome's unit */
+  assert_true(n.last.shift_sd[0] > 0.01 && n.last.shift_sd[0] < 0.1);
+  assert_true(fabs(n.last.since_s - time_of_row(600)) < 8.0 * BLOCK * PERIOD_S);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_shift_is_sized_and_dated),
+      cmocka_unit_test(a_drift_and_a_gain_are_told_apart),
+      cmocka_unit_test(labels_are_where_the_fault_was),
+      cmocka_unit_test(an_alarm_is_cleared_after_its_fault),
+      cmocka_unit_test(nothing_is_healthy_without_blocks),
+      cmocka_unit_test(rows_at_another_rate_are_not_judged),
+      cmocka_unit_test(a_value_out_of_range_is_named_in_its_row),
+      cmocka_unit_test(rows_with_predictions_can_be_trained),
+  };
+  return cmocka_run_group_tests(tests, set_up, NULL);
+}

@@ -1,0 +1,164 @@
+/* noise: the section is refused in every damaged form; what a channel says is read back. */
+#include <math.h>
+
+#include "image/noise.h"
+#include "rim/image.h"
+#include "section_bytes.h"
+
+enum { CHANNELS = 3, MEANS = 2, RAW = NOISE_RAW_FIRST + MEANS, FIELDS = 2 };
+enum { STRIDE = NOISE_CHANNEL_WORDS + FIELDS * (1 + RAW) + NOISE_FAMILIES };
+
+static double number(uint32_t channel, uint32_t word) { return 1.0 + 0.01 * word + channel; }
+
+static bytes section(void) {
+  bytes b = {.size = 0};
+  const uint32_t header[4] = {1, CHANNELS, RAW, FIELDS};
+  for (size_t i = 0; i < 4; ++i)
+    u32(&b, header[i]);
+  const double times[4] = {100.0, 10.0, 1000.0, 0.0};
+  for (size_t i = 0; i < 4; ++i)
+    f32(&b, times[i]);
+  for (uint32_t c = 0; c < CHANNELS; ++c) {
+    for (uint32_t i = 0; i < STRIDE; ++i)
+      f32(&b, i == 0 ? 1.0 : i == 1 ? c : i == 2 ? 0.25 * c : number(c, i));
+  }
+  return b;
+}
+
+static uint8_t *word_of(bytes *b, uint32_t channel, uint32_t word) {
+  return b->byte + 4 * (NOISE_HEADER_WORDS + channel * STRIDE + word);
+}
+
+static rim_status status_of(const bytes *b) {
+  rim_noise view, before;
+  memset(&view, 0x5a, sizeof view);
+  before = view;
+  const rim_status status = rim_noise_open(&view, b->byte, b->size, CHANNELS, MEANS);
+  if (status != RIM_OK)
+    assert_memory_equal(&view, &before, sizeof view);
+  return status;
+}
+
+static void numbers_are_read_back(void **state) {
+  (void)state;
+  const bytes b = section();
+  rim_noise view;
+  assert_int_equal(rim_noise_open(&view, b.byte, b.size, CHANNELS, MEANS), RIM_OK);
+  assert_true(view.channels == CHANNELS && view.raw == RAW && view.fields == FIELDS);
+  assert_true(view.run_s == 100.0 && view.decay_s == 10.0 && view.trend_s == 1000.0);
+  for (uint32_t c = 0; c < CHANNELS; ++c) {
+    const noise_channel n = rim_noise_channel(&view, c);
+    assert_true(n.active == 1.0f && n.fields == c && n.rho == 0.25f * (float)c);
+    assert_true(n.s == (float)number(c, 3) && n.p_center == (float)number(c, 4));
+    assert_true(n.p_scale == (float)number(c, 5));
+    for (uint32_t i = 0; i < 3; ++i)
+      assert_true(n.ln_sigma[i] == (float)number(c, 6 + i));
+    uint32_t at = NOISE_CHANNEL_WORDS;
+    for (uint32_t i = 0; i < FIELDS; ++i)
+      assert_true(rim_image_f32(n.inverse_prior, i) == (float)number(c, at++));
+    for (uint32_t i = 0; i < FIELDS * RAW; ++i)
+      assert_true(rim_image_f32(n.combination, i) == (float)number(c, at++));
+    for (uint32_t i = 0; i < NOISE_FAMILIES; ++i)
+      assert_true(rim_image_f32(n.phi, i) == (float)number(c, at++));
+  }
+}
+
+static void damage_is_refused(void **state) {
+  (void)state;
+  const bytes good = section();
+  assert_int_equal(status_of(&good), RIM_OK);
+  for (size_t size = 0; size < good.size; ++size) {
+    bytes b = good;
+    b.size = size;
+    assert_int_equal(status_of(&b), RIM_E_TRUNCATED);
+  }
+  bytes longer = good;
+  u32(&longer, 0);
+  assert_int_equal(status_of(&longer), RIM_E_TRUNCATED);
+  static const struct {
+    size_t word;
+    uint32_t value;
+    rim_status status;
+  } headers[] = {{0, 0, RIM_E_VERSION},          {0, 3, RIM_E_VERSION},
+                 {1, CHANNELS + 1, RIM_E_RANGE}, {1, 0, RIM_E_RANGE},
+                 {2, RAW + 1, RIM_E_RANGE},      {2, UINT32_MAX, RIM_E_RANGE},
+                 {3, 0, RIM_E_RANGE},            {3, NOISE_MAX_FIELDS + 1, RIM_E_RANGE},
+                 {3, UINT32_MAX, RIM_E_RANGE},   {3, FIELDS + 1, RIM_E_TRUNCATED}};
+  for (size_t i = 0; i < sizeof headers / sizeof *headers; ++i) {
+    bytes b = good;
+    put_u32(b.byte + 4 * headers[i].word, headers[i].value);
+    assert_int_equal(status_of(&b), headers[i].status);
+  }
+  const double bad_times[] = {0.0, -1.0, NAN, INFINITY};
+  for (size_t i = 0; i < 3 * 4; ++i) {
+    bytes b = good;
+    put_f32(b.byte + 4 * (4 + i / 4), bad_times[i % 4]);
+    assert_int_equal(status_of(&b), RIM_E_RANGE);
+  }
+  rim_noise view;
+  assert_int_equal(rim_noise_open(&view, good.byte, good.size, CHANNELS, 9), RIM_E_RANGE);
+}
+
+static void no_channel_may_have_a_number_that_is_none(void **state) {
+  (void)state;
+  const double absurd[2] = {NAN, -INFINITY};
+  for (uint32_t c = 0; c < CHANNELS; ++c) {
+    for (uint32_t i = 0; i < STRIDE; ++i) {
+      for (size_t k = 0; k < 2; ++k) {
+        bytes b = section();
+        put_f32(word_of(&b, c, i), absurd[k]);
+        assert_int_equal(status_of(&b), RIM_E_DATA);
+      }
+    }
+  }
+}
+
+static void numbers_out_of_range_are_refused(void **state) {
+  (void)state;
+  const uint32_t prior = NOISE_CHANNEL_WORDS, phi = STRIDE - NOISE_FAMILIES;
+  static const struct {
+    uint32_t word;
+    double value;
+    bool good;
+  } cases[] = {{1, -1.0, false}, {1, FIELDS + 1, false}, {1, FIELDS, true}, {1, 0.0, true},
+               {2, -0.1, false}, {2, 1.0, false},        {2, 0.99, true},   {3, 0.0, false},
+               {3, -1.0, false}, {5, 0.0, false},        {5, -2.0, false},  {6, -9.0, true}};
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
+    bytes b = section();
+    put_f32(word_of(&b, 1, cases[i].word), cases[i].value);
+    assert_int_equal(status_of(&b), cases[i].good ? RIM_OK : RIM_E_DATA);
+  }
+  for (uint32_t k = 0; k < FIELDS; ++k) {
+    bytes b = section();
+    put_f32(word_of(&b, 2, prior + k), 0.0);
+    assert_int_equal(status_of(&b), RIM_E_DATA);
+  }
+  for (uint32_t f = 0; f < NOISE_FAMILIES; ++f) {
+    bytes b = section();
+    put_f32(word_of(&b, 2, phi + f), 0.999);
+    assert_int_equal(status_of(&b), RIM_E_DATA);
+  }
+}
+
+static void the_weight_is_that_of_the_scale(void **state) {
+  (void)state;
+  noise_channel n = {.ln_sigma = {0.25f, -0.125f, 0.5f}};
+  for (double p = -4.0; p <= 4.0; p += 0.5) {
+    for (double change = 0.0; change <= 3.0; change += 0.5) {
+      const double ln = 0.25 * p - 0.125 * (p * p - 1.0) + 0.5 * change;
+      const double limited = fmax(-NOISE_LN_SIGMA, fmin(NOISE_LN_SIGMA, ln));
+      assert_true(fabs(rim_noise_weight(&n, p, change) - exp(-limited)) < 1e-12);
+    }
+  }
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(numbers_are_read_back),
+      cmocka_unit_test(damage_is_refused),
+      cmocka_unit_test(no_channel_may_have_a_number_that_is_none),
+      cmocka_unit_test(numbers_out_of_range_are_refused),
+      cmocka_unit_test(the_weight_is_that_of_the_scale),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
