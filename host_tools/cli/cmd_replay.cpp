@@ -54,8 +54,8 @@ void declare(CLI::App &app, Options &o) {
       ->type_name("FILE.rim");
   app.add_option("--extension", o.extensions,
                  "terms that rim diagnose found, added to the predictions; may be repeated. Of a "
-                 "trained model constant shifts alone are used: they correct its one-step "
-                 "predictions")
+                 "trained model constant shifts alone are used: they correct what it predicts "
+                 "from the commands")
       ->type_name("FILE.toml")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
