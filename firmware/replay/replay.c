@@ -12,6 +12,7 @@
 #include "replay/recording.h"
 #include "rim/crc.h"
 #include "rim/monitor.h"
+#include "rim/work.h"
 
 #define MONITOR_BYTES 393216u /* five kinds of channel on the lander's 25 outcomes need 260 kB */
 
@@ -105,6 +106,15 @@ static rim_observation observation(const rim_monitor *monitor, const double *row
   return now;
 }
 
+static void print_bound(const flight *f) {
+  rim_work_counts counts;
+  rim_work work;
+  if (rim_work_counts_of(f->image, f->image_bytes, &counts) != RIM_OK)
+    refuse("no bound of a step");
+  rim_work_bound(&counts, &work);
+  print_count("step_instructions_bound", work.step);
+}
+
 static rim_monitor *open_monitor(const flight *f) {
   size_t bytes = 0;
   rim_monitor *monitor = NULL;
@@ -116,6 +126,7 @@ static rim_monitor *open_monitor(const flight *f) {
   if (columns(monitor) != f->doubles)
     refuse("rows of another image");
   print_count("monitor_bytes", (uint32_t)bytes);
+  print_bound(f);
   return monitor;
 }
 

@@ -345,15 +345,19 @@ static void integrands_are_named(void **state) {
   (void)state;
   bytes b = agreement();
   rim_agreement v;
-  uint32_t integrand = 77;
-  double gain = 0.0;
+  bool mostly;
   assert_int_equal(rim_agreement_open(&v, b.byte, b.size, OUTCOMES, MEANS), RIM_OK);
-  assert_false(rim_agreement_integrand(&v, 0, &integrand, &gain));
-  assert_false(rim_agreement_integrand(&v, 1, &integrand, &gain));
-  assert_true(rim_agreement_integrand(&v, 2, &integrand, &gain));
-  assert_true(integrand == 0 && gain == 0.125);
+  for (uint32_t o = 0; o < OUTCOMES; ++o) {
+    for (uint32_t j = 0; j < OUTCOMES; ++j) {
+      const double gain = rim_agreement_gain(&v, o, j, &mostly);
+      const double expected = (weight(o, 0, j) + weight(o, 1, j)) * (0.5 + OUTCOMES + j);
+      assert_true(fabs(gain - (o == 2 ? expected : 0.0)) < 1e-12);
+      assert_int_equal(mostly, o == 2 && j == 0);
+    }
+  }
   put_f32(b.byte + ROWS_AT + 4 * (2 * STRIDE + 2), -1.0);
-  assert_false(rim_agreement_integrand(&v, 2, &integrand, &gain));
+  (void)rim_agreement_gain(&v, 2, 0, &mostly);
+  assert_false(mostly);
 }
 
 static void damaged_agreement_is_refused(void **state) {

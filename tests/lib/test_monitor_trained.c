@@ -74,6 +74,10 @@ static void a_shift_is_sized_and_dated(void **state) {
     assert_true(n.first.since_s <= n.first.t_s);
   }
   assert_true(covered >= 7);
+  const fault gross = {.shift = 1.0, .from = 400}; /* dated to its first row */
+  bench b;
+  make_bench(&b, false);
+  assert_true(fabs(fly(&b, 515, 600, &gross).last.since_s - time_of_row(400)) <= PERIOD_S);
 }
 
 static void a_drift_and_a_gain_are_told_apart(void **state) {

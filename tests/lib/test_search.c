@@ -103,6 +103,34 @@ static void regions_are_judged_by_least_squares(void **state) {
   }
 }
 
+/* The scan in bins finds the best of all intervals, each judged exactly. */
+static void the_best_interval_is_the_best_of_all(void **state) {
+  (void)state;
+  for (uint32_t v = 0; v < VARIANTS; ++v) {
+    const world w = variant(v, RING);
+    bench b;
+    start(&b, &w, RING);
+    feed(&b, 0, RING, 0);
+    search_refresh(b.search, 0);
+    for (uint32_t onset = 0; onset < 30; onset += 13) {
+      search_hypothesis h = hypothesis(onset > 0 ? SEARCH_INTERVAL_SINCE : SEARCH_INTERVAL,
+                                       onset > 0 ? onset : SEARCH_FROM_START);
+      double most = 0.0;
+      for (uint32_t first = 0; first < SEARCH_BINS; ++first) {
+        for (uint32_t last = first; last < SEARCH_BINS; ++last) {
+          h.first[0] = (uint8_t)first;
+          h.last[0] = (uint8_t)last;
+          search_evaluate(b.search, &h);
+          most = fmax(most, (double)h.ln_ratio);
+        }
+      }
+      const search_mask mask = search_mask_of(b.search, &h, 0);
+      search_scan_interval(b.search, &mask, 0, &h, 0);
+      assert_close((double)h.ln_ratio, most, 1e-6);
+    }
+  }
+}
+
 /* Over all onsets the largest ratio of each family, and the best hypothesis of all. */
 static void onsets_are_judged_by_least_squares(void **state) {
   (void)state;
@@ -545,6 +573,7 @@ int main(void) {
   printf("seed %u\n", SEED);
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(regions_are_judged_by_least_squares),
+      cmocka_unit_test(the_best_interval_is_the_best_of_all),
       cmocka_unit_test(onsets_are_judged_by_least_squares),
       cmocka_unit_test(impossible_run_effects_are_told),
       cmocka_unit_test(phi_divides_the_ratio),

@@ -1,0 +1,89 @@
+/* rim/work.h - the most that one monitor step may do: a bound from the counts in the flight image,
+ * whatever the data are.
+ *
+ * Unit: instructions of a Cortex-M7 with FPU (gcc -O2). What a turn of each loop costs is an upper
+ * estimate (src/work.c), the number of turns is derived here; `make size` holds the largest step
+ * that was measured to the bound, for three images. On another processor the turns are the same.
+ *
+ * d features, o outcomes, c channels, r region features, R ring, U budget: words of the image or
+ * counts of its sections, so none depends on what is observed. Per step (rim_monitor_step):
+ *
+ *   row     d values looked at and summed, o outcomes, I inputs through T filters each
+ *   block   d features, o outcomes with a logarithm, P terms; then the search takes the block in
+ *   search  U units of search
+ *   judge   c scores, and the record of an alarm
+ *   watch   interference: 25 multiply-adds, 10 exponentials, 6 logarithms
+ *
+ * With section NOISE (K fields of W raw ones, M means; src/search), one pass is R blocks of K
+ * fields; an interval is a pass into 24 bins, 300 intervals of K fields, and a pass to judge the
+ * best one exactly:
+ *   block   2 o sums of P terms, o^2 (2 + M) weights, the prediction of section LEVEL; c channels
+ *           of two exponentials twice, K W multiply-adds twice, K^2 / 2
+ *   search  a unit is the largest of
+ *             ready   3 passes with 3 exponentials and K W multiply-adds, 3 R hypotheses judged
+ *             renew   3 intervals' work, R hypotheses judged
+ *             region  the same, and 225 boxes of 5 x 5 cells
+ *   judge   explain: ready, then 4 times what renew does, 2 passes with an exponential;
+ *           whose bias it is: 2 times ready and a pass for each outcome that it integrates
+ *
+ * Without it (rim/select.h; B bins, G grid, P pairs, S scans, E edges, M moves), 24 ellipses a
+ * pair, H = B (B + 1) / 2 intervals, 136 = 16 * 17 / 2 of 16 conditional bins:
+ *   search  U times (rim_select_work):
+ *     scans   min(S, r c) intervals: B prefix sums and H hypotheses; r comparisons each
+ *     edges   at most 3 bases: r c comparisons and R points each; E + 4 conditional intervals,
+ *             for an edge that comes near is tried in 4 more shears: R points, 16 prefix sums, 136
+ *             hypotheses; every fifth of them one offer: 1 ellipse, 48 evidences
+ *     enter   1 pair (2 from 48 edges on): G (G + 1) cells cleared, R points put, G^2 accumulated,
+ *             24 ellipses of G rows
+ *     moves   M ellipses of G rows, an exponential; M / 12 + 2 looks at 24 evidences; below 48
+ *             edges not in a unit in which a pair enters. From 48 edges on the leader is corrected
+ *             by the ring: R points and G^2 cells an ellipse, and when another pair leads 48
+ *             ellipses more
+ *     scores  2 (c + 24 P) evidences
+ *   block   r features into cells, r c sums; P grids gain a point: G sums, 24 ellipses judge it by
+ *           one row (by G rows, and again when it leaves the ring, for a leader corrected by it)
+ *   judge   R points looked at for the alarm's begin, 4 outcomes named among c, each with H
+ *           hypotheses and 24 P evidences
+ * Once in 30000 blocks the tables are halved: r B c sums, P grids of G (G + 1), 24 P ellipses. That
+ * step may cost `halving` more. */
+#ifndef RIM_WORK_H
+#define RIM_WORK_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "rim/status.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Lengths of the loops. */
+typedef struct rim_work_counts {
+  uint32_t features, outcomes, channels, region_features, ring, budget, block_rows;
+  uint32_t bins, grid, pairs, scans, edges, moves; /* without section NOISE */
+  uint32_t inputs, times, terms, means, fields;    /* with it */
+  uint32_t integrands;                             /* most that one outcome integrates */
+  uint32_t prototypes, top;                        /* section LEVEL; 0: there is none */
+  bool trained, external, corrected, watched;
+} rim_work_counts;
+
+/* Instructions, at most. */
+typedef struct rim_work {
+  uint32_t row, search, block, judge;
+  uint32_t step;    /* the most costly step: the sum of what may come together */
+  uint32_t halving; /* more than that, once in 30000 blocks */
+} rim_work;
+
+/* Reads the counts of an image, defaults filled in. Errors as rim_monitor_size; *counts unchanged
+ * on error. O(image bytes). */
+rim_status rim_work_counts_of(const void *image, size_t image_bytes, rim_work_counts *counts);
+
+/* The bound. Saturates at UINT32_MAX. NULL: nothing happens. O(1). */
+void rim_work_bound(const rim_work_counts *counts, rim_work *work);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

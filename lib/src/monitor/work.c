@@ -1,0 +1,334 @@
+#include "rim/work.h"
+
+#include "rim/alarm.h"
+#include "rim/correct.h"
+#include "rim/image.h"
+#include "rim/interference.h"
+#include "rim/monitor.h"
+#include "rim/nominal.h"
+#include "rim/real.h"
+#include "../image/basis.h"
+#include "../search/search.h"
+#include "../select_private.h"
+
+/* Instructions of one turn of a loop, at most: read from the listing of gcc 12 -O2 for the
+ * Cortex-M7, the longest way through, calls included. */
+enum {
+  VALUE = 60,        /* a feature looked at, limited, unwrapped, summed */
+  OUTCOME = 160,     /* an outcome gathered, clipped, squared */
+  FILTER = 24,       /* a command into an exponential mean */
+  TERM = 90,         /* of a model, standardised */
+  STANDARDISE = 24,  /* of a model's input */
+  DISTANCE = 16,     /* one input of one prototype */
+  KEEP = 24,         /* a prototype against those kept, each */
+  PRODUCT = 16,      /* a multiply-add of numbers in memory */
+  EXPONENTIAL = 180, /* rim_exp, rim_log, and what is done with them */
+  ROOT = 260,        /* rim_sqrt likewise */
+  CORRECTED = 2000,  /* 8 regions of 3 features */
+  PREFIX = 40,       /* a bin's prefix sums */
+  END = 36,          /* a bin as an end of intervals, of either sign */
+  INTERVAL = 24,     /* a hypothesis */
+  LOOK = 40,         /* a comparison of scores */
+  MASK = 40,         /* a point of the ring against a region */
+  POINT = 36,        /* a point into a conditional bin */
+  EVIDENCE = 45,     /* ln anom of an ellipse, and compared */
+  SCATTER = 1000,    /* a new ellipse near an offer: two roots, five random numbers */
+  GRID_ROW = 125,    /* of an ellipse: its span, its sums */
+  ELLIPSE = 300,     /* beside its rows */
+  PROPOSAL = 700,    /* four random numbers, five coordinates */
+  CELL = 12,         /* of a grid, cleared or passed over */
+  PUT = 50,          /* a point of the ring into a grid or a list */
+  ADD = 24,          /* a cell's sums */
+  INSIDE = 60,       /* a point against an ellipse or region */
+  JUDGE = 260,       /* a new point against an ellipse on the grid */
+  PLACE = 130,       /* a feature into its units and its cell */
+  SCORE = 120,       /* a channel's score against its threshold */
+  GATHER = 50,       /* a block of the ring into sums, beside its fields */
+  JUDGED = 520,      /* a hypothesis: a root, three quotients, noted */
+  CALLS = 3000       /* everything outside of loops */
+};
+
+/* Sums in double: exact, and no target needs its compiler's help for a product of 64 bits. */
+#define CHAINS ((double)RIM_SELECT_CHAINS)
+
+static double intervals(double bins) { return bins * (bins + 1.0) / 2.0; }
+
+static double prediction(const rim_work_counts *n) {
+  if (n->prototypes == 0)
+    return 0;
+  const double d = n->features;
+  return d * STANDARDISE + n->prototypes * (d * DISTANCE + n->top * (double)KEEP) +
+         n->top * (double)EXPONENTIAL +
+         n->outcomes * (n->top * d * PRODUCT + n->top * (double)PRODUCT + ROOT);
+}
+
+static double correction(const rim_work_counts *n) {
+  return n->corrected ? CORRECTED + n->outcomes * (double)ADD : 0.0;
+}
+
+static double row_work(const rim_work_counts *n) {
+  const double watch = n->watched ? 25u * PRODUCT + 16u * EXPONENTIAL + CALLS : 0.0;
+  return CALLS + n->features * (double)VALUE + n->outcomes * (double)OUTCOME +
+         n->inputs * (VALUE + n->times * (double)FILTER) + n->times * (double)FILTER +
+         (n->external ? correction(n) : 0.0) + watch;
+}
+
+/* ---- section NOISE: src/search ---- */
+
+static double raw_fields(const rim_work_counts *n) { /* and the channel's combinations of them */
+  return 2u * EXPONENTIAL + n->means * (double)PRODUCT +
+         n->fields * (4.0 + n->means) * (double)PRODUCT;
+}
+static double triangle(const rim_work_counts *n) { return n->fields * (n->fields + 1.0) / 2.0; }
+
+static double pass(const rim_work_counts *n, double each) {
+  return n->ring * (MASK + GATHER + n->fields * (double)PRODUCT + each);
+}
+static double binned(const rim_work_counts *n) {
+  const double bins = SEARCH_BINS, all = bins * (bins + 1.0) / 2.0;
+  const double neighbours = bins * (bins + 1.0) * (bins + 2.0) / 6.0;
+  return CALLS + 256u * CELL + pass(n, ADD) + all * (INTERVAL + n->fields * (double)PRODUCT) +
+         neighbours * CELL + pass(n, 0.0) + JUDGED;
+}
+static double ready_work(const rim_work_counts *n) {
+  const double white = 2u * EXPONENTIAL + raw_fields(n) + triangle(n) * PRODUCT + 2u * GATHER;
+  const double times = 3u * (JUDGED + n->fields * 2.0 * PRODUCT);
+  return CALLS + triangle(n) * (n->fields + 2.0) * PRODUCT + pass(n, white) + pass(n, GATHER) +
+         pass(n, times) + pass(n, raw_fields(n));
+}
+static double renew_work(const rim_work_counts *n) {
+  return pass(n, 0.0) + 2u * binned(n) + pass(n, JUDGED);
+}
+static double pair_work(const rim_work_counts *n) {
+  const double cells = SEARCH_CELLS, strips = cells * (cells + 1.0) / 2.0;
+  const double sums = 4u * ADD + n->fields * (double)PRODUCT;
+  return 512u * CELL + pass(n, ADD) + strips * (cells + strips) * sums + renew_work(n);
+}
+static double trained_search(const rim_work_counts *n) {
+  const double since = binned(n) + 2u * (pass(n, JUDGED) + binned(n));
+  return n->budget *
+         (CALLS + n->channels * (double)LOOK +
+          rim_max(rim_max(ready_work(n), since), rim_max(renew_work(n), pair_work(n))));
+}
+static double trained_block(const rim_work_counts *n) {
+  const double o = n->outcomes;
+  const double models = 2.0 * o * (n->external ? 1.0 : n->terms) * PRODUCT +
+                        o * o * (2.0 + n->means) * PRODUCT + prediction(n) +
+                        (n->external ? 0.0 : correction(n));
+  const double channel = 3u * EXPONENTIAL + 2u * (raw_fields(n) + EXPONENTIAL) +
+                         triangle(n) * PRODUCT + OUTCOME;
+  return models + n->terms * (double)TERM + n->channels * channel +
+         n->region_features * (double)PLACE;
+}
+static double trained_judge(const rim_work_counts *n) {
+  const double explain = ready_work(n) + 4u * renew_work(n) + 3u * pass(n, JUDGED + EXPONENTIAL);
+  return explain + 2u * n->integrands * (ready_work(n) + pass(n, 0.0)) +
+         (2u + RIM_ALARM_MAX_CHANNELS) * (double)n->channels * SCORE;
+}
+
+/* ---- without it: src/select ---- */
+
+/* The most anomalous interval of a feature and channel. */
+static double interval_work(const rim_work_counts *n) {
+  return n->bins * (double)PREFIX + intervals(n->bins) * INTERVAL + 2u * n->bins * (double)END;
+}
+
+static double ellipse_work(const rim_work_counts *n) {
+  return ELLIPSE + n->grid * (double)GRID_ROW;
+}
+
+static bool is_corrected_by_ring(const rim_work_counts *n) { return n->edges >= FEW_EDGES; }
+
+/* What an ellipse of the leader costs beyond the grid: rim_select_pool's stage 2. */
+static double ring_work(const rim_work_counts *n) {
+  return is_corrected_by_ring(n) ? n->ring * (double)INSIDE + n->grid * (double)n->grid * CELL +
+                                       n->grid * (double)GRID_ROW
+                                 : 0.0;
+}
+
+static double evidences(const rim_work_counts *n) {
+  return CHAINS * n->pairs * EVIDENCE + n->channels * (double)LOOK;
+}
+
+static double sweep_work(const rim_work_counts *n) {
+  const double conditional =
+      n->ring * (double)POINT + EDGE_BINS * (PREFIX + 2u * END) + intervals(EDGE_BINS) * INTERVAL;
+  const double base = n->region_features * (double)n->channels * LOOK + n->ring * (double)MASK;
+  const double offers = (n->edges + SHEARS) / (1u + SHEARS) + 1u;
+  const double offer =
+      SCATTER + ellipse_work(n) + ring_work(n) + 2u * CHAINS * EVIDENCE + n->pairs * (double)LOOK;
+  return BASES_A_UNIT * base + n->edges * (double)n->pairs * LOOK +
+         (n->edges + SHEARS) * conditional + offers * offer;
+}
+
+static double enter_work(const rim_work_counts *n) {
+  const double cells = n->grid * (n->grid + 1.0);
+  const double once =
+      cells * (CELL + ADD) + n->ring * (double)PUT + CHAINS * (SCATTER + ellipse_work(n));
+  return (is_corrected_by_ring(n) ? ENTRIES_A_UNIT : 1u) * once;
+}
+
+static double move_work(const rim_work_counts *n) {
+  const double move = PROPOSAL + ellipse_work(n) + 2u * EXPONENTIAL + 4u * EVIDENCE + ring_work(n);
+  const double looks = (n->moves / 12u + 2u) * 3u + 2u * n->pairs + 1u;
+  double work = n->moves * move + looks * CHAINS * EVIDENCE;
+  if (is_corrected_by_ring(n)) /* another pair leads: the old one goes back to the grid */
+    work += 2u * CHAINS * ellipse_work(n) + CHAINS * ring_work(n) + n->ring * (double)PUT +
+            n->grid * (double)n->grid * CELL;
+  return work;
+}
+
+/* With few edges no ellipse moves in the unit in which a pair enters. */
+static double enter_and_move_work(const rim_work_counts *n) {
+  const double enter = enter_work(n);
+  const double move = move_work(n);
+  return is_corrected_by_ring(n) ? enter + move : rim_max(enter, move);
+}
+
+static double rows_search(const rim_work_counts *n) {
+  const double slices = n->region_features * (double)n->channels;
+  const double scans = n->scans < slices ? n->scans : slices;
+  double unit =
+      CALLS + scans * (interval_work(n) + n->region_features * (double)LOOK) + evidences(n);
+  if (n->pairs > 0)
+    unit += sweep_work(n) + evidences(n) + enter_and_move_work(n);
+  return n->budget * unit;
+}
+
+static double rows_block(const rim_work_counts *n) {
+  const double tables = n->region_features * (PLACE + n->channels * (double)ADD);
+  const double grids = n->pairs * (n->grid * (double)ADD + CHAINS * JUDGE);
+  const double leader = is_corrected_by_ring(n) && n->pairs > 0
+                            ? 2u * CHAINS * (ellipse_work(n) + INSIDE) + n->ring * (double)CELL
+                            : 0.0;
+  return tables + grids + leader + evidences(n);
+}
+
+static double rows_judge(const rim_work_counts *n) {
+  const double best = interval_work(n) + evidences(n) + 4u * ROOT;
+  return n->ring * (double)(INSIDE + VALUE) +
+         RIM_ALARM_MAX_CHANNELS * (best + n->channels * (double)(SCORE + EXPONENTIAL));
+}
+
+static double block_work(const rim_work_counts *n) {
+  return CALLS + n->features * (double)VALUE + n->outcomes * (double)(OUTCOME + EXPONENTIAL) +
+         (n->trained ? trained_block(n) : rows_block(n));
+}
+
+static double judge_work(const rim_work_counts *n) {
+  return CALLS + n->channels * (double)SCORE + 4u * EXPONENTIAL +
+         (n->trained ? trained_judge(n) : rows_judge(n));
+}
+
+static double halving_work(const rim_work_counts *n) {
+  const double cells = n->grid * (n->grid + 1.0);
+  return n->region_features * (double)n->bins * (n->channels + 1.0) * ADD +
+         n->pairs * (cells * ADD + CHAINS * (ellipse_work(n) + ring_work(n)));
+}
+
+static uint32_t saturated(double work) { return work < UINT32_MAX ? (uint32_t)work : UINT32_MAX; }
+
+void rim_work_bound(const rim_work_counts *counts, rim_work *work) {
+  if (counts == NULL || work == NULL)
+    return;
+  const double row = row_work(counts);
+  const double search = counts->trained ? trained_search(counts) : rows_search(counts);
+  const double block = block_work(counts);
+  const double judge = judge_work(counts);
+  work->row = saturated(row);
+  work->search = saturated(search);
+  work->block = saturated(block);
+  work->judge = saturated(judge);
+  work->step = saturated(row + search + block + judge);
+  work->halving = counts->trained ? 0 : saturated(halving_work(counts));
+}
+
+static bool section_of(const rim_image *image, uint32_t id, const uint8_t **section,
+                       size_t *bytes) {
+  return rim_image_section(image, id, section, bytes) == RIM_OK;
+}
+
+/* Most outcomes that one outcome integrates. */
+static uint32_t integrands_of(const rim_image *image, const rim_work_counts *n) {
+  const uint8_t *section;
+  size_t bytes;
+  rim_agreement view;
+  uint32_t most = 0;
+  if (!section_of(image, RIM_SECTION_AGREEMENT, &section, &bytes) ||
+      rim_agreement_open(&view, section, bytes, n->outcomes, n->means) != RIM_OK)
+    return 0;
+  for (uint32_t o = 0; o < n->outcomes; ++o) {
+    uint32_t count = 0;
+    for (uint32_t j = 0; j < n->outcomes; ++j) {
+      bool mostly;
+      const double gain = rim_agreement_gain(&view, o, j, &mostly);
+      count += rim_abs(gain) > 0.0 ? 1u : 0u;
+    }
+    most = count > most ? count : most;
+  }
+  return most;
+}
+
+static void count_models(const rim_image *image, rim_work_counts *n) {
+  const uint8_t *section;
+  size_t bytes;
+  rim_nominal level;
+  if (section_of(image, RIM_SECTION_LEVEL, &section, &bytes) &&
+      rim_nominal_open(&level, section, bytes) == RIM_OK) {
+    n->prototypes = level.prototypes;
+    n->top = level.top;
+  }
+  if (section_of(image, RIM_SECTION_BASIS, &section, &bytes)) {
+    n->inputs = rim_image_u32(section, 1);
+    n->times = rim_image_u32(section, 2);
+    n->terms = rim_image_u32(section, 3);
+    n->means = rim_image_u32(section, 4);
+  }
+  if (section_of(image, RIM_SECTION_NOISE, &section, &bytes))
+    n->fields = rim_image_u32(section, 3);
+  n->integrands = integrands_of(image, n);
+}
+
+static uint32_t or_default(uint32_t value, uint32_t fallback) {
+  return value != 0 ? value : fallback;
+}
+
+rim_status rim_work_counts_of(const void *image, size_t image_bytes, rim_work_counts *counts) {
+  size_t size, bytes;
+  const uint8_t *word, *other;
+  rim_image view;
+  if (counts == NULL)
+    return RIM_E_ARGUMENT;
+  rim_status status = rim_monitor_size(image, image_bytes, &size); /* validates all of it */
+  if (status == RIM_OK)
+    status = rim_image_open(&view, image, image_bytes);
+  if (status == RIM_OK)
+    status = rim_image_section(&view, RIM_SECTION_CONFIG, &word, &bytes);
+  if (status != RIM_OK)
+    return status;
+  rim_work_counts n = {
+      .features = rim_image_u32(word, RIM_CONFIG_FEATURES),
+      .outcomes = rim_image_u32(word, RIM_CONFIG_OUTCOMES),
+      .region_features = rim_image_u32(word, RIM_CONFIG_REGION_FEATURES),
+      .ring = or_default(rim_image_u32(word, RIM_CONFIG_RING), RIM_SELECT_DEFAULT_RING),
+      .bins = or_default(rim_image_u32(word, RIM_CONFIG_BINS), RIM_SELECT_DEFAULT_BINS),
+      .grid = or_default(rim_image_u32(word, RIM_CONFIG_GRID), RIM_SELECT_DEFAULT_GRID),
+      .pairs = or_default(rim_image_u32(word, RIM_CONFIG_PAIRS), RIM_SELECT_DEFAULT_PAIRS),
+      .scans = or_default(rim_image_u32(word, RIM_CONFIG_SCANS), RIM_SELECT_DEFAULT_SCANS),
+      .edges = or_default(rim_image_u32(word, RIM_CONFIG_EDGES), RIM_SELECT_DEFAULT_EDGES),
+      .moves = or_default(rim_image_u32(word, RIM_CONFIG_MOVES), RIM_SELECT_DEFAULT_MOVES),
+      .budget = or_default(rim_image_u32(word, RIM_CONFIG_BUDGET), 1),
+      .block_rows = rim_image_u32(word, RIM_CONFIG_BLOCK_ROWS),
+      .external = rim_image_u32(word, RIM_CONFIG_EXTERNAL) != 0,
+  };
+  n.trained = section_of(&view, RIM_SECTION_NOISE, &other, &bytes);
+  n.channels = n.outcomes * (n.trained ? RIM_MONITOR_KINDS : 1u);
+  n.corrected = section_of(&view, RIM_SECTION_CORRECT, &other, &bytes);
+  n.watched = section_of(&view, RIM_SECTION_INTERFERENCE, &other, &bytes);
+  if (n.trained)
+    count_models(&view, &n);
+  if (n.region_features < 2)
+    n.pairs = 0;
+  *counts = n;
+  return RIM_OK;
+}
