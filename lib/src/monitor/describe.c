@@ -58,7 +58,8 @@ static uint16_t integrated_cause(const rim_monitor *m, uint16_t leading) {
   double score = m->models.threshold.alarm_score;
   for (uint16_t j = 0; j < outcomes; ++j) {
     bool mostly;
-    if (!(rim_abs(rim_agreement_gain(&m->models.agreement, leading % outcomes, j, &mostly)) > 0.0))
+    const double gain = rim_agreement_gain(&m->models.agreement, leading % outcomes, j, &mostly);
+    if (!(rim_abs(gain) > 0.0) && !mostly)
       continue;
     for (uint32_t kind = RIM_CHANNEL_BEHAVIOUR; kind <= RIM_CHANNEL_AGREEMENT; ++kind) {
       const uint16_t c = (uint16_t)(kind * outcomes + j);
@@ -73,9 +74,8 @@ static uint16_t integrated_cause(const rim_monitor *m, uint16_t leading) {
 
 static uint16_t choose_channel(const rim_monitor *m, uint16_t leading) {
   const uint16_t outcomes = (uint16_t)m->words[RIM_CONFIG_OUTCOMES];
-  if (leading / outcomes != RIM_CHANNEL_AGREEMENT)
-    return leading;
-  if (search_best(m->search, leading)->family != SEARCH_SINCE)
+  if (leading / outcomes <= RIM_CHANNEL_AGREEMENT &&
+      search_best(m->search, leading)->family != SEARCH_SINCE)
     leading = integrated_cause(m, leading);
   if (leading / outcomes != RIM_CHANNEL_AGREEMENT)
     return leading;
