@@ -86,9 +86,8 @@ static double pass(const rim_work_counts *n, double each) {
 }
 static double binned(const rim_work_counts *n) {
   const double bins = SEARCH_BINS, all = bins * (bins + 1.0) / 2.0;
-  const double neighbours = bins * (bins + 1.0) * (bins + 2.0) / 6.0;
   return CALLS + 256u * CELL + pass(n, ADD) + all * (INTERVAL + n->fields * (double)PRODUCT) +
-         neighbours * CELL + pass(n, 0.0) + JUDGED;
+         all * CELL + pass(n, 0.0) + JUDGED;
 }
 static double ready_work(const rim_work_counts *n) {
   const double white = 2u * EXPONENTIAL + raw_fields(n) + triangle(n) * PRODUCT + 2u * GATHER;

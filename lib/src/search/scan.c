@@ -63,7 +63,7 @@ static void bins_of_bytes(const rim_search *s, uint32_t feature, uint8_t *bin) {
   }
 }
 
-/* Sums per bin; pair[hi (hi + 1) / 2 + lo]: what neighbours in the bins lo and hi take off A. */
+/* Sums per bin; pair[hi (hi + 1) / 2 + lo]: what neighbours in the bins lo..hi and hi take off A. */
 static void fill_bins(rim_search *s, const search_mask *mask, uint32_t feature) {
   search_bins *bins = &s->bins;
   uint8_t bin[256];
@@ -88,6 +88,11 @@ static void fill_bins(rim_search *s, const search_mask *mask, uint32_t feature) 
     }
     next = (int32_t)k;
   }
+  for (uint32_t hi = 1; hi < SEARCH_BINS; ++hi) {
+    float *row = bins->pair + hi * (hi + 1u) / 2u;
+    for (uint32_t lo = hi; lo-- > 0;)
+      row[lo] += row[lo + 1u];
+  }
 }
 
 void search_scan_interval(rim_search *s, const search_mask *mask, uint32_t feature,
@@ -105,9 +110,7 @@ void search_scan_interval(rim_search *s, const search_mask *mask, uint32_t featu
         continue;
       sums.n += (double)bins->n[last];
       sums.d += (double)bins->d[last];
-      sums.a += (double)bins->a[last];
-      for (uint32_t lo = first; lo <= last; ++lo)
-        sums.a += (double)bins->pair[last * (last + 1u) / 2u + lo];
+      sums.a += (double)bins->a[last] + (double)bins->pair[last * (last + 1u) / 2u + first];
       double a = sums.a;
       for (uint32_t j = 0; j < s->fields; ++j) {
         sums.g[j] += (double)bins->g[last][j];

@@ -37,15 +37,18 @@ static size_t lay_out(search_layout *at, const search_config *c) {
   at->work = (uint32_t)bytes;
   bytes += round8(4u * ring * (4u + (size_t)c->noise->fields));
   at->z = (uint32_t)bytes;
-  bytes += round8(2u * ring * c->channels);
+  const size_t fine = c->channels < 2u * c->outcomes ? c->channels : 2u * c->outcomes;
+  bytes += round8(2u * ring * fine);
+  at->coarse = (uint32_t)bytes;
+  bytes += round8(ring * (c->channels - fine));
   at->feature = (uint32_t)bytes;
   bytes += round8(ring * c->features);
   at->mean = (uint32_t)bytes;
   bytes += round8(ring * c->means);
   at->predicted = (uint32_t)bytes;
   bytes += round8(ring * c->outcomes);
-  at->weight = (uint32_t)bytes;
-  bytes += round8(2u * ring * c->outcomes);
+  at->change = (uint32_t)bytes;
+  bytes += round8(ring);
   at->score = (uint32_t)bytes;
   bytes += round8((size_t)c->channels * c->features);
   return bytes;
@@ -116,17 +119,14 @@ static int8_t to_byte(double x) {
 
 static void store_channel(rim_search *s, uint32_t slot, const search_block *b, uint32_t channel) {
   const noise_channel c = rim_noise_channel(s->config.noise, channel);
-  double w = 1.0;
-  if (channel < search_weighted(s)) {
-    const double p =
-        (double)search_predictions(s, slot)[channel % s->config.outcomes] * SEARCH_BYTE_STEP;
-    const double ln = rim_log(rim_noise_weight(&c, p, b->change));
-    search_weights(s, slot)[channel] = (int8_t)rim_floor(ln / SEARCH_WEIGHT_STEP + 0.5);
-    w = search_weight(s, channel, slot);
-  }
-  const double z = rim_clamp(w * b->residual[channel] / (double)c.s / SEARCH_Z_STEP, -32000.0,
-                             32000.0);
-  search_residuals(s, slot)[channel] = (int16_t)rim_floor(z + 0.5);
+  const double z = search_weight(s, &c, channel, slot) * b->residual[channel] / (double)c.s;
+  const uint32_t fine = search_fine(s);
+  if (channel < fine)
+    search_fine_residuals(s, slot)[channel] =
+        (int16_t)rim_floor(rim_clamp(z / SEARCH_Z_STEP, -32000.0, 32000.0) + 0.5);
+  else
+    search_coarse_residuals(s, slot)[channel - fine] =
+        (int8_t)rim_floor(rim_clamp(z / SEARCH_COARSE_STEP, -127.0, 127.0) + 0.5);
 }
 
 /* Adds the newest block to G = B'WB and u = B'Wr of a channel. */
@@ -135,16 +135,16 @@ static void accumulate(rim_search *s, uint32_t slot, uint32_t before, bool first
   const uint32_t k = c.fields, outcome = channel % s->config.outcomes;
   const double rho = (double)c.rho;
   double white[NOISE_MAX_FIELDS], old[NOISE_MAX_FIELDS];
-  search_weighted_fields(s, &c, slot, outcome, search_weight(s, channel, slot), white);
-  double e = (double)search_residuals(s, slot)[channel] * SEARCH_Z_STEP;
+  search_weighted_fields(s, &c, slot, outcome, search_weight(s, &c, channel, slot), white);
+  double e = search_residual(s, channel, slot);
   if (first) {
     const double lead = rim_sqrt(1.0 - rho * rho);
     e *= lead;
     for (uint32_t j = 0; j < k; ++j)
       white[j] *= lead;
   } else if (rho > 0.0) {
-    search_weighted_fields(s, &c, before, outcome, search_weight(s, channel, before), old);
-    e -= rho * (double)search_residuals(s, before)[channel] * SEARCH_Z_STEP;
+    search_weighted_fields(s, &c, before, outcome, search_weight(s, &c, channel, before), old);
+    e -= rho * search_residual(s, channel, before);
     for (uint32_t j = 0; j < k; ++j)
       white[j] -= rho * old[j];
   }
@@ -166,6 +166,8 @@ rim_status search_observe(rim_search *s, const search_block *b) {
   const uint32_t before = slot == 0 ? c->ring - 1u : slot - 1u;
   search_times(s)[slot] = (float)b->t_s;
   memcpy(search_features(s, slot), b->feature, c->features);
+  search_changes(s)[slot] =
+      (uint8_t)rim_floor(rim_clamp(b->change / SEARCH_CHANGE_STEP, 0.0, 255.0) + 0.5);
   for (uint32_t m = 0; m < c->means; ++m)
     search_means(s, slot)[m] = to_byte(b->mean[m]);
   for (uint32_t o = 0; o < c->outcomes; ++o) {

@@ -7,7 +7,8 @@
 
 #define SEARCH_Z_STEP (1.0 / 64.0) /* of a residual in the ring: int16 covers +-500 */
 #define SEARCH_BYTE_STEP (1.0 / 31.0) /* of a standardised mean or prediction: int8 covers +-4 */
-#define SEARCH_WEIGHT_STEP 0.01     /* of ln w: int8 covers +-1.27 */
+#define SEARCH_CHANGE_STEP (1.0 / 64.0) /* of the commands' change: uint8 covers 3.98 */
+#define SEARCH_COARSE_STEP (1.0 / 4.0)  /* of a residual in a byte: +-31 */
 #define SEARCH_NONE (-1e30f)
 
 /* What a pass over the ring needs of the channel in turn, oldest block first. */
@@ -36,7 +37,7 @@ typedef struct channel_state {
 
 /* Offsets of the arrays from the start of the instance. */
 typedef struct search_layout {
-  uint32_t time, feature, mean, predicted, z, weight, state, gram, score;
+  uint32_t time, feature, mean, predicted, z, coarse, change, state, gram, score;
   uint32_t work; /* float per block: q, a0, a1, p, then the fields' */
 } search_layout;
 
@@ -75,17 +76,27 @@ static inline int8_t *search_means(const rim_search *s, uint32_t slot) {
 static inline int8_t *search_predictions(const rim_search *s, uint32_t slot) {
   return (int8_t *)search_at(s, s->at.predicted) + (size_t)slot * s->config.outcomes;
 }
-static inline int16_t *search_residuals(const rim_search *s, uint32_t slot) {
-  return (int16_t *)search_at(s, s->at.z) + (size_t)slot * s->config.channels;
-}
-/* Channels whose scale depends on the context: behaviour and agreement. */
-static inline uint32_t search_weighted(const rim_search *s) {
+/* Channels whose residuals are kept in 16 bits, and whose scale depends on the context: behaviour
+ * and agreement. Those of the others, scatter and repeats, never need more than a byte. */
+static inline uint32_t search_fine(const rim_search *s) {
   const uint32_t both = 2u * (uint32_t)s->config.outcomes;
   return both < s->config.channels ? both : s->config.channels;
 }
-static inline int8_t *search_weights(const rim_search *s, uint32_t slot) {
-  return (int8_t *)search_at(s, s->at.weight) + (size_t)slot * search_weighted(s);
+static inline int16_t *search_fine_residuals(const rim_search *s, uint32_t slot) {
+  return (int16_t *)search_at(s, s->at.z) + (size_t)slot * search_fine(s);
 }
+static inline int8_t *search_coarse_residuals(const rim_search *s, uint32_t slot) {
+  return (int8_t *)search_at(s, s->at.coarse) +
+         (size_t)slot * (s->config.channels - search_fine(s));
+}
+/* In standard deviations of the channel's noise, the scale taken off. */
+static inline double search_residual(const rim_search *s, uint32_t channel, uint32_t slot) {
+  const uint32_t fine = search_fine(s);
+  return channel < fine
+             ? (double)search_fine_residuals(s, slot)[channel] * SEARCH_Z_STEP
+             : (double)search_coarse_residuals(s, slot)[channel - fine] * SEARCH_COARSE_STEP;
+}
+static inline uint8_t *search_changes(const rim_search *s) { return search_at(s, s->at.change); }
 static inline channel_state *search_state(const rim_search *s, uint32_t channel) {
   return (channel_state *)search_at(s, s->at.state) + channel;
 }
@@ -128,7 +139,7 @@ void search_raw_fields(const rim_search *s, const noise_channel *c, uint32_t slo
                        double *raw);
 void search_weighted_fields(const rim_search *s, const noise_channel *c, uint32_t slot,
                             uint32_t outcome, double w, double *fields);
-double search_weight(const rim_search *s, uint32_t channel, uint32_t slot);
+double search_weight(const rim_search *s, const noise_channel *c, uint32_t channel, uint32_t slot);
 /* Prepares the work arrays for a channel, and judges SINCE, RAMP, GAIN and FIELD. */
 void search_refresh(rim_search *s, uint32_t channel);
 /* Fills ln_ratio, shift, sd, score of h from the sums. */

@@ -22,10 +22,12 @@ void search_raw_fields(const rim_search *s, const noise_channel *c, uint32_t slo
     raw[NOISE_RAW_FIRST + m] = (double)mean[m] * SEARCH_BYTE_STEP;
 }
 
-double search_weight(const rim_search *s, uint32_t channel, uint32_t slot) {
-  if (channel >= search_weighted(s))
+double search_weight(const rim_search *s, const noise_channel *c, uint32_t channel, uint32_t slot) {
+  if (channel >= search_fine(s))
     return 1.0;
-  return rim_exp(SEARCH_WEIGHT_STEP * (double)search_weights(s, slot)[channel]);
+  const uint32_t outcome = channel % s->config.outcomes;
+  return rim_noise_weight(c, (double)search_predictions(s, slot)[outcome] * SEARCH_BYTE_STEP,
+                          (double)search_changes(s)[slot] * SEARCH_CHANGE_STEP);
 }
 
 void search_weighted_fields(const rim_search *s, const noise_channel *c, uint32_t slot,
@@ -105,8 +107,8 @@ static void whiten(rim_search *s, const noise_channel *c, const double *l, const
   double z_before = 0.0;
   for (uint32_t i = 0; i < s->held; ++i) {
     const uint32_t slot = search_slot(s, i);
-    const double w = search_weight(s, s->channel, slot);
-    const double z = (double)search_residuals(s, slot)[s->channel] * SEARCH_Z_STEP;
+    const double w = search_weight(s, c, s->channel, slot);
+    const double z = search_residual(s, s->channel, slot);
     double fields[NOISE_MAX_FIELDS], white[NOISE_MAX_FIELDS];
     search_weighted_fields(s, c, slot, outcome, w, fields);
     double e = i == 0 ? lead * z : z - rho * z_before;
