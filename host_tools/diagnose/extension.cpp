@@ -31,7 +31,8 @@ constexpr std::array<KindName, 4> kKinds{{{"mean", TermKind::mean},
                                           {"stuck", TermKind::stuck},
                                           {"dropout", TermKind::dropout}}};
 // Forms of a mean that have no expression.
-const std::set<std::string> kBuiltIn{"table", "delay", "delay_reading", "lag"};
+const std::set<std::string> kBuiltIn{"table", "delay",       "delay_reading",
+                                     "lag",   "lag_command", "lag_delay"};
 const std::set<std::string> kFunctions{"abs",  "sign", "sin",  "cos",   "tan",
                                        "asin", "acos", "atan", "atan2", "exp",
                                        "ln",   "log",  "sqrt", "min",   "max"};
@@ -328,7 +329,7 @@ void TermReader::read_response(Term *term) const {
     return;
   if (!node->is_table())
     fail(path_, *node, "key 'term.response': must be a table, \"u.a*s.b\" = 0.5");
-  if (term->form != "delay")
+  if (term->form != "delay" && term->form != "lag_command")
     fail(path_, *node, fmt::format("form '{}' has no response", term->form));
   for (const auto &[key, value] : *node->as_table()) {
     const std::string product(key.str());
@@ -418,14 +419,21 @@ void TermReader::read_region(const char *key, Gate *gate) const {
 }
 
 void TermReader::check_delay(const Term &term) const {
-  const std::string name = term.form == "lag" ? "lag" : "delay";
-  const auto found = std::find_if(term.shape.begin(), term.shape.end(),
-                                  [&name](const Parameter &p) { return p.name == name; });
-  if (found == term.shape.end() || !(found->value >= 0.0))
-    fail(path_, *table_,
-         fmt::format("form '{}' needs a [[term.shape]] named '{}', not negative", term.form, name));
-  if (term.form == "delay" && term.response.empty())
-    fail(path_, *table_, "form 'delay' needs a [term.response]");
+  std::vector<std::string> names;
+  if (term.form.rfind("lag", 0) == 0)
+    names.emplace_back("lag");
+  if (term.form.rfind("lag", 0) != 0 || term.form == "lag_delay")
+    names.emplace_back("delay");
+  for (const std::string &name : names) {
+    const auto found = std::find_if(term.shape.begin(), term.shape.end(),
+                                    [&name](const Parameter &p) { return p.name == name; });
+    if (found == term.shape.end() || !(found->value >= 0.0))
+      fail(path_, *table_,
+           fmt::format("form '{}' needs a [[term.shape]] named '{}', not negative", term.form,
+                       name));
+  }
+  if ((term.form == "delay" || term.form == "lag_command") && term.response.empty())
+    fail(path_, *table_, fmt::format("form '{}' needs a [term.response]", term.form));
 }
 
 void TermReader::check_form(const Term &term) const {
@@ -447,7 +455,7 @@ void TermReader::check_form(const Term &term) const {
   if (!is_built_in && term.basis.empty())
     fail(path_, at,
          fmt::format("unknown form '{}': it has no basis and is none of table, delay, "
-                     "delay_reading, lag",
+                     "delay_reading, lag, lag_command, lag_delay",
                      term.form));
   if (is_built_in && term.form != "table")
     check_delay(term);

@@ -13,6 +13,7 @@ namespace rim::diagnose {
 namespace {
 
 constexpr double kTwoPi = 6.283185307179586;
+constexpr double kSameAs = 0.99; // correlation of a prediction with a feature that stands for it
 
 // Whether a column in radians wraps: a step of nearly a turn, or a range of nearly one.
 bool is_wrapped(const Eigen::VectorXd &x) {
@@ -99,6 +100,26 @@ Channel make_channel(const std::vector<Log> &logs, const Column &outcome) {
   return channel;
 }
 
+double correlation(const Vector &a, const Vector &b) {
+  const Vector da = a.array() - a.mean(), db = b.array() - b.mean();
+  const double both = da.norm() * db.norm();
+  return both > 0.0 ? std::abs(da.dot(db)) / both : 1.0;
+}
+
+// Where a simulation is wrong may depend on what it predicts. A prediction that a feature says
+// already (a command that is followed at once, a state that hardly changes in a row) is none anew.
+void add_predictions(bool all, Measured *table, std::vector<Vector> *columns) {
+  for (const Channel &channel : table->channels) {
+    const bool is_new = std::none_of(columns->begin(), columns->end(), [&](const Vector &x) {
+      return correlation(x, channel.m) > kSameAs;
+    });
+    if (!all && (!is_new || !(channel.m.maxCoeff() > channel.m.minCoeff())))
+      continue;
+    table->features.push_back({"m." + channel.name, channel.unit, false, true, false});
+    columns->push_back(channel.m);
+  }
+}
+
 } // namespace
 
 int Measured::find_feature(const std::string &name) const {
@@ -149,10 +170,11 @@ Measured make_measured(const std::vector<Log> &logs, std::vector<std::string> *c
       if (!keep_constant)
         continue;
     }
-    table.features.push_back({column.name, column.unit, column.role == Role::command,
+    table.features.push_back({column.name, column.unit, column.role == Role::command, false,
                               column.unit == "rad" && is_wrapped(x)});
     columns.push_back(std::move(x));
   }
+  add_predictions(keep_constant, &table, &columns);
   table.x.resize(static_cast<Eigen::Index>(table.rows()),
                  static_cast<Eigen::Index>(columns.size()));
   for (std::size_t f = 0; f < columns.size(); ++f)

@@ -3,7 +3,8 @@
 //
 // A row is one moment of one log. A channel is one outcome z.NAME with the simulation's own
 // prediction m.NAME and its standard deviation sd.NAME (world/predictor.hpp makes them for logs
-// that have none). Features are the context: x., u. and s. columns.
+// that have none). Features are the context: x., u. and s. columns, and what the
+// simulation itself predicts: m. columns that no other column gives already.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,6 +22,7 @@ struct Feature {
   std::string name; // with prefix: "s.speed_mps"
   std::string unit; // "m/s"; empty: none or not known
   bool is_command = false;
+  bool is_prediction = false; // m. column
   bool is_angle = false; // in radians and wrapped: steps of 2 pi occur, or could
 };
 

@@ -8,12 +8,15 @@
 
 #include <fmt/format.h>
 
+#include "diagnose/mixed.hpp"
+
 namespace rim::diagnose {
 
 namespace {
 
 using Index = Eigen::Index;
 constexpr std::size_t kProposals = 60, kExact = 10;
+constexpr int kShapeSteps = 4;
 constexpr double kSwapGain = 0.5; // nats by which a swap must be better
 // Scatter that differs by more than this factor of variance is rather the model's error than noise.
 constexpr double kMostWeight = 4.0;
@@ -100,16 +103,13 @@ double ChannelSearch::gain_of(const std::vector<Member> &members, double loss_wi
 void ChannelSearch::refine_shape(const std::vector<Member> &others, double loss,
                                  Member *member) const {
   const Candidate &candidate = library_.candidates[static_cast<std::size_t>(member->candidate)];
-  if (candidate.shape_low >= candidate.shape_high)
-    return;
-  double low = candidate.shape_low, high = candidate.shape_high;
   const Vector mask = gate_mask(member->term.gate, measured_);
   std::vector<Member> all = others;
   all.push_back(*member);
   double best = gain_of(all, loss);
-  const auto try_at = [&](double value) {
+  const auto try_at = [&](std::size_t which, double value) {
     Member moved = *member;
-    moved.term.shape[0].value = value;
+    moved.term.shape[which].value = value;
     const Eigen::MatrixXd columns = basis_columns(moved.term, measured_, channel_.m);
     for (Index k = 0; k < columns.cols(); ++k)
       moved.h.col(k) = columns.col(k).cwiseQuotient(channel_.sd).cwiseProduct(mask);
@@ -122,15 +122,18 @@ void ChannelSearch::refine_shape(const std::vector<Member> &others, double loss,
     }
     return false;
   };
-  for (int step = 0; step < 4; ++step) {
-    const double at = member->term.shape[0].value;
-    if (try_at(0.5 * (low + at)))
-      high = at;
-    else if (try_at(0.5 * (at + high)))
-      low = at;
-    else {
-      low = 0.5 * (low + at);
-      high = 0.5 * (at + high);
+  for (std::size_t which = 0; which < candidate.shape_range.size(); ++which) {
+    auto [low, high] = candidate.shape_range[which];
+    for (int step = 0; step < kShapeSteps && low < high && !member->differs; ++step) {
+      const double at = member->term.shape[which].value;
+      if (try_at(which, 0.5 * (low + at)))
+        high = at;
+      else if (try_at(which, 0.5 * (at + high)))
+        low = at;
+      else {
+        low = 0.5 * (low + at);
+        high = 0.5 * (at + high);
+      }
     }
   }
 }
@@ -143,8 +146,9 @@ bool ChannelSearch::excludes(const Proposal &proposal, const std::vector<Member>
   return std::any_of(members.begin(), members.end(), [&](const Member &m) {
     if (moves_prediction(term) && moves_prediction(m.term))
       return true;
-    return proposal.bounds.empty() && m.term.gate.everywhere() && m.term.form == term.form &&
-           m.term.arguments == term.arguments && m.term.shape.empty();
+    return proposal.bounds.empty() && m.term.gate.everywhere() && m.candidate >= 0 &&
+           library_.candidates[static_cast<std::size_t>(m.candidate)].group ==
+               library_.candidates[static_cast<std::size_t>(proposal.candidate)].group;
   });
 }
 
@@ -164,7 +168,7 @@ ChannelSearch::Best ChannelSearch::best_of(const std::vector<Proposal> &proposal
     Member member = make_member(proposal);
     if (!proposal.bounds.empty() && effective_rows(member.h) < kLeastEffective)
       continue;
-    if (member.term.shape.size() == 1)
+    if (!member.term.shape.empty())
       refine_shape(members, fit.loss, &member);
     std::vector<Member> all = members;
     all.push_back(member);
@@ -185,18 +189,8 @@ std::vector<Member> ChannelSearch::without(std::size_t which) const {
   return others;
 }
 
-// Rough: before anything is known of the noise its scale is that of all that is not yet explained.
-void ChannelSearch::add_terms(bool is_rough) {
-  if (!is_rough && out_.members.size() > 1)
-    swap_terms();
+void ChannelSearch::add_terms() {
   while (out_.members.size() < options_.most_terms) {
-    if (is_rough) {
-      out_.noise.scale = 1e6;
-      const Vector left = fit_members(y_, out_.members, out_.noise).residual;
-      const double rows = std::max(1.0, measured_rows_.sum());
-      out_.noise.scale =
-          std::max(1.0, std::sqrt(left.cwiseAbs2().cwiseProduct(out_.noise.weight).sum() / rows));
-    }
     const Fit fit = fit_members(y_, out_.members, out_.noise);
     const auto proposals = scanner_->mean(fit, out_.noise, kProposals);
     const Best best = best_of(proposals, out_.members, fit, kExact);
@@ -210,13 +204,72 @@ void ChannelSearch::add_terms(bool is_rough) {
   out_.fit = fit_members(y_, out_.members, out_.noise);
 }
 
+// A form that holds everywhere, of a size of its own in every log where they differ.
+Member ChannelSearch::form_member(int candidate, bool differs) const {
+  Proposal proposal;
+  proposal.candidate = candidate;
+  proposal.penalty = library_.candidates[static_cast<std::size_t>(candidate)].penalty;
+  Member member = make_member(proposal);
+  if (!differs)
+    return member;
+  const Vector all = member.h.col(0);
+  member.differs = true;
+  member.h = Eigen::MatrixXd::Zero(all.size(), static_cast<Index>(measured_.logs.size()));
+  member.penalty += kSizesDiffer + 0.5 * static_cast<double>(measured_.logs.size() - 1) *
+                                       library_.ln_rows;
+  for (std::size_t l = 0; l < measured_.logs.size(); ++l) {
+    const auto first = static_cast<Index>(measured_.logs[l].first),
+               rows = static_cast<Index>(measured_.logs[l].rows);
+    member.h.col(static_cast<Index>(l)).segment(first, rows) = all.segment(first, rows);
+  }
+  return member;
+}
+
+void ChannelSearch::take_noise(const NoiseState &state) {
+  out_.noise.scale = std::sqrt(state.variance);
+  out_.noise.spread = state.spread;
+  out_.noise.scatter = state.scatter;
+  out_.noise.spread_of_sizes = state.spread_of_sizes;
+  out_.noise.spread_of_squares = state.spread_of_squares;
+  out_.autocorrelation = state.autocorrelation;
+}
+
+// The best set of forms beside the terms that are given or hold in a region.
+void ChannelSearch::join_forms(bool physical) {
+  std::vector<Member> kept;
+  for (const Member &member : out_.members) {
+    if (member.is_given || !member.term.gate.everywhere())
+      kept.push_back(member);
+  }
+  NoiseState noise;
+  const FormSet set =
+      SetSearch(measured_, library_, y_, out_.noise.weight, kept).best(may_delay_, physical, &noise);
+  take_noise(noise);
+  for (std::size_t j = 0; j < set.candidates.size(); ++j) {
+    Member member = form_member(set.candidates[j], static_cast<int>(j) == set.differs);
+    if (!member.term.shape.empty())
+      refine_shape(kept, fit_members(y_, kept, out_.noise).loss, &member);
+    kept.push_back(std::move(member));
+  }
+  out_.members = kept;
+  out_.fit = fit_members(y_, out_.members, out_.noise);
+}
+
+double ChannelSearch::score_of(const std::vector<Member> &members, const Noise &noise) const {
+  const Fit fit = fit_members(y_, members, noise);
+  double score = fit.is_allowed ? -fit.loss / noise.divisor() : -1e300;
+  for (const Member &member : members)
+    score -= member.is_given ? 0.0 : member.penalty;
+  return score;
+}
+
 // Every member against the best that could take its place. True when one was replaced.
 bool ChannelSearch::swap_terms() {
   bool any = false;
   const double loss = fit_members(y_, out_.members, out_.noise).loss;
   double now = loss;
   for (std::size_t j = 0; j < out_.members.size(); ++j) {
-    if (out_.members[j].is_given || out_.members.size() == 1)
+    if (out_.members[j].is_given || out_.members[j].differs || out_.members.size() == 1)
       continue;
     const std::vector<Member> others = without(j);
     const Fit fit = fit_members(y_, others, out_.noise);
@@ -253,45 +306,14 @@ void ChannelSearch::drop_terms() {
   }
 }
 
-// From what remains: scale by its robust spread, autocorrelation by the initial positive sequence
-// of its lags within logs, excess of its squares.
+// From what remains.
 void ChannelSearch::estimate_noise() {
-  const Vector &e = out_.fit.clipped;
-  double squares = 0.0, fourth = 0.0, used = 0.0;
-  for (Index i = 0; i < e.size(); ++i) {
-    if (out_.noise.weight(i) > 0.0) {
-      squares += e(i) * e(i);
-      fourth += e(i) * e(i) * e(i) * e(i);
-      used += 1.0;
-    }
-  }
-  if (used < 20.0 || squares <= 0.0)
-    return;
-  out_.noise.scale = std::sqrt(squares / used);
-  const double kurtosis = fourth / used / (squares / used) / (squares / used);
-  double sum = 0.0, sum_of_squares = 0.0;
-  for (std::size_t lag = 1; lag <= 50; ++lag) {
-    double products = 0.0, both = 0.0;
-    for (const LogSpan &log : measured_.logs) {
-      for (std::size_t i = log.first; i + lag < log.first + log.rows; ++i) {
-        const auto a = static_cast<Index>(i), b = static_cast<Index>(i + lag);
-        if (out_.noise.weight(a) > 0.0 && out_.noise.weight(b) > 0.0) {
-          products += e(a) * e(b);
-          both += 1.0;
-        }
-      }
-    }
-    const double rho = both > 0.0 ? products / both / (squares / used) : 0.0;
-    if (lag == 1)
-      out_.autocorrelation = rho;
-    if (rho < 2.0 / std::sqrt(used))
-      break;
-    sum += rho;
-    sum_of_squares += rho * rho;
-  }
-  out_.noise.spread = 1.0 + 2.0 * sum;
-  out_.noise.spread_of_squares =
-      std::max(1.0, 0.5 * (kurtosis - 1.0)) * (1.0 + 2.0 * sum_of_squares);
+  double sizes = 0.0;
+  for (const Member &member : out_.members)
+    sizes += static_cast<double>(member.h.cols());
+  const double rms = std::sqrt(y_.cwiseAbs2().cwiseProduct(out_.noise.weight).sum() /
+                               std::max(1.0, out_.noise.weight.sum()));
+  take_noise(noise_state(out_.fit.residual, out_.noise.weight, measured_, rms, sizes));
 }
 
 // The best change of variance, if it is one. True when one was claimed.
@@ -318,14 +340,39 @@ bool ChannelSearch::claim_variance() {
   return false;
 }
 
+// Of a form with a column for every log, whose first size is beta[first].
+Parameter ChannelSearch::mixed_size(Index first, const Member &member) const {
+  const double divisor = out_.noise.scatter * std::sqrt(out_.noise.spread_of_sizes);
+  std::vector<double> sizes, errors;
+  Parameter size{"size", 0.0, 0.0, ""};
+  for (Index k = first; k < first + member.h.cols(); ++k) {
+    size.per_log.push_back(out_.fit.beta(k));
+    if (member.h.col(k - first).squaredNorm() <= 0.0)
+      continue;
+    sizes.push_back(out_.fit.beta(k));
+    errors.push_back(divisor * std::sqrt(std::max(0.0, out_.fit.covariance(k, k))));
+  }
+  const MixedSize mixed = diagnose::mixed_size(sizes, errors);
+  size.value = mixed.mean;
+  size.stderror = mixed.stderror;
+  size.between_logs_sd = mixed.between_sd;
+  size.unit = library_.size_units[static_cast<std::size_t>(member.candidate)];
+  return size;
+}
+
 void ChannelSearch::fill_sizes() {
-  const double divisor = std::sqrt(out_.noise.divisor());
+  const double divisor = out_.noise.scatter * std::sqrt(out_.noise.spread_of_sizes);
   Index at = 0;
   for (Member &member : out_.members) {
     Term &term = member.term;
     if (member.is_given)
       continue;
     term.sizes.clear();
+    if (member.differs) {
+      term.sizes = {mixed_size(at, member)};
+      at += member.h.cols();
+      continue;
+    }
     for (Index k = 0; k < member.h.cols(); ++k) {
       Parameter size{"size", 1.0, 0.0, ""};
       if (!member.is_fixed) {
@@ -341,6 +388,11 @@ void ChannelSearch::fill_sizes() {
         size.unit = library_.size_units[static_cast<std::size_t>(member.candidate)];
       if (member.h.cols() == 2)
         size.name = k == 0 ? "sine" : "cosine";
+      if (member.candidate >= 0) {
+        const auto &names = library_.candidates[static_cast<std::size_t>(member.candidate)].size_names;
+        if (!names.empty())
+          size.name = names[static_cast<std::size_t>(k)];
+      }
       term.sizes.push_back(size);
     }
     if (term.form == "table")
@@ -470,32 +522,48 @@ void ChannelSearch::weigh() {
   }
 }
 
-// Rough first: what the noise is like is known only when the effects are out, and the reverse.
+// Forms first and then regions; regions first and then forms: what enters first may take the place
+// of what enters second.
+void ChannelSearch::search_from(const std::vector<Member> &kept) {
+  out_.members = kept;
+  join_forms(false);
+  add_terms();
+  estimate_noise();
+  add_terms();
+  const ChannelFindings forms_first = out_;
+  Noise noise = out_.noise;
+  out_.members = kept;
+  add_terms();
+  estimate_noise();
+  const bool has_region = std::any_of(
+      out_.members.begin(), out_.members.end(),
+      [](const Member &m) { return !m.is_given && !m.term.gate.everywhere(); });
+  if (has_region) {
+    join_forms(false);
+    add_terms();
+    estimate_noise();
+    if (out_.noise.scale < noise.scale)
+      noise = out_.noise;
+  }
+  if (!has_region || score_of(forms_first.members, noise) >= score_of(out_.members, noise))
+    out_ = forms_first;
+}
+
 void ChannelSearch::find_members(bool may_delay) {
   may_delay_ = may_delay;
   const std::vector<Member> kept = out_.members;
   for (int pass = 0; pass < 3; ++pass) {
     scanner_ = std::make_unique<Scanner>(library_, out_.noise.weight);
-    if (pass == 0)
-      add_terms(true);
-    else {
-      // From scratch, unless the effects are so large that they would be cut as outliers.
-      const auto left = [this](const std::vector<Member> &members) {
-        const Vector e = fit_members(y_, members, out_.noise).residual;
-        return std::sqrt(e.cwiseAbs2().cwiseProduct(out_.noise.weight).sum());
-      };
-      if (left(kept) < 1.5 * left(out_.members))
-        out_.members = kept;
-      else
-        drop_terms();
-      add_terms(false);
-    }
+    search_from(kept);
     estimate_noise();
+    const Vector before = out_.noise.weight;
     weigh();
     if (pass < 2 && claim_variance())
       weigh();
     out_.fit = fit_members(y_, out_.members, out_.noise);
     estimate_noise();
+    if ((out_.noise.weight - before).cwiseAbs().maxCoeff() < 1e-6)
+      break;
   }
   scanner_ = std::make_unique<Scanner>(library_, out_.noise.weight);
 }

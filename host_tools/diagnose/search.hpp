@@ -1,8 +1,10 @@
 // diagnose/search.hpp - the terms of one channel: added while they pay, swapped, dropped, named.
 //
-// One currency for all: ln likelihood ratio, divided for autocorrelation, less k/2 ln n a fitted
-// size and ln of the number of alternatives a form, its shape and its region were chosen from. A
-// term is claimed when that exceeds what the whole search finds in noise (diagnose/null.hpp).
+// Forms that hold everywhere are searched as sets (diagnose/sets.hpp), terms in regions one at a
+// time (diagnose/scan.hpp), in either order; the better model is kept. One currency for all: ln
+// likelihood ratio, divided for what thins the evidence, less k/2 ln n a fitted size, ln of the
+// number of alternatives a form, its shape and its region were chosen from, and the form's own cost.
+// A term is claimed when that exceeds what the whole search finds in noise (diagnose/null.hpp).
 #pragma once
 
 #include <cstdint>
@@ -14,6 +16,7 @@
 #include "diagnose/diagnosis.hpp"
 #include "diagnose/flagged.hpp"
 #include "diagnose/scan.hpp"
+#include "diagnose/sets.hpp"
 
 namespace rim::diagnose {
 
@@ -67,7 +70,12 @@ private:
   Best best_of(const std::vector<Proposal> &proposals, const std::vector<Member> &members,
                const Fit &fit, std::size_t exact) const;
   void refine_shape(const std::vector<Member> &others, double loss, Member *member) const;
-  void add_terms(bool is_rough);
+  void add_terms();
+  Member form_member(int candidate, bool differs) const;
+  void join_forms(bool physical);
+  double score_of(const std::vector<Member> &members, const Noise &noise) const;
+  void take_noise(const NoiseState &state);
+  void search_from(const std::vector<Member> &kept);
   bool excludes(const Proposal &proposal, const std::vector<Member> &members) const;
   void prepare(const std::vector<Term> &given);
   void find_members(bool may_delay);
@@ -92,6 +100,7 @@ private:
   void judge_alternatives(std::size_t which, const std::vector<Member> &others, Claim *claim) const;
   void hold_out(std::size_t which, Claim *claim) const;
   void fill_sizes();
+  Parameter mixed_size(Eigen::Index first, const Member &member) const;
   std::vector<Member> without(std::size_t which) const;
 
   const Measured &measured_;

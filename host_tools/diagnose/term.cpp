@@ -83,33 +83,6 @@ double shape_of(const Term &term, const std::string &name) {
   throw DataError(fmt::format("form '{}': parameter '{}' is missing", term.form, name));
 }
 
-// The response polynomial with every command taken `delay` ago, less it now; without a response the
-// prediction itself is what comes late.
-Vector delay_column(const Term &term, const Measured &measured, const Vector &m) {
-  const double delay_s = shape_of(term, "delay");
-  if (term.response.empty())
-    return lagged(m, measured, delay_s) - m;
-  Vector out = Vector::Zero(m.size());
-  for (const auto &[product, coefficient] : term.response) {
-    Vector now = Vector::Constant(m.size(), coefficient), then = now;
-    std::size_t at = 0;
-    while (at <= product.size()) {
-      const std::size_t end = std::min(product.find('*', at), product.size());
-      const Vector x = feature_column(measured, product.substr(at, end - at));
-      const int f = measured.find_feature(product.substr(at, end - at));
-      const bool is_command = f >= 0 && measured.features[static_cast<std::size_t>(f)].is_command;
-      now.array() *= x.array();
-      if (is_command)
-        then.array() *= lagged(x, measured, delay_s).array();
-      else
-        then.array() *= x.array();
-      at = end + 1;
-    }
-    out += then - now;
-  }
-  return out;
-}
-
 // Through a first-order lag, each log from its own first value.
 Vector filtered(const Vector &x, const Measured &measured, double lag_s) {
   Vector out(x.size());
@@ -122,6 +95,40 @@ Vector filtered(const Vector &x, const Measured &measured, double lag_s) {
     }
   }
   return out;
+}
+
+// The response polynomial at commands that act late, less it at those of now.
+template <class Late> Vector response_column(const Term &term, const Measured &measured, Late late) {
+  Vector out = Vector::Zero(static_cast<Index>(measured.rows()));
+  for (const auto &[product, coefficient] : term.response) {
+    Vector now = Vector::Constant(out.size(), coefficient), then = now;
+    std::size_t at = 0;
+    while (at <= product.size()) {
+      const std::size_t end = std::min(product.find('*', at), product.size());
+      const Vector x = feature_column(measured, product.substr(at, end - at));
+      const int f = measured.find_feature(product.substr(at, end - at));
+      const bool is_command = f >= 0 && measured.features[static_cast<std::size_t>(f)].is_command;
+      now.array() *= x.array();
+      if (is_command)
+        then.array() *= late(x).array();
+      else
+        then.array() *= x.array();
+      at = end + 1;
+    }
+    out += then - now;
+  }
+  return out;
+}
+
+// Of a delay or lag; without a response the prediction itself is what comes late.
+Vector late_column(const Term &term, const Measured &measured, const Vector &m) {
+  const bool has_lag = term.cause == "lag",
+             has_delay = term.cause == "delay" || term.form == "lag_delay";
+  const auto late = [&](const Vector &x) -> Vector {
+    const Vector delayed = has_delay ? lagged(x, measured, shape_of(term, "delay")) : x;
+    return has_lag ? filtered(delayed, measured, shape_of(term, "lag")) : delayed;
+  };
+  return term.response.empty() ? late(m) - m : response_column(term, measured, late);
 }
 
 Vector table_column(const Term &term, const Measured &measured) {
@@ -231,7 +238,8 @@ std::string base_feature(const std::string &name) {
 }
 
 bool moves_prediction(const Term &term) {
-  return term.kind == TermKind::mean && (term.cause == "delay" || term.form == "lag");
+  return term.kind == TermKind::mean && term.basis.empty() &&
+         (term.cause == "delay" || term.cause == "lag");
 }
 
 Vector gate_mask(const Gate &gate, const Measured &measured) {
@@ -264,10 +272,8 @@ Eigen::MatrixXd basis_columns(const Term &term, const Measured &measured, const 
   if (term.form == "table")
     return table_column(term, measured);
   if (term.basis.empty()) {
-    if (term.cause == "delay")
-      return delay_column(term, measured, m);
-    if (term.form == "lag")
-      return filtered(m, measured, shape_of(term, "lag")) - m;
+    if (moves_prediction(term))
+      return late_column(term, measured, m);
     throw DataError(fmt::format("form '{}' has no expression", term.form));
   }
   Eigen::MatrixXd columns(m.size(), static_cast<Index>(term.basis.size()));
@@ -304,13 +310,16 @@ std::string expression_text(const Term &term) {
   if (term.form == "table")
     return "table of " + std::to_string(term.knots.size()) + " values over " +
            strip(term.arguments.begin()->second);
-  if (term.cause == "delay")
-    return fmt::format("{} of {:.3g} s ago in place of now's",
-                       term.response.empty() ? "the prediction" : "the command",
-                       shape_of(term, "delay"));
-  if (term.form == "lag")
-    return fmt::format("the prediction through a first-order lag of {:.3g} s",
+  if (moves_prediction(term)) {
+    const std::string what = term.response.empty() ? "the prediction" : "the command";
+    if (term.cause == "delay")
+      return fmt::format("{} of {:.3g} s ago in place of now's", what, shape_of(term, "delay"));
+    return fmt::format("{}{} through a first-order lag of {:.3g} s", what,
+                       term.form == "lag_delay"
+                           ? fmt::format(" of {:.3g} s ago", shape_of(term, "delay"))
+                           : "",
                        shape_of(term, "lag"));
+  }
   std::string text;
   for (std::size_t k = 0; k < term.basis.size(); ++k) {
     const double size = k < term.sizes.size() ? term.sizes[k].value : 1.0;

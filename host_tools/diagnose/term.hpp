@@ -41,6 +41,10 @@ struct Parameter {
   double value = 0.0;
   double stderror = 0.0; // 0: not fitted
   std::string unit;      // "1/m"; empty: none
+  // Where it differs between the logs: its spread between them, and each log's own. The value is
+  // then the mean, the standard error that of the mean.
+  double between_logs_sd = 0.0;
+  std::vector<double> per_log{};
 };
 
 struct Term {
