@@ -20,7 +20,7 @@ const std::map<std::string, ArgumentRole> kRoles{
     {"own", ArgumentRole::own},           {"velocity", ArgumentRole::velocity},
     {"signed", ArgumentRole::signed_},    {"command", ArgumentRole::command},
     {"angle", ArgumentRole::angle},       {"heading", ArgumentRole::heading},
-    {"altitude", ArgumentRole::altitude},
+    {"altitude", ArgumentRole::altitude}, {"state", ArgumentRole::state},
 };
 const std::map<std::string, TermKind> kKinds{{"mean", TermKind::mean},
                                              {"variance", TermKind::variance},

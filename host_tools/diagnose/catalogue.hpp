@@ -22,7 +22,8 @@ enum class ArgumentRole {
   command,  // u. columns
   angle,    // wrapped angles
   heading,  // wrapped angles named heading, yaw, theta or psi; every angle when none is
-  altitude, // lengths named altitude or height
+  altitude, // lengths named altitude or height, that change by 500 m at least
+  state,    // the channel's own reading that the prediction starts from
 };
 
 enum class GateKind { none, interval, pair };

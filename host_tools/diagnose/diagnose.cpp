@@ -330,7 +330,12 @@ Diagnosis diagnose(const std::vector<Log> &logs, const Options &options, Measure
   add_regions(measured, found, &diagnosis);
   std::stable_sort(diagnosis.findings.begin(), diagnosis.findings.end(),
                    [](const Finding &a, const Finding &b) {
-                     return a.given != b.given ? b.given : a.ln_anom > b.ln_anom;
+                     if (a.given != b.given)
+                       return b.given;
+                     // What is wrong with the mean comes before how the rest scatters.
+                     const bool is_scatter = a.term.kind == TermKind::variance,
+                                other = b.term.kind == TermKind::variance;
+                     return is_scatter != other ? other : a.ln_anom > b.ln_anom;
                    });
   if (options.gains)
     diagnosis.gains = Gains(measured, options, threshold).compute(terms);

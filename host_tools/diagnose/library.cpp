@@ -19,7 +19,7 @@ constexpr int kMaxLagRows = 20;
 // Nats that a form of a velocity costs more where it is not known which one is the channel's own.
 constexpr double kNotOwn = 1.5;
 // Nats by which a form costs more where a better one can be had.
-constexpr double kThereIsBetter = 3.0;
+constexpr double kThereIsBetter = 10.0;
 // An altitude that hardly changes says nothing about the air.
 constexpr double kLeastClimb_m = 500.0;
 // The response polynomial must say nearly all of the prediction, or lagged commands mean nothing.
@@ -38,6 +38,7 @@ public:
   Builder(const Measured &measured, const Channel &channel, const Catalogue &catalogue)
       : measured_(measured), channel_(channel), catalogue_(catalogue) {
     velocities_ = velocities(measured);
+    state_ = own_state(measured, channel);
     out_.own = own_velocity(measured, channel);
     out_.ln_rows = std::log(static_cast<double>(measured.rows()));
   }
@@ -65,6 +66,7 @@ private:
   const Channel &channel_;
   const Catalogue &catalogue_;
   std::vector<int> velocities_;
+  int state_ = -1; // own_state()
   Library out_;
   std::vector<Vector> columns_;
 };
@@ -106,6 +108,9 @@ std::vector<int> Builder::features_for(ArgumentRole role) const {
       fits = (feature.unit == "m" || feature.unit == "km") &&
              has_word(feature.name, {"altitude", "height"}) &&
              x.maxCoeff() - x.minCoeff() > kLeastClimb_m * (feature.unit == "km" ? 1e-3 : 1.0);
+      break;
+    case ArgumentRole::state:
+      fits = f == state_;
       break;
     case ArgumentRole::own:
       break;

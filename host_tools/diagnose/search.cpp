@@ -16,7 +16,9 @@ namespace {
 
 using Index = Eigen::Index;
 constexpr std::size_t kProposals = 60, kExact = 10;
+constexpr double kMostShared = 0.2; // of the rows of two claims about the scatter
 constexpr int kShapeSteps = 4;
+constexpr double kTableCost = 10.0; // nats: a curve without a name, where laws of physics hold
 constexpr double kSwapGain = 0.5; // nats by which a swap must be better
 // Scatter that differs by more than this factor of variance is rather the model's error than noise.
 constexpr double kMostWeight = 4.0;
@@ -37,9 +39,22 @@ std::set<std::string> features_of(const Term &term) {
     names.insert(feature);
   const bool is_plain = term.cause == "bias" || term.cause == "coupling" || term.cause == "hinge" ||
                         term.cause == "product" || term.cause == "drift" ||
-                        term.cause == "viscous_friction" || term.cause == "coulomb_friction" ||
-                        term.cause == "quadratic_drag" || term.cause == "unknown";
+                        term.cause == "unknown";
   return is_plain ? names : std::set<std::string>{};
+}
+
+// "-v" times a negative size is "v" times a positive one: a force adds to what is measured.
+void turn_sign(Term *term) {
+  if (term->basis.empty() || term->sizes.empty() || !(term->sizes[0].value < 0.0) ||
+      std::any_of(term->basis.begin(), term->basis.end(),
+                  [](const std::string &basis) { return basis[0] != '-'; }))
+    return;
+  for (std::string &basis : term->basis)
+    basis.erase(0, 1);
+  for (Parameter &size : term->sizes) {
+    size.value = -size.value;
+    std::for_each(size.per_log.begin(), size.per_log.end(), [](double &v) { v = -v; });
+  }
 }
 
 } // namespace
@@ -328,6 +343,10 @@ bool ChannelSearch::claim_variance() {
   if (!proposals.empty() && proposals[0].score() >= options_.threshold) {
     const Proposal &p = proposals[0];
     claim.mask = scanner_->inside(p);
+    for (const VarianceClaim &other : out_.variances) {
+      if (claim.mask.dot(other.mask) > kMostShared * std::min(claim.mask.sum(), other.mask.sum()))
+        return false; // one effect, one finding
+    }
     double ratio = p.ratio;
     claim.term.gate = scanner_->gate(p);
     claim.term.sizes = {
@@ -432,6 +451,12 @@ bool ChannelSearch::is_smoother(const Member &table, const std::vector<Member> &
   const double more = (loss - fit_members(y_, both, out_.noise).loss) / divisor;
   const double of_table = (loss - fit_members(y_, instead, out_.noise).loss) / divisor;
   // 2 more is chi-squared of as many degrees as knots: its .998 quantile by Wilson and Hilferty.
+  const std::string &over = table.term.arguments.at("f");
+  if (std::any_of(others.begin(), others.end(), [&](const Member &m) {
+        return std::any_of(m.term.arguments.begin(), m.term.arguments.end(),
+                           [&over](const auto &argument) { return argument.second == over; });
+      })) // a law of physics holds there
+    return score_of(instead, out_.noise) - kTableCost > score_of(out_.members, out_.noise);
   const double k = static_cast<double>(table.h.cols());
   const double quantile =
       k * std::pow(1.0 - 2.0 / (9.0 * k) + 2.88 * std::sqrt(2.0 / (9.0 * k)), 3.0);
@@ -582,6 +607,10 @@ ChannelFindings ChannelSearch::run(const std::vector<Term> &given) {
   refit_plain();
   follow_delay();
   limit_support();
+  for (Member &member : out_.members) {
+    if (!member.is_given)
+      turn_sign(&member.term);
+  }
   return std::move(out_);
 }
 

@@ -191,11 +191,15 @@ void ChannelSearch::claim_overall_variance() {
     out_.variances.push_back(claim);
 }
 
-// A term acts only where the rows it was learnt from are: in features where those are few of all.
+// A term that is no law of physics acts only where the rows it was learnt from are: in features where
+// those are few of all.
 void ChannelSearch::limit_support() {
   for (Member &member : out_.members) {
     Term &term = member.term;
-    if (member.is_given || moves_prediction(term) || term.kind != TermKind::mean)
+    const bool is_law =
+        member.candidate >= 0 &&
+        library_.candidates[static_cast<std::size_t>(member.candidate)].is_physical;
+    if (member.is_given || is_law || moves_prediction(term) || term.kind != TermKind::mean)
       continue;
     const Vector effect = mean_effect(term, measured_, channel_.m).cwiseQuotient(channel_.sd);
     for (std::size_t f = 0; f < measured_.features.size(); ++f) {

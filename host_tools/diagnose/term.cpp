@@ -83,15 +83,18 @@ double shape_of(const Term &term, const std::string &name) {
   throw DataError(fmt::format("form '{}': parameter '{}' is missing", term.form, name));
 }
 
-// Through a first-order lag, each log from its own first value.
-Vector filtered(const Vector &x, const Measured &measured, double lag_s) {
+// Through a first-order lag, each log from its own first value, or from the first of `start`; there
+// the row itself stays as it is.
+Vector filtered(const Vector &x, const Measured &measured, double lag_s,
+                const Vector *start = nullptr) {
   Vector out(x.size());
   for (const LogSpan &log : measured.logs) {
-    double state = x(static_cast<Index>(log.first));
+    const auto first = static_cast<Index>(log.first);
+    double state = start != nullptr ? (*start)(first) : x(first);
     for (std::size_t i = log.first; i < log.first + log.rows; ++i) {
       const double dt = i > log.first ? measured.elapsed_s[i] - measured.elapsed_s[i - 1] : 0.0;
       state += (1.0 - std::exp(-dt / std::max(1e-9, lag_s))) * (x(static_cast<Index>(i)) - state);
-      out(static_cast<Index>(i)) = state;
+      out(static_cast<Index>(i)) = i == log.first ? x(first) : state;
     }
   }
   return out;
@@ -120,13 +123,24 @@ template <class Late> Vector response_column(const Term &term, const Measured &m
   return out;
 }
 
+// Where a prediction knows commands alone it cannot know the state that a log begins in: a lag then
+// begins at the first reading.
+const Vector *start_of(const Term &term, const Measured &measured) {
+  const int c = measured.find_channel(term.channel);
+  const bool has_state =
+      std::any_of(measured.features.begin(), measured.features.end(),
+                  [](const Feature &f) { return !f.is_command && !f.is_prediction; });
+  return c < 0 || has_state ? nullptr : &measured.channels[static_cast<std::size_t>(c)].z;
+}
+
 // Of a delay or lag; without a response the prediction itself is what comes late.
 Vector late_column(const Term &term, const Measured &measured, const Vector &m) {
   const bool has_lag = term.cause == "lag",
              has_delay = term.cause == "delay" || term.form == "lag_delay";
+  const Vector *start = term.response.empty() ? start_of(term, measured) : nullptr;
   const auto late = [&](const Vector &x) -> Vector {
     const Vector delayed = has_delay ? lagged(x, measured, shape_of(term, "delay")) : x;
-    return has_lag ? filtered(delayed, measured, shape_of(term, "lag")) : delayed;
+    return has_lag ? filtered(delayed, measured, shape_of(term, "lag"), start) : delayed;
   };
   return term.response.empty() ? late(m) - m : response_column(term, measured, late);
 }
@@ -153,25 +167,27 @@ Vector table_column(const Term &term, const Measured &measured) {
 
 Vector evaluate(const std::string &expression, const Term &term, const Measured &measured,
                 const Vector &m) {
-  // muParser's bulk mode wants writable arrays that live while it evaluates.
-  std::vector<Vector> columns;
-  columns.reserve(term.arguments.size() + 2);
+  // Row by row: muParser's bulk mode starts threads of its own, which stand in each other's way.
+  std::vector<Vector> columns{m, time_column(measured)};
+  std::vector<std::string> names{"m", "t"};
+  for (const auto &[name, feature] : term.arguments) {
+    names.push_back(name);
+    columns.push_back(feature_column(measured, feature));
+  }
+  std::vector<double> now(columns.size(), 0.0);
   mu::Parser parser;
   Vector out(m.size());
   try {
-    columns.push_back(m);
-    parser.DefineVar("m", columns.back().data());
-    columns.push_back(time_column(measured));
-    parser.DefineVar("t", columns.back().data());
-    for (const auto &[name, feature] : term.arguments) {
-      columns.push_back(feature_column(measured, feature));
-      parser.DefineVar(name, columns.back().data());
-    }
+    for (std::size_t k = 0; k < now.size(); ++k)
+      parser.DefineVar(names[k], &now[k]);
     for (const Parameter &p : term.shape)
       parser.DefineConst(p.name, p.value);
     parser.SetExpr(expression);
-    if (m.size() > 0)
-      parser.Eval(out.data(), static_cast<int>(m.size()));
+    for (Index i = 0; i < m.size(); ++i) {
+      for (std::size_t k = 0; k < now.size(); ++k)
+        now[k] = columns[k](i);
+      out(i) = parser.Eval();
+    }
   } catch (const mu::Parser::exception_type &e) {
     throw DataError(
         fmt::format("form '{}': expression '{}': {}", term.form, expression, e.GetMsg()));
