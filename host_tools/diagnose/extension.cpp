@@ -140,6 +140,13 @@ std::string term_toml(const Term &term) {
     for (const auto &[product, coefficient] : term.response)
       out += quoted(product) + " = " + number(coefficient) + "\n";
   }
+  for (const Ridge &ridge : term.ridges) {
+    std::string weights;
+    for (const auto &[feature, weight] : ridge.weights)
+      weights += (weights.empty() ? "" : ", ") + quoted(feature) + " = " + number(weight);
+    out += "[[term.ridge]]\nweights = { " + weights + " }\nknots = " + list(ridge.knots, number) +
+           "\nvalues = " + list(ridge.values, number) + "\n";
+  }
   return out + region_toml("region", term.gate) + region_toml("support", term.support);
 }
 
@@ -170,6 +177,7 @@ private:
   void read_arguments(Term *term) const;
   void read_table(Term *term) const;
   void read_response(Term *term) const;
+  void read_ridges(Term *term) const;
   void read_region(const char *key, Gate *gate) const;
   void read_ellipsoid(const toml::table &table, Gate *gate) const;
   void check_bounds(const toml::table &table, const Gate &gate) const;
@@ -343,6 +351,36 @@ void TermReader::read_response(Term *term) const {
   }
 }
 
+void TermReader::read_ridges(Term *term) const {
+  const toml::node *node = table_->get("ridge");
+  if (node == nullptr)
+    return;
+  if (!node->is_array() || (term->form != "delay" && term->form != "lag_command"))
+    fail(path_, *node, "key 'term.ridge': [[term.ridge]] of a delay or lag of a command");
+  for (const toml::node &entry : *node->as_array()) {
+    if (!entry.is_table())
+      fail(path_, entry, "key 'term.ridge': must be tables, [[term.ridge]]");
+    const toml::table &table = *entry.as_table();
+    check_keys(table, "term.ridge", {"weights", "knots", "values"});
+    Ridge ridge;
+    const toml::node &weights = need(table, "term.ridge", "weights");
+    if (!weights.is_table() || weights.as_table()->empty())
+      fail(path_, weights, "key 'term.ridge.weights': must be a table, { \"u.a\" = 1.0 }");
+    for (const auto &[key, value] : *weights.as_table()) {
+      check_feature(value, term->channel, std::string(key.str()));
+      ridge.weights[std::string(key.str())] =
+          read_number(path_, value, "term.ridge.weights", world::Range::any);
+    }
+    const toml::node &knots = need(table, "term.ridge", "knots");
+    ridge.knots = numbers(knots, "term.ridge.knots", true);
+    ridge.values = numbers(need(table, "term.ridge", "values"), "term.ridge.values", true);
+    if (ridge.knots.size() < 2 || ridge.knots.size() != ridge.values.size() ||
+        !(ridge.knots.back() > ridge.knots.front()))
+      fail(path_, knots, "key 'term.ridge.knots': at least two, rising, and as many values");
+    term->ridges.push_back(std::move(ridge));
+  }
+}
+
 // On an angle the lower bound may exceed the upper: the interval then runs through pi.
 void TermReader::check_bounds(const toml::table &table, const Gate &gate) const {
   for (std::size_t k = 0; k < gate.features.size(); ++k) {
@@ -432,7 +470,8 @@ void TermReader::check_delay(const Term &term) const {
            fmt::format("form '{}' needs a [[term.shape]] named '{}', not negative", term.form,
                        name));
   }
-  if ((term.form == "delay" || term.form == "lag_command") && term.response.empty())
+  if ((term.form == "delay" || term.form == "lag_command") && term.response.empty() &&
+      term.ridges.empty())
     fail(path_, *table_, fmt::format("form '{}' needs a [term.response]", term.form));
 }
 
@@ -541,7 +580,7 @@ void TermReader::check_expressions(const Term &term) const {
 Term TermReader::read() {
   check_keys(*table_, "term",
              {"channel", "cause", "form", "kind", "basis", "arguments", "size", "shape", "region",
-              "support", "knots", "values", "response"});
+              "support", "knots", "values", "response", "ridge"});
   Term term;
   term.channel = read_string(path_, need(*table_, "term", "channel"), "term.channel");
   term.cause = read_string(path_, need(*table_, "term", "cause"), "term.cause");
@@ -555,6 +594,7 @@ Term TermReader::read() {
   read_arguments(&term);
   read_table(&term);
   read_response(&term);
+  read_ridges(&term);
   for (const auto &[key, gate] : {std::pair{"region", &term.gate}, {"support", &term.support}}) {
     read_region(key, gate);
     for (const std::string &feature : gate->features)
@@ -688,6 +728,10 @@ void check_extension(const std::vector<Term> &terms, const Measured &measured,
         check_unit(complain, i, "response", feature, unit_of_name(feature), measured);
         at = end + 1;
       }
+    }
+    for (const Ridge &ridge : term.ridges) {
+      for (const auto &[feature, weight] : ridge.weights)
+        check_unit(complain, i, "ridge", feature, unit_of_name(feature), measured);
     }
     for (std::size_t k = 0; k < term.gate.features.size(); ++k)
       check_unit(complain, i, "region", term.gate.features[k], term.gate.units[k], measured);

@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/QR>
-#include <fmt/format.h>
 
+#include "diagnose/response.hpp"
 #include "diagnose/roles.hpp"
 #include "util/error.hpp"
 
@@ -22,8 +21,6 @@ constexpr double kNotOwn = 1.5;
 constexpr double kThereIsBetter = 10.0;
 // An altitude that hardly changes says nothing about the air.
 constexpr double kLeastClimb_m = 500.0;
-// The response polynomial must say nearly all of the prediction, or lagged commands mean nothing.
-constexpr double kLeastResponseR2 = 0.98;
 
 bool has_word(const std::string &name, std::initializer_list<const char *> words) {
   for (const char *word : words) {
@@ -55,7 +52,6 @@ private:
   void add_built_in(const Form &form);
   void add_sets();
   bool add(Candidate candidate, const Eigen::MatrixXd &columns);
-  std::map<std::string, double> response() const;
   std::string unit_of(const Form &form, const std::vector<int> &arguments) const;
   void add_gate(const std::string &name, const std::string &unit, const Vector &x, bool is_turned);
   void add_gates();
@@ -67,6 +63,7 @@ private:
   const Catalogue &catalogue_;
   std::vector<int> velocities_;
   int state_ = -1; // own_state()
+  Response response_;
   Library out_;
   std::vector<Vector> columns_;
 };
@@ -307,63 +304,6 @@ double Builder::row_s() const {
   return *middle;
 }
 
-// The prediction as a polynomial in which each product has a command: m regressed on features,
-// squares of commands and products of a command with a feature. Empty when that says too little.
-std::map<std::string, double> Builder::response() const {
-  struct Product {
-    std::string name;
-    bool has_command;
-  };
-  std::vector<Product> products{{"", false}};
-  std::vector<Vector> columns{Vector::Ones(channel_.m.size())};
-  const int features = static_cast<int>(measured_.features.size());
-  bool any_command = false;
-  for (int f = 0; f < features; ++f) {
-    const Feature &feature = measured_.features[static_cast<std::size_t>(f)];
-    products.push_back({feature.name, feature.is_command});
-    columns.push_back(measured_.x.col(f));
-    any_command = any_command || feature.is_command;
-    for (int other = 0; feature.is_command && other < features; ++other) {
-      const Feature &second = measured_.features[static_cast<std::size_t>(other)];
-      if (second.is_command && other < f)
-        continue;
-      products.push_back({feature.name + "*" + second.name, true});
-      columns.push_back(measured_.x.col(f).cwiseProduct(measured_.x.col(other)));
-    }
-  }
-  std::map<std::string, double> out;
-  const auto p = static_cast<Index>(columns.size());
-  if (!any_command || channel_.m.size() < 3 * p)
-    return out;
-  Eigen::MatrixXd gram(p, p);
-  Vector scale(p), right(p);
-  for (Index k = 0; k < p; ++k) {
-    Vector &column = columns[static_cast<std::size_t>(k)];
-    scale(k) = std::max(1e-300, column.norm());
-    column /= scale(k);
-  }
-  for (Index k = 0; k < p; ++k) {
-    for (Index l = 0; l <= k; ++l)
-      gram(k, l) = gram(l, k) =
-          columns[static_cast<std::size_t>(k)].dot(columns[static_cast<std::size_t>(l)]);
-    right(k) = columns[static_cast<std::size_t>(k)].dot(channel_.m);
-  }
-  gram.diagonal().array() += 1e-9;
-  const Vector beta = gram.ldlt().solve(right);
-  Vector fit = Vector::Zero(channel_.m.size());
-  for (Index k = 0; k < p; ++k)
-    fit += beta(k) * columns[static_cast<std::size_t>(k)];
-  const double total = (channel_.m.array() - channel_.m.mean()).square().sum();
-  if (!(total > 0.0) || (channel_.m - fit).squaredNorm() > (1.0 - kLeastResponseR2) * total)
-    return out;
-  for (Index k = 0; k < p; ++k) {
-    const Product &product = products[static_cast<std::size_t>(k)];
-    if (product.has_command)
-      out[product.name] = beta(k) / scale(k);
-  }
-  return out;
-}
-
 // Delays of whole rows, lags on a geometric grid; both together on a coarse one.
 std::vector<std::vector<Parameter>> Builder::late_grid(const std::string &form) const {
   const double row = row_s();
@@ -394,9 +334,12 @@ void Builder::add_built_in(const Form &form) {
   candidate.term.cause = form.cause;
   candidate.term.form = form.form;
   if (form.form == "delay" || form.form == "lag_command") {
-    candidate.term.response = response();
-    if (candidate.term.response.empty())
+    if (!response_.is_tried)
+      response_ = fit_response(measured_, channel_);
+    if (!response_.is_known)
       return;
+    candidate.term.response = response_.products;
+    candidate.term.ridges = response_.ridges;
   }
   const std::vector<std::vector<Parameter>> grid = late_grid(form.form);
   candidate.penalty = std::log(static_cast<double>(grid.size())) + 0.5 * out_.ln_rows + form.cost;

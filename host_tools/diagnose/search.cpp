@@ -204,8 +204,17 @@ std::vector<Member> ChannelSearch::without(std::size_t which) const {
   return others;
 }
 
-void ChannelSearch::add_terms() {
+// Rough: before anything is known of the noise its scale is that of all that is not yet explained.
+void ChannelSearch::add_terms(bool is_rough) {
   while (out_.members.size() < options_.most_terms) {
+    if (is_rough) {
+      out_.noise.scale = 1e6;
+      out_.noise.spread = 1.0;
+      const Vector left = fit_members(y_, out_.members, out_.noise).residual;
+      const double rows = std::max(1.0, measured_rows_.sum());
+      out_.noise.scale =
+          std::max(1.0, std::sqrt(left.cwiseAbs2().cwiseProduct(out_.noise.weight).sum() / rows));
+    }
     const Fit fit = fit_members(y_, out_.members, out_.noise);
     const auto proposals = scanner_->mean(fit, out_.noise, kProposals);
     const Best best = best_of(proposals, out_.members, fit, kExact);
@@ -552,20 +561,21 @@ void ChannelSearch::weigh() {
 void ChannelSearch::search_from(const std::vector<Member> &kept) {
   out_.members = kept;
   join_forms(false);
-  add_terms();
+  add_terms(false);
   estimate_noise();
-  add_terms();
+  add_terms(false);
   const ChannelFindings forms_first = out_;
   Noise noise = out_.noise;
   out_.members = kept;
-  add_terms();
+  add_terms(true);
   estimate_noise();
+  add_terms(false);
   const bool has_region = std::any_of(
       out_.members.begin(), out_.members.end(),
       [](const Member &m) { return !m.is_given && !m.term.gate.everywhere(); });
   if (has_region) {
     join_forms(false);
-    add_terms();
+    add_terms(false);
     estimate_noise();
     if (out_.noise.scale < noise.scale)
       noise = out_.noise;

@@ -70,7 +70,7 @@ private:
   Best best_of(const std::vector<Proposal> &proposals, const std::vector<Member> &members,
                const Fit &fit, std::size_t exact) const;
   void refine_shape(const std::vector<Member> &others, double loss, Member *member) const;
-  void add_terms();
+  void add_terms(bool is_rough);
   Member form_member(int candidate, bool differs) const;
   void join_forms(bool physical);
   double score_of(const std::vector<Member> &members, const Noise &noise) const;

@@ -93,10 +93,12 @@ NoiseState noise_state(const Vector &left, const Vector &weight, const Measured 
     sum_of_squares += rho * rho;
   }
   noise.spread_of_sizes = 1.0 + 2.0 * sum;
+  // What is added to reach the stated sd's floor is noise of the readings, and white.
+  const double smooth = std::max(variance, std::pow(kLeastShare * y_rms, 2.0)) / noise.variance;
   noise.spread_of_squares =
       std::max(1.0, 0.5 * (noise.kurtosis - 1.0)) * (1.0 + 2.0 * sum_of_squares);
   const double known = 1.0 / (std::max(1.0, variance) * noise.spread_of_sizes);
-  noise.spread = noise.spread_of_sizes + (1.0 - known) * noise.rows / kMostEffective;
+  noise.spread = 1.0 + 2.0 * smooth * sum + (1.0 - known) * noise.rows / kMostEffective;
   return noise;
 }
 

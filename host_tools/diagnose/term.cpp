@@ -100,7 +100,7 @@ Vector filtered(const Vector &x, const Measured &measured, double lag_s,
   return out;
 }
 
-// The response polynomial at commands that act late, less it at those of now.
+// The response at commands that act late, less it at those of now.
 template <class Late> Vector response_column(const Term &term, const Measured &measured, Late late) {
   Vector out = Vector::Zero(static_cast<Index>(measured.rows()));
   for (const auto &[product, coefficient] : term.response) {
@@ -120,8 +120,22 @@ template <class Late> Vector response_column(const Term &term, const Measured &m
     }
     out += then - now;
   }
+  for (const Ridge &ridge : term.ridges) {
+    Vector now = Vector::Zero(out.size()), then = now;
+    for (const auto &[name, weight] : ridge.weights) {
+      const Vector x = feature_column(measured, name);
+      const int f = measured.find_feature(name);
+      const bool is_command = f >= 0 && measured.features[static_cast<std::size_t>(f)].is_command;
+      now += weight * x;
+      then += weight * (is_command ? late(x) : x);
+    }
+    out += ridge_values(ridge, then) - ridge_values(ridge, now);
+  }
   return out;
 }
+
+// Without a response: the prediction itself is what comes late.
+bool is_bare(const Term &term) { return term.response.empty() && term.ridges.empty(); }
 
 // Where a prediction knows commands alone it cannot know the state that a log begins in: a lag then
 // begins at the first reading.
@@ -133,16 +147,16 @@ const Vector *start_of(const Term &term, const Measured &measured) {
   return c < 0 || has_state ? nullptr : &measured.channels[static_cast<std::size_t>(c)].z;
 }
 
-// Of a delay or lag; without a response the prediction itself is what comes late.
+// Of a delay or lag.
 Vector late_column(const Term &term, const Measured &measured, const Vector &m) {
   const bool has_lag = term.cause == "lag",
              has_delay = term.cause == "delay" || term.form == "lag_delay";
-  const Vector *start = term.response.empty() ? start_of(term, measured) : nullptr;
+  const Vector *start = is_bare(term) ? start_of(term, measured) : nullptr;
   const auto late = [&](const Vector &x) -> Vector {
     const Vector delayed = has_delay ? lagged(x, measured, shape_of(term, "delay")) : x;
     return has_lag ? filtered(delayed, measured, shape_of(term, "lag"), start) : delayed;
   };
-  return term.response.empty() ? late(m) - m : response_column(term, measured, late);
+  return is_bare(term) ? late(m) - m : response_column(term, measured, late);
 }
 
 Vector table_column(const Term &term, const Measured &measured) {
@@ -258,6 +272,20 @@ bool moves_prediction(const Term &term) {
          (term.cause == "delay" || term.cause == "lag");
 }
 
+Vector ridge_values(const Ridge &ridge, const Vector &s) {
+  const auto last = ridge.knots.size() - 1;
+  const double step = (ridge.knots[last] - ridge.knots[0]) / static_cast<double>(last);
+  Vector out(s.size());
+  for (Index i = 0; i < s.size(); ++i) {
+    const double at = (s(i) - ridge.knots[0]) / step;
+    const auto k = static_cast<std::size_t>(
+        std::clamp(std::floor(at), 0.0, static_cast<double>(last) - 1.0));
+    out(i) = ridge.values[k] +
+             (at - static_cast<double>(k)) * (ridge.values[k + 1] - ridge.values[k]);
+  }
+  return out;
+}
+
 Vector gate_mask(const Gate &gate, const Measured &measured) {
   Vector inside = Vector::Ones(static_cast<Index>(measured.rows()));
   const std::size_t d = gate.features.size();
@@ -327,7 +355,7 @@ std::string expression_text(const Term &term) {
     return "table of " + std::to_string(term.knots.size()) + " values over " +
            strip(term.arguments.begin()->second);
   if (moves_prediction(term)) {
-    const std::string what = term.response.empty() ? "the prediction" : "the command";
+    const std::string what = is_bare(term) ? "the prediction" : "the command";
     if (term.cause == "delay")
       return fmt::format("{} of {:.3g} s ago in place of now's", what, shape_of(term, "delay"));
     return fmt::format("{}{} through a first-order lag of {:.3g} s", what,

@@ -47,6 +47,12 @@ struct Parameter {
   std::vector<double> per_log{};
 };
 
+// A curve over a weighted sum of features: piecewise linear, going on straight beyond its ends.
+struct Ridge {
+  std::map<std::string, double> weights; // feature name -> weight
+  std::vector<double> knots, values;     // of the sum; knots equally spaced
+};
+
 struct Term {
   std::string channel; // Channel::name
   std::string cause;   // the name claimed: "quadratic_drag", "unknown"
@@ -63,6 +69,7 @@ struct Term {
   // delay: the prediction as a polynomial of commands and state, product name ("u.a", "u.a*s.b")
   // -> coefficient; what the term adds is this at the command of `delay` ago less this now.
   std::map<std::string, double> response;
+  std::vector<Ridge> ridges; // more of the response: limits of command and state
   Gate gate;
   // Box of the rows it was learnt from, in features where those are few of all: outside it nothing
   // is known of the term and nothing is added. Not part of what is claimed.
@@ -75,6 +82,9 @@ Vector feature_column(const Measured &measured, const std::string &name);
 
 // 1 where the row lies in the gate, else 0. DataError when a feature is not in the table.
 Vector gate_mask(const Gate &gate, const Measured &measured);
+
+// The curve at the sums s.
+Vector ridge_values(const Ridge &ridge, const Vector &s);
 
 // basis functions of a mean term, rows x max(1, basis.size()), without gate or size; of table,
 // delay and fixed forms the one column that is added. `m` is the prediction that the expressions
