@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "diagnose/mixed.hpp"
+#include "diagnose/roles.hpp"
 
 namespace rim::diagnose {
 
@@ -16,7 +17,9 @@ namespace {
 
 using Index = Eigen::Index;
 constexpr std::size_t kProposals = 60, kExact = 10;
-constexpr double kMostShared = 0.2; // of the rows of two claims about the scatter
+// Noise of the start: lag-1 correlation that tells it, and the least share of squares it explains.
+constexpr double kAlternates = -0.15, kLeastStartShare = 0.01;
+constexpr int kStartRounds = 2;
 constexpr int kShapeSteps = 4;
 constexpr double kTableCost = 10.0; // nats: a curve without a name, where laws of physics hold
 constexpr double kSwapGain = 0.5; // nats by which a swap must be better
@@ -342,7 +345,7 @@ void ChannelSearch::estimate_noise() {
 
 // The best change of variance, if it is one. True when one was claimed.
 bool ChannelSearch::claim_variance() {
-  if (out_.variances.size() >= 2)
+  if (!out_.variances.empty())
     return false;
   const auto proposals = scanner_->variance(out_.fit, out_.noise);
   VarianceClaim claim;
@@ -352,10 +355,6 @@ bool ChannelSearch::claim_variance() {
   if (!proposals.empty() && proposals[0].score() >= options_.threshold) {
     const Proposal &p = proposals[0];
     claim.mask = scanner_->inside(p);
-    for (const VarianceClaim &other : out_.variances) {
-      if (claim.mask.dot(other.mask) > kMostShared * std::min(claim.mask.sum(), other.mask.sum()))
-        return false; // one effect, one finding
-    }
     double ratio = p.ratio;
     claim.term.gate = scanner_->gate(p);
     claim.term.sizes = {
@@ -593,7 +592,7 @@ void ChannelSearch::find_members(bool may_delay) {
     estimate_noise();
     const Vector before = out_.noise.weight;
     weigh();
-    if (pass < 2 && claim_variance())
+    if (claim_variance())
       weigh();
     out_.fit = fit_members(y_, out_.members, out_.noise);
     estimate_noise();
@@ -603,9 +602,68 @@ void ChannelSearch::find_members(bool may_delay) {
   scanner_ = std::make_unique<Scanner>(library_, out_.noise.weight);
 }
 
+// Of a prediction that starts from a noisy reading the residual alternates: what this reading was
+// off by, the next residual brings back. Innovations e of r(t) = e(t) - theta e(t-1); theta by least
+// squares. What the innovation before predicts of the residual is taken off; else every form of the
+// state (a gain below one, a hinge) would be claimed for it.
+bool ChannelSearch::take_off_start(const Vector &left) {
+  double best = left.cwiseAbs2().cwiseProduct(measured_rows_).sum() * (1.0 - kLeastStartShare);
+  Vector predicted;
+  StartNoise found;
+  for (int step = 1; step < 20; ++step) {
+    const double theta = 0.05 * step;
+    Vector of_before = Vector::Zero(left.size());
+    double squares = 0.0, rows = 0.0;
+    for (const LogSpan &log : measured_.logs) {
+      double before = 0.0;
+      for (std::size_t i = log.first; i < log.first + log.rows; ++i) {
+        const auto k = static_cast<Index>(i);
+        of_before(k) = -theta * before;
+        before = measured_rows_(k) > 0.0 ? left(k) + theta * before : 0.0;
+        squares += before * before * measured_rows_(k);
+        rows += measured_rows_(k);
+      }
+    }
+    if (squares < best) {
+      best = squares;
+      predicted = of_before;
+      // r = e(t+1) - a e(t) + process, a about 1: its covariance at lag 1 is - a var(e).
+      found = {theta, std::sqrt(theta * squares / std::max(1.0, rows))};
+    }
+  }
+  if (predicted.size() == 0)
+    return false;
+  y_ = (channel_.z - channel_.m).cwiseQuotient(channel_.sd) - predicted;
+  out_.start = found;
+  return true;
+}
+
+double ChannelSearch::alternation(const Vector &left) const {
+  return noise_state(left, measured_rows_, measured_, 0.0, 0.0).autocorrelation;
+}
+
+// The search, and again with the noise of the start taken off where there is such.
+void ChannelSearch::find_beside_start(const std::vector<Term> &given) {
+  find_members(true);
+  if (library_.own.size() != 1 && own_state(measured_, channel_) < 0)
+    return;
+  const Vector raw = y_;
+  for (int round = 0; round < kStartRounds; ++round) {
+    const Vector fitted = out_.fit.fitted;
+    const bool is_plain = round == 0 && alternation(raw) < kAlternates;
+    const Vector left = is_plain ? raw : Vector(raw - fitted);
+    if (alternation(left) >= kAlternates || !take_off_start(left))
+      return;
+    const StartNoise start = out_.start;
+    prepare(given);
+    out_.start = start;
+    find_members(true);
+  }
+}
+
 ChannelFindings ChannelSearch::run(const std::vector<Term> &given) {
   prepare(given);
-  find_members(true);
+  find_beside_start(given);
   for (int round = 0; round < 3; ++round)
     smooth_unknowns();
   out_.fit = fit_members(y_, out_.members, out_.noise);
@@ -634,7 +692,7 @@ double null_score(const Measured &measured, const Channel &channel, const Librar
   for (Proposal proposal : scanner.mean(fit, noise, 4)) {
     scanner.refine(fit.residual, noise, &proposal, false);
     const Candidate &candidate = library.candidates[static_cast<std::size_t>(proposal.candidate)];
-    if (!proposal.bounds.empty()) {
+    if (!proposal.bounds.empty() && candidate.columns == 1) {
       const Vector g = scanner.inside(proposal).cwiseProduct(library.g.col(candidate.column));
       const double s = g.dot(fit.clipped), w = g.squaredNorm();
       if (w > 0.0)

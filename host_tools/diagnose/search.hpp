@@ -31,6 +31,7 @@ struct Claim {
   double ln_anom = 0.0; // of the joint model with and without it
   double score = 0.0;   // less its penalty
   double heldout_r2 = 0.0, heldout_ln = 0.0;
+  bool is_confirmed = true; // where it was not fitted
   std::vector<Alternative> alternatives;
   bool is_separable = true;
 };
@@ -41,8 +42,15 @@ struct VarianceClaim {
   double ln_anom = 0.0, score = 0.0;
 };
 
+// The prediction starts from a noisy reading: r(t) = e(t) - theta e(t-1).
+struct StartNoise {
+  double theta = 0.0;
+  double sd = 0.0; // of the reading, in stated sd; 0: none
+};
+
 struct ChannelFindings {
   Flagged flagged;
+  StartNoise start;
   std::vector<Member> members; // terms with their sizes filled in
   std::vector<Claim> claims;   // one a member
   std::vector<VarianceClaim> variances;
@@ -79,6 +87,9 @@ private:
   bool excludes(const Proposal &proposal, const std::vector<Member> &members) const;
   void prepare(const std::vector<Term> &given);
   void find_members(bool may_delay);
+  bool take_off_start(const Vector &left);
+  double alternation(const Vector &left) const;
+  void find_beside_start(const std::vector<Term> &given);
   Noise plain_noise() const;
   void refit_plain();
   std::vector<Member> best_delays(const std::vector<Member> &others, const Noise &plain);
@@ -98,7 +109,12 @@ private:
   void smooth_unknowns();
   void judge();
   void judge_alternatives(std::size_t which, const std::vector<Member> &others, Claim *claim) const;
+  struct Part { // held out: half sums of squares with the term and without it, where it acts
+    double with = 0.0, less = 0.0, acts = 0.0;
+  };
+  template <class See> void for_each_row(See see) const; // see(row, log, block of the log)
   void hold_out(std::size_t which, Claim *claim) const;
+  void judge_parts(const std::vector<Part> &parts, bool by_log, Claim *claim) const;
   void fill_sizes();
   Parameter mixed_size(Eigen::Index first, const Member &member) const;
   std::vector<Member> without(std::size_t which) const;

@@ -16,6 +16,9 @@ constexpr double kLeastNoiseFactor = 1.16;
 constexpr std::size_t kBlocks = 10; // a log, for what is held out
 // What a term must gain, in nats, on rows it was not fitted to.
 constexpr double kLeastHeldOut = 2.0;
+// By what share the held-out squares must fall, and in what share of the parts that a term touches:
+// where it acts with a tenth of the mean strength at least.
+constexpr double kLeastFall = 0.005, kLeastBetter = 0.6, kTouches = 0.1;
 // Support: the share of a feature's range below which it bounds a term, and the margin beyond.
 constexpr double kSupportShare = 0.5, kSupportMargin = 0.2;
 constexpr double kOwnMargin = 0.1; // of the range of a term's own argument
@@ -90,6 +93,14 @@ void ChannelSearch::judge_alternatives(std::size_t which, const std::vector<Memb
       claim->alternatives.empty() || claim->alternatives.front().delta_bic > kSeparableBic;
 }
 
+template <class See> void ChannelSearch::for_each_row(See see) const {
+  for (std::size_t l = 0; l < measured_.logs.size(); ++l) {
+    const LogSpan &log = measured_.logs[l];
+    for (std::size_t i = 0; i < log.rows; ++i)
+      see(static_cast<Index>(log.first + i), l, i * kBlocks / log.rows);
+  }
+}
+
 // Sizes fitted without a part of the rows, judged on it, with the term and without it: each log in
 // turn where the term acts in several of at least three logs, every second block otherwise.
 void ChannelSearch::hold_out(std::size_t which, Claim *claim) const {
@@ -99,38 +110,53 @@ void ChannelSearch::hold_out(std::size_t which, Claim *claim) const {
   for (const LogSpan &log : measured_.logs)
     most = std::max(
         most, acts.segment(static_cast<Index>(log.first), static_cast<Index>(log.rows)).sum());
-  const bool by_log = measured_.logs.size() >= 3 && most < 0.8 * acts.sum();
+  const bool by_log = measured_.logs.size() >= 3 && most < 0.8 * acts.sum() && !member.differs;
   const std::size_t folds = by_log ? measured_.logs.size() : 2;
-  double with = 0.0, less = 0.0, most_gained = 0.0;
+  std::vector<Part> parts(measured_.logs.size() * kBlocks);
   for (std::size_t fold = 0; fold < folds; ++fold) {
     Noise train = out_.noise;
-    Vector held = Vector::Zero(y_.size());
-    for (std::size_t l = 0; l < measured_.logs.size(); ++l) {
-      const LogSpan &log = measured_.logs[l];
-      for (std::size_t i = 0; i < log.rows; ++i) {
-        const std::size_t part = by_log ? l : i * kBlocks / log.rows % 2;
-        const auto k = static_cast<Index>(log.first + i);
-        if (part == fold) {
-          held(k) = train.weight(k);
-          train.weight(k) = 0.0;
-        }
-      }
-    }
+    for_each_row([&](Index k, std::size_t log, std::size_t block) {
+      if ((by_log ? log : block % 2) == fold)
+        train.weight(k) = 0.0;
+    });
     const double corner = out_.noise.clip * out_.noise.scale;
-    const auto loss = [&](const Fit &fit) {
-      const Vector e = fit.residual.cwiseProduct(held.cwiseSqrt());
-      return 0.5 * e.cwiseMax(-corner).cwiseMin(corner).squaredNorm();
+    const Vector with = fit_members(y_, out_.members, train).residual,
+                 less = fit_members(y_, without(which), train).residual;
+    const auto loss = [&](double e, Index k) {
+      return 0.5 * std::pow(std::clamp(e * std::sqrt(out_.noise.weight(k)), -corner, corner), 2.0);
     };
-    const double with_it = loss(fit_members(y_, out_.members, train)),
-                 without_it = loss(fit_members(y_, without(which), train));
-    with += with_it;
-    less += without_it;
-    most_gained = std::max(most_gained, without_it - with_it);
+    for_each_row([&](Index k, std::size_t log, std::size_t block) {
+      if ((by_log ? log : block % 2) != fold || !(out_.noise.weight(k) > 0.0))
+        return;
+      Part &part = parts[by_log ? log : log * kBlocks + block];
+      part.with += loss(with(k), k);
+      part.less += loss(less(k), k);
+      part.acts += acts(k);
+    });
+  }
+  judge_parts(parts, by_log, claim);
+}
+
+void ChannelSearch::judge_parts(const std::vector<Part> &parts, bool by_log, Claim *claim) const {
+  double with = 0.0, less = 0.0, acts = 0.0, most_gained = 0.0, touched = 0.0, better = 0.0;
+  for (const Part &part : parts) {
+    with += part.with;
+    less += part.less;
+    acts += part.acts;
+    most_gained = std::max(most_gained, part.less - part.with);
+  }
+  for (const Part &part : parts) {
+    if (part.acts * static_cast<double>(parts.size()) < kTouches * acts)
+      continue;
+    touched += 1.0;
+    better += part.with < part.less ? 1.0 : 0.0;
   }
   // Of logs: not by the merit of one alone.
   const double divisor = out_.noise.divisor();
   claim->heldout_ln = (less - with - (by_log ? most_gained : 0.0)) / divisor;
   claim->heldout_r2 = less > 0.0 ? 1.0 - with / less : 0.0;
+  claim->is_confirmed = claim->heldout_ln > kLeastHeldOut && claim->heldout_r2 > kLeastFall &&
+                        (touched < 3.0 || better > kLeastBetter * touched);
 }
 
 void ChannelSearch::judge() {
@@ -158,7 +184,7 @@ void ChannelSearch::drop_unconfirmed() {
     for (std::size_t j = 0; j < out_.members.size(); ++j) {
       Claim claim;
       hold_out(j, &claim);
-      if (out_.members[j].is_given || claim.heldout_ln > kLeastHeldOut)
+      if (out_.members[j].is_given || claim.is_confirmed)
         continue;
       const double explains = fit_members(y_, without(j), out_.noise).loss - loss;
       if (explains < least) {
@@ -176,13 +202,13 @@ void ChannelSearch::drop_unconfirmed() {
 // Scatter other than stated, everywhere.
 void ChannelSearch::claim_overall_variance() {
   if (!out_.variances.empty() || channel_.sd_estimated || extra_variance_ > 0.0 ||
-      std::abs(std::log(out_.noise.scale)) <= std::log(kLeastNoiseFactor))
+      std::abs(std::log(out_.noise.scatter)) <= std::log(kLeastNoiseFactor))
     return;
   VarianceClaim claim;
   claim.term.channel = channel_.name;
   claim.term.cause = claim.term.form = "noise";
   claim.term.kind = TermKind::variance;
-  const double n = measured_rows_.sum(), v = out_.noise.scale * out_.noise.scale;
+  const double n = measured_rows_.sum(), v = out_.noise.scatter * out_.noise.scatter;
   claim.mask = Vector::Ones(y_.size());
   claim.term.sizes = {{"ratio", v, v * std::sqrt(2.0 * out_.noise.spread_of_squares / n), ""}};
   claim.ln_anom = 0.5 * n * (v - 1.0 - std::log(v)) / out_.noise.spread_of_squares;

@@ -91,10 +91,9 @@ class Slide:
 
 class Noisy:
     """One channel: a speed whose prediction starts from its own noisy reading. Nothing is wrong."""
-    sd = {"v_mps": .02}
-
     def __init__(self, rng):
         self.noise, self.pull = rng.uniform(.01, .02), rng.uniform(.5, 2.0)
+        self.sd = {"v_mps": math.sqrt(self.noise ** 2 * (1 + (1 - DT * self.pull) ** 2) + .004 ** 2)}
 
     def log(self, rng, effect, noise, late=0, channel="v_mps"):
         u = smooth(rng, 1.0, 3.0)
