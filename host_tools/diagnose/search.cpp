@@ -25,6 +25,8 @@ constexpr double kTableCost = 10.0; // nats: a curve without a name, where laws 
 constexpr double kSwapGain = 0.5; // nats by which a swap must be better
 // Scatter that differs by more than this factor of variance is rather the model's error than noise.
 constexpr double kMostWeight = 4.0;
+// Autocorrelated beyond this, what remains is no noise of the readings.
+constexpr double kMostSpread = 2.0;
 
 // Kish's number of rows that carry a column: in few, one outlier makes a region.
 constexpr double kLeastEffective = 25.0;
@@ -221,7 +223,7 @@ void ChannelSearch::add_terms(bool is_rough) {
     const Fit fit = fit_members(y_, out_.members, out_.noise);
     const auto proposals = scanner_->mean(fit, out_.noise, kProposals);
     const Best best = best_of(proposals, out_.members, fit, kExact);
-    if (best.score < options_.threshold)
+    if (best.score < options_.threshold || !is_relevant(best.proposal.gain))
       break;
     out_.members.push_back(best.member);
     for (int round = 0; round < 3 && swap_terms(); ++round) {
@@ -311,6 +313,12 @@ bool ChannelSearch::swap_terms() {
   return any;
 }
 
+// Whether a fall of the log likelihood ratio is more than a trifle beside the whole error.
+bool ChannelSearch::is_relevant(double gain) const {
+  const double whole = 0.5 * y_.cwiseAbs2().dot(out_.noise.weight);
+  return gain * out_.noise.divisor() > kRelevant * kRelevant * whole;
+}
+
 void ChannelSearch::drop_terms() {
   for (bool dropped = true; dropped;) {
     dropped = false;
@@ -322,8 +330,9 @@ void ChannelSearch::drop_terms() {
         continue;
       const double gain =
           (fit_members(y_, without(j), out_.noise).loss - loss) / out_.noise.divisor();
-      if (gain - out_.members[j].penalty < least) {
-        least = gain - out_.members[j].penalty;
+      const double score = is_relevant(gain) ? gain - out_.members[j].penalty : -1e300;
+      if (score < least) {
+        least = score;
         worst = j;
         dropped = true;
       }
@@ -524,6 +533,8 @@ void ChannelSearch::prepare(const std::vector<Term> &given) {
 // from row to row, a common variance may have to be added to all.
 void ChannelSearch::weigh() {
   out_.noise.weight = measured_rows_;
+  if (out_.noise.spread_of_sizes > kMostSpread)
+    return; // what remains is the model's own error, no noise to be weighed
   for (const VarianceClaim &claim : out_.variances)
     out_.noise.weight.array() *=
         1.0 - claim.mask.array() * (1.0 - 1.0 / std::clamp(claim.term.sizes[0].value,

@@ -101,6 +101,7 @@ private:
   void weigh();
   bool swap_terms();
   void drop_terms();
+  bool is_relevant(double gain) const;
   void estimate_noise();
   bool claim_variance();
   std::map<std::string, std::vector<std::size_t>> pieces() const;

@@ -201,14 +201,18 @@ void ChannelSearch::drop_unconfirmed() {
 
 // Scatter other than stated, everywhere.
 void ChannelSearch::claim_overall_variance() {
+  // Of the whole residual: noise of the start, which y_ is without, is in the stated sd.
+  const Vector left = (channel_.z - channel_.m).cwiseQuotient(channel_.sd) - out_.fit.fitted;
+  const double scatter =
+      noise_state(left, out_.noise.weight, measured_, 0.0, 0.0).scatter;
   if (!out_.variances.empty() || channel_.sd_estimated || extra_variance_ > 0.0 ||
-      std::abs(std::log(out_.noise.scatter)) <= std::log(kLeastNoiseFactor))
+      std::abs(std::log(scatter)) <= std::log(kLeastNoiseFactor))
     return;
   VarianceClaim claim;
   claim.term.channel = channel_.name;
   claim.term.cause = claim.term.form = "noise";
   claim.term.kind = TermKind::variance;
-  const double n = measured_rows_.sum(), v = out_.noise.scatter * out_.noise.scatter;
+  const double n = measured_rows_.sum(), v = scatter * scatter;
   claim.mask = Vector::Ones(y_.size());
   claim.term.sizes = {{"ratio", v, v * std::sqrt(2.0 * out_.noise.spread_of_squares / n), ""}};
   claim.ln_anom = 0.5 * n * (v - 1.0 - std::log(v)) / out_.noise.spread_of_squares;

@@ -348,8 +348,10 @@ SetSearch::State SetSearch::prune(State state) {
       State less = without(state, j);
       if (!solve(&less))
         continue;
+      const double loss = less.rss - state.rss;
       if (score(less) > score(best) ||
-          (best.atoms.size() == state.atoms.size() && (less.rss - state.rss) * factor < kLeastLoss))
+          (best.atoms.size() == state.atoms.size() &&
+           (loss * factor < kLeastLoss || loss < kRelevant * kRelevant * whole_)))
         best = less;
     }
     changed = best.atoms.size() < state.atoms.size();
@@ -465,6 +467,7 @@ void SetSearch::look_again(const State &state) {
   products_.head(library_.g.cols()) = library_.g.transpose() * weighted;
   products_.tail(kept_.cols()) = kept_.transpose() * weighted;
   squares_ = weighted.dot(target_);
+  whole_ = std::max(whole_, squares_);
 }
 
 // Noise as it would be if every law of physics were at work.
@@ -520,9 +523,10 @@ FormSet SetSearch::best(bool may_delay, bool physical, NoiseState *noise) {
     std::vector<State> beam = first;
     keep_best(&beam, kBeam);
     beam = expand(std::move(beam));
-    beam.push_back(prune(beam.front()));
     beam.insert(beam.end(), first.begin(), first.end());
     found = best_split(beam);
+    if (found.differs < 0)
+      found = prune(std::move(found));
     const NoiseState before = noise_;
     noise_ = noise_state(left_by(found), weight_, measured_, rms_,
                          static_cast<double>(found.columns.size()));

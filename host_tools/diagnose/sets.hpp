@@ -32,6 +32,10 @@ struct NoiseState {
 NoiseState noise_state(const Vector &left, const Vector &weight, const Measured &measured,
                        double y_rms, double sizes);
 
+// A term must account for this share of the whole error, as amplitude: what does less is no finding
+// beside those that explain it.
+inline constexpr double kRelevant = 0.03;
+
 // Nats that sizes which differ between logs cost beside the sizes themselves.
 inline constexpr double kSizesDiffer = 2.0;
 
@@ -87,6 +91,7 @@ private:
   Vector products_;      // of every column with the target
   Vector norm_;          // of the library's columns: weighted squares
   double squares_ = 0.0; // of the target
+  double whole_ = 0.0;   // before anything was explained
   std::vector<double> pair_; // of candidates with two columns: their product
   std::map<int, Vector> gram_;
   NoiseState noise_;
