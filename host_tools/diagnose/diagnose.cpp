@@ -29,6 +29,11 @@ constexpr double kLeastThreshold = 2.0;
 // often (swaps, ellipses), so a tenth of what is allowed is asked of it.
 constexpr double kStrict = 0.1;
 
+// Nats that a term needs to enter a model, and to be claimed in the end.
+struct Thresholds {
+  double enter = 0.0, keep = 0.0;
+};
+
 std::vector<Term> terms_of(const ChannelFindings &found) {
   std::vector<Term> terms;
   for (const Member &member : found.members)
@@ -40,11 +45,14 @@ std::vector<Term> terms_of(const ChannelFindings &found) {
 
 // The searches of all channels; terms of the extension first.
 std::vector<ChannelFindings> search_all(const Measured &measured, const Catalogue &catalogue,
-                                        const std::vector<Term> &given, double threshold,
-                                        const std::vector<Library> *libraries) {
+                                        const std::vector<Term> &given, const Thresholds &threshold,
+                                        const std::vector<Library> *libraries,
+                                        const Measured *held) {
   std::vector<ChannelFindings> found(measured.channels.size());
   SearchOptions options;
-  options.threshold = threshold;
+  options.threshold = threshold.enter;
+  options.least = threshold.keep;
+  options.held = held;
   options.catalogue = &catalogue;
   parallel_for(found.size(), [&](std::size_t c) {
     const Library own =
@@ -162,7 +170,7 @@ std::vector<std::uint8_t> folds_of(const Measured &measured, int *folds) {
 // and sizes are learnt anew.
 class Gains {
 public:
-  Gains(const Measured &measured, const Options &options, double threshold)
+  Gains(const Measured &measured, const Options &options, const Thresholds &threshold)
       : measured_(measured), options_(options), threshold_(threshold),
         one_step_(measured.channels.size()), horizon_(measured.channels.size()) {}
 
@@ -176,7 +184,7 @@ private:
 
   const Measured &measured_;
   const Options &options_;
-  double threshold_;
+  Thresholds threshold_;
   std::vector<Judged> one_step_, horizon_;
 };
 
@@ -235,7 +243,7 @@ void Gains::cross_validate() {
     const Measured held = select(measured_, fold_of_row, fold, true);
     std::vector<Term> terms;
     for (const ChannelFindings &found :
-         search_all(rest, options_.catalogue, options_.given, threshold_, nullptr)) {
+         search_all(rest, options_.catalogue, options_.given, threshold_, nullptr, nullptr)) {
       for (Term &term : terms_of(found))
         terms.push_back(std::move(term));
     }
@@ -278,6 +286,19 @@ void add_regions(const Measured &measured, const std::vector<ChannelFindings> &f
   });
   for (const auto &of_channel : regions)
     diagnosis->regions.insert(diagnosis->regions.end(), of_channel.begin(), of_channel.end());
+}
+
+void add_unconfirmed(const Measured &measured, const std::vector<ChannelFindings> &found,
+                     Diagnosis *diagnosis) {
+  for (std::size_t c = 0; c < found.size(); ++c) {
+    for (const Unconfirmed &seen : found[c].unconfirmed) {
+      Finding f;
+      f.term = seen.term;
+      f.inside_fraction = gate_mask(seen.term.gate, measured).mean();
+      f.sentence = unconfirmed_sentence(f, measured.channels[c], seen.reason);
+      diagnosis->unconfirmed.push_back(std::move(f));
+    }
+  }
 }
 
 void add_notes(const Measured &measured, const std::vector<ChannelFindings> &found,
@@ -330,10 +351,17 @@ Diagnosis diagnose(const std::vector<Log> &logs, const Options &options, Measure
                                ? options.null_runs
                                : std::max<std::size_t>(16, 96 / measured.channels.size());
   const Null null = simulate_null(measured, libraries, runs, options.seed);
-  const double threshold = std::max(kLeastThreshold, null.threshold(kStrict * options.false_alarm));
+  const Thresholds threshold{
+      std::max(kLeastThreshold, null.threshold(kStrict * options.false_alarm)),
+      std::max(kLeastThreshold, null.threshold(options.false_alarm))};
+  Measured held;
+  if (!options.holdout.empty())
+    held = make_measured(options.holdout, nullptr, true);
   const std::vector<ChannelFindings> found =
-      search_all(measured, options.catalogue, options.given, threshold, &libraries);
-  const std::vector<Term> terms = add_channels(measured, found, null, threshold, &diagnosis);
+      search_all(measured, options.catalogue, options.given, threshold, &libraries,
+                 options.holdout.empty() ? nullptr : &held);
+  const std::vector<Term> terms = add_channels(measured, found, null, threshold.enter, &diagnosis);
+  add_unconfirmed(measured, found, &diagnosis);
   add_regions(measured, found, &diagnosis);
   std::stable_sort(diagnosis.findings.begin(), diagnosis.findings.end(),
                    [](const Finding &a, const Finding &b) {

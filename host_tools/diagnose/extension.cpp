@@ -89,6 +89,9 @@ std::string parameters_toml(const char *header, const std::vector<Parameter> &pa
   for (const Parameter &p : parameters) {
     out += fmt::format("{}\nname = {}\nvalue = {}\nstderr = {}\nunit = {}\n", header,
                        quoted(p.name), number(p.value), number(p.stderror), quoted(p.unit));
+    if (!p.per_log.empty())
+      out += "between_logs_sd = " + number(p.between_logs_sd) + "\nper_log = " +
+             list(p.per_log, number) + "\n";
   }
   return out;
 }
@@ -99,12 +102,19 @@ std::string region_toml(const char *key, const Gate &gate) {
   std::string out = fmt::format("[term.{}]\n", key);
   out += "features = " + list(gate.features, quoted) + "\n";
   out += "units = " + list(gate.units, quoted) + "\n";
-  out += "lower = " + list(gate.lower, number) + "\n";
-  out += "upper = " + list(gate.upper, number) + "\n";
+  // An edge that is only the end of the data is none.
+  std::vector<double> lower = gate.lower, upper = gate.upper;
+  for (std::size_t k = 0; k < lower.size(); ++k) {
+    lower[k] = gate.is_open(k, false) ? -INFINITY : lower[k];
+    upper[k] = gate.is_open(k, true) ? INFINITY : upper[k];
+  }
+  const bool is_open = lower != gate.lower || upper != gate.upper;
+  out += "lower = " + list(lower, number) + "\n";
+  out += "upper = " + list(upper, number) + "\n";
   out += fmt::format("shape = \"{}\"\n", gate.is_ellipse ? "ellipse" : "box");
-  if (!gate.center.empty())
+  if (!gate.center.empty() && !is_open)
     out += "center = " + list(gate.center, number) + "\n";
-  if (!gate.inverse_shape.empty()) {
+  if (!gate.inverse_shape.empty() && !is_open) {
     std::vector<std::vector<double>> rows;
     const std::size_t d = gate.features.size();
     for (std::size_t i = 0; i + d <= gate.inverse_shape.size(); i += d)
@@ -249,7 +259,7 @@ std::vector<Parameter> TermReader::parameters(const char *key) const {
     if (!node.is_table())
       fail(path_, node, fmt::format("key '{}': must be an array of tables, [[{}]]", name, name));
     const toml::table &table = *node.as_table();
-    check_keys(table, name, {"name", "value", "stderr", "unit"});
+    check_keys(table, name, {"name", "value", "stderr", "unit", "between_logs_sd", "per_log"});
     Parameter p;
     p.name = read_string(path_, need(table, name, "name"), name + ".name");
     p.value = read_number(path_, need(table, name, "value"), name + ".value", world::Range::any);
@@ -257,6 +267,11 @@ std::vector<Parameter> TermReader::parameters(const char *key) const {
       p.stderror = read_number(path_, *error, name + ".stderr", world::Range::not_negative);
     if (const toml::node *unit = table.get("unit"))
       p.unit = read_string(path_, *unit, name + ".unit");
+    if (const toml::node *spread = table.get("between_logs_sd"))
+      p.between_logs_sd =
+          read_number(path_, *spread, name + ".between_logs_sd", world::Range::not_negative);
+    if (const toml::node *each = table.get("per_log"))
+      p.per_log = numbers(*each, name + ".per_log", true);
     if (!is_identifier(p.name))
       fail(path_, *table.get("name"), fmt::format("key '{}.name': no name: '{}'", name, p.name));
     if (std::any_of(out.begin(), out.end(), [&p](const Parameter &o) { return o.name == p.name; }))

@@ -18,7 +18,7 @@ constexpr int kMaxLagRows = 20;
 // Nats that a form of a velocity costs more where it is not known which one is the channel's own.
 constexpr double kNotOwn = 1.5;
 // Nats by which a form costs more where a better one can be had.
-constexpr double kThereIsBetter = 10.0;
+constexpr double kThereIsBetter = 5.0;
 // An altitude that hardly changes says nothing about the air.
 constexpr double kLeastClimb_m = 500.0;
 

@@ -48,7 +48,8 @@ std::set<std::string> features_of(const Term &term) {
   return is_plain ? names : std::set<std::string>{};
 }
 
-// "-v" times a negative size is "v" times a positive one: a force adds to what is measured.
+} // namespace
+
 void turn_sign(Term *term) {
   if (term->basis.empty() || term->sizes.empty() || !(term->sizes[0].value < 0.0) ||
       std::any_of(term->basis.begin(), term->basis.end(),
@@ -61,8 +62,6 @@ void turn_sign(Term *term) {
     std::for_each(size.per_log.begin(), size.per_log.end(), [](double &v) { v = -v; });
   }
 }
-
-} // namespace
 
 ChannelSearch::ChannelSearch(const Measured &measured, const Channel &channel,
                              const Library &library, const SearchOptions &options)
@@ -679,13 +678,15 @@ ChannelFindings ChannelSearch::run(const std::vector<Term> &given) {
     smooth_unknowns();
   out_.fit = fit_members(y_, out_.members, out_.noise);
   drop_unconfirmed();
+  drop_contradicted();
   estimate_noise();
   fill_sizes();
-  judge();
+  settle();
   claim_overall_variance();
   refit_plain();
   follow_delay();
   limit_support();
+  open_edges();
   for (Member &member : out_.members) {
     if (!member.is_given)
       turn_sign(&member.term);

@@ -21,13 +21,16 @@
 namespace rim::diagnose {
 
 struct SearchOptions {
-  double threshold = 3.0;               // nats of score that a claim must exceed
+  double threshold = 3.0;               // nats of score that a term must exceed to enter
+  double least = 3.0;                   // that it must keep in the joint model to be claimed
+  const Measured *held = nullptr;       // logs that are judged but not fitted
   std::size_t most_terms = 6;           // a channel
   const Catalogue *catalogue = nullptr; // for the search behind a delay
 };
 
 // What is claimed of a member besides its term.
 struct Claim {
+  Member rival;            // the best term of another cause in its place
   double ln_anom = 0.0; // of the joint model with and without it
   double score = 0.0;   // less its penalty
   double heldout_r2 = 0.0, heldout_ln = 0.0;
@@ -48,8 +51,15 @@ struct StartNoise {
   double sd = 0.0; // of the reading, in stated sd; 0: none
 };
 
+// Seen in the logs that were fitted, and not claimed.
+struct Unconfirmed {
+  Term term;
+  std::string reason;
+};
+
 struct ChannelFindings {
   Flagged flagged;
+  std::vector<Unconfirmed> unconfirmed;
   StartNoise start;
   std::vector<Member> members; // terms with their sizes filled in
   std::vector<Claim> claims;   // one a member
@@ -58,6 +68,9 @@ struct ChannelFindings {
   Fit fit;
   double autocorrelation = 0.0;
 };
+
+// "-v" times a negative size is "v" times a positive one: a force adds to what is measured.
+void turn_sign(Term *term);
 
 class ChannelSearch {
 public:
@@ -109,7 +122,15 @@ private:
                    std::size_t pieces) const;
   void smooth_unknowns();
   void judge();
-  void judge_alternatives(std::size_t which, const std::vector<Member> &others, Claim *claim) const;
+  void settle();
+  void set_aside(std::size_t which, const std::string &reason);
+  std::vector<Term> sized(const std::vector<Member> &members);
+  double held_loss(const std::vector<Member> &members);
+  int plainer(const Member &member) const;
+  void drop_contradicted();
+  void open_edges();
+  Member judge_alternatives(std::size_t which, const std::vector<Member> &others,
+                            Claim *claim) const;
   struct Part { // held out: half sums of squares with the term and without it, where it acts
     double with = 0.0, less = 0.0, acts = 0.0;
   };

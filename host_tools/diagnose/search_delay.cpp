@@ -111,6 +111,9 @@ void ChannelSearch::follow_delay() {
   if (chosen.members.empty())
     return;
   chosen.flagged = out_.flagged;
+  chosen.start = out_.start;
+  chosen.unconfirmed.insert(chosen.unconfirmed.begin(), out_.unconfirmed.begin(),
+                            out_.unconfirmed.end());
   out_ = std::move(chosen);
 }
 
@@ -134,7 +137,7 @@ ChannelFindings ChannelSearch::search_behind(const Member &delay, const Noise &n
     second.smooth_unknowns();
   second.drop_unconfirmed();
   second.fill_sizes();
-  second.judge();
+  second.settle();
   second.refit_plain();
   second.out_.fit = fit_members(second.y_, second.out_.members, noise);
   return std::move(second.out_);

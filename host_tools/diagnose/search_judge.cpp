@@ -21,6 +21,9 @@ constexpr double kLeastHeldOut = 2.0;
 constexpr double kLeastFall = 0.005, kLeastBetter = 0.6, kTouches = 0.1;
 // Support: the share of a feature's range below which it bounds a term, and the margin beyond.
 constexpr double kSupportShare = 0.5, kSupportMargin = 0.2;
+// By what share the held logs' squares must fall for a term to go; rounds of a claim's settling.
+constexpr double kLeastHarm = 0.002;
+constexpr int kMostSettling = 6;
 constexpr double kOwnMargin = 0.1; // of the range of a term's own argument
 constexpr double kFar = 10.0;      // ranges: where no bound is meant
 
@@ -46,8 +49,8 @@ bool is_own(const Term &term, const std::string &feature) {
 
 } // namespace
 
-void ChannelSearch::judge_alternatives(std::size_t which, const std::vector<Member> &others,
-                                       Claim *claim) const {
+Member ChannelSearch::judge_alternatives(std::size_t which, const std::vector<Member> &others,
+                                         Claim *claim) const {
   const Member &member = out_.members[which];
   const Fit fit = fit_members(y_, others, out_.noise);
   std::map<std::string, Best> by_cause;
@@ -61,9 +64,15 @@ void ChannelSearch::judge_alternatives(std::size_t which, const std::vector<Memb
     if (best.score > by_cause[cause].score)
       by_cause[cause] = best;
   }
+  Member rival;
+  double most = -1e299;
   for (auto &[cause, best] : by_cause) {
     if (best.score < -1e299)
       continue;
+    if (best.score > most) {
+      most = best.score;
+      rival = best.member;
+    }
     Alternative alternative;
     alternative.cause = cause;
     alternative.delta_bic = 2.0 * (claim->score - best.score);
@@ -91,6 +100,7 @@ void ChannelSearch::judge_alternatives(std::size_t which, const std::vector<Memb
     claim->alternatives.resize(5);
   claim->is_separable =
       claim->alternatives.empty() || claim->alternatives.front().delta_bic > kSeparableBic;
+  return rival;
 }
 
 template <class See> void ChannelSearch::for_each_row(See see) const {
@@ -169,9 +179,33 @@ void ChannelSearch::judge() {
     claim.score = claim.ln_anom - out_.members[j].penalty;
     hold_out(j, &claim);
     if (!out_.members[j].is_given && out_.members[j].candidate >= 0)
-      judge_alternatives(j, others, &claim);
+      claim.rival = judge_alternatives(j, others, &claim);
     out_.claims.push_back(claim);
   }
+}
+
+// Terms with the sizes that a fit of just these members gives them.
+std::vector<Term> ChannelSearch::sized(const std::vector<Member> &members) {
+  std::vector<Member> kept = out_.members;
+  Fit fit = out_.fit;
+  out_.members = members;
+  out_.fit = fit_members(y_, members, out_.noise);
+  fill_sizes();
+  std::vector<Term> terms;
+  for (const Member &member : out_.members)
+    terms.push_back(member.term);
+  out_.members = std::move(kept);
+  out_.fit = std::move(fit);
+  return terms;
+}
+
+// Takes a term out of the model and remembers it.
+void ChannelSearch::set_aside(std::size_t which, const std::string &reason) {
+  Term term = sized(out_.members)[which];
+  turn_sign(&term);
+  out_.unconfirmed.push_back({term, reason});
+  out_.members = without(which);
+  out_.fit = fit_members(y_, out_.members, out_.noise);
 }
 
 // A term that does not hold where it was not fitted is no finding: of those the one that explains
@@ -194,9 +228,126 @@ void ChannelSearch::drop_unconfirmed() {
     }
     if (worst == out_.members.size())
       break;
-    out_.members = without(worst);
+    set_aside(worst, "it does not hold in parts of the logs that it was not fitted to");
   }
   out_.fit = fit_members(y_, out_.members, out_.noise);
+}
+
+// Mean square on the held logs, in stated sd, of the model of these members.
+double ChannelSearch::held_loss(const std::vector<Member> &members) {
+  const Measured &held = *options_.held;
+  const Channel &channel =
+      held.channels[static_cast<std::size_t>(held.find_channel(channel_.name))];
+  const Prediction after = extended_prediction(sized(members), channel, held);
+  const Flagged flagged = find_flagged(held, channel);
+  double sum = 0.0;
+  for (Index i = 0; i < after.m.size(); ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    if (flagged.stuck[at] == 0 && flagged.dropout[at] == 0)
+      sum += std::pow((channel.z(i) - after.m(i)) / channel.sd(i), 2.0);
+  }
+  return sum;
+}
+
+// The plainest form of the same cause over the same velocity, in a member's place: a friction by
+// direction or with a dead band without that. -1: there is none.
+int ChannelSearch::plainer(const Member &member) const {
+  if (member.is_given || member.candidate < 0 || !member.term.gate.everywhere() || member.differs)
+    return -1;
+  const Candidate &own = library_.candidates[static_cast<std::size_t>(member.candidate)];
+  for (std::size_t c = 0; c < library_.candidates.size(); ++c) {
+    const Candidate &other = library_.candidates[c];
+    if (own.is_physical && other.group == own.group && other.term.form != own.term.form &&
+        other.columns == 1 && other.term.shape.empty())
+      return static_cast<int>(c);
+  }
+  return -1;
+}
+
+// What makes the held logs worse is not claimed, or claimed in its plainer form: of such changes the
+// one that mends most comes first.
+void ChannelSearch::drop_contradicted() {
+  if (options_.held == nullptr || options_.held->find_channel(channel_.name) < 0)
+    return;
+  for (;;) {
+    double least = held_loss(out_.members) * (1.0 - kLeastHarm);
+    std::vector<Member> best;
+    std::size_t dropped = out_.members.size();
+    const auto try_model = [&](std::vector<Member> members, std::size_t drops) {
+      const double loss = held_loss(members);
+      if (loss < least) {
+        least = loss;
+        best = std::move(members);
+        dropped = drops;
+      }
+    };
+    for (std::size_t j = 0; j < out_.members.size(); ++j) {
+      if (out_.members[j].is_given)
+        continue;
+      try_model(without(j), j);
+      if (const int plain = plainer(out_.members[j]); plain >= 0) {
+        std::vector<Member> members = out_.members;
+        members[j] = form_member(plain, false);
+        try_model(std::move(members), out_.members.size());
+      }
+    }
+    if (dropped < out_.members.size())
+      set_aside(dropped, "it makes the held-out logs worse");
+    else if (!best.empty())
+      out_.members = best;
+    else
+      return;
+    out_.fit = fit_members(y_, out_.members, out_.noise);
+  }
+}
+
+// The claims, until none is too weak in the joint model and none has a better rival.
+void ChannelSearch::settle() {
+  for (int round = 0; round < kMostSettling; ++round) {
+    judge();
+    std::size_t weakest = out_.members.size(), beaten = weakest;
+    for (std::size_t j = 0; j < out_.members.size(); ++j) {
+      if (out_.members[j].is_given)
+        continue;
+      const Claim &claim = out_.claims[j];
+      if (claim.score < options_.least &&
+          (weakest == out_.members.size() || claim.score < out_.claims[weakest].score))
+        weakest = j;
+      if (!claim.alternatives.empty() && claim.alternatives.front().delta_bic < 0.0 &&
+          claim.rival.h.cols() > 0)
+        beaten = j;
+    }
+    if (weakest < out_.members.size())
+      set_aside(weakest, "beside the other terms it is not significant");
+    else if (beaten < out_.members.size())
+      out_.members[beaten] = out_.claims[beaten].rival;
+    else
+      return;
+    out_.fit = fit_members(y_, out_.members, out_.noise);
+    estimate_noise();
+    fill_sizes();
+  }
+  judge();
+}
+
+// A box's edge beyond which, within its other bounds, no row lies is only the end of the data.
+void ChannelSearch::open_edges() {
+  for (Member &member : out_.members) {
+    Gate &gate = member.term.gate;
+    if (member.is_given || gate.is_ellipse)
+      continue;
+    for (std::size_t k = 0; k < gate.features.size(); ++k) {
+      const int f = measured_.find_feature(base_feature(gate.features[k]));
+      if (f >= 0 && measured_.features[static_cast<std::size_t>(f)].is_angle)
+        continue;
+      const Vector x = feature_column(measured_, gate.features[k]);
+      gate.open_lower.resize(gate.features.size());
+      gate.open_upper.resize(gate.features.size());
+      const double slack = 1e-9 * (x.maxCoeff() - x.minCoeff());
+      gate.open_lower[k] = gate.lower[k] <= x.minCoeff() + slack;
+      gate.open_upper[k] = gate.upper[k] >= x.maxCoeff() - slack;
+    }
+  }
 }
 
 // Scatter other than stated, everywhere.

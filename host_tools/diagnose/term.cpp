@@ -24,8 +24,12 @@ std::string strip(const std::string &name) {
   if (name == kTime)
     return "elapsed time";
   const std::size_t at = name.find_first_of("@~");
+  const std::string bare = plain_name(base_feature(name));
+  const bool says_so = bare.rfind("cmd", 0) == 0 || bare.rfind("command", 0) == 0;
+  if (name.rfind("m.", 0) == 0)
+    return "predicted " + bare;
   if (at == std::string::npos)
-    return plain_name(name);
+    return name.rfind("u.", 0) == 0 && !says_so ? "commanded " + bare : bare;
   return plain_name(base_feature(name)) + (name[at] == '@'
                                                ? " " + name.substr(at + 1) + " s ago"
                                                : " lagged by " + name.substr(at + 1) + " s");
@@ -303,7 +307,8 @@ Vector gate_mask(const Gate &gate, const Measured &measured) {
   for (std::size_t k = 0; k < d; ++k) {
     const Vector x = feature_column(measured, gate.features[k]);
     for (Index i = 0; i < x.size(); ++i) {
-      const bool is_above = x(i) >= gate.lower[k], is_below = x(i) <= gate.upper[k];
+      const bool is_above = gate.is_open(k, false) || x(i) >= gate.lower[k],
+                 is_below = gate.is_open(k, true) || x(i) <= gate.upper[k];
       const bool wraps = gate.lower[k] > gate.upper[k];
       if (wraps ? !(is_above || is_below) : !(is_above && is_below))
         inside(i) = 0.0;
@@ -380,18 +385,34 @@ std::string expression_text(const Term &term) {
   return text;
 }
 
+namespace {
+
+// "12.1 to 38.4 m"; "above 12.1 m (seen to 38.4)" where the end of the data is no edge.
+std::string bounds_text(const Gate &gate, std::size_t k) {
+  const std::string unit =
+      k < gate.units.size() && !gate.units[k].empty() ? " " + gate.units[k] : "";
+  const std::string low = number_text(gate.lower[k]), high = number_text(gate.upper[k]);
+  const bool is_low = !gate.is_open(k, false) && std::isfinite(gate.lower[k]),
+             is_high = !gate.is_open(k, true) && std::isfinite(gate.upper[k]);
+  if (gate.lower[k] > gate.upper[k])
+    return "above " + low + " or below " + high + unit;
+  if (is_low && is_high)
+    return low + " to " + high + unit;
+  if (is_low)
+    return "above " + low + unit + (std::isfinite(gate.upper[k]) ? " (seen to " + high + ")" : "");
+  if (is_high)
+    return "below " + high + unit + (std::isfinite(gate.lower[k]) ? " (seen from " + low + ")" : "");
+  return "anywhere";
+}
+
+} // namespace
+
 std::string gate_text(const Gate &gate) {
   std::string text;
   for (std::size_t k = 0; k < gate.features.size(); ++k) {
-    const std::string unit =
-        k < gate.units.size() && !gate.units[k].empty() ? " " + gate.units[k] : "";
     if (k > 0)
       text += k + 1 == gate.features.size() ? " and " : ", ";
-    const std::string low = number_text(gate.lower[k]), high = number_text(gate.upper[k]);
-    text += strip(gate.features[k]) +
-            (gate.lower[k] > gate.upper[k] ? " above " + low + " or below " + high
-                                           : " " + low + " to " + high) +
-            unit;
+    text += strip(gate.features[k]) + " " + bounds_text(gate, k);
   }
   return gate.is_ellipse && gate.features.size() > 1 ? "the ellipse " + text : text;
 }
