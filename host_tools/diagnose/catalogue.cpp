@@ -205,7 +205,7 @@ void Reader::check_expressions(const toml::table &table, const Form &form) const
 void Reader::read_form(const toml::table &table) {
   check_keys(table, {"cause", "form", "description", "kind", "basis", "arguments", "unordered",
                      "fixed", "positive", "gate", "shape", "per", "least_spread", "cost", "sizes",
-                     "physical", "better"});
+                     "physical", "better", "worse_by"});
   Form form;
   form.line = static_cast<int>(table.source().begin.line);
   form.cause = get<std::string>(table, "cause", "");
@@ -225,6 +225,7 @@ void Reader::read_form(const toml::table &table) {
   form.size_names = texts(table, "sizes");
   form.is_physical = get<bool>(table, "physical", false);
   form.better = get<std::string>(table, "better", "");
+  form.worse_by = get<double>(table, "worse_by", 5.0);
   read_arguments(table, &form);
   read_shape(table, &form);
   const bool is_built_in = std::find(kBuiltIn.begin(), kBuiltIn.end(), form.form) != kBuiltIn.end();

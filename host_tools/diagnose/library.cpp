@@ -17,8 +17,6 @@ constexpr double kPi = 3.141592653589793, kTwoPi = 2.0 * kPi;
 constexpr int kMaxLagRows = 20;
 // Nats that a form of a velocity costs more where it is not known which one is the channel's own.
 constexpr double kNotOwn = 1.5;
-// Nats by which a form costs more where a better one can be had.
-constexpr double kThereIsBetter = 5.0;
 // An altitude that hardly changes says nothing about the air.
 constexpr double kLeastClimb_m = 500.0;
 
@@ -232,7 +230,7 @@ double Builder::argument_cost(const Form &form, std::size_t assignments) const {
   const auto better = std::find_if(catalogue_.forms.begin(), catalogue_.forms.end(),
                                    [&form](const Form &f) { return f.form == form.better; });
   if (better != catalogue_.forms.end() && !this->assignments(*better).empty())
-    cost += kThereIsBetter;
+    cost += form.worse_by;
   return cost;
 }
 

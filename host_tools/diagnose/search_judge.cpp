@@ -23,6 +23,7 @@ constexpr double kLeastFall = 0.005, kLeastBetter = 0.6, kTouches = 0.1;
 constexpr double kSupportShare = 0.5, kSupportMargin = 0.2;
 // By what share the held logs' squares must fall for a term to go; rounds of a claim's settling.
 constexpr double kLeastHarm = 0.002;
+constexpr double kHeldClip = 10.0; // scales at which a held-out residual is cut
 constexpr int kMostSettling = 6;
 constexpr double kOwnMargin = 0.1; // of the range of a term's own argument
 constexpr double kFar = 10.0;      // ranges: where no bound is meant
@@ -129,7 +130,8 @@ void ChannelSearch::hold_out(std::size_t which, Claim *claim) const {
       if ((by_log ? log : block % 2) == fold)
         train.weight(k) = 0.0;
     });
-    const double corner = out_.noise.clip * out_.noise.scale;
+    // Wide: what a delay explains is in few rows, and large.
+    const double corner = kHeldClip * out_.noise.scale;
     const Vector with = fit_members(y_, out_.members, train).residual,
                  less = fit_members(y_, without(which), train).residual;
     const auto loss = [&](double e, Index k) {
@@ -267,7 +269,10 @@ int ChannelSearch::plainer(const Member &member) const {
 // What makes the held logs worse is not claimed, or claimed in its plainer form: of such changes the
 // one that mends most comes first.
 void ChannelSearch::drop_contradicted() {
-  if (options_.held == nullptr || options_.held->find_channel(channel_.name) < 0)
+  // What comes beside a delay is judged behind it.
+  const bool is_late = std::any_of(out_.members.begin(), out_.members.end(),
+                                   [](const Member &m) { return moves_prediction(m.term); });
+  if (is_late || options_.held == nullptr || options_.held->find_channel(channel_.name) < 0)
     return;
   for (;;) {
     double least = held_loss(out_.members) * (1.0 - kLeastHarm);
@@ -301,6 +306,17 @@ void ChannelSearch::drop_contradicted() {
   }
 }
 
+// Whether a rival that fits better holds no worse where it was not fitted.
+bool ChannelSearch::holds_better(std::size_t which, const Claim &claim) {
+  if (claim.rival.h.cols() == 0 || claim.alternatives.front().heldout_r2 < claim.heldout_r2)
+    return false;
+  if (options_.held == nullptr || options_.held->find_channel(channel_.name) < 0)
+    return true;
+  std::vector<Member> members = out_.members;
+  members[which] = claim.rival;
+  return held_loss(members) <= held_loss(out_.members);
+}
+
 // The claims, until none is too weak in the joint model and none has a better rival.
 void ChannelSearch::settle() {
   for (int round = 0; round < kMostSettling; ++round) {
@@ -314,7 +330,7 @@ void ChannelSearch::settle() {
           (weakest == out_.members.size() || claim.score < out_.claims[weakest].score))
         weakest = j;
       if (!claim.alternatives.empty() && claim.alternatives.front().delta_bic < 0.0 &&
-          claim.rival.h.cols() > 0)
+          holds_better(j, claim))
         beaten = j;
     }
     if (weakest < out_.members.size())

@@ -87,8 +87,7 @@ double shape_of(const Term &term, const std::string &name) {
   throw DataError(fmt::format("form '{}': parameter '{}' is missing", term.form, name));
 }
 
-// Through a first-order lag, each log from its own first value, or from the first of `start`; there
-// the row itself stays as it is.
+// Through a first-order lag, each log from its own first value, or from the first of `start`.
 Vector filtered(const Vector &x, const Measured &measured, double lag_s,
                 const Vector *start = nullptr) {
   Vector out(x.size());
@@ -98,7 +97,7 @@ Vector filtered(const Vector &x, const Measured &measured, double lag_s,
     for (std::size_t i = log.first; i < log.first + log.rows; ++i) {
       const double dt = i > log.first ? measured.elapsed_s[i] - measured.elapsed_s[i - 1] : 0.0;
       state += (1.0 - std::exp(-dt / std::max(1e-9, lag_s))) * (x(static_cast<Index>(i)) - state);
-      out(static_cast<Index>(i)) = i == log.first ? x(first) : state;
+      out(static_cast<Index>(i)) = state;
     }
   }
   return out;
