@@ -115,7 +115,7 @@ void add_predictions(bool all, Measured *table, std::vector<Vector> *columns) {
     });
     if (!all && (!is_new || !(channel.m.maxCoeff() > channel.m.minCoeff())))
       continue;
-    table->features.push_back({"m." + channel.name, channel.unit, false, true, false});
+    table->features.push_back({"m." + channel.name, channel.unit, false, false, true});
     columns->push_back(channel.m);
   }
 }
@@ -170,7 +170,7 @@ Measured make_measured(const std::vector<Log> &logs, std::vector<std::string> *c
       if (!keep_constant)
         continue;
     }
-    table.features.push_back({column.name, column.unit, column.role == Role::command, false,
+    table.features.push_back({column.name, column.unit, column.role == Role::command,
                               column.unit == "rad" && is_wrapped(x)});
     columns.push_back(std::move(x));
   }

@@ -40,7 +40,7 @@ std::string meaning(const Term &term) {
                 : "it opposes the motion less and less as speed grows";
   if (term.cause == "stribeck_friction")
     return adds ? "friction is higher near rest" : "friction sets in gradually from rest";
-  if (moves_prediction(term) && term.cause == "delay")
+  if (moves_prediction(term) && term.form.rfind("delay", 0) == 0)
     return "what is asked acts late";
   if (moves_prediction(term))
     return "a change is followed gradually, 63 % of it within the lag";

@@ -152,8 +152,8 @@ const Vector *start_of(const Term &term, const Measured &measured) {
 
 // Of a delay or lag.
 Vector late_column(const Term &term, const Measured &measured, const Vector &m) {
-  const bool has_lag = term.cause == "lag",
-             has_delay = term.cause == "delay" || term.form == "lag_delay";
+  const bool has_lag = term.form.rfind("lag", 0) == 0,
+             has_delay = !has_lag || term.form == "lag_delay";
   const Vector *start = is_bare(term) ? start_of(term, measured) : nullptr;
   const auto late = [&](const Vector &x) -> Vector {
     const Vector delayed = has_delay ? lagged(x, measured, shape_of(term, "delay")) : x;
@@ -272,7 +272,7 @@ std::string base_feature(const std::string &name) {
 
 bool moves_prediction(const Term &term) {
   return term.kind == TermKind::mean && term.basis.empty() &&
-         (term.cause == "delay" || term.cause == "lag");
+         (term.form.rfind("delay", 0) == 0 || term.form.rfind("lag", 0) == 0);
 }
 
 Vector ridge_values(const Ridge &ridge, const Vector &s) {
@@ -360,7 +360,7 @@ std::string expression_text(const Term &term) {
            strip(term.arguments.begin()->second);
   if (moves_prediction(term)) {
     const std::string what = is_bare(term) ? "the prediction" : "the command";
-    if (term.cause == "delay")
+    if (term.form.rfind("delay", 0) == 0)
       return fmt::format("{} of {:.3g} s ago in place of now's", what, shape_of(term, "delay"));
     return fmt::format("{}{} through a first-order lag of {:.3g} s", what,
                        term.form == "lag_delay"

@@ -31,7 +31,7 @@ struct Gate {
   std::vector<double> center;        // one a feature (of the box: its middle)
   std::vector<double> inverse_shape; // features^2 by rows (of a box: the inscribed ellipsoid's)
   // Of a box: the bound is only the end of the data, and is not applied. Empty: none is.
-  std::vector<bool> open_lower, open_upper;
+  std::vector<bool> open_lower{}, open_upper{};
 
   bool is_open(std::size_t k, bool above) const {
     const std::vector<bool> &open = above ? open_upper : open_lower;
