@@ -329,6 +329,44 @@ void add_notes(const Measured &measured, const std::vector<ChannelFindings> &fou
   }
 }
 
+// A drag that helps is how a friction departs from its law: its size has a meaning only beside it.
+bool refines(const Finding &f) {
+  return f.term.cause == "quadratic_drag" && !f.term.sizes.empty() && f.term.sizes[0].value < 0.0;
+}
+
+bool shares_velocity(const Finding &a, const Finding &b) {
+  const auto va = a.term.arguments.find("v"), vb = b.term.arguments.find("v");
+  return a.term.channel == b.term.channel && va != a.term.arguments.end() &&
+         vb != b.term.arguments.end() && va->second == vb->second &&
+         a.term.gate.everywhere() == b.term.gate.everywhere();
+}
+
+// By the likelihood lost without each; what came with an extension last, and what is wrong with the
+// mean before how the rest scatters.
+void put_in_order(std::vector<Finding> *findings) {
+  std::stable_sort(findings->begin(), findings->end(), [](const Finding &a, const Finding &b) {
+    if (a.given != b.given)
+      return b.given;
+    const bool is_scatter = a.term.kind == TermKind::variance,
+               other = b.term.kind == TermKind::variance;
+    return is_scatter != other ? other : a.ln_anom > b.ln_anom;
+  });
+  for (std::size_t i = 1; i < findings->size(); ++i) {
+    for (std::size_t j = i; j > 0 && !refines((*findings)[j]); --j) {
+      std::size_t before = j;
+      while (before > 0 && !(refines((*findings)[before - 1]) &&
+                             shares_velocity((*findings)[before - 1], (*findings)[j])))
+        --before;
+      if (before == 0 || (*findings)[j].given)
+        break;
+      std::rotate(findings->begin() + static_cast<std::ptrdiff_t>(before) - 1,
+                  findings->begin() + static_cast<std::ptrdiff_t>(j),
+                  findings->begin() + static_cast<std::ptrdiff_t>(j) + 1);
+      j = before;
+    }
+  }
+}
+
 } // namespace
 
 Diagnosis diagnose(const std::vector<Log> &logs, const Options &options, Measured *table) {
@@ -363,15 +401,7 @@ Diagnosis diagnose(const std::vector<Log> &logs, const Options &options, Measure
   const std::vector<Term> terms = add_channels(measured, found, null, threshold.enter, &diagnosis);
   add_unconfirmed(measured, found, &diagnosis);
   add_regions(measured, found, &diagnosis);
-  std::stable_sort(diagnosis.findings.begin(), diagnosis.findings.end(),
-                   [](const Finding &a, const Finding &b) {
-                     if (a.given != b.given)
-                       return b.given;
-                     // What is wrong with the mean comes before how the rest scatters.
-                     const bool is_scatter = a.term.kind == TermKind::variance,
-                                other = b.term.kind == TermKind::variance;
-                     return is_scatter != other ? other : a.ln_anom > b.ln_anom;
-                   });
+  put_in_order(&diagnosis.findings);
   if (options.gains)
     diagnosis.gains = Gains(measured, options, threshold).compute(terms);
   for (std::size_t i = 0; i < diagnosis.findings.size(); ++i) {

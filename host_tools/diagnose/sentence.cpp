@@ -29,7 +29,7 @@ std::string meaning(const Term &term) {
   const bool adds = size > 0.0;
   if (term.cause == "coulomb_friction")
     return adds ? "friction opposes the motion with " + with_unit(size, unit) +
-                      " whatever the speed"
+                      (term.form == "stribeck" ? ", and otherwise near rest" : " whatever the speed")
                 : "less friction than is predicted";
   if (term.cause == "viscous_friction")
     return adds ? "friction opposes the motion with " + with_unit(size, unit) +
@@ -38,8 +38,6 @@ std::string meaning(const Term &term) {
   if (term.cause == "quadratic_drag")
     return adds ? "drag opposes the motion with the square of the speed"
                 : "it opposes the motion less and less as speed grows";
-  if (term.cause == "stribeck_friction")
-    return adds ? "friction is higher near rest" : "friction sets in gradually from rest";
   if (moves_prediction(term) && term.form.rfind("delay", 0) == 0)
     return "what is asked acts late";
   if (moves_prediction(term))

@@ -470,7 +470,18 @@ void SetSearch::look_again(const State &state) {
   whole_ = std::max(whole_, squares_);
 }
 
-// Noise as it would be if every law of physics were at work.
+// What the columns leave of the target, by ridge regression over these rows.
+Vector SetSearch::left_by_ridge(const Eigen::MatrixXd &h, Index first, Index rows) const {
+  const auto part = h.middleRows(first, rows);
+  const Vector y = target_.segment(first, rows), w = weight_.segment(first, rows);
+  Eigen::MatrixXd a = part.transpose() * w.asDiagonal() * part;
+  a.diagonal().array() *= 1.0 + kRidge;
+  a.diagonal().array() += 1e-12;
+  return y - part * a.ldlt().solve(part.transpose() * w.cwiseProduct(y));
+}
+
+// Noise as it would be if every law of physics were at work, with a size of its own in every log
+// where there are several.
 void SetSearch::begin_noise() {
   target_ = y_ - fixed_;
   std::vector<int> columns;
@@ -485,12 +496,19 @@ void SetSearch::begin_noise() {
   for (Index j = 0; j < k; ++j)
     h.col(j) = library_.g.col(columns[static_cast<std::size_t>(j)]);
   h.rightCols(kept_.cols()) = kept_;
-  Eigen::MatrixXd a = h.transpose() * weight_.asDiagonal() * h;
-  a.diagonal().array() *= 1.0 + kRidge;
-  a.diagonal().array() += 1e-12;
-  const Vector beta = a.ldlt().solve(h.transpose() * weight_.cwiseProduct(target_));
-  noise_ = noise_state(target_ - h * beta, weight_, measured_, rms_, static_cast<double>(k));
+  Vector left = left_by_ridge(h, 0, y_.size());
+  noise_ = noise_state(left, weight_, measured_, rms_, static_cast<double>(k));
   least_effective_ = 0.5 * noise_.rows / noise_.spread;
+  const std::size_t logs = measured_.logs.size();
+  if (logs < 2 || logs > kMostLogs)
+    return;
+  for (const LogSpan &log : measured_.logs) {
+    const auto first = static_cast<Index>(log.first), rows = static_cast<Index>(log.rows);
+    if (rows < 4 * h.cols())
+      return;
+    left.segment(first, rows) = left_by_ridge(h, first, rows);
+  }
+  noise_ = noise_state(left, weight_, measured_, rms_, static_cast<double>(k * static_cast<Index>(logs)));
 }
 
 std::vector<SetSearch::State> SetSearch::starts() {
