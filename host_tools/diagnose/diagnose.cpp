@@ -23,6 +23,7 @@ namespace {
 using Index = Eigen::Index;
 constexpr std::size_t kLeastRows = 60;
 constexpr std::size_t kMostFolds = 5;
+constexpr std::size_t kMostSearched = 8000; // rows: of more, some are looked at
 // Below this score the null's threshold is not believed: it is a fitted law.
 constexpr double kLeastThreshold = 2.0;
 // The law is fitted to a first look at each simulated residual; the real one is looked at more
@@ -43,22 +44,28 @@ std::vector<Term> terms_of(const ChannelFindings &found) {
   return terms;
 }
 
-// The searches of all channels; terms of the extension first.
-std::vector<ChannelFindings> search_all(const Measured &measured, const Catalogue &catalogue,
-                                        const std::vector<Term> &given, const Thresholds &threshold,
+// The searches of all channels; terms of the extension first. Of a large table some rows are
+// searched, `few`, and all fitted.
+std::vector<ChannelFindings> search_all(const Measured &measured, const Measured &few,
+                                        const Catalogue &catalogue, const std::vector<Term> &given,
+                                        const Thresholds &threshold,
                                         const std::vector<Library> *libraries,
                                         const Measured *held) {
-  std::vector<ChannelFindings> found(measured.channels.size());
+  std::vector<ChannelFindings> found(few.channels.size());
   SearchOptions options;
   options.threshold = threshold.enter;
   options.least = threshold.keep;
   options.held = held;
   options.catalogue = &catalogue;
+  Progress progress("searching", found.size());
   parallel_for(found.size(), [&](std::size_t c) {
     const Library own =
-        libraries == nullptr ? make_library(measured, measured.channels[c], catalogue) : Library{};
+        libraries == nullptr ? make_library(few, few.channels[c], catalogue) : Library{};
     const Library &library = libraries == nullptr ? own : (*libraries)[c];
-    found[c] = ChannelSearch(measured, measured.channels[c], library, options).run(given);
+    found[c] = ChannelSearch(few, few.channels[c], library, options).run(given);
+    if (few.whole != nullptr)
+      refit_on(measured, measured.channels[c], &found[c]);
+    progress.add();
   });
   return found;
 }
@@ -243,7 +250,7 @@ void Gains::cross_validate() {
     const Measured held = select(measured_, fold_of_row, fold, true);
     std::vector<Term> terms;
     for (const ChannelFindings &found :
-         search_all(rest, options_.catalogue, options_.given, threshold_, nullptr, nullptr)) {
+         search_all(rest, thinned(rest, kMostSearched), options_.catalogue, options_.given, threshold_, nullptr, nullptr)) {
       for (Term &term : terms_of(found))
         terms.push_back(std::move(term));
     }
@@ -381,22 +388,26 @@ Diagnosis diagnose(const std::vector<Log> &logs, const Options &options, Measure
   diagnosis.model = options.model;
   for (const std::string &name : constant)
     diagnosis.notes.push_back(name + " never changes and is left out");
+  const Measured few = thinned(measured, kMostSearched);
+  if (few.whole != nullptr)
+    diagnosis.notes.push_back(fmt::format("{} of {} rows are searched; all are fitted and judged",
+                                          few.rows(), measured.rows()));
   std::vector<Library> libraries(measured.channels.size());
   parallel_for(libraries.size(), [&](std::size_t c) {
-    libraries[c] = make_library(measured, measured.channels[c], options.catalogue);
+    libraries[c] = make_library(few, few.channels[c], options.catalogue);
   });
   const std::size_t runs = options.null_runs > 0
                                ? options.null_runs
                                : std::max<std::size_t>(16, 96 / measured.channels.size());
-  const Null null = simulate_null(measured, libraries, runs, options.seed);
+  const Null null = simulate_null(few, libraries, runs, options.seed);
   const Thresholds threshold{
       std::max(kLeastThreshold, null.threshold(kStrict * options.false_alarm)),
       std::max(kLeastThreshold, null.threshold(options.false_alarm))};
   Measured held;
   if (!options.holdout.empty())
-    held = make_measured(options.holdout, nullptr, true);
+    held = thinned(make_measured(options.holdout, nullptr, true), kMostSearched);
   const std::vector<ChannelFindings> found =
-      search_all(measured, options.catalogue, options.given, threshold, &libraries,
+      search_all(measured, few, options.catalogue, options.given, threshold, &libraries,
                  options.holdout.empty() ? nullptr : &held);
   const std::vector<Term> terms = add_channels(measured, found, null, threshold.enter, &diagnosis);
   add_unconfirmed(measured, found, &diagnosis);

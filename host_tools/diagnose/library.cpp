@@ -291,9 +291,10 @@ void Builder::add_form(const Form &form) {
 
 double Builder::row_s() const {
   std::vector<double> steps;
-  for (const LogSpan &log : measured_.logs) {
+  const Measured &all = measured_.whole != nullptr ? *measured_.whole : measured_;
+  for (const LogSpan &log : all.logs) {
     for (std::size_t i = log.first; i + 1 < log.first + log.rows; ++i)
-      steps.push_back(measured_.elapsed_s[i + 1] - measured_.elapsed_s[i]);
+      steps.push_back(all.elapsed_s[i + 1] - all.elapsed_s[i]);
   }
   if (steps.empty())
     return 1.0;

@@ -138,6 +138,34 @@ int Measured::find_channel(const std::string &name) const {
   return -1;
 }
 
+Measured thinned(const Measured &measured, std::size_t most) {
+  const std::size_t stride = (measured.rows() + most - 1) / most;
+  if (stride <= 1)
+    return measured;
+  Measured out;
+  out.features = measured.features;
+  out.whole = std::make_shared<const Measured>(measured);
+  for (const LogSpan &log : measured.logs) {
+    out.logs.push_back({log.path, out.picked.size(), 0, log.rows_in_file});
+    for (std::size_t i = log.first; i < log.first + log.rows; i += stride) {
+      out.logs.back().rows += 1;
+      out.picked.push_back(static_cast<Eigen::Index>(i));
+      out.t_s.push_back(measured.t_s[i]);
+      out.elapsed_s.push_back(measured.elapsed_s[i]);
+      out.row.push_back(measured.row[i]);
+    }
+  }
+  out.x = measured.x(out.picked, Eigen::all);
+  for (const Channel &channel : measured.channels) {
+    Channel part = channel;
+    part.z = channel.z(out.picked);
+    part.m = channel.m(out.picked);
+    part.sd = channel.sd(out.picked);
+    out.channels.push_back(std::move(part));
+  }
+  return out;
+}
+
 Measured make_measured(const std::vector<Log> &logs, std::vector<std::string> *constant,
                        bool keep_constant) {
   if (logs.empty())

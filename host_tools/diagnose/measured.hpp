@@ -9,6 +9,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -47,11 +48,17 @@ struct Measured {
   Eigen::MatrixXd x;              // rows x features
   std::vector<Feature> features;
   std::vector<Channel> channels;
+  // Of a thinned table: the whole one, in which what is late or repeats is looked up, and its rows.
+  std::shared_ptr<const Measured> whole;
+  std::vector<Eigen::Index> picked;
 
   std::size_t rows() const { return t_s.size(); }
   int find_feature(const std::string &name) const; // -1: none
   int find_channel(const std::string &name) const;
 };
+
+// Every k-th row of each log, so that about `most` are left; few enough: as it is.
+Measured thinned(const Measured &measured, std::size_t most);
 
 // Puts logs that carry z. m. (sd.) columns together. Throws DataError (file, column, reason): no z.
 // column (the message says how a prediction is had: m. columns, --world or --model), columns that

@@ -47,6 +47,17 @@ struct Moments {
   }
 };
 
+// Neighbouring rows are those of the whole table.
+const Measured &full(const Measured &measured) {
+  return measured.whole != nullptr ? *measured.whole : measured;
+}
+
+const Channel &full(const Measured &measured, const Channel &channel) {
+  const int c = full(measured).find_channel(channel.name);
+  return measured.whole == nullptr || c < 0 ? channel
+                                            : full(measured).channels[static_cast<std::size_t>(c)];
+}
+
 // Calls see(k, k + 1, seconds) for neighbouring rows of one log.
 template <class See> void each_step(const Measured &measured, See see) {
   for (const LogSpan &log : measured.logs) {
@@ -117,7 +128,8 @@ bool is_force(const Channel &channel) {
          has_word(channel.name, {"force", "torque", "effort"});
 }
 
-std::vector<int> velocities(const Measured &measured) {
+std::vector<int> velocities(const Measured &thin) {
+  const Measured &measured = full(thin);
   std::vector<int> out;
   for (int f = 0; f < static_cast<int>(measured.features.size()); ++f) {
     if (is_velocity(measured, f))
@@ -126,7 +138,9 @@ std::vector<int> velocities(const Measured &measured) {
   return out;
 }
 
-std::vector<int> own_velocity(const Measured &measured, const Channel &channel) {
+std::vector<int> own_velocity(const Measured &thin, const Channel &of_thin) {
+  const Measured &measured = full(thin);
+  const Channel &channel = full(thin, of_thin);
   if (!may_have_velocity(channel))
     return {};
   const std::vector<int> all = velocities(measured);
@@ -150,7 +164,9 @@ std::vector<int> own_velocity(const Measured &measured, const Channel &channel) 
   return fitting.empty() ? all : fitting;
 }
 
-int own_state(const Measured &measured, const Channel &channel) {
+int own_state(const Measured &thin, const Channel &of_thin) {
+  const Measured &measured = full(thin);
+  const Channel &channel = full(thin, of_thin);
   int best = -1;
   double most = kLeastStateCorrelation;
   for (int f = 0; f < static_cast<int>(measured.features.size()); ++f) {

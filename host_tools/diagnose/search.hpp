@@ -154,6 +154,9 @@ private:
   ChannelFindings out_;
 };
 
+// What was found in a thinned table, with sizes, standard errors and flags of the whole one.
+void refit_on(const Measured &whole, const Channel &channel, ChannelFindings *found);
+
 // The largest score that the whole search finds in residuals y that are noise: one entry of the
 // null (eq. 3.9, p. 29).
 double null_score(const Measured &measured, const Channel &channel, const Library &library,

@@ -152,6 +152,13 @@ const Vector *start_of(const Term &term, const Measured &measured) {
 
 // Of a delay or lag.
 Vector late_column(const Term &term, const Measured &measured, const Vector &m) {
+  if (measured.whole != nullptr) {
+    const Measured &whole = *measured.whole;
+    const int c = whole.find_channel(term.channel);
+    if (c < 0)
+      throw DataError("there is no channel '" + term.channel + "' in the logs");
+    return late_column(term, whole, whole.channels[static_cast<std::size_t>(c)].m)(measured.picked);
+  }
   const bool has_lag = term.form.rfind("lag", 0) == 0,
              has_delay = !has_lag || term.form == "lag_delay";
   const Vector *start = is_bare(term) ? start_of(term, measured) : nullptr;
@@ -254,6 +261,8 @@ Vector feature_column(const Measured &measured, const std::string &name) {
   const int exact = measured.find_feature(name);
   if (exact >= 0)
     return measured.x.col(exact);
+  if (measured.whole != nullptr)
+    return feature_column(*measured.whole, name)(measured.picked);
   const int f = measured.find_feature(base_feature(name));
   if (f < 0)
     throw DataError("there is no feature '" + base_feature(name) + "' in the logs");

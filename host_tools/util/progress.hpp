@@ -9,7 +9,7 @@
 
 namespace rim {
 
-// Silent when stderr is no terminal. add() may be called from any thread; the line is removed when
+// Where stderr is no terminal: a line every ten seconds. add() may be called from any thread; the line is removed when
 // the object ends.
 class Progress {
 public:
