@@ -149,6 +149,29 @@ const Vector &SetSearch::gram(int index) {
   return gram_.emplace(index, std::move(row)).first->second;
 }
 
+// Products of the candidates' columns with all others, many at once: that is several times faster.
+void SetSearch::fetch(const std::vector<int> &atoms) {
+  std::vector<int> missing;
+  for (const int atom : atoms) {
+    const Candidate &candidate = library_.candidates[static_cast<std::size_t>(atom)];
+    for (int k = candidate.column; k < candidate.column + candidate.columns; ++k) {
+      if (gram_.count(k) == 0 && std::find(missing.begin(), missing.end(), k) == missing.end())
+        missing.push_back(k);
+    }
+  }
+  if (missing.empty())
+    return;
+  const Eigen::MatrixXd weighted = weight_.asDiagonal() * library_.g(Eigen::all, missing);
+  const Eigen::MatrixXd of_library = library_.g.transpose() * weighted,
+                        of_kept = kept_.transpose() * weighted;
+  for (std::size_t j = 0; j < missing.size(); ++j) {
+    Vector row(library_.g.cols() + kept_.cols());
+    row.head(library_.g.cols()) = of_library.col(static_cast<Index>(j));
+    row.tail(kept_.cols()) = of_kept.col(static_cast<Index>(j));
+    gram_.emplace(missing[j], std::move(row));
+  }
+}
+
 // A delay's size is 1 in the end; here it is free, for a gain beside it acts on what is late.
 bool SetSearch::is_free(const Candidate &candidate) const {
   return !candidate.is_fixed || moves_prediction(candidate.term);
@@ -290,14 +313,16 @@ std::vector<SetSearch::State> SetSearch::children(const State &state) {
     return x.first > y.first || (x.first == y.first && x.second < y.second);
   });
   // Of the variants of one thing the best two.
-  std::vector<State> out;
   std::map<std::string, int> taken;
-  const std::size_t most = state.atoms.empty() ? kSingles : kChildren;
+  std::vector<int> best;
   for (const auto &[gain, atom] : found) {
-    if (out.size() == most)
-      break;
-    if (++taken[library_.candidates[static_cast<std::size_t>(atom)].group] > 2)
-      continue;
+    if (best.size() < (state.atoms.empty() ? kSingles : kChildren) &&
+        ++taken[library_.candidates[static_cast<std::size_t>(atom)].group] <= 2)
+      best.push_back(atom);
+  }
+  fetch(best);
+  std::vector<State> out;
+  for (const int atom : best) {
     State next = with(state, atom);
     if (solve(&next))
       out.push_back(std::move(next));
@@ -516,6 +541,10 @@ std::vector<SetSearch::State> SetSearch::starts() {
   solve(&none);
   std::vector<State> all = children(none);
   all.insert(all.begin(), none);
+  std::vector<int> of_sets;
+  for (const std::vector<int> &set : library_.sets)
+    of_sets.insert(of_sets.end(), set.begin(), set.end());
+  fetch(of_sets);
   for (const std::vector<int> &set : library_.sets) {
     State state = none;
     bool fits = true;

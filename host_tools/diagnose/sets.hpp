@@ -61,6 +61,7 @@ private:
     int differs = -1;
   };
   const Vector &gram(int column);
+  void fetch(const std::vector<int> &atoms);
   Vector column(int index) const;
   bool is_free(const Candidate &candidate) const;
   bool may_join(const State &state, int atom) const;
