@@ -244,19 +244,21 @@ void Gains::judge_horizon(const std::vector<Term> &terms, const Measured &held, 
 void Gains::cross_validate() {
   int folds = 0;
   const std::vector<std::uint8_t> fold_of_row = folds_of(measured_, &folds);
-  Progress progress("cross-validation", static_cast<std::size_t>(folds));
-  for (int fold = 0; fold < folds; ++fold) {
-    const Measured rest = select(measured_, fold_of_row, fold, false);
-    const Measured held = select(measured_, fold_of_row, fold, true);
-    std::vector<Term> terms;
+  std::vector<std::vector<Term>> terms(static_cast<std::size_t>(folds));
+  Progress progress("cross-validation", terms.size());
+  parallel_for(terms.size(), [&](std::size_t fold) {
+    const Measured rest = select(measured_, fold_of_row, static_cast<int>(fold), false);
     for (const ChannelFindings &found :
-         search_all(rest, thinned(rest, kMostSearched), options_.catalogue, options_.given, threshold_, nullptr, nullptr)) {
+         search_all(rest, thinned(rest, kMostSearched), options_.catalogue, options_.given,
+                    threshold_, nullptr, nullptr)) {
       for (Term &term : terms_of(found))
-        terms.push_back(std::move(term));
+        terms[fold].push_back(std::move(term));
     }
-    judge(terms, held, nullptr);
     progress.add();
-  }
+  });
+  for (int fold = 0; fold < folds; ++fold)
+    judge(terms[static_cast<std::size_t>(fold)], select(measured_, fold_of_row, fold, true),
+          nullptr);
 }
 
 // Findings and state of every channel; returns all terms.

@@ -128,6 +128,8 @@ private:
   double held_loss(const std::vector<Member> &members);
   int plainer(const Member &member) const;
   void drop_contradicted();
+  void shrink_to_held();
+  bool plain_to_held();
   bool holds_better(std::size_t which, const Claim &claim);
   void open_edges();
   Member judge_alternatives(std::size_t which, const std::vector<Member> &others,
