@@ -20,6 +20,7 @@ constexpr std::size_t kProposals = 60, kExact = 10;
 // Noise of the start: lag-1 correlation that tells it, and the least share of squares it explains.
 constexpr double kAlternates = -0.15, kLeastStartShare = 0.01;
 constexpr int kStartRounds = 2;
+constexpr double kWithoutName = 20.0; // nats that terms without a name must be better by
 constexpr int kShapeSteps = 4;
 constexpr double kTableCost = 10.0; // nats: a curve without a name, where laws of physics hold
 constexpr double kSwapGain = 0.5; // nats by which a swap must be better
@@ -160,7 +161,7 @@ void ChannelSearch::refine_shape(const std::vector<Member> &others, double loss,
 // One delay or lag a channel; nothing twice.
 bool ChannelSearch::excludes(const Proposal &proposal, const std::vector<Member> &members) const {
   const Term &term = library_.candidates[static_cast<std::size_t>(proposal.candidate)].term;
-  if (moves_prediction(term) && !may_delay_)
+  if ((moves_prediction(term) && !may_delay_) || (term.cause == "unknown" && !may_express_))
     return true;
   return std::any_of(members.begin(), members.end(), [&](const Member &m) {
     if (moves_prediction(term) && moves_prediction(m.term))
@@ -263,7 +264,7 @@ void ChannelSearch::take_noise(const NoiseState &state) {
 }
 
 // The best set of forms beside the terms that are given or hold in a region.
-void ChannelSearch::join_forms(bool physical) {
+void ChannelSearch::join_forms() {
   std::vector<Member> kept;
   for (const Member &member : out_.members) {
     if (member.is_given || !member.term.gate.everywhere())
@@ -271,7 +272,7 @@ void ChannelSearch::join_forms(bool physical) {
   }
   NoiseState noise;
   const FormSet set =
-      SetSearch(measured_, library_, y_, out_.noise.weight, kept).best(may_delay_, physical, &noise);
+      SetSearch(measured_, library_, y_, out_.noise.weight, kept).best(may_delay_, may_express_, &noise);
   take_noise(noise);
   for (std::size_t j = 0; j < set.candidates.size(); ++j) {
     Member member = form_member(set.candidates[j], static_cast<int>(j) == set.differs);
@@ -569,7 +570,7 @@ void ChannelSearch::weigh() {
 // of what enters second.
 void ChannelSearch::search_from(const std::vector<Member> &kept) {
   out_.members = kept;
-  join_forms(false);
+  join_forms();
   add_terms(false);
   estimate_noise();
   add_terms(false);
@@ -583,7 +584,7 @@ void ChannelSearch::search_from(const std::vector<Member> &kept) {
       out_.members.begin(), out_.members.end(),
       [](const Member &m) { return !m.is_given && !m.term.gate.everywhere(); });
   if (has_region) {
-    join_forms(false);
+    join_forms();
     add_terms(false);
     estimate_noise();
     if (out_.noise.scale < noise.scale)
@@ -591,6 +592,28 @@ void ChannelSearch::search_from(const std::vector<Member> &kept) {
   }
   if (!has_region || score_of(forms_first.members, noise) >= score_of(out_.members, noise))
     out_ = forms_first;
+  try_expressions(kept);
+}
+
+// Where several terms were needed, or terms that are no laws of physics: whether forms without a name
+// say it so much better that a name is no longer worth having.
+void ChannelSearch::try_expressions(const std::vector<Member> &kept) {
+  const bool is_law = std::all_of(out_.members.begin(), out_.members.end(), [this](const Member &m) {
+    return m.candidate >= 0 && m.term.gate.everywhere() &&
+           library_.candidates[static_cast<std::size_t>(m.candidate)].is_physical;
+  });
+  if (is_law && out_.members.size() < 2)
+    return;
+  const ChannelFindings named = out_;
+  may_express_ = true;
+  out_.members = kept;
+  join_forms();
+  add_terms(false);
+  estimate_noise();
+  may_express_ = false;
+  const Noise &noise = out_.noise.scale < named.noise.scale ? out_.noise : named.noise;
+  if (score_of(out_.members, noise) < score_of(named.members, noise) + kWithoutName)
+    out_ = named;
 }
 
 void ChannelSearch::find_members(bool may_delay) {

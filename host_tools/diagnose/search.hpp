@@ -93,7 +93,8 @@ private:
   void refine_shape(const std::vector<Member> &others, double loss, Member *member) const;
   void add_terms(bool is_rough);
   Member form_member(int candidate, bool differs) const;
-  void join_forms(bool physical);
+  void join_forms();
+  void try_expressions(const std::vector<Member> &kept);
   double score_of(const std::vector<Member> &members, const Noise &noise) const;
   void take_noise(const NoiseState &state);
   void search_from(const std::vector<Member> &kept);
@@ -152,7 +153,7 @@ private:
   std::unique_ptr<Scanner> scanner_;
   Vector measured_rows_;        // 1, or 0 where flagged
   double extra_variance_ = 0.0; // added to every stated variance: what no multiple of it explains
-  bool may_delay_ = true;
+  bool may_delay_ = true, may_express_ = false;
   ChannelFindings out_;
 };
 

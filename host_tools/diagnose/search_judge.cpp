@@ -23,6 +23,7 @@ constexpr double kLeastFall = 0.005, kLeastBetter = 0.6, kTouches = 0.1;
 constexpr double kSupportShare = 0.5, kSupportMargin = 0.2;
 // By what share the held logs' squares must fall for a term to go; rounds of a claim's settling.
 constexpr double kLeastHarm = 0.002;
+constexpr double kLeastErrors = 1.96; // standard errors that a size must be away from none
 constexpr double kHeldClip = 10.0; // scales at which a held-out residual is cut
 constexpr int kMostSettling = 6;
 constexpr double kOwnMargin = 0.1; // of the range of a term's own argument
@@ -46,6 +47,12 @@ bool is_own(const Term &term, const std::string &feature) {
   return std::find(gated.begin(), gated.end(), feature) != gated.end() ||
          std::any_of(term.arguments.begin(), term.arguments.end(),
                      [&feature](const auto &argument) { return argument.second == feature; });
+}
+
+// One size, and its standard error says that it may as well be none.
+bool is_within_error(const Term &term) {
+  return term.sizes.size() == 1 && term.sizes[0].per_log.empty() && term.sizes[0].stderror > 0.0 &&
+         std::abs(term.sizes[0].value) < kLeastErrors * term.sizes[0].stderror;
 }
 
 } // namespace
@@ -367,7 +374,7 @@ void ChannelSearch::settle() {
       if (out_.members[j].is_given)
         continue;
       const Claim &claim = out_.claims[j];
-      if (claim.score < options_.least &&
+      if ((claim.score < options_.least || is_within_error(out_.members[j].term)) &&
           (weakest == out_.members.size() || claim.score < out_.claims[weakest].score))
         weakest = j;
       if (!claim.alternatives.empty() && claim.alternatives.front().delta_bic < 0.0 &&
