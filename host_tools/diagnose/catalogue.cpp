@@ -29,7 +29,7 @@ const std::map<std::string, TermKind> kKinds{{"mean", TermKind::mean},
 const std::map<std::string, GateKind> kGates{
     {"none", GateKind::none}, {"interval", GateKind::interval}, {"pair", GateKind::pair}};
 const std::initializer_list<std::string_view> kBuiltIn{"delay", "delay_reading", "lag",
-                                                             "lag_command", "lag_delay"};
+                                                       "lag_command", "lag_delay"};
 
 class Reader {
 public:

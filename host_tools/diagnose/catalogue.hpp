@@ -54,14 +54,14 @@ struct Form {
   bool is_positive = false;  // its size must be above 0
   GateKind gate = GateKind::none;
   std::vector<ShapeParameter> shape;
-  std::vector<std::string> per; // placeholders, "m" or "t" whose units divide the size's
+  std::vector<std::string> per;        // placeholders, "m" or "t" whose units divide the size's
   std::vector<std::string> size_names; // one a basis; empty: "size", or "sine" and "cosine"
-  bool is_physical = false; // a law of physics: goes on beyond the rows that it was learnt from
-  std::string better;       // a form that is meant where it can be had: this one then costs
-  double worse_by = 5.0;    // so many nats more
-  double least_spread = 0.0;    // of every argument: sd over |mean|; a quantity that hardly varies
-                                // is a constant under another name
-  double cost = 0.0;            // nats, beside what is reckoned: for forms less likely a priori
+  bool is_physical = false;  // a law of physics: goes on beyond the rows that it was learnt from
+  std::string better;        // a form that is meant where it can be had: this one then costs
+  double worse_by = 5.0;     // so many nats more
+  double least_spread = 0.0; // of every argument: sd over |mean|; a quantity that hardly varies
+                             // is a constant under another name
+  double cost = 0.0;         // nats, beside what is reckoned: for forms less likely a priori
   int line = 0;
 };
 

@@ -319,12 +319,13 @@ void add_notes(const Measured &measured, const std::vector<ChannelFindings> &fou
           "{}: there is no sd. column; its standard deviation is estimated from the residuals",
           channel.name));
     if (found[c].start.sd > 0.0)
-      diagnosis->notes.push_back(fmt::format(
-          "{}: what remains alternates from row to row: the prediction starts from a noisy reading, "
-          "whose noise is about {:.2g}{}; what that alone would feign (a gain below one, a hinge) is "
-          "allowed for",
-          channel.name, found[c].start.sd * channel.sd.mean(),
-          channel.unit.empty() ? "" : " " + channel.unit));
+      diagnosis->notes.push_back(fmt::format("{}: what remains alternates from row to row: the "
+                                             "prediction starts from a noisy reading, "
+                                             "whose noise is about {:.2g}{}; what that alone would "
+                                             "feign (a gain below one, a hinge) is "
+                                             "allowed for",
+                                             channel.name, found[c].start.sd * channel.sd.mean(),
+                                             channel.unit.empty() ? "" : " " + channel.unit));
     const double scale = found[c].noise.scatter;
     if (!channel.sd_estimated && found[c].variances.empty() && std::abs(scale - 1.0) > 0.04)
       diagnosis->notes.push_back(

@@ -90,8 +90,8 @@ std::string parameters_toml(const char *header, const std::vector<Parameter> &pa
     out += fmt::format("{}\nname = {}\nvalue = {}\nstderr = {}\nunit = {}\n", header,
                        quoted(p.name), number(p.value), number(p.stderror), quoted(p.unit));
     if (!p.per_log.empty())
-      out += "between_logs_sd = " + number(p.between_logs_sd) + "\nper_log = " +
-             list(p.per_log, number) + "\n";
+      out += "between_logs_sd = " + number(p.between_logs_sd) +
+             "\nper_log = " + list(p.per_log, number) + "\n";
   }
   return out;
 }

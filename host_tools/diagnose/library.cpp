@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-
 #include "diagnose/response.hpp"
 #include "diagnose/roles.hpp"
 #include "util/error.hpp"
@@ -165,7 +164,8 @@ std::vector<double> Builder::grid(const ShapeParameter &p, const Form &form,
   for (int i = 0; i < p.count; ++i) {
     const double share = p.low_share + (p.high_share - p.low_share) * i / std::max(1, p.count - 1);
     const double level = x(static_cast<Index>(share * static_cast<double>(x.size() - 1)));
-    if (out.empty() || level > out.back())
+    // A width of nothing is none: of a magnitude that is mostly zero.
+    if ((out.empty() || level > out.back()) && !(is_magnitude && level <= 0.0))
       out.push_back(level);
   }
   return out;
@@ -222,9 +222,8 @@ std::string Builder::shape_unit(const Form &form, const std::vector<int> &argume
 // Nats for the choice of arguments, beside those of the form itself.
 double Builder::argument_cost(const Form &form, std::size_t assignments) const {
   double cost = form.cost + std::log(std::max<double>(1.0, static_cast<double>(assignments)));
-  const bool has_own =
-      std::any_of(form.arguments.begin(), form.arguments.end(),
-                  [](const Argument &a) { return a.role == ArgumentRole::own; });
+  const bool has_own = std::any_of(form.arguments.begin(), form.arguments.end(),
+                                   [](const Argument &a) { return a.role == ArgumentRole::own; });
   if (has_own && out_.own.size() > 1)
     cost += kNotOwn;
   const auto better = std::find_if(catalogue_.forms.begin(), catalogue_.forms.end(),
@@ -237,9 +236,10 @@ double Builder::argument_cost(const Form &form, std::size_t assignments) const {
 // Of one group at most one is taken: two levels of a hinge are two things, two widths of a friction
 // are one.
 std::string group_of(const Form &form, const Term &term) {
-  std::string group = form.is_physical || form.is_fixed || form.cause == "drift"
-                          ? form.cause
-                          : form.form + (form.shape.empty() ? "" : std::to_string(term.shape[0].value));
+  std::string group =
+      form.is_physical || form.is_fixed || form.cause == "drift"
+          ? form.cause
+          : form.form + (form.shape.empty() ? "" : std::to_string(term.shape[0].value));
   for (const auto &[name, feature] : term.arguments) {
     if (!(form.is_physical && name != "v" && term.arguments.count("v") > 0))
       group += " " + feature;
@@ -279,8 +279,7 @@ void Builder::add_form(const Form &form) {
         c.term.shape = {{p.name, values[v], 0.0, shape_unit(form, arguments)}};
         // Whole numbers without a unit (harmonics) are not refined, nor is what is usual.
         if (p.unit != "1" && !p.first_is_usual)
-          c.shape_range = {
-              {values[v > 0 ? v - 1 : v], values[std::min(v + 1, values.size() - 1)]}};
+          c.shape_range = {{values[v > 0 ? v - 1 : v], values[std::min(v + 1, values.size() - 1)]}};
       }
       c.group = group_of(form, c.term);
       if (add(c, basis_columns(c.term, measured_, channel_.m)))

@@ -44,7 +44,7 @@ struct Library {
   Eigen::MatrixXd g; // rows x columns, each divided by the channel's stated sd
   std::vector<Candidate> candidates;
   std::vector<GateFeature> gates;
-  std::vector<int> own; // features taken for the channel's own velocity
+  std::vector<int> own;               // features taken for the channel's own velocity
   std::vector<std::vector<int>> sets; // candidates that come together, of Catalogue::sets
   double ln_rows = 0.0;
   std::vector<std::string> size_units; // by candidate

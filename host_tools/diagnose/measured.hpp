@@ -23,7 +23,7 @@ struct Feature {
   std::string name; // with prefix: "s.speed_mps"
   std::string unit; // "m/s"; empty: none or not known
   bool is_command = false;
-  bool is_angle = false; // in radians and wrapped: steps of 2 pi occur, or could
+  bool is_angle = false;      // in radians and wrapped: steps of 2 pi occur, or could
   bool is_prediction = false; // m. column
 };
 

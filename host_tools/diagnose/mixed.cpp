@@ -24,8 +24,8 @@ At at(double tau2, const std::vector<double> &size, const std::vector<double> &s
   }
   out.mean = sum / out.weight;
   for (std::size_t j = 0; j < size.size(); ++j)
-    out.ln_likelihood -= 0.5 * std::pow(size[j] - out.mean, 2.0) /
-                         (tau2 + stderror[j] * stderror[j]);
+    out.ln_likelihood -=
+        0.5 * std::pow(size[j] - out.mean, 2.0) / (tau2 + stderror[j] * stderror[j]);
   out.ln_likelihood -= 0.5 * std::log(out.weight);
   return out;
 }

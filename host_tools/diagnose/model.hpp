@@ -16,8 +16,8 @@ struct Noise {
   double spread = 1.0; // rows over effective rows: by how much autocorrelation and the model's own
                        // error thin the evidence
   double scatter = 1.0, spread_of_sizes = 1.0; // the same as they are, for standard errors
-  double spread_of_squares = 1.0; // the same for squares, times their excess variance
-  double clip = 3.5;              // scales at which a residual is cut: Huber's corner
+  double spread_of_squares = 1.0;              // the same for squares, times their excess variance
+  double clip = 3.5;                           // scales at which a residual is cut: Huber's corner
   // A log likelihood ratio is the fall of the robust half sum of squares over this.
   double divisor() const { return scale * scale * spread; }
 };

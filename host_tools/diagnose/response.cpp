@@ -10,7 +10,7 @@ namespace rim::diagnose {
 namespace {
 
 using Index = Eigen::Index;
-constexpr double kLeastR2 = 0.98;   // less is no response
+constexpr double kLeastR2 = 0.98;    // less is no response
 constexpr double kEnoughR2 = 0.9999; // more needs no curve
 constexpr Index kKnots = 18, kMostRows = 3000;
 constexpr int kMostRidges = 4, kSteps = 20, kFollowed = 4;
@@ -187,8 +187,8 @@ double Fitter::improve(Vector *weights) const {
     Eigen::MatrixXd jacobian(s.size(), in_.x.cols());
     const double width = ridge.knots[1] - ridge.knots[0];
     for (Index i = 0; i < s.size(); ++i) {
-      const auto k = std::clamp<Index>(static_cast<Index>((s(i) - ridge.knots[0]) / width), 0,
-                                       kKnots - 2);
+      const auto k =
+          std::clamp<Index>(static_cast<Index>((s(i) - ridge.knots[0]) / width), 0, kKnots - 2);
       const double slope = (ridge.values[static_cast<std::size_t>(k) + 1] -
                             ridge.values[static_cast<std::size_t>(k)]) /
                            width;

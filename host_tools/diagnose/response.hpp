@@ -1,5 +1,5 @@
-// diagnose/response.hpp - the simulation's prediction as a function of command and state, learnt from
-// the logs: what it would have predicted had the command acted late.
+// diagnose/response.hpp - the simulation's prediction as a function of command and state, learnt
+// from the logs: what it would have predicted had the command acted late.
 #pragma once
 
 #include <map>

@@ -17,16 +17,17 @@ constexpr double kMostRateError = 0.3;
 constexpr double kLeastStateCorrelation = 0.9;
 
 bool has_word(const std::string &name, std::initializer_list<const char *> words) {
-  return std::any_of(words.begin(), words.end(), [&name](const char *word) {
-    return name.find(word) != std::string::npos;
-  });
+  return std::any_of(words.begin(), words.end(),
+                     [&name](const char *word) { return name.find(word) != std::string::npos; });
 }
 
 bool is_one_of(const std::string &unit, std::initializer_list<const char *> units) {
   return std::any_of(units.begin(), units.end(), [&unit](const char *u) { return unit == u; });
 }
 
-bool is_linear(const std::string &unit) { return unit.rfind("m/", 0) == 0 || unit.rfind("km/", 0) == 0; }
+bool is_linear(const std::string &unit) {
+  return unit.rfind("m/", 0) == 0 || unit.rfind("km/", 0) == 0;
+}
 bool is_turning(const std::string &unit) {
   return unit.rfind("rad", 0) == 0 || unit.rfind("deg/", 0) == 0;
 }
@@ -174,9 +175,8 @@ int own_state(const Measured &thin, const Channel &of_thin) {
     if (feature.is_command || feature.is_prediction || feature.unit != channel.unit)
       continue;
     Moments next;
-    each_step(measured, [&](Index k, Index later, double) {
-      next.add(channel.z(k), measured.x(later, f));
-    });
+    each_step(measured,
+              [&](Index k, Index later, double) { next.add(channel.z(k), measured.x(later, f)); });
     if (next.correlation() > most) {
       most = next.correlation();
       best = f;

@@ -210,8 +210,8 @@ void Scanner::propose_pairs(int candidate, const Vector &e, const Noise &noise,
       sums[feature.fine[idx(i)] + 1U].add(library_.g(i, c.column), library_.g(i, c.column + 1),
                                           root_(i) * e(i), weight_(i));
     for (std::size_t b = 1; b < sums.size(); ++b)
-      sums[b] = sums[b].less({-sums[b - 1].s1, -sums[b - 1].s2, -sums[b - 1].w11,
-                              -sums[b - 1].w12, -sums[b - 1].w22, -sums[b - 1].n});
+      sums[b] = sums[b].less({-sums[b - 1].s1, -sums[b - 1].s2, -sums[b - 1].w11, -sums[b - 1].w12,
+                              -sums[b - 1].w22, -sums[b - 1].n});
     const PairBest found = best_pair(sums, 2.0 * least_rows_);
     const double gain = found.gain / noise.divisor() * (feature.name == kTime ? kTimeShare : 1.0);
     if (gain > best.gain) {

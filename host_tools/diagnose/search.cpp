@@ -23,7 +23,7 @@ constexpr int kStartRounds = 2;
 constexpr double kWithoutName = 20.0; // nats that terms without a name must be better by
 constexpr int kShapeSteps = 4;
 constexpr double kTableCost = 10.0; // nats: a curve without a name, where laws of physics hold
-constexpr double kSwapGain = 0.5; // nats by which a swap must be better
+constexpr double kSwapGain = 0.5;   // nats by which a swap must be better
 // Scatter that differs by more than this factor of variance is rather the model's error than noise.
 constexpr double kMostWeight = 4.0;
 // Autocorrelated beyond this, what remains is no noise of the readings.
@@ -44,8 +44,7 @@ std::set<std::string> features_of(const Term &term) {
   for (const auto &[placeholder, feature] : term.arguments)
     names.insert(feature);
   const bool is_plain = term.cause == "bias" || term.cause == "coupling" || term.cause == "hinge" ||
-                        term.cause == "product" || term.cause == "drift" ||
-                        term.cause == "unknown";
+                        term.cause == "product" || term.cause == "drift" || term.cause == "unknown";
   return is_plain ? names : std::set<std::string>{};
 }
 
@@ -244,8 +243,8 @@ Member ChannelSearch::form_member(int candidate, bool differs) const {
   const Vector all = member.h.col(0);
   member.differs = true;
   member.h = Eigen::MatrixXd::Zero(all.size(), static_cast<Index>(measured_.logs.size()));
-  member.penalty += kSizesDiffer + 0.5 * static_cast<double>(measured_.logs.size() - 1) *
-                                       library_.ln_rows;
+  member.penalty +=
+      kSizesDiffer + 0.5 * static_cast<double>(measured_.logs.size() - 1) * library_.ln_rows;
   for (std::size_t l = 0; l < measured_.logs.size(); ++l) {
     const auto first = static_cast<Index>(measured_.logs[l].first),
                rows = static_cast<Index>(measured_.logs[l].rows);
@@ -271,8 +270,8 @@ void ChannelSearch::join_forms() {
       kept.push_back(member);
   }
   NoiseState noise;
-  const FormSet set =
-      SetSearch(measured_, library_, y_, out_.noise.weight, kept).best(may_delay_, may_express_, &noise);
+  const FormSet set = SetSearch(measured_, library_, y_, out_.noise.weight, kept)
+                          .best(may_delay_, may_express_, &noise);
   take_noise(noise);
   for (std::size_t j = 0; j < set.candidates.size(); ++j) {
     Member member = form_member(set.candidates[j], static_cast<int>(j) == set.differs);
@@ -425,7 +424,8 @@ void ChannelSearch::fill_sizes() {
       if (member.h.cols() == 2)
         size.name = k == 0 ? "sine" : "cosine";
       if (member.candidate >= 0) {
-        const auto &names = library_.candidates[static_cast<std::size_t>(member.candidate)].size_names;
+        const auto &names =
+            library_.candidates[static_cast<std::size_t>(member.candidate)].size_names;
         if (!names.empty())
           size.name = names[static_cast<std::size_t>(k)];
       }
@@ -580,9 +580,9 @@ void ChannelSearch::search_from(const std::vector<Member> &kept) {
   add_terms(true);
   estimate_noise();
   add_terms(false);
-  const bool has_region = std::any_of(
-      out_.members.begin(), out_.members.end(),
-      [](const Member &m) { return !m.is_given && !m.term.gate.everywhere(); });
+  const bool has_region =
+      std::any_of(out_.members.begin(), out_.members.end(),
+                  [](const Member &m) { return !m.is_given && !m.term.gate.everywhere(); });
   if (has_region) {
     join_forms();
     add_terms(false);
@@ -595,13 +595,14 @@ void ChannelSearch::search_from(const std::vector<Member> &kept) {
   try_expressions(kept);
 }
 
-// Where several terms were needed, or terms that are no laws of physics: whether forms without a name
-// say it so much better that a name is no longer worth having.
+// Where several terms were needed, or terms that are no laws of physics: whether forms without a
+// name say it so much better that a name is no longer worth having.
 void ChannelSearch::try_expressions(const std::vector<Member> &kept) {
-  const bool is_law = std::all_of(out_.members.begin(), out_.members.end(), [this](const Member &m) {
-    return m.candidate >= 0 && m.term.gate.everywhere() &&
-           library_.candidates[static_cast<std::size_t>(m.candidate)].is_physical;
-  });
+  const bool is_law =
+      std::all_of(out_.members.begin(), out_.members.end(), [this](const Member &m) {
+        return m.candidate >= 0 && m.term.gate.everywhere() &&
+               library_.candidates[static_cast<std::size_t>(m.candidate)].is_physical;
+      });
   if (is_law && out_.members.size() < 2)
     return;
   const ChannelFindings named = out_;
@@ -636,9 +637,9 @@ void ChannelSearch::find_members(bool may_delay) {
 }
 
 // Of a prediction that starts from a noisy reading the residual alternates: what this reading was
-// off by, the next residual brings back. Innovations e of r(t) = e(t) - theta e(t-1); theta by least
-// squares. What the innovation before predicts of the residual is taken off; else every form of the
-// state (a gain below one, a hinge) would be claimed for it.
+// off by, the next residual brings back. Innovations e of r(t) = e(t) - theta e(t-1); theta by
+// least squares. What the innovation before predicts of the residual is taken off; else every form
+// of the state (a gain below one, a hinge) would be claimed for it.
 bool ChannelSearch::take_off_start(const Vector &left) {
   double best = left.cwiseAbs2().cwiseProduct(measured_rows_).sum() * (1.0 - kLeastStartShare);
   Vector predicted;

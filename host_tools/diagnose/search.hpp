@@ -3,7 +3,7 @@
 // Forms that hold everywhere are searched as sets (diagnose/sets.hpp), terms in regions one at a
 // time (diagnose/scan.hpp), in either order; the better model is kept. One currency for all: ln
 // likelihood ratio, divided for what thins the evidence, less k/2 ln n a fitted size, ln of the
-// number of alternatives a form, its shape and its region were chosen from, and the form's own cost.
+// number of alternatives a form, its shape and its region were chosen from, and the form's cost.
 // A term is claimed when that exceeds what the whole search finds in noise (diagnose/null.hpp).
 #pragma once
 
@@ -30,7 +30,7 @@ struct SearchOptions {
 
 // What is claimed of a member besides its term.
 struct Claim {
-  Member rival;            // the best term of another cause in its place
+  Member rival;         // the best term of another cause in its place
   double ln_anom = 0.0; // of the joint model with and without it
   double score = 0.0;   // less its penalty
   double heldout_r2 = 0.0, heldout_ln = 0.0;

@@ -143,8 +143,7 @@ Measured behind(const Measured &measured, const Term &term) {
 // What is found when the delay is part of the simulation; its fit's loss is by `noise`.
 ChannelFindings ChannelSearch::search_behind(const Member &delay, const Noise &noise) const {
   const Measured late = behind(measured_, delay.term);
-  const Channel &moved =
-      late.channels[static_cast<std::size_t>(late.find_channel(channel_.name))];
+  const Channel &moved = late.channels[static_cast<std::size_t>(late.find_channel(channel_.name))];
   SearchOptions options = options_;
   Measured held;
   if (options_.held != nullptr) {

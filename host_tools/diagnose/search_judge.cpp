@@ -24,7 +24,7 @@ constexpr double kSupportShare = 0.5, kSupportMargin = 0.2;
 // By what share the held logs' squares must fall for a term to go; rounds of a claim's settling.
 constexpr double kLeastHarm = 0.002;
 constexpr double kLeastErrors = 1.96; // standard errors that a size must be away from none
-constexpr double kHeldClip = 10.0; // scales at which a held-out residual is cut
+constexpr double kHeldClip = 10.0;    // scales at which a held-out residual is cut
 constexpr int kMostSettling = 6;
 constexpr double kOwnMargin = 0.1; // of the range of a term's own argument
 constexpr double kFar = 10.0;      // ranges: where no bound is meant
@@ -274,8 +274,8 @@ int ChannelSearch::plainer(const Member &member) const {
 }
 
 // Terms go one by one, always the one whose going harms the held logs least, until none is left; of
-// the models on the way the best on the held logs is kept. One by one is not enough: of two terms that
-// hold each other neither can go alone.
+// the models on the way the best on the held logs is kept. One by one is not enough: of two terms
+// that hold each other neither can go alone.
 void ChannelSearch::shrink_to_held() {
   std::vector<Member> now = out_.members;
   std::vector<std::string> going; // in the order of their going
@@ -418,8 +418,7 @@ void ChannelSearch::open_edges() {
 void ChannelSearch::claim_overall_variance() {
   // Of the whole residual: noise of the start, which y_ is without, is in the stated sd.
   const Vector left = (channel_.z - channel_.m).cwiseQuotient(channel_.sd) - out_.fit.fitted;
-  const double scatter =
-      noise_state(left, out_.noise.weight, measured_, 0.0, 0.0).scatter;
+  const double scatter = noise_state(left, out_.noise.weight, measured_, 0.0, 0.0).scatter;
   if (!out_.variances.empty() || channel_.sd_estimated || extra_variance_ > 0.0 ||
       std::abs(std::log(scatter)) <= std::log(kLeastNoiseFactor))
     return;
@@ -436,14 +435,13 @@ void ChannelSearch::claim_overall_variance() {
     out_.variances.push_back(claim);
 }
 
-// A term that is no law of physics acts only where the rows it was learnt from are: in features where
-// those are few of all.
+// A term that is no law of physics acts only where the rows it was learnt from are: in features
+// where those are few of all.
 void ChannelSearch::limit_support() {
   for (Member &member : out_.members) {
     Term &term = member.term;
-    const bool is_law =
-        member.candidate >= 0 &&
-        library_.candidates[static_cast<std::size_t>(member.candidate)].is_physical;
+    const bool is_law = member.candidate >= 0 &&
+                        library_.candidates[static_cast<std::size_t>(member.candidate)].is_physical;
     if (member.is_given || is_law || moves_prediction(term) || term.kind != TermKind::mean)
       continue;
     const Vector effect = mean_effect(term, measured_, channel_.m).cwiseQuotient(channel_.sd);

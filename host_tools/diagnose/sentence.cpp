@@ -28,9 +28,10 @@ std::string meaning(const Term &term) {
   const std::string unit = term.sizes.empty() ? "" : term.sizes[0].unit;
   const bool adds = size > 0.0;
   if (term.cause == "coulomb_friction")
-    return adds ? "friction opposes the motion with " + with_unit(size, unit) +
-                      (term.form == "stribeck" ? ", and otherwise near rest" : " whatever the speed")
-                : "less friction than is predicted";
+    return adds
+               ? "friction opposes the motion with " + with_unit(size, unit) +
+                     (term.form == "stribeck" ? ", and otherwise near rest" : " whatever the speed")
+               : "less friction than is predicted";
   if (term.cause == "viscous_friction")
     return adds ? "friction opposes the motion with " + with_unit(size, unit) +
                       (term.sizes.size() > 1 ? ", by direction more or less" : "")
@@ -101,8 +102,8 @@ std::string effect_text(const Finding &finding, const Channel &channel) {
 
 std::string where_text(const Finding &finding, const Channel &channel) {
   const Term &term = finding.term;
-  std::string text = "measured " + plain_name("z." + channel.name) + " " +
-                     effect_text(finding, channel);
+  std::string text =
+      "measured " + plain_name("z." + channel.name) + " " + effect_text(finding, channel);
   const std::string means = meaning(term);
   if (!means.empty())
     text += ": " + means;
@@ -158,7 +159,8 @@ std::string diagnosis_sentence(const Diagnosis &diagnosis) {
     if (!diagnosis.findings.empty() && g.where == "all" && g.horizon_s == 0.0 &&
         g.channel == diagnosis.findings.front().term.channel) {
       if (!(g.ratio_ci95.low < 1.0) || g.ratio > 1.0) {
-        text += fmt::format(" On data that it was not fitted to ({}) this is not borne out.", g.data);
+        text +=
+            fmt::format(" On data that it was not fitted to ({}) this is not borne out.", g.data);
         break;
       }
       text +=

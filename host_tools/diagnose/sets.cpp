@@ -13,9 +13,9 @@ namespace {
 using Index = Eigen::Index;
 constexpr std::size_t kMostForms = 6, kBeam = 8, kChildren = 14, kSingles = 30;
 constexpr int kRounds = 4;
-constexpr double kSettled = 0.03;   // rounds end when the noise moves by less
-constexpr double kLeastLoss = 3.0;  // nats: what a form must lose by going to stay
-constexpr double kCut = 4.0;        // of the median absolute deviation, as sd
+constexpr double kSettled = 0.03;  // rounds end when the noise moves by less
+constexpr double kLeastLoss = 3.0; // nats: what a form must lose by going to stay
+constexpr double kCut = 4.0;       // of the median absolute deviation, as sd
 // A simulation is never exactly right: noise below these shares of the stated sd and of the whole
 // error is not believed, and rows beyond some 500 say less and less where the model's error shows.
 constexpr double kLeastSd = 0.5, kLeastShare = 0.05, kMostEffective = 500.0;
@@ -135,7 +135,8 @@ SetSearch::SetSearch(const Measured &measured, const Library &library, const Vec
 // Library columns first, then those that stay.
 Vector SetSearch::column(int index) const {
   const auto k = static_cast<Index>(index);
-  return k < library_.g.cols() ? Vector(library_.g.col(k)) : Vector(kept_.col(k - library_.g.cols()));
+  return k < library_.g.cols() ? Vector(library_.g.col(k))
+                               : Vector(kept_.col(k - library_.g.cols()));
 }
 
 const Vector &SetSearch::gram(int index) {
@@ -179,7 +180,8 @@ bool SetSearch::is_free(const Candidate &candidate) const {
 
 bool SetSearch::may_join(const State &state, int atom) const {
   const Candidate &candidate = library_.candidates[static_cast<std::size_t>(atom)];
-  if ((!may_delay_ && moves_prediction(candidate.term)) || (!may_express_ && candidate.term.cause == "unknown"))
+  if ((!may_delay_ && moves_prediction(candidate.term)) ||
+      (!may_express_ && candidate.term.cause == "unknown"))
     return false;
   if (std::find(kept_groups_.begin(), kept_groups_.end(), candidate.group) != kept_groups_.end())
     return false;
@@ -261,6 +263,33 @@ double SetSearch::score(const State &state) const {
   return -state.rss / (2.0 * noise_.variance * noise_.spread) - state.penalty;
 }
 
+// By how much the squares fall when the candidate joins; s: products of the library's columns with
+// what remains, cross: with the columns that are there, solved: the inverse of their products times
+// that. Negative where it adds nothing of its own.
+double SetSearch::fall_of(std::size_t which, const Vector &s, const Eigen::MatrixXd &cross,
+                          const Eigen::MatrixXd &solved) const {
+  const Candidate &candidate = library_.candidates[which];
+  const Index j = candidate.column;
+  const bool has_any = cross.rows() > 0;
+  const auto own = [&](Index i) {
+    return norm_(i) - (has_any ? cross.col(i).dot(solved.col(i)) : 0.0);
+  };
+  const double w = own(j);
+  if (!is_free(candidate))
+    return 2.0 * s(j) - w;
+  if (w <= kLeastOwnSquares * norm_(j))
+    return -1.0;
+  if (candidate.columns == 1)
+    return s(j) * s(j) / w;
+  const double second = own(j + 1),
+               both = pair_[which] - (has_any ? cross.col(j).dot(solved.col(j + 1)) : 0.0);
+  const double determinant = w * second - both * both;
+  if (determinant <= kLeastOwnSquares * norm_(j) * norm_(j + 1))
+    return -1.0;
+  return (second * s(j) * s(j) - 2.0 * both * s(j) * s(j + 1) + w * s(j + 1) * s(j + 1)) /
+         determinant;
+}
+
 // The best sets with one form more, by the fall of the squares that each brings.
 std::vector<SetSearch::State> SetSearch::children(const State &state) {
   const auto k = static_cast<Index>(state.columns.size());
@@ -284,30 +313,11 @@ std::vector<SetSearch::State> SetSearch::children(const State &state) {
     s -= cross.transpose() * state.beta;
   std::vector<std::pair<double, int>> found;
   for (std::size_t c = 0; c < library_.candidates.size(); ++c) {
-    const Candidate &candidate = library_.candidates[c];
-    if (!may_join(state, static_cast<int>(c)))
-      continue;
-    const Index j = candidate.column;
-    const auto own = [&](Index i) { return norm_(i) - (k > 0 ? cross.col(i).dot(solved.col(i)) : 0.0); };
-    const double w = own(j);
-    double fall = 0.0;
-    if (!is_free(candidate)) {
-      fall = 2.0 * s(j) - w;
-    } else if (w <= kLeastOwnSquares * norm_(j)) {
-      continue;
-    } else if (candidate.columns == 1) {
-      fall = s(j) * s(j) / w;
-    } else {
-      const double second = own(j + 1),
-                   both = pair_[c] - (k > 0 ? cross.col(j).dot(solved.col(j + 1)) : 0.0);
-      const double determinant = w * second - both * both;
-      if (determinant <= kLeastOwnSquares * norm_(j) * norm_(j + 1))
-        continue;
-      fall = (second * s(j) * s(j) - 2.0 * both * s(j) * s(j + 1) + w * s(j + 1) * s(j + 1)) /
-             determinant;
-    }
-    found.emplace_back(fall / (2.0 * noise_.variance * noise_.spread) - candidate.penalty,
-                       static_cast<int>(c));
+    const double fall = may_join(state, static_cast<int>(c)) ? fall_of(c, s, cross, solved) : -1.0;
+    if (fall > 0.0)
+      found.emplace_back(fall / (2.0 * noise_.variance * noise_.spread) -
+                             library_.candidates[c].penalty,
+                         static_cast<int>(c));
   }
   std::sort(found.begin(), found.end(), [](const auto &x, const auto &y) {
     return x.first > y.first || (x.first == y.first && x.second < y.second);
@@ -400,11 +410,11 @@ SetSearch::State SetSearch::prune(State state) {
 // Free columns, where sizes differ one a log.
 Eigen::MatrixXd SetSearch::columns_of(const State &state) const {
   const std::size_t logs = measured_.logs.size();
-  const int own = state.differs < 0
-                      ? -1
-                      : library_.candidates[static_cast<std::size_t>(
-                                                state.atoms[static_cast<std::size_t>(state.differs)])]
-                            .column;
+  const int own = state.differs < 0 ? -1
+                                    : library_
+                                          .candidates[static_cast<std::size_t>(
+                                              state.atoms[static_cast<std::size_t>(state.differs)])]
+                                          .column;
   const std::size_t k = state.columns.size() + (own < 0 ? 0 : logs - 1);
   Eigen::MatrixXd h = Eigen::MatrixXd::Zero(y_.size(), static_cast<Index>(k));
   Index at = 0;
@@ -533,7 +543,8 @@ void SetSearch::begin_noise() {
       return;
     left.segment(first, rows) = left_by_ridge(h, first, rows);
   }
-  noise_ = noise_state(left, weight_, measured_, rms_, static_cast<double>(k * static_cast<Index>(logs)));
+  noise_ = noise_state(left, weight_, measured_, rms_,
+                       static_cast<double>(k * static_cast<Index>(logs)));
 }
 
 std::vector<SetSearch::State> SetSearch::starts() {

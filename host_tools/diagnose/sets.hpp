@@ -1,5 +1,5 @@
-// diagnose/sets.hpp - the best small set of forms: searched jointly, for what enters one at a time is
-// not what explains best together.
+// diagnose/sets.hpp - the best small set of forms: searched jointly, for what enters one at a time
+// is not what explains best together.
 //
 // One currency: - n_eff RSS / (2 n s2) less every form's penalty (its cost, ln of its alternatives,
 // k/2 ln n of its sizes). n_eff and s2 come from what the best set so far leaves: a smooth error
@@ -48,8 +48,8 @@ struct FormSet {
 class SetSearch {
 public:
   // kept: members that stay whatever is found. weight: of every row's square.
-  SetSearch(const Measured &measured, const Library &library, const Vector &y,
-            const Vector &weight, const std::vector<Member> &kept);
+  SetSearch(const Measured &measured, const Library &library, const Vector &y, const Vector &weight,
+            const std::vector<Member> &kept);
   // may_delay: whether a delay or a lag may be among them; may_express: forms without a name.
   FormSet best(bool may_delay, bool may_express, NoiseState *noise);
 
@@ -67,6 +67,8 @@ private:
   bool may_join(const State &state, int atom) const;
   bool solve(State *state);
   double score(const State &state) const;
+  double fall_of(std::size_t which, const Vector &s, const Eigen::MatrixXd &cross,
+                 const Eigen::MatrixXd &solved) const;
   std::vector<State> children(const State &state);
   State begin() const;
   State with(const State &state, int atom) const;
@@ -89,11 +91,11 @@ private:
   Eigen::MatrixXd kept_; // free columns of members that stay
   Vector fixed_;         // what the fixed ones among them explain
   std::vector<std::string> kept_groups_;
-  Vector target_;        // y less fixed_, large residuals cut
-  Vector products_;      // of every column with the target
-  Vector norm_;          // of the library's columns: weighted squares
-  double squares_ = 0.0; // of the target
-  double whole_ = 0.0;   // before anything was explained
+  Vector target_;            // y less fixed_, large residuals cut
+  Vector products_;          // of every column with the target
+  Vector norm_;              // of the library's columns: weighted squares
+  double squares_ = 0.0;     // of the target
+  double whole_ = 0.0;       // before anything was explained
   std::vector<double> pair_; // of candidates with two columns: their product
   std::map<int, Vector> gram_;
   NoiseState noise_;

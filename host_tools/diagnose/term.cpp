@@ -104,7 +104,8 @@ Vector filtered(const Vector &x, const Measured &measured, double lag_s,
 }
 
 // The response at commands that act late, less it at those of now.
-template <class Late> Vector response_column(const Term &term, const Measured &measured, Late late) {
+template <class Late>
+Vector response_column(const Term &term, const Measured &measured, Late late) {
   Vector out = Vector::Zero(static_cast<Index>(measured.rows()));
   for (const auto &[product, coefficient] : term.response) {
     Vector now = Vector::Constant(out.size(), coefficient), then = now;
@@ -290,10 +291,10 @@ Vector ridge_values(const Ridge &ridge, const Vector &s) {
   Vector out(s.size());
   for (Index i = 0; i < s.size(); ++i) {
     const double at = (s(i) - ridge.knots[0]) / step;
-    const auto k = static_cast<std::size_t>(
-        std::clamp(std::floor(at), 0.0, static_cast<double>(last) - 1.0));
-    out(i) = ridge.values[k] +
-             (at - static_cast<double>(k)) * (ridge.values[k + 1] - ridge.values[k]);
+    const auto k =
+        static_cast<std::size_t>(std::clamp(std::floor(at), 0.0, static_cast<double>(last) - 1.0));
+    out(i) =
+        ridge.values[k] + (at - static_cast<double>(k)) * (ridge.values[k + 1] - ridge.values[k]);
   }
   return out;
 }
@@ -371,11 +372,10 @@ std::string expression_text(const Term &term) {
     const std::string what = is_bare(term) ? "the prediction" : "the command";
     if (term.form.rfind("delay", 0) == 0)
       return fmt::format("{} of {:.3g} s ago in place of now's", what, shape_of(term, "delay"));
-    return fmt::format("{}{} through a first-order lag of {:.3g} s", what,
-                       term.form == "lag_delay"
-                           ? fmt::format(" of {:.3g} s ago", shape_of(term, "delay"))
-                           : "",
-                       shape_of(term, "lag"));
+    return fmt::format(
+        "{}{} through a first-order lag of {:.3g} s", what,
+        term.form == "lag_delay" ? fmt::format(" of {:.3g} s ago", shape_of(term, "delay")) : "",
+        shape_of(term, "lag"));
   }
   std::string text;
   for (std::size_t k = 0; k < term.basis.size(); ++k) {
@@ -409,7 +409,8 @@ std::string bounds_text(const Gate &gate, std::size_t k) {
   if (is_low)
     return "above " + low + unit + (std::isfinite(gate.upper[k]) ? " (seen to " + high + ")" : "");
   if (is_high)
-    return "below " + high + unit + (std::isfinite(gate.lower[k]) ? " (seen from " + low + ")" : "");
+    return "below " + high + unit +
+           (std::isfinite(gate.lower[k]) ? " (seen from " + low + ")" : "");
   return "anywhere";
 }
 

@@ -91,8 +91,8 @@ void friction_on_a_force(void **) {
   const auto &viscous = finding(d, "viscous_friction").term;
   assert_near(viscous.sizes[0].value, 9.0, 4.0 * viscous.sizes[0].stderror);
   assert_string_equal(coulomb.arguments.at("v").c_str(), "x.velocity_mps");
-  assert_non_null(std::strstr(finding(d, "coulomb_friction").sentence.c_str(),
-                              "opposes the motion with"));
+  assert_non_null(
+      std::strstr(finding(d, "coulomb_friction").sentence.c_str(), "opposes the motion with"));
   for (const Finding &f : d.findings)
     assert_true(f.term.cause != "unknown" && f.term.cause != "hinge" && f.p_value < 0.05);
 }
@@ -111,8 +111,8 @@ void friction_without_a_unit(void **) {
 }
 
 void a_dead_band_is_coulomb_friction(void **) {
-  const Diagnosis d = diagnosis(axes(
-      3, {}, [](double v, double, int) { return std::abs(v) > 0.1 ? 4.0 * sign(v) : 0.0; }));
+  const Diagnosis d = diagnosis(
+      axes(3, {}, [](double v, double, int) { return std::abs(v) > 0.1 ? 4.0 * sign(v) : 0.0; }));
   assert_string_equal(d.findings[0].term.cause.c_str(), "coulomb_friction");
   assert_int_equal(d.findings.size(), 1);
 }
@@ -165,7 +165,8 @@ void mixed_sizes(void **) {
 
 // A response through an acceleration limit is learnt: of command less state, cut.
 void a_response_through_a_limit(void **) {
-  Measured t = table(1, 2000, 0.1, {{"u.v_mps", "m/s", true, false}, {"x.v_mps", "m/s", false, false}});
+  Measured t =
+      table(1, 2000, 0.1, {{"u.v_mps", "m/s", true, false}, {"x.v_mps", "m/s", false, false}});
   const auto limited = [](double u, double v) { return std::clamp(0.2 * (u - v), -0.05, 0.05); };
   double v = 0.0;
   for (int i = 0; i < 2000; ++i) {
