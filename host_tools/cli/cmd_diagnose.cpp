@@ -136,6 +136,13 @@ void print_findings(const Diagnosis &diagnosis) {
   }
 }
 
+void print_unconfirmed(const Diagnosis &diagnosis) {
+  if (!diagnosis.unconfirmed.empty())
+    std::printf("\n");
+  for (const Finding &f : diagnosis.unconfirmed)
+    std::printf("%s\n", f.sentence.c_str());
+}
+
 void print_gains(const Diagnosis &diagnosis) {
   if (diagnosis.gains.empty())
     return;
@@ -201,6 +208,7 @@ int cmd_diagnose(int argc, char **argv) {
   const Diagnosis diagnosis = diagnose(logs, options, &measured);
   write_outputs(diagnosis, measured, o.out);
   print_findings(diagnosis);
+  print_unconfirmed(diagnosis);
   print_gains(diagnosis);
   for (const std::string &note : diagnosis.notes)
     std::printf("note: %s\n", note.c_str());

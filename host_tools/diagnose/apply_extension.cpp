@@ -55,6 +55,8 @@ std::size_t index_of(const std::vector<std::string> &names, const std::string &n
   return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
 }
 
+constexpr double kFar = 1e30; // no edge: an image holds finite bounds
+
 // Terms gathered region by region.
 class CorrectionBuilder {
 public:
@@ -98,8 +100,8 @@ std::string CorrectionBuilder::region_of(const Gate &gate, rim_correct_region *r
     if (f == layout_.features())
       return fmt::format("the image has no feature '{}'", gate.features[k]);
     region->region.feature[k] = static_cast<std::uint16_t>(f);
-    region->region.lower[k] = gate.lower[k];
-    region->region.upper[k] = gate.upper[k];
+    region->region.lower[k] = std::max(gate.lower[k], -kFar);
+    region->region.upper[k] = std::min(gate.upper[k], kFar);
     region->region.center[k] = gate.is_ellipse ? gate.center[k] : 0.0;
   }
   for (std::size_t i = 0; i < d * d && gate.is_ellipse; ++i)

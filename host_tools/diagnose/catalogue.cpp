@@ -20,7 +20,7 @@ const std::map<std::string, ArgumentRole> kRoles{
     {"own", ArgumentRole::own},           {"velocity", ArgumentRole::velocity},
     {"signed", ArgumentRole::signed_},    {"command", ArgumentRole::command},
     {"angle", ArgumentRole::angle},       {"heading", ArgumentRole::heading},
-    {"altitude", ArgumentRole::altitude},
+    {"altitude", ArgumentRole::altitude}, {"state", ArgumentRole::state},
 };
 const std::map<std::string, TermKind> kKinds{{"mean", TermKind::mean},
                                              {"variance", TermKind::variance},
@@ -28,7 +28,8 @@ const std::map<std::string, TermKind> kKinds{{"mean", TermKind::mean},
                                              {"dropout", TermKind::dropout}};
 const std::map<std::string, GateKind> kGates{
     {"none", GateKind::none}, {"interval", GateKind::interval}, {"pair", GateKind::pair}};
-const std::initializer_list<std::string_view> kBuiltIn{"delay", "delay_reading", "lag"};
+const std::initializer_list<std::string_view> kBuiltIn{"delay", "delay_reading", "lag",
+                                                       "lag_command", "lag_delay"};
 
 class Reader {
 public:
@@ -70,8 +71,10 @@ private:
   void read_arguments(const toml::table &table, Form *form) const;
   void read_shape(const toml::table &table, Form *form) const;
   void check_names(const toml::table &table, const Form &form) const;
+  void check_sizes(const toml::table &table, const Form &form) const;
   void check_expressions(const toml::table &table, const Form &form) const;
   void read_form(const toml::table &table);
+  void read_sets(const toml::table &root);
 
   Catalogue catalogue_;
 };
@@ -121,7 +124,8 @@ void Reader::read_shape(const toml::table &table, Form *form) const {
     if (!value.is_table())
       fail(&value, "a shape parameter is a table: { quantiles_of = \"f\", count = 8 }");
     const toml::table &entry = *value.as_table();
-    check_keys(entry, {"quantiles_of", "count", "low_share", "high_share", "values", "unit"});
+    check_keys(entry, {"quantiles_of", "count", "low_share", "high_share", "values", "unit",
+                       "first_is_usual"});
     ShapeParameter p;
     p.name = std::string(key.str());
     p.quantiles_of = get<std::string>(entry, "quantiles_of", "");
@@ -129,6 +133,7 @@ void Reader::read_shape(const toml::table &table, Form *form) const {
     p.low_share = get<double>(entry, "low_share", 0.05);
     p.high_share = get<double>(entry, "high_share", 0.95);
     p.unit = get<std::string>(entry, "unit", "");
+    p.first_is_usual = get<bool>(entry, "first_is_usual", false);
     if (const toml::array *values = entry.get_as<toml::array>("values")) {
       for (const toml::node &number : *values) {
         if (!number.value<double>())
@@ -154,15 +159,28 @@ void Reader::check_names(const toml::table &table, const Form &form) const {
                        [&name](const Argument &a) { return a.name == name; });
   };
   for (const ShapeParameter &p : form.shape) {
-    const std::string &of = p.quantiles_of;
-    if (!of.empty() && of != "m" && of != "abs(m)" && !is_argument(of))
+    std::string of = p.quantiles_of;
+    if (of.rfind("abs(", 0) == 0 && of.back() == ')')
+      of = of.substr(4, of.size() - 5);
+    if (!of.empty() && of != "m" && of != "t" && !is_argument(of))
       fail(table["shape"][p.name].node(),
-           fmt::format("quantiles_of '{}' is neither an argument nor m nor abs(m)", of));
+           fmt::format("quantiles_of '{}' is neither an argument nor m nor t, nor the abs() of one",
+                       p.quantiles_of));
   }
   for (const std::string &name : form.per) {
     if (name != "m" && name != "t" && !is_argument(name))
       fail(table.get("per"), fmt::format("per '{}' is neither an argument nor m nor t", name));
   }
+}
+
+void Reader::check_sizes(const toml::table &table, const Form &form) const {
+  if (form.basis.size() > 2)
+    fail(table.get("basis"), "a form has at most two basis functions");
+  if (form.basis.size() == 2 && (form.is_fixed || form.gate == GateKind::pair))
+    fail(table.get("basis"),
+         "a form of two basis functions can be neither fixed nor gated by two features");
+  if (!form.size_names.empty() && form.size_names.size() != form.basis.size())
+    fail(table.get("sizes"), "there must be as many names of sizes as basis functions");
 }
 
 void Reader::check_expressions(const toml::table &table, const Form &form) const {
@@ -186,7 +204,8 @@ void Reader::check_expressions(const toml::table &table, const Form &form) const
 
 void Reader::read_form(const toml::table &table) {
   check_keys(table, {"cause", "form", "description", "kind", "basis", "arguments", "unordered",
-                     "fixed", "positive", "gate", "shape", "per", "least_spread", "cost"});
+                     "fixed", "positive", "gate", "shape", "per", "least_spread", "cost", "sizes",
+                     "physical", "better", "worse_by"});
   Form form;
   form.line = static_cast<int>(table.source().begin.line);
   form.cause = get<std::string>(table, "cause", "");
@@ -203,16 +222,17 @@ void Reader::read_form(const toml::table &table) {
   form.cost = get<double>(table, "cost", 0.0);
   form.least_spread = get<double>(table, "least_spread", 0.0);
   form.per = texts(table, "per");
+  form.size_names = texts(table, "sizes");
+  form.is_physical = get<bool>(table, "physical", false);
+  form.better = get<std::string>(table, "better", "");
+  form.worse_by = get<double>(table, "worse_by", 5.0);
   read_arguments(table, &form);
   read_shape(table, &form);
   const bool is_built_in = std::find(kBuiltIn.begin(), kBuiltIn.end(), form.form) != kBuiltIn.end();
   if (form.kind == TermKind::mean && form.basis.empty() != is_built_in)
     fail(&table, is_built_in ? fmt::format("form '{}' is built in and takes no basis", form.form)
                              : fmt::format("unknown form '{}' without a basis", form.form));
-  if (form.basis.size() > 2)
-    fail(table.get("basis"), "a form has at most two basis functions");
-  if (form.basis.size() == 2 && (form.is_fixed || form.gate != GateKind::none))
-    fail(table.get("basis"), "a form of two basis functions can be neither fixed nor gated");
+  check_sizes(table, form);
   check_names(table, form);
   check_expressions(table, form);
   for (const Form &other : catalogue_.forms) {
@@ -220,6 +240,22 @@ void Reader::read_form(const toml::table &table) {
       fail(&table, fmt::format("form '{}' is there twice", form.form));
   }
   catalogue_.forms.push_back(form);
+}
+
+void Reader::read_sets(const toml::table &root) {
+  const toml::node *node = root.get("set");
+  if (node == nullptr)
+    return;
+  if (!node->is_array())
+    fail(node, "a set must be a table: [[set]]");
+  for (const toml::node &entry : *node->as_array()) {
+    if (!entry.is_table())
+      fail(&entry, "a set must be a table: [[set]]");
+    check_keys(*entry.as_table(), {"forms"});
+    catalogue_.sets.push_back(texts(*entry.as_table(), "forms"));
+    if (catalogue_.sets.back().size() < 2)
+      fail(&entry, "a set needs 'forms', at least two");
+  }
 }
 
 Catalogue Reader::read() {
@@ -230,7 +266,7 @@ Catalogue Reader::read() {
     throw DataError(fmt::format("{}:line {}: {}", catalogue_.path, e.source().begin.line,
                                 std::string(e.description())));
   }
-  check_keys(root, {"schema", "cause"});
+  check_keys(root, {"schema", "cause", "set"});
   if (root["schema"].value_or(std::string()) != "rim-causes/1")
     fail(&root, "schema must be \"rim-causes/1\"");
   const toml::array *causes = root.get_as<toml::array>("cause");
@@ -241,6 +277,7 @@ Catalogue Reader::read() {
       fail(&entry, "a cause must be a table: [[cause]]");
     read_form(*entry.as_table());
   }
+  read_sets(root);
   return std::move(catalogue_);
 }
 
@@ -258,6 +295,7 @@ Catalogue merged(const Catalogue &base, const Catalogue &more) {
     else
       out.forms.push_back(form);
   }
+  out.sets.insert(out.sets.end(), more.sets.begin(), more.sets.end());
   return out;
 }
 

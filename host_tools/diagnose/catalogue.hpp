@@ -16,12 +16,14 @@ enum class ArgumentRole {
   any,      // every feature
   other,    // every feature but the channel's own velocity
   own,      // the velocity whose change the channel is; every velocity when it is not known
+            // (diagnose/roles.hpp)
   velocity, // unit m/s, km/s, rad/s or deg/s
   signed_,  // features that take both signs
   command,  // u. columns
   angle,    // wrapped angles
   heading,  // wrapped angles named heading, yaw, theta or psi; every angle when none is
-  altitude, // lengths named altitude or height
+  altitude, // lengths named altitude or height, that change by 500 m at least
+  state,    // the channel's own reading that the prediction starts from
 };
 
 enum class GateKind { none, interval, pair };
@@ -34,10 +36,11 @@ struct Argument {
 // A parameter inside the basis, tried on a grid and then refined.
 struct ShapeParameter {
   std::string name;
-  std::string quantiles_of; // placeholder or "m", "abs(m)": the grid is its quantiles
+  std::string quantiles_of; // placeholder, "m", "t", or the abs() of one: the grid is its quantiles
   int count = 8;
   double low_share = 0.05, high_share = 0.95; // first and last quantile
   std::vector<double> values;                 // or these, in `unit`
+  bool first_is_usual = false;                // the first of them costs nothing
   std::string unit;                           // empty: that of quantiles_of
 };
 
@@ -51,16 +54,21 @@ struct Form {
   bool is_positive = false;  // its size must be above 0
   GateKind gate = GateKind::none;
   std::vector<ShapeParameter> shape;
-  std::vector<std::string> per; // placeholders, "m" or "t" whose units divide the size's
-  double least_spread = 0.0;    // of every argument: sd over |mean|; a quantity that hardly varies
-                                // is a constant under another name
-  double cost = 0.0;            // nats, beside what is reckoned: for forms less likely a priori
+  std::vector<std::string> per;        // placeholders, "m" or "t" whose units divide the size's
+  std::vector<std::string> size_names; // one a basis; empty: "size", or "sine" and "cosine"
+  bool is_physical = false;  // a law of physics: goes on beyond the rows that it was learnt from
+  std::string better;        // a form that is meant where it can be had: this one then costs
+  double worse_by = 5.0;     // so many nats more
+  double least_spread = 0.0; // of every argument: sd over |mean|; a quantity that hardly varies
+                             // is a constant under another name
+  double cost = 0.0;         // nats, beside what is reckoned: for forms less likely a priori
   int line = 0;
 };
 
 struct Catalogue {
   std::string path;
   std::vector<Form> forms;
+  std::vector<std::vector<std::string>> sets; // forms that come together: the search starts there
 };
 
 // DataError with file and line: unknown key, role, kind or form; a name given twice; an expression

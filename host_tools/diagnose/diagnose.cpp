@@ -23,11 +23,17 @@ namespace {
 using Index = Eigen::Index;
 constexpr std::size_t kLeastRows = 60;
 constexpr std::size_t kMostFolds = 5;
+constexpr std::size_t kMostSearched = 8000; // rows: of more, some are looked at
 // Below this score the null's threshold is not believed: it is a fitted law.
 constexpr double kLeastThreshold = 2.0;
 // The law is fitted to a first look at each simulated residual; the real one is looked at more
 // often (swaps, ellipses), so a tenth of what is allowed is asked of it.
 constexpr double kStrict = 0.1;
+
+// Nats that a term needs to enter a model, and to be claimed in the end.
+struct Thresholds {
+  double enter = 0.0, keep = 0.0;
+};
 
 std::vector<Term> terms_of(const ChannelFindings &found) {
   std::vector<Term> terms;
@@ -38,19 +44,28 @@ std::vector<Term> terms_of(const ChannelFindings &found) {
   return terms;
 }
 
-// The searches of all channels; terms of the extension first.
-std::vector<ChannelFindings> search_all(const Measured &measured, const Catalogue &catalogue,
-                                        const std::vector<Term> &given, double threshold,
-                                        const std::vector<Library> *libraries) {
-  std::vector<ChannelFindings> found(measured.channels.size());
+// The searches of all channels; terms of the extension first. Of a large table some rows are
+// searched, `few`, and all fitted.
+std::vector<ChannelFindings> search_all(const Measured &measured, const Measured &few,
+                                        const Catalogue &catalogue, const std::vector<Term> &given,
+                                        const Thresholds &threshold,
+                                        const std::vector<Library> *libraries,
+                                        const Measured *held) {
+  std::vector<ChannelFindings> found(few.channels.size());
   SearchOptions options;
-  options.threshold = threshold;
+  options.threshold = threshold.enter;
+  options.least = threshold.keep;
+  options.held = held;
   options.catalogue = &catalogue;
+  Progress progress("searching", found.size());
   parallel_for(found.size(), [&](std::size_t c) {
     const Library own =
-        libraries == nullptr ? make_library(measured, measured.channels[c], catalogue) : Library{};
+        libraries == nullptr ? make_library(few, few.channels[c], catalogue) : Library{};
     const Library &library = libraries == nullptr ? own : (*libraries)[c];
-    found[c] = ChannelSearch(measured, measured.channels[c], library, options).run(given);
+    found[c] = ChannelSearch(few, few.channels[c], library, options).run(given);
+    if (few.whole != nullptr)
+      refit_on(measured, measured.channels[c], &found[c]);
+    progress.add();
   });
   return found;
 }
@@ -162,7 +177,7 @@ std::vector<std::uint8_t> folds_of(const Measured &measured, int *folds) {
 // and sizes are learnt anew.
 class Gains {
 public:
-  Gains(const Measured &measured, const Options &options, double threshold)
+  Gains(const Measured &measured, const Options &options, const Thresholds &threshold)
       : measured_(measured), options_(options), threshold_(threshold),
         one_step_(measured.channels.size()), horizon_(measured.channels.size()) {}
 
@@ -176,7 +191,7 @@ private:
 
   const Measured &measured_;
   const Options &options_;
-  double threshold_;
+  Thresholds threshold_;
   std::vector<Judged> one_step_, horizon_;
 };
 
@@ -229,19 +244,21 @@ void Gains::judge_horizon(const std::vector<Term> &terms, const Measured &held, 
 void Gains::cross_validate() {
   int folds = 0;
   const std::vector<std::uint8_t> fold_of_row = folds_of(measured_, &folds);
-  Progress progress("cross-validation", static_cast<std::size_t>(folds));
-  for (int fold = 0; fold < folds; ++fold) {
-    const Measured rest = select(measured_, fold_of_row, fold, false);
-    const Measured held = select(measured_, fold_of_row, fold, true);
-    std::vector<Term> terms;
+  std::vector<std::vector<Term>> terms(static_cast<std::size_t>(folds));
+  Progress progress("cross-validation", terms.size());
+  parallel_for(terms.size(), [&](std::size_t fold) {
+    const Measured rest = select(measured_, fold_of_row, static_cast<int>(fold), false);
     for (const ChannelFindings &found :
-         search_all(rest, options_.catalogue, options_.given, threshold_, nullptr)) {
+         search_all(rest, thinned(rest, kMostSearched), options_.catalogue, options_.given,
+                    threshold_, nullptr, nullptr)) {
       for (Term &term : terms_of(found))
-        terms.push_back(std::move(term));
+        terms[fold].push_back(std::move(term));
     }
-    judge(terms, held, nullptr);
     progress.add();
-  }
+  });
+  for (int fold = 0; fold < folds; ++fold)
+    judge(terms[static_cast<std::size_t>(fold)], select(measured_, fold_of_row, fold, true),
+          nullptr);
 }
 
 // Findings and state of every channel; returns all terms.
@@ -280,6 +297,19 @@ void add_regions(const Measured &measured, const std::vector<ChannelFindings> &f
     diagnosis->regions.insert(diagnosis->regions.end(), of_channel.begin(), of_channel.end());
 }
 
+void add_unconfirmed(const Measured &measured, const std::vector<ChannelFindings> &found,
+                     Diagnosis *diagnosis) {
+  for (std::size_t c = 0; c < found.size(); ++c) {
+    for (const Unconfirmed &seen : found[c].unconfirmed) {
+      Finding f;
+      f.term = seen.term;
+      f.inside_fraction = gate_mask(seen.term.gate, measured).mean();
+      f.sentence = unconfirmed_sentence(f, measured.channels[c], seen.reason);
+      diagnosis->unconfirmed.push_back(std::move(f));
+    }
+  }
+}
+
 void add_notes(const Measured &measured, const std::vector<ChannelFindings> &found,
                Diagnosis *diagnosis) {
   for (std::size_t c = 0; c < found.size(); ++c) {
@@ -288,7 +318,15 @@ void add_notes(const Measured &measured, const std::vector<ChannelFindings> &fou
       diagnosis->notes.push_back(fmt::format(
           "{}: there is no sd. column; its standard deviation is estimated from the residuals",
           channel.name));
-    const double scale = found[c].noise.scale;
+    if (found[c].start.sd > 0.0)
+      diagnosis->notes.push_back(fmt::format("{}: what remains alternates from row to row: the "
+                                             "prediction starts from a noisy reading, "
+                                             "whose noise is about {:.2g}{}; what that alone would "
+                                             "feign (a gain below one, a hinge) is "
+                                             "allowed for",
+                                             channel.name, found[c].start.sd * channel.sd.mean(),
+                                             channel.unit.empty() ? "" : " " + channel.unit));
+    const double scale = found[c].noise.scatter;
     if (!channel.sd_estimated && found[c].variances.empty() && std::abs(scale - 1.0) > 0.04)
       diagnosis->notes.push_back(
           fmt::format("{}: what remains scatters with {:.2f} times the stated sd; allowed for",
@@ -298,6 +336,44 @@ void add_notes(const Measured &measured, const std::vector<ChannelFindings> &fou
           "{}: what remains is autocorrelated (lag 1: {:.2f}); every log likelihood ratio is "
           "divided by {:.1f} for it",
           channel.name, found[c].autocorrelation, found[c].noise.spread));
+  }
+}
+
+// A drag that helps is how a friction departs from its law: its size has a meaning only beside it.
+bool refines(const Finding &f) {
+  return f.term.cause == "quadratic_drag" && !f.term.sizes.empty() && f.term.sizes[0].value < 0.0;
+}
+
+bool shares_velocity(const Finding &a, const Finding &b) {
+  const auto va = a.term.arguments.find("v"), vb = b.term.arguments.find("v");
+  return a.term.channel == b.term.channel && va != a.term.arguments.end() &&
+         vb != b.term.arguments.end() && va->second == vb->second &&
+         a.term.gate.everywhere() == b.term.gate.everywhere();
+}
+
+// By the likelihood lost without each; what came with an extension last, and what is wrong with the
+// mean before how the rest scatters.
+void put_in_order(std::vector<Finding> *findings) {
+  std::stable_sort(findings->begin(), findings->end(), [](const Finding &a, const Finding &b) {
+    if (a.given != b.given)
+      return b.given;
+    const bool is_scatter = a.term.kind == TermKind::variance,
+               other = b.term.kind == TermKind::variance;
+    return is_scatter != other ? other : a.ln_anom > b.ln_anom;
+  });
+  for (std::size_t i = 1; i < findings->size(); ++i) {
+    for (std::size_t j = i; j > 0 && !refines((*findings)[j]); --j) {
+      std::size_t before = j;
+      while (before > 0 && !(refines((*findings)[before - 1]) &&
+                             shares_velocity((*findings)[before - 1], (*findings)[j])))
+        --before;
+      if (before == 0 || (*findings)[j].given)
+        break;
+      std::rotate(findings->begin() + static_cast<std::ptrdiff_t>(before) - 1,
+                  findings->begin() + static_cast<std::ptrdiff_t>(j),
+                  findings->begin() + static_cast<std::ptrdiff_t>(j) + 1);
+      j = before;
+    }
   }
 }
 
@@ -315,23 +391,31 @@ Diagnosis diagnose(const std::vector<Log> &logs, const Options &options, Measure
   diagnosis.model = options.model;
   for (const std::string &name : constant)
     diagnosis.notes.push_back(name + " never changes and is left out");
+  const Measured few = thinned(measured, kMostSearched);
+  if (few.whole != nullptr)
+    diagnosis.notes.push_back(fmt::format("{} of {} rows are searched; all are fitted and judged",
+                                          few.rows(), measured.rows()));
   std::vector<Library> libraries(measured.channels.size());
   parallel_for(libraries.size(), [&](std::size_t c) {
-    libraries[c] = make_library(measured, measured.channels[c], options.catalogue);
+    libraries[c] = make_library(few, few.channels[c], options.catalogue);
   });
   const std::size_t runs = options.null_runs > 0
                                ? options.null_runs
                                : std::max<std::size_t>(16, 96 / measured.channels.size());
-  const Null null = simulate_null(measured, libraries, runs, options.seed);
-  const double threshold = std::max(kLeastThreshold, null.threshold(kStrict * options.false_alarm));
+  const Null null = simulate_null(few, libraries, runs, options.seed);
+  const Thresholds threshold{
+      std::max(kLeastThreshold, null.threshold(kStrict * options.false_alarm)),
+      std::max(kLeastThreshold, null.threshold(options.false_alarm))};
+  Measured held;
+  if (!options.holdout.empty())
+    held = thinned(make_measured(options.holdout, nullptr, true), kMostSearched);
   const std::vector<ChannelFindings> found =
-      search_all(measured, options.catalogue, options.given, threshold, &libraries);
-  const std::vector<Term> terms = add_channels(measured, found, null, threshold, &diagnosis);
+      search_all(measured, few, options.catalogue, options.given, threshold, &libraries,
+                 options.holdout.empty() ? nullptr : &held);
+  const std::vector<Term> terms = add_channels(measured, found, null, threshold.enter, &diagnosis);
+  add_unconfirmed(measured, found, &diagnosis);
   add_regions(measured, found, &diagnosis);
-  std::stable_sort(diagnosis.findings.begin(), diagnosis.findings.end(),
-                   [](const Finding &a, const Finding &b) {
-                     return a.given != b.given ? b.given : a.ln_anom > b.ln_anom;
-                   });
+  put_in_order(&diagnosis.findings);
   if (options.gains)
     diagnosis.gains = Gains(measured, options, threshold).compute(terms);
   for (std::size_t i = 0; i < diagnosis.findings.size(); ++i) {

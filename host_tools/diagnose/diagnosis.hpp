@@ -79,6 +79,7 @@ struct ChannelState {
 
 struct Diagnosis {
   std::vector<Finding> findings;
+  std::vector<Finding> unconfirmed;    // seen, and not claimed: the sentence says why
   std::vector<ResidualRegion> regions; // before any term is added; of channels with findings
   std::vector<Gain> gains;
   std::vector<ChannelState> channels;

@@ -31,7 +31,8 @@ constexpr std::array<KindName, 4> kKinds{{{"mean", TermKind::mean},
                                           {"stuck", TermKind::stuck},
                                           {"dropout", TermKind::dropout}}};
 // Forms of a mean that have no expression.
-const std::set<std::string> kBuiltIn{"table", "delay", "delay_reading", "lag"};
+const std::set<std::string> kBuiltIn{"table", "delay",       "delay_reading",
+                                     "lag",   "lag_command", "lag_delay"};
 const std::set<std::string> kFunctions{"abs",  "sign", "sin",  "cos",   "tan",
                                        "asin", "acos", "atan", "atan2", "exp",
                                        "ln",   "log",  "sqrt", "min",   "max"};
@@ -88,6 +89,9 @@ std::string parameters_toml(const char *header, const std::vector<Parameter> &pa
   for (const Parameter &p : parameters) {
     out += fmt::format("{}\nname = {}\nvalue = {}\nstderr = {}\nunit = {}\n", header,
                        quoted(p.name), number(p.value), number(p.stderror), quoted(p.unit));
+    if (!p.per_log.empty())
+      out += "between_logs_sd = " + number(p.between_logs_sd) +
+             "\nper_log = " + list(p.per_log, number) + "\n";
   }
   return out;
 }
@@ -98,12 +102,19 @@ std::string region_toml(const char *key, const Gate &gate) {
   std::string out = fmt::format("[term.{}]\n", key);
   out += "features = " + list(gate.features, quoted) + "\n";
   out += "units = " + list(gate.units, quoted) + "\n";
-  out += "lower = " + list(gate.lower, number) + "\n";
-  out += "upper = " + list(gate.upper, number) + "\n";
+  // An edge that is only the end of the data is none.
+  std::vector<double> lower = gate.lower, upper = gate.upper;
+  for (std::size_t k = 0; k < lower.size(); ++k) {
+    lower[k] = gate.is_open(k, false) ? -INFINITY : lower[k];
+    upper[k] = gate.is_open(k, true) ? INFINITY : upper[k];
+  }
+  const bool is_open = lower != gate.lower || upper != gate.upper;
+  out += "lower = " + list(lower, number) + "\n";
+  out += "upper = " + list(upper, number) + "\n";
   out += fmt::format("shape = \"{}\"\n", gate.is_ellipse ? "ellipse" : "box");
-  if (!gate.center.empty())
+  if (!gate.center.empty() && !is_open)
     out += "center = " + list(gate.center, number) + "\n";
-  if (!gate.inverse_shape.empty()) {
+  if (!gate.inverse_shape.empty() && !is_open) {
     std::vector<std::vector<double>> rows;
     const std::size_t d = gate.features.size();
     for (std::size_t i = 0; i + d <= gate.inverse_shape.size(); i += d)
@@ -139,6 +150,13 @@ std::string term_toml(const Term &term) {
     for (const auto &[product, coefficient] : term.response)
       out += quoted(product) + " = " + number(coefficient) + "\n";
   }
+  for (const Ridge &ridge : term.ridges) {
+    std::string weights;
+    for (const auto &[feature, weight] : ridge.weights)
+      weights += (weights.empty() ? "" : ", ") + quoted(feature) + " = " + number(weight);
+    out += "[[term.ridge]]\nweights = { " + weights + " }\nknots = " + list(ridge.knots, number) +
+           "\nvalues = " + list(ridge.values, number) + "\n";
+  }
   return out + region_toml("region", term.gate) + region_toml("support", term.support);
 }
 
@@ -169,6 +187,7 @@ private:
   void read_arguments(Term *term) const;
   void read_table(Term *term) const;
   void read_response(Term *term) const;
+  void read_ridges(Term *term) const;
   void read_region(const char *key, Gate *gate) const;
   void read_ellipsoid(const toml::table &table, Gate *gate) const;
   void check_bounds(const toml::table &table, const Gate &gate) const;
@@ -240,7 +259,7 @@ std::vector<Parameter> TermReader::parameters(const char *key) const {
     if (!node.is_table())
       fail(path_, node, fmt::format("key '{}': must be an array of tables, [[{}]]", name, name));
     const toml::table &table = *node.as_table();
-    check_keys(table, name, {"name", "value", "stderr", "unit"});
+    check_keys(table, name, {"name", "value", "stderr", "unit", "between_logs_sd", "per_log"});
     Parameter p;
     p.name = read_string(path_, need(table, name, "name"), name + ".name");
     p.value = read_number(path_, need(table, name, "value"), name + ".value", world::Range::any);
@@ -248,6 +267,11 @@ std::vector<Parameter> TermReader::parameters(const char *key) const {
       p.stderror = read_number(path_, *error, name + ".stderr", world::Range::not_negative);
     if (const toml::node *unit = table.get("unit"))
       p.unit = read_string(path_, *unit, name + ".unit");
+    if (const toml::node *spread = table.get("between_logs_sd"))
+      p.between_logs_sd =
+          read_number(path_, *spread, name + ".between_logs_sd", world::Range::not_negative);
+    if (const toml::node *each = table.get("per_log"))
+      p.per_log = numbers(*each, name + ".per_log", true);
     if (!is_identifier(p.name))
       fail(path_, *table.get("name"), fmt::format("key '{}.name': no name: '{}'", name, p.name));
     if (std::any_of(out.begin(), out.end(), [&p](const Parameter &o) { return o.name == p.name; }))
@@ -328,7 +352,7 @@ void TermReader::read_response(Term *term) const {
     return;
   if (!node->is_table())
     fail(path_, *node, "key 'term.response': must be a table, \"u.a*s.b\" = 0.5");
-  if (term->form != "delay")
+  if (term->form != "delay" && term->form != "lag_command")
     fail(path_, *node, fmt::format("form '{}' has no response", term->form));
   for (const auto &[key, value] : *node->as_table()) {
     const std::string product(key.str());
@@ -339,6 +363,36 @@ void TermReader::read_response(Term *term) const {
     }
     term->response[product] =
         read_number(path_, value, "term.response." + product, world::Range::any);
+  }
+}
+
+void TermReader::read_ridges(Term *term) const {
+  const toml::node *node = table_->get("ridge");
+  if (node == nullptr)
+    return;
+  if (!node->is_array() || (term->form != "delay" && term->form != "lag_command"))
+    fail(path_, *node, "key 'term.ridge': [[term.ridge]] of a delay or lag of a command");
+  for (const toml::node &entry : *node->as_array()) {
+    if (!entry.is_table())
+      fail(path_, entry, "key 'term.ridge': must be tables, [[term.ridge]]");
+    const toml::table &table = *entry.as_table();
+    check_keys(table, "term.ridge", {"weights", "knots", "values"});
+    Ridge ridge;
+    const toml::node &weights = need(table, "term.ridge", "weights");
+    if (!weights.is_table() || weights.as_table()->empty())
+      fail(path_, weights, "key 'term.ridge.weights': must be a table, { \"u.a\" = 1.0 }");
+    for (const auto &[key, value] : *weights.as_table()) {
+      check_feature(value, term->channel, std::string(key.str()));
+      ridge.weights[std::string(key.str())] =
+          read_number(path_, value, "term.ridge.weights", world::Range::any);
+    }
+    const toml::node &knots = need(table, "term.ridge", "knots");
+    ridge.knots = numbers(knots, "term.ridge.knots", true);
+    ridge.values = numbers(need(table, "term.ridge", "values"), "term.ridge.values", true);
+    if (ridge.knots.size() < 2 || ridge.knots.size() != ridge.values.size() ||
+        !(ridge.knots.back() > ridge.knots.front()))
+      fail(path_, knots, "key 'term.ridge.knots': at least two, rising, and as many values");
+    term->ridges.push_back(std::move(ridge));
   }
 }
 
@@ -418,14 +472,22 @@ void TermReader::read_region(const char *key, Gate *gate) const {
 }
 
 void TermReader::check_delay(const Term &term) const {
-  const std::string name = term.form == "lag" ? "lag" : "delay";
-  const auto found = std::find_if(term.shape.begin(), term.shape.end(),
-                                  [&name](const Parameter &p) { return p.name == name; });
-  if (found == term.shape.end() || !(found->value >= 0.0))
-    fail(path_, *table_,
-         fmt::format("form '{}' needs a [[term.shape]] named '{}', not negative", term.form, name));
-  if (term.form == "delay" && term.response.empty())
-    fail(path_, *table_, "form 'delay' needs a [term.response]");
+  std::vector<std::string> names;
+  if (term.form.rfind("lag", 0) == 0)
+    names.emplace_back("lag");
+  if (term.form.rfind("lag", 0) != 0 || term.form == "lag_delay")
+    names.emplace_back("delay");
+  for (const std::string &name : names) {
+    const auto found = std::find_if(term.shape.begin(), term.shape.end(),
+                                    [&name](const Parameter &p) { return p.name == name; });
+    if (found == term.shape.end() || !(found->value >= 0.0))
+      fail(path_, *table_,
+           fmt::format("form '{}' needs a [[term.shape]] named '{}', not negative", term.form,
+                       name));
+  }
+  if ((term.form == "delay" || term.form == "lag_command") && term.response.empty() &&
+      term.ridges.empty())
+    fail(path_, *table_, fmt::format("form '{}' needs a [term.response]", term.form));
 }
 
 void TermReader::check_form(const Term &term) const {
@@ -447,7 +509,7 @@ void TermReader::check_form(const Term &term) const {
   if (!is_built_in && term.basis.empty())
     fail(path_, at,
          fmt::format("unknown form '{}': it has no basis and is none of table, delay, "
-                     "delay_reading, lag",
+                     "delay_reading, lag, lag_command, lag_delay",
                      term.form));
   if (is_built_in && term.form != "table")
     check_delay(term);
@@ -533,7 +595,7 @@ void TermReader::check_expressions(const Term &term) const {
 Term TermReader::read() {
   check_keys(*table_, "term",
              {"channel", "cause", "form", "kind", "basis", "arguments", "size", "shape", "region",
-              "support", "knots", "values", "response"});
+              "support", "knots", "values", "response", "ridge"});
   Term term;
   term.channel = read_string(path_, need(*table_, "term", "channel"), "term.channel");
   term.cause = read_string(path_, need(*table_, "term", "cause"), "term.cause");
@@ -547,6 +609,7 @@ Term TermReader::read() {
   read_arguments(&term);
   read_table(&term);
   read_response(&term);
+  read_ridges(&term);
   for (const auto &[key, gate] : {std::pair{"region", &term.gate}, {"support", &term.support}}) {
     read_region(key, gate);
     for (const std::string &feature : gate->features)
@@ -680,6 +743,10 @@ void check_extension(const std::vector<Term> &terms, const Measured &measured,
         check_unit(complain, i, "response", feature, unit_of_name(feature), measured);
         at = end + 1;
       }
+    }
+    for (const Ridge &ridge : term.ridges) {
+      for (const auto &[feature, weight] : ridge.weights)
+        check_unit(complain, i, "ridge", feature, unit_of_name(feature), measured);
     }
     for (std::size_t k = 0; k < term.gate.features.size(); ++k)
       check_unit(complain, i, "region", term.gate.features[k], term.gate.units[k], measured);

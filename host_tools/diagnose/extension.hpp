@@ -10,7 +10,8 @@
 //   [[term.shape]]  name value stderr unit
 //   [term.region]   features units lower upper shape = "box"|"ellipse" center inverse_shape
 //   [term.support]  the same, a box: rows beyond it were not seen, and nothing is added there
-//   table: knots, values; delay: [term.response]
+//   table: knots, values; delay, lag_command: [term.response] "u.a*s.b" = 0.5, and [[term.ridge]]
+//   weights = { "u.a" = 1.0 } knots values
 #pragma once
 
 #include <string>

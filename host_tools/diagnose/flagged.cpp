@@ -44,9 +44,31 @@ double natural_repeats(const Measured &measured, const Vector &z) {
   return single / pairs;
 }
 
+const Channel &of_whole(const Measured &measured, const Channel &channel) {
+  return measured.whole
+      ->channels[static_cast<std::size_t>(measured.whole->find_channel(channel.name))];
+}
+
+// Of the rows of a thinned table.
+Flagged picked(const Flagged &whole, const Measured &measured) {
+  Flagged out;
+  out.stuck_ln = whole.stuck_ln;
+  out.dropout_ln = whole.dropout_ln;
+  for (const Index row : measured.picked) {
+    const auto i = static_cast<std::size_t>(row);
+    out.stuck.push_back(whole.stuck[i]);
+    out.dropout.push_back(whole.dropout[i]);
+    out.stuck_rows += whole.stuck[i];
+    out.dropout_rows += whole.dropout[i];
+  }
+  return out;
+}
+
 } // namespace
 
 Flagged find_flagged(const Measured &measured, const Channel &channel) {
+  if (measured.whole != nullptr)
+    return picked(find_flagged(*measured.whole, of_whole(measured, channel)), measured);
   Flagged out;
   const std::size_t n = measured.rows();
   out.stuck.assign(n, 0);

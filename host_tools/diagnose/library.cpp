@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/QR>
-#include <fmt/format.h>
-
+#include "diagnose/response.hpp"
+#include "diagnose/roles.hpp"
 #include "util/error.hpp"
 
 namespace rim::diagnose {
@@ -15,10 +14,10 @@ namespace {
 using Index = Eigen::Index;
 constexpr double kPi = 3.141592653589793, kTwoPi = 2.0 * kPi;
 constexpr int kMaxLagRows = 20;
-// Own velocity: how well its changes must follow the prediction.
-constexpr double kLeastOwnCorrelation = 0.3;
-// The response polynomial must say nearly all of the prediction, or lagged commands mean nothing.
-constexpr double kLeastResponseR2 = 0.98;
+// Nats that a form of a velocity costs more where it is not known which one is the channel's own.
+constexpr double kNotOwn = 1.5;
+// An altitude that hardly changes says nothing about the air.
+constexpr double kLeastClimb_m = 500.0;
 
 bool has_word(const std::string &name, std::initializer_list<const char *> words) {
   for (const char *word : words) {
@@ -28,97 +27,40 @@ bool has_word(const std::string &name, std::initializer_list<const char *> words
   return false;
 }
 
-bool is_velocity(const Feature &f) {
-  return f.unit == "m/s" || f.unit == "km/s" || f.unit == "rad/s" || f.unit == "deg/s";
-}
-
-double correlation(const std::vector<double> &a, const std::vector<double> &b) {
-  const auto n = static_cast<double>(a.size());
-  double ma = 0, mb = 0, aa = 0, bb = 0, ab = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    ma += a[i] / n;
-    mb += b[i] / n;
-  }
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    aa += (a[i] - ma) * (a[i] - ma);
-    bb += (b[i] - mb) * (b[i] - mb);
-    ab += (a[i] - ma) * (b[i] - mb);
-  }
-  return aa > 0.0 && bb > 0.0 ? ab / std::sqrt(aa * bb) : 0.0;
-}
-
-// How well the feature's change from row to row follows the channel: the prediction as a rate of
-// change, or, in the feature's own unit, as its next value.
-double own_correlation(const Measured &measured, const Channel &channel, int feature) {
-  const Vector x = measured.x.col(feature);
-  const Feature &f = measured.features[static_cast<std::size_t>(feature)];
-  std::vector<double> change, rate, step;
-  for (const LogSpan &log : measured.logs) {
-    for (std::size_t i = log.first; i + 1 < log.first + log.rows; ++i) {
-      const auto k = static_cast<Index>(i);
-      const double dt = measured.elapsed_s[i + 1] - measured.elapsed_s[i];
-      change.push_back((x(k + 1) - x(k)) / dt);
-      rate.push_back(channel.m(k));
-      step.push_back(channel.m(k) - x(k));
-    }
-  }
-  if (change.size() < 10)
-    return 0.0;
-  const double follows = correlation(change, rate);
-  return f.unit == channel.unit ? std::max(follows, correlation(change, step)) : follows;
-}
-
-std::vector<int> own_velocity(const Measured &measured, const Channel &channel) {
-  std::vector<int> velocities;
-  int best = -1;
-  double most = kLeastOwnCorrelation;
-  for (int f = 0; f < static_cast<int>(measured.features.size()); ++f) {
-    const Feature &feature = measured.features[static_cast<std::size_t>(f)];
-    if (!is_velocity(feature) || feature.is_command)
-      continue;
-    velocities.push_back(f);
-    // An acceleration's own velocity is one of the same kind: m/s of m/s2, rad/s of rad/s2.
-    if (!channel.unit.empty() && channel.unit.rfind(feature.unit.substr(0, 1), 0) != 0 &&
-        channel.unit.rfind(feature.unit, 0) != 0)
-      continue;
-    const double c = own_correlation(measured, channel, f);
-    if (c > most) {
-      most = c;
-      best = f;
-    }
-  }
-  if (best >= 0)
-    return {best};
-  // A distance or a temperature has no velocity of its own.
-  const bool may_have = channel.unit.empty() || channel.unit.find("/s") != std::string::npos;
-  return may_have ? velocities : std::vector<int>{};
-}
-
 class Builder {
 public:
-  Builder(const Measured &measured, const Channel &channel)
-      : measured_(measured), channel_(channel) {
+  Builder(const Measured &measured, const Channel &channel, const Catalogue &catalogue)
+      : measured_(measured), channel_(channel), catalogue_(catalogue) {
+    velocities_ = velocities(measured);
+    state_ = own_state(measured, channel);
     out_.own = own_velocity(measured, channel);
     out_.ln_rows = std::log(static_cast<double>(measured.rows()));
   }
-  Library build(const Catalogue &catalogue);
+  Library build();
 
 private:
   std::vector<int> features_for(ArgumentRole role) const;
   std::vector<std::vector<int>> assignments(const Form &form) const;
   std::vector<double> grid(const ShapeParameter &p, const Form &form,
                            const std::vector<int> &arguments) const;
+  std::string shape_unit(const Form &form, const std::vector<int> &arguments) const;
+  double argument_cost(const Form &form, std::size_t assignments) const;
   void add_form(const Form &form);
   void add_built_in(const Form &form);
+  void add_sets();
   bool add(Candidate candidate, const Eigen::MatrixXd &columns);
-  std::map<std::string, double> response() const;
   std::string unit_of(const Form &form, const std::vector<int> &arguments) const;
   void add_gate(const std::string &name, const std::string &unit, const Vector &x, bool is_turned);
   void add_gates();
   double row_s() const;
+  std::vector<std::vector<Parameter>> late_grid(const std::string &form) const;
 
   const Measured &measured_;
   const Channel &channel_;
+  const Catalogue &catalogue_;
+  std::vector<int> velocities_;
+  int state_ = -1; // own_state()
+  Response response_;
   Library out_;
   std::vector<Vector> columns_;
 };
@@ -135,10 +77,10 @@ std::vector<int> Builder::features_for(ArgumentRole role) const {
       fits = true;
       break;
     case ArgumentRole::other:
-      fits = !is_own;
+      fits = !is_own && feature.name != "m." + channel_.name; // that is a gain
       break;
     case ArgumentRole::velocity:
-      fits = is_velocity(feature);
+      fits = std::find(velocities_.begin(), velocities_.end(), f) != velocities_.end();
       break;
     case ArgumentRole::signed_: {
       const double low = x.minCoeff(), high = x.maxCoeff();
@@ -158,7 +100,11 @@ std::vector<int> Builder::features_for(ArgumentRole role) const {
       break;
     case ArgumentRole::altitude:
       fits = (feature.unit == "m" || feature.unit == "km") &&
-             has_word(feature.name, {"altitude", "height"});
+             has_word(feature.name, {"altitude", "height"}) &&
+             x.maxCoeff() - x.minCoeff() > kLeastClimb_m * (feature.unit == "km" ? 1e-3 : 1.0);
+      break;
+    case ArgumentRole::state:
+      fits = f == state_;
       break;
     case ArgumentRole::own:
       break;
@@ -204,18 +150,22 @@ std::vector<double> Builder::grid(const ShapeParameter &p, const Form &form,
     }
     return out;
   }
-  Vector x = channel_.m;
-  if (p.quantiles_of == "abs(m)")
-    x = channel_.m.cwiseAbs();
+  const bool is_magnitude = p.quantiles_of.rfind("abs(", 0) == 0;
+  const std::string of =
+      is_magnitude ? p.quantiles_of.substr(4, p.quantiles_of.size() - 5) : p.quantiles_of;
+  Vector x = of == "t" ? feature_column(measured_, kTime) : channel_.m;
   for (std::size_t k = 0; k < form.arguments.size(); ++k) {
-    if (form.arguments[k].name == p.quantiles_of)
+    if (form.arguments[k].name == of)
       x = measured_.x.col(arguments[k]);
   }
+  if (is_magnitude)
+    x = x.cwiseAbs().eval();
   std::sort(x.data(), x.data() + x.size());
   for (int i = 0; i < p.count; ++i) {
     const double share = p.low_share + (p.high_share - p.low_share) * i / std::max(1, p.count - 1);
     const double level = x(static_cast<Index>(share * static_cast<double>(x.size() - 1)));
-    if (out.empty() || level > out.back())
+    // A width of nothing is none: of a magnitude that is mostly zero.
+    if ((out.empty() || level > out.back()) && !(is_magnitude && level <= 0.0))
       out.push_back(level);
   }
   return out;
@@ -254,18 +204,65 @@ bool Builder::add(Candidate candidate, const Eigen::MatrixXd &columns) {
   return true;
 }
 
+// Unit of the shape parameter: its own, or that of what its grid is made of.
+std::string Builder::shape_unit(const Form &form, const std::vector<int> &arguments) const {
+  const ShapeParameter &p = form.shape[0];
+  std::string unit = p.unit == "1" ? "" : p.unit;
+  if (unit.empty() && (p.quantiles_of == "m" || p.quantiles_of == "abs(m)"))
+    unit = channel_.unit;
+  for (std::size_t k = 0; k < arguments.size(); ++k) {
+    const std::string &name = form.arguments[k].name;
+    if (name == p.quantiles_of || "abs(" + name + ")" == p.quantiles_of ||
+        (p.unit == "m" && form.arguments[k].role == ArgumentRole::altitude))
+      unit = measured_.features[static_cast<std::size_t>(arguments[k])].unit;
+  }
+  return unit;
+}
+
+// Nats for the choice of arguments, beside those of the form itself.
+double Builder::argument_cost(const Form &form, std::size_t assignments) const {
+  double cost = form.cost + std::log(std::max<double>(1.0, static_cast<double>(assignments)));
+  const bool has_own = std::any_of(form.arguments.begin(), form.arguments.end(),
+                                   [](const Argument &a) { return a.role == ArgumentRole::own; });
+  if (has_own && out_.own.size() > 1)
+    cost += kNotOwn;
+  const auto better = std::find_if(catalogue_.forms.begin(), catalogue_.forms.end(),
+                                   [&form](const Form &f) { return f.form == form.better; });
+  if (better != catalogue_.forms.end() && !this->assignments(*better).empty())
+    cost += form.worse_by;
+  return cost;
+}
+
+// Of one group at most one is taken: two levels of a hinge are two things, two widths of a friction
+// are one.
+std::string group_of(const Form &form, const Term &term) {
+  std::string group =
+      form.is_physical || form.is_fixed || form.cause == "drift"
+          ? form.cause
+          : form.form + (form.shape.empty() ? "" : std::to_string(term.shape[0].value));
+  for (const auto &[name, feature] : term.arguments) {
+    if (!(form.is_physical && name != "v" && term.arguments.count("v") > 0))
+      group += " " + feature;
+  }
+  return group;
+}
+
 void Builder::add_form(const Form &form) {
   Candidate candidate;
   candidate.is_fixed = form.is_fixed;
   candidate.is_positive = form.is_positive;
+  candidate.is_physical = form.is_physical;
+  candidate.size_names = form.size_names;
   candidate.gate = form.gate;
   candidate.term.channel = channel_.name;
   candidate.term.cause = form.cause;
   candidate.term.form = form.form;
   candidate.term.basis = form.basis;
-  std::vector<Candidate> made;
-  std::vector<std::vector<int>> made_arguments;
-  for (const std::vector<int> &arguments : assignments(form)) {
+  const double sizes =
+      form.is_fixed ? 0.0 : static_cast<double>(std::max<std::size_t>(1, form.basis.size()));
+  const std::vector<std::vector<int>> all = assignments(form);
+  const double cost = 0.5 * sizes * out_.ln_rows + argument_cost(form, all.size());
+  for (const std::vector<int> &arguments : all) {
     Candidate c = candidate;
     for (std::size_t k = 0; k < arguments.size(); ++k)
       c.term.arguments[form.arguments[k].name] =
@@ -274,43 +271,29 @@ void Builder::add_form(const Form &form) {
     if (!form.shape.empty())
       values = grid(form.shape[0], form, arguments);
     for (std::size_t v = 0; v < values.size(); ++v) {
-      const double value = values[v];
+      const bool is_usual = !form.shape.empty() && form.shape[0].first_is_usual && v == 0;
+      c.penalty = cost + (is_usual ? 0.0 : std::log(static_cast<double>(values.size())));
+      c.shape_range.clear();
       if (!form.shape.empty()) {
         const ShapeParameter &p = form.shape[0];
-        std::string unit = p.unit == "1" ? "" : p.unit;
-        if (unit.empty() && p.quantiles_of.find('m') != std::string::npos)
-          unit = channel_.unit;
-        for (std::size_t k = 0; k < arguments.size(); ++k) {
-          if (form.arguments[k].name == p.quantiles_of ||
-              (p.unit == "m" && form.arguments[k].role == ArgumentRole::altitude))
-            unit = measured_.features[static_cast<std::size_t>(arguments[k])].unit;
-        }
-        c.term.shape = {{p.name, value, 0.0, unit}};
-        // Whole numbers without a unit (harmonics) are not refined.
-        if (p.unit != "1") {
-          c.shape_low = values[v > 0 ? v - 1 : v];
-          c.shape_high = values[std::min(v + 1, values.size() - 1)];
-        }
+        c.term.shape = {{p.name, values[v], 0.0, shape_unit(form, arguments)}};
+        // Whole numbers without a unit (harmonics) are not refined, nor is what is usual.
+        if (p.unit != "1" && !p.first_is_usual)
+          c.shape_range = {{values[v > 0 ? v - 1 : v], values[std::min(v + 1, values.size() - 1)]}};
       }
-      made.push_back(c);
-      made_arguments.push_back(arguments);
+      c.group = group_of(form, c.term);
+      if (add(c, basis_columns(c.term, measured_, channel_.m)))
+        out_.size_units.push_back(unit_of(form, arguments));
     }
-  }
-  const double ln_alternatives = std::log(std::max<double>(1.0, static_cast<double>(made.size())));
-  const double sizes =
-      form.is_fixed ? 0.0 : static_cast<double>(std::max<std::size_t>(1, form.basis.size()));
-  for (std::size_t i = 0; i < made.size(); ++i) {
-    made[i].penalty = 0.5 * sizes * out_.ln_rows + ln_alternatives + form.cost;
-    if (add(made[i], basis_columns(made[i].term, measured_, channel_.m)))
-      out_.size_units.push_back(unit_of(form, made_arguments[i]));
   }
 }
 
 double Builder::row_s() const {
   std::vector<double> steps;
-  for (const LogSpan &log : measured_.logs) {
+  const Measured &all = measured_.whole != nullptr ? *measured_.whole : measured_;
+  for (const LogSpan &log : all.logs) {
     for (std::size_t i = log.first; i + 1 < log.first + log.rows; ++i)
-      steps.push_back(measured_.elapsed_s[i + 1] - measured_.elapsed_s[i]);
+      steps.push_back(all.elapsed_s[i + 1] - all.elapsed_s[i]);
   }
   if (steps.empty())
     return 1.0;
@@ -319,59 +302,23 @@ double Builder::row_s() const {
   return *middle;
 }
 
-// The prediction as a polynomial in which each product has a command: m regressed on features,
-// squares of commands and products of a command with a feature. Empty when that says too little.
-std::map<std::string, double> Builder::response() const {
-  struct Product {
-    std::string name;
-    bool has_command;
+// Delays of whole rows, lags on a geometric grid; both together on a coarse one.
+std::vector<std::vector<Parameter>> Builder::late_grid(const std::string &form) const {
+  const double row = row_s();
+  std::vector<std::vector<Parameter>> out;
+  const auto lag = [row](int k) {
+    return Parameter{"lag", 0.5 * row * std::pow(80.0, k / 13.0), 0.0, "s"};
   };
-  std::vector<Product> products{{"", false}};
-  std::vector<Vector> columns{Vector::Ones(channel_.m.size())};
-  const int features = static_cast<int>(measured_.features.size());
-  bool any_command = false;
-  for (int f = 0; f < features; ++f) {
-    const Feature &feature = measured_.features[static_cast<std::size_t>(f)];
-    products.push_back({feature.name, feature.is_command});
-    columns.push_back(measured_.x.col(f));
-    any_command = any_command || feature.is_command;
-    for (int other = 0; feature.is_command && other < features; ++other) {
-      const Feature &second = measured_.features[static_cast<std::size_t>(other)];
-      if (second.is_command && other < f)
-        continue;
-      products.push_back({feature.name + "*" + second.name, true});
-      columns.push_back(measured_.x.col(f).cwiseProduct(measured_.x.col(other)));
-    }
-  }
-  std::map<std::string, double> out;
-  const auto p = static_cast<Index>(columns.size());
-  if (!any_command || channel_.m.size() < 3 * p)
-    return out;
-  Eigen::MatrixXd gram(p, p);
-  Vector scale(p), right(p);
-  for (Index k = 0; k < p; ++k) {
-    Vector &column = columns[static_cast<std::size_t>(k)];
-    scale(k) = std::max(1e-300, column.norm());
-    column /= scale(k);
-  }
-  for (Index k = 0; k < p; ++k) {
-    for (Index l = 0; l <= k; ++l)
-      gram(k, l) = gram(l, k) =
-          columns[static_cast<std::size_t>(k)].dot(columns[static_cast<std::size_t>(l)]);
-    right(k) = columns[static_cast<std::size_t>(k)].dot(channel_.m);
-  }
-  gram.diagonal().array() += 1e-9;
-  const Vector beta = gram.ldlt().solve(right);
-  Vector fit = Vector::Zero(channel_.m.size());
-  for (Index k = 0; k < p; ++k)
-    fit += beta(k) * columns[static_cast<std::size_t>(k)];
-  const double total = (channel_.m.array() - channel_.m.mean()).square().sum();
-  if (!(total > 0.0) || (channel_.m - fit).squaredNorm() > (1.0 - kLeastResponseR2) * total)
-    return out;
-  for (Index k = 0; k < p; ++k) {
-    const Product &product = products[static_cast<std::size_t>(k)];
-    if (product.has_command)
-      out[product.name] = beta(k) / scale(k);
+  if (form == "lag_delay") {
+    for (const double rows : {1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0})
+      for (int k = 0; k < 14; ++k)
+        out.push_back({lag(k), {"delay", rows * row, 0.0, "s"}});
+  } else if (form == "lag" || form == "lag_command") {
+    for (int k = 0; k < 14; ++k)
+      out.push_back({lag(k)});
+  } else {
+    for (int k = 1; k <= kMaxLagRows; ++k)
+      out.push_back({{"delay", k * row, 0.0, "s"}});
   }
   return out;
 }
@@ -379,30 +326,55 @@ std::map<std::string, double> Builder::response() const {
 void Builder::add_built_in(const Form &form) {
   Candidate candidate;
   candidate.is_fixed = true;
+  candidate.is_physical = form.is_physical;
+  candidate.group = "late";
   candidate.term.channel = channel_.name;
   candidate.term.cause = form.cause;
   candidate.term.form = form.form;
-  const double row = row_s();
-  std::vector<double> values;
-  if (form.form == "lag") {
-    values = {0.5 * row, row, 2 * row, 3 * row, 5 * row, 8 * row, 13 * row, 20 * row, 40 * row};
-  } else {
-    for (int k = 1; k <= kMaxLagRows; ++k)
-      values.push_back(k * row);
-    if (form.form == "delay") {
-      candidate.term.response = response();
-      if (candidate.term.response.empty())
-        return;
-    }
+  if (form.form == "delay" || form.form == "lag_command") {
+    if (!response_.is_tried)
+      response_ = fit_response(measured_, channel_);
+    if (!response_.is_known)
+      return;
+    candidate.term.response = response_.products;
+    candidate.term.ridges = response_.ridges;
   }
-  candidate.penalty = std::log(static_cast<double>(values.size())) + 0.5 * out_.ln_rows + form.cost;
-  for (std::size_t v = 0; v < values.size(); ++v) {
-    const double value = values[v];
-    candidate.shape_low = v > 0 ? values[v - 1] : 0.5 * value;
-    candidate.shape_high = values[std::min(v + 1, values.size() - 1)];
-    candidate.term.shape = {{form.form == "lag" ? "lag" : "delay", value, 0.0, "s"}};
+  const std::vector<std::vector<Parameter>> grid = late_grid(form.form);
+  candidate.penalty = std::log(static_cast<double>(grid.size())) + 0.5 * out_.ln_rows + form.cost;
+  for (const std::vector<Parameter> &shape : grid) {
+    candidate.term.shape = shape;
+    candidate.shape_range.clear();
+    for (const Parameter &p : shape)
+      candidate.shape_range.emplace_back(0.6 * p.value, 1.5 * p.value);
     if (add(candidate, basis_columns(candidate.term, measured_, channel_.m)))
       out_.size_units.push_back("");
+  }
+}
+
+// Every way to take one candidate of each form of a set, over the same velocity, with one shape
+// free: that of the first form; the others take their first.
+void Builder::add_sets() {
+  const auto &all = out_.candidates;
+  for (const std::vector<std::string> &forms : catalogue_.sets) {
+    for (std::size_t first = 0; first < all.size(); ++first) {
+      if (all[first].term.form != forms[0])
+        continue;
+      std::vector<int> set{static_cast<int>(first)};
+      for (std::size_t k = 1; k < forms.size(); ++k) {
+        const auto fits = [&](const Candidate &c) {
+          const auto mine = c.term.arguments.find("v"), of_it = all[first].term.arguments.find("v");
+          return c.term.form == forms[k] &&
+                 (mine == c.term.arguments.end() || of_it == all[first].term.arguments.end() ||
+                  mine->second == of_it->second);
+        };
+        const auto found = std::find_if(all.begin(), all.end(), fits);
+        if (found == all.end())
+          break;
+        set.push_back(static_cast<int>(found - all.begin()));
+      }
+      if (set.size() == forms.size())
+        out_.sets.push_back(set);
+    }
   }
 }
 
@@ -455,8 +427,8 @@ void Builder::add_gates() {
   add_gate(kTime, "s", feature_column(measured_, kTime), false);
 }
 
-Library Builder::build(const Catalogue &catalogue) {
-  for (const Form &form : catalogue.forms) {
+Library Builder::build() {
+  for (const Form &form : catalogue_.forms) {
     if (form.kind != TermKind::mean)
       continue;
     if (form.basis.empty())
@@ -468,6 +440,7 @@ Library Builder::build(const Catalogue &catalogue) {
   for (std::size_t k = 0; k < columns_.size(); ++k)
     out_.g.col(static_cast<Index>(k)) = columns_[k];
   add_gates();
+  add_sets();
   return std::move(out_);
 }
 
@@ -483,7 +456,7 @@ double Library::gate_penalty(std::size_t features) const {
 }
 
 Library make_library(const Measured &measured, const Channel &channel, const Catalogue &catalogue) {
-  return Builder(measured, channel).build(catalogue);
+  return Builder(measured, channel, catalogue).build();
 }
 
 void add_bounds(const GateFeature &feature, double lower, double upper, Gate *gate) {

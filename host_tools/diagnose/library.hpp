@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "diagnose/catalogue.hpp"
@@ -31,15 +32,20 @@ struct Candidate {
   bool is_fixed = false, is_positive = false;
   GateKind gate = GateKind::none;
   int column = 0, columns = 1; // in Library::g
-  double penalty = 0.0;        // nats, without gate: k/2 ln n + ln of the form's alternatives
-  double shape_low = 0.0, shape_high = 0.0; // where the shape parameter may be refined; equal: not
+  double penalty = 0.0; // nats, without gate: k/2 ln n + the form's cost + ln of its alternatives
+  // Where each shape parameter may be refined; equal: not.
+  std::vector<std::pair<double, double>> shape_range;
+  std::string group; // of one group there is one at most: variants of one thing
+  bool is_physical = false;
+  std::vector<std::string> size_names;
 };
 
 struct Library {
   Eigen::MatrixXd g; // rows x columns, each divided by the channel's stated sd
   std::vector<Candidate> candidates;
   std::vector<GateFeature> gates;
-  std::vector<int> own; // features taken for the channel's own velocity
+  std::vector<int> own;               // features taken for the channel's own velocity
+  std::vector<std::vector<int>> sets; // candidates that come together, of Catalogue::sets
   double ln_rows = 0.0;
   std::vector<std::string> size_units; // by candidate
 

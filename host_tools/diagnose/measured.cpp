@@ -13,6 +13,7 @@ namespace rim::diagnose {
 namespace {
 
 constexpr double kTwoPi = 6.283185307179586;
+constexpr double kSameAs = 0.99; // correlation of a prediction with a feature that stands for it
 
 // Whether a column in radians wraps: a step of nearly a turn, or a range of nearly one.
 bool is_wrapped(const Eigen::VectorXd &x) {
@@ -99,6 +100,26 @@ Channel make_channel(const std::vector<Log> &logs, const Column &outcome) {
   return channel;
 }
 
+double correlation(const Vector &a, const Vector &b) {
+  const Vector da = a.array() - a.mean(), db = b.array() - b.mean();
+  const double both = da.norm() * db.norm();
+  return both > 0.0 ? std::abs(da.dot(db)) / both : 1.0;
+}
+
+// Where a simulation is wrong may depend on what it predicts. A prediction that a feature says
+// already (a command that is followed at once, a state that hardly changes in a row) is none anew.
+void add_predictions(bool all, Measured *table, std::vector<Vector> *columns) {
+  for (const Channel &channel : table->channels) {
+    const bool is_new = std::none_of(columns->begin(), columns->end(), [&](const Vector &x) {
+      return correlation(x, channel.m) > kSameAs;
+    });
+    if (!all && (!is_new || !(channel.m.maxCoeff() > channel.m.minCoeff())))
+      continue;
+    table->features.push_back({"m." + channel.name, channel.unit, false, false, true});
+    columns->push_back(channel.m);
+  }
+}
+
 } // namespace
 
 int Measured::find_feature(const std::string &name) const {
@@ -115,6 +136,34 @@ int Measured::find_channel(const std::string &name) const {
       return static_cast<int>(c);
   }
   return -1;
+}
+
+Measured thinned(const Measured &measured, std::size_t most) {
+  const std::size_t stride = (measured.rows() + most - 1) / most;
+  if (stride <= 1)
+    return measured;
+  Measured out;
+  out.features = measured.features;
+  out.whole = std::make_shared<const Measured>(measured);
+  for (const LogSpan &log : measured.logs) {
+    out.logs.push_back({log.path, out.picked.size(), 0, log.rows_in_file});
+    for (std::size_t i = log.first; i < log.first + log.rows; i += stride) {
+      out.logs.back().rows += 1;
+      out.picked.push_back(static_cast<Eigen::Index>(i));
+      out.t_s.push_back(measured.t_s[i]);
+      out.elapsed_s.push_back(measured.elapsed_s[i]);
+      out.row.push_back(measured.row[i]);
+    }
+  }
+  out.x = measured.x(out.picked, Eigen::all);
+  for (const Channel &channel : measured.channels) {
+    Channel part = channel;
+    part.z = channel.z(out.picked);
+    part.m = channel.m(out.picked);
+    part.sd = channel.sd(out.picked);
+    out.channels.push_back(std::move(part));
+  }
+  return out;
 }
 
 Measured make_measured(const std::vector<Log> &logs, std::vector<std::string> *constant,
@@ -153,6 +202,7 @@ Measured make_measured(const std::vector<Log> &logs, std::vector<std::string> *c
                               column.unit == "rad" && is_wrapped(x)});
     columns.push_back(std::move(x));
   }
+  add_predictions(keep_constant, &table, &columns);
   table.x.resize(static_cast<Eigen::Index>(table.rows()),
                  static_cast<Eigen::Index>(columns.size()));
   for (std::size_t f = 0; f < columns.size(); ++f)

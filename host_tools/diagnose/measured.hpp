@@ -3,11 +3,13 @@
 //
 // A row is one moment of one log. A channel is one outcome z.NAME with the simulation's own
 // prediction m.NAME and its standard deviation sd.NAME (world/predictor.hpp makes them for logs
-// that have none). Features are the context: x., u. and s. columns.
+// that have none). Features are the context: x., u. and s. columns, and what the
+// simulation itself predicts: m. columns that no other column gives already.
 #pragma once
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -21,7 +23,8 @@ struct Feature {
   std::string name; // with prefix: "s.speed_mps"
   std::string unit; // "m/s"; empty: none or not known
   bool is_command = false;
-  bool is_angle = false; // in radians and wrapped: steps of 2 pi occur, or could
+  bool is_angle = false;      // in radians and wrapped: steps of 2 pi occur, or could
+  bool is_prediction = false; // m. column
 };
 
 struct Channel {
@@ -45,11 +48,17 @@ struct Measured {
   Eigen::MatrixXd x;              // rows x features
   std::vector<Feature> features;
   std::vector<Channel> channels;
+  // Of a thinned table: the whole one, in which what is late or repeats is looked up, and its rows.
+  std::shared_ptr<const Measured> whole;
+  std::vector<Eigen::Index> picked;
 
   std::size_t rows() const { return t_s.size(); }
   int find_feature(const std::string &name) const; // -1: none
   int find_channel(const std::string &name) const;
 };
+
+// Every k-th row of each log, so that about `most` are left; few enough: as it is.
+Measured thinned(const Measured &measured, std::size_t most);
 
 // Puts logs that carry z. m. (sd.) columns together. Throws DataError (file, column, reason): no z.
 // column (the message says how a prediction is had: m. columns, --world or --model), columns that

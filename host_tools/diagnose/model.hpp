@@ -11,10 +11,13 @@ namespace rim::diagnose {
 struct Noise {
   Vector weight;       // per row, of a squared residual in units of the stated sd: 0 for a row that
                        // is no measurement, else 1 / variance ratio there
-  double scale = 1.0;  // sd of what remains over the stated sd (times the ratio's root)
-  double spread = 1.0; // (1 + rho) / (1 - rho): by how much autocorrelation thins the evidence
-  double spread_of_squares = 1.0; // the same for squares, times their excess variance
-  double clip = 3.5;              // scales at which a residual is cut: Huber's corner
+  double scale = 1.0;  // sd of what remains over the stated sd (times the ratio's root), not below
+                       // what is believed of a simulation (diagnose/sets.hpp)
+  double spread = 1.0; // rows over effective rows: by how much autocorrelation and the model's own
+                       // error thin the evidence
+  double scatter = 1.0, spread_of_sizes = 1.0; // the same as they are, for standard errors
+  double spread_of_squares = 1.0;              // the same for squares, times their excess variance
+  double clip = 3.5;                           // scales at which a residual is cut: Huber's corner
   // A log likelihood ratio is the fall of the robust half sum of squares over this.
   double divisor() const { return scale * scale * spread; }
 };
@@ -25,6 +28,7 @@ struct Member {
   int candidate = -1; // in Library::candidates; -1: the smooth table
   bool is_fixed = false, is_positive = false;
   bool is_given = false; // came with --extension: stays as it is
+  bool differs = false;  // its size differs between the logs: h has a column for each
   Eigen::MatrixXd h;     // rows x columns, in stated sd
   double penalty = 0.0;
 };

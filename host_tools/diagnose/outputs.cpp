@@ -47,7 +47,11 @@ Json parameters_json(const Term &term) {
     std::string name = p.name;
     for (int i = 2; all.contains(name); ++i)
       name = p.name + "_" + std::to_string(i);
-    all[name] = {{"value", number(p.value)}, {"stderr", number(p.stderror)}, {"unit", p.unit}};
+    all[name] = {{"value", number(p.value)},
+                 {"stderr", number(p.stderror)},
+                 {"unit", p.unit},
+                 {"between_logs_sd", number(p.between_logs_sd)},
+                 {"per_log", numbers(p.per_log)}};
   };
   for (const Parameter &p : term.sizes)
     add(p);
@@ -59,24 +63,30 @@ Json parameters_json(const Term &term) {
 // An ungated term: every list empty.
 Json region_json(const Gate &gate) {
   const std::size_t dims = gate.features.size();
-  Json shape = Json::array(), bounds = Json::array();
+  Json shape = Json::array(), bounds = Json::array(), open = Json::array();
   for (std::size_t i = 0; i < dims; ++i) {
     Json row = Json::array();
     for (std::size_t j = 0; j < dims && gate.inverse_shape.size() == dims * dims; ++j)
       row.push_back(number(gate.inverse_shape[i * dims + j]));
     shape.push_back(row);
     bounds.push_back({number(gate.lower.at(i)), number(gate.upper.at(i))});
+    open.push_back({gate.is_open(i, false), gate.is_open(i, true)});
   }
   return {{"features", gate.features},
           {"units", gate.units},
           {"center", numbers(gate.center)},
           {"inverse_shape", shape},
           {"bounds", bounds},
+          {"open", open},
           {"shape", gate.everywhere() ? "everywhere" : (gate.is_ellipse ? "ellipse" : "box")}};
 }
 
 Json form_json(const Term &term) {
-  Json response = Json::object();
+  Json response = Json::object(), ridges = Json::array();
+  for (const Ridge &ridge : term.ridges)
+    ridges.push_back({{"weights", ridge.weights},
+                      {"knots", numbers(ridge.knots)},
+                      {"values", numbers(ridge.values)}});
   for (const auto &[product, coefficient] : term.response)
     response[product] = number(coefficient);
   return {{"name", term.form},
@@ -85,7 +95,8 @@ Json form_json(const Term &term) {
           {"arguments", term.arguments},
           {"knots", numbers(term.knots)},
           {"values", numbers(term.values)},
-          {"response", response}};
+          {"response", response},
+          {"ridges", ridges}};
 }
 
 Json finding_json(const Finding &finding) {
@@ -199,7 +210,14 @@ int label_of(const Diagnosis &diagnosis, std::size_t row) {
 } // namespace
 
 std::string diagnosis_json(const Diagnosis &diagnosis, const Measured &measured) {
-  Json findings = Json::array(), logs = Json::array(), regions = Json::array();
+  Json findings = Json::array(), logs = Json::array(), regions = Json::array(),
+       unconfirmed = Json::array();
+  for (const Finding &seen : diagnosis.unconfirmed)
+    unconfirmed.push_back({{"channel", seen.term.channel},
+                           {"cause", seen.term.cause},
+                           {"sentence", seen.sentence},
+                           {"expression", expression_text(seen.term)},
+                           {"region", region_json(seen.term.gate)}});
   for (const Finding &finding : diagnosis.findings)
     findings.push_back(finding_json(finding));
   for (const ResidualRegion &region : diagnosis.regions)
@@ -210,6 +228,7 @@ std::string diagnosis_json(const Diagnosis &diagnosis, const Measured &measured)
                     {"verdict", diagnosis.adequate() ? "adequate" : "inadequate"},
                     {"sentence", diagnosis.sentence},
                     {"findings", findings},
+                    {"unconfirmed", unconfirmed},
                     {"regions", regions},
                     {"gain", gains_json(diagnosis.gains)},
                     {"channels", channels_json(diagnosis, measured)},

@@ -82,8 +82,12 @@ Scanner::Scanner(const Library &library, const Vector &weight)
   least_rows_ = std::max(15.0, 0.008 * weight_.sum());
   for (int c = 0; c < static_cast<int>(library.candidates.size()); ++c) {
     const Candidate &candidate = library.candidates[static_cast<std::size_t>(c)];
-    if (candidate.gate == GateKind::none || candidate.columns != 1 || candidate.is_fixed)
+    if (candidate.gate == GateKind::none || candidate.is_fixed)
       continue;
+    if (candidate.columns == 2) {
+      gated_pairs_.push_back(c);
+      continue;
+    }
     Gated gated;
     gated.candidate = c;
     gated.is_pair = candidate.gate == GateKind::pair;
@@ -143,6 +147,109 @@ void Scanner::propose_gated(const Gated &gated, const Vector &e, const Noise &no
   }
   if (best.gain > 0.0)
     out->push_back(best);
+}
+
+namespace {
+
+// Sums of two columns' products with the residual and with each other.
+struct PairSums {
+  double s1 = 0, s2 = 0, w11 = 0, w12 = 0, w22 = 0, n = 0;
+  void add(double g1, double g2, double e, double weight) {
+    s1 += g1 * e;
+    s2 += g2 * e;
+    w11 += g1 * g1 * weight;
+    w12 += g1 * g2 * weight;
+    w22 += g2 * g2 * weight;
+    n += weight > 0.0 ? 1.0 : 0.0;
+  }
+  PairSums less(const PairSums &o) const {
+    return {s1 - o.s1, s2 - o.s2, w11 - o.w11, w12 - o.w12, w22 - o.w22, n - o.n};
+  }
+  // By how much half the squares fall with both.
+  double gain() const {
+    const double determinant = w11 * w22 - w12 * w12;
+    return determinant > 1e-6 * w11 * w22
+               ? 0.5 * (w22 * s1 * s1 - 2.0 * w12 * s1 * s2 + w11 * s2 * s2) / determinant
+               : 0.0;
+  }
+};
+
+struct PairBest {
+  double gain = 0.0;
+  std::size_t first = 0, last = 0; // bins: first <= bin < last
+};
+
+// sums[k]: of the bins below k.
+PairBest best_pair(const std::vector<PairSums> &sums, double least) {
+  PairBest best;
+  for (std::size_t a = 0; a + 1 < sums.size(); ++a) {
+    for (std::size_t b = a + 1; b < sums.size(); ++b) {
+      const PairSums inside = sums[b].less(sums[a]);
+      if (inside.n < least || (a == 0 && b + 1 == sums.size()))
+        continue;
+      const double gain = inside.gain();
+      if (gain > best.gain)
+        best = {gain, a, b};
+    }
+  }
+  return best;
+}
+
+} // namespace
+
+void Scanner::propose_pairs(int candidate, const Vector &e, const Noise &noise,
+                            std::vector<Proposal> *out) const {
+  const Candidate &c = library_.candidates[static_cast<std::size_t>(candidate)];
+  Proposal best;
+  best.candidate = candidate;
+  best.penalty = c.penalty + library_.gate_penalty(1);
+  for (int f = 0; f < static_cast<int>(library_.gates.size()); ++f) {
+    const GateFeature &feature = library_.gates[static_cast<std::size_t>(f)];
+    std::vector<PairSums> sums(static_cast<std::size_t>(feature.fine_bins()) + 1);
+    for (Index i = 0; i < e.size(); ++i)
+      sums[feature.fine[idx(i)] + 1U].add(library_.g(i, c.column), library_.g(i, c.column + 1),
+                                          root_(i) * e(i), weight_(i));
+    for (std::size_t b = 1; b < sums.size(); ++b)
+      sums[b] = sums[b].less({-sums[b - 1].s1, -sums[b - 1].s2, -sums[b - 1].w11, -sums[b - 1].w12,
+                              -sums[b - 1].w22, -sums[b - 1].n});
+    const PairBest found = best_pair(sums, 2.0 * least_rows_);
+    const double gain = found.gain / noise.divisor() * (feature.name == kTime ? kTimeShare : 1.0);
+    if (gain > best.gain) {
+      best.gain = gain;
+      best.bounds = {{f, feature.fine_edge[found.first], feature.fine_edge[found.last]}};
+    }
+  }
+  if (best.gain > 0.0)
+    out->push_back(best);
+}
+
+// The interval of two columns at fine resolution.
+void Scanner::refine_pair(const Vector &residual, Proposal *proposal) const {
+  const Candidate &c = library_.candidates[static_cast<std::size_t>(proposal->candidate)];
+  const Vector &x = library_.gates[static_cast<std::size_t>(proposal->bounds[0].feature)].x;
+  std::vector<Index> order(static_cast<std::size_t>(x.size()));
+  for (std::size_t i = 0; i < order.size(); ++i)
+    order[i] = static_cast<Index>(i);
+  std::sort(order.begin(), order.end(), [&x](Index a, Index b) { return x(a) < x(b); });
+  const std::size_t each = std::max<std::size_t>(1, order.size() / kRefineBins);
+  std::vector<PairSums> sums(1);
+  std::vector<double> edges{x(order.front())};
+  PairSums sum;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const Index k = order[i];
+    sum.add(library_.g(k, c.column), library_.g(k, c.column + 1), weight_(k) * residual(k),
+            weight_(k));
+    const bool is_last = i + 1 == order.size();
+    if (is_last || ((i + 1) % each == 0 && x(order[i + 1]) > x(k))) {
+      sums.push_back(sum);
+      edges.push_back(is_last ? x(k) : 0.5 * (x(k) + x(order[i + 1])));
+    }
+  }
+  const PairBest found = best_pair(sums, 2.0 * least_rows_);
+  if (found.gain > 0.0) {
+    proposal->bounds[0].lower = edges[found.first];
+    proposal->bounds[0].upper = edges[found.last];
+  }
 }
 
 void Scanner::propose_boxes(const Gated &gated, const Vector &e, const Noise &noise,
@@ -234,6 +341,8 @@ std::vector<Proposal> Scanner::mean(const Fit &fit, const Noise &noise, std::siz
     if (p.gain > 0.0)
       out.push_back(p);
   }
+  for (const int candidate : gated_pairs_)
+    propose_pairs(candidate, e, noise, &out);
   for (const Gated &gated : gated_) {
     propose_gated(gated, e, noise, &out);
     if (gated.is_pair)
@@ -484,6 +593,10 @@ void Scanner::refine(const Vector &residual, const Noise &noise, Proposal *propo
   if (proposal->bounds.empty() || proposal->candidate < 0)
     return;
   const Candidate &candidate = library_.candidates[static_cast<std::size_t>(proposal->candidate)];
+  if (candidate.columns == 2) {
+    refine_pair(residual, proposal);
+    return;
+  }
   const double corner = noise.clip * noise.scale;
   const Vector clipped =
       residual.cwiseProduct(root_).cwiseMax(-corner).cwiseMin(corner).cwiseProduct(root_);

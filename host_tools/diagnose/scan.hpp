@@ -62,6 +62,9 @@ private:
   double fixed_gain(const Fit &fit, const Noise &noise, Eigen::Index column) const;
   void propose_gated(const Gated &gated, const Vector &e, const Noise &noise,
                      std::vector<Proposal> *out) const;
+  void propose_pairs(int candidate, const Vector &e, const Noise &noise,
+                     std::vector<Proposal> *out) const;
+  void refine_pair(const Vector &residual, Proposal *proposal) const;
   void propose_boxes(const Gated &gated, const Vector &e, const Noise &noise,
                      std::vector<Proposal> *out) const;
   Proposal variance_interval(const Vector &q, const Vector &used, double spread) const;
@@ -74,6 +77,7 @@ private:
   Vector weight_, root_;
   Vector norm_; // weighted squares of the library's columns
   std::vector<Gated> gated_;
+  std::vector<int> gated_pairs_; // candidates of two columns that may be gated
   std::vector<std::pair<int, int>> pairs_;
   double least_rows_;
 };

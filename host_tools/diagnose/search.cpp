@@ -8,15 +8,26 @@
 
 #include <fmt/format.h>
 
+#include "diagnose/mixed.hpp"
+#include "diagnose/roles.hpp"
+
 namespace rim::diagnose {
 
 namespace {
 
 using Index = Eigen::Index;
 constexpr std::size_t kProposals = 60, kExact = 10;
-constexpr double kSwapGain = 0.5; // nats by which a swap must be better
+// Noise of the start: lag-1 correlation that tells it, and the least share of squares it explains.
+constexpr double kAlternates = -0.15, kLeastStartShare = 0.01;
+constexpr int kStartRounds = 2;
+constexpr double kWithoutName = 20.0; // nats that terms without a name must be better by
+constexpr int kShapeSteps = 4;
+constexpr double kTableCost = 10.0; // nats: a curve without a name, where laws of physics hold
+constexpr double kSwapGain = 0.5;   // nats by which a swap must be better
 // Scatter that differs by more than this factor of variance is rather the model's error than noise.
 constexpr double kMostWeight = 4.0;
+// Autocorrelated beyond this, what remains is no noise of the readings.
+constexpr double kMostSpread = 2.0;
 
 // Kish's number of rows that carry a column: in few, one outlier makes a region.
 constexpr double kLeastEffective = 25.0;
@@ -33,13 +44,24 @@ std::set<std::string> features_of(const Term &term) {
   for (const auto &[placeholder, feature] : term.arguments)
     names.insert(feature);
   const bool is_plain = term.cause == "bias" || term.cause == "coupling" || term.cause == "hinge" ||
-                        term.cause == "product" || term.cause == "drift" ||
-                        term.cause == "viscous_friction" || term.cause == "coulomb_friction" ||
-                        term.cause == "quadratic_drag" || term.cause == "unknown";
+                        term.cause == "product" || term.cause == "drift" || term.cause == "unknown";
   return is_plain ? names : std::set<std::string>{};
 }
 
 } // namespace
+
+void turn_sign(Term *term) {
+  if (term->basis.empty() || term->sizes.empty() || !(term->sizes[0].value < 0.0) ||
+      std::any_of(term->basis.begin(), term->basis.end(),
+                  [](const std::string &basis) { return basis[0] != '-'; }))
+    return;
+  for (std::string &basis : term->basis)
+    basis.erase(0, 1);
+  for (Parameter &size : term->sizes) {
+    size.value = -size.value;
+    std::for_each(size.per_log.begin(), size.per_log.end(), [](double &v) { v = -v; });
+  }
+}
 
 ChannelSearch::ChannelSearch(const Measured &measured, const Channel &channel,
                              const Library &library, const SearchOptions &options)
@@ -100,16 +122,13 @@ double ChannelSearch::gain_of(const std::vector<Member> &members, double loss_wi
 void ChannelSearch::refine_shape(const std::vector<Member> &others, double loss,
                                  Member *member) const {
   const Candidate &candidate = library_.candidates[static_cast<std::size_t>(member->candidate)];
-  if (candidate.shape_low >= candidate.shape_high)
-    return;
-  double low = candidate.shape_low, high = candidate.shape_high;
   const Vector mask = gate_mask(member->term.gate, measured_);
   std::vector<Member> all = others;
   all.push_back(*member);
   double best = gain_of(all, loss);
-  const auto try_at = [&](double value) {
+  const auto try_at = [&](std::size_t which, double value) {
     Member moved = *member;
-    moved.term.shape[0].value = value;
+    moved.term.shape[which].value = value;
     const Eigen::MatrixXd columns = basis_columns(moved.term, measured_, channel_.m);
     for (Index k = 0; k < columns.cols(); ++k)
       moved.h.col(k) = columns.col(k).cwiseQuotient(channel_.sd).cwiseProduct(mask);
@@ -122,15 +141,18 @@ void ChannelSearch::refine_shape(const std::vector<Member> &others, double loss,
     }
     return false;
   };
-  for (int step = 0; step < 4; ++step) {
-    const double at = member->term.shape[0].value;
-    if (try_at(0.5 * (low + at)))
-      high = at;
-    else if (try_at(0.5 * (at + high)))
-      low = at;
-    else {
-      low = 0.5 * (low + at);
-      high = 0.5 * (at + high);
+  for (std::size_t which = 0; which < candidate.shape_range.size(); ++which) {
+    auto [low, high] = candidate.shape_range[which];
+    for (int step = 0; step < kShapeSteps && low < high && !member->differs; ++step) {
+      const double at = member->term.shape[which].value;
+      if (try_at(which, 0.5 * (low + at)))
+        high = at;
+      else if (try_at(which, 0.5 * (at + high)))
+        low = at;
+      else {
+        low = 0.5 * (low + at);
+        high = 0.5 * (at + high);
+      }
     }
   }
 }
@@ -138,13 +160,14 @@ void ChannelSearch::refine_shape(const std::vector<Member> &others, double loss,
 // One delay or lag a channel; nothing twice.
 bool ChannelSearch::excludes(const Proposal &proposal, const std::vector<Member> &members) const {
   const Term &term = library_.candidates[static_cast<std::size_t>(proposal.candidate)].term;
-  if (moves_prediction(term) && !may_delay_)
+  if ((moves_prediction(term) && !may_delay_) || (term.cause == "unknown" && !may_express_))
     return true;
   return std::any_of(members.begin(), members.end(), [&](const Member &m) {
     if (moves_prediction(term) && moves_prediction(m.term))
       return true;
-    return proposal.bounds.empty() && m.term.gate.everywhere() && m.term.form == term.form &&
-           m.term.arguments == term.arguments && m.term.shape.empty();
+    return proposal.bounds.empty() && m.term.gate.everywhere() && m.candidate >= 0 &&
+           library_.candidates[static_cast<std::size_t>(m.candidate)].group ==
+               library_.candidates[static_cast<std::size_t>(proposal.candidate)].group;
   });
 }
 
@@ -164,7 +187,7 @@ ChannelSearch::Best ChannelSearch::best_of(const std::vector<Proposal> &proposal
     Member member = make_member(proposal);
     if (!proposal.bounds.empty() && effective_rows(member.h) < kLeastEffective)
       continue;
-    if (member.term.shape.size() == 1)
+    if (!member.term.shape.empty())
       refine_shape(members, fit.loss, &member);
     std::vector<Member> all = members;
     all.push_back(member);
@@ -187,11 +210,10 @@ std::vector<Member> ChannelSearch::without(std::size_t which) const {
 
 // Rough: before anything is known of the noise its scale is that of all that is not yet explained.
 void ChannelSearch::add_terms(bool is_rough) {
-  if (!is_rough && out_.members.size() > 1)
-    swap_terms();
   while (out_.members.size() < options_.most_terms) {
     if (is_rough) {
       out_.noise.scale = 1e6;
+      out_.noise.spread = 1.0;
       const Vector left = fit_members(y_, out_.members, out_.noise).residual;
       const double rows = std::max(1.0, measured_rows_.sum());
       out_.noise.scale =
@@ -200,7 +222,7 @@ void ChannelSearch::add_terms(bool is_rough) {
     const Fit fit = fit_members(y_, out_.members, out_.noise);
     const auto proposals = scanner_->mean(fit, out_.noise, kProposals);
     const Best best = best_of(proposals, out_.members, fit, kExact);
-    if (best.score < options_.threshold)
+    if (best.score < options_.threshold || !is_relevant(best.proposal.gain))
       break;
     out_.members.push_back(best.member);
     for (int round = 0; round < 3 && swap_terms(); ++round) {
@@ -210,13 +232,72 @@ void ChannelSearch::add_terms(bool is_rough) {
   out_.fit = fit_members(y_, out_.members, out_.noise);
 }
 
+// A form that holds everywhere, of a size of its own in every log where they differ.
+Member ChannelSearch::form_member(int candidate, bool differs) const {
+  Proposal proposal;
+  proposal.candidate = candidate;
+  proposal.penalty = library_.candidates[static_cast<std::size_t>(candidate)].penalty;
+  Member member = make_member(proposal);
+  if (!differs)
+    return member;
+  const Vector all = member.h.col(0);
+  member.differs = true;
+  member.h = Eigen::MatrixXd::Zero(all.size(), static_cast<Index>(measured_.logs.size()));
+  member.penalty +=
+      kSizesDiffer + 0.5 * static_cast<double>(measured_.logs.size() - 1) * library_.ln_rows;
+  for (std::size_t l = 0; l < measured_.logs.size(); ++l) {
+    const auto first = static_cast<Index>(measured_.logs[l].first),
+               rows = static_cast<Index>(measured_.logs[l].rows);
+    member.h.col(static_cast<Index>(l)).segment(first, rows) = all.segment(first, rows);
+  }
+  return member;
+}
+
+void ChannelSearch::take_noise(const NoiseState &state) {
+  out_.noise.scale = std::sqrt(state.variance);
+  out_.noise.spread = state.spread;
+  out_.noise.scatter = state.scatter;
+  out_.noise.spread_of_sizes = state.spread_of_sizes;
+  out_.noise.spread_of_squares = state.spread_of_squares;
+  out_.autocorrelation = state.autocorrelation;
+}
+
+// The best set of forms beside the terms that are given or hold in a region.
+void ChannelSearch::join_forms() {
+  std::vector<Member> kept;
+  for (const Member &member : out_.members) {
+    if (member.is_given || !member.term.gate.everywhere())
+      kept.push_back(member);
+  }
+  NoiseState noise;
+  const FormSet set = SetSearch(measured_, library_, y_, out_.noise.weight, kept)
+                          .best(may_delay_, may_express_, &noise);
+  take_noise(noise);
+  for (std::size_t j = 0; j < set.candidates.size(); ++j) {
+    Member member = form_member(set.candidates[j], static_cast<int>(j) == set.differs);
+    if (!member.term.shape.empty())
+      refine_shape(kept, fit_members(y_, kept, out_.noise).loss, &member);
+    kept.push_back(std::move(member));
+  }
+  out_.members = kept;
+  out_.fit = fit_members(y_, out_.members, out_.noise);
+}
+
+double ChannelSearch::score_of(const std::vector<Member> &members, const Noise &noise) const {
+  const Fit fit = fit_members(y_, members, noise);
+  double score = fit.is_allowed ? -fit.loss / noise.divisor() : -1e300;
+  for (const Member &member : members)
+    score -= member.is_given ? 0.0 : member.penalty;
+  return score;
+}
+
 // Every member against the best that could take its place. True when one was replaced.
 bool ChannelSearch::swap_terms() {
   bool any = false;
   const double loss = fit_members(y_, out_.members, out_.noise).loss;
   double now = loss;
   for (std::size_t j = 0; j < out_.members.size(); ++j) {
-    if (out_.members[j].is_given || out_.members.size() == 1)
+    if (out_.members[j].is_given || out_.members[j].differs || out_.members.size() == 1)
       continue;
     const std::vector<Member> others = without(j);
     const Fit fit = fit_members(y_, others, out_.noise);
@@ -231,6 +312,12 @@ bool ChannelSearch::swap_terms() {
   return any;
 }
 
+// Whether a fall of the log likelihood ratio is more than a trifle beside the whole error.
+bool ChannelSearch::is_relevant(double gain) const {
+  const double whole = 0.5 * y_.cwiseAbs2().dot(out_.noise.weight);
+  return gain * out_.noise.divisor() > kRelevant * kRelevant * whole;
+}
+
 void ChannelSearch::drop_terms() {
   for (bool dropped = true; dropped;) {
     dropped = false;
@@ -242,8 +329,9 @@ void ChannelSearch::drop_terms() {
         continue;
       const double gain =
           (fit_members(y_, without(j), out_.noise).loss - loss) / out_.noise.divisor();
-      if (gain - out_.members[j].penalty < least) {
-        least = gain - out_.members[j].penalty;
+      const double score = is_relevant(gain) ? gain - out_.members[j].penalty : -1e300;
+      if (score < least) {
+        least = score;
         worst = j;
         dropped = true;
       }
@@ -253,50 +341,19 @@ void ChannelSearch::drop_terms() {
   }
 }
 
-// From what remains: scale by its robust spread, autocorrelation by the initial positive sequence
-// of its lags within logs, excess of its squares.
+// From what remains.
 void ChannelSearch::estimate_noise() {
-  const Vector &e = out_.fit.clipped;
-  double squares = 0.0, fourth = 0.0, used = 0.0;
-  for (Index i = 0; i < e.size(); ++i) {
-    if (out_.noise.weight(i) > 0.0) {
-      squares += e(i) * e(i);
-      fourth += e(i) * e(i) * e(i) * e(i);
-      used += 1.0;
-    }
-  }
-  if (used < 20.0 || squares <= 0.0)
-    return;
-  out_.noise.scale = std::sqrt(squares / used);
-  const double kurtosis = fourth / used / (squares / used) / (squares / used);
-  double sum = 0.0, sum_of_squares = 0.0;
-  for (std::size_t lag = 1; lag <= 50; ++lag) {
-    double products = 0.0, both = 0.0;
-    for (const LogSpan &log : measured_.logs) {
-      for (std::size_t i = log.first; i + lag < log.first + log.rows; ++i) {
-        const auto a = static_cast<Index>(i), b = static_cast<Index>(i + lag);
-        if (out_.noise.weight(a) > 0.0 && out_.noise.weight(b) > 0.0) {
-          products += e(a) * e(b);
-          both += 1.0;
-        }
-      }
-    }
-    const double rho = both > 0.0 ? products / both / (squares / used) : 0.0;
-    if (lag == 1)
-      out_.autocorrelation = rho;
-    if (rho < 2.0 / std::sqrt(used))
-      break;
-    sum += rho;
-    sum_of_squares += rho * rho;
-  }
-  out_.noise.spread = 1.0 + 2.0 * sum;
-  out_.noise.spread_of_squares =
-      std::max(1.0, 0.5 * (kurtosis - 1.0)) * (1.0 + 2.0 * sum_of_squares);
+  double sizes = 0.0;
+  for (const Member &member : out_.members)
+    sizes += static_cast<double>(member.h.cols());
+  const double rms = std::sqrt(y_.cwiseAbs2().cwiseProduct(out_.noise.weight).sum() /
+                               std::max(1.0, out_.noise.weight.sum()));
+  take_noise(noise_state(out_.fit.residual, out_.noise.weight, measured_, rms, sizes));
 }
 
 // The best change of variance, if it is one. True when one was claimed.
 bool ChannelSearch::claim_variance() {
-  if (out_.variances.size() >= 2)
+  if (!out_.variances.empty())
     return false;
   const auto proposals = scanner_->variance(out_.fit, out_.noise);
   VarianceClaim claim;
@@ -318,14 +375,39 @@ bool ChannelSearch::claim_variance() {
   return false;
 }
 
+// Of a form with a column for every log, whose first size is beta[first].
+Parameter ChannelSearch::mixed_size(Index first, const Member &member) const {
+  const double divisor = out_.noise.scatter * std::sqrt(out_.noise.spread_of_sizes);
+  std::vector<double> sizes, errors;
+  Parameter size{"size", 0.0, 0.0, ""};
+  for (Index k = first; k < first + member.h.cols(); ++k) {
+    size.per_log.push_back(out_.fit.beta(k));
+    if (member.h.col(k - first).squaredNorm() <= 0.0)
+      continue;
+    sizes.push_back(out_.fit.beta(k));
+    errors.push_back(divisor * std::sqrt(std::max(0.0, out_.fit.covariance(k, k))));
+  }
+  const MixedSize mixed = diagnose::mixed_size(sizes, errors);
+  size.value = mixed.mean;
+  size.stderror = mixed.stderror;
+  size.between_logs_sd = mixed.between_sd;
+  size.unit = library_.size_units[static_cast<std::size_t>(member.candidate)];
+  return size;
+}
+
 void ChannelSearch::fill_sizes() {
-  const double divisor = std::sqrt(out_.noise.divisor());
+  const double divisor = out_.noise.scatter * std::sqrt(out_.noise.spread_of_sizes);
   Index at = 0;
   for (Member &member : out_.members) {
     Term &term = member.term;
     if (member.is_given)
       continue;
     term.sizes.clear();
+    if (member.differs) {
+      term.sizes = {mixed_size(at, member)};
+      at += member.h.cols();
+      continue;
+    }
     for (Index k = 0; k < member.h.cols(); ++k) {
       Parameter size{"size", 1.0, 0.0, ""};
       if (!member.is_fixed) {
@@ -341,6 +423,12 @@ void ChannelSearch::fill_sizes() {
         size.unit = library_.size_units[static_cast<std::size_t>(member.candidate)];
       if (member.h.cols() == 2)
         size.name = k == 0 ? "sine" : "cosine";
+      if (member.candidate >= 0) {
+        const auto &names =
+            library_.candidates[static_cast<std::size_t>(member.candidate)].size_names;
+        if (!names.empty())
+          size.name = names[static_cast<std::size_t>(k)];
+      }
       term.sizes.push_back(size);
     }
     if (term.form == "table")
@@ -380,6 +468,12 @@ bool ChannelSearch::is_smoother(const Member &table, const std::vector<Member> &
   const double more = (loss - fit_members(y_, both, out_.noise).loss) / divisor;
   const double of_table = (loss - fit_members(y_, instead, out_.noise).loss) / divisor;
   // 2 more is chi-squared of as many degrees as knots: its .998 quantile by Wilson and Hilferty.
+  const std::string &over = table.term.arguments.at("f");
+  if (std::any_of(others.begin(), others.end(), [&](const Member &m) {
+        return std::any_of(m.term.arguments.begin(), m.term.arguments.end(),
+                           [&over](const auto &argument) { return argument.second == over; });
+      })) // a law of physics holds there
+    return score_of(instead, out_.noise) - kTableCost > score_of(out_.members, out_.noise);
   const double k = static_cast<double>(table.h.cols());
   const double quantile =
       k * std::pow(1.0 - 2.0 / (9.0 * k) + 2.88 * std::sqrt(2.0 / (9.0 * k)), 3.0);
@@ -439,6 +533,8 @@ void ChannelSearch::prepare(const std::vector<Term> &given) {
 // from row to row, a common variance may have to be added to all.
 void ChannelSearch::weigh() {
   out_.noise.weight = measured_rows_;
+  if (out_.noise.spread_of_sizes > kMostSpread)
+    return; // what remains is the model's own error, no noise to be weighed
   for (const VarianceClaim &claim : out_.variances)
     out_.noise.weight.array() *=
         1.0 - claim.mask.array() * (1.0 - 1.0 / std::clamp(claim.term.sizes[0].value,
@@ -470,50 +566,155 @@ void ChannelSearch::weigh() {
   }
 }
 
-// Rough first: what the noise is like is known only when the effects are out, and the reverse.
+// Forms first and then regions; regions first and then forms: what enters first may take the place
+// of what enters second.
+void ChannelSearch::search_from(const std::vector<Member> &kept) {
+  out_.members = kept;
+  join_forms();
+  add_terms(false);
+  estimate_noise();
+  add_terms(false);
+  const ChannelFindings forms_first = out_;
+  Noise noise = out_.noise;
+  out_.members = kept;
+  add_terms(true);
+  estimate_noise();
+  add_terms(false);
+  const bool has_region =
+      std::any_of(out_.members.begin(), out_.members.end(),
+                  [](const Member &m) { return !m.is_given && !m.term.gate.everywhere(); });
+  if (has_region) {
+    join_forms();
+    add_terms(false);
+    estimate_noise();
+    if (out_.noise.scale < noise.scale)
+      noise = out_.noise;
+  }
+  if (!has_region || score_of(forms_first.members, noise) >= score_of(out_.members, noise))
+    out_ = forms_first;
+  try_expressions(kept);
+}
+
+// Where several terms were needed, or terms that are no laws of physics: whether forms without a
+// name say it so much better that a name is no longer worth having.
+void ChannelSearch::try_expressions(const std::vector<Member> &kept) {
+  const bool is_law =
+      std::all_of(out_.members.begin(), out_.members.end(), [this](const Member &m) {
+        return m.candidate >= 0 && m.term.gate.everywhere() &&
+               library_.candidates[static_cast<std::size_t>(m.candidate)].is_physical;
+      });
+  if (is_law && out_.members.size() < 2)
+    return;
+  const ChannelFindings named = out_;
+  may_express_ = true;
+  out_.members = kept;
+  join_forms();
+  add_terms(false);
+  estimate_noise();
+  may_express_ = false;
+  const Noise &noise = out_.noise.scale < named.noise.scale ? out_.noise : named.noise;
+  if (score_of(out_.members, noise) < score_of(named.members, noise) + kWithoutName)
+    out_ = named;
+}
+
 void ChannelSearch::find_members(bool may_delay) {
   may_delay_ = may_delay;
   const std::vector<Member> kept = out_.members;
   for (int pass = 0; pass < 3; ++pass) {
     scanner_ = std::make_unique<Scanner>(library_, out_.noise.weight);
-    if (pass == 0)
-      add_terms(true);
-    else {
-      // From scratch, unless the effects are so large that they would be cut as outliers.
-      const auto left = [this](const std::vector<Member> &members) {
-        const Vector e = fit_members(y_, members, out_.noise).residual;
-        return std::sqrt(e.cwiseAbs2().cwiseProduct(out_.noise.weight).sum());
-      };
-      if (left(kept) < 1.5 * left(out_.members))
-        out_.members = kept;
-      else
-        drop_terms();
-      add_terms(false);
-    }
+    search_from(kept);
     estimate_noise();
+    const Vector before = out_.noise.weight;
     weigh();
-    if (pass < 2 && claim_variance())
+    if (claim_variance())
       weigh();
     out_.fit = fit_members(y_, out_.members, out_.noise);
     estimate_noise();
+    if ((out_.noise.weight - before).cwiseAbs().maxCoeff() < 1e-6)
+      break;
   }
   scanner_ = std::make_unique<Scanner>(library_, out_.noise.weight);
 }
 
+// Of a prediction that starts from a noisy reading the residual alternates: what this reading was
+// off by, the next residual brings back. Innovations e of r(t) = e(t) - theta e(t-1); theta by
+// least squares. What the innovation before predicts of the residual is taken off; else every form
+// of the state (a gain below one, a hinge) would be claimed for it.
+bool ChannelSearch::take_off_start(const Vector &left) {
+  double best = left.cwiseAbs2().cwiseProduct(measured_rows_).sum() * (1.0 - kLeastStartShare);
+  Vector predicted;
+  StartNoise found;
+  for (int step = 1; step < 20; ++step) {
+    const double theta = 0.05 * step;
+    Vector of_before = Vector::Zero(left.size());
+    double squares = 0.0, rows = 0.0;
+    for (const LogSpan &log : measured_.logs) {
+      double before = 0.0;
+      for (std::size_t i = log.first; i < log.first + log.rows; ++i) {
+        const auto k = static_cast<Index>(i);
+        of_before(k) = -theta * before;
+        before = measured_rows_(k) > 0.0 ? left(k) + theta * before : 0.0;
+        squares += before * before * measured_rows_(k);
+        rows += measured_rows_(k);
+      }
+    }
+    if (squares < best) {
+      best = squares;
+      predicted = of_before;
+      // r = e(t+1) - a e(t) + process, a about 1: its covariance at lag 1 is - a var(e).
+      found = {theta, std::sqrt(theta * squares / std::max(1.0, rows))};
+    }
+  }
+  if (predicted.size() == 0)
+    return false;
+  y_ = (channel_.z - channel_.m).cwiseQuotient(channel_.sd) - predicted;
+  out_.start = found;
+  return true;
+}
+
+double ChannelSearch::alternation(const Vector &left) const {
+  return noise_state(left, measured_rows_, measured_, 0.0, 0.0).autocorrelation;
+}
+
+// The search, and again with the noise of the start taken off where there is such.
+void ChannelSearch::find_beside_start(const std::vector<Term> &given) {
+  find_members(true);
+  if (library_.own.size() != 1 && own_state(measured_, channel_) < 0)
+    return;
+  const Vector raw = y_;
+  for (int round = 0; round < kStartRounds; ++round) {
+    const Vector fitted = out_.fit.fitted;
+    const bool is_plain = round == 0 && alternation(raw) < kAlternates;
+    const Vector left = is_plain ? raw : Vector(raw - fitted);
+    if (alternation(left) >= kAlternates || !take_off_start(left))
+      return;
+    const StartNoise start = out_.start;
+    prepare(given);
+    out_.start = start;
+    find_members(true);
+  }
+}
+
 ChannelFindings ChannelSearch::run(const std::vector<Term> &given) {
   prepare(given);
-  find_members(true);
+  find_beside_start(given);
   for (int round = 0; round < 3; ++round)
     smooth_unknowns();
   out_.fit = fit_members(y_, out_.members, out_.noise);
   drop_unconfirmed();
+  drop_contradicted();
   estimate_noise();
   fill_sizes();
-  judge();
+  settle();
   claim_overall_variance();
   refit_plain();
   follow_delay();
   limit_support();
+  open_edges();
+  for (Member &member : out_.members) {
+    if (!member.is_given)
+      turn_sign(&member.term);
+  }
   return std::move(out_);
 }
 
@@ -527,7 +728,7 @@ double null_score(const Measured &measured, const Channel &channel, const Librar
   for (Proposal proposal : scanner.mean(fit, noise, 4)) {
     scanner.refine(fit.residual, noise, &proposal, false);
     const Candidate &candidate = library.candidates[static_cast<std::size_t>(proposal.candidate)];
-    if (!proposal.bounds.empty()) {
+    if (!proposal.bounds.empty() && candidate.columns == 1) {
       const Vector g = scanner.inside(proposal).cwiseProduct(library.g.col(candidate.column));
       const double s = g.dot(fit.clipped), w = g.squaredNorm();
       if (w > 0.0)

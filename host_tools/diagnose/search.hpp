@@ -1,8 +1,10 @@
 // diagnose/search.hpp - the terms of one channel: added while they pay, swapped, dropped, named.
 //
-// One currency for all: ln likelihood ratio, divided for autocorrelation, less k/2 ln n a fitted
-// size and ln of the number of alternatives a form, its shape and its region were chosen from. A
-// term is claimed when that exceeds what the whole search finds in noise (diagnose/null.hpp).
+// Forms that hold everywhere are searched as sets (diagnose/sets.hpp), terms in regions one at a
+// time (diagnose/scan.hpp), in either order; the better model is kept. One currency for all: ln
+// likelihood ratio, divided for what thins the evidence, less k/2 ln n a fitted size, ln of the
+// number of alternatives a form, its shape and its region were chosen from, and the form's cost.
+// A term is claimed when that exceeds what the whole search finds in noise (diagnose/null.hpp).
 #pragma once
 
 #include <cstdint>
@@ -14,20 +16,25 @@
 #include "diagnose/diagnosis.hpp"
 #include "diagnose/flagged.hpp"
 #include "diagnose/scan.hpp"
+#include "diagnose/sets.hpp"
 
 namespace rim::diagnose {
 
 struct SearchOptions {
-  double threshold = 3.0;               // nats of score that a claim must exceed
+  double threshold = 3.0;               // nats of score that a term must exceed to enter
+  double least = 3.0;                   // that it must keep in the joint model to be claimed
+  const Measured *held = nullptr;       // logs that are judged but not fitted
   std::size_t most_terms = 6;           // a channel
   const Catalogue *catalogue = nullptr; // for the search behind a delay
 };
 
 // What is claimed of a member besides its term.
 struct Claim {
+  Member rival;         // the best term of another cause in its place
   double ln_anom = 0.0; // of the joint model with and without it
   double score = 0.0;   // less its penalty
   double heldout_r2 = 0.0, heldout_ln = 0.0;
+  bool is_confirmed = true; // where it was not fitted
   std::vector<Alternative> alternatives;
   bool is_separable = true;
 };
@@ -38,8 +45,22 @@ struct VarianceClaim {
   double ln_anom = 0.0, score = 0.0;
 };
 
+// The prediction starts from a noisy reading: r(t) = e(t) - theta e(t-1).
+struct StartNoise {
+  double theta = 0.0;
+  double sd = 0.0; // of the reading, in stated sd; 0: none
+};
+
+// Seen in the logs that were fitted, and not claimed.
+struct Unconfirmed {
+  Term term;
+  std::string reason;
+};
+
 struct ChannelFindings {
   Flagged flagged;
+  std::vector<Unconfirmed> unconfirmed;
+  StartNoise start;
   std::vector<Member> members; // terms with their sizes filled in
   std::vector<Claim> claims;   // one a member
   std::vector<VarianceClaim> variances;
@@ -47,6 +68,9 @@ struct ChannelFindings {
   Fit fit;
   double autocorrelation = 0.0;
 };
+
+// "-v" times a negative size is "v" times a positive one: a force adds to what is measured.
+void turn_sign(Term *term);
 
 class ChannelSearch {
 public:
@@ -68,9 +92,18 @@ private:
                const Fit &fit, std::size_t exact) const;
   void refine_shape(const std::vector<Member> &others, double loss, Member *member) const;
   void add_terms(bool is_rough);
+  Member form_member(int candidate, bool differs) const;
+  void join_forms();
+  void try_expressions(const std::vector<Member> &kept);
+  double score_of(const std::vector<Member> &members, const Noise &noise) const;
+  void take_noise(const NoiseState &state);
+  void search_from(const std::vector<Member> &kept);
   bool excludes(const Proposal &proposal, const std::vector<Member> &members) const;
   void prepare(const std::vector<Term> &given);
   void find_members(bool may_delay);
+  bool take_off_start(const Vector &left);
+  double alternation(const Vector &left) const;
+  void find_beside_start(const std::vector<Term> &given);
   Noise plain_noise() const;
   void refit_plain();
   std::vector<Member> best_delays(const std::vector<Member> &others, const Noise &plain);
@@ -82,6 +115,7 @@ private:
   void weigh();
   bool swap_terms();
   void drop_terms();
+  bool is_relevant(double gain) const;
   void estimate_noise();
   bool claim_variance();
   std::map<std::string, std::vector<std::size_t>> pieces() const;
@@ -89,9 +123,26 @@ private:
                    std::size_t pieces) const;
   void smooth_unknowns();
   void judge();
-  void judge_alternatives(std::size_t which, const std::vector<Member> &others, Claim *claim) const;
+  void settle();
+  void set_aside(std::size_t which, const std::string &reason);
+  std::vector<Term> sized(const std::vector<Member> &members);
+  double held_loss(const std::vector<Member> &members);
+  int plainer(const Member &member) const;
+  void drop_contradicted();
+  void shrink_to_held();
+  bool plain_to_held();
+  bool holds_better(std::size_t which, const Claim &claim);
+  void open_edges();
+  Member judge_alternatives(std::size_t which, const std::vector<Member> &others,
+                            Claim *claim) const;
+  struct Part { // held out: half sums of squares with the term and without it, where it acts
+    double with = 0.0, less = 0.0, acts = 0.0;
+  };
+  template <class See> void for_each_row(See see) const; // see(row, log, block of the log)
   void hold_out(std::size_t which, Claim *claim) const;
+  void judge_parts(const std::vector<Part> &parts, bool by_log, Claim *claim) const;
   void fill_sizes();
+  Parameter mixed_size(Eigen::Index first, const Member &member) const;
   std::vector<Member> without(std::size_t which) const;
 
   const Measured &measured_;
@@ -102,9 +153,12 @@ private:
   std::unique_ptr<Scanner> scanner_;
   Vector measured_rows_;        // 1, or 0 where flagged
   double extra_variance_ = 0.0; // added to every stated variance: what no multiple of it explains
-  bool may_delay_ = true;
+  bool may_delay_ = true, may_express_ = false;
   ChannelFindings out_;
 };
+
+// What was found in a thinned table, with sizes, standard errors and flags of the whole one.
+void refit_on(const Measured &whole, const Channel &channel, ChannelFindings *found);
 
 // The largest score that the whole search finds in residuals y that are noise: one entry of the
 // null (eq. 3.9, p. 29).

@@ -111,30 +111,55 @@ void ChannelSearch::follow_delay() {
   if (chosen.members.empty())
     return;
   chosen.flagged = out_.flagged;
+  chosen.start = out_.start;
+  chosen.unconfirmed.insert(chosen.unconfirmed.begin(), out_.unconfirmed.begin(),
+                            out_.unconfirmed.end());
   out_ = std::move(chosen);
 }
 
-// What is found when the delay is part of the simulation; its fit's loss is by `noise`.
-ChannelFindings ChannelSearch::search_behind(const Member &delay, const Noise &noise) const {
-  Measured late = measured_;
+namespace {
+
+// The table as it is when the term is part of the simulation: commands of the moment that acts, and
+// the channel's prediction moved.
+Measured behind(const Measured &measured, const Term &term) {
+  Measured late = measured;
   for (std::size_t f = 0; f < late.features.size(); ++f) {
-    if (!late.features[f].is_command)
+    if (!late.features[f].is_command || term.form == "lag_delay")
       continue;
     late.features[f].name +=
-        fmt::format("{}{:.6g}", delay.term.form == "lag" ? '~' : '@', delay.term.shape[0].value);
-    late.x.col(static_cast<Index>(f)) = feature_column(measured_, late.features[f].name);
+        fmt::format("{}{:.6g}", term.form.rfind("lag", 0) == 0 ? '~' : '@', term.shape[0].value);
+    late.x.col(static_cast<Index>(f)) = feature_column(measured, late.features[f].name);
   }
-  Channel moved = channel_;
-  moved.m += mean_effect(delay.term, measured_, channel_.m);
+  const int c = measured.find_channel(term.channel);
+  if (c >= 0) {
+    Channel &channel = late.channels[static_cast<std::size_t>(c)];
+    channel.m += mean_effect(term, measured, channel.m);
+  }
+  return late;
+}
+
+} // namespace
+
+// What is found when the delay is part of the simulation; its fit's loss is by `noise`.
+ChannelFindings ChannelSearch::search_behind(const Member &delay, const Noise &noise) const {
+  const Measured late = behind(measured_, delay.term);
+  const Channel &moved = late.channels[static_cast<std::size_t>(late.find_channel(channel_.name))];
+  SearchOptions options = options_;
+  Measured held;
+  if (options_.held != nullptr) {
+    held = behind(*options_.held, delay.term);
+    options.held = &held;
+  }
   const Library library = make_library(late, moved, *options_.catalogue);
-  ChannelSearch second(late, moved, library, options_);
+  ChannelSearch second(late, moved, library, options);
   second.prepare({});
   second.find_members(false);
   for (int round = 0; round < 3; ++round)
     second.smooth_unknowns();
   second.drop_unconfirmed();
+  second.drop_contradicted();
   second.fill_sizes();
-  second.judge();
+  second.settle();
   second.refit_plain();
   second.out_.fit = fit_members(second.y_, second.out_.members, noise);
   return std::move(second.out_);

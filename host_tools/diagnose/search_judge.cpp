@@ -16,8 +16,16 @@ constexpr double kLeastNoiseFactor = 1.16;
 constexpr std::size_t kBlocks = 10; // a log, for what is held out
 // What a term must gain, in nats, on rows it was not fitted to.
 constexpr double kLeastHeldOut = 2.0;
+// By what share the held-out squares must fall, and in what share of the parts that a term touches:
+// where it acts with a tenth of the mean strength at least.
+constexpr double kLeastFall = 0.005, kLeastBetter = 0.6, kTouches = 0.1;
 // Support: the share of a feature's range below which it bounds a term, and the margin beyond.
 constexpr double kSupportShare = 0.5, kSupportMargin = 0.2;
+// By what share the held logs' squares must fall for a term to go; rounds of a claim's settling.
+constexpr double kLeastHarm = 0.002;
+constexpr double kLeastErrors = 1.96; // standard errors that a size must be away from none
+constexpr double kHeldClip = 10.0;    // scales at which a held-out residual is cut
+constexpr int kMostSettling = 6;
 constexpr double kOwnMargin = 0.1; // of the range of a term's own argument
 constexpr double kFar = 10.0;      // ranges: where no bound is meant
 
@@ -41,10 +49,16 @@ bool is_own(const Term &term, const std::string &feature) {
                      [&feature](const auto &argument) { return argument.second == feature; });
 }
 
+// One size, and its standard error says that it may as well be none.
+bool is_within_error(const Term &term) {
+  return term.sizes.size() == 1 && term.sizes[0].per_log.empty() && term.sizes[0].stderror > 0.0 &&
+         std::abs(term.sizes[0].value) < kLeastErrors * term.sizes[0].stderror;
+}
+
 } // namespace
 
-void ChannelSearch::judge_alternatives(std::size_t which, const std::vector<Member> &others,
-                                       Claim *claim) const {
+Member ChannelSearch::judge_alternatives(std::size_t which, const std::vector<Member> &others,
+                                         Claim *claim) const {
   const Member &member = out_.members[which];
   const Fit fit = fit_members(y_, others, out_.noise);
   std::map<std::string, Best> by_cause;
@@ -58,9 +72,15 @@ void ChannelSearch::judge_alternatives(std::size_t which, const std::vector<Memb
     if (best.score > by_cause[cause].score)
       by_cause[cause] = best;
   }
+  Member rival;
+  double most = -1e299;
   for (auto &[cause, best] : by_cause) {
     if (best.score < -1e299)
       continue;
+    if (best.score > most) {
+      most = best.score;
+      rival = best.member;
+    }
     Alternative alternative;
     alternative.cause = cause;
     alternative.delta_bic = 2.0 * (claim->score - best.score);
@@ -88,6 +108,15 @@ void ChannelSearch::judge_alternatives(std::size_t which, const std::vector<Memb
     claim->alternatives.resize(5);
   claim->is_separable =
       claim->alternatives.empty() || claim->alternatives.front().delta_bic > kSeparableBic;
+  return rival;
+}
+
+template <class See> void ChannelSearch::for_each_row(See see) const {
+  for (std::size_t l = 0; l < measured_.logs.size(); ++l) {
+    const LogSpan &log = measured_.logs[l];
+    for (std::size_t i = 0; i < log.rows; ++i)
+      see(static_cast<Index>(log.first + i), l, i * kBlocks / log.rows);
+  }
 }
 
 // Sizes fitted without a part of the rows, judged on it, with the term and without it: each log in
@@ -99,38 +128,54 @@ void ChannelSearch::hold_out(std::size_t which, Claim *claim) const {
   for (const LogSpan &log : measured_.logs)
     most = std::max(
         most, acts.segment(static_cast<Index>(log.first), static_cast<Index>(log.rows)).sum());
-  const bool by_log = measured_.logs.size() >= 3 && most < 0.8 * acts.sum();
+  const bool by_log = measured_.logs.size() >= 3 && most < 0.8 * acts.sum() && !member.differs;
   const std::size_t folds = by_log ? measured_.logs.size() : 2;
-  double with = 0.0, less = 0.0, most_gained = 0.0;
+  std::vector<Part> parts(measured_.logs.size() * kBlocks);
   for (std::size_t fold = 0; fold < folds; ++fold) {
     Noise train = out_.noise;
-    Vector held = Vector::Zero(y_.size());
-    for (std::size_t l = 0; l < measured_.logs.size(); ++l) {
-      const LogSpan &log = measured_.logs[l];
-      for (std::size_t i = 0; i < log.rows; ++i) {
-        const std::size_t part = by_log ? l : i * kBlocks / log.rows % 2;
-        const auto k = static_cast<Index>(log.first + i);
-        if (part == fold) {
-          held(k) = train.weight(k);
-          train.weight(k) = 0.0;
-        }
-      }
-    }
-    const double corner = out_.noise.clip * out_.noise.scale;
-    const auto loss = [&](const Fit &fit) {
-      const Vector e = fit.residual.cwiseProduct(held.cwiseSqrt());
-      return 0.5 * e.cwiseMax(-corner).cwiseMin(corner).squaredNorm();
+    for_each_row([&](Index k, std::size_t log, std::size_t block) {
+      if ((by_log ? log : block % 2) == fold)
+        train.weight(k) = 0.0;
+    });
+    // Wide: what a delay explains is in few rows, and large.
+    const double corner = kHeldClip * out_.noise.scale;
+    const Vector with = fit_members(y_, out_.members, train).residual,
+                 less = fit_members(y_, without(which), train).residual;
+    const auto loss = [&](double e, Index k) {
+      return 0.5 * std::pow(std::clamp(e * std::sqrt(out_.noise.weight(k)), -corner, corner), 2.0);
     };
-    const double with_it = loss(fit_members(y_, out_.members, train)),
-                 without_it = loss(fit_members(y_, without(which), train));
-    with += with_it;
-    less += without_it;
-    most_gained = std::max(most_gained, without_it - with_it);
+    for_each_row([&](Index k, std::size_t log, std::size_t block) {
+      if ((by_log ? log : block % 2) != fold || !(out_.noise.weight(k) > 0.0))
+        return;
+      Part &part = parts[by_log ? log : log * kBlocks + block];
+      part.with += loss(with(k), k);
+      part.less += loss(less(k), k);
+      part.acts += acts(k);
+    });
+  }
+  judge_parts(parts, by_log, claim);
+}
+
+void ChannelSearch::judge_parts(const std::vector<Part> &parts, bool by_log, Claim *claim) const {
+  double with = 0.0, less = 0.0, acts = 0.0, most_gained = 0.0, touched = 0.0, better = 0.0;
+  for (const Part &part : parts) {
+    with += part.with;
+    less += part.less;
+    acts += part.acts;
+    most_gained = std::max(most_gained, part.less - part.with);
+  }
+  for (const Part &part : parts) {
+    if (part.acts * static_cast<double>(parts.size()) < kTouches * acts)
+      continue;
+    touched += 1.0;
+    better += part.with < part.less ? 1.0 : 0.0;
   }
   // Of logs: not by the merit of one alone.
   const double divisor = out_.noise.divisor();
   claim->heldout_ln = (less - with - (by_log ? most_gained : 0.0)) / divisor;
   claim->heldout_r2 = less > 0.0 ? 1.0 - with / less : 0.0;
+  claim->is_confirmed = claim->heldout_ln > kLeastHeldOut && claim->heldout_r2 > kLeastFall &&
+                        (touched < 3.0 || better > kLeastBetter * touched);
 }
 
 void ChannelSearch::judge() {
@@ -143,9 +188,33 @@ void ChannelSearch::judge() {
     claim.score = claim.ln_anom - out_.members[j].penalty;
     hold_out(j, &claim);
     if (!out_.members[j].is_given && out_.members[j].candidate >= 0)
-      judge_alternatives(j, others, &claim);
+      claim.rival = judge_alternatives(j, others, &claim);
     out_.claims.push_back(claim);
   }
+}
+
+// Terms with the sizes that a fit of just these members gives them.
+std::vector<Term> ChannelSearch::sized(const std::vector<Member> &members) {
+  std::vector<Member> kept = out_.members;
+  Fit fit = out_.fit;
+  out_.members = members;
+  out_.fit = fit_members(y_, members, out_.noise);
+  fill_sizes();
+  std::vector<Term> terms;
+  for (const Member &member : out_.members)
+    terms.push_back(member.term);
+  out_.members = std::move(kept);
+  out_.fit = std::move(fit);
+  return terms;
+}
+
+// Takes a term out of the model and remembers it.
+void ChannelSearch::set_aside(std::size_t which, const std::string &reason) {
+  Term term = sized(out_.members)[which];
+  turn_sign(&term);
+  out_.unconfirmed.push_back({term, reason});
+  out_.members = without(which);
+  out_.fit = fit_members(y_, out_.members, out_.noise);
 }
 
 // A term that does not hold where it was not fitted is no finding: of those the one that explains
@@ -158,7 +227,7 @@ void ChannelSearch::drop_unconfirmed() {
     for (std::size_t j = 0; j < out_.members.size(); ++j) {
       Claim claim;
       hold_out(j, &claim);
-      if (out_.members[j].is_given || claim.heldout_ln > kLeastHeldOut)
+      if (out_.members[j].is_given || claim.is_confirmed)
         continue;
       const double explains = fit_members(y_, without(j), out_.noise).loss - loss;
       if (explains < least) {
@@ -168,21 +237,196 @@ void ChannelSearch::drop_unconfirmed() {
     }
     if (worst == out_.members.size())
       break;
-    out_.members = without(worst);
+    set_aside(worst, "it does not hold in parts of the logs that it was not fitted to");
   }
   out_.fit = fit_members(y_, out_.members, out_.noise);
 }
 
+// Mean square on the held logs, in stated sd, of the model of these members.
+double ChannelSearch::held_loss(const std::vector<Member> &members) {
+  const Measured &held = *options_.held;
+  const Channel &channel =
+      held.channels[static_cast<std::size_t>(held.find_channel(channel_.name))];
+  const Prediction after = extended_prediction(sized(members), channel, held);
+  const Flagged flagged = find_flagged(held, channel);
+  double sum = 0.0;
+  for (Index i = 0; i < after.m.size(); ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    if (flagged.stuck[at] == 0 && flagged.dropout[at] == 0)
+      sum += std::pow((channel.z(i) - after.m(i)) / channel.sd(i), 2.0);
+  }
+  return sum;
+}
+
+// The plainest form of the same cause over the same velocity, in a member's place: a friction by
+// direction or with a dead band without that. -1: there is none.
+int ChannelSearch::plainer(const Member &member) const {
+  if (member.is_given || member.candidate < 0 || !member.term.gate.everywhere() || member.differs)
+    return -1;
+  const Candidate &own = library_.candidates[static_cast<std::size_t>(member.candidate)];
+  for (std::size_t c = 0; c < library_.candidates.size(); ++c) {
+    const Candidate &other = library_.candidates[c];
+    if (own.is_physical && other.group == own.group && other.term.form != own.term.form &&
+        other.columns == 1 && other.term.shape.empty())
+      return static_cast<int>(c);
+  }
+  return -1;
+}
+
+// Terms go one by one, always the one whose going harms the held logs least, until none is left; of
+// the models on the way the best on the held logs is kept. One by one is not enough: of two terms
+// that hold each other neither can go alone.
+void ChannelSearch::shrink_to_held() {
+  std::vector<Member> now = out_.members;
+  std::vector<std::string> going; // in the order of their going
+  double least = held_loss(now) * (1.0 - kLeastHarm);
+  std::size_t best = 0;
+  const auto key = [](const Member &m) {
+    return expression_text(m.term) + gate_text(m.term.gate) + m.term.form;
+  };
+  for (;;) {
+    std::size_t next = now.size();
+    double loss_of_next = 1e300;
+    for (std::size_t j = 0; j < now.size(); ++j) {
+      if (now[j].is_given)
+        continue;
+      std::vector<Member> less = now;
+      less.erase(less.begin() + static_cast<std::ptrdiff_t>(j));
+      const double loss = held_loss(less);
+      if (loss < loss_of_next) {
+        loss_of_next = loss;
+        next = j;
+      }
+    }
+    if (next == now.size())
+      break;
+    going.push_back(key(now[next]));
+    now.erase(now.begin() + static_cast<std::ptrdiff_t>(next));
+    if (loss_of_next < least) {
+      least = loss_of_next;
+      best = going.size();
+    }
+  }
+  for (std::size_t k = 0; k < best; ++k) {
+    for (std::size_t j = 0; j < out_.members.size(); ++j) {
+      if (!out_.members[j].is_given && key(out_.members[j]) == going[k]) {
+        set_aside(j, "it makes the held-out logs worse");
+        break;
+      }
+    }
+  }
+}
+
+// Plainer forms where they do better on the held logs.
+bool ChannelSearch::plain_to_held() {
+  double least = held_loss(out_.members) * (1.0 - kLeastHarm);
+  std::vector<Member> best;
+  for (std::size_t j = 0; j < out_.members.size(); ++j) {
+    const int plain = plainer(out_.members[j]);
+    if (plain < 0)
+      continue;
+    std::vector<Member> members = out_.members;
+    members[j] = form_member(plain, false);
+    const double loss = held_loss(members);
+    if (loss < least) {
+      least = loss;
+      best = std::move(members);
+    }
+  }
+  if (best.empty())
+    return false;
+  out_.members = std::move(best);
+  out_.fit = fit_members(y_, out_.members, out_.noise);
+  return true;
+}
+
+// What makes the held logs worse is not claimed, or claimed in its plainer form.
+void ChannelSearch::drop_contradicted() {
+  // What comes beside a delay is judged behind it.
+  const bool is_late = std::any_of(out_.members.begin(), out_.members.end(),
+                                   [](const Member &m) { return moves_prediction(m.term); });
+  if (is_late || options_.held == nullptr || options_.held->find_channel(channel_.name) < 0)
+    return;
+  while (plain_to_held()) {
+  }
+  shrink_to_held();
+  while (plain_to_held()) {
+  }
+}
+
+// Whether a rival that fits better holds no worse where it was not fitted.
+bool ChannelSearch::holds_better(std::size_t which, const Claim &claim) {
+  if (claim.rival.h.cols() == 0 || claim.alternatives.front().heldout_r2 < claim.heldout_r2)
+    return false;
+  if (options_.held == nullptr || options_.held->find_channel(channel_.name) < 0)
+    return true;
+  std::vector<Member> members = out_.members;
+  members[which] = claim.rival;
+  return held_loss(members) <= held_loss(out_.members);
+}
+
+// The claims, until none is too weak in the joint model and none has a better rival.
+void ChannelSearch::settle() {
+  for (int round = 0; round < kMostSettling; ++round) {
+    judge();
+    std::size_t weakest = out_.members.size(), beaten = weakest;
+    for (std::size_t j = 0; j < out_.members.size(); ++j) {
+      if (out_.members[j].is_given)
+        continue;
+      const Claim &claim = out_.claims[j];
+      if ((claim.score < options_.least || is_within_error(out_.members[j].term)) &&
+          (weakest == out_.members.size() || claim.score < out_.claims[weakest].score))
+        weakest = j;
+      if (!claim.alternatives.empty() && claim.alternatives.front().delta_bic < 0.0 &&
+          holds_better(j, claim))
+        beaten = j;
+    }
+    if (weakest < out_.members.size())
+      set_aside(weakest, "beside the other terms it is not significant");
+    else if (beaten < out_.members.size())
+      out_.members[beaten] = out_.claims[beaten].rival;
+    else
+      return;
+    out_.fit = fit_members(y_, out_.members, out_.noise);
+    estimate_noise();
+    fill_sizes();
+  }
+  judge();
+}
+
+// A box's edge beyond which, within its other bounds, no row lies is only the end of the data.
+void ChannelSearch::open_edges() {
+  for (Member &member : out_.members) {
+    Gate &gate = member.term.gate;
+    if (member.is_given || gate.is_ellipse)
+      continue;
+    for (std::size_t k = 0; k < gate.features.size(); ++k) {
+      const int f = measured_.find_feature(base_feature(gate.features[k]));
+      if (f >= 0 && measured_.features[static_cast<std::size_t>(f)].is_angle)
+        continue;
+      const Vector x = feature_column(measured_, gate.features[k]);
+      gate.open_lower.resize(gate.features.size());
+      gate.open_upper.resize(gate.features.size());
+      const double slack = 1e-9 * (x.maxCoeff() - x.minCoeff());
+      gate.open_lower[k] = gate.lower[k] <= x.minCoeff() + slack;
+      gate.open_upper[k] = gate.upper[k] >= x.maxCoeff() - slack;
+    }
+  }
+}
+
 // Scatter other than stated, everywhere.
 void ChannelSearch::claim_overall_variance() {
+  // Of the whole residual: noise of the start, which y_ is without, is in the stated sd.
+  const Vector left = (channel_.z - channel_.m).cwiseQuotient(channel_.sd) - out_.fit.fitted;
+  const double scatter = noise_state(left, out_.noise.weight, measured_, 0.0, 0.0).scatter;
   if (!out_.variances.empty() || channel_.sd_estimated || extra_variance_ > 0.0 ||
-      std::abs(std::log(out_.noise.scale)) <= std::log(kLeastNoiseFactor))
+      std::abs(std::log(scatter)) <= std::log(kLeastNoiseFactor))
     return;
   VarianceClaim claim;
   claim.term.channel = channel_.name;
   claim.term.cause = claim.term.form = "noise";
   claim.term.kind = TermKind::variance;
-  const double n = measured_rows_.sum(), v = out_.noise.scale * out_.noise.scale;
+  const double n = measured_rows_.sum(), v = scatter * scatter;
   claim.mask = Vector::Ones(y_.size());
   claim.term.sizes = {{"ratio", v, v * std::sqrt(2.0 * out_.noise.spread_of_squares / n), ""}};
   claim.ln_anom = 0.5 * n * (v - 1.0 - std::log(v)) / out_.noise.spread_of_squares;
@@ -191,11 +435,14 @@ void ChannelSearch::claim_overall_variance() {
     out_.variances.push_back(claim);
 }
 
-// A term acts only where the rows it was learnt from are: in features where those are few of all.
+// A term that is no law of physics acts only where the rows it was learnt from are: in features
+// where those are few of all.
 void ChannelSearch::limit_support() {
   for (Member &member : out_.members) {
     Term &term = member.term;
-    if (member.is_given || moves_prediction(term) || term.kind != TermKind::mean)
+    const bool is_law = member.candidate >= 0 &&
+                        library_.candidates[static_cast<std::size_t>(member.candidate)].is_physical;
+    if (member.is_given || is_law || moves_prediction(term) || term.kind != TermKind::mean)
       continue;
     const Vector effect = mean_effect(term, measured_, channel_.m).cwiseQuotient(channel_.sd);
     for (std::size_t f = 0; f < measured_.features.size(); ++f) {

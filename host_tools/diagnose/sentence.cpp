@@ -1,6 +1,7 @@
 #include "diagnose/sentence.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -17,14 +18,57 @@ std::string cause_words(const std::string &cause) {
 
 namespace {
 
+std::string with_unit(double value, const std::string &unit) {
+  return fmt::format("{:.4g}{}", value, unit.empty() ? "" : " " + unit);
+}
+
+// What the term means, beside its formula; empty: the formula says it.
+std::string meaning(const Term &term) {
+  const double size = term.sizes.empty() ? 0.0 : term.sizes[0].value;
+  const std::string unit = term.sizes.empty() ? "" : term.sizes[0].unit;
+  const bool adds = size > 0.0;
+  if (term.cause == "coulomb_friction")
+    return adds
+               ? "friction opposes the motion with " + with_unit(size, unit) +
+                     (term.form == "stribeck" ? ", and otherwise near rest" : " whatever the speed")
+               : "less friction than is predicted";
+  if (term.cause == "viscous_friction")
+    return adds ? "friction opposes the motion with " + with_unit(size, unit) +
+                      (term.sizes.size() > 1 ? ", by direction more or less" : "")
+                : "";
+  if (term.cause == "quadratic_drag")
+    return adds ? "drag opposes the motion with the square of the speed"
+                : "it opposes the motion less and less as speed grows";
+  if (moves_prediction(term) && term.form.rfind("delay", 0) == 0)
+    return "what is asked acts late";
+  if (moves_prediction(term))
+    return "a change is followed gradually, 63 % of it within the lag";
+  if (term.form == "gain_of_change")
+    return "as an inertia or a drive that is not as simulated";
+  return "";
+}
+
+std::string differing_text(const Term &term) {
+  if (term.sizes.empty() || term.sizes[0].per_log.empty())
+    return "";
+  const Parameter &size = term.sizes[0];
+  std::string each;
+  for (const double value : size.per_log)
+    each += (each.empty() ? "" : ", ") + fmt::format("{:.4g}", value);
+  return fmt::format("; it holds in all {} logs, and its size differs between the logs: {} (mean "
+                     "{:.4g}, spread {:.2g}{})",
+                     size.per_log.size(), each, size.value, size.between_logs_sd,
+                     size.unit.empty() ? "" : " " + size.unit);
+}
+
 std::string effect_text(const Finding &finding, const Channel &channel) {
   const Term &term = finding.term;
   const std::string unit = channel.unit.empty() ? "" : " " + channel.unit;
   switch (term.kind) {
   case TermKind::stuck:
-    return "the reading repeats itself while what it should show changes";
+    return "repeats itself now and then while what it should show changes";
   case TermKind::dropout:
-    return "the reading is exactly 0";
+    return "is exactly 0 now and then";
   case TermKind::variance: {
     const double ratio = term.sizes.empty() ? 1.0 : term.sizes[0].value;
     return fmt::format("scatters with {:.2f} times the standard deviation {}", std::sqrt(ratio),
@@ -36,6 +80,9 @@ std::string effect_text(const Finding &finding, const Channel &channel) {
   if (term.cause == "bias" && !term.sizes.empty())
     return fmt::format("is off by {:+.4g}{} (standard error {:.2g})", term.sizes[0].value, unit,
                        term.sizes[0].stderror);
+  if (term.form == "gain_of_change" && !term.sizes.empty())
+    return fmt::format("changes by {:.4g} times what is predicted (standard error {:.2g})",
+                       1.0 + term.sizes[0].value, term.sizes[0].stderror);
   if (term.cause == "gain" && !term.sizes.empty())
     return fmt::format("is {:.4g} times what is predicted (standard error {:.2g})",
                        1.0 + term.sizes[0].value, term.sizes[0].stderror);
@@ -45,22 +92,32 @@ std::string effect_text(const Finding &finding, const Channel &channel) {
   if (term.form == "table")
     return "departs smoothly with " + plain_name(term.arguments.begin()->second) +
            " in a way that no cause of the catalogue explains";
+  if (moves_prediction(term))
+    return "shows " + expression_text(term);
   std::string text = "differs by " + expression_text(term) + unit;
   if (!term.sizes.empty() && term.sizes[0].stderror > 0.0)
     text += fmt::format(" (standard error {:.2g})", term.sizes[0].stderror);
   return text;
 }
 
+std::string where_text(const Finding &finding, const Channel &channel) {
+  const Term &term = finding.term;
+  std::string text =
+      "measured " + plain_name("z." + channel.name) + " " + effect_text(finding, channel);
+  const std::string means = meaning(term);
+  if (!means.empty())
+    text += ": " + means;
+  if (!term.gate.everywhere())
+    text += ", where " + gate_text(term.gate);
+  return text + differing_text(term);
+}
+
 } // namespace
 
 std::string finding_sentence(const Finding &finding, const Channel &channel) {
   const Term &term = finding.term;
-  std::string text = fmt::format(
-      "{}: {} {}", plain_name("z." + channel.name),
-      term.kind == TermKind::mean || term.kind == TermKind::variance ? "it" : "now and then",
-      effect_text(finding, channel));
-  if (!term.gate.everywhere())
-    text += ", where " + gate_text(term.gate);
+  std::string text = where_text(finding, channel);
+  text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
   text += fmt::format(" ({:.0f} % of the rows)", 100.0 * finding.inside_fraction);
   text += term.cause == "unknown" ? ". Cause: unknown" : ". Cause: " + cause_words(term.cause);
   if (!finding.separable && !finding.alternatives.empty()) {
@@ -73,6 +130,12 @@ std::string finding_sentence(const Finding &finding, const Channel &channel) {
     text += others;
   }
   return text + ".";
+}
+
+std::string unconfirmed_sentence(const Finding &finding, const Channel &channel,
+                                 const std::string &reason) {
+  return "Seen, not confirmed (" + cause_words(finding.term.cause) +
+         "): " + where_text(finding, channel) + "; " + reason + ".";
 }
 
 std::string diagnosis_sentence(const Diagnosis &diagnosis) {
@@ -95,6 +158,11 @@ std::string diagnosis_sentence(const Diagnosis &diagnosis) {
   for (const Gain &g : diagnosis.gains) {
     if (!diagnosis.findings.empty() && g.where == "all" && g.horizon_s == 0.0 &&
         g.channel == diagnosis.findings.front().term.channel) {
+      if (!(g.ratio_ci95.low < 1.0) || g.ratio > 1.0) {
+        text +=
+            fmt::format(" On data that it was not fitted to ({}) this is not borne out.", g.data);
+        break;
+      }
       text +=
           fmt::format(" Mending it leaves {:.0f} % of the error ({:.0f} to {:.0f} %) on data it "
                       "was not fitted to.",

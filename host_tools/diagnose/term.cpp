@@ -24,8 +24,12 @@ std::string strip(const std::string &name) {
   if (name == kTime)
     return "elapsed time";
   const std::size_t at = name.find_first_of("@~");
+  const std::string bare = plain_name(base_feature(name));
+  const bool says_so = bare.rfind("cmd", 0) == 0 || bare.rfind("command", 0) == 0;
+  if (name.rfind("m.", 0) == 0)
+    return "predicted " + bare;
   if (at == std::string::npos)
-    return plain_name(name);
+    return name.rfind("u.", 0) == 0 && !says_so ? "commanded " + bare : bare;
   return plain_name(base_feature(name)) + (name[at] == '@'
                                                ? " " + name.substr(at + 1) + " s ago"
                                                : " lagged by " + name.substr(at + 1) + " s");
@@ -83,15 +87,28 @@ double shape_of(const Term &term, const std::string &name) {
   throw DataError(fmt::format("form '{}': parameter '{}' is missing", term.form, name));
 }
 
-// The response polynomial with every command taken `delay` ago, less it now; without a response the
-// prediction itself is what comes late.
-Vector delay_column(const Term &term, const Measured &measured, const Vector &m) {
-  const double delay_s = shape_of(term, "delay");
-  if (term.response.empty())
-    return lagged(m, measured, delay_s) - m;
-  Vector out = Vector::Zero(m.size());
+// Through a first-order lag, each log from its own first value, or from the first of `start`.
+Vector filtered(const Vector &x, const Measured &measured, double lag_s,
+                const Vector *start = nullptr) {
+  Vector out(x.size());
+  for (const LogSpan &log : measured.logs) {
+    const auto first = static_cast<Index>(log.first);
+    double state = start != nullptr ? (*start)(first) : x(first);
+    for (std::size_t i = log.first; i < log.first + log.rows; ++i) {
+      const double dt = i > log.first ? measured.elapsed_s[i] - measured.elapsed_s[i - 1] : 0.0;
+      state += (1.0 - std::exp(-dt / std::max(1e-9, lag_s))) * (x(static_cast<Index>(i)) - state);
+      out(static_cast<Index>(i)) = state;
+    }
+  }
+  return out;
+}
+
+// The response at commands that act late, less it at those of now.
+template <class Late>
+Vector response_column(const Term &term, const Measured &measured, Late late) {
+  Vector out = Vector::Zero(static_cast<Index>(measured.rows()));
   for (const auto &[product, coefficient] : term.response) {
-    Vector now = Vector::Constant(m.size(), coefficient), then = now;
+    Vector now = Vector::Constant(out.size(), coefficient), then = now;
     std::size_t at = 0;
     while (at <= product.size()) {
       const std::size_t end = std::min(product.find('*', at), product.size());
@@ -100,28 +117,57 @@ Vector delay_column(const Term &term, const Measured &measured, const Vector &m)
       const bool is_command = f >= 0 && measured.features[static_cast<std::size_t>(f)].is_command;
       now.array() *= x.array();
       if (is_command)
-        then.array() *= lagged(x, measured, delay_s).array();
+        then.array() *= late(x).array();
       else
         then.array() *= x.array();
       at = end + 1;
     }
     out += then - now;
   }
+  for (const Ridge &ridge : term.ridges) {
+    Vector now = Vector::Zero(out.size()), then = now;
+    for (const auto &[name, weight] : ridge.weights) {
+      const Vector x = feature_column(measured, name);
+      const int f = measured.find_feature(name);
+      const bool is_command = f >= 0 && measured.features[static_cast<std::size_t>(f)].is_command;
+      now += weight * x;
+      then += weight * (is_command ? late(x) : x);
+    }
+    out += ridge_values(ridge, then) - ridge_values(ridge, now);
+  }
   return out;
 }
 
-// Through a first-order lag, each log from its own first value.
-Vector filtered(const Vector &x, const Measured &measured, double lag_s) {
-  Vector out(x.size());
-  for (const LogSpan &log : measured.logs) {
-    double state = x(static_cast<Index>(log.first));
-    for (std::size_t i = log.first; i < log.first + log.rows; ++i) {
-      const double dt = i > log.first ? measured.elapsed_s[i] - measured.elapsed_s[i - 1] : 0.0;
-      state += (1.0 - std::exp(-dt / std::max(1e-9, lag_s))) * (x(static_cast<Index>(i)) - state);
-      out(static_cast<Index>(i)) = state;
-    }
+// Without a response: the prediction itself is what comes late.
+bool is_bare(const Term &term) { return term.response.empty() && term.ridges.empty(); }
+
+// Where a prediction knows commands alone it cannot know the state that a log begins in: a lag then
+// begins at the first reading.
+const Vector *start_of(const Term &term, const Measured &measured) {
+  const int c = measured.find_channel(term.channel);
+  const bool has_state =
+      std::any_of(measured.features.begin(), measured.features.end(),
+                  [](const Feature &f) { return !f.is_command && !f.is_prediction; });
+  return c < 0 || has_state ? nullptr : &measured.channels[static_cast<std::size_t>(c)].z;
+}
+
+// Of a delay or lag.
+Vector late_column(const Term &term, const Measured &measured, const Vector &m) {
+  if (measured.whole != nullptr) {
+    const Measured &whole = *measured.whole;
+    const int c = whole.find_channel(term.channel);
+    if (c < 0)
+      throw DataError("there is no channel '" + term.channel + "' in the logs");
+    return late_column(term, whole, whole.channels[static_cast<std::size_t>(c)].m)(measured.picked);
   }
-  return out;
+  const bool has_lag = term.form.rfind("lag", 0) == 0,
+             has_delay = !has_lag || term.form == "lag_delay";
+  const Vector *start = is_bare(term) ? start_of(term, measured) : nullptr;
+  const auto late = [&](const Vector &x) -> Vector {
+    const Vector delayed = has_delay ? lagged(x, measured, shape_of(term, "delay")) : x;
+    return has_lag ? filtered(delayed, measured, shape_of(term, "lag"), start) : delayed;
+  };
+  return is_bare(term) ? late(m) - m : response_column(term, measured, late);
 }
 
 Vector table_column(const Term &term, const Measured &measured) {
@@ -146,25 +192,27 @@ Vector table_column(const Term &term, const Measured &measured) {
 
 Vector evaluate(const std::string &expression, const Term &term, const Measured &measured,
                 const Vector &m) {
-  // muParser's bulk mode wants writable arrays that live while it evaluates.
-  std::vector<Vector> columns;
-  columns.reserve(term.arguments.size() + 2);
+  // Row by row: muParser's bulk mode starts threads of its own, which stand in each other's way.
+  std::vector<Vector> columns{m, time_column(measured)};
+  std::vector<std::string> names{"m", "t"};
+  for (const auto &[name, feature] : term.arguments) {
+    names.push_back(name);
+    columns.push_back(feature_column(measured, feature));
+  }
+  std::vector<double> now(columns.size(), 0.0);
   mu::Parser parser;
   Vector out(m.size());
   try {
-    columns.push_back(m);
-    parser.DefineVar("m", columns.back().data());
-    columns.push_back(time_column(measured));
-    parser.DefineVar("t", columns.back().data());
-    for (const auto &[name, feature] : term.arguments) {
-      columns.push_back(feature_column(measured, feature));
-      parser.DefineVar(name, columns.back().data());
-    }
+    for (std::size_t k = 0; k < now.size(); ++k)
+      parser.DefineVar(names[k], &now[k]);
     for (const Parameter &p : term.shape)
       parser.DefineConst(p.name, p.value);
     parser.SetExpr(expression);
-    if (m.size() > 0)
-      parser.Eval(out.data(), static_cast<int>(m.size()));
+    for (Index i = 0; i < m.size(); ++i) {
+      for (std::size_t k = 0; k < now.size(); ++k)
+        now[k] = columns[k](i);
+      out(i) = parser.Eval();
+    }
   } catch (const mu::Parser::exception_type &e) {
     throw DataError(
         fmt::format("form '{}': expression '{}': {}", term.form, expression, e.GetMsg()));
@@ -214,6 +262,8 @@ Vector feature_column(const Measured &measured, const std::string &name) {
   const int exact = measured.find_feature(name);
   if (exact >= 0)
     return measured.x.col(exact);
+  if (measured.whole != nullptr)
+    return feature_column(*measured.whole, name)(measured.picked);
   const int f = measured.find_feature(base_feature(name));
   if (f < 0)
     throw DataError("there is no feature '" + base_feature(name) + "' in the logs");
@@ -231,7 +281,22 @@ std::string base_feature(const std::string &name) {
 }
 
 bool moves_prediction(const Term &term) {
-  return term.kind == TermKind::mean && (term.cause == "delay" || term.form == "lag");
+  return term.kind == TermKind::mean && term.basis.empty() &&
+         (term.form.rfind("delay", 0) == 0 || term.form.rfind("lag", 0) == 0);
+}
+
+Vector ridge_values(const Ridge &ridge, const Vector &s) {
+  const auto last = ridge.knots.size() - 1;
+  const double step = (ridge.knots[last] - ridge.knots[0]) / static_cast<double>(last);
+  Vector out(s.size());
+  for (Index i = 0; i < s.size(); ++i) {
+    const double at = (s(i) - ridge.knots[0]) / step;
+    const auto k =
+        static_cast<std::size_t>(std::clamp(std::floor(at), 0.0, static_cast<double>(last) - 1.0));
+    out(i) =
+        ridge.values[k] + (at - static_cast<double>(k)) * (ridge.values[k + 1] - ridge.values[k]);
+  }
+  return out;
 }
 
 Vector gate_mask(const Gate &gate, const Measured &measured) {
@@ -251,7 +316,8 @@ Vector gate_mask(const Gate &gate, const Measured &measured) {
   for (std::size_t k = 0; k < d; ++k) {
     const Vector x = feature_column(measured, gate.features[k]);
     for (Index i = 0; i < x.size(); ++i) {
-      const bool is_above = x(i) >= gate.lower[k], is_below = x(i) <= gate.upper[k];
+      const bool is_above = gate.is_open(k, false) || x(i) >= gate.lower[k],
+                 is_below = gate.is_open(k, true) || x(i) <= gate.upper[k];
       const bool wraps = gate.lower[k] > gate.upper[k];
       if (wraps ? !(is_above || is_below) : !(is_above && is_below))
         inside(i) = 0.0;
@@ -264,10 +330,8 @@ Eigen::MatrixXd basis_columns(const Term &term, const Measured &measured, const 
   if (term.form == "table")
     return table_column(term, measured);
   if (term.basis.empty()) {
-    if (term.cause == "delay")
-      return delay_column(term, measured, m);
-    if (term.form == "lag")
-      return filtered(m, measured, shape_of(term, "lag")) - m;
+    if (moves_prediction(term))
+      return late_column(term, measured, m);
     throw DataError(fmt::format("form '{}' has no expression", term.form));
   }
   Eigen::MatrixXd columns(m.size(), static_cast<Index>(term.basis.size()));
@@ -304,13 +368,15 @@ std::string expression_text(const Term &term) {
   if (term.form == "table")
     return "table of " + std::to_string(term.knots.size()) + " values over " +
            strip(term.arguments.begin()->second);
-  if (term.cause == "delay")
-    return fmt::format("{} of {:.3g} s ago in place of now's",
-                       term.response.empty() ? "the prediction" : "the command",
-                       shape_of(term, "delay"));
-  if (term.form == "lag")
-    return fmt::format("the prediction through a first-order lag of {:.3g} s",
-                       shape_of(term, "lag"));
+  if (moves_prediction(term)) {
+    const std::string what = is_bare(term) ? "the prediction" : "the command";
+    if (term.form.rfind("delay", 0) == 0)
+      return fmt::format("{} of {:.3g} s ago in place of now's", what, shape_of(term, "delay"));
+    return fmt::format(
+        "{}{} through a first-order lag of {:.3g} s", what,
+        term.form == "lag_delay" ? fmt::format(" of {:.3g} s ago", shape_of(term, "delay")) : "",
+        shape_of(term, "lag"));
+  }
   std::string text;
   for (std::size_t k = 0; k < term.basis.size(); ++k) {
     const double size = k < term.sizes.size() ? term.sizes[k].value : 1.0;
@@ -327,18 +393,35 @@ std::string expression_text(const Term &term) {
   return text;
 }
 
+namespace {
+
+// "12.1 to 38.4 m"; "above 12.1 m (seen to 38.4)" where the end of the data is no edge.
+std::string bounds_text(const Gate &gate, std::size_t k) {
+  const std::string unit =
+      k < gate.units.size() && !gate.units[k].empty() ? " " + gate.units[k] : "";
+  const std::string low = number_text(gate.lower[k]), high = number_text(gate.upper[k]);
+  const bool is_low = !gate.is_open(k, false) && std::isfinite(gate.lower[k]),
+             is_high = !gate.is_open(k, true) && std::isfinite(gate.upper[k]);
+  if (gate.lower[k] > gate.upper[k])
+    return "above " + low + " or below " + high + unit;
+  if (is_low && is_high)
+    return low + " to " + high + unit;
+  if (is_low)
+    return "above " + low + unit + (std::isfinite(gate.upper[k]) ? " (seen to " + high + ")" : "");
+  if (is_high)
+    return "below " + high + unit +
+           (std::isfinite(gate.lower[k]) ? " (seen from " + low + ")" : "");
+  return "anywhere";
+}
+
+} // namespace
+
 std::string gate_text(const Gate &gate) {
   std::string text;
   for (std::size_t k = 0; k < gate.features.size(); ++k) {
-    const std::string unit =
-        k < gate.units.size() && !gate.units[k].empty() ? " " + gate.units[k] : "";
     if (k > 0)
       text += k + 1 == gate.features.size() ? " and " : ", ";
-    const std::string low = number_text(gate.lower[k]), high = number_text(gate.upper[k]);
-    text += strip(gate.features[k]) +
-            (gate.lower[k] > gate.upper[k] ? " above " + low + " or below " + high
-                                           : " " + low + " to " + high) +
-            unit;
+    text += strip(gate.features[k]) + " " + bounds_text(gate, k);
   }
   return gate.is_ellipse && gate.features.size() > 1 ? "the ellipse " + text : text;
 }

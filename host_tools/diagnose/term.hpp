@@ -30,6 +30,13 @@ struct Gate {
   bool is_ellipse = false;
   std::vector<double> center;        // one a feature (of the box: its middle)
   std::vector<double> inverse_shape; // features^2 by rows (of a box: the inscribed ellipsoid's)
+  // Of a box: the bound is only the end of the data, and is not applied. Empty: none is.
+  std::vector<bool> open_lower{}, open_upper{};
+
+  bool is_open(std::size_t k, bool above) const {
+    const std::vector<bool> &open = above ? open_upper : open_lower;
+    return k < open.size() && open[k];
+  }
 
   bool everywhere() const { return features.empty(); }
 };
@@ -41,6 +48,16 @@ struct Parameter {
   double value = 0.0;
   double stderror = 0.0; // 0: not fitted
   std::string unit;      // "1/m"; empty: none
+  // Where it differs between the logs: its spread between them, and each log's own. The value is
+  // then the mean, the standard error that of the mean.
+  double between_logs_sd = 0.0;
+  std::vector<double> per_log{};
+};
+
+// A curve over a weighted sum of features: piecewise linear, going on straight beyond its ends.
+struct Ridge {
+  std::map<std::string, double> weights; // feature name -> weight
+  std::vector<double> knots, values;     // of the sum; knots equally spaced
 };
 
 struct Term {
@@ -59,6 +76,7 @@ struct Term {
   // delay: the prediction as a polynomial of commands and state, product name ("u.a", "u.a*s.b")
   // -> coefficient; what the term adds is this at the command of `delay` ago less this now.
   std::map<std::string, double> response;
+  std::vector<Ridge> ridges; // more of the response: limits of command and state
   Gate gate;
   // Box of the rows it was learnt from, in features where those are few of all: outside it nothing
   // is known of the term and nothing is added. Not part of what is claimed.
@@ -71,6 +89,9 @@ Vector feature_column(const Measured &measured, const std::string &name);
 
 // 1 where the row lies in the gate, else 0. DataError when a feature is not in the table.
 Vector gate_mask(const Gate &gate, const Measured &measured);
+
+// The curve at the sums s.
+Vector ridge_values(const Ridge &ridge, const Vector &s);
 
 // basis functions of a mean term, rows x max(1, basis.size()), without gate or size; of table,
 // delay and fixed forms the one column that is added. `m` is the prediction that the expressions

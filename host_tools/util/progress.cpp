@@ -24,13 +24,11 @@ Progress::~Progress() {
 
 void Progress::add(std::size_t done) {
   const std::size_t now_done = done_ += done;
-  if (!terminal_)
-    return;
   const std::unique_lock<std::mutex> lock(drawing_, std::try_to_lock);
   if (!lock.owns_lock())
     return;
   const auto now = std::chrono::steady_clock::now();
-  if (seconds(now - start_) < 2.0 || seconds(now - last_) < 0.2)
+  if (seconds(now - start_) < 2.0 || seconds(now - last_) < (terminal_ ? 0.2 : 10.0))
     return;
   last_ = now;
   draw(std::min(now_done, total_), seconds(now - start_));
@@ -38,6 +36,11 @@ void Progress::add(std::size_t done) {
 
 void Progress::draw(std::size_t done, double elapsed_s) {
   const double fraction = static_cast<double>(done) / static_cast<double>(total_);
+  if (!terminal_) {
+    std::fprintf(stderr, "%s: %.0f %%, %.0f s so far\n", label_.c_str(), 100.0 * fraction,
+                 elapsed_s);
+    return;
+  }
   const int width = 30;
   const int filled = static_cast<int>(fraction * width);
   const double left_s = fraction > 0.0 ? elapsed_s * (1.0 - fraction) / fraction : 0.0;

@@ -9,8 +9,8 @@
 
 namespace rim {
 
-// Silent when stderr is no terminal. add() may be called from any thread; the line is removed when
-// the object ends.
+// Where stderr is no terminal: a line every ten seconds. add() may be called from any thread; the
+// line is removed when the object ends.
 class Progress {
 public:
   Progress(std::string label, std::size_t total);

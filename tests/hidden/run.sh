@@ -3,6 +3,7 @@
 # alone, grade compares. Figures on stdout; the cases' lines, in the order of the seeds, in
 # $HIDDEN_OUT (default: $BUILD/hidden/SEED_COUNT_FAMILY.jsonl). Two cases at a time (HIDDEN_JOBS).
 #   BUILD        where tests/hidden/{nature,grade,oracle} are built     RIM  the tool
+#   HIDDEN_NATURE  who draws: nature (default) or machines.py
 #   HIDDEN_TOOL  rim (default), oracle or silent: who diagnoses         HIDDEN_FLOORS  for grade
 #   HIDDEN_KEEP  a folder in which every case's logs, truth and diagnosis are left
 # Exit 1 when a floor is not reached, 3 when a case could not be made or graded.
@@ -22,7 +23,7 @@ one() {
   local n=$1 logs truth status=0 begin end arguments=()
   logs=$(mktemp -d /tmp/rim_logs_XXXXXX) && truth=$work/$n
   mkdir -p "$truth"
-  if "$bin/nature" --seed "$n" --family "$family" --out "$logs" --truth "$truth/truth.json"; then
+  if "${HIDDEN_NATURE:-$bin/nature}" --seed "$n" --family "$family" --out "$logs" --truth "$truth/truth.json"; then
     for h in "$logs"/holdout_*.csv; do arguments+=(--holdout "$(basename "$h")"); done
     begin=$(date +%s.%N)
     case $tool in

@@ -63,9 +63,15 @@ void ours_has_every_family(void **) {
   assert_true(form(ours, "bias").gate == GateKind::pair);
   assert_true(form(ours, "noise").kind == TermKind::variance);
   assert_true(form(ours, "saturation").is_fixed);
-  assert_true(form(ours, "quadratic_drag").is_positive);
+  assert_true(form(ours, "quadratic_drag").is_physical);
   assert_true(form(ours, "quadratic_drag_density").arguments.size() == 2);
   assert_true(form(ours, "product").is_unordered);
+  assert_string_equal(form(ours, "quadratic_drag").better.c_str(), "quadratic_drag_density");
+  assert_true(ours.sets.size() > 5);
+  for (const std::vector<std::string> &set : ours.sets) {
+    for (const std::string &name : set)
+      assert_false(form(ours, name).description.empty());
+  }
 }
 
 void every_key_is_read(void **) {

@@ -1,0 +1,188 @@
+#include "diagnose/roles.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <initializer_list>
+#include <string>
+
+namespace rim::diagnose {
+
+namespace {
+
+using Index = Eigen::Index;
+// Own velocity: how well its changes must follow the prediction.
+constexpr double kLeastOwnCorrelation = 0.3;
+// Rate of change: how near, in its own sd, a feature must be to the differences of another.
+constexpr double kMostRateError = 0.3;
+constexpr double kLeastStateCorrelation = 0.9;
+
+bool has_word(const std::string &name, std::initializer_list<const char *> words) {
+  return std::any_of(words.begin(), words.end(),
+                     [&name](const char *word) { return name.find(word) != std::string::npos; });
+}
+
+bool is_one_of(const std::string &unit, std::initializer_list<const char *> units) {
+  return std::any_of(units.begin(), units.end(), [&unit](const char *u) { return unit == u; });
+}
+
+bool is_linear(const std::string &unit) {
+  return unit.rfind("m/", 0) == 0 || unit.rfind("km/", 0) == 0;
+}
+bool is_turning(const std::string &unit) {
+  return unit.rfind("rad", 0) == 0 || unit.rfind("deg/", 0) == 0;
+}
+
+struct Moments {
+  double n = 0, a = 0, b = 0, aa = 0, bb = 0, ab = 0;
+  void add(double x, double y) {
+    n += 1.0;
+    a += x;
+    b += y;
+    aa += x * x;
+    bb += y * y;
+    ab += x * y;
+  }
+  double correlation() const {
+    const double va = aa - a * a / n, vb = bb - b * b / n;
+    return n >= 10.0 && va > 0.0 && vb > 0.0 ? (ab - a * b / n) / std::sqrt(va * vb) : 0.0;
+  }
+};
+
+// Neighbouring rows are those of the whole table.
+const Measured &full(const Measured &measured) {
+  return measured.whole != nullptr ? *measured.whole : measured;
+}
+
+const Channel &full(const Measured &measured, const Channel &channel) {
+  const int c = full(measured).find_channel(channel.name);
+  return measured.whole == nullptr || c < 0 ? channel
+                                            : full(measured).channels[static_cast<std::size_t>(c)];
+}
+
+// Calls see(k, k + 1, seconds) for neighbouring rows of one log.
+template <class See> void each_step(const Measured &measured, See see) {
+  for (const LogSpan &log : measured.logs) {
+    for (std::size_t i = log.first; i + 1 < log.first + log.rows; ++i) {
+      const double dt = measured.elapsed_s[i + 1] - measured.elapsed_s[i];
+      see(static_cast<Index>(i), static_cast<Index>(i) + 1, dt);
+    }
+  }
+}
+
+// Whether v is the rate at which some other feature changes.
+bool is_rate(const Measured &measured, int feature) {
+  const Vector v = measured.x.col(feature);
+  const double sd = std::sqrt((v.array() - v.mean()).square().mean());
+  for (Index q = 0; q < measured.x.cols(); ++q) {
+    if (q == feature || measured.features[static_cast<std::size_t>(q)].is_command)
+      continue;
+    std::vector<double> error;
+    each_step(measured, [&](Index k, Index next, double dt) {
+      const double rate = (measured.x(next, q) - measured.x(k, q)) / dt;
+      error.push_back(std::abs(rate - 0.5 * (v(k) + v(next))));
+    });
+    if (error.size() < 20)
+      return false;
+    const auto middle = error.begin() + static_cast<std::ptrdiff_t>(error.size() / 2);
+    std::nth_element(error.begin(), middle, error.end());
+    if (*middle < kMostRateError * sd)
+      return true;
+  }
+  return false;
+}
+
+bool is_velocity(const Measured &measured, int feature) {
+  const Feature &f = measured.features[static_cast<std::size_t>(feature)];
+  if (f.is_command || f.is_prediction)
+    return false;
+  if (is_one_of(f.unit, {"m/s", "km/s", "km/h", "rad/s", "deg/s"}))
+    return true;
+  return f.unit.empty() &&
+         (has_word(f.name, {"veloc", "speed", "rate", "climb", "omega", "qdot", "rpm"}) ||
+          is_rate(measured, feature));
+}
+
+// How well the feature's change from row to row follows the channel: the prediction as a rate of
+// change, or, in the feature's own unit, as its next value.
+double own_correlation(const Measured &measured, const Channel &channel, int feature) {
+  const Feature &f = measured.features[static_cast<std::size_t>(feature)];
+  Moments rate, step;
+  each_step(measured, [&](Index k, Index next, double dt) {
+    const double change = measured.x(next, feature) - measured.x(k, feature);
+    rate.add(change / dt, channel.m(k));
+    step.add(change, channel.m(k) - measured.x(k, feature));
+  });
+  const double follows = rate.correlation();
+  return f.unit == channel.unit ? std::max(follows, step.correlation()) : follows;
+}
+
+// A quantity that no motion resists.
+bool may_have_velocity(const Channel &channel) {
+  return !is_one_of(channel.unit, {"m", "km", "cm", "mm", "rad", "deg", "degC", "K", "Pa", "kPa",
+                                   "bar", "pct", "%", "V", "s", "kg"});
+}
+
+} // namespace
+
+bool is_force(const Channel &channel) {
+  return is_one_of(channel.unit, {"N", "kN", "N m", "Nm", "N*m", "A"}) ||
+         has_word(channel.name, {"force", "torque", "effort"});
+}
+
+std::vector<int> velocities(const Measured &thin) {
+  const Measured &measured = full(thin);
+  std::vector<int> out;
+  for (int f = 0; f < static_cast<int>(measured.features.size()); ++f) {
+    if (is_velocity(measured, f))
+      out.push_back(f);
+  }
+  return out;
+}
+
+std::vector<int> own_velocity(const Measured &thin, const Channel &of_thin) {
+  const Measured &measured = full(thin);
+  const Channel &channel = full(thin, of_thin);
+  if (!may_have_velocity(channel))
+    return {};
+  const std::vector<int> all = velocities(measured);
+  std::vector<int> fitting;
+  int best = -1;
+  double most = kLeastOwnCorrelation;
+  for (const int f : all) {
+    const std::string &unit = measured.features[static_cast<std::size_t>(f)].unit;
+    if ((is_linear(channel.unit) && is_turning(unit)) ||
+        (is_turning(channel.unit) && is_linear(unit)))
+      continue;
+    fitting.push_back(f);
+    const double c = own_correlation(measured, channel, f);
+    if (c > most) {
+      most = c;
+      best = f;
+    }
+  }
+  if (best >= 0)
+    return {best};
+  return fitting.empty() ? all : fitting;
+}
+
+int own_state(const Measured &thin, const Channel &of_thin) {
+  const Measured &measured = full(thin);
+  const Channel &channel = full(thin, of_thin);
+  int best = -1;
+  double most = kLeastStateCorrelation;
+  for (int f = 0; f < static_cast<int>(measured.features.size()); ++f) {
+    const Feature &feature = measured.features[static_cast<std::size_t>(f)];
+    if (feature.is_command || feature.is_prediction || feature.unit != channel.unit)
+      continue;
+    Moments next;
+    each_step(measured,
+              [&](Index k, Index later, double) { next.add(channel.z(k), measured.x(later, f)); });
+    if (next.correlation() > most) {
+      most = next.correlation();
+      best = f;
+    }
+  }
+  return best;
+}
+
+} // namespace rim::diagnose

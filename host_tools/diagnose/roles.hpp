@@ -1,0 +1,27 @@
+// diagnose/roles.hpp - what a feature is to a channel: which are velocities, and which velocity a
+// channel's friction or drag acts on.
+#pragma once
+
+#include <vector>
+
+#include "diagnose/measured.hpp"
+
+namespace rim::diagnose {
+
+// Features that are velocities: by their unit; where a feature has no unit, by its name, or as the
+// rate of change of another feature. Commands and predictions are none.
+std::vector<int> velocities(const Measured &measured);
+
+// The velocity that a channel's friction acts on: the one whose increments follow the prediction
+// (an acceleration, a force, the velocity's own next value). All that it could be where none does:
+// then the search decides. Empty for channels that can have none (a temperature, a position).
+std::vector<int> own_velocity(const Measured &measured, const Channel &channel);
+
+// Whether a force is measured, so that friction adds to what a model without it predicts.
+bool is_force(const Channel &channel);
+
+// The feature that is the channel's own state, one row earlier: the prediction starts from its
+// reading. -1: none.
+int own_state(const Measured &measured, const Channel &channel);
+
+} // namespace rim::diagnose

@@ -1,0 +1,601 @@
+#include "diagnose/sets.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include <Eigen/Cholesky>
+
+namespace rim::diagnose {
+
+namespace {
+
+using Index = Eigen::Index;
+constexpr std::size_t kMostForms = 6, kBeam = 8, kChildren = 14, kSingles = 30;
+constexpr int kRounds = 4;
+constexpr double kSettled = 0.03;  // rounds end when the noise moves by less
+constexpr double kLeastLoss = 3.0; // nats: what a form must lose by going to stay
+constexpr double kCut = 4.0;       // of the median absolute deviation, as sd
+// A simulation is never exactly right: noise below these shares of the stated sd and of the whole
+// error is not believed, and rows beyond some 500 say less and less where the model's error shows.
+constexpr double kLeastSd = 0.5, kLeastShare = 0.05, kMostEffective = 500.0;
+constexpr double kLeastOwnSquares = 1e-4; // of a column beside those that are there
+constexpr double kRidge = 1e-3;
+constexpr std::size_t kMostLag = 200;
+// Sizes by log: of so many logs at most, and of sets that are not hopelessly behind.
+constexpr std::size_t kMostLogs = 40;
+constexpr double kMostBehind = 400.0;
+
+double median(std::vector<double> a) {
+  if (a.empty())
+    return 0.0;
+  const auto middle = a.begin() + static_cast<std::ptrdiff_t>(a.size() / 2);
+  std::nth_element(a.begin(), middle, a.end());
+  return *middle;
+}
+
+Vector cut(const Vector &left, const Vector &weight) {
+  std::vector<double> size;
+  for (Index i = 0; i < left.size(); ++i) {
+    if (weight(i) > 0.0)
+      size.push_back(std::abs(left(i)) * std::sqrt(weight(i)));
+  }
+  const double corner = std::max(1e-12, kCut * 1.4826 * median(size));
+  Vector out = left;
+  for (Index i = 0; i < left.size(); ++i) {
+    const double most = weight(i) > 0.0 ? corner / std::sqrt(weight(i)) : corner;
+    out(i) = std::clamp(left(i), -most, most);
+  }
+  return out;
+}
+
+} // namespace
+
+NoiseState noise_state(const Vector &left, const Vector &weight, const Measured &measured,
+                       double y_rms, double sizes) {
+  const Vector e = cut(left, weight).cwiseProduct(weight.cwiseSqrt());
+  NoiseState noise;
+  double squares = 0.0, fourth = 0.0;
+  for (Index i = 0; i < e.size(); ++i) {
+    if (weight(i) > 0.0) {
+      noise.rows += 1.0;
+      squares += e(i) * e(i);
+      fourth += std::pow(e(i), 4.0);
+    }
+  }
+  if (noise.rows < 20.0 || !(squares > 0.0))
+    return noise;
+  const double variance = squares / noise.rows;
+  noise.kurtosis = fourth / noise.rows / (variance * variance);
+  noise.variance = std::max({squares / std::max(1.0, noise.rows - sizes), kLeastSd * kLeastSd,
+                             std::pow(kLeastShare * y_rms, 2.0)});
+  noise.scatter = std::sqrt(variance);
+  double sum = 0.0, sum_of_squares = 0.0;
+  for (std::size_t lag = 1; lag <= kMostLag; ++lag) {
+    double products = 0.0, both = 0.0;
+    for (const LogSpan &log : measured.logs) {
+      if (lag > log.rows / 3)
+        continue;
+      for (std::size_t i = log.first; i + lag < log.first + log.rows; ++i) {
+        const auto a = static_cast<Index>(i), b = static_cast<Index>(i + lag);
+        if (weight(a) > 0.0 && weight(b) > 0.0) {
+          products += e(a) * e(b);
+          both += 1.0;
+        }
+      }
+    }
+    const double rho = both > 0.0 ? products / both / variance : 0.0;
+    if (lag == 1)
+      noise.autocorrelation = rho;
+    if (rho < 2.0 / std::sqrt(noise.rows))
+      break;
+    sum += rho;
+    sum_of_squares += rho * rho;
+  }
+  noise.spread_of_sizes = 1.0 + 2.0 * sum;
+  // What is added to reach the stated sd's floor is noise of the readings, and white.
+  const double smooth = std::max(variance, std::pow(kLeastShare * y_rms, 2.0)) / noise.variance;
+  noise.spread_of_squares =
+      std::max(1.0, 0.5 * (noise.kurtosis - 1.0)) * (1.0 + 2.0 * sum_of_squares);
+  const double known = 1.0 / (std::max(1.0, variance) * noise.spread_of_sizes);
+  noise.spread = 1.0 + 2.0 * smooth * sum + (1.0 - known) * noise.rows / kMostEffective;
+  return noise;
+}
+
+SetSearch::SetSearch(const Measured &measured, const Library &library, const Vector &y,
+                     const Vector &weight, const std::vector<Member> &kept)
+    : measured_(measured), library_(library), y_(y), weight_(weight) {
+  Index free = 0;
+  for (const Member &member : kept)
+    free += member.is_fixed ? 0 : member.h.cols();
+  kept_.resize(y.size(), free);
+  fixed_ = Vector::Zero(y.size());
+  Index at = 0;
+  for (const Member &member : kept) {
+    if (member.candidate >= 0 && member.term.gate.everywhere())
+      kept_groups_.push_back(library.candidates[static_cast<std::size_t>(member.candidate)].group);
+    if (member.is_fixed) {
+      fixed_ += member.h.rowwise().sum();
+      continue;
+    }
+    kept_.middleCols(at, member.h.cols()) = member.h;
+    at += member.h.cols();
+  }
+  pair_.assign(library.candidates.size(), 0.0);
+  for (std::size_t c = 0; c < pair_.size(); ++c) {
+    const Candidate &candidate = library.candidates[c];
+    if (candidate.columns == 2)
+      pair_[c] = library.g.col(candidate.column)
+                     .cwiseProduct(weight)
+                     .dot(library.g.col(candidate.column + 1));
+  }
+  rms_ = std::sqrt(y.cwiseAbs2().cwiseProduct(weight).sum() / std::max(1.0, weight.sum()));
+}
+
+// Library columns first, then those that stay.
+Vector SetSearch::column(int index) const {
+  const auto k = static_cast<Index>(index);
+  return k < library_.g.cols() ? Vector(library_.g.col(k))
+                               : Vector(kept_.col(k - library_.g.cols()));
+}
+
+const Vector &SetSearch::gram(int index) {
+  const auto found = gram_.find(index);
+  if (found != gram_.end())
+    return found->second;
+  const Vector weighted = column(index).cwiseProduct(weight_);
+  Vector row(library_.g.cols() + kept_.cols());
+  row.head(library_.g.cols()) = library_.g.transpose() * weighted;
+  row.tail(kept_.cols()) = kept_.transpose() * weighted;
+  return gram_.emplace(index, std::move(row)).first->second;
+}
+
+// Products of the candidates' columns with all others, many at once: that is several times faster.
+void SetSearch::fetch(const std::vector<int> &atoms) {
+  std::vector<int> missing;
+  for (const int atom : atoms) {
+    const Candidate &candidate = library_.candidates[static_cast<std::size_t>(atom)];
+    for (int k = candidate.column; k < candidate.column + candidate.columns; ++k) {
+      if (gram_.count(k) == 0 && std::find(missing.begin(), missing.end(), k) == missing.end())
+        missing.push_back(k);
+    }
+  }
+  if (missing.empty())
+    return;
+  const Eigen::MatrixXd weighted = weight_.asDiagonal() * library_.g(Eigen::all, missing);
+  const Eigen::MatrixXd of_library = library_.g.transpose() * weighted,
+                        of_kept = kept_.transpose() * weighted;
+  for (std::size_t j = 0; j < missing.size(); ++j) {
+    Vector row(library_.g.cols() + kept_.cols());
+    row.head(library_.g.cols()) = of_library.col(static_cast<Index>(j));
+    row.tail(kept_.cols()) = of_kept.col(static_cast<Index>(j));
+    gram_.emplace(missing[j], std::move(row));
+  }
+}
+
+// A delay's size is 1 in the end; here it is free, for a gain beside it acts on what is late.
+bool SetSearch::is_free(const Candidate &candidate) const {
+  return !candidate.is_fixed || moves_prediction(candidate.term);
+}
+
+bool SetSearch::may_join(const State &state, int atom) const {
+  const Candidate &candidate = library_.candidates[static_cast<std::size_t>(atom)];
+  if ((!may_delay_ && moves_prediction(candidate.term)) ||
+      (!may_express_ && candidate.term.cause == "unknown"))
+    return false;
+  if (std::find(kept_groups_.begin(), kept_groups_.end(), candidate.group) != kept_groups_.end())
+    return false;
+  return std::none_of(state.atoms.begin(), state.atoms.end(), [&](int other) {
+    return library_.candidates[static_cast<std::size_t>(other)].group == candidate.group;
+  });
+}
+
+SetSearch::State SetSearch::begin() const {
+  State state;
+  for (Index k = 0; k < kept_.cols(); ++k)
+    state.columns.push_back(static_cast<int>(library_.g.cols() + k));
+  return state;
+}
+
+SetSearch::State SetSearch::with(const State &state, int atom) const {
+  State next = state;
+  const Candidate &candidate = library_.candidates[static_cast<std::size_t>(atom)];
+  next.atoms.push_back(atom);
+  next.penalty += candidate.penalty;
+  for (int k = 0; k < candidate.columns && is_free(candidate); ++k)
+    next.columns.push_back(candidate.column + k);
+  return next;
+}
+
+SetSearch::State SetSearch::without(const State &state, std::size_t which) const {
+  State next = begin();
+  for (std::size_t j = 0; j < state.atoms.size(); ++j) {
+    if (j != which)
+      next = with(next, state.atoms[j]);
+  }
+  return next;
+}
+
+// Least squares; false where a size has the wrong sign.
+bool SetSearch::solve(State *state) {
+  const auto k = static_cast<Index>(state->columns.size());
+  double yy = squares_;
+  Eigen::MatrixXd a(k, k);
+  Vector t(k);
+  for (Index i = 0; i < k; ++i) {
+    const Vector &row = gram(state->columns[static_cast<std::size_t>(i)]);
+    t(i) = products_(state->columns[static_cast<std::size_t>(i)]);
+    for (Index j = 0; j < k; ++j)
+      a(i, j) = row(state->columns[static_cast<std::size_t>(j)]);
+  }
+  std::vector<int> fixed;
+  for (const int atom : state->atoms) {
+    const Candidate &candidate = library_.candidates[static_cast<std::size_t>(atom)];
+    if (is_free(candidate))
+      continue;
+    const Vector &row = gram(candidate.column);
+    yy += row(candidate.column) - 2.0 * products_(candidate.column);
+    for (const int other : fixed)
+      yy += 2.0 * row(other);
+    for (Index i = 0; i < k; ++i)
+      t(i) -= row(state->columns[static_cast<std::size_t>(i)]);
+    fixed.push_back(candidate.column);
+  }
+  a.diagonal().array() *= 1.0 + 1e-9;
+  state->beta = k > 0 ? Vector(a.ldlt().solve(t)) : Vector();
+  state->rss = std::max(0.0, yy - (k > 0 ? t.dot(state->beta) : 0.0));
+  auto at = static_cast<std::size_t>(kept_.cols());
+  for (const int atom : state->atoms) {
+    const Candidate &candidate = library_.candidates[static_cast<std::size_t>(atom)];
+    if (!is_free(candidate))
+      continue;
+    const double size = state->beta(static_cast<Index>(at));
+    if (candidate.is_positive && !(size > 0.0))
+      return false;
+    if (moves_prediction(candidate.term) && !(size > 0.3 && size < 2.0))
+      return false;
+    at += static_cast<std::size_t>(candidate.columns);
+  }
+  return true;
+}
+
+double SetSearch::score(const State &state) const {
+  return -state.rss / (2.0 * noise_.variance * noise_.spread) - state.penalty;
+}
+
+// By how much the squares fall when the candidate joins; s: products of the library's columns with
+// what remains, cross: with the columns that are there, solved: the inverse of their products times
+// that. Negative where it adds nothing of its own.
+double SetSearch::fall_of(std::size_t which, const Vector &s, const Eigen::MatrixXd &cross,
+                          const Eigen::MatrixXd &solved) const {
+  const Candidate &candidate = library_.candidates[which];
+  const Index j = candidate.column;
+  const bool has_any = cross.rows() > 0;
+  const auto own = [&](Index i) {
+    return norm_(i) - (has_any ? cross.col(i).dot(solved.col(i)) : 0.0);
+  };
+  const double w = own(j);
+  if (!is_free(candidate))
+    return 2.0 * s(j) - w;
+  if (w <= kLeastOwnSquares * norm_(j))
+    return -1.0;
+  if (candidate.columns == 1)
+    return s(j) * s(j) / w;
+  const double second = own(j + 1),
+               both = pair_[which] - (has_any ? cross.col(j).dot(solved.col(j + 1)) : 0.0);
+  const double determinant = w * second - both * both;
+  if (determinant <= kLeastOwnSquares * norm_(j) * norm_(j + 1))
+    return -1.0;
+  return (second * s(j) * s(j) - 2.0 * both * s(j) * s(j + 1) + w * s(j + 1) * s(j + 1)) /
+         determinant;
+}
+
+// The best sets with one form more, by the fall of the squares that each brings.
+std::vector<SetSearch::State> SetSearch::children(const State &state) {
+  const auto k = static_cast<Index>(state.columns.size());
+  const Index p = library_.g.cols();
+  Eigen::MatrixXd a(k, k), cross(k, p);
+  for (Index i = 0; i < k; ++i) {
+    const Vector &row = gram(state.columns[static_cast<std::size_t>(i)]);
+    cross.row(i) = row.head(p).transpose();
+    for (Index j = 0; j < k; ++j)
+      a(i, j) = row(state.columns[static_cast<std::size_t>(j)]);
+  }
+  a.diagonal().array() *= 1.0 + 1e-9;
+  Eigen::MatrixXd solved = k > 0 ? Eigen::MatrixXd(a.ldlt().solve(cross)) : cross;
+  Vector s = products_.head(p);
+  for (const int atom : state.atoms) {
+    const Candidate &candidate = library_.candidates[static_cast<std::size_t>(atom)];
+    if (!is_free(candidate))
+      s -= gram(candidate.column).head(p);
+  }
+  if (k > 0)
+    s -= cross.transpose() * state.beta;
+  std::vector<std::pair<double, int>> found;
+  for (std::size_t c = 0; c < library_.candidates.size(); ++c) {
+    const double fall = may_join(state, static_cast<int>(c)) ? fall_of(c, s, cross, solved) : -1.0;
+    if (fall > 0.0)
+      found.emplace_back(fall / (2.0 * noise_.variance * noise_.spread) -
+                             library_.candidates[c].penalty,
+                         static_cast<int>(c));
+  }
+  std::sort(found.begin(), found.end(), [](const auto &x, const auto &y) {
+    return x.first > y.first || (x.first == y.first && x.second < y.second);
+  });
+  // Of the variants of one thing the best two.
+  std::map<std::string, int> taken;
+  std::vector<int> best;
+  for (const auto &[gain, atom] : found) {
+    if (best.size() < (state.atoms.empty() ? kSingles : kChildren) &&
+        ++taken[library_.candidates[static_cast<std::size_t>(atom)].group] <= 2)
+      best.push_back(atom);
+  }
+  fetch(best);
+  std::vector<State> out;
+  for (const int atom : best) {
+    State next = with(state, atom);
+    if (solve(&next))
+      out.push_back(std::move(next));
+  }
+  return out;
+}
+
+void SetSearch::keep_best(std::vector<State> *beam, std::size_t most) const {
+  std::stable_sort(beam->begin(), beam->end(),
+                   [this](const State &a, const State &b) { return score(a) > score(b); });
+  std::set<std::vector<int>> seen;
+  std::vector<State> kept;
+  for (State &state : *beam) {
+    std::vector<int> key = state.atoms;
+    std::sort(key.begin(), key.end());
+    if (kept.size() < most && seen.insert(key).second)
+      kept.push_back(std::move(state));
+  }
+  *beam = std::move(kept);
+}
+
+std::vector<SetSearch::State> SetSearch::expand(std::vector<State> beam) {
+  for (std::size_t depth = 0; depth < kMostForms; ++depth) {
+    std::vector<State> all = beam;
+    for (const State &state : beam) {
+      if (state.atoms.size() == kMostForms)
+        continue;
+      for (State &next : children(state))
+        all.push_back(std::move(next));
+    }
+    const double before = score(beam.front());
+    keep_best(&all, kBeam);
+    const bool is_same = score(all.front()) <= before && depth > 1;
+    beam = std::move(all);
+    if (is_same)
+      break;
+  }
+  return beam;
+}
+
+// Forms that could as well go do; and one form may do what two did.
+SetSearch::State SetSearch::prune(State state) {
+  for (bool changed = true; changed;) {
+    changed = false;
+    const double factor = 1.0 / (2.0 * noise_.variance * noise_.spread);
+    State best = state;
+    for (std::size_t j = 0; j < state.atoms.size(); ++j) {
+      State less = without(state, j);
+      if (!solve(&less))
+        continue;
+      const double loss = less.rss - state.rss;
+      if (score(less) > score(best) ||
+          (best.atoms.size() == state.atoms.size() &&
+           (loss * factor < kLeastLoss || loss < kRelevant * kRelevant * whole_)))
+        best = less;
+    }
+    changed = best.atoms.size() < state.atoms.size();
+    for (std::size_t j = 0; !changed && j < state.atoms.size(); ++j) {
+      const State less = without(state, j);
+      State solved = less;
+      if (!solve(&solved))
+        continue;
+      for (State &next : children(solved)) {
+        if (score(next) > score(best) + 1e-6)
+          best = std::move(next);
+      }
+    }
+    changed = changed || score(best) > score(state) + 1e-6;
+    if (changed)
+      state = std::move(best);
+  }
+  return state;
+}
+
+// Free columns, where sizes differ one a log.
+Eigen::MatrixXd SetSearch::columns_of(const State &state) const {
+  const std::size_t logs = measured_.logs.size();
+  const int own = state.differs < 0 ? -1
+                                    : library_
+                                          .candidates[static_cast<std::size_t>(
+                                              state.atoms[static_cast<std::size_t>(state.differs)])]
+                                          .column;
+  const std::size_t k = state.columns.size() + (own < 0 ? 0 : logs - 1);
+  Eigen::MatrixXd h = Eigen::MatrixXd::Zero(y_.size(), static_cast<Index>(k));
+  Index at = 0;
+  for (const int index : state.columns) {
+    const Vector x = column(index);
+    if (index != own) {
+      h.col(at++) = x;
+      continue;
+    }
+    for (const LogSpan &log : measured_.logs) {
+      const auto first = static_cast<Index>(log.first), rows = static_cast<Index>(log.rows);
+      h.col(at++).segment(first, rows) = x.segment(first, rows);
+    }
+  }
+  return h;
+}
+
+Vector SetSearch::left_by(const State &state) const {
+  Vector target = target_, left = y_ - fixed_;
+  for (const int atom : state.atoms) {
+    const Candidate &candidate = library_.candidates[static_cast<std::size_t>(atom)];
+    if (is_free(candidate))
+      continue;
+    target -= library_.g.col(candidate.column);
+    left -= library_.g.col(candidate.column);
+  }
+  const Eigen::MatrixXd h = columns_of(state);
+  if (h.cols() == 0)
+    return left;
+  Eigen::MatrixXd a = h.transpose() * weight_.asDiagonal() * h;
+  a.diagonal().array() *= 1.0 + 1e-9;
+  a.diagonal().array() += 1e-12;
+  return left - h * a.ldlt().solve(h.transpose() * weight_.cwiseProduct(target));
+}
+
+// The set with one form of a size of its own in every log.
+SetSearch::State SetSearch::split(const State &state, std::size_t which) const {
+  State out = state;
+  out.differs = static_cast<int>(which);
+  Vector target = target_;
+  for (const int atom : state.atoms) {
+    const Candidate &candidate = library_.candidates[static_cast<std::size_t>(atom)];
+    if (!is_free(candidate))
+      target -= library_.g.col(candidate.column);
+  }
+  const Eigen::MatrixXd h = columns_of(out);
+  Eigen::MatrixXd a = h.transpose() * weight_.asDiagonal() * h;
+  a.diagonal().array() *= 1.0 + 1e-9;
+  a.diagonal().array() += 1e-12;
+  const Vector weighted = weight_.cwiseProduct(target), t = h.transpose() * weighted;
+  out.rss = std::max(0.0, weighted.dot(target) - t.dot(a.ldlt().solve(t)));
+  out.penalty +=
+      kSizesDiffer + 0.5 * static_cast<double>(measured_.logs.size() - 1) * library_.ln_rows;
+  return out;
+}
+
+// Of the sets, and of each with one law of physics of a size of its own in every log, the best.
+SetSearch::State SetSearch::best_split(const std::vector<State> &states) {
+  const auto is_worse = [this](const State &a, const State &b) { return score(a) < score(b); };
+  State out = *std::max_element(states.begin(), states.end(), is_worse);
+  const std::size_t logs = measured_.logs.size();
+  if (logs < 2 || logs > kMostLogs)
+    return out;
+  const double least = score(out) - kMostBehind;
+  for (const State &state : states) {
+    for (std::size_t j = 0; j < state.atoms.size() && score(state) > least; ++j) {
+      const Candidate &candidate = library_.candidates[static_cast<std::size_t>(state.atoms[j])];
+      if (candidate.columns != 1 || !is_free(candidate) || !candidate.is_physical ||
+          moves_prediction(candidate.term))
+        continue;
+      State own = split(state, j);
+      if (score(own) > score(out))
+        out = std::move(own);
+    }
+  }
+  return out;
+}
+
+// The target anew: the residual of the best set so far, cut, on top of what it explains.
+void SetSearch::look_again(const State &state) {
+  const Vector left = left_by(state);
+  target_ = y_ - fixed_ - left + cut(left, weight_);
+  const Vector weighted = target_.cwiseProduct(weight_);
+  products_.resize(library_.g.cols() + kept_.cols());
+  products_.head(library_.g.cols()) = library_.g.transpose() * weighted;
+  products_.tail(kept_.cols()) = kept_.transpose() * weighted;
+  squares_ = weighted.dot(target_);
+  whole_ = std::max(whole_, squares_);
+}
+
+// What the columns leave of the target, by ridge regression over these rows.
+Vector SetSearch::left_by_ridge(const Eigen::MatrixXd &h, Index first, Index rows) const {
+  const auto part = h.middleRows(first, rows);
+  const Vector y = target_.segment(first, rows), w = weight_.segment(first, rows);
+  Eigen::MatrixXd a = part.transpose() * w.asDiagonal() * part;
+  a.diagonal().array() *= 1.0 + kRidge;
+  a.diagonal().array() += 1e-12;
+  return y - part * a.ldlt().solve(part.transpose() * w.cwiseProduct(y));
+}
+
+// Noise as it would be if every law of physics were at work, with a size of its own in every log
+// where there are several.
+void SetSearch::begin_noise() {
+  target_ = y_ - fixed_;
+  std::vector<int> columns;
+  std::set<std::string> groups;
+  for (const Candidate &candidate : library_.candidates) {
+    if (candidate.is_physical && candidate.columns == 1 && is_free(candidate) &&
+        groups.insert(candidate.group).second)
+      columns.push_back(candidate.column);
+  }
+  const auto k = static_cast<Index>(columns.size());
+  Eigen::MatrixXd h(y_.size(), k + kept_.cols());
+  for (Index j = 0; j < k; ++j)
+    h.col(j) = library_.g.col(columns[static_cast<std::size_t>(j)]);
+  h.rightCols(kept_.cols()) = kept_;
+  Vector left = left_by_ridge(h, 0, y_.size());
+  noise_ = noise_state(left, weight_, measured_, rms_, static_cast<double>(k));
+  least_effective_ = 0.5 * noise_.rows / noise_.spread;
+  const std::size_t logs = measured_.logs.size();
+  if (logs < 2 || logs > kMostLogs)
+    return;
+  for (const LogSpan &log : measured_.logs) {
+    const auto first = static_cast<Index>(log.first), rows = static_cast<Index>(log.rows);
+    if (rows < 4 * h.cols())
+      return;
+    left.segment(first, rows) = left_by_ridge(h, first, rows);
+  }
+  noise_ = noise_state(left, weight_, measured_, rms_,
+                       static_cast<double>(k * static_cast<Index>(logs)));
+}
+
+std::vector<SetSearch::State> SetSearch::starts() {
+  State none = begin();
+  solve(&none);
+  std::vector<State> all = children(none);
+  all.insert(all.begin(), none);
+  std::vector<int> of_sets;
+  for (const std::vector<int> &set : library_.sets)
+    of_sets.insert(of_sets.end(), set.begin(), set.end());
+  fetch(of_sets);
+  for (const std::vector<int> &set : library_.sets) {
+    State state = none;
+    bool fits = true;
+    for (const int atom : set) {
+      fits = fits && may_join(state, atom);
+      state = with(state, atom);
+    }
+    if (fits && solve(&state))
+      all.push_back(state);
+  }
+  return all;
+}
+
+FormSet SetSearch::best(bool may_delay, bool may_express, NoiseState *noise) {
+  may_delay_ = may_delay;
+  may_express_ = may_express;
+  norm_ = library_.g.cwiseAbs2().transpose() * weight_;
+  begin_noise();
+  State found = begin();
+  look_again(found);
+  for (int round = 0; round < kRounds; ++round) {
+    const std::vector<State> first = starts();
+    std::vector<State> beam = first;
+    keep_best(&beam, kBeam);
+    beam = expand(std::move(beam));
+    beam.insert(beam.end(), first.begin(), first.end());
+    found = best_split(beam);
+    if (found.differs < 0)
+      found = prune(std::move(found));
+    const NoiseState before = noise_;
+    noise_ = noise_state(left_by(found), weight_, measured_, rms_,
+                         static_cast<double>(found.columns.size()));
+    noise_.spread = std::min(noise_.spread, noise_.rows / std::max(1.0, least_effective_));
+    look_again(found);
+    if (std::abs(noise_.spread / before.spread - 1.0) < kSettled &&
+        std::abs(noise_.variance / before.variance - 1.0) < kSettled)
+      break;
+  }
+  *noise = noise_;
+  return {found.atoms, found.differs, score(found)};
+}
+
+} // namespace rim::diagnose

@@ -1,0 +1,213 @@
+// Forms searched as sets: several ordinary causes beat one contrived one; which velocity a friction
+// acts on; sizes that differ between logs; what a late command would have done, through limits too.
+// Seeds are fixed.
+#include "diagnose/sets.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnose/diagnose.hpp"
+#include "diagnose/mixed.hpp"
+#include "diagnose/response.hpp"
+#include "diagnose/roles.hpp"
+#include "diagnose_case.hpp"
+#include "util/data_path.hpp"
+
+namespace {
+
+using namespace diagnose_case;
+using rim::Role;
+using rim::diagnose::Diagnosis;
+using rim::diagnose::Finding;
+
+// What acts beside inertia on an axis: of velocity, position, log.
+using Force = std::function<double(double v, double x, int log)>;
+
+struct Axis {
+  std::string velocity = "x.velocity_mps", velocity_unit = "m/s";
+  std::string outcome = "force_N", unit = "N";
+  double noise = 1.0;
+  int logs = 3, rows = 700;
+};
+
+// An axis that follows sums of sines; its force by inverse dynamics of 20 kg without friction.
+std::vector<rim::Log> axes(std::uint64_t seed, const Axis &axis, const Force &force) {
+  std::vector<rim::Log> out;
+  for (int n = 0; n < axis.logs; ++n) {
+    Random random(10 * seed + static_cast<std::uint64_t>(n));
+    const double p = 6.28 * random.uniform(), q = 6.28 * random.uniform();
+    rim::Log log;
+    log.path = "axis" + std::to_string(n);
+    log.columns = {{"x.position_m", "m", Role::context},
+                   {axis.velocity, axis.velocity_unit, Role::context},
+                   {"x.warmth_degC", "degC", Role::context},
+                   {"z." + axis.outcome, axis.unit, Role::outcome},
+                   {"m." + axis.outcome, axis.unit, Role::mean},
+                   {"sd." + axis.outcome, axis.unit, Role::sd}};
+    log.values.resize(axis.rows, 6);
+    for (int i = 0; i < axis.rows; ++i) {
+      const double t = 0.05 * i;
+      const double x = 0.3 * std::sin(1.1 * t + p) + 0.15 * std::sin(2.3 * t + q);
+      const double v = 0.33 * std::cos(1.1 * t + p) + 0.345 * std::cos(2.3 * t + q);
+      const double a = -0.363 * std::sin(1.1 * t + p) - 0.7935 * std::sin(2.3 * t + q);
+      const double m = 20.0 * a;
+      log.values.row(i) << x, v, 20.0 + 3.0 * std::sin(t / 7.0 - p),
+          m + force(v, x, n) + axis.noise * random.normal(), m, axis.noise;
+      log.t_s.push_back(t);
+      log.row.push_back(static_cast<std::uint32_t>(i + 1));
+    }
+    log.rows_in_file = static_cast<std::uint32_t>(axis.rows);
+    out.push_back(log);
+  }
+  return out;
+}
+
+Diagnosis diagnosis(const std::vector<rim::Log> &logs) {
+  rim::diagnose::Options options;
+  options.catalogue = rim::diagnose::read_catalogue(rim::data_path("causes.toml"));
+  options.null_runs = 16;
+  options.gains = false;
+  return rim::diagnose::diagnose(logs, options, nullptr);
+}
+
+const Finding &finding(const Diagnosis &d, const std::string &cause) {
+  for (const Finding &f : d.findings) {
+    if (f.term.cause == cause)
+      return f;
+  }
+  fail_msg("no finding '%s' among %zu: %s", cause.c_str(), d.findings.size(), d.sentence.c_str());
+  std::abort();
+}
+
+double sign(double v) { return v > 0.0 ? 1.0 : v < 0.0 ? -1.0 : 0.0; }
+
+// A force adds to what is measured; the size is positive all the same, and the sentence says so.
+void friction_on_a_force(void **) {
+  const auto force = [](double v, double, int) { return 6.0 * sign(v) + 9.0 * v + 1.5; };
+  const Diagnosis d = diagnosis(axes(1, {}, force));
+  const auto &coulomb = finding(d, "coulomb_friction").term;
+  assert_near(coulomb.sizes[0].value, 6.0, 4.0 * coulomb.sizes[0].stderror);
+  assert_true(coulomb.sizes[0].stderror < 0.3);
+  const auto &viscous = finding(d, "viscous_friction").term;
+  assert_near(viscous.sizes[0].value, 9.0, 4.0 * viscous.sizes[0].stderror);
+  assert_string_equal(coulomb.arguments.at("v").c_str(), "x.velocity_mps");
+  assert_non_null(
+      std::strstr(finding(d, "coulomb_friction").sentence.c_str(), "opposes the motion with"));
+  for (const Finding &f : d.findings)
+    assert_true(f.term.cause != "unknown" && f.term.cause != "hinge" && f.p_value < 0.05);
+}
+
+// Neither a missing nor an unknown unit silences a cause.
+void friction_without_a_unit(void **) {
+  Axis axis;
+  axis.velocity = "x.velocity";
+  axis.velocity_unit = "";
+  axis.outcome = "pull";
+  axis.unit = "";
+  const Diagnosis d =
+      diagnosis(axes(2, axis, [](double v, double, int) { return 5.0 * sign(v) + 6.0 * v; }));
+  assert_near(std::abs(finding(d, "coulomb_friction").term.sizes[0].value), 5.0, 0.5);
+  assert_near(std::abs(finding(d, "viscous_friction").term.sizes[0].value), 6.0, 2.0);
+}
+
+void a_dead_band_is_coulomb_friction(void **) {
+  const Diagnosis d = diagnosis(
+      axes(3, {}, [](double v, double, int) { return std::abs(v) > 0.1 ? 4.0 * sign(v) : 0.0; }));
+  assert_string_equal(d.findings[0].term.cause.c_str(), "coulomb_friction");
+  assert_int_equal(d.findings.size(), 1);
+}
+
+void sizes_that_differ_between_logs(void **) {
+  const double k[] = {4.0, 11.0, 25.0};
+  const Diagnosis d =
+      diagnosis(axes(4, {}, [&](double v, double, int log) { return k[log] * v * std::abs(v); }));
+  const auto &drag = finding(d, "quadratic_drag");
+  const auto &size = drag.term.sizes[0];
+  assert_int_equal(size.per_log.size(), 3);
+  for (std::size_t l = 0; l < 3; ++l)
+    assert_near(size.per_log[l], k[l], 1.0);
+  assert_near(size.value, 40.0 / 3.0, 1.5);
+  assert_near(size.between_logs_sd, 10.7, 6.0);
+  assert_non_null(std::strstr(drag.sentence.c_str(), "differs between the logs"));
+}
+
+void noise_claims_nothing(void **) {
+  for (std::uint64_t seed = 21; seed < 25; ++seed) {
+    const Diagnosis d = diagnosis(axes(seed, {}, [](double, double, int) { return 0.0; }));
+    if (!d.adequate())
+      fail_msg("seed %d: %s", static_cast<int>(seed), d.sentence.c_str());
+  }
+}
+
+void the_own_velocity(void **) {
+  const auto logs = axes(5, {}, [](double, double, int) { return 0.0; });
+  const Measured t = rim::diagnose::make_measured(logs);
+  const std::vector<int> own = rim::diagnose::own_velocity(t, t.channels[0]);
+  assert_int_equal(own.size(), 1);
+  assert_string_equal(t.features[static_cast<std::size_t>(own[0])].name.c_str(), "x.velocity_mps");
+  Channel heat = t.channels[0];
+  heat.unit = "degC";
+  assert_true(rim::diagnose::own_velocity(t, heat).empty());
+}
+
+// Sizes 1 and 3 that are known well: mean 2, spread about sqrt(2); known badly: no spread.
+void mixed_sizes(void **) {
+  const auto apart = rim::diagnose::mixed_size({1.0, 3.0}, {0.01, 0.01});
+  assert_near(apart.mean, 2.0, 1e-3);
+  assert_near(apart.between_sd, std::sqrt(2.0), 0.1);
+  assert_near(apart.stderror, 1.0, 0.1);
+  const auto same = rim::diagnose::mixed_size({1.0, 3.0}, {4.0, 4.0});
+  assert_near(same.between_sd, 0.0, 1e-12);
+  assert_near(same.stderror, 4.0 / std::sqrt(2.0), 1e-9);
+  const auto weighted = rim::diagnose::mixed_size({1.0, 2.0}, {1.0, 1000.0});
+  assert_near(weighted.mean, 1.0, 0.01);
+}
+
+// A response through an acceleration limit is learnt: of command less state, cut.
+void a_response_through_a_limit(void **) {
+  Measured t =
+      table(1, 2000, 0.1, {{"u.v_mps", "m/s", true, false}, {"x.v_mps", "m/s", false, false}});
+  const auto limited = [](double u, double v) { return std::clamp(0.2 * (u - v), -0.05, 0.05); };
+  double v = 0.0;
+  for (int i = 0; i < 2000; ++i) {
+    const double u = std::sin(i / 15.0) + 0.6 * std::sin(i / 37.0);
+    t.x.row(i) << u, v;
+    t.channels[0].m(i) = limited(u, v);
+    v += t.channels[0].m(i);
+  }
+  const auto response = rim::diagnose::fit_response(t, t.channels[0]);
+  assert_true(response.is_known);
+  assert_true(!response.ridges.empty());
+  rim::diagnose::Term term;
+  term.channel = t.channels[0].name;
+  term.cause = term.form = "delay";
+  term.response = response.products;
+  term.ridges = response.ridges;
+  term.shape = {{"delay", 0.3, 0.0, "s"}};
+  const Vector column = basis_columns(term, t, t.channels[0].m).col(0);
+  double error = 0.0, size = 0.0;
+  for (int i = 3; i < 2000; ++i) {
+    const double truth = limited(t.x(i - 3, 0), t.x(i, 1)) - t.channels[0].m(i);
+    error += std::pow(column(i) - truth, 2.0);
+    size += truth * truth;
+  }
+  assert_true(size > 0.01);
+  assert_true(error < 0.02 * size);
+}
+
+} // namespace
+
+int main() {
+  std::printf("seeds 1 to 5, 21 to 24\n");
+  const CMUnitTest tests[] = {
+      cmocka_unit_test(friction_on_a_force),
+      cmocka_unit_test(friction_without_a_unit),
+      cmocka_unit_test(a_dead_band_is_coulomb_friction),
+      cmocka_unit_test(sizes_that_differ_between_logs),
+      cmocka_unit_test(noise_claims_nothing),
+      cmocka_unit_test(the_own_velocity),
+      cmocka_unit_test(mixed_sizes),
+      cmocka_unit_test(a_response_through_a_limit),
+  };
+  return cmocka_run_group_tests(tests, nullptr, nullptr);
+}
