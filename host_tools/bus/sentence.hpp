@@ -22,6 +22,6 @@ std::string region_words(const rim_region &region, const Names &names);
 const char *level_text(int level);       // "OK" "WARN" "ERROR" "STALE"
 const char *state_text(int state);       // "none" "raised" "updated" "cleared"
 const char *detector_text(int detector); // "rim" "interference"
-const char *kind_text(int kind);         // "shift" "increment" "variance" "step" "repeat"
+const char *kind_text(int kind);         // "shift" "gain" "variance" "drift" "repeat"
 
 } // namespace rim

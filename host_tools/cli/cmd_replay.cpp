@@ -54,8 +54,8 @@ void declare(CLI::App &app, Options &o) {
       ->type_name("FILE.rim");
   app.add_option("--extension", o.extensions,
                  "terms that rim diagnose found, added to the predictions; may be repeated. Of a "
-                 "trained model constant shifts alone are used: they correct its one-step "
-                 "predictions")
+                 "trained model constant shifts alone are used: they correct what it predicts "
+                 "from the commands")
       ->type_name("FILE.toml")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
@@ -245,7 +245,7 @@ int cmd_replay(int argc, char **argv) {
   options.label = !o.outputs.labels.empty();
   if (schema && schema->resample_hz > 0.0)
     options.hold_s = 1.5 / schema->resample_hz;
-  bool found = false;
+  bool found = false, blind = false;
   std::optional<rim::Progress> progress; // on a terminal the results themselves show it
   if (::isatty(STDOUT_FILENO) == 0)
     progress.emplace("replay", o.logs.size());
@@ -258,6 +258,7 @@ int cmd_replay(int argc, char **argv) {
     const rim::ReplayedLog result = replayer.replay(
         log, options, [&](std::size_t, const rim_verdict &verdict) { outputs.verdict(verdict); });
     outputs.end(result);
+    blind = blind || rim::is_at_another_rate(result);
     found = found || result.raised > 0 || result.interference.raised > 0;
     std::fputs(rim::replay_text(result, replayer.names()).c_str(), stdout);
     if (progress)
@@ -266,6 +267,11 @@ int cmd_replay(int argc, char **argv) {
   progress.reset();
   outputs.commit();
   std::printf("digest %016llx\n", static_cast<unsigned long long>(replayer.digest()));
+  if (blind) {
+    std::fprintf(stderr, "rim: a log has rows at another rate than the model: nothing can be said of "
+                         "it (a schema with resample_hz may help)\n");
+    return rim::EXIT_DATA;
+  }
   return found && o.fail_on_alarm ? rim::EXIT_FOUND : rim::EXIT_FINE;
 }
 

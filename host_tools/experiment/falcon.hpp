@@ -27,8 +27,7 @@ struct FalconOptions {
   std::string data;                 // folder; empty: ../shared/measured/falcon9 of the source tree
   std::vector<std::string> exclude; // missions not used at all
   TrainOptions train;
-  // All five kinds of channel, and blocks of which 3 s hold six: what is stuck or drifts shows in
-  // the increments, what differs by a constant in the level.
+  // Blocks of which 3 s hold six.
   FalconOptions() {
     train.block_s = 0.5;
   }

@@ -277,6 +277,11 @@ std::string interference_text(const ReplayedLog &log, const Names &names) {
 
 } // namespace
 
+bool is_at_another_rate(const ReplayedLog &log) {
+  const rim_row_health &rows = log.health.rows;
+  return log.image_period_s > 0.0 && 2 * rows.wrong_rate > rows.rows_used;
+}
+
 namespace {
 
 // What keeps silence from being health, in a sentence; empty: nothing does.
@@ -290,7 +295,7 @@ std::string doubt(const ReplayedLog &log, const Names &names) {
                        q.words, h.out_value, q.unit.empty() ? "" : " " + q.unit, h.out_t_s, q.name,
                        h.rows.out_of_range);
   }
-  if (log.image_period_s > 0.0 && 2 * h.rows.wrong_rate > h.rows.rows_used)
+  if (is_at_another_rate(log))
     text += fmt::format("{}STALE: rows come at {:.4g} Hz, the model wants {:.4g} Hz: {} of {} rows "
                         "were not examined",
                         text.empty() ? "" : "\n  ", 1.0 / h.period_s, 1.0 / log.image_period_s,

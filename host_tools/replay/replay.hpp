@@ -98,6 +98,9 @@ struct ExternalImage {
 ExternalImage external_image(const std::vector<Log> &logs, std::size_t runs,
                              const CalibrationOptions &options);
 
+// Whether most rows came at another rate than the image's: nothing was examined.
+bool is_at_another_rate(const ReplayedLog &log);
+
 // What a person reads: a sentence, then the counts.
 std::string replay_text(const ReplayedLog &log, const Names &names);
 

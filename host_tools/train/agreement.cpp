@@ -20,6 +20,8 @@ constexpr std::size_t kFolds = 6;
 const double kRidges[] = {10.0, 100.0, 1e3, 1e4};
 // A relation of physics holds outside of what was trained too, if it is not shrunk.
 const double kIntegralRidges[] = {1e-6};
+// Part of the changes that others must explain for an outcome to be called their integral.
+constexpr double kIntegrates = 0.5;
 constexpr std::size_t kIntegrands = 3;   // at most, each of which must lower the squared error
 constexpr double kIntegrandWins = 0.05; // by this part
 constexpr double kMustWin = 0.8; // of the variance: a further source must be better by as much
@@ -260,7 +262,7 @@ void name_integrand(Agreement *a, Eigen::Index outcome, const Eigen::VectorXd &w
       best = j;
     }
   }
-  if (best < 0 || most * most < 0.5 * all)
+  if (most * most < 0.5 * all)
     best = -1;
   a->row(outcome, 2) = static_cast<double>(best);
 }
@@ -341,6 +343,8 @@ Agreement fit_agreement(const Basis &basis, const std::vector<BlockRun> &runs,
       if (others.empty())
         return;
       const Fit fit = best_fit(integral, others, j, kIntegralRidges);
+      if (fit.squares < (1.0 - kIntegrates) * fit.own)
+        name_integrand(&a, j, fit.weight[kFolds]);
       for (std::size_t r = 0; r < n; ++r)
         remains[r] = integral_remains(a, runs[r], j, fit.weight[r % kFolds]);
       if (offset_variance(remains) < kMustWin * best) {
@@ -349,7 +353,6 @@ Agreement fit_agreement(const Basis &basis, const std::vector<BlockRun> &runs,
         a.row.row(j).tail(total).setZero();
         a.row.row(j).segment(AGREEMENT_FIRST, o) = w.transpose();
         a.row.row(j).segment(AGREEMENT_FIRST + o, o) = w.transpose();
-        name_integrand(&a, j, w);
       }
     }
   });

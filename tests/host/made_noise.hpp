@@ -91,5 +91,5 @@ inline rim::NoiseModel fit_made(const MadeNoise &made, const std::vector<MadeRun
     predicted.push_back(run.predicted);
     residual.push_back(run.residual);
   }
-  return rim::fit_noise(made_basis(made), blocks, predicted, residual);
+  return rim::fit_noise(made_basis(made), blocks, 1.0, predicted, residual);
 }

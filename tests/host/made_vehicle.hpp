@@ -19,8 +19,8 @@ struct MadeVehicle {
 
 inline constexpr double kMadeTau[] = {3.0, 1.2}; // s, of s.lag and s.product
 
-// Outcomes: a lag of u.a and u.b, a lag of the product u.a u.b, the integral of u.a from a start that
-// differs, a reading quantised to halves, and one that obeys nothing at all.
+// Outcomes: a lag of u.a and u.b, a lag of the product u.a u.b, the integral of u.a from a start
+// that differs, a reading quantised to halves, and one that obeys nothing at all.
 inline rim::Log made_vehicle(std::uint64_t seed, const MadeVehicle &made = {}) {
   rim_rng rng;
   rim_rng_seed(&rng, seed, 91);

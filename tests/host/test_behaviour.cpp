@@ -1,5 +1,5 @@
-// Behaviour models: a vehicle whose constants are known is learnt to its noise, what obeys nothing is
-// said to, and what training computes is what flies, bit for bit.
+// Behaviour models: a vehicle whose constants are known is learnt to its noise, what obeys nothing
+// is said to, and what training computes is what flies, bit for bit.
 #include "made_vehicle.hpp"
 #include "train/behaviour.hpp"
 #include "train/trainer.hpp"

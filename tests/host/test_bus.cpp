@@ -93,13 +93,13 @@ void sentences_say_what_where_when_and_how_sure(void **) {
   a.p_value = 0.9;
   a.shift[0] = -0.08;
   a.shift_sd[0] = 0.01;
-  assert_sentence(a, "radar altitude reads 8.00 % low (standard error 1.00 %) everywhere, since t = "
-                     "310 s (1 observation): many healthy runs show as much");
+  assert_sentence(a, "radar altitude reads 8.00 % low (standard error 1.00 %) everywhere, since t "
+                     "= 310 s (1 observation): many healthy runs show as much");
   a.kind = RIM_KIND_DRIFT;
   a.shift[0] = 2.5;
   a.shift_sd[0] = 0.0;
-  assert_sentence(a, "radar altitude drifts and by now reads 2.50 m high everywhere, since t = 310 s "
-                     "(1 observation): many healthy runs show as much");
+  assert_sentence(a, "radar altitude drifts and by now reads 2.50 m high everywhere, since t = 310 "
+                     "s (1 observation): many healthy runs show as much");
   a.kind = RIM_KIND_REPEAT;
   a.shift[0] = 0.35;
   assert_sentence(a,

@@ -183,8 +183,8 @@ void fresh_runs_alarm_no_more_often_than_promised(void **) {
   assert_true(static_cast<double>(found) > 0.8 * n); // or the promise would be an empty one
 }
 
-// A run unlike the others is judged by what the others taught: by what it taught too, it would score
-// less.
+// A run unlike the others is judged by what the others taught: by what it taught too, it would
+// score less.
 void a_runs_own_score_is_by_the_others(void **) {
   std::vector<MadeRun> runs = made_noises(kSeed + 77, 20, made(), true);
   const Calibrated before = calibrate(runs);
@@ -200,7 +200,8 @@ void a_runs_own_score_is_by_the_others(void **) {
     assert_true(r == 7 || c.scores[r].score < own);
 }
 
-// Healthy runs score in calibration what the monitor would find, but for what one run in 40 teaches.
+// Healthy runs score in calibration what the monitor would find, but for what one run in 40
+// teaches.
 void calibration_searches_as_flight_does(void **) {
   const std::vector<MadeRun> runs = made_noises(kSeed + 99, 40, made(), true);
   const Calibrated c = calibrate(runs);

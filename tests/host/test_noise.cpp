@@ -1,5 +1,5 @@
-// Noise models: what is known to be in the healthy residuals is found within stated tolerances, what
-// is not there is not, and no fault hides in the effects of a run.
+// Noise models: what is known to be in the healthy residuals is found within stated tolerances,
+// what is not there is not, and no fault hides in the effects of a run.
 #include "made_noise.hpp"
 
 #include <cstdarg>
@@ -56,7 +56,8 @@ Eigen::MatrixXd raw_fields(const rim::NoiseModel &noise, const rim::ChannelNoise
   Eigen::MatrixXd raw(run.residual.rows(), 4 + run.blocks.means.cols());
   raw.col(0).setOnes();
   raw.col(1) = ((run.predicted.col(0).array() - c.p_center) / c.p_scale).max(-4.0).min(4.0);
-  raw.col(2) = (run.blocks.time_s.array() / noise.run_s).min(1.5);
+  raw.col(2) = (1.0 - (-(run.blocks.time_s.array() / noise.trend_s).min(40.0)).exp()) *
+               noise.trend_s / noise.run_s;
   raw.col(3) = (-(run.blocks.time_s.array() / noise.decay_s)).exp();
   raw.rightCols(run.blocks.means.cols()) = run.blocks.means;
   return raw;

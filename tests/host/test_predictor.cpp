@@ -455,7 +455,8 @@ void an_image_predicts_blocks_from_the_commands(void **) {
   for (std::uint64_t seed = 1; seed <= 12; ++seed)
     logs.push_back(made_vehicle(seed));
   const rim::FlightPlan plan = rim::train(logs, rim::TrainOptions{}).plan;
-  const auto image = rim::world::make_image_predictor(image_file(rim::make_image(plan), "made.rim"));
+  const std::string path = image_file(rim::make_image(plan), "made.rim");
+  const auto image = rim::world::make_image_predictor(path);
   const double block_s = 0.1 * plan.block_rows;
   assert_true(std::fabs(image->step_s() - block_s) < 1e-9);
   const Log fresh = made_vehicle(40);

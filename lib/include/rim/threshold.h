@@ -1,9 +1,9 @@
 /* rim/threshold.h - from ln anom to a promise: scores, the alarm threshold, the confidence P(anom).
  *
  * Nominal runs do not only scatter, each has an offset of its own, so ln anom of eq. 3.7 (p. 28)
- * grows without bound in a perfectly healthy run. Three things mend that, all learnt from nominal
- * runs that the models had not seen:
- *   - the mean over any interval is judged by its own spread over nominal runs (rim/envelope.h);
+ * grows without bound in a perfectly healthy run. A trained image's statistic allows for that
+ * (section NOISE) and scores by itself; beside it, learnt from nominal runs that the models had not
+ * seen:
  *   - each channel's ln anom is put on one scale with the others', by the level o_c that its
  * largest value in a nominal run exceeds half the time and the size s_c of the excess, and by a
  * factor e(n) over the number of observations n: score = (ln_anom / e(n) - o_c) / s_c;

@@ -88,7 +88,8 @@ void rim_behaviour_predict(const rim_behaviour *view, const double *term, const 
  * INTEGRAL: an outcome that integrates others (position, attitude, charge): its change since the
  *   block before less what the others' values of both blocks, in standard
  *   deviations, say of it, summed over
- *   the run. integrand: the outcome that it mostly integrates, or -1. */
+ *   the run.
+ * integrand: whatever the source, the outcome that this one mostly integrates, or -1. */
 #define AGREEMENT_CLIP 4.0
 #define AGREEMENT_FIRST 4u
 #define AGREEMENT_KEEPS 0.9995 /* of the sum per block: it must stay bounded in a long flight */

@@ -15,6 +15,7 @@ struct blocks {
   blocks_config config;
   blocks_health health;
   double start_s, previous_s, block_start_s, mean_period_s, change, out_value;
+  double told_period_s; /* recent mean time between rows, however long the gaps */
   uint32_t count, rows; /* blocks ended; rows used since the start */
   uint16_t rows_in_block, seconds, out_feature;
   uint8_t recent;  /* readings before this one without a gap, at most 2 */
@@ -90,7 +91,7 @@ void blocks_reset(blocks *b) {
   const blocks_config config = b->config;
   memset(b, 0, blocks_size(&config));
   b->config = config;
-  b->mean_period_s = config.period_s;
+  b->mean_period_s = b->told_period_s = config.period_s;
   b->out_feature = BLOCKS_NO_FEATURE;
 }
 
@@ -163,6 +164,7 @@ static void take_time(blocks *b, double t_s) {
     begin_block(b);
   } else if (c->period_s > 0.0) {
     const double dt = t_s - b->previous_s;
+    b->told_period_s += (dt - b->told_period_s) / RATE_ROWS;
     b->mean_period_s += (rim_min(dt, 2.0 * c->period_s) - b->mean_period_s) / RATE_ROWS;
     if (dt > 1.5 * c->period_s) {
       count(&b->health.gaps);
@@ -373,7 +375,7 @@ bool blocks_rate_is_wrong(const blocks *b) {
   return period_s > 0.0 && (b->mean_period_s > RATE_SLOW * period_s ||
                             b->mean_period_s < RATE_FAST * period_s);
 }
-double blocks_period_s(const blocks *b) { return b->mean_period_s; }
+double blocks_period_s(const blocks *b) { return b->told_period_s; }
 const double *blocks_context(const blocks *b) { return SUM(b); }
 const double *blocks_outcomes(const blocks *b) { return OUTCOME(b); }
 const double *blocks_predicted(const blocks *b) { return PREDICTED(b); }

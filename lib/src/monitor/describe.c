@@ -50,8 +50,33 @@ static double trained_score(const rim_monitor *m, uint16_t c) {
   return (double)search_best(m->search, c)->score;
 }
 
+/* An outcome that integrates others sums up what is wrong with them. Where it deviates other than by
+ * a step, and one that it integrates deviates by its own channels, that one is the cause. */
+static uint16_t integrated_cause(const rim_monitor *m, uint16_t leading) {
+  const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
+  uint16_t best = leading;
+  double score = m->models.threshold.alarm_score;
+  for (uint16_t j = 0; j < outcomes; ++j) {
+    bool mostly;
+    const double gain = rim_agreement_gain(&m->models.agreement, leading % outcomes, j, &mostly);
+    if (!(rim_abs(gain) > 0.0) && !mostly)
+      continue;
+    for (uint32_t kind = RIM_CHANNEL_BEHAVIOUR; kind <= RIM_CHANNEL_AGREEMENT; ++kind) {
+      const uint16_t c = (uint16_t)(kind * outcomes + j);
+      if (trained_score(m, c) >= score) {
+        score = trained_score(m, c);
+        best = c;
+      }
+    }
+  }
+  return best;
+}
+
 static uint16_t choose_channel(const rim_monitor *m, uint16_t leading) {
   const uint16_t outcomes = (uint16_t)m->words[RIM_CONFIG_OUTCOMES];
+  if (leading / outcomes <= RIM_CHANNEL_AGREEMENT &&
+      search_best(m->search, leading)->family != SEARCH_SINCE)
+    leading = integrated_cause(m, leading);
   if (leading / outcomes != RIM_CHANNEL_AGREEMENT)
     return leading;
   uint16_t best = leading;
