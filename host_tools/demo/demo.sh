@@ -5,7 +5,7 @@
 set -e -u -o pipefail
 out=$BUILD/demo
 url=udpm://239.255.76.67:7671?ttl=0
-faults="02_thrust_loss 09_mass_high 12_velocity_stuck"
+faults="04_doppler_scale 07_velocity_delay 12_velocity_stuck"
 effects=$(dirname "$0")/../../data/effects
 start=$SECONDS
 rm -rf "$out"; mkdir -p "$out"
@@ -20,6 +20,9 @@ wrap() {
      }
      print line}'
 }
+# The onset's standard error has no room in the record of the bus.
+on_the_bus() { sed 's/"since_sd_s":[^,]*,//' "$1"; }
+heard_the_same() { cmp -s <(on_the_bus "$out/heard.jsonl") <(on_the_bus "$out/alarms.jsonl"); }
 say() { printf '\n== %s\n' "$*"; }
 
 say "1. Simulate 50 healthy landings of a spacecraft: 350 s of fall, then a powered descent"
@@ -70,7 +73,7 @@ if [ -n "$subscriber" ]; then
     sleep 0.1
   done
   heard=$(wc -l < "$out/heard.jsonl")
-  if cmp -s "$out/heard.jsonl" "$out/alarms.jsonl"; then same="the same to the last digit"; else same="NOT the same"; fi
+  if heard_the_same; then same="the same to the last digit"; else same="NOT the same"; fi
   echo "LCM: a separate process heard $heard of $sent records on $url: $same"
 else
   echo "LCM: this machine has no multicast route; nothing was published"
@@ -79,7 +82,7 @@ can=$("$RIM" replay --model "$out/lander.rim" "${logs[0]}" --can can0 2>&1 > /de
 echo "CAN: ${can#rim: can0: }"
 echo "     here: $(wc -l < "$out/alarms.candump") frames in $out/alarms.candump, as \`candump -L\` writes them"
 
-if [ -n "$subscriber" ] && ! cmp -s "$out/heard.jsonl" "$out/alarms.jsonl"; then exit 1; fi
+if [ -n "$subscriber" ] && ! heard_the_same; then exit 1; fi
 say "Done in $((SECONDS - start)) s. Look at"
 cat << END
   $out/demo.svg       ln anom against its threshold over time, a panel a landing

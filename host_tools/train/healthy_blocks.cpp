@@ -125,20 +125,26 @@ void choose_terms(Basis *basis, std::size_t plain, std::size_t outcomes) {
   }
 }
 
-// Of each outcome, over the runs.
-std::vector<double> mean_first(const Layout &layout, const std::vector<Log> &logs) {
-  std::vector<double> first(layout.outcomes(), 0.0);
-  for (std::size_t o = 0; o < layout.outcome_feature.size(); ++o) {
-    const std::string &name = layout.feature_names[layout.outcome_feature[o]];
-    double n = 0.0;
+// Mean and standard deviation over the runs of every outcome's first readings.
+void learn_first(Basis *basis, const Layout &layout, const std::vector<Log> &logs) {
+  constexpr Eigen::Index rows = 8;
+  for (std::size_t o = 0; o < layout.outcomes(); ++o) {
+    double n = 0.0, sum = 0.0, squares = 0.0, size = 0.0;
     for (const Log &log : logs) {
-      const Eigen::Index rows = std::min<Eigen::Index>(8, log.values.rows());
-      first[o] += log.values.col(find_column(log, name)).head(rows).sum();
-      n += static_cast<double>(rows);
+      if (layout.external || log.values.rows() == 0)
+        continue;
+      const int c = find_column(log, layout.feature_names[layout.outcome_feature[o]]);
+      const double first = log.values.col(c).head(std::min(rows, log.values.rows())).mean();
+      n += 1.0;
+      sum += first;
+      squares += first * first;
+      size = std::max(size, std::abs(first));
     }
-    first[o] /= std::max(n, 1.0);
+    const double mean = n > 0.0 ? sum / n : 0.0;
+    const double variance = n > 1.0 ? (squares - n * mean * mean) / (n - 1.0) : 1.0;
+    basis->first.push_back(mean);
+    basis->first_sd.push_back(std::sqrt(std::max(variance, 0.0)) + 1e-6 * size + 1e-9);
   }
-  return first;
 }
 
 } // namespace
@@ -160,7 +166,7 @@ Basis make_basis(const Layout &layout, const std::vector<Log> &logs, double run_
   }
   basis.mean_center.assign(basis.means.size(), 0.0);
   basis.mean_inverse_sd.assign(basis.means.size(), 1.0);
-  basis.first = mean_first(layout, logs);
+  learn_first(&basis, layout, logs);
   return basis;
 }
 
@@ -168,7 +174,8 @@ std::vector<std::uint8_t> basis_section(const Basis &basis) {
   SectionBytes bytes;
   for (const std::size_t word :
        {std::size_t{BASIS_LAYOUT}, basis.inputs.size(), basis.share.size(), basis.terms.size(),
-        basis.means.size(), std::size_t{0}, std::size_t{0}, std::size_t{0}})
+        basis.means.size(), std::size_t{basis.first_sd.empty() ? 0U : 1U}, std::size_t{0},
+        std::size_t{0}})
     bytes.u32(static_cast<std::uint32_t>(word));
   for (const Basis::Input &input : basis.inputs) {
     bytes.u16(input.a);
@@ -194,8 +201,10 @@ std::vector<std::uint8_t> basis_section(const Basis &basis) {
     for (const double v : *numbers)
       bytes.f32(static_cast<float>(v));
   }
-  for (const double v : basis.first)
-    bytes.f32(static_cast<float>(v));
+  for (const auto *numbers : {&basis.first, &basis.first_sd}) {
+    for (const double v : *numbers)
+      bytes.f32(static_cast<float>(v));
+  }
   return bytes.bytes();
 }
 

@@ -28,7 +28,7 @@ struct Basis {
   std::vector<double> center, inverse_sd;
   std::vector<std::uint16_t> means; // filters
   std::vector<double> mean_center, mean_inverse_sd;
-  std::vector<double> first; // per outcome: mean first reading
+  std::vector<double> first, first_sd; // per outcome: of the first readings of the runs
 };
 
 // Everything the models may use: exponential means of the commands and of their products and

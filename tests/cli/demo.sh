@@ -5,8 +5,8 @@ root=$(cd "$(dirname "$0")/../.." && pwd)
 out=$(RIM=$RIM BUILD=$here "$root/host_tools/demo/demo.sh" 2>&1); check "demo" 0 $?
 printf '%s\n' "$out" > "$here/demo.txt"
 contains "healthy" "$out" "^healthy/run_0101.csv: healthy: nothing found"
-for fault in 02_thrust_loss 09_mass_high 12_velocity_stuck; do contains "$fault" "$out" "^$fault/run_.*: FOUND at t = "; done
-contains "mass is named" "$out" "mass reads [0-9.]* kg high"
+for fault in 04_doppler_scale 07_velocity_delay 12_velocity_stuck; do contains "$fault" "$out" "^$fault/run_.*: FOUND at t = "; done
+contains "the doppler is named" "$out" "velocity doppler z reads [0-9.]* m/s"
 contains "the stuck sensor is named" "$out" "velocity imu z repeats"
 if printf '%s\n' "$out" | grep -q "no multicast"; then skipped=$((skipped + 1)); else
   contains "a second process" "$out" "heard \([0-9]*\) of \1 records.*the same to the last digit"
@@ -15,5 +15,5 @@ contains "CAN is spoken of" "$out" "^CAN: "
 for file in demo.svg alarms.jsonl labels.csv trace.csv lander.rim alarms.candump; do
   [ -s "$here/demo/$file" ]; check "$file" 0 $?
 done
-contains "the figure" "$(cat "$here/demo/demo.svg")" "09_mass_high/run_0103.csv: alarm at t = "
+contains "the figure" "$(cat "$here/demo/demo.svg")" "07_velocity_delay/run_0103.csv: alarm at t = "
 finish

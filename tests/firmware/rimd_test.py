@@ -88,7 +88,7 @@ check("no folder for the state", d.end() == 3 and b"No such file" in d.said, d.s
 
 # Everything bad that can come in is counted, and the good goes on.
 bus = Bus(wire, port)
-d = Daemon(rimd, "c.conf", base + "resync_rows = 20\nmax_jump_s = 10\n")
+d = Daemon(rimd, "c.conf", base + "resync_rows = 4\nmax_jump_s = 10\n")
 
 
 def counted(what, counter, send, more=1):
@@ -130,7 +130,7 @@ bus.sequence += 5
 counted("numbers missing", "gaps", lambda: bus.row(150000, biased[3][1]), 5)
 check("good rows went on", bus.after("rows") == 4, bus.counters[-1])
 check("health has the sum", bus.health[-1]["rejected"] == 15 and bus.health[-1]["gaps"] == 5, bus.health[-1])
-# A source that was restarted: its clock is believed after 20 rows.
+# A source that was restarted: its clock is believed after 4 rows.
 bus.row(9000000, values)
 resets = bus.after("clock_resets")
 play(bus, healthy[:60])
@@ -142,7 +142,7 @@ check("SIGINT", d.end(signal.SIGINT) == 0 and b"SIGINT" in d.said)
 
 # Stale input: told once, alarm or not, and over when it comes back.
 bus = Bus(wire, port)
-d = Daemon(rimd, "d.conf", base + "stale_ms = 300\nlatch = yes\nreplay = yes\n")
+d = Daemon(rimd, "d.conf", base + "stale_ms = 300\nlatch = yes\nreplay = yes\nresync_rows = 4\n")
 check("stale from the start", bus.until(lambda: bus.health and bus.health[-1]["level"] == STALE)
       and bus.alarms and bus.alarms[0]["level"] == STALE and bus.alarms[0]["state"] == NONE, bus.alarms)
 play(bus, healthy[:20])

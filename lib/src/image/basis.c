@@ -73,8 +73,11 @@ rim_status rim_basis_open(rim_basis *view, const uint8_t *section, size_t bytes,
   if (b.inputs > BASIS_MAX_INPUTS || b.times > BASIS_MAX_TIMES || b.terms > BASIS_MAX_TERMS ||
       b.means > BASIS_MAX_MEANS)
     return RIM_E_RANGE;
+  const uint32_t spread = rim_image_u32(section, 5);
+  if (spread > 1u)
+    return RIM_E_RANGE;
   const size_t need = 4u * (HEADER_WORDS + (size_t)b.inputs + b.times + 4u * (size_t)b.terms +
-                            3u * (size_t)b.means + outcomes);
+                            3u * (size_t)b.means + (1u + spread) * outcomes);
   if (bytes != need)
     return bytes < need ? RIM_E_TRUNCATED : RIM_E_SIZE;
   b.input = section + 4u * HEADER_WORDS;
@@ -86,12 +89,14 @@ rim_status rim_basis_open(rim_basis *view, const uint8_t *section, size_t bytes,
   b.mean_center = b.mean + 4u * b.means;
   b.mean_inverse_sd = b.mean_center + 4u * b.means;
   b.first = b.mean_inverse_sd + 4u * b.means;
+  b.first_sd = spread != 0u ? b.first + 4u * outcomes : NULL;
   if (!inputs_fit(&b, features) || !terms_fit(&b, outcomes))
     return RIM_E_RANGE;
   if (!finite_numbers(b.center, b.terms, false) || !finite_numbers(b.inverse_sd, b.terms, true) ||
       !finite_numbers(b.mean_center, b.means, false) ||
       !finite_numbers(b.mean_inverse_sd, b.means, true) ||
-      !finite_numbers(b.first, outcomes, false))
+      !finite_numbers(b.first, outcomes, false) ||
+      (b.first_sd != NULL && !finite_numbers(b.first_sd, outcomes, true)))
     return RIM_E_DATA;
   *view = b;
   return RIM_OK;

@@ -2,7 +2,7 @@
  * behaviour models and of the noise models.
  *
  * Little endian, 4-byte aligned:
- *   u32 layout (BASIS_LAYOUT), inputs I, time constants T, terms P, means M, 0, 0, 0
+ *   u32 layout (BASIS_LAYOUT), inputs I, time constants T, terms P, means M, S, 0, 0
  *   u16 input[I][2]       a, b: feature a as it is (b = BASIS_PLAIN), its magnitude (b =
  *                         BASIS_MAGNITUDE), the product of the features a and b, or, with
  *                         BASIS_OF_PRODUCT added to b, the product's magnitude
@@ -12,6 +12,9 @@
  *   u16 mean[M][2]        filter, 0: the exponential means that the noise models use
  *   f32 center[M], inverse_sd[M]
  *   f32 first[outcomes]   mean first reading of each outcome in healthy runs
+ *   f32 first_sd[outcomes]   where S is 1: their standard deviation, > 0. A first reading is limited
+ *                         to BASIS_FIRST_LIMIT of it, or a sensor that is wrong from the start
+ *                         would be believed.
  * Filter i * T + t is the exponential mean of input i with time constant t; its value in a block is
  * the mean over the block's rows. */
 #ifndef RIM_SRC_BASIS_H
@@ -32,6 +35,7 @@
 #define BASIS_MAX_TERMS 512u
 #define BASIS_MAX_MEANS 8u
 #define BASIS_CLIP 6.0      /* standard deviations of a term */
+#define BASIS_FIRST_LIMIT 4.0
 #define BASIS_MEAN_CLIP 4.0 /* of a mean, so that it fits into a byte */
 
 typedef enum basis_op {
@@ -49,7 +53,7 @@ typedef enum basis_op {
 typedef struct rim_basis {
   uint32_t inputs, times, terms, means;
   const uint8_t *input, *share, *term, *center, *inverse_sd, *mean, *mean_center, *mean_inverse_sd,
-      *first;
+      *first, *first_sd; /* first_sd: NULL where there is none */
 } rim_basis;
 
 /* Validate the whole section. RIM_E_TRUNCATED, _SIZE the bytes do not match the counts; RIM_E_RANGE

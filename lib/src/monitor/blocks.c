@@ -9,6 +9,7 @@
 #define RATE_SLOW 1.5    /* mean time between rows, in periods, from which the rate is wrong */
 #define RATE_FAST 0.67
 #define CHANGE_MOST 3.0
+#define MOST_MISSING 1e6 /* rows of a gap over which the filters go on */
 #define FIRST_BLOCKS 2u  /* whose mean is the first reading */
 
 struct blocks {
@@ -18,6 +19,7 @@ struct blocks {
   double told_period_s; /* recent mean time between rows, however long the gaps */
   uint32_t count, rows; /* blocks ended; rows used since the start */
   uint16_t rows_in_block, seconds, out_feature;
+  uint32_t missing; /* rows that a gap before this one left out */
   uint8_t recent;  /* readings before this one without a gap, at most 2 */
   bool started;
   bool has_before; /* an ended block precedes */
@@ -164,6 +166,8 @@ static void take_time(blocks *b, double t_s) {
     begin_block(b);
   } else if (c->period_s > 0.0) {
     const double dt = t_s - b->previous_s;
+    const double rows = rim_min(dt / c->period_s - 0.5, MOST_MISSING);
+    b->missing = rows >= 1.0 ? (uint32_t)rows : 0u;
     b->told_period_s += (dt - b->told_period_s) / RATE_ROWS;
     b->mean_period_s += (rim_min(dt, 2.0 * c->period_s) - b->mean_period_s) / RATE_ROWS;
     if (dt > 1.5 * c->period_s) {
@@ -241,20 +245,32 @@ static double input_value(const blocks *b, size_t i) {
   return (second & BASIS_OF_PRODUCT) != 0 ? rim_abs(product) : product;
 }
 
+/* What is left of an exponential mean's past after this row and those that are missing. */
+static double keeps(const blocks *b, size_t t) {
+  double base = 1.0 - (double)rim_image_f32(b->config.basis.share, t), power = base;
+  for (uint32_t n = b->missing; n > 0; n >>= 1) { /* at most 20 turns */
+    if ((n & 1u) != 0)
+      power *= base;
+    base *= base;
+  }
+  return power;
+}
+
 static void take_inputs(blocks *b) {
   const rim_basis *n = &b->config.basis;
   for (size_t i = 0; i < n->inputs; ++i) {
     const double u = input_value(b, i);
     double *f = FILTER(b) + i * n->times, *sum = filter_sum(b) + i * n->times;
-    integral(b)[i] += u * b->config.period_s;
+    integral(b)[i] += u * b->config.period_s * (1.0 + (double)b->missing);
     for (size_t t = 0; t < n->times; ++t) {
-      /* Before the start the command is taken to have been as in the first row. */
-      f[t] = b->rows == 0 ? u : f[t] + (double)rim_image_f32(n->share, t) * (u - f[t]);
+      /* Before the start the command is taken to have been as in the first row; over a gap, as in
+       * the row that ends it. */
+      f[t] = b->rows == 0 ? u : u + (f[t] - u) * keeps(b, t);
       sum[t] += f[t];
     }
   }
   for (size_t t = 0; t < n->times; ++t)
-    decay(b)[t] = b->rows == 0 ? 1.0 : decay(b)[t] * (1.0 - (double)rim_image_f32(n->share, t));
+    decay(b)[t] = b->rows == 0 ? 1.0 : decay(b)[t] * keeps(b, t);
 }
 
 static double term_value(const blocks *b, size_t i) {
@@ -281,6 +297,12 @@ static void take_first(blocks *b) {
   for (size_t o = 0; o < b->config.outcomes; ++o) {
     const double before = FIRST(b)[o] * (double)b->count;
     FIRST(b)[o] = (before + OUTCOME(b)[o]) / ((double)b->count + 1.0);
+    const rim_basis *n = &b->config.basis;
+    if (b->count + 1u < FIRST_BLOCKS || n->first_sd == NULL)
+      continue;
+    const double mean = (double)rim_image_f32(n->first, o);
+    const double most = BASIS_FIRST_LIMIT * (double)rim_image_f32(n->first_sd, o);
+    FIRST(b)[o] = rim_clamp(FIRST(b)[o], mean - most, mean + most);
   }
 }
 

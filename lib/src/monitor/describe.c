@@ -7,6 +7,7 @@
 /* A behaviour channel with this part of the score of the leading agreement channel is named instead:
  * when the vehicle itself deviates several sensors do, and agree. */
 #define BEHAVIOUR_SHARE 0.4
+#define FROZEN 0.3 /* share of repeated readings, beyond the healthy, that is called stuck */
 #define LIKELY 1.0 /* nats for the outcome that is mostly integrated: a bias is likelier than a drift */
 
 static void begin(const rim_monitor *m, const rim_verdict *verdict, rim_alarm *alarm) {
@@ -72,6 +73,14 @@ static uint16_t integrated_cause(const rim_monitor *m, uint16_t leading) {
   return best;
 }
 
+/* Whether the behaviour channel of the leading outcome itself has the other sign: then the sensor
+ * was off from the start, from which behaviour is predicted. */
+static bool contradicts(const rim_monitor *m, uint16_t leading, uint16_t c) {
+  const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
+  return c == leading % outcomes &&
+         search_best(m->search, c)->shift * search_best(m->search, leading)->shift < 0.0f;
+}
+
 static uint16_t choose_channel(const rim_monitor *m, uint16_t leading) {
   const uint16_t outcomes = (uint16_t)m->words[RIM_CONFIG_OUTCOMES];
   if (leading / outcomes <= RIM_CHANNEL_AGREEMENT &&
@@ -83,12 +92,22 @@ static uint16_t choose_channel(const rim_monitor *m, uint16_t leading) {
   double score = rim_max(BEHAVIOUR_SHARE * trained_score(m, leading),
                          m->models.threshold.alarm_score);
   for (uint16_t c = 0; c < outcomes; ++c) {
-    if (trained_score(m, c) >= score) {
+    if (trained_score(m, c) >= score && !contradicts(m, leading, c)) {
       score = trained_score(m, c);
       best = c;
     }
   }
   return best;
+}
+
+/* A reading that stands still soon deviates too: the repeats are the cause, where they are many. */
+static uint16_t frozen_or(const rim_monitor *m, uint16_t channel) {
+  const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
+  const uint16_t repeats = (uint16_t)(RIM_CHANNEL_REPEAT * outcomes + channel % outcomes);
+  const double share = (double)search_best(m->search, repeats)->shift *
+                       (double)rim_noise_channel(&m->models.noise, repeats).s;
+  return trained_score(m, repeats) >= m->models.threshold.alarm_score && share > FROZEN ? repeats
+                                                                                       : channel;
 }
 
 static rim_kind kind_of(uint16_t channel_kind, uint8_t family) {
@@ -205,12 +224,32 @@ static void blame_integrand(rim_monitor *m, uint16_t channel, const search_hypot
   }
 }
 
+/* Where behaviour and agreement of one outcome have contrary signs, the one that is surer is told. */
+static void prefer_agreement(rim_monitor *m, uint16_t *channel, search_hypothesis *h,
+                             double *onset_sd) {
+  const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
+  const uint16_t other = (uint16_t)(outcomes + *channel);
+  if (*channel >= outcomes || trained_score(m, other) < m->models.threshold.alarm_score)
+    return;
+  search_hypothesis agreed;
+  double agreed_sd, shift[2], sd[2];
+  search_explain(m->search, other, &agreed, &agreed_sd);
+  size_shift(m, *channel, h, &shift[0], &sd[0]);
+  size_shift(m, other, &agreed, &shift[1], &sd[1]);
+  if (shift[0] * shift[1] < 0.0 && rim_abs(shift[0]) * sd[1] < rim_abs(shift[1]) * sd[0]) {
+    *channel = other;
+    *h = agreed;
+    *onset_sd = agreed_sd;
+  }
+}
+
 static void describe_trained(rim_monitor *m, const rim_verdict *verdict, rim_alarm *alarm) {
   const uint16_t outcomes = (uint16_t)m->words[RIM_CONFIG_OUTCOMES];
-  const uint16_t channel = choose_channel(m, verdict->channel);
+  uint16_t channel = frozen_or(m, choose_channel(m, verdict->channel));
   search_hypothesis h;
   double onset_sd;
   search_explain(m->search, channel, &h, &onset_sd);
+  prefer_agreement(m, &channel, &h, &onset_sd);
   m->explained = h;
   m->explained_channel = channel;
   m->has_explained = true;

@@ -377,6 +377,23 @@ static search_hypothesis best_in_time(const rim_search *s) {
   return best;
 }
 
+/* A side over the whole range of its feature is no restriction. */
+static void drop_whole_sides(rim_search *s, search_hypothesis *h) {
+  if (h->family != SEARCH_BOX && h->family != SEARCH_BOX_SINCE)
+    return;
+  const bool whole[2] = {h->first[0] == 0 && h->last[0] == SEARCH_BINS - 1u,
+                         h->first[1] == 0 && h->last[1] == SEARCH_BINS - 1u};
+  if (!whole[0] && !whole[1])
+    return;
+  if (whole[0]) {
+    h->feature[0] = h->feature[1];
+    h->first[0] = h->first[1];
+    h->last[0] = h->last[1];
+  }
+  h->family = h->family == SEARCH_BOX ? SEARCH_INTERVAL : SEARCH_INTERVAL_SINCE;
+  search_evaluate(s, h);
+}
+
 void search_explain(rim_search *s, uint32_t channel, search_hypothesis *out, double *onset_sd) {
   search_refresh(s, channel);
   const channel_state *state = search_state(s, channel);
@@ -393,6 +410,7 @@ void search_explain(rim_search *s, uint32_t channel, search_hypothesis *out, dou
       search_scan_onset(s, &mask, &h, NULL);
     }
   }
+  drop_whole_sides(s, &h);
   if (h.score > SEARCH_NONE) {
     search_note(s, channel, &h);
     if (worth(s, &h) > worth(s, &best))
