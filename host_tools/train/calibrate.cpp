@@ -189,6 +189,25 @@ double phi_of(const std::vector<std::vector<float>> &maxima, std::size_t at, int
   return std::max(1.0, large / (description(family) + kPhiMargin));
 }
 
+// phi of every channel and family. A richer family is never inflated less than what it contains, or
+// it would be preferred for that alone.
+std::vector<double> all_phi(const std::vector<std::vector<float>> &maxima, int without) {
+  std::vector<double> phi(maxima.front().size());
+  for (std::size_t first = 0; first < phi.size(); first += NOISE_FAMILIES) {
+    double *p = phi.data() + first;
+    for (std::size_t f = 0; f < NOISE_FAMILIES; ++f)
+      p[f] = phi_of(maxima, first + f, without);
+    p[SEARCH_RAMP] = std::max(p[SEARCH_RAMP], p[SEARCH_SINCE]);
+    p[SEARCH_GAIN] = std::max(p[SEARCH_GAIN], p[SEARCH_SINCE]);
+    p[SEARCH_BOX] = std::max(p[SEARCH_BOX], p[SEARCH_INTERVAL]);
+    p[SEARCH_INTERVAL_SINCE] =
+        std::max({p[SEARCH_INTERVAL_SINCE], p[SEARCH_INTERVAL], p[SEARCH_SINCE]});
+    p[SEARCH_BOX_SINCE] =
+        std::max({p[SEARCH_BOX_SINCE], p[SEARCH_BOX], p[SEARCH_INTERVAL_SINCE]});
+  }
+  return phi;
+}
+
 } // namespace
 
 void choose_region(FlightPlan *plan, const std::vector<SearchRun> &runs,
@@ -256,17 +275,18 @@ std::vector<RunScore> calibrate_runs(FlightPlan *plan, NoiseModel *noise,
   std::vector<float> largest;
   for (std::size_t r = 0; r < runs.size(); ++r) {
     scores[r].score = -1e30;
+    const std::vector<double> phi = all_phi(maxima, static_cast<int>(r));
     for (std::size_t at = 0; at < slots; ++at) {
-      const double score = static_cast<double>(maxima[r][at]) /
-                               phi_of(maxima, at, static_cast<int>(r)) -
-                           description(at % NOISE_FAMILIES);
+      const double score =
+          static_cast<double>(maxima[r][at]) / phi[at] - description(at % NOISE_FAMILIES);
       if (score > scores[r].score)
         scores[r] = {score, at / NOISE_FAMILIES};
     }
     largest.push_back(static_cast<float>(scores[r].score));
   }
+  const std::vector<double> phi = all_phi(maxima, -1);
   for (std::size_t at = 0; at < slots; ++at)
-    noise->channels[at / NOISE_FAMILIES].phi[at % NOISE_FAMILIES] = phi_of(maxima, at, -1);
+    noise->channels[at / NOISE_FAMILIES].phi[at % NOISE_FAMILIES] = phi[at];
   plan->thresholds = Thresholds{};
   plan->thresholds.offset.assign(noise->channels.size(), 0.0F);
   plan->thresholds.scale.assign(noise->channels.size(), 1.0F);
