@@ -268,8 +268,9 @@ int cmd_replay(int argc, char **argv) {
   outputs.commit();
   std::printf("digest %016llx\n", static_cast<unsigned long long>(replayer.digest()));
   if (blind) {
-    std::fprintf(stderr, "rim: a log has rows at another rate than the model: nothing can be said of "
-                         "it (a schema with resample_hz may help)\n");
+    std::fprintf(stderr,
+                 "rim: a log has rows at another rate than the model: nothing can be said of "
+                 "it (a schema with resample_hz may help)\n");
     return rim::EXIT_DATA;
   }
   return found && o.fail_on_alarm ? rim::EXIT_FOUND : rim::EXIT_FINE;

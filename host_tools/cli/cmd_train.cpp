@@ -49,8 +49,9 @@ void declare(CLI::App &app, Options &o) {
   app.add_option("--false-alarm", o.train.calibration.false_alarm,
                  "wished rate of healthy runs with any alarm (default 0.05)")
       ->check(CLI::Range(1e-6, 0.999999));
-  app.add_option("--block-seconds", o.train.block_s,
-                 "rows gathered into one observation of the search\n(default: so that a run has some 240)")
+  app.add_option(
+         "--block-seconds", o.train.block_s,
+         "rows gathered into one observation of the search\n(default: so that a run has some 240)")
       ->check(CLI::Range(1e-6, 1e6));
   app.add_option("--threads", o.threads, "threads (default 2, or RIM_THREADS)")
       ->check(CLI::Range(1, 64));

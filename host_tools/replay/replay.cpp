@@ -149,8 +149,8 @@ ReplayedLog Replayer::replay(const Log &log, const ReplayOptions &options, const
   return result;
 }
 
-// Rows in which the alarm that stood last says the deviation was. A row that ended no examined block
-// shares the label of the block that follows, or, after the last, of the one before.
+// Rows in which the alarm that stood last says the deviation was. A row that ended no examined
+// block shares the label of the block that follows, or, after the last, of the one before.
 std::vector<bool> Replayer::rows_inside(const Matrix &context,
                                         const std::vector<Block> &blocks) const {
   const rim_monitor *monitor = monitor_.get();
@@ -188,8 +188,8 @@ void Replayer::finish(const Log &log, const Matrix &context, const ReplayOptions
   if (!options.label)
     return;
   result->finding.assign(log.rows_in_file, 0);
-  const bool stands = result->last.state == RIM_ALARM_RAISED ||
-                      result->last.state == RIM_ALARM_UPDATED;
+  const bool stands =
+      result->last.state == RIM_ALARM_RAISED || result->last.state == RIM_ALARM_UPDATED;
   if (!stands)
     return;
   const std::vector<bool> inside = rows_inside(context, blocks);
@@ -301,8 +301,8 @@ std::string doubt(const ReplayedLog &log, const Names &names) {
                         text.empty() ? "" : "\n  ", 1.0 / h.period_s, 1.0 / log.image_period_s,
                         h.rows.wrong_rate, h.rows.rows_used);
   else if (log.image_period_s > 0.0 && log.blocks < RIM_MONITOR_LEAST_BLOCKS)
-    text += fmt::format("{}STALE: {} examined, too few to say anything",
-                        text.empty() ? "" : "\n  ", count_text(log.blocks, "block was", "blocks were"));
+    text += fmt::format("{}STALE: {} examined, too few to say anything", text.empty() ? "" : "\n  ",
+                        count_text(log.blocks, "block was", "blocks were"));
   return text;
 }
 

@@ -22,7 +22,7 @@ const double kRidges[] = {10.0, 100.0, 1e3, 1e4};
 const double kIntegralRidges[] = {1e-6};
 // Part of the changes that others must explain for an outcome to be called their integral.
 constexpr double kIntegrates = 0.5;
-constexpr std::size_t kIntegrands = 3;   // at most, each of which must lower the squared error
+constexpr std::size_t kIntegrands = 3;  // at most, each of which must lower the squared error
 constexpr double kIntegrandWins = 0.05; // by this part
 constexpr double kMustWin = 0.8; // of the variance: a further source must be better by as much
 
@@ -45,7 +45,8 @@ Matrix regressors(const Matrix &residual, const std::vector<double> &inverse_sd,
   return x;
 }
 
-std::vector<Eigen::Index> columns_without(Eigen::Index o, Eigen::Index outcome, Eigen::Index total) {
+std::vector<Eigen::Index> columns_without(Eigen::Index o, Eigen::Index outcome,
+                                          Eigen::Index total) {
   std::vector<Eigen::Index> columns;
   for (Eigen::Index c = 0; c < total; ++c) {
     if (c % o != outcome)
@@ -94,7 +95,8 @@ Eigen::VectorXd solve(const Sums &sums, const std::vector<Eigen::Index> &columns
   Eigen::VectorXd c(k);
   for (Eigen::Index p = 0; p < k; ++p) {
     for (Eigen::Index q = 0; q < k; ++q)
-      g(p, q) = sums.gram(columns[static_cast<std::size_t>(p)], columns[static_cast<std::size_t>(q)]);
+      g(p, q) =
+          sums.gram(columns[static_cast<std::size_t>(p)], columns[static_cast<std::size_t>(q)]);
     c[p] = sums.cross(columns[static_cast<std::size_t>(p)], y);
   }
   g.diagonal().array() += ridge;
@@ -160,8 +162,8 @@ Matrix levels(const Agreement &a, const BlockRun &run) {
   return x;
 }
 
-// Changes of the outcomes from the sums of two blocks' levels, which is the trapezium rule: rows whose
-// block follows the one before.
+// Changes of the outcomes from the sums of two blocks' levels, which is the trapezium rule: rows
+// whose block follows the one before.
 Regression integral_regression(const Agreement &a, const std::vector<BlockRun> &runs) {
   Regression r;
   for (const BlockRun &run : runs) {
@@ -194,7 +196,8 @@ Eigen::VectorXd integral_remains(const Agreement &a, const BlockRun &run, Eigen:
     if (!run.follows[static_cast<std::size_t>(i)])
       continue;
     const double change = (x.row(i).head(o) + x.row(i).tail(o)).dot(weight);
-    sum[i] = AGREEMENT_KEEPS * before + run.outcome(i, outcome) - run.outcome(i - 1, outcome) - change;
+    sum[i] =
+        AGREEMENT_KEEPS * before + run.outcome(i, outcome) - run.outcome(i - 1, outcome) - change;
   }
   return sum;
 }
@@ -234,8 +237,7 @@ std::vector<Eigen::Index> choose_integrands(const Regression &r, Eigen::Index ou
       std::vector<Eigen::Index> with = chosen;
       with.push_back(j);
       const Eigen::VectorXd w = solve(all, with, outcome, kIntegralRidges[0]);
-      const double squares =
-          own - 2.0 * w.dot(all.cross.col(outcome)) + w.dot(all.gram * w);
+      const double squares = own - 2.0 * w.dot(all.cross.col(outcome)) + w.dot(all.gram * w);
       if (squares < least) {
         least = squares;
         best = j;
@@ -267,6 +269,48 @@ void name_integrand(Agreement *a, Eigen::Index outcome, const Eigen::VectorXd &w
   a->row(outcome, 2) = static_cast<double>(best);
 }
 
+void learn_scales(Agreement *a, const std::vector<Matrix> &residual) {
+  for (Eigen::Index j = 0; j < residual.front().cols(); ++j) {
+    double squares = 0.0, count = 0.0;
+    for (const Matrix &r : residual) {
+      squares += r.col(j).squaredNorm();
+      count += static_cast<double>(r.rows());
+    }
+    const double sd = std::sqrt(squares / std::max(count, 1.0));
+    a->inverse_sd.push_back(static_cast<double>(static_cast<float>(1.0 / std::max(sd, 1e-12))));
+  }
+}
+
+// Residuals of every outcome, in standard deviations, from those of the others.
+Regression linear_regression(const Agreement &a, const Basis &basis,
+                             const std::vector<BlockRun> &runs,
+                             const std::vector<Matrix> &residual) {
+  Regression linear;
+  linear.x.resize(runs.size());
+  linear.y.resize(runs.size());
+  parallel_for(runs.size(), [&](std::size_t r) {
+    linear.x[r] = regressors(residual[r], a.inverse_sd, standard_means(basis, runs[r]));
+    linear.y[r] = residual[r];
+    for (Eigen::Index j = 0; j < residual[r].cols(); ++j)
+      linear.y[r].col(j) *= a.inverse_sd[static_cast<std::size_t>(j)];
+  });
+  add_folds(&linear, 1);
+  return linear;
+}
+
+// The relation by section LEVEL: what remains of the outcome, and its error over the behaviour's.
+double level_remains(const std::vector<BlockRun> &runs, const std::vector<Matrix> &level,
+                     const std::vector<Matrix> &residual, Eigen::Index outcome,
+                     std::vector<Eigen::VectorXd> *remains) {
+  double squares = 0.0, own = 0.0;
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    (*remains)[r] = runs[r].outcome.col(outcome) - level[r].col(outcome);
+    squares += (*remains)[r].squaredNorm();
+    own += residual[r].col(outcome).squaredNorm();
+  }
+  return std::sqrt(squares / std::max(own, 1e-300));
+}
+
 } // namespace
 
 Agreement fit_agreement(const Basis &basis, const std::vector<BlockRun> &runs,
@@ -277,26 +321,9 @@ Agreement fit_agreement(const Basis &basis, const std::vector<BlockRun> &runs,
   const auto m = static_cast<Eigen::Index>(basis.means.size());
   const Eigen::Index total = o * (2 + m);
   Agreement a;
-  for (Eigen::Index j = 0; j < o; ++j) {
-    double squares = 0.0, count = 0.0;
-    for (const Matrix &r : residual) {
-      squares += r.col(j).squaredNorm();
-      count += static_cast<double>(r.rows());
-    }
-    const double sd = std::sqrt(squares / std::max(count, 1.0));
-    a.inverse_sd.push_back(static_cast<double>(static_cast<float>(1.0 / std::max(sd, 1e-12))));
-  }
+  learn_scales(&a, residual);
   learn_levels(&a, runs, o);
-  Regression linear;
-  linear.x.resize(n);
-  linear.y.resize(n);
-  parallel_for(n, [&](std::size_t r) {
-    linear.x[r] = regressors(residual[r], a.inverse_sd, standard_means(basis, runs[r]));
-    linear.y[r] = residual[r];
-    for (Eigen::Index j = 0; j < o; ++j)
-      linear.y[r].col(j) *= a.inverse_sd[static_cast<std::size_t>(j)];
-  });
-  add_folds(&linear, 1);
+  const Regression linear = linear_regression(a, basis, runs, residual);
   const Regression integral = integral_regression(a, runs);
   a.row = Matrix::Zero(o, AGREEMENT_FIRST + total);
   a.row.col(2).setConstant(-1.0);
@@ -319,22 +346,17 @@ Agreement fit_agreement(const Basis &basis, const std::vector<BlockRun> &runs,
       a.error[outcome] = std::sqrt(fit.squares / std::max(fit.own, 1e-300));
       a.row.row(j).tail(total) = fit.weight[kFolds].transpose();
       for (std::size_t r = 0; r < n; ++r)
-        remains[r] = (linear.y[r].col(j) - linear.x[r] * fit.weight[r % kFolds]) /
-                     a.inverse_sd[outcome];
+        remains[r] =
+            (linear.y[r].col(j) - linear.x[r] * fit.weight[r % kFolds]) / a.inverse_sd[outcome];
       best = offset_variance(remains);
       take(AGREEMENT_RESIDUALS, remains);
     }
     if (!level.empty()) {
-      double squares = 0.0, own = 0.0;
-      for (std::size_t r = 0; r < n; ++r) {
-        remains[r] = runs[r].outcome.col(j) - level[r].col(j);
-        squares += remains[r].squaredNorm();
-        own += residual[r].col(j).squaredNorm();
-      }
+      const double error = level_remains(runs, level, residual, j, &remains);
       const double variance = offset_variance(remains);
       if (variance < kMustWin * best) {
         best = variance;
-        a.error[outcome] = std::sqrt(squares / std::max(own, 1e-300));
+        a.error[outcome] = error;
         take(AGREEMENT_LEVEL, remains);
       }
     }

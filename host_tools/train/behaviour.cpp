@@ -53,22 +53,21 @@ Matrix standard_terms(const Basis &basis, const BlockRun &run) {
 // Mean and 1 / standard deviation of every column over all runs.
 void learn(const std::vector<BlockRun> &runs, Matrix BlockRun::*member, std::vector<double> *center,
            std::vector<double> *inverse) {
-    for (std::size_t i = 0; i < center->size(); ++i) {
-      double n = 0.0, sum = 0.0, squares = 0.0;
-      for (const BlockRun &run : runs) {
-        const auto column = (run.*member).col(static_cast<Eigen::Index>(i));
-        n += static_cast<double>(column.size());
-        sum += column.sum();
-      }
-      const double mean = sum / std::max(n, 1.0);
-      for (const BlockRun &run : runs)
-        squares +=
-            ((run.*member).col(static_cast<Eigen::Index>(i)).array() - mean).square().sum();
-      const double sd = std::sqrt(squares / std::max(n, 1.0));
-      (*center)[i] = static_cast<double>(static_cast<float>(mean));
-      (*inverse)[i] = static_cast<double>(
-          static_cast<float>(sd > 1e-9 * (1e-9 + std::abs(mean)) ? 1.0 / sd : 1e-6));
+  for (std::size_t i = 0; i < center->size(); ++i) {
+    double n = 0.0, sum = 0.0, squares = 0.0;
+    for (const BlockRun &run : runs) {
+      const auto column = (run.*member).col(static_cast<Eigen::Index>(i));
+      n += static_cast<double>(column.size());
+      sum += column.sum();
     }
+    const double mean = sum / std::max(n, 1.0);
+    for (const BlockRun &run : runs)
+      squares += ((run.*member).col(static_cast<Eigen::Index>(i)).array() - mean).square().sum();
+    const double sd = std::sqrt(squares / std::max(n, 1.0));
+    (*center)[i] = static_cast<double>(static_cast<float>(mean));
+    (*inverse)[i] = static_cast<double>(
+        static_cast<float>(sd > 1e-9 * (1e-9 + std::abs(mean)) ? 1.0 / sd : 1e-6));
+  }
 }
 
 // A run's targets: outcomes, scatter; then outcomes less their first readings.
@@ -202,8 +201,8 @@ std::vector<std::vector<double>> Fitter::errors(const std::vector<Eigen::Index> 
     const std::size_t f = job / ridges, l = job % ridges;
     Eigen::MatrixXd g = sub_gram(folds_[f].gram, terms);
     g.diagonal().array() += kRidges[l];
-    const Eigen::MatrixXd w = g.ldlt().solve(
-        sub_rows(folds_[f].cross, terms).middleCols(first, targets));
+    const Eigen::MatrixXd w =
+        g.ldlt().solve(sub_rows(folds_[f].cross, terms).middleCols(first, targets));
     for (std::size_t r = f; r < x_.size(); r += kFolds) {
       Matrix x(x_[r].rows(), k);
       for (Eigen::Index i = 0; i < k; ++i)
@@ -307,23 +306,20 @@ Behaviour fit_behaviour(Basis *basis, const std::vector<BlockRun> &runs, std::si
     if (!choice.initial)
       errors.back() = fitter.errors(terms_of(*basis, choice, 0), 0, 2 * o);
     for (Eigen::Index t = 0; choice.initial && t < o; ++t)
-      errors.back().push_back(fitter
-                                  .errors(terms_of(*basis, choice, static_cast<std::size_t>(t)),
-                                          2 * o + t, 1)
-                                  .front());
+      errors.back().push_back(
+          fitter.errors(terms_of(*basis, choice, static_cast<std::size_t>(t)), 2 * o + t, 1)
+              .front());
   }
   for (const BlockRun &run : runs) {
-    b.predicted.emplace_back(run.blocks(), o);
-    b.residual.emplace_back(run.blocks(), o);
-    b.scatter.emplace_back(run.blocks(), o);
+    for (auto *matrices : {&b.predicted, &b.residual, &b.scatter})
+      matrices->emplace_back(run.blocks(), o);
   }
   b.targets.resize(2 * outcomes);
   parallel_for(2 * outcomes, [&](std::size_t t) {
     TargetModel &model = b.targets[t];
     model = choose(errors, t, outcomes);
     const auto column = static_cast<Eigen::Index>(model.initial ? 2 * outcomes + t : t);
-    const auto terms =
-        terms_of(*basis, {model.shape, model.slow, model.initial, 0.0}, t);
+    const auto terms = terms_of(*basis, {model.shape, model.slow, model.initial, 0.0}, t);
     double squares = 0.0, spread = 0.0, n = 0.0;
     for (std::size_t f = 0; f <= kFolds; ++f) {
       const Eigen::VectorXd w = fitter.weights(terms, model.ridge, f, column);
@@ -360,10 +356,10 @@ Behaviour fit_behaviour(Basis *basis, const std::vector<BlockRun> &runs, std::si
 void shrink_basis(Basis *basis, Behaviour *behaviour) {
   std::vector<std::size_t> kept;
   for (std::size_t i = 0; i < basis->terms.size(); ++i) {
-    const bool used = std::any_of(
-        behaviour->targets.begin(), behaviour->targets.end(), [i](const TargetModel &m) {
-          return std::abs(m.weight[static_cast<Eigen::Index>(i)]) > 0.0;
-        });
+    const bool used = std::any_of(behaviour->targets.begin(), behaviour->targets.end(),
+                                  [i](const TargetModel &m) {
+                                    return std::abs(m.weight[static_cast<Eigen::Index>(i)]) > 0.0;
+                                  });
     if (used)
       kept.push_back(i);
   }

@@ -117,7 +117,8 @@ std::vector<std::uint8_t> cuts_of(const FlightPlan &plan, std::uint16_t feature,
 }
 
 // The flight code's search over one healthy run: the largest ratio of every channel and family.
-std::vector<float> run_maxima(const FlightPlan &plan, const rim_noise &noise, const SearchRun &run) {
+std::vector<float> run_maxima(const FlightPlan &plan, const rim_noise &noise,
+                              const SearchRun &run) {
   search_config config{};
   config.features = static_cast<std::uint16_t>(plan.region.size());
   config.channels = static_cast<std::uint16_t>(noise.channels);
@@ -163,8 +164,8 @@ double description(std::size_t family) {
 }
 
 // The scale of an exponential tail of the runs' scores. The order statistic of a few dozen runs is
-// itself uncertain: the rate that it lets through is right in the mean over sets of runs, and in one
-// set in seven twice as large. One scale more divides it by e.
+// itself uncertain: the rate that it lets through is right in the mean over sets of runs, and in
+// one set in seven twice as large. One scale more divides it by e.
 float tail_scale(std::vector<float> scores) {
   std::sort(scores.begin(), scores.end());
   const std::size_t n = scores.size();
@@ -202,8 +203,7 @@ std::vector<double> all_phi(const std::vector<std::vector<float>> &maxima, int w
     p[SEARCH_BOX] = std::max(p[SEARCH_BOX], p[SEARCH_INTERVAL]);
     p[SEARCH_INTERVAL_SINCE] =
         std::max({p[SEARCH_INTERVAL_SINCE], p[SEARCH_INTERVAL], p[SEARCH_SINCE]});
-    p[SEARCH_BOX_SINCE] =
-        std::max({p[SEARCH_BOX_SINCE], p[SEARCH_BOX], p[SEARCH_INTERVAL_SINCE]});
+    p[SEARCH_BOX_SINCE] = std::max({p[SEARCH_BOX_SINCE], p[SEARCH_BOX], p[SEARCH_INTERVAL_SINCE]});
   }
   return phi;
 }
@@ -215,8 +215,7 @@ void choose_region(FlightPlan *plan, const std::vector<SearchRun> &runs,
   const Layout &layout = plan->layout;
   std::vector<std::pair<std::uint16_t, std::uint16_t>> candidates;
   for (std::size_t f = 0; f < layout.features(); ++f) {
-    const auto found =
-        std::find(layout.outcome_feature.begin(), layout.outcome_feature.end(), f);
+    const auto found = std::find(layout.outcome_feature.begin(), layout.outcome_feature.end(), f);
     if (found == layout.outcome_feature.end())
       candidates.emplace_back(static_cast<std::uint16_t>(f), static_cast<std::uint16_t>(0xffff));
   }

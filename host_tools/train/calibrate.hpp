@@ -19,8 +19,9 @@ struct CalibrationOptions {
   double false_alarm = 0.05; // wished rate of runs with any false alarm
   double warn_rate = 0.25;   // the same for the warning level
   std::size_t region_features = 12;
-  double redundant = 0.985; // correlation, by rank or value, from which on a feature repeats another
-  bool flight = false;     // searches less per row and holds less: see use_profile
+  double redundant =
+      0.985;           // correlation, by rank or value, from which on a feature repeats another
+  bool flight = false; // searches less per row and holds less: see use_profile
 };
 
 // How much search per row, and how much memory. ground (the default): what finds most. flight: what

@@ -32,8 +32,8 @@ struct Basis {
 };
 
 // Everything the models may use: exponential means of the commands and of their products and
-// magnitudes with time constants from one row to the run's length, their products, decays, integrals
-// and initial readings. run_rows: median length of a run.
+// magnitudes with time constants from one row to the run's length, their products, decays,
+// integrals and initial readings. run_rows: median length of a run.
 Basis make_basis(const Layout &layout, const std::vector<Log> &logs, double run_rows);
 std::vector<std::uint8_t> basis_section(const Basis &basis);
 

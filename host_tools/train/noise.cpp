@@ -18,11 +18,11 @@ namespace rim {
 
 namespace {
 
-constexpr int kRounds = 25;          // of expectation and maximisation
-constexpr Eigen::Index kFields = 4;  // that fly
-constexpr double kFlatField = 1e-3;  // variance of a raw field's own part, below which it is dropped
+constexpr int kRounds = 25;         // of expectation and maximisation
+constexpr Eigen::Index kFields = 4; // that fly
+constexpr double kFlatField = 1e-3; // variance of a raw field's own part, below which it is dropped
 constexpr double kMostRho = 0.97;
-constexpr double kFewRuns = 3.0;     // a variance over n runs is raised by 1 + this / n
+constexpr double kFewRuns = 3.0; // a variance over n runs is raised by 1 + this / n
 
 // One channel in one run.
 struct Series {
@@ -100,9 +100,8 @@ Eigen::MatrixXd orthonormal(const std::vector<Series> &series) {
   }
   Eigen::MatrixXd t(k, static_cast<Eigen::Index>(kept.size()));
   for (std::size_t i = 0; i < kept.size(); ++i)
-    t.col(static_cast<Eigen::Index>(i)) =
-        scale.asDiagonal() * solver.eigenvectors().col(kept[i]) /
-        std::sqrt(solver.eigenvalues()[kept[i]]);
+    t.col(static_cast<Eigen::Index>(i)) = scale.asDiagonal() * solver.eigenvectors().col(kept[i]) /
+                                          std::sqrt(solver.eigenvalues()[kept[i]]);
   return t;
 }
 
@@ -178,7 +177,8 @@ void fit_channel(ChannelNoise *c, const std::vector<Series> &series) {
   const Eigen::Index kept = std::min(kFields, t.cols());
   const Eigen::MatrixXd leading = solver.eigenvectors().rightCols(kept).rowwise().reverse();
   t = t * leading;
-  e.prior = solver.eigenvalues().tail(kept).reverse().array().max(1e-9 * e.s2).matrix().asDiagonal();
+  e.prior =
+      solver.eigenvalues().tail(kept).reverse().array().max(1e-9 * e.s2).matrix().asDiagonal();
   for (int i = 0; i < kRounds; ++i)
     improve(series, t, true, &e);
   const double s = std::sqrt(e.s2);

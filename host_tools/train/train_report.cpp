@@ -69,9 +69,9 @@ std::string outcome_report(const Training &training) {
     const std::string words = quantity_of(plan.layout.outcome_names[o]).words;
     const std::string unit = plan.layout.outcome_units[o];
     table.add({words, unit.empty() ? "-" : unit, plan.layout.external ? "-" : cell(r.r2, 3),
-               plan.layout.external ? "-" : cell(r.error, 3), cell(r.agreement, 3), how[std::clamp(r.source, 0, 2)],
-               cell(r.effect, 3), cell(r.rho, 2), cell(r.detectable, 3),
-               plan.layout.external ? "your own" : r.model});
+               plan.layout.external ? "-" : cell(r.error, 3), cell(r.agreement, 3),
+               how[std::clamp(r.source, 0, 2)], cell(r.effect, 3), cell(r.rho, 2),
+               cell(r.detectable, 3), plan.layout.external ? "your own" : r.model});
     constexpr double poor = 0.3;
     if (!plan.layout.external && r.r2 < poor && r.agreement > 1.0 - poor)
       blind += (blind.empty() ? "" : ", ") + words;

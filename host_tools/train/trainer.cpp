@@ -64,7 +64,9 @@ void set_ranges(FlightPlan *plan, const std::vector<Log> &logs) {
       high = std::max(high, column.maxCoeff());
     }
     const std::uint8_t role = plan->layout.command[f];
-    const double half_turn = (role & 2) != 0 ? 3.14159265358979323846 : (role & 4) != 0 ? 180.0 : 0.0;
+    const double half_turn = (role & 2) != 0   ? 3.14159265358979323846
+                             : (role & 4) != 0 ? 180.0
+                                               : 0.0;
     if (half_turn > 0.0) { // an angle may be anywhere
       low = std::min(low, -half_turn);
       high = std::max(high, half_turn);
@@ -218,7 +220,7 @@ void find_unlike_runs(const std::vector<Log> &logs, Training *training) {
   std::sort(scores.begin(), scores.end());
   const double middle = scores[scores.size() / 2];
   const double upper = scores[scores.size() * 3 / 4];
-  const double bar = middle + 5.0 * std::max(upper - middle, 2.0);
+  const double bar = middle + 8.0 * std::max(upper - middle, 2.0);
   for (std::size_t r = 0; r < logs.size(); ++r) {
     const RunScore &s = training->scores[r];
     if (s.score <= bar)
@@ -230,6 +232,23 @@ void find_unlike_runs(const std::vector<Log> &logs, Training *training) {
         "an alarm",
         logs[r].path, s.score, middle, training->plan.layout.outcome_names[s.channel % outcomes]));
   }
+}
+
+// R2 of every outcome's behaviour; none where the predictions are the user's.
+std::vector<double> explained_parts(const FlightPlan &plan, const Behaviour &behaviour) {
+  std::vector<double> r2;
+  for (std::size_t o = 0; o < plan.layout.outcomes() && !plan.layout.external; ++o)
+    r2.push_back(behaviour.targets[o].r2);
+  return r2;
+}
+
+// How much is kept and searched.
+void set_search(FlightPlan *plan, const TrainOptions &options) {
+  plan->ring = options.calibration.flight ? kFlightRing : kRing;
+  plan->pairs = 8;
+  plan->budget = options.calibration.flight ? 3 : 12;
+  plan->persistence = 2;
+  plan->stale_s = options.stale_s;
 }
 
 } // namespace
@@ -257,8 +276,8 @@ Training train(const std::vector<Log> &logs, const TrainOptions &options) {
   parallel_for(logs.size(), [&](std::size_t r) {
     runs[r] = block_run(logs[r], plan.layout, plan.basis, blocks);
     if (runs[r].blocks() < 16)
-      throw DataError(fmt::format("{}: {} blocks of {} rows; a run needs at least 16",
-                                  logs[r].path, runs[r].blocks(), plan.block_rows));
+      throw DataError(fmt::format("{}: {} blocks of {} rows; a run needs at least 16", logs[r].path,
+                                  runs[r].blocks(), plan.block_rows));
   });
   const std::size_t outcomes = plan.layout.outcomes();
   Behaviour behaviour = plan.layout.external ? external_behaviour(runs, outcomes)
@@ -267,13 +286,13 @@ Training train(const std::vector<Log> &logs, const TrainOptions &options) {
     learn_means(&plan.basis, runs);
   const std::vector<Matrix> level =
       wants_level(plan.layout, runs) ? fit_level(&plan, runs) : std::vector<Matrix>{};
-  const Agreement agreement = fit_agreement(plan.basis, runs, behaviour.residual, level,
-                                            !plan.layout.external);
+  const Agreement agreement =
+      fit_agreement(plan.basis, runs, behaviour.residual, level, !plan.layout.external);
   if (std::count(agreement.source.begin(), agreement.source.end(), AGREEMENT_LEVEL) == 0)
     plan.level.clear();
   const std::vector<Matrix> residual = all_residuals(runs, behaviour, agreement);
-  training.noise = fit_noise(plan.basis, runs, plan.block_rows * plan.period_s,
-                              behaviour.predicted, residual);
+  training.noise =
+      fit_noise(plan.basis, runs, plan.block_rows * plan.period_s, behaviour.predicted, residual);
   settle_repeats(&training.noise, outcomes);
   settle_agreement(&training.noise, agreement, outcomes);
   if (!plan.layout.external) {
@@ -281,18 +300,11 @@ Training train(const std::vector<Log> &logs, const TrainOptions &options) {
     plan.behaviour = behaviour_section(plan.basis, behaviour);
   }
   plan.agreement = agreement_section(agreement, plan.basis.means.size());
-  plan.ring = options.calibration.flight ? kFlightRing : kRing;
-  plan.pairs = 8;
-  plan.budget = options.calibration.flight ? 3 : 12;
-  plan.persistence = 2;
-  plan.stale_s = options.stale_s;
+  set_search(&plan, options);
   std::vector<SearchRun> seen;
   for (std::size_t r = 0; r < runs.size(); ++r)
     seen.push_back({&runs[r], &behaviour.predicted[r], &residual[r]});
-  std::vector<double> r2;
-  for (std::size_t o = 0; o < outcomes && !plan.layout.external; ++o)
-    r2.push_back(behaviour.targets[o].r2);
-  choose_region(&plan, seen, r2, options.calibration);
+  choose_region(&plan, seen, explained_parts(plan, behaviour), options.calibration);
   training.scores = calibrate_runs(&plan, &training.noise, seen, options.calibration);
   plan.noise = noise_section(training.noise);
   training.promise = promise_for(logs.size(), options.calibration.false_alarm);

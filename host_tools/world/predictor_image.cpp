@@ -1,11 +1,11 @@
-// A trained image's behaviour models as a simulation: what the commands alone let sensors read, block
-// by block.
+// A trained image's behaviour models as a simulation: what the commands alone let sensors read,
+// block by block.
 #include <stdexcept>
 
 #include "rim/monitor.h"
-#include "train/layout.hpp"
 #include "train/flight_image.hpp"
 #include "train/image_writer.hpp"
+#include "train/layout.hpp"
 #include "util/error.hpp"
 #include "world/predictor.hpp"
 #include "world/predictor_columns.hpp"

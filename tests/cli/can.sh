@@ -19,7 +19,7 @@ python=python3
 cd "$here" || exit 1
 for i in $(seq 20); do toy "run$(printf %02d "$i").csv" "$i"; done
 "$RIM" train run*.csv --out plain.rim --quick > /dev/null || bad "train"
-toy biased.csv 102 1200 'a += 0.5'
+toy biased.csv 102 1200 'if (x > 1) v += 0.5' # in a place, so that a plan may enter it
 "$RIM" can-table --dbc "$root/tests/firmware/toy.dbc" --map "$root/tests/firmware/toy.toml" --model plain.rim --out toy.rim > said
 check "can-table" 0 $?
 python3 "$root/tests/firmware/toy_can.py" biased.csv > biased.candump || bad "candump"

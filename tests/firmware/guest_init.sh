@@ -53,7 +53,7 @@ cansend can1 00000102#0102030405060708
 until_in heard.jsonl '"state":"raised"'; true_is "the alarm is heard on the other controller" $?
 usleep 1500000
 check "raised once" 1 "$(raised heard.jsonl)"
-has "a person can read it" heard.jsonl 'position [ab] reads 0\.[0-9]* m high'
+has "a person can read it" heard.jsonl 'speed reads 0\.[0-9]* m'
 # A plan over LCM that leads there: the warning comes over CAN.
 ./send_datagram plan.datagram 239.255.76.67 7667; true_is "a plan" $?
 until_in heard.jsonl '"message":"entry".*"to_entry_s":[0-9]'; true_is "the entry is told on the other controller" $?

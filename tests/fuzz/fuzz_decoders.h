@@ -146,7 +146,8 @@ static inline void fuzz_trained(const uint8_t *data, size_t bytes) {
     rim_behaviour_predict(&behaviour, term, first, predicted);
   if (rim_agreement_open(&agreement, data, bytes, 2, 1) == RIM_OK) {
     double state[2 * AGREEMENT_STATE] = {0.0}, remains[2];
-    const agreement_block block = {.residual = first, .mean = term, .measured = first, .level = first};
+    const agreement_block block = {
+        .residual = first, .mean = term, .measured = first, .level = first};
     rim_agreement_evaluate(&agreement, &block, state, remains);
   }
   if (rim_noise_open(&noise, data, bytes, 8, 1) != RIM_OK)

@@ -1,8 +1,8 @@
 /* Of test_search.c: a channel's noise as a section, blocks with a planted deviation, and what
  * generalised least squares says of a shape, computed with whole matrices.
  *
- * Predictions, means, ln sigma and residuals are whole multiples of the step in which the ring keeps
- * them. */
+ * Predictions, means, ln sigma and residuals are whole multiples of the step in which the ring
+ * keeps them. */
 #ifndef SEARCH_BENCH_H
 #define SEARCH_BENCH_H
 
@@ -32,7 +32,7 @@ typedef struct world {
   uint32_t blocks;
   uint8_t feature[MOST_BLOCKS][FEATURES];
   double p[MOST_BLOCKS], mean[MOST_BLOCKS][MEANS]; /* standardised */
-  double r[MOST_BLOCKS]; /* of channel 0, in the outcome's unit */
+  double r[MOST_BLOCKS];                           /* of channel 0, in the outcome's unit */
 } world;
 
 static inline double predicted(const world *w, uint32_t i) {
@@ -119,11 +119,9 @@ static inline void put_noise(bytes *b, const world *w) {
   for (size_t i = 0; i < 4; ++i)
     f32(b, times[i]);
   for (size_t c = 0; c < CHANNELS; ++c) {
-    const double numbers[9] = {1.0,         c == 0 ? w->fields : 0.0,
-                               w->rho,      w->s,
-                               w->p_center, w->p_scale,
-                               w->ln_sigma, 0.0,
-                               0.0};
+    const double numbers[9] = {
+        1.0, c == 0 ? w->fields : 0.0, w->rho, w->s, w->p_center, w->p_scale, w->ln_sigma, 0.0,
+        0.0};
     for (size_t i = 0; i < 9; ++i)
       f32(b, numbers[i]);
     for (size_t k = 0; k < FIELDS; ++k)
@@ -225,8 +223,8 @@ static inline gls dense(const world *w, const double *shape) {
     fields_of(w, i, of_i);
     for (uint32_t j = 0; j < n; ++j) {
       fields_of(w, j, of_j);
-      double sum = scale(w, i) * scale(w, j) *
-                   pow(w->rho, (double)(i > j ? i - j : j - i)) / (1.0 - w->rho * w->rho);
+      double sum = scale(w, i) * scale(w, j) * pow(w->rho, (double)(i > j ? i - j : j - i)) /
+                   (1.0 - w->rho * w->rho);
       for (uint32_t k = 0; k < w->fields; ++k)
         sum += w->prior[k] * of_i[k] * of_j[k];
       v[i][j] = w->s * w->s * sum;

@@ -13,13 +13,16 @@ enum { FEATURES = 5, OUTCOMES = 3, INPUTS = 3, TIMES = 2, FILTERS = INPUTS * TIM
 
 static const uint16_t input[INPUTS][2] = {
     {0, BASIS_PLAIN}, {4, BASIS_MAGNITUDE}, {1, 3 | BASIS_OF_PRODUCT}};
-static const uint16_t term[][3] = {{BASIS_MEAN, 5, 0},    {BASIS_PRODUCT, 5, 4},
-                                   {BASIS_ABS, 0, 0},     {BASIS_DECAY, 0, 1},
-                                   {BASIS_INTEGRAL, 2, 0}, {BASIS_INITIAL, 2, 1},
-                                   {BASIS_TIME, 0, 0},    {BASIS_ROLLED, 2, 0}};
+static const uint16_t term[][3] = {
+    {BASIS_MEAN, 5, 0},     {BASIS_PRODUCT, 5, 4}, {BASIS_ABS, 0, 0},  {BASIS_DECAY, 0, 1},
+    {BASIS_INTEGRAL, 2, 0}, {BASIS_INITIAL, 2, 1}, {BASIS_TIME, 0, 0}, {BASIS_ROLLED, 2, 0}};
 enum { TERMS = sizeof term / sizeof *term, MEANS = 2 };
 enum { INPUT_AT = 32, SHARE_AT = INPUT_AT + 4 * INPUTS, TERM_AT = SHARE_AT + 4 * TIMES };
-enum { CENTER_AT = TERM_AT + 8 * TERMS, SD_AT = CENTER_AT + 4 * TERMS, MEAN_AT = SD_AT + 4 * TERMS };
+enum {
+  CENTER_AT = TERM_AT + 8 * TERMS,
+  SD_AT = CENTER_AT + 4 * TERMS,
+  MEAN_AT = SD_AT + 4 * TERMS
+};
 enum { MEAN_SD_AT = MEAN_AT + 8 * MEANS, FIRST_AT = MEAN_SD_AT + 4 * MEANS };
 
 static bytes basis(void) {
@@ -117,12 +120,12 @@ static void indices_out_of_range_are_refused(void **state) {
              {INPUT_AT + 6, 0xfffd},
              {TERM_AT, 8},
              {TERM_AT, 0xffff},
-             {TERM_AT + 2, FILTERS},      /* MEAN */
-             {TERM_AT + 8 + 2, FILTERS},  /* PRODUCT */
+             {TERM_AT + 2, FILTERS},     /* MEAN */
+             {TERM_AT + 8 + 2, FILTERS}, /* PRODUCT */
              {TERM_AT + 8 + 4, FILTERS},
-             {TERM_AT + 16 + 2, FILTERS}, /* ABS */
-             {TERM_AT + 24 + 4, TIMES},   /* DECAY */
-             {TERM_AT + 32 + 2, INPUTS},  /* INTEGRAL */
+             {TERM_AT + 16 + 2, FILTERS},  /* ABS */
+             {TERM_AT + 24 + 4, TIMES},    /* DECAY */
+             {TERM_AT + 32 + 2, INPUTS},   /* INTEGRAL */
              {TERM_AT + 40 + 2, OUTCOMES}, /* INITIAL */
              {TERM_AT + 40 + 4, TIMES},
              {TERM_AT + 56 + 2, OUTCOMES}, /* ROLLED */

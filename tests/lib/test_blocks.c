@@ -1,5 +1,6 @@
 /* blocks: rows of telemetry to blocks. What a block says is held to a straightforward computation
- * over its rows; gaps, times, rates, values out of range, angles that wrap, and the first readings. */
+ * over its rows; gaps, times, rates, values out of range, angles that wrap, and the first readings.
+ */
 #include <math.h>
 #include <stdio.h>
 
@@ -17,10 +18,9 @@ static const double share[TIMES] = {1.0, 0.25};
 
 /* op, a, b: every kind of term, filters 2 i + t. */
 static const uint16_t terms[][3] = {
-    {BASIS_MEAN, 1, 0},     {BASIS_MEAN, 4, 0},  {BASIS_PRODUCT, 1, 3},
-    {BASIS_ABS, 1, 0},      {BASIS_DECAY, 0, 1}, {BASIS_INTEGRAL, 0, 0},
-    {BASIS_INITIAL, 1, 1},  {BASIS_TIME, 0, 0},  {BASIS_MEAN, 7, 0},
-    {BASIS_MEAN, 8, 0},     {BASIS_ROLLED, 0, 0}};
+    {BASIS_MEAN, 1, 0},  {BASIS_MEAN, 4, 0},     {BASIS_PRODUCT, 1, 3}, {BASIS_ABS, 1, 0},
+    {BASIS_DECAY, 0, 1}, {BASIS_INTEGRAL, 0, 0}, {BASIS_INITIAL, 1, 1}, {BASIS_TIME, 0, 0},
+    {BASIS_MEAN, 7, 0},  {BASIS_MEAN, 8, 0},     {BASIS_ROLLED, 0, 0}};
 enum { TERMS = sizeof terms / sizeof *terms, MEANS = 2 };
 static const uint16_t mean_filter[MEANS] = {0, 9};
 
@@ -78,8 +78,8 @@ static void make(bench *b) {
                               .outcome_feature = b->outcome_feature.byte,
                               .role = b->role,
                               .range = b->range.byte};
-  assert_int_equal(
-      rim_basis_open(&b->config.basis, b->section.byte, b->section.size, D, O), RIM_OK);
+  assert_int_equal(rim_basis_open(&b->config.basis, b->section.byte, b->section.size, D, O),
+                   RIM_OK);
 }
 
 static void start(bench *b) {
@@ -130,8 +130,8 @@ static void definition(run *r, uint32_t rows) {
       r->integral[t][i] = (t > 0 ? r->integral[t - 1][i] : 0.0) + PERIOD_S * input[i];
       for (uint32_t k = 0; k < TIMES; ++k) {
         const uint32_t f = TIMES * i + k;
-        r->filter[t][f] = t == 0 ? input[i]
-                                 : (1.0 - share[k]) * r->filter[t - 1][f] + share[k] * input[i];
+        r->filter[t][f] =
+            t == 0 ? input[i] : (1.0 - share[k]) * r->filter[t - 1][f] + share[k] * input[i];
       }
     }
   }
@@ -151,15 +151,22 @@ static double mean_filter_of(const run *r, uint32_t end, uint32_t filter) {
 
 static double term_of(const run *r, uint32_t end, const uint16_t *term) {
   switch (term[0]) {
-  case BASIS_MEAN: return mean_filter_of(r, end, term[1]);
-  case BASIS_PRODUCT: return mean_filter_of(r, end, term[1]) * mean_filter_of(r, end, term[2]);
-  case BASIS_ABS: return fabs(mean_filter_of(r, end, term[1]));
-  case BASIS_DECAY: return pow(1.0 - share[term[2]], (double)(end - 1));
-  case BASIS_INTEGRAL: return r->integral[end - 1][term[1]];
+  case BASIS_MEAN:
+    return mean_filter_of(r, end, term[1]);
+  case BASIS_PRODUCT:
+    return mean_filter_of(r, end, term[1]) * mean_filter_of(r, end, term[2]);
+  case BASIS_ABS:
+    return fabs(mean_filter_of(r, end, term[1]));
+  case BASIS_DECAY:
+    return pow(1.0 - share[term[2]], (double)(end - 1));
+  case BASIS_INTEGRAL:
+    return r->integral[end - 1][term[1]];
   case BASIS_INITIAL:
     return (r->first[term[1]] - FIRST_MEAN) * (1.0 - pow(1.0 - share[term[2]], (double)(end - 1)));
-  case BASIS_TIME: return PERIOD_S * ((double)end - 0.5 * (BLOCK + 1));
-  default: return 0.0;
+  case BASIS_TIME:
+    return PERIOD_S * ((double)end - 0.5 * (BLOCK + 1));
+  default:
+    return 0.0;
   }
 }
 
@@ -175,7 +182,8 @@ static void check_block(const bench *b, const run *r, uint32_t end) {
     double sum = 0.0;
     for (uint32_t t = end - BLOCK; t < end; ++t)
       sum += r->x[t][f];
-    assert_close(blocks_context(b->b)[f], f == HEADING ? within_half_a_turn(sum / BLOCK) : sum / BLOCK);
+    assert_close(blocks_context(b->b)[f],
+                 f == HEADING ? within_half_a_turn(sum / BLOCK) : sum / BLOCK);
   }
   for (uint32_t o = 0; o < O; ++o) {
     const uint32_t f = o == 0 ? SENSOR : HEADING;
@@ -237,7 +245,8 @@ static void blocks_are_as_defined(void **state) {
   assert_true(h.not_finite + h.time_back + h.gaps + h.out_of_range + h.wrong_rate == 0);
 }
 
-/* A heading that goes round and round: its mean never jumps, whatever turns the reading leaves out. */
+/* A heading that goes round and round: its mean never jumps, whatever turns the reading leaves out.
+ */
 static void an_angle_that_wraps_is_one(void **state) {
   (void)state;
   for (int degrees = 0; degrees < 2; ++degrees) {
@@ -278,7 +287,8 @@ static void repeated_readings_are_counted(void **state) {
       x[SENSOR] = 1.5;
     if (row(&b, PERIOD_S * t, x) != BLOCKS_DONE)
       continue;
-    const double expected = t < BLOCK ? 0.0 : t < 3 * BLOCK ? 3.0 / BLOCK
+    const double expected = t < BLOCK       ? 0.0
+                            : t < 3 * BLOCK ? 3.0 / BLOCK
                             : t < 4 * BLOCK ? 4.0 / BLOCK
                                             : 1.0;
     assert_close(blocks_repeats(b.b)[0], expected);
@@ -301,7 +311,8 @@ static void gaps_are_counted_and_not_bridged(void **state) {
       blocks_seen += step(&b, t) == BLOCKS_DONE;
     assert_int_equal(blocks_seen, 2);
     t += missing;
-    const bool anew = missing + 1 >= 3; /* at least three periods, and more than a quarter of five */
+    const bool anew =
+        missing + 1 >= 3; /* at least three periods, and more than a quarter of five */
     double squares = 0.0, sum = 0.0;
     uint32_t n = 0;
     for (uint32_t k = 0; k < (anew ? BLOCK : BLOCK - 2); ++k, ++t, ++used) {
@@ -398,7 +409,7 @@ static void a_wrong_rate_is_told_and_not_examined(void **state) {
   static const struct {
     double factor; /* of the time between rows */
     bool wrong;
-  } rates[] = {{0.1, true}, {0.5, true}, {0.6, true}, {0.75, false},
+  } rates[] = {{0.1, true},  {0.5, true}, {0.6, true}, {0.75, false},
                {1.3, false}, {1.7, true}, {2.0, true}, {10.0, true}};
   for (size_t i = 0; i < sizeof rates / sizeof *rates; ++i) {
     bench b;
@@ -505,9 +516,9 @@ static void an_angle_may_be_counted_from_zero(void **state) {
   bench *both[2] = {&signed_angle, &positive};
   for (size_t k = 0; k < 2; ++k) {
     both[k]->config.range = both[k]->range.byte;
-    assert_int_equal(blocks_init(&both[k]->b, both[k]->memory, sizeof both[k]->memory,
-                                 &both[k]->config),
-                     RIM_OK);
+    assert_int_equal(
+        blocks_init(&both[k]->b, both[k]->memory, sizeof both[k]->memory, &both[k]->config),
+        RIM_OK);
     for (uint32_t t = 0; t < 40 * BLOCK; ++t) {
       const double angle = remainder(0.3 * t, 2.0 * RIM_PI);
       const double x[D] = {0.0, 0.0, 0.0, k == 1 && angle < 0.0 ? angle + 2.0 * RIM_PI : angle};

@@ -49,10 +49,10 @@ static void shape_of(const world *w, const search_hypothesis *h, double *shape) 
       inside = inside && in_bins(w, i, h, 0);
     if (h->family == SEARCH_BOX || h->family == SEARCH_BOX_SINCE)
       inside = inside && in_bins(w, i, h, 1);
-    shape[i] = !inside                      ? 0.0
-               : h->family == SEARCH_RAMP   ? w->s * age / 256.0
-               : h->family == SEARCH_GAIN   ? predicted(w, i)
-                                            : w->s;
+    shape[i] = !inside                    ? 0.0
+               : h->family == SEARCH_RAMP ? w->s * age / 256.0
+               : h->family == SEARCH_GAIN ? predicted(w, i)
+                                          : w->s;
   }
 }
 
@@ -83,7 +83,8 @@ static void regions_are_judged_by_least_squares(void **state) {
     search_refresh(b.search, 0);
     for (size_t f = 0; f < sizeof family / sizeof *family; ++f) {
       const bool since = family[f] != SEARCH_INTERVAL && family[f] != SEARCH_BOX;
-      for (uint32_t onset = since ? 0 : SEARCH_FROM_START; onset + 20 < RING || !since; onset += 7) {
+      for (uint32_t onset = since ? 0 : SEARCH_FROM_START; onset + 20 < RING || !since;
+           onset += 7) {
         search_hypothesis h = hypothesis(family[f], onset);
         search_evaluate(b.search, &h);
         const uint32_t blocks = blocks_inside(&w, &h);

@@ -37,7 +37,8 @@ extern "C" {
 
 #define RIM_MONITOR_MAX_FEATURES 128
 #define RIM_MONITOR_MAX_OUTCOMES 128
-#define RIM_MONITOR_KINDS 4u /* residual channels per outcome of a trained image, see rim_channel */
+#define RIM_MONITOR_KINDS 4u /* residual channels per outcome of a trained image, see rim_channel  \
+                              */
 
 /* Sections of a flight image. All but NAMES are read on board. */
 typedef enum rim_section {
@@ -50,7 +51,8 @@ typedef enum rim_section {
   RIM_SECTION_REGION = 8,    /* u16[region features][2]: feature, and 0xffff or the outcome whose
                                 prediction stands for it */
   RIM_SECTION_OUTCOMES = 9, /* u16[outcomes]: feature index of each outcome; absent when external */
-  RIM_SECTION_COMMANDS = 10, /* u8[features]: 1 for a command, + 2 an angle in rad, + 4 in degrees */
+  RIM_SECTION_COMMANDS =
+      10, /* u8[features]: 1 for a command, + 2 an angle in rad, + 4 in degrees */
   RIM_SECTION_CORRECT = RIM_CORRECT_SECTION, /* rim_correct; absent: the models stand as trained */
   /* Both or neither; absent: no detector of motion interference. */
   RIM_SECTION_INTERFERENCE = RIM_INTERFERENCE_SECTION, /* rim_interference_model, packed */
@@ -128,10 +130,10 @@ typedef struct rim_verdict {
   uint32_t blocks;  /* observations given to the search so far */
   uint16_t channel; /* with the largest score */
   uint16_t out_feature;
-  uint8_t level;    /* rim_level of the vehicle: see rim_alarm_status */
-  uint8_t reason;   /* rim_reason; NONE: the level is about the vehicle */
-  bool valid;       /* this row was used; otherwise it was counted in health */
-  rim_alarm alarm;  /* seq 0 (and state NONE) when this step has no record to publish */
+  uint8_t level;   /* rim_level of the vehicle: see rim_alarm_status */
+  uint8_t reason;  /* rim_reason; NONE: the level is about the vehicle */
+  bool valid;      /* this row was used; otherwise it was counted in health */
+  rim_alarm alarm; /* seq 0 (and state NONE) when this step has no record to publish */
   rim_interference_verdict interference; /* valid false: no such detector, or row not used */
 } rim_verdict;
 
@@ -179,10 +181,12 @@ typedef struct rim_monitor rim_monitor;
 #define RIM_MONITOR_TRAINED_SIZE(features, outcomes, region_features, ring, filters, terms,        \
                                  fields, means)                                                    \
   (RIM_MONITOR_HEADER_BYTES + RIM_MONITOR_ROWS_SIZE(features, outcomes, filters, terms) +          \
-   RIM_MONITOR_SEARCH_HEADER + RIM_MONITOR_KINDS * (size_t)(outcomes) *                            \
+   RIM_MONITOR_SEARCH_HEADER +                                                                     \
+   RIM_MONITOR_KINDS * (size_t)(outcomes) *                                                        \
        (4u * (size_t)(fields) * ((fields) + 3u) + 72u + (region_features)) +                       \
    (size_t)(ring) * (4u * (5u + (fields)) + RIM_MONITOR_KINDS * 2u * (size_t)(outcomes) +          \
-                     (region_features) + (means) + 3u * (size_t)(outcomes)) + 128u)
+                     (region_features) + (means) + 3u * (size_t)(outcomes)) +                      \
+   128u)
 #define RIM_MONITOR_SEARCH_HEADER 4096u
 
 /* To be added for an image that watches motion interference. */
@@ -271,8 +275,8 @@ rim_status rim_monitor_attach(rim_monitor **monitor, void *memory, size_t bytes,
  * yet, or an image without section NOISE. Valid until the next step. */
 const uint8_t *rim_monitor_place(const rim_monitor *monitor);
 
-/* Whether block `block` of the run (counted from 0; verdict->blocks - 1 is the newest) at this place
- * is among those in which the alarm that stands, or stood last, says the deviation was. */
+/* Whether block `block` of the run (counted from 0; verdict->blocks - 1 is the newest) at this
+ * place is among those in which the alarm that stands, or stood last, says the deviation was. */
 bool rim_monitor_inside(const rim_monitor *monitor, const uint8_t *place, uint32_t block);
 
 /* For tools on the ground. The search is NULL where the image has section NOISE. */

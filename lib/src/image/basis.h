@@ -12,9 +12,8 @@
  *   u16 mean[M][2]        filter, 0: the exponential means that the noise models use
  *   f32 center[M], inverse_sd[M]
  *   f32 first[outcomes]   mean first reading of each outcome in healthy runs
- *   f32 first_sd[outcomes]   where S is 1: their standard deviation, > 0. A first reading is limited
- *                         to BASIS_FIRST_LIMIT of it, or a sensor that is wrong from the start
- *                         would be believed.
+ *   f32 first_sd[outcomes]   where S is 1: their standard deviation, > 0. A first reading is
+ * limited to BASIS_FIRST_LIMIT of it, or a sensor that is wrong from the start would be believed.
  * Filter i * T + t is the exponential mean of input i with time constant t; its value in a block is
  * the mean over the block's rows. */
 #ifndef RIM_SRC_BASIS_H
@@ -34,7 +33,7 @@
 #define BASIS_MAX_TIMES 12u
 #define BASIS_MAX_TERMS 512u
 #define BASIS_MAX_MEANS 8u
-#define BASIS_CLIP 6.0      /* standard deviations of a term */
+#define BASIS_CLIP 6.0 /* standard deviations of a term */
 #define BASIS_FIRST_LIMIT 4.0
 #define BASIS_MEAN_CLIP 4.0 /* of a mean, so that it fits into a byte */
 

@@ -5,8 +5,8 @@
 #include "rim/image.h"
 #include "rim/real.h"
 
-#define RATE_ROWS 16.0   /* over which the rate is averaged */
-#define RATE_SLOW 1.5    /* mean time between rows, in periods, from which the rate is wrong */
+#define RATE_ROWS 16.0 /* over which the rate is averaged */
+#define RATE_SLOW 1.5  /* mean time between rows, in periods, from which the rate is wrong */
 #define RATE_FAST 0.67
 #define CHANGE_MOST 3.0
 #define MOST_MISSING 1e6 /* rows of a gap over which the filters go on */
@@ -20,7 +20,7 @@ struct blocks {
   uint32_t count, rows; /* blocks ended; rows used since the start */
   uint16_t rows_in_block, seconds, out_feature;
   uint32_t missing; /* rows that a gap before this one left out */
-  uint8_t recent;  /* readings before this one without a gap, at most 2 */
+  uint8_t recent;   /* readings before this one without a gap, at most 2 */
   bool started;
   bool has_before; /* an ended block precedes */
 };
@@ -36,7 +36,7 @@ static double *feature_array(const blocks *b, size_t which) {
 static double *outcome_array(const blocks *b, size_t which) {
   return feature_array(b, FEATURE_ARRAYS) + which * b->config.outcomes;
 }
-#define SUM(b) feature_array(b, 0) /* of the block, then its mean */
+#define SUM(b) feature_array(b, 0)    /* of the block, then its mean */
 #define BEFORE(b) feature_array(b, 1) /* means of the block before */
 #define TURN(b) feature_array(b, 2)   /* whole turns that unwrap an angle */
 #define LAST(b) feature_array(b, 3)   /* last reading, unwrapped */
@@ -147,7 +147,9 @@ static double limited(blocks *b, size_t f, double x) {
 
 static double whole_turn(const blocks *b, size_t f) {
   const uint8_t role = b->config.role[f];
-  return (role & BLOCKS_ANGLE_RAD) != 0 ? 2.0 * RIM_PI : (role & BLOCKS_ANGLE_DEG) != 0 ? 360.0 : 0.0;
+  return (role & BLOCKS_ANGLE_RAD) != 0   ? 2.0 * RIM_PI
+         : (role & BLOCKS_ANGLE_DEG) != 0 ? 360.0
+                                          : 0.0;
 }
 
 static void begin_block(blocks *b) {
@@ -277,16 +279,23 @@ static double term_value(const blocks *b, size_t i) {
   const uint8_t *spec = b->config.basis.term;
   const uint16_t first = rim_image_u16(spec, 4 * i + 1), second = rim_image_u16(spec, 4 * i + 2);
   switch ((basis_op)rim_image_u16(spec, 4 * i)) {
-  case BASIS_MEAN: return filter_sum(b)[first];
-  case BASIS_PRODUCT: return filter_sum(b)[first] * filter_sum(b)[second];
-  case BASIS_ABS: return rim_abs(filter_sum(b)[first]);
-  case BASIS_DECAY: return decay(b)[second];
-  case BASIS_INTEGRAL: return integral(b)[first];
+  case BASIS_MEAN:
+    return filter_sum(b)[first];
+  case BASIS_PRODUCT:
+    return filter_sum(b)[first] * filter_sum(b)[second];
+  case BASIS_ABS:
+    return rim_abs(filter_sum(b)[first]);
+  case BASIS_DECAY:
+    return decay(b)[second];
+  case BASIS_INTEGRAL:
+    return integral(b)[first];
   case BASIS_INITIAL:
     return (FIRST(b)[first] - (double)rim_image_f32(b->config.basis.first, first)) *
            (1.0 - decay(b)[second]);
-  case BASIS_TIME: return blocks_since_start_s(b);
-  case BASIS_ROLLED: break;
+  case BASIS_TIME:
+    return blocks_since_start_s(b);
+  case BASIS_ROLLED:
+    break;
   }
   return 0.0;
 }
@@ -394,8 +403,8 @@ uint16_t blocks_out_of_range(const blocks *b, double *value) {
 }
 bool blocks_rate_is_wrong(const blocks *b) {
   const double period_s = b->config.period_s;
-  return period_s > 0.0 && (b->mean_period_s > RATE_SLOW * period_s ||
-                            b->mean_period_s < RATE_FAST * period_s);
+  return period_s > 0.0 &&
+         (b->mean_period_s > RATE_SLOW * period_s || b->mean_period_s < RATE_FAST * period_s);
 }
 double blocks_period_s(const blocks *b) { return b->told_period_s; }
 const double *blocks_context(const blocks *b) { return SUM(b); }

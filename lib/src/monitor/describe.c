@@ -4,11 +4,12 @@
 #include "monitor_private.h"
 #include "rim/real.h"
 
-/* A behaviour channel with this part of the score of the leading agreement channel is named instead:
- * when the vehicle itself deviates several sensors do, and agree. */
+/* A behaviour channel with this part of the score of the leading agreement channel is named
+ * instead: when the vehicle itself deviates several sensors do, and agree. */
 #define BEHAVIOUR_SHARE 0.4
 #define FROZEN 0.3 /* share of repeated readings, beyond the healthy, that is called stuck */
-#define LIKELY 1.0 /* nats for the outcome that is mostly integrated: a bias is likelier than a drift */
+#define LIKELY                                                                                     \
+  1.0 /* nats for the outcome that is mostly integrated: a bias is likelier than a drift */
 
 static void begin(const rim_monitor *m, const rim_verdict *verdict, rim_alarm *alarm) {
   memset(alarm, 0, sizeof *alarm);
@@ -51,8 +52,8 @@ static double trained_score(const rim_monitor *m, uint16_t c) {
   return (double)search_best(m->search, c)->score;
 }
 
-/* An outcome that integrates others sums up what is wrong with them. Where it deviates other than by
- * a step, and one that it integrates deviates by its own channels, that one is the cause. */
+/* An outcome that integrates others sums up what is wrong with them. Where it deviates other than
+ * by a step, and one that it integrates deviates by its own channels, that one is the cause. */
 static uint16_t integrated_cause(const rim_monitor *m, uint16_t leading) {
   const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
   uint16_t best = leading;
@@ -89,8 +90,8 @@ static uint16_t choose_channel(const rim_monitor *m, uint16_t leading) {
   if (leading / outcomes != RIM_CHANNEL_AGREEMENT)
     return leading;
   uint16_t best = leading;
-  double score = rim_max(BEHAVIOUR_SHARE * trained_score(m, leading),
-                         m->models.threshold.alarm_score);
+  double score =
+      rim_max(BEHAVIOUR_SHARE * trained_score(m, leading), m->models.threshold.alarm_score);
   for (uint16_t c = 0; c < outcomes; ++c) {
     if (trained_score(m, c) >= score && !contradicts(m, leading, c)) {
       score = trained_score(m, c);
@@ -107,7 +108,7 @@ static uint16_t frozen_or(const rim_monitor *m, uint16_t channel) {
   const double share = (double)search_best(m->search, repeats)->shift *
                        (double)rim_noise_channel(&m->models.noise, repeats).s;
   return trained_score(m, repeats) >= m->models.threshold.alarm_score && share > FROZEN ? repeats
-                                                                                       : channel;
+                                                                                        : channel;
 }
 
 static rim_kind kind_of(uint16_t channel_kind, uint8_t family) {
@@ -168,8 +169,8 @@ static void place_region(const rim_monitor *m, const search_hypothesis *h, rim_r
 
 static void date(const rim_monitor *m, const search_hypothesis *h, double onset_sd,
                  rim_alarm *alarm) {
-  const double block_s = (double)m->words[RIM_CONFIG_BLOCK_ROWS] * 1e-6 *
-                         (double)m->words[RIM_CONFIG_PERIOD_US];
+  const double block_s =
+      (double)m->words[RIM_CONFIG_BLOCK_ROWS] * 1e-6 * (double)m->words[RIM_CONFIG_PERIOD_US];
   const uint32_t first =
       h->onset != SEARCH_FROM_START ? h->onset : search_first_inside(m->search, h);
   alarm->since_s = m->run_start_s + search_time_of(m->search, first) - 0.5 * block_s;
@@ -188,16 +189,16 @@ static double support_of(rim_monitor *m, uint32_t j, double bias, uint32_t onset
     search_hypothesis since = {.family = SEARCH_SINCE, .onset = onset};
     if (n.active > 0.5f && search_evaluate_channel(m->search, c, &since)) {
       const double a = 1.0 / ((double)since.sd * (double)since.sd);
-      support += (z * (double)since.shift - 0.5 * z * z) * a /
-                 (double)rim_image_f32(n.phi, SEARCH_SINCE);
+      support +=
+          (z * (double)since.shift - 0.5 * z * z) * a / (double)rim_image_f32(n.phi, SEARCH_SINCE);
     }
   }
   return support;
 }
 
-/* An outcome that integrates others drifts when one of those is biased. Whose bias it is, or whether
- * it is a drift of its own, is told by the others' own channels; where they say nothing, the one that
- * it mostly integrates is named. */
+/* An outcome that integrates others drifts when one of those is biased. Whose bias it is, or
+ * whether it is a drift of its own, is told by the others' own channels; where they say nothing,
+ * the one that it mostly integrates is named. */
 static void blame_integrand(rim_monitor *m, uint16_t channel, const search_hypothesis *h,
                             rim_alarm *alarm) {
   const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
@@ -224,7 +225,8 @@ static void blame_integrand(rim_monitor *m, uint16_t channel, const search_hypot
   }
 }
 
-/* Where behaviour and agreement of one outcome have contrary signs, the one that is surer is told. */
+/* Where behaviour and agreement of one outcome have contrary signs, the one that is surer is told.
+ */
 static void prefer_agreement(rim_monitor *m, uint16_t *channel, search_hypothesis *h,
                              double *onset_sd) {
   const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
@@ -330,8 +332,8 @@ static void describe_rows(rim_monitor *m, const rim_verdict *verdict, rim_alarm 
     if (i > 0 && !rim_select_shift_of_channel(m->select, alarm->channel[i], &found))
       continue;
     /* F = shift^2 / (2 Var) gives the standard error without asking for Var again. */
-    alarm->shift[i] = found.shift * outcome_unit(m, alarm->channel[i]) /
-                      monitor_scale(m, alarm->channel[i]);
+    alarm->shift[i] =
+        found.shift * outcome_unit(m, alarm->channel[i]) / monitor_scale(m, alarm->channel[i]);
     alarm->shift_sd[i] =
         found.ln_anom > 0.0 ? rim_abs(alarm->shift[i]) / rim_sqrt(2.0 * found.ln_anom) : 0.0;
   }

@@ -86,7 +86,8 @@ static rim_status open_tables(monitor_plan *p) {
   const size_t features = p->words[RIM_CONFIG_FEATURES];
   const size_t outcomes = p->words[RIM_CONFIG_OUTCOMES];
   p->range = exact_section(p, RIM_SECTION_FEATURES, 8u * features);
-  p->region = exact_section(p, RIM_SECTION_REGION, 4u * (size_t)p->words[RIM_CONFIG_REGION_FEATURES]);
+  p->region =
+      exact_section(p, RIM_SECTION_REGION, 4u * (size_t)p->words[RIM_CONFIG_REGION_FEATURES]);
   p->rows.role = exact_section(p, RIM_SECTION_COMMANDS, features);
   if (p->range == NULL || p->region == NULL || p->rows.role == NULL)
     return RIM_E_CONFIG;
@@ -220,8 +221,8 @@ static rim_status make_plan(monitor_plan *p, const void *image, size_t image_byt
   if (status == RIM_OK)
     status = open_correct(p);
   if (status == RIM_OK)
-    status = rim_interference_watch_check(&p->image, p->rows.features, p->rows.outcomes,
-                                          &p->has_watch);
+    status =
+        rim_interference_watch_check(&p->image, p->rows.features, p->rows.outcomes, &p->has_watch);
   if (p->channel_count > (p->is_trained ? SEARCH_MAX_CHANNELS : RIM_SELECT_MAX_CHANNELS))
     return RIM_E_CONFIG;
   plan_searches(p);
@@ -251,7 +252,8 @@ static rim_status make_layout(const monitor_plan *p, layout *l) {
   l->rows = RIM_MONITOR_HEADER_BYTES;
   l->rows_bytes = blocks_size(&p->rows);
   l->numbers = l->rows + l->rows_bytes;
-  l->place = l->numbers + 8u * (p->is_trained ? (8u + AGREEMENT_STATE) * outcomes : features + outcomes);
+  l->place =
+      l->numbers + 8u * (p->is_trained ? (8u + AGREEMENT_STATE) * outcomes : features + outcomes);
   l->search = RIM_MONITOR_ROUND8(l->place + features);
   l->watch = RIM_MONITOR_ROUND8(l->search + l->search_bytes);
   l->total = p->has_watch ? l->watch + RIM_MONITOR_INTERFERENCE_BYTES : l->search + l->search_bytes;

@@ -14,7 +14,7 @@ void search_edges(const rim_search *s, uint32_t feature, uint32_t first, uint32_
 search_mask search_mask_of(const rim_search *s, const search_hypothesis *h, int without) {
   search_mask mask;
   memset(&mask, 0, sizeof mask);
-  const uint32_t dims = h->family == SEARCH_BOX || h->family == SEARCH_BOX_SINCE         ? 2u
+  const uint32_t dims = h->family == SEARCH_BOX || h->family == SEARCH_BOX_SINCE             ? 2u
                         : h->family == SEARCH_INTERVAL || h->family == SEARCH_INTERVAL_SINCE ? 1u
                                                                                              : 0u;
   for (uint32_t k = 0; k < dims; ++k) {
@@ -63,7 +63,8 @@ static void bins_of_bytes(const rim_search *s, uint32_t feature, uint8_t *bin) {
   }
 }
 
-/* Sums per bin; pair[hi (hi + 1) / 2 + lo]: what neighbours in the bins lo..hi and hi take off A. */
+/* Sums per bin; pair[hi (hi + 1) / 2 + lo]: what neighbours in the bins lo..hi and hi take off A.
+ */
 static void fill_bins(rim_search *s, const search_mask *mask, uint32_t feature) {
   search_bins *bins = &s->bins;
   uint8_t bin[256];
@@ -116,8 +117,7 @@ void search_scan_interval(rim_search *s, const search_mask *mask, uint32_t featu
         sums.g[j] += (double)bins->g[last][j];
         a -= sums.g[j] * sums.g[j];
       }
-      if (sums.n < (double)SEARCH_LEAST || !(a > 1e-6 * sums.a) ||
-          !(sums.d * sums.d > best * a))
+      if (sums.n < (double)SEARCH_LEAST || !(a > 1e-6 * sums.a) || !(sums.d * sums.d > best * a))
         continue;
       best = sums.d * sums.d / a;
       best_first = first;
@@ -152,7 +152,8 @@ static void fill_cells(rim_search *s, uint32_t x, uint32_t y) {
   uint32_t next = CELLS * CELLS;
   for (uint32_t i = s->held; i-- > 0;) {
     const uint8_t *f = search_features(s, search_slot(s, i));
-    const uint32_t k = bin_x[f[x]] * CELLS / SEARCH_BINS * CELLS + bin_y[f[y]] * CELLS / SEARCH_BINS;
+    const uint32_t k =
+        bin_x[f[x]] * CELLS / SEARCH_BINS * CELLS + bin_y[f[y]] * CELLS / SEARCH_BINS;
     cells->n[k] += 1.0f;
     cells->d[k] += search_q(s)[i];
     cells->a[k] += search_a0(s)[i] + (next == k ? search_a1(s)[i] : 0.0f);

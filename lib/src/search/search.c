@@ -17,8 +17,7 @@ static bool config_fits(const search_config *c) {
   return c->features >= 1 && c->features <= SEARCH_MAX_FEATURES && c->channels >= 1 &&
          c->channels <= SEARCH_MAX_CHANNELS && c->outcomes >= 1 && c->channels >= c->outcomes &&
          c->ring >= 8 && c->ring <= SEARCH_MAX_RING && c->noise != NULL && c->cuts != NULL &&
-         c->noise->channels == c->channels &&
-         c->noise->raw == NOISE_RAW_FIRST + (uint32_t)c->means;
+         c->noise->channels == c->channels && c->noise->raw == NOISE_RAW_FIRST + (uint32_t)c->means;
 }
 
 /* Places every array; returns the bytes of all. */
@@ -130,7 +129,8 @@ static void store_channel(rim_search *s, uint32_t slot, const search_block *b, u
 }
 
 /* Adds the newest block to G = B'WB and u = B'Wr of a channel. */
-static void accumulate(rim_search *s, uint32_t slot, uint32_t before, bool first, uint32_t channel) {
+static void accumulate(rim_search *s, uint32_t slot, uint32_t before, bool first,
+                       uint32_t channel) {
   const noise_channel c = rim_noise_channel(s->config.noise, channel);
   const uint32_t k = c.fields, outcome = channel % s->config.outcomes;
   const double rho = (double)c.rho;
@@ -214,8 +214,8 @@ static uint32_t choose_channel(rim_search *s) {
   if (s->favour) {
     uint32_t best = s->config.channels;
     for (uint32_t c = 0; c < s->config.channels; ++c) {
-      if (is_active(s, c) && (best == s->config.channels ||
-                              search_best(s, c)->score > search_best(s, best)->score))
+      if (is_active(s, c) &&
+          (best == s->config.channels || search_best(s, c)->score > search_best(s, best)->score))
         best = c;
     }
     if (best < s->config.channels)

@@ -15,7 +15,8 @@ void search_raw_fields(const rim_search *s, const noise_channel *c, uint32_t slo
   const rim_noise *noise = s->config.noise;
   raw[0] = 1.0;
   raw[1] = (double)search_predictions(s, slot)[outcome] * SEARCH_BYTE_STEP;
-  raw[2] = (1.0 - rim_exp(-rim_clamp(t_s / noise->trend_s, 0.0, 40.0))) * noise->trend_s / noise->run_s;
+  raw[2] =
+      (1.0 - rim_exp(-rim_clamp(t_s / noise->trend_s, 0.0, 40.0))) * noise->trend_s / noise->run_s;
   raw[3] = rim_exp(-rim_min(t_s / noise->decay_s, 40.0));
   const int8_t *mean = search_means(s, slot);
   for (uint32_t m = 0; m < s->config.means; ++m)
