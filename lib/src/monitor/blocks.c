@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "../usable.h"
 #include "rim/image.h"
 #include "rim/real.h"
 
@@ -95,19 +96,6 @@ void blocks_reset(blocks *b) {
   b->config = config;
   b->mean_period_s = b->told_period_s = config.period_s;
   b->out_feature = BLOCKS_NO_FEATURE;
-}
-
-static void count(uint32_t *counter) {
-  if (*counter != UINT32_MAX)
-    ++*counter;
-}
-
-static bool all_finite(const double *x, size_t n) {
-  for (size_t i = 0; i < n; ++i) {
-    if (!rim_is_finite(x[i]))
-      return false;
-  }
-  return true;
 }
 
 static bool row_is_usable(blocks *b, double t_s, const double *context, const double *outcome,

@@ -1,6 +1,7 @@
 /* One row: checked, gathered, predicted, searched, judged. */
 #include <string.h>
 
+#include "../usable.h"
 #include "monitor_private.h"
 #include "rim/real.h"
 
@@ -13,11 +14,6 @@ void monitor_clear_verdict(rim_monitor *m) {
   m->last.threshold = rim_threshold_ln_anom(&m->models.threshold, 0, 0);
   m->out_feature = BLOCKS_NO_FEATURE;
   m->out_value = m->out_t_s = 0.0;
-}
-
-static void count(uint32_t *counter) {
-  if (*counter != UINT32_MAX)
-    ++*counter;
 }
 
 /* ---- a trained image: residuals of a block ---- */

@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "../usable.h"
 #include "rim/real.h"
 #include "search_private.h"
 
@@ -101,14 +102,6 @@ void search_reset(rim_search *s) {
     at += doubles;
   }
   memset(search_feature_scores(s, 0), 0, (size_t)s->config.channels * s->config.features);
-}
-
-static bool all_finite(const double *x, size_t n) {
-  for (size_t i = 0; i < n; ++i) {
-    if (!rim_is_finite(x[i]))
-      return false;
-  }
-  return true;
 }
 
 static int8_t to_byte(double x) {
