@@ -119,13 +119,16 @@ clean: ## remove everything built
 	rm -rf $(BUILD)
 
 install: all ## into $(DESTDIR)$(PREFIX): bin lib include share
-	install -d $(DESTDIR)$(PREFIX)/bin $(DESTDIR)$(PREFIX)/lib/pkgconfig $(DESTDIR)$(PREFIX)/include/rim \
+	install -d $(DESTDIR)$(PREFIX)/bin $(DESTDIR)$(PREFIX)/lib/pkgconfig $(DESTDIR)$(PREFIX)/include/rim/plan \
 	  $(DESTDIR)$(PREFIX)/share/rimwatch/wire
 	$(if $(CROSS_COMPILE),,install -m 755 $(BUILD)/rim $(BUILD)/rimd $(DESTDIR)$(PREFIX)/bin/)
 	install -m 644 firmware/rimd/rimd.conf $(DESTDIR)$(PREFIX)/share/rimwatch/
 	sed -e 's|@PREFIX@|$(PREFIX)|' firmware/rimd/rimd.service.in > $(DESTDIR)$(PREFIX)/share/rimwatch/rimd.service
 	install -m 644 $(BUILD)/librim.a $(DESTDIR)$(PREFIX)/lib/librim.a
 	install -m 644 lib/include/rim/*.h $(DESTDIR)$(PREFIX)/include/rim/
+	install -m 644 lib/include/rim/plan/*.h $(DESTDIR)$(PREFIX)/include/rim/plan/
+	set -e; for f in $(wildcard lib/src/*/*.h); do \
+	  install -D -m 644 $$f $(DESTDIR)$(PREFIX)/include/$${f#lib/src/}; done
 	install -m 644 lib/wire/*.lcm lib/wire/*.dbc $(DESTDIR)$(PREFIX)/share/rimwatch/wire/
 	sed -e 's|@PREFIX@|$(PREFIX)|' -e 's|@VERSION@|$(VERSION)|' lib/rimwatch.pc.in \
 	  > $(DESTDIR)$(PREFIX)/lib/pkgconfig/rimwatch.pc
@@ -141,9 +144,9 @@ check: check-deps lib ## cppcheck, style, forbidden symbols, and the tests under
 	lib/check_symbols.sh "$(NM)" $(BUILD)/librim.a names
 	lib/size.sh "$(SIZE)" $(BUILD) > $(BUILD)/size.txt || { tail -6 $(BUILD)/size.txt; exit 1; }
 	cppcheck --quiet --error-exitcode=1 --inline-suppr --std=c11 \
-	  --enable=warning,performance,portability -Ilib/include lib/src
+	  --enable=warning,performance,portability -Ilib/include -Ilib/src lib/src
 	cppcheck --quiet --error-exitcode=1 --inline-suppr --std=c++17 --language=c++ -j2 \
-	  --enable=warning,performance,portability -Ilib/include -Ihost_tools host_tools
+	  --enable=warning,performance,portability -Ilib/include -Ilib/src -Ihost_tools host_tools
 	@$(MAKE) --no-print-directory -j$(TEST_JOBS) BUILD=$(BUILD)/sanitize SANITIZE=1 OPT=-O1 test-run
 
 .PHONY: check-deps

@@ -12,7 +12,7 @@ firmware: lib $(if $(CROSS_COMPILE),,$(BUILD)/rimd)
 RIMD_SRC := $(sort $(wildcard firmware/rimd/*.c firmware/transport/*.c))
 RIMD_OBJ := $(RIMD_SRC:%.c=$(BUILD)/%.o)
 FIRMWARE_CFLAGS = -std=c11 $(OPT) -ffp-contract=off $(WARNINGS) -Wvla -Wstrict-prototypes -Wmissing-prototypes \
-  -pthread $(SANITIZER_FLAGS) $(EXTRA_CFLAGS) -DRIM_VERSION='"$(VERSION)"' -Ifirmware -Ilib/include
+  -pthread $(SANITIZER_FLAGS) $(EXTRA_CFLAGS) -DRIM_VERSION='"$(VERSION)"' -Ifirmware -Ilib/include -Ilib/src
 
 $(BUILD)/flags.firmware: FORCE
 	$(call flags_stamp,$(CC) $(FIRMWARE_CFLAGS))
@@ -43,7 +43,7 @@ RECORDED_FAULT := 12_velocity_stuck
 
 $(CROSS)/record: firmware/replay/record.c firmware/replay/recording.h $(BUILD)/librim.a $(BUILD)/flags.lib
 	@mkdir -p $(@D)
-	$(call say,CC  )$(CC) -std=c11 $(OPT) -ffp-contract=off $(WARNINGS) -Ifirmware -Ilib/include $< -o $@ $(BUILD)/librim.a
+	$(call say,CC  )$(CC) -std=c11 $(OPT) -ffp-contract=off $(WARNINGS) -Ifirmware -Ilib/include -Ilib/src $< -o $@ $(BUILD)/librim.a
 
 $(CROSS)/landing/model.rim: $(BUILD)/rim
 	@mkdir -p $(@D)
@@ -138,7 +138,7 @@ FUZZ_SRC := tests/fuzz/fuzz.c $(filter-out %/main.c,$(RIMD_SRC)) $(LIB_SRC)
 .PHONY: fuzz fuzz-deps
 fuzz-deps: deps
 	$(call install_missing,clang libclang-rt-14-dev)
-$(BUILD)/fuzz/fuzz: $(FUZZ_SRC) tests/fuzz/fuzz_decoders.h $(wildcard lib/include/rim/*.h lib/src/*.h firmware/*/*.h)
+$(BUILD)/fuzz/fuzz: $(FUZZ_SRC) tests/fuzz/fuzz_decoders.h $(wildcard lib/include/rim/*.h lib/include/rim/plan/*.h lib/src/*/*.h firmware/*/*.h)
 	@mkdir -p $(@D)
 	$(call say,FUZZ)clang -std=c11 -g -O1 -ffp-contract=off -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=all \
 	  -pthread -DRIM_VERSION='"$(VERSION)"' -Ifirmware -Ilib/include -Ilib/src $(FUZZ_SRC) -o $@ -lccd -lm

@@ -1,7 +1,7 @@
 #!/bin/bash
 # budget.sh DIR 'RUN' (NAME FEATURES/OUTCOMES MEAN LARGEST RAM)...: runs DIR/mps2-an500/replay-NAME under QEMU, which
 # counts its instructions, and holds what it prints to the budget: instructions of a step, mean and largest,
-# in thousands, and the monitor's RAM in kB (1000 bytes); and the largest step to the static bound (rim/work.h).
+# in thousands, and the monitor's RAM in kB (1000 bytes); and the largest step to the static bound (monitor/work.h).
 # Exit 1 when one is over.
 dir=$1 run=$2; shift 2
 status=0

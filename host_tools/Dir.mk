@@ -7,7 +7,7 @@ HOST_OBJ_TEST := $(filter-out $(BUILD)/host_tools/cli/main.o,$(HOST_OBJ))
 HOST_DEFINES := -DTOML_HEADER_ONLY=0 -DTOML_SHARED_LIB=1 -DEIGEN_DONT_PARALLELIZE \
   -DRIM_VERSION='"$(VERSION)"'
 HOST_CXXFLAGS = -std=c++17 $(OPT) -ffp-contract=off $(NO_SLP) -pthread $(WARNINGS) $(SANITIZER_FLAGS) \
-  $(EXTRA_CFLAGS) $(HOST_DEFINES) -Ihost_tools -Ilib/include -isystem /usr/include/eigen3
+  $(EXTRA_CFLAGS) $(HOST_DEFINES) -Ihost_tools -Ilib/include -Ilib/src -isystem /usr/include/eigen3
 HOST_LIBS := -llcm -lfmt -ltomlplusplus -lmuparser -lccd -lpthread
 
 .PHONY: host

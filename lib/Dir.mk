@@ -1,6 +1,6 @@
-# librim.a: every lib/src/*.c, freestanding in spirit: no heap, stdio, libm, recursion or VLA.
+# librim.a: every lib/src/ROOM/*.c, freestanding in spirit: no heap, stdio, libm, recursion or VLA.
 
-LIB_SRC := $(sort $(wildcard lib/src/*.c lib/src/*/*.c))
+LIB_SRC := $(sort $(wildcard lib/src/*/*.c))
 LIB_OBJ := $(LIB_SRC:%.c=$(BUILD)/%.o)
 
 # No function of the library may need more stack than this (an optimised build of gcc; the

@@ -3,15 +3,15 @@
 # stack of the calls an application makes, along the compiler's call graph.
 size=$1 build=$2
 echo "librim: code and constants, static RAM (bytes)"
-$size "$build"/lib/src/*.o | awk 'NR > 1 {n = $6; sub(".*/", "", n); sub("\\.o$", "", n)
+$size "$build"/lib/src/*/*.o | awk 'NR > 1 {n = $6; sub(".*/", "", n); sub("\\.o$", "", n)
   printf "  %-16s %8d %8d\n", n, $1, $2 + $3; c += $1; r += $2 + $3}
   END {printf "  %-16s %8d %8d\n", "total", c, r}'
 echo "stack: the ten largest frames (bytes)"
-cat "$build"/lib/src/*.su | awk -F'\t' '{n = split($1, p, ":"); print $2, p[n], p[1]}' | sort -rn |
+cat "$build"/lib/src/*/*.su | awk -F'\t' '{n = split($1, p, ":"); print $2, p[n], p[1]}' | sort -rn |
   head -10 | awk '{f = $3; sub(".*/", "", f); printf "  %8d %-28s %s\n", $1, $2, f}'
-[ -n "$(ls "$build"/lib/src/*.ci 2> /dev/null)" ] || exit 0
+[ -n "$(ls "$build"/lib/src/*/*.ci 2> /dev/null)" ] || exit 0
 echo "stack: deepest path (bytes; mem* and compiler helpers not counted)"
-cat "$build"/lib/src/*.ci | awk -F'"' '
+cat "$build"/lib/src/*/*.ci | awk -F'"' '
   /^node:/ && match($4, /[0-9]+ bytes/) {frame[$2] = substr($4, RSTART) + 0}
   /^edge:/ {callees[$2] = callees[$2] SUBSEP $4; if ($4 == "__indirect_call") indirect = 1}
   function depth(f,   list, n, i, d, most) {

@@ -1,4 +1,4 @@
-# tests/lib/test_X.c tests lib/src/X.c; tests/host/test_*.cpp test the host tools;
+# tests/lib/test_X.c tests lib/src/ROOM/X.c; tests/host/test_*.cpp test the host tools;
 # tests/cli/*.sh run the commands end to end. Sources of one concept share a test: FILE=TEST.
 SHARED_TESTS := search/statistic=search search/scan=search monitor/open=monitor monitor/step=monitor \
   monitor/describe=monitor
@@ -35,8 +35,8 @@ LCMGEN_SRC := $(WIRE_TYPES:lib/wire/%.lcm=$(BUILD)/lcmgen/%.c)
 $(BUILD)/lcmgen/%.c: lib/wire/%.lcm
 	@mkdir -p $(@D)
 	$(call say,LCM )lcm-gen -c --c-no-pubsub --c-cpath $(@D) --c-hpath $(@D) $<
-$(BUILD)/tests/lib/test_alarm_lcm $(BUILD)/tests/lib/test_alarm_control $(BUILD)/tests/lib/test_alarm_entry: $(LCMGEN_SRC)
-$(BUILD)/tests/lib/test_alarm_lcm $(BUILD)/tests/lib/test_alarm_control $(BUILD)/tests/lib/test_alarm_entry: TEST_EXTRA = -isystem $(BUILD)/lcmgen $(LCMGEN_SRC) -Wno-conversion -Wno-unused-parameter
+$(BUILD)/tests/lib/test_lcm $(BUILD)/tests/lib/test_control $(BUILD)/tests/lib/test_entry: $(LCMGEN_SRC)
+$(BUILD)/tests/lib/test_lcm $(BUILD)/tests/lib/test_control $(BUILD)/tests/lib/test_entry: TEST_EXTRA = -isystem $(BUILD)/lcmgen $(LCMGEN_SRC) -Wno-conversion -Wno-unused-parameter
 
 $(BUILD)/tests/lib/%: tests/lib/%.c $(BUILD)/librim.a $(BUILD)/flags.test
 	@mkdir -p $(@D)

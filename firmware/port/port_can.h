@@ -4,7 +4,7 @@
 
 #include <stdbool.h>
 
-#include "rim/alarm_can.h"
+#include "rim/can.h"
 
 /* Starts a controller at 500 kbit/s. False when it does not leave its configuration mode. */
 bool port_can_open(unsigned controller);

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "port/port_can.h"
-#include "rim/alarm_control.h"
+#include "rim/can.h"
 
 #define NODE 9u
 #define PATIENCE 1000000u /* looks at a queue before a frame is given up */

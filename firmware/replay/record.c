@@ -10,7 +10,7 @@
 #include <string.h>
 
 #include "replay/recording.h"
-#include "rim/crc.h"
+#include "base/crc.h"
 #include "rim/monitor.h"
 
 #define MAX_BYTES (64u << 20)

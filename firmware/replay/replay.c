@@ -10,9 +10,9 @@
 #include "port/port.h"
 #include "replay/bus.h"
 #include "replay/recording.h"
-#include "rim/crc.h"
+#include "base/crc.h"
 #include "rim/monitor.h"
-#include "rim/work.h"
+#include "monitor/work.h"
 
 #define MONITOR_BYTES 393216u /* five kinds of channel on the lander's 25 outcomes need 260 kB */
 

@@ -9,7 +9,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "rim/alarm_can.h"
+#include "rim/can.h"
 #include "rimd/lookahead.h"
 #include "transport/lcm_udp.h"
 

@@ -12,7 +12,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "rim/alarm_entry.h"
+#include "rim/can.h"
 #include "rim/region.h"
 
 #define LOOKAHEAD_VERTICES 16u

@@ -9,8 +9,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "rim/alarm_control.h"
-#include "rim/alarm_entry.h"
+#include "rim/can.h"
 #include "transport/lcm_udp.h"
 #include "transport/socketcan.h"
 

@@ -7,9 +7,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "rim/alarm_entry.h"
+#include "rim/can.h"
 #include "rim/can_table.h"
-#include "rim/clock_guard.h"
+#include "monitor/clock_guard.h"
 #include "rim/monitor.h"
 #include "rimd/config.h"
 #include "rimd/outbox.h"

@@ -7,8 +7,8 @@
 #include <string.h>
 #include <time.h>
 
-#include "rim/alarm_lcm.h"
-#include "rim/real.h"
+#include "rim/lcm.h"
+#include "base/real.h"
 #include "rimd/say.h"
 
 #define MS UINT64_C(1000000)

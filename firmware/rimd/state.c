@@ -9,7 +9,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "rim/crc.h"
+#include "base/crc.h"
 
 #define MAGIC "RIMSTATE"
 #define WRITER_STACK 65536

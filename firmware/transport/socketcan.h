@@ -10,7 +10,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "rim/alarm_can.h"
+#include "rim/can.h"
 
 #define SOCKETCAN_NAME_BYTES 16u
 #define SOCKETCAN_MAX_FILTERS 64u

@@ -3,8 +3,7 @@
 
 #include "bus/names.hpp"
 
-#include "rim/alarm_control.h"
-#include "rim/alarm_entry.h"
+#include "rim/can.h"
 
 #include <cstdint>
 #include <map>

@@ -1,9 +1,7 @@
 // bus/can_bus.hpp - alarms, heartbeats and entry warnings from a CAN interface, frames onto it.
 #pragma once
 
-#include "rim/alarm_can.h"
-#include "rim/alarm_control.h"
-#include "rim/alarm_entry.h"
+#include "rim/can.h"
 
 #include <cstdint>
 #include <functional>

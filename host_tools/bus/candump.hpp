@@ -1,7 +1,7 @@
 // bus/candump.hpp - CAN frames as the text of `candump -L`, for canplayer, cantools and python-can.
 #pragma once
 
-#include "rim/alarm_can.h"
+#include "rim/can.h"
 #include "util/atomic_file.hpp"
 
 #include <cstdint>

@@ -8,9 +8,8 @@
 #include "bus/names.hpp"
 
 #include "rim/alarm.h"
-#include "rim/alarm_control.h"
-#include "rim/alarm_entry.h"
-#include "rim/alarm_lcm.h"
+#include "rim/can.h"
+#include "rim/lcm.h"
 
 namespace rim {
 

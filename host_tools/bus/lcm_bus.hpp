@@ -2,9 +2,8 @@
 #pragma once
 
 #include "rim/alarm.h"
-#include "rim/alarm_control.h"
-#include "rim/alarm_entry.h"
-#include "rim/alarm_lcm.h"
+#include "rim/can.h"
+#include "rim/lcm.h"
 
 #include <cstdint>
 #include <functional>

@@ -4,7 +4,7 @@
 #include "bus/names.hpp"
 
 #include "rim/alarm.h"
-#include "rim/alarm_entry.h"
+#include "rim/can.h"
 
 namespace rim {
 

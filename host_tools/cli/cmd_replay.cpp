@@ -6,7 +6,7 @@
 #include "log/candump_log.hpp"
 #include "replay/outputs.hpp"
 #include "replay/replay.hpp"
-#include "rim/alarm_can.h"
+#include "rim/can.h"
 #include "util/atomic_file.hpp"
 #include "util/error.hpp"
 #include "util/progress.hpp"

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "diagnose/extension.hpp"
-#include "rim/correct.h"
+#include "rim/plan/correct.h"
 #include "train/image_writer.hpp"
 #include "util/error.hpp"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "diagnose/flagged.hpp"
-#include "rim/rng.h"
+#include "base/rng.h"
 
 namespace rim::diagnose {
 

@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "diagnose/search.hpp"
-#include "rim/rng.h"
+#include "base/rng.h"
 #include "util/parallel_for.hpp"
 #include "util/progress.hpp"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "rim/dmaps.h"
+#include "batch/dmaps.h"
 
 namespace rim::diagnose {
 

@@ -5,8 +5,8 @@
 
 #include <Eigen/LU>
 
-#include "rim/cem.h"
-#include "rim/interval.h"
+#include "search/cem.h"
+#include "batch/interval.h"
 
 namespace rim::diagnose {
 

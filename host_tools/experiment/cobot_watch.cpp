@@ -6,9 +6,9 @@
 #include <stdexcept>
 
 #include "experiment/select_engine.hpp"
-#include "rim/cem.h"
-#include "rim/interval.h"
-#include "rim/stats.h"
+#include "search/cem.h"
+#include "batch/interval.h"
+#include "batch/stats.h"
 
 namespace rim {
 namespace {

@@ -8,8 +8,8 @@
 #include <fmt/format.h>
 
 #include "experiment/plan_figure.hpp"
-#include "rim/faro.h"
-#include "rim/stats.h"
+#include "batch/faro.h"
+#include "batch/stats.h"
 #include "util/data_path.hpp"
 #include "util/error.hpp"
 #include "util/table.hpp"

@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "rim/extent.h"
-#include "rim/gp.h"
+#include "rim/plan/extent.h"
+#include "rim/plan/gp.h"
 #include "util/shard.hpp"
 #include "world/goalie.hpp"
 

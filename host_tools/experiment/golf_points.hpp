@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "rim/select_batch.h"
+#include "batch/select_batch.h"
 
 namespace rim {
 

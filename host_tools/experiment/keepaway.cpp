@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "rim/stats.h"
+#include "batch/stats.h"
 
 namespace rim {
 namespace {

@@ -12,8 +12,8 @@
 #include <memory>
 #include <vector>
 
-#include "rim/correct.h"
-#include "rim/dmaps.h"
+#include "rim/plan/correct.h"
+#include "batch/dmaps.h"
 #include "world/keepaway.hpp"
 
 namespace rim {

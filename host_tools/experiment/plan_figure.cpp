@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "replay/plot.hpp"
-#include "rim/rng.h"
+#include "base/rng.h"
 
 namespace rim {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "experiment/precision_recall.hpp"
 #include "replay/plot.hpp"
-#include "rim/rng.h"
+#include "base/rng.h"
 
 namespace rim {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "experiment/plan_figure.hpp"
-#include "rim/select_batch.h"
+#include "batch/select_batch.h"
 #include "util/shard.hpp"
 #include "util/table.hpp"
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "rim/select.h"
+#include "search/select.h"
 
 namespace rim {
 

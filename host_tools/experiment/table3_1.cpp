@@ -10,7 +10,7 @@
 #include "experiment/plan_figure.hpp"
 #include "experiment/precision_recall.hpp"
 #include "replay/plot.hpp"
-#include "rim/faro.h"
+#include "batch/faro.h"
 #include "util/error.hpp"
 #include "util/table.hpp"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "rim/rng.h"
+#include "base/rng.h"
 
 namespace rim {
 

@@ -1,6 +1,6 @@
 #include "log/lcm_log.hpp"
 
-#include "rim/alarm_lcm.h"
+#include "rim/lcm.h"
 #include "util/error.hpp"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 #include "plan/choice_time.hpp"
 
-#include "rim/rng.h"
+#include "base/rng.h"
 #include "util/error.hpp"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // plan/choice_time.hpp - how long a choice takes, for 'rim bench'.
 #pragma once
 
-#include "rim/bandit.h"
+#include "rim/plan/bandit.h"
 
 #include <cstddef>
 #include <cstdint>

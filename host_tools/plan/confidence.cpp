@@ -1,6 +1,6 @@
 #include "plan/confidence.hpp"
 
-#include "rim/rng.h"
+#include "base/rng.h"
 #include "util/error.hpp"
 
 #include <fmt/format.h>

@@ -1,7 +1,7 @@
 // plan/confidence.hpp - P(anom) of eq. 5.2 by simulating nominal runs (3.4.2, p. 35).
 #pragma once
 
-#include "rim/extent.h"
+#include "rim/plan/extent.h"
 
 #include <cstdint>
 #include <vector>

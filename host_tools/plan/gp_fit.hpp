@@ -1,7 +1,7 @@
 // plan/gp_fit.hpp - hyperparameters of a Gaussian process by maximum marginal likelihood.
 #pragma once
 
-#include "rim/gp.h"
+#include "rim/plan/gp.h"
 
 #include <cstdint>
 

@@ -2,7 +2,7 @@
 // actions, a set of plans, or actions that come with every state.
 #pragma once
 
-#include "rim/bandit.h"
+#include "rim/plan/bandit.h"
 
 #include <cstdint>
 #include <memory>

@@ -5,7 +5,7 @@
 #include "plan/plan_line.hpp"
 #include "plan/planner.hpp"
 
-#include "rim/alarm_lcm.h"
+#include "rim/lcm.h"
 
 #include <deque>
 #include <string>

@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 
 #include "bus/sentence.hpp"
-#include "rim/crc.h"
-#include "rim/real.h"
+#include "base/crc.h"
+#include "base/real.h"
 #include "util/error.hpp"
 
 namespace rim {

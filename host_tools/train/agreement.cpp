@@ -9,7 +9,7 @@
 #include "util/parallel_for.hpp"
 
 extern "C" {
-#include "../../lib/src/image/basis.h"
+#include "image/basis.h"
 }
 
 namespace rim {

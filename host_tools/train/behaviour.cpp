@@ -10,7 +10,7 @@
 #include "util/parallel_for.hpp"
 
 extern "C" {
-#include "../../lib/src/image/basis.h"
+#include "image/basis.h"
 }
 
 namespace rim {

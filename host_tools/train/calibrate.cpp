@@ -9,7 +9,7 @@
 #include "util/progress.hpp"
 
 extern "C" {
-#include "../../lib/src/search/search.h"
+#include "search/search.h"
 }
 
 namespace rim {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "rim/rng.h"
+#include "base/rng.h"
 #include "train/external_table.hpp"
 #include "util/error.hpp"
 #include "util/parallel_for.hpp"

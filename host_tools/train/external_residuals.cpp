@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "rim/select.h"
+#include "search/select.h"
 
 namespace rim {
 

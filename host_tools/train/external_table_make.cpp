@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "rim/rng.h"
+#include "base/rng.h"
 #include "train/calibrate_external.hpp"
 #include "util/parallel_for.hpp"
 #include "util/progress.hpp"

@@ -5,7 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "rim/nominal.h"
+#include "image/nominal.h"
 #include "train/fit_gate.hpp"
 #include "train/fit_gram.hpp"
 #include "util/error.hpp"

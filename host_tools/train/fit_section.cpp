@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "rim/nominal.h"
+#include "image/nominal.h"
 #include "train/fit.hpp"
 #include "train/fit_gate.hpp"
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "rim/crc.h"
+#include "base/crc.h"
 #include "train/image_writer.hpp"
 #include "util/error.hpp"
 

@@ -9,7 +9,7 @@
 #include "util/error.hpp"
 
 extern "C" {
-#include "../../lib/src/monitor/blocks.h"
+#include "monitor/blocks.h"
 }
 
 namespace rim {

@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "rim/crc.h"
+#include "base/crc.h"
 #include "util/atomic_file.hpp"
 #include "util/error.hpp"
 

@@ -6,7 +6,7 @@
 #include <Eigen/Eigenvalues>
 #include <nanoflann.hpp>
 
-#include "rim/nominal.h"
+#include "image/nominal.h"
 #include "train/fit_gate.hpp"
 #include "util/parallel_for.hpp"
 

@@ -10,8 +10,8 @@
 #include "util/parallel_for.hpp"
 
 extern "C" {
-#include "../../lib/src/image/basis.h"
-#include "../../lib/src/image/noise.h"
+#include "image/basis.h"
+#include "image/noise.h"
 }
 
 namespace rim {

@@ -5,7 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "rim/real.h"
+#include "base/real.h"
 #include "util/error.hpp"
 #include "world/toml_table.hpp"
 

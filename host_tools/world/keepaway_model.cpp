@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "rim/real.h"
+#include "base/real.h"
 #include "world/keepaway.hpp"
 
 namespace rim::world {

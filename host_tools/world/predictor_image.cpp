@@ -11,8 +11,8 @@
 #include "world/predictor_columns.hpp"
 
 extern "C" {
-#include "../../lib/src/image/noise.h"
-#include "../../lib/src/monitor/blocks.h"
+#include "image/noise.h"
+#include "monitor/blocks.h"
 }
 
 namespace rim::world {

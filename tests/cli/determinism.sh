@@ -14,7 +14,7 @@ contains "the log holds an alarm" "$out" "FOUND"
 check "two replays" "$digest" "$("$RIM" replay --model toy.rim log.csv | tail -1)"
 
 cat > fly.c << 'END'
-#include <rim/crc.h>
+#include <base/crc.h>
 #include <rim/monitor.h>
 #include <stdio.h>
 static _Alignas(8) unsigned char image[1 << 20], memory[1 << 20];
@@ -40,7 +40,7 @@ int main(int argc, char **argv) {
 END
 for level in -O0 -O2 -O3; do
   make -s -C "$root" lib BUILD="$here/build$level" OPT=$level LIB_STACK= > make.log 2>&1 || bad "build at $level: $(tail -5 make.log)"
-  gcc -std=c11 $level -ffp-contract=off -I"$root/lib/include" fly.c -o fly "build$level/librim.a" || bad "link at $level"
+  gcc -std=c11 $level -ffp-contract=off -I"$root/lib/include" -I"$root/lib/src" fly.c -o fly "build$level/librim.a" || bad "link at $level"
   check "at $level" "$digest" "$(tail -n +2 log.csv | tr , ' ' | ./fly toy.rim)"
 done
 changed=$(tail -n +2 log.csv | awk -F, -v OFS=, 'NR == 500 {$3 += 0.001} {print}' | tr , ' ' | ./fly toy.rim)

@@ -10,7 +10,7 @@ for i in $(seq 5); do toy "run$i.csv" "$i" 600; done
 toy log.csv 50 900 'if (i > 400) a += 0.6'
 wanted=$("$RIM" replay --model toy.rim log.csv | tail -1)
 
-flags="-std=c11 -O2 -ffp-contract=off -Wall -Wextra -Werror -I$root/firmware -I$root/lib/include"
+flags="-std=c11 -O2 -ffp-contract=off -Wall -Wextra -Werror -I$root/firmware -I$root/lib/include -I$root/lib/src"
 gcc $flags "$root/firmware/replay/record.c" -o record "$BUILD/librim.a" || bad "record does not build"
 # fly RECORDING: what the program says of it
 fly() {

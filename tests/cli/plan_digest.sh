@@ -7,7 +7,9 @@ root=$(cd "$tests/../.." && pwd)
 if [ -n "${SANITIZE:-}" ]; then skipped=1; finish; fi
 cd "$here" || exit 1
 sources=
-for module in bandit cem crc extent gp real region rng status; do sources="$sources $root/lib/src/$module.c"; done
+for module in plan/bandit search/cem base/crc plan/extent plan/gp base/real base/region base/rng base/status; do
+  sources="$sources $root/lib/src/$module.c"
+done
 
 # build NAME COMPILER FLAG...
 build() {

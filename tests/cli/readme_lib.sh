@@ -5,12 +5,12 @@
 root=$(cd "$(dirname "$0")/../.." && pwd)
 cd "$here" || exit 1
 awk '/^```c$/{n++; on=1; next} /^```$/{on=0} on {print > ("block" n ".c")}' "$root/lib/README.md"
-flags="-std=c11 -O2 -ffp-contract=off -Wall -Wextra -Wconversion -Wshadow -Werror -I$root/lib/include"
+flags="-std=c11 -O2 -ffp-contract=off -Wall -Wextra -Wconversion -Wshadow -Werror -I$root/lib/include -I$root/lib/src"
 mender=$(grep -l "mender_observe" block*.c)
 cat > main.c <<END
 #include "$mender"
 #include <math.h>
-#include <rim/rng.h>
+#include <base/rng.h>
 #include <stdio.h>
 
 static mender m;

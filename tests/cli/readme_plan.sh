@@ -8,7 +8,7 @@ awk '/^```c$/{n++; on=1; next} /^```$/{on=0} on {print > ("block" n ".c")}' "$ro
 example=$(grep -l "ball_position" block*.c)
 check "one such program" 1 "$(wc -w <<< "$example")"
 cat > main.c <<END
-#include <rim/rng.h>
+#include <base/rng.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -41,7 +41,7 @@ double shoot(double a) {
   return expected_reward(state, a) + better + 0.02 * rim_rng_normal(&rng);
 }
 END
-gcc -std=c11 -O2 -ffp-contract=off -Wall -Wextra -Wconversion -Wshadow -Werror -I"$root/lib/include" main.c \
+gcc -std=c11 -O2 -ffp-contract=off -Wall -Wextra -Wconversion -Wshadow -Werror -I"$root/lib/include" -I"$root/lib/src" main.c \
   "$BUILD/librim.a" -o main ${SANITIZE:+-fsanitize=address,undefined}
 check "compiles and links" 0 $?
 out=$(./main); check "runs" 0 $?

@@ -10,13 +10,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "../../lib/src/image/basis.h"
-#include "../../lib/src/image/noise.h"
-#include "rim/alarm_control.h"
-#include "rim/alarm_entry.h"
+#include "image/basis.h"
+#include "image/noise.h"
+#include "rim/can.h"
 #include "rim/can_table.h"
 #include "rim/monitor.h"
-#include "rim/nominal.h"
+#include "image/nominal.h"
 #include "rimd/config.h"
 #include "rimd/lookahead.h"
 #include "transport/lcm_packet.h"

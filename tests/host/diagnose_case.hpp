@@ -16,7 +16,7 @@ extern "C" {
 }
 
 #include "diagnose/measured.hpp"
-#include "rim/rng.h"
+#include "base/rng.h"
 #include "util/error.hpp"
 
 namespace diagnose_case {

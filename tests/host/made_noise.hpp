@@ -6,7 +6,7 @@
 
 #include <Eigen/Cholesky>
 
-#include "rim/rng.h"
+#include "base/rng.h"
 #include "train/calibrate.hpp"
 
 struct MadeNoise {

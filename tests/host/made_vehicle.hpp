@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "log/log.hpp"
-#include "rim/rng.h"
+#include "base/rng.h"
 
 struct MadeVehicle {
   std::size_t rows = 2400;

@@ -13,7 +13,7 @@
 extern "C" {
 #include <cmocka.h>
 #define _Static_assert static_assert
-#include "../../lib/src/monitor/monitor_private.h"
+#include "monitor/monitor_private.h"
 }
 
 namespace {

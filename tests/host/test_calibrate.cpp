@@ -12,7 +12,7 @@
 #include <setjmp.h>
 extern "C" {
 #include <cmocka.h>
-#include "../../lib/src/search/search.h"
+#include "search/search.h"
 }
 
 namespace {

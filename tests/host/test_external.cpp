@@ -5,7 +5,7 @@
 #include "train/external_table.hpp"
 #include "util/parallel_for.hpp"
 
-#include "rim/rng.h"
+#include "base/rng.h"
 
 #include <atomic>
 #include <cmath>

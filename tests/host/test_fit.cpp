@@ -12,7 +12,7 @@
 
 #include <Eigen/QR>
 
-#include "rim/nominal.h"
+#include "image/nominal.h"
 #include "train/fit.hpp"
 #include "train/fit_gate.hpp"
 #include "train/fit_gram.hpp"

@@ -4,8 +4,8 @@
 #include "plan/confidence.hpp"
 #include "plan/gp_fit.hpp"
 
-#include "rim/gp.h"
-#include "rim/rng.h"
+#include "rim/plan/gp.h"
+#include "base/rng.h"
 
 #include <Eigen/Dense>
 

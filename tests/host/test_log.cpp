@@ -2,7 +2,7 @@
 #include "log/lcm_log.hpp"
 #include "log/log.hpp"
 #include "log/schema.hpp"
-#include "rim/alarm_lcm.h"
+#include "rim/lcm.h"
 #include "util/atomic_file.hpp"
 #include "util/error.hpp"
 

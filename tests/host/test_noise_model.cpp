@@ -8,7 +8,7 @@
 #include <setjmp.h>
 extern "C" {
 #include <cmocka.h>
-#include "../../lib/src/image/noise.h"
+#include "image/noise.h"
 }
 
 namespace {

@@ -4,7 +4,7 @@
 #include "train/trainer.hpp"
 #include "util/error.hpp"
 
-#include "rim/crc.h"
+#include "base/crc.h"
 #include "toy_log.hpp"
 
 #include <cstdarg>

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "log/log.hpp"
-#include "rim/rng.h"
+#include "base/rng.h"
 
 inline rim::Log toy_log(std::uint64_t seed, std::size_t rows = 600, double bias_m = 0.0) {
   rim_rng rng;

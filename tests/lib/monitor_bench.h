@@ -15,10 +15,10 @@
 
 #include <cmocka.h>
 
-#include "rim/crc.h"
+#include "base/crc.h"
 #include "rim/monitor.h"
-#include "rim/real.h"
-#include "rim/rng.h"
+#include "base/real.h"
+#include "base/rng.h"
 #include "section_bytes.h"
 
 enum { D = 4, O = 2, BINS = 16, GRID = 16, PAIRS = 2, REGION = 2, BLOCK = 4, CUTS = 23 };

@@ -9,8 +9,8 @@
 #include <math.h>
 #include <stdio.h>
 
-#include "rim/real.h"
-#include "rim/rng.h"
+#include "base/real.h"
+#include "base/rng.h"
 #include "search/search.h"
 #include "search/search_private.h"
 #include "section_bytes.h"

@@ -9,7 +9,7 @@
 
 #include <cmocka.h>
 
-#include "alarm_life.h"
+#include "monitor/alarm_life.h"
 #include "alarm_sample.h"
 
 enum { REGIONS = RIM_DETECTOR_RIM, MOTION = RIM_DETECTOR_INTERFERENCE, MODEL = 0x56789 };

@@ -5,7 +5,7 @@
 
 #include "image/basis.h"
 #include "rim/image.h"
-#include "rim/rng.h"
+#include "base/rng.h"
 #include "section_bytes.h"
 
 enum { FEATURES = 5, OUTCOMES = 3, INPUTS = 3, TIMES = 2, FILTERS = INPUTS * TIMES };

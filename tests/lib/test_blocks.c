@@ -5,8 +5,8 @@
 #include <stdio.h>
 
 #include "monitor/blocks.h"
-#include "rim/real.h"
-#include "rim/rng.h"
+#include "base/real.h"
+#include "base/rng.h"
 #include "section_bytes.h"
 
 enum { D = 4, O = 2, BLOCK = 5, INPUTS = 5, TIMES = 2, FILTERS = INPUTS * TIMES };

@@ -9,8 +9,8 @@
 
 #include <cmocka.h>
 
-#include "rim/cem.h"
-#include "rim/rng.h"
+#include "search/cem.h"
+#include "base/rng.h"
 
 #define SEED 29u
 static rim_rng rng;

@@ -9,9 +9,9 @@
 
 #include <cmocka.h>
 
-#include "rim/correct.h"
-#include "rim/crc.h"
-#include "rim/rng.h"
+#include "rim/plan/correct.h"
+#include "base/crc.h"
+#include "base/rng.h"
 
 #define SEED 47u
 enum { F = 4, O = 2, R = 3, BYTES = RIM_CORRECT_BYTES(O, R) };

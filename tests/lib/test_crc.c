@@ -8,8 +8,8 @@
 
 #include <cmocka.h>
 
-#include "rim/crc.h"
-#include "rim/rng.h"
+#include "base/crc.h"
+#include "base/rng.h"
 
 #define SEED 77u
 

@@ -8,7 +8,7 @@
 #include <cmocka.h>
 
 #include "alarm_sample.h"
-#include "rim/crc.h"
+#include "base/crc.h"
 #include "rim/monitor.h"
 
 static rim_verdict sample(void) {

@@ -10,8 +10,8 @@
 
 #include <cmocka.h>
 
-#include "rim/dmaps.h"
-#include "rim/rng.h"
+#include "batch/dmaps.h"
+#include "base/rng.h"
 
 #define SEED 41u
 enum { N = 900, D = 6, O = 3, NODES = 20 };

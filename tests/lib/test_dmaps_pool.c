@@ -9,9 +9,9 @@
 
 #include <cmocka.h>
 
-#include "rim/dmaps.h"
-#include "rim/rng.h"
-#include "rim/stats.h"
+#include "batch/dmaps.h"
+#include "base/rng.h"
+#include "batch/stats.h"
 
 #define SEED 43u
 enum { N = 260 };

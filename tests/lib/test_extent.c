@@ -10,9 +10,9 @@
 
 #include <cmocka.h>
 
-#include "rim/crc.h"
-#include "rim/extent.h"
-#include "rim/rng.h"
+#include "base/crc.h"
+#include "rim/plan/extent.h"
+#include "base/rng.h"
 
 #define SEED 52u
 enum { DIMS = 2, POINTS = 120, LAMBDAS = 9, RIMS = 2 };

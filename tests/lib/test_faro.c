@@ -10,9 +10,9 @@
 
 #include <cmocka.h>
 
-#include "rim/faro.h"
-#include "rim/rng.h"
-#include "rim/stats.h"
+#include "batch/faro.h"
+#include "base/rng.h"
+#include "batch/stats.h"
 
 #define SEED 31u
 enum { N = 300 };

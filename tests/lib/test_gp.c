@@ -9,9 +9,9 @@
 
 #include <cmocka.h>
 
-#include "rim/crc.h"
-#include "rim/gp.h"
-#include "rim/rng.h"
+#include "base/crc.h"
+#include "rim/plan/gp.h"
+#include "base/rng.h"
 
 #define SEED 61u
 enum { DIMS = 2, POINTS = 40, KERNELS = 3 };

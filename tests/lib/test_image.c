@@ -8,7 +8,7 @@
 
 #include <cmocka.h>
 
-#include "rim/crc.h"
+#include "base/crc.h"
 #include "rim/image.h"
 
 enum { SECTIONS = 3, TABLE = 64, FIRST = TABLE + 16 * SECTIONS, TOTAL = FIRST + 8 + 24 + 16 };

@@ -10,9 +10,9 @@
 
 #include <cmocka.h>
 
-#include "rim/crc.h"
+#include "base/crc.h"
 #include "rim/interference.h"
-#include "rim/rng.h"
+#include "base/rng.h"
 
 #define SEED 89u
 #define DT 0.05

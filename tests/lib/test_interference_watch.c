@@ -1,6 +1,6 @@
 /* interference_watch: the monitor with the detector of motion interference beside the regions, on
  * a vehicle that is held or pushed at known rows (images: monitor_bench.h). */
-#include "interference_watch.h"
+#include "monitor/interference_watch.h"
 #include "monitor_bench.h"
 
 enum { HELD_AT = 300, FREE_AT = 340, COMMAND = 0, SPEED = 0 };

@@ -9,8 +9,8 @@
 
 #include <cmocka.h>
 
-#include "rim/interval.h"
-#include "rim/rng.h"
+#include "batch/interval.h"
+#include "base/rng.h"
 
 #define SEED 88u
 enum { K = 24, O = 3 };

@@ -11,8 +11,8 @@
 
 #include <cmocka.h>
 
-#include "rim/real.h"
-#include "rim/rng.h"
+#include "base/real.h"
+#include "base/rng.h"
 
 #define SEED 3u
 #define WIDE (LDBL_MANT_DIG >= 64)

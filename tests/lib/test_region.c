@@ -10,7 +10,7 @@
 #include <cmocka.h>
 
 #include "rim/region.h"
-#include "rim/rng.h"
+#include "base/rng.h"
 
 #define SEED 19u
 enum { FEATURES = 9 };

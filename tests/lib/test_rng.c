@@ -11,7 +11,7 @@
 
 #include <cmocka.h>
 
-#include "rim/rng.h"
+#include "base/rng.h"
 
 #define SEED 20260101u
 

@@ -4,8 +4,8 @@
 
 #include <stdlib.h>
 
-#include "rim/crc.h"
-#include "rim/real.h"
+#include "base/crc.h"
+#include "base/real.h"
 
 static void assert_close(double value, double expected, double least) {
   const double error = fabs(value - expected);

@@ -11,9 +11,9 @@
 
 #include <cmocka.h>
 
-#include "rim/crc.h"
-#include "rim/rng.h"
-#include "rim/select.h"
+#include "base/crc.h"
+#include "base/rng.h"
+#include "search/select.h"
 
 #define SEED 47u
 enum { D = 20, C = 3, N = 300, X = 4, Y = 13 };

@@ -10,9 +10,9 @@
 
 #include <cmocka.h>
 
-#include "rim/rng.h"
-#include "rim/select.h"
-#include "select_private.h"
+#include "base/rng.h"
+#include "search/select.h"
+#include "search/select_private.h"
 
 #define SEED 43u
 enum { D = 5, RING = 64, N = 400 };

@@ -9,10 +9,10 @@
 
 #include <cmocka.h>
 
-#include "rim/interval.h"
-#include "rim/rng.h"
-#include "rim/select.h"
-#include "select_private.h"
+#include "batch/interval.h"
+#include "base/rng.h"
+#include "search/select.h"
+#include "search/select_private.h"
 
 #define SEED 41u
 enum { D = 4, C = 2, N = 300, B = 16 };

@@ -10,8 +10,8 @@
 
 #include <cmocka.h>
 
-#include "rim/rng.h"
-#include "rim/stats.h"
+#include "base/rng.h"
+#include "batch/stats.h"
 
 #define SEED 314u
 enum { N = 60, O = 4, PO = RIM_STATS_PACKED(O) };

@@ -8,8 +8,8 @@
 
 #include <cmocka.h>
 
-#include "rim/rng.h"
-#include "rim/threshold.h"
+#include "base/rng.h"
+#include "image/threshold.h"
 
 enum { CHANNELS = 3, RUNS = 9, KNOTS = 3 };
 enum { WORDS = 4 + 4 + RUNS + KNOTS + 2 * CHANNELS };

@@ -3,7 +3,7 @@
  * by `make size`, on the Cortex-M7. */
 #include "monitor_bench.h"
 
-#include "rim/work.h"
+#include "monitor/work.h"
 
 static int prepare(void **state) {
   (void)state;

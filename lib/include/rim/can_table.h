@@ -23,7 +23,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "rim/alarm_can.h"
+#include "rim/can.h"
 #include "rim/status.h"
 
 #ifdef __cplusplus

@@ -24,7 +24,7 @@
 #include <stdint.h>
 #include <string.h>
 
-#include "rim/real.h"
+#include "base/real.h"
 #include "rim/status.h"
 
 #ifdef __cplusplus

@@ -23,7 +23,7 @@
 #include <stdint.h>
 
 #include "rim/alarm.h"
-#include "rim/hmm.h"
+#include "interference/hmm.h"
 #include "rim/image.h"
 #include "rim/status.h"
 

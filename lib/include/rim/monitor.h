@@ -24,12 +24,12 @@
 #include <stdint.h>
 
 #include "rim/alarm.h"
-#include "rim/correct.h"
+#include "rim/plan/correct.h"
 #include "rim/image.h"
 #include "rim/interference.h"
-#include "rim/select.h"
+#include "search/select.h"
 #include "rim/status.h"
-#include "rim/threshold.h"
+#include "image/threshold.h"
 
 #ifdef __cplusplus
 extern "C" {

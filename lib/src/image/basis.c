@@ -1,9 +1,9 @@
-#include "basis.h"
+#include "image/basis.h"
 
 #include <stdbool.h>
 
 #include "rim/image.h"
-#include "rim/real.h"
+#include "base/real.h"
 
 enum { HEADER_WORDS = 8, SHORT_HEADER_WORDS = 4 };
 

@@ -1,9 +1,9 @@
-#include "noise.h"
+#include "image/noise.h"
 
 #include <stdbool.h>
 
 #include "rim/image.h"
-#include "rim/real.h"
+#include "base/real.h"
 
 static bool is_channel_valid(const rim_noise *view, uint32_t c) {
   const noise_channel n = rim_noise_channel(view, c);

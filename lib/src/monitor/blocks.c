@@ -1,10 +1,10 @@
-#include "blocks.h"
+#include "monitor/blocks.h"
 
 #include <string.h>
 
-#include "../usable.h"
+#include "base/usable.h"
 #include "rim/image.h"
-#include "rim/real.h"
+#include "base/real.h"
 
 #define RATE_ROWS 16.0 /* over which the rate is averaged */
 #define RATE_SLOW 1.5  /* mean time between rows, in periods, from which the rate is wrong */

@@ -10,7 +10,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "../image/basis.h"
+#include "image/basis.h"
 #include "rim/status.h"
 
 #define BLOCKS_LIMIT_MARGIN 0.5 /* of the trained width: beyond it a value is out of range */

@@ -1,8 +1,8 @@
 /* What was found, as a record: which outcome, how it deviates, by how much, where, since when. */
 #include <string.h>
 
-#include "monitor_private.h"
-#include "rim/real.h"
+#include "monitor/monitor_private.h"
+#include "base/real.h"
 
 /* A behaviour channel with this part of the score of the leading agreement channel is named
  * instead: when the vehicle itself deviates several sensors do, and agree. */

@@ -1,5 +1,5 @@
 /* Every bit of a verdict that decides anything, folded into one number. */
-#include "rim/crc.h"
+#include "base/crc.h"
 #include "rim/monitor.h"
 
 static uint64_t digest_interference(uint64_t digest, const rim_interference_verdict *v) {

@@ -2,13 +2,13 @@
 #ifndef RIM_SRC_MONITOR_PRIVATE_H
 #define RIM_SRC_MONITOR_PRIVATE_H
 
-#include "../image/basis.h"
-#include "../image/noise.h"
-#include "../interference_watch.h"
-#include "../search/search.h"
-#include "blocks.h"
+#include "image/basis.h"
+#include "image/noise.h"
+#include "monitor/interference_watch.h"
+#include "search/search.h"
+#include "monitor/blocks.h"
 #include "rim/monitor.h"
-#include "rim/nominal.h"
+#include "image/nominal.h"
 
 #define MONITOR_UPDATE_RATIO 0.25 /* ln anom grown by a quarter is worth another record */
 #define MONITOR_NEXT_BLOCK 0.25 /* of a block that its start may be off and still follow the last */

@@ -1,8 +1,8 @@
 /* From a flight image to a monitor in the caller's memory: everything is read and checked first. */
 #include <string.h>
 
-#include "monitor_private.h"
-#include "rim/real.h"
+#include "monitor/monitor_private.h"
+#include "base/real.h"
 
 #define MONITOR_MAGIC 0x52494d4eu /* "RIMN": memory that holds a monitor of this layout */
 

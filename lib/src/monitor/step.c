@@ -1,9 +1,9 @@
 /* One row: checked, gathered, predicted, searched, judged. */
 #include <string.h>
 
-#include "../usable.h"
-#include "monitor_private.h"
-#include "rim/real.h"
+#include "base/usable.h"
+#include "monitor/monitor_private.h"
+#include "base/real.h"
 
 void monitor_clear_verdict(rim_monitor *m) {
   memset(&m->last, 0, sizeof m->last);

@@ -1,15 +1,15 @@
-#include "rim/work.h"
+#include "monitor/work.h"
 
 #include "rim/alarm.h"
-#include "rim/correct.h"
+#include "rim/plan/correct.h"
 #include "rim/image.h"
 #include "rim/interference.h"
 #include "rim/monitor.h"
-#include "rim/nominal.h"
-#include "rim/real.h"
-#include "../image/basis.h"
-#include "../search/search.h"
-#include "../select_private.h"
+#include "image/nominal.h"
+#include "base/real.h"
+#include "image/basis.h"
+#include "search/search.h"
+#include "search/select_private.h"
 
 /* Instructions of one turn of a loop, at most: read from the listing of gcc 12 -O2 for the
  * Cortex-M7, the longest way through, calls included. */

@@ -1,8 +1,8 @@
 /* Regions: intervals of a feature (App. A, p. 115), boxes of two, with or without an onset. */
 #include <string.h>
 
-#include "rim/real.h"
-#include "search_private.h"
+#include "base/real.h"
+#include "search/search_private.h"
 
 void search_edges(const rim_search *s, uint32_t feature, uint32_t first, uint32_t last,
                   uint32_t *low, uint32_t *high) {

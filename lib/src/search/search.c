@@ -1,10 +1,10 @@
-#include "search.h"
+#include "search/search.h"
 
 #include <string.h>
 
-#include "../usable.h"
-#include "rim/real.h"
-#include "search_private.h"
+#include "base/usable.h"
+#include "base/real.h"
+#include "search/search_private.h"
 
 #define COMPLEXITY 0.05 /* share of its score that each further part of a description must add */
 #define MOST_GAIN 0.5   /* share of an outcome beyond which a gain is not the word for it */

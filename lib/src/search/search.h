@@ -21,7 +21,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "../image/noise.h"
+#include "image/noise.h"
 #include "rim/status.h"
 
 #define SEARCH_MAX_FEATURES 64u

@@ -3,7 +3,7 @@
 #define RIM_SRC_SEARCH_PRIVATE_H
 
 #include "rim/image.h"
-#include "search.h"
+#include "search/search.h"
 
 #define SEARCH_Z_STEP (1.0 / 64.0) /* of a residual in the ring: int16 covers +-500 */
 #define SEARCH_BYTE_STEP (1.0 / 31.0) /* of a standardised mean or prediction: int8 covers +-4 */

@@ -1,9 +1,9 @@
 /* The statistic of every hypothesis, and those hypotheses that name no region. */
 #include <string.h>
 
-#include "../cholesky.h"
-#include "rim/real.h"
-#include "search_private.h"
+#include "base/cholesky.h"
+#include "base/real.h"
+#include "search/search_private.h"
 
 #define LEAST_INFORMATION 1e-6 /* A below this part of m'Wm: the run effects explain the shape */
 #define RAMP_UNIT (1.0 / 256.0)

@@ -1,0 +1,138 @@
+#include "rim/region.h"
+
+#include <stddef.h>
+
+#include "base/cholesky.h"
+
+#define SYMMETRY_TOLERANCE 1e-9
+#define PACKED (RIM_REGION_MAX_DIMS * (RIM_REGION_MAX_DIMS + 1) / 2)
+
+/* Factors A^-1; false where it is not positive definite. */
+static bool factor(const rim_region *region, double l[PACKED]) {
+  const uint32_t dims = region->dims;
+  for (uint32_t i = 0; i < dims; ++i) {
+    for (uint32_t j = 0; j <= i; ++j) {
+      l[packed_row(i) + j] = region->inverse_shape[i * dims + j];
+    }
+  }
+  return cholesky_factor(dims, l);
+}
+
+static bool features_differ(uint32_t dims, const uint16_t *feature) {
+  for (uint32_t i = 1; i < dims; ++i) {
+    for (uint32_t j = 0; j < i; ++j) {
+      if (feature[i] == feature[j]) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
+static bool is_symmetric(const rim_region *region) {
+  const uint32_t dims = region->dims;
+  const double *m = region->inverse_shape;
+  for (uint32_t i = 1; i < dims; ++i) {
+    for (uint32_t j = 0; j < i; ++j) {
+      const double scale = rim_sqrt(m[i * dims + i]) * rim_sqrt(m[j * dims + j]);
+      if (!(rim_abs(m[i * dims + j] - m[j * dims + i]) <= SYMMETRY_TOLERANCE * scale)) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
+bool rim_region_is_valid(const rim_region *region) {
+  if (region == NULL || region->dims > RIM_REGION_MAX_DIMS ||
+      !features_differ(region->dims, region->feature)) {
+    return false;
+  }
+  for (uint32_t i = 0; i < region->dims; ++i) {
+    if (!rim_is_finite(region->center[i])) {
+      return false;
+    }
+  }
+  double l[PACKED];
+  return is_symmetric(region) && factor(region, l);
+}
+
+double rim_region_distance2(const rim_region *region, const double *x) {
+  const uint32_t dims = region->dims;
+  double d[RIM_REGION_MAX_DIMS];
+  double sum = 0.0;
+  for (uint32_t i = 0; i < dims; ++i) {
+    d[i] = x[region->feature[i]] - region->center[i];
+  }
+  for (uint32_t i = 0; i < dims; ++i) {
+    double row = 0.0;
+    for (uint32_t j = 0; j < dims; ++j) {
+      row += region->inverse_shape[i * dims + j] * d[j];
+    }
+    sum += d[i] * row;
+  }
+  return sum;
+}
+
+bool rim_region_contains(const rim_region *region, const double *x) {
+  return rim_region_distance2(region, x) < 1.0;
+}
+
+double rim_region_volume(const rim_region *region) {
+  static const double unit_ball[RIM_REGION_MAX_DIMS + 1] = {1.0, 2.0, RIM_PI, RIM_PI * 4.0 / 3.0};
+  double l[PACKED];
+  if (region->dims > RIM_REGION_MAX_DIMS || !factor(region, l)) {
+    return 0.0;
+  }
+  double volume = unit_ball[region->dims];
+  for (uint32_t i = 0; i < region->dims; ++i) {
+    volume /= l[packed_row(i) + i];
+  }
+  return volume;
+}
+
+rim_status rim_region_bounds(rim_region *region) {
+  if (region == NULL) {
+    return RIM_E_ARGUMENT;
+  }
+  if (region->dims > RIM_REGION_MAX_DIMS) {
+    return RIM_E_RANGE;
+  }
+  double l[PACKED];
+  if (!factor(region, l)) {
+    return RIM_E_SINGULAR;
+  }
+  cholesky_invert_factor(region->dims, l);
+  cholesky_square_inverse(region->dims, l);
+  for (uint32_t i = 0; i < RIM_REGION_MAX_DIMS; ++i) {
+    const double half = i < region->dims ? rim_sqrt(l[packed_row(i) + i]) : 0.0;
+    region->lower[i] = i < region->dims ? region->center[i] - half : 0.0;
+    region->upper[i] = i < region->dims ? region->center[i] + half : 0.0;
+  }
+  return RIM_OK;
+}
+
+rim_status rim_region_from_box(rim_region *region, uint8_t dims, const uint16_t *feature,
+                               const double *lower, const double *upper) {
+  if (region == NULL || (dims > 0 && (feature == NULL || lower == NULL || upper == NULL))) {
+    return RIM_E_ARGUMENT;
+  }
+  if (dims > RIM_REGION_MAX_DIMS || !features_differ(dims, feature)) {
+    return RIM_E_RANGE;
+  }
+  rim_region made = {.dims = dims};
+  for (uint32_t i = 0; i < dims; ++i) {
+    const double half = 0.5 * upper[i] - 0.5 * lower[i];
+    const double inverse = 1.0 / (half * half);
+    if (!(half > 0.0) || !rim_is_finite(half) || !rim_is_finite(inverse) || !(inverse > 0.0)) {
+      return RIM_E_DATA;
+    }
+    made.feature[i] = feature[i];
+    made.center[i] = 0.5 * lower[i] + 0.5 * upper[i];
+    made.inverse_shape[i * dims + i] = inverse;
+    made.lower[i] = lower[i];
+    made.upper[i] = upper[i];
+  }
+  *region = made;
+  return RIM_OK;
+}

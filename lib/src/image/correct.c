@@ -1,0 +1,434 @@
+#include "rim/plan/correct.h"
+
+#include <string.h>
+
+#include "base/crc.h"
+#include "base/real.h"
+
+#define MAX_REGIONS RIM_CORRECT_MAX_REGIONS
+#define MAX_DIMS RIM_REGION_MAX_DIMS
+#define CRC_AT 28u
+#define KINDS 5u /* of rim_kind */
+#define LN_SQRT_2PI 0x1.d67f1c864beb5p-1
+
+/* Offsets in a packed region. */
+enum {
+  AT_DIMS = 0,
+  AT_BOX = 1,
+  AT_FEATURE = 2,
+  AT_CONFIDENCE = 8,
+  AT_CENTER = 16,
+  AT_SHAPE = AT_CENTER + 8 * MAX_DIMS,
+  AT_LOWER = AT_SHAPE + 8 * MAX_DIMS * MAX_DIMS,
+  AT_UPPER = AT_LOWER + 8 * MAX_DIMS,
+  AT_SHIFT = AT_UPPER + 8 * MAX_DIMS
+};
+_Static_assert(RIM_CORRECT_BYTES(1, 1) == RIM_CORRECT_HEADER_BYTES + AT_SHIFT + 8, "layout");
+
+/* ---- bytes ---- */
+
+static void put_u16(uint8_t *p, uint32_t v) {
+  p[0] = (uint8_t)(v & 255u);
+  p[1] = (uint8_t)(v >> 8 & 255u);
+}
+
+static void put_u32(uint8_t *p, uint32_t v) {
+  put_u16(p, v);
+  put_u16(p + 2, v >> 16);
+}
+
+static void put_f64(uint8_t *p, double v) {
+  const uint64_t bits = rim_bits(v);
+  put_u32(p, (uint32_t)(bits & 0xffffffffu));
+  put_u32(p + 4, (uint32_t)(bits >> 32));
+}
+
+static void put_f64s(uint8_t *p, const double *v, size_t n) {
+  for (size_t i = 0; i < n; ++i)
+    put_f64(p + 8 * i, v[i]);
+}
+
+static const uint8_t *region_at(const rim_correct *c, uint32_t k) {
+  return c->section + RIM_CORRECT_HEADER_BYTES + (size_t)k * (AT_SHIFT + 8u * (size_t)c->outcomes);
+}
+
+static double shift_of(const rim_correct *c, uint32_t k, uint32_t o) {
+  return rim_image_f64(region_at(c, k) + AT_SHIFT, o);
+}
+
+static double confidence_of(const rim_correct *c, uint32_t k) {
+  return rim_image_f64(region_at(c, k) + AT_CONFIDENCE, 0);
+}
+
+static void unpack_region(const rim_correct *c, uint32_t k, rim_correct_region *to) {
+  const uint8_t *p = region_at(c, k);
+  memset(to, 0, sizeof *to);
+  to->region.dims = p[AT_DIMS];
+  to->is_box = p[AT_BOX] != 0;
+  to->confidence = confidence_of(c, k);
+  for (size_t i = 0; i < MAX_DIMS; ++i) {
+    to->region.feature[i] = rim_image_u16(p + AT_FEATURE, i);
+    to->region.center[i] = rim_image_f64(p + AT_CENTER, i);
+    to->region.lower[i] = rim_image_f64(p + AT_LOWER, i);
+    to->region.upper[i] = rim_image_f64(p + AT_UPPER, i);
+  }
+  for (size_t i = 0; i < (size_t)MAX_DIMS * MAX_DIMS; ++i)
+    to->region.inverse_shape[i] = rim_image_f64(p + AT_SHAPE, i);
+}
+
+static uint32_t crc_of(const uint8_t *section, size_t bytes) {
+  const uint32_t crc = rim_crc32(0, section, CRC_AT);
+  return rim_crc32(crc, section + CRC_AT + 4u, bytes - CRC_AT - 4u);
+}
+
+/* ---- validation, the same for what is packed and what is opened ---- */
+
+static bool counts_ok(uint32_t features, uint32_t outcomes, uint32_t regions, uint32_t overlap,
+                      uint32_t kinds) {
+  return features >= 1 && features <= RIM_CORRECT_MAX_FEATURES && outcomes >= 1 &&
+         outcomes <= RIM_CORRECT_MAX_OUTCOMES && regions <= MAX_REGIONS &&
+         overlap <= (uint32_t)RIM_OVERLAP_SUM && kinds >> KINDS == 0;
+}
+
+static bool features_ok(const rim_region *r, uint32_t features) {
+  for (size_t i = 0; i < r->dims; ++i) {
+    if (r->feature[i] >= features)
+      return false;
+    for (size_t j = 0; j < i; ++j) {
+      if (r->feature[i] == r->feature[j])
+        return false;
+    }
+  }
+  return true;
+}
+
+static bool is_nan(double x) { return x != x; } /* cppcheck-suppress duplicateExpression */
+
+static rim_status check_region(const rim_correct_region *c, uint32_t features) {
+  const rim_region *r = &c->region;
+  if (r->dims > MAX_DIMS || !features_ok(r, features))
+    return RIM_E_RANGE;
+  if (!(c->confidence >= 0.0 && c->confidence <= 1.0))
+    return RIM_E_DATA;
+  for (size_t i = 0; i < r->dims; ++i) {
+    if (!rim_is_finite(r->center[i]) || is_nan(r->lower[i]) || is_nan(r->upper[i]))
+      return RIM_E_DATA;
+  }
+  for (size_t i = 0; i < (size_t)r->dims * r->dims; ++i) {
+    if (!rim_is_finite(r->inverse_shape[i]))
+      return RIM_E_DATA;
+  }
+  return c->is_box || rim_region_is_valid(r) ? RIM_OK : RIM_E_SINGULAR;
+}
+
+/* What dims leaves unused is 0, so that equal models have equal bytes. */
+static void tidy(const rim_correct_region *from, rim_correct_region *to) {
+  memset(to, 0, sizeof *to);
+  const size_t dims = from->region.dims;
+  to->is_box = from->is_box;
+  to->confidence = from->confidence;
+  to->region.dims = from->region.dims;
+  for (size_t i = 0; i < dims; ++i) {
+    to->region.feature[i] = from->region.feature[i];
+    to->region.center[i] = from->region.center[i];
+    to->region.lower[i] = from->region.lower[i];
+    to->region.upper[i] = from->region.upper[i];
+  }
+  for (size_t i = 0; i < dims * dims; ++i)
+    to->region.inverse_shape[i] = from->region.inverse_shape[i];
+}
+
+static void pack_region(const rim_correct_region *c, uint8_t *p) {
+  p[AT_DIMS] = c->region.dims;
+  p[AT_BOX] = c->is_box ? 1 : 0;
+  for (size_t i = 0; i < MAX_DIMS; ++i)
+    put_u16(p + AT_FEATURE + 2 * i, c->region.feature[i]);
+  put_f64(p + AT_CONFIDENCE, c->confidence);
+  put_f64s(p + AT_CENTER, c->region.center, MAX_DIMS);
+  put_f64s(p + AT_SHAPE, c->region.inverse_shape, (size_t)MAX_DIMS * MAX_DIMS);
+  put_f64s(p + AT_LOWER, c->region.lower, MAX_DIMS);
+  put_f64s(p + AT_UPPER, c->region.upper, MAX_DIMS);
+}
+
+static rim_status check_model(const rim_correct_model *m) {
+  if (!counts_ok(m->features, m->outcomes, m->regions, (uint32_t)m->overlap, m->kinds))
+    return RIM_E_RANGE;
+  if (m->regions > 0 && (m->region == NULL || m->shift == NULL))
+    return RIM_E_ARGUMENT;
+  for (size_t k = 0; k < m->regions; ++k) {
+    const rim_status status = check_region(&m->region[k], m->features);
+    if (status != RIM_OK)
+      return status;
+  }
+  for (size_t i = 0; i < (size_t)m->regions * m->outcomes; ++i) {
+    if (!rim_is_finite(m->shift[i]))
+      return RIM_E_DATA;
+  }
+  return RIM_OK;
+}
+
+rim_status rim_correct_pack(const rim_correct_model *m, uint8_t *section, size_t bytes) {
+  if (m == NULL || section == NULL)
+    return RIM_E_ARGUMENT;
+  const rim_status status = check_model(m);
+  if (status != RIM_OK)
+    return status;
+  if (bytes != RIM_CORRECT_BYTES(m->outcomes, m->regions))
+    return RIM_E_SIZE;
+  const uint32_t header[7] = {RIM_CORRECT_LAYOUT, (uint32_t)bytes,      m->features, m->outcomes,
+                              m->regions,         (uint32_t)m->overlap, m->kinds};
+  for (size_t i = 0; i < 7; ++i)
+    put_u32(section + 4 * i, header[i]);
+  uint8_t *p = section + RIM_CORRECT_HEADER_BYTES;
+  for (size_t k = 0; k < m->regions; ++k) {
+    rim_correct_region region;
+    tidy(&m->region[k], &region);
+    pack_region(&region, p);
+    put_f64s(p + AT_SHIFT, m->shift + k * m->outcomes, m->outcomes);
+    p += AT_SHIFT + 8u * (size_t)m->outcomes;
+  }
+  put_u32(section + CRC_AT, crc_of(section, bytes));
+  return RIM_OK;
+}
+
+static rim_status check_section(const rim_correct *c) {
+  for (uint32_t k = 0; k < c->regions; ++k) {
+    rim_correct_region region;
+    rim_correct_region clean;
+    uint8_t packed[AT_SHIFT];
+    unpack_region(c, k, &region);
+    const rim_status status = check_region(&region, c->features);
+    if (status != RIM_OK)
+      return status;
+    tidy(&region, &clean);
+    pack_region(&clean, packed);
+    if (memcmp(packed, region_at(c, k), AT_SHIFT) != 0)
+      return RIM_E_DATA;
+    for (uint32_t o = 0; o < c->outcomes; ++o) {
+      if (!rim_is_finite(shift_of(c, k, o)))
+        return RIM_E_DATA;
+    }
+  }
+  return RIM_OK;
+}
+
+rim_status rim_correct_open(rim_correct *view, const uint8_t *section, size_t bytes) {
+  if (view == NULL || section == NULL)
+    return RIM_E_ARGUMENT;
+  if (((uintptr_t)section & 3u) != 0)
+    return RIM_E_ALIGN;
+  if (bytes < RIM_CORRECT_HEADER_BYTES)
+    return RIM_E_TRUNCATED;
+  if (rim_image_u32(section, 0) != RIM_CORRECT_LAYOUT)
+    return RIM_E_VERSION;
+  const uint32_t announced = rim_image_u32(section, 1);
+  if (announced < RIM_CORRECT_HEADER_BYTES || bytes < announced)
+    return RIM_E_TRUNCATED;
+  if (bytes > announced)
+    return RIM_E_SIZE;
+  if (crc_of(section, bytes) != rim_image_u32(section, CRC_AT / 4u))
+    return RIM_E_CRC;
+  const uint32_t overlap = rim_image_u32(section, 5);
+  rim_correct c = {.section = section,
+                   .features = rim_image_u32(section, 2),
+                   .outcomes = rim_image_u32(section, 3),
+                   .regions = rim_image_u32(section, 4),
+                   .kinds = rim_image_u32(section, 6)};
+  if (!counts_ok(c.features, c.outcomes, c.regions, overlap, c.kinds))
+    return RIM_E_RANGE;
+  c.overlap = (rim_overlap)overlap;
+  const size_t need = RIM_CORRECT_BYTES(c.outcomes, c.regions);
+  if (bytes != need)
+    return bytes < need ? RIM_E_TRUNCATED : RIM_E_SIZE;
+  const rim_status status = check_section(&c);
+  if (status == RIM_OK)
+    *view = c;
+  return status;
+}
+
+rim_status rim_correct_attach(rim_correct *view, const rim_image *image) {
+  const uint8_t *section;
+  size_t bytes;
+  if (view == NULL)
+    return RIM_E_ARGUMENT;
+  const rim_status status = rim_image_section(image, RIM_CORRECT_SECTION, &section, &bytes);
+  return status == RIM_OK ? rim_correct_open(view, section, bytes) : status;
+}
+
+/* ---- the mixture ---- */
+
+static bool box_contains(const rim_region *r, const double *x) {
+  for (size_t i = 0; i < r->dims; ++i) {
+    const double v = x[r->feature[i]];
+    const bool above = v >= r->lower[i];
+    const bool below = v <= r->upper[i];
+    if (!(r->lower[i] > r->upper[i] ? above || below : above && below))
+      return false;
+  }
+  return true;
+}
+
+/* What acts at x: regions as a mask, with the chance of each. */
+typedef struct active {
+  uint32_t mask;
+  double p[MAX_REGIONS];
+} active;
+
+static active at(const rim_correct *c, const double *x) {
+  active a = {0, {0.0}};
+  double sum = 0.0;
+  for (uint32_t k = 0; k < c->regions; ++k) {
+    rim_correct_region r;
+    unpack_region(c, k, &r);
+    if (!(r.is_box ? box_contains(&r.region, x) : rim_region_contains(&r.region, x)))
+      continue;
+    a.mask |= 1u << k;
+    a.p[k] = r.confidence;
+    sum += r.confidence;
+    if (c->overlap == RIM_OVERLAP_FIRST)
+      break;
+  }
+  for (uint32_t k = 0; c->overlap == RIM_OVERLAP_MIXTURE && sum > 1.0 && k < c->regions; ++k)
+    a.p[k] /= sum;
+  return a;
+}
+
+/* Chance that exactly the regions of `set`, a part of the mask, act. MIXTURE: they exclude each
+ * other. */
+static double chance(const rim_correct *c, const active *a, uint32_t set) {
+  double product = 1.0;
+  double sum = 0.0;
+  for (uint32_t k = 0; k < c->regions; ++k) {
+    const bool acts = (set >> k & 1u) != 0;
+    if ((a->mask >> k & 1u) == 0)
+      continue;
+    product *= acts ? a->p[k] : 1.0 - a->p[k];
+    sum += a->p[k];
+    if (acts && c->overlap == RIM_OVERLAP_MIXTURE)
+      return set == 1u << k ? a->p[k] : 0.0;
+  }
+  return c->overlap == RIM_OVERLAP_MIXTURE ? rim_max(1.0 - sum, 0.0) : product;
+}
+
+static double shift_of_set(const rim_correct *c, uint32_t set, uint32_t o) {
+  double sum = 0.0;
+  for (uint32_t k = 0; k < c->regions; ++k) {
+    if ((set >> k & 1u) != 0)
+      sum += shift_of(c, k, o);
+  }
+  return sum;
+}
+
+static double mean_shift(const rim_correct *c, const active *a, uint32_t o) {
+  double sum = 0.0;
+  for (uint32_t k = 0; k < c->regions; ++k) {
+    if ((a->mask >> k & 1u) != 0)
+      sum += a->p[k] * shift_of(c, k, o);
+  }
+  return sum;
+}
+
+/* Variance of the shift: of one of several that exclude each other, or of a sum of independent
+ * ones. Both sums have no negative term. */
+static double shift_variance(const rim_correct *c, const active *a, uint32_t o) {
+  const double mean = mean_shift(c, a, o);
+  double variance = 0.0;
+  double rest = 1.0;
+  for (uint32_t k = 0; k < c->regions; ++k) {
+    if ((a->mask >> k & 1u) == 0)
+      continue;
+    const double shift = shift_of(c, k, o);
+    const double from_mean = shift - mean;
+    variance += c->overlap == RIM_OVERLAP_SUM ? a->p[k] * (1.0 - a->p[k]) * shift * shift
+                                              : a->p[k] * from_mean * from_mean;
+    rest -= a->p[k];
+  }
+  return c->overlap == RIM_OVERLAP_SUM ? variance : variance + rim_max(rest, 0.0) * mean * mean;
+}
+
+rim_status rim_correct_weights(const rim_correct *c, const double *x, double *weight) {
+  if (c == NULL || c->section == NULL || x == NULL || weight == NULL)
+    return RIM_E_ARGUMENT;
+  const active a = at(c, x);
+  weight[0] = chance(c, &a, 0);
+  for (uint32_t k = 0; k < c->regions; ++k)
+    weight[k + 1] = a.p[k];
+  return RIM_OK;
+}
+
+rim_status rim_correct_mean(const rim_correct *c, const double *x, const double *nominal,
+                            double *mean) {
+  if (c == NULL || c->section == NULL || x == NULL || nominal == NULL || mean == NULL)
+    return RIM_E_ARGUMENT;
+  const active a = at(c, x);
+  for (uint32_t o = 0; o < c->outcomes; ++o)
+    mean[o] = nominal[o] + mean_shift(c, &a, o);
+  return RIM_OK;
+}
+
+rim_status rim_correct_moments(const rim_correct *c, const double *x, const double *nominal,
+                               const double *sd, double *mean, double *mixed_sd) {
+  if (sd == NULL || mixed_sd == NULL)
+    return RIM_E_ARGUMENT;
+  const rim_status status = rim_correct_mean(c, x, nominal, mean);
+  if (status != RIM_OK)
+    return status;
+  const active a = at(c, x);
+  for (uint32_t o = 0; o < c->outcomes; ++o) {
+    const double extra = shift_variance(c, &a, o);
+    mixed_sd[o] = extra > 0.0 ? rim_sqrt(sd[o] * sd[o] + extra) : sd[o];
+  }
+  return RIM_OK;
+}
+
+/* ln of the chance of a set times the density of outcomes first..last under it; -inf: none. */
+static double ln_component(const rim_correct *c, const active *a, uint32_t set, uint32_t first,
+                           uint32_t last, const double *nominal, const double *sd,
+                           const double *z) {
+  double sum = rim_log(chance(c, a, set));
+  for (uint32_t o = first; o <= last; ++o) {
+    const double u = (z[o - first] - nominal[o - first] - shift_of_set(c, set, o)) / sd[o - first];
+    sum -= 0.5 * u * u + rim_log(sd[o - first]) + LN_SQRT_2PI;
+  }
+  return sum;
+}
+
+/* ln of the sum over all parts of the mask, relative to the largest: two rounds of at most 256. */
+static double ln_mixture(const rim_correct *c, const double *x, uint32_t first, uint32_t last,
+                         const double *nominal, const double *sd, const double *z) {
+  const active a = at(c, x);
+  double largest = ln_component(c, &a, 0, first, last, nominal, sd, z);
+  for (uint32_t set = a.mask; set != 0; set = (set - 1u) & a.mask)
+    largest = rim_max(largest, ln_component(c, &a, set, first, last, nominal, sd, z));
+  if (!rim_is_finite(largest))
+    return largest;
+  double sum = rim_exp(ln_component(c, &a, 0, first, last, nominal, sd, z) - largest);
+  for (uint32_t set = a.mask; set != 0; set = (set - 1u) & a.mask)
+    sum += rim_exp(ln_component(c, &a, set, first, last, nominal, sd, z) - largest);
+  return largest + rim_log(sum);
+}
+
+rim_status rim_correct_density(const rim_correct *c, const double *x, uint32_t outcome,
+                               double nominal, double sd, double z, double *density) {
+  if (c == NULL || c->section == NULL || x == NULL || density == NULL)
+    return RIM_E_ARGUMENT;
+  if (outcome >= c->outcomes)
+    return RIM_E_RANGE;
+  if (!(sd > 0.0))
+    return RIM_E_DATA;
+  *density = rim_exp(ln_mixture(c, x, outcome, outcome, &nominal, &sd, &z));
+  return RIM_OK;
+}
+
+rim_status rim_correct_ln_density(const rim_correct *c, const double *x, const double *nominal,
+                                  const double *sd, const double *z, double *ln_density) {
+  if (c == NULL || c->section == NULL || x == NULL || nominal == NULL || sd == NULL || z == NULL ||
+      ln_density == NULL)
+    return RIM_E_ARGUMENT;
+  for (uint32_t o = 0; o < c->outcomes; ++o) {
+    if (!(sd[o] > 0.0))
+      return RIM_E_DATA;
+  }
+  *ln_density = ln_mixture(c, x, 0, c->outcomes - 1u, nominal, sd, z);
+  return RIM_OK;
+}

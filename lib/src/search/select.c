@@ -1,0 +1,453 @@
+#include "search/select.h"
+
+#include <float.h>
+#include <string.h>
+
+#include "rim/image.h"
+#include "base/real.h"
+#include "search/select_private.h"
+
+/* Nats above the logarithm of the number of alternatives at which nominal runs of 250 observations
+ * have their largest ln anom, by features: intervals, ellipses. */
+#define PENALTY_INTERVAL 1.5
+#define PENALTY_ELLIPSE 3.5
+#define MAGIC 0x53454c31u
+
+static uint16_t or_default(uint16_t value, uint16_t fallback) {
+  return value != 0 ? value : fallback;
+}
+
+static rim_select_config filled(const rim_select_config *config) {
+  rim_select_config c = *config;
+  c.channels = or_default(c.channels, 1);
+  c.ring = or_default(c.ring, RIM_SELECT_DEFAULT_RING);
+  c.bins = or_default(c.bins, RIM_SELECT_DEFAULT_BINS);
+  c.grid = or_default(c.grid, RIM_SELECT_DEFAULT_GRID);
+  c.pairs = or_default(c.pairs, RIM_SELECT_DEFAULT_PAIRS);
+  c.scans = or_default(c.scans, RIM_SELECT_DEFAULT_SCANS);
+  c.edges = or_default(c.edges, RIM_SELECT_DEFAULT_EDGES);
+  c.moves = or_default(c.moves, RIM_SELECT_DEFAULT_MOVES);
+  return c;
+}
+
+static bool counts_are_valid(const rim_select_config *c) {
+  return c->features >= 1 && c->features <= RIM_SELECT_MAX_FEATURES &&
+         c->channels <= RIM_SELECT_MAX_CHANNELS && c->ring >= 16 &&
+         c->ring <= RIM_SELECT_MAX_RING && c->bins >= 4 && c->bins <= RIM_SELECT_MAX_BINS &&
+         c->grid >= 8 && c->grid <= RIM_SELECT_MAX_GRID && c->pairs <= RIM_SELECT_MAX_PAIRS;
+}
+
+static bool values_are_valid(const rim_select_config *c) {
+  for (size_t i = 0; i < c->channels; ++i) {
+    if (c->a != NULL && !(rim_is_finite((double)c->a[i]) && c->a[i] > 0.0f))
+      return false;
+    if (c->b != NULL && !(rim_is_finite((double)c->b[i]) && c->b[i] >= 0.0f))
+      return false;
+  }
+  return true;
+}
+
+static size_t size_of(const rim_select_config *c) {
+  return RIM_SELECT_SIZE(c->features, c->channels, c->ring, c->bins, c->grid, c->pairs);
+}
+
+rim_status rim_select_size(const rim_select_config *config, size_t *bytes) {
+  if (config == NULL || bytes == NULL)
+    return RIM_E_ARGUMENT;
+  const rim_select_config c = filled(config);
+  if (!counts_are_valid(&c))
+    return RIM_E_CONFIG;
+  *bytes = size_of(&c);
+  return RIM_OK;
+}
+
+static void lay_out(rim_select *e) {
+  const size_t d = e->features;
+  const size_t channels = e->channels;
+  size_t at = RIM_SELECT_HEADER_BYTES;
+  e->sum_at = (uint32_t)at;
+  at += RIM_SELECT_ROUND8(4u * d * e->bins * channels);
+  e->count_at = (uint32_t)at;
+  at += RIM_SELECT_ROUND8(2u * d * e->bins);
+  e->ring_at = (uint32_t)at;
+  at += RIM_SELECT_ROUND8(e->ring * d);
+  e->residual_at = (uint32_t)at;
+  at += RIM_SELECT_ROUND8(2u * e->ring * channels);
+  e->mask_at = (uint32_t)at;
+  at += RIM_SELECT_ROUND8(2u * (size_t)e->ring);
+  e->slice_at = (uint32_t)at;
+  at += RIM_SELECT_ROUND8(8u * d * channels);
+  e->channel_at = (uint32_t)at;
+  at += RIM_SELECT_ROUND8(48u * channels);
+  e->pair_at = (uint32_t)at;
+  at += 1024u * (size_t)e->pairs;
+  e->cell_at = (uint32_t)at;
+  at += RIM_SELECT_ROUND8(2u * (size_t)e->grid * e->grid);
+  e->link_at = (uint32_t)at;
+  at += RIM_SELECT_ROUND8(2u * (size_t)e->ring);
+  e->grid_at = (uint32_t)at;
+}
+
+static void set_penalties(rim_select *e) {
+  const double d = (double)e->features;
+  e->penalty[0] = 0.0f;
+  e->penalty[1] = (float)(PENALTY_INTERVAL + rim_log(d));
+  e->penalty[2] = (float)(PENALTY_ELLIPSE + rim_log(d > 1.0 ? 0.5 * d * (d - 1.0) : 1.0));
+}
+
+rim_status rim_select_init(rim_select **engine, void *memory, size_t bytes,
+                           const rim_select_config *config) {
+  if (engine == NULL || memory == NULL || config == NULL)
+    return RIM_E_ARGUMENT;
+  if ((uintptr_t)memory % 8u != 0)
+    return RIM_E_ALIGN;
+  const rim_select_config c = filled(config);
+  if (!counts_are_valid(&c))
+    return RIM_E_CONFIG;
+  if (bytes < size_of(&c))
+    return RIM_E_SIZE;
+  if (!values_are_valid(&c))
+    return RIM_E_RANGE;
+  memset(memory, 0, size_of(&c));
+  rim_select *e = (rim_select *)memory;
+  e->magic = MAGIC;
+  e->features = c.features;
+  e->channels = c.channels;
+  e->ring = c.ring;
+  e->bins = c.bins;
+  e->grid = c.grid;
+  e->pairs = c.features > 1 ? c.pairs : 0;
+  e->scans = c.scans;
+  e->edges = c.edges;
+  e->moves = c.moves;
+  e->chains = c.edges < FEW_EDGES ? FEW_CHAINS : RIM_SELECT_CHAINS;
+  e->seed = c.seed;
+  lay_out(e);
+  set_penalties(e);
+  for (uint32_t k = 0; k <= SELECT_ROOTS; ++k) {
+    const double z = (double)k / (double)SELECT_ROOTS;
+    e->root[k] = (float)rim_sqrt(1.0 - z * z);
+  }
+  for (uint32_t i = 0; i < c.channels; ++i) {
+    channel_state *state = select_channel(e, i);
+    state->a = c.a != NULL ? c.a[i] : 1.0f;
+    state->b = c.b != NULL ? c.b[i] : 0.0f;
+    state->scale = 1.0f;
+  }
+  rim_select_reset(e);
+  *engine = e;
+  return RIM_OK;
+}
+
+void rim_select_reset(rim_select *e) {
+  const rim_bins table = select_bins(e);
+  rim_bins_clear(&table);
+  memset(select_at(e, e->slice_at), 0, 8u * (size_t)e->features * e->channels);
+  for (uint32_t c = 0; c < e->channels; ++c) {
+    channel_state *state = select_channel(e, c);
+    state->sum = 0.0;
+    state->score = 0.0f;
+    state->best_feature = 0;
+    state->best_interval = 0.0f;
+    e->scores[c] = 0.0f;
+  }
+  memset(select_at(e, e->pair_at), 0, 1024u * (size_t)e->pairs);
+  e->head = 0;
+  e->held = 0;
+  e->leader = e->pairs;
+  e->turn = 0;
+  e->sweeps = 0;
+  e->next_feature = e->features;
+  e->next_slice = 0;
+  e->waits = false;
+  e->count = 0;
+  e->total = 0;
+  memset(&e->effort, 0, sizeof e->effort);
+  rim_rng_seed(&e->rng, e->seed, 0x73656c65u);
+}
+
+rim_status rim_select_set_channel_scale(rim_select *e, const float *scale, const float *offset) {
+  if (e == NULL)
+    return RIM_E_ARGUMENT;
+  for (uint32_t c = 0; c < e->channels; ++c) {
+    if (scale != NULL && !(rim_is_finite((double)scale[c]) && scale[c] > 0.0f))
+      return RIM_E_RANGE;
+    if (offset != NULL && !rim_is_finite((double)offset[c]))
+      return RIM_E_RANGE;
+  }
+  for (uint32_t c = 0; c < e->channels; ++c) {
+    channel_state *state = select_channel(e, c);
+    state->scale = scale != NULL ? scale[c] : 1.0f;
+    state->offset = offset != NULL ? offset[c] : 0.0f;
+  }
+  return RIM_OK;
+}
+
+static bool all_finite(const double *x, size_t n) {
+  for (size_t i = 0; i < n; ++i) {
+    if (!rim_is_finite(x[i]))
+      return false;
+  }
+  return true;
+}
+
+static int16_t quantised(double r) {
+  const double clipped = rim_clamp(r, -RIM_SELECT_CLIP, RIM_SELECT_CLIP) / SELECT_RESIDUAL_STEP;
+  return (int16_t)(clipped >= 0.0 ? clipped + 0.5 : clipped - 0.5);
+}
+
+/* ln anom of the hypothesis without features. */
+static double everywhere(const rim_select *e, const channel_state *state) {
+  return select_ln_anom(state->sum, (double)e->count, (double)state->a, (double)state->b);
+}
+
+static void update_scores(rim_select *e) {
+  for (uint32_t c = 0; c < e->channels; ++c) {
+    channel_state *state = select_channel(e, c);
+    double best = everywhere(e, state) - (double)e->penalty[0];
+    best = rim_max(best, (double)state->best_interval - (double)e->penalty[1]);
+    state->score = (float)rim_max(best, 0.0);
+    e->scores[c] = state->score;
+  }
+  double leading = -DBL_MAX;
+  uint16_t leader = e->pairs;
+  for (uint16_t i = 0; i < e->pairs; ++i) {
+    pair_state *p = select_pair(e, i);
+    if (!p->active)
+      continue;
+    const channel_state *state = select_channel(e, p->channel);
+    const double value = (double)rim_select_pair_best(e, p, NULL) - (double)e->penalty[2];
+    if (value > (double)e->scores[p->channel])
+      e->scores[p->channel] = (float)value;
+    const double priority = select_priority(state, value);
+    if (priority > leading) {
+      leading = priority;
+      leader = i;
+    }
+  }
+  e->leader = leader;
+}
+
+/* Once in 30000 observations: what was seen so far weighs one half from now on. */
+static void halve(rim_select *e) {
+  const rim_bins table = select_bins(e);
+  rim_bins_halve(&table);
+  for (uint32_t c = 0; c < e->channels; ++c)
+    select_channel(e, c)->sum *= 0.5;
+  e->count /= 2u;
+  for (uint32_t i = 0; i < e->pairs; ++i) {
+    const rim_grid grid = select_grid(e, i);
+    rim_grid_halve(&grid);
+    if (select_pair(e, i)->active)
+      rim_select_pool_refresh(e, i);
+  }
+}
+
+rim_status rim_select_observe(rim_select *e, const double *u, const double *r) {
+  if (e == NULL || u == NULL || r == NULL)
+    return RIM_E_ARGUMENT;
+  if (!all_finite(u, e->features) || !all_finite(r, e->channels))
+    return RIM_E_DATA;
+  const rim_bins table = select_bins(e);
+  if (e->count >= RIM_BINS_MAX_COUNT)
+    halve(e);
+  const uint16_t slot = e->head;
+  if (e->held == e->ring)
+    rim_select_pool_forget(e, slot);
+  uint8_t bin[RIM_SELECT_MAX_FEATURES];
+  float residual[RIM_SELECT_MAX_CHANNELS];
+  uint8_t *row = select_row(e, slot);
+  for (uint32_t f = 0; f < e->features; ++f) {
+    row[f] = (uint8_t)rim_bins_cell(u[f], 256);
+    bin[f] = (uint8_t)(((uint32_t)row[f] * e->bins) >> 8);
+  }
+  int16_t *stored = select_residual(e, slot);
+  for (uint32_t c = 0; c < e->channels; ++c) {
+    stored[c] = quantised(r[c]);
+    residual[c] = (float)((double)stored[c] * SELECT_RESIDUAL_STEP);
+    select_channel(e, c)->sum += (double)residual[c];
+  }
+  rim_bins_add(&table, bin, residual);
+  e->head = (uint16_t)(slot + 1u == e->ring ? 0u : slot + 1u);
+  if (e->held < e->ring)
+    ++e->held;
+  ++e->count;
+  ++e->total;
+  ++e->effort.observations;
+  rim_select_pool_observe(e, slot);
+  update_scores(e);
+  return RIM_OK;
+}
+
+void rim_select_work(rim_select *e, uint32_t budget) {
+  if (e->count == 0)
+    return;
+  for (uint32_t unit = 0; unit < budget; ++unit) {
+    ++e->effort.units;
+    e->entered = 0;
+    rim_select_scan(e, e->scans);
+    if (e->pairs > 0) {
+      rim_select_sweep(e, e->edges);
+      update_scores(e);
+      if (e->edges >= FEW_EDGES || e->entered == 0)
+        rim_select_pool_move(e, e->moves);
+    }
+    update_scores(e);
+  }
+}
+
+const float *rim_select_channel_scores(const rim_select *e) { return e->scores; }
+uint32_t rim_select_observations(const rim_select *e) { return e->total; }
+rim_select_effort rim_select_get_effort(const rim_select *e) { return e->effort; }
+
+/* Index, counted from the first observation, of what a ring slot holds. */
+static uint32_t index_of(const rim_select *e, uint32_t slot) {
+  const uint32_t newest = e->head == 0 ? e->ring - 1u : e->head - 1u;
+  const uint32_t age = newest >= slot ? newest - slot : newest + e->ring - slot;
+  return e->total - 1u - age;
+}
+
+/* From the oldest on: the first one inside is the earliest. */
+static uint32_t earliest_inside(const rim_select *e, const rim_candidate *candidate) {
+  double u[RIM_SELECT_MAX_FEATURES];
+  memset(u, 0, sizeof u);
+  uint32_t slot = e->held < e->ring ? 0u : e->head;
+  for (uint32_t i = 0; i < e->held; ++i) {
+    const uint8_t *row = select_row(e, slot);
+    for (uint32_t k = 0; k < candidate->dims; ++k) {
+      const uint16_t f = candidate->region.feature[k];
+      u[f] = ((double)row[f] + 0.5) / 256.0;
+    }
+    if (rim_region_contains(&candidate->region, u))
+      return index_of(e, slot);
+    slot = slot + 1u == e->ring ? 0u : slot + 1u;
+  }
+  return UINT32_MAX;
+}
+
+static void interval_region(const rim_select *e, uint16_t feature, const slice *s,
+                            rim_region *region) {
+  const double low = (double)s->first / (double)e->bins;
+  const double high = ((double)s->last + 1.0) / (double)e->bins;
+  rim_region_from_box(region, 1, &feature, &low, &high);
+}
+
+static void ellipse_region(const pair_state *p, const ellipse *shape, rim_region *region) {
+  const double a = (double)shape->a;
+  const double b = (double)shape->b;
+  const double c = (double)shape->c;
+  memset(region, 0, sizeof *region);
+  region->dims = 2;
+  region->feature[0] = p->x;
+  region->feature[1] = p->y;
+  region->center[0] = (double)shape->cx;
+  region->center[1] = (double)shape->cy;
+  /* (x, y) = centre + (b z1 + c z2, a z1): A^-1 = L^-T L^-1 */
+  region->inverse_shape[0] = 1.0 / (c * c);
+  region->inverse_shape[1] = -b / (a * c * c);
+  region->inverse_shape[2] = region->inverse_shape[1];
+  region->inverse_shape[3] = 1.0 / (a * a) + b * b / (a * a * c * c);
+  rim_region_bounds(region);
+}
+
+/* All of the best hypothesis of a channel but `since`. */
+static void find_best(const rim_select *e, uint32_t channel, rim_candidate *out) {
+  const channel_state *state = select_channel(e, channel);
+  memset(out, 0, sizeof *out);
+  out->channel = (uint16_t)channel;
+  out->n = (double)e->count;
+  out->s = state->sum;
+  out->ln_anom = everywhere(e, state);
+  double best = out->ln_anom - (double)e->penalty[0];
+  if ((double)state->best_interval - (double)e->penalty[1] > best) {
+    const slice *s = select_slice(e, channel, state->best_feature);
+    double sum[RIM_SELECT_MAX_BINS + 1];
+    double count[RIM_SELECT_MAX_BINS + 1];
+    const rim_bins table = select_bins(e);
+    rim_bins_prefix(&table, state->best_feature, (uint16_t)channel, sum, count);
+    out->dims = 1;
+    out->n = count[s->last + 1] - count[s->first];
+    out->s = sum[s->last + 1] - sum[s->first];
+    out->ln_anom = (double)s->ln_anom;
+    best = out->ln_anom - (double)e->penalty[1];
+    interval_region(e, state->best_feature, s, &out->region);
+  }
+  for (uint32_t i = 0; i < e->pairs; ++i) {
+    pair_state *p = select_pair(e, i);
+    if (!p->active || p->channel != channel)
+      continue;
+    uint32_t which = 0;
+    const double ln_anom = (double)rim_select_pair_best(e, p, &which);
+    if (ln_anom - (double)e->penalty[2] <= best)
+      continue;
+    best = ln_anom - (double)e->penalty[2];
+    out->dims = 2;
+    out->n = (double)p->chain[which].n;
+    out->s = (double)p->chain[which].s;
+    out->ln_anom = ln_anom;
+    ellipse_region(p, &p->chain[which].shape, &out->region);
+  }
+  if (out->n > 0.0)
+    out->shift = out->s / out->n;
+  out->score = select_priority(state, best);
+  out->since = UINT32_MAX;
+}
+
+bool rim_select_best_of_channel(const rim_select *e, uint16_t channel, rim_candidate *out) {
+  if (e == NULL || out == NULL || channel >= e->channels || e->count == 0)
+    return false;
+  find_best(e, channel, out);
+  out->since = earliest_inside(e, out);
+  return true;
+}
+
+bool rim_select_shift_of_channel(const rim_select *e, uint16_t channel, rim_candidate *out) {
+  if (e == NULL || out == NULL || channel >= e->channels || e->count == 0)
+    return false;
+  find_best(e, channel, out);
+  return true;
+}
+
+static uint32_t best_channel(const rim_select *e) {
+  uint32_t best = 0;
+  double value = -DBL_MAX;
+  for (uint32_t c = 0; c < e->channels; ++c) {
+    const channel_state *state = select_channel(e, c);
+    const double score = select_priority(state, (double)e->scores[c]);
+    if (score > value) {
+      value = score;
+      best = c;
+    }
+  }
+  return best;
+}
+
+bool rim_select_best(const rim_select *e, rim_candidate *out) {
+  if (e == NULL || out == NULL || e->count == 0)
+    return false;
+  find_best(e, best_channel(e), out);
+  out->since = earliest_inside(e, out);
+  return true;
+}
+
+double rim_select_membership(const rim_select *e, const double *u) {
+  if (e == NULL || u == NULL || e->count == 0)
+    return 0.0;
+  rim_candidate best;
+  find_best(e, best_channel(e), &best);
+  if (best.dims < 2)
+    return rim_region_contains(&best.region, u) ? 1.0 : 0.0;
+  for (uint32_t i = 0; i < e->pairs; ++i) {
+    const pair_state *p = select_pair(e, i);
+    if (p->active && p->channel == best.channel && p->x == best.region.feature[0] &&
+        p->y == best.region.feature[1]) {
+      return rim_select_pair_membership(e, p, u[p->x], u[p->y]);
+    }
+  }
+  return 0.0;
+}
+
+_Static_assert(sizeof(rim_select) <= RIM_SELECT_HEADER_BYTES, "header");
+_Static_assert(sizeof(pair_state) <= 1024, "pair");
+_Static_assert(sizeof(channel_state) <= 48, "channel");
+_Static_assert(sizeof(slice) == 8, "slice");

@@ -1,0 +1,656 @@
+/* Two-dimensional part of the search: the pool of active pairs and their ellipses. */
+#include <float.h>
+#include <string.h>
+
+#include "base/real.h"
+#include "search/select_private.h"
+
+#define MIN_N 3.0f         /* observations that an ellipse must hold */
+#define CENTER_MARGIN 0.5f /* centres may lie so far outside the range: its edge cuts regions */
+#define MIN_AXIS 0.03f
+#define MAX_AXIS 1.5f
+#define LAG 6.0      /* nats behind the best at which an ellipse restarts */
+#define CLOSE 15.0   /* nats behind the leader within which a pair is a rival */
+#define JITTER 0.012 /* width of the noise in a proposal */
+
+static double unit(rim_select *e) { return (double)rim_rng_u32(&e->rng) * 0x1p-32; }
+
+static bool allowed(const ellipse *s) {
+  return s->cx > -CENTER_MARGIN && s->cx < 1.0f + CENTER_MARGIN && s->cy > -CENTER_MARGIN &&
+         s->cy < 1.0f + CENTER_MARGIN && s->a > MIN_AXIS && s->a < MAX_AXIS && s->c > MIN_AXIS &&
+         s->c < MAX_AXIS && s->b > -MAX_AXIS && s->b < MAX_AXIS;
+}
+
+typedef struct spans {
+  uint8_t low[RIM_SELECT_MAX_GRID], high[RIM_SELECT_MAX_GRID]; /* columns low..high - 1 */
+  uint32_t first, last;                                        /* rows first..last - 1 */
+} spans;
+
+static uint32_t clamped_cell(double position, double grid) {
+  if (!(position > 0.0))
+    return 0;
+  return (uint32_t)(position < grid ? position : grid);
+}
+
+/* An ellipse in units of cells, as the row loop wants it. */
+typedef struct scaled {
+  double cx, cy, b, c, inverse_a;
+} scaled;
+
+static scaled scale_to_grid(const rim_select *e, const ellipse *s) {
+  const double grid = (double)e->grid;
+  return (scaled){(double)s->cx * grid + 0.5, (double)s->cy * grid - 0.5, (double)s->b * grid,
+                  (double)s->c * grid, 1.0 / ((double)s->a * grid)};
+}
+
+/* The columns low..high - 1 of a row whose cell centres lie in the ellipse. */
+static void span_of_row(const rim_select *e, const scaled *s, uint32_t row, uint32_t *low,
+                        uint32_t *high) {
+  const double z = ((double)row - s->cy) * s->inverse_a;
+  const double position = rim_abs(z) * (double)SELECT_ROOTS + 0.5;
+  if (!(position < (double)SELECT_ROOTS)) {
+    *low = 0;
+    *high = 0;
+    return;
+  }
+  const double half = s->c * (double)e->root[(uint32_t)position];
+  const double middle = s->cx + s->b * z;
+  *low = clamped_cell(middle - half, (double)e->grid);
+  *high = clamped_cell(middle + half, (double)e->grid);
+}
+
+static void find_spans(const rim_select *e, const ellipse *shape, spans *out) {
+  const double grid = (double)e->grid;
+  const scaled s = scale_to_grid(e, shape);
+  const double a = (double)shape->a * grid;
+  out->first = clamped_cell(s.cy + 1.0 - a, grid);
+  out->last = clamped_cell(s.cy + 1.0 + a, grid);
+  for (uint32_t row = out->first; row < out->last; ++row) {
+    uint32_t low;
+    uint32_t high;
+    span_of_row(e, &s, row, &low, &high);
+    out->low[row] = (uint8_t)low;
+    out->high[row] = (uint8_t)high;
+  }
+}
+
+static bool cell_in_ellipse(const rim_select *e, const ellipse *shape, uint32_t row,
+                            uint32_t column) {
+  const scaled s = scale_to_grid(e, shape);
+  uint32_t low;
+  uint32_t high;
+  span_of_row(e, &s, row, &low, &high);
+  return column >= low && column < high;
+}
+
+static void sum_grid(const rim_grid *grid, const spans *cells, chain *k) {
+  double s = 0.0;
+  uint32_t n = 0;
+  for (uint32_t row = cells->first; row < cells->last; ++row) {
+    const size_t base = (size_t)row * (grid->grid + 1u);
+    s += (double)grid->sum[base + cells->high[row]] - (double)grid->sum[base + cells->low[row]];
+    n += (uint32_t)grid->count[base + cells->high[row]] - grid->count[base + cells->low[row]];
+  }
+  k->grid_s = (float)s;
+  k->grid_n = (float)n;
+}
+
+static bool cell_inside(const spans *cells, uint32_t row, uint32_t column) {
+  return row >= cells->first && row < cells->last && column >= cells->low[row] &&
+         column < cells->high[row];
+}
+
+/* Stage 2 for one point, by its bytes. */
+static bool point_inside(const ellipse *s, uint32_t x, uint32_t y) {
+  const double v = (((double)y + 0.5) / 256.0 - (double)s->cy) / (double)s->a;
+  const double h = (((double)x + 0.5) / 256.0 - (double)s->cx - (double)s->b * v) / (double)s->c;
+  return v * v + h * h < 1.0;
+}
+
+/* Where the boundary may cut cells of a row: columns left[0]..left[1] and right[0]..right[1]. */
+typedef struct windows {
+  int32_t left[2], right[2];
+  int32_t low, high; /* the row's own span */
+} windows;
+
+static int32_t clamp_column(int32_t column, int32_t columns) {
+  return column < 0 ? 0 : column < columns ? column : columns - 1;
+}
+
+/* From the spans of the row and its two neighbours; a row next to the ellipse counts as an empty
+ * span in the middle of the ellipse's end row. Needs cells->first <= row + 1, row <= cells->last.
+ */
+static windows windows_of(const spans *cells, int32_t row, int32_t columns) {
+  const int32_t first = (int32_t)cells->first;
+  const int32_t last = (int32_t)cells->last;
+  int32_t low[3];
+  int32_t high[3];
+  for (int32_t i = 0; i < 3; ++i) {
+    const int32_t at = row + i - 1;
+    const int32_t near = at < first ? first : at < last ? at : last - 1;
+    low[i] = cells->low[near];
+    high[i] = cells->high[near];
+    if (at != near) {
+      low[i] = (low[i] + high[i]) / 2;
+      high[i] = low[i];
+    }
+  }
+  windows w = {{low[1], low[1]}, {high[1], high[1]}, low[1], high[1]};
+  for (uint32_t i = 0; i < 3; i += 2) {
+    if (low[i] < w.left[0])
+      w.left[0] = low[i];
+    if (low[i] > w.left[1])
+      w.left[1] = low[i];
+    if (high[i] < w.right[0])
+      w.right[0] = high[i];
+    if (high[i] > w.right[1])
+      w.right[1] = high[i];
+  }
+  w.left[0] = clamp_column(w.left[0] - 1, columns);
+  w.left[1] = clamp_column(w.left[1], columns);
+  w.right[0] = clamp_column(w.right[0] - 1, columns);
+  w.right[1] = clamp_column(w.right[1], columns);
+  return w;
+}
+
+/* Adds to a cell's verdict what its points of the ring say of themselves. */
+static void correct_cell(const rim_select *e, const pair_state *p, const ellipse *shape,
+                         uint32_t newest, bool coarse, int32_t *s, int32_t *n) {
+  for (uint32_t next = newest; next != 0; next = *select_link(e, next - 1u)) {
+    const uint8_t *row = select_row(e, next - 1u);
+    const bool exact = point_inside(shape, row[p->x], row[p->y]);
+    if (exact == coarse)
+      continue;
+    const int32_t r = select_residual(e, next - 1u)[p->channel];
+    *s += exact ? r : -r;
+    *n += exact ? 1 : -1;
+  }
+}
+
+/* Stage 2, for the leader: points of the ring in cells that the boundary may cut count by their own
+ * coordinates. */
+static void correct_by_ring(const rim_select *e, const pair_state *p, const spans *cells,
+                            chain *k) {
+  const int32_t rows = e->grid;
+  const int32_t first = (int32_t)cells->first;
+  const int32_t last = (int32_t)cells->last;
+  int32_t s = 0;
+  int32_t n = 0;
+  for (int32_t row = first > 0 ? first - 1 : 0; first < last && row <= last && row < rows; ++row) {
+    const windows w = windows_of(cells, row, rows);
+    const uint16_t *cell = select_cell(e, (uint32_t)row, 0);
+    for (int32_t c = w.left[0]; c <= w.right[1]; ++c) {
+      if (c > w.left[1] && c < w.right[0])
+        c = w.right[0];
+      if (cell[c] != 0) {
+        correct_cell(e, p, &k->shape, cell[c], c >= w.low && c < w.high, &s, &n);
+      }
+    }
+  }
+  k->s = (float)((double)k->grid_s + (double)s * SELECT_RESIDUAL_STEP);
+  k->n = (float)((double)k->grid_n + (double)n);
+}
+
+/* What stages 1 and 2 say of one point. */
+static void judge_point(const rim_select *e, const pair_state *p, const ellipse *shape,
+                        const uint8_t *point, bool *coarse, bool *fine) {
+  const uint32_t x = point[p->x];
+  const uint32_t y = point[p->y];
+  const int32_t row = (int32_t)((y * e->grid) >> 8);
+  const int32_t column = (int32_t)((x * e->grid) >> 8);
+  if (!p->exact) {
+    *coarse = cell_in_ellipse(e, shape, (uint32_t)row, (uint32_t)column);
+    *fine = *coarse;
+    return;
+  }
+  spans cells;
+  find_spans(e, shape, &cells);
+  *coarse = cell_inside(&cells, (uint32_t)row, (uint32_t)column);
+  *fine = *coarse;
+  if (cells.first >= cells.last || row + 1 < (int32_t)cells.first || row > (int32_t)cells.last) {
+    return;
+  }
+  const windows w = windows_of(&cells, row, e->grid);
+  const bool left = column >= w.left[0] && column <= w.left[1];
+  const bool right = column >= w.right[0] && column <= w.right[1];
+  if (left || right)
+    *fine = point_inside(shape, x, y);
+}
+
+static float ln_anom_of(const rim_select *e, uint32_t channel, float s, float n) {
+  if (n < MIN_N)
+    return 0.0f;
+  const channel_state *state = select_channel(e, channel);
+  return (float)select_ln_anom((double)s, (double)n, (double)state->a, (double)state->b);
+}
+
+static float ln_anom(const rim_select *e, const pair_state *p, const chain *k) {
+  return ln_anom_of(e, p->channel, k->s, k->n);
+}
+
+float rim_select_pair_best(const rim_select *e, pair_state *p, uint32_t *which) {
+  if (!p->judged) {
+    p->best = -1.0f;
+    for (uint32_t k = 0; k < e->chains; ++k) {
+      const float value = ln_anom(e, p, &p->chain[k]);
+      if (value > p->best) {
+        p->best = value;
+        p->which = (uint8_t)k;
+      }
+    }
+    p->judged = true;
+  }
+  if (which != NULL)
+    *which = p->which;
+  return p->best;
+}
+
+/* Stage 1: on the grid. Returns the spans for stage 2. */
+static void evaluate_grid(rim_select *e, uint32_t pair, chain *k, spans *cells) {
+  const rim_grid grid = select_grid(e, pair);
+  find_spans(e, &k->shape, cells);
+  sum_grid(&grid, cells, k);
+  k->s = k->grid_s;
+  k->n = k->grid_n;
+  ++e->effort.moves;
+}
+
+static void evaluate(rim_select *e, uint32_t pair, chain *k) {
+  spans cells;
+  const pair_state *p = select_pair(e, pair);
+  evaluate_grid(e, pair, k, &cells);
+  if (p->exact)
+    correct_by_ring(e, p, &cells, k);
+}
+
+/* The observation in this slot is new: the grids and every ellipse that holds it gain it. */
+static void pair_observe(rim_select *e, uint32_t pair, uint32_t slot) {
+  pair_state *p = select_pair(e, pair);
+  const uint8_t *point = select_row(e, slot);
+  const double r = (double)select_residual(e, slot)[p->channel] * SELECT_RESIDUAL_STEP;
+  p->judged = false;
+  const uint32_t row = ((uint32_t)point[p->y] * e->grid) >> 8;
+  const uint32_t column = ((uint32_t)point[p->x] * e->grid) >> 8;
+  const rim_grid grid = select_grid(e, pair);
+  rim_grid_add(&grid, (uint16_t)row, (uint16_t)column, r);
+  if (p->exact) {
+    uint16_t *cell = select_cell(e, row, column);
+    *select_link(e, slot) = *cell;
+    *cell = (uint16_t)(slot + 1u);
+  }
+  for (uint32_t i = 0; i < e->chains; ++i) {
+    chain *k = &p->chain[i];
+    bool coarse;
+    bool fine;
+    judge_point(e, p, &k->shape, point, &coarse, &fine);
+    if (coarse) {
+      k->grid_s = (float)((double)k->grid_s + r);
+      k->grid_n += 1.0f;
+    }
+    if (fine) {
+      k->s = (float)((double)k->s + r);
+      k->n += 1.0f;
+    }
+  }
+}
+
+void rim_select_pool_observe(rim_select *e, uint32_t slot) {
+  for (uint32_t i = 0; i < e->pairs; ++i) {
+    if (select_pair(e, i)->active)
+      pair_observe(e, i, slot);
+  }
+}
+
+/* Takes a slot out of its cell's list; it is the oldest there, hence at the end. */
+static void unlink_slot(rim_select *e, uint16_t *from, uint32_t slot) {
+  for (uint32_t i = 0; i < e->ring && *from != 0; ++i) {
+    if (*from == slot + 1u) {
+      *from = *select_link(e, slot);
+      return;
+    }
+    from = select_link(e, *from - 1u);
+  }
+}
+
+/* The observation in this slot leaves the ring: from now on it counts by its cell. */
+void rim_select_pool_forget(rim_select *e, uint32_t slot) {
+  for (uint32_t i = 0; i < e->pairs; ++i) {
+    pair_state *p = select_pair(e, i);
+    if (!p->active || !p->exact)
+      continue;
+    p->judged = false;
+    const uint8_t *point = select_row(e, slot);
+    const double r = (double)select_residual(e, slot)[p->channel] * SELECT_RESIDUAL_STEP;
+    unlink_slot(e,
+                select_cell(e, ((uint32_t)point[p->y] * e->grid) >> 8,
+                            ((uint32_t)point[p->x] * e->grid) >> 8),
+                slot);
+    for (uint32_t j = 0; j < e->chains; ++j) {
+      chain *k = &p->chain[j];
+      bool coarse;
+      bool fine;
+      judge_point(e, p, &k->shape, point, &coarse, &fine);
+      if (fine == coarse)
+        continue;
+      k->s = (float)((double)k->s + (coarse ? r : -r));
+      k->n += coarse ? 1.0f : -1.0f;
+    }
+  }
+}
+
+/* Fills the cells' lists for the leader. */
+static void link_ring(rim_select *e, const pair_state *p) {
+  memset(select_cell(e, 0, 0), 0, 2u * (size_t)e->grid * e->grid);
+  for (uint32_t slot = 0; slot < e->held; ++slot) {
+    const uint8_t *point = select_row(e, slot);
+    uint16_t *cell = select_cell(e, ((uint32_t)point[p->y] * e->grid) >> 8,
+                                 ((uint32_t)point[p->x] * e->grid) >> 8);
+    *select_link(e, slot) = *cell;
+    *cell = (uint16_t)(slot + 1u);
+  }
+}
+
+/* Of the offered ellipse; two roots, taken once an offer. */
+typedef struct axes {
+  double a, b, c;
+} axes;
+
+static axes axes_of(const select_offer *offer) {
+  const double a = rim_sqrt(offer->shape[2]);
+  const double b = offer->shape[1] / a;
+  return (axes){a, b, rim_sqrt(rim_max(offer->shape[0] - b * b, 1e-9))};
+}
+
+/* An ellipse like the offered one, scattered about it. */
+static ellipse scattered(rim_select *e, const select_offer *offer, const axes *like,
+                         double scatter) {
+  ellipse s;
+  s.cx = (float)(offer->center[0] + scatter * offer->half[0] * (unit(e) - 0.5));
+  s.cy = (float)(offer->center[1] + scatter * offer->half[1] * (unit(e) - 0.5));
+  s.c = (float)rim_clamp(like->c * (1.0 + scatter * (unit(e) - 0.5)), 0.04, 1.2);
+  s.a = (float)rim_clamp(like->a * (1.0 + scatter * (unit(e) - 0.5)), 0.04, 1.2);
+  s.b = (float)rim_clamp(like->b + scatter * like->c * (unit(e) - 0.5), -0.95, 0.95);
+  return s;
+}
+
+static void backfill(rim_select *e, uint32_t pair) {
+  const pair_state *p = select_pair(e, pair);
+  const rim_grid grid = select_grid(e, pair);
+  rim_grid_clear(&grid);
+  for (uint32_t slot = 0; slot < e->held; ++slot) {
+    const uint8_t *row = select_row(e, slot);
+    rim_grid_put(&grid, (uint16_t)(((uint32_t)row[p->y] * e->grid) >> 8),
+                 (uint16_t)(((uint32_t)row[p->x] * e->grid) >> 8),
+                 (double)select_residual(e, slot)[p->channel] * SELECT_RESIDUAL_STEP);
+  }
+  rim_grid_accumulate(&grid);
+  ++e->effort.backfills;
+}
+
+static void refresh(rim_select *e, uint32_t pair, uint8_t exact) {
+  pair_state *p = select_pair(e, pair);
+  p->exact = exact;
+  p->judged = false;
+  if (exact)
+    link_ring(e, p);
+  for (uint32_t k = 0; k < e->chains; ++k)
+    evaluate(e, pair, &p->chain[k]);
+}
+
+void rim_select_pool_refresh(rim_select *e, uint32_t pair) {
+  refresh(e, pair, select_pair(e, pair)->exact);
+}
+
+/* Chain 0 starts from the offer itself; it only ever climbs. */
+static void activate(rim_select *e, uint32_t pair, const select_offer *offer) {
+  pair_state *p = select_pair(e, pair);
+  memset(p, 0, sizeof *p);
+  p->x = offer->x;
+  p->y = offer->y;
+  p->channel = offer->channel;
+  p->active = 1;
+  p->h3 = (float)offer->h3;
+  backfill(e, pair);
+  const axes like = axes_of(offer);
+  for (uint32_t k = 0; k < e->chains; ++k)
+    p->chain[k].shape = scattered(e, offer, &like, k == 0 ? 0.0 : 1.0);
+  refresh(e, pair, 0);
+}
+
+/* A new offer for a pair that is active: it replaces the worst ellipse if it beats it. */
+static void seed_chain(rim_select *e, uint32_t pair, const select_offer *offer) {
+  pair_state *p = select_pair(e, pair);
+  uint32_t worst = 0;
+  for (uint32_t k = 1; k < e->chains; ++k) {
+    if (ln_anom(e, p, &p->chain[k]) < ln_anom(e, p, &p->chain[worst]))
+      worst = k;
+  }
+  chain fresh;
+  const axes like = axes_of(offer);
+  fresh.shape = scattered(e, offer, &like, 0.5);
+  evaluate(e, pair, &fresh);
+  if (ln_anom(e, p, &fresh) > ln_anom(e, p, &p->chain[worst]))
+    p->chain[worst] = fresh;
+  p->judged = false;
+}
+
+static double priority_of(const rim_select *e, const pair_state *p, double value) {
+  return select_priority(select_channel(e, p->channel), value);
+}
+
+double rim_select_pool_bar(const rim_select *e, uint32_t *weakest) {
+  double bar = DBL_MAX;
+  uint32_t which = e->pairs;
+  for (uint32_t i = 0; i < e->pairs; ++i) {
+    const pair_state *p = select_pair(e, i);
+    const double value = p->active ? priority_of(e, p, (double)p->h3) : -DBL_MAX;
+    if (i == e->leader || value >= bar)
+      continue;
+    bar = value;
+    which = i;
+  }
+  if (weakest != NULL)
+    *weakest = which;
+  return bar;
+}
+
+static double offer_priority(const rim_select *e, const select_offer *offer) {
+  return select_priority(select_channel(e, offer->channel), offer->h3);
+}
+
+/* Returns whether the pair has taken the place of the weakest. */
+static bool enter(rim_select *e, const select_offer *offer) {
+  uint32_t weakest;
+  const double bar = rim_select_pool_bar(e, &weakest);
+  if (weakest == e->pairs || offer_priority(e, offer) <= bar)
+    return false;
+  activate(e, weakest, offer);
+  return true;
+}
+
+/* A pair is judged by its latest H3 and not by its best ellipse, which would favour those that were
+ * searched for long; only the leader is safe. */
+void rim_select_pool_offer(rim_select *e, const select_offer *offer) {
+  for (uint32_t i = 0; i < e->pairs; ++i) {
+    pair_state *p = select_pair(e, i);
+    if (!p->active || p->x != offer->x || p->y != offer->y || p->channel != offer->channel)
+      continue;
+    p->h3 = (float)offer->h3;
+    if (i != e->leader || offer->h3 > (double)rim_select_pair_best(e, p, NULL) - LAG) {
+      seed_chain(e, i, offer);
+    }
+    return;
+  }
+  if (e->edges < FEW_EDGES) {
+    if (!e->waits || offer_priority(e, offer) > offer_priority(e, &e->waiting))
+      e->waiting = *offer;
+    e->waits = true;
+  } else if (e->entered < ENTRIES_A_UNIT && enter(e, offer)) {
+    ++e->entered;
+  }
+}
+
+void rim_select_pool_enter(rim_select *e) {
+  if (e->waits && enter(e, &e->waiting))
+    ++e->entered;
+  e->waits = false;
+}
+
+/* Two others than k, different. */
+static void draw_two(rim_select *e, uint32_t k, uint32_t *first, uint32_t *second) {
+  uint32_t i = rim_rng_below(&e->rng, e->chains - 1u);
+  uint32_t j = rim_rng_below(&e->rng, e->chains - 2u);
+  if (i >= k)
+    ++i;
+  if (j >= (i < k ? i : k))
+    ++j;
+  if (j >= (i < k ? k : i))
+    ++j;
+  *first = i;
+  *second = j;
+}
+
+/* x + gain (to - from) + noise: six bits of `noise` from `shift` on. */
+static float stepped(float x, double gain, float to, float from, uint32_t noise, uint32_t shift) {
+  const double jitter = JITTER * ((double)((noise >> shift) & 63u) / 63.0 - 0.5);
+  return (float)((double)x + gain * ((double)to - (double)from) + jitter);
+}
+
+/* Differential evolution: a step along the difference of two others, which has by itself the size
+ * and the direction of the cloud; a whole step now and then, to change between modes. */
+static ellipse proposed(rim_select *e, const pair_state *p, uint32_t k) {
+  uint32_t i;
+  uint32_t j;
+  draw_two(e, k, &i, &j);
+  const uint32_t word = rim_rng_u32(&e->rng);
+  const double gain = (word & 0xf000u) == 0 ? 1.0 : 0.05 + 0.75 * (double)(word >> 16) * 0x1p-16;
+  const ellipse *from = &p->chain[i].shape;
+  const ellipse *to = &p->chain[j].shape;
+  const uint32_t noise = rim_rng_u32(&e->rng);
+  ellipse s = p->chain[k].shape;
+  s.cx = stepped(s.cx, gain, to->cx, from->cx, noise, 0);
+  s.cy = stepped(s.cy, gain, to->cy, from->cy, noise, 6);
+  s.a = stepped(s.a, gain, to->a, from->a, noise, 12);
+  s.b = stepped(s.b, gain, to->b, from->b, noise, 18);
+  s.c = stepped(s.c, gain, to->c, from->c, noise, 24);
+  return s;
+}
+
+static bool accepted(rim_select *e, double gained) {
+  if (gained >= 0.0)
+    return true;
+  return gained > -30.0 && unit(e) < rim_exp(gained);
+}
+
+/* Metropolis in two stages (delayed acceptance): the grid's verdict first, the ring's only for
+ * those that pass. Chain 0 climbs only, and so do all pairs but the leader: they race for the lead.
+ */
+static void move_chain(rim_select *e, uint32_t pair, uint32_t k) {
+  pair_state *p = select_pair(e, pair);
+  chain *old = &p->chain[k];
+  chain fresh;
+  fresh.shape = proposed(e, p, k);
+  if (!allowed(&fresh.shape))
+    return;
+  spans cells;
+  evaluate_grid(e, pair, &fresh, &cells);
+  const double coarse = (double)ln_anom_of(e, p->channel, fresh.grid_s, fresh.grid_n) -
+                        (double)ln_anom_of(e, p->channel, old->grid_s, old->grid_n);
+  const bool climbs = k == 0;
+  if (!p->exact) {
+    if (climbs || pair != e->leader ? coarse > 0.0 : accepted(e, coarse))
+      *old = fresh;
+    return;
+  }
+  if (climbs ? coarse < -3.0 : !accepted(e, coarse))
+    return;
+  correct_by_ring(e, p, &cells, &fresh);
+  const double fine = (double)ln_anom(e, p, &fresh) - (double)ln_anom(e, p, old);
+  if (climbs ? fine > 0.0 : accepted(e, fine - coarse))
+    *old = fresh;
+}
+
+/* An ellipse that lags far behind the best has lost its way: it restarts from another's place. */
+static void regroup(rim_select *e, pair_state *p) {
+  uint32_t worst = 1;
+  float high = 0.0f;
+  for (uint32_t k = 1; k < e->chains; ++k) {
+    const float value = ln_anom(e, p, &p->chain[k]);
+    if (value < ln_anom(e, p, &p->chain[worst]))
+      worst = k;
+    if (value > high)
+      high = value;
+  }
+  const float low = ln_anom(e, p, &p->chain[worst]);
+  if ((double)high - (double)low < LAG)
+    return;
+  const uint32_t other = rim_rng_below(&e->rng, e->chains);
+  if (ln_anom(e, p, &p->chain[other]) > low)
+    p->chain[worst] = p->chain[other];
+}
+
+static void move_pair(rim_select *e, uint32_t pair, uint32_t moves) {
+  pair_state *p = select_pair(e, pair);
+  p->judged = false;
+  for (uint32_t i = 0; i < moves; ++i) {
+    if (i % 12u == 0)
+      regroup(e, p);
+    move_chain(e, pair, p->cursor);
+    p->cursor = (uint16_t)(p->cursor + 1u == e->chains ? 0u : p->cursor + 1u);
+  }
+}
+
+static bool is_rival(const rim_select *e, pair_state *p, double bar) {
+  return priority_of(e, p, (double)rim_select_pair_best(e, p, NULL)) > bar ||
+         priority_of(e, p, (double)p->h3) > bar;
+}
+
+/* The leader gets 3/4 of the moves, 5/6 where nobody is close; the rest goes to one rival in turn.
+ */
+void rim_select_pool_move(rim_select *e, uint32_t budget) {
+  if (e->leader >= e->pairs)
+    return;
+  pair_state *leader = select_pair(e, e->leader);
+  const double bar = priority_of(e, leader, (double)rim_select_pair_best(e, leader, NULL) - CLOSE);
+  uint32_t others = 0;
+  uint32_t rivals = 0;
+  for (uint32_t i = 0; i < e->pairs; ++i) {
+    pair_state *p = select_pair(e, i);
+    if (!p->active)
+      continue;
+    const uint8_t exact = i == e->leader && e->edges >= FEW_EDGES ? 1 : 0;
+    if (p->exact != exact)
+      refresh(e, i, exact);
+    if (i == e->leader)
+      continue;
+    ++others;
+    if (is_rival(e, p, bar))
+      ++rivals;
+  }
+  const uint32_t share = others == 0 ? budget : rivals > 0 ? budget * 3u / 4u : budget * 5u / 6u;
+  move_pair(e, e->leader, share);
+  if (others == 0)
+    return;
+  for (uint32_t i = 0; i < e->pairs; ++i) {
+    e->turn = (uint16_t)(e->turn + 1u >= e->pairs ? 0u : e->turn + 1u);
+    pair_state *p = select_pair(e, e->turn);
+    if (e->turn == e->leader || !p->active)
+      continue;
+    if (rivals == 0 || is_rival(e, p, bar))
+      break;
+  }
+  if (e->turn != e->leader)
+    move_pair(e, e->turn, budget - share);
+}
+
+double rim_select_pair_membership(const rim_select *e, const pair_state *p, double x, double y) {
+  double inside = 0.0;
+  for (uint32_t k = 1; k < e->chains; ++k) {
+    const ellipse *s = &p->chain[k].shape;
+    const double v = (y - (double)s->cy) / (double)s->a;
+    const double h = (x - (double)s->cx - (double)s->b * v) / (double)s->c;
+    if (v * v + h * h < 1.0)
+      inside += 1.0;
+  }
+  return inside / (double)(e->chains - 1u);
+}
