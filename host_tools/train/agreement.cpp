@@ -10,6 +10,7 @@
 
 extern "C" {
 #include "image/basis.h"
+#include "monitor/blocks.h"
 }
 
 namespace rim {
@@ -22,8 +23,8 @@ const double kRidges[] = {10.0, 100.0, 1e3, 1e4};
 const double kIntegralRidges[] = {1e-6};
 // Part of the changes that others must explain for an outcome to be called their integral.
 constexpr double kIntegrates = 0.5;
-constexpr std::size_t kIntegrands = 3;  // at most, each of which must lower the squared error
-constexpr double kIntegrandWins = 0.05; // by this part
+constexpr double kIntegrandWins = 0.05; // part by which each integrand must lower the squared error
+constexpr double kProductWins = 0.2; // part of what a product explains that is not counted
 constexpr double kMustWin = 0.8; // of the variance: a further source must be better by as much
 
 // Regressors of all outcomes in one run: residuals of this block, of the block before, and of this
@@ -135,46 +136,62 @@ Fit best_fit(const Regression &r, const std::vector<Eigen::Index> &columns, Eige
   return best;
 }
 
-void learn_levels(Agreement *a, const std::vector<BlockRun> &runs, Eigen::Index o) {
-  for (Eigen::Index j = 0; j < o; ++j) {
-    double n = 0.0, sum = 0.0, squares = 0.0;
-    for (const BlockRun &run : runs) {
-      sum += run.outcome.col(j).sum();
-      n += static_cast<double>(run.blocks());
+// Standard deviation of every integrand, and what it changes by per unit of its factors.
+void learn_integrands(Agreement *a, const Layout &layout, const std::vector<BlockRun> &runs) {
+  const auto count = static_cast<Eigen::Index>(a->integrands.size());
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(count), squares = sum;
+  Eigen::VectorXd mean = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(layout.features()));
+  Eigen::VectorXd cosine = mean, sine = mean;
+  double n = 0.0;
+  for (const BlockRun &run : runs) {
+    sum += run.early.colwise().sum().transpose();
+    squares += run.early.colwise().squaredNorm().transpose();
+    mean += run.context.colwise().sum().transpose();
+    for (Eigen::Index f = 0; f < run.context.cols(); ++f) {
+      const bool degrees = (layout.command[static_cast<std::size_t>(f)] & BLOCKS_ANGLE_DEG) != 0;
+      const Eigen::ArrayXd angle = run.context.col(f).array() * (degrees ? M_PI / 180.0 : 1.0);
+      cosine[f] += angle.cos().sum();
+      sine[f] += angle.sin().sum();
     }
-    const double mean = sum / std::max(n, 1.0);
-    for (const BlockRun &run : runs)
-      squares += (run.outcome.col(j).array() - mean).square().sum();
-    const double sd = std::sqrt(squares / std::max(n, 1.0));
-    a->level_inverse_sd.push_back(
-        static_cast<double>(static_cast<float>(1.0 / std::max(sd, 1e-9 * (1.0 + std::abs(mean))))));
+    n += static_cast<double>(run.blocks());
+  }
+  n = std::max(n, 1.0);
+  for (Eigen::Index g = 0; g < count; ++g) {
+    const Integrand &of = a->integrands[static_cast<std::size_t>(g)];
+    const double middle = sum[g] / n;
+    const double sd = std::sqrt(std::max(squares[g] / n - middle * middle, 0.0));
+    a->integrand_inverse_sd.push_back(static_cast<double>(
+        static_cast<float>(1.0 / std::max(sd, 1e-9 * (1.0 + std::abs(middle))))));
+    const double of_b = of.op == AGREEMENT_PRODUCT  ? mean[of.b] / n
+                        : of.op == AGREEMENT_COSINE ? cosine[of.b] / n
+                        : of.op == AGREEMENT_SINE   ? sine[of.b] / n
+                                                    : 1.0;
+    a->partial.push_back(of_b);
+    a->partial.push_back(of.op == AGREEMENT_PRODUCT ? mean[of.a] / n : 0.0);
   }
 }
 
-// Values of all outcomes in standard deviations, of this block and the one before.
-Matrix levels(const Agreement &a, const BlockRun &run) {
-  const Eigen::Index n = run.blocks(), o = run.outcome.cols();
-  Matrix x = Matrix::Zero(n, 2 * o);
-  for (Eigen::Index j = 0; j < o; ++j)
-    x.col(j) = run.outcome.col(j) * a.level_inverse_sd[static_cast<std::size_t>(j)];
-  if (n > 1)
-    x.block(1, o, n - 1, o) = x.topLeftCorner(n - 1, o);
+// Integrands over the time from block to block, in standard deviations.
+Matrix integrated(const Agreement &a, const BlockRun &run) {
+  Matrix x = Matrix::Zero(run.blocks(), run.early.cols());
+  for (Eigen::Index i = 1; i < run.blocks(); ++i)
+    x.row(i) = run.early.row(i) + run.late.row(i - 1);
+  for (Eigen::Index g = 0; g < x.cols(); ++g)
+    x.col(g) *= a.integrand_inverse_sd[static_cast<std::size_t>(g)];
   return x;
 }
 
-// Changes of the outcomes from the sums of two blocks' levels, which is the trapezium rule: rows
-// whose block follows the one before.
+// Changes of the outcomes from what may be integrated: rows whose block follows the one before.
 Regression integral_regression(const Agreement &a, const std::vector<BlockRun> &runs) {
   Regression r;
   for (const BlockRun &run : runs) {
-    const Matrix x = levels(a, run);
-    const Eigen::Index o = run.outcome.cols();
-    Matrix rows(run.blocks(), o), y(run.blocks(), o);
+    const Matrix x = integrated(a, run);
+    Matrix rows(run.blocks(), x.cols()), y(run.blocks(), run.outcome.cols());
     Eigen::Index n = 0;
     for (Eigen::Index i = 1; i < run.blocks(); ++i) {
       if (!run.follows[static_cast<std::size_t>(i)])
         continue;
-      rows.row(n) = x.row(i).head(o) + x.row(i).tail(o);
+      rows.row(n) = x.row(i);
       y.row(n++) = run.outcome.row(i) - run.outcome.row(i - 1);
     }
     r.x.push_back(rows.topRows(n));
@@ -187,17 +204,13 @@ Regression integral_regression(const Agreement &a, const std::vector<BlockRun> &
 // What the flight code sums up over a run.
 Eigen::VectorXd integral_remains(const Agreement &a, const BlockRun &run, Eigen::Index outcome,
                                  const Eigen::VectorXd &weight) {
-  const Matrix x = levels(a, run);
-  const Eigen::Index o = run.outcome.cols();
+  const Eigen::VectorXd change = integrated(a, run) * weight;
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(run.blocks());
-  for (Eigen::Index i = 0; i < run.blocks(); ++i) {
-    const double before = i > 0 ? sum[i - 1] : 0.0;
-    sum[i] = before;
-    if (!run.follows[static_cast<std::size_t>(i)])
-      continue;
-    const double change = (x.row(i).head(o) + x.row(i).tail(o)).dot(weight);
-    sum[i] =
-        AGREEMENT_KEEPS * before + run.outcome(i, outcome) - run.outcome(i - 1, outcome) - change;
+  for (Eigen::Index i = 1; i < run.blocks(); ++i) {
+    sum[i] = sum[i - 1];
+    if (run.follows[static_cast<std::size_t>(i)])
+      sum[i] = AGREEMENT_KEEPS * sum[i - 1] + run.outcome(i, outcome) -
+               run.outcome(i - 1, outcome) - change[i];
   }
   return sum;
 }
@@ -220,30 +233,37 @@ double offset_variance(const std::vector<Eigen::VectorXd> &series) {
   return variance / (1.0 + half * (1.0 - rho) * (1.0 - rho));
 }
 
-// The few others that explain an outcome's change: more would explain noise by noise.
-std::vector<Eigen::Index> choose_integrands(const Regression &r, Eigen::Index outcome) {
+// The few integrands that explain an outcome's change: more would explain noise by noise. A product
+// must explain clearly more than any single outcome.
+std::vector<Eigen::Index> choose_integrands(const Regression &r, const Agreement &a,
+                                            Eigen::Index outcome, std::uint16_t feature) {
   const Sums &all = r.folds[kFolds];
-  double own = 0.0;
+  double left = 0.0;
   for (const Matrix &y : r.y)
-    own += y.col(outcome).squaredNorm();
+    left += y.col(outcome).squaredNorm();
+  const double own = left;
   std::vector<Eigen::Index> chosen;
-  double left = own;
-  while (chosen.size() < kIntegrands) {
-    double least = left;
+  while (chosen.size() < AGREEMENT_INTEGRANDS) {
+    double least = (1.0 - kIntegrandWins) * left, score = least;
     Eigen::Index best = -1;
-    for (Eigen::Index j = 0; j < all.gram.rows(); ++j) {
-      if (j == outcome || std::find(chosen.begin(), chosen.end(), j) != chosen.end())
+    for (Eigen::Index g = 0; g < all.gram.rows(); ++g) {
+      const Integrand &of = a.integrands[static_cast<std::size_t>(g)];
+      if (of.a == feature || of.b == feature ||
+          std::find(chosen.begin(), chosen.end(), g) != chosen.end())
         continue;
       std::vector<Eigen::Index> with = chosen;
-      with.push_back(j);
+      with.push_back(g);
       const Eigen::VectorXd w = solve(all, with, outcome, kIntegralRidges[0]);
       const double squares = own - 2.0 * w.dot(all.cross.col(outcome)) + w.dot(all.gram * w);
-      if (squares < least) {
+      const double handicapped =
+          of.op == AGREEMENT_PLAIN ? squares : squares + kProductWins * (left - squares);
+      if (handicapped < score) {
+        score = handicapped;
         least = squares;
-        best = j;
+        best = g;
       }
     }
-    if (best < 0 || least > (1.0 - kIntegrandWins) * left)
+    if (best < 0)
       break;
     left = least;
     chosen.push_back(best);
@@ -251,22 +271,62 @@ std::vector<Eigen::Index> choose_integrands(const Regression &r, Eigen::Index ou
   return chosen;
 }
 
-// The outcome that this one mostly integrates: the largest effect.
-void name_integrand(Agreement *a, Eigen::Index outcome, const Eigen::VectorXd &weight) {
-  const Eigen::Index o = a->row.rows();
-  double most = 0.0, all = 0.0;
-  Eigen::Index best = -1;
-  for (Eigen::Index j = 0; j < o; ++j) {
-    const double effect = std::abs(weight[j]);
-    all += effect * effect;
+// The outcome that this one mostly integrates: the one whose usual variation has the largest effect.
+double mostly_integrated(const Agreement &a, const Layout &layout, const Eigen::VectorXd &weight,
+                         const std::vector<BlockRun> &runs) {
+  const auto outcomes = static_cast<Eigen::Index>(layout.outcomes());
+  double most = 0.0, all = 0.0, best = -1.0;
+  for (Eigen::Index j = 0; j < outcomes; ++j) {
+    double gain = 0.0, n = 0.0, sum = 0.0, squares = 0.0;
+    for (std::size_t g = 0; g < a.integrands.size(); ++g) {
+      const double w = weight[static_cast<Eigen::Index>(g)] * a.integrand_inverse_sd[g];
+      const std::uint16_t feature = layout.outcome_feature[static_cast<std::size_t>(j)];
+      if (a.integrands[g].a == feature)
+        gain += w * a.partial[2 * g];
+      if (a.integrands[g].op != AGREEMENT_PLAIN && a.integrands[g].b == feature)
+        gain += w * a.partial[2 * g + 1];
+    }
+    for (const BlockRun &run : runs) {
+      sum += run.outcome.col(j).sum();
+      squares += run.outcome.col(j).squaredNorm();
+      n += static_cast<double>(run.blocks());
+    }
+    const double effect = gain * gain * std::max(squares / n - (sum / n) * (sum / n), 0.0);
+    all += effect;
     if (effect > most) {
       most = effect;
-      best = j;
+      best = static_cast<double>(j);
     }
   }
-  if (most * most < 0.5 * all)
-    best = -1;
-  a->row(outcome, 2) = static_cast<double>(best);
+  return most < 0.5 * all ? -1.0 : best;
+}
+
+// Only the integrands that some outcome uses fly.
+void keep_used_integrands(Agreement *a, const std::vector<Eigen::VectorXd> &weight) {
+  std::vector<std::size_t> used;
+  for (std::size_t g = 0; g < a->integrands.size(); ++g) {
+    for (std::size_t o = 0; o < weight.size(); ++o) {
+      if (weight[o].size() > 0 && weight[o][static_cast<Eigen::Index>(g)] != 0.0 &&
+          (used.empty() || used.back() != g))
+        used.push_back(g);
+    }
+  }
+  Agreement kept;
+  for (std::size_t k = 0; k < used.size(); ++k) {
+    const std::size_t g = used[k];
+    kept.integrands.push_back(a->integrands[g]);
+    kept.integrand_inverse_sd.push_back(a->integrand_inverse_sd[g]);
+    kept.partial.push_back(a->partial[2 * g]);
+    kept.partial.push_back(a->partial[2 * g + 1]);
+    for (std::size_t o = 0; o < weight.size(); ++o) {
+      if (weight[o].size() > 0)
+        a->row(static_cast<Eigen::Index>(o), static_cast<Eigen::Index>(AGREEMENT_FIRST + k)) =
+            weight[o][static_cast<Eigen::Index>(g)];
+    }
+  }
+  a->integrands = kept.integrands;
+  a->integrand_inverse_sd = kept.integrand_inverse_sd;
+  a->partial = kept.partial;
 }
 
 void learn_scales(Agreement *a, const std::vector<Matrix> &residual) {
@@ -311,83 +371,128 @@ double level_remains(const std::vector<BlockRun> &runs, const std::vector<Matrix
   return std::sqrt(squares / std::max(own, 1e-300));
 }
 
+// What the agreement of the outcomes is chosen from.
+struct Sources {
+  const Layout &layout;
+  const std::vector<BlockRun> &runs;
+  const std::vector<Matrix> &residual, &level;
+  Regression linear, integral;
+};
+
+// One outcome's relation: the one that shows an offset over half a run best.
+class Choice {
+public:
+  Choice(const Sources &from, const Agreement &scales, Eigen::Index outcome)
+      : from_(from), a_(scales), j_(outcome), remains_(from.runs.size()) {}
+
+  // The others' residuals.
+  void try_residuals(const std::vector<Eigen::Index> &columns) {
+    const Fit fit = best_fit(from_.linear, columns, j_, kRidges);
+    const double inverse_sd = a_.inverse_sd[static_cast<std::size_t>(j_)];
+    for (std::size_t r = 0; r < remains_.size(); ++r)
+      remains_[r] =
+          (from_.linear.y[r].col(j_) - from_.linear.x[r] * fit.weight[r % kFolds]) / inverse_sd;
+    weight = fit.weight[kFolds];
+    take(AGREEMENT_RESIDUALS, std::sqrt(fit.squares / std::max(fit.own, 1e-300)));
+  }
+  // Section LEVEL.
+  void try_level() {
+    const double part = level_remains(from_.runs, from_.level, from_.residual, j_, &remains_);
+    if (offset_variance(remains_) < kMustWin * variance)
+      take(AGREEMENT_LEVEL, part);
+  }
+  // The integral of others.
+  void try_integral() {
+    const std::uint16_t feature = from_.layout.outcome_feature[static_cast<std::size_t>(j_)];
+    const std::vector<Eigen::Index> others = choose_integrands(from_.integral, a_, j_, feature);
+    if (others.empty())
+      return;
+    const Fit fit = best_fit(from_.integral, others, j_, kIntegralRidges);
+    if (fit.squares < (1.0 - kIntegrates) * fit.own)
+      integrand = mostly_integrated(a_, from_.layout, fit.weight[kFolds], from_.runs);
+    for (std::size_t r = 0; r < remains_.size(); ++r)
+      remains_[r] = integral_remains(a_, from_.runs[r], j_, fit.weight[r % kFolds]);
+    if (offset_variance(remains_) >= kMustWin * variance)
+      return;
+    integral = fit.weight[kFolds];
+    take(AGREEMENT_INTEGRAL, error);
+  }
+
+  int source = AGREEMENT_RESIDUALS;
+  double error = 1.0, variance = 1e300, integrand = -1.0;
+  Eigen::VectorXd weight, integral; // of the residuals; of the integrands, empty: none
+  std::vector<Eigen::VectorXd> series;
+
+private:
+  void take(int which, double of_behaviour) {
+    source = which;
+    error = of_behaviour;
+    variance = offset_variance(remains_);
+    series = remains_;
+  }
+  const Sources &from_;
+  const Agreement &a_;
+  Eigen::Index j_;
+  std::vector<Eigen::VectorXd> remains_;
+};
+
 } // namespace
 
-Agreement fit_agreement(const Basis &basis, const std::vector<BlockRun> &runs,
-                        const std::vector<Matrix> &residual, const std::vector<Matrix> &level,
-                        bool may_integrate) {
-  const std::size_t n = runs.size();
+Agreement fit_agreement(const Layout &layout, const Basis &basis,
+                        const std::vector<Integrand> &integrands,
+                        const std::vector<BlockRun> &runs, const std::vector<Matrix> &residual,
+                        const std::vector<Matrix> &level) {
   const Eigen::Index o = residual.front().cols();
-  const auto m = static_cast<Eigen::Index>(basis.means.size());
-  const Eigen::Index total = o * (2 + m);
+  const Eigen::Index total = o * (2 + static_cast<Eigen::Index>(basis.means.size()));
   Agreement a;
+  a.integrands = integrands;
   learn_scales(&a, residual);
-  learn_levels(&a, runs, o);
-  const Regression linear = linear_regression(a, basis, runs, residual);
-  const Regression integral = integral_regression(a, runs);
+  learn_integrands(&a, layout, runs);
+  const Sources sources{layout,
+                        runs,
+                        residual,
+                        level,
+                        linear_regression(a, basis, runs, residual),
+                        integral_regression(a, runs)};
   a.row = Matrix::Zero(o, AGREEMENT_FIRST + total);
-  a.row.col(2).setConstant(-1.0);
   a.error.assign(static_cast<std::size_t>(o), 1.0);
   a.source.assign(static_cast<std::size_t>(o), AGREEMENT_RESIDUALS);
   a.remains = residual;
+  std::vector<Eigen::VectorXd> integral(static_cast<std::size_t>(o));
   parallel_for(static_cast<std::size_t>(o), [&](std::size_t outcome) {
     const auto j = static_cast<Eigen::Index>(outcome);
-    std::vector<Eigen::VectorXd> remains(n);
-    const auto take = [&](int source, const std::vector<Eigen::VectorXd> &series) {
-      a.source[outcome] = source;
-      a.row(j, 0) = source;
-      for (std::size_t r = 0; r < n; ++r)
-        a.remains[r].col(j) = series[r];
-    };
-    const std::vector<Eigen::Index> columns = columns_without(o, j, total);
-    double best = 1e300;
-    if (o > 1) {
-      const Fit fit = best_fit(linear, columns, j, kRidges);
-      a.error[outcome] = std::sqrt(fit.squares / std::max(fit.own, 1e-300));
-      a.row.row(j).tail(total) = fit.weight[kFolds].transpose();
-      for (std::size_t r = 0; r < n; ++r)
-        remains[r] =
-            (linear.y[r].col(j) - linear.x[r] * fit.weight[r % kFolds]) / a.inverse_sd[outcome];
-      best = offset_variance(remains);
-      take(AGREEMENT_RESIDUALS, remains);
-    }
-    if (!level.empty()) {
-      const double error = level_remains(runs, level, residual, j, &remains);
-      const double variance = offset_variance(remains);
-      if (variance < kMustWin * best) {
-        best = variance;
-        a.error[outcome] = error;
-        take(AGREEMENT_LEVEL, remains);
-      }
-    }
-    if (o > 1 && may_integrate) {
-      const std::vector<Eigen::Index> others = choose_integrands(integral, j);
-      if (others.empty())
-        return;
-      const Fit fit = best_fit(integral, others, j, kIntegralRidges);
-      if (fit.squares < (1.0 - kIntegrates) * fit.own)
-        name_integrand(&a, j, fit.weight[kFolds]);
-      for (std::size_t r = 0; r < n; ++r)
-        remains[r] = integral_remains(a, runs[r], j, fit.weight[r % kFolds]);
-      if (offset_variance(remains) < kMustWin * best) {
-        take(AGREEMENT_INTEGRAL, remains);
-        const Eigen::VectorXd &w = fit.weight[kFolds];
-        a.row.row(j).tail(total).setZero();
-        a.row.row(j).segment(AGREEMENT_FIRST, o) = w.transpose();
-        a.row.row(j).segment(AGREEMENT_FIRST + o, o) = w.transpose();
-      }
-    }
+    Choice choice(sources, a, j);
+    if (o > 1)
+      choice.try_residuals(columns_without(o, j, total));
+    if (!level.empty())
+      choice.try_level();
+    if (o > 1 && !integrands.empty())
+      choice.try_integral();
+    a.source[outcome] = choice.source;
+    a.error[outcome] = choice.error;
+    a.row(j, 0) = choice.source;
+    a.row(j, 2) = choice.integrand;
+    if (choice.source == AGREEMENT_RESIDUALS && choice.weight.size() > 0)
+      a.row.row(j).tail(total) = choice.weight.transpose();
+    integral[outcome] = choice.integral;
+    for (std::size_t r = 0; r < choice.series.size(); ++r)
+      a.remains[r].col(j) = choice.series[r];
   });
+  keep_used_integrands(&a, integral);
   return a;
 }
 
 std::vector<std::uint8_t> agreement_section(const Agreement &a, std::size_t means) {
   SectionBytes bytes;
-  bytes.u32(2);
+  bytes.u32(3);
   bytes.u32(static_cast<std::uint32_t>(a.inverse_sd.size()));
   bytes.u32(static_cast<std::uint32_t>(means));
-  bytes.u32(0);
-  for (const auto *numbers : {&a.inverse_sd, &a.level_inverse_sd}) {
+  bytes.u32(static_cast<std::uint32_t>(a.integrands.size()));
+  for (const double v : a.inverse_sd)
+    bytes.f32(static_cast<float>(v));
+  for (const std::uint8_t byte : integrand_bytes(a.integrands))
+    bytes.u8(byte);
+  for (const auto *numbers : {&a.integrand_inverse_sd, &a.partial}) {
     for (const double v : *numbers)
       bytes.f32(static_cast<float>(v));
   }

@@ -38,7 +38,9 @@ std::vector<std::uint8_t> behaviour_section(const Basis &basis, const Behaviour 
 
 // What remains of one outcome from what remains of the others (lib/src/image/basis.h).
 struct Agreement {
-  std::vector<double> inverse_sd, level_inverse_sd;
+  std::vector<double> inverse_sd;
+  std::vector<Integrand> integrands; // that some outcome is the integral of
+  std::vector<double> integrand_inverse_sd, partial; // partial: [integrands][2]
   Matrix row;                // outcomes x (AGREEMENT_FIRST + outcomes (2 + means))
   std::vector<double> error; // of each outcome, runs left out, over the behaviour's
   std::vector<int> source;   // of each outcome: agreement_source
@@ -46,11 +48,11 @@ struct Agreement {
 };
 
 // level: per run, the outcomes as section LEVEL predicts them from the other sensors, by models
-// without the run; empty: there is none. may_integrate: outcomes may be watched as integrals of
-// others.
-Agreement fit_agreement(const Basis &basis, const std::vector<BlockRun> &runs,
-                        const std::vector<Matrix> &residual, const std::vector<Matrix> &level,
-                        bool may_integrate);
+// without the run; empty: there is none. integrands: of the runs' columns early and late.
+Agreement fit_agreement(const Layout &layout, const Basis &basis,
+                        const std::vector<Integrand> &integrands,
+                        const std::vector<BlockRun> &runs, const std::vector<Matrix> &residual,
+                        const std::vector<Matrix> &level);
 std::vector<std::uint8_t> agreement_section(const Agreement &agreement, std::size_t means);
 
 // Standardised values of the basis' means in a run.

@@ -20,6 +20,7 @@ constexpr std::size_t kTimes = 9;
 constexpr std::size_t kMostInputs = 20;
 constexpr std::size_t kMostTerms = 420;
 constexpr std::size_t kDecays = 5;
+constexpr std::size_t kMostFactors = 16; // outcomes from which on their products are not tried
 constexpr float kRawScale = 1e-9F; // raw terms come through the flight code's clip
 
 bool takes_both_signs(const std::vector<Log> &logs, const std::string &name) {
@@ -46,15 +47,20 @@ bool varies(const std::vector<Log> &logs, const std::string &name) {
   return high > low;
 }
 
+bool is_angle(const Layout &layout, std::size_t feature) {
+  return (layout.command[feature] & (BLOCKS_ANGLE_RAD | BLOCKS_ANGLE_DEG)) != 0;
+}
+
+bool is_outcome(const Layout &layout, std::size_t feature) {
+  return std::find(layout.outcome_feature.begin(), layout.outcome_feature.end(), feature) !=
+         layout.outcome_feature.end();
+}
+
 // Commands and context are inputs: what is given to the vehicle, not what it does.
 std::vector<std::uint16_t> given(const Layout &layout, const std::vector<Log> &logs) {
   std::vector<std::uint16_t> features;
   for (std::size_t f = 0; f < layout.features(); ++f) {
-    const bool is_outcome =
-        std::find(layout.outcome_feature.begin(), layout.outcome_feature.end(), f) !=
-        layout.outcome_feature.end();
-    if (!is_outcome && (layout.command[f] & (BLOCKS_ANGLE_RAD | BLOCKS_ANGLE_DEG)) == 0 &&
-        varies(logs, layout.feature_names[f]))
+    if (!is_outcome(layout, f) && !is_angle(layout, f) && varies(logs, layout.feature_names[f]))
       features.push_back(static_cast<std::uint16_t>(f));
   }
   return features;
@@ -68,6 +74,12 @@ void choose_inputs(Basis *basis, const Layout &layout, const std::vector<Log> &l
   };
   for (const std::uint16_t f : features)
     add(f, BASIS_PLAIN);
+  for (std::size_t f = 0; f < layout.features(); ++f) {
+    if (!is_angle(layout, f) || is_outcome(layout, f) || !varies(logs, layout.feature_names[f]))
+      continue;
+    add(static_cast<std::uint16_t>(f), BASIS_COSINE);
+    add(static_cast<std::uint16_t>(f), BASIS_SINE);
+  }
   for (const std::uint16_t f : features) {
     if (takes_both_signs(logs, layout.feature_names[f]))
       add(f, BASIS_MAGNITUDE);
@@ -149,6 +161,39 @@ void learn_first(Basis *basis, const Layout &layout, const std::vector<Log> &log
 
 } // namespace
 
+std::vector<Integrand> possible_integrands(const Layout &layout) {
+  std::vector<Integrand> all;
+  if (layout.external)
+    return all;
+  const std::vector<std::uint16_t> &outcomes = layout.outcome_feature;
+  for (const std::uint16_t f : outcomes)
+    all.push_back({AGREEMENT_PLAIN, f, f});
+  for (std::size_t i = 0; i < outcomes.size() && outcomes.size() <= kMostFactors; ++i) {
+    for (std::size_t j = i; j < outcomes.size(); ++j) {
+      if (!is_angle(layout, outcomes[i]) && !is_angle(layout, outcomes[j]))
+        all.push_back({AGREEMENT_PRODUCT, outcomes[i], outcomes[j]});
+    }
+  }
+  for (std::size_t b = 0; b < layout.features(); ++b) {
+    for (const std::uint16_t a : outcomes) {
+      if (!is_angle(layout, b) || is_angle(layout, a))
+        continue;
+      all.push_back({AGREEMENT_COSINE, a, static_cast<std::uint16_t>(b)});
+      all.push_back({AGREEMENT_SINE, a, static_cast<std::uint16_t>(b)});
+    }
+  }
+  return all;
+}
+
+std::vector<std::uint8_t> integrand_bytes(const std::vector<Integrand> &integrands) {
+  SectionBytes bytes;
+  for (const Integrand &g : integrands) {
+    for (const std::uint16_t word : {g.op, g.a, g.b, std::uint16_t{0}})
+      bytes.u16(word);
+  }
+  return bytes.bytes();
+}
+
 Basis make_basis(const Layout &layout, const std::vector<Log> &logs, double run_rows) {
   Basis basis;
   const std::vector<std::uint16_t> features = given(layout, logs);
@@ -228,6 +273,7 @@ public:
     for (const std::uint16_t f : layout.outcome_feature)
       map.u16(f);
     range_ = range.bytes();
+    integrands_ = integrand_bytes(options.integrands);
     map_ = map.bytes();
     blocks_config config{};
     config.features = static_cast<std::uint16_t>(layout.features());
@@ -238,6 +284,8 @@ public:
     config.outcome_feature = layout.external ? nullptr : map_.data();
     config.role = layout.command.data();
     config.range = range_.data();
+    config.integrands = static_cast<std::uint32_t>(options.integrands.size());
+    config.integrand = integrands_.data();
     if (rim_basis_open(&config.basis, section_.data(), section_.size(), config.features,
                        config.outcomes) != RIM_OK)
       throw std::logic_error("section BASIS is not as the library wants it");
@@ -246,6 +294,7 @@ public:
       throw std::logic_error("blocks_init");
     terms_ = config.basis.terms;
     means_ = config.basis.means;
+    integrand_count_ = config.integrands;
     block_s_ = options.period_s * options.block_rows;
   }
 
@@ -253,10 +302,10 @@ public:
 
 private:
   const Layout &layout_;
-  std::vector<std::uint8_t> section_, range_, map_;
+  std::vector<std::uint8_t> section_, range_, map_, integrands_;
   std::vector<std::uint64_t> memory_;
   blocks *blocks_ = nullptr;
-  std::size_t terms_ = 0, means_ = 0;
+  std::size_t terms_ = 0, means_ = 0, integrand_count_ = 0;
   double block_s_ = 0.0;
 };
 
@@ -282,6 +331,8 @@ BlockRun Gatherer::gather(const Log &log) {
     m->resize(rows, outcomes);
   run.terms.resize(rows, static_cast<Eigen::Index>(terms_));
   run.means.resize(rows, static_cast<Eigen::Index>(means_));
+  for (Matrix *m : {&run.early, &run.late})
+    m->resize(rows, static_cast<Eigen::Index>(integrand_count_));
   run.change.resize(rows);
   run.time_s.resize(rows);
   Eigen::Index n = 0;
@@ -301,6 +352,8 @@ BlockRun Gatherer::gather(const Log &log) {
     append(&run.repeats, n, blocks_repeats(blocks_));
     append(&run.terms, n, blocks_terms(blocks_), 1.0 / static_cast<double>(kRawScale));
     append(&run.means, n, blocks_means(blocks_), 1.0 / static_cast<double>(kRawScale));
+    append(&run.early, n, blocks_early(blocks_));
+    append(&run.late, n, blocks_late(blocks_));
     const double start_s = blocks_start_s(blocks_);
     run.follows.push_back(n > 0 && std::abs(start_s - before_s - block_s_) < 0.25 * block_s_);
     before_s = start_s;
@@ -308,7 +361,7 @@ BlockRun Gatherer::gather(const Log &log) {
     run.time_s[n++] = blocks_since_start_s(blocks_);
   }
   for (Matrix *m : {&run.context, &run.outcome, &run.predicted, &run.scatter, &run.repeats,
-                    &run.terms, &run.means})
+                    &run.terms, &run.means, &run.early, &run.late})
     m->conservativeResize(n, m->cols());
   run.change.conservativeResize(n);
   run.time_s.conservativeResize(n);

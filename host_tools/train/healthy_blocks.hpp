@@ -37,10 +37,21 @@ struct Basis {
 Basis make_basis(const Layout &layout, const std::vector<Log> &logs, double run_rows);
 std::vector<std::uint8_t> basis_section(const Basis &basis);
 
+// What an outcome may be the integral of: lib/src/image/basis.h, section AGREEMENT.
+struct Integrand {
+  std::uint16_t op, a, b; // features
+};
+
+// Every outcome; products of two of them where there are few; outcomes times the cosine and sine of
+// every angle.
+std::vector<Integrand> possible_integrands(const Layout &layout);
+std::vector<std::uint8_t> integrand_bytes(const std::vector<Integrand> &integrands);
+
 struct BlockRun {
   Matrix context, outcome, predicted; // blocks x features, outcomes; predicted: external only
   Matrix scatter, repeats;            // blocks x outcomes
   Matrix terms, means;                // raw, blocks x terms, means
+  Matrix early, late;                 // blocks x integrands
   Eigen::VectorXd first;              // [outcomes]
   Eigen::VectorXd change, time_s;     // [blocks]; time since the start of the run
   std::vector<bool> follows;          // the block before is its neighbour in time
@@ -51,6 +62,7 @@ struct BlockOptions {
   std::uint32_t block_rows = 1;
   double period_s = 0.0;
   std::vector<float> low, high; // per feature: range of the rows
+  std::vector<Integrand> integrands;
 };
 
 // A log's blocks. Blocks before the first readings are known are left out, as in flight.

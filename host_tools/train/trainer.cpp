@@ -271,7 +271,8 @@ Training train(const std::vector<Log> &logs, const TrainOptions &options) {
   plan.block_rows = block_rows_for(logs, plan.period_s, options, &run_rows);
   set_ranges(&plan, logs);
   plan.basis = make_basis(plan.layout, logs, run_rows);
-  const BlockOptions blocks{plan.block_rows, plan.period_s, plan.low, plan.high};
+  const BlockOptions blocks{plan.block_rows, plan.period_s, plan.low, plan.high,
+                            possible_integrands(plan.layout)};
   std::vector<BlockRun> runs(logs.size());
   parallel_for(logs.size(), [&](std::size_t r) {
     runs[r] = block_run(logs[r], plan.layout, plan.basis, blocks);
@@ -287,7 +288,7 @@ Training train(const std::vector<Log> &logs, const TrainOptions &options) {
   const std::vector<Matrix> level =
       wants_level(plan.layout, runs) ? fit_level(&plan, runs) : std::vector<Matrix>{};
   const Agreement agreement =
-      fit_agreement(plan.basis, runs, behaviour.residual, level, !plan.layout.external);
+      fit_agreement(plan.layout, plan.basis, blocks.integrands, runs, behaviour.residual, level);
   if (std::count(agreement.source.begin(), agreement.source.end(), AGREEMENT_LEVEL) == 0)
     plan.level.clear();
   const std::vector<Matrix> residual = all_residuals(runs, behaviour, agreement);

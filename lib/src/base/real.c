@@ -257,3 +257,49 @@ double rim_normal_quantile(double p) {
       r <= 5.0 ? rational(near_over, near_under, r - 1.6) : rational(far_over, far_under, r - 5.0);
   return q < 0.0 ? -x : x;
 }
+
+/* x = quarter_turns pi/2 + rest, |rest| <= pi/4. pi/2 in two parts, so that the rest is exact where
+ * the number of turns is moderate. */
+static double reduced(double x, int *quarter) {
+  const double turns = rim_floor(x * (2.0 / RIM_PI) + 0.5);
+  *quarter = (int)(turns - 4.0 * rim_floor(0.25 * turns));
+  return (x - turns * 1.57079632673412561417) - turns * 6.07710050650619224932e-11;
+}
+
+/* Taylor series; the first term left out is below 1e-17 for |r| <= pi/4. */
+static double sine_near_zero(double r) {
+  const double s = r * r;
+  double sum = 1.0;
+  for (int k = 17; k >= 3; k -= 2)
+    sum = 1.0 - s * sum / (double)(k * (k - 1));
+  return r * sum;
+}
+
+static double cosine_near_zero(double r) {
+  const double s = r * r;
+  double sum = 1.0;
+  for (int k = 18; k >= 2; k -= 2)
+    sum = 1.0 - s * sum / (double)(k * (k - 1));
+  return sum;
+}
+
+static double sine_of_quarter(double r, int quarter) {
+  const double size = (quarter & 1) != 0 ? cosine_near_zero(r) : sine_near_zero(r);
+  return (quarter & 2) != 0 ? -size : size;
+}
+
+double rim_sin(double x) {
+  if (!rim_is_finite(x))
+    return x - x;
+  int quarter;
+  const double r = reduced(x, &quarter);
+  return sine_of_quarter(r, quarter);
+}
+
+double rim_cos(double x) {
+  if (!rim_is_finite(x))
+    return x - x;
+  int quarter;
+  const double r = reduced(x, &quarter);
+  return sine_of_quarter(r, quarter + 1);
+}

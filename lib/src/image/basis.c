@@ -20,8 +20,7 @@ static bool inputs_fit(const rim_basis *b, uint32_t features) {
   for (size_t i = 0; i < b->inputs; ++i) {
     const uint16_t second = rim_image_u16(b->input, 2 * i + 1);
     if (rim_image_u16(b->input, 2 * i) >= features ||
-        ((second & ~BASIS_OF_PRODUCT) >= features && second != BASIS_PLAIN &&
-         second != BASIS_MAGNITUDE))
+        ((second & ~BASIS_OF_PRODUCT) >= features && second < BASIS_SINE))
       return false;
   }
   for (size_t t = 0; t < b->times; ++t) {
@@ -147,7 +146,7 @@ static size_t agreement_stride(size_t outcomes, size_t means) {
   return AGREEMENT_FIRST + outcomes * (2u + means);
 }
 
-static bool agreement_rows_fit(const rim_agreement *a) {
+static bool agreement_rows_fit(const rim_agreement *a, uint32_t features) {
   const size_t stride = agreement_stride(a->outcomes, a->means);
   for (size_t o = 0; o < a->outcomes; ++o) {
     const uint8_t *row = a->row + 4u * o * stride;
@@ -156,37 +155,46 @@ static bool agreement_rows_fit(const rim_agreement *a) {
         !(integrand >= -1.0f && integrand < (float)a->outcomes))
       return false;
   }
+  for (size_t g = 0; g < a->integrands; ++g) {
+    if (rim_image_u16(a->integrand, 4 * g) > AGREEMENT_SINE ||
+        rim_image_u16(a->integrand, 4 * g + 1) >= features ||
+        rim_image_u16(a->integrand, 4 * g + 2) >= features)
+      return false;
+  }
   return true;
 }
 
 rim_status rim_agreement_open(rim_agreement *view, const uint8_t *section, size_t bytes,
-                              uint32_t outcomes, uint32_t means) {
+                              uint32_t features, uint32_t outcomes, uint32_t means) {
   if (bytes < 4u * SHORT_HEADER_WORDS)
     return RIM_E_TRUNCATED;
-  if (rim_image_u32(section, 0) != 2u)
+  if (rim_image_u32(section, 0) != 3u)
     return RIM_E_VERSION;
-  if (rim_image_u32(section, 1) != outcomes || rim_image_u32(section, 2) != means)
+  const uint32_t integrands = rim_image_u32(section, 3);
+  if (rim_image_u32(section, 1) != outcomes || rim_image_u32(section, 2) != means ||
+      integrands > AGREEMENT_INTEGRANDS * outcomes || integrands > outcomes * (2u + means))
     return RIM_E_RANGE;
-  const size_t numbers = (size_t)outcomes * (2u + agreement_stride(outcomes, means));
-  if (bytes != 4u * (SHORT_HEADER_WORDS + numbers))
+  const size_t g = integrands, rows = (size_t)outcomes * agreement_stride(outcomes, means);
+  if (bytes != 4u * (SHORT_HEADER_WORDS + outcomes + 5u * g + rows))
     return RIM_E_TRUNCATED;
-  const uint8_t *data = section + 4u * SHORT_HEADER_WORDS;
-  const rim_agreement a = {outcomes, means, data, data + 4u * outcomes, data + 8u * outcomes};
+  rim_agreement a = {.outcomes = outcomes, .means = means, .integrands = integrands};
+  a.inverse_sd = section + 4u * SHORT_HEADER_WORDS;
+  a.integrand = a.inverse_sd + 4u * (size_t)outcomes;
+  a.integrand_inverse_sd = a.integrand + 8u * g;
+  a.partial = a.integrand_inverse_sd + 4u * g;
+  a.row = a.partial + 8u * g;
   if (!finite_numbers(a.inverse_sd, outcomes, true) ||
-      !finite_numbers(a.level_inverse_sd, outcomes, true) || !finite_numbers(data, numbers, false))
+      !finite_numbers(a.integrand_inverse_sd, g, true) || !finite_numbers(a.partial, 2u * g, false) ||
+      !finite_numbers(a.row, rows, false))
     return RIM_E_DATA;
-  if (!agreement_rows_fit(&a))
+  if (!agreement_rows_fit(&a, features))
     return RIM_E_RANGE;
   *view = a;
   return RIM_OK;
 }
 
-/* The arrays of the state. */
-enum { BEFORE_RESIDUAL = 0, BEFORE_LEVEL = 1, BEFORE_OUTCOME = 2, SUM = 3 };
-
-static double level_of(const rim_agreement *a, const agreement_block *block, size_t j) {
-  return block->measured[j] * (double)rim_image_f32(a->level_inverse_sd, j);
-}
+/* The arrays of the state, each of [outcomes]; the last one of [integrands]. */
+enum { BEFORE_RESIDUAL = 0, BEFORE_OUTCOME = 1, SUM = 2, LATE = 3 };
 
 static double clipped_residual(const rim_agreement *a, const agreement_block *block, size_t j) {
   return rim_clamp(block->residual[j] * (double)rim_image_f32(a->inverse_sd, j), -AGREEMENT_CLIP,
@@ -213,17 +221,14 @@ static double from_residuals(const rim_agreement *a, const agreement_block *bloc
 static double from_integral(const rim_agreement *a, const agreement_block *block,
                             const uint8_t *row, size_t o, const double *state) {
   const size_t count = a->outcomes;
-  const double *level = state + BEFORE_LEVEL * count;
   const double sum = state[SUM * count + o];
   if (!block->follows)
     return sum;
   double change = (double)rim_image_f32(row, 1);
-  for (size_t j = 0; j < count; ++j) {
-    if (j == o)
-      continue;
-    change += (double)rim_image_f32(row, AGREEMENT_FIRST + j) * level_of(a, block, j) +
-              (double)rim_image_f32(row, AGREEMENT_FIRST + count + j) * level[j];
-  }
+  for (size_t g = 0; g < a->integrands; ++g)
+    change += (double)rim_image_f32(row, AGREEMENT_FIRST + g) *
+              (double)rim_image_f32(a->integrand_inverse_sd, g) *
+              (block->early[g] + state[LATE * count + g]);
   return AGREEMENT_KEEPS * sum + block->measured[o] - state[BEFORE_OUTCOME * count + o] - change;
 }
 
@@ -243,19 +248,28 @@ void rim_agreement_evaluate(const rim_agreement *a, const agreement_block *block
   for (size_t j = 0; j < count; ++j) {
     const uint8_t *row = a->row + 4u * j * stride;
     state[BEFORE_RESIDUAL * count + j] = clipped_residual(a, block, j);
-    state[BEFORE_LEVEL * count + j] = level_of(a, block, j);
     state[BEFORE_OUTCOME * count + j] = block->measured[j];
     if ((uint32_t)rim_image_f32(row, 0) == AGREEMENT_INTEGRAL)
       state[SUM * count + j] = remains[j];
   }
+  for (size_t g = 0; g < a->integrands; ++g)
+    state[LATE * count + g] = block->late[g];
 }
 
-double rim_agreement_gain(const rim_agreement *a, uint32_t outcome, uint32_t j, bool *mostly) {
+double rim_agreement_gain(const rim_agreement *a, uint32_t outcome, uint32_t j, uint16_t feature,
+                          bool *mostly) {
   const uint8_t *row = a->row + 4u * outcome * agreement_stride(a->outcomes, a->means);
   *mostly = rim_image_f32(row, 2) >= 0.0f && (uint32_t)rim_image_f32(row, 2) == j;
   if ((uint32_t)rim_image_f32(row, 0) != AGREEMENT_INTEGRAL)
     return 0.0;
-  const double both = (double)rim_image_f32(row, AGREEMENT_FIRST + j) +
-                      (double)rim_image_f32(row, AGREEMENT_FIRST + a->outcomes + j);
-  return both * (double)rim_image_f32(a->level_inverse_sd, j);
+  double gain = 0.0;
+  for (size_t g = 0; g < a->integrands; ++g) {
+    const double weight = 2.0 * (double)rim_image_f32(row, AGREEMENT_FIRST + g) *
+                          (double)rim_image_f32(a->integrand_inverse_sd, g);
+    for (size_t k = 0; k < 2; ++k) {
+      if (rim_image_u16(a->integrand, 4 * g + 1 + k) == feature)
+        gain += weight * (double)rim_image_f32(a->partial, 2 * g + k);
+    }
+  }
+  return gain;
 }

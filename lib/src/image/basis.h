@@ -4,7 +4,8 @@
  * Little endian, 4-byte aligned:
  *   u32 layout (BASIS_LAYOUT), inputs I, time constants T, terms P, means M, S, 0, 0
  *   u16 input[I][2]       a, b: feature a as it is (b = BASIS_PLAIN), its magnitude (b =
- *                         BASIS_MAGNITUDE), the product of the features a and b, or, with
+ *                         BASIS_MAGNITUDE), the cosine or sine of the angle a (BASIS_COSINE,
+ *                         BASIS_SINE), the product of the features a and b, or, with
  *                         BASIS_OF_PRODUCT added to b, the product's magnitude
  *   f32 share[T]          of a new row in an exponential mean: 1 - exp(-period / time constant)
  *   u16 term[P][4]        op (basis_op), a, b, 0
@@ -28,6 +29,8 @@
 #define BASIS_LAYOUT 1u
 #define BASIS_PLAIN 0xffffu
 #define BASIS_MAGNITUDE 0xfffeu
+#define BASIS_COSINE 0xfffdu
+#define BASIS_SINE 0xfffcu
 #define BASIS_OF_PRODUCT 0x8000u
 #define BASIS_MAX_INPUTS 48u
 #define BASIS_MAX_TIMES 12u
@@ -79,9 +82,11 @@ void rim_behaviour_predict(const rim_behaviour *view, const double *term, const 
                            double *predicted);
 
 /* Section AGREEMENT: what remains of one outcome from what the others say.
- *   u32 layout (2), outcomes O, means M, 0
+ *   u32 layout (3), outcomes O, means M, integrands G (at most AGREEMENT_INTEGRANDS O)
  *   f32 inverse_sd[O]     of the behaviour residuals
- *   f32 level_inverse_sd[O]   of the outcomes themselves
+ *   u16 integrand[G][4]   op (agreement_op), features a, b, 0
+ *   f32 integrand_inverse_sd[G]
+ *   f32 partial[G][2]     change of an integrand's mean per unit of a and of b in healthy runs
  *   f32 row[O][AGREEMENT_FIRST + O (2 + M)]: source (agreement_source), intercept, integrand,
  *     0, weights
  * RESIDUALS: weights of the others' residuals of the same block, of the block before, and of the
@@ -89,13 +94,17 @@ void rim_behaviour_predict(const rim_behaviour *view, const double *term, const 
  *   AGREEMENT_CLIP; the sum is in the outcome's own standard deviations.
  * LEVEL: the outcome less its prediction by section LEVEL; no weights.
  * INTEGRAL: an outcome that integrates others (position, attitude, charge): its change since the
- *   block before less what the others' values of both blocks, in standard
- *   deviations, say of it, summed over
- *   the run.
- * integrand: whatever the source, the outcome that this one mostly integrates, or -1. */
+ *   block before less G weights times the integrands over that time, summed over the run.
+ * row[o][2]: whatever the source, the outcome that this one mostly integrates, or -1.
+ *
+ * The mean of an integral over a block changes by the integrand weighted by a triangle over both
+ * blocks. With c_k = (k + .5) / n - .5 for row k of n and q = mean(c_k x_k), that is n periods
+ * times (mean - 2 q of this block + mean + 2 q of the block before) / 2: exact, where the means of
+ * the two blocks alone are wrong whenever the integrand changes within a block. */
 #define AGREEMENT_CLIP 4.0
 #define AGREEMENT_FIRST 4u
 #define AGREEMENT_KEEPS 0.9995 /* of the sum per block: it must stay bounded in a long flight */
+#define AGREEMENT_INTEGRANDS 3u /* at most per outcome */
 
 typedef enum agreement_source {
   AGREEMENT_RESIDUALS = 0,
@@ -103,30 +112,42 @@ typedef enum agreement_source {
   AGREEMENT_INTEGRAL = 2
 } agreement_source;
 
+/* An integrand of the features a and b. */
+typedef enum agreement_op {
+  AGREEMENT_PLAIN = 0,   /* a */
+  AGREEMENT_PRODUCT = 1, /* a b */
+  AGREEMENT_COSINE = 2,  /* a cos b */
+  AGREEMENT_SINE = 3     /* a sin b */
+} agreement_op;
+
 typedef struct rim_agreement {
-  uint32_t outcomes, means;
-  const uint8_t *inverse_sd, *level_inverse_sd, *row;
+  uint32_t outcomes, means, integrands;
+  const uint8_t *inverse_sd, *integrand, *integrand_inverse_sd, *partial, *row;
 } rim_agreement;
 
+/* features: of the image, which integrands may name. */
 rim_status rim_agreement_open(rim_agreement *view, const uint8_t *section, size_t bytes,
-                              uint32_t outcomes, uint32_t means);
+                              uint32_t features, uint32_t outcomes, uint32_t means);
 
 /* One block; arrays of [outcomes], in the outcomes' units, mean[means] standardised. */
 typedef struct agreement_block {
   const double *residual, *mean, *measured;
+  const double *early, *late; /* [integrands]: mean - 2 q and mean + 2 q, as above */
   const double *level; /* NULL: there is no section LEVEL */
   bool follows;        /* the block before is its neighbour in time */
 } agreement_block;
 
 /* Doubles per outcome that are kept from block to block; all 0 before the first. */
-#define AGREEMENT_STATE 4u
+#define AGREEMENT_STATE (3u + AGREEMENT_INTEGRANDS)
 
 /* remains[O], in the outcomes' units. Cost O(O^2 (2 + M)). */
 void rim_agreement_evaluate(const rim_agreement *view, const agreement_block *block, double *state,
                             double *remains);
 
-/* Where `outcome` is watched as an integral: its change per block and unit of outcome j, 0 where it
- * does not integrate that one. *mostly: whether j is the one that it mostly integrates. */
-double rim_agreement_gain(const rim_agreement *view, uint32_t outcome, uint32_t j, bool *mostly);
+/* Where `outcome` is watched as an integral: its change per block and unit of outcome j, whose
+ * feature is given, while the other factors are as in healthy runs; 0 where it does not integrate
+ * that one. *mostly: whether j is the one that it mostly integrates. */
+double rim_agreement_gain(const rim_agreement *view, uint32_t outcome, uint32_t j,
+                          uint16_t feature, bool *mostly);
 
 #endif

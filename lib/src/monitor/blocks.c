@@ -64,12 +64,16 @@ static double *decay(const blocks *b) { return filter_sum(b) + filters(b); }
 static double *integral(const blocks *b) { return decay(b) + b->config.basis.times; }
 static double *term(const blocks *b) { return integral(b) + b->config.basis.inputs; }
 static double *means(const blocks *b) { return term(b) + b->config.basis.terms; }
+/* Sums of the integrands and of row times integrand; at the end of a block early and late. */
+static double *early(const blocks *b) { return means(b) + b->config.basis.means; }
+static double *late(const blocks *b) { return early(b) + b->config.integrands; }
 
 size_t blocks_size(const blocks_config *c) {
   const rim_basis *n = &c->basis;
   return ((sizeof(blocks) + 7u) & ~(size_t)7u) +
          8u * (FEATURE_ARRAYS * (size_t)c->features + OUTCOME_ARRAYS * (size_t)c->outcomes +
-               2u * (size_t)n->inputs * n->times + n->times + n->inputs + n->terms + n->means);
+               2u * (size_t)n->inputs * n->times + n->times + n->inputs + n->terms + n->means +
+               2u * (size_t)c->integrands);
 }
 
 rim_status blocks_init(blocks **instance, void *memory, size_t bytes, const blocks_config *config) {
@@ -146,6 +150,7 @@ static void begin_block(blocks *b) {
   memset(SUM(b), 0, 8u * (size_t)b->config.features);
   memset(O_SUM(b), 0, 8u * 5u * (size_t)b->config.outcomes);
   memset(filter_sum(b), 0, 8u * filters(b));
+  memset(early(b), 0, 16u * (size_t)b->config.integrands);
 }
 
 static void take_time(blocks *b, double t_s) {
@@ -223,6 +228,35 @@ static void take_outcomes(blocks *b, const double *outcome, const double *mean, 
     ++b->recent;
 }
 
+/* The last reading of an angle, in radians. */
+static double radians(const blocks *b, size_t f) {
+  const bool degrees = (b->config.role[f] & BLOCKS_ANGLE_DEG) != 0;
+  return LAST(b)[f] * (degrees ? RIM_PI / 180.0 : 1.0);
+}
+
+static void take_integrands(blocks *b) {
+  for (size_t g = 0; g < b->config.integrands; ++g) {
+    const size_t first = rim_image_u16(b->config.integrand, 4 * g + 1);
+    const size_t second = rim_image_u16(b->config.integrand, 4 * g + 2);
+    double x = LAST(b)[first];
+    switch ((agreement_op)rim_image_u16(b->config.integrand, 4 * g)) {
+    case AGREEMENT_PLAIN:
+      break;
+    case AGREEMENT_PRODUCT:
+      x *= LAST(b)[second];
+      break;
+    case AGREEMENT_COSINE:
+      x *= rim_cos(radians(b, second));
+      break;
+    case AGREEMENT_SINE:
+      x *= rim_sin(radians(b, second));
+      break;
+    }
+    early(b)[g] += x;
+    late(b)[g] += x * (double)b->rows_in_block;
+  }
+}
+
 static double input_value(const blocks *b, size_t i) {
   const uint8_t *input = b->config.basis.input;
   const double x = LAST(b)[rim_image_u16(input, 2 * i)];
@@ -231,6 +265,10 @@ static double input_value(const blocks *b, size_t i) {
     return x;
   if (second == BASIS_MAGNITUDE)
     return rim_abs(x);
+  if (second == BASIS_COSINE)
+    return rim_cos(radians(b, rim_image_u16(input, 2 * i)));
+  if (second == BASIS_SINE)
+    return rim_sin(radians(b, rim_image_u16(input, 2 * i)));
   const double product = x * LAST(b)[second & ~BASIS_OF_PRODUCT];
   return (second & BASIS_OF_PRODUCT) != 0 ? rim_abs(product) : product;
 }
@@ -352,6 +390,12 @@ static void end_block(blocks *b) {
     const double square = b->seconds > 0 ? SQUARES(b)[o] / (double)b->seconds : 0.0;
     SCATTER(b)[o] = square > 0.0 ? rim_max(rim_log(square), BLOCKS_LN_LEAST) : BLOCKS_LN_LEAST;
   }
+  for (size_t g = 0; g < b->config.integrands; ++g) {
+    const double mean = early(b)[g] / n;
+    const double moment = (late(b)[g] / n - 0.5 * (n - 1.0) * mean) / n;
+    early(b)[g] = mean - 2.0 * moment;
+    late(b)[g] = mean + 2.0 * moment;
+  }
   take_first(b);
   evaluate_terms(b);
   measure_change(b);
@@ -370,6 +414,7 @@ blocks_result blocks_row(blocks *b, double t_s, const double *context, const dou
   take_features(b, context);
   take_outcomes(b, outcome, mean, sd);
   take_inputs(b);
+  take_integrands(b);
   count(&b->rows);
   count(&b->health.rows_used);
   ++b->rows_in_block;
@@ -403,7 +448,13 @@ const double *blocks_scatter(const blocks *b) { return SCATTER(b); }
 const double *blocks_repeats(const blocks *b) { return REPEATS(b); }
 const double *blocks_terms(const blocks *b) { return term(b); }
 const double *blocks_means(const blocks *b) { return means(b); }
+const double *blocks_early(const blocks *b) { return early(b); }
+const double *blocks_late(const blocks *b) { return late(b); }
 const double *blocks_first(const blocks *b) { return FIRST(b); }
+uint16_t blocks_outcome_feature(const blocks *b, uint32_t outcome) {
+  return b->config.outcome_feature != NULL ? rim_image_u16(b->config.outcome_feature, outcome)
+                                           : BLOCKS_NO_FEATURE;
+}
 bool blocks_has_first(const blocks *b) { return b->count >= FIRST_BLOCKS; }
 double blocks_change(const blocks *b) { return b->change; }
 double blocks_since_start_s(const blocks *b) {

@@ -28,6 +28,8 @@ typedef struct blocks_config {
   const uint8_t *role;            /* u8[features] */
   const uint8_t *range;           /* f32 low[features], high[features] */
   rim_basis basis;
+  uint32_t integrands; /* of section AGREEMENT */
+  const uint8_t *integrand; /* u16[integrands][4] */
 } blocks_config;
 
 typedef struct blocks_health {
@@ -70,8 +72,11 @@ const double *blocks_scatter(const blocks *b);   /* ln of the mean square second
 const double *blocks_repeats(const blocks *b);   /* share of readings that repeat the one before */
 const double *blocks_terms(const blocks *b);     /* [terms], standardised */
 const double *blocks_means(const blocks *b);     /* [means], standardised */
+const double *blocks_early(const blocks *b);     /* [integrands], see section AGREEMENT */
+const double *blocks_late(const blocks *b);      /* [integrands] */
 const double *blocks_first(const blocks *b);     /* [outcomes]: mean of the first two blocks */
 bool blocks_has_first(const blocks *b);
+uint16_t blocks_outcome_feature(const blocks *b, uint32_t outcome); /* BLOCKS_NO_FEATURE: none */
 double blocks_change(const blocks *b);           /* of the commands, in widths of their range */
 double blocks_since_start_s(const blocks *b);    /* middle of the block */
 double blocks_run_start_s(const blocks *b);      /* first row of the run, absolute */

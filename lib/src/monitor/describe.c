@@ -60,7 +60,8 @@ static uint16_t integrated_cause(const rim_monitor *m, uint16_t leading) {
   double score = m->models.threshold.alarm_score;
   for (uint16_t j = 0; j < outcomes; ++j) {
     bool mostly;
-    const double gain = rim_agreement_gain(&m->models.agreement, leading % outcomes, j, &mostly);
+    const double gain = rim_agreement_gain(&m->models.agreement, leading % outcomes, j,
+                                           blocks_outcome_feature(m->rows, j), &mostly);
     if (!(rim_abs(gain) > 0.0) && !mostly)
       continue;
     for (uint32_t kind = RIM_CHANNEL_BEHAVIOUR; kind <= RIM_CHANNEL_AGREEMENT; ++kind) {
@@ -210,7 +211,8 @@ static void blame_integrand(rim_monitor *m, uint16_t channel, const search_hypot
   double most = 0.0;
   for (uint32_t j = 0; j < outcomes; ++j) {
     bool mostly;
-    const double gain = rim_agreement_gain(&m->models.agreement, channel % outcomes, j, &mostly);
+    const double gain = rim_agreement_gain(&m->models.agreement, channel % outcomes, j,
+                                           blocks_outcome_feature(m->rows, j), &mostly);
     if (!(rim_abs(gain) > 0.0))
       continue;
     const double bias = -(double)h->shift * unit / gain;

@@ -139,7 +139,10 @@ static rim_status open_trained(monitor_plan *p) {
     status = rim_behaviour_open(&p->models.behaviour, behaviour, behaviour_bytes,
                                 p->rows.basis.terms, outcomes);
   if (status == RIM_OK)
-    status = rim_agreement_open(&p->models.agreement, agreement, agreement_bytes, outcomes, means);
+    status = rim_agreement_open(&p->models.agreement, agreement, agreement_bytes, features, outcomes,
+                                means);
+  p->rows.integrands = p->models.agreement.integrands;
+  p->rows.integrand = p->models.agreement.integrand;
   if (status == RIM_OK)
     status = rim_noise_open(&p->models.noise, noise, noise_bytes, p->channel_count, means);
   if (status == RIM_OK)

@@ -62,6 +62,8 @@ static void agree(rim_monitor *m) {
   const agreement_block block = {.residual = m->residual,
                                  .mean = blocks_means(m->rows),
                                  .measured = blocks_outcomes(m->rows),
+                                 .early = blocks_early(m->rows),
+                                 .late = blocks_late(m->rows),
                                  .level = level,
                                  .follows = m->has_place &&
                                             rim_abs(start_s - m->block_start_s - block_s) <

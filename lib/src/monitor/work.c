@@ -16,6 +16,7 @@
 enum {
   VALUE = 60,        /* a feature looked at, limited, unwrapped, summed */
   OUTCOME = 160,     /* an outcome gathered, clipped, squared */
+  INTEGRAND = 300,   /* a product, with the cosine of an angle, summed */
   FILTER = 24,       /* a command into an exponential mean */
   TERM = 90,         /* of a model, standardised */
   STANDARDISE = 24,  /* of a model's input */
@@ -69,7 +70,8 @@ static double correction(const rim_work_counts *n) {
 static double row_work(const rim_work_counts *n) {
   const double watch = n->watched ? 25u * PRODUCT + 16u * EXPONENTIAL + CALLS : 0.0;
   return CALLS + n->features * (double)VALUE + n->outcomes * (double)OUTCOME +
-         n->inputs * (VALUE + n->times * (double)FILTER) + n->times * (double)FILTER +
+         n->integrands * (double)INTEGRAND + n->inputs * (INTEGRAND + n->times * (double)FILTER) +
+         n->times * (double)FILTER +
          (n->external ? correction(n) : 0.0) + watch;
 }
 
@@ -121,7 +123,8 @@ static double trained_block(const rim_work_counts *n) {
 }
 static double trained_judge(const rim_work_counts *n) {
   const double explain = ready_work(n) + 4u * renew_work(n) + 3u * pass(n, JUDGED + EXPONENTIAL);
-  return explain + 2u * n->integrands * (ready_work(n) + pass(n, 0.0)) +
+  const double causes = rim_min(2u * (double)n->integrands, 2u * (double)AGREEMENT_INTEGRANDS);
+  return explain + 2u * causes * (ready_work(n) + pass(n, 0.0)) +
          (2u + RIM_ALARM_MAX_CHANNELS) * (double)n->channels * SCORE;
 }
 
@@ -247,25 +250,15 @@ static bool section_of(const rim_image *image, uint32_t id, const uint8_t **sect
   return rim_image_section(image, id, section, bytes) == RIM_OK;
 }
 
-/* Most outcomes that one outcome integrates. */
+/* Integrands of all outcomes: no outcome integrates more others than twice as many. */
 static uint32_t integrands_of(const rim_image *image, const rim_work_counts *n) {
   const uint8_t *section;
   size_t bytes;
   rim_agreement view;
-  uint32_t most = 0;
   if (!section_of(image, RIM_SECTION_AGREEMENT, &section, &bytes) ||
-      rim_agreement_open(&view, section, bytes, n->outcomes, n->means) != RIM_OK)
+      rim_agreement_open(&view, section, bytes, n->features, n->outcomes, n->means) != RIM_OK)
     return 0;
-  for (uint32_t o = 0; o < n->outcomes; ++o) {
-    uint32_t count = 0;
-    for (uint32_t j = 0; j < n->outcomes; ++j) {
-      bool mostly;
-      const double gain = rim_agreement_gain(&view, o, j, &mostly);
-      count += rim_abs(gain) > 0.0 ? 1u : 0u;
-    }
-    most = count > most ? count : most;
-  }
-  return most;
+  return view.integrands;
 }
 
 static void count_models(const rim_image *image, rim_work_counts *n) {

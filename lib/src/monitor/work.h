@@ -64,7 +64,7 @@ typedef struct rim_work_counts {
   uint32_t features, outcomes, channels, region_features, ring, budget, block_rows;
   uint32_t bins, grid, pairs, scans, edges, moves; /* without section NOISE */
   uint32_t inputs, times, terms, means, fields;    /* with it */
-  uint32_t integrands;                             /* most that one outcome integrates */
+  uint32_t integrands;                             /* of section AGREEMENT */
   uint32_t prototypes, top;                        /* section LEVEL; 0: there is none */
   bool trained, external, corrected, watched;
 } rim_work_counts;
