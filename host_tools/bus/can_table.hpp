@@ -20,7 +20,7 @@
 #include <vector>
 
 #include "bus/dbc.hpp"
-#include "train/image_writer.hpp"
+#include "image/image_writer.hpp"
 
 namespace rim {
 

@@ -7,7 +7,7 @@
 
 #include "diagnose/extension.hpp"
 #include "rim/plan/correct.h"
-#include "train/image_writer.hpp"
+#include "image/image_writer.hpp"
 #include "util/error.hpp"
 
 namespace rim::diagnose {

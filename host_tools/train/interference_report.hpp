@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "train/image_writer.hpp"
+#include "image/image_writer.hpp"
 #include "train/interference.hpp"
 
 namespace rim {
