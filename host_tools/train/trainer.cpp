@@ -17,7 +17,7 @@ namespace rim {
 namespace {
 
 constexpr double kBlocksPerRun = 240.0;
-constexpr std::uint32_t kRing = 384, kFlightRing = 192;
+constexpr std::uint32_t kRing = 384; // calibrate_runs() gives flight its own
 constexpr double kRateRatio = 1.3; // of two runs' rates from which on they differ
 
 void check_rates(const std::vector<Log> &logs, double period_s) {
@@ -244,7 +244,7 @@ std::vector<double> explained_parts(const FlightPlan &plan, const Behaviour &beh
 
 // How much is kept and searched.
 void set_search(FlightPlan *plan, const TrainOptions &options) {
-  plan->ring = options.calibration.flight ? kFlightRing : kRing;
+  plan->ring = kRing;
   plan->pairs = 8;
   plan->budget = options.calibration.flight ? 3 : 12;
   plan->persistence = 2;

@@ -10,6 +10,7 @@
 #define RATE_SLOW 1.5  /* mean time between rows, in periods, from which the rate is wrong */
 #define RATE_FAST 0.67
 #define CHANGE_MOST 3.0
+#define MOST_TURNS 2e9   /* of an angle in a run */
 #define MOST_MISSING 1e6 /* rows of a gap over which the filters go on */
 #define FIRST_BLOCKS 2u  /* whose mean is the first reading */
 
@@ -26,7 +27,7 @@ struct blocks {
   bool has_before; /* an ended block precedes */
 };
 
-enum { FEATURE_ARRAYS = 4, OUTCOME_ARRAYS = 13 };
+enum { FEATURE_ARRAYS = 2, OUTCOME_ARRAYS = 13 };
 
 static double *array(const blocks *b) {
   return (double *)(void *)((unsigned char *)(uintptr_t)b + ((sizeof *b + 7u) & ~(size_t)7u));
@@ -37,10 +38,8 @@ static double *feature_array(const blocks *b, size_t which) {
 static double *outcome_array(const blocks *b, size_t which) {
   return feature_array(b, FEATURE_ARRAYS) + which * b->config.outcomes;
 }
-#define SUM(b) feature_array(b, 0)    /* of the block, then its mean */
-#define BEFORE(b) feature_array(b, 1) /* means of the block before */
-#define TURN(b) feature_array(b, 2)   /* whole turns that unwrap an angle */
-#define LAST(b) feature_array(b, 3)   /* last reading, unwrapped */
+#define SUM(b) feature_array(b, 0)  /* of the block, then its mean */
+#define LAST(b) feature_array(b, 1) /* last reading, unwrapped */
 #define OUTCOME(b) outcome_array(b, 0)
 #define PREDICTED(b) outcome_array(b, 1)
 #define SCATTER(b) outcome_array(b, 2)
@@ -64,12 +63,27 @@ static double *decay(const blocks *b) { return filter_sum(b) + filters(b); }
 static double *integral(const blocks *b) { return decay(b) + b->config.basis.times; }
 static double *term(const blocks *b) { return integral(b) + b->config.basis.inputs; }
 static double *means(const blocks *b) { return term(b) + b->config.basis.terms; }
+/* Whole turns that unwrap an angle, per feature. */
+static int32_t *turns(const blocks *b) {
+  return (int32_t *)(void *)(means(b) + b->config.basis.means);
+}
+/* Of every command its mean in the block before, in the features' order. */
+static double *before(const blocks *b) {
+  return means(b) + b->config.basis.means + (b->config.features + 1u) / 2u;
+}
+static size_t commands(const blocks_config *c) {
+  size_t n = 0;
+  for (size_t f = 0; f < c->features; ++f)
+    n += (c->role[f] & BLOCKS_COMMAND) != 0;
+  return n;
+}
 
 size_t blocks_size(const blocks_config *c) {
   const rim_basis *n = &c->basis;
   return ((sizeof(blocks) + 7u) & ~(size_t)7u) +
          8u * (FEATURE_ARRAYS * (size_t)c->features + OUTCOME_ARRAYS * (size_t)c->outcomes +
-               2u * (size_t)n->inputs * n->times + n->times + n->inputs + n->terms + n->means);
+               2u * (size_t)n->inputs * n->times + n->times + n->inputs + n->terms + n->means +
+               (c->features + 1u) / 2u + commands(c));
 }
 
 rim_status blocks_init(blocks **instance, void *memory, size_t bytes, const blocks_config *config) {
@@ -175,16 +189,19 @@ static void take_time(blocks *b, double t_s) {
 /* The row's features, limited and unwrapped; where the angle jumps by more than half a turn it went
  * on through its end. */
 static void take_features(blocks *b, const double *context) {
-  double *last = LAST(b), *turn = TURN(b);
+  double *last = LAST(b);
+  int32_t *turn = turns(b);
   b->out_feature = BLOCKS_NO_FEATURE;
   for (size_t f = 0; f < b->config.features; ++f) {
     double x = limited(b, f, context[f]);
     const double whole = whole_turn(b, f);
-    if (whole > 0.0 && b->rows > 0) {
-      const double jump = x + turn[f] - last[f];
-      turn[f] -= whole * rim_floor(jump / whole + 0.5);
+    if (whole > 0.0) {
+      if (b->rows > 0) {
+        const double jump = rim_floor((x - last[f]) / whole + 0.5);
+        turn[f] = -(int32_t)rim_clamp(jump, -MOST_TURNS, MOST_TURNS);
+      }
+      x += whole * (double)turn[f];
     }
-    x += turn[f];
     last[f] = x;
     SUM(b)[f] += x;
   }
@@ -235,7 +252,7 @@ static double input_value(const blocks *b, size_t i) {
   return (second & BASIS_OF_PRODUCT) != 0 ? rim_abs(product) : product;
 }
 
-/* What is left of an exponential mean's past after this row and those that are missing. */
+/* What is left of the exponential mean t's past after this row and those that are missing. */
 static double keeps(const blocks *b, size_t t) {
   double base = 1.0 - (double)rim_image_f32(b->config.basis.share, t), power = base;
   for (uint32_t n = b->missing; n > 0; n >>= 1) { /* at most 20 turns */
@@ -248,6 +265,9 @@ static double keeps(const blocks *b, size_t t) {
 
 static void take_inputs(blocks *b) {
   const rim_basis *n = &b->config.basis;
+  double keep[BASIS_MAX_TIMES];
+  for (size_t t = 0; t < n->times; ++t)
+    keep[t] = keeps(b, t);
   for (size_t i = 0; i < n->inputs; ++i) {
     const double u = input_value(b, i);
     double *f = FILTER(b) + i * n->times, *sum = filter_sum(b) + i * n->times;
@@ -255,12 +275,12 @@ static void take_inputs(blocks *b) {
     for (size_t t = 0; t < n->times; ++t) {
       /* Before the start the command is taken to have been as in the first row; over a gap, as in
        * the row that ends it. */
-      f[t] = b->rows == 0 ? u : u + (f[t] - u) * keeps(b, t);
+      f[t] = b->rows == 0 ? u : u + (f[t] - u) * keep[t];
       sum[t] += f[t];
     }
   }
   for (size_t t = 0; t < n->times; ++t)
-    decay(b)[t] = b->rows == 0 ? 1.0 : decay(b)[t] * keeps(b, t);
+    decay(b)[t] = b->rows == 0 ? 1.0 : decay(b)[t] * keep[t];
 }
 
 static double term_value(const blocks *b, size_t i) {
@@ -318,13 +338,16 @@ static void evaluate_terms(blocks *b) {
 }
 
 static void measure_change(blocks *b) {
+  double *was = before(b);
   b->change = 0.0;
   for (size_t f = 0; f < b->config.features; ++f) {
+    if ((b->config.role[f] & BLOCKS_COMMAND) == 0)
+      continue;
     const double width = (double)rim_image_f32(b->config.range, b->config.features + f) -
                          (double)rim_image_f32(b->config.range, f);
-    if ((b->config.role[f] & BLOCKS_COMMAND) != 0 && b->has_before)
-      b->change += rim_abs(SUM(b)[f] - BEFORE(b)[f]) / width;
-    BEFORE(b)[f] = SUM(b)[f];
+    if (b->has_before)
+      b->change += rim_abs(SUM(b)[f] - *was) / width;
+    *was++ = SUM(b)[f];
   }
   b->change = rim_min(b->change, CHANGE_MOST);
   b->has_before = true;

@@ -254,7 +254,7 @@ static rim_status make_layout(const monitor_plan *p, layout *l) {
   l->numbers = l->rows + l->rows_bytes;
   l->place =
       l->numbers + 8u * (p->is_trained ? (8u + AGREEMENT_STATE) * outcomes : features + outcomes);
-  l->search = RIM_MONITOR_ROUND8(l->place + features);
+  l->search = RIM_MONITOR_ROUND8(l->place + (p->is_trained ? features : 0u));
   l->watch = RIM_MONITOR_ROUND8(l->search + l->search_bytes);
   l->total = p->has_watch ? l->watch + RIM_MONITOR_INTERFERENCE_BYTES : l->search + l->search_bytes;
   return RIM_OK;
