@@ -49,7 +49,7 @@ constexpr double kPhiLeastSd = 0.2;
 constexpr double kPhiMargin = 8.0;
 // Blocks in the ring of the flight profile: 80 % of a run, with many channels less.
 constexpr std::uint16_t kFlightRing = 192, kLeastFlightRing = 64;
-constexpr std::size_t kFlightSearchBytes = 43000;
+constexpr std::size_t kFlightSearchBytes = 42700;
 
 std::vector<double> ranks(const Eigen::VectorXd &x) {
   std::vector<std::size_t> order(static_cast<std::size_t>(x.size()));
@@ -137,7 +137,7 @@ std::uint32_t flight_ring(const FlightPlan &plan, const rim_noise &noise) {
   search_config config = search_of(plan, noise);
   config.ring = kFlightRing;
   while (config.ring > kLeastFlightRing && search_size(&config) > kFlightSearchBytes)
-    config.ring = static_cast<std::uint16_t>(config.ring - 8);
+    config.ring = static_cast<std::uint16_t>(config.ring - 4);
   return config.ring;
 }
 

@@ -108,7 +108,7 @@ void use_profile(FlightPlan *plan, bool flight, bool few_rows) {
     plan->scans = wide ? 5 : 4;
     plan->edges = wide ? 25 : 6;
     plan->moves = wide ? 33 : 40;
-    plan->grid = wide ? 20 : 30;
+    plan->grid = wide ? 20 : 32;
     plan->ring = wide ? 244 : 256;
     plan->pairs = wide ? 3 : 4;
   } else if (plan->layout.external && few_rows) {

@@ -13,11 +13,14 @@
 #define MOST_TURNS 2e9   /* of an angle in a run */
 #define MOST_MISSING 1e6 /* rows of a gap over which the filters go on */
 #define FIRST_BLOCKS 2u  /* whose mean is the first reading */
+#define ODD_OUTCOMES 2u  /* of a first block from which on it is none; one may be a sensor's fault \
+                          */
+#define FORGOTTEN 1e-3   /* part of a mean that is as good as known */
 
 struct blocks {
   blocks_config config;
   blocks_health health;
-  double start_s, previous_s, block_start_s, mean_period_s, change, out_value;
+  double start_s, previous_s, block_start_s, mean_period_s, change, out_value, lost_rows;
   double told_period_s; /* recent mean time between rows, however long the gaps */
   uint32_t count, rows; /* blocks ended; rows used since the start */
   uint16_t rows_in_block, seconds, out_feature;
@@ -25,6 +28,9 @@ struct blocks {
   uint8_t recent;   /* readings before this one without a gap, at most 2 */
   bool started;
   bool has_before; /* an ended block precedes */
+  bool late;       /* the run began before its first row */
+  bool bridged;    /* the gap before this row was too long for its block */
+  bool knows_all;  /* of the block that ended: its terms */
 };
 
 enum { FEATURE_ARRAYS = 2, OUTCOME_ARRAYS = 13 };
@@ -63,13 +69,19 @@ static double *decay(const blocks *b) { return filter_sum(b) + filters(b); }
 static double *integral(const blocks *b) { return decay(b) + b->config.basis.times; }
 static double *term(const blocks *b) { return integral(b) + b->config.basis.inputs; }
 static double *means(const blocks *b) { return term(b) + b->config.basis.terms; }
+/* Part of every exponential mean that is not known; its sum over the block; of every term. */
+static double *unknown(const blocks *b) { return means(b) + b->config.basis.means; }
+static double *unknown_sum(const blocks *b) { return unknown(b) + b->config.basis.times; }
+static uint8_t *unknown_term(const blocks *b) {
+  return (uint8_t *)(unknown_sum(b) + b->config.basis.times);
+}
 /* Whole turns that unwrap an angle, per feature. */
 static int32_t *turns(const blocks *b) {
-  return (int32_t *)(void *)(means(b) + b->config.basis.means);
+  return (int32_t *)(void *)(unknown_term(b) + (b->config.basis.terms + 7u) / 8u * 8u);
 }
 /* Of every command its mean in the block before, in the features' order. */
 static double *before(const blocks *b) {
-  return means(b) + b->config.basis.means + (b->config.features + 1u) / 2u;
+  return (double *)(void *)(turns(b) + (b->config.features + 1u) / 2u * 2u);
 }
 static size_t commands(const blocks_config *c) {
   size_t n = 0;
@@ -82,8 +94,8 @@ size_t blocks_size(const blocks_config *c) {
   const rim_basis *n = &c->basis;
   return ((sizeof(blocks) + 7u) & ~(size_t)7u) +
          8u * (FEATURE_ARRAYS * (size_t)c->features + OUTCOME_ARRAYS * (size_t)c->outcomes +
-               2u * (size_t)n->inputs * n->times + n->times + n->inputs + n->terms + n->means +
-               (c->features + 1u) / 2u + commands(c));
+               2u * (size_t)n->inputs * n->times + 3u * (size_t)n->times + n->inputs + n->terms +
+               (n->terms + 7u) / 8u + n->means + (c->features + 1u) / 2u + commands(c));
 }
 
 rim_status blocks_init(blocks **instance, void *memory, size_t bytes, const blocks_config *config) {
@@ -159,11 +171,15 @@ static void begin_block(blocks *b) {
   b->seconds = 0;
   memset(SUM(b), 0, 8u * (size_t)b->config.features);
   memset(O_SUM(b), 0, 8u * 5u * (size_t)b->config.outcomes);
+  if (b->config.basis.times == 0)
+    return;
   memset(filter_sum(b), 0, 8u * filters(b));
+  memset(unknown_sum(b), 0, 8u * b->config.basis.times);
 }
 
 static void take_time(blocks *b, double t_s) {
   const blocks_config *c = &b->config;
+  b->bridged = false;
   if (!b->started) {
     b->started = true;
     b->start_s = t_s;
@@ -177,8 +193,11 @@ static void take_time(blocks *b, double t_s) {
     if (dt > 1.5 * c->period_s) {
       count(&b->health.gaps);
       b->recent = 0;
-      if (dt >= rim_max(0.25 * (double)c->block_rows, 3.0) * c->period_s)
+      if (dt >= rim_max(0.25 * (double)c->block_rows, 3.0) * c->period_s) {
         begin_block(b);
+        b->bridged = true;
+        b->lost_rows += (double)b->missing;
+      }
     }
   }
   b->previous_s = t_s;
@@ -263,11 +282,22 @@ static double keeps(const blocks *b, size_t t) {
   return power;
 }
 
+/* Of a mean that keeps `keep` since the row before, the part that is not known: what is left of the
+ * old part, and the share of the gap. */
+static void forget(blocks *b, size_t t, double keep) {
+  const double gap =
+      b->bridged ? 1.0 - (double)rim_image_f32(b->config.basis.share, t) - keep : 0.0;
+  unknown(b)[t] = gap + keep * unknown(b)[t];
+  unknown_sum(b)[t] += unknown(b)[t];
+}
+
 static void take_inputs(blocks *b) {
   const rim_basis *n = &b->config.basis;
   double keep[BASIS_MAX_TIMES];
-  for (size_t t = 0; t < n->times; ++t)
+  for (size_t t = 0; t < n->times; ++t) {
     keep[t] = keeps(b, t);
+    forget(b, t, keep[t]);
+  }
   for (size_t i = 0; i < n->inputs; ++i) {
     const double u = input_value(b, i);
     double *f = FILTER(b) + i * n->times, *sum = filter_sum(b) + i * n->times;
@@ -323,6 +353,72 @@ static void take_first(blocks *b) {
   }
 }
 
+/* Whether the features of the run's first block are none that healthy runs begin with: one that is
+ * given to the vehicle, or several outcomes. One outcome alone may be a sensor that is wrong. */
+static bool begins_late(const blocks *b) {
+  const rim_basis *n = &b->config.basis;
+  uint32_t odd = 0;
+  if (n->start == NULL || b->config.external)
+    return false;
+  for (size_t f = 0; f < b->config.features; ++f) {
+    const double off = SUM(b)[f] - (double)rim_image_f32(n->start, f);
+    if (whole_turn(b, f) > 0.0 ||
+        !(rim_abs(off) > BASIS_START_LIMIT * (double)rim_image_f32(n->start_sd, f)))
+      continue;
+    bool is_outcome = false;
+    for (size_t o = 0; o < b->config.outcomes && !is_outcome; ++o)
+      is_outcome = rim_image_u16(b->config.outcome_feature, o) == f;
+    odd += is_outcome ? 1u : ODD_OUTCOMES;
+  }
+  return odd >= ODD_OUTCOMES;
+}
+
+/* Standard deviation of an error of a term, in the term's own: the past that a mean does not know
+ * is as likely as any that healthy runs have had. */
+static double term_unknown(const blocks *b, size_t i) {
+  const rim_basis *n = &b->config.basis;
+  const uint16_t first = rim_image_u16(n->term, 4 * i + 1);
+  const uint16_t second = rim_image_u16(n->term, 4 * i + 2);
+  const double *part = unknown_sum(b); /* means of the block by now */
+  switch ((basis_op)rim_image_u16(n->term, 4 * i)) {
+  case BASIS_MEAN:
+  case BASIS_ABS:
+    return part[first % n->times];
+  case BASIS_PRODUCT:
+    return rim_min(part[first % n->times] + part[second % n->times], 1.0);
+  case BASIS_DECAY:
+    return b->late ? rim_min(decay(b)[second] * (double)rim_image_f32(n->inverse_sd, i), 1.0) : 0.0;
+  case BASIS_INTEGRAL:
+    return b->late ? 1.0
+                   : rim_min(b->lost_rows * (double)rim_image_f32(n->share, n->times - 1u), 1.0);
+  case BASIS_INITIAL:
+  case BASIS_TIME:
+    return b->late ? 1.0 : 0.0;
+  case BASIS_ROLLED:
+    break;
+  }
+  return 0.0;
+}
+
+static void find_unknown(blocks *b) {
+  const rim_basis *n = &b->config.basis;
+  if (b->count == 0 && begins_late(b)) {
+    b->late = true;
+    for (size_t t = 0; t < n->times; ++t)
+      unknown(b)[t] = decay(b)[t];
+  }
+  bool any = b->late || b->lost_rows > 0.0;
+  for (size_t t = 0; t < n->times && !any; ++t)
+    any = unknown_sum(b)[t] > FORGOTTEN * (double)b->rows_in_block;
+  b->knows_all = !any;
+  if (!any)
+    return;
+  for (size_t t = 0; t < n->times; ++t)
+    unknown_sum(b)[t] /= (double)b->rows_in_block;
+  for (size_t i = 0; i < n->terms; ++i)
+    unknown_term(b)[i] = (uint8_t)rim_floor(BASIS_UNKNOWN_ALL * term_unknown(b, i) + 0.5);
+}
+
 static void evaluate_terms(blocks *b) {
   const rim_basis *n = &b->config.basis;
   for (size_t i = 0; i < n->terms; ++i) {
@@ -376,8 +472,11 @@ static void end_block(blocks *b) {
     SCATTER(b)[o] = square > 0.0 ? rim_max(rim_log(square), BLOCKS_LN_LEAST) : BLOCKS_LN_LEAST;
   }
   take_first(b);
-  evaluate_terms(b);
-  measure_change(b);
+  if (b->config.basis.terms + b->config.basis.means > 0) { /* there are models */
+    evaluate_terms(b);
+    find_unknown(b);
+    measure_change(b);
+  }
   wrap_angles(b);
   ++b->count;
 }
@@ -428,6 +527,9 @@ const double *blocks_terms(const blocks *b) { return term(b); }
 const double *blocks_means(const blocks *b) { return means(b); }
 const double *blocks_first(const blocks *b) { return FIRST(b); }
 bool blocks_has_first(const blocks *b) { return b->count >= FIRST_BLOCKS; }
+bool blocks_knows_start(const blocks *b) { return !b->late; }
+bool blocks_knows_all(const blocks *b) { return b->config.basis.terms == 0 || b->knows_all; }
+const uint8_t *blocks_unknown(const blocks *b) { return unknown_term(b); }
 double blocks_change(const blocks *b) { return b->change; }
 double blocks_since_start_s(const blocks *b) {
   return 0.5 * (b->block_start_s + b->previous_s) - b->start_s;

@@ -47,9 +47,10 @@ void search_evaluate(const rim_search *s, search_hypothesis *h) {
   search_sums sums = {0};
   bool next_inside = false;
   for (search_walk w = search_walk_from(s, &mask); search_walk_next(&w);) {
-    if (w.inside)
+    const bool counts = w.inside && search_a0(s)[w.i] > 0.0f;
+    if (counts)
       add_block(s, w.i, next_inside, &sums);
-    next_inside = w.inside;
+    next_inside = counts;
   }
   search_judge(s, &sums, h);
 }
@@ -77,7 +78,7 @@ static void fill_bins(rim_search *s, const search_mask *mask, uint32_t feature) 
   const uint32_t k = s->fields;
   uint32_t next = SEARCH_BINS; /* bin of the block after this one, where it is inside */
   for (search_walk w = search_walk_from(s, mask); search_walk_next(&w);) {
-    if (!w.inside) {
+    if (!w.inside || !(a0[w.i] > 0.0f)) {
       next = SEARCH_BINS;
       continue;
     }
@@ -159,6 +160,10 @@ static void fill_cells(rim_search *s, uint32_t x, uint32_t y) {
   const uint32_t fields = s->fields;
   uint32_t next = CELLS * CELLS;
   for (search_walk w = search_walk_from(s, &all); search_walk_next(&w);) {
+    if (!(search_a0(s)[w.i] > 0.0f)) {
+      next = CELLS * CELLS;
+      continue;
+    }
     const uint32_t k = (uint32_t)cell_x[w.feature[x]] * CELLS + cell_y[w.feature[y]];
     const float *g = search_g(s, w.i);
     cells->n[k] += 1.0f;

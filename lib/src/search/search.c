@@ -103,14 +103,17 @@ static int8_t to_byte(double x) {
 
 static void store_channel(rim_search *s, uint32_t slot, const search_block *b, uint32_t channel) {
   const noise_channel c = rim_noise_channel(s->config.noise, channel);
-  const double z = search_weight(s, &c, channel, slot) * b->residual[channel] / (double)c.s;
+  const double z = search_scale(s, &c, channel, slot) * b->residual[channel] / (double)c.s;
   const uint32_t fine = search_fine(s);
+  const bool unknown = b->unknown != NULL && b->unknown[channel];
   if (channel < fine)
     search_fine_residuals(s, slot)[channel] =
-        (int16_t)rim_floor(rim_clamp(z / SEARCH_Z_STEP, -32000.0, 32000.0) + 0.5);
+        unknown ? SEARCH_UNKNOWN
+                : (int16_t)rim_floor(rim_clamp(z / SEARCH_Z_STEP, -32000.0, 32000.0) + 0.5);
   else
     search_coarse_residuals(s, slot)[channel - fine] =
-        (int8_t)rim_floor(rim_clamp(z / SEARCH_COARSE_STEP, -127.0, 127.0) + 0.5);
+        unknown ? SEARCH_COARSE_UNKNOWN
+                : (int8_t)rim_floor(rim_clamp(z / SEARCH_COARSE_STEP, -127.0, 127.0) + 0.5);
 }
 
 /* The newest block and the one before it, while the newest is taken in. */
@@ -125,16 +128,22 @@ static void accumulate(rim_search *s, newest *n, uint32_t channel) {
   const noise_channel c = rim_noise_channel(s->config.noise, channel);
   const uint32_t k = c.fields, outcome = channel % s->config.outcomes;
   const uint32_t raw_count = s->config.noise->raw;
-  const bool alone = n->first || !(c.rho > 0.0f);
-  const double rho = (double)c.rho, lead = n->first ? rim_sqrt(1.0 - rho * rho) : 1.0;
-  double white[NOISE_MAX_FIELDS];
+  const double rho = (double)c.rho;
+  double white[NOISE_MAX_FIELDS], w_before = 0.0;
   n->raw[1] = search_raw_prediction(s, n->slot, outcome);
-  const double w = lead * search_weight(s, &c, channel, n->slot);
-  double w_before = 0.0, e = lead * search_residual(s, channel, n->slot);
-  if (!alone) {
-    n->raw_before[1] = search_raw_prediction(s, n->before, outcome);
+  double w = search_weight(s, &c, channel, n->slot);
+  if (!(w > 0.0))
+    return;
+  double e = search_residual(s, channel, n->slot);
+  if (rho > 0.0 && !n->first)
     w_before = rho * search_weight(s, &c, channel, n->before);
+  if (w_before > 0.0) {
+    n->raw_before[1] = search_raw_prediction(s, n->before, outcome);
     e -= rho * search_residual(s, channel, n->before);
+  } else { /* with nothing before it */
+    const double lead = rim_sqrt(1.0 - rho * rho);
+    w *= lead;
+    e *= lead;
   }
   for (uint32_t j = 0; j < k; ++j) {
     const uint8_t *combination = c.combination + 4u * (size_t)j * raw_count;

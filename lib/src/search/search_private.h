@@ -10,6 +10,8 @@
 #define SEARCH_CHANGE_STEP (1.0 / 64.0) /* of the commands' change: uint8 covers 3.98 */
 #define SEARCH_COARSE_STEP (1.0 / 4.0)  /* of a residual in a byte: +-31 */
 #define SEARCH_NONE (-1e30f)
+#define SEARCH_UNKNOWN INT16_MIN       /* a residual that is not known */
+#define SEARCH_COARSE_UNKNOWN INT8_MIN /* in a byte */
 /* Added to the diagonal of a channel's G, in parts of it: more than the rounding of its sums in
  * single precision over tens of thousands of blocks, and less than any effect that shows. */
 #define SEARCH_GRAM_RIDGE 0x1p-18
@@ -184,6 +186,9 @@ void search_raw_fields(const rim_search *s, uint32_t slot, double *raw);
 static inline double search_raw_prediction(const rim_search *s, uint32_t slot, uint32_t outcome) {
   return (double)search_predictions(s, slot)[outcome] * SEARCH_BYTE_STEP;
 }
+/* 1 / sigma(x) of a block: by its prediction and the commands' change. */
+double search_scale(const rim_search *s, const noise_channel *c, uint32_t channel, uint32_t slot);
+/* The same, 0 where the residual is not known. */
 double search_weight(const rim_search *s, const noise_channel *c, uint32_t channel, uint32_t slot);
 /* Prepares the work arrays for a channel, and judges SINCE, RAMP, GAIN and FIELD. */
 void search_refresh(rim_search *s, uint32_t channel);

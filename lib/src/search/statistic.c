@@ -21,12 +21,20 @@ void search_raw_fields(const rim_search *s, uint32_t slot, double *raw) {
     raw[NOISE_RAW_FIRST + m] = (double)mean[m] * SEARCH_BYTE_STEP;
 }
 
-double search_weight(const rim_search *s, const noise_channel *c, uint32_t channel, uint32_t slot) {
+double search_scale(const rim_search *s, const noise_channel *c, uint32_t channel, uint32_t slot) {
   if (channel >= search_fine(s))
     return 1.0;
   const uint32_t outcome = channel % s->config.outcomes;
-  return rim_noise_weight(c, (double)search_predictions(s, slot)[outcome] * SEARCH_BYTE_STEP,
+  return rim_noise_weight(c, search_raw_prediction(s, slot, outcome),
                           (double)search_changes(s)[slot] * SEARCH_CHANGE_STEP);
+}
+
+double search_weight(const rim_search *s, const noise_channel *c, uint32_t channel, uint32_t slot) {
+  const uint32_t fine = search_fine(s);
+  const bool known =
+      channel < fine ? search_fine_residuals(s, slot)[channel] != SEARCH_UNKNOWN
+                     : search_coarse_residuals(s, slot)[channel - fine] != SEARCH_COARSE_UNKNOWN;
+  return known ? search_scale(s, c, channel, slot) : 0.0;
 }
 
 static double phi(const rim_search *s, uint32_t channel, uint32_t family) {
@@ -110,7 +118,7 @@ static void whiten(rim_search *s, const noise_channel *c, const double *l, const
   search_combination to;
   double effect[NOISE_MAX_FIELDS]; /* b in the units of g: L' b */
   double before[NOISE_MAX_FIELDS] = {0.0};
-  double z_before = 0.0;
+  double z_before = 0.0, w_before = 0.0;
   combine(s, c, l, &to);
   for (uint32_t j = 0; j < k; ++j) {
     effect[j] = 0.0;
@@ -122,25 +130,27 @@ static void whiten(rim_search *s, const noise_channel *c, const double *l, const
   for (uint32_t i = 0; i < s->held; ++i) {
     const uint32_t slot = search_slot(s, i);
     const double w = search_weight(s, c, s->channel, slot);
-    const double z = search_residual(s, s->channel, slot);
+    const double z = w > 0.0 ? search_residual(s, s->channel, slot) : 0.0;
+    const double own = w_before > 0.0 ? 1.0 : lead; /* with nothing before it */
     double raw[NOISE_MAX_RAW];
     search_raw_fields(s, slot, raw);
     raw[1] = search_raw_prediction(s, slot, outcome);
     for (uint32_t r = 0; r < raw_count; ++r)
       mean[r] += raw[r];
-    double e = i == 0 ? lead * z : z - rho * z_before;
+    double e = own * z - rho * z_before;
     float *g = search_g(s, i);
     for (uint32_t j = 0; j < k; ++j) {
       double field = 0.0;
       for (uint32_t r = 0; r < raw_count; ++r)
         field += to.of[j][r] * raw[r];
       field *= w;
-      const double white = i == 0 ? lead * field : field - rho * before[j];
+      const double white = own * field - rho * before[j];
       e -= white * effect[j];
       before[j] = field;
       g[j] = (float)white;
     }
     z_before = z;
+    w_before = w;
     search_q(s)[i] = (float)e;
     search_a0(s)[i] = (float)w;
   }
@@ -155,8 +165,9 @@ static void fold(rim_search *s, const noise_channel *c) {
   const double lead = rim_sqrt(1.0 - rho * rho);
   float *q = search_q(s), *a0 = search_a0(s), *a1 = search_a1(s);
   for (uint32_t i = 0; i < s->held; ++i) {
-    const bool last = i + 1u == s->held;
-    const double first = i == 0 ? lead : 1.0;
+    /* The newest block, and one before an unknown one, have no next. */
+    const bool last = i + 1u == s->held || !(a0[i + 1u] > 0.0f);
+    const double first = i == 0 || !(a0[i - 1u] > 0.0f) ? lead : 1.0;
     const double w = (double)a0[i];
     const double next_e = last ? 0.0 : (double)q[i + 1u];
     const double next_w = last ? 0.0 : (double)a0[i + 1u];
@@ -213,6 +224,10 @@ static void scan_time(rim_search *s) {
     const double q = (double)search_q(s)[i], a0 = (double)search_a0(s)[i];
     const double a1 = (double)search_a1(s)[i]; /* 0 of the newest block */
     const float *g = search_g(s, i);
+    if (!(a0 > 0.0)) {
+      p1 = 0.0;
+      continue;
+    }
     since.n += 1.0;
     since.d += q;
     since.a += a0 + a1;
@@ -317,11 +332,11 @@ void search_scan_onset(const rim_search *s, const search_mask *mask, search_hypo
   const double inflation = phi(s, s->channel, h->family);
   double p1 = 0.0; /* of the block after, where it is inside */
   for (search_walk w = search_walk_from(s, &everywhen); search_walk_next(&w);) {
-    if (!w.inside) {
+    const uint32_t i = w.i;
+    if (!w.inside || !(search_a0(s)[i] > 0.0f)) {
       p1 = 0.0;
       continue;
     }
-    const uint32_t i = w.i;
     const float *g = search_g(s, i);
     const double p = h->family == SEARCH_GAIN ? search_p(s, i) : 1.0;
     sums.n += 1.0;
