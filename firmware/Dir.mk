@@ -34,12 +34,12 @@ $(BUILD)/tests/firmware/%: tests/firmware/%.c $(RIMD_OBJ) $(BUILD)/librim.a $(BU
 	$(call say,TEST)$(CC) $(FIRMWARE_CFLAGS) -MMD -MP -MF $@.d $< -o $@ \
 	  $(filter-out %/rimd/main.o,$(RIMD_OBJ)) $(BUILD)/librim.a -lcmocka -lccd -lm
 
-# What every port replays. landing: eight healthy landings learnt, then one with a hidden fault, from
+# What every port replays. landing: twenty healthy landings learnt, then one with a hidden fault, from
 # its first row to its last, 29 features and 25 outcomes. golf: 4.2.3 (p. 55) with its own
 # predictions, 100 features and 1 outcome, regions of two features. Both hold alarms.
 RECORDINGS := landing golf
 CROSS := $(BUILD)/cross
-RECORDED_FAULT := 12_velocity_stuck
+RECORDED_FAULT := 04_doppler_scale
 
 $(CROSS)/record: firmware/replay/record.c firmware/replay/recording.h $(BUILD)/librim.a $(BUILD)/flags.lib
 	@mkdir -p $(@D)
@@ -47,7 +47,7 @@ $(CROSS)/record: firmware/replay/record.c firmware/replay/recording.h $(BUILD)/l
 
 $(CROSS)/landing/model.rim: $(BUILD)/rim
 	@mkdir -p $(@D)
-	$(call say,RIM )$(BUILD)/rim simulate lander --out $(@D)/healthy --runs 8 --seed 1 > $(@D)/simulate.txt && \
+	$(call say,RIM )$(BUILD)/rim simulate lander --out $(@D)/healthy --runs 20 --seed 1 > $(@D)/simulate.txt && \
 	  $(BUILD)/rim train $(@D)/healthy/run_*.csv --out $@ --quick > $(@D)/train.txt
 
 $(CROSS)/landing/log/run_0001.csv: $(BUILD)/rim
@@ -155,7 +155,7 @@ budget-deps: deps
 	$(call install_missing,$(mps2-an500_PACKAGES))
 budgets: budget-deps
 	@$(MAKE) --no-print-directory -j$(TEST_JOBS) $(BUDGETED:%=$(CROSS)/mps2-an500/replay-%)
-	@firmware/budget.sh $(CROSS) '$(mps2-an500_RUN)' six_flight 6/3 150 250 51 landing_flight 29/25 400 600 110 \
+	@firmware/budget.sh $(CROSS) '$(mps2-an500_RUN)' six_flight 6/3 150 250 40 landing_flight 29/25 200 2000 55 \
 	  golf_flight 100/1 180 300 55
 
 # SocketCAN in a guest with Debian's own kernel: tests/cli/can.sh. `make test` fetches what it needs where

@@ -10,10 +10,12 @@ namespace rim {
 
 std::vector<std::uint8_t> basis_section(const Basis &basis) {
   SectionBytes bytes;
-  for (const std::size_t word :
-       {std::size_t{BASIS_LAYOUT}, basis.inputs.size(), basis.share.size(), basis.terms.size(),
-        basis.means.size(), std::size_t{basis.first_sd.empty() ? 0U : 1U}, std::size_t{0},
-        std::size_t{0}})
+  for (const std::size_t word : {std::size_t{BASIS_LAYOUT}, basis.inputs.size(), basis.share.size(),
+                                 basis.terms.size(), basis.means.size(),
+                                 std::size_t{basis.first_sd.empty() ? 0U
+                                             : basis.start.empty()  ? 1U
+                                                                    : 2U},
+                                 std::size_t{0}, std::size_t{0}})
     bytes.u32(static_cast<std::uint32_t>(word));
   for (const Basis::Input &input : basis.inputs) {
     bytes.u16(input.a);
@@ -39,7 +41,7 @@ std::vector<std::uint8_t> basis_section(const Basis &basis) {
     for (const double v : *numbers)
       bytes.f32(static_cast<float>(v));
   }
-  for (const auto *numbers : {&basis.first, &basis.first_sd}) {
+  for (const auto *numbers : {&basis.first, &basis.first_sd, &basis.start, &basis.start_sd}) {
     for (const double v : *numbers)
       bytes.f32(static_cast<float>(v));
   }

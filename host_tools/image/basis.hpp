@@ -25,6 +25,7 @@ struct Basis {
   std::vector<std::uint16_t> means; // filters
   std::vector<double> mean_center, mean_inverse_sd;
   std::vector<double> first, first_sd; // per outcome: of the first readings of the runs
+  std::vector<double> start, start_sd; // per feature: of the first blocks of the runs
 };
 
 // The section's bytes, as lib/src/image/basis.h describes them.

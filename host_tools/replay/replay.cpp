@@ -259,6 +259,10 @@ std::string rows_text(const ReplayedLog &log) {
     text += ", " + std::to_string(rows.wrong_rate) + " at another rate";
   if (log.image_period_s > 0.0)
     text += "; " + count_text(log.blocks, "block", "blocks") + " examined";
+  if (log.health.partly > 0)
+    text += fmt::format(", {} of them in part: not where an outcome follows from commands before "
+                        "the first row or in a gap",
+                        log.health.partly);
   return text;
 }
 
@@ -303,6 +307,10 @@ std::string doubt(const ReplayedLog &log, const Names &names) {
   else if (log.image_period_s > 0.0 && log.blocks < RIM_MONITOR_LEAST_BLOCKS)
     text += fmt::format("{}STALE: {} examined, too few to say anything", text.empty() ? "" : "\n  ",
                         count_text(log.blocks, "block was", "blocks were"));
+  else if (log.image_period_s > 0.0 && log.blocks < RIM_MONITOR_LEAST_BLOCKS + h.partly)
+    text += fmt::format("{}STALE: {} examined in full, too few to say that it is healthy",
+                        text.empty() ? "" : "\n  ",
+                        count_text(log.blocks - h.partly, "block was", "blocks were"));
   return text;
 }
 

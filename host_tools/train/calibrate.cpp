@@ -47,6 +47,9 @@ constexpr double kPredictable = 0.9; // part of the variance from which on a pre
 constexpr double kPhiWidth = 3.0;
 constexpr double kPhiLeastSd = 0.2;
 constexpr double kPhiMargin = 8.0;
+// Blocks in the ring of the flight profile: 80 % of a run, with many channels less.
+constexpr std::uint16_t kFlightRing = 192, kLeastFlightRing = 64;
+constexpr std::size_t kFlightSearchBytes = 42700;
 
 std::vector<double> ranks(const Eigen::VectorXd &x) {
   std::vector<std::size_t> order(static_cast<std::size_t>(x.size()));
@@ -116,18 +119,32 @@ std::vector<std::uint8_t> cuts_of(const FlightPlan &plan, std::uint16_t feature,
   return cuts;
 }
 
-// The flight code's search over one healthy run: the largest ratio of every channel and family.
-std::vector<float> run_maxima(const FlightPlan &plan, const rim_noise &noise,
-                              const SearchRun &run) {
+search_config search_of(const FlightPlan &plan, const rim_noise &noise) {
   search_config config{};
   config.features = static_cast<std::uint16_t>(plan.region.size());
   config.channels = static_cast<std::uint16_t>(noise.channels);
   config.outcomes = static_cast<std::uint16_t>(plan.layout.outcomes());
-  config.means = static_cast<std::uint16_t>(run.blocks->means.cols());
+  config.means = static_cast<std::uint16_t>(noise.raw - NOISE_RAW_FIRST);
   config.ring = static_cast<std::uint16_t>(plan.ring);
   config.cells_per_turn = static_cast<std::uint8_t>(plan.pairs);
   config.noise = &noise;
   config.cuts = plan.cuts.data();
+  return config;
+}
+
+// As many blocks as fit beside what the channels need: a monitor of 25 outcomes has 55 kB.
+std::uint32_t flight_ring(const FlightPlan &plan, const rim_noise &noise) {
+  search_config config = search_of(plan, noise);
+  config.ring = kFlightRing;
+  while (config.ring > kLeastFlightRing && search_size(&config) > kFlightSearchBytes)
+    config.ring = static_cast<std::uint16_t>(config.ring - 4);
+  return config.ring;
+}
+
+// The flight code's search over one healthy run: the largest ratio of every channel and family.
+std::vector<float> run_maxima(const FlightPlan &plan, const rim_noise &noise,
+                              const SearchRun &run) {
+  const search_config config = search_of(plan, noise);
   std::vector<std::uint64_t> memory(search_size(&config) / 8 + 1);
   rim_search *search = nullptr;
   if (search_init(&search, memory.data(), memory.size() * 8, &config) != RIM_OK)
@@ -263,6 +280,8 @@ std::vector<RunScore> calibrate_runs(FlightPlan *plan, NoiseModel *noise,
                      static_cast<std::uint32_t>(noise->channels.size()),
                      static_cast<std::uint32_t>(noise->means)) != RIM_OK)
     throw DataError("the noise of the healthy runs cannot be described: a channel is not finite");
+  if (options.flight)
+    plan->ring = flight_ring(*plan, view);
   std::vector<std::vector<float>> maxima(runs.size());
   Progress progress("calibrate", runs.size());
   parallel_for(runs.size(), [&](std::size_t r) {

@@ -13,8 +13,10 @@ namespace rim {
 
 // Everything the models may use: exponential means of the commands and of their products and
 // magnitudes with time constants from one row to the run's length, their products, decays,
-// integrals and initial readings. run_rows: median length of a run.
-Basis make_basis(const Layout &layout, const std::vector<Log> &logs, double run_rows);
+// integrals and initial readings. run_rows: median length of a run; block_rows:
+// of a block.
+Basis make_basis(const Layout &layout, const std::vector<Log> &logs, double run_rows,
+                 std::size_t block_rows);
 
 // What an outcome may be the integral of: lib/src/image/basis.h, section AGREEMENT.
 struct Integrand {

@@ -17,8 +17,8 @@ namespace rim {
 namespace {
 
 constexpr double kBlocksPerRun = 240.0;
-constexpr std::uint32_t kRing = 384, kFlightRing = 192;
-constexpr double kRateRatio = 1.3; // of two runs' rates from which on they differ
+constexpr std::uint32_t kRing = 384; // calibrate_runs() gives flight its own
+constexpr double kRateRatio = 1.3;   // of two runs' rates from which on they differ
 
 void check_rates(const std::vector<Log> &logs, double period_s) {
   for (const Log &log : logs) {
@@ -244,7 +244,7 @@ std::vector<double> explained_parts(const FlightPlan &plan, const Behaviour &beh
 
 // How much is kept and searched.
 void set_search(FlightPlan *plan, const TrainOptions &options) {
-  plan->ring = options.calibration.flight ? kFlightRing : kRing;
+  plan->ring = kRing;
   plan->pairs = 8;
   plan->budget = options.calibration.flight ? 3 : 12;
   plan->persistence = 2;
@@ -270,7 +270,7 @@ Training train(const std::vector<Log> &logs, const TrainOptions &options) {
   double run_rows = 0.0;
   plan.block_rows = block_rows_for(logs, plan.period_s, options, &run_rows);
   set_ranges(&plan, logs);
-  plan.basis = make_basis(plan.layout, logs, run_rows);
+  plan.basis = make_basis(plan.layout, logs, run_rows, plan.block_rows);
   const BlockOptions blocks{plan.block_rows, plan.period_s, plan.low, plan.high,
                             possible_integrands(plan.layout)};
   std::vector<BlockRun> runs(logs.size());

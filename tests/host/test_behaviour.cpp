@@ -35,7 +35,7 @@ constexpr std::uint32_t kBlockRows = 10;
 Learnt learn(const std::vector<rim::Log> &logs) {
   Learnt l;
   l.layout = rim::layout_of(logs.front());
-  l.basis = rim::make_basis(l.layout, logs, static_cast<double>(logs.front().t_s.size()));
+  l.basis = rim::make_basis(l.layout, logs, static_cast<double>(logs.front().t_s.size()), 8);
   l.options.block_rows = kBlockRows;
   l.options.period_s = rim::median_period_s(logs);
   l.options.low.assign(l.layout.features(), -100.0F);
@@ -52,8 +52,8 @@ rim::Matrix standard_terms(const rim::Basis &basis, const rim::BlockRun &run) {
   for (Eigen::Index i = 0; i < x.cols(); ++i) {
     const auto k = static_cast<std::size_t>(i);
     for (Eigen::Index b = 0; b < x.rows(); ++b)
-      x(b, i) = std::min(BASIS_CLIP, std::max(-BASIS_CLIP, (x(b, i) - basis.center[k]) *
-                                                               basis.inverse_sd[k]));
+      x(b, i) = std::min(BASIS_CLIP,
+                         std::max(-BASIS_CLIP, (x(b, i) - basis.center[k]) * basis.inverse_sd[k]));
   }
   return x;
 }
@@ -226,8 +226,7 @@ void training_and_flight_predict_the_same(void **) {
   rim_behaviour flight;
   assert_int_equal(rim_behaviour_open(&flight, models.data(), models.size(), view.terms, kOutcomes),
                    RIM_OK);
-  const rim::BlockRun run =
-      rim::block_run(made_vehicle(kSeed + 300), l.layout, l.basis, l.options);
+  const rim::BlockRun run = rim::block_run(made_vehicle(kSeed + 300), l.layout, l.basis, l.options);
   const rim::Matrix terms = standard_terms(l.basis, run);
   double predicted[2 * kOutcomes];
   for (Eigen::Index b = 0; b < run.blocks(); ++b) {

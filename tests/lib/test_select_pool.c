@@ -22,11 +22,17 @@ static rim_select *engine;
 static double u[N][D], r[N];
 static rim_rng rng;
 
+static size_t size; /* of the engine */
+
 static void start_with(uint64_t stream, uint16_t edges) {
   rim_rng_seed(&rng, SEED, stream);
   const rim_select_config config = {
       .features = D, .ring = RING, .pairs = 4, .edges = edges, .seed = stream};
-  assert_int_equal(rim_select_init(&engine, memory, sizeof memory, &config), RIM_OK);
+  assert_int_equal(rim_select_size(&config, &size), RIM_OK);
+  assert_true(size <= sizeof memory);
+  memset(memory, 0xa5, sizeof memory);
+  assert_int_equal(rim_select_init(&engine, memory, size - 1, &config), RIM_E_SIZE);
+  assert_int_equal(rim_select_init(&engine, memory, size, &config), RIM_OK);
   for (int i = 0; i < N; ++i) {
     for (int f = 0; f < D; ++f)
       u[i][f] = rim_rng_uniform(&rng);
@@ -204,10 +210,10 @@ static void few_edges_use_fewer_ellipses(void **state) {
       down[j] += k->n >= 3.0f && k->s * k->s / k->n < before[j] * 0.999f;
     }
   }
-  for (uint32_t i = 0; i < engine->pairs; ++i) {
-    for (uint32_t j = FEW_CHAINS; j < RIM_SELECT_CHAINS; ++j)
-      assert_true(select_pair(engine, i)->chain[j].n == 0.0f);
-  }
+  assert_int_equal(engine->chains, FEW_CHAINS);
+  assert_true(size + 4u * 400u + 2u * 32u * 32u < sizeof memory); /* and have less memory, */
+  for (size_t i = size; i < sizeof memory; ++i)                   /* which they keep to */
+    assert_int_equal(((const uint8_t *)memory)[i], 0xa5);
   assert_int_equal(down[0], 0);
   for (uint32_t j = 1; j < FEW_CHAINS; ++j)
     assert_true(down[j] > 5);
@@ -226,10 +232,11 @@ static void few_edges_use_fewer_ellipses(void **state) {
 
 int main(void) {
   printf("seed %u\n", SEED);
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(ellipses_count_their_cells), cmocka_unit_test(incremental_equals_fresh),
-      cmocka_unit_test(the_leader_is_exact_on_the_ring),
-      cmocka_unit_test(entries_and_moves_are_bounded), cmocka_unit_test(the_planted_pair_leads),
-      cmocka_unit_test(few_edges_use_fewer_ellipses)};
+  const struct CMUnitTest tests[] = {cmocka_unit_test(ellipses_count_their_cells),
+                                     cmocka_unit_test(incremental_equals_fresh),
+                                     cmocka_unit_test(the_leader_is_exact_on_the_ring),
+                                     cmocka_unit_test(entries_and_moves_are_bounded),
+                                     cmocka_unit_test(the_planted_pair_leads),
+                                     cmocka_unit_test(few_edges_use_fewer_ellipses)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

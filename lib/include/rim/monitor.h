@@ -37,8 +37,9 @@ extern "C" {
 
 #define RIM_MONITOR_MAX_FEATURES 128
 #define RIM_MONITOR_MAX_OUTCOMES 128
-#define RIM_MONITOR_KINDS 4u /* residual channels per outcome of a trained image, see rim_channel  \
-                              */
+#define RIM_MONITOR_KINDS                                                                          \
+  4u /* residual channels per outcome of a trained image, see rim_channel                          \
+      */
 
 /* Sections of a flight image. All but NAMES are read on board. */
 typedef enum rim_section {
@@ -159,6 +160,9 @@ typedef struct rim_monitor_health {
   uint16_t out_feature;                 /* first value out of range: its feature, or 0xffff, */
   double out_value, out_t_s;            /* the value and its time */
   rim_interference_health interference; /* all 0 without that detector */
+  uint32_t partly; /* blocks of which some outcomes were not examined: what they should be follows
+                    * from commands that the monitor did not see, for it was started in the middle
+                    * of a run, or rows were lost */
 } rim_monitor_health;
 
 /* Blocks without which nothing is said about the vehicle: RIM_REASON_TOO_FEW. */
@@ -183,9 +187,9 @@ typedef struct rim_monitor rim_monitor;
   (RIM_MONITOR_HEADER_BYTES + RIM_MONITOR_ROWS_SIZE(features, outcomes, filters, terms) +          \
    RIM_MONITOR_SEARCH_HEADER +                                                                     \
    RIM_MONITOR_KINDS * (size_t)(outcomes) *                                                        \
-       (4u * (size_t)(fields) * ((fields) + 3u) + 72u + (region_features)) +                       \
-   (size_t)(ring) * (4u * (5u + (fields)) + RIM_MONITOR_KINDS * 2u * (size_t)(outcomes) +          \
-                     (region_features) + (means) + 3u * (size_t)(outcomes)) +                      \
+       (2u * (size_t)(fields) * ((fields) + 3u) + 64u + (region_features)) +                       \
+   (size_t)(ring) *                                                                                \
+       (4u * (4u + (fields)) + 7u * (size_t)(outcomes) + (region_features) + (means) + 1u) +       \
    128u)
 #define RIM_MONITOR_SEARCH_HEADER 4096u
 

@@ -5,6 +5,8 @@
 #include "rim/image.h"
 #include "base/real.h"
 
+#define HUGE_ERROR 1e30
+
 enum { HEADER_WORDS = 8, SHORT_HEADER_WORDS = 4 };
 
 static bool finite_numbers(const uint8_t *p, size_t count, bool positive) {
@@ -40,13 +42,27 @@ static bool terms_fit(const rim_basis *b, uint32_t outcomes) {
     bool fits = false;
     switch ((basis_op)op) {
     case BASIS_MEAN:
-    case BASIS_ABS: fits = first < filters; break;
-    case BASIS_PRODUCT: fits = first < filters && second < filters; break;
-    case BASIS_DECAY: fits = second < b->times; break;
-    case BASIS_INTEGRAL: fits = first < b->inputs; break;
-    case BASIS_INITIAL: fits = first < outcomes && second < b->times; break;
-    case BASIS_TIME: fits = true; break;
-    case BASIS_ROLLED: fits = first < outcomes; break;
+    case BASIS_ABS:
+      fits = first < filters;
+      break;
+    case BASIS_PRODUCT:
+      fits = first < filters && second < filters;
+      break;
+    case BASIS_DECAY:
+      fits = second < b->times;
+      break;
+    case BASIS_INTEGRAL:
+      fits = first < b->inputs;
+      break;
+    case BASIS_INITIAL:
+      fits = first < outcomes && second < b->times;
+      break;
+    case BASIS_TIME:
+      fits = true;
+      break;
+    case BASIS_ROLLED:
+      fits = first < outcomes;
+      break;
     }
     if (!fits)
       return false;
@@ -73,10 +89,11 @@ rim_status rim_basis_open(rim_basis *view, const uint8_t *section, size_t bytes,
       b.means > BASIS_MAX_MEANS)
     return RIM_E_RANGE;
   const uint32_t spread = rim_image_u32(section, 5);
-  if (spread > 1u)
+  if (spread > 2u)
     return RIM_E_RANGE;
   const size_t need = 4u * (HEADER_WORDS + (size_t)b.inputs + b.times + 4u * (size_t)b.terms +
-                            3u * (size_t)b.means + (1u + spread) * outcomes);
+                            3u * (size_t)b.means + (1u + (spread > 0u)) * (size_t)outcomes +
+                            (spread > 1u ? 2u * (size_t)features : 0u));
   if (bytes != need)
     return bytes < need ? RIM_E_TRUNCATED : RIM_E_SIZE;
   b.input = section + 4u * HEADER_WORDS;
@@ -88,14 +105,18 @@ rim_status rim_basis_open(rim_basis *view, const uint8_t *section, size_t bytes,
   b.mean_center = b.mean + 4u * b.means;
   b.mean_inverse_sd = b.mean_center + 4u * b.means;
   b.first = b.mean_inverse_sd + 4u * b.means;
-  b.first_sd = spread != 0u ? b.first + 4u * outcomes : NULL;
+  b.first_sd = spread > 0u ? b.first + 4u * outcomes : NULL;
+  b.start = spread > 1u ? b.first_sd + 4u * outcomes : NULL;
+  b.start_sd = spread > 1u ? b.start + 4u * features : NULL;
   if (!inputs_fit(&b, features) || !terms_fit(&b, outcomes))
     return RIM_E_RANGE;
   if (!finite_numbers(b.center, b.terms, false) || !finite_numbers(b.inverse_sd, b.terms, true) ||
       !finite_numbers(b.mean_center, b.means, false) ||
       !finite_numbers(b.mean_inverse_sd, b.means, true) ||
       !finite_numbers(b.first, outcomes, false) ||
-      (b.first_sd != NULL && !finite_numbers(b.first_sd, outcomes, true)))
+      (b.first_sd != NULL && !finite_numbers(b.first_sd, outcomes, true)) ||
+      (b.start != NULL &&
+       (!finite_numbers(b.start, features, false) || !finite_numbers(b.start_sd, features, true))))
     return RIM_E_DATA;
   *view = b;
   return RIM_OK;
@@ -139,6 +160,22 @@ void rim_behaviour_predict(const rim_behaviour *view, const double *term, const 
     if (o < outcomes && rim_image_u32(view->from_start, o) != 0u)
       sum += first[o];
     predicted[o] = sum;
+  }
+}
+
+void rim_behaviour_error(const rim_behaviour *view, const uint8_t *unknown, bool knows_start,
+                         double *error) {
+  const uint32_t outcomes = view->targets / 2u;
+  for (size_t o = 0; o < view->targets; ++o) {
+    const uint8_t *row = view->weight + 4u * o * view->terms;
+    double sum = 0.0;
+    for (size_t i = 0; i < view->terms; ++i) {
+      const double part = (double)rim_image_f32(row, i) * (double)unknown[i];
+      sum += part * part;
+    }
+    error[o] = rim_sqrt(sum) / BASIS_UNKNOWN_ALL;
+    if (!knows_start && o < outcomes && rim_image_u32(view->from_start, o) != 0u)
+      error[o] = HUGE_ERROR;
   }
 }
 
@@ -201,6 +238,33 @@ static double clipped_residual(const rim_agreement *a, const agreement_block *bl
                    AGREEMENT_CLIP);
 }
 
+/* Of the residual of outcome j in the same block. */
+static double weight_of(const rim_agreement *a, const uint8_t *row, const double *mean, size_t j) {
+  double weight = (double)rim_image_f32(row, AGREEMENT_FIRST + j);
+  for (size_t m = 0; m < a->means; ++m)
+    weight += (double)rim_image_f32(row, AGREEMENT_FIRST + (2u + m) * a->outcomes + j) * mean[m];
+  return weight;
+}
+
+double rim_agreement_error(const rim_agreement *a, uint32_t outcome, const double *mean,
+                           const double *error) {
+  const uint8_t *row = a->row + 4u * outcome * agreement_stride(a->outcomes, a->means);
+  const double unit = (double)rim_image_f32(a->inverse_sd, outcome);
+  if ((uint32_t)rim_image_f32(row, 0) != AGREEMENT_RESIDUALS)
+    return 0.0;
+  double sum = error[outcome] * error[outcome] * unit * unit;
+  for (size_t j = 0; j < a->outcomes; ++j) {
+    if (j == outcome)
+      continue;
+    const double weight =
+        weight_of(a, row, mean, j) + (double)rim_image_f32(row, AGREEMENT_FIRST + a->outcomes + j);
+    const double part =
+        weight * rim_min(error[j] * (double)rim_image_f32(a->inverse_sd, j), AGREEMENT_CLIP);
+    sum += part * part;
+  }
+  return rim_sqrt(sum) / unit;
+}
+
 static double from_residuals(const rim_agreement *a, const agreement_block *block,
                              const uint8_t *row, size_t o, const double *before) {
   const size_t count = a->outcomes;
@@ -208,11 +272,7 @@ static double from_residuals(const rim_agreement *a, const agreement_block *bloc
   for (size_t j = 0; j < count; ++j) {
     if (j == o)
       continue;
-    double weight = (double)rim_image_f32(row, AGREEMENT_FIRST + j);
-    for (size_t m = 0; m < a->means; ++m)
-      weight +=
-          (double)rim_image_f32(row, AGREEMENT_FIRST + (2u + m) * count + j) * block->mean[m];
-    sum += weight * clipped_residual(a, block, j) +
+    sum += weight_of(a, row, block->mean, j) * clipped_residual(a, block, j) +
            (double)rim_image_f32(row, AGREEMENT_FIRST + count + j) * before[j];
   }
   return block->residual[o] - sum / (double)rim_image_f32(a->inverse_sd, o);

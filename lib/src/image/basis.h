@@ -13,8 +13,11 @@
  *   u16 mean[M][2]        filter, 0: the exponential means that the noise models use
  *   f32 center[M], inverse_sd[M]
  *   f32 first[outcomes]   mean first reading of each outcome in healthy runs
- *   f32 first_sd[outcomes]   where S is 1: their standard deviation, > 0. A first reading is
+ *   f32 first_sd[outcomes]   where S is 1 or 2: their standard deviation, > 0. A first reading is
  * limited to BASIS_FIRST_LIMIT of it, or a sensor that is wrong from the start would be believed.
+ *   f32 start[features], start_sd[features]   where S is 2: what the features are in the first
+ * block of healthy runs, and how they differ from run to run (> 0, widened for few runs). A run
+ * that begins otherwise is taken to have begun before its first row.
  * Filter i * T + t is the exponential mean of input i with time constant t; its value in a block is
  * the mean over the block's rows. */
 #ifndef RIM_SRC_BASIS_H
@@ -38,7 +41,8 @@
 #define BASIS_MAX_MEANS 8u
 #define BASIS_CLIP 6.0 /* standard deviations of a term */
 #define BASIS_FIRST_LIMIT 4.0
-#define BASIS_MEAN_CLIP 4.0 /* of a mean, so that it fits into a byte */
+#define BASIS_START_LIMIT 6.0 /* standard deviations of a first block */
+#define BASIS_MEAN_CLIP 4.0   /* of a mean, so that it fits into a byte */
 
 typedef enum basis_op {
   BASIS_MEAN = 0,     /* filter a */
@@ -55,7 +59,7 @@ typedef enum basis_op {
 typedef struct rim_basis {
   uint32_t inputs, times, terms, means;
   const uint8_t *input, *share, *term, *center, *inverse_sd, *mean, *mean_center, *mean_inverse_sd,
-      *first, *first_sd; /* first_sd: NULL where there is none */
+      *first, *first_sd, *start, *start_sd; /* first_sd, start, start_sd: NULL without */
 } rim_basis;
 
 /* Validate the whole section. RIM_E_TRUNCATED, _SIZE the bytes do not match the counts; RIM_E_RANGE
@@ -80,6 +84,14 @@ rim_status rim_behaviour_open(rim_behaviour *view, const uint8_t *section, size_
 /* predicted[2 O] in the outcomes' units; term[P] standardised, first[O] the first readings. */
 void rim_behaviour_predict(const rim_behaviour *view, const double *term, const double *first,
                            double *predicted);
+
+#define BASIS_UNKNOWN_ALL 255.0 /* of a term of which nothing is known */
+
+/* error[2 O], in the outcomes' units: standard deviations of the predictions where term i is
+ * uncertain by unknown[i] / BASIS_UNKNOWN_ALL of its own standard deviation. 1e30 where the first
+ * readings are not those of the run (knows_start) and the model needs them. */
+void rim_behaviour_error(const rim_behaviour *view, const uint8_t *unknown, bool knows_start,
+                         double *error);
 
 /* Section AGREEMENT: what remains of one outcome from what the others say.
  *   u32 layout (3), outcomes O, means M, integrands G (at most AGREEMENT_INTEGRANDS O)
@@ -136,6 +148,11 @@ typedef struct agreement_block {
   const double *level; /* NULL: there is no section LEVEL */
   bool follows;        /* the block before is its neighbour in time */
 } agreement_block;
+
+/* Standard deviation of what remains of `outcome`, in its unit, where the residuals are uncertain
+ * by error[O] beside their noise: 0 where no residual is used. O(O (2 + M)). */
+double rim_agreement_error(const rim_agreement *view, uint32_t outcome, const double *mean,
+                           const double *error);
 
 /* Doubles per outcome that are kept from block to block; all 0 before the first. */
 #define AGREEMENT_STATE (3u + AGREEMENT_INTEGRANDS)

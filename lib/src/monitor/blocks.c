@@ -10,13 +10,17 @@
 #define RATE_SLOW 1.5  /* mean time between rows, in periods, from which the rate is wrong */
 #define RATE_FAST 0.67
 #define CHANGE_MOST 3.0
+#define MOST_TURNS 2e9   /* of an angle in a run */
 #define MOST_MISSING 1e6 /* rows of a gap over which the filters go on */
 #define FIRST_BLOCKS 2u  /* whose mean is the first reading */
+#define ODD_OUTCOMES 2u  /* of a first block from which on it is none; one may be a sensor's fault \
+                          */
+#define FORGOTTEN 1e-3   /* part of a mean that is as good as known */
 
 struct blocks {
   blocks_config config;
   blocks_health health;
-  double start_s, previous_s, block_start_s, mean_period_s, change, out_value;
+  double start_s, previous_s, block_start_s, mean_period_s, change, out_value, lost_rows;
   double told_period_s; /* recent mean time between rows, however long the gaps */
   uint32_t count, rows; /* blocks ended; rows used since the start */
   uint16_t rows_in_block, seconds, out_feature;
@@ -24,9 +28,12 @@ struct blocks {
   uint8_t recent;   /* readings before this one without a gap, at most 2 */
   bool started;
   bool has_before; /* an ended block precedes */
+  bool late;       /* the run began before its first row */
+  bool bridged;    /* the gap before this row was too long for its block */
+  bool knows_all;  /* of the block that ended: its terms */
 };
 
-enum { FEATURE_ARRAYS = 4, OUTCOME_ARRAYS = 13 };
+enum { FEATURE_ARRAYS = 2, OUTCOME_ARRAYS = 13 };
 
 static double *array(const blocks *b) {
   return (double *)(void *)((unsigned char *)(uintptr_t)b + ((sizeof *b + 7u) & ~(size_t)7u));
@@ -37,10 +44,8 @@ static double *feature_array(const blocks *b, size_t which) {
 static double *outcome_array(const blocks *b, size_t which) {
   return feature_array(b, FEATURE_ARRAYS) + which * b->config.outcomes;
 }
-#define SUM(b) feature_array(b, 0)    /* of the block, then its mean */
-#define BEFORE(b) feature_array(b, 1) /* means of the block before */
-#define TURN(b) feature_array(b, 2)   /* whole turns that unwrap an angle */
-#define LAST(b) feature_array(b, 3)   /* last reading, unwrapped */
+#define SUM(b) feature_array(b, 0)  /* of the block, then its mean */
+#define LAST(b) feature_array(b, 1) /* last reading, unwrapped */
 #define OUTCOME(b) outcome_array(b, 0)
 #define PREDICTED(b) outcome_array(b, 1)
 #define SCATTER(b) outcome_array(b, 2)
@@ -67,12 +72,33 @@ static double *means(const blocks *b) { return term(b) + b->config.basis.terms; 
 /* Sums of the integrands and of row times integrand; at the end of a block early and late. */
 static double *early(const blocks *b) { return means(b) + b->config.basis.means; }
 static double *late(const blocks *b) { return early(b) + b->config.integrands; }
+/* Part of every exponential mean that is not known; its sum over the block; of every term. */
+static double *unknown(const blocks *b) { return late(b) + b->config.integrands; }
+static double *unknown_sum(const blocks *b) { return unknown(b) + b->config.basis.times; }
+static uint8_t *unknown_term(const blocks *b) {
+  return (uint8_t *)(unknown_sum(b) + b->config.basis.times);
+}
+/* Whole turns that unwrap an angle, per feature. */
+static int32_t *turns(const blocks *b) {
+  return (int32_t *)(void *)(unknown_term(b) + (b->config.basis.terms + 7u) / 8u * 8u);
+}
+/* Of every command its mean in the block before, in the features' order. */
+static double *before(const blocks *b) {
+  return (double *)(void *)(turns(b) + (b->config.features + 1u) / 2u * 2u);
+}
+static size_t commands(const blocks_config *c) {
+  size_t n = 0;
+  for (size_t f = 0; f < c->features; ++f)
+    n += (c->role[f] & BLOCKS_COMMAND) != 0;
+  return n;
+}
 
 size_t blocks_size(const blocks_config *c) {
   const rim_basis *n = &c->basis;
   return ((sizeof(blocks) + 7u) & ~(size_t)7u) +
          8u * (FEATURE_ARRAYS * (size_t)c->features + OUTCOME_ARRAYS * (size_t)c->outcomes +
-               2u * (size_t)n->inputs * n->times + n->times + n->inputs + n->terms + n->means +
+               2u * (size_t)n->inputs * n->times + 3u * (size_t)n->times + n->inputs + n->terms +
+               (n->terms + 7u) / 8u + n->means + (c->features + 1u) / 2u + commands(c) +
                2u * (size_t)c->integrands);
 }
 
@@ -149,12 +175,16 @@ static void begin_block(blocks *b) {
   b->seconds = 0;
   memset(SUM(b), 0, 8u * (size_t)b->config.features);
   memset(O_SUM(b), 0, 8u * 5u * (size_t)b->config.outcomes);
+  if (b->config.basis.times == 0)
+    return;
   memset(filter_sum(b), 0, 8u * filters(b));
   memset(early(b), 0, 16u * (size_t)b->config.integrands);
+  memset(unknown_sum(b), 0, 8u * b->config.basis.times);
 }
 
 static void take_time(blocks *b, double t_s) {
   const blocks_config *c = &b->config;
+  b->bridged = false;
   if (!b->started) {
     b->started = true;
     b->start_s = t_s;
@@ -168,8 +198,11 @@ static void take_time(blocks *b, double t_s) {
     if (dt > 1.5 * c->period_s) {
       count(&b->health.gaps);
       b->recent = 0;
-      if (dt >= rim_max(0.25 * (double)c->block_rows, 3.0) * c->period_s)
+      if (dt >= rim_max(0.25 * (double)c->block_rows, 3.0) * c->period_s) {
         begin_block(b);
+        b->bridged = true;
+        b->lost_rows += (double)b->missing;
+      }
     }
   }
   b->previous_s = t_s;
@@ -180,16 +213,19 @@ static void take_time(blocks *b, double t_s) {
 /* The row's features, limited and unwrapped; where the angle jumps by more than half a turn it went
  * on through its end. */
 static void take_features(blocks *b, const double *context) {
-  double *last = LAST(b), *turn = TURN(b);
+  double *last = LAST(b);
+  int32_t *turn = turns(b);
   b->out_feature = BLOCKS_NO_FEATURE;
   for (size_t f = 0; f < b->config.features; ++f) {
     double x = limited(b, f, context[f]);
     const double whole = whole_turn(b, f);
-    if (whole > 0.0 && b->rows > 0) {
-      const double jump = x + turn[f] - last[f];
-      turn[f] -= whole * rim_floor(jump / whole + 0.5);
+    if (whole > 0.0) {
+      if (b->rows > 0) {
+        const double jump = rim_floor((x - last[f]) / whole + 0.5);
+        turn[f] = -(int32_t)rim_clamp(jump, -MOST_TURNS, MOST_TURNS);
+      }
+      x += whole * (double)turn[f];
     }
-    x += turn[f];
     last[f] = x;
     SUM(b)[f] += x;
   }
@@ -273,7 +309,7 @@ static double input_value(const blocks *b, size_t i) {
   return (second & BASIS_OF_PRODUCT) != 0 ? rim_abs(product) : product;
 }
 
-/* What is left of an exponential mean's past after this row and those that are missing. */
+/* What is left of the exponential mean t's past after this row and those that are missing. */
 static double keeps(const blocks *b, size_t t) {
   double base = 1.0 - (double)rim_image_f32(b->config.basis.share, t), power = base;
   for (uint32_t n = b->missing; n > 0; n >>= 1) { /* at most 20 turns */
@@ -284,8 +320,22 @@ static double keeps(const blocks *b, size_t t) {
   return power;
 }
 
+/* Of a mean that keeps `keep` since the row before, the part that is not known: what is left of the
+ * old part, and the share of the gap. */
+static void forget(blocks *b, size_t t, double keep) {
+  const double gap =
+      b->bridged ? 1.0 - (double)rim_image_f32(b->config.basis.share, t) - keep : 0.0;
+  unknown(b)[t] = gap + keep * unknown(b)[t];
+  unknown_sum(b)[t] += unknown(b)[t];
+}
+
 static void take_inputs(blocks *b) {
   const rim_basis *n = &b->config.basis;
+  double keep[BASIS_MAX_TIMES];
+  for (size_t t = 0; t < n->times; ++t) {
+    keep[t] = keeps(b, t);
+    forget(b, t, keep[t]);
+  }
   for (size_t i = 0; i < n->inputs; ++i) {
     const double u = input_value(b, i);
     double *f = FILTER(b) + i * n->times, *sum = filter_sum(b) + i * n->times;
@@ -293,12 +343,12 @@ static void take_inputs(blocks *b) {
     for (size_t t = 0; t < n->times; ++t) {
       /* Before the start the command is taken to have been as in the first row; over a gap, as in
        * the row that ends it. */
-      f[t] = b->rows == 0 ? u : u + (f[t] - u) * keeps(b, t);
+      f[t] = b->rows == 0 ? u : u + (f[t] - u) * keep[t];
       sum[t] += f[t];
     }
   }
   for (size_t t = 0; t < n->times; ++t)
-    decay(b)[t] = b->rows == 0 ? 1.0 : decay(b)[t] * keeps(b, t);
+    decay(b)[t] = b->rows == 0 ? 1.0 : decay(b)[t] * keep[t];
 }
 
 static double term_value(const blocks *b, size_t i) {
@@ -341,6 +391,72 @@ static void take_first(blocks *b) {
   }
 }
 
+/* Whether the features of the run's first block are none that healthy runs begin with: one that is
+ * given to the vehicle, or several outcomes. One outcome alone may be a sensor that is wrong. */
+static bool begins_late(const blocks *b) {
+  const rim_basis *n = &b->config.basis;
+  uint32_t odd = 0;
+  if (n->start == NULL || b->config.external)
+    return false;
+  for (size_t f = 0; f < b->config.features; ++f) {
+    const double off = SUM(b)[f] - (double)rim_image_f32(n->start, f);
+    if (whole_turn(b, f) > 0.0 ||
+        !(rim_abs(off) > BASIS_START_LIMIT * (double)rim_image_f32(n->start_sd, f)))
+      continue;
+    bool is_outcome = false;
+    for (size_t o = 0; o < b->config.outcomes && !is_outcome; ++o)
+      is_outcome = rim_image_u16(b->config.outcome_feature, o) == f;
+    odd += is_outcome ? 1u : ODD_OUTCOMES;
+  }
+  return odd >= ODD_OUTCOMES;
+}
+
+/* Standard deviation of an error of a term, in the term's own: the past that a mean does not know
+ * is as likely as any that healthy runs have had. */
+static double term_unknown(const blocks *b, size_t i) {
+  const rim_basis *n = &b->config.basis;
+  const uint16_t first = rim_image_u16(n->term, 4 * i + 1);
+  const uint16_t second = rim_image_u16(n->term, 4 * i + 2);
+  const double *part = unknown_sum(b); /* means of the block by now */
+  switch ((basis_op)rim_image_u16(n->term, 4 * i)) {
+  case BASIS_MEAN:
+  case BASIS_ABS:
+    return part[first % n->times];
+  case BASIS_PRODUCT:
+    return rim_min(part[first % n->times] + part[second % n->times], 1.0);
+  case BASIS_DECAY:
+    return b->late ? rim_min(decay(b)[second] * (double)rim_image_f32(n->inverse_sd, i), 1.0) : 0.0;
+  case BASIS_INTEGRAL:
+    return b->late ? 1.0
+                   : rim_min(b->lost_rows * (double)rim_image_f32(n->share, n->times - 1u), 1.0);
+  case BASIS_INITIAL:
+  case BASIS_TIME:
+    return b->late ? 1.0 : 0.0;
+  case BASIS_ROLLED:
+    break;
+  }
+  return 0.0;
+}
+
+static void find_unknown(blocks *b) {
+  const rim_basis *n = &b->config.basis;
+  if (b->count == 0 && begins_late(b)) {
+    b->late = true;
+    for (size_t t = 0; t < n->times; ++t)
+      unknown(b)[t] = decay(b)[t];
+  }
+  bool any = b->late || b->lost_rows > 0.0;
+  for (size_t t = 0; t < n->times && !any; ++t)
+    any = unknown_sum(b)[t] > FORGOTTEN * (double)b->rows_in_block;
+  b->knows_all = !any;
+  if (!any)
+    return;
+  for (size_t t = 0; t < n->times; ++t)
+    unknown_sum(b)[t] /= (double)b->rows_in_block;
+  for (size_t i = 0; i < n->terms; ++i)
+    unknown_term(b)[i] = (uint8_t)rim_floor(BASIS_UNKNOWN_ALL * term_unknown(b, i) + 0.5);
+}
+
 static void evaluate_terms(blocks *b) {
   const rim_basis *n = &b->config.basis;
   for (size_t i = 0; i < n->terms; ++i) {
@@ -356,13 +472,16 @@ static void evaluate_terms(blocks *b) {
 }
 
 static void measure_change(blocks *b) {
+  double *was = before(b);
   b->change = 0.0;
   for (size_t f = 0; f < b->config.features; ++f) {
+    if ((b->config.role[f] & BLOCKS_COMMAND) == 0)
+      continue;
     const double width = (double)rim_image_f32(b->config.range, b->config.features + f) -
                          (double)rim_image_f32(b->config.range, f);
-    if ((b->config.role[f] & BLOCKS_COMMAND) != 0 && b->has_before)
-      b->change += rim_abs(SUM(b)[f] - BEFORE(b)[f]) / width;
-    BEFORE(b)[f] = SUM(b)[f];
+    if (b->has_before)
+      b->change += rim_abs(SUM(b)[f] - *was) / width;
+    *was++ = SUM(b)[f];
   }
   b->change = rim_min(b->change, CHANGE_MOST);
   b->has_before = true;
@@ -397,8 +516,11 @@ static void end_block(blocks *b) {
     late(b)[g] = mean + 2.0 * moment;
   }
   take_first(b);
-  evaluate_terms(b);
-  measure_change(b);
+  if (b->config.basis.terms + b->config.basis.means > 0) { /* there are models */
+    evaluate_terms(b);
+    find_unknown(b);
+    measure_change(b);
+  }
   wrap_angles(b);
   ++b->count;
 }
@@ -456,6 +578,9 @@ uint16_t blocks_outcome_feature(const blocks *b, uint32_t outcome) {
                                            : BLOCKS_NO_FEATURE;
 }
 bool blocks_has_first(const blocks *b) { return b->count >= FIRST_BLOCKS; }
+bool blocks_knows_start(const blocks *b) { return !b->late; }
+bool blocks_knows_all(const blocks *b) { return b->config.basis.terms == 0 || b->knows_all; }
+const uint8_t *blocks_unknown(const blocks *b) { return unknown_term(b); }
 double blocks_change(const blocks *b) { return b->change; }
 double blocks_since_start_s(const blocks *b) {
   return 0.5 * (b->block_start_s + b->previous_s) - b->start_s;

@@ -2,7 +2,11 @@
  *
  * Rows (say 20 Hz) are checked, limited to what was trained, and gathered `block_rows` at a time.
  * A block's numbers are means over its rows; an angle is unwrapped along the run, so that its mean
- * never jumps. A gap of a quarter of a block (at least three periods) begins the block anew. */
+ * never jumps. A gap of a quarter of a block (at least three periods) begins the block anew.
+ *
+ * What the commands were before the first row, and in such a gap, is not known. A run that begins
+ * as the healthy ones began (section BASIS, start) is taken to have rested before; in any other,
+ * and after a gap, a part of every exponential mean is unknown, and dies away with it. */
 #ifndef RIM_SRC_BLOCKS_H
 #define RIM_SRC_BLOCKS_H
 
@@ -77,11 +81,14 @@ const double *blocks_late(const blocks *b);      /* [integrands] */
 const double *blocks_first(const blocks *b);     /* [outcomes]: mean of the first two blocks */
 bool blocks_has_first(const blocks *b);
 uint16_t blocks_outcome_feature(const blocks *b, uint32_t outcome); /* BLOCKS_NO_FEATURE: none */
-double blocks_change(const blocks *b);           /* of the commands, in widths of their range */
-double blocks_since_start_s(const blocks *b);    /* middle of the block */
-double blocks_run_start_s(const blocks *b);      /* first row of the run, absolute */
-double blocks_start_s(const blocks *b);          /* its first row, absolute */
-uint32_t blocks_count(const blocks *b);          /* ended since the start */
+bool blocks_knows_start(const blocks *b);       /* the run began as healthy runs begin */
+bool blocks_knows_all(const blocks *b);         /* every term is what the commands made it */
+const uint8_t *blocks_unknown(const blocks *b); /* [terms]: rim_behaviour_error; else not valid */
+double blocks_change(const blocks *b);          /* of the commands, in widths of their range */
+double blocks_since_start_s(const blocks *b);   /* middle of the block */
+double blocks_run_start_s(const blocks *b);     /* first row of the run, absolute */
+double blocks_start_s(const blocks *b);         /* its first row, absolute */
+uint32_t blocks_count(const blocks *b);         /* ended since the start */
 blocks_health blocks_get_health(const blocks *b);
 
 #endif

@@ -11,8 +11,11 @@
 #include "image/nominal.h"
 
 #define MONITOR_UPDATE_RATIO 0.25 /* ln anom grown by a quarter is worth another record */
-#define MONITOR_NEXT_BLOCK 0.25 /* of a block that its start may be off and still follow the last */
+#define MONITOR_NEXT_BLOCK 0.25 /* of a block that its start may be off and still follow the last  \
+                                 */
 #define MONITOR_NO_OUTCOME 0xffffu
+/* Of a channel's own noise: an error of its nominal value above which a block says nothing. */
+#define MONITOR_MOST_UNKNOWN 0.25
 
 /* Views into the image; what is absent is all zero. */
 typedef struct monitor_models {
@@ -29,7 +32,7 @@ struct rim_monitor {
   uint32_t words[RIM_CONFIG_WORDS];
   rim_image image;
   monitor_models models;
-  bool is_trained; /* the image has section NOISE */
+  bool is_trained;       /* the image has section NOISE */
   const uint8_t *range;  /* f32 low[features], high[features] */
   const uint8_t *region; /* u16[region features][2] */
   const uint8_t *cuts;
@@ -40,13 +43,14 @@ struct rim_monitor {
   interference_watch *watch; /* NULL: the image has none */
   double *unit;              /* not trained: [region features] in unit coordinates */
   double *predicted, *residual, *level, *agreement_state; /* trained: [2 O] [4 O] [2 O] [4 O] */
-  uint8_t *place;            /* trained: [region features] */
+  uint8_t *place;                                         /* trained: [region features] */
+  bool *unknown;                                          /* trained: [channels], of the block */
   rim_alarm_life life;
   search_hypothesis explained; /* of the newest record */
   uint16_t explained_channel;
   bool has_explained;
   double run_start_s, block_start_s, first_block_s, last_block_s, last_valid_s, out_value, out_t_s;
-  uint32_t steps, refused;
+  uint32_t steps, refused, partly;
   uint16_t channel_count, out_feature;
   bool has_place;
   rim_verdict last; /* what a row that completes no block repeats */

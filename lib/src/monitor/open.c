@@ -257,7 +257,7 @@ static rim_status make_layout(const monitor_plan *p, layout *l) {
   l->numbers = l->rows + l->rows_bytes;
   l->place =
       l->numbers + 8u * (p->is_trained ? (8u + AGREEMENT_STATE) * outcomes : features + outcomes);
-  l->search = RIM_MONITOR_ROUND8(l->place + features);
+  l->search = RIM_MONITOR_ROUND8(l->place + (p->is_trained ? features + p->channel_count : 0u));
   l->watch = RIM_MONITOR_ROUND8(l->search + l->search_bytes);
   l->total = p->has_watch ? l->watch + RIM_MONITOR_INTERFERENCE_BYTES : l->search + l->search_bytes;
   return RIM_OK;
@@ -309,6 +309,7 @@ static void connect(rim_monitor *m, monitor_plan *p, const layout *l) {
   m->level = numbers + 6u * outcomes;
   m->agreement_state = numbers + 8u * outcomes;
   m->place = base + l->place;
+  m->unknown = (bool *)(base + l->place + p->search.features);
   m->rows = (blocks *)(void *)(base + l->rows);
   m->search = p->is_trained ? (rim_search *)(void *)(base + l->search) : NULL;
   m->select = p->is_trained ? NULL : (rim_select *)(void *)(base + l->search);
@@ -404,7 +405,7 @@ void monitor_forget_regions(rim_monitor *m) {
     rim_select_reset(m->select);
   }
   m->has_explained = m->has_place = false;
-  m->refused = 0;
+  m->refused = m->partly = 0;
   const double t_s = m->last.t_s;
   monitor_clear_verdict(m);
   m->last.t_s = t_s;

@@ -57,20 +57,53 @@ static void agree(rim_monitor *m) {
                           NULL) == RIM_OK)
     level = m->level;
   const double start_s = blocks_start_s(m->rows);
-  const double block_s = 1e-6 * (double)m->words[RIM_CONFIG_PERIOD_US] *
-                         (double)m->words[RIM_CONFIG_BLOCK_ROWS];
+  const double block_s =
+      1e-6 * (double)m->words[RIM_CONFIG_PERIOD_US] * (double)m->words[RIM_CONFIG_BLOCK_ROWS];
   const agreement_block block = {.residual = m->residual,
                                  .mean = blocks_means(m->rows),
                                  .measured = blocks_outcomes(m->rows),
                                  .early = blocks_early(m->rows),
                                  .late = blocks_late(m->rows),
                                  .level = level,
-                                 .follows = m->has_place &&
-                                            rim_abs(start_s - m->block_start_s - block_s) <
-                                                MONITOR_NEXT_BLOCK * block_s};
+                                 .follows =
+                                     m->has_place && rim_abs(start_s - m->block_start_s - block_s) <
+                                                         MONITOR_NEXT_BLOCK * block_s};
   m->block_start_s = start_s;
   rim_agreement_evaluate(&m->models.agreement, &block, m->agreement_state,
                          m->residual + RIM_CHANNEL_AGREEMENT * outcomes);
+}
+
+/* The channels of which this block says nothing: what they should be follows from commands of which
+ * too much is not known. */
+static bool find_unknown(rim_monitor *m) {
+  const size_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
+  if (m->words[RIM_CONFIG_EXTERNAL] != 0 || blocks_knows_all(m->rows))
+    return false;
+  double *error = m->level; /* [2 O]: agree() is done with it */
+  bool any = false;
+  rim_behaviour_error(&m->models.behaviour, blocks_unknown(m->rows), blocks_knows_start(m->rows),
+                      error);
+  for (size_t c = 0; c < m->channel_count; ++c) {
+    const size_t o = c % outcomes;
+    double own = 0.0;
+    switch (c / outcomes) {
+    case RIM_CHANNEL_BEHAVIOUR:
+      own = error[o];
+      break;
+    case RIM_CHANNEL_AGREEMENT:
+      own = rim_agreement_error(&m->models.agreement, (uint32_t)o, blocks_means(m->rows), error);
+      break;
+    case RIM_CHANNEL_SCATTER:
+      own = error[outcomes + o];
+      break;
+    default:
+      break; /* RIM_CHANNEL_REPEAT needs no model */
+    }
+    const noise_channel n = rim_noise_channel(&m->models.noise, (uint32_t)c);
+    m->unknown[c] = own > MONITOR_MOST_UNKNOWN * (double)n.s;
+    any = any || (m->unknown[c] && n.active > 0.5f);
+  }
+  return any;
 }
 
 /* The region features as bytes of their trained range. */
@@ -91,14 +124,19 @@ static bool observe_trained(rim_monitor *m) {
   predict(m);
   agree(m);
   find_place(m);
+  const bool partly = find_unknown(m);
   const search_block block = {.t_s = blocks_since_start_s(m->rows),
                               .feature = m->place,
                               .mean = blocks_means(m->rows),
                               .predicted = m->predicted,
                               .residual = m->residual,
+                              .unknown = partly ? m->unknown : NULL,
                               .change = blocks_change(m->rows)};
-  if (search_observe(m->search, &block) == RIM_OK)
+  if (search_observe(m->search, &block) == RIM_OK) {
+    if (partly)
+      count(&m->partly);
     return true;
+  }
   count(&m->refused);
   return false;
 }
@@ -146,9 +184,9 @@ static void judge_trained(rim_monitor *m, rim_verdict *v) {
   const noise_channel n = rim_noise_channel(&m->models.noise, v->channel);
   v->score = (double)best->score;
   v->ln_anom = (double)best->ln_ratio;
-  v->threshold = (m->models.threshold.alarm_score +
-                  search_description((search_family)best->family)) *
-                 (double)rim_image_f32(n.phi, best->family);
+  v->threshold =
+      (m->models.threshold.alarm_score + search_description((search_family)best->family)) *
+      (double)rim_image_f32(n.phi, best->family);
 }
 
 static void judge_rows(rim_monitor *m, rim_verdict *v) {
@@ -198,8 +236,7 @@ static void search_and_judge(rim_monitor *m, bool new_block) {
 
 static void watch_motion(rim_monitor *m, const rim_observation *row) {
   rim_alarm candidate;
-  const bool found =
-      rim_interference_watch_step(m->watch, row, &m->last.interference, &candidate);
+  const bool found = rim_interference_watch_step(m->watch, row, &m->last.interference, &candidate);
   if (m->last.interference.valid)
     rim_alarm_life_step(&m->life, RIM_DETECTOR_INTERFERENCE, row->t_s, found ? &candidate : NULL);
 }
@@ -237,7 +274,8 @@ static void give_reason(rim_monitor *m, rim_verdict *v) {
     v->reason = RIM_REASON_SILENT;
   else if (blocks_rate_is_wrong(m->rows))
     v->reason = RIM_REASON_RATE;
-  else if (v->reason == RIM_REASON_NONE && m->is_trained && v->blocks < RIM_MONITOR_LEAST_BLOCKS)
+  else if (v->reason == RIM_REASON_NONE && m->is_trained &&
+           v->blocks < RIM_MONITOR_LEAST_BLOCKS + m->partly)
     v->reason = RIM_REASON_TOO_FEW;
   if (v->reason == RIM_REASON_RATE && v->level != RIM_LEVEL_ERROR)
     v->level = RIM_LEVEL_STALE;
@@ -382,15 +420,14 @@ rim_monitor_health rim_monitor_get_health(const rim_monitor *m) {
                                .period_s = blocks_period_s(m->rows),
                                .out_feature = m->out_feature,
                                .out_value = m->out_value,
-                               .out_t_s = m->out_t_s};
+                               .out_t_s = m->out_t_s,
+                               .partly = m->partly};
   if (m->watch != NULL)
     health.interference = m->watch->state.health;
   return health;
 }
 
-const rim_select *rim_monitor_search(const rim_monitor *m) {
-  return m != NULL ? m->select : NULL;
-}
+const rim_select *rim_monitor_search(const rim_monitor *m) { return m != NULL ? m->select : NULL; }
 const rim_threshold *rim_monitor_threshold(const rim_monitor *m) {
   return m != NULL ? &m->models.threshold : NULL;
 }

@@ -32,34 +32,38 @@ search_mask search_mask_of(const rim_search *s, const search_hypothesis *h, int 
   return mask;
 }
 
-static void add_block(const rim_search *s, uint32_t i, bool next_inside, search_sums *sums) {
+/* Adds what block i is to a hypothesis to the sums. */
+static inline void add_block(const rim_search *s, uint32_t i, bool next_inside, search_sums *sums) {
+  const float *g = search_g(s, i);
   sums->n += 1.0;
   sums->d += (double)search_q(s)[i];
   sums->a += (double)search_a0(s)[i] + (next_inside ? (double)search_a1(s)[i] : 0.0);
   for (uint32_t j = 0; j < s->fields; ++j)
-    sums->g[j] += (double)search_g(s, i)[j];
+    sums->g[j] += (double)g[j];
 }
 
 void search_evaluate(const rim_search *s, search_hypothesis *h) {
   const search_mask mask = search_mask_of(s, h, -1);
   search_sums sums = {0};
   bool next_inside = false;
-  for (uint32_t i = s->held; i-- > 0;) {
-    const bool inside = search_passes(s, &mask, i);
-    if (inside)
-      add_block(s, i, next_inside, &sums);
-    next_inside = inside;
+  for (search_walk w = search_walk_from(s, &mask); search_walk_next(&w);) {
+    const bool counts = w.inside && search_a0(s)[w.i] > 0.0f;
+    if (counts)
+      add_block(s, w.i, next_inside, &sums);
+    next_inside = counts;
   }
   search_judge(s, &sums, h);
 }
 
-static void bins_of_bytes(const rim_search *s, uint32_t feature, uint8_t *bin) {
+/* Of each byte of a feature its bin, or, of fewer, its cell: `count` of equal numbers of bins. */
+static void bins_of_bytes(const rim_search *s, uint32_t feature, uint32_t count, uint8_t *bin) {
   const uint8_t *cuts = s->config.cuts + (size_t)feature * SEARCH_CUTS;
-  uint32_t k = 0;
-  for (uint32_t byte = 0; byte < 256u; ++byte) {
-    while (k < SEARCH_CUTS && cuts[k] <= byte)
-      ++k;
-    bin[byte] = (uint8_t)k;
+  uint32_t byte = 0;
+  for (uint32_t k = 0; k < SEARCH_BINS; ++k) {
+    const uint32_t end = k < SEARCH_CUTS ? cuts[k] : 256u;
+    if (end > byte)
+      memset(bin + byte, (int)(k * count / SEARCH_BINS), end - byte);
+    byte = end > byte ? end : byte;
   }
 }
 
@@ -69,25 +73,28 @@ static void fill_bins(rim_search *s, const search_mask *mask, uint32_t feature) 
   search_bins *bins = &s->bins;
   uint8_t bin[256];
   memset(bins, 0, sizeof *bins);
-  bins_of_bytes(s, feature, bin);
-  int32_t next = -1;
-  for (uint32_t i = s->held; i-- > 0;) {
-    if (!search_passes(s, mask, i)) {
-      next = -1;
+  bins_of_bytes(s, feature, SEARCH_BINS, bin);
+  const float *q = search_q(s), *a0 = search_a0(s), *a1 = search_a1(s);
+  const uint32_t k = s->fields;
+  uint32_t next = SEARCH_BINS; /* bin of the block after this one, where it is inside */
+  for (search_walk w = search_walk_from(s, mask); search_walk_next(&w);) {
+    if (!w.inside || !(a0[w.i] > 0.0f)) {
+      next = SEARCH_BINS;
       continue;
     }
-    const uint32_t k = bin[search_features(s, search_slot(s, i))[feature]];
-    bins->n[k] += 1.0f;
-    bins->d[k] += search_q(s)[i];
-    bins->a[k] += search_a0(s)[i];
-    for (uint32_t j = 0; j < s->fields; ++j)
-      bins->g[k][j] += search_g(s, i)[j];
-    if (next >= 0) {
-      const uint32_t other = (uint32_t)next;
-      const uint32_t lo = k < other ? k : other, hi = k < other ? other : k;
-      bins->pair[hi * (hi + 1u) / 2u + lo] += search_a1(s)[i];
+    const uint32_t own = bin[w.feature[feature]];
+    const float *g = search_g(s, w.i);
+    float *sum = bins->g[own];
+    bins->n[own] += 1.0f;
+    bins->d[own] += q[w.i];
+    bins->a[own] += a0[w.i];
+    for (uint32_t j = 0; j < k; ++j)
+      sum[j] += g[j];
+    if (next < SEARCH_BINS) {
+      const uint32_t lo = own < next ? own : next, hi = own < next ? next : own;
+      bins->pair[hi * (hi + 1u) / 2u + lo] += a1[w.i];
     }
-    next = (int32_t)k;
+    next = own;
   }
   for (uint32_t hi = 1; hi < SEARCH_BINS; ++hi) {
     float *row = bins->pair + hi * (hi + 1u) / 2u;
@@ -144,21 +151,26 @@ void search_scan_interval(rim_search *s, const search_mask *mask, uint32_t featu
 #define CELLS SEARCH_CELLS
 
 static void fill_cells(rim_search *s, uint32_t x, uint32_t y) {
-  uint8_t bin_x[256], bin_y[256];
+  uint8_t cell_x[256], cell_y[256];
   search_cells *cells = &s->cells;
   memset(cells, 0, sizeof *cells);
-  bins_of_bytes(s, x, bin_x);
-  bins_of_bytes(s, y, bin_y);
+  bins_of_bytes(s, x, SEARCH_CELLS, cell_x);
+  bins_of_bytes(s, y, SEARCH_CELLS, cell_y);
+  const search_mask all = {0};
+  const uint32_t fields = s->fields;
   uint32_t next = CELLS * CELLS;
-  for (uint32_t i = s->held; i-- > 0;) {
-    const uint8_t *f = search_features(s, search_slot(s, i));
-    const uint32_t k =
-        bin_x[f[x]] * CELLS / SEARCH_BINS * CELLS + bin_y[f[y]] * CELLS / SEARCH_BINS;
+  for (search_walk w = search_walk_from(s, &all); search_walk_next(&w);) {
+    if (!(search_a0(s)[w.i] > 0.0f)) {
+      next = CELLS * CELLS;
+      continue;
+    }
+    const uint32_t k = (uint32_t)cell_x[w.feature[x]] * CELLS + cell_y[w.feature[y]];
+    const float *g = search_g(s, w.i);
     cells->n[k] += 1.0f;
-    cells->d[k] += search_q(s)[i];
-    cells->a[k] += search_a0(s)[i] + (next == k ? search_a1(s)[i] : 0.0f);
-    for (uint32_t j = 0; j < s->fields; ++j)
-      cells->g[k][j] += search_g(s, i)[j];
+    cells->d[k] += search_q(s)[w.i];
+    cells->a[k] += search_a0(s)[w.i] + (next == k ? search_a1(s)[w.i] : 0.0f);
+    for (uint32_t j = 0; j < fields; ++j)
+      cells->g[k][j] += g[j];
     next = k;
   }
 }
@@ -258,9 +270,8 @@ bool search_inside(const rim_search *s, const search_hypothesis *h, const uint8_
 
 uint32_t search_first_inside(const rim_search *s, const search_hypothesis *h) {
   const search_mask mask = search_mask_of(s, h, -1);
-  for (uint32_t i = 0; i < s->held; ++i) {
-    if (search_passes(s, &mask, i))
-      return s->count - s->held + i;
-  }
-  return s->count;
+  uint32_t first = s->held;
+  for (search_walk w = search_walk_from(s, &mask); search_walk_next(&w);)
+    first = w.inside ? w.i : first;
+  return s->count - s->held + first;
 }

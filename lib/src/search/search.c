@@ -12,8 +12,6 @@
 
 static size_t round8(size_t n) { return (n + 7u) & ~(size_t)7u; }
 
-static uint32_t gram_doubles(uint32_t fields) { return fields * (fields + 1u) / 2u + fields; }
-
 static bool config_fits(const search_config *c) {
   return c->features >= 1 && c->features <= SEARCH_MAX_FEATURES && c->channels >= 1 &&
          c->channels <= SEARCH_MAX_CHANNELS && c->outcomes >= 1 && c->channels >= c->outcomes &&
@@ -25,17 +23,15 @@ static bool config_fits(const search_config *c) {
 static size_t lay_out(search_layout *at, const search_config *c) {
   const size_t ring = c->ring;
   size_t bytes = round8(sizeof(rim_search));
-  uint32_t doubles = 0;
-  for (uint32_t i = 0; i < c->channels; ++i)
-    doubles += gram_doubles(rim_noise_channel(c->noise, i).fields);
+  const size_t fields = c->noise->fields;
   at->gram = (uint32_t)bytes;
-  bytes += 8u * (size_t)doubles;
+  bytes += round8(4u * c->channels * (fields * (fields + 1u) / 2u + fields));
   at->state = (uint32_t)bytes;
   bytes += round8(sizeof(channel_state) * (size_t)c->channels);
   at->time = (uint32_t)bytes;
   bytes += round8(4u * ring);
   at->work = (uint32_t)bytes;
-  bytes += round8(4u * ring * (4u + (size_t)c->noise->fields));
+  bytes += round8(4u * ring * (3u + fields));
   at->z = (uint32_t)bytes;
   const size_t fine = c->channels < 2u * c->outcomes ? c->channels : 2u * c->outcomes;
   bytes += round8(2u * ring * fine);
@@ -91,16 +87,12 @@ void search_reset(rim_search *s) {
   s->held = s->head = 0;
   s->channel = s->next_channel = s->stage = s->next_pair = 0;
   s->fresh = s->favour = false;
-  uint32_t at = 0;
   for (uint32_t c = 0; c < s->config.channels; ++c) {
     channel_state *state = search_state(s, c);
     forget(&state->time);
     forget(&state->region);
-    state->gram_at = at;
-    const uint32_t doubles = gram_doubles(rim_noise_channel(s->config.noise, c).fields);
-    memset(search_gram(s, state), 0, 8u * (size_t)doubles);
-    at += doubles;
   }
+  memset(search_gram(s, 0), 0, sizeof(float) * search_gram_floats(s) * s->config.channels);
   memset(search_feature_scores(s, 0), 0, (size_t)s->config.channels * s->config.features);
 }
 
@@ -111,42 +103,64 @@ static int8_t to_byte(double x) {
 
 static void store_channel(rim_search *s, uint32_t slot, const search_block *b, uint32_t channel) {
   const noise_channel c = rim_noise_channel(s->config.noise, channel);
-  const double z = search_weight(s, &c, channel, slot) * b->residual[channel] / (double)c.s;
+  const double z = search_scale(s, &c, channel, slot) * b->residual[channel] / (double)c.s;
   const uint32_t fine = search_fine(s);
+  const bool unknown = b->unknown != NULL && b->unknown[channel];
   if (channel < fine)
     search_fine_residuals(s, slot)[channel] =
-        (int16_t)rim_floor(rim_clamp(z / SEARCH_Z_STEP, -32000.0, 32000.0) + 0.5);
+        unknown ? SEARCH_UNKNOWN
+                : (int16_t)rim_floor(rim_clamp(z / SEARCH_Z_STEP, -32000.0, 32000.0) + 0.5);
   else
     search_coarse_residuals(s, slot)[channel - fine] =
-        (int8_t)rim_floor(rim_clamp(z / SEARCH_COARSE_STEP, -127.0, 127.0) + 0.5);
+        unknown ? SEARCH_COARSE_UNKNOWN
+                : (int8_t)rim_floor(rim_clamp(z / SEARCH_COARSE_STEP, -127.0, 127.0) + 0.5);
 }
 
+/* The newest block and the one before it, while the newest is taken in. */
+typedef struct newest {
+  uint32_t slot, before;
+  bool first;
+  double raw[NOISE_MAX_RAW], raw_before[NOISE_MAX_RAW];
+} newest;
+
 /* Adds the newest block to G = B'WB and u = B'Wr of a channel. */
-static void accumulate(rim_search *s, uint32_t slot, uint32_t before, bool first,
-                       uint32_t channel) {
+static void accumulate(rim_search *s, newest *n, uint32_t channel) {
   const noise_channel c = rim_noise_channel(s->config.noise, channel);
   const uint32_t k = c.fields, outcome = channel % s->config.outcomes;
+  const uint32_t raw_count = s->config.noise->raw;
   const double rho = (double)c.rho;
-  double white[NOISE_MAX_FIELDS], old[NOISE_MAX_FIELDS];
-  search_weighted_fields(s, &c, slot, outcome, search_weight(s, &c, channel, slot), white);
-  double e = search_residual(s, channel, slot);
-  if (first) {
+  double white[NOISE_MAX_FIELDS], w_before = 0.0;
+  n->raw[1] = search_raw_prediction(s, n->slot, outcome);
+  double w = search_weight(s, &c, channel, n->slot);
+  if (!(w > 0.0))
+    return;
+  double e = search_residual(s, channel, n->slot);
+  if (rho > 0.0 && !n->first)
+    w_before = rho * search_weight(s, &c, channel, n->before);
+  if (w_before > 0.0) {
+    n->raw_before[1] = search_raw_prediction(s, n->before, outcome);
+    e -= rho * search_residual(s, channel, n->before);
+  } else { /* with nothing before it */
     const double lead = rim_sqrt(1.0 - rho * rho);
+    w *= lead;
     e *= lead;
-    for (uint32_t j = 0; j < k; ++j)
-      white[j] *= lead;
-  } else if (rho > 0.0) {
-    search_weighted_fields(s, &c, before, outcome, search_weight(s, &c, channel, before), old);
-    e -= rho * search_residual(s, channel, before);
-    for (uint32_t j = 0; j < k; ++j)
-      white[j] -= rho * old[j];
   }
-  double *gram = search_gram(s, search_state(s, channel));
-  double *u = gram + k * (k + 1u) / 2u;
+  for (uint32_t j = 0; j < k; ++j) {
+    const uint8_t *combination = c.combination + 4u * (size_t)j * raw_count;
+    double now = 0.0, then = 0.0;
+    for (uint32_t r = 0; r < raw_count; ++r) {
+      const double of = (double)rim_image_f32(combination, r);
+      now += of * n->raw[r];
+      then += of * n->raw_before[r];
+    }
+    white[j] = w * now - w_before * then;
+  }
+  float *gram = search_gram(s, channel);
+  float *u = gram + k * (k + 1u) / 2u;
   for (uint32_t i = 0; i < k; ++i) {
-    for (uint32_t j = 0; j <= i; ++j)
-      *gram++ += white[i] * white[j];
-    u[i] += white[i] * e;
+    for (uint32_t j = 0; j <= i; ++j, ++gram)
+      *gram = (float)((double)*gram + white[i] * white[j]);
+    u[i] = (float)((double)u[i] + white[i] * e);
   }
 }
 
@@ -168,10 +182,14 @@ rim_status search_observe(rim_search *s, const search_block *b) {
     search_predictions(s, slot)[o] =
         to_byte((b->predicted[o] - (double)n.p_center) / (double)n.p_scale);
   }
-  for (uint32_t i = 0; i < c->channels; ++i) {
+  for (uint32_t i = 0; i < c->channels; ++i)
     store_channel(s, slot, b, i);
-    accumulate(s, slot, before, s->count == 0, i);
-  }
+  newest n = {.slot = slot, .before = before, .first = s->count == 0};
+  search_raw_fields(s, slot, n.raw);
+  if (!n.first)
+    search_raw_fields(s, before, n.raw_before);
+  for (uint32_t i = 0; i < c->channels; ++i)
+    accumulate(s, &n, i);
   s->head = (uint16_t)(slot + 1u == c->ring ? 0u : slot + 1u);
   if (s->held < c->ring)
     ++s->held;

@@ -70,6 +70,7 @@ typedef struct search_block {
   const double *mean;      /* [means] */
   const double *predicted; /* [outcomes] */
   const double *residual;  /* [channels] */
+  const bool *unknown;     /* [channels]: says nothing of this block; NULL: all are known */
   double change;           /* of the commands since the block before, in standard deviations */
 } search_block;
 

@@ -5,11 +5,16 @@
 #include "rim/image.h"
 #include "search/search.h"
 
-#define SEARCH_Z_STEP (1.0 / 64.0) /* of a residual in the ring: int16 covers +-500 */
-#define SEARCH_BYTE_STEP (1.0 / 31.0) /* of a standardised mean or prediction: int8 covers +-4 */
+#define SEARCH_Z_STEP (1.0 / 64.0)      /* of a residual in the ring: int16 covers +-500 */
+#define SEARCH_BYTE_STEP (1.0 / 31.0)   /* of a standardised mean or prediction: int8 covers +-4 */
 #define SEARCH_CHANGE_STEP (1.0 / 64.0) /* of the commands' change: uint8 covers 3.98 */
 #define SEARCH_COARSE_STEP (1.0 / 4.0)  /* of a residual in a byte: +-31 */
 #define SEARCH_NONE (-1e30f)
+#define SEARCH_UNKNOWN INT16_MIN       /* a residual that is not known */
+#define SEARCH_COARSE_UNKNOWN INT8_MIN /* in a byte */
+/* Added to the diagonal of a channel's G, in parts of it: more than the rounding of its sums in
+ * single precision over tens of thousands of blocks, and less than any effect that shows. */
+#define SEARCH_GRAM_RIDGE 0x1p-18
 
 /* What a pass over the ring needs of the channel in turn, oldest block first. */
 typedef struct search_sums {
@@ -32,31 +37,38 @@ typedef struct search_cells {
 typedef struct channel_state {
   search_hypothesis time;   /* best of SINCE, RAMP, GAIN, FIELD */
   search_hypothesis region; /* best of the others */
-  uint32_t gram_at;         /* doubles: packed G without its prior, then u */
 } channel_state;
 
 /* Offsets of the arrays from the start of the instance. */
 typedef struct search_layout {
   uint32_t time, feature, mean, predicted, z, coarse, change, state, gram, score;
-  uint32_t work; /* float per block: q, a0, a1, p, then the fields' */
+  uint32_t work; /* float per block: q, a0, a1, then the fields' */
 } search_layout;
+
+/* A channel's weights of the raw fields, decoded for a pass over the ring. */
+typedef struct search_combination {
+  double of[NOISE_MAX_FIELDS][NOISE_MAX_RAW];
+} search_combination;
 
 struct rim_search {
   search_config config;
-  uint32_t count;            /* blocks since the start */
-  uint16_t held, head;       /* in the ring; slot written next */
-  uint16_t channel;          /* in turn; its work arrays are valid when `fresh` */
-  uint16_t next_channel;     /* round robin */
-  uint16_t stage;            /* of the turn */
+  uint32_t count;        /* blocks since the start */
+  uint16_t held, head;   /* in the ring; slot written next */
+  uint16_t channel;      /* in turn; its work arrays are valid when `fresh` */
+  uint16_t next_channel; /* round robin */
+  uint16_t stage;        /* of the turn */
   uint16_t next_pair;
-  uint8_t top_feature;       /* best single feature of the channel in turn */
+  uint8_t top_feature; /* best single feature of the channel in turn */
   bool fresh, favour;
   search_layout at;
   float *maxima;
   search_hypothesis in_time[SEARCH_FIELD + 1]; /* of the channel in turn: best by ratio of each */
-  uint32_t fields; /* of the channel in turn */
-  search_bins bins;
-  search_cells cells;
+  uint32_t fields;                             /* of the channel in turn */
+  double p_zero, p_step; /* of the channel in turn: its prediction in its s, from a byte */
+  union {                /* of the scan in progress */
+    search_bins bins;
+    search_cells cells;
+  };
 };
 
 static inline void *search_at(const rim_search *s, uint32_t offset) {
@@ -100,8 +112,13 @@ static inline uint8_t *search_changes(const rim_search *s) { return search_at(s,
 static inline channel_state *search_state(const rim_search *s, uint32_t channel) {
   return (channel_state *)search_at(s, s->at.state) + channel;
 }
-static inline double *search_gram(const rim_search *s, const channel_state *c) {
-  return (double *)search_at(s, s->at.gram) + c->gram_at;
+static inline uint32_t search_gram_floats(const rim_search *s) {
+  const uint32_t k = s->config.noise->fields;
+  return k * (k + 1u) / 2u + k;
+}
+/* Packed G of a channel without its prior, then u. */
+static inline float *search_gram(const rim_search *s, uint32_t channel) {
+  return (float *)search_at(s, s->at.gram) + (size_t)channel * search_gram_floats(s);
 }
 /* Root of the last ln ratio of an interval of this feature, in eighths: what is scanned first. */
 static inline uint8_t *search_feature_scores(const rim_search *s, uint32_t channel) {
@@ -110,35 +127,68 @@ static inline uint8_t *search_feature_scores(const rim_search *s, uint32_t chann
 static inline float *search_q(const rim_search *s) { return search_at(s, s->at.work); }
 static inline float *search_a0(const rim_search *s) { return search_q(s) + s->config.ring; }
 static inline float *search_a1(const rim_search *s) { return search_a0(s) + s->config.ring; }
-static inline float *search_p(const rim_search *s) { return search_a1(s) + s->config.ring; }
 static inline float *search_g(const rim_search *s, uint32_t i) {
-  return search_p(s) + s->config.ring + (size_t)i * s->config.noise->fields;
+  return search_a1(s) + s->config.ring + (size_t)i * s->config.noise->fields;
+}
+/* The prediction of the channel in turn, in its s. */
+static inline double search_p(const rim_search *s, uint32_t i) {
+  const uint32_t outcome = (uint32_t)s->channel % s->config.outcomes;
+  return s->p_zero + s->p_step * (double)search_predictions(s, search_slot(s, i))[outcome];
 }
 
 /* Which blocks of the ring a pass looks at. */
 typedef struct search_mask {
-  uint32_t from;      /* first index of the ring, 0: all */
-  uint8_t dims;       /* features that must be inside their bins */
+  uint32_t from;                       /* first index of the ring, 0: all */
+  uint8_t dims;                        /* features that must be inside their bins */
   uint8_t feature[2], low[2], high[2]; /* bytes low..high inclusive */
 } search_mask;
 
-static inline bool search_passes(const rim_search *s, const search_mask *mask, uint32_t i) {
-  if (i < mask->from)
-    return false;
-  const uint8_t *f = search_features(s, search_slot(s, i));
-  for (uint32_t k = 0; k < mask->dims; ++k) {
-    if (f[mask->feature[k]] < mask->low[k] || f[mask->feature[k]] > mask->high[k])
-      return false;
+/* A pass over the ring from the newest block to the oldest of the mask:
+ *   for (search_walk w = search_walk_from(s, mask); search_walk_next(&w);) ... w.i, w.inside */
+typedef struct search_walk {
+  uint32_t i, end;               /* index of the ring, 0 oldest held; one before the last to come */
+  const uint8_t *feature;        /* of block i */
+  const uint8_t *first, *newest; /* of the ring's first and last slot */
+  uint32_t stride;
+  uint8_t at[2], low[2], width[2];
+  bool inside;
+} search_walk;
+
+static inline search_walk search_walk_from(const rim_search *s, const search_mask *mask) {
+  search_walk w = {.i = s->held, .end = mask->from < s->held ? mask->from : s->held};
+  w.stride = s->config.features;
+  w.first = search_features(s, 0);
+  w.newest = search_features(s, s->config.ring - 1u);
+  w.feature = search_features(s, s->head); /* the newest lies before it */
+  for (uint32_t k = 0; k < 2u; ++k) {
+    const bool used = k < mask->dims;
+    w.at[k] = used ? mask->feature[k] : 0u;
+    w.low[k] = used ? mask->low[k] : 0u;
+    w.width[k] = used ? (uint8_t)(mask->high[k] - mask->low[k]) : 255u;
   }
+  return w;
+}
+
+static inline bool search_walk_next(search_walk *w) {
+  if (w->i == w->end)
+    return false;
+  --w->i;
+  w->feature = w->feature == w->first ? w->newest : w->feature - w->stride;
+  w->inside = (uint8_t)(w->feature[w->at[0]] - w->low[0]) <= w->width[0] &&
+              (uint8_t)(w->feature[w->at[1]] - w->low[1]) <= w->width[1];
   return true;
 }
 
 /* statistic.c */
-/* The raw fields of a block for a channel. */
-void search_raw_fields(const rim_search *s, const noise_channel *c, uint32_t slot, uint32_t outcome,
-                       double *raw);
-void search_weighted_fields(const rim_search *s, const noise_channel *c, uint32_t slot,
-                            uint32_t outcome, double w, double *fields);
+/* The raw fields of a block but the prediction, which is the outcome's: raw[1] = 0. */
+void search_raw_fields(const rim_search *s, uint32_t slot, double *raw);
+/* raw[1] */
+static inline double search_raw_prediction(const rim_search *s, uint32_t slot, uint32_t outcome) {
+  return (double)search_predictions(s, slot)[outcome] * SEARCH_BYTE_STEP;
+}
+/* 1 / sigma(x) of a block: by its prediction and the commands' change. */
+double search_scale(const rim_search *s, const noise_channel *c, uint32_t channel, uint32_t slot);
+/* The same, 0 where the residual is not known. */
 double search_weight(const rim_search *s, const noise_channel *c, uint32_t channel, uint32_t slot);
 /* Prepares the work arrays for a channel, and judges SINCE, RAMP, GAIN and FIELD. */
 void search_refresh(rim_search *s, uint32_t channel);

@@ -1,6 +1,7 @@
 #include "search/select.h"
 
 #include <float.h>
+#include <stddef.h>
 #include <string.h>
 
 #include "rim/image.h"
@@ -47,8 +48,28 @@ static bool values_are_valid(const rim_select_config *c) {
   return true;
 }
 
+/* With few edges a pair has fewer ellipses, and none is corrected by the ring. */
+static uint32_t chains_of(uint32_t edges) {
+  return edges < FEW_EDGES ? FEW_CHAINS : RIM_SELECT_CHAINS;
+}
+static size_t pair_bytes(uint32_t edges) {
+  return edges < FEW_EDGES
+             ? RIM_SELECT_ROUND8(offsetof(pair_state, chain) + chains_of(edges) * sizeof(chain))
+             : RIM_SELECT_PAIR_BYTES;
+}
+static size_t cell_bytes(uint32_t edges, size_t grid) {
+  return edges < FEW_EDGES ? 0u : RIM_SELECT_ROUND8(2u * grid * grid);
+}
+static size_t link_bytes(uint32_t edges, size_t ring) {
+  return edges < FEW_EDGES ? 0u : RIM_SELECT_ROUND8(2u * ring);
+}
+
 static size_t size_of(const rim_select_config *c) {
-  return RIM_SELECT_SIZE(c->features, c->channels, c->ring, c->bins, c->grid, c->pairs);
+  const size_t most =
+      RIM_SELECT_SIZE(c->features, c->channels, c->ring, c->bins, c->grid, c->pairs);
+  const size_t unused = cell_bytes(FEW_EDGES, c->grid) - cell_bytes(c->edges, c->grid) +
+                        link_bytes(FEW_EDGES, c->ring) - link_bytes(c->edges, c->ring);
+  return most - unused - c->pairs * (RIM_SELECT_PAIR_BYTES - pair_bytes(c->edges));
 }
 
 rim_status rim_select_size(const rim_select_config *config, size_t *bytes) {
@@ -80,11 +101,12 @@ static void lay_out(rim_select *e) {
   e->channel_at = (uint32_t)at;
   at += RIM_SELECT_ROUND8(48u * channels);
   e->pair_at = (uint32_t)at;
-  at += 1024u * (size_t)e->pairs;
+  e->pair_bytes = (uint32_t)pair_bytes(e->edges);
+  at += e->pair_bytes * (size_t)e->pairs;
   e->cell_at = (uint32_t)at;
-  at += RIM_SELECT_ROUND8(2u * (size_t)e->grid * e->grid);
+  at += cell_bytes(e->edges, e->grid);
   e->link_at = (uint32_t)at;
-  at += RIM_SELECT_ROUND8(2u * (size_t)e->ring);
+  at += link_bytes(e->edges, e->ring);
   e->grid_at = (uint32_t)at;
 }
 
@@ -120,7 +142,7 @@ rim_status rim_select_init(rim_select **engine, void *memory, size_t bytes,
   e->scans = c.scans;
   e->edges = c.edges;
   e->moves = c.moves;
-  e->chains = c.edges < FEW_EDGES ? FEW_CHAINS : RIM_SELECT_CHAINS;
+  e->chains = (uint16_t)chains_of(c.edges);
   e->seed = c.seed;
   lay_out(e);
   set_penalties(e);
@@ -151,7 +173,7 @@ void rim_select_reset(rim_select *e) {
     state->best_interval = 0.0f;
     e->scores[c] = 0.0f;
   }
-  memset(select_at(e, e->pair_at), 0, 1024u * (size_t)e->pairs);
+  memset(select_at(e, e->pair_at), 0, (size_t)e->pair_bytes * e->pairs);
   e->head = 0;
   e->held = 0;
   e->leader = e->pairs;
@@ -448,6 +470,6 @@ double rim_select_membership(const rim_select *e, const double *u) {
 }
 
 _Static_assert(sizeof(rim_select) <= RIM_SELECT_HEADER_BYTES, "header");
-_Static_assert(sizeof(pair_state) <= 1024, "pair");
+_Static_assert(sizeof(pair_state) <= RIM_SELECT_PAIR_BYTES, "pair");
 _Static_assert(sizeof(channel_state) <= 48, "channel");
 _Static_assert(sizeof(slice) == 8, "slice");

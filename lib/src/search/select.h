@@ -102,7 +102,9 @@ typedef struct rim_select rim_select;
 
 #define RIM_SELECT_HEADER_BYTES 2048u /* at least the private header; checked in select.c */
 #define RIM_SELECT_ROUND8(bytes) ((((size_t)(bytes)) + 7u) / 8u * 8u)
-/* Bytes of one engine; a constant expression. Every argument explicit (not 0). */
+#define RIM_SELECT_PAIR_BYTES 1024u
+/* Bytes of one engine, at most: with fewer than 48 edges less is needed, see rim_select_size(). A
+ * constant expression. Every argument explicit (not 0). */
 #define RIM_SELECT_SIZE(features, channels, ring, bins, grid, pairs)                               \
   (RIM_SELECT_HEADER_BYTES +                                                                       \
    RIM_SELECT_ROUND8(4u * (size_t)(features) * (size_t)(bins) * (size_t)(channels)) +              \
@@ -113,7 +115,8 @@ typedef struct rim_select rim_select;
    RIM_SELECT_ROUND8((size_t)(features) * (size_t)(channels)*8u) +                                 \
    RIM_SELECT_ROUND8((size_t)(channels)*48u) + RIM_SELECT_ROUND8((size_t)(ring)*2u) +              \
    RIM_SELECT_ROUND8(2u * (size_t)(grid) * (size_t)(grid)) +                                       \
-   (size_t)(pairs) * (RIM_SELECT_ROUND8(6u * (size_t)(grid) * ((size_t)(grid) + 1u)) + 1024u))
+   (size_t)(pairs) *                                                                               \
+       (RIM_SELECT_ROUND8(6u * (size_t)(grid) * ((size_t)(grid) + 1u)) + RIM_SELECT_PAIR_BYTES))
 
 /* Bytes for this configuration, defaults filled in. RIM_E_ARGUMENT: NULL; RIM_E_CONFIG: a count out
  * of range; *bytes unchanged on error. */
@@ -121,7 +124,7 @@ rim_status rim_select_size(const rim_select_config *config, size_t *bytes);
 
 /* Prepare an engine in the caller's memory.
  * RIM_E_ARGUMENT: NULL; RIM_E_ALIGN: memory not aligned to 8; RIM_E_SIZE: fewer bytes than
- * RIM_SELECT_SIZE; RIM_E_CONFIG: a count out of range; RIM_E_RANGE: a <= 0, b < 0 or not finite.
+ * rim_select_size(); RIM_E_CONFIG: a count out of range; RIM_E_RANGE: a <= 0, b < 0 or not finite.
  * *engine is unchanged on error. */
 rim_status rim_select_init(rim_select **engine, void *memory, size_t bytes,
                            const rim_select_config *config);

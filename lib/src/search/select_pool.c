@@ -404,7 +404,7 @@ void rim_select_pool_refresh(rim_select *e, uint32_t pair) {
 /* Chain 0 starts from the offer itself; it only ever climbs. */
 static void activate(rim_select *e, uint32_t pair, const select_offer *offer) {
   pair_state *p = select_pair(e, pair);
-  memset(p, 0, sizeof *p);
+  memset(p, 0, e->pair_bytes);
   p->x = offer->x;
   p->y = offer->y;
   p->channel = offer->channel;

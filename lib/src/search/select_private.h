@@ -88,7 +88,9 @@ struct rim_select {
   uint32_t total; /* observations ever */
   float penalty[3];
   uint32_t sum_at, count_at, ring_at, residual_at, slice_at, channel_at, pair_at, grid_at, mask_at;
-  uint32_t cell_at; /* uint16_t [grid][grid]: 1 + newest ring slot in that cell of the leader */
+  uint32_t pair_bytes;
+  uint32_t cell_at; /* not with few edges: uint16_t [grid][grid]: 1 + newest ring slot in that cell
+                       of the leader */
   uint32_t link_at; /* uint16_t [ring]: 1 + next older slot in the same cell; 0: none */
   rim_select_effort effort;
   select_offer waiting; /* with few edges: the best offer, until a unit takes it */
@@ -115,7 +117,7 @@ static inline channel_state *select_channel(const rim_select *e, uint32_t channe
   return (channel_state *)select_at(e, e->channel_at) + channel;
 }
 static inline pair_state *select_pair(const rim_select *e, uint32_t pair) {
-  return (pair_state *)select_at(e, e->pair_at) + pair;
+  return (pair_state *)select_at(e, e->pair_at + pair * e->pair_bytes);
 }
 static inline rim_bins select_bins(const rim_select *e) {
   return (rim_bins){e->features, e->bins, e->channels, (float *)select_at(e, e->sum_at),

@@ -8,13 +8,11 @@
 #define LEAST_INFORMATION 1e-6 /* A below this part of m'Wm: the run effects explain the shape */
 #define RAMP_UNIT (1.0 / 256.0)
 
-void search_raw_fields(const rim_search *s, const noise_channel *c, uint32_t slot, uint32_t outcome,
-                       double *raw) {
-  (void)c;
+void search_raw_fields(const rim_search *s, uint32_t slot, double *raw) {
   const double t_s = (double)search_times(s)[slot];
   const rim_noise *noise = s->config.noise;
   raw[0] = 1.0;
-  raw[1] = (double)search_predictions(s, slot)[outcome] * SEARCH_BYTE_STEP;
+  raw[1] = 0.0;
   raw[2] =
       (1.0 - rim_exp(-rim_clamp(t_s / noise->trend_s, 0.0, 40.0))) * noise->trend_s / noise->run_s;
   raw[3] = rim_exp(-rim_min(t_s / noise->decay_s, 40.0));
@@ -23,25 +21,20 @@ void search_raw_fields(const rim_search *s, const noise_channel *c, uint32_t slo
     raw[NOISE_RAW_FIRST + m] = (double)mean[m] * SEARCH_BYTE_STEP;
 }
 
-double search_weight(const rim_search *s, const noise_channel *c, uint32_t channel, uint32_t slot) {
+double search_scale(const rim_search *s, const noise_channel *c, uint32_t channel, uint32_t slot) {
   if (channel >= search_fine(s))
     return 1.0;
   const uint32_t outcome = channel % s->config.outcomes;
-  return rim_noise_weight(c, (double)search_predictions(s, slot)[outcome] * SEARCH_BYTE_STEP,
+  return rim_noise_weight(c, search_raw_prediction(s, slot, outcome),
                           (double)search_changes(s)[slot] * SEARCH_CHANGE_STEP);
 }
 
-void search_weighted_fields(const rim_search *s, const noise_channel *c, uint32_t slot,
-                            uint32_t outcome, double w, double *fields) {
-  const uint32_t raw_count = s->config.noise->raw;
-  double raw[NOISE_MAX_RAW];
-  search_raw_fields(s, c, slot, outcome, raw);
-  for (uint32_t k = 0; k < c->fields; ++k) {
-    double sum = 0.0;
-    for (uint32_t r = 0; r < raw_count; ++r)
-      sum += (double)rim_image_f32(c->combination, (size_t)k * raw_count + r) * raw[r];
-    fields[k] = w * sum;
-  }
+double search_weight(const rim_search *s, const noise_channel *c, uint32_t channel, uint32_t slot) {
+  const uint32_t fine = search_fine(s);
+  const bool known =
+      channel < fine ? search_fine_residuals(s, slot)[channel] != SEARCH_UNKNOWN
+                     : search_coarse_residuals(s, slot)[channel - fine] != SEARCH_COARSE_UNKNOWN;
+  return known ? search_scale(s, c, channel, slot) : 0.0;
 }
 
 static double phi(const rim_search *s, uint32_t channel, uint32_t family) {
@@ -78,14 +71,16 @@ void search_judge(const rim_search *s, const search_sums *sums, search_hypothesi
 
 /* L of G with its prior, and the run effects b. */
 static void solve_effects(const rim_search *s, const noise_channel *c, double *l, double *b) {
-  const channel_state *state = search_state(s, s->channel);
-  const double *gram = search_gram(s, state);
+  const float *gram = search_gram(s, s->channel);
   const uint32_t k = c->fields;
   const uint32_t packed = k * (k + 1u) / 2u;
-  memcpy(l, gram, packed * sizeof *l);
-  memcpy(b, gram + packed, k * sizeof *b);
-  for (uint32_t i = 0; i < k; ++i)
-    l[packed_row(i) + i] += (double)rim_image_f32(c->inverse_prior, i);
+  for (uint32_t i = 0; i < packed; ++i)
+    l[i] = (double)gram[i];
+  for (uint32_t i = 0; i < k; ++i) {
+    double *diagonal = l + packed_row(i) + i;
+    *diagonal += SEARCH_GRAM_RIDGE * *diagonal + (double)rim_image_f32(c->inverse_prior, i);
+    b[i] = (double)gram[packed + i];
+  }
   if (!cholesky_factor(k, l)) { /* not with a prior above 0, unless numbers are absurd */
     memset(l, 0, packed * sizeof *l);
     for (uint32_t i = 0; i < k; ++i)
@@ -97,37 +92,70 @@ static void solve_effects(const rim_search *s, const noise_channel *c, double *l
   cholesky_backward(k, l, b);
 }
 
-/* Forward in time: whitened residuals less the run effects in q, whitened fields in g, w in a0. */
-static void whiten(rim_search *s, const noise_channel *c, const double *l, const double *b) {
-  const uint32_t k = c->fields;
+/* The raw fields to L^-1 times the channel's: what is left of each field beside those before it, in
+ * its own standard deviation. */
+static void combine(const rim_search *s, const noise_channel *c, const double *l,
+                    search_combination *to) {
+  const uint32_t raw = s->config.noise->raw, k = c->fields;
+  for (uint32_t r = 0; r < raw; ++r) {
+    double column[NOISE_MAX_FIELDS];
+    for (uint32_t j = 0; j < k; ++j)
+      column[j] = (double)rim_image_f32(c->combination, (size_t)j * raw + r);
+    cholesky_forward(k, l, column);
+    for (uint32_t j = 0; j < k; ++j)
+      to->of[j][r] = column[j];
+  }
+}
+
+/* Forward in time: whitened residuals less the run effects in q, whitened fields in g, w in a0.
+ * mean[raw]: of the raw fields. */
+static void whiten(rim_search *s, const noise_channel *c, const double *l, const double *b,
+                   double *mean) {
+  const uint32_t k = c->fields, raw_count = s->config.noise->raw;
   const uint32_t outcome = (uint32_t)s->channel % s->config.outcomes;
   const double rho = (double)c->rho;
   const double lead = rim_sqrt(1.0 - rho * rho);
-  const double s_unit = (double)c->s;
+  search_combination to;
+  double effect[NOISE_MAX_FIELDS]; /* b in the units of g: L' b */
   double before[NOISE_MAX_FIELDS] = {0.0};
-  double z_before = 0.0;
+  double z_before = 0.0, w_before = 0.0;
+  combine(s, c, l, &to);
+  for (uint32_t j = 0; j < k; ++j) {
+    effect[j] = 0.0;
+    for (uint32_t i = j; i < k; ++i)
+      effect[j] += l[packed_row(i) + j] * b[i];
+  }
+  for (uint32_t r = 0; r < raw_count; ++r)
+    mean[r] = 0.0;
   for (uint32_t i = 0; i < s->held; ++i) {
     const uint32_t slot = search_slot(s, i);
     const double w = search_weight(s, c, s->channel, slot);
-    const double z = search_residual(s, s->channel, slot);
-    double fields[NOISE_MAX_FIELDS], white[NOISE_MAX_FIELDS];
-    search_weighted_fields(s, c, slot, outcome, w, fields);
-    double e = i == 0 ? lead * z : z - rho * z_before;
+    const double z = w > 0.0 ? search_residual(s, s->channel, slot) : 0.0;
+    const double own = w_before > 0.0 ? 1.0 : lead; /* with nothing before it */
+    double raw[NOISE_MAX_RAW];
+    search_raw_fields(s, slot, raw);
+    raw[1] = search_raw_prediction(s, slot, outcome);
+    for (uint32_t r = 0; r < raw_count; ++r)
+      mean[r] += raw[r];
+    double e = own * z - rho * z_before;
+    float *g = search_g(s, i);
     for (uint32_t j = 0; j < k; ++j) {
-      white[j] = i == 0 ? lead * fields[j] : fields[j] - rho * before[j];
-      e -= white[j] * b[j];
-      before[j] = fields[j];
+      double field = 0.0;
+      for (uint32_t r = 0; r < raw_count; ++r)
+        field += to.of[j][r] * raw[r];
+      field *= w;
+      const double white = own * field - rho * before[j];
+      e -= white * effect[j];
+      before[j] = field;
+      g[j] = (float)white;
     }
     z_before = z;
-    cholesky_forward(k, l, white);
-    float *g = search_g(s, i);
-    for (uint32_t j = 0; j < k; ++j)
-      g[j] = (float)white[j];
+    w_before = w;
     search_q(s)[i] = (float)e;
     search_a0(s)[i] = (float)w;
-    const double p = (double)search_predictions(s, slot)[outcome] * SEARCH_BYTE_STEP;
-    search_p(s)[i] = (float)(((double)c->p_center + (double)c->p_scale * p) / s_unit);
   }
+  for (uint32_t r = 0; r < raw_count; ++r)
+    mean[r] /= (double)s->held;
 }
 
 /* Backward: what a block inside a hypothesis adds to d, A and m'WB; a1 is added to A where the next
@@ -137,8 +165,9 @@ static void fold(rim_search *s, const noise_channel *c) {
   const double lead = rim_sqrt(1.0 - rho * rho);
   float *q = search_q(s), *a0 = search_a0(s), *a1 = search_a1(s);
   for (uint32_t i = 0; i < s->held; ++i) {
-    const bool last = i + 1u == s->held;
-    const double first = i == 0 ? lead : 1.0;
+    /* The newest block, and one before an unknown one, have no next. */
+    const bool last = i + 1u == s->held || !(a0[i + 1u] > 0.0f);
+    const double first = i == 0 || !(a0[i - 1u] > 0.0f) ? lead : 1.0;
     const double w = (double)a0[i];
     const double next_e = last ? 0.0 : (double)q[i + 1u];
     const double next_w = last ? 0.0 : (double)a0[i + 1u];
@@ -152,11 +181,35 @@ static void fold(rim_search *s, const noise_channel *c) {
   }
 }
 
-static void judge_time(rim_search *s, search_family family, const search_sums *sums, uint32_t i) {
-  search_hypothesis h = {.family = (uint8_t)family, .onset = s->count - s->held + i};
-  search_judge(s, sums, &h);
+/* The onset of one family whose ratio is largest so far; families differ in scale, onsets of one
+ * family do not. */
+typedef struct best_onset {
+  double square, a; /* d^2 / a */
+  search_sums sums;
+  uint32_t at;
+} best_onset;
+
+static void judge_time(const rim_search *s, const search_sums *sums, uint32_t i, best_onset *best) {
+  double a = sums->a;
+  for (uint32_t j = 0; j < s->fields; ++j)
+    a -= sums->g[j] * sums->g[j];
+  const double square = sums->d * sums->d;
+  if (!(a > LEAST_INFORMATION * sums->a) || !(square * best->a > best->square * a) ||
+      sums->n < (double)SEARCH_LEAST)
+    return;
+  best->square = square;
+  best->a = a;
+  best->sums = *sums;
+  best->at = i;
+}
+
+static void note_time(rim_search *s, search_family family, const best_onset *best) {
+  if (!(best->square > 0.0))
+    return;
+  search_hypothesis h = {.family = (uint8_t)family, .onset = s->count - s->held + best->at};
+  search_judge(s, &best->sums, &h);
   search_note(s, s->channel, &h);
-  if (h.score > SEARCH_NONE && h.ln_ratio > s->in_time[family].ln_ratio)
+  if (h.score > SEARCH_NONE)
     s->in_time[family] = h;
 }
 
@@ -165,54 +218,61 @@ static void scan_time(rim_search *s) {
   const uint32_t k = s->fields;
   const bool is_mean = s->channel < 2u * s->config.outcomes;
   search_sums since = {0}, ramp = {0}, gain = {0};
-  double tq = 0.0, tg[NOISE_MAX_FIELDS] = {0.0}, square = 0.0, cross = 0.0;
+  best_onset best[SEARCH_GAIN + 1] = {{.a = 1.0}, {.a = 1.0}, {.a = 1.0}};
+  double tq = 0.0, tg[NOISE_MAX_FIELDS] = {0.0}, square = 0.0, cross = 0.0, p1 = 0.0;
   for (uint32_t i = s->held; i-- > 0;) {
-    const bool last = i + 1u == s->held;
     const double q = (double)search_q(s)[i], a0 = (double)search_a0(s)[i];
-    const double a1 = last ? 0.0 : (double)search_a1(s)[i];
-    const double p = (double)search_p(s)[i], p1 = last ? 0.0 : (double)search_p(s)[i + 1u];
-    const double t = ((double)i - (double)s->held) * RAMP_UNIT, t1 = t + RAMP_UNIT;
+    const double a1 = (double)search_a1(s)[i]; /* 0 of the newest block */
     const float *g = search_g(s, i);
-    since.n = ramp.n = gain.n = since.n + 1.0;
+    if (!(a0 > 0.0)) {
+      p1 = 0.0;
+      continue;
+    }
+    since.n += 1.0;
     since.d += q;
     since.a += a0 + a1;
+    for (uint32_t j = 0; j < k; ++j)
+      since.g[j] += (double)g[j];
+    judge_time(s, &since, i, &best[SEARCH_SINCE]);
+    if (!is_mean)
+      continue;
+    const double p = search_p(s, i);
+    const double t = ((double)i - (double)s->held) * RAMP_UNIT, t1 = t + RAMP_UNIT;
+    ramp.n = gain.n = since.n;
     gain.d += p * q;
     gain.a += p * p * a0 + p * p1 * a1;
+    p1 = p;
     tq += t * q;
     square += a0 * t * t + a1 * t * t1;
     cross += 2.0 * a0 * t + a1 * (t + t1);
     ramp.d = tq - t * since.d;
     ramp.a = square - t * cross + t * t * since.a;
     for (uint32_t j = 0; j < k; ++j) {
-      since.g[j] += (double)g[j];
       gain.g[j] += p * (double)g[j];
       tg[j] += t * (double)g[j];
       ramp.g[j] = tg[j] - t * since.g[j];
     }
-    judge_time(s, SEARCH_SINCE, &since, i);
-    if (is_mean) {
-      judge_time(s, SEARCH_RAMP, &ramp, i);
-      judge_time(s, SEARCH_GAIN, &gain, i);
-    }
+    judge_time(s, &ramp, i, &best[SEARCH_RAMP]);
+    judge_time(s, &gain, i, &best[SEARCH_GAIN]);
   }
+  for (uint32_t family = SEARCH_SINCE; family <= SEARCH_GAIN; ++family)
+    note_time(s, (search_family)family, &best[family]);
 }
 
 /* The run's effects are themselves impossible: Q = b' (prior - V)^-1 b of k degrees of freedom,
  * against what it is by chance. */
-static void judge_field(rim_search *s, const noise_channel *c, const double *l, const double *b) {
-  const uint32_t k = c->fields;
+static void judge_field(rim_search *s, const noise_channel *c, const double *l, const double *b,
+                        const double *mean_raw) {
+  const uint32_t k = c->fields, raw = s->config.noise->raw;
   double v[NOISE_MAX_FIELDS * (NOISE_MAX_FIELDS + 1) / 2], x[NOISE_MAX_FIELDS];
   const uint32_t packed = k * (k + 1u) / 2u;
   memcpy(v, l, packed * sizeof *v);
   cholesky_invert_factor(k, v);
   cholesky_square_inverse(k, v);
-  double mean[NOISE_MAX_FIELDS] = {0.0}, shift = 0.0, var = 0.0;
-  for (uint32_t i = 0; i < s->held; ++i) {
-    double fields[NOISE_MAX_FIELDS];
-    search_weighted_fields(s, c, search_slot(s, i), (uint32_t)s->channel % s->config.outcomes, 1.0,
-                           fields);
-    for (uint32_t j = 0; j < k; ++j)
-      mean[j] += fields[j] / (double)s->held;
+  double mean[NOISE_MAX_FIELDS] = {0.0}, shift = 0.0, var = 0.0; /* of the fields */
+  for (uint32_t j = 0; j < k; ++j) {
+    for (uint32_t r = 0; r < raw; ++r)
+      mean[j] += (double)rim_image_f32(c->combination, (size_t)j * raw + r) * mean_raw[r];
   }
   for (uint32_t i = 0; i < k; ++i) {
     shift += mean[i] * b[i];
@@ -246,17 +306,20 @@ static void judge_field(rim_search *s, const noise_channel *c, const double *l, 
 void search_refresh(rim_search *s, uint32_t channel) {
   const noise_channel c = rim_noise_channel(s->config.noise, channel);
   double l[NOISE_MAX_FIELDS * (NOISE_MAX_FIELDS + 1) / 2], b[NOISE_MAX_FIELDS];
+  double mean_raw[NOISE_MAX_RAW];
   s->channel = (uint16_t)channel;
   s->fields = c.fields;
+  s->p_zero = (double)c.p_center / (double)c.s;
+  s->p_step = (double)c.p_scale * SEARCH_BYTE_STEP / (double)c.s;
   s->fresh = true;
   solve_effects(s, &c, l, b);
-  whiten(s, &c, l, b);
+  whiten(s, &c, l, b, mean_raw);
   fold(s, &c);
   search_state(s, channel)->time.score = SEARCH_NONE;
   memset(s->in_time, 0, sizeof s->in_time);
   scan_time(s);
   if (c.fields > 0)
-    judge_field(s, &c, l, b);
+    judge_field(s, &c, l, b, mean_raw);
 }
 
 void search_scan_onset(const rim_search *s, const search_mask *mask, search_hypothesis *h,
@@ -264,30 +327,30 @@ void search_scan_onset(const rim_search *s, const search_mask *mask, search_hypo
   search_mask everywhen = *mask;
   everywhen.from = 0;
   search_sums sums = {0};
-  search_hypothesis best = *h;
-  best.score = SEARCH_NONE;
+  best_onset best = {.a = 1.0};
   double weight = 0.0, first = 0.0, second = 0.0, scale = 0.0;
   const double inflation = phi(s, s->channel, h->family);
-  for (uint32_t i = s->held, next_inside = 0; i-- > 0;) {
-    if (!search_passes(s, &everywhen, i)) {
-      next_inside = 0;
+  double p1 = 0.0; /* of the block after, where it is inside */
+  for (search_walk w = search_walk_from(s, &everywhen); search_walk_next(&w);) {
+    const uint32_t i = w.i;
+    if (!w.inside || !(search_a0(s)[i] > 0.0f)) {
+      p1 = 0.0;
       continue;
     }
-    const double p = h->family == SEARCH_GAIN ? (double)search_p(s)[i] : 1.0;
-    const double p1 = h->family == SEARCH_GAIN && next_inside ? (double)search_p(s)[i + 1u] : 1.0;
+    const float *g = search_g(s, i);
+    const double p = h->family == SEARCH_GAIN ? search_p(s, i) : 1.0;
     sums.n += 1.0;
     sums.d += p * (double)search_q(s)[i];
-    sums.a += p * p * (double)search_a0(s)[i] +
-              (next_inside != 0 ? p * p1 * (double)search_a1(s)[i] : 0.0);
+    sums.a += p * p * (double)search_a0(s)[i] + p * p1 * (double)search_a1(s)[i];
     for (uint32_t j = 0; j < s->fields; ++j)
-      sums.g[j] += p * (double)search_g(s, i)[j];
-    next_inside = 1;
+      sums.g[j] += p * (double)g[j];
+    p1 = p;
+    judge_time(s, &sums, i, &best);
+    if (sd == NULL)
+      continue;
     search_hypothesis now = *h;
-    now.onset = s->count - s->held + i;
     search_judge(s, &sums, &now);
-    if (now.score > best.score)
-      best = now;
-    if (sd == NULL || now.score <= SEARCH_NONE)
+    if (now.score <= SEARCH_NONE)
       continue;
     /* The onset's distribution: each onset as likely as its ratio says. */
     const double ln = (double)now.ln_ratio / inflation;
@@ -303,8 +366,10 @@ void search_scan_onset(const rim_search *s, const search_mask *mask, search_hypo
     first += part * x;
     second += part * x * x;
   }
-  if (best.score > SEARCH_NONE)
-    *h = best;
+  if (best.square > 0.0) {
+    h->onset = s->count - s->held + best.at;
+    search_judge(s, &best.sums, h);
+  }
   if (sd != NULL) {
     const double mean = weight > 0.0 ? first / weight : 0.0;
     const double var = weight > 0.0 ? second / weight - mean * mean : 0.0;
