@@ -10,6 +10,7 @@
 
 extern "C" {
 #include "image/basis.h"
+#include "image/noise.h"
 #include "monitor/blocks.h"
 }
 
@@ -480,6 +481,24 @@ Agreement fit_agreement(const Layout &layout, const Basis &basis,
   });
   keep_used_integrands(&a, integral);
   return a;
+}
+
+std::vector<Eigen::VectorXd> disturbances(const Agreement &a,
+                                          const std::vector<Matrix> &residual) {
+  std::vector<Eigen::VectorXd> all;
+  for (const Matrix &run : residual) {
+    Eigen::VectorXd of_run(run.rows()), square(run.cols());
+    for (Eigen::Index i = 0; i < run.rows(); ++i) {
+      for (Eigen::Index o = 0; o < run.cols(); ++o) {
+        const double in_sd = std::clamp(run(i, o) * a.inverse_sd[static_cast<std::size_t>(o)],
+                                        -AGREEMENT_CLIP, AGREEMENT_CLIP);
+        square[o] = in_sd * in_sd;
+      }
+      of_run[i] = rim_noise_disturbance(square.data(), static_cast<std::size_t>(run.cols()));
+    }
+    all.push_back(of_run);
+  }
+  return all;
 }
 
 std::vector<std::uint8_t> agreement_section(const Agreement &a, std::size_t means) {

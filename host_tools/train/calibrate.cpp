@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numeric>
 
 #include "util/error.hpp"
@@ -169,6 +170,7 @@ std::vector<float> run_maxima(const FlightPlan &plan, const rim_noise &noise,
     block.predicted = predicted.data();
     block.residual = residual.data();
     block.change = run.blocks->change[i];
+    block.disturbance = (*run.disturbance)[i];
     if (search_observe(search, &block) != RIM_OK)
       throw std::logic_error("search_observe");
     search_work(search, plan.budget * plan.block_rows);
@@ -271,21 +273,35 @@ void choose_region(FlightPlan *plan, const std::vector<SearchRun> &runs,
     throw DataError("no column takes more than one value: nothing to describe a region by");
 }
 
+namespace {
+
+// A noise model as flight reads it; the bytes stay where they are.
+struct FlownNoise {
+  explicit FlownNoise(const NoiseModel &model) : bytes(noise_section(model)) {
+    if (rim_noise_open(&view, bytes.data(), bytes.size(),
+                       static_cast<std::uint32_t>(model.channels.size()),
+                       static_cast<std::uint32_t>(model.means)) != RIM_OK)
+      throw DataError("the noise of the healthy runs cannot be described: a channel is not finite");
+  }
+  std::vector<std::uint8_t> bytes;
+  rim_noise view{};
+};
+
+} // namespace
+
 std::vector<RunScore> calibrate_runs(FlightPlan *plan, NoiseModel *noise,
+                                     const std::vector<NoiseModel> &without,
                                      const std::vector<SearchRun> &runs,
                                      const CalibrationOptions &options) {
-  const std::vector<std::uint8_t> section = noise_section(*noise);
-  rim_noise view;
-  if (rim_noise_open(&view, section.data(), section.size(),
-                     static_cast<std::uint32_t>(noise->channels.size()),
-                     static_cast<std::uint32_t>(noise->means)) != RIM_OK)
-    throw DataError("the noise of the healthy runs cannot be described: a channel is not finite");
   if (options.flight)
-    plan->ring = flight_ring(*plan, view);
+    plan->ring = flight_ring(*plan, FlownNoise(*noise).view);
+  std::vector<std::unique_ptr<FlownNoise>> flown;
+  for (const NoiseModel &model : without)
+    flown.push_back(std::make_unique<FlownNoise>(model));
   std::vector<std::vector<float>> maxima(runs.size());
   Progress progress("calibrate", runs.size());
   parallel_for(runs.size(), [&](std::size_t r) {
-    maxima[r] = run_maxima(*plan, view, runs[r]);
+    maxima[r] = run_maxima(*plan, flown[r % flown.size()]->view, runs[r]);
     progress.add();
   });
   const std::size_t slots = maxima.front().size();

@@ -41,13 +41,6 @@ Promise promise_for(std::size_t runs, double false_alarm);
 void set_alarm(Thresholds *thresholds, std::vector<float> maxima,
                const CalibrationOptions &options);
 
-// One healthy run as the search sees it, by models that have not seen it.
-struct SearchRun {
-  const BlockRun *blocks;
-  const Matrix *predicted; // blocks x outcomes
-  const Matrix *residual;  // blocks x channels
-};
-
 // Features that may describe a region, with the outcome whose prediction stands for the feature
 // (0xffff: as measured): commands and context, then sensors; those that repeat an earlier one are
 // left out.
@@ -60,9 +53,10 @@ struct RunScore {
   std::size_t channel = 0;
 };
 
-// Fills phi of the noise model and the plan's thresholds. Returns every run's score, by the phi of
-// the others.
+// Fills phi of the noise model and the plan's thresholds. Run r is searched with the noise model
+// without[r % folds], which has not seen it. Returns every run's score, by the phi of the others.
 std::vector<RunScore> calibrate_runs(FlightPlan *plan, NoiseModel *noise,
+                                     const std::vector<NoiseModel> &without,
                                      const std::vector<SearchRun> &runs,
                                      const CalibrationOptions &options);
 

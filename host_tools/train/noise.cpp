@@ -29,6 +29,7 @@ struct Series {
   Eigen::VectorXd r, w; // residual, 1 / sigma(x)
   Eigen::MatrixXd raw;  // blocks x raw fields
   Eigen::VectorXd p;    // prediction, standardised
+  Eigen::VectorXd change, disturbance;
 };
 
 Eigen::MatrixXd raw_fields(const Basis &basis, const BlockRun &run, const Eigen::VectorXd &p,
@@ -44,10 +45,23 @@ Eigen::MatrixXd raw_fields(const Basis &basis, const BlockRun &run, const Eigen:
   return raw;
 }
 
-// ln sigma(x): ridge of ln|e| on the prediction, its square and the commands' change.
-void fit_scale(ChannelNoise *c, const std::vector<BlockRun> &runs, std::vector<Series> *series) {
-  Eigen::Matrix4d gram = Eigen::Matrix4d::Zero();
-  Eigen::Vector4d cross = Eigen::Vector4d::Zero();
+// What ln sigma(x) depends on, in every block of a run.
+Eigen::MatrixXd scale_terms(const Series &s) {
+  Eigen::MatrixXd x(s.r.size(), static_cast<Eigen::Index>(NOISE_SIGMA_TERMS));
+  x.col(0) = s.p;
+  x.col(1) = s.p.array().square() - 1.0;
+  x.col(2) = s.change;
+  x.col(3) = s.disturbance;
+  return x;
+}
+
+// ln sigma(x): ridge of ln|e| on the prediction, its square, the commands' change and, for what the
+// sensors say of each other, the disturbance: where the vehicle itself deviates, behaviour must
+// show it.
+void fit_scale(ChannelNoise *c, bool is_agreement, std::vector<Series> *series) {
+  constexpr Eigen::Index terms = NOISE_SIGMA_TERMS;
+  Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(terms + 1, terms + 1);
+  Eigen::VectorXd cross = Eigen::VectorXd::Zero(terms + 1);
   double squares = 0.0, n = 0.0;
   for (const Series &s : *series) {
     squares += (s.r.array() - s.r.mean()).square().sum();
@@ -56,27 +70,28 @@ void fit_scale(ChannelNoise *c, const std::vector<BlockRun> &runs, std::vector<S
   const double sd = std::sqrt(squares / std::max(n, 1.0));
   if (!(sd > 0.0))
     return;
-  for (std::size_t r = 0; r < runs.size(); ++r) {
-    const Series &s = (*series)[r];
-    const double mean = s.r.mean();
-    for (Eigen::Index i = 0; i < s.r.size(); ++i) {
-      const double e = std::max(std::abs(s.r[i] - mean) / sd, 1e-2);
-      const Eigen::Vector4d x(1.0, s.p[i], s.p[i] * s.p[i] - 1.0, runs[r].change[i]);
-      gram += x * x.transpose();
-      cross += x * (std::log(e) + 0.57);
-    }
+  for (const Series &s : *series) {
+    Eigen::MatrixXd x(s.r.size(), terms + 1);
+    x.col(0).setOnes();
+    x.rightCols(terms) = scale_terms(s);
+    const Eigen::VectorXd ln =
+        ((s.r.array() - s.r.mean()).abs() / sd).max(1e-2).log() + 0.57;
+    gram += x.transpose() * x;
+    cross += x.transpose() * ln;
   }
-  gram.diagonal().tail(3).array() += 0.02 * n; // a scale is kept unless the data insist
-  const Eigen::Vector4d b = gram.ldlt().solve(cross);
-  for (int i = 0; i < 3; ++i)
+  gram.diagonal().tail(terms).array() += 0.02 * n; // a scale is kept unless the data insist
+  if (!is_agreement) {
+    gram.row(terms).setZero();
+    gram.col(terms).setZero();
+    gram(terms, terms) = 1.0;
+    cross[terms] = 0.0;
+  }
+  const Eigen::VectorXd b = gram.ldlt().solve(cross);
+  for (Eigen::Index i = 0; i < terms; ++i)
     c->ln_sigma[i] = static_cast<double>(static_cast<float>(b[i + 1]));
-  for (std::size_t r = 0; r < runs.size(); ++r) {
-    Series &s = (*series)[r];
-    const Eigen::ArrayXd ln = c->ln_sigma[0] * s.p.array() +
-                              c->ln_sigma[1] * (s.p.array().square() - 1.0) +
-                              c->ln_sigma[2] * runs[r].change.array();
-    s.w = (-ln.max(-NOISE_LN_SIGMA).min(NOISE_LN_SIGMA)).exp();
-  }
+  const Eigen::Map<const Eigen::Vector4d> slope(c->ln_sigma);
+  for (Series &s : *series)
+    s.w = (-(scale_terms(s) * slope).array().max(-NOISE_LN_SIGMA).min(NOISE_LN_SIGMA)).exp();
 }
 
 // Columns that make the raw fields orthonormal over the healthy blocks; directions along which they
@@ -197,43 +212,47 @@ void fit_channel(ChannelNoise *c, const std::vector<Series> &series) {
 
 } // namespace
 
-NoiseModel fit_noise(const Basis &basis, const std::vector<BlockRun> &runs, double block_s,
-                     const std::vector<Matrix> &predicted, const std::vector<Matrix> &residual) {
+NoiseModel fit_noise(const Basis &basis, const std::vector<SearchRun> &seen,
+                     const std::vector<std::size_t> &which, double block_s) {
   NoiseModel noise;
-  std::vector<double> length;
-  for (const BlockRun &run : runs)
-    length.push_back(run.blocks() > 0 ? run.time_s[run.blocks() - 1] : 1.0);
+  std::vector<double> length; // of all runs: the fields are the same whichever are fitted
+  for (const SearchRun &run : seen)
+    length.push_back(run.blocks->blocks() > 0 ? run.blocks->time_s[run.blocks->blocks() - 1] : 1.0);
   std::sort(length.begin(), length.end());
   noise.run_s = static_cast<double>(static_cast<float>(std::max(length[length.size() / 2], 1e-6)));
   noise.decay_s = static_cast<double>(static_cast<float>(noise.run_s / 10.0));
   noise.trend_s = static_cast<double>(static_cast<float>(-block_s / std::log(AGREEMENT_KEEPS)));
   noise.means = basis.means.size();
-  const auto outcomes = predicted.front().cols();
-  noise.channels.resize(static_cast<std::size_t>(residual.front().cols()));
+  const auto outcomes = seen.front().predicted->cols();
+  noise.channels.resize(static_cast<std::size_t>(seen.front().residual->cols()));
   parallel_for(noise.channels.size(), [&](std::size_t channel) {
     ChannelNoise &c = noise.channels[channel];
     const auto column = static_cast<Eigen::Index>(channel);
     const Eigen::Index outcome = column % outcomes;
     double sum = 0.0, squares = 0.0, n = 0.0;
-    for (const Matrix &p : predicted) {
-      sum += p.col(outcome).sum();
-      n += static_cast<double>(p.rows());
+    for (const SearchRun &run : seen) {
+      sum += run.predicted->col(outcome).sum();
+      n += static_cast<double>(run.predicted->rows());
     }
     c.p_center = static_cast<double>(static_cast<float>(sum / std::max(n, 1.0)));
-    for (const Matrix &p : predicted)
-      squares += (p.col(outcome).array() - c.p_center).square().sum();
+    for (const SearchRun &run : seen)
+      squares += (run.predicted->col(outcome).array() - c.p_center).square().sum();
     c.p_scale = static_cast<double>(
         static_cast<float>(std::max(std::sqrt(squares / std::max(n, 1.0)), 1e-9)));
-    std::vector<Series> series(runs.size());
-    for (std::size_t r = 0; r < runs.size(); ++r) {
-      Series &s = series[r];
-      s.r = residual[r].col(column);
+    std::vector<Series> series;
+    for (const std::size_t r : which) {
+      const SearchRun &run = seen[r];
+      Series s;
+      s.r = run.residual->col(column);
       s.w = Eigen::VectorXd::Ones(s.r.size());
-      s.p = ((predicted[r].col(outcome).array() - c.p_center) / c.p_scale).max(-4.0).min(4.0);
-      s.raw = raw_fields(basis, runs[r], s.p, noise);
+      s.p = ((run.predicted->col(outcome).array() - c.p_center) / c.p_scale).max(-4.0).min(4.0);
+      s.change = run.blocks->change;
+      s.disturbance = *run.disturbance;
+      s.raw = raw_fields(basis, *run.blocks, s.p, noise);
+      series.push_back(std::move(s));
     }
     if (column < 2 * outcomes)
-      fit_scale(&c, runs, &series);
+      fit_scale(&c, column >= outcomes, &series);
     fit_channel(&c, series);
     c.phi.assign(NOISE_FAMILIES, 1.0);
   });
@@ -246,7 +265,7 @@ std::vector<std::uint8_t> noise_section(const NoiseModel &noise) {
   for (const ChannelNoise &c : noise.channels)
     fields = std::max(fields, static_cast<std::size_t>(c.combination.rows()));
   SectionBytes bytes;
-  bytes.u32(1);
+  bytes.u32(2);
   bytes.u32(static_cast<std::uint32_t>(noise.channels.size()));
   bytes.u32(static_cast<std::uint32_t>(raw));
   bytes.u32(static_cast<std::uint32_t>(fields));
@@ -256,7 +275,8 @@ std::vector<std::uint8_t> noise_section(const NoiseModel &noise) {
   bytes.u32(0);
   for (const ChannelNoise &c : noise.channels) {
     for (const double v : {c.active ? 1.0 : 0.0, static_cast<double>(c.combination.rows()), c.rho,
-                           c.s, c.p_center, c.p_scale, c.ln_sigma[0], c.ln_sigma[1], c.ln_sigma[2]})
+                           c.s, c.p_center, c.p_scale, c.ln_sigma[0], c.ln_sigma[1], c.ln_sigma[2],
+                           c.ln_sigma[3]})
       bytes.f32(static_cast<float>(v));
     for (std::size_t k = 0; k < fields; ++k)
       bytes.f32(1.0F);

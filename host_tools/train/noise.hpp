@@ -14,7 +14,7 @@ struct ChannelNoise {
   bool active = true;
   double rho = 0.0, s = 1.0;
   double p_center = 0.0, p_scale = 1.0;
-  double ln_sigma[3] = {0.0, 0.0, 0.0};
+  double ln_sigma[4] = {0.0, 0.0, 0.0, 0.0};
   Matrix combination;  // fields x raw: per s, so that a field's effect is N(0, 1) in healthy runs
   double effect_sd = 0.0; // of a run's effects, root mean square over blocks, in the outcome's unit
   std::vector<double> phi; // per family of hypotheses
@@ -26,10 +26,17 @@ struct NoiseModel {
   std::vector<ChannelNoise> channels; // kind * outcomes + outcome
 };
 
-// residual[run]: blocks x channels, in the outcomes' units; predicted[run]: blocks x outcomes.
-// block_s: length of a block.
-NoiseModel fit_noise(const Basis &basis, const std::vector<BlockRun> &runs, double block_s,
-                     const std::vector<Matrix> &predicted, const std::vector<Matrix> &residual);
+// One healthy run, as models see it that were made without it.
+struct SearchRun {
+  const BlockRun *blocks;
+  const Matrix *predicted;            // blocks x outcomes
+  const Matrix *residual;             // blocks x channels, in the outcomes' units
+  const Eigen::VectorXd *disturbance; // [blocks], by rim_noise_disturbance()
+};
+
+// From the runs `which` of those seen. block_s: length of a block.
+NoiseModel fit_noise(const Basis &basis, const std::vector<SearchRun> &seen,
+                     const std::vector<std::size_t> &which, double block_s);
 std::vector<std::uint8_t> noise_section(const NoiseModel &noise);
 
 } // namespace rim

@@ -17,6 +17,7 @@ namespace rim {
 namespace {
 
 constexpr double kBlocksPerRun = 240.0;
+constexpr std::size_t kNoiseFolds = 6;
 constexpr std::uint32_t kRing = 384; // calibrate_runs() gives flight its own
 constexpr double kRateRatio = 1.3;   // of two runs' rates from which on they differ
 
@@ -108,13 +109,32 @@ void settle_repeats(NoiseModel *noise, std::size_t outcomes) {
   }
 }
 
-// An agreement channel that says no more than behaviour's is not searched twice.
-void settle_agreement(NoiseModel *noise, const Agreement &agreement, std::size_t outcomes) {
-  for (std::size_t o = 0; o < outcomes; ++o) {
-    if (outcomes < 2)
-      noise->channels[outcomes + o].active = false;
-    (void)agreement;
+// With one outcome there are no others that it could agree with.
+void settle_agreement(NoiseModel *noise, std::size_t outcomes) {
+  if (outcomes < 2)
+    noise->channels[outcomes].active = false;
+}
+
+// The noise of all runs; returns that of the runs without every fold, by which the fold's runs are
+// judged: a run whose own effects were learnt is no guide to what a new one shows.
+std::vector<NoiseModel> fit_noises(const FlightPlan &plan, const std::vector<SearchRun> &seen,
+                                   NoiseModel *of_all) {
+  const std::size_t folds = std::min(kNoiseFolds, seen.size());
+  const std::size_t outcomes = plan.layout.outcomes();
+  std::vector<NoiseModel> without;
+  for (std::size_t f = 0; f <= folds; ++f) {
+    std::vector<std::size_t> which;
+    for (std::size_t r = 0; r < seen.size(); ++r) {
+      if (r % folds != f)
+        which.push_back(r);
+    }
+    without.push_back(fit_noise(plan.basis, seen, which, plan.block_rows * plan.period_s));
+    settle_repeats(&without.back(), outcomes);
+    settle_agreement(&without.back(), outcomes);
   }
+  *of_all = without.back();
+  without.pop_back();
+  return without;
 }
 
 Behaviour external_behaviour(const std::vector<BlockRun> &runs, std::size_t outcomes) {
@@ -292,21 +312,19 @@ Training train(const std::vector<Log> &logs, const TrainOptions &options) {
   if (std::count(agreement.source.begin(), agreement.source.end(), AGREEMENT_LEVEL) == 0)
     plan.level.clear();
   const std::vector<Matrix> residual = all_residuals(runs, behaviour, agreement);
-  training.noise =
-      fit_noise(plan.basis, runs, plan.block_rows * plan.period_s, behaviour.predicted, residual);
-  settle_repeats(&training.noise, outcomes);
-  settle_agreement(&training.noise, agreement, outcomes);
+  const std::vector<Eigen::VectorXd> disturbance = disturbances(agreement, behaviour.residual);
+  std::vector<SearchRun> seen;
+  for (std::size_t r = 0; r < runs.size(); ++r)
+    seen.push_back({&runs[r], &behaviour.predicted[r], &residual[r], &disturbance[r]});
+  const std::vector<NoiseModel> without = fit_noises(plan, seen, &training.noise);
   if (!plan.layout.external) {
     shrink_basis(&plan.basis, &behaviour);
     plan.behaviour = behaviour_section(plan.basis, behaviour);
   }
   plan.agreement = agreement_section(agreement, plan.basis.means.size());
   set_search(&plan, options);
-  std::vector<SearchRun> seen;
-  for (std::size_t r = 0; r < runs.size(); ++r)
-    seen.push_back({&runs[r], &behaviour.predicted[r], &residual[r]});
   choose_region(&plan, seen, explained_parts(plan, behaviour), options.calibration);
-  training.scores = calibrate_runs(&plan, &training.noise, seen, options.calibration);
+  training.scores = calibrate_runs(&plan, &training.noise, without, seen, options.calibration);
   plan.noise = noise_section(training.noise);
   training.promise = promise_for(logs.size(), options.calibration.false_alarm);
   report_outcomes(&training, behaviour, agreement);

@@ -153,7 +153,7 @@ static inline void fuzz_trained(const uint8_t *data, size_t bytes) {
     return;
   for (uint32_t c = 0; c < 8; ++c) {
     const noise_channel channel = rim_noise_channel(&noise, c);
-    const double w = rim_noise_weight(&channel, 4.0, 3.0);
+    const double w = rim_noise_weight(&channel, 4.0, 3.0, 1.0);
     fuzz_must(channel.fields <= NOISE_MAX_FIELDS && w > 0.0 && w < 10.0);
   }
 }

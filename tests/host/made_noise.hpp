@@ -24,7 +24,7 @@ struct MadeRun {
   rim::BlockRun blocks;
   rim::Matrix predicted, residual;
   std::vector<double> offset; // per channel
-  rim::SearchRun seen() const { return {&blocks, &predicted, &residual}; }
+  rim::SearchRun seen() const { return {&blocks, &predicted, &residual, &disturbance}; }
 };
 
 inline MadeRun made_noise(std::uint64_t seed, const MadeNoise &made, bool all_kinds = false) {
@@ -84,12 +84,11 @@ inline rim::Basis made_basis(const MadeNoise &made) {
 }
 
 inline rim::NoiseModel fit_made(const MadeNoise &made, const std::vector<MadeRun> &runs) {
-  std::vector<rim::BlockRun> blocks;
-  std::vector<rim::Matrix> predicted, residual;
+  std::vector<rim::SearchRun> seen;
+  std::vector<std::size_t> which;
   for (const MadeRun &run : runs) {
-    blocks.push_back(run.blocks);
-    predicted.push_back(run.predicted);
-    residual.push_back(run.residual);
+    which.push_back(which.size());
+    seen.push_back(run.seen());
   }
-  return rim::fit_noise(made_basis(made), blocks, 1.0, predicted, residual);
+  return rim::fit_noise(made_basis(made), seen, which, 1.0);
 }

@@ -96,7 +96,7 @@ Calibrated calibrate(const std::vector<MadeRun> &runs) {
   for (const MadeRun &run : runs)
     seen.push_back(run.seen());
   rim::choose_region(&c.plan, seen, {1.0, 1.0}, rim::CalibrationOptions{});
-  c.scores = rim::calibrate_runs(&c.plan, &c.noise, seen, rim::CalibrationOptions{});
+  c.scores = rim::calibrate_runs(&c.plan, &c.noise, {c.noise}, seen, rim::CalibrationOptions{});
   return c;
 }
 

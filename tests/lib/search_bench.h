@@ -119,10 +119,10 @@ static inline void put_noise(bytes *b, const world *w) {
   for (size_t i = 0; i < 4; ++i)
     f32(b, times[i]);
   for (size_t c = 0; c < CHANNELS; ++c) {
-    const double numbers[9] = {
+    const double numbers[10] = {
         1.0, c == 0 ? w->fields : 0.0, w->rho, w->s, w->p_center, w->p_scale, w->ln_sigma, 0.0,
-        0.0};
-    for (size_t i = 0; i < 9; ++i)
+        0.0, 0.0};
+    for (size_t i = 0; i < 10; ++i)
       f32(b, numbers[i]);
     for (size_t k = 0; k < FIELDS; ++k)
       f32(b, 1.0 / w->prior[k]);

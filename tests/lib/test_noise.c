@@ -142,12 +142,12 @@ static void numbers_out_of_range_are_refused(void **state) {
 
 static void the_weight_is_that_of_the_scale(void **state) {
   (void)state;
-  noise_channel n = {.ln_sigma = {0.25f, -0.125f, 0.5f}};
+  noise_channel n = {.ln_sigma = {0.25f, -0.125f, 0.5f, 0.125f}};
   for (double p = -4.0; p <= 4.0; p += 0.5) {
     for (double change = 0.0; change <= 3.0; change += 0.5) {
-      const double ln = 0.25 * p - 0.125 * (p * p - 1.0) + 0.5 * change;
+      const double ln = 0.25 * p - 0.125 * (p * p - 1.0) + 0.5 * change + 0.125 * -2.0;
       const double limited = fmax(-NOISE_LN_SIGMA, fmin(NOISE_LN_SIGMA, ln));
-      assert_true(fabs(rim_noise_weight(&n, p, change) - exp(-limited)) < 1e-12);
+      assert_true(fabs(rim_noise_weight(&n, p, change, -2.0) - exp(-limited)) < 1e-12);
     }
   }
 }

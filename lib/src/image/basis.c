@@ -4,6 +4,7 @@
 
 #include "rim/image.h"
 #include "base/real.h"
+#include "image/noise.h"
 
 #define HUGE_ERROR 1e30
 
@@ -290,6 +291,15 @@ static double from_integral(const rim_agreement *a, const agreement_block *block
               (double)rim_image_f32(a->integrand_inverse_sd, g) *
               (block->early[g] + state[LATE * count + g]);
   return AGREEMENT_KEEPS * sum + block->measured[o] - state[BEFORE_OUTCOME * count + o] - change;
+}
+
+double rim_agreement_disturbance(const rim_agreement *a, const double *residual, double *work) {
+  for (size_t o = 0; o < a->outcomes; ++o) {
+    const double in_sd = rim_clamp(residual[o] * (double)rim_image_f32(a->inverse_sd, o),
+                                   -AGREEMENT_CLIP, AGREEMENT_CLIP);
+    work[o] = in_sd * in_sd;
+  }
+  return rim_noise_disturbance(work, a->outcomes);
 }
 
 void rim_agreement_evaluate(const rim_agreement *a, const agreement_block *block, double *state,

@@ -157,6 +157,9 @@ double rim_agreement_error(const rim_agreement *view, uint32_t outcome, const do
 /* Doubles per outcome that are kept from block to block; all 0 before the first. */
 #define AGREEMENT_STATE (3u + AGREEMENT_INTEGRANDS)
 
+/* rim_noise_disturbance() of a block's behaviour residuals, in the outcomes' units; work[O]. */
+double rim_agreement_disturbance(const rim_agreement *view, const double *residual, double *work);
+
 /* remains[O], in the outcomes' units. Cost O(O^2 (2 + M)). */
 void rim_agreement_evaluate(const rim_agreement *view, const agreement_block *block, double *state,
                             double *remains);

@@ -30,7 +30,7 @@ rim_status rim_noise_open(rim_noise *view, const uint8_t *section, size_t bytes,
                           uint32_t means) {
   if (bytes < 4u * NOISE_HEADER_WORDS)
     return RIM_E_TRUNCATED;
-  if (rim_image_u32(section, 0) != 1u)
+  if (rim_image_u32(section, 0) != 2u)
     return RIM_E_VERSION;
   rim_noise n;
   n.channels = rim_image_u32(section, 1);
@@ -66,7 +66,7 @@ noise_channel rim_noise_channel(const rim_noise *view, uint32_t channel) {
   c.s = rim_image_f32(at, 3);
   c.p_center = rim_image_f32(at, 4);
   c.p_scale = rim_image_f32(at, 5);
-  for (size_t i = 0; i < 3; ++i)
+  for (size_t i = 0; i < NOISE_SIGMA_TERMS; ++i)
     c.ln_sigma[i] = rim_image_f32(at, 6 + i);
   c.inverse_prior = at + 4u * NOISE_CHANNEL_WORDS;
   c.combination = c.inverse_prior + 4u * view->fields;
@@ -74,8 +74,19 @@ noise_channel rim_noise_channel(const rim_noise *view, uint32_t channel) {
   return c;
 }
 
-double rim_noise_weight(const noise_channel *c, double p, double change) {
+double rim_noise_weight(const noise_channel *c, double p, double change, double disturbance) {
   const double ln_sigma = (double)c->ln_sigma[0] * p + (double)c->ln_sigma[1] * (p * p - 1.0) +
-                          (double)c->ln_sigma[2] * change;
+                          (double)c->ln_sigma[2] * change + (double)c->ln_sigma[3] * disturbance;
   return rim_exp(-rim_clamp(ln_sigma, -NOISE_LN_SIGMA, NOISE_LN_SIGMA));
+}
+
+double rim_noise_disturbance(const double *square, size_t outcomes) {
+  if (outcomes < 2)
+    return 0.0;
+  double sum = 0.0, largest = 0.0;
+  for (size_t o = 0; o < outcomes; ++o) {
+    sum += square[o];
+    largest = rim_max(largest, square[o]);
+  }
+  return rim_log(NOISE_CALM + (sum - largest) / (double)(outcomes - 1u));
 }

@@ -124,6 +124,8 @@ static bool observe_trained(rim_monitor *m) {
   predict(m);
   agree(m);
   find_place(m);
+  const double disturbance = /* m->level: agree() is done with it */
+      rim_agreement_disturbance(&m->models.agreement, m->residual, m->level);
   const bool partly = find_unknown(m);
   const search_block block = {.t_s = blocks_since_start_s(m->rows),
                               .feature = m->place,
@@ -131,7 +133,8 @@ static bool observe_trained(rim_monitor *m) {
                               .predicted = m->predicted,
                               .residual = m->residual,
                               .unknown = partly ? m->unknown : NULL,
-                              .change = blocks_change(m->rows)};
+                              .change = blocks_change(m->rows),
+                              .disturbance = disturbance};
   if (search_observe(m->search, &block) == RIM_OK) {
     if (partly)
       count(&m->partly);

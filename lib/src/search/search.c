@@ -44,7 +44,7 @@ static size_t lay_out(search_layout *at, const search_config *c) {
   at->predicted = (uint32_t)bytes;
   bytes += round8(ring * c->outcomes);
   at->change = (uint32_t)bytes;
-  bytes += round8(ring);
+  bytes += round8(2u * ring);
   at->score = (uint32_t)bytes;
   bytes += round8((size_t)c->channels * c->features);
   return bytes;
@@ -166,7 +166,7 @@ static void accumulate(rim_search *s, newest *n, uint32_t channel) {
 
 rim_status search_observe(rim_search *s, const search_block *b) {
   const search_config *c = &s->config;
-  if (!rim_is_finite(b->t_s) || !rim_is_finite(b->change) || !all_finite(b->mean, c->means) ||
+  if (!rim_is_finite(b->t_s) || !rim_is_finite(b->change) || !rim_is_finite(b->disturbance) || !all_finite(b->mean, c->means) ||
       !all_finite(b->predicted, c->outcomes) || !all_finite(b->residual, c->channels))
     return RIM_E_DATA;
   const uint32_t slot = s->head;
@@ -175,6 +175,8 @@ rim_status search_observe(rim_search *s, const search_block *b) {
   memcpy(search_features(s, slot), b->feature, c->features);
   search_changes(s)[slot] =
       (uint8_t)rim_floor(rim_clamp(b->change / SEARCH_CHANGE_STEP, 0.0, 255.0) + 0.5);
+  const double disturbance = (b->disturbance - SEARCH_CALMEST) / SEARCH_DISTURBANCE_STEP;
+  search_disturbances(s)[slot] = (uint8_t)rim_floor(rim_clamp(disturbance, 0.0, 255.0) + 0.5);
   for (uint32_t m = 0; m < c->means; ++m)
     search_means(s, slot)[m] = to_byte(b->mean[m]);
   for (uint32_t o = 0; o < c->outcomes; ++o) {

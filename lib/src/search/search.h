@@ -72,6 +72,7 @@ typedef struct search_block {
   const double *residual;  /* [channels] */
   const bool *unknown;     /* [channels]: says nothing of this block; NULL: all are known */
   double change;           /* of the commands since the block before, in standard deviations */
+  double disturbance;      /* rim_noise_disturbance() */
 } search_block;
 
 typedef struct rim_search rim_search;

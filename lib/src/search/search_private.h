@@ -8,6 +8,8 @@
 #define SEARCH_Z_STEP (1.0 / 64.0)      /* of a residual in the ring: int16 covers +-500 */
 #define SEARCH_BYTE_STEP (1.0 / 31.0)   /* of a standardised mean or prediction: int8 covers +-4 */
 #define SEARCH_CHANGE_STEP (1.0 / 64.0) /* of the commands' change: uint8 covers 3.98 */
+#define SEARCH_DISTURBANCE_STEP (1.0 / 40.0) /* from SEARCH_CALMEST on: uint8 */
+#define SEARCH_CALMEST (-3.0)
 #define SEARCH_COARSE_STEP (1.0 / 4.0)  /* of a residual in a byte: +-31 */
 #define SEARCH_NONE (-1e30f)
 #define SEARCH_UNKNOWN INT16_MIN       /* a residual that is not known */
@@ -109,6 +111,9 @@ static inline double search_residual(const rim_search *s, uint32_t channel, uint
              : (double)search_coarse_residuals(s, slot)[channel - fine] * SEARCH_COARSE_STEP;
 }
 static inline uint8_t *search_changes(const rim_search *s) { return search_at(s, s->at.change); }
+static inline uint8_t *search_disturbances(const rim_search *s) {
+  return search_changes(s) + s->config.ring;
+}
 static inline channel_state *search_state(const rim_search *s, uint32_t channel) {
   return (channel_state *)search_at(s, s->at.state) + channel;
 }

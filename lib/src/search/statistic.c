@@ -26,7 +26,9 @@ double search_scale(const rim_search *s, const noise_channel *c, uint32_t channe
     return 1.0;
   const uint32_t outcome = channel % s->config.outcomes;
   return rim_noise_weight(c, search_raw_prediction(s, slot, outcome),
-                          (double)search_changes(s)[slot] * SEARCH_CHANGE_STEP);
+                          (double)search_changes(s)[slot] * SEARCH_CHANGE_STEP,
+                          SEARCH_CALMEST +
+                              (double)search_disturbances(s)[slot] * SEARCH_DISTURBANCE_STEP);
 }
 
 double search_weight(const rim_search *s, const noise_channel *c, uint32_t channel, uint32_t slot) {
