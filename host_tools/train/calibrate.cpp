@@ -184,7 +184,7 @@ double description(std::size_t family) {
 
 // The scale of an exponential tail of the runs' scores. The order statistic of a few dozen runs is
 // itself uncertain: the rate that it lets through is right in the mean over sets of runs, and in
-// one set in seven twice as large. One scale more divides it by e.
+// one set in seven twice as large. Half a scale more divides it by 1.6.
 float tail_scale(std::vector<float> scores) {
   std::sort(scores.begin(), scores.end());
   const std::size_t n = scores.size();
@@ -325,7 +325,7 @@ std::vector<RunScore> calibrate_runs(FlightPlan *plan, NoiseModel *noise,
   plan->thresholds.offset.assign(noise->channels.size(), 0.0F);
   plan->thresholds.scale.assign(noise->channels.size(), 1.0F);
   set_alarm(&plan->thresholds, largest, options);
-  plan->thresholds.alarm_score += tail_scale(largest);
+  plan->thresholds.alarm_score += 0.5F * tail_scale(largest);
   return scores;
 }
 

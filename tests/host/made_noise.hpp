@@ -23,6 +23,7 @@ struct MadeNoise {
 struct MadeRun {
   rim::BlockRun blocks;
   rim::Matrix predicted, residual;
+  Eigen::VectorXd disturbance;
   std::vector<double> offset; // per channel
   rim::SearchRun seen() const { return {&blocks, &predicted, &residual, &disturbance}; }
 };
@@ -37,6 +38,7 @@ inline MadeRun made_noise(std::uint64_t seed, const MadeNoise &made, bool all_ki
   run.blocks.outcome = rim::Matrix::Zero(n, o);
   run.blocks.means.resize(n, static_cast<Eigen::Index>(made.means));
   run.blocks.change = Eigen::VectorXd::Zero(n);
+  run.disturbance = Eigen::VectorXd::Zero(n);
   run.blocks.time_s.resize(n);
   run.predicted.resize(n, o);
   run.residual.resize(n, channels);
