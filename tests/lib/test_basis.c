@@ -3,9 +3,9 @@
 #include <math.h>
 #include <stdio.h>
 
+#include "base/rng.h"
 #include "image/basis.h"
 #include "rim/image.h"
-#include "base/rng.h"
 #include "section_bytes.h"
 
 enum { FEATURES = 5, OUTCOMES = 3, INPUTS = 3, TIMES = 2, FILTERS = INPUTS * TIMES };
@@ -166,6 +166,30 @@ static void numbers_that_are_none_are_refused(void **state) {
   }
 }
 
+static void how_healthy_runs_begin_is_read_back(void **state) {
+  (void)state;
+  bytes b = basis();
+  rim_basis v;
+  put_u32(b.byte + 20, 2);
+  for (size_t i = 0; i < OUTCOMES + 2 * FEATURES; ++i)
+    f32(&b, 0.25 * (double)(i + 1));
+  assert_int_equal(rim_basis_open(&v, b.byte, b.size, FEATURES, OUTCOMES), RIM_OK);
+  assert_true(rim_image_f32(v.first_sd, 0) == 0.25f);
+  assert_true(rim_image_f32(v.start, 0) == 1.0f && rim_image_f32(v.start_sd, 0) == 2.25f);
+  bytes bad = b;
+  bad.size -= 4;
+  assert_int_equal(basis_status(&bad), RIM_E_TRUNCATED);
+  bad = b;
+  put_u32(bad.byte + 20, 3);
+  assert_int_equal(basis_status(&bad), RIM_E_RANGE);
+  bad = b;
+  put_f32(bad.byte + b.size - 4, 0.0);
+  assert_int_equal(basis_status(&bad), RIM_E_DATA);
+  bad = b;
+  put_f32(bad.byte + b.size - 4 * 2 * FEATURES, INFINITY);
+  assert_int_equal(basis_status(&bad), RIM_E_DATA);
+}
+
 /* ---- behaviour ---- */
 
 enum { TARGETS = 2 * OUTCOMES };
@@ -211,6 +235,32 @@ static void behaviour_is_a_sum_of_terms(void **state) {
       for (uint32_t i = 0; i < TERMS; ++i)
         sum += drawn(TARGETS + o * TERMS + i) * x[i];
       assert_true(fabs(predicted[o] - sum) < 1e-12);
+    }
+  }
+}
+
+static void behaviour_is_as_uncertain_as_its_terms(void **state) {
+  (void)state;
+  const bytes b = behaviour();
+  rim_behaviour v;
+  assert_int_equal(rim_behaviour_open(&v, b.byte, b.size, TERMS, OUTCOMES), RIM_OK);
+  uint16_t unknown[TERMS] = {0};
+  double error[TARGETS];
+  rim_behaviour_error(&v, unknown, true, error);
+  for (uint32_t o = 0; o < TARGETS; ++o)
+    assert_true(!(error[o] > 0.0));
+  for (uint32_t i = 0; i < TERMS; ++i)
+    unknown[i] = (uint16_t)(7000u * i);
+  for (int knows_start = 0; knows_start < 2; ++knows_start) {
+    rim_behaviour_error(&v, unknown, knows_start != 0, error);
+    for (uint32_t o = 0; o < TARGETS; ++o) {
+      double sum = 0.0;
+      for (uint32_t i = 0; i < TERMS; ++i)
+        sum += pow(drawn(TARGETS + o * TERMS + i) * unknown[i] / BASIS_UNKNOWN_SD, 2.0);
+      if (!knows_start && o < OUTCOMES && o % 2 == 1)
+        assert_true(error[o] >= 1e30);
+      else
+        assert_true(fabs(error[o] - sqrt(sum)) < 1e-9);
     }
   }
 }
@@ -406,7 +456,9 @@ int main(void) {
       cmocka_unit_test(a_basis_of_another_size_is_refused),
       cmocka_unit_test(indices_out_of_range_are_refused),
       cmocka_unit_test(numbers_that_are_none_are_refused),
+      cmocka_unit_test(how_healthy_runs_begin_is_read_back),
       cmocka_unit_test(behaviour_is_a_sum_of_terms),
+      cmocka_unit_test(behaviour_is_as_uncertain_as_its_terms),
       cmocka_unit_test(damaged_behaviour_is_refused),
       cmocka_unit_test(what_remains_is_as_defined),
       cmocka_unit_test(integrands_are_named),
