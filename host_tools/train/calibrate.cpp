@@ -171,6 +171,7 @@ std::vector<float> run_maxima(const FlightPlan &plan, const rim_noise &noise,
     block.residual = residual.data();
     block.change = run.blocks->change[i];
     block.disturbance = (*run.disturbance)[i];
+    block.apart = !run.blocks->follows[static_cast<std::size_t>(i)];
     if (search_observe(search, &block) != RIM_OK)
       throw std::logic_error("search_observe");
     search_work(search, plan.budget * plan.block_rows);

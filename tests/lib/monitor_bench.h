@@ -174,18 +174,18 @@ static void put_behaviour(bytes *b) {
 }
 
 static void put_agreement(bytes *b) {
-  const uint32_t header[4] = {2, O, MEANS, 0};
+  const uint32_t header[4] = {3, O, MEANS, 0};
   for (size_t i = 0; i < 4; ++i)
     u32(b, header[i]);
-  for (size_t i = 0; i < 2 * O; ++i)
-    f32(b, i < O ? 20.0 : 1.0);
+  for (size_t i = 0; i < O; ++i)
+    f32(b, 20.0);
   for (size_t i = 0; i < O * (4 + O * (2 + MEANS)); ++i)
     f32(b, 0.0);
 }
 
 /* An offset of the run of a quarter of a block's noise, nothing else. */
 static void put_noise(bytes *b) {
-  const uint32_t header[4] = {1, CHANNELS, RAW, FIELDS};
+  const uint32_t header[4] = {2, CHANNELS, RAW, FIELDS};
   for (size_t i = 0; i < 4; ++i)
     u32(b, header[i]);
   const double times[4] = {300.0, 20.0, 2000.0, 0.0};
@@ -193,8 +193,8 @@ static void put_noise(bytes *b) {
     f32(b, times[i]);
   for (size_t c = 0; c < CHANNELS; ++c) {
     const double s = c < 2 * O ? 0.05 : c < 3 * O ? 0.9 : 0.1;
-    const double scalars[9] = {1, FIELDS, 0, s, 0, 1, 0, 0, 0};
-    for (size_t i = 0; i < 9; ++i)
+    const double scalars[10] = {1, FIELDS, 0, s, 0, 1, 0, 0, 0, 0};
+    for (size_t i = 0; i < 10; ++i)
       f32(b, scalars[i]);
     f32(b, 16.0);
     for (size_t i = 0; i < RAW; ++i)

@@ -33,6 +33,7 @@ typedef struct world {
   uint8_t feature[MOST_BLOCKS][FEATURES];
   double p[MOST_BLOCKS], mean[MOST_BLOCKS][MEANS]; /* standardised */
   double r[MOST_BLOCKS];                           /* of channel 0, in the outcome's unit */
+  bool unknown[MOST_BLOCKS];                       /* nothing is known of channel 0 */
 } world;
 
 static inline double predicted(const world *w, uint32_t i) {
@@ -112,7 +113,7 @@ typedef struct bench {
 
 static inline void put_noise(bytes *b, const world *w) {
   b->size = 0;
-  const uint32_t header[4] = {1, CHANNELS, RAW, FIELDS};
+  const uint32_t header[4] = {2, CHANNELS, RAW, FIELDS};
   for (size_t i = 0; i < 4; ++i)
     u32(b, header[i]);
   const double times[4] = {RUN_S, DECAY_S, TREND_S, 0.0};
@@ -155,6 +156,8 @@ static inline void start(bench *b, const world *w, uint16_t ring) {
 }
 
 static inline search_block block_of(const world *w, uint32_t i, double *outcome, double *residual) {
+  static bool unknown[CHANNELS];
+  unknown[0] = w->unknown[i];
   for (size_t c = 0; c < CHANNELS; ++c)
     residual[c] = c == 0 ? residual_of(w, i) : 0.0;
   for (size_t o = 0; o < OUTCOMES; ++o)
@@ -164,6 +167,7 @@ static inline search_block block_of(const world *w, uint32_t i, double *outcome,
                         .mean = w->mean[i],
                         .predicted = outcome,
                         .residual = residual,
+                        .unknown = w->unknown[i] ? unknown : NULL,
                         .change = 0.0};
 }
 
@@ -213,6 +217,15 @@ static inline void solve(uint32_t n, double v[][MOST_BLOCKS], double x[][2]) {
       x[i][k] /= v[i][i];
 }
 
+/* Noise before an unknown block says nothing of the noise after it. */
+static inline bool are_apart(const world *w, uint32_t i, uint32_t j) {
+  for (uint32_t k = i < j ? i : j; k <= (i < j ? j : i); ++k) {
+    if (w->unknown[k])
+      return true;
+  }
+  return false;
+}
+
 /* r = shift m + B b + sigma a: the shift of least variance when b and a are both noise,
  * cov r = s^2 (B prior B' + sigma_i sigma_j rho^|i - j| / (1 - rho^2)). */
 static inline gls dense(const world *w, const double *shape) {
@@ -225,18 +238,20 @@ static inline gls dense(const world *w, const double *shape) {
       fields_of(w, j, of_j);
       double sum = scale(w, i) * scale(w, j) * pow(w->rho, (double)(i > j ? i - j : j - i)) /
                    (1.0 - w->rho * w->rho);
+      if (are_apart(w, i, j))
+        sum = 0.0;
       for (uint32_t k = 0; k < w->fields; ++k)
         sum += w->prior[k] * of_i[k] * of_j[k];
-      v[i][j] = w->s * w->s * sum;
+      v[i][j] = w->unknown[i] || w->unknown[j] ? (i == j ? 1.0 : 0.0) : w->s * w->s * sum;
     }
-    x[i][0] = shape[i];
-    x[i][1] = residual_of(w, i);
+    x[i][0] = w->unknown[i] ? 0.0 : shape[i];
+    x[i][1] = w->unknown[i] ? 0.0 : residual_of(w, i);
   }
   solve(n, v, x);
   double a = 0.0, d = 0.0;
   for (uint32_t i = 0; i < n; ++i) {
-    a += shape[i] * x[i][0];
-    d += shape[i] * x[i][1];
+    a += w->unknown[i] ? 0.0 : shape[i] * x[i][0];
+    d += w->unknown[i] ? 0.0 : shape[i] * x[i][1];
   }
   return (gls){d / a, 1.0 / sqrt(a), d * d / (2.0 * a)};
 }

@@ -3,9 +3,9 @@
 #include <math.h>
 #include <stdio.h>
 
+#include "base/rng.h"
 #include "image/basis.h"
 #include "rim/image.h"
-#include "base/rng.h"
 #include "section_bytes.h"
 
 enum { FEATURES = 5, OUTCOMES = 3, INPUTS = 3, TIMES = 2, FILTERS = INPUTS * TIMES };
@@ -117,7 +117,7 @@ static void indices_out_of_range_are_refused(void **state) {
   } bad[] = {{INPUT_AT, FEATURES},
              {INPUT_AT + 2, FEATURES},
              {INPUT_AT + 2, FEATURES | BASIS_OF_PRODUCT},
-             {INPUT_AT + 6, 0xfffd},
+             {INPUT_AT + 6, 0xfffb},
              {TERM_AT, 8},
              {TERM_AT, 0xffff},
              {TERM_AT + 2, FILTERS},     /* MEAN */
@@ -164,6 +164,30 @@ static void numbers_that_are_none_are_refused(void **state) {
     put_f32(b.byte + scales[k], 0.0);
     assert_int_equal(basis_status(&b), RIM_E_DATA);
   }
+}
+
+static void how_healthy_runs_begin_is_read_back(void **state) {
+  (void)state;
+  bytes b = basis();
+  rim_basis v;
+  put_u32(b.byte + 20, 2);
+  for (size_t i = 0; i < OUTCOMES + 2 * FEATURES; ++i)
+    f32(&b, 0.25 * (double)(i + 1));
+  assert_int_equal(rim_basis_open(&v, b.byte, b.size, FEATURES, OUTCOMES), RIM_OK);
+  assert_true(rim_image_f32(v.first_sd, 0) == 0.25f);
+  assert_true(rim_image_f32(v.start, 0) == 1.0f && rim_image_f32(v.start_sd, 0) == 2.25f);
+  bytes bad = b;
+  bad.size -= 4;
+  assert_int_equal(basis_status(&bad), RIM_E_TRUNCATED);
+  bad = b;
+  put_u32(bad.byte + 20, 3);
+  assert_int_equal(basis_status(&bad), RIM_E_RANGE);
+  bad = b;
+  put_f32(bad.byte + b.size - 4, 0.0);
+  assert_int_equal(basis_status(&bad), RIM_E_DATA);
+  bad = b;
+  put_f32(bad.byte + b.size - 4 * 2 * FEATURES, INFINITY);
+  assert_int_equal(basis_status(&bad), RIM_E_DATA);
 }
 
 /* ---- behaviour ---- */
@@ -215,6 +239,32 @@ static void behaviour_is_a_sum_of_terms(void **state) {
   }
 }
 
+static void behaviour_is_as_uncertain_as_its_terms(void **state) {
+  (void)state;
+  const bytes b = behaviour();
+  rim_behaviour v;
+  assert_int_equal(rim_behaviour_open(&v, b.byte, b.size, TERMS, OUTCOMES), RIM_OK);
+  uint16_t unknown[TERMS] = {0};
+  double error[TARGETS];
+  rim_behaviour_error(&v, unknown, true, error);
+  for (uint32_t o = 0; o < TARGETS; ++o)
+    assert_true(!(error[o] > 0.0));
+  for (uint32_t i = 0; i < TERMS; ++i)
+    unknown[i] = (uint16_t)(7000u * i);
+  for (int knows_start = 0; knows_start < 2; ++knows_start) {
+    rim_behaviour_error(&v, unknown, knows_start != 0, error);
+    for (uint32_t o = 0; o < TARGETS; ++o) {
+      double sum = 0.0;
+      for (uint32_t i = 0; i < TERMS; ++i)
+        sum += pow(drawn(TARGETS + o * TERMS + i) * unknown[i] / BASIS_UNKNOWN_SD, 2.0);
+      if (!knows_start && o < OUTCOMES && o % 2 == 1)
+        assert_true(error[o] >= 1e30);
+      else
+        assert_true(fabs(error[o] - sqrt(sum)) < 1e-9);
+    }
+  }
+}
+
 static void damaged_behaviour_is_refused(void **state) {
   (void)state;
   const bytes good = behaviour();
@@ -244,16 +294,32 @@ static void damaged_behaviour_is_refused(void **state) {
 
 /* ---- agreement ---- */
 
-enum { STRIDE = AGREEMENT_FIRST + OUTCOMES * (2 + MEANS), ROWS_AT = 16 + 8 * OUTCOMES };
+enum {
+  STRIDE = AGREEMENT_FIRST + OUTCOMES * (2 + MEANS),
+  INTEGRANDS = 2,
+  INTEGRANDS_AT = 16 + 4 * OUTCOMES,
+  SCALES_AT = INTEGRANDS_AT + 8 * INTEGRANDS,
+  ROWS_AT = SCALES_AT + 12 * INTEGRANDS
+};
 
-/* Outcome 0 from residuals, 1 from section LEVEL, 2 integrates outcome 0. */
+/* Outcome 0 from residuals, 1 from section LEVEL, 2 the integral of feature 0 and of the product of
+ * features 0 and 1. */
 static bytes agreement(void) {
   bytes b = {.size = 0};
-  const uint32_t header[4] = {2, OUTCOMES, MEANS, 0};
+  const uint32_t header[4] = {3, OUTCOMES, MEANS, INTEGRANDS};
   for (size_t i = 0; i < 4; ++i)
     u32(&b, header[i]);
-  for (uint32_t i = 0; i < 2 * OUTCOMES; ++i)
-    f32(&b, i < OUTCOMES ? 2.0 + i : 0.5 + i);
+  for (uint32_t i = 0; i < OUTCOMES; ++i)
+    f32(&b, 2.0 + i);
+  static const uint16_t integrand[INTEGRANDS][4] = {{AGREEMENT_PLAIN, 0, 0, 0},
+                                                    {AGREEMENT_PRODUCT, 0, 1, 0}};
+  for (size_t i = 0; i < INTEGRANDS; ++i) {
+    for (size_t k = 0; k < 4; ++k)
+      u16(&b, integrand[i][k]);
+  }
+  static const double numbers[3 * INTEGRANDS] = {0.5, 1.5, 1.0, 0.0, 3.0, -2.0};
+  for (size_t i = 0; i < 3 * INTEGRANDS; ++i)
+    f32(&b, numbers[i]);
   for (uint32_t o = 0; o < OUTCOMES; ++o) {
     const double head[AGREEMENT_FIRST] = {o, 0.25, o == 2 ? 0.0 : -1.0, o == 2 ? 0.125 : 0.0};
     for (size_t i = 0; i < AGREEMENT_FIRST; ++i)
@@ -270,11 +336,12 @@ static double weight(uint32_t o, uint32_t set, uint32_t j) {
 
 static rim_status agreement_status(const bytes *b) {
   rim_agreement view;
-  return rim_agreement_open(&view, b->byte, b->size, OUTCOMES, MEANS);
+  return rim_agreement_open(&view, b->byte, b->size, FEATURES, OUTCOMES, MEANS);
 }
 
 typedef struct record {
   double residual[OUTCOMES], measured[OUTCOMES], level[OUTCOMES], mean[MEANS];
+  double early[INTEGRANDS], late[INTEGRANDS];
   bool follows;
 } record;
 
@@ -287,6 +354,10 @@ static record make_record(uint32_t i) {
   }
   for (uint32_t m = 0; m < MEANS; ++m)
     r.mean[m] = drawn(7015 + 20 * i + m);
+  for (uint32_t g = 0; g < INTEGRANDS; ++g) {
+    r.early[g] = drawn(7100 + 20 * i + g);
+    r.late[g] = drawn(7105 + 20 * i + g);
+  }
   r.follows = i % 7 != 3;
   return r;
 }
@@ -306,12 +377,11 @@ static double residual_less_others(const record *now, const record *before) {
   return now->residual[0] - sum / 2.0;
 }
 
-/* The change of outcome 2 that 0 and 1 do not explain. */
+/* The change of outcome 2 that its integrands do not explain. */
 static double unexplained_change(const record *now, const record *before) {
   double change = now->measured[2] - before->measured[2] - 0.25;
-  for (uint32_t j = 0; j < 2; ++j)
-    change -= weight(2, 0, j) * now->measured[j] * (0.5 + OUTCOMES + j) +
-              weight(2, 1, j) * before->measured[j] * (0.5 + OUTCOMES + j);
+  for (uint32_t g = 0; g < INTEGRANDS; ++g)
+    change -= weight(2, 0, g) * (0.5 + g) * (now->early[g] + before->late[g]);
   return change;
 }
 
@@ -321,15 +391,20 @@ static void what_remains_is_as_defined(void **state) {
   for (int with_level = 0; with_level < 2; ++with_level) {
     rim_agreement v;
     double kept[AGREEMENT_STATE * OUTCOMES] = {0.0}, sum = 0.0;
-    assert_int_equal(rim_agreement_open(&v, b.byte, b.size, OUTCOMES, MEANS), RIM_OK);
+    assert_int_equal(rim_agreement_open(&v, b.byte, b.size, FEATURES, OUTCOMES, MEANS), RIM_OK);
     record before;
     memset(&before, 0, sizeof before);
     for (uint32_t i = 0; i < 40; ++i) {
       record now = make_record(i);
       now.follows = now.follows && i > 0;
       double remains[OUTCOMES];
-      const agreement_block block = {now.residual, now.mean, now.measured,
-                                     with_level ? now.level : NULL, now.follows};
+      const agreement_block block = {.residual = now.residual,
+                                     .mean = now.mean,
+                                     .measured = now.measured,
+                                     .early = now.early,
+                                     .late = now.late,
+                                     .level = with_level ? now.level : NULL,
+                                     .follows = now.follows};
       rim_agreement_evaluate(&v, &block, kept, remains);
       assert_true(fabs(remains[0] - residual_less_others(&now, &before)) < 1e-9);
       if (with_level)
@@ -349,17 +424,20 @@ static void integrands_are_named(void **state) {
   bytes b = agreement();
   rim_agreement v;
   bool mostly;
-  assert_int_equal(rim_agreement_open(&v, b.byte, b.size, OUTCOMES, MEANS), RIM_OK);
+  assert_int_equal(rim_agreement_open(&v, b.byte, b.size, FEATURES, OUTCOMES, MEANS), RIM_OK);
   for (uint32_t o = 0; o < OUTCOMES; ++o) {
     for (uint32_t j = 0; j < OUTCOMES; ++j) {
-      const double gain = rim_agreement_gain(&v, o, j, &mostly);
-      const double expected = (weight(o, 0, j) + weight(o, 1, j)) * (0.5 + OUTCOMES + j);
+      const double gain = rim_agreement_gain(&v, o, j, (uint16_t)j, &mostly);
+      /* Feature 0 alone and in the product, whose other factor is 3; feature 1 with -2 beside. */
+      const double expected = j == 0   ? 2.0 * (weight(2, 0, 0) * 0.5 + weight(2, 0, 1) * 1.5 * 3.0)
+                              : j == 1 ? 2.0 * weight(2, 0, 1) * 1.5 * -2.0
+                                       : 0.0;
       assert_true(fabs(gain - (o == 2 ? expected : 0.0)) < 1e-12);
       assert_int_equal(mostly, o == 2 && j == 0);
     }
   }
   put_f32(b.byte + ROWS_AT + 4 * (2 * STRIDE + 2), -1.0);
-  (void)rim_agreement_gain(&v, 2, 0, &mostly);
+  (void)rim_agreement_gain(&v, 2, 0, 0, &mostly);
   assert_false(mostly);
 }
 
@@ -379,14 +457,22 @@ static void damaged_agreement_is_refused(void **state) {
     assert_int_equal(agreement_status(&b), of_header[i]);
   }
   for (size_t at = 16; at < good.size; at += 4) {
+    if (at >= INTEGRANDS_AT && at < SCALES_AT)
+      continue; /* whole numbers */
     b = good;
     put_f32(b.byte + at, at % 8 == 0 ? NAN : INFINITY);
     assert_int_equal(agreement_status(&b), RIM_E_DATA);
   }
-  for (size_t i = 0; i < 2 * OUTCOMES; ++i) {
+  for (size_t i = 0; i < OUTCOMES + INTEGRANDS; ++i) {
     b = good;
-    put_f32(b.byte + 16 + 4 * i, 0.0);
+    put_f32(b.byte + (i < OUTCOMES ? 16 + 4 * i : SCALES_AT + 4 * (i - OUTCOMES)), 0.0);
     assert_int_equal(agreement_status(&b), RIM_E_DATA);
+  }
+  static const uint8_t of_integrand[3] = {AGREEMENT_SINE + 1, FEATURES, FEATURES};
+  for (size_t i = 0; i < 3; ++i) {
+    b = good;
+    b.byte[INTEGRANDS_AT + 8 + 2 * i] = of_integrand[i];
+    assert_int_equal(agreement_status(&b), RIM_E_RANGE);
   }
   static const struct {
     size_t word;
@@ -406,7 +492,9 @@ int main(void) {
       cmocka_unit_test(a_basis_of_another_size_is_refused),
       cmocka_unit_test(indices_out_of_range_are_refused),
       cmocka_unit_test(numbers_that_are_none_are_refused),
+      cmocka_unit_test(how_healthy_runs_begin_is_read_back),
       cmocka_unit_test(behaviour_is_a_sum_of_terms),
+      cmocka_unit_test(behaviour_is_as_uncertain_as_its_terms),
       cmocka_unit_test(damaged_behaviour_is_refused),
       cmocka_unit_test(what_remains_is_as_defined),
       cmocka_unit_test(integrands_are_named),

@@ -4,9 +4,9 @@
 #include <math.h>
 #include <stdio.h>
 
-#include "monitor/blocks.h"
 #include "base/real.h"
 #include "base/rng.h"
+#include "monitor/blocks.h"
 #include "section_bytes.h"
 
 enum { D = 4, O = 2, BLOCK = 5, INPUTS = 5, TIMES = 2, FILTERS = INPUTS * TIMES };
@@ -346,6 +346,96 @@ static void gaps_are_counted_and_not_bridged(void **state) {
   }
 }
 
+/* The image says how healthy runs begin: at `start`, +-.25 from run to run. */
+static void make_with_start(bench *b, const double *start) {
+  make(b);
+  put_u32(b->section.byte + 20, 2);
+  for (size_t o = 0; o < O; ++o)
+    f32(&b->section, 1.0);
+  for (size_t f = 0; f < 2 * D; ++f)
+    f32(&b->section, f < D ? start[f] : 0.25);
+  assert_int_equal(rim_basis_open(&b->config.basis, b->section.byte, b->section.size, D, O),
+                   RIM_OK);
+  assert_int_equal(blocks_init(&b->b, b->memory, sizeof b->memory, &b->config), RIM_OK);
+}
+
+static void first_block_means(double *mean) {
+  for (uint32_t f = 0; f < D; ++f)
+    mean[f] = 0.0;
+  for (uint32_t t = 0; t < BLOCK; ++t) {
+    double x[D];
+    make_row(t, x);
+    for (uint32_t f = 0; f < D; ++f)
+      mean[f] += x[f] / BLOCK;
+  }
+}
+
+/* A command, or a feature that is no outcome, 1.1 from where healthy runs begin (limit 1.0), or two
+ * outcomes, are no start of a run; .9, one outcome, or an angle anywhere, are one. */
+static void a_start_is_that_of_healthy_runs_or_none(void **state) {
+  (void)state;
+  for (uint32_t f = 0; f < D; ++f) {
+    for (uint32_t k = 0; k < 4; ++k) {
+      double start[D];
+      bench b;
+      first_block_means(start);
+      start[f] += (k & 1u ? 1.0 : -1.0) * (k & 2u ? 0.9 : 1.1);
+      make_with_start(&b, start);
+      for (uint32_t t = 0; t < 3 * BLOCK; ++t)
+        (void)step(&b, t);
+      const bool is_start = (k & 2u) != 0 || f == SENSOR || f == HEADING;
+      assert_int_equal(blocks_knows_start(b.b), is_start);
+      assert_int_equal(blocks_knows_all(b.b), is_start);
+      blocks_reset(b.b);
+      assert_true(blocks_knows_start(b.b));
+    }
+  }
+}
+
+static void assert_unknown(const bench *b, uint32_t term, double expected) {
+  assert_true(fabs((double)blocks_unknown(b->b)[term] - BASIS_UNKNOWN_SD * expected) <= 0.51);
+}
+
+/* Of the mean with share .25, the part that is not known: after a late start what is left of the
+ * first row, after a gap that ends a block the share of its rows; each row takes its own off it. */
+static void the_past_is_unknown_and_dies_away(void **state) {
+  (void)state;
+  double start[D];
+  bench b;
+  first_block_means(start);
+  start[OTHER] += 5.0;
+  make_with_start(&b, start);
+  for (uint32_t t = 0; t < 2 * BLOCK; ++t)
+    (void)step(&b, t);
+  double part = 0.0;
+  for (uint32_t t = BLOCK; t < 2 * BLOCK; ++t)
+    part += pow(0.75, (double)t) / BLOCK;
+  assert_unknown(&b, 0, 2.0 * part);       /* filter 1 */
+  assert_unknown(&b, 2, 2.0 * 2.0 * part); /* filters 1 and 3 */
+  assert_unknown(&b, 4, pow(0.75, 2.0 * BLOCK - 1.0) * INVERSE_SD);
+  for (uint32_t i = 5; i < 8; ++i) /* integral, initial, time */
+    assert_unknown(&b, i, 2.0);
+  assert_unknown(&b, 9, 0.0); /* filter 8: the row itself */
+  for (uint32_t missing = 1; missing < 40; missing += 6) {
+    first_block_means(start);
+    make_with_start(&b, start);
+    for (uint32_t t = 0; t < 2 * BLOCK; ++t)
+      (void)step(&b, t);
+    assert_true(blocks_knows_all(b.b));
+    for (uint32_t t = 0; t < BLOCK; ++t)
+      (void)step(&b, 2 * BLOCK + missing + t);
+    assert_int_equal(blocks_knows_all(b.b), missing < 2);
+    if (missing < 2) /* a block goes on over it */
+      continue;
+    part = 0.0;
+    for (uint32_t t = 1; t <= BLOCK; ++t)
+      part += (1.0 - pow(0.75, (double)missing)) * pow(0.75, (double)t) / BLOCK;
+    assert_unknown(&b, 0, part);
+    assert_unknown(&b, 5, fmin(6.0, 0.29 * 2.0 * missing * PERIOD_S * INVERSE_SD));
+    assert_unknown(&b, 7, 0.0);
+  }
+}
+
 static void a_reading_after_a_gap_repeats_nothing(void **state) {
   (void)state;
   bench b;
@@ -635,6 +725,8 @@ int main(void) {
       cmocka_unit_test(an_angle_that_wraps_is_one),
       cmocka_unit_test(repeated_readings_are_counted),
       cmocka_unit_test(gaps_are_counted_and_not_bridged),
+      cmocka_unit_test(a_start_is_that_of_healthy_runs_or_none),
+      cmocka_unit_test(the_past_is_unknown_and_dies_away),
       cmocka_unit_test(a_reading_after_a_gap_repeats_nothing),
       cmocka_unit_test(bad_rows_are_counted_and_leave_no_trace),
       cmocka_unit_test(a_wrong_rate_is_told_and_not_examined),

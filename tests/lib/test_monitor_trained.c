@@ -232,7 +232,7 @@ static void rows_with_predictions_can_be_trained(void **state) {
   r.section[RIM_SECTION_BEHAVIOUR].size = r.section[RIM_SECTION_OUTCOMES].size = 0;
   bytes *noise = &r.section[RIM_SECTION_NOISE];
   for (size_t c = 0; c < 2 * O; ++c) { /* residuals in the caller's sd: four rows of 1 make 0.5 */
-    uint8_t *channel = noise->byte + 4 * (8 + c * (9 + FIELDS * (1 + RAW) + FAMILIES));
+    uint8_t *channel = noise->byte + 4 * (8 + c * (10 + FIELDS * (1 + RAW) + FAMILIES));
     put_f32(channel + 12, 0.5);
   }
   bench b;

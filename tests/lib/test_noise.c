@@ -12,7 +12,7 @@ static double number(uint32_t channel, uint32_t word) { return 1.0 + 0.01 * word
 
 static bytes section(void) {
   bytes b = {.size = 0};
-  const uint32_t header[4] = {1, CHANNELS, RAW, FIELDS};
+  const uint32_t header[4] = {2, CHANNELS, RAW, FIELDS};
   for (size_t i = 0; i < 4; ++i)
     u32(&b, header[i]);
   const double times[4] = {100.0, 10.0, 1000.0, 0.0};

@@ -204,10 +204,22 @@ static void they_are_monotone_and_inverse(void **state) {
   }
 }
 
+static void sine_and_cosine_are_those_of_libm(void **state) {
+  (void)state;
+  for (int i = -4000; i <= 4000; ++i) {
+    const double x = 0.0137 * i * (i % 3 == 0 ? 100.0 : 1.0);
+    assert_true(fabs(rim_sin(x) - sin(x)) < 1e-15 * (1.0 + fabs(x)));
+    assert_true(fabs(rim_cos(x) - cos(x)) < 1e-15 * (1.0 + fabs(x)));
+  }
+  assert_true(rim_sin(0.0) == 0.0 && rim_cos(0.0) == 1.0);
+  assert_true(rim_sin(NAN) != rim_sin(NAN) && rim_cos(INFINITY) != rim_cos(INFINITY));
+}
+
 int main(void) {
   printf("seed %u\n", SEED);
   rim_rng_seed(&rng, SEED, 0);
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(sine_and_cosine_are_those_of_libm),
       cmocka_unit_test(finite_abs_min_max),
       cmocka_unit_test(floor_is_exact),
       cmocka_unit_test(sqrt_is_correctly_rounded),

@@ -104,6 +104,49 @@ static void regions_are_judged_by_least_squares(void **state) {
   }
 }
 
+/* Blocks of which nothing is known are as if they had not been: the statistic is that of the
+ * others, and what an unknown residual would have been changes no bit. */
+static void unknown_blocks_say_nothing(void **state) {
+  (void)state;
+  for (uint32_t v = 0; v < VARIANTS; ++v) {
+    world w = variant(v, RING);
+    for (uint32_t i = 0; i < RING; ++i)
+      w.unknown[i] = i == 0 || i == 9 || (i >= 20 && i < 27) || i + 1 == RING;
+    bench b, other;
+    start(&b, &w, RING);
+    feed(&b, 0, RING, TURN);
+    for (uint32_t i = 0; i < RING; ++i)
+      w.r[i] = w.unknown[i] ? 1e3 : w.r[i];
+    start(&other, &w, RING);
+    feed(&other, 0, RING, TURN);
+    const search_hypothesis *found = search_best(b.search, 0);
+    assert_memory_equal(found, search_best(other.search, 0), sizeof *found);
+    search_refresh(b.search, 0);
+    for (uint32_t family = SEARCH_SINCE; family <= SEARCH_BOX_SINCE; ++family) {
+      if (family >= SEARCH_RAMP && family <= SEARCH_FIELD)
+        continue;
+      search_hypothesis h = hypothesis((search_family)family, SEARCH_FROM_START);
+      if (family != SEARCH_INTERVAL && family != SEARCH_BOX)
+        h.onset = 5;
+      search_evaluate(b.search, &h);
+      double shape[MOST_BLOCKS];
+      uint32_t blocks = 0;
+      shape_of(&w, &h, shape);
+      for (uint32_t i = 0; i < RING; ++i)
+        blocks += shape[i] > 0.0 && !w.unknown[i];
+      assert_int_equal(h.blocks, blocks);
+      const gls g = expected_of(&w, &h);
+      if (blocks >= SEARCH_LEAST)
+        assert_same(&h, &g);
+    }
+    for (uint32_t family = SEARCH_SINCE; family <= SEARCH_GAIN; ++family) {
+      const search_hypothesis h = b.search->in_time[family];
+      const gls g = expected_of(&w, &h);
+      assert_same(&h, &g);
+    }
+  }
+}
+
 /* The scan in bins finds the best of all intervals, each judged exactly. */
 static void the_best_interval_is_the_best_of_all(void **state) {
   (void)state;
@@ -594,6 +637,7 @@ int main(void) {
   printf("seed %u\n", SEED);
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(regions_are_judged_by_least_squares),
+      cmocka_unit_test(unknown_blocks_say_nothing),
       cmocka_unit_test(the_best_interval_is_the_best_of_all),
       cmocka_unit_test(onsets_are_judged_by_least_squares),
       cmocka_unit_test(impossible_run_effects_are_told),

@@ -23,13 +23,13 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "image/threshold.h"
 #include "rim/alarm.h"
-#include "rim/plan/correct.h"
 #include "rim/image.h"
 #include "rim/interference.h"
-#include "search/select.h"
+#include "rim/plan/correct.h"
 #include "rim/status.h"
-#include "image/threshold.h"
+#include "search/select.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -175,7 +175,7 @@ typedef struct rim_monitor rim_monitor;
 /* Bytes for rows and blocks. filters: inputs times time constants of section BASIS, 0 without. */
 #define RIM_MONITOR_ROWS_SIZE(features, outcomes, filters, terms)                                  \
   (512u + 8u * (4u * (size_t)(features) + 13u * (size_t)(outcomes) + 2u * (size_t)(filters) +      \
-                (size_t)(terms) + 64u + 12u * (size_t)(outcomes)))
+                (size_t)(terms) + ((size_t)(terms) + 3u) / 4u + 112u + 12u * (size_t)(outcomes)))
 /* Bytes for a monitor of an image without section NOISE, a constant expression. */
 #define RIM_MONITOR_SIZE(features, outcomes, region_features, ring, bins, grid, pairs)             \
   (RIM_MONITOR_HEADER_BYTES + RIM_MONITOR_ROWS_SIZE(features, outcomes, 0, 0) +                    \
@@ -187,9 +187,9 @@ typedef struct rim_monitor rim_monitor;
   (RIM_MONITOR_HEADER_BYTES + RIM_MONITOR_ROWS_SIZE(features, outcomes, filters, terms) +          \
    RIM_MONITOR_SEARCH_HEADER +                                                                     \
    RIM_MONITOR_KINDS * (size_t)(outcomes) *                                                        \
-       (2u * (size_t)(fields) * ((fields) + 3u) + 64u + (region_features)) +                       \
+       (2u * (size_t)(fields) * ((fields) + 3u) + 65u + (region_features)) +                       \
    (size_t)(ring) *                                                                                \
-       (4u * (4u + (fields)) + 7u * (size_t)(outcomes) + (region_features) + (means) + 1u) +       \
+       (4u * (4u + (fields)) + 7u * (size_t)(outcomes) + (region_features) + (means) + 2u) +       \
    128u)
 #define RIM_MONITOR_SEARCH_HEADER 4096u
 

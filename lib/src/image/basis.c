@@ -2,9 +2,9 @@
 
 #include <stdbool.h>
 
-#include "rim/image.h"
 #include "base/real.h"
 #include "image/noise.h"
+#include "rim/image.h"
 
 #define HUGE_ERROR 1e30
 
@@ -164,7 +164,7 @@ void rim_behaviour_predict(const rim_behaviour *view, const double *term, const 
   }
 }
 
-void rim_behaviour_error(const rim_behaviour *view, const uint8_t *unknown, bool knows_start,
+void rim_behaviour_error(const rim_behaviour *view, const uint16_t *unknown, bool knows_start,
                          double *error) {
   const uint32_t outcomes = view->targets / 2u;
   for (size_t o = 0; o < view->targets; ++o) {
@@ -174,7 +174,7 @@ void rim_behaviour_error(const rim_behaviour *view, const uint8_t *unknown, bool
       const double part = (double)rim_image_f32(row, i) * (double)unknown[i];
       sum += part * part;
     }
-    error[o] = rim_sqrt(sum) / BASIS_UNKNOWN_ALL;
+    error[o] = rim_sqrt(sum) / BASIS_UNKNOWN_SD;
     if (!knows_start && o < outcomes && rim_image_u32(view->from_start, o) != 0u)
       error[o] = HUGE_ERROR;
   }

@@ -41,7 +41,7 @@
 #define BASIS_MAX_MEANS 8u
 #define BASIS_CLIP 6.0 /* standard deviations of a term */
 #define BASIS_FIRST_LIMIT 4.0
-#define BASIS_START_LIMIT 6.0 /* standard deviations of a first block */
+#define BASIS_START_LIMIT 4.0 /* standard deviations of a first block */
 #define BASIS_MEAN_CLIP 4.0   /* of a mean, so that it fits into a byte */
 
 typedef enum basis_op {
@@ -85,12 +85,12 @@ rim_status rim_behaviour_open(rim_behaviour *view, const uint8_t *section, size_
 void rim_behaviour_predict(const rim_behaviour *view, const double *term, const double *first,
                            double *predicted);
 
-#define BASIS_UNKNOWN_ALL 255.0 /* of a term of which nothing is known */
+#define BASIS_UNKNOWN_SD 8192.0 /* one standard deviation of a term */
 
 /* error[2 O], in the outcomes' units: standard deviations of the predictions where term i is
- * uncertain by unknown[i] / BASIS_UNKNOWN_ALL of its own standard deviation. 1e30 where the first
+ * uncertain by unknown[i] / BASIS_UNKNOWN_SD of its own standard deviations. 1e30 where the first
  * readings are not those of the run (knows_start) and the model needs them. */
-void rim_behaviour_error(const rim_behaviour *view, const uint8_t *unknown, bool knows_start,
+void rim_behaviour_error(const rim_behaviour *view, const uint16_t *unknown, bool knows_start,
                          double *error);
 
 /* Section AGREEMENT: what remains of one outcome from what the others say.

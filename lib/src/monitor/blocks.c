@@ -2,9 +2,9 @@
 
 #include <string.h>
 
+#include "base/real.h"
 #include "base/usable.h"
 #include "rim/image.h"
-#include "base/real.h"
 
 #define RATE_ROWS 16.0 /* over which the rate is averaged */
 #define RATE_SLOW 1.5  /* mean time between rows, in periods, from which the rate is wrong */
@@ -13,9 +13,11 @@
 #define MOST_TURNS 2e9   /* of an angle in a run */
 #define MOST_MISSING 1e6 /* rows of a gap over which the filters go on */
 #define FIRST_BLOCKS 2u  /* whose mean is the first reading */
-#define ODD_OUTCOMES 2u  /* of a first block from which on it is none; one may be a sensor's fault \
-                          */
-#define FORGOTTEN 1e-3   /* part of a mean that is as good as known */
+#define ODD_OUTCOMES                                                                               \
+  2u /* of a first block from which on it is none; one may be a sensor's fault                     \
+      */
+#define BEFORE_START_SD 2.0 /* of a term whose past lies before the first row */
+#define FORGOTTEN 1e-3      /* part of a mean that is as good as known */
 
 struct blocks {
   blocks_config config;
@@ -75,12 +77,12 @@ static double *late(const blocks *b) { return early(b) + b->config.integrands; }
 /* Part of every exponential mean that is not known; its sum over the block; of every term. */
 static double *unknown(const blocks *b) { return late(b) + b->config.integrands; }
 static double *unknown_sum(const blocks *b) { return unknown(b) + b->config.basis.times; }
-static uint8_t *unknown_term(const blocks *b) {
-  return (uint8_t *)(unknown_sum(b) + b->config.basis.times);
+static uint16_t *unknown_term(const blocks *b) {
+  return (uint16_t *)(void *)(unknown_sum(b) + b->config.basis.times);
 }
 /* Whole turns that unwrap an angle, per feature. */
 static int32_t *turns(const blocks *b) {
-  return (int32_t *)(void *)(unknown_term(b) + (b->config.basis.terms + 7u) / 8u * 8u);
+  return (int32_t *)(void *)(unknown_term(b) + (b->config.basis.terms + 3u) / 4u * 4u);
 }
 /* Of every command its mean in the block before, in the features' order. */
 static double *before(const blocks *b) {
@@ -98,7 +100,7 @@ size_t blocks_size(const blocks_config *c) {
   return ((sizeof(blocks) + 7u) & ~(size_t)7u) +
          8u * (FEATURE_ARRAYS * (size_t)c->features + OUTCOME_ARRAYS * (size_t)c->outcomes +
                2u * (size_t)n->inputs * n->times + 3u * (size_t)n->times + n->inputs + n->terms +
-               (n->terms + 7u) / 8u + n->means + (c->features + 1u) / 2u + commands(c) +
+               (n->terms + 3u) / 4u + n->means + (c->features + 1u) / 2u + commands(c) +
                2u * (size_t)c->integrands);
 }
 
@@ -411,27 +413,37 @@ static bool begins_late(const blocks *b) {
   return odd >= ODD_OUTCOMES;
 }
 
-/* Standard deviation of an error of a term, in the term's own: the past that a mean does not know
- * is as likely as any that healthy runs have had. */
+/* Standard deviation of an input's integral over the rows that gaps left out: the input may have
+ * been anywhere in its range. */
+static double lost_of_integral(const blocks *b, size_t input) {
+  const size_t f = rim_image_u16(b->config.basis.input, 2 * input);
+  const double width = (double)rim_image_f32(b->config.range, b->config.features + f) -
+                       (double)rim_image_f32(b->config.range, f);
+  return 0.29 * width * b->lost_rows * b->config.period_s; /* 1 / sqrt(12) */
+}
+
+/* Standard deviation of an error of a term, in the term's own. The commands of a gap are as those
+ * of any other time; what a run has done before its first row may be far from what it does now. */
 static double term_unknown(const blocks *b, size_t i) {
   const rim_basis *n = &b->config.basis;
   const uint16_t first = rim_image_u16(n->term, 4 * i + 1);
   const uint16_t second = rim_image_u16(n->term, 4 * i + 2);
   const double *part = unknown_sum(b); /* means of the block by now */
+  const double before_start = b->late ? BEFORE_START_SD : 1.0;
   switch ((basis_op)rim_image_u16(n->term, 4 * i)) {
   case BASIS_MEAN:
   case BASIS_ABS:
-    return part[first % n->times];
+    return before_start * part[first % n->times];
   case BASIS_PRODUCT:
-    return rim_min(part[first % n->times] + part[second % n->times], 1.0);
+    return before_start * rim_min(part[first % n->times] + part[second % n->times], 1.0);
   case BASIS_DECAY:
-    return b->late ? rim_min(decay(b)[second] * (double)rim_image_f32(n->inverse_sd, i), 1.0) : 0.0;
+    return b->late ? decay(b)[second] * (double)rim_image_f32(n->inverse_sd, i) : 0.0;
   case BASIS_INTEGRAL:
-    return b->late ? 1.0
-                   : rim_min(b->lost_rows * (double)rim_image_f32(n->share, n->times - 1u), 1.0);
+    return b->late ? BEFORE_START_SD
+                   : lost_of_integral(b, first) * (double)rim_image_f32(n->inverse_sd, i);
   case BASIS_INITIAL:
   case BASIS_TIME:
-    return b->late ? 1.0 : 0.0;
+    return b->late ? BEFORE_START_SD : 0.0;
   case BASIS_ROLLED:
     break;
   }
@@ -454,7 +466,8 @@ static void find_unknown(blocks *b) {
   for (size_t t = 0; t < n->times; ++t)
     unknown_sum(b)[t] /= (double)b->rows_in_block;
   for (size_t i = 0; i < n->terms; ++i)
-    unknown_term(b)[i] = (uint8_t)rim_floor(BASIS_UNKNOWN_ALL * term_unknown(b, i) + 0.5);
+    unknown_term(b)[i] =
+        (uint16_t)rim_floor(BASIS_UNKNOWN_SD * rim_min(term_unknown(b, i), BASIS_CLIP) + 0.5);
 }
 
 static void evaluate_terms(blocks *b) {
@@ -580,7 +593,7 @@ uint16_t blocks_outcome_feature(const blocks *b, uint32_t outcome) {
 bool blocks_has_first(const blocks *b) { return b->count >= FIRST_BLOCKS; }
 bool blocks_knows_start(const blocks *b) { return !b->late; }
 bool blocks_knows_all(const blocks *b) { return b->config.basis.terms == 0 || b->knows_all; }
-const uint8_t *blocks_unknown(const blocks *b) { return unknown_term(b); }
+const uint16_t *blocks_unknown(const blocks *b) { return unknown_term(b); }
 double blocks_change(const blocks *b) { return b->change; }
 double blocks_since_start_s(const blocks *b) {
   return 0.5 * (b->block_start_s + b->previous_s) - b->start_s;

@@ -81,14 +81,14 @@ const double *blocks_late(const blocks *b);      /* [integrands] */
 const double *blocks_first(const blocks *b);     /* [outcomes]: mean of the first two blocks */
 bool blocks_has_first(const blocks *b);
 uint16_t blocks_outcome_feature(const blocks *b, uint32_t outcome); /* BLOCKS_NO_FEATURE: none */
-bool blocks_knows_start(const blocks *b);       /* the run began as healthy runs begin */
-bool blocks_knows_all(const blocks *b);         /* every term is what the commands made it */
-const uint8_t *blocks_unknown(const blocks *b); /* [terms]: rim_behaviour_error; else not valid */
-double blocks_change(const blocks *b);          /* of the commands, in widths of their range */
-double blocks_since_start_s(const blocks *b);   /* middle of the block */
-double blocks_run_start_s(const blocks *b);     /* first row of the run, absolute */
-double blocks_start_s(const blocks *b);         /* its first row, absolute */
-uint32_t blocks_count(const blocks *b);         /* ended since the start */
+bool blocks_knows_start(const blocks *b);        /* the run began as healthy runs begin */
+bool blocks_knows_all(const blocks *b);          /* every term is what the commands made it */
+const uint16_t *blocks_unknown(const blocks *b); /* [terms]: rim_behaviour_error; else not valid */
+double blocks_change(const blocks *b);           /* of the commands, in widths of their range */
+double blocks_since_start_s(const blocks *b);    /* middle of the block */
+double blocks_run_start_s(const blocks *b);      /* first row of the run, absolute */
+double blocks_start_s(const blocks *b);          /* its first row, absolute */
+uint32_t blocks_count(const blocks *b);          /* ended since the start */
 blocks_health blocks_get_health(const blocks *b);
 
 #endif

@@ -15,7 +15,7 @@
                                  */
 #define MONITOR_NO_OUTCOME 0xffffu
 /* Of a channel's own noise: an error of its nominal value above which a block says nothing. */
-#define MONITOR_MOST_UNKNOWN 0.25
+#define MONITOR_MOST_UNKNOWN 0.1
 
 /* Views into the image; what is absent is all zero. */
 typedef struct monitor_models {

@@ -1,9 +1,9 @@
 /* One row: checked, gathered, predicted, searched, judged. */
 #include <string.h>
 
+#include "base/real.h"
 #include "base/usable.h"
 #include "monitor/monitor_private.h"
-#include "base/real.h"
 
 void monitor_clear_verdict(rim_monitor *m) {
   memset(&m->last, 0, sizeof m->last);
@@ -49,26 +49,31 @@ static void predict(rim_monitor *m) {
   }
 }
 
-static void agree(rim_monitor *m) {
+/* Whether the block begins where the one before it ended. */
+static bool follows(rim_monitor *m) {
+  const double start_s = blocks_start_s(m->rows);
+  const double block_s =
+      1e-6 * (double)m->words[RIM_CONFIG_PERIOD_US] * (double)m->words[RIM_CONFIG_BLOCK_ROWS];
+  const bool is_next =
+      m->has_place && rim_abs(start_s - m->block_start_s - block_s) < MONITOR_NEXT_BLOCK * block_s;
+  m->block_start_s = start_s;
+  return is_next;
+}
+
+static void agree(rim_monitor *m, bool is_next) {
   const size_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
   const double *level = NULL;
   if (m->models.level.section != NULL &&
       rim_nominal_predict(&m->models.level, blocks_context(m->rows), m->level, m->level + outcomes,
                           NULL) == RIM_OK)
     level = m->level;
-  const double start_s = blocks_start_s(m->rows);
-  const double block_s =
-      1e-6 * (double)m->words[RIM_CONFIG_PERIOD_US] * (double)m->words[RIM_CONFIG_BLOCK_ROWS];
   const agreement_block block = {.residual = m->residual,
                                  .mean = blocks_means(m->rows),
                                  .measured = blocks_outcomes(m->rows),
                                  .early = blocks_early(m->rows),
                                  .late = blocks_late(m->rows),
                                  .level = level,
-                                 .follows =
-                                     m->has_place && rim_abs(start_s - m->block_start_s - block_s) <
-                                                         MONITOR_NEXT_BLOCK * block_s};
-  m->block_start_s = start_s;
+                                 .follows = is_next};
   rim_agreement_evaluate(&m->models.agreement, &block, m->agreement_state,
                          m->residual + RIM_CHANNEL_AGREEMENT * outcomes);
 }
@@ -122,7 +127,8 @@ static bool observe_trained(rim_monitor *m) {
   if (m->words[RIM_CONFIG_EXTERNAL] == 0 && !blocks_has_first(m->rows))
     return false; /* models may need the run's first readings */
   predict(m);
-  agree(m);
+  const bool is_next = follows(m);
+  agree(m, is_next);
   find_place(m);
   const double disturbance = /* m->level: agree() is done with it */
       rim_agreement_disturbance(&m->models.agreement, m->residual, m->level);
@@ -134,7 +140,8 @@ static bool observe_trained(rim_monitor *m) {
                               .residual = m->residual,
                               .unknown = partly ? m->unknown : NULL,
                               .change = blocks_change(m->rows),
-                              .disturbance = disturbance};
+                              .disturbance = disturbance,
+                              .apart = !is_next};
   if (search_observe(m->search, &block) == RIM_OK) {
     if (partly)
       count(&m->partly);

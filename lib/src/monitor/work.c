@@ -1,13 +1,13 @@
 #include "monitor/work.h"
 
+#include "base/real.h"
+#include "image/basis.h"
+#include "image/nominal.h"
 #include "rim/alarm.h"
-#include "rim/plan/correct.h"
 #include "rim/image.h"
 #include "rim/interference.h"
 #include "rim/monitor.h"
-#include "image/nominal.h"
-#include "base/real.h"
-#include "image/basis.h"
+#include "rim/plan/correct.h"
 #include "search/search.h"
 #include "search/select_private.h"
 
@@ -107,17 +107,21 @@ static double pair_work(const rim_work_counts *n) {
 }
 static double trained_search(const rim_work_counts *n) {
   const double since = binned(n) + 2u * (pass(n, JUDGED) + binned(n));
-  return n->budget *
-         (CALLS + n->channels * (double)LOOK +
-          rim_max(rim_max(ready_work(n), since), rim_max(renew_work(n), pair_work(n))));
+  return n->budget * (CALLS + n->channels * (double)LOOK +
+                      rim_max(rim_max(ready_work(n), since), rim_max(renew_work(n), pair_work(n))));
 }
 static double trained_block(const rim_work_counts *n) {
   const double o = n->outcomes;
+  const double unknown =
+      n->external ? 0.0 /* what commands are not known, of every channel */
+                  : 2.0 * o * (n->terms * (double)PRODUCT + ROOT) +
+                        o * (o * (2.0 + n->means) * PRODUCT + ROOT) + n->terms * (double)TERM +
+                        n->features * n->outcomes * (double)CELL + n->channels * (double)GATHER;
   const double models = 2.0 * o * (n->external ? 1.0 : n->terms) * PRODUCT +
-                        o * o * (2.0 + n->means) * PRODUCT + prediction(n) +
+                        o * o * (2.0 + n->means) * PRODUCT + prediction(n) + unknown +
                         (n->external ? 0.0 : correction(n));
-  const double channel = 3u * EXPONENTIAL + 2u * (raw_fields(n) + EXPONENTIAL) +
-                         triangle(n) * PRODUCT + OUTCOME;
+  const double channel =
+      3u * EXPONENTIAL + 2u * (raw_fields(n) + EXPONENTIAL) + triangle(n) * PRODUCT + OUTCOME;
   return models + n->terms * (double)TERM + n->channels * channel +
          n->region_features * (double)PLACE;
 }

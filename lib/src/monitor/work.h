@@ -17,8 +17,9 @@
  * With section NOISE (K fields of W raw ones, M means; src/search), one pass is R blocks of K
  * fields; an interval is a pass into 24 bins, 300 intervals of K fields, and a pass to judge the
  * best one exactly:
- *   block   2 o sums of P terms, o^2 (2 + M) weights, the prediction of section LEVEL; c channels
- *           of two exponentials twice, K W multiply-adds twice, K^2 / 2
+ *   block   2 o sums of P terms, o^2 (2 + M) weights, both again where commands are not known; the
+ *           prediction of section LEVEL; c channels of two exponentials twice, K W multiply-adds
+ *           twice, K^2 / 2
  *   search  a unit is the largest of
  *             ready   3 passes with 3 exponentials and K W multiply-adds, 3 R hypotheses judged
  *             renew   3 intervals' work, R hypotheses judged

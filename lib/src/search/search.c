@@ -2,8 +2,8 @@
 
 #include <string.h>
 
-#include "base/usable.h"
 #include "base/real.h"
+#include "base/usable.h"
 #include "search/search_private.h"
 
 #define COMPLEXITY 0.05 /* share of its score that each further part of a description must add */
@@ -45,6 +45,8 @@ static size_t lay_out(search_layout *at, const search_config *c) {
   bytes += round8(ring * c->outcomes);
   at->change = (uint32_t)bytes;
   bytes += round8(2u * ring);
+  at->apart = (uint32_t)bytes;
+  bytes += round8(ring);
   at->score = (uint32_t)bytes;
   bytes += round8((size_t)c->channels * c->features);
   return bytes;
@@ -119,7 +121,7 @@ static void store_channel(rim_search *s, uint32_t slot, const search_block *b, u
 /* The newest block and the one before it, while the newest is taken in. */
 typedef struct newest {
   uint32_t slot, before;
-  bool first;
+  bool first; /* after no other */
   double raw[NOISE_MAX_RAW], raw_before[NOISE_MAX_RAW];
 } newest;
 
@@ -186,7 +188,8 @@ rim_status search_observe(rim_search *s, const search_block *b) {
   }
   for (uint32_t i = 0; i < c->channels; ++i)
     store_channel(s, slot, b, i);
-  newest n = {.slot = slot, .before = before, .first = s->count == 0};
+  search_apart(s)[slot] = s->count == 0 || b->apart;
+  newest n = {.slot = slot, .before = before, .first = search_apart(s)[slot] != 0};
   search_raw_fields(s, slot, n.raw);
   if (!n.first)
     search_raw_fields(s, before, n.raw_before);

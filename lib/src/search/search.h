@@ -71,6 +71,7 @@ typedef struct search_block {
   const double *predicted; /* [outcomes] */
   const double *residual;  /* [channels] */
   const bool *unknown;     /* [channels]: says nothing of this block; NULL: all are known */
+  bool apart;              /* the block before is not its neighbour in time */
   double change;           /* of the commands since the block before, in standard deviations */
   double disturbance;      /* rim_noise_disturbance() */
 } search_block;

@@ -43,7 +43,7 @@ typedef struct channel_state {
 
 /* Offsets of the arrays from the start of the instance. */
 typedef struct search_layout {
-  uint32_t time, feature, mean, predicted, z, coarse, change, state, gram, score;
+  uint32_t time, feature, mean, predicted, z, coarse, change, apart, state, gram, score;
   uint32_t work; /* float per block: q, a0, a1, then the fields' */
 } search_layout;
 
@@ -110,6 +110,8 @@ static inline double search_residual(const rim_search *s, uint32_t channel, uint
              ? (double)search_fine_residuals(s, slot)[channel] * SEARCH_Z_STEP
              : (double)search_coarse_residuals(s, slot)[channel - fine] * SEARCH_COARSE_STEP;
 }
+/* Whether the block in a slot does not follow the one before it. */
+static inline uint8_t *search_apart(const rim_search *s) { return search_at(s, s->at.apart); }
 static inline uint8_t *search_changes(const rim_search *s) { return search_at(s, s->at.change); }
 static inline uint8_t *search_disturbances(const rim_search *s) {
   return search_changes(s) + s->config.ring;

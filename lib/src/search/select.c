@@ -4,8 +4,8 @@
 #include <stddef.h>
 #include <string.h>
 
-#include "rim/image.h"
 #include "base/real.h"
+#include "rim/image.h"
 #include "search/select_private.h"
 
 /* Nats above the logarithm of the number of alternatives at which nominal runs of 250 observations

@@ -133,20 +133,21 @@ static void whiten(rim_search *s, const noise_channel *c, const double *l, const
     const uint32_t slot = search_slot(s, i);
     const double w = search_weight(s, c, s->channel, slot);
     const double z = w > 0.0 ? search_residual(s, s->channel, slot) : 0.0;
-    const double own = w_before > 0.0 ? 1.0 : lead; /* with nothing before it */
+    const bool alone = !(w_before > 0.0) || search_apart(s)[slot] != 0; /* with none before it */
+    const double own = alone ? lead : 1.0, past = alone ? 0.0 : rho;
     double raw[NOISE_MAX_RAW];
     search_raw_fields(s, slot, raw);
     raw[1] = search_raw_prediction(s, slot, outcome);
     for (uint32_t r = 0; r < raw_count; ++r)
       mean[r] += raw[r];
-    double e = own * z - rho * z_before;
+    double e = own * z - past * z_before;
     float *g = search_g(s, i);
     for (uint32_t j = 0; j < k; ++j) {
       double field = 0.0;
       for (uint32_t r = 0; r < raw_count; ++r)
         field += to.of[j][r] * raw[r];
       field *= w;
-      const double white = own * field - rho * before[j];
+      const double white = own * field - past * before[j];
       e -= white * effect[j];
       before[j] = field;
       g[j] = (float)white;
@@ -167,9 +168,11 @@ static void fold(rim_search *s, const noise_channel *c) {
   const double lead = rim_sqrt(1.0 - rho * rho);
   float *q = search_q(s), *a0 = search_a0(s), *a1 = search_a1(s);
   for (uint32_t i = 0; i < s->held; ++i) {
-    /* The newest block, and one before an unknown one, have no next. */
-    const bool last = i + 1u == s->held || !(a0[i + 1u] > 0.0f);
-    const double first = i == 0 || !(a0[i - 1u] > 0.0f) ? lead : 1.0;
+    /* The newest block, and one before a gap or an unknown one, have no next. */
+    const bool last =
+        i + 1u == s->held || !(a0[i + 1u] > 0.0f) || search_apart(s)[search_slot(s, i + 1u)] != 0;
+    const double first =
+        i == 0 || !(a0[i - 1u] > 0.0f) || search_apart(s)[search_slot(s, i)] != 0 ? lead : 1.0;
     const double w = (double)a0[i];
     const double next_e = last ? 0.0 : (double)q[i + 1u];
     const double next_w = last ? 0.0 : (double)a0[i + 1u];
