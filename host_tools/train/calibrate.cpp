@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "train/calibrate.hpp"
 
 #include <algorithm>
@@ -137,7 +138,7 @@ search_config search_of(const FlightPlan &plan, const rim_noise &noise) {
 std::uint32_t flight_ring(const FlightPlan &plan, const rim_noise &noise) {
   search_config config = search_of(plan, noise);
   config.ring = kFlightRing;
-  while (config.ring > kLeastFlightRing && search_size(&config) > kFlightSearchBytes)
+  while (config.ring > kLeastFlightRing && rimi_search_size(&config) > kFlightSearchBytes)
     config.ring = static_cast<std::uint16_t>(config.ring - 4);
   return config.ring;
 }
@@ -146,12 +147,12 @@ std::uint32_t flight_ring(const FlightPlan &plan, const rim_noise &noise) {
 std::vector<float> run_maxima(const FlightPlan &plan, const rim_noise &noise,
                               const SearchRun &run) {
   const search_config config = search_of(plan, noise);
-  std::vector<std::uint64_t> memory(search_size(&config) / 8 + 1);
+  std::vector<std::uint64_t> memory(rimi_search_size(&config) / 8 + 1);
   rim_search *search = nullptr;
-  if (search_init(&search, memory.data(), memory.size() * 8, &config) != RIM_OK)
-    throw std::logic_error("search_init");
+  if (rimi_search_init(&search, memory.data(), memory.size() * 8, &config) != RIM_OK)
+    throw std::logic_error("rimi_search_init");
   std::vector<float> maxima(noise.channels * NOISE_FAMILIES, 0.0F);
-  search_keep_maxima(search, maxima.data());
+  rimi_search_keep_maxima(search, maxima.data());
   std::vector<std::uint8_t> place(plan.region.size());
   const Matrix means = standard_means(plan.basis, *run.blocks);
   for (Eigen::Index i = 0; i < run.blocks->blocks(); ++i) {
@@ -172,15 +173,15 @@ std::vector<float> run_maxima(const FlightPlan &plan, const rim_noise &noise,
     block.change = run.blocks->change[i];
     block.disturbance = (*run.disturbance)[i];
     block.apart = !run.blocks->follows[static_cast<std::size_t>(i)];
-    if (search_observe(search, &block) != RIM_OK)
-      throw std::logic_error("search_observe");
-    search_work(search, plan.budget * plan.block_rows);
+    if (rimi_search_observe(search, &block) != RIM_OK)
+      throw std::logic_error("rimi_search_observe");
+    rimi_search_work(search, plan.budget * plan.block_rows);
   }
   return maxima;
 }
 
 double description(std::size_t family) {
-  return search_description(static_cast<search_family>(family));
+  return rimi_search_description(static_cast<search_family>(family));
 }
 
 // The scale of an exponential tail of the runs' scores. The order statistic of a few dozen runs is
@@ -279,7 +280,7 @@ namespace {
 // A noise model as flight reads it; the bytes stay where they are.
 struct FlownNoise {
   explicit FlownNoise(const NoiseModel &model) : bytes(noise_section(model)) {
-    if (rim_noise_open(&view, bytes.data(), bytes.size(),
+    if (rimi_noise_open(&view, bytes.data(), bytes.size(),
                        static_cast<std::uint32_t>(model.channels.size()),
                        static_cast<std::uint32_t>(model.means)) != RIM_OK)
       throw DataError("the noise of the healthy runs cannot be described: a channel is not finite");

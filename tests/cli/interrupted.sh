@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # A monitor that is started in the middle of a run, and one that loses three seconds of rows twice: what the
 # commands were before is not known, so healthy runs raise no alarm and the output says what was not
 # examined; a fault after the gaps is found as before. On two vehicles of tests/vehicles; base of seeds: 41000.

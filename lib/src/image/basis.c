@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "image/basis.h"
 
 #include <stdbool.h>
@@ -12,8 +13,8 @@ enum { HEADER_WORDS = 8, SHORT_HEADER_WORDS = 4 };
 
 static bool finite_numbers(const uint8_t *p, size_t count, bool positive) {
   for (size_t i = 0; i < count; ++i) {
-    const double v = (double)rim_image_f32(p, i);
-    if (!rim_is_finite(v) || (positive && !(v > 0.0)))
+    const double v = (double)rimi_le_f32(p, i);
+    if (!rimi_is_finite(v) || (positive && !(v > 0.0)))
       return false;
   }
   return true;
@@ -21,13 +22,13 @@ static bool finite_numbers(const uint8_t *p, size_t count, bool positive) {
 
 static bool inputs_fit(const rim_basis *b, uint32_t features) {
   for (size_t i = 0; i < b->inputs; ++i) {
-    const uint16_t second = rim_image_u16(b->input, 2 * i + 1);
-    if (rim_image_u16(b->input, 2 * i) >= features ||
+    const uint16_t second = rimi_le_u16(b->input, 2 * i + 1);
+    if (rimi_le_u16(b->input, 2 * i) >= features ||
         ((second & ~BASIS_OF_PRODUCT) >= features && second < BASIS_SINE))
       return false;
   }
   for (size_t t = 0; t < b->times; ++t) {
-    const double share = (double)rim_image_f32(b->share, t);
+    const double share = (double)rimi_le_f32(b->share, t);
     if (!(share > 0.0 && share <= 1.0))
       return false;
   }
@@ -37,9 +38,9 @@ static bool inputs_fit(const rim_basis *b, uint32_t features) {
 static bool terms_fit(const rim_basis *b, uint32_t outcomes) {
   const uint32_t filters = b->inputs * b->times;
   for (size_t i = 0; i < b->terms; ++i) {
-    const uint16_t op = rim_image_u16(b->term, 4 * i);
-    const uint16_t first = rim_image_u16(b->term, 4 * i + 1);
-    const uint16_t second = rim_image_u16(b->term, 4 * i + 2);
+    const uint16_t op = rimi_le_u16(b->term, 4 * i);
+    const uint16_t first = rimi_le_u16(b->term, 4 * i + 1);
+    const uint16_t second = rimi_le_u16(b->term, 4 * i + 2);
     bool fits = false;
     switch ((basis_op)op) {
     case BASIS_MEAN:
@@ -69,27 +70,27 @@ static bool terms_fit(const rim_basis *b, uint32_t outcomes) {
       return false;
   }
   for (size_t m = 0; m < b->means; ++m) {
-    if (rim_image_u16(b->mean, 2 * m) >= filters)
+    if (rimi_le_u16(b->mean, 2 * m) >= filters)
       return false;
   }
   return true;
 }
 
-rim_status rim_basis_open(rim_basis *view, const uint8_t *section, size_t bytes, uint32_t features,
-                          uint32_t outcomes) {
+rim_status rimi_basis_open(rim_basis *view, const uint8_t *section, size_t bytes, uint32_t features,
+                           uint32_t outcomes) {
   if (bytes < 4u * HEADER_WORDS)
     return RIM_E_TRUNCATED;
   rim_basis b;
-  if (rim_image_u32(section, 0) != BASIS_LAYOUT)
+  if (rimi_le_u32(section, 0) != BASIS_LAYOUT)
     return RIM_E_VERSION;
-  b.inputs = rim_image_u32(section, 1);
-  b.times = rim_image_u32(section, 2);
-  b.terms = rim_image_u32(section, 3);
-  b.means = rim_image_u32(section, 4);
+  b.inputs = rimi_le_u32(section, 1);
+  b.times = rimi_le_u32(section, 2);
+  b.terms = rimi_le_u32(section, 3);
+  b.means = rimi_le_u32(section, 4);
   if (b.inputs > BASIS_MAX_INPUTS || b.times > BASIS_MAX_TIMES || b.terms > BASIS_MAX_TERMS ||
       b.means > BASIS_MAX_MEANS)
     return RIM_E_RANGE;
-  const uint32_t spread = rim_image_u32(section, 5);
+  const uint32_t spread = rimi_le_u32(section, 5);
   if (spread > 2u)
     return RIM_E_RANGE;
   const size_t need = 4u * (HEADER_WORDS + (size_t)b.inputs + b.times + 4u * (size_t)b.terms +
@@ -123,13 +124,13 @@ rim_status rim_basis_open(rim_basis *view, const uint8_t *section, size_t bytes,
   return RIM_OK;
 }
 
-rim_status rim_behaviour_open(rim_behaviour *view, const uint8_t *section, size_t bytes,
-                              uint32_t terms, uint32_t outcomes) {
+rim_status rimi_behaviour_open(rim_behaviour *view, const uint8_t *section, size_t bytes,
+                               uint32_t terms, uint32_t outcomes) {
   if (bytes < 4u * SHORT_HEADER_WORDS)
     return RIM_E_TRUNCATED;
-  if (rim_image_u32(section, 0) != 1u)
+  if (rimi_le_u32(section, 0) != 1u)
     return RIM_E_VERSION;
-  if (rim_image_u32(section, 1) != terms || rim_image_u32(section, 2) != 2u * outcomes)
+  if (rimi_le_u32(section, 1) != terms || rimi_le_u32(section, 2) != 2u * outcomes)
     return RIM_E_RANGE;
   const size_t targets = 2u * (size_t)outcomes;
   if (bytes != 4u * (SHORT_HEADER_WORDS + targets * (2u + (size_t)terms)))
@@ -141,7 +142,7 @@ rim_status rim_behaviour_open(rim_behaviour *view, const uint8_t *section, size_
   b.intercept = b.from_start + 4u * targets;
   b.weight = b.intercept + 4u * targets;
   for (size_t i = 0; i < targets; ++i) {
-    if (rim_image_u32(b.from_start, i) > 1u)
+    if (rimi_le_u32(b.from_start, i) > 1u)
       return RIM_E_RANGE;
   }
   if (!finite_numbers(b.intercept, targets * (1u + (size_t)terms), false))
@@ -150,15 +151,15 @@ rim_status rim_behaviour_open(rim_behaviour *view, const uint8_t *section, size_
   return RIM_OK;
 }
 
-void rim_behaviour_predict(const rim_behaviour *view, const double *term, const double *first,
-                           double *predicted) {
+void rimi_behaviour_predict(const rim_behaviour *view, const double *term, const double *first,
+                            double *predicted) {
   const uint32_t outcomes = view->targets / 2u;
   for (size_t o = 0; o < view->targets; ++o) {
-    double sum = (double)rim_image_f32(view->intercept, o);
+    double sum = (double)rimi_le_f32(view->intercept, o);
     const uint8_t *row = view->weight + 4u * o * view->terms;
     for (size_t i = 0; i < view->terms; ++i)
-      sum += (double)rim_image_f32(row, i) * term[i];
-    if (o < outcomes && rim_image_u32(view->from_start, o) != 0u)
+      sum += (double)rimi_le_f32(row, i) * term[i];
+    if (o < outcomes && rimi_le_u32(view->from_start, o) != 0u)
       sum += first[o];
     predicted[o] = sum;
   }
@@ -171,11 +172,11 @@ void rim_behaviour_error(const rim_behaviour *view, const uint16_t *unknown, boo
     const uint8_t *row = view->weight + 4u * o * view->terms;
     double sum = 0.0;
     for (size_t i = 0; i < view->terms; ++i) {
-      const double part = (double)rim_image_f32(row, i) * (double)unknown[i];
+      const double part = (double)rimi_le_f32(row, i) * (double)unknown[i];
       sum += part * part;
     }
-    error[o] = rim_sqrt(sum) / BASIS_UNKNOWN_SD;
-    if (!knows_start && o < outcomes && rim_image_u32(view->from_start, o) != 0u)
+    error[o] = rimi_sqrt(sum) / BASIS_UNKNOWN_SD;
+    if (!knows_start && o < outcomes && rimi_le_u32(view->from_start, o) != 0u)
       error[o] = HUGE_ERROR;
   }
 }
@@ -188,28 +189,28 @@ static bool agreement_rows_fit(const rim_agreement *a, uint32_t features) {
   const size_t stride = agreement_stride(a->outcomes, a->means);
   for (size_t o = 0; o < a->outcomes; ++o) {
     const uint8_t *row = a->row + 4u * o * stride;
-    const float source = rim_image_f32(row, 0), integrand = rim_image_f32(row, 2);
+    const float source = rimi_le_f32(row, 0), integrand = rimi_le_f32(row, 2);
     if (!(source >= 0.0f && source <= 2.0f) ||
         !(integrand >= -1.0f && integrand < (float)a->outcomes))
       return false;
   }
   for (size_t g = 0; g < a->integrands; ++g) {
-    if (rim_image_u16(a->integrand, 4 * g) > AGREEMENT_SINE ||
-        rim_image_u16(a->integrand, 4 * g + 1) >= features ||
-        rim_image_u16(a->integrand, 4 * g + 2) >= features)
+    if (rimi_le_u16(a->integrand, 4 * g) > AGREEMENT_SINE ||
+        rimi_le_u16(a->integrand, 4 * g + 1) >= features ||
+        rimi_le_u16(a->integrand, 4 * g + 2) >= features)
       return false;
   }
   return true;
 }
 
-rim_status rim_agreement_open(rim_agreement *view, const uint8_t *section, size_t bytes,
-                              uint32_t features, uint32_t outcomes, uint32_t means) {
+rim_status rimi_agreement_open(rim_agreement *view, const uint8_t *section, size_t bytes,
+                               uint32_t features, uint32_t outcomes, uint32_t means) {
   if (bytes < 4u * SHORT_HEADER_WORDS)
     return RIM_E_TRUNCATED;
-  if (rim_image_u32(section, 0) != 3u)
+  if (rimi_le_u32(section, 0) != 3u)
     return RIM_E_VERSION;
-  const uint32_t integrands = rim_image_u32(section, 3);
-  if (rim_image_u32(section, 1) != outcomes || rim_image_u32(section, 2) != means ||
+  const uint32_t integrands = rimi_le_u32(section, 3);
+  if (rimi_le_u32(section, 1) != outcomes || rimi_le_u32(section, 2) != means ||
       integrands > AGREEMENT_INTEGRANDS * outcomes || integrands > outcomes * (2u + means))
     return RIM_E_RANGE;
   const size_t g = integrands, rows = (size_t)outcomes * agreement_stride(outcomes, means);
@@ -222,8 +223,8 @@ rim_status rim_agreement_open(rim_agreement *view, const uint8_t *section, size_
   a.partial = a.integrand_inverse_sd + 4u * g;
   a.row = a.partial + 8u * g;
   if (!finite_numbers(a.inverse_sd, outcomes, true) ||
-      !finite_numbers(a.integrand_inverse_sd, g, true) || !finite_numbers(a.partial, 2u * g, false) ||
-      !finite_numbers(a.row, rows, false))
+      !finite_numbers(a.integrand_inverse_sd, g, true) ||
+      !finite_numbers(a.partial, 2u * g, false) || !finite_numbers(a.row, rows, false))
     return RIM_E_DATA;
   if (!agreement_rows_fit(&a, features))
     return RIM_E_RANGE;
@@ -235,48 +236,48 @@ rim_status rim_agreement_open(rim_agreement *view, const uint8_t *section, size_
 enum { BEFORE_RESIDUAL = 0, BEFORE_OUTCOME = 1, SUM = 2, LATE = 3 };
 
 static double clipped_residual(const rim_agreement *a, const agreement_block *block, size_t j) {
-  return rim_clamp(block->residual[j] * (double)rim_image_f32(a->inverse_sd, j), -AGREEMENT_CLIP,
-                   AGREEMENT_CLIP);
+  return rimi_clamp(block->residual[j] * (double)rimi_le_f32(a->inverse_sd, j), -AGREEMENT_CLIP,
+                    AGREEMENT_CLIP);
 }
 
 /* Of the residual of outcome j in the same block. */
 static double weight_of(const rim_agreement *a, const uint8_t *row, const double *mean, size_t j) {
-  double weight = (double)rim_image_f32(row, AGREEMENT_FIRST + j);
+  double weight = (double)rimi_le_f32(row, AGREEMENT_FIRST + j);
   for (size_t m = 0; m < a->means; ++m)
-    weight += (double)rim_image_f32(row, AGREEMENT_FIRST + (2u + m) * a->outcomes + j) * mean[m];
+    weight += (double)rimi_le_f32(row, AGREEMENT_FIRST + (2u + m) * a->outcomes + j) * mean[m];
   return weight;
 }
 
 double rim_agreement_error(const rim_agreement *a, uint32_t outcome, const double *mean,
                            const double *error) {
   const uint8_t *row = a->row + 4u * outcome * agreement_stride(a->outcomes, a->means);
-  const double unit = (double)rim_image_f32(a->inverse_sd, outcome);
-  if ((uint32_t)rim_image_f32(row, 0) != AGREEMENT_RESIDUALS)
+  const double unit = (double)rimi_le_f32(a->inverse_sd, outcome);
+  if ((uint32_t)rimi_le_f32(row, 0) != AGREEMENT_RESIDUALS)
     return 0.0;
   double sum = error[outcome] * error[outcome] * unit * unit;
   for (size_t j = 0; j < a->outcomes; ++j) {
     if (j == outcome)
       continue;
     const double weight =
-        weight_of(a, row, mean, j) + (double)rim_image_f32(row, AGREEMENT_FIRST + a->outcomes + j);
+        weight_of(a, row, mean, j) + (double)rimi_le_f32(row, AGREEMENT_FIRST + a->outcomes + j);
     const double part =
-        weight * rim_min(error[j] * (double)rim_image_f32(a->inverse_sd, j), AGREEMENT_CLIP);
+        weight * rimi_min(error[j] * (double)rimi_le_f32(a->inverse_sd, j), AGREEMENT_CLIP);
     sum += part * part;
   }
-  return rim_sqrt(sum) / unit;
+  return rimi_sqrt(sum) / unit;
 }
 
 static double from_residuals(const rim_agreement *a, const agreement_block *block,
                              const uint8_t *row, size_t o, const double *before) {
   const size_t count = a->outcomes;
-  double sum = (double)rim_image_f32(row, 1);
+  double sum = (double)rimi_le_f32(row, 1);
   for (size_t j = 0; j < count; ++j) {
     if (j == o)
       continue;
     sum += weight_of(a, row, block->mean, j) * clipped_residual(a, block, j) +
-           (double)rim_image_f32(row, AGREEMENT_FIRST + count + j) * before[j];
+           (double)rimi_le_f32(row, AGREEMENT_FIRST + count + j) * before[j];
   }
-  return block->residual[o] - sum / (double)rim_image_f32(a->inverse_sd, o);
+  return block->residual[o] - sum / (double)rimi_le_f32(a->inverse_sd, o);
 }
 
 static double from_integral(const rim_agreement *a, const agreement_block *block,
@@ -285,29 +286,29 @@ static double from_integral(const rim_agreement *a, const agreement_block *block
   const double sum = state[SUM * count + o];
   if (!block->follows)
     return sum;
-  double change = (double)rim_image_f32(row, 1);
+  double change = (double)rimi_le_f32(row, 1);
   for (size_t g = 0; g < a->integrands; ++g)
-    change += (double)rim_image_f32(row, AGREEMENT_FIRST + g) *
-              (double)rim_image_f32(a->integrand_inverse_sd, g) *
+    change += (double)rimi_le_f32(row, AGREEMENT_FIRST + g) *
+              (double)rimi_le_f32(a->integrand_inverse_sd, g) *
               (block->early[g] + state[LATE * count + g]);
   return AGREEMENT_KEEPS * sum + block->measured[o] - state[BEFORE_OUTCOME * count + o] - change;
 }
 
 double rim_agreement_disturbance(const rim_agreement *a, const double *residual, double *work) {
   for (size_t o = 0; o < a->outcomes; ++o) {
-    const double in_sd = rim_clamp(residual[o] * (double)rim_image_f32(a->inverse_sd, o),
-                                   -AGREEMENT_CLIP, AGREEMENT_CLIP);
+    const double in_sd = rimi_clamp(residual[o] * (double)rimi_le_f32(a->inverse_sd, o),
+                                    -AGREEMENT_CLIP, AGREEMENT_CLIP);
     work[o] = in_sd * in_sd;
   }
   return rim_noise_disturbance(work, a->outcomes);
 }
 
-void rim_agreement_evaluate(const rim_agreement *a, const agreement_block *block, double *state,
-                            double *remains) {
+void rimi_agreement_evaluate(const rim_agreement *a, const agreement_block *block, double *state,
+                             double *remains) {
   const size_t count = a->outcomes, stride = agreement_stride(count, a->means);
   for (size_t o = 0; o < count; ++o) {
     const uint8_t *row = a->row + 4u * o * stride;
-    const uint32_t source = (uint32_t)rim_image_f32(row, 0);
+    const uint32_t source = (uint32_t)rimi_le_f32(row, 0);
     if (source == AGREEMENT_LEVEL && block->level != NULL)
       remains[o] = block->measured[o] - block->level[o];
     else if (source == AGREEMENT_INTEGRAL)
@@ -319,26 +320,26 @@ void rim_agreement_evaluate(const rim_agreement *a, const agreement_block *block
     const uint8_t *row = a->row + 4u * j * stride;
     state[BEFORE_RESIDUAL * count + j] = clipped_residual(a, block, j);
     state[BEFORE_OUTCOME * count + j] = block->measured[j];
-    if ((uint32_t)rim_image_f32(row, 0) == AGREEMENT_INTEGRAL)
+    if ((uint32_t)rimi_le_f32(row, 0) == AGREEMENT_INTEGRAL)
       state[SUM * count + j] = remains[j];
   }
   for (size_t g = 0; g < a->integrands; ++g)
     state[LATE * count + g] = block->late[g];
 }
 
-double rim_agreement_gain(const rim_agreement *a, uint32_t outcome, uint32_t j, uint16_t feature,
-                          bool *mostly) {
+double rimi_agreement_gain(const rim_agreement *a, uint32_t outcome, uint32_t j, uint16_t feature,
+                           bool *mostly) {
   const uint8_t *row = a->row + 4u * outcome * agreement_stride(a->outcomes, a->means);
-  *mostly = rim_image_f32(row, 2) >= 0.0f && (uint32_t)rim_image_f32(row, 2) == j;
-  if ((uint32_t)rim_image_f32(row, 0) != AGREEMENT_INTEGRAL)
+  *mostly = rimi_le_f32(row, 2) >= 0.0f && (uint32_t)rimi_le_f32(row, 2) == j;
+  if ((uint32_t)rimi_le_f32(row, 0) != AGREEMENT_INTEGRAL)
     return 0.0;
   double gain = 0.0;
   for (size_t g = 0; g < a->integrands; ++g) {
-    const double weight = 2.0 * (double)rim_image_f32(row, AGREEMENT_FIRST + g) *
-                          (double)rim_image_f32(a->integrand_inverse_sd, g);
+    const double weight = 2.0 * (double)rimi_le_f32(row, AGREEMENT_FIRST + g) *
+                          (double)rimi_le_f32(a->integrand_inverse_sd, g);
     for (size_t k = 0; k < 2; ++k) {
-      if (rim_image_u16(a->integrand, 4 * g + 1 + k) == feature)
-        gain += weight * (double)rim_image_f32(a->partial, 2 * g + k);
+      if (rimi_le_u16(a->integrand, 4 * g + 1 + k) == feature)
+        gain += weight * (double)rimi_le_f32(a->partial, 2 * g + k);
     }
   }
   return gain;

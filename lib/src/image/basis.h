@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Section BASIS of a flight image: what is computed from the commands of a run, as inputs of the
  * behaviour models and of the noise models.
  *
@@ -65,8 +66,8 @@ typedef struct rim_basis {
 /* Validate the whole section. RIM_E_TRUNCATED, _SIZE the bytes do not match the counts; RIM_E_RANGE
  * a count or index out of range (features, outcomes: of the image); RIM_E_DATA a number not finite
  * or a scale not above 0. */
-rim_status rim_basis_open(rim_basis *view, const uint8_t *section, size_t bytes, uint32_t features,
-                          uint32_t outcomes);
+rim_status rimi_basis_open(rim_basis *view, const uint8_t *section, size_t bytes, uint32_t features,
+                           uint32_t outcomes);
 
 /* Section BEHAVIOUR: every outcome of a block from the terms of BASIS alone. Targets 0..O-1 are the
  * outcomes' block means, O..2O-1 the logarithms of their mean square second differences.
@@ -78,12 +79,12 @@ typedef struct rim_behaviour {
   const uint8_t *from_start, *intercept, *weight;
 } rim_behaviour;
 
-rim_status rim_behaviour_open(rim_behaviour *view, const uint8_t *section, size_t bytes,
-                              uint32_t terms, uint32_t outcomes);
+rim_status rimi_behaviour_open(rim_behaviour *view, const uint8_t *section, size_t bytes,
+                               uint32_t terms, uint32_t outcomes);
 
 /* predicted[2 O] in the outcomes' units; term[P] standardised, first[O] the first readings. */
-void rim_behaviour_predict(const rim_behaviour *view, const double *term, const double *first,
-                           double *predicted);
+void rimi_behaviour_predict(const rim_behaviour *view, const double *term, const double *first,
+                            double *predicted);
 
 #define BASIS_UNKNOWN_SD 8192.0 /* one standard deviation of a term */
 
@@ -115,7 +116,7 @@ void rim_behaviour_error(const rim_behaviour *view, const uint16_t *unknown, boo
  * the two blocks alone are wrong whenever the integrand changes within a block. */
 #define AGREEMENT_CLIP 4.0
 #define AGREEMENT_FIRST 4u
-#define AGREEMENT_KEEPS 0.9995 /* of the sum per block: it must stay bounded in a long flight */
+#define AGREEMENT_KEEPS 0.9995  /* of the sum per block: it must stay bounded in a long flight */
 #define AGREEMENT_INTEGRANDS 3u /* at most per outcome */
 
 typedef enum agreement_source {
@@ -138,15 +139,15 @@ typedef struct rim_agreement {
 } rim_agreement;
 
 /* features: of the image, which integrands may name. */
-rim_status rim_agreement_open(rim_agreement *view, const uint8_t *section, size_t bytes,
-                              uint32_t features, uint32_t outcomes, uint32_t means);
+rim_status rimi_agreement_open(rim_agreement *view, const uint8_t *section, size_t bytes,
+                               uint32_t features, uint32_t outcomes, uint32_t means);
 
 /* One block; arrays of [outcomes], in the outcomes' units, mean[means] standardised. */
 typedef struct agreement_block {
   const double *residual, *mean, *measured;
   const double *early, *late; /* [integrands]: mean - 2 q and mean + 2 q, as above */
-  const double *level; /* NULL: there is no section LEVEL */
-  bool follows;        /* the block before is its neighbour in time */
+  const double *level;        /* NULL: there is no section LEVEL */
+  bool follows;               /* the block before is its neighbour in time */
 } agreement_block;
 
 /* Standard deviation of what remains of `outcome`, in its unit, where the residuals are uncertain
@@ -161,13 +162,13 @@ double rim_agreement_error(const rim_agreement *view, uint32_t outcome, const do
 double rim_agreement_disturbance(const rim_agreement *view, const double *residual, double *work);
 
 /* remains[O], in the outcomes' units. Cost O(O^2 (2 + M)). */
-void rim_agreement_evaluate(const rim_agreement *view, const agreement_block *block, double *state,
-                            double *remains);
+void rimi_agreement_evaluate(const rim_agreement *view, const agreement_block *block, double *state,
+                             double *remains);
 
 /* Where `outcome` is watched as an integral: its change per block and unit of outcome j, whose
  * feature is given, while the other factors are as in healthy runs; 0 where it does not integrate
  * that one. *mostly: whether j is the one that it mostly integrates. */
-double rim_agreement_gain(const rim_agreement *view, uint32_t outcome, uint32_t j,
-                          uint16_t feature, bool *mostly);
+double rimi_agreement_gain(const rim_agreement *view, uint32_t outcome, uint32_t j,
+                           uint16_t feature, bool *mostly);
 
 #endif

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The layout of a search, shared by search.c, statistic.c, scan.c. */
 #ifndef RIM_SRC_SEARCH_PRIVATE_H
 #define RIM_SRC_SEARCH_PRIVATE_H
@@ -10,7 +11,7 @@
 #define SEARCH_CHANGE_STEP (1.0 / 64.0) /* of the commands' change: uint8 covers 3.98 */
 #define SEARCH_DISTURBANCE_STEP (1.0 / 40.0) /* from SEARCH_CALMEST on: uint8 */
 #define SEARCH_CALMEST (-3.0)
-#define SEARCH_COARSE_STEP (1.0 / 4.0)  /* of a residual in a byte: +-31 */
+#define SEARCH_COARSE_STEP (1.0 / 4.0) /* of a residual in a byte: +-31 */
 #define SEARCH_NONE (-1e30f)
 #define SEARCH_UNKNOWN INT16_MIN       /* a residual that is not known */
 #define SEARCH_COARSE_UNKNOWN INT8_MIN /* in a byte */
@@ -188,7 +189,7 @@ static inline bool search_walk_next(search_walk *w) {
 
 /* statistic.c */
 /* The raw fields of a block but the prediction, which is the outcome's: raw[1] = 0. */
-void search_raw_fields(const rim_search *s, uint32_t slot, double *raw);
+void rimi_search_raw_fields(const rim_search *s, uint32_t slot, double *raw);
 /* raw[1] */
 static inline double search_raw_prediction(const rim_search *s, uint32_t slot, uint32_t outcome) {
   return (double)search_predictions(s, slot)[outcome] * SEARCH_BYTE_STEP;
@@ -196,24 +197,25 @@ static inline double search_raw_prediction(const rim_search *s, uint32_t slot, u
 /* 1 / sigma(x) of a block: by its prediction and the commands' change. */
 double search_scale(const rim_search *s, const noise_channel *c, uint32_t channel, uint32_t slot);
 /* The same, 0 where the residual is not known. */
-double search_weight(const rim_search *s, const noise_channel *c, uint32_t channel, uint32_t slot);
+double rimi_search_weight(const rim_search *s, const noise_channel *c, uint32_t channel,
+                          uint32_t slot);
 /* Prepares the work arrays for a channel, and judges SINCE, RAMP, GAIN and FIELD. */
-void search_refresh(rim_search *s, uint32_t channel);
+void rimi_search_refresh(rim_search *s, uint32_t channel);
 /* Fills ln_ratio, shift, sd, score of h from the sums. */
-void search_judge(const rim_search *s, const search_sums *sums, search_hypothesis *h);
+void rimi_search_judge(const rim_search *s, const search_sums *sums, search_hypothesis *h);
 /* The best onset of the shift inside the mask (mask->from is ignored). *sd: of the onset, blocks;
  * NULL: not asked. */
-void search_scan_onset(const rim_search *s, const search_mask *mask, search_hypothesis *h,
-                       double *sd);
+void rimi_search_scan_onset(const rim_search *s, const search_mask *mask, search_hypothesis *h,
+                            double *sd);
 
 /* scan.c */
-void search_scan_interval(rim_search *s, const search_mask *mask, uint32_t feature,
-                          search_hypothesis *h, uint32_t which);
-void search_scan_box(rim_search *s, uint32_t x, uint32_t y, search_hypothesis *h);
+void rimi_search_scan_interval(rim_search *s, const search_mask *mask, uint32_t feature,
+                               search_hypothesis *h, uint32_t which);
+void rimi_search_scan_box(rim_search *s, uint32_t x, uint32_t y, search_hypothesis *h);
 /* Judges the region as it stands, exactly. */
-void search_evaluate(const rim_search *s, search_hypothesis *h);
-void search_refine_edges(rim_search *s, search_hypothesis *h, uint32_t which);
-search_mask search_mask_of(const rim_search *s, const search_hypothesis *h, int without);
-void search_note(rim_search *s, uint32_t channel, const search_hypothesis *h);
+void rimi_search_evaluate(const rim_search *s, search_hypothesis *h);
+void rimi_search_refine_edges(rim_search *s, search_hypothesis *h, uint32_t which);
+search_mask rimi_search_mask_of(const rim_search *s, const search_hypothesis *h, int without);
+void rimi_search_note(rim_search *s, uint32_t channel, const search_hypothesis *h);
 
 #endif
