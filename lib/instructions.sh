@@ -13,7 +13,7 @@ count() {
     "$program" steps "$steps" 2>&1 |
     awk -v steps="$steps" '/Collected/ {printf "%.0f", $NF / steps; found = 1} END {exit !found}'
 }
-hmm=$(count rim_hmm_step rim_hmm_ln_odds) && whole=$(count rim_interference_step) || exit 2
+hmm=$(count rimi_hmm_step rimi_hmm_ln_odds) && whole=$(count rimi_interference_step) || exit 2
 echo "instructions a step, mean of $steps: HMM (forward algorithm and its odds) $hmm, asked below $asked;" \
   "with regressions, emissions and two CUSUMs $whole"
 if [ -x "$build/rim" ]; then

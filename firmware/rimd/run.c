@@ -107,7 +107,7 @@ static bool time_is_good(rimd *d, double t_s, uint64_t woke_ns) {
 
 static bool all_finite(const double *x, uint32_t n) {
   for (uint32_t i = 0; i < n; i++)
-    if (!rim_is_finite(x[i]))
+    if (!rimi_is_finite(x[i]))
       return false;
   return true;
 }

@@ -9,6 +9,7 @@
 
 #include "rimd/rimd.h"
 #include "rimd/say.h"
+#include "base/bytes.h"
 
 #define LONG_AGO_S 1e15
 
@@ -206,7 +207,7 @@ state_parts rimd_parts(rimd *d) {
                              .daemon_bytes = sizeof d->kept,
                              .monitor_bytes = (uint32_t)d->memory_bytes,
                              .model_id = d->view.model_id,
-                             .image_crc = rim_image_u32(d->image, 7)};
+                             .image_crc = rimi_le_u32(d->image, 7)};
   return parts;
 }
 

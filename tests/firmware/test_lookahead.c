@@ -24,7 +24,7 @@ static rim_region sphere(double x, double y, double radius) {
   const uint16_t feature[2] = {4, 7};
   const double lower[2] = {x - radius, y - radius}, upper[2] = {x + radius, y + radius};
   rim_region region;
-  assert_int_equal(rim_region_from_box(&region, 2, feature, lower, upper), RIM_OK);
+  assert_int_equal(rimi_region_from_box(&region, 2, feature, lower, upper), RIM_OK);
   return region;
 }
 

@@ -83,7 +83,7 @@ typedef struct rim_batch_result {
  * RIM_E_CONFIG: a count out of range, too many features for NONE. *result is unchanged on error.
  * O(nodes * (features * (n + bins^2) * outcomes + starts * samples * iterations * n * dims^2)).
  * Stack below 4 kB in all. */
-rim_status rim_select_batch(const rim_batch_config *config, const rim_batch_data *data, void *work,
+rim_status rimi_select_batch(const rim_batch_config *config, const rim_batch_data *data, void *work,
                             size_t bytes, rim_batch_result *result);
 
 #ifdef __cplusplus

@@ -32,7 +32,7 @@ typedef struct rim_noise {
 } rim_noise;
 
 /* RIM_E_VERSION, _RANGE counts or a value out of range; _TRUNCATED bytes; _DATA not finite. */
-rim_status rim_noise_open(rim_noise *view, const uint8_t *section, size_t bytes, uint32_t channels,
+rim_status rimi_noise_open(rim_noise *view, const uint8_t *section, size_t bytes, uint32_t channels,
                           uint32_t means);
 
 /* One channel's numbers, read from the section. */
@@ -42,9 +42,9 @@ typedef struct noise_channel {
   const uint8_t *inverse_prior, *combination, *phi;
 } noise_channel;
 
-noise_channel rim_noise_channel(const rim_noise *view, uint32_t channel);
+noise_channel rimi_noise_channel(const rim_noise *view, uint32_t channel);
 
 /* exp(-ln sigma(x)): the weight of a residual. p: the prediction, standardised. */
-double rim_noise_weight(const noise_channel *c, double p, double change);
+double rimi_noise_weight(const noise_channel *c, double p, double change);
 
 #endif

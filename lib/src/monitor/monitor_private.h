@@ -9,6 +9,7 @@
 #include "monitor/blocks.h"
 #include "rim/monitor.h"
 #include "image/nominal.h"
+#include "base/bytes.h"
 
 #define MONITOR_UPDATE_RATIO 0.25 /* ln anom grown by a quarter is worth another record */
 #define MONITOR_NEXT_BLOCK 0.25 /* of a block that its start may be off and still follow the last */
@@ -68,23 +69,23 @@ typedef struct monitor_plan {
 } monitor_plan;
 
 static inline double monitor_low(const rim_monitor *m, size_t f) {
-  return (double)rim_image_f32(m->range, f);
+  return (double)rimi_le_f32(m->range, f);
 }
 static inline double monitor_width(const rim_monitor *m, size_t f) {
-  return (double)rim_image_f32(m->range, m->words[RIM_CONFIG_FEATURES] + f) - monitor_low(m, f);
+  return (double)rimi_le_f32(m->range, m->words[RIM_CONFIG_FEATURES] + f) - monitor_low(m, f);
 }
 
 static inline double monitor_scale(const rim_monitor *m, size_t outcome) {
-  return m->scales != NULL ? (double)rim_image_f32(m->scales, outcome) : 1.0;
+  return m->scales != NULL ? (double)rimi_le_f32(m->scales, outcome) : 1.0;
 }
 
 /* describe.c: the record of what is found now. */
-void monitor_describe(rim_monitor *m, const rim_verdict *verdict, rim_alarm *alarm);
+void rimi_monitor_describe(rim_monitor *m, const rim_verdict *verdict, rim_alarm *alarm);
 
 /* step.c: no record, nothing found. */
-void monitor_clear_verdict(rim_monitor *m);
+void rimi_monitor_clear_verdict(rim_monitor *m);
 /* open.c: all observations; those of the regions alone. The alarms' life is left as it is. */
-void monitor_forget(rim_monitor *m);
-void monitor_forget_regions(rim_monitor *m);
+void rimi_monitor_forget(rim_monitor *m);
+void rimi_monitor_forget_regions(rim_monitor *m);
 
 #endif

@@ -135,28 +135,28 @@ static inline bool search_passes(const rim_search *s, const search_mask *mask, u
 
 /* statistic.c */
 /* The raw fields of a block for a channel. */
-void search_raw_fields(const rim_search *s, const noise_channel *c, uint32_t slot, uint32_t outcome,
+void rimi_search_raw_fields(const rim_search *s, const noise_channel *c, uint32_t slot, uint32_t outcome,
                        double *raw);
-void search_weighted_fields(const rim_search *s, const noise_channel *c, uint32_t slot,
+void rimi_search_weighted_fields(const rim_search *s, const noise_channel *c, uint32_t slot,
                             uint32_t outcome, double w, double *fields);
-double search_weight(const rim_search *s, const noise_channel *c, uint32_t channel, uint32_t slot);
+double rimi_search_weight(const rim_search *s, const noise_channel *c, uint32_t channel, uint32_t slot);
 /* Prepares the work arrays for a channel, and judges SINCE, RAMP, GAIN and FIELD. */
-void search_refresh(rim_search *s, uint32_t channel);
+void rimi_search_refresh(rim_search *s, uint32_t channel);
 /* Fills ln_ratio, shift, sd, score of h from the sums. */
-void search_judge(const rim_search *s, const search_sums *sums, search_hypothesis *h);
+void rimi_search_judge(const rim_search *s, const search_sums *sums, search_hypothesis *h);
 /* The best onset of the shift inside the mask (mask->from is ignored). *sd: of the onset, blocks;
  * NULL: not asked. */
-void search_scan_onset(const rim_search *s, const search_mask *mask, search_hypothesis *h,
+void rimi_search_scan_onset(const rim_search *s, const search_mask *mask, search_hypothesis *h,
                        double *sd);
 
 /* scan.c */
-void search_scan_interval(rim_search *s, const search_mask *mask, uint32_t feature,
+void rimi_search_scan_interval(rim_search *s, const search_mask *mask, uint32_t feature,
                           search_hypothesis *h, uint32_t which);
-void search_scan_box(rim_search *s, uint32_t x, uint32_t y, search_hypothesis *h);
+void rimi_search_scan_box(rim_search *s, uint32_t x, uint32_t y, search_hypothesis *h);
 /* Judges the region as it stands, exactly. */
-void search_evaluate(const rim_search *s, search_hypothesis *h);
-void search_refine_edges(rim_search *s, search_hypothesis *h, uint32_t which);
-search_mask search_mask_of(const rim_search *s, const search_hypothesis *h, int without);
-void search_note(rim_search *s, uint32_t channel, const search_hypothesis *h);
+void rimi_search_evaluate(const rim_search *s, search_hypothesis *h);
+void rimi_search_refine_edges(rim_search *s, search_hypothesis *h, uint32_t which);
+search_mask rimi_search_mask_of(const rim_search *s, const search_hypothesis *h, int without);
+void rimi_search_note(rim_search *s, uint32_t channel, const search_hypothesis *h);
 
 #endif

@@ -34,7 +34,7 @@
  * The search runs in slices of bounded work: rim_extent_search. Deterministic: random numbers come
  * from the configured seed and a counter. One flat block without pointers into itself: its bytes
  * copied elsewhere (aligned to 8) go on as the original would. Functions returning rim_status
- * change nothing on error, except counters. Stack below 2 kB, rim_cem_optimise's included below 4.
+ * change nothing on error, except counters. Stack below 2 kB, rimi_cem_optimise's included below 4.
  */
 #ifndef RIM_EXTENT_H
 #define RIM_EXTENT_H
