@@ -13,6 +13,7 @@
 #include "base/crc.h"
 #include "rim/monitor.h"
 #include "base/bytes.h"
+#include "rim/image.h"
 
 #define MAX_BYTES (64u << 20)
 #define LINE_BYTES 16384

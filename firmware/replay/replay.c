@@ -14,6 +14,8 @@
 #include "rim/monitor.h"
 #include "monitor/work.h"
 #include "base/bytes.h"
+#include "rim/image.h"
+#include "monitor/inspect.h"
 
 #define MONITOR_BYTES 393216u /* five kinds of channel on the lander's 25 outcomes need 260 kB */
 

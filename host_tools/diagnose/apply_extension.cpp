@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "diagnose/extension.hpp"
-#include "rim/plan/correct.h"
+#include "image/correct.h"
 #include "train/image_writer.hpp"
 #include "util/error.hpp"
 
@@ -199,7 +199,7 @@ std::vector<std::uint8_t> with_correction(const std::vector<std::uint8_t> &image
                                           const std::string &name) {
   const LoadedImage loaded(
       std::string_view(reinterpret_cast<const char *>(image.data()), image.size()), name);
-  return with_sections(loaded.view(), {{RIM_CORRECT_SECTION, section}}, ModelId::of_content);
+  return with_sections(loaded.view(), {{RIM_SECTION_CORRECT, section}}, ModelId::of_content);
 }
 
 } // namespace rim::diagnose

@@ -9,6 +9,7 @@
 #include "search/cem.h"
 #include "batch/interval.h"
 #include "batch/stats.h"
+#include "base/ellipsoid.h"
 
 namespace rim {
 namespace {

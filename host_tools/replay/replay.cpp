@@ -137,7 +137,7 @@ ReplayedLog Replayer::replay(const Log &log, const ReplayOptions &options, const
         examined.push_back({{place, place + regions}, t + 1});
     }
     blocks = verdict.blocks;
-    result.watches_interference = result.watches_interference || verdict.interference.valid;
+    result.watches_interference = result.watches_interference || verdict.interference != nullptr;
     if (verdict.alarm.seq != 0)
       tell(verdict.alarm);
     tell_waiting();

@@ -131,7 +131,7 @@ void train_interference(const std::vector<Log> &logs, const std::string &labels,
     file.commit();
   } else {
     ImageWriter image(kModelId);
-    image.add_section(RIM_INTERFERENCE_SECTION, section_of(m));
+    image.add_section(RIM_SECTION_INTERFERENCE, section_of(m));
     image.write(out);
   }
   std::printf("%s written\n", out.c_str());

@@ -12,6 +12,7 @@
 #include <cmocka.h>
 
 #include "rimd/lookahead.h"
+#include "base/ellipsoid.h"
 
 #define PI 3.14159265358979323846
 

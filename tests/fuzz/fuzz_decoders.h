@@ -20,6 +20,9 @@
 #include "rimd/lookahead.h"
 #include "transport/lcm_packet.h"
 #include "transport/lcm_udp.h"
+#include "rim/image.h"
+#include "image/threshold.h"
+#include "image/correct.h"
 
 /* An accepted message must pack again. */
 static inline void fuzz_must(bool good) {

@@ -12,7 +12,7 @@ extern "C" {
 }
 
 #include "replay/replay.hpp"
-#include "rim/plan/correct.h"
+#include "image/correct.h"
 #include "toy_log.hpp"
 #include "train/image_writer.hpp"
 #include "train/trainer.hpp"

@@ -10,6 +10,7 @@
 #include "util/error.hpp"
 
 #include "rim/monitor.h"
+#include "base/ellipsoid.h"
 
 #include <cmath>
 #include <cstdarg>

@@ -20,6 +20,8 @@
 #include "base/real.h"
 #include "base/rng.h"
 #include "section_bytes.h"
+#include "rim/image.h"
+#include "rim/interference.h"
 
 enum { D = 4, O = 2, BINS = 16, GRID = 16, PAIRS = 2, REGION = 2, BLOCK = 4, CUTS = 23 };
 enum { EXTERNAL_RING = 64, TRAINED_RING = 256, CHANNELS = RIM_MONITOR_KINDS * O };

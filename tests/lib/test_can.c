@@ -12,6 +12,7 @@
 #include "alarm_sample.h"
 #include "rim/can.h"
 #include "base/crc.h"
+#include "base/ellipsoid.h"
 
 #define SAMPLES 500u
 

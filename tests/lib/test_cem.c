@@ -11,6 +11,7 @@
 
 #include "search/cem.h"
 #include "base/rng.h"
+#include "base/ellipsoid.h"
 
 #define SEED 29u
 static rim_rng rng;

@@ -12,6 +12,7 @@
 
 #include "batch/dmaps.h"
 #include "base/rng.h"
+#include "base/ellipsoid.h"
 
 #define SEED 41u
 enum { N = 900, D = 6, O = 3, NODES = 20 };

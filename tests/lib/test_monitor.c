@@ -2,6 +2,8 @@
  * should be found exactly that is found (the images and the vehicle: monitor_bench.h). */
 #include "monitor_bench.h"
 #include "base/bytes.h"
+#include "image/correct.h"
+#include "monitor/inspect.h"
 
 /* ---- memory and images ---- */
 

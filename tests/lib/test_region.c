@@ -9,6 +9,7 @@
 
 #include <cmocka.h>
 
+#include "base/ellipsoid.h"
 #include "rim/region.h"
 #include "base/rng.h"
 

@@ -4,6 +4,8 @@
 #include "monitor_bench.h"
 
 #include "monitor/work.h"
+#include "search/select.h"
+#include "monitor/inspect.h"
 
 static int prepare(void **state) {
   (void)state;

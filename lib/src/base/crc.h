@@ -13,7 +13,8 @@
 extern "C" {
 #endif
 
-#define RIM_DIGEST_START UINT64_C(0xcbf29ce484222325) /* FNV-1a 64 offset basis */
+/* FNV-1a 64 offset basis; rim/monitor.h has the same line, for applications. */
+#define RIM_DIGEST_START UINT64_C(0xcbf29ce484222325)
 
 /* Returns the CRC-32 of IEEE 802.3 (reflected 0x04c11db7, as zlib's crc32); start with crc 0. */
 uint32_t rimi_crc32(uint32_t crc, const void *data, size_t bytes);

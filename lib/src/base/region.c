@@ -1,3 +1,4 @@
+#include "base/ellipsoid.h"
 #include "rim/region.h"
 
 #include <stddef.h>

@@ -4,6 +4,7 @@
 
 #include "base/cholesky.h"
 #include "base/real.h"
+#include "base/ellipsoid.h"
 
 #define MAX_DIMS RIM_REGION_MAX_DIMS
 #define MAX_SWEEPS 8u

@@ -23,6 +23,7 @@
 #include <stdint.h>
 
 #include "search/cem.h"
+#include "base/ellipsoid.h"
 #include "rim/region.h"
 #include "batch/select_batch.h"
 #include "rim/status.h"

@@ -1,10 +1,11 @@
-#include "rim/plan/correct.h"
+#include "image/correct.h"
 
 #include <string.h>
 
 #include "base/crc.h"
 #include "base/real.h"
 #include "base/bytes.h"
+#include "base/ellipsoid.h"
 
 #define MAX_REGIONS RIM_CORRECT_MAX_REGIONS
 #define MAX_DIMS RIM_REGION_MAX_DIMS
@@ -234,7 +235,7 @@ rim_status rimi_correct_attach(rim_correct *view, const rim_image *image) {
   size_t bytes;
   if (view == NULL)
     return RIM_E_ARGUMENT;
-  const rim_status status = rim_image_section(image, RIM_CORRECT_SECTION, &section, &bytes);
+  const rim_status status = rim_image_section(image, RIM_SECTION_CORRECT, &section, &bytes);
   return status == RIM_OK ? rimi_correct_open(view, section, bytes) : status;
 }
 

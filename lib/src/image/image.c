@@ -146,8 +146,3 @@ rim_status rim_image_section(const rim_image *view, uint32_t id, const uint8_t *
   }
   return !opened ? RIM_E_ARGUMENT : e == NULL ? RIM_E_RANGE : RIM_OK;
 }
-
-uint32_t rimi_image_count(const rim_image *view, uint32_t id) {
-  const uint8_t *e = view != NULL && view->data != NULL ? find(view, id) : NULL;
-  return e != NULL ? rimi_le_u32(e, 3) : 0;
-}

@@ -1,4 +1,4 @@
-#include "monitor/clock_guard.h"
+#include "rim/monitor.h"
 
 #include <stddef.h>
 

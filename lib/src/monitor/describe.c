@@ -4,6 +4,7 @@
 #include "monitor/monitor_private.h"
 #include "base/real.h"
 #include "base/bytes.h"
+#include "base/ellipsoid.h"
 
 /* A behaviour channel with this part of the score of the leading agreement channel is named
  * instead: when the vehicle itself deviates several sensors do, and agree. */

@@ -6,6 +6,8 @@
 
 #include "monitor/alarm_life.h"
 #include "rim/monitor.h"
+#include "interference/detector.h"
+#include "rim/image.h"
 
 typedef struct interference_watch {
   rim_interference state;

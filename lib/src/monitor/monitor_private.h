@@ -10,6 +10,13 @@
 #include "rim/monitor.h"
 #include "image/nominal.h"
 #include "base/bytes.h"
+#include "rim/image.h"
+#include "rim/interference.h"
+#include "image/correct.h"
+#include "image/threshold.h"
+#include "search/select.h"
+#include "monitor/inspect.h"
+#include "interference/detector.h"
 
 #define MONITOR_UPDATE_RATIO 0.25 /* ln anom grown by a quarter is worth another record */
 #define MONITOR_NEXT_BLOCK 0.25 /* of a block that its start may be off and still follow the last */
@@ -50,7 +57,8 @@ struct rim_monitor {
   uint32_t steps, refused;
   uint16_t channel_count, out_feature;
   bool has_place;
-  rim_verdict last; /* what a row that completes no block repeats */
+  rim_verdict last; /* what a row that completes no block repeats; interference: NULL */
+  rim_interference_verdict motion; /* of the newest row */
 };
 
 _Static_assert(sizeof(struct rim_monitor) <= RIM_MONITOR_HEADER_BYTES, "header outgrown");

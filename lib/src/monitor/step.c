@@ -8,6 +8,7 @@
 
 void rimi_monitor_clear_verdict(rim_monitor *m) {
   memset(&m->last, 0, sizeof m->last);
+  memset(&m->motion, 0, sizeof m->motion);
   m->last.level = RIM_LEVEL_OK;
   m->last.reason = RIM_REASON_TOO_FEW;
   m->last.p_value = 1.0;
@@ -198,8 +199,8 @@ static void search_and_judge(rim_monitor *m, bool new_block) {
 static void watch_motion(rim_monitor *m, const rim_observation *row) {
   rim_alarm candidate;
   const bool found =
-      rimi_interference_watch_step(m->watch, row, &m->last.interference, &candidate);
-  if (m->last.interference.valid)
+      rimi_interference_watch_step(m->watch, row, &m->motion, &candidate);
+  if (m->motion.valid)
     rimi_alarm_life_step(&m->life, RIM_DETECTOR_INTERFERENCE, row->t_s, found ? &candidate : NULL);
 }
 
@@ -248,6 +249,7 @@ static void end_verdict(rim_monitor *m, rim_verdict *verdict) {
   m->last.level = (uint8_t)rimi_alarm_life_level(&m->life);
   give_reason(m, &m->last);
   *verdict = m->last;
+  verdict->interference = m->motion.valid ? &m->motion : NULL;
 }
 
 rim_status rim_monitor_step(rim_monitor *m, const rim_observation *row, rim_verdict *verdict) {
@@ -265,7 +267,7 @@ rim_status rim_monitor_step(rim_monitor *m, const rim_observation *row, rim_verd
   m->last.step = m->steps;
   m->last.t_s = row->t_s;
   m->last.valid = made != BLOCKS_BAD;
-  m->last.interference.valid = false;
+  m->motion.valid = false;
   if (made != BLOCKS_BAD) {
     m->last_valid_s = row->t_s;
     rimi_alarm_life_row(&m->life, row->t_s);
@@ -382,9 +384,11 @@ rim_monitor_health rim_monitor_get_health(const rim_monitor *m) {
                                .out_feature = m->out_feature,
                                .out_value = m->out_value,
                                .out_t_s = m->out_t_s};
-  if (m->watch != NULL)
-    health.interference = m->watch->state.health;
   return health;
+}
+
+rim_interference_health rim_interference_get_health(const rim_monitor *m) {
+  return m != NULL && m->watch != NULL ? m->watch->state.health : (rim_interference_health){0};
 }
 
 const rim_select *rimi_monitor_search(const rim_monitor *m) {
@@ -393,6 +397,6 @@ const rim_select *rimi_monitor_search(const rim_monitor *m) {
 const rim_threshold *rimi_monitor_threshold(const rim_monitor *m) {
   return m != NULL ? &m->models.threshold : NULL;
 }
-uint32_t rim_monitor_config(const rim_monitor *m, rim_config_word word) {
-  return m != NULL && (unsigned)word < RIM_CONFIG_WORDS ? m->words[word] : 0u;
+uint32_t rim_monitor_config(const rim_monitor *m, uint32_t word) {
+  return m != NULL && word < RIM_CONFIG_WORDS ? m->words[word] : 0u;
 }

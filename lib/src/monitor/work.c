@@ -1,7 +1,7 @@
 #include "monitor/work.h"
 
 #include "rim/alarm.h"
-#include "rim/plan/correct.h"
+#include "image/correct.h"
 #include "rim/image.h"
 #include "rim/interference.h"
 #include "rim/monitor.h"

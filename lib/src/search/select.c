@@ -6,6 +6,7 @@
 #include "rim/image.h"
 #include "base/real.h"
 #include "search/select_private.h"
+#include "base/ellipsoid.h"
 
 /* Nats above the logarithm of the number of alternatives at which nominal runs of 250 observations
  * have their largest ln anom, by features: intervals, ellipses. */

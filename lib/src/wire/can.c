@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "wire/message.h"
+#include "base/ellipsoid.h"
 
 #define SUMMARY_SIZE 8u
 #define FD_SIZE 64u

@@ -43,7 +43,6 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "search/cem.h"
 #include "rim/status.h"
 
 #ifdef __cplusplus
@@ -109,7 +108,10 @@ typedef struct rim_extent_config {
 
 /* One region of the set. */
 typedef struct rim_extent_region {
-  rim_ellipsoid ellipsoid; /* or box, by its centre and L, over (x - lower) / (upper - lower) */
+  uint8_t dims;                       /* 0: nothing found */
+  double center[RIM_EXTENT_MAX_DIMS]; /* u, over (x - lower) / (upper - lower) */
+  double factor[RIM_EXTENT_MAX_DIMS * (RIM_EXTENT_MAX_DIMS + 1) / 2]; /* L by rows of its lower
+                                         triangle: (i, j) at i (i + 1) / 2 + j; diagonal > 0 */
   double lambda;
   double volume;     /* fraction of the box, at most 1 */
   double n;          /* observations inside */

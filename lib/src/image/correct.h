@@ -38,7 +38,6 @@
 extern "C" {
 #endif
 
-#define RIM_CORRECT_SECTION 14u /* id in a flight image; optional */
 #define RIM_CORRECT_LAYOUT 1u
 #define RIM_CORRECT_MAX_REGIONS 8
 #define RIM_CORRECT_MAX_OUTCOMES 128

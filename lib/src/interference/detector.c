@@ -1,4 +1,4 @@
-#include "rim/interference.h"
+#include "interference/detector.h"
 
 #include <string.h>
 
@@ -121,7 +121,7 @@ rim_status rimi_interference_attach(rim_interference_model *model, const rim_ima
     return RIM_E_ARGUMENT;
   const uint8_t *data = NULL;
   size_t bytes = 0;
-  const rim_status status = rim_image_section(image, RIM_INTERFERENCE_SECTION, &data, &bytes);
+  const rim_status status = rim_image_section(image, RIM_SECTION_INTERFERENCE, &data, &bytes);
   return status == RIM_OK ? rimi_interference_open(model, data, bytes) : status;
 }
 

@@ -1,0 +1,3 @@
+#include "rim/version.h"
+
+int rim_version(void) { return RIM_VERSION_NUMBER; }
