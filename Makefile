@@ -46,7 +46,7 @@ include tests/Dir.mk
 include tests/hidden/Dir.mk
 include data/Dir.mk
 
-.PHONY: help deps all demo test bench size install clean check FORCE
+.PHONY: help deps all demo test bench size api install clean check FORCE
 
 help: ## this list
 	@awk -F':.*## ' '/^[a-z_-]+:.*## /{printf "  make %-10s %s\n", $$1, $$2}' \
@@ -127,8 +127,6 @@ install: all ## into $(DESTDIR)$(PREFIX): bin lib include share
 	install -m 644 $(BUILD)/librim.a $(DESTDIR)$(PREFIX)/lib/librim.a
 	install -m 644 lib/include/rim/*.h $(DESTDIR)$(PREFIX)/include/rim/
 	install -m 644 lib/include/rim/plan/*.h $(DESTDIR)$(PREFIX)/include/rim/plan/
-	set -e; for f in $(wildcard lib/src/*/*.h); do \
-	  install -D -m 644 $$f $(DESTDIR)$(PREFIX)/include/$${f#lib/src/}; done
 	install -m 644 lib/wire/*.lcm lib/wire/*.dbc $(DESTDIR)$(PREFIX)/share/rimwatch/wire/
 	sed -e 's|@PREFIX@|$(PREFIX)|' -e 's|@VERSION@|$(VERSION)|' lib/rimwatch.pc.in \
 	  > $(DESTDIR)$(PREFIX)/lib/pkgconfig/rimwatch.pc
@@ -139,9 +137,14 @@ size: lib $(if $(CROSS_COMPILE),,host) ## code size, static RAM, stack and the R
 	@lib/size.sh "$(SIZE)" $(BUILD)
 	@$(if $(CROSS_COMPILE),,$(BUILD)/rim bench --memory || echo "monitor RAM: 'rim bench --memory' failed")
 
-check: check-deps lib ## cppcheck, style, forbidden symbols, and the tests under the sanitizers
+api: lib ## public headers and functions of the library, with their size in lines
+	@lib/api.py "$(NM)" $(BUILD)/librim.a
+
+check: check-deps lib ## cppcheck, style, rooms, public and forbidden symbols, and the tests under the sanitizers
 	tests/style.sh
+	tests/rooms.py
 	lib/check_symbols.sh "$(NM)" $(BUILD)/librim.a names
+	lib/api.py "$(NM)" $(BUILD)/librim.a > $(BUILD)/api.txt && tail -n 2 $(BUILD)/api.txt
 	lib/size.sh "$(SIZE)" $(BUILD) > $(BUILD)/size.txt || { tail -6 $(BUILD)/size.txt; exit 1; }
 	cppcheck --quiet --error-exitcode=1 --inline-suppr --std=c11 \
 	  --enable=warning,performance,portability -Ilib/include -Ilib/src lib/src

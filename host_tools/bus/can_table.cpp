@@ -10,6 +10,7 @@
 #include "util/error.hpp"
 #include "world/toml_table.hpp"
 #include "base/bytes.h"
+#include "rim/image.h"
 
 namespace rim {
 

@@ -6,6 +6,7 @@
 
 #include "rim/monitor.h"
 #include "base/bytes.h"
+#include "rim/image.h"
 
 namespace rim {
 

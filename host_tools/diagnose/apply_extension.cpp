@@ -9,6 +9,7 @@
 #include "image/correct.h"
 #include "train/image_writer.hpp"
 #include "util/error.hpp"
+#include "rim/image.h"
 
 namespace rim::diagnose {
 namespace {

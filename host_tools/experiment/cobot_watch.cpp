@@ -10,6 +10,7 @@
 #include "batch/interval.h"
 #include "batch/stats.h"
 #include "base/ellipsoid.h"
+#include "search/select.h"
 
 namespace rim {
 namespace {

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "batch/stats.h"
+#include "image/correct.h"
 
 namespace rim {
 namespace {

@@ -8,6 +8,8 @@
 #include "experiment/precision_recall.hpp"
 #include "replay/plot.hpp"
 #include "base/rng.h"
+#include "search/select.h"
+#include "search/cem.h"
 
 namespace rim {
 namespace {

@@ -13,6 +13,7 @@
 #include "batch/faro.h"
 #include "util/error.hpp"
 #include "util/table.hpp"
+#include "search/cem.h"
 
 namespace rim {
 namespace {

@@ -10,6 +10,9 @@
 #include "base/crc.h"
 #include "base/real.h"
 #include "util/error.hpp"
+#include "rim/image.h"
+#include "search/select.h"
+#include "monitor/inspect.h"
 
 namespace rim {
 

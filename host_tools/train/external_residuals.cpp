@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "search/select.h"
+#include "monitor/inspect.h"
 
 namespace rim {
 

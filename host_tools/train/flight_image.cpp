@@ -7,6 +7,7 @@
 #include "train/image_writer.hpp"
 #include "util/error.hpp"
 #include "base/bytes.h"
+#include "rim/image.h"
 
 namespace rim {
 

@@ -9,6 +9,8 @@
 #include "rim/monitor.h"
 #include "train/healthy_blocks.hpp"
 #include "train/layout.hpp"
+#include "rim/image.h"
+#include "search/select.h"
 
 namespace rim {
 

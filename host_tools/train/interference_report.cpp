@@ -13,6 +13,8 @@
 #include "util/error.hpp"
 #include "util/parallel_for.hpp"
 #include "world/cobot.hpp"
+#include "rim/image.h"
+#include "interference/detector.h"
 
 namespace rim {
 namespace {

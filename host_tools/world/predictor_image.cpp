@@ -14,6 +14,7 @@ extern "C" {
 #include "image/noise.h"
 #include "monitor/blocks.h"
 #include "base/bytes.h"
+#include "rim/image.h"
 }
 
 namespace rim::world {

@@ -14,6 +14,7 @@ extern "C" {
 #include <cmocka.h>
 #define _Static_assert static_assert
 #include "monitor/monitor_private.h"
+#include "rim/image.h"
 }
 
 namespace {

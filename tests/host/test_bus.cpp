@@ -11,6 +11,7 @@
 
 #include "rim/monitor.h"
 #include "base/ellipsoid.h"
+#include "rim/image.h"
 
 #include <cmath>
 #include <cstdarg>

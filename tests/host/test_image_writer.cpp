@@ -18,6 +18,7 @@ extern "C" {
 #include "train/image_writer.hpp"
 #include "util/error.hpp"
 #include "base/bytes.h"
+#include "rim/image.h"
 
 namespace {
 

@@ -156,8 +156,7 @@ rim_status rim_monitor_command(rim_monitor *monitor, const rim_command *command,
  * stands is cleared or latched by records that wait. now_s not finite: no effect. O(memory). */
 void rim_monitor_restart(rim_monitor *monitor, double now_s);
 
-/* Forgets all observations and the alarms, without a record. Counters and the numbering of records
- * go on. O(memory). */
+/* Forgets all observations, and the alarms without a record; counters go on. O(memory). */
 void rim_monitor_reset(rim_monitor *monitor);
 
 /* Goes on from the bytes of another monitor (a restart of the process), bit for bit: memory holds a
@@ -184,9 +183,8 @@ uint32_t rim_monitor_config(const rim_monitor *monitor, uint32_t word);
 #define RIM_DIGEST_START UINT64_C(0xcbf29ce484222325)
 uint64_t rim_verdict_digest(uint64_t digest, const rim_verdict *verdict);
 
-/* The clock guard keeps rows whose time cannot be right away from the monitor, for which one row
- * from the far future would make all later ones too old. It moves to another clock only when many
- * rows in succession agree on it. Plain data: a copy goes on; all zero: nothing seen yet. */
+/* The clock guard keeps rows whose time cannot be right away from the monitor: one row from the far
+ * future would make all later ones too old. Plain data; all zero: nothing seen yet. */
 typedef struct rim_clock_guard_config {
   double max_jump_s;    /* accepted ahead of the newest time, beyond twice the time that passed */
   double max_skew_s;    /* accepted difference from day_s; 0: not compared */

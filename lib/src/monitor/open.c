@@ -7,6 +7,18 @@
 
 #define MONITOR_MAGIC 0x52494d4eu /* "RIMN": memory that holds a monitor of this layout */
 
+/* RIM_MONITOR_SIZE spells out what the search needs, so that rim/monitor.h does not include it. */
+#define SIZE_IS_ENOUGH(d, o, r, ring, bins, grid, pairs)                                           \
+  (RIM_MONITOR_SIZE(d, o, r, ring, bins, grid, pairs) >=                                           \
+       RIM_MONITOR_HEADER_BYTES + RIM_MONITOR_ROWS_SIZE(d, o, 0, 0) + 8u * (o) + 8u * (r) +        \
+           RIM_SELECT_SIZE(r, o, ring, bins, grid, pairs) &&                                       \
+   RIM_MONITOR_SIZE(d, o, r, ring, bins, grid, pairs) <=                                           \
+       RIM_MONITOR_HEADER_BYTES + RIM_MONITOR_ROWS_SIZE(d, o, 0, 0) + 8u * (o) + 8u * (r) + 512u + \
+           RIM_SELECT_SIZE(r, o, ring, bins, grid, pairs))
+_Static_assert(SIZE_IS_ENOUGH(1, 1, 1, 17, 5, 9, 1), "smallest");
+_Static_assert(SIZE_IS_ENOUGH(29, 25, 12, 512, 16, 32, 6), "landing");
+_Static_assert(SIZE_IS_ENOUGH(128, 128, 127, 4095, 31, 63, 16), "largest");
+
 static bool find(const monitor_plan *p, rim_section id, const uint8_t **data, size_t *bytes) {
   return rim_image_section(&p->image, (uint32_t)id, data, bytes) == RIM_OK;
 }
