@@ -96,7 +96,7 @@ typedef struct rim_monitor_health {
 /* Bytes, at most, for a monitor of an image whose rows bring predictions; a constant expression. */
 #define RIM_MONITOR_SIZE(features, outcomes, region_features, ring, bins, grid, pairs)             \
   (RIM_MONITOR_HEADER_BYTES + RIM_MONITOR_ROWS_SIZE(features, outcomes, 0, 0) + 2200u +            \
-   (size_t)(outcomes) * (64u + 8u * (size_t)(region_features)) + 8u * (size_t)(region_features) +  \
+   (size_t)(outcomes) * (56u + 8u * (size_t)(region_features)) + 8u * (size_t)(region_features) +  \
    (size_t)(region_features) * (size_t)(bins) * (4u * (size_t)(outcomes) + 2u) +                   \
    (size_t)(ring) * (4u + (size_t)(region_features) + 2u * (size_t)(outcomes)) +                   \
    2u * (size_t)(grid) * (size_t)(grid) +                                                          \
