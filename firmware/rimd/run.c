@@ -2,13 +2,13 @@
 #include "rimd/rimd.h"
 
 #include <errno.h>
+#include <math.h>
 #include <poll.h>
 #include <signal.h>
 #include <string.h>
 #include <time.h>
 
 #include "rim/lcm.h"
-#include "base/real.h"
 #include "rimd/say.h"
 
 #define MS UINT64_C(1000000)
@@ -36,34 +36,17 @@ static double day_s(void) {
   return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-/* Tells whether the plan leads into the region of the alarm that stands: when that changes, and
- * cyclically while it does. */
-static void look_ahead(rimd *d, bool cyclic) {
-  const rim_alarm *alarm = rim_monitor_standing(d->monitor, RIM_DETECTOR_RIM);
-  lookahead_result r;
-  if (!d->config.look_ahead || d->plan.count == 0)
+/* Sends what the library decides to say about the plan and the region of the alarm that stands. */
+static void look_ahead(rimd *d, bool again) {
+  rim_entry entry;
+  if (!d->config.look_ahead)
     return;
-  const double from_s = d->kept.row_s - 1e-6 * (double)d->plan.t_us;
-  const bool enters = alarm != NULL &&
-                      lookahead_check(&d->config.ahead, &alarm->region, &d->plan, from_s, &r) &&
-                      r.enters;
-  const bool did = d->entry.sequence != 0 && d->entry.to_entry_s >= 0.0;
-  if (enters == did && !(enters && cyclic))
+  d->ahead.sequence = d->kept.entry_sequence;
+  if (!rim_lookahead_update(&d->ahead, &d->config.ahead, d->monitor, d->view.model_id,
+                            d->kept.row_s, d->config.replay, again, &entry))
     return;
-  d->entry = (rim_entry){.t_s = d->kept.row_s,
-                         .to_entry_s = RIM_ENTRY_NEVER,
-                         .sequence = ++d->kept.entry_sequence,
-                         .alarm_sequence = alarm != NULL
-                                               ? alarm->seq
-                                               : rim_monitor_alarms(d->monitor).newest.seq,
-                         .plan_sequence = d->plan.sequence,
-                         .model_id = d->view.model_id,
-                         .flags = d->config.replay ? RIM_ALARM_FLAG_REPLAY : 0};
-  if (enters) {
-    d->entry.to_entry_s = r.after_s > from_s ? r.after_s - from_s : 0.0;
-    d->entry.pose = r.pose;
-  }
-  outbox_entry(&d->outbox, &d->entry, rimd_now_ns());
+  d->kept.entry_sequence = d->ahead.sequence;
+  outbox_entry(&d->outbox, &entry, rimd_now_ns());
 }
 
 static void send_record(rimd *d, const rim_alarm *record) {
@@ -107,7 +90,7 @@ static bool time_is_good(rimd *d, double t_s, uint64_t woke_ns) {
 
 static bool all_finite(const double *x, uint32_t n) {
   for (uint32_t i = 0; i < n; i++)
-    if (!rimi_is_finite(x[i]))
+    if (!isfinite(x[i]))
       return false;
   return true;
 }
@@ -201,9 +184,9 @@ static void take_message(rimd *d, const lcm_udp_message *message, uint64_t woke_
     return;
   }
   if (d->config.look_ahead && strcmp(message->channel, RIM_LCM_CHANNEL_PLAN) == 0) {
-    if (rim_lcm_unpack_plan(&d->plan, message->payload, message->bytes) != RIM_OK) {
+    if (rim_lcm_unpack_plan(&d->ahead.plan, message->payload, message->bytes) != RIM_OK) {
       count(&d->kept.counters.lcm_refused);
-      d->plan.count = 0; /* an older plan is no longer flown */
+      d->ahead.plan.count = 0; /* an older plan is no longer flown */
     }
     look_ahead(d, true);
     return;
