@@ -582,6 +582,13 @@ static void attach_refuses_what_is_not_its_own(void **state) {
                    RIM_E_ALIGN);
   assert_int_equal(rim_monitor_attach(NULL, b.memory, EXTERNAL_SIZE, b.blob.byte, b.blob.size),
                    RIM_E_ARGUMENT);
+  for (uint32_t word = 0; word < 3; ++word) { /* magic, version of the library, size of its header */
+    uint32_t *field = (uint32_t *)(void *)(b.memory + 4u * (size_t)word);
+    *field ^= 0x10u;
+    assert_int_equal(rim_monitor_attach(&m, b.memory, EXTERNAL_SIZE, b.blob.byte, b.blob.size),
+                     RIM_E_DATA);
+    *field ^= 0x10u;
+  }
   b.blob.byte[100] ^= 1;
   assert_int_equal(rim_monitor_attach(&m, b.memory, EXTERNAL_SIZE, b.blob.byte, b.blob.size),
                    RIM_E_CRC);

@@ -598,7 +598,8 @@ static rim_status begin(finder *f, const rim_dmaps_config *config, const rim_bat
   if (data->n == 0)
     return RIM_E_DATA;
   const size_t n = data->n;
-  if (bytes < RIM_DMAPS_SIZE(n, data->features, data->outcomes, f->c.search.nodes))
+  if (!rimi_batch_fits(data, f->c.search.nodes) ||
+      bytes < RIM_DMAPS_SIZE(n, data->features, data->outcomes, f->c.search.nodes))
     return RIM_E_SIZE;
   uint8_t *at = (uint8_t *)work;
   f->batch_work = at;

@@ -20,9 +20,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "search/cem.h"
 #include "rim/region.h"
 #include "rim/status.h"
+#include "search/cem.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -74,17 +74,22 @@ typedef struct rim_batch_result {
 
 /* Bytes of work space: a constant expression; nodes explicit. Aligned to 8. */
 #define RIM_BATCH_NODE_BYTES 400u
+/* n (features + outcomes + nodes + 3) may be at most this, so that no size overflows 32 bits. */
+#define RIM_BATCH_MOST UINT32_C(0x8000000)
 #define RIM_BATCH_SIZE(n, features, nodes)                                                         \
   ((size_t)(nodes) *                                                                               \
        (RIM_BATCH_NODE_BYTES + 8u * (size_t)(features) + (((size_t)(n) + 63u) / 64u) * 8u) +       \
    24u * (size_t)(features) + 1024u)
 
-/* RIM_E_ARGUMENT: NULL; RIM_E_ALIGN, RIM_E_SIZE: the work space; RIM_E_DATA: no observations;
- * RIM_E_CONFIG: a count out of range, too many features for NONE. *result is unchanged on error.
+/* Whether the sizes of so much data are within RIM_BATCH_MOST. */
+bool rimi_batch_fits(const rim_batch_data *data, uint32_t nodes);
+
+/* RIM_E_ARGUMENT: NULL; RIM_E_ALIGN, RIM_E_SIZE: the work space, or more observations than
+ * RIM_BATCH_MOST allows; RIM_E_DATA: no observations; RIM_E_CONFIG: a count out of range, too many features for NONE. *result is unchanged on error.
  * O(nodes * (features * (n + bins^2) * outcomes + starts * samples * iterations * n * dims^2)).
  * Stack below 4 kB in all. */
 rim_status rimi_select_batch(const rim_batch_config *config, const rim_batch_data *data, void *work,
-                            size_t bytes, rim_batch_result *result);
+                             size_t bytes, rim_batch_result *result);
 
 #ifdef __cplusplus
 }

@@ -198,7 +198,7 @@ static void note_command(rim_interference *s, double t_s, double command) {
 static void predict(rim_interference *s, double t_s, double *one_step) {
   double now_s = s->t_s;
   *one_step = s->speed;
-  for (;;) {
+  for (uint32_t i = 0; i <= COMMANDS; ++i) { /* at most each command that waits, then the rest */
     const bool changes = s->commands > 0 && s->command_t_s[s->command_first] <= t_s;
     const double until_s = changes ? rimi_max(now_s, s->command_t_s[s->command_first]) : t_s;
     if (rimi_abs(s->in_force - s->open_loop[0]) > 0.0)

@@ -34,6 +34,8 @@ typedef struct monitor_models {
 
 struct rim_monitor {
   uint32_t magic;
+  uint32_t library;      /* RIM_VERSION_NUMBER: another version may mean other fields */
+  uint32_t header_bytes; /* sizeof(struct rim_monitor): another compiler may lay it out otherwise */
   uint32_t words[RIM_CONFIG_WORDS];
   rim_image image;
   monitor_models models;

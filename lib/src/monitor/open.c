@@ -4,6 +4,7 @@
 #include "monitor/monitor_private.h"
 #include "base/real.h"
 #include "base/bytes.h"
+#include "rim/version.h"
 
 #define MONITOR_MAGIC 0x52494d4eu /* "RIMN": memory that holds a monitor of this layout */
 
@@ -380,6 +381,8 @@ rim_status rim_monitor_init(rim_monitor **monitor, void *memory, size_t bytes, c
     rimi_interference_watch_init(m->watch, &m->image);
   rimi_monitor_clear_verdict(m);
   m->magic = MONITOR_MAGIC;
+  m->library = RIM_VERSION_NUMBER;
+  m->header_bytes = (uint32_t)sizeof *m;
   *monitor = m;
   return RIM_OK;
 }
@@ -394,7 +397,8 @@ rim_status rim_monitor_attach(rim_monitor **monitor, void *memory, size_t bytes,
   if (status != RIM_OK)
     return status;
   rim_monitor *m = memory;
-  if (m->magic != MONITOR_MAGIC || m->image.model_id != p.image.model_id ||
+  if (m->magic != MONITOR_MAGIC || m->library != RIM_VERSION_NUMBER ||
+      m->header_bytes != sizeof *m || m->image.model_id != p.image.model_id ||
       m->image.bytes != p.image.bytes || memcmp(m->words, p.words, sizeof m->words) != 0)
     return RIM_E_DATA;
   connect(m, &p, &l);
