@@ -99,21 +99,21 @@ demo: ## learn 50 landings, replay one healthy and three faulty ones, hear the a
 test: ## every test; the last line counts them
 	@$(MAKE) --no-print-directory -j$(TEST_JOBS) test-run
 
-bench: all ## speed, memory and detection figures with their intervals (some 30 minutes)
+bench: all thesis ## speed, memory and detection figures with their intervals (some 30 minutes)
 	$(BUILD)/rim bench
-	$(BUILD)/rim experiment golf
-	$(BUILD)/rim experiment lander --thesis
-	$(BUILD)/rim experiment falcon
-	$(BUILD)/rim experiment measured_falcon
-	$(BUILD)/rim experiment measured_mrclam
-	$(BUILD)/rim experiment fig3.3
-	$(BUILD)/rim experiment fig3.4
-	$(BUILD)/rim experiment fig3.5
-	$(BUILD)/rim experiment control_mrclam
-	$(BUILD)/rim experiment figC.5
-	$(BUILD)/rim experiment fig5.10
-	$(BUILD)/rim experiment figB.6
-	$(BUILD)/rim experiment table3.1
+	$(BUILD)/rim-thesis experiment golf
+	$(BUILD)/rim-thesis experiment lander --thesis
+	$(BUILD)/rim-thesis experiment falcon
+	$(BUILD)/rim-thesis experiment measured_falcon
+	$(BUILD)/rim-thesis experiment measured_mrclam
+	$(BUILD)/rim-thesis experiment fig3.3
+	$(BUILD)/rim-thesis experiment fig3.4
+	$(BUILD)/rim-thesis experiment fig3.5
+	$(BUILD)/rim-thesis experiment control_mrclam
+	$(BUILD)/rim-thesis experiment figC.5
+	$(BUILD)/rim-thesis experiment fig5.10
+	$(BUILD)/rim-thesis experiment figB.6
+	$(BUILD)/rim-thesis experiment table3.1
 
 clean: ## remove everything built
 	rm -rf $(BUILD)

@@ -1,7 +1,7 @@
 // bus/board.hpp - the newest of everything that monitors say, as a text to look at.
 #pragma once
 
-#include "bus/names.hpp"
+#include "image/names.hpp"
 
 #include "rim/can.h"
 

@@ -6,11 +6,11 @@
 
 #include "rim/can_table.h"
 #include "rim/monitor.h"
-#include "train/image_writer.hpp"
+#include "image/image_writer.hpp"
 #include "util/error.hpp"
-#include "world/toml_table.hpp"
 #include "base/bytes.h"
 #include "rim/image.h"
+#include "util/toml_table.hpp"
 
 namespace rim {
 

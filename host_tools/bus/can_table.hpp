@@ -20,7 +20,8 @@
 #include <vector>
 
 #include "bus/dbc.hpp"
-#include "train/image_writer.hpp"
+#include "image/image_writer.hpp"
+#include "rim/image.h"
 
 namespace rim {
 

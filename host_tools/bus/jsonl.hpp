@@ -5,7 +5,7 @@
 // shift_sd, model_id, replay. Names where they are known, "outcome 3" where not.
 #pragma once
 
-#include "bus/names.hpp"
+#include "image/names.hpp"
 
 #include "rim/alarm.h"
 #include "rim/can.h"

@@ -1,7 +1,7 @@
 // bus/sentence.hpp - an alarm as a sentence: which sensor, in which region, since when, how sure.
 #pragma once
 
-#include "bus/names.hpp"
+#include "image/names.hpp"
 
 #include "rim/alarm.h"
 #include "rim/can.h"

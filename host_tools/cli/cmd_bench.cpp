@@ -1,7 +1,6 @@
 // rim bench: memory of monitors, time of a choice, time of training, speed of replay.
 #include "cli/arguments.hpp"
 #include "cli/command.hpp"
-#include "experiment/lander.hpp"
 #include "plan/choice_time.hpp"
 #include "replay/replay.hpp"
 #include "train/external_table.hpp"
@@ -12,6 +11,7 @@
 #include "util/table.hpp"
 #include "world/lander_params.hpp"
 #include "search/select.h"
+#include "world/recording.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -48,7 +48,10 @@ void print_memory() {
        RIM_MONITOR_TRAINED_SIZE(29, 25, 12, 192, 180, 300, 4, 8)},
   };
   std::printf("Memory of one monitor (rim/monitor.h; the image stays where it is)\n");
-  rim::Table table({{"monitor", ""}, {"features", ""}, {"outcomes", ""}, {"in regions", "features"},
+  rim::Table table({{"monitor", ""},
+                    {"features", ""},
+                    {"outcomes", ""},
+                    {"in regions", "features"},
                     {"RAM", "kB"}});
   for (const Size &s : sizes) {
     table.add({s.what, rim::cell(s.features), rim::cell(s.outcomes), rim::cell(s.region),
@@ -106,8 +109,8 @@ void bench_lander(std::size_t runs) {
   const rim::world::LanderParams params =
       rim::world::read_lander_params(rim::data_path("lander.toml"));
   std::vector<rim::Log> logs(runs);
-  rim::parallel_for(
-      runs, [&](std::size_t i) { logs[i] = rim::experiment::lander_log(params, {}, 1, i + 1); });
+  rim::parallel_for(runs,
+                    [&](std::size_t i) { logs[i] = rim::world::lander_log(params, {}, 1, i + 1); });
   std::size_t rows = 0;
   for (const rim::Log &log : logs)
     rows += log.t_s.size();
@@ -119,8 +122,7 @@ void bench_lander(std::size_t runs) {
   std::printf("Training on %zu runs, %zu rows, %zu columns: %.1f s on %zu threads, %.2f GB\n", runs,
               rows, training.plan.layout.features(), training_s, rim::parallel_threads(),
               static_cast<double>(usage.ru_maxrss) / 1048576.0);
-  print_replay(rim::make_image(training.plan), "lander",
-               rim::experiment::lander_log(params, {}, 2, 1));
+  print_replay(rim::make_image(training.plan), "lander", rim::world::lander_log(params, {}, 2, 1));
 }
 
 int cmd_bench(int argc, char **argv) {
@@ -137,10 +139,11 @@ int cmd_bench(int argc, char **argv) {
                  "of one core) and write it as the source file that it is built from")
       ->type_name("FILE.cpp");
   app.add_option("--runs", o.runs, "landings to train on (default 50)")->check(CLI::Range(3, 1000));
-  app.footer("Detection is measured by 'rim experiment golf', 'lander' and 'falcon', planning by "
-             "'fig5.10' and 'figB.6'.\n\n"
-             "Example:\n  rim bench --memory\n  rim bench --choice 1000\n  rim bench --replay "
-             "lander.rim flight.csv");
+  app.footer(
+      "Detection is measured by 'rim-thesis experiment golf', 'lander' and 'falcon', planning by "
+      "'fig5.10' and 'figB.6'.\n\n"
+      "Example:\n  rim bench --memory\n  rim bench --choice 1000\n  rim bench --replay "
+      "lander.rim flight.csv");
   if (!rim::parse_arguments(app, argc, argv))
     return rim::EXIT_FINE;
   if (!o.replay.empty()) {

@@ -1,4 +1,4 @@
-// cli/command.hpp - how a command makes itself known to main().
+// cli/command.hpp - how a command makes itself known to the program, and the program itself.
 //
 // In cmd_x.cpp, at namespace scope:
 //   namespace { int cmd_x(int argc, char **argv) { ... } }
@@ -28,6 +28,15 @@ struct CommandRegistration {
     commands().push_back({name, summary, run});
   }
 };
+
+// A program of commands: `rim` here, `rim-thesis` in thesis/.
+struct Program {
+  const char *name;
+  std::vector<std::string> order; // in which a user meets the commands; any other follows by name
+};
+
+// Runs the command that argv[1] names and returns the exit code. What is thrown is printed.
+int run_program(const Program &program, int argc, char **argv);
 
 } // namespace rim
 

@@ -7,7 +7,7 @@
 
 #include "diagnose/extension.hpp"
 #include "image/correct.h"
-#include "train/image_writer.hpp"
+#include "image/image_writer.hpp"
 #include "util/error.hpp"
 #include "rim/image.h"
 

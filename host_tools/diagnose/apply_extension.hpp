@@ -8,7 +8,7 @@
 
 #include "diagnose/term.hpp"
 #include "log/log.hpp"
-#include "train/layout.hpp"
+#include "image/layout.hpp"
 
 namespace rim::diagnose {
 

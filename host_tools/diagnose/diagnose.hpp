@@ -9,7 +9,7 @@
 #include "diagnose/catalogue.hpp"
 #include "diagnose/diagnosis.hpp"
 #include "diagnose/measured.hpp"
-#include "world/predictor.hpp"
+#include "predict/predictor.hpp"
 
 namespace rim::diagnose {
 

@@ -11,7 +11,7 @@
 #include <muParser.h>
 
 #include "log/log.hpp"
-#include "world/toml_table.hpp"
+#include "util/toml_table.hpp"
 
 namespace rim::diagnose {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "diagnose/gain.hpp"
-#include "world/predictor.hpp"
+#include "predict/predictor.hpp"
 
 namespace rim::diagnose {
 

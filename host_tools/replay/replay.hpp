@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "bus/names.hpp"
+#include "image/names.hpp"
 #include "log/log.hpp"
 #include "log/schema.hpp"
 #include "train/external_residuals.hpp"
-#include "train/flight_image.hpp"
+#include "image/flight_image.hpp"
 
 namespace rim {
 

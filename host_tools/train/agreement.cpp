@@ -5,7 +5,7 @@
 #include <Eigen/Cholesky>
 
 #include "train/behaviour.hpp"
-#include "train/image_writer.hpp"
+#include "image/image_writer.hpp"
 #include "util/parallel_for.hpp"
 
 extern "C" {

@@ -5,7 +5,7 @@
 
 #include <Eigen/Cholesky>
 
-#include "train/image_writer.hpp"
+#include "image/image_writer.hpp"
 #include "util/error.hpp"
 #include "util/parallel_for.hpp"
 

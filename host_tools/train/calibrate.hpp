@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "train/flight_image.hpp"
+#include "image/flight_image.hpp"
 #include "train/noise.hpp"
 
 namespace rim {

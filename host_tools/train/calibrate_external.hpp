@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "train/calibrate.hpp"
-#include "train/flight_image.hpp"
+#include "image/flight_image.hpp"
 
 namespace rim {
 

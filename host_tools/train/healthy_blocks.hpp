@@ -6,36 +6,15 @@
 
 #include <Eigen/Core>
 
-#include "train/layout.hpp"
+#include "image/basis.hpp"
+#include "image/layout.hpp"
 
 namespace rim {
-
-// Groups of terms of section BASIS, from which a model takes some.
-enum class TermGroup { mean, shape, slow, initial };
-
-// Section BASIS as numbers. Center 0 and scale 1 until they are learnt.
-struct Basis {
-  struct Input {
-    std::uint16_t a, b; // see lib/src/image/basis.h
-  };
-  struct Term {
-    std::uint16_t op, a, b;
-    TermGroup group;
-  };
-  std::vector<Input> inputs;
-  std::vector<double> share; // per time constant
-  std::vector<Term> terms;
-  std::vector<double> center, inverse_sd;
-  std::vector<std::uint16_t> means; // filters
-  std::vector<double> mean_center, mean_inverse_sd;
-  std::vector<double> first, first_sd; // per outcome: of the first readings of the runs
-};
 
 // Everything the models may use: exponential means of the commands and of their products and
 // magnitudes with time constants from one row to the run's length, their products, decays,
 // integrals and initial readings. run_rows: median length of a run.
 Basis make_basis(const Layout &layout, const std::vector<Log> &logs, double run_rows);
-std::vector<std::uint8_t> basis_section(const Basis &basis);
 
 struct BlockRun {
   Matrix context, outcome, predicted; // blocks x features, outcomes; predicted: external only

@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "rim/monitor.h"
-#include "train/flight_image.hpp"
+#include "image/flight_image.hpp"
 #include "util/atomic_file.hpp"
 #include "util/data_path.hpp"
 #include "util/error.hpp"

@@ -5,8 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "train/image_writer.hpp"
+#include "image/image_writer.hpp"
 #include "train/interference.hpp"
+#include "interference/detector.h"
 
 namespace rim {
 

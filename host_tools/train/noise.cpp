@@ -6,7 +6,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
-#include "train/image_writer.hpp"
+#include "image/image_writer.hpp"
 #include "util/parallel_for.hpp"
 
 extern "C" {

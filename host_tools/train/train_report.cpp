@@ -5,9 +5,10 @@
 
 #include <fmt/format.h>
 
-#include "bus/names.hpp"
-#include "train/image_writer.hpp"
+#include "image/names.hpp"
+#include "image/image_writer.hpp"
 #include "util/table.hpp"
+#include "rim/image.h"
 
 namespace rim {
 

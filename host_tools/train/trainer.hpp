@@ -8,7 +8,7 @@
 #include "train/behaviour.hpp"
 #include "train/calibrate.hpp"
 #include "train/fit.hpp"
-#include "train/flight_image.hpp"
+#include "image/flight_image.hpp"
 
 namespace rim {
 

@@ -8,7 +8,7 @@
 
 #include "util/atomic_file.hpp"
 #include "util/error.hpp"
-#include "world/toml_table.hpp"
+#include "util/toml_table.hpp"
 
 namespace rim::world {
 namespace {

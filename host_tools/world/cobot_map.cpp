@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "world/cobot.hpp"
-#include "world/toml_table.hpp"
+#include "util/toml_table.hpp"
 
 namespace rim::world {
 namespace {

@@ -3,7 +3,7 @@
 
 #include "util/error.hpp"
 #include "world/effect.hpp"
-#include "world/toml_table.hpp"
+#include "util/toml_table.hpp"
 
 namespace rim::world {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "base/real.h"
 #include "util/error.hpp"
-#include "world/toml_table.hpp"
+#include "util/toml_table.hpp"
 
 namespace rim {
 namespace {

@@ -1,6 +1,6 @@
 #include "world/golf_params.hpp"
 
-#include "world/toml_table.hpp"
+#include "util/toml_table.hpp"
 
 namespace rim::world {
 namespace {

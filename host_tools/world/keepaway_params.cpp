@@ -2,7 +2,7 @@
 #include <limits>
 
 #include "world/keepaway.hpp"
-#include "world/toml_table.hpp"
+#include "util/toml_table.hpp"
 
 namespace rim::world {
 namespace {

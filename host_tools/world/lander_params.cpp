@@ -3,7 +3,7 @@
 #include <set>
 
 #include "util/error.hpp"
-#include "world/toml_table.hpp"
+#include "util/toml_table.hpp"
 
 namespace rim::world {
 namespace {

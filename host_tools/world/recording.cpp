@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <fmt/format.h>
 #include <stdexcept>
 
 namespace rim::world {
@@ -47,6 +48,13 @@ Recording record_lander(const LanderRun &run, std::size_t max_rows) {
   recording.finding.assign(run.acts.begin(), run.acts.begin() + static_cast<std::ptrdiff_t>(rows));
   number_rows(log);
   return recording;
+}
+
+Log lander_log(const LanderParams &params, const std::vector<Effect> &effects, std::uint64_t seed,
+               std::uint64_t run) {
+  Log log = record_lander(simulate_lander(params, effects, seed, run), 0).log;
+  log.path = fmt::format("seed {} run {}", seed, run);
+  return log;
 }
 
 Recording record_golf(Golf &golf, std::size_t dims, std::size_t max_rows) {

@@ -24,6 +24,10 @@ void number_rows(Log &log);
 // `max_rows` ends the recording early; 0: the whole run.
 Recording record_lander(const LanderRun &run, std::size_t max_rows);
 
+// The log of one landing, named "seed S run R".
+Log lander_log(const LanderParams &params, const std::vector<Effect> &effects, std::uint64_t seed,
+               std::uint64_t run);
+
 // Columns x.f001 .., z.reward, m.reward, sd.reward; one shot a second.
 Recording record_golf(Golf &golf, std::size_t dims, std::size_t max_rows);
 

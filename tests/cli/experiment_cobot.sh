@@ -1,5 +1,5 @@
 #!/bin/bash
-# rim experiment table3.1, fig4.5, fig4.10, fig4.11, table6.1: shards merge to the bytes of the
+# rim-thesis experiment table3.1, fig4.5, fig4.10, fig4.11, table6.1: shards merge to the bytes of the
 # whole; tables, pictures, wrong use. Seeds 91000 on.
 . "$(dirname "$0")/check.inc"
 cd "$here" || exit 1
@@ -7,35 +7,35 @@ cd "$here" || exit 1
 # figure NAME SIZES
 figure() {
   name=$1 small="$2 --seed 91000"
-  out=$("$RIM" experiment "$name" $small --out whole.json --plot whole.svg)
+  out=$("$RIM_THESIS" experiment "$name" $small --out whole.json --plot whole.svg)
   check "$name: the whole" 0 $?
   contains "$name: seeds are printed" "$out" "seeds 91000-"
   contains "$name: beside the thesis" "$out" "thesis\|table 6.1"
   grep -q '<svg' whole.svg; check "$name: a picture" 0 $?
-  "$RIM" experiment "$name" $small --shard 1/2 --out 1.json > /dev/null; check "$name: a shard" 0 $?
-  RIM_THREADS=1 "$RIM" experiment "$name" $small --shard 2/2 --out 2.json > /dev/null
+  "$RIM_THESIS" experiment "$name" $small --shard 1/2 --out 1.json > /dev/null; check "$name: a shard" 0 $?
+  RIM_THREADS=1 "$RIM_THESIS" experiment "$name" $small --shard 2/2 --out 2.json > /dev/null
   check "$name: the other, one thread" 0 $?
-  "$RIM" merge 2.json 1.json --out merged.json > /dev/null; check "$name: merged" 0 $?
+  "$RIM_THESIS" merge 2.json 1.json --out merged.json > /dev/null; check "$name: merged" 0 $?
   cmp -s whole.json merged.json; check "$name: the same bytes" 0 $?
-  "$RIM" experiment "$name" --from merged.json > again.txt; check "$name: from a file" 0 $?
-  "$RIM" experiment "$name" --from 1.json > /dev/null 2>&1; check "$name: an incomplete file" 3 $?
-  "$RIM" experiment "$name" --shard 1/2 2> /dev/null; check "$name: a shard without --out" 2 $?
-  "$RIM" experiment "$name" $small --plot x.pdf 2> /dev/null; check "$name: no such picture" 2 $?
-  "$RIM" experiment "$name" --runs 0 2> /dev/null; check "$name: no runs" 2 $?
+  "$RIM_THESIS" experiment "$name" --from merged.json > again.txt; check "$name: from a file" 0 $?
+  "$RIM_THESIS" experiment "$name" --from 1.json > /dev/null 2>&1; check "$name: an incomplete file" 3 $?
+  "$RIM_THESIS" experiment "$name" --shard 1/2 2> /dev/null; check "$name: a shard without --out" 2 $?
+  "$RIM_THESIS" experiment "$name" $small --plot x.pdf 2> /dev/null; check "$name: no such picture" 2 $?
+  "$RIM_THESIS" experiment "$name" --runs 0 2> /dev/null; check "$name: no runs" 2 $?
 }
 
 figure table3.1 "--runs 1 --nominal 1 --calibration 2 --no-thesis"
 contains "four failures" "$out" "^left turn"
 [ "$(cat again.txt)" = "$out" ]; check "the same table from a file" 0 $?
-RIM_DATA=$here "$RIM" experiment table3.1 --runs 1 > /dev/null 2>&1; check "no world" 3 $?
+RIM_DATA=$here "$RIM_THESIS" experiment table3.1 --runs 1 > /dev/null 2>&1; check "no world" 3 $?
 figure fig4.5 "--runs 2 --dims 2,5"
 contains "five searches" "$out" "No FS"
 cp merged.json golf.json
 figure fig4.11 "--runs 2 --dims 7"
 contains "ours" "$out" "at the end"
-"$RIM" experiment fig4.11 --runs 1 --dims 9 --seed 91000 2> /dev/null; check "no such context" 2 $?
-"$RIM" experiment fig4.11 --from golf.json > /dev/null 2>&1; check "another figure's file" 3 $?
-"$RIM" experiment fig4.10 --runs 1 --dims 7,15 --seed 91000 --no-searches > ours.txt
+"$RIM_THESIS" experiment fig4.11 --runs 1 --dims 9 --seed 91000 2> /dev/null; check "no such context" 2 $?
+"$RIM_THESIS" experiment fig4.11 --from golf.json > /dev/null 2>&1; check "another figure's file" 3 $?
+"$RIM_THESIS" experiment fig4.10 --runs 1 --dims 7,15 --seed 91000 --no-searches > ours.txt
 check "ours alone" 0 $?
 contains "against the fewest dimensions" "$(cat ours.txt)" "^ *15 "
 figure table6.1 "--runs 1 --calibration 1"

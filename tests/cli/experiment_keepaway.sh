@@ -1,5 +1,5 @@
 #!/bin/bash
-# rim simulate keepaway; rim experiment fig3.3, fig3.4 and fig3.5: shards merge to the bytes of the
+# rim simulate keepaway; rim-thesis experiment fig3.3, fig3.4 and fig3.5: shards merge to the bytes of the
 # whole; tables, pictures, wrong use. Seeds 91000 on.
 . "$(dirname "$0")/check.inc"
 . "$(dirname "$0")/figure.inc"
@@ -35,6 +35,6 @@ contains "the first fifty passes" "$out" "^ *1-50"
 contains "baseline" "$out" "TP(theta0)"
 figure fig3.5 "--runs 2 --passes 100 --nominal 5" 91000-91001
 contains "MPA" "$out" "^MPA (eq. 3.38)"
-"$RIM" experiment fig3.5 --from golf.json > /dev/null 2>&1; check "another figure's file" 3 $?
-"$RIM" experiment fig3.3 --q 0.9 2> /dev/null; check "q above p" 2 $?
+"$RIM_THESIS" experiment fig3.5 --from golf.json > /dev/null 2>&1; check "another figure's file" 3 $?
+"$RIM_THESIS" experiment fig3.3 --q 0.9 2> /dev/null; check "q above p" 2 $?
 finish

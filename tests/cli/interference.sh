@@ -101,7 +101,7 @@ else
   skipped=$((skipped + 1))
 fi
 
-out=$("$RIM" experiment control_mrclam --data nowhere); check "no measured robots" 3 $?
+out=$("$RIM_THESIS" experiment control_mrclam --data nowhere); check "no measured robots" 3 $?
 contains "no measured robots: why" "$out" "skipped: no folder nowhere"
 # Robots that reach nine tenths of the speed commanded, and that after a while; own random numbers.
 mkdir robots
@@ -124,14 +124,14 @@ BEGIN {
 }
 END
 for r in 1 2; do awk -v seed=$((r + 40)) -v rows=6000 -f robot.awk > robots/d1_r$r.csv; done
-out=$("$RIM" experiment control_mrclam --data robots --halves --null-runs 4 2> err.txt); check "control_mrclam" 0 $?
+out=$("$RIM_THESIS" experiment control_mrclam --data robots --halves --null-runs 4 2> err.txt); check "control_mrclam" 0 $?
 contains "silent" "$out" "^false alarms in all runs: 0 in 0.07 h"
 contains "holds are found" "$out" "^all .* \([1-9]\)/\1 "
 contains "diagnosed" "$out" "^d1_r1 by the others: .*gain"
-"$RIM" experiment control_mrclam --data robots --exclude d1_r1 > /dev/null 2> err.txt; check "one robot" 3 $?
+"$RIM_THESIS" experiment control_mrclam --data robots --exclude d1_r1 > /dev/null 2> err.txt; check "one robot" 3 $?
 contains "one robot: why" "$(cat err.txt)" "too few logs to learn from"
 
-out=$("$RIM" experiment figC.5 --worlds 1 --hours 0.05 --seed 900 --plot c5.svg 2>/dev/null); check "figC.5" 0 $?
+out=$("$RIM_THESIS" experiment figC.5 --worlds 1 --hours 0.05 --seed 900 --plot c5.svg 2>/dev/null); check "figC.5" 0 $?
 contains "table" "$out" "^whole detector"
 [ -s c5.svg ]; check "picture" 0 $?
 finish

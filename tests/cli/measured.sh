@@ -22,7 +22,7 @@ below() {
 }
 
 # the figures of issue 3: .16 at 1 s and .08 at 10 s on every flight
-"$RIM" experiment measured_falcon --data "$measured/falcon9" > falcon.txt 2> err.txt; check "falcon" 0 $?
+"$RIM_THESIS" experiment measured_falcon --data "$measured/falcon9" > falcon.txt 2> err.txt; check "falcon" 0 $?
 cat falcon.txt
 flights=$(awk '/^-----/ {on = 1; next} on && NF == 0 {exit} on {print $1}' falcon.txt)
 [ "$(echo "$flights" | wc -l)" -ge 4 ]; check "falcon: flights" 0 $?

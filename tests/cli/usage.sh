@@ -5,7 +5,7 @@
 out=$("$RIM" 2>&1 >/dev/null); check "no command is a usage error" 2 $?
 contains "no command lists the commands" "$out" "usage: rim COMMAND"
 out=$("$RIM" --help); check "help" 0 $?
-contains "help lists merge" "$out" "merge "
+contains "help lists merge" "$("$RIM_THESIS" --help)" "merge "
 out=$("$RIM" --version); check "version" 0 $?
 contains "version" "$out" "rim [0-9]"
 out=$("$RIM" frobnicate 2>&1 >/dev/null); check "unknown command" 2 $?

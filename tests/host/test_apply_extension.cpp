@@ -14,7 +14,7 @@ extern "C" {
 #include "replay/replay.hpp"
 #include "image/correct.h"
 #include "toy_log.hpp"
-#include "train/image_writer.hpp"
+#include "image/image_writer.hpp"
 #include "train/trainer.hpp"
 #include "util/error.hpp"
 

@@ -1,5 +1,5 @@
 // The detectors of table 6.1 where the right answer is known.
-#include "baseline/baseline.hpp"
+#include "thesis/baseline/baseline.hpp"
 #include "world/random.hpp"
 
 #include <cmath>

@@ -5,7 +5,7 @@
 #include "bus/lcm_bus.hpp"
 #include "bus/sentence.hpp"
 #include "log/lcm_log.hpp"
-#include "train/image_writer.hpp"
+#include "image/image_writer.hpp"
 #include "util/data_path.hpp"
 #include "util/error.hpp"
 

@@ -3,8 +3,8 @@
 //
 // test_diagnose_outputs --sample NAME DIR writes a sample's folder (falcon, robot, adequate,
 // nasty), for tests/cli/report.sh and for looking at.
-#include "diagnose/output_folder.hpp"
-#include "diagnose/outputs.hpp"
+#include "report/output_folder.hpp"
+#include "report/outputs.hpp"
 #include "util/atomic_file.hpp"
 #include "util/error.hpp"
 

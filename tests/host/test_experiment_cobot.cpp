@@ -1,7 +1,7 @@
 // Drives as data points, and the detection on them: what is counted as what.
-#include "experiment/alarm_score.hpp"
-#include "experiment/cobot_watch.hpp"
-#include "experiment/precision_recall.hpp"
+#include "thesis/experiment/alarm_score.hpp"
+#include "thesis/experiment/cobot_watch.hpp"
+#include "thesis/experiment/precision_recall.hpp"
 #include "util/error.hpp"
 #include "world/random.hpp"
 

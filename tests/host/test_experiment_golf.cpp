@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <setjmp.h>
 
-#include "experiment/golf.hpp"
+#include "thesis/experiment/golf.hpp"
 #include "util/error.hpp"
 
 extern "C" {

@@ -1,5 +1,5 @@
 // FARO in the binary golf world: what a run leaves, and what a bump does to it.
-#include "experiment/fig3_3.hpp"
+#include "thesis/experiment/fig3_3.hpp"
 
 #include <cmath>
 #include <cstdarg>

@@ -15,7 +15,7 @@ extern "C" {
 #include <cmocka.h>
 }
 
-#include "train/image_writer.hpp"
+#include "image/image_writer.hpp"
 #include "util/error.hpp"
 #include "base/bytes.h"
 #include "rim/image.h"

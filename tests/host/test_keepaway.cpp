@@ -1,5 +1,5 @@
 // Keepers that correct their model: the greedy planner, what the monitor learns, eq. 3.26.
-#include "experiment/keepaway.hpp"
+#include "thesis/experiment/keepaway.hpp"
 #include "util/data_path.hpp"
 
 #include <cmath>

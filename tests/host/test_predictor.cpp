@@ -8,9 +8,9 @@
 #include "util/atomic_file.hpp"
 #include "util/data_path.hpp"
 #include "util/error.hpp"
-#include "world/falcon_fall.hpp"
+#include "predict/falcon_fall.hpp"
 #include "world/lander.hpp"
-#include "world/predictor.hpp"
+#include "predict/predictor.hpp"
 #include "world/random.hpp"
 #include "world/recording.hpp"
 

@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <random>
 
-#include "experiment/thesis_lander.hpp"
-#include "experiment/thesis_lander_search.hpp"
+#include "thesis/experiment/thesis_lander.hpp"
+#include "thesis/experiment/thesis_lander_search.hpp"
 #include "util/error.hpp"
 
 extern "C" {

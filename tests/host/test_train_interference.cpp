@@ -10,11 +10,11 @@
 #include <functional>
 #include <string>
 
-#include "experiment/control_mrclam.hpp"
-#include "experiment/fig_C5.hpp"
+#include "thesis/experiment/control_mrclam.hpp"
+#include "thesis/experiment/fig_C5.hpp"
 #include "train/interference.hpp"
 #include "util/error.hpp"
-#include "util/rate_interval.hpp"
+#include "stats/rate_interval.hpp"
 
 extern "C" {
 #include <cmocka.h>

@@ -4,7 +4,7 @@
 #include "util/data_path.hpp"
 #include "util/error.hpp"
 #include "util/parallel_for.hpp"
-#include "util/shard.hpp"
+#include "thesis/shard.hpp"
 #include "util/table.hpp"
 
 #include <atomic>

@@ -1,0 +1,49 @@
+#include "image/basis.hpp"
+
+#include "image/image_writer.hpp"
+
+extern "C" {
+#include "../../lib/src/image/basis.h"
+}
+
+namespace rim {
+
+std::vector<std::uint8_t> basis_section(const Basis &basis) {
+  SectionBytes bytes;
+  for (const std::size_t word :
+       {std::size_t{BASIS_LAYOUT}, basis.inputs.size(), basis.share.size(), basis.terms.size(),
+        basis.means.size(), std::size_t{basis.first_sd.empty() ? 0U : 1U}, std::size_t{0},
+        std::size_t{0}})
+    bytes.u32(static_cast<std::uint32_t>(word));
+  for (const Basis::Input &input : basis.inputs) {
+    bytes.u16(input.a);
+    bytes.u16(input.b);
+  }
+  for (const double share : basis.share)
+    bytes.f32(static_cast<float>(share));
+  for (const Basis::Term &term : basis.terms) {
+    bytes.u16(term.op);
+    bytes.u16(term.a);
+    bytes.u16(term.b);
+    bytes.u16(0);
+  }
+  for (const auto *numbers : {&basis.center, &basis.inverse_sd}) {
+    for (const double v : *numbers)
+      bytes.f32(static_cast<float>(v));
+  }
+  for (const std::uint16_t filter : basis.means) {
+    bytes.u16(filter);
+    bytes.u16(0);
+  }
+  for (const auto *numbers : {&basis.mean_center, &basis.mean_inverse_sd}) {
+    for (const double v : *numbers)
+      bytes.f32(static_cast<float>(v));
+  }
+  for (const auto *numbers : {&basis.first, &basis.first_sd}) {
+    for (const double v : *numbers)
+      bytes.f32(static_cast<float>(v));
+  }
+  return bytes.bytes();
+}
+
+} // namespace rim

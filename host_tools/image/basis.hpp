@@ -1,0 +1,33 @@
+// image/basis.hpp - section BASIS of a flight image: the inputs that the models take.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace rim {
+
+// Groups of terms of section BASIS, from which a model takes some.
+enum class TermGroup { mean, shape, slow, initial };
+
+// Section BASIS as numbers. Center 0 and scale 1 until they are learnt.
+struct Basis {
+  struct Input {
+    std::uint16_t a, b; // see lib/src/image/basis.h
+  };
+  struct Term {
+    std::uint16_t op, a, b;
+    TermGroup group;
+  };
+  std::vector<Input> inputs;
+  std::vector<double> share; // per time constant
+  std::vector<Term> terms;
+  std::vector<double> center, inverse_sd;
+  std::vector<std::uint16_t> means; // filters
+  std::vector<double> mean_center, mean_inverse_sd;
+  std::vector<double> first, first_sd; // per outcome: of the first readings of the runs
+};
+
+// The section's bytes, as lib/src/image/basis.h describes them.
+std::vector<std::uint8_t> basis_section(const Basis &basis);
+
+} // namespace rim

@@ -1,0 +1,61 @@
+#include "image/names.hpp"
+
+#include "log/log.hpp"
+#include "image/image_writer.hpp"
+#include "util/error.hpp"
+
+#include "rim/monitor.h"
+#include "base/bytes.h"
+#include "rim/image.h"
+
+namespace rim {
+
+namespace {
+
+Quantity one_of(const std::vector<Quantity> &list, std::size_t index, const char *what) {
+  if (index < list.size())
+    return list[index];
+  const std::string made = std::string(what) + " " + std::to_string(index);
+  return {made, made, ""};
+}
+
+} // namespace
+
+Quantity quantity_of(const std::string &column_name) {
+  return {column_name, plain_name(column_name), unit_of_name(column_name)};
+}
+
+Quantity Names::feature(std::size_t index) const { return one_of(features, index, "feature"); }
+Quantity Names::outcome(std::size_t index) const { return one_of(outcomes, index, "outcome"); }
+
+Names names_of_image(const rim_image &image, const std::string &name) {
+  const std::uint8_t *config = nullptr, *text = nullptr;
+  std::size_t config_bytes = 0, text_bytes = 0;
+  Names names;
+  if (rim_image_section(&image, RIM_SECTION_NAMES, &text, &text_bytes) != RIM_OK)
+    return names;
+  if (rim_image_section(&image, RIM_SECTION_CONFIG, &config, &config_bytes) != RIM_OK ||
+      config_bytes < 4 * RIM_CONFIG_WORDS)
+    throw DataError(name + ": has no configuration");
+  const std::size_t features = rimi_le_u32(config, RIM_CONFIG_FEATURES);
+  const std::size_t outcomes = rimi_le_u32(config, RIM_CONFIG_OUTCOMES);
+  std::size_t found = 0;
+  const std::string all(reinterpret_cast<const char *>(text), text_bytes);
+  for (std::size_t at = 0, end; (end = all.find('\n', at)) != std::string::npos; at = end + 1) {
+    (found < features ? names.features : names.outcomes)
+        .push_back(quantity_of(all.substr(at, end - at)));
+    found++;
+  }
+  if (found != features + outcomes)
+    throw DataError(name + ": holds " + std::to_string(found) + " names for " +
+                    std::to_string(features) + " features and " + std::to_string(outcomes) +
+                    " outcomes");
+  return names;
+}
+
+Names names_of_model(const std::string &path) {
+  const LoadedImage image = load_image(path);
+  return names_of_image(image.view(), path);
+}
+
+} // namespace rim

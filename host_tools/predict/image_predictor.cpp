@@ -1,0 +1,126 @@
+// A trained image's behaviour models as a simulation: what the commands alone let sensors read,
+// block by block.
+#include <stdexcept>
+
+#include "rim/monitor.h"
+#include "image/flight_image.hpp"
+#include "image/image_writer.hpp"
+#include "image/layout.hpp"
+#include "util/error.hpp"
+#include "predict/predictor.hpp"
+#include "predict/columns.hpp"
+
+extern "C" {
+#include "image/noise.h"
+#include "monitor/blocks.h"
+#include "base/bytes.h"
+#include "rim/image.h"
+}
+
+namespace rim::world {
+
+namespace {
+
+// "s.altitude_m" -> "altitude_m"
+std::string bare_name(const std::string &name) { return name.substr(name.find('.') + 1); }
+
+class ImagePredictor final : public Predictor {
+public:
+  explicit ImagePredictor(const std::string &path);
+  std::string name() const override { return "image " + path_; }
+  double step_s() const override { return config_.period_s * config_.block_rows; }
+
+  Log predict(const Log &log) const override;
+  // The models see commands alone: what was predicted for later does not depend on the outcomes.
+  bool advance(const Log &, const Matrix &, Log *) const override { return false; }
+
+private:
+  const std::uint8_t *section(rim_section id, std::size_t *bytes) const;
+
+  std::string path_;
+  LoadedImage image_;
+  Layout layout_;
+  blocks_config config_{};
+  rim_behaviour behaviour_{};
+  rim_noise noise_{};
+};
+
+const std::uint8_t *ImagePredictor::section(rim_section id, std::size_t *bytes) const {
+  const std::uint8_t *data = nullptr;
+  if (rim_image_section(&image_.view(), id, &data, bytes) != RIM_OK)
+    throw DataError(path_ + ": this image has no model of the outcomes; diagnose needs one that "
+                            "rim train made of logs with s. columns, or logs with m. columns");
+  return data;
+}
+
+ImagePredictor::ImagePredictor(const std::string &path)
+    : path_(path), image_(load_image(path)), layout_(layout_of_image(image_.view())) {
+  std::size_t bytes = 0;
+  const std::uint8_t *words = section(RIM_SECTION_CONFIG, &bytes);
+  const std::uint8_t *data = section(RIM_SECTION_BEHAVIOUR, &bytes);
+  const std::size_t behaviour_bytes = bytes;
+  config_.features = static_cast<std::uint16_t>(layout_.features());
+  config_.outcomes = static_cast<std::uint16_t>(layout_.outcomes());
+  config_.block_rows = static_cast<std::uint16_t>(rimi_le_u32(words, RIM_CONFIG_BLOCK_ROWS));
+  config_.period_s = 1e-6 * rimi_le_u32(words, RIM_CONFIG_PERIOD_US);
+  config_.role = section(RIM_SECTION_COMMANDS, &bytes);
+  config_.range = section(RIM_SECTION_FEATURES, &bytes);
+  config_.outcome_feature = section(RIM_SECTION_OUTCOMES, &bytes);
+  const std::uint8_t *basis = section(RIM_SECTION_BASIS, &bytes);
+  rim_status status =
+      rimi_basis_open(&config_.basis, basis, bytes, config_.features, config_.outcomes);
+  if (status == RIM_OK)
+    status = rimi_behaviour_open(&behaviour_, data, behaviour_bytes, config_.basis.terms,
+                                config_.outcomes);
+  const std::uint8_t *noise = section(RIM_SECTION_NOISE, &bytes);
+  if (status == RIM_OK)
+    status = rimi_noise_open(&noise_, noise, bytes, RIM_MONITOR_KINDS * config_.outcomes,
+                            config_.basis.means);
+  if (status != RIM_OK)
+    throw DataError(path + ": its models: " + rim_status_text(status));
+}
+
+Log ImagePredictor::predict(const Log &log) const {
+  const std::string who = "image " + path_;
+  std::vector<int> features;
+  std::vector<std::string> names;
+  for (const std::string &feature : layout_.feature_names)
+    features.push_back(needed_column(log, feature, who));
+  for (const std::string &outcome : layout_.outcome_names)
+    names.push_back(bare_name(outcome));
+  std::vector<std::uint64_t> memory(rimi_blocks_size(&config_) / 8 + 1);
+  blocks *blocks = nullptr;
+  if (rimi_blocks_init(&blocks, memory.data(), memory.size() * 8, &config_) != RIM_OK)
+    throw std::logic_error("rimi_blocks_init");
+  PredictionRows rows(log, layout_.feature_names, names);
+  std::vector<double> context(features.size()), predicted(2 * names.size());
+  for (std::size_t t = 0; t < log.t_s.size(); ++t) {
+    for (std::size_t f = 0; f < features.size(); ++f)
+      context[f] = log.values(static_cast<Eigen::Index>(t), features[f]);
+    if (rimi_blocks_row(blocks, log.t_s[t], context.data(), nullptr, nullptr, nullptr) != BLOCKS_DONE ||
+        !rimi_blocks_has_first(blocks))
+      continue;
+    rimi_behaviour_predict(&behaviour_, rimi_blocks_terms(blocks), rimi_blocks_first(blocks),
+                          predicted.data());
+    std::vector<double> values(rimi_blocks_context(blocks), rimi_blocks_context(blocks) + features.size());
+    for (std::size_t o = 0; o < names.size(); ++o) {
+      values.push_back(rimi_blocks_outcomes(blocks)[o]);
+      values.push_back(predicted[o]);
+      values.push_back(
+          static_cast<double>(rimi_noise_channel(&noise_, static_cast<std::uint32_t>(o)).s));
+    }
+    rows.add(log.t_s[t], log.row[t], values);
+  }
+  if (rows.rows() == 0)
+    throw DataError(log.path + ": no " + std::to_string(config_.block_rows) + " rows " +
+                    std::to_string(config_.period_s) + " s apart, the period of " + who);
+  return std::move(rows).finish();
+}
+
+} // namespace
+
+std::unique_ptr<Predictor> make_image_predictor(const std::string &path) {
+  return std::make_unique<ImagePredictor>(path);
+}
+
+} // namespace rim::world

@@ -1,0 +1,83 @@
+#include "predict/predictor.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "util/error.hpp"
+#include "predict/falcon_fall.hpp"
+#include "predict/lander_predict.hpp"
+#include "predict/columns.hpp"
+#include "predict/unicycle.hpp"
+
+namespace rim::world {
+
+std::unique_ptr<Predictor> make_world_predictor(const std::string &world) {
+  if (world == "falcon")
+    return std::make_unique<FalconFall>();
+  if (world == "unicycle")
+    return std::make_unique<Unicycle>();
+  if (world == "lander")
+    return std::make_unique<LanderPredictor>();
+  throw UsageError("--world " + world + ": there are lander, falcon and unicycle");
+}
+
+int needed_column(const Log &log, const std::string &name, const std::string &who) {
+  const int column = find_column(log, name);
+  if (column < 0) {
+    throw DataError(log.path + ": column '" + name + "' is missing; " + who +
+                    " predicts from it (a schema can map another name to it)");
+  }
+  return column;
+}
+
+PredictionRows::PredictionRows(const Log &source, const std::vector<std::string> &features,
+                               const std::vector<std::string> &outcomes) {
+  log_.path = source.path;
+  log_.rows_in_file = source.rows_in_file;
+  log_.rows_skipped = source.rows_skipped;
+  log_.rows_filtered = source.rows_filtered;
+  log_.comments = source.comments;
+  const auto add_column = [this](const std::string &name) {
+    Column column{name, unit_of_name(name), Role::context};
+    role_of_name(name, column.role);
+    log_.columns.push_back(column);
+  };
+  for (const std::string &name : features)
+    add_column(name);
+  for (const std::string &name : outcomes) {
+    for (const char *prefix : {"z.", "m.", "sd."})
+      add_column(prefix + name);
+  }
+}
+
+void PredictionRows::add(double t_s, std::uint32_t row, const std::vector<double> &values) {
+  if (values.size() != log_.columns.size())
+    throw std::logic_error("PredictionRows: wrong number of values");
+  log_.t_s.push_back(t_s);
+  log_.row.push_back(row);
+  values_.insert(values_.end(), values.begin(), values.end());
+}
+
+Log PredictionRows::finish() && {
+  log_.values = Eigen::Map<const Matrix>(values_.data(), static_cast<Eigen::Index>(rows()),
+                                         static_cast<Eigen::Index>(log_.columns.size()));
+  return std::move(log_);
+}
+
+OutcomeColumns outcome_columns(const Log &log, const std::string &name) {
+  return {needed_column(log, "z." + name, "a roll-out"),
+          needed_column(log, "m." + name, "a roll-out"),
+          needed_column(log, "sd." + name, "a roll-out")};
+}
+
+double robust_sd(std::vector<double> values) {
+  if (values.empty())
+    return 0.0;
+  for (double &value : values)
+    value = std::fabs(value);
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle / 0.6745;
+}
+
+} // namespace rim::world

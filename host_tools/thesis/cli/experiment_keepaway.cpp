@@ -1,0 +1,39 @@
+// rim-thesis experiment fig3.4, fig3.5: keepers that correct their model, 3.5.4.
+#include "thesis/cli/experiment.hpp"
+#include "thesis/experiment/keepaway_figures.hpp"
+
+namespace {
+
+using Figure = rim::FigureArguments<rim::KeepawayFigure>;
+
+std::shared_ptr<Figure> declare(CLI::App &app, const char *name, const char *what) {
+  const auto a = std::make_shared<Figure>();
+  CLI::App *figure = app.add_subcommand(name, what);
+  figure->add_option("--runs", a->experiment.runs, "runs (40)")->check(CLI::PositiveNumber);
+  figure->add_option("--passes", a->experiment.passes, "a run (300)")->check(CLI::Range(2, 1000));
+  figure
+      ->add_option("--nominal", a->experiment.learner.nominal_runs,
+                   "nominal runs, for the confidence in a region (99)")
+      ->check(CLI::Range(1, 10000));
+  a->add(figure);
+  return a;
+}
+
+std::function<int()> add_fig3_4(CLI::App &app) {
+  const auto a = declare(app, "fig3.4",
+                         "keepaway: failures that model correction avoids, over passes "
+                         "(thesis 3.5.4)");
+  return [a] { return a->run(rim::run_fig3_4, rim::print_fig3_4); };
+}
+
+std::function<int()> add_fig3_5(CLI::App &app) {
+  const auto a = declare(app, "fig3.5",
+                         "keepaway: prediction accuracy inside RIMs, corrected and not "
+                         "(thesis 3.5.4)");
+  return [a] { return a->run(rim::run_fig3_5, rim::print_fig3_5); };
+}
+
+} // namespace
+
+RIM_EXPERIMENT(fig3_4, add_fig3_4)
+RIM_EXPERIMENT(fig3_5, add_fig3_5)

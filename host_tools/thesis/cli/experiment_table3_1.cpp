@@ -1,0 +1,23 @@
+// rim-thesis experiment table3.1: four failures of the service robot.
+#include "thesis/cli/experiment.hpp"
+#include "thesis/experiment/table3_1.hpp"
+
+namespace {
+
+std::function<int()> add_table3_1(CLI::App &app) {
+  const auto a = std::make_shared<rim::FigureArguments<rim::Table31>>();
+  CLI::App *table = app.add_subcommand(
+      "table3.1", "failures of the service robot: points until the alarm, precision, recall");
+  table->add_option("--runs", a->experiment.runs, "drives with each failure (20)")
+      ->check(CLI::PositiveNumber);
+  table->add_option("--nominal", a->experiment.nominal, "drives without, for false alarms (60)");
+  table->add_option("--calibration", a->experiment.calibration,
+                    "drives without, for the threshold (99; 19 are the least for 5 %)");
+  table->add_flag("!--no-thesis", a->experiment.thesis, "leave out the thesis's own procedure");
+  a->add(table);
+  return [a] { return a->run(rim::run_table3_1, rim::print_table3_1); };
+}
+
+} // namespace
+
+RIM_EXPERIMENT(table3_1, add_table3_1)

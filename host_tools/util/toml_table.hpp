@@ -1,0 +1,42 @@
+// util/toml_table.hpp - strict TOML: every key known, of the right type, finite and in range.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "util/error.hpp"
+
+#include <toml++/toml.h>
+
+namespace rim::world {
+
+enum class Range { any, not_negative, positive, fraction };
+
+struct NumberKey {
+  const char *name;
+  double *value;
+  Range range;
+};
+
+// A parsed file. Throws DataError where it cannot be read or is no TOML.
+toml::table parse_toml(const std::string &path);
+
+// "file:line 3: " of a node; just "file: " for a node without a place.
+std::string where(const std::string &path, const toml::node &node);
+
+[[noreturn]] void fail(const std::string &path, const toml::node &node, const std::string &reason);
+
+double read_number(const std::string &path, const toml::node &node, const std::string &key,
+                   Range range);
+std::string read_string(const std::string &path, const toml::node &node, const std::string &key);
+
+// Fills the values of the keys present in `table`; a key not in `keys` (nor in `others`, which the
+// caller reads) is an error, and with `complete` so is a missing one.
+void read_numbers(const std::string &path, const toml::table &table, const std::string &name,
+                  const std::vector<NumberKey> &keys, bool complete,
+                  const std::vector<std::string> &others = {});
+
+// "HEADER\nkey = value\n..." with doubles that read back to the same bits.
+std::string table_toml(const std::string &header, const std::vector<NumberKey> &keys);
+
+} // namespace rim::world
