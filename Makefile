@@ -1,6 +1,7 @@
 # rimwatch: everything is built in $(BUILD)/. `make help` lists the targets.
 
-VERSION := 0.1.0
+# Of lib/include/rim/version.h, the only place where it stands.
+VERSION := $(shell awk '/RIM_VERSION_(MAJOR|MINOR|PATCH) [0-9]/ {v = v dot $$3; dot = "."} END {print v}' lib/include/rim/version.h)
 
 BUILD ?= build
 PREFIX ?= /usr/local
