@@ -47,8 +47,8 @@ typedef struct rim_image {
   uint16_t minor;
 } rim_image;
 
-/* Opens a view of the image at the start of blob[0..bytes); what follows the image is ignored, as in
- * a flash partition. Makes these checks in this order:
+/* Opens a view of the image at the start of blob[0..bytes); what follows the image is ignored, as
+ * in a flash partition. Makes these checks in this order:
  *
  *   status           what is wrong
  *   RIM_E_ARGUMENT   a pointer is NULL
@@ -69,13 +69,13 @@ typedef struct rim_image {
 rim_status rim_image_open(rim_image *view, const void *blob, size_t bytes);
 
 /* Finds a section: *data, aligned to 8, and *size in bytes; either pointer may be NULL.
- * RIM_E_ARGUMENT: the view is NULL or not open; RIM_E_RANGE: there is no such section; *data is NULL
- * and *size 0 then. O(sections). */
+ * RIM_E_ARGUMENT: the view is NULL or not open; RIM_E_RANGE: there is no such section; *data is
+ * NULL and *size 0 then. O(sections). */
 rim_status rim_image_section(const rim_image *view, uint32_t id, const uint8_t **data,
                              size_t *size);
 
-/* The sections that the monitor reads, and NAMES for the ground. Types without a prefix are those of
- * private headers in lib/src/image. */
+/* The sections that the monitor reads, and NAMES for the ground. Types without a prefix are those
+ * of private headers in lib/src/image. */
 typedef enum rim_section {
   RIM_SECTION_CONFIG = 1,     /* u32[RIM_CONFIG_WORDS]: see rim_config_word */
   RIM_SECTION_LEVEL = 3,      /* nominal.h: a block's outcomes from its other features; optional */
@@ -97,7 +97,7 @@ typedef enum rim_section {
   /* Of a trained image: all or none; BEHAVIOUR not where rows bring their own predictions. */
   RIM_SECTION_BASIS = 17,     /* basis.h: inputs of the models, filtered commands */
   RIM_SECTION_BEHAVIOUR = 18, /* basis.h: outcomes from the commands */
-  RIM_SECTION_AGREEMENT = 19, /* basis.h: an outcome's residual from the other outcomes' residuals */
+  RIM_SECTION_AGREEMENT = 19, /* basis.h: an outcome's residual from the others' residuals */
   RIM_SECTION_NOISE = 20,     /* noise.h: healthy residuals: run effects, autocorrelation, scale */
   RIM_SECTION_CUTS = 21       /* u8[region features][23]: where a feature is cut into bins */
 } rim_section;

@@ -146,10 +146,10 @@ bool rim_monitor_idle(rim_monitor *monitor, double now_s);
 rim_status rim_monitor_set_policy(rim_monitor *monitor, const rim_alarm_policy *policy);
 
 /* Obeys a command from a bus that carries the low `bits` bits of sequence and model_id (8 on CAN,
- * 32 on LCM). ACKNOWLEDGE: the alarm will not be latched; a latched one is cleared. CLEAR: the alarm
- * is cleared and its detector forgets all observations. Records then wait. RIM_E_ARGUMENT: NULL;
- * RIM_E_RANGE: unknown command; RIM_E_DATA: no alarm stands that it can mean, or both could be
- * meant. Nothing changes then. O(1) for ACKNOWLEDGE, O(memory) for CLEAR. */
+ * 32 on LCM). ACKNOWLEDGE: the alarm will not be latched; a latched one is cleared. CLEAR: the
+ * alarm is cleared and its detector forgets all observations. Records then wait. RIM_E_ARGUMENT:
+ * NULL; RIM_E_RANGE: unknown command; RIM_E_DATA: no alarm stands that it can mean, or both could
+ * be meant. Nothing changes then. O(1) for ACKNOWLEDGE, O(memory) for CLEAR. */
 rim_status rim_monitor_command(rim_monitor *monitor, const rim_command *command, unsigned bits);
 
 /* Forgets all observations because the rows' clock moved to now_s (see rim_clock_guard_take); what
@@ -175,7 +175,8 @@ rim_monitor_health rim_monitor_get_health(const rim_monitor *monitor);
 const rim_alarm *rim_monitor_standing(const rim_monitor *monitor, rim_detector detector);
 /* Chance, 0..1, that a context lies in the region of the standing alarm; 0 when none stands. */
 double rim_monitor_membership(const rim_monitor *monitor, const double *context);
-/* A word of the image's configuration (rim_config_word of rim/image.h); 0: there is no such word. */
+/* A word of the image's configuration (rim_config_word of rim/image.h); 0: there is no such word.
+ */
 uint32_t rim_monitor_config(const rim_monitor *monitor, uint32_t word);
 
 /* Returns the digest continued by every bit of the verdict that decides anything. Start with
