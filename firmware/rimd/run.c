@@ -197,14 +197,15 @@ static void take_message(rimd *d, const lcm_udp_message *message, uint64_t woke_
   count(&d->kept.counters.lcm_other);
 }
 
-static void read_lcm(rimd *d) {
+/* woke_ns: when poll() returned, so that a row that queues behind others of the batch is late. */
+static void read_lcm(rimd *d, uint64_t woke_ns) {
   lcm_udp_message message;
   for (int i = 0; i < BATCH; i++) {
     const int got = lcm_udp_receive(&d->lcm, &message);
     if (got == 0)
       return;
     if (got > 0)
-      take_message(d, &message, rimd_now_ns());
+      take_message(d, &message, woke_ns);
   }
 }
 
@@ -218,8 +219,8 @@ static double since_origin(rimd *d, double stamp_s) {
   return t_s - d->kept.can_origin_s;
 }
 
-static void take_input_frame(rimd *d, const rim_can_frame *frame, double stamp_s) {
-  const uint64_t woke_ns = rimd_now_ns();
+static void take_input_frame(rimd *d, const rim_can_frame *frame, double stamp_s,
+                             uint64_t woke_ns) {
   bool complete = false;
   double row_s = 0.0;
   const rim_status status =
@@ -235,7 +236,7 @@ static void take_input_frame(rimd *d, const rim_can_frame *frame, double stamp_s
     rimd_row(d, row_s, d->gather.value, d->table.values, woke_ns);
 }
 
-static void read_can_input(rimd *d) {
+static void read_can_input(rimd *d, uint64_t woke_ns) {
   rim_can_frame frame;
   double stamp_s;
   for (int i = 0; i < BATCH; i++) {
@@ -243,7 +244,7 @@ static void read_can_input(rimd *d) {
     if (got == 0)
       return;
     if (got > 0)
-      take_input_frame(d, &frame, stamp_s);
+      take_input_frame(d, &frame, stamp_s, woke_ns);
   }
 }
 
@@ -391,13 +392,14 @@ void rimd_run(rimd *d, const volatile sig_atomic_t *stopped) {
     struct pollfd ready[3] = {
         {d->lcm.in, POLLIN, 0}, {d->can.fd, POLLIN, 0}, {d->can_input.fd, POLLIN, 0}};
     const int count_ready = ppoll(ready, 3, &wait, &waiting);
+    const uint64_t woke_ns = rimd_now_ns();
     if (count_ready > 0) {
       if (ready[0].revents != 0)
-        read_lcm(d);
+        read_lcm(d, woke_ns);
       if (ready[1].revents != 0)
         read_can_commands(d);
       if (ready[2].revents != 0)
-        read_can_input(d);
+        read_can_input(d, woke_ns);
     }
     wait_ms = rimd_tick(d, rimd_now_ns());
   }

@@ -1,4 +1,4 @@
-/* rim/crc.h - check sums of images and frames, and the digest of a replay.
+/* base/crc.h - check sums of images and frames, and the digest of a replay.
  *
  * All are functions of bytes in memory order and can be continued: f(f(start, a), b) equals
  * f(start, ab). data may be NULL when bytes is 0. Cost O(bytes), constant tables of 80 bytes, no

@@ -1,4 +1,4 @@
-/* rim/select_batch.h - FS-RIM over a finished set of observations (thesis Alg. 4, p. 50).
+/* batch/select_batch.h - FS-RIM over a finished set of observations (thesis Alg. 4, p. 50).
  *
  * Best-first search over subsets of features: an edge (F, f) adds feature f to an explored set F,
  * and the edge with the largest heuristic value is explored next:
@@ -8,11 +8,12 @@
  *   - BREADTH: fewest features first, in order of arrival (BFS of 4.2.1, p. 54);
  *   - NONE: no selection, one search over all features together (No FS of 4.2.1).
  *
- * One feature: the exact interval over bins (App. A, p. 115). More: cross-entropy (rim/cem.h) from
- * the box of R_F and the conditional interval, and from balls around observations (Alg. 2, p. 30).
+ * One feature: the exact interval over bins (App. A, p. 115). More: cross-entropy (search/cem.h)
+ * from the box of R_F and the conditional interval, and from balls around observations (Alg. 2, p.
+ * 30).
  *
- * For use on the ground and for comparison; on board see rim/select.h. Work and memory are bounded
- * by the configuration, the memory is the caller's. */
+ * For use on the ground and for comparison; on board see search/select.h. Work and memory are
+ * bounded by the configuration, the memory is the caller's. */
 #ifndef RIM_SELECT_BATCH_H
 #define RIM_SELECT_BATCH_H
 
@@ -85,9 +86,9 @@ typedef struct rim_batch_result {
 bool rimi_batch_fits(const rim_batch_data *data, uint32_t nodes);
 
 /* RIM_E_ARGUMENT: NULL; RIM_E_ALIGN, RIM_E_SIZE: the work space, or more observations than
- * RIM_BATCH_MOST allows; RIM_E_DATA: no observations; RIM_E_CONFIG: a count out of range, too many features for NONE. *result is unchanged on error.
- * O(nodes * (features * (n + bins^2) * outcomes + starts * samples * iterations * n * dims^2)).
- * Stack below 4 kB in all. */
+ * RIM_BATCH_MOST allows; RIM_E_DATA: no observations; RIM_E_CONFIG: a count out of range, too many
+ * features for NONE. *result is unchanged on error. O(nodes * (features * (n + bins^2) * outcomes +
+ * starts * samples * iterations * n * dims^2)). Stack below 4 kB in all. */
 rim_status rimi_select_batch(const rim_batch_config *config, const rim_batch_data *data, void *work,
                              size_t bytes, rim_batch_result *result);
 

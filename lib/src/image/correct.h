@@ -1,4 +1,4 @@
-/* rim/correct.h - the corrected model: what is predicted once the regions where the nominal model
+/* image/correct.h - the corrected model: what is predicted once the regions where the nominal model
  * is wrong are known (thesis 3.4, p. 34-36).
  *
  * Up to 8 regions, each with the shift of every outcome's mean (eq. 3.20) and the confidence

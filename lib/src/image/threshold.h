@@ -1,4 +1,5 @@
-/* rim/threshold.h - from ln anom to a promise: scores, the alarm threshold, the confidence P(anom).
+/* image/threshold.h - from ln anom to a promise: scores, the alarm threshold, the confidence
+ * P(anom).
  *
  * Nominal runs do not only scatter, each has an offset of its own, so ln anom of eq. 3.7 (p. 28)
  * grows without bound in a perfectly healthy run. A trained image's statistic allows for that
