@@ -1,5 +1,7 @@
 /* monitor: flight images are refused in every damaged form; of a vehicle small enough to know what
  * should be found exactly that is found (the images and the vehicle: monitor_bench.h). */
+#include <math.h>
+
 #include "monitor_bench.h"
 #include "base/bytes.h"
 #include "image/correct.h"
@@ -595,6 +597,35 @@ static void attach_refuses_what_is_not_its_own(void **state) {
   assert_null(m);
 }
 
+/* The onset of what is found after a pause lies after the pause. */
+static void a_pause_does_not_move_the_onset(void **state) {
+  (void)state;
+  enum { BEFORE = 150, AFTER = 400 };
+  const double pause_s = 3000.0;
+  bench b;
+  make_bench(&b, true);
+  double begin_s = 0.0, since_s = 0.0;
+  for (uint32_t t = 0; t < BEFORE + AFTER && since_s <= 0.0; ++t) {
+    row r;
+    make_row(&r, true, 5, t, 0.0);
+    if (t >= BEFORE) {
+      r.t_s += pause_s;
+      r.outcome[1] += 1.5;
+    }
+    r.context[2] = t < BEFORE ? 250.0 : 160.0 + 0.1 * (double)(t % 300u);
+    r.view.t_s = r.t_s;
+    begin_s = t == BEFORE ? r.t_s : begin_s;
+    rim_verdict v;
+    assert_int_equal(rim_monitor_step(b.monitor, &r.view, &v), RIM_OK);
+    if (v.alarm.state == RIM_ALARM_RAISED) {
+      assert_int_equal(v.alarm.region.dims, 1);
+      since_s = v.alarm.since_s;
+    }
+  }
+  assert_true(since_s > 0.0);
+  assert_true(fabs(since_s - begin_s) < 20.0 * PERIOD_S);
+}
+
 static void instances_do_not_interfere(void **state) {
   (void)state;
   bench a, b, alone;
@@ -658,6 +689,7 @@ int main(void) {
       cmocka_unit_test(reset_is_a_fresh_start),
       cmocka_unit_test(a_copy_goes_on_bit_for_bit),
       cmocka_unit_test(attach_refuses_what_is_not_its_own),
+      cmocka_unit_test(a_pause_does_not_move_the_onset),
       cmocka_unit_test(instances_do_not_interfere),
       cmocka_unit_test(verdicts_have_not_changed),
   };

@@ -32,6 +32,15 @@ typedef struct monitor_models {
   rim_threshold threshold;
 } monitor_models;
 
+#define MONITOR_GAPS 8u
+#define MONITOR_GAP 3.0 /* times the mean spacing of rows since the last one */
+
+/* A gap between rows with predictions, which are numbered and otherwise taken as evenly spaced. */
+typedef struct monitor_gap {
+  double before_s, after_s; /* of the rows on either side */
+  uint32_t index;           /* of the row after it */
+} monitor_gap;
+
 struct rim_monitor {
   uint32_t magic;
   uint32_t library;      /* RIM_VERSION_NUMBER: another version may mean other fields */
@@ -59,6 +68,8 @@ struct rim_monitor {
   uint32_t steps, refused;
   uint16_t channel_count, out_feature;
   bool has_place;
+  monitor_gap gap[MONITOR_GAPS]; /* not trained: the newest ones, in order */
+  uint32_t gaps;
   rim_verdict last; /* what a row that completes no block repeats; interference: NULL */
   rim_interference_verdict motion; /* of the newest row */
 };

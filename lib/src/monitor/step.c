@@ -204,12 +204,33 @@ static void watch_motion(rim_monitor *m, const rim_observation *row) {
     rimi_alarm_life_step(&m->life, RIM_DETECTOR_INTERFERENCE, row->t_s, found ? &candidate : NULL);
 }
 
+/* Observation n - 1 came now: was there a gap before it? */
+static void note_gap(rim_monitor *m, uint32_t n) {
+  const monitor_gap *last = m->gaps > 0 ? &m->gap[m->gaps - 1] : NULL;
+  const uint32_t since = last != NULL ? n - 1u - last->index : n - 1u; /* rows since the last gap */
+  const double begin_s = last != NULL ? last->after_s : m->first_block_s;
+  if (since < 2 || m->last.t_s - m->last_block_s <=
+                       MONITOR_GAP * (m->last_block_s - begin_s) / (double)(since - 1u))
+    return;
+  if (m->gaps == MONITOR_GAPS)
+    memmove(&m->gap[0], &m->gap[1], sizeof m->gap - sizeof m->gap[0]);
+  else
+    ++m->gaps;
+  m->gap[m->gaps - 1] = (monitor_gap){m->last_block_s, m->last.t_s, n - 1u};
+}
+
 static bool take_block(rim_monitor *m) {
   if (!(m->is_trained ? observe_trained(m) : observe_rows(m)))
     return false;
-  m->last_block_s = m->last.t_s;
-  if ((m->is_trained ? rimi_search_blocks(m->search) : rimi_select_observations(m->select)) == 1)
+  const uint32_t n =
+      m->is_trained ? rimi_search_blocks(m->search) : rimi_select_observations(m->select);
+  if (n == 1) {
     m->first_block_s = m->last.t_s;
+    m->gaps = 0;
+  } else if (!m->is_trained) {
+    note_gap(m, n);
+  }
+  m->last_block_s = m->last.t_s;
   if (m->is_trained)
     m->run_start_s = rimi_blocks_run_start_s(m->rows);
   return true;
