@@ -9,11 +9,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "replay/recording.h"
-#include "base/crc.h"
-#include "rim/monitor.h"
 #include "base/bytes.h"
+#include "base/crc.h"
+#include "replay/recording.h"
 #include "rim/image.h"
+#include "rim/monitor.h"
 
 #define MAX_BYTES (64u << 20)
 #define LINE_BYTES 16384

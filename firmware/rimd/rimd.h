@@ -9,11 +9,11 @@
 
 #include "rim/can.h"
 #include "rim/can_table.h"
+#include "rim/image.h"
 #include "rim/monitor.h"
 #include "rimd/config.h"
 #include "rimd/outbox.h"
 #include "rimd/state.h"
-#include "rim/image.h"
 
 /* What a restart goes on with, beside the monitor itself. Plain data. */
 typedef struct rimd_kept {

@@ -7,9 +7,9 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "base/bytes.h"
 #include "rimd/rimd.h"
 #include "rimd/say.h"
-#include "base/bytes.h"
 
 #define LONG_AGO_S 1e15
 
@@ -79,9 +79,8 @@ static int open_monitor(rimd *d) {
   const uint32_t stale_ms = d->config.stale_ms != 0
                                 ? d->config.stale_ms
                                 : rim_monitor_config(d->monitor, RIM_CONFIG_STALE_MS);
-  d->policy = (rim_alarm_policy){.stale_s = 1e-3 * (double)stale_ms,
-                                 .latch = d->config.latch,
-                                 .replay = d->config.replay};
+  d->policy = (rim_alarm_policy){
+      .stale_s = 1e-3 * (double)stale_ms, .latch = d->config.latch, .replay = d->config.replay};
   if (d->config.input_can || d->values <= RIM_OBSERVATION_MAX_VALUES)
     return 0;
   say("%s: a row has %u values, and an observation over LCM carries %u; input = can carries up to "

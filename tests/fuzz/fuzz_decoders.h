@@ -11,18 +11,18 @@
 #include <string.h>
 
 #include "image/basis.h"
+#include "image/correct.h"
 #include "image/noise.h"
+#include "image/nominal.h"
+#include "image/threshold.h"
 #include "rim/can.h"
 #include "rim/can_table.h"
+#include "rim/image.h"
 #include "rim/monitor.h"
-#include "image/nominal.h"
-#include "rimd/config.h"
 #include "rim/plan/lookahead.h"
+#include "rimd/config.h"
 #include "transport/lcm_packet.h"
 #include "transport/lcm_udp.h"
-#include "rim/image.h"
-#include "image/threshold.h"
-#include "image/correct.h"
 
 /* An accepted message must pack again. */
 static inline void fuzz_must(bool good) {

@@ -225,8 +225,8 @@ void training_and_flight_predict_the_same(void **) {
                                   static_cast<std::uint32_t>(l.layout.features()), kOutcomes),
                    RIM_OK);
   rim_behaviour flight;
-  assert_int_equal(rimi_behaviour_open(&flight, models.data(), models.size(), view.terms, kOutcomes),
-                   RIM_OK);
+  assert_int_equal(
+      rimi_behaviour_open(&flight, models.data(), models.size(), view.terms, kOutcomes), RIM_OK);
   const rim::BlockRun run =
       rim::block_run(made_vehicle(kSeed + 300), l.layout, l.basis, l.options);
   const rim::Matrix terms = standard_terms(l.basis, run);

@@ -16,12 +16,12 @@
 #include <cmocka.h>
 
 #include "base/crc.h"
-#include "rim/monitor.h"
 #include "base/real.h"
 #include "base/rng.h"
-#include "section_bytes.h"
 #include "rim/image.h"
 #include "rim/interference.h"
+#include "rim/monitor.h"
+#include "section_bytes.h"
 
 enum { D = 4, O = 2, BINS = 16, GRID = 16, PAIRS = 2, REGION = 2, BLOCK = 4, CUTS = 23 };
 enum { EXTERNAL_RING = 64, TRAINED_RING = 256, CHANNELS = RIM_MONITOR_KINDS * O };
@@ -30,7 +30,7 @@ enum { INPUTS = 1, TIMES = 2, TERMS = 1, MEANS = 1, RAW = 4 + MEANS, FIELDS = 1,
 enum {
   EXTERNAL_SIZE = RIM_MONITOR_SIZE(D, O, REGION, EXTERNAL_RING, BINS, GRID, PAIRS),
   TRAINED_SIZE =
-      RIM_MONITOR_TRAINED_SIZE(D, O, REGION, TRAINED_RING, INPUTS * TIMES, TERMS, FIELDS, MEANS)
+      RIM_MONITOR_TRAINED_SIZE(D, O, REGION, TRAINED_RING, INPUTS *TIMES, TERMS, FIELDS, MEANS)
 };
 #define PERIOD_S 0.25
 #define SEED 2718u

@@ -9,8 +9,8 @@
 
 #include <cmocka.h>
 
-#include "monitor/alarm_life.h"
 #include "alarm_sample.h"
+#include "monitor/alarm_life.h"
 
 enum { REGIONS = RIM_DETECTOR_RIM, MOTION = RIM_DETECTOR_INTERFERENCE, MODEL = 0x56789 };
 
@@ -504,9 +504,8 @@ static void a_restart_of_the_clock_is_told(void **state) {
     rimi_alarm_life_restart(&life, 5.0);
     for (int i = 0; i < 2; ++i) {
       assert_true(rimi_alarm_life_next_record(&life, &out));
-      is(i, latch ? RIM_ALARM_UPDATED : RIM_ALARM_CLEARED,
-         latch ? RIM_LEVEL_ERROR : RIM_LEVEL_OK, latch ? RIM_ALARM_FLAG_LATCHED : 0,
-         3u + (uint32_t)i);
+      is(i, latch ? RIM_ALARM_UPDATED : RIM_ALARM_CLEARED, latch ? RIM_LEVEL_ERROR : RIM_LEVEL_OK,
+         latch ? RIM_ALARM_FLAG_LATCHED : 0, 3u + (uint32_t)i);
       assert_true(out.t_s == 5.0);
     }
     assert_true(is_empty());

@@ -10,10 +10,10 @@
 
 #include <cmocka.h>
 
-#include "rim/plan/bandit.h"
 #include "base/crc.h"
 #include "base/real.h"
 #include "base/rng.h"
+#include "rim/plan/bandit.h"
 
 #define SEED 57u
 enum { DIMS = 2, POINTS = 60, ACTIONS = 37, PLANS = 4, LAMBDAS = 5 };

@@ -3,11 +3,11 @@
 #include <math.h>
 #include <stdio.h>
 
+#include "base/bytes.h"
+#include "base/rng.h"
 #include "image/basis.h"
 #include "rim/image.h"
-#include "base/rng.h"
 #include "section_bytes.h"
-#include "base/bytes.h"
 
 enum { FEATURES = 5, OUTCOMES = 3, INPUTS = 3, TIMES = 2, FILTERS = INPUTS * TIMES };
 #define SEED 99u

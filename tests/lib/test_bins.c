@@ -9,8 +9,8 @@
 
 #include <cmocka.h>
 
-#include "search/bins.h"
 #include "base/rng.h"
+#include "search/bins.h"
 
 #define SEED 17u
 enum { D = 5, B = 7, C = 3, G = 9, N = 400 };

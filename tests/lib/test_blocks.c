@@ -4,9 +4,9 @@
 #include <math.h>
 #include <stdio.h>
 
-#include "monitor/blocks.h"
 #include "base/real.h"
 #include "base/rng.h"
+#include "monitor/blocks.h"
 #include "section_bytes.h"
 
 enum { D = 4, O = 2, BLOCK = 5, INPUTS = 5, TIMES = 2, FILTERS = INPUTS * TIMES };
@@ -527,7 +527,8 @@ static void an_angle_may_be_counted_from_zero(void **state) {
     }
   }
   assert_close(rimi_blocks_outcomes(positive.b)[1], rimi_blocks_outcomes(signed_angle.b)[1]);
-  assert_close(rimi_blocks_context(positive.b)[HEADING], rimi_blocks_context(signed_angle.b)[HEADING]);
+  assert_close(rimi_blocks_context(positive.b)[HEADING],
+               rimi_blocks_context(signed_angle.b)[HEADING]);
   const double far[D] = {0.0, 0.0, 0.0, 6.5}; /* more than a turn */
   (void)row(&positive, PERIOD_S * 40 * BLOCK, far);
   assert_int_equal(rimi_blocks_out_of_range(positive.b, NULL), HEADING);

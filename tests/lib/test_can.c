@@ -10,9 +10,9 @@
 #include <cmocka.h>
 
 #include "alarm_sample.h"
-#include "rim/can.h"
 #include "base/crc.h"
 #include "base/ellipsoid.h"
+#include "rim/can.h"
 
 #define SAMPLES 500u
 

@@ -9,9 +9,9 @@
 
 #include <cmocka.h>
 
-#include "search/cem.h"
-#include "base/rng.h"
 #include "base/ellipsoid.h"
+#include "base/rng.h"
+#include "search/cem.h"
 
 #define SEED 29u
 static rim_rng rng;

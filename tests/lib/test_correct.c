@@ -9,10 +9,10 @@
 
 #include <cmocka.h>
 
-#include "image/correct.h"
 #include "base/crc.h"
-#include "base/rng.h"
 #include "base/ellipsoid.h"
+#include "base/rng.h"
+#include "image/correct.h"
 
 #define SEED 47u
 enum { F = 4, O = 2, R = 3, BYTES = RIM_CORRECT_BYTES(O, R) };

@@ -69,7 +69,8 @@ static void equals_the_slow_form_and_continues(void **state) {
 static void numbers_are_hashed_little_endian(void **state) {
   (void)state;
   static const uint8_t minus_two[8] = {0, 0, 0, 0, 0, 0, 0, 0xc0}, word[4] = {4, 3, 2, 1};
-  assert_true(rimi_digest_f64(RIM_DIGEST_START, -2.0) == rimi_digest(RIM_DIGEST_START, minus_two, 8));
+  assert_true(rimi_digest_f64(RIM_DIGEST_START, -2.0) ==
+              rimi_digest(RIM_DIGEST_START, minus_two, 8));
   assert_true(rimi_digest_u32(RIM_DIGEST_START, 0x01020304) ==
               rimi_digest(RIM_DIGEST_START, word, 4));
   assert_true(rimi_digest_f64(RIM_DIGEST_START, 0.0) != rimi_digest_f64(RIM_DIGEST_START, -0.0));

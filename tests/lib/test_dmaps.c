@@ -10,9 +10,9 @@
 
 #include <cmocka.h>
 
-#include "batch/dmaps.h"
-#include "base/rng.h"
 #include "base/ellipsoid.h"
+#include "base/rng.h"
+#include "batch/dmaps.h"
 
 #define SEED 41u
 enum { N = 900, D = 6, O = 3, NODES = 20 };

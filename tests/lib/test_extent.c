@@ -11,8 +11,8 @@
 #include <cmocka.h>
 
 #include "base/crc.h"
-#include "rim/plan/extent.h"
 #include "base/rng.h"
+#include "rim/plan/extent.h"
 #include "search/cem.h"
 
 #define SEED 52u

@@ -10,8 +10,8 @@
 
 #include <cmocka.h>
 
-#include "batch/faro.h"
 #include "base/rng.h"
+#include "batch/faro.h"
 #include "batch/stats.h"
 
 #define SEED 31u

@@ -10,8 +10,8 @@
 #include <cmocka.h>
 
 #include "base/crc.h"
-#include "rim/plan/gp.h"
 #include "base/rng.h"
+#include "rim/plan/gp.h"
 
 #define SEED 61u
 enum { DIMS = 2, POINTS = 40, KERNELS = 3 };

@@ -9,8 +9,8 @@
 
 #include <cmocka.h>
 
-#include "interference/hmm.h"
 #include "base/rng.h"
+#include "interference/hmm.h"
 
 #define SEED 83u
 enum { S = 3, T = 6 };

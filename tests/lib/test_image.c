@@ -8,9 +8,9 @@
 
 #include <cmocka.h>
 
+#include "base/bytes.h"
 #include "base/crc.h"
 #include "rim/image.h"
-#include "base/bytes.h"
 
 enum { SECTIONS = 3, TABLE = 64, FIRST = TABLE + 16 * SECTIONS, TOTAL = FIRST + 8 + 24 + 16 };
 #define ID_A 0x31414141u /* "AAA1" in a hex dump */

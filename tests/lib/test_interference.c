@@ -11,8 +11,8 @@
 #include <cmocka.h>
 
 #include "base/crc.h"
-#include "interference/detector.h"
 #include "base/rng.h"
+#include "interference/detector.h"
 
 #define SEED 89u
 #define DT 0.05

@@ -9,8 +9,8 @@
 
 #include <cmocka.h>
 
-#include "batch/interval.h"
 #include "base/rng.h"
+#include "batch/interval.h"
 
 #define SEED 88u
 enum { K = 24 };

@@ -11,8 +11,8 @@
 
 #include <cmocka.h>
 
-#include "rim/plan/lookahead.h"
 #include "base/ellipsoid.h"
+#include "rim/plan/lookahead.h"
 
 #define PI 3.14159265358979323846
 

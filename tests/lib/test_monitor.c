@@ -2,10 +2,10 @@
  * should be found exactly that is found (the images and the vehicle: monitor_bench.h). */
 #include <math.h>
 
-#include "monitor_bench.h"
 #include "base/bytes.h"
 #include "image/correct.h"
 #include "monitor/inspect.h"
+#include "monitor_bench.h"
 
 /* ---- memory and images ---- */
 
@@ -101,28 +101,17 @@ static void words_out_of_range_are_refused(void **state) {
     uint32_t value;
     bool of_both; /* else the trained image does not read it, or its models say more */
   } words[] = {
-      {RIM_CONFIG_FEATURES, 0, true},
-      {RIM_CONFIG_FEATURES, 129, true},
-      {RIM_CONFIG_FEATURES, D + 1, true},
-      {RIM_CONFIG_OUTCOMES, 0, true},
-      {RIM_CONFIG_OUTCOMES, 129, true},
-      {RIM_CONFIG_OUTCOMES, O + 1, false},
-      {RIM_CONFIG_RESERVED, 1, true},
-      {RIM_CONFIG_BLOCK_ROWS, 0, true},
-      {RIM_CONFIG_BLOCK_ROWS, 10001, true},
-      {RIM_CONFIG_EXTERNAL, 2, true},
-      {RIM_CONFIG_REGION_FEATURES, 0, true},
-      {RIM_CONFIG_REGION_FEATURES, D + 1, true},
-      {RIM_CONFIG_REGION_FEATURES, 1, true},
-      {RIM_CONFIG_RING, 7, true},
-      {RIM_CONFIG_RING, 15, false},
-      {RIM_CONFIG_RING, 4097, true},
-      {RIM_CONFIG_RING, 65536u + 64u, true},
-      {RIM_CONFIG_BINS, 3, false},
-      {RIM_CONFIG_BINS, 33, false},
-      {RIM_CONFIG_GRID, 7, false},
-      {RIM_CONFIG_GRID, 65, false},
-      {RIM_CONFIG_BUDGET, 65, true},
+      {RIM_CONFIG_FEATURES, 0, true},        {RIM_CONFIG_FEATURES, 129, true},
+      {RIM_CONFIG_FEATURES, D + 1, true},    {RIM_CONFIG_OUTCOMES, 0, true},
+      {RIM_CONFIG_OUTCOMES, 129, true},      {RIM_CONFIG_OUTCOMES, O + 1, false},
+      {RIM_CONFIG_RESERVED, 1, true},        {RIM_CONFIG_BLOCK_ROWS, 0, true},
+      {RIM_CONFIG_BLOCK_ROWS, 10001, true},  {RIM_CONFIG_EXTERNAL, 2, true},
+      {RIM_CONFIG_REGION_FEATURES, 0, true}, {RIM_CONFIG_REGION_FEATURES, D + 1, true},
+      {RIM_CONFIG_REGION_FEATURES, 1, true}, {RIM_CONFIG_RING, 7, true},
+      {RIM_CONFIG_RING, 15, false},          {RIM_CONFIG_RING, 4097, true},
+      {RIM_CONFIG_RING, 65536u + 64u, true}, {RIM_CONFIG_BINS, 3, false},
+      {RIM_CONFIG_BINS, 33, false},          {RIM_CONFIG_GRID, 7, false},
+      {RIM_CONFIG_GRID, 65, false},          {RIM_CONFIG_BUDGET, 65, true},
   };
   for (size_t i = 0; i < sizeof words / sizeof *words; ++i) {
     for (int external = words[i].of_both ? 0 : 1; external < 2; ++external) {
@@ -395,7 +384,7 @@ static void an_alarm_persists_first_and_is_not_repeated_too_often(void **state) 
     if (v.alarm.state == RIM_ALARM_NONE) {
       assert_false(!active && above >= 3);
       assert_false(active && below >= 4);
-      assert_int_equal(v.level, active                            ? RIM_LEVEL_ERROR
+      assert_int_equal(v.level, active                             ? RIM_LEVEL_ERROR
                                 : v.score >= threshold->warn_score ? RIM_LEVEL_WARN
                                                                    : RIM_LEVEL_OK);
       continue;
@@ -584,7 +573,8 @@ static void attach_refuses_what_is_not_its_own(void **state) {
                    RIM_E_ALIGN);
   assert_int_equal(rim_monitor_attach(NULL, b.memory, EXTERNAL_SIZE, b.blob.byte, b.blob.size),
                    RIM_E_ARGUMENT);
-  for (uint32_t word = 0; word < 3; ++word) { /* magic, version of the library, size of its header */
+  for (uint32_t word = 0; word < 3;
+       ++word) { /* magic, version of the library, size of its header */
     uint32_t *field = (uint32_t *)(void *)(b.memory + 4u * (size_t)word);
     *field ^= 0x10u;
     assert_int_equal(rim_monitor_attach(&m, b.memory, EXTERNAL_SIZE, b.blob.byte, b.blob.size),

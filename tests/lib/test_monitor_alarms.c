@@ -1,8 +1,8 @@
 /* The monitor's alarms from outside: silence, commands, a clock that begins anew, calls without a
  * monitor (images: monitor_bench.h). What becomes of an alarm is asked in test_alarm_life.c. */
-#include "monitor_bench.h"
 #include "image/correct.h"
 #include "monitor/inspect.h"
+#include "monitor_bench.h"
 
 /* Row 0 .. of a run with a shift, until its alarm is raised; returns the next row. */
 static uint32_t run_to_alarm(const bench *b) {

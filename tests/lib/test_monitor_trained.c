@@ -1,8 +1,8 @@
 /* The monitor of a trained image: what is found in a block is described, labelled, sized and dated;
  * nothing is said about the vehicle without evidence (images and vehicle: monitor_bench.h). */
-#include "monitor_bench.h"
 #include "image/correct.h"
 #include "monitor/inspect.h"
+#include "monitor_bench.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -170,8 +170,8 @@ static void nothing_is_healthy_without_blocks(void **state) {
     const rim_verdict v = step(&b, 570, t, 0.0);
     const uint32_t ended = (t + 1) / BLOCK, blocks = ended > 0 ? ended - 1 : 0;
     assert_int_equal(v.blocks, blocks);
-    assert_int_equal(v.reason, blocks < RIM_MONITOR_LEAST_BLOCKS ? RIM_REASON_TOO_FEW
-                                                                 : RIM_REASON_NONE);
+    assert_int_equal(v.reason,
+                     blocks < RIM_MONITOR_LEAST_BLOCKS ? RIM_REASON_TOO_FEW : RIM_REASON_NONE);
     assert_int_equal(rim_monitor_get_health(b.monitor).blocks, blocks);
   }
 }

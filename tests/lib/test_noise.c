@@ -1,10 +1,10 @@
 /* noise: the section is refused in every damaged form; what a channel says is read back. */
 #include <math.h>
 
+#include "base/bytes.h"
 #include "image/noise.h"
 #include "rim/image.h"
 #include "section_bytes.h"
-#include "base/bytes.h"
 
 enum { CHANNELS = 3, MEANS = 2, RAW = NOISE_RAW_FIRST + MEANS, FIELDS = 2 };
 enum { STRIDE = NOISE_CHANNEL_WORDS + FIELDS * (1 + RAW) + NOISE_FAMILIES };
@@ -80,11 +80,16 @@ static void damage_is_refused(void **state) {
     size_t word;
     uint32_t value;
     rim_status status;
-  } headers[] = {{0, 0, RIM_E_VERSION},          {0, 3, RIM_E_VERSION},
-                 {1, CHANNELS + 1, RIM_E_RANGE}, {1, 0, RIM_E_RANGE},
-                 {2, RAW + 1, RIM_E_RANGE},      {2, UINT32_MAX, RIM_E_RANGE},
-                 {3, 0, RIM_E_RANGE},            {3, NOISE_MAX_FIELDS + 1, RIM_E_RANGE},
-                 {3, UINT32_MAX, RIM_E_RANGE},   {3, FIELDS + 1, RIM_E_TRUNCATED}};
+  } headers[] = {{0, 0, RIM_E_VERSION},
+                 {0, 3, RIM_E_VERSION},
+                 {1, CHANNELS + 1, RIM_E_RANGE},
+                 {1, 0, RIM_E_RANGE},
+                 {2, RAW + 1, RIM_E_RANGE},
+                 {2, UINT32_MAX, RIM_E_RANGE},
+                 {3, 0, RIM_E_RANGE},
+                 {3, NOISE_MAX_FIELDS + 1, RIM_E_RANGE},
+                 {3, UINT32_MAX, RIM_E_RANGE},
+                 {3, FIELDS + 1, RIM_E_TRUNCATED}};
   for (size_t i = 0; i < sizeof headers / sizeof *headers; ++i) {
     bytes b = good;
     put_u32(b.byte + 4 * headers[i].word, headers[i].value);

@@ -10,8 +10,8 @@
 
 #include <cmocka.h>
 
-#include "image/nominal.h"
 #include "base/rng.h"
+#include "image/nominal.h"
 
 enum { D = 3, O = 2, P = 5, K = 3 };
 #define SEED 4121u

@@ -10,8 +10,8 @@
 #include <cmocka.h>
 
 #include "base/ellipsoid.h"
-#include "rim/region.h"
 #include "base/rng.h"
+#include "rim/region.h"
 
 #define SEED 19u
 enum { FEATURES = 9 };

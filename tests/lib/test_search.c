@@ -440,8 +440,8 @@ static void configurations_out_of_range_are_refused(void **state) {
   do {                                                                                             \
     search_config bad = good;                                                                      \
     bad.field = (value);                                                                           \
-    assert_int_equal(rimi_search_size(&bad), 0);                                                        \
-    assert_int_equal(rimi_search_init(&b.search, b.memory, sizeof b.memory, &bad), RIM_E_CONFIG);       \
+    assert_int_equal(rimi_search_size(&bad), 0);                                                   \
+    assert_int_equal(rimi_search_init(&b.search, b.memory, sizeof b.memory, &bad), RIM_E_CONFIG);  \
   } while (0)
   REFUSES(features, 0);
   REFUSES(features, SEARCH_MAX_FEATURES + 1);
@@ -530,7 +530,7 @@ static uint64_t digest_of(const rim_search *s) {
       digest = rimi_digest_f64(digest, (double)numbers[i]);
     digest = rimi_digest_u32(digest, h->onset);
     digest = rimi_digest_u32(digest, h->family | (uint32_t)h->feature[0] << 8 |
-                                        (uint32_t)h->first[0] << 16 | (uint32_t)h->last[0] << 24);
+                                         (uint32_t)h->first[0] << 16 | (uint32_t)h->last[0] << 24);
   }
   return digest;
 }

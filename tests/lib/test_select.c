@@ -12,9 +12,9 @@
 #include <cmocka.h>
 
 #include "base/crc.h"
+#include "base/ellipsoid.h"
 #include "base/rng.h"
 #include "search/select.h"
-#include "base/ellipsoid.h"
 
 #define SEED 47u
 enum { D = 20, C = 3, N = 300, X = 4, Y = 13 };

@@ -9,9 +9,9 @@
 
 #include <cmocka.h>
 
+#include "base/ellipsoid.h"
 #include "base/rng.h"
 #include "batch/select_batch.h"
-#include "base/ellipsoid.h"
 
 #define SEED 37u
 enum { N = 250, D = 12, O = 4, NODES = 30, X = 3, Y = 9 };

@@ -226,10 +226,11 @@ static void few_edges_use_fewer_ellipses(void **state) {
 
 int main(void) {
   printf("seed %u\n", SEED);
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(ellipses_count_their_cells), cmocka_unit_test(incremental_equals_fresh),
-      cmocka_unit_test(the_leader_is_exact_on_the_ring),
-      cmocka_unit_test(entries_and_moves_are_bounded), cmocka_unit_test(the_planted_pair_leads),
-      cmocka_unit_test(few_edges_use_fewer_ellipses)};
+  const struct CMUnitTest tests[] = {cmocka_unit_test(ellipses_count_their_cells),
+                                     cmocka_unit_test(incremental_equals_fresh),
+                                     cmocka_unit_test(the_leader_is_exact_on_the_ring),
+                                     cmocka_unit_test(entries_and_moves_are_bounded),
+                                     cmocka_unit_test(the_planted_pair_leads),
+                                     cmocka_unit_test(few_edges_use_fewer_ellipses)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

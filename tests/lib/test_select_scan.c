@@ -165,9 +165,8 @@ static void budgets_are_kept(void **state) {
 
 int main(void) {
   printf("seed %u\n", SEED);
-  const struct CMUnitTest tests[] = {cmocka_unit_test(scans_equal_brute_force),
-                                     cmocka_unit_test(a_scan_equals_brute_force),
-                                     cmocka_unit_test(sweep_equals_brute_force),
-                                     cmocka_unit_test(budgets_are_kept)};
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(scans_equal_brute_force), cmocka_unit_test(a_scan_equals_brute_force),
+      cmocka_unit_test(sweep_equals_brute_force), cmocka_unit_test(budgets_are_kept)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -71,7 +71,8 @@ static void sets_merge(void **state) {
   (void)state;
   for (int round = 0; round < 200; ++round) {
     draw();
-    const int a = 1 + (int)rimi_rng_below(&rng, N / 2), b = a + 1 + (int)rimi_rng_below(&rng, N / 3);
+    const int a = 1 + (int)rimi_rng_below(&rng, N / 2),
+              b = a + 1 + (int)rimi_rng_below(&rng, N / 3);
     const rim_stats x = sums(0, a), y = sums(a, b), z = sums(b, N), all = sums(0, N);
     rim_stats left = x, right = y;
     rimi_stats_merge(&left, &y);

@@ -3,9 +3,9 @@
  * by `make size`, on the Cortex-M7. */
 #include "monitor_bench.h"
 
+#include "monitor/inspect.h"
 #include "monitor/work.h"
 #include "search/select.h"
-#include "monitor/inspect.h"
 
 static int prepare(void **state) {
   (void)state;

@@ -77,19 +77,19 @@ rim_status rim_image_section(const rim_image *view, uint32_t id, const uint8_t *
 /* The sections that the monitor reads, and NAMES for the ground. Types without a prefix are those
  * of private headers in lib/src/image. */
 typedef enum rim_section {
-  RIM_SECTION_CONFIG = 1,     /* u32[RIM_CONFIG_WORDS]: see rim_config_word */
-  RIM_SECTION_LEVEL = 3,      /* nominal.h: a block's outcomes from its other features; optional */
-  RIM_SECTION_SCALES = 5,     /* f32[outcomes], > 0: factors of the caller's standardised residuals;
+  RIM_SECTION_CONFIG = 1,    /* u32[RIM_CONFIG_WORDS]: see rim_config_word */
+  RIM_SECTION_LEVEL = 3,     /* nominal.h: a block's outcomes from its other features; optional */
+  RIM_SECTION_SCALES = 5,    /* f32[outcomes], > 0: factors of the caller's standardised residuals;
                                  only without NOISE; absent: 1 */
-  RIM_SECTION_THRESHOLD = 6,  /* threshold.h */
-  RIM_SECTION_FEATURES = 7,   /* f32 low[features], f32 high[features]: the trained range */
-  RIM_SECTION_REGION = 8,     /* u16[region features][2]: a feature, and 0xffff or the outcome whose
+  RIM_SECTION_THRESHOLD = 6, /* threshold.h */
+  RIM_SECTION_FEATURES = 7,  /* f32 low[features], f32 high[features]: the trained range */
+  RIM_SECTION_REGION = 8,    /* u16[region features][2]: a feature, and 0xffff or the outcome whose
                                  prediction stands for it */
-  RIM_SECTION_OUTCOMES = 9,   /* u16[outcomes]: feature of each outcome; absent where rows bring
+  RIM_SECTION_OUTCOMES = 9,  /* u16[outcomes]: feature of each outcome; absent where rows bring
                                  their own predictions */
-  RIM_SECTION_COMMANDS = 10,  /* u8[features]: 1 a command, + 2 an angle in rad, + 4 in degrees */
-  RIM_SECTION_NAMES = 11,     /* text: the features' then the outcomes' names, '\n' after each */
-  RIM_SECTION_CORRECT = 14,   /* correct.h: corrections of the predictions; optional */
+  RIM_SECTION_COMMANDS = 10, /* u8[features]: 1 a command, + 2 an angle in rad, + 4 in degrees */
+  RIM_SECTION_NAMES = 11,    /* text: the features' then the outcomes' names, '\n' after each */
+  RIM_SECTION_CORRECT = 14,  /* correct.h: corrections of the predictions; optional */
   /* Motion interference: both or neither. */
   RIM_SECTION_INTERFERENCE = 15,        /* interference/detector.h */
   RIM_SECTION_INTERFERENCE_INPUTS = 16, /* u16 feature: forward velocity commanded, m/s; u16
@@ -120,8 +120,8 @@ typedef enum rim_config_word {
   RIM_CONFIG_PERIOD_US = 5, /* nominal time between rows; 0: rows have no rate */
   RIM_CONFIG_STALE_MS = 6,  /* STALE after longer than this without a valid row; 0: never */
   RIM_CONFIG_REGION_FEATURES = 7,
-  RIM_CONFIG_RING = 8,         /* blocks, or rows with predictions, that are kept */
-  RIM_CONFIG_BINS = 9,         /* of these, BINS to PAIRS and SCANS to MOVES only without NOISE */
+  RIM_CONFIG_RING = 8, /* blocks, or rows with predictions, that are kept */
+  RIM_CONFIG_BINS = 9, /* of these, BINS to PAIRS and SCANS to MOVES only without NOISE */
   RIM_CONFIG_GRID = 10,
   RIM_CONFIG_PAIRS = 11,
   RIM_CONFIG_PERSISTENCE = 12, /* blocks above the threshold before an alarm; 0: 1 */

@@ -24,9 +24,9 @@ double rimi_region_distance2(const rim_region *region, const double *x);
 double rimi_region_volume(const rim_region *region);
 
 /* Makes the ellipsoid with its axes along the features that touches every face of a box: in one
- * dimension the open interval (lower, upper). Also sets the bounds. Returns RIM_E_ARGUMENT for NULL;
- * RIM_E_RANGE for dims above RIM_REGION_MAX_DIMS or a feature named twice; RIM_E_DATA for a bound
- * that is not finite, not lower < upper, or too narrow to be squared. Unchanged on error. */
+ * dimension the open interval (lower, upper). Also sets the bounds. Returns RIM_E_ARGUMENT for
+ * NULL; RIM_E_RANGE for dims above RIM_REGION_MAX_DIMS or a feature named twice; RIM_E_DATA for a
+ * bound that is not finite, not lower < upper, or too narrow to be squared. Unchanged on error. */
 rim_status rimi_region_from_box(rim_region *region, uint8_t dims, const uint16_t *feature,
                                 const double *lower, const double *upper);
 

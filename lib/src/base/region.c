@@ -1,5 +1,5 @@
-#include "base/ellipsoid.h"
 #include "rim/region.h"
+#include "base/ellipsoid.h"
 
 #include <stddef.h>
 
@@ -114,7 +114,7 @@ rim_status rim_region_bounds(rim_region *region) {
 }
 
 rim_status rimi_region_from_box(rim_region *region, uint8_t dims, const uint16_t *feature,
-                               const double *lower, const double *upper) {
+                                const double *lower, const double *upper) {
   if (region == NULL || (dims > 0 && (feature == NULL || lower == NULL || upper == NULL))) {
     return RIM_E_ARGUMENT;
   }

@@ -3,8 +3,8 @@
 #include <string.h>
 
 #include "base/cholesky.h"
-#include "base/real.h"
 #include "base/ellipsoid.h"
+#include "base/real.h"
 
 #define MAX_DIMS RIM_REGION_MAX_DIMS
 #define MAX_SWEEPS 8u
@@ -175,7 +175,7 @@ static rim_status climb(finder *f, found *region) {
   project(f, region);
   if (region->e.dims > 0) {
     const rim_status status = rimi_cem_optimise(&f->c.cem, value_of, f, f->c.search.seed,
-                                               f->optimisations++, &region->e, &region->ln_anom);
+                                                f->optimisations++, &region->e, &region->ln_anom);
     if (status != RIM_OK)
       return status;
   }
@@ -622,7 +622,8 @@ _Static_assert(sizeof(found) * (2u * RIM_DMAPS_MAX_REGIONS + 1u) <= 8192u, "the 
 _Static_assert(sizeof(found) % 8u == 0, "what follows must be aligned");
 
 rim_status rimi_dmaps_find(const rim_dmaps_config *config, const rim_batch_data *data,
-                          const uint8_t *skip, void *work, size_t bytes, rim_dmaps_result *result) {
+                           const uint8_t *skip, void *work, size_t bytes,
+                           rim_dmaps_result *result) {
   finder f;
   if (result == NULL)
     return RIM_E_ARGUMENT;
@@ -636,7 +637,7 @@ rim_status rimi_dmaps_find(const rim_dmaps_config *config, const rim_batch_data 
 }
 
 rim_status rimi_dmaps_assign(const rim_dmaps_result *result, const rim_batch_data *data,
-                            const uint8_t *skip, uint8_t *assignment) {
+                             const uint8_t *skip, uint8_t *assignment) {
   if (result == NULL || data == NULL || data->u == NULL || assignment == NULL)
     return RIM_E_ARGUMENT;
   for (uint32_t k = 0; k < result->count; ++k) {
@@ -658,7 +659,7 @@ rim_status rimi_dmaps_assign(const rim_dmaps_result *result, const rim_batch_dat
 }
 
 rim_status rimi_dmaps_shift(const rim_batch_data *data, const uint8_t *assignment, uint8_t number,
-                           double *shift) {
+                            double *shift) {
   if (data == NULL || data->r == NULL || assignment == NULL || number == 0 || shift == NULL)
     return RIM_E_ARGUMENT;
   double n = 0.0;

@@ -17,11 +17,11 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "search/cem.h"
 #include "base/ellipsoid.h"
-#include "rim/region.h"
 #include "batch/select_batch.h"
+#include "rim/region.h"
 #include "rim/status.h"
+#include "search/cem.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -74,18 +74,18 @@ typedef struct rim_dmaps_result {
  * At most 5 * regions * max_dims searches and, besides, (3 + sweeps) * regions * 3 + 2 * regions^2
  * optimisations of samples * iterations + 1 evaluations. Stack below 7 kB in all. */
 rim_status rimi_dmaps_find(const rim_dmaps_config *config, const rim_batch_data *data,
-                          const uint8_t *skip, void *work, size_t bytes, rim_dmaps_result *result);
+                           const uint8_t *skip, void *work, size_t bytes, rim_dmaps_result *result);
 
 /* Writes for every observation the number of its region, 1..count in the result's order, or 0; also
  * for other observations than the regions were found in. RIM_E_ARGUMENT: NULL (skip may be);
  * RIM_E_RANGE: a region over features that the data have not. O(n count dims^2). */
 rim_status rimi_dmaps_assign(const rim_dmaps_result *result, const rim_batch_data *data,
-                            const uint8_t *skip, uint8_t *assignment);
+                             const uint8_t *skip, uint8_t *assignment);
 
 /* Most likely shift (eq. 3.6, p. 28) of every outcome over the observations of one region, in the
  * residuals' unit; 0 where it has none. RIM_E_ARGUMENT: NULL or number 0. O(n outcomes). */
 rim_status rimi_dmaps_shift(const rim_batch_data *data, const uint8_t *assignment, uint8_t number,
-                           double *shift);
+                            double *shift);
 
 #ifdef __cplusplus
 }

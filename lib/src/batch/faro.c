@@ -40,7 +40,7 @@ static void sort(rim_faro *faro) {
 }
 
 rim_status rimi_faro_step(rim_faro *faro, const double *x, rim_cem_value value_of, void *context,
-                         double threshold, bool *found) {
+                          double threshold, bool *found) {
   if (faro == NULL || x == NULL || value_of == NULL || found == NULL)
     return RIM_E_ARGUMENT;
   for (size_t i = 0; i < faro->config.dims; ++i) {
@@ -54,7 +54,7 @@ rim_status rimi_faro_step(rim_faro *faro, const double *x, rim_cem_value value_o
     const uint64_t stream = (uint64_t)faro->steps * STREAMS_A_STEP + i;
     const rim_status status =
         rimi_cem_optimise(&faro->config.cem, value_of, context, faro->config.seed, stream,
-                         &faro->candidate[i], &faro->value[i]);
+                          &faro->candidate[i], &faro->value[i]);
     if (status != RIM_OK)
       return status;
   }

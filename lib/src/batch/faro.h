@@ -10,8 +10,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "search/cem.h"
 #include "rim/status.h"
+#include "search/cem.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -45,7 +45,7 @@ rim_status rimi_faro_init(rim_faro *faro, const rim_faro_config *config);
  * RIM_E_DATA: x not finite; RIM_E_CONFIG: the configuration of the search. Nothing changed on
  * error. (candidates + 1) optimisations; stack below 4 kB with that of value_of. */
 rim_status rimi_faro_step(rim_faro *faro, const double *x, rim_cem_value value_of, void *context,
-                         double threshold, bool *found);
+                          double threshold, bool *found);
 
 #ifdef __cplusplus
 }

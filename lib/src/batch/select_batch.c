@@ -287,7 +287,7 @@ static rim_status optimise(search *s, node *set, const rim_ellipsoid *start) {
     double value = 0.0;
     const rim_status status =
         rimi_cem_optimise(&s->config.cem, value_of, &p, s->config.seed,
-                         (uint64_t)s->count * STREAMS_A_NODE + k + 1u, &e, &value);
+                          (uint64_t)s->count * STREAMS_A_NODE + k + 1u, &e, &value);
     if (status != RIM_OK)
       return status;
     if (value <= set->ln_anom)
@@ -422,7 +422,7 @@ bool rimi_batch_fits(const rim_batch_data *data, uint32_t nodes) {
 }
 
 rim_status rimi_select_batch(const rim_batch_config *config, const rim_batch_data *data, void *work,
-                            size_t bytes, rim_batch_result *result) {
+                             size_t bytes, rim_batch_result *result) {
   if (config == NULL || data == NULL || work == NULL || result == NULL || data->u == NULL ||
       data->r == NULL) {
     return RIM_E_ARGUMENT;

@@ -2,9 +2,9 @@
 
 #include <stdbool.h>
 
-#include "rim/image.h"
-#include "base/real.h"
 #include "base/bytes.h"
+#include "base/real.h"
+#include "rim/image.h"
 
 enum { HEADER_WORDS = 8, SHORT_HEADER_WORDS = 4 };
 
@@ -42,13 +42,27 @@ static bool terms_fit(const rim_basis *b, uint32_t outcomes) {
     bool fits = false;
     switch ((basis_op)op) {
     case BASIS_MEAN:
-    case BASIS_ABS: fits = first < filters; break;
-    case BASIS_PRODUCT: fits = first < filters && second < filters; break;
-    case BASIS_DECAY: fits = second < b->times; break;
-    case BASIS_INTEGRAL: fits = first < b->inputs; break;
-    case BASIS_INITIAL: fits = first < outcomes && second < b->times; break;
-    case BASIS_TIME: fits = true; break;
-    case BASIS_ROLLED: fits = first < outcomes; break;
+    case BASIS_ABS:
+      fits = first < filters;
+      break;
+    case BASIS_PRODUCT:
+      fits = first < filters && second < filters;
+      break;
+    case BASIS_DECAY:
+      fits = second < b->times;
+      break;
+    case BASIS_INTEGRAL:
+      fits = first < b->inputs;
+      break;
+    case BASIS_INITIAL:
+      fits = first < outcomes && second < b->times;
+      break;
+    case BASIS_TIME:
+      fits = true;
+      break;
+    case BASIS_ROLLED:
+      fits = first < outcomes;
+      break;
     }
     if (!fits)
       return false;
@@ -61,7 +75,7 @@ static bool terms_fit(const rim_basis *b, uint32_t outcomes) {
 }
 
 rim_status rimi_basis_open(rim_basis *view, const uint8_t *section, size_t bytes, uint32_t features,
-                          uint32_t outcomes) {
+                           uint32_t outcomes) {
   if (bytes < 4u * HEADER_WORDS)
     return RIM_E_TRUNCATED;
   rim_basis b;
@@ -104,7 +118,7 @@ rim_status rimi_basis_open(rim_basis *view, const uint8_t *section, size_t bytes
 }
 
 rim_status rimi_behaviour_open(rim_behaviour *view, const uint8_t *section, size_t bytes,
-                              uint32_t terms, uint32_t outcomes) {
+                               uint32_t terms, uint32_t outcomes) {
   if (bytes < 4u * SHORT_HEADER_WORDS)
     return RIM_E_TRUNCATED;
   if (rimi_le_u32(section, 0) != 1u)
@@ -131,7 +145,7 @@ rim_status rimi_behaviour_open(rim_behaviour *view, const uint8_t *section, size
 }
 
 void rimi_behaviour_predict(const rim_behaviour *view, const double *term, const double *first,
-                           double *predicted) {
+                            double *predicted) {
   const uint32_t outcomes = view->targets / 2u;
   for (size_t o = 0; o < view->targets; ++o) {
     double sum = (double)rimi_le_f32(view->intercept, o);
@@ -161,7 +175,7 @@ static bool agreement_rows_fit(const rim_agreement *a) {
 }
 
 rim_status rimi_agreement_open(rim_agreement *view, const uint8_t *section, size_t bytes,
-                              uint32_t outcomes, uint32_t means) {
+                               uint32_t outcomes, uint32_t means) {
   if (bytes < 4u * SHORT_HEADER_WORDS)
     return RIM_E_TRUNCATED;
   if (rimi_le_u32(section, 0) != 2u)
@@ -191,7 +205,7 @@ static double level_of(const rim_agreement *a, const agreement_block *block, siz
 
 static double clipped_residual(const rim_agreement *a, const agreement_block *block, size_t j) {
   return rimi_clamp(block->residual[j] * (double)rimi_le_f32(a->inverse_sd, j), -AGREEMENT_CLIP,
-                   AGREEMENT_CLIP);
+                    AGREEMENT_CLIP);
 }
 
 static double from_residuals(const rim_agreement *a, const agreement_block *block,
@@ -203,8 +217,7 @@ static double from_residuals(const rim_agreement *a, const agreement_block *bloc
       continue;
     double weight = (double)rimi_le_f32(row, AGREEMENT_FIRST + j);
     for (size_t m = 0; m < a->means; ++m)
-      weight +=
-          (double)rimi_le_f32(row, AGREEMENT_FIRST + (2u + m) * count + j) * block->mean[m];
+      weight += (double)rimi_le_f32(row, AGREEMENT_FIRST + (2u + m) * count + j) * block->mean[m];
     sum += weight * clipped_residual(a, block, j) +
            (double)rimi_le_f32(row, AGREEMENT_FIRST + count + j) * before[j];
   }
@@ -229,7 +242,7 @@ static double from_integral(const rim_agreement *a, const agreement_block *block
 }
 
 void rimi_agreement_evaluate(const rim_agreement *a, const agreement_block *block, double *state,
-                            double *remains) {
+                             double *remains) {
   const size_t count = a->outcomes, stride = agreement_stride(count, a->means);
   for (size_t o = 0; o < count; ++o) {
     const uint8_t *row = a->row + 4u * o * stride;

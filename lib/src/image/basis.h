@@ -59,7 +59,7 @@ typedef struct rim_basis {
  * a count or index out of range (features, outcomes: of the image); RIM_E_DATA a number not finite
  * or a scale not above 0. */
 rim_status rimi_basis_open(rim_basis *view, const uint8_t *section, size_t bytes, uint32_t features,
-                          uint32_t outcomes);
+                           uint32_t outcomes);
 
 /* Section BEHAVIOUR: every outcome of a block from the terms of BASIS alone. Targets 0..O-1 are the
  * outcomes' block means, O..2O-1 the logarithms of their mean square second differences.
@@ -72,11 +72,11 @@ typedef struct rim_behaviour {
 } rim_behaviour;
 
 rim_status rimi_behaviour_open(rim_behaviour *view, const uint8_t *section, size_t bytes,
-                              uint32_t terms, uint32_t outcomes);
+                               uint32_t terms, uint32_t outcomes);
 
 /* predicted[2 O] in the outcomes' units; term[P] standardised, first[O] the first readings. */
 void rimi_behaviour_predict(const rim_behaviour *view, const double *term, const double *first,
-                           double *predicted);
+                            double *predicted);
 
 /* Section AGREEMENT: what remains of one outcome from what the others say.
  *   u32 layout (2), outcomes O, means M, 0
@@ -109,7 +109,7 @@ typedef struct rim_agreement {
 } rim_agreement;
 
 rim_status rimi_agreement_open(rim_agreement *view, const uint8_t *section, size_t bytes,
-                              uint32_t outcomes, uint32_t means);
+                               uint32_t outcomes, uint32_t means);
 
 /* One block; arrays of [outcomes], in the outcomes' units, mean[means] standardised. */
 typedef struct agreement_block {
@@ -123,7 +123,7 @@ typedef struct agreement_block {
 
 /* remains[O], in the outcomes' units. Cost O(O^2 (2 + M)). */
 void rimi_agreement_evaluate(const rim_agreement *view, const agreement_block *block, double *state,
-                            double *remains);
+                             double *remains);
 
 /* Where `outcome` is watched as an integral: its change per block and unit of outcome j, 0 where it
  * does not integrate that one. *mostly: whether j is the one that it mostly integrates. */

@@ -2,10 +2,10 @@
 
 #include <string.h>
 
-#include "base/crc.h"
-#include "base/real.h"
 #include "base/bytes.h"
+#include "base/crc.h"
 #include "base/ellipsoid.h"
+#include "base/real.h"
 
 #define MAX_REGIONS RIM_CORRECT_MAX_REGIONS
 #define MAX_DIMS RIM_REGION_MAX_DIMS
@@ -341,7 +341,7 @@ rim_status rimi_correct_weights(const rim_correct *c, const double *x, double *w
 }
 
 rim_status rimi_correct_mean(const rim_correct *c, const double *x, const double *nominal,
-                            double *mean) {
+                             double *mean) {
   if (c == NULL || c->section == NULL || x == NULL || nominal == NULL || mean == NULL)
     return RIM_E_ARGUMENT;
   const active a = at(c, x);
@@ -351,7 +351,7 @@ rim_status rimi_correct_mean(const rim_correct *c, const double *x, const double
 }
 
 rim_status rimi_correct_moments(const rim_correct *c, const double *x, const double *nominal,
-                               const double *sd, double *mean, double *mixed_sd) {
+                                const double *sd, double *mean, double *mixed_sd) {
   if (sd == NULL || mixed_sd == NULL)
     return RIM_E_ARGUMENT;
   const rim_status status = rimi_correct_mean(c, x, nominal, mean);
@@ -393,7 +393,7 @@ static double ln_mixture(const rim_correct *c, const double *x, uint32_t first, 
 }
 
 rim_status rimi_correct_density(const rim_correct *c, const double *x, uint32_t outcome,
-                               double nominal, double sd, double z, double *density) {
+                                double nominal, double sd, double z, double *density) {
   if (c == NULL || c->section == NULL || x == NULL || density == NULL)
     return RIM_E_ARGUMENT;
   if (outcome >= c->outcomes)
@@ -405,7 +405,7 @@ rim_status rimi_correct_density(const rim_correct *c, const double *x, uint32_t 
 }
 
 rim_status rimi_correct_ln_density(const rim_correct *c, const double *x, const double *nominal,
-                                  const double *sd, const double *z, double *ln_density) {
+                                   const double *sd, const double *z, double *ln_density) {
   if (c == NULL || c->section == NULL || x == NULL || nominal == NULL || sd == NULL || z == NULL ||
       ln_density == NULL)
     return RIM_E_ARGUMENT;

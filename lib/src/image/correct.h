@@ -106,21 +106,21 @@ rim_status rimi_correct_weights(const rim_correct *view, const double *x, double
 
 /* Expected outcomes, eq. 3.30. mean may be nominal itself. */
 rim_status rimi_correct_mean(const rim_correct *view, const double *x, const double *nominal,
-                            double *mean);
+                             double *mean);
 
 /* Mean and standard deviation of the mixture; may be nominal and sd themselves. */
 rim_status rimi_correct_moments(const rim_correct *view, const double *x, const double *nominal,
-                               const double *sd, double *mean, double *mixed_sd);
+                                const double *sd, double *mean, double *mixed_sd);
 
 /* Density of one outcome at z, in 1/unit: the mixture's marginal (eq. 3.28, 3.29). RIM_E_RANGE: no
  * such outcome; RIM_E_DATA: sd not above 0. */
 rim_status rimi_correct_density(const rim_correct *view, const double *x, uint32_t outcome,
-                               double nominal, double sd, double z, double *density);
+                                double nominal, double sd, double z, double *density);
 
 /* Natural logarithm of the joint density of all outcomes, independent given which model acts.
  * RIM_E_DATA: an sd not above 0. */
 rim_status rimi_correct_ln_density(const rim_correct *view, const double *x, const double *nominal,
-                                  const double *sd, const double *z, double *ln_density);
+                                   const double *sd, const double *z, double *ln_density);
 
 #ifdef __cplusplus
 }

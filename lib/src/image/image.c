@@ -2,8 +2,8 @@
 
 #include <stdbool.h>
 
-#include "base/crc.h"
 #include "base/bytes.h"
+#include "base/crc.h"
 
 /* Words of the header, by index of u32. */
 enum {
@@ -20,7 +20,8 @@ enum {
 static uint32_t header_crc(const uint8_t *data) {
   static const uint8_t zero[4] = {0};
   const uint32_t crc = rimi_crc32(0, data, 4 * WORD_HEADER_CRC);
-  return rimi_crc32(rimi_crc32(crc, zero, 4), data + 4 * WORD_RESERVED, 4 * (WORDS - WORD_RESERVED));
+  return rimi_crc32(rimi_crc32(crc, zero, 4), data + 4 * WORD_RESERVED,
+                    4 * (WORDS - WORD_RESERVED));
 }
 
 static rim_status check_header(const uint8_t *data) {

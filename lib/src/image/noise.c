@@ -2,9 +2,9 @@
 
 #include <stdbool.h>
 
-#include "rim/image.h"
-#include "base/real.h"
 #include "base/bytes.h"
+#include "base/real.h"
+#include "rim/image.h"
 
 static bool is_channel_valid(const rim_noise *view, uint32_t c) {
   const noise_channel n = rimi_noise_channel(view, c);
@@ -28,7 +28,7 @@ static bool is_channel_valid(const rim_noise *view, uint32_t c) {
 }
 
 rim_status rimi_noise_open(rim_noise *view, const uint8_t *section, size_t bytes, uint32_t channels,
-                          uint32_t means) {
+                           uint32_t means) {
   if (bytes < 4u * NOISE_HEADER_WORDS)
     return RIM_E_TRUNCATED;
   if (rimi_le_u32(section, 0) != 1u)

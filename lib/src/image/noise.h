@@ -33,7 +33,7 @@ typedef struct rim_noise {
 
 /* RIM_E_VERSION, _RANGE counts or a value out of range; _TRUNCATED bytes; _DATA not finite. */
 rim_status rimi_noise_open(rim_noise *view, const uint8_t *section, size_t bytes, uint32_t channels,
-                          uint32_t means);
+                           uint32_t means);
 
 /* One channel's numbers, read from the section. */
 typedef struct noise_channel {

@@ -3,9 +3,9 @@
 #include <stdbool.h>
 #include <string.h>
 
-#include "rim/image.h"
-#include "base/real.h"
 #include "base/bytes.h"
+#include "base/real.h"
+#include "rim/image.h"
 
 /* Word offsets of a prototype's scalars. */
 enum { P_BANDWIDTH = 0, P_REACH = 1, P_LN_MASS = 2, P_RESERVED = 3, P_CENTRE = 4 };
@@ -222,7 +222,7 @@ static void predict_outcome(const rim_nominal *m, const gate *g, const double *x
 }
 
 rim_status rimi_nominal_predict(const rim_nominal *model, const double *x, double *mean, double *sd,
-                               double *extrapolation) {
+                                double *extrapolation) {
   double xs[RIM_NOMINAL_MAX_INPUTS];
   gate g;
   if (model == NULL || model->section == NULL || x == NULL || mean == NULL || sd == NULL) {

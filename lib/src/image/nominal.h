@@ -85,7 +85,7 @@ rim_status rimi_nominal_open(rim_nominal *model, const uint8_t *section, size_t 
  * On any error nothing is written. Cost P d + K o d multiply-adds, P divisions and K exponentials
  * (16*29 + 4*25*29 = 3364 multiply-adds on the lander); stack below 3 kB. */
 rim_status rimi_nominal_predict(const rim_nominal *model, const double *x, double *mean, double *sd,
-                               double *extrapolation);
+                                double *extrapolation);
 
 #ifdef __cplusplus
 }

@@ -3,9 +3,9 @@
 #include <float.h>
 #include <stdbool.h>
 
-#include "rim/image.h"
-#include "base/real.h"
 #include "base/bytes.h"
+#include "base/real.h"
+#include "rim/image.h"
 
 enum { HEADER_U32S = 4, HEADER_F32S = 4 };
 
@@ -88,7 +88,7 @@ double rimi_threshold_envelope(const rim_threshold *view, uint32_t observations)
 }
 
 double rimi_threshold_score(const rim_threshold *view, uint16_t channel, double ln_anom,
-                           uint32_t observations) {
+                            uint32_t observations) {
   return (ln_anom / rimi_threshold_envelope(view, observations) -
           (double)rimi_le_f32(view->offset, channel)) /
          (double)rimi_le_f32(view->scale, channel);

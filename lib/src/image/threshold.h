@@ -62,7 +62,7 @@ double rimi_threshold_envelope(const rim_threshold *view, uint32_t observations)
 
 /* (ln_anom / e(n) - offset_c) / scale_c. channel < channels. */
 double rimi_threshold_score(const rim_threshold *view, uint16_t channel, double ln_anom,
-                           uint32_t observations);
+                            uint32_t observations);
 
 /* The ln anom at which the alarm is raised in this channel now: a_thresh(t) of eq. 3.9. */
 double rimi_threshold_ln_anom(const rim_threshold *view, uint16_t channel, uint32_t observations);

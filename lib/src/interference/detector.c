@@ -2,9 +2,9 @@
 
 #include <string.h>
 
+#include "base/bytes.h"
 #include "base/crc.h"
 #include "base/real.h"
-#include "base/bytes.h"
 
 #define STATES RIM_INTERFERENCE_STATES
 #define GAUSSIANS RIM_INTERFERENCE_GAUSSIANS
@@ -70,7 +70,7 @@ static rim_status check(const rim_interference_model *m) {
 }
 
 rim_status rimi_interference_pack(const rim_interference_model *model, uint8_t *section,
-                                 size_t bytes) {
+                                  size_t bytes) {
   if (model == NULL || section == NULL)
     return RIM_E_ARGUMENT;
   if (bytes != RIM_INTERFERENCE_BYTES)
@@ -90,7 +90,7 @@ rim_status rimi_interference_pack(const rim_interference_model *model, uint8_t *
 }
 
 rim_status rimi_interference_open(rim_interference_model *model, const uint8_t *section,
-                                 size_t bytes) {
+                                  size_t bytes) {
   if (model == NULL || section == NULL)
     return RIM_E_ARGUMENT;
   if (bytes < RIM_INTERFERENCE_BYTES)
@@ -370,7 +370,7 @@ static bool admit(rim_interference *s, double t_s, double *command, double speed
 }
 
 rim_status rimi_interference_step(rim_interference *state, double t_s, double command_mps,
-                                 double speed_mps, rim_interference_verdict *verdict) {
+                                  double speed_mps, rim_interference_verdict *verdict) {
   if (state == NULL || verdict == NULL || state->hmm.model.states != STATES)
     return RIM_E_ARGUMENT;
   rim_interference *const s = state;
@@ -421,7 +421,7 @@ bool rimi_interference_observe(const rim_interference *state, double observation
 }
 
 bool rimi_interference_alarm(const rim_interference_verdict *verdict, uint32_t model_id,
-                            uint16_t channel, rim_alarm *candidate) {
+                             uint16_t channel, rim_alarm *candidate) {
   if (verdict == NULL || candidate == NULL)
     return false;
   memset(candidate, 0, sizeof *candidate);
@@ -472,7 +472,7 @@ static bool solve_3(double a[3][3], double b[3]) {
 }
 
 rim_status rimi_wheels_velocity(const rim_wheels *wheels, const uint32_t before[4],
-                               const uint32_t now[4], double dt_s, double velocity[3]) {
+                                const uint32_t now[4], double dt_s, double velocity[3]) {
   if (wheels == NULL || before == NULL || now == NULL || velocity == NULL)
     return RIM_E_ARGUMENT;
   if (!is_positive(dt_s) || !is_positive(wheels->radius_m) || !is_positive(wheels->tick_m) ||

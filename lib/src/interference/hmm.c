@@ -167,7 +167,7 @@ double rimi_hmm_ln_odds(const rim_hmm *hmm, uint32_t state) {
 }
 
 rim_status rimi_hmm_from_counts(rim_hmm_model *model, uint32_t states, const double *counts,
-                               double smoothing, uint32_t *unseen) {
+                                double smoothing, uint32_t *unseen) {
   if (model == NULL || counts == NULL)
     return RIM_E_ARGUMENT;
   if (states < 1 || states > N)

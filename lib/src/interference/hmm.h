@@ -63,7 +63,7 @@ double rimi_hmm_ln_odds(const rim_hmm *hmm, uint32_t state);
  * set where nothing was seen to leave state i: its row is uniform. RIM_E_ARGUMENT, RIM_E_RANGE;
  * RIM_E_DATA: a count negative or not finite, smoothing not above 0. Unchanged on error. */
 rim_status rimi_hmm_from_counts(rim_hmm_model *model, uint32_t states, const double *counts,
-                               double smoothing, uint32_t *unseen);
+                                double smoothing, uint32_t *unseen);
 
 #ifdef __cplusplus
 }

@@ -163,7 +163,7 @@ static void begin(rim_alarm_life *life, rim_alarm_slot *slot, double now_s,
 }
 
 void rimi_alarm_life_step(rim_alarm_life *life, rim_detector detector, double now_s,
-                         const rim_alarm *candidate) {
+                          const rim_alarm *candidate) {
   if ((unsigned)detector >= RIM_DETECTORS || !rimi_is_finite(now_s))
     return;
   rim_alarm_slot *slot = &life->slot[detector];
@@ -214,7 +214,7 @@ static void forget(rim_alarm_slot *slot) {
 }
 
 rim_status rimi_alarm_life_command(rim_alarm_life *life, const rim_command *command, unsigned bits,
-                                  uint32_t *forget_detectors) {
+                                   uint32_t *forget_detectors) {
   if (life == NULL || command == NULL || forget_detectors == NULL)
     return RIM_E_ARGUMENT;
   *forget_detectors = 0;
@@ -284,8 +284,8 @@ static void send(rim_alarm_life *life, size_t detector, rim_alarm *out) {
     life->seq = 1;
   record->seq = life->seq;
   record->flags = (uint8_t)flags;
-  record->level = (uint8_t)(record->state == RIM_ALARM_CLEARED ? RIM_LEVEL_OK
-                                                               : rimi_alarm_life_level(life));
+  record->level =
+      (uint8_t)(record->state == RIM_ALARM_CLEARED ? RIM_LEVEL_OK : rimi_alarm_life_level(life));
   record->detector = (uint8_t)detector;
   record->model_id = life->config.model_id;
   life->told = (uint8_t)detector;
@@ -316,7 +316,7 @@ rim_level rimi_alarm_life_level(const rim_alarm_life *life) {
   if (any_stands(life))
     return RIM_LEVEL_ERROR;
   return life->slot[0].level != RIM_LEVEL_OK || life->slot[1].level != RIM_LEVEL_OK ? RIM_LEVEL_WARN
-                                                                                  : RIM_LEVEL_OK;
+                                                                                    : RIM_LEVEL_OK;
 }
 
 const rim_alarm *rimi_alarm_life_standing(const rim_alarm_life *life, rim_detector detector) {

@@ -12,8 +12,8 @@
  *     no valid row for stale_s         -> UPDATED with level STALE; UPDATED again when rows return
  *
  * Where no alarm stands, the beginning and the end of STALE are told by a record with state NONE.
- * A record waits in its slot until rimi_alarm_life_next_record() takes it; what happens meanwhile is
- * put into the same record, and neither RAISED nor CLEARED is ever skipped: a slot whose RAISED
+ * A record waits in its slot until rimi_alarm_life_next_record() takes it; what happens meanwhile
+ * is put into the same record, and neither RAISED nor CLEARED is ever skipped: a slot whose RAISED
  * waits does not clear, one whose CLEARED waits does not raise (a restart or a command alone may
  * turn a RAISED that waits into CLEARED). Records are numbered as they leave, the one that has
  * waited longest first; both at once: that of the regions first.
@@ -88,7 +88,7 @@ void rimi_alarm_life_row(rim_alarm_life *life, double now_s);
  * one, but enough for one that was raised to go on standing, described whole if one stands. State,
  * seq, flags, detector and model_id of the candidate are not looked at. */
 void rimi_alarm_life_step(rim_alarm_life *life, rim_detector detector, double now_s,
-                         const rim_alarm *candidate);
+                          const rim_alarm *candidate);
 
 /* It is now_s, and no valid row has come since the last one; before the first row, since the first
  * call. Returns true once, when that has lasted longer than policy.stale_s: records of that time
@@ -101,7 +101,7 @@ bool rimi_alarm_life_idle(rim_alarm_life *life, double now_s);
  * RIM_OK. RIM_E_ARGUMENT NULL; RIM_E_RANGE an unknown command; RIM_E_DATA it is for another model
  * or record, or none stands, or its low bits fit the records of both alarms. */
 rim_status rimi_alarm_life_command(rim_alarm_life *life, const rim_command *command, unsigned bits,
-                                  uint32_t *forget);
+                                   uint32_t *forget);
 
 /* Every detector has been made to forget, because the rows' clock went to now_s: what stands is
  * over, and told so. */

@@ -2,10 +2,10 @@
 
 #include <string.h>
 
+#include "base/bytes.h"
+#include "base/real.h"
 #include "base/usable.h"
 #include "rim/image.h"
-#include "base/real.h"
-#include "base/bytes.h"
 
 #define RATE_ROWS 16.0 /* over which the rate is averaged */
 #define RATE_SLOW 1.5  /* mean time between rows, in periods, from which the rate is wrong */
@@ -73,7 +73,8 @@ size_t rimi_blocks_size(const blocks_config *c) {
                2u * (size_t)n->inputs * n->times + n->times + n->inputs + n->terms + n->means);
 }
 
-rim_status rimi_blocks_init(blocks **instance, void *memory, size_t bytes, const blocks_config *config) {
+rim_status rimi_blocks_init(blocks **instance, void *memory, size_t bytes,
+                            const blocks_config *config) {
   if (((uintptr_t)memory & 7u) != 0)
     return RIM_E_ALIGN;
   if (config->features == 0 || config->block_rows == 0 || config->role == NULL ||
@@ -314,7 +315,7 @@ static void evaluate_terms(blocks *b) {
     const double raw =
         filter_sum(b)[rimi_le_u16(n->mean, 2 * m)] - (double)rimi_le_f32(n->mean_center, m);
     means(b)[m] = rimi_clamp(raw * (double)rimi_le_f32(n->mean_inverse_sd, m), -BASIS_MEAN_CLIP,
-                            BASIS_MEAN_CLIP);
+                             BASIS_MEAN_CLIP);
   }
 }
 
@@ -361,7 +362,7 @@ static void end_block(blocks *b) {
 }
 
 blocks_result rimi_blocks_row(blocks *b, double t_s, const double *context, const double *outcome,
-                         const double *mean, const double *sd) {
+                              const double *mean, const double *sd) {
   count(&b->health.rows);
   if (!row_is_usable(b, t_s, context, outcome, mean, sd))
     return BLOCKS_BAD;

@@ -1,10 +1,10 @@
 /* What was found, as a record: which outcome, how it deviates, by how much, where, since when. */
 #include <string.h>
 
-#include "monitor/monitor_private.h"
-#include "base/real.h"
 #include "base/bytes.h"
 #include "base/ellipsoid.h"
+#include "base/real.h"
+#include "monitor/monitor_private.h"
 
 /* A behaviour channel with this part of the score of the leading agreement channel is named
  * instead: when the vehicle itself deviates several sensors do, and agree. */
@@ -300,8 +300,8 @@ static rim_region to_features(const rim_monitor *m, const rim_region *unit) {
 
 static double row_score(const rim_monitor *m, uint16_t c) {
   return rimi_threshold_score(&m->models.threshold, c,
-                             (double)rimi_select_channel_scores(m->select)[c],
-                             rimi_select_observations(m->select));
+                              (double)rimi_select_channel_scores(m->select)[c],
+                              rimi_select_observations(m->select));
 }
 
 /* Rows are evenly spaced between two gaps. */

@@ -1,7 +1,7 @@
 /* Every bit of a verdict that decides anything, folded into one number. */
 #include "base/crc.h"
-#include "rim/monitor.h"
 #include "rim/interference.h"
+#include "rim/monitor.h"
 
 static uint64_t digest_interference(uint64_t digest, const rim_interference_verdict *v) {
   const double numbers[7] = {v->score[0],     v->score[1],     v->score[2],     v->ln_odds,
@@ -35,10 +35,9 @@ static uint64_t digest_alarm(uint64_t digest, const rim_alarm *a) {
 uint64_t rim_verdict_digest(uint64_t digest, const rim_verdict *v) {
   if (v == NULL)
     return digest;
-  const uint32_t words[4] = {v->blocks, v->channel,
-                             (uint32_t)v->level | (uint32_t)v->valid << 8 |
-                                 (uint32_t)v->reason << 16,
-                             v->alarm.state};
+  const uint32_t words[4] = {
+      v->blocks, v->channel,
+      (uint32_t)v->level | (uint32_t)v->valid << 8 | (uint32_t)v->reason << 16, v->alarm.state};
   digest = rimi_digest_f64(digest, v->score);
   digest = rimi_digest_f64(digest, v->ln_anom);
   digest = rimi_digest_f64(digest, v->threshold);

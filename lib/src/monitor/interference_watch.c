@@ -1,7 +1,7 @@
 #include "monitor/interference_watch.h"
 
-#include "base/real.h"
 #include "base/bytes.h"
+#include "base/real.h"
 
 #define INPUTS_BYTES 4u /* u16 feature of the command, u16 outcome of the speed */
 #define INHIBIT_S 1.0   /* updates of an interference come no more often */
@@ -16,7 +16,7 @@ rim_alarm_slot_config rimi_interference_watch_life(const rim_alarm_slot_config *
 }
 
 rim_status rimi_interference_watch_check(const rim_image *image, size_t features, size_t outcomes,
-                                        bool *present) {
+                                         bool *present) {
   const uint8_t *model_data = NULL, *inputs = NULL;
   size_t model_bytes = 0, inputs_bytes = 0;
   const bool has_model =
@@ -53,11 +53,11 @@ void rimi_interference_watch_reset(interference_watch *watch) {
 }
 
 bool rimi_interference_watch_step(interference_watch *watch, const rim_observation *row,
-                                 rim_interference_verdict *verdict, rim_alarm *candidate) {
+                                  rim_interference_verdict *verdict, rim_alarm *candidate) {
   const double speed =
       watch->external ? row->outcome[watch->speed] : row->context[watch->speed_feature];
   (void)rimi_interference_step(&watch->state, row->t_s, row->context[watch->command], speed,
-                              verdict);
+                               verdict);
   return verdict->valid &&
          rimi_interference_alarm(verdict, watch->model_id, watch->speed, candidate);
 }

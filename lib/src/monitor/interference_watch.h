@@ -4,10 +4,10 @@
 #ifndef RIM_INTERFERENCE_WATCH_H
 #define RIM_INTERFERENCE_WATCH_H
 
-#include "monitor/alarm_life.h"
-#include "rim/monitor.h"
 #include "interference/detector.h"
+#include "monitor/alarm_life.h"
 #include "rim/image.h"
+#include "rim/monitor.h"
 
 typedef struct interference_watch {
   rim_interference state;
@@ -24,7 +24,7 @@ _Static_assert(sizeof(interference_watch) <= RIM_MONITOR_INTERFERENCE_BYTES, "ou
  * them. RIM_E_CONFIG one without the other, or inputs of another size; RIM_E_RANGE a feature or
  * outcome that is not there; errors of rimi_interference_open. */
 rim_status rimi_interference_watch_check(const rim_image *image, size_t features, size_t outcomes,
-                                        bool *present);
+                                         bool *present);
 
 /* Of an image that was checked and has them. */
 void rimi_interference_watch_init(interference_watch *watch, const rim_image *image);
@@ -38,6 +38,6 @@ void rimi_interference_watch_reset(interference_watch *watch);
 /* One valid row. Returns whether something is found; then *candidate describes it. Where
  * verdict->valid is false the detector had nothing to say, and its alarm is to be left as it is. */
 bool rimi_interference_watch_step(interference_watch *watch, const rim_observation *row,
-                                 rim_interference_verdict *verdict, rim_alarm *candidate);
+                                  rim_interference_verdict *verdict, rim_alarm *candidate);
 
 #endif

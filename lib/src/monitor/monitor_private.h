@@ -2,21 +2,21 @@
 #ifndef RIM_SRC_MONITOR_PRIVATE_H
 #define RIM_SRC_MONITOR_PRIVATE_H
 
-#include "image/basis.h"
-#include "image/noise.h"
-#include "monitor/interference_watch.h"
-#include "search/search.h"
-#include "monitor/blocks.h"
-#include "rim/monitor.h"
-#include "image/nominal.h"
 #include "base/bytes.h"
+#include "image/basis.h"
+#include "image/correct.h"
+#include "image/noise.h"
+#include "image/nominal.h"
+#include "image/threshold.h"
+#include "interference/detector.h"
+#include "monitor/blocks.h"
+#include "monitor/inspect.h"
+#include "monitor/interference_watch.h"
 #include "rim/image.h"
 #include "rim/interference.h"
-#include "image/correct.h"
-#include "image/threshold.h"
+#include "rim/monitor.h"
+#include "search/search.h"
 #include "search/select.h"
-#include "monitor/inspect.h"
-#include "interference/detector.h"
 
 #define MONITOR_UPDATE_RATIO 0.25 /* ln anom grown by a quarter is worth another record */
 #define MONITOR_NEXT_BLOCK 0.25 /* of a block that its start may be off and still follow the last */
@@ -48,7 +48,7 @@ struct rim_monitor {
   uint32_t words[RIM_CONFIG_WORDS];
   rim_image image;
   monitor_models models;
-  bool is_trained; /* the image has section NOISE */
+  bool is_trained;       /* the image has section NOISE */
   const uint8_t *range;  /* f32 low[features], high[features] */
   const uint8_t *region; /* u16[region features][2] */
   const uint8_t *cuts;
@@ -59,7 +59,7 @@ struct rim_monitor {
   interference_watch *watch; /* NULL: the image has none */
   double *unit;              /* not trained: [region features] in unit coordinates */
   double *predicted, *residual, *level, *agreement_state; /* trained: [2 O] [4 O] [2 O] [4 O] */
-  uint8_t *place;            /* trained: [region features] */
+  uint8_t *place;                                         /* trained: [region features] */
   rim_alarm_life life;
   search_hypothesis explained; /* of the newest record */
   uint16_t explained_channel;

@@ -1,9 +1,9 @@
 /* From a flight image to a monitor in the caller's memory: everything is read and checked first. */
 #include <string.h>
 
-#include "monitor/monitor_private.h"
-#include "base/real.h"
 #include "base/bytes.h"
+#include "base/real.h"
+#include "monitor/monitor_private.h"
 #include "rim/version.h"
 
 #define MONITOR_MAGIC 0x52494d4eu /* "RIMN": memory that holds a monitor of this layout */
@@ -151,7 +151,7 @@ static rim_status open_trained(monitor_plan *p) {
   const uint32_t means = p->rows.basis.means;
   if (status == RIM_OK && !external)
     status = rimi_behaviour_open(&p->models.behaviour, behaviour, behaviour_bytes,
-                                p->rows.basis.terms, outcomes);
+                                 p->rows.basis.terms, outcomes);
   if (status == RIM_OK)
     status = rimi_agreement_open(&p->models.agreement, agreement, agreement_bytes, outcomes, means);
   if (status == RIM_OK)

@@ -1,10 +1,10 @@
 /* One row: checked, gathered, predicted, searched, judged. */
 #include <string.h>
 
+#include "base/bytes.h"
+#include "base/real.h"
 #include "base/usable.h"
 #include "monitor/monitor_private.h"
-#include "base/real.h"
-#include "base/bytes.h"
 
 void rimi_monitor_clear_verdict(rim_monitor *m) {
   memset(&m->last, 0, sizeof m->last);
@@ -40,8 +40,8 @@ static void predict(rim_monitor *m) {
     memcpy(m->predicted, rimi_blocks_predicted(m->rows), 8u * outcomes);
     memset(m->predicted + outcomes, 0, 8u * outcomes);
   } else {
-    rimi_behaviour_predict(&m->models.behaviour, rimi_blocks_terms(m->rows), rimi_blocks_first(m->rows),
-                          m->predicted);
+    rimi_behaviour_predict(&m->models.behaviour, rimi_blocks_terms(m->rows),
+                           rimi_blocks_first(m->rows), m->predicted);
     correct(m, rimi_blocks_context(m->rows), m->predicted);
   }
   for (size_t o = 0; o < outcomes; ++o) {
@@ -55,12 +55,12 @@ static void agree(rim_monitor *m) {
   const size_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
   const double *level = NULL;
   if (m->models.level.section != NULL &&
-      rimi_nominal_predict(&m->models.level, rimi_blocks_context(m->rows), m->level, m->level + outcomes,
-                          NULL) == RIM_OK)
+      rimi_nominal_predict(&m->models.level, rimi_blocks_context(m->rows), m->level,
+                           m->level + outcomes, NULL) == RIM_OK)
     level = m->level;
   const double start_s = rimi_blocks_start_s(m->rows);
-  const double block_s = 1e-6 * (double)m->words[RIM_CONFIG_PERIOD_US] *
-                         (double)m->words[RIM_CONFIG_BLOCK_ROWS];
+  const double block_s =
+      1e-6 * (double)m->words[RIM_CONFIG_PERIOD_US] * (double)m->words[RIM_CONFIG_BLOCK_ROWS];
   const agreement_block block = {.residual = m->residual,
                                  .mean = rimi_blocks_means(m->rows),
                                  .measured = rimi_blocks_outcomes(m->rows),
@@ -70,7 +70,7 @@ static void agree(rim_monitor *m) {
                                                 MONITOR_NEXT_BLOCK * block_s};
   m->block_start_s = start_s;
   rimi_agreement_evaluate(&m->models.agreement, &block, m->agreement_state,
-                         m->residual + RIM_CHANNEL_AGREEMENT * outcomes);
+                          m->residual + RIM_CHANNEL_AGREEMENT * outcomes);
 }
 
 /* The region features as bytes of their trained range. */
@@ -146,9 +146,9 @@ static void judge_trained(rim_monitor *m, rim_verdict *v) {
   const noise_channel n = rimi_noise_channel(&m->models.noise, v->channel);
   v->score = (double)best->score;
   v->ln_anom = (double)best->ln_ratio;
-  v->threshold = (m->models.threshold.alarm_score +
-                  rimi_search_description((search_family)best->family)) *
-                 (double)rimi_le_f32(n.phi, best->family);
+  v->threshold =
+      (m->models.threshold.alarm_score + rimi_search_description((search_family)best->family)) *
+      (double)rimi_le_f32(n.phi, best->family);
 }
 
 static void judge_rows(rim_monitor *m, rim_verdict *v) {
@@ -198,8 +198,7 @@ static void search_and_judge(rim_monitor *m, bool new_block) {
 
 static void watch_motion(rim_monitor *m, const rim_observation *row) {
   rim_alarm candidate;
-  const bool found =
-      rimi_interference_watch_step(m->watch, row, &m->motion, &candidate);
+  const bool found = rimi_interference_watch_step(m->watch, row, &m->motion, &candidate);
   if (m->motion.valid)
     rimi_alarm_life_step(&m->life, RIM_DETECTOR_INTERFERENCE, row->t_s, found ? &candidate : NULL);
 }
@@ -412,9 +411,7 @@ rim_interference_health rim_interference_get_health(const rim_monitor *m) {
   return m != NULL && m->watch != NULL ? m->watch->state.health : (rim_interference_health){0};
 }
 
-const rim_select *rimi_monitor_search(const rim_monitor *m) {
-  return m != NULL ? m->select : NULL;
-}
+const rim_select *rimi_monitor_search(const rim_monitor *m) { return m != NULL ? m->select : NULL; }
 const rim_threshold *rimi_monitor_threshold(const rim_monitor *m) {
   return m != NULL ? &m->models.threshold : NULL;
 }

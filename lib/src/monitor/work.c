@@ -1,16 +1,16 @@
 #include "monitor/work.h"
 
-#include "rim/alarm.h"
+#include "base/bytes.h"
+#include "base/real.h"
+#include "image/basis.h"
 #include "image/correct.h"
+#include "image/nominal.h"
+#include "rim/alarm.h"
 #include "rim/image.h"
 #include "rim/interference.h"
 #include "rim/monitor.h"
-#include "image/nominal.h"
-#include "base/real.h"
-#include "image/basis.h"
 #include "search/search.h"
 #include "search/select_private.h"
-#include "base/bytes.h"
 
 /* Instructions of one turn of a loop, at most: read from the listing of gcc 12 -O2 for the
  * Cortex-M7, the longest way through, calls included. */
@@ -115,8 +115,8 @@ static double trained_block(const rim_work_counts *n) {
   const double models = 2.0 * o * (n->external ? 1.0 : n->terms) * PRODUCT +
                         o * o * (2.0 + n->means) * PRODUCT + prediction(n) +
                         (n->external ? 0.0 : correction(n));
-  const double channel = 3u * EXPONENTIAL + 2u * (raw_fields(n) + EXPONENTIAL) +
-                         triangle(n) * PRODUCT + OUTCOME;
+  const double channel =
+      3u * EXPONENTIAL + 2u * (raw_fields(n) + EXPONENTIAL) + triangle(n) * PRODUCT + OUTCOME;
   return models + n->terms * (double)TERM + n->channels * channel +
          n->region_features * (double)PLACE;
 }

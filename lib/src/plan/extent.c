@@ -3,9 +3,9 @@
 #include <string.h>
 
 #include "base/real.h"
-#include "search/cem.h"
 #include "base/rng.h"
 #include "base/usable.h"
+#include "search/cem.h"
 
 #define LEAST_VAR 1e-100
 #define LARGEST_VAR 1e100
@@ -461,7 +461,7 @@ static rim_ellipsoid stepped(const rim_extent_config *c, const rim_ellipsoid *fr
       const double step = size * rimi_rng_normal(rng);
       if (i == j)
         *entry = rimi_clamp(*entry * rimi_exp(rimi_clamp(step, -4.0, 4.0)), c->least_axis[i],
-                           c->most_axis[i]);
+                            c->most_axis[i]);
       else
         *entry += step * from->factor[i * (i + 3) / 2];
     }

@@ -174,13 +174,9 @@ typedef struct vec {
   double v[3];
 } vec;
 
-static vec less(vec a, vec b) {
-  return (vec){{a.v[0] - b.v[0], a.v[1] - b.v[1], a.v[2] - b.v[2]}};
-}
+static vec less(vec a, vec b) { return (vec){{a.v[0] - b.v[0], a.v[1] - b.v[1], a.v[2] - b.v[2]}}; }
 
-static double dot(vec a, vec b) {
-  return a.v[0] * b.v[0] + a.v[1] * b.v[1] + a.v[2] * b.v[2];
-}
+static double dot(vec a, vec b) { return a.v[0] * b.v[0] + a.v[1] * b.v[1] + a.v[2] * b.v[2]; }
 
 static vec cross(vec a, vec b) {
   return (vec){{a.v[1] * b.v[2] - a.v[2] * b.v[1], a.v[2] * b.v[0] - a.v[0] * b.v[2],
@@ -302,8 +298,8 @@ static double first_moment(sweep *s, const zone *z) {
   return from.after_s + low * (to.after_s - from.after_s);
 }
 
-bool rim_lookahead_check(const rim_lookahead_config *config, const rim_region *region, const rim_plan *plan,
-                     double from_s, rim_lookahead_result *result) {
+bool rim_lookahead_check(const rim_lookahead_config *config, const rim_region *region,
+                         const rim_plan *plan, double from_s, rim_lookahead_result *result) {
   zone z;
   memset(result, 0, sizeof *result);
   if (plan->count == 0 || !rim_lookahead_is_physical(config, region) ||
@@ -336,20 +332,20 @@ bool rim_lookahead_update(rim_lookahead *state, const rim_lookahead_config *conf
   const rim_alarm *alarm = rim_monitor_standing(monitor, RIM_DETECTOR_RIM);
   rim_lookahead_result found;
   const double from_s = row_s - 1e-6 * (double)state->plan.t_us;
-  const bool enters =
-      alarm != NULL &&
-      rim_lookahead_check(config, &alarm->region, &state->plan, from_s, &found) && found.enters;
+  const bool enters = alarm != NULL &&
+                      rim_lookahead_check(config, &alarm->region, &state->plan, from_s, &found) &&
+                      found.enters;
   const bool did = state->told.sequence != 0 && state->told.to_entry_s >= 0.0;
   if (enters == did && !(enters && again))
     return false;
-  state->told = (rim_entry){
-      .t_s = row_s,
-      .to_entry_s = RIM_ENTRY_NEVER,
-      .sequence = ++state->sequence,
-      .alarm_sequence = alarm != NULL ? alarm->seq : rim_monitor_alarms(monitor).newest.seq,
-      .plan_sequence = state->plan.sequence,
-      .model_id = model_id,
-      .flags = replay ? RIM_ALARM_FLAG_REPLAY : 0};
+  state->told = (rim_entry){.t_s = row_s,
+                            .to_entry_s = RIM_ENTRY_NEVER,
+                            .sequence = ++state->sequence,
+                            .alarm_sequence =
+                                alarm != NULL ? alarm->seq : rim_monitor_alarms(monitor).newest.seq,
+                            .plan_sequence = state->plan.sequence,
+                            .model_id = model_id,
+                            .flags = replay ? RIM_ALARM_FLAG_REPLAY : 0};
   if (enters) {
     state->told.to_entry_s = found.after_s > from_s ? found.after_s - from_s : 0.0;
     state->told.pose = found.pose;

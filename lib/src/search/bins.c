@@ -28,7 +28,7 @@ void rimi_bins_add(const rim_bins *table, const uint8_t *bin, const float *resid
 }
 
 void rimi_bins_prefix(const rim_bins *table, uint16_t feature, uint16_t channel, double *sum,
-                     double *count) {
+                      double *count) {
   const size_t channels = table->channels;
   const size_t first = (size_t)feature * table->bins;
   const float *cell_sum = table->sum + first * channels + channel;

@@ -62,7 +62,7 @@ void rimi_bins_add(const rim_bins *table, const uint8_t *bin, const float *resid
 /* One (feature, channel) slice into prefix sums: sum[k], count[k] of bins 0..k-1, k = 0..bins.
  * O(bins). */
 void rimi_bins_prefix(const rim_bins *table, uint16_t feature, uint16_t channel, double *sum,
-                     double *count);
+                      double *count);
 void rimi_bins_halve(const rim_bins *table);
 
 void rimi_grid_clear(const rim_grid *table);

@@ -46,7 +46,7 @@ rim_ellipsoid rimi_ellipsoid_ball(uint8_t dims, const double *center, double rad
 }
 
 rim_status rimi_ellipsoid_region(const rim_ellipsoid *e, const uint16_t *feature,
-                                rim_region *region) {
+                                 rim_region *region) {
   if (e == NULL || feature == NULL || region == NULL)
     return RIM_E_ARGUMENT;
   if (e->dims < 1 || e->dims > RIM_REGION_MAX_DIMS)
@@ -148,7 +148,8 @@ static void draw(const rim_cem_config *c, const distribution *d, rim_rng *rng, u
     for (size_t j = 0; j <= i; ++j, ++p) {
       const double x = d->mean[p] + d->sd[p] * rimi_rng_normal(rng);
       e->factor[i * (i + 1) / 2 + j] =
-          i == j ? rimi_clamp(rimi_exp(rimi_clamp(x, -50.0, 50.0)), c->least_axis, c->most_axis) : x;
+          i == j ? rimi_clamp(rimi_exp(rimi_clamp(x, -50.0, 50.0)), c->least_axis, c->most_axis)
+                 : x;
     }
   }
 }
@@ -201,7 +202,7 @@ bool rimi_cem_is_valid(const rim_cem_config *config, uint8_t dims) {
 }
 
 rim_status rimi_cem_optimise(const rim_cem_config *config, rim_cem_value value_of, void *context,
-                            uint64_t seed, uint64_t stream, rim_ellipsoid *best, double *value) {
+                             uint64_t seed, uint64_t stream, rim_ellipsoid *best, double *value) {
   if (config == NULL || value_of == NULL || best == NULL || value == NULL)
     return RIM_E_ARGUMENT;
   const rim_cem_config c = filled(config);

@@ -58,7 +58,7 @@ rim_ellipsoid rimi_ellipsoid_ball(uint8_t dims, const double *center, double rad
  * RIM_E_RANGE: dims above RIM_REGION_MAX_DIMS; RIM_E_SINGULAR: a diagonal entry of L not above 0.
  */
 rim_status rimi_ellipsoid_region(const rim_ellipsoid *ellipsoid, const uint16_t *feature,
-                                rim_region *region);
+                                 rim_region *region);
 
 /* Whether rimi_cem_optimise takes the configuration for so many dimensions; false for NULL. */
 bool rimi_cem_is_valid(const rim_cem_config *config, uint8_t dims);
@@ -67,7 +67,7 @@ bool rimi_cem_is_valid(const rim_cem_config *config, uint8_t dims);
  * RIM_E_ARGUMENT: NULL; RIM_E_CONFIG: configuration or dims out of range: nothing changed.
  * samples * iterations + 1 evaluations; stack below 2 kB. */
 rim_status rimi_cem_optimise(const rim_cem_config *config, rim_cem_value value_of, void *context,
-                            uint64_t seed, uint64_t stream, rim_ellipsoid *best, double *value);
+                             uint64_t seed, uint64_t stream, rim_ellipsoid *best, double *value);
 
 #ifdef __cplusplus
 }

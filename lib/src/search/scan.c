@@ -5,7 +5,7 @@
 #include "search/search_private.h"
 
 void rimi_search_edges(const rim_search *s, uint32_t feature, uint32_t first, uint32_t last,
-                  uint32_t *low, uint32_t *high) {
+                       uint32_t *low, uint32_t *high) {
   const uint8_t *cuts = s->config.cuts + (size_t)feature * SEARCH_CUTS;
   *low = first == 0 ? 0u : cuts[first - 1u];
   *high = last >= SEARCH_BINS - 1u ? 255u : (uint32_t)cuts[last] - (cuts[last] > 0 ? 1u : 0u);
@@ -97,7 +97,7 @@ static void fill_bins(rim_search *s, const search_mask *mask, uint32_t feature) 
 }
 
 void rimi_search_scan_interval(rim_search *s, const search_mask *mask, uint32_t feature,
-                          search_hypothesis *h, uint32_t which) {
+                               search_hypothesis *h, uint32_t which) {
   const search_bins *bins = &s->bins;
   fill_bins(s, mask, feature);
   double best = 0.0;
@@ -244,7 +244,7 @@ void rimi_search_refine_edges(rim_search *s, search_hypothesis *h, uint32_t whic
 }
 
 bool rimi_search_inside(const rim_search *s, const search_hypothesis *h, const uint8_t *feature,
-                   uint32_t block) {
+                        uint32_t block) {
   if (h->onset != SEARCH_FROM_START && block < h->onset)
     return false;
   const search_mask mask = rimi_search_mask_of(s, h, -1);

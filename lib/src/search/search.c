@@ -2,10 +2,10 @@
 
 #include <string.h>
 
-#include "base/usable.h"
-#include "base/real.h"
-#include "search/search_private.h"
 #include "base/bytes.h"
+#include "base/real.h"
+#include "base/usable.h"
+#include "search/search_private.h"
 
 #define COMPLEXITY 0.05 /* share of its score that each further part of a description must add */
 #define MOST_GAIN 0.5   /* share of an outcome beyond which a gain is not the word for it */
@@ -63,7 +63,7 @@ size_t rimi_search_size(const search_config *config) {
 }
 
 rim_status rimi_search_init(rim_search **search, void *memory, size_t bytes,
-                       const search_config *config) {
+                            const search_config *config) {
   if (!config_fits(config))
     return RIM_E_CONFIG;
   if (((uintptr_t)memory & 7u) != 0)
@@ -129,7 +129,8 @@ static void accumulate(rim_search *s, uint32_t slot, uint32_t before, bool first
   const uint32_t k = c.fields, outcome = channel % s->config.outcomes;
   const double rho = (double)c.rho;
   double white[NOISE_MAX_FIELDS], old[NOISE_MAX_FIELDS];
-  rimi_search_weighted_fields(s, &c, slot, outcome, rimi_search_weight(s, &c, channel, slot), white);
+  rimi_search_weighted_fields(s, &c, slot, outcome, rimi_search_weight(s, &c, channel, slot),
+                              white);
   double e = search_residual(s, channel, slot);
   if (first) {
     const double lead = rimi_sqrt(1.0 - rho * rho);
@@ -137,7 +138,8 @@ static void accumulate(rim_search *s, uint32_t slot, uint32_t before, bool first
     for (uint32_t j = 0; j < k; ++j)
       white[j] *= lead;
   } else if (rho > 0.0) {
-    rimi_search_weighted_fields(s, &c, before, outcome, rimi_search_weight(s, &c, channel, before), old);
+    rimi_search_weighted_fields(s, &c, before, outcome, rimi_search_weight(s, &c, channel, before),
+                                old);
     e -= rho * search_residual(s, channel, before);
     for (uint32_t j = 0; j < k; ++j)
       white[j] -= rho * old[j];
@@ -208,8 +210,8 @@ static uint32_t choose_channel(rim_search *s) {
   if (s->favour) {
     uint32_t best = s->config.channels;
     for (uint32_t c = 0; c < s->config.channels; ++c) {
-      if (is_active(s, c) &&
-          (best == s->config.channels || rimi_search_best(s, c)->score > rimi_search_best(s, best)->score))
+      if (is_active(s, c) && (best == s->config.channels ||
+                              rimi_search_best(s, c)->score > rimi_search_best(s, best)->score))
         best = c;
     }
     if (best < s->config.channels)
@@ -388,7 +390,8 @@ static void drop_whole_sides(rim_search *s, search_hypothesis *h) {
   rimi_search_evaluate(s, h);
 }
 
-void rimi_search_explain(rim_search *s, uint32_t channel, search_hypothesis *out, double *onset_sd) {
+void rimi_search_explain(rim_search *s, uint32_t channel, search_hypothesis *out,
+                         double *onset_sd) {
   rimi_search_refresh(s, channel);
   const channel_state *state = search_state(s, channel);
   search_hypothesis best = best_in_time(s);

@@ -3,10 +3,10 @@
 #include <float.h>
 #include <string.h>
 
-#include "rim/image.h"
-#include "base/real.h"
-#include "search/select_private.h"
 #include "base/ellipsoid.h"
+#include "base/real.h"
+#include "rim/image.h"
+#include "search/select_private.h"
 
 /* Nats above the logarithm of the number of alternatives at which nominal runs of 250 observations
  * have their largest ln anom, by features: intervals, ellipses. */
@@ -97,7 +97,7 @@ static void set_penalties(rim_select *e) {
 }
 
 rim_status rimi_select_init(rim_select **engine, void *memory, size_t bytes,
-                           const rim_select_config *config) {
+                            const rim_select_config *config) {
   if (engine == NULL || memory == NULL || config == NULL)
     return RIM_E_ARGUMENT;
   if ((uintptr_t)memory % 8u != 0)

@@ -125,7 +125,7 @@ rim_status rimi_select_size(const rim_select_config *config, size_t *bytes);
  * RIM_SELECT_SIZE; RIM_E_CONFIG: a count out of range; RIM_E_RANGE: a <= 0, b < 0 or not finite.
  * *engine is unchanged on error. */
 rim_status rimi_select_init(rim_select **engine, void *memory, size_t bytes,
-                           const rim_select_config *config);
+                            const rim_select_config *config);
 
 /* Forget every observation; configuration, scales and seed stay. */
 void rimi_select_reset(rim_select *engine);
@@ -135,7 +135,7 @@ void rimi_select_reset(rim_select *engine);
  * any time. RIM_E_ARGUMENT: NULL engine; RIM_E_RANGE: a scale
  * <= 0 or a value not finite: unchanged. */
 rim_status rimi_select_set_channel_scale(rim_select *engine, const float *scale,
-                                        const float *offset);
+                                         const float *offset);
 
 /* Add one observation. u: `features` doubles, unit features; outside [0, 1) they are clamped to the
  * edge bins. r: `channels` doubles, standardised residuals, clipped at +-RIM_SELECT_CLIP.

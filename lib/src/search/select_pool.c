@@ -380,8 +380,8 @@ static void backfill(rim_select *e, uint32_t pair) {
   for (uint32_t slot = 0; slot < e->held; ++slot) {
     const uint8_t *row = select_row(e, slot);
     rimi_grid_put(&grid, (uint16_t)(((uint32_t)row[p->y] * e->grid) >> 8),
-                 (uint16_t)(((uint32_t)row[p->x] * e->grid) >> 8),
-                 (double)select_residual(e, slot)[p->channel] * SELECT_RESIDUAL_STEP);
+                  (uint16_t)(((uint32_t)row[p->x] * e->grid) >> 8),
+                  (double)select_residual(e, slot)[p->channel] * SELECT_RESIDUAL_STEP);
   }
   rimi_grid_accumulate(&grid);
   ++e->effort.backfills;

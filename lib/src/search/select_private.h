@@ -2,8 +2,8 @@
 #ifndef RIM_SELECT_PRIVATE_H
 #define RIM_SELECT_PRIVATE_H
 
-#include "search/bins.h"
 #include "base/rng.h"
+#include "search/bins.h"
 #include "search/select.h"
 
 #define SELECT_ROOTS 256u                  /* table of sqrt(1 - (k/256)^2) */
@@ -152,7 +152,8 @@ void rimi_select_pool_forget(rim_select *e, uint32_t slot);
 /* Priority of H3 that a new pair must exceed; *weakest: the pair it would replace, pairs: none. */
 double rimi_select_pool_bar(const rim_select *e, uint32_t *weakest);
 void rimi_select_pool_offer(rim_select *e, const select_offer *offer);
-void rimi_select_pool_enter(rim_select *e); /* at the end of a sweep's slice: the offer that waits */
+void rimi_select_pool_enter(
+    rim_select *e); /* at the end of a sweep's slice: the offer that waits */
 void rimi_select_pool_refresh(rim_select *e, uint32_t pair); /* evaluates every ellipse anew */
 void rimi_select_pool_move(rim_select *e, uint32_t budget);
 double rimi_select_pair_membership(const rim_select *e, const pair_state *p, double x, double y);

@@ -1,39 +1,40 @@
 /* The statistic of every hypothesis, and those hypotheses that name no region. */
 #include <string.h>
 
+#include "base/bytes.h"
 #include "base/cholesky.h"
 #include "base/real.h"
 #include "search/search_private.h"
-#include "base/bytes.h"
 
 #define LEAST_INFORMATION 1e-6 /* A below this part of m'Wm: the run effects explain the shape */
 #define RAMP_UNIT (1.0 / 256.0)
 
-void rimi_search_raw_fields(const rim_search *s, const noise_channel *c, uint32_t slot, uint32_t outcome,
-                       double *raw) {
+void rimi_search_raw_fields(const rim_search *s, const noise_channel *c, uint32_t slot,
+                            uint32_t outcome, double *raw) {
   (void)c;
   const double t_s = (double)search_times(s)[slot];
   const rim_noise *noise = s->config.noise;
   raw[0] = 1.0;
   raw[1] = (double)search_predictions(s, slot)[outcome] * SEARCH_BYTE_STEP;
-  raw[2] =
-      (1.0 - rimi_exp(-rimi_clamp(t_s / noise->trend_s, 0.0, 40.0))) * noise->trend_s / noise->run_s;
+  raw[2] = (1.0 - rimi_exp(-rimi_clamp(t_s / noise->trend_s, 0.0, 40.0))) * noise->trend_s /
+           noise->run_s;
   raw[3] = rimi_exp(-rimi_min(t_s / noise->decay_s, 40.0));
   const int8_t *mean = search_means(s, slot);
   for (uint32_t m = 0; m < s->config.means; ++m)
     raw[NOISE_RAW_FIRST + m] = (double)mean[m] * SEARCH_BYTE_STEP;
 }
 
-double rimi_search_weight(const rim_search *s, const noise_channel *c, uint32_t channel, uint32_t slot) {
+double rimi_search_weight(const rim_search *s, const noise_channel *c, uint32_t channel,
+                          uint32_t slot) {
   if (channel >= search_fine(s))
     return 1.0;
   const uint32_t outcome = channel % s->config.outcomes;
   return rimi_noise_weight(c, (double)search_predictions(s, slot)[outcome] * SEARCH_BYTE_STEP,
-                          (double)search_changes(s)[slot] * SEARCH_CHANGE_STEP);
+                           (double)search_changes(s)[slot] * SEARCH_CHANGE_STEP);
 }
 
 void rimi_search_weighted_fields(const rim_search *s, const noise_channel *c, uint32_t slot,
-                            uint32_t outcome, double w, double *fields) {
+                                 uint32_t outcome, double w, double *fields) {
   const uint32_t raw_count = s->config.noise->raw;
   double raw[NOISE_MAX_RAW];
   rimi_search_raw_fields(s, c, slot, outcome, raw);
@@ -210,8 +211,8 @@ static void judge_field(rim_search *s, const noise_channel *c, const double *l, 
   double mean[NOISE_MAX_FIELDS] = {0.0}, shift = 0.0, var = 0.0;
   for (uint32_t i = 0; i < s->held; ++i) {
     double fields[NOISE_MAX_FIELDS];
-    rimi_search_weighted_fields(s, c, search_slot(s, i), (uint32_t)s->channel % s->config.outcomes, 1.0,
-                           fields);
+    rimi_search_weighted_fields(s, c, search_slot(s, i), (uint32_t)s->channel % s->config.outcomes,
+                                1.0, fields);
     for (uint32_t j = 0; j < k; ++j)
       mean[j] += fields[j] / (double)s->held;
   }
@@ -261,7 +262,7 @@ void rimi_search_refresh(rim_search *s, uint32_t channel) {
 }
 
 void rimi_search_scan_onset(const rim_search *s, const search_mask *mask, search_hypothesis *h,
-                       double *sd) {
+                            double *sd) {
   search_mask everywhen = *mask;
   everywhen.from = 0;
   search_sums sums = {0};

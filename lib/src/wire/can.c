@@ -3,8 +3,8 @@
 #include <float.h>
 #include <string.h>
 
-#include "wire/message.h"
 #include "base/ellipsoid.h"
+#include "wire/message.h"
 
 #define SUMMARY_SIZE 8u
 #define FD_SIZE 64u
@@ -78,7 +78,7 @@ rim_status rim_can_pack_summary(rim_can_frame *frame, uint32_t node, const rim_a
   data[1] = (uint8_t)alarm->seq;
   data[2] = (uint8_t)alarm->model_id;
   rimi_le_put_u16(data + 3, alarm->region.dims | flag_bits(alarm, SUMMARY_LATCHED, SUMMARY_REPLAY) |
-                        (whole(alarm->ln_anom * 4.0, 4095.0) << 4));
+                                (whole(alarm->ln_anom * 4.0, 4095.0) << 4));
   rimi_le_put_u16(data + 5, alarm->observations < 0xffffu ? alarm->observations : 0xffffu);
   finish_frame(frame);
   return RIM_OK;
@@ -230,7 +230,8 @@ rim_status rim_can_take_detail(rim_can_assembly *assembly, const rim_can_frame *
   assembly->next = (uint8_t)(index + 1);
   if (!last)
     return status;
-  if (rimi_le_u32(assembly->data + RIM_CAN_DETAIL_SIZE, 0) != record_crc32(frame->id, assembly->data))
+  if (rimi_le_u32(assembly->data + RIM_CAN_DETAIL_SIZE, 0) !=
+      record_crc32(frame->id, assembly->data))
     return give_up(assembly, RIM_E_CRC);
   status = get_record(alarm, assembly->data);
   if (status != RIM_OK)
@@ -316,5 +317,5 @@ rim_status rim_can_unpack_detail_fd(rim_alarm *alarm, const rim_can_frame *frame
   if (!alarm_is_finite(alarm))
     return RIM_E_DATA;
   return rimi_region_from_box(&alarm->region, data[16] & 3u, feature, bound,
-                             bound + RIM_REGION_MAX_DIMS);
+                              bound + RIM_REGION_MAX_DIMS);
 }

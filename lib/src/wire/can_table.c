@@ -1,8 +1,8 @@
 #include "rim/can_table.h"
 
-#include "rim/image.h"
-#include "base/real.h"
 #include "base/bytes.h"
+#include "base/real.h"
+#include "rim/image.h"
 
 /* A signal as the table has it. */
 typedef struct signal {

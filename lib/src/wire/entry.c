@@ -128,9 +128,9 @@ rim_status rim_can_pack_entry(rim_can_frame *frame, uint32_t node, const rim_ent
   if (!is_entry(entry))
     return RIM_E_DATA;
   begin_frame(frame, RIM_CAN_ENTRY_ID + node, ENTRY_FRAME_SIZE);
-  const uint32_t time = entry->to_entry_s < 0.0
-                            ? NEVER_10MS
-                            : (uint32_t)rimi_clamp(entry->to_entry_s * 100.0, 0.0, NEVER_10MS - 1.0);
+  const uint32_t time = entry->to_entry_s < 0.0 ? NEVER_10MS
+                                                : (uint32_t)rimi_clamp(entry->to_entry_s * 100.0,
+                                                                       0.0, NEVER_10MS - 1.0);
   const uint8_t data[7] = {(uint8_t)time,
                            (uint8_t)(time >> 8),
                            (uint8_t)entry->sequence,
