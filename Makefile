@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # rimwatch: everything is built in $(BUILD)/. `make help` lists the targets.
 
 # Of lib/include/rim/version.h, the only place where it stands.

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """api.py NM ARCHIVE: prints the public headers of the library with their size in lines, the
 functions that each declares with the lines of their definition, and what rim/monitor.h pulls in.
 Exits 1 when a public symbol of the archive (rim_...) is declared in no public header, when a

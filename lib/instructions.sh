@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # instructions.sh BUILD [STEPS]: instructions of a step of the interference detector in nominal
 # driving, and of a choice of the planner ('rim bench --choice'), counted by valgrind's callgrind on
 # this machine's build; exit 1 above what is asked of the HMM.

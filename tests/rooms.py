@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """rooms.py [FOLDER...]: prints which room includes which, and exits 1 when a file includes another
 room than FOLDER/rooms.txt allows, when a room has no line there, or when the rooms form a cycle.
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* record IMAGE.rim LOG.csv OUT.rec [ROWS]: on the build machine, the recording that a port carries.
  *
  * The log is what `rim simulate` writes: a header line, a number in every field, time first.

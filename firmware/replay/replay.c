@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Replays the recording through rim_monitor_step() and prints what `rim replay` prints last,
  * 'digest HEX' over the bits of every verdict, and before it 'bits HEX' over intermediate results.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "rimd/outbox.h"
 
 #include <string.h>

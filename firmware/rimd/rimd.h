@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rimd.h - rimd: a monitor between its buses. One thread; memory is fixed once it has started. */
 #ifndef RIMD_H
 #define RIMD_H

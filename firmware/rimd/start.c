@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Everything that happens once: files read and checked, buses opened, memory taken. */
 #define _GNU_SOURCE
 #include <errno.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "bus/can_table.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "diagnose/apply_extension.hpp"
 
 #include <algorithm>

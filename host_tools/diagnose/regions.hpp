@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // diagnose/regions.hpp - where the residuals of a channel shift together, before asking why.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // diagnose/scan.hpp - what next would explain most of a residual: every candidate, everywhere, in
 // every interval of every feature, in every box of every pair of features.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "image/flight_image.hpp"
 
 #include <cmath>

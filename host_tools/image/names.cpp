@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "image/names.hpp"
 
 #include "log/log.hpp"

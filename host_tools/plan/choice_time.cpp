@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "plan/choice_time.hpp"
 
 #include "base/rng.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "plan/confidence.hpp"
 
 #include "base/rng.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A trained image's behaviour models as a simulation: what the commands alone let sensors read,
 // block by block.
 #include <stdexcept>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "train/calibrate_external.hpp"
 
 #include <algorithm>

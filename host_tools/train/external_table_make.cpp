@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The program that computes external_table_data.cpp.
 #include "train/external_table.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The model as flight sees it: its section, and predictions by the flight code.
 #include <cmath>
 #include <cstring>

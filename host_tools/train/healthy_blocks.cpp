@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "train/healthy_blocks.hpp"
 
 #include <algorithm>

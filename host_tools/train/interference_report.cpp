@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "train/interference_report.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // train/interference_report.hpp - rim train --interference: from logs and times of interference to
 // the sections of a flight image that watches for it.
 #pragma once

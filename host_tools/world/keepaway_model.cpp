@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The nominal pass model: eq. 3.33 to 3.35, p. 41-42.
 #include <algorithm>
 #include <cmath>

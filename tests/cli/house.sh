@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # The house: rooms include only what their table allows, and no symbol is public that no header
 # declares. Each check is also shown a tree that breaks its rule.
 . "$(dirname "$0")/check.inc"

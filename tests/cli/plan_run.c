@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Whole runs of every policy of the bandit: 100 turns among 51 actions (or 6 plans), in a world
  * with a better-than-expected parallelogram, with librim's arithmetic alone. Prints a digest over
  * every bit of every choice, of what is expected at the end and of the regions. plan_digest.sh

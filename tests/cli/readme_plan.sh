@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # The planning program of lib/README.md, run in a world in which the nominal model is wrong: it finds
 # the region where rewards are better, and never does what is not safe. Random numbers: seed 21.
 . "$(dirname "$0")/check.inc"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """same_frames.py NODE GROUND.candump HEARD.candump: are the records that rimd sent in segments on CAN those
 of `rim replay --candump`, byte for byte but for the flags? A detail that the next record overtook is left
 out. Exit 1 with what differs."""

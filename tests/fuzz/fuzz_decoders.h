@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* fuzz_decoders.h - every decoder of what comes from a bus or a file, behind one function of bytes.
  *
  * The first byte chooses the decoder, the rest is its input, in memory of exactly that size, so

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Small tables for the tests of rim diagnose: logs of equal length, features drawn or computed row
 // by row, one channel whose prediction and stated sd are given.
 #pragma once

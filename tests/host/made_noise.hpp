@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Residuals of a known make, as the noise models and the search get them: no rows, no models.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A vehicle whose every constant is known: what a model of it must find.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // An extension in use: mended predictions no longer alarm, in the log and through the image.
 #include "diagnose/apply_extension.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Behaviour models: a vehicle whose constants are known is learnt to its noise, what obeys nothing
 // is said to, and what training computes is what flies, bit for bit.
 #include "made_vehicle.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Alarms on their way out: sentences, JSON lines, candump text, LCM through a file and to `rim
 // listen`.
 #include "bus/candump.hpp"

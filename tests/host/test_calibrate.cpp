@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Calibration: what is promised is kept on runs that nothing has seen, by the flight code's search,
 // and no run is judged by what it taught itself.
 #include "made_noise.hpp"

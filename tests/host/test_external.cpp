@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Logs with their own predictions and nothing to learn from: the table of thresholds against
 // simulation, and what is made of residuals that are not independent.
 #include "replay/replay.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // gp against two references on 50 random problems: a dense solution in long double with Eigen, and,
 // scikit-learn's GaussianProcessRegressor, where `make test` could fetch it or python3 has it.
 // Relative 1e-9.

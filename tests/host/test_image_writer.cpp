@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What the writer writes the library opens, and gives back unchanged; misuse throws.
 #include <csetjmp>
 #include <cstdarg>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Noise models: what is known to be in the healthy residuals is found within stated tolerances,
 // what is not there is not, and no fault hides in the effects of a run.
 #include "made_noise.hpp"

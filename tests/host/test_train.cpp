@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Training and its report: what is promised, that it is kept, what is refused.
 #include "replay/replay.hpp"
 #include "train/train_report.hpp"

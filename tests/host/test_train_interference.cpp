@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Learning motion interference: the labels of C.3.1, what is counted, what is refused, what is
 // found.
 #include <csetjmp>

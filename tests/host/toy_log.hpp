@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A cart on a line: a command, two position sensors with a bias of their own each run, a speed.
 #pragma once
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Of test_monitor*.c and test_interference_watch.c: flight images written by hand, and the vehicle
  * that is watched through them.
  *

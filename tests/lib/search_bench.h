@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Of test_search.c: a channel's noise as a section, blocks with a planted deviation, and what
  * generalised least squares says of a shape, computed with whole matrices.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The life of the alarms: nothing is sent too early, too often or twice, nothing is lost, and what
  * was raised is held, acknowledged and cleared as the policy says, for each detector on its own. */
 #include <math.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* bandit: the choice against its definition, learning in a world with a RIM, safety, and attacks.
  */
 #include <math.h>

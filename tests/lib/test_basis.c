@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* basis: the sections BASIS, BEHAVIOUR and AGREEMENT are refused in every damaged form; what they
  * evaluate is held to a straightforward computation. (Terms over rows: test_blocks.c.) */
 #include <math.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Tables against plain sums; prefix property; halving; cells at the edges. */
 #include <math.h>
 #include <setjmp.h>

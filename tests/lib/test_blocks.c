@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* blocks: rows of telemetry to blocks. What a block says is held to a straightforward computation
  * over its rows; gaps, times, rates, values out of range, angles that wrap, and the first readings.
  */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* CAN frames: what goes in comes out, to the precision that the bytes have, and nothing else does.
  */
 #include <math.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Climbs known functions; equal to the bit whatever ran before; ellipsoid against its region. */
 #include <math.h>
 #include <setjmp.h>

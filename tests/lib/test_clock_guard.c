@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Which times are believed: a clock that jumps, goes back, runs on, or begins anew. */
 #include <math.h>
 #include <setjmp.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The corrected model against numbers worked out by hand; its bytes against damage. */
 #include <math.h>
 #include <setjmp.h>

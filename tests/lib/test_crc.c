@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Check values of the catalogue of CRCs and of the FNV page; slow bitwise forms; continuation. */
 #include <setjmp.h>
 #include <stdarg.h>

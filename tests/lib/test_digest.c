@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The digest of a verdict: whatever decides anything changes it. */
 #include <setjmp.h>
 #include <stdarg.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Alg. 3 over a finished set: planted regions are found, each observation is explained once, and
  * the simpler explanation wins. */
 #include <math.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* extent: a hidden region is found and bracketed, eq. 5.6 to 5.12 hold term by term, and attacks.
  */
 #include <math.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Alg. 2 finds a planted ball; the set stays bounded and sorted; a copy goes on to the same bits.
  */
 #include <math.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* gp: against a dense solution in long double, the laws of its updates, and attacks. */
 #include <math.h>
 #include <setjmp.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The forward algorithm against the sum over all paths, and where probabilities leave `double`. */
 #include <math.h>
 #include <setjmp.h>

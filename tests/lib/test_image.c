@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A small image is built here byte by byte and refused in every damaged form. */
 #include <setjmp.h>
 #include <stdarg.h>

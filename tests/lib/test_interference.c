@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The interference detector on motions worked out by hand; its model's bytes against damage. */
 #include <math.h>
 #include <setjmp.h>

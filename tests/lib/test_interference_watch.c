@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* interference_watch: the monitor with the detector of motion interference beside the regions, on
  * a vehicle that is held or pushed at known rows (images: monitor_bench.h). */
 #include "monitor/interference_watch.h"

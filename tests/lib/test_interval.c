@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The interval against brute force and against Algorithm 8 (p. 116) as the thesis writes it. */
 #include <math.h>
 #include <setjmp.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The look-ahead: entries where geometry says they are, found by a dense search that shares no
  * code. */
 #include <math.h>

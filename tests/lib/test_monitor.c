@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* monitor: flight images are refused in every damaged form; of a vehicle small enough to know what
  * should be found exactly that is found (the images and the vehicle: monitor_bench.h). */
 #include <math.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The monitor's alarms from outside: silence, commands, a clock that begins anew, calls without a
  * monitor (images: monitor_bench.h). What becomes of an alarm is asked in test_alarm_life.c. */
 #include "image/correct.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The monitor of a trained image: what is found in a block is described, labelled, sized and dated;
  * nothing is said about the vehicle without evidence (images and vehicle: monitor_bench.h). */
 #include "image/correct.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* noise: the section is refused in every damaged form; what a channel says is read back. */
 #include <math.h>
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The nominal model is predicted from sections built here by hand, against sums written out in the
  * plainest way, and refused in every damaged form. */
 #include <math.h>

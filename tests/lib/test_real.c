@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Accuracy is measured against libm in long double (80 bit or better; skipped elsewhere) and held
  * to what base/real.h states; the largest error found is printed. */
 #include <float.h>

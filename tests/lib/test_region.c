@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Regions against Monte Carlo, and refused in every ill form. */
 #include <math.h>
 #include <setjmp.h>

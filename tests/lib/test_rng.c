@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Known answers of Philox4x32-10 (Salmon et al., Random123 kat_vectors), and what the draws
  * promise. */
 #include <math.h>

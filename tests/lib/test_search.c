@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* search: the statistic of every shape is that of generalised least squares computed with whole
  * matrices (search_bench.h); what is planted is found; memory and copies. */
 #include "search_bench.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The online search from outside: finds what was planted, among features and channels; goes on
  * after a copy; bounded work; refuses bad input and short memory. */
 #include <math.h>

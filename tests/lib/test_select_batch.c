@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Alg. 4: every heuristic finds the planted pair; H3 equals brute force; bounds hold. */
 #include <math.h>
 #include <setjmp.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The pool: incremental statistics of ellipses equal those counted point by point, also when the
  * lead changes and when observations leave the ring; its bounds; it climbs. */
 #include <math.h>

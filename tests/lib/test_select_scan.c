@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Intervals and conditional intervals (H3) against brute force, through the engine's own state. */
 #include <math.h>
 #include <setjmp.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Statistics against sums and maximisations written out in the plainest way, and their laws. */
 #include <float.h>
 #include <math.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* threshold: the section is validated whole; scores, thresholds and p-values agree with
  * their definition. */
 #include <setjmp.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The static bound of a step: the counts are the image's, the search never turns more often than
  * the bound says, and the bound grows with every count. That the instructions stay below it is held
  * by `make size`, on the Cortex-M7. */

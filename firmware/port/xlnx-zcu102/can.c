@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The two CAN controllers of the Zynq UltraScale+ (UG1085 ch. 20, UG1087): polled, classic frames.
  *
  * Reference clock 100 MHz: prescaler 10 gives 0.1 us quanta, 1 + 15 + 4 of them a bit: 500 kbit/s,

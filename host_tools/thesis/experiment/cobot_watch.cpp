@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "thesis/experiment/cobot_watch.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "thesis/experiment/fig3_3.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "thesis/experiment/fig_C5.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "thesis/experiment/keepaway.hpp"
 
 #include <algorithm>

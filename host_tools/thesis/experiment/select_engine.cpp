@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "thesis/experiment/select_engine.hpp"
 
 #include <fmt/format.h>

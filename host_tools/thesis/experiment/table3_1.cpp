@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "thesis/experiment/table3_1.hpp"
 
 #include <algorithm>

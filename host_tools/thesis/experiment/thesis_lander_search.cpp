@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "thesis/experiment/thesis_lander_search.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rim/alarm.h - the alarm record: what the monitor found, where, how large, and how surely.
  *
  * rim/can.h and rim/lcm.h turn a record into bytes and back. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rim/can.h - alarms, commands, heartbeats and entries as CAN frames.
  *
  *   identifier    frame

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rim/can_table.h - rows from CAN frames, by a table that `rim can-table` compiles from a DBC.
  *
  * The table is section RIM_SECTION_CAN_TABLE of a flight image. It says which signal of which frame

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rim/image.h - the flight image: models, thresholds and configuration in one checked blob.
  *
  * The image is read in place, from flash or from a file in memory, on a host of either byte order;

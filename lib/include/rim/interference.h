@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rim/interference.h - motion interference: is somebody or something holding, blocking or pushing
  * the vehicle (thesis App. C, p. 127-134)?
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rim/lcm.h - observations, alarms, health, counters, commands, plans and entries as LCM messages.
  *
  * liblcm is not needed. The bytes are those of lcm-gen's encoders for lib/wire/rim_*_t.lcm: an

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rim/monitor.h - the onboard monitor (thesis Alg. 1, p. 26).
  *
  * Give it a flight image (rim/image.h) and memory, then one row of telemetry at a time. Each step

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rim/status.h - how a call ended. 0 is success. A negative value says what was refused; the header
  * of each function says what causes it and that nothing was changed. Values never change. */
 #ifndef RIM_STATUS_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rim/version.h - the version of the library, by semantic versioning (https://semver.org).
  *
  * A new major version may change these headers; a new minor version only adds to them. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* base/bytes.h - the only readers and writers of numbers in bytes. Private to the library and its
  * tools.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Cholesky factors of small symmetric matrices, packed by rows of the lower triangle: element (i,
  * j), j <= i, at i(i+1)/2 + j. Private to lib/. */
 #ifndef RIM_SRC_CHOLESKY_H

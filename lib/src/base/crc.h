@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* base/crc.h - check sums of images and frames, and the digest of a replay.
  *
  * All are functions of bytes in memory order and can be continued: f(f(start, a), b) equals

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* base/ellipsoid.h - private: what the library itself asks of a rim_region (rim/region.h). */
 #ifndef RIM_BASE_ELLIPSOID_H
 #define RIM_BASE_ELLIPSOID_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Constants printed by tests/lib/generate_real_constants.py; AS 241's are its published decimals.
  */
 #include "base/real.h"

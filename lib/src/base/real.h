@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* base/real.h - `double` arithmetic that gives the same bits on every target, without libm.
  *
  * Every function is a fixed sequence of IEEE 754 binary64 additions, multiplications and divisions

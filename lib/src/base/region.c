@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "rim/region.h"
 #include "base/ellipsoid.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* base/rng.h - random numbers from an explicit seed and a counter: Philox4x32-10 (Salmon et al., SC
  * 2011).
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Numbers that may be calculated with, and counters that stay at their largest. Private to
  * lib/. */
 #ifndef RIM_SRC_USABLE_H

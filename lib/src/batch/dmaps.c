@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "batch/dmaps.h"
 
 #include <string.h>

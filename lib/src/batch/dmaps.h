@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* batch/dmaps.h - detection of several RIMs: each observation explained once, simple explanations
  * preferred (thesis 3.3, p. 31-34, Alg. 3, p. 33).
  *

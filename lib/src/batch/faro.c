@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "batch/faro.h"
 
 #include <stddef.h>

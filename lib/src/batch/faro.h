@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* batch/faro.h - detection of a single RIM by focused optimisation (thesis Alg. 2, p. 30).
  *
  * Keeps a bounded set of candidate ellipsoids. Every step a ball around the latest observation

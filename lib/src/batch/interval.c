@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "batch/interval.h"
 
 /* Division is kept for intervals that reach the best up to this factor: the three roundings of the

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* batch/interval.h - the exact most anomalous interval along one feature (App. A, Alg. 8).
  *
  * Thesis p. 115-116. Over k bins of sufficient statistics all k(k+1)/2 intervals of neighbouring

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "batch/select_batch.h"
 
 #include <float.h>

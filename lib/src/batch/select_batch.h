@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* batch/select_batch.h - FS-RIM over a finished set of observations (thesis Alg. 4, p. 50).
  *
  * Best-first search over subsets of features: an edge (F, f) adds feature f to an explored set F,

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "batch/stats.h"
 
 #include "base/real.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* batch/stats.h - private: sufficient statistics of a set of observations, and how anomalous they
  * make it.
  *

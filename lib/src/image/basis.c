@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "image/basis.h"
 
 #include <stdbool.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Section BASIS of a flight image: what is computed from the commands of a run, as inputs of the
  * behaviour models and of the noise models.
  *

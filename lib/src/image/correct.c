@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "image/correct.h"
 
 #include <string.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* image/correct.h - the corrected model: what is predicted once the regions where the nominal model
  * is wrong are known (thesis 3.4, p. 34-36).
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "rim/image.h"
 
 #include <stdbool.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "image/noise.h"
 
 #include <stdbool.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Section NOISE of a flight image: what healthy residuals do.
  *
  * A channel's residual in block i of a run is r_i = B_i b + sigma(x_i) a_i: the run's own effects b

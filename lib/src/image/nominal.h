@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* image/nominal.h - the nominal model: mean and standard deviation of every outcome in a context.
  *
  * The compressed kernel model of eq. 4.13 and 4.14 (p. 63): a few prototypes stand for the training

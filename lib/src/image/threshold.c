@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "image/threshold.h"
 
 #include <float.h>

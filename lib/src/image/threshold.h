@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* image/threshold.h - from ln anom to a promise: scores, the alarm threshold, the confidence
  * P(anom).
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "interference/detector.h"
 
 #include <string.h>

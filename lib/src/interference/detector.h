@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* interference/detector.h - private: motion interference: is somebody or something holding,
  * blocking or pushing the vehicle (thesis App. C, p. 127-134).
  *

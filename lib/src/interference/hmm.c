@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "interference/hmm.h"
 
 #include <stdbool.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* interference/hmm.h - hidden Markov model of few states: the forward algorithm in fixed memory
  * (thesis App. C.2, p. 129; Rabiner 1989).
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "monitor/alarm_life.h"
 
 #include <string.h>

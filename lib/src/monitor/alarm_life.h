@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* alarm_life.h - private: the life of the alarms, in one place.
  *
  * There are two slots, one for each detector (rim_detector): the regions and the motion

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Rows of telemetry to blocks: what the models and the search work on.
  *
  * Rows (say 20 Hz) are checked, limited to what was trained, and gathered `block_rows` at a time.

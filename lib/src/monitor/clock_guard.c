@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "rim/monitor.h"
 
 #include <stddef.h>

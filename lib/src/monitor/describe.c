@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* What was found, as a record: which outcome, how it deviates, by how much, where, since when. */
 #include <string.h>
 

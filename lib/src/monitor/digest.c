@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Every bit of a verdict that decides anything, folded into one number. */
 #include "base/crc.h"
 #include "rim/interference.h"

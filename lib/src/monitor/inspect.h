@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* monitor/inspect.h - private: what tools on the ground look at inside a monitor. */
 #ifndef RIM_MONITOR_INSPECT_H
 #define RIM_MONITOR_INSPECT_H

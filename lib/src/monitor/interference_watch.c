@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "monitor/interference_watch.h"
 
 #include "base/bytes.h"

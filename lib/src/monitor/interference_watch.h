@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* interference_watch.h - private: the motion-interference detector inside the monitor. Which
  * numbers of a row it is given comes from the image (RIM_SECTION_INTERFERENCE_INPUTS). The life of
  * its alarm is alarm_life.h's. Plain data without pointers: a copy goes on. */

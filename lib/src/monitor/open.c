@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* From a flight image to a monitor in the caller's memory: everything is read and checked first. */
 #include <string.h>
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* One row: checked, gathered, predicted, searched, judged. */
 #include <string.h>
 

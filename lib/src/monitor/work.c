@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "monitor/work.h"
 
 #include "base/bytes.h"

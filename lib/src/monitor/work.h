@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* monitor/work.h - the most that one monitor step may do: a bound from the counts in the flight
  * image, whatever the data are.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "rim/plan/gp.h"
 
 #include <string.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "search/bins.h"
 
 #include <string.h>

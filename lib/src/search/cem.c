@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "search/cem.h"
 
 #include <stddef.h>

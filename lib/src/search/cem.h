@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* search/cem.h - bounded cross-entropy search over ellipsoids (thesis 3.2, p. 29: "we have used the
  * Cross-Entropy Method").
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Regions: intervals of a feature (App. A, p. 115), boxes of two, with or without an onset. */
 #include <string.h>
 

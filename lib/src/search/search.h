@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The search: which hypothesis about where and since when an outcome deviates says most.
  *
  * Blocks of residuals are kept in a ring. A channel's residuals are r = B b + sigma(x) a (section

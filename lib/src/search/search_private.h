@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The layout of a search, shared by search.c, statistic.c, scan.c. */
 #ifndef RIM_SRC_SEARCH_PRIVATE_H
 #define RIM_SRC_SEARCH_PRIVATE_H

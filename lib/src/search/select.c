@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "search/select.h"
 
 #include <float.h>

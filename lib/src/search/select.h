@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* search/select.h - FS-RIM: which features, and which region of them, deviate most (thesis ch. 4).
  *
  * Online form, what the monitor runs: observations come one by one, the search goes on in bounded

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Two-dimensional part of the search: the pool of active pairs and their ellipses. */
 #include <float.h>
 #include <string.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The engine's layout, shared by select.c, select_scan.c and select_pool.c. */
 #ifndef RIM_SELECT_PRIVATE_H
 #define RIM_SELECT_PRIVATE_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* One-dimensional part of the search: intervals (App. A, p. 115) and the edge sweep H3 (eq. 4.5).
  */
 #include <float.h>

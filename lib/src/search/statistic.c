@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The statistic of every hypothesis, and those hypotheses that name no region. */
 #include <string.h>
 

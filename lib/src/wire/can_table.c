@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "rim/can_table.h"
 
 #include "base/bytes.h"

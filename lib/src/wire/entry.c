@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "rim/can.h"
 
 #include <string.h>

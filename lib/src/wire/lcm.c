@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "rim/lcm.h"
 
 #include "wire/message.h"

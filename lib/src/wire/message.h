@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* wire/message.h - private: what messages and frames share: what makes an alarm record well formed,
  * the beginning and length of an LCM message, the check sum of a CAN frame. */
 #ifndef RIM_WIRE_MESSAGE_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rim/plan/extent.h - how far a RIM extends, as a distribution, and what reward that leads to
  * expect (thesis 5.2.1 to 5.2.3, p. 69-72).
  *
