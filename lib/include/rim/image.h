@@ -131,7 +131,7 @@ typedef enum rim_config_word {
   RIM_CONFIG_CLEAR = 15,  /* blocks below the warning score before an alarm is cleared; 0: never
                              (`rim train` writes 30) */
   RIM_CONFIG_SCANS = 16,  /* work of one unit of search: intervals rescanned; */
-  RIM_CONFIG_EDGES = 17,  /* exact conditional intervals: below 24 ellipses are evaluated on the
+  RIM_CONFIG_EDGES = 17,  /* exact conditional intervals: below 48 ellipses are evaluated on the
                              grid alone; */
   RIM_CONFIG_MOVES = 18,  /* ellipses proposed; 0 of each: the search's default */
   RIM_CONFIG_BUDGET = 19, /* units of search per row; 0: 1 */
