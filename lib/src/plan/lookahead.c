@@ -332,7 +332,7 @@ bool rim_lookahead_update(rim_lookahead *state, const rim_lookahead_config *conf
     return false;
   const rim_alarm *alarm = rim_monitor_standing(monitor, RIM_DETECTOR_RIM);
   rim_lookahead_result found;
-  const double from_s = row_s - 1e-6 * (double)state->plan.t_us;
+  const double from_s = row_s - (double)state->plan.t_us / 1e6;
   const bool enters = alarm != NULL &&
                       rim_lookahead_check(config, &alarm->region, &state->plan, from_s, &found) &&
                       found.enters;
