@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
 # rimwatch: everything is built in $(BUILD)/. `make help` lists the targets.
 
-VERSION := 0.1.0
+# Of lib/include/rim/version.h, the only place where it stands.
+VERSION := $(shell awk '/RIM_VERSION_(MAJOR|MINOR|PATCH) [0-9]/ {v = v dot $$3; dot = "."} END {print v}' lib/include/rim/version.h)
 
 BUILD ?= build
 PREFIX ?= /usr/local
@@ -47,7 +48,7 @@ include tests/Dir.mk
 include tests/hidden/Dir.mk
 include data/Dir.mk
 
-.PHONY: help deps all demo test bench size install clean check FORCE
+.PHONY: help deps all demo test bench size api install clean check FORCE
 
 help: ## this list
 	@awk -F':.*## ' '/^[a-z_-]+:.*## /{printf "  make %-10s %s\n", $$1, $$2}' \
@@ -128,8 +129,6 @@ install: all ## into $(DESTDIR)$(PREFIX): bin lib include share
 	install -m 644 $(BUILD)/librim.a $(DESTDIR)$(PREFIX)/lib/librim.a
 	install -m 644 lib/include/rim/*.h $(DESTDIR)$(PREFIX)/include/rim/
 	install -m 644 lib/include/rim/plan/*.h $(DESTDIR)$(PREFIX)/include/rim/plan/
-	set -e; for f in $(wildcard lib/src/*/*.h); do \
-	  install -D -m 644 $$f $(DESTDIR)$(PREFIX)/include/$${f#lib/src/}; done
 	install -m 644 lib/wire/*.lcm lib/wire/*.dbc $(DESTDIR)$(PREFIX)/share/rimwatch/wire/
 	sed -e 's|@PREFIX@|$(PREFIX)|' -e 's|@VERSION@|$(VERSION)|' lib/rimwatch.pc.in \
 	  > $(DESTDIR)$(PREFIX)/lib/pkgconfig/rimwatch.pc
@@ -140,9 +139,14 @@ size: lib $(if $(CROSS_COMPILE),,host) ## code size, static RAM, stack and the R
 	@lib/size.sh "$(SIZE)" $(BUILD)
 	@$(if $(CROSS_COMPILE),,$(BUILD)/rim bench --memory || echo "monitor RAM: 'rim bench --memory' failed")
 
-check: check-deps lib ## cppcheck, style, forbidden symbols, and the tests under the sanitizers
+api: lib ## public headers and functions of the library, with their size in lines
+	@lib/api.py "$(NM)" $(BUILD)/librim.a
+
+check: check-deps lib ## cppcheck, style, rooms, public and forbidden symbols, and the tests under the sanitizers
 	tests/style.sh
+	tests/rooms.py
 	lib/check_symbols.sh "$(NM)" $(BUILD)/librim.a names
+	lib/api.py "$(NM)" $(BUILD)/librim.a > $(BUILD)/api.txt && tail -n 2 $(BUILD)/api.txt
 	lib/size.sh "$(SIZE)" $(BUILD) > $(BUILD)/size.txt || { tail -6 $(BUILD)/size.txt; exit 1; }
 	cppcheck --quiet --error-exitcode=1 --inline-suppr --std=c11 \
 	  --enable=warning,performance,portability -Ilib/include -Ilib/src lib/src

@@ -8,7 +8,7 @@ include $(PORTS:%=firmware/port/%/port.mk)
 .PHONY: firmware
 firmware: lib $(if $(CROSS_COMPILE),,$(BUILD)/rimd)
 
-# The daemon, for Linux: librim, libccd (the look-ahead) and the C library. For another computer:
+# The daemon, for Linux: librim and the C library. For another computer:
 # make CROSS_COMPILE=aarch64-linux-gnu- BUILD=build/aarch64 build/aarch64/rimd
 RIMD_SRC := $(sort $(wildcard firmware/rimd/*.c firmware/transport/*.c))
 RIMD_OBJ := $(RIMD_SRC:%.c=$(BUILD)/%.o)
@@ -23,7 +23,7 @@ $(BUILD)/firmware/%.o: firmware/%.c $(BUILD)/flags.firmware
 	$(call say,CC  )$(CC) $(FIRMWARE_CFLAGS) -MMD -MP -c $< -o $@
 
 $(BUILD)/rimd: $(RIMD_OBJ) $(BUILD)/librim.a
-	$(call say,LINK)$(CC) $(OPT) $(SANITIZER_FLAGS) $(EXTRA_LDFLAGS) -pthread -o $@ $(RIMD_OBJ) $(BUILD)/librim.a -lccd -lm
+	$(call say,LINK)$(CC) $(OPT) $(SANITIZER_FLAGS) $(EXTRA_LDFLAGS) -pthread -o $@ $(RIMD_OBJ) $(BUILD)/librim.a -lm
 
 -include $(RIMD_OBJ:.o=.d)
 
@@ -33,7 +33,7 @@ test-build: $(BUILD)/rimd
 $(BUILD)/tests/firmware/%: tests/firmware/%.c $(RIMD_OBJ) $(BUILD)/librim.a $(BUILD)/flags.firmware
 	@mkdir -p $(@D)
 	$(call say,TEST)$(CC) $(FIRMWARE_CFLAGS) -MMD -MP -MF $@.d $< -o $@ \
-	  $(filter-out %/rimd/main.o,$(RIMD_OBJ)) $(BUILD)/librim.a -lcmocka -lccd -lm
+	  $(filter-out %/rimd/main.o,$(RIMD_OBJ)) $(BUILD)/librim.a -lcmocka -lm
 
 # What every port replays. landing: twenty healthy landings learnt, then one with a hidden fault, from
 # its first row to its last, 29 features and 25 outcomes. golf: 4.2.3 (p. 55) with its own
@@ -142,7 +142,7 @@ fuzz-deps: deps
 $(BUILD)/fuzz/fuzz: $(FUZZ_SRC) tests/fuzz/fuzz_decoders.h $(wildcard lib/include/rim/*.h lib/include/rim/plan/*.h lib/src/*/*.h firmware/*/*.h)
 	@mkdir -p $(@D)
 	$(call say,FUZZ)clang -std=c11 -g -O1 -ffp-contract=off -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=all \
-	  -pthread -DRIM_VERSION='"$(VERSION)"' -Ifirmware -Ilib/include -Ilib/src $(FUZZ_SRC) -o $@ -lccd -lm
+	  -pthread -DRIM_VERSION='"$(VERSION)"' -Ifirmware -Ilib/include -Ilib/src $(FUZZ_SRC) -o $@ -lm
 fuzz: fuzz-deps ## search every decoder for faults, guided by coverage (FUZZ_SECONDS=600; installs clang)
 	@$(MAKE) --no-print-directory $(BUILD)/fuzz/fuzz
 	@mkdir -p $(BUILD)/fuzz/corpus

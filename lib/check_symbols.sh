@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 # check_symbols.sh NM ARCHIVE [cross] [names]: exit 1 when the archive needs anything that a bare
 # target has not got, or keeps mutable globals; with 'names' also when it exports a name that might
-# clash with an application's, not beginning with rim_; with 'cross' also when it needs 64-bit
+# clash with an application's: public ones begin with rim_, private ones with rimi_; with 'cross' also when it needs 64-bit
 # integer division (LEON3's helper traps). Helpers for floating point, shifts and multiplication
 # come with every compiler and are allowed.
 nm=$1 archive=$2
@@ -26,6 +26,6 @@ fi
 mutable=$(printf '%s\n' "$symbols" | awk 'NF==3 && $2 ~ /^[DdBbCGgSs]$/ && $3 !~ /\.rel\.ro|__compound_literal/ {print $3}')
 [ -n "$mutable" ] && { echo "$archive: mutable globals:" $mutable >&2; fail=1; }
 
-foreign=$(printf '%s\n' "$defined" | grep -v -e '^rim_' -e '^__x86')
-[ "$names" = names ] && [ -n "$foreign" ] && { echo "$archive: public names must begin with rim_:" $foreign >&2; fail=1; }
+foreign=$(printf '%s\n' "$defined" | grep -v -e '^rimi\{0,1\}_' -e '^__x86')
+[ "$names" = names ] && [ -n "$foreign" ] && { echo "$archive: names must begin with rim_ (public) or rimi_ (private):" $foreign >&2; fail=1; }
 exit $fail

@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
 # style.sh: exit 1 when a source file breaks a countable rule of the house: lines of at most 100
-# columns, files of at most 800 lines, functions of less than 60 lines.
+# columns, files of at most 800 lines, functions of less than 60 lines, the licence named in every file.
 cd "$(dirname "$0")/.." || exit 1
 find lib firmware host_tools tests -name '*.[ch]' -o -name '*.[ch]pp' | LC_ALL=C sort | xargs awk '
   function bad(text) { printf "%s:%d: %s\n", FILENAME, FNR, text; failures++ }
@@ -10,4 +10,8 @@ find lib firmware host_tools tests -name '*.[ch]' -o -name '*.[ch]pp' | LC_ALL=C
   length($0) > 100 { bad("line of " length($0) " columns") }
   /^[A-Za-z].*[)] *(const)? *(override)? *[{]$/ || /^[{]$/ || /^    .*[)] [{]$/ && !start { if (!start) start = FNR }
   /^[}]/ { if (start && FNR - start > 60) bad("function of " FNR - start " lines"); start = 0 }
-  END { if (last > 800) { printf "%s: %d lines\n", previous, last; failures++ } exit failures > 0 }'
+  END { if (last > 800) { printf "%s: %d lines\n", previous, last; failures++ } exit failures > 0 }' || fail=1
+unnamed=$(find lib firmware host_tools tests -name '*.[chS]' -o -name '*.[ch]pp' -o -name '*.py' -o -name '*.sh' -o -name '*.mk' |
+  LC_ALL=C sort | xargs grep -L 'SPDX-License-Identifier: MIT')
+[ -z "$unnamed" ] || { echo "without the line 'SPDX-License-Identifier: MIT':" $unnamed; fail=1; }
+exit ${fail:-0}

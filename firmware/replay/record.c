@@ -10,8 +10,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/bytes.h"
 #include "base/crc.h"
 #include "replay/recording.h"
+#include "rim/image.h"
 #include "rim/monitor.h"
 
 #define MAX_BYTES (64u << 20)

@@ -8,11 +8,14 @@
 #include <stddef.h>
 #include <string.h>
 
+#include "base/bytes.h"
 #include "base/crc.h"
+#include "monitor/inspect.h"
 #include "monitor/work.h"
 #include "port/port.h"
 #include "replay/bus.h"
 #include "replay/recording.h"
+#include "rim/image.h"
 #include "rim/monitor.h"
 
 #define MONITOR_BYTES 393216u /* five kinds of channel on the lander's 25 outcomes need 260 kB */

@@ -212,9 +212,9 @@ static void check_buses(reader *r) {
 }
 
 /* "x y z, x y z": three numbers of m a corner. */
-static bool parse_footprint(lookahead_config *ahead, const char *text) {
+static bool parse_footprint(rim_lookahead_config *ahead, const char *text) {
   while (*text != '\0') {
-    if (ahead->vertices == LOOKAHEAD_VERTICES)
+    if (ahead->vertices == RIM_LOOKAHEAD_VERTICES)
       return false;
     for (size_t k = 0; k < 3; k++) {
       char *end;
@@ -239,7 +239,7 @@ static void check_lookahead(reader *r) {
   if (!parse_footprint(&c->ahead, c->footprint))
     complain(r, line_of(r, "footprint"),
              "footprint: '%s' is not up to %u corners \"x y z, x y z\" within 10000 m",
-             c->footprint, LOOKAHEAD_VERTICES);
+             c->footprint, RIM_LOOKAHEAD_VERTICES);
   if (!c->look_ahead && (c->footprint[0] != '\0' || c->margin_mm != 0))
     complain(r, r->line, "%s needs axis_x, axis_y or axis_z", "footprint");
   if (c->look_ahead && c->lcm[0] == '\0')

@@ -11,7 +11,7 @@
 #include <stdint.h>
 
 #include "rim/can.h"
-#include "rimd/lookahead.h"
+#include "rim/plan/lookahead.h"
 #include "transport/lcm_udp.h"
 
 #define CONFIG_TEXT_BYTES 256u
@@ -48,7 +48,7 @@ typedef struct config {
   uint32_t signal_age_ms; /* older CAN signals make an observation incomplete; 0: 1000 */
   uint32_t margin_mm;     /* around the footprint */
   /* Made from the above. */
-  lookahead_config ahead; /* its axes are looked up in the image */
+  rim_lookahead_config ahead; /* its axes are looked up in the image */
   bool look_ahead;
   lcm_udp_address address;
   bool input_can;

@@ -8,9 +8,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "monitor/clock_guard.h"
 #include "rim/can.h"
 #include "rim/can_table.h"
+#include "rim/image.h"
 #include "rim/monitor.h"
 #include "rimd/config.h"
 #include "rimd/outbox.h"
@@ -49,8 +49,7 @@ typedef struct rimd {
   lcm_udp lcm;
   socketcan can, can_input;
   outbox outbox;
-  rim_plan plan;   /* newest; count 0: none */
-  rim_entry entry; /* told last; sequence 0: none */
+  rim_lookahead ahead; /* the newest plan, and what was said of it */
   state_file state;
   bool state_wanted; /* something to be kept has changed */
   uint64_t valid_ns; /* when the newest valid row came, or the start */

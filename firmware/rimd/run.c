@@ -3,12 +3,12 @@
 #include "rimd/rimd.h"
 
 #include <errno.h>
+#include <math.h>
 #include <poll.h>
 #include <signal.h>
 #include <string.h>
 #include <time.h>
 
-#include "base/real.h"
 #include "rim/lcm.h"
 #include "rimd/say.h"
 
@@ -37,33 +37,17 @@ static double day_s(void) {
   return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-/* Tells whether the plan leads into the region of the alarm that stands: when that changes, and
- * cyclically while it does. */
-static void look_ahead(rimd *d, bool cyclic) {
-  const rim_alarm *alarm = rim_monitor_standing(d->monitor, RIM_DETECTOR_RIM);
-  lookahead_result r;
-  if (!d->config.look_ahead || d->plan.count == 0)
+/* Sends what the library decides to say about the plan and the region of the alarm that stands. */
+static void look_ahead(rimd *d, bool again) {
+  rim_entry entry;
+  if (!d->config.look_ahead)
     return;
-  const double from_s = d->kept.row_s - 1e-6 * (double)d->plan.t_us;
-  const bool enters = alarm != NULL &&
-                      lookahead_check(&d->config.ahead, &alarm->region, &d->plan, from_s, &r) &&
-                      r.enters;
-  const bool did = d->entry.sequence != 0 && d->entry.to_entry_s >= 0.0;
-  if (enters == did && !(enters && cyclic))
+  d->ahead.sequence = d->kept.entry_sequence;
+  if (!rim_lookahead_update(&d->ahead, &d->config.ahead, d->monitor, d->view.model_id,
+                            d->kept.row_s, d->config.replay, again, &entry))
     return;
-  d->entry = (rim_entry){.t_s = d->kept.row_s,
-                         .to_entry_s = RIM_ENTRY_NEVER,
-                         .sequence = ++d->kept.entry_sequence,
-                         .alarm_sequence =
-                             alarm != NULL ? alarm->seq : rim_monitor_alarms(d->monitor).newest.seq,
-                         .plan_sequence = d->plan.sequence,
-                         .model_id = d->view.model_id,
-                         .flags = d->config.replay ? RIM_ALARM_FLAG_REPLAY : 0};
-  if (enters) {
-    d->entry.to_entry_s = r.after_s > from_s ? r.after_s - from_s : 0.0;
-    d->entry.pose = r.pose;
-  }
-  outbox_entry(&d->outbox, &d->entry, rimd_now_ns());
+  d->kept.entry_sequence = d->ahead.sequence;
+  outbox_entry(&d->outbox, &entry, rimd_now_ns());
 }
 
 static void send_record(rimd *d, const rim_alarm *record) {
@@ -107,7 +91,7 @@ static bool time_is_good(rimd *d, double t_s, uint64_t woke_ns) {
 
 static bool all_finite(const double *x, uint32_t n) {
   for (uint32_t i = 0; i < n; i++)
-    if (!rimi_is_finite(x[i]))
+    if (!isfinite(x[i]))
       return false;
   return true;
 }
@@ -182,7 +166,8 @@ static void take_observation(rimd *d, const lcm_udp_message *message, uint64_t w
   if (d->config.input_can)
     return; /* observations come from elsewhere */
   note_sequence(d, sample.sequence);
-  rimd_row(d, 1e-6 * (double)sample.t_us, sample.value, sample.count, woke_ns);
+  /* Divided: the double that a log with these decimals has; a product differs in its last bit. */
+  rimd_row(d, (double)sample.t_us / 1e6, sample.value, sample.count, woke_ns);
 }
 
 static void take_message(rimd *d, const lcm_udp_message *message, uint64_t woke_ns) {
@@ -201,9 +186,9 @@ static void take_message(rimd *d, const lcm_udp_message *message, uint64_t woke_
     return;
   }
   if (d->config.look_ahead && strcmp(message->channel, RIM_LCM_CHANNEL_PLAN) == 0) {
-    if (rim_lcm_unpack_plan(&d->plan, message->payload, message->bytes) != RIM_OK) {
+    if (rim_lcm_unpack_plan(&d->ahead.plan, message->payload, message->bytes) != RIM_OK) {
       count(&d->kept.counters.lcm_refused);
-      d->plan.count = 0; /* an older plan is no longer flown */
+      d->ahead.plan.count = 0; /* an older plan is no longer flown */
     }
     look_ahead(d, true);
     return;
@@ -214,14 +199,15 @@ static void take_message(rimd *d, const lcm_udp_message *message, uint64_t woke_
   count(&d->kept.counters.lcm_other);
 }
 
-static void read_lcm(rimd *d) {
+/* woke_ns: when poll() returned, so that a row that queues behind others of the batch is late. */
+static void read_lcm(rimd *d, uint64_t woke_ns) {
   lcm_udp_message message;
   for (int i = 0; i < BATCH; i++) {
     const int got = lcm_udp_receive(&d->lcm, &message);
     if (got == 0)
       return;
     if (got > 0)
-      take_message(d, &message, rimd_now_ns());
+      take_message(d, &message, woke_ns);
   }
 }
 
@@ -235,8 +221,8 @@ static double since_origin(rimd *d, double stamp_s) {
   return t_s - d->kept.can_origin_s;
 }
 
-static void take_input_frame(rimd *d, const rim_can_frame *frame, double stamp_s) {
-  const uint64_t woke_ns = rimd_now_ns();
+static void take_input_frame(rimd *d, const rim_can_frame *frame, double stamp_s,
+                             uint64_t woke_ns) {
   bool complete = false;
   double row_s = 0.0;
   const rim_status status =
@@ -252,7 +238,7 @@ static void take_input_frame(rimd *d, const rim_can_frame *frame, double stamp_s
     rimd_row(d, row_s, d->gather.value, d->table.values, woke_ns);
 }
 
-static void read_can_input(rimd *d) {
+static void read_can_input(rimd *d, uint64_t woke_ns) {
   rim_can_frame frame;
   double stamp_s;
   for (int i = 0; i < BATCH; i++) {
@@ -260,7 +246,7 @@ static void read_can_input(rimd *d) {
     if (got == 0)
       return;
     if (got > 0)
-      take_input_frame(d, &frame, stamp_s);
+      take_input_frame(d, &frame, stamp_s, woke_ns);
   }
 }
 
@@ -408,13 +394,14 @@ void rimd_run(rimd *d, const volatile sig_atomic_t *stopped) {
     struct pollfd ready[3] = {
         {d->lcm.in, POLLIN, 0}, {d->can.fd, POLLIN, 0}, {d->can_input.fd, POLLIN, 0}};
     const int count_ready = ppoll(ready, 3, &wait, &waiting);
+    const uint64_t woke_ns = rimd_now_ns();
     if (count_ready > 0) {
       if (ready[0].revents != 0)
-        read_lcm(d);
+        read_lcm(d, woke_ns);
       if (ready[1].revents != 0)
         read_can_commands(d);
       if (ready[2].revents != 0)
-        read_can_input(d);
+        read_can_input(d, woke_ns);
     }
     wait_ms = rimd_tick(d, rimd_now_ns());
   }

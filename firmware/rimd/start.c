@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "base/bytes.h"
 #include "rimd/rimd.h"
 #include "rimd/say.h"
 
@@ -89,31 +90,31 @@ static int open_monitor(rimd *d) {
   return EXIT_DATA;
 }
 
-/* Index of a feature by its name in the image; LOOKAHEAD_NO_AXIS where there is none. */
+/* Index of a feature by its name in the image; RIM_LOOKAHEAD_NO_AXIS where there is none. */
 static uint16_t feature_of(const rimd *d, const char *name) {
   const uint8_t *text;
   size_t bytes;
   if (rim_image_section(&d->view, RIM_SECTION_NAMES, &text, &bytes) != RIM_OK)
-    return LOOKAHEAD_NO_AXIS;
+    return RIM_LOOKAHEAD_NO_AXIS;
   const size_t length = strlen(name);
   for (uint32_t f = 0; f < d->features; f++) {
     const uint8_t *end = memchr(text, '\n', bytes);
     if (end == NULL)
-      return LOOKAHEAD_NO_AXIS;
+      return RIM_LOOKAHEAD_NO_AXIS;
     if ((size_t)(end - text) == length && memcmp(text, name, length) == 0)
       return (uint16_t)f;
     bytes -= (size_t)(end - text) + 1;
     text = end + 1;
   }
-  return LOOKAHEAD_NO_AXIS;
+  return RIM_LOOKAHEAD_NO_AXIS;
 }
 
 static int open_lookahead(rimd *d) {
   const char *const name[3] = {d->config.axis_x, d->config.axis_y, d->config.axis_z};
   for (size_t k = 0; k < 3; k++) {
     uint16_t *axis = &d->config.ahead.axis[k];
-    *axis = name[k][0] != '\0' ? feature_of(d, name[k]) : LOOKAHEAD_NO_AXIS;
-    if (name[k][0] != '\0' && *axis == LOOKAHEAD_NO_AXIS) {
+    *axis = name[k][0] != '\0' ? feature_of(d, name[k]) : RIM_LOOKAHEAD_NO_AXIS;
+    if (name[k][0] != '\0' && *axis == RIM_LOOKAHEAD_NO_AXIS) {
       say("axis_%c: %s has no feature '%s'", (char)('x' + k), d->config.image, name[k]);
       return EXIT_DATA;
     }

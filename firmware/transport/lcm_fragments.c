@@ -5,6 +5,8 @@
 
 #define HEADER 20u
 
+_Static_assert(LCM_FRAGMENTS_BYTES <= UINT16_MAX, "offsets are kept in 16 bits");
+
 /* What a fragment says of itself; its data points into the datagram. */
 typedef struct part {
   uint32_t sequence, total, offset, number, parts;
@@ -63,6 +65,17 @@ static lcm_fragments_message *message_of(lcm_fragments *f, uint64_t sender, cons
   return place;
 }
 
+/* Whether the fragments follow each other without a hole and without overlapping. */
+static bool is_whole(const lcm_fragments_message *m) {
+  uint32_t at = 0;
+  for (uint32_t i = 0; i < m->parts; i++) {
+    if (m->offset[i] != at)
+      return false;
+    at += m->bytes[i];
+  }
+  return at == m->total;
+}
+
 lcm_fragments_answer lcm_fragments_take(lcm_fragments *f, uint64_t sender, const uint8_t *datagram,
                                         size_t bytes, const char **channel, const uint8_t **payload,
                                         size_t *payload_bytes, uint32_t *lost) {
@@ -80,14 +93,15 @@ lcm_fragments_answer lcm_fragments_take(lcm_fragments *f, uint64_t sender, const
     return LCM_FRAGMENTS_WAIT;
   m->have |= bit;
   memcpy(m->data + p.offset, p.data, p.bytes);
-  m->filled += p.bytes;
+  m->offset[p.number] = (uint16_t)p.offset;
+  m->bytes[p.number] = (uint16_t)p.bytes;
   if (p.channel != NULL)
     memcpy(m->channel, p.channel, strlen(p.channel) + 1);
   const uint64_t all = UINT64_MAX >> (LCM_FRAGMENTS_PARTS - m->parts);
   if (m->have != all)
     return LCM_FRAGMENTS_WAIT;
   m->have = 0;
-  if (m->filled != m->total)
+  if (!is_whole(m))
     return LCM_FRAGMENTS_REFUSED;
   *channel = m->channel;
   *payload = m->data;

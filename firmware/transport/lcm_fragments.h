@@ -22,8 +22,9 @@
 
 typedef struct lcm_fragments_message {
   uint64_t sender, have; /* have: a bit a fragment; 0: free */
-  uint32_t sequence, total, filled, touched;
+  uint32_t sequence, total, touched;
   uint32_t parts;
+  uint16_t offset[LCM_FRAGMENTS_PARTS], bytes[LCM_FRAGMENTS_PARTS]; /* of each fragment */
   char channel[LCM_PACKET_MAX_CHANNEL + 1];
   uint8_t data[LCM_FRAGMENTS_BYTES];
 } lcm_fragments_message;
@@ -37,7 +38,8 @@ typedef struct lcm_fragments {
 typedef enum lcm_fragments_answer {
   LCM_FRAGMENTS_WAIT,     /* the rest is to come */
   LCM_FRAGMENTS_COMPLETE, /* *channel, *payload: until the next call */
-  LCM_FRAGMENTS_REFUSED   /* cut, too long, or at odds with what came before: forgotten with it */
+  LCM_FRAGMENTS_REFUSED   /* cut, too long, overlapping, or at odds with what came before: its
+                             message is forgotten */
 } lcm_fragments_answer;
 
 /* Takes a datagram that lcm_packet_open called a fragment. sender: anything that tells senders

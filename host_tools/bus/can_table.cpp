@@ -9,6 +9,8 @@
 #include "rim/monitor.h"
 #include "image/image_writer.hpp"
 #include "util/error.hpp"
+#include "base/bytes.h"
+#include "rim/image.h"
 #include "util/toml_table.hpp"
 
 namespace rim {

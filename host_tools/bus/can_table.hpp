@@ -22,6 +22,7 @@
 
 #include "bus/dbc.hpp"
 #include "image/image_writer.hpp"
+#include "rim/image.h"
 
 namespace rim {
 

@@ -11,6 +11,7 @@
 #include "util/parallel_for.hpp"
 #include "util/table.hpp"
 #include "world/lander_params.hpp"
+#include "search/select.h"
 #include "world/recording.hpp"
 
 #include <algorithm>

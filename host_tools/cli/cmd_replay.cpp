@@ -11,6 +11,7 @@
 #include "util/atomic_file.hpp"
 #include "util/error.hpp"
 #include "util/progress.hpp"
+#include "rim/image.h"
 
 #include <cmath>
 #include <cstdio>

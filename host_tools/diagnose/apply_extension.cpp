@@ -7,9 +7,10 @@
 #include <fmt/format.h>
 
 #include "diagnose/extension.hpp"
-#include "rim/plan/correct.h"
+#include "image/correct.h"
 #include "image/image_writer.hpp"
 #include "util/error.hpp"
+#include "rim/image.h"
 
 namespace rim::diagnose {
 namespace {
@@ -200,7 +201,7 @@ std::vector<std::uint8_t> with_correction(const std::vector<std::uint8_t> &image
                                           const std::string &name) {
   const LoadedImage loaded(
       std::string_view(reinterpret_cast<const char *>(image.data()), image.size()), name);
-  return with_sections(loaded.view(), {{RIM_CORRECT_SECTION, section}}, ModelId::of_content);
+  return with_sections(loaded.view(), {{RIM_SECTION_CORRECT, section}}, ModelId::of_content);
 }
 
 } // namespace rim::diagnose

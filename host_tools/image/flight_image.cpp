@@ -7,6 +7,8 @@
 #include "base/crc.h"
 #include "image/image_writer.hpp"
 #include "util/error.hpp"
+#include "base/bytes.h"
+#include "rim/image.h"
 
 namespace rim {
 

@@ -10,6 +10,8 @@
 #include "rim/monitor.h"
 #include "image/basis.hpp"
 #include "image/layout.hpp"
+#include "rim/image.h"
+#include "search/select.h"
 
 namespace rim {
 

@@ -10,6 +10,8 @@
 #include "base/crc.h"
 #include "util/atomic_file.hpp"
 #include "util/error.hpp"
+#include "base/bytes.h"
+#include "rim/image.h"
 
 namespace rim {
 

@@ -6,6 +6,8 @@
 #include "util/error.hpp"
 
 #include "rim/monitor.h"
+#include "base/bytes.h"
+#include "rim/image.h"
 
 namespace rim {
 

@@ -14,6 +14,8 @@
 extern "C" {
 #include "image/noise.h"
 #include "monitor/blocks.h"
+#include "base/bytes.h"
+#include "rim/image.h"
 }
 
 namespace rim::world {
@@ -96,12 +98,14 @@ Log ImagePredictor::predict(const Log &log) const {
   for (std::size_t t = 0; t < log.t_s.size(); ++t) {
     for (std::size_t f = 0; f < features.size(); ++f)
       context[f] = log.values(static_cast<Eigen::Index>(t), features[f]);
-    if (rimi_blocks_row(blocks, log.t_s[t], context.data(), nullptr, nullptr, nullptr) != BLOCKS_DONE ||
+    if (rimi_blocks_row(blocks, log.t_s[t], context.data(), nullptr, nullptr, nullptr) !=
+            BLOCKS_DONE ||
         !rimi_blocks_has_first(blocks))
       continue;
     rimi_behaviour_predict(&behaviour_, rimi_blocks_terms(blocks), rimi_blocks_first(blocks),
-                          predicted.data());
-    std::vector<double> values(rimi_blocks_context(blocks), rimi_blocks_context(blocks) + features.size());
+                           predicted.data());
+    std::vector<double> values(rimi_blocks_context(blocks),
+                               rimi_blocks_context(blocks) + features.size());
     for (std::size_t o = 0; o < names.size(); ++o) {
       values.push_back(rimi_blocks_outcomes(blocks)[o]);
       values.push_back(predicted[o]);

@@ -11,6 +11,9 @@
 #include "base/crc.h"
 #include "base/real.h"
 #include "util/error.hpp"
+#include "rim/image.h"
+#include "search/select.h"
+#include "monitor/inspect.h"
 
 namespace rim {
 
@@ -138,7 +141,7 @@ ReplayedLog Replayer::replay(const Log &log, const ReplayOptions &options, const
         examined.push_back({{place, place + regions}, t + 1});
     }
     blocks = verdict.blocks;
-    result.watches_interference = result.watches_interference || verdict.interference.valid;
+    result.watches_interference = result.watches_interference || verdict.interference != nullptr;
     if (verdict.alarm.seq != 0)
       tell(verdict.alarm);
     tell_waiting();

@@ -10,6 +10,7 @@
 #include "util/error.hpp"
 #include "util/parallel_for.hpp"
 #include "util/progress.hpp"
+#include "image/threshold.h"
 
 namespace rim {
 

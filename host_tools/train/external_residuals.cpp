@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "search/select.h"
+#include "monitor/inspect.h"
 
 namespace rim {
 

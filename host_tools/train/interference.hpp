@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "log/log.hpp"
-#include "rim/interference.h"
+#include "interference/detector.h"
 #include "world/cobot_log.hpp"
 
 namespace rim {

@@ -14,6 +14,8 @@
 #include "util/error.hpp"
 #include "util/parallel_for.hpp"
 #include "world/cobot.hpp"
+#include "rim/image.h"
+#include "interference/detector.h"
 
 namespace rim {
 namespace {
@@ -132,7 +134,7 @@ void train_interference(const std::vector<Log> &logs, const std::string &labels,
     file.commit();
   } else {
     ImageWriter image(kModelId);
-    image.add_section(RIM_INTERFERENCE_SECTION, section_of(m));
+    image.add_section(RIM_SECTION_INTERFERENCE, section_of(m));
     image.write(out);
   }
   std::printf("%s written\n", out.c_str());

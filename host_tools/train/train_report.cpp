@@ -9,6 +9,7 @@
 #include "image/names.hpp"
 #include "image/image_writer.hpp"
 #include "util/table.hpp"
+#include "rim/image.h"
 
 namespace rim {
 

@@ -19,7 +19,7 @@
 #include <string>
 #include <vector>
 
-#include "rim/interference.h"
+#include "interference/detector.h"
 #include "world/cobot_map.hpp"
 #include "world/collision.hpp"
 #include "world/random.hpp"

@@ -51,8 +51,10 @@ grep '^FAILED ' console
 for name in heard.jsonl wire.candump fd.jsonl fd.candump replay.jsonl; do awk -v n="== $name" '$0 == n {on=1; next} $0 == "== end" {on=0} on' console > "$name"; done
 
 # What was heard is what the ground finds in the same frames.
-"$RIM" replay --model toy.rim biased.candump --alarms ground.jsonl > said 2>&1; check "the log replays" 0 $?
+"$RIM" replay --model toy.rim biased.candump --alarms ground.jsonl --candump ground.frames --node 5 > said 2>&1; check "the log replays" 0 $?
 python3 "$root/tests/firmware/same_alarms.py" ground.jsonl heard.jsonl > said; check "the alarms of the ground" 0 $?
+cat said
+python3 "$root/tests/firmware/same_frames.py" 5 ground.frames wire.candump > said 2>&1; check "and their bytes" 0 $?
 cat said
 python3 "$root/tests/firmware/same_alarms.py" ground.jsonl replay.jsonl > said; check "the replay's alarms" 0 $?
 # Someone else's program reads our frames by our DBC.

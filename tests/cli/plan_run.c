@@ -3,10 +3,10 @@
  * with a better-than-expected parallelogram, with librim's arithmetic alone. Prints a digest over
  * every bit of every choice, of what is expected at the end and of the regions. plan_digest.sh
  * compares the builds. An argument changes the seed. */
+#include <rim/plan/bandit.h>
 #include <base/crc.h>
 #include <base/real.h>
 #include <base/rng.h>
-#include <rim/plan/bandit.h>
 #include <stdio.h>
 
 enum { TURNS = 100, ACTIONS = 51, PLANS = 6, LAMBDAS = 9 };

@@ -85,6 +85,7 @@ class Bus:
         Bus.own.add(str(os.fstat(self.socket.fileno()).st_ino))
         self.sequence = self.datagrams = 0
         self.alarms, self.health, self.counters, self.entries, self.raw = [], [], [], [], {}
+        self.records = []  # bytes of the alarms, in the order in which they came
 
     def datagram(self, data):
         self.socket.sendto(data, self.to)
@@ -145,6 +146,7 @@ class Bus:
             alarm.update(channel=field[13:17], shift=field[17:21], feature=field[25:28], center=field[28:31],
                          lower=field[40:43], upper=field[43:46], ln_anom=field[-3], threshold=field[-2], p_value=field[-1])
             self.alarms.append(alarm)
+            self.records.append(payload)
         elif name == "RIM_HEALTH":
             field = struct.unpack(">Qd7IBB", payload)
             assert field[0] == fingerprint("health", self.wire)

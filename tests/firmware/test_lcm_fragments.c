@@ -157,6 +157,16 @@ static void fragments_at_odds_are_forgotten(void **state) {
   assert_int_equal(take(3, d, bytes - 1), LCM_FRAGMENTS_REFUSED); /* all there, and a byte short */
 }
 
+/* The lengths add up, but 500 bytes come twice and the last 500 never. */
+static void a_hole_is_not_filled_with_zeros(void **state) {
+  (void)state;
+  uint8_t d[2000];
+  assert_int_equal(give(3, 1, 2000, 1000, 0), LCM_FRAGMENTS_WAIT);
+  const size_t bytes = make(d, 1, 2000, 1000, 1);
+  put(d + 12, 500, 4);
+  assert_int_equal(take(3, d, bytes), LCM_FRAGMENTS_REFUSED);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup(any_order_will_do, begin),
@@ -164,6 +174,7 @@ int main(void) {
       cmocka_unit_test_setup(what_never_ends_makes_room, begin),
       cmocka_unit_test_setup(wrong_ones_are_refused, begin),
       cmocka_unit_test_setup(fragments_at_odds_are_forgotten, begin),
+      cmocka_unit_test_setup(a_hole_is_not_filled_with_zeros, begin),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -12,13 +12,16 @@
 #include <string.h>
 
 #include "image/basis.h"
+#include "image/correct.h"
 #include "image/noise.h"
 #include "image/nominal.h"
+#include "image/threshold.h"
 #include "rim/can.h"
 #include "rim/can_table.h"
+#include "rim/image.h"
 #include "rim/monitor.h"
+#include "rim/plan/lookahead.h"
 #include "rimd/config.h"
-#include "rimd/lookahead.h"
 #include "transport/lcm_packet.h"
 #include "transport/lcm_udp.h"
 
@@ -208,11 +211,11 @@ static inline void fuzz_text(const uint8_t *data, size_t bytes) {
 }
 
 static inline void fuzz_lookahead(const uint8_t *data, size_t bytes) {
-  static const lookahead_config c = {
+  static const rim_lookahead_config c = {
       .axis = {0, 1, 2}, .vertices = 2, .vertex = {{1, 0, 0}, {-1, 0, 0}}};
   static rim_plan plan;
   rim_region region;
-  lookahead_result result;
+  rim_lookahead_result result;
   if (bytes < RIM_LCM_PLAN_SIZE || rim_lcm_unpack_plan(&plan, data, RIM_LCM_PLAN_SIZE) != RIM_OK)
     return;
   memset(&region, 0, sizeof region);
@@ -221,7 +224,7 @@ static inline void fuzz_lookahead(const uint8_t *data, size_t bytes) {
   region.dims = (uint8_t)(plan.sequence % 5u);
   for (uint16_t d = 0; d < RIM_REGION_MAX_DIMS; d++)
     region.feature[d] = d;
-  (void)lookahead_check(&c, &region, &plan, 0.0, &result);
+  (void)rim_lookahead_check(&c, &region, &plan, 0.0, &result);
 }
 
 static inline void fuzz_one(const uint8_t *data, size_t bytes) {

@@ -13,7 +13,7 @@ extern "C" {
 }
 
 #include "replay/replay.hpp"
-#include "rim/plan/correct.h"
+#include "image/correct.h"
 #include "toy_log.hpp"
 #include "image/image_writer.hpp"
 #include "train/trainer.hpp"

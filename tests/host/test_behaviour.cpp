@@ -15,6 +15,7 @@ extern "C" {
 #include <cmocka.h>
 #define _Static_assert static_assert
 #include "monitor/monitor_private.h"
+#include "rim/image.h"
 }
 
 namespace {
@@ -225,9 +226,10 @@ void training_and_flight_predict_the_same(void **) {
                                   static_cast<std::uint32_t>(l.layout.features()), kOutcomes),
                    RIM_OK);
   rim_behaviour flight;
-  assert_int_equal(rimi_behaviour_open(&flight, models.data(), models.size(), view.terms, kOutcomes),
-                   RIM_OK);
-  const rim::BlockRun run = rim::block_run(made_vehicle(kSeed + 300), l.layout, l.basis, l.options);
+  assert_int_equal(
+      rimi_behaviour_open(&flight, models.data(), models.size(), view.terms, kOutcomes), RIM_OK);
+  const rim::BlockRun run =
+      rim::block_run(made_vehicle(kSeed + 300), l.layout, l.basis, l.options);
   const rim::Matrix terms = standard_terms(l.basis, run);
   double predicted[2 * kOutcomes];
   for (Eigen::Index b = 0; b < run.blocks(); ++b) {

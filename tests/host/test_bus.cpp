@@ -11,6 +11,8 @@
 #include "util/error.hpp"
 
 #include "rim/monitor.h"
+#include "base/ellipsoid.h"
+#include "rim/image.h"
 
 #include <cmath>
 #include <cstdarg>

@@ -18,11 +18,13 @@ extern "C" {
 
 #include "image/image_writer.hpp"
 #include "util/error.hpp"
+#include "base/bytes.h"
+#include "rim/image.h"
 
 namespace {
 
-constexpr std::uint32_t kNumbers = RIM_IMAGE_ID('N', 'U', 'M', '1');
-constexpr std::uint32_t kText = RIM_IMAGE_ID('T', 'X', 'T', '1');
+constexpr std::uint32_t kNumbers = 0x314d554e;
+constexpr std::uint32_t kText = 0x31545854;
 
 rim::ImageWriter example() {
   rim::ImageWriter writer(99);
@@ -69,7 +71,6 @@ void what_is_written_is_read(void **) {
   assert_string_equal(reinterpret_cast<const char *>(data), "altitude");
   assert_int_equal(rim_image_section(view, kNumbers, &data, &size), RIM_OK);
   assert_int_equal(size, 32);
-  assert_int_equal(rimi_image_count(view, kNumbers), 6);
   assert_int_equal(rimi_le_u8(data, 0), 7);
   assert_int_equal(rimi_le_u16(data + 1, 0), 0x1234);
   assert_int_equal(rimi_le_u32(data, 1), 0x89abcdef);

@@ -18,7 +18,8 @@ inline rim::Log toy_log(std::uint64_t seed, std::size_t rows = 600, double bias_
                  {"s.position_b_m", "m", rim::Role::sensor},
                  {"s.speed_mps", "m/s", rim::Role::sensor}};
   log.values.resize(static_cast<Eigen::Index>(rows), 4);
-  const double bias_a = 0.02 * rimi_rng_normal(&rng) + bias_m, bias_b = 0.02 * rimi_rng_normal(&rng);
+  const double bias_a = 0.02 * rimi_rng_normal(&rng) + bias_m,
+               bias_b = 0.02 * rimi_rng_normal(&rng);
   const double phase = rimi_rng_normal(&rng);
   double x = 0.0, v = 0.0;
   for (std::size_t t = 0; t < rows; ++t) {

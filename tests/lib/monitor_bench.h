@@ -19,6 +19,8 @@
 #include "base/crc.h"
 #include "base/real.h"
 #include "base/rng.h"
+#include "rim/image.h"
+#include "rim/interference.h"
 #include "rim/monitor.h"
 #include "section_bytes.h"
 

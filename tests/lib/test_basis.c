@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdio.h>
 
+#include "base/bytes.h"
 #include "base/rng.h"
 #include "image/basis.h"
 #include "rim/image.h"

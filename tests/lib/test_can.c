@@ -12,6 +12,7 @@
 
 #include "alarm_sample.h"
 #include "base/crc.h"
+#include "base/ellipsoid.h"
 #include "rim/can.h"
 
 #define SAMPLES 500u

@@ -10,6 +10,7 @@
 
 #include <cmocka.h>
 
+#include "base/ellipsoid.h"
 #include "base/rng.h"
 #include "search/cem.h"
 

@@ -9,7 +9,7 @@
 
 #include <cmocka.h>
 
-#include "monitor/clock_guard.h"
+#include "rim/monitor.h"
 
 static const rim_clock_guard_config CONFIG = {.max_jump_s = 10.0, .resync_rows = 5};
 

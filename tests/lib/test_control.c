@@ -149,8 +149,18 @@ static void a_heartbeat_comes_back(void **state) {
   assert_int_equal(rim_can_pack_heartbeat(&frame, 1, &h, 0, false), RIM_E_RANGE);
 }
 
+/* Another type is told from one that was cut, however long it is. */
+static void a_short_message_of_another_type_is_told(void **state) {
+  (void)state;
+  const uint8_t other[12] = {1, 2, 3, 4, 5, 6, 7, 8, 9};
+  rim_command out;
+  assert_int_equal(rim_lcm_unpack_command(&out, other, sizeof other), RIM_E_MAGIC);
+  assert_int_equal(rim_lcm_unpack_command(&out, other, 7), RIM_E_TRUNCATED);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_short_message_of_another_type_is_told),
       cmocka_unit_test(a_command_equals_the_generated_encoder),
       cmocka_unit_test(counters_equal_the_generated_encoder),
       cmocka_unit_test(counters_have_their_names),

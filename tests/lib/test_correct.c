@@ -11,8 +11,9 @@
 #include <cmocka.h>
 
 #include "base/crc.h"
+#include "base/ellipsoid.h"
 #include "base/rng.h"
-#include "rim/plan/correct.h"
+#include "image/correct.h"
 
 #define SEED 47u
 enum { F = 4, O = 2, R = 3, BYTES = RIM_CORRECT_BYTES(O, R) };
@@ -401,7 +402,7 @@ static void an_image_carries_it(void **state) {
   memset(memory, 0, sizeof memory);
   memcpy(image, RIM_IMAGE_MAGIC, 8);
   const uint32_t header[] = {RIM_IMAGE_ENDIAN_TAG, RIM_IMAGE_MAJOR, ALL, 5, 1};
-  const uint32_t entry[] = {RIM_CORRECT_SECTION, AT, BYTES, R};
+  const uint32_t entry[] = {RIM_SECTION_CORRECT, AT, BYTES, R};
   for (size_t i = 0; i < 20; ++i)
     image[8 + i] = (uint8_t)(header[i / 4] >> 8 * (i % 4) & 255u);
   for (size_t i = 0; i < 16; ++i)

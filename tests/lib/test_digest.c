@@ -10,7 +10,10 @@
 
 #include "alarm_sample.h"
 #include "base/crc.h"
+#include "rim/interference.h"
 #include "rim/monitor.h"
+
+static const rim_interference_verdict motion = {.valid = true, .ln_odds = -3.0};
 
 static rim_verdict sample(void) {
   rim_verdict v;
@@ -27,8 +30,7 @@ static rim_verdict sample(void) {
   v.alarm.state = RIM_ALARM_RAISED;
   v.alarm.channels = 2;
   v.alarm.region.dims = 2;
-  v.interference.valid = true;
-  v.interference.ln_odds = -3.0;
+  v.interference = &motion;
   return v;
 }
 
@@ -56,9 +58,13 @@ static void what_decides_changes_it(void **state) {
   CHANGES(valid, false);
   CHANGES(reason, RIM_REASON_RATE);
   CHANGES(reason, RIM_REASON_OUT_OF_RANGE);
-  CHANGES(interference.ln_odds, -2.0);
-  CHANGES(interference.alarmed, true);
-  CHANGES(interference.valid, false);
+  rim_interference_verdict moved = motion;
+  moved.ln_odds = -2.0;
+  CHANGES(interference, &moved);
+  moved = motion;
+  moved.alarmed = true;
+  CHANGES(interference, &moved);
+  CHANGES(interference, NULL);
   CHANGES(alarm.state, RIM_ALARM_UPDATED);
   CHANGES(alarm.state, RIM_ALARM_NONE);
   CHANGES(alarm.kind, v.alarm.kind ^ 1u);

@@ -11,6 +11,7 @@
 
 #include <cmocka.h>
 
+#include "base/ellipsoid.h"
 #include "base/rng.h"
 #include "batch/dmaps.h"
 
@@ -300,53 +301,6 @@ static void scaling(void **state) {
   assert_true(one.evaluations <= one.searches * fs_rim + climbs * (241 + 1));
 }
 
-static void a_given_region_is_refined(void **state) {
-  (void)state;
-  make(1, 1.5, 0.0, 1);
-  const rim_batch_data data = with(1);
-  const rim_dmaps_config c = {.search = {.seed = SEED}};
-  const uint16_t feature[2] = {3, 1}; /* in any order */
-  const double lower[2] = {0.45, 0.15};
-  const double upper[2] = {0.95, 0.35};
-  rim_region box;
-  assert_int_equal(rimi_region_from_box(&box, 2, feature, lower, upper), RIM_OK);
-  box.inverse_shape[1] = box.inverse_shape[2] = 5.0; /* turned */
-  assert_true(rimi_region_is_valid(&box));
-  double sum = 0.0;
-  double n = 0.0;
-  for (int i = 0; i < N; ++i) {
-    const bool in = rim_region_contains(&box, &u[i * D]);
-    sum += in ? r[i] : 0.0;
-    n += in;
-  }
-  rim_dmaps_region out;
-  assert_int_equal(rimi_dmaps_optimise(&c, &data, NULL, &box, work, sizeof work, &out), RIM_OK);
-  assert_true(out.ln_anom > sum * sum / (2.0 * n));
-  rim_dmaps_result one = {.count = 1, .region = {out}};
-  assert_int_equal(rimi_dmaps_assign(&one, &data, NULL, given), RIM_OK);
-  assert_true(f1(1, 1) > 0.85);
-  rim_region bad = box;
-  bad.feature[0] = D;
-  assert_int_equal(rimi_dmaps_optimise(&c, &data, NULL, &bad, work, sizeof work, &out),
-                   RIM_E_RANGE);
-  bad = box;
-  bad.dims = 0;
-  assert_int_equal(rimi_dmaps_optimise(&c, &data, NULL, &bad, work, sizeof work, &out),
-                   RIM_E_RANGE);
-  bad = box;
-  bad.inverse_shape[0] = -1.0;
-  assert_int_equal(rimi_dmaps_optimise(&c, &data, NULL, &bad, work, sizeof work, &out),
-                   RIM_E_SINGULAR);
-  /* no climbing at all: the start itself, its factor through A^-1 and back */
-  rim_dmaps_config still = c;
-  still.cem.iterations = 1;
-  still.cem.spread = 1e-12;
-  assert_int_equal(rimi_dmaps_optimise(&still, &data, NULL, &box, work, sizeof work, &out), RIM_OK);
-  for (int k = 0; k < 4; ++k)
-    near(out.region.inverse_shape[k], box.inverse_shape[k], 1e-6);
-  assert_int_equal(out.count, (int)n);
-}
-
 static void memory_is_respected(void **state) {
   (void)state;
   make(1, 1.5, -1.5, O);
@@ -415,7 +369,6 @@ int main(void) {
                                      cmocka_unit_test(what_is_skipped_is_not_looked_at),
                                      cmocka_unit_test(the_same_bits_again),
                                      cmocka_unit_test(scaling),
-                                     cmocka_unit_test(a_given_region_is_refined),
                                      cmocka_unit_test(memory_is_respected),
                                      cmocka_unit_test(bad_configuration_is_refused)};
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -151,8 +151,18 @@ static void a_frame_reads_back(void **state) {
   assert_true(back.to_entry_s == RIM_ENTRY_NEVER);
 }
 
+/* Another type is told from one that was cut, however long it is. */
+static void a_short_message_of_another_type_is_told(void **state) {
+  (void)state;
+  const uint8_t other[12] = {1, 2, 3, 4, 5, 6, 7, 8, 9};
+  rim_entry out;
+  assert_int_equal(rim_lcm_unpack_entry(&out, other, sizeof other), RIM_E_MAGIC);
+  assert_int_equal(rim_lcm_unpack_entry(&out, other, 7), RIM_E_TRUNCATED);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_short_message_of_another_type_is_told),
       cmocka_unit_test(plans_equal_the_generated_encoder),
       cmocka_unit_test(an_entry_equals_the_generated_encoder),
       cmocka_unit_test(plans_that_cannot_be_are_refused),

@@ -14,6 +14,7 @@
 #include "base/crc.h"
 #include "base/rng.h"
 #include "rim/plan/extent.h"
+#include "search/cem.h"
 
 #define SEED 52u
 enum { DIMS = 2, POINTS = 120, LAMBDAS = 9, RIMS = 2 };
@@ -78,7 +79,10 @@ static void fill(rim_extent *e, int from, int to) {
 
 static bool inside(const rim_extent_region *region, const double *p) {
   const double u[DIMS] = {(p[0] + 1.0) / 2.0, (p[1] - 10.0) / 10.0};
-  return rimi_ellipsoid_contains(&region->ellipsoid, u);
+  rim_ellipsoid e = {.dims = region->dims};
+  memcpy(e.center, region->center, sizeof region->center);
+  memcpy(e.factor, region->factor, sizeof region->factor);
+  return rimi_ellipsoid_contains(&e, u);
 }
 
 static void finds_a_hidden_region(void **state) {
@@ -254,11 +258,11 @@ static void boxes_reach_into_corners(void **state) {
   for (uint32_t i = 0; i < LAMBDAS; ++i) {
     rim_extent_region r;
     (void)rim_extent_get_region(e, 0, i, &r);
-    const double *l = r.ellipsoid.factor;
+    const double *l = r.factor;
     double n = 0.0, of_ball = 0.0;
     for (int k = 0; k < POINTS; ++k) {
-      const double u = ((x[k][0] + 1.0) / 2.0 - r.ellipsoid.center[0]) / l[0];
-      const double v = ((x[k][1] - 10.0) / 10.0 - r.ellipsoid.center[1] - l[1] * u) / l[2];
+      const double u = ((x[k][0] + 1.0) / 2.0 - r.center[0]) / l[0];
+      const double v = ((x[k][1] - 10.0) / 10.0 - r.center[1] - l[1] * u) / l[2];
       n += fmax(fabs(u), fabs(v)) < 1.0;
       of_ball += u * u + v * v < 1.0;
     }
@@ -287,7 +291,7 @@ static void sizes_stay_within_bounds(void **state) {
       for (uint32_t i = 0; i < LAMBDAS; ++i) {
         rim_extent_region r;
         (void)rim_extent_get_region(e, 0, i, &r);
-        const double *l = r.ellipsoid.factor;
+        const double *l = r.factor;
         assert_true(r.ln_anom > 0.0);
         assert_true(l[0] >= 0.25 && l[0] <= 0.6 && l[2] >= 0.04 && l[2] <= 0.1);
         assert_true(set == RIM_EXTENT_BY_VOLUME || fabs(l[1]) <= 0.1);

@@ -9,13 +9,14 @@
 
 #include <cmocka.h>
 
+#include "base/bytes.h"
 #include "base/crc.h"
 #include "rim/image.h"
 
 enum { SECTIONS = 3, TABLE = 64, FIRST = TABLE + 16 * SECTIONS, TOTAL = FIRST + 8 + 24 + 16 };
-#define ID_A RIM_IMAGE_ID('A', 'A', 'A', '1')
-#define ID_B RIM_IMAGE_ID('B', 'B', 'B', '1')
-#define ID_C RIM_IMAGE_ID('C', 'C', 'C', '1')
+#define ID_A 0x31414141u /* "AAA1" in a hex dump */
+#define ID_B 0x31424242u
+#define ID_C 0x31434343u
 
 typedef struct image {
   _Alignas(8) uint8_t byte[TOTAL + 64];
@@ -89,14 +90,12 @@ static void sections_are_found(void **state) {
   assert_true(view.major == RIM_IMAGE_MAJOR && view.minor == RIM_IMAGE_MINOR);
   assert_int_equal(rim_image_section(&view, ID_A, &data, &size), RIM_OK);
   assert_true(data == m.byte + FIRST && size == 5 && rimi_le_u8(data, 4) == 0xf5);
-  assert_int_equal(rimi_image_count(&view, ID_A), 3);
   assert_int_equal(rim_image_section(&view, ID_C, &data, &size), RIM_OK);
-  assert_true(size == 0 && rimi_image_count(&view, ID_C) == 5);
+  assert_true(size == 0);
   assert_int_equal(rim_image_section(&view, ID_B, NULL, NULL), RIM_OK);
   assert_int_equal(rim_image_section(&view, 1, &data, &size), RIM_E_RANGE);
-  assert_true(data == NULL && size == 0 && rimi_image_count(&view, 1) == 0);
+  assert_true(data == NULL && size == 0);
   assert_int_equal(rim_image_section(NULL, ID_A, &data, &size), RIM_E_ARGUMENT);
-  assert_int_equal(rimi_image_count(NULL, ID_A), 0);
 }
 
 static void numbers_are_little_endian(void **state) {

@@ -13,7 +13,7 @@
 
 #include "base/crc.h"
 #include "base/rng.h"
-#include "rim/interference.h"
+#include "interference/detector.h"
 
 #define SEED 89u
 #define DT 0.05
@@ -255,7 +255,7 @@ static void test_an_image_carries_it(void **state) {
   rim_image view = {
       .data = (const uint8_t *)blob, .bytes = ALL, .sections = 1, .major = RIM_IMAGE_MAJOR};
   uint8_t *image = (uint8_t *)blob;
-  image[64] = RIM_INTERFERENCE_SECTION;
+  image[64] = RIM_SECTION_INTERFERENCE;
   image[68] = AT;
   image[72] = RIM_INTERFERENCE_BYTES & 255u;
   image[73] = RIM_INTERFERENCE_BYTES >> 8;

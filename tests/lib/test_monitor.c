@@ -1,6 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /* monitor: flight images are refused in every damaged form; of a vehicle small enough to know what
  * should be found exactly that is found (the images and the vehicle: monitor_bench.h). */
+#include <math.h>
+
+#include "base/bytes.h"
+#include "image/correct.h"
+#include "monitor/inspect.h"
 #include "monitor_bench.h"
 
 /* ---- memory and images ---- */
@@ -569,10 +574,47 @@ static void attach_refuses_what_is_not_its_own(void **state) {
                    RIM_E_ALIGN);
   assert_int_equal(rim_monitor_attach(NULL, b.memory, EXTERNAL_SIZE, b.blob.byte, b.blob.size),
                    RIM_E_ARGUMENT);
+  for (uint32_t word = 0; word < 3;
+       ++word) { /* magic, version of the library, size of its header */
+    uint32_t *field = (uint32_t *)(void *)(b.memory + 4u * (size_t)word);
+    *field ^= 0x10u;
+    assert_int_equal(rim_monitor_attach(&m, b.memory, EXTERNAL_SIZE, b.blob.byte, b.blob.size),
+                     RIM_E_DATA);
+    *field ^= 0x10u;
+  }
   b.blob.byte[100] ^= 1;
   assert_int_equal(rim_monitor_attach(&m, b.memory, EXTERNAL_SIZE, b.blob.byte, b.blob.size),
                    RIM_E_CRC);
   assert_null(m);
+}
+
+/* The onset of what is found after a pause lies after the pause. */
+static void a_pause_does_not_move_the_onset(void **state) {
+  (void)state;
+  enum { BEFORE = 150, AFTER = 400 };
+  const double pause_s = 3000.0;
+  bench b;
+  make_bench(&b, true);
+  double begin_s = 0.0, since_s = 0.0;
+  for (uint32_t t = 0; t < BEFORE + AFTER && since_s <= 0.0; ++t) {
+    row r;
+    make_row(&r, true, 5, t, 0.0);
+    if (t >= BEFORE) {
+      r.t_s += pause_s;
+      r.outcome[1] += 1.5;
+    }
+    r.context[2] = t < BEFORE ? 250.0 : 160.0 + 0.1 * (double)(t % 300u);
+    r.view.t_s = r.t_s;
+    begin_s = t == BEFORE ? r.t_s : begin_s;
+    rim_verdict v;
+    assert_int_equal(rim_monitor_step(b.monitor, &r.view, &v), RIM_OK);
+    if (v.alarm.state == RIM_ALARM_RAISED) {
+      assert_int_equal(v.alarm.region.dims, 1);
+      since_s = v.alarm.since_s;
+    }
+  }
+  assert_true(since_s > 0.0);
+  assert_true(fabs(since_s - begin_s) < 20.0 * PERIOD_S);
 }
 
 static void instances_do_not_interfere(void **state) {
@@ -638,6 +680,7 @@ int main(void) {
       cmocka_unit_test(reset_is_a_fresh_start),
       cmocka_unit_test(a_copy_goes_on_bit_for_bit),
       cmocka_unit_test(attach_refuses_what_is_not_its_own),
+      cmocka_unit_test(a_pause_does_not_move_the_onset),
       cmocka_unit_test(instances_do_not_interfere),
       cmocka_unit_test(verdicts_have_not_changed),
   };

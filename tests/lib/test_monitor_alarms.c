@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* The monitor's alarms from outside: silence, commands, a clock that begins anew, calls without a
  * monitor (images: monitor_bench.h). What becomes of an alarm is asked in test_alarm_life.c. */
+#include "image/correct.h"
+#include "monitor/inspect.h"
 #include "monitor_bench.h"
 
 /* Row 0 .. of a run with a shift, until its alarm is raised; returns the next row. */

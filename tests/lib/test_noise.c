@@ -2,6 +2,7 @@
 /* noise: the section is refused in every damaged form; what a channel says is read back. */
 #include <math.h>
 
+#include "base/bytes.h"
 #include "image/noise.h"
 #include "rim/image.h"
 #include "section_bytes.h"

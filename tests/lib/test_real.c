@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Accuracy is measured against libm in long double (80 bit or better; skipped elsewhere) and held
- * to what rim/real.h states; the largest error found is printed. */
+ * to what base/real.h states; the largest error found is printed. */
 #include <float.h>
 #include <math.h>
 #include <setjmp.h>

@@ -13,6 +13,7 @@
 #include <cmocka.h>
 
 #include "base/crc.h"
+#include "base/ellipsoid.h"
 #include "base/rng.h"
 #include "search/select.h"
 

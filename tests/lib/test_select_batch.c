@@ -10,6 +10,7 @@
 
 #include <cmocka.h>
 
+#include "base/ellipsoid.h"
 #include "base/rng.h"
 #include "batch/select_batch.h"
 
@@ -158,6 +159,9 @@ static void memory_is_respected(void **state) {
   const size_t bytes = RIM_BATCH_SIZE(N, D, NODES);
   rim_batch_result result;
   assert_int_equal(rimi_select_batch(&c, &data, work, bytes - 1, &result), RIM_E_SIZE);
+  rim_batch_data many = data; /* the work space's size would not fit into 32 bits */
+  many.n = UINT32_C(1) << 27;
+  assert_int_equal(rimi_select_batch(&c, &many, work, SIZE_MAX, &result), RIM_E_SIZE);
   assert_int_equal(rimi_select_batch(&c, &data, (char *)work + 4, bytes, &result), RIM_E_ALIGN);
   assert_int_equal(rimi_select_batch(&c, &data, NULL, bytes, &result), RIM_E_ARGUMENT);
   memset(work, 0xa5, sizeof work);

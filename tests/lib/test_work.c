@@ -4,7 +4,9 @@
  * by `make size`, on the Cortex-M7. */
 #include "monitor_bench.h"
 
+#include "monitor/inspect.h"
 #include "monitor/work.h"
+#include "search/select.h"
 
 static int prepare(void **state) {
   (void)state;
@@ -46,7 +48,7 @@ static void counts_are_the_images(void **state) {
   assert_int_equal(rimi_work_counts_of(m.byte, m.size, NULL), RIM_E_ARGUMENT);
 }
 
-/* What rim/work.h says of the turns, held to what the search counts of itself, step by step. */
+/* What monitor/work.h says of the turns, held to what the search counts of itself, step by step. */
 static void assert_turns(uint32_t scans, uint32_t edges, uint32_t moves, uint32_t budget) {
   recipe r = calibrated[true];
   set_word(&r, RIM_CONFIG_SCANS, scans);

@@ -10,6 +10,8 @@
 #include "search/cem.h"
 #include "batch/interval.h"
 #include "batch/stats.h"
+#include "base/ellipsoid.h"
+#include "search/select.h"
 
 namespace rim {
 namespace {

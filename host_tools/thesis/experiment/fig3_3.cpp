@@ -15,6 +15,7 @@
 #include "util/error.hpp"
 #include "util/table.hpp"
 #include "world/golf_params.hpp"
+#include "search/cem.h"
 
 namespace rim {
 namespace {

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "batch/stats.h"
+#include "image/correct.h"
 
 namespace rim {
 namespace {
@@ -101,7 +102,8 @@ void KeepawayMonitor::search(rim_dmaps_result *found) {
   const std::size_t bytes = RIM_DMAPS_SIZE(observed.n, observed.features, 1, learner_.nodes);
   if (8 * work_.size() < bytes)
     work_.resize(bytes / 4 + 1);
-  must(rimi_dmaps_find(&config, &observed, nullptr, work_.data(), 8 * work_.size(), found), "DMAPS");
+  must(rimi_dmaps_find(&config, &observed, nullptr, work_.data(), 8 * work_.size(), found),
+       "DMAPS");
 }
 
 // Shifts, ln anom and F by all observations so far, whenever the regions were found.

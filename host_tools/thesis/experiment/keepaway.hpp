@@ -14,7 +14,7 @@
 #include <memory>
 #include <vector>
 
-#include "rim/plan/correct.h"
+#include "image/correct.h"
 #include "batch/dmaps.h"
 #include "world/keepaway.hpp"
 

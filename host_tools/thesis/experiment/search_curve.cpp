@@ -9,6 +9,8 @@
 #include "thesis/experiment/precision_recall.hpp"
 #include "replay/plot.hpp"
 #include "base/rng.h"
+#include "search/select.h"
+#include "search/cem.h"
 
 namespace rim {
 namespace {

@@ -14,6 +14,7 @@
 #include "batch/faro.h"
 #include "util/error.hpp"
 #include "util/table.hpp"
+#include "search/cem.h"
 
 namespace rim {
 namespace {
@@ -80,7 +81,8 @@ std::vector<double> faro_scores(const CobotDrive &drive, const std::vector<doubl
   std::vector<double> out;
   for (context.n = 1; context.n <= drive.size(); ++context.n) {
     bool found = false;
-    if (rimi_faro_step(&faro, context.x(context.n - 1), faro_value, &context, 0.0, &found) != RIM_OK)
+    if (rimi_faro_step(&faro, context.x(context.n - 1), faro_value, &context, 0.0, &found) !=
+        RIM_OK)
       throw std::logic_error("table3.1: FARO refused a point");
     out.push_back(faro.value[0]);
   }

@@ -1,22 +1,40 @@
 /* SPDX-License-Identifier: MIT */
-/* rim/can_table.h - observations from CAN frames, by a table that `rim can-table` compiles from a
- * DBC.
+/* rim/can_table.h - rows from CAN frames, by a table that `rim can-table` compiles from a DBC.
  *
- * The table is section RIM_SECTION_CAN_TABLE of a flight image: which signal of which frame is
- * which value of a row (the features in image order; with external predictions then outcomes, means
- * and standard deviations). It is read in place and validated whole before use. The gatherer holds
- * the newest value of each signal and says when a row is complete. The same code makes rows from a
- * bus on board and from a `candump -L` log on the ground.
+ * The table is section RIM_SECTION_CAN_TABLE of a flight image. It says which signal of which frame
+ * is which value of a row: the features in image order and, where rows bring their own predictions,
+ * then outcomes, means and standard deviations. It is read in place and validated whole before use.
+ * The gatherer holds the newest value of each signal and reports when a row is complete. The same
+ * code makes rows from a bus on board and from a `candump -L` log on the ground.
  *
- * Layout, little-endian:
- *   0   u32 1 (layout) | u16 values | u16 frames | u16 signals | u16 index of the trigger, 0xffff:
- *       none | u16 signal that carries the time, 0xffff: none | u16 0
- *   16  frames x {u32 id, bit 31: 29 bits | u8 bytes of data | u8 1: FD | u16 first signal | u16
- *       signals | u16 0}, identifiers all different
- *   ... signals x {u16 value, 0xffff: the time | u8 rim_can_number | u8 1: Motorola order | u16
- * start bit as in a DBC | u8 bits | u8 bits of the selector, 0: not multiplexed | u16 start bit of
- *       the selector | u8 1: selector in Motorola order | u8 0 | u32 selector's value | f64 scale |
- *       f64 offset | f64 low | f64 high}, 48 bytes each, those of a frame together */
+ * Layout, little-endian. Header, 16 bytes:
+ *   offset  type  meaning
+ *   0       u32   1, the layout
+ *   4       u16   values of a row
+ *   6       u16   frames
+ *   8       u16   signals
+ *   10      u16   index of the frame that triggers a row; 0xffff: none does
+ *   12      u16   signal that carries the time; 0xffff: none does
+ *   14      u16   0
+ * Then the frames, 12 bytes each, with different identifiers:
+ *   0       u32   identifier; bit 31: it has 29 bits
+ *   4       u8    bytes of data
+ *   5       u8    1 for CAN FD
+ *   6       u16   its first signal
+ *   8       u16   its signals
+ *   10      u16   0
+ * Then the signals, 48 bytes each, those of a frame together:
+ *   0       u16   value of the row; 0xffff: the time
+ *   2       u8    rim_can_number
+ *   3       u8    1 for Motorola byte order
+ *   4       u16   start bit as in a DBC
+ *   6       u8    bits
+ *   7       u8    bits of the selector; 0: not multiplexed
+ *   8       u16   start bit of the selector
+ *   10      u8    1 for a selector in Motorola byte order
+ *   11      u8    0
+ *   12      u32   the selector's value
+ *   16      f64   scale, offset, low, high */
 #ifndef RIM_CAN_TABLE_H
 #define RIM_CAN_TABLE_H
 
@@ -49,7 +67,7 @@ typedef enum rim_can_number {
   RIM_CAN_F64 = 3
 } rim_can_number;
 
-/* A view; the bytes must outlive it. */
+/* A view of a table; the bytes must outlive it. */
 typedef struct rim_can_table {
   const uint8_t *frame, *signal;
   uint16_t values, frames, signals;
@@ -69,22 +87,22 @@ typedef struct rim_can_gather {
   bool started;
 } rim_can_gather;
 
-/* Validates the whole table. RIM_E_ARGUMENT NULL; RIM_E_TRUNCATED, RIM_E_SIZE another length than
- * it announces; RIM_E_VERSION another layout; RIM_E_RANGE a count, index, bit position or code out
- * of range, a value without a signal or with two under the same selector; RIM_E_DATA a number not
- * finite, scale 0, or low above high. O(signals^2 + frames^2), both of which have a MAX. */
+/* Validates the whole table. RIM_E_ARGUMENT: NULL; RIM_E_TRUNCATED, RIM_E_SIZE: another length than
+ * it announces; RIM_E_VERSION: another layout; RIM_E_RANGE: a count, index, bit position or code
+ * out of range, a value without a signal or with two under the same selector; RIM_E_DATA: a number
+ * not finite, scale 0, or low above high. O(signals^2 + frames^2), both of which have a MAX. */
 rim_status rim_can_table_open(rim_can_table *table, const void *data, size_t bytes);
 
 /* Returns identifier i of the frames that the table reads; 0 for NULL and where there is none. */
 uint32_t rim_can_table_id(const rim_can_table *table, uint16_t index);
 
-/* Takes a frame that came at t_s. *complete tells whether a row is complete: then gather->value
- * [values] is the row and *row_s its time. A row is complete when the trigger comes, or, without
- * one, when every value has come since the last row. RIM_E_ARGUMENT NULL; RIM_E_MAGIC an identifier
- * that is not read; RIM_E_SIZE another length, or FD where classic is expected; RIM_E_DATA a value
- * not finite or outside low..high (not taken; the others of the frame are); RIM_E_TRUNCATED the
- * trigger came, and a value never did or not for age_s: no row. O(frames + signals of the frame *
- * 64 + values). */
+/* Takes a frame that came at t_s. Where *complete becomes true, gather->value[values] is a row and
+ * *row_s its time. A row is complete when the trigger comes or, without a trigger, when every value
+ * has come since the last row. RIM_E_ARGUMENT: NULL; RIM_E_MAGIC: the table does not read this
+ * identifier; RIM_E_SIZE: another length, or FD where classic is expected; RIM_E_DATA: a value is
+ * not finite or outside low..high (it is not taken, the others of the frame are); RIM_E_TRUNCATED:
+ * the trigger came, but a value has never come or not for age_s, so that there is no row.
+ * O(frames + 64 * signals of the frame + values). */
 rim_status rim_can_gather_frame(rim_can_gather *gather, const rim_can_table *table,
                                 const rim_can_frame *frame, double t_s, double age_s,
                                 bool *complete, double *row_s);

@@ -1,13 +1,12 @@
 /* SPDX-License-Identifier: MIT */
-/* rim/image.h - the flight image: model, thresholds and configuration in one checked blob.
+/* rim/image.h - the flight image: models, thresholds and configuration in one checked blob.
  *
- * Read in place, from flash or a file in memory, on a host of either endianness; nothing is copied.
- * It is validated whole before anything in it is used. Written by
- * host_tools/train/image_writer.hpp.
+ * The image is read in place, from flash or from a file in memory, on a host of either byte order;
+ * nothing is copied. It is validated whole before anything in it is used. `rim train` writes it.
  *
  * Layout, every number little-endian:
- *   0   8 bytes  "RIMIMG\r\n"       (the line end shows damage by text-mode transfer)
- *   8   u32      0x01020304         endian tag
+ *   0   8 bytes  "RIMIMG\r\n"       (a transfer in text mode damages the line end, and shows)
+ *   8   u32      0x01020304         tag of the byte order
  *   12  u16      major version      another one is refused
  *   14  u16      minor version      a newer one may have sections that are not known here
  *   16  u32      total bytes        of the image, header included
@@ -23,9 +22,7 @@
 
 #include <stddef.h>
 #include <stdint.h>
-#include <string.h>
 
-#include "base/real.h"
 #include "rim/status.h"
 
 #ifdef __cplusplus
@@ -41,11 +38,7 @@ extern "C" {
 #define RIM_IMAGE_MAX_SECTIONS 64u
 #define RIM_IMAGE_ALIGN 8u
 
-/* Section id from four letters: RIM_IMAGE_ID('N', 'O', 'M', '1') reads NOM1 in a hex dump. */
-#define RIM_IMAGE_ID(a, b, c, d)                                                                   \
-  ((uint32_t)(a) | (uint32_t)(b) << 8 | (uint32_t)(c) << 16 | (uint32_t)(d) << 24)
-
-/* A view. All zero has no sections. */
+/* A view of an image. All zero has no sections. */
 typedef struct rim_image {
   const uint8_t *data; /* not owned: must outlive the view and everything opened in it */
   uint32_t bytes;      /* of the image; the memory may be longer */
@@ -55,84 +48,95 @@ typedef struct rim_image {
   uint16_t minor;
 } rim_image;
 
-/* Opens a view of the image at the start of blob[0..bytes); what follows the image is ignored (a
- * flash partition). Checks, in this order, all of: RIM_E_ARGUMENT   a null pointer RIM_E_ALIGN blob
- * not aligned to 8 RIM_E_TRUNCATED  fewer bytes than a header RIM_E_MAGIC      not an image (first
- * 8 bytes, or an endian tag that is neither order) RIM_E_ENDIAN     written big-endian
+/* Opens a view of the image at the start of blob[0..bytes); what follows the image is ignored, as
+ * in a flash partition. Makes these checks in this order:
+ *
+ *   status           what is wrong
+ *   RIM_E_ARGUMENT   a pointer is NULL
+ *   RIM_E_ALIGN      blob is not aligned to 8
+ *   RIM_E_TRUNCATED  there are fewer bytes than a header
+ *   RIM_E_MAGIC      not an image: the first 8 bytes, or a tag that is neither byte order
+ *   RIM_E_ENDIAN     the image was written big-endian
  *   RIM_E_VERSION    another major version
- *   RIM_E_CRC        header damaged
+ *   RIM_E_CRC        the header is damaged
  *   RIM_E_TRUNCATED  fewer bytes than the image has, or total below header and table
  *   RIM_E_RANGE      too many sections
- *   RIM_E_CRC        table, section or padding damaged
- *   RIM_E_DATA       reserved bytes not 0, or an id twice
- *   RIM_E_ALIGN      a section not at a multiple of 8
- *   RIM_E_RANGE      a section outside the image, inside the table, or overlapping another
+ *   RIM_E_CRC        the table, a section or the padding is damaged
+ *   RIM_E_DATA       reserved bytes are not 0, or an id stands twice
+ *   RIM_E_ALIGN      a section is not at a multiple of 8
+ *   RIM_E_RANGE      a section lies outside the image, inside the table, or on another
+ *
  * On error the view is all zero. Cost O(bytes + sections^2); stack below 200 bytes. */
 rim_status rim_image_open(rim_image *view, const void *blob, size_t bytes);
 
-/* Finds a section: *data (aligned to 8 as the blob is) and *size in bytes; either may be NULL.
- * RIM_E_ARGUMENT view NULL or not opened; RIM_E_RANGE no such section. On error *data is NULL and
- * *size 0. O(sections). */
+/* Finds a section: *data, aligned to 8, and *size in bytes; either pointer may be NULL.
+ * RIM_E_ARGUMENT: the view is NULL or not open; RIM_E_RANGE: there is no such section; *data is
+ * NULL and *size 0 then. O(sections). */
 rim_status rim_image_section(const rim_image *view, uint32_t id, const uint8_t **data,
                              size_t *size);
 
-/* Returns the number of elements that the table announces for a section; 0 where there is none. */
-uint32_t rimi_image_count(const rim_image *view, uint32_t id);
+/* The sections that the monitor reads, and NAMES for the ground. Types without a prefix are those
+ * of private headers in lib/src/image. */
+typedef enum rim_section {
+  RIM_SECTION_CONFIG = 1,    /* u32[RIM_CONFIG_WORDS]: see rim_config_word */
+  RIM_SECTION_LEVEL = 3,     /* nominal.h: a block's outcomes from its other features; optional */
+  RIM_SECTION_SCALES = 5,    /* f32[outcomes], > 0: factors of the caller's standardised residuals;
+                                 only without NOISE; absent: 1 */
+  RIM_SECTION_THRESHOLD = 6, /* threshold.h */
+  RIM_SECTION_FEATURES = 7,  /* f32 low[features], f32 high[features]: the trained range */
+  RIM_SECTION_REGION = 8,    /* u16[region features][2]: a feature, and 0xffff or the outcome whose
+                                 prediction stands for it */
+  RIM_SECTION_OUTCOMES = 9,  /* u16[outcomes]: feature of each outcome; absent where rows bring
+                                 their own predictions */
+  RIM_SECTION_COMMANDS = 10, /* u8[features]: 1 a command, + 2 an angle in rad, + 4 in degrees */
+  RIM_SECTION_NAMES = 11,    /* text: the features' then the outcomes' names, '\n' after each */
+  RIM_SECTION_CORRECT = 14,  /* correct.h: corrections of the predictions; optional */
+  /* Motion interference: both or neither. */
+  RIM_SECTION_INTERFERENCE = 15,        /* interference/detector.h */
+  RIM_SECTION_INTERFERENCE_INPUTS = 16, /* u16 feature: forward velocity commanded, m/s; u16
+                                           outcome: the one measured, m/s */
+  /* Of a trained image: all or none; BEHAVIOUR not where rows bring their own predictions. */
+  RIM_SECTION_BASIS = 17,     /* basis.h: inputs of the models, filtered commands */
+  RIM_SECTION_BEHAVIOUR = 18, /* basis.h: outcomes from the commands */
+  RIM_SECTION_AGREEMENT = 19, /* basis.h: an outcome's residual from the others' residuals */
+  RIM_SECTION_NOISE = 20,     /* noise.h: healthy residuals: run effects, autocorrelation, scale */
+  RIM_SECTION_CUTS = 21       /* u8[region features][23]: where a feature is cut into bins */
+} rim_section;
 
-/* Return element `index` of a section seen as an array of little-endian numbers, on any host and at
- * any alignment. No bounds check: the caller knows the section's size. O(1). */
-#ifndef __BYTE_ORDER__
-#error "the compiler must tell the byte order"
-#endif
+/* What a residual channel looks at. A channel's index is kind * outcomes + outcome. */
+typedef enum rim_channel {
+  RIM_CHANNEL_BEHAVIOUR = 0, /* the outcome less its prediction from the commands */
+  RIM_CHANNEL_AGREEMENT = 1, /* that, less what the other outcomes' residuals say of it */
+  RIM_CHANNEL_SCATTER = 2,   /* logarithm of the mean square second difference */
+  RIM_CHANNEL_REPEAT = 3     /* share of readings equal to the one before */
+} rim_channel;
 
-static inline uint8_t rimi_le_u8(const uint8_t *section, size_t index) { return section[index]; }
-
-static inline uint16_t rimi_le_u16(const uint8_t *section, size_t index) {
-  const uint8_t *p = section + 2 * index;
-#if __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
-  uint16_t value;
-  RIM_COPY(&value, p, sizeof value);
-  return value;
-#else
-  return (uint16_t)(p[0] | p[1] << 8);
-#endif
-}
-
-static inline uint32_t rimi_le_u32(const uint8_t *section, size_t index) {
-  const uint8_t *p = section + 4 * index;
-#if __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
-  uint32_t value;
-  RIM_COPY(&value, p, sizeof value);
-  return value;
-#else
-  return (uint32_t)p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24;
-#endif
-}
-
-static inline uint64_t rimi_le_u64(const uint8_t *section, size_t index) {
-  const uint8_t *p = section + 8 * index;
-#if __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
-  uint64_t value;
-  RIM_COPY(&value, p, sizeof value);
-  return value;
-#else
-  return (uint64_t)rimi_le_u32(p, 1) << 32 | rimi_le_u32(p, 0);
-#endif
-}
-
-static inline float rimi_le_f32(const uint8_t *section, size_t index) {
-  const uint32_t bits = rimi_le_u32(section, index);
-  float value;
-  RIM_COPY(&value, &bits, sizeof value);
-  return value;
-}
-
-static inline double rimi_le_f64(const uint8_t *section, size_t index) {
-  const uint64_t bits = rimi_le_u64(section, index);
-  double value;
-  RIM_COPY(&value, &bits, sizeof value);
-  return value;
-}
+/* Words of RIM_SECTION_CONFIG. Zero of an optional word takes the default named here. */
+typedef enum rim_config_word {
+  RIM_CONFIG_FEATURES = 0,
+  RIM_CONFIG_OUTCOMES = 1,
+  RIM_CONFIG_RESERVED = 2, /* 0 */
+  RIM_CONFIG_BLOCK_ROWS = 3,
+  RIM_CONFIG_EXTERNAL = 4,  /* 1: every row brings its own prediction */
+  RIM_CONFIG_PERIOD_US = 5, /* nominal time between rows; 0: rows have no rate */
+  RIM_CONFIG_STALE_MS = 6,  /* STALE after longer than this without a valid row; 0: never */
+  RIM_CONFIG_REGION_FEATURES = 7,
+  RIM_CONFIG_RING = 8, /* blocks, or rows with predictions, that are kept */
+  RIM_CONFIG_BINS = 9, /* of these, BINS to PAIRS and SCANS to MOVES only without NOISE */
+  RIM_CONFIG_GRID = 10,
+  RIM_CONFIG_PAIRS = 11,
+  RIM_CONFIG_PERSISTENCE = 12, /* blocks above the threshold before an alarm; 0: 1 */
+  RIM_CONFIG_INHIBIT_MS = 13,  /* least time between records of one alarm; 0: none */
+  RIM_CONFIG_SEED = 14,
+  RIM_CONFIG_CLEAR = 15,  /* blocks below the warning score before an alarm is cleared; 0: never
+                             (`rim train` writes 30) */
+  RIM_CONFIG_SCANS = 16,  /* work of one unit of search: intervals rescanned; */
+  RIM_CONFIG_EDGES = 17,  /* exact conditional intervals: below 48 ellipses are evaluated on the
+                             grid alone; */
+  RIM_CONFIG_MOVES = 18,  /* ellipses proposed; 0 of each: the search's default */
+  RIM_CONFIG_BUDGET = 19, /* units of search per row; 0: 1 */
+  RIM_CONFIG_WORDS = 20
+} rim_config_word;
 
 #ifdef __cplusplus
 }

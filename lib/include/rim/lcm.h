@@ -1,9 +1,19 @@
 /* SPDX-License-Identifier: MIT */
-/* rim/lcm.h - observations, alarms, health, commands, counters, plans and entries as LCM messages, without liblcm.
+/* rim/lcm.h - observations, alarms, health, counters, commands, plans and entries as LCM messages.
  *
- * The bytes are those of lcm-gen's encoders for lib/wire/rim_*_t.lcm: an 8-byte fingerprint, then
- * the fields in order, big-endian, arrays of fixed size. Unsigned values travel as their bits in
- * LCM's signed types. No function keeps state or needs more than 64 bytes of stack. */
+ * liblcm is not needed. The bytes are those of lcm-gen's encoders for lib/wire/rim_*_t.lcm: an
+ * 8-byte fingerprint, then the fields in order, big-endian, with arrays of fixed size. Unsigned
+ * values travel as their bits in LCM's signed types. No function keeps state; stack below 200
+ * bytes.
+ *
+ * Every pack function writes one message into out[0..bytes). RIM_E_ARGUMENT: a pointer is NULL;
+ * RIM_E_SIZE: fewer bytes than the message has; RIM_E_RANGE: a count or code is out of range;
+ * RIM_E_DATA: a number that must be finite is not. out is unchanged then.
+ *
+ * Every unpack function reads one message of exactly `bytes` bytes. RIM_E_ARGUMENT: a pointer is
+ * NULL; RIM_E_TRUNCATED, RIM_E_SIZE: the message is shorter, longer; RIM_E_MAGIC: another type, or
+ * another version of the type; RIM_E_RANGE: a count or code is out of range; RIM_E_DATA: a number
+ * that must be finite is not. The result has no meaning then. All cost O(bytes). */
 #ifndef RIM_LCM_H
 #define RIM_LCM_H
 
@@ -26,12 +36,18 @@ extern "C" {
 #define RIM_LCM_CHANNEL_ENTRY "RIM_ENTRY"
 
 #define RIM_OBSERVATION_MAX_VALUES 128
+#define RIM_PLAN_MAX_POSES 64u
 
 /* Bytes of one message, fingerprint included. */
 #define RIM_LCM_OBSERVATION_SIZE (8 + 8 + 4 + 4 + 8 * RIM_OBSERVATION_MAX_VALUES)
 #define RIM_LCM_ALARM_SIZE (8 + 2 * 8 + 3 * 4 + 7 + 4 * 2 + 8 * 8 + 3 * 2 + 18 * 8 + 3 * 8)
 #define RIM_LCM_HEALTH_SIZE (8 + 8 + 7 * 4 + 2)
+#define RIM_LCM_COMMAND_SIZE (8 + 4 + 4 + 1)
+#define RIM_LCM_COUNTERS_SIZE (8 + 4 * 30)
+#define RIM_LCM_PLAN_SIZE (8 + 8 + 4 + 4 + 8 * 64 * (1 + 3 + 4))
+#define RIM_LCM_ENTRY_SIZE (8 + 8 + 8 + 5 * 4 + 1)
 
+/* One row on the bus: the features, and where the image asks for it outcomes, means and sds. */
 typedef struct rim_observation_message {
   int64_t t_us;                             /* time of the sample */
   uint32_t sequence;                        /* counts samples of the source */
@@ -44,75 +60,56 @@ typedef struct rim_observation_message {
 /* Counters saturate. All zero: nothing has happened yet. */
 typedef struct rim_health_message {
   double t_s;            /* time of the newest observation */
-  uint32_t sequence;     /* counts health records from 1 */
+  uint32_t sequence;     /* counts health messages from 1 */
   uint32_t model_id;     /* of the flight image */
   uint32_t observations; /* accepted since the start */
-  uint32_t rejected;     /* wrong length, not finite, time not increasing */
+  uint32_t rejected;     /* of another length, not finite, or with a time that is not accepted */
   uint32_t gaps;         /* missing sequence numbers */
-  uint32_t alarms;       /* alarm records emitted */
-  uint32_t dropped;      /* records that the transport did not take */
+  uint32_t alarms;       /* alarm records sent */
+  uint32_t dropped;      /* records that did not go out whole */
   uint8_t level;         /* rim_level of the vehicle */
-  uint8_t flags;
+  uint8_t flags;         /* RIM_HEALTH_FLAG_REPLAY */
 } rim_health_message;
 
-/* Write one message into out, of bytes capacity. RIM_E_ARGUMENT NULL; RIM_E_SIZE capacity below the
- * message's size; RIM_E_RANGE a count or code out of range; RIM_E_DATA an alarm with a number that
- * is not finite, which no receiver would take. out is unchanged on error. Values of an observation
- * and of health are not looked at: NaN travels as it is. Cost O(bytes). */
-rim_status rim_lcm_pack_observation(uint8_t *out, size_t bytes, const rim_observation_message *in);
-rim_status rim_lcm_pack_alarm(uint8_t *out, size_t bytes, const rim_alarm *in);
-rim_status rim_lcm_pack_health(uint8_t *out, size_t bytes, const rim_health_message *in);
-
-/* Read one message of exactly bytes bytes. RIM_E_ARGUMENT NULL; RIM_E_TRUNCATED shorter than the
- * message, RIM_E_SIZE longer; RIM_E_MAGIC another fingerprint: another type or another version of
- * it; RIM_E_RANGE a count or code out of range; RIM_E_DATA a time, or in an alarm any number, not
- * finite. Values of an observation may be NaN. out has no meaning on error. Cost O(bytes). */
-rim_status rim_lcm_unpack_observation(rim_observation_message *out, const uint8_t *in,
-                                      size_t bytes);
-rim_status rim_lcm_unpack_alarm(rim_alarm *out, const uint8_t *in, size_t bytes);
-rim_status rim_lcm_unpack_health(rim_health_message *out, const uint8_t *in, size_t bytes);
-
-/* Saturating; all zero: nothing has happened yet. In the order of rim_counters_t.lcm, which says
- * what each counts. */
+/* What a daemon refused, lost or repaired. Counters saturate; all zero: nothing yet. */
 typedef struct rim_counters {
-  uint32_t sequence;
-  uint32_t rows, wrong_length, not_finite, time_back, future, gaps, incomplete, clock_resets, stale;
-  uint32_t overruns, step_us;
+  uint32_t sequence;     /* counts these messages from 1 */
+  uint32_t rows;         /* observations that the monitor used */
+  uint32_t wrong_length; /* refused: another number of values than the image's */
+  uint32_t not_finite;   /* refused: NaN or infinity, or an sd not above 0 */
+  uint32_t time_back;    /* refused: the time did not increase */
+  uint32_t future;       /* refused: the time was too far ahead */
+  uint32_t gaps;         /* sequence numbers of the source, or times, that did not come */
+  uint32_t incomplete;   /* CAN rows without one of their signals */
+  uint32_t clock_resets; /* times the source's clock moved for good */
+  uint32_t stale;        /* times the input became stale */
+  uint32_t overruns;     /* steps longer than the deadline */
+  uint32_t step_us;      /* the longest step */
   uint32_t commands, commands_refused;
-  uint32_t lcm_malformed, lcm_fragments, lcm_other, lcm_refused, lcm_unsent;
-  uint32_t can_frames, can_other, can_refused, can_errors, can_bus_off, can_down, can_full;
-  uint32_t can_unsent;
-  uint32_t input_lost, state_failures, restarts;
+  uint32_t lcm_malformed; /* datagrams that are no LCM, or cut */
+  uint32_t lcm_fragments; /* fragments refused, or of messages that were never complete */
+  uint32_t lcm_other;     /* messages on channels that are not read */
+  uint32_t lcm_refused;   /* messages of another type, version or length */
+  uint32_t lcm_unsent;
+  uint32_t can_frames;  /* read as input */
+  uint32_t can_other;   /* frames with an identifier that is not read */
+  uint32_t can_refused; /* frames of another length, or with a value out of range */
+  uint32_t can_errors, can_bus_off, can_down, can_full; /* error frames, and states of the bus */
+  uint32_t can_unsent;                                  /* frames given up */
+  uint32_t input_lost;                                  /* in the queue of a socket */
+  uint32_t state_failures;                              /* to write the state file */
+  uint32_t restarts;                                    /* that went on from the state file */
 } rim_counters;
 
 #define RIM_COUNTERS_FIELDS 30u
-/* "rows", "can_full", ... of field i of rim_counters; NULL from RIM_COUNTERS_FIELDS on. */
+/* Returns the name of field i, "rows" for 1; NULL from RIM_COUNTERS_FIELDS on. O(1). */
 const char *rim_counters_name(uint32_t i);
-/* Its value; 0 where there is none. */
+/* Returns the value of field i; 0 where there is none. O(1). */
 uint32_t rim_counters_value(const rim_counters *counters, uint32_t i);
 
-#define RIM_LCM_COMMAND_SIZE (8 + 4 + 4 + 1)
-#define RIM_LCM_COUNTERS_SIZE (8 + 4 * 30)
-
-/* Each writes one message; nothing on error. RIM_E_ARGUMENT NULL; RIM_E_SIZE capacity below the
- * message's; RIM_E_RANGE an unknown command. O(bytes), stack below 200 bytes. */
-rim_status rim_lcm_pack_command(uint8_t *out, size_t bytes, const rim_command *in);
-rim_status rim_lcm_pack_counters(uint8_t *out, size_t bytes, const rim_counters *in);
-
-/* Read one message of exactly bytes bytes. RIM_E_ARGUMENT NULL; RIM_E_TRUNCATED shorter, RIM_E_SIZE
- * longer; RIM_E_MAGIC another type; RIM_E_RANGE an unknown command. *out has no meaning on error.
- * O(bytes). */
-rim_status rim_lcm_unpack_command(rim_command *out, const uint8_t *in, size_t bytes);
-rim_status rim_lcm_unpack_counters(rim_counters *out, const uint8_t *in, size_t bytes);
-
-/* Where the vehicle is going, and whether that leads into an alarmed region. */
-#define RIM_PLAN_MAX_POSES 64u
-#define RIM_LCM_PLAN_SIZE (8 + 8 + 4 + 4 + 8 * 64 * (1 + 3 + 4))
-#define RIM_LCM_ENTRY_SIZE (8 + 8 + 8 + 5 * 4 + 1)
-#define RIM_ENTRY_NEVER (-1.0)
-
+/* Where the vehicle is going: poses of rising time. */
 typedef struct rim_pose {
-  double after_s;
+  double after_s;        /* after the plan's time */
   double position[3];    /* m */
   double orientation[4]; /* unit quaternion w x y z */
 } rim_pose;
@@ -124,22 +121,42 @@ typedef struct rim_plan {
   rim_pose pose[RIM_PLAN_MAX_POSES];
 } rim_plan;
 
+#define RIM_ENTRY_NEVER (-1.0)
+
+/* Whether the plan leads into the region of an alarm (rim/plan/lookahead.h). */
 typedef struct rim_entry {
   double t_s;
-  double to_entry_s; /* 0: inside; RIM_ENTRY_NEVER: does not enter */
+  double to_entry_s; /* 0: inside; RIM_ENTRY_NEVER: the plan does not enter */
   uint32_t sequence, alarm_sequence, plan_sequence, model_id;
-  uint32_t pose;
+  uint32_t pose; /* the one before the entry */
   uint8_t flags; /* RIM_ALARM_FLAG_REPLAY */
 } rim_entry;
 
-/* Read a plan. RIM_E_ARGUMENT NULL; RIM_E_TRUNCATED, RIM_E_SIZE another length; RIM_E_MAGIC another
- * type; RIM_E_RANGE count; RIM_E_DATA a number not finite, times that fall, an orientation whose
- * length is not within 1 % of 1. *plan has no meaning on error. O(count). */
-rim_status rim_lcm_unpack_plan(rim_plan *plan, const uint8_t *in, size_t bytes);
-/* RIM_E_ARGUMENT, RIM_E_SIZE capacity, RIM_E_RANGE count: nothing written. */
-rim_status rim_lcm_pack_plan(uint8_t *out, size_t bytes, const rim_plan *plan);
+/* Values of an observation are not looked at: NaN travels as it is. */
+rim_status rim_lcm_pack_observation(uint8_t *out, size_t bytes, const rim_observation_message *in);
+rim_status rim_lcm_unpack_observation(rim_observation_message *out, const uint8_t *in,
+                                      size_t bytes);
 
-/* As above; RIM_E_DATA also a time to entry below 0 that is not RIM_ENTRY_NEVER. */
+/* Every number of a record must be finite. */
+rim_status rim_lcm_pack_alarm(uint8_t *out, size_t bytes, const rim_alarm *in);
+rim_status rim_lcm_unpack_alarm(rim_alarm *out, const uint8_t *in, size_t bytes);
+
+/* Packing does not look at t_s; unpacking wants it finite. */
+rim_status rim_lcm_pack_health(uint8_t *out, size_t bytes, const rim_health_message *in);
+rim_status rim_lcm_unpack_health(rim_health_message *out, const uint8_t *in, size_t bytes);
+
+rim_status rim_lcm_pack_command(uint8_t *out, size_t bytes, const rim_command *in);
+rim_status rim_lcm_unpack_command(rim_command *out, const uint8_t *in, size_t bytes);
+
+rim_status rim_lcm_pack_counters(uint8_t *out, size_t bytes, const rim_counters *in);
+rim_status rim_lcm_unpack_counters(rim_counters *out, const uint8_t *in, size_t bytes);
+
+/* Unpacking also wants times that do not fall, and orientations whose length is within 1 % of 1:
+ * RIM_E_DATA. */
+rim_status rim_lcm_pack_plan(uint8_t *out, size_t bytes, const rim_plan *plan);
+rim_status rim_lcm_unpack_plan(rim_plan *plan, const uint8_t *in, size_t bytes);
+
+/* RIM_E_DATA also for a time to entry below 0 that is not RIM_ENTRY_NEVER. */
 rim_status rim_lcm_pack_entry(uint8_t *out, size_t bytes, const rim_entry *entry);
 rim_status rim_lcm_unpack_entry(rim_entry *entry, const uint8_t *in, size_t bytes);
 

@@ -1,9 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* rim/status.h - how a call ended.
- *
- * 0 is fine; a negative value is misuse, bad configuration or refused data, and the header of the
- * function that returns it says what caused it and whether anything was changed. The values are
- * part of the interface: never renumbered. */
+/* rim/status.h - how a call ended. 0 is success. A negative value says what was refused; the header
+ * of each function says what causes it and that nothing was changed. Values never change. */
 #ifndef RIM_STATUS_H
 #define RIM_STATUS_H
 
@@ -28,8 +25,7 @@ typedef enum rim_status {
   RIM_E_DATA = -13      /* a value that is not finite, or not in its physical range */
 } rim_status;
 
-/* Returns a constant English phrase for a status, "unknown status" for any other value; never NULL.
- * Cost O(1). */
+/* Returns a constant English phrase, "unknown status" for any other value; never NULL. O(1). */
 const char *rim_status_text(rim_status status);
 
 #ifdef __cplusplus

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* rim/crc.h - check sums of images and frames, and the digest of a replay.
+/* base/crc.h - check sums of images and frames, and the digest of a replay.
  *
  * All are functions of bytes in memory order and can be continued: f(f(start, a), b) equals
  * f(start, ab). data may be NULL when bytes is 0. Cost O(bytes), constant tables of 80 bytes, no
@@ -14,7 +14,8 @@
 extern "C" {
 #endif
 
-#define RIM_DIGEST_START UINT64_C(0xcbf29ce484222325) /* FNV-1a 64 offset basis */
+/* FNV-1a 64 offset basis; rim/monitor.h has the same line, for applications. */
+#define RIM_DIGEST_START UINT64_C(0xcbf29ce484222325)
 
 /* Returns the CRC-32 of IEEE 802.3 (reflected 0x04c11db7, as zlib's crc32); start with crc 0. */
 uint32_t rimi_crc32(uint32_t crc, const void *data, size_t bytes);

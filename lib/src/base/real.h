@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* rim/real.h - `double` arithmetic that gives the same bits on every target, without libm.
+/* base/real.h - `double` arithmetic that gives the same bits on every target, without libm.
  *
  * Every function is a fixed sequence of IEEE 754 binary64 additions, multiplications and divisions
  * in round-to-nearest, so that equal inputs give equal bits on any conforming target; this needs

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "rim/region.h"
+#include "base/ellipsoid.h"
 
 #include <stddef.h>
 

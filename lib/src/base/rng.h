@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* rim/rng.h - random numbers from an explicit seed and a counter: Philox4x32-10 (Salmon et al., SC
+/* base/rng.h - random numbers from an explicit seed and a counter: Philox4x32-10 (Salmon et al., SC
  * 2011).
  *
  * Word i of stream t under seed s is a pure function of (s, t, i): equal on every target,

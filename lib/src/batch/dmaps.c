@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/cholesky.h"
+#include "base/ellipsoid.h"
 #include "base/real.h"
 
 #define MAX_DIMS RIM_REGION_MAX_DIMS
@@ -598,7 +599,8 @@ static rim_status begin(finder *f, const rim_dmaps_config *config, const rim_bat
   if (data->n == 0)
     return RIM_E_DATA;
   const size_t n = data->n;
-  if (bytes < RIM_DMAPS_SIZE(n, data->features, data->outcomes, f->c.search.nodes))
+  if (!rimi_batch_fits(data, f->c.search.nodes) ||
+      bytes < RIM_DMAPS_SIZE(n, data->features, data->outcomes, f->c.search.nodes))
     return RIM_E_SIZE;
   uint8_t *at = (uint8_t *)work;
   f->batch_work = at;
@@ -633,62 +635,6 @@ rim_status rimi_dmaps_find(const rim_dmaps_config *config, const rim_batch_data 
     return status;
   settle(&f);
   return report(&f, result);
-}
-
-/* L of A = L L^T from A^-1. Factored from the last feature to the first A^-1 = U U^T with U upper,
- * so that L = U^-T is lower. */
-static rim_status to_ellipsoid(const rim_region *region, found *to) {
-  const uint32_t dims = region->dims;
-  double a[MAX_DIMS * (MAX_DIMS + 1) / 2] = {0.0};
-  memset(to, 0, sizeof *to);
-  if (dims < 1 || dims > MAX_DIMS)
-    return RIM_E_RANGE;
-  if (!rimi_region_is_valid(region))
-    return RIM_E_SINGULAR;
-  for (uint32_t i = 0; i < dims; ++i) {
-    for (uint32_t j = 0; j <= i; ++j)
-      a[packed_row(i) + j] = region->inverse_shape[i * dims + j];
-  }
-  if (!cholesky_factor(dims, a))
-    return RIM_E_SINGULAR;
-  cholesky_invert_factor(dims, a);
-  cholesky_square_inverse(dims, a); /* A */
-  if (!cholesky_factor(dims, a))
-    return RIM_E_SINGULAR;
-  to->e.dims = (uint8_t)dims;
-  for (uint32_t i = 0; i < dims; ++i) {
-    to->e.center[i] = region->center[i];
-    to->feature[i] = region->feature[i];
-  }
-  memcpy(to->e.factor, a, sizeof a);
-  return RIM_OK;
-}
-
-rim_status rimi_dmaps_optimise(const rim_dmaps_config *config, const rim_batch_data *data,
-                               const uint8_t *skip, const rim_region *start, void *work,
-                               size_t bytes, rim_dmaps_region *result) {
-  finder f;
-  found region;
-  if (start == NULL || result == NULL)
-    return RIM_E_ARGUMENT;
-  rim_status status = begin(&f, config, data, skip, work, bytes);
-  if (status == RIM_OK)
-    status = to_ellipsoid(start, &region);
-  if (status != RIM_OK)
-    return status;
-  for (uint32_t k = 0; k < start->dims; ++k) {
-    if (start->feature[k] >= data->features)
-      return RIM_E_RANGE;
-  }
-  gather(&f, FREE, FREE);
-  status = climb(&f, &region);
-  region.price = base_price(&f, &region);
-  rim_dmaps_region out;
-  if (status == RIM_OK)
-    status = to_region(&region, &out);
-  if (status == RIM_OK)
-    *result = out;
-  return status;
 }
 
 rim_status rimi_dmaps_assign(const rim_dmaps_result *result, const rim_batch_data *data,

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
-/* rim/faro.h - detection of a single RIM by focused optimisation (thesis Alg. 2, p. 30).
+/* batch/faro.h - detection of a single RIM by focused optimisation (thesis Alg. 2, p. 30).
  *
  * Keeps a bounded set of candidate ellipsoids. Every step a ball around the latest observation
- * joins it, every candidate is optimised (rim/cem.h), the best is compared with the threshold, and
- * the set is cut to its best. Where the data are is the caller's business: only a value function is
- * asked. */
+ * joins it, every candidate is optimised (search/cem.h), the best is compared with the threshold,
+ * and the set is cut to its best. Where the data are is the caller's business: only a value
+ * function is asked. */
 #ifndef RIM_FARO_H
 #define RIM_FARO_H
 

@@ -418,6 +418,10 @@ static bool is_valid(const rim_batch_config *c, const rim_batch_data *data) {
   return c->heuristic != RIM_HEURISTIC_NONE || data->features <= RIM_CEM_MAX_DIMS;
 }
 
+bool rimi_batch_fits(const rim_batch_data *data, uint32_t nodes) {
+  return data->n <= RIM_BATCH_MOST / ((uint32_t)data->features + data->outcomes + nodes + 3u);
+}
+
 rim_status rimi_select_batch(const rim_batch_config *config, const rim_batch_data *data, void *work,
                              size_t bytes, rim_batch_result *result) {
   if (config == NULL || data == NULL || work == NULL || result == NULL || data->u == NULL ||
@@ -434,7 +438,8 @@ rim_status rimi_select_batch(const rim_batch_config *config, const rim_batch_dat
     return RIM_E_CONFIG;
   if (data->n == 0)
     return RIM_E_DATA;
-  if (bytes < RIM_BATCH_SIZE(data->n, data->features, s.config.nodes))
+  if (!rimi_batch_fits(data, s.config.nodes) ||
+      bytes < RIM_BATCH_SIZE(data->n, data->features, s.config.nodes))
     return RIM_E_SIZE;
   s.words = ((size_t)data->n + 63u) / 64u;
   s.nodes = (node *)work;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* rim/select_batch.h - FS-RIM over a finished set of observations (thesis Alg. 4, p. 50).
+/* batch/select_batch.h - FS-RIM over a finished set of observations (thesis Alg. 4, p. 50).
  *
  * Best-first search over subsets of features: an edge (F, f) adds feature f to an explored set F,
  * and the edge with the largest heuristic value is explored next:
@@ -9,11 +9,12 @@
  *   - BREADTH: fewest features first, in order of arrival (BFS of 4.2.1, p. 54);
  *   - NONE: no selection, one search over all features together (No FS of 4.2.1).
  *
- * One feature: the exact interval over bins (App. A, p. 115). More: cross-entropy (rim/cem.h) from
- * the box of R_F and the conditional interval, and from balls around observations (Alg. 2, p. 30).
+ * One feature: the exact interval over bins (App. A, p. 115). More: cross-entropy (search/cem.h)
+ * from the box of R_F and the conditional interval, and from balls around observations (Alg. 2, p.
+ * 30).
  *
- * For use on the ground and for comparison; on board see rim/select.h. Work and memory are bounded
- * by the configuration, the memory is the caller's. */
+ * For use on the ground and for comparison; on board see search/select.h. Work and memory are
+ * bounded by the configuration, the memory is the caller's. */
 #ifndef RIM_SELECT_BATCH_H
 #define RIM_SELECT_BATCH_H
 
@@ -75,15 +76,20 @@ typedef struct rim_batch_result {
 
 /* Bytes of work space: a constant expression; nodes explicit. Aligned to 8. */
 #define RIM_BATCH_NODE_BYTES 400u
+/* n (features + outcomes + nodes + 3) may be at most this, so that no size overflows 32 bits. */
+#define RIM_BATCH_MOST UINT32_C(0x8000000)
 #define RIM_BATCH_SIZE(n, features, nodes)                                                         \
   ((size_t)(nodes) *                                                                               \
        (RIM_BATCH_NODE_BYTES + 8u * (size_t)(features) + (((size_t)(n) + 63u) / 64u) * 8u) +       \
    24u * (size_t)(features) + 1024u)
 
-/* RIM_E_ARGUMENT: NULL; RIM_E_ALIGN, RIM_E_SIZE: the work space; RIM_E_DATA: no observations;
- * RIM_E_CONFIG: a count out of range, too many features for NONE. *result is unchanged on error.
- * O(nodes * (features * (n + bins^2) * outcomes + starts * samples * iterations * n * dims^2)).
- * Stack below 4 kB in all. */
+/* Whether the sizes of so much data are within RIM_BATCH_MOST. */
+bool rimi_batch_fits(const rim_batch_data *data, uint32_t nodes);
+
+/* RIM_E_ARGUMENT: NULL; RIM_E_ALIGN, RIM_E_SIZE: the work space, or more observations than
+ * RIM_BATCH_MOST allows; RIM_E_DATA: no observations; RIM_E_CONFIG: a count out of range, too many
+ * features for NONE. *result is unchanged on error. O(nodes * (features * (n + bins^2) * outcomes +
+ * starts * samples * iterations * n * dims^2)). Stack below 4 kB in all. */
 rim_status rimi_select_batch(const rim_batch_config *config, const rim_batch_data *data, void *work,
                              size_t bytes, rim_batch_result *result);
 

@@ -3,6 +3,7 @@
 
 #include <stdbool.h>
 
+#include "base/bytes.h"
 #include "base/real.h"
 #include "image/noise.h"
 #include "rim/image.h"

@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: MIT */
-#include "rim/plan/correct.h"
+#include "image/correct.h"
 
 #include <string.h>
 
+#include "base/bytes.h"
 #include "base/crc.h"
+#include "base/ellipsoid.h"
 #include "base/real.h"
 
 #define MAX_REGIONS RIM_CORRECT_MAX_REGIONS
@@ -26,27 +28,9 @@ enum {
 };
 _Static_assert(RIM_CORRECT_BYTES(1, 1) == RIM_CORRECT_HEADER_BYTES + AT_SHIFT + 8, "layout");
 
-/* ---- bytes ---- */
-
-static void put_u16(uint8_t *p, uint32_t v) {
-  p[0] = (uint8_t)(v & 255u);
-  p[1] = (uint8_t)(v >> 8 & 255u);
-}
-
-static void put_u32(uint8_t *p, uint32_t v) {
-  put_u16(p, v);
-  put_u16(p + 2, v >> 16);
-}
-
-static void put_f64(uint8_t *p, double v) {
-  const uint64_t bits = rimi_bits(v);
-  put_u32(p, (uint32_t)(bits & 0xffffffffu));
-  put_u32(p + 4, (uint32_t)(bits >> 32));
-}
-
 static void put_f64s(uint8_t *p, const double *v, size_t n) {
   for (size_t i = 0; i < n; ++i)
-    put_f64(p + 8 * i, v[i]);
+    (void)rimi_le_put_f64(p + 8 * i, v[i]);
 }
 
 static const uint8_t *region_at(const rim_correct *c, uint32_t k) {
@@ -143,8 +127,8 @@ static void pack_region(const rim_correct_region *c, uint8_t *p) {
   p[AT_DIMS] = c->region.dims;
   p[AT_BOX] = c->is_box ? 1 : 0;
   for (size_t i = 0; i < MAX_DIMS; ++i)
-    put_u16(p + AT_FEATURE + 2 * i, c->region.feature[i]);
-  put_f64(p + AT_CONFIDENCE, c->confidence);
+    (void)rimi_le_put_u16(p + AT_FEATURE + 2 * i, c->region.feature[i]);
+  (void)rimi_le_put_f64(p + AT_CONFIDENCE, c->confidence);
   put_f64s(p + AT_CENTER, c->region.center, MAX_DIMS);
   put_f64s(p + AT_SHAPE, c->region.inverse_shape, (size_t)MAX_DIMS * MAX_DIMS);
   put_f64s(p + AT_LOWER, c->region.lower, MAX_DIMS);
@@ -179,7 +163,7 @@ rim_status rimi_correct_pack(const rim_correct_model *m, uint8_t *section, size_
   const uint32_t header[7] = {RIM_CORRECT_LAYOUT, (uint32_t)bytes,      m->features, m->outcomes,
                               m->regions,         (uint32_t)m->overlap, m->kinds};
   for (size_t i = 0; i < 7; ++i)
-    put_u32(section + 4 * i, header[i]);
+    (void)rimi_le_put_u32(section + 4 * i, header[i]);
   uint8_t *p = section + RIM_CORRECT_HEADER_BYTES;
   for (size_t k = 0; k < m->regions; ++k) {
     rim_correct_region region;
@@ -188,7 +172,7 @@ rim_status rimi_correct_pack(const rim_correct_model *m, uint8_t *section, size_
     put_f64s(p + AT_SHIFT, m->shift + k * m->outcomes, m->outcomes);
     p += AT_SHIFT + 8u * (size_t)m->outcomes;
   }
-  put_u32(section + CRC_AT, crc_of(section, bytes));
+  (void)rimi_le_put_u32(section + CRC_AT, crc_of(section, bytes));
   return RIM_OK;
 }
 
@@ -252,7 +236,7 @@ rim_status rimi_correct_attach(rim_correct *view, const rim_image *image) {
   size_t bytes;
   if (view == NULL)
     return RIM_E_ARGUMENT;
-  const rim_status status = rim_image_section(image, RIM_CORRECT_SECTION, &section, &bytes);
+  const rim_status status = rim_image_section(image, RIM_SECTION_CORRECT, &section, &bytes);
   return status == RIM_OK ? rimi_correct_open(view, section, bytes) : status;
 }
 

@@ -3,6 +3,7 @@
 
 #include <stdbool.h>
 
+#include "base/bytes.h"
 #include "base/crc.h"
 
 /* Words of the header, by index of u32. */
@@ -146,9 +147,4 @@ rim_status rim_image_section(const rim_image *view, uint32_t id, const uint8_t *
     *size = e != NULL ? rimi_le_u32(e, 2) : 0;
   }
   return !opened ? RIM_E_ARGUMENT : e == NULL ? RIM_E_RANGE : RIM_OK;
-}
-
-uint32_t rimi_image_count(const rim_image *view, uint32_t id) {
-  const uint8_t *e = view != NULL && view->data != NULL ? find(view, id) : NULL;
-  return e != NULL ? rimi_le_u32(e, 3) : 0;
 }

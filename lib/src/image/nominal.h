@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* rim/nominal.h - the nominal model: mean and standard deviation of every outcome in a context.
+/* image/nominal.h - the nominal model: mean and standard deviation of every outcome in a context.
  *
  * The compressed kernel model of eq. 4.13 and 4.14 (p. 63): a few prototypes stand for the training
  * rows. Order 0 keeps a mean and a variance per prototype (the kernel average itself, compressed);

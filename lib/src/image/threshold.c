@@ -4,6 +4,7 @@
 #include <float.h>
 #include <stdbool.h>
 
+#include "base/bytes.h"
 #include "base/real.h"
 #include "rim/image.h"
 

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* rim/threshold.h - from ln anom to a promise: scores, the alarm threshold, the confidence P(anom).
+/* image/threshold.h - from ln anom to a promise: scores, the alarm threshold, the confidence
+ * P(anom).
  *
  * Nominal runs do not only scatter, each has an offset of its own, so ln anom of eq. 3.7 (p. 28)
  * grows without bound in a perfectly healthy run. A trained image's statistic allows for that

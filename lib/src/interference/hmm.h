@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* rim/hmm.h - hidden Markov model of few states: the forward algorithm in fixed memory (thesis App.
- * C.2, p. 129; Rabiner 1989).
+/* interference/hmm.h - hidden Markov model of few states: the forward algorithm in fixed memory
+ * (thesis App. C.2, p. 129; Rabiner 1989).
  *
  * The state keeps the natural logarithm of P(S_t = i | o_1..o_t), normalised at every step, and the
  * sum of the normalisers ln P(o_1..o_t). Nothing underflows: sums are taken relative to their

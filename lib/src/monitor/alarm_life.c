@@ -4,13 +4,9 @@
 #include <string.h>
 
 #include "base/real.h"
+#include "base/usable.h"
 
 static bool is_bound(double x) { return rimi_is_finite(x) && x >= 0.0; }
-
-static void count(uint32_t *counter) {
-  if (*counter != UINT32_MAX)
-    ++*counter;
-}
 
 rim_status rimi_alarm_life_init(rim_alarm_life *life, const rim_alarm_life_config *config) {
   if (life == NULL || config == NULL)

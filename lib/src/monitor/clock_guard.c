@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "monitor/clock_guard.h"
+#include "rim/monitor.h"
 
 #include <stddef.h>
 

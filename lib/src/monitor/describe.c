@@ -2,6 +2,8 @@
 /* What was found, as a record: which outcome, how it deviates, by how much, where, since when. */
 #include <string.h>
 
+#include "base/bytes.h"
+#include "base/ellipsoid.h"
 #include "base/real.h"
 #include "monitor/monitor_private.h"
 
@@ -305,12 +307,22 @@ static double row_score(const rim_monitor *m, uint16_t c) {
                               rimi_select_observations(m->select));
 }
 
+/* Rows are evenly spaced between two gaps. */
 static double time_of_observation(const rim_monitor *m, uint32_t index) {
-  const uint32_t n = rimi_select_observations(m->select);
-  if (n < 2)
-    return m->last_block_s;
-  const double spacing_s = (m->last_block_s - m->first_block_s) / (double)(n - 1);
-  return m->first_block_s + spacing_s * (double)index;
+  uint32_t first = 0, end = rimi_select_observations(m->select);
+  double first_s = m->first_block_s, last_s = m->last_block_s;
+  for (uint32_t i = 0; i < m->gaps && m->gap[i].index <= index; ++i) {
+    first = m->gap[i].index;
+    first_s = m->gap[i].after_s;
+  }
+  for (uint32_t i = m->gaps; i-- > 0 && m->gap[i].index > index;) {
+    end = m->gap[i].index;
+    last_s = m->gap[i].before_s;
+  }
+  if (end - first < 2)
+    return last_s;
+  const double spacing_s = (last_s - first_s) / (double)(end - first - 1u);
+  return first_s + spacing_s * (double)(index - first);
 }
 
 static void describe_rows(rim_monitor *m, const rim_verdict *verdict, rim_alarm *alarm) {

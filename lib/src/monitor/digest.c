@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Every bit of a verdict that decides anything, folded into one number. */
 #include "base/crc.h"
+#include "rim/interference.h"
 #include "rim/monitor.h"
 
 static uint64_t digest_interference(uint64_t digest, const rim_interference_verdict *v) {
@@ -46,7 +47,7 @@ uint64_t rim_verdict_digest(uint64_t digest, const rim_verdict *v) {
     digest = rimi_digest_u32(digest, words[i]);
   if (v->reason == RIM_REASON_OUT_OF_RANGE)
     digest = rimi_digest_u32(digest, v->out_feature);
-  if (v->interference.valid)
-    digest = digest_interference(digest, &v->interference);
+  if (v->interference != NULL)
+    digest = digest_interference(digest, v->interference);
   return v->alarm.state == RIM_ALARM_NONE ? digest : digest_alarm(digest, &v->alarm);
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "monitor/interference_watch.h"
 
+#include "base/bytes.h"
 #include "base/real.h"
 
 #define INPUTS_BYTES 4u /* u16 feature of the command, u16 outcome of the speed */

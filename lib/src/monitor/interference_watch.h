@@ -5,7 +5,9 @@
 #ifndef RIM_INTERFERENCE_WATCH_H
 #define RIM_INTERFERENCE_WATCH_H
 
+#include "interference/detector.h"
 #include "monitor/alarm_life.h"
+#include "rim/image.h"
 #include "rim/monitor.h"
 
 typedef struct interference_watch {

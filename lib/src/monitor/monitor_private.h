@@ -3,13 +3,21 @@
 #ifndef RIM_SRC_MONITOR_PRIVATE_H
 #define RIM_SRC_MONITOR_PRIVATE_H
 
+#include "base/bytes.h"
 #include "image/basis.h"
+#include "image/correct.h"
 #include "image/noise.h"
 #include "image/nominal.h"
+#include "image/threshold.h"
+#include "interference/detector.h"
 #include "monitor/blocks.h"
+#include "monitor/inspect.h"
 #include "monitor/interference_watch.h"
+#include "rim/image.h"
+#include "rim/interference.h"
 #include "rim/monitor.h"
 #include "search/search.h"
+#include "search/select.h"
 
 #define MONITOR_UPDATE_RATIO 0.25 /* ln anom grown by a quarter is worth another record */
 #define MONITOR_NEXT_BLOCK                                                                         \
@@ -29,8 +37,19 @@ typedef struct monitor_models {
   rim_threshold threshold;
 } monitor_models;
 
+#define MONITOR_GAPS 8u
+#define MONITOR_GAP 3.0 /* times the mean spacing of rows since the last one */
+
+/* A gap between rows with predictions, which are numbered and otherwise taken as evenly spaced. */
+typedef struct monitor_gap {
+  double before_s, after_s; /* of the rows on either side */
+  uint32_t index;           /* of the row after it */
+} monitor_gap;
+
 struct rim_monitor {
   uint32_t magic;
+  uint32_t library;      /* RIM_VERSION_NUMBER: another version may mean other fields */
+  uint32_t header_bytes; /* sizeof(struct rim_monitor): another compiler may lay it out otherwise */
   uint32_t words[RIM_CONFIG_WORDS];
   rim_image image;
   monitor_models models;
@@ -55,7 +74,10 @@ struct rim_monitor {
   uint32_t steps, refused, partly;
   uint16_t channel_count, out_feature;
   bool has_place;
-  rim_verdict last; /* what a row that completes no block repeats */
+  monitor_gap gap[MONITOR_GAPS]; /* not trained: the newest ones, in order */
+  uint32_t gaps;
+  rim_verdict last; /* what a row that completes no block repeats; interference: NULL */
+  rim_interference_verdict motion; /* of the newest row */
 };
 
 _Static_assert(sizeof(struct rim_monitor) <= RIM_MONITOR_HEADER_BYTES, "header outgrown");

@@ -2,10 +2,24 @@
 /* From a flight image to a monitor in the caller's memory: everything is read and checked first. */
 #include <string.h>
 
+#include "base/bytes.h"
 #include "base/real.h"
 #include "monitor/monitor_private.h"
+#include "rim/version.h"
 
 #define MONITOR_MAGIC 0x52494d4eu /* "RIMN": memory that holds a monitor of this layout */
+
+/* RIM_MONITOR_SIZE spells out what the search needs, so that rim/monitor.h does not include it. */
+#define SIZE_IS_ENOUGH(d, o, r, ring, bins, grid, pairs)                                           \
+  (RIM_MONITOR_SIZE(d, o, r, ring, bins, grid, pairs) >=                                           \
+       RIM_MONITOR_HEADER_BYTES + RIM_MONITOR_ROWS_SIZE(d, o, 0, 0) + 8u * (o) + 8u * (r) +        \
+           RIM_SELECT_SIZE(r, o, ring, bins, grid, pairs) &&                                       \
+   RIM_MONITOR_SIZE(d, o, r, ring, bins, grid, pairs) <=                                           \
+       RIM_MONITOR_HEADER_BYTES + RIM_MONITOR_ROWS_SIZE(d, o, 0, 0) + 8u * (o) + 8u * (r) + 512u + \
+           RIM_SELECT_SIZE(r, o, ring, bins, grid, pairs))
+_Static_assert(SIZE_IS_ENOUGH(1, 1, 1, 17, 5, 9, 1), "smallest");
+_Static_assert(SIZE_IS_ENOUGH(29, 25, 12, 512, 16, 32, 6), "landing");
+_Static_assert(SIZE_IS_ENOUGH(128, 128, 127, 4095, 31, 63, 16), "largest");
 
 static bool find(const monitor_plan *p, rim_section id, const uint8_t **data, size_t *bytes) {
   return rim_image_section(&p->image, (uint32_t)id, data, bytes) == RIM_OK;
@@ -372,6 +386,8 @@ rim_status rim_monitor_init(rim_monitor **monitor, void *memory, size_t bytes, c
     rimi_interference_watch_init(m->watch, &m->image);
   rimi_monitor_clear_verdict(m);
   m->magic = MONITOR_MAGIC;
+  m->library = RIM_VERSION_NUMBER;
+  m->header_bytes = (uint32_t)sizeof *m;
   *monitor = m;
   return RIM_OK;
 }
@@ -386,7 +402,8 @@ rim_status rim_monitor_attach(rim_monitor **monitor, void *memory, size_t bytes,
   if (status != RIM_OK)
     return status;
   rim_monitor *m = memory;
-  if (m->magic != MONITOR_MAGIC || m->image.model_id != p.image.model_id ||
+  if (m->magic != MONITOR_MAGIC || m->library != RIM_VERSION_NUMBER ||
+      m->header_bytes != sizeof *m || m->image.model_id != p.image.model_id ||
       m->image.bytes != p.image.bytes || memcmp(m->words, p.words, sizeof m->words) != 0)
     return RIM_E_DATA;
   connect(m, &p, &l);

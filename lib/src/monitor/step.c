@@ -2,12 +2,14 @@
 /* One row: checked, gathered, predicted, searched, judged. */
 #include <string.h>
 
+#include "base/bytes.h"
 #include "base/real.h"
 #include "base/usable.h"
 #include "monitor/monitor_private.h"
 
 void rimi_monitor_clear_verdict(rim_monitor *m) {
   memset(&m->last, 0, sizeof m->last);
+  memset(&m->motion, 0, sizeof m->motion);
   m->last.level = RIM_LEVEL_OK;
   m->last.reason = RIM_REASON_TOO_FEW;
   m->last.p_value = 1.0;
@@ -248,17 +250,38 @@ static void search_and_judge(rim_monitor *m, bool new_block) {
 
 static void watch_motion(rim_monitor *m, const rim_observation *row) {
   rim_alarm candidate;
-  const bool found = rimi_interference_watch_step(m->watch, row, &m->last.interference, &candidate);
-  if (m->last.interference.valid)
+  const bool found = rimi_interference_watch_step(m->watch, row, &m->motion, &candidate);
+  if (m->motion.valid)
     rimi_alarm_life_step(&m->life, RIM_DETECTOR_INTERFERENCE, row->t_s, found ? &candidate : NULL);
+}
+
+/* Observation n - 1 came now: was there a gap before it? */
+static void note_gap(rim_monitor *m, uint32_t n) {
+  const monitor_gap *last = m->gaps > 0 ? &m->gap[m->gaps - 1] : NULL;
+  const uint32_t since = last != NULL ? n - 1u - last->index : n - 1u; /* rows since the last gap */
+  const double begin_s = last != NULL ? last->after_s : m->first_block_s;
+  if (since < 2 || m->last.t_s - m->last_block_s <=
+                       MONITOR_GAP * (m->last_block_s - begin_s) / (double)(since - 1u))
+    return;
+  if (m->gaps == MONITOR_GAPS)
+    memmove(&m->gap[0], &m->gap[1], sizeof m->gap - sizeof m->gap[0]);
+  else
+    ++m->gaps;
+  m->gap[m->gaps - 1] = (monitor_gap){m->last_block_s, m->last.t_s, n - 1u};
 }
 
 static bool take_block(rim_monitor *m) {
   if (!(m->is_trained ? observe_trained(m) : observe_rows(m)))
     return false;
-  m->last_block_s = m->last.t_s;
-  if ((m->is_trained ? rimi_search_blocks(m->search) : rimi_select_observations(m->select)) == 1)
+  const uint32_t n =
+      m->is_trained ? rimi_search_blocks(m->search) : rimi_select_observations(m->select);
+  if (n == 1) {
     m->first_block_s = m->last.t_s;
+    m->gaps = 0;
+  } else if (!m->is_trained) {
+    note_gap(m, n);
+  }
+  m->last_block_s = m->last.t_s;
   if (m->is_trained)
     m->run_start_s = rimi_blocks_run_start_s(m->rows);
   return true;
@@ -299,6 +322,7 @@ static void end_verdict(rim_monitor *m, rim_verdict *verdict) {
   m->last.level = (uint8_t)rimi_alarm_life_level(&m->life);
   give_reason(m, &m->last);
   *verdict = m->last;
+  verdict->interference = m->motion.valid ? &m->motion : NULL;
 }
 
 rim_status rim_monitor_step(rim_monitor *m, const rim_observation *row, rim_verdict *verdict) {
@@ -316,7 +340,7 @@ rim_status rim_monitor_step(rim_monitor *m, const rim_observation *row, rim_verd
   m->last.step = m->steps;
   m->last.t_s = row->t_s;
   m->last.valid = made != BLOCKS_BAD;
-  m->last.interference.valid = false;
+  m->motion.valid = false;
   if (made != BLOCKS_BAD) {
     m->last_valid_s = row->t_s;
     rimi_alarm_life_row(&m->life, row->t_s);
@@ -434,15 +458,17 @@ rim_monitor_health rim_monitor_get_health(const rim_monitor *m) {
                                .out_value = m->out_value,
                                .out_t_s = m->out_t_s,
                                .partly = m->partly};
-  if (m->watch != NULL)
-    health.interference = m->watch->state.health;
   return health;
+}
+
+rim_interference_health rim_interference_get_health(const rim_monitor *m) {
+  return m != NULL && m->watch != NULL ? m->watch->state.health : (rim_interference_health){0};
 }
 
 const rim_select *rimi_monitor_search(const rim_monitor *m) { return m != NULL ? m->select : NULL; }
 const rim_threshold *rimi_monitor_threshold(const rim_monitor *m) {
   return m != NULL ? &m->models.threshold : NULL;
 }
-uint32_t rim_monitor_config(const rim_monitor *m, rim_config_word word) {
-  return m != NULL && (unsigned)word < RIM_CONFIG_WORDS ? m->words[word] : 0u;
+uint32_t rim_monitor_config(const rim_monitor *m, uint32_t word) {
+  return m != NULL && word < RIM_CONFIG_WORDS ? m->words[word] : 0u;
 }

@@ -1,14 +1,15 @@
 /* SPDX-License-Identifier: MIT */
 #include "monitor/work.h"
 
+#include "base/bytes.h"
 #include "base/real.h"
 #include "image/basis.h"
+#include "image/correct.h"
 #include "image/nominal.h"
 #include "rim/alarm.h"
 #include "rim/image.h"
 #include "rim/interference.h"
 #include "rim/monitor.h"
-#include "rim/plan/correct.h"
 #include "search/search.h"
 #include "search/select_private.h"
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* rim/work.h - the most that one monitor step may do: a bound from the counts in the flight image,
- * whatever the data are.
+/* monitor/work.h - the most that one monitor step may do: a bound from the counts in the flight
+ * image, whatever the data are.
  *
  * Unit: instructions of a Cortex-M7 with FPU (gcc -O2). What a turn of each loop costs is an upper
  * estimate (src/work.c), the number of turns is derived here; `make size` holds the largest step
@@ -28,7 +28,7 @@
  *   judge   explain: ready, then 4 times what renew does, 2 passes with an exponential;
  *           whose bias it is: 2 times ready and a pass for each outcome that it integrates
  *
- * Without it (rim/select.h; B bins, G grid, P pairs, S scans, E edges, M moves), 24 ellipses a
+ * Without it (search/select.h; B bins, G grid, P pairs, S scans, E edges, M moves), 24 ellipses a
  * pair, H = B (B + 1) / 2 intervals, 136 = 16 * 17 / 2 of 16 conditional bins:
  *   search  U times (rimi_select_work):
  *     scans   min(S, r c) intervals: B prefix sums and H hypotheses; r comparisons each

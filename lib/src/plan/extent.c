@@ -6,6 +6,7 @@
 #include "base/real.h"
 #include "base/rng.h"
 #include "base/usable.h"
+#include "search/cem.h"
 
 #define LEAST_VAR 1e-100
 #define LARGEST_VAR 1e100
@@ -25,7 +26,13 @@ struct rim_extent {
 };
 
 _Static_assert(sizeof(struct rim_extent) <= RIM_EXTENT_HEADER_BYTES, "header");
-_Static_assert(sizeof(rim_extent_region) <= RIM_EXTENT_REGION_BYTES, "region");
+/* One region of the set, as rim_extent_region. */
+typedef struct held_region {
+  rim_ellipsoid ellipsoid;
+  double lambda, volume, n, ln_anom, shift, shift_var, confidence;
+} held_region;
+
+_Static_assert(sizeof(held_region) <= RIM_EXTENT_REGION_BYTES, "region");
 _Static_assert(RIM_EXTENT_HEADER_BYTES % 8 == 0 && RIM_EXTENT_REGION_BYTES % 8 == 0, "alignment");
 
 typedef struct arrays {
@@ -47,9 +54,9 @@ static arrays arrays_of(const rim_extent *e) {
   return a;
 }
 
-static rim_extent_region *region_of(const rim_extent *e, uint32_t rim, uint32_t lambda) {
+static held_region *region_of(const rim_extent *e, uint32_t rim, uint32_t lambda) {
   const size_t index = (size_t)rim * e->config.lambdas + lambda;
-  return (rim_extent_region *)(void *)(arrays_of(e).regions + index * RIM_EXTENT_REGION_BYTES);
+  return (held_region *)(void *)(arrays_of(e).regions + index * RIM_EXTENT_REGION_BYTES);
 }
 
 static bool is_zero(double v) { return v >= 0.0 && v <= 0.0; }
@@ -142,7 +149,7 @@ void rim_extent_reset(rim_extent *extent) {
   const double steps = c->lambdas > 1 ? (double)(c->lambdas - 1) : 1.0;
   for (uint32_t rim = 0; rim < c->rims; ++rim) {
     for (uint32_t i = 0; i < c->lambdas; ++i) { /* eq. 5.4 */
-      rim_extent_region *region = region_of(extent, rim, i);
+      held_region *region = region_of(extent, rim, i);
       memset(region, 0, sizeof *region);
       region->lambda = c->lambda_min + (c->lambda_max - c->lambda_min) * ((double)i / steps);
     }
@@ -253,7 +260,7 @@ static double anom_plus(const rim_ellipsoid *ellipsoid, void *context) {
 }
 
 /* Fills in what the ellipsoid now holds: eq. 3.6, 3.7, 5.7. */
-static void evaluate(const rim_extent *e, rim_extent_region *region) {
+static void evaluate(const rim_extent *e, held_region *region) {
   const sums t = sums_inside(e, &region->ellipsoid);
   region->volume = volume_of(e, &region->ellipsoid);
   region->n = t.n;
@@ -275,14 +282,14 @@ static void evaluate(const rim_extent *e, rim_extent_region *region) {
   region->confidence = rim_extent_confidence(e, region->ln_anom);
 }
 
-static bool is_region(const rim_extent_region *region) { return region->ellipsoid.dims > 0; }
+static bool is_region(const held_region *region) { return region->ellipsoid.dims > 0; }
 
 /* A RIM at u, a context as fractions of the box (eq. 5.6, 5.8). */
 static rim_extent_local local_at(const rim_extent *e, uint32_t rim, const double *u) {
   rim_extent_local out = {0.0, 0.0, 0.0, 0.0};
   double all = 0.0, inside = 0.0, shift = 0.0, var = 0.0;
   for (uint32_t i = 0; i < e->config.lambdas; ++i) {
-    const rim_extent_region *region = region_of(e, rim, i);
+    const held_region *region = region_of(e, rim, i);
     if (!(region->ln_anom > 0.0))
       continue;
     out.existence = rimi_max(region->confidence, out.existence);
@@ -349,7 +356,7 @@ static void evaluate_from(const rim_extent *e, uint32_t first) {
   for (uint32_t rim = first; rim < e->config.rims; ++rim) {
     prepare(e, rim);
     for (uint32_t i = 0; i < e->config.lambdas; ++i) {
-      rim_extent_region *region = region_of(e, rim, i);
+      held_region *region = region_of(e, rim, i);
       if (is_region(region))
         evaluate(e, region);
     }
@@ -393,14 +400,14 @@ rim_status rim_extent_add(rim_extent *extent, const double *x, double dz, double
   return RIM_OK;
 }
 
-static double value_of(const rim_extent_region *region, double lambda) {
+static double value_of(const held_region *region, double lambda) {
   return region->ln_anom > 0.0 ? region->ln_anom + lambda * region->volume : NOT_A_REGION;
 }
 
 /* Takes over what another lambda found, where it is better by this one's measure. */
-static void adopt(const rim_extent *e, uint32_t rim, rim_extent_region *region) {
+static void adopt(const rim_extent *e, uint32_t rim, held_region *region) {
   for (uint32_t i = 0; i < e->config.lambdas; ++i) {
-    const rim_extent_region *other = region_of(e, rim, i);
+    const held_region *other = region_of(e, rim, i);
     if (other == region || !(value_of(other, region->lambda) > value_of(region, region->lambda))) {
       continue;
     }
@@ -464,8 +471,8 @@ static rim_ellipsoid stepped(const rim_extent_config *c, const rim_ellipsoid *fr
 }
 
 /* Takes over what another chain drawn at random stands on, where this one is stuck. */
-static void join(const rim_extent *e, uint32_t rim, rim_extent_region *region, rim_rng *rng) {
-  const rim_extent_region *other = region_of(e, rim, rimi_rng_below(rng, e->config.lambdas));
+static void join(const rim_extent *e, uint32_t rim, held_region *region, rim_rng *rng) {
+  const held_region *other = region_of(e, rim, rimi_rng_below(rng, e->config.lambdas));
   const double lambda = region->lambda;
   if (!(value_of(other, lambda) > value_of(region, lambda) + STUCK))
     return;
@@ -518,7 +525,7 @@ static double walk(goal *g, rim_rng *rng, rim_ellipsoid *at) {
   return value;
 }
 
-/* By rim/cem.h from *best, which then keeps the bounds of each dimension. */
+/* By search/cem.h from *best, which then keeps the bounds of each dimension. */
 static double found_anew(goal *g, rim_ellipsoid *best) {
   const rim_extent_config *c = &g->extent->config;
   rim_cem_config cem = {.samples = c->samples,
@@ -542,7 +549,7 @@ static double found_anew(goal *g, rim_ellipsoid *best) {
 
 static void climb(rim_extent *e, uint32_t rim, uint32_t lambda, uint32_t kind) {
   const rim_extent_config *c = &e->config;
-  rim_extent_region *region = region_of(e, rim, lambda);
+  held_region *region = region_of(e, rim, lambda);
   const bool is_sampled = c->set == RIM_EXTENT_SAMPLED;
   rim_rng rng;
   rimi_rng_seed(&rng, c->seed, UINT64_C(0x100000000) + e->turn);
@@ -558,7 +565,7 @@ static void climb(rim_extent *e, uint32_t rim, uint32_t lambda, uint32_t kind) {
   if (is_sampled) /* a step is taken, better or not; a leap only to what is much better */
     least = again ? -LARGEST_VALUE : least + STUCK;
   if (value > least) {
-    rim_extent_region found = {.ellipsoid = best, .lambda = region->lambda};
+    held_region found = {.ellipsoid = best, .lambda = region->lambda};
     evaluate(e, &found);
     if (found.ln_anom > 0.0)
       *region = found;
@@ -585,7 +592,17 @@ rim_status rim_extent_get_region(const rim_extent *extent, uint32_t rim, uint32_
     return RIM_E_ARGUMENT;
   if (rim >= extent->config.rims || lambda >= extent->config.lambdas)
     return RIM_E_RANGE;
-  *region = *region_of(extent, rim, lambda);
+  const held_region *held = region_of(extent, rim, lambda);
+  *region = (rim_extent_region){.dims = held->ellipsoid.dims,
+                                .lambda = held->lambda,
+                                .volume = held->volume,
+                                .n = held->n,
+                                .ln_anom = held->ln_anom,
+                                .shift = held->shift,
+                                .shift_var = held->shift_var,
+                                .confidence = held->confidence};
+  memcpy(region->center, held->ellipsoid.center, sizeof region->center);
+  memcpy(region->factor, held->ellipsoid.factor, sizeof region->factor);
   return RIM_OK;
 }
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* rim/bins.h - fixed-capacity tables of sufficient statistics (thesis 3.1.1, p. 28: "only
+/* search/bins.h - fixed-capacity tables of sufficient statistics (thesis 3.1.1, p. 28: "only
  * sufficient statistics of each discrete state, instead of all the data points, need to be
  * stored").
  *

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* rim/cem.h - bounded cross-entropy search over ellipsoids (thesis 3.2, p. 29: "we have used the
+/* search/cem.h - bounded cross-entropy search over ellipsoids (thesis 3.2, p. 29: "we have used the
  * Cross-Entropy Method").
  *
  * An ellipsoid is a centre and a Cholesky factor L, A = L L^T of eq. 3.8: positive definite

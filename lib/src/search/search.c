@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "base/bytes.h"
 #include "base/real.h"
 #include "base/usable.h"
 #include "search/search_private.h"

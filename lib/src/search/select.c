@@ -5,7 +5,9 @@
 #include <stddef.h>
 #include <string.h>
 
+#include "base/ellipsoid.h"
 #include "base/real.h"
+#include "base/usable.h"
 #include "rim/image.h"
 #include "search/select_private.h"
 
@@ -204,14 +206,6 @@ rim_status rimi_select_set_channel_scale(rim_select *e, const float *scale, cons
     state->offset = offset != NULL ? offset[c] : 0.0f;
   }
   return RIM_OK;
-}
-
-static bool all_finite(const double *x, size_t n) {
-  for (size_t i = 0; i < n; ++i) {
-    if (!rimi_is_finite(x[i]))
-      return false;
-  }
-  return true;
 }
 
 static int16_t quantised(double r) {

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: MIT */
-/* rim/select.h - FS-RIM: which features, and which region of them, deviate most (thesis ch. 4).
+/* search/select.h - FS-RIM: which features, and which region of them, deviate most (thesis ch. 4).
  *
  * Online form, what the monitor runs: observations come one by one, the search goes on in bounded
- * slices between them. (The thesis's own, over a finished set: rim/select_batch.h.) It keeps
- *   - 1-D tables of every feature, bin and channel (rim/bins.h) over everything seen; beyond 60000
+ * slices between them. (The thesis's own, over a finished set: batch/select_batch.h.) It keeps
+ *   - 1-D tables of every feature, bin and channel (search/bins.h) over everything seen; beyond
+ *   60000
  *     observations what is older weighs one half, then a quarter...;
  *   - a ring of the latest observations, features as bytes, to backfill what the search turns to;
  *   - the best interval of every (feature, channel), rescanned round robin (App. A, p. 115);

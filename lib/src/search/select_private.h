@@ -10,7 +10,7 @@
 #define SELECT_ROOTS 256u                  /* table of sqrt(1 - (k/256)^2) */
 #define SELECT_RESIDUAL_STEP (1.0 / 512.0) /* of a ring residual: int16 covers +-64 */
 
-/* What bounds a unit's work (rim/work.h). */
+/* What bounds a unit's work (monitor/work.h). */
 #define BASES_A_UNIT 3u   /* masks made, each O(ring) */
 #define EDGE_BINS 16u     /* of a conditional interval */
 #define SHEARS 4u         /* further intervals of an edge that comes near */

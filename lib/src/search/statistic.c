@@ -2,6 +2,7 @@
 /* The statistic of every hypothesis, and those hypotheses that name no region. */
 #include <string.h>
 
+#include "base/bytes.h"
 #include "base/cholesky.h"
 #include "base/real.h"
 #include "search/search_private.h"

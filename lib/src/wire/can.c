@@ -4,8 +4,8 @@
 #include <float.h>
 #include <string.h>
 
-#include "base/crc.h"
-#include "wire/alarm_bytes.h"
+#include "base/ellipsoid.h"
+#include "wire/message.h"
 
 #define SUMMARY_SIZE 8u
 #define FD_SIZE 64u
@@ -21,51 +21,17 @@ _Static_assert((RIM_CAN_DETAIL_SIZE + 4 + SEGMENT_BYTES - 1) / SEGMENT_BYTES ==
                    RIM_CAN_DETAIL_FRAMES,
                "the frames hold the record and its check sum");
 
-/* Little-endian writers and readers; each returns the place behind what it wrote or read. */
-static uint8_t *put_u16(uint8_t *at, uint32_t value) {
-  at[0] = (uint8_t)value;
-  at[1] = (uint8_t)(value >> 8);
-  return at + 2;
-}
-
-static uint8_t *put_u32(uint8_t *at, uint32_t value) {
-  return put_u16(put_u16(at, value & 0xffffu), value >> 16);
-}
-
 /* Saturates: a double beyond the range of float has no conversion. */
 static uint8_t *put_f32(uint8_t *at, const double *value, size_t count) {
-  for (size_t i = 0; i < count; i++) {
-    const float f = (float)rimi_clamp(value[i], -(double)FLT_MAX, (double)FLT_MAX);
-    uint32_t bits;
-    memcpy(&bits, &f, sizeof bits);
-    at = put_u32(at, bits);
-  }
+  for (size_t i = 0; i < count; i++)
+    at = rimi_le_put_f32(at, (float)rimi_clamp(value[i], -(double)FLT_MAX, (double)FLT_MAX));
   return at;
-}
-
-static uint8_t *put_f64(uint8_t *at, double value) {
-  const uint64_t bits = rimi_bits(value);
-  return put_u32(put_u32(at, (uint32_t)bits), (uint32_t)(bits >> 32));
-}
-
-static uint16_t get_u16(const uint8_t *at) { return (uint16_t)(at[0] | ((uint32_t)at[1] << 8)); }
-
-static uint32_t get_u32(const uint8_t *at) {
-  return get_u16(at) | ((uint32_t)get_u16(at + 2) << 16);
 }
 
 static const uint8_t *get_f32(const uint8_t *at, double *value, size_t count) {
-  for (size_t i = 0; i < count; i++, at += 4) {
-    const uint32_t bits = get_u32(at);
-    float f;
-    memcpy(&f, &bits, sizeof f);
-    value[i] = (double)f;
-  }
+  for (size_t i = 0; i < count; i++, at += 4)
+    value[i] = (double)rimi_le_f32(at, 0);
   return at;
-}
-
-static double get_f64(const uint8_t *at) {
-  return rimi_from_bits(get_u32(at) | ((uint64_t)get_u32(at + 4) << 32));
 }
 
 /* x rounded into 0..limit; limit below 2^32. */
@@ -73,15 +39,9 @@ static uint32_t whole(double x, double limit) {
   return (uint32_t)rimi_floor(rimi_clamp(x, 0.0, limit) + 0.5);
 }
 
-static uint8_t frame_crc8(uint32_t id, const uint8_t *data, size_t bytes) {
-  uint8_t name[2];
-  put_u16(name, id);
-  return rimi_crc8(rimi_crc8(0, name, sizeof name), data, bytes);
-}
-
 static uint32_t record_crc32(uint32_t id, const uint8_t *record) {
   uint8_t name[2];
-  put_u16(name, id);
+  rimi_le_put_u16(name, id);
   return rimi_crc32(rimi_crc32(0, name, sizeof name), record, RIM_CAN_DETAIL_SIZE);
 }
 
@@ -113,38 +73,34 @@ rim_status rim_can_pack_summary(rim_can_frame *frame, uint32_t node, const rim_a
   const rim_status status = check_record(frame, node, alarm);
   if (status != RIM_OK)
     return status;
-  memset(frame, 0, sizeof *frame);
-  frame->id = RIM_CAN_SUMMARY_ID + node;
-  frame->length = SUMMARY_SIZE;
+  begin_frame(frame, RIM_CAN_SUMMARY_ID + node, SUMMARY_SIZE);
   uint8_t *data = frame->data;
   data[0] = head_of(alarm);
   data[1] = (uint8_t)alarm->seq;
   data[2] = (uint8_t)alarm->model_id;
-  put_u16(data + 3, alarm->region.dims | flag_bits(alarm, SUMMARY_LATCHED, SUMMARY_REPLAY) |
-                        (whole(alarm->ln_anom * 4.0, 4095.0) << 4));
-  put_u16(data + 5, alarm->observations < 0xffffu ? alarm->observations : 0xffffu);
-  data[7] = frame_crc8(frame->id, data, SUMMARY_SIZE - 1);
+  rimi_le_put_u16(data + 3, alarm->region.dims | flag_bits(alarm, SUMMARY_LATCHED, SUMMARY_REPLAY) |
+                                (whole(alarm->ln_anom * 4.0, 4095.0) << 4));
+  rimi_le_put_u16(data + 5, alarm->observations < 0xffffu ? alarm->observations : 0xffffu);
+  finish_frame(frame);
   return RIM_OK;
 }
 
-/* The checks that summary and FD detail share. */
-static rim_status check_frame(const rim_can_frame *frame, uint32_t first_id, uint8_t length) {
+/* Identifier, length and check sum of a frame that any node may have sent. RIM_E_SIZE: any other
+ * length. */
+static rim_status check_sent(const rim_can_frame *frame, uint32_t first_id, uint8_t length) {
   if (frame->id < first_id || frame->id - first_id > RIM_CAN_MAX_NODE)
     return RIM_E_MAGIC;
-  if (frame->length != length)
-    return RIM_E_SIZE;
-  const uint8_t crc = frame_crc8(frame->id, frame->data, length - 1u);
-  return crc == frame->data[length - 1u] ? RIM_OK : RIM_E_CRC;
+  return frame->length != length ? RIM_E_SIZE : check_frame(frame, length);
 }
 
 rim_status rim_can_unpack_summary(rim_can_summary *summary, const rim_can_frame *frame) {
   if (summary == NULL || frame == NULL)
     return RIM_E_ARGUMENT;
-  const rim_status status = check_frame(frame, RIM_CAN_SUMMARY_ID, SUMMARY_SIZE);
+  const rim_status status = check_sent(frame, RIM_CAN_SUMMARY_ID, SUMMARY_SIZE);
   if (status != RIM_OK)
     return status;
   const uint8_t *data = frame->data;
-  const uint32_t packed = get_u16(data + 3);
+  const uint32_t packed = rimi_le_u16(data + 3, 0);
   summary->node = (uint8_t)(frame->id - RIM_CAN_SUMMARY_ID);
   summary->level = data[0] & 3u;
   summary->state = (data[0] >> 2) & 3u;
@@ -154,7 +110,7 @@ rim_status rim_can_unpack_summary(rim_can_summary *summary, const rim_can_frame 
   summary->seq = data[1];
   summary->model_id = data[2];
   summary->dims = (uint8_t)(packed & 3u);
-  summary->observations = get_u16(data + 5);
+  summary->observations = rimi_le_u16(data + 5, 0);
   summary->ln_anom = 0.25 * (double)(packed >> 4);
   return summary->kind <= RIM_KIND_PUSHED ? RIM_OK : RIM_E_RANGE;
 }
@@ -164,17 +120,17 @@ static void put_record(uint8_t *at, const rim_alarm *a) {
   const rim_region *region = &a->region;
   const uint8_t code[7] = {a->detector, a->state,    a->level,    a->kind,
                            a->flags,    a->channels, region->dims};
-  at = put_f64(at, a->t_s);
-  at = put_f64(at, a->since_s);
-  at = put_u32(at, a->seq);
-  at = put_u32(at, a->model_id);
-  at = put_u32(at, a->observations);
+  at = rimi_le_put_f64(at, a->t_s);
+  at = rimi_le_put_f64(at, a->since_s);
+  at = rimi_le_put_u32(at, a->seq);
+  at = rimi_le_put_u32(at, a->model_id);
+  at = rimi_le_put_u32(at, a->observations);
   memcpy(at, code, sizeof code);
   at += sizeof code;
   for (size_t i = 0; i < RIM_ALARM_MAX_CHANNELS; i++)
-    at = put_u16(at, a->channel[i]);
+    at = rimi_le_put_u16(at, a->channel[i]);
   for (size_t i = 0; i < RIM_REGION_MAX_DIMS; i++)
-    at = put_u16(at, region->feature[i]);
+    at = rimi_le_put_u16(at, region->feature[i]);
   at = put_f32(at, a->shift, RIM_ALARM_MAX_CHANNELS);
   at = put_f32(at, a->shift_sd, RIM_ALARM_MAX_CHANNELS);
   at = put_f32(at, region->center, RIM_REGION_MAX_DIMS);
@@ -189,11 +145,11 @@ static void put_record(uint8_t *at, const rim_alarm *a) {
 static rim_status get_record(rim_alarm *a, const uint8_t *at) {
   rim_region *region = &a->region;
   memset(a, 0, sizeof *a);
-  a->t_s = get_f64(at);
-  a->since_s = get_f64(at + 8);
-  a->seq = get_u32(at + 16);
-  a->model_id = get_u32(at + 20);
-  a->observations = get_u32(at + 24);
+  a->t_s = rimi_le_f64(at, 0);
+  a->since_s = rimi_le_f64(at + 8, 0);
+  a->seq = rimi_le_u32(at + 16, 0);
+  a->model_id = rimi_le_u32(at + 20, 0);
+  a->observations = rimi_le_u32(at + 24, 0);
   a->detector = at[28];
   a->state = at[29];
   a->level = at[30];
@@ -203,9 +159,9 @@ static rim_status get_record(rim_alarm *a, const uint8_t *at) {
   region->dims = at[34];
   at += 35;
   for (size_t i = 0; i < RIM_ALARM_MAX_CHANNELS; i++, at += 2)
-    a->channel[i] = get_u16(at);
+    a->channel[i] = rimi_le_u16(at, 0);
   for (size_t i = 0; i < RIM_REGION_MAX_DIMS; i++, at += 2)
-    region->feature[i] = get_u16(at);
+    region->feature[i] = rimi_le_u16(at, 0);
   at = get_f32(at, a->shift, RIM_ALARM_MAX_CHANNELS);
   at = get_f32(at, a->shift_sd, RIM_ALARM_MAX_CHANNELS);
   at = get_f32(at, region->center, RIM_REGION_MAX_DIMS);
@@ -227,7 +183,7 @@ rim_status rim_can_pack_detail(rim_can_frame frame[RIM_CAN_DETAIL_FRAMES], uint3
   if (status != RIM_OK)
     return status;
   put_record(record, alarm);
-  put_u32(record + RIM_CAN_DETAIL_SIZE, record_crc32(RIM_CAN_DETAIL_ID + node, record));
+  rimi_le_put_u32(record + RIM_CAN_DETAIL_SIZE, record_crc32(RIM_CAN_DETAIL_ID + node, record));
   for (uint32_t i = 0; i < RIM_CAN_DETAIL_FRAMES; i++) {
     memset(&frame[i], 0, sizeof frame[i]);
     frame[i].id = RIM_CAN_DETAIL_ID + node;
@@ -275,7 +231,8 @@ rim_status rim_can_take_detail(rim_can_assembly *assembly, const rim_can_frame *
   assembly->next = (uint8_t)(index + 1);
   if (!last)
     return status;
-  if (get_u32(assembly->data + RIM_CAN_DETAIL_SIZE) != record_crc32(frame->id, assembly->data))
+  if (rimi_le_u32(assembly->data + RIM_CAN_DETAIL_SIZE, 0) !=
+      record_crc32(frame->id, assembly->data))
     return give_up(assembly, RIM_E_CRC);
   status = get_record(alarm, assembly->data);
   if (status != RIM_OK)
@@ -303,29 +260,26 @@ rim_status rim_can_pack_detail_fd(rim_can_frame *frame, uint32_t node, const rim
     return status;
   const uint32_t channels = alarm->channels < FD_CHANNELS ? alarm->channels : FD_CHANNELS;
   const double bits = alarm->p_value > 0.0 ? -rimi_log(alarm->p_value) * (8.0 / RIM_LN_2) : 255.0;
-  memset(frame, 0, sizeof *frame);
-  frame->id = RIM_CAN_DETAIL_ID + node;
-  frame->length = FD_SIZE;
-  frame->fd = true;
+  begin_frame(frame, RIM_CAN_DETAIL_ID + node, FD_SIZE);
   uint8_t *data = frame->data;
   data[0] = head_of(alarm);
   data[1] = (uint8_t)alarm->seq;
-  uint8_t *at = put_u16(data + 2, alarm->model_id & 0xffffu);
-  at = put_u32(at, whole(alarm->t_s * 1000.0, 4294967294.0));
-  at = put_u32(at, whole(alarm->since_s * 1000.0, 4294967294.0));
-  at = put_u32(at, alarm->observations);
-  at = put_u16(at, box.dims | (channels << 2) | flag_bits(alarm, FD_LATCHED, FD_REPLAY));
+  uint8_t *at = rimi_le_put_u16(data + 2, alarm->model_id & 0xffffu);
+  at = rimi_le_put_u32(at, whole(alarm->t_s * 1000.0, 4294967294.0));
+  at = rimi_le_put_u32(at, whole(alarm->since_s * 1000.0, 4294967294.0));
+  at = rimi_le_put_u32(at, alarm->observations);
+  at = rimi_le_put_u16(at, box.dims | (channels << 2) | flag_bits(alarm, FD_LATCHED, FD_REPLAY));
   for (uint32_t i = 0; i < FD_CHANNELS; i++)
-    at = put_u16(at, i < channels ? alarm->channel[i] : 0u);
+    at = rimi_le_put_u16(at, i < channels ? alarm->channel[i] : 0u);
   for (uint32_t d = 0; d < RIM_REGION_MAX_DIMS; d++)
-    at = put_u16(at, d < box.dims ? box.feature[d] : 0u);
+    at = rimi_le_put_u16(at, d < box.dims ? box.feature[d] : 0u);
   at = put_f32(at, alarm->shift, 1);
   at = put_f32(at, alarm->shift_sd, 1);
   at = put_f32(at, box.lower, RIM_REGION_MAX_DIMS);
   at = put_f32(at, box.upper, RIM_REGION_MAX_DIMS);
-  at = put_u16(at, whole(alarm->ln_anom * 16.0, 65535.0));
+  at = rimi_le_put_u16(at, whole(alarm->ln_anom * 16.0, 65535.0));
   at[0] = (uint8_t)whole(bits, 255.0);
-  at[1] = frame_crc8(frame->id, data, FD_SIZE - 1);
+  finish_frame(frame);
   return RIM_OK;
 }
 
@@ -334,7 +288,7 @@ rim_status rim_can_unpack_detail_fd(rim_alarm *alarm, const rim_can_frame *frame
   double bound[2 * RIM_REGION_MAX_DIMS];
   if (alarm == NULL || frame == NULL)
     return RIM_E_ARGUMENT;
-  const rim_status status = check_frame(frame, RIM_CAN_DETAIL_ID, FD_SIZE);
+  const rim_status status = check_sent(frame, RIM_CAN_DETAIL_ID, FD_SIZE);
   if (status != RIM_OK)
     return status;
   const uint8_t *data = frame->data;
@@ -345,21 +299,21 @@ rim_status rim_can_unpack_detail_fd(rim_alarm *alarm, const rim_can_frame *frame
   alarm->kind = data[0] >> 5;
   alarm->flags = flags_of(data[16], FD_LATCHED, FD_REPLAY);
   alarm->seq = data[1];
-  alarm->model_id = get_u16(data + 2);
-  alarm->t_s = (double)get_u32(data + 4) * 1e-3;
-  alarm->since_s = (double)get_u32(data + 8) * 1e-3;
-  alarm->observations = get_u32(data + 12);
+  alarm->model_id = rimi_le_u16(data + 2, 0);
+  alarm->t_s = (double)rimi_le_u32(data + 4, 0) * 1e-3;
+  alarm->since_s = (double)rimi_le_u32(data + 8, 0) * 1e-3;
+  alarm->observations = rimi_le_u32(data + 12, 0);
   alarm->channels = (data[16] >> 2) & 7u;
   if (alarm->channels > FD_CHANNELS || alarm->kind > RIM_KIND_PUSHED)
     return RIM_E_RANGE;
   for (uint32_t i = 0; i < FD_CHANNELS; i++)
-    alarm->channel[i] = get_u16(data + 18 + 2 * i);
+    alarm->channel[i] = rimi_le_u16(data + 18 + 2 * i, 0);
   for (uint32_t d = 0; d < RIM_REGION_MAX_DIMS; d++)
-    feature[d] = get_u16(data + 22 + 2 * d);
+    feature[d] = rimi_le_u16(data + 22 + 2 * d, 0);
   get_f32(data + 28, alarm->shift, 1);
   get_f32(data + 32, alarm->shift_sd, 1);
   get_f32(data + 36, bound, 2 * RIM_REGION_MAX_DIMS);
-  alarm->ln_anom = (double)get_u16(data + 60) / 16.0;
+  alarm->ln_anom = (double)rimi_le_u16(data + 60, 0) / 16.0;
   alarm->p_value = rimi_exp((double)data[62] * (-RIM_LN_2 / 8.0));
   if (!alarm_is_finite(alarm))
     return RIM_E_DATA;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "rim/can_table.h"
 
+#include "base/bytes.h"
 #include "base/real.h"
 #include "rim/image.h"
 

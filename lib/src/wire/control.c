@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-#include "base/crc.h"
+#include "wire/message.h"
 
 /* lcm-gen's fingerprints; test_control holds them to the generated code. */
 #define HASH_COMMAND UINT64_C(0xcc00c5ee86601789)
@@ -17,29 +17,6 @@
 _Static_assert(sizeof(rim_counters) == 4u * RIM_COUNTERS_FIELDS, "nothing but 32-bit counters");
 _Static_assert(RIM_LCM_COUNTERS_SIZE == 8u + 4u * RIM_COUNTERS_FIELDS, "one message, all counters");
 
-/* Big-endian, as LCM has it. */
-static uint8_t *put_u32(uint8_t *at, uint32_t value) {
-  for (unsigned i = 0; i < 4; i++)
-    at[i] = (uint8_t)(value >> (24u - 8u * i));
-  return at + 4;
-}
-
-static uint8_t *put_hash(uint8_t *at, uint64_t hash) {
-  return put_u32(put_u32(at, (uint32_t)(hash >> 32)), (uint32_t)hash);
-}
-
-static uint32_t get_u32(const uint8_t *at) {
-  return (uint32_t)at[0] << 24 | (uint32_t)at[1] << 16 | (uint32_t)at[2] << 8 | at[3];
-}
-
-static rim_status check_message(const uint8_t *in, size_t bytes, size_t size, uint64_t hash) {
-  if (bytes < size)
-    return RIM_E_TRUNCATED;
-  if (((uint64_t)get_u32(in) << 32 | get_u32(in + 4)) != hash)
-    return RIM_E_MAGIC;
-  return bytes > size ? RIM_E_SIZE : RIM_OK;
-}
-
 static bool is_command(uint8_t code) {
   return code == RIM_COMMAND_ACKNOWLEDGE || code == RIM_COMMAND_CLEAR;
 }
@@ -51,9 +28,9 @@ rim_status rim_lcm_pack_command(uint8_t *out, size_t bytes, const rim_command *i
     return RIM_E_SIZE;
   if (!is_command(in->command))
     return RIM_E_RANGE;
-  uint8_t *at = put_hash(out, HASH_COMMAND);
-  at = put_u32(at, in->sequence);
-  at = put_u32(at, in->model_id);
+  uint8_t *at = rimi_be_put_u64(out, HASH_COMMAND);
+  at = rimi_be_put_u32(at, in->sequence);
+  at = rimi_be_put_u32(at, in->model_id);
   at[0] = in->command;
   return RIM_OK;
 }
@@ -64,8 +41,8 @@ rim_status rim_lcm_unpack_command(rim_command *out, const uint8_t *in, size_t by
   const rim_status status = check_message(in, bytes, RIM_LCM_COMMAND_SIZE, HASH_COMMAND);
   if (status != RIM_OK)
     return status;
-  out->sequence = get_u32(in + 8);
-  out->model_id = get_u32(in + 12);
+  out->sequence = rimi_be_u32(in + 8);
+  out->model_id = rimi_be_u32(in + 12);
   out->command = in[16];
   return is_command(out->command) ? RIM_OK : RIM_E_RANGE;
 }
@@ -77,9 +54,9 @@ rim_status rim_lcm_pack_counters(uint8_t *out, size_t bytes, const rim_counters 
     return RIM_E_SIZE;
   uint32_t value[RIM_COUNTERS_FIELDS];
   memcpy(value, in, sizeof value);
-  uint8_t *at = put_hash(out, HASH_COUNTERS);
+  uint8_t *at = rimi_be_put_u64(out, HASH_COUNTERS);
   for (size_t i = 0; i < RIM_COUNTERS_FIELDS; i++)
-    at = put_u32(at, value[i]);
+    at = rimi_be_put_u32(at, value[i]);
   return RIM_OK;
 }
 
@@ -91,7 +68,7 @@ rim_status rim_lcm_unpack_counters(rim_counters *out, const uint8_t *in, size_t 
     return status;
   uint32_t value[RIM_COUNTERS_FIELDS];
   for (size_t i = 0; i < RIM_COUNTERS_FIELDS; i++)
-    value[i] = get_u32(in + 8 + 4 * i);
+    value[i] = rimi_be_u32(in + 8 + 4 * i);
   memcpy(out, value, sizeof value);
   return RIM_OK;
 }
@@ -115,36 +92,16 @@ uint32_t rim_counters_value(const rim_counters *counters, uint32_t i) {
   return value[i];
 }
 
-/* Over the identifier and all bytes but the last, as in alarm_can.c. */
-static uint8_t frame_crc8(const rim_can_frame *frame) {
-  const uint8_t name[2] = {(uint8_t)frame->id, (uint8_t)(frame->id >> 8)};
-  return rimi_crc8(rimi_crc8(0, name, sizeof name), frame->data, FRAME_SIZE - 1);
-}
-
-static void begin_frame(rim_can_frame *frame, uint32_t id) {
-  memset(frame, 0, sizeof *frame);
-  frame->id = id;
-  frame->length = FRAME_SIZE;
-}
-
-static rim_status check_frame(const rim_can_frame *frame) {
-  if (frame->length < FRAME_SIZE)
-    return RIM_E_TRUNCATED;
-  if (frame->length > FRAME_SIZE)
-    return RIM_E_SIZE;
-  return frame->data[FRAME_SIZE - 1] == frame_crc8(frame) ? RIM_OK : RIM_E_CRC;
-}
-
 rim_status rim_can_pack_command(rim_can_frame *frame, uint32_t node, const rim_command *in) {
   if (frame == NULL || in == NULL)
     return RIM_E_ARGUMENT;
   if (node > RIM_CAN_MAX_NODE || !is_command(in->command))
     return RIM_E_RANGE;
-  begin_frame(frame, RIM_CAN_COMMAND_ID + node);
+  begin_frame(frame, RIM_CAN_COMMAND_ID + node, FRAME_SIZE);
   frame->data[0] = in->command;
   frame->data[1] = (uint8_t)in->sequence;
   frame->data[2] = (uint8_t)in->model_id;
-  frame->data[7] = frame_crc8(frame);
+  finish_frame(frame);
   return RIM_OK;
 }
 
@@ -153,7 +110,7 @@ rim_status rim_can_unpack_command(rim_command *out, uint32_t node, const rim_can
     return RIM_E_ARGUMENT;
   if (node > RIM_CAN_MAX_NODE || frame->id != RIM_CAN_COMMAND_ID + node)
     return RIM_E_MAGIC;
-  const rim_status status = check_frame(frame);
+  const rim_status status = check_frame(frame, FRAME_SIZE);
   if (status != RIM_OK)
     return status;
   out->command = frame->data[0];
@@ -170,7 +127,7 @@ rim_status rim_can_pack_heartbeat(rim_can_frame *frame, uint32_t node, const rim
     return RIM_E_ARGUMENT;
   if (node > RIM_CAN_MAX_NODE || in->level > RIM_LEVEL_STALE)
     return RIM_E_RANGE;
-  begin_frame(frame, RIM_CAN_HEARTBEAT_ID + node);
+  begin_frame(frame, RIM_CAN_HEARTBEAT_ID + node, FRAME_SIZE);
   uint8_t *data = frame->data;
   data[0] = (uint8_t)(in->level | ((in->flags & RIM_HEALTH_FLAG_REPLAY) != 0 ? HEART_REPLAY : 0u) |
                       ((alarm_flags & RIM_ALARM_FLAG_LATCHED) != 0 ? HEART_LATCHED : 0u) |
@@ -181,7 +138,7 @@ rim_status rim_can_pack_heartbeat(rim_can_frame *frame, uint32_t node, const rim
   data[4] = (uint8_t)(in->observations >> 8);
   data[5] = saturated(in->rejected);
   data[6] = saturated(in->dropped);
-  data[7] = frame_crc8(frame);
+  finish_frame(frame);
   return RIM_OK;
 }
 
@@ -190,7 +147,7 @@ rim_status rim_can_unpack_heartbeat(rim_can_heartbeat *out, const rim_can_frame 
     return RIM_E_ARGUMENT;
   if (frame->id < RIM_CAN_HEARTBEAT_ID || frame->id - RIM_CAN_HEARTBEAT_ID > RIM_CAN_MAX_NODE)
     return RIM_E_MAGIC;
-  const rim_status status = check_frame(frame);
+  const rim_status status = check_frame(frame, FRAME_SIZE);
   if (status != RIM_OK)
     return status;
   const uint8_t *data = frame->data;

@@ -1,84 +1,42 @@
 /* SPDX-License-Identifier: MIT */
 #include "rim/lcm.h"
 
-#include "wire/alarm_bytes.h"
+#include "wire/message.h"
 
-/* lcm-gen's fingerprints of the types in lib/wire; test_alarm_lcm holds them to the generated code.
+/* lcm-gen's fingerprints of the types in lib/wire; test_lcm holds them to the generated code.
  */
 #define HASH_OBSERVATION UINT64_C(0xefc23e26e7c61f20)
 #define HASH_ALARM UINT64_C(0xe5c3ead08ca812db)
 #define HASH_HEALTH UINT64_C(0xdb1eada15e13938f)
 
-/* Big-endian writers and readers; each returns the place behind what it wrote or read. */
-static uint8_t *put_u16(uint8_t *at, uint16_t value) {
-  at[0] = (uint8_t)(value >> 8);
-  at[1] = (uint8_t)value;
-  return at + 2;
-}
-
-static uint8_t *put_u32(uint8_t *at, uint32_t value) {
-  return put_u16(put_u16(at, (uint16_t)(value >> 16)), (uint16_t)value);
-}
-
-static uint8_t *put_u64(uint8_t *at, uint64_t value) {
-  return put_u32(put_u32(at, (uint32_t)(value >> 32)), (uint32_t)value);
-}
-
+/* Arrays, and readers that step on; each returns the place behind what it wrote or read. */
 static uint8_t *put_f64(uint8_t *at, const double *value, size_t count) {
   for (size_t i = 0; i < count; i++)
-    at = put_u64(at, rimi_bits(value[i]));
+    at = rimi_be_put_f64(at, value[i]);
   return at;
 }
 
 static uint8_t *put_u16s(uint8_t *at, const uint16_t *value, size_t count) {
   for (size_t i = 0; i < count; i++)
-    at = put_u16(at, value[i]);
+    at = rimi_be_put_u16(at, value[i]);
   return at;
-}
-
-static const uint8_t *get_u16(const uint8_t *at, uint16_t *value) {
-  *value = (uint16_t)(((uint32_t)at[0] << 8) | at[1]);
-  return at + 2;
 }
 
 static const uint8_t *get_u32(const uint8_t *at, uint32_t *value) {
-  *value = ((uint32_t)at[0] << 24) | ((uint32_t)at[1] << 16) | ((uint32_t)at[2] << 8) | at[3];
+  *value = rimi_be_u32(at);
   return at + 4;
 }
 
-static const uint8_t *get_u64(const uint8_t *at, uint64_t *value) {
-  uint32_t high, low;
-  at = get_u32(get_u32(at, &high), &low);
-  *value = ((uint64_t)high << 32) | low;
-  return at;
-}
-
 static const uint8_t *get_f64(const uint8_t *at, double *value, size_t count) {
-  for (size_t i = 0; i < count; i++) {
-    uint64_t bits;
-    at = get_u64(at, &bits);
-    value[i] = rimi_from_bits(bits);
-  }
+  for (size_t i = 0; i < count; i++, at += 8)
+    value[i] = rimi_be_f64(at);
   return at;
 }
 
 static const uint8_t *get_u16s(const uint8_t *at, uint16_t *value, size_t count) {
-  for (size_t i = 0; i < count; i++)
-    at = get_u16(at, &value[i]);
+  for (size_t i = 0; i < count; i++, at += 2)
+    value[i] = rimi_be_u16(at);
   return at;
-}
-
-/* Length and fingerprint, common to the three readers. */
-static rim_status check_message(const uint8_t *in, size_t bytes, size_t size, uint64_t hash) {
-  uint64_t found;
-  if (bytes < 8)
-    return RIM_E_TRUNCATED;
-  get_u64(in, &found);
-  if (found != hash)
-    return RIM_E_MAGIC;
-  if (bytes != size)
-    return bytes < size ? RIM_E_TRUNCATED : RIM_E_SIZE;
-  return RIM_OK;
 }
 
 rim_status rim_lcm_pack_observation(uint8_t *out, size_t bytes, const rim_observation_message *in) {
@@ -89,10 +47,10 @@ rim_status rim_lcm_pack_observation(uint8_t *out, size_t bytes, const rim_observ
     return RIM_E_SIZE;
   if (in->count < 1 || in->count > RIM_OBSERVATION_MAX_VALUES)
     return RIM_E_RANGE;
-  uint8_t *at = put_u64(out, HASH_OBSERVATION);
-  at = put_u64(at, (uint64_t)in->t_us);
-  at = put_u32(at, in->sequence);
-  at = put_u32(at, in->count);
+  uint8_t *at = rimi_be_put_u64(out, HASH_OBSERVATION);
+  at = rimi_be_put_u64(at, (uint64_t)in->t_us);
+  at = rimi_be_put_u32(at, in->sequence);
+  at = rimi_be_put_u32(at, in->count);
   at = put_f64(at, in->value, in->count);
   for (uint32_t i = in->count; i < RIM_OBSERVATION_MAX_VALUES; i++)
     at = put_f64(at, &zero, 1);
@@ -101,14 +59,13 @@ rim_status rim_lcm_pack_observation(uint8_t *out, size_t bytes, const rim_observ
 
 rim_status rim_lcm_unpack_observation(rim_observation_message *out, const uint8_t *in,
                                       size_t bytes) {
-  uint64_t t_us;
   if (out == NULL || in == NULL)
     return RIM_E_ARGUMENT;
   const rim_status status = check_message(in, bytes, RIM_LCM_OBSERVATION_SIZE, HASH_OBSERVATION);
   if (status != RIM_OK)
     return status;
-  const uint8_t *at = get_u64(in + 8, &t_us);
-  at = get_u32(at, &out->sequence);
+  const uint64_t t_us = rimi_be_u64(in + 8);
+  const uint8_t *at = get_u32(in + 16, &out->sequence);
   at = get_u32(at, &out->count);
   get_f64(at, out->value, RIM_OBSERVATION_MAX_VALUES);
   /* Two's complement by bits: a conversion of a large unsigned value is left to the compiler. */
@@ -128,12 +85,12 @@ rim_status rim_lcm_pack_alarm(uint8_t *out, size_t bytes, const rim_alarm *in) {
   const rim_region *region = &in->region;
   const uint8_t code[7] = {in->detector, in->state,    in->level,   in->kind,
                            in->flags,    in->channels, region->dims};
-  uint8_t *at = put_u64(out, HASH_ALARM);
+  uint8_t *at = rimi_be_put_u64(out, HASH_ALARM);
   at = put_f64(at, &in->t_s, 1);
   at = put_f64(at, &in->since_s, 1);
-  at = put_u32(at, in->seq);
-  at = put_u32(at, in->model_id);
-  at = put_u32(at, in->observations);
+  at = rimi_be_put_u32(at, in->seq);
+  at = rimi_be_put_u32(at, in->model_id);
+  at = rimi_be_put_u32(at, in->observations);
   memcpy(at, code, sizeof code);
   at = put_u16s(at + sizeof code, in->channel, RIM_ALARM_MAX_CHANNELS);
   at = put_f64(at, in->shift, RIM_ALARM_MAX_CHANNELS);
@@ -191,15 +148,15 @@ rim_status rim_lcm_pack_health(uint8_t *out, size_t bytes, const rim_health_mess
     return RIM_E_SIZE;
   if (in->level > RIM_LEVEL_STALE)
     return RIM_E_RANGE;
-  uint8_t *at = put_u64(out, HASH_HEALTH);
+  uint8_t *at = rimi_be_put_u64(out, HASH_HEALTH);
   at = put_f64(at, &in->t_s, 1);
-  at = put_u32(at, in->sequence);
-  at = put_u32(at, in->model_id);
-  at = put_u32(at, in->observations);
-  at = put_u32(at, in->rejected);
-  at = put_u32(at, in->gaps);
-  at = put_u32(at, in->alarms);
-  at = put_u32(at, in->dropped);
+  at = rimi_be_put_u32(at, in->sequence);
+  at = rimi_be_put_u32(at, in->model_id);
+  at = rimi_be_put_u32(at, in->observations);
+  at = rimi_be_put_u32(at, in->rejected);
+  at = rimi_be_put_u32(at, in->gaps);
+  at = rimi_be_put_u32(at, in->alarms);
+  at = rimi_be_put_u32(at, in->dropped);
   at[0] = in->level;
   at[1] = in->flags;
   return RIM_OK;

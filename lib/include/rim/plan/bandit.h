@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* rim/bandit.h - which action to take, given what is uncertain about the model (thesis ch. 5 and
- * app. B): the contextual bandit by upper confidence bounds.
+/* rim/plan/bandit.h - which action to take, given what is uncertain about the model (thesis ch. 5
+ * and app. B): the contextual bandit by upper confidence bounds.
  *
  * Each turn the caller sees a state and proposes actions: for each the features x = chi(s, a) and
  * what the nominal model expects of it. rim_bandit_choose returns the one with the highest
@@ -10,19 +10,20 @@
  * and rim_bandit_observe takes the reward that it brought. Policies:
  *
  *   GP-UCB       nominal mean + a GP on the deviations from it (CGP-UCB, 5.1)
- *   RIM-UCB      nominal mean shifted by the RIMs (Algorithm 5, eq. 5.9, 5.12). sd^2 of the model
- *                without a RIM is the variance of a zero-mean GP over where observations were made,
- *                whatever they were: the prior of an unseen RIM (p. 69); that of a RIM its standard
- *                error
- *   RIM+GP-UCB   RIMs, and a GP on what the model they correct leaves (Algorithms 6, 7; eq. 5.13)
+ *   RIM-UCB      nominal mean shifted by the RIMs (Algorithm 5, eq. 5.9, 5.12). Without a RIM, the
+ *                variance is that of a zero-mean GP at the observed inputs (rewards are ignored):
+ *                the prior for a RIM not yet seen (p. 69). Inside a RIM it is the squared standard
+ *                error of its shift
+ *   RIM+GP-UCB   RIMs, and a GP on what the corrected model leaves (Algorithms 6, 7; eq. 5.13)
  *   bank         one GP for each of a finite set of plans, over the state alone (Algorithm 9, B.1)
  *
  * Safe exploration (7.2.7): actions that are not allowed are never returned, whatever their value.
  * Among actions of equal value one is drawn at random from the seed.
  *
- * One flat block without pointers into itself: its bytes copied elsewhere (aligned to 8) go on as
- * the original would. No allocation; equal calls give equal bits on every target. Functions
- * returning rim_status change nothing on error, except counters. Stack below 4 kB. */
+ * A bandit is one flat block without pointers into itself: a copy of its bytes (aligned to 8) is a
+ * second bandit in the same state. Nothing is allocated; equal calls give equal bits on every
+ * target. Functions that return rim_status change nothing on error, except counters. Calls on one
+ * bandit must not overlap (rim/monitor.h, Threads). Stack below 4 kB. */
 #ifndef RIM_BANDIT_H
 #define RIM_BANDIT_H
 
@@ -85,13 +86,13 @@ typedef struct rim_bandit_config {
                        model's, except with RIM-UCB */
   /* Beyond the thesis; 0 leaves each out. All >= 0. */
   double smooth_var; /* policies with RIM: added to the variance of every deviation in the search
-                        for regions: what deviates by less makes no RIM */
-  double unseen_var; /* RIM+GP-UCB: prior variance of the shift of a RIM not seen yet (the prior of
-                        p. 69), added to that of the component without a RIM in proportion to the
-                        GP's; RIM-UCB takes gp.signal_var for it */
-  double gain; /* RIM+GP-UCB: nats of the GP's marginal likelihood by which the corrected model
-                  must beat the nominal one for the RIMs to be as likely as not: what the GP
-                  explains as well is left to it. 0: by ln anom alone (eq. 5.2) */
+                        for regions, so that smaller deviations make no RIM */
+  double unseen_var; /* RIM+GP-UCB: prior variance of the shift of a RIM not yet seen (p. 69), added
+                        to the variance without a RIM in proportion to the GP's; RIM-UCB uses
+                        gp.signal_var instead */
+  double gain; /* RIM+GP-UCB: log-likelihood gain (nats) of the GP at which the RIMs get weight 1/2.
+                  Below it the GP explains the deviation as well, and the RIMs are discounted. 0:
+                  the weight follows from ln anom alone (eq. 5.2) */
   rim_extent_config extent; /* policies with RIM; dims must be gp.dims */
 } rim_bandit_config;
 
@@ -102,7 +103,7 @@ typedef struct rim_bandit_config {
 #define RIM_BANDIT_SIZE_BANK(dims, points, plans)                                                  \
   (RIM_BANDIT_HEADER_BYTES + (size_t)(plans)*RIM_GP_SIZE(dims, points))
 
-/* What may be done this turn. */
+/* The actions among which one is chosen this turn. */
 typedef struct rim_bandit_actions {
   uint32_t count;         /* 1..; the bank: plans */
   const double *x;        /* [count][dims] features of state and action; the bank: [dims], of the
@@ -146,33 +147,33 @@ rim_status rim_bandit_init(rim_bandit **bandit, void *memory, size_t bytes,
                            const rim_bandit_config *config);
 
 /* Chooses one of the actions. Actions with x, nominal or var not finite are passed over and
- * counted. RIM_OK; RIM_E_ARGUMENT: NULL; RIM_E_RANGE: count 0, or for the bank not `plans`;
- * RIM_E_DATA: no action is allowed and usable: *choice unchanged, counted: the caller must fall
- * back on what is safe. O(count n^2), n observations held: 200 actions with 200 observations some 1
+ * counted. RIM_E_ARGUMENT: NULL; RIM_E_RANGE: count 0, or for the bank not `plans`; RIM_E_DATA: no
+ * action is allowed and usable; *choice is unchanged, it is counted, and the caller must fall back
+ * on what is safe. O(count n^2), n observations held: 200 actions with 200 observations some 1
  * ms on a PC. */
 rim_status rim_bandit_choose(rim_bandit *bandit, const rim_bandit_actions *actions,
                              rim_bandit_choice *choice);
 
-/* Takes in what an action brought: x[dims] of that action (the bank: of the state) and `plan` (the
- * bank: which; otherwise not looked at), the nominal model's expectation and variance (> 0; 0:
- * gp.noise_var or, where that is 0 too, gp.signal_var; the bank does not look at it), and the
- * reward. With RIMs: rim_extent_add, rim_extent_search, and the GP's offsets anew. A variance given
- * replaces gp.noise_var for this point, unless it is smaller. RIM_E_DATA: a number not finite or
- * var < 0: counted, nothing learnt; RIM_E_RANGE: plan. RIM_E_SINGULAR: as rim_gp_add.
- * O(n^2) and rim_extent_search. */
+/* Learns from the reward of an action: x[dims] of that action (bank: of the state), `plan` (bank
+ * only), the nominal model's expectation and its variance (> 0; 0 means gp.noise_var or, where that
+ * is 0 too, gp.signal_var; the bank ignores it), and the reward. A variance above gp.noise_var
+ * replaces it for this point. With RIMs the extent is updated and searched, and the GP's offsets
+ * are set again. RIM_E_DATA: a number not finite or var < 0, counted, nothing is learnt;
+ * RIM_E_RANGE: no such plan; RIM_E_SINGULAR: as rim_gp_add. O(n^2) and the cost of
+ * rim_extent_search. */
 rim_status rim_bandit_observe(rim_bandit *bandit, const double *x, uint32_t plan, double nominal,
                               double var, double reward);
 
-/* What it expects of one action's features now: mean (eq. 5.9) and variance (eq. 5.12) of the
- * expected reward. plan as above. RIM_E_DATA: not finite; RIM_E_RANGE: plan. O(n^2). */
+/* Writes mean (eq. 5.9) and variance (eq. 5.12) of the expected reward of one action. plan as
+ * above. RIM_E_DATA: a number not finite; RIM_E_RANGE: no such plan. O(n^2). */
 rim_status rim_bandit_expect(rim_bandit *bandit, const double *x, uint32_t plan, double nominal,
                              double *mean, double *var);
 
 /* beta_t for turn t = 1, 2, ... among this many actions. */
 double rim_bandit_beta(const rim_bandit *bandit, uint32_t turn, uint32_t actions);
 
-/* The parts, inside the bandit's memory: to look at, to draw, to fit hyperparameters. plan is 0
- * except for the bank. NULL where there is none. */
+/* Return the parts inside the bandit's memory, for inspection and for fitting hyperparameters. plan
+ * is 0 except for the bank. NULL where there is no such part. */
 rim_gp *rim_bandit_gp(rim_bandit *bandit, uint32_t plan);
 rim_extent *rim_bandit_extent(rim_bandit *bandit);
 

@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: MIT */
-/* rim/extent.h - how far a RIM extends, as a distribution, and what reward that leads to expect
- * (thesis 5.2.1 to 5.2.3, p. 69-72).
+/* rim/plan/extent.h - how far a RIM extends, as a distribution, and what reward that leads to
+ * expect (thesis 5.2.1 to 5.2.3, p. 69-72).
  *
- * It holds the latest observations (context x, deviation dz = z - mu of the reward from the nominal
- * model, its nominal variance) and represents a RIM not by one region but by a set. Each region
- * weighs by P(anom), the confidence that it is anomalous (eq. 5.2). Two ways to make the set:
+ * An extent holds the latest observations (context x, deviation dz = z - mu of the reward from the
+ * nominal model, its nominal variance) and represents a RIM by a set of regions instead of one. The
+ * weight of each region is P(anom), the confidence that it is anomalous (eq. 5.2). There are two
+ * ways to make the set:
  *
  *   by volume  the thesis's: for every lambda of a range the region that maximises anom+ = ln anom
  *              + lambda V (eq. 5.3 to 5.5), V its volume as a fraction of the box of contexts, at
@@ -12,9 +13,9 @@
  *              consistent with what was seen
  *   sampled    a sample of regions in proportion to their likelihood: anom(R) is the likelihood of
  *              the data with a RIM in R over that without, so Metropolis chains on temper * anom+
- *              leave behind the posterior over regions, flat over centres and factors a priori.
- *              Where the set by volume knows the two extremes that data allow, this one also says
- *              how probable is what lies between: near observed edges it counts (fig5.10)
+ *              sample the posterior over regions (prior: flat over centres and factors). The set by
+ *              volume knows the two extremes that the data allow; this one also gives the
+ *              probability of what lies between them, which matters near observed edges (fig5.10)
  *
  *   member(x)    = sum P_i 1(x in R_i) / sum P_i                                      (eq. 5.6)
  *   shift(x)     = sum P_i 1(x in R_i) shift_i / sum P_i 1(x in R_i)                   (p. 72)
@@ -25,18 +26,18 @@
  * printed is 0/0 for one observation and far too sure for two; with v the first gives the nominal
  * standard error and many give eq. 5.7. shift_i = s / w as in eq. 3.6.
  *
- * Existence: eq. 5.6 is conditional on the RIM's existence, and normalises the weights of noise to
- * 1 too. The weight of the RIM in the mixture therefore is w_1(x) = existence * member(x),
- * existence the largest P_i of the set.
+ * Existence: eq. 5.6 is conditional on the RIM's existence, so it also normalises weights that come
+ * from noise alone to 1. The weight of the RIM in the mixture is therefore
+ * w_1(x) = existence * member(x), where existence is the largest P_i of the set.
  *
- * Several RIMs: each further one is searched for in the deviations that the ones before it leave,
+ * Several RIMs: the next one is searched for in the deviations that those before it do not explain,
  * and takes its share of what they leave of w_0.
  *
- * The search runs in slices of bounded work: rim_extent_search. Deterministic: random numbers come
- * from the configured seed and a counter. One flat block without pointers into itself: its bytes
- * copied elsewhere (aligned to 8) go on as the original would. Functions returning rim_status
- * change nothing on error, except counters. Stack below 2 kB, rimi_cem_optimise's included below 4.
- */
+ * The search runs in slices of bounded work (rim_extent_search). Random numbers come from the
+ * configured seed and a counter. An extent is one flat block without pointers into itself: a copy
+ * of its bytes (aligned to 8) is a second extent in the same state. Functions that return
+ * rim_status change nothing on error, except counters. Calls on one extent must not overlap
+ * (rim/monitor.h, Threads). Stack below 4 kB. */
 #ifndef RIM_EXTENT_H
 #define RIM_EXTENT_H
 
@@ -45,7 +46,6 @@
 #include <stdint.h>
 
 #include "rim/status.h"
-#include "search/cem.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -86,11 +86,11 @@ typedef struct rim_extent_config {
   uint8_t shape;   /* rim_extent_shape */
   double lower[RIM_EXTENT_MAX_DIMS]; /* box of contexts; both 0: 0..1. Outside it works too, but */
   double upper[RIM_EXTENT_MAX_DIMS]; /* centres of regions stay within */
-  double lambda_min; /* nats a unit of V, within +-500; with lambda_max both 0: -16 and 16 */
+  double lambda_min; /* nats per unit of V, within +-500; with lambda_max both 0: -16 and 16 */
   double lambda_max;
-  double temper; /* sampled: how far ln anom is believed, in (0, 1]: deviations are neither quite
-                    normal nor the region quite of that shape; 0: 0.2 */
-  /* What is known of a region's size, a dimension: row d of L keeps its diagonal within, as a
+  double temper; /* sampled: factor of ln anom in (0, 1], because deviations are not quite normal
+                    and the region is not quite of that shape; 0: 0.2 */
+  /* What is known of a region's size in each dimension: row d of L keeps its diagonal within, as a
    * fraction of the box, and where sampled the rest of the row below the largest. */
   double least_axis[RIM_EXTENT_MAX_DIMS]; /* 0: 0.04 */
   double most_axis[RIM_EXTENT_MAX_DIMS];  /* 0: 0.6 */
@@ -110,7 +110,10 @@ typedef struct rim_extent_config {
 
 /* One region of the set. */
 typedef struct rim_extent_region {
-  rim_ellipsoid ellipsoid; /* or box, by its centre and L, over (x - lower) / (upper - lower) */
+  uint8_t dims;                       /* 0: nothing found */
+  double center[RIM_EXTENT_MAX_DIMS]; /* u, over (x - lower) / (upper - lower) */
+  double factor[RIM_EXTENT_MAX_DIMS * (RIM_EXTENT_MAX_DIMS + 1) / 2]; /* L by rows of its lower
+                                         triangle: (i, j) at i (i + 1) / 2 + j; diagonal > 0 */
   double lambda;
   double volume;     /* fraction of the box, at most 1 */
   double n;          /* observations inside */
@@ -155,21 +158,22 @@ rim_status rim_extent_init(rim_extent **extent, void *memory, size_t bytes,
 /* Forgets observations, regions and counters. */
 void rim_extent_reset(rim_extent *extent);
 
-/* Adds an observation in place of the oldest when full: x[dims], dz = reward less the nominal
- * model's expectation, var > 0 its nominal variance. Regions are re-evaluated (not moved): what
- * rim_extent_at says holds for all observations. RIM_E_DATA: a number not finite or var not above
- * 0; counted. O(lambdas * rims * points). */
+/* Adds an observation, in place of the oldest when the memory is full: x[dims], dz = reward less
+ * the nominal model's expectation, var > 0 its nominal variance. Regions are evaluated again, but
+ * not moved, so rim_extent_at accounts for all observations. RIM_E_DATA: a number not finite or var
+ * not above 0; counted. O(lambdas * rims * points). */
 rim_status rim_extent_add(rim_extent *extent, const double *x, double dz, double var);
 
-/* Searches for better regions: `slices` climbs, in turn for each RIM and lambda: once by rim/cem.h
- * from about a strongly deviating observation, then twice from what is held, after taking over
- * another lambda's region where that is better. By volume the latter are small steps, and no
- * region's anom+ ever falls; sampled they are samples * iterations Metropolis steps, and what is
- * taken over or found anew must be 10 nats better: a chain that is stuck. 3 * lambdas * rims slices
- * turn over everything once. O(slices * samples * iterations * points * dims^2). */
+/* Runs `slices` bounded searches, in turn for each RIM and lambda. Every third search of a region
+ * starts again near a strongly deviating observation, by the cross-entropy method; the other two
+ * refine the current region, or another lambda's region where that is better. BY_VOLUME never
+ * lowers a region's anom+. SAMPLED runs samples * iterations Metropolis steps; a restart or another
+ * lambda's region replaces a chain only if it is 10 nats better, which means that the chain was
+ * stuck. 3 * lambdas * rims slices visit every region three times. O(slices * samples * iterations
+ * * points * dims^2). */
 void rim_extent_search(rim_extent *extent, uint32_t slices);
 
-/* Returns the number of observations held, and how many RIMs and lambdas it looks for. */
+/* Return the number of observations held, and of the RIMs and lambdas that are searched for. */
 uint32_t rim_extent_points(const rim_extent *extent);
 uint32_t rim_extent_rims(const rim_extent *extent);
 uint32_t rim_extent_lambdas(const rim_extent *extent);

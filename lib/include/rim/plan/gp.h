@@ -1,29 +1,31 @@
 /* SPDX-License-Identifier: MIT */
-/* rim/gp.h - Gaussian process regression in fixed memory (thesis 5.1, p. 67; B.3, p. 119).
+/* rim/plan/gp.h - Gaussian process regression in fixed memory (thesis 5.1, p. 67; B.3, p. 119).
  *
  * Model: y = f(x) + noise, f a Gaussian process with a constant prior mean and covariance
  * signal_var * k(r), r^2 the sum over dimensions of ((x_d - x'_d) / length_d)^2. The posterior of f
  * comes from the Cholesky factor of K = signal_var k + diag(noise), which is kept up to date: a
  * point is added (a new row) or removed (a rank-one update of the rows behind it) in O(n^2).
  *
- * Each point carries a target y and an offset (0 unless set): the process describes y - offset. So
- * a corrected model can change what it explains without a new factorisation (Algorithm 6, p. 74:
- * a GP on the residuals of the corrected model).
+ * Each point carries a target y and an offset, 0 unless it is set; the process describes
+ * y - offset. A corrected model can therefore change what it explains without a new factorisation
+ * (Algorithm 6, p. 74: a GP on the residuals of the corrected model).
  *
  * When the memory is full, the least informative point makes room for the new one: the point i with
  * the least information about f given all the others, 1/2 ln(1 + s_i^2 / noise_i), s_i^2 + noise_i
- * = 1 / (K^-1)_ii; the oldest among equals. Duplicates go first, points at the rim of what was
- * explored last. The values y play no part. The new point itself is never the one to go.
+ * = 1 / (K^-1)_ii. Among equals the oldest is removed. Duplicates are removed first, and points at
+ * the edge of what was explored last. The values y play no part, and the new point is never
+ * removed.
  *
  * Points may coincide. A pivot of the factor must keep 1e-14 of its diagonal element; where it does
  * not (duplicates without noise), the point's own noise is raised by a jitter of signal_var times
  * 1e-12, then 1e-11, ... 1e-6, and when that is not enough the point is refused, RIM_E_SINGULAR.
  * Both are counted.
  *
- * A process is one flat block of memory without pointers: its bytes copied elsewhere (aligned to 8)
- * go on as the original would. Equal calls give equal bits on every target. No function keeps a
- * pointer. Functions returning rim_status change nothing on error, except counters. Pointers are
- * not checked in functions that return double, void or a count. Stack below 1 kB. */
+ * A process is one flat block of memory without pointers: a copy of its bytes (aligned to 8) is a
+ * second process in the same state. Equal calls give equal bits on every target. No function keeps
+ * a pointer. Functions that return rim_status change nothing on error, except counters. Pointers
+ * are not checked in functions that return double, void or a count. Calls on one process must not
+ * overlap (rim/monitor.h, Threads). Stack below 1 kB. */
 #ifndef RIM_GP_H
 #define RIM_GP_H
 
@@ -83,14 +85,14 @@ typedef struct rim_gp rim_gp;
  * fewer bytes than RIM_GP_SIZE(dims, points). O(1). */
 rim_status rim_gp_init(rim_gp **gp, void *memory, size_t bytes, const rim_gp_config *config);
 
-/* Empties it, hyperparameters kept, counters cleared. O(1). */
+/* Removes all points and clears the counters; the hyperparameters stay. O(1). */
 void rim_gp_reset(rim_gp *gp);
 
 /* Adds the observation (x[dims], y), whose own noise variance is noise_var of the configuration
  * plus `noise`. When full the least informative point is removed first (see above). The offset of a
  * new point is `offset`. RIM_OK; RIM_E_DATA a number not finite or noise < 0, counted;
- * RIM_E_SINGULAR not positive definite even with the largest jitter, counted (a point removed to
- * make room is gone then). O(n^2). */
+ * RIM_E_SINGULAR not positive definite even with the largest jitter, counted (a point that was
+ * removed to make room stays removed). O(n^2). */
 rim_status rim_gp_add(rim_gp *gp, const double *x, double y, double noise, double offset);
 
 /* Removes the point with this index; those behind it move up by one. RIM_E_RANGE: no such index.
@@ -117,12 +119,12 @@ typedef struct rim_gp_point {
 /* RIM_E_RANGE: no such index. O(1). */
 rim_status rim_gp_get_point(const rim_gp *gp, uint32_t index, rim_gp_point *point);
 
-/* Changes what another model explains of a point's target. Takes effect with rim_gp_refresh. Sets
- * of offsets are changed at O(1) each and refreshed once. RIM_E_RANGE: no such index; RIM_E_DATA:
+/* Changes what another model explains of a point's target, O(1). It takes effect with
+ * rim_gp_refresh, once for any number of points. RIM_E_RANGE: no such index; RIM_E_DATA:
  * not finite. */
 rim_status rim_gp_set_offset(rim_gp *gp, uint32_t index, double offset);
 
-/* Solves for the weights anew after offsets were set. O(n^2). */
+/* Solves for the weights again after offsets were set. O(n^2). */
 void rim_gp_refresh(rim_gp *gp);
 
 /* Posterior mean and variance of f at x[dims]; either may be NULL. The variance excludes the noise,
@@ -130,8 +132,8 @@ void rim_gp_refresh(rim_gp *gp);
  * are unchanged. Uses scratch inside the process. O(n^2), O(n) without var. */
 rim_status rim_gp_predict(rim_gp *gp, const double *x, double *mean, double *var);
 
-/* The same for `count` contexts x[count][dims], bit for bit what rim_gp_predict gives each, some
- * three times as fast. RIM_E_DATA: one of them not finite: nothing is written. */
+/* Predicts `count` contexts x[count][dims]; the results are the bits that rim_gp_predict gives for
+ * each, some three times as fast. RIM_E_DATA: one of them is not finite; nothing is written. */
 rim_status rim_gp_predict_many(rim_gp *gp, const double *x, uint32_t count, double *mean,
                                double *var);
 
@@ -143,9 +145,10 @@ double rim_gp_log_likelihood(const rim_gp *gp);
  * noise_var alone. Jitter is held fixed. For fitting on the ground: O(n^3). */
 void rim_gp_log_likelihood_gradient(rim_gp *gp, double *gradient);
 
-/* Changes kernel, mean, variances and lengths (dims and points must be those of init) and factors
- * anew. On RIM_E_CONFIG and RIM_E_RANGE (as init) nothing is changed; on RIM_E_SINGULAR, where no
- * jitter is enough for some point, the old hyperparameters are back in force. O(n^3). */
+/* Changes kernel, mean, variances and lengths (dims and points must be those of init) and computes
+ * the factor again. On RIM_E_CONFIG and RIM_E_RANGE (as init) nothing is changed; on
+ * RIM_E_SINGULAR, where no jitter is enough for some point, the old hyperparameters are back in
+ * force. O(n^3). */
 rim_status rim_gp_set_config(rim_gp *gp, const rim_gp_config *config);
 
 rim_gp_config rim_gp_get_config(const rim_gp *gp);

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT */
-#include "rim/interference.h"
+#include "interference/detector.h"
 
 #include <string.h>
 
+#include "base/bytes.h"
 #include "base/crc.h"
 #include "base/real.h"
 
@@ -20,19 +21,6 @@
 #define LN_ODDS_QUIET (-4.6) /* P(MI) below 1 %: the onset lies later */
 
 _Static_assert(sizeof(rim_interference_model) == 8u * RIM_INTERFERENCE_NUMBERS, "layout");
-
-/* ---- the packed model ---- */
-
-static void put_u32(uint8_t *p, uint32_t v) {
-  for (int i = 0; i < 4; ++i)
-    p[i] = (uint8_t)(v >> 8 * i & 255u);
-}
-
-static void put_f64(uint8_t *p, double v) {
-  const uint64_t bits = rimi_bits(v);
-  put_u32(p, (uint32_t)(bits & 0xffffffffu));
-  put_u32(p + 4, (uint32_t)(bits >> 32));
-}
 
 static uint32_t crc_of(const uint8_t *section) {
   const uint32_t crc = rimi_crc32(0, section, CRC_AT);
@@ -93,12 +81,12 @@ rim_status rimi_interference_pack(const rim_interference_model *model, uint8_t *
     return status;
   double number[RIM_INTERFERENCE_NUMBERS];
   memcpy(number, model, sizeof number);
-  put_u32(section, RIM_INTERFERENCE_LAYOUT);
-  put_u32(section + 4, RIM_INTERFERENCE_BYTES);
-  put_u32(section + 8, 0);
+  (void)rimi_le_put_u32(section, RIM_INTERFERENCE_LAYOUT);
+  (void)rimi_le_put_u32(section + 4, RIM_INTERFERENCE_BYTES);
+  (void)rimi_le_put_u32(section + 8, 0);
   for (size_t i = 0; i < RIM_INTERFERENCE_NUMBERS; ++i)
-    put_f64(section + HEADER + 8 * i, number[i]);
-  put_u32(section + CRC_AT, crc_of(section));
+    (void)rimi_le_put_f64(section + HEADER + 8 * i, number[i]);
+  (void)rimi_le_put_u32(section + CRC_AT, crc_of(section));
   return RIM_OK;
 }
 
@@ -134,7 +122,7 @@ rim_status rimi_interference_attach(rim_interference_model *model, const rim_ima
     return RIM_E_ARGUMENT;
   const uint8_t *data = NULL;
   size_t bytes = 0;
-  const rim_status status = rim_image_section(image, RIM_INTERFERENCE_SECTION, &data, &bytes);
+  const rim_status status = rim_image_section(image, RIM_SECTION_INTERFERENCE, &data, &bytes);
   return status == RIM_OK ? rimi_interference_open(model, data, bytes) : status;
 }
 
@@ -211,7 +199,7 @@ static void note_command(rim_interference *s, double t_s, double command) {
 static void predict(rim_interference *s, double t_s, double *one_step) {
   double now_s = s->t_s;
   *one_step = s->speed;
-  for (;;) {
+  for (uint32_t i = 0; i <= COMMANDS; ++i) { /* at most each command that waits, then the rest */
     const bool changes = s->commands > 0 && s->command_t_s[s->command_first] <= t_s;
     const double until_s = changes ? rimi_max(now_s, s->command_t_s[s->command_first]) : t_s;
     if (rimi_abs(s->in_force - s->open_loop[0]) > 0.0)

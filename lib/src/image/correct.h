@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* rim/correct.h - the corrected model: what is predicted once the regions where the nominal model
+/* image/correct.h - the corrected model: what is predicted once the regions where the nominal model
  * is wrong are known (thesis 3.4, p. 34-36).
  *
  * Up to 8 regions, each with the shift of every outcome's mean (eq. 3.20) and the confidence
@@ -39,7 +39,6 @@
 extern "C" {
 #endif
 
-#define RIM_CORRECT_SECTION 14u /* id in a flight image; optional */
 #define RIM_CORRECT_LAYOUT 1u
 #define RIM_CORRECT_MAX_REGIONS 8
 #define RIM_CORRECT_MAX_OUTCOMES 128

@@ -1,0 +1,29 @@
+/* SPDX-License-Identifier: MIT */
+/* monitor/inspect.h - private: what tools on the ground look at inside a monitor. */
+#ifndef RIM_MONITOR_INSPECT_H
+#define RIM_MONITOR_INSPECT_H
+
+#include "image/threshold.h"
+#include "rim/monitor.h"
+#include "search/select.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Bytes per region feature: where the newest block lies, for rimi_monitor_inside(). NULL: no block
+ * yet, or an image without section NOISE. Valid until the next step. */
+const uint8_t *rimi_monitor_place(const rim_monitor *monitor);
+
+/* Whether block `block` of the run (counted from 0; verdict->blocks - 1 is the newest) at this
+ * place is among those in which the alarm that stands, or stood last, says the deviation was. */
+bool rimi_monitor_inside(const rim_monitor *monitor, const uint8_t *place, uint32_t block);
+
+/* NULL for NULL. The search is also NULL where the image has section NOISE. */
+const rim_select *rimi_monitor_search(const rim_monitor *monitor);
+const rim_threshold *rimi_monitor_threshold(const rim_monitor *monitor);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,70 @@
+/* SPDX-License-Identifier: MIT */
+/* wire/message.h - private: what messages and frames share: what makes an alarm record well formed,
+ * the beginning and length of an LCM message, the check sum of a CAN frame. */
+#ifndef RIM_WIRE_MESSAGE_H
+#define RIM_WIRE_MESSAGE_H
+
+#include <string.h>
+
+#include "base/bytes.h"
+#include "base/crc.h"
+#include "base/usable.h"
+#include "rim/alarm.h"
+#include "rim/can.h"
+
+static inline bool alarm_codes_in_range(const rim_alarm *a) {
+  return a->detector <= RIM_DETECTOR_INTERFERENCE && a->state <= RIM_ALARM_CLEARED &&
+         a->level <= RIM_LEVEL_STALE && a->kind <= RIM_KIND_PUSHED &&
+         a->channels <= RIM_ALARM_MAX_CHANNELS && a->region.dims <= RIM_REGION_MAX_DIMS;
+}
+
+/* Every number that the record uses or that a reader might show. */
+static inline bool alarm_is_finite(const rim_alarm *a) {
+  const double single[5] = {a->t_s, a->since_s, a->ln_anom, a->threshold, a->p_value};
+  return all_finite(single, 5) && all_finite(a->shift, RIM_ALARM_MAX_CHANNELS) &&
+         all_finite(a->shift_sd, RIM_ALARM_MAX_CHANNELS) &&
+         all_finite(a->region.center, RIM_REGION_MAX_DIMS) &&
+         all_finite(a->region.inverse_shape, RIM_REGION_MAX_DIMS * RIM_REGION_MAX_DIMS) &&
+         all_finite(a->region.lower, RIM_REGION_MAX_DIMS) &&
+         all_finite(a->region.upper, RIM_REGION_MAX_DIMS);
+}
+
+/* Whether `in` is an LCM message of the type with this fingerprint and size: another type is
+ * RIM_E_MAGIC whatever its length, unless there are not even the 8 bytes of a fingerprint. */
+static inline rim_status check_message(const uint8_t *in, size_t bytes, size_t size,
+                                       uint64_t fingerprint) {
+  if (bytes < 8)
+    return RIM_E_TRUNCATED;
+  if (rimi_be_u64(in) != fingerprint)
+    return RIM_E_MAGIC;
+  if (bytes != size)
+    return bytes < size ? RIM_E_TRUNCATED : RIM_E_SIZE;
+  return RIM_OK;
+}
+
+/* CRC-8 of a frame's identifier and all of its bytes but the last, which holds it. */
+static inline uint8_t frame_crc8(const rim_can_frame *frame) {
+  uint8_t name[2];
+  (void)rimi_le_put_u16(name, frame->id);
+  return rimi_crc8(rimi_crc8(0, name, sizeof name), frame->data, frame->length - 1u);
+}
+
+static inline void begin_frame(rim_can_frame *frame, uint32_t id, uint8_t length) {
+  memset(frame, 0, sizeof *frame);
+  frame->id = id;
+  frame->length = length;
+  frame->fd = length > 8u;
+}
+
+static inline void finish_frame(rim_can_frame *frame) {
+  frame->data[frame->length - 1u] = frame_crc8(frame);
+}
+
+/* Length and check sum of a received frame. */
+static inline rim_status check_frame(const rim_can_frame *frame, uint8_t length) {
+  if (frame->length != length)
+    return frame->length < length ? RIM_E_TRUNCATED : RIM_E_SIZE;
+  return frame->data[length - 1u] == frame_crc8(frame) ? RIM_OK : RIM_E_CRC;
+}
+
+#endif

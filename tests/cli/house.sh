@@ -1,0 +1,24 @@
+#!/bin/bash
+# SPDX-License-Identifier: MIT
+# The house: rooms include only what their table allows, and no symbol is public that no header
+# declares. Each check is also shown a tree that breaks its rule.
+. "$(dirname "$0")/check.inc"
+root=$(cd "$(dirname "$0")/../.." && pwd)
+python3 "$root/tests/rooms.py" > "$here/said" 2>&1; check "rooms include what rooms.txt allows" 0 $? || tail -20 "$here/said"
+contains "the graph is printed" "$(cat "$here/said")" "monitor .*search("
+
+mkdir "$here/tree" && (cd "$root" && tar -cf - lib firmware host_tools tests/rooms.py) | tar -C "$here/tree" -xf -
+echo '#include "monitor/blocks.h"' >> "$here/tree/lib/src/base/crc.c"
+err=$(python3 "$here/tree/tests/rooms.py" lib 2>&1 > /dev/null); check "an arrow upwards fails" 1 $?
+contains "and is named" "$err" "lib/src/base/crc.c:[0-9]*: room base may not include room monitor"
+sed -i 's/^base:.*/base: monitor/' "$here/tree/lib/rooms.txt"
+err=$(python3 "$here/tree/tests/rooms.py" lib 2>&1 > /dev/null); check "a cycle in the table fails" 1 $?
+contains "and is named" "$err" "form a cycle: .*base.*monitor"
+
+if [ -n "$SANITIZE" ]; then skipped=2; finish; fi
+python3 "$root/lib/api.py" nm "$BUILD/librim.a" > "$here/said" 2>&1; check "every public symbol is declared in a public header" 0 $? || tail -5 "$here/said"
+echo 'int rim_hidden(void); int rim_hidden(void) { return 1; }' > "$here/hidden.c"
+cp "$BUILD/librim.a" "$here/more.a" && gcc -c "$here/hidden.c" -o "$here/hidden.o" && ar r "$here/more.a" "$here/hidden.o" 2> /dev/null
+err=$(python3 "$root/lib/api.py" nm "$here/more.a" 2>&1 > /dev/null); check "one that is not fails" 1 $?
+contains "and is named" "$err" "rim_hidden is public, and no header declares it"
+finish
