@@ -46,7 +46,7 @@ void print_memory() {
        RIM_MONITOR_SIZE(100, 1, 100, RIM_SELECT_DEFAULT_RING, RIM_SELECT_DEFAULT_BINS,
                         RIM_SELECT_DEFAULT_GRID, RIM_SELECT_DEFAULT_PAIRS)},
       {"lander, as trained for flight (at most)", 29, 25, 12,
-       RIM_MONITOR_TRAINED_SIZE(29, 25, 12, 192, 180, 300, 4, 8)},
+       RIM_MONITOR_TRAINED_SIZE(29, 25, 12, 124, 180, 300, 4, 8)},
   };
   std::printf("Memory of one monitor (rim/monitor.h; the image stays where it is)\n");
   rim::Table table({{"monitor", ""},
