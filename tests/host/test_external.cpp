@@ -7,6 +7,7 @@
 #include "util/parallel_for.hpp"
 
 #include "base/rng.h"
+#include "image/threshold.h"
 
 #include <atomic>
 #include <cmath>
