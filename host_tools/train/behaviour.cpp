@@ -23,6 +23,9 @@ constexpr std::size_t kFolds = 6;
 // runs is left out of the fit.
 constexpr double kWithin = 0.95;
 constexpr double kRunMeanWeight = 0.2; // of a run's own mean error, in the error that chooses
+// First readings must lower the error of the best model without them by so much: a sensor that is
+// wrong from the start, or a place in which the run starts, shifts all that is predicted by them.
+constexpr double kFirstMustWin = 0.1;
 const double kRidges[] = {0.1, 1.0, 10.0, 100.0, 1e3, 1e4, 1e5};
 
 // A set of groups, and by how much it must lower the error to be preferred to the simpler ones.
@@ -260,7 +263,9 @@ TargetModel choose(const std::vector<std::vector<std::vector<double>>> &errors, 
       continue;
     for (std::size_t l = 0; l < std::size(kRidges); ++l) {
       const double e = errors[c][target][l];
-      if (e < (1.0 - kChoices[c].must_win) * bar && e < least) {
+      const bool first = kChoices[c].initial && !best.initial;
+      if (e < (1.0 - kChoices[c].must_win) * bar &&
+          e < (first ? 1.0 - kFirstMustWin : 1.0) * least) {
         least = e;
         best.shape = kChoices[c].shape;
         best.slow = kChoices[c].slow;
