@@ -41,7 +41,7 @@ is "a shipped effect, with truth" "$RIM" simulate lander --out g --seed 9 --runs
   --effect 10_radar_high --effect 04_doppler_scale --truth truth.csv
 is "truth has every row" test "$(wc -l < truth.csv)" = \
   $(($(cat g/run_0001.csv g/run_0002.csv | wc -l) - 1))
-is "and says where" grep -q '^g/run_0001.csv,1,1$' truth.csv
+is "and says where" grep -q '^g/run_0001.csv,1,0,1$' truth.csv
 is "columns without effect are as before" cmp <(cut -d, -f1-13 a/run_0001.csv) <(cut -d, -f1-13 g/run_0001.csv)
 is "the logs do not tell" no grep -riq 'radar_high\|effect ' g
 is "no truth among the logs" test ! -e g/truth.csv

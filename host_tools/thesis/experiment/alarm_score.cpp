@@ -1,4 +1,5 @@
 #include "thesis/experiment/alarm_score.hpp"
+#include "stats/conformal.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,8 +8,7 @@ namespace rim {
 
 double run_level_threshold(std::vector<double> maxima, double rate) {
   std::sort(maxima.begin(), maxima.end());
-  const auto n = static_cast<double>(maxima.size());
-  const auto rank = static_cast<std::size_t>(std::ceil((n + 1.0) * (1.0 - rate)));
+  const std::size_t rank = conformal_rank(maxima.size(), rate);
   return rank <= maxima.size() ? maxima[rank - 1] : INFINITY;
 }
 
