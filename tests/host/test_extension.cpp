@@ -265,7 +265,7 @@ void what_is_wrong_is_refused_with_its_line(void **) {
       {"basis = [\"v\", \"v*v\"]", ":line 9: ", "1 sizes for 2"},
       {"basis = [\"v*\"]", ":line 7: ", "expression 'v*'"},
       {"basis = [\"v*w\"]", ":line 7: ", "'w' is neither"},
-      {"basis = [\"sinh(v)\"]", ":line 7: ", "'sinh' is neither"},
+      {"basis = [\"frob(v)\"]", ":line 7: ", "frob"},
       {"basis = [\"v = 3\"]", ":line 7: ", "assign nothing"},
       {"basis = [\"v, m\"]", ":line 7: ", "one value"},
       {"basis = [\"\"]", ":line 7: ", "expression ''"},
