@@ -52,7 +52,7 @@ PCH_FILES := $(if $(PCH),$(PCH_LEVELS:%=$(BUILD)/pch%/precompiled.hpp.gch))
 pch = $(if $(and $(PCH),$(filter $(1),$(PCH_LEVELS))),-Winvalid-pch $(call pch_defines,$(1)) -include $(BUILD)/pch$(1)/precompiled.hpp)
 pch_defines = $(if $(filter -O0,$(1)),-DRIM_PRECOMPILED_COMMANDS)
 .SECONDARY: $(PCH_FILES)
-$(BUILD)/pch%/precompiled.hpp.gch: host_tools/precompiled.hpp $(BUILD)/flags.host
+$(BUILD)/pch%/precompiled.hpp.gch: host_tools/util/precompiled.hpp $(BUILD)/flags.host
 	@mkdir -p $(@D) && cp $< $(@:.gch=)
 	$(call say,PCH )$(CXX) $(HOST_CXXFLAGS) $* $(call pch_defines,$*) -x c++-header $< -o $@
 
