@@ -23,7 +23,7 @@ cmp -s a.rim b.rim; check "deterministic" 0 $?
 "$RIM" simulate cobot --out enc --runs 3 --rows 400 --seed 5 --effect hold.toml --labels enc.csv --encoders > /dev/null
 "$RIM" train enc/*.csv --interference enc.csv --out x.rim > /dev/null 2> err.txt; check "encoders of a robot that is not known" 3 $?
 contains "encoders: which robot" "$(cat err.txt)" "whose wheels .*--robot"
-echo > robot.toml
+printf '[cobot]\nbase_radius_m = 0.2\ntick_m = 1e-4\n' > robot.toml
 out=$("$RIM" train enc/*.csv --interference enc.csv --robot robot.toml --out c.rim 2>/dev/null); check "encoders" 0 $?
 contains "encoders find" "$out" "all together: 3 of 3 found"
 
