@@ -65,8 +65,8 @@ void declare(CLI::App &app, Options &o) {
                  "s.enc1_ticks to s.enc4_ticks with --robot")
       ->type_name("LABELS.csv");
   app.add_option("--robot", o.robot,
-                 "with --interference and encoder counters: [cobot] base_radius_m and tick_m of the\n"
-                 "robot's wheels, as in data/cobot.toml, which describes the simulated robot")
+                 "with --interference and encoder counters: the wheels, base_radius_m and tick_m\n"
+                 "in [cobot] as in data/cobot.toml, which describes the simulated robot")
       ->type_name("FILE.toml")
       ->check(CLI::ExistingFile);
   app.add_option("--model", o.model,
