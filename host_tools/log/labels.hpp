@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // log/labels.hpp - which rows of which log belong to a finding: CSV log,row,t_s,finding.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "stats/bootstrap.hpp"
 
 #include <algorithm>
@@ -15,11 +16,11 @@ Bootstrapped bootstrap(std::size_t units,
   Bootstrapped out;
   out.value = statistic(pick);
   rim_rng rng;
-  rim_rng_seed(&rng, options.seed, options.stream);
+  rimi_rng_seed(&rng, options.seed, options.stream);
   std::vector<double> values(options.draws);
   for (double &value : values) {
     for (std::size_t &i : pick)
-      i = rim_rng_below(&rng, static_cast<std::uint32_t>(units));
+      i = rimi_rng_below(&rng, static_cast<std::uint32_t>(units));
     value = statistic(pick);
   }
   std::sort(values.begin(), values.end());

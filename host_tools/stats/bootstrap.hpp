@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // stats/bootstrap.hpp - a 95 % interval by resampling whole units (runs, logs, blocks).
 #pragma once
 

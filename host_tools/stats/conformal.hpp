@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // stats/conformal.hpp - the rank that a promise about the next run needs.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // stats/robust.hpp - location and scale that outliers do not move.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "thesis/poisson.hpp"
 
 #include <boost/math/distributions/chi_squared.hpp>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "util/gnuplot.hpp"
 
 #include <csignal>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // util/gnuplot.hpp - figures drawn by gnuplot.
 #pragma once
 
