@@ -101,21 +101,17 @@ demo: ## learn 50 landings, replay one healthy and three faulty ones, hear the a
 test: ## every test; the last line counts them
 	@$(MAKE) --no-print-directory -j$(TEST_JOBS) test-run
 
+# Measured logs, where they are on this machine.
+MEASURED ?= ../shared/measured
+MEASURED_SETS := falcon:falcon9 measured_falcon:falcon9 measured_mrclam:mrclam control_mrclam:mrclam
+
 bench: all thesis ## speed, memory and detection figures with their intervals (some 30 minutes)
 	$(BUILD)/rim bench
-	$(BUILD)/rim-thesis experiment golf
-	$(BUILD)/rim-thesis experiment lander --thesis
-	$(BUILD)/rim-thesis experiment falcon
-	$(BUILD)/rim-thesis experiment measured_falcon
-	$(BUILD)/rim-thesis experiment measured_mrclam
-	$(BUILD)/rim-thesis experiment fig3.3
-	$(BUILD)/rim-thesis experiment fig3.4
-	$(BUILD)/rim-thesis experiment fig3.5
-	$(BUILD)/rim-thesis experiment control_mrclam
-	$(BUILD)/rim-thesis experiment figC.5
-	$(BUILD)/rim-thesis experiment fig5.10
-	$(BUILD)/rim-thesis experiment figB.6
-	$(BUILD)/rim-thesis experiment table3.1
+	set -e; for name in golf "lander --thesis" fig3.3 fig3.4 fig3.5 figC.5 fig5.10 figB.6 table3.1; do \
+	  $(BUILD)/rim-thesis experiment $$name; done
+	set -e; for pair in $(MEASURED_SETS); do \
+	  if [ -d "$(MEASURED)/$${pair#*:}" ]; then $(BUILD)/rim-thesis experiment $${pair%:*} --data $(MEASURED)/$${pair#*:}; \
+	  else echo "bench: $${pair%:*} is left out: there is no $(MEASURED)/$${pair#*:} (MEASURED=FOLDER names another place)"; fi; done
 
 clean: ## remove everything built
 	rm -rf $(BUILD)

@@ -31,13 +31,36 @@ $(BUILD)/flags.prefix: FORCE
 $(BUILD)/host_tools/util/data_path.o: $(BUILD)/flags.prefix
 $(BUILD)/host_tools/util/data_path.o: private HOST_DEFINES += -DRIM_PREFIX='"$(PREFIX)"' -DRIM_SOURCE_DIR='"$(CURDIR)"'
 
-# The learning code gains a third from -O3; the library's arithmetic is compiled elsewhere.
-$(BUILD)/host_tools/train/%.o: HOST_SPEED = $(if $(filter -O2,$(OPT)),-O3)
-$(BUILD)/host_tools/diagnose/%.o: HOST_SPEED = $(if $(filter -O2,$(OPT)),-O3)
+# Levels of optimisation: what computes, the rest, and the commands, of which most code is CLI11's.
+# Another OPT than -O2 holds for everything. No result depends on the level (no fast-math).
+HOST_HOT := $(addprefix $(BUILD)/host_tools/,train/%.o diagnose/%.o stats/%.o)
+HOST_COLD := $(BUILD)/host_tools/train/external_table%.o \
+  $(patsubst %,$(BUILD)/host_tools/train/%.o,train_report interference_report trainer fit_section) \
+  $(patsubst %,$(BUILD)/host_tools/diagnose/%.o,apply_extension catalogue diagnose extension flagged gain \
+    measured regions rollout sentence)
+HOST_HOT_OBJ := $(filter-out $(HOST_COLD),$(filter $(HOST_HOT),$(HOST_OBJ)))
+HOST_WARM_OBJ := $(filter $(addprefix $(BUILD)/host_tools/,world/lander%.o log/csv_read.o replay/replay.o),$(HOST_OBJ))
+# gcc 12 at -O1 takes parts of Eigen's matrices for uninitialised: seen, said, no error.
+HOST_LEVEL = $(if $(filter -O2,$(OPT)),-O1 -Wno-error=maybe-uninitialized,$(OPT))
+$(HOST_CLI_OBJ) $(THESIS_CLI_OBJ): private HOST_LEVEL = $(if $(filter -O2,$(OPT)),-O0,$(OPT))
+$(HOST_HOT_OBJ): private HOST_LEVEL = $(if $(filter -O2,$(OPT)),-O3,$(OPT))
+$(HOST_WARM_OBJ): private HOST_LEVEL = $(OPT)
 
-$(BUILD)/host_tools/%.o: host_tools/%.cpp $(BUILD)/flags.host
+# Precompiled headers, for gcc alone; a compiler cache works better without them.
+PCH := $(if $(findstring ccache,$(CXX)),,$(if $(findstring g++,$(CXX)),1))
+PCH_LEVELS := $(if $(filter -O2,$(OPT)),-O0 -O1 -O3,$(OPT))
+PCH_FILES := $(if $(PCH),$(PCH_LEVELS:%=$(BUILD)/pch%/precompiled.hpp.gch))
+# $(call pch,LEVEL): the flags by which a source uses the header of that level, where there is one.
+pch = $(if $(and $(PCH),$(filter $(1),$(PCH_LEVELS))),-Winvalid-pch $(call pch_defines,$(1)) -include $(BUILD)/pch$(1)/precompiled.hpp)
+pch_defines = $(if $(filter -O0,$(1)),-DRIM_PRECOMPILED_COMMANDS)
+.SECONDARY: $(PCH_FILES)
+$(BUILD)/pch%/precompiled.hpp.gch: host_tools/util/precompiled.hpp $(BUILD)/flags.host
+	@mkdir -p $(@D) && cp $< $(@:.gch=)
+	$(call say,PCH )$(CXX) $(HOST_CXXFLAGS) $* $(call pch_defines,$*) -x c++-header $< -o $@
+
+$(BUILD)/host_tools/%.o: host_tools/%.cpp $(BUILD)/flags.host $(PCH_FILES)
 	@mkdir -p $(@D)
-	$(call say,CXX )$(CXX) $(HOST_CXXFLAGS) $(HOST_SPEED) -MMD -MP -c $< -o $@
+	$(call say,CXX )$(CXX) $(HOST_CXXFLAGS) $(HOST_LEVEL) $(call pch,$(firstword $(HOST_LEVEL))) -MMD -MP -c $< -o $@
 
 $(BUILD)/libhost.a: $(HOST_LIB_OBJ)
 	@rm -f $@
@@ -46,10 +69,11 @@ $(BUILD)/libthesis.a: $(THESIS_LIB_OBJ)
 	@rm -f $@
 	$(call say,AR  )$(AR) rcsD $@ $(THESIS_LIB_OBJ)
 
-$(BUILD)/rim: $(HOST_CLI_OBJ) $(BUILD)/libhost.a $(BUILD)/librim.a
+# A function that several objects hold is taken from the first: the computing ones come before.
+$(BUILD)/rim: $(HOST_HOT_OBJ) $(HOST_CLI_OBJ) $(BUILD)/libhost.a $(BUILD)/librim.a
 	$(call say,LINK)$(CXX) $(OPT) $(SANITIZER_FLAGS) $(EXTRA_LDFLAGS) -o $@ $^ $(HOST_LIBS)
 
-$(BUILD)/rim-thesis: $(THESIS_CLI_OBJ) $(BUILD)/libthesis.a $(BUILD)/libhost.a $(BUILD)/librim.a
+$(BUILD)/rim-thesis: $(HOST_HOT_OBJ) $(THESIS_CLI_OBJ) $(BUILD)/libthesis.a $(BUILD)/libhost.a $(BUILD)/librim.a
 	$(call say,LINK)$(CXX) $(OPT) $(SANITIZER_FLAGS) $(EXTRA_LDFLAGS) -o $@ $^ $(HOST_LIBS)
 
 -include $(HOST_OBJ:.o=.d)

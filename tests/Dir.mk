@@ -44,9 +44,9 @@ $(BUILD)/tests/lib/%: tests/lib/%.c $(BUILD)/librim.a $(BUILD)/flags.test
 	$(call say,TEST)$(CC) $(TEST_CFLAGS) -MMD -MP -MF $@.d $< $(TEST_EXTRA) -o $@ $(BUILD)/librim.a -lcmocka -lm
 
 # Compiled and linked apart: after an edit in a library a test is linked again, no more.
-$(BUILD)/tests/host/%.o: tests/host/%.cpp $(BUILD)/flags.host
+$(BUILD)/tests/host/%.o: tests/host/%.cpp $(BUILD)/flags.host $(PCH_FILES)
 	@mkdir -p $(@D)
-	$(call say,CXX )$(CXX) $(HOST_CXXFLAGS) -MMD -MP -c $< -o $@
+	$(call say,CXX )$(CXX) $(HOST_CXXFLAGS) $(HOST_LEVEL) $(call pch,$(firstword $(HOST_LEVEL))) -MMD -MP -c $< -o $@
 
 $(TEST_HOST_BIN): %: %.o $(BUILD)/libthesis.a $(BUILD)/libhost.a $(BUILD)/librim.a
 	$(call say,LINK)$(CXX) $(OPT) $(SANITIZER_FLAGS) $(EXTRA_LDFLAGS) -o $@ $^ -lcmocka $(HOST_LIBS)

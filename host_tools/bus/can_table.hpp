@@ -3,17 +3,19 @@
 // DBC.
 //
 //   schema = "rim-can/1"
-//   trigger = "State"                  # message that completes a row; without it: the last to come
-//   time = "State.Clock"               # signal that carries the time; without it: of reception
-//   time_scale = 0.001                 # seconds a unit
+//   trigger = "State"              # message that completes a row; default: the last to arrive
+//   time = "State.Clock"           # signal that carries the time; default: time of reception
+//   time_scale = 0.001             # seconds per unit of that signal
 //   [[signal]]
-//   name = "s.altitude_m"              # of the model: features; with own predictions also z. m.
-//   sd. from = "State.Altitude"            # MESSAGE.SIGNAL of the DBC scale = 0.3048 ; offset = 0
-//   # value = scale * physical + offset min = 0 ; max = 20000              # of the value: outside
-//   it is refused and counted
+//   name = "s.altitude_m"          # of the model: a feature; with own predictions also z. m. sd.
+//   from = "State.Altitude"        # MESSAGE.SIGNAL of the DBC
+//   scale = 0.3048
+//   offset = 0                     # value = scale * physical + offset
+//   min = 0
+//   max = 20000                    # a value outside is refused and counted
 //
-// A value that the map does not name is taken from the one signal that is called as it is, with '_'
-// for '.': s_altitude_m.
+// A value that the map does not name is taken from the one signal of the same name with '_' for
+// '.': s_altitude_m.
 #pragma once
 
 #include <cstdint>

@@ -129,15 +129,17 @@ void bench_lander(std::size_t runs) {
 int cmd_bench(int argc, char **argv) {
   Options o;
   CLI::App app{"Measure memory, training time and replay speed.", "rim bench"};
-  app.add_flag("--memory", o.memory, "only the memory of monitors");
-  app.add_option("--choice", o.choices, "only the time of a planner's choice, so many times")
+  app.add_flag("--memory", o.memory, "print only the memory of monitors");
+  app.add_option("--choice", o.choices,
+                 "measure only the time of a planner's choice, this many times")
       ->check(CLI::Range(1, 1000000));
-  app.add_option("--replay", o.replay, "only the replay speed of this model and log")
+  app.add_option("--replay", o.replay, "measure only the replay speed of this model and log")
       ->expected(2)
       ->type_name("MODEL.rim LOG");
-  app.add_option("--external-table", o.external_table,
-                 "only draw the table of thresholds for logs with their own predictions (an hour "
-                 "of one core) and write it as the source file that it is built from")
+  app.add_option(
+         "--external-table", o.external_table,
+         "draw the table of thresholds for logs with their own predictions again (an hour on\n"
+         "one core) and write it as the source file it is compiled from")
       ->type_name("FILE.cpp");
   app.add_option("--runs", o.runs, "landings to train on (default 50)")->check(CLI::Range(3, 1000));
   app.footer(

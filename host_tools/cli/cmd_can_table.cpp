@@ -13,12 +13,15 @@
 namespace {
 
 const char *const kFooter =
-    "The image then serves rimd with `input = can`, and rim replay for logs of `candump -L`.\n"
-    "Without --map a value comes from the signal that is called as it is: s_altitude_m for\n"
-    "s.altitude_m. A map is TOML:\n"
+    "With the table rimd can read its rows from CAN (`input = can`), and rim replay can read logs\n"
+    "of `candump -L`.\n"
+    "Without --map a value comes from the signal of the same name with _ for the dot: "
+    "s_altitude_m\n"
+    "for s.altitude_m. A map is TOML:\n"
     "  schema = \"rim-can/1\"\n"
-    "  trigger = \"State\"            # message that completes a row; else the last to come does\n"
-    "  time = \"State.Clock\"         # else the time of reception; time_scale = 0.001\n"
+    "  trigger = \"State\"            # message that completes a row (default: the last to "
+    "arrive)\n"
+    "  time = \"State.Clock\"         # default: the time of reception; also time_scale = 0.001\n"
     "  [[signal]]\n"
     "  name = \"s.altitude_m\"        # of the model\n"
     "  from = \"State.Altitude\"      # of the DBC; also scale, offset, min, max\n\n"
@@ -29,12 +32,14 @@ const char *const kFooter =
 int cmd_can_table(int argc, char **argv) {
   std::string dbc, map, model, out;
   CLI::App app{"Compile a table of CAN signals from a DBC into a flight image.", "rim can-table"};
-  app.add_option("--dbc", dbc, "the bus's description")->required()->type_name("FILE.dbc");
-  app.add_option("--map", map, "which signal is which value")->type_name("FILE.toml");
-  app.add_option("--model", model, "flight image that rim train wrote")
+  app.add_option("--dbc", dbc, "description of the bus")->required()->type_name("FILE.dbc");
+  app.add_option("--map", map, "map from signals to values")->type_name("FILE.toml");
+  app.add_option("--model", model, "flight image written by rim train")
       ->required()
       ->type_name("FILE.rim");
-  app.add_option("--out", out, "the same image with the table")->required()->type_name("FILE.rim");
+  app.add_option("--out", out, "where to write the image with the table")
+      ->required()
+      ->type_name("FILE.rim");
   app.footer(kFooter);
   if (!rim::parse_arguments(app, argc, argv))
     return rim::EXIT_FINE;

@@ -34,20 +34,20 @@ int cmd_command(int argc, char **argv) {
   std::string what, url, interface;
   unsigned node = 0;
   rim_command command{};
-  CLI::App app{"Say to a monitor that its alarm was seen, or that its cause is gone.",
-               "rim command"};
+  CLI::App app{"Acknowledge or clear a monitor's alarm.", "rim command"};
   app.add_option("WHAT", what,
-                 "acknowledge: a latched alarm may go when it is over; clear: forget "
-                 "the alarm and what was learnt from it")
+                 "acknowledge: a latched alarm may end once its cause is gone. clear: the monitor\n"
+                 "forgets the alarm and the observations behind it")
       ->required()
       ->check(CLI::IsMember({"acknowledge", "clear"}));
   app.add_option("--lcm", url,
                  std::string("LCM URL (default, unless --can is given: ") + rim::kLcmUrl + ")");
   app.add_option("--can", interface, "CAN interface");
-  app.add_option("--node", node, "of the monitor, on CAN")->check(CLI::Range(0u, RIM_CAN_MAX_NODE));
+  app.add_option("--node", node, "CAN node number of the monitor")
+      ->check(CLI::Range(0u, RIM_CAN_MAX_NODE));
   app.add_option("--sequence", command.sequence,
-                 "only the alarm whose newest record this is (0: all that stand)");
-  app.add_option("--model-id", command.model_id, "only to a monitor with this model (0: any)");
+                 "sequence number of the newest record of one alarm (0: every standing alarm)");
+  app.add_option("--model-id", command.model_id, "address only a monitor with this model (0: any)");
   app.footer("Example:\n  rim command acknowledge --can can0 --node 5");
   if (!rim::parse_arguments(app, argc, argv))
     return rim::EXIT_FINE;
@@ -63,4 +63,4 @@ int cmd_command(int argc, char **argv) {
 
 } // namespace
 
-RIM_COMMAND(command, "acknowledge or clear the alarm of a monitor, over LCM or CAN", cmd_command)
+RIM_COMMAND(command, "acknowledge or clear a monitor's alarm over LCM or CAN", cmd_command)

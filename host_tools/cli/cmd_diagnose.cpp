@@ -5,9 +5,9 @@
 #include "cli/command.hpp"
 #include "diagnose/diagnose.hpp"
 #include "diagnose/extension.hpp"
+#include "log/schema.hpp"
 #include "report/output_folder.hpp"
 #include "report/outputs.hpp"
-#include "log/schema.hpp"
 #include "util/atomic_file.hpp"
 #include "util/data_path.hpp"
 #include "util/table.hpp"
@@ -31,9 +31,10 @@ struct DiagnoseArguments {
 };
 
 const char *const kFooter =
-    "A log brings its own predictions (columns z.NAME measured, m.NAME predicted, sd.NAME its\n"
-    "standard deviation), or --world or --model predicts it. DIR gets diagnosis.json, labels.csv,\n"
-    "extension.toml (for --extension of simulate, replay and the next diagnose) and report.html.\n"
+    "Each log has its own predictions (columns z.NAME measured, m.NAME predicted, sd.NAME the\n"
+    "standard deviation of m.NAME), or --world or --model predicts it. The command writes\n"
+    "diagnosis.json, labels.csv, report.html and extension.toml into DIR; extension.toml is the\n"
+    "input of --extension in simulate, replay and the next diagnose.\n"
     "Exit status 1: the simulation is inadequate; 0: nothing in the logs contradicts it.\n\n"
     "Example: a fall that a point mass under gravity does not explain\n"
     "  rim diagnose --world falcon --schema data/diagnose_falcon9.toml flight1.csv flight2.csv \\\n"
@@ -42,34 +43,40 @@ const char *const kFooter =
 
 void declare(CLI::App &app, DiagnoseArguments &o) {
   app.add_option("LOG", o.logs, "measured logs")->required()->type_name("LOG...");
-  app.add_option("--out", o.out, "folder for the results; replaced when it holds earlier ones")
+  app.add_option("--out", o.out, "folder for the results; earlier results in it are replaced")
       ->required()
       ->type_name("DIR");
   app.add_option("--holdout", o.holdout,
-                 "log that is judged but not fitted; may be repeated (default: cross-validation)")
+                 "measured log to judge the findings on; nothing is fitted to it. May be "
+                 "repeated\n(default: cross-validation)")
       ->type_name("LOG")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  auto *world = app.add_option("--world", o.world, "simulation: lander, falcon or unicycle")
+  auto *world = app.add_option("--world", o.world,
+                               "built-in simulation to diagnose: lander, falcon or unicycle")
                     ->check(CLI::IsMember({"lander", "falcon", "unicycle"}));
-  app.add_option("--model", o.model, "simulation: the nominal model of a flight image")
+  app.add_option("--model", o.model, "diagnose the trained model of this flight image")
       ->type_name("MODEL.rim")
       ->excludes(world);
-  app.add_option("--schema", o.schema, "maps the columns of foreign logs")->type_name("FILE.toml");
-  app.add_option("--extension", o.extensions, "terms found before; may be repeated")
+  app.add_option("--schema", o.schema, "maps the columns of logs with other names or units")
+      ->type_name("FILE.toml");
+  app.add_option("--extension", o.extensions,
+                 "start from the extended model of an earlier diagnosis; may be repeated")
       ->type_name("FILE.toml")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  app.add_option("--causes", o.causes, "catalogue laid over data/causes.toml")
+  app.add_option("--causes", o.causes,
+                 "further causes; a form of the same name replaces the one in data/causes.toml")
       ->type_name("FILE.toml");
-  app.add_option("--horizon", o.horizon_s, "judge the gain at this horizon too")
+  app.add_option("--horizon", o.horizon_s, "also report the prediction error this far ahead")
       ->type_name("SECONDS")
       ->check(CLI::PositiveNumber);
   app.add_option("--false-alarm", o.false_alarm,
-                 "chance of any claim where nothing is wrong (default 0.05)")
+                 "largest acceptable chance of any claim when nothing is wrong (default 0.05)")
       ->check(CLI::Range(1e-4, 0.5));
   app.add_option("--null-runs", o.null_runs,
-                 "simulated searches of noise, a channel (default: 96 over all channels)")
+                 "searches of simulated noise per channel, which set the threshold\n(default: 96 "
+                 "over all channels)")
       ->check(CLI::Range(8, 100000));
   app.add_option("--seed", o.seed, "seed of all random numbers (default 1)")
       ->check(CLI::NonNegativeNumber);
@@ -219,5 +226,6 @@ int cmd_diagnose(int argc, char **argv) {
 
 } // namespace
 
-RIM_COMMAND(diagnose, "what a simulation gets wrong, where, why, and what mending it is worth",
+RIM_COMMAND(diagnose,
+            "find what a simulation gets wrong, where and why, and by how much a correction helps",
             cmd_diagnose)

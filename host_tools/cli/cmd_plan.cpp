@@ -69,63 +69,76 @@ struct Options {
   double seconds = 0.0;
 };
 
+const char *const kFooter =
+    "Each line of stdin is a state, a reward or an experience from before, as JSON or CSV:\n"
+    "  {\"id\": 7, \"state\": [0.4], \"nominal\": [...], \"var\": [...], \"allowed\": [...]}\n"
+    "  {\"id\": 7, \"actions\": [[0.4, 0.1], [0.4, 0.2]]}     features of state and action\n"
+    "  {\"id\": 7, \"reward\": 0.3}                           without id: of the last answer\n"
+    "  {\"x\": [0.4, 0.1], \"reward\": 0.3}                   also nominal, var, plan\n"
+    "  state,0.4\n"
+    "  reward,0.3\n"
+    "Each state is answered at once by one JSON line; action null: none is allowed. A line that\n"
+    "cannot be used is reported on stderr, counted and skipped; the exit status is 3 if none "
+    "could\n"
+    "be used.\n\n"
+    "Examples: from a bus, on which the robot sends RIM_OBSERVATION, and from a pipe\n"
+    "  rim plan --state 0:1 --action -1:1:21 --lcm 'udpm://239.255.76.67:7667?ttl=0'\n"
+    "  printf 'state,0.4\\nreward,0.9\\nstate,0.5\\n' | rim plan --state 0:1 --action -1:1:21";
+
 void declare(CLI::App &app, Options &o) {
   app.add_option("--policy", o.policy, "gp, rim, rim+gp (default) or bank")
       ->check(CLI::IsMember(kPolicies));
-  app.add_option("--state", o.state, "LOW:HIGH of a state's number; once for each");
+  app.add_option("--state", o.state,
+                 "range LOW:HIGH of one number of the state; give it once per number");
   app.add_option("--action", o.action,
-                 "LOW:HIGH:COUNT of an action's number; once for each: the grid of actions");
-  app.add_option("--plans", o.plans, "bank: how many plans there are to choose from");
-  app.add_option(
-      "--features", o.features,
-      "numbers of an action, where actions come with every state (no --state, --action)");
+                 "grid LOW:HIGH:COUNT of one number of the action; give it once per number");
+  app.add_option("--plans", o.plans, "bank: number of plans to choose from");
+  app.add_option("--features", o.features,
+                 "numbers per action, when the actions come with every state (without --state "
+                 "and\n      --action)");
   app.add_option("--kernel", o.kernel, "se, matern32 or matern52 (default)")
       ->check(CLI::IsMember(kKernels));
   app.add_option("--length", o.length,
-                 "length of the kernel for each number; default: a fifth of "
-                 "its range");
-  app.add_option("--signal-sd", o.signal_sd, "how far rewards may lie from what is expected");
-  app.add_option("--noise-sd", o.noise_sd, "scatter of a reward that is tried again");
-  app.add_option("--beta", o.beta, "how much to explore; 0: not at all");
-  app.add_option("--schedule", o.schedule, "of beta: constant (default), log or decay")
+                 "length scale of the kernel, once per number (default: a fifth of its range)");
+  app.add_option("--signal-sd", o.signal_sd,
+                 "prior sd of the deviation from the nominal reward (default 1)");
+  app.add_option("--noise-sd", o.noise_sd, "observation noise sd of a reward (default 0.1)");
+  app.add_option("--beta", o.beta,
+                 "weight of the uncertainty in the choice; 0 explores nothing (default 2)");
+  app.add_option("--schedule", o.schedule, "how beta changes: constant (default), log or decay")
       ->check(CLI::IsMember(kSchedules));
-  app.add_option("--power", o.power, "decay: beta over the number of the choice to this power (1)");
+  app.add_option("--power", o.power,
+                 "decay: beta is divided by the number of the choice to this power (default 1)");
   app.add_option("--risk", o.risk, "neutral (default), mean-sd, bounded or probability")
       ->check(CLI::IsMember(kRisks));
-  app.add_option("--aversion", o.aversion, "mean-sd: standard deviations to subtract");
+  app.add_option("--aversion", o.aversion, "mean-sd: number of standard deviations to subtract");
   app.add_option("--level", o.level, "bounded, probability: the reward to exceed");
-  app.add_option("--bound", o.bound, "bounded: with at least this probability");
+  app.add_option("--bound", o.bound,
+                 "bounded: least probability of exceeding --level (default 0.95)");
   app.add_option("--extent", o.set,
-                 "rim, rim+gp: the regions that stand for one: sampled (default) by their "
+                 "rim, rim+gp: how the candidate regions are drawn: sampled (default) by their\n"
                  "likelihood, or by volume")
       ->check(CLI::IsMember(kSets));
   app.add_option("--shape", o.shape,
                  "rim, rim+gp: ellipsoid (default) or box, which may be sheared")
       ->check(CLI::IsMember(kShapes));
-  app.add_option("--smooth-sd", o.smooth_sd, "rim, rim+gp: deviations that small make no region");
-  app.add_option("--unseen-sd", o.unseen_sd, "rim+gp: how far a region not seen yet may deviate");
-  app.add_option("--gain", o.gain,
-                 "rim+gp: nats that regions must gain over the Gaussian process alone; 0: none");
-  app.add_option("--points", o.points, "experiences kept, 8 to 512");
-  app.add_option("--seed", o.seed, "of draws among equal actions and of the region search");
+  app.add_option("--smooth-sd", o.smooth_sd,
+                 "rim, rim+gp: sd of deviations too small to make a region");
+  app.add_option("--unseen-sd", o.unseen_sd,
+                 "rim+gp: prior sd of the deviation in a region that has not been visited");
+  app.add_option(
+      "--gain", o.gain,
+      "rim+gp: least improvement of the log likelihood (in nats) by which regions must beat\n"
+      "the Gaussian process alone (default 0)");
+  app.add_option("--points", o.points, "number of experiences kept, 8 to 512 (default 256)");
+  app.add_option("--seed", o.seed,
+                 "seed of the region search and of draws among equal actions (default 1)");
   app.add_option(
       "--lcm", o.lcm,
-      "LCM URL: states come as RIM_OBSERVATION instead of stdin, their numbers the "
-      "state's and, after them, the reward of the answer before (NaN or left out: none)");
-  app.add_option("--seconds", o.seconds, "LCM: end after so long (0: never)");
-  app.footer(
-      "Each line of stdin is a state, a reward or an experience from before, as JSON or CSV:\n"
-      "  {\"id\": 7, \"state\": [0.4], \"nominal\": [...], \"var\": [...], \"allowed\": [...]}\n"
-      "  {\"id\": 7, \"actions\": [[0.4, 0.1], [0.4, 0.2]]}     features of state and action\n"
-      "  {\"id\": 7, \"reward\": 0.3}                           without id: of the last answer\n"
-      "  {\"x\": [0.4, 0.1], \"reward\": 0.3}                   also nominal, var, plan\n"
-      "  state,0.4\n"
-      "  reward,0.3\n"
-      "Each state is answered at once by one JSON line; action null: none is allowed. A line that\n"
-      "cannot be used is told on stderr, counted and passed over; exit 3 if none could be used.\n\n"
-      "Examples: from a bus, on which the robot sends RIM_OBSERVATION, and from a pipe\n"
-      "  rim plan --state 0:1 --action -1:1:21 --lcm 'udpm://239.255.76.67:7667?ttl=0'\n"
-      "  printf 'state,0.4\\nreward,0.9\\nstate,0.5\\n' | rim plan --state 0:1 --action -1:1:21");
+      "LCM URL: read states from RIM_OBSERVATION instead of stdin. A message holds the\n"
+      "numbers of the state, then the reward of the previous answer (NaN or absent: none)");
+  app.add_option("--seconds", o.seconds, "LCM: end after this time (0: never)");
+  app.footer(kFooter);
 }
 
 PlannerConfig config_of(const Options &o) {

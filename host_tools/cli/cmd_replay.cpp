@@ -10,6 +10,7 @@
 #include "rim/can.h"
 #include "util/atomic_file.hpp"
 #include "util/error.hpp"
+#include "util/gnuplot.hpp"
 #include "util/progress.hpp"
 #include "rim/image.h"
 
@@ -31,73 +32,82 @@ struct Options {
 };
 
 const char *const kFooter =
-    "The last line is 'digest HEX', over the bits of every verdict: equal digests, equal flights.\n"
-    "Exit status 1 with --fail-on-alarm when something was found. Alarms carry the replay flag.\n\n"
-    "Example: one faulty landing, its alarms to a file and to whoever listens\n"
+    "The last line is 'digest HEX', a hash of every verdict: two replays with equal digests gave\n"
+    "the same verdicts to the last bit. Alarms carry the replay flag.\n\n"
+    "Example: one faulty landing; its alarms go to a file and over LCM\n"
     "  rim replay --model lander.rim faulty/run_0101.csv --alarms alarms.jsonl \\\n"
     "      --plot alarms.svg --lcm 'udpm://239.255.76.67:7667?ttl=0'\n"
     "Example: frames of `candump -L`, by the table that rim can-table put into the image\n"
     "  rim replay --model lander_can.rim flight.candump\n"
     "Example: a log with the user's own predictions (z. m. sd. columns) needs no model\n"
     "  rim replay golf/run_0001.csv --labels labels.csv\n"
-    "Example: the same with what rim diagnose found mended, and an image that flies with it\n"
-    "  rim replay golf/run_0001.csv --extension found/extension.toml --save-model mended.rim";
+    "Example: the same with the corrections that rim diagnose found, and an image with them\n"
+    "  rim replay golf/run_0001.csv --extension found/extension.toml --save-model corrected.rim";
 
 void declare(CLI::App &app, Options &o) {
   rim::OutputPaths &out = o.outputs;
-  app.add_option("LOG", o.logs, "logs, each a run of its own")->required()->type_name("");
+  app.add_option("LOG", o.logs, "logs to replay; each is a run of its own")
+      ->required()
+      ->type_name("");
   app.add_option("--model", o.model,
-                 "flight image that rim train wrote; not needed for logs with "
-                 "z. and m. columns")
+                 "flight image written by rim train; not needed for logs with z. and m. columns")
       ->type_name("FILE.rim");
   app.add_option("--save-model", o.save_model,
-                 "write the flight image: without a model the one made from the logs' own "
-                 "predictions, with --extension that which carries its corrections")
+                 "write a flight image: without --model the one made from the predictions in the\n"
+                 "logs, with --extension the one that contains its corrections")
       ->type_name("FILE.rim");
-  app.add_option("--extension", o.extensions,
-                 "terms that rim diagnose found, added to the predictions; may be repeated. Of a "
-                 "trained model constant shifts alone are used: they correct what it predicts "
-                 "from the commands")
+  app.add_option(
+         "--extension", o.extensions,
+         "add the terms that rim diagnose found to the predictions; may be repeated. With a\n"
+         "trained model only constant shifts are used, which correct what it predicts from\n"
+         "the commands")
       ->type_name("FILE.toml")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  app.add_option("--alarms", out.alarms, "alarm records, one JSON object a line")
+  app.add_option("--alarms", out.alarms, "write the alarm records, one JSON object per line")
       ->type_name("FILE.jsonl");
-  app.add_option("--labels", out.labels,
-                 "log,row,finding for every row: the region (1..) that holds it when its log ends")
+  app.add_option(
+         "--labels", out.labels,
+         "write log,row,t_s,finding for every row: 1 where an alarm that stands at the end of\n"
+         "the log found the deviation, else 0")
       ->type_name("FILE.csv");
   app.add_option("--lcm", out.lcm_url, "publish alarms and health over LCM")->type_name("URL");
   app.add_option("--can", out.can, "send alarms on a CAN interface, with the replay flag")
       ->type_name("IFACE");
-  app.add_option("--candump", out.candump, "the CAN frames of the alarms as `candump -L` text")
+  app.add_option("--candump", out.candump,
+                 "write the CAN frames of the alarms as `candump -L` text")
       ->type_name("FILE");
   app.add_option("--node", out.node, "CAN node number (default 1)")
       ->check(CLI::Range(0u, RIM_CAN_MAX_NODE));
-  app.add_option("--trace", out.trace, "t_s,ln_anom,threshold,score,level,log of every row")
+  app.add_option("--trace", out.trace, "write t_s,ln_anom,threshold,score,level,log for every row")
       ->type_name("FILE.csv");
-  app.add_option("--plot", out.plot, "figure of ln anom against its threshold (gnuplot)")
+  app.add_option("--plot", out.plot,
+                 "draw ln anom, the log likelihood ratio of the best region, and its "
+                 "threshold\n(needs gnuplot)")
       ->type_name("FILE.svg|png");
-  app.add_option("--schema", o.schema, "roles, units and rates of a foreign log")
+  app.add_option("--schema", o.schema, "roles, units and rates of logs with other column names")
       ->type_name("FILE.toml");
-  app.add_flag("--fail-on-alarm", o.fail_on_alarm, "exit 1 when something was found");
+  app.add_flag("--fail-on-alarm", o.fail_on_alarm, "exit with status 1 when something was found");
   app.add_flag("--skip-bad-time", o.skip_bad_time,
-               "skip and count rows whose time repeats or runs backwards, instead of giving up");
-  app.add_flag(
-      "--flight", o.calibration.flight,
-      "without a model: less search a row and less memory, for small processors (make size)");
-  app.add_option("--false-alarm", o.calibration.false_alarm,
-                 "without a model: wished rate of healthy runs with any alarm (default 0.05)")
+               "skip and count rows whose time repeats or runs backwards, instead of stopping");
+  app.add_flag("--flight", o.calibration.flight,
+               "without --model: search less per row and use less memory, for small processors");
+  app.add_option(
+         "--false-alarm", o.calibration.false_alarm,
+         "without --model: largest acceptable share of healthy runs with any alarm\n(default 0.05)")
       ->check(CLI::Range(1e-6, 0.999999));
-  app.add_option("--calibration-runs", o.calibration_runs,
-                 "without a model: Monte Carlo runs on the logs' own contexts for the threshold, "
-                 "instead of a table computed once")
+  app.add_option(
+         "--calibration-runs", o.calibration_runs,
+         "without --model: set the threshold by this many Monte Carlo runs on the contexts of\n"
+         "the logs, instead of by the table that the program contains")
       ->check(CLI::Range(3, 4096));
   app.footer(kFooter);
 }
 
 void check(const CLI::App &app, const Options &o) {
   if (!o.model.empty() && !o.save_model.empty() && o.extensions.empty())
-    throw rim::UsageError("--save-model: with --model there is nothing new to write");
+    throw rim::UsageError(
+        "--save-model with --model needs --extension: there is nothing new to write");
   for (const char *option : {"--false-alarm", "--calibration-runs", "--flight"}) {
     if (!o.model.empty() && app.count(option) > 0)
       throw rim::UsageError(std::string(option) + ": the model has its own calibration");
@@ -280,5 +290,5 @@ int cmd_replay(int argc, char **argv) {
 
 } // namespace
 
-RIM_COMMAND(replay, "the onboard monitor over logs: what was found, as alarms, labels, a figure",
+RIM_COMMAND(replay, "run the onboard monitor over logs and write its alarms, labels and a figure",
             cmd_replay)

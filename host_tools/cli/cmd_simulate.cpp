@@ -38,11 +38,12 @@ struct Options {
 };
 
 const char *const kFooter =
-    "Run k of a seed is the same whatever --runs, --first and the number of threads. DIR also "
-    "gets\n"
-    "simulate.toml: version, seed and every parameter, but never the effects; the truth about the\n"
-    "rows is written only where --truth says. An effect is a TOML file or the name of one of the\n"
-    "shipped (02_thrust_loss); data/README.md says how to write one.\n\n"
+    "The same seed and run number give the same run, whatever --runs, --first and the number of\n"
+    "threads. DIR also gets simulate.toml with the version, the seed and every parameter, but "
+    "never\n"
+    "the effects: only --truth writes which rows they act on. An effect is a TOML file or the "
+    "name\n"
+    "of one in data/effects (02_thrust_loss); data/README.md says how to write one.\n\n"
     "Example: five healthy landings and five with a hidden fault, and what a golf robot sees\n"
     "  rim simulate lander --out nominal --runs 5 --seed 1\n"
     "  rim simulate lander --out faulty --runs 5 --seed 1 --first 101 \\\n"
@@ -56,7 +57,7 @@ void declare(CLI::App &app, Options &o) {
   app.add_option("--out", o.out, "folder for the logs, made if missing: DIR/run_0001.csv ...")
       ->required()
       ->type_name("DIR");
-  app.add_option("--runs", o.runs, "how many runs (default 1)")->check(CLI::Range(1, 1000000));
+  app.add_option("--runs", o.runs, "number of runs (default 1)")->check(CLI::Range(1, 1000000));
   app.add_option("--first", o.first, "number of the first run (default 1)")
       ->check(CLI::Range(1, 100000000));
   app.add_option("--seed", o.seed, "seed of all random numbers (default 1)")
@@ -66,40 +67,43 @@ void declare(CLI::App &app, Options &o) {
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   app.add_option("--extension", o.extensions,
-                 "terms that rim diagnose found, added to the predictions that the world's logs "
-                 "carry (golf: m.reward, sd.reward); may be repeated")
+                 "add the terms that rim diagnose found to the predictions in the logs (golf:\n"
+                 "m.reward, sd.reward); may be repeated")
       ->type_name("FILE.toml")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  app.add_option("--params", o.params, "parameters laid over data/WORLD.toml")
+  app.add_option("--params", o.params, "parameters that replace those in data/WORLD.toml")
       ->type_name("FILE.toml");
   app.add_option("--rows", o.rows,
-                 "end every log after so many rows (default: whole runs; keepaway: 300 passes)")
+                 "end every log after this many rows (default: whole runs; keepaway: 300 passes)")
       ->check(CLI::NonNegativeNumber);
-  app.add_option("--truth", o.truth, "write log,row,finding: a file, or a folder for one a log")
+  app.add_option(
+         "--truth", o.truth,
+         "write the rows on which an effect acts (CSV log,row,t_s,finding) into one file, or\n"
+         "one file per log into a folder")
       ->type_name("FILE|DIR");
   app.add_option("--labels", o.labels,
-                 "cobot: write when interference acted: log,start_s,end_s,kind")
+                 "cobot: write the times of interference (CSV log,start_s,end_s,kind)")
       ->type_name("FILE");
   app.add_flag("--encoders", o.encoders,
-               "cobot: the counters of the wheels instead of velocities and their predictions");
+               "cobot: log wheel counters instead of velocities and their predictions");
   app.add_option("--dims", o.golf.dims,
                  "dimensions of the context; golf: default 2, cobot: 7 (default), 15, 30, 100")
       ->check(CLI::Range(2, 999));
   app.add_option("--variant", o.variant, "golf: continuous (default) or binary")
       ->check(CLI::IsMember({"continuous", "binary"}));
   app.add_option("--anomalous", o.golf.anomalous,
-                 "golf: a run ends after so many shots from behind the bump (default 30)")
+                 "golf: end a run after this many shots from behind the bump (default 30)")
       ->check(CLI::Range(1, 1000000));
   app.add_flag("--better", o.golf.better,
-               "golf: shots from behind the bump gain what they would lose");
+               "golf: the bump improves shots by as much as it would make them worse");
   app.add_option("--goalie", o.goalie,
                  "goalie: nominal, region (default), obstructed or overshoot (thesis 5.3.2)");
   app.add_option("--defence", o.defence,
                  "freekick: time (default), angle or combined (thesis B.4.1)");
-  app.add_flag("--no-bump", o.no_bump, "golf: no bump; a run ends after --shots");
+  app.add_flag("--no-bump", o.no_bump, "golf: leave the bump out; a run ends after --shots");
   app.add_option("--shots", o.golf.shots,
-                 "golf: with --no-bump, shots of a run (default 1000); else a limit")
+                 "golf: shots per run with --no-bump (default 1000), else the most shots per run")
       ->check(CLI::Range(1, 10000000));
   app.footer(kFooter);
 }
@@ -299,7 +303,14 @@ void write_record(const Options &o, const World &world) {
   file.commit();
 }
 
-void write_truths(const Options &o, const std::vector<rim::world::Truth> &truths) {
+rim::LabelledLog truth_of(const std::string &path, const Recording &recording) {
+  rim::LabelledLog labels = rim::unlabelled(recording.log);
+  labels.path = path;
+  labels.finding.assign(recording.finding.begin(), recording.finding.end());
+  return labels;
+}
+
+void write_truths(const Options &o, const std::vector<rim::LabelledLog> &truths) {
   const bool is_folder = o.truth.back() == '/' || std::filesystem::is_directory(o.truth);
   if (!is_folder) {
     rim::world::write_truth(truths, o.truth);
@@ -324,7 +335,7 @@ int cmd_simulate(int argc, char **argv) {
     rim::diagnose::apply_extension(extensions, &log);
   }
   rim::make_folder(o.out);
-  std::vector<rim::world::Truth> truths(o.runs);
+  std::vector<rim::LabelledLog> truths(o.runs);
   std::vector<std::size_t> rows(o.runs);
   {
     rim::Progress progress("simulate", o.runs);
@@ -336,7 +347,7 @@ int cmd_simulate(int argc, char **argv) {
       rim::write_log(recording.log, path);
       rows[i] = recording.finding.size();
       if (!o.truth.empty())
-        truths[i] = {path, std::move(recording.finding)};
+        truths[i] = truth_of(path, recording);
       progress.add();
     });
   }

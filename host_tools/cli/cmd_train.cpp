@@ -8,9 +8,11 @@
 #include "train/train_report.hpp"
 #include "train/trainer.hpp"
 #include "util/atomic_file.hpp"
+#include "util/data_path.hpp"
 #include "util/error.hpp"
 #include "util/parallel_for.hpp"
 #include "util/progress.hpp"
+#include "world/cobot.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -23,7 +25,7 @@ namespace {
 
 struct Options {
   std::vector<std::string> logs;
-  std::string out, schema, interference, model;
+  std::string out, schema, interference, robot, model;
   rim::TrainOptions train;
   unsigned threads = 0;
   bool quick = false;
@@ -31,13 +33,13 @@ struct Options {
 
 const char *const kFooter =
     "Every log must be a healthy run of its own, from start to end, with the same columns.\n"
-    "With n runs no false-alarm rate below 1/(n+1) can be promised: train says which it "
-    "promises.\n\n"
+    "With n runs no false-alarm rate below 1/(n+1) can be promised. The report states the rate\n"
+    "that is promised.\n\n"
     "Example: learn fifty healthy landings, and watch the fifty-first\n"
     "  rim simulate lander --out nominal --runs 50 --seed 1\n"
     "  rim train nominal/run_*.csv --out lander.rim\n"
     "  rim replay --model lander.rim flight51.csv\n"
-    "Example: a robot's image that also tells when somebody holds it\n"
+    "Example: a robot's image that also detects when somebody holds the robot\n"
     "  rim train held/*.csv control/*.csv --interference held.csv --model robot.rim --out both.rim";
 
 void declare(CLI::App &app, Options &o) {
@@ -46,26 +48,33 @@ void declare(CLI::App &app, Options &o) {
   app.add_option("--schema", o.schema, "roles, units and rates of foreign logs")
       ->type_name("FILE.toml");
   app.add_flag("--flight", o.train.calibration.flight,
-               "less search a row and less memory, for small processors (make size)");
+               "make an image that searches less per row and needs less memory, for "
+               "small\nprocessors (make size shows how much)");
   app.add_option("--false-alarm", o.train.calibration.false_alarm,
-                 "wished rate of healthy runs with any alarm (default 0.05)")
+                 "largest acceptable share of healthy runs with any alarm (default 0.05)")
       ->check(CLI::Range(1e-6, 0.999999));
-  app.add_option(
-         "--block-seconds", o.train.block_s,
-         "rows gathered into one observation of the search\n(default: so that a run has some 240)")
+  app.add_option("--block-seconds", o.train.block_s,
+                 "length of a block of rows, which the search takes as one observation\n(default: "
+                 "such that a run has about 240 blocks)")
       ->check(CLI::Range(1e-6, 1e6));
   app.add_option("--threads", o.threads, "threads (default 2, or RIM_THREADS)")
       ->check(CLI::Range(1, 64));
   app.add_option("--interference", o.interference,
-                 "learn motion interference instead, from its times: CSV log,start_s,end_s,kind;\n"
-                 "logs without are control runs. Columns u.vx_mps and s.vx_mps or z.vx_mps, or\n"
-                 "s.enc1_ticks to s.enc4_ticks")
+                 "learn to detect motion interference instead. LABELS.csv gives the times of\n"
+                 "interference (log,start_s,end_s,kind); a log without any is a control run. The\n"
+                 "logs need the column u.vx_mps, and s.vx_mps or z.vx_mps, or the counters\n"
+                 "s.enc1_ticks to s.enc4_ticks with --robot")
       ->type_name("LABELS.csv");
+  app.add_option("--robot", o.robot,
+                 "with --interference and encoder counters: the wheels, base_radius_m and tick_m\n"
+                 "in [cobot] as in data/cobot.toml, which describes the simulated robot")
+      ->type_name("FILE.toml")
+      ->check(CLI::ExistingFile);
   app.add_option("--model", o.model,
-                 "with --interference: the flight image that shall watch for it too, written to\n"
-                 "--out; its rows have u.vx_mps and s.vx_mps or z.vx_mps")
+                 "with --interference: flight image to add the detector to. The result is written\n"
+                 "to --out. Its rows need u.vx_mps, and s.vx_mps or z.vx_mps")
       ->type_name("MODEL.rim");
-  app.add_flag("--quick", o.quick, "the short report: without the table of models");
+  app.add_flag("--quick", o.quick, "print the short report, without the table of models");
   app.footer(kFooter);
 }
 
@@ -106,6 +115,17 @@ double peak_gb() {
   return static_cast<double>(usage.ru_maxrss) / 1048576.0; // kB on Linux
 }
 
+void learn_interference(const std::vector<rim::Log> &logs, const Options &o) {
+  std::optional<rim::world::Cobot> robot;
+  if (!o.robot.empty()) {
+    rim::world::CobotParams params;
+    rim::world::CobotMap map;
+    rim::world::read_cobot(rim::data_path("cobot.toml"), o.robot, &params, &map);
+    robot.emplace(params, map, std::vector<rim::world::CobotEffect>{}, 1, 1);
+  }
+  rim::train_interference(logs, o.interference, robot ? &robot->wheels() : nullptr, o.model, o.out);
+}
+
 int cmd_train(int argc, char **argv) {
   Options o;
   CLI::App app{"Learn what healthy runs do and write the flight image.", "rim train"};
@@ -113,14 +133,16 @@ int cmd_train(int argc, char **argv) {
   if (!rim::parse_arguments(app, argc, argv))
     return rim::EXIT_FINE;
   if (!o.model.empty() && o.interference.empty())
-    throw rim::UsageError("--model: without --interference there is nothing to put into it");
+    throw rim::UsageError("--model needs --interference: there is no detector to add");
+  if (!o.robot.empty() && o.interference.empty())
+    throw rim::UsageError("--robot needs --interference");
   if (o.threads > 0)
     ::setenv("RIM_THREADS", std::to_string(o.threads).c_str(), 1);
   const auto start = std::chrono::steady_clock::now();
   rim::AtomicFile file(o.out); // a place that cannot be written is found before the work
   const std::vector<rim::Log> logs = read_logs(o);
   if (!o.interference.empty()) {
-    rim::train_interference(logs, o.interference, o.model, o.out);
+    learn_interference(logs, o);
     return rim::EXIT_FINE;
   }
   const rim::Training training = rim::train(logs, o.train);

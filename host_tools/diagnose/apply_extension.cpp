@@ -15,8 +15,8 @@
 namespace rim::diagnose {
 namespace {
 
-// The log as a table. Unlike make_measured() it keeps features that never change: a term may be
-// gated by one.
+// The log as a table. Unlike make_measured() it asks nothing of sd, which a term does not need: a
+// simulated log may state none, or 0.
 Measured table_of(const Log &log) {
   Measured table;
   const auto rows = log.values.rows();

@@ -71,8 +71,8 @@ std::vector<ChannelFindings> search_all(const Measured &measured, const Measured
   return found;
 }
 
-Finding mean_finding(const Member &member, const Claim &claim, const Channel &channel,
-                     const Measured &measured, const Null &null) {
+Finding mean_finding(const Member &member, const Claim &claim, const std::vector<Term> &terms,
+                     const Channel &channel, const Measured &measured, const Null &null) {
   Finding f;
   f.term = member.term;
   f.given = member.is_given;
@@ -82,7 +82,7 @@ Finding mean_finding(const Member &member, const Claim &claim, const Channel &ch
   f.alternatives = claim.alternatives;
   f.separable = claim.is_separable;
   const Vector effect =
-      mean_effect(member.term, measured, channel.m).cwiseAbs().cwiseQuotient(channel.sd);
+      effect_beside(member.term, terms, channel, measured).cwiseAbs().cwiseQuotient(channel.sd);
   f.acts.resize(measured.rows());
   for (std::size_t i = 0; i < f.acts.size(); ++i)
     f.acts[i] = effect(static_cast<Index>(i)) > kActs ? 1 : 0;
@@ -111,8 +111,12 @@ void add_findings(const ChannelFindings &found, const Channel &channel, const Me
   if (found.flagged.dropout_rows > 0)
     findings->push_back(sensor_finding(channel, TermKind::dropout, found.flagged.dropout,
                                        found.flagged.dropout_rows, found.flagged.dropout_ln, null));
+  std::vector<Term> terms;
+  for (const Member &member : found.members)
+    terms.push_back(member.term);
   for (std::size_t j = 0; j < found.members.size(); ++j)
-    findings->push_back(mean_finding(found.members[j], found.claims[j], channel, measured, null));
+    findings->push_back(
+        mean_finding(found.members[j], found.claims[j], terms, channel, measured, null));
   for (const VarianceClaim &claim : found.variances) {
     Finding f;
     f.term = claim.term;
@@ -186,7 +190,7 @@ public:
 
 private:
   void judge(const std::vector<Term> &terms, const Measured &held, const std::vector<Log> *logs);
-  void judge_horizon(const std::vector<Term> &terms, const Measured &held, std::size_t channel,
+  void judge_horizon(const std::vector<Term> &terms, const Measured &held,
                      const std::vector<Log> *logs);
   void cross_validate();
 
@@ -225,21 +229,26 @@ void Gains::judge(const std::vector<Term> &terms, const Measured &held,
       throw DataError(fmt::format("{}: column 'z.{}' is missing", held.logs.front().path,
                                   measured_.channels[c].name));
     append_judged(terms, held, static_cast<std::size_t>(there), &one_step_[c]);
-    if (options_.horizon_s > 0.0)
-      judge_horizon(terms, held, static_cast<std::size_t>(there), logs);
   }
+  if (options_.horizon_s > 0.0)
+    judge_horizon(terms, held, logs);
 }
 
 // Rolled out where the predictor can; folds of a cross-validation are no whole logs and are not.
-void Gains::judge_horizon(const std::vector<Term> &terms, const Measured &held, std::size_t channel,
+// Either every log or none: where one log cannot be, means over windows are compared in all.
+void Gains::judge_horizon(const std::vector<Term> &terms, const Measured &held,
                           const std::vector<Log> *logs) {
-  Judged *judged = &horizon_[channel];
+  std::vector<Judged> rolled(held.channels.size());
   bool is_rolled = options_.predictor != nullptr && logs != nullptr;
   for (std::size_t l = 0; is_rolled && l < logs->size(); ++l)
-    is_rolled = append_rolled(terms, (*logs)[l], held.channels[channel].name, options_.horizon_s,
-                              *options_.predictor, judged);
-  if (!is_rolled)
-    append_means(terms, held, channel, options_.horizon_s, judged);
+    is_rolled = append_rolled(terms, (*logs)[l], options_.horizon_s, *options_.predictor, &rolled);
+  for (std::size_t c = 0; c < measured_.channels.size(); ++c) {
+    const auto there = static_cast<std::size_t>(held.find_channel(measured_.channels[c].name));
+    if (is_rolled)
+      horizon_[c] = std::move(rolled[there]);
+    else
+      append_means(terms, held, there, options_.horizon_s, &horizon_[c]);
+  }
 }
 
 void Gains::cross_validate() {

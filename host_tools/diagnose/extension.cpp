@@ -34,9 +34,8 @@ constexpr std::array<KindName, 4> kKinds{{{"mean", TermKind::mean},
 // Forms of a mean that have no expression.
 const std::set<std::string> kBuiltIn{"table", "delay",       "delay_reading",
                                      "lag",   "lag_command", "lag_delay"};
-const std::set<std::string> kFunctions{"abs",  "sign", "sin",  "cos",   "tan",
-                                       "asin", "acos", "atan", "atan2", "exp",
-                                       "ln",   "log",  "sqrt", "min",   "max"};
+
+bool is_function(const std::string &name) { return mu::Parser().GetFunDef().count(name) > 0; }
 
 const char *kind_name(TermKind kind) {
   return std::find_if(kKinds.begin(), kKinds.end(),
@@ -315,7 +314,7 @@ void TermReader::read_arguments(Term *term) const {
   for (const auto &[key, value] : *node->as_table()) {
     const std::string name(key.str());
     const std::string feature = read_string(path_, value, "term.arguments." + name);
-    if (!is_identifier(name) || name == "m" || name == "t" || kFunctions.count(name) > 0)
+    if (!is_identifier(name) || name == "m" || name == "t" || is_function(name))
       fail(path_, value, fmt::format("key 'term.arguments': '{}' cannot name an argument", name));
     check_feature(value, term->channel, feature);
     term->arguments[name] = feature;
@@ -546,23 +545,6 @@ void TermReader::check_expression(const Term &term, const std::string &expressio
     names.insert(name);
   for (const Parameter &p : term.shape)
     names.insert(p.name);
-  const auto is_word = [](char c) {
-    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_';
-  };
-  for (std::size_t i = 0; i < expression.size();) {
-    std::size_t end = i;
-    while (end < expression.size() &&
-           (is_word(expression[end]) || (end > i && expression[end] == '.' &&
-                                         std::isdigit(static_cast<unsigned char>(expression[i])))))
-      ++end;
-    const std::string word = expression.substr(i, end - i);
-    const bool is_name = !word.empty() && std::isdigit(static_cast<unsigned char>(word[0])) == 0;
-    const bool is_exponent = is_name && i > 0 && expression[i - 1] == '.'; // of ".5e3"
-    if (is_name && !is_exponent && names.count(word) == 0 && kFunctions.count(word) == 0)
-      refuse(fmt::format("'{}' is neither an argument nor a shape parameter, m, t or a function",
-                         word));
-    i = std::max(end, i + 1);
-  }
   try {
     mu::Parser parser;
     std::map<std::string, double> values;
@@ -574,6 +556,10 @@ void TermReader::check_expression(const Term &term, const std::string &expressio
       values[p.name] = p.value;
     const std::map<std::string, double> before = values;
     parser.SetExpr(expression);
+    for (const auto &[used, value] : parser.GetUsedVar()) {
+      if (names.count(used) == 0)
+        refuse(fmt::format("'{}' is neither an argument nor a shape parameter, m or t", used));
+    }
     (void)parser.Eval();
     if (parser.GetNumResults() != 1 || values != before)
       refuse("must be one value and assign nothing");
@@ -584,8 +570,7 @@ void TermReader::check_expression(const Term &term, const std::string &expressio
 
 void TermReader::check_expressions(const Term &term) const {
   for (const Parameter &p : term.shape) {
-    if (p.name == "m" || p.name == "t" || kFunctions.count(p.name) > 0 ||
-        term.arguments.count(p.name) > 0)
+    if (p.name == "m" || p.name == "t" || is_function(p.name) || term.arguments.count(p.name) > 0)
       fail(path_, *table_->get("shape"),
            fmt::format("shape parameter '{}' has the name of something else", p.name));
   }

@@ -3,9 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "diagnose/flagged.hpp"
-#include "base/rng.h"
+#include "stats/bootstrap.hpp"
 
 namespace rim::diagnose {
 
@@ -14,7 +15,7 @@ namespace {
 using Index = Eigen::Index;
 constexpr std::size_t kUnitsPerLog = 20; // blocks of a log, where logs are few
 constexpr std::size_t kLogsEnough = 6;   // from here on whole logs are resampled
-constexpr int kDraws = 400;
+constexpr std::size_t kDraws = 400;
 
 std::size_t unit_of(const Measured &measured, std::size_t log, std::size_t row_in_log) {
   return measured.logs.size() >= kLogsEnough
@@ -46,14 +47,6 @@ double nll(double z, double m, double sd) {
   return 0.5 * r * r + std::log(2.5066282746310002 * sd);
 }
 
-Interval95 interval(std::vector<double> draws) {
-  std::sort(draws.begin(), draws.end());
-  const auto at = [&](double share) {
-    return draws[static_cast<std::size_t>(share * static_cast<double>(draws.size() - 1))];
-  };
-  return {at(0.025), at(0.975)};
-}
-
 } // namespace
 
 std::vector<std::uint8_t> acting(const std::vector<Term> &terms, const Measured &measured,
@@ -62,10 +55,12 @@ std::vector<std::uint8_t> acting(const std::vector<Term> &terms, const Measured 
   for (const Term &term : terms) {
     if (term.channel != channel.name)
       continue;
-    const Vector size =
-        term.kind == TermKind::variance
-            ? gate_mask(term.gate, measured)
-            : mean_effect(term, measured, channel.m).cwiseAbs().cwiseQuotient(channel.sd).eval();
+    const Vector size = term.kind == TermKind::variance
+                            ? gate_mask(term.gate, measured)
+                            : effect_beside(term, terms, channel, measured)
+                                  .cwiseAbs()
+                                  .cwiseQuotient(channel.sd)
+                                  .eval();
     for (std::size_t i = 0; i < out.size(); ++i)
       if (size(static_cast<Index>(i)) > kActs)
         out[i] = 1;
@@ -202,18 +197,20 @@ std::vector<Gain> summarise(const Judged &judged, const Channel &channel, double
     gain.mpa_before = all.mpa_before / all.n;
     gain.mpa_after = all.mpa_after / all.n;
     gain.ratio = all.ratio();
-    rim_rng rng;
-    rimi_rng_seed(&rng, seed, 77);
-    std::vector<double> ratios, likelihoods;
-    for (int draw = 0; draw < kDraws; ++draw) {
-      Sums sum;
-      for (std::size_t k = 0; k < used.size(); ++k)
-        sum.add(used[rimi_rng_below(&rng, static_cast<std::uint32_t>(used.size()))]);
-      ratios.push_back(sum.ratio());
-      likelihoods.push_back((sum.nll_before - sum.nll_after) / sum.n);
-    }
-    gain.ratio_ci95 = interval(ratios);
-    gain.nll_gain_ci95 = interval(likelihoods);
+    const auto interval = [&](const std::function<double(const Sums &)> &statistic) {
+      const Bootstrapped drawn = bootstrap(used.size(),
+                                           [&](const std::vector<std::size_t> &pick) {
+                                             Sums sum;
+                                             for (const std::size_t k : pick)
+                                               sum.add(used[k]);
+                                             return statistic(sum);
+                                           },
+                                           {kDraws, seed, 77});
+      return Interval95{drawn.low, drawn.high};
+    };
+    gain.ratio_ci95 = interval([](const Sums &sum) { return sum.ratio(); });
+    gain.nll_gain_ci95 =
+        interval([](const Sums &sum) { return (sum.nll_before - sum.nll_after) / sum.n; });
     gain.worse = gain.ratio > 1.02 || (gain.ratio > 1.005 && gain.ratio_ci95.low > 1.0);
     out.push_back(gain);
   }

@@ -6,6 +6,7 @@
 
 #include "diagnose/response.hpp"
 #include "diagnose/roles.hpp"
+#include "stats/robust.hpp"
 #include "util/error.hpp"
 
 namespace rim::diagnose {
@@ -298,9 +299,7 @@ double Builder::row_s() const {
   }
   if (steps.empty())
     return 1.0;
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  return *middle;
+  return median(std::move(steps));
 }
 
 // Delays of whole rows, lags on a geometric grid; both together on a coarse one.

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "stats/robust.hpp"
 #include "util/error.hpp"
 
 namespace rim::diagnose {
@@ -27,19 +28,9 @@ bool is_wrapped(const Eigen::VectorXd &x) {
   return x.maxCoeff() - x.minCoeff() > 0.9 * kTwoPi;
 }
 
-double median(std::vector<double> a) {
-  const auto middle = a.begin() + static_cast<std::ptrdiff_t>(a.size() / 2);
-  std::nth_element(a.begin(), middle, a.end());
-  return *middle;
-}
-
-// From the median of what lies how far from the median: outliers move neither.
 double robust_sd(const Vector &r) {
-  std::vector<double> a(r.data(), r.data() + r.size());
-  const double center = median(a);
-  for (double &value : a)
-    value = std::abs(value - center);
-  return 1.4826 * median(a);
+  const std::vector<double> a(r.data(), r.data() + r.size());
+  return mad_sd(a, median(a));
 }
 
 void check_same_columns(const Log &first, const Log &log) {

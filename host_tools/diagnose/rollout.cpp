@@ -43,7 +43,7 @@ Measured table_with(const Measured &whole, const Log &some, const std::vector<In
   Measured table = whole;
   for (std::size_t f = 0; f < table.features.size(); ++f) {
     const int column = find_column(some, table.features[f].name);
-    if (column < 0) // made by make_measured() from the time
+    if (column < 0)
       continue;
     for (std::size_t i = 0; i < rows.size(); ++i)
       table.x(rows[i], static_cast<Index>(f)) = some.values(static_cast<Index>(i), column);
@@ -68,12 +68,30 @@ Matrix outcomes_of(const std::vector<Term> &terms, const Measured &whole, const 
   return outcome;
 }
 
+// What one channel came to: without and with the terms, from the rows of the start.
+void append_ends(const Measured &whole, std::size_t channel,
+                 const std::vector<std::uint8_t> &inside, const std::vector<Index> &start,
+                 const std::vector<Index> &at_horizon, const Matrix &ends, Judged *judged) {
+  const std::size_t base =
+      judged->unit.empty() ? 0 : 1 + *std::max_element(judged->unit.begin(), judged->unit.end());
+  const Channel &held = whole.channels.at(channel);
+  for (std::size_t i = 0; i < start.size(); ++i) {
+    const auto k = static_cast<Index>(i);
+    judged->z.push_back(held.z(at_horizon[i]));
+    judged->before.push_back(ends(k, 0));
+    judged->after.push_back(ends(k, 1));
+    judged->sd_before.push_back(held.sd(at_horizon[i]));
+    judged->sd_after.push_back(held.sd(at_horizon[i]));
+    judged->inside.push_back(inside[static_cast<std::size_t>(start[i])]);
+    judged->unit.push_back(base + static_cast<std::size_t>(start[i]) * kBlocks / whole.rows());
+  }
+}
+
 } // namespace
 
-bool append_rolled(const std::vector<Term> &terms, const Log &log, const std::string &channel,
-                   double horizon_s, const world::Predictor &predictor, Judged *judged) {
+bool append_rolled(const std::vector<Term> &terms, const Log &log, double horizon_s,
+                   const world::Predictor &predictor, std::vector<Judged> *judged) {
   const Measured whole = make_measured({log}, nullptr, true);
-  const auto c = static_cast<Index>(whole.find_channel(channel));
   const auto steps =
       static_cast<std::size_t>(std::max(1L, std::lround(horizon_s / predictor.step_s())));
   const std::vector<Index> later = rows_one_step_later(log, predictor.step_s());
@@ -101,20 +119,12 @@ bool append_rolled(const std::vector<Term> &terms, const Log &log, const std::st
       now = std::move(next);
     }
   }
-  const std::vector<std::uint8_t> inside =
-      acting(terms, whole, whole.channels[static_cast<std::size_t>(c)]);
-  const std::size_t base =
-      judged->unit.empty() ? 0 : 1 + *std::max_element(judged->unit.begin(), judged->unit.end());
-  const auto &held = whole.channels.at(static_cast<std::size_t>(c));
-  for (std::size_t i = 0; i < rows[0].size(); ++i) {
-    const auto k = static_cast<Index>(i);
-    judged->z.push_back(held.z(rows[steps - 1][i]));
-    judged->before.push_back(end[0](k, c));
-    judged->after.push_back(end[1](k, c));
-    judged->sd_before.push_back(held.sd(rows[steps - 1][i]));
-    judged->sd_after.push_back(held.sd(rows[steps - 1][i]));
-    judged->inside.push_back(inside[static_cast<std::size_t>(rows[0][i])]);
-    judged->unit.push_back(base + static_cast<std::size_t>(rows[0][i]) * kBlocks / whole.rows());
+  for (std::size_t c = 0; c < whole.channels.size(); ++c) {
+    const Matrix ends = (Matrix(end[0].rows(), 2) << end[0].col(static_cast<Index>(c)),
+                         end[1].col(static_cast<Index>(c)))
+                            .finished();
+    append_ends(whole, c, acting(terms, whole, whole.channels[c]), rows.front(), rows.back(), ends,
+                &judged->at(c));
   }
   return true;
 }

@@ -13,11 +13,12 @@
 namespace rim::diagnose {
 
 // Every row of `log` (as the predictor made it) from which the steps to the horizon follow without
-// a gap is rolled out, all rows side by side; judged: measured outcome at the horizon beside what
-// is predicted without and with the terms. Units are twentieths of the log; inside: some term acts
-// on the row of the start. False where the simulation cannot be rolled out. O(steps x (rows x
-// terms + the predictor's advance())).
-bool append_rolled(const std::vector<Term> &terms, const Log &log, const std::string &channel,
-                   double horizon_s, const world::Predictor &predictor, Judged *judged);
+// a gap is rolled out, all rows and channels side by side. judged, one per channel of the log:
+// the measured outcome at the horizon beside what is predicted without and with the terms. Units
+// are twentieths of the log; inside: some term acts on the row of the start. False, with `judged`
+// as it was, where the simulation cannot be rolled out. O(steps x (rows x terms + the predictor's
+// advance())).
+bool append_rolled(const std::vector<Term> &terms, const Log &log, double horizon_s,
+                   const world::Predictor &predictor, std::vector<Judged> *judged);
 
 } // namespace rim::diagnose

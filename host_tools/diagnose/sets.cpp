@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "diagnose/sets.hpp"
+#include "stats/robust.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -26,14 +27,6 @@ constexpr std::size_t kMostLag = 200;
 // Sizes by log: of so many logs at most, and of sets that are not hopelessly behind.
 constexpr std::size_t kMostLogs = 40;
 constexpr double kMostBehind = 400.0;
-
-double median(std::vector<double> a) {
-  if (a.empty())
-    return 0.0;
-  const auto middle = a.begin() + static_cast<std::ptrdiff_t>(a.size() / 2);
-  std::nth_element(a.begin(), middle, a.end());
-  return *middle;
-}
 
 Vector cut(const Vector &left, const Vector &weight) {
   std::vector<double> size;

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <muParser.h>
 
+#include "stats/robust.hpp"
 #include "util/error.hpp"
 
 namespace rim::diagnose {
@@ -40,11 +41,7 @@ double median_step(const LogSpan &log, const Measured &measured) {
   std::vector<double> steps;
   for (std::size_t i = log.first + 1; i < log.first + log.rows; ++i)
     steps.push_back(measured.elapsed_s[i] - measured.elapsed_s[i - 1]);
-  if (steps.empty())
-    return 0.0;
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  return *middle;
+  return median(std::move(steps));
 }
 
 // The value of a moment earlier in the same log, between two rows by a straight line; the log's
@@ -427,13 +424,31 @@ std::string gate_text(const Gate &gate) {
   return gate.is_ellipse && gate.features.size() > 1 ? "the ellipse " + text : text;
 }
 
-Prediction extended_prediction(const std::vector<Term> &terms, const Channel &channel,
-                               const Measured &measured) {
-  Prediction out{channel.m, channel.sd};
+namespace {
+
+// The prediction that the channel's delays and lags make.
+Vector moved_prediction(const std::vector<Term> &terms, const Channel &channel,
+                        const Measured &measured) {
+  Vector m = channel.m;
   for (const Term &term : terms) {
     if (term.channel == channel.name && moves_prediction(term))
-      out.m += mean_effect(term, measured, channel.m);
+      m += mean_effect(term, measured, channel.m);
   }
+  return m;
+}
+
+} // namespace
+
+Vector effect_beside(const Term &term, const std::vector<Term> &terms, const Channel &channel,
+                     const Measured &measured) {
+  return mean_effect(term, measured,
+                     moves_prediction(term) ? channel.m
+                                            : moved_prediction(terms, channel, measured));
+}
+
+Prediction extended_prediction(const std::vector<Term> &terms, const Channel &channel,
+                               const Measured &measured) {
+  Prediction out{moved_prediction(terms, channel, measured), channel.sd};
   const Vector seen = out.m;
   for (const Term &term : terms) {
     if (term.channel != channel.name)

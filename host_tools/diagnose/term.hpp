@@ -107,6 +107,12 @@ bool moves_prediction(const Term &term);
 // What the term adds to m, in the channel's unit; zero for other kinds.
 Vector mean_effect(const Term &term, const Measured &measured, const Vector &m);
 
+// What the term adds beside `terms`, of which it may be one: a delay or lag acts on m, the others
+// on the prediction that the channel's delays and lags make (extended_prediction). Zero for other
+// kinds.
+Vector effect_beside(const Term &term, const std::vector<Term> &terms, const Channel &channel,
+                     const Measured &measured);
+
 // "-0.0021 * v * |v|, v = speed": sizes put in, arguments by their plain names.
 std::string expression_text(const Term &term);
 // "altitude 12.1 to 38.4 km and speed ...": empty when everywhere.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "stats/robust.hpp"
 #include "util/error.hpp"
 
 namespace rim {
@@ -88,9 +89,7 @@ double median_period_s(const std::vector<Log> &logs) {
   }
   if (periods.empty())
     throw DataError("the logs have fewer than two rows");
-  const auto middle = periods.begin() + static_cast<std::ptrdiff_t>(periods.size() / 2);
-  std::nth_element(periods.begin(), middle, periods.end());
-  return *middle;
+  return median(std::move(periods));
 }
 
 } // namespace rim

@@ -146,6 +146,28 @@ bool LcmEventReader::next(LcmEvent &event) {
   return false;
 }
 
+namespace {
+
+// What a schema says of the columns of a file has no meaning for messages, whose values have the
+// names that 'observation' gives: said, rather than silently ignored.
+void refuse_unused(const std::string &path, const Schema *schema) {
+  if (schema == nullptr)
+    return;
+  const ColumnMap time = Schema().time;
+  const char *unused = !schema->columns.empty()  ? "[[column]]"
+                       : !schema->keep.empty()   ? "[[keep]]"
+                       : !schema->derive.empty() ? "[[derive]]"
+                       : schema->time.from != time.from || schema->time.scale != time.scale ||
+                               schema->time.offset != time.offset
+                           ? "[time]"
+                           : nullptr;
+  if (unused != nullptr)
+    throw DataError(path + ": " + schema->path + ": " + unused +
+                    " does not apply to an LCM event log, only 'observation' and resampling do");
+}
+
+} // namespace
+
 Log read_lcm_log(const std::string &path, std::string_view bytes, const Schema *schema,
                  const ReadOptions &options) {
   const bool named = schema != nullptr && !schema->observation.empty();
@@ -153,6 +175,7 @@ Log read_lcm_log(const std::string &path, std::string_view bytes, const Schema *
   if (names.empty())
     throw DataError(path + ": an LCM event log carries no names: give a model, or a schema with "
                            "'observation'");
+  refuse_unused(path, schema);
   LcmLogReader reader(path, names, options.skip_bad_time);
   LcmEventReader events(bytes);
   LcmEvent event;

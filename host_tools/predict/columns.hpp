@@ -36,7 +36,4 @@ private:
 // Columns of an outcome in a log of predictions ("speed_mps"). DataError where one is missing.
 OutcomeColumns outcome_columns(const Log &log, const std::string &name);
 
-// Median of the absolute values over that of a standard normal variable; 0 for none.
-double robust_sd(std::vector<double> values);
-
 } // namespace rim::world

@@ -6,8 +6,9 @@
 #include <cmath>
 #include <optional>
 
-#include "util/error.hpp"
 #include "predict/columns.hpp"
+#include "stats/robust.hpp"
+#include "util/error.hpp"
 
 namespace rim::world {
 
@@ -49,14 +50,6 @@ struct Flight {
   }
   double step_m(std::size_t row) const { return step < 0 ? usual_step_m : value(row, step); }
 };
-
-double median(std::vector<double> values) {
-  if (values.empty())
-    return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 Flight::Flight(const Log &source) : log(source) {
   speed = needed_column(log, "s.speed_mps", kWho);

@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "util/error.hpp"
+#include "predict/columns.hpp"
 #include "predict/falcon_fall.hpp"
 #include "predict/lander_predict.hpp"
-#include "predict/columns.hpp"
 #include "predict/unicycle.hpp"
+#include "util/error.hpp"
 
 namespace rim::world {
 
@@ -19,7 +19,7 @@ std::unique_ptr<Predictor> make_world_predictor(const std::string &world) {
     return std::make_unique<Unicycle>();
   if (world == "lander")
     return std::make_unique<LanderPredictor>();
-  throw UsageError("--world " + world + ": there are lander, falcon and unicycle");
+  throw UsageError("--world: unknown world '" + world + "' (lander, falcon, unicycle)");
 }
 
 int needed_column(const Log &log, const std::string &name, const std::string &who) {
@@ -69,16 +69,6 @@ OutcomeColumns outcome_columns(const Log &log, const std::string &name) {
   return {needed_column(log, "z." + name, "a roll-out"),
           needed_column(log, "m." + name, "a roll-out"),
           needed_column(log, "sd." + name, "a roll-out")};
-}
-
-double robust_sd(std::vector<double> values) {
-  if (values.empty())
-    return 0.0;
-  for (double &value : values)
-    value = std::fabs(value);
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle / 0.6745;
 }
 
 } // namespace rim::world

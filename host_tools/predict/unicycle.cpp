@@ -4,8 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "util/error.hpp"
 #include "predict/columns.hpp"
+#include "stats/robust.hpp"
+#include "util/error.hpp"
 
 namespace rim::world {
 
@@ -80,7 +81,8 @@ void fill_sd(Log *log, const OutcomeColumns &c) {
       bends.push_back(log->values(r, c.z) - 2.0 * log->values(r - 1, c.z) +
                       log->values(r - 2, c.z));
   }
-  log->values.col(c.sd).setConstant(std::max(kLeastSd, robust_sd(std::move(bends)) / std::sqrt(6)));
+  log->values.col(c.sd).setConstant(
+      std::max(kLeastSd, mad_sd(std::move(bends), 0.0) / std::sqrt(6)));
 }
 
 } // namespace

@@ -7,7 +7,9 @@
 #include <fmt/format.h>
 
 #include "bus/jsonl.hpp"
+#include "log/labels.hpp"
 #include "util/error.hpp"
+#include "util/gnuplot.hpp"
 
 namespace rim {
 
@@ -43,7 +45,7 @@ ReplayOutputs::ReplayOutputs(const OutputPaths &paths, const Replayer &replayer)
   if (!paths.lcm_url.empty())
     lcm_ = std::make_unique<LcmBus>(paths.lcm_url);
   if (labels_)
-    labels_->write("log,row,finding\n");
+    labels_->write(labels_header());
   if (trace_)
     trace_->write("# " + paths.made_by + "\nt_s,ln_anom,threshold,score,level,log\n");
   if (!plot_path_.empty())
@@ -88,10 +90,8 @@ void ReplayOutputs::end(const ReplayedLog &log) {
   if (!traces_.empty() && first.state != RIM_ALARM_NONE)
     traces_.back().sentence =
         first.channels > 0 ? names_.outcome(first.channel[0]).words : std::string("motion");
-  if (labels_) {
-    for (std::size_t i = 0; i < log.finding.size(); ++i)
-      labels_->write(fmt::format("{},{},{}\n", log.path, i + 1, log.finding[i]));
-  }
+  if (labels_)
+    labels_->write(labels_text(log.labels));
   if (!lcm_)
     return;
   rim_health_message health = {};

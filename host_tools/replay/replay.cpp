@@ -7,9 +7,9 @@
 
 #include <fmt/format.h>
 
-#include "bus/sentence.hpp"
 #include "base/crc.h"
 #include "base/real.h"
+#include "bus/sentence.hpp"
 #include "util/error.hpp"
 #include "rim/image.h"
 #include "search/select.h"
@@ -191,7 +191,7 @@ void Replayer::finish(const Log &log, const Matrix &context, const ReplayOptions
   result->alarm_score = rimi_monitor_threshold(monitor)->alarm_score;
   if (!options.label)
     return;
-  result->finding.assign(log.rows_in_file, 0);
+  result->labels = unlabelled(log);
   const bool stands =
       result->last.state == RIM_ALARM_RAISED || result->last.state == RIM_ALARM_UPDATED;
   if (!stands)
@@ -205,7 +205,7 @@ void Replayer::finish(const Log &log, const Matrix &context, const ReplayOptions
     if (i > 0 && log.row[i] > log.row[i - 1] && log.t_s[i] - log.t_s[i - 1] <= options.hold_s)
       from = log.row[i - 1] + 1; // file rows that the grid stepped over
     for (std::uint32_t row = std::max(from, 1u); row <= to; ++row)
-      result->finding[row - 1] = 1;
+      result->labels.finding[row - 1] = 1;
   }
 }
 

@@ -9,11 +9,12 @@
 #include <string>
 #include <vector>
 
+#include "image/flight_image.hpp"
 #include "image/names.hpp"
+#include "log/labels.hpp"
 #include "log/log.hpp"
 #include "log/schema.hpp"
 #include "train/external_residuals.hpp"
-#include "image/flight_image.hpp"
 
 namespace rim {
 
@@ -33,18 +34,18 @@ struct ReplayedLog : Found {
   std::uint32_t rows = 0;                                              // offered to the monitor
   double duration_s = 0.0;
   rim_monitor_health health{};
-  std::uint32_t blocks = 0;     // examined
-  double image_period_s = 0.0;  // rows as the image wants them
+  std::uint32_t blocks = 0;          // examined
+  double image_period_s = 0.0;       // rows as the image wants them
   rim_alarm_status alarms{};         // how they stand at the end
   bool watches_interference = false; // the image has that detector
   Found interference;
-  double score = 0.0;                 // largest that was held for as many blocks as an alarm needs
-  double alarm_score = 0.0;           // at which an alarm is raised
-  std::vector<std::uint32_t> finding; // per data row of the file, from 1; empty unless asked for
+  double score = 0.0;       // largest that was held for as many blocks as an alarm needs
+  double alarm_score = 0.0; // at which an alarm is raised
+  LabelledLog labels;       // of every row of the file; empty unless asked for
 };
 
 struct ReplayOptions {
-  bool label = false;  // fill ReplayedLog::finding
+  bool label = false;  // fill ReplayedLog::labels
   double hold_s = 0.0; // resampled logs: file rows up to so long before a row share its label
   std::uint8_t flags = RIM_ALARM_FLAG_REPLAY; // set in every record
   // Given every record in the order in which it leaves, also those of a silence in the log: what

@@ -45,6 +45,13 @@ Bin bin_of(const Vector &x, const Vector &y, const std::size_t *first, const std
   return bin;
 }
 
+std::vector<Term> terms_of(const Diagnosis &diagnosis) {
+  std::vector<Term> terms;
+  for (const Finding &finding : diagnosis.findings)
+    terms.push_back(finding.term);
+  return terms;
+}
+
 // Whether an expression names the identifier.
 bool mentions(const std::string &expression, char name) {
   const auto is_word = [](char c) {
@@ -69,9 +76,11 @@ std::string plain_cause(const std::string &cause) {
 std::string feature_text(const std::string &name) {
   if (name == kTime)
     return "time since the log began";
-  const std::size_t ago = name.find('@');
-  if (ago != std::string::npos)
-    return feature_text(name.substr(0, ago)) + " of " + name.substr(ago + 1) + " s ago";
+  const std::size_t at_suffix = name.find_first_of("@~");
+  if (at_suffix != std::string::npos)
+    return feature_text(name.substr(0, at_suffix)) +
+           (name[at_suffix] == '@' ? " of " + name.substr(at_suffix + 1) + " s ago"
+                                   : " lagged by " + name.substr(at_suffix + 1) + " s");
   const std::string plain = plain_name(name);
   const bool says_so = plain.rfind("cmd", 0) == 0 || plain.rfind("command", 0) == 0;
   return (name.rfind("u.", 0) == 0 && !says_so ? "commanded " : "") + plain;
@@ -116,13 +125,14 @@ Quantity quantity_of(const std::string &name, const View &view) {
   if (name == kTime)
     return {name, feature_text(name) + " (s)",
             Eigen::Map<const Vector>(t.elapsed_s.data(), at(t.elapsed_s.size()))};
-  const int f = t.find_feature(name.substr(0, name.find('@')));
+  const int f = t.find_feature(base_feature(name));
   std::string unit = f < 0 ? "" : t.features[static_cast<std::size_t>(f)].unit;
   unit = unit.empty() ? "" : " (" + unit + ")";
   try {
     return {name, feature_text(name) + unit, feature_column(t, name)};
   } catch (const DataError &) {
-    return {name, feature_text(name), Vector::Zero(at(t.rows()))};
+    return {name, feature_text(name) + " (not in these logs, drawn as 0)",
+            Vector::Zero(at(t.rows()))};
   }
 }
 
@@ -241,23 +251,24 @@ std::vector<std::pair<double, double>> outline(const Gate &gate, std::size_t i, 
   return points;
 }
 
-bool is_dynamic(const Term &term) {
-  return term.kind == TermKind::mean && term.basis.empty() && term.form != "table";
-}
-
 Vector effect_of(const Finding &finding, const View &view) {
   if (finding.term.kind != TermKind::mean)
     return Vector::Zero(view.channel->m.size());
   try {
-    Vector m = view.channel->m;
-    for (const Finding &other : view.diagnosis->findings) {
-      if (other.term.channel == view.channel->name && is_dynamic(other.term) &&
-          !is_dynamic(finding.term))
-        m += mean_effect(other.term, *view.measured, view.channel->m);
-    }
-    return mean_effect(finding.term, *view.measured, m);
+    return effect_beside(finding.term, terms_of(*view.diagnosis), *view.channel, *view.measured);
   } catch (const DataError &) {
-    return view.m_after - view.channel->m; // a report is not lost for a picture's sake
+    return view.m_after - view.channel->m; // effect_problem() says so
+  }
+}
+
+std::string effect_problem(const Finding &finding, const View &view) {
+  if (finding.term.kind != TermKind::mean)
+    return "";
+  try {
+    (void)effect_beside(finding.term, terms_of(*view.diagnosis), *view.channel, *view.measured);
+    return "";
+  } catch (const DataError &error) {
+    return error.what();
   }
 }
 

@@ -74,11 +74,11 @@ struct Share {
   Vector m_without, sd_without, without, with;
 };
 Share share_of(const Finding &finding, const View &view, const Vector &effect);
-// Whether the term is a delay or a lag: without expression, and what follows it sees its effect as
-// part of the prediction.
-bool is_dynamic(const Term &term);
-// What the finding adds to m; zero for sensor and variance terms.
+// What the finding adds to m beside the others; zero for sensor and variance terms. Where it cannot
+// be computed: what all terms of the channel add.
 Vector effect_of(const Finding &finding, const View &view);
+// Why it cannot be computed, for the reader; empty where it can.
+std::string effect_problem(const Finding &finding, const View &view);
 // The argument along which the finding's effect changes most; kTime when it has none.
 std::string telling_argument(const Finding &finding, const View &view, const Vector &effect);
 

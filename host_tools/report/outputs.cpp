@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "diagnose/extension.hpp"
+#include "log/labels.hpp"
 #include "report/output_folder.hpp"
 
 namespace rim::diagnose {
@@ -187,23 +188,10 @@ Json channels_json(const Diagnosis &diagnosis, const Measured &measured) {
   return list;
 }
 
-// A path may hold what CSV gives a meaning.
-std::string csv_field(const std::string &text) {
-  if (text.find_first_of(",\"\r\n") == std::string::npos)
-    return text;
-  std::string out = "\"";
-  for (const char letter : text) {
-    out += letter;
-    if (letter == '"')
-      out += letter;
-  }
-  return out + "\"";
-}
-
-int label_of(const Diagnosis &diagnosis, std::size_t row) {
+std::uint32_t label_of(const Diagnosis &diagnosis, std::size_t row) {
   for (const Finding &finding : diagnosis.findings) {
     if (row < finding.acts.size() && finding.acts[row] != 0)
-      return finding.number;
+      return static_cast<std::uint32_t>(finding.number);
   }
   return 0;
 }
@@ -244,18 +232,18 @@ std::string diagnosis_json(const Diagnosis &diagnosis, const Measured &measured)
 }
 
 std::string labels_csv(const Diagnosis &diagnosis, const Measured &measured) {
-  std::string text = "log,row,finding\n";
+  std::string text = labels_header();
   for (const LogSpan &log : measured.logs) {
-    std::vector<int> label(log.rows_in_file, 0);
+    LabelledLog labels{log.path, std::vector<double>(log.rows_in_file, std::nan("")),
+                       std::vector<std::uint32_t>(log.rows_in_file, 0)};
     for (std::size_t i = log.first; i < log.first + log.rows; ++i) {
       const std::uint32_t row = measured.row[i];
-      if (row >= 1 && row <= log.rows_in_file)
-        label[row - 1] = label_of(diagnosis, i);
+      if (row < 1 || row > log.rows_in_file)
+        continue;
+      labels.t_s[row - 1] = measured.t_s[i];
+      labels.finding[row - 1] = label_of(diagnosis, i);
     }
-    const std::string name = csv_field(log.path);
-    for (std::size_t row = 0; row < label.size(); ++row) {
-      text += name + "," + std::to_string(row + 1) + "," + std::to_string(label[row]) + "\n";
-    }
+    text += labels_text(labels);
   }
   return text;
 }

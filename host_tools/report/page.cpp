@@ -4,10 +4,10 @@
 
 #include <fmt/format.h>
 
+#include "log/log.hpp"
 #include "report/outputs.hpp"
 #include "report/parts.hpp"
 #include "report/pictures.hpp"
-#include "log/log.hpp"
 
 namespace rim::diagnose {
 
@@ -128,6 +128,10 @@ std::string card(const Finding &f, const Diagnosis &d, const Measured &t) {
   text += "<div class=\"pair\">\n<div><h3>Where</h3>\n" + where_table(f, view) + "</div>\n";
   if (!parameters.empty())
     text += "<div><h3>How much</h3>\n" + parameters + "</div>\n";
+  const std::string problem = effect_problem(f, view);
+  if (!problem.empty())
+    text += "<p>The effect of this finding alone cannot be computed (" + escape(problem) +
+            "): the pictures show what all findings of the channel add.</p>\n";
   return text + "</div>\n" + numbers_of(f) + pictures(f, view) +
          (f.term.kind == TermKind::mean || !f.alternatives.empty() || !f.separable
               ? "<h3>Causes, ranked</h3>\n" + causes_table(f)

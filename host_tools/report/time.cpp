@@ -5,8 +5,9 @@
 
 #include <fmt/format.h>
 
-#include "report/pictures.hpp"
 #include "log/log.hpp"
+#include "report/pictures.hpp"
+#include "stats/robust.hpp"
 
 namespace rim::diagnose::report {
 
@@ -31,8 +32,7 @@ double gap_of(const Vector &t) {
     steps.push_back(t(i) - t(i - 1));
   if (steps.empty())
     return INFINITY;
-  std::nth_element(steps.begin(), steps.begin() + at(steps.size() / 2), steps.end());
-  return 5.0 * steps[steps.size() / 2];
+  return 5.0 * median(std::move(steps));
 }
 
 // A line over time, parted where rows are missing.
@@ -113,7 +113,8 @@ struct Scene {
 Scene scene_of(const Finding &finding, const View &view) {
   Scene s;
   const Vector effect = effect_of(finding, view);
-  s.stretch = telling_stretch(finding, view, effect, is_dynamic(finding.term) ? kQuick : kStretch);
+  s.stretch =
+      telling_stretch(finding, view, effect, moves_prediction(finding.term) ? kQuick : kStretch);
   if (s.stretch.rows < 2)
     return s;
   s.share = share_of(finding, view, effect);
@@ -125,7 +126,7 @@ Scene scene_of(const Finding &finding, const View &view) {
   s.sd_with = part(view.sd_after, s.stretch);
   s.without = s.z - part(s.share.m_without, s.stretch);
   s.with = s.z - s.after;
-  s.width = is_dynamic(finding.term) ? 1 : std::max<std::size_t>(5, s.stretch.rows / 40) | 1u;
+  s.width = moves_prediction(finding.term) ? 1 : std::max<std::size_t>(5, s.stretch.rows / 40) | 1u;
   std::vector<double> levels, residuals;
   for (const Vector &v : {s.z, s.m, s.after})
     append(levels, v);

@@ -6,6 +6,7 @@
 #include <memory>
 #include <numeric>
 
+#include "stats/conformal.hpp"
 #include "util/error.hpp"
 #include "util/parallel_for.hpp"
 #include "util/progress.hpp"
@@ -17,11 +18,9 @@ extern "C" {
 namespace rim {
 
 Promise promise_for(std::size_t runs, double false_alarm) {
-  const double n = static_cast<double>(runs);
-  const double wished = std::ceil((n + 1.0) * (1.0 - false_alarm) - 1e-9);
   Promise promise;
-  promise.rank = static_cast<std::uint32_t>(std::clamp(wished, 1.0, n));
-  promise.rate = (n + 1.0 - promise.rank) / (n + 1.0);
+  promise.rank = static_cast<std::uint32_t>(std::min(runs, conformal_rank(runs, false_alarm)));
+  promise.rate = conformal_rate(runs, promise.rank);
   return promise;
 }
 

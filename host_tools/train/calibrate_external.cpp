@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "base/rng.h"
+#include "stats/robust.hpp"
 #include "train/external_table.hpp"
 #include "util/error.hpp"
 #include "util/parallel_for.hpp"
@@ -15,16 +16,6 @@
 namespace rim {
 
 namespace {
-
-// 1.4826 median |x|: the standard deviation of a Gaussian about zero, blind to the outliers that a
-// region of inaccurate modeling would make.
-double robust_sd(std::vector<double> x) {
-  for (double &v : x)
-    v = std::abs(v);
-  const auto middle = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
-  std::nth_element(x.begin(), middle, x.end());
-  return 1.4826 * *middle;
-}
 
 Eigen::VectorXd column_of(const Log &log, const std::string &name) {
   const int c = find_column(log, name);
@@ -91,7 +82,7 @@ ExternalRows external_rows(const Log &log, const Layout &layout) {
       continue;
     }
     const Eigen::VectorXd residual = rows.outcome.col(o) - rows.mean.col(o);
-    const double sd = robust_sd({residual.data(), residual.data() + residual.size()});
+    const double sd = mad_sd({residual.data(), residual.data() + residual.size()}, 0.0);
     if (!(sd > 0.0)) {
       throw DataError(log.path + ": column '" + name +
                       "': its standard deviation cannot be estimated: half of the residuals are 0; "

@@ -10,6 +10,7 @@
 
 #include "search/select.h"
 #include "monitor/inspect.h"
+#include "stats/robust.hpp"
 
 namespace rim {
 
@@ -26,22 +27,7 @@ constexpr double kMeanNats = 2.0; // of a mean, beside its size
 constexpr double kTermNats = 4.0; // of any other term, beside its sizes and what it chooses from
 constexpr double kOffsetSd = 2.0; // offsets this many standard errors wide are believed
 
-double median(std::vector<double> x) {
-  const auto middle = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
-  std::nth_element(x.begin(), middle, x.end());
-  return *middle;
-}
-
-double robust_sd_about(const std::vector<double> &x, double centre) {
-  std::vector<double> off;
-  for (const double v : x)
-    off.push_back(std::abs(v - centre));
-  return 1.4826 * median(std::move(off));
-}
-
-double logistic(double x) {
-  return 1.0 / (1.0 + std::exp(-x));
-}
+double logistic(double x) { return 1.0 / (1.0 + std::exp(-x)); }
 
 // Gain of r = w + v with the best scale, by the Kalman filter of one state.
 ResidualNoise weighed(const Series &series, double share, double keeps) {
@@ -120,7 +106,7 @@ void clip(Series *series) {
   std::vector<double> all;
   for (const std::vector<double> &log : *series)
     all.insert(all.end(), log.begin(), log.end());
-  const double most = kClip * std::max(1.0, robust_sd_about(all, 0.0));
+  const double most = kClip * std::max(1.0, mad_sd(all, 0.0));
   for (std::vector<double> &log : *series) {
     for (double &r : log)
       r = std::clamp(r, -most, most);
@@ -287,9 +273,7 @@ double longest(const Series &series) {
   return static_cast<double>(rows);
 }
 
-bool is_white(const ResidualNoise &noise) {
-  return noise.share <= 0.0 && noise.scale <= 1.0;
-}
+bool is_white(const ResidualNoise &noise) { return noise.share <= 0.0 && noise.scale <= 1.0; }
 
 // One outcome of one log without the term of whatever kind that explains most, if noise does not
 // explain it as well.
@@ -299,8 +283,8 @@ bool take_out_term(const RegionSearch &search, const Matrix &unit, std::size_t l
   constexpr std::size_t kinds = 5;
   std::vector<double> candidate[kinds] = {before, before, before, before, before};
   const double cost[kinds] = {search.take_out(outcome, unit, &candidate[0]),
-                          take_out_feature(unit, line_over, &candidate[1]),
-                          take_out_feature(unit, table_over, &candidate[2]),
+                              take_out_feature(unit, line_over, &candidate[1]),
+                              take_out_feature(unit, table_over, &candidate[2]),
                               take_out_since(&candidate[3]), take_out_mean(&candidate[4])};
   double best = ln_likelihood(*series, *noise);
   ResidualNoise rest = *noise;
@@ -355,7 +339,7 @@ double offset_sd_of(const Series &raw, const ResidualNoise &noise) {
     error = std::max(error, 1.5708 * std::max(1.0, noise.inflation(n)) / n); // of a median
   }
   const auto n = static_cast<double>(means.size());
-  const double spread = robust_sd_about(means, median(means)) * n / (n - 0.8);
+  const double spread = mad_sd(means, median(means)) * n / (n - 0.8);
   // The robust spread of n has a relative standard error of 1.17 / sqrt n.
   const double chance = std::sqrt(error) * (1.0 + kOffsetSd * 1.17 / std::sqrt(n));
   return spread > chance ? std::sqrt(spread * spread - error) : 0.0;
@@ -425,8 +409,8 @@ std::string residuals_sentence(const std::vector<ResidualTest> &tests,
     if (test.noise.scale > (test.noise.share > 0.0 ? 1.1 : 1.0)) // fitted along, it is never 1
       why.push_back(fmt::format("scatter {:.2f} times the stated sd", std::sqrt(test.noise.scale)));
     if (test.offset_sd > 0.0)
-      why.push_back(fmt::format("have an offset of their own in every log ({:.2g} sd)",
-                                test.offset_sd));
+      why.push_back(
+          fmt::format("have an offset of their own in every log ({:.2g} sd)", test.offset_sd));
     found.push_back(fmt::format("those of '{}' {}, so {:.1f} times the evidence is asked of them",
                                 outcomes[o], listed(why), test.inflation));
   }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "stats/robust.hpp"
 #include "util/error.hpp"
 
 namespace rim {
@@ -153,13 +154,7 @@ std::vector<double> white_noise(const Matrix &series, const std::vector<std::uin
         size.push_back(std::abs(series(r, j) - 2.0 * series(r - 1, j) + series(r - 2, j)));
       }
     }
-    double sd = 0.0;
-    if (!size.empty()) {
-      const auto middle = size.begin() + static_cast<std::ptrdiff_t>(size.size() / 2);
-      std::nth_element(size.begin(), middle, size.end());
-      sd = *middle * median_to_sd / std::sqrt(6.0);
-    }
-    out.push_back(sd);
+    out.push_back(median(std::move(size)) * median_to_sd / std::sqrt(6.0));
   }
   return out;
 }

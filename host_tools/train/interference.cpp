@@ -506,7 +506,7 @@ InterferenceRun interference_run(const Log &log, const rim_wheels *wheels) {
   if (speed < 0)
     speed = find_column(log, "z.vx_mps");
   int encoder[4] = {0};
-  bool has_encoders = wheels != nullptr;
+  bool has_encoders = true;
   for (int w = 0; w < 4; ++w) {
     encoder[w] = find_column(log, fmt::format("s.enc{}_ticks", w + 1));
     has_encoders = has_encoders && encoder[w] >= 0;
@@ -514,6 +514,9 @@ InterferenceRun interference_run(const Log &log, const rim_wheels *wheels) {
   if (speed < 0 && !has_encoders)
     throw DataError(log.path + ": no speed: column 's.vx_mps', 'z.vx_mps' or 's.enc1_ticks' to "
                                "'s.enc4_ticks'");
+  if (speed < 0 && wheels == nullptr)
+    throw DataError(log.path + ": the speed is given as encoder counters: whose wheels they count "
+                               "is not known (--robot)");
   std::uint32_t before[4] = {0}, now[4] = {0};
   for (std::size_t i = 0; i < log.t_s.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);

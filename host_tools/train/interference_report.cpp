@@ -7,13 +7,11 @@
 #include <filesystem>
 #include <optional>
 
-#include "rim/monitor.h"
 #include "image/flight_image.hpp"
+#include "rim/monitor.h"
 #include "util/atomic_file.hpp"
-#include "util/data_path.hpp"
 #include "util/error.hpp"
 #include "util/parallel_for.hpp"
-#include "world/cobot.hpp"
 #include "rim/image.h"
 #include "interference/detector.h"
 
@@ -94,17 +92,14 @@ std::vector<std::uint8_t> with_interference(const LoadedImage &image,
 }
 
 void train_interference(const std::vector<Log> &logs, const std::string &labels,
-                        const std::string &model, const std::string &out) {
+                        const rim_wheels *wheels, const std::string &model,
+                        const std::string &out) {
   std::optional<LoadedImage> flight; // found before the work
   if (!model.empty())
     flight.emplace(load_image(model));
-  world::CobotParams params;
-  world::CobotMap map;
-  world::read_cobot(data_path("cobot.toml"), "", &params, &map);
-  const world::Cobot cobot(params, map, {}, 1, 1);
   std::vector<InterferenceRun> runs;
   for (const Log &log : logs)
-    runs.push_back(interference_run(log, &cobot.wheels()));
+    runs.push_back(interference_run(log, wheels));
   add_labels(labels, &runs);
   const InterferenceTrainer trainer(runs, {});
   const InterferenceTraining t = trainer.train(runs.size());

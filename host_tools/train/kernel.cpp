@@ -8,6 +8,7 @@
 #include <nanoflann.hpp>
 
 #include "image/nominal.h"
+#include "stats/robust.hpp"
 #include "train/fit_gate.hpp"
 #include "util/parallel_for.hpp"
 
@@ -136,9 +137,7 @@ double PlainKernel::spacing() const {
   if (distance.empty()) {
     return 1.0;
   }
-  const auto middle = distance.begin() + static_cast<std::ptrdiff_t>(distance.size() / 2);
-  std::nth_element(distance.begin(), middle, distance.end());
-  return std::max(*middle, 1e-6);
+  return std::max(median(std::move(distance)), 1e-6);
 }
 
 void PlainKernel::predict(const double *x, std::uint32_t without_run,

@@ -11,8 +11,6 @@ namespace rim {
 
 namespace fs = std::filesystem;
 
-std::string source_path(const std::string &relative) { return RIM_SOURCE_DIR "/" + relative; }
-
 std::string data_path(const std::string &name) {
   std::vector<fs::path> places;
   std::error_code ignored;
@@ -22,7 +20,7 @@ std::string data_path(const std::string &name) {
     const fs::path program = fs::read_symlink("/proc/self/exe", ignored);
     if (!program.empty())
       places.push_back(program.parent_path().parent_path() / "share/rimwatch");
-    places.emplace_back(source_path("data"));
+    places.emplace_back(RIM_SOURCE_DIR "/data");
     places.emplace_back(RIM_PREFIX "/share/rimwatch");
   }
   std::string looked;

@@ -11,8 +11,4 @@ namespace rim {
 // places when it is in none.
 std::string data_path(const std::string &name);
 
-// The path of a file of the source tree that this program was built from ("lib/wire"); it need not
-// exist.
-std::string source_path(const std::string &relative);
-
 } // namespace rim

@@ -90,15 +90,11 @@ std::string run_path(const std::string &folder, std::uint64_t run) {
   return folder + (folder.empty() || folder.back() == '/' ? "" : "/") + name;
 }
 
-void write_truth(const std::vector<Truth> &truths, const std::string &path) {
+void write_truth(const std::vector<LabelledLog> &truths, const std::string &path) {
   AtomicFile out(path);
-  out.write("log,row,finding\n");
-  for (const Truth &truth : truths) {
-    for (std::size_t k = 0; k < truth.finding.size(); ++k) {
-      out.write(truth.log + "," + std::to_string(k + 1) +
-                (truth.finding[k] != 0 ? ",1\n" : ",0\n"));
-    }
-  }
+  out.write(labels_header());
+  for (const LabelledLog &truth : truths)
+    out.write(labels_text(truth));
   out.commit();
 }
 

@@ -2,6 +2,7 @@
 // world/recording.hpp - what a run of a world leaves behind: its log and the truth about each row.
 #pragma once
 
+#include "log/labels.hpp"
 #include "log/log.hpp"
 #include "world/golf.hpp"
 #include "world/lander.hpp"
@@ -35,11 +36,7 @@ Recording record_golf(Golf &golf, std::size_t dims, std::size_t max_rows);
 // "DIR/run_0001.csv"
 std::string run_path(const std::string &folder, std::uint64_t run);
 
-// CSV log,row,finding of all recordings, in order; row counts from 1. Throws DataError.
-struct Truth {
-  std::string log;
-  std::vector<std::uint8_t> finding;
-};
-void write_truth(const std::vector<Truth> &truths, const std::string &path);
+// The labels of all recordings, in order. Throws DataError.
+void write_truth(const std::vector<LabelledLog> &truths, const std::string &path);
 
 } // namespace rim::world

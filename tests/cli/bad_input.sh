@@ -63,7 +63,7 @@ for hole in nan inf -inf ''; do
   out=$("$RIM" replay --model toy.rim hole.csv --labels hole_labels.csv 2>err.txt); check "a row with '$hole'" 0 $?
   contains "a row with '$hole' is counted" "$out" "rows: 599 used, 1 skipped"
   contains "a row with '$hole' is named" "$(cat err.txt)" "hole.csv.*row 299: column 's.speed_mps'"
-  check "a row with '$hole' has a label" "hole.csv,299,0" "$(sed -n 300p hole_labels.csv)"
+  check "a row with '$hole' has a label" "hole.csv,299,,0" "$(sed -n 300p hole_labels.csv)"
   check "and so has every other" 601 "$(wc -l < hole_labels.csv)"
 done
 out=$("$RIM" replay --model toy.rim back.csv --skip-bad-time 2>/dev/null); check "--skip-bad-time" 0 $?

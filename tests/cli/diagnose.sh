@@ -68,7 +68,7 @@ for key in ("rmse_before", "rmse_after", "nll_before", "nll_after", "ratio", "ra
     assert key in g, key
 assert g["ratio"] < 0.98 and g["ratio_ci95"][0] <= g["ratio"] <= g["ratio_ci95"][1]
 END
-check "labels: header" log,row,finding "$(grep -v '^#' found/labels.csv | head -1)"
+check "labels: header" log,row,t_s,finding "$(grep -v '^#' found/labels.csv | head -1)"
 check "labels: every row of every log" 3000 "$(grep -v '^#' found/labels.csv | tail -n +2 | wc -l)"
 check "labels: logs" "bias1.csv bias2.csv bias3.csv" \
   "$(echo $(grep -v '^#' found/labels.csv | tail -n +2 | cut -d, -f1 | sort -u))"

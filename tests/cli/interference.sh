@@ -22,7 +22,10 @@ cmp -s a.rim b.rim; check "deterministic" 0 $?
 
 # Encoders that wrap give the same speeds.
 "$RIM" simulate cobot --out enc --runs 3 --rows 400 --seed 5 --effect hold.toml --labels enc.csv --encoders > /dev/null
-out=$("$RIM" train enc/*.csv --interference enc.csv --out c.rim 2>/dev/null); check "encoders" 0 $?
+"$RIM" train enc/*.csv --interference enc.csv --out x.rim > /dev/null 2> err.txt; check "encoders of a robot that is not known" 3 $?
+contains "encoders: which robot" "$(cat err.txt)" "whose wheels .*--robot"
+printf '[cobot]\nbase_radius_m = 0.2\ntick_m = 1e-4\n' > robot.toml
+out=$("$RIM" train enc/*.csv --interference enc.csv --robot robot.toml --out c.rim 2>/dev/null); check "encoders" 0 $?
 contains "encoders find" "$out" "all together: 3 of 3 found"
 
 bad_labels() { # WHAT ROW REASON
@@ -102,8 +105,8 @@ else
   skipped=$((skipped + 1))
 fi
 
-out=$("$RIM_THESIS" experiment control_mrclam --data nowhere); check "no measured robots" 3 $?
-contains "no measured robots: why" "$out" "skipped: no folder nowhere"
+out=$("$RIM_THESIS" experiment control_mrclam --data nowhere 2>&1); check "no measured robots" 3 $?
+contains "no measured robots: why" "$out" "nowhere: no such folder"
 # Robots that reach nine tenths of the speed commanded, and that after a while; own random numbers.
 mkdir robots
 cat > robot.awk <<'END'

@@ -42,12 +42,12 @@ is "a shipped effect, with truth" "$RIM" simulate lander --out g --seed 9 --runs
   --effect 10_radar_high --effect 04_doppler_scale --truth truth.csv
 is "truth has every row" test "$(wc -l < truth.csv)" = \
   $(($(cat g/run_0001.csv g/run_0002.csv | wc -l) - 1))
-is "and says where" grep -q '^g/run_0001.csv,1,1$' truth.csv
+is "and says where" grep -q '^g/run_0001.csv,1,0,1$' truth.csv
 is "columns without effect are as before" cmp <(cut -d, -f1-13 a/run_0001.csv) <(cut -d, -f1-13 g/run_0001.csv)
 is "the logs do not tell" no grep -riq 'radar_high\|effect ' g
 is "no truth among the logs" test ! -e g/truth.csv
 is "truth one a log" "$RIM" simulate lander --out g --seed 9 --effect 02_thrust_loss --truth truths/
-is "acts while thrusting only" test "$(awk -F, 'NR > 1 && $3 == 1 && !first {first = $2} END {print (first > 6500 && first < 7000)}' truths/run_0001.csv)" = 1
+is "acts while thrusting only" test "$(awk -F, 'NR > 1 && $4 == 1 && !first {first = $2} END {print (first > 6500 && first < 7000)}' truths/run_0001.csv)" = 1
 cat > mine.toml <<'T'
 name = "mass reads low below 5 km"
 description = "Example of data/README.md."
@@ -74,12 +74,12 @@ is "binary golf" "$RIM" simulate golf --out k --variant binary
 is "rewards 0 and 1" test "$(tail -n +2 k/run_0001.csv | cut -d, -f4 | sort -u | tr '\n' ' ')" = "0 1 "
 
 is "a better region" "$RIM" simulate golf --out l --seed 3 --better --truth better.csv
-is "rewards there are above what is expected" test 1 = "$(awk -F, 'NR == FNR { f[FNR] = $3; next }
+is "rewards there are above what is expected" test 1 = "$(awk -F, 'NR == FNR { f[FNR] = $4; next }
   FNR > 1 && f[FNR] == 1 { d += $4 - $5; n++ } END { print (n > 9 && d / n > 0.1 && d / n < 0.3) }' better.csv l/run_0001.csv)"
 is "shots at a goalie" "$RIM" simulate goalie --out m --runs 2 --seed 3 --goalie region --truth shots.csv
 is "its columns" test "t_s,x.ball_m,u.aim_m,z.reward_m,m.reward_m,sd.reward_m" = "$(head -1 m/run_0001.csv)"
 is "runs differ" no cmp -s m/run_0001.csv m/run_0002.csv
-is "what the region concedes is the finding" test 1 = "$(awk -F, 'NR == FNR { f[FNR] = $3; next }
+is "what the region concedes is the finding" test 1 = "$(awk -F, 'NR == FNR { f[FNR] = $4; next }
   FNR > 1 { d = $4 - $5; bad += (f[FNR] == 1) != (d > 0.2) } FNR > 1 { n += f[FNR] } END { print (bad == 0 && n > 3) }' <(head -101 shots.csv) m/run_0001.csv)"
 is "from its record" "$RIM" simulate goalie --out n --seed 3 --runs 2 --params m/simulate.toml
 is "the same shots" cmp -s m/run_0002.csv n/run_0002.csv

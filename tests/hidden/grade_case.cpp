@@ -34,11 +34,12 @@ read_labels(const std::string &path, std::map<std::string, std::size_t> &lines) 
   std::map<std::string, std::set<std::size_t>> claimed;
   std::ifstream in(path);
   std::string line;
-  if (!std::getline(in, line) || line.rfind("log,row,finding", 0) != 0)
-    throw std::runtime_error("labels.csv: no header log,row,finding");
+  if (!std::getline(in, line) || line.rfind("log,row,t_s,finding", 0) != 0)
+    throw std::runtime_error("labels.csv: no header log,row,t_s,finding");
   while (std::getline(in, line)) {
-    const std::size_t second = line.rfind(','), first = line.rfind(',', second - 1);
-    if (second == std::string::npos || first == std::string::npos)
+    const std::size_t second = line.rfind(','), time = line.rfind(',', second - 1),
+                      first = line.rfind(',', time - 1);
+    if (second == std::string::npos || time == std::string::npos || first == std::string::npos)
       throw std::runtime_error("labels.csv: '" + line + "'");
     std::string log = line.substr(0, first);
     if (log.size() > 1 && log.front() == '"')

@@ -37,13 +37,13 @@ void write(const Json &truth, bool silent, const std::string &folder) {
   std::filesystem::create_directories(folder);
   std::ofstream(folder + "/diagnosis.json") << diagnosis_of(truth, silent).dump() << "\n";
   std::ofstream labels(folder + "/labels.csv");
-  labels << "log,row,finding\n";
+  labels << "log,row,t_s,finding\n";
   for (const Json &log : truth.at("logs")) {
     if (log.at("holdout"))
       continue;
     std::size_t row = 0;
     for (const Json &acts : log.at("acts"))
-      labels << log.at("file").get<std::string>() << "," << ++row << ","
+      labels << log.at("file").get<std::string>() << "," << ++row << ",,"
              << (silent ? 0 : acts.get<int>()) << "\n";
   }
 }

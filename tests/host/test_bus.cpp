@@ -5,8 +5,8 @@
 #include "bus/jsonl.hpp"
 #include "bus/lcm_bus.hpp"
 #include "bus/sentence.hpp"
-#include "log/lcm_log.hpp"
 #include "image/image_writer.hpp"
+#include "log/lcm_log.hpp"
 #include "util/data_path.hpp"
 #include "util/error.hpp"
 
@@ -20,6 +20,7 @@
 #include <cstdint>
 #include <cstring>
 #include <fcntl.h>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <setjmp.h>
 #include <sstream>
@@ -105,10 +106,9 @@ void sentences_say_what_where_when_and_how_sure(void **) {
                      "s (1 observation): many healthy runs show as much");
   a.kind = RIM_KIND_REPEAT;
   a.shift[0] = 0.35;
-  assert_sentence(a,
-                  "radar altitude repeats its last reading in 35.0 % more of the rows than it "
-                  "should everywhere, since t = 310 s (1 observation): many healthy "
-                  "runs show as much");
+  assert_sentence(a, "radar altitude repeats its last reading in 35.0 % more of the rows than it "
+                     "should everywhere, since t = 310 s (1 observation): many healthy "
+                     "runs show as much");
   a.kind = RIM_KIND_VARIANCE;
   a.shift[0] = 9.0;
   a.p_value = 0.0;
@@ -299,7 +299,9 @@ void python_reads_what_was_published(void **) {
     bus.publish(rim_health_message{1.0, 1, 77, 10, 1, 0, 1, 0, RIM_LEVEL_OK, 0});
   }
   rim::make_folder(types);
-  const std::string source = rim::source_path("");
+  const std::string source =
+      std::filesystem::path(rim::data_path("lander.toml")).parent_path().parent_path().string() +
+      "/";
   const std::string generate = "lcm-gen -p --ppath " + types + " " + source + "lib/wire/*.lcm";
   const std::string decode =
       "python3 -B " + source + "tests/host/decode_lcm.py " + types + " " + log;

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "diagnose/rollout.hpp"
 #include "diagnose_case.hpp"
 
 namespace {
@@ -205,13 +206,80 @@ void means_over_a_horizon(void **) {
   assert_int_equal(judged.inside[0], 0);
 }
 
+// Two outcomes in a log; a step carries the context on as it was measured, for as many calls as
+// told.
+class Steps : public rim::world::Predictor {
+public:
+  explicit Steps(int calls) : calls_(calls) {}
+  std::string name() const override { return "steps"; }
+  double step_s() const override { return 1.0; }
+  rim::Log predict(const rim::Log &log) const override { return log; }
+  bool advance(const rim::Log &, const rim::Matrix &, rim::Log *) const override {
+    return calls_-- > 0;
+  }
+
+private:
+  mutable int calls_;
+};
+
+rim::Log two_outcomes() {
+  rim::Log log;
+  log.path = "two";
+  log.columns = {{"x.a", "", rim::Role::context}, {"z.p", "", rim::Role::outcome},
+                 {"m.p", "", rim::Role::mean},    {"sd.p", "", rim::Role::sd},
+                 {"z.q", "", rim::Role::outcome}, {"m.q", "", rim::Role::mean},
+                 {"sd.q", "", rim::Role::sd}};
+  log.values.resize(6, 7);
+  for (Eigen::Index i = 0; i < 6; ++i) {
+    const double k = static_cast<double>(i);
+    log.t_s.push_back(k);
+    log.row.push_back(static_cast<std::uint32_t>(i + 1));
+    log.values.row(i) << k, 10.0 * k, k, 1.0, -k, 0.5 * k, 2.0;
+  }
+  log.rows_in_file = 6;
+  return log;
+}
+
+// Three steps from each of the first four rows, for both channels in one pass; without a roll-out
+// nothing is left behind.
+void roll_outs_judge_every_channel(void **) {
+  Term bias;
+  bias.channel = "q";
+  bias.cause = bias.form = "bias";
+  bias.basis = {"1"};
+  bias.sizes = {{"size", 0.25, 0.0, ""}};
+  std::vector<Judged> judged(2);
+  const Steps steps(2 * 2); // without and with the term, two steps after the first
+  assert_true(rim::diagnose::append_rolled({bias}, two_outcomes(), 3.0, steps, &judged));
+  for (std::size_t i = 0; i < 4; ++i) {
+    const double k = static_cast<double>(i + 2); // the row at the horizon's last step
+    assert_near(judged[0].z.at(i), 10.0 * k, 0.0);
+    assert_near(judged[0].before[i], k, 0.0);
+    assert_near(judged[0].after[i], k, 0.0);
+    assert_near(judged[1].z.at(i), -k, 0.0);
+    assert_near(judged[1].before[i], 0.5 * k, 0.0);
+    assert_near(judged[1].after[i], 0.5 * k + 0.25, 1e-12);
+    assert_near(judged[1].sd_after[i], 2.0, 0.0);
+    assert_int_equal(judged[0].inside[i], 0);
+    assert_int_equal(judged[1].inside[i], 1);
+  }
+  std::vector<Judged> none(2);
+  const Steps stops(1);
+  assert_false(rim::diagnose::append_rolled({bias}, two_outcomes(), 3.0, stops, &none));
+  assert_true(none[0].z.empty() && none[1].z.empty());
+}
+
 } // namespace
 
 int main() {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(figures_by_hand), cmocka_unit_test(the_interval_is_the_seeds),
-      cmocka_unit_test(worse_is_said),   cmocka_unit_test(rows_are_judged_where_they_lie),
-      cmocka_unit_test(what_acts),       cmocka_unit_test(means_over_a_horizon),
+      cmocka_unit_test(figures_by_hand),
+      cmocka_unit_test(the_interval_is_the_seeds),
+      cmocka_unit_test(worse_is_said),
+      cmocka_unit_test(rows_are_judged_where_they_lie),
+      cmocka_unit_test(what_acts),
+      cmocka_unit_test(means_over_a_horizon),
+      cmocka_unit_test(roll_outs_judge_every_channel),
   };
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }

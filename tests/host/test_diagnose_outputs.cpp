@@ -4,17 +4,20 @@
 //
 // test_diagnose_outputs --sample NAME DIR writes a sample's folder (falcon, robot, adequate,
 // nasty), for tests/cli/report.sh and for looking at.
+#include "report/data.hpp"
 #include "report/output_folder.hpp"
 #include "report/outputs.hpp"
 #include "util/atomic_file.hpp"
 #include "util/error.hpp"
 
+#include "diagnose_case.hpp"
 #include "diagnosis_sample.hpp"
 
 #include <cstdarg>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <setjmp.h>
@@ -67,7 +70,8 @@ void put(const std::string &path, const std::string &text) { std::ofstream(path)
 
 const std::vector<std::pair<std::string, std::string>> &files() {
   static const std::vector<std::pair<std::string, std::string>> list = {
-      {"diagnosis.json", "{\"schema\": \"rim-diagnosis/1\"}"}, {"labels.csv", "log,row,finding\n"}};
+      {"diagnosis.json", "{\"schema\": \"rim-diagnosis/1\"}"},
+      {"labels.csv", "log,row,t_s,finding\n"}};
   return list;
 }
 
@@ -150,9 +154,9 @@ void labels_have_every_row(void **) {
   for (const rim::diagnose::LogSpan &log : falcon().measured.logs)
     rows += log.rows_in_file;
   assert_int_equal(count(text, "\n"), rows + 1);
-  assert_int_equal(text.rfind("log,row,finding\n", 0), 0);
+  assert_int_equal(text.rfind("log,row,t_s,finding\n", 0), 0);
   // Rows that the table has not are there, as 0.
-  assert_int_equal(count(text, "\nfalcon9/flight8.csv,387,0\n"), 1);
+  assert_int_equal(count(text, "\nfalcon9/flight8.csv,387,,0\n"), 1);
   std::size_t acting[3] = {0, 0, 0};
   for (std::size_t i = 0; i < falcon().measured.rows(); ++i) {
     const bool drags = falcon().diagnosis.findings[0].acts[i] != 0;
@@ -161,6 +165,29 @@ void labels_have_every_row(void **) {
   assert_true(acting[1] > 0);
   assert_int_equal(count(text, ",1\n"), acting[1]);
   assert_int_equal(count(text, ",2\n"), acting[2]);
+}
+
+// A command of a moment ago and a lagged one keep their words and their unit; a feature that the
+// logs do not have is said to be missing.
+void features_of_another_moment_keep_their_unit(void **) {
+  using namespace rim::diagnose::report;
+  rim::diagnose::Measured t =
+      diagnose_case::table(1, 20, 0.1, {{"u.cmd_v_mps", "m/s", true, false}});
+  for (Eigen::Index i = 0; i < 20; ++i)
+    t.x(i, 0) = static_cast<double>(i);
+  const rim::diagnose::Diagnosis diagnosis;
+  const View view = view_of(diagnosis, t, t.channels[0]);
+  assert_string_equal(quantity_of("u.cmd_v_mps@0.2", view).text.c_str(),
+                      "cmd v of 0.2 s ago (m/s)");
+  assert_string_equal(quantity_of("u.cmd_v_mps~0.2", view).text.c_str(),
+                      "cmd v lagged by 0.2 s (m/s)");
+  assert_non_null(std::strstr(quantity_of("s.height_m", view).text.c_str(), "not in these logs"));
+  rim::diagnose::Finding lost;
+  lost.term.channel = t.channels[0].name;
+  lost.term.form = "form";
+  lost.term.basis = {"h"};
+  lost.term.arguments = {{"h", "s.height_m"}};
+  assert_string_not_equal(effect_problem(lost, view).c_str(), "");
 }
 
 void labels_quote_a_path(void **) {
@@ -320,6 +347,7 @@ int main(int argc, char **argv) {
       cmocka_unit_test(json_has_no_nan),
       cmocka_unit_test(labels_have_every_row),
       cmocka_unit_test(labels_quote_a_path),
+      cmocka_unit_test(features_of_another_moment_keep_their_unit),
       cmocka_unit_test(report_escapes),
       cmocka_unit_test(report_is_self_contained),
       cmocka_unit_test(report_says_it),

@@ -212,6 +212,11 @@ void a_delay_comes_first_and_the_others_see_it(void **) {
   assert_values(after.sd, {.5, .5, 1, 1, .5, .5, .5, .5});
   assert_true(rim::diagnose::moves_prediction(delay));
   assert_false(rim::diagnose::moves_prediction(gain));
+  // Alone it sees the prediction as it is, beside the delay as that leaves it.
+  using rim::diagnose::effect_beside;
+  assert_values(effect_beside(gain, {gain}, channel, t), {0, 2, 4, 6, 20, 22, 24, 26});
+  assert_values(effect_beside(gain, {gain, delay}, channel, t), {0, 0, 2, 4, 20, 20, 22, 24});
+  assert_values(effect_beside(delay, {gain, delay}, channel, t), {0, -2, -2, -2, 0, -2, -2, -2});
   const auto none = rim::diagnose::extended_prediction({}, channel, t);
   assert_true(none.m == channel.m && none.sd == channel.sd);
 }

@@ -193,6 +193,20 @@ upper = [300]
   assert_true(terms[0].gate.units[0].empty());
 }
 
+// Every function that the catalogue's expressions may use may stand in an extension.
+void every_function_of_a_catalogue_is_read(void **) {
+  for (const char *basis : {"tanh(v/0.1)", "sinh(v)", "log10(abs(v)+1)", "rint(v)", "v*_e"}) {
+    const std::vector<Term> terms = rim::diagnose::read_extension(
+        written(std::string("schema = \"rim-extension/1\"\n[[term]]\nchannel = \"speed_mps\"\n"
+                            "cause = \"smooth\"\nbasis = [\"") +
+                basis +
+                "\"]\narguments = { v = \"s.speed_mps\" }\n[[term.size]]\nname = \"size\"\n"
+                "value = 2\nunit = \"m/s\"\n"));
+    assert_int_equal(terms.size(), 1);
+    assert_string_equal(terms[0].basis[0].c_str(), basis);
+  }
+}
+
 template <class Body> void assert_refused(Body body, const char *place, const char *part) {
   try {
     body();
@@ -252,7 +266,7 @@ void what_is_wrong_is_refused_with_its_line(void **) {
       {"basis = [\"v\", \"v*v\"]", ":line 9: ", "1 sizes for 2"},
       {"basis = [\"v*\"]", ":line 7: ", "expression 'v*'"},
       {"basis = [\"v*w\"]", ":line 7: ", "'w' is neither"},
-      {"basis = [\"sinh(v)\"]", ":line 7: ", "'sinh' is neither"},
+      {"basis = [\"frob(v)\"]", ":line 7: ", "frob"},
       {"basis = [\"v = 3\"]", ":line 7: ", "assign nothing"},
       {"basis = [\"v, m\"]", ":line 7: ", "one value"},
       {"basis = [\"\"]", ":line 7: ", "expression ''"},
@@ -392,6 +406,7 @@ int main() {
       cmocka_unit_test(text_cannot_break_the_file),
       cmocka_unit_test(no_terms_are_no_extension_but_a_file),
       cmocka_unit_test(a_short_file_will_do),
+      cmocka_unit_test(every_function_of_a_catalogue_is_read),
       cmocka_unit_test(what_is_wrong_is_refused_with_its_line),
       cmocka_unit_test(built_in_forms_need_what_they_need),
       cmocka_unit_test(files_that_are_none),

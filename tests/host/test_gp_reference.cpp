@@ -2,11 +2,11 @@
 // gp against two references on 50 random problems: a dense solution in long double with Eigen, and,
 // scikit-learn's GaussianProcessRegressor, where `make test` could fetch it or python3 has it.
 // Relative 1e-9.
-#include "plan/confidence.hpp"
-#include "plan/gp_fit.hpp"
+#include "confidence.hpp"
+#include "gp_fit.hpp"
 
-#include "rim/plan/gp.h"
 #include "base/rng.h"
+#include "rim/plan/gp.h"
 
 #include <Eigen/Dense>
 

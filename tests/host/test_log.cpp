@@ -324,6 +324,20 @@ void an_lcm_log_survives_damage(void **) {
   assert_refused(path, {"carries no names"});
 }
 
+// What cannot be applied to messages is refused, not ignored.
+void a_schema_of_columns_is_refused_for_an_lcm_log(void **) {
+  const std::string path = write("c.log", observation_event(1, 2, 1.0));
+  const std::string head = "schema='rim-schema/1'\nobservation=['s.a_m','u.b']\n";
+  const auto refused = [&](const std::string &part, const char *name) {
+    const auto schema = rim::read_schema(write("c.toml", head + part));
+    assert_refused(path, {"c.toml", name}, &schema);
+  };
+  refused("[[column]]\nfrom='a'\nname='x.a'\n", "[[column]]");
+  refused("[[keep]]\ncolumn='s.a_m'\nmin=0\n", "[[keep]]");
+  refused("[[derive]]\nname='x.rate'\nfrom='s.a_m'\nkind='rate'\nwindow_s=1\n", "[[derive]]");
+  refused("[time]\ncolumn='ms'\nscale=0.001\n", "[time]");
+}
+
 int clean(void **) { return std::system(("rm -rf " + folder()).c_str()); }
 
 } // namespace
@@ -342,6 +356,7 @@ int main() {
       cmocka_unit_test(rows_are_put_on_a_grid_but_not_into_gaps),
       cmocka_unit_test(a_wrong_schema_is_refused_with_its_line),
       cmocka_unit_test(an_lcm_log_survives_damage),
+      cmocka_unit_test(a_schema_of_columns_is_refused_for_an_lcm_log),
   };
   return cmocka_run_group_tests(tests, nullptr, clean);
 }

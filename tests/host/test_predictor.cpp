@@ -247,7 +247,7 @@ void bad_flights_are_refused(void **) {
       without_rows(log, [](double t) { return std::fabs(std::remainder(t, 1.0)) > 0.01; });
   assert_true(has(refusal([&] { falcon->predict(sparse); }), "readings"));
   assert_true(has(refusal([&] { falcon->predict(make_log(kFallColumns)); }), "no second"));
-  assert_true(has(refusal([] { make_world_predictor("moon"); }), "usage: --world moon"));
+  assert_true(has(refusal([] { make_world_predictor("moon"); }), "usage: --world: unknown world 'moon'"));
 }
 
 const std::vector<std::string> kDriveColumns = {"x.x_m",       "x.y_m",         "x.theta_rad",

@@ -4,6 +4,7 @@
 #include "replay/replay.hpp"
 #include "train/trainer.hpp"
 #include "util/error.hpp"
+#include "util/gnuplot.hpp"
 
 #include "base/crc.h"
 #include "toy_log.hpp"
@@ -159,26 +160,26 @@ void labels_cover_the_file(void **) {
   assert_true(made.sd_estimated.empty());
   rim::Replayer replayer(made.image, "own");
   rim::ReplayOptions options;
-  assert_true(replayer.replay(log, options).finding.empty());
+  assert_true(replayer.replay(log, options).labels.finding.empty());
   options.label = true;
   const rim::ReplayedLog sparse = replayer.replay(log, options);
-  assert_int_equal(sparse.finding.size(), 1201);
+  assert_int_equal(sparse.labels.finding.size(), 1201);
   unsigned right = 0, inside = 0;
   for (std::size_t i = 0; i < log.row.size(); ++i) {
     const bool truth = log.values(static_cast<Eigen::Index>(i), 0) > 0.5;
-    const bool label = sparse.finding[log.row[i] - 1] == 1;
+    const bool label = sparse.labels.finding[log.row[i] - 1] == 1;
     right += truth == label ? 1 : 0;
     inside += label ? 1 : 0;
-    assert_int_equal(sparse.finding[log.row[i] - 2], 0); // not used: 0
+    assert_int_equal(sparse.labels.finding[log.row[i] - 2], 0); // not used: 0
   }
   assert_true(right >= 380 && inside > 100);
   options.hold_s = 1.5;
   const rim::ReplayedLog held = replayer.replay(log, options);
   for (std::size_t i = 1; i < log.row.size(); ++i) {
-    assert_int_equal(held.finding[log.row[i] - 1], held.finding[log.row[i] - 2]);
-    assert_int_equal(held.finding[log.row[i] - 1], held.finding[log.row[i] - 3]);
+    assert_int_equal(held.labels.finding[log.row[i] - 1], held.labels.finding[log.row[i] - 2]);
+    assert_int_equal(held.labels.finding[log.row[i] - 1], held.labels.finding[log.row[i] - 3]);
   }
-  assert_int_equal(held.finding[1200], 0);
+  assert_int_equal(held.labels.finding[1200], 0);
 }
 
 void sd_is_estimated_and_said(void **) {

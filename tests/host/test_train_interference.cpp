@@ -13,9 +13,9 @@
 
 #include "thesis/experiment/control_mrclam.hpp"
 #include "thesis/experiment/fig_C5.hpp"
+#include "thesis/poisson.hpp"
 #include "train/interference.hpp"
 #include "util/error.hpp"
-#include "stats/rate_interval.hpp"
 
 extern "C" {
 #include <cmocka.h>
@@ -198,6 +198,21 @@ void poisson_intervals_are_exact(void **) {
   }
 }
 
+// Of many events: chi-squared quantiles by Wilson and Hilferty, which are good to 1e-3 there.
+void poisson_intervals_hold_for_many_events(void **) {
+  const auto half_chi_squared = [](double degrees, double z) {
+    const double c = 2.0 / (9.0 * degrees);
+    return 0.5 * degrees * std::pow(1.0 - c + z * std::sqrt(c), 3.0);
+  };
+  for (const std::size_t k : {690u, 750u, 5000u, 1000000u}) {
+    const RateInterval interval = poisson_interval(k);
+    const auto n = static_cast<double>(k);
+    assert_true(interval.low < n && n < interval.high);
+    assert_true(std::fabs(interval.low / half_chi_squared(2.0 * n, -1.959964) - 1.0) < 1e-4);
+    assert_true(std::fabs(interval.high / half_chi_squared(2.0 * n + 2.0, 1.959964) - 1.0) < 1e-4);
+  }
+}
+
 } // namespace
 
 int main() {
@@ -210,6 +225,7 @@ int main() {
                               cmocka_unit_test(unseen_states_are_named),
                               cmocka_unit_test(thresholds_grow_with_caution),
                               cmocka_unit_test(holds_are_put_where_it_drives),
-                              cmocka_unit_test(poisson_intervals_are_exact)};
+                              cmocka_unit_test(poisson_intervals_are_exact),
+                              cmocka_unit_test(poisson_intervals_hold_for_many_events)};
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }

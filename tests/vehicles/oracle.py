@@ -44,8 +44,8 @@ def main():
     with open(value("--alarms"), "w") as f:
         f.writelines(json.dumps(x) + "\n" for x in records)
     with open(value("--labels"), "w") as f:
-        f.write("log,row,finding\n")
-        f.writelines("%s,%d,%d\n" % (log, k + 1, x) for k, x in enumerate(labels))
+        f.write("log,row,t_s,finding\n")
+        f.writelines("%s,%d,,%d\n" % (log, k + 1, x) for k, x in enumerate(labels))
     return 0
 
 

@@ -16,9 +16,9 @@
 #include <vector>
 
 #include "cli/command.hpp"
-#include "replay/plot.hpp"
-#include "util/error.hpp"
 #include "thesis/shard.hpp"
+#include "util/error.hpp"
+#include "util/gnuplot.hpp"
 
 namespace rim {
 
@@ -42,9 +42,9 @@ struct CampaignArguments {
   std::string from;
 
   void add(CLI::App *app) {
-    app->add_option("--shard", shard, "I/N: only this part, needs --out");
-    app->add_option("--out", out, "write the units for 'rim-thesis merge' and --from");
-    app->add_option("--from", from, "print the tables of this file, run nothing")
+    app->add_option("--shard", shard, "I/N: run only part I of N; needs --out");
+    app->add_option("--out", out, "write the results for 'rim-thesis merge' and --from");
+    app->add_option("--from", from, "print the tables of this file and run nothing")
         ->check(CLI::ExistingFile);
   }
 
@@ -74,8 +74,8 @@ template <class Options> struct FigureArguments {
 
   void add(CLI::App *app) {
     app->add_option("--seed", experiment.seed,
-                    "of the first run (" + std::to_string(experiment.seed) + ")");
-    app->add_option("--plot", plot, "the figure, FILE.svg or FILE.png");
+                    "seed of the first run (default " + std::to_string(experiment.seed) + ")");
+    app->add_option("--plot", plot, "draw the figure into FILE.svg or FILE.png");
     campaign.add(app);
   }
 

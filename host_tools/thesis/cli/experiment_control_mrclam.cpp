@@ -24,11 +24,9 @@ std::function<int()> add_control_mrclam(CLI::App &app) {
       app, "control_mrclam",
       "measured robots that nobody interferes with: false alarms of motion interference",
       a->measured)
-      ->add_flag("--halves", a->halves, "robots of odd number by those of even number, and back");
+      ->add_flag("--halves", a->halves,
+                 "judge the odd-numbered robots by the even-numbered ones, and the reverse");
   return [a] {
-    const int skipped = rim::experiment::skip_without(a->measured, "mrclam");
-    if (skipped >= 0)
-      return skipped;
     rim::experiment::print_control_mrclam(
         rim::experiment::run_control_mrclam(a->measured, a->holds, a->halves), stdout);
     return static_cast<int>(rim::EXIT_FINE);

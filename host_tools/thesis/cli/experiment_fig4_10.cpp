@@ -10,12 +10,14 @@ std::function<int()> add_figure(CLI::App &app, const char *name, const char *tex
   const auto a = std::make_shared<rim::FigureArguments<rim::Fig410>>();
   a->experiment.failure = failure;
   CLI::App *figure = app.add_subcommand(name, text);
-  figure->add_option("--dims", a->experiment.dims, "of the context, 7 or 15 to 100 (7,15,30,100)")
+  figure
+      ->add_option("--dims", a->experiment.dims,
+                   "dimensions of the context, 7 or 15 to 100 (default 7,15,30,100)")
       ->delimiter(',')
       ->check(CLI::Range(7, 100));
   figure->add_option("--runs", a->experiment.runs, "drives for each number of dimensions (20)")
       ->check(CLI::PositiveNumber);
-  figure->add_flag("!--no-searches", a->experiment.searches, "ours alone");
+  figure->add_flag("!--no-searches", a->experiment.searches, "leave out the other searches");
   a->add(figure);
   return [a] { return a->run(rim::run_fig4_10, rim::print_fig4_10); };
 }

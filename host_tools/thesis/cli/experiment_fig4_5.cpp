@@ -12,7 +12,7 @@ std::function<int()> add_fig4_5(CLI::App &app) {
   figure->add_option("--dims", a->experiment.dims, "features, 2 to 128 (2,10,30,100)")
       ->delimiter(',')
       ->check(CLI::Range(2, 128));
-  figure->add_option("--runs", a->experiment.runs, "for each number of dimensions (20)")
+  figure->add_option("--runs", a->experiment.runs, "runs per number of dimensions (default 20)")
       ->check(CLI::PositiveNumber);
   a->add(figure);
   return [a] { return a->run(rim::run_fig4_5, rim::print_fig4_5); };

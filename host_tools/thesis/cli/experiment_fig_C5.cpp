@@ -9,12 +9,18 @@ std::function<int()> add_fig_C5(CLI::App &app) {
   const auto a = std::make_shared<rim::FigureArguments<rim::FigC5>>();
   CLI::App *figure = app.add_subcommand(
       "figC.5", "motion interference on the robot: recall, delays, false alarms (thesis app. C)");
-  figure->add_option("--worlds", a->experiment.worlds, "of 29 events and 2 control runs (10)")
+  figure
+      ->add_option("--worlds", a->experiment.worlds,
+                   "number of worlds, each with 29 events and 2 control runs (default 10)")
       ->check(CLI::PositiveNumber);
-  figure->add_option("--hours", a->experiment.nominal_h, "of nominal driving a world (10)")
+  figure
+      ->add_option("--hours", a->experiment.nominal_h,
+                   "hours of nominal driving per world (default 10)")
       ->check(CLI::NonNegativeNumber);
   rim::InterferenceOptions &o = a->experiment.options;
-  figure->add_option("--quiet-hours", o.quiet_h, "nominal driving a crossing is extrapolated to")
+  figure
+      ->add_option("--quiet-hours", o.quiet_h,
+                   "hours of nominal driving until a threshold is crossed once")
       ->check(CLI::PositiveNumber);
   figure->add_option("--margin", o.margin, "least threshold over the largest nominal excursion")
       ->check(CLI::PositiveNumber);

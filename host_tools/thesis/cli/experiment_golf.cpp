@@ -23,10 +23,10 @@ std::function<int()> add_golf(CLI::App &app) {
   golf->add_option("--nominal", a->experiment.nominal, "runs without, for the false alarms (400)");
   golf->add_option("--calibration", a->experiment.calibration,
                    "runs without, for the threshold (800; 19 are the least for 5 %)");
-  golf->add_option("--seed", a->experiment.seed, "of the first run (20000)");
+  golf->add_option("--seed", a->experiment.seed, "seed of the first run (default 20000)");
   golf->add_option(
       "--search", a->search,
-      "work a step: flight (rim replay --flight), standard (the default of the library) or "
+      "work per step: flight (rim replay --flight), standard (the default of the library) or "
       "rich (the ground profile on a short log) (rich)");
   a->campaign.add(golf);
   return [a] {

@@ -11,7 +11,8 @@ std::shared_ptr<Figure> declare(CLI::App &app, const char *name, const char *wha
   const auto a = std::make_shared<Figure>();
   CLI::App *figure = app.add_subcommand(name, what);
   figure->add_option("--runs", a->experiment.runs, "runs (40)")->check(CLI::PositiveNumber);
-  figure->add_option("--passes", a->experiment.passes, "a run (300)")->check(CLI::Range(2, 1000));
+  figure->add_option("--passes", a->experiment.passes, "passes per run (default 300)")
+      ->check(CLI::Range(2, 1000));
   figure
       ->add_option("--nominal", a->experiment.learner.nominal_runs,
                    "nominal runs, for the confidence in a region (99)")

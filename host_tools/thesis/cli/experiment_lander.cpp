@@ -17,16 +17,16 @@ std::function<int()> add_lander(CLI::App &app) {
   lander->add_option("--training", a->options.training_runs, "nominal landings to train on (50)")
       ->check(CLI::Range(3, 4000));
   lander->add_option("--nominal", a->options.nominal_runs, "fresh nominal landings (200)");
-  lander->add_option("--runs", a->options.fault_runs, "fresh landings a fault (10)")
+  lander->add_option("--runs", a->options.fault_runs, "fresh landings per fault (default 10)")
       ->check(CLI::PositiveNumber);
   lander->add_option("--seed", a->options.seed,
-                     "of the training landings; fresh ones are of the next seed (101)");
+                     "seed of the training landings; fresh ones have the next seed (default 101)");
   lander
       ->add_option("--false-alarm", a->options.train.calibration.false_alarm,
-                   "run-level false-alarm rate wished (0.05)")
+                   "largest acceptable share of nominal landings with any alarm (default 0.05)")
       ->check(CLI::Range(0.001, 0.5));
   lander->add_flag("--flight", a->options.train.calibration.flight,
-                   "less search a row, for small processors (rim train --flight)");
+                   "search less per row, for small processors (rim train --flight)");
   lander->add_flag("--thesis", a->options.thesis,
                    "also the thesis's own procedure on the same landings (about 1 s a landing)");
   a->campaign.add(lander);

@@ -15,11 +15,6 @@ using rim::experiment::FalconOptions;
 using rim::experiment::MeasuredOptions;
 
 int judge_falcon(const FalconOptions &o) {
-  if (rim::experiment::falcon_folder(o).empty()) {
-    std::printf("skipped: no folder %s\n",
-                o.data.empty() ? "../shared/measured/falcon9 beside the source" : o.data.c_str());
-    return o.data.empty() ? rim::EXIT_FINE : rim::EXIT_DATA;
-  }
   rim::experiment::print_falcon(rim::experiment::run_falcon(o), stdout);
   if (o.exclude.empty()) {
     std::printf("\nWithout nrol76, whose altitude is shown to 1 km only:\n\n");
@@ -34,10 +29,10 @@ std::function<int()> add_falcon(CLI::App &app) {
   const auto o = std::make_shared<FalconOptions>();
   CLI::App *falcon = app.add_subcommand(
       "falcon", "measured Falcon 9 landings: one left out, the others trained on, faults put in");
-  falcon->add_option("--data", o->data, "folder of the logs (../shared/measured/falcon9)");
+  falcon->add_option("--data", o->data, "folder of the logs and missions.csv")->required();
   falcon->add_option("--exclude", o->exclude, "missions not to use, say nrol76")->delimiter(',');
   falcon->add_option("--false-alarm", o->train.calibration.false_alarm,
-                     "wished run-level false-alarm rate (0.05)");
+                     "largest acceptable share of healthy flights with any alarm (default 0.05)");
   falcon->add_option("--block-seconds", o->train.block_s, "length of an observation (0.5)")
       ->check(CLI::PositiveNumber);
   return [o] { return judge_falcon(*o); };
@@ -49,12 +44,9 @@ std::function<int()> add_measured_falcon(CLI::App &app) {
                "measured Falcon 9 flights: a point mass extended by the others' findings, on the "
                "one left out",
                *o)
-      ->add_option("--horizon", o->horizon_s, "of the roll-out, s (10)")
+      ->add_option("--horizon", o->horizon_s, "horizon of the roll-out, s (default 10)")
       ->check(CLI::PositiveNumber);
   return [o] {
-    const int skipped = rim::experiment::skip_without(*o, "falcon9");
-    if (skipped >= 0)
-      return skipped;
     rim::experiment::print_measured_falcon(rim::experiment::run_measured_falcon(*o), *o, stdout);
     return static_cast<int>(rim::EXIT_FINE);
   };
@@ -65,9 +57,6 @@ std::function<int()> add_measured_mrclam(CLI::App &app) {
   add_measured(app, "measured_mrclam",
                "measured robots: a unicycle extended by what some robots show, on the others", *o);
   return [o] {
-    const int skipped = rim::experiment::skip_without(*o, "mrclam");
-    if (skipped >= 0)
-      return skipped;
     rim::experiment::print_measured_mrclam(rim::experiment::run_measured_mrclam(*o), stdout);
     return static_cast<int>(rim::EXIT_FINE);
   };

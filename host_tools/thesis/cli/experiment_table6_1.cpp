@@ -9,11 +9,11 @@ std::function<int()> add_table6_1(CLI::App &app) {
   const auto a = std::make_shared<rim::FigureArguments<rim::Table61>>();
   CLI::App *table = app.add_subcommand(
       "table6.1", "seven other detectors and ours on golf and on the service robot");
-  table->add_option("--runs", a->experiment.runs, "with each effect (20)")
+  table->add_option("--runs", a->experiment.runs, "runs with each effect (default 20)")
       ->check(CLI::PositiveNumber);
   table
       ->add_option("--calibration", a->experiment.calibration,
-                   "nominal runs a domain, for the thresholds (59; 19 are the least for 5 %)")
+                   "nominal runs per domain, for the thresholds (59; 19 are the least for 5 %)")
       ->check(CLI::PositiveNumber);
   a->add(table);
   return [a] { return a->run(rim::run_table6_1, rim::print_table6_1); };

@@ -11,10 +11,11 @@ namespace rim::experiment {
 inline CLI::App *add_measured(CLI::App &app, const char *name, const char *description,
                               MeasuredOptions &o) {
   CLI::App *command = app.add_subcommand(name, description);
-  command->add_option("--data", o.data, "folder of the logs (in ../shared/measured)");
-  command->add_option("--exclude", o.exclude, "logs not to use, say d7_r1")->delimiter(',');
+  command->add_option("--data", o.data, "folder of the logs")->required();
+  command->add_option("--exclude", o.exclude, "logs to leave out, for example d7_r1")
+      ->delimiter(',');
   command->add_option("--null-runs", o.null_runs, "as for 'rim diagnose'");
-  command->add_option("--seed", o.seed, "of all random numbers (1)");
+  command->add_option("--seed", o.seed, "seed of all random numbers (default 1)");
   return command;
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "thesis/experiment/alarm_score.hpp"
+#include "stats/conformal.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,8 +9,7 @@ namespace rim {
 
 double run_level_threshold(std::vector<double> maxima, double rate) {
   std::sort(maxima.begin(), maxima.end());
-  const auto n = static_cast<double>(maxima.size());
-  const auto rank = static_cast<std::size_t>(std::ceil((n + 1.0) * (1.0 - rate)));
+  const std::size_t rank = conformal_rank(maxima.size(), rate);
   return rank <= maxima.size() ? maxima[rank - 1] : INFINITY;
 }
 

@@ -7,10 +7,10 @@
 #include <fmt/format.h>
 
 #include "diagnose/term.hpp"
+#include "thesis/poisson.hpp"
 #include "util/data_path.hpp"
 #include "util/error.hpp"
 #include "util/progress.hpp"
-#include "stats/rate_interval.hpp"
 #include "util/table.hpp"
 #include "world/random.hpp"
 
@@ -21,7 +21,6 @@ using diagnose::Term;
 
 namespace {
 
-const char *const kSet = "mrclam";
 constexpr std::size_t kAsked = 2; // false alarms in all runs
 
 bool is_drive(const std::string &name) { return name.find("_r") != std::string::npos; }
@@ -139,7 +138,7 @@ InterferenceRun with_holds(InterferenceRun run, const HeldRuns &holds, std::uint
 
 std::vector<ControlRun> run_control_mrclam(const MeasuredOptions &options, const HeldRuns &holds,
                                            bool halves) {
-  const std::string folder = measured_folder(options, kSet);
+  const std::string folder = measured_folder(options);
   const Schema schema = read_schema(data_path("diagnose_mrclam.toml"));
   const auto world = world::make_world_predictor("unicycle");
   Logs all;

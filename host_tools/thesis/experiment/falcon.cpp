@@ -181,14 +181,10 @@ std::vector<FalconFault> falcon_faults() {
   return faults;
 }
 
-std::string falcon_folder(const FalconOptions &options) {
-  const std::string folder =
-      options.data.empty() ? source_path("../shared/measured/falcon9") : options.data;
-  return fs::is_directory(folder) ? folder : std::string();
-}
-
 FalconCampaign run_falcon(const FalconOptions &options) {
-  const std::string folder = falcon_folder(options);
+  const std::string folder = options.data;
+  if (!fs::is_directory(folder))
+    throw DataError("--data " + folder + ": no such folder");
   const Schema schema = read_schema(data_path("falcon9.toml"));
   const std::vector<std::string> names = missions(folder, options.exclude);
   std::vector<Log> logs(names.size());

@@ -25,13 +25,11 @@ struct FalconFault {
 std::vector<FalconFault> falcon_faults();
 
 struct FalconOptions {
-  std::string data;                 // folder; empty: ../shared/measured/falcon9 of the source tree
+  std::string data;                 // folder of the logs
   std::vector<std::string> exclude; // missions not used at all
   TrainOptions train;
   // Blocks of which 3 s hold six.
-  FalconOptions() {
-    train.block_s = 0.5;
-  }
+  FalconOptions() { train.block_s = 0.5; }
 };
 
 struct FalconCell {
@@ -55,9 +53,7 @@ struct FalconCampaign {
   std::vector<FalconFlight> flights;
 };
 
-// The folder that would be used; empty where it does not exist.
-std::string falcon_folder(const FalconOptions &options);
-// Some seconds. DataError when the folder lacks missions.csv or a flight.
+// Some seconds. DataError when there is no folder, or it lacks missions.csv or a flight.
 FalconCampaign run_falcon(const FalconOptions &options);
 void print_falcon(const FalconCampaign &campaign, std::FILE *to);
 

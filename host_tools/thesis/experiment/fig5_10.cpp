@@ -7,8 +7,8 @@
 
 #include <fmt/format.h>
 
-#include "thesis/experiment/plan_figure.hpp"
 #include "plan/planner.hpp"
+#include "thesis/experiment/plan_figure.hpp"
 #include "util/data_path.hpp"
 #include "util/error.hpp"
 #include "util/table.hpp"
@@ -160,7 +160,7 @@ double shots_until(const Runs &runs, const std::vector<std::size_t> &pick) {
   return static_cast<double>(shots + 1);
 }
 
-MeanInterval difference(const std::vector<double> &a, const std::vector<double> &b,
+Bootstrapped difference(const std::vector<double> &a, const std::vector<double> &b,
                         std::size_t runs) {
   std::vector<double> d(std::min(runs, a.size()));
   for (std::size_t i = 0; i < d.size(); ++i)
@@ -186,7 +186,7 @@ void print_asked(std::size_t goalie, const std::array<Runs, kGoaliePolicies> &ru
                 differences_text(both, gp).c_str(),
                 met(difference(both, gp, kAskedRuns).low > 0.0));
     const std::size_t n = gp.size();
-    const MeanInterval ratio = bootstrap_runs(n, [&runs](const std::vector<std::size_t> &pick) {
+    const Bootstrapped ratio = bootstrap(n, [&runs](const std::vector<std::size_t> &pick) {
       return shots_until(runs[1], pick) / shots_until(runs[0], pick);
     });
     // Where a policy never gets there the ratio is one of run lengths and says nothing.
@@ -236,10 +236,9 @@ void add_rows(Table &table, std::size_t goalie, const std::array<Runs, kGoaliePo
   const double count =
       static_cast<double>(runs[0].size() * (one.best.size() - one.best.size() / 2));
   for (std::size_t p = 0; p < kGoaliePolicies; ++p) {
-    const MeanInterval until =
-        bootstrap_runs(runs[p].size(), [&](const std::vector<std::size_t> &pick) {
-          return shots_until(runs[p], pick);
-        });
+    const Bootstrapped until = bootstrap(runs[p].size(), [&](const std::vector<std::size_t> &pick) {
+      return shots_until(runs[p], pick);
+    });
     const bool is_reached = until.value <= static_cast<double>(one.reward.size());
     table.add({goalie_name(kGoalies[goalie]), kPolicyNames[p],
                interval_text(bootstrap_mean(late_rewards(runs[p])), 4),

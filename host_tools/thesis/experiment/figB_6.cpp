@@ -7,8 +7,8 @@
 
 #include <fmt/format.h>
 
-#include "thesis/experiment/plan_figure.hpp"
 #include "plan/planner.hpp"
+#include "thesis/experiment/plan_figure.hpp"
 #include "util/data_path.hpp"
 #include "util/error.hpp"
 #include "util/table.hpp"
@@ -131,16 +131,16 @@ void add_row(Table &table, Defence defence, const Runs &runs, std::size_t learne
   const std::size_t last = runs.front().best.size();
   const Series series = series_of(learner);
   const auto of = [&](std::size_t begin, std::size_t end) {
-    return bootstrap_runs(runs.size(), [&](const std::vector<std::size_t> &pick) {
+    return bootstrap(runs.size(), [&](const std::vector<std::size_t> &pick) {
       return regret(runs, pick, begin, end, series);
     });
   };
   const auto part = [&](std::size_t begin, std::size_t end) {
-    return bootstrap_runs(runs.size(), [&](const std::vector<std::size_t> &pick) {
+    return bootstrap(runs.size(), [&](const std::vector<std::size_t> &pick) {
       return regret(runs, pick, begin, end, series) / regret(runs, pick, begin, end, random_of);
     });
   };
-  const MeanInterval late = part(first, last);
+  const Bootstrapped late = part(first, last);
   const bool judged = learner == static_cast<std::size_t>(FreekickLearner::shared);
   table.add(
       {defence_name(defence), kLearnerNames[learner], interval_text(of(first, last), 3),

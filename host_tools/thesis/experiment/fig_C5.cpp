@@ -6,11 +6,12 @@
 #include <cstdio>
 #include <fmt/format.h>
 
+#include "stats/robust.hpp"
 #include "thesis/experiment/plan_figure.hpp"
-#include "replay/plot.hpp"
+#include "thesis/poisson.hpp"
 #include "util/data_path.hpp"
 #include "util/error.hpp"
-#include "stats/rate_interval.hpp"
+#include "util/gnuplot.hpp"
 #include "util/table.hpp"
 #include "world/cobot.hpp"
 
@@ -128,14 +129,6 @@ struct Pooled {
   }
 };
 
-double median(std::vector<double> values) {
-  if (values.empty())
-    return NAN;
-  std::sort(values.begin(), values.end());
-  const std::size_t n = values.size();
-  return n % 2 == 1 ? values[n / 2] : 0.5 * (values[n / 2 - 1] + values[n / 2]);
-}
-
 double mean(const std::vector<double> &values) {
   double sum = 0.0;
   for (const double v : values)
@@ -155,8 +148,8 @@ const nlohmann::json *chosen(const nlohmann::json &world) {
 
 // Worlds are drawn again, with the statistic of the pool of those drawn.
 template <class Statistic, class Part>
-MeanInterval over_worlds(std::size_t worlds, const Part &part, const Statistic &statistic) {
-  return bootstrap_runs(worlds, [&](const std::vector<std::size_t> &pick) {
+Bootstrapped over_worlds(std::size_t worlds, const Part &part, const Statistic &statistic) {
+  return bootstrap(worlds, [&](const std::vector<std::size_t> &pick) {
     Pooled pool;
     for (const std::size_t i : pick) {
       const nlohmann::json *j = part(i);
@@ -175,13 +168,13 @@ void add_row(Table &table, const char *name, std::size_t worlds, const Part &par
     if (j != nullptr)
       all.add(*j);
   }
-  const MeanInterval recall = over_worlds(worlds, part, [](const Pooled &p, std::size_t n) {
+  const Bootstrapped recall = over_worlds(worlds, part, [](const Pooled &p, std::size_t n) {
     return 100.0 * static_cast<double>(p.hits) / static_cast<double>(n * kEvents);
   });
-  const MeanInterval average =
+  const Bootstrapped average =
       over_worlds(worlds, part, [](const Pooled &p, std::size_t) { return mean(p.delays_s); });
-  const MeanInterval middle =
-      over_worlds(worlds, part, [](const Pooled &p, std::size_t) { return median(p.delays_s); });
+  const Bootstrapped middle = over_worlds(
+      worlds, part, [](const Pooled &p, std::size_t) { return median_midpoint(p.delays_s); });
   table.add({name, fmt::format("{}/{}", all.hits, worlds * kEvents), interval_text(recall, 1),
              fmt::format("{}", all.wrong), interval_text(average, 3), interval_text(middle, 3)});
 }
@@ -205,7 +198,7 @@ void print_choices(const Campaign &campaign, std::size_t worlds) {
   const auto [least, most] = std::minmax_element(choices.begin(), choices.end());
   std::printf("HMM alone: p_mi of most recall without a false positive, of each world: median %.2g "
               "(%.2g to %.2g); thesis 5e-08\n",
-              median(choices), *least, *most);
+              median_midpoint(choices), *least, *most);
 }
 
 void plot_curve(const Campaign &campaign, std::size_t worlds, const std::string &path) {
@@ -230,7 +223,7 @@ void plot_curve(const Campaign &campaign, std::size_t worlds, const std::string 
   write_gnuplot(
       [&](const std::string &to, bool svg) {
         return fmt::format(
-            "set terminal {}\nset output '{}'\nset xlabel 'recall'\nset ylabel 'precision'\n"
+            "set terminal {}\nset output {}\nset xlabel 'recall'\nset ylabel 'precision'\n"
             "set xrange [0:1.02]\nset yrange [0:1.05]\nset key bottom left\nset grid\n"
             "$hmm << EOD\n{}EOD\n$whole << EOD\n{} {}\nEOD\n$thesis << EOD\n0.931 1\nEOD\n"
             "plot $hmm using 1:2 with linespoints pt 7 ps 0.5 title 'HMM alone, p_{{mi}} varied', "

@@ -8,12 +8,12 @@
 #include <functional>
 #include <memory>
 
+#include "base/rng.h"
+#include "search/select.h"
 #include "thesis/experiment/alarm_score.hpp"
 #include "thesis/experiment/golf_points.hpp"
 #include "thesis/experiment/precision_recall.hpp"
 #include "thesis/experiment/select_engine.hpp"
-#include "base/rng.h"
-#include "search/select.h"
 #include "train/calibrate_external.hpp"
 #include "util/error.hpp"
 #include "util/table.hpp"
@@ -117,27 +117,10 @@ GolfExperiment experiment_of(const Campaign &campaign) {
   return e;
 }
 
-GolfInterval bootstrap(const std::vector<double> &values) {
-  GolfInterval out;
-  if (values.empty())
-    return out;
-  rim_rng rng;
-  rimi_rng_seed(&rng, 4207, 0);
-  const auto n = static_cast<std::uint32_t>(values.size());
-  const auto mean_of = [&](const std::function<std::size_t(std::size_t)> &pick) {
-    double sum = 0.0;
-    for (std::size_t i = 0; i < n; ++i)
-      sum += values[pick(i)];
-    return sum / n;
-  };
-  out.value = mean_of([](std::size_t i) { return i; });
-  std::vector<double> means(2000);
-  for (double &mean : means)
-    mean = mean_of([&](std::size_t) { return rimi_rng_below(&rng, n); });
-  std::sort(means.begin(), means.end());
-  out.low = means[50];
-  out.high = means[1949];
-  return out;
+Bootstrapped bootstrap_over_runs(const std::vector<double> &values) {
+  BootstrapOptions options;
+  options.seed = 4207;
+  return bootstrap_mean(values, options);
 }
 
 GolfSummary summarise_dims(const GolfExperiment &e, const Campaign &campaign, std::size_t k) {
@@ -173,14 +156,14 @@ GolfSummary summarise_dims(const GolfExperiment &e, const Campaign &campaign, st
       ++s.missed;
     waited.push_back(static_cast<double>(alarm - run.begin()));
   }
-  s.f1 = bootstrap(f1);
-  s.f1_best = bootstrap(f1_best);
-  s.shots_to_alarm = bootstrap(waited);
-  s.right_features = bootstrap(right).value;
+  s.f1 = bootstrap_over_runs(f1);
+  s.f1_best = bootstrap_over_runs(f1_best);
+  s.shots_to_alarm = bootstrap_over_runs(waited);
+  s.right_features = bootstrap_over_runs(right).value;
   return s;
 }
 
-std::string interval_text(const GolfInterval &x, int digits) {
+std::string interval_text(const Bootstrapped &x, int digits) {
   char text[64];
   std::snprintf(text, sizeof text, "%.*f [%.*f, %.*f]", digits, x.value, digits, x.low, digits,
                 x.high);

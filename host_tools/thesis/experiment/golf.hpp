@@ -17,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "stats/bootstrap.hpp"
 #include "thesis/shard.hpp"
 
 namespace rim {
@@ -47,12 +48,9 @@ struct GolfRun {
 };
 GolfRun run_golf(std::size_t dims, std::uint64_t seed, bool effect, GolfSearch search);
 
-struct GolfInterval {
-  double value = 0.0, low = 0.0, high = 0.0; // 95 %, bootstrap over runs
-};
 struct GolfSummary {
   std::size_t dims = 0;
-  GolfInterval f1, f1_best, shots_to_alarm;
+  Bootstrapped f1, f1_best, shots_to_alarm; // intervals by bootstrap over runs
   double right_features = 0.0;
   double false_alarms = 0.0; // share of nominal runs with any alarm
   double threshold = 0.0;

@@ -157,11 +157,11 @@ template <class Of> Pooled pooled(const Series &runs, const Of &of) {
 void add_score(Table &table, const std::string &name, const Pooled &corrected,
                const Pooled &nominal, const char *asked) {
   const std::size_t runs = corrected.sum.size();
-  const auto of = [&](const auto &statistic) { return bootstrap_runs(runs, statistic); };
+  const auto of = [&](const auto &statistic) { return bootstrap(runs, statistic); };
   using Pick = std::vector<std::size_t>;
-  const MeanInterval plus = of([&](const Pick &pick) { return corrected.mean(pick); });
-  const MeanInterval zero = of([&](const Pick &pick) { return nominal.mean(pick); });
-  const MeanInterval gain =
+  const Bootstrapped plus = of([&](const Pick &pick) { return corrected.mean(pick); });
+  const Bootstrapped zero = of([&](const Pick &pick) { return nominal.mean(pick); });
+  const Bootstrapped gain =
       of([&](const Pick &pick) { return corrected.mean(pick) - nominal.mean(pick); });
   const bool is_asked = asked[0] != '-';
   table.add({name, interval_text(plus, 3), interval_text(zero, 3), interval_text(gain, 3), asked,
@@ -223,10 +223,9 @@ void print_fig3_4(const Campaign &campaign, const std::string &plot) {
   for (std::size_t last = window; last <= passes; last += window) {
     const std::size_t first = last - window;
     const auto tp = [&](const Series &series, std::size_t from, std::size_t to) {
-      return bootstrap_runs(runs,
-                            [&](const Pick &pick) { return mean_of(series, pick, from, to); });
+      return bootstrap(runs, [&](const Pick &pick) { return mean_of(series, pick, from, to); });
     };
-    const MeanInterval frr = bootstrap_runs(runs, [&](const Pick &pick) {
+    const Bootstrapped frr = bootstrap(runs, [&](const Pick &pick) {
       return reduction(mean_of(adaptive, pick, first, last), mean_of(baseline, pick, 0, passes));
     });
     const bool judged = last == kWithin;

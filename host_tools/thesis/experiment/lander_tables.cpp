@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "stats/robust.hpp"
 #include "thesis/experiment/lander.hpp"
 #include "thesis/experiment/thesis_lander.hpp"
 #include "util/error.hpp"
@@ -25,14 +26,6 @@ std::string share_text(std::size_t hits, std::size_t n) {
   return fmt::format("{:.1f} % [{:.1f}, {:.1f}] ({} of {})", 100 * p,
                      100 * std::max(0.0, centre - half), 100 * std::min(1.0, centre + half), hits,
                      n);
-}
-
-double median(std::vector<double> values) {
-  if (values.empty())
-    return std::nan("");
-  std::sort(values.begin(), values.end());
-  const std::size_t n = values.size();
-  return n % 2 == 1 ? values[n / 2] : 0.5 * (values[n / 2 - 1] + values[n / 2]);
 }
 
 std::string number(double value, int digits) {
@@ -103,8 +96,9 @@ Counts print_faults(const Campaign &campaign, std::FILE *to) {
     counts.always += rows.size() == runs.size() ? 1 : 0;
     counts.never += rows.empty() ? 1 : 0;
     table.add({faults[k].at("name"), fmt::format("{} of {}", rows.size(), runs.size()),
-               number(median(rows), 0), number(*std::min_element(scores.begin(), scores.end()), 2),
-               number(median(scores), 2), most(named), most(kinds),
+               number(median_midpoint(rows), 0),
+               number(*std::min_element(scores.begin(), scores.end()), 2),
+               number(median_midpoint(scores), 2), most(named), most(kinds),
                sensor.empty() ? "(physics)" : fmt::format("{} of {}", right, rows.size())});
   }
   table.print(to);
@@ -150,14 +144,15 @@ void print_thesis(const Campaign &campaign, double rate, std::FILE *to) {
     }
     always += theirs.size() == runs.size() ? 1 : 0;
     table.add({faults[k].at("name"), fmt::format("{} of {}", theirs.size(), runs.size()),
-               number(median(theirs), 0), fmt::format("{} of {}", ours.size(), runs.size()),
-               number(median(ours), 0), number(median(ours) / median(theirs), 2)});
+               number(median_midpoint(theirs), 0),
+               fmt::format("{} of {}", ours.size(), runs.size()), number(median_midpoint(ours), 0),
+               number(median_midpoint(ours) / median_midpoint(theirs), 2)});
   }
   table.print(to);
   fmt::print(to,
              "the thesis's procedure finds {} of {} faults in every run; landings that both find: "
              "{}, median ratio of rows {}\n",
-             always, faults.size(), ratios.size(), number(median(ratios), 2));
+             always, faults.size(), ratios.size(), number(median_midpoint(ratios), 2));
 }
 
 } // namespace

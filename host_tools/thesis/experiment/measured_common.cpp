@@ -3,14 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 
 #include <fmt/format.h>
 
-#include "cli/command.hpp"
 #include "diagnose/gain.hpp"
-#include "util/data_path.hpp"
+#include "util/error.hpp"
 
 namespace rim::experiment {
 
@@ -28,19 +26,10 @@ constexpr std::size_t kNone = static_cast<std::size_t>(-1);
 
 } // namespace
 
-std::string measured_folder(const MeasuredOptions &options, const std::string &set) {
-  const std::string folder =
-      options.data.empty() ? source_path("../shared/measured/" + set) : options.data;
-  return fs::is_directory(folder) ? folder : std::string();
-}
-
-int skip_without(const MeasuredOptions &options, const std::string &set) {
-  if (!measured_folder(options, set).empty())
-    return -1;
-  fmt::print("skipped: no folder {}\n", options.data.empty()
-                                            ? "../shared/measured/" + set + " beside the source"
-                                            : options.data);
-  return options.data.empty() ? EXIT_FINE : EXIT_DATA;
+std::string measured_folder(const MeasuredOptions &options) {
+  if (!fs::is_directory(options.data))
+    throw DataError("--data " + options.data + ": no such folder");
+  return options.data;
 }
 
 std::vector<std::string> measured_names(const std::string &folder, const MeasuredOptions &options,

@@ -15,18 +15,15 @@
 namespace rim::experiment {
 
 struct MeasuredOptions {
-  std::string data;                 // folder; empty: ../shared/measured/SET of the source tree
+  std::string data;                 // folder of the logs
   std::vector<std::string> exclude; // logs not used at all, by the file's stem
   double horizon_s = 10.0;
   std::size_t null_runs = 0; // as diagnose::Options
   std::uint64_t seed = 1;
 };
 
-// The folder that would be used; empty where it does not exist.
-std::string measured_folder(const MeasuredOptions &options, const std::string &set);
-
-// Prints one line and returns the exit status where the folder is absent; -1 where it is there.
-int skip_without(const MeasuredOptions &options, const std::string &set);
+// options.data; DataError where there is no such folder.
+std::string measured_folder(const MeasuredOptions &options);
 
 // Stems of the folder's logs, sorted, without those excluded; `is_log` chooses.
 std::vector<std::string> measured_names(const std::string &folder, const MeasuredOptions &options,

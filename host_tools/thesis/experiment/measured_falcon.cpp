@@ -25,7 +25,6 @@ using diagnose::Vector;
 
 namespace {
 
-const char *const kSet = "falcon9";
 const char *const kChannel = "speed_mps";
 
 // Fields of one column, by data row; DataError where it is missing.
@@ -128,11 +127,11 @@ FalconLeftOut judge_flight(const std::string &flight, const std::string &path,
   result.one_step = judge(terms, held, kChannel, all, options.seed);
   result.aero = judge(terms, held, kChannel, aero, options.seed);
   result.coast = judge(terms, held, kChannel, rows_of_phase(held, path, "coast"), options.seed);
-  diagnose::Judged rolled;
-  diagnose::append_rolled(terms, held_log, kChannel, options.horizon_s, *options.predictor,
-                          &rolled);
-  const diagnose::Channel &channel =
-      held.channels.at(static_cast<std::size_t>(held.find_channel(kChannel)));
+  std::vector<diagnose::Judged> every(held.channels.size());
+  diagnose::append_rolled(terms, held_log, options.horizon_s, *options.predictor, &every);
+  const auto at = static_cast<std::size_t>(held.find_channel(kChannel));
+  const diagnose::Judged &rolled = every.at(at);
+  const diagnose::Channel &channel = held.channels.at(at);
   for (const diagnose::Gain &gain :
        diagnose::summarise(rolled, channel, options.horizon_s, "held-out logs", options.seed)) {
     if (gain.where == "all")
@@ -156,7 +155,7 @@ FalconLeftOut judge_flight(const std::string &flight, const std::string &path,
 } // namespace
 
 std::vector<FalconLeftOut> run_measured_falcon(const MeasuredOptions &options) {
-  const std::string folder = measured_folder(options, kSet);
+  const std::string folder = measured_folder(options);
   const Schema schema = read_schema(data_path("diagnose_falcon9.toml"));
   const std::vector<std::string> missions = text_column(folder + "/missions.csv", "mission");
   const std::vector<std::string> names =

@@ -16,8 +16,6 @@ using diagnose::Measured;
 
 namespace {
 
-const char *const kSet = "mrclam";
-
 // "d6_r4": 4; 0 where the name says none.
 int robot_of(const std::string &name) {
   const std::size_t at = name.rfind("_r");
@@ -49,7 +47,7 @@ std::string causes_of(const diagnose::Diagnosis &diagnosis, const std::string &c
 } // namespace
 
 std::vector<MrclamFold> run_measured_mrclam(const MeasuredOptions &options) {
-  const std::string folder = measured_folder(options, kSet);
+  const std::string folder = measured_folder(options);
   const Schema schema = read_schema(data_path("diagnose_mrclam.toml"));
   const std::vector<std::string> names =
       measured_names(folder, options, [](const std::string &name) { return robot_of(name) > 0; });

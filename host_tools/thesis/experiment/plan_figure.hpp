@@ -8,18 +8,11 @@
 #include <string>
 #include <vector>
 
+#include "stats/bootstrap.hpp"
+
 namespace rim {
 
-struct MeanInterval {
-  double value = 0.0, low = 0.0, high = 0.0; // 95 %
-};
-
-// 2000 resamples of the runs 0 .. runs - 1, from a fixed seed; statistic(indices of runs).
-MeanInterval
-bootstrap_runs(std::size_t runs,
-               const std::function<double(const std::vector<std::size_t> &)> &statistic);
-MeanInterval bootstrap_mean(const std::vector<double> &values);
-std::string interval_text(const MeanInterval &interval, int digits);
+std::string interval_text(const Bootstrapped &interval, int digits);
 
 // One curve with its band: mean and 95 % interval (normal) at every abscissa 1, 2, ...
 struct PlanCurve {

@@ -6,11 +6,11 @@
 #include <fmt/format.h>
 #include <stdexcept>
 
-#include "thesis/experiment/precision_recall.hpp"
-#include "replay/plot.hpp"
 #include "base/rng.h"
 #include "search/select.h"
 #include "search/cem.h"
+#include "thesis/experiment/precision_recall.hpp"
+#include "util/gnuplot.hpp"
 
 namespace rim {
 namespace {
@@ -240,7 +240,7 @@ void plot_search(const std::vector<SearchPanel> &panels, const std::string &path
     for (std::size_t method = 0; method < kSearchMethods; ++method) {
       data += fmt::format("$d{}_{} << EOD\n", p, method);
       for (std::size_t k = 0; k < search_checkpoints().size(); ++k) {
-        const MeanInterval f1 = bootstrap_mean(over_runs(panels[p], method, k, 1));
+        const Bootstrapped f1 = bootstrap_mean(over_runs(panels[p], method, k, 1));
         data += fmt::format("{:.6g} {:.6g} {:.6g} {:.6g}\n",
                             bootstrap_mean(over_runs(panels[p], method, k, 0)).value, f1.value,
                             f1.low, f1.high);
@@ -259,7 +259,7 @@ void plot_search(const std::vector<SearchPanel> &panels, const std::string &path
   write_gnuplot(
       [&](const std::string &to, bool svg) {
         return fmt::format(
-            "set terminal {} size {},360 {}\nset output '{}'\nset tics nomirror "
+            "set terminal {} size {},360 {}\nset output {}\nset tics nomirror "
             "out\nset grid y lc rgb '#dddddd'\nset key bottom right\nset yrange "
             "[0:1]\nset logscale x\nset format x '10^{{%L}}'\nset xlabel 'evaluations'\n"
             "set ylabel 'F1'\n{}set "

@@ -6,13 +6,13 @@
 #include <cstdio>
 #include <fmt/format.h>
 
+#include "batch/faro.h"
 #include "thesis/experiment/alarm_score.hpp"
 #include "thesis/experiment/cobot_watch.hpp"
 #include "thesis/experiment/plan_figure.hpp"
 #include "thesis/experiment/precision_recall.hpp"
-#include "replay/plot.hpp"
-#include "batch/faro.h"
 #include "util/error.hpp"
+#include "util/gnuplot.hpp"
 #include "util/table.hpp"
 #include "search/cem.h"
 
@@ -215,14 +215,14 @@ std::string mean_text(const std::vector<double> &values, int digits) {
 std::string bars(const std::vector<Outcome> &ours) {
   std::string data = "$points << EOD\n";
   for (std::size_t k = 0; k < kKinds; ++k) {
-    const MeanInterval p = ours[k].points.empty() ? MeanInterval{} : bootstrap_mean(ours[k].points);
+    const Bootstrapped p = ours[k].points.empty() ? Bootstrapped{} : bootstrap_mean(ours[k].points);
     data += fmt::format("\"{}\" {:.6g} {:.6g} {:.6g} {:.6g} {:.6g}\n",
                         cobot_case_name(kFailures[k].which), p.value, p.low, p.high,
                         kFailures[k].thesis_points, kFailures[k].points);
   }
   data += "EOD\n$ends << EOD\n";
   for (std::size_t k = 0; k < kKinds; ++k) {
-    const MeanInterval p = bootstrap_mean(ours[k].precision), r = bootstrap_mean(ours[k].recall);
+    const Bootstrapped p = bootstrap_mean(ours[k].precision), r = bootstrap_mean(ours[k].recall);
     data += fmt::format("\"{}\" {:.6g} {:.6g} {:.6g} {:.6g} {:.6g} {:.6g} {:.6g} {:.6g}\n",
                         cobot_case_name(kFailures[k].which), p.value, p.low, p.high, r.value, r.low,
                         r.high, kFailures[k].thesis_precision, kFailures[k].thesis_recall);
@@ -234,7 +234,7 @@ void plot(const std::vector<Outcome> &ours, const std::string &path) {
   write_gnuplot(
       [&](const std::string &to, bool svg) {
         return fmt::format(
-            "set terminal {} size 960,380 {}\nset output '{}'\nset tics nomirror out\n"
+            "set terminal {} size 960,380 {}\nset output {}\nset tics nomirror out\n"
             "set grid y lc rgb '#dddddd'\nset key top right\nset xrange [-0.6:3.8]\n{}"
             "set multiplot layout 1,2\nset title 'data points until the alarm'\nset yrange "
             "[1:100]\n"

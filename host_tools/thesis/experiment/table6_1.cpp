@@ -13,8 +13,8 @@
 #include "thesis/experiment/golf_points.hpp"
 #include "thesis/experiment/plan_figure.hpp"
 #include "thesis/experiment/precision_recall.hpp"
-#include "replay/plot.hpp"
 #include "util/error.hpp"
+#include "util/gnuplot.hpp"
 #include "util/table.hpp"
 
 namespace rim {
@@ -156,7 +156,7 @@ void plot(const std::vector<std::vector<Cell>> &cells, const std::string &path) 
   for (std::size_t d = 0; d < detectors(); ++d) {
     data += fmt::format("$d{} << EOD\n", d);
     for (std::size_t k = 0; k < kEffectCount; ++k) {
-      const MeanInterval f1 = bootstrap_mean(cells[k][d].f1);
+      const Bootstrapped f1 = bootstrap_mean(cells[k][d].f1);
       data +=
           fmt::format("\"{}\" {:.6g} {:.6g} {:.6g}\n", kEffects[k].name, f1.value, f1.low, f1.high);
     }
@@ -166,7 +166,7 @@ void plot(const std::vector<std::vector<Cell>> &cells, const std::string &path) 
   }
   write_gnuplot(
       [&](const std::string &to, bool svg) {
-        return fmt::format("set terminal {} size 1080,400 {}\nset output '{}'\nset style data "
+        return fmt::format("set terminal {} size 1080,400 {}\nset output {}\nset style data "
                            "histograms\nset style histogram errorbars gap 2 lw 1\nset errorbars "
                            "linecolor rgb '#333333'\nset xrange [-0.6:5.6]\nset style fill "
                            "solid 0.7 noborder\nset tics nomirror out\nset grid y lc rgb "

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// stats/rate_interval.hpp - exact 95 % interval of the mean of a Poisson count (Garwood 1936).
+// thesis/poisson.hpp - exact 95 % interval of the mean of a Poisson count (Garwood 1936).
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@ struct RateInterval {
 };
 
 // Means under which at least `count`, and at most `count`, have a probability of 2.5 %. Low is 0
-// for a count of 0. Accurate to 1e-9 of the mean.
+// for a count of 0. Quantiles of the chi-squared law by Boost.Math, for any count.
 RateInterval poisson_interval(std::size_t count);
 
 } // namespace rim

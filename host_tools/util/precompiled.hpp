@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+// util/precompiled.hpp - the headers that most sources of the host tools begin with. The build compiles
+// them once per level of optimisation. Nothing depends on it: every source includes what it uses.
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <fmt/format.h>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <random>
+#include <set>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <vector>
+#ifdef RIM_PRECOMPILED_COMMANDS
+#include <CLI/CLI.hpp>
+#endif
