@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "diagnose/diagnosis.hpp"
+#include "diagnose/expression.hpp"
 #include "diagnose/flagged.hpp"
 #include "diagnose/scan.hpp"
 #include "diagnose/sets.hpp"
@@ -31,6 +32,7 @@ struct SearchOptions {
 // What is claimed of a member besides its term.
 struct Claim {
   Member rival;         // the best term of another cause in its place
+  double rival_bic = 1e300, rival_r2 = 0.0; // BIC more than this claim's; on rows not fitted
   double ln_anom = 0.0; // of the joint model with and without it
   double score = 0.0;   // less its penalty
   double heldout_r2 = 0.0, heldout_ln = 0.0;
@@ -67,6 +69,7 @@ struct ChannelFindings {
   Noise noise;
   Fit fit;
   double autocorrelation = 0.0;
+  std::vector<Member> rival_expressions; // of the one among the members
 };
 
 // "-v" times a negative size is "v" times a positive one: a force adds to what is measured.
@@ -94,7 +97,12 @@ private:
   void add_terms(bool is_rough);
   Member form_member(int candidate, bool differs) const;
   void join_forms();
+  bool are_laws() const;
+  bool asks_for_expression() const;
+  bool is_better_formula(const ChannelFindings &other, double by);
+  void formulas_for_tables();
   void try_expressions(const std::vector<Member> &kept);
+  std::vector<Expression> expressions_beside(const std::vector<Member> &base);
   double score_of(const std::vector<Member> &members, const Noise &noise) const;
   void take_noise(const NoiseState &state);
   void search_from(const std::vector<Member> &kept);
@@ -127,10 +135,10 @@ private:
   void set_aside(std::size_t which, const std::string &reason);
   std::vector<Term> sized(const std::vector<Member> &members);
   double held_loss(const std::vector<Member> &members);
-  int plainer(const Member &member) const;
+  std::vector<int> variants(const Member &member) const;
   void drop_contradicted();
   void shrink_to_held();
-  bool plain_to_held();
+  bool vary_to_held();
   bool holds_better(std::size_t which, const Claim &claim);
   void open_edges();
   Member judge_alternatives(std::size_t which, const std::vector<Member> &others,
@@ -140,6 +148,9 @@ private:
   };
   template <class See> void for_each_row(See see) const; // see(row, log, block of the log)
   void hold_out(std::size_t which, Claim *claim) const;
+  double heldout_r2_of(const std::vector<Member> &members) const;
+  void add_rival_expressions(const std::vector<Member> &others, const Fit &without,
+                             Claim *claim) const;
   void judge_parts(const std::vector<Part> &parts, bool by_log, Claim *claim) const;
   void fill_sizes();
   Parameter mixed_size(Eigen::Index first, const Member &member) const;
@@ -153,7 +164,7 @@ private:
   std::unique_ptr<Scanner> scanner_;
   Vector measured_rows_;        // 1, or 0 where flagged
   double extra_variance_ = 0.0; // added to every stated variance: what no multiple of it explains
-  bool may_delay_ = true, may_express_ = false;
+  bool may_delay_ = true;
   ChannelFindings out_;
 };
 

@@ -156,6 +156,7 @@ ChannelFindings ChannelSearch::search_behind(const Member &delay, const Noise &n
   second.find_members(false);
   for (int round = 0; round < 3; ++round)
     second.smooth_unknowns();
+  second.formulas_for_tables();
   second.drop_unconfirmed();
   second.drop_contradicted();
   second.fill_sizes();
