@@ -18,19 +18,35 @@ constexpr Index kMostRows = 1200;
 constexpr std::size_t kMostAtoms = 260, kMostProducts = 3, kMostFactors = 3;
 constexpr std::size_t kBeam = 3, kFollowed = 24, kLengthened = 12, kRivals = 4;
 constexpr int kWidthSteps = 7, kSwaps = 2;
-constexpr double kOfProduct = 2.0;  // nats of a product, beside those of its factors and its size
-constexpr double kLeastGain = 3.0;  // nats that a product must add
-constexpr double kLeastOwn = 1e-4;  // of a column's squares beside the columns that are there
+constexpr double kOfProduct = 2.0; // nats of a product, beside those of its factors and its size
+constexpr double kLeastGain = 3.0; // nats that a product must add
+constexpr double kLeastOwn = 1e-4; // of a column's squares beside the columns that are there
 constexpr double kWidths[] = {0.25, 0.45, 0.8, 1.4, 2.5}; // of a feature's scale
 
 // A function of one feature x, with a width w where it has one.
-enum class Fn { one, square, cube, fourth, root, magnitude, signed_square, three_halves, inverse,
-                inverse_square, sign, decay, bell, sine, cosine, step, growth };
-constexpr Fn kFunctions[] = {Fn::one,     Fn::square,         Fn::magnitude, Fn::inverse,
-                             Fn::root,    Fn::signed_square,  Fn::cube,      Fn::sign,
-                             Fn::decay,   Fn::inverse_square, Fn::sine,      Fn::cosine,
-                             Fn::fourth,  Fn::three_halves,   Fn::bell,      Fn::step,
-                             Fn::growth};
+enum class Fn {
+  one,
+  square,
+  cube,
+  fourth,
+  root,
+  magnitude,
+  signed_square,
+  three_halves,
+  inverse,
+  inverse_square,
+  sign,
+  decay,
+  bell,
+  sine,
+  cosine,
+  step,
+  growth
+};
+constexpr Fn kFunctions[] = {
+    Fn::one,    Fn::square,       Fn::magnitude, Fn::inverse,        Fn::root,  Fn::signed_square,
+    Fn::cube,   Fn::sign,         Fn::decay,     Fn::inverse_square, Fn::sine,  Fn::cosine,
+    Fn::fourth, Fn::three_halves, Fn::bell,      Fn::step,           Fn::growth};
 
 bool has_width(Fn fn) {
   return fn == Fn::decay || fn == Fn::bell || fn == Fn::sine || fn == Fn::cosine ||
@@ -173,7 +189,7 @@ using Product = std::vector<Atom>; // empty: a constant
 
 struct State {
   std::vector<Product> products;
-  Eigen::MatrixXd columns; // thinned, weighted; those that are kept first
+  Eigen::MatrixXd columns; // weighted; those that are kept first
   double rss = 0.0, penalty = 0.0, score = -1e300;
 };
 
@@ -184,6 +200,11 @@ public:
   std::vector<Expression> find();
 
 private:
+  struct Beside {
+    Vector left;
+    Eigen::MatrixXd basis;
+  };
+  Beside beside(const Eigen::MatrixXd &columns) const;
   void add_inputs();
   void add_atoms();
   Vector values(const Atom &atom) const;
@@ -203,14 +224,14 @@ private:
   const Measured &measured_;
   const Channel &channel_;
   const Noise &noise_;
-  std::vector<Index> rows_;
+  std::vector<Index> rows_; // that are scanned; all are fitted
   double thinning_ = 1.0, ln_rows_ = 0.0;
   Vector root_; // of the weight over the stated sd
   Vector y_;
   Eigen::MatrixXd kept_, x_;
   std::vector<Input> inputs_;
   std::vector<Atom> atoms_;
-  Eigen::MatrixXf values_; // of the atoms, without weight
+  Eigen::MatrixXf values_; // of the atoms, in the rows of the scan, without weight
   double whole_ = 0.0;     // squares that what is kept leaves
 };
 
@@ -225,8 +246,8 @@ Finder::Finder(const Measured &measured, const Channel &channel, const Vector &y
   const Fit fit = fit_members(y, kept, noise);
   const Vector left = fit.residual;
   const Vector weight = noise.weight.cwiseSqrt();
-  root_ = weight(rows_).cwiseQuotient(channel.sd(rows_));
-  y_ = left.cwiseProduct(weight)(rows_);
+  root_ = weight.cwiseQuotient(channel.sd);
+  y_ = left.cwiseProduct(weight);
   Index free = 0;
   for (const Member &member : kept)
     free += member.is_fixed ? 0 : member.h.cols();
@@ -234,7 +255,7 @@ Finder::Finder(const Measured &measured, const Channel &channel, const Vector &y
   Index at = 0;
   for (const Member &member : kept) {
     for (Index k = 0; k < member.h.cols() && !member.is_fixed; ++k)
-      kept_.col(at++) = member.h.col(k).cwiseProduct(weight)(rows_);
+      kept_.col(at++) = member.h.col(k).cwiseProduct(weight);
   }
   add_inputs();
   add_atoms();
@@ -242,7 +263,7 @@ Finder::Finder(const Measured &measured, const Channel &channel, const Vector &y
 
 void Finder::add_inputs() {
   for (std::size_t f = 0; f < measured_.features.size(); ++f) {
-    Vector x = measured_.x.col(static_cast<Index>(f))(rows_);
+    const Vector x = measured_.x.col(static_cast<Index>(f));
     const double low = x.minCoeff(), high = x.maxCoeff();
     if (!(high > low))
       continue;
@@ -255,14 +276,15 @@ void Finder::add_inputs() {
                             : 0.5 * (high - low);
     inputs_.push_back(in);
   }
-  x_.resize(static_cast<Index>(rows_.size()), static_cast<Index>(inputs_.size()));
+  x_.resize(y_.size(), static_cast<Index>(inputs_.size()));
   for (std::size_t k = 0; k < inputs_.size(); ++k)
-    x_.col(static_cast<Index>(k)) = measured_.x.col(inputs_[k].feature)(rows_);
+    x_.col(static_cast<Index>(k)) = measured_.x.col(inputs_[k].feature);
 }
 
 // The plainest functions of every feature first, until there are enough.
 void Finder::add_atoms() {
-  const double ln_features = std::log(static_cast<double>(std::max<std::size_t>(1, inputs_.size())));
+  const double ln_features =
+      std::log(static_cast<double>(std::max<std::size_t>(1, inputs_.size())));
   for (const Fn fn : kFunctions) {
     for (std::size_t k = 0; k < inputs_.size(); ++k) {
       if (!fits(fn, inputs_[k]))
@@ -289,9 +311,9 @@ void Finder::add_atoms() {
     if (atoms_.size() > kMostAtoms)
       break;
   }
-  values_.resize(x_.rows(), static_cast<Index>(atoms_.size()));
+  values_.resize(static_cast<Index>(rows_.size()), static_cast<Index>(atoms_.size()));
   for (std::size_t k = 0; k < atoms_.size(); ++k) {
-    const Vector v = values(atoms_[k]);
+    const Vector v = values(atoms_[k])(rows_);
     const double size = std::max(1e-300, v.cwiseAbs().maxCoeff());
     values_.col(static_cast<Index>(k)) = (v / size).cast<float>();
   }
@@ -328,7 +350,7 @@ void Finder::solve(State *state) const {
   state->penalty = 0.0;
   for (const Product &product : state->products)
     state->penalty += penalty_of(product);
-  state->score = -0.5 * state->rss * thinning_ / noise_.divisor() - state->penalty;
+  state->score = -0.5 * state->rss / noise_.divisor() - state->penalty;
 }
 
 State Finder::with(const State &state, const Product &product) const {
@@ -357,16 +379,25 @@ void Finder::see(const Eigen::MatrixXf &block, const Eigen::MatrixXf &basis,
   }
 }
 
-std::vector<Product> Finder::promising(const State &state) const {
-  const Index k = state.columns.cols();
-  Vector e = y_;
-  Eigen::MatrixXf basis(y_.size(), k);
+// Rows of the scan beside columns: what these leave of y, and a basis of them.
+Finder::Beside Finder::beside(const Eigen::MatrixXd &columns) const {
+  Beside out;
+  out.left = y_(rows_);
+  const Index k = columns.cols();
+  out.basis.resize(out.left.size(), k);
   if (k > 0) {
-    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(state.columns);
-    const Eigen::MatrixXd q = qr.householderQ() * Eigen::MatrixXd::Identity(y_.size(), k);
-    e -= q * (q.transpose() * y_);
-    basis = q.cast<float>();
+    const Eigen::MatrixXd thin = columns(rows_, Eigen::all);
+    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(thin);
+    out.basis = qr.householderQ() * Eigen::MatrixXd::Identity(out.left.size(), k);
+    out.left -= out.basis * (out.basis.transpose() * out.left);
   }
+  return out;
+}
+
+std::vector<Product> Finder::promising(const State &state) const {
+  const Beside state_of = beside(state.columns);
+  const Eigen::MatrixXf basis = state_of.basis.cast<float>();
+  const Vector &e = state_of.left;
   const Eigen::VectorXf left = e.cast<float>();
   std::vector<std::pair<double, Product>> found;
   const auto better = [](const auto &a, const auto &b) { return a.first > b.first; };
@@ -378,7 +409,8 @@ std::vector<Product> Finder::promising(const State &state) const {
     }
     std::sort(found.begin(), found.end(), better);
   };
-  const Eigen::VectorXf root = root_.cast<float>();
+  const Vector thin_root = root_(rows_);
+  const Eigen::VectorXf root = thin_root.cast<float>();
   see(root, basis, left, {Product{}}, &found);
   std::vector<Product> of;
   for (const Atom &atom : atoms_)
@@ -421,9 +453,11 @@ std::vector<Product> Finder::promising(const State &state) const {
       triples.push_back(product);
       triples.back().push_back(more);
     }
-    if (!partners.empty())
-      see(column(product).cast<float>().asDiagonal() * values_(Eigen::all, partners), basis, left,
-          triples, &found);
+    if (!partners.empty()) {
+      const Vector thin = column(product)(rows_);
+      see(thin.cast<float>().asDiagonal() * values_(Eigen::all, partners), basis, left, triples,
+          &found);
+    }
   }
   keep(kFollowed);
   std::vector<Product> out;
@@ -435,8 +469,7 @@ std::vector<Product> Finder::promising(const State &state) const {
 // The widths of the last product, each by bisection.
 State Finder::refined(const State &from, State state) const {
   for (std::size_t k = 0; k < state.products.back().size(); ++k) {
-    if (!has_width(state.products.back()[k].fn) ||
-        inputs_[state.products.back()[k].input].is_angle)
+    if (!has_width(state.products.back()[k].fn) || inputs_[state.products.back()[k].input].is_angle)
       continue;
     double factor = 1.35;
     for (int step = 0; step < kWidthSteps; ++step) {
@@ -460,15 +493,11 @@ State Finder::refined(const State &from, State state) const {
 
 // Of all sums of two functions the best, exactly: what is best together need not be alone.
 std::vector<State> Finder::sums_of_two(const State &none) const {
-  Eigen::MatrixXd a = root_.asDiagonal() * values_.cast<double>();
-  Vector e = y_;
-  const Index k = none.columns.cols();
-  if (k > 0) {
-    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(none.columns);
-    const Eigen::MatrixXd q = qr.householderQ() * Eigen::MatrixXd::Identity(y_.size(), k);
-    a -= q * (q.transpose() * a);
-    e -= q * (q.transpose() * y_);
-  }
+  const Vector root = root_(rows_);
+  Eigen::MatrixXd a = root.asDiagonal() * values_.cast<double>();
+  const Beside state_of = beside(none.columns);
+  const Vector &e = state_of.left;
+  a -= state_of.basis * (state_of.basis.transpose() * a);
   const Vector s = a.transpose() * e;
   const Eigen::MatrixXd gram = a.transpose() * a;
   std::vector<std::pair<double, std::pair<Index, Index>>> found;
@@ -478,7 +507,8 @@ std::vector<State> Finder::sums_of_two(const State &none) const {
       if (!(w > kLeastOwn * gram(i, i) * gram(j, j)))
         continue;
       const double fall =
-          (gram(j, j) * s(i) * s(i) - 2.0 * gram(i, j) * s(i) * s(j) + gram(i, i) * s(j) * s(j)) / w;
+          (gram(j, j) * s(i) * s(i) - 2.0 * gram(i, j) * s(i) * s(j) + gram(i, i) * s(j) * s(j)) /
+          w;
       found.emplace_back(0.5 * fall * thinning_ / noise_.divisor() -
                              penalty_of({atoms_[static_cast<std::size_t>(i)]}) -
                              penalty_of({atoms_[static_cast<std::size_t>(j)]}),

@@ -18,8 +18,8 @@ struct Expression {
 };
 
 // The best formulas for y (in stated sd) beside what is kept, best first; another feature or
-// function in the largest product makes another formula. Rows are thinned to some 1200 for the
-// search. O(rows x functions^2): some tenths of a second.
+// function in the largest product makes another formula. Some 1200 rows are scanned, all are
+// fitted. O(rows x functions^2): some tenths of a second.
 std::vector<Expression> find_expressions(const Measured &measured, const Channel &channel,
                                          const Vector &y, const std::vector<Member> &kept,
                                          const Noise &noise);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 namespace rim::diagnose {
 
@@ -11,7 +12,7 @@ namespace {
 using Index = Eigen::Index;
 // Nats that a formula must be better by than laws or one name, and than several patches.
 constexpr double kWithoutName = 20.0, kThanPatches = 3.0;
-constexpr double kHeldSlack = 1.02;   // and by what it may be worse on the held logs
+constexpr double kHeldSlack = 1.02; // and by what it may be worse on the held logs
 constexpr int kRounds = 2;
 constexpr double kSettled = 0.1; // rounds end when the noise moves by less
 // What laws of physics leave is smooth, or wider than stated: they may not be the right ones.
@@ -19,28 +20,44 @@ constexpr double kSmooth = 1.5, kWide = 1.2;
 
 } // namespace
 
+// Resistances over one velocity whose sizes have opposite signs are pieces of a curve.
 bool ChannelSearch::are_laws() const {
-  return std::all_of(out_.members.begin(), out_.members.end(), [this](const Member &m) {
-    return m.is_given || (m.candidate >= 0 && m.term.gate.everywhere() &&
-                          library_.candidates[static_cast<std::size_t>(m.candidate)].is_physical);
-  });
+  std::map<std::string, double> sign;
+  Index at = 0;
+  for (const Member &m : out_.members) {
+    const Index first = at;
+    at += m.is_fixed ? 0 : m.h.cols();
+    if (m.is_given)
+      continue;
+    if (m.candidate < 0 || !m.term.gate.everywhere() ||
+        !library_.candidates[static_cast<std::size_t>(m.candidate)].is_physical)
+      return false;
+    const auto v = m.term.arguments.find("v");
+    if (v == m.term.arguments.end() || m.is_fixed || first >= out_.fit.beta.size())
+      continue;
+    double &before = sign[v->second];
+    if (before * out_.fit.beta(first) < 0.0)
+      return false;
+    before = out_.fit.beta(first);
+  }
+  return true;
 }
 
-// Whether what was found may be the likeness of something else: it is no law of physics, or what
-// laws leave is no noise.
+// Whether what was found may be the likeness of something else: it is no law of physics, or
+// several, or what one law leaves is no noise.
 bool ChannelSearch::asks_for_expression() const {
   if (!are_laws())
     return true;
-  return !out_.members.empty() &&
-         (out_.noise.spread_of_sizes > kSmooth || out_.noise.scatter > kWide);
+  return out_.members.size() > 1 ||
+         (!out_.members.empty() &&
+          (out_.noise.spread_of_sizes > kSmooth || out_.noise.scatter > kWide));
 }
 
 // Formulas beside these members, by the noise that the best of them leaves.
 std::vector<Expression> ChannelSearch::expressions_beside(const std::vector<Member> &base) {
   std::vector<Expression> found;
   for (int round = 0; round < kRounds; ++round) {
-    std::vector<Expression> now =
-        find_expressions(measured_, channel_, y_, base, out_.noise);
+    std::vector<Expression> now = find_expressions(measured_, channel_, y_, base, out_.noise);
     if (now.empty())
       break;
     found = std::move(now);
@@ -70,8 +87,7 @@ void ChannelSearch::try_expressions(const std::vector<Member> &kept) {
   }
   if (bases[1].size() == kept.size())
     bases.pop_back();
-  const double margin =
-      are_laws() || named.members.size() < 2 ? kWithoutName : kThanPatches;
+  const double margin = are_laws() || named.members.size() < 2 ? kWithoutName : kThanPatches;
   ChannelFindings best = named;
   for (const std::vector<Member> &base : bases) {
     out_ = named;

@@ -452,14 +452,15 @@ void ChannelSearch::claim_overall_variance() {
     out_.variances.push_back(claim);
 }
 
-// A term that is no law of physics and no formula acts only where the rows it was learnt from are: in features
-// where those are few of all.
+// A term that is no law of physics and no formula acts only where the rows it was learnt from are:
+// in features where those are few of all.
 void ChannelSearch::limit_support() {
   for (Member &member : out_.members) {
     Term &term = member.term;
-    const bool is_law = term.form == "expression" ||
-                        (member.candidate >= 0 &&
-                         library_.candidates[static_cast<std::size_t>(member.candidate)].is_physical);
+    const bool is_law =
+        term.form == "expression" ||
+        (member.candidate >= 0 &&
+         library_.candidates[static_cast<std::size_t>(member.candidate)].is_physical);
     if (member.is_given || is_law || moves_prediction(term) || term.kind != TermKind::mean)
       continue;
     const Vector effect = mean_effect(term, measured_, channel_.m).cwiseQuotient(channel_.sd);
