@@ -77,6 +77,7 @@ double cost_of(Fn fn) {
 struct Input {
   int feature = 0;
   bool is_signed = false, is_angle = false;
+  bool is_own = false;             // the channel's own prediction: `m`, moved by a delay
   double least = 0.0, scale = 1.0; // half its smallest value; root of its mean square
 };
 
@@ -263,12 +264,14 @@ Finder::Finder(const Measured &measured, const Channel &channel, const Vector &y
 
 void Finder::add_inputs() {
   for (std::size_t f = 0; f < measured_.features.size(); ++f) {
-    const Vector x = measured_.x.col(static_cast<Index>(f));
+    const bool is_own = measured_.features[f].name == "m." + channel_.name;
+    const Vector x = is_own ? channel_.m : Vector(measured_.x.col(static_cast<Index>(f)));
     const double low = x.minCoeff(), high = x.maxCoeff();
     if (!(high > low))
       continue;
     Input in;
     in.feature = static_cast<int>(f);
+    in.is_own = is_own;
     in.is_signed = low < 0.0;
     in.is_angle = measured_.features[f].is_angle;
     in.least = low > 0.0 ? 0.5 * low : 0.0;
@@ -278,7 +281,8 @@ void Finder::add_inputs() {
   }
   x_.resize(y_.size(), static_cast<Index>(inputs_.size()));
   for (std::size_t k = 0; k < inputs_.size(); ++k)
-    x_.col(static_cast<Index>(k)) = measured_.x.col(inputs_[k].feature);
+    x_.col(static_cast<Index>(k)) =
+        inputs_[k].is_own ? channel_.m : Vector(measured_.x.col(inputs_[k].feature));
 }
 
 // The plainest functions of every feature first, until there are enough.
@@ -590,10 +594,12 @@ Expression Finder::expression(const State &state) const {
       auto at = std::find(named.begin(), named.end(), atom.input);
       if (at == named.end())
         at = named.insert(named.end(), atom.input);
-      const std::string f = kNames[at - named.begin()];
+      const bool is_own = inputs_[atom.input].is_own;
+      const std::string f = is_own ? "m" : kNames[at - named.begin()];
       const Feature &feature =
           measured_.features[static_cast<std::size_t>(inputs_[atom.input].feature)];
-      term.arguments[f] = feature.name;
+      if (!is_own)
+        term.arguments[f] = feature.name;
       const std::string w = fmt::format("width{}", term.shape.size() + 1);
       if (has_width(atom.fn))
         term.shape.push_back({w, atom.width, 0.0, feature.unit});

@@ -20,6 +20,7 @@ constexpr std::size_t kProposals = 60, kExact = 10;
 // Noise of the start: lag-1 correlation that tells it, and the least share of squares it explains.
 constexpr double kAlternates = -0.15, kLeastStartShare = 0.01;
 constexpr int kStartRounds = 2;
+constexpr double kBesideLaw = 0.15; // share of the rows
 constexpr int kShapeSteps = 4;
 constexpr double kTableCost = 10.0; // nats: a curve without a name, where laws of physics hold
 constexpr double kSwapGain = 0.5;   // nats by which a swap must be better
@@ -350,6 +351,20 @@ void ChannelSearch::estimate_noise() {
   take_noise(noise_state(out_.fit.residual, out_.noise.weight, measured_, rms, sizes));
 }
 
+// Wider in a few rows, in a place that only names what a claimed term is made of: that is how the
+// term departs from the truth there (friction near rest), no noise.
+bool ChannelSearch::is_beside_law(const Proposal &variance) const {
+  const Gate gate = scanner_->gate(variance);
+  if (variance.ratio < 1.0 || scanner_->inside(variance).mean() > kBesideLaw)
+    return false;
+  return std::all_of(gate.features.begin(), gate.features.end(), [this](const std::string &name) {
+    return std::any_of(out_.members.begin(), out_.members.end(), [&name](const Member &m) {
+      return std::any_of(m.term.arguments.begin(), m.term.arguments.end(),
+                         [&name](const auto &argument) { return argument.second == name; });
+    });
+  });
+}
+
 // The best change of variance, if it is one. True when one was claimed.
 bool ChannelSearch::claim_variance() {
   if (!out_.variances.empty())
@@ -359,7 +374,8 @@ bool ChannelSearch::claim_variance() {
   claim.term.channel = channel_.name;
   claim.term.cause = claim.term.form = "noise";
   claim.term.kind = TermKind::variance;
-  if (!proposals.empty() && proposals[0].score() >= options_.threshold) {
+  if (!proposals.empty() && proposals[0].score() >= options_.threshold &&
+      !is_beside_law(proposals[0])) {
     const Proposal &p = proposals[0];
     claim.mask = scanner_->inside(p);
     double ratio = p.ratio;

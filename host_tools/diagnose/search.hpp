@@ -126,6 +126,7 @@ private:
   bool is_relevant(double gain) const;
   void estimate_noise();
   bool claim_variance();
+  bool is_beside_law(const Proposal &variance) const;
   std::map<std::string, std::vector<std::size_t>> pieces() const;
   bool is_smoother(const Member &table, const std::vector<Member> &others,
                    std::size_t pieces) const;

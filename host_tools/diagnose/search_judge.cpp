@@ -256,18 +256,44 @@ void ChannelSearch::drop_unconfirmed() {
   out_.fit = fit_members(y_, out_.members, out_.noise);
 }
 
+namespace {
+
+// Where a size differs between logs a new log has one of its own: that its form holds there is
+// judged with the size that fits best, one log after the other.
+Vector with_own_sizes(const std::vector<Term> &terms, const std::vector<Member> &members,
+                      const Channel &channel, const Measured &held) {
+  Vector m = extended_prediction(terms, channel, held).m;
+  for (std::size_t j = 0; j < terms.size(); ++j) {
+    if (!members[j].differs)
+      continue;
+    const Vector effect = mean_effect(terms[j], held, channel.m);
+    for (const LogSpan &log : held.logs) {
+      const auto first = static_cast<Index>(log.first), rows = static_cast<Index>(log.rows);
+      const Vector
+          e = effect.segment(first, rows).cwiseQuotient(channel.sd.segment(first, rows)),
+          r = (channel.z - m).segment(first, rows).cwiseQuotient(channel.sd.segment(first, rows));
+      const double squares = e.squaredNorm();
+      if (squares > 0.0)
+        m.segment(first, rows) += e.dot(r) / squares * effect.segment(first, rows);
+    }
+  }
+  return m;
+}
+
+} // namespace
+
 // Mean square on the held logs, in stated sd, of the model of these members.
 double ChannelSearch::held_loss(const std::vector<Member> &members) {
   const Measured &held = *options_.held;
   const Channel &channel =
       held.channels[static_cast<std::size_t>(held.find_channel(channel_.name))];
-  const Prediction after = extended_prediction(sized(members), channel, held);
+  const Vector after = with_own_sizes(sized(members), members, channel, held);
   const Flagged flagged = find_flagged(held, channel);
   double sum = 0.0;
-  for (Index i = 0; i < after.m.size(); ++i) {
+  for (Index i = 0; i < after.size(); ++i) {
     const auto at = static_cast<std::size_t>(i);
     if (flagged.stuck[at] == 0 && flagged.dropout[at] == 0)
-      sum += std::pow((channel.z(i) - after.m(i)) / channel.sd(i), 2.0);
+      sum += std::pow((channel.z(i) - after(i)) / channel.sd(i), 2.0);
   }
   return sum;
 }
