@@ -37,7 +37,7 @@ void ChannelSearch::refit_plain() {
   out_.noise = plain_noise();
   for (std::size_t j = 0; j < out_.members.size(); ++j) {
     if (out_.members[j].is_given || out_.members[j].candidate < 0 ||
-        out_.members[j].term.shape.empty())
+        out_.members[j].keeps_shape || out_.members[j].term.shape.empty())
       continue;
     const std::vector<Member> others = without(j);
     refine_shape(others, fit_members(y_, others, out_.noise).loss, &out_.members[j]);

@@ -368,6 +368,7 @@ bool ChannelSearch::vary_to_held() {
     for (const int variant : variants(out_.members[j])) {
       std::vector<Member> members = out_.members;
       members[j] = form_member(variant, false);
+      members[j].keeps_shape = true;
       const Candidate &candidate = library_.candidates[static_cast<std::size_t>(variant)];
       const bool is_plain = candidate.columns == 1 && candidate.term.shape.empty();
       const double loss = held_loss(members);
