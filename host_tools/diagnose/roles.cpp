@@ -203,7 +203,7 @@ std::vector<int> own_velocity(const Measured &thin, const Channel &of_thin) {
     follows.push_back(own_correlation(measured, channel, f));
   }
   if (fitting.empty())
-    return all;
+    return {};
   const double most = *std::max_element(follows.begin(), follows.end());
   if (most <= kLeastOwnCorrelation)
     return fitting;

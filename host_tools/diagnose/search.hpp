@@ -116,6 +116,8 @@ private:
   void refit_plain();
   std::vector<Member> best_delays(const std::vector<Member> &others, const Noise &plain);
   void follow_delay();
+  double loss_behind(const Term &delay, std::vector<Member> members, const Noise &noise) const;
+  Member tuned(const Member &delay, const std::vector<Member> &beside, const Noise &noise) const;
   ChannelFindings search_behind(const Member &delay, const Noise &noise) const;
   void drop_unconfirmed();
   void limit_support();
@@ -168,6 +170,9 @@ private:
   bool may_delay_ = true;
   ChannelFindings out_;
 };
+
+// The member's columns over a table, in stated sd; m: the prediction that its expressions see.
+void set_columns(const Measured &table, const Channel &channel, const Vector &m, Member *member);
 
 // What was found in a thinned table, with sizes, standard errors and flags of the whole one.
 void refit_on(const Measured &whole, const Channel &channel, ChannelFindings *found);
