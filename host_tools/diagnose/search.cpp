@@ -59,6 +59,7 @@ void turn_sign(Term *term) {
     basis.erase(0, 1);
   for (Parameter &size : term->sizes) {
     size.value = -size.value;
+    size.unrefined = -size.unrefined;
     std::for_each(size.per_log.begin(), size.per_log.end(), [](double &v) { v = -v; });
   }
 }
@@ -270,8 +271,8 @@ void ChannelSearch::join_forms() {
       kept.push_back(member);
   }
   NoiseState noise;
-  const FormSet set = SetSearch(measured_, library_, y_, out_.noise.weight, kept)
-                          .best(may_delay_, &noise);
+  const FormSet set =
+      SetSearch(measured_, library_, y_, out_.noise.weight, kept).best(may_delay_, &noise);
   take_noise(noise);
   for (std::size_t j = 0; j < set.candidates.size(); ++j) {
     Member member = form_member(set.candidates[j], static_cast<int>(j) == set.differs);
@@ -450,6 +451,38 @@ void ChannelSearch::fill_sizes() {
     }
     if (term.form == "table")
       term.sizes = {{"size", 1.0, 0.0, ""}};
+  }
+}
+
+// Friction's sizes trade with what refines it over the same velocity (a drag that helps, a share of
+// the load): what they would be without that is what others, who fit less, would find.
+void ChannelSearch::add_unrefined() {
+  const auto velocity = [](const Member &m) {
+    const auto v = m.term.arguments.find("v");
+    return v == m.term.arguments.end() ? std::string() : v->second;
+  };
+  const auto is_friction = [](const Member &m) {
+    return m.term.cause == "coulomb_friction" || m.term.cause == "viscous_friction";
+  };
+  std::vector<Member> plain;
+  for (const Member &member : out_.members) {
+    const bool refines =
+        std::any_of(out_.members.begin(), out_.members.end(), [&](const Member &friction) {
+          return is_friction(friction) && !is_friction(member) && !velocity(member).empty() &&
+                 velocity(member) == velocity(friction);
+        });
+    if (!refines || member.is_given || !member.term.gate.everywhere())
+      plain.push_back(member);
+  }
+  if (plain.size() == out_.members.size())
+    return;
+  const std::vector<Term> terms = sized(plain);
+  for (const Term &term : terms) {
+    for (Member &member : out_.members) {
+      if (is_friction(member) && member.term.form == term.form && !member.is_given &&
+          member.term.arguments == term.arguments && member.term.gate.everywhere())
+        member.term.sizes[0].unrefined = term.sizes[0].value;
+    }
   }
 }
 
@@ -707,6 +740,7 @@ ChannelFindings ChannelSearch::run(const std::vector<Term> &given) {
   claim_overall_variance();
   refit_plain();
   follow_delay();
+  add_unrefined();
   limit_support();
   open_edges();
   for (Member &member : out_.members) {

@@ -156,6 +156,7 @@ private:
                              Claim *claim) const;
   void judge_parts(const std::vector<Part> &parts, bool by_log, Claim *claim) const;
   void fill_sizes();
+  void add_unrefined();
   Parameter mixed_size(Eigen::Index first, const Member &member) const;
   std::vector<Member> without(std::size_t which) const;
 

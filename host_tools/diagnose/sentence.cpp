@@ -105,7 +105,11 @@ std::string effect_text(const Finding &finding, const Channel &channel) {
     return "shows " + expression_text(term);
   std::string text = "differs by " + expression_text(term) + unit;
   if (!term.sizes.empty() && term.sizes[0].stderror > 0.0)
-    text += fmt::format(" (standard error {:.2g})", term.sizes[0].stderror);
+    text += fmt::format(
+        " (standard error {:.2g}{})", term.sizes[0].stderror,
+        term.sizes[0].unrefined == 0.0
+            ? ""
+            : fmt::format("; {:.4g} without the terms that refine it", term.sizes[0].unrefined));
   return text;
 }
 

@@ -52,6 +52,8 @@ struct Parameter {
   // then the mean, the standard error that of the mean.
   double between_logs_sd = 0.0;
   std::vector<double> per_log{};
+  // What it would be without the terms that refine the same law; 0: there are none.
+  double unrefined = 0.0;
 };
 
 // A curve over a weighted sum of features: piecewise linear, going on straight beyond its ends.
