@@ -97,9 +97,12 @@ private:
   void add_terms(bool is_rough);
   Member form_member(int candidate, bool differs) const;
   void join_forms();
+  bool is_law(const Member &m) const;
+  bool has_opposites() const;
   bool are_laws() const;
   bool asks_for_expression() const;
   bool is_better_formula(const ChannelFindings &other, double by);
+  bool says_much_more(const ChannelFindings &laws) const;
   void formulas_for_tables();
   void try_expressions(const std::vector<Member> &kept);
   std::vector<Expression> expressions_beside(const std::vector<Member> &base);

@@ -12,6 +12,7 @@ namespace {
 using Index = Eigen::Index;
 // Nats that a formula must be better by than laws or one name, and than several patches.
 constexpr double kWithoutName = 20.0, kThanPatches = 3.0;
+constexpr double kMuch = 0.1;       // share of the whole error, as amplitude, that is much more
 constexpr double kHeldSlack = 1.02; // and by what it may be worse on the held logs
 constexpr int kRounds = 2;
 constexpr double kSettled = 0.1; // rounds end when the noise moves by less
@@ -20,27 +21,33 @@ constexpr double kSmooth = 1.5, kWide = 1.2;
 
 } // namespace
 
-// Resistances over one velocity whose sizes have opposite signs are pieces of a curve.
-bool ChannelSearch::are_laws() const {
+// Resistances over one velocity whose sizes have opposite signs are pieces of a curve, no laws.
+bool ChannelSearch::has_opposites() const {
   std::map<std::string, double> sign;
   Index at = 0;
   for (const Member &m : out_.members) {
     const Index first = at;
     at += m.is_fixed ? 0 : m.h.cols();
-    if (m.is_given)
-      continue;
-    if (m.candidate < 0 || !m.term.gate.everywhere() ||
-        !library_.candidates[static_cast<std::size_t>(m.candidate)].is_physical)
-      return false;
     const auto v = m.term.arguments.find("v");
-    if (v == m.term.arguments.end() || m.is_fixed || first >= out_.fit.beta.size())
+    if (!is_law(m) || v == m.term.arguments.end() || m.is_fixed || first >= out_.fit.beta.size())
       continue;
     double &before = sign[v->second];
     if (before * out_.fit.beta(first) < 0.0)
-      return false;
+      return true;
     before = out_.fit.beta(first);
   }
-  return true;
+  return false;
+}
+
+bool ChannelSearch::is_law(const Member &m) const {
+  return !m.is_given && m.candidate >= 0 && m.term.gate.everywhere() &&
+         library_.candidates[static_cast<std::size_t>(m.candidate)].is_physical;
+}
+
+bool ChannelSearch::are_laws() const {
+  return !has_opposites() &&
+         std::all_of(out_.members.begin(), out_.members.end(),
+                     [this](const Member &m) { return m.is_given || is_law(m); });
 }
 
 // Whether what was found may be the likeness of something else: it is no law of physics, or
@@ -80,13 +87,14 @@ void ChannelSearch::try_expressions(const std::vector<Member> &kept) {
   const ChannelFindings named = out_;
   std::vector<std::vector<Member>> bases{kept, kept};
   for (const Member &m : named.members) {
-    const bool is_law = !m.is_given && m.candidate >= 0 && m.term.gate.everywhere() &&
-                        library_.candidates[static_cast<std::size_t>(m.candidate)].is_physical;
-    if (is_law && m.term.cause != "bias" && !moves_prediction(m.term))
+    if (is_law(m) && m.term.cause != "bias" && !moves_prediction(m.term))
       bases[1].push_back(m);
   }
   if (bases[1].size() == kept.size())
     bases.pop_back();
+  const bool has_law =
+      !has_opposites() && std::any_of(out_.members.begin(), out_.members.end(),
+                                      [this](const Member &m) { return is_law(m); });
   const double margin = are_laws() || named.members.size() < 2 ? kWithoutName : kThanPatches;
   ChannelFindings best = named;
   for (const std::vector<Member> &base : bases) {
@@ -95,7 +103,8 @@ void ChannelSearch::try_expressions(const std::vector<Member> &kept) {
     if (found.empty())
       continue;
     const double better = best.rival_expressions.empty() ? margin : 0.0;
-    if (!is_better_formula(best, better))
+    if (!is_better_formula(best, better) ||
+        (has_law && base.size() == kept.size() && !says_much_more(named)))
       continue;
     best = out_;
     best.rival_expressions.clear();
@@ -116,6 +125,14 @@ bool ChannelSearch::is_better_formula(const ChannelFindings &other, double by) {
   const bool is_held = options_.held != nullptr && options_.held->find_channel(channel_.name) >= 0;
   return claim.is_confirmed &&
          (!is_held || held_loss(out_.members) <= kHeldSlack * held_loss(other.members));
+}
+
+// Real machines depart from every law a little: laws stay where a formula takes little more off.
+bool ChannelSearch::says_much_more(const ChannelFindings &laws) const {
+  const double whole = 0.5 * y_.cwiseAbs2().dot(out_.noise.weight);
+  const double fall =
+      0.5 * (laws.fit.residual.cwiseAbs2() - out_.fit.residual.cwiseAbs2()).dot(out_.noise.weight);
+  return fall > kMuch * kMuch * whole;
 }
 
 // A curve of many values is no explanation where a formula says as much.
