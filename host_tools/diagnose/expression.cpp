@@ -16,7 +16,7 @@ namespace {
 using Index = Eigen::Index;
 constexpr Index kMostRows = 1200;
 constexpr std::size_t kMostAtoms = 260, kMostProducts = 3, kMostFactors = 3;
-constexpr std::size_t kBeam = 3, kFollowed = 24, kLengthened = 12, kRivals = 4;
+constexpr std::size_t kBeam = 3, kFollowed = 24, kLengthened = 12, kRivals = 4, kMostFound = 4000;
 constexpr int kWidthSteps = 7, kSwaps = 2;
 constexpr double kOfProduct = 2.0; // nats of a product, beside those of its factors and its size
 constexpr double kLeastGain = 3.0; // nats that a product must add
@@ -194,6 +194,25 @@ struct State {
   double rss = 0.0, penalty = 0.0, score = -1e300;
 };
 
+// Products seen beside columns, with their scores.
+struct Scan {
+  Eigen::MatrixXf basis; // of the columns
+  Eigen::VectorXf left;  // what they leave
+  std::vector<std::pair<double, Product>> found;
+
+  void keep(std::size_t most);
+};
+
+void Scan::keep(std::size_t most) {
+  const auto better = [](const auto &a, const auto &b) { return a.first > b.first; };
+  if (found.size() > most) {
+    std::nth_element(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(most), found.end(),
+                     better);
+    found.resize(most);
+  }
+  std::stable_sort(found.begin(), found.end(), better);
+}
+
 class Finder {
 public:
   Finder(const Measured &measured, const Channel &channel, const Vector &y,
@@ -216,8 +235,9 @@ private:
   std::vector<Product> promising(const State &state) const;
   std::vector<State> sums_of_two(const State &none) const;
   State swapped(State state) const;
-  void see(const Eigen::MatrixXf &block, const Eigen::MatrixXf &basis, const Eigen::VectorXf &e,
-           const std::vector<Product> &of, std::vector<std::pair<double, Product>> *found) const;
+  void see(const Eigen::MatrixXf &block, const std::vector<Product> &of, Scan *scan) const;
+  void lengthen(const Product &product, const Eigen::VectorXf &values, std::size_t first,
+                Scan *scan) const;
   State refined(const State &from, State state) const;
   State pruned(State state) const;
   Expression expression(const State &state) const;
@@ -367,19 +387,18 @@ State Finder::with(const State &state, const Product &product) const {
 }
 
 // Products by the fall of the squares that each brings beside the state's columns.
-void Finder::see(const Eigen::MatrixXf &block, const Eigen::MatrixXf &basis,
-                 const Eigen::VectorXf &e, const std::vector<Product> &of,
-                 std::vector<std::pair<double, Product>> *found) const {
-  const Eigen::VectorXf s = block.transpose() * e, w = block.colwise().squaredNorm().transpose();
+void Finder::see(const Eigen::MatrixXf &block, const std::vector<Product> &of, Scan *scan) const {
+  const Eigen::VectorXf s = block.transpose() * scan->left,
+                        w = block.colwise().squaredNorm().transpose();
   Eigen::VectorXf own = w;
-  if (basis.cols() > 0)
-    own -= (basis.transpose() * block).colwise().squaredNorm().transpose();
+  if (scan->basis.cols() > 0)
+    own -= (scan->basis.transpose() * block).colwise().squaredNorm().transpose();
   for (Index k = 0; k < block.cols(); ++k) {
     if (!(own(k) > static_cast<float>(kLeastOwn) * w(k)))
       continue;
     const double gain = 0.5 * s(k) * s(k) / own(k) * thinning_ / noise_.divisor();
     const double score = gain - penalty_of(of[static_cast<std::size_t>(k)]);
-    found->emplace_back(score, of[static_cast<std::size_t>(k)]);
+    scan->found.emplace_back(score, of[static_cast<std::size_t>(k)]);
   }
 }
 
@@ -400,74 +419,53 @@ Finder::Beside Finder::beside(const Eigen::MatrixXd &columns) const {
 
 std::vector<Product> Finder::promising(const State &state) const {
   const Beside state_of = beside(state.columns);
-  const Eigen::MatrixXf basis = state_of.basis.cast<float>();
-  const Vector &e = state_of.left;
-  const Eigen::VectorXf left = e.cast<float>();
-  std::vector<std::pair<double, Product>> found;
-  const auto better = [](const auto &a, const auto &b) { return a.first > b.first; };
-  const auto keep = [&](std::size_t most) {
-    if (found.size() > most) {
-      std::nth_element(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(most),
-                       found.end(), better);
-      found.resize(most);
-    }
-    std::sort(found.begin(), found.end(), better);
-  };
+  Scan scan{state_of.basis.cast<float>(), state_of.left.cast<float>(), {}};
   const Vector thin_root = root_(rows_);
   const Eigen::VectorXf root = thin_root.cast<float>();
-  see(root, basis, left, {Product{}}, &found);
+  see(root, {Product{}}, &scan);
   std::vector<Product> of;
   for (const Atom &atom : atoms_)
     of.push_back({atom});
-  see(root.asDiagonal() * values_, basis, left, of, &found);
-  const auto count = static_cast<Index>(atoms_.size());
-  for (Index a = 0; a < count; ++a) {
-    std::vector<Index> partners;
-    std::vector<Product> pairs;
-    for (Index b = a + 1; b < count; ++b) {
-      const Atom &one = atoms_[static_cast<std::size_t>(a)],
-                 &other = atoms_[static_cast<std::size_t>(b)];
-      if (one.input == other.input)
-        continue;
-      partners.push_back(b);
-      pairs.push_back({one, other});
-    }
-    if (partners.empty())
-      continue;
-    const Eigen::VectorXf scaled = root.cwiseProduct(values_.col(a));
-    see(scaled.asDiagonal() * values_(Eigen::all, partners), basis, left, pairs, &found);
-    if (found.size() > 4000)
-      keep(kFollowed);
+  see(root.asDiagonal() * values_, of, &scan);
+  for (std::size_t a = 0; a < atoms_.size(); ++a) {
+    const Eigen::VectorXf scaled = root.cwiseProduct(values_.col(static_cast<Index>(a)));
+    lengthen({atoms_[a]}, scaled, a + 1, &scan);
+    if (scan.found.size() > kMostFound)
+      scan.keep(kFollowed);
   }
-  keep(kFollowed);
+  scan.keep(kFollowed);
   std::vector<Product> shorter;
-  for (const auto &[score, product] : found) {
+  for (const auto &[score, product] : scan.found) {
     if (product.size() == kMostFactors - 1 && shorter.size() < kLengthened)
       shorter.push_back(product);
   }
   for (const Product &product : shorter) {
-    std::vector<Index> partners;
-    std::vector<Product> triples;
-    for (Index b = 0; b < count; ++b) {
-      const Atom &more = atoms_[static_cast<std::size_t>(b)];
-      if (std::any_of(product.begin(), product.end(),
-                      [&](const Atom &atom) { return atom.input == more.input; }))
-        continue;
-      partners.push_back(b);
-      triples.push_back(product);
-      triples.back().push_back(more);
-    }
-    if (!partners.empty()) {
-      const Vector thin = column(product)(rows_);
-      see(thin.cast<float>().asDiagonal() * values_(Eigen::all, partners), basis, left, triples,
-          &found);
-    }
+    const Vector thin = column(product)(rows_);
+    lengthen(product, thin.cast<float>(), 0, &scan);
   }
-  keep(kFollowed);
+  scan.keep(kFollowed);
   std::vector<Product> out;
-  for (auto &[score, product] : found)
+  for (auto &[score, product] : scan.found)
     out.push_back(std::move(product));
   return out;
+}
+
+// The product, whose values these are, with one atom more of another feature, from `first` on.
+void Finder::lengthen(const Product &product, const Eigen::VectorXf &values, std::size_t first,
+                      Scan *scan) const {
+  std::vector<Index> partners;
+  std::vector<Product> longer;
+  for (std::size_t b = first; b < atoms_.size(); ++b) {
+    const Atom &more = atoms_[b];
+    if (std::any_of(product.begin(), product.end(),
+                    [&more](const Atom &atom) { return atom.input == more.input; }))
+      continue;
+    partners.push_back(static_cast<Index>(b));
+    longer.push_back(product);
+    longer.back().push_back(more);
+  }
+  if (!partners.empty())
+    see(values.asDiagonal() * values_(Eigen::all, partners), longer, scan);
 }
 
 // The widths of the last product, each by bisection.

@@ -13,7 +13,7 @@
 namespace rim::diagnose {
 
 struct Expression {
-  Member member; // cause `unknown`, form `expression`, a basis for each product; sizes not filled in
+  Member member;      // cause `unknown`, form `expression`, a basis for each product; without sizes
   double score = 0.0; // nats, of this and what is kept, by `noise`
 };
 

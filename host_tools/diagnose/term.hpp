@@ -114,8 +114,9 @@ std::string expression_text(const Term &term);
 std::string gate_text(const Gate &gate);
 
 // The channel's prediction with all its terms: m plus every mean term, sd times the root of every
-// variance ratio, and wider by what a size that differs between logs may differ by. A delay or lag comes first, and the others see the prediction that it makes as
-// `m`. Terms of other channels are ignored.
+// variance ratio, and wider by what a size that differs between logs may differ by. A delay or lag
+// comes first, and the others see the prediction that it makes as `m`. Terms of other channels are
+// ignored.
 struct Prediction {
   Vector m, sd;
 };
