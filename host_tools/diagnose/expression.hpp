@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // diagnose/expression.hpp - a formula where no named form explains: sums of products of powers,
 // roots, exponentials, waves and magnitudes of up to three features.
 //

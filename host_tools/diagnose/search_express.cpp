@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Formulas where no set of named forms explains.
 #include "diagnose/search.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "replay/replay.hpp"
 
 #include <algorithm>
@@ -132,7 +133,7 @@ ReplayedLog Replayer::replay(const Log &log, const ReplayOptions &options, const
     digest_ = rim_verdict_digest(digest_, &verdict);
     if (verdict.blocks != blocks) { // alarms are decided where a block ends
       result.score = std::max(result.score, held.add(verdict.score));
-      const std::uint8_t *place = rim_monitor_place(monitor);
+      const std::uint8_t *place = rimi_monitor_place(monitor);
       if (options.label && place != nullptr)
         examined.push_back({{place, place + regions}, t + 1});
     }
@@ -155,7 +156,7 @@ std::vector<bool> Replayer::rows_inside(const Matrix &context,
                                         const std::vector<Block> &blocks) const {
   const rim_monitor *monitor = monitor_.get();
   std::vector<bool> inside(static_cast<std::size_t>(context.rows()), false);
-  if (rim_monitor_search(monitor) != nullptr) { // rows are independent observations
+  if (rimi_monitor_search(monitor) != nullptr) { // rows are independent observations
     for (Eigen::Index t = 0; t < context.rows(); ++t)
       inside[static_cast<std::size_t>(t)] =
           rim_monitor_membership(monitor, context.row(t).data()) >= kMembershipCut;
@@ -164,7 +165,7 @@ std::vector<bool> Replayer::rows_inside(const Matrix &context,
   Eigen::Index from = 0;
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     const bool in =
-        rim_monitor_inside(monitor, blocks[b].place.data(), static_cast<std::uint32_t>(b));
+        rimi_monitor_inside(monitor, blocks[b].place.data(), static_cast<std::uint32_t>(b));
     const Eigen::Index to = b + 1 < blocks.size() ? blocks[b].end : context.rows();
     for (Eigen::Index t = from; t < to; ++t)
       inside[static_cast<std::size_t>(t)] = in;
@@ -184,7 +185,7 @@ void Replayer::finish(const Log &log, const Matrix &context, const ReplayOptions
   result->health = rim_monitor_get_health(monitor);
   result->image_period_s = 1e-6 * rim_monitor_config(monitor, RIM_CONFIG_PERIOD_US);
   result->alarms = rim_monitor_alarms(monitor);
-  result->alarm_score = rim_monitor_threshold(monitor)->alarm_score;
+  result->alarm_score = rimi_monitor_threshold(monitor)->alarm_score;
   if (!options.label)
     return;
   result->finding.assign(log.rows_in_file, 0);

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """others.py --rim RIM --work DIR [--measured DIR] [--seconds 15] [--seed 1]: rim diagnose beside what a user would take otherwise.
 
 The same rows and hold-outs for all: sparse regression (pysindy's STLSQ over polynomials, signs and magnitudes; columns scaled, threshold .1; and

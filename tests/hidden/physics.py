@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """physics.py --seed N --family F --out DIR --truth FILE: logs of machines of many kinds, each simulated without a part of its physics.
 
 A pendulum, motors, a tank, a furnace, a ship, an arm, cars, a drone, rockets, a crane, a train and others: each is integrated in small

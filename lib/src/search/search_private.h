@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The layout of a search, shared by search.c, statistic.c, scan.c. */
 #ifndef RIM_SRC_SEARCH_PRIVATE_H
 #define RIM_SRC_SEARCH_PRIVATE_H
@@ -5,8 +6,8 @@
 #include "rim/image.h"
 #include "search/search.h"
 
-#define SEARCH_Z_STEP (1.0 / 64.0) /* of a residual in the ring: int16 covers +-500 */
-#define SEARCH_BYTE_STEP (1.0 / 31.0) /* of a standardised mean or prediction: int8 covers +-4 */
+#define SEARCH_Z_STEP (1.0 / 64.0)      /* of a residual in the ring: int16 covers +-500 */
+#define SEARCH_BYTE_STEP (1.0 / 31.0)   /* of a standardised mean or prediction: int8 covers +-4 */
 #define SEARCH_CHANGE_STEP (1.0 / 64.0) /* of the commands' change: uint8 covers 3.98 */
 #define SEARCH_COARSE_STEP (1.0 / 4.0)  /* of a residual in a byte: +-31 */
 #define SEARCH_NONE (-1e30f)
@@ -43,18 +44,18 @@ typedef struct search_layout {
 
 struct rim_search {
   search_config config;
-  uint32_t count;            /* blocks since the start */
-  uint16_t held, head;       /* in the ring; slot written next */
-  uint16_t channel;          /* in turn; its work arrays are valid when `fresh` */
-  uint16_t next_channel;     /* round robin */
-  uint16_t stage;            /* of the turn */
+  uint32_t count;        /* blocks since the start */
+  uint16_t held, head;   /* in the ring; slot written next */
+  uint16_t channel;      /* in turn; its work arrays are valid when `fresh` */
+  uint16_t next_channel; /* round robin */
+  uint16_t stage;        /* of the turn */
   uint16_t next_pair;
-  uint8_t top_feature;       /* best single feature of the channel in turn */
+  uint8_t top_feature; /* best single feature of the channel in turn */
   bool fresh, favour;
   search_layout at;
   float *maxima;
   search_hypothesis in_time[SEARCH_FIELD + 1]; /* of the channel in turn: best by ratio of each */
-  uint32_t fields; /* of the channel in turn */
+  uint32_t fields;                             /* of the channel in turn */
   search_bins bins;
   search_cells cells;
 };
@@ -117,8 +118,8 @@ static inline float *search_g(const rim_search *s, uint32_t i) {
 
 /* Which blocks of the ring a pass looks at. */
 typedef struct search_mask {
-  uint32_t from;      /* first index of the ring, 0: all */
-  uint8_t dims;       /* features that must be inside their bins */
+  uint32_t from;                       /* first index of the ring, 0: all */
+  uint8_t dims;                        /* features that must be inside their bins */
   uint8_t feature[2], low[2], high[2]; /* bytes low..high inclusive */
 } search_mask;
 
@@ -135,28 +136,29 @@ static inline bool search_passes(const rim_search *s, const search_mask *mask, u
 
 /* statistic.c */
 /* The raw fields of a block for a channel. */
-void search_raw_fields(const rim_search *s, const noise_channel *c, uint32_t slot, uint32_t outcome,
-                       double *raw);
-void search_weighted_fields(const rim_search *s, const noise_channel *c, uint32_t slot,
-                            uint32_t outcome, double w, double *fields);
-double search_weight(const rim_search *s, const noise_channel *c, uint32_t channel, uint32_t slot);
+void rimi_search_raw_fields(const rim_search *s, const noise_channel *c, uint32_t slot,
+                            uint32_t outcome, double *raw);
+void rimi_search_weighted_fields(const rim_search *s, const noise_channel *c, uint32_t slot,
+                                 uint32_t outcome, double w, double *fields);
+double rimi_search_weight(const rim_search *s, const noise_channel *c, uint32_t channel,
+                          uint32_t slot);
 /* Prepares the work arrays for a channel, and judges SINCE, RAMP, GAIN and FIELD. */
-void search_refresh(rim_search *s, uint32_t channel);
+void rimi_search_refresh(rim_search *s, uint32_t channel);
 /* Fills ln_ratio, shift, sd, score of h from the sums. */
-void search_judge(const rim_search *s, const search_sums *sums, search_hypothesis *h);
+void rimi_search_judge(const rim_search *s, const search_sums *sums, search_hypothesis *h);
 /* The best onset of the shift inside the mask (mask->from is ignored). *sd: of the onset, blocks;
  * NULL: not asked. */
-void search_scan_onset(const rim_search *s, const search_mask *mask, search_hypothesis *h,
-                       double *sd);
+void rimi_search_scan_onset(const rim_search *s, const search_mask *mask, search_hypothesis *h,
+                            double *sd);
 
 /* scan.c */
-void search_scan_interval(rim_search *s, const search_mask *mask, uint32_t feature,
-                          search_hypothesis *h, uint32_t which);
-void search_scan_box(rim_search *s, uint32_t x, uint32_t y, search_hypothesis *h);
+void rimi_search_scan_interval(rim_search *s, const search_mask *mask, uint32_t feature,
+                               search_hypothesis *h, uint32_t which);
+void rimi_search_scan_box(rim_search *s, uint32_t x, uint32_t y, search_hypothesis *h);
 /* Judges the region as it stands, exactly. */
-void search_evaluate(const rim_search *s, search_hypothesis *h);
-void search_refine_edges(rim_search *s, search_hypothesis *h, uint32_t which);
-search_mask search_mask_of(const rim_search *s, const search_hypothesis *h, int without);
-void search_note(rim_search *s, uint32_t channel, const search_hypothesis *h);
+void rimi_search_evaluate(const rim_search *s, search_hypothesis *h);
+void rimi_search_refine_edges(rim_search *s, search_hypothesis *h, uint32_t which);
+search_mask rimi_search_mask_of(const rim_search *s, const search_hypothesis *h, int without);
+void rimi_search_note(rim_search *s, uint32_t channel, const search_hypothesis *h);
 
 #endif
