@@ -11,6 +11,7 @@ namespace {
 using Index = Eigen::Index;
 constexpr double kLeastNats = 5.0; // beyond ln of the number of rows
 constexpr double kMostChance = 0.98;
+constexpr double kSmall = 0.1; // of the readings' root mean square
 
 // The step between neighbouring values: the middle one where readings are quantised (few values),
 // a small one where they are not.
@@ -65,6 +66,34 @@ Flagged picked(const Flagged &whole, const Measured &measured) {
   return out;
 }
 
+// Zeros of a vehicle that stands: about zero is predicted somewhere among them, or the log begins
+// with them, or the readings before and after them are small already.
+std::vector<std::uint8_t> zeros_at_rest(const Measured &measured, const Channel &channel) {
+  std::vector<std::uint8_t> rest(measured.rows(), 0);
+  const double small =
+      kSmall * std::sqrt(channel.z.squaredNorm() / static_cast<double>(channel.z.size()));
+  for (const LogSpan &log : measured.logs) {
+    const std::size_t last = log.first + log.rows;
+    for (std::size_t i = log.first; i < last;) {
+      std::size_t end = i;
+      bool stands = i == log.first;
+      for (; end < last && channel.z(static_cast<Index>(end)) == 0.0; ++end)
+        stands = stands || std::abs(channel.m(static_cast<Index>(end))) <
+                               0.05 * channel.sd(static_cast<Index>(end));
+      if (end == i) {
+        ++i;
+        continue;
+      }
+      stands = stands || (std::abs(channel.z(static_cast<Index>(i) - 1)) < small &&
+                          (end == last || std::abs(channel.z(static_cast<Index>(end))) < small));
+      std::fill(rest.begin() + static_cast<std::ptrdiff_t>(i),
+                rest.begin() + static_cast<std::ptrdiff_t>(end), stands ? 1 : 0);
+      i = end;
+    }
+  }
+  return rest;
+}
+
 } // namespace
 
 Flagged find_flagged(const Measured &measured, const Channel &channel) {
@@ -81,12 +110,12 @@ Flagged find_flagged(const Measured &measured, const Channel &channel) {
     const double p = step / (2.5066 * sd) * std::exp(-0.5 * std::min(100.0, r * r));
     return std::clamp(std::max(p, floor), 1e-12, kMostChance);
   };
-  const auto is_at_rest = [&](Index i) { return std::abs(channel.m(i)) < 0.05 * channel.sd(i); };
+  const std::vector<std::uint8_t> rest = zeros_at_rest(measured, channel);
+  const auto is_at_rest = [&rest](Index i) { return rest[static_cast<std::size_t>(i)] != 0; };
   const double ln_rows = std::log(static_cast<double>(n));
   double zeros_ln = 0.0;
   std::size_t zeros = 0;
   for (std::size_t i = 0; i < n; ++i) {
-    // A zero where about zero is predicted is what a vehicle at rest shows.
     if (channel.z(static_cast<Index>(i)) == 0.0 && !is_at_rest(static_cast<Index>(i))) {
       zeros_ln -= std::log(chance(static_cast<Index>(i), 0.0, 0.0));
       ++zeros;

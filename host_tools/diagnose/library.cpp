@@ -127,6 +127,10 @@ std::vector<std::vector<int>> Builder::assignments(const Form &form) const {
       for (const int f : features_for(argument.role)) {
         if (!so_far.empty() && (form.is_unordered ? f <= so_far[0] : f == so_far[0]))
           continue;
+        // With the channel's own prediction that is a gain that depends on the other.
+        if (form.arguments.size() > 1 &&
+            measured_.features[static_cast<std::size_t>(f)].name == "m." + channel_.name)
+          continue;
         const Vector x = measured_.x.col(f);
         const double mean = x.mean();
         if (std::sqrt((x.array() - mean).square().mean()) < form.least_spread * std::abs(mean))
@@ -164,10 +168,14 @@ std::vector<double> Builder::grid(const ShapeParameter &p, const Form &form,
     x = x.cwiseAbs().eval();
   std::sort(x.data(), x.data() + x.size());
   for (int i = 0; i < p.count; ++i) {
-    const double share = p.low_share + (p.high_share - p.low_share) * i / std::max(1, p.count - 1);
+    // Of a magnitude more finely near none: how slow is rest?
+    const double step = static_cast<double>(i) / std::max(1, p.count - 1);
+    const double share =
+        p.low_share + (p.high_share - p.low_share) * (is_magnitude ? step * step : step);
     const double level = x(static_cast<Index>(share * static_cast<double>(x.size() - 1)));
     // A width of nothing is none: of a magnitude that is mostly zero.
-    if ((out.empty() || level > out.back()) && !(is_magnitude && level <= 0.0))
+    const bool may_be_none = p.low_share <= 0.0 && i == 0;
+    if ((out.empty() || level > out.back()) && !(is_magnitude && level <= 0.0 && !may_be_none))
       out.push_back(level);
   }
   return out;

@@ -28,9 +28,10 @@ struct Member {
   Term term;
   int candidate = -1; // in Library::candidates; -1: the smooth table
   bool is_fixed = false, is_positive = false;
-  bool is_given = false; // came with --extension: stays as it is
-  bool differs = false;  // its size differs between the logs: h has a column for each
-  Eigen::MatrixXd h;     // rows x columns, in stated sd
+  bool is_given = false;    // came with --extension: stays as it is
+  bool keeps_shape = false; // the held-out logs chose it
+  bool differs = false;     // its size differs between the logs: h has a column for each
+  Eigen::MatrixXd h;        // rows x columns, in stated sd
   double penalty = 0.0;
 };
 

@@ -15,7 +15,10 @@ constexpr double kLeastR2 = 0.98;    // less is no response
 constexpr double kEnoughR2 = 0.9999; // more needs no curve
 constexpr Index kKnots = 18, kMostRows = 3000;
 constexpr int kMostRidges = 4, kSteps = 20, kFollowed = 4;
-constexpr double kLeastFall = 0.1; // of the squares: what a curve must take off
+constexpr Index kMostProducts = 24;
+constexpr double kLeastProduct = 0.02; // of the squares left: what a product must take off
+constexpr double kNoPart = 0.02;       // of the squares left: what a feature without a part adds
+constexpr double kLeastFall = 0.1;     // of the squares: what a curve must take off
 
 // Commands and features that are no angles and no predictions, each of sd 1, as thinned rows.
 struct Inputs {
@@ -34,6 +37,26 @@ double sd_of(const Vector &x) {
   return std::sqrt(std::max(1e-300, (x.array() - x.mean()).square().mean()));
 }
 
+// The column that takes most of the squares off beside those of `now`, at least such a share; -1:
+// none.
+Index best_beside(const Eigen::MatrixXd &h, const Eigen::MatrixXd &now, const Eigen::MatrixXd &gram,
+                  const Vector &left, double least_share) {
+  const Eigen::MatrixXd cross = now.transpose() * h;
+  const Vector own = h.colwise().squaredNorm().transpose() -
+                     cross.cwiseProduct(gram.ldlt().solve(cross)).colwise().sum().transpose();
+  const Vector s = h.transpose() * left;
+  Index best = -1;
+  double most = least_share * left.squaredNorm();
+  for (Index k = 0; k < h.cols(); ++k) {
+    const double fall = own(k) > 1e-6 ? s(k) * s(k) / own(k) : 0.0;
+    if (fall > most) {
+      most = fall;
+      best = k;
+    }
+  }
+  return best;
+}
+
 class Fitter {
 public:
   Fitter(const Measured &measured, const Channel &channel);
@@ -45,6 +68,7 @@ private:
   Ridge curve_over(const Vector &weights, Vector *fitted) const;
   std::vector<Vector> directions() const;
   double improve(Vector *weights) const;
+  void make_sparse(double squares, Vector *weights) const;
   bool add_ridge();
 
   const Measured &measured_;
@@ -105,14 +129,25 @@ void Fitter::fit_products() {
     scale(k) = std::max(1e-300, columns[static_cast<std::size_t>(k)].norm());
     h.col(k) = columns[static_cast<std::size_t>(k)] / scale(k);
   }
-  Eigen::MatrixXd gram = h.transpose() * h;
-  gram.diagonal().array() += 1e-9;
-  const Vector beta = gram.ldlt().solve(h.transpose() * m_);
-  left_ = m_ - h * beta;
-  for (Index k = 0; k < p; ++k) {
-    const Product &product = products[static_cast<std::size_t>(k)];
+  // One by one: what a limit does must not be laid on features that have no part in it.
+  std::vector<Index> taken{0};
+  Vector beta;
+  for (Index step = 0; step < kMostProducts; ++step) {
+    const Eigen::MatrixXd now = h(Eigen::all, taken);
+    Eigen::MatrixXd gram = now.transpose() * now;
+    gram.diagonal().array() += 1e-9;
+    beta = gram.ldlt().solve(now.transpose() * m_);
+    left_ = m_ - now * beta;
+    const Index next = best_beside(h, now, gram, left_, kLeastProduct);
+    if (next < 0 || left_share() < 1e-9)
+      break;
+    taken.push_back(next);
+  }
+  for (Index k = 0; k < beta.size(); ++k) {
+    const Index at = taken[static_cast<std::size_t>(k)];
+    const Product &product = products[static_cast<std::size_t>(at)];
     if (product.has_command)
-      out_.products[product.name] = beta(k) / scale(k);
+      out_.products[product.name] = beta(k) / scale(at);
   }
 }
 
@@ -222,6 +257,19 @@ double Fitter::improve(Vector *weights) const {
   return best;
 }
 
+// Without the features that have no part in the sum.
+void Fitter::make_sparse(double squares, Vector *weights) const {
+  for (Index k = 0; k < weights->size(); ++k) {
+    Vector less = *weights, fitted;
+    less(k) = 0.0;
+    if ((*weights)(k) == 0.0 || !(less.cwiseAbs().maxCoeff() > 0.0))
+      continue;
+    curve_over(less, &fitted);
+    if ((left_ - fitted).squaredNorm() < (1.0 + kNoPart) * squares)
+      *weights = less;
+  }
+}
+
 bool Fitter::add_ridge() {
   std::vector<std::pair<double, Vector>> found;
   for (Vector &w : directions()) {
@@ -244,6 +292,7 @@ bool Fitter::add_ridge() {
   }
   if (weights.size() == 0)
     return false;
+  make_sparse(best, &weights);
   Vector fitted;
   Ridge ridge = curve_over(weights, &fitted);
   for (Index k = 0; k < weights.size(); ++k)

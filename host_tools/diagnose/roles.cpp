@@ -2,8 +2,10 @@
 #include "diagnose/roles.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <initializer_list>
+#include <set>
 #include <string>
 
 namespace rim::diagnose {
@@ -13,6 +15,8 @@ namespace {
 using Index = Eigen::Index;
 // Own velocity: how well its changes must follow the prediction.
 constexpr double kLeastOwnCorrelation = 0.3;
+// Of velocities whose changes follow it nearly as well none is known to be the own one.
+constexpr double kClearOwn = 0.6;
 // Rate of change: how near, in its own sd, a feature must be to the differences of another.
 constexpr double kMostRateError = 0.3;
 constexpr double kLeastStateCorrelation = 0.9;
@@ -117,6 +121,49 @@ double own_correlation(const Measured &measured, const Channel &channel, int fea
   return f.unit == channel.unit ? std::max(follows, step.correlation()) : follows;
 }
 
+// Words and numbers of a name without prefix and unit: "torque", "2" of "z.torque2_Nm".
+std::set<std::string> words_of(const std::string &name, const std::string &unit) {
+  std::string bare = name.size() > 1 && name[1] == '.' ? name.substr(2) : name;
+  const std::size_t cut = bare.rfind('_');
+  if (!unit.empty() && cut != std::string::npos)
+    bare.resize(cut);
+  std::set<std::string> words;
+  std::string word;
+  for (const char c : bare + "_") {
+    const bool is_digit = std::isdigit(static_cast<unsigned char>(c)) != 0;
+    const bool was_digit =
+        !word.empty() && std::isdigit(static_cast<unsigned char>(word.back())) != 0;
+    if (c == '_' || (!word.empty() && is_digit != was_digit)) {
+      if (word.size() > 1 || was_digit)
+        words.insert(word);
+      word.clear();
+    }
+    if (c != '_')
+      word += c;
+  }
+  return words;
+}
+
+// The one of these velocities whose name has most in common with the channel's; -1: several or
+// none.
+int by_name(const Measured &measured, const Channel &channel, const std::vector<int> &fitting) {
+  const std::set<std::string> wanted = words_of(channel.name, channel.unit);
+  int best = -1;
+  std::size_t most = 0;
+  for (const int f : fitting) {
+    const Feature &feature = measured.features[static_cast<std::size_t>(f)];
+    std::size_t common = 0;
+    for (const std::string &word : words_of(feature.name, feature.unit))
+      common += wanted.count(word);
+    if (common > most)
+      best = f;
+    else if (common == most)
+      best = -1;
+    most = std::max(most, common);
+  }
+  return best;
+}
+
 // A quantity that no motion resists.
 bool may_have_velocity(const Channel &channel) {
   return !is_one_of(channel.unit, {"m", "km", "cm", "mm", "rad", "deg", "degC", "K", "Pa", "kPa",
@@ -147,23 +194,27 @@ std::vector<int> own_velocity(const Measured &thin, const Channel &of_thin) {
     return {};
   const std::vector<int> all = velocities(measured);
   std::vector<int> fitting;
-  int best = -1;
-  double most = kLeastOwnCorrelation;
+  std::vector<double> follows;
   for (const int f : all) {
     const std::string &unit = measured.features[static_cast<std::size_t>(f)].unit;
     if ((is_linear(channel.unit) && is_turning(unit)) ||
         (is_turning(channel.unit) && is_linear(unit)))
       continue;
     fitting.push_back(f);
-    const double c = own_correlation(measured, channel, f);
-    if (c > most) {
-      most = c;
-      best = f;
-    }
+    follows.push_back(own_correlation(measured, channel, f));
   }
-  if (best >= 0)
-    return {best};
-  return fitting.empty() ? all : fitting;
+  if (fitting.empty())
+    return {};
+  const double most = *std::max_element(follows.begin(), follows.end());
+  if (most <= kLeastOwnCorrelation)
+    return fitting;
+  std::vector<int> own;
+  for (std::size_t k = 0; k < fitting.size(); ++k) {
+    if (follows[k] >= kClearOwn * most)
+      own.push_back(fitting[k]);
+  }
+  const int named = by_name(measured, channel, fitting);
+  return named >= 0 ? std::vector<int>{named} : own;
 }
 
 int own_state(const Measured &thin, const Channel &of_thin) {

@@ -14,8 +14,10 @@ namespace rim::diagnose {
 std::vector<int> velocities(const Measured &measured);
 
 // The velocity that a channel's friction acts on: the one whose increments follow the prediction
-// (an acceleration, a force, the velocity's own next value). All that it could be where none does:
-// then the search decides. Empty for channels that can have none (a temperature, a position).
+// (an acceleration, a force, the velocity's own next value); of several that do, the one whose name
+// has words or a number of the channel's ("torque2", "qd2"). All that it could be where neither
+// tells: then the search decides. Empty for channels that can have none (a temperature, a
+// position).
 std::vector<int> own_velocity(const Measured &measured, const Channel &channel);
 
 // Whether a force is measured, so that friction adds to what a model without it predicts.

@@ -26,25 +26,27 @@ struct BoxBest {
   int first[2] = {0, 0}, last[2] = {0, 0};
 };
 
-BoxBest best_box(const Eigen::MatrixXd &s, const Eigen::MatrixXd &w, const Eigen::MatrixXd &n,
+BoxBest best_box(const Cells &s, const Cells &w, const Cells &n, int rows, int columns,
                  double least) {
   BoxBest best;
-  const int rows = static_cast<int>(s.rows()), columns = static_cast<int>(s.cols());
-  Vector cs(columns), cw(columns), cn(columns);
+  double cs[kCoarseBins], cw[kCoarseBins], cn[kCoarseBins];
   for (int top = 0; top < rows; ++top) {
-    cs.setZero();
-    cw.setZero();
-    cn.setZero();
+    std::fill_n(cs, kCoarseBins, 0.0);
+    std::fill_n(cw, kCoarseBins, 0.0);
+    std::fill_n(cn, kCoarseBins, 0.0);
     for (int bottom = top; bottom < rows; ++bottom) {
-      cs += s.row(bottom).transpose();
-      cw += w.row(bottom).transpose();
-      cn += n.row(bottom).transpose();
+      for (int k = 0; k < columns; ++k) {
+        const auto at = static_cast<std::size_t>(bottom * kCoarseBins + k);
+        cs[k] += s[at];
+        cw[k] += w[at];
+        cn[k] += n[at];
+      }
       for (int left = 0; left < columns; ++left) {
         double sum = 0.0, weight = 0.0, count = 0.0;
         for (int right = left; right < columns; ++right) {
-          sum += cs(right);
-          weight += cw(right);
-          count += cn(right);
+          sum += cs[right];
+          weight += cw[right];
+          count += cn[right];
           if (count >= least && sum * sum > 2.0 * best.value * weight) {
             best.value = 0.5 * sum * sum / weight;
             best.first[0] = top;
@@ -80,6 +82,16 @@ Scanner::Scanner(const Library &library, const Vector &weight)
         pairs_.emplace_back(a, b);
     }
   }
+  const Vector used = (weight_.array() > 0.0).cast<double>();
+  for (const auto &[fa, fb] : pairs_) {
+    const auto &a = library.gates[static_cast<std::size_t>(fa)].coarse;
+    const auto &b = library.gates[static_cast<std::size_t>(fb)].coarse;
+    std::vector<std::uint8_t> cell(a.size());
+    for (std::size_t i = 0; i < cell.size(); ++i)
+      cell[i] = static_cast<std::uint8_t>(a[i] * kCoarseBins + b[i]);
+    cells_.push_back(std::move(cell));
+    rows_in_.push_back(sums(cells_.size() - 1, used));
+  }
   least_rows_ = std::max(15.0, 0.008 * weight_.sum());
   for (int c = 0; c < static_cast<int>(library.candidates.size()); ++c) {
     const Candidate &candidate = library.candidates[static_cast<std::size_t>(c)];
@@ -99,18 +111,18 @@ Scanner::Scanner(const Library &library, const Vector &weight)
       for (Index i = 0; i < g2.size(); ++i)
         gated.w(bin[idx(i)], f) += g2(i);
     }
-    if (gated.is_pair) {
-      gated.w_grid =
-          Eigen::MatrixXd::Zero(kCoarseBins * kCoarseBins, static_cast<Index>(pairs_.size()));
-      for (std::size_t p = 0; p < pairs_.size(); ++p) {
-        const auto &a = library.gates[static_cast<std::size_t>(pairs_[p].first)].coarse;
-        const auto &b = library.gates[static_cast<std::size_t>(pairs_[p].second)].coarse;
-        for (Index i = 0; i < g2.size(); ++i)
-          gated.w_grid(a[idx(i)] * kCoarseBins + b[idx(i)], static_cast<Index>(p)) += g2(i);
-      }
-    }
+    for (std::size_t p = 0; gated.is_pair && p < pairs_.size(); ++p)
+      gated.w_grid.push_back(sums(p, g2));
     gated_.push_back(std::move(gated));
   }
+}
+
+Cells Scanner::sums(std::size_t pair, const Vector &x) const {
+  Cells out{};
+  const std::vector<std::uint8_t> &cell = cells_[pair];
+  for (std::size_t i = 0; i < cell.size(); ++i)
+    out[cell[i]] += x(static_cast<Index>(i));
+  return out;
 }
 
 void Scanner::propose_gated(const Gated &gated, const Vector &e, const Noise &noise,
@@ -260,24 +272,12 @@ void Scanner::propose_boxes(const Gated &gated, const Vector &e, const Noise &no
   Proposal best;
   best.candidate = gated.candidate;
   best.penalty = candidate.penalty + library_.gate_penalty(2);
-  Eigen::MatrixXd s, w, n;
   for (std::size_t p = 0; p < pairs_.size(); ++p) {
     const GateFeature &a = library_.gates[static_cast<std::size_t>(pairs_[p].first)];
     const GateFeature &b = library_.gates[static_cast<std::size_t>(pairs_[p].second)];
     // Only bins that are: a feature of few values has fewer, and rounding could choose one more.
-    const int rows = a.coarse_bins(), columns = b.coarse_bins();
-    s.setZero(rows, columns);
-    n.setZero(rows, columns);
-    w.resize(rows, columns);
-    for (Index i = 0; i < ge.size(); ++i) {
-      s(a.coarse[idx(i)], b.coarse[idx(i)]) += ge(i);
-      n(a.coarse[idx(i)], b.coarse[idx(i)]) += weight_(i) > 0.0 ? 1.0 : 0.0;
-    }
-    for (int j = 0; j < rows; ++j) {
-      for (int k = 0; k < columns; ++k)
-        w(j, k) = gated.w_grid(j * kCoarseBins + k, static_cast<Index>(p));
-    }
-    const BoxBest box = best_box(s, w, n, least_rows_);
+    const BoxBest box = best_box(sums(p, ge), gated.w_grid[p], rows_in_[p], a.coarse_bins(),
+                                 b.coarse_bins(), least_rows_);
     const bool is_timed = a.name == kTime || b.name == kTime;
     const double gain = box.value / noise.divisor() * (is_timed ? kTimeShare : 1.0);
     if (gain > best.gain) {
@@ -293,22 +293,20 @@ void Scanner::propose_boxes(const Gated &gated, const Vector &e, const Noise &no
 }
 
 // By how much Huber's loss falls when the column is added as it is: where it is large it meets
-// residuals that are, and neither may be cut alone.
-double Scanner::fixed_gain(const Fit &fit, const Noise &noise, Index column) const {
-  const double corner = noise.clip * noise.scale;
-  const auto loss = [corner](double size) {
-    return size <= corner ? 0.5 * size * size : corner * size - 0.5 * corner * corner;
-  };
-  double gain = 0.0;
-  for (Index i = 0; i < root_.size(); ++i)
-    gain += loss(std::abs(root_(i) * fit.residual(i))) -
-            loss(std::abs(root_(i) * (fit.residual(i) - library_.g(i, column))));
-  return gain;
+// residuals that are, and neither may be cut alone. `now`: the loss without it.
+double Scanner::fixed_gain(const Vector &weighted, double now, double corner, Index column) const {
+  const auto size = (weighted - root_.cwiseProduct(library_.g.col(column))).array().abs();
+  const auto inner = size.min(corner);
+  return now - (inner * (size - 0.5 * inner)).sum();
 }
 
 std::vector<Proposal> Scanner::mean(const Fit &fit, const Noise &noise, std::size_t most) const {
   std::vector<Proposal> out;
   const Vector e = fit.clipped, we = root_.cwiseProduct(e);
+  const Vector weighted = root_.cwiseProduct(fit.residual);
+  const double corner = noise.clip * noise.scale;
+  const auto cut = weighted.array().abs().min(corner).eval();
+  const double now = (cut * (weighted.array().abs() - 0.5 * cut)).sum();
   const Vector s = library_.g.transpose() * we;
   Vector w = norm_;
   Eigen::MatrixXd along; // columns of g in the span of the members
@@ -324,7 +322,7 @@ std::vector<Proposal> Scanner::mean(const Fit &fit, const Noise &noise, std::siz
     p.penalty = candidate.penalty;
     if (candidate.columns == 1) {
       if (candidate.is_fixed)
-        p.gain = fixed_gain(fit, noise, k);
+        p.gain = fixed_gain(weighted, now, corner, k);
       else if (w(k) > 1e-6 * norm_(k) && !(candidate.is_positive && s(k) <= 0.0))
         p.gain = 0.5 * s(k) * s(k) / w(k);
     } else {
@@ -420,20 +418,19 @@ Proposal Scanner::variance_box(const Vector &q, const Vector &used, double sprea
   const auto within = [](const Eigen::MatrixXd &m, Index i0, Index i1, Index j0, Index j1) {
     return m(i1, j1) - m(i0, j1) - m(i1, j0) + m(i0, j0);
   };
-  for (const auto &[fa, fb] : pairs_) {
+  for (std::size_t p = 0; p < pairs_.size(); ++p) {
+    const int fa = pairs_[p].first, fb = pairs_[p].second;
     const GateFeature &a = library_.gates[static_cast<std::size_t>(fa)];
     const GateFeature &b = library_.gates[static_cast<std::size_t>(fb)];
     const Index na = a.coarse_bins(), nb = b.coarse_bins();
+    const Cells squares = sums(p, q);
     n.setZero();
     s.setZero();
-    for (Index i = 0; i < q.size(); ++i) {
-      n(a.coarse[idx(i)] + 1, b.coarse[idx(i)] + 1) += used(i);
-      s(a.coarse[idx(i)] + 1, b.coarse[idx(i)] + 1) += q(i);
-    }
     for (Index i = 1; i <= na; ++i) {
       for (Index j = 1; j <= nb; ++j) {
-        n(i, j) += n(i - 1, j) + n(i, j - 1) - n(i - 1, j - 1);
-        s(i, j) += s(i - 1, j) + s(i, j - 1) - s(i - 1, j - 1);
+        const std::size_t at = idx((i - 1) * kCoarseBins + j - 1);
+        n(i, j) = rows_in_[p][at] + n(i - 1, j) + n(i, j - 1) - n(i - 1, j - 1);
+        s(i, j) = squares[at] + s(i - 1, j) + s(i, j - 1) - s(i - 1, j - 1);
       }
     }
     each_box(na, nb, [&](Index i0, Index i1, Index j0, Index j1) {

@@ -7,6 +7,9 @@
 // grid.
 #pragma once
 
+#include <array>
+#include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "diagnose/library.hpp"
@@ -30,6 +33,9 @@ struct Proposal {
   double ratio = 1.0; // variance: inside over outside
   double score() const { return gain - penalty; }
 };
+
+// Sums over the coarse cells of a pair of features: first bin * kCoarseBins + second bin.
+using Cells = std::array<double, static_cast<std::size_t>(kCoarseBins *kCoarseBins)>;
 
 class Scanner {
 public:
@@ -57,10 +63,11 @@ private:
   struct Gated {
     int candidate = 0;
     bool is_pair = false;
-    Eigen::MatrixXd w;      // fine bins x gates
-    Eigen::MatrixXd w_grid; // coarse cells x pairs, where is_pair
+    Eigen::MatrixXd w;         // fine bins x gates
+    std::vector<Cells> w_grid; // one a pair, where is_pair
   };
-  double fixed_gain(const Fit &fit, const Noise &noise, Eigen::Index column) const;
+  Cells sums(std::size_t pair, const Vector &x) const;
+  double fixed_gain(const Vector &weighted, double now, double corner, Eigen::Index column) const;
   void propose_gated(const Gated &gated, const Vector &e, const Noise &noise,
                      std::vector<Proposal> *out) const;
   void propose_pairs(int candidate, const Vector &e, const Noise &noise,
@@ -80,6 +87,8 @@ private:
   std::vector<Gated> gated_;
   std::vector<int> gated_pairs_; // candidates of two columns that may be gated
   std::vector<std::pair<int, int>> pairs_;
+  std::vector<std::vector<std::uint8_t>> cells_; // of every pair: each row's
+  std::vector<Cells> rows_in_;                   // that are measurements
   double least_rows_;
 };
 

@@ -21,7 +21,7 @@ constexpr std::size_t kProposals = 60, kExact = 10;
 // Noise of the start: lag-1 correlation that tells it, and the least share of squares it explains.
 constexpr double kAlternates = -0.15, kLeastStartShare = 0.01;
 constexpr int kStartRounds = 2;
-constexpr double kWithoutName = 20.0; // nats that terms without a name must be better by
+constexpr double kBesideLaw = 0.15; // share of the rows
 constexpr int kShapeSteps = 4;
 constexpr double kTableCost = 10.0; // nats: a curve without a name, where laws of physics hold
 constexpr double kSwapGain = 0.5;   // nats by which a swap must be better
@@ -60,6 +60,7 @@ void turn_sign(Term *term) {
     basis.erase(0, 1);
   for (Parameter &size : term->sizes) {
     size.value = -size.value;
+    size.unrefined = -size.unrefined;
     std::for_each(size.per_log.begin(), size.per_log.end(), [](double &v) { v = -v; });
   }
 }
@@ -161,7 +162,7 @@ void ChannelSearch::refine_shape(const std::vector<Member> &others, double loss,
 // One delay or lag a channel; nothing twice.
 bool ChannelSearch::excludes(const Proposal &proposal, const std::vector<Member> &members) const {
   const Term &term = library_.candidates[static_cast<std::size_t>(proposal.candidate)].term;
-  if ((moves_prediction(term) && !may_delay_) || (term.cause == "unknown" && !may_express_))
+  if (moves_prediction(term) && !may_delay_)
     return true;
   return std::any_of(members.begin(), members.end(), [&](const Member &m) {
     if (moves_prediction(term) && moves_prediction(m.term))
@@ -271,8 +272,8 @@ void ChannelSearch::join_forms() {
       kept.push_back(member);
   }
   NoiseState noise;
-  const FormSet set = SetSearch(measured_, library_, y_, out_.noise.weight, kept)
-                          .best(may_delay_, may_express_, &noise);
+  const FormSet set =
+      SetSearch(measured_, library_, y_, out_.noise.weight, kept).best(may_delay_, &noise);
   take_noise(noise);
   for (std::size_t j = 0; j < set.candidates.size(); ++j) {
     Member member = form_member(set.candidates[j], static_cast<int>(j) == set.differs);
@@ -352,6 +353,20 @@ void ChannelSearch::estimate_noise() {
   take_noise(noise_state(out_.fit.residual, out_.noise.weight, measured_, rms, sizes));
 }
 
+// Wider in a few rows, in a place that only names what a claimed term is made of: that is how the
+// term departs from the truth there (friction near rest), no noise.
+bool ChannelSearch::is_beside_law(const Proposal &variance) const {
+  const Gate gate = scanner_->gate(variance);
+  if (variance.ratio < 1.0 || scanner_->inside(variance).mean() > kBesideLaw)
+    return false;
+  return std::all_of(gate.features.begin(), gate.features.end(), [this](const std::string &name) {
+    return std::any_of(out_.members.begin(), out_.members.end(), [&name](const Member &m) {
+      return std::any_of(m.term.arguments.begin(), m.term.arguments.end(),
+                         [&name](const auto &argument) { return argument.second == name; });
+    });
+  });
+}
+
 // The best change of variance, if it is one. True when one was claimed.
 bool ChannelSearch::claim_variance() {
   if (!out_.variances.empty())
@@ -361,7 +376,8 @@ bool ChannelSearch::claim_variance() {
   claim.term.channel = channel_.name;
   claim.term.cause = claim.term.form = "noise";
   claim.term.kind = TermKind::variance;
-  if (!proposals.empty() && proposals[0].score() >= options_.threshold) {
+  if (!proposals.empty() && proposals[0].score() >= options_.threshold &&
+      !is_beside_law(proposals[0])) {
     const Proposal &p = proposals[0];
     claim.mask = scanner_->inside(p);
     double ratio = p.ratio;
@@ -422,8 +438,10 @@ void ChannelSearch::fill_sizes() {
       }
       if (member.candidate >= 0)
         size.unit = library_.size_units[static_cast<std::size_t>(member.candidate)];
-      if (member.h.cols() == 2)
+      if (member.h.cols() == 2 && member.candidate >= 0)
         size.name = k == 0 ? "sine" : "cosine";
+      else if (k > 0)
+        size.name = fmt::format("size_{}", k + 1);
       if (member.candidate >= 0) {
         const auto &names =
             library_.candidates[static_cast<std::size_t>(member.candidate)].size_names;
@@ -437,19 +455,53 @@ void ChannelSearch::fill_sizes() {
   }
 }
 
+// Friction's sizes trade with what refines it over the same velocity (a drag that helps, a share of
+// the load): what they would be without that is what others, who fit less, would find.
+void ChannelSearch::add_unrefined() {
+  const auto velocity = [](const Member &m) {
+    const auto v = m.term.arguments.find("v");
+    return v == m.term.arguments.end() ? std::string() : v->second;
+  };
+  const auto is_friction = [](const Member &m) {
+    return m.term.cause == "coulomb_friction" || m.term.cause == "viscous_friction";
+  };
+  std::vector<Member> plain;
+  for (const Member &member : out_.members) {
+    const bool refines =
+        std::any_of(out_.members.begin(), out_.members.end(), [&](const Member &friction) {
+          return is_friction(friction) && !is_friction(member) && !velocity(member).empty() &&
+                 velocity(member) == velocity(friction);
+        });
+    if (!refines || member.is_given || !member.term.gate.everywhere())
+      plain.push_back(member);
+  }
+  if (plain.size() == out_.members.size())
+    return;
+  const std::vector<Term> terms = sized(plain);
+  for (const Term &term : terms) {
+    for (Member &member : out_.members) {
+      if (is_friction(member) && member.term.form == term.form && !member.is_given &&
+          member.term.arguments == term.arguments && member.term.gate.everywhere())
+        member.term.sizes[0].unrefined = term.sizes[0].value;
+    }
+  }
+}
+
 // Every feature that carries a term alone, with all terms that it has a part in.
 std::map<std::string, std::vector<std::size_t>> ChannelSearch::pieces() const {
   std::map<std::string, std::vector<std::size_t>> groups;
   for (const Member &member : out_.members) {
     const std::set<std::string> names = features_of(member.term);
-    if (names.size() == 1 && *names.begin() != kTime && !member.is_given)
+    const bool is_formula = member.term.form == "expression";
+    if (names.size() == 1 && *names.begin() != kTime && !member.is_given && !is_formula)
       groups[*names.begin()].clear();
   }
   for (std::size_t j = 0; j < out_.members.size(); ++j) {
     // Of terms of several features only constants: a drag is not explained away by an altitude.
     const std::set<std::string> names = features_of(out_.members[j].term);
     for (const std::string &name : names) {
-      const bool is_piece = names.size() == 1 || out_.members[j].term.cause == "bias";
+      const bool is_piece = (names.size() == 1 || out_.members[j].term.cause == "bias") &&
+                            out_.members[j].term.form != "expression";
       if (is_piece && groups.count(name) > 0 && !out_.members[j].is_given)
         groups[name].push_back(j);
     }
@@ -596,28 +648,6 @@ void ChannelSearch::search_from(const std::vector<Member> &kept) {
   try_expressions(kept);
 }
 
-// Where several terms were needed, or terms that are no laws of physics: whether forms without a
-// name say it so much better that a name is no longer worth having.
-void ChannelSearch::try_expressions(const std::vector<Member> &kept) {
-  const bool is_law =
-      std::all_of(out_.members.begin(), out_.members.end(), [this](const Member &m) {
-        return m.candidate >= 0 && m.term.gate.everywhere() &&
-               library_.candidates[static_cast<std::size_t>(m.candidate)].is_physical;
-      });
-  if (is_law && out_.members.size() < 2)
-    return;
-  const ChannelFindings named = out_;
-  may_express_ = true;
-  out_.members = kept;
-  join_forms();
-  add_terms(false);
-  estimate_noise();
-  may_express_ = false;
-  const Noise &noise = out_.noise.scale < named.noise.scale ? out_.noise : named.noise;
-  if (score_of(out_.members, noise) < score_of(named.members, noise) + kWithoutName)
-    out_ = named;
-}
-
 void ChannelSearch::find_members(bool may_delay) {
   may_delay_ = may_delay;
   const std::vector<Member> kept = out_.members;
@@ -701,6 +731,7 @@ ChannelFindings ChannelSearch::run(const std::vector<Term> &given) {
   find_beside_start(given);
   for (int round = 0; round < 3; ++round)
     smooth_unknowns();
+  formulas_for_tables();
   out_.fit = fit_members(y_, out_.members, out_.noise);
   drop_unconfirmed();
   drop_contradicted();
@@ -710,6 +741,7 @@ ChannelFindings ChannelSearch::run(const std::vector<Term> &given) {
   claim_overall_variance();
   refit_plain();
   follow_delay();
+  add_unrefined();
   limit_support();
   open_edges();
   for (Member &member : out_.members) {

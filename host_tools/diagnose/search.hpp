@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "diagnose/diagnosis.hpp"
+#include "diagnose/expression.hpp"
 #include "diagnose/flagged.hpp"
 #include "diagnose/scan.hpp"
 #include "diagnose/sets.hpp"
@@ -32,6 +33,7 @@ struct SearchOptions {
 // What is claimed of a member besides its term.
 struct Claim {
   Member rival;         // the best term of another cause in its place
+  double rival_bic = 1e300, rival_r2 = 0.0; // BIC more than this claim's; on rows not fitted
   double ln_anom = 0.0; // of the joint model with and without it
   double score = 0.0;   // less its penalty
   double heldout_r2 = 0.0, heldout_ln = 0.0;
@@ -68,6 +70,7 @@ struct ChannelFindings {
   Noise noise;
   Fit fit;
   double autocorrelation = 0.0;
+  std::vector<Member> rival_expressions; // of the one among the members
 };
 
 // "-v" times a negative size is "v" times a positive one: a force adds to what is measured.
@@ -95,7 +98,15 @@ private:
   void add_terms(bool is_rough);
   Member form_member(int candidate, bool differs) const;
   void join_forms();
+  bool is_law(const Member &m) const;
+  bool has_opposites() const;
+  bool are_laws() const;
+  bool asks_for_expression() const;
+  bool is_better_formula(const ChannelFindings &other, double by);
+  bool says_much_more(const ChannelFindings &laws) const;
+  void formulas_for_tables();
   void try_expressions(const std::vector<Member> &kept);
+  std::vector<Expression> expressions_beside(const std::vector<Member> &base);
   double score_of(const std::vector<Member> &members, const Noise &noise) const;
   void take_noise(const NoiseState &state);
   void search_from(const std::vector<Member> &kept);
@@ -109,6 +120,8 @@ private:
   void refit_plain();
   std::vector<Member> best_delays(const std::vector<Member> &others, const Noise &plain);
   void follow_delay();
+  double loss_behind(const Term &delay, std::vector<Member> members, const Noise &noise) const;
+  Member tuned(const Member &delay, const std::vector<Member> &beside, const Noise &noise) const;
   ChannelFindings search_behind(const Member &delay, const Noise &noise) const;
   void drop_unconfirmed();
   void limit_support();
@@ -119,6 +132,7 @@ private:
   bool is_relevant(double gain) const;
   void estimate_noise();
   bool claim_variance();
+  bool is_beside_law(const Proposal &variance) const;
   std::map<std::string, std::vector<std::size_t>> pieces() const;
   bool is_smoother(const Member &table, const std::vector<Member> &others,
                    std::size_t pieces) const;
@@ -128,10 +142,10 @@ private:
   void set_aside(std::size_t which, const std::string &reason);
   std::vector<Term> sized(const std::vector<Member> &members);
   double held_loss(const std::vector<Member> &members);
-  int plainer(const Member &member) const;
+  std::vector<int> variants(const Member &member) const;
   void drop_contradicted();
   void shrink_to_held();
-  bool plain_to_held();
+  bool vary_to_held();
   bool holds_better(std::size_t which, const Claim &claim);
   void open_edges();
   Member judge_alternatives(std::size_t which, const std::vector<Member> &others,
@@ -141,8 +155,12 @@ private:
   };
   template <class See> void for_each_row(See see) const; // see(row, log, block of the log)
   void hold_out(std::size_t which, Claim *claim) const;
+  double heldout_r2_of(const std::vector<Member> &members) const;
+  void add_rival_expressions(const std::vector<Member> &others, const Fit &without,
+                             Claim *claim) const;
   void judge_parts(const std::vector<Part> &parts, bool by_log, Claim *claim) const;
   void fill_sizes();
+  void add_unrefined();
   Parameter mixed_size(Eigen::Index first, const Member &member) const;
   std::vector<Member> without(std::size_t which) const;
 
@@ -154,9 +172,12 @@ private:
   std::unique_ptr<Scanner> scanner_;
   Vector measured_rows_;        // 1, or 0 where flagged
   double extra_variance_ = 0.0; // added to every stated variance: what no multiple of it explains
-  bool may_delay_ = true, may_express_ = false;
+  bool may_delay_ = true;
   ChannelFindings out_;
 };
+
+// The member's columns over a table, in stated sd; m: the prediction that its expressions see.
+void set_columns(const Measured &table, const Channel &channel, const Vector &m, Member *member);
 
 // What was found in a thinned table, with sizes, standard errors and flags of the whole one.
 void refit_on(const Measured &whole, const Channel &channel, ChannelFindings *found);

@@ -12,6 +12,10 @@ namespace rim::diagnose {
 namespace {
 
 using Index = Eigen::Index;
+// Of a delay's shape beside what was found behind it: steps, the first factor, and the nats that a
+// change must be worth.
+constexpr int kTuneSteps = 8;
+constexpr double kTuning = 1.3, kLeastTuned = 2.0;
 constexpr double kPlainClip = 10.0; // scales: what counts as plain squares
 } // namespace
 
@@ -37,7 +41,7 @@ void ChannelSearch::refit_plain() {
   const Noise weighed = out_.noise;
   out_.noise = plain_noise();
   for (std::size_t j = 0; j < out_.members.size(); ++j) {
-    if (out_.members[j].is_given || out_.members[j].candidate < 0 ||
+    if (out_.members[j].is_given || out_.members[j].candidate < 0 || out_.members[j].keeps_shape ||
         out_.members[j].term.shape.empty())
       continue;
     const std::vector<Member> others = without(j);
@@ -99,7 +103,7 @@ void ChannelSearch::follow_delay() {
   };
   double least = cost(out_, fit_members(y_, out_.members, plain).loss, plain) - 1.0;
   ChannelFindings chosen;
-  for (const Member &delay : delays) {
+  const auto consider = [&](const Member &delay) {
     ChannelFindings found = search_behind(delay, plain);
     const double then = cost(found, found.fit.loss, plain) + delay.penalty;
     if (then < least) {
@@ -108,6 +112,15 @@ void ChannelSearch::follow_delay() {
       chosen.members.insert(chosen.members.begin(), delay);
       chosen.claims.insert(chosen.claims.begin(), claim);
     }
+  };
+  for (const Member &delay : delays)
+    consider(delay);
+  // Its shape was found beside other terms than those that are there in the end.
+  if (!chosen.members.empty()) {
+    const Member delay = chosen.members.front();
+    const Member better = tuned(delay, {chosen.members.begin() + 1, chosen.members.end()}, plain);
+    if (better.h.cols() > 0)
+      consider(better);
   }
   if (chosen.members.empty())
     return;
@@ -141,6 +154,59 @@ Measured behind(const Measured &measured, const Term &term) {
 
 } // namespace
 
+// Loss of these members, sizes fitted anew, behind another delay than the one they were found
+// behind.
+double ChannelSearch::loss_behind(const Term &delay, std::vector<Member> members,
+                                  const Noise &noise) const {
+  const Measured late = behind(measured_, delay);
+  const Channel &moved = late.channels[static_cast<std::size_t>(late.find_channel(channel_.name))];
+  const auto rename = [&late](std::string *name) {
+    for (const Feature &feature : late.features) {
+      if (feature.is_command && base_feature(feature.name) == base_feature(*name))
+        *name = feature.name;
+    }
+  };
+  for (Member &member : members) {
+    for (auto &[placeholder, feature] : member.term.arguments)
+      rename(&feature);
+    for (std::string &feature : member.term.gate.features)
+      rename(&feature);
+    set_columns(late, moved, moved.m, &member);
+  }
+  return fit_members((moved.z - moved.m).cwiseQuotient(moved.sd), members, noise).loss;
+}
+
+// The delay with the shape that is best beside these members; no columns: it is that already.
+Member ChannelSearch::tuned(const Member &delay, const std::vector<Member> &beside,
+                            const Noise &noise) const {
+  Member out = delay;
+  const double before = loss_behind(delay.term, beside, noise);
+  double best = before;
+  for (std::size_t k = 0; k < out.term.shape.size(); ++k) {
+    double factor = kTuning;
+    for (int step = 0; step < kTuneSteps; ++step) {
+      bool moved = false;
+      for (const double by : {factor, 1.0 / factor}) {
+        Term term = out.term;
+        term.shape[k].value *= by;
+        const double loss = loss_behind(term, beside, noise);
+        if (loss < best) {
+          best = loss;
+          out.term = term;
+          moved = true;
+          break;
+        }
+      }
+      if (!moved)
+        factor = std::sqrt(factor);
+    }
+  }
+  if (before - best < kLeastTuned * noise.divisor())
+    return Member{};
+  set_columns(measured_, channel_, channel_.m, &out);
+  return out;
+}
+
 // What is found when the delay is part of the simulation; its fit's loss is by `noise`.
 ChannelFindings ChannelSearch::search_behind(const Member &delay, const Noise &noise) const {
   const Measured late = behind(measured_, delay.term);
@@ -157,6 +223,7 @@ ChannelFindings ChannelSearch::search_behind(const Member &delay, const Noise &n
   second.find_members(false);
   for (int round = 0; round < 3; ++round)
     second.smooth_unknowns();
+  second.formulas_for_tables();
   second.drop_unconfirmed();
   second.drop_contradicted();
   second.fill_sizes();

@@ -23,7 +23,8 @@ constexpr double kLeastFall = 0.005, kLeastBetter = 0.6, kTouches = 0.1;
 // Support: the share of a feature's range below which it bounds a term, and the margin beyond.
 constexpr double kSupportShare = 0.5, kSupportMargin = 0.2;
 // By what share the held logs' squares must fall for a term to go; rounds of a claim's settling.
-constexpr double kLeastHarm = 0.002;
+constexpr double kLeastHarm = 0.002, kClearHarm = 0.03;
+constexpr int kMostVaried = 4;
 constexpr double kLeastErrors = 1.96; // standard errors that a size must be away from none
 constexpr double kHeldClip = 10.0;    // scales at which a held-out residual is cut
 constexpr int kMostSettling = 6;
@@ -95,14 +96,15 @@ Member ChannelSearch::judge_alternatives(std::size_t which, const std::vector<Me
     alternative.expression = expression_text(best.member.term);
     if (!best.member.term.gate.everywhere())
       alternative.expression += " where " + gate_text(best.member.term.gate);
-    ChannelSearch copy(measured_, channel_, library_, options_);
-    copy.out_.members = all;
-    copy.out_.noise = out_.noise;
-    Claim of_it;
-    copy.hold_out(all.size() - 1, &of_it);
-    alternative.heldout_r2 = of_it.heldout_r2;
+    alternative.heldout_r2 = heldout_r2_of(all);
+    if (best.score >= most) {
+      claim->rival_bic = alternative.delta_bic;
+      claim->rival_r2 = alternative.heldout_r2;
+    }
     claim->alternatives.push_back(alternative);
   }
+  if (member.term.form == "expression")
+    add_rival_expressions(others, fit, claim);
   std::sort(claim->alternatives.begin(), claim->alternatives.end(),
             [](const Alternative &a, const Alternative &b) { return a.delta_bic < b.delta_bic; });
   if (claim->alternatives.size() > 5)
@@ -118,6 +120,16 @@ template <class See> void ChannelSearch::for_each_row(See see) const {
     for (std::size_t i = 0; i < log.rows; ++i)
       see(static_cast<Index>(log.first + i), l, i * kBlocks / log.rows);
   }
+}
+
+// Of the last of these members.
+double ChannelSearch::heldout_r2_of(const std::vector<Member> &members) const {
+  ChannelSearch copy(measured_, channel_, library_, options_);
+  copy.out_.members = members;
+  copy.out_.noise = out_.noise;
+  Claim of_it;
+  copy.hold_out(members.size() - 1, &of_it);
+  return of_it.heldout_r2;
 }
 
 // Sizes fitted without a part of the rows, judged on it, with the term and without it: each log in
@@ -188,7 +200,9 @@ void ChannelSearch::judge() {
     claim.ln_anom = (fit_members(y_, others, out_.noise).loss - loss) / out_.noise.divisor();
     claim.score = claim.ln_anom - out_.members[j].penalty;
     hold_out(j, &claim);
-    if (!out_.members[j].is_given && out_.members[j].candidate >= 0)
+    const bool has_rivals =
+        out_.members[j].candidate >= 0 || out_.members[j].term.form == "expression";
+    if (!out_.members[j].is_given && has_rivals)
       claim.rival = judge_alternatives(j, others, &claim);
     out_.claims.push_back(claim);
   }
@@ -243,35 +257,62 @@ void ChannelSearch::drop_unconfirmed() {
   out_.fit = fit_members(y_, out_.members, out_.noise);
 }
 
+namespace {
+
+// Where a size differs between logs a new log has one of its own: that its form holds there is
+// judged with the size that fits best, one log after the other.
+Vector with_own_sizes(const std::vector<Term> &terms, const std::vector<Member> &members,
+                      const Channel &channel, const Measured &held) {
+  Vector m = extended_prediction(terms, channel, held).m;
+  for (std::size_t j = 0; j < terms.size(); ++j) {
+    if (!members[j].differs)
+      continue;
+    const Vector effect = mean_effect(terms[j], held, channel.m);
+    for (const LogSpan &log : held.logs) {
+      const auto first = static_cast<Index>(log.first), rows = static_cast<Index>(log.rows);
+      const Vector
+          e = effect.segment(first, rows).cwiseQuotient(channel.sd.segment(first, rows)),
+          r = (channel.z - m).segment(first, rows).cwiseQuotient(channel.sd.segment(first, rows));
+      const double squares = e.squaredNorm();
+      if (squares > 0.0)
+        m.segment(first, rows) += e.dot(r) / squares * effect.segment(first, rows);
+    }
+  }
+  return m;
+}
+
+} // namespace
+
 // Mean square on the held logs, in stated sd, of the model of these members.
 double ChannelSearch::held_loss(const std::vector<Member> &members) {
   const Measured &held = *options_.held;
   const Channel &channel =
       held.channels[static_cast<std::size_t>(held.find_channel(channel_.name))];
-  const Prediction after = extended_prediction(sized(members), channel, held);
+  const Vector after = with_own_sizes(sized(members), members, channel, held);
   const Flagged flagged = find_flagged(held, channel);
   double sum = 0.0;
-  for (Index i = 0; i < after.m.size(); ++i) {
+  for (Index i = 0; i < after.size(); ++i) {
     const auto at = static_cast<std::size_t>(i);
     if (flagged.stuck[at] == 0 && flagged.dropout[at] == 0)
-      sum += std::pow((channel.z(i) - after.m(i)) / channel.sd(i), 2.0);
+      sum += std::pow((channel.z(i) - after(i)) / channel.sd(i), 2.0);
   }
   return sum;
 }
 
-// The plainest form of the same cause over the same velocity, in a member's place: a friction by
-// direction or with a dead band without that. -1: there is none.
-int ChannelSearch::plainer(const Member &member) const {
+// Other forms of the same thing that may stand in a member's place: a friction with another band of
+// rest or none, from the plainest on.
+std::vector<int> ChannelSearch::variants(const Member &member) const {
+  std::vector<int> found;
   if (member.is_given || member.candidate < 0 || !member.term.gate.everywhere() || member.differs)
-    return -1;
+    return found;
   const Candidate &own = library_.candidates[static_cast<std::size_t>(member.candidate)];
-  for (std::size_t c = 0; c < library_.candidates.size(); ++c) {
+  for (std::size_t c = 0; own.is_physical && c < library_.candidates.size(); ++c) {
     const Candidate &other = library_.candidates[c];
-    if (own.is_physical && other.group == own.group && other.term.form != own.term.form &&
-        other.columns == 1 && other.term.shape.empty())
-      return static_cast<int>(c);
+    if (static_cast<int>(c) != member.candidate && other.group == own.group &&
+        !moves_prediction(other.term))
+      found.push_back(static_cast<int>(c));
   }
-  return -1;
+  return found;
 }
 
 // Terms go one by one, always the one whose going harms the held logs least, until none is left; of
@@ -318,20 +359,24 @@ void ChannelSearch::shrink_to_held() {
   }
 }
 
-// Plainer forms where they do better on the held logs.
-bool ChannelSearch::plain_to_held() {
-  double least = held_loss(out_.members) * (1.0 - kLeastHarm);
+// Other forms of the same thing where they do better on the held logs: a plainer one if it does at
+// all, one with a shape of its own if it does clearly.
+bool ChannelSearch::vary_to_held() {
+  const double now = held_loss(out_.members);
+  double least = now * (1.0 - kLeastHarm);
   std::vector<Member> best;
   for (std::size_t j = 0; j < out_.members.size(); ++j) {
-    const int plain = plainer(out_.members[j]);
-    if (plain < 0)
-      continue;
-    std::vector<Member> members = out_.members;
-    members[j] = form_member(plain, false);
-    const double loss = held_loss(members);
-    if (loss < least) {
-      least = loss;
-      best = std::move(members);
+    for (const int variant : variants(out_.members[j])) {
+      std::vector<Member> members = out_.members;
+      members[j] = form_member(variant, false);
+      members[j].keeps_shape = true;
+      const Candidate &candidate = library_.candidates[static_cast<std::size_t>(variant)];
+      const bool is_plain = candidate.columns == 1 && candidate.term.shape.empty();
+      const double loss = held_loss(members);
+      if (loss < (is_plain ? least : std::min(least, now * (1.0 - kClearHarm)))) {
+        least = loss;
+        best = std::move(members);
+      }
     }
   }
   if (best.empty())
@@ -348,16 +393,16 @@ void ChannelSearch::drop_contradicted() {
                                    [](const Member &m) { return moves_prediction(m.term); });
   if (is_late || options_.held == nullptr || options_.held->find_channel(channel_.name) < 0)
     return;
-  while (plain_to_held()) {
+  for (int round = 0; round < kMostVaried && vary_to_held(); ++round) {
   }
   shrink_to_held();
-  while (plain_to_held()) {
+  for (int round = 0; round < kMostVaried && vary_to_held(); ++round) {
   }
 }
 
 // Whether a rival that fits better holds no worse where it was not fitted.
 bool ChannelSearch::holds_better(std::size_t which, const Claim &claim) {
-  if (claim.rival.h.cols() == 0 || claim.alternatives.front().heldout_r2 < claim.heldout_r2)
+  if (claim.rival.h.cols() == 0 || claim.rival_r2 < claim.heldout_r2)
     return false;
   if (options_.held == nullptr || options_.held->find_channel(channel_.name) < 0)
     return true;
@@ -378,8 +423,7 @@ void ChannelSearch::settle() {
       if ((claim.score < options_.least || is_within_error(out_.members[j].term)) &&
           (weakest == out_.members.size() || claim.score < out_.claims[weakest].score))
         weakest = j;
-      if (!claim.alternatives.empty() && claim.alternatives.front().delta_bic < 0.0 &&
-          holds_better(j, claim))
+      if (claim.rival_bic < 0.0 && holds_better(j, claim))
         beaten = j;
     }
     if (weakest < out_.members.size())
@@ -436,13 +480,15 @@ void ChannelSearch::claim_overall_variance() {
     out_.variances.push_back(claim);
 }
 
-// A term that is no law of physics acts only where the rows it was learnt from are: in features
-// where those are few of all.
+// A term that is no law of physics and no formula acts only where the rows it was learnt from are:
+// in features where those are few of all.
 void ChannelSearch::limit_support() {
   for (Member &member : out_.members) {
     Term &term = member.term;
-    const bool is_law = member.candidate >= 0 &&
-                        library_.candidates[static_cast<std::size_t>(member.candidate)].is_physical;
+    const bool is_law =
+        term.form == "expression" ||
+        (member.candidate >= 0 &&
+         library_.candidates[static_cast<std::size_t>(member.candidate)].is_physical);
     if (member.is_given || is_law || moves_prediction(term) || term.kind != TermKind::mean)
       continue;
     const Vector effect = mean_effect(term, measured_, channel_.m).cwiseQuotient(channel_.sd);

@@ -24,8 +24,9 @@ Eigen::MatrixXd hats(const Term &term, const Measured &whole, const Vector &m) {
   return h;
 }
 
-// The member's columns over the whole table, in stated sd.
-void widen(const Measured &whole, const Channel &channel, const Vector &m, Member *member) {
+} // namespace
+
+void set_columns(const Measured &whole, const Channel &channel, const Vector &m, Member *member) {
   const Term &term = member->term;
   if (member->is_given) {
     member->h = mean_effect(term, whole, m).cwiseQuotient(channel.sd);
@@ -46,6 +47,8 @@ void widen(const Measured &whole, const Channel &channel, const Vector &m, Membe
     member->h.col(static_cast<Index>(l)).segment(first, rows) = all.col(0).segment(first, rows);
   }
 }
+
+namespace {
 
 void take_sizes(const Fit &fit, double divisor, Index at, Member *member) {
   Term &term = member->term;
@@ -89,7 +92,7 @@ void refit_on(const Measured &whole, const Channel &channel, ChannelFindings *fo
       m += mean_effect(member.term, whole, channel.m);
   }
   for (Member &member : found->members)
-    widen(whole, channel, moves_prediction(member.term) ? channel.m : m, &member);
+    set_columns(whole, channel, moves_prediction(member.term) ? channel.m : m, &member);
   found->noise.weight = used;
   found->fit = fit_members(y, found->members, found->noise);
   const NoiseState noise = noise_state(found->fit.residual, used, whole, 0.0, 0.0);

@@ -28,6 +28,15 @@ std::string meaning(const Term &term) {
   const double size = term.sizes.empty() ? 0.0 : term.sizes[0].value;
   const std::string unit = term.sizes.empty() ? "" : term.sizes[0].unit;
   const bool adds = size > 0.0;
+  if (term.cause == "load_friction")
+    return adds ? "friction opposes the motion with a share of the load that is predicted" : "";
+  if (term.form == "coulomb_by_direction" && adds && term.sizes.size() > 1 &&
+      std::abs(term.sizes[1].value) < size) {
+    // -sign(v) and -1, or with both signs turned: either way their sum acts where v is above none.
+    const double other = term.sizes[1].value;
+    return "friction opposes the motion with " + with_unit(size + other, unit) +
+           " forwards and with " + with_unit(size - other, unit) + " backwards";
+  }
   if (term.cause == "coulomb_friction")
     return adds
                ? "friction opposes the motion with " + with_unit(size, unit) +
@@ -97,7 +106,11 @@ std::string effect_text(const Finding &finding, const Channel &channel) {
     return "shows " + expression_text(term);
   std::string text = "differs by " + expression_text(term) + unit;
   if (!term.sizes.empty() && term.sizes[0].stderror > 0.0)
-    text += fmt::format(" (standard error {:.2g})", term.sizes[0].stderror);
+    text += fmt::format(
+        " (standard error {:.2g}{})", term.sizes[0].stderror,
+        term.sizes[0].unrefined == 0.0
+            ? ""
+            : fmt::format("; {:.4g} without the terms that refine it", term.sizes[0].unrefined));
   return text;
 }
 
@@ -159,6 +172,17 @@ std::string diagnosis_sentence(const Diagnosis &diagnosis) {
   for (const Gain &g : diagnosis.gains) {
     if (!diagnosis.findings.empty() && g.where == "all" && g.horizon_s == 0.0 &&
         g.channel == diagnosis.findings.front().term.channel) {
+      const bool differs =
+          std::any_of(diagnosis.findings.begin(), diagnosis.findings.end(), [&g](const Finding &f) {
+            return f.term.channel == g.channel && !f.term.sizes.empty() &&
+                   !f.term.sizes[0].per_log.empty();
+          });
+      if (differs && g.ratio > 1.0) {
+        text += fmt::format(" Its size differs so much between logs that the mean of those that "
+                            "were fitted does not serve others ({}): fit it to each.",
+                            g.data);
+        break;
+      }
       if (!(g.ratio_ci95.low < 1.0) || g.ratio > 1.0) {
         text +=
             fmt::format(" On data that it was not fitted to ({}) this is not borne out.", g.data);

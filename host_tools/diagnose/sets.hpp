@@ -51,8 +51,8 @@ public:
   // kept: members that stay whatever is found. weight: of every row's square.
   SetSearch(const Measured &measured, const Library &library, const Vector &y, const Vector &weight,
             const std::vector<Member> &kept);
-  // may_delay: whether a delay or a lag may be among them; may_express: forms without a name.
-  FormSet best(bool may_delay, bool may_express, NoiseState *noise);
+  // may_delay: whether a delay or a lag may be among them.
+  FormSet best(bool may_delay, NoiseState *noise);
 
 private:
   struct State {
@@ -101,7 +101,7 @@ private:
   std::map<int, Vector> gram_;
   NoiseState noise_;
   double rms_ = 0.0, least_effective_ = 0.0;
-  bool may_delay_ = true, may_express_ = false;
+  bool may_delay_ = true;
 };
 
 } // namespace rim::diagnose

@@ -453,8 +453,17 @@ Prediction extended_prediction(const std::vector<Term> &terms, const Channel &ch
   for (const Term &term : terms) {
     if (term.channel != channel.name)
       continue;
-    if (term.kind == TermKind::mean && !moves_prediction(term))
-      out.m += mean_effect(term, measured, seen);
+    if (term.kind == TermKind::mean && !moves_prediction(term)) {
+      const Vector effect = mean_effect(term, measured, seen);
+      out.m += effect;
+      // A log that was not fitted has a size of its own: it is as wide as these differ.
+      if (!term.sizes.empty() && term.sizes[0].between_logs_sd > 0.0) {
+        const Parameter &size = term.sizes[0];
+        const double share = std::hypot(size.between_logs_sd, size.stderror) /
+                             std::max(1e-300, std::abs(size.value));
+        out.sd = (out.sd.array().square() + (share * effect.array()).square()).sqrt();
+      }
+    }
     if (term.kind == TermKind::variance && !term.sizes.empty()) {
       const double factor = std::sqrt(std::max(1e-6, term.sizes[0].value)) - 1.0;
       out.sd.array() *= 1.0 + factor * gate_mask(term.gate, measured).array();

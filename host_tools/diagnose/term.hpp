@@ -53,6 +53,8 @@ struct Parameter {
   // then the mean, the standard error that of the mean.
   double between_logs_sd = 0.0;
   std::vector<double> per_log{};
+  // What it would be without the terms that refine the same law; 0: there are none.
+  double unrefined = 0.0;
 };
 
 // A curve over a weighted sum of features: piecewise linear, going on straight beyond its ends.
@@ -119,8 +121,9 @@ std::string expression_text(const Term &term);
 std::string gate_text(const Gate &gate);
 
 // The channel's prediction with all its terms: m plus every mean term, sd times the root of every
-// variance ratio. A delay or lag comes first, and the others see the prediction that it makes as
-// `m`. Terms of other channels are ignored.
+// variance ratio, and wider by what a size that differs between logs may differ by. A delay or lag
+// comes first, and the others see the prediction that it makes as `m`. Terms of other channels are
+// ignored.
 struct Prediction {
   Vector m, sd;
 };

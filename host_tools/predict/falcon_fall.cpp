@@ -6,6 +6,8 @@
 #include <cmath>
 #include <optional>
 
+#include <fmt/format.h>
+
 #include "predict/columns.hpp"
 #include "stats/robust.hpp"
 #include "util/error.hpp"
@@ -16,8 +18,9 @@ namespace {
 
 constexpr double kEarthRadius_m = 6371000.0; // mean (IUGG)
 constexpr double kStandardGravity_mps2 = 9.80665;
-constexpr double kHalf_s = 0.25;         // of the window of a speed
-constexpr double kGap_s = 0.2;           // longest between the readings of a speed
+// Half the window of a speed, and the longest time between its readings; of a slow log in rows.
+constexpr double kHalf_s = 0.25, kGap_s = 0.2, kHalf_rows = 1.05, kGap_rows = 1.6;
+constexpr double kSlowest_s = 1.5;       // rows farther apart say too little of a second's fall
 constexpr double kLeastSpeed_mps = 10.0; // below it stands on the ground
 constexpr double kLeastNoise_mps = 0.05; // of a reading
 constexpr double kCoarseStep_m = 500.0;  // from here on the longer window
@@ -32,7 +35,8 @@ struct Flight {
   const Log &log;
   int speed, altitude, step;
   double usual_step_m = 0.0;
-  double noise_mps = 0.0;               // of a reading of the speed
+  double noise_mps = 0.0; // of a reading of the speed
+  double row_s = 0.0, half_s = kHalf_s, gap_s = kGap_s;
   std::vector<std::uint32_t> on, event; // rows before
 
   explicit Flight(const Log &source);
@@ -59,7 +63,12 @@ Flight::Flight(const Log &source) : log(source) {
   step = find_column(log, "x.altitude_step_m");
   on.assign(1, 0);
   event.assign(1, 0);
-  std::vector<double> changes;
+  std::vector<double> changes, steps;
+  for (std::size_t r = 1; r < log.t_s.size(); ++r)
+    steps.push_back(log.t_s[r] - log.t_s[r - 1]);
+  row_s = median(std::move(steps));
+  half_s = std::max(kHalf_s, kHalf_rows * row_s);
+  gap_s = std::max(kGap_s, kGap_rows * row_s);
   double bend = 0.0;
   std::size_t bends = 0;
   for (std::size_t r = 0; r < log.t_s.size(); ++r) {
@@ -67,7 +76,8 @@ Flight::Flight(const Log &source) : log(source) {
     event.push_back(event.back() + (near >= 0 && value(r, near) > 0.5 ? 1 : 0));
     if (r > 0 && value(r, altitude) != value(r - 1, altitude))
       changes.push_back(std::fabs(value(r, altitude) - value(r - 1, altitude)));
-    if (r > 1 && log.t_s[r] - log.t_s[r - 2] < kGap_s && !disturbed(r - 2, r + 1)) {
+    if (r > 1 && log.t_s[r] - log.t_s[r - 2] < std::max(kGap_s, 2.0 * gap_s - kGap_s) &&
+        !disturbed(r - 2, r + 1)) {
       bend += std::fabs(value(r, speed) - 2.0 * value(r - 1, speed) + value(r - 2, speed));
       ++bends;
     }
@@ -84,12 +94,12 @@ struct Reading {
 
 // Straight line through the readings about a moment, at the moment.
 std::optional<Reading> speed_at(const Flight &f, double t_s) {
-  const std::size_t first = f.at(t_s - kHalf_s), end = f.at(t_s + kHalf_s + 2e-9);
+  const std::size_t first = f.at(t_s - f.half_s), end = f.at(t_s + f.half_s + 2e-9);
   if (end - first < 3 || f.log.t_s[first] > t_s + 1e-9 || f.log.t_s[end - 1] < t_s - 1e-9)
     return std::nullopt;
   double s0 = 0, s1 = 0, s2 = 0, y0 = 0, y1 = 0;
   for (std::size_t r = first; r < end; ++r) {
-    if (r > first && f.log.t_s[r] - f.log.t_s[r - 1] > kGap_s)
+    if (r > first && f.log.t_s[r] - f.log.t_s[r - 1] > f.gap_s)
       return std::nullopt;
     const double x = f.log.t_s[r] - t_s, y = f.value(r, f.speed);
     s0 += 1.0;
@@ -183,6 +193,10 @@ double fall_speed_mps(double speed_mps, double altitude_m, double sin_gamma, dou
 
 Log FalconFall::predict(const Log &log) const {
   const Flight f(log);
+  if (f.row_s > kSlowest_s)
+    throw DataError(fmt::format("{}: world falcon: rows come every {:.3g} s; one every {:g} s at "
+                                "least is needed",
+                                log.path, f.row_s, kSlowest_s));
   PredictionRows rows(log, {"s.speed_mps", "s.altitude_m", "x.climb_mps", "x.sin_gamma"},
                       {"speed_mps"});
   const double start_s = log.t_s.empty() ? 0.0 : log.t_s.front();
@@ -190,7 +204,7 @@ Log FalconFall::predict(const Log &log) const {
     const double t_s = start_s + static_cast<double>(i) * kFallStep_s, end_s = t_s + kFallStep_s;
     if (end_s > log.t_s.back())
       break;
-    if (f.disturbed(f.at(t_s - kHalf_s), f.at(end_s + kHalf_s + 2e-9)))
+    if (f.disturbed(f.at(t_s - f.half_s), f.at(end_s + f.half_s + 2e-9)))
       continue;
     const auto speed = speed_at(f, t_s), later = speed_at(f, end_s);
     if (!speed || !later || speed->value < kLeastSpeed_mps || later->value < kLeastSpeed_mps)

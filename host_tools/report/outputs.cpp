@@ -54,6 +54,8 @@ Json parameters_json(const Term &term) {
                  {"unit", p.unit},
                  {"between_logs_sd", number(p.between_logs_sd)},
                  {"per_log", numbers(p.per_log)}};
+    if (p.unrefined != 0.0)
+      all[name]["unrefined"] = number(p.unrefined);
   };
   for (const Parameter &p : term.sizes)
     add(p);

@@ -28,3 +28,12 @@ $(BUILD)/tests/hidden/oracle $(BUILD)/tests/hidden/check: %: %.o
 	$(call say,LINK)$(CXX) $(OPT) $(SANITIZER_FLAGS) $(EXTRA_LDFLAGS) -o $@ $^
 
 -include $(HIDDEN_OBJ:.o=.d)
+
+.PHONY: bench-diagnose
+RIM_MEASURED ?= ../shared/measured
+bench-diagnose: host ## rim diagnose beside pysindy and pyoperon (from PyPI, in build/): terms named, error left
+	@test -x $(BUILD)/others/bin/python || python3 -m venv $(BUILD)/others
+	@$(BUILD)/others/bin/python -c 'import pysindy, pyoperon' 2> /dev/null || \
+	  $(BUILD)/others/bin/pip install -q pysindy==2.1.0 pyoperon==0.6.2
+	@$(BUILD)/others/bin/python tests/hidden/others.py --rim $(abspath $(BUILD)/rim) --work $(BUILD)/bench_diagnose \
+	  --measured $(RIM_MEASURED) --seed $(SEED)

@@ -149,6 +149,17 @@ void grade_gain(const Json &truth, const Json &diagnosis, Json &line) {
     line["notes"].push_back("no gain reported");
 }
 
+// Whether a finding has an effect's name, or one that is as right: an effect's `also`.
+bool is_named(const Json &finding, const Json &effect) {
+  if (finding.at("channel") != effect.at("channel"))
+    return false;
+  for (const Json &cause : effect.value("also", Json::array())) {
+    if (finding.at("cause") == cause)
+      return true;
+  }
+  return finding.at("cause") == effect.at("cause");
+}
+
 void grade_findings(const Json &truth, const Json &diagnosis, Json &line) {
   const Json &findings = diagnosis.at("findings"), &effects = truth.at("effects");
   for (const Json &f : findings)
@@ -160,17 +171,16 @@ void grade_findings(const Json &truth, const Json &diagnosis, Json &line) {
   bool first_is_right = false, everywhere = false, listed = false;
   std::size_t named = 0;
   for (const Json &e : effects) {
-    const std::string wanted = at_channel(e);
     bool any = false;
     for (const Json &f : findings)
-      any = any || at_channel(f) == wanted;
+      any = any || is_named(f, e);
     named += any ? 1 : 0;
     if (findings.empty())
       continue;
     const Json &first = findings[0];
-    first_is_right = first_is_right || at_channel(first) == wanted;
+    first_is_right = first_is_right || is_named(first, e);
     everywhere = everywhere ||
-                 (at_channel(first) == wanted && e.at("gate").is_null() && is_everywhere(first));
+                 (is_named(first, e) && e.at("gate").is_null() && is_everywhere(first));
     for (const Json &a : first.value("alternatives", Json::array()))
       listed = listed || a.at("cause") == e.at("cause");
     line["separable"] = first.value("separable", true);

@@ -19,6 +19,7 @@ FAMILIES = {  # family: what a diagnosis should call it
     "open_region": "bias", "stribeck": "coulomb_friction", "law_product": "unknown", "law_wave": "unknown",
     "law_decay": "unknown", "law_root": "unknown",
 }
+ALSO = {"force_friction": ["viscous_friction"], "stribeck": ["viscous_friction"]}  # both are there
 NULLS = ["noisy_start", "coloured", "coarse", "wild"]
 
 
@@ -165,7 +166,7 @@ def draw(rng, family):
         k.append(sum(k) / 3)
         return rover, [lambda p, c=c: -c * p[own] * abs(p[own]) * (1.2 if turn else 2.5) for c in k], 0, channel
     if family == "law_product":
-        return rover, same(lambda p: sd * p["e"] * p["f"] * p["f"] * 2.5), 0, channel
+        return rover, same(lambda p: sd * p["e"] * p["f"] * p["f"] * 8), 0, channel
     if family == "law_wave":
         k = rng.uniform(3, 6)
         return rover, same(lambda p: 1.2 * sd * math.sin(k * p["e"])), 0, channel
@@ -173,7 +174,7 @@ def draw(rng, family):
         k = rng.uniform(1.5, 4)
         return rover, same(lambda p: 2 * sd * math.exp(-k * abs(p["e"])) * (1 if p["e"] > 0 else 1)), 0, channel
     if family == "law_root":
-        return rover, same(lambda p: 2 * sd * sign(p[own]) * math.sqrt(abs(p[own]))), 0, channel
+        return rover, same(lambda p: -4 * sd * sign(p[own]) * math.sqrt(abs(p[own]))), 0, channel
     if family == "noisy_start":
         return Noisy(rng), same(lambda p: 0.0), 0, "v_mps"
     return rover, same(lambda p: 0.0), 0, channel
@@ -201,7 +202,7 @@ def main():
              "world": type(world).__name__.lower(), "noise_parameter": 0, "effects": [], "logs": [], "holdout": {},
              "channels": [{"name": c, "sd": s} for c, s in world.sd.items()]}
     if hidden:
-        truth["effects"].append({"family": family, "cause": FAMILIES[family], "kind": "mean", "channel": channel,
+        truth["effects"].append({"family": family, "cause": FAMILIES[family], "also": ALSO.get(family, []), "kind": "mean", "channel": channel,
                                  "gate": None})
     for k, (names, rows, m, t, z) in enumerate(logs):
         held = k == len(logs) - 1

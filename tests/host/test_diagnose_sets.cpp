@@ -132,6 +132,57 @@ void sizes_that_differ_between_logs(void **) {
   assert_non_null(std::strstr(drag.sentence.c_str(), "differs between the logs"));
 }
 
+// A law without a name is a formula, not a table: its sizes and its rivals are there.
+void a_formula_where_no_form_explains(void **) {
+  const Diagnosis d =
+      diagnosis(axes(6, {}, [](double, double x, int) { return 40.0 * x + 900.0 * x * x * x; }));
+  assert_int_equal(d.findings.size(), 1);
+  const auto &term = d.findings[0].term;
+  assert_string_equal(term.form.c_str(), "expression");
+  assert_string_equal(term.cause.c_str(), "unknown");
+  assert_true(!d.findings[0].alternatives.empty());
+  double error = 0.0, size = 0.0;
+  const auto fresh = rim::diagnose::make_measured(
+      axes(7, {}, [](double, double x, int) { return 40.0 * x + 900.0 * x * x * x; }));
+  const Vector said = mean_effect(term, fresh, fresh.channels[0].m);
+  for (Eigen::Index i = 0; i < said.size(); ++i) {
+    const double x = fresh.x(i, fresh.find_feature("x.position_m"));
+    const double truth = 40.0 * x + 900.0 * x * x * x;
+    error += std::pow(said(i) - truth, 2.0);
+    size += truth * truth;
+  }
+  assert_true(error < 0.002 * size);
+}
+
+// More friction in one direction than in the other is one form of two sizes, not two causes.
+void friction_by_direction(void **) {
+  const Diagnosis d = diagnosis(axes(8, {}, [](double v, double, int) {
+    return std::abs(v) < 0.05 ? 0.0 : v > 0.0 ? 9.0 : -5.0;
+  }));
+  assert_int_equal(d.findings.size(), 1);
+  const auto &term = d.findings[0].term;
+  assert_string_equal(term.form.c_str(), "coulomb_by_direction");
+  assert_near(term.sizes[0].value, 7.0, 0.3);
+  assert_near(std::abs(term.sizes[1].value), 2.0, 0.3);
+  assert_non_null(std::strstr(d.findings[0].sentence.c_str(), "forwards"));
+}
+
+// A new log has a size of its own: the prediction is as wide as the sizes differ.
+void a_differing_size_widens_the_prediction(void **) {
+  rim::diagnose::Measured t = table(1, 3, 1.0, {{"x.v_mps", "m/s", false, false, false}});
+  t.x.col(0) << 0.0, 1.0, 2.0;
+  rim::diagnose::Term term;
+  term.channel = t.channels[0].name;
+  term.cause = term.form = "viscous_friction";
+  term.basis = {"-v"};
+  term.arguments["v"] = "x.v_mps";
+  term.sizes = {{"size", 2.0, 0.3, "", 0.4, {1.6, 2.4}}};
+  const auto after = extended_prediction({term}, t.channels[0], t);
+  assert_near(after.m(2), -4.0, 1e-12);
+  assert_near(after.sd(0), 1.0, 1e-12);
+  assert_near(after.sd(2), std::sqrt(1.0 + 0.25 * 4.0), 1e-12);
+}
+
 void noise_claims_nothing(void **) {
   for (std::uint64_t seed = 21; seed < 25; ++seed) {
     const Diagnosis d = diagnosis(axes(seed, {}, [](double, double, int) { return 0.0; }));
@@ -199,12 +250,15 @@ void a_response_through_a_limit(void **) {
 } // namespace
 
 int main() {
-  std::printf("seeds 1 to 5, 21 to 24\n");
+  std::printf("seeds 1 to 8, 21 to 24\n");
   const CMUnitTest tests[] = {
       cmocka_unit_test(friction_on_a_force),
       cmocka_unit_test(friction_without_a_unit),
       cmocka_unit_test(a_dead_band_is_coulomb_friction),
       cmocka_unit_test(sizes_that_differ_between_logs),
+      cmocka_unit_test(a_formula_where_no_form_explains),
+      cmocka_unit_test(friction_by_direction),
+      cmocka_unit_test(a_differing_size_widens_the_prediction),
       cmocka_unit_test(noise_claims_nothing),
       cmocka_unit_test(the_own_velocity),
       cmocka_unit_test(mixed_sizes),

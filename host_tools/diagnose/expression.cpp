@@ -1,0 +1,681 @@
+// SPDX-License-Identifier: MIT
+#include "diagnose/expression.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <fmt/format.h>
+
+#include "diagnose/sets.hpp"
+
+namespace rim::diagnose {
+
+namespace {
+
+using Index = Eigen::Index;
+constexpr Index kMostRows = 1200;
+constexpr std::size_t kMostAtoms = 260, kMostProducts = 3, kMostFactors = 3;
+constexpr std::size_t kBeam = 3, kFollowed = 24, kLengthened = 12, kRivals = 4, kMostFound = 4000;
+constexpr int kWidthSteps = 7, kSwaps = 2;
+constexpr double kOfProduct = 2.0; // nats of a product, beside those of its factors and its size
+constexpr double kLeastGain = 3.0; // nats that a product must add
+constexpr double kLeastOwn = 1e-4; // of a column's squares beside the columns that are there
+constexpr double kWidths[] = {0.25, 0.45, 0.8, 1.4, 2.5}; // of a feature's scale
+
+// A function of one feature x, with a width w where it has one.
+enum class Fn {
+  one,
+  square,
+  cube,
+  fourth,
+  root,
+  magnitude,
+  signed_square,
+  three_halves,
+  inverse,
+  inverse_square,
+  sign,
+  decay,
+  bell,
+  sine,
+  cosine,
+  step,
+  growth
+};
+constexpr Fn kFunctions[] = {
+    Fn::one,    Fn::square,       Fn::magnitude, Fn::inverse,        Fn::root,  Fn::signed_square,
+    Fn::cube,   Fn::sign,         Fn::decay,     Fn::inverse_square, Fn::sine,  Fn::cosine,
+    Fn::fourth, Fn::three_halves, Fn::bell,      Fn::step,           Fn::growth};
+
+bool has_width(Fn fn) {
+  return fn == Fn::decay || fn == Fn::bell || fn == Fn::sine || fn == Fn::cosine ||
+         fn == Fn::step || fn == Fn::growth;
+}
+
+double cost_of(Fn fn) {
+  switch (fn) {
+  case Fn::one:
+    return 0.0;
+  case Fn::square:
+  case Fn::magnitude:
+  case Fn::inverse:
+  case Fn::root:
+    return 1.0;
+  case Fn::cube:
+  case Fn::signed_square:
+  case Fn::sign:
+  case Fn::inverse_square:
+  case Fn::decay:
+    return 1.5;
+  default:
+    return 2.5;
+  }
+}
+
+// What a feature is: always above none, or of both signs, or an angle.
+struct Input {
+  int feature = 0;
+  bool is_signed = false, is_angle = false;
+  bool is_own = false;             // the channel's own prediction: `m`, moved by a delay
+  double least = 0.0, scale = 1.0; // half its smallest value; root of its mean square
+};
+
+bool fits(Fn fn, const Input &in) {
+  if (in.is_angle)
+    return fn == Fn::sine || fn == Fn::cosine;
+  switch (fn) {
+  case Fn::inverse:
+  case Fn::inverse_square:
+    return !in.is_signed && in.least > 0.0;
+  case Fn::magnitude:
+  case Fn::signed_square:
+  case Fn::sign:
+  case Fn::step:
+    return in.is_signed;
+  default:
+    return true;
+  }
+}
+
+double value_of(Fn fn, const Input &in, double x, double w) {
+  const double size = std::abs(x);
+  switch (fn) {
+  case Fn::one:
+    return x;
+  case Fn::square:
+    return x * x;
+  case Fn::cube:
+    return x * x * x;
+  case Fn::fourth:
+    return x * x * x * x;
+  case Fn::root:
+    return in.is_signed ? std::copysign(std::sqrt(size), x) : std::sqrt(size);
+  case Fn::magnitude:
+    return size;
+  case Fn::signed_square:
+    return x * size;
+  case Fn::three_halves:
+    return in.is_signed ? x * std::sqrt(size) : size * std::sqrt(size);
+  case Fn::inverse:
+    return 1.0 / std::max(x, in.least);
+  case Fn::inverse_square:
+    return 1.0 / std::pow(std::max(x, in.least), 2.0);
+  case Fn::sign:
+    return (x > 0.0) - (x < 0.0);
+  case Fn::decay:
+    return std::exp(-size / w);
+  case Fn::bell:
+    return std::exp(-(x / w) * (x / w));
+  case Fn::sine:
+    return std::sin(x / w);
+  case Fn::cosine:
+    return std::cos(x / w);
+  case Fn::step:
+    return std::tanh(x / w);
+  case Fn::growth:
+    return std::exp(std::clamp(x / w, -50.0, 50.0));
+  }
+  return 0.0;
+}
+
+// For muParser: f the placeholder, w the name of the width.
+std::string text_of(Fn fn, const Input &in, const std::string &f, const std::string &w) {
+  const std::string least = fmt::format("{:.6g}", in.least);
+  switch (fn) {
+  case Fn::one:
+    return f;
+  case Fn::square:
+    return f + "^2";
+  case Fn::cube:
+    return f + "^3";
+  case Fn::fourth:
+    return f + "^4";
+  case Fn::root:
+    return in.is_signed ? "sign(" + f + ")*sqrt(abs(" + f + "))" : "sqrt(abs(" + f + "))";
+  case Fn::magnitude:
+    return "abs(" + f + ")";
+  case Fn::signed_square:
+    return f + "*abs(" + f + ")";
+  case Fn::three_halves:
+    return in.is_signed ? f + "*sqrt(abs(" + f + "))" : "abs(" + f + ")^1.5";
+  case Fn::inverse:
+    return "1/max(" + f + "," + least + ")";
+  case Fn::inverse_square:
+    return "1/max(" + f + "," + least + ")^2";
+  case Fn::sign:
+    return "sign(" + f + ")";
+  case Fn::decay:
+    return "exp(-abs(" + f + ")/" + w + ")";
+  case Fn::bell:
+    return "exp(-(" + f + "/" + w + ")^2)";
+  case Fn::sine:
+    return "sin(" + f + "/" + w + ")";
+  case Fn::cosine:
+    return "cos(" + f + "/" + w + ")";
+  case Fn::step:
+    return "tanh(" + f + "/" + w + ")";
+  case Fn::growth:
+    return "exp(max(-50,min(50," + f + "/" + w + ")))";
+  }
+  return f;
+}
+
+struct Atom {
+  std::size_t input = 0;
+  Fn fn = Fn::one;
+  double width = 0.0, cost = 0.0;
+};
+using Product = std::vector<Atom>; // empty: a constant
+
+struct State {
+  std::vector<Product> products;
+  Eigen::MatrixXd columns; // weighted; those that are kept first
+  double rss = 0.0, penalty = 0.0, score = -1e300;
+};
+
+// Products seen beside columns, with their scores.
+struct Scan {
+  Eigen::MatrixXf basis; // of the columns
+  Eigen::VectorXf left;  // what they leave
+  std::vector<std::pair<double, Product>> found;
+
+  void keep(std::size_t most);
+};
+
+void Scan::keep(std::size_t most) {
+  const auto better = [](const auto &a, const auto &b) { return a.first > b.first; };
+  if (found.size() > most) {
+    std::nth_element(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(most), found.end(),
+                     better);
+    found.resize(most);
+  }
+  std::stable_sort(found.begin(), found.end(), better);
+}
+
+class Finder {
+public:
+  Finder(const Measured &measured, const Channel &channel, const Vector &y,
+         const std::vector<Member> &kept, const Noise &noise);
+  std::vector<Expression> find();
+
+private:
+  struct Beside {
+    Vector left;
+    Eigen::MatrixXd basis;
+  };
+  Beside beside(const Eigen::MatrixXd &columns) const;
+  void add_inputs();
+  void add_atoms();
+  Vector values(const Atom &atom) const;
+  Vector column(const Product &product) const;
+  double penalty_of(const Product &product) const;
+  void solve(State *state) const;
+  State with(const State &state, const Product &product) const;
+  std::vector<Product> promising(const State &state) const;
+  std::vector<State> sums_of_two(const State &none) const;
+  State swapped(State state) const;
+  void see(const Eigen::MatrixXf &block, const std::vector<Product> &of, Scan *scan) const;
+  void lengthen(const Product &product, const Eigen::VectorXf &values, std::size_t first,
+                Scan *scan) const;
+  State refined(const State &from, State state) const;
+  State pruned(State state) const;
+  Expression expression(const State &state) const;
+
+  const Measured &measured_;
+  const Channel &channel_;
+  const Noise &noise_;
+  std::vector<Index> rows_; // that are scanned; all are fitted
+  double thinning_ = 1.0, ln_rows_ = 0.0;
+  Vector root_; // of the weight over the stated sd
+  Vector y_;
+  Eigen::MatrixXd kept_, x_;
+  std::vector<Input> inputs_;
+  std::vector<Atom> atoms_;
+  Eigen::MatrixXf values_; // of the atoms, in the rows of the scan, without weight
+  double whole_ = 0.0;     // squares that what is kept leaves
+};
+
+Finder::Finder(const Measured &measured, const Channel &channel, const Vector &y,
+               const std::vector<Member> &kept, const Noise &noise)
+    : measured_(measured), channel_(channel), noise_(noise) {
+  const Index stride = std::max<Index>(1, (y.size() + kMostRows - 1) / kMostRows);
+  for (Index i = 0; i < y.size(); i += stride)
+    rows_.push_back(i);
+  thinning_ = static_cast<double>(y.size()) / static_cast<double>(rows_.size());
+  ln_rows_ = std::log(static_cast<double>(y.size()));
+  const Fit fit = fit_members(y, kept, noise);
+  const Vector left = fit.residual;
+  const Vector weight = noise.weight.cwiseSqrt();
+  root_ = weight.cwiseQuotient(channel.sd);
+  y_ = left.cwiseProduct(weight);
+  Index free = 0;
+  for (const Member &member : kept)
+    free += member.is_fixed ? 0 : member.h.cols();
+  kept_.resize(y_.size(), free);
+  Index at = 0;
+  for (const Member &member : kept) {
+    for (Index k = 0; k < member.h.cols() && !member.is_fixed; ++k)
+      kept_.col(at++) = member.h.col(k).cwiseProduct(weight);
+  }
+  add_inputs();
+  add_atoms();
+}
+
+void Finder::add_inputs() {
+  for (std::size_t f = 0; f < measured_.features.size(); ++f) {
+    const bool is_own = measured_.features[f].name == "m." + channel_.name;
+    const Vector x = is_own ? channel_.m : Vector(measured_.x.col(static_cast<Index>(f)));
+    const double low = x.minCoeff(), high = x.maxCoeff();
+    if (!(high > low))
+      continue;
+    Input in;
+    in.feature = static_cast<int>(f);
+    in.is_own = is_own;
+    in.is_signed = low < 0.0;
+    in.is_angle = measured_.features[f].is_angle;
+    in.least = low > 0.0 ? 0.5 * low : 0.0;
+    in.scale = in.is_signed ? std::sqrt(x.squaredNorm() / static_cast<double>(x.size()))
+                            : 0.5 * (high - low);
+    inputs_.push_back(in);
+  }
+  x_.resize(y_.size(), static_cast<Index>(inputs_.size()));
+  for (std::size_t k = 0; k < inputs_.size(); ++k)
+    x_.col(static_cast<Index>(k)) =
+        inputs_[k].is_own ? channel_.m : Vector(measured_.x.col(inputs_[k].feature));
+}
+
+// The plainest functions of every feature first, until there are enough.
+void Finder::add_atoms() {
+  const double ln_features =
+      std::log(static_cast<double>(std::max<std::size_t>(1, inputs_.size())));
+  for (const Fn fn : kFunctions) {
+    for (std::size_t k = 0; k < inputs_.size(); ++k) {
+      if (!fits(fn, inputs_[k]))
+        continue;
+      Atom atom{k, fn, 0.0, ln_features + cost_of(fn)};
+      if (!has_width(fn)) {
+        atoms_.push_back(atom);
+        continue;
+      }
+      atom.cost += std::log(static_cast<double>(std::size(kWidths))) + 0.5 * ln_rows_;
+      for (const double share : kWidths) {
+        atom.width = share * inputs_[k].scale;
+        atoms_.push_back(atom);
+      }
+      if (inputs_[k].is_angle) { // once, twice, three times a turn: no width is fitted
+        atoms_.resize(atoms_.size() - std::size(kWidths));
+        for (const double turns : {1.0, 2.0, 3.0}) {
+          atom.width = 1.0 / turns;
+          atom.cost = ln_features + std::log(3.0);
+          atoms_.push_back(atom);
+        }
+      }
+    }
+    if (atoms_.size() > kMostAtoms)
+      break;
+  }
+  values_.resize(static_cast<Index>(rows_.size()), static_cast<Index>(atoms_.size()));
+  for (std::size_t k = 0; k < atoms_.size(); ++k) {
+    const Vector v = values(atoms_[k])(rows_);
+    const double size = std::max(1e-300, v.cwiseAbs().maxCoeff());
+    values_.col(static_cast<Index>(k)) = (v / size).cast<float>();
+  }
+}
+
+Vector Finder::values(const Atom &atom) const {
+  const Input &in = inputs_[atom.input];
+  return x_.col(static_cast<Index>(atom.input)).unaryExpr([&](double x) {
+    return value_of(atom.fn, in, x, atom.width);
+  });
+}
+
+Vector Finder::column(const Product &product) const {
+  Vector out = root_;
+  for (const Atom &atom : product)
+    out = out.cwiseProduct(values(atom));
+  return out / std::max(1e-300, out.cwiseAbs().maxCoeff());
+}
+
+double Finder::penalty_of(const Product &product) const {
+  double sum = kOfProduct + 0.5 * ln_rows_;
+  for (const Atom &atom : product)
+    sum += atom.cost;
+  return sum;
+}
+
+void Finder::solve(State *state) const {
+  state->rss = y_.squaredNorm();
+  if (state->columns.cols() > 0) {
+    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(state->columns);
+    Vector turned = qr.householderQ().transpose() * y_;
+    state->rss = turned.tail(turned.size() - state->columns.cols()).squaredNorm();
+  }
+  state->penalty = 0.0;
+  for (const Product &product : state->products)
+    state->penalty += penalty_of(product);
+  state->score = -0.5 * state->rss / noise_.divisor() - state->penalty;
+}
+
+State Finder::with(const State &state, const Product &product) const {
+  State next = state;
+  next.products.push_back(product);
+  next.columns.conservativeResize(y_.size(), state.columns.cols() + 1);
+  next.columns.col(state.columns.cols()) = column(product);
+  solve(&next);
+  return next;
+}
+
+// Products by the fall of the squares that each brings beside the state's columns.
+void Finder::see(const Eigen::MatrixXf &block, const std::vector<Product> &of, Scan *scan) const {
+  const Eigen::VectorXf s = block.transpose() * scan->left,
+                        w = block.colwise().squaredNorm().transpose();
+  Eigen::VectorXf own = w;
+  if (scan->basis.cols() > 0)
+    own -= (scan->basis.transpose() * block).colwise().squaredNorm().transpose();
+  for (Index k = 0; k < block.cols(); ++k) {
+    if (!(own(k) > static_cast<float>(kLeastOwn) * w(k)))
+      continue;
+    const double gain = 0.5 * s(k) * s(k) / own(k) * thinning_ / noise_.divisor();
+    const double score = gain - penalty_of(of[static_cast<std::size_t>(k)]);
+    scan->found.emplace_back(score, of[static_cast<std::size_t>(k)]);
+  }
+}
+
+// Rows of the scan beside columns: what these leave of y, and a basis of them.
+Finder::Beside Finder::beside(const Eigen::MatrixXd &columns) const {
+  Beside out;
+  out.left = y_(rows_);
+  const Index k = columns.cols();
+  out.basis.resize(out.left.size(), k);
+  if (k > 0) {
+    const Eigen::MatrixXd thin = columns(rows_, Eigen::all);
+    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(thin);
+    out.basis = qr.householderQ() * Eigen::MatrixXd::Identity(out.left.size(), k);
+    out.left -= out.basis * (out.basis.transpose() * out.left);
+  }
+  return out;
+}
+
+std::vector<Product> Finder::promising(const State &state) const {
+  const Beside state_of = beside(state.columns);
+  Scan scan{state_of.basis.cast<float>(), state_of.left.cast<float>(), {}};
+  const Vector thin_root = root_(rows_);
+  const Eigen::VectorXf root = thin_root.cast<float>();
+  see(root, {Product{}}, &scan);
+  std::vector<Product> of;
+  for (const Atom &atom : atoms_)
+    of.push_back({atom});
+  see(root.asDiagonal() * values_, of, &scan);
+  for (std::size_t a = 0; a < atoms_.size(); ++a) {
+    const Eigen::VectorXf scaled = root.cwiseProduct(values_.col(static_cast<Index>(a)));
+    lengthen({atoms_[a]}, scaled, a + 1, &scan);
+    if (scan.found.size() > kMostFound)
+      scan.keep(kFollowed);
+  }
+  scan.keep(kFollowed);
+  std::vector<Product> shorter;
+  for (const auto &[score, product] : scan.found) {
+    if (product.size() == kMostFactors - 1 && shorter.size() < kLengthened)
+      shorter.push_back(product);
+  }
+  for (const Product &product : shorter) {
+    const Vector thin = column(product)(rows_);
+    lengthen(product, thin.cast<float>(), 0, &scan);
+  }
+  scan.keep(kFollowed);
+  std::vector<Product> out;
+  for (auto &[score, product] : scan.found)
+    out.push_back(std::move(product));
+  return out;
+}
+
+// The product, whose values these are, with one atom more of another feature, from `first` on.
+void Finder::lengthen(const Product &product, const Eigen::VectorXf &values, std::size_t first,
+                      Scan *scan) const {
+  std::vector<Index> partners;
+  std::vector<Product> longer;
+  for (std::size_t b = first; b < atoms_.size(); ++b) {
+    const Atom &more = atoms_[b];
+    if (std::any_of(product.begin(), product.end(),
+                    [&more](const Atom &atom) { return atom.input == more.input; }))
+      continue;
+    partners.push_back(static_cast<Index>(b));
+    longer.push_back(product);
+    longer.back().push_back(more);
+  }
+  if (!partners.empty())
+    see(values.asDiagonal() * values_(Eigen::all, partners), longer, scan);
+}
+
+// The widths of the last product, each by bisection.
+State Finder::refined(const State &from, State state) const {
+  for (std::size_t k = 0; k < state.products.back().size(); ++k) {
+    if (!has_width(state.products.back()[k].fn) || inputs_[state.products.back()[k].input].is_angle)
+      continue;
+    double factor = 1.35;
+    for (int step = 0; step < kWidthSteps; ++step) {
+      bool moved = false;
+      for (const double by : {factor, 1.0 / factor}) {
+        Product product = state.products.back();
+        product[k].width *= by;
+        State next = with(from, product);
+        if (next.rss < state.rss) {
+          state = std::move(next);
+          moved = true;
+          break;
+        }
+      }
+      if (!moved)
+        factor = std::sqrt(factor);
+    }
+  }
+  return state;
+}
+
+// Of all sums of two functions the best, exactly: what is best together need not be alone.
+std::vector<State> Finder::sums_of_two(const State &none) const {
+  const Vector root = root_(rows_);
+  Eigen::MatrixXd a = root.asDiagonal() * values_.cast<double>();
+  const Beside state_of = beside(none.columns);
+  const Vector &e = state_of.left;
+  a -= state_of.basis * (state_of.basis.transpose() * a);
+  const Vector s = a.transpose() * e;
+  const Eigen::MatrixXd gram = a.transpose() * a;
+  std::vector<std::pair<double, std::pair<Index, Index>>> found;
+  for (Index i = 0; i < gram.rows(); ++i) {
+    for (Index j = i + 1; j < gram.rows(); ++j) {
+      const double w = gram(i, i) * gram(j, j) - gram(i, j) * gram(i, j);
+      if (!(w > kLeastOwn * gram(i, i) * gram(j, j)))
+        continue;
+      const double fall =
+          (gram(j, j) * s(i) * s(i) - 2.0 * gram(i, j) * s(i) * s(j) + gram(i, i) * s(j) * s(j)) /
+          w;
+      found.emplace_back(0.5 * fall * thinning_ / noise_.divisor() -
+                             penalty_of({atoms_[static_cast<std::size_t>(i)]}) -
+                             penalty_of({atoms_[static_cast<std::size_t>(j)]}),
+                         std::make_pair(i, j));
+    }
+  }
+  const std::size_t most = std::min<std::size_t>(found.size(), kFollowed);
+  std::partial_sort(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(most), found.end(),
+                    [](const auto &x, const auto &y) { return x.first > y.first; });
+  std::vector<State> out;
+  for (std::size_t n = 0; n < most; ++n) {
+    const State one = with(none, {atoms_[static_cast<std::size_t>(found[n].second.first)]});
+    out.push_back(
+        refined(one, with(one, {atoms_[static_cast<std::size_t>(found[n].second.second)]})));
+  }
+  return out;
+}
+
+// Every product against the best that could take its place.
+State Finder::swapped(State state) const {
+  for (int round = 0; round < kSwaps; ++round) {
+    const double before = state.score;
+    for (std::size_t j = 0; j < state.products.size(); ++j) {
+      State less;
+      less.columns = state.columns.leftCols(kept_.cols());
+      solve(&less);
+      for (std::size_t k = 0; k < state.products.size(); ++k) {
+        if (k != j)
+          less = with(less, state.products[k]);
+      }
+      for (const Product &product : promising(less)) {
+        State other = refined(less, with(less, product));
+        if (other.score > state.score + 1e-6)
+          state = std::move(other);
+      }
+    }
+    if (state.score < before + kLeastGain)
+      break;
+  }
+  return state;
+}
+
+// Products that could as well go do.
+State Finder::pruned(State state) const {
+  const Index first = kept_.cols();
+  for (bool changed = true; changed && state.products.size() > 1;) {
+    changed = false;
+    for (std::size_t j = 0; j < state.products.size(); ++j) {
+      State less;
+      less.columns = state.columns.leftCols(first);
+      solve(&less);
+      for (std::size_t k = 0; k < state.products.size(); ++k) {
+        if (k != j)
+          less = with(less, state.products[k]);
+      }
+      if (less.score > state.score - kLeastGain ||
+          less.rss - state.rss < kRelevant * kRelevant * whole_) {
+        state = std::move(less);
+        changed = true;
+        break;
+      }
+    }
+  }
+  return state;
+}
+
+Expression Finder::expression(const State &state) const {
+  Expression out;
+  out.score = state.score;
+  Term &term = out.member.term;
+  term.channel = channel_.name;
+  term.cause = "unknown";
+  term.form = "expression";
+  std::vector<std::size_t> named; // inputs by placeholder
+  static const char *const kNames[] = {"f", "g", "h", "i", "j", "k", "l", "n", "o"};
+  for (const Product &product : state.products) {
+    std::string basis;
+    for (const Atom &atom : product) {
+      auto at = std::find(named.begin(), named.end(), atom.input);
+      if (at == named.end())
+        at = named.insert(named.end(), atom.input);
+      const bool is_own = inputs_[atom.input].is_own;
+      const std::string f = is_own ? "m" : kNames[at - named.begin()];
+      const Feature &feature =
+          measured_.features[static_cast<std::size_t>(inputs_[atom.input].feature)];
+      if (!is_own)
+        term.arguments[f] = feature.name;
+      const std::string w = fmt::format("width{}", term.shape.size() + 1);
+      if (has_width(atom.fn))
+        term.shape.push_back({w, atom.width, 0.0, feature.unit});
+      basis += (basis.empty() ? "" : "*") + text_of(atom.fn, inputs_[atom.input], f, w);
+    }
+    term.basis.push_back(basis.empty() ? "1" : basis);
+  }
+  out.member.penalty = state.penalty;
+  const Vector m = channel_.m;
+  out.member.h = channel_.sd.cwiseInverse().asDiagonal() * basis_columns(term, measured_, m);
+  return out;
+}
+
+// What the largest product is made of: formulas that differ in it are rivals.
+std::string kind_of(const State &state) {
+  std::string kind;
+  if (!state.products.empty()) {
+    for (const Atom &atom : state.products.front())
+      kind += fmt::format("{}:{} ", atom.input, static_cast<int>(atom.fn));
+  }
+  return kind;
+}
+
+std::vector<Expression> Finder::find() {
+  if (atoms_.empty())
+    return {};
+  State none;
+  none.columns = kept_;
+  solve(&none);
+  whole_ = none.rss;
+  std::vector<State> beam{none}, all;
+  for (std::size_t depth = 0; depth < kMostProducts; ++depth) {
+    std::vector<State> next;
+    for (const State &state : beam) {
+      for (const Product &product : promising(state)) {
+        State longer = refined(state, with(state, product));
+        if (longer.score > state.score + kLeastGain)
+          next.push_back(std::move(longer));
+      }
+    }
+    if (depth == 1) {
+      for (State &state : sums_of_two(none))
+        next.push_back(std::move(state));
+    }
+    if (next.empty())
+      break;
+    std::stable_sort(next.begin(), next.end(),
+                     [](const State &a, const State &b) { return a.score > b.score; });
+    if (next.size() > kFollowed)
+      next.resize(kFollowed);
+    all.insert(all.end(), next.begin(), next.end());
+    if (next.size() > kBeam)
+      next.resize(kBeam);
+    beam = std::move(next);
+  }
+  std::stable_sort(all.begin(), all.end(),
+                   [](const State &a, const State &b) { return a.score > b.score; });
+  if (!all.empty())
+    all.insert(all.begin(), pruned(swapped(all.front())));
+  std::vector<Expression> out;
+  std::vector<std::string> kinds;
+  for (const State &state : all) {
+    const std::string kind = kind_of(state);
+    if (out.size() == kRivals || std::find(kinds.begin(), kinds.end(), kind) != kinds.end())
+      continue;
+    kinds.push_back(kind);
+    out.push_back(expression(state));
+  }
+  return out;
+}
+
+} // namespace
+
+std::vector<Expression> find_expressions(const Measured &measured, const Channel &channel,
+                                         const Vector &y, const std::vector<Member> &kept,
+                                         const Noise &noise) {
+  return Finder(measured, channel, y, kept, noise).find();
+}
+
+} // namespace rim::diagnose

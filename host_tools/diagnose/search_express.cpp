@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: MIT
+// Formulas where no set of named forms explains.
+#include "diagnose/search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace rim::diagnose {
+
+namespace {
+
+using Index = Eigen::Index;
+// Nats that a formula must be better by than laws or one name, and than several patches.
+constexpr double kWithoutName = 20.0, kThanPatches = 3.0;
+constexpr double kMuch = 0.1;       // share of the whole error, as amplitude, that is much more
+constexpr double kHeldSlack = 1.02; // and by what it may be worse on the held logs
+constexpr int kRounds = 2;
+constexpr double kSettled = 0.1; // rounds end when the noise moves by less
+// What laws of physics leave is smooth, or wider than stated: they may not be the right ones.
+constexpr double kSmooth = 1.5, kWide = 1.2;
+
+} // namespace
+
+// Resistances over one velocity whose sizes have opposite signs are pieces of a curve, no laws.
+bool ChannelSearch::has_opposites() const {
+  std::map<std::string, double> sign;
+  Index at = 0;
+  for (const Member &m : out_.members) {
+    const Index first = at;
+    at += m.is_fixed ? 0 : m.h.cols();
+    const auto v = m.term.arguments.find("v");
+    if (!is_law(m) || v == m.term.arguments.end() || m.is_fixed || first >= out_.fit.beta.size())
+      continue;
+    double &before = sign[v->second];
+    if (before * out_.fit.beta(first) < 0.0)
+      return true;
+    before = out_.fit.beta(first);
+  }
+  return false;
+}
+
+bool ChannelSearch::is_law(const Member &m) const {
+  return !m.is_given && m.candidate >= 0 && m.term.gate.everywhere() &&
+         library_.candidates[static_cast<std::size_t>(m.candidate)].is_physical;
+}
+
+bool ChannelSearch::are_laws() const {
+  return !has_opposites() &&
+         std::all_of(out_.members.begin(), out_.members.end(),
+                     [this](const Member &m) { return m.is_given || is_law(m); });
+}
+
+// Whether what was found may be the likeness of something else: it is no law of physics, or
+// several, or what one law leaves is no noise.
+bool ChannelSearch::asks_for_expression() const {
+  if (!are_laws())
+    return true;
+  return out_.members.size() > 1 ||
+         (!out_.members.empty() &&
+          (out_.noise.spread_of_sizes > kSmooth || out_.noise.scatter > kWide));
+}
+
+// Formulas beside these members, by the noise that the best of them leaves.
+std::vector<Expression> ChannelSearch::expressions_beside(const std::vector<Member> &base) {
+  std::vector<Expression> found;
+  for (int round = 0; round < kRounds; ++round) {
+    std::vector<Expression> now = find_expressions(measured_, channel_, y_, base, out_.noise);
+    if (now.empty())
+      break;
+    found = std::move(now);
+    out_.members = base;
+    out_.members.push_back(found.front().member);
+    out_.fit = fit_members(y_, out_.members, out_.noise);
+    const double before = out_.noise.divisor();
+    estimate_noise();
+    if (std::abs(out_.noise.divisor() / before - 1.0) < kSettled)
+      break;
+  }
+  return found;
+}
+
+// Beside nothing, and beside the laws that were found; taken where it says so much more than names
+// that these are no longer worth having, and holds in parts that it was not fitted to.
+void ChannelSearch::try_expressions(const std::vector<Member> &kept) {
+  if (!asks_for_expression())
+    return;
+  const ChannelFindings named = out_;
+  std::vector<std::vector<Member>> bases{kept, kept};
+  for (const Member &m : named.members) {
+    if (is_law(m) && m.term.cause != "bias" && !moves_prediction(m.term))
+      bases[1].push_back(m);
+  }
+  if (bases[1].size() == kept.size())
+    bases.pop_back();
+  const bool has_law =
+      !has_opposites() && std::any_of(out_.members.begin(), out_.members.end(),
+                                      [this](const Member &m) { return is_law(m); });
+  const double margin = are_laws() || named.members.size() < 2 ? kWithoutName : kThanPatches;
+  ChannelFindings best = named;
+  for (const std::vector<Member> &base : bases) {
+    out_ = named;
+    const std::vector<Expression> found = expressions_beside(base);
+    if (found.empty())
+      continue;
+    const double better = best.rival_expressions.empty() ? margin : 0.0;
+    if (!is_better_formula(best, better) ||
+        (has_law && base.size() == kept.size() && !says_much_more(named)))
+      continue;
+    best = out_;
+    best.rival_expressions.clear();
+    for (const Expression &expression : found)
+      best.rival_expressions.push_back(expression.member);
+  }
+  out_ = std::move(best);
+}
+
+// Whether the members, the last of them a formula, say more than those of `other`, by so many nats,
+// and hold in parts of the logs that they were not fitted to.
+bool ChannelSearch::is_better_formula(const ChannelFindings &other, double by) {
+  const Noise &noise = out_.noise.scale < other.noise.scale ? out_.noise : other.noise;
+  if (score_of(out_.members, noise) < score_of(other.members, noise) + by)
+    return false;
+  Claim claim;
+  hold_out(out_.members.size() - 1, &claim);
+  const bool is_held = options_.held != nullptr && options_.held->find_channel(channel_.name) >= 0;
+  return claim.is_confirmed &&
+         (!is_held || held_loss(out_.members) <= kHeldSlack * held_loss(other.members));
+}
+
+// Real machines depart from every law a little: laws stay where a formula takes little more off.
+bool ChannelSearch::says_much_more(const ChannelFindings &laws) const {
+  const double whole = 0.5 * y_.cwiseAbs2().dot(out_.noise.weight);
+  const double fall =
+      0.5 * (laws.fit.residual.cwiseAbs2() - out_.fit.residual.cwiseAbs2()).dot(out_.noise.weight);
+  return fall > kMuch * kMuch * whole;
+}
+
+// A curve of many values is no explanation where a formula says as much.
+void ChannelSearch::formulas_for_tables() {
+  for (std::size_t j = 0; j < out_.members.size(); ++j) {
+    if (out_.members[j].term.form != "table" || out_.members[j].is_given)
+      continue;
+    const ChannelFindings curve = out_;
+    const std::vector<Expression> found = expressions_beside(without(j));
+    if (found.empty() || !is_better_formula(curve, 0.0)) {
+      out_ = curve;
+      continue;
+    }
+    out_.rival_expressions.clear();
+    for (const Expression &expression : found)
+      out_.rival_expressions.push_back(expression.member);
+    return;
+  }
+}
+
+// Other formulas in the place of the one that is claimed; the first of the list is that one.
+void ChannelSearch::add_rival_expressions(const std::vector<Member> &others, const Fit &without,
+                                          Claim *claim) const {
+  for (std::size_t k = 1; k < out_.rival_expressions.size(); ++k) {
+    std::vector<Member> all = others;
+    all.push_back(out_.rival_expressions[k]);
+    const Fit with = fit_members(y_, all, out_.noise);
+    Member rival = all.back();
+    const Index first = with.beta.size() - rival.h.cols();
+    for (Index c = 0; c < rival.h.cols(); ++c)
+      rival.term.sizes.push_back({"size", with.beta(first + c), 0.0, ""});
+    Alternative alternative;
+    alternative.cause = "unknown";
+    alternative.expression = expression_text(rival.term);
+    const double score = (without.loss - with.loss) / out_.noise.divisor() - rival.penalty;
+    alternative.delta_bic = 2.0 * (claim->score - score);
+    alternative.heldout_r2 = heldout_r2_of(all);
+    claim->alternatives.push_back(alternative);
+  }
+}
+
+} // namespace rim::diagnose

@@ -1,0 +1,174 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""others.py --rim RIM --work DIR [--measured DIR] [--seconds 15] [--seed 1]: rim diagnose beside what a user would take otherwise.
+
+The same rows and hold-outs for all: sparse regression (pysindy's STLSQ over polynomials, signs and magnitudes; columns scaled, threshold .1; and
+with the threshold that contiguous blocks choose) and symbolic regression (pyoperon, so many seconds). What is regressed is z - m over the x. and u. columns.
+Printed: which of the right terms are named, how many terms or nodes, and of the RMSE on the hold-out how much is left.
+The measured machines are skipped, saying so, where they are not; the simulated ones are tests/hidden/physics.py's."""
+import argparse
+import csv
+import glob
+import json
+import os
+import subprocess
+import sys
+import warnings
+
+import numpy
+from pysindy import STLSQ
+from pyoperon.sklearn import SymbolicRegressor
+
+warnings.simplefilter("ignore")
+FRICTION = ("sign", "linear")
+# machine of physics.py: channel, its velocity (or what the law is of), the right terms
+SIMULATED = {
+    "pendulum": ("rate_radps", "x.rate_radps", FRICTION), "motor": ("current_A", "x.omega_radps", FRICTION),
+    "back_emf": ("domega_radps", "x.omega_radps", ("linear",)), "ship": ("dturn_degps", "x.turn_degps", ("drag",)),
+    "arm": ("torque1_Nm", "x.qd1_radps", FRICTION), "cylinder": ("force_N", "x.stroke_mps", FRICTION),
+    "train": ("dv_mps", "x.speed_mps", ("drag",)), "thruster": ("speed_mps", None, ()), "payload": ("dv_mps", None, ()),
+    "tyres": ("yaw_radps", None, ()), "belt": ("belt_mps", None, ()), "tank": ("dlevel_mm", None, ()), "furnace": ("dT_K", None, ()),
+    "spring": ("force_N", None, ()), "drone": ("dclimb_mps", None, ()),
+}
+CAUSES = {"sign": "coulomb_friction", "linear": "viscous_friction", "drag": "quadratic_drag"}
+
+
+def read(paths, channel):
+    """Features (rows x columns), their names, z - m, and the first row of every file."""
+    x, r, names, starts = [], [], None, []
+    for path in paths:
+        starts.append(len(r))
+        with open(path, encoding="utf-8") as lines:
+            for row in csv.DictReader(lines):
+                names = [n for n in row if n[:2] in ("x.", "u.", "s.")]
+                x.append([float(row[n]) for n in names])
+                r.append(float(row["z." + channel]) - float(row["m." + channel]))
+    return numpy.array(x), names, numpy.array(r), starts
+
+
+def library(x, names):
+    """Columns and names of the sparse regression: 1, f, f g, f^3, sign f, |f|, f |f|."""
+    columns, of = [numpy.ones(len(x))], ["1"]
+    for i, a in enumerate(names):
+        f = x[:, i]
+        for text, column in ((a, f), (a + "^3", f ** 3), ("sign(%s)" % a, numpy.sign(f)), ("abs(%s)" % a, abs(f)),
+                             ("%s*abs(%s)" % (a, a), f * abs(f))):
+            columns.append(column)
+            of.append(text)
+        for j in range(i, len(names)):
+            columns.append(f * x[:, j])
+            of.append("%s*%s" % (a, names[j]))
+    return numpy.column_stack(columns), of
+
+
+def sparse(theta, r, threshold):
+    """Coefficients of STLSQ with every column and the target scaled to one."""
+    scale = numpy.sqrt((theta ** 2).mean(0)) + 1e-300
+    size = numpy.sqrt((r ** 2).mean()) + 1e-300
+    model = STLSQ(threshold=threshold, alpha=1e-6, max_iter=50)
+    model.fit(theta / scale, (r / size)[:, None])
+    return numpy.asarray(model.coef_).ravel() * size / scale
+
+
+def cross_validated(theta, r):
+    """The threshold that predicts contiguous fifths best from the rest."""
+    best, of_best = .1, numpy.inf
+    part = numpy.arange(len(r)) * 5 // len(r)
+    for threshold in (.01, .02, .05, .1, .2, .4):
+        left = sum(((r - theta @ sparse(theta[part != k], r[part != k], threshold))[part == k] ** 2).sum() for k in range(5))
+        if left < of_best:
+            best, of_best = threshold, left
+    return best
+
+
+def named(of, coefficients, velocity, wanted):
+    texts = {t for t, c in zip(of, coefficients) if c != 0}
+    forms = {"sign": "sign(%s)" % velocity, "linear": velocity, "drag": "%s*abs(%s)" % (velocity, velocity)}
+    also = {"drag": "%s*%s" % (velocity, velocity)}  # where the speed never changes its sign
+    return sum(forms[w] in texts or also.get(w) in texts for w in wanted)
+
+
+def rms(a):
+    return float(numpy.sqrt((a ** 2).mean()))
+
+
+def compare(o, title, fit, held, channel, velocity, wanted):
+    x, names, r, _ = read(fit, channel)
+    xh, _, rh, _ = read(held, channel)
+    theta, of = library(x, names)
+    theta_held, _ = library(xh, names)
+    rows = []
+    for label, threshold in (("pysindy .1", .1), ("pysindy cv", cross_validated(theta, r))):
+        c = sparse(theta, r, threshold)
+        rows.append((label, named(of, c, velocity, wanted), int((c != 0).sum()), rms(rh - theta_held @ c) / rms(rh)))
+    operon = SymbolicRegressor(allowed_symbols="add,sub,mul,div,constant,variable,exp,sin,sqrt,abs,square,tanh", max_time=o.seconds,
+                               generations=100000, random_state=o.seed, n_threads=1, max_length=40)
+    operon.fit(x, r)
+    tree = operon.get_model_string(operon.model_, 3)
+    rows.append(("operon", None, len(tree.replace("(", " ").replace(")", " ").split()), rms(rh - operon.predict(xh)) / rms(rh)))
+    out = os.path.join(o.work, title.replace(" ", "_"))
+    command = [o.rim, "diagnose"] + fit + [a for h in held for a in ("--holdout", h)] + ["--out", out]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode not in (0, 1):
+        sys.exit(done.stderr)
+    with open(out + "/diagnosis.json", encoding="utf-8") as text:
+        d = json.load(text)
+    mine = [f for f in d["findings"] if f["channel"] == channel and f["cause"] not in ("noise", "stuck", "dropout")]
+    causes = {f["cause"] for f in mine}
+    rows.append(("rim", sum(CAUSES[w] in causes for w in wanted), sum(max(1, len(f["parameters"])) for f in mine),
+                 d["gain"]["channels"][channel]["ratio"]))
+    for label, right, terms, left in rows:
+        print("%-22s %-11s %-7s %5d  %6.3f" % (title, label, "-" if right is None or not wanted else "%d/%d" % (right, len(wanted)), terms, left),
+              flush=True)
+    return {label: (right, terms, left) for label, right, terms, left in rows}
+
+
+def measured(o):
+    """Title, files to fit, held out, channel, velocity, right terms."""
+    at = lambda *p: sorted(glob.glob(os.path.join(o.measured, *p)))
+    if not at("emps", "v_fit1.csv"):
+        print("skipped: no measured machines in %s" % o.measured)
+        return
+    for form, channel in (("v", "velocity_mps"), ("dv", "dv_mps"), ("inv", "force_N")):
+        yield "emps " + form, at("emps", form + "_fit*.csv"), at("emps", form + "_pulses.csv"), channel, "x.velocity_mps", FRICTION
+    for j in "123":
+        yield "arm joint " + j, at("ur10e", "j%s_fit*.csv" % j), at("ur10e", "j%s_hold.csv" % j), "torque_Nm", "x.rate_radps", FRICTION
+    runs = at("f1tenth", "run*.csv")
+    for channel in ("speed_mps", "turn_radps"):
+        yield "car " + channel, runs[:10], runs[10:], channel, None, ()
+
+
+def simulated(o):
+    for machine, (channel, velocity, wanted) in SIMULATED.items():
+        folder = os.path.join(o.work, "logs", machine)
+        os.makedirs(folder, exist_ok=True)
+        subprocess.run([sys.executable, os.path.join(os.path.dirname(os.path.abspath(__file__)), "physics.py"), "--seed", str(o.seed), "--family",
+                        machine, "--out", folder, "--truth", folder + "/truth.json"], check=True)
+        yield machine, sorted(glob.glob(folder + "/run_*.csv")), [folder + "/holdout_1.csv"], channel, velocity, wanted
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--rim", required=True)
+    parser.add_argument("--work", required=True)
+    parser.add_argument("--measured", default="")
+    parser.add_argument("--seconds", type=int, default=15)
+    parser.add_argument("--seed", type=int, default=1)
+    o = parser.parse_args()
+    os.makedirs(o.work, exist_ok=True)
+    print("%-22s %-11s %-7s %5s  %6s   (seed %d, operon %d s)" % ("machine", "tool", "named", "terms", "left", o.seed, o.seconds))
+    tables = []
+    for case in list(measured(o)) + list(simulated(o)):
+        tables.append((compare(o, *case), len(case[5])))
+    for tool in ("pysindy .1", "pysindy cv", "operon"):
+        sets = len(tables)
+        better = sum(t["rim"][2] <= 1.05 * t[tool][2] for t, _ in tables)
+        fewer = sum(t["rim"][1] < t[tool][1] for t, _ in tables)
+        print("rim beside %-11s at most 1.05 times its error in %d of %d sets, fewer terms in %d" % (tool + ":", better, sets, fewer))
+    right = lambda tool: sum(t[tool][0] or 0 for t, n in tables if n)
+    wanted = sum(n for _, n in tables)
+    print("right terms named: rim %d, pysindy .1 %d, pysindy cv %d, of %d" % (right("rim"), right("pysindy .1"), right("pysindy cv"), wanted))
+
+
+if __name__ == "__main__":
+    main()
