@@ -147,10 +147,15 @@ static inline void fuzz_trained(const uint8_t *data, size_t bytes) {
     fuzz_must(basis.terms <= BASIS_MAX_TERMS && basis.means <= BASIS_MAX_MEANS);
   if (rimi_behaviour_open(&behaviour, data, bytes, 1, 2) == RIM_OK)
     rimi_behaviour_predict(&behaviour, term, first, predicted);
-  if (rimi_agreement_open(&agreement, data, bytes, 2, 1) == RIM_OK) {
+  if (rimi_agreement_open(&agreement, data, bytes, 4, 2, 1) == RIM_OK) {
     double state[2 * AGREEMENT_STATE] = {0.0}, remains[2];
-    const agreement_block block = {
-        .residual = first, .mean = term, .measured = first, .level = first};
+    static const double integral[2 * AGREEMENT_INTEGRANDS];
+    const agreement_block block = {.residual = first,
+                                   .mean = term,
+                                   .measured = first,
+                                   .early = integral,
+                                   .late = integral,
+                                   .level = first};
     rimi_agreement_evaluate(&agreement, &block, state, remains);
   }
   if (rimi_noise_open(&noise, data, bytes, 8, 1) != RIM_OK)
