@@ -200,6 +200,7 @@ std::vector<double> all_phi(const std::vector<std::vector<float>> &maxima, int w
       p[f] = phi_of(maxima, first + f, without);
     p[SEARCH_RAMP] = std::max(p[SEARCH_RAMP], p[SEARCH_SINCE]);
     p[SEARCH_GAIN] = std::max(p[SEARCH_GAIN], p[SEARCH_SINCE]);
+    p[SEARCH_DURING] = std::max(p[SEARCH_DURING], p[SEARCH_SINCE]);
     p[SEARCH_BOX] = std::max(p[SEARCH_BOX], p[SEARCH_INTERVAL]);
     p[SEARCH_INTERVAL_SINCE] =
         std::max({p[SEARCH_INTERVAL_SINCE], p[SEARCH_INTERVAL], p[SEARCH_SINCE]});

@@ -279,6 +279,12 @@ const uint8_t *rim_monitor_place(const rim_monitor *monitor);
  * place is among those in which the alarm that stands, or stood last, says the deviation was. */
 bool rim_monitor_inside(const rim_monitor *monitor, const uint8_t *place, uint32_t block);
 
+/* Deviations that an alarm told and that ended since the start or the last reset. Where there is
+ * one, *first is the first block of the newest and *end the block after its last, counted as by
+ * rim_monitor_inside(); either may be NULL. Its alarm is cleared, and its blocks are no evidence
+ * any more. Trained images alone. */
+uint32_t rim_monitor_ended(const rim_monitor *monitor, uint32_t *first, uint32_t *end);
+
 /* For tools on the ground. The search is NULL where the image has section NOISE. */
 const rim_select *rim_monitor_search(const rim_monitor *monitor);
 const rim_threshold *rim_monitor_threshold(const rim_monitor *monitor);

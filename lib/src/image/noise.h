@@ -20,7 +20,7 @@
 #define NOISE_MAX_FIELDS 6u
 #define NOISE_RAW_FIRST 4u
 #define NOISE_MAX_RAW 12u
-#define NOISE_FAMILIES 8u
+#define NOISE_FAMILIES 9u
 #define NOISE_HEADER_WORDS 8u
 #define NOISE_CHANNEL_WORDS 9u
 #define NOISE_LN_SIGMA 1.2 /* ln sigma(x) stays within +- this */

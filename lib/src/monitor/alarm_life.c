@@ -192,6 +192,18 @@ void rim_alarm_life_step(rim_alarm_life *life, rim_detector detector, double now
   }
 }
 
+bool rim_alarm_life_over(rim_alarm_life *life, rim_detector detector, double now_s) {
+  if ((unsigned)detector >= RIM_DETECTORS || !rim_is_finite(now_s))
+    return false;
+  rim_alarm_slot *slot = &life->slot[detector];
+  const bool waits_raised = slot->due && slot->record.state == RIM_ALARM_RAISED;
+  if (!slot->stands || slot->is_over || waits_raised)
+    return false;
+  slot->found = slot->missing = 0;
+  end(life, slot, now_s);
+  return true;
+}
+
 /* ---- commands, restarts ---- */
 
 static bool agrees(uint32_t asked, uint32_t have, uint32_t mask) {
@@ -284,8 +296,8 @@ static void send(rim_alarm_life *life, size_t detector, rim_alarm *out) {
     life->seq = 1;
   record->seq = life->seq;
   record->flags = (uint8_t)flags;
-  record->level = (uint8_t)(record->state == RIM_ALARM_CLEARED ? RIM_LEVEL_OK
-                                                               : rim_alarm_life_level(life));
+  record->level =
+      (uint8_t)(record->state == RIM_ALARM_CLEARED ? RIM_LEVEL_OK : rim_alarm_life_level(life));
   record->detector = (uint8_t)detector;
   record->model_id = life->config.model_id;
   life->told = (uint8_t)detector;
@@ -316,7 +328,7 @@ rim_level rim_alarm_life_level(const rim_alarm_life *life) {
   if (any_stands(life))
     return RIM_LEVEL_ERROR;
   return life->slot[0].level != RIM_LEVEL_OK || life->slot[1].level != RIM_LEVEL_OK ? RIM_LEVEL_WARN
-                                                                                  : RIM_LEVEL_OK;
+                                                                                    : RIM_LEVEL_OK;
 }
 
 const rim_alarm *rim_alarm_life_standing(const rim_alarm_life *life, rim_detector detector) {

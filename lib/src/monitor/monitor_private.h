@@ -12,6 +12,10 @@
 
 #define MONITOR_UPDATE_RATIO 0.25 /* ln anom grown by a quarter is worth another record */
 #define MONITOR_NEXT_BLOCK 0.25 /* of a block that its start may be off and still follow the last */
+/* A deviation is over when its outcome has been quiet since for so many blocks and for this part of
+ * a healthy run: a place that is visited again and again is no end. */
+#define MONITOR_OVER_BLOCKS 8u
+#define MONITOR_OVER_RUN 0.25
 #define MONITOR_NO_OUTCOME 0xffffu
 
 /* Views into the image; what is absent is all zero. */
@@ -45,6 +49,8 @@ struct rim_monitor {
   search_hypothesis explained; /* of the newest record */
   uint16_t explained_channel;
   bool has_explained;
+  search_hypothesis ended; /* the newest deviation that came and went */
+  uint32_t ended_count;
   double run_start_s, block_start_s, first_block_s, last_block_s, last_valid_s, out_value, out_t_s;
   uint32_t steps, refused;
   uint16_t channel_count, out_feature;

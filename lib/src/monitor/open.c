@@ -401,6 +401,8 @@ void monitor_forget_regions(rim_monitor *m) {
     rim_select_reset(m->select);
   }
   m->has_explained = m->has_place = false;
+  memset(&m->ended, 0, sizeof m->ended);
+  m->ended_count = 0;
   m->refused = 0;
   const double t_s = m->last.t_s;
   monitor_clear_verdict(m);

@@ -57,15 +57,15 @@ static void agree(rim_monitor *m) {
                           NULL) == RIM_OK)
     level = m->level;
   const double start_s = blocks_start_s(m->rows);
-  const double block_s = 1e-6 * (double)m->words[RIM_CONFIG_PERIOD_US] *
-                         (double)m->words[RIM_CONFIG_BLOCK_ROWS];
+  const double block_s =
+      1e-6 * (double)m->words[RIM_CONFIG_PERIOD_US] * (double)m->words[RIM_CONFIG_BLOCK_ROWS];
   const agreement_block block = {.residual = m->residual,
                                  .mean = blocks_means(m->rows),
                                  .measured = blocks_outcomes(m->rows),
                                  .level = level,
-                                 .follows = m->has_place &&
-                                            rim_abs(start_s - m->block_start_s - block_s) <
-                                                MONITOR_NEXT_BLOCK * block_s};
+                                 .follows =
+                                     m->has_place && rim_abs(start_s - m->block_start_s - block_s) <
+                                                         MONITOR_NEXT_BLOCK * block_s};
   m->block_start_s = start_s;
   rim_agreement_evaluate(&m->models.agreement, &block, m->agreement_state,
                          m->residual + RIM_CHANNEL_AGREEMENT * outcomes);
@@ -139,14 +139,15 @@ static void judge_trained(rim_monitor *m, rim_verdict *v) {
     }
   }
   v->blocks = search_blocks(m->search);
+  v->score = v->ln_anom = 0.0;
   if (best == NULL || best->score < -1e9f)
     return;
   const noise_channel n = rim_noise_channel(&m->models.noise, v->channel);
   v->score = (double)best->score;
   v->ln_anom = (double)best->ln_ratio;
-  v->threshold = (m->models.threshold.alarm_score +
-                  search_description((search_family)best->family)) *
-                 (double)rim_image_f32(n.phi, best->family);
+  v->threshold =
+      (m->models.threshold.alarm_score + search_description((search_family)best->family)) *
+      (double)rim_image_f32(n.phi, best->family);
 }
 
 static void judge_rows(rim_monitor *m, rim_verdict *v) {
@@ -176,6 +177,23 @@ static void judge(rim_monitor *m, rim_verdict *v) {
                                          : RIM_LEVEL_OK;
 }
 
+/* A deviation that ended was told, with its end; from now on it is no evidence, so that the alarm
+ * clears and the next one is found. */
+static void end_deviation(rim_monitor *m) {
+  const search_hypothesis *h = &m->explained;
+  if (!m->is_trained || rim_monitor_standing(m, RIM_DETECTOR_RIM) == NULL ||
+      h->family != SEARCH_DURING || search_blocks(m->search) - h->end < MONITOR_OVER_BLOCKS)
+    return;
+  const double quiet_s =
+      search_time_of(m->search, search_blocks(m->search)) - search_time_of(m->search, h->end);
+  if (quiet_s < MONITOR_OVER_RUN * m->models.noise.run_s ||
+      !search_exclude(m->search, h->onset, h->end))
+    return;
+  m->ended = *h;
+  count(&m->ended_count);
+  (void)rim_alarm_life_over(&m->life, RIM_DETECTOR_RIM, m->last.t_s);
+}
+
 static void search_and_judge(rim_monitor *m, bool new_block) {
   const uint32_t budget = m->words[RIM_CONFIG_BUDGET] != 0 ? m->words[RIM_CONFIG_BUDGET] : 1;
   if (m->is_trained)
@@ -192,12 +210,13 @@ static void search_and_judge(rim_monitor *m, bool new_block) {
       (candidate.level == RIM_LEVEL_WARN && rim_monitor_standing(m, RIM_DETECTOR_RIM) != NULL))
     monitor_describe(m, &m->last, &candidate);
   rim_alarm_life_step(&m->life, RIM_DETECTOR_RIM, m->last.t_s, &candidate);
+  if (candidate.level == RIM_LEVEL_ERROR)
+    end_deviation(m);
 }
 
 static void watch_motion(rim_monitor *m, const rim_observation *row) {
   rim_alarm candidate;
-  const bool found =
-      rim_interference_watch_step(m->watch, row, &m->last.interference, &candidate);
+  const bool found = rim_interference_watch_step(m->watch, row, &m->last.interference, &candidate);
   if (m->last.interference.valid)
     rim_alarm_life_step(&m->life, RIM_DETECTOR_INTERFERENCE, row->t_s, found ? &candidate : NULL);
 }
@@ -361,6 +380,16 @@ bool rim_monitor_inside(const rim_monitor *m, const uint8_t *place, uint32_t blo
          search_inside(m->search, &m->explained, place, block);
 }
 
+uint32_t rim_monitor_ended(const rim_monitor *m, uint32_t *first, uint32_t *end) {
+  if (m == NULL)
+    return 0;
+  if (first != NULL)
+    *first = m->ended.onset;
+  if (end != NULL)
+    *end = m->ended.end;
+  return m->ended_count;
+}
+
 rim_monitor_health rim_monitor_get_health(const rim_monitor *m) {
   if (m == NULL)
     return (rim_monitor_health){.out_feature = BLOCKS_NO_FEATURE};
@@ -386,9 +415,7 @@ rim_monitor_health rim_monitor_get_health(const rim_monitor *m) {
   return health;
 }
 
-const rim_select *rim_monitor_search(const rim_monitor *m) {
-  return m != NULL ? m->select : NULL;
-}
+const rim_select *rim_monitor_search(const rim_monitor *m) { return m != NULL ? m->select : NULL; }
 const rim_threshold *rim_monitor_threshold(const rim_monitor *m) {
   return m != NULL ? &m->models.threshold : NULL;
 }

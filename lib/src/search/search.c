@@ -51,6 +51,8 @@ static size_t lay_out(search_layout *at, const search_config *c) {
   bytes += round8(ring);
   at->score = (uint32_t)bytes;
   bytes += round8((size_t)c->channels * c->features);
+  at->excluded = (uint32_t)bytes;
+  bytes += round8((ring + 7u) / 8u);
   return bytes;
 }
 
@@ -96,12 +98,14 @@ void search_reset(rim_search *s) {
     channel_state *state = search_state(s, c);
     forget(&state->time);
     forget(&state->region);
+    state->excludes = false;
     state->gram_at = at;
     const uint32_t doubles = gram_doubles(rim_noise_channel(s->config.noise, c).fields);
     memset(search_gram(s, state), 0, 8u * (size_t)doubles);
     at += doubles;
   }
   memset(search_feature_scores(s, 0), 0, (size_t)s->config.channels * s->config.features);
+  memset(search_excluded(s), 0, ((size_t)s->config.ring + 7u) / 8u);
 }
 
 static int8_t to_byte(double x) {
@@ -121,9 +125,9 @@ static void store_channel(rim_search *s, uint32_t slot, const search_block *b, u
         (int8_t)rim_floor(rim_clamp(z / SEARCH_COARSE_STEP, -127.0, 127.0) + 0.5);
 }
 
-/* Adds the newest block to G = B'WB and u = B'Wr of a channel. */
-static void accumulate(rim_search *s, uint32_t slot, uint32_t before, bool first,
-                       uint32_t channel) {
+/* Adds sign times a block to G = B'WB and u = B'Wr of a channel. */
+static void accumulate(rim_search *s, uint32_t slot, bool first, double sign, uint32_t channel) {
+  const uint32_t before = slot == 0 ? s->config.ring - 1u : slot - 1u;
   const noise_channel c = rim_noise_channel(s->config.noise, channel);
   const uint32_t k = c.fields, outcome = channel % s->config.outcomes;
   const double rho = (double)c.rho;
@@ -145,8 +149,8 @@ static void accumulate(rim_search *s, uint32_t slot, uint32_t before, bool first
   double *u = gram + k * (k + 1u) / 2u;
   for (uint32_t i = 0; i < k; ++i) {
     for (uint32_t j = 0; j <= i; ++j)
-      *gram++ += white[i] * white[j];
-    u[i] += white[i] * e;
+      *gram++ += sign * white[i] * white[j];
+    u[i] += sign * white[i] * e;
   }
 }
 
@@ -156,11 +160,11 @@ rim_status search_observe(rim_search *s, const search_block *b) {
       !all_finite(b->predicted, c->outcomes) || !all_finite(b->residual, c->channels))
     return RIM_E_DATA;
   const uint32_t slot = s->head;
-  const uint32_t before = slot == 0 ? c->ring - 1u : slot - 1u;
   search_times(s)[slot] = (float)b->t_s;
   memcpy(search_features(s, slot), b->feature, c->features);
   search_changes(s)[slot] =
       (uint8_t)rim_floor(rim_clamp(b->change / SEARCH_CHANGE_STEP, 0.0, 255.0) + 0.5);
+  search_excluded(s)[slot / 8u] &= (uint8_t) ~(1u << (slot % 8u));
   for (uint32_t m = 0; m < c->means; ++m)
     search_means(s, slot)[m] = to_byte(b->mean[m]);
   for (uint32_t o = 0; o < c->outcomes; ++o) {
@@ -170,7 +174,7 @@ rim_status search_observe(rim_search *s, const search_block *b) {
   }
   for (uint32_t i = 0; i < c->channels; ++i) {
     store_channel(s, slot, b, i);
-    accumulate(s, slot, before, s->count == 0, i);
+    accumulate(s, slot, s->count == 0, 1.0, i);
   }
   s->head = (uint16_t)(slot + 1u == c->ring ? 0u : slot + 1u);
   if (s->held < c->ring)
@@ -178,6 +182,53 @@ rim_status search_observe(rim_search *s, const search_block *b) {
   ++s->count;
   s->fresh = false;
   return RIM_OK;
+}
+
+/* ---- what is no evidence any more ---- */
+
+bool search_exclude(rim_search *s, uint32_t from, uint32_t to) {
+  const uint32_t oldest = s->count - s->held;
+  from = from > oldest ? from : oldest;
+  to = to < s->count ? to : s->count;
+  if (from >= to)
+    return false;
+  for (uint32_t c = 0; c < s->config.channels; ++c) {
+    if (search_state(s, c)->excludes)
+      return false;
+  }
+  s->excluded_from = from;
+  s->excluded_to = to;
+  for (uint32_t n = from; n < to; ++n) {
+    const uint32_t slot = search_slot(s, n - oldest);
+    search_excluded(s)[slot / 8u] |= (uint8_t)(1u << (slot % 8u));
+  }
+  for (uint32_t c = 0; c < s->config.channels; ++c) {
+    channel_state *state = search_state(s, c);
+    forget(&state->time);
+    forget(&state->region);
+    state->excludes = rim_noise_channel(s->config.noise, c).active > 0.5f;
+  }
+  s->fresh = false;
+  s->stage = 0;
+  return true;
+}
+
+/* Takes the excluded blocks out of a channel's G and u: they, and what they left in the innovation
+ * of the block after them, which becomes a first one. Blocks that left the ring meanwhile stay. */
+void search_take_out(rim_search *s, uint32_t channel) {
+  search_state(s, channel)->excludes = false;
+  const uint32_t oldest = s->count - s->held;
+  uint32_t n = s->excluded_from > oldest + 1u ? s->excluded_from : oldest + 1u;
+  if (s->excluded_from == 0 && oldest == 0)
+    n = 0;
+  if (n >= s->excluded_to)
+    return;
+  for (; n < s->excluded_to; ++n)
+    accumulate(s, search_slot(s, n - oldest), n == 0, -1.0, channel);
+  if (n < s->count) {
+    accumulate(s, search_slot(s, n - oldest), false, -1.0, channel);
+    accumulate(s, search_slot(s, n - oldest), true, 1.0, channel);
+  }
 }
 
 void search_note(rim_search *s, uint32_t channel, const search_hypothesis *h) {
@@ -231,6 +282,11 @@ static void renew_region(rim_search *s) {
   search_hypothesis h = state->region;
   search_evaluate(s, &h);
   state->region.score = SEARCH_NONE;
+  if (h.family == SEARCH_DURING) {
+    search_refine_during(s, &h);
+    search_note(s, s->channel, &h);
+    return;
+  }
   const bool two = h.family == SEARCH_BOX || h.family == SEARCH_BOX_SINCE;
   search_refine_edges(s, &h, 0);
   if (two)
@@ -274,6 +330,18 @@ static void scan_interval_since(rim_search *s) {
   search_note(s, s->channel, &h);
 }
 
+/* What came and went: wherever in time, and since the best onset of what would go on. */
+static void scan_during(rim_search *s) {
+  search_hypothesis h;
+  search_scan_during(s, &h);
+  search_note(s, s->channel, &h);
+  forget(&h);
+  h.family = SEARCH_DURING;
+  h.onset = s->in_time[SEARCH_SINCE].onset;
+  search_scan_end(s, &h);
+  search_note(s, s->channel, &h);
+}
+
 static void scan_pair(rim_search *s) {
   const uint32_t n = s->config.features;
   uint32_t x = s->top_feature;
@@ -295,7 +363,7 @@ static void scan_pair(rim_search *s) {
 }
 
 /* A turn of a channel: its residuals made ready and its onsets judged; its region renewed; every
- * single feature; the best of them since an onset; some pairs. */
+ * single feature; the best of them since an onset; what came and went; some pairs. */
 static void work_unit(rim_search *s) {
   const uint32_t features = s->config.features;
   const uint32_t stage = s->stage;
@@ -312,7 +380,9 @@ static void work_unit(rim_search *s) {
     scan_feature(s, stage - 2u);
   else if (stage == 2u + features)
     scan_interval_since(s);
-  else if (features > 1u && stage < 3u + features + s->config.cells_per_turn)
+  else if (stage == 3u + features)
+    scan_during(s);
+  else if (features > 1u && stage < 4u + features + s->config.cells_per_turn)
     scan_pair(s);
   else
     s->stage = 0;
@@ -350,7 +420,7 @@ bool search_evaluate_channel(rim_search *s, uint32_t channel, search_hypothesis 
  * itself, for phi differs between families and would prefer the one that healthy runs inflate
  * least. */
 static double worth(const rim_search *s, const search_hypothesis *h) {
-  static const double parts[NOISE_FAMILIES] = {0.0, 2.0, 2.0, 1.0, 1.0, 2.0, 2.0, 3.0};
+  static const double parts[NOISE_FAMILIES] = {0.0, 2.0, 2.0, 1.0, 1.0, 2.0, 2.0, 3.0, 1.0};
   if (h->score <= SEARCH_NONE || !(h->ln_ratio > 0.0f))
     return -1e30;
   if (h->family == SEARCH_GAIN && rim_abs((double)h->shift) > MOST_GAIN)
@@ -395,6 +465,10 @@ void search_explain(rim_search *s, uint32_t channel, search_hypothesis *out, dou
   for (uint32_t round = 0; round < REFINEMENTS && h.score > SEARCH_NONE; ++round) {
     if (round == 0)
       search_evaluate(s, &h);
+    if (h.family == SEARCH_DURING) {
+      search_refine_during(s, &h);
+      continue;
+    }
     search_refine_edges(s, &h, 0);
     if (h.family == SEARCH_BOX || h.family == SEARCH_BOX_SINCE)
       search_refine_edges(s, &h, 1);

@@ -27,10 +27,10 @@
 #define SEARCH_MAX_FEATURES 64u
 #define SEARCH_MAX_CHANNELS 512u
 #define SEARCH_MAX_RING 1024u
-#define SEARCH_BINS 24u  /* of a feature, by SEARCH_CUTS cuts */
+#define SEARCH_BINS 24u /* of a feature, by SEARCH_CUTS cuts */
 #define SEARCH_CUTS 23u
-#define SEARCH_CELLS 5u  /* a side of the grid over which boxes are searched */
-#define SEARCH_LEAST 3u  /* blocks inside a hypothesis */
+#define SEARCH_CELLS 5u /* a side of the grid over which boxes are searched */
+#define SEARCH_LEAST 3u /* blocks inside a hypothesis */
 #define SEARCH_FROM_START UINT32_MAX
 
 typedef enum search_family {
@@ -41,23 +41,25 @@ typedef enum search_family {
   SEARCH_INTERVAL = 4,
   SEARCH_BOX = 5,
   SEARCH_INTERVAL_SINCE = 6,
-  SEARCH_BOX_SINCE = 7
+  SEARCH_BOX_SINCE = 7,
+  SEARCH_DURING = 8 /* a shift of every block from the onset to its end */
 } search_family;
 
 typedef struct search_hypothesis {
   uint8_t family;
-  uint8_t feature[2];    /* of the region features; as many as the family has */
+  uint8_t feature[2];        /* of the region features; as many as the family has */
   uint8_t first[2], last[2]; /* bins */
-  uint32_t onset;        /* block, counted from the start of the run; SEARCH_FROM_START */
-  float ln_ratio;        /* ln likelihood ratio */
-  float score;           /* ln_ratio / phi - description */
-  float shift, sd;       /* in the channel's s */
-  uint32_t blocks;       /* inside */
+  uint32_t onset;            /* block, counted from the start of the run; SEARCH_FROM_START */
+  uint32_t end;              /* DURING: the block after its last; 0: it goes on */
+  float ln_ratio;            /* ln likelihood ratio */
+  float score;               /* ln_ratio / phi - description */
+  float shift, sd;           /* in the channel's s */
+  uint32_t blocks;           /* inside */
 } search_hypothesis;
 
 typedef struct search_config {
   uint16_t features, channels, outcomes, means, ring;
-  uint8_t cells_per_turn;   /* boxes searched in a turn of a channel */
+  uint8_t cells_per_turn; /* boxes searched in a turn of a channel */
   const rim_noise *noise;
   const uint8_t *cuts; /* u8[features][SEARCH_CUTS], ascending: bytes of a feature */
 } search_config;
@@ -115,6 +117,12 @@ void search_edges(const rim_search *search, uint32_t feature, uint32_t first, ui
                   uint32_t *low, uint32_t *high);
 
 double search_description(search_family family); /* nats */
+
+/* The blocks from..to-1 are no evidence any more, in any channel, and every hypothesis is sought
+ * anew: a deviation that ended was told, and must not hide the next. The run effects are learnt
+ * from the other blocks, each channel's in its next turn. False, and nothing is changed, while an
+ * earlier call still waits for that, or where none of the blocks is held. O(ring + channels). */
+bool search_exclude(rim_search *search, uint32_t from, uint32_t to);
 
 /* For calibration on the ground: [channels][NOISE_FAMILIES] largest ln likelihood ratios so far are
  * kept there when not NULL. */

@@ -5,8 +5,8 @@
 #include "rim/image.h"
 #include "search/search.h"
 
-#define SEARCH_Z_STEP (1.0 / 64.0) /* of a residual in the ring: int16 covers +-500 */
-#define SEARCH_BYTE_STEP (1.0 / 31.0) /* of a standardised mean or prediction: int8 covers +-4 */
+#define SEARCH_Z_STEP (1.0 / 64.0)      /* of a residual in the ring: int16 covers +-500 */
+#define SEARCH_BYTE_STEP (1.0 / 31.0)   /* of a standardised mean or prediction: int8 covers +-4 */
 #define SEARCH_CHANGE_STEP (1.0 / 64.0) /* of the commands' change: uint8 covers 3.98 */
 #define SEARCH_COARSE_STEP (1.0 / 4.0)  /* of a residual in a byte: +-31 */
 #define SEARCH_NONE (-1e30f)
@@ -33,28 +33,30 @@ typedef struct channel_state {
   search_hypothesis time;   /* best of SINCE, RAMP, GAIN, FIELD */
   search_hypothesis region; /* best of the others */
   uint32_t gram_at;         /* doubles: packed G without its prior, then u */
+  bool excludes;            /* G and u still hold the blocks that search_exclude() took out */
 } channel_state;
 
 /* Offsets of the arrays from the start of the instance. */
 typedef struct search_layout {
-  uint32_t time, feature, mean, predicted, z, coarse, change, state, gram, score;
+  uint32_t time, feature, mean, predicted, z, coarse, change, state, gram, score, excluded;
   uint32_t work; /* float per block: q, a0, a1, p, then the fields' */
 } search_layout;
 
 struct rim_search {
   search_config config;
-  uint32_t count;            /* blocks since the start */
-  uint16_t held, head;       /* in the ring; slot written next */
-  uint16_t channel;          /* in turn; its work arrays are valid when `fresh` */
-  uint16_t next_channel;     /* round robin */
-  uint16_t stage;            /* of the turn */
+  uint32_t count;        /* blocks since the start */
+  uint16_t held, head;   /* in the ring; slot written next */
+  uint16_t channel;      /* in turn; its work arrays are valid when `fresh` */
+  uint16_t next_channel; /* round robin */
+  uint16_t stage;        /* of the turn */
   uint16_t next_pair;
-  uint8_t top_feature;       /* best single feature of the channel in turn */
+  uint8_t top_feature; /* best single feature of the channel in turn */
   bool fresh, favour;
   search_layout at;
+  uint32_t excluded_from, excluded_to; /* blocks of the newest search_exclude() */
   float *maxima;
   search_hypothesis in_time[SEARCH_FIELD + 1]; /* of the channel in turn: best by ratio of each */
-  uint32_t fields; /* of the channel in turn */
+  uint32_t fields;                             /* of the channel in turn */
   search_bins bins;
   search_cells cells;
 };
@@ -97,6 +99,11 @@ static inline double search_residual(const rim_search *s, uint32_t channel, uint
              : (double)search_coarse_residuals(s, slot)[channel - fine] * SEARCH_COARSE_STEP;
 }
 static inline uint8_t *search_changes(const rim_search *s) { return search_at(s, s->at.change); }
+/* Whether the block in this slot is no evidence: a bit per slot. */
+static inline uint8_t *search_excluded(const rim_search *s) { return search_at(s, s->at.excluded); }
+static inline bool search_is_excluded(const rim_search *s, uint32_t slot) {
+  return (search_excluded(s)[slot / 8u] >> (slot % 8u) & 1u) != 0;
+}
 static inline channel_state *search_state(const rim_search *s, uint32_t channel) {
   return (channel_state *)search_at(s, s->at.state) + channel;
 }
@@ -117,15 +124,19 @@ static inline float *search_g(const rim_search *s, uint32_t i) {
 
 /* Which blocks of the ring a pass looks at. */
 typedef struct search_mask {
-  uint32_t from;      /* first index of the ring, 0: all */
-  uint8_t dims;       /* features that must be inside their bins */
+  uint32_t from;                       /* first index of the ring, 0: all */
+  uint32_t to;                         /* index after the last, 0: all */
+  uint8_t dims;                        /* features that must be inside their bins */
   uint8_t feature[2], low[2], high[2]; /* bytes low..high inclusive */
 } search_mask;
 
 static inline bool search_passes(const rim_search *s, const search_mask *mask, uint32_t i) {
-  if (i < mask->from)
+  if (i < mask->from || (mask->to != 0 && i >= mask->to))
     return false;
-  const uint8_t *f = search_features(s, search_slot(s, i));
+  const uint32_t slot = search_slot(s, i);
+  if (search_is_excluded(s, slot))
+    return false;
+  const uint8_t *f = search_features(s, slot);
   for (uint32_t k = 0; k < mask->dims; ++k) {
     if (f[mask->feature[k]] < mask->low[k] || f[mask->feature[k]] > mask->high[k])
       return false;
@@ -149,7 +160,15 @@ void search_judge(const rim_search *s, const search_sums *sums, search_hypothesi
 void search_scan_onset(const rim_search *s, const search_mask *mask, search_hypothesis *h,
                        double *sd);
 
+/* search.c: completes search_exclude() in this channel. */
+void search_take_out(rim_search *s, uint32_t channel);
+/* The best end of a shift that has its onset; it is before the newest block. */
+void search_scan_end(const rim_search *s, search_hypothesis *h);
+
 /* scan.c */
+/* The best DURING, by bins of time; then each edge exactly given the other. */
+void search_scan_during(rim_search *s, search_hypothesis *h);
+void search_refine_during(const rim_search *s, search_hypothesis *h);
 void search_scan_interval(rim_search *s, const search_mask *mask, uint32_t feature,
                           search_hypothesis *h, uint32_t which);
 void search_scan_box(rim_search *s, uint32_t x, uint32_t y, search_hypothesis *h);

@@ -50,7 +50,7 @@ static double phi(const rim_search *s, uint32_t channel, uint32_t family) {
 }
 
 double search_description(search_family family) {
-  static const double nats[NOISE_FAMILIES] = {4.0, 5.0, 5.0, 4.0, 6.0, 11.0, 8.0, 13.0};
+  static const double nats[NOISE_FAMILIES] = {4.0, 5.0, 5.0, 4.0, 6.0, 11.0, 8.0, 13.0, 7.0};
   return nats[family];
 }
 
@@ -97,6 +97,11 @@ static void solve_effects(const rim_search *s, const noise_channel *c, double *l
   cholesky_backward(k, l, b);
 }
 
+/* Whether the block of the ring follows on no other that is evidence. */
+static bool is_first(const rim_search *s, uint32_t i) {
+  return i == 0 || search_is_excluded(s, search_slot(s, i - 1u));
+}
+
 /* Forward in time: whitened residuals less the run effects in q, whitened fields in g, w in a0. */
 static void whiten(rim_search *s, const noise_channel *c, const double *l, const double *b) {
   const uint32_t k = c->fields;
@@ -108,13 +113,14 @@ static void whiten(rim_search *s, const noise_channel *c, const double *l, const
   double z_before = 0.0;
   for (uint32_t i = 0; i < s->held; ++i) {
     const uint32_t slot = search_slot(s, i);
-    const double w = search_weight(s, c, s->channel, slot);
+    const bool first = is_first(s, i), none = search_is_excluded(s, slot);
+    const double w = none ? 0.0 : search_weight(s, c, s->channel, slot);
     const double z = search_residual(s, s->channel, slot);
     double fields[NOISE_MAX_FIELDS], white[NOISE_MAX_FIELDS];
     search_weighted_fields(s, c, slot, outcome, w, fields);
-    double e = i == 0 ? lead * z : z - rho * z_before;
+    double e = first ? lead * z : z - rho * z_before;
     for (uint32_t j = 0; j < k; ++j) {
-      white[j] = i == 0 ? lead * fields[j] : fields[j] - rho * before[j];
+      white[j] = first ? lead * fields[j] : fields[j] - rho * before[j];
       e -= white[j] * b[j];
       before[j] = fields[j];
     }
@@ -122,8 +128,8 @@ static void whiten(rim_search *s, const noise_channel *c, const double *l, const
     cholesky_forward(k, l, white);
     float *g = search_g(s, i);
     for (uint32_t j = 0; j < k; ++j)
-      g[j] = (float)white[j];
-    search_q(s)[i] = (float)e;
+      g[j] = none ? 0.0f : (float)white[j];
+    search_q(s)[i] = none ? 0.0f : (float)e;
     search_a0(s)[i] = (float)w;
     const double p = (double)search_predictions(s, slot)[outcome] * SEARCH_BYTE_STEP;
     search_p(s)[i] = (float)(((double)c->p_center + (double)c->p_scale * p) / s_unit);
@@ -137,8 +143,8 @@ static void fold(rim_search *s, const noise_channel *c) {
   const double lead = rim_sqrt(1.0 - rho * rho);
   float *q = search_q(s), *a0 = search_a0(s), *a1 = search_a1(s);
   for (uint32_t i = 0; i < s->held; ++i) {
-    const bool last = i + 1u == s->held;
-    const double first = i == 0 ? lead : 1.0;
+    const bool last = i + 1u == s->held || search_is_excluded(s, search_slot(s, i + 1u));
+    const double first = is_first(s, i) ? lead : 1.0;
     const double w = (double)a0[i];
     const double next_e = last ? 0.0 : (double)q[i + 1u];
     const double next_w = last ? 0.0 : (double)a0[i + 1u];
@@ -249,6 +255,8 @@ void search_refresh(rim_search *s, uint32_t channel) {
   s->channel = (uint16_t)channel;
   s->fields = c.fields;
   s->fresh = true;
+  if (search_state(s, channel)->excludes)
+    search_take_out(s, channel);
   solve_effects(s, &c, l, b);
   whiten(s, &c, l, b);
   fold(s, &c);
@@ -257,6 +265,30 @@ void search_refresh(rim_search *s, uint32_t channel) {
   scan_time(s);
   if (c.fields > 0)
     judge_field(s, &c, l, b);
+}
+
+void search_scan_end(const rim_search *s, search_hypothesis *h) {
+  const uint32_t oldest = s->count - s->held;
+  search_hypothesis now = *h;
+  search_sums sums = {0};
+  h->score = SEARCH_NONE;
+  now.onset = h->onset > oldest ? h->onset : oldest;
+  bool inside = false; /* the block before */
+  for (uint32_t i = now.onset - oldest; i + 1u < s->held; ++i) {
+    const bool none = search_is_excluded(s, search_slot(s, i));
+    if (!none) {
+      sums.n += 1.0;
+      sums.d += (double)search_q(s)[i];
+      sums.a += (double)search_a0(s)[i] + (inside ? (double)search_a1(s)[i - 1u] : 0.0);
+      for (uint32_t j = 0; j < s->fields; ++j)
+        sums.g[j] += (double)search_g(s, i)[j];
+    }
+    inside = !none;
+    now.end = oldest + i + 1u;
+    search_judge(s, &sums, &now);
+    if (now.score > h->score)
+      *h = now;
+  }
 }
 
 void search_scan_onset(const rim_search *s, const search_mask *mask, search_hypothesis *h,
