@@ -18,6 +18,7 @@ namespace {
 
 constexpr double kBlocksPerRun = 240.0;
 constexpr std::uint32_t kRing = 384, kFlightRing = 192;
+constexpr double kLeastAgreement = 0.95; // error over behaviour's, above which the others say nothing
 constexpr double kRateRatio = 1.3; // of two runs' rates from which on they differ
 
 void check_rates(const std::vector<Log> &logs, double period_s) {
@@ -111,9 +112,8 @@ void settle_repeats(NoiseModel *noise, std::size_t outcomes) {
 // An agreement channel that says no more than behaviour's is not searched twice.
 void settle_agreement(NoiseModel *noise, const Agreement &agreement, std::size_t outcomes) {
   for (std::size_t o = 0; o < outcomes; ++o) {
-    if (outcomes < 2)
+    if (outcomes < 2 || agreement.error[o] > kLeastAgreement)
       noise->channels[outcomes + o].active = false;
-    (void)agreement;
   }
 }
 
