@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "train/image_writer.hpp"
 #include "util/error.hpp"
 #include "util/parallel_for.hpp"
 #include "util/progress.hpp"
@@ -128,6 +129,15 @@ std::vector<float> run_maxima(const FlightPlan &plan, const rim_noise &noise,
   config.cells_per_turn = static_cast<std::uint8_t>(plan.pairs);
   config.noise = &noise;
   config.cuts = plan.cuts.data();
+  SectionBytes region, outcome_feature;
+  for (std::size_t k = 0; k < plan.region.size(); ++k) {
+    region.u16(plan.region[k]);
+    region.u16(plan.region_outcome[k]);
+  }
+  for (const std::uint16_t f : plan.layout.outcome_feature)
+    outcome_feature.u16(f);
+  config.region = region.bytes().data();
+  config.outcome_feature = plan.layout.external ? nullptr : outcome_feature.bytes().data();
   std::vector<std::uint64_t> memory(search_size(&config) / 8 + 1);
   rim_search *search = nullptr;
   if (search_init(&search, memory.data(), memory.size() * 8, &config) != RIM_OK)
@@ -235,7 +245,8 @@ void choose_region(FlightPlan *plan, const std::vector<SearchRun> &runs,
     if (plan->region.size() >= options.region_features)
       break;
     const Eigen::VectorXd values = region_values(runs, feature, outcome);
-    if (!(values.maxCoeff() > values.minCoeff()))
+    const bool is_last = &feature == &candidates.back().first; // there must be one
+    if (!(values.maxCoeff() > values.minCoeff()) && !(is_last && plan->region.empty()))
       continue;
     const std::vector<double> rank = ranks(values), value(values.begin(), values.end());
     bool repeats = false;
@@ -251,8 +262,6 @@ void choose_region(FlightPlan *plan, const std::vector<SearchRun> &runs,
     const std::vector<std::uint8_t> cuts = cuts_of(*plan, feature, values);
     plan->cuts.insert(plan->cuts.end(), cuts.begin(), cuts.end());
   }
-  if (plan->region.empty())
-    throw DataError("no column takes more than one value: nothing to describe a region by");
 }
 
 std::vector<RunScore> calibrate_runs(FlightPlan *plan, NoiseModel *noise,

@@ -183,7 +183,7 @@ typedef struct rim_monitor rim_monitor;
   (RIM_MONITOR_HEADER_BYTES + RIM_MONITOR_ROWS_SIZE(features, outcomes, filters, terms) +          \
    RIM_MONITOR_SEARCH_HEADER +                                                                     \
    RIM_MONITOR_KINDS * (size_t)(outcomes) *                                                        \
-       (4u * (size_t)(fields) * ((fields) + 3u) + 72u + (region_features)) +                       \
+       (4u * (size_t)(fields) * ((fields) + 3u) + 80u + (region_features)) +                       \
    (size_t)(ring) * (4u * (5u + (fields)) + RIM_MONITOR_KINDS * 2u * (size_t)(outcomes) +          \
                      (region_features) + (means) + 3u * (size_t)(outcomes)) +                      \
    128u)

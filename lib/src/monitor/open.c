@@ -186,6 +186,8 @@ static void plan_searches(monitor_plan *p) {
   p->search.ring = (uint16_t)w[RIM_CONFIG_RING];
   p->search.cells_per_turn = (uint8_t)(w[RIM_CONFIG_PAIRS] < 64u ? w[RIM_CONFIG_PAIRS] : 64u);
   p->search.noise = &p->models.noise;
+  p->search.region = p->region;
+  p->search.outcome_feature = p->rows.outcome_feature;
   p->select.features = (uint16_t)w[RIM_CONFIG_REGION_FEATURES];
   p->select.channels = p->channel_count;
   p->select.ring = (uint16_t)w[RIM_CONFIG_RING];

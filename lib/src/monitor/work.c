@@ -92,8 +92,9 @@ static double binned(const rim_work_counts *n) {
 static double ready_work(const rim_work_counts *n) {
   const double white = 2u * EXPONENTIAL + raw_fields(n) + triangle(n) * PRODUCT + 2u * GATHER;
   const double times = 3u * (JUDGED + n->fields * 2.0 * PRODUCT);
-  return CALLS + triangle(n) * (n->fields + 2.0) * PRODUCT + pass(n, white) + pass(n, GATHER) +
-         pass(n, times) + pass(n, raw_fields(n));
+  const double taken_out = pass(n, white + triangle(n) * PRODUCT); /* search_exclude() */
+  return CALLS + taken_out + triangle(n) * (n->fields + 2.0) * PRODUCT + pass(n, white) +
+         pass(n, GATHER) + pass(n, times) + pass(n, raw_fields(n));
 }
 static double renew_work(const rim_work_counts *n) {
   return pass(n, 0.0) + 2u * binned(n) + pass(n, JUDGED);
@@ -105,17 +106,17 @@ static double pair_work(const rim_work_counts *n) {
 }
 static double trained_search(const rim_work_counts *n) {
   const double since = binned(n) + 2u * (pass(n, JUDGED) + binned(n));
-  return n->budget *
-         (CALLS + n->channels * (double)LOOK +
-          rim_max(rim_max(ready_work(n), since), rim_max(renew_work(n), pair_work(n))));
+  const double during = binned(n) + 3u * pass(n, JUDGED);
+  const double most = rim_max(rim_max(ready_work(n), since), rim_max(renew_work(n), pair_work(n)));
+  return n->budget * (CALLS + n->channels * (double)LOOK + rim_max(most, during));
 }
 static double trained_block(const rim_work_counts *n) {
   const double o = n->outcomes;
   const double models = 2.0 * o * (n->external ? 1.0 : n->terms) * PRODUCT +
                         o * o * (2.0 + n->means) * PRODUCT + prediction(n) +
                         (n->external ? 0.0 : correction(n));
-  const double channel = 3u * EXPONENTIAL + 2u * (raw_fields(n) + EXPONENTIAL) +
-                         triangle(n) * PRODUCT + OUTCOME;
+  const double channel =
+      3u * EXPONENTIAL + 2u * (raw_fields(n) + EXPONENTIAL) + triangle(n) * PRODUCT + OUTCOME;
   return models + n->terms * (double)TERM + n->channels * channel +
          n->region_features * (double)PLACE;
 }

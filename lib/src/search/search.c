@@ -298,7 +298,22 @@ static void renew_region(rim_search *s) {
   search_note(s, s->channel, &h);
 }
 
+/* Whether the feature is the measured reading of the channel's own outcome. */
+static bool is_own(const rim_search *s, uint32_t feature) {
+  const search_config *c = &s->config;
+  return c->region != NULL && c->outcome_feature != NULL &&
+         rim_image_u16(c->region, 2u * (size_t)feature + 1u) == SEARCH_AS_MEASURED &&
+         rim_image_u16(c->region, 2u * (size_t)feature) ==
+             rim_image_u16(c->outcome_feature, (size_t)s->channel % c->outcomes);
+}
+
 static void scan_feature(rim_search *s, uint32_t feature) {
+  uint8_t *scores = search_feature_scores(s, s->channel);
+  scores[feature] = 0;
+  if (feature == 0)
+    s->top_feature = 0;
+  if (is_own(s, feature))
+    return;
   search_mask mask;
   memset(&mask, 0, sizeof mask);
   search_hypothesis h;
@@ -306,9 +321,8 @@ static void scan_feature(rim_search *s, uint32_t feature) {
   h.family = SEARCH_INTERVAL;
   search_scan_interval(s, &mask, feature, &h, 0);
   const double root = h.score > SEARCH_NONE ? 8.0 * rim_sqrt((double)h.ln_ratio) : 0.0;
-  uint8_t *scores = search_feature_scores(s, s->channel);
   scores[feature] = (uint8_t)rim_min(root, 255.0);
-  if (feature == 0 || scores[feature] > scores[s->top_feature])
+  if (scores[feature] > scores[s->top_feature] || is_own(s, s->top_feature))
     s->top_feature = (uint8_t)feature;
   search_note(s, s->channel, &h);
 }
@@ -317,6 +331,8 @@ static void scan_feature(rim_search *s, uint32_t feature) {
 static void scan_interval_since(rim_search *s) {
   const channel_state *state = search_state(s, s->channel);
   search_hypothesis h;
+  if (is_own(s, s->top_feature))
+    return;
   forget(&h);
   h.family = SEARCH_INTERVAL_SINCE;
   h.onset = state->time.onset;
@@ -349,7 +365,7 @@ static void scan_pair(rim_search *s) {
   if ((s->next_pair & 1u) != 0) /* every other pair without regard to what single features say */
     x = (s->next_pair / n) % n;
   ++s->next_pair;
-  if (x == y)
+  if (x == y || is_own(s, x) || is_own(s, y))
     return;
   search_hypothesis h;
   search_scan_box(s, x < y ? x : y, x < y ? y : x, &h);

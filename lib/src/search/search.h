@@ -32,6 +32,7 @@
 #define SEARCH_CELLS 5u /* a side of the grid over which boxes are searched */
 #define SEARCH_LEAST 3u /* blocks inside a hypothesis */
 #define SEARCH_FROM_START UINT32_MAX
+#define SEARCH_AS_MEASURED 0xffffu /* in section REGION: no prediction stands for the reading */
 
 typedef enum search_family {
   SEARCH_SINCE = 0, /* a shift of every block since the onset */
@@ -62,6 +63,10 @@ typedef struct search_config {
   uint8_t cells_per_turn; /* boxes searched in a turn of a channel */
   const rim_noise *noise;
   const uint8_t *cuts; /* u8[features][SEARCH_CUTS], ascending: bytes of a feature */
+  /* Sections REGION, u16[features][2], and OUTCOMES, u16[outcomes]; NULL: every feature may
+   * describe every channel's regions. An outcome's own reading, taken as measured, may not: it is
+   * high where it is high. */
+  const uint8_t *region, *outcome_feature;
 } search_config;
 
 /* One block: the region features as bytes, the means' and predictions' standardised values, and
