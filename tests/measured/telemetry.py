@@ -3,19 +3,22 @@
 
   tests/measured/telemetry.py [--rim build/rim] [--from ../shared/measured] [--set skab,smap_msl]
       [--only NAME,...] [--jobs 2] [--keep DIR] [--require skab_f1=.78,skab_far=30,...] [--list]
+      [--flags] [--join 100]
 
-Everything that decides is `rim train` and `rim replay --labels`; this script cuts and converts the
-files, calls them, and scores the labels. The same rule for every file of a set; time, row numbers
-and labels reach no model.
+Everything that decides is `rim train` and `rim replay`; this script cuts and converts the files,
+calls them, and scores what they say. A row is detected when `--labels` gives it to a finding or
+when its level in `--trace` is OUT OF RANGE. The same rule for every file; time, row numbers and
+labels reach no model.
 
 skab      The leaderboard's protocol: one image is trained on the first 400 rows of every run, each
           a run of its own; every run is replayed whole; rows after the 400th are pooled. F1 (%FAR,
           %MAR) of rows. An alarm is cheap on this leaderboard: --false-alarm 0.2 per run.
-smap_msl  An image per channel: the training file cut into 10 runs of equal length, blocks so long
-          that the whole training file is 240 of them; the test file replayed as one run. Rows that
-          are marked make detected sequences as the set's authors make them: each is widened by 100
-          rows on either side, those that meet are one. A labelled sequence is found if any overlaps
-          it; a detected one that overlaps none is false.
+smap_msl  An image per channel, of its value alone: the training file cut into 10 runs of equal
+          length, blocks so long that the whole training file is 240 of them; the test file replayed
+          as one run. Detected rows make sequences as the set's authors make them: each is widened
+          by 100 rows on either side, those that meet are one (--join changes that). A labelled
+          sequence is found if any overlaps it; a detected one that overlaps none is false. With
+          --flags the command flags become columns of their own.
 
 Intervals: 95 %, bootstrap over runs or channels, 2000 draws, seed 1. --require: the figures named
 must be at least (FAR: at most) the number given; exit status 1 if not. --list: a line per file.
@@ -38,6 +41,7 @@ START_ROWS = 400            # of the leaderboard
 SKAB_FALSE_ALARM = "0.2"
 TRAIN_RUNS, TRAIN_BLOCKS = 10, 240
 JOIN_ROWS = 100             # Telemanom's error_buffer
+OUT_OF_RANGE = 4            # rim/alarm.h
 
 SKAB_PUBLISHED = [
     ("Conv-AE", .78, 13.6, 28.0), ("MSET", .78, 39.7, 14.1), ("T2+Q", .76, 26.6, 24.9),
@@ -61,12 +65,22 @@ def run(*command):
                                                  done.stderr.strip().splitlines()[-1:]))
 
 
-def marks_of(labels):
-    """Per log: whether each of its rows belongs to a finding."""
-    marks = collections.defaultdict(list)
+def replay(o, image, schema, logs, work):
+    """Per log: whether each of its rows is detected."""
+    labels, trace = os.path.join(work, "labels.csv"), os.path.join(work, "trace.csv")
+    run(o.rim, "replay", *logs, "--schema", schema, "--model", image, "--labels", labels,
+        "--trace", trace)
+    marks, beyond = collections.defaultdict(list), collections.defaultdict(list)
     with open(labels, newline="") as f:
         for row in csv.DictReader(f):
             marks[row["log"]].append(int(row["finding"]) > 0)
+    with open(trace, newline="") as f:
+        for row in csv.DictReader(line for line in f if not line.startswith("#")):
+            beyond[row["log"]].append(int(row["level"]) == OUT_OF_RANGE)
+    for log in logs:
+        if not len(marks[log]) == len(beyond[log]) > 0:
+            raise Failed("%s: %d rows labelled, %d traced" % (log, len(marks[log]), len(beyond[log])))
+        marks[log] = [a or b for a, b in zip(marks[log], beyond[log])]
     return marks
 
 
@@ -105,10 +119,8 @@ def skab(o, folder, work):
             for _, line in zip(range(1 + START_ROWS), whole):
                 start.write(line)
     schema, image = os.path.join(DATA, "skab.toml"), os.path.join(work, "skab.rim")
-    labels = os.path.join(work, "skab_labels.csv")
     run(o.rim, "train", *starts, "--schema", schema, "--false-alarm", SKAB_FALSE_ALARM, "--out", image)
-    run(o.rim, "replay", *runs, "--schema", schema, "--model", image, "--labels", labels)
-    marks, units = marks_of(labels), []
+    marks, units = replay(o, image, schema, runs, work), []
     for name, path in zip(names, runs):
         count = collections.Counter()
         with open(path, newline="") as f:
@@ -138,16 +150,16 @@ def print_skab(o, units):
 
 # ---- sequences: SMAP and MSL ----
 
-Channel = collections.namedtuple("Channel", "name craft found missed false rows marked")
+Channel = collections.namedtuple("Channel", "name craft found missed false rows marked labelled")
 
 
-def widened(marks):
-    """Sequences (first, last) of marked rows, widened and joined."""
+def widened(marks, by):
+    """Sequences (first, last) of detected rows, widened and joined."""
     joined = []
     for i, marked in enumerate(marks):
         if not marked:
             continue
-        first, last = max(0, i - JOIN_ROWS), min(len(marks) - 1, i + JOIN_ROWS)
+        first, last = max(0, i - by), min(len(marks) - 1, i + by)
         if joined and first <= joined[-1][1] + 1:
             joined[-1] = (joined[-1][0], last)
         else:
@@ -159,18 +171,21 @@ def meets(a, b):
     return a[0] <= b[1] and b[0] <= a[1]
 
 
+def flags_of(source):
+    with gzip.open(source, "rt", newline="") as f:
+        return sorted(set().union(*(r["cmds"].split() for r in csv.DictReader(f))), key=int)
+
+
 def convert(source, flags, runs):
-    """Rows of a channel's file to logs; flags: None to take those that occur. Returns the flags."""
+    """The rows of a channel's file, cut into as many logs as there are paths. Returns their number."""
     with gzip.open(source, "rt", newline="") as f:
         rows = [(r["i"], r["value"], frozenset(r["cmds"].split())) for r in csv.DictReader(f)]
-    if flags is None:
-        flags = sorted(set().union(*(r[2] for r in rows)), key=int)
     for k, path in enumerate(runs):
         with open(path, "w") as out:
             out.write(",".join(["i", "value"] + ["u.flag_" + f for f in flags]) + "\n")
             for i, value, active in rows[k * len(rows) // len(runs):(k + 1) * len(rows) // len(runs)]:
                 out.write(",".join([i, value] + ["1" if f in active else "0" for f in flags]) + "\n")
-    return flags, len(rows)
+    return len(rows)
 
 
 def channel(o, folder, work, name, truth):
@@ -178,19 +193,19 @@ def channel(o, folder, work, name, truth):
     os.makedirs(place, exist_ok=True)
     train = [os.path.join(place, "train_%02d.csv" % k) for k in range(TRAIN_RUNS)]
     test = os.path.join(place, "test.csv")
-    flags, rows = convert(os.path.join(folder, name + "_train.csv.gz"), None, train)
+    source = os.path.join(folder, name + "_train.csv.gz")
+    flags = flags_of(source) if o.flags else []
+    rows = convert(source, flags, train)
     convert(os.path.join(folder, name + "_test.csv.gz"), flags, [test])
     schema, image = os.path.join(DATA, "smap_msl.toml"), os.path.join(place, "model.rim")
-    labels = os.path.join(place, "labels.csv")
     run(o.rim, "train", *train, "--schema", schema, "--threads", "1", "--out", image,
         "--block-seconds", str(max(1, rows // TRAIN_BLOCKS)))
-    run(o.rim, "replay", test, "--schema", schema, "--model", image, "--labels", labels)
-    marks = marks_of(labels)[test]
-    detected = widened(marks)
+    marks = replay(o, image, schema, [test], place)[test]
+    detected = widened(marks, o.join)
     found = sum(any(meets(t, d) for d in detected) for t in truth["sequences"])
     false = sum(not any(meets(t, d) for t in truth["sequences"]) for d in detected)
     return Channel(name, truth["craft"], found, len(truth["sequences"]) - found, false, len(marks),
-                   sum(marks))
+                   sum(marks), sum(b - a + 1 for a, b in truth["sequences"]))
 
 
 def smap_msl(o, folder, work):
@@ -214,7 +229,7 @@ def print_ranges(o, units):
     print("SMAP and MSL, %d channels" % len(units))
     if o.list:
         for u in units:
-            print("  %-5s %-5s found %d of %d, false %d, rows marked %4.1f %%"
+            print("  %-5s %-5s found %d of %d, false %d, rows detected %4.1f %%"
                   % (u.name, u.craft, u.found, u.found + u.missed, u.false,
                      100 * share(u.marked, u.rows)))
     print("  %-22s %-5s %9s  %6s" % ("", "", "precision", "recall"))
@@ -226,10 +241,11 @@ def print_ranges(o, units):
         low_p, high_p = bootstrap(some, lambda draw: range_figures(draw)[0])
         low_r, high_r = bootstrap(some, lambda draw: range_figures(draw)[1])
         print("  %-22s %-5s %9.3f  %6.3f   95 %%: precision %.2f to %.2f, recall %.2f to %.2f; "
-              "%d found, %d missed, %d false; rows marked %.1f %%"
+              "%d found, %d missed, %d false; rows detected %.1f %%, labelled %.1f %%"
               % ("rimwatch", craft, p, r, low_p, high_p, low_r, high_r, sum(u.found for u in some),
                  sum(u.missed for u in some), sum(u.false for u in some),
-                 100 * share(sum(u.marked for u in some), sum(u.rows for u in some))))
+                 100 * share(sum(u.marked for u in some), sum(u.rows for u in some)),
+                 100 * share(sum(u.labelled for u in some), sum(u.rows for u in some))))
     for name, craft, p, r in RANGE_PUBLISHED:
         print("  %-22s %-5s %9.3f  %6.3f" % (name, craft, p, r))
     p, r = range_figures(units)
@@ -259,6 +275,8 @@ def main():
     p.add_argument("--only", default="")
     p.add_argument("--jobs", type=int, default=2)
     p.add_argument("--keep")
+    p.add_argument("--flags", action="store_true")
+    p.add_argument("--join", type=int, default=JOIN_ROWS)
     p.add_argument("--require", default="")
     p.add_argument("--list", action="store_true")
     o = p.parse_args()
