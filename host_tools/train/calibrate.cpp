@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "train/image_writer.hpp"
+#include "image/image_writer.hpp"
 #include "util/error.hpp"
 #include "util/parallel_for.hpp"
 #include "util/progress.hpp"

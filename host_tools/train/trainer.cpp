@@ -18,7 +18,8 @@ namespace {
 
 constexpr double kBlocksPerRun = 240.0;
 constexpr std::uint32_t kRing = 384, kFlightRing = 192;
-constexpr double kLeastAgreement = 0.95; // error over behaviour's, above which the others say nothing
+// Error over behaviour's, above which the others say nothing.
+constexpr double kLeastAgreement = 0.95;
 constexpr double kRateRatio = 1.3; // of two runs' rates from which on they differ
 
 void check_rates(const std::vector<Log> &logs, double period_s) {
