@@ -376,6 +376,38 @@ static void a_shift_within_an_interval_is_found(void **state) {
   }
 }
 
+/* A region over the reading itself would select on its own noise. */
+static void an_outcomes_own_reading_describes_no_region_of_it(void **state) {
+  (void)state;
+  for (uint32_t v = 0; v < VARIANTS; ++v) {
+    for (uint32_t own = 0; own < 2; ++own) {
+      world w = variant(v, 150);
+      for (uint32_t i = 0; i < w.blocks; ++i)
+        w.r[i] += w.feature[i][1] >= 160 ? 4.0 * w.s : 0.0;
+      static bench b;
+      bytes region = {.size = 0}, outcome = {.size = 0};
+      for (uint32_t f = 0; f < FEATURES; ++f) { /* of the image: the region's features and 7 more */
+        u16(&region, f + 7);
+        u16(&region, SEARCH_AS_MEASURED);
+      }
+      for (uint32_t o = 0; o < OUTCOMES; ++o)
+        u16(&outcome, own != 0 && o == 0 ? 8 : 0);
+      start(&b, &w, 150);
+      b.config.region = region.byte;
+      b.config.outcome_feature = outcome.byte;
+      search_attach(b.search, &b.config);
+      feed(&b, 0, 150, TURN);
+      const search_hypothesis *best = search_best(b.search, 0);
+      const bool names = best->family >= SEARCH_INTERVAL && best->family != SEARCH_DURING &&
+                         (best->feature[0] == 1 || best->feature[1] == 1);
+      assert_int_equal(names, own == 0);
+      put_u16(region.byte + 6, 0); /* a prediction stands for it: then it may */
+      search_work(b.search, 400);
+      assert_true(search_best(b.search, 0)->feature[0] == 1);
+    }
+  }
+}
+
 static void a_shift_within_a_box_is_found(void **state) {
   (void)state;
   for (uint32_t v = 0; v < VARIANTS; ++v) {
@@ -686,6 +718,7 @@ int main(void) {
       cmocka_unit_test(a_shift_that_ended_is_found),
       cmocka_unit_test(excluded_blocks_are_no_evidence),
       cmocka_unit_test(a_shift_within_an_interval_is_found),
+      cmocka_unit_test(an_outcomes_own_reading_describes_no_region_of_it),
       cmocka_unit_test(a_shift_within_a_box_is_found),
       cmocka_unit_test(a_shift_within_an_interval_since_is_found),
       cmocka_unit_test(a_constant_feature_restricts_nothing),
