@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # Programs for the target. They depend on librim.a and their transports alone. A port is a folder
 # firmware/port/NAME with a port.mk; nothing here names one (PORTING.md).
 

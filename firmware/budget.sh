@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # budget.sh DIR 'RUN' (NAME FEATURES/OUTCOMES MEAN LARGEST RAM)...: runs DIR/mps2-an500/replay-NAME under QEMU, which
 # counts its instructions, and holds what it prints to the budget: instructions of a step, mean and largest,
 # in thousands, and the monitor's RAM in kB (1000 bytes); and the largest step to the static bound (monitor/work.h).

@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # cross.sh DIR 'RECORDING...' (PORT PREFIX RUN)...: runs DIR/PORT/replay-RECORDING by the emulator RUN, one
 # after another, and holds the digest each prints to that of `rim replay` on the host, and its `bits`
 # (replay/replay.c) to those of DIR/linux/replay-RECORDING. Exit 1 when one differs or does not come.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # build/rim: the rooms of host_tools/ but thesis/. A command registers itself (cli/command.hpp).
 # build/rim-thesis: thesis/ on the same library. It is built for the tests and by `make thesis`.
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # librim.a: every lib/src/ROOM/*.c, freestanding in spirit: no heap, stdio, libm, recursion or VLA.
 
 LIB_SRC := $(sort $(wildcard lib/src/*/*.c))

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # check_symbols.sh NM ARCHIVE [cross] [names]: exit 1 when the archive needs anything that a bare
 # target has not got, or keeps mutable globals; with 'names' also when it exports a name that might
 # clash with an application's, not beginning with rim_; with 'cross' also when it needs 64-bit

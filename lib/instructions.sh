@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # instructions.sh BUILD [STEPS]: instructions of a step of the interference detector in nominal
 # driving, and of a choice of the planner ('rim bench --choice'), counted by valgrind's callgrind on
 # this machine's build; exit 1 above what is asked of the HMM.
@@ -13,7 +14,7 @@ count() {
     "$program" steps "$steps" 2>&1 |
     awk -v steps="$steps" '/Collected/ {printf "%.0f", $NF / steps; found = 1} END {exit !found}'
 }
-hmm=$(count rim_hmm_step rim_hmm_ln_odds) && whole=$(count rim_interference_step) || exit 2
+hmm=$(count rimi_hmm_step rimi_hmm_ln_odds) && whole=$(count rimi_interference_step) || exit 2
 echo "instructions a step, mean of $steps: HMM (forward algorithm and its odds) $hmm, asked below $asked;" \
   "with regressions, emissions and two CUSUMs $whole"
 if [ -x "$build/rim" ]; then

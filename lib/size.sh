@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # size.sh SIZE BUILD: code and static RAM per module of librim, the largest frames, and the deepest
 # stack of the calls an application makes, along the compiler's call graph.
 size=$1 build=$2

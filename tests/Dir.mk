@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # tests/lib/test_X.c tests lib/src/ROOM/X.c; tests/host/test_*.cpp test the host tools;
 # tests/cli/*.sh run the commands end to end. Sources of one concept share a test: FILE=TEST.
 SHARED_TESTS := search/statistic=search search/scan=search monitor/open=monitor monitor/step=monitor \

@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # run.sh TEST...: runs CMocka binaries and scripts (*.sh), $TEST_JOBS at once in this order, says of
 # each when it ends what came out, and counts the cases of all in the last line. Exit 1 on a failure.
 # A test that dies, times out or runs no case counts as a failure; a script's last line is

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # style.sh: exit 1 when a source file breaks a countable rule of the house: lines of at most 100
 # columns, files of at most 800 lines, functions of less than 60 lines.
 cd "$(dirname "$0")/.." || exit 1

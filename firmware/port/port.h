@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* port.h - all that a program of firmware/ asks of a computer. Each port in firmware/port/ provides
  * these functions and a start-up that calls main() once, with the stack set, the floating-point
  * unit on, and static memory cleared. firmware/PORTING.md says how to add one. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* port_can.h - CAN controllers of a computer without an operating system, for replay/can_bus.c. */
 #ifndef PORT_CAN_H
 #define PORT_CAN_H

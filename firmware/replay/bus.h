@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* bus.h - where a replay's alarms go beside the console. A port chooses a source that provides
  * this: replay/no_bus.c, or what its port.mk names in NAME_BUS_SRC. */
 #ifndef BUS_H

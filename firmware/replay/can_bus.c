@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The replay's alarms on CAN: summary and detail go out by controller 0, come back by controller 1
  * on the same bus, are put together again, and are held to what was sent. */
 #include "replay/bus.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* For a computer without a bus: alarms stay on the console. */
 #include "replay/bus.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* record IMAGE.rim LOG.csv OUT.rec [ROWS]: on the build machine, the recording that a port carries.
  *
  * The log is what `rim simulate` writes: a header line, a number in every field, time first.
@@ -9,8 +10,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "replay/recording.h"
 #include "base/crc.h"
+#include "replay/recording.h"
 #include "rim/monitor.h"
 
 #define MAX_BYTES (64u << 20)
@@ -93,9 +94,9 @@ static layout layout_of(const rim_image *image, const char *path) {
       bytes != 4 * RIM_CONFIG_WORDS) {
     refuse("%s: has no names", path);
   }
-  layout l = {.names = (const char *)names, .features = rim_image_u32(config, RIM_CONFIG_FEATURES)};
-  if (rim_image_u32(config, RIM_CONFIG_EXTERNAL) != 0)
-    l.outcomes = rim_image_u32(config, RIM_CONFIG_OUTCOMES);
+  layout l = {.names = (const char *)names, .features = rimi_le_u32(config, RIM_CONFIG_FEATURES)};
+  if (rimi_le_u32(config, RIM_CONFIG_EXTERNAL) != 0)
+    l.outcomes = rimi_le_u32(config, RIM_CONFIG_OUTCOMES);
   if (l.features == 0 || l.features >= RECORDING_MAX_DOUBLES ||
       l.outcomes > (RECORDING_MAX_DOUBLES - 1 - l.features) / 3) {
     refuse("%s: too many columns", path);
@@ -179,7 +180,7 @@ int main(int argc, char **argv) {
   put_u32(8, (uint32_t)image_bytes);
   put_u32(12, (uint32_t)rows);
   put_u32(16, (uint32_t)l.columns);
-  put_u32(20, rim_crc32(0, out + RECORDING_HEADER_BYTES, total - RECORDING_HEADER_BYTES));
+  put_u32(20, rimi_crc32(0, out + RECORDING_HEADER_BYTES, total - RECORDING_HEADER_BYTES));
   FILE *file = fopen(argv[3], "wb");
   if (file == NULL || fwrite(out, 1, total, file) != total || fclose(file) != 0)
     refuse("%s: %s", argv[3], strerror(errno));

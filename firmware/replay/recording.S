@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The recording, as the constant data of a program. RECORDING is the file's name. */
   .section .rodata
   .balign 8

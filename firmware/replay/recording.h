@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* recording.h - a recorded flight in constant memory: the image and the rows it was offered.
  *
  * Layout, every number little-endian, begin aligned to 8:

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Replays the recording through rim_monitor_step() and prints what `rim replay` prints last,
  * 'digest HEX' over the bits of every verdict, and before it 'bits HEX' over intermediate results.
  *
@@ -7,12 +8,12 @@
 #include <stddef.h>
 #include <string.h>
 
+#include "base/crc.h"
+#include "monitor/work.h"
 #include "port/port.h"
 #include "replay/bus.h"
 #include "replay/recording.h"
-#include "base/crc.h"
 #include "rim/monitor.h"
-#include "monitor/work.h"
 
 #define MONITOR_BYTES 393216u /* five kinds of channel on the lander's 25 outcomes need 260 kB */
 
@@ -68,9 +69,9 @@ static flight open_recording(const unsigned char *data, size_t bytes) {
   if (bytes < RECORDING_HEADER_BYTES || memcmp(data, RECORDING_MAGIC, 8) != 0)
     refuse("no recording");
   flight f = {.image = data + RECORDING_HEADER_BYTES,
-              .image_bytes = rim_image_u32(data, 2),
-              .row_count = rim_image_u32(data, 3),
-              .doubles = rim_image_u32(data, 4)};
+              .image_bytes = rimi_le_u32(data, 2),
+              .row_count = rimi_le_u32(data, 3),
+              .doubles = rimi_le_u32(data, 4)};
   size_t rest = bytes - RECORDING_HEADER_BYTES;
   if (f.image_bytes > rest || f.doubles < 2 || f.doubles > RECORDING_MAX_DOUBLES) {
     refuse("damaged recording");
@@ -79,7 +80,7 @@ static flight open_recording(const unsigned char *data, size_t bytes) {
   if (padded > rest || (rest - padded) / 8u / f.doubles < f.row_count)
     refuse("short recording");
   rest = padded + (size_t)8 * f.doubles * f.row_count;
-  if (rim_crc32(0, f.image, rest) != rim_image_u32(data, 5))
+  if (rimi_crc32(0, f.image, rest) != rimi_le_u32(data, 5))
     refuse("recording fails its check sum");
   f.rows = f.image + padded;
   return f;
@@ -109,9 +110,9 @@ static rim_observation observation(const rim_monitor *monitor, const double *row
 static void print_bound(const flight *f) {
   rim_work_counts counts;
   rim_work work;
-  if (rim_work_counts_of(f->image, f->image_bytes, &counts) != RIM_OK)
+  if (rimi_work_counts_of(f->image, f->image_bytes, &counts) != RIM_OK)
     refuse("no bound of a step");
-  rim_work_bound(&counts, &work);
+  rimi_work_bound(&counts, &work);
   print_count("step_instructions_bound", work.step);
 }
 
@@ -148,22 +149,22 @@ static void print_cost(const cost *c, uint32_t rows) {
 /* Where a block lies, the best region's centre and score, and whether the block is inside. */
 static uint64_t fold_block(uint64_t bits, const rim_monitor *monitor, const rim_verdict *verdict,
                            const double *context) {
-  bits = rim_digest_f64(bits, verdict->score);
-  bits = rim_digest_f64(bits, verdict->ln_anom);
-  const uint8_t *place = rim_monitor_place(monitor);
+  bits = rimi_digest_f64(bits, verdict->score);
+  bits = rimi_digest_f64(bits, verdict->ln_anom);
+  const uint8_t *place = rimi_monitor_place(monitor);
   const uint32_t features = rim_monitor_config(monitor, RIM_CONFIG_REGION_FEATURES);
   for (uint32_t i = 0; place != NULL && i < features; ++i)
-    bits = rim_digest_u32(bits, place[i]);
+    bits = rimi_digest_u32(bits, place[i]);
   if (place != NULL)
-    return rim_digest_u32(bits, rim_monitor_inside(monitor, place, verdict->blocks - 1u));
+    return rimi_digest_u32(bits, rimi_monitor_inside(monitor, place, verdict->blocks - 1u));
   rim_candidate best;
-  if (rim_select_best_of_channel(rim_monitor_search(monitor), verdict->channel, &best)) {
-    bits = rim_digest_f64(bits, best.ln_anom);
-    bits = rim_digest_f64(bits, best.shift);
+  if (rimi_select_best_of_channel(rimi_monitor_search(monitor), verdict->channel, &best)) {
+    bits = rimi_digest_f64(bits, best.ln_anom);
+    bits = rimi_digest_f64(bits, best.shift);
     for (size_t i = 0; i < best.region.dims; ++i)
-      bits = rim_digest_f64(bits, best.region.center[i]);
+      bits = rimi_digest_f64(bits, best.region.center[i]);
   }
-  return rim_digest_f64(bits, rim_monitor_membership(monitor, context));
+  return rimi_digest_f64(bits, rim_monitor_membership(monitor, context));
 }
 
 static void print_digest(const char *what, uint64_t digest) {
@@ -194,7 +195,7 @@ int main(void) {
     refuse(no_bus);
   for (uint32_t r = 0; r < f.row_count; ++r) {
     for (uint32_t i = 0; i < f.doubles; ++i)
-      row[i] = rim_image_f64(f.rows, (size_t)r * f.doubles + i);
+      row[i] = rimi_le_f64(f.rows, (size_t)r * f.doubles + i);
     const rim_observation now = observation(monitor, row);
     (void)rim_monitor_idle(monitor, now.t_s);
     records += send_waiting(monitor);

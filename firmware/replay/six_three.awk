@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # six_three.awk: a log of 6 features and 3 outcomes with its own predictions, for the budget of a step. In a
 # region of two features the first outcome is off by three standard deviations. Own random numbers, one seed.
 function uniform() { seed = (seed * 16807) % 2147483647; return seed / 2147483647 }

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* config.h - rimd's configuration file: lines `key = value`, '#' begins a comment.
  *
  * Validated whole before anything is opened: every error is told as "FILE:LINE: reason", then their

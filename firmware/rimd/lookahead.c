@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "rimd/lookahead.h"
 
 #include <ccd/ccd.h>

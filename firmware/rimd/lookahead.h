@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* lookahead.h - does the plan lead the vehicle into a region that an alarm names? (thesis 1.2.1:
  * learn to avoid entering these contexts)
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rimd: the monitor as a Linux daemon. See firmware/README.md and rimd.conf. */
 #define _GNU_SOURCE
 #include <errno.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* outbox.h - alarms and health on their way out: never waits, keeps what matters, counts the rest.
  *
  * LCM takes a record whole. On CAN the newest summary waits as long as it must, older ones are

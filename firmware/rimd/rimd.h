@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rimd.h - rimd: a monitor between its buses. One thread; memory is fixed once it has started. */
 #ifndef RIMD_H
 #define RIMD_H
@@ -7,9 +8,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "monitor/clock_guard.h"
 #include "rim/can.h"
 #include "rim/can_table.h"
-#include "monitor/clock_guard.h"
 #include "rim/monitor.h"
 #include "rimd/config.h"
 #include "rimd/outbox.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #define _GNU_SOURCE
 #include "rimd/rimd.h"
 
@@ -7,8 +8,8 @@
 #include <string.h>
 #include <time.h>
 
-#include "rim/lcm.h"
 #include "base/real.h"
+#include "rim/lcm.h"
 #include "rimd/say.h"
 
 #define MS UINT64_C(1000000)
@@ -53,9 +54,8 @@ static void look_ahead(rimd *d, bool cyclic) {
   d->entry = (rim_entry){.t_s = d->kept.row_s,
                          .to_entry_s = RIM_ENTRY_NEVER,
                          .sequence = ++d->kept.entry_sequence,
-                         .alarm_sequence = alarm != NULL
-                                               ? alarm->seq
-                                               : rim_monitor_alarms(d->monitor).newest.seq,
+                         .alarm_sequence =
+                             alarm != NULL ? alarm->seq : rim_monitor_alarms(d->monitor).newest.seq,
                          .plan_sequence = d->plan.sequence,
                          .model_id = d->view.model_id,
                          .flags = d->config.replay ? RIM_ALARM_FLAG_REPLAY : 0};
@@ -107,7 +107,7 @@ static bool time_is_good(rimd *d, double t_s, uint64_t woke_ns) {
 
 static bool all_finite(const double *x, uint32_t n) {
   for (uint32_t i = 0; i < n; i++)
-    if (!rim_is_finite(x[i]))
+    if (!rimi_is_finite(x[i]))
       return false;
   return true;
 }

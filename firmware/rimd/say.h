@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* say.h - messages to stderr that never wait: when a pipe is full the message is lost, not time. */
 #ifndef SAY_H
 #define SAY_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Everything that happens once: files read and checked, buses opened, memory taken. */
 #define _GNU_SOURCE
 #include <errno.h>
@@ -78,9 +79,8 @@ static int open_monitor(rimd *d) {
   const uint32_t stale_ms = d->config.stale_ms != 0
                                 ? d->config.stale_ms
                                 : rim_monitor_config(d->monitor, RIM_CONFIG_STALE_MS);
-  d->policy = (rim_alarm_policy){.stale_s = 1e-3 * (double)stale_ms,
-                                 .latch = d->config.latch,
-                                 .replay = d->config.replay};
+  d->policy = (rim_alarm_policy){
+      .stale_s = 1e-3 * (double)stale_ms, .latch = d->config.latch, .replay = d->config.replay};
   if (d->config.input_can || d->values <= RIM_OBSERVATION_MAX_VALUES)
     return 0;
   say("%s: a row has %u values, and an observation over LCM carries %u; input = can carries up to "
@@ -206,7 +206,7 @@ state_parts rimd_parts(rimd *d) {
                              .daemon_bytes = sizeof d->kept,
                              .monitor_bytes = (uint32_t)d->memory_bytes,
                              .model_id = d->view.model_id,
-                             .image_crc = rim_image_u32(d->image, 7)};
+                             .image_crc = rimi_le_u32(d->image, 7)};
   return parts;
 }
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #define _GNU_SOURCE
 #include "rimd/state.h"
 
@@ -56,7 +57,7 @@ static void pack(uint8_t *copy, const state_parts *parts) {
 }
 
 static void seal(uint8_t *copy, size_t bytes) {
-  const uint32_t crc = rim_crc32(0, copy, bytes);
+  const uint32_t crc = rimi_crc32(0, copy, bytes);
   memcpy(copy + offsetof(head, crc), &crc, sizeof crc);
 }
 
@@ -102,7 +103,7 @@ const char *state_load(const char *path, const state_parts *parts, uint8_t *scra
   if ((size_t)got != bytes)
     return "cut, or longer than it should be";
   memset(scratch + offsetof(head, crc), 0, sizeof found.crc);
-  if (rim_crc32(0, scratch, bytes) != found.crc)
+  if (rimi_crc32(0, scratch, bytes) != found.crc)
     return "damaged: the check sum disagrees";
   memcpy(parts->daemon, scratch + sizeof(head), parts->daemon_bytes);
   memcpy(parts->monitor, scratch + sizeof(head) + parts->daemon_bytes, parts->monitor_bytes);

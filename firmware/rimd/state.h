@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* state.h - rimd's memory across a restart: one file, replaced atomically, checked before use.
  *
  * The step only copies; a thread of ordinary priority computes the check sum, writes FILE.tmp,

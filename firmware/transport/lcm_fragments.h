@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* lcm_fragments.h - LCM messages that come in several datagrams, put together in fixed memory.
  *
  * liblcm cuts a message that does not fit one datagram: on Linux above 64 kB, elsewhere above

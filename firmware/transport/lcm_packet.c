@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "transport/lcm_packet.h"
 
 #include <string.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* lcm_packet.h - LCM's UDP datagrams without liblcm: no heap, no system call, for any network
  * stack.
  *

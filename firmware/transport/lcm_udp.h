@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* lcm_udp.h - LCM over UDP multicast on Linux, without liblcm and without heap.
  *
  * One socket sends, one receives; neither ever blocks. What cannot be sent or understood is

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* socketcan.h - a CAN interface of Linux: classic and FD frames, never blocking, never closed for
  * good.
  *

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // bus/board.hpp - the newest of everything that monitors say, as a text to look at.
 #pragma once
 

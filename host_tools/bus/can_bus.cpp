@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "bus/can_bus.hpp"
 
 #include <cerrno>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // bus/can_bus.hpp - alarms, heartbeats and entry warnings from a CAN interface, frames onto it.
 #pragma once
 

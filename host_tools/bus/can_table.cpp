@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "bus/can_table.hpp"
 
 #include <algorithm>
@@ -243,7 +244,7 @@ std::vector<std::string> row_names(const rim_image &image, const std::string &na
       rim_image_section(&image, RIM_SECTION_CONFIG, &config, &config_bytes) != RIM_OK ||
       config_bytes < 4 * RIM_CONFIG_WORDS)
     throw DataError(name + ": carries no names");
-  const std::size_t features = rim_image_u32(config, RIM_CONFIG_FEATURES);
+  const std::size_t features = rimi_le_u32(config, RIM_CONFIG_FEATURES);
   std::vector<std::string> names;
   const std::string all(reinterpret_cast<const char *>(text), text_bytes);
   for (std::size_t at = 0, end; (end = all.find('\n', at)) != std::string::npos; at = end + 1)
@@ -253,7 +254,7 @@ std::vector<std::string> row_names(const rim_image &image, const std::string &na
   std::vector<std::string> outcomes(names.begin() + static_cast<std::ptrdiff_t>(features),
                                     names.end());
   names.resize(features);
-  if (rim_image_u32(config, RIM_CONFIG_EXTERNAL) == 0)
+  if (rimi_le_u32(config, RIM_CONFIG_EXTERNAL) == 0)
     return names;
   for (const char *prefix : {"z", "m", "sd"})
     for (const std::string &outcome : outcomes)

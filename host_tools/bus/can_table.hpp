@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // bus/can_table.hpp - compiles the table of CAN signals (rim/can_table.h) of a flight image from a
 // DBC.
 //

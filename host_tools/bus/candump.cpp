@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "bus/candump.hpp"
 
 #include "util/error.hpp"

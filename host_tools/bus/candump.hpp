@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // bus/candump.hpp - CAN frames as the text of `candump -L`, for canplayer, cantools and python-can.
 #pragma once
 

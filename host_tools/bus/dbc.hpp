@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // bus/dbc.hpp - messages and signals of a DBC file: what the compiler of the CAN table needs of it.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "bus/jsonl.hpp"
 
 #include "bus/sentence.hpp"

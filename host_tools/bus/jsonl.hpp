@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // bus/jsonl.hpp - alarms, and what else a monitor says, as JSON, one object a line. Of an alarm:
 //
 // t_s, seq, detector, state, level, channels, features, region {center, inverse_shape, bounds},

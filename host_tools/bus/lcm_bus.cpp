@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "bus/lcm_bus.hpp"
 
 #include "util/error.hpp"

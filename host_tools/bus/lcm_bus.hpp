@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // bus/lcm_bus.hpp - alarms, observations, health, counters and entry warnings over LCM.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "bus/sentence.hpp"
 
 #include "util/table.hpp"

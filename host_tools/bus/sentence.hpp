@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // bus/sentence.hpp - an alarm as a sentence: which sensor, in which region, since when, how sure.
 #pragma once
 

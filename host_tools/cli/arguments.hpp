@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // cli/arguments.hpp - CLI11 with the exit codes of this program.
 #pragma once
 

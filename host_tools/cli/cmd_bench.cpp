@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // rim bench: memory of monitors, time of a choice, time of training, speed of replay.
 #include "cli/arguments.hpp"
 #include "cli/command.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // rim can-table: which CAN signals are the values of a model's rows, from a DBC into the flight
 // image.
 #include "bus/can_table.hpp"

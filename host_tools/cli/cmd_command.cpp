@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // rim command: what an operator says back to a monitor: acknowledge, clear.
 #include "bus/can_bus.hpp"
 #include "bus/lcm_bus.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // rim diagnose: given measured data, what a simulation gets wrong, why, and what mending it is
 // worth.
 #include "cli/arguments.hpp"

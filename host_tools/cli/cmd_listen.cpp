@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // rim listen: alarms as they come from LCM and CAN, a table on a terminal, JSON lines into a pipe.
 #include "bus/board.hpp"
 #include "bus/can_bus.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // rim plan: states and rewards on stdin or LCM, actions on stdout: a planner's partner process.
 #include "bus/lcm_bus.hpp"
 #include "cli/arguments.hpp"

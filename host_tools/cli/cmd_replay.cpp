@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // rim replay: the onboard monitor over logs, deterministically.
 #include "bus/can_table.hpp"
 #include "cli/arguments.hpp"

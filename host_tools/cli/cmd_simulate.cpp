@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // rim simulate: logs of a simulated vehicle, with effects hidden in them where asked.
 #include "cli/arguments.hpp"
 #include "cli/command.hpp"

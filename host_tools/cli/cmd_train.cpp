@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // rim train: a flight image from healthy runs.
 #include "bus/sentence.hpp"
 #include "cli/arguments.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // cli/command.hpp - how a command makes itself known to the program, and the program itself.
 //
 // In cmd_x.cpp, at namespace scope:

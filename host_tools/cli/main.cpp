@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // rim COMMAND ...: dispatch only.
 #include "cli/command.hpp"
 

@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # demo.sh: learns 50 healthy landings, replays one healthy and three faulty ones that it has not
 # seen, prints what was found, lets a separate process hear the same alarms over LCM, and draws
 # ln anom against its threshold. RIM and BUILD come from make; results are in $BUILD/demo.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "diagnose/apply_extension.hpp"
 
 #include <algorithm>
@@ -144,7 +145,7 @@ std::vector<std::uint8_t> CorrectionBuilder::finish() const {
   model.region = regions_.data();
   model.shift = shift_.data();
   std::vector<std::uint8_t> bytes(RIM_CORRECT_BYTES(model.outcomes, model.regions));
-  const rim_status status = rim_correct_pack(&model, bytes.data(), bytes.size());
+  const rim_status status = rimi_correct_pack(&model, bytes.data(), bytes.size());
   if (status != RIM_OK)
     throw DataError(std::string("the correction cannot be packed: ") + rim_status_text(status));
   return bytes;

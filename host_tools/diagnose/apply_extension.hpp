@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // diagnose/apply_extension.hpp - an extension put to use: logs with mended predictions, flight
 // images with a correction section.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // diagnose/catalogue.hpp - data/causes.toml: the forms a discrepancy may have, and their names.
 //
 // A form is one or two basis functions of placeholders; a placeholder's role says which features

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // diagnose/diagnose.hpp - from predicted logs to a diagnosis: where, why, the extended model, the
 // gain.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // diagnose/diagnosis.hpp - what a diagnosis says: findings, the gain, and how sure it is.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // diagnose/extension.hpp - extension.toml: the accepted terms, for people to read and for
 // simulate, replay and the next diagnose to load (--extension).
 //

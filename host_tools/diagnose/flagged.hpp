@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // diagnose/flagged.hpp - rows that are no measurements: a reading that repeats itself, or is
 // exactly zero, more than its own resolution and the stated noise allow.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "diagnose/gain.hpp"
 
 #include <algorithm>
@@ -202,12 +203,12 @@ std::vector<Gain> summarise(const Judged &judged, const Channel &channel, double
     gain.mpa_after = all.mpa_after / all.n;
     gain.ratio = all.ratio();
     rim_rng rng;
-    rim_rng_seed(&rng, seed, 77);
+    rimi_rng_seed(&rng, seed, 77);
     std::vector<double> ratios, likelihoods;
     for (int draw = 0; draw < kDraws; ++draw) {
       Sums sum;
       for (std::size_t k = 0; k < used.size(); ++k)
-        sum.add(used[rim_rng_below(&rng, static_cast<std::uint32_t>(used.size()))]);
+        sum.add(used[rimi_rng_below(&rng, static_cast<std::uint32_t>(used.size()))]);
       ratios.push_back(sum.ratio());
       likelihoods.push_back((sum.nll_before - sum.nll_after) / sum.n);
     }

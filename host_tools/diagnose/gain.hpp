@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // diagnose/gain.hpp - what an extension is worth on data it was not fitted to.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // diagnose/library.hpp - every candidate term of a channel as columns over the rows, and the
 // features that may gate them.
 #pragma once

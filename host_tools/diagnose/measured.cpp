@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "diagnose/measured.hpp"
 
 #include <algorithm>

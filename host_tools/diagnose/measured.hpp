@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // diagnose/measured.hpp - what was measured beside what was predicted: all logs of a diagnosis as
 // one table.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "diagnose/mixed.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // diagnose/mixed.hpp - a size that differs from log to log: its mean and its spread between them.
 #pragma once
 

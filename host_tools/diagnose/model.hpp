@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // diagnose/model.hpp - a channel's residual as a sum of members, fitted jointly and robustly.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "diagnose/null.hpp"
 
 #include <algorithm>
@@ -40,9 +41,9 @@ Null simulate_null(const Measured &measured, const std::vector<Library> &librari
     const std::size_t c = i % channels;
     Vector y(ones.size());
     rim_rng rng;
-    rim_rng_seed(&rng, seed, i);
+    rimi_rng_seed(&rng, seed, i);
     for (Eigen::Index k = 0; k < y.size(); ++k)
-      y(k) = rim_rng_normal(&rng);
+      y(k) = rimi_rng_normal(&rng);
     best[i] = null_score(measured, measured.channels[c], libraries[c], *scanners[c], y);
     progress.add();
   });

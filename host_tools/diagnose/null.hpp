@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // diagnose/null.hpp - what the whole search finds where nothing is hidden (eq. 3.9, p. 29).
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "diagnose/regions.hpp"
 
 #include <algorithm>
@@ -67,11 +68,11 @@ std::vector<ResidualRegion> find_regions(const Measured &measured, const Channel
   std::vector<double> work(
       RIM_DMAPS_SIZE(r.size(), static_cast<std::size_t>(features), 1, kNodes) / sizeof(double) + 1);
   rim_dmaps_result found{};
-  if (rim_dmaps_find(&config, &data, nullptr, work.data(), work.size() * sizeof(double), &found) !=
+  if (rimi_dmaps_find(&config, &data, nullptr, work.data(), work.size() * sizeof(double), &found) !=
       RIM_OK)
     return out;
   std::vector<std::uint8_t> assignment(r.size());
-  if (rim_dmaps_assign(&found, &data, nullptr, assignment.data()) != RIM_OK)
+  if (rimi_dmaps_assign(&found, &data, nullptr, assignment.data()) != RIM_OK)
     return out;
   for (std::uint8_t k = 0; k < found.count; ++k) {
     ResidualRegion region;
@@ -79,7 +80,7 @@ std::vector<ResidualRegion> find_regions(const Measured &measured, const Channel
     region.gate = gate_of(found.region[k].region, measured, low, span);
     region.ln_anom = found.region[k].ln_anom;
     region.rows = found.region[k].count * static_cast<std::size_t>(stride);
-    rim_dmaps_shift(&data, assignment.data(), static_cast<std::uint8_t>(k + 1), &region.shift_sd);
+    rimi_dmaps_shift(&data, assignment.data(), static_cast<std::uint8_t>(k + 1), &region.shift_sd);
     region.shift_sd *= unit;
     out.push_back(region);
   }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // diagnose/response.hpp - the simulation's prediction as a function of command and state, learnt
 // from the logs: what it would have predicted had the command acted late.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "diagnose/roles.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // diagnose/roles.hpp - what a feature is to a channel: which are velocities, and which velocity a
 // channel's friction or drag acts on.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // diagnose/rollout.hpp - a simulation and its extension rolled out over a horizon: each step's own
 // prediction is the next step's state, where the simulation carries it; what comes from outside is
 // as measured.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "diagnose/scan.hpp"
 
 #include <algorithm>
@@ -132,7 +133,7 @@ void Scanner::propose_gated(const Gated &gated, const Vector &e, const Noise &no
       bin.n += weight_(i) > 0.0 ? 1.0 : 0.0;
     }
     rim_interval found;
-    if (rim_interval_find(bins, static_cast<std::size_t>(count), least_rows_, &found) != RIM_OK ||
+    if (rimi_interval_find(bins, static_cast<std::size_t>(count), least_rows_, &found) != RIM_OK ||
         found.bins == 0 || static_cast<int>(found.bins) == count || found.w < 1e-12 * g2)
       continue;
     if (candidate.is_positive && found.s <= 0.0)
@@ -498,7 +499,7 @@ void Scanner::refine_bound(const Vector &products, const Vector &squares, std::s
   }
   edges.push_back(order.back().first);
   rim_interval found;
-  if (rim_interval_find(bins.data(), bins.size(),
+  if (rimi_interval_find(bins.data(), bins.size(),
                         std::min(least_rows_, 0.5 * static_cast<double>(order.size())),
                         &found) != RIM_OK ||
       found.bins == 0)
@@ -519,7 +520,7 @@ double ellipse_value(const rim_ellipsoid *ellipsoid, void *context) {
   const auto &data = *static_cast<const EllipseValue *>(context);
   double s = 0.0, w = 0.0, n = 0.0;
   for (std::size_t i = 0; i < data.s.size(); ++i) {
-    if (rim_ellipsoid_contains(ellipsoid, &data.x[2 * i])) {
+    if (rimi_ellipsoid_contains(ellipsoid, &data.x[2 * i])) {
       s += data.s[i];
       w += data.w[i];
       n += 1.0;
@@ -565,7 +566,7 @@ void Scanner::try_ellipse(const Vector &products, const Vector &squares, Proposa
   config.elites = 6;
   config.iterations = 8;
   double value = 0.0;
-  if (rim_cem_optimise(&config, ellipse_value, &data, 1, 1, &ellipsoid, &value) != RIM_OK ||
+  if (rimi_cem_optimise(&config, ellipse_value, &data, 1, 1, &ellipsoid, &value) != RIM_OK ||
       value <= of_box)
     return;
   // A = L L' in the features' own units.

@@ -1,7 +1,8 @@
+// SPDX-License-Identifier: MIT
 // diagnose/scan.hpp - what next would explain most of a residual: every candidate, everywhere, in
 // every interval of every feature, in every box of every pair of features.
 //
-// Intervals are rim_interval_find's (App. A, p. 115) over bins of sufficient statistics s = sum g
+// Intervals are rimi_interval_find's (App. A, p. 115) over bins of sufficient statistics s = sum g
 // e, w = sum g^2 (eq. 3.7, p. 28 with the shift proportional to g); boxes by prefix sums over a
 // grid.
 #pragma once

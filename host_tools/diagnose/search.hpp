@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // diagnose/search.hpp - the terms of one channel: added while they pay, swapped, dropped, named.
 //
 // Forms that hold everywhere are searched as sets (diagnose/sets.hpp), terms in regions one at a

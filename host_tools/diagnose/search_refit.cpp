@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The search looks at some rows of a large table; sizes are fitted to all.
 #include "diagnose/search.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // diagnose/sentence.hpp - findings in words.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // diagnose/sets.hpp - the best small set of forms: searched jointly, for what enters one at a time
 // is not what explains best together.
 //

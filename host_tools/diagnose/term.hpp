@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // diagnose/term.hpp - one term of an extended model: what is added to the prediction of a channel,
 // where.
 //

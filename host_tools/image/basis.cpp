@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "image/basis.hpp"
 
 #include "image/image_writer.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // image/basis.hpp - section BASIS of a flight image: the inputs that the models take.
 #pragma once
 

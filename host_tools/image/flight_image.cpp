@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "image/flight_image.hpp"
 
 #include <cmath>
@@ -124,7 +125,7 @@ std::vector<std::uint8_t> write_image(const FlightPlan &plan, std::uint32_t mode
 
 std::vector<std::uint8_t> make_image(const FlightPlan &plan) {
   const std::vector<std::uint8_t> first = write_image(plan, 0);
-  return write_image(plan, rim_crc32(0, first.data() + RIM_IMAGE_HEADER_BYTES,
+  return write_image(plan, rimi_crc32(0, first.data() + RIM_IMAGE_HEADER_BYTES,
                                      first.size() - RIM_IMAGE_HEADER_BYTES));
 }
 
@@ -139,9 +140,9 @@ Layout layout_of_image(const rim_image &image) {
     throw DataError("the image carries no names");
   }
   Layout layout;
-  layout.external = rim_image_u32(config, RIM_CONFIG_EXTERNAL) != 0;
-  const std::size_t features = rim_image_u32(config, RIM_CONFIG_FEATURES);
-  const std::size_t outcomes = rim_image_u32(config, RIM_CONFIG_OUTCOMES);
+  layout.external = rimi_le_u32(config, RIM_CONFIG_EXTERNAL) != 0;
+  const std::size_t features = rimi_le_u32(config, RIM_CONFIG_FEATURES);
+  const std::size_t outcomes = rimi_le_u32(config, RIM_CONFIG_OUTCOMES);
   const std::string text(reinterpret_cast<const char *>(names), bytes);
   std::size_t at = 0;
   for (std::size_t i = 0; i < features + outcomes; ++i) {
@@ -157,7 +158,7 @@ Layout layout_of_image(const rim_image &image) {
   const std::uint8_t *map = nullptr;
   if (rim_image_section(&image, RIM_SECTION_OUTCOMES, &map, &bytes) == RIM_OK) {
     for (std::size_t o = 0; o < outcomes && 2 * o + 1 < bytes; ++o) {
-      layout.outcome_feature.push_back(rim_image_u16(map, o));
+      layout.outcome_feature.push_back(rimi_le_u16(map, o));
     }
   }
   if (rim_image_section(&image, RIM_SECTION_COMMANDS, &map, &bytes) == RIM_OK) {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Everything a flight image says, and its bytes (rim/monitor.h lists the sections).
 #ifndef RIM_TRAIN_FLIGHT_IMAGE_HPP
 #define RIM_TRAIN_FLIGHT_IMAGE_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "image/image_writer.hpp"
 
 #include <algorithm>
@@ -84,11 +85,11 @@ std::vector<std::uint8_t> ImageWriter::finish() const {
   header.u32(static_cast<std::uint32_t>(RIM_IMAGE_HEADER_BYTES + body.size()));
   header.u32(model_id_);
   header.u32(static_cast<std::uint32_t>(sections_.size()));
-  header.u32(rim_crc32(0, body.data(), body.size()));
+  header.u32(rimi_crc32(0, body.data(), body.size()));
   SectionBytes checked = header;
   checked.u32(0);
   checked.pad(RIM_IMAGE_HEADER_BYTES);
-  header.u32(rim_crc32(0, checked.bytes().data(), checked.size()));
+  header.u32(rimi_crc32(0, checked.bytes().data(), checked.size()));
   header.pad(RIM_IMAGE_HEADER_BYTES);
 
   std::vector<std::uint8_t> image = header.bytes();
@@ -124,11 +125,11 @@ std::vector<std::uint8_t> with_sections(const rim_image &image,
     for (std::uint32_t i = 0; i < image.sections; ++i) {
       const std::uint8_t *entry =
           image.data + RIM_IMAGE_HEADER_BYTES + RIM_IMAGE_ENTRY_BYTES * std::size_t{i};
-      const std::uint8_t *begin = image.data + rim_image_u32(entry, 1);
-      const std::uint32_t own = rim_image_u32(entry, 0);
+      const std::uint8_t *begin = image.data + rimi_le_u32(entry, 1);
+      const std::uint32_t own = rimi_le_u32(entry, 0);
       if (std::none_of(sections.begin(), sections.end(),
                        [own](const ImageSection &s) { return s.id == own; }))
-        writer.add_section(own, {begin, begin + rim_image_u32(entry, 2)}, rim_image_u32(entry, 3));
+        writer.add_section(own, {begin, begin + rimi_le_u32(entry, 2)}, rimi_le_u32(entry, 3));
     }
     for (const ImageSection &section : sections)
       writer.add_section(section.id, section.bytes, section.count);
@@ -138,7 +139,7 @@ std::vector<std::uint8_t> with_sections(const rim_image &image,
     return write(image.model_id);
   const std::vector<std::uint8_t> first = write(0);
   return write(
-      rim_crc32(0, first.data() + RIM_IMAGE_HEADER_BYTES, first.size() - RIM_IMAGE_HEADER_BYTES));
+      rimi_crc32(0, first.data() + RIM_IMAGE_HEADER_BYTES, first.size() - RIM_IMAGE_HEADER_BYTES));
 }
 
 } // namespace rim

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // image/image_writer.hpp - writes the flight image of rim/image.h, and loads one on the host.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What the columns of the logs are to the monitor.
 #ifndef RIM_TRAIN_LAYOUT_HPP
 #define RIM_TRAIN_LAYOUT_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "image/names.hpp"
 
 #include "log/log.hpp"
@@ -35,8 +36,8 @@ Names names_of_image(const rim_image &image, const std::string &name) {
   if (rim_image_section(&image, RIM_SECTION_CONFIG, &config, &config_bytes) != RIM_OK ||
       config_bytes < 4 * RIM_CONFIG_WORDS)
     throw DataError(name + ": has no configuration");
-  const std::size_t features = rim_image_u32(config, RIM_CONFIG_FEATURES);
-  const std::size_t outcomes = rim_image_u32(config, RIM_CONFIG_OUTCOMES);
+  const std::size_t features = rimi_le_u32(config, RIM_CONFIG_FEATURES);
+  const std::size_t outcomes = rimi_le_u32(config, RIM_CONFIG_OUTCOMES);
   std::size_t found = 0;
   const std::string all(reinterpret_cast<const char *>(text), text_bytes);
   for (std::size_t at = 0, end; (end = all.find('\n', at)) != std::string::npos; at = end + 1) {

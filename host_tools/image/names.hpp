@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // image/names.hpp - what the indices of an alarm are called.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "log/candump_log.hpp"
 
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // log/candump_log.hpp - logs of `candump -L` as rows, by the CAN table of a flight image.
 #pragma once
 

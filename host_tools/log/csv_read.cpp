@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "log/derive.hpp"
 #include "log/lcm_log.hpp"
 #include "log/log.hpp"

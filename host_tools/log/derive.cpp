@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "log/derive.hpp"
 
 #include "util/error.hpp"

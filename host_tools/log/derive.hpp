@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // log/derive.hpp - what a schema makes of the rows once they are read.
 #pragma once
 

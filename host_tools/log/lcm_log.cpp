@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "log/lcm_log.hpp"
 
 #include "rim/lcm.h"

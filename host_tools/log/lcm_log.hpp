@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // log/lcm_log.hpp - LCM event logs, with a reader of our own: liblcm's crashes on a corrupt length
 // and stops silently at a bad sync word.
 #pragma once

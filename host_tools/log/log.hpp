@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // log/log.hpp - a log: time, columns with a role, values by row; CSV in and out.
 //
 // The prefix of a column's name is its role, a known suffix its unit ("s.altitude_m"):

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "log/schema.hpp"
 
 #include "log/log.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // log/schema.hpp - maps a foreign log to roles, units and rates; read from TOML.
 //
 //   schema = "rim-schema/1"

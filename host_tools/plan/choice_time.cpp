@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "plan/choice_time.hpp"
 
 #include "base/rng.h"
@@ -37,17 +38,17 @@ ChoiceTime time_choice(rim_bandit_policy policy, rim_gp_kernel kernel, std::uint
   if (rim_bandit_init(&bandit, memory.data(), memory.size() * 8, &c) != RIM_OK)
     throw UsageError("bandit: settings out of range");
   rim_rng rng;
-  rim_rng_seed(&rng, 1, 0);
+  rimi_rng_seed(&rng, 1, 0);
   const double start = now_ms();
   for (std::uint32_t i = 0; i < observations; ++i) {
-    const double x[2] = {rim_rng_uniform(&rng), rim_rng_uniform(&rng)};
+    const double x[2] = {rimi_rng_uniform(&rng), rimi_rng_uniform(&rng)};
     const double better = x[0] > 0.6 && x[1] > 0.5 ? 1.0 : 0.0;
-    (void)rim_bandit_observe(bandit, x, 0, 0.0, 0.01, better + 0.1 * rim_rng_normal(&rng));
+    (void)rim_bandit_observe(bandit, x, 0, 0.0, 0.01, better + 0.1 * rimi_rng_normal(&rng));
   }
   out.observe_ms = (now_ms() - start) / observations;
   std::vector<double> x(2 * static_cast<std::size_t>(actions)), times;
   for (double &v : x)
-    v = rim_rng_uniform(&rng);
+    v = rimi_rng_uniform(&rng);
   const rim_bandit_actions proposed = {actions, x.data(), nullptr, nullptr, nullptr};
   for (std::size_t i = 0; i < repeats; ++i) {
     rim_bandit_choice choice;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // plan/choice_time.hpp - how long a choice takes, for 'rim bench'.
 #pragma once
 

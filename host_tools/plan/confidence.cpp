@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "plan/confidence.hpp"
 
 #include "base/rng.h"
@@ -29,9 +30,9 @@ std::vector<double> nominal_maxima(const rim_extent_config &config,
     if (status != RIM_OK)
       throw UsageError(fmt::format("regions: {}", rim_status_text(status)));
     rim_rng rng;
-    rim_rng_seed(&rng, seed, run);
+    rimi_rng_seed(&rng, seed, run);
     for (std::size_t i = 0; i < var.size(); ++i) {
-      const double dz = std::sqrt(var[i]) * rim_rng_normal(&rng);
+      const double dz = std::sqrt(var[i]) * rimi_rng_normal(&rng);
       if (rim_extent_add(extent, contexts.data() + i * c.dims, dz, var[i]) != RIM_OK)
         throw DataError(fmt::format("context {}: not finite, or variance not above 0", i + 1));
     }

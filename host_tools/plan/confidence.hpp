@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // plan/confidence.hpp - P(anom) of eq. 5.2 by simulating nominal runs (3.4.2, p. 35).
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "plan/gp_fit.hpp"
 
 #include <Eigen/Dense>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // plan/gp_fit.hpp - hyperparameters of a Gaussian process by maximum marginal likelihood.
 #pragma once
 

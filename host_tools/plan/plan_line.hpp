@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // plan/plan_line.hpp - one line to 'rim plan': a state, the reward of an action, or an experience
 // from before; as JSON or as CSV.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // plan/planner.hpp - a bandit (rim/bandit.h) with memory of its own, over states and a grid of
 // actions, a set of plans, or actions that come with every state.
 #pragma once

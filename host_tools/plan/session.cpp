@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "plan/session.hpp"
 
 #include "util/error.hpp"

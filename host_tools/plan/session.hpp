@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // plan/session.hpp - a conversation with the planner: states answered on stdout, rewards matched to
 // the answers that they are for, what cannot be used told on stderr and counted.
 #pragma once

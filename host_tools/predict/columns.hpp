@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // predict/columns.hpp - what the predictors share: columns by name, a log of predictions,
 // a robust scatter.
 #pragma once

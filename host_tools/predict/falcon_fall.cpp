@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "predict/falcon_fall.hpp"
 
 #include <Eigen/Cholesky>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // predict/falcon_fall.hpp - world "falcon": a rocket stage falling with its engines off, as a point
 // mass under gravity and deliberately nothing else.
 //

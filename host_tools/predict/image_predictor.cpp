@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A trained image's behaviour models as a simulation: what the commands alone let sensors read,
 // block by block.
 #include <stdexcept>
@@ -59,20 +60,20 @@ ImagePredictor::ImagePredictor(const std::string &path)
   const std::size_t behaviour_bytes = bytes;
   config_.features = static_cast<std::uint16_t>(layout_.features());
   config_.outcomes = static_cast<std::uint16_t>(layout_.outcomes());
-  config_.block_rows = static_cast<std::uint16_t>(rim_image_u32(words, RIM_CONFIG_BLOCK_ROWS));
-  config_.period_s = 1e-6 * rim_image_u32(words, RIM_CONFIG_PERIOD_US);
+  config_.block_rows = static_cast<std::uint16_t>(rimi_le_u32(words, RIM_CONFIG_BLOCK_ROWS));
+  config_.period_s = 1e-6 * rimi_le_u32(words, RIM_CONFIG_PERIOD_US);
   config_.role = section(RIM_SECTION_COMMANDS, &bytes);
   config_.range = section(RIM_SECTION_FEATURES, &bytes);
   config_.outcome_feature = section(RIM_SECTION_OUTCOMES, &bytes);
   const std::uint8_t *basis = section(RIM_SECTION_BASIS, &bytes);
   rim_status status =
-      rim_basis_open(&config_.basis, basis, bytes, config_.features, config_.outcomes);
+      rimi_basis_open(&config_.basis, basis, bytes, config_.features, config_.outcomes);
   if (status == RIM_OK)
-    status = rim_behaviour_open(&behaviour_, data, behaviour_bytes, config_.basis.terms,
+    status = rimi_behaviour_open(&behaviour_, data, behaviour_bytes, config_.basis.terms,
                                 config_.outcomes);
   const std::uint8_t *noise = section(RIM_SECTION_NOISE, &bytes);
   if (status == RIM_OK)
-    status = rim_noise_open(&noise_, noise, bytes, RIM_MONITOR_KINDS * config_.outcomes,
+    status = rimi_noise_open(&noise_, noise, bytes, RIM_MONITOR_KINDS * config_.outcomes,
                             config_.basis.means);
   if (status != RIM_OK)
     throw DataError(path + ": its models: " + rim_status_text(status));
@@ -86,26 +87,26 @@ Log ImagePredictor::predict(const Log &log) const {
     features.push_back(needed_column(log, feature, who));
   for (const std::string &outcome : layout_.outcome_names)
     names.push_back(bare_name(outcome));
-  std::vector<std::uint64_t> memory(blocks_size(&config_) / 8 + 1);
+  std::vector<std::uint64_t> memory(rimi_blocks_size(&config_) / 8 + 1);
   blocks *blocks = nullptr;
-  if (blocks_init(&blocks, memory.data(), memory.size() * 8, &config_) != RIM_OK)
-    throw std::logic_error("blocks_init");
+  if (rimi_blocks_init(&blocks, memory.data(), memory.size() * 8, &config_) != RIM_OK)
+    throw std::logic_error("rimi_blocks_init");
   PredictionRows rows(log, layout_.feature_names, names);
   std::vector<double> context(features.size()), predicted(2 * names.size());
   for (std::size_t t = 0; t < log.t_s.size(); ++t) {
     for (std::size_t f = 0; f < features.size(); ++f)
       context[f] = log.values(static_cast<Eigen::Index>(t), features[f]);
-    if (blocks_row(blocks, log.t_s[t], context.data(), nullptr, nullptr, nullptr) != BLOCKS_DONE ||
-        !blocks_has_first(blocks))
+    if (rimi_blocks_row(blocks, log.t_s[t], context.data(), nullptr, nullptr, nullptr) != BLOCKS_DONE ||
+        !rimi_blocks_has_first(blocks))
       continue;
-    rim_behaviour_predict(&behaviour_, blocks_terms(blocks), blocks_first(blocks),
+    rimi_behaviour_predict(&behaviour_, rimi_blocks_terms(blocks), rimi_blocks_first(blocks),
                           predicted.data());
-    std::vector<double> values(blocks_context(blocks), blocks_context(blocks) + features.size());
+    std::vector<double> values(rimi_blocks_context(blocks), rimi_blocks_context(blocks) + features.size());
     for (std::size_t o = 0; o < names.size(); ++o) {
-      values.push_back(blocks_outcomes(blocks)[o]);
+      values.push_back(rimi_blocks_outcomes(blocks)[o]);
       values.push_back(predicted[o]);
       values.push_back(
-          static_cast<double>(rim_noise_channel(&noise_, static_cast<std::uint32_t>(o)).s));
+          static_cast<double>(rimi_noise_channel(&noise_, static_cast<std::uint32_t>(o)).s));
     }
     rows.add(log.t_s[t], log.row[t], values);
   }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "predict/lander_predict.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // predict/lander_predict.hpp - world "lander": the nominal vehicle of data/lander.toml, stepped one
 // second from what its sensors read.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // predict/predictor.hpp - simulations that predict measured logs: `rim diagnose --world, --model`.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "predict/unicycle.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // predict/unicycle.hpp - world "unicycle": a wheeled robot that does at once what it was commanded.
 //
 // Needs x.x_m x.y_m x.theta_rad (measured pose; the heading may be wrapped), u.cmd_v_mps

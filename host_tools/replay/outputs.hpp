@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Where a replay's alarms and numbers go: files that appear whole, and LCM.
 #ifndef RIM_REPLAY_OUTPUTS_HPP
 #define RIM_REPLAY_OUTPUTS_HPP

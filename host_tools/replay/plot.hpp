@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A figure of ln anom against its threshold over time, drawn by gnuplot.
 #ifndef RIM_REPLAY_PLOT_HPP
 #define RIM_REPLAY_PLOT_HPP

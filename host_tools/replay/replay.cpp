@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "replay/replay.hpp"
 
 #include <algorithm>
@@ -132,7 +133,7 @@ ReplayedLog Replayer::replay(const Log &log, const ReplayOptions &options, const
     digest_ = rim_verdict_digest(digest_, &verdict);
     if (verdict.blocks != blocks) { // alarms are decided where a block ends
       result.score = std::max(result.score, held.add(verdict.score));
-      const std::uint8_t *place = rim_monitor_place(monitor);
+      const std::uint8_t *place = rimi_monitor_place(monitor);
       if (options.label && place != nullptr)
         examined.blocks.push_back({{place, place + regions}, t + 1});
     }
@@ -158,7 +159,7 @@ std::vector<std::uint32_t> Replayer::findings(const Matrix &context, const Exami
                                               bool stands) const {
   const rim_monitor *monitor = monitor_.get();
   std::vector<std::uint32_t> finding(static_cast<std::size_t>(context.rows()), 0);
-  if (rim_monitor_search(monitor) != nullptr) { // rows are independent observations
+  if (rimi_monitor_search(monitor) != nullptr) { // rows are independent observations
     for (Eigen::Index t = 0; stands && t < context.rows(); ++t)
       finding[static_cast<std::size_t>(t)] =
           rim_monitor_membership(monitor, context.row(t).data()) >= kMembershipCut ? 1 : 0;
@@ -169,7 +170,7 @@ std::vector<std::uint32_t> Replayer::findings(const Matrix &context, const Exami
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     const auto block = static_cast<std::uint32_t>(b);
     std::uint32_t number = 0;
-    if (stands && rim_monitor_inside(monitor, blocks[b].place.data(), block))
+    if (stands && rimi_monitor_inside(monitor, blocks[b].place.data(), block))
       number = static_cast<std::uint32_t>(examined.ended.size() + 1);
     for (std::size_t e = 0; e < examined.ended.size(); ++e) {
       if (block >= examined.ended[e].first && block < examined.ended[e].end)
@@ -194,7 +195,7 @@ void Replayer::finish(const Log &log, const Matrix &context, const ReplayOptions
   result->health = rim_monitor_get_health(monitor);
   result->image_period_s = 1e-6 * rim_monitor_config(monitor, RIM_CONFIG_PERIOD_US);
   result->alarms = rim_monitor_alarms(monitor);
-  result->alarm_score = rim_monitor_threshold(monitor)->alarm_score;
+  result->alarm_score = rimi_monitor_threshold(monitor)->alarm_score;
   if (!options.label)
     return;
   result->finding.assign(log.rows_in_file, 0);

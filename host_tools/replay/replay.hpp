@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The onboard monitor over a log, deterministically: what a replay shows is what flight would have
 // shown, bit for bit.
 #ifndef RIM_REPLAY_REPLAY_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // report/data.hpp - what the report's pictures are drawn from: residuals binned, cells of
 // a plane, the stretch of a log that tells most.
 #pragma once

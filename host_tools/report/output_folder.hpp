@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // report/output_folder.hpp - a folder of results that appears whole under its name or not at all.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "report/outputs.hpp"
 
 #include <cmath>

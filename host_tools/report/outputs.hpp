@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // report/outputs.hpp - what `rim diagnose` leaves in its folder.
 #pragma once
 

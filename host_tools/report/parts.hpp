@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // report/parts.hpp - the parts of the page that are not pictures.
 #pragma once
 

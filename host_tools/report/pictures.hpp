@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // report/pictures.hpp - the report's pictures, each a <figure> with title, key and note.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // report/svg.hpp - the report's drawing: escaped text, numbers for people, axes, shapes.
 //
 // Coordinates are CSS pixels of a picture's own width; colours are classes of report_style.cpp, so

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "stats/rate_interval.hpp"
 
 #include <cmath>

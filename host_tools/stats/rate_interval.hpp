@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // stats/rate_interval.hpp - exact 95 % interval of the mean of a Poisson count (Garwood 1936).
 #pragma once
 

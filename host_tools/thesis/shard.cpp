@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "thesis/shard.hpp"
 
 #include "util/atomic_file.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // thesis/shard.hpp - campaigns of independent units, split over machines and folded to the same
 // bits.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What remains of one outcome from what remains of the others.
 #include <algorithm>
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "train/behaviour.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Nominal models of a block's outcomes, learnt from healthy runs with whole runs left out.
 #ifndef RIM_TRAIN_BEHAVIOUR_HPP
 #define RIM_TRAIN_BEHAVIOUR_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "train/calibrate.hpp"
 
 #include <algorithm>
@@ -138,12 +139,12 @@ std::vector<float> run_maxima(const FlightPlan &plan, const rim_noise &noise,
     outcome_feature.u16(f);
   config.region = region.bytes().data();
   config.outcome_feature = plan.layout.external ? nullptr : outcome_feature.bytes().data();
-  std::vector<std::uint64_t> memory(search_size(&config) / 8 + 1);
+  std::vector<std::uint64_t> memory(rimi_search_size(&config) / 8 + 1);
   rim_search *search = nullptr;
-  if (search_init(&search, memory.data(), memory.size() * 8, &config) != RIM_OK)
-    throw std::logic_error("search_init");
+  if (rimi_search_init(&search, memory.data(), memory.size() * 8, &config) != RIM_OK)
+    throw std::logic_error("rimi_search_init");
   std::vector<float> maxima(noise.channels * NOISE_FAMILIES, 0.0F);
-  search_keep_maxima(search, maxima.data());
+  rimi_search_keep_maxima(search, maxima.data());
   std::vector<std::uint8_t> place(plan.region.size());
   const Matrix means = standard_means(plan.basis, *run.blocks);
   for (Eigen::Index i = 0; i < run.blocks->blocks(); ++i) {
@@ -162,15 +163,15 @@ std::vector<float> run_maxima(const FlightPlan &plan, const rim_noise &noise,
     block.predicted = predicted.data();
     block.residual = residual.data();
     block.change = run.blocks->change[i];
-    if (search_observe(search, &block) != RIM_OK)
-      throw std::logic_error("search_observe");
-    search_work(search, plan.budget * plan.block_rows);
+    if (rimi_search_observe(search, &block) != RIM_OK)
+      throw std::logic_error("rimi_search_observe");
+    rimi_search_work(search, plan.budget * plan.block_rows);
   }
   return maxima;
 }
 
 double description(std::size_t family) {
-  return search_description(static_cast<search_family>(family));
+  return rimi_search_description(static_cast<search_family>(family));
 }
 
 // The scale of an exponential tail of the runs' scores. The order statistic of a few dozen runs is
@@ -269,7 +270,7 @@ std::vector<RunScore> calibrate_runs(FlightPlan *plan, NoiseModel *noise,
                                      const CalibrationOptions &options) {
   const std::vector<std::uint8_t> section = noise_section(*noise);
   rim_noise view;
-  if (rim_noise_open(&view, section.data(), section.size(),
+  if (rimi_noise_open(&view, section.data(), section.size(),
                      static_cast<std::uint32_t>(noise->channels.size()),
                      static_cast<std::uint32_t>(noise->means)) != RIM_OK)
     throw DataError("the noise of the healthy runs cannot be described: a channel is not finite");

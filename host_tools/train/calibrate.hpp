@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Calibration: what healthy runs do, so that an alarm means something.
 //
 // Every calibration run is judged as a run in flight is: by models learnt from the other runs, with

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "train/calibrate_external.hpp"
 
 #include <algorithm>
@@ -135,7 +136,7 @@ std::vector<float> nominal_maxima(const FlightPlan &plan, const ExternalRows &lo
                                   std::uint64_t stream, const std::vector<std::size_t> &at) {
   Monitor monitor(make_image(plan), "calibration");
   rim_rng rng;
-  rim_rng_seed(&rng, plan.seed, stream);
+  rimi_rng_seed(&rng, plan.seed, stream);
   std::vector<double> z(static_cast<std::size_t>(log.mean.cols()));
   std::vector<float> maxima;
   double largest = -1e30;
@@ -143,7 +144,7 @@ std::vector<float> nominal_maxima(const FlightPlan &plan, const ExternalRows &lo
     const auto r = static_cast<Eigen::Index>(t);
     for (std::size_t o = 0; o < z.size(); ++o) {
       const auto i = static_cast<Eigen::Index>(o);
-      z[o] = log.mean(r, i) + log.sd(r, i) * rim_rng_normal(&rng);
+      z[o] = log.mean(r, i) + log.sd(r, i) * rimi_rng_normal(&rng);
     }
     const rim_observation row = {log.t_s[t], log.context.row(r).data(), z.data(),
                                  log.mean.row(r).data(), log.sd.row(r).data()};

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Calibration of logs that bring their own predictions and no healthy logs to learn from.
 //
 // What chance does is known beforehand where predictions are right: z ~ N(m, sd), independent. So

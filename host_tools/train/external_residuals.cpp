@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "train/external_residuals.hpp"
 
 #include <algorithm>
@@ -152,7 +153,7 @@ public:
   // it, before its description is paid for.
   double take_out(std::size_t outcome, const Matrix &unit, std::vector<double> *residual) const {
     rim_candidate best{};
-    (void)rim_select_shift_of_channel(rim_monitor_search(monitor_->get()),
+    (void)rimi_select_shift_of_channel(rimi_monitor_search(monitor_->get()),
                                       static_cast<std::uint16_t>(outcome), &best);
     std::vector<std::size_t> inside;
     double sum = 0.0;

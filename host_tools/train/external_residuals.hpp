@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Are a log's residuals what its alarm threshold takes them for: independent, of the stated sd and,
 // over several logs, without an offset of the log's own?
 //

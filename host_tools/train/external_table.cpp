@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "train/external_table.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The largest scores of runs in which predictions are right, computed once (`rim bench
 // --external-table FILE` makes external_table_data.cpp): what an alarm threshold for a log with its
 // own predictions is made of, without a simulation.

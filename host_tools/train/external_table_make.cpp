@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The program that computes external_table_data.cpp.
 #include "train/external_table.hpp"
 
@@ -46,11 +47,11 @@ ExternalRows uniform_rows(std::size_t features, std::size_t outcomes, std::size_
   log.mean = Matrix::Zero(n, static_cast<Eigen::Index>(outcomes));
   log.sd = Matrix::Ones(n, static_cast<Eigen::Index>(outcomes));
   rim_rng rng;
-  rim_rng_seed(&rng, kContextSeed, stream);
+  rimi_rng_seed(&rng, kContextSeed, stream);
   for (Eigen::Index t = 0; t < n; ++t) { // by rows: a shorter run is the beginning of a longer one
     log.t_s.push_back(static_cast<double>(t));
     for (Eigen::Index f = 0; f < log.context.cols(); ++f)
-      log.context(t, f) = rim_rng_uniform(&rng);
+      log.context(t, f) = rimi_rng_uniform(&rng);
   }
   return log;
 }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Fits the compressed kernel model of eq. 4.13 and 4.14 (p. 63) with a local-linear map per
 // prototype.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Where the prototypes stand and how loudly each speaks in a context.
 #ifndef RIM_TRAIN_FIT_GATE_HPP
 #define RIM_TRAIN_FIT_GATE_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "train/fit_gram.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Weighted Gram matrices per run, and the ridge maps that follow from their sums and differences.
 #ifndef RIM_TRAIN_FIT_GRAM_HPP
 #define RIM_TRAIN_FIT_GRAM_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The model as flight sees it: its section, and predictions by the flight code.
 #include <cmath>
 #include <cstring>
@@ -103,7 +104,7 @@ void predict(const NominalModel &model, const double *x, double *mean, double *s
 
 Prediction predict_flight(const std::vector<std::uint8_t> &section, const Matrix &x) {
   rim_nominal model;
-  const rim_status status = rim_nominal_open(&model, section.data(), section.size());
+  const rim_status status = rimi_nominal_open(&model, section.data(), section.size());
   if (status != RIM_OK || static_cast<Eigen::Index>(model.inputs) != x.cols()) {
     throw std::invalid_argument(std::string("predict_flight: ") +
                                 (status != RIM_OK ? rim_status_text(status) : "other inputs"));
@@ -114,7 +115,7 @@ Prediction predict_flight(const std::vector<std::uint8_t> &section, const Matrix
   out.extrapolation.resize(static_cast<std::size_t>(x.rows()));
   for (Eigen::Index i = 0; i < x.rows(); ++i) {
     const rim_status done =
-        rim_nominal_predict(&model, x.row(i).data(), out.mean.row(i).data(), out.sd.row(i).data(),
+        rimi_nominal_predict(&model, x.row(i).data(), out.mean.row(i).data(), out.sd.row(i).data(),
                             &out.extrapolation[static_cast<std::size_t>(i)]);
     if (done != RIM_OK) {
       throw std::invalid_argument("predict_flight: row " + std::to_string(i) + ": " +

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "train/healthy_blocks.hpp"
 
 #include <algorithm>
@@ -200,12 +201,12 @@ public:
     config.outcome_feature = layout.external ? nullptr : map_.data();
     config.role = layout.command.data();
     config.range = range_.data();
-    if (rim_basis_open(&config.basis, section_.data(), section_.size(), config.features,
+    if (rimi_basis_open(&config.basis, section_.data(), section_.size(), config.features,
                        config.outcomes) != RIM_OK)
       throw std::logic_error("section BASIS is not as the library wants it");
-    memory_.resize(blocks_size(&config) / 8 + 1);
-    if (blocks_init(&blocks_, memory_.data(), memory_.size() * 8, &config) != RIM_OK)
-      throw std::logic_error("blocks_init");
+    memory_.resize(rimi_blocks_size(&config) / 8 + 1);
+    if (rimi_blocks_init(&blocks_, memory_.data(), memory_.size() * 8, &config) != RIM_OK)
+      throw std::logic_error("rimi_blocks_init");
     terms_ = config.basis.terms;
     means_ = config.basis.means;
     block_s_ = options.period_s * options.block_rows;
@@ -250,31 +251,31 @@ BlockRun Gatherer::gather(const Log &log) {
   double before_s = 0.0;
   for (Eigen::Index t = 0; t < rows; ++t) {
     const bool ext = layout_.external;
-    if (blocks_row(blocks_, log.t_s[static_cast<std::size_t>(t)], context.row(t).data(),
+    if (rimi_blocks_row(blocks_, log.t_s[static_cast<std::size_t>(t)], context.row(t).data(),
                    ext ? external.outcome.row(t).data() : nullptr,
                    ext ? external.mean.row(t).data() : nullptr,
                    ext ? external.sd.row(t).data() : nullptr) != BLOCKS_DONE ||
-        (!ext && !blocks_has_first(blocks_)))
+        (!ext && !rimi_blocks_has_first(blocks_)))
       continue;
-    append(&run.context, n, blocks_context(blocks_));
-    append(&run.outcome, n, blocks_outcomes(blocks_));
-    append(&run.predicted, n, blocks_predicted(blocks_));
-    append(&run.scatter, n, blocks_scatter(blocks_));
-    append(&run.repeats, n, blocks_repeats(blocks_));
-    append(&run.terms, n, blocks_terms(blocks_), 1.0 / static_cast<double>(kRawScale));
-    append(&run.means, n, blocks_means(blocks_), 1.0 / static_cast<double>(kRawScale));
-    const double start_s = blocks_start_s(blocks_);
+    append(&run.context, n, rimi_blocks_context(blocks_));
+    append(&run.outcome, n, rimi_blocks_outcomes(blocks_));
+    append(&run.predicted, n, rimi_blocks_predicted(blocks_));
+    append(&run.scatter, n, rimi_blocks_scatter(blocks_));
+    append(&run.repeats, n, rimi_blocks_repeats(blocks_));
+    append(&run.terms, n, rimi_blocks_terms(blocks_), 1.0 / static_cast<double>(kRawScale));
+    append(&run.means, n, rimi_blocks_means(blocks_), 1.0 / static_cast<double>(kRawScale));
+    const double start_s = rimi_blocks_start_s(blocks_);
     run.follows.push_back(n > 0 && std::abs(start_s - before_s - block_s_) < 0.25 * block_s_);
     before_s = start_s;
-    run.change[n] = blocks_change(blocks_);
-    run.time_s[n++] = blocks_since_start_s(blocks_);
+    run.change[n] = rimi_blocks_change(blocks_);
+    run.time_s[n++] = rimi_blocks_since_start_s(blocks_);
   }
   for (Matrix *m : {&run.context, &run.outcome, &run.predicted, &run.scatter, &run.repeats,
                     &run.terms, &run.means})
     m->conservativeResize(n, m->cols());
   run.change.conservativeResize(n);
   run.time_s.conservativeResize(n);
-  run.first = Eigen::Map<const Eigen::VectorXd>(blocks_first(blocks_), outcomes);
+  run.first = Eigen::Map<const Eigen::VectorXd>(rimi_blocks_first(blocks_), outcomes);
   return run;
 }
 

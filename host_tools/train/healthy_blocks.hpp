@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Healthy logs as blocks: exactly what the flight code makes of them, by the flight code.
 #ifndef RIM_TRAIN_HEALTHY_BLOCKS_HPP
 #define RIM_TRAIN_HEALTHY_BLOCKS_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "train/interference.hpp"
 
 #include <algorithm>
@@ -129,7 +130,7 @@ rim_interference_model neutral_model() {
 
 rim_interference started(const rim_interference_model &model) {
   rim_interference state;
-  if (rim_interference_init(&state, &model) != RIM_OK)
+  if (rimi_interference_init(&state, &model) != RIM_OK)
     throw std::logic_error("interference: the model was refused");
   return state;
 }
@@ -141,13 +142,13 @@ InterferenceEvidence evidence_of(const InterferenceRun &run, double noise_mps) {
   rim_interference_verdict verdict;
   int before = -1;
   for (std::size_t i = 0; i < run.t_s.size(); ++i) {
-    rim_interference_step(&state, run.t_s[i], run.command_mps[i], run.speed_mps[i], &verdict);
+    rimi_interference_step(&state, run.t_s[i], run.command_mps[i], run.speed_mps[i], &verdict);
     const auto now = static_cast<std::size_t>(label[i]);
     if (before >= 0)
       e.counts[static_cast<std::size_t>(before) * kStates + now] += 1.0;
     before = label[i];
     double o[kGaussians];
-    if (!rim_interference_observe(&state, o))
+    if (!rimi_interference_observe(&state, o))
       continue;
     Moments &m = e.moments[now];
     m.n += 1.0;
@@ -313,7 +314,7 @@ rim_interference_model InterferenceTrainer::with_p_mi(std::size_t left_out, doub
   }
   rim_interference_model model = neutral_model();
   rim_hmm_model hmm;
-  rim_hmm_from_counts(&hmm, kStates, counts.data(), kSmoothing, nullptr);
+  rimi_hmm_from_counts(&hmm, kStates, counts.data(), kSmoothing, nullptr);
   for (std::size_t i = 0; i < kStates; ++i)
     std::copy(hmm.transition[i], hmm.transition[i] + kStates, model.transition[i]);
   set_p_mi(p_mi, &model);
@@ -362,7 +363,7 @@ void set_sd(const std::vector<const InterferenceRun *> &runs, double caution,
     rim_interference_verdict v;
     const std::size_t rows = nominal_rows(*run);
     for (std::size_t i = 0; i < rows; ++i) {
-      rim_interference_step(&state, run->t_s[i], run->command_mps[i], run->speed_mps[i], &v);
+      rimi_interference_step(&state, run->t_s[i], run->command_mps[i], run->speed_mps[i], &v);
       if (i == 0)
         continue;
       const std::size_t phase = run->t_s[i] <= state.ramp_until_s;
@@ -392,7 +393,7 @@ void set_thresholds(const std::vector<const InterferenceRun *> &runs,
     const std::size_t rows = nominal_rows(*run);
     std::array<double, 3> peak{};
     for (std::size_t i = 0; i < rows; ++i) {
-      rim_interference_step(&state, run->t_s[i], run->command_mps[i], run->speed_mps[i], &v);
+      rimi_interference_step(&state, run->t_s[i], run->command_mps[i], run->speed_mps[i], &v);
       const double now[3] = {1e6 * v.score[1], 1e6 * v.score[2], v.ln_odds - kBase};
       for (std::size_t k = 0; k < 3; ++k) {
         if (now[k] <= 0.0 && peak[k] > 0.0) {
@@ -468,7 +469,7 @@ InterferenceOutcome detect(const rim_interference_model &model, const Interferen
   hit.fill(std::vector<char>(run.intervals.size(), 0));
   for (std::size_t i = 0; i < run.t_s.size(); ++i) {
     rim_interference_verdict v;
-    rim_interference_step(&state, run.t_s[i], run.command_mps[i], run.speed_mps[i], &v);
+    rimi_interference_step(&state, run.t_s[i], run.command_mps[i], run.speed_mps[i], &v);
     std::size_t event = 0;
     while (event < run.intervals.size() && !(run.t_s[i] >= run.intervals[event].start_s &&
                                              run.t_s[i] <= run.intervals[event].end_s))
@@ -525,7 +526,7 @@ InterferenceRun interference_run(const Log &log, const rim_wheels *wheels) {
       now[w] = static_cast<std::uint32_t>(ticks);
     }
     if (speed < 0 && i > 0 &&
-        rim_wheels_velocity(wheels, before, now, log.t_s[i] - log.t_s[i - 1], velocity) != RIM_OK)
+        rimi_wheels_velocity(wheels, before, now, log.t_s[i] - log.t_s[i - 1], velocity) != RIM_OK)
       throw DataError(fmt::format("{}:row {}: counters do not fit the wheels' {} bits", log.path,
                                   log.row[i], wheels->bits));
     std::copy(now, now + 4, before);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // train/interference.hpp - learns the motion-interference model of rim/interference.h from logs
 // (thesis App. C).
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "train/interference_report.hpp"
 
 #include <algorithm>
@@ -58,7 +59,7 @@ void print_found(const std::vector<InterferenceRun> &runs, const InterferenceTra
 
 std::vector<std::uint8_t> section_of(const rim_interference_model &model) {
   std::vector<std::uint8_t> section(RIM_INTERFERENCE_BYTES);
-  if (rim_interference_pack(&model, section.data(), section.size()) != RIM_OK)
+  if (rimi_interference_pack(&model, section.data(), section.size()) != RIM_OK)
     throw DataError("the logs teach no model of interference (velocity without any scatter?)");
   return section;
 }

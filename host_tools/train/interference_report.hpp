@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // train/interference_report.hpp - rim train --interference: from logs and times of interference to
 // the sections of a flight image that watches for it.
 #pragma once
@@ -12,7 +13,7 @@ namespace rim {
 
 // Labels by the log's path or, where none has it, its file name; a log without labels is a control
 // run. Prints what was learned and, leaving one out, what is found. model: the flight image to put
-// it into; empty: out holds RIM_INTERFERENCE_SECTION alone, for rim_interference_attach. Throws
+// it into; empty: out holds RIM_INTERFERENCE_SECTION alone, for rimi_interference_attach. Throws
 // DataError: see interference_run and InterferenceTrainer; labels of a log that is not among those
 // given; an image that does not know the columns.
 void train_interference(const std::vector<Log> &logs, const std::string &labels,

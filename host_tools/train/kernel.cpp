@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "train/kernel.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The thesis's own nominal model: kernel-weighted mean and variance of the next state, eq. 4.13
 // and 4.14 (p. 63), plain over many training rows and compressed to prototypes, to compare with
 // fit.hpp.

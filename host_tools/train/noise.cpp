@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "train/noise.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What healthy residuals do: the effects of a run, autocorrelation, a scale that depends on the
 // context (lib/src/image/noise.h), learnt from whole healthy runs that the models had not seen.
 #ifndef RIM_TRAIN_NOISE_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What `rim train` prints.
 #ifndef RIM_TRAIN_TRAIN_REPORT_HPP
 #define RIM_TRAIN_TRAIN_REPORT_HPP

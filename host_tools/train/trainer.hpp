@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // From healthy logs to a flight image: models, noise, calibration.
 #ifndef RIM_TRAIN_TRAINER_HPP
 #define RIM_TRAIN_TRAINER_HPP

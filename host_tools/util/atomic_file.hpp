@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // util/atomic_file.hpp - a file that appears whole under its name or not at all.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // util/data_path.hpp - where the files of data/ are on this machine.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // util/error.hpp - the two errors a user can cause; main() turns them into exit codes 3 and 2.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "util/parallel_for.hpp"
 
 #include <algorithm>

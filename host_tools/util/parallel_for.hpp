@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // util/parallel_for.hpp - a loop over independent items on a fixed number of threads.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // util/progress.hpp - a progress bar on stderr for work that takes more than two seconds.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // util/table.hpp - aligned text tables with a unit under each heading.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "util/toml_table.hpp"
 
 #include <algorithm>

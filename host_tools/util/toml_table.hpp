@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // util/toml_table.hpp - strict TOML: every key known, of the right type, finite and in range.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "world/cobot.hpp"
 
 #include <algorithm>
@@ -321,7 +322,7 @@ void Cobot::turn_wheels(double dt_s, CobotRow &row) {
   }
   double velocity[3] = {0.0, 0.0, 0.0};
   if (has_started_)
-    rim_wheels_velocity(&wheels_, before.data(), ticks_.data(), dt_s, velocity);
+    rimi_wheels_velocity(&wheels_, before.data(), ticks_.data(), dt_s, velocity);
   std::copy(velocity, velocity + 3, row.velocity.begin());
   row.ticks = ticks_;
 }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // world/cobot.hpp - the robot world (thesis 3.5.2 p39, 4.2.4 p56, App. C): an omnidirectional
 // service robot drives to random offices of one floor, turning in place at nodes and driving along
 // the edges of a graph; four wheel encoders, limited acceleration, commands that act after a

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // world/cobot_log.hpp - what a run of the cobot leaves behind, and its files.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "world/cobot_map.hpp"
 
 #include <algorithm>

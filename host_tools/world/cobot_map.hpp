@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // world/cobot_map.hpp - the floor that the cobot drives on: free rectangles, a graph of nodes.
 #pragma once
 

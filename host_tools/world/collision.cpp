@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "world/collision.hpp"
 
 #include <ccd/ccd.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // world/collision.hpp - does the body of a robot touch a table top? Intersection of convex bodies
 // by libccd.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // world/effect.hpp - effects hidden in a simulated flight: what the TOML files of data/effects/
 // say (data/README.md has the schema).
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Reading the TOML of an effect; the schema is in data/README.md.
 #include <algorithm>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "world/freekick.hpp"
 
 #include <algorithm>

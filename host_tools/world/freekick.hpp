@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // world/freekick.hpp - free kicks with six plans against three defences (thesis appendix B,
 // p. 117-124): the state is the ball's place, the action a plan, the reward 1 for a goal, else 0.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "world/goalie.hpp"
 
 #include <algorithm>
@@ -90,7 +91,7 @@ Goalie::Goalie(const GoalieParams &params, GoalieBehaviour behaviour)
   if (params.ball_min_m <= params.goalie_line_m)
     throw std::invalid_argument("goalie: the ball must start before the goalie's line");
   for (std::size_t i = 0; i < kErrors; ++i)
-    errors_.push_back(rim_normal_quantile((static_cast<double>(i) + 0.5) / kErrors));
+    errors_.push_back(rimi_normal_quantile((static_cast<double>(i) + 0.5) / kErrors));
 }
 
 double Goalie::ball_time_s(double distance_m) const {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // world/goalie.hpp - shooting at a goalie (thesis 5.3, p. 76-83): the state is the ball's place s
 // on the centre line, the action the point a of the goal line to aim at, the reward eq. 5.15.
 //

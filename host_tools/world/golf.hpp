@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // world/golf.hpp - the golf world (thesis 3.5.1 p37 and 4.2.3 p55): a robot putts towards a hole
 // from places spread uniformly over a field; an unperceived bump spoils the shots taken from
 // behind it.

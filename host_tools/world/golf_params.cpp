@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "world/golf_params.hpp"
 
 #include "util/toml_table.hpp"

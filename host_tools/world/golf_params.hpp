@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // world/golf_params.hpp - parameters of the golf world: data/golf.toml, a user's file laid over it.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // world/keepaway.hpp - Interception-Keepaway (thesis 3.5.3, p. 40-42): keepers pass a ball within a
 // bounded field, takers try to intercept it.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "world/keepaway_log.hpp"
 
 #include <algorithm>

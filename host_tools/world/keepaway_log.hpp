@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // world/keepaway_log.hpp - passes of the keepaway world as a log, a row each.
 #pragma once
 

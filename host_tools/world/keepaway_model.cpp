@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The nominal pass model: eq. 3.33 to 3.35, p. 41-42.
 #include <algorithm>
 #include <cmath>
@@ -109,7 +110,7 @@ bool KeepawayModel::evaluate(const KeepawayState &state, std::size_t speed,
     option.takers_s[i] =
         std::min(gone_s, intercept(taker, params_.limits, params_.latency_s, reach, flight).time_s);
     option.expected[i] =
-        rim_normal_cdf((option.takers_s[i] - option.keepers_s) / params_.time_sd_s);
+        rimi_normal_cdf((option.takers_s[i] - option.keepers_s) / params_.time_sd_s);
     const Vec2 at = taker.at_m - flight.from;
     option.context[i] = {at.dot(flight.forward), at.dot(left),
                          taker.velocity_mps.dot(flight.forward), taker.velocity_mps.dot(left),

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "world/keepaway_motion.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // world/keepaway_motion.hpp - bodies of the keepaway world: ball and robots in the plane, their
 // motion and contacts.
 //

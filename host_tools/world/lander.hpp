@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // world/lander.hpp - a landing: simulates the vehicle, then reads its sensors, with effects
 // hidden where asked.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "world/lander_dynamics.hpp"
 
 #include <boost/numeric/odeint/stepper/runge_kutta4.hpp>

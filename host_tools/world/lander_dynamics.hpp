@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // world/lander_dynamics.hpp - the lander as a rigid body with six degrees of freedom over a
 // spherical Moon.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "world/lander_guidance.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // world/lander_guidance.hpp - guidance of the lander: when to ignite, how to thrust, how to point.
 //
 // It coasts in a slow turn, ignites at an altitude of its own choice, brakes by quadratic (E)

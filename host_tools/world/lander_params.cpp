@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "world/lander_params.hpp"
 
 #include <set>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // world/lander_params.hpp - parameters of the lander: data/lander.toml, a user's file over it.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The sensors of the lander: from the truth of all rows to readings.
 #include <cmath>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // world/lander_streams.hpp - purposes of the lander's random streams: one each, so that no draw
 // shifts another.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // world/random.hpp - random numbers of the worlds: counter-based streams.
 //
 // A stream is named by (seed, run, purpose); draw i of a stream is a hash of the stream's key and i

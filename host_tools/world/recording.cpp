@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "world/recording.hpp"
 
 #include "util/atomic_file.hpp"

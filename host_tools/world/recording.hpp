@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // world/recording.hpp - what a run of a world leaves behind: its log and the truth about each row.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "world/soccer_log.hpp"
 
 #include <algorithm>

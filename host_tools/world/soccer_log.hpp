@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // world/soccer_log.hpp - what shots and free kicks taken at random leave behind, and the parameters
 // of both worlds as files.
 #pragma once

@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # Bad images, logs and disks into `rim replay`: what and where on stderr, exit 3, nothing under the final name.
 . "$(dirname "$0")/check.inc"
 . "$(dirname "$0")/toy.inc"

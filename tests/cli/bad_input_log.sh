@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # Bad logs into `rim train`: file, row, column and reason on stderr, exit 3, no model left behind.
 . "$(dirname "$0")/check.inc"
 cd "$here" || exit 1

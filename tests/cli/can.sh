@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # SocketCAN for real: Debian's kernel in QEMU with two emulated controllers on one bus and virtual ones; rimd
 # inside (tests/firmware/guest_init.sh). Also: the log of the wire by cantools, where Python has it.
 # A machine without QEMU, busybox, can-utils or the kernel package skips it; `make test-can` installs them.

@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # rim can-table: a DBC and a map into a flight image; whatever is wrong with either is told with its line.
 . "$(dirname "$0")/check.inc"
 . "$(dirname "$0")/toy.inc"

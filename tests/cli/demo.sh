@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # The demo, whole: the healthy landing is left alone, three faults are found, a second process hears it all.
 . "$(dirname "$0")/check.inc"
 root=$(cd "$(dirname "$0")/../.." && pwd)

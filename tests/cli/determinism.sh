@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # One log, one digest: by `rim replay` twice, and by a small C program on a library built at -O0, -O2 and -O3.
 . "$(dirname "$0")/check.inc"
 . "$(dirname "$0")/toy.inc"

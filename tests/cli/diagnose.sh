@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # rim diagnose end to end: what it leaves, its exit status, an extension given back, foreign logs
 # with --world, an image with --model, the user's own causes, and everything that it must refuse.
 . "$(dirname "$0")/check.inc"

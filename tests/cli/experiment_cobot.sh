@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # rim-thesis experiment table3.1, fig4.5, fig4.10, fig4.11, table6.1: shards merge to the bytes of the
 # whole; tables, pictures, wrong use. Seeds 91000 on.
 . "$(dirname "$0")/check.inc"

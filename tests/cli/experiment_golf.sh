@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # rim-thesis experiment golf: shards merge to the bytes of the whole; the table; wrong use.
 . "$(dirname "$0")/check.inc"
 cd "$here" || exit 1

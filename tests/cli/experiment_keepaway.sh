@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # rim simulate keepaway; rim-thesis experiment fig3.3, fig3.4 and fig3.5: shards merge to the bytes of the
 # whole; tables, pictures, wrong use. Seeds 91000 on.
 . "$(dirname "$0")/check.inc"

@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # rim-thesis experiment fig5.10 and figB.6: shards merge to the bytes of the whole; tables, pictures, wrong
 # use. Seeds 91000 on.
 . "$(dirname "$0")/check.inc"

@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # --extension: what rim diagnose found, put to use by replay and simulate.
 . "$(dirname "$0")/check.inc"
 cd "$here" || exit 1

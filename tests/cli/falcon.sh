@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # rim-thesis experiment falcon: the measured landings, where they are on this machine; said clearly where not.
 . "$(dirname "$0")/check.inc"
 cd "$here" || exit 1

@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # The program that ports carry, built for this machine: the digest of `rim replay`, and what it refuses.
 . "$(dirname "$0")/check.inc"
 . "$(dirname "$0")/toy.inc"

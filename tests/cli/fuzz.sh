@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # A short search of every decoder by libFuzzer, from the corpus in tests/fuzz; `make fuzz` searches for longer. Where
 # there is no clang, tests/firmware/test_fuzz.c has done what can be done without.
 . "$(dirname "$0")/check.inc"

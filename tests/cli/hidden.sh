@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # The blind test of rim diagnose: nature's and the grader's own tests, then forty fixed seeds against
 # the floors of tests/hidden/floors.txt (eight, without floors, under the sanitizers).
 . "$(dirname "$0")/check.inc"

@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # make install, then the README's program built against what was installed, by pkg-config where
 # there is one.
 . "$(dirname "$0")/check.inc"

@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # Motion interference: simulated, learned, measured; bad labels and logs are refused.
 . "$(dirname "$0")/check.inc"
 root=$(cd "$(dirname "$0")/../.." && pwd)

@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # Other people's LCM programs and ours: lcm-logger records rimd and rim replay reads it; lcm-logplayer plays into
 # rimd; rim listen hears it by liblcm; the lcm package of Python decodes. In a network of its own where this
 # machine lets us, else skipped: liblcm wants a multicast route.

@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # rim diagnose on what was measured: Falcon 9 descents, each left out in turn. Skipped,
 # saying so, where ../shared/measured is absent. Random numbers: seed 1.
 . "$(dirname "$0")/check.inc"

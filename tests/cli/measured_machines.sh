@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # rim diagnose on machines whose physics is published: an axis, an arm, rockets, a race car. Skipped,
 # saying so, where ../shared/measured is absent. Random numbers: seed 1.
 . "$(dirname "$0")/check.inc"

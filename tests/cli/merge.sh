@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # rim-thesis merge: shards fold to one file, in any order to the same bytes; what does not belong is refused.
 . "$(dirname "$0")/check.inc"
 cd "$here" || exit 1

@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # rim plan: learns where rewards are, never takes what is forbidden, survives bad lines, and answers
 # each state before the next is written.
 . "$(dirname "$0")/check.inc"

@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # Whole runs of every planning policy: the same bits from gcc and clang at -O0, -O2 and -O3, and on
 # aarch64 under qemu-user, where these are installed. Seeds 71 and 72.
 . "$(dirname "$0")/check.inc"

@@ -1,11 +1,12 @@
+/* SPDX-License-Identifier: MIT */
 /* Whole runs of every policy of the bandit: 100 turns among 51 actions (or 6 plans), in a world
  * with a better-than-expected parallelogram, with librim's arithmetic alone. Prints a digest over
  * every bit of every choice, of what is expected at the end and of the regions. plan_digest.sh
  * compares the builds. An argument changes the seed. */
-#include <rim/plan/bandit.h>
 #include <base/crc.h>
 #include <base/real.h>
 #include <base/rng.h>
+#include <rim/plan/bandit.h>
 #include <stdio.h>
 
 enum { TURNS = 100, ACTIONS = 51, PLANS = 6, LAMBDAS = 9 };
@@ -44,8 +45,8 @@ static rim_bandit_config config_of(unsigned policy, unsigned kernel, unsigned lo
 
 static double reward(const double *x, unsigned plan, double noise) {
   const double middle = 0.25 - 0.12 * (x[0] - 1.8);
-  const bool inside = x[0] > 1.8 && x[0] < 4.2 && rim_abs(x[1] - middle) < 0.15;
-  return 0.1 * rim_sqrt(x[0]) - rim_abs(x[1]) * 0.2 + (inside ? 0.4 : 0.0) + 0.05 * plan + noise;
+  const bool inside = x[0] > 1.8 && x[0] < 4.2 && rimi_abs(x[1] - middle) < 0.15;
+  return 0.1 * rimi_sqrt(x[0]) - rimi_abs(x[1]) * 0.2 + (inside ? 0.4 : 0.0) + 0.05 * plan + noise;
 }
 
 static uint64_t run(const rim_bandit_config *c, uint64_t digest) {
@@ -54,39 +55,39 @@ static uint64_t run(const rim_bandit_config *c, uint64_t digest) {
     return 0;
   const bool bank = c->policy == RIM_BANDIT_BANK;
   rim_rng rng;
-  rim_rng_seed(&rng, c->seed, 9);
+  rimi_rng_seed(&rng, c->seed, 9);
   for (unsigned t = 0; t < TURNS; ++t) {
     double x[ACTIONS][2], nominal[ACTIONS];
-    const double s = 1.0 + 4.0 * rim_rng_uniform(&rng);
+    const double s = 1.0 + 4.0 * rimi_rng_uniform(&rng);
     for (unsigned i = 0; i < ACTIONS; ++i) {
       x[i][0] = s;
       x[i][1] = bank ? 0.1 : -0.5 + i / 50.0;
-      nominal[i] = 0.1 * rim_exp(-s) + 0.02 * rim_log(1.0 + i);
+      nominal[i] = 0.1 * rimi_exp(-s) + 0.02 * rimi_log(1.0 + i);
     }
     const rim_bandit_actions actions = {bank ? PLANS : ACTIONS, x[0], nominal, NULL, NULL};
     rim_bandit_choice k;
     if (rim_bandit_choose(b, &actions, &k) != RIM_OK)
       return 0;
     const double *at = bank ? x[0] : x[k.action];
-    const double r = reward(at, bank ? k.action : 0, 0.03 * rim_rng_normal(&rng));
+    const double r = reward(at, bank ? k.action : 0, 0.03 * rimi_rng_normal(&rng));
     if (rim_bandit_observe(b, at, k.action, nominal[k.action], 0.0009, r) != RIM_OK)
       return 0;
-    digest = rim_digest_f64(rim_digest_u32(digest, k.action), k.value);
-    digest = rim_digest_f64(rim_digest_f64(rim_digest_f64(digest, k.mean), k.sd), k.member);
+    digest = rimi_digest_f64(rimi_digest_u32(digest, k.action), k.value);
+    digest = rimi_digest_f64(rimi_digest_f64(rimi_digest_f64(digest, k.mean), k.sd), k.member);
   }
   for (unsigned i = 0; i < 50; ++i) {
-    const double at[2] = {1.0 + 4.0 * rim_rng_uniform(&rng), rim_rng_uniform(&rng) - 0.5};
+    const double at[2] = {1.0 + 4.0 * rimi_rng_uniform(&rng), rimi_rng_uniform(&rng) - 0.5};
     double mean = 0.0, var = 0.0;
     if (rim_bandit_expect(b, at, i % PLANS, 0.0, &mean, &var) != RIM_OK)
       return 0;
-    digest = rim_digest_f64(rim_digest_f64(digest, mean), var);
+    digest = rimi_digest_f64(rimi_digest_f64(digest, mean), var);
   }
   const rim_extent *extent = rim_bandit_extent(b);
   for (uint32_t i = 0; extent != NULL && i < LAMBDAS; ++i) {
     rim_extent_region region;
     if (rim_extent_get_region(extent, 0, i, &region) != RIM_OK)
       return 0;
-    digest = rim_digest_f64(rim_digest_f64(digest, region.ln_anom), region.volume);
+    digest = rimi_digest_f64(rimi_digest_f64(digest, region.ln_anom), region.volume);
   }
   return digest;
 }

@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # The program of lib/README.md with several regions on board finds two and mends the model. Random
 # numbers: seed 20.
 . "$(dirname "$0")/check.inc"
@@ -17,15 +18,15 @@ static mender m;
 
 int main(void) {
   rim_rng rng;
-  rim_rng_seed(&rng, 20, 1);
+  rimi_rng_seed(&rng, 20, 1);
   if (mender_init(&m) != RIM_OK)
     return 1;
   for (int i = 0; i < 400; ++i) { /* +2 sd in one ball, -2 in another; sd 0.5, nominal 10 */
-    const double x[2] = {rim_rng_uniform(&rng), rim_rng_uniform(&rng)};
+    const double x[2] = {rimi_rng_uniform(&rng), rimi_rng_uniform(&rng)};
     const double shift = hypot(x[0] - 0.75, x[1] - 0.3) < 0.2   ? 1.0
                          : hypot(x[0] - 0.25, x[1] - 0.7) < 0.2 ? -1.0
                                                                 : 0.0;
-    if (mender_observe(&m, x, 10.0, 0.5, 10.0 + shift + 0.5 * rim_rng_normal(&rng)) != RIM_OK)
+    if (mender_observe(&m, x, 10.0, 0.5, 10.0 + shift + 0.5 * rimi_rng_normal(&rng)) != RIM_OK)
       return 2;
   }
   const double at[3][2] = {{0.75, 0.3}, {0.25, 0.7}, {0.05, 0.05}};

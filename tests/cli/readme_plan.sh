@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # The planning program of lib/README.md, run in a world in which the nominal model is wrong: it finds
 # the region where rewards are better, and never does what is not safe. Random numbers: seed 21.
 . "$(dirname "$0")/check.inc"
@@ -24,8 +25,8 @@ double expected_reward(double s, double a) { return 0.2 - 0.02 * s - 0.1 * (a > 
 bool is_safe(double s, double a) { return a < 0.35 || s > 3.9; }
 double ball_position(void) {
   if (turn == 0)
-    rim_rng_seed(&rng, 21, 1);
-  state = 4.0 * rim_rng_uniform(&rng);
+    rimi_rng_seed(&rng, 21, 1);
+  state = 4.0 * rimi_rng_uniform(&rng);
   return state;
 }
 /* Better than expected by 0.3 where s is 1 to 3 and a is above 0.1. */
@@ -38,7 +39,7 @@ double shoot(double a) {
     printf("unsafe %d gained %.3f\n", unsafe, gained / LATE);
     exit(0);
   }
-  return expected_reward(state, a) + better + 0.02 * rim_rng_normal(&rng);
+  return expected_reward(state, a) + better + 0.02 * rimi_rng_normal(&rng);
 }
 END
 gcc -std=c11 -O2 -ffp-contract=off -Wall -Wextra -Wconversion -Wshadow -Werror -I"$root/lib/include" -I"$root/lib/src" main.c \

@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # rim replay: alarms, labels, trace, figure, LCM, candump; what it finds and what it leaves alone.
 . "$(dirname "$0")/check.inc"
 . "$(dirname "$0")/toy.inc"

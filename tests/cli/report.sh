@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # report.html in a real headless browser: the sentence and every finding are on the page, no script
 # runs, nothing is fetched, no text covers another or leaves its picture, the page is not blank.
 # Skipped, saying so, where no browser is installed.

@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # rimd, the daemon: configuration, observations over LCM, alarms and health out, everything bad that can come
 # in, restart, stale input, fixed memory. tests/firmware/rimd_test.py does the asking.
 . "$(dirname "$0")/check.inc"

@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # simulate.sh: `rim simulate` end to end. $RIM is the program; prints 'N passed, N failed'.
 set -u
 work=$(mktemp -d); trap 'rm -rf "$work"' EXIT

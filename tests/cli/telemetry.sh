@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # Real telemetry beside published figures, a few files of each set: tests/measured/telemetry.py scores all of them.
 # Skipped, saying so, where ../shared/measured is absent.
 . "$(dirname "$0")/check.inc"

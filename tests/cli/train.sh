@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # rim train: what it prints, that it promises no more than it can, that the image is a function of the logs.
 . "$(dirname "$0")/check.inc"
 . "$(dirname "$0")/toy.inc"

@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # The dispatcher: help, version, exit codes, and that every command's help ends in an example.
 . "$(dirname "$0")/check.inc"
 

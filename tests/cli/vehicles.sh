@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # A small campaign on vehicles that nobody tuned for: a tank and an engine, one run of every fault, and wrong input on the
 # engine; what grades them is tested first. The two of ../shared/vehicles too, where they are. Base of the seeds: 33000.
 . "$(dirname "$0")/check.inc"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """bus.py: the other side of rimd in tests: LCM datagrams by hand, from lib/wire's descriptions alone.
 
 Everything goes over the loopback interface; no library beyond Python's own."""

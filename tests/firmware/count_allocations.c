@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Preloaded into a program: counts what it takes of the heap and of the kernel's memory after it
  * has first waited in ppoll(), up to the last time it waited. At its end RIM_ALLOCATIONS names a
  * file that gets "start N run N waits N". */

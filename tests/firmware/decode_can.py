@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """decode_can.py RIM.dbc WIRE.candump HEARD.jsonl FD.candump FD.jsonl: cantools decodes our frames by our DBC;
 what it says is what `rim listen` said. Exit 1 with a reason."""
 import json

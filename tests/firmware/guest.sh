@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # guest.sh DIR KERNEL-DEB FILE...: a folder DIR with `vmlinuz` and `initramfs.cpio`: Debian's own kernel, its
 # CAN modules, busybox, can-utils, iproute2, and the FILEs (programs with the libraries they need) in /test,
 # whose script /test/guest_init.sh is run. DIR/kernel is kept for the next time.

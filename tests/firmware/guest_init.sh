@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # guest_init.sh: what is asked of rimd and SocketCAN inside the guest, whose clock counts instructions: waiting costs
 # nothing, and a busy machine changes nothing. Prints 'ok WHAT' or 'FAILED WHAT' for
 # each check, files between '== NAME' and '== end', and 'guest done' last.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """interference_test.py RIMD WIRE DIR: rimd with an image that watches for motion interference too. DIR holds
 both.rim, held.csv (a log with its own predictions, times in whole us) and held.jsonl (what `rim replay` found)."""
 import csv

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """rimd_test.py RIMD WIRE DIR: asks the daemon everything that tests/cli/rimd.sh cannot with files alone.
 DIR holds toy.rim, healthy.csv, biased.csv, biased.jsonl (what `rim replay` found) and count.so."""
 import json

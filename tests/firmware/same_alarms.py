@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """same_alarms.py GROUND.jsonl HEARD.jsonl: are the records that came over CAN those of the ground? Detail
 carries numbers in single precision; a record whose detail was overtaken by the next is told by its summary.
 Exit 1 with what differs."""

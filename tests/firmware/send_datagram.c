@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* send_datagram FILE ADDRESS PORT: the bytes of FILE as one UDP datagram to a multicast group, by
  * the loopback interface. For the guest, which has neither Python nor netcat for UDP. */
 #include <arpa/inet.h>

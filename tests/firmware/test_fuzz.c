@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Every decoder on its corpus and on a short run of damaged copies of it. RIM_FUZZ names the folder
  * (tests/fuzz/corpus); `make fuzz` searches for longer, guided by coverage. */
 #define _GNU_SOURCE

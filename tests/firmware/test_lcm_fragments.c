@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Messages in fragments: in any order, of several senders at once, damaged, lost, never ending. */
 #include <setjmp.h>
 #include <stdarg.h>

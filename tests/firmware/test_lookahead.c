@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The look-ahead: entries where geometry says they are, found by a dense search that shares no
  * code. */
 #include <math.h>
@@ -24,7 +25,7 @@ static rim_region sphere(double x, double y, double radius) {
   const uint16_t feature[2] = {4, 7};
   const double lower[2] = {x - radius, y - radius}, upper[2] = {x + radius, y + radius};
   rim_region region;
-  assert_int_equal(rim_region_from_box(&region, 2, feature, lower, upper), RIM_OK);
+  assert_int_equal(rimi_region_from_box(&region, 2, feature, lower, upper), RIM_OK);
   return region;
 }
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The outgoing queues: what cannot be packed or will never be taken is counted, not lost silently.
  */
 #define _GNU_SOURCE

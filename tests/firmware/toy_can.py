@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """toy_can.py LOG.csv: the log of tests/cli/toy.inc as frames of toy.dbc, in the form of `candump -L`."""
 import struct
 import sys

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """corpus.py DIR: the corpus of the decoders: a good input of each kind, from the public descriptions."""
 import os
 import struct

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* For libFuzzer: make fuzz. */
 #include "fuzz_decoders.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* fuzz_decoders.h - every decoder of what comes from a bus or a file, behind one function of bytes.
  *
  * The first byte chooses the decoder, the rest is its input, in memory of exactly that size, so
@@ -12,10 +13,10 @@
 
 #include "image/basis.h"
 #include "image/noise.h"
+#include "image/nominal.h"
 #include "rim/can.h"
 #include "rim/can_table.h"
 #include "rim/monitor.h"
-#include "image/nominal.h"
 #include "rimd/config.h"
 #include "rimd/lookahead.h"
 #include "transport/lcm_packet.h"
@@ -139,21 +140,21 @@ static inline void fuzz_trained(const uint8_t *data, size_t bytes) {
   rim_behaviour behaviour;
   rim_agreement agreement;
   rim_noise noise;
-  if (rim_basis_open(&basis, data, bytes, 4, 2) == RIM_OK)
+  if (rimi_basis_open(&basis, data, bytes, 4, 2) == RIM_OK)
     fuzz_must(basis.terms <= BASIS_MAX_TERMS && basis.means <= BASIS_MAX_MEANS);
-  if (rim_behaviour_open(&behaviour, data, bytes, 1, 2) == RIM_OK)
-    rim_behaviour_predict(&behaviour, term, first, predicted);
-  if (rim_agreement_open(&agreement, data, bytes, 2, 1) == RIM_OK) {
+  if (rimi_behaviour_open(&behaviour, data, bytes, 1, 2) == RIM_OK)
+    rimi_behaviour_predict(&behaviour, term, first, predicted);
+  if (rimi_agreement_open(&agreement, data, bytes, 2, 1) == RIM_OK) {
     double state[2 * AGREEMENT_STATE] = {0.0}, remains[2];
     const agreement_block block = {
         .residual = first, .mean = term, .measured = first, .level = first};
-    rim_agreement_evaluate(&agreement, &block, state, remains);
+    rimi_agreement_evaluate(&agreement, &block, state, remains);
   }
-  if (rim_noise_open(&noise, data, bytes, 8, 1) != RIM_OK)
+  if (rimi_noise_open(&noise, data, bytes, 8, 1) != RIM_OK)
     return;
   for (uint32_t c = 0; c < 8; ++c) {
-    const noise_channel channel = rim_noise_channel(&noise, c);
-    const double w = rim_noise_weight(&channel, 4.0, 3.0);
+    const noise_channel channel = rimi_noise_channel(&noise, c);
+    const double w = rimi_noise_weight(&channel, 4.0, 3.0);
     fuzz_must(channel.fields <= NOISE_MAX_FIELDS && w > 0.0 && w < 10.0);
   }
 }
@@ -166,13 +167,13 @@ static inline void fuzz_sections(const uint8_t *data, size_t bytes) {
   rim_nominal model;
   rim_threshold threshold;
   rim_correct corrected;
-  if (rim_nominal_open(&model, data, bytes) == RIM_OK)
-    (void)rim_nominal_predict(&model, x, mean, sd, NULL);
-  if (rim_threshold_open(&threshold, data, bytes) == RIM_OK)
-    (void)rim_threshold_p_value(&threshold, 1.0);
-  if (rim_correct_open(&corrected, data, bytes) == RIM_OK &&
+  if (rimi_nominal_open(&model, data, bytes) == RIM_OK)
+    (void)rimi_nominal_predict(&model, x, mean, sd, NULL);
+  if (rimi_threshold_open(&threshold, data, bytes) == RIM_OK)
+    (void)rimi_threshold_p_value(&threshold, 1.0);
+  if (rimi_correct_open(&corrected, data, bytes) == RIM_OK &&
       corrected.features <= RIM_NOMINAL_MAX_INPUTS && corrected.outcomes <= RIM_NOMINAL_MAX_OUTPUTS)
-    (void)rim_correct_mean(&corrected, x, mean, mean);
+    (void)rimi_correct_mean(&corrected, x, mean, mean);
   fuzz_trained(data, bytes);
 }
 

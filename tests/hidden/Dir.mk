@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # tests/hidden: nature draws cases, rim diagnose gets the logs, grade compares. See README.md.
 
 HIDDEN_NATURE_SRC := $(sort $(wildcard tests/hidden/nature*.cpp))

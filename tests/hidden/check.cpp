@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // check --truth T --logs DIR: are the logs what the truth says? Exit 1, with every complaint, when
 // not: the shape of a case; no truth beside the logs; what is left of the residuals after the
 // hidden effect has the noise's own moments; the effect gains the likelihood that it should; the

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // grade --truth T --diagnosis DIR [--exit N] [--seconds S] [--said STDERR]: a case's line of JSON
 // on stdout. grade --summary LINES.jsonl [--floors FILE]: the figures; exit 1 when a floor is not
 // reached. Exit 2 usage, 3 unreadable input.

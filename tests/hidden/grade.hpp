@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // tests/hidden/grade.hpp - a diagnosis beside the truth: one line of JSON a case, and the figures
 // of many.
 //

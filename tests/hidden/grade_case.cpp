@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // One case: what was claimed against what was hidden.
 #include <cmath>
 #include <fstream>

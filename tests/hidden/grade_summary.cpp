@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The figures over many cases.
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """machines.py --seed N --family F --out DIR --truth FILE: logs of machines whose physics the simulation lacks.
 
 Families that nature (C++) does not draw: friction with a dead band, delays through limits, drifts that begin late, slopes

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // nature --seed N [--family F|any] --out DIR --truth FILE: measured logs of a vehicle that hides
 // something from its simulation, and, elsewhere, what. Exit 0; 2 usage; 3 anything else.
 #include <CLI/CLI.hpp>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // tests/hidden/nature.hpp - nature: vehicles that do not quite do what their simulation says.
 //
 // A case is a world (robot or lander), the logs of some runs with the simulation's one-step

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What a case is drawn from, and the drawing: again and again until the case is fair.
 #include <algorithm>
 #include <cmath>

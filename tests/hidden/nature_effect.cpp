@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The forms of the effects, and one log of a world in which they act.
 #include <algorithm>
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Is a case fair: strong enough to be found, visited often in every log, and not the same, within
 // the noise, as something that has another name.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A lander that hops between 1 and 59 km of altitude on its engine, and sideways as it goes. Its
 // simulation: thrust by throttle, mass and pitch, gravity that falls with height, attitude as a
 // damped spring to the commanded pitch, a radar along the body's axis, a Doppler speed.

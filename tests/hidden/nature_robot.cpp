@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A robot on a floor of 8 m by 8 m: drives to one waypoint after another, a third of the way
 // backwards. Its simulation: first-order response of speed and turn rate to the command, side slip
 // that decays and is fed by turning, motor current by effort and speed.

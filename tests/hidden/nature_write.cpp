@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The logs as a user would have them, and the truth apart from them.
 #include <cmath>
 #include <cstdio>

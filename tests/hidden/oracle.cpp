@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // oracle --truth T --out DIR [--silent]: the diagnosis of one who knows the truth, or, silent, of
 // one who never finds anything. The grader must give the first everything and the second nothing.
 // Exit as rim diagnose: 1 when something was found.

@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: MIT
 # run.sh SEED COUNT [FAMILY]: COUNT cases from SEED on: nature draws, rim diagnose gets the logs
 # alone, grade compares. Figures on stdout; the cases' lines, in the order of the seeds, in
 # $HIDDEN_OUT (default: $BUILD/hidden/SEED_COUNT_FAMILY.jsonl). Two cases at a time (HIDDEN_JOBS).

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A shipped parameter file with one passage replaced, in a folder of its own: its reader must
 // refuse it, and say why.
 #pragma once

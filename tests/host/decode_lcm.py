@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """decode_lcm.py TYPES LOG: reads an LCM event log with lcm-gen's Python types and encodes every
 message again to the same bytes. Exit 1 with a reason otherwise."""
 import struct

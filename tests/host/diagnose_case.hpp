@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Small tables for the tests of rim diagnose: logs of equal length, features drawn or computed row
 // by row, one channel whose prediction and stated sd are given.
 #pragma once
@@ -28,9 +29,9 @@ using rim::diagnose::Vector;
 
 class Random {
 public:
-  explicit Random(std::uint64_t seed) { rim_rng_seed(&rng_, seed, 5); }
-  double normal() { return rim_rng_normal(&rng_); }
-  double uniform() { return rim_rng_uniform(&rng_); }
+  explicit Random(std::uint64_t seed) { rimi_rng_seed(&rng_, seed, 5); }
+  double normal() { return rimi_rng_normal(&rng_); }
+  double uniform() { return rimi_rng_uniform(&rng_); }
 
 private:
   rim_rng rng_;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Diagnoses made by hand, as rim diagnose would hand them to its outputs: a falling rocket with
 // drag that its simulation has not, a robot with a fault of every other kind, one with nothing
 // wrong, and one whose names and numbers attack the writer. Fixed seeds.

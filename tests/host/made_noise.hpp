@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Residuals of a known make, as the noise models and the search get them: no rows, no models.
 #pragma once
 
@@ -29,7 +30,7 @@ struct MadeRun {
 
 inline MadeRun made_noise(std::uint64_t seed, const MadeNoise &made, bool all_kinds = false) {
   rim_rng rng;
-  rim_rng_seed(&rng, seed, 92);
+  rimi_rng_seed(&rng, seed, 92);
   const auto o = static_cast<Eigen::Index>(made.outcomes);
   const Eigen::Index n = made.blocks, channels = all_kinds ? 4 * o : o;
   MadeRun run;
@@ -40,26 +41,26 @@ inline MadeRun made_noise(std::uint64_t seed, const MadeNoise &made, bool all_ki
   run.blocks.time_s.resize(n);
   run.predicted.resize(n, o);
   run.residual.resize(n, channels);
-  double wander = rim_rng_normal(&rng), other = rim_rng_normal(&rng);
+  double wander = rimi_rng_normal(&rng), other = rimi_rng_normal(&rng);
   for (Eigen::Index b = 0; b < n; ++b) {
-    wander = 0.9 * wander + std::sqrt(1.0 - 0.81) * rim_rng_normal(&rng);
-    other = 0.8 * other + 0.6 * rim_rng_normal(&rng);
+    wander = 0.9 * wander + std::sqrt(1.0 - 0.81) * rimi_rng_normal(&rng);
+    other = 0.8 * other + 0.6 * rimi_rng_normal(&rng);
     run.blocks.time_s[b] = static_cast<double>(b) + 0.5;
     for (Eigen::Index k = 0; k < o; ++k)
       run.predicted(b, k) = k % 2 == 0 ? wander : other;
     run.blocks.context.row(b).head(2) << wander, other;
     run.blocks.context.row(b).tail(o) = run.predicted.row(b);
     for (Eigen::Index m = 0; m < run.blocks.means.cols(); ++m)
-      run.blocks.means(b, m) = rim_rng_normal(&rng);
+      run.blocks.means(b, m) = rimi_rng_normal(&rng);
   }
   for (Eigen::Index c = 0; c < channels; ++c) {
-    const double offset = made.offset_sd * rim_rng_normal(&rng);
-    const double gain = made.gain_sd * rim_rng_normal(&rng);
-    double a = made.s / std::sqrt(1.0 - made.rho * made.rho) * rim_rng_normal(&rng);
+    const double offset = made.offset_sd * rimi_rng_normal(&rng);
+    const double gain = made.gain_sd * rimi_rng_normal(&rng);
+    double a = made.s / std::sqrt(1.0 - made.rho * made.rho) * rimi_rng_normal(&rng);
     for (Eigen::Index b = 0; b < n; ++b) {
       const double p = run.predicted(b, c % o);
       run.residual(b, c) = offset + gain * p + std::exp(made.ln_sigma * p) * a;
-      a = made.rho * a + made.s * rim_rng_normal(&rng);
+      a = made.rho * a + made.s * rimi_rng_normal(&rng);
     }
     run.offset.push_back(offset);
   }

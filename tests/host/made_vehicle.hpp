@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A vehicle whose every constant is known: what a model of it must find.
 #pragma once
 
@@ -23,7 +24,7 @@ inline constexpr double kMadeTau[] = {3.0, 1.2}; // s, of s.lag and s.product
 // that differs, a reading quantised to halves, and one that obeys nothing at all.
 inline rim::Log made_vehicle(std::uint64_t seed, const MadeVehicle &made = {}) {
   rim_rng rng;
-  rim_rng_seed(&rng, seed, 91);
+  rimi_rng_seed(&rng, seed, 91);
   rim::Log log;
   log.path = "made" + std::to_string(seed);
   log.columns = {{"u.a", "", rim::Role::command},        {"u.b", "", rim::Role::command},
@@ -32,15 +33,15 @@ inline rim::Log made_vehicle(std::uint64_t seed, const MadeVehicle &made = {}) {
                  {"s.nothing", "", rim::Role::sensor}};
   std::vector<double> values;
   double a = 0.0, b = 0.0, lag = 0.0, product = 0.0, offset[3];
-  double state = made.start_spread * rim_rng_normal(&rng);
+  double state = made.start_spread * rimi_rng_normal(&rng);
   for (double &o : offset)
-    o = made.run_spread * rim_rng_normal(&rng);
+    o = made.run_spread * rimi_rng_normal(&rng);
   std::size_t missing = 0;
   for (std::size_t t = 0; t < made.rows; ++t) {
     if (t % 90 == 0)
-      a = 2.0 * rim_rng_uniform(&rng) - 1.0;
+      a = 2.0 * rimi_rng_uniform(&rng) - 1.0;
     if (t % 130 == 0)
-      b = 2.0 * rim_rng_uniform(&rng) - 1.0;
+      b = 2.0 * rimi_rng_uniform(&rng) - 1.0;
     if (t == 0) { // it has held its first commands for long
       lag = a + 0.5 * b;
       product = a * b;
@@ -51,11 +52,11 @@ inline rim::Log made_vehicle(std::uint64_t seed, const MadeVehicle &made = {}) {
     const double clean[] = {lag + offset[0], product + offset[1], state + offset[2]};
     double reading[5];
     for (std::size_t o = 0; o < 3; ++o)
-      reading[o] = clean[o] + made.noise * rim_rng_normal(&rng);
-    reading[3] = std::round(4.0 * lag + rim_rng_normal(&rng)) / 2.0;
-    reading[4] = rim_rng_normal(&rng);
-    if (made.gaps && missing == 0 && rim_rng_uniform(&rng) < 0.01)
-      missing = 1 + static_cast<std::size_t>(8.0 * rim_rng_uniform(&rng));
+      reading[o] = clean[o] + made.noise * rimi_rng_normal(&rng);
+    reading[3] = std::round(4.0 * lag + rimi_rng_normal(&rng)) / 2.0;
+    reading[4] = rimi_rng_normal(&rng);
+    if (made.gaps && missing == 0 && rimi_rng_uniform(&rng) < 0.01)
+      missing = 1 + static_cast<std::size_t>(8.0 * rimi_rng_uniform(&rng));
     if (missing > 0) {
       --missing;
       continue;

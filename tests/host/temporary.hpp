@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Files for a test, in a folder of its program alone that goes when the program ends.
 #pragma once
 

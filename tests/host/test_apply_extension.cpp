@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // An extension in use: mended predictions no longer alarm, in the log and through the image.
 #include "diagnose/apply_extension.hpp"
 
@@ -173,15 +174,15 @@ void what_cannot_ride_is_said(void **) {
   std::vector<std::uint64_t> aligned((made.section.size() + 7) / 8);
   std::memcpy(aligned.data(), made.section.data(), made.section.size());
   const auto *bytes = reinterpret_cast<const std::uint8_t *>(aligned.data());
-  assert_int_equal(rim_correct_open(&view, bytes, made.section.size()), RIM_OK);
+  assert_int_equal(rimi_correct_open(&view, bytes, made.section.size()), RIM_OK);
   assert_int_equal(view.regions, 2);
   assert_int_equal(view.kinds, 1u << RIM_KIND_SHIFT);
   const double inside[4] = {0.5, 0.0, 0.0, 0.5}, outside[4] = {0.9, 0.0, 0.0, 0.9};
   const double zero[3] = {0.0, 0.0, 0.0};
   double mean[3];
-  assert_int_equal(rim_correct_mean(&view, inside, zero, mean), RIM_OK);
+  assert_int_equal(rimi_correct_mean(&view, inside, zero, mean), RIM_OK);
   assert_true(mean[0] == 1.25 && mean[1] == 0.0 && mean[2] == -0.5);
-  assert_int_equal(rim_correct_mean(&view, outside, zero, mean), RIM_OK);
+  assert_int_equal(rimi_correct_mean(&view, outside, zero, mean), RIM_OK);
   assert_true(mean[0] == 0.25 && mean[1] == 0.0 && mean[2] == -0.5);
 }
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The detectors of table 6.1 where the right answer is known.
 #include "thesis/baseline/baseline.hpp"
 #include "world/random.hpp"

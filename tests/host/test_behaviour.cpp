@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Behaviour models: a vehicle whose constants are known is learnt to its noise, what obeys nothing
 // is said to, and what training computes is what flies, bit for bit.
 #include "made_vehicle.hpp"
@@ -189,15 +190,15 @@ void training_and_flight_see_the_same(void **) {
       if (verdict.blocks == static_cast<std::uint32_t>(b))
         continue;
       assert_true(b < run.blocks());
-      same_row(run.context, b, blocks_context(m->rows));
-      same_row(run.outcome, b, blocks_outcomes(m->rows));
-      same_row(run.scatter, b, blocks_scatter(m->rows));
-      same_row(run.repeats, b, blocks_repeats(m->rows));
+      same_row(run.context, b, rimi_blocks_context(m->rows));
+      same_row(run.outcome, b, rimi_blocks_outcomes(m->rows));
+      same_row(run.scatter, b, rimi_blocks_scatter(m->rows));
+      same_row(run.repeats, b, rimi_blocks_repeats(m->rows));
       same_row(run.repeats, b, m->residual + RIM_CHANNEL_REPEAT * kOutcomes);
-      assert_true(run.change[b] == blocks_change(m->rows));
-      assert_true(run.time_s[b] == blocks_since_start_s(m->rows));
-      near_row(terms, b, blocks_terms(m->rows), 1e-9);
-      near_row(means, b, blocks_means(m->rows), 1e-9);
+      assert_true(run.change[b] == rimi_blocks_change(m->rows));
+      assert_true(run.time_s[b] == rimi_blocks_since_start_s(m->rows));
+      near_row(terms, b, rimi_blocks_terms(m->rows), 1e-9);
+      near_row(means, b, rimi_blocks_means(m->rows), 1e-9);
       for (std::size_t o = 0; o < kOutcomes; ++o) {
         const double p = run.outcome(b, static_cast<Eigen::Index>(o)) - m->residual[o];
         assert_true(std::fabs(p - m->predicted[o]) <= 1e-12 * (1.0 + std::fabs(p)));
@@ -220,18 +221,18 @@ void training_and_flight_predict_the_same(void **) {
   const std::vector<std::uint8_t> basis = rim::basis_section(l.basis);
   const std::vector<std::uint8_t> models = rim::behaviour_section(l.basis, l.behaviour);
   rim_basis view;
-  assert_int_equal(rim_basis_open(&view, basis.data(), basis.size(),
+  assert_int_equal(rimi_basis_open(&view, basis.data(), basis.size(),
                                   static_cast<std::uint32_t>(l.layout.features()), kOutcomes),
                    RIM_OK);
   rim_behaviour flight;
-  assert_int_equal(rim_behaviour_open(&flight, models.data(), models.size(), view.terms, kOutcomes),
+  assert_int_equal(rimi_behaviour_open(&flight, models.data(), models.size(), view.terms, kOutcomes),
                    RIM_OK);
   const rim::BlockRun run =
       rim::block_run(made_vehicle(kSeed + 300), l.layout, l.basis, l.options);
   const rim::Matrix terms = standard_terms(l.basis, run);
   double predicted[2 * kOutcomes];
   for (Eigen::Index b = 0; b < run.blocks(); ++b) {
-    rim_behaviour_predict(&flight, terms.row(b).data(), run.first.data(), predicted);
+    rimi_behaviour_predict(&flight, terms.row(b).data(), run.first.data(), predicted);
     for (std::size_t t = 0; t < 2 * kOutcomes; ++t) {
       const rim::TargetModel &model = l.behaviour.targets[t];
       const double start = model.initial ? run.first[static_cast<Eigen::Index>(t)] : 0.0;

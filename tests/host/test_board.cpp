@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What rim listen shows of everything that monitors say: on a terminal, and as lines.
 #include "bus/board.hpp"
 #include "bus/can_bus.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Alarms on their way out: sentences, JSON lines, candump text, LCM through a file and to `rim
 // listen`.
 #include "bus/candump.hpp"
@@ -64,7 +65,7 @@ rim_alarm sample_alarm() {
   a.shift_sd[1] = 0.02;
   const std::uint16_t feature[2] = {0, 2};
   const double lower[2] = {100.0, 0.25}, upper[2] = {180.0, 0.5};
-  assert_int_equal(rim_region_from_box(&a.region, 2, feature, lower, upper), RIM_OK);
+  assert_int_equal(rimi_region_from_box(&a.region, 2, feature, lower, upper), RIM_OK);
   a.ln_anom = 21.5;
   a.threshold = 12.0;
   a.p_value = 1.0 / 51.0;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Calibration: what is promised is kept on runs that nothing has seen, by the flight code's search,
 // and no run is judged by what it taught itself.
 #include "made_noise.hpp"
@@ -110,7 +111,7 @@ double flown_score(const Calibrated &c, const MadeRun &run) {
   const std::vector<std::uint8_t> section = rim::noise_section(c.noise);
   rim_noise noise;
   const auto channels = static_cast<std::uint32_t>(run.residual.cols());
-  assert_int_equal(rim_noise_open(&noise, section.data(), section.size(), channels, 0), RIM_OK);
+  assert_int_equal(rimi_noise_open(&noise, section.data(), section.size(), channels, 0), RIM_OK);
   search_config config{};
   config.features = static_cast<std::uint16_t>(c.plan.region.size());
   config.channels = static_cast<std::uint16_t>(channels);
@@ -119,9 +120,9 @@ double flown_score(const Calibrated &c, const MadeRun &run) {
   config.cells_per_turn = static_cast<std::uint8_t>(c.plan.pairs);
   config.noise = &noise;
   config.cuts = c.plan.cuts.data();
-  std::vector<std::uint64_t> memory(search_size(&config) / 8 + 1);
+  std::vector<std::uint64_t> memory(rimi_search_size(&config) / 8 + 1);
   rim_search *search = nullptr;
-  assert_int_equal(search_init(&search, memory.data(), memory.size() * 8, &config), RIM_OK);
+  assert_int_equal(rimi_search_init(&search, memory.data(), memory.size() * 8, &config), RIM_OK);
   double largest = -1e300;
   const double no_mean = 0.0;
   for (Eigen::Index b = 0; b < run.residual.rows(); ++b) {
@@ -137,10 +138,10 @@ double flown_score(const Calibrated &c, const MadeRun &run) {
     block.predicted = run.predicted.row(b).data();
     block.residual = run.residual.row(b).data();
     block.change = run.blocks.change[b];
-    assert_int_equal(search_observe(search, &block), RIM_OK);
-    search_work(search, c.plan.budget * c.plan.block_rows);
+    assert_int_equal(rimi_search_observe(search, &block), RIM_OK);
+    rimi_search_work(search, c.plan.budget * c.plan.block_rows);
     for (std::uint32_t i = 0; i < channels; ++i)
-      largest = std::max(largest, static_cast<double>(search_best(search, i)->score));
+      largest = std::max(largest, static_cast<double>(rimi_search_best(search, i)->score));
   }
   return largest;
 }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The catalogue of causes: the one of data/ is read whole, a user's lies over it, and everything
 // that is wrong in one is refused with its file and line.
 #include "diagnose/catalogue.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Rows that are no measurements: planted stuck runs and zeros are found to the row; what is merely
 // quantised, or at rest, is not touched.
 #include "diagnose/flagged.hpp"

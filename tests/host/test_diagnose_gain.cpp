@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What an extension is worth, against hand-computed figures; the intervals and the word "worse".
 #include "diagnose/gain.hpp"
 

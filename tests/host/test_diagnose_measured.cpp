@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Logs put together as one table: what is a channel, a feature, an angle, a constant; an sd that is
 // not stated; what is refused, with its place.
 #include "diagnose/measured.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The joint robust fit: plain least squares where there are no outliers, weights, outliers that are
 // cut, sizes that must be positive, members whose size is given.
 #include "diagnose/model.hpp"

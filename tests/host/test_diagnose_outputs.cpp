@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What rim diagnose leaves: the fields of diagnosis.json, a label for every row, a report that
 // cannot be broken into, a folder that is whole or not there.
 //

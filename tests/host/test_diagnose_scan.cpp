@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Planted intervals, boxes, ellipses and changes of scatter are found where they were put, to
 // within a bin. Seeds are fixed.
 #include "diagnose/scan.hpp"

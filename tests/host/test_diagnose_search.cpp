@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The whole search on small logs with one planted effect each: found, named, sized; noise claims
 // nothing; what an extension explains is not found again; threads change nothing. Seeds are fixed.
 #include "diagnose/diagnose.hpp"

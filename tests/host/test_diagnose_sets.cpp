@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Forms searched as sets: several ordinary causes beat one contrived one; which velocity a friction
 // acts on; sizes that differ between logs; what a late command would have done, through limits too.
 // Seeds are fixed.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What a term adds, to exact values: gates, expressions and every built-in form; the order in which
 // terms meet.
 #include "diagnose/term.hpp"

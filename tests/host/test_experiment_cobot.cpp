@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Drives as data points, and the detection on them: what is counted as what.
 #include "thesis/experiment/alarm_score.hpp"
 #include "thesis/experiment/cobot_watch.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The golf experiment in small: equal for equal seeds, however it is sharded; what is counted as
 // what.
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // extension.toml: every kind of term comes back to the same bits; what is wrong is refused with its
 // line.
 #include "diagnose/extension.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Logs with their own predictions and nothing to learn from: the table of thresholds against
 // simulation, and what is made of residuals that are not independent.
 #include "replay/replay.hpp"
@@ -42,16 +43,16 @@ struct Flaws {
 
 std::vector<double> places(Places kind, std::size_t rows, rim_rng *rng) {
   std::vector<double> x(rows);
-  const double phase = 6.28 * rim_rng_uniform(rng);
-  const double turns = 0.002 * std::exp(3.0 * rim_rng_uniform(rng)); // a row
+  const double phase = 6.28 * rimi_rng_uniform(rng);
+  const double turns = 0.002 * std::exp(3.0 * rimi_rng_uniform(rng)); // a row
   for (std::size_t t = 0; t < rows; ++t) {
-    const double u = rim_rng_uniform(rng);
+    const double u = rimi_rng_uniform(rng);
     switch (kind) {
     case Places::uniform:
       x[t] = u;
       break;
     case Places::clustered: // two narrow ones and what lies between
-      x[t] = (u < 0.5 ? 0.1 : u < 0.9 ? 0.8 : 0.5) + 0.03 * rim_rng_normal(rng);
+      x[t] = (u < 0.5 ? 0.1 : u < 0.9 ? 0.8 : 0.5) + 0.03 * rimi_rng_normal(rng);
       break;
     case Places::discrete:
       x[t] = std::floor(5.0 * u);
@@ -66,7 +67,7 @@ std::vector<double> places(Places kind, std::size_t rows, rim_rng *rng) {
 
 rim::Log own_log(std::uint64_t stream, Places kind, const ExternalSize &size, const Flaws &flaws) {
   rim_rng rng;
-  rim_rng_seed(&rng, kSeed, stream);
+  rimi_rng_seed(&rng, kSeed, stream);
   rim::Log log;
   log.path = "own" + std::to_string(stream) + ".csv";
   const auto rows = static_cast<Eigen::Index>(size.rows);
@@ -88,8 +89,8 @@ rim::Log own_log(std::uint64_t stream, Places kind, const ExternalSize &size, co
     log.columns.push_back({"m." + name, "", rim::Role::mean});
     log.columns.push_back({"sd." + name, "", rim::Role::sd});
     const std::vector<double> mean = places(kind, size.rows, &rng);
-    const double offset = flaws.offset * rim_rng_normal(&rng);
-    double noise = rim_rng_normal(&rng);
+    const double offset = flaws.offset * rimi_rng_normal(&rng);
+    double noise = rimi_rng_normal(&rng);
     for (std::size_t t = 0; t < size.rows; ++t) {
       const double u = (first[t] - low) / wide;
       double r = offset + flaws.scale * noise;
@@ -97,7 +98,7 @@ rim::Log own_log(std::uint64_t stream, Places kind, const ExternalSize &size, co
       r += 10 * t >= 6 * size.rows ? flaws.since : 0.0;
       log.values.row(static_cast<Eigen::Index>(t)).segment(c, 3) << mean[t] + 0.5 * r, mean[t], 0.5;
       noise = flaws.memory * noise +
-              std::sqrt(1.0 - flaws.memory * flaws.memory) * rim_rng_normal(&rng);
+              std::sqrt(1.0 - flaws.memory * flaws.memory) * rimi_rng_normal(&rng);
     }
     c += 3;
   }
@@ -330,14 +331,14 @@ void offsets_of_logs_are_allowed_for(void **) {
 
 void noise_is_fitted(void **) {
   rim_rng rng;
-  rim_rng_seed(&rng, kSeed, 5);
+  rimi_rng_seed(&rng, kSeed, 5);
   for (const double memory : {0.5, 0.9}) {
     std::vector<std::vector<double>> series(3);
     for (std::vector<double> &log : series) {
-      double w = rim_rng_normal(&rng);
+      double w = rimi_rng_normal(&rng);
       for (std::size_t t = 0; t < 2000; ++t) { // two thirds of the variance remember, of 1.5 in all
-        log.push_back(w + std::sqrt(0.5) * rim_rng_normal(&rng));
-        w = memory * w + std::sqrt(1.0 - memory * memory) * rim_rng_normal(&rng);
+        log.push_back(w + std::sqrt(0.5) * rimi_rng_normal(&rng));
+        w = memory * w + std::sqrt(1.0 - memory * memory) * rimi_rng_normal(&rng);
       }
     }
     const rim::ResidualNoise noise = rim::fit_noise(series);
@@ -351,7 +352,7 @@ void noise_is_fitted(void **) {
   }
   std::vector<double> white;
   for (std::size_t t = 0; t < 2000; ++t)
-    white.push_back(rim_rng_normal(&rng));
+    white.push_back(rimi_rng_normal(&rng));
   const rim::ResidualNoise noise = rim::fit_noise({white});
   assert_true(noise.inflation(2000.0) <= 1.0 && noise.share <= 0.0);
 }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // FARO in the binary golf world: what a run leaves, and what a bump does to it.
 #include "thesis/experiment/fig3_3.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The fit is held to least squares solved in the plainest way, to data whose truth is known, and to
 // what the flight code makes of its section.
 #include <cmath>

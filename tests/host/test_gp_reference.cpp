@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // gp against two references on 50 random problems: a dense solution in long double with Eigen, and,
 // scikit-learn's GaussianProcessRegressor, where `make test` could fetch it or python3 has it.
 // Relative 1e-9.
@@ -47,23 +48,23 @@ struct Problem {
 // 1 to 5 dimensions, 5 to 120 points, every kernel; noise so that K stays well conditioned.
 Problem draw(int index) {
   rim_rng rng;
-  rim_rng_seed(&rng, kSeed, static_cast<std::uint64_t>(index));
+  rimi_rng_seed(&rng, kSeed, static_cast<std::uint64_t>(index));
   Problem p;
   p.config.kernel = static_cast<std::uint8_t>(index % 3);
-  p.config.dims = static_cast<std::uint8_t>(1 + rim_rng_below(&rng, 5));
-  p.n = 5 + static_cast<int>(rim_rng_below(&rng, 116));
+  p.config.dims = static_cast<std::uint8_t>(1 + rimi_rng_below(&rng, 5));
+  p.n = 5 + static_cast<int>(rimi_rng_below(&rng, 116));
   p.config.points = 128;
-  p.config.signal_var = std::exp(2.0 * rim_rng_normal(&rng));
-  p.config.noise_var = p.config.signal_var * std::exp(-5.0 + 3.0 * rim_rng_uniform(&rng));
+  p.config.signal_var = std::exp(2.0 * rimi_rng_normal(&rng));
+  p.config.noise_var = p.config.signal_var * std::exp(-5.0 + 3.0 * rimi_rng_uniform(&rng));
   const std::size_t dims = p.config.dims;
   for (std::size_t d = 0; d < dims; ++d)
-    p.config.length[d] = 0.15 + 0.85 * rim_rng_uniform(&rng);
+    p.config.length[d] = 0.15 + 0.85 * rimi_rng_uniform(&rng);
   for (std::size_t i = 0; i < static_cast<std::size_t>(p.n) * dims; ++i)
-    p.x.push_back(2.0 * rim_rng_uniform(&rng) - 1.0);
+    p.x.push_back(2.0 * rimi_rng_uniform(&rng) - 1.0);
   for (int i = 0; i < p.n; ++i)
-    p.y.push_back(std::sqrt(p.config.signal_var) * rim_rng_normal(&rng));
+    p.y.push_back(std::sqrt(p.config.signal_var) * rimi_rng_normal(&rng));
   for (std::size_t i = 0; i < kQueries * dims; ++i)
-    p.queries.push_back(2.4 * rim_rng_uniform(&rng) - 1.2);
+    p.queries.push_back(2.4 * rimi_rng_uniform(&rng) - 1.2);
   p.memory.resize(RIM_GP_SIZE(dims, p.config.points) / 8 + 1);
   assert_int_equal(rim_gp_init(&p.gp, p.memory.data(), p.memory.size() * 8, &p.config), RIM_OK);
   for (int i = 0; i < p.n; ++i) {
@@ -231,15 +232,15 @@ void fit_finds_the_hyperparameters(void **) {
   truth.length[0] = 0.3;
   truth.length[1] = 1.5;
   rim_rng rng;
-  rim_rng_seed(&rng, kSeed, 1000);
+  rimi_rng_seed(&rng, kSeed, 1000);
   const int n = truth.points;
   std::vector<double> x(static_cast<std::size_t>(2 * n));
   for (double &v : x)
-    v = 2.0 * rim_rng_uniform(&rng);
+    v = 2.0 * rimi_rng_uniform(&rng);
   Eigen::MatrixXd k(n, n);
   Eigen::VectorXd white(n);
   for (int i = 0; i < n; ++i) {
-    white[i] = rim_rng_normal(&rng);
+    white[i] = rimi_rng_normal(&rng);
     for (int j = 0; j < n; ++j)
       k(i, j) = static_cast<double>(kernel(truth, &x[static_cast<std::size_t>(2 * i)],
                                            &x[static_cast<std::size_t>(2 * j)])) +
@@ -294,10 +295,10 @@ void confidence_is_calibrated(void **) {
   c.dims = 2;
   c.points = 40;
   rim_rng rng;
-  rim_rng_seed(&rng, kSeed, 2000);
+  rimi_rng_seed(&rng, kSeed, 2000);
   std::vector<double> contexts(80), var(40, 0.01);
   for (double &v : contexts)
-    v = rim_rng_uniform(&rng);
+    v = rimi_rng_uniform(&rng);
   rim::set_confidence(c, rim::nominal_maxima(c, contexts, var, 200, 12, 1));
   std::vector<std::uint64_t> memory(RIM_EXTENT_SIZE(2, 40, 9, 1) / 8 + 1);
   rim_extent *extent = nullptr;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What the writer writes the library opens, and gives back unchanged; misuse throws.
 #include <csetjmp>
 #include <cstdarg>
@@ -68,13 +69,13 @@ void what_is_written_is_read(void **) {
   assert_string_equal(reinterpret_cast<const char *>(data), "altitude");
   assert_int_equal(rim_image_section(view, kNumbers, &data, &size), RIM_OK);
   assert_int_equal(size, 32);
-  assert_int_equal(rim_image_count(view, kNumbers), 6);
-  assert_int_equal(rim_image_u8(data, 0), 7);
-  assert_int_equal(rim_image_u16(data + 1, 0), 0x1234);
-  assert_int_equal(rim_image_u32(data, 1), 0x89abcdef);
-  assert_true(rim_image_f32(data, 2) == -1.5F);
-  assert_true(rim_image_f64(data, 2) == 0.1);
-  assert_true(rim_image_u64(data, 3) == 0x0123456789abcdefU);
+  assert_int_equal(rimi_image_count(view, kNumbers), 6);
+  assert_int_equal(rimi_le_u8(data, 0), 7);
+  assert_int_equal(rimi_le_u16(data + 1, 0), 0x1234);
+  assert_int_equal(rimi_le_u32(data, 1), 0x89abcdef);
+  assert_true(rimi_le_f32(data, 2) == -1.5F);
+  assert_true(rimi_le_f64(data, 2) == 0.1);
+  assert_true(rimi_le_u64(data, 3) == 0x0123456789abcdefU);
 }
 
 void equal_sections_give_equal_bytes(void **) {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Keepers that correct their model: the greedy planner, what the monitor learns, eq. 3.26.
 #include "thesis/experiment/keepaway.hpp"
 #include "util/data_path.hpp"

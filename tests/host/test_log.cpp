@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Logs: what is read, what is refused and with which words, and what a schema makes of it.
 #include "log/lcm_log.hpp"
 #include "log/log.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Noise models: what is known to be in the healthy residuals is found within stated tolerances,
 // what is not there is not, and no fault hides in the effects of a run.
 #include "made_noise.hpp"
@@ -141,18 +142,18 @@ void the_section_says_the_same(void **) {
   const rim::NoiseModel noise = fit_made(made, made_noises(kSeed, 20, made));
   const std::vector<std::uint8_t> section = rim::noise_section(noise);
   rim_noise view;
-  assert_int_equal(rim_noise_open(&view, section.data(), section.size(), 2, 3), RIM_OK);
-  assert_int_not_equal(rim_noise_open(&view, section.data(), section.size(), 2, 4), RIM_OK);
-  assert_int_equal(rim_noise_open(&view, section.data(), section.size(), 2, 3), RIM_OK);
+  assert_int_equal(rimi_noise_open(&view, section.data(), section.size(), 2, 3), RIM_OK);
+  assert_int_not_equal(rimi_noise_open(&view, section.data(), section.size(), 2, 4), RIM_OK);
+  assert_int_equal(rimi_noise_open(&view, section.data(), section.size(), 2, 3), RIM_OK);
   for (std::uint32_t i = 0; i < 2; ++i) {
-    const noise_channel c = rim_noise_channel(&view, i);
+    const noise_channel c = rimi_noise_channel(&view, i);
     const rim::ChannelNoise &own = noise.channels[i];
     assert_int_equal(c.fields, own.combination.rows());
     assert_true(c.rho == static_cast<float>(own.rho) && c.s == static_cast<float>(own.s));
     assert_true(c.p_scale == static_cast<float>(own.p_scale));
     for (int k = 0; k < 3; ++k)
       assert_true(c.ln_sigma[k] == static_cast<float>(own.ln_sigma[k]));
-    const double weight = rim_noise_weight(&c, 1.5, 0.0);
+    const double weight = rimi_noise_weight(&c, 1.5, 0.0);
     const double ln = own.ln_sigma[0] * 1.5 + own.ln_sigma[1] * (1.5 * 1.5 - 1.0);
     assert_true(std::fabs(weight - std::exp(-ln)) < 1e-6);
   }

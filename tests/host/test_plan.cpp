@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // plan: the planner against its own configuration, and states over LCM.
 #include "bus/lcm_bus.hpp"
 #include "plan/plan_line.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Simulations and images that predict measured logs: exact on motion that obeys them, silent where
 // they should be, and one step twice is two steps.
 #include "made_vehicle.hpp"

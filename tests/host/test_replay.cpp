@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The replay: one log after another, digests, labels, outputs, the figure.
 #include "replay/outputs.hpp"
 #include "replay/replay.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The baseline must find what it is meant to find, or beating it would prove nothing.
 #include <cmath>
 #include <csetjmp>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Training and its report: what is promised, that it is kept, what is refused.
 #include "replay/replay.hpp"
 #include "train/train_report.hpp"
@@ -159,8 +160,8 @@ void own_predictions_are_taken_as_they_are(void **) {
   const auto own = [](std::uint64_t seed, double late) {
     rim::Log log = toy_external(seed, 400, 0.0);
     rim_rng rng;
-    rim_rng_seed(&rng, seed, 79);
-    log.values.col(1).array() += 0.5 * rim_rng_normal(&rng); // 1 sd from run to run
+    rimi_rng_seed(&rng, seed, 79);
+    log.values.col(1).array() += 0.5 * rimi_rng_normal(&rng); // 1 sd from run to run
     log.values.col(1).tail(200).array() += late;
     return log;
   };

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Learning motion interference: the labels of C.3.1, what is counted, what is refused, what is
 // found.
 #include <csetjmp>
@@ -143,7 +144,7 @@ void unseen_states_are_named(void **) {
   const InterferenceTraining t = trainer.train(1);
   assert_int_equal(t.unseen.size(), 4);
   rim_interference state;
-  assert_int_equal(rim_interference_init(&state, &t.model), RIM_OK);
+  assert_int_equal(rimi_interference_init(&state, &t.model), RIM_OK);
 }
 
 // A tail that is known less well asks for more; so does a longer silence.

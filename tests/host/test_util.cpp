@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The small things that everything leans on: files that are whole or absent, shards, threads,
 // tables.
 #include "util/atomic_file.hpp"

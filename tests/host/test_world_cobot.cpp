@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The cobot world: it goes where it is free to, its noise is what is asked, effects act when and
 // where they say.
 #include <csetjmp>

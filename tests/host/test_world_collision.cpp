@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // A table top against the robot's body: contact against plane geometry, and what it does to a
 // drive.
 #include "util/data_path.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Effects: the file format, what each kind does, and that the shipped twelve are subtle.
 #include "temporary.hpp"
 #include "util/data_path.hpp"

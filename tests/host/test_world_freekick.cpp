@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The free-kick world: threats, chances, streams, its file.
 #include "damaged_file.hpp"
 #include "util/data_path.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The goalie world: the nominal model by hand, the four behaviours against it, its file.
 #include "damaged_file.hpp"
 #include "util/data_path.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The golf world: geometry of the bump, the rewards, the streams.
 #include "util/data_path.hpp"
 #include "util/error.hpp"

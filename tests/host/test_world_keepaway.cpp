@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The keepaway world: motion and contacts by hand, interceptions, habits, episodes, its file.
 #include "damaged_file.hpp"
 #include "util/data_path.hpp"

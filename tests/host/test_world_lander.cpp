@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The lander: physics against closed forms, nominal landings, readings against their stated errors.
 #include "temporary.hpp"
 #include "util/atomic_file.hpp"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* alarm_sample.h - alarm records for the tests of their codecs: every field filled, from a seed. */
 #ifndef ALARM_SAMPLE_H
 #define ALARM_SAMPLE_H

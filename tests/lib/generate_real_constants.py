@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """Prints the constants of lib/src/real.c as hex floats (needs mpmath).
 
 mills: Chebyshev coefficients of (x + 1) M(x), M the Mills ratio, in t = (x - 5) / (x + 5), from 80 nodes

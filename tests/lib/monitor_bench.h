@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Of test_monitor*.c and test_interference_watch.c: flight images written by hand, and the vehicle
  * that is watched through them.
  *
@@ -16,9 +17,9 @@
 #include <cmocka.h>
 
 #include "base/crc.h"
-#include "rim/monitor.h"
 #include "base/real.h"
 #include "base/rng.h"
+#include "rim/monitor.h"
 #include "section_bytes.h"
 
 enum { D = 4, O = 2, BINS = 16, GRID = 16, PAIRS = 2, REGION = 2, BLOCK = 4, CUTS = 23 };
@@ -28,7 +29,7 @@ enum { INPUTS = 1, TIMES = 2, TERMS = 1, MEANS = 1, RAW = 4 + MEANS, FIELDS = 1,
 enum {
   EXTERNAL_SIZE = RIM_MONITOR_SIZE(D, O, REGION, EXTERNAL_RING, BINS, GRID, PAIRS),
   TRAINED_SIZE =
-      RIM_MONITOR_TRAINED_SIZE(D, O, REGION, TRAINED_RING, INPUTS * TIMES, TERMS, FIELDS, MEANS)
+      RIM_MONITOR_TRAINED_SIZE(D, O, REGION, TRAINED_RING, INPUTS *TIMES, TERMS, FIELDS, MEANS)
 };
 #define PERIOD_S 0.25
 #define SEED 2718u
@@ -63,13 +64,13 @@ static void build(image *m, const recipe *r) {
     assert_true(at < sizeof m->byte);
   }
   m->size = at;
-  const uint32_t crc = rim_crc32(0, m->byte + 64, at - 64);
+  const uint32_t crc = rimi_crc32(0, m->byte + 64, at - 64);
   memcpy(m->byte, RIM_IMAGE_MAGIC, 8);
   const uint32_t words[6] = {
       RIM_IMAGE_ENDIAN_TAG, RIM_IMAGE_MAJOR, (uint32_t)at, crc, sections, crc};
   for (size_t i = 0; i < 6; ++i)
     put_u32(m->byte + 8 + 4 * i, words[i]);
-  put_u32(m->byte + 32, rim_crc32(0, m->byte, 64));
+  put_u32(m->byte + 32, rimi_crc32(0, m->byte, 64));
 }
 
 static inline void set_word(recipe *r, rim_config_word word, uint32_t value) {
@@ -81,7 +82,7 @@ static void put_threshold(bytes *b, uint32_t channels, const double *maxima, uin
   b->size = 0;
   double largest = 0.0;
   for (uint32_t i = 0; i < runs; ++i)
-    largest = rim_max(largest, maxima[i]);
+    largest = rimi_max(largest, maxima[i]);
   const uint32_t counts[4] = {channels, runs > 0 ? 1 : 0, 0, runs > 0 ? 1 : 0};
   for (size_t i = 0; i < 4; ++i)
     u32(b, counts[i]);
@@ -234,32 +235,32 @@ typedef struct row {
   rim_observation view;
 } row;
 
-static double triangle(double phase) { return rim_abs(2.0 * (phase - rim_floor(phase)) - 1.0); }
+static double triangle(double phase) { return rimi_abs(2.0 * (phase - rimi_floor(phase)) - 1.0); }
 
 /* Row `t` of a run. The command is a triangle of its own length; where it is above 0.4 the first
  * sensor (trained), or where feature 2 is between 150 and 200 the second outcome (external), is
  * shifted. */
 static void make_row(row *r, bool external, uint32_t run, uint32_t t, double shift) {
   rim_rng rng;
-  rim_rng_seed(&rng, SEED + run, t);
+  rimi_rng_seed(&rng, SEED + run, t);
   const double command = 2.0 * triangle((double)t / (241.0 + (double)(run % 7u))) - 1.0;
   memset(r, 0, sizeof *r);
   r->t_s = 10.0 + PERIOD_S * (double)t;
   r->context[0] = command;
   r->context[3] = triangle((double)t / 97.0);
   if (external) {
-    r->context[1] = 3.0 * rim_rng_normal(&rng);
-    r->context[2] = 100.0 + 200.0 * rim_rng_uniform(&rng);
+    r->context[1] = 3.0 * rimi_rng_normal(&rng);
+    r->context[2] = 100.0 + 200.0 * rimi_rng_uniform(&rng);
     for (size_t o = 0; o < O; ++o) {
       r->mean[o] = command + (double)o;
       r->sd[o] = 0.5;
-      r->outcome[o] = r->mean[o] + r->sd[o] * rim_rng_normal(&rng);
+      r->outcome[o] = r->mean[o] + r->sd[o] * rimi_rng_normal(&rng);
     }
     if (r->context[2] > 150.0 && r->context[2] < 200.0)
       r->outcome[1] += shift;
   } else {
-    r->context[1] = 2.0 * command + 0.1 * rim_rng_normal(&rng) + (command > 0.4 ? shift : 0.0);
-    r->context[2] = 0.1 * rim_rng_normal(&rng);
+    r->context[1] = 2.0 * command + 0.1 * rimi_rng_normal(&rng) + (command > 0.4 ? shift : 0.0);
+    r->context[2] = 0.1 * rimi_rng_normal(&rng);
   }
   const rim_observation view = {r->t_s, r->context, r->outcome, r->mean, r->sd};
   r->view = view;
@@ -329,7 +330,7 @@ static void calibrate(bool external) {
     for (uint32_t t = 0; t < ROWS; ++t) {
       const rim_verdict v = step(&b, 100 + run, t, 0.0);
       if (v.blocks > 0)
-        maxima[run] = rim_max(maxima[run], v.score);
+        maxima[run] = rimi_max(maxima[run], v.score);
     }
   }
   put_threshold(&r->section[RIM_SECTION_THRESHOLD], external ? O : CHANNELS, maxima, NULL_RUNS);

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Of test_search.c: a channel's noise as a section, blocks with a planted deviation, and what
  * generalised least squares says of a shape, computed with whole matrices.
  *
@@ -38,12 +39,12 @@ typedef struct world {
 static inline double predicted(const world *w, uint32_t i) {
   return w->p_center + w->p_scale * w->p[i];
 }
-static inline double scale(const world *w, uint32_t i) { return rim_exp(w->ln_sigma * w->p[i]); }
+static inline double scale(const world *w, uint32_t i) { return rimi_exp(w->ln_sigma * w->p[i]); }
 
 static inline void fields_of(const world *w, uint32_t i, double *field) {
   const double t_s = BLOCK_S * (double)i;
-  const double trend = (1.0 - rim_exp(-t_s / TREND_S)) * TREND_S / RUN_S;
-  const double raw[RAW] = {1.0, w->p[i], trend, rim_exp(-t_s / DECAY_S), w->mean[i][0]};
+  const double trend = (1.0 - rimi_exp(-t_s / TREND_S)) * TREND_S / RUN_S;
+  const double raw[RAW] = {1.0, w->p[i], trend, rimi_exp(-t_s / DECAY_S), w->mean[i][0]};
   for (uint32_t k = 0; k < w->fields; ++k) {
     field[k] = 0.0;
     for (uint32_t j = 0; j < RAW; ++j)
@@ -60,19 +61,19 @@ static inline double residual_of(const world *w, uint32_t i) {
 /* Draws a run of the world's own noise: offsets along the fields, and autocorrelated noise. */
 static inline void draw(world *w, uint32_t blocks, uint32_t seed) {
   rim_rng rng;
-  rim_rng_seed(&rng, SEED, seed);
+  rimi_rng_seed(&rng, SEED, seed);
   double b[FIELDS], a = 0.0;
   for (uint32_t k = 0; k < w->fields; ++k)
-    b[k] = sqrt(w->prior[k]) * rim_rng_normal(&rng);
+    b[k] = sqrt(w->prior[k]) * rimi_rng_normal(&rng);
   w->blocks = blocks;
   for (uint32_t i = 0; i < blocks; ++i) {
     double field[FIELDS];
     for (uint32_t f = 0; f < FEATURES; ++f)
-      w->feature[i][f] = (uint8_t)(256.0 * rim_rng_uniform(&rng));
-    w->p[i] = floor(124.0 * rim_rng_uniform(&rng) - 62.0) / 31.0;
+      w->feature[i][f] = (uint8_t)(256.0 * rimi_rng_uniform(&rng));
+    w->p[i] = floor(124.0 * rimi_rng_uniform(&rng) - 62.0) / 31.0;
     w->mean[i][0] = ((double)(7 * i % 125) - 62.0) / 31.0;
-    a = i == 0 ? rim_rng_normal(&rng) / sqrt(1.0 - w->rho * w->rho)
-               : w->rho * a + rim_rng_normal(&rng);
+    a = i == 0 ? rimi_rng_normal(&rng) / sqrt(1.0 - w->rho * w->rho)
+               : w->rho * a + rimi_rng_normal(&rng);
     fields_of(w, i, field);
     w->r[i] = w->s * scale(w, i) * a;
     for (uint32_t k = 0; k < w->fields; ++k)
@@ -137,7 +138,7 @@ static inline void put_noise(bytes *b, const world *w) {
 static inline void start(bench *b, const world *w, uint16_t ring) {
   b->w = *w;
   put_noise(&b->section, w);
-  assert_int_equal(rim_noise_open(&b->noise, b->section.byte, b->section.size, CHANNELS, MEANS),
+  assert_int_equal(rimi_noise_open(&b->noise, b->section.byte, b->section.size, CHANNELS, MEANS),
                    RIM_OK);
   for (size_t f = 0; f < FEATURES; ++f) {
     for (size_t i = 0; i < SEARCH_CUTS; ++i)
@@ -151,7 +152,7 @@ static inline void start(bench *b, const world *w, uint16_t ring) {
                               .cells_per_turn = 6,
                               .noise = &b->noise,
                               .cuts = &b->cuts[0][0]};
-  assert_int_equal(search_init(&b->search, b->memory, sizeof b->memory, &b->config), RIM_OK);
+  assert_int_equal(rimi_search_init(&b->search, b->memory, sizeof b->memory, &b->config), RIM_OK);
 }
 
 static inline search_block block_of(const world *w, uint32_t i, double *outcome, double *residual) {
@@ -171,8 +172,8 @@ static inline void feed(bench *b, uint32_t from, uint32_t to, uint32_t units) {
   for (uint32_t i = from; i < to; ++i) {
     double outcome[OUTCOMES], residual[CHANNELS];
     const search_block block = block_of(&b->w, i, outcome, residual);
-    assert_int_equal(search_observe(b->search, &block), RIM_OK);
-    search_work(b->search, units);
+    assert_int_equal(rimi_search_observe(b->search, &block), RIM_OK);
+    rimi_search_work(b->search, units);
   }
 }
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Bytes of flight images and of their sections, written one after another. */
 #ifndef SECTION_BYTES_H
 #define SECTION_BYTES_H

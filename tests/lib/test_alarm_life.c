@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The life of the alarms: nothing is sent too early, too often or twice, nothing is lost, and what
  * was raised is held, acknowledged and cleared as the policy says, for each detector on its own. */
 #include <math.h>
@@ -9,8 +10,8 @@
 
 #include <cmocka.h>
 
-#include "monitor/alarm_life.h"
 #include "alarm_sample.h"
+#include "monitor/alarm_life.h"
 
 enum { REGIONS = RIM_DETECTOR_RIM, MOTION = RIM_DETECTOR_INTERFERENCE, MODEL = 0x56789 };
 
@@ -26,7 +27,7 @@ static rim_alarm out;
 static void start(const rim_alarm_life_config *config, bool latch) {
   rim_alarm_life_config c = *config;
   c.policy.latch = latch;
-  assert_int_equal(rim_alarm_life_init(&life, &c), RIM_OK);
+  assert_int_equal(rimi_alarm_life_init(&life, &c), RIM_OK);
 }
 
 static rim_alarm finding(double ln_anom, rim_level level) {
@@ -39,14 +40,14 @@ static rim_alarm finding(double ln_anom, rim_level level) {
 
 /* One row in which `detector` says this; returns whether a record leaves, into `out`. */
 static bool row(int detector, double t_s, const rim_alarm *candidate) {
-  rim_alarm_life_row(&life, t_s);
-  rim_alarm_life_step(&life, (rim_detector)detector, t_s, candidate);
-  return rim_alarm_life_next_record(&life, &out);
+  rimi_alarm_life_row(&life, t_s);
+  rimi_alarm_life_step(&life, (rim_detector)detector, t_s, candidate);
+  return rimi_alarm_life_next_record(&life, &out);
 }
 
 static bool is_empty(void) {
   rim_alarm record;
-  return !rim_alarm_life_next_record(&life, &record);
+  return !rimi_alarm_life_next_record(&life, &record);
 }
 
 static void is(int detector, rim_alarm_state state, rim_level level, unsigned flags, uint32_t seq) {
@@ -75,7 +76,7 @@ static bool end(int detector, double t_s) {
   return row(detector, t_s, NULL);
 }
 
-static rim_level level(void) { return rim_alarm_life_level(&life); }
+static rim_level level(void) { return rimi_alarm_life_level(&life); }
 
 /* ---- one alarm ---- */
 
@@ -197,14 +198,14 @@ static void goes_stale_once_and_comes_back(void **state) {
   (void)state;
   start(&CONFIG, false);
   raise(REGIONS, 0.2);
-  assert_false(rim_alarm_life_idle(&life, 20.1));
+  assert_false(rimi_alarm_life_idle(&life, 20.1));
   assert_true(is_empty());
-  assert_true(rim_alarm_life_idle(&life, 29.0)); /* noticed late */
-  assert_true(rim_alarm_life_next_record(&life, &out));
+  assert_true(rimi_alarm_life_idle(&life, 29.0)); /* noticed late */
+  assert_true(rimi_alarm_life_next_record(&life, &out));
   is(REGIONS, RIM_ALARM_UPDATED, RIM_LEVEL_STALE, 0, 2);
   assert_true(out.t_s == 20.2); /* when it became so */
   assert_int_equal(level(), RIM_LEVEL_STALE);
-  assert_false(rim_alarm_life_idle(&life, 90.0));
+  assert_false(rimi_alarm_life_idle(&life, 90.0));
   assert_true(is_empty());
   /* The input is back, the finding not yet gone: the alarm stands as it stood. */
   assert_true(row(REGIONS, 91.0, NULL));
@@ -216,23 +217,23 @@ static void goes_stale_once_and_comes_back(void **state) {
 static void silence_without_an_alarm_is_told_too(void **state) {
   (void)state;
   start(&CONFIG, false);
-  assert_false(rim_alarm_life_idle(&life, 100.0)); /* nothing has come yet: counts from here */
-  assert_false(rim_alarm_life_idle(&life, 119.0));
-  assert_true(rim_alarm_life_idle(&life, 121.0));
-  assert_true(rim_alarm_life_next_record(&life, &out));
+  assert_false(rimi_alarm_life_idle(&life, 100.0)); /* nothing has come yet: counts from here */
+  assert_false(rimi_alarm_life_idle(&life, 119.0));
+  assert_true(rimi_alarm_life_idle(&life, 121.0));
+  assert_true(rimi_alarm_life_next_record(&life, &out));
   is(REGIONS, RIM_ALARM_NONE, RIM_LEVEL_STALE, 0, 1);
   assert_true(out.t_s == 120.0 && out.since_s == 120.0 && out.region.dims == 0);
   assert_true(row(REGIONS, 3.0, NULL)); /* another clock: rows have their own */
   is(REGIONS, RIM_ALARM_NONE, RIM_LEVEL_OK, 0, 2);
   assert_true(is_empty());
-  assert_false(rim_alarm_life_idle(&life, (double)NAN));
-  assert_false(rim_alarm_life_idle(&life, (double)INFINITY));
-  assert_false(rim_alarm_life_idle(&life, -1e300));
+  assert_false(rimi_alarm_life_idle(&life, (double)NAN));
+  assert_false(rimi_alarm_life_idle(&life, (double)INFINITY));
+  assert_false(rimi_alarm_life_idle(&life, -1e300));
   assert_int_equal(level(), RIM_LEVEL_OK);
   start(&CONFIG, false);
   life.config.policy.stale_s = 0.0;
   assert_false(row(REGIONS, 0.0, NULL));
-  assert_false(rim_alarm_life_idle(&life, 1e9)); /* never */
+  assert_false(rimi_alarm_life_idle(&life, 1e9)); /* never */
 }
 
 static void steps_across_a_silence_are_not_in_a_row(void **state) {
@@ -243,8 +244,8 @@ static void steps_across_a_silence_are_not_in_a_row(void **state) {
     assert_false(row(REGIONS, 0.0, &a));
     assert_false(row(REGIONS, 0.1, &a));
     if (asked) {
-      assert_true(rim_alarm_life_idle(&life, 50.0));
-      assert_true(rim_alarm_life_next_record(&life, &out));
+      assert_true(rimi_alarm_life_idle(&life, 50.0));
+      assert_true(rimi_alarm_life_next_record(&life, &out));
     }
     assert_int_equal(row(REGIONS, 50.1, &a), asked);
     assert_int_equal(life.stale_times, 1);
@@ -258,9 +259,9 @@ static void steps_across_a_silence_are_not_in_a_row(void **state) {
 
 static rim_status command(rim_command_code code, uint32_t sequence, uint32_t *forget) {
   const rim_command c = {sequence, MODEL, (uint8_t)code};
-  const rim_status status = rim_alarm_life_command(&life, &c, 32, forget);
+  const rim_status status = rimi_alarm_life_command(&life, &c, 32, forget);
   if (status == RIM_OK)
-    (void)rim_alarm_life_next_record(&life, &out);
+    (void)rimi_alarm_life_next_record(&life, &out);
   return status;
 }
 
@@ -350,20 +351,20 @@ static void a_command_means_one_record(void **state) {
                                {0x1234, MODEL ^ 0x100, RIM_COMMAND_CLEAR},
                                {0, MODEL ^ 0x100, RIM_COMMAND_ACKNOWLEDGE}};
   for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; ++i) {
-    assert_int_equal(rim_alarm_life_command(&life, &wrong[i], 32, &forget), RIM_E_DATA);
+    assert_int_equal(rimi_alarm_life_command(&life, &wrong[i], 32, &forget), RIM_E_DATA);
     assert_int_equal(forget, 0);
   }
   const rim_command unknown = {0, 0, 3};
-  assert_int_equal(rim_alarm_life_command(&life, &unknown, 32, &forget), RIM_E_RANGE);
-  assert_int_equal(rim_alarm_life_command(&life, NULL, 32, &forget), RIM_E_ARGUMENT);
-  assert_int_equal(rim_alarm_life_command(NULL, &unknown, 32, &forget), RIM_E_ARGUMENT);
-  assert_int_equal(rim_alarm_life_command(&life, &unknown, 32, NULL), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_alarm_life_command(&life, &unknown, 32, &forget), RIM_E_RANGE);
+  assert_int_equal(rimi_alarm_life_command(&life, NULL, 32, &forget), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_alarm_life_command(NULL, &unknown, 32, &forget), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_alarm_life_command(&life, &unknown, 32, NULL), RIM_E_ARGUMENT);
   assert_true(is_empty());
   /* On CAN the low bits say enough. */
   const rim_command low = {0x34, MODEL & 0xffu, RIM_COMMAND_CLEAR};
-  assert_int_equal(rim_alarm_life_command(&life, &low, 8, &forget), RIM_OK);
+  assert_int_equal(rimi_alarm_life_command(&life, &low, 8, &forget), RIM_OK);
   assert_int_equal(forget, 1u << MOTION);
-  assert_true(rim_alarm_life_next_record(&life, &out));
+  assert_true(rimi_alarm_life_next_record(&life, &out));
   is(MOTION, RIM_ALARM_CLEARED, RIM_LEVEL_OK, 0, 0x1235);
   assert_true(is_empty());
   /* But not when they fit both: nobody shall acknowledge what he has not seen. */
@@ -371,12 +372,12 @@ static void a_command_means_one_record(void **state) {
   raise(MOTION, 3.0);
   assert_int_equal(life.slot[REGIONS].record.seq, 1);
   const rim_command both = {0x01, 0, RIM_COMMAND_ACKNOWLEDGE};
-  assert_int_equal(rim_alarm_life_command(&life, &both, 8, &forget), RIM_E_DATA);
-  assert_int_equal(rim_alarm_life_command(&life, &both, 32, &forget), RIM_OK);
+  assert_int_equal(rimi_alarm_life_command(&life, &both, 8, &forget), RIM_E_DATA);
+  assert_int_equal(rimi_alarm_life_command(&life, &both, 32, &forget), RIM_OK);
   assert_true(life.slot[REGIONS].acknowledged && !life.slot[MOTION].acknowledged);
   /* 0: all that stand. */
   const rim_command all = {0, 0, RIM_COMMAND_CLEAR};
-  assert_int_equal(rim_alarm_life_command(&life, &all, 8, &forget), RIM_OK);
+  assert_int_equal(rimi_alarm_life_command(&life, &all, 8, &forget), RIM_OK);
   assert_int_equal(forget, 1u << REGIONS | 1u << MOTION);
   assert_int_equal(level(), RIM_LEVEL_OK);
 }
@@ -390,16 +391,16 @@ static void a_latch_that_ends_lets_go(void **state) {
   rim_alarm_policy policy = life.config.policy;
   policy.latch = false;
   policy.replay = true;
-  assert_int_equal(rim_alarm_life_set_policy(&life, &policy), RIM_OK);
-  assert_true(rim_alarm_life_next_record(&life, &out));
+  assert_int_equal(rimi_alarm_life_set_policy(&life, &policy), RIM_OK);
+  assert_true(rimi_alarm_life_next_record(&life, &out));
   is(REGIONS, RIM_ALARM_CLEARED, RIM_LEVEL_OK, RIM_ALARM_FLAG_REPLAY, 4);
   assert_true(is_empty()); /* the other one's cause is there */
   policy.stale_s = -1.0;
-  assert_int_equal(rim_alarm_life_set_policy(&life, &policy), RIM_E_CONFIG);
+  assert_int_equal(rimi_alarm_life_set_policy(&life, &policy), RIM_E_CONFIG);
   policy.stale_s = (double)NAN;
-  assert_int_equal(rim_alarm_life_set_policy(&life, &policy), RIM_E_CONFIG);
-  assert_int_equal(rim_alarm_life_set_policy(&life, NULL), RIM_E_ARGUMENT);
-  assert_int_equal(rim_alarm_life_set_policy(NULL, &policy), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_alarm_life_set_policy(&life, &policy), RIM_E_CONFIG);
+  assert_int_equal(rimi_alarm_life_set_policy(&life, NULL), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_alarm_life_set_policy(NULL, &policy), RIM_E_ARGUMENT);
   assert_true(life.config.policy.stale_s == 20.0);
 }
 
@@ -412,28 +413,28 @@ static void records_wait_their_turn(void **state) {
   life.config.slot[REGIONS].raise_steps = 1;
   life.config.slot[REGIONS].inhibit_s = 0.0;
   life.config.slot[REGIONS].update_ratio = 0.0;
-  rim_alarm_life_row(&life, 1.0);
-  rim_alarm_life_step(&life, RIM_DETECTOR_RIM, 1.0, &a);
-  rim_alarm_life_step(&life, RIM_DETECTOR_INTERFERENCE, 1.0, &a);
-  assert_true(rim_alarm_life_next_record(&life, &out));
+  rimi_alarm_life_row(&life, 1.0);
+  rimi_alarm_life_step(&life, RIM_DETECTOR_RIM, 1.0, &a);
+  rimi_alarm_life_step(&life, RIM_DETECTOR_INTERFERENCE, 1.0, &a);
+  assert_true(rimi_alarm_life_next_record(&life, &out));
   is(REGIONS, RIM_ALARM_RAISED, RIM_LEVEL_ERROR, 0, 1);
   /* The regions have something to say in every row: what waits goes first all the same, and an
    * interference that is over already is told whole. */
   rim_alarm b = finding(21.0, RIM_LEVEL_ERROR);
-  rim_alarm_life_row(&life, 2.0);
-  rim_alarm_life_step(&life, RIM_DETECTOR_RIM, 2.0, &b);
-  rim_alarm_life_step(&life, RIM_DETECTOR_INTERFERENCE, 2.0, NULL);
-  assert_true(rim_alarm_life_next_record(&life, &out));
+  rimi_alarm_life_row(&life, 2.0);
+  rimi_alarm_life_step(&life, RIM_DETECTOR_RIM, 2.0, &b);
+  rimi_alarm_life_step(&life, RIM_DETECTOR_INTERFERENCE, 2.0, NULL);
+  assert_true(rimi_alarm_life_next_record(&life, &out));
   is(MOTION, RIM_ALARM_RAISED, RIM_LEVEL_ERROR, 0, 2);
   assert_true(out.t_s == 1.0);
   b.ln_anom = 22.0;
-  rim_alarm_life_row(&life, 3.0);
-  rim_alarm_life_step(&life, RIM_DETECTOR_RIM, 3.0, &b);
-  rim_alarm_life_step(&life, RIM_DETECTOR_INTERFERENCE, 3.0, NULL);
-  assert_true(rim_alarm_life_next_record(&life, &out));
+  rimi_alarm_life_row(&life, 3.0);
+  rimi_alarm_life_step(&life, RIM_DETECTOR_RIM, 3.0, &b);
+  rimi_alarm_life_step(&life, RIM_DETECTOR_INTERFERENCE, 3.0, NULL);
+  assert_true(rimi_alarm_life_next_record(&life, &out));
   is(REGIONS, RIM_ALARM_UPDATED, RIM_LEVEL_ERROR, 0, 3);
   assert_true(out.t_s == 3.0 && out.ln_anom == 22.0); /* two updates in one record */
-  assert_true(rim_alarm_life_next_record(&life, &out));
+  assert_true(rimi_alarm_life_next_record(&life, &out));
   is(MOTION, RIM_ALARM_CLEARED, RIM_LEVEL_OK, 0, 4);
   assert_true(is_empty());
 }
@@ -442,33 +443,33 @@ static void what_stands_is_told_of(void **state) {
   (void)state;
   rim_alarm_status s;
   start(&CONFIG, false);
-  rim_alarm_life_status(&life, &s);
+  rimi_alarm_life_status(&life, &s);
   assert_true(!s.stands && !s.acknowledged && s.records == 0 && s.newest.seq == 0);
   assert_int_equal(s.newest.model_id, MODEL);
-  assert_null(rim_alarm_life_standing(&life, RIM_DETECTOR_RIM));
+  assert_null(rimi_alarm_life_standing(&life, RIM_DETECTOR_RIM));
   raise(REGIONS, 1.0);
   raise(MOTION, 2.0);
-  rim_alarm_life_status(&life, &s);
+  rimi_alarm_life_status(&life, &s);
   assert_int_equal(s.newest.detector, MOTION);
   assert_int_equal(s.newest.seq, 2);
   assert_int_equal(acknowledge(2), RIM_OK);
-  rim_alarm_life_status(&life, &s);
+  rimi_alarm_life_status(&life, &s);
   assert_true(s.stands && !s.acknowledged); /* not all */
   assert_true(end(MOTION, 3.0));
-  rim_alarm_life_status(&life, &s);
+  rimi_alarm_life_status(&life, &s);
   assert_int_equal(s.newest.detector, REGIONS); /* comes to the front */
   assert_int_equal(s.newest.state, RIM_ALARM_RAISED);
   assert_int_equal(s.newest.seq, 1);
   assert_int_equal(s.records, 4);
   assert_int_equal(s.level, RIM_LEVEL_ERROR);
-  assert_non_null(rim_alarm_life_standing(&life, RIM_DETECTOR_RIM));
-  assert_null(rim_alarm_life_standing(&life, RIM_DETECTOR_INTERFERENCE));
-  assert_null(rim_alarm_life_standing(&life, (rim_detector)2));
+  assert_non_null(rimi_alarm_life_standing(&life, RIM_DETECTOR_RIM));
+  assert_null(rimi_alarm_life_standing(&life, RIM_DETECTOR_INTERFERENCE));
+  assert_null(rimi_alarm_life_standing(&life, (rim_detector)2));
   assert_int_equal(acknowledge(0), RIM_OK);
-  rim_alarm_life_status(&life, &s);
+  rimi_alarm_life_status(&life, &s);
   assert_true(s.acknowledged);
   assert_true(end(REGIONS, 5.0));
-  rim_alarm_life_status(&life, &s);
+  rimi_alarm_life_status(&life, &s);
   assert_true(!s.stands && !s.acknowledged);
   assert_int_equal(s.newest.state, RIM_ALARM_CLEARED);
   assert_int_equal(s.newest.seq, s.records);
@@ -479,15 +480,15 @@ static void both_are_stale_and_both_come_back(void **state) {
   start(&CONFIG, false);
   raise(REGIONS, 1.0);
   raise(MOTION, 2.0);
-  assert_true(rim_alarm_life_idle(&life, 30.0));
+  assert_true(rimi_alarm_life_idle(&life, 30.0));
   for (int i = 0; i < 2; ++i) {
-    assert_true(rim_alarm_life_next_record(&life, &out));
+    assert_true(rimi_alarm_life_next_record(&life, &out));
     is(i, RIM_ALARM_UPDATED, RIM_LEVEL_STALE, 0, 3u + (uint32_t)i);
   }
   assert_true(is_empty());
-  rim_alarm_life_row(&life, 31.0);
+  rimi_alarm_life_row(&life, 31.0);
   for (int i = 0; i < 2; ++i) {
-    assert_true(rim_alarm_life_next_record(&life, &out));
+    assert_true(rimi_alarm_life_next_record(&life, &out));
     is(i, RIM_ALARM_UPDATED, RIM_LEVEL_ERROR, 0, 5u + (uint32_t)i);
   }
   assert_true(is_empty());
@@ -501,18 +502,18 @@ static void a_restart_of_the_clock_is_told(void **state) {
     start(&CONFIG, latch);
     raise(REGIONS, 100.0);
     raise(MOTION, 101.0);
-    rim_alarm_life_restart(&life, 5.0);
+    rimi_alarm_life_restart(&life, 5.0);
     for (int i = 0; i < 2; ++i) {
-      assert_true(rim_alarm_life_next_record(&life, &out));
+      assert_true(rimi_alarm_life_next_record(&life, &out));
       is(i, latch ? RIM_ALARM_UPDATED : RIM_ALARM_CLEARED, latch ? RIM_LEVEL_ERROR : RIM_LEVEL_OK,
          latch ? RIM_ALARM_FLAG_LATCHED : 0, 3u + (uint32_t)i);
       assert_true(out.t_s == 5.0);
     }
     assert_true(is_empty());
-    rim_alarm_life_restart(&life, 3.0); /* told already */
+    rimi_alarm_life_restart(&life, 3.0); /* told already */
     assert_true(is_empty());
-    assert_false(rim_alarm_life_idle(&life, 20.0)); /* and silence is counted from there */
-    assert_true(rim_alarm_life_idle(&life, 24.0));
+    assert_false(rimi_alarm_life_idle(&life, 20.0)); /* and silence is counted from there */
+    assert_true(rimi_alarm_life_idle(&life, 24.0));
   }
 }
 
@@ -520,8 +521,8 @@ static void a_reset_forgets_silently(void **state) {
   (void)state;
   start(&CONFIG, true);
   raise(REGIONS, 1.0);
-  assert_true(rim_alarm_life_idle(&life, 30.0));
-  rim_alarm_life_reset(&life);
+  assert_true(rimi_alarm_life_idle(&life, 30.0));
+  rimi_alarm_life_reset(&life);
   assert_true(is_empty());
   assert_int_equal(level(), RIM_LEVEL_OK);
   assert_int_equal(life.stale_times, 1);
@@ -534,7 +535,7 @@ static void a_reset_forgets_silently(void **state) {
 static void what_stands_can_be_told_again(void **state) {
   (void)state;
   start(&CONFIG, true);
-  rim_alarm_life_repeat(&life);
+  rimi_alarm_life_repeat(&life);
   assert_true(is_empty());
   raise(REGIONS, 1.0);
   assert_true(end(REGIONS, 2.0));
@@ -542,8 +543,8 @@ static void what_stands_can_be_told_again(void **state) {
   rim_alarm_life copy = life; /* as from a file */
   memset(&life, 0xee, sizeof life);
   life = copy;
-  rim_alarm_life_repeat(&life);
-  assert_true(rim_alarm_life_next_record(&life, &out));
+  rimi_alarm_life_repeat(&life);
+  assert_true(rimi_alarm_life_next_record(&life, &out));
   is(REGIONS, RIM_ALARM_UPDATED, RIM_LEVEL_ERROR, RIM_ALARM_FLAG_LATCHED, 3);
   assert_true(out.ln_anom == ln_anom);
   assert_true(is_empty());
@@ -554,19 +555,19 @@ static void misuse_is_refused(void **state) {
   start(&CONFIG, false);
   const rim_alarm_life before = life;
   rim_alarm_life_config bad = CONFIG;
-  assert_int_equal(rim_alarm_life_init(NULL, &CONFIG), RIM_E_ARGUMENT);
-  assert_int_equal(rim_alarm_life_init(&life, NULL), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_alarm_life_init(NULL, &CONFIG), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_alarm_life_init(&life, NULL), RIM_E_ARGUMENT);
   bad.slot[1].inhibit_s = -1.0;
-  assert_int_equal(rim_alarm_life_init(&life, &bad), RIM_E_CONFIG);
+  assert_int_equal(rimi_alarm_life_init(&life, &bad), RIM_E_CONFIG);
   bad = CONFIG;
   bad.slot[0].update_ratio = (double)INFINITY;
-  assert_int_equal(rim_alarm_life_init(&life, &bad), RIM_E_CONFIG);
+  assert_int_equal(rimi_alarm_life_init(&life, &bad), RIM_E_CONFIG);
   bad = CONFIG;
   bad.policy.stale_s = (double)NAN;
-  assert_int_equal(rim_alarm_life_init(&life, &bad), RIM_E_CONFIG);
+  assert_int_equal(rimi_alarm_life_init(&life, &bad), RIM_E_CONFIG);
   const rim_alarm a = finding(20.0, RIM_LEVEL_ERROR);
-  rim_alarm_life_step(&life, (rim_detector)2, 1.0, &a);
-  rim_alarm_life_step(&life, RIM_DETECTOR_INTERFERENCE, (double)NAN, &a);
+  rimi_alarm_life_step(&life, (rim_detector)2, 1.0, &a);
+  rimi_alarm_life_step(&life, RIM_DETECTOR_INTERFERENCE, (double)NAN, &a);
   assert_memory_equal(&life, &before, sizeof life);
 }
 
@@ -577,12 +578,12 @@ static void numbers_wrap_without_zero(void **state) {
   life.tickets = UINT32_MAX - 1;
   const rim_alarm a = finding(20.0, RIM_LEVEL_ERROR);
   life.config.slot[REGIONS].raise_steps = 1;
-  rim_alarm_life_row(&life, 1.0);
-  rim_alarm_life_step(&life, RIM_DETECTOR_INTERFERENCE, 1.0, &a); /* ticket of 2^32 - 1 */
-  rim_alarm_life_step(&life, RIM_DETECTOR_RIM, 1.0, &a);          /* ticket of 0 */
-  assert_true(rim_alarm_life_next_record(&life, &out));
+  rimi_alarm_life_row(&life, 1.0);
+  rimi_alarm_life_step(&life, RIM_DETECTOR_INTERFERENCE, 1.0, &a); /* ticket of 2^32 - 1 */
+  rimi_alarm_life_step(&life, RIM_DETECTOR_RIM, 1.0, &a);          /* ticket of 0 */
+  assert_true(rimi_alarm_life_next_record(&life, &out));
   is(MOTION, RIM_ALARM_RAISED, RIM_LEVEL_ERROR, 0, 1);
-  assert_true(rim_alarm_life_next_record(&life, &out));
+  assert_true(rimi_alarm_life_next_record(&life, &out));
   is(REGIONS, RIM_ALARM_RAISED, RIM_LEVEL_ERROR, 0, 2);
 }
 
@@ -632,7 +633,7 @@ static void any_history_is_well_formed(void **state) {
     bool seen[RIM_DETECTORS] = {false, false}; /* acknowledged since it was raised */
     uint32_t seq = 0;
     double now_s = 0.0;
-    assert_int_equal(rim_alarm_life_init(&life, &config), RIM_OK);
+    assert_int_equal(rimi_alarm_life_init(&life, &config), RIM_OK);
     for (int i = 0; i < 400; ++i) {
       const rim_alarm a = finding(sample_between(&random, 10.0, 40.0),
                                   sample_next(&random) % 4u ? RIM_LEVEL_ERROR : RIM_LEVEL_WARN);
@@ -641,18 +642,18 @@ static void any_history_is_well_formed(void **state) {
       uint32_t forget;
       now_s += sample_between(&random, 0.0, 1.0);
       if (what < 4) {
-        stale += rim_alarm_life_idle(&life, now_s + 1.0);
+        stale += rimi_alarm_life_idle(&life, now_s + 1.0);
       } else if (what == 5) {
         for (size_t d = 0; d < RIM_DETECTORS; ++d)
           if (life.slot[d].stands && (c.sequence == 0 || c.sequence == life.slot[d].record.seq))
             seen[d] = true;
-        (void)rim_alarm_life_command(&life, &c, 32, &forget);
+        (void)rimi_alarm_life_command(&life, &c, 32, &forget);
       } else {
-        rim_alarm_life_row(&life, now_s);
+        rimi_alarm_life_row(&life, now_s);
         for (uint32_t d = 0; d < RIM_DETECTORS; ++d)
-          rim_alarm_life_step(&life, (rim_detector)d, now_s, (what >> (3 + d) & 1u) ? &a : NULL);
+          rimi_alarm_life_step(&life, (rim_detector)d, now_s, (what >> (3 + d) & 1u) ? &a : NULL);
       }
-      if (!rim_alarm_life_next_record(&life, &out))
+      if (!rimi_alarm_life_next_record(&life, &out))
         continue;
       assert_int_equal(out.seq, ++seq);
       hear(heard, &config);
@@ -674,18 +675,18 @@ static void is_over_at_once_when_the_end_is_known(void **state) {
   rim_alarm_life alarms;
   rim_alarm record;
   const rim_alarm a = {.level = RIM_LEVEL_ERROR, .ln_anom = 9.0};
-  assert_int_equal(rim_alarm_life_init(&alarms, &CONFIG), RIM_OK);
+  assert_int_equal(rimi_alarm_life_init(&alarms, &CONFIG), RIM_OK);
   assert_false(rim_alarm_life_over(&alarms, RIM_DETECTOR_RIM, 1.0)); /* nothing stands */
   while (!alarms.slot[RIM_DETECTOR_RIM].stands) {
-    rim_alarm_life_row(&alarms, 1.0);
-    rim_alarm_life_step(&alarms, RIM_DETECTOR_RIM, 1.0, &a);
+    rimi_alarm_life_row(&alarms, 1.0);
+    rimi_alarm_life_step(&alarms, RIM_DETECTOR_RIM, 1.0, &a);
   }
   assert_false(rim_alarm_life_over(&alarms, RIM_DETECTOR_RIM, 1.0)); /* not told yet */
-  assert_true(rim_alarm_life_next_record(&alarms, &record) && record.state == RIM_ALARM_RAISED);
+  assert_true(rimi_alarm_life_next_record(&alarms, &record) && record.state == RIM_ALARM_RAISED);
   assert_false(rim_alarm_life_over(&alarms, (rim_detector)RIM_DETECTORS, 2.0));
   assert_false(rim_alarm_life_over(&alarms, RIM_DETECTOR_RIM, NAN));
   assert_true(rim_alarm_life_over(&alarms, RIM_DETECTOR_RIM, 2.0));
-  assert_true(rim_alarm_life_next_record(&alarms, &record) && record.state == RIM_ALARM_CLEARED);
+  assert_true(rimi_alarm_life_next_record(&alarms, &record) && record.state == RIM_ALARM_CLEARED);
   assert_true(record.t_s == 2.0 && record.ln_anom == 9.0);
   assert_false(rim_alarm_life_over(&alarms, RIM_DETECTOR_RIM, 3.0));
 }

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* bandit: the choice against its definition, learning in a world with a RIM, safety, and attacks.
  */
 #include <math.h>
@@ -10,10 +11,10 @@
 
 #include <cmocka.h>
 
-#include "rim/plan/bandit.h"
 #include "base/crc.h"
 #include "base/real.h"
 #include "base/rng.h"
+#include "rim/plan/bandit.h"
 
 #define SEED 57u
 enum { DIMS = 2, POINTS = 60, ACTIONS = 37, PLANS = 4, LAMBDAS = 5 };
@@ -61,19 +62,19 @@ static rim_bandit *make(block *b, const rim_bandit_config *c) {
 static void draw(void) {
   for (int i = 0; i < ACTIONS; ++i) {
     for (int d = 0; d < DIMS; ++d)
-      x[i][d] = rim_rng_uniform(&rng);
-    nominal[i] = 0.2 * rim_rng_normal(&rng);
-    allowed[i] = rim_rng_uniform(&rng) < 0.6;
+      x[i][d] = rimi_rng_uniform(&rng);
+    nominal[i] = 0.2 * rimi_rng_normal(&rng);
+    allowed[i] = rimi_rng_uniform(&rng) < 0.6;
   }
 }
 
 static double reward_of(const double *p) { /* better than expected in a corner */
-  return (p[0] > 0.6 && p[1] > 0.6 ? 1.0 : 0.0) + 0.1 * rim_rng_normal(&rng);
+  return (p[0] > 0.6 && p[1] > 0.6 ? 1.0 : 0.0) + 0.1 * rimi_rng_normal(&rng);
 }
 
 static void learn(rim_bandit *b, int n) {
   for (int i = 0; i < n; ++i) {
-    const double p[DIMS] = {rim_rng_uniform(&rng), rim_rng_uniform(&rng)};
+    const double p[DIMS] = {rimi_rng_uniform(&rng), rimi_rng_uniform(&rng)};
     assert_int_equal(rim_bandit_observe(b, p, (uint32_t)i % PLANS, 0.0, 0.01, reward_of(p)),
                      RIM_OK);
   }
@@ -88,7 +89,7 @@ static void choice_is_the_best_allowed(void **state) {
     const bool bank = policy == RIM_BANDIT_BANK;
     for (int round = 0; round < 40; ++round) {
       draw();
-      const uint32_t count = bank ? PLANS : 1 + rim_rng_below(&rng, ACTIONS);
+      const uint32_t count = bank ? PLANS : 1 + rimi_rng_below(&rng, ACTIONS);
       const rim_bandit_actions actions = {count, x[0], nominal, NULL, allowed};
       rim_bandit_choice choice = {.action = 99};
       double best = -INFINITY;
@@ -196,8 +197,8 @@ static double slope(const double *p) { return 0.8 * p[0]; }
 static double correction_after(const rim_bandit_config *c, deviation of) {
   rim_bandit *b = make(&memory, c);
   for (int i = 0; i < POINTS; ++i) {
-    const double p[DIMS] = {rim_rng_uniform(&rng), rim_rng_uniform(&rng)};
-    assert_int_equal(rim_bandit_observe(b, p, 0, 0.0, 0.01, of(p) + 0.1 * rim_rng_normal(&rng)),
+    const double p[DIMS] = {rimi_rng_uniform(&rng), rimi_rng_uniform(&rng)};
+    assert_int_equal(rim_bandit_observe(b, p, 0, 0.0, 0.01, of(p) + 0.1 * rimi_rng_normal(&rng)),
                      RIM_OK);
   }
   const double corner[DIMS] = {0.8, 0.8};
@@ -259,7 +260,7 @@ static void bank_learns_each_plan(void **state) {
   rim_bandit *b = make(&memory, &c);
   int right = 0;
   for (int t = 0; t < 120; ++t) {
-    const double s[DIMS] = {rim_rng_uniform(&rng), rim_rng_uniform(&rng)};
+    const double s[DIMS] = {rimi_rng_uniform(&rng), rimi_rng_uniform(&rng)};
     const uint32_t good = s[0] > 0.5 ? 1u : 2u;
     const rim_bandit_actions actions = {PLANS, s, NULL, NULL, NULL};
     rim_bandit_choice choice;
@@ -477,16 +478,16 @@ static uint64_t run(rim_bandit *b, rim_rng *own, int turns, uint64_t digest) {
   for (int t = 0; t < turns; ++t) {
     for (int i = 0; i < ACTIONS; ++i) {
       for (int d = 0; d < DIMS; ++d)
-        x[i][d] = rim_rng_uniform(own);
+        x[i][d] = rimi_rng_uniform(own);
     }
     const rim_bandit_actions actions = {bank ? PLANS : ACTIONS, x[0], NULL, NULL, NULL};
     rim_bandit_choice choice;
     assert_int_equal(rim_bandit_choose(b, &actions, &choice), RIM_OK);
     const double *p = bank ? x[0] : x[choice.action];
-    const double reward = (p[0] > 0.6 && p[1] > 0.6 ? 1.0 : 0.0) + 0.1 * rim_rng_normal(own);
+    const double reward = (p[0] > 0.6 && p[1] > 0.6 ? 1.0 : 0.0) + 0.1 * rimi_rng_normal(own);
     assert_int_equal(rim_bandit_observe(b, p, choice.action, 0.0, 0.01, reward), RIM_OK);
-    digest = rim_digest_u32(digest, choice.action);
-    digest = rim_digest_f64(rim_digest_f64(digest, choice.value), choice.sd);
+    digest = rimi_digest_u32(digest, choice.action);
+    digest = rimi_digest_f64(rimi_digest_f64(digest, choice.value), choice.sd);
   }
   return digest;
 }
@@ -497,7 +498,7 @@ static void moved_memory_goes_on(void **state) {
     const rim_bandit_config c = config_of(policy);
     rim_bandit *b = make(&memory, &c);
     rim_rng own;
-    rim_rng_seed(&own, SEED, 3);
+    rimi_rng_seed(&own, SEED, 3);
     const uint64_t half = run(b, &own, 30, RIM_DIGEST_START);
     other = memory;
     rim_rng again = own;
@@ -516,7 +517,7 @@ static void digest_is_constant(void **state) {
     c.beta = 0.2;
     c.gp.kernel = RIM_GP_MATERN_5_2;
     rim_rng own;
-    rim_rng_seed(&own, SEED, 4);
+    rimi_rng_seed(&own, SEED, 4);
     digest = run(make(&memory, &c), &own, 80, digest);
   }
   print_message("digest %016llx\n", (unsigned long long)digest);
@@ -525,7 +526,7 @@ static void digest_is_constant(void **state) {
 
 int main(void) {
   printf("seed %u\n", SEED);
-  rim_rng_seed(&rng, SEED, 0);
+  rimi_rng_seed(&rng, SEED, 0);
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(choice_is_the_best_allowed),
       cmocka_unit_test(residuals_are_of_the_corrected_model),

@@ -1,11 +1,12 @@
+/* SPDX-License-Identifier: MIT */
 /* basis: the sections BASIS, BEHAVIOUR and AGREEMENT are refused in every damaged form; what they
  * evaluate is held to a straightforward computation. (Terms over rows: test_blocks.c.) */
 #include <math.h>
 #include <stdio.h>
 
+#include "base/rng.h"
 #include "image/basis.h"
 #include "rim/image.h"
-#include "base/rng.h"
 #include "section_bytes.h"
 
 enum { FEATURES = 5, OUTCOMES = 3, INPUTS = 3, TIMES = 2, FILTERS = INPUTS * TIMES };
@@ -51,7 +52,7 @@ static rim_status basis_status(const bytes *b) {
   rim_basis view, before;
   memset(&view, 0x5a, sizeof view);
   before = view;
-  const rim_status status = rim_basis_open(&view, b->byte, b->size, FEATURES, OUTCOMES);
+  const rim_status status = rimi_basis_open(&view, b->byte, b->size, FEATURES, OUTCOMES);
   if (status != RIM_OK)
     assert_memory_equal(&view, &before, sizeof view);
   return status;
@@ -62,15 +63,15 @@ static void a_basis_is_read_back(void **state) {
   const bytes b = basis();
   rim_basis v;
   assert_int_equal(b.size, FIRST_AT + 4 * OUTCOMES);
-  assert_int_equal(rim_basis_open(&v, b.byte, b.size, FEATURES, OUTCOMES), RIM_OK);
+  assert_int_equal(rimi_basis_open(&v, b.byte, b.size, FEATURES, OUTCOMES), RIM_OK);
   assert_true(v.inputs == INPUTS && v.times == TIMES && v.terms == TERMS && v.means == MEANS);
-  assert_true(rim_image_u16(v.input, 5) == (3 | BASIS_OF_PRODUCT));
-  assert_true(rim_image_f32(v.share, 1) == 0.5f && rim_image_u16(v.term, 4 * 7) == BASIS_ROLLED);
-  assert_true(rim_image_f32(v.center, TERMS - 1) == -1.0f);
-  assert_true(rim_image_f32(v.inverse_sd, 0) == 2.0f && rim_image_u16(v.mean, 2) == 5);
-  assert_true(rim_image_f32(v.mean_center, MEANS - 1) == -1.0f);
-  assert_true(rim_image_f32(v.mean_inverse_sd, 0) == 2.0f);
-  assert_true(rim_image_f32(v.first, OUTCOMES - 1) == 0.5f);
+  assert_true(rimi_le_u16(v.input, 5) == (3 | BASIS_OF_PRODUCT));
+  assert_true(rimi_le_f32(v.share, 1) == 0.5f && rimi_le_u16(v.term, 4 * 7) == BASIS_ROLLED);
+  assert_true(rimi_le_f32(v.center, TERMS - 1) == -1.0f);
+  assert_true(rimi_le_f32(v.inverse_sd, 0) == 2.0f && rimi_le_u16(v.mean, 2) == 5);
+  assert_true(rimi_le_f32(v.mean_center, MEANS - 1) == -1.0f);
+  assert_true(rimi_le_f32(v.mean_inverse_sd, 0) == 2.0f);
+  assert_true(rimi_le_f32(v.first, OUTCOMES - 1) == 0.5f);
 }
 
 static void a_basis_of_another_size_is_refused(void **state) {
@@ -172,8 +173,8 @@ enum { TARGETS = 2 * OUTCOMES };
 
 static double drawn(uint32_t i) {
   rim_rng rng;
-  rim_rng_seed(&rng, SEED, i);
-  return (double)(float)rim_rng_normal(&rng);
+  rimi_rng_seed(&rng, SEED, i);
+  return (double)(float)rimi_rng_normal(&rng);
 }
 
 static bytes behaviour(void) {
@@ -190,21 +191,21 @@ static bytes behaviour(void) {
 
 static rim_status behaviour_status(const bytes *b) {
   rim_behaviour view;
-  return rim_behaviour_open(&view, b->byte, b->size, TERMS, OUTCOMES);
+  return rimi_behaviour_open(&view, b->byte, b->size, TERMS, OUTCOMES);
 }
 
 static void behaviour_is_a_sum_of_terms(void **state) {
   (void)state;
   const bytes b = behaviour();
   rim_behaviour v;
-  assert_int_equal(rim_behaviour_open(&v, b.byte, b.size, TERMS, OUTCOMES), RIM_OK);
+  assert_int_equal(rimi_behaviour_open(&v, b.byte, b.size, TERMS, OUTCOMES), RIM_OK);
   for (uint32_t run = 0; run < 10; ++run) {
     double x[TERMS], first[OUTCOMES], predicted[TARGETS];
     for (uint32_t i = 0; i < TERMS; ++i)
       x[i] = drawn(1000 + 100 * run + i);
     for (uint32_t o = 0; o < OUTCOMES; ++o)
       first[o] = drawn(1050 + 100 * run + o);
-    rim_behaviour_predict(&v, x, first, predicted);
+    rimi_behaviour_predict(&v, x, first, predicted);
     for (uint32_t o = 0; o < TARGETS; ++o) {
       /* The change since the first reading: of outcomes, never of their scatter. */
       double sum = drawn(o) + (o < OUTCOMES && o % 2 == 1 ? first[o] : 0.0);
@@ -270,7 +271,7 @@ static double weight(uint32_t o, uint32_t set, uint32_t j) {
 
 static rim_status agreement_status(const bytes *b) {
   rim_agreement view;
-  return rim_agreement_open(&view, b->byte, b->size, OUTCOMES, MEANS);
+  return rimi_agreement_open(&view, b->byte, b->size, OUTCOMES, MEANS);
 }
 
 typedef struct record {
@@ -321,7 +322,7 @@ static void what_remains_is_as_defined(void **state) {
   for (int with_level = 0; with_level < 2; ++with_level) {
     rim_agreement v;
     double kept[AGREEMENT_STATE * OUTCOMES] = {0.0}, sum = 0.0;
-    assert_int_equal(rim_agreement_open(&v, b.byte, b.size, OUTCOMES, MEANS), RIM_OK);
+    assert_int_equal(rimi_agreement_open(&v, b.byte, b.size, OUTCOMES, MEANS), RIM_OK);
     record before;
     memset(&before, 0, sizeof before);
     for (uint32_t i = 0; i < 40; ++i) {
@@ -330,7 +331,7 @@ static void what_remains_is_as_defined(void **state) {
       double remains[OUTCOMES];
       const agreement_block block = {now.residual, now.mean, now.measured,
                                      with_level ? now.level : NULL, now.follows};
-      rim_agreement_evaluate(&v, &block, kept, remains);
+      rimi_agreement_evaluate(&v, &block, kept, remains);
       assert_true(fabs(remains[0] - residual_less_others(&now, &before)) < 1e-9);
       if (with_level)
         assert_true(remains[1] == now.measured[1] - now.level[1]);
@@ -349,17 +350,17 @@ static void integrands_are_named(void **state) {
   bytes b = agreement();
   rim_agreement v;
   bool mostly;
-  assert_int_equal(rim_agreement_open(&v, b.byte, b.size, OUTCOMES, MEANS), RIM_OK);
+  assert_int_equal(rimi_agreement_open(&v, b.byte, b.size, OUTCOMES, MEANS), RIM_OK);
   for (uint32_t o = 0; o < OUTCOMES; ++o) {
     for (uint32_t j = 0; j < OUTCOMES; ++j) {
-      const double gain = rim_agreement_gain(&v, o, j, &mostly);
+      const double gain = rimi_agreement_gain(&v, o, j, &mostly);
       const double expected = (weight(o, 0, j) + weight(o, 1, j)) * (0.5 + OUTCOMES + j);
       assert_true(fabs(gain - (o == 2 ? expected : 0.0)) < 1e-12);
       assert_int_equal(mostly, o == 2 && j == 0);
     }
   }
   put_f32(b.byte + ROWS_AT + 4 * (2 * STRIDE + 2), -1.0);
-  (void)rim_agreement_gain(&v, 2, 0, &mostly);
+  (void)rimi_agreement_gain(&v, 2, 0, &mostly);
   assert_false(mostly);
 }
 

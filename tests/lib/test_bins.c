@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Tables against plain sums; prefix property; halving; cells at the edges. */
 #include <math.h>
 #include <setjmp.h>
@@ -9,8 +10,8 @@
 
 #include <cmocka.h>
 
-#include "search/bins.h"
 #include "base/rng.h"
+#include "search/bins.h"
 
 #define SEED 17u
 enum { D = 5, B = 7, C = 3, G = 9, N = 400 };
@@ -22,15 +23,15 @@ static const rim_bins table = {D, B, C, sum, count};
 
 static void cells_cover_the_range(void **state) {
   (void)state;
-  assert_int_equal(rim_bins_cell(0.0, 16), 0);
-  assert_int_equal(rim_bins_cell(-0.0, 16), 0);
-  assert_int_equal(rim_bins_cell(-1e300, 16), 0);
-  assert_int_equal(rim_bins_cell(1.0, 16), 15);
-  assert_int_equal(rim_bins_cell(1e300, 16), 15);
-  assert_int_equal(rim_bins_cell(nextafter(1.0, 0.0), 16), 15);
-  assert_int_equal(rim_bins_cell(nextafter(0.0625, 0.0), 16), 0);
-  assert_int_equal(rim_bins_cell(0.0625, 16), 1);
-  assert_int_equal(rim_bins_cell(0.5, 256), 128);
+  assert_int_equal(rimi_bins_cell(0.0, 16), 0);
+  assert_int_equal(rimi_bins_cell(-0.0, 16), 0);
+  assert_int_equal(rimi_bins_cell(-1e300, 16), 0);
+  assert_int_equal(rimi_bins_cell(1.0, 16), 15);
+  assert_int_equal(rimi_bins_cell(1e300, 16), 15);
+  assert_int_equal(rimi_bins_cell(nextafter(1.0, 0.0), 16), 15);
+  assert_int_equal(rimi_bins_cell(nextafter(0.0625, 0.0), 16), 0);
+  assert_int_equal(rimi_bins_cell(0.0625, 16), 1);
+  assert_int_equal(rimi_bins_cell(0.5, 256), 128);
 }
 
 static void table_equals_plain_sums(void **state) {
@@ -39,15 +40,15 @@ static void table_equals_plain_sums(void **state) {
   static int n[D][B];
   memset(s, 0, sizeof s);
   memset(n, 0, sizeof n);
-  rim_bins_clear(&table);
+  rimi_bins_clear(&table);
   for (int i = 0; i < N; ++i) {
     uint8_t bin[D];
     float r[C];
     for (int f = 0; f < D; ++f)
-      bin[f] = (uint8_t)rim_rng_below(&rng, B);
+      bin[f] = (uint8_t)rimi_rng_below(&rng, B);
     for (int c = 0; c < C; ++c)
-      r[c] = (float)((int)rim_rng_below(&rng, 2001) - 1000) / 512.0f;
-    rim_bins_add(&table, bin, r);
+      r[c] = (float)((int)rimi_rng_below(&rng, 2001) - 1000) / 512.0f;
+    rimi_bins_add(&table, bin, r);
     for (int f = 0; f < D; ++f) {
       ++n[f][bin[f]];
       for (int c = 0; c < C; ++c)
@@ -58,7 +59,7 @@ static void table_equals_plain_sums(void **state) {
     for (uint16_t c = 0; c < C; ++c) {
       double prefix_s[B + 1];
       double prefix_n[B + 1];
-      rim_bins_prefix(&table, f, c, prefix_s, prefix_n);
+      rimi_bins_prefix(&table, f, c, prefix_s, prefix_n);
       double total_s = 0.0;
       double total_n = 0.0;
       for (int k = 0; k <= B; ++k) {
@@ -75,9 +76,9 @@ static void table_equals_plain_sums(void **state) {
   double before_n[B + 1];
   double after_s[B + 1];
   double after_n[B + 1];
-  rim_bins_prefix(&table, 2, 1, before_s, before_n);
-  rim_bins_halve(&table);
-  rim_bins_prefix(&table, 2, 1, after_s, after_n);
+  rimi_bins_prefix(&table, 2, 1, before_s, before_n);
+  rimi_bins_halve(&table);
+  rimi_bins_prefix(&table, 2, 1, after_s, after_n);
   assert_true(after_s[B] == 0.5 * before_s[B]);
   assert_true(fabs(after_n[B] - 0.5 * before_n[B]) <= B / 2.0);
 }
@@ -90,20 +91,20 @@ static void grid_added_equals_put_and_accumulated(void **state) {
   static uint16_t n2[G * (G + 1)];
   const rim_grid one = {G, s1, n1};
   const rim_grid two = {G, s2, n2};
-  rim_grid_clear(&one);
-  rim_grid_clear(&two);
+  rimi_grid_clear(&one);
+  rimi_grid_clear(&two);
   double row_sum[G] = {0};
   int row_count[G] = {0};
   for (int i = 0; i < N; ++i) {
-    const uint16_t row = (uint16_t)rim_rng_below(&rng, G);
-    const uint16_t column = (uint16_t)rim_rng_below(&rng, G);
-    const double r = ((int)rim_rng_below(&rng, 2001) - 1000) / 512.0;
-    rim_grid_add(&one, row, column, r);
-    rim_grid_put(&two, row, column, r);
+    const uint16_t row = (uint16_t)rimi_rng_below(&rng, G);
+    const uint16_t column = (uint16_t)rimi_rng_below(&rng, G);
+    const double r = ((int)rimi_rng_below(&rng, 2001) - 1000) / 512.0;
+    rimi_grid_add(&one, row, column, r);
+    rimi_grid_put(&two, row, column, r);
     row_sum[row] += r;
     ++row_count[row];
   }
-  rim_grid_accumulate(&two);
+  rimi_grid_accumulate(&two);
   assert_memory_equal(s1, s2, sizeof s1);
   assert_memory_equal(n1, n2, sizeof n1);
   for (int row = 0; row < G; ++row) {
@@ -113,7 +114,7 @@ static void grid_added_equals_put_and_accumulated(void **state) {
     for (int k = 0; k < G; ++k)
       assert_true(n1[row * (G + 1) + k] <= n1[row * (G + 1) + k + 1]);
   }
-  rim_grid_halve(&one);
+  rimi_grid_halve(&one);
   for (int row = 0; row < G; ++row) {
     for (int k = 0; k < G; ++k)
       assert_true(n1[row * (G + 1) + k] <= n1[row * (G + 1) + k + 1]);
@@ -122,7 +123,7 @@ static void grid_added_equals_put_and_accumulated(void **state) {
 
 int main(void) {
   printf("seed %u\n", SEED);
-  rim_rng_seed(&rng, SEED, 0);
+  rimi_rng_seed(&rng, SEED, 0);
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(cells_cover_the_range),
       cmocka_unit_test(table_equals_plain_sums),

@@ -1,12 +1,13 @@
+/* SPDX-License-Identifier: MIT */
 /* blocks: rows of telemetry to blocks. What a block says is held to a straightforward computation
  * over its rows; gaps, times, rates, values out of range, angles that wrap, and the first readings.
  */
 #include <math.h>
 #include <stdio.h>
 
-#include "monitor/blocks.h"
 #include "base/real.h"
 #include "base/rng.h"
+#include "monitor/blocks.h"
 #include "section_bytes.h"
 
 enum { D = 4, O = 2, BLOCK = 5, INPUTS = 5, TIMES = 2, FILTERS = INPUTS * TIMES };
@@ -78,26 +79,26 @@ static void make(bench *b) {
                               .outcome_feature = b->outcome_feature.byte,
                               .role = b->role,
                               .range = b->range.byte};
-  assert_int_equal(rim_basis_open(&b->config.basis, b->section.byte, b->section.size, D, O),
+  assert_int_equal(rimi_basis_open(&b->config.basis, b->section.byte, b->section.size, D, O),
                    RIM_OK);
 }
 
 static void start(bench *b) {
   make(b);
-  assert_int_equal(blocks_init(&b->b, b->memory, sizeof b->memory, &b->config), RIM_OK);
+  assert_int_equal(rimi_blocks_init(&b->b, b->memory, sizeof b->memory, &b->config), RIM_OK);
 }
 
 static void make_row(uint32_t t, double *x) {
   rim_rng rng;
-  rim_rng_seed(&rng, SEED, t);
-  x[COMMAND] = 2.0 * rim_rng_uniform(&rng) - 1.0;
-  x[SENSOR] = 3.0 * x[COMMAND] + rim_rng_normal(&rng);
-  x[OTHER] = 4.0 * rim_rng_uniform(&rng) - 2.0;
-  x[HEADING] = 0.1 * t - 6.0 * rim_floor(0.1 * t / 6.0) - 3.0; /* -3 to 3, then -3: not a turn */
+  rimi_rng_seed(&rng, SEED, t);
+  x[COMMAND] = 2.0 * rimi_rng_uniform(&rng) - 1.0;
+  x[SENSOR] = 3.0 * x[COMMAND] + rimi_rng_normal(&rng);
+  x[OTHER] = 4.0 * rimi_rng_uniform(&rng) - 2.0;
+  x[HEADING] = 0.1 * t - 6.0 * rimi_floor(0.1 * t / 6.0) - 3.0; /* -3 to 3, then -3: not a turn */
 }
 
 static blocks_result row(bench *b, double t_s, const double *x) {
-  return blocks_row(b->b, t_s, x, NULL, NULL, NULL);
+  return rimi_blocks_row(b->b, t_s, x, NULL, NULL, NULL);
 }
 static blocks_result step(bench *b, uint32_t t) {
   double x[D];
@@ -189,7 +190,7 @@ static void check_block(const bench *b, const run *r, uint32_t end) {
     double sum = 0.0;
     for (uint32_t t = end - BLOCK; t < end; ++t)
       sum += r->x[t][f];
-    assert_close(blocks_context(b->b)[f],
+    assert_close(rimi_blocks_context(b->b)[f],
                  f == HEADING ? within_half_a_turn(sum / BLOCK) : sum / BLOCK);
   }
   for (uint32_t o = 0; o < O; ++o) {
@@ -204,17 +205,17 @@ static void check_block(const bench *b, const run *r, uint32_t end) {
         ++n;
       }
     }
-    assert_close(blocks_outcomes(b->b)[o], sum / BLOCK);
+    assert_close(rimi_blocks_outcomes(b->b)[o], sum / BLOCK);
     if (squares > 1e-20)
-      assert_close(blocks_scatter(b->b)[o], log(squares / n));
-    assert_true(blocks_repeats(b->b)[o] == 0.0);
+      assert_close(rimi_blocks_scatter(b->b)[o], log(squares / n));
+    assert_true(rimi_blocks_repeats(b->b)[o] == 0.0);
   }
   for (uint32_t i = 0; i < TERMS; ++i) {
     if (terms[i][0] != BASIS_INITIAL || end >= 2 * BLOCK)
-      assert_close(blocks_terms(b->b)[i], standard(term_of(r, end, terms[i]), BASIS_CLIP));
+      assert_close(rimi_blocks_terms(b->b)[i], standard(term_of(r, end, terms[i]), BASIS_CLIP));
   }
   for (uint32_t m = 0; m < MEANS; ++m)
-    assert_close(blocks_means(b->b)[m],
+    assert_close(rimi_blocks_means(b->b)[m],
                  standard(mean_filter_of(r, end, mean_filter[m]), BASIS_MEAN_CLIP));
 }
 
@@ -232,7 +233,7 @@ static void blocks_are_as_defined(void **state) {
   start(&b);
   definition(&r, 400);
   for (uint32_t t = 0; t < 400; ++t) {
-    assert_int_equal(blocks_has_first(b.b), t >= 2 * BLOCK);
+    assert_int_equal(rimi_blocks_has_first(b.b), t >= 2 * BLOCK);
     const blocks_result result = step(&b, t);
     assert_int_equal(result, (t + 1) % BLOCK == 0 ? BLOCKS_DONE : BLOCKS_NONE);
     if (result == BLOCKS_NONE)
@@ -240,14 +241,14 @@ static void blocks_are_as_defined(void **state) {
     check_block(&b, &r, t + 1);
     const double change =
         t < BLOCK ? 0.0 : fabs(command_mean(&r, t + 1) - command_mean(&r, t + 1 - BLOCK)) / 2.0;
-    assert_close(blocks_change(b.b), change);
-    assert_int_equal(blocks_count(b.b), (t + 1) / BLOCK);
+    assert_close(rimi_blocks_change(b.b), change);
+    assert_int_equal(rimi_blocks_count(b.b), (t + 1) / BLOCK);
   }
   for (uint32_t o = 0; o < O; ++o)
-    assert_close(blocks_first(b.b)[o], r.first[o]);
-  assert_close(blocks_run_start_s(b.b), 7.0);
-  assert_close(blocks_start_s(b.b), 7.0 + PERIOD_S * (400 - BLOCK));
-  const blocks_health h = blocks_get_health(b.b);
+    assert_close(rimi_blocks_first(b.b)[o], r.first[o]);
+  assert_close(rimi_blocks_run_start_s(b.b), 7.0);
+  assert_close(rimi_blocks_start_s(b.b), 7.0 + PERIOD_S * (400 - BLOCK));
+  const blocks_health h = rimi_blocks_get_health(b.b);
   assert_true(h.rows == 400 && h.rows_used == 400);
   assert_true(h.not_finite + h.time_back + h.gaps + h.out_of_range + h.wrong_rate == 0);
 }
@@ -263,7 +264,7 @@ static void an_angle_that_wraps_is_one(void **state) {
     b.role[HEADING] = degrees ? BLOCKS_ANGLE_DEG : BLOCKS_ANGLE_RAD;
     put_f32(b.range.byte + 4 * HEADING, -0.5 * turn);
     put_f32(b.range.byte + 4 * (D + HEADING), 0.5 * turn);
-    assert_int_equal(blocks_init(&b.b, b.memory, sizeof b.memory, &b.config), RIM_OK);
+    assert_int_equal(rimi_blocks_init(&b.b, b.memory, sizeof b.memory, &b.config), RIM_OK);
     for (uint32_t t = 0; t < 300; ++t) {
       const double angle = (t < 150 ? t : 300.0 - t) * 0.07 * turn; /* ten turns, and back */
       const double x[D] = {0.0, 0.0, 0.0, remainder(angle, turn)};
@@ -272,11 +273,11 @@ static void an_angle_that_wraps_is_one(void **state) {
       double sum = 0.0;
       for (uint32_t k = t + 1 - BLOCK; k <= t; ++k)
         sum += (k < 150 ? k : 300.0 - k) * 0.07 * turn / BLOCK;
-      assert_close(blocks_outcomes(b.b)[1], sum);
-      assert_close(remainder(blocks_context(b.b)[HEADING] - sum, turn), 0.0);
-      assert_true(fabs(blocks_context(b.b)[HEADING]) <= 0.5 * turn * (1.0 + 1e-12));
+      assert_close(rimi_blocks_outcomes(b.b)[1], sum);
+      assert_close(remainder(rimi_blocks_context(b.b)[HEADING] - sum, turn), 0.0);
+      assert_true(fabs(rimi_blocks_context(b.b)[HEADING]) <= 0.5 * turn * (1.0 + 1e-12));
       if (t >= 2 && (t < 145 || t > 160)) /* no second difference of a whole turn */
-        assert_true(blocks_scatter(b.b)[1] < -40.0);
+        assert_true(rimi_blocks_scatter(b.b)[1] < -40.0);
     }
   }
 }
@@ -298,9 +299,9 @@ static void repeated_readings_are_counted(void **state) {
                             : t < 3 * BLOCK ? 3.0 / BLOCK
                             : t < 4 * BLOCK ? 4.0 / BLOCK
                                             : 1.0;
-    assert_close(blocks_repeats(b.b)[0], expected);
+    assert_close(rimi_blocks_repeats(b.b)[0], expected);
     if (t >= 4 * BLOCK)
-      assert_true(blocks_scatter(b.b)[0] == BLOCKS_LN_LEAST);
+      assert_true(rimi_blocks_scatter(b.b)[0] == BLOCKS_LN_LEAST);
   }
 }
 
@@ -346,9 +347,9 @@ static void gaps_are_counted_and_not_bridged(void **state) {
       squares += second * second;
       ++n;
     }
-    assert_close(blocks_outcomes(b.b)[0], sum / BLOCK);
-    assert_close(blocks_scatter(b.b)[0], log(squares / n));
-    const blocks_health h = blocks_get_health(b.b);
+    assert_close(rimi_blocks_outcomes(b.b)[0], sum / BLOCK);
+    assert_close(rimi_blocks_scatter(b.b)[0], log(squares / n));
+    const blocks_health h = rimi_blocks_get_health(b.b);
     assert_true(h.gaps == 1 && h.rows_used == used && h.wrong_rate == 0);
   }
 }
@@ -360,21 +361,21 @@ static void a_reading_after_a_gap_repeats_nothing(void **state) {
   double x[D] = {0.0, 1.5, 0.0, 0.0};
   for (uint32_t t = 0; t < BLOCK; ++t)
     (void)row(&b, PERIOD_S * t, x);
-  assert_close(blocks_repeats(b.b)[0], 4.0 / BLOCK);
+  assert_close(rimi_blocks_repeats(b.b)[0], 4.0 / BLOCK);
   for (uint32_t t = 0; t < BLOCK; ++t)
     (void)row(&b, 10.0 + PERIOD_S * t, x);
-  assert_close(blocks_repeats(b.b)[0], 4.0 / BLOCK);
+  assert_close(rimi_blocks_repeats(b.b)[0], 4.0 / BLOCK);
   for (uint32_t t = BLOCK; t < 2 * BLOCK; ++t)
     (void)row(&b, 10.0 + PERIOD_S * t, x);
-  assert_close(blocks_repeats(b.b)[0], 1.0);
+  assert_close(rimi_blocks_repeats(b.b)[0], 1.0);
 }
 
 /* ---- what is not a row ---- */
 
 static void bad_rows_are_counted_and_leave_no_trace(void **state) {
   (void)state;
-  const double nan = rim_from_bits(UINT64_C(0x7ff8000000000000));
-  const double infinity = rim_from_bits(UINT64_C(0xfff0000000000000));
+  const double nan = rimi_from_bits(UINT64_C(0x7ff8000000000000));
+  const double infinity = rimi_from_bits(UINT64_C(0xfff0000000000000));
   bench clean, dirty;
   start(&clean);
   start(&dirty);
@@ -400,11 +401,11 @@ static void bad_rows_are_counted_and_leave_no_trace(void **state) {
     const blocks_result result = step(&clean, t);
     assert_int_equal(step(&dirty, t), result);
     for (uint32_t i = 0; result == BLOCKS_DONE && i < TERMS; ++i)
-      assert_true(blocks_terms(clean.b)[i] == blocks_terms(dirty.b)[i]);
+      assert_true(rimi_blocks_terms(clean.b)[i] == rimi_blocks_terms(dirty.b)[i]);
     for (uint32_t o = 0; result == BLOCKS_DONE && o < O; ++o)
-      assert_true(blocks_scatter(clean.b)[o] == blocks_scatter(dirty.b)[o]);
+      assert_true(rimi_blocks_scatter(clean.b)[o] == rimi_blocks_scatter(dirty.b)[o]);
   }
-  const blocks_health h = blocks_get_health(dirty.b);
+  const blocks_health h = rimi_blocks_get_health(dirty.b);
   assert_true(h.not_finite == not_finite && h.time_back == back && h.rows_used == 100);
   assert_true(h.rows == 100 + not_finite + back && h.gaps == 0 && h.out_of_range == 0);
 }
@@ -429,18 +430,18 @@ static void a_wrong_rate_is_told_and_not_examined(void **state) {
       done += ended;
       late += ended && t >= 60;
     }
-    const blocks_health h = blocks_get_health(b.b);
-    assert_int_equal(blocks_rate_is_wrong(b.b), rates[i].wrong);
+    const blocks_health h = rimi_blocks_get_health(b.b);
+    assert_int_equal(rimi_blocks_rate_is_wrong(b.b), rates[i].wrong);
     assert_int_equal(h.wrong_rate > 100, rates[i].wrong);
     assert_int_equal(late == 0, rates[i].wrong);
     assert_true(!rates[i].wrong || done <= 8);
     assert_true(rates[i].wrong || done == 200 / BLOCK);
     if (rates[i].factor < 2.0)
-      assert_true(fabs(blocks_period_s(b.b) - rates[i].factor * PERIOD_S) < 0.01 * PERIOD_S);
+      assert_true(fabs(rimi_blocks_period_s(b.b) - rates[i].factor * PERIOD_S) < 0.01 * PERIOD_S);
     uint32_t again = 0; /* and right again */
     for (uint32_t t = 0; t < 100; ++t)
       again += step(&b, 30000 + t) == BLOCKS_DONE;
-    assert_false(blocks_rate_is_wrong(b.b));
+    assert_false(rimi_blocks_rate_is_wrong(b.b));
     assert_true(again >= 10);
   }
 }
@@ -451,18 +452,18 @@ static void jitter_and_loss_are_no_other_rate(void **state) {
   bench b;
   start(&b);
   rim_rng rng;
-  rim_rng_seed(&rng, SEED, 100000);
+  rimi_rng_seed(&rng, SEED, 100000);
   uint32_t done = 0;
   for (uint32_t t = 0; t < 2000; ++t) {
     double x[D];
     make_row(t, x);
-    if (rim_rng_uniform(&rng) < 0.2)
+    if (rimi_rng_uniform(&rng) < 0.2)
       continue;
-    done += row(&b, PERIOD_S * (t + 0.3 * rim_rng_uniform(&rng)), x) == BLOCKS_DONE;
-    assert_false(blocks_rate_is_wrong(b.b));
+    done += row(&b, PERIOD_S * (t + 0.3 * rimi_rng_uniform(&rng)), x) == BLOCKS_DONE;
+    assert_false(rimi_blocks_rate_is_wrong(b.b));
   }
   assert_true(done > 250);
-  assert_true(blocks_get_health(b.b).gaps > 200);
+  assert_true(rimi_blocks_get_health(b.b).gaps > 200);
 }
 
 static void rows_without_a_rate_have_none(void **state) {
@@ -470,7 +471,7 @@ static void rows_without_a_rate_have_none(void **state) {
   bench b;
   make(&b);
   b.config.period_s = 0.0;
-  assert_int_equal(blocks_init(&b.b, b.memory, sizeof b.memory, &b.config), RIM_OK);
+  assert_int_equal(rimi_blocks_init(&b.b, b.memory, sizeof b.memory, &b.config), RIM_OK);
   uint32_t done = 0;
   for (uint32_t t = 0; t < 100; ++t) {
     double x[D];
@@ -479,7 +480,7 @@ static void rows_without_a_rate_have_none(void **state) {
     assert_true(row(&b, 1.5 * t * t, x) == BLOCKS_BAD);
   }
   assert_int_equal(done, 100 / BLOCK);
-  assert_true(blocks_get_health(b.b).gaps == 0 && !blocks_rate_is_wrong(b.b));
+  assert_true(rimi_blocks_get_health(b.b).gaps == 0 && !rimi_blocks_rate_is_wrong(b.b));
 }
 
 /* ---- values out of range ---- */
@@ -497,18 +498,18 @@ static void values_out_of_range_are_named_and_limited(void **state) {
       if (t == BLOCK + 2)
         x[SENSOR] = value[i];
       const blocks_result result = row(&b, PERIOD_S * t, x);
-      assert_int_equal(blocks_out_of_range(b.b, &named),
+      assert_int_equal(rimi_blocks_out_of_range(b.b, &named),
                        out && t == BLOCK + 2 ? SENSOR : BLOCKS_NO_FEATURE);
       if (out && t == BLOCK + 2)
         assert_true(named == value[i]);
       if (result != BLOCKS_DONE)
         continue;
-      assert_true(fabs(blocks_outcomes(b.b)[0]) <= 20.0);
+      assert_true(fabs(rimi_blocks_outcomes(b.b)[0]) <= 20.0);
       for (uint32_t k = 0; k < TERMS; ++k)
-        assert_true(fabs(blocks_terms(b.b)[k]) <= BASIS_CLIP);
+        assert_true(fabs(rimi_blocks_terms(b.b)[k]) <= BASIS_CLIP);
     }
-    assert_int_equal(blocks_get_health(b.b).out_of_range, out);
-    assert_int_equal(blocks_out_of_range(b.b, NULL), BLOCKS_NO_FEATURE);
+    assert_int_equal(rimi_blocks_get_health(b.b).out_of_range, out);
+    assert_int_equal(rimi_blocks_out_of_range(b.b, NULL), BLOCKS_NO_FEATURE);
   }
 }
 
@@ -524,20 +525,21 @@ static void an_angle_may_be_counted_from_zero(void **state) {
   for (size_t k = 0; k < 2; ++k) {
     both[k]->config.range = both[k]->range.byte;
     assert_int_equal(
-        blocks_init(&both[k]->b, both[k]->memory, sizeof both[k]->memory, &both[k]->config),
+        rimi_blocks_init(&both[k]->b, both[k]->memory, sizeof both[k]->memory, &both[k]->config),
         RIM_OK);
     for (uint32_t t = 0; t < 40 * BLOCK; ++t) {
       const double angle = remainder(0.3 * t, 2.0 * RIM_PI);
       const double x[D] = {0.0, 0.0, 0.0, k == 1 && angle < 0.0 ? angle + 2.0 * RIM_PI : angle};
       (void)row(both[k], PERIOD_S * t, x);
-      assert_int_equal(blocks_out_of_range(both[k]->b, NULL), BLOCKS_NO_FEATURE);
+      assert_int_equal(rimi_blocks_out_of_range(both[k]->b, NULL), BLOCKS_NO_FEATURE);
     }
   }
-  assert_close(blocks_outcomes(positive.b)[1], blocks_outcomes(signed_angle.b)[1]);
-  assert_close(blocks_context(positive.b)[HEADING], blocks_context(signed_angle.b)[HEADING]);
+  assert_close(rimi_blocks_outcomes(positive.b)[1], rimi_blocks_outcomes(signed_angle.b)[1]);
+  assert_close(rimi_blocks_context(positive.b)[HEADING],
+               rimi_blocks_context(signed_angle.b)[HEADING]);
   const double far[D] = {0.0, 0.0, 0.0, 6.5}; /* more than a turn */
   (void)row(&positive, PERIOD_S * 40 * BLOCK, far);
-  assert_int_equal(blocks_out_of_range(positive.b, NULL), HEADING);
+  assert_int_equal(rimi_blocks_out_of_range(positive.b, NULL), HEADING);
 }
 
 /* ---- the caller's own predictions ---- */
@@ -548,7 +550,7 @@ static void own_predictions_are_standardised(void **state) {
   make(&b);
   b.config.external = true;
   b.config.outcome_feature = NULL;
-  assert_int_equal(blocks_init(&b.b, b.memory, sizeof b.memory, &b.config), RIM_OK);
+  assert_int_equal(rimi_blocks_init(&b.b, b.memory, sizeof b.memory, &b.config), RIM_OK);
   const double x[D] = {0.0};
   double sum[O] = {0.0}, means[O] = {0.0}, sds[O] = {0.0};
   for (uint32_t t = 0; t < BLOCK; ++t) {
@@ -559,25 +561,25 @@ static void own_predictions_are_standardised(void **state) {
       means[o] += mean[o] / BLOCK;
       sds[o] += sd[o] / BLOCK;
     }
-    assert_int_equal(blocks_row(b.b, PERIOD_S * t, x, outcome, mean, sd),
+    assert_int_equal(rimi_blocks_row(b.b, PERIOD_S * t, x, outcome, mean, sd),
                      t + 1 == BLOCK ? BLOCKS_DONE : BLOCKS_NONE);
   }
   for (uint32_t o = 0; o < O; ++o) {
-    assert_close(blocks_outcomes(b.b)[o], sum[o]);
-    assert_close(blocks_predicted(b.b)[o], means[o]);
-    assert_close(blocks_sd(b.b)[o], sds[o]);
+    assert_close(rimi_blocks_outcomes(b.b)[o], sum[o]);
+    assert_close(rimi_blocks_predicted(b.b)[o], means[o]);
+    assert_close(rimi_blocks_sd(b.b)[o], sds[o]);
   }
   const double one[O] = {1.0, 1.0}, zero[O] = {1.0, 0.0}, negative[O] = {-1.0, 1.0};
-  const double nan[O] = {1.0, rim_from_bits(UINT64_C(0x7ff8000000000000))};
-  assert_int_equal(blocks_row(b.b, 9.0, x, one, one, zero), BLOCKS_BAD);
-  assert_int_equal(blocks_row(b.b, 9.0, x, one, one, negative), BLOCKS_BAD);
-  assert_int_equal(blocks_row(b.b, 9.0, x, one, one, nan), BLOCKS_BAD);
-  assert_int_equal(blocks_row(b.b, 9.0, x, nan, one, one), BLOCKS_BAD);
-  assert_int_equal(blocks_row(b.b, 9.0, x, one, nan, one), BLOCKS_BAD);
-  assert_int_equal(blocks_row(b.b, 9.0, x, NULL, one, one), BLOCKS_BAD);
-  assert_int_equal(blocks_row(b.b, 9.0, x, one, NULL, one), BLOCKS_BAD);
-  assert_int_equal(blocks_row(b.b, 9.0, x, one, one, NULL), BLOCKS_BAD);
-  assert_int_equal(blocks_get_health(b.b).not_finite, 8);
+  const double nan[O] = {1.0, rimi_from_bits(UINT64_C(0x7ff8000000000000))};
+  assert_int_equal(rimi_blocks_row(b.b, 9.0, x, one, one, zero), BLOCKS_BAD);
+  assert_int_equal(rimi_blocks_row(b.b, 9.0, x, one, one, negative), BLOCKS_BAD);
+  assert_int_equal(rimi_blocks_row(b.b, 9.0, x, one, one, nan), BLOCKS_BAD);
+  assert_int_equal(rimi_blocks_row(b.b, 9.0, x, nan, one, one), BLOCKS_BAD);
+  assert_int_equal(rimi_blocks_row(b.b, 9.0, x, one, nan, one), BLOCKS_BAD);
+  assert_int_equal(rimi_blocks_row(b.b, 9.0, x, NULL, one, one), BLOCKS_BAD);
+  assert_int_equal(rimi_blocks_row(b.b, 9.0, x, one, NULL, one), BLOCKS_BAD);
+  assert_int_equal(rimi_blocks_row(b.b, 9.0, x, one, one, NULL), BLOCKS_BAD);
+  assert_int_equal(rimi_blocks_get_health(b.b).not_finite, 8);
 }
 
 /* ---- memory ---- */
@@ -586,23 +588,23 @@ static void memory_is_checked_and_not_left(void **state) {
   (void)state;
   bench b;
   start(&b);
-  const size_t need = blocks_size(&b.config);
+  const size_t need = rimi_blocks_size(&b.config);
   blocks *other = NULL;
-  assert_int_equal(blocks_init(&other, b.memory, need - 1, &b.config), RIM_E_SIZE);
-  assert_int_equal(blocks_init(&other, b.memory + 4, need, &b.config), RIM_E_ALIGN);
+  assert_int_equal(rimi_blocks_init(&other, b.memory, need - 1, &b.config), RIM_E_SIZE);
+  assert_int_equal(rimi_blocks_init(&other, b.memory + 4, need, &b.config), RIM_E_ALIGN);
   blocks_config bad = b.config;
   bad.features = 0;
-  assert_int_equal(blocks_init(&other, b.memory, need, &bad), RIM_E_CONFIG);
+  assert_int_equal(rimi_blocks_init(&other, b.memory, need, &bad), RIM_E_CONFIG);
   bad = b.config;
   bad.block_rows = 0;
-  assert_int_equal(blocks_init(&other, b.memory, need, &bad), RIM_E_CONFIG);
+  assert_int_equal(rimi_blocks_init(&other, b.memory, need, &bad), RIM_E_CONFIG);
   bad = b.config;
   bad.outcome_feature = NULL;
-  assert_int_equal(blocks_init(&other, b.memory, need, &bad), RIM_E_CONFIG);
+  assert_int_equal(rimi_blocks_init(&other, b.memory, need, &bad), RIM_E_CONFIG);
   assert_null(other);
   assert_true(need + 64 < sizeof b.memory);
   memset(b.memory, 0x5a, sizeof b.memory);
-  assert_int_equal(blocks_init(&b.b, b.memory, need, &b.config), RIM_OK);
+  assert_int_equal(rimi_blocks_init(&b.b, b.memory, need, &b.config), RIM_OK);
   for (uint32_t t = 0; t < 100; ++t)
     (void)step(&b, t);
   for (size_t i = need; i < sizeof b.memory; ++i)
@@ -617,22 +619,22 @@ static void a_copy_and_a_reset_go_on_as_they_should(void **state) {
   for (uint32_t t = 0; t < 33; ++t)
     (void)step(&whole, t);
   memcpy(copy.memory, whole.memory, sizeof copy.memory);
-  blocks_attach(copy.b, &copy.config);
+  rimi_blocks_attach(copy.b, &copy.config);
   for (uint32_t t = 33; t < 80; ++t)
     assert_int_equal(step(&whole, t), step(&copy, t));
   for (uint32_t i = 0; i < TERMS; ++i)
-    assert_true(blocks_terms(whole.b)[i] == blocks_terms(copy.b)[i]);
-  blocks_reset(whole.b);
-  blocks_attach(copy.b, &copy.config);
-  assert_int_equal(blocks_count(whole.b), 0);
-  assert_int_equal(blocks_get_health(whole.b).rows, 0);
+    assert_true(rimi_blocks_terms(whole.b)[i] == rimi_blocks_terms(copy.b)[i]);
+  rimi_blocks_reset(whole.b);
+  rimi_blocks_attach(copy.b, &copy.config);
+  assert_int_equal(rimi_blocks_count(whole.b), 0);
+  assert_int_equal(rimi_blocks_get_health(whole.b).rows, 0);
   static run r;
   definition(&r, 100);
   for (uint32_t t = 0; t < 100; ++t) {
     if (step(&whole, t) == BLOCKS_DONE)
       check_block(&whole, &r, t + 1);
   }
-  assert_int_equal(blocks_count(whole.b), 100 / BLOCK);
+  assert_int_equal(rimi_blocks_count(whole.b), 100 / BLOCK);
 }
 
 int main(void) {

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* CAN frames: what goes in comes out, to the precision that the bytes have, and nothing else does.
  */
 #include <math.h>
@@ -10,8 +11,8 @@
 #include <cmocka.h>
 
 #include "alarm_sample.h"
-#include "rim/can.h"
 #include "base/crc.h"
+#include "rim/can.h"
 
 #define SAMPLES 500u
 
@@ -215,7 +216,7 @@ static void the_record_lies_where_it_is_documented(void **state) {
   are_floats(record, 157, &a.threshold, 1);
   are_floats(record, 161, &a.p_value, 1);
   const uint8_t name[2] = {0x85, 0x02}; /* 0x280 + 5 */
-  assert_int_equal(whole_at(record, 165, 4), rim_crc32(rim_crc32(0, name, 2), record, 165));
+  assert_int_equal(whole_at(record, 165, 4), rimi_crc32(rimi_crc32(0, name, 2), record, 165));
   for (size_t i = 169; i < sizeof record; i++)
     assert_int_equal(record[i], 0);
 }
@@ -326,7 +327,7 @@ static void a_missing_box_is_computed(void **state) {
   rim_can_frame frame;
   const uint16_t feature[2] = {3, 4};
   const double lower[2] = {-1.0, 10.0}, upper[2] = {2.0, 14.0};
-  assert_int_equal(rim_region_from_box(&a.region, 2, feature, lower, upper), RIM_OK);
+  assert_int_equal(rimi_region_from_box(&a.region, 2, feature, lower, upper), RIM_OK);
   memset(a.region.lower, 0, sizeof a.region.lower);
   memset(a.region.upper, 0, sizeof a.region.upper);
   assert_int_equal(rim_can_pack_detail_fd(&frame, 1, &a), RIM_OK);
@@ -374,18 +375,18 @@ static void right_sums_do_not_excuse_wrong_contents(void **state) {
   assert_int_equal(rim_can_pack_detail_fd(&fd, 6, &a), RIM_OK);
   fd.data[16] |= 0x1cu; /* seven channels */
   const uint8_t id[2] = {(uint8_t)fd.id, (uint8_t)(fd.id >> 8)};
-  fd.data[63] = rim_crc8(rim_crc8(0, id, 2), fd.data, 63);
+  fd.data[63] = rimi_crc8(rimi_crc8(0, id, 2), fd.data, 63);
   assert_int_equal(rim_can_unpack_detail_fd(&back, &fd), RIM_E_RANGE);
   rim_can_frame summary;
   rim_can_summary s;
   assert_int_equal(rim_can_pack_summary(&summary, 6, &a), RIM_OK);
   summary.data[0] |= 0xe0u; /* kind 7 */
   const uint8_t summary_id[2] = {(uint8_t)summary.id, (uint8_t)(summary.id >> 8)};
-  summary.data[7] = rim_crc8(rim_crc8(0, summary_id, 2), summary.data, 7);
+  summary.data[7] = rimi_crc8(rimi_crc8(0, summary_id, 2), summary.data, 7);
   assert_int_equal(rim_can_unpack_summary(&s, &summary), RIM_E_RANGE);
   assert_int_equal(rim_can_pack_detail_fd(&fd, 6, &a), RIM_OK);
   memset(fd.data + 28, 0xff, 4); /* NaN */
-  fd.data[63] = rim_crc8(rim_crc8(0, id, 2), fd.data, 63);
+  fd.data[63] = rimi_crc8(rimi_crc8(0, id, 2), fd.data, 63);
   assert_int_equal(rim_can_unpack_detail_fd(&back, &fd), RIM_E_DATA);
 }
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The table of CAN signals: every bit layout a DBC can say, rows complete when they should be, and
  * no table accepted that would read outside a frame. */
 #include <math.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Climbs known functions; equal to the bit whatever ran before; ellipsoid against its region. */
 #include <math.h>
 #include <setjmp.h>
@@ -9,8 +10,8 @@
 
 #include <cmocka.h>
 
-#include "search/cem.h"
 #include "base/rng.h"
+#include "search/cem.h"
 
 #define SEED 29u
 static rim_rng rng;
@@ -40,12 +41,12 @@ static void climbs_in_every_dimension(void **state) {
   for (uint8_t dims = 1; dims <= RIM_CEM_MAX_DIMS; ++dims) {
     target t = {{0.7, 0.2, 0.5, 0.6, 0.4, 0.3}, 0.2, 0};
     const double middle[RIM_CEM_MAX_DIMS] = {0.5, 0.5, 0.5, 0.5, 0.5, 0.5};
-    rim_ellipsoid e = rim_ellipsoid_ball(dims, middle, 0.4);
+    rim_ellipsoid e = rimi_ellipsoid_ball(dims, middle, 0.4);
     const double before = closeness(&e, &t);
     t.calls = 0;
     const rim_cem_config c = {.samples = 200, .elites = 16, .iterations = 40, .smoothing = 0.3};
     double value = 0.0;
-    assert_int_equal(rim_cem_optimise(&c, closeness, &t, SEED, dims, &e, &value), RIM_OK);
+    assert_int_equal(rimi_cem_optimise(&c, closeness, &t, SEED, dims, &e, &value), RIM_OK);
     assert_int_equal(t.calls, 200 * 40 + 1);
     assert_true(value > before && value > -0.01);
     assert_true(value == closeness(&e, &t));
@@ -56,10 +57,10 @@ static void never_worse_than_the_start(void **state) {
   (void)state;
   target t = {{0.5, 0.5}, 0.3, 0};
   const double x[2] = {0.5, 0.5};
-  rim_ellipsoid e = rim_ellipsoid_ball(2, x, 0.3);
+  rim_ellipsoid e = rimi_ellipsoid_ball(2, x, 0.3);
   double value = -1.0;
   const rim_cem_config c = {0};
-  assert_int_equal(rim_cem_optimise(&c, closeness, &t, 1, 1, &e, &value), RIM_OK);
+  assert_int_equal(rimi_cem_optimise(&c, closeness, &t, 1, 1, &e, &value), RIM_OK);
   assert_true(value == 0.0 && e.center[0] == 0.5);
 }
 
@@ -71,9 +72,9 @@ static void key_decides(void **state) {
   const uint64_t stream[3] = {5, 6, 5};
   for (int i = 0; i < 3; ++i) {
     target t = {{0.9, 0.1}, 0.1, 0};
-    e[i] = rim_ellipsoid_ball(2, x, 0.2);
+    e[i] = rimi_ellipsoid_ball(2, x, 0.2);
     const rim_cem_config c = {0};
-    assert_int_equal(rim_cem_optimise(&c, closeness, &t, SEED, stream[i], &e[i], &value[i]),
+    assert_int_equal(rimi_cem_optimise(&c, closeness, &t, SEED, stream[i], &e[i], &value[i]),
                      RIM_OK);
   }
   assert_memory_equal(&e[0], &e[2], sizeof e[0]);
@@ -87,23 +88,23 @@ static void region_is_the_same_set(void **state) {
   for (int round = 0; round < 200; ++round) {
     const uint8_t dims = (uint8_t)(1 + round % 3);
     const double x[3] = {0.5, 0.5, 0.5};
-    rim_ellipsoid e = rim_ellipsoid_ball(dims, x, 0.3);
+    rim_ellipsoid e = rimi_ellipsoid_ball(dims, x, 0.3);
     for (int i = 0; i < dims * (dims + 1) / 2; ++i)
-      e.factor[i] += 0.25 * rim_rng_uniform(&rng);
+      e.factor[i] += 0.25 * rimi_rng_uniform(&rng);
     rim_region region;
-    assert_int_equal(rim_ellipsoid_region(&e, feature, &region), RIM_OK);
-    assert_true(rim_region_is_valid(&region));
+    assert_int_equal(rimi_ellipsoid_region(&e, feature, &region), RIM_OK);
+    assert_true(rimi_region_is_valid(&region));
     for (int k = 0; k < 50; ++k) {
       double full[5] = {0};
       double own[3];
       for (int i = 0; i < dims; ++i) {
-        own[i] = rim_rng_uniform(&rng);
+        own[i] = rimi_rng_uniform(&rng);
         full[feature[i]] = own[i];
       }
-      const double d2 = rim_region_distance2(&region, full);
+      const double d2 = rimi_region_distance2(&region, full);
       if (fabs(d2 - 1.0) < 1e-9)
         continue;
-      assert_int_equal(rim_ellipsoid_contains(&e, own), d2 < 1.0);
+      assert_int_equal(rimi_ellipsoid_contains(&e, own), d2 < 1.0);
       inside += d2 < 1.0;
     }
   }
@@ -115,7 +116,7 @@ static void bad_input_is_refused(void **state) {
   target t = {{0}, 0, 0};
   const double x[2] = {0.5, 0.5};
   const rim_cem_config good = {0};
-  rim_ellipsoid e = rim_ellipsoid_ball(2, x, 0.2);
+  rim_ellipsoid e = rimi_ellipsoid_ball(2, x, 0.2);
   const rim_ellipsoid before = e;
   double value = 7.0;
   rim_cem_config bad[] = {
@@ -124,36 +125,36 @@ static void bad_input_is_refused(void **state) {
       {.spread = INFINITY}, {.least_axis = 2.0}, {.least_axis = -1.0}, {.most_axis = NAN},
   };
   for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i) {
-    assert_int_equal(rim_cem_optimise(&bad[i], closeness, &t, 1, 1, &e, &value), RIM_E_CONFIG);
-    assert_false(rim_cem_is_valid(&bad[i], 2));
+    assert_int_equal(rimi_cem_optimise(&bad[i], closeness, &t, 1, 1, &e, &value), RIM_E_CONFIG);
+    assert_false(rimi_cem_is_valid(&bad[i], 2));
   }
-  assert_true(rim_cem_is_valid(&good, 1));
-  assert_true(rim_cem_is_valid(&good, RIM_CEM_MAX_DIMS));
-  assert_false(rim_cem_is_valid(&good, 0));
-  assert_false(rim_cem_is_valid(&good, RIM_CEM_MAX_DIMS + 1));
-  assert_false(rim_cem_is_valid(NULL, 1));
-  assert_int_equal(rim_cem_optimise(NULL, closeness, &t, 1, 1, &e, &value), RIM_E_ARGUMENT);
-  assert_int_equal(rim_cem_optimise(&good, NULL, &t, 1, 1, &e, &value), RIM_E_ARGUMENT);
+  assert_true(rimi_cem_is_valid(&good, 1));
+  assert_true(rimi_cem_is_valid(&good, RIM_CEM_MAX_DIMS));
+  assert_false(rimi_cem_is_valid(&good, 0));
+  assert_false(rimi_cem_is_valid(&good, RIM_CEM_MAX_DIMS + 1));
+  assert_false(rimi_cem_is_valid(NULL, 1));
+  assert_int_equal(rimi_cem_optimise(NULL, closeness, &t, 1, 1, &e, &value), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_cem_optimise(&good, NULL, &t, 1, 1, &e, &value), RIM_E_ARGUMENT);
   rim_ellipsoid odd = e;
   odd.dims = 7;
-  assert_int_equal(rim_cem_optimise(&good, closeness, &t, 1, 1, &odd, &value), RIM_E_CONFIG);
+  assert_int_equal(rimi_cem_optimise(&good, closeness, &t, 1, 1, &odd, &value), RIM_E_CONFIG);
   odd = e;
   odd.factor[2] = 0.0;
-  assert_int_equal(rim_cem_optimise(&good, closeness, &t, 1, 1, &odd, &value), RIM_E_CONFIG);
+  assert_int_equal(rimi_cem_optimise(&good, closeness, &t, 1, 1, &odd, &value), RIM_E_CONFIG);
   const uint16_t feature[3] = {0, 1, 2};
   rim_region region;
-  assert_int_equal(rim_ellipsoid_region(&odd, feature, &region), RIM_E_SINGULAR);
+  assert_int_equal(rimi_ellipsoid_region(&odd, feature, &region), RIM_E_SINGULAR);
   odd.dims = 4;
-  assert_int_equal(rim_ellipsoid_region(&odd, feature, &region), RIM_E_RANGE);
+  assert_int_equal(rimi_ellipsoid_region(&odd, feature, &region), RIM_E_RANGE);
   assert_memory_equal(&e, &before, sizeof e);
   assert_true(value == 7.0 && t.calls == 0);
   const double nan_point[2] = {NAN, 0.5};
-  assert_false(rim_ellipsoid_contains(&e, nan_point));
+  assert_false(rimi_ellipsoid_contains(&e, nan_point));
 }
 
 int main(void) {
   printf("seed %u\n", SEED);
-  rim_rng_seed(&rng, SEED, 0);
+  rimi_rng_seed(&rng, SEED, 0);
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(climbs_in_every_dimension),
       cmocka_unit_test(never_worse_than_the_start),

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Which times are believed: a clock that jumps, goes back, runs on, or begins anew. */
 #include <math.h>
 #include <setjmp.h>
@@ -53,8 +54,7 @@ static void another_clock_is_believed_when_it_goes_on(void **state) {
   (void)state;
   rim_clock_guard back = at_100_s(), ahead = at_100_s();
   for (int i = 1; i <= 5; ++i) {
-    assert_int_equal(take(&back, 5.0 + i, 1.0 + i),
-                     i < 5 ? RIM_CLOCK_BACK : RIM_CLOCK_RESTARTED);
+    assert_int_equal(take(&back, 5.0 + i, 1.0 + i), i < 5 ? RIM_CLOCK_BACK : RIM_CLOCK_RESTARTED);
     assert_int_equal(take(&ahead, 5000.0 + i, 1.0 + i),
                      i < 5 ? RIM_CLOCK_FUTURE : RIM_CLOCK_BELIEVED);
   }

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Commands, heartbeat and counters: lcm-gen's own bytes, every damage refused. */
 #include <setjmp.h>
 #include <stdarg.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The corrected model against numbers worked out by hand; its bytes against damage. */
 #include <math.h>
 #include <setjmp.h>
@@ -9,9 +10,9 @@
 
 #include <cmocka.h>
 
-#include "rim/plan/correct.h"
 #include "base/crc.h"
 #include "base/rng.h"
+#include "rim/plan/correct.h"
 
 #define SEED 47u
 enum { F = 4, O = 2, R = 3, BYTES = RIM_CORRECT_BYTES(O, R) };
@@ -36,8 +37,8 @@ static rim_correct_model model(rim_overlap overlap) {
   const double from[1] = {1.5};
   const double to[1] = {3.0};
   memset(region, 0, sizeof region);
-  assert_int_equal(rim_region_from_box(&region[0].region, 2, pair, low, high), RIM_OK);
-  assert_int_equal(rim_region_from_box(&region[1].region, 1, one, from, to), RIM_OK);
+  assert_int_equal(rimi_region_from_box(&region[0].region, 2, pair, low, high), RIM_OK);
+  assert_int_equal(rimi_region_from_box(&region[1].region, 1, one, from, to), RIM_OK);
   region[2].is_box = true;
   region[2].region.dims = 1;
   region[2].region.feature[0] = 2;
@@ -59,8 +60,8 @@ static rim_correct_model model(rim_overlap overlap) {
 static rim_correct opened(rim_overlap overlap) {
   const rim_correct_model m = model(overlap);
   rim_correct c = {0};
-  assert_int_equal(rim_correct_pack(&m, bytes, BYTES), RIM_OK);
-  assert_int_equal(rim_correct_open(&c, bytes, BYTES), RIM_OK);
+  assert_int_equal(rimi_correct_pack(&m, bytes, BYTES), RIM_OK);
+  assert_int_equal(rimi_correct_open(&c, bytes, BYTES), RIM_OK);
   assert_int_equal(c.kinds, 1);
   return c;
 }
@@ -75,7 +76,7 @@ static const double sd[O] = {0.5, 2.0};
 
 static void mean_is(const rim_correct *c, const double *x, double a, double b) {
   double mean[O];
-  assert_int_equal(rim_correct_mean(c, x, nominal, mean), RIM_OK);
+  assert_int_equal(rimi_correct_mean(c, x, nominal, mean), RIM_OK);
   near(mean[0], a, 1e-15 * 32);
   near(mean[1], b, 1e-15 * 32);
 }
@@ -96,23 +97,23 @@ static void overlaps(void **state) {
   double w[R + 1];
   rim_correct c = opened(RIM_OVERLAP_FIRST);
   mean_is(&c, in_0_and_1, 10.75, 20.0);
-  assert_int_equal(rim_correct_weights(&c, in_0_and_1, w), RIM_OK);
+  assert_int_equal(rimi_correct_weights(&c, in_0_and_1, w), RIM_OK);
   near(w[0], 0.25, 0.0);
   near(w[1], 0.75, 0.0);
   near(w[2] + w[3], 0.0, 0.0);
   c = opened(RIM_OVERLAP_SUM);
   mean_is(&c, in_0_and_1, 10.0 + 0.75 - 0.5 * 2.0, 20.0 + 0.5 * 3.0);
   mean_is(&c, in_all, 10.0 + 0.75 - 1.0 + 0.5, 20.0 + 1.5 + 0.25);
-  assert_int_equal(rim_correct_weights(&c, in_0_and_1, w), RIM_OK);
+  assert_int_equal(rimi_correct_weights(&c, in_0_and_1, w), RIM_OK);
   near(w[0], 0.125, 0.0); /* neither: (1 - .75) (1 - .5) */
   c = opened(RIM_OVERLAP_MIXTURE);
   /* confidences of .75 and .5 exceed 1: scaled to .6 and .4 */
-  assert_int_equal(rim_correct_weights(&c, in_0_and_1, w), RIM_OK);
+  assert_int_equal(rimi_correct_weights(&c, in_0_and_1, w), RIM_OK);
   near(w[0], 0.0, 1e-15);
   near(w[1], 0.6, 1e-15);
   near(w[2], 0.4, 1e-15);
   mean_is(&c, in_0_and_1, 10.0 + 0.6 - 0.8, 20.0 + 1.2);
-  assert_int_equal(rim_correct_weights(&c, in_0, w), RIM_OK);
+  assert_int_equal(rimi_correct_weights(&c, in_0, w), RIM_OK);
   near(w[0], 0.25, 0.0);
 }
 
@@ -123,8 +124,8 @@ static void a_mean_may_be_written_over(void **state) {
   double deviation[O] = {0.5, 2.0};
   double apart[O];
   double apart_sd[O];
-  assert_int_equal(rim_correct_moments(&c, in_all, nominal, sd, apart, apart_sd), RIM_OK);
-  assert_int_equal(rim_correct_moments(&c, in_all, mean, deviation, mean, deviation), RIM_OK);
+  assert_int_equal(rimi_correct_moments(&c, in_all, nominal, sd, apart, apart_sd), RIM_OK);
+  assert_int_equal(rimi_correct_moments(&c, in_all, mean, deviation, mean, deviation), RIM_OK);
   assert_memory_equal(mean, apart, sizeof mean);
   assert_memory_equal(deviation, apart_sd, sizeof deviation);
 }
@@ -135,16 +136,16 @@ static void standard_deviations(void **state) {
   double mean[O];
   double mixed[O];
   rim_correct c = opened(RIM_OVERLAP_FIRST);
-  assert_int_equal(rim_correct_moments(&c, in_0, nominal, sd, mean, mixed), RIM_OK);
+  assert_int_equal(rimi_correct_moments(&c, in_0, nominal, sd, mean, mixed), RIM_OK);
   near(mixed[0], sqrt(0.25 + 0.75 * 0.25), 1e-15);
   near(mixed[1], 2.0, 0.0);
-  assert_int_equal(rim_correct_moments(&c, outside, nominal, sd, mean, mixed), RIM_OK);
+  assert_int_equal(rimi_correct_moments(&c, outside, nominal, sd, mean, mixed), RIM_OK);
   assert_memory_equal(mixed, sd, sizeof mixed);
   c = opened(RIM_OVERLAP_SUM);
-  assert_int_equal(rim_correct_moments(&c, in_0_and_1, nominal, sd, mean, mixed), RIM_OK);
+  assert_int_equal(rimi_correct_moments(&c, in_0_and_1, nominal, sd, mean, mixed), RIM_OK);
   near(mixed[0], sqrt(0.25 + 0.75 * 0.25 + 0.25 * 4.0), 1e-15);
   c = opened(RIM_OVERLAP_MIXTURE); /* .6 at 1, .4 at -2: mean -.2, mean square 2.2 */
-  assert_int_equal(rim_correct_moments(&c, in_0_and_1, nominal, sd, mean, mixed), RIM_OK);
+  assert_int_equal(rimi_correct_moments(&c, in_0_and_1, nominal, sd, mean, mixed), RIM_OK);
   near(mixed[0], sqrt(0.25 + 2.2 - 0.04), 1e-15);
 }
 
@@ -157,20 +158,20 @@ static void densities(void **state) {
   (void)state;
   double p;
   rim_correct c = opened(RIM_OVERLAP_FIRST);
-  assert_int_equal(rim_correct_density(&c, outside, 0, 10.0, 0.5, 10.3, &p), RIM_OK);
+  assert_int_equal(rimi_correct_density(&c, outside, 0, 10.0, 0.5, 10.3, &p), RIM_OK);
   near(p, gauss(10.3, 10.0, 0.5), 1e-14);
-  assert_int_equal(rim_correct_density(&c, in_0_and_1, 0, 10.0, 0.5, 10.3, &p), RIM_OK);
+  assert_int_equal(rimi_correct_density(&c, in_0_and_1, 0, 10.0, 0.5, 10.3, &p), RIM_OK);
   near(p, 0.25 * gauss(10.3, 10.0, 0.5) + 0.75 * gauss(10.3, 11.0, 0.5), 1e-14); /* eq. 3.29 */
-  assert_int_equal(rim_correct_density(&c, in_2, 1, 20.0, 2.0, 20.0, &p), RIM_OK);
+  assert_int_equal(rimi_correct_density(&c, in_2, 1, 20.0, 2.0, 20.0, &p), RIM_OK);
   near(p, gauss(20.0, 20.25, 2.0), 1e-14); /* confidence 1: nothing nominal is left */
   c = opened(RIM_OVERLAP_SUM);
-  assert_int_equal(rim_correct_density(&c, in_0_and_1, 0, 10.0, 0.5, 9.0, &p), RIM_OK);
+  assert_int_equal(rimi_correct_density(&c, in_0_and_1, 0, 10.0, 0.5, 9.0, &p), RIM_OK);
   near(p,
        0.125 * gauss(9.0, 10.0, 0.5) + 0.375 * gauss(9.0, 11.0, 0.5) +
            0.125 * gauss(9.0, 8.0, 0.5) + 0.375 * gauss(9.0, 9.0, 0.5),
        1e-14);
   c = opened(RIM_OVERLAP_MIXTURE);
-  assert_int_equal(rim_correct_density(&c, in_0_and_1, 0, 10.0, 0.5, 9.0, &p), RIM_OK);
+  assert_int_equal(rimi_correct_density(&c, in_0_and_1, 0, 10.0, 0.5, 9.0, &p), RIM_OK);
   near(p, 0.6 * gauss(9.0, 11.0, 0.5) + 0.4 * gauss(9.0, 8.0, 0.5), 1e-14);
 }
 
@@ -180,13 +181,13 @@ static void joint_density(void **state) {
   const rim_correct c = opened(RIM_OVERLAP_MIXTURE);
   const double z[O] = {9.0, 22.0};
   double ln;
-  assert_int_equal(rim_correct_ln_density(&c, in_0_and_1, nominal, sd, z, &ln), RIM_OK);
+  assert_int_equal(rimi_correct_ln_density(&c, in_0_and_1, nominal, sd, z, &ln), RIM_OK);
   near(ln,
        log(0.6 * gauss(9.0, 11.0, 0.5) * gauss(22.0, 20.0, 2.0) +
            0.4 * gauss(9.0, 8.0, 0.5) * gauss(22.0, 23.0, 2.0)),
        1e-13);
   const double far[O] = {9e3, 22.0}; /* the density itself is 0 in double */
-  assert_int_equal(rim_correct_ln_density(&c, in_0_and_1, nominal, sd, far, &ln), RIM_OK);
+  assert_int_equal(rimi_correct_ln_density(&c, in_0_and_1, nominal, sd, far, &ln), RIM_OK);
   near(ln, log(0.6) - 0.5 * pow((9e3 - 11.0) / 0.5, 2.0) - 0.5 - log(2.0 * acos(-1.0)), 1e-4);
 }
 
@@ -199,7 +200,7 @@ static void densities_integrate_to_one(void **state) {
     for (size_t k = 0; k < sizeof contexts / sizeof *contexts; ++k) {
       double mean[O];
       double mixed[O];
-      assert_int_equal(rim_correct_moments(&c, contexts[k], nominal, sd, mean, mixed), RIM_OK);
+      assert_int_equal(rimi_correct_moments(&c, contexts[k], nominal, sd, mean, mixed), RIM_OK);
       for (uint32_t o = 0; o < O; ++o) {
         const double step = 0.02 * sd[o];
         double total = 0.0;
@@ -208,7 +209,7 @@ static void densities_integrate_to_one(void **state) {
         for (int i = -1500; i <= 1500; ++i) {
           const double z = nominal[o] + step * i;
           double p;
-          assert_int_equal(rim_correct_density(&c, contexts[k], o, nominal[o], sd[o], z, &p),
+          assert_int_equal(rimi_correct_density(&c, contexts[k], o, nominal[o], sd[o], z, &p),
                            RIM_OK);
           total += p * step;
           first += p * step * (z - nominal[o]);
@@ -226,15 +227,15 @@ static void no_regions_are_the_nominal_model(void **state) {
   (void)state;
   const rim_correct_model none = {.features = F, .outcomes = O};
   rim_correct c;
-  assert_int_equal(rim_correct_pack(&none, bytes, RIM_CORRECT_BYTES(O, 0)), RIM_OK);
-  assert_int_equal(rim_correct_open(&c, bytes, RIM_CORRECT_BYTES(O, 0)), RIM_OK);
+  assert_int_equal(rimi_correct_pack(&none, bytes, RIM_CORRECT_BYTES(O, 0)), RIM_OK);
+  assert_int_equal(rimi_correct_open(&c, bytes, RIM_CORRECT_BYTES(O, 0)), RIM_OK);
   mean_is(&c, in_all, 10.0, 20.0);
   double mean[O];
   double mixed[O];
   double p;
-  assert_int_equal(rim_correct_moments(&c, in_all, nominal, sd, mean, mixed), RIM_OK);
+  assert_int_equal(rimi_correct_moments(&c, in_all, nominal, sd, mean, mixed), RIM_OK);
   assert_memory_equal(mixed, sd, sizeof mixed);
-  assert_int_equal(rim_correct_density(&c, in_all, 0, 10.0, 0.5, 10.2, &p), RIM_OK);
+  assert_int_equal(rimi_correct_density(&c, in_all, 0, 10.0, 0.5, 10.2, &p), RIM_OK);
   near(p, gauss(10.2, 10.0, 0.5), 1e-14);
 }
 
@@ -244,8 +245,8 @@ static void everywhere_and_nowhere(void **state) {
   const rim_correct_model m = {
       .features = F, .outcomes = O, .regions = 1, .region = &all, .shift = shift};
   rim_correct c;
-  assert_int_equal(rim_correct_pack(&m, bytes, RIM_CORRECT_BYTES(O, 1)), RIM_OK);
-  assert_int_equal(rim_correct_open(&c, bytes, RIM_CORRECT_BYTES(O, 1)), RIM_OK);
+  assert_int_equal(rimi_correct_pack(&m, bytes, RIM_CORRECT_BYTES(O, 1)), RIM_OK);
+  assert_int_equal(rimi_correct_open(&c, bytes, RIM_CORRECT_BYTES(O, 1)), RIM_OK);
   mean_is(&c, outside, 11.0, 20.0);
   c = opened(RIM_OVERLAP_SUM);
   double nowhere[F] = {9.0, (double)NAN, (double)NAN, 2.0};
@@ -259,14 +260,14 @@ static void bad_questions_are_refused(void **state) {
   const rim_correct c = opened(RIM_OVERLAP_SUM);
   double a[O] = {7.0, 7.0};
   double p = 7.0;
-  assert_int_equal(rim_correct_mean(&closed, in_0, nominal, a), RIM_E_ARGUMENT);
-  assert_int_equal(rim_correct_mean(&c, NULL, nominal, a), RIM_E_ARGUMENT);
-  assert_int_equal(rim_correct_weights(&closed, in_0, a), RIM_E_ARGUMENT);
-  assert_int_equal(rim_correct_moments(&c, in_0, nominal, NULL, a, a), RIM_E_ARGUMENT);
-  assert_int_equal(rim_correct_density(&c, in_0, O, 1.0, 1.0, 1.0, &p), RIM_E_RANGE);
-  assert_int_equal(rim_correct_density(&c, in_0, 0, 1.0, 0.0, 1.0, &p), RIM_E_DATA);
+  assert_int_equal(rimi_correct_mean(&closed, in_0, nominal, a), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_correct_mean(&c, NULL, nominal, a), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_correct_weights(&closed, in_0, a), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_correct_moments(&c, in_0, nominal, NULL, a, a), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_correct_density(&c, in_0, O, 1.0, 1.0, 1.0, &p), RIM_E_RANGE);
+  assert_int_equal(rimi_correct_density(&c, in_0, 0, 1.0, 0.0, 1.0, &p), RIM_E_DATA);
   const double bad_sd[O] = {1.0, -1.0};
-  assert_int_equal(rim_correct_ln_density(&c, in_0, nominal, bad_sd, nominal, &p), RIM_E_DATA);
+  assert_int_equal(rimi_correct_ln_density(&c, in_0, nominal, bad_sd, nominal, &p), RIM_E_DATA);
   assert_true(a[0] == 7.0 && a[1] == 7.0 && p == 7.0);
 }
 
@@ -274,11 +275,11 @@ static void bad_models_are_not_packed(void **state) {
   (void)state;
   rim_correct_model m = model(RIM_OVERLAP_SUM);
   memset(bytes, 0x5a, BYTES);
-  assert_int_equal(rim_correct_pack(&m, bytes, BYTES - 1), RIM_E_SIZE);
-  assert_int_equal(rim_correct_pack(&m, bytes, BYTES + 1), RIM_E_SIZE);
-  assert_int_equal(rim_correct_pack(NULL, bytes, BYTES), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_correct_pack(&m, bytes, BYTES - 1), RIM_E_SIZE);
+  assert_int_equal(rimi_correct_pack(&m, bytes, BYTES + 1), RIM_E_SIZE);
+  assert_int_equal(rimi_correct_pack(NULL, bytes, BYTES), RIM_E_ARGUMENT);
   m.region = NULL;
-  assert_int_equal(rim_correct_pack(&m, bytes, BYTES), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_correct_pack(&m, bytes, BYTES), RIM_E_ARGUMENT);
   const rim_correct_model bad[] = {
       {.features = 0, .outcomes = O},
       {.features = 129, .outcomes = O},
@@ -288,33 +289,33 @@ static void bad_models_are_not_packed(void **state) {
       {.features = F, .outcomes = O, .kinds = 32},
   };
   for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i)
-    assert_int_equal(rim_correct_pack(&bad[i], bytes, BYTES), RIM_E_RANGE);
+    assert_int_equal(rimi_correct_pack(&bad[i], bytes, BYTES), RIM_E_RANGE);
   m = model(RIM_OVERLAP_SUM);
   region[0].confidence = 1.1;
-  assert_int_equal(rim_correct_pack(&m, bytes, BYTES), RIM_E_DATA);
+  assert_int_equal(rimi_correct_pack(&m, bytes, BYTES), RIM_E_DATA);
   m = model(RIM_OVERLAP_SUM);
   region[0].region.feature[1] = F;
-  assert_int_equal(rim_correct_pack(&m, bytes, BYTES), RIM_E_RANGE);
+  assert_int_equal(rimi_correct_pack(&m, bytes, BYTES), RIM_E_RANGE);
   m = model(RIM_OVERLAP_SUM);
   region[0].region.dims = 4;
-  assert_int_equal(rim_correct_pack(&m, bytes, BYTES), RIM_E_RANGE);
+  assert_int_equal(rimi_correct_pack(&m, bytes, BYTES), RIM_E_RANGE);
   m = model(RIM_OVERLAP_SUM);
   region[0].region.inverse_shape[0] = -1.0;
-  assert_int_equal(rim_correct_pack(&m, bytes, BYTES), RIM_E_SINGULAR);
+  assert_int_equal(rimi_correct_pack(&m, bytes, BYTES), RIM_E_SINGULAR);
   m = model(RIM_OVERLAP_SUM);
   region[2].region.lower[0] = (double)NAN;
-  assert_int_equal(rim_correct_pack(&m, bytes, BYTES), RIM_E_DATA);
+  assert_int_equal(rimi_correct_pack(&m, bytes, BYTES), RIM_E_DATA);
   m = model(RIM_OVERLAP_SUM);
   const double infinite[R * O] = {0.0, (double)INFINITY};
   m.shift = infinite;
-  assert_int_equal(rim_correct_pack(&m, bytes, BYTES), RIM_E_DATA);
+  assert_int_equal(rimi_correct_pack(&m, bytes, BYTES), RIM_E_DATA);
   for (size_t i = 0; i < BYTES; ++i)
     assert_int_equal(bytes[i], 0x5a);
 }
 
 static void mend_crc(void) {
-  uint32_t crc = rim_crc32(0, bytes, 28);
-  crc = rim_crc32(crc, bytes + 32, BYTES - 32);
+  uint32_t crc = rimi_crc32(0, bytes, 28);
+  crc = rimi_crc32(crc, bytes + 32, BYTES - 32);
   for (size_t i = 0; i < 4; ++i)
     bytes[28 + i] = (uint8_t)(crc >> 8 * i & 255u);
 }
@@ -327,17 +328,17 @@ static void damage_is_refused(void **state) {
   for (size_t i = 0; i < BYTES; ++i) {
     (void)opened(RIM_OVERLAP_SUM);
     bytes[i] ^= 0x10;
-    assert_int_not_equal(rim_correct_open(&c, bytes, BYTES), RIM_OK);
+    assert_int_not_equal(rimi_correct_open(&c, bytes, BYTES), RIM_OK);
   }
   (void)opened(RIM_OVERLAP_SUM);
   for (size_t n = 0; n < BYTES; ++n)
-    assert_int_equal(rim_correct_open(&c, bytes, n), RIM_E_TRUNCATED);
-  assert_int_equal(rim_correct_open(&c, bytes, BYTES + 1), RIM_E_SIZE);
-  assert_int_equal(rim_correct_open(&c, bytes + 1, BYTES), RIM_E_ALIGN);
-  assert_int_equal(rim_correct_open(&c, NULL, BYTES), RIM_E_ARGUMENT);
+    assert_int_equal(rimi_correct_open(&c, bytes, n), RIM_E_TRUNCATED);
+  assert_int_equal(rimi_correct_open(&c, bytes, BYTES + 1), RIM_E_SIZE);
+  assert_int_equal(rimi_correct_open(&c, bytes + 1, BYTES), RIM_E_ALIGN);
+  assert_int_equal(rimi_correct_open(&c, NULL, BYTES), RIM_E_ARGUMENT);
   bytes[0] = 2;
   mend_crc();
-  assert_int_equal(rim_correct_open(&c, bytes, BYTES), RIM_E_VERSION);
+  assert_int_equal(rimi_correct_open(&c, bytes, BYTES), RIM_E_VERSION);
   const struct {
     size_t at;
     uint8_t value;
@@ -361,7 +362,7 @@ static void damage_is_refused(void **state) {
     (void)opened(RIM_OVERLAP_SUM);
     bytes[bad[i].at] = bad[i].value;
     mend_crc();
-    assert_int_equal(rim_correct_open(&c, bytes, BYTES), bad[i].status);
+    assert_int_equal(rimi_correct_open(&c, bytes, BYTES), bad[i].status);
   }
   assert_memory_equal(&c, &before, sizeof c);
 }
@@ -370,21 +371,21 @@ static void damage_is_refused(void **state) {
 static void any_bytes_are_judged(void **state) {
   (void)state;
   rim_rng rng;
-  rim_rng_seed(&rng, SEED, 1);
+  rimi_rng_seed(&rng, SEED, 1);
   unsigned accepted = 0;
   for (int round = 0; round < 20000; ++round) {
     (void)opened(RIM_OVERLAP_SUM);
     for (int i = 0; i < 2; ++i) {
-      const uint32_t at = 8 + rim_rng_below(&rng, BYTES - 8);
-      bytes[at] = (uint8_t)rim_rng_u32(&rng);
+      const uint32_t at = 8 + rimi_rng_below(&rng, BYTES - 8);
+      bytes[at] = (uint8_t)rimi_rng_u32(&rng);
     }
     mend_crc();
     rim_correct c;
-    if (rim_correct_open(&c, bytes, BYTES) != RIM_OK)
+    if (rimi_correct_open(&c, bytes, BYTES) != RIM_OK)
       continue;
     ++accepted;
     double mean[O];
-    assert_int_equal(rim_correct_mean(&c, in_all, nominal, mean), RIM_OK);
+    assert_int_equal(rimi_correct_mean(&c, in_all, nominal, mean), RIM_OK);
     assert_true(mean[0] == mean[0] && mean[1] == mean[1]);
   }
   assert_true(accepted > 100);
@@ -406,22 +407,22 @@ static void an_image_carries_it(void **state) {
   for (size_t i = 0; i < 16; ++i)
     image[64 + i] = (uint8_t)(entry[i / 4] >> 8 * (i % 4) & 255u);
   memcpy(image + AT, bytes, BYTES);
-  const uint32_t content = rim_crc32(0, image + 64, ALL - 64);
+  const uint32_t content = rimi_crc32(0, image + 64, ALL - 64);
   for (size_t i = 0; i < 4; ++i)
     image[28 + i] = (uint8_t)(content >> 8 * i & 255u);
-  const uint32_t own = rim_crc32(0, image, 64);
+  const uint32_t own = rimi_crc32(0, image, 64);
   for (size_t i = 0; i < 4; ++i)
     image[32 + i] = (uint8_t)(own >> 8 * i & 255u);
   rim_image view;
   assert_int_equal(rim_image_open(&view, image, ALL), RIM_OK);
   rim_correct c = {0};
-  assert_int_equal(rim_correct_attach(&c, &view), RIM_OK);
+  assert_int_equal(rimi_correct_attach(&c, &view), RIM_OK);
   assert_ptr_equal(c.section, image + AT);
   mean_is(&c, in_0, 10.75, 20.0);
   image[64] = 15; /* another section */
-  assert_int_equal(rim_correct_attach(&c, &view), RIM_E_RANGE);
-  assert_int_equal(rim_correct_attach(&c, NULL), RIM_E_ARGUMENT);
-  assert_int_equal(rim_correct_attach(NULL, &view), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_correct_attach(&c, &view), RIM_E_RANGE);
+  assert_int_equal(rimi_correct_attach(&c, NULL), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_correct_attach(NULL, &view), RIM_E_ARGUMENT);
 }
 
 int main(void) {

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Check values of the catalogue of CRCs and of the FNV page; slow bitwise forms; continuation. */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -39,50 +40,51 @@ static uint8_t slow_crc8(const uint8_t *p, size_t n) {
 
 static void check_values(void **state) {
   (void)state;
-  assert_int_equal(rim_crc32(0, "123456789", 9), 0xcbf43926);
-  assert_int_equal(rim_crc8(0, "123456789", 9), 0x4b);
-  assert_true(rim_digest(RIM_DIGEST_START, "a", 1) == UINT64_C(0xaf63dc4c8601ec8c));
-  assert_true(rim_digest(RIM_DIGEST_START, "foobar", 6) == UINT64_C(0x85944171f73967e8));
+  assert_int_equal(rimi_crc32(0, "123456789", 9), 0xcbf43926);
+  assert_int_equal(rimi_crc8(0, "123456789", 9), 0x4b);
+  assert_true(rimi_digest(RIM_DIGEST_START, "a", 1) == UINT64_C(0xaf63dc4c8601ec8c));
+  assert_true(rimi_digest(RIM_DIGEST_START, "foobar", 6) == UINT64_C(0x85944171f73967e8));
 }
 
 static void nothing_changes_nothing(void **state) {
   (void)state;
-  assert_int_equal(rim_crc32(0, NULL, 0), 0);
-  assert_int_equal(rim_crc8(0, NULL, 0), 0);
-  assert_true(rim_digest(RIM_DIGEST_START, NULL, 0) == RIM_DIGEST_START);
+  assert_int_equal(rimi_crc32(0, NULL, 0), 0);
+  assert_int_equal(rimi_crc8(0, NULL, 0), 0);
+  assert_true(rimi_digest(RIM_DIGEST_START, NULL, 0) == RIM_DIGEST_START);
 }
 
 static void equals_the_slow_form_and_continues(void **state) {
   (void)state;
   for (size_t n = 0; n < sizeof data; n += 37) {
     const size_t cut = n / 3;
-    const uint32_t crc = rim_crc32(0, data, n);
+    const uint32_t crc = rimi_crc32(0, data, n);
     assert_int_equal(crc, slow_crc32(data, n));
-    assert_int_equal(rim_crc32(rim_crc32(0, data, cut), data + cut, n - cut), crc);
-    assert_int_equal(rim_crc8(0, data, n), slow_crc8(data, n));
-    assert_int_equal(rim_crc8(rim_crc8(0, data, cut), data + cut, n - cut), slow_crc8(data, n));
-    assert_true(rim_digest(rim_digest(RIM_DIGEST_START, data, cut), data + cut, n - cut) ==
-                rim_digest(RIM_DIGEST_START, data, n));
+    assert_int_equal(rimi_crc32(rimi_crc32(0, data, cut), data + cut, n - cut), crc);
+    assert_int_equal(rimi_crc8(0, data, n), slow_crc8(data, n));
+    assert_int_equal(rimi_crc8(rimi_crc8(0, data, cut), data + cut, n - cut), slow_crc8(data, n));
+    assert_true(rimi_digest(rimi_digest(RIM_DIGEST_START, data, cut), data + cut, n - cut) ==
+                rimi_digest(RIM_DIGEST_START, data, n));
   }
 }
 
 static void numbers_are_hashed_little_endian(void **state) {
   (void)state;
   static const uint8_t minus_two[8] = {0, 0, 0, 0, 0, 0, 0, 0xc0}, word[4] = {4, 3, 2, 1};
-  assert_true(rim_digest_f64(RIM_DIGEST_START, -2.0) == rim_digest(RIM_DIGEST_START, minus_two, 8));
-  assert_true(rim_digest_u32(RIM_DIGEST_START, 0x01020304) ==
-              rim_digest(RIM_DIGEST_START, word, 4));
-  assert_true(rim_digest_f64(RIM_DIGEST_START, 0.0) != rim_digest_f64(RIM_DIGEST_START, -0.0));
+  assert_true(rimi_digest_f64(RIM_DIGEST_START, -2.0) ==
+              rimi_digest(RIM_DIGEST_START, minus_two, 8));
+  assert_true(rimi_digest_u32(RIM_DIGEST_START, 0x01020304) ==
+              rimi_digest(RIM_DIGEST_START, word, 4));
+  assert_true(rimi_digest_f64(RIM_DIGEST_START, 0.0) != rimi_digest_f64(RIM_DIGEST_START, -0.0));
 }
 
 static void every_flipped_bit_shows(void **state) {
   (void)state;
-  const uint32_t crc = rim_crc32(0, data, 64);
-  const uint8_t small = rim_crc8(0, data, 15);
+  const uint32_t crc = rimi_crc32(0, data, 64);
+  const uint8_t small = rimi_crc8(0, data, 15);
   for (size_t bit = 0; bit < 64 * 8; ++bit) {
     data[bit / 8] ^= (uint8_t)(1u << bit % 8);
-    assert_int_not_equal(rim_crc32(0, data, 64), crc);
-    assert_true(bit >= 15 * 8 || rim_crc8(0, data, 15) != small);
+    assert_int_not_equal(rimi_crc32(0, data, 64), crc);
+    assert_true(bit >= 15 * 8 || rimi_crc8(0, data, 15) != small);
     data[bit / 8] ^= (uint8_t)(1u << bit % 8);
   }
 }
@@ -90,9 +92,9 @@ static void every_flipped_bit_shows(void **state) {
 int main(void) {
   printf("seed %u\n", SEED);
   rim_rng rng;
-  rim_rng_seed(&rng, SEED, 0);
+  rimi_rng_seed(&rng, SEED, 0);
   for (size_t i = 0; i < sizeof data; ++i) {
-    data[i] = (uint8_t)rim_rng_u32(&rng);
+    data[i] = (uint8_t)rimi_rng_u32(&rng);
   }
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(check_values),

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The digest of a verdict: whatever decides anything changes it. */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -80,7 +81,7 @@ static void what_is_not_in_use_does_not(void **state) {
   rim_verdict v = sample(), other = sample();
   other.out_feature = 5; /* nothing is out of range */
   other.out_value = 5.0;
-  other.alarm.channel[2] ^= 1u;      /* two channels */
+  other.alarm.channel[2] ^= 1u;       /* two channels */
   other.alarm.region.center[2] = 9.0; /* two features */
   assert_true(digest_of(&v) == digest_of(&other));
   v.reason = other.reason = RIM_REASON_OUT_OF_RANGE;

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Alg. 3 over a finished set: planted regions are found, each observation is explained once, and
  * the simpler explanation wins. */
 #include <math.h>
@@ -10,8 +11,8 @@
 
 #include <cmocka.h>
 
-#include "batch/dmaps.h"
 #include "base/rng.h"
+#include "batch/dmaps.h"
 
 #define SEED 41u
 enum { N = 900, D = 6, O = 3, NODES = 20 };
@@ -27,16 +28,16 @@ static double square(double x) { return x * x; }
 /* Region 1: an ellipse over features 1 and 3; region 2: one over 2 and 4. */
 static void make(uint64_t stream, double shift1, double shift2, int outcomes) {
   rim_rng rng;
-  rim_rng_seed(&rng, SEED, stream);
+  rimi_rng_seed(&rng, SEED, stream);
   for (int i = 0; i < N; ++i) {
     double *x = &u[i * D];
     for (int f = 0; f < D; ++f)
-      x[f] = rim_rng_uniform(&rng);
+      x[f] = rimi_rng_uniform(&rng);
     const bool in1 = square((x[1] - 0.3) / 0.22) + square((x[3] - 0.6) / 0.25) < 1.0;
     const bool in2 = square((x[2] - 0.7) / 0.2) + square((x[4] - 0.65) / 0.25) < 1.0;
     truth[i] = in1 ? 1 : in2 ? 2 : 0;
     for (int o = 0; o < outcomes; ++o)
-      r[i * outcomes + o] = rim_rng_normal(&rng);
+      r[i * outcomes + o] = rimi_rng_normal(&rng);
     r[i * outcomes] += truth[i] == 1 ? shift1 : truth[i] == 2 ? shift2 : 0.0;
   }
 }
@@ -49,8 +50,8 @@ static rim_batch_data with(int outcomes) {
 static rim_dmaps_result find(const rim_dmaps_config *config, const rim_batch_data *data,
                              const uint8_t *skip) {
   rim_dmaps_result result;
-  assert_int_equal(rim_dmaps_find(config, data, skip, work, sizeof work, &result), RIM_OK);
-  assert_int_equal(rim_dmaps_assign(&result, data, skip, given), RIM_OK);
+  assert_int_equal(rimi_dmaps_find(config, data, skip, work, sizeof work, &result), RIM_OK);
+  assert_int_equal(rimi_dmaps_assign(&result, data, skip, given), RIM_OK);
   return result;
 }
 
@@ -82,7 +83,7 @@ static void is_consistent(const rim_dmaps_result *result, const rim_batch_data *
         sum[o] += r[i * (uint32_t)data->outcomes + (uint32_t)o];
     }
     double shift[O];
-    assert_int_equal(rim_dmaps_shift(data, given, k, shift), RIM_OK);
+    assert_int_equal(rimi_dmaps_shift(data, given, k, shift), RIM_OK);
     for (int o = 0; o < data->outcomes; ++o) {
       ln_anom += sum[o] * sum[o] / (2.0 * n);
       near(shift[o], sum[o] / n, 1e-12);
@@ -90,7 +91,7 @@ static void is_consistent(const rim_dmaps_result *result, const rim_batch_data *
     assert_true(fabs(n - (double)region->count) <= 1.0); /* a point on the very edge */
     near(region->ln_anom, ln_anom, 0.02 * ln_anom);
     assert_true(region->price <= region->ln_anom);
-    assert_true(rim_region_is_valid(&region->region));
+    assert_true(rimi_region_is_valid(&region->region));
     value += region->ln_anom - region->price;
   }
   near(result->value, value, 1e-9);
@@ -112,7 +113,7 @@ static void two_regions_are_recovered(void **state) {
     assert_true(f1(first, 1) > 0.85);
     assert_true(f1((uint8_t)(3 - first), 2) > 0.85);
     double shift[O];
-    assert_int_equal(rim_dmaps_shift(&data, given, first, shift), RIM_OK);
+    assert_int_equal(rimi_dmaps_shift(&data, given, first, shift), RIM_OK);
     near(shift[0], 1.5, 0.3);
   }
 }
@@ -308,9 +309,9 @@ static void a_given_region_is_refined(void **state) {
   const double lower[2] = {0.45, 0.15};
   const double upper[2] = {0.95, 0.35};
   rim_region box;
-  assert_int_equal(rim_region_from_box(&box, 2, feature, lower, upper), RIM_OK);
+  assert_int_equal(rimi_region_from_box(&box, 2, feature, lower, upper), RIM_OK);
   box.inverse_shape[1] = box.inverse_shape[2] = 5.0; /* turned */
-  assert_true(rim_region_is_valid(&box));
+  assert_true(rimi_region_is_valid(&box));
   double sum = 0.0;
   double n = 0.0;
   for (int i = 0; i < N; ++i) {
@@ -319,26 +320,28 @@ static void a_given_region_is_refined(void **state) {
     n += in;
   }
   rim_dmaps_region out;
-  assert_int_equal(rim_dmaps_optimise(&c, &data, NULL, &box, work, sizeof work, &out), RIM_OK);
+  assert_int_equal(rimi_dmaps_optimise(&c, &data, NULL, &box, work, sizeof work, &out), RIM_OK);
   assert_true(out.ln_anom > sum * sum / (2.0 * n));
   rim_dmaps_result one = {.count = 1, .region = {out}};
-  assert_int_equal(rim_dmaps_assign(&one, &data, NULL, given), RIM_OK);
+  assert_int_equal(rimi_dmaps_assign(&one, &data, NULL, given), RIM_OK);
   assert_true(f1(1, 1) > 0.85);
   rim_region bad = box;
   bad.feature[0] = D;
-  assert_int_equal(rim_dmaps_optimise(&c, &data, NULL, &bad, work, sizeof work, &out), RIM_E_RANGE);
+  assert_int_equal(rimi_dmaps_optimise(&c, &data, NULL, &bad, work, sizeof work, &out),
+                   RIM_E_RANGE);
   bad = box;
   bad.dims = 0;
-  assert_int_equal(rim_dmaps_optimise(&c, &data, NULL, &bad, work, sizeof work, &out), RIM_E_RANGE);
+  assert_int_equal(rimi_dmaps_optimise(&c, &data, NULL, &bad, work, sizeof work, &out),
+                   RIM_E_RANGE);
   bad = box;
   bad.inverse_shape[0] = -1.0;
-  assert_int_equal(rim_dmaps_optimise(&c, &data, NULL, &bad, work, sizeof work, &out),
+  assert_int_equal(rimi_dmaps_optimise(&c, &data, NULL, &bad, work, sizeof work, &out),
                    RIM_E_SINGULAR);
   /* no climbing at all: the start itself, its factor through A^-1 and back */
   rim_dmaps_config still = c;
   still.cem.iterations = 1;
   still.cem.spread = 1e-12;
-  assert_int_equal(rim_dmaps_optimise(&still, &data, NULL, &box, work, sizeof work, &out), RIM_OK);
+  assert_int_equal(rimi_dmaps_optimise(&still, &data, NULL, &box, work, sizeof work, &out), RIM_OK);
   for (int k = 0; k < 4; ++k)
     near(out.region.inverse_shape[k], box.inverse_shape[k], 1e-6);
   assert_int_equal(out.count, (int)n);
@@ -353,16 +356,16 @@ static void memory_is_respected(void **state) {
   rim_dmaps_result result;
   memset(&result, 0x5a, sizeof result);
   const rim_dmaps_result before = result;
-  assert_int_equal(rim_dmaps_find(&c, &data, NULL, work, bytes - 1, &result), RIM_E_SIZE);
-  assert_int_equal(rim_dmaps_find(&c, &data, NULL, (char *)work + 4, bytes, &result), RIM_E_ALIGN);
-  assert_int_equal(rim_dmaps_find(&c, &data, NULL, NULL, bytes, &result), RIM_E_ARGUMENT);
-  assert_int_equal(rim_dmaps_find(NULL, &data, NULL, work, bytes, &result), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_dmaps_find(&c, &data, NULL, work, bytes - 1, &result), RIM_E_SIZE);
+  assert_int_equal(rimi_dmaps_find(&c, &data, NULL, (char *)work + 4, bytes, &result), RIM_E_ALIGN);
+  assert_int_equal(rimi_dmaps_find(&c, &data, NULL, NULL, bytes, &result), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_dmaps_find(NULL, &data, NULL, work, bytes, &result), RIM_E_ARGUMENT);
   rim_batch_data none = data;
   none.n = 0;
-  assert_int_equal(rim_dmaps_find(&c, &none, NULL, work, bytes, &result), RIM_E_DATA);
+  assert_int_equal(rimi_dmaps_find(&c, &none, NULL, work, bytes, &result), RIM_E_DATA);
   assert_memory_equal(&before, &result, sizeof result);
   memset(work, 0xa5, sizeof work);
-  assert_int_equal(rim_dmaps_find(&c, &data, NULL, work, bytes, &result), RIM_OK);
+  assert_int_equal(rimi_dmaps_find(&c, &data, NULL, work, bytes, &result), RIM_OK);
   for (size_t i = bytes; i < sizeof work; ++i)
     assert_int_equal(((uint8_t *)work)[i], 0xa5);
 }
@@ -387,16 +390,16 @@ static void bad_configuration_is_refused(void **state) {
   memset(&result, 0x5a, sizeof result);
   const rim_dmaps_result before = result;
   for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i) {
-    assert_int_equal(rim_dmaps_find(&bad[i], &data, NULL, work, sizeof work, &result),
+    assert_int_equal(rimi_dmaps_find(&bad[i], &data, NULL, work, sizeof work, &result),
                      RIM_E_CONFIG);
   }
   assert_memory_equal(&before, &result, sizeof result);
   rim_dmaps_result far = {.count = 1};
   far.region[0].region.dims = 1;
   far.region[0].region.feature[0] = D;
-  assert_int_equal(rim_dmaps_assign(&far, &data, NULL, given), RIM_E_RANGE);
+  assert_int_equal(rimi_dmaps_assign(&far, &data, NULL, given), RIM_E_RANGE);
   double shift[O];
-  assert_int_equal(rim_dmaps_shift(&data, given, 0, shift), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_dmaps_shift(&data, given, 0, shift), RIM_E_ARGUMENT);
 }
 
 int main(void) {

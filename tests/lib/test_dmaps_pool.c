@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Alg. 3 step by step: two planted balls, none twice; the pool stays bounded; a copy goes on. */
 #include <math.h>
 #include <setjmp.h>
@@ -9,8 +10,8 @@
 
 #include <cmocka.h>
 
-#include "batch/dmaps.h"
 #include "base/rng.h"
+#include "batch/dmaps.h"
 #include "batch/stats.h"
 
 #define SEED 43u
@@ -31,23 +32,25 @@ static double ln_anom(const rim_ellipsoid *e, const rim_ellipsoid *taken, uint32
   for (uint32_t i = 0; i < d->n; ++i) {
     bool explained = false;
     for (uint32_t k = 0; k < count; ++k)
-      explained = explained || rim_ellipsoid_contains(&taken[k], d->x[i]);
-    if (!explained && rim_ellipsoid_contains(e, d->x[i]))
-      (void)rim_stats_add(&s, d->r[i], 1.0);
+      explained = explained || rimi_ellipsoid_contains(&taken[k], d->x[i]);
+    if (!explained && rimi_ellipsoid_contains(e, d->x[i]))
+      (void)rimi_stats_add(&s, d->r[i], 1.0);
   }
-  return s.n < 5.0 ? 0.0 : rim_stats_ln_anom(&s);
+  return s.n < 5.0 ? 0.0 : rimi_stats_ln_anom(&s);
 }
 
 static void make(data *d, double shift) {
   rim_rng rng;
-  rim_rng_seed(&rng, SEED, 1);
+  rimi_rng_seed(&rng, SEED, 1);
   for (int i = 0; i < N; ++i) {
-    d->x[i][0] = rim_rng_uniform(&rng);
-    d->x[i][1] = rim_rng_uniform(&rng);
+    d->x[i][0] = rimi_rng_uniform(&rng);
+    d->x[i][1] = rimi_rng_uniform(&rng);
     d->region[i] = hypot(d->x[i][0] - 0.75, d->x[i][1] - 0.3) < 0.2   ? 1
                    : hypot(d->x[i][0] - 0.25, d->x[i][1] - 0.7) < 0.2 ? 2
                                                                       : 0;
-    d->r[i] = rim_rng_normal(&rng) + (d->region[i] == 1 ? shift : d->region[i] == 2 ? -shift : 0.0);
+    d->r[i] = rimi_rng_normal(&rng) + (d->region[i] == 1   ? shift
+                                       : d->region[i] == 2 ? -shift
+                                                           : 0.0);
   }
 }
 
@@ -59,9 +62,9 @@ static void two_balls_are_found(void **state) {
   static data d;
   static rim_dmaps_pool pool;
   make(&d, 2.0);
-  assert_int_equal(rim_dmaps_pool_init(&pool, &config), RIM_OK);
+  assert_int_equal(rimi_dmaps_pool_init(&pool, &config), RIM_OK);
   for (d.n = 1; d.n <= N; ++d.n) {
-    assert_int_equal(rim_dmaps_step(&pool, d.x[d.n - 1], ln_anom, &d), RIM_OK);
+    assert_int_equal(rimi_dmaps_step(&pool, d.x[d.n - 1], ln_anom, &d), RIM_OK);
     assert_true(pool.found <= pool.count && pool.count <= 6 && pool.count - pool.found <= 3);
     double total = 0.0;
     for (uint32_t k = 0; k < pool.found; ++k) {
@@ -80,7 +83,7 @@ static void two_balls_are_found(void **state) {
       double hit = 0.0;
       double wrong = 0.0;
       for (int i = 0; i < N; ++i) {
-        const bool in = rim_ellipsoid_contains(&pool.candidate[k], d.x[i]);
+        const bool in = rimi_ellipsoid_contains(&pool.candidate[k], d.x[i]);
         hit += in && d.region[i] == planted;
         wrong += in != (d.region[i] == planted);
       }
@@ -98,9 +101,9 @@ static void nothing_is_found_in_noise(void **state) {
   make(&d, 0.0);
   rim_dmaps_pool_config c = config;
   c.spare = 0;
-  assert_int_equal(rim_dmaps_pool_init(&pool, &c), RIM_OK);
+  assert_int_equal(rimi_dmaps_pool_init(&pool, &c), RIM_OK);
   for (d.n = 1; d.n <= 120; ++d.n) {
-    assert_int_equal(rim_dmaps_step(&pool, d.x[d.n - 1], ln_anom, &d), RIM_OK);
+    assert_int_equal(rimi_dmaps_step(&pool, d.x[d.n - 1], ln_anom, &d), RIM_OK);
     assert_int_equal(pool.found, 0);
     assert_int_equal(pool.count, 0);
     assert_true(pool.total == 0.0);
@@ -113,14 +116,14 @@ static void a_copy_goes_on(void **state) {
   static rim_dmaps_pool one;
   static rim_dmaps_pool two;
   make(&d, 2.0);
-  assert_int_equal(rim_dmaps_pool_init(&one, &config), RIM_OK);
+  assert_int_equal(rimi_dmaps_pool_init(&one, &config), RIM_OK);
   for (d.n = 1; d.n <= 80; ++d.n) {
     if (d.n == 40)
       two = one;
-    assert_int_equal(rim_dmaps_step(&one, d.x[d.n - 1], ln_anom, &d), RIM_OK);
+    assert_int_equal(rimi_dmaps_step(&one, d.x[d.n - 1], ln_anom, &d), RIM_OK);
   }
   for (d.n = 40; d.n <= 80; ++d.n)
-    assert_int_equal(rim_dmaps_step(&two, d.x[d.n - 1], ln_anom, &d), RIM_OK);
+    assert_int_equal(rimi_dmaps_step(&two, d.x[d.n - 1], ln_anom, &d), RIM_OK);
   assert_memory_equal(one.value, two.value, one.count * sizeof *one.value);
   assert_int_equal(one.count, two.count);
   assert_int_equal(one.found, two.found);
@@ -133,9 +136,9 @@ static void the_pool_is_bounded(void **state) {
   static rim_dmaps_pool pool;
   make(&d, 2.0);
   const rim_dmaps_pool_config c = {.dims = 2, .lambda = 0.0, .seed = 1, .cem = {.iterations = 1}};
-  assert_int_equal(rim_dmaps_pool_init(&pool, &c), RIM_OK);
+  assert_int_equal(rimi_dmaps_pool_init(&pool, &c), RIM_OK);
   for (d.n = 1; d.n <= 40; ++d.n) {
-    assert_int_equal(rim_dmaps_step(&pool, d.x[d.n - 1], ln_anom, &d), RIM_OK);
+    assert_int_equal(rimi_dmaps_step(&pool, d.x[d.n - 1], ln_anom, &d), RIM_OK);
     assert_true(pool.found == pool.count && pool.count <= RIM_DMAPS_MAX_REGIONS);
   }
   assert_int_equal(pool.count, RIM_DMAPS_MAX_REGIONS);
@@ -158,13 +161,13 @@ static void bad_input_is_refused(void **state) {
   memset(&pool, 0x5a, sizeof pool);
   const rim_dmaps_pool before = pool;
   for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i)
-    assert_int_equal(rim_dmaps_pool_init(&pool, &bad[i]), RIM_E_CONFIG);
+    assert_int_equal(rimi_dmaps_pool_init(&pool, &bad[i]), RIM_E_CONFIG);
   assert_memory_equal(&before, &pool, sizeof pool);
-  assert_int_equal(rim_dmaps_pool_init(NULL, &config), RIM_E_ARGUMENT);
-  assert_int_equal(rim_dmaps_pool_init(&pool, &config), RIM_OK);
+  assert_int_equal(rimi_dmaps_pool_init(NULL, &config), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_dmaps_pool_init(&pool, &config), RIM_OK);
   const double point[2] = {0.5, (double)NAN};
-  assert_int_equal(rim_dmaps_step(&pool, point, ln_anom, &d), RIM_E_DATA);
-  assert_int_equal(rim_dmaps_step(&pool, NULL, ln_anom, &d), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_dmaps_step(&pool, point, ln_anom, &d), RIM_E_DATA);
+  assert_int_equal(rimi_dmaps_step(&pool, NULL, ln_anom, &d), RIM_E_ARGUMENT);
   assert_int_equal(pool.steps, 0);
   assert_int_equal(pool.count, 0);
 }

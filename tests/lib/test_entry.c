@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Plans and entries: lcm-gen's own bytes; plans that cannot be flown are refused. */
 #include <math.h>
 #include <setjmp.h>

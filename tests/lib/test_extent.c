@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* extent: a hidden region is found and bracketed, eq. 5.6 to 5.12 hold term by term, and attacks.
  */
 #include <math.h>
@@ -11,8 +12,8 @@
 #include <cmocka.h>
 
 #include "base/crc.h"
-#include "rim/plan/extent.h"
 #include "base/rng.h"
+#include "rim/plan/extent.h"
 
 #define SEED 52u
 enum { DIMS = 2, POINTS = 120, LAMBDAS = 9, RIMS = 2 };
@@ -62,9 +63,9 @@ static bool in_second(const double *p) {
 
 static void draw(double first, double second) {
   for (int i = 0; i < POINTS; ++i) {
-    x[i][0] = -1.0 + 2.0 * rim_rng_uniform(&rng);
-    x[i][1] = 10.0 + 10.0 * rim_rng_uniform(&rng);
-    dz[i] = sqrt(VAR) * rim_rng_normal(&rng) + (in_first(x[i]) ? first : 0.0) +
+    x[i][0] = -1.0 + 2.0 * rimi_rng_uniform(&rng);
+    x[i][1] = 10.0 + 10.0 * rimi_rng_uniform(&rng);
+    dz[i] = sqrt(VAR) * rimi_rng_normal(&rng) + (in_first(x[i]) ? first : 0.0) +
             (in_second(x[i]) ? second : 0.0);
   }
 }
@@ -77,7 +78,7 @@ static void fill(rim_extent *e, int from, int to) {
 
 static bool inside(const rim_extent_region *region, const double *p) {
   const double u[DIMS] = {(p[0] + 1.0) / 2.0, (p[1] - 10.0) / 10.0};
-  return rim_ellipsoid_contains(&region->ellipsoid, u);
+  return rimi_ellipsoid_contains(&region->ellipsoid, u);
 }
 
 static void finds_a_hidden_region(void **state) {
@@ -91,8 +92,8 @@ static void finds_a_hidden_region(void **state) {
     rim_extent_search(e, 3 * LAMBDAS);
     double hit = 0.0, said = 0.0, truth = 0.0;
     for (int k = 0; k < 2000; ++k) {
-      const double p[DIMS] = {-1.0 + 2.0 * rim_rng_uniform(&rng),
-                              10.0 + 10.0 * rim_rng_uniform(&rng)};
+      const double p[DIMS] = {-1.0 + 2.0 * rimi_rng_uniform(&rng),
+                              10.0 + 10.0 * rimi_rng_uniform(&rng)};
       const rim_extent_local at = rim_extent_at(e, 0, p);
       const bool yes = at.existence * at.member > 0.5;
       hit += yes && in_first(p);
@@ -157,8 +158,8 @@ static void equations_hold_term_by_term(void **state) {
     assert_near(r[i].confidence, 1.0 / (1.0 + exp(7.0 - r[i].ln_anom)), 1e-12);
   }
   for (int k = 0; k < 300; ++k) {
-    const double p[DIMS] = {-1.0 + 2.0 * rim_rng_uniform(&rng),
-                            10.0 + 10.0 * rim_rng_uniform(&rng)};
+    const double p[DIMS] = {-1.0 + 2.0 * rimi_rng_uniform(&rng),
+                            10.0 + 10.0 * rimi_rng_uniform(&rng)};
     double all = 0.0, in = 0.0, shift = 0.0, var = 0.0, most = 0.0;
     for (uint32_t i = 0; i < LAMBDAS; ++i) {
       all += r[i].confidence;
@@ -204,7 +205,7 @@ static void sample_follows_the_posterior(void **state) {
   double at[SHOTS], off[SHOTS];
   for (int i = 0; i < SHOTS; ++i) {
     at[i] = (i + 0.5) / SHOTS;
-    off[i] = 0.1 * rim_rng_normal(&rng) + (at[i] > 0.3 && at[i] < 0.7 ? 0.35 : 0.0);
+    off[i] = 0.1 * rimi_rng_normal(&rng) + (at[i] > 0.3 && at[i] < 0.7 ? 0.35 : 0.0);
     assert_int_equal(rim_extent_add(e, &at[i], off[i], VAR), RIM_OK);
   }
   double inside_of[AT] = {0}, all = 0.0;
@@ -446,7 +447,7 @@ static uint64_t run(rim_extent *e, int from, int to, uint64_t digest) {
     rim_extent_search(e, 2);
     const rim_extent_mixture m = rim_extent_reward(e, x[(i * 7) % POINTS], 0.1, 0.02);
     rim_extent_moments(&m, &mean, &var);
-    digest = rim_digest_f64(rim_digest_f64(digest, mean), var);
+    digest = rimi_digest_f64(rimi_digest_f64(digest, mean), var);
   }
   return digest;
 }
@@ -468,11 +469,11 @@ static void digest_is_constant(void **state) {
   (void)state;
   rim_extent_config c = config_of(2);
   rim_rng own;
-  rim_rng_seed(&own, SEED, 7);
+  rimi_rng_seed(&own, SEED, 7);
   for (int i = 0; i < POINTS; ++i) {
-    x[i][0] = -1.0 + 2.0 * rim_rng_uniform(&own);
-    x[i][1] = 10.0 + 10.0 * rim_rng_uniform(&own);
-    dz[i] = 0.2 * rim_rng_normal(&own) + (in_first(x[i]) ? 0.5 : 0.0);
+    x[i][0] = -1.0 + 2.0 * rimi_rng_uniform(&own);
+    x[i][1] = 10.0 + 10.0 * rimi_rng_uniform(&own);
+    dz[i] = 0.2 * rimi_rng_normal(&own) + (in_first(x[i]) ? 0.5 : 0.0);
   }
   static const uint64_t expected[] = {UINT64_C(0x7f66d4a477560246), UINT64_C(0xde5a53508a7c0ea7),
                                       UINT64_C(0x93453f7d4ea38893)};
@@ -487,7 +488,7 @@ static void digest_is_constant(void **state) {
 
 int main(void) {
   printf("seed %u\n", SEED);
-  rim_rng_seed(&rng, SEED, 0);
+  rimi_rng_seed(&rng, SEED, 0);
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(finds_a_hidden_region),
       cmocka_unit_test(set_runs_from_specific_to_general),

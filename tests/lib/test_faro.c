@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Alg. 2 finds a planted ball; the set stays bounded and sorted; a copy goes on to the same bits.
  */
 #include <math.h>
@@ -10,8 +11,8 @@
 
 #include <cmocka.h>
 
-#include "batch/faro.h"
 #include "base/rng.h"
+#include "batch/faro.h"
 #include "batch/stats.h"
 
 #define SEED 31u
@@ -27,20 +28,20 @@ static double ln_anom(const rim_ellipsoid *e, void *context) {
   const data *d = (const data *)context;
   rim_stats s = {0};
   for (uint32_t i = 0; i < d->n; ++i) {
-    if (rim_ellipsoid_contains(e, d->x[i]))
-      (void)rim_stats_add(&s, d->r[i], 1.0);
+    if (rimi_ellipsoid_contains(e, d->x[i]))
+      (void)rimi_stats_add(&s, d->r[i], 1.0);
   }
-  return rim_stats_ln_anom(&s);
+  return rimi_stats_ln_anom(&s);
 }
 
 static void make(data *d, double shift) {
   rim_rng rng;
-  rim_rng_seed(&rng, SEED, 1);
+  rimi_rng_seed(&rng, SEED, 1);
   for (int i = 0; i < N; ++i) {
-    d->x[i][0] = rim_rng_uniform(&rng);
-    d->x[i][1] = rim_rng_uniform(&rng);
+    d->x[i][0] = rimi_rng_uniform(&rng);
+    d->x[i][1] = rimi_rng_uniform(&rng);
     d->anomalous[i] = hypot(d->x[i][0] - 0.7, d->x[i][1] - 0.3) < 0.2;
-    d->r[i] = rim_rng_normal(&rng) + (d->anomalous[i] ? shift : 0.0);
+    d->r[i] = rimi_rng_normal(&rng) + (d->anomalous[i] ? shift : 0.0);
   }
 }
 
@@ -51,10 +52,10 @@ static void finds_a_planted_ball(void **state) {
   static data d;
   static rim_faro faro;
   make(&d, -2.0);
-  assert_int_equal(rim_faro_init(&faro, &config), RIM_OK);
+  assert_int_equal(rimi_faro_init(&faro, &config), RIM_OK);
   bool found = true;
   for (d.n = 1; d.n <= N; ++d.n) {
-    assert_int_equal(rim_faro_step(&faro, d.x[d.n - 1], ln_anom, &d, 20.0, &found), RIM_OK);
+    assert_int_equal(rimi_faro_step(&faro, d.x[d.n - 1], ln_anom, &d, 20.0, &found), RIM_OK);
     if (d.n == 1)
       assert_false(found);
     assert_true(faro.count <= 5);
@@ -66,7 +67,7 @@ static void finds_a_planted_ball(void **state) {
   int hit = 0;
   int wrong = 0;
   for (int i = 0; i < N; ++i) {
-    const bool in = rim_ellipsoid_contains(&faro.candidate[0], d.x[i]);
+    const bool in = rimi_ellipsoid_contains(&faro.candidate[0], d.x[i]);
     hit += in && d.anomalous[i];
     wrong += in != d.anomalous[i];
   }
@@ -78,10 +79,10 @@ static void finds_nothing_in_noise(void **state) {
   static data d;
   static rim_faro faro;
   make(&d, 0.0);
-  assert_int_equal(rim_faro_init(&faro, &config), RIM_OK);
+  assert_int_equal(rimi_faro_init(&faro, &config), RIM_OK);
   bool found = true;
   for (d.n = 1; d.n <= N; ++d.n) {
-    assert_int_equal(rim_faro_step(&faro, d.x[d.n - 1], ln_anom, &d, 20.0, &found), RIM_OK);
+    assert_int_equal(rimi_faro_step(&faro, d.x[d.n - 1], ln_anom, &d, 20.0, &found), RIM_OK);
     assert_false(found);
   }
 }
@@ -92,15 +93,15 @@ static void a_copy_goes_on(void **state) {
   static rim_faro one;
   static rim_faro two;
   make(&d, -2.0);
-  assert_int_equal(rim_faro_init(&one, &config), RIM_OK);
+  assert_int_equal(rimi_faro_init(&one, &config), RIM_OK);
   bool found;
   for (d.n = 1; d.n <= 80; ++d.n) {
     if (d.n == 40)
       two = one;
-    assert_int_equal(rim_faro_step(&one, d.x[d.n - 1], ln_anom, &d, 1.0, &found), RIM_OK);
+    assert_int_equal(rimi_faro_step(&one, d.x[d.n - 1], ln_anom, &d, 1.0, &found), RIM_OK);
   }
   for (d.n = 40; d.n <= 80; ++d.n) {
-    assert_int_equal(rim_faro_step(&two, d.x[d.n - 1], ln_anom, &d, 1.0, &found), RIM_OK);
+    assert_int_equal(rimi_faro_step(&two, d.x[d.n - 1], ln_anom, &d, 1.0, &found), RIM_OK);
   }
   assert_int_equal(one.count, two.count);
   for (uint32_t i = 0; i < one.count; ++i) {
@@ -120,18 +121,18 @@ static void bad_input_is_refused(void **state) {
                            {.dims = 2, .radius = -1.0},
                            {.dims = 2, .radius = NAN}};
   for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i) {
-    assert_int_equal(rim_faro_init(&faro, &bad[i]), RIM_E_CONFIG);
+    assert_int_equal(rimi_faro_init(&faro, &bad[i]), RIM_E_CONFIG);
   }
-  assert_int_equal(rim_faro_init(NULL, &config), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_faro_init(NULL, &config), RIM_E_ARGUMENT);
   rim_faro_config wrong = config;
   wrong.cem.samples = 1;
-  assert_int_equal(rim_faro_init(&faro, &wrong), RIM_OK);
+  assert_int_equal(rimi_faro_init(&faro, &wrong), RIM_OK);
   bool found = true;
-  assert_int_equal(rim_faro_step(&faro, d.x[0], ln_anom, &d, 0.0, &found), RIM_E_CONFIG);
+  assert_int_equal(rimi_faro_step(&faro, d.x[0], ln_anom, &d, 0.0, &found), RIM_E_CONFIG);
   assert_int_equal(faro.count, 0);
   const double bad_point[2] = {0.5, NAN};
-  assert_int_equal(rim_faro_init(&faro, &config), RIM_OK);
-  assert_int_equal(rim_faro_step(&faro, bad_point, ln_anom, &d, 0.0, &found), RIM_E_DATA);
+  assert_int_equal(rimi_faro_init(&faro, &config), RIM_OK);
+  assert_int_equal(rimi_faro_step(&faro, bad_point, ln_anom, &d, 0.0, &found), RIM_E_DATA);
   assert_int_equal(faro.steps, 0);
   assert_true(found);
 }

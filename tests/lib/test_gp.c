@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* gp: against a dense solution in long double, the laws of its updates, and attacks. */
 #include <math.h>
 #include <setjmp.h>
@@ -10,8 +11,8 @@
 #include <cmocka.h>
 
 #include "base/crc.h"
-#include "rim/plan/gp.h"
 #include "base/rng.h"
+#include "rim/plan/gp.h"
 
 #define SEED 61u
 enum { DIMS = 2, POINTS = 40, KERNELS = 3 };
@@ -52,9 +53,9 @@ static rim_gp *make(block *b, const rim_gp_config *c) {
 static void draw(void) {
   for (int i = 0; i < POINTS; ++i) {
     for (int d = 0; d < DIMS; ++d)
-      x[i][d] = 2.0 * rim_rng_uniform(&rng);
-    y[i] = 2.0 * x[i][0] * (1.5 - x[i][0]) + x[i][1] + 0.1 * rim_rng_normal(&rng);
-    noise[i] = i % 3 == 0 ? 0.05 * rim_rng_uniform(&rng) : 0.0;
+      x[i][d] = 2.0 * rimi_rng_uniform(&rng);
+    y[i] = 2.0 * x[i][0] * (1.5 - x[i][0]) + x[i][1] + 0.1 * rimi_rng_normal(&rng);
+    noise[i] = i % 3 == 0 ? 0.05 * rimi_rng_uniform(&rng) : 0.0;
   }
 }
 
@@ -117,7 +118,7 @@ static void agrees_with_a_dense_solution(void **state) {
       rim_gp_reset(gp);
       fill(gp, n);
       for (int k = 0; k < 20; ++k) {
-        const double at[DIMS] = {3.0 * rim_rng_uniform(&rng) - 0.5, 2.0 * rim_rng_uniform(&rng)};
+        const double at[DIMS] = {3.0 * rimi_rng_uniform(&rng) - 0.5, 2.0 * rimi_rng_uniform(&rng)};
         double mean, var, expected[3];
         assert_int_equal(rim_gp_predict(gp, at, &mean, &var), RIM_OK);
         dense(&c, n, at, expected);
@@ -163,7 +164,7 @@ static void removal_equals_never_having_seen_it(void **state) {
       }
       assert_int_equal(rim_gp_points(all), POINTS - 1);
       for (int k = 0; k < 10; ++k) {
-        const double at[DIMS] = {2.0 * rim_rng_uniform(&rng), 2.0 * rim_rng_uniform(&rng)};
+        const double at[DIMS] = {2.0 * rimi_rng_uniform(&rng), 2.0 * rimi_rng_uniform(&rng)};
         double a[2], b[2];
         (void)rim_gp_predict(all, at, a, a + 1);
         (void)rim_gp_predict(without, at, b, b + 1);
@@ -284,8 +285,8 @@ static void criterion_does_not_drift(void **state) {
   const rim_gp_config c = config_of(2);
   rim_gp *gp = make(&memory, &c);
   for (int i = 0; i < 500; ++i) {
-    const double at[DIMS] = {2.0 * rim_rng_uniform(&rng), 2.0 * rim_rng_uniform(&rng)};
-    assert_int_equal(rim_gp_add(gp, at, rim_rng_normal(&rng), 0.0, 0.0), RIM_OK);
+    const double at[DIMS] = {2.0 * rimi_rng_uniform(&rng), 2.0 * rimi_rng_uniform(&rng)};
+    assert_int_equal(rim_gp_add(gp, at, rimi_rng_normal(&rng), 0.0, 0.0), RIM_OK);
   }
   const uint32_t least = rim_gp_least_informative(gp);
   double most = 0.0, of_least = 0.0;
@@ -427,7 +428,7 @@ static uint64_t run(rim_gp *gp, int first, int last, uint64_t digest) {
     double mean, var;
     (void)rim_gp_add(gp, at, y[i % POINTS], noise[i % POINTS], 0.0);
     (void)rim_gp_predict(gp, x[(i + 5) % POINTS], &mean, &var);
-    digest = rim_digest_f64(rim_digest_f64(digest, mean), var);
+    digest = rimi_digest_f64(rimi_digest_f64(digest, mean), var);
   }
   return digest;
 }
@@ -447,12 +448,12 @@ static void digest_is_constant(void **state) {
   (void)state;
   uint64_t digest = RIM_DIGEST_START;
   rim_rng own;
-  rim_rng_seed(&own, SEED, 7);
+  rimi_rng_seed(&own, SEED, 7);
   for (int i = 0; i < POINTS; ++i) {
     for (int d = 0; d < DIMS; ++d)
-      x[i][d] = rim_rng_uniform(&own);
-    y[i] = rim_rng_normal(&own);
-    noise[i] = 0.1 * rim_rng_uniform(&own);
+      x[i][d] = rimi_rng_uniform(&own);
+    y[i] = rimi_rng_normal(&own);
+    noise[i] = 0.1 * rimi_rng_uniform(&own);
   }
   for (int kernel = 0; kernel < KERNELS; ++kernel) {
     const rim_gp_config c = config_of(kernel);
@@ -461,8 +462,8 @@ static void digest_is_constant(void **state) {
     digest = run(gp, 0, 60, digest);
     rim_gp_log_likelihood_gradient(gp, gradient);
     for (int p = 0; p < 4; ++p)
-      digest = rim_digest_f64(digest, gradient[p]);
-    digest = rim_digest_f64(digest, rim_gp_log_likelihood(gp));
+      digest = rimi_digest_f64(digest, gradient[p]);
+    digest = rimi_digest_f64(digest, rim_gp_log_likelihood(gp));
   }
   print_message("digest %016llx\n", (unsigned long long)digest);
   assert_true(digest == UINT64_C(0x5ee544629906ac5b));
@@ -470,7 +471,7 @@ static void digest_is_constant(void **state) {
 
 int main(void) {
   printf("seed %u\n", SEED);
-  rim_rng_seed(&rng, SEED, 0);
+  rimi_rng_seed(&rng, SEED, 0);
   draw();
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(agrees_with_a_dense_solution),

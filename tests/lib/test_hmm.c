@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The forward algorithm against the sum over all paths, and where probabilities leave `double`. */
 #include <math.h>
 #include <setjmp.h>
@@ -9,8 +10,8 @@
 
 #include <cmocka.h>
 
-#include "interference/hmm.h"
 #include "base/rng.h"
+#include "interference/hmm.h"
 
 #define SEED 83u
 enum { S = 3, T = 6 };
@@ -31,16 +32,16 @@ static rim_hmm_model model(void) {
 static void test_all_paths(void **state) {
   (void)state;
   rim_rng rng;
-  rim_rng_seed(&rng, SEED, 0);
+  rimi_rng_seed(&rng, SEED, 0);
   const rim_hmm_model m = model();
   rim_hmm h;
-  assert_int_equal(rim_hmm_init(&h, &m), RIM_OK);
+  assert_int_equal(rimi_hmm_init(&h, &m), RIM_OK);
   double b[T][S];
   for (int t = 0; t < T; ++t) {
     for (int i = 0; i < S; ++i)
-      b[t][i] = rim_rng_uniform(&rng);
+      b[t][i] = rimi_rng_uniform(&rng);
     const double ln_b[S] = {log(b[t][0]), log(b[t][1]), log(b[t][2])};
-    assert_int_equal(rim_hmm_step(&h, ln_b), RIM_OK);
+    assert_int_equal(rimi_hmm_step(&h, ln_b), RIM_OK);
   }
   double joint[S] = {0};
   for (int path = 0; path < 729; ++path) {
@@ -57,8 +58,8 @@ static void test_all_paths(void **state) {
   const double sum = joint[0] + joint[1] + joint[2];
   near(h.ln_evidence, log(sum), 1e-13);
   for (uint32_t i = 0; i < S; ++i) {
-    near(rim_hmm_ln_posterior(&h, i), log(joint[i] / sum), 1e-13);
-    near(rim_hmm_ln_odds(&h, i), log(joint[i] / (sum - joint[i])), 1e-12);
+    near(rimi_hmm_ln_posterior(&h, i), log(joint[i] / sum), 1e-13);
+    near(rimi_hmm_ln_odds(&h, i), log(joint[i] / (sum - joint[i])), 1e-12);
   }
 }
 
@@ -67,13 +68,13 @@ static void test_never_underflows(void **state) {
   (void)state;
   const rim_hmm_model m = model();
   rim_hmm h;
-  assert_int_equal(rim_hmm_init(&h, &m), RIM_OK);
+  assert_int_equal(rimi_hmm_init(&h, &m), RIM_OK);
   const double ln_b[2][S] = {{-5000.0, -4000.0, -9000.0}, {-4000.0, -7000.0, -300.0}};
   for (int t = 0; t < 1000000; ++t)
-    assert_int_equal(rim_hmm_step(&h, ln_b[t & 1]), RIM_OK);
+    assert_int_equal(rimi_hmm_step(&h, ln_b[t & 1]), RIM_OK);
   double sum = 0.0;
   for (uint32_t i = 0; i < S; ++i)
-    sum += exp(rim_hmm_ln_posterior(&h, i));
+    sum += exp(rimi_hmm_ln_posterior(&h, i));
   near(sum, 1.0, 1e-12);
   assert_true(isfinite(h.ln_evidence));
   assert_true(h.ln_evidence < -1e9);
@@ -86,41 +87,41 @@ static void test_lost_terms_are_taken_again(void **state) {
                            .initial = {0.0, 0.0, 1.0},
                            .transition = {{1.0, 0.0, 0.0}, {0.5, 0.5, 0.0}, {0.0, 0.5, 0.5}}};
   rim_hmm h;
-  assert_int_equal(rim_hmm_init(&h, &m), RIM_OK);
+  assert_int_equal(rimi_hmm_init(&h, &m), RIM_OK);
   const double even[3] = {0.0, 0.0, 0.0}, against_1[3] = {0.0, -2000.0, 0.0};
-  assert_int_equal(rim_hmm_step(&h, even), RIM_OK);
-  near(rim_hmm_ln_posterior(&h, 2), 0.0, 0.0);
-  assert_true(rim_hmm_ln_odds(&h, 2) > 1e11);
-  assert_int_equal(rim_hmm_step(&h, against_1), RIM_OK);
-  near(rim_hmm_ln_posterior(&h, 1), -2000.0, 1e-9); /* ln .5 less ln .5 */
-  assert_int_equal(rim_hmm_step(&h, against_1), RIM_OK);
-  near(rim_hmm_ln_posterior(&h, 0), -2000.0 + log(0.5) - log(0.5), 1e-9);
-  near(rim_hmm_ln_odds(&h, 0), -2000.0, 1e-9);
+  assert_int_equal(rimi_hmm_step(&h, even), RIM_OK);
+  near(rimi_hmm_ln_posterior(&h, 2), 0.0, 0.0);
+  assert_true(rimi_hmm_ln_odds(&h, 2) > 1e11);
+  assert_int_equal(rimi_hmm_step(&h, against_1), RIM_OK);
+  near(rimi_hmm_ln_posterior(&h, 1), -2000.0, 1e-9); /* ln .5 less ln .5 */
+  assert_int_equal(rimi_hmm_step(&h, against_1), RIM_OK);
+  near(rimi_hmm_ln_posterior(&h, 0), -2000.0 + log(0.5) - log(0.5), 1e-9);
+  near(rimi_hmm_ln_odds(&h, 0), -2000.0, 1e-9);
 }
 
 static void test_bad_observations_are_counted(void **state) {
   (void)state;
   const rim_hmm_model m = model();
   rim_hmm h, before;
-  assert_int_equal(rim_hmm_init(&h, &m), RIM_OK);
+  assert_int_equal(rimi_hmm_init(&h, &m), RIM_OK);
   const double good[S] = {-1.0, -2.0, -3.0};
-  assert_int_equal(rim_hmm_step(&h, good), RIM_OK);
+  assert_int_equal(rimi_hmm_step(&h, good), RIM_OK);
   before = h;
   const double bad[4][S] = {{NAN, 0.0, 0.0},
                             {0.0, INFINITY, 0.0},
                             {0.0, -2e9, 0.0},
                             {RIM_HMM_LN_ZERO, RIM_HMM_LN_ZERO, RIM_HMM_LN_ZERO}};
   for (int i = 0; i < 4; ++i)
-    assert_int_equal(rim_hmm_step(&h, bad[i]), RIM_E_DATA);
+    assert_int_equal(rimi_hmm_step(&h, bad[i]), RIM_E_DATA);
   assert_int_equal(h.refused, 4);
   before.refused = 4;
   assert_memory_equal(&h, &before, sizeof h);
   const double none[S] = {-INFINITY, -1.0, RIM_HMM_LN_ZERO};
-  assert_int_equal(rim_hmm_step(&h, none), RIM_OK);
-  near(rim_hmm_ln_posterior(&h, 1), 0.0, 1e-15);
-  rim_hmm_reset(&h);
+  assert_int_equal(rimi_hmm_step(&h, none), RIM_OK);
+  near(rimi_hmm_ln_posterior(&h, 1), 0.0, 1e-15);
+  rimi_hmm_reset(&h);
   assert_int_equal(h.resets, 1);
-  near(rim_hmm_ln_posterior(&h, 0), log(0.7), 1e-15);
+  near(rimi_hmm_ln_posterior(&h, 0), log(0.7), 1e-15);
 }
 
 static void test_init_refuses(void **state) {
@@ -128,16 +129,16 @@ static void test_init_refuses(void **state) {
   rim_hmm h;
   memset(&h, 0, sizeof h);
   rim_hmm_model m = model();
-  assert_int_equal(rim_hmm_init(NULL, &m), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_hmm_init(NULL, &m), RIM_E_ARGUMENT);
   m.transition[1][1] = 0.61;
-  assert_int_equal(rim_hmm_init(&h, &m), RIM_E_DATA);
+  assert_int_equal(rimi_hmm_init(&h, &m), RIM_E_DATA);
   m = model();
   m.initial[0] = NAN;
-  assert_int_equal(rim_hmm_init(&h, &m), RIM_E_DATA);
+  assert_int_equal(rimi_hmm_init(&h, &m), RIM_E_DATA);
   m = model();
   m.states = RIM_HMM_MAX_STATES + 1;
-  assert_int_equal(rim_hmm_init(&h, &m), RIM_E_RANGE);
-  assert_int_equal(rim_hmm_step(&h, m.initial), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_hmm_init(&h, &m), RIM_E_RANGE);
+  assert_int_equal(rimi_hmm_step(&h, m.initial), RIM_E_ARGUMENT);
 }
 
 static void test_counts(void **state) {
@@ -145,17 +146,17 @@ static void test_counts(void **state) {
   const double counts[9] = {6.0, 2.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 8.0};
   rim_hmm_model m;
   uint32_t unseen = 0;
-  assert_int_equal(rim_hmm_from_counts(&m, 3, counts, 0.5, &unseen), RIM_OK);
+  assert_int_equal(rimi_hmm_from_counts(&m, 3, counts, 0.5, &unseen), RIM_OK);
   assert_int_equal(unseen, 2);
   near(m.transition[0][0], 6.5 / 9.5, 1e-15);
   near(m.transition[0][2], 0.5 / 9.5, 1e-15);
   near(m.transition[1][0], 1.0 / 3.0, 1e-15);
   rim_hmm h;
-  assert_int_equal(rim_hmm_init(&h, &m), RIM_OK);
-  assert_int_equal(rim_hmm_from_counts(&m, 3, counts, 0.0, NULL), RIM_E_DATA);
+  assert_int_equal(rimi_hmm_init(&h, &m), RIM_OK);
+  assert_int_equal(rimi_hmm_from_counts(&m, 3, counts, 0.0, NULL), RIM_E_DATA);
   const double negative[1] = {-1.0};
-  assert_int_equal(rim_hmm_from_counts(&m, 1, negative, 1.0, NULL), RIM_E_DATA);
-  assert_int_equal(rim_hmm_from_counts(&m, 0, counts, 1.0, NULL), RIM_E_RANGE);
+  assert_int_equal(rimi_hmm_from_counts(&m, 1, negative, 1.0, NULL), RIM_E_DATA);
+  assert_int_equal(rimi_hmm_from_counts(&m, 0, counts, 1.0, NULL), RIM_E_RANGE);
 }
 
 int main(void) {

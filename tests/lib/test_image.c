@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A small image is built here byte by byte and refused in every damaged form. */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -28,9 +29,9 @@ static void put(image *m, size_t offset, uint32_t value) {
 
 /* Sets both check sums, so that a test reaches what lies behind them. */
 static void seal(image *m, size_t total) {
-  put(m, 28, rim_crc32(0, m->byte + 64, total - 64));
+  put(m, 28, rimi_crc32(0, m->byte + 64, total - 64));
   put(m, 32, 0);
-  put(m, 32, rim_crc32(0, m->byte, 64));
+  put(m, 32, rimi_crc32(0, m->byte, 64));
 }
 
 static void entry(image *m, size_t index, uint32_t id, uint32_t offset, uint32_t bytes) {
@@ -87,28 +88,28 @@ static void sections_are_found(void **state) {
   assert_true(view.bytes == TOTAL && view.model_id == 4711 && view.sections == 3);
   assert_true(view.major == RIM_IMAGE_MAJOR && view.minor == RIM_IMAGE_MINOR);
   assert_int_equal(rim_image_section(&view, ID_A, &data, &size), RIM_OK);
-  assert_true(data == m.byte + FIRST && size == 5 && rim_image_u8(data, 4) == 0xf5);
-  assert_int_equal(rim_image_count(&view, ID_A), 3);
+  assert_true(data == m.byte + FIRST && size == 5 && rimi_le_u8(data, 4) == 0xf5);
+  assert_int_equal(rimi_image_count(&view, ID_A), 3);
   assert_int_equal(rim_image_section(&view, ID_C, &data, &size), RIM_OK);
-  assert_true(size == 0 && rim_image_count(&view, ID_C) == 5);
+  assert_true(size == 0 && rimi_image_count(&view, ID_C) == 5);
   assert_int_equal(rim_image_section(&view, ID_B, NULL, NULL), RIM_OK);
   assert_int_equal(rim_image_section(&view, 1, &data, &size), RIM_E_RANGE);
-  assert_true(data == NULL && size == 0 && rim_image_count(&view, 1) == 0);
+  assert_true(data == NULL && size == 0 && rimi_image_count(&view, 1) == 0);
   assert_int_equal(rim_image_section(NULL, ID_A, &data, &size), RIM_E_ARGUMENT);
-  assert_int_equal(rim_image_count(NULL, ID_A), 0);
+  assert_int_equal(rimi_image_count(NULL, ID_A), 0);
 }
 
 static void numbers_are_little_endian(void **state) {
   (void)state;
   const image m = make();
   const uint8_t *b = m.byte + FIRST + 8;
-  assert_true(rim_image_f32(b, 0) == 1.0f && rim_image_f32(b, 1) == -0x1.921fb6p+1f);
-  assert_true(rim_image_f64(b, 1) == 0x1.921fb54442d18p+1);
-  assert_true(rim_image_u64(b, 2) == UINT64_C(0x0123456789abcdef));
-  assert_int_equal(rim_image_u32(b, 4), 0x89abcdef);
-  assert_int_equal(rim_image_u16(b, 8), 0xcdef);
-  assert_int_equal(rim_image_u8(b, 16), 0xef);
-  assert_int_equal(rim_image_u32(b + 17, 0), 0x6789abcd); /* at any alignment */
+  assert_true(rimi_le_f32(b, 0) == 1.0f && rimi_le_f32(b, 1) == -0x1.921fb6p+1f);
+  assert_true(rimi_le_f64(b, 1) == 0x1.921fb54442d18p+1);
+  assert_true(rimi_le_u64(b, 2) == UINT64_C(0x0123456789abcdef));
+  assert_int_equal(rimi_le_u32(b, 4), 0x89abcdef);
+  assert_int_equal(rimi_le_u16(b, 8), 0xcdef);
+  assert_int_equal(rimi_le_u8(b, 16), 0xef);
+  assert_int_equal(rimi_le_u32(b + 17, 0), 0x6789abcd); /* at any alignment */
 }
 
 static void every_flipped_bit_is_refused(void **state) {
@@ -172,7 +173,7 @@ static void swapped_bytes_are_named(void **state) {
   (void)state;
   image m = make();
   for (size_t word = 2; word < 16; ++word) {
-    put(&m, 4 * word, rim_image_u32(m.byte, word)); /* what big-endian numbers read as: */
+    put(&m, 4 * word, rimi_le_u32(m.byte, word)); /* what big-endian numbers read as: */
     for (size_t i = 0; i < 2; ++i) {
       const uint8_t byte = m.byte[4 * word + i];
       m.byte[4 * word + i] = m.byte[4 * word + 3 - i];

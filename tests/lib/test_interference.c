@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The interference detector on motions worked out by hand; its model's bytes against damage. */
 #include <math.h>
 #include <setjmp.h>
@@ -11,8 +12,8 @@
 #include <cmocka.h>
 
 #include "base/crc.h"
-#include "rim/interference.h"
 #include "base/rng.h"
+#include "rim/interference.h"
 
 #define SEED 89u
 #define DT 0.05
@@ -56,7 +57,7 @@ static rim_interference_model model(void) {
 
 static void begin(void) {
   const rim_interference_model m = model();
-  assert_int_equal(rim_interference_init(&s, &m), RIM_OK);
+  assert_int_equal(rimi_interference_init(&s, &m), RIM_OK);
 }
 
 /* The nominal vehicle: latency 0.1 s, limits 1 and 2 m/s^2; noise 0.028 m/s. */
@@ -68,7 +69,7 @@ typedef struct vehicle {
 static vehicle at_rest(uint64_t stream) {
   vehicle c;
   memset(&c, 0, sizeof c);
-  rim_rng_seed(&c.rng, SEED, stream);
+  rimi_rng_seed(&c.rng, SEED, stream);
   return c;
 }
 
@@ -81,7 +82,7 @@ static void drive(vehicle *c, double command, double share) {
   c->command[1] = command;
   c->t_s += DT;
   assert_int_equal(
-      rim_interference_step(&s, c->t_s, command, c->speed + 0.028 * rim_rng_normal(&c->rng), &v),
+      rimi_interference_step(&s, c->t_s, command, c->speed + 0.028 * rimi_rng_normal(&c->rng), &v),
       RIM_OK);
 }
 
@@ -125,22 +126,22 @@ static void test_pushed_while_standing_and_backwards(void **state) {
   (void)state;
   begin();
   for (int k = 0; k < 40; ++k)
-    rim_interference_step(&s, k * DT, 0.0, k < 30 ? 0.0 : -0.2, &v);
+    rimi_interference_step(&s, k * DT, 0.0, k < 30 ? 0.0 : -0.2, &v);
   assert_true(v.alarmed);
   assert_int_equal(v.kind, RIM_INTERFERENCE_PUSHED);
   begin();
   for (int k = 0; k < 80; ++k) /* driving backwards, stopped */
-    rim_interference_step(&s, k * DT, -0.5, k < 70 ? -0.5 : 0.0, &v);
+    rimi_interference_step(&s, k * DT, -0.5, k < 70 ? -0.5 : 0.0, &v);
   assert_true(v.alarmed);
   assert_int_equal(v.kind, RIM_INTERFERENCE_BLOCKED);
   rim_alarm alarm;
-  assert_true(rim_interference_alarm(&v, 7, 3, &alarm));
+  assert_true(rimi_interference_alarm(&v, 7, 3, &alarm));
   assert_int_equal(alarm.detector, RIM_DETECTOR_INTERFERENCE);
   assert_int_equal(alarm.channel[0], 3);
   near(alarm.shift[0], 0.5, 1e-12);
   near(alarm.since_s, v.onset_s, 0.0);
   v.alarmed = false;
-  assert_false(rim_interference_alarm(&v, 7, 3, &alarm));
+  assert_false(rimi_interference_alarm(&v, 7, 3, &alarm));
   assert_int_equal(alarm.level, RIM_LEVEL_OK);
 }
 
@@ -150,18 +151,18 @@ static void test_observations(void **state) {
   begin();
   double t = 0.0, o[3];
   for (int k = 0; k < 9; ++k) {
-    assert_false(rim_interference_observe(&s, o));
+    assert_false(rimi_interference_observe(&s, o));
     t += 0.04 + 0.01 * (k % 3);
-    rim_interference_step(&s, t, 1.0, 0.2 + 0.5 * t, &v); /* a line: slope .5, no jerk */
+    rimi_interference_step(&s, t, 1.0, 0.2 + 0.5 * t, &v); /* a line: slope .5, no jerk */
   }
-  assert_true(rim_interference_observe(&s, o));
+  assert_true(rimi_interference_observe(&s, o));
   near(o[0], 0.8 - 0.5 * t, 1e-14);
   near(o[1], 0.5, 1e-12);
   near(o[2], 0.0, 1e-10);
   begin();
   for (int k = 1; k <= 9; ++k) /* v = t^2: slope of n even steps is 2 t less (n - 1) dt */
-    rim_interference_step(&s, k * DT, 1.0, k * DT * k * DT, &v);
-  assert_true(rim_interference_observe(&s, o));
+    rimi_interference_step(&s, k * DT, 1.0, k * DT * k * DT, &v);
+  assert_true(rimi_interference_observe(&s, o));
   near(o[1], 2 * 9 * DT - 3 * DT, 1e-12);
   near(o[2], 2.0, 1e-10);
 }
@@ -170,51 +171,51 @@ static void test_gaps_reset_and_bad_rows_count(void **state) {
   (void)state;
   begin();
   for (int k = 0; k < 40; ++k)
-    rim_interference_step(&s, k * DT, 0.5, k < 20 ? 0.5 : 0.0, &v);
+    rimi_interference_step(&s, k * DT, 0.5, k < 20 ? 0.5 : 0.0, &v);
   assert_true(v.alarmed);
-  rim_interference_step(&s, 10.0, 0.5, 0.5, &v);
+  rimi_interference_step(&s, 10.0, 0.5, 0.5, &v);
   assert_false(v.alarmed);
   assert_int_equal(s.health.gaps, 1);
   assert_int_equal(s.hmm.resets, 1);
   const rim_interference before = s;
   const double bad[4][2] = {{NAN, 0.5}, {10.1, INFINITY}, {10.0, 0.5}, {9.0, 0.5}};
   for (int i = 0; i < 4; ++i) {
-    assert_int_equal(rim_interference_step(&s, bad[i][0], 0.5, bad[i][1], &v), RIM_OK);
+    assert_int_equal(rimi_interference_step(&s, bad[i][0], 0.5, bad[i][1], &v), RIM_OK);
     assert_false(v.valid);
   }
   assert_int_equal(s.health.not_finite, 2);
   assert_int_equal(s.health.time_back, 2);
   s.health = before.health;
   assert_memory_equal(&s, &before, sizeof s);
-  assert_int_equal(rim_interference_step(&s, 10.05, NAN, 0.5, &v), RIM_OK);
+  assert_int_equal(rimi_interference_step(&s, 10.05, NAN, 0.5, &v), RIM_OK);
   assert_true(v.valid); /* the last command holds */
   assert_int_equal(s.health.no_command, 1);
   for (int k = 2; k < 20; ++k)
-    rim_interference_step(&s, 10.0 + k * DT, NAN, 0.5, &v);
+    rimi_interference_step(&s, 10.0 + k * DT, NAN, 0.5, &v);
   assert_false(v.valid); /* not for ever */
   begin();
-  rim_interference_step(&s, 0.0, NAN, 0.5, &v);
+  rimi_interference_step(&s, 0.0, NAN, 0.5, &v);
   assert_false(v.valid);
-  assert_int_equal(rim_interference_step(NULL, 0.0, 0.0, 0.0, &v), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_interference_step(NULL, 0.0, 0.0, 0.0, &v), RIM_E_ARGUMENT);
 }
 
 static void test_varying_steps_and_many_commands(void **state) {
   (void)state;
   begin();
   rim_rng rng;
-  rim_rng_seed(&rng, SEED, 3);
+  rimi_rng_seed(&rng, SEED, 3);
   double t = 0.0, speed = 0.0, until = 0.0;
   for (int k = 0; k < 4000; ++k) { /* commanded 0.6 at 1 s; exact motion at uneven times */
-    t += 0.02 + 0.06 * rim_rng_uniform(&rng);
+    t += 0.02 + 0.06 * rimi_rng_uniform(&rng);
     until = t - 1.1;
     speed = until < 0.0 ? 0.0 : fmin(0.6, until);
-    rim_interference_step(&s, t, t < 1.0 ? 0.0 : 0.6, speed, &v);
+    rimi_interference_step(&s, t, t < 1.0 ? 0.0 : 0.6, speed, &v);
   }
   assert_int_equal(s.health.alarms, 0);
   near(v.residual_mps, 0.0, 1e-12);
   begin();
   for (int k = 0; k < 200; ++k)
-    rim_interference_step(&s, 0.001 * k, 0.3 + 0.0001 * k, 0.3, &v);
+    rimi_interference_step(&s, 0.001 * k, 0.3 + 0.0001 * k, 0.3, &v);
   assert_true(s.health.command_overflow > 0);
 }
 
@@ -223,28 +224,28 @@ static void test_bytes(void **state) {
   const rim_interference_model m = model();
   rim_interference_model read;
   memset(&read, 0, sizeof read);
-  assert_int_equal(rim_interference_pack(&m, bytes, RIM_INTERFERENCE_BYTES), RIM_OK);
-  assert_int_equal(rim_interference_open(&read, bytes, RIM_INTERFERENCE_BYTES), RIM_OK);
+  assert_int_equal(rimi_interference_pack(&m, bytes, RIM_INTERFERENCE_BYTES), RIM_OK);
+  assert_int_equal(rimi_interference_open(&read, bytes, RIM_INTERFERENCE_BYTES), RIM_OK);
   assert_memory_equal(&read, &m, sizeof m);
   for (size_t i = 0; i < RIM_INTERFERENCE_BYTES; ++i) {
     bytes[i] ^= 0x10;
-    assert_int_not_equal(rim_interference_open(&read, bytes, RIM_INTERFERENCE_BYTES), RIM_OK);
+    assert_int_not_equal(rimi_interference_open(&read, bytes, RIM_INTERFERENCE_BYTES), RIM_OK);
     bytes[i] ^= 0x10;
   }
   assert_memory_equal(&read, &m, sizeof m);
-  assert_int_equal(rim_interference_open(&read, bytes, RIM_INTERFERENCE_BYTES - 1),
+  assert_int_equal(rimi_interference_open(&read, bytes, RIM_INTERFERENCE_BYTES - 1),
                    RIM_E_TRUNCATED);
-  assert_int_equal(rim_interference_open(&read, bytes, RIM_INTERFERENCE_BYTES + 1), RIM_E_SIZE);
-  assert_int_equal(rim_interference_pack(&m, bytes, 8), RIM_E_SIZE);
+  assert_int_equal(rimi_interference_open(&read, bytes, RIM_INTERFERENCE_BYTES + 1), RIM_E_SIZE);
+  assert_int_equal(rimi_interference_pack(&m, bytes, 8), RIM_E_SIZE);
   rim_interference_model wrong = m;
   wrong.sd[2][1] = 0.0;
-  assert_int_equal(rim_interference_pack(&wrong, bytes, RIM_INTERFERENCE_BYTES), RIM_E_DATA);
+  assert_int_equal(rimi_interference_pack(&wrong, bytes, RIM_INTERFERENCE_BYTES), RIM_E_DATA);
   wrong = m;
   wrong.transition[4][4] = 0.5;
-  assert_int_equal(rim_interference_init(&s, &wrong), RIM_E_DATA);
+  assert_int_equal(rimi_interference_init(&s, &wrong), RIM_E_DATA);
   wrong = m;
   wrong.open_loop.threshold = NAN;
-  assert_int_equal(rim_interference_init(&s, &wrong), RIM_E_DATA);
+  assert_int_equal(rimi_interference_init(&s, &wrong), RIM_E_DATA);
 }
 
 static void test_an_image_carries_it(void **state) {
@@ -260,12 +261,12 @@ static void test_an_image_carries_it(void **state) {
   image[73] = RIM_INTERFERENCE_BYTES >> 8;
   const rim_interference_model m = model();
   rim_interference_model read;
-  assert_int_equal(rim_interference_pack(&m, image + AT, RIM_INTERFERENCE_BYTES), RIM_OK);
-  assert_int_equal(rim_interference_attach(&read, &view), RIM_OK);
+  assert_int_equal(rimi_interference_pack(&m, image + AT, RIM_INTERFERENCE_BYTES), RIM_OK);
+  assert_int_equal(rimi_interference_attach(&read, &view), RIM_OK);
   assert_memory_equal(&read, &m, sizeof m);
   image[64] = 99;
-  assert_int_equal(rim_interference_attach(&read, &view), RIM_E_RANGE);
-  assert_int_equal(rim_interference_attach(NULL, &view), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_interference_attach(&read, &view), RIM_E_RANGE);
+  assert_int_equal(rimi_interference_attach(NULL, &view), RIM_E_ARGUMENT);
 }
 
 static void test_wheels_wrap(void **state) {
@@ -281,16 +282,16 @@ static void test_wheels_wrap(void **state) {
       before[k] = start;
       now[k] = (start + (uint32_t)(int32_t)lround(speed * DT / w.tick_m)) & 65535u;
     }
-    assert_int_equal(rim_wheels_velocity(&w, before, now, DT, got), RIM_OK);
+    assert_int_equal(rimi_wheels_velocity(&w, before, now, DT, got), RIM_OK);
     for (int i = 0; i < 3; ++i)
       near(got[i], want[i], 0.01);
   }
   before[2] = 65536;
-  assert_int_equal(rim_wheels_velocity(&w, before, now, DT, got), RIM_E_DATA);
+  assert_int_equal(rimi_wheels_velocity(&w, before, now, DT, got), RIM_E_DATA);
   before[2] = 0;
-  assert_int_equal(rim_wheels_velocity(&w, before, now, 0.0, got), RIM_E_DATA);
+  assert_int_equal(rimi_wheels_velocity(&w, before, now, 0.0, got), RIM_E_DATA);
   const rim_wheels parallel = {{0, 0, 0, 0}, {1, 1, 1, 1}, 0.2, 1e-4, 32};
-  assert_int_equal(rim_wheels_velocity(&parallel, before, now, DT, got), RIM_E_SINGULAR);
+  assert_int_equal(rimi_wheels_velocity(&parallel, before, now, DT, got), RIM_E_SINGULAR);
 }
 
 /* `test_interference steps N`: N steps and nothing else, to count instructions (lib/README.md). */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* interference_watch: the monitor with the detector of motion interference beside the regions, on
  * a vehicle that is held or pushed at known rows (images: monitor_bench.h). */
 #include "monitor/interference_watch.h"
@@ -31,7 +32,7 @@ static recipe watched(bool external) {
   const rim_interference_model m = model();
   bytes *b = &r.section[RIM_SECTION_INTERFERENCE];
   b->size = RIM_INTERFERENCE_BYTES;
-  assert_int_equal(rim_interference_pack(&m, b->byte, b->size), RIM_OK);
+  assert_int_equal(rimi_interference_pack(&m, b->byte, b->size), RIM_OK);
   u16(&r.section[RIM_SECTION_INTERFERENCE_INPUTS], COMMAND);
   u16(&r.section[RIM_SECTION_INTERFERENCE_INPUTS], SPEED);
   return r;
@@ -61,11 +62,11 @@ static double commanded(uint32_t t) { return t % 100 < 20 ? 0.0 : t % 100 < 60 ?
 /* share: of the commanded speed that is reached; 1 nominal. */
 static rim_verdict ride(drive *d, uint32_t t, double share) {
   rim_rng rng;
-  rim_rng_seed(&rng, SEED, t);
+  rimi_rng_seed(&rng, SEED, t);
   const double most = (share < 1.0 ? 3.0 : 1.0) * PERIOD_S;
-  d->speed += rim_clamp(d->command * share - d->speed, -most, most);
+  d->speed += rimi_clamp(d->command * share - d->speed, -most, most);
   d->command = commanded(t);
-  const double measured = d->speed + 0.02 * rim_rng_normal(&rng);
+  const double measured = d->speed + 0.02 * rimi_rng_normal(&rng);
   const double context[D] = {d->command, d->external ? 0.0 : measured, d->external ? 150.0 : 0.0,
                              0.5};
   const double outcome[O] = {measured, 0.0}, mean[O] = {d->command, 0.0}, sd[O] = {1.0, 1.0};
@@ -176,7 +177,7 @@ static void a_held_and_a_pushed_vehicle_are_told(void **state) {
           assert_int_equal(raised_at, 0);
           raised_at = t;
           const double onset_s = 1.0 + PERIOD_S * HELD_AT;
-          assert_true(rim_abs(v.alarm.since_s - onset_s) <= 23.0 * PERIOD_S);
+          assert_true(rimi_abs(v.alarm.since_s - onset_s) <= 23.0 * PERIOD_S);
         } else if (v.alarm.state == RIM_ALARM_CLEARED) {
           cleared_at = t;
         }
@@ -246,7 +247,7 @@ static void a_row_that_is_refused_is_not_seen(void **state) {
   const recipe r = watched(false);
   start_drive(&a, &r, false);
   start_drive(&b, &r, false);
-  const double nan_row[D] = {0.0, 0.0, rim_from_bits(UINT64_C(0x7ff8000000000000)), 0.0};
+  const double nan_row[D] = {0.0, 0.0, rimi_from_bits(UINT64_C(0x7ff8000000000000)), 0.0};
   for (uint32_t t = 0; t < 400; ++t) {
     const double share = is_held(t) ? 0.1 : 1.0;
     const rim_observation bad = {.t_s = 1.0 + PERIOD_S * ((double)t - 0.5), .context = nan_row};

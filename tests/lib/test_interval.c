@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The interval against brute force and against Algorithm 8 (p. 116) as the thesis writes it. */
 #include <math.h>
 #include <setjmp.h>
@@ -9,8 +10,8 @@
 
 #include <cmocka.h>
 
-#include "batch/interval.h"
 #include "base/rng.h"
+#include "batch/interval.h"
 
 #define SEED 88u
 enum { K = 24, O = 3 };
@@ -20,8 +21,8 @@ static rim_rng rng;
 static void draw(rim_stats *bin, int bins) {
   memset(bin, 0, (size_t)bins * sizeof *bin);
   for (int i = 0; i < bins; ++i) {
-    for (uint32_t j = rim_rng_below(&rng, 5); j > 0; --j) {
-      (void)rim_stats_add(&bin[i], 0.3 + rim_rng_normal(&rng), 0.5 + rim_rng_uniform(&rng));
+    for (uint32_t j = rimi_rng_below(&rng, 5); j > 0; --j) {
+      (void)rimi_stats_add(&bin[i], 0.3 + rimi_rng_normal(&rng), 0.5 + rimi_rng_uniform(&rng));
     }
   }
 }
@@ -35,9 +36,9 @@ static rim_interval algorithm_8(const rim_stats *bin, int bins) {
     for (int j = 0; j + i < bins; ++j) {
       t[i][j] = i == 0 ? bin[j] : t[i - 1][j];
       if (i > 0) {
-        rim_stats_merge(&t[i][j], &bin[i + j]);
+        rimi_stats_merge(&t[i][j], &bin[i + j]);
       }
-      const double f = rim_stats_ln_anom(&t[i][j]);
+      const double f = rimi_stats_ln_anom(&t[i][j]);
       if (f > best.ln_anom) {
         best = (rim_interval){(uint32_t)j, (uint32_t)i + 1, t[i][j].n, t[i][j].s, t[i][j].w, f};
       }
@@ -56,15 +57,15 @@ static void equals_algorithm_8(void **state) {
   (void)state;
   for (int round = 0; round < 3000; ++round) {
     rim_stats bin[K];
-    const int bins = 1 + (int)rim_rng_below(&rng, K);
+    const int bins = 1 + (int)rimi_rng_below(&rng, K);
     draw(bin, bins);
     if (round % 5 == 0) { /* coarse values: many exact ties */
       for (int i = 0; i < bins; ++i) {
-        bin[i] = (rim_stats){1.0, (double)rim_rng_below(&rng, 3) - 1.0, 1.0};
+        bin[i] = (rim_stats){1.0, (double)rimi_rng_below(&rng, 3) - 1.0, 1.0};
       }
     }
     rim_interval best;
-    assert_int_equal(rim_interval_find(bin, (size_t)bins, 0.0, &best), RIM_OK);
+    assert_int_equal(rimi_interval_find(bin, (size_t)bins, 0.0, &best), RIM_OK);
     const rim_interval plain = algorithm_8(bin, bins);
     assert_same(&best, &plain);
   }
@@ -87,9 +88,9 @@ static void floats_equal_doubles(void **state) {
       bin[i] = (rim_stats){(double)n, (double)s, (double)w};
     }
     rim_interval best, plain;
-    assert_int_equal(rim_interval_find(bin, K, 6.0, &plain), RIM_OK);
+    assert_int_equal(rimi_interval_find(bin, K, 6.0, &plain), RIM_OK);
     assert_int_equal(
-        rim_interval_find_f32(&table[0][1], &table[0][2], &table[0][4], 5, K, 6.0, &best), RIM_OK);
+        rimi_interval_find_f32(&table[0][1], &table[0][2], &table[0][4], 5, K, 6.0, &best), RIM_OK);
     assert_same(&best, &plain);
   }
 }
@@ -99,15 +100,15 @@ static void least_count_is_kept(void **state) {
   for (int round = 0; round < 500; ++round) {
     rim_stats bin[K];
     draw(bin, K);
-    const double min_n = rim_rng_below(&rng, 30);
+    const double min_n = rimi_rng_below(&rng, 30);
     rim_interval best;
-    assert_int_equal(rim_interval_find(bin, K, min_n, &best), RIM_OK);
+    assert_int_equal(rimi_interval_find(bin, K, min_n, &best), RIM_OK);
     double f = 0.0;
     for (int a = 0; a < K; ++a) {
       rim_stats sum = {0};
       for (int b = a; b < K; ++b) {
-        rim_stats_merge(&sum, &bin[b]);
-        f = sum.n >= min_n ? fmax(f, rim_stats_ln_anom(&sum)) : f;
+        rimi_stats_merge(&sum, &bin[b]);
+        f = sum.n >= min_n ? fmax(f, rimi_stats_ln_anom(&sum)) : f;
       }
     }
     assert_true(best.ln_anom == f && (best.bins == 0 || best.n >= min_n));
@@ -119,21 +120,23 @@ static void run_level_equals_brute_force(void **state) {
   for (int round = 0; round < 1000; ++round) {
     double n[K], s[K], own[K], f = 0.0;
     float table[K][4];
-    const rim_interval_run run = {0.5 + rim_rng_uniform(&rng),
-                                  round % 2 ? 0.1 * rim_rng_uniform(&rng) : 0.0, round % 7};
+    const rim_interval_run run = {0.5 + rimi_rng_uniform(&rng),
+                                  round % 2 ? 0.1 * rimi_rng_uniform(&rng) : 0.0, round % 7};
     const int with_own = round % 3 != 0;
     for (int i = 0; i < K; ++i) {
-      table[i][0] = (float)rim_rng_below(&rng, 6);
-      table[i][1] = table[i][0] > 0.0f ? (float)(rim_rng_normal(&rng) + 0.5) * table[i][0] : 0.0f;
-      table[i][2] = (float)(0.2 * rim_rng_uniform(&rng));
+      table[i][0] = (float)rimi_rng_below(&rng, 6);
+      table[i][1] = table[i][0] > 0.0f ? (float)(rimi_rng_normal(&rng) + 0.5) * table[i][0] : 0.0f;
+      table[i][2] = (float)(0.2 * rimi_rng_uniform(&rng));
       n[i] = (double)table[i][0];
       s[i] = (double)table[i][1];
       own[i] = (double)table[i][2];
     }
     rim_interval best, narrow;
-    assert_int_equal(rim_interval_find_run(n, s, with_own ? own : NULL, 1, K, &run, &best), RIM_OK);
-    assert_int_equal(rim_interval_find_run_f32(&table[0][0], &table[0][1],
-                                               with_own ? &table[0][2] : NULL, 4, K, &run, &narrow),
+    assert_int_equal(rimi_interval_find_run(n, s, with_own ? own : NULL, 1, K, &run, &best),
+                     RIM_OK);
+    assert_int_equal(rimi_interval_find_run_f32(&table[0][0], &table[0][1],
+                                                with_own ? &table[0][2] : NULL, 4, K, &run,
+                                                &narrow),
                      RIM_OK);
     assert_same(&best, &narrow);
     for (int a = 0; a < K; ++a) {
@@ -152,7 +155,7 @@ static void run_level_equals_brute_force(void **state) {
     }
     assert_true(fabs(best.ln_anom - f) <= 1e-12 * f);
     if (!with_own) {
-      assert_true(best.ln_anom == rim_stats_ln_anom_run(best.s, best.n, run.a, run.b));
+      assert_true(best.ln_anom == rimi_stats_ln_anom_run(best.s, best.n, run.a, run.b));
     }
   }
 }
@@ -163,15 +166,15 @@ static void score_equals_brute_force(void **state) {
     rim_stats bin[K * O], scratch[O];
     draw(bin, K * O);
     rim_interval best;
-    assert_int_equal(rim_interval_find_score(bin, K, O, 4.0, scratch, &best), RIM_OK);
+    assert_int_equal(rimi_interval_find_score(bin, K, O, 4.0, scratch, &best), RIM_OK);
     rim_interval plain = {0};
     for (uint32_t bins = 1; bins <= K; ++bins) {
       for (uint32_t first = 0; first + bins <= K; ++first) {
         rim_stats sum[O] = {{0}};
         for (uint32_t i = first; i < first + bins; ++i) {
-          rim_stats_merge_all(sum, &bin[i * O], O);
+          rimi_stats_merge_all(sum, &bin[i * O], O);
         }
-        const double f = rim_stats_score_all(sum, O);
+        const double f = rimi_stats_score_all(sum, O);
         const double n = fmax(fmax(sum[0].n, sum[1].n), sum[2].n);
         if (n >= 4.0 && f > plain.ln_anom) {
           plain = (rim_interval){.first = first, .bins = bins, .n = n, .ln_anom = f};
@@ -187,16 +190,16 @@ static void ties_and_empties(void **state) {
   const rim_stats unit = {1.0, 2.0, 1.0}, none = {0};
   const rim_stats bin[6] = {none, unit, none, none, {1.0, -2.0, 1.0}, none};
   rim_interval best;
-  assert_int_equal(rim_interval_find(bin, 6, 0.0, &best), RIM_OK);
+  assert_int_equal(rimi_interval_find(bin, 6, 0.0, &best), RIM_OK);
   assert_true(best.first == 1 && best.bins == 1 && best.ln_anom == 2.0);
-  assert_int_equal(rim_interval_find(&bin[2], 2, 0.0, &best), RIM_OK);
+  assert_int_equal(rimi_interval_find(&bin[2], 2, 0.0, &best), RIM_OK);
   assert_true(best.bins == 0 && best.n == 0.0 && best.ln_anom == 0.0);
-  assert_int_equal(rim_interval_find(bin, 0, 0.0, &best), RIM_OK);
+  assert_int_equal(rimi_interval_find(bin, 0, 0.0, &best), RIM_OK);
   assert_int_equal(best.bins, 0);
-  assert_int_equal(rim_interval_find(bin, 6, 3.0, &best), RIM_OK);
+  assert_int_equal(rimi_interval_find(bin, 6, 3.0, &best), RIM_OK);
   assert_int_equal(best.bins, 0);
   const rim_stats damaged[3] = {unit, {1.0, NAN, 1.0}, {1.0, 1.0, NAN}};
-  assert_int_equal(rim_interval_find(damaged, 3, 0.0, &best), RIM_OK);
+  assert_int_equal(rimi_interval_find(damaged, 3, 0.0, &best), RIM_OK);
   assert_true(best.first == 0 && best.bins == 1);
 }
 
@@ -208,26 +211,26 @@ static void misuse_is_refused(void **state) {
   const rim_interval_run run = {1.0, 0.0, 0.0};
   rim_interval best = {.bins = 77};
   const size_t many = RIM_INTERVAL_MAX_BINS + 1;
-  assert_int_equal(rim_interval_find(NULL, 2, 0.0, &best), RIM_E_ARGUMENT);
-  assert_int_equal(rim_interval_find(bin, 2, 0.0, NULL), RIM_E_ARGUMENT);
-  assert_int_equal(rim_interval_find(bin, many, 0.0, &best), RIM_E_RANGE);
-  assert_int_equal(rim_interval_find_f32(f, f, f, 0, 2, 0.0, &best), RIM_E_ARGUMENT);
-  assert_int_equal(rim_interval_find_f32(f, f, NULL, 1, 2, 0.0, &best), RIM_E_ARGUMENT);
-  assert_int_equal(rim_interval_find_f32(f, f, f, 1, many, 0.0, &best), RIM_E_RANGE);
-  assert_int_equal(rim_interval_find_run(d, NULL, d, 1, 2, &run, &best), RIM_E_ARGUMENT);
-  assert_int_equal(rim_interval_find_run(d, d, d, 1, 2, NULL, &best), RIM_E_ARGUMENT);
-  assert_int_equal(rim_interval_find_run(d, d, d, 1, many, &run, &best), RIM_E_RANGE);
-  assert_int_equal(rim_interval_find_run_f32(NULL, f, f, 1, 2, &run, &best), RIM_E_ARGUMENT);
-  assert_int_equal(rim_interval_find_run_f32(f, f, f, 1, many, &run, &best), RIM_E_RANGE);
-  assert_int_equal(rim_interval_find_score(bin, 2, 0, 0.0, scratch, &best), RIM_E_ARGUMENT);
-  assert_int_equal(rim_interval_find_score(bin, 2, 1, 0.0, NULL, &best), RIM_E_ARGUMENT);
-  assert_int_equal(rim_interval_find_score(bin, many, 1, 0.0, scratch, &best), RIM_E_RANGE);
+  assert_int_equal(rimi_interval_find(NULL, 2, 0.0, &best), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_interval_find(bin, 2, 0.0, NULL), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_interval_find(bin, many, 0.0, &best), RIM_E_RANGE);
+  assert_int_equal(rimi_interval_find_f32(f, f, f, 0, 2, 0.0, &best), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_interval_find_f32(f, f, NULL, 1, 2, 0.0, &best), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_interval_find_f32(f, f, f, 1, many, 0.0, &best), RIM_E_RANGE);
+  assert_int_equal(rimi_interval_find_run(d, NULL, d, 1, 2, &run, &best), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_interval_find_run(d, d, d, 1, 2, NULL, &best), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_interval_find_run(d, d, d, 1, many, &run, &best), RIM_E_RANGE);
+  assert_int_equal(rimi_interval_find_run_f32(NULL, f, f, 1, 2, &run, &best), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_interval_find_run_f32(f, f, f, 1, many, &run, &best), RIM_E_RANGE);
+  assert_int_equal(rimi_interval_find_score(bin, 2, 0, 0.0, scratch, &best), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_interval_find_score(bin, 2, 1, 0.0, NULL, &best), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_interval_find_score(bin, many, 1, 0.0, scratch, &best), RIM_E_RANGE);
   assert_int_equal(best.bins, 77);
 }
 
 int main(void) {
   printf("seed %u\n", SEED);
-  rim_rng_seed(&rng, SEED, 0);
+  rimi_rng_seed(&rng, SEED, 0);
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(equals_algorithm_8),       cmocka_unit_test(floats_equal_doubles),
       cmocka_unit_test(least_count_is_kept),      cmocka_unit_test(run_level_equals_brute_force),

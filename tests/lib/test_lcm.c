@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* LCM messages: the same bytes as lcm-gen's own encoders, in both directions, and no others read.
  */
 #include <math.h>

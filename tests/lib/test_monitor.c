@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* monitor: flight images are refused in every damaged form; of a vehicle small enough to know what
  * should be found exactly that is found (the images and the vehicle: monitor_bench.h). */
 #include "monitor_bench.h"
@@ -96,28 +97,17 @@ static void words_out_of_range_are_refused(void **state) {
     uint32_t value;
     bool of_both; /* else the trained image does not read it, or its models say more */
   } words[] = {
-      {RIM_CONFIG_FEATURES, 0, true},
-      {RIM_CONFIG_FEATURES, 129, true},
-      {RIM_CONFIG_FEATURES, D + 1, true},
-      {RIM_CONFIG_OUTCOMES, 0, true},
-      {RIM_CONFIG_OUTCOMES, 129, true},
-      {RIM_CONFIG_OUTCOMES, O + 1, false},
-      {RIM_CONFIG_RESERVED, 1, true},
-      {RIM_CONFIG_BLOCK_ROWS, 0, true},
-      {RIM_CONFIG_BLOCK_ROWS, 10001, true},
-      {RIM_CONFIG_EXTERNAL, 2, true},
-      {RIM_CONFIG_REGION_FEATURES, 0, true},
-      {RIM_CONFIG_REGION_FEATURES, D + 1, true},
-      {RIM_CONFIG_REGION_FEATURES, 1, true},
-      {RIM_CONFIG_RING, 7, true},
-      {RIM_CONFIG_RING, 15, false},
-      {RIM_CONFIG_RING, 4097, true},
-      {RIM_CONFIG_RING, 65536u + 64u, true},
-      {RIM_CONFIG_BINS, 3, false},
-      {RIM_CONFIG_BINS, 33, false},
-      {RIM_CONFIG_GRID, 7, false},
-      {RIM_CONFIG_GRID, 65, false},
-      {RIM_CONFIG_BUDGET, 65, true},
+      {RIM_CONFIG_FEATURES, 0, true},        {RIM_CONFIG_FEATURES, 129, true},
+      {RIM_CONFIG_FEATURES, D + 1, true},    {RIM_CONFIG_OUTCOMES, 0, true},
+      {RIM_CONFIG_OUTCOMES, 129, true},      {RIM_CONFIG_OUTCOMES, O + 1, false},
+      {RIM_CONFIG_RESERVED, 1, true},        {RIM_CONFIG_BLOCK_ROWS, 0, true},
+      {RIM_CONFIG_BLOCK_ROWS, 10001, true},  {RIM_CONFIG_EXTERNAL, 2, true},
+      {RIM_CONFIG_REGION_FEATURES, 0, true}, {RIM_CONFIG_REGION_FEATURES, D + 1, true},
+      {RIM_CONFIG_REGION_FEATURES, 1, true}, {RIM_CONFIG_RING, 7, true},
+      {RIM_CONFIG_RING, 15, false},          {RIM_CONFIG_RING, 4097, true},
+      {RIM_CONFIG_RING, 65536u + 64u, true}, {RIM_CONFIG_BINS, 3, false},
+      {RIM_CONFIG_BINS, 33, false},          {RIM_CONFIG_GRID, 7, false},
+      {RIM_CONFIG_GRID, 65, false},          {RIM_CONFIG_BUDGET, 65, true},
   };
   for (size_t i = 0; i < sizeof words / sizeof *words; ++i) {
     for (int external = words[i].of_both ? 0 : 1; external < 2; ++external) {
@@ -228,8 +218,8 @@ static double cover(const rim_alarm *a, uint16_t feature, double low, double hig
   for (size_t i = 0; i < a->region.dims; ++i) {
     if (a->region.feature[i] != feature)
       continue;
-    const double from = rim_max(low, a->region.lower[i]);
-    const double to = rim_min(high, a->region.upper[i]);
+    const double from = rimi_max(low, a->region.lower[i]);
+    const double to = rimi_min(high, a->region.upper[i]);
     *excess = (a->region.upper[i] - a->region.lower[i] - (to - from)) / (high - low);
     return (to - from) / (high - low);
   }
@@ -256,11 +246,11 @@ static void a_shifted_region_is_found_once(void **state) {
       assert_int_equal(a->kind, RIM_KIND_SHIFT);
       assert_int_equal(a->detector, RIM_DETECTOR_RIM);
       assert_int_equal(a->channel[0], external ? 1 : 0);
-      assert_int_equal(a->model_id, rim_image_u32(b.blob.byte, 5));
+      assert_int_equal(a->model_id, rimi_le_u32(b.blob.byte, 5));
       assert_true(a->ln_anom >= a->threshold);
       assert_true(a->shift[0] * sign > 0.0);
-      assert_true(rim_abs(a->shift[0] - shift) <= 4.0 * a->shift_sd[0]);
-      assert_true(a->shift_sd[0] < 0.25 * rim_abs(shift));
+      assert_true(rimi_abs(a->shift[0] - shift) <= 4.0 * a->shift_sd[0]);
+      assert_true(a->shift_sd[0] < 0.25 * rimi_abs(shift));
       double excess = 0.0;
       const double covered =
           external ? cover(a, 2, 150.0, 200.0, &excess) : cover(a, 0, 0.4, 1.0, &excess);
@@ -287,7 +277,7 @@ static void put_correct(bytes *b, bool external, double shift) {
                                .region = &region,
                                .shift = shifts};
   b->size = RIM_CORRECT_BYTES(O, 1);
-  assert_int_equal(rim_correct_pack(&m, b->byte, b->size), RIM_OK);
+  assert_int_equal(rimi_correct_pack(&m, b->byte, b->size), RIM_OK);
 }
 
 /* The fault of the test above, once the image carries its correction; the opposite correction makes
@@ -312,7 +302,7 @@ static void a_corrected_model_is_silent(void **state) {
     start(&b);
     const tally twice = watch(&b, 3, 0, ROWS, shift);
     assert_int_equal(twice.raised, 1);
-    assert_true(rim_abs(twice.latest.shift[0] - 2.0 * shift) <= 4.0 * twice.latest.shift_sd[0]);
+    assert_true(rimi_abs(twice.latest.shift[0] - 2.0 * shift) <= 4.0 * twice.latest.shift_sd[0]);
   }
 }
 
@@ -331,7 +321,7 @@ static void a_correction_that_does_not_fit_is_refused(void **state) {
                    RIM_E_CRC);
   const rim_correct_model m = {.features = D + 1, .outcomes = O, .kinds = 1};
   section->size = RIM_CORRECT_BYTES(O, 0);
-  assert_int_equal(rim_correct_pack(&m, section->byte, section->size), RIM_OK);
+  assert_int_equal(rimi_correct_pack(&m, section->byte, section->size), RIM_OK);
   build(&b.blob, &r);
   assert_int_equal(rim_monitor_init(&monitor, b.memory, EXTERNAL_SIZE, b.blob.byte, b.blob.size),
                    RIM_E_CONFIG);
@@ -379,7 +369,7 @@ static void an_alarm_persists_first_and_is_not_repeated_too_often(void **state) 
   b.external = true;
   build(&b.blob, &r);
   start(&b);
-  const rim_threshold *threshold = rim_monitor_threshold(b.monitor);
+  const rim_threshold *threshold = rimi_monitor_threshold(b.monitor);
   uint32_t above = 0, below = 0, records = 0, cleared = 0;
   double last_s = -1e9;
   bool active = false;
@@ -390,7 +380,7 @@ static void an_alarm_persists_first_and_is_not_repeated_too_often(void **state) 
     if (v.alarm.state == RIM_ALARM_NONE) {
       assert_false(!active && above >= 3);
       assert_false(active && below >= 4);
-      assert_int_equal(v.level, active                            ? RIM_LEVEL_ERROR
+      assert_int_equal(v.level, active                             ? RIM_LEVEL_ERROR
                                 : v.score >= threshold->warn_score ? RIM_LEVEL_WARN
                                                                    : RIM_LEVEL_OK);
       continue;
@@ -418,8 +408,8 @@ static void an_alarm_persists_first_and_is_not_repeated_too_often(void **state) 
 
 static void bad_rows_leave_no_trace(void **state) {
   (void)state;
-  const double nan = rim_from_bits(UINT64_C(0x7ff8000000000000));
-  const double infinity = rim_from_bits(UINT64_C(0x7ff0000000000000));
+  const double nan = rimi_from_bits(UINT64_C(0x7ff8000000000000));
+  const double infinity = rimi_from_bits(UINT64_C(0x7ff0000000000000));
   for (int external = 0; external < 2; ++external) {
     bench clean, dirty;
     make_bench(&clean, external);
@@ -496,7 +486,7 @@ static void silence_is_stale_not_healthy(void **state) {
         row r;
         rim_verdict v;
         make_row(&r, external, 7, t, 0.0);
-        r.context[0] = rim_from_bits(UINT64_C(0x7ff8000000000000));
+        r.context[0] = rimi_from_bits(UINT64_C(0x7ff8000000000000));
         assert_int_equal(rim_monitor_step(b.monitor, &r.view, &v), RIM_OK);
         assert_false(v.valid);
         assert_int_equal(v.level == RIM_LEVEL_STALE, PERIOD_S * i > 2.0);

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The monitor's alarms from outside: silence, commands, a clock that begins anew, calls without a
  * monitor (images: monitor_bench.h). What becomes of an alarm is asked in test_alarm_life.c. */
 #include "monitor_bench.h"
@@ -118,10 +119,10 @@ static void nothing_is_read_where_there_is_none(void **state) {
   assert_true(rim_monitor_membership(NULL, (const double[D]){0.0}) == 0.0);
   assert_true(rim_monitor_membership(b.monitor, NULL) == 0.0);
   assert_int_equal(rim_monitor_get_health(NULL).rows.rows, 0);
-  assert_null(rim_monitor_search(NULL));
-  assert_null(rim_monitor_place(NULL));
-  assert_false(rim_monitor_inside(NULL, (const uint8_t[REGION]){0}, 0));
-  assert_null(rim_monitor_threshold(NULL));
+  assert_null(rimi_monitor_search(NULL));
+  assert_null(rimi_monitor_place(NULL));
+  assert_false(rimi_monitor_inside(NULL, (const uint8_t[REGION]){0}, 0));
+  assert_null(rimi_monitor_threshold(NULL));
 }
 
 int main(void) {

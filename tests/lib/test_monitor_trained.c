@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The monitor of a trained image: what is found in a block is described, labelled, sized and dated;
  * nothing is said about the vehicle without evidence (images and vehicle: monitor_bench.h). */
 #include "monitor_bench.h"
@@ -112,7 +113,7 @@ static void labels_are_where_the_fault_was(void **state) {
   uint8_t place[ROWS / BLOCK][REGION];
   double command[ROWS / BLOCK];
   uint32_t blocks = 0;
-  assert_null(rim_monitor_place(b.monitor));
+  assert_null(rimi_monitor_place(b.monitor));
   for (uint32_t t = 0; t < ROWS; ++t) {
     row r;
     rim_verdict v;
@@ -121,7 +122,7 @@ static void labels_are_where_the_fault_was(void **state) {
     if (v.blocks == blocks)
       continue;
     assert_int_equal(v.blocks, blocks + 1);
-    memcpy(place[blocks], rim_monitor_place(b.monitor), REGION);
+    memcpy(place[blocks], rimi_monitor_place(b.monitor), REGION);
     command[blocks++] = r.context[0];
   }
   const rim_alarm *a = rim_monitor_standing(b.monitor, RIM_DETECTOR_RIM);
@@ -130,16 +131,16 @@ static void labels_are_where_the_fault_was(void **state) {
   assert_true(fabs(a->region.lower[0] - 0.4) < 0.15 && a->region.upper[0] >= 1.0);
   uint32_t inside = 0, wrong = 0;
   for (uint32_t i = 0; i < blocks; ++i) {
-    const bool in = rim_monitor_inside(b.monitor, place[i], i);
+    const bool in = rimi_monitor_inside(b.monitor, place[i], i);
     inside += in;
     wrong += in != (command[i] > 0.4);
     const double low = -1.0 + 2.0 * place[i][0] / 256.0, high = low + 2.0 / 256.0;
     assert_int_equal(in, low >= a->region.lower[0] - 1e-12 && high <= a->region.upper[0] + 1e-12);
   }
   assert_true(inside > 60 && inside < 120 && wrong < blocks / 20);
-  assert_false(rim_monitor_inside(b.monitor, NULL, 0));
+  assert_false(rimi_monitor_inside(b.monitor, NULL, 0));
   rim_monitor_reset(b.monitor);
-  assert_false(rim_monitor_inside(b.monitor, place[0], 0));
+  assert_false(rimi_monitor_inside(b.monitor, place[0], 0));
 }
 
 static void an_alarm_is_cleared_after_its_fault(void **state) {

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* noise: the section is refused in every damaged form; what a channel says is read back. */
 #include <math.h>
 
@@ -33,7 +34,7 @@ static rim_status status_of(const bytes *b) {
   rim_noise view, before;
   memset(&view, 0x5a, sizeof view);
   before = view;
-  const rim_status status = rim_noise_open(&view, b->byte, b->size, CHANNELS, MEANS);
+  const rim_status status = rimi_noise_open(&view, b->byte, b->size, CHANNELS, MEANS);
   if (status != RIM_OK)
     assert_memory_equal(&view, &before, sizeof view);
   return status;
@@ -43,11 +44,11 @@ static void numbers_are_read_back(void **state) {
   (void)state;
   const bytes b = section();
   rim_noise view;
-  assert_int_equal(rim_noise_open(&view, b.byte, b.size, CHANNELS, MEANS), RIM_OK);
+  assert_int_equal(rimi_noise_open(&view, b.byte, b.size, CHANNELS, MEANS), RIM_OK);
   assert_true(view.channels == CHANNELS && view.raw == RAW && view.fields == FIELDS);
   assert_true(view.run_s == 100.0 && view.decay_s == 10.0 && view.trend_s == 1000.0);
   for (uint32_t c = 0; c < CHANNELS; ++c) {
-    const noise_channel n = rim_noise_channel(&view, c);
+    const noise_channel n = rimi_noise_channel(&view, c);
     assert_true(n.active == 1.0f && n.fields == c && n.rho == 0.25f * (float)c);
     assert_true(n.s == (float)number(c, 3) && n.p_center == (float)number(c, 4));
     assert_true(n.p_scale == (float)number(c, 5));
@@ -55,11 +56,11 @@ static void numbers_are_read_back(void **state) {
       assert_true(n.ln_sigma[i] == (float)number(c, 6 + i));
     uint32_t at = NOISE_CHANNEL_WORDS;
     for (uint32_t i = 0; i < FIELDS; ++i)
-      assert_true(rim_image_f32(n.inverse_prior, i) == (float)number(c, at++));
+      assert_true(rimi_le_f32(n.inverse_prior, i) == (float)number(c, at++));
     for (uint32_t i = 0; i < FIELDS * RAW; ++i)
-      assert_true(rim_image_f32(n.combination, i) == (float)number(c, at++));
+      assert_true(rimi_le_f32(n.combination, i) == (float)number(c, at++));
     for (uint32_t i = 0; i < NOISE_FAMILIES; ++i)
-      assert_true(rim_image_f32(n.phi, i) == (float)number(c, at++));
+      assert_true(rimi_le_f32(n.phi, i) == (float)number(c, at++));
   }
 }
 
@@ -79,11 +80,16 @@ static void damage_is_refused(void **state) {
     size_t word;
     uint32_t value;
     rim_status status;
-  } headers[] = {{0, 0, RIM_E_VERSION},          {0, 3, RIM_E_VERSION},
-                 {1, CHANNELS + 1, RIM_E_RANGE}, {1, 0, RIM_E_RANGE},
-                 {2, RAW + 1, RIM_E_RANGE},      {2, UINT32_MAX, RIM_E_RANGE},
-                 {3, 0, RIM_E_RANGE},            {3, NOISE_MAX_FIELDS + 1, RIM_E_RANGE},
-                 {3, UINT32_MAX, RIM_E_RANGE},   {3, FIELDS + 1, RIM_E_TRUNCATED}};
+  } headers[] = {{0, 0, RIM_E_VERSION},
+                 {0, 3, RIM_E_VERSION},
+                 {1, CHANNELS + 1, RIM_E_RANGE},
+                 {1, 0, RIM_E_RANGE},
+                 {2, RAW + 1, RIM_E_RANGE},
+                 {2, UINT32_MAX, RIM_E_RANGE},
+                 {3, 0, RIM_E_RANGE},
+                 {3, NOISE_MAX_FIELDS + 1, RIM_E_RANGE},
+                 {3, UINT32_MAX, RIM_E_RANGE},
+                 {3, FIELDS + 1, RIM_E_TRUNCATED}};
   for (size_t i = 0; i < sizeof headers / sizeof *headers; ++i) {
     bytes b = good;
     put_u32(b.byte + 4 * headers[i].word, headers[i].value);
@@ -96,7 +102,7 @@ static void damage_is_refused(void **state) {
     assert_int_equal(status_of(&b), RIM_E_RANGE);
   }
   rim_noise view;
-  assert_int_equal(rim_noise_open(&view, good.byte, good.size, CHANNELS, 9), RIM_E_RANGE);
+  assert_int_equal(rimi_noise_open(&view, good.byte, good.size, CHANNELS, 9), RIM_E_RANGE);
 }
 
 static void no_channel_may_have_a_number_that_is_none(void **state) {
@@ -147,7 +153,7 @@ static void the_weight_is_that_of_the_scale(void **state) {
     for (double change = 0.0; change <= 3.0; change += 0.5) {
       const double ln = 0.25 * p - 0.125 * (p * p - 1.0) + 0.5 * change;
       const double limited = fmax(-NOISE_LN_SIGMA, fmin(NOISE_LN_SIGMA, ln));
-      assert_true(fabs(rim_noise_weight(&n, p, change) - exp(-limited)) < 1e-12);
+      assert_true(fabs(rimi_noise_weight(&n, p, change) - exp(-limited)) < 1e-12);
     }
   }
 }

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The nominal model is predicted from sections built here by hand, against sums written out in the
  * plainest way, and refused in every damaged form. */
 #include <math.h>
@@ -10,8 +11,8 @@
 
 #include <cmocka.h>
 
-#include "image/nominal.h"
 #include "base/rng.h"
+#include "image/nominal.h"
 
 enum { D = 3, O = 2, P = 5, K = 3 };
 #define SEED 4121u
@@ -44,24 +45,24 @@ static double single(double v) { return (double)(float)v; }
 
 static void make_plain(plain *m, uint64_t stream) {
   rim_rng r;
-  rim_rng_seed(&r, SEED, stream);
+  rimi_rng_seed(&r, SEED, stream);
   for (int i = 0; i < D; ++i) {
-    m->centre[i] = single(10.0 * rim_rng_normal(&r));
-    m->inverse_scale[i] = single(0.5 + rim_rng_uniform(&r));
-    m->gate_weight[i] = i == D - 1 ? 0.0 : single(0.5 + rim_rng_uniform(&r));
+    m->centre[i] = single(10.0 * rimi_rng_normal(&r));
+    m->inverse_scale[i] = single(0.5 + rimi_rng_uniform(&r));
+    m->gate_weight[i] = i == D - 1 ? 0.0 : single(0.5 + rimi_rng_uniform(&r));
   }
   for (int p = 0; p < P; ++p) {
-    m->h[p] = single(0.5 + rim_rng_uniform(&r));
-    m->reach[p] = single(1.0 + rim_rng_uniform(&r));
-    m->ln_mass[p] = single(rim_rng_normal(&r));
+    m->h[p] = single(0.5 + rimi_rng_uniform(&r));
+    m->reach[p] = single(1.0 + rimi_rng_uniform(&r));
+    m->ln_mass[p] = single(rimi_rng_normal(&r));
     for (int i = 0; i < D; ++i) {
-      m->c[p][i] = single(rim_rng_normal(&r));
+      m->c[p][i] = single(rimi_rng_normal(&r));
     }
     for (int o = 0; o < O; ++o) {
-      m->variance[p][o] = single(0.1 + rim_rng_uniform(&r));
-      m->b[p][o] = single(rim_rng_normal(&r));
+      m->variance[p][o] = single(0.1 + rimi_rng_uniform(&r));
+      m->b[p][o] = single(rimi_rng_normal(&r));
       for (int i = 0; i < D; ++i) {
-        m->a[p][o][i] = single(rim_rng_normal(&r));
+        m->a[p][o][i] = single(rimi_rng_normal(&r));
       }
     }
   }
@@ -162,13 +163,13 @@ static void predicts_as_the_equations_say(void **state) {
     double x[D], mean[O], sd[O], far, mean_plain[O], sd_plain[O], far_plain = 0.0;
     make_plain(&m, trial);
     make_section(&s, &m, trial & 1u);
-    assert_int_equal(rim_nominal_open(&model, s.byte, s.bytes), RIM_OK);
+    assert_int_equal(rimi_nominal_open(&model, s.byte, s.bytes), RIM_OK);
     assert_int_equal(s.bytes, RIM_NOMINAL_BYTES(D, O, P, trial & 1u));
-    rim_rng_seed(&r, SEED, 1000u + trial);
+    rimi_rng_seed(&r, SEED, 1000u + trial);
     for (int i = 0; i < D; ++i) {
-      x[i] = m.centre[i] + 2.0 * rim_rng_normal(&r) / m.inverse_scale[i];
+      x[i] = m.centre[i] + 2.0 * rimi_rng_normal(&r) / m.inverse_scale[i];
     }
-    assert_int_equal(rim_nominal_predict(&model, x, mean, sd, &far), RIM_OK);
+    assert_int_equal(rimi_nominal_predict(&model, x, mean, sd, &far), RIM_OK);
     predict_plainly(&m, (int)(trial & 1u), x, mean_plain, sd_plain, &far_plain);
     assert_true(fabs(far - far_plain) <= 1e-12 * far_plain);
     for (int o = 0; o < O; ++o) {
@@ -190,7 +191,7 @@ static void far_from_all_the_nearest_speaks(void **state) {
     m.h[p] = 1.0; /* or the widest would speak, not the nearest */
   }
   make_section(&s, &m, 0);
-  assert_int_equal(rim_nominal_open(&model, s.byte, s.bytes), RIM_OK);
+  assert_int_equal(rimi_nominal_open(&model, s.byte, s.bytes), RIM_OK);
   for (int i = 0; i < D; ++i) {
     x[i] = m.centre[i];
   }
@@ -199,7 +200,7 @@ static void far_from_all_the_nearest_speaks(void **state) {
   for (int p = 1; p < P; ++p) {
     nearest = m.c[p][0] > m.c[nearest][0] ? p : nearest;
   }
-  assert_int_equal(rim_nominal_predict(&model, x, mean, sd, &far), RIM_OK);
+  assert_int_equal(rimi_nominal_predict(&model, x, mean, sd, &far), RIM_OK);
   assert_true(far > 1e3);
   for (int o = 0; o < O; ++o) {
     assert_true(mean[o] == m.b[nearest][o]);
@@ -216,13 +217,13 @@ static void huge_inputs_are_clamped(void **state) {
   double limit[D], mean[O], sd[O], mean_limit[O], sd_limit[O];
   make_plain(&m, 3);
   make_section(&s, &m, 1);
-  assert_int_equal(rim_nominal_open(&model, s.byte, s.bytes), RIM_OK);
+  assert_int_equal(rimi_nominal_open(&model, s.byte, s.bytes), RIM_OK);
   for (int i = 0; i < D; ++i) {
     limit[i] =
         m.centre[i] + (x[i] > 0 ? 2.0 : -2.0) * RIM_NOMINAL_MAX_STANDARDISED / m.inverse_scale[i];
   }
-  assert_int_equal(rim_nominal_predict(&model, x, mean, sd, NULL), RIM_OK);
-  assert_int_equal(rim_nominal_predict(&model, limit, mean_limit, sd_limit, NULL), RIM_OK);
+  assert_int_equal(rimi_nominal_predict(&model, x, mean, sd, NULL), RIM_OK);
+  assert_int_equal(rimi_nominal_predict(&model, limit, mean_limit, sd_limit, NULL), RIM_OK);
   for (int o = 0; o < O; ++o) {
     assert_true(isfinite(mean[o]) && isfinite(sd[o]));
     assert_true(mean[o] == mean_limit[o] && sd[o] == sd_limit[o]);
@@ -243,9 +244,9 @@ static void ties_go_to_the_lower_index(void **state) {
     m.ln_mass[p] = 0.0;
   }
   make_section(&s, &m, 0);
-  assert_int_equal(rim_nominal_open(&model, s.byte, s.bytes), RIM_OK);
+  assert_int_equal(rimi_nominal_open(&model, s.byte, s.bytes), RIM_OK);
   memcpy(x, m.centre, sizeof x);
-  assert_int_equal(rim_nominal_predict(&model, x, mean, sd, NULL), RIM_OK);
+  assert_int_equal(rimi_nominal_predict(&model, x, mean, sd, NULL), RIM_OK);
   for (int o = 0; o < O; ++o) {
     const double first = (m.b[0][o] + m.b[1][o] + m.b[2][o]) / 3.0;
     assert_true(fabs(mean[o] - first) < 1e-12);
@@ -263,20 +264,20 @@ static void bad_input_changes_nothing(void **state) {
   make_plain(&m, 2);
   make_section(&s, &m, 1);
   memset(&unopened, 0, sizeof unopened);
-  assert_int_equal(rim_nominal_open(&model, s.byte, s.bytes), RIM_OK);
+  assert_int_equal(rimi_nominal_open(&model, s.byte, s.bytes), RIM_OK);
   for (int i = 0; i < D; ++i) {
     for (int b = 0; b < 3; ++b) {
       memset(x, 0, sizeof x);
       x[i] = bad[b];
-      assert_int_equal(rim_nominal_predict(&model, x, mean, sd, &far), RIM_E_DATA);
+      assert_int_equal(rimi_nominal_predict(&model, x, mean, sd, &far), RIM_E_DATA);
     }
   }
   memset(x, 0, sizeof x);
-  assert_int_equal(rim_nominal_predict(NULL, x, mean, sd, &far), RIM_E_ARGUMENT);
-  assert_int_equal(rim_nominal_predict(&unopened, x, mean, sd, &far), RIM_E_ARGUMENT);
-  assert_int_equal(rim_nominal_predict(&model, NULL, mean, sd, &far), RIM_E_ARGUMENT);
-  assert_int_equal(rim_nominal_predict(&model, x, NULL, sd, &far), RIM_E_ARGUMENT);
-  assert_int_equal(rim_nominal_predict(&model, x, mean, NULL, &far), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_nominal_predict(NULL, x, mean, sd, &far), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_nominal_predict(&unopened, x, mean, sd, &far), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_nominal_predict(&model, NULL, mean, sd, &far), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_nominal_predict(&model, x, NULL, sd, &far), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_nominal_predict(&model, x, mean, NULL, &far), RIM_E_ARGUMENT);
   assert_true(mean[0] == 5.0 && mean[1] == 6.0 && sd[0] == 7.0 && sd[1] == 8.0 && far == 9.0);
 }
 
@@ -290,7 +291,7 @@ static rim_status open_with_word(size_t word, uint32_t value, uint32_t order) {
   put_u32(&s, word, value);
   memset(&model, 0x5a, sizeof model);
   before = model;
-  const rim_status status = rim_nominal_open(&model, s.byte, s.bytes);
+  const rim_status status = rimi_nominal_open(&model, s.byte, s.bytes);
   if (status != RIM_OK) {
     assert_memory_equal(&model, &before, sizeof model);
   }
@@ -351,10 +352,10 @@ static void any_other_length_is_refused(void **state) {
     make_plain(&m, 6);
     make_section(&s, &m, order);
     for (size_t bytes = 0; bytes < s.bytes; ++bytes) {
-      assert_int_equal(rim_nominal_open(&model, s.byte, bytes), RIM_E_TRUNCATED);
+      assert_int_equal(rimi_nominal_open(&model, s.byte, bytes), RIM_E_TRUNCATED);
     }
-    assert_int_equal(rim_nominal_open(&model, s.byte, s.bytes + 1), RIM_E_SIZE);
-    assert_int_equal(rim_nominal_open(&model, s.byte, s.bytes), RIM_OK);
+    assert_int_equal(rimi_nominal_open(&model, s.byte, s.bytes + 1), RIM_E_SIZE);
+    assert_int_equal(rimi_nominal_open(&model, s.byte, s.bytes), RIM_OK);
   }
 }
 
@@ -365,10 +366,10 @@ static void misuse_is_refused(void **state) {
   rim_nominal model;
   make_plain(&m, 6);
   make_section(&s, &m, 1);
-  assert_int_equal(rim_nominal_open(NULL, s.byte, s.bytes), RIM_E_ARGUMENT);
-  assert_int_equal(rim_nominal_open(&model, NULL, s.bytes), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_nominal_open(NULL, s.byte, s.bytes), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_nominal_open(&model, NULL, s.bytes), RIM_E_ARGUMENT);
   for (size_t shift = 1; shift < 4; ++shift) {
-    assert_int_equal(rim_nominal_open(&model, s.byte + shift, s.bytes), RIM_E_ALIGN);
+    assert_int_equal(rimi_nominal_open(&model, s.byte + shift, s.bytes), RIM_E_ALIGN);
   }
 }
 

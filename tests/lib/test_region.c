@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Regions against Monte Carlo, and refused in every ill form. */
 #include <math.h>
 #include <setjmp.h>
@@ -9,8 +10,8 @@
 
 #include <cmocka.h>
 
-#include "rim/region.h"
 #include "base/rng.h"
+#include "rim/region.h"
 
 #define SEED 19u
 enum { FEATURES = 9 };
@@ -23,9 +24,9 @@ static rim_region random_region(uint8_t dims) {
   double b[3][3];
   for (int i = 0; i < dims; ++i) {
     region.feature[i] = (uint16_t)((7 - 3 * i) % FEATURES);
-    region.center[i] = rim_rng_normal(&rng);
+    region.center[i] = rimi_rng_normal(&rng);
     for (int j = 0; j < dims; ++j) {
-      b[i][j] = rim_rng_normal(&rng);
+      b[i][j] = rimi_rng_normal(&rng);
     }
   }
   for (int i = 0; i < dims; ++i) {
@@ -45,7 +46,7 @@ static void volume_and_bounds_by_monte_carlo(void **state) {
   enum { N = 20000 };
   for (int round = 0; round < 12; ++round) {
     rim_region region = random_region((uint8_t)(1 + round % 3));
-    assert_true(rim_region_is_valid(&region));
+    assert_true(rimi_region_is_valid(&region));
     assert_int_equal(rim_region_bounds(&region), RIM_OK);
     double box = 1.0, x[FEATURES], reach[6];
     for (int i = 0; i < region.dims; ++i) {
@@ -55,10 +56,10 @@ static void volume_and_bounds_by_monte_carlo(void **state) {
     int inside = 0;
     for (int k = 0; k < N; ++k) {
       for (int i = 0; i < FEATURES; ++i) {
-        x[i] = 100.0 * rim_rng_normal(&rng); /* features not named do not matter */
+        x[i] = 100.0 * rimi_rng_normal(&rng); /* features not named do not matter */
       }
       for (int i = 0; i < region.dims; ++i) { /* one tenth beyond the box on every side */
-        const double u = 1.2 * rim_rng_uniform(&rng) - 0.1;
+        const double u = 1.2 * rimi_rng_uniform(&rng) - 0.1;
         x[region.feature[i]] = region.lower[i] + u * (region.upper[i] - region.lower[i]);
       }
       if (rim_region_contains(&region, x)) {
@@ -71,7 +72,7 @@ static void volume_and_bounds_by_monte_carlo(void **state) {
         }
       }
     }
-    const double outer = box * pow(1.2, region.dims), share = rim_region_volume(&region) / outer;
+    const double outer = box * pow(1.2, region.dims), share = rimi_region_volume(&region) / outer;
     assert_true(fabs((double)inside / N - share) < 5.0 * sqrt(share * (1.0 - share) / N));
     for (int i = 0; i < region.dims; ++i) { /* the box is tight */
       const double width = region.upper[i] - region.lower[i];
@@ -90,9 +91,9 @@ static void extremes_of_the_box_are_touched(void **state) {
     double most = -INFINITY, x[FEATURES] = {0};
     for (int k = 0; k < 4000; ++k) {
       for (int i = 0; i < region.dims; ++i) {
-        x[region.feature[i]] = region.center[i] + rim_rng_normal(&rng);
+        x[region.feature[i]] = region.center[i] + rimi_rng_normal(&rng);
       }
-      const double r = 1.0 / sqrt(rim_region_distance2(&region, x));
+      const double r = 1.0 / sqrt(rimi_region_distance2(&region, x));
       most = fmax(most, region.center[0] + r * (x[region.feature[0]] - region.center[0]));
     }
     assert_true(most <= region.upper[0] * (1.0 + 1e-12) + 1e-12);
@@ -104,8 +105,8 @@ static void everywhere(void **state) {
   (void)state;
   rim_region region = {0};
   const double x[1] = {NAN};
-  assert_true(rim_region_is_valid(&region) && rim_region_contains(&region, x));
-  assert_true(rim_region_volume(&region) == 1.0 && rim_region_distance2(&region, x) == 0.0);
+  assert_true(rimi_region_is_valid(&region) && rim_region_contains(&region, x));
+  assert_true(rimi_region_volume(&region) == 1.0 && rimi_region_distance2(&region, x) == 0.0);
   assert_int_equal(rim_region_bounds(&region), RIM_OK);
 }
 
@@ -115,8 +116,8 @@ static void boxes(void **state) {
   const double lower[3] = {-1.0, 2.0, 0.0}, upper[3] = {3.0, 2.5, 1e-3};
   rim_region region;
   for (uint8_t dims = 0; dims <= 3; ++dims) {
-    assert_int_equal(rim_region_from_box(&region, dims, feature, lower, upper), RIM_OK);
-    assert_true(rim_region_is_valid(&region));
+    assert_int_equal(rimi_region_from_box(&region, dims, feature, lower, upper), RIM_OK);
+    assert_true(rimi_region_is_valid(&region));
     const rim_region before = region;
     assert_int_equal(rim_region_bounds(&region), RIM_OK);
     for (int i = 0; i < dims; ++i) {
@@ -124,9 +125,9 @@ static void boxes(void **state) {
       assert_true(fabs(region.upper[i] - before.upper[i]) < 1e-12);
     }
   }
-  assert_true(fabs(rim_region_volume(&region) -
+  assert_true(fabs(rimi_region_volume(&region) -
                    4.0 / 3.0 * 3.14159265358979323846 * 2.0 * 0.25 * 0.5e-3) < 1e-15);
-  assert_int_equal(rim_region_from_box(&region, 1, feature, lower, upper), RIM_OK);
+  assert_int_equal(rimi_region_from_box(&region, 1, feature, lower, upper), RIM_OK);
   double x[FEATURES] = {0};
   static const struct {
     double value;
@@ -136,7 +137,7 @@ static void boxes(void **state) {
     x[4] = cases[i].value;
     assert_int_equal(rim_region_contains(&region, x), cases[i].inside);
   }
-  assert_true(rim_region_volume(&region) == 4.0);
+  assert_true(rimi_region_volume(&region) == 4.0);
 }
 
 static void bad_boxes_are_refused(void **state) {
@@ -144,24 +145,24 @@ static void bad_boxes_are_refused(void **state) {
   const uint16_t feature[4] = {1, 2, 1, 3};
   const double lower[4] = {0}, upper[4] = {1.0, 1.0, 1.0, 1.0};
   rim_region region, before;
-  assert_int_equal(rim_region_from_box(&region, 2, feature, lower, upper), RIM_OK);
+  assert_int_equal(rimi_region_from_box(&region, 2, feature, lower, upper), RIM_OK);
   before = region;
-  assert_int_equal(rim_region_from_box(NULL, 2, feature, lower, upper), RIM_E_ARGUMENT);
-  assert_int_equal(rim_region_from_box(&region, 2, NULL, lower, upper), RIM_E_ARGUMENT);
-  assert_int_equal(rim_region_from_box(&region, 2, feature, lower, NULL), RIM_E_ARGUMENT);
-  assert_int_equal(rim_region_from_box(&region, 4, feature, lower, upper), RIM_E_RANGE);
-  assert_int_equal(rim_region_from_box(&region, 3, feature, lower, upper), RIM_E_RANGE);
+  assert_int_equal(rimi_region_from_box(NULL, 2, feature, lower, upper), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_region_from_box(&region, 2, NULL, lower, upper), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_region_from_box(&region, 2, feature, lower, NULL), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_region_from_box(&region, 4, feature, lower, upper), RIM_E_RANGE);
+  assert_int_equal(rimi_region_from_box(&region, 3, feature, lower, upper), RIM_E_RANGE);
   static const double bad[][2] = {{1.0, 1.0},      {2.0, 1.0},       {NAN, 1.0},    {0.0, NAN},
                                   {0.0, INFINITY}, {-INFINITY, 0.0}, {0.0, 1e-200}, {0.0, 1e200}};
   for (size_t i = 0; i < sizeof bad / sizeof bad[0]; ++i) {
-    assert_int_equal(rim_region_from_box(&region, 1, feature, &bad[i][0], &bad[i][1]), RIM_E_DATA);
+    assert_int_equal(rimi_region_from_box(&region, 1, feature, &bad[i][0], &bad[i][1]), RIM_E_DATA);
   }
   assert_memory_equal(&region, &before, sizeof region);
 }
 
 static void ill_regions_are_refused(void **state) {
   (void)state;
-  assert_false(rim_region_is_valid(NULL));
+  assert_false(rimi_region_is_valid(NULL));
   assert_int_equal(rim_region_bounds(NULL), RIM_E_ARGUMENT);
   for (int kind = 0; kind < 8; ++kind) {
     rim_region region = random_region(3);
@@ -192,9 +193,9 @@ static void ill_regions_are_refused(void **state) {
     default:
       memset(m, 0, sizeof region.inverse_shape);
     }
-    assert_false(rim_region_is_valid(&region));
+    assert_false(rimi_region_is_valid(&region));
     if (kind == 0 || kind >= 4) {
-      assert_true(rim_region_volume(&region) == 0.0);
+      assert_true(rimi_region_volume(&region) == 0.0);
       assert_int_equal(rim_region_bounds(&region), kind == 0 ? RIM_E_RANGE : RIM_E_SINGULAR);
       assert_true(region.lower[0] == 0.0 && region.upper[0] == 0.0);
     }
@@ -203,7 +204,7 @@ static void ill_regions_are_refused(void **state) {
 
 int main(void) {
   printf("seed %u\n", SEED);
-  rim_rng_seed(&rng, SEED, 0);
+  rimi_rng_seed(&rng, SEED, 0);
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(volume_and_bounds_by_monte_carlo),
       cmocka_unit_test(extremes_of_the_box_are_touched),

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Known answers of Philox4x32-10 (Salmon et al., Random123 kat_vectors), and what the draws
  * promise. */
 #include <math.h>
@@ -30,7 +31,7 @@ static void known_answers(void **state) {
   };
   for (size_t i = 0; i < 3; ++i) {
     uint32_t block[4];
-    rim_rng_block(vectors[i].key, vectors[i].counter, block);
+    rimi_rng_block(vectors[i].key, vectors[i].counter, block);
     assert_memory_equal(block, vectors[i].block, sizeof block);
   }
 }
@@ -39,14 +40,14 @@ static void words_are_the_blocks_in_order(void **state) {
   (void)state;
   const uint64_t seed = UINT64_C(0x0123456789abcdef), stream = UINT64_C(0xfedcba9876543210);
   rim_rng rng;
-  rim_rng_seed(&rng, seed, stream);
+  rimi_rng_seed(&rng, seed, stream);
   for (uint32_t b = 0; b < 5; ++b) {
     const uint32_t key[2] = {0x89abcdef, 0x01234567};
     const uint32_t counter[4] = {b, 0, 0x76543210, 0xfedcba98};
     uint32_t block[4];
-    rim_rng_block(key, counter, block);
+    rimi_rng_block(key, counter, block);
     for (int i = 0; i < 4; ++i) {
-      assert_int_equal(rim_rng_u32(&rng), block[i]);
+      assert_int_equal(rimi_rng_u32(&rng), block[i]);
     }
   }
 }
@@ -54,35 +55,35 @@ static void words_are_the_blocks_in_order(void **state) {
 static void seek_and_carry(void **state) {
   (void)state;
   rim_rng a, b;
-  rim_rng_seed(&a, SEED, 7);
-  rim_rng_seed(&b, SEED, 7);
+  rimi_rng_seed(&a, SEED, 7);
+  rimi_rng_seed(&b, SEED, 7);
   for (int i = 0; i < 4 * 9; ++i) {
-    (void)rim_rng_u32(&a);
+    (void)rimi_rng_u32(&a);
   }
-  (void)rim_rng_u32(&b); /* seek forgets a block begun */
-  rim_rng_seek(&b, 9);
+  (void)rimi_rng_u32(&b); /* seek forgets a block begun */
+  rimi_rng_seek(&b, 9);
   for (int i = 0; i < 10; ++i) {
-    assert_int_equal(rim_rng_u32(&a), rim_rng_u32(&b));
+    assert_int_equal(rimi_rng_u32(&a), rimi_rng_u32(&b));
   }
-  rim_rng_seek(&a, UINT64_C(0xffffffff));
+  rimi_rng_seek(&a, UINT64_C(0xffffffff));
   for (int i = 0; i < 4; ++i) {
-    (void)rim_rng_u32(&a);
+    (void)rimi_rng_u32(&a);
   }
-  rim_rng_seek(&b, UINT64_C(0x100000000));
-  assert_int_equal(rim_rng_u32(&a), rim_rng_u32(&b));
+  rimi_rng_seek(&b, UINT64_C(0x100000000));
+  assert_int_equal(rimi_rng_u32(&a), rimi_rng_u32(&b));
 }
 
 static void streams_differ(void **state) {
   (void)state;
   rim_rng a, b, c;
-  rim_rng_seed(&a, SEED, 0);
-  rim_rng_seed(&b, SEED, 1);
-  rim_rng_seed(&c, SEED + 1, 0);
+  rimi_rng_seed(&a, SEED, 0);
+  rimi_rng_seed(&b, SEED, 1);
+  rimi_rng_seed(&c, SEED + 1, 0);
   int equal = 0;
   for (int i = 0; i < 1000; ++i) {
-    const uint32_t x = rim_rng_u32(&a);
-    equal += x == rim_rng_u32(&b);
-    equal += x == rim_rng_u32(&c);
+    const uint32_t x = rimi_rng_u32(&a);
+    equal += x == rimi_rng_u32(&b);
+    equal += x == rimi_rng_u32(&c);
   }
   assert_int_equal(equal, 0);
 }
@@ -91,11 +92,11 @@ static void uniform_is_open_and_even(void **state) {
   (void)state;
   enum { N = 100000, CELLS = 64 };
   rim_rng rng;
-  rim_rng_seed(&rng, SEED, 2);
+  rimi_rng_seed(&rng, SEED, 2);
   double sum = 0.0, square = 0.0, chi2 = 0.0;
   int count[CELLS] = {0};
   for (int i = 0; i < N; ++i) {
-    const double u = rim_rng_uniform(&rng);
+    const double u = rimi_rng_uniform(&rng);
     assert_true(u > 0.0 && u < 1.0);
     sum += u;
     square += u * u;
@@ -112,18 +113,18 @@ static void uniform_is_open_and_even(void **state) {
 static void uniform_at_its_ends(void **state) {
   (void)state;
   rim_rng rng = {.block = {0, 0, 0xffffffff, 0xffffffff}, .left = 4};
-  assert_true(rim_rng_uniform(&rng) == 0x1p-53);
-  assert_true(rim_rng_uniform(&rng) == 1.0 - 0x1p-53);
+  assert_true(rimi_rng_uniform(&rng) == 0x1p-53);
+  assert_true(rimi_rng_uniform(&rng) == 1.0 - 0x1p-53);
 }
 
 static void normal_has_its_moments(void **state) {
   (void)state;
   enum { N = 200000 };
   rim_rng rng;
-  rim_rng_seed(&rng, SEED, 3);
+  rimi_rng_seed(&rng, SEED, 3);
   double m[5] = {0};
   for (int i = 0; i < N; ++i) {
-    const double z = rim_rng_normal(&rng);
+    const double z = rimi_rng_normal(&rng);
     assert_true(fabs(z) <= 8.21);
     for (int k = 1; k <= 4; ++k) {
       m[k] += pow(z, k) / N;
@@ -139,20 +140,20 @@ static void below_is_below_and_even(void **state) {
   (void)state;
   enum { N = 70000 };
   rim_rng rng;
-  rim_rng_seed(&rng, SEED, 4);
+  rimi_rng_seed(&rng, SEED, 4);
   int count[7] = {0};
   for (int i = 0; i < N; ++i) {
-    const uint32_t k = rim_rng_below(&rng, 7);
+    const uint32_t k = rimi_rng_below(&rng, 7);
     assert_true(k < 7);
     count[k] += 1;
   }
   for (int i = 0; i < 7; ++i) {
     assert_true(abs(count[i] - N / 7) < 400);
   }
-  assert_int_equal(rim_rng_below(&rng, 0), 0);
-  assert_int_equal(rim_rng_below(&rng, 1), 0);
+  assert_int_equal(rimi_rng_below(&rng, 0), 0);
+  assert_int_equal(rimi_rng_below(&rng, 1), 0);
   rim_rng end = {.block = {0, 0, 0, 0xffffffff}, .left = 1};
-  assert_int_equal(rim_rng_below(&end, 0xffffffff), 0xfffffffe);
+  assert_int_equal(rimi_rng_below(&end, 0xffffffff), 0xfffffffe);
 }
 
 int main(void) {

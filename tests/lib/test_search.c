@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* search: the statistic of every shape is that of generalised least squares computed with whole
  * matrices (search_bench.h); what is planted is found; memory and copies. */
 #include "search_bench.h"
@@ -81,13 +82,13 @@ static void regions_are_judged_by_least_squares(void **state) {
     bench b;
     start(&b, &w, RING);
     feed(&b, 0, RING, 0);
-    search_refresh(b.search, 0);
+    rimi_search_refresh(b.search, 0);
     for (size_t f = 0; f < sizeof family / sizeof *family; ++f) {
       const bool since = family[f] != SEARCH_INTERVAL && family[f] != SEARCH_BOX;
       for (uint32_t onset = since ? 0 : SEARCH_FROM_START; onset + 20 < RING || !since;
            onset += 7) {
         search_hypothesis h = hypothesis(family[f], onset);
-        search_evaluate(b.search, &h);
+        rimi_search_evaluate(b.search, &h);
         const uint32_t blocks = blocks_inside(&w, &h);
         assert_int_equal(h.blocks, blocks);
         if (blocks < SEARCH_LEAST) {
@@ -96,7 +97,7 @@ static void regions_are_judged_by_least_squares(void **state) {
         }
         const gls g = expected_of(&w, &h);
         assert_same(&h, &g);
-        const double score = (double)h.ln_ratio - search_description(family[f]);
+        const double score = (double)h.ln_ratio - rimi_search_description(family[f]);
         assert_close((double)h.score, score, 1e-5);
         if (!since)
           break;
@@ -113,12 +114,12 @@ static void what_ended_is_judged_by_least_squares(void **state) {
     bench b;
     start(&b, &w, RING);
     feed(&b, 0, RING, 0);
-    search_refresh(b.search, 0);
+    rimi_search_refresh(b.search, 0);
     for (uint32_t onset = 0; onset + 20 < RING; onset += 9) {
       search_hypothesis h = hypothesis(SEARCH_DURING, onset), best = h;
       double most = 0.0;
       for (h.end = onset + SEARCH_LEAST; h.end < RING; ++h.end) {
-        search_evaluate(b.search, &h);
+        rimi_search_evaluate(b.search, &h);
         const gls g = expected_of(&w, &h);
         assert_same(&h, &g);
         assert_int_equal(h.blocks, h.end - onset);
@@ -139,7 +140,7 @@ static void the_best_interval_is_the_best_of_all(void **state) {
     bench b;
     start(&b, &w, RING);
     feed(&b, 0, RING, 0);
-    search_refresh(b.search, 0);
+    rimi_search_refresh(b.search, 0);
     for (uint32_t onset = 0; onset < 30; onset += 13) {
       search_hypothesis h = hypothesis(onset > 0 ? SEARCH_INTERVAL_SINCE : SEARCH_INTERVAL,
                                        onset > 0 ? onset : SEARCH_FROM_START);
@@ -148,12 +149,12 @@ static void the_best_interval_is_the_best_of_all(void **state) {
         for (uint32_t last = first; last < SEARCH_BINS; ++last) {
           h.first[0] = (uint8_t)first;
           h.last[0] = (uint8_t)last;
-          search_evaluate(b.search, &h);
+          rimi_search_evaluate(b.search, &h);
           most = fmax(most, (double)h.ln_ratio);
         }
       }
-      const search_mask mask = search_mask_of(b.search, &h, 0);
-      search_scan_interval(b.search, &mask, 0, &h, 0);
+      const search_mask mask = rimi_search_mask_of(b.search, &h, 0);
+      rimi_search_scan_interval(b.search, &mask, 0, &h, 0);
       assert_close((double)h.ln_ratio, most, 1e-6);
     }
   }
@@ -170,8 +171,8 @@ static void onsets_are_judged_by_least_squares(void **state) {
     float maxima[CHANNELS * NOISE_FAMILIES] = {0};
     start(&b, &w, RING);
     feed(&b, 0, RING, 0);
-    search_keep_maxima(b.search, maxima);
-    search_refresh(b.search, 0);
+    rimi_search_keep_maxima(b.search, maxima);
+    rimi_search_refresh(b.search, 0);
     double best_score = -1e30;
     search_hypothesis best = {0};
     for (uint32_t family = SEARCH_SINCE; family <= SEARCH_GAIN; ++family) {
@@ -180,14 +181,14 @@ static void onsets_are_judged_by_least_squares(void **state) {
         const search_hypothesis h = hypothesis((search_family)family, onset);
         const gls g = expected_of(&w, &h);
         most = fmax(most, g.ln_ratio);
-        if (g.ln_ratio - search_description((search_family)family) > best_score) {
-          best_score = g.ln_ratio - search_description((search_family)family);
+        if (g.ln_ratio - rimi_search_description((search_family)family) > best_score) {
+          best_score = g.ln_ratio - rimi_search_description((search_family)family);
           best = h;
         }
       }
       assert_close((double)maxima[family], most, 5e-3);
     }
-    const search_hypothesis *found = search_best(b.search, 0);
+    const search_hypothesis *found = rimi_search_best(b.search, 0);
     assert_int_equal(found->family, best.family);
     assert_int_equal(found->onset, best.onset);
     const gls g = expected_of(&w, &best);
@@ -208,8 +209,8 @@ static void impossible_run_effects_are_told(void **state) {
   float maxima[CHANNELS * NOISE_FAMILIES] = {0};
   start(&b, &w, RING);
   feed(&b, 0, RING, 0);
-  search_keep_maxima(b.search, maxima);
-  search_refresh(b.search, 0);
+  rimi_search_keep_maxima(b.search, maxima);
+  rimi_search_refresh(b.search, 0);
   double u = 0.0;
   for (uint32_t i = 0; i < RING; ++i)
     u += residual_of(&w, i) / w.s;
@@ -217,7 +218,7 @@ static void impossible_run_effects_are_told(void **state) {
   const double q = offset * offset / (w.prior[0] - v);
   assert_true(q > 20.0);
   assert_close((double)maxima[SEARCH_FIELD], 0.5 * (q - 1.0 - log(q)), 1e-3);
-  assert_true(search_best(b.search, 0)->score > 0.0f);
+  assert_true(rimi_search_best(b.search, 0)->score > 0.0f);
 }
 
 /* Healthy runs inflate ratios: phi divides them. */
@@ -228,12 +229,12 @@ static void phi_divides_the_ratio(void **state) {
   bench b;
   start(&b, &w, RING);
   feed(&b, 0, RING, 0);
-  search_refresh(b.search, 0);
+  rimi_search_refresh(b.search, 0);
   search_hypothesis h = hypothesis(SEARCH_BOX, SEARCH_FROM_START);
-  search_evaluate(b.search, &h);
+  rimi_search_evaluate(b.search, &h);
   const gls g = expected_of(&w, &h);
   assert_same(&h, &g);
-  assert_close((double)h.score, g.ln_ratio / 2.5 - search_description(SEARCH_BOX), 1e-3);
+  assert_close((double)h.score, g.ln_ratio / 2.5 - rimi_search_description(SEARCH_BOX), 1e-3);
 }
 
 /* Older blocks than the ring's still tell the run's effects. */
@@ -245,17 +246,17 @@ static void a_full_ring_goes_on(void **state) {
     bench b;
     start(&b, &w, RING);
     feed(&b, 0, ALL, 0);
-    assert_int_equal(search_blocks(b.search), ALL);
-    assert_int_equal(search_oldest(b.search), ALL - RING);
-    assert_close(search_time_of(b.search, ALL - 3), BLOCK_S * (ALL - 3), 0.0);
-    assert_close(search_time_of(b.search, 0), BLOCK_S * (ALL - RING), 0.0);
-    assert_close(search_time_of(b.search, ALL + 7), BLOCK_S * (ALL - 1), 0.0);
-    search_refresh(b.search, 0);
+    assert_int_equal(rimi_search_blocks(b.search), ALL);
+    assert_int_equal(rimi_search_oldest(b.search), ALL - RING);
+    assert_close(rimi_search_time_of(b.search, ALL - 3), BLOCK_S * (ALL - 3), 0.0);
+    assert_close(rimi_search_time_of(b.search, 0), BLOCK_S * (ALL - RING), 0.0);
+    assert_close(rimi_search_time_of(b.search, ALL + 7), BLOCK_S * (ALL - 1), 0.0);
+    rimi_search_refresh(b.search, 0);
     for (uint32_t onset = ALL - RING + 1; onset + 20 < ALL; onset += 5) {
       search_hypothesis since = hypothesis(SEARCH_SINCE, onset);
       search_hypothesis box = hypothesis(SEARCH_INTERVAL_SINCE, onset);
-      search_evaluate(b.search, &since);
-      search_evaluate(b.search, &box);
+      rimi_search_evaluate(b.search, &since);
+      rimi_search_evaluate(b.search, &box);
       const gls of_since = expected_of(&w, &since), of_box = expected_of(&w, &box);
       assert_same(&since, &of_since);
       assert_same(&box, &of_box);
@@ -270,20 +271,20 @@ static search_hypothesis find_planted(const world *w, uint16_t ring, double *ons
   start(&b, w, ring);
   feed(&b, 0, w->blocks, TURN);
   search_hypothesis h;
-  search_explain(b.search, 0, &h, onset_sd);
-  for (uint32_t i = search_oldest(b.search); i < w->blocks; ++i) { /* as its own bounds say */
+  rimi_search_explain(b.search, 0, &h, onset_sd);
+  for (uint32_t i = rimi_search_oldest(b.search); i < w->blocks; ++i) { /* as its own bounds say */
     bool inside = h.onset == SEARCH_FROM_START || i >= h.onset;
     inside = inside && (h.end == 0 || i < h.end);
     if (h.family >= SEARCH_INTERVAL && h.family != SEARCH_DURING)
       inside = inside && in_bins(w, i, &h, 0);
     if (h.family == SEARCH_BOX || h.family == SEARCH_BOX_SINCE)
       inside = inside && in_bins(w, i, &h, 1);
-    assert_int_equal(search_inside(b.search, &h, w->feature[i], i), inside);
+    assert_int_equal(rimi_search_inside(b.search, &h, w->feature[i], i), inside);
   }
-  const uint32_t first = search_first_inside(b.search, &h);
-  assert_true(search_inside(b.search, &h, w->feature[first], first));
-  for (uint32_t i = search_oldest(b.search); i < first; ++i)
-    assert_false(search_inside(b.search, &h, w->feature[i], i));
+  const uint32_t first = rimi_search_first_inside(b.search, &h);
+  assert_true(rimi_search_inside(b.search, &h, w->feature[first], first));
+  for (uint32_t i = rimi_search_oldest(b.search); i < first; ++i)
+    assert_false(rimi_search_inside(b.search, &h, w->feature[i], i));
   return h;
 }
 
@@ -336,21 +337,21 @@ static void excluded_blocks_are_no_evidence(void **state) {
       static bench b;
       start(&b, &w, 150);
       feed(&b, 0, 90, TURN);
-      assert_int_equal(search_best(b.search, 0)->family, SEARCH_DURING);
+      assert_int_equal(rimi_search_best(b.search, 0)->family, SEARCH_DURING);
       assert_false(search_exclude(b.search, 70, 70));
       assert_true(search_exclude(b.search, 28, 72));
-      assert_true(search_best(b.search, 0)->score < -1e9f);
+      assert_true(rimi_search_best(b.search, 0)->score < -1e9f);
       assert_false(search_exclude(b.search, 75, 80)); /* the first one is not done yet */
       feed(&b, 90, 105, TURN);
-      assert_true(search_best(b.search, 0)->score < 3.0f);
+      assert_true(rimi_search_best(b.search, 0)->score < 3.0f);
       feed(&b, 105, 150, TURN);
       double onset_sd;
-      search_explain(b.search, 0, &found[k], &onset_sd);
+      rimi_search_explain(b.search, 0, &found[k], &onset_sd);
       assert_int_equal(found[k].family, SEARCH_SINCE);
       assert_true(found[k].onset >= 105 && found[k].onset <= 115);
       assert_true(fabs((double)found[k].shift + 4.0) < 3.0 * (double)found[k].sd);
       assert_true(search_exclude(b.search, 0, 5));
-      search_reset(b.search);
+      rimi_search_reset(b.search);
       assert_true(search_exclude(b.search, 0, 5) == false); /* none is held */
     }
     assert_int_equal(found[0].onset, found[1].onset);
@@ -395,15 +396,15 @@ static void an_outcomes_own_reading_describes_no_region_of_it(void **state) {
       start(&b, &w, 150);
       b.config.region = region.byte;
       b.config.outcome_feature = outcome.byte;
-      search_attach(b.search, &b.config);
+      rimi_search_attach(b.search, &b.config);
       feed(&b, 0, 150, TURN);
-      const search_hypothesis *best = search_best(b.search, 0);
+      const search_hypothesis *best = rimi_search_best(b.search, 0);
       const bool names = best->family >= SEARCH_INTERVAL && best->family != SEARCH_DURING &&
                          (best->feature[0] == 1 || best->feature[1] == 1);
       assert_int_equal(names, own == 0);
       put_u16(region.byte + 6, 0); /* a prediction stands for it: then it may */
-      search_work(b.search, 400);
-      assert_true(search_best(b.search, 0)->feature[0] == 1);
+      rimi_search_work(b.search, 400);
+      assert_true(rimi_search_best(b.search, 0)->feature[0] == 1);
     }
   }
 }
@@ -465,10 +466,10 @@ static void a_constant_feature_restricts_nothing(void **state) {
   search_mask everything;
   memset(&everything, 0, sizeof everything);
   for (uint32_t f = 0; f < 2; ++f) {
-    search_refresh(b.search, 0);
+    rimi_search_refresh(b.search, 0);
     h.family = SEARCH_INTERVAL;
     h.onset = SEARCH_FROM_START;
-    search_scan_interval(b.search, &everything, f, &h, 0);
+    rimi_search_scan_interval(b.search, &everything, f, &h, 0);
     assert_true(h.first[0] == 0 && h.last[0] == SEARCH_BINS - 1);
     assert_int_equal(h.blocks, w.blocks);
   }
@@ -484,21 +485,21 @@ static void nothing_is_said_of_too_few_blocks(void **state) {
     w.r[i] = 50.0 * w.s;
   bench b;
   start(&b, &w, RING);
-  search_work(b.search, 100);
-  assert_true(search_time_of(b.search, 0) == 0.0);
+  rimi_search_work(b.search, 100);
+  assert_true(rimi_search_time_of(b.search, 0) == 0.0);
   feed(&b, 0, 2 * SEARCH_LEAST - 1, TURN);
   for (uint32_t c = 0; c < CHANNELS; ++c)
-    assert_true(search_best(b.search, c)->score < -1e9f);
+    assert_true(rimi_search_best(b.search, c)->score < -1e9f);
   feed(&b, 2 * SEARCH_LEAST - 1, 2 * SEARCH_LEAST, TURN);
-  assert_true(search_best(b.search, 0)->score > 100.0f);
+  assert_true(rimi_search_best(b.search, 0)->score > 100.0f);
   search_hypothesis h = hypothesis(SEARCH_INTERVAL, SEARCH_FROM_START);
   h.feature[0] = 0; /* an interval that holds no block */
   h.first[0] = h.last[0] = 0;
   for (uint32_t i = 0; i < 2 * SEARCH_LEAST; ++i)
     while (b.w.feature[i][0] < 256u / SEARCH_BINS * 1u + 1u && h.first[0] == 0)
       h.first[0] = h.last[0] = SEARCH_BINS - 1;
-  search_refresh(b.search, 0);
-  search_evaluate(b.search, &h);
+  rimi_search_refresh(b.search, 0);
+  rimi_search_evaluate(b.search, &h);
   assert_true(h.blocks < SEARCH_LEAST && h.score < -1e9f && h.shift == 0.0f);
 }
 
@@ -513,7 +514,7 @@ static void inactive_channels_are_left_out(void **state) {
   put_f32(b.section.byte + 4 * NOISE_HEADER_WORDS, 0.0);
   feed(&b, 0, RING, TURN);
   for (uint32_t c = 0; c < CHANNELS; ++c)
-    assert_true(search_best(b.search, c)->score < 10.0f);
+    assert_true(rimi_search_best(b.search, c)->score < 10.0f);
 }
 
 /* ---- memory ---- */
@@ -523,20 +524,20 @@ static void memory_is_checked_and_not_left(void **state) {
   const world w = variant(7, 150);
   bench b;
   start(&b, &w, RING);
-  const size_t need = search_size(&b.config);
+  const size_t need = rimi_search_size(&b.config);
   rim_search *s = NULL;
   assert_true(need > 0 && need + 64 < sizeof b.memory);
-  assert_int_equal(search_init(&s, b.memory, need - 1, &b.config), RIM_E_SIZE);
+  assert_int_equal(rimi_search_init(&s, b.memory, need - 1, &b.config), RIM_E_SIZE);
   for (size_t shift = 1; shift < 8; ++shift)
-    assert_int_equal(search_init(&s, b.memory + shift, need, &b.config), RIM_E_ALIGN);
+    assert_int_equal(rimi_search_init(&s, b.memory + shift, need, &b.config), RIM_E_ALIGN);
   assert_null(s);
   memset(b.memory, 0x5a, sizeof b.memory);
-  assert_int_equal(search_init(&b.search, b.memory + 64, need, &b.config), RIM_OK);
+  assert_int_equal(rimi_search_init(&b.search, b.memory + 64, need, &b.config), RIM_OK);
   feed(&b, 0, w.blocks, TURN);
   search_hypothesis h;
   double onset_sd;
   for (uint32_t c = 0; c < CHANNELS; ++c)
-    search_explain(b.search, c, &h, &onset_sd);
+    rimi_search_explain(b.search, c, &h, &onset_sd);
   for (size_t i = 0; i < sizeof b.memory; ++i) {
     if (i < 64 || i >= 64 + need)
       assert_int_equal(b.memory[i], 0x5a);
@@ -549,13 +550,13 @@ static void configurations_out_of_range_are_refused(void **state) {
   bench b;
   start(&b, &w, RING);
   const search_config good = b.config;
-  assert_int_equal(search_size(NULL), 0);
+  assert_int_equal(rimi_search_size(NULL), 0);
 #define REFUSES(field, value)                                                                      \
   do {                                                                                             \
     search_config bad = good;                                                                      \
     bad.field = (value);                                                                           \
-    assert_int_equal(search_size(&bad), 0);                                                        \
-    assert_int_equal(search_init(&b.search, b.memory, sizeof b.memory, &bad), RIM_E_CONFIG);       \
+    assert_int_equal(rimi_search_size(&bad), 0);                                                   \
+    assert_int_equal(rimi_search_init(&b.search, b.memory, sizeof b.memory, &bad), RIM_E_CONFIG);  \
   } while (0)
   REFUSES(features, 0);
   REFUSES(features, SEARCH_MAX_FEATURES + 1);
@@ -574,8 +575,8 @@ static void configurations_out_of_range_are_refused(void **state) {
 
 static void numbers_that_are_not_finite_change_nothing(void **state) {
   (void)state;
-  const double bad[2] = {rim_from_bits(UINT64_C(0x7ff8000000000000)),
-                         rim_from_bits(UINT64_C(0xfff0000000000000))};
+  const double bad[2] = {rimi_from_bits(UINT64_C(0x7ff8000000000000)),
+                         rimi_from_bits(UINT64_C(0xfff0000000000000))};
   const world w = variant(3, RING);
   static bench b, before;
   start(&b, &w, RING);
@@ -591,7 +592,7 @@ static void numbers_that_are_not_finite_change_nothing(void **state) {
       residual[CHANNELS - 1] = which == 2 ? bad[k] : 0.0;
       block.t_s = which == 3 ? bad[k] : block.t_s;
       block.change = which == 4 ? bad[k] : 0.0;
-      assert_int_equal(search_observe(b.search, &block), RIM_E_DATA);
+      assert_int_equal(rimi_search_observe(b.search, &block), RIM_E_DATA);
     }
   }
   assert_memory_equal(b.memory, before.memory, sizeof b.memory);
@@ -609,7 +610,7 @@ static void coarse_residuals_are_kept_in_bytes(void **state) {
       double outcome[OUTCOMES], residual[CHANNELS];
       const search_block block = block_of(&w, i, outcome, residual);
       residual[c] = z[i] * w.s;
-      assert_int_equal(search_observe(b.search, &block), RIM_OK);
+      assert_int_equal(rimi_search_observe(b.search, &block), RIM_OK);
       const double kept = search_residual(b.search, c, i);
       assert_true(fabs(kept - fmax(-31.75, fmin(31.75, z[i]))) <= 0.126);
       assert_true(search_residual(b.search, c - 1, i) == 0.0);
@@ -628,7 +629,7 @@ static void huge_residuals_do_no_harm(void **state) {
   feed(&b, 0, w.blocks, TURN);
   search_hypothesis h;
   double onset_sd;
-  search_explain(b.search, 0, &h, &onset_sd);
+  rimi_search_explain(b.search, 0, &h, &onset_sd);
   assert_true(isfinite((double)h.score) && isfinite((double)h.shift) && h.sd > 0.0f);
   assert_true(isfinite(onset_sd));
 }
@@ -638,13 +639,13 @@ static void huge_residuals_do_no_harm(void **state) {
 static uint64_t digest_of(const rim_search *s) {
   uint64_t digest = RIM_DIGEST_START;
   for (uint32_t c = 0; c < CHANNELS; ++c) {
-    const search_hypothesis *h = search_best(s, c);
+    const search_hypothesis *h = rimi_search_best(s, c);
     const float numbers[4] = {h->ln_ratio, h->score, h->shift, h->sd};
     for (size_t i = 0; i < 4; ++i)
-      digest = rim_digest_f64(digest, (double)numbers[i]);
-    digest = rim_digest_u32(digest, h->onset);
-    digest = rim_digest_u32(digest, h->family | (uint32_t)h->feature[0] << 8 |
-                                        (uint32_t)h->first[0] << 16 | (uint32_t)h->last[0] << 24);
+      digest = rimi_digest_f64(digest, (double)numbers[i]);
+    digest = rimi_digest_u32(digest, h->onset);
+    digest = rimi_digest_u32(digest, h->family | (uint32_t)h->feature[0] << 8 |
+                                         (uint32_t)h->first[0] << 16 | (uint32_t)h->last[0] << 24);
   }
   return digest;
 }
@@ -661,14 +662,14 @@ static void a_copy_goes_on_bit_for_bit(void **state) {
   memcpy(second.memory, first.memory, sizeof second.memory);
   memset(&first, 0xee, sizeof first);
   second.search = (rim_search *)(void *)second.memory;
-  search_attach(second.search, &second.config);
+  rimi_search_attach(second.search, &second.config);
   feed(&whole, 83, 150, 5);
   feed(&second, 83, 150, 5);
   assert_true(digest_of(whole.search) == digest_of(second.search));
   search_hypothesis a, b;
   double sd_a, sd_b;
-  search_explain(whole.search, 0, &a, &sd_a);
-  search_explain(second.search, 0, &b, &sd_b);
+  rimi_search_explain(whole.search, 0, &a, &sd_a);
+  rimi_search_explain(second.search, 0, &b, &sd_b);
   assert_true(a.score == b.score && a.onset == b.onset && sd_a == sd_b);
 }
 
@@ -679,8 +680,8 @@ static void reset_is_a_fresh_start(void **state) {
   start(&fresh, &w, RING);
   start(&used, &w, RING);
   feed(&used, 20, 101, 7);
-  search_reset(used.search);
-  assert_int_equal(search_blocks(used.search), 0);
+  rimi_search_reset(used.search);
+  assert_int_equal(rimi_search_blocks(used.search), 0);
   feed(&fresh, 0, 150, 5);
   feed(&used, 0, 150, 5);
   assert_true(digest_of(fresh.search) == digest_of(used.search));
@@ -698,7 +699,7 @@ static void findings_have_not_changed(void **state) {
   uint64_t digest = RIM_DIGEST_START;
   for (uint32_t i = 0; i < w.blocks; ++i) {
     feed(&b, i, i + 1, 3);
-    digest = rim_digest_u32(digest, (uint32_t)digest_of(b.search));
+    digest = rimi_digest_u32(digest, (uint32_t)digest_of(b.search));
   }
   print_message("digest %016llx\n", (unsigned long long)digest);
   assert_true(digest == UINT64_C(0x8c3a8df18fd24541));

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The online search from outside: finds what was planted, among features and channels; goes on
  * after a copy; bounded work; refuses bad input and short memory. */
 #include <math.h>
@@ -27,16 +28,16 @@ typedef enum planted { NOTHING, EVERYWHERE, INTERVAL, ELLIPSE } planted;
 
 static void make(uint64_t stream, planted what, int channel) {
   rim_rng rng;
-  rim_rng_seed(&rng, SEED, stream);
+  rimi_rng_seed(&rng, SEED, stream);
   for (int i = 0; i < N; ++i) {
     for (int f = 0; f < D; ++f)
-      u[i][f] = rim_rng_uniform(&rng);
+      u[i][f] = rimi_rng_uniform(&rng);
     const double x = u[i][X] - 0.35;
     const double y = u[i][Y] - 0.6;
     anomalous[i] = what == EVERYWHERE || (what == INTERVAL && fabs(x) < 0.15) ||
                    (what == ELLIPSE && x * x / 0.09 + (y - 0.5 * x) * (y - 0.5 * x) / 0.02 < 1.0);
     for (int c = 0; c < C; ++c) {
-      r[i][c] = rim_rng_normal(&rng) + (c == channel && anomalous[i] ? -2.0 : 0.0);
+      r[i][c] = rimi_rng_normal(&rng) + (c == channel && anomalous[i] ? -2.0 : 0.0);
     }
   }
 }
@@ -44,28 +45,28 @@ static void make(uint64_t stream, planted what, int channel) {
 static rim_select *started(uint64_t seed) {
   const rim_select_config config = {.features = D, .channels = C, .seed = seed};
   rim_select *engine = NULL;
-  assert_int_equal(rim_select_init(&engine, memory, sizeof memory, &config), RIM_OK);
+  assert_int_equal(rimi_select_init(&engine, memory, sizeof memory, &config), RIM_OK);
   return engine;
 }
 
 static void feed(rim_select *engine, int from, int to) {
   for (int i = from; i < to; ++i) {
-    assert_int_equal(rim_select_observe(engine, u[i], r[i]), RIM_OK);
-    rim_select_work(engine, 1);
+    assert_int_equal(rimi_select_observe(engine, u[i], r[i]), RIM_OK);
+    rimi_select_work(engine, 1);
   }
 }
 
 static uint64_t digest(const rim_select *engine) {
   rim_candidate best;
   uint64_t h = RIM_DIGEST_START;
-  if (!rim_select_best(engine, &best))
+  if (!rimi_select_best(engine, &best))
     return h;
-  h = rim_digest_f64(h, best.ln_anom);
-  h = rim_digest_f64(h, best.n + 1000.0 * best.channel + 1e6 * best.dims);
+  h = rimi_digest_f64(h, best.ln_anom);
+  h = rimi_digest_f64(h, best.n + 1000.0 * best.channel + 1e6 * best.dims);
   for (int k = 0; k < best.dims; ++k)
-    h = rim_digest_f64(h, best.region.center[k]);
+    h = rimi_digest_f64(h, best.region.center[k]);
   for (int i = 0; i < N; ++i)
-    h = rim_digest_f64(h, rim_select_membership(engine, u[i]));
+    h = rimi_digest_f64(h, rimi_select_membership(engine, u[i]));
   return h;
 }
 
@@ -78,17 +79,17 @@ static void finds_an_ellipse_in_the_right_channel(void **state) {
     rim_select *engine = started(stream);
     feed(engine, 0, N);
     rim_candidate best;
-    assert_true(rim_select_best(engine, &best));
+    assert_true(rimi_select_best(engine, &best));
     assert_int_equal(best.channel, stream % C);
     assert_true(best.ln_anom > 15.0);
-    assert_true(rim_region_is_valid(&best.region));
+    assert_true(rimi_region_is_valid(&best.region));
     assert_true(best.s < 0.0);
     assert_true(fabs(best.s * best.s / (2.0 * best.n) - best.ln_anom) < 1e-4 * best.ln_anom);
     right += best.dims == 2 && best.region.feature[0] == X && best.region.feature[1] == Y;
     double hit = 0.0;
     double wrong = 0.0;
     for (int i = 0; i < N; ++i) {
-      const double p = rim_select_membership(engine, u[i]);
+      const double p = rimi_select_membership(engine, u[i]);
       assert_true(p >= 0.0 && p <= 1.0);
       hit += p > RIM_SELECT_MEMBERSHIP_CUT && anomalous[i];
       wrong += (p > RIM_SELECT_MEMBERSHIP_CUT) != anomalous[i];
@@ -105,15 +106,15 @@ static void finds_fewer_features_where_fewer_matter(void **state) {
   make(20, EVERYWHERE, 2);
   rim_select *engine = started(1);
   feed(engine, 0, N);
-  assert_true(rim_select_best(engine, &best));
+  assert_true(rimi_select_best(engine, &best));
   assert_int_equal(best.channel, 2);
   assert_int_equal(best.dims, 0);
   assert_true(best.n == N && best.since == 0);
-  assert_true(rim_select_membership(engine, u[0]) == 1.0);
+  assert_true(rimi_select_membership(engine, u[0]) == 1.0);
   make(21, INTERVAL, 0);
   engine = started(1);
   feed(engine, 0, N);
-  assert_true(rim_select_best_of_channel(engine, 0, &best));
+  assert_true(rimi_select_best_of_channel(engine, 0, &best));
   assert_in_range(best.dims, 1, 2);
   assert_true(best.region.feature[0] == X || (best.dims == 2 && best.region.feature[1] == X));
   assert_true(best.since < 20);
@@ -129,7 +130,7 @@ static void noise_scores_low(void **state) {
     for (int i = 0; i < N; ++i) {
       feed(engine, i, i + 1);
       for (int c = 0; c < C; ++c) {
-        const double score = (double)rim_select_channel_scores(engine)[c];
+        const double score = (double)rimi_select_channel_scores(engine)[c];
         assert_true(score >= 0.0);
         most = fmax(most, score);
       }
@@ -163,11 +164,11 @@ static void reset_is_a_fresh_start(void **state) {
   rim_select *engine = started(5);
   feed(engine, 0, 200);
   const uint64_t once = digest(engine);
-  rim_select_reset(engine);
+  rimi_select_reset(engine);
   rim_candidate best;
-  assert_false(rim_select_best(engine, &best));
-  assert_true(rim_select_membership(engine, u[0]) == 0.0);
-  assert_int_equal(rim_select_observations(engine), 0);
+  assert_false(rimi_select_best(engine, &best));
+  assert_true(rimi_select_membership(engine, u[0]) == 0.0);
+  assert_int_equal(rimi_select_observations(engine), 0);
   feed(engine, 0, 200);
   assert_true(digest(engine) == once);
 }
@@ -180,21 +181,21 @@ static void scales_decide_between_channels(void **state) {
   rim_select *engine = started(1);
   feed(engine, 0, 100);
   rim_candidate best;
-  assert_true(rim_select_best(engine, &best));
+  assert_true(rimi_select_best(engine, &best));
   assert_int_equal(best.channel, 0);
   const float scale[C] = {0.01f, 1.0f, 1.0f};
-  assert_int_equal(rim_select_set_channel_scale(engine, scale, NULL), RIM_OK);
-  assert_true(rim_select_best(engine, &best));
+  assert_int_equal(rimi_select_set_channel_scale(engine, scale, NULL), RIM_OK);
+  assert_true(rimi_select_best(engine, &best));
   assert_int_equal(best.channel, 1);
   const float offset[C] = {0.0f, 1e6f, 0.0f};
-  assert_int_equal(rim_select_set_channel_scale(engine, NULL, offset), RIM_OK);
-  assert_true(rim_select_best(engine, &best));
+  assert_int_equal(rimi_select_set_channel_scale(engine, NULL, offset), RIM_OK);
+  assert_true(rimi_select_best(engine, &best));
   assert_int_equal(best.channel, 0);
   const float zero[C] = {1.0f, 0.0f, 1.0f};
   const float not_finite[C] = {1.0f, NAN, 1.0f};
-  assert_int_equal(rim_select_set_channel_scale(engine, zero, NULL), RIM_E_RANGE);
-  assert_int_equal(rim_select_set_channel_scale(engine, NULL, not_finite), RIM_E_RANGE);
-  assert_true(rim_select_best(engine, &best));
+  assert_int_equal(rimi_select_set_channel_scale(engine, zero, NULL), RIM_E_RANGE);
+  assert_int_equal(rimi_select_set_channel_scale(engine, NULL, not_finite), RIM_E_RANGE);
+  assert_true(rimi_select_best(engine, &best));
   assert_int_equal(best.channel, 0);
 }
 
@@ -206,15 +207,15 @@ static void run_offset_is_taken_off(void **state) {
   const float b = 0.25f;
   const rim_select_config config = {.features = 1, .ring = 16, .a = &a, .b = &b};
   rim_select *engine;
-  assert_int_equal(rim_select_init(&engine, own, sizeof own, &config), RIM_OK);
+  assert_int_equal(rimi_select_init(&engine, own, sizeof own, &config), RIM_OK);
   const double one = 1.0;
   for (int i = 0; i < 100; ++i) {
     const double x = i / 100.0;
-    assert_int_equal(rim_select_observe(engine, &x, &one), RIM_OK);
-    rim_select_work(engine, 1);
+    assert_int_equal(rimi_select_observe(engine, &x, &one), RIM_OK);
+    rimi_select_work(engine, 1);
   }
   rim_candidate best;
-  assert_true(rim_select_best(engine, &best));
+  assert_true(rimi_select_best(engine, &best));
   assert_int_equal(best.dims, 0);
   assert_true(fabs(best.ln_anom - 100.0 * 100.0 / (2.0 * (100.0 + 0.25 * 1e4))) < 1e-6);
 }
@@ -227,11 +228,11 @@ static void outliers_and_edges_do_no_harm(void **state) {
     for (int f = 0; f < D; ++f)
       u[i][f] = i % 3 == 0 ? -5.0 : i % 3 == 1 ? 1.0 : 1e308;
     r[i][i % C] = i % 2 == 0 ? 1e300 : -1e300;
-    assert_int_equal(rim_select_observe(engine, u[i], r[i]), RIM_OK);
-    rim_select_work(engine, 1);
+    assert_int_equal(rimi_select_observe(engine, u[i], r[i]), RIM_OK);
+    rimi_select_work(engine, 1);
   }
   rim_candidate best;
-  assert_true(rim_select_best(engine, &best));
+  assert_true(rimi_select_best(engine, &best));
   assert_true(isfinite(best.ln_anom) &&
               best.ln_anom <= N * RIM_SELECT_CLIP * RIM_SELECT_CLIP / 2.0);
 }
@@ -245,9 +246,9 @@ static void bad_observations_change_nothing(void **state) {
   memcpy(before, memory, sizeof memory);
   u[60][D - 1] = NAN;
   r[61][C - 1] = INFINITY;
-  assert_int_equal(rim_select_observe(engine, u[60], r[60]), RIM_E_DATA);
-  assert_int_equal(rim_select_observe(engine, u[61], r[61]), RIM_E_DATA);
-  assert_int_equal(rim_select_observe(engine, NULL, r[60]), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_select_observe(engine, u[60], r[60]), RIM_E_DATA);
+  assert_int_equal(rimi_select_observe(engine, u[61], r[61]), RIM_E_DATA);
+  assert_int_equal(rimi_select_observe(engine, NULL, r[60]), RIM_E_ARGUMENT);
   assert_memory_equal(before, memory, sizeof memory);
 }
 
@@ -255,16 +256,16 @@ static void memory_is_respected(void **state) {
   (void)state;
   const rim_select_config config = {.features = D, .channels = C};
   size_t bytes = 0;
-  assert_int_equal(rim_select_size(&config, &bytes), RIM_OK);
+  assert_int_equal(rimi_select_size(&config, &bytes), RIM_OK);
   assert_int_equal(bytes, BYTES);
   rim_select *engine = NULL;
-  assert_int_equal(rim_select_init(&engine, memory, bytes - 1, &config), RIM_E_SIZE);
-  assert_int_equal(rim_select_init(&engine, (char *)memory + 4, bytes, &config), RIM_E_ALIGN);
-  assert_int_equal(rim_select_init(NULL, memory, bytes, &config), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_select_init(&engine, memory, bytes - 1, &config), RIM_E_SIZE);
+  assert_int_equal(rimi_select_init(&engine, (char *)memory + 4, bytes, &config), RIM_E_ALIGN);
+  assert_int_equal(rimi_select_init(NULL, memory, bytes, &config), RIM_E_ARGUMENT);
   assert_null(engine);
   memset(memory, 0xc3, sizeof memory);
   make(90, ELLIPSE, 0);
-  assert_int_equal(rim_select_init(&engine, memory, bytes, &config), RIM_OK);
+  assert_int_equal(rimi_select_init(&engine, memory, bytes, &config), RIM_OK);
   feed(engine, 0, N);
   for (size_t i = bytes; i < sizeof memory; ++i) {
     assert_int_equal(((const uint8_t *)memory)[i], 0xc3);
@@ -288,15 +289,15 @@ static void bad_configurations_are_refused(void **state) {
   size_t bytes = 99;
   rim_select *engine = NULL;
   for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i) {
-    assert_int_equal(rim_select_size(&bad[i], &bytes), RIM_E_CONFIG);
-    assert_int_equal(rim_select_init(&engine, memory, sizeof memory, &bad[i]), RIM_E_CONFIG);
+    assert_int_equal(rimi_select_size(&bad[i], &bytes), RIM_E_CONFIG);
+    assert_int_equal(rimi_select_init(&engine, memory, sizeof memory, &bad[i]), RIM_E_CONFIG);
   }
   assert_int_equal(bytes, 99);
   const float zero = 0.0f;
   const float negative = -1.0f;
   const rim_select_config ranges[] = {{.features = 2, .a = &zero}, {.features = 2, .b = &negative}};
   for (size_t i = 0; i < 2; ++i) {
-    assert_int_equal(rim_select_init(&engine, memory, sizeof memory, &ranges[i]), RIM_E_RANGE);
+    assert_int_equal(rimi_select_init(&engine, memory, sizeof memory, &ranges[i]), RIM_E_RANGE);
   }
   assert_null(engine);
 }
@@ -308,22 +309,22 @@ static void long_runs_do_not_overflow(void **state) {
   const rim_select_config config = {
       .features = 2, .ring = 16, .bins = 4, .grid = 8, .pairs = 1, .moves = 24};
   rim_select *engine;
-  assert_int_equal(rim_select_init(&engine, own, sizeof own, &config), RIM_OK);
+  assert_int_equal(rimi_select_init(&engine, own, sizeof own, &config), RIM_OK);
   rim_rng rng;
-  rim_rng_seed(&rng, SEED, 100);
+  rimi_rng_seed(&rng, SEED, 100);
   for (int i = 0; i < 150000; ++i) {
-    const double x[2] = {rim_rng_uniform(&rng), rim_rng_uniform(&rng)};
-    const double z = rim_rng_normal(&rng) + (x[0] < 0.5 && x[1] < 0.5 ? 1.0 : 0.0);
-    assert_int_equal(rim_select_observe(engine, x, &z), RIM_OK);
+    const double x[2] = {rimi_rng_uniform(&rng), rimi_rng_uniform(&rng)};
+    const double z = rimi_rng_normal(&rng) + (x[0] < 0.5 && x[1] < 0.5 ? 1.0 : 0.0);
+    assert_int_equal(rimi_select_observe(engine, x, &z), RIM_OK);
     if (i % 100 == 0)
-      rim_select_work(engine, 1);
+      rimi_select_work(engine, 1);
   }
   rim_candidate best;
-  assert_true(rim_select_best(engine, &best));
+  assert_true(rimi_select_best(engine, &best));
   assert_int_equal(best.dims, 2);
   assert_true(best.n > 2000.0 && best.n < 30000.0);
   assert_true(fabs(best.shift - 1.0) < 0.2);
-  assert_int_equal(rim_select_observations(engine), 150000);
+  assert_int_equal(rimi_select_observations(engine), 150000);
 }
 
 int main(void) {

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Alg. 4: every heuristic finds the planted pair; H3 equals brute force; bounds hold. */
 #include <math.h>
 #include <setjmp.h>
@@ -22,13 +23,13 @@ static uint64_t work[RIM_BATCH_SIZE(N, D, NODES) / 8 + 4];
 /* A shift of outcome 0 in a box of features X and Y. */
 static void make(uint64_t stream, double shift, int outcomes) {
   rim_rng rng;
-  rim_rng_seed(&rng, SEED, stream);
+  rimi_rng_seed(&rng, SEED, stream);
   for (int i = 0; i < N; ++i) {
     for (int f = 0; f < D; ++f)
-      u[i * D + f] = rim_rng_uniform(&rng);
+      u[i * D + f] = rimi_rng_uniform(&rng);
     anomalous[i] = fabs(u[i * D + X] - 0.3) < 0.2 && fabs(u[i * D + Y] - 0.6) < 0.2;
     for (int o = 0; o < outcomes; ++o) {
-      r[i * outcomes + o] = rim_rng_normal(&rng) + (o == 0 && anomalous[i] ? shift : 0.0);
+      r[i * outcomes + o] = rimi_rng_normal(&rng) + (o == 0 && anomalous[i] ? shift : 0.0);
     }
   }
 }
@@ -53,12 +54,12 @@ static void every_heuristic_finds_the_pair(void **state) {
       const rim_batch_config c = {
           .heuristic = (rim_heuristic)h, .nodes = NODES, .threshold = 20.0, .seed = SEED};
       rim_batch_result result;
-      assert_int_equal(rim_select_batch(&c, &data, work, sizeof work, &result), RIM_OK);
+      assert_int_equal(rimi_select_batch(&c, &data, work, sizeof work, &result), RIM_OK);
       assert_true(result.found);
       assert_int_equal(result.dims, 2);
       assert_int_equal(result.feature[0], X);
       assert_int_equal(result.feature[1], Y);
-      assert_true(rim_region_is_valid(&result.region));
+      assert_true(rimi_region_is_valid(&result.region));
       assert_true(f1(&result) > 0.7);
       assert_true(result.nodes <= NODES);
       /* two features: at most 3 starts of 24 x 10 + 1 each */
@@ -74,7 +75,7 @@ static void single_features_equal_brute_force(void **state) {
   const rim_batch_data data = {N, D, 1, u, r};
   const rim_batch_config c = {.nodes = NODES, .max_dims = 1, .bins = 16, .seed = 1};
   rim_batch_result result;
-  assert_int_equal(rim_select_batch(&c, &data, work, sizeof work, &result), RIM_OK);
+  assert_int_equal(rimi_select_batch(&c, &data, work, sizeof work, &result), RIM_OK);
   double best = 0.0;
   int feature = -1;
   for (int f = 0; f < D; ++f) {
@@ -107,11 +108,11 @@ static void breadth_first_takes_all_singles_first(void **state) {
   const rim_batch_data data = {N, D, 1, u, r};
   rim_batch_config c = {.heuristic = RIM_HEURISTIC_BREADTH, .nodes = 1 + D, .seed = 1};
   rim_batch_result result;
-  assert_int_equal(rim_select_batch(&c, &data, work, sizeof work, &result), RIM_OK);
+  assert_int_equal(rimi_select_batch(&c, &data, work, sizeof work, &result), RIM_OK);
   assert_int_equal(result.evaluations, 0);
   assert_int_equal(result.dims, 1);
   c.nodes = 2 + D;
-  assert_int_equal(rim_select_batch(&c, &data, work, sizeof work, &result), RIM_OK);
+  assert_int_equal(rimi_select_batch(&c, &data, work, sizeof work, &result), RIM_OK);
   assert_int_equal(result.evaluations, 3 * 241);
 }
 
@@ -123,14 +124,14 @@ static void without_selection_all_features_are_used(void **state) {
   rim_batch_result result;
   memset(&result, 0x5a, sizeof result);
   const rim_batch_result before = result;
-  assert_int_equal(rim_select_batch(&c, &data, work, sizeof work, &result), RIM_E_CONFIG);
+  assert_int_equal(rimi_select_batch(&c, &data, work, sizeof work, &result), RIM_E_CONFIG);
   assert_memory_equal(&before, &result, sizeof result);
   static double few[N * 6];
   for (int i = 0; i < N; ++i)
     memcpy(&few[i * 6], &u[i * D], 6 * sizeof(double));
   data.features = 6;
   data.u = few;
-  assert_int_equal(rim_select_batch(&c, &data, work, sizeof work, &result), RIM_OK);
+  assert_int_equal(rimi_select_batch(&c, &data, work, sizeof work, &result), RIM_OK);
   assert_int_equal(result.dims, 6);
   assert_int_equal(result.region.dims, 0);
   assert_int_equal(result.nodes, 1);
@@ -142,10 +143,10 @@ static void nothing_is_found_in_noise(void **state) {
   const rim_batch_data data = {N, D, 1, u, r};
   const rim_batch_config c = {.nodes = NODES, .threshold = 20.0, .seed = 1};
   rim_batch_result result;
-  assert_int_equal(rim_select_batch(&c, &data, work, sizeof work, &result), RIM_OK);
+  assert_int_equal(rimi_select_batch(&c, &data, work, sizeof work, &result), RIM_OK);
   assert_false(result.found);
   rim_batch_result again;
-  assert_int_equal(rim_select_batch(&c, &data, work, sizeof work, &again), RIM_OK);
+  assert_int_equal(rimi_select_batch(&c, &data, work, sizeof work, &again), RIM_OK);
   assert_true(again.ln_anom == result.ln_anom && again.evaluations == result.evaluations);
 }
 
@@ -156,16 +157,16 @@ static void memory_is_respected(void **state) {
   const rim_batch_config c = {.nodes = NODES, .seed = 1};
   const size_t bytes = RIM_BATCH_SIZE(N, D, NODES);
   rim_batch_result result;
-  assert_int_equal(rim_select_batch(&c, &data, work, bytes - 1, &result), RIM_E_SIZE);
-  assert_int_equal(rim_select_batch(&c, &data, (char *)work + 4, bytes, &result), RIM_E_ALIGN);
-  assert_int_equal(rim_select_batch(&c, &data, NULL, bytes, &result), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_select_batch(&c, &data, work, bytes - 1, &result), RIM_E_SIZE);
+  assert_int_equal(rimi_select_batch(&c, &data, (char *)work + 4, bytes, &result), RIM_E_ALIGN);
+  assert_int_equal(rimi_select_batch(&c, &data, NULL, bytes, &result), RIM_E_ARGUMENT);
   memset(work, 0xa5, sizeof work);
-  assert_int_equal(rim_select_batch(&c, &data, work, bytes, &result), RIM_OK);
+  assert_int_equal(rimi_select_batch(&c, &data, work, bytes, &result), RIM_OK);
   for (size_t i = bytes; i < sizeof work; ++i)
     assert_int_equal(((uint8_t *)work)[i], 0xa5);
   rim_batch_data none = data;
   none.n = 0;
-  assert_int_equal(rim_select_batch(&c, &none, work, sizeof work, &result), RIM_E_DATA);
+  assert_int_equal(rimi_select_batch(&c, &none, work, sizeof work, &result), RIM_E_DATA);
   const rim_batch_config bad[] = {{.nodes = 1025},
                                   {.max_dims = 4},
                                   {.bins = 3},
@@ -173,7 +174,7 @@ static void memory_is_respected(void **state) {
                                   {.heuristic = (rim_heuristic)5},
                                   {.cem = {.samples = 1}}};
   for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i) {
-    assert_int_equal(rim_select_batch(&bad[i], &data, work, sizeof work, &result), RIM_E_CONFIG);
+    assert_int_equal(rimi_select_batch(&bad[i], &data, work, sizeof work, &result), RIM_E_CONFIG);
   }
 }
 

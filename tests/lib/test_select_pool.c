@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The pool: incremental statistics of ellipses equal those counted point by point, also when the
  * lead changes and when observations leave the ring; its bounds; it climbs. */
 #include <math.h>
@@ -23,15 +24,15 @@ static double u[N][D], r[N];
 static rim_rng rng;
 
 static void start_with(uint64_t stream, uint16_t edges) {
-  rim_rng_seed(&rng, SEED, stream);
+  rimi_rng_seed(&rng, SEED, stream);
   const rim_select_config config = {
       .features = D, .ring = RING, .pairs = 4, .edges = edges, .seed = stream};
-  assert_int_equal(rim_select_init(&engine, memory, sizeof memory, &config), RIM_OK);
+  assert_int_equal(rimi_select_init(&engine, memory, sizeof memory, &config), RIM_OK);
   for (int i = 0; i < N; ++i) {
     for (int f = 0; f < D; ++f)
-      u[i][f] = rim_rng_uniform(&rng);
+      u[i][f] = rimi_rng_uniform(&rng);
     const bool inside = hypot(u[i][1] - 0.6, (u[i][3] - 0.4) * 1.5) < 0.25;
-    r[i] = rim_rng_normal(&rng) + (inside ? 2.0 : 0.0);
+    r[i] = rimi_rng_normal(&rng) + (inside ? 2.0 : 0.0);
   }
 }
 
@@ -69,7 +70,7 @@ static void ellipses_count_their_cells(void **state) {
     int checked = 0;
     int off = 0;
     for (int i = 0; i < N; ++i) {
-      assert_int_equal(rim_select_observe(engine, u[i], &r[i]), RIM_OK);
+      assert_int_equal(rimi_select_observe(engine, u[i], &r[i]), RIM_OK);
       for (uint32_t pair = 0; pair < engine->pairs; ++pair) {
         const pair_state *p = select_pair(engine, pair);
         if (!p->active)
@@ -84,7 +85,7 @@ static void ellipses_count_their_cells(void **state) {
                  fabs((double)p->chain[j].grid_s - s) > 1e-3;
         }
       }
-      rim_select_work(engine, 1);
+      rimi_select_work(engine, 1);
     }
     assert_true(checked > 10000);
     assert_true(off * 1000 < checked);
@@ -98,7 +99,7 @@ static void incremental_equals_fresh(void **state) {
   start(7);
   int exact = 0;
   for (int i = 0; i < N; ++i) {
-    assert_int_equal(rim_select_observe(engine, u[i], &r[i]), RIM_OK);
+    assert_int_equal(rimi_select_observe(engine, u[i], &r[i]), RIM_OK);
     if (i % 7 == 0) {
       static uint64_t copy[sizeof memory / 8];
       memcpy(copy, memory, sizeof memory);
@@ -109,7 +110,7 @@ static void incremental_equals_fresh(void **state) {
           continue;
         chain kept[RIM_SELECT_CHAINS];
         memcpy(kept, p->chain, sizeof kept);
-        rim_select_pool_refresh(other, pair);
+        rimi_select_pool_refresh(other, pair);
         for (int j = 0; j < RIM_SELECT_CHAINS; ++j) {
           assert_true(kept[j].grid_n == p->chain[j].grid_n);
           assert_true(kept[j].grid_s == p->chain[j].grid_s);
@@ -119,7 +120,7 @@ static void incremental_equals_fresh(void **state) {
         }
       }
     }
-    rim_select_work(engine, 1);
+    rimi_select_work(engine, 1);
   }
   assert_true(exact > 500);
   assert_true(engine->total > 2 * engine->ring); /* observations did leave the ring */
@@ -130,8 +131,8 @@ static void the_leader_is_exact_on_the_ring(void **state) {
   (void)state;
   start(9);
   for (int i = 0; i < RING; ++i) {
-    assert_int_equal(rim_select_observe(engine, u[i], &r[i]), RIM_OK);
-    rim_select_work(engine, 2);
+    assert_int_equal(rimi_select_observe(engine, u[i], &r[i]), RIM_OK);
+    rimi_select_work(engine, 2);
   }
   assert_true(engine->leader < engine->pairs);
   const pair_state *p = select_pair(engine, engine->leader);
@@ -155,11 +156,11 @@ static void the_leader_is_exact_on_the_ring(void **state) {
 static void entries_and_moves_are_bounded(void **state) {
   (void)state;
   start(11);
-  rim_select_effort before = rim_select_get_effort(engine);
+  rim_select_effort before = rimi_select_get_effort(engine);
   for (int i = 0; i < N; ++i) {
-    assert_int_equal(rim_select_observe(engine, u[i], &r[i]), RIM_OK);
-    rim_select_work(engine, 1);
-    const rim_select_effort after = rim_select_get_effort(engine);
+    assert_int_equal(rimi_select_observe(engine, u[i], &r[i]), RIM_OK);
+    rimi_select_work(engine, 1);
+    const rim_select_effort after = rimi_select_get_effort(engine);
     assert_in_range(after.backfills - before.backfills, 0, 2);
     assert_in_range(after.moves - before.moves, 0, 64 + 48 / 5 + 4 * RIM_SELECT_CHAINS);
     assert_in_range(after.edges - before.edges, 0, 48 + 4);
@@ -171,13 +172,13 @@ static void the_planted_pair_leads(void **state) {
   (void)state;
   start(13);
   for (int i = 0; i < 200; ++i) {
-    assert_int_equal(rim_select_observe(engine, u[i], &r[i]), RIM_OK);
-    rim_select_work(engine, 1);
+    assert_int_equal(rimi_select_observe(engine, u[i], &r[i]), RIM_OK);
+    rimi_select_work(engine, 1);
   }
   pair_state *p = select_pair(engine, engine->leader);
   assert_int_equal(p->x, 1);
   assert_int_equal(p->y, 3);
-  assert_true(rim_select_pair_best(engine, p, NULL) > 20.0f);
+  assert_true(rimi_select_pair_best(engine, p, NULL) > 20.0f);
 }
 
 /* With few edges half of the ellipses are in use, and the leader's, on the grid alone, are a sample
@@ -187,14 +188,14 @@ static void few_edges_use_fewer_ellipses(void **state) {
   start_with(17, 10);
   int down[FEW_CHAINS] = {0};
   for (int i = 0; i < N; ++i) {
-    assert_int_equal(rim_select_observe(engine, u[i], &r[i]), RIM_OK);
+    assert_int_equal(rimi_select_observe(engine, u[i], &r[i]), RIM_OK);
     const uint16_t leader = engine->leader;
     float before[FEW_CHAINS] = {0.0f};
     for (uint32_t j = 0; leader < engine->pairs && j < FEW_CHAINS; ++j) {
       const chain *k = &select_pair(engine, leader)->chain[j];
       before[j] = k->n >= 3.0f ? k->s * k->s / k->n : 0.0f;
     }
-    rim_select_work(engine, 1);
+    rimi_select_work(engine, 1);
     if (leader != engine->leader || engine->entered > 0 || leader >= engine->pairs)
       continue;
     const pair_state *p = select_pair(engine, leader);
@@ -214,22 +215,23 @@ static void few_edges_use_fewer_ellipses(void **state) {
   const pair_state *leader = select_pair(engine, engine->leader);
   assert_true(leader->x == 1 && leader->y == 3);
   double x[D] = {0.5, 0.6, 0.5, 0.4, 0.5};
-  assert_true(rim_select_membership(engine, x) > 0.99);
+  assert_true(rimi_select_membership(engine, x) > 0.99);
   int between = 0;
   for (x[1] = 0.605; x[1] < 1.0; x[1] += 0.01) {
-    const double share = 11.0 * rim_select_membership(engine, x);
+    const double share = 11.0 * rimi_select_membership(engine, x);
     assert_true(fabs(share - floor(share + 0.5)) < 1e-9);
     between += share > 0.5 && share < 10.5;
   }
-  assert_true(between > 0 && rim_select_membership(engine, x) < 0.01);
+  assert_true(between > 0 && rimi_select_membership(engine, x) < 0.01);
 }
 
 int main(void) {
   printf("seed %u\n", SEED);
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(ellipses_count_their_cells), cmocka_unit_test(incremental_equals_fresh),
-      cmocka_unit_test(the_leader_is_exact_on_the_ring),
-      cmocka_unit_test(entries_and_moves_are_bounded), cmocka_unit_test(the_planted_pair_leads),
-      cmocka_unit_test(few_edges_use_fewer_ellipses)};
+  const struct CMUnitTest tests[] = {cmocka_unit_test(ellipses_count_their_cells),
+                                     cmocka_unit_test(incremental_equals_fresh),
+                                     cmocka_unit_test(the_leader_is_exact_on_the_ring),
+                                     cmocka_unit_test(entries_and_moves_are_bounded),
+                                     cmocka_unit_test(the_planted_pair_leads),
+                                     cmocka_unit_test(few_edges_use_fewer_ellipses)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

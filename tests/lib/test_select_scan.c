@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Intervals and conditional intervals (H3) against brute force, through the engine's own state. */
 #include <math.h>
 #include <setjmp.h>
@@ -9,8 +10,8 @@
 
 #include <cmocka.h>
 
-#include "batch/interval.h"
 #include "base/rng.h"
+#include "batch/interval.h"
 #include "search/select.h"
 #include "search/select_private.h"
 
@@ -24,17 +25,17 @@ static const float a[C] = {1.0f, 1.5f}, b[C] = {0.0f, 0.02f};
 
 static void fill(uint64_t stream) {
   rim_rng rng;
-  rim_rng_seed(&rng, SEED, stream);
+  rimi_rng_seed(&rng, SEED, stream);
   const rim_select_config config = {.features = D, .channels = C, .seed = stream, .a = a, .b = b};
-  assert_int_equal(rim_select_init(&engine, memory, sizeof memory, &config), RIM_OK);
+  assert_int_equal(rimi_select_init(&engine, memory, sizeof memory, &config), RIM_OK);
   for (int i = 0; i < N; ++i) {
     for (int f = 0; f < D; ++f)
-      u[i][f] = rim_rng_uniform(&rng);
+      u[i][f] = rimi_rng_uniform(&rng);
     for (int c = 0; c < C; ++c) {
       const bool inside = c == 1 && u[i][0] < 0.4 && u[i][2] > 0.5;
-      r[i][c] = floor(512.0 * (rim_rng_normal(&rng) - (inside ? 1.5 : 0.0))) / 512.0;
+      r[i][c] = floor(512.0 * (rimi_rng_normal(&rng) - (inside ? 1.5 : 0.0))) / 512.0;
     }
-    assert_int_equal(rim_select_observe(engine, u[i], r[i]), RIM_OK);
+    assert_int_equal(rimi_select_observe(engine, u[i], r[i]), RIM_OK);
   }
 }
 
@@ -67,8 +68,8 @@ static void scans_equal_brute_force(void **state) {
   (void)state;
   for (uint64_t stream = 0; stream < 10; ++stream) {
     fill(stream);
-    rim_select_scan(engine, D * C);
-    assert_int_equal(rim_select_get_effort(engine).scans, D * C);
+    rimi_select_scan(engine, D * C);
+    assert_int_equal(rimi_select_get_effort(engine).scans, D * C);
     for (int c = 0; c < C; ++c) {
       double most = 0.0;
       for (int f = 0; f < D; ++f) {
@@ -90,12 +91,12 @@ static void scans_equal_brute_force(void **state) {
 static void a_scan_equals_the_interval_module(void **state) {
   (void)state;
   fill(20);
-  rim_select_scan(engine, D * C);
+  rimi_select_scan(engine, D * C);
   for (uint16_t f = 0; f < D; ++f) {
     double s[B + 1];
     double n[B + 1];
     const rim_bins table = select_bins(engine);
-    rim_bins_prefix(&table, f, 1, s, n);
+    rimi_bins_prefix(&table, f, 1, s, n);
     double own_s[B];
     double own_n[B];
     for (int k = 0; k < B; ++k) {
@@ -104,7 +105,7 @@ static void a_scan_equals_the_interval_module(void **state) {
     }
     const rim_interval_run run = {(double)a[1], (double)b[1], 1.0};
     rim_interval best;
-    assert_int_equal(rim_interval_find_run(own_n, own_s, NULL, 1, B, &run, &best), RIM_OK);
+    assert_int_equal(rimi_interval_find_run(own_n, own_s, NULL, 1, B, &run, &best), RIM_OK);
     const slice *found = select_slice(engine, 1, f);
     assert_true(fabs((double)found->ln_anom - best.ln_anom) <= 1e-6 * best.ln_anom);
     assert_int_equal(found->first, best.first);
@@ -116,8 +117,8 @@ static void a_scan_equals_the_interval_module(void **state) {
 static void sweep_equals_brute_force(void **state) {
   (void)state;
   fill(30);
-  rim_select_scan(engine, D * C);
-  rim_select_sweep(engine, 2 * D * 5);
+  rimi_select_scan(engine, D * C);
+  rimi_select_sweep(engine, 2 * D * 5);
   assert_int_equal(engine->base_channel, 1); /* the planted one is the strongest */
   int checked = 0;
   for (uint32_t i = 0; i < engine->pairs; ++i) {
@@ -149,14 +150,14 @@ static void sweep_equals_brute_force(void **state) {
 static void budgets_are_kept(void **state) {
   (void)state;
   fill(40);
-  const rim_select_effort before = rim_select_get_effort(engine);
-  rim_select_scan(engine, 3);
-  rim_select_sweep(engine, 7);
-  const rim_select_effort after = rim_select_get_effort(engine);
+  const rim_select_effort before = rimi_select_get_effort(engine);
+  rimi_select_scan(engine, 3);
+  rimi_select_sweep(engine, 7);
+  const rim_select_effort after = rimi_select_get_effort(engine);
   assert_int_equal(after.scans - before.scans, 3);
   assert_in_range(after.edges - before.edges, 7, 7 + 4);
-  rim_select_scan(engine, 1000); /* never the same slice twice */
-  assert_int_equal(rim_select_get_effort(engine).scans - after.scans, D * C);
+  rimi_select_scan(engine, 1000); /* never the same slice twice */
+  assert_int_equal(rimi_select_get_effort(engine).scans - after.scans, D * C);
 }
 
 int main(void) {

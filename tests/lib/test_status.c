@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Every status has a text of its own. */
 #include <setjmp.h>
 #include <stdarg.h>

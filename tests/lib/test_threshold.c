@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* threshold: the section is validated whole; scores, thresholds and p-values agree with
  * their definition. */
 #include <setjmp.h>
@@ -54,7 +55,7 @@ static void opens_a_valid_section(void **state) {
   (void)state;
   const section s = make_section();
   rim_threshold t;
-  assert_int_equal(rim_threshold_open(&t, s.bytes, sizeof s.bytes), RIM_OK);
+  assert_int_equal(rimi_threshold_open(&t, s.bytes, sizeof s.bytes), RIM_OK);
   assert_int_equal(t.channels, CHANNELS);
   assert_int_equal(t.rank, 9);
   assert_true(t.alarm_score == 9.0);
@@ -67,11 +68,11 @@ static void every_truncation_is_refused_and_leaves_the_view(void **state) {
   memset(&t, 0x5a, sizeof t);
   const rim_threshold before = t;
   for (size_t n = 0; n < sizeof s.bytes; ++n) {
-    assert_int_not_equal(rim_threshold_open(&t, s.bytes, n), RIM_OK);
+    assert_int_not_equal(rimi_threshold_open(&t, s.bytes, n), RIM_OK);
     assert_memory_equal(&t, &before, sizeof t);
   }
-  assert_int_equal(rim_threshold_open(NULL, s.bytes, sizeof s.bytes), RIM_E_ARGUMENT);
-  assert_int_equal(rim_threshold_open(&t, NULL, sizeof s.bytes), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_threshold_open(NULL, s.bytes, sizeof s.bytes), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_threshold_open(&t, NULL, sizeof s.bytes), RIM_E_ARGUMENT);
 }
 
 /* Each of these breaks one rule of the header comment. */
@@ -81,36 +82,36 @@ static void bad_values_are_refused(void **state) {
   for (size_t word = 4; word < WORDS; ++word) {
     section s = make_section();
     put_u32(&s, word, 0x7fc00000u); /* NaN */
-    assert_int_equal(rim_threshold_open(&t, s.bytes, sizeof s.bytes), RIM_E_RANGE);
+    assert_int_equal(rimi_threshold_open(&t, s.bytes, sizeof s.bytes), RIM_E_RANGE);
   }
   section s = make_section();
   put_f32(&s, 9, 0.5f); /* maxima no longer ascend */
-  assert_int_equal(rim_threshold_open(&t, s.bytes, sizeof s.bytes), RIM_E_RANGE);
+  assert_int_equal(rimi_threshold_open(&t, s.bytes, sizeof s.bytes), RIM_E_RANGE);
   s = make_section();
   put_u32(&s, 3, RUNS + 2); /* rank beyond runs + 1 */
-  assert_int_equal(rim_threshold_open(&t, s.bytes, sizeof s.bytes), RIM_E_RANGE);
+  assert_int_equal(rimi_threshold_open(&t, s.bytes, sizeof s.bytes), RIM_E_RANGE);
   s = make_section();
   put_f32(&s, 8 + RUNS + KNOTS + CHANNELS, 0.0f); /* a scale of zero */
-  assert_int_equal(rim_threshold_open(&t, s.bytes, sizeof s.bytes), RIM_E_RANGE);
+  assert_int_equal(rimi_threshold_open(&t, s.bytes, sizeof s.bytes), RIM_E_RANGE);
   s = make_section();
   put_f32(&s, 8 + RUNS + KNOTS, -1.0f); /* an offset below zero */
-  assert_int_equal(rim_threshold_open(&t, s.bytes, sizeof s.bytes), RIM_E_RANGE);
+  assert_int_equal(rimi_threshold_open(&t, s.bytes, sizeof s.bytes), RIM_E_RANGE);
   s = make_section();
   put_f32(&s, 5, 9.5f); /* the warning above the alarm */
-  assert_int_equal(rim_threshold_open(&t, s.bytes, sizeof s.bytes), RIM_E_RANGE);
+  assert_int_equal(rimi_threshold_open(&t, s.bytes, sizeof s.bytes), RIM_E_RANGE);
 }
 
 static void envelope_interpolates_and_is_constant_beyond(void **state) {
   (void)state;
   const section s = make_section();
   rim_threshold t;
-  assert_int_equal(rim_threshold_open(&t, s.bytes, sizeof s.bytes), RIM_OK);
-  assert_true(rim_threshold_envelope(&t, 0) == 1.0);
-  assert_true(rim_threshold_envelope(&t, 1) == 1.0);
-  assert_true(rim_threshold_envelope(&t, 2) == 2.0);
-  assert_true(rim_threshold_envelope(&t, 3) == 3.0);
-  assert_true(rim_threshold_envelope(&t, 4) == 4.0);
-  assert_true(rim_threshold_envelope(&t, UINT32_MAX) == 4.0);
+  assert_int_equal(rimi_threshold_open(&t, s.bytes, sizeof s.bytes), RIM_OK);
+  assert_true(rimi_threshold_envelope(&t, 0) == 1.0);
+  assert_true(rimi_threshold_envelope(&t, 1) == 1.0);
+  assert_true(rimi_threshold_envelope(&t, 2) == 2.0);
+  assert_true(rimi_threshold_envelope(&t, 3) == 3.0);
+  assert_true(rimi_threshold_envelope(&t, 4) == 4.0);
+  assert_true(rimi_threshold_envelope(&t, UINT32_MAX) == 4.0);
 }
 
 /* The score reaches alarm_score exactly when ln anom reaches the threshold. */
@@ -118,12 +119,12 @@ static void score_and_threshold_agree(void **state) {
   (void)state;
   const section s = make_section();
   rim_threshold t;
-  assert_int_equal(rim_threshold_open(&t, s.bytes, sizeof s.bytes), RIM_OK);
+  assert_int_equal(rimi_threshold_open(&t, s.bytes, sizeof s.bytes), RIM_OK);
   const uint32_t n[] = {1, 2, 3, 5, 400};
   for (uint16_t c = 0; c < CHANNELS; ++c) {
     for (size_t i = 0; i < sizeof n / sizeof *n; ++i) {
-      const double ln_anom = rim_threshold_ln_anom(&t, c, n[i]);
-      const double score = rim_threshold_score(&t, c, ln_anom, n[i]);
+      const double ln_anom = rimi_threshold_ln_anom(&t, c, n[i]);
+      const double score = rimi_threshold_score(&t, c, ln_anom, n[i]);
       assert_true(score > t.alarm_score * (1 - 1e-15) && score < t.alarm_score * (1 + 1e-15));
     }
   }
@@ -133,20 +134,20 @@ static void p_value_counts_maxima(void **state) {
   (void)state;
   const section s = make_section();
   rim_threshold t;
-  assert_int_equal(rim_threshold_open(&t, s.bytes, sizeof s.bytes), RIM_OK);
+  assert_int_equal(rimi_threshold_open(&t, s.bytes, sizeof s.bytes), RIM_OK);
   rim_rng rng;
   print_message("seed 7\n");
-  rim_rng_seed(&rng, 7, 0);
+  rimi_rng_seed(&rng, 7, 0);
   for (int trial = 0; trial < 1000; ++trial) {
-    const double score = trial < 20 ? 0.5 * (double)trial : 12.0 * rim_rng_uniform(&rng);
+    const double score = trial < 20 ? 0.5 * (double)trial : 12.0 * rimi_rng_uniform(&rng);
     int above = 0;
     for (int i = 1; i <= RUNS; ++i)
       above += (double)i >= score;
     const double expected = (double)(1 + above) / (double)(RUNS + 1);
-    assert_true(rim_threshold_p_value(&t, score) == expected);
-    assert_true(rim_threshold_confidence(&t, score) == 1.0 - expected);
+    assert_true(rimi_threshold_p_value(&t, score) == expected);
+    assert_true(rimi_threshold_confidence(&t, score) == 1.0 - expected);
   }
-  assert_true(rim_threshold_p_value(&t, 1e9) == 1.0 / (RUNS + 1)); /* no surer than the runs */
+  assert_true(rimi_threshold_p_value(&t, 1e9) == 1.0 / (RUNS + 1)); /* no surer than the runs */
 }
 
 /* Conformal promise: with exchangeable runs the k-th smallest maximum is exceeded at most
@@ -155,13 +156,13 @@ static void promise_holds_for_exchangeable_runs(void **state) {
   (void)state;
   rim_rng rng;
   print_message("seed 11\n");
-  rim_rng_seed(&rng, 11, 0);
+  rimi_rng_seed(&rng, 11, 0);
   int false_alarms = 0;
   const int trials = 4000;
   for (int trial = 0; trial < trials; ++trial) {
     float maxima[RUNS];
     for (int i = 0; i < RUNS; ++i)
-      maxima[i] = (float)(5.0 + rim_rng_normal(&rng));
+      maxima[i] = (float)(5.0 + rimi_rng_normal(&rng));
     for (int i = 1; i < RUNS; ++i) {
       for (int j = i; j > 0 && maxima[j] < maxima[j - 1]; --j) {
         const float swap = maxima[j];
@@ -173,8 +174,8 @@ static void promise_holds_for_exchangeable_runs(void **state) {
     for (size_t i = 0; i < RUNS; ++i)
       put_f32(&s, 8 + i, maxima[i]);
     rim_threshold t;
-    assert_int_equal(rim_threshold_open(&t, s.bytes, sizeof s.bytes), RIM_OK);
-    false_alarms += rim_threshold_p_value(&t, 5.0 + rim_rng_normal(&rng)) <= 0.2;
+    assert_int_equal(rimi_threshold_open(&t, s.bytes, sizeof s.bytes), RIM_OK);
+    false_alarms += rimi_threshold_p_value(&t, 5.0 + rimi_rng_normal(&rng)) <= 0.2;
   }
   /* Expected 0.2; six standard deviations of a binomial are 0.038. */
   assert_in_range(false_alarms, (int)(0.162 * trials), (int)(0.238 * trials));

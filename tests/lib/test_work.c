@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The static bound of a step: the counts are the image's, the search never turns more often than
  * the bound says, and the bound grows with every count. That the instructions stay below it is held
  * by `make size`, on the Cortex-M7. */
@@ -17,7 +18,7 @@ static void counts_are_the_images(void **state) {
   image m;
   rim_work_counts n;
   build(&m, &calibrated[true]);
-  assert_int_equal(rim_work_counts_of(m.byte, m.size, &n), RIM_OK);
+  assert_int_equal(rimi_work_counts_of(m.byte, m.size, &n), RIM_OK);
   assert_true(n.features == D && n.outcomes == O && n.region_features == REGION);
   assert_true(n.channels == O && n.ring == EXTERNAL_RING && n.bins == BINS && n.grid == GRID);
   assert_true(n.pairs == PAIRS && n.external && !n.trained && !n.corrected && !n.watched);
@@ -25,7 +26,7 @@ static void counts_are_the_images(void **state) {
   assert_true(n.moves == RIM_SELECT_DEFAULT_MOVES && n.budget == 1);
   assert_true(n.inputs + n.terms + n.means + n.fields + n.prototypes == 0);
   build(&m, &calibrated[false]);
-  assert_int_equal(rim_work_counts_of(m.byte, m.size, &n), RIM_OK);
+  assert_int_equal(rimi_work_counts_of(m.byte, m.size, &n), RIM_OK);
   assert_true(n.trained && !n.external && n.channels == CHANNELS && n.block_rows == BLOCK);
   assert_true(n.ring == TRAINED_RING && n.budget == 4 && n.inputs == INPUTS && n.times == TIMES);
   assert_true(n.terms == TERMS && n.means == MEANS && n.fields == FIELDS && n.prototypes == 0);
@@ -35,14 +36,14 @@ static void counts_are_the_images(void **state) {
   set_word(&r, RIM_CONFIG_MOVES, 9);
   set_word(&r, RIM_CONFIG_BUDGET, 2);
   build(&m, &r);
-  assert_int_equal(rim_work_counts_of(m.byte, m.size, &n), RIM_OK);
+  assert_int_equal(rimi_work_counts_of(m.byte, m.size, &n), RIM_OK);
   assert_true(n.edges == 7 && n.scans == 3 && n.moves == 9 && n.budget == 2);
   n.edges = 99;
   m.byte[m.size / 2] ^= 1u;
-  assert_int_equal(rim_work_counts_of(m.byte, m.size, &n), RIM_E_CRC);
+  assert_int_equal(rimi_work_counts_of(m.byte, m.size, &n), RIM_E_CRC);
   assert_int_equal(n.edges, 99);
-  assert_int_equal(rim_work_counts_of(NULL, 0, &n), RIM_E_ARGUMENT);
-  assert_int_equal(rim_work_counts_of(m.byte, m.size, NULL), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_work_counts_of(NULL, 0, &n), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_work_counts_of(m.byte, m.size, NULL), RIM_E_ARGUMENT);
 }
 
 /* What rim/work.h says of the turns, held to what the search counts of itself, step by step. */
@@ -57,7 +58,7 @@ static void assert_turns(uint32_t scans, uint32_t edges, uint32_t moves, uint32_
   build(&b.blob, &r);
   start(&b);
   rim_work_counts n;
-  assert_int_equal(rim_work_counts_of(b.blob.byte, b.blob.size, &n), RIM_OK);
+  assert_int_equal(rimi_work_counts_of(b.blob.byte, b.blob.size, &n), RIM_OK);
   const bool few = edges < 48;
   const uint32_t entries = few ? 1 : 2, offers = (edges + 4) / 5 + 1;
   const uint32_t leads = few ? 0 : 2 * RIM_SELECT_CHAINS;
@@ -65,7 +66,7 @@ static void assert_turns(uint32_t scans, uint32_t edges, uint32_t moves, uint32_
   uint32_t most_moves = 0, backfills = 0;
   for (uint32_t t = 0; t < 600; ++t) {
     (void)step(&b, 3, t, t > 200 ? 3.0 : 0.0);
-    const rim_select_effort e = rim_select_get_effort(rim_monitor_search(b.monitor));
+    const rim_select_effort e = rimi_select_get_effort(rimi_monitor_search(b.monitor));
     const uint32_t moved = e.moves - before.moves;
     assert_true(e.scans - before.scans <= budget * n.scans);
     assert_true(e.edges - before.edges <= budget * (edges + 4));
@@ -123,7 +124,7 @@ static rim_work_counts trained(void) {
 
 static uint32_t step_of(const rim_work_counts *n) {
   rim_work w;
-  rim_work_bound(n, &w);
+  rimi_work_bound(n, &w);
   assert_true(w.step >= w.row && w.step >= w.search && w.step >= w.block && w.step >= w.judge);
   return w.step;
 }
@@ -181,7 +182,7 @@ static void every_count_of_a_trained_image_counts(void **state) {
   n.top = 2;
   assert_true(step_of(&n) > one);
   rim_work w;
-  rim_work_bound(&n, &w);
+  rimi_work_bound(&n, &w);
   assert_int_equal(w.halving, 0); /* it has no tables */
 }
 
@@ -191,8 +192,8 @@ static void a_bound_that_does_not_fit_saturates(void **state) {
   n.budget = UINT32_MAX;
   assert_int_equal(step_of(&n), UINT32_MAX);
   rim_work w = {0};
-  rim_work_bound(NULL, &w);
-  rim_work_bound(&n, NULL);
+  rimi_work_bound(NULL, &w);
+  rimi_work_bound(&n, NULL);
   assert_int_equal(w.step, 0);
 }
 
@@ -201,14 +202,14 @@ static void what_is_not_there_costs_nothing(void **state) {
   (void)state;
   rim_work_counts n = rows();
   rim_work pairs, none, all, more;
-  rim_work_bound(&n, &pairs);
+  rimi_work_bound(&n, &pairs);
   n.pairs = 0;
-  rim_work_bound(&n, &none);
+  rimi_work_bound(&n, &none);
   assert_true(10 * none.search < pairs.search);
   n.scans = 18;
-  rim_work_bound(&n, &all);
+  rimi_work_bound(&n, &all);
   n.scans = 400;
-  rim_work_bound(&n, &more);
+  rimi_work_bound(&n, &more);
   assert_int_equal(all.search, more.search);
 }
 

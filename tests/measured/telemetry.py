@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """Real telemetry with published figures: the monitor beside the detectors of each set's authors.
 
   tests/measured/telemetry.py [--rim build/rim] [--from ../shared/measured] [--set skab,smap_msl]

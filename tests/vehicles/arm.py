@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """A robot arm of two links in a vertical plane that moves loads between random postures."""
 import math
 

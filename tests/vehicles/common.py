@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """What all vehicles of this folder share: sensors, faults and their truth. Pure standard library.
 
 A vehicle is a class that simulates one run of the true machine. This module adds the sensors (white

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """A turbofan on a test flight: climb, cruise, descent and throttle steps, the same card every run."""
 import math
 

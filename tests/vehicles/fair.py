@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """Is every fault of vehicles.py fair: plain to a crude scan of a whole run, hidden in a single row?
 
   tests/vehicles/fair.py [--vehicles NAME,...] [--faults NAME,...] [--train 24] [--healthy 24]

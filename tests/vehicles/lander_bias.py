@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """Are small constant sensor biases in healthy landings named, with their sign, size and onset?
 
   tests/vehicles/lander_bias.py [--rim build/rim] [--dir DIR] [--train 50] [--per 1] [--at 100,200,300]

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """The crude nominal model of fair.py: ridge regression on filtered commands. Pure standard library."""
 import math
 

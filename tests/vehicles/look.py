@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """Do the healthy runs make sense? Per column: range over all runs, range of the runs' means, overlap.
 
   tests/vehicles/look.py [--vehicles NAME,...] [--runs 20]

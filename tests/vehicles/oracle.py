@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """Stands in for `rim` in test_vehicles.py: knows the truth beside each log, tells it, or lies.
 
 ORACLE=right (default): alarms in every faulty run, all true. ORACLE=wrong: the other sign, late onset,

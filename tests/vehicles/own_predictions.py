@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """The user's own predictions: does `rim train` on healthy logs of z. m. sd. columns keep its promise?
 
   tests/vehicles/own_predictions.py [--rim build/rim] [--train 20] [--healthy 100] [--per 10] [--base 0]

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """A quadrotor that flies between random waypoints; its autopilot answers every fault."""
 import math
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """A satellite with two reaction wheels and a battery, on an orbit shortened to 1500 s.
 
 It slews between targets, its controller holds it there; sun and eclipse alternate.

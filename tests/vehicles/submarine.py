@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """An underwater vehicle that sails random legs of heading, depth and speed under its autopilot."""
 import math
 

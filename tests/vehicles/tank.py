@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """A heated tank that feeds a second one: the same production plan every run, two controllers."""
 import math
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """The generators and the grader themselves: run by hand or by `python3 -m unittest`; seeds are fixed here."""
 import json
 import math

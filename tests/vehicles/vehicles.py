@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """Ordinary vehicles that nobody tunes for, none of them a ground robot: run(vehicle, seed, fault).
 
 The interface is a set of names (VEHICLES, FAULTS, RATE, LENGTH, COLUMNS, SIGMA) and run(), so that

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """What the graders of this folder share: logs, the command line under test, and intervals."""
 import csv
 import json

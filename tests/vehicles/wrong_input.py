@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """Is input that the monitor was not trained for named as such, and never called healthy?
 
   tests/vehicles/wrong_input.py [--rim build/rim] [--module tests/vehicles/vehicles.py] [--vehicles NAME,...]

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The four functions that a compiler may call on its own (C11 4p6, gcc's -ffreestanding). Compiled
  * with -fno-tree-loop-distribute-patterns, or each would become a call of itself. */
 #include <stdint.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* string.h - what librim needs of a C library, for computers that have none (memory.c). */
 #ifndef STRING_H
 #define STRING_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* LEON3 of a GRLIB system: the APBUART at 0x80000100; a trap while traps are off ends the run. */
 #include "port/port.h"
 

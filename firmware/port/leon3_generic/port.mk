@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # LEON3 (SPARC V8, big endian), no operating system, no C library; Debian's 64-bit SPARC compiler makes
 # 32-bit code too; its libgcc is for SPARC V9, so nothing of it may be needed: the library needs nothing.
 leon3_generic_PACKAGES := gcc-sparc64-linux-gnu gcc-multilib-sparc64-linux-gnu qemu-system-sparc

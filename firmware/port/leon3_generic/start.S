@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* LEON3 (SPARC V8) after reset, supervisor: traps stay off, so that one ends the run; the FPU on; no
  * register window is marked invalid, for the program is compiled flat and helpers of the compiler
  * nest but a few windows. */

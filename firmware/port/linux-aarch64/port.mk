@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # Linux on 64-bit Arm: statically linked, run by qemu-user.
 linux-aarch64_PACKAGES := gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user
 linux-aarch64_PREFIX := aarch64-linux-gnu-

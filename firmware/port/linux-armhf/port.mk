@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # Linux on 32-bit Arm with an FPU: statically linked, run by qemu-user.
 linux-armhf_PACKAGES := gcc-arm-linux-gnueabihf libc6-dev-armhf-cross qemu-user
 linux-armhf_PREFIX := arm-linux-gnueabihf-

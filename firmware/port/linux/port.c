@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Any Linux, through its C library. */
 #include "port/port.h"
 

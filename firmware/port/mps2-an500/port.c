@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Cortex-M7 of Arm's MPS2 board, application note AN500: UART 0 (CMSDK APB UART), SysTick, and
  * semihosting for the end of the run. */
 #include "port/port.h"

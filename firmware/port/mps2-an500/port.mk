@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # Arm Cortex-M7 with double-precision FPU, no operating system, no C library.
 mps2-an500_PACKAGES := gcc-arm-none-eabi qemu-system-arm
 mps2-an500_PREFIX := arm-none-eabi-

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The two CAN controllers of the Zynq UltraScale+ (UG1085 ch. 20, UG1087): polled, classic frames.
  *
  * Reference clock 100 MHz: prescaler 10 gives 0.1 us quanta, 1 + 15 + 4 of them a bit: 500 kbit/s,
@@ -22,10 +23,11 @@
 #define ENABLE 2u
 #define STATUS_NORMAL (1u << 3)
 #define STATUS_SEND_FULL (1u << 10)
-#define RECEIVED (1u << 7)                    /* the receive queue is not empty */
-#define TIMING_BITS (14u | 3u << 4 | 0u << 7) /* each one less: segment 1, segment 2, jump width   \
+#define RECEIVED (1u << 7) /* the receive queue is not empty */
+#define TIMING_BITS                                                                                \
+  (14u | 3u << 4 | 0u << 7) /* each one less: segment 1, segment 2, jump width   \
                                                */
-#define REMOTE (1u << 20)                     /* of the identifier's word */
+#define REMOTE (1u << 20)   /* of the identifier's word */
 #define EXTENDED (1u << 19)
 #define PATIENCE 1000000u
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Cortex-A53 of the Zynq UltraScale+: UART 0 (Cadence), and semihosting for the end of the run. */
 #include "port/port.h"
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # Arm Cortex-A53, no operating system, no C library. With the MMU off memory is of the device type,
 # where an access must be aligned.
 xlnx-zcu102_PACKAGES := gcc-aarch64-linux-gnu qemu-system-arm

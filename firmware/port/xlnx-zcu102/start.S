@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* A Cortex-A53 core after reset, at the highest exception level the machine has, MMU off: traps to one
  * handler, floating point on at every level, stack set, static memory cleared. */
   .section .text.start, "ax"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // thesis/baseline/baseline.hpp - what others would use: the detectors of table 6.1 of the thesis
 // (p. 91), for comparison on the same residuals. Each is the plain textbook form over standardised
 // residuals r (mean 0, variance 1 in nominal running), looking at every channel and both signs.

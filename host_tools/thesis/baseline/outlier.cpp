@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Outliers, point by point: in features and residuals together, and among neighbouring contexts.
 #include <algorithm>
 #include <cmath>

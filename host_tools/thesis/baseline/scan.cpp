@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Scans over regions: all circles of a plane, and the best subset of every neighbourhood.
 #include <algorithm>
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // SPRT, CUSUM, GLRT: tests over time that know no context.
 #include <algorithm>
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // rim-thesis experiment NAME: the thesis's tables and figures, measured again.
 #include <algorithm>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // rim-thesis merge: folds the files of a campaign's shards into one.
 #include "cli/arguments.hpp"
 #include "cli/command.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // thesis/cli/experiment.hpp - how an experiment makes itself known to 'rim-thesis experiment'.
 //
 // In experiment_x.cpp, at namespace scope:

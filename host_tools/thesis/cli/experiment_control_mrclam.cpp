@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // rim-thesis experiment control_mrclam: false alarms of the interference detector on measured
 // robots.
 #include <cstdio>

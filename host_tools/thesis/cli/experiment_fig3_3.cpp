@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // rim-thesis experiment fig3.3: one RIM in the golf domain, 3.5.1.
 #include "thesis/cli/experiment.hpp"
 #include "thesis/experiment/fig3_3.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // rim-thesis experiment fig4.10, fig4.11: the service robot's failures in many dimensions.
 #include "thesis/cli/experiment.hpp"
 #include "thesis/experiment/fig4_10.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // rim-thesis experiment fig4.5: what the searches find in the golf domain, and for how much work.
 #include "thesis/cli/experiment.hpp"
 #include "thesis/experiment/fig4_5.hpp"

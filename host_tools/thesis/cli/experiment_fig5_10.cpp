@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // rim-thesis experiment fig5.10: planning under what is left uncertain, 5.3.
 #include "thesis/cli/experiment.hpp"
 #include "thesis/experiment/fig5_10.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // rim-thesis experiment figB.6: free kicks, appendix B.
 #include "thesis/cli/experiment.hpp"
 #include "thesis/experiment/figB_6.hpp"

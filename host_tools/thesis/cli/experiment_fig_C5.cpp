@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // rim-thesis experiment figC.5: motion interference, appendix C.
 #include "thesis/cli/experiment.hpp"
 #include "thesis/experiment/fig_C5.hpp"

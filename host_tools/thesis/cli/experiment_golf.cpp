@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // rim-thesis experiment golf: the golf domain of 4.2.3.
 #include "thesis/cli/experiment.hpp"
 #include "thesis/experiment/golf.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // rim-thesis experiment fig3.4, fig3.5: keepers that correct their model, 3.5.4.
 #include "thesis/cli/experiment.hpp"
 #include "thesis/experiment/keepaway_figures.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // rim-thesis experiment lander: the landings of 4.2.5.
 #include "thesis/cli/experiment.hpp"
 #include "thesis/experiment/lander.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // rim-thesis experiment falcon, measured_falcon, measured_mrclam: measured landings and robots.
 #include <cstdio>
 

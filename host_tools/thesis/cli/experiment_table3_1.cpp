@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // rim-thesis experiment table3.1: four failures of the service robot.
 #include "thesis/cli/experiment.hpp"
 #include "thesis/experiment/table3_1.hpp"

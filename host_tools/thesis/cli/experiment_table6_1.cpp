@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // rim-thesis experiment table6.1: what others would use, beside ours.
 #include "thesis/cli/experiment.hpp"
 #include "thesis/experiment/table6_1.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // rim-thesis COMMAND ...: dispatch only.
 #include "cli/command.hpp"
 

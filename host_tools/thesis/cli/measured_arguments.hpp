@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // thesis/cli/measured_arguments.hpp - what every experiment on measured logs takes.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "thesis/experiment/alarm_score.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // thesis/experiment/alarm_score.hpp - from scores to alarms: a threshold that holds for whole runs,
 // and how many anomalous points it takes until it is exceeded.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "thesis/experiment/cobot_points.hpp"
 
 #include <Eigen/Dense>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // thesis/experiment/cobot_points.hpp - drives of the service robot as observations for the region
 // search: what table 3.1 and figures 4.10, 4.11 of the thesis are measured on.
 //

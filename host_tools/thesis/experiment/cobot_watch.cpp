@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "thesis/experiment/cobot_watch.hpp"
 
 #include <algorithm>
@@ -58,7 +59,7 @@ struct Column {
     to->w += w(i);
   }
   double ln_anom(const rim_stats &in) const {
-    return rim_stats_ln_anom_run(in.s, in.w, 1.0, -shrink);
+    return rimi_stats_ln_anom_run(in.s, in.w, 1.0, -shrink);
   }
 };
 
@@ -104,7 +105,7 @@ Bins bins_of(const Column &c, std::size_t f, const std::vector<std::size_t> &ord
 Range best_range(const Column &c, const Bins &bins) {
   Range out;
   rim_interval best{};
-  if (rim_interval_find(bins.stats.data(), bins.stats.size(), kLeastPoints, &best) != RIM_OK ||
+  if (rimi_interval_find(bins.stats.data(), bins.stats.size(), kLeastPoints, &best) != RIM_OK ||
       best.bins == 0)
     return out;
   const std::size_t end = best.first + best.bins - 1;
@@ -123,7 +124,7 @@ double add_intervals(const Column &c, const Bins &bins, double reference, double
   for (std::size_t a = 0; a < bins.stats.size(); ++a) {
     rim_stats in{};
     for (std::size_t b = a; b < bins.stats.size(); ++b) {
-      rim_stats_merge(&in, &bins.stats[b]);
+      rimi_stats_merge(&in, &bins.stats[b]);
       const double weight = prior * std::exp(c.ln_anom(in) - reference);
       edge[a] += weight;
       edge[b + 1] -= weight;
@@ -150,7 +151,7 @@ double value_of(const rim_ellipsoid *ellipsoid, void *context) {
   rim_stats in{};
   for (std::size_t i = 0; i < v.column->drive.size(); ++i) {
     const double x[2] = {v.column->u(i, v.feature[0]), v.column->u(i, v.feature[1])};
-    if ((*v.use)[i] && rim_ellipsoid_contains(ellipsoid, x))
+    if ((*v.use)[i] && rimi_ellipsoid_contains(ellipsoid, x))
       v.column->add(i, &in);
   }
   return in.n >= kLeastPoints ? v.column->ln_anom(in) : 0.0;
@@ -182,7 +183,7 @@ bool tells_speed(std::size_t f) { return f >= kCobotFirstMotion && f <= kCobotLa
 rim_region interval_region(std::size_t f, const Range &range) {
   rim_region region{};
   const auto feature = static_cast<std::uint16_t>(f);
-  if (rim_region_from_box(&region, 1, &feature, &range.low, &range.high) != RIM_OK)
+  if (rimi_region_from_box(&region, 1, &feature, &range.low, &range.high) != RIM_OK)
     return {};
   return region;
 }
@@ -333,12 +334,12 @@ void Explanation::climb(const Column &column, std::array<std::size_t, 2> feature
   rim_cem_config config{};
   config.least_axis = 0.005;
   double ln_anom = 0.0;
-  if (rim_cem_optimise(&config, value_of, &value, seed_, streams_++, &e, &ln_anom) != RIM_OK)
+  if (rimi_cem_optimise(&config, value_of, &value, seed_, streams_++, &e, &ln_anom) != RIM_OK)
     throw std::logic_error("cobot: the search refused its configuration");
   const std::uint16_t names[2] = {static_cast<std::uint16_t>(feature[0]),
                                   static_cast<std::uint16_t>(feature[1])};
   rim_region region{};
-  if (rim_ellipsoid_region(&e, names, &region) == RIM_OK)
+  if (rimi_ellipsoid_region(&e, names, &region) == RIM_OK)
     offer(column.channel, region, ln_anom);
 }
 
@@ -386,9 +387,9 @@ public:
     for (std::size_t c = 0; c < channels_; ++c)
       each[c] = r[first_ + c] / std::sqrt(static_cast<double>(count));
     for (std::size_t k = 0; k < count; ++k)
-      rim_select_observe(engine_.get(), u, each.data());
-    rim_select_work(engine_.get(), units_);
-    const float *scores = rim_select_channel_scores(engine_.get());
+      rimi_select_observe(engine_.get(), u, each.data());
+    rimi_select_work(engine_.get(), units_);
+    const float *scores = rimi_select_channel_scores(engine_.get());
     return static_cast<double>(*std::max_element(scores, scores + channels_));
   }
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // thesis/experiment/cobot_watch.hpp - the library's detection on drives of the service robot: the
 // online search while it drives (rim/select.h), the region of a finished drive (rim/interval.h,
 // rim/cem.h).

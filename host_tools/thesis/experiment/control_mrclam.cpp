@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "thesis/experiment/control_mrclam.hpp"
 
 #include <algorithm>

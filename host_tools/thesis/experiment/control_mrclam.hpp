@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Measured drives of small robots without any interference, as control runs of the detector of
 // motion interference (thesis App. C): each run is judged by what the others teach, or with
 // `halves` robots of odd number by those of even number and the other way round. The command is

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Measured Falcon 9 landings: one flight left out, the others trained on, faults put into the one.
 #ifndef RIM_EXPERIMENT_FALCON_HPP
 #define RIM_EXPERIMENT_FALCON_HPP

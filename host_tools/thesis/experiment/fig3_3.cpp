@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "thesis/experiment/fig3_3.hpp"
 
 #include <algorithm>
@@ -37,7 +38,7 @@ double ln_anom_of(const rim_ellipsoid *e, void *context) {
   rim_stats stats{};
   double n = 0.0, sum = 0.0;
   for (std::size_t i = 0; i < shots.dz.size(); ++i) {
-    if (rim_ellipsoid_contains(e, &shots.u[2 * i])) {
+    if (rimi_ellipsoid_contains(e, &shots.u[2 * i])) {
       n += 1.0;
       sum += shots.dz[i];
     }
@@ -45,13 +46,13 @@ double ln_anom_of(const rim_ellipsoid *e, void *context) {
   stats.n = n;
   stats.s = sum / shots.var;
   stats.w = n / shots.var;
-  return rim_stats_ln_anom(&stats);
+  return rimi_stats_ln_anom(&stats);
 }
 
 void score(const Shots &shots, const rim_faro &faro, FaroTrace &trace) {
   double hit = 0.0, inside = 0.0, abnormal = 0.0;
   for (std::size_t i = 0; i < shots.dz.size(); ++i) {
-    const bool in = rim_ellipsoid_contains(&faro.candidate[0], &shots.u[2 * i]);
+    const bool in = rimi_ellipsoid_contains(&faro.candidate[0], &shots.u[2 * i]);
     inside += in ? 1.0 : 0.0;
     abnormal += shots.abnormal[i] ? 1.0 : 0.0;
     hit += in && shots.abnormal[i] ? 1.0 : 0.0;
@@ -68,7 +69,7 @@ FaroTrace run_faro(Golf &golf, const GolfParams &params, std::uint64_t seed, std
   config.seed = seed;
   config.cem.iterations = 5; // it goes on at the next shot
   rim_faro faro;
-  if (rim_faro_init(&faro, &config) != RIM_OK)
+  if (rimi_faro_init(&faro, &config) != RIM_OK)
     throw std::logic_error("fig3.3: FARO refused its configuration");
   Shots shots;
   shots.var = params.success * (1.0 - params.success);
@@ -82,7 +83,7 @@ FaroTrace run_faro(Golf &golf, const GolfParams &params, std::uint64_t seed, std
     bool found = false;
     const bool searches = n % (1 + n / kEvery) == 0;
     if (searches &&
-        rim_faro_step(&faro, &shots.u[2 * n], ln_anom_of, &shots, enough, &found) != RIM_OK)
+        rimi_faro_step(&faro, &shots.u[2 * n], ln_anom_of, &shots, enough, &found) != RIM_OK)
       throw std::logic_error("fig3.3: FARO refused a shot");
     if (searches)
       trace.highest = std::max(trace.highest, faro.value[0]);

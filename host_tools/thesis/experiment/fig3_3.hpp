@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // thesis/experiment/fig3_3.hpp - one RIM found by FARO in the binary golf world (thesis 3.5.1,
 // fig. 3.3, p. 37-38): precision and recall against the number of abnormal shots (p = .8, q = .2),
 // and how many abnormal shots it takes until ln anom reaches 41.6 as q nears p.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "thesis/experiment/fig4_10.hpp"
 
 #include <cstdio>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // thesis/experiment/fig4_10.hpp - figures 4.10 and 4.11 of the thesis (p. 61): corridor and
 // left-turn failure of the service robot in contexts of 7, 15, 30 and 100 dimensions (4.2.4). F1 of
 // the points at the end of a drive of three minutes: ours (experiment/cobot_watch.hpp), and the

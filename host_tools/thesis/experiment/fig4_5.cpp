@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "thesis/experiment/fig4_5.hpp"
 
 #include <chrono>

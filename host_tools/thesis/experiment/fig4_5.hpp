@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // thesis/experiment/fig4_5.hpp - figure 4.5 of the thesis (p. 57): F1 of the points in the golf
 // domain against the work of the search, for FS-RIM with three heuristics, breadth first, and no
 // selection of features. Work is counted in evaluations (experiment/search_curve.hpp), seconds are

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "thesis/experiment/fig5_10.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // thesis/experiment/fig5_10.hpp - reward of three policies against three goalies (thesis 5.3,
 // fig. 5.10, p. 82): GP-UCB, RIM-UCB and RIM+GP-UCB.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "thesis/experiment/figB_6.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // thesis/experiment/figB_6.hpp - regret of learning free-kick plans online (thesis app. B, fig.
 // B.6, p. 124), by upper confidence bounds.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "thesis/experiment/fig_C5.hpp"
 
 #include <algorithm>
@@ -65,18 +66,18 @@ InterferenceRun record(Cobot &cobot, double seconds, bool has_event) {
 std::size_t false_alarms(const rim_interference_model &model, const Floor &floor,
                          std::uint64_t seed, double hours) {
   rim_interference state;
-  if (rim_interference_init(&state, &model) != RIM_OK)
+  if (rimi_interference_init(&state, &model) != RIM_OK)
     throw std::logic_error("fig_C5: the model was refused");
   std::size_t alarms = 0;
   for (double left = hours; left > 1e-9; left -= 1.0) { // runs of an hour, each a day of its own
     Cobot cobot(floor.params, floor.map, {}, seed, 1000 + static_cast<std::uint64_t>(left * 16.0));
-    rim_interference_reset(&state);
+    rimi_interference_reset(&state);
     const double until_s = 3600.0 * std::min(left, 1.0);
     cobot.next();
     for (double t_s = 0.0; t_s < until_s;) {
       const world::CobotRow row = cobot.next();
       rim_interference_verdict v;
-      rim_interference_step(&state, row.t_s, row.command[0], row.velocity[0], &v);
+      rimi_interference_step(&state, row.t_s, row.command[0], row.velocity[0], &v);
       alarms += v.raised;
       t_s = row.t_s;
     }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // thesis/experiment/fig_C5.hpp - motion interference on the robot (thesis App. C.3, fig. C.5, p.
 // 133): precision against recall as p_mi varies; recall without a false positive, and delays.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "thesis/experiment/golf.hpp"
 
 #include <algorithm>
@@ -54,12 +55,12 @@ double envelope(std::size_t observations) {
 
 void score_points(const rim_select *engine, const GolfPoints &points, GolfRun &run) {
   rim_candidate best{};
-  if (!rim_select_best(engine, &best))
+  if (!rimi_select_best(engine, &best))
     return;
   std::vector<bool> member, in_best;
   for (std::size_t i = 0; i < points.r.size(); ++i) {
     const double *u = &points.u[i * points.dims];
-    member.push_back(rim_select_membership(engine, u) > RIM_SELECT_MEMBERSHIP_CUT);
+    member.push_back(rimi_select_membership(engine, u) > RIM_SELECT_MEMBERSHIP_CUT);
     in_best.push_back(rim_region_contains(&best.region, u));
   }
   run.f1 = compare_points(member, points.truth).f1;
@@ -121,7 +122,7 @@ GolfInterval bootstrap(const std::vector<double> &values) {
   if (values.empty())
     return out;
   rim_rng rng;
-  rim_rng_seed(&rng, 4207, 0);
+  rimi_rng_seed(&rng, 4207, 0);
   const auto n = static_cast<std::uint32_t>(values.size());
   const auto mean_of = [&](const std::function<std::size_t(std::size_t)> &pick) {
     double sum = 0.0;
@@ -132,7 +133,7 @@ GolfInterval bootstrap(const std::vector<double> &values) {
   out.value = mean_of([](std::size_t i) { return i; });
   std::vector<double> means(2000);
   for (double &mean : means)
-    mean = mean_of([&](std::size_t) { return rim_rng_below(&rng, n); });
+    mean = mean_of([&](std::size_t) { return rimi_rng_below(&rng, n); });
   std::sort(means.begin(), means.end());
   out.low = means[50];
   out.high = means[1949];
@@ -211,7 +212,7 @@ GolfSearch parse_golf_search(const std::string &name) {
 std::size_t golf_search_bytes(std::size_t dims, GolfSearch search) {
   const rim_select_config config = search_config(dims, 0, search);
   std::size_t bytes = 0;
-  rim_select_size(&config, &bytes);
+  rimi_select_size(&config, &bytes);
   return bytes;
 }
 
@@ -222,11 +223,11 @@ GolfRun run_golf(std::size_t dims, std::uint64_t seed, bool effect, GolfSearch s
   run.shots = points.r.size();
   const auto start = std::chrono::steady_clock::now();
   for (std::size_t i = 0; i < run.shots; ++i) {
-    rim_select_observe(engine.get(), &points.u[i * dims], &points.r[i]);
-    rim_select_work(engine.get(), 1);
+    rimi_select_observe(engine.get(), &points.u[i * dims], &points.r[i]);
+    rimi_select_work(engine.get(), 1);
     if (points.truth[i])
       run.score_by_anomalous.push_back(run.largest_score);
-    const auto score = static_cast<double>(rim_select_channel_scores(engine.get())[0]);
+    const auto score = static_cast<double>(rimi_select_channel_scores(engine.get())[0]);
     run.largest_score = std::max(run.largest_score, score / envelope(i + 1));
   }
   run.score_by_anomalous.push_back(run.largest_score);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // thesis/experiment/golf.hpp - the golf experiment of thesis 4.2.3 (p. 55) with the online region
 // search.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "thesis/experiment/golf_points.hpp"
 
 #include "world/golf.hpp"

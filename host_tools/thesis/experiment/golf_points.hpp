@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // thesis/experiment/golf_points.hpp - a run of the golf world (thesis 4.2.3) as a finished set.
 #pragma once
 

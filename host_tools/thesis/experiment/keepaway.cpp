@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "thesis/experiment/keepaway.hpp"
 
 #include <algorithm>
@@ -100,7 +101,7 @@ void KeepawayMonitor::search(rim_dmaps_result *found) {
   const std::size_t bytes = RIM_DMAPS_SIZE(observed.n, observed.features, 1, learner_.nodes);
   if (8 * work_.size() < bytes)
     work_.resize(bytes / 4 + 1);
-  must(rim_dmaps_find(&config, &observed, nullptr, work_.data(), 8 * work_.size(), found), "DMAPS");
+  must(rimi_dmaps_find(&config, &observed, nullptr, work_.data(), 8 * work_.size(), found), "DMAPS");
 }
 
 // Shifts, ln anom and F by all observations so far, whenever the regions were found.
@@ -108,20 +109,20 @@ void KeepawayMonitor::judge(Explanation *explanation) const {
   rim_dmaps_result &found = explanation->found;
   const rim_batch_data observed = data();
   std::vector<std::uint8_t> owner(observed.n);
-  must(rim_dmaps_assign(&found, &observed, nullptr, owner.data()), "assignment");
+  must(rimi_dmaps_assign(&found, &observed, nullptr, owner.data()), "assignment");
   std::vector<rim_stats> shifted(found.count, rim_stats{}), anomalous(found.count, rim_stats{});
   for (std::size_t i = 0; i < owner.size(); ++i) {
     if (owner[i] == 0)
       continue;
-    must(rim_stats_add(&shifted[owner[i] - 1U], deviation_[i], variance_[i]), "statistics");
-    must(rim_stats_add(&anomalous[owner[i] - 1U], residual_[i], 1.0), "statistics");
+    must(rimi_stats_add(&shifted[owner[i] - 1U], deviation_[i], variance_[i]), "statistics");
+    must(rimi_stats_add(&anomalous[owner[i] - 1U], residual_[i], 1.0), "statistics");
   }
   explanation->worth = 0.0;
   explanation->shift.assign(found.count, 0.0);
   for (std::size_t k = 0; k < found.count; ++k) {
-    explanation->shift[k] = rim_stats_shift(&shifted[k]);
+    explanation->shift[k] = rimi_stats_shift(&shifted[k]);
     rim_dmaps_region &region = found.region[k];
-    region.ln_anom = rim_stats_ln_anom(&anomalous[k]);
+    region.ln_anom = rimi_stats_ln_anom(&anomalous[k]);
     region.count = static_cast<std::uint32_t>(anomalous[k].n);
     region.price = lambda() + learner_.lambda_dim * region.region.dims;
     explanation->worth += region.ln_anom - region.price;
@@ -146,8 +147,8 @@ void KeepawayMonitor::correct(Explanation *explanation) const {
   const std::size_t section = RIM_CORRECT_BYTES(1, found.count);
   explanation->section.assign((section + 7) / 8, 0);
   auto *packed = reinterpret_cast<std::uint8_t *>(explanation->section.data());
-  must(rim_correct_pack(&model, packed, section), "the corrected model");
-  must(rim_correct_open(&explanation->model, packed, section), "the corrected model");
+  must(rimi_correct_pack(&model, packed, section), "the corrected model");
+  must(rimi_correct_open(&explanation->model, packed, section), "the corrected model");
 }
 
 void KeepawayMonitor::update() {
@@ -187,7 +188,7 @@ double KeepawayMonitor::corrected(const PassOption &option, std::size_t taker,
     if (explanation.found.count == 0)
       continue;
     double mean = nominal;
-    must(rim_correct_mean(&explanation.model, u.data(), &nominal, &mean), "eq. 3.30");
+    must(rimi_correct_mean(&explanation.model, u.data(), &nominal, &mean), "eq. 3.30");
     added += explanation.weight * (mean - nominal);
   }
   return added == 0.0 ? nominal : std::clamp(nominal + added / weights, 0.0, 1.0);

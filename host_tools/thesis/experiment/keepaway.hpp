@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // thesis/experiment/keepaway.hpp - keepers that learn where their model of passing is wrong
 // (thesis 3.5.3, 3.5.4, p. 41-44): Algorithm 1 after every pass, DMAPS and the corrected model by
 // librim.

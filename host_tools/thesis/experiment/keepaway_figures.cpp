@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "thesis/experiment/keepaway_figures.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // thesis/experiment/keepaway_figures.hpp - Interception-Keepaway with model correction
 // (thesis 3.5.4, p. 42-45).
 //

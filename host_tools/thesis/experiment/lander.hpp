@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The landing campaign: train on nominal landings, replay fresh nominal and faulty ones, count; and
 // the thesis's own procedure (experiment/thesis_lander.hpp) on the same landings.
 #ifndef RIM_EXPERIMENT_LANDER_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Tables of the landing campaign.
 #include <algorithm>
 #include <cmath>

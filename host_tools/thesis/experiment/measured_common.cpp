@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "thesis/experiment/measured_common.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What the experiments on measured logs share: reading and predicting them, judging an extension on
 // rows of choice, and saying whether a figure is met.
 #ifndef RIM_EXPERIMENT_MEASURED_COMMON_HPP

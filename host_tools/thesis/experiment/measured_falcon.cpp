@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "thesis/experiment/measured_falcon.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Measured Falcon 9 flights against a point mass under gravity: each full descent left out in turn,
 // what the others show is diagnosed, and the extension is judged on the one.
 #ifndef RIM_EXPERIMENT_MEASURED_FALCON_HPP

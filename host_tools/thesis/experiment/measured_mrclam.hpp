@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // Measured drives of small robots against a robot that does at once what it was commanded: robots
 // of odd number are diagnosed and the extension judged on those of even number, and the other way
 // round.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "thesis/experiment/plan_figure.hpp"
 
 #include <algorithm>
@@ -69,11 +70,11 @@ bootstrap_runs(std::size_t runs,
   MeanInterval out;
   out.value = statistic(pick);
   rim_rng rng;
-  rim_rng_seed(&rng, kBootstrapSeed, 0);
+  rimi_rng_seed(&rng, kBootstrapSeed, 0);
   std::vector<double> values(kResamples);
   for (double &value : values) {
     for (std::size_t &i : pick)
-      i = rim_rng_below(&rng, static_cast<std::uint32_t>(runs));
+      i = rimi_rng_below(&rng, static_cast<std::uint32_t>(runs));
     value = statistic(pick);
   }
   std::sort(values.begin(), values.end());

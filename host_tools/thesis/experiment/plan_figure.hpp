@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // thesis/experiment/plan_figure.hpp - what the figures about planning share: intervals over runs,
 // pictures.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "thesis/experiment/precision_recall.hpp"
 
 #include <cstddef>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // thesis/experiment/precision_recall.hpp - how well the points that were flagged are the anomalous
 // ones.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "thesis/experiment/search_curve.hpp"
 
 #include <algorithm>
@@ -40,14 +41,14 @@ SearchPoint run_batch(rim_heuristic heuristic, std::uint16_t nodes, const rim_ba
   config.seed = seed;
   std::vector<std::uint64_t> work(RIM_BATCH_SIZE(data.n, data.features, nodes) / 8 + 1);
   rim_batch_result result{};
-  if (rim_select_batch(&config, &data, work.data(), 8 * work.size(), &result) != RIM_OK)
+  if (rimi_select_batch(&config, &data, work.data(), 8 * work.size(), &result) != RIM_OK)
     throw std::logic_error("search: the library refused its configuration");
   std::vector<bool> inside;
   for (std::uint32_t i = 0; i < data.n; ++i) {
     double x[RIM_CEM_MAX_DIMS];
     for (std::uint8_t k = 0; k < result.dims; ++k)
       x[k] = data.u[static_cast<std::size_t>(i) * data.features + result.feature[k]];
-    inside.push_back(result.dims == 0 || rim_ellipsoid_contains(&result.ellipsoid, x));
+    inside.push_back(result.dims == 0 || rimi_ellipsoid_contains(&result.ellipsoid, x));
   }
   return {static_cast<double>(result.evaluations) +
               intervals_of(heuristic, result, static_cast<double>(data.features)),
@@ -58,7 +59,7 @@ SearchPoint run_batch(rim_heuristic heuristic, std::uint16_t nodes, const rim_ba
 class FullSearch {
 public:
   FullSearch(const rim_batch_data &data, std::uint64_t seed) : data_(data) {
-    rim_rng_seed(&rng_, seed, 4);
+    rimi_rng_seed(&rng_, seed, 4);
   }
 
   SearchPoint run(double evaluations, const std::vector<bool> &truth);
@@ -122,7 +123,7 @@ double FullSearch::value(const Parameters &p) {
 // From a ball about a point that holds about half of the data, to the best few of each draw.
 void FullSearch::climb(double evaluations) {
   const std::size_t d = data_.features;
-  const std::uint32_t at = rim_rng_below(&rng_, data_.n);
+  const std::uint32_t at = rimi_rng_below(&rng_, data_.n);
   Parameters mean(2 * d), spread(2 * d, 0.3);
   for (std::size_t f = 0; f < d; ++f) {
     mean[f] = data_.u[at * d + f];
@@ -133,7 +134,7 @@ void FullSearch::climb(double evaluations) {
     for (std::size_t s = 0; s < kSamples; ++s) {
       Parameters p = mean;
       for (std::size_t k = 0; k < p.size(); ++k)
-        p[k] += spread[k] * rim_rng_normal(&rng_);
+        p[k] += spread[k] * rimi_rng_normal(&rng_);
       const double v = value(p);
       drawn.push_back({v, std::move(p)});
     }

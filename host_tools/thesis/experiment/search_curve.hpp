@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // thesis/experiment/search_curve.hpp - what a search over a finished set finds for how much work:
 // FS-RIM with its three heuristics, breadth first, and no selection of features (thesis 4.2.1).
 #pragma once

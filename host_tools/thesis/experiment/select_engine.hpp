@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // thesis/experiment/select_engine.hpp - the library's online region search in memory of its own.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "thesis/experiment/table3_1.hpp"
 
 #include <algorithm>
@@ -49,7 +50,7 @@ double faro_value(const rim_ellipsoid *ellipsoid, void *context) {
   const auto &f = *static_cast<const Faro *>(context);
   double sum[kThesisOutcomes] = {0.0, 0.0, 0.0}, n = 0.0;
   for (std::size_t i = 0; i < f.n; ++i) {
-    if (!rim_ellipsoid_contains(ellipsoid, f.x(i)))
+    if (!rimi_ellipsoid_contains(ellipsoid, f.x(i)))
       continue;
     n += 1.0;
     for (std::size_t o = 0; o < kThesisOutcomes; ++o)
@@ -73,18 +74,18 @@ std::vector<double> faro_scores(const CobotDrive &drive, const std::vector<doubl
   config.cem.iterations = 2;
   config.cem.most_axis = 2.0;
   rim_faro faro;
-  if (rim_faro_init(&faro, &config) != RIM_OK)
+  if (rimi_faro_init(&faro, &config) != RIM_OK)
     throw std::logic_error("table3.1: FARO refused its configuration");
   Faro context{drive, r};
   std::vector<double> out;
   for (context.n = 1; context.n <= drive.size(); ++context.n) {
     bool found = false;
-    if (rim_faro_step(&faro, context.x(context.n - 1), faro_value, &context, 0.0, &found) != RIM_OK)
+    if (rimi_faro_step(&faro, context.x(context.n - 1), faro_value, &context, 0.0, &found) != RIM_OK)
       throw std::logic_error("table3.1: FARO refused a point");
     out.push_back(faro.value[0]);
   }
   for (std::size_t i = 0; i < drive.size(); ++i)
-    inside.push_back(rim_ellipsoid_contains(&faro.candidate[0], context.x(i)));
+    inside.push_back(rimi_ellipsoid_contains(&faro.candidate[0], context.x(i)));
   return out;
 }
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // thesis/experiment/table3_1.hpp - table 3.1 of the thesis (p. 40): four failures of the service
 // robot, data points until the alarm, precision and recall at the end.
 //

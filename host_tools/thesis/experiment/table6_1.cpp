@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "thesis/experiment/table6_1.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // thesis/experiment/table6_1.hpp - the detectors of table 6.1 of the thesis (p. 91) beside ours on
 // the same residuals, each with the threshold that its own nominal runs give for 5 % false alarms a
 // run.

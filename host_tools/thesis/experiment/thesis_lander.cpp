@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "thesis/experiment/thesis_lander.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // The thesis's own procedure on the lander (4.2.5, p. 62-66), to compare with: kernel-average
 // nominal model (eq. 4.13, 4.14), offline FS-RIM (Alg. 4, p. 49) every 100 rows on all rows so far,
 // eq. 3.7 (p. 28) over all outcomes together, and a threshold of its own for every instant

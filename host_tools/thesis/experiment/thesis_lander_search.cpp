@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 #include "thesis/experiment/thesis_lander_search.hpp"
 
 #include <algorithm>
@@ -222,7 +223,7 @@ ThesisRegion ThesisSearch::best_ellipse(const Node &base, const Edge &edge) cons
                      std::log(half_b * 1.2), 0.0};
   Parameters sd = {2.0, 2.0, 0.5, 0.5, 0.6};
   rim_rng random;
-  rim_rng_seed(&random, seed_, static_cast<std::uint64_t>(base.feature * 256 + edge.feature));
+  rimi_rng_seed(&random, seed_, static_cast<std::uint64_t>(base.feature * 256 + edge.feature));
 
   ThesisRegion best;
   best.features[0] = base.feature;
@@ -232,7 +233,7 @@ ThesisRegion ThesisSearch::best_ellipse(const Node &base, const Edge &edge) cons
     for (std::size_t i = 0; i < samples; ++i) {
       Parameters &p = tried[i].second;
       for (std::size_t k = 0; k < p.size(); ++k) {
-        p[k] = mean[k] + (i == 0 ? 0.0 : sd[k] * rim_rng_normal(&random));
+        p[k] = mean[k] + (i == 0 ? 0.0 : sd[k] * rimi_rng_normal(&random));
       }
       p[2] = std::min(std::max(p[2], -0.7), 4.0);
       p[3] = std::min(std::max(p[3], -0.7), 4.0);

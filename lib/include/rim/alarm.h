@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rim/alarm.h - the alarm record: what the monitor found, where, how much, how surely.
  *
  * The record is the one currency between the detector and every bus: lib packs and unpacks it to
@@ -57,10 +58,10 @@ enum {
 #define RIM_ALARM_FLAG_ACKNOWLEDGED 0x04u
 
 typedef struct rim_alarm {
-  double t_s; /* time of the observation that caused this record */
+  double t_s;        /* time of the observation that caused this record */
   double since_s;    /* estimated onset; for a region without onset the first visit */
   double since_sd_s; /* standard error of the onset; 0: not estimated */
-  uint32_t seq; /* counts the records of this monitor from 1, as they leave; 0: never sent */
+  uint32_t seq;      /* counts the records of this monitor from 1, as they leave; 0: never sent */
   uint32_t model_id;
   uint32_t observations; /* inside the region */
   uint8_t detector;      /* rim_detector */
@@ -89,13 +90,13 @@ typedef struct rim_alarm_policy {
 /* How the alarms stand now: for health messages, and for summaries that are sent again and again.
  */
 typedef struct rim_alarm_status {
-  rim_alarm newest;   /* as it was sent: the alarm that stands (of two, the one sent last), or the
+  rim_alarm newest;  /* as it was sent: the alarm that stands (of two, the one sent last), or the
                          last record of all where none stands; seq 0: none was sent yet */
-  uint32_t records;   /* sent so far: the seq of the last one */
-  uint8_t level;      /* rim_level of the vehicle: STALE, else ERROR while any alarm stands, else
+  uint32_t records;  /* sent so far: the seq of the last one */
+  uint8_t level;     /* rim_level of the vehicle: STALE, else ERROR while any alarm stands, else
                          WARN while a detector warns or has not found for long enough, else OK */
-  bool stands;        /* at least one alarm was raised and is not cleared */
-  bool acknowledged;  /* one stands, and all that stand are acknowledged */
+  bool stands;       /* at least one alarm was raised and is not cleared */
+  bool acknowledged; /* one stands, and all that stand are acknowledged */
 } rim_alarm_status;
 
 /* What somebody at the receiving end may ask of the monitor. */

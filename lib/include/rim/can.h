@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rim/can.h - alarms, commands, heartbeats and entries as CAN frames.
  *
  *   0x180 + node  summary: 8 bytes, what a display or a limp-home switch needs

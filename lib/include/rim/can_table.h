@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rim/can_table.h - observations from CAN frames, by a table that `rim can-table` compiles from a
  * DBC.
  *

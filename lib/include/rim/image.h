@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rim/image.h - the flight image: model, thresholds and configuration in one checked blob.
  *
  * Read in place, from flash or a file in memory, on a host of either endianness; nothing is copied.
@@ -76,7 +77,7 @@ rim_status rim_image_section(const rim_image *view, uint32_t id, const uint8_t *
                              size_t *size);
 
 /* Returns the number of elements that the table announces for a section; 0 where there is none. */
-uint32_t rim_image_count(const rim_image *view, uint32_t id);
+uint32_t rimi_image_count(const rim_image *view, uint32_t id);
 
 /* Return element `index` of a section seen as an array of little-endian numbers, on any host and at
  * any alignment. No bounds check: the caller knows the section's size. O(1). */
@@ -84,9 +85,9 @@ uint32_t rim_image_count(const rim_image *view, uint32_t id);
 #error "the compiler must tell the byte order"
 #endif
 
-static inline uint8_t rim_image_u8(const uint8_t *section, size_t index) { return section[index]; }
+static inline uint8_t rimi_le_u8(const uint8_t *section, size_t index) { return section[index]; }
 
-static inline uint16_t rim_image_u16(const uint8_t *section, size_t index) {
+static inline uint16_t rimi_le_u16(const uint8_t *section, size_t index) {
   const uint8_t *p = section + 2 * index;
 #if __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
   uint16_t value;
@@ -97,7 +98,7 @@ static inline uint16_t rim_image_u16(const uint8_t *section, size_t index) {
 #endif
 }
 
-static inline uint32_t rim_image_u32(const uint8_t *section, size_t index) {
+static inline uint32_t rimi_le_u32(const uint8_t *section, size_t index) {
   const uint8_t *p = section + 4 * index;
 #if __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
   uint32_t value;
@@ -108,26 +109,26 @@ static inline uint32_t rim_image_u32(const uint8_t *section, size_t index) {
 #endif
 }
 
-static inline uint64_t rim_image_u64(const uint8_t *section, size_t index) {
+static inline uint64_t rimi_le_u64(const uint8_t *section, size_t index) {
   const uint8_t *p = section + 8 * index;
 #if __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
   uint64_t value;
   RIM_COPY(&value, p, sizeof value);
   return value;
 #else
-  return (uint64_t)rim_image_u32(p, 1) << 32 | rim_image_u32(p, 0);
+  return (uint64_t)rimi_le_u32(p, 1) << 32 | rimi_le_u32(p, 0);
 #endif
 }
 
-static inline float rim_image_f32(const uint8_t *section, size_t index) {
-  const uint32_t bits = rim_image_u32(section, index);
+static inline float rimi_le_f32(const uint8_t *section, size_t index) {
+  const uint32_t bits = rimi_le_u32(section, index);
   float value;
   RIM_COPY(&value, &bits, sizeof value);
   return value;
 }
 
-static inline double rim_image_f64(const uint8_t *section, size_t index) {
-  const uint64_t bits = rim_image_u64(section, index);
+static inline double rimi_le_f64(const uint8_t *section, size_t index) {
+  const uint64_t bits = rimi_le_u64(section, index);
   double value;
   RIM_COPY(&value, &bits, sizeof value);
   return value;

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rim/interference.h - motion interference: is somebody or something holding, blocking or pushing
  * the vehicle (thesis App. C, p. 127-134).
  *
@@ -22,8 +23,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "rim/alarm.h"
 #include "interference/hmm.h"
+#include "rim/alarm.h"
 #include "rim/image.h"
 #include "rim/status.h"
 
@@ -130,40 +131,40 @@ typedef struct rim_interference {
 /* RIM_E_ARGUMENT NULL; RIM_E_SIZE bytes is not RIM_INTERFERENCE_BYTES; RIM_E_DATA a number that is
  * not finite or outside the range named above, a row of transitions that does not sum to 1.
  * Unchanged on error. */
-rim_status rim_interference_pack(const rim_interference_model *model, uint8_t *section,
-                                 size_t bytes);
+rim_status rimi_interference_pack(const rim_interference_model *model, uint8_t *section,
+                                  size_t bytes);
 
 /* Reads a section, validated whole: RIM_E_ARGUMENT; RIM_E_TRUNCATED, RIM_E_SIZE; RIM_E_VERSION;
  * RIM_E_CRC; RIM_E_DATA as above. The model is unchanged on error. */
-rim_status rim_interference_open(rim_interference_model *model, const uint8_t *section,
-                                 size_t bytes);
+rim_status rimi_interference_open(rim_interference_model *model, const uint8_t *section,
+                                  size_t bytes);
 
 /* The section of an image. RIM_E_RANGE also: the image has none. */
-rim_status rim_interference_attach(rim_interference_model *model, const rim_image *image);
+rim_status rimi_interference_attach(rim_interference_model *model, const rim_image *image);
 
-/* RIM_E_ARGUMENT; RIM_E_DATA as rim_interference_pack. Unchanged on error. */
-rim_status rim_interference_init(rim_interference *state, const rim_interference_model *model);
+/* RIM_E_ARGUMENT; RIM_E_DATA as rimi_interference_pack. Unchanged on error. */
+rim_status rimi_interference_init(rim_interference *state, const rim_interference_model *model);
 
 /* One row: the forward velocity commanded at t_s and the one measured, m/s. command NaN: missing,
  * the last one is taken for up to gap_s. Bad rows are counted and change nothing else; RIM_OK,
  * verdict->valid false. RIM_E_ARGUMENT NULL. O(25) multiply-adds, 10 exponentials, 6 logarithms,
  * and for each change of command that takes effect (32 at most) three limited ramps. */
-rim_status rim_interference_step(rim_interference *state, double t_s, double command_mps,
-                                 double speed_mps, rim_interference_verdict *verdict);
+rim_status rimi_interference_step(rim_interference *state, double t_s, double command_mps,
+                                  double speed_mps, rim_interference_verdict *verdict);
 
 /* Forget everything but the model and the counters. */
-void rim_interference_reset(rim_interference *state);
+void rimi_interference_reset(rim_interference *state);
 
 /* The verdict as an alarm record's contents: detector, kind (BLOCKED, PUSHED), level, since_s the
  * onset, channel[0] the channel given, shift[0] the residual in m/s (below 0: blocked when driving
  * forward), ln_anom the HMM's log odds, at least 0. State and seq are left to the monitor.
  * Returns false, and level OK, while nothing is found. */
-bool rim_interference_alarm(const rim_interference_verdict *verdict, uint32_t model_id,
-                            uint16_t channel, rim_alarm *candidate);
+bool rimi_interference_alarm(const rim_interference_verdict *verdict, uint32_t model_id,
+                             uint16_t channel, rim_alarm *candidate);
 
 /* What the HMM sees (eq. C.2), for training: u - v, a, j. False before the windows are full. */
-bool rim_interference_observe(const rim_interference *state,
-                              double observation[RIM_INTERFERENCE_GAUSSIANS]);
+bool rimi_interference_observe(const rim_interference *state,
+                               double observation[RIM_INTERFERENCE_GAUSSIANS]);
 
 /* Four omnidirectional wheels, mounted at angle_rad at radius_m, driving tangentially: wheel speed
  * = -sin(angle) vx + cos(angle) vy + radius w. Counters wrap at 2^bits. */
@@ -177,8 +178,8 @@ typedef struct rim_wheels {
 /* Least-squares velocity (vx, vy, w) from two readings dt_s apart; a counter may have wrapped once:
  * the shorter way counts. RIM_E_ARGUMENT; RIM_E_DATA dt, radius, tick or bits, a counter that does
  * not fit the bits; RIM_E_SINGULAR wheels that do not span the plane. Unchanged on error. O(1). */
-rim_status rim_wheels_velocity(const rim_wheels *wheels, const uint32_t before[4],
-                               const uint32_t now[4], double dt_s, double velocity[3]);
+rim_status rimi_wheels_velocity(const rim_wheels *wheels, const uint32_t before[4],
+                                const uint32_t now[4], double dt_s, double velocity[3]);
 
 #ifdef __cplusplus
 }

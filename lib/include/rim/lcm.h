@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rim/lcm.h - observations, alarms, health, commands, counters, plans and entries as LCM messages, without liblcm.
  *
  * The bytes are those of lcm-gen's encoders for lib/wire/rim_*_t.lcm: an 8-byte fingerprint, then

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rim/monitor.h - the onboard monitor: one call per row, everything else behind it (thesis Alg. 1,
  * p. 26).
  *
@@ -23,13 +24,13 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "image/threshold.h"
 #include "rim/alarm.h"
-#include "rim/plan/correct.h"
 #include "rim/image.h"
 #include "rim/interference.h"
-#include "search/select.h"
+#include "rim/plan/correct.h"
 #include "rim/status.h"
-#include "image/threshold.h"
+#include "search/select.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -37,7 +38,8 @@ extern "C" {
 
 #define RIM_MONITOR_MAX_FEATURES 128
 #define RIM_MONITOR_MAX_OUTCOMES 128
-#define RIM_MONITOR_KINDS 4u /* residual channels per outcome of a trained image, see rim_channel  \
+#define RIM_MONITOR_KINDS                                                                          \
+  4u /* residual channels per outcome of a trained image, see rim_channel  \
                               */
 
 /* Sections of a flight image. All but NAMES are read on board. */
@@ -271,23 +273,23 @@ void rim_monitor_reset(rim_monitor *monitor);
 rim_status rim_monitor_attach(rim_monitor **monitor, void *memory, size_t bytes, const void *image,
                               size_t image_bytes);
 
-/* Bytes per region feature: where the newest block lies, for rim_monitor_inside(). NULL: no block
+/* Bytes per region feature: where the newest block lies, for rimi_monitor_inside(). NULL: no block
  * yet, or an image without section NOISE. Valid until the next step. */
-const uint8_t *rim_monitor_place(const rim_monitor *monitor);
+const uint8_t *rimi_monitor_place(const rim_monitor *monitor);
 
 /* Whether block `block` of the run (counted from 0; verdict->blocks - 1 is the newest) at this
  * place is among those in which the alarm that stands, or stood last, says the deviation was. */
-bool rim_monitor_inside(const rim_monitor *monitor, const uint8_t *place, uint32_t block);
+bool rimi_monitor_inside(const rim_monitor *monitor, const uint8_t *place, uint32_t block);
 
 /* Deviations that an alarm told and that ended since the start or the last reset. Where there is
  * one, *first is the first block of the newest and *end the block after its last, counted as by
- * rim_monitor_inside(); either may be NULL. Its alarm is cleared, and its blocks are no evidence
+ * rimi_monitor_inside(); either may be NULL. Its alarm is cleared, and its blocks are no evidence
  * any more. Trained images alone. */
 uint32_t rim_monitor_ended(const rim_monitor *monitor, uint32_t *first, uint32_t *end);
 
 /* For tools on the ground. The search is NULL where the image has section NOISE. */
-const rim_select *rim_monitor_search(const rim_monitor *monitor);
-const rim_threshold *rim_monitor_threshold(const rim_monitor *monitor);
+const rim_select *rimi_monitor_search(const rim_monitor *monitor);
+const rim_threshold *rimi_monitor_threshold(const rim_monitor *monitor);
 /* A word of the image's configuration; 0 for NULL and for a word that there is not. */
 uint32_t rim_monitor_config(const rim_monitor *monitor, rim_config_word word);
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rim/status.h - how a call ended.
  *
  * 0 is fine; a negative value is misuse, bad configuration or refused data, and the header of the

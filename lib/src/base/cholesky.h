@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Cholesky factors of small symmetric matrices, packed by rows of the lower triangle: element (i,
  * j), j <= i, at i(i+1)/2 + j. Private to lib/. */
 #ifndef RIM_SRC_CHOLESKY_H
@@ -27,8 +28,8 @@ static inline bool cholesky_factor(uint32_t n, double *a) {
       }
       if (j < i) {
         row[j] = sum / other[j];
-      } else if (sum > CHOLESKY_MIN_PIVOT * diagonal && sum > 0.0 && rim_is_finite(sum)) {
-        row[i] = rim_sqrt(sum);
+      } else if (sum > CHOLESKY_MIN_PIVOT * diagonal && sum > 0.0 && rimi_is_finite(sum)) {
+        row[i] = rimi_sqrt(sum);
       } else {
         return false;
       }

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "base/crc.h"
 
 #include "base/real.h"
@@ -5,7 +6,7 @@
 #define FNV_PRIME UINT64_C(0x100000001b3)
 
 /* By half bytes: entry i is the remainder of i under the reflected polynomial 0xedb88320. */
-uint32_t rim_crc32(uint32_t crc, const void *data, size_t bytes) {
+uint32_t rimi_crc32(uint32_t crc, const void *data, size_t bytes) {
   static const uint32_t table[16] = {
       0x00000000, 0x1db71064, 0x3b6e20c8, 0x26d930ac, 0x76dc4190, 0x6b6b51f4,
       0x4db26158, 0x5005713c, 0xedb88320, 0xf00f9344, 0xd6d6a3e8, 0xcb61b38c,
@@ -22,7 +23,7 @@ uint32_t rim_crc32(uint32_t crc, const void *data, size_t bytes) {
 }
 
 /* By half bytes: entry i is the remainder of i x^8 under x^8 + x^4 + x^3 + x^2 + 1. */
-uint8_t rim_crc8(uint8_t crc, const void *data, size_t bytes) {
+uint8_t rimi_crc8(uint8_t crc, const void *data, size_t bytes) {
   static const uint8_t table[16] = {
       0x00, 0x1d, 0x3a, 0x27, 0x74, 0x69, 0x4e, 0x53,
       0xe8, 0xf5, 0xd2, 0xcf, 0x9c, 0x81, 0xa6, 0xbb,
@@ -37,7 +38,7 @@ uint8_t rim_crc8(uint8_t crc, const void *data, size_t bytes) {
   return (uint8_t)(c ^ 0xffu);
 }
 
-uint64_t rim_digest(uint64_t hash, const void *data, size_t bytes) {
+uint64_t rimi_digest(uint64_t hash, const void *data, size_t bytes) {
   const uint8_t *p = data;
   for (size_t i = 0; i < bytes; ++i) {
     hash = (hash ^ p[i]) * FNV_PRIME;
@@ -45,7 +46,7 @@ uint64_t rim_digest(uint64_t hash, const void *data, size_t bytes) {
   return hash;
 }
 
-uint64_t rim_digest_u32(uint64_t hash, uint32_t value) {
+uint64_t rimi_digest_u32(uint64_t hash, uint32_t value) {
   for (int i = 0; i < 4; ++i) {
     hash = (hash ^ (value & 0xffu)) * FNV_PRIME;
     value >>= 8;
@@ -53,7 +54,7 @@ uint64_t rim_digest_u32(uint64_t hash, uint32_t value) {
   return hash;
 }
 
-uint64_t rim_digest_f64(uint64_t hash, double value) {
-  const uint64_t bits = rim_bits(value);
-  return rim_digest_u32(rim_digest_u32(hash, (uint32_t)bits), (uint32_t)(bits >> 32));
+uint64_t rimi_digest_f64(uint64_t hash, double value) {
+  const uint64_t bits = rimi_bits(value);
+  return rimi_digest_u32(rimi_digest_u32(hash, (uint32_t)bits), (uint32_t)(bits >> 32));
 }

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Constants printed by tests/lib/generate_real_constants.py; AS 241's are its published decimals.
  */
 #include "base/real.h"
@@ -14,8 +15,8 @@
 #define LN_2_LOW 0x1.a39ef35793c76p-33
 #define INVERSE_LN_2 0x1.71547652b82fep+0
 
-double rim_floor(double x) {
-  const uint64_t bits = rim_bits(x);
+double rimi_floor(double x) {
+  const uint64_t bits = rimi_bits(x);
   const int32_t exponent = (int32_t)(bits >> 52 & 0x7ff) - 1023;
   if (exponent >= 52 || (bits & ~SIGN) == 0) {
     return x;
@@ -28,7 +29,7 @@ double rim_floor(double x) {
     return x;
   }
   /* Magnitude grows by less than one unit before the cut; a carry into the exponent is right. */
-  return rim_from_bits(((bits & SIGN) != 0 ? bits + below_one : bits) & ~below_one);
+  return rimi_from_bits(((bits & SIGN) != 0 ? bits + below_one : bits) & ~below_one);
 }
 
 /* An approximation of sqrt(m) for m in [1, 4), within 4 units of 2^-52 (3 seen): a seed of
@@ -36,31 +37,31 @@ double rim_floor(double x) {
  * 3/2: 1.8e-3, 5e-6, 4e-11, rounding). */
 static double sqrt_near(double m) {
   const double half = 0.5 * m;
-  double y = rim_from_bits(UINT64_C(0x5fe6eb50c7b537a9) - (rim_bits(m) >> 1));
+  double y = rimi_from_bits(UINT64_C(0x5fe6eb50c7b537a9) - (rimi_bits(m) >> 1));
   for (int i = 0; i < 4; ++i) {
     y = y * (1.5 - half * y * y);
   }
-  return rim_clamp(m * y, 1.0, 0x1.fffffffffffffp+0); /* as the root of a double in [1, 4) is */
+  return rimi_clamp(m * y, 1.0, 0x1.fffffffffffffp+0); /* as the root of a double in [1, 4) is */
 }
 
-double rim_sqrt(double x) {
-  if (!(x > 0.0) || rim_bits(x) == INFINITE) {
-    return x < 0.0 ? rim_from_bits(NOT_A_NUMBER) : x;
+double rimi_sqrt(double x) {
+  if (!(x > 0.0) || rimi_bits(x) == INFINITE) {
+    return x < 0.0 ? rimi_from_bits(NOT_A_NUMBER) : x;
   }
   int32_t exponent = -1023;
   if (x < LEAST_NORMAL) {
     x *= 0x1p54;
     exponent -= 54;
   }
-  const uint64_t bits = rim_bits(x);
+  const uint64_t bits = rimi_bits(x);
   const uint64_t fraction = bits & FRACTION;
   exponent += (int32_t)(bits >> 52);
   const uint32_t odd = (uint32_t)exponent & 1u;
-  const double m = rim_from_bits((UINT64_C(1023) + odd) << 52 | fraction);
+  const double m = rimi_from_bits((UINT64_C(1023) + odd) << 52 | fraction);
   /* Look for the integer r, 2^52 <= r < 2^53, next to the root of M = m 2^104. It is right when
    * (r - 1/2)^2 < M < (r + 1/2)^2, for integers -r < M - r^2 <= r. The candidate is a few units
    * off, so that |M - r^2| < 2^58: the difference modulo 2^64, read as signed, is exact. */
-  uint64_t root = (rim_bits(sqrt_near(m)) & FRACTION) | HIDDEN;
+  uint64_t root = (rimi_bits(sqrt_near(m)) & FRACTION) | HIDDEN;
   uint64_t rest = ((HIDDEN | fraction) << (52 + odd)) - root * root;
   for (int i = 0; i < 8; ++i) {
     if ((rest & SIGN) == 0 && rest > root) {
@@ -74,7 +75,7 @@ double rim_sqrt(double x) {
     }
   }
   const uint64_t biased = (uint64_t)((exponent - (int32_t)odd) / 2 + 1023);
-  return rim_from_bits(biased << 52 | (root & FRACTION));
+  return rimi_from_bits(biased << 52 | (root & FRACTION));
 }
 
 /* y * 2^k for y in (1/2, 2), k in [-1080, 1024]; one rounding where the result is subnormal. */
@@ -83,15 +84,15 @@ static double scale(double y, int32_t k) {
     return y * 2.0 * 0x1p1023;
   }
   if (k < -1021) {
-    return y * rim_from_bits((uint64_t)(k + 1000 + 1023) << 52) * 0x1p-1000;
+    return y * rimi_from_bits((uint64_t)(k + 1000 + 1023) << 52) * 0x1p-1000;
   }
-  return y * rim_from_bits((uint64_t)(k + 1023) << 52);
+  return y * rimi_from_bits((uint64_t)(k + 1023) << 52);
 }
 
 /* x = k ln 2 + r, |r| <= 0.3466, r = high - low; e^r = 1 + r + r^2 q(r) by Taylor's series to r^13,
  * which leaves 4e-18. The last sum rounds once at 1/2 ULP; the one before, of size below 0.42, at
  * 1/4. */
-double rim_exp(double x) {
+double rimi_exp(double x) {
   static const double q[12] = {
       0x1p-1,
       0x1.5555555555555p-3,
@@ -107,7 +108,7 @@ double rim_exp(double x) {
       0x1.6124613a86d09p-33,
   }; /* 1/2!, 1/3! ... 1/13! */
   if (!(x <= 0x1.62e42fefa39efp+9)) {
-    return x > 0.0 ? rim_from_bits(INFINITE) : x;
+    return x > 0.0 ? rimi_from_bits(INFINITE) : x;
   }
   if (x < -745.2) {
     return 0.0;
@@ -126,16 +127,16 @@ double rim_exp(double x) {
 /* x = 2^k (1 + f), 1 + f in [sqrt 1/2, sqrt 2]. With s = f / (2 + f), ln(1 + f) = 2 artanh s = 2s +
  * s R, R = 2 s^2/3 + 2 s^4/5 + ... to s^20, which leaves 7e-19; as 2s = f - s f and s f = f^2/2 - s
  * f^2/2 it is f - (f^2/2 - s (f^2/2 + R)): the exact f, less what is small. */
-double rim_log(double x) {
+double rimi_log(double x) {
   static const double r[10] = {
       0x1.5555555555555p-1, 0x1.999999999999ap-2, 0x1.2492492492492p-2, 0x1.c71c71c71c71cp-3,
       0x1.745d1745d1746p-3, 0x1.3b13b13b13b14p-3, 0x1.1111111111111p-3, 0x1.e1e1e1e1e1e1ep-4,
       0x1.af286bca1af28p-4, 0x1.8618618618618p-4,
   }; /* 2/3, 2/5 ... 2/21 */
   if (!(x > 0.0)) {
-    return x == 0.0 ? rim_from_bits(SIGN | INFINITE) : rim_from_bits(NOT_A_NUMBER);
+    return x == 0.0 ? rimi_from_bits(SIGN | INFINITE) : rimi_from_bits(NOT_A_NUMBER);
   }
-  if (rim_bits(x) >= INFINITE) {
+  if (rimi_bits(x) >= INFINITE) {
     return x;
   }
   int32_t k = -1023;
@@ -143,8 +144,8 @@ double rim_log(double x) {
     x *= 0x1p54;
     k -= 54;
   }
-  k += (int32_t)(rim_bits(x) >> 52);
-  double m = rim_from_bits((rim_bits(x) & FRACTION) | UINT64_C(1023) << 52);
+  k += (int32_t)(rimi_bits(x) >> 52);
+  double m = rimi_from_bits((rimi_bits(x) & FRACTION) | UINT64_C(1023) << 52);
   if (m > 2.0 * RIM_SQRT_HALF) {
     m *= 0.5;
     k += 1;
@@ -182,15 +183,15 @@ static double upper_tail(double a) {
     b1 = b0;
     b0 = 2.0 * t * b1 - b2 + mills[i];
   }
-  const double h = rim_floor(256.0 * a) * 0x1p-8;
+  const double h = rimi_floor(256.0 * a) * 0x1p-8;
   const double l = a - h;
   const double ratio = (b0 - t * b1) / (a + 1.0);
-  const double density = rim_exp(-0.5 * l * (a + h)) * (1.0 / RIM_SQRT_2PI);
-  return rim_exp(-0.5 * h * h) * (density * ratio);
+  const double density = rimi_exp(-0.5 * l * (a + h)) * (1.0 / RIM_SQRT_2PI);
+  return rimi_exp(-0.5 * h * h) * (density * ratio);
 }
 
-double rim_normal_cdf(double x) {
-  if (!(rim_abs(x) <= 39.0)) {
+double rimi_normal_cdf(double x) {
+  if (!(rimi_abs(x) <= 39.0)) {
     return x > 0.0 ? 1.0 : x < 0.0 ? 0.0 : x;
   }
   return x <= 0.0 ? upper_tail(-x) : 1.0 - upper_tail(x);
@@ -242,17 +243,17 @@ static double rational(const double over[8], const double under[8], double r) {
   return a / b;
 }
 
-double rim_normal_quantile(double p) {
+double rimi_normal_quantile(double p) {
   if (!(p > 0.0 && p < 1.0)) {
-    return p == 0.0   ? rim_from_bits(SIGN | INFINITE)
-           : p == 1.0 ? rim_from_bits(INFINITE)
-                      : rim_from_bits(NOT_A_NUMBER);
+    return p == 0.0   ? rimi_from_bits(SIGN | INFINITE)
+           : p == 1.0 ? rimi_from_bits(INFINITE)
+                      : rimi_from_bits(NOT_A_NUMBER);
   }
   const double q = p - 0.5;
-  if (rim_abs(q) <= 0.425) {
+  if (rimi_abs(q) <= 0.425) {
     return q * rational(middle_over, middle_under, 0.180625 - q * q);
   }
-  const double r = rim_sqrt(-rim_log(q < 0.0 ? p : 1.0 - p));
+  const double r = rimi_sqrt(-rimi_log(q < 0.0 ? p : 1.0 - p));
   const double x =
       r <= 5.0 ? rational(near_over, near_under, r - 1.6) : rational(far_over, far_under, r - 5.0);
   return q < 0.0 ? -x : x;

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rim/real.h - `double` arithmetic that gives the same bits on every target, without libm.
  *
  * Every function is a fixed sequence of IEEE 754 binary64 additions, multiplications and divisions
@@ -34,13 +35,13 @@ _Static_assert(FLT_EVAL_METHOD == 0,
 #endif
 
 /* Returns the 64 bits of x, and the double with those bits. Exact. */
-static inline uint64_t rim_bits(double x) {
+static inline uint64_t rimi_bits(double x) {
   uint64_t bits;
   RIM_COPY(&bits, &x, sizeof bits);
   return bits;
 }
 
-static inline double rim_from_bits(uint64_t bits) {
+static inline double rimi_from_bits(uint64_t bits) {
   double x;
   RIM_COPY(&x, &bits, sizeof x);
   return x;
@@ -48,48 +49,48 @@ static inline double rim_from_bits(uint64_t bits) {
 
 /* Returns whether x is neither NaN nor infinite, by its bits: holds whatever the compiler assumes.
  */
-static inline bool rim_is_finite(double x) {
-  return (rim_bits(x) & UINT64_C(0x7ff0000000000000)) != UINT64_C(0x7ff0000000000000);
+static inline bool rimi_is_finite(double x) {
+  return (rimi_bits(x) & UINT64_C(0x7ff0000000000000)) != UINT64_C(0x7ff0000000000000);
 }
 
 /* Returns |x|; exact, clears the sign bit of zero and of NaN too. */
-static inline double rim_abs(double x) {
-  return rim_from_bits(rim_bits(x) & UINT64_C(0x7fffffffffffffff));
+static inline double rimi_abs(double x) {
+  return rimi_from_bits(rimi_bits(x) & UINT64_C(0x7fffffffffffffff));
 }
 
 /* Returns the smaller (larger) of a and b; b when either is NaN or when they compare equal. */
-static inline double rim_min(double a, double b) { return a < b ? a : b; }
-static inline double rim_max(double a, double b) { return a > b ? a : b; }
+static inline double rimi_min(double a, double b) { return a < b ? a : b; }
+static inline double rimi_max(double a, double b) { return a > b ? a : b; }
 
 /* Returns x limited to [low, high], low when x is NaN. Needs low <= high. */
-static inline double rim_clamp(double x, double low, double high) {
+static inline double rimi_clamp(double x, double low, double high) {
   return x > low ? (x < high ? x : high) : low;
 }
 
 /* Returns the largest integer not above x; exact for every x. -0, infinities and NaN as they are.
  */
-double rim_floor(double x);
+double rimi_floor(double x);
 
 /* Returns the square root, correctly rounded (0.5 ULP) for every x including subnormals.
  * NaN below zero and for NaN; -0 for -0. */
-double rim_sqrt(double x);
+double rimi_sqrt(double x);
 
 /* Returns e^x within 1 ULP (2 ULP where the result is subnormal). Infinity above 709.79, 0 below
  * -745.14; NaN for NaN. */
-double rim_exp(double x);
+double rimi_exp(double x);
 
 /* Returns the natural logarithm within 1 ULP, subnormals included. -infinity for +-0; NaN below
  * zero and for NaN. */
-double rim_log(double x);
+double rimi_log(double x);
 
 /* Returns the standard normal distribution function P(N(0,1) <= x) with relative error below 2e-15
  * for x in [-37.5, inf): the lower tail is as good as the middle. 0 below -38.6 and 1 above 8.3;
- * NaN for NaN. For the upper tail use rim_normal_cdf(-x). */
-double rim_normal_cdf(double x);
+ * NaN for NaN. For the upper tail use rimi_normal_cdf(-x). */
+double rimi_normal_cdf(double x);
 
 /* Returns the x with P(N(0,1) <= x) = p, with relative error below 2e-15 of x for p in [1e-300, 1).
  * -infinity at 0, infinity at 1; NaN outside [0, 1] and for NaN. No loop. */
-double rim_normal_quantile(double p);
+double rimi_normal_quantile(double p);
 
 #ifdef __cplusplus
 }

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "rim/region.h"
 
 #include <stddef.h>
@@ -34,8 +35,8 @@ static bool is_symmetric(const rim_region *region) {
   const double *m = region->inverse_shape;
   for (uint32_t i = 1; i < dims; ++i) {
     for (uint32_t j = 0; j < i; ++j) {
-      const double scale = rim_sqrt(m[i * dims + i]) * rim_sqrt(m[j * dims + j]);
-      if (!(rim_abs(m[i * dims + j] - m[j * dims + i]) <= SYMMETRY_TOLERANCE * scale)) {
+      const double scale = rimi_sqrt(m[i * dims + i]) * rimi_sqrt(m[j * dims + j]);
+      if (!(rimi_abs(m[i * dims + j] - m[j * dims + i]) <= SYMMETRY_TOLERANCE * scale)) {
         return false;
       }
     }
@@ -43,13 +44,13 @@ static bool is_symmetric(const rim_region *region) {
   return true;
 }
 
-bool rim_region_is_valid(const rim_region *region) {
+bool rimi_region_is_valid(const rim_region *region) {
   if (region == NULL || region->dims > RIM_REGION_MAX_DIMS ||
       !features_differ(region->dims, region->feature)) {
     return false;
   }
   for (uint32_t i = 0; i < region->dims; ++i) {
-    if (!rim_is_finite(region->center[i])) {
+    if (!rimi_is_finite(region->center[i])) {
       return false;
     }
   }
@@ -57,7 +58,7 @@ bool rim_region_is_valid(const rim_region *region) {
   return is_symmetric(region) && factor(region, l);
 }
 
-double rim_region_distance2(const rim_region *region, const double *x) {
+double rimi_region_distance2(const rim_region *region, const double *x) {
   const uint32_t dims = region->dims;
   double d[RIM_REGION_MAX_DIMS];
   double sum = 0.0;
@@ -75,10 +76,10 @@ double rim_region_distance2(const rim_region *region, const double *x) {
 }
 
 bool rim_region_contains(const rim_region *region, const double *x) {
-  return rim_region_distance2(region, x) < 1.0;
+  return rimi_region_distance2(region, x) < 1.0;
 }
 
-double rim_region_volume(const rim_region *region) {
+double rimi_region_volume(const rim_region *region) {
   static const double unit_ball[RIM_REGION_MAX_DIMS + 1] = {1.0, 2.0, RIM_PI, RIM_PI * 4.0 / 3.0};
   double l[PACKED];
   if (region->dims > RIM_REGION_MAX_DIMS || !factor(region, l)) {
@@ -105,15 +106,15 @@ rim_status rim_region_bounds(rim_region *region) {
   cholesky_invert_factor(region->dims, l);
   cholesky_square_inverse(region->dims, l);
   for (uint32_t i = 0; i < RIM_REGION_MAX_DIMS; ++i) {
-    const double half = i < region->dims ? rim_sqrt(l[packed_row(i) + i]) : 0.0;
+    const double half = i < region->dims ? rimi_sqrt(l[packed_row(i) + i]) : 0.0;
     region->lower[i] = i < region->dims ? region->center[i] - half : 0.0;
     region->upper[i] = i < region->dims ? region->center[i] + half : 0.0;
   }
   return RIM_OK;
 }
 
-rim_status rim_region_from_box(rim_region *region, uint8_t dims, const uint16_t *feature,
-                               const double *lower, const double *upper) {
+rim_status rimi_region_from_box(rim_region *region, uint8_t dims, const uint16_t *feature,
+                                const double *lower, const double *upper) {
   if (region == NULL || (dims > 0 && (feature == NULL || lower == NULL || upper == NULL))) {
     return RIM_E_ARGUMENT;
   }
@@ -124,7 +125,7 @@ rim_status rim_region_from_box(rim_region *region, uint8_t dims, const uint16_t 
   for (uint32_t i = 0; i < dims; ++i) {
     const double half = 0.5 * upper[i] - 0.5 * lower[i];
     const double inverse = 1.0 / (half * half);
-    if (!(half > 0.0) || !rim_is_finite(half) || !rim_is_finite(inverse) || !(inverse > 0.0)) {
+    if (!(half > 0.0) || !rimi_is_finite(half) || !rimi_is_finite(inverse) || !(inverse > 0.0)) {
       return RIM_E_DATA;
     }
     made.feature[i] = feature[i];

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "base/rng.h"
 
 #include "base/real.h"
@@ -8,7 +9,7 @@
 #define WEYL_0 UINT32_C(0x9e3779b9) /* golden ratio */
 #define WEYL_1 UINT32_C(0xbb67ae85) /* sqrt(3) - 1 */
 
-void rim_rng_block(const uint32_t key[2], const uint32_t counter[4], uint32_t block[4]) {
+void rimi_rng_block(const uint32_t key[2], const uint32_t counter[4], uint32_t block[4]) {
   uint32_t c0 = counter[0], c1 = counter[1], c2 = counter[2], c3 = counter[3];
   uint32_t k0 = key[0], k1 = key[1];
   for (int round = 0; round < ROUNDS; ++round) {
@@ -27,7 +28,7 @@ void rim_rng_block(const uint32_t key[2], const uint32_t counter[4], uint32_t bl
   block[3] = c3;
 }
 
-void rim_rng_seed(rim_rng *rng, uint64_t seed, uint64_t stream) {
+void rimi_rng_seed(rim_rng *rng, uint64_t seed, uint64_t stream) {
   *rng = (rim_rng){0};
   rng->key[0] = (uint32_t)seed;
   rng->key[1] = (uint32_t)(seed >> 32);
@@ -35,15 +36,15 @@ void rim_rng_seed(rim_rng *rng, uint64_t seed, uint64_t stream) {
   rng->counter[3] = (uint32_t)(stream >> 32);
 }
 
-void rim_rng_seek(rim_rng *rng, uint64_t block) {
+void rimi_rng_seek(rim_rng *rng, uint64_t block) {
   rng->counter[0] = (uint32_t)block;
   rng->counter[1] = (uint32_t)(block >> 32);
   rng->left = 0;
 }
 
-uint32_t rim_rng_u32(rim_rng *rng) {
+uint32_t rimi_rng_u32(rim_rng *rng) {
   if (rng->left == 0) {
-    rim_rng_block(rng->key, rng->counter, rng->block);
+    rimi_rng_block(rng->key, rng->counter, rng->block);
     rng->counter[0] += 1;
     rng->counter[1] += rng->counter[0] == 0;
     rng->left = 4;
@@ -53,14 +54,14 @@ uint32_t rim_rng_u32(rim_rng *rng) {
   return word;
 }
 
-double rim_rng_uniform(rim_rng *rng) {
-  const double high = (double)(rim_rng_u32(rng) >> 6);
-  const double low = (double)(rim_rng_u32(rng) >> 6);
+double rimi_rng_uniform(rim_rng *rng) {
+  const double high = (double)(rimi_rng_u32(rng) >> 6);
+  const double low = (double)(rimi_rng_u32(rng) >> 6);
   return (high * 0x1p26 + low + 0.5) * 0x1p-52; /* below 2^52 + 1/2: every step exact */
 }
 
-double rim_rng_normal(rim_rng *rng) { return rim_normal_quantile(rim_rng_uniform(rng)); }
+double rimi_rng_normal(rim_rng *rng) { return rimi_normal_quantile(rimi_rng_uniform(rng)); }
 
-uint32_t rim_rng_below(rim_rng *rng, uint32_t n) {
-  return (uint32_t)(((uint64_t)rim_rng_u32(rng) * n) >> 32);
+uint32_t rimi_rng_below(rim_rng *rng, uint32_t n) {
+  return (uint32_t)(((uint64_t)rimi_rng_u32(rng) * n) >> 32);
 }

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rim/rng.h - random numbers from an explicit seed and a counter: Philox4x32-10 (Salmon et al., SC
  * 2011).
  *
@@ -23,28 +24,28 @@ typedef struct rim_rng {
 } rim_rng;
 
 /* Makes the four words of one block: the bijection itself, for tables and tests. O(1). */
-void rim_rng_block(const uint32_t key[2], const uint32_t counter[4], uint32_t block[4]);
+void rimi_rng_block(const uint32_t key[2], const uint32_t counter[4], uint32_t block[4]);
 
 /* Puts the generator at word 0 of a stream. Any two values are good. */
-void rim_rng_seed(rim_rng *rng, uint64_t seed, uint64_t stream);
+void rimi_rng_seed(rim_rng *rng, uint64_t seed, uint64_t stream);
 
 /* Puts the generator at word 4 * block of its stream. */
-void rim_rng_seek(rim_rng *rng, uint64_t block);
+void rimi_rng_seek(rim_rng *rng, uint64_t block);
 
 /* Returns the next word, uniform over all 2^32. */
-uint32_t rim_rng_u32(rim_rng *rng);
+uint32_t rimi_rng_u32(rim_rng *rng);
 
 /* Returns a number in the open interval (0, 1): (i + 1/2) 2^-52 with i uniform over 52 bits, so it
  * is exact, symmetric about 1/2, never 0 and never 1. Draws two words. */
-double rim_rng_uniform(rim_rng *rng);
+double rimi_rng_uniform(rim_rng *rng);
 
 /* Returns a standard normal number, |x| <= 8.21, by inverting the distribution function: two words,
  * no rejection, the same count of draws whatever comes out. */
-double rim_rng_normal(rim_rng *rng);
+double rimi_rng_normal(rim_rng *rng);
 
 /* Returns an integer in [0, n) as the upper half of word * n: one word, no rejection. Each value
  * has probability within 2^-32 of 1/n. 0 when n is 0. */
-uint32_t rim_rng_below(rim_rng *rng, uint32_t n);
+uint32_t rimi_rng_below(rim_rng *rng, uint32_t n);
 
 #ifdef __cplusplus
 }

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "rim/status.h"
 
 const char *rim_status_text(rim_status status) {

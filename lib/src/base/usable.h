@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Numbers that may be calculated with, and counters that stay at their largest. Private to
  * lib/. */
 #ifndef RIM_SRC_USABLE_H
@@ -15,14 +16,14 @@ static inline void count(uint32_t *counter) { *counter += *counter < UINT32_MAX;
 
 static inline bool all_finite(const double *x, size_t n) {
   for (size_t i = 0; i < n; ++i) {
-    if (!rim_is_finite(x[i]))
+    if (!rimi_is_finite(x[i]))
       return false;
   }
   return true;
 }
 
 /* False for NaN too. */
-static inline bool is_usable(double v) { return rim_abs(v) <= LARGEST_VALUE; }
+static inline bool is_usable(double v) { return rimi_abs(v) <= LARGEST_VALUE; }
 
 static inline bool all_usable(const double *v, size_t n) {
   for (size_t i = 0; i < n; ++i) {

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "batch/dmaps.h"
 
 #include <string.h>
@@ -61,7 +62,7 @@ static void project(finder *f, const found *region) {
   }
 }
 
-/* rim_ellipsoid_contains with the divisions done once; leaves as soon as it is outside. */
+/* rimi_ellipsoid_contains with the divisions done once; leaves as soon as it is outside. */
 static bool inside(const rim_ellipsoid *e, const double *inverse, const double *x) {
   double z[MAX_DIMS];
   double norm2 = 0.0;
@@ -126,7 +127,7 @@ static double half_side(const rim_ellipsoid *e, size_t k) {
     const double entry = e->factor[k * (k + 1) / 2 + j];
     square += entry * entry;
   }
-  return rim_sqrt(square);
+  return rimi_sqrt(square);
 }
 
 /* Their boxes meet in every feature that both have, and there is one (or one is everywhere). */
@@ -138,7 +139,7 @@ static bool touch(const found *a, const found *b) {
         continue;
       shared = true;
       const double reach = half_side(&a->e, i) + half_side(&b->e, j);
-      if (!(rim_abs(a->e.center[i] - b->e.center[j]) <= reach))
+      if (!(rimi_abs(a->e.center[i] - b->e.center[j]) <= reach))
         return false;
     }
   }
@@ -161,7 +162,7 @@ static double price_of(finder *f, const found *candidate, uint32_t self) {
     const found *other = &f->region[k];
     if (k + 1 != self && other->ln_anom > candidate->ln_anom && touch(candidate, other) &&
         shifts_alike(f, k)) {
-      most = rim_max(most, other->ln_anom);
+      most = rimi_max(most, other->ln_anom);
     }
   }
   return base_price(f, candidate) + f->c.border * most;
@@ -173,8 +174,8 @@ static double price_of(finder *f, const found *candidate, uint32_t self) {
 static rim_status climb(finder *f, found *region) {
   project(f, region);
   if (region->e.dims > 0) {
-    const rim_status status = rim_cem_optimise(&f->c.cem, value_of, f, f->c.search.seed,
-                                               f->optimisations++, &region->e, &region->ln_anom);
+    const rim_status status = rimi_cem_optimise(&f->c.cem, value_of, f, f->c.search.seed,
+                                                f->optimisations++, &region->e, &region->ln_anom);
     if (status != RIM_OK)
       return status;
   }
@@ -185,7 +186,7 @@ static rim_status climb(finder *f, found *region) {
 }
 
 /* FS-RIM over the gathered observations, once for each number of dimensions, so that the simpler
- * region is at hand where more dimensions do not pay (rim_select_batch returns the most anomalous
+ * region is at hand where more dimensions do not pay (rimi_select_batch returns the most anomalous
  * alone). *best keeps what it has where nothing is worth more. */
 static rim_status search(finder *f, found *best) {
   const rim_batch_data data = {f->n, f->data->features, f->data->outcomes, f->u, f->r};
@@ -199,7 +200,7 @@ static rim_status search(finder *f, found *best) {
     if (dims == 1)
       c.nodes = (uint16_t)(c.nodes < 2 ? c.nodes : 2); /* the best single feature is the first */
     rim_batch_result result;
-    rim_status status = rim_select_batch(&c, &data, f->batch_work, f->batch_bytes, &result);
+    rim_status status = rimi_select_batch(&c, &data, f->batch_work, f->batch_bytes, &result);
     if (status != RIM_OK)
       return status;
     f->evaluations += result.evaluations;
@@ -520,7 +521,7 @@ static rim_status to_region(const found *from, rim_dmaps_region *to) {
   to->ln_anom = from->ln_anom;
   to->price = from->price;
   to->count = from->count;
-  return from->e.dims == 0 ? RIM_OK : rim_ellipsoid_region(&from->e, from->feature, &to->region);
+  return from->e.dims == 0 ? RIM_OK : rimi_ellipsoid_region(&from->e, from->feature, &to->region);
 }
 
 static rim_status report(finder *f, rim_dmaps_result *result) {
@@ -571,7 +572,7 @@ static rim_dmaps_config filled(const rim_dmaps_config *config) {
   return c;
 }
 
-static bool is_price(double x) { return x >= 0.0 && rim_is_finite(x); }
+static bool is_price(double x) { return x >= 0.0 && rimi_is_finite(x); }
 
 static bool is_valid(const rim_dmaps_config *c, const rim_batch_data *data) {
   return data->features >= 1 && data->features <= MOST && data->outcomes >= 1 &&
@@ -579,7 +580,7 @@ static bool is_valid(const rim_dmaps_config *c, const rim_batch_data *data) {
          c->search.max_dims <= MAX_DIMS && c->search.nodes <= RIM_BATCH_MAX_NODES &&
          c->search.heuristic != RIM_HEURISTIC_NONE && is_price(c->lambda) &&
          is_price(c->lambda_dim) && is_price(c->border) && c->border <= 1.0 &&
-         rim_cem_is_valid(&c->cem, 1) && rim_cem_is_valid(&c->search.cem, 1);
+         rimi_cem_is_valid(&c->cem, 1) && rimi_cem_is_valid(&c->search.cem, 1);
 }
 
 /* Lays the work space out. */
@@ -619,8 +620,9 @@ static rim_status begin(finder *f, const rim_dmaps_config *config, const rim_bat
 _Static_assert(sizeof(found) * (2u * RIM_DMAPS_MAX_REGIONS + 1u) <= 8192u, "the regions must fit");
 _Static_assert(sizeof(found) % 8u == 0, "what follows must be aligned");
 
-rim_status rim_dmaps_find(const rim_dmaps_config *config, const rim_batch_data *data,
-                          const uint8_t *skip, void *work, size_t bytes, rim_dmaps_result *result) {
+rim_status rimi_dmaps_find(const rim_dmaps_config *config, const rim_batch_data *data,
+                           const uint8_t *skip, void *work, size_t bytes,
+                           rim_dmaps_result *result) {
   finder f;
   if (result == NULL)
     return RIM_E_ARGUMENT;
@@ -641,7 +643,7 @@ static rim_status to_ellipsoid(const rim_region *region, found *to) {
   memset(to, 0, sizeof *to);
   if (dims < 1 || dims > MAX_DIMS)
     return RIM_E_RANGE;
-  if (!rim_region_is_valid(region))
+  if (!rimi_region_is_valid(region))
     return RIM_E_SINGULAR;
   for (uint32_t i = 0; i < dims; ++i) {
     for (uint32_t j = 0; j <= i; ++j)
@@ -662,9 +664,9 @@ static rim_status to_ellipsoid(const rim_region *region, found *to) {
   return RIM_OK;
 }
 
-rim_status rim_dmaps_optimise(const rim_dmaps_config *config, const rim_batch_data *data,
-                              const uint8_t *skip, const rim_region *start, void *work,
-                              size_t bytes, rim_dmaps_region *result) {
+rim_status rimi_dmaps_optimise(const rim_dmaps_config *config, const rim_batch_data *data,
+                               const uint8_t *skip, const rim_region *start, void *work,
+                               size_t bytes, rim_dmaps_region *result) {
   finder f;
   found region;
   if (start == NULL || result == NULL)
@@ -689,8 +691,8 @@ rim_status rim_dmaps_optimise(const rim_dmaps_config *config, const rim_batch_da
   return status;
 }
 
-rim_status rim_dmaps_assign(const rim_dmaps_result *result, const rim_batch_data *data,
-                            const uint8_t *skip, uint8_t *assignment) {
+rim_status rimi_dmaps_assign(const rim_dmaps_result *result, const rim_batch_data *data,
+                             const uint8_t *skip, uint8_t *assignment) {
   if (result == NULL || data == NULL || data->u == NULL || assignment == NULL)
     return RIM_E_ARGUMENT;
   for (uint32_t k = 0; k < result->count; ++k) {
@@ -711,8 +713,8 @@ rim_status rim_dmaps_assign(const rim_dmaps_result *result, const rim_batch_data
   return RIM_OK;
 }
 
-rim_status rim_dmaps_shift(const rim_batch_data *data, const uint8_t *assignment, uint8_t number,
-                           double *shift) {
+rim_status rimi_dmaps_shift(const rim_batch_data *data, const uint8_t *assignment, uint8_t number,
+                            double *shift) {
   if (data == NULL || data->r == NULL || assignment == NULL || number == 0 || shift == NULL)
     return RIM_E_ARGUMENT;
   double n = 0.0;

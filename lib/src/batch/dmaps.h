@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rim/dmaps.h - detection of several RIMs: each observation explained once, simple explanations
  * preferred (thesis 3.3, p. 31-34, Alg. 3, p. 33).
  *
@@ -10,11 +11,11 @@
  *                             region.
  *
  * Two forms:
- *   - rim_dmaps_find(), over a finished set: candidates by FS-RIM (rim/select_batch.h) on what is
+ *   - rimi_dmaps_find(), over a finished set: candidates by FS-RIM (rim/select_batch.h) on what is
  *     not yet explained, then sequential optimisation of the set, in descending order of ln anom,
  *     each region on what the others leave; pairs that touch are replaced by one region where that
  *     is worth more. For the ground.
- *   - rim_dmaps_step(), Alg. 3 as printed, one observation at a time over a caller's value
+ *   - rimi_dmaps_step(), Alg. 3 as printed, one observation at a time over a caller's value
  *     function (as rim/faro.h for one region): bounded work a step, for use on board. */
 #ifndef RIM_DMAPS_H
 #define RIM_DMAPS_H
@@ -22,10 +23,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "search/cem.h"
-#include "rim/region.h"
 #include "batch/select_batch.h"
+#include "rim/region.h"
 #include "rim/status.h"
+#include "search/cem.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -79,28 +80,28 @@ typedef struct rim_dmaps_result {
  * RIM_E_CONFIG: a number out of range. *result is unchanged on error. Deterministic.
  * At most 5 * regions * max_dims searches and, besides, (3 + sweeps) * regions * 3 + 2 * regions^2
  * optimisations of samples * iterations + 1 evaluations. Stack below 7 kB in all. */
-rim_status rim_dmaps_find(const rim_dmaps_config *config, const rim_batch_data *data,
-                          const uint8_t *skip, void *work, size_t bytes, rim_dmaps_result *result);
+rim_status rimi_dmaps_find(const rim_dmaps_config *config, const rim_batch_data *data,
+                           const uint8_t *skip, void *work, size_t bytes, rim_dmaps_result *result);
 
-/* Climbs from one given region (in unit features, 1..3 of them; a box by rim_region_from_box), over
+/* Climbs from one given region (in unit features, 1..3 of them; a box by rimi_region_from_box), over
  * all observations but skip's. The result is at least as anomalous as the start; price is that of a
  * region on its own, and may exceed ln_anom. Same work space and statuses; RIM_E_SINGULAR: the
  * region's shape; RIM_E_RANGE: its features or number of dimensions. samples * iterations + 1
  * evaluations. */
-rim_status rim_dmaps_optimise(const rim_dmaps_config *config, const rim_batch_data *data,
-                              const uint8_t *skip, const rim_region *start, void *work,
-                              size_t bytes, rim_dmaps_region *result);
+rim_status rimi_dmaps_optimise(const rim_dmaps_config *config, const rim_batch_data *data,
+                               const uint8_t *skip, const rim_region *start, void *work,
+                               size_t bytes, rim_dmaps_region *result);
 
 /* Writes for every observation the number of its region, 1..count in the result's order, or 0; also
  * for other observations than the regions were found in. RIM_E_ARGUMENT: NULL (skip may be);
  * RIM_E_RANGE: a region over features that the data have not. O(n count dims^2). */
-rim_status rim_dmaps_assign(const rim_dmaps_result *result, const rim_batch_data *data,
-                            const uint8_t *skip, uint8_t *assignment);
+rim_status rimi_dmaps_assign(const rim_dmaps_result *result, const rim_batch_data *data,
+                             const uint8_t *skip, uint8_t *assignment);
 
 /* Most likely shift (eq. 3.6, p. 28) of every outcome over the observations of one region, in the
  * residuals' unit; 0 where it has none. RIM_E_ARGUMENT: NULL or number 0. O(n outcomes). */
-rim_status rim_dmaps_shift(const rim_batch_data *data, const uint8_t *assignment, uint8_t number,
-                           double *shift);
+rim_status rimi_dmaps_shift(const rim_batch_data *data, const uint8_t *assignment, uint8_t number,
+                            double *shift);
 
 /* ---- one observation at a time ---- */
 
@@ -133,13 +134,13 @@ typedef struct rim_dmaps_pool {
 
 /* RIM_E_ARGUMENT: NULL; RIM_E_CONFIG: a number out of range, the search's included; *pool is
  * unchanged then. */
-rim_status rim_dmaps_pool_init(rim_dmaps_pool *pool, const rim_dmaps_pool_config *config);
+rim_status rimi_dmaps_pool_init(rim_dmaps_pool *pool, const rim_dmaps_pool_config *config);
 
 /* One step of Alg. 3. x: the latest observation, `dims` finite numbers. RIM_E_ARGUMENT: NULL;
  * RIM_E_DATA: x not finite. Nothing changed on error. (candidates + 1) optimisations and as many
  * evaluations; stack below 2.5 kB with that of value_of. */
-rim_status rim_dmaps_step(rim_dmaps_pool *pool, const double *x, rim_dmaps_value value_of,
-                          void *context);
+rim_status rimi_dmaps_step(rim_dmaps_pool *pool, const double *x, rim_dmaps_value value_of,
+                           void *context);
 
 #ifdef __cplusplus
 }

@@ -1,7 +1,8 @@
+/* SPDX-License-Identifier: MIT */
 #include <string.h>
 
-#include "batch/dmaps.h"
 #include "base/real.h"
+#include "batch/dmaps.h"
 
 #define STREAMS_A_STEP 16u /* above RIM_DMAPS_MAX_REGIONS */
 
@@ -18,7 +19,7 @@ static double ask(const rim_ellipsoid *e, void *context) {
   return a->value_of(e, a->taken, a->count, a->context);
 }
 
-rim_status rim_dmaps_pool_init(rim_dmaps_pool *pool, const rim_dmaps_pool_config *config) {
+rim_status rimi_dmaps_pool_init(rim_dmaps_pool *pool, const rim_dmaps_pool_config *config) {
   if (pool == NULL || config == NULL)
     return RIM_E_ARGUMENT;
   rim_dmaps_pool_config c = *config;
@@ -27,8 +28,8 @@ rim_status rim_dmaps_pool_init(rim_dmaps_pool *pool, const rim_dmaps_pool_config
   if (c.radius == 0.0)
     c.radius = 0.1;
   if (c.dims < 1 || c.dims > RIM_CEM_MAX_DIMS || c.candidates > RIM_DMAPS_MAX_REGIONS ||
-      c.spare > c.candidates || !(c.radius > 0.0) || !rim_is_finite(c.radius) ||
-      !(c.lambda >= 0.0) || !rim_is_finite(c.lambda) || !rim_cem_is_valid(&c.cem, c.dims)) {
+      c.spare > c.candidates || !(c.radius > 0.0) || !rimi_is_finite(c.radius) ||
+      !(c.lambda >= 0.0) || !rimi_is_finite(c.lambda) || !rimi_cem_is_valid(&c.cem, c.dims)) {
     return RIM_E_CONFIG;
   }
   memset(pool, 0, sizeof *pool);
@@ -59,17 +60,17 @@ static void sort_pool(rim_dmaps_pool *pool, uint32_t first) {
   }
 }
 
-rim_status rim_dmaps_step(rim_dmaps_pool *pool, const double *x, rim_dmaps_value value_of,
-                          void *context) {
+rim_status rimi_dmaps_step(rim_dmaps_pool *pool, const double *x, rim_dmaps_value value_of,
+                           void *context) {
   if (pool == NULL || x == NULL || value_of == NULL)
     return RIM_E_ARGUMENT;
   const rim_dmaps_pool_config *c = &pool->config;
   for (size_t i = 0; i < c->dims; ++i) {
-    if (!rim_is_finite(x[i]))
+    if (!rimi_is_finite(x[i]))
       return RIM_E_DATA;
   }
   /* Lines 2-3: every candidate by its own ln anom on all observations there are by now. */
-  pool->candidate[pool->count++] = rim_ellipsoid_ball(c->dims, x, c->radius);
+  pool->candidate[pool->count++] = rimi_ellipsoid_ball(c->dims, x, c->radius);
   for (uint32_t i = 0; i < pool->count; ++i)
     pool->value[i] = value_of(&pool->candidate[i], NULL, 0, context);
   sort_pool(pool, 0);
@@ -79,8 +80,8 @@ rim_status rim_dmaps_step(rim_dmaps_pool *pool, const double *x, rim_dmaps_value
   for (uint32_t i = 0; i < pool->count; ++i) {
     asked a = {value_of, context, pool->candidate, pool->found};
     /* init has tried the configuration and the start is an ellipsoid: this cannot fail */
-    (void)rim_cem_optimise(&c->cem, ask, &a, c->seed, (uint64_t)pool->steps * STREAMS_A_STEP + i,
-                           &pool->candidate[i], &pool->value[i]);
+    (void)rimi_cem_optimise(&c->cem, ask, &a, c->seed, (uint64_t)pool->steps * STREAMS_A_STEP + i,
+                            &pool->candidate[i], &pool->value[i]);
     if (!(pool->value[i] >= c->lambda) || pool->found == c->candidates)
       continue;
     pool->total += pool->value[i] - c->lambda;

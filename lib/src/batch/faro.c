@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "batch/faro.h"
 
 #include <stddef.h>
@@ -7,7 +8,7 @@
 
 #define STREAMS_A_STEP 32u /* above RIM_FARO_MAX_CANDIDATES */
 
-rim_status rim_faro_init(rim_faro *faro, const rim_faro_config *config) {
+rim_status rimi_faro_init(rim_faro *faro, const rim_faro_config *config) {
   if (faro == NULL || config == NULL)
     return RIM_E_ARGUMENT;
   rim_faro_config c = *config;
@@ -18,7 +19,7 @@ rim_status rim_faro_init(rim_faro *faro, const rim_faro_config *config) {
   if (c.dims < 1 || c.dims > RIM_CEM_MAX_DIMS || c.candidates > RIM_FARO_MAX_CANDIDATES) {
     return RIM_E_CONFIG;
   }
-  if (!(c.radius > 0.0) || !rim_is_finite(c.radius))
+  if (!(c.radius > 0.0) || !rimi_is_finite(c.radius))
     return RIM_E_CONFIG;
   memset(faro, 0, sizeof *faro);
   faro->config = c;
@@ -39,22 +40,22 @@ static void sort(rim_faro *faro) {
   }
 }
 
-rim_status rim_faro_step(rim_faro *faro, const double *x, rim_cem_value value_of, void *context,
-                         double threshold, bool *found) {
+rim_status rimi_faro_step(rim_faro *faro, const double *x, rim_cem_value value_of, void *context,
+                          double threshold, bool *found) {
   if (faro == NULL || x == NULL || value_of == NULL || found == NULL)
     return RIM_E_ARGUMENT;
   for (size_t i = 0; i < faro->config.dims; ++i) {
-    if (!rim_is_finite(x[i]))
+    if (!rimi_is_finite(x[i]))
       return RIM_E_DATA;
   }
   /* The ball takes the spare place behind the set, so that an error leaves the set as it was. */
-  faro->candidate[faro->count] = rim_ellipsoid_ball(faro->config.dims, x, faro->config.radius);
+  faro->candidate[faro->count] = rimi_ellipsoid_ball(faro->config.dims, x, faro->config.radius);
   for (uint32_t step = 0; step <= faro->count; ++step) {
     const uint32_t i = step == 0 ? faro->count : step - 1; /* the ball first: it tests the config */
     const uint64_t stream = (uint64_t)faro->steps * STREAMS_A_STEP + i;
     const rim_status status =
-        rim_cem_optimise(&faro->config.cem, value_of, context, faro->config.seed, stream,
-                         &faro->candidate[i], &faro->value[i]);
+        rimi_cem_optimise(&faro->config.cem, value_of, context, faro->config.seed, stream,
+                          &faro->candidate[i], &faro->value[i]);
     if (status != RIM_OK)
       return status;
   }

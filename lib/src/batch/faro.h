@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rim/faro.h - detection of a single RIM by focused optimisation (thesis Alg. 2, p. 30).
  *
  * Keeps a bounded set of candidate ellipsoids. Every step a ball around the latest observation
@@ -10,8 +11,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "search/cem.h"
 #include "rim/status.h"
+#include "search/cem.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -38,14 +39,14 @@ typedef struct rim_faro {
 } rim_faro;
 
 /* RIM_E_ARGUMENT: NULL; RIM_E_CONFIG: a number out of range; *faro is unchanged then. */
-rim_status rim_faro_init(rim_faro *faro, const rim_faro_config *config);
+rim_status rimi_faro_init(rim_faro *faro, const rim_faro_config *config);
 
 /* One step. x: the latest observation, `dims` finite numbers. *found: the best candidate's value is
  * at least the threshold (line 6); it is faro->candidate[0] either way. RIM_E_ARGUMENT: NULL;
  * RIM_E_DATA: x not finite; RIM_E_CONFIG: the configuration of the search. Nothing changed on
  * error. (candidates + 1) optimisations; stack below 4 kB with that of value_of. */
-rim_status rim_faro_step(rim_faro *faro, const double *x, rim_cem_value value_of, void *context,
-                         double threshold, bool *found);
+rim_status rimi_faro_step(rim_faro *faro, const double *x, rim_cem_value value_of, void *context,
+                          double threshold, bool *found);
 
 #ifdef __cplusplus
 }

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "batch/interval.h"
 
 #include <string.h>
@@ -28,7 +29,7 @@ static inline void weigh(rim_interval *best, rim_interval *offer, uint32_t bins,
   consider(best, offer);
 }
 
-rim_status rim_interval_find(const rim_stats *bin, size_t bins, double min_n, rim_interval *best) {
+rim_status rimi_interval_find(const rim_stats *bin, size_t bins, double min_n, rim_interval *best) {
   if (bin == NULL || best == NULL) {
     return RIM_E_ARGUMENT;
   }
@@ -49,8 +50,8 @@ rim_status rim_interval_find(const rim_stats *bin, size_t bins, double min_n, ri
   return RIM_OK;
 }
 
-rim_status rim_interval_find_f32(const float *n, const float *s, const float *w, size_t stride,
-                                 size_t bins, double min_n, rim_interval *best) {
+rim_status rimi_interval_find_f32(const float *n, const float *s, const float *w, size_t stride,
+                                  size_t bins, double min_n, rim_interval *best) {
   if (n == NULL || s == NULL || w == NULL || stride == 0 || best == NULL) {
     return RIM_E_ARGUMENT;
   }
@@ -76,8 +77,9 @@ static inline double run_variance(const rim_interval_run *run, double n, double 
   return n * (run->a + run->b * n + own);
 }
 
-rim_status rim_interval_find_run(const double *n, const double *s, const double *b_k, size_t stride,
-                                 size_t bins, const rim_interval_run *run, rim_interval *best) {
+rim_status rimi_interval_find_run(const double *n, const double *s, const double *b_k,
+                                  size_t stride, size_t bins, const rim_interval_run *run,
+                                  rim_interval *best) {
   if (n == NULL || s == NULL || stride == 0 || run == NULL || best == NULL) {
     return RIM_E_ARGUMENT;
   }
@@ -100,9 +102,9 @@ rim_status rim_interval_find_run(const double *n, const double *s, const double 
   return RIM_OK;
 }
 
-rim_status rim_interval_find_run_f32(const float *n, const float *s, const float *b_k,
-                                     size_t stride, size_t bins, const rim_interval_run *run,
-                                     rim_interval *best) {
+rim_status rimi_interval_find_run_f32(const float *n, const float *s, const float *b_k,
+                                      size_t stride, size_t bins, const rim_interval_run *run,
+                                      rim_interval *best) {
   if (n == NULL || s == NULL || stride == 0 || run == NULL || best == NULL) {
     return RIM_E_ARGUMENT;
   }
@@ -125,8 +127,8 @@ rim_status rim_interval_find_run_f32(const float *n, const float *s, const float
   return RIM_OK;
 }
 
-rim_status rim_interval_find_score(const rim_stats *bin, size_t bins, size_t outcomes, double min_n,
-                                   rim_stats *scratch, rim_interval *best) {
+rim_status rimi_interval_find_score(const rim_stats *bin, size_t bins, size_t outcomes,
+                                    double min_n, rim_stats *scratch, rim_interval *best) {
   if (bin == NULL || outcomes == 0 || scratch == NULL || best == NULL) {
     return RIM_E_ARGUMENT;
   }
@@ -138,11 +140,11 @@ rim_status rim_interval_find_score(const rim_stats *bin, size_t bins, size_t out
     memset(scratch, 0, outcomes * sizeof *scratch);
     for (uint32_t i = first; i < bins; ++i) {
       rim_interval sum = {.first = first, .bins = i - first + 1};
-      rim_stats_merge_all(scratch, bin + (size_t)i * outcomes, outcomes);
+      rimi_stats_merge_all(scratch, bin + (size_t)i * outcomes, outcomes);
       for (size_t o = 0; o < outcomes; ++o) {
         sum.n = scratch[o].n > sum.n ? scratch[o].n : sum.n;
       }
-      sum.ln_anom = rim_stats_score_all(scratch, outcomes);
+      sum.ln_anom = rimi_stats_score_all(scratch, outcomes);
       if (sum.n >= min_n) {
         consider(&found, &sum);
       }

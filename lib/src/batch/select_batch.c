@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "batch/select_batch.h"
 
 #include <float.h>
@@ -53,7 +54,7 @@ static bool point_inside(const search *s, const rim_ellipsoid *e, const uint16_t
   double x[RIM_CEM_MAX_DIMS];
   for (uint32_t k = 0; k < e->dims; ++k)
     x[k] = u[feature[k]];
-  return rim_ellipsoid_contains(e, x);
+  return rimi_ellipsoid_contains(e, x);
 }
 
 /* Sum over outcomes of S^2 / 2n. */
@@ -179,7 +180,7 @@ static double intersection(const search *s, uint32_t at, uint32_t f) {
 
 /* ln(e^a + e^b) */
 static double ln_sum(double a, double b) {
-  return rim_max(a, b) + rim_log(1.0 + rim_exp(-rim_abs(a - b)));
+  return rimi_max(a, b) + rimi_log(1.0 + rimi_exp(-rimi_abs(a - b)));
 }
 
 static double heuristic(const search *s, uint32_t at, uint32_t f) {
@@ -262,7 +263,7 @@ static rim_ellipsoid start_of(const search *s, uint32_t parent, uint16_t f, cons
     for (uint32_t j = 0; j <= old; ++j)
       square += row[j] * row[j];
     e.center[k] = from->region.center[old];
-    *diagonal = rim_sqrt(square);
+    *diagonal = rimi_sqrt(square);
     ++old;
   }
   return e;
@@ -272,22 +273,22 @@ static rim_ellipsoid start_of(const search *s, uint32_t parent, uint16_t f, cons
 static rim_status optimise(search *s, node *set, const rim_ellipsoid *start) {
   projection p = {s, set->feature};
   rim_rng rng;
-  rim_rng_seed(&rng, s->config.seed, (uint64_t)s->count * STREAMS_A_NODE);
+  rimi_rng_seed(&rng, s->config.seed, (uint64_t)s->count * STREAMS_A_NODE);
   set->ln_anom = -1.0;
   for (uint32_t k = 0; k <= s->config.balls; ++k) {
     rim_ellipsoid e = *start;
     if (k > 0) {
-      const uint32_t i = rim_rng_below(&rng, s->data->n);
+      const uint32_t i = rimi_rng_below(&rng, s->data->n);
       double x[RIM_CEM_MAX_DIMS];
       for (uint32_t j = 0; j < set->dims; ++j) {
         x[j] = s->data->u[(size_t)i * s->data->features + set->feature[j]];
       }
-      e = rim_ellipsoid_ball(set->dims, x, 0.2);
+      e = rimi_ellipsoid_ball(set->dims, x, 0.2);
     }
     double value = 0.0;
     const rim_status status =
-        rim_cem_optimise(&s->config.cem, value_of, &p, s->config.seed,
-                         (uint64_t)s->count * STREAMS_A_NODE + k + 1u, &e, &value);
+        rimi_cem_optimise(&s->config.cem, value_of, &p, s->config.seed,
+                          (uint64_t)s->count * STREAMS_A_NODE + k + 1u, &e, &value);
     if (status != RIM_OK)
       return status;
     if (value <= set->ln_anom)
@@ -305,7 +306,7 @@ static rim_status explore(search *s, uint32_t parent, uint16_t f) {
     return RIM_OK;
   if (set.dims == 1) {
     const double middle = 0.5 * (s->alone[f].low + s->alone[f].high);
-    set.region = rim_ellipsoid_ball(1, &middle, 0.5 * (s->alone[f].high - s->alone[f].low));
+    set.region = rimi_ellipsoid_ball(1, &middle, 0.5 * (s->alone[f].high - s->alone[f].low));
     set.ln_anom = s->alone[f].ln_anom;
   } else {
     const rim_ellipsoid start = start_of(s, parent, f, &set);
@@ -362,7 +363,7 @@ static rim_status search_everything(search *s) {
     set.feature[k] = (uint16_t)k;
     middle[k] = 0.5;
   }
-  const rim_ellipsoid start = rim_ellipsoid_ball(set.dims, middle, 0.5);
+  const rim_ellipsoid start = rimi_ellipsoid_ball(set.dims, middle, 0.5);
   const rim_status status = optimise(s, &set, &start);
   if (status != RIM_OK)
     return status;
@@ -385,7 +386,7 @@ static void report(search *s, rim_batch_result *result) {
   result->ellipsoid = n->region;
   result->ln_anom = n->ln_anom;
   if (n->dims > 0)
-    (void)rim_ellipsoid_region(&n->region, n->feature, &result->region);
+    (void)rimi_ellipsoid_region(&n->region, n->feature, &result->region);
   for (uint32_t i = 0; i < s->data->n; ++i) {
     if (n->dims == 0 || point_inside(s, &n->region, n->feature, i))
       ++result->inside;
@@ -417,8 +418,8 @@ static bool is_valid(const rim_batch_config *c, const rim_batch_data *data) {
   return c->heuristic != RIM_HEURISTIC_NONE || data->features <= RIM_CEM_MAX_DIMS;
 }
 
-rim_status rim_select_batch(const rim_batch_config *config, const rim_batch_data *data, void *work,
-                            size_t bytes, rim_batch_result *result) {
+rim_status rimi_select_batch(const rim_batch_config *config, const rim_batch_data *data, void *work,
+                             size_t bytes, rim_batch_result *result) {
   if (config == NULL || data == NULL || work == NULL || result == NULL || data->u == NULL ||
       data->r == NULL) {
     return RIM_E_ARGUMENT;

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rim/select_batch.h - FS-RIM over a finished set of observations (thesis Alg. 4, p. 50).
  *
  * Best-first search over subsets of features: an edge (F, f) adds feature f to an explored set F,
@@ -20,9 +21,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "search/cem.h"
 #include "rim/region.h"
 #include "rim/status.h"
+#include "search/cem.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -83,8 +84,8 @@ typedef struct rim_batch_result {
  * RIM_E_CONFIG: a count out of range, too many features for NONE. *result is unchanged on error.
  * O(nodes * (features * (n + bins^2) * outcomes + starts * samples * iterations * n * dims^2)).
  * Stack below 4 kB in all. */
-rim_status rim_select_batch(const rim_batch_config *config, const rim_batch_data *data, void *work,
-                            size_t bytes, rim_batch_result *result);
+rim_status rimi_select_batch(const rim_batch_config *config, const rim_batch_data *data, void *work,
+                             size_t bytes, rim_batch_result *result);
 
 #ifdef __cplusplus
 }

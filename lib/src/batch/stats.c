@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "batch/stats.h"
 
 #include <stdbool.h>
@@ -6,13 +7,13 @@
 #include "base/cholesky.h"
 #include "base/real.h"
 
-static bool is_variance(double var) { return var > 0.0 && rim_is_finite(var); }
+static bool is_variance(double var) { return var > 0.0 && rimi_is_finite(var); }
 
 /* Adds to the sums, unless one would no longer be finite. */
 static rim_status add_terms(rim_stats *stats, double n, double s, double w) {
   const double new_s = stats->s + s;
   const double new_w = stats->w + w;
-  if (!rim_is_finite(new_s) || !rim_is_finite(new_w)) {
+  if (!rimi_is_finite(new_s) || !rimi_is_finite(new_w)) {
     return RIM_E_DATA;
   }
   stats->n += n;
@@ -21,7 +22,7 @@ static rim_status add_terms(rim_stats *stats, double n, double s, double w) {
   return RIM_OK;
 }
 
-rim_status rim_stats_add(rim_stats *stats, double dz, double var) {
+rim_status rimi_stats_add(rim_stats *stats, double dz, double var) {
   if (!is_variance(var)) {
     return RIM_E_DATA;
   }
@@ -29,29 +30,29 @@ rim_status rim_stats_add(rim_stats *stats, double dz, double var) {
   return add_terms(stats, 1.0, dz * w, w);
 }
 
-rim_status rim_stats_add_weighted(rim_stats *stats, double dz, double var, double weight) {
-  if (!is_variance(var) || !rim_is_finite(dz) || !(weight >= 0.0 && weight <= 1.0)) {
+rim_status rimi_stats_add_weighted(rim_stats *stats, double dz, double var, double weight) {
+  if (!is_variance(var) || !rimi_is_finite(dz) || !(weight >= 0.0 && weight <= 1.0)) {
     return RIM_E_DATA;
   }
   const double w = 1.0 / var;
   return add_terms(stats, weight, weight * (dz * w), weight * w);
 }
 
-rim_status rim_stats_add_gain(rim_stats *stats, double dz, double g, double var) {
-  if (!is_variance(var) || !rim_is_finite(dz) || !rim_is_finite(g)) {
+rim_status rimi_stats_add_gain(rim_stats *stats, double dz, double g, double var) {
+  if (!is_variance(var) || !rimi_is_finite(dz) || !rimi_is_finite(g)) {
     return RIM_E_DATA;
   }
   const double w = g / var;
   return add_terms(stats, 1.0, w * dz, w * g);
 }
 
-void rim_stats_merge(rim_stats *into, const rim_stats *other) {
+void rimi_stats_merge(rim_stats *into, const rim_stats *other) {
   into->n += other->n;
   into->s += other->s;
   into->w += other->w;
 }
 
-void rim_stats_subtract(rim_stats *from, const rim_stats *part) {
+void rimi_stats_subtract(rim_stats *from, const rim_stats *part) {
   from->n -= part->n;
   from->s -= part->s;
   from->w -= part->w;
@@ -60,66 +61,68 @@ void rim_stats_subtract(rim_stats *from, const rim_stats *part) {
   }
 }
 
-double rim_stats_ln_anom(const rim_stats *stats) {
+double rimi_stats_ln_anom(const rim_stats *stats) {
   return stats->w > 0.0 ? 0.5 * (stats->s * stats->s / stats->w) : 0.0;
 }
 
-double rim_stats_shift(const rim_stats *stats) {
+double rimi_stats_shift(const rim_stats *stats) {
   return stats->w > 0.0 ? stats->s / stats->w : 0.0;
 }
 
-double rim_stats_shift_sd(const rim_stats *stats) { return 1.0 / rim_sqrt(rim_max(stats->w, 0.0)); }
+double rimi_stats_shift_sd(const rim_stats *stats) {
+  return 1.0 / rimi_sqrt(rimi_max(stats->w, 0.0));
+}
 
-double rim_stats_ln_anom_run(double s, double n, double a, double b) {
+double rimi_stats_ln_anom_run(double s, double n, double a, double b) {
   const double var = n * (a + b * n);
   return var > 0.0 ? 0.5 * (s * s / var) : 0.0;
 }
 
-rim_status rim_stats_add_all(rim_stats *stats, size_t outcomes, const double *dz,
-                             const double *var) {
+rim_status rimi_stats_add_all(rim_stats *stats, size_t outcomes, const double *dz,
+                              const double *var) {
   for (size_t o = 0; o < outcomes; ++o) {
     rim_stats trial = stats[o];
-    if (rim_stats_add(&trial, dz[o], var[o]) != RIM_OK) {
+    if (rimi_stats_add(&trial, dz[o], var[o]) != RIM_OK) {
       return RIM_E_DATA;
     }
   }
   for (size_t o = 0; o < outcomes; ++o) {
-    (void)rim_stats_add(&stats[o], dz[o], var[o]);
+    (void)rimi_stats_add(&stats[o], dz[o], var[o]);
   }
   return RIM_OK;
 }
 
-void rim_stats_merge_all(rim_stats *into, const rim_stats *other, size_t outcomes) {
+void rimi_stats_merge_all(rim_stats *into, const rim_stats *other, size_t outcomes) {
   for (size_t o = 0; o < outcomes; ++o) {
-    rim_stats_merge(&into[o], &other[o]);
+    rimi_stats_merge(&into[o], &other[o]);
   }
 }
 
-void rim_stats_subtract_all(rim_stats *from, const rim_stats *part, size_t outcomes) {
+void rimi_stats_subtract_all(rim_stats *from, const rim_stats *part, size_t outcomes) {
   for (size_t o = 0; o < outcomes; ++o) {
-    rim_stats_subtract(&from[o], &part[o]);
+    rimi_stats_subtract(&from[o], &part[o]);
   }
 }
 
-double rim_stats_ln_anom_all(const rim_stats *stats, size_t outcomes) {
+double rimi_stats_ln_anom_all(const rim_stats *stats, size_t outcomes) {
   double sum = 0.0;
   for (size_t o = 0; o < outcomes; ++o) {
-    sum += rim_stats_ln_anom(&stats[o]);
+    sum += rimi_stats_ln_anom(&stats[o]);
   }
   return sum;
 }
 
-double rim_stats_score_all(const rim_stats *stats, size_t outcomes) {
+double rimi_stats_score_all(const rim_stats *stats, size_t outcomes) {
   double sum = 0.0;
   for (size_t o = 0; o < outcomes; ++o) {
-    sum += rim_stats_score(rim_stats_ln_anom(&stats[o]));
+    sum += rimi_stats_score(rimi_stats_ln_anom(&stats[o]));
   }
   return sum;
 }
 
-double rim_stats_score(double ln_anom) { return rim_max(ln_anom - RIM_STATS_SCORE_FLOOR, 0.0); }
+double rimi_stats_score(double ln_anom) { return rimi_max(ln_anom - RIM_STATS_SCORE_FLOOR, 0.0); }
 
-rim_status rim_stats_full_init(rim_stats_full *stats, uint32_t outcomes) {
+rim_status rimi_stats_full_init(rim_stats_full *stats, uint32_t outcomes) {
   if (stats == NULL) {
     return RIM_E_ARGUMENT;
   }
@@ -134,8 +137,8 @@ static bool is_full(const rim_stats_full *stats) {
   return stats != NULL && stats->outcomes >= 1 && stats->outcomes <= RIM_STATS_MAX_OUTCOMES;
 }
 
-rim_status rim_stats_full_precision(uint32_t outcomes, const double *covariance,
-                                    double *precision) {
+rim_status rimi_stats_full_precision(uint32_t outcomes, const double *covariance,
+                                     double *precision) {
   double a[RIM_STATS_PACKED(RIM_STATS_MAX_OUTCOMES)];
   if (outcomes == 0 || outcomes > RIM_STATS_MAX_OUTCOMES) {
     return RIM_E_RANGE;
@@ -159,15 +162,15 @@ static bool multiply(uint32_t n, const double *p, const double *x, double *y) {
       sum += (j <= i ? p[packed_row(i) + j] : p[packed_row(j) + i]) * x[j];
     }
     y[i] = sum;
-    if (!rim_is_finite(sum)) {
+    if (!rimi_is_finite(sum)) {
       return false;
     }
   }
   return true;
 }
 
-rim_status rim_stats_full_add_precision(rim_stats_full *stats, const double *dz,
-                                        const double *precision) {
+rim_status rimi_stats_full_add_precision(rim_stats_full *stats, const double *dz,
+                                         const double *precision) {
   if (!is_full(stats)) {
     return RIM_E_ARGUMENT;
   }
@@ -177,12 +180,12 @@ rim_status rim_stats_full_add_precision(rim_stats_full *stats, const double *dz,
     return RIM_E_DATA;
   }
   for (uint32_t i = 0; i < packed_row(n); ++i) {
-    if (!rim_is_finite(stats->w[i] + precision[i])) {
+    if (!rimi_is_finite(stats->w[i] + precision[i])) {
       return RIM_E_DATA;
     }
   }
   for (uint32_t i = 0; i < n; ++i) {
-    if (!rim_is_finite(stats->s[i] + s[i])) {
+    if (!rimi_is_finite(stats->s[i] + s[i])) {
       return RIM_E_DATA;
     }
   }
@@ -196,16 +199,16 @@ rim_status rim_stats_full_add_precision(rim_stats_full *stats, const double *dz,
   return RIM_OK;
 }
 
-rim_status rim_stats_full_add(rim_stats_full *stats, const double *dz, const double *covariance) {
+rim_status rimi_stats_full_add(rim_stats_full *stats, const double *dz, const double *covariance) {
   double precision[RIM_STATS_PACKED(RIM_STATS_MAX_OUTCOMES)];
   if (!is_full(stats)) {
     return RIM_E_ARGUMENT;
   }
-  const rim_status status = rim_stats_full_precision(stats->outcomes, covariance, precision);
-  return status == RIM_OK ? rim_stats_full_add_precision(stats, dz, precision) : status;
+  const rim_status status = rimi_stats_full_precision(stats->outcomes, covariance, precision);
+  return status == RIM_OK ? rimi_stats_full_add_precision(stats, dz, precision) : status;
 }
 
-rim_status rim_stats_full_merge(rim_stats_full *into, const rim_stats_full *other) {
+rim_status rimi_stats_full_merge(rim_stats_full *into, const rim_stats_full *other) {
   if (!is_full(into) || !is_full(other) || into->outcomes != other->outcomes) {
     return RIM_E_ARGUMENT;
   }
@@ -219,7 +222,7 @@ rim_status rim_stats_full_merge(rim_stats_full *into, const rim_stats_full *othe
   return RIM_OK;
 }
 
-rim_status rim_stats_full_subtract(rim_stats_full *from, const rim_stats_full *part) {
+rim_status rimi_stats_full_subtract(rim_stats_full *from, const rim_stats_full *part) {
   if (!is_full(from) || !is_full(part) || from->outcomes != part->outcomes) {
     return RIM_E_ARGUMENT;
   }
@@ -236,8 +239,8 @@ rim_status rim_stats_full_subtract(rim_stats_full *from, const rim_stats_full *p
   return RIM_OK;
 }
 
-rim_status rim_stats_full_solve(const rim_stats_full *stats, double *ln_anom, double *shift,
-                                double *shift_covariance) {
+rim_status rimi_stats_full_solve(const rim_stats_full *stats, double *ln_anom, double *shift,
+                                 double *shift_covariance) {
   double l[RIM_STATS_PACKED(RIM_STATS_MAX_OUTCOMES)];
   double y[RIM_STATS_MAX_OUTCOMES];
   if (!is_full(stats)) {
@@ -269,9 +272,9 @@ rim_status rim_stats_full_solve(const rim_stats_full *stats, double *ln_anom, do
   return RIM_OK;
 }
 
-rim_status rim_stats_variance_add(rim_stats_variance *stats, double dz, double var) {
+rim_status rimi_stats_variance_add(rim_stats_variance *stats, double dz, double var) {
   const double q = is_variance(var) ? stats->q + dz * dz / var : -1.0;
-  if (!(q >= 0.0) || !rim_is_finite(q)) {
+  if (!(q >= 0.0) || !rimi_is_finite(q)) {
     return RIM_E_DATA;
   }
   stats->n += 1.0;
@@ -279,34 +282,34 @@ rim_status rim_stats_variance_add(rim_stats_variance *stats, double dz, double v
   return RIM_OK;
 }
 
-void rim_stats_variance_merge(rim_stats_variance *into, const rim_stats_variance *other) {
+void rimi_stats_variance_merge(rim_stats_variance *into, const rim_stats_variance *other) {
   into->n += other->n;
   into->q += other->q;
 }
 
-void rim_stats_variance_subtract(rim_stats_variance *from, const rim_stats_variance *part) {
+void rimi_stats_variance_subtract(rim_stats_variance *from, const rim_stats_variance *part) {
   from->n -= part->n;
-  from->q = rim_max(from->q - part->q, 0.0);
+  from->q = rimi_max(from->q - part->q, 0.0);
   if (!(from->n > 0.0)) {
     *from = (rim_stats_variance){0};
   }
 }
 
-double rim_stats_variance_ratio(const rim_stats_variance *stats) {
-  return stats->n > 0.0 ? rim_max(stats->q / stats->n, RIM_STATS_MIN_RATIO) : 1.0;
+double rimi_stats_variance_ratio(const rim_stats_variance *stats) {
+  return stats->n > 0.0 ? rimi_max(stats->q / stats->n, RIM_STATS_MIN_RATIO) : 1.0;
 }
 
-double rim_stats_variance_ln_anom(const rim_stats_variance *stats) {
-  const double v = rim_stats_variance_ratio(stats);
-  return stats->n > 0.0 ? rim_max(0.5 * stats->n * (v - 1.0 - rim_log(v)), 0.0) : 0.0;
+double rimi_stats_variance_ln_anom(const rim_stats_variance *stats) {
+  const double v = rimi_stats_variance_ratio(stats);
+  return stats->n > 0.0 ? rimi_max(0.5 * stats->n * (v - 1.0 - rimi_log(v)), 0.0) : 0.0;
 }
 
-double rim_stats_variance_ratio_sd(const rim_stats_variance *stats) {
-  const double n = rim_max(stats->n, 0.0);
-  return rim_stats_variance_ratio(stats) * rim_sqrt(2.0 / n);
+double rimi_stats_variance_ratio_sd(const rim_stats_variance *stats) {
+  const double n = rimi_max(stats->n, 0.0);
+  return rimi_stats_variance_ratio(stats) * rimi_sqrt(2.0 / n);
 }
 
-rim_status rim_stats_bernoulli_add(rim_stats_bernoulli *stats, int event, double p) {
+rim_status rimi_stats_bernoulli_add(rim_stats_bernoulli *stats, int event, double p) {
   if ((event != 0 && event != 1) || !(p > 0.0 && p < 1.0)) {
     return RIM_E_DATA;
   }
@@ -317,14 +320,14 @@ rim_status rim_stats_bernoulli_add(rim_stats_bernoulli *stats, int event, double
   return RIM_OK;
 }
 
-void rim_stats_bernoulli_merge(rim_stats_bernoulli *into, const rim_stats_bernoulli *other) {
+void rimi_stats_bernoulli_merge(rim_stats_bernoulli *into, const rim_stats_bernoulli *other) {
   into->n += other->n;
   into->k += other->k;
   into->p += other->p;
   into->v += other->v;
 }
 
-void rim_stats_bernoulli_subtract(rim_stats_bernoulli *from, const rim_stats_bernoulli *part) {
+void rimi_stats_bernoulli_subtract(rim_stats_bernoulli *from, const rim_stats_bernoulli *part) {
   from->n -= part->n;
   from->k -= part->k;
   from->p -= part->p;
@@ -355,9 +358,9 @@ static bool split(const rim_stats_bernoulli *stats, two_values *two) {
   }
   /* Values m - l and m + tau2 / l with counts in proportion tau2 / l to l: mean m, variance tau2.
    */
-  double low = rim_max(m - rim_sqrt(tau2), least);
-  const double high = rim_min(m + tau2 / (m - low), most);
-  low = rim_max(m - tau2 / (high - m), least);
+  double low = rimi_max(m - rimi_sqrt(tau2), least);
+  const double high = rimi_min(m + tau2 / (m - low), most);
+  low = rimi_max(m - tau2 / (high - m), least);
   two->p[0] = low;
   two->p[1] = high;
   two->count[1] = stats->n * ((m - low) / (high - low));
@@ -376,9 +379,9 @@ static double solve_log_odds(const rim_stats_bernoulli *stats, const two_values 
   }
   double low = -RIM_STATS_MAX_LOG_ODDS, high = RIM_STATS_MAX_LOG_ODDS;
   const double odds = stats->k * (stats->n - stats->p) / ((stats->n - stats->k) * stats->p);
-  double beta = rim_clamp(rim_log(odds), low, high); /* exact when all p are equal */
+  double beta = rimi_clamp(rimi_log(odds), low, high); /* exact when all p are equal */
   for (int step = 0; two->count[1] > 0.0 && step < 40; ++step) {
-    const double growth = rim_exp(beta);
+    const double growth = rimi_exp(beta);
     double missing = stats->k, slope = 0.0;
     for (int i = 0; i < 2; ++i) {
       const double weight = two->p[i] * growth;
@@ -393,7 +396,7 @@ static double solve_log_odds(const rim_stats_bernoulli *stats, const two_values 
     }
     const double newton = beta + missing / slope;
     const double next = newton > low && newton < high ? newton : 0.5 * (low + high);
-    if (rim_abs(next - beta) <= 1e-14 * (1.0 + rim_abs(beta))) {
+    if (rimi_abs(next - beta) <= 1e-14 * (1.0 + rimi_abs(beta))) {
       return next;
     }
     beta = next;
@@ -401,12 +404,12 @@ static double solve_log_odds(const rim_stats_bernoulli *stats, const two_values 
   return beta;
 }
 
-double rim_stats_bernoulli_log_odds(const rim_stats_bernoulli *stats) {
+double rimi_stats_bernoulli_log_odds(const rim_stats_bernoulli *stats) {
   two_values two;
   return split(stats, &two) ? solve_log_odds(stats, &two) : 0.0;
 }
 
-double rim_stats_bernoulli_ln_anom(const rim_stats_bernoulli *stats) {
+double rimi_stats_bernoulli_ln_anom(const rim_stats_bernoulli *stats) {
   two_values two;
   if (!split(stats, &two)) {
     return 0.0;
@@ -414,19 +417,19 @@ double rim_stats_bernoulli_ln_anom(const rim_stats_bernoulli *stats) {
   double f = 0.0;
   if (!(stats->k > 0.0)) { /* beta to -infinity */
     for (int i = 0; i < 2; ++i) {
-      f -= two.count[i] * rim_log(1.0 - two.p[i]);
+      f -= two.count[i] * rimi_log(1.0 - two.p[i]);
     }
   } else if (!(stats->k < stats->n)) { /* beta to infinity */
     for (int i = 0; i < 2; ++i) {
-      f -= two.count[i] * rim_log(two.p[i]);
+      f -= two.count[i] * rimi_log(two.p[i]);
     }
   } else {
     const double beta = solve_log_odds(stats, &two);
-    const double growth = rim_exp(beta);
+    const double growth = rimi_exp(beta);
     f = beta * stats->k;
     for (int i = 0; i < 2; ++i) {
-      f -= two.count[i] * rim_log(1.0 - two.p[i] + two.p[i] * growth);
+      f -= two.count[i] * rimi_log(1.0 - two.p[i] + two.p[i] * growth);
     }
   }
-  return rim_max(f, 0.0);
+  return rimi_max(f, 0.0);
 }

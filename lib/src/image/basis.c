@@ -1,16 +1,17 @@
+/* SPDX-License-Identifier: MIT */
 #include "image/basis.h"
 
 #include <stdbool.h>
 
-#include "rim/image.h"
 #include "base/real.h"
+#include "rim/image.h"
 
 enum { HEADER_WORDS = 8, SHORT_HEADER_WORDS = 4 };
 
 static bool finite_numbers(const uint8_t *p, size_t count, bool positive) {
   for (size_t i = 0; i < count; ++i) {
-    const double v = (double)rim_image_f32(p, i);
-    if (!rim_is_finite(v) || (positive && !(v > 0.0)))
+    const double v = (double)rimi_le_f32(p, i);
+    if (!rimi_is_finite(v) || (positive && !(v > 0.0)))
       return false;
   }
   return true;
@@ -18,14 +19,14 @@ static bool finite_numbers(const uint8_t *p, size_t count, bool positive) {
 
 static bool inputs_fit(const rim_basis *b, uint32_t features) {
   for (size_t i = 0; i < b->inputs; ++i) {
-    const uint16_t second = rim_image_u16(b->input, 2 * i + 1);
-    if (rim_image_u16(b->input, 2 * i) >= features ||
+    const uint16_t second = rimi_le_u16(b->input, 2 * i + 1);
+    if (rimi_le_u16(b->input, 2 * i) >= features ||
         ((second & ~BASIS_OF_PRODUCT) >= features && second != BASIS_PLAIN &&
          second != BASIS_MAGNITUDE))
       return false;
   }
   for (size_t t = 0; t < b->times; ++t) {
-    const double share = (double)rim_image_f32(b->share, t);
+    const double share = (double)rimi_le_f32(b->share, t);
     if (!(share > 0.0 && share <= 1.0))
       return false;
   }
@@ -35,45 +36,59 @@ static bool inputs_fit(const rim_basis *b, uint32_t features) {
 static bool terms_fit(const rim_basis *b, uint32_t outcomes) {
   const uint32_t filters = b->inputs * b->times;
   for (size_t i = 0; i < b->terms; ++i) {
-    const uint16_t op = rim_image_u16(b->term, 4 * i);
-    const uint16_t first = rim_image_u16(b->term, 4 * i + 1);
-    const uint16_t second = rim_image_u16(b->term, 4 * i + 2);
+    const uint16_t op = rimi_le_u16(b->term, 4 * i);
+    const uint16_t first = rimi_le_u16(b->term, 4 * i + 1);
+    const uint16_t second = rimi_le_u16(b->term, 4 * i + 2);
     bool fits = false;
     switch ((basis_op)op) {
     case BASIS_MEAN:
-    case BASIS_ABS: fits = first < filters; break;
-    case BASIS_PRODUCT: fits = first < filters && second < filters; break;
-    case BASIS_DECAY: fits = second < b->times; break;
-    case BASIS_INTEGRAL: fits = first < b->inputs; break;
-    case BASIS_INITIAL: fits = first < outcomes && second < b->times; break;
-    case BASIS_TIME: fits = true; break;
-    case BASIS_ROLLED: fits = first < outcomes; break;
+    case BASIS_ABS:
+      fits = first < filters;
+      break;
+    case BASIS_PRODUCT:
+      fits = first < filters && second < filters;
+      break;
+    case BASIS_DECAY:
+      fits = second < b->times;
+      break;
+    case BASIS_INTEGRAL:
+      fits = first < b->inputs;
+      break;
+    case BASIS_INITIAL:
+      fits = first < outcomes && second < b->times;
+      break;
+    case BASIS_TIME:
+      fits = true;
+      break;
+    case BASIS_ROLLED:
+      fits = first < outcomes;
+      break;
     }
     if (!fits)
       return false;
   }
   for (size_t m = 0; m < b->means; ++m) {
-    if (rim_image_u16(b->mean, 2 * m) >= filters)
+    if (rimi_le_u16(b->mean, 2 * m) >= filters)
       return false;
   }
   return true;
 }
 
-rim_status rim_basis_open(rim_basis *view, const uint8_t *section, size_t bytes, uint32_t features,
-                          uint32_t outcomes) {
+rim_status rimi_basis_open(rim_basis *view, const uint8_t *section, size_t bytes, uint32_t features,
+                           uint32_t outcomes) {
   if (bytes < 4u * HEADER_WORDS)
     return RIM_E_TRUNCATED;
   rim_basis b;
-  if (rim_image_u32(section, 0) != BASIS_LAYOUT)
+  if (rimi_le_u32(section, 0) != BASIS_LAYOUT)
     return RIM_E_VERSION;
-  b.inputs = rim_image_u32(section, 1);
-  b.times = rim_image_u32(section, 2);
-  b.terms = rim_image_u32(section, 3);
-  b.means = rim_image_u32(section, 4);
+  b.inputs = rimi_le_u32(section, 1);
+  b.times = rimi_le_u32(section, 2);
+  b.terms = rimi_le_u32(section, 3);
+  b.means = rimi_le_u32(section, 4);
   if (b.inputs > BASIS_MAX_INPUTS || b.times > BASIS_MAX_TIMES || b.terms > BASIS_MAX_TERMS ||
       b.means > BASIS_MAX_MEANS)
     return RIM_E_RANGE;
-  const uint32_t spread = rim_image_u32(section, 5);
+  const uint32_t spread = rimi_le_u32(section, 5);
   if (spread > 1u)
     return RIM_E_RANGE;
   const size_t need = 4u * (HEADER_WORDS + (size_t)b.inputs + b.times + 4u * (size_t)b.terms +
@@ -102,13 +117,13 @@ rim_status rim_basis_open(rim_basis *view, const uint8_t *section, size_t bytes,
   return RIM_OK;
 }
 
-rim_status rim_behaviour_open(rim_behaviour *view, const uint8_t *section, size_t bytes,
-                              uint32_t terms, uint32_t outcomes) {
+rim_status rimi_behaviour_open(rim_behaviour *view, const uint8_t *section, size_t bytes,
+                               uint32_t terms, uint32_t outcomes) {
   if (bytes < 4u * SHORT_HEADER_WORDS)
     return RIM_E_TRUNCATED;
-  if (rim_image_u32(section, 0) != 1u)
+  if (rimi_le_u32(section, 0) != 1u)
     return RIM_E_VERSION;
-  if (rim_image_u32(section, 1) != terms || rim_image_u32(section, 2) != 2u * outcomes)
+  if (rimi_le_u32(section, 1) != terms || rimi_le_u32(section, 2) != 2u * outcomes)
     return RIM_E_RANGE;
   const size_t targets = 2u * (size_t)outcomes;
   if (bytes != 4u * (SHORT_HEADER_WORDS + targets * (2u + (size_t)terms)))
@@ -120,7 +135,7 @@ rim_status rim_behaviour_open(rim_behaviour *view, const uint8_t *section, size_
   b.intercept = b.from_start + 4u * targets;
   b.weight = b.intercept + 4u * targets;
   for (size_t i = 0; i < targets; ++i) {
-    if (rim_image_u32(b.from_start, i) > 1u)
+    if (rimi_le_u32(b.from_start, i) > 1u)
       return RIM_E_RANGE;
   }
   if (!finite_numbers(b.intercept, targets * (1u + (size_t)terms), false))
@@ -129,15 +144,15 @@ rim_status rim_behaviour_open(rim_behaviour *view, const uint8_t *section, size_
   return RIM_OK;
 }
 
-void rim_behaviour_predict(const rim_behaviour *view, const double *term, const double *first,
-                           double *predicted) {
+void rimi_behaviour_predict(const rim_behaviour *view, const double *term, const double *first,
+                            double *predicted) {
   const uint32_t outcomes = view->targets / 2u;
   for (size_t o = 0; o < view->targets; ++o) {
-    double sum = (double)rim_image_f32(view->intercept, o);
+    double sum = (double)rimi_le_f32(view->intercept, o);
     const uint8_t *row = view->weight + 4u * o * view->terms;
     for (size_t i = 0; i < view->terms; ++i)
-      sum += (double)rim_image_f32(row, i) * term[i];
-    if (o < outcomes && rim_image_u32(view->from_start, o) != 0u)
+      sum += (double)rimi_le_f32(row, i) * term[i];
+    if (o < outcomes && rimi_le_u32(view->from_start, o) != 0u)
       sum += first[o];
     predicted[o] = sum;
   }
@@ -151,7 +166,7 @@ static bool agreement_rows_fit(const rim_agreement *a) {
   const size_t stride = agreement_stride(a->outcomes, a->means);
   for (size_t o = 0; o < a->outcomes; ++o) {
     const uint8_t *row = a->row + 4u * o * stride;
-    const float source = rim_image_f32(row, 0), integrand = rim_image_f32(row, 2);
+    const float source = rimi_le_f32(row, 0), integrand = rimi_le_f32(row, 2);
     if (!(source >= 0.0f && source <= 2.0f) ||
         !(integrand >= -1.0f && integrand < (float)a->outcomes))
       return false;
@@ -159,13 +174,13 @@ static bool agreement_rows_fit(const rim_agreement *a) {
   return true;
 }
 
-rim_status rim_agreement_open(rim_agreement *view, const uint8_t *section, size_t bytes,
-                              uint32_t outcomes, uint32_t means) {
+rim_status rimi_agreement_open(rim_agreement *view, const uint8_t *section, size_t bytes,
+                               uint32_t outcomes, uint32_t means) {
   if (bytes < 4u * SHORT_HEADER_WORDS)
     return RIM_E_TRUNCATED;
-  if (rim_image_u32(section, 0) != 2u)
+  if (rimi_le_u32(section, 0) != 2u)
     return RIM_E_VERSION;
-  if (rim_image_u32(section, 1) != outcomes || rim_image_u32(section, 2) != means)
+  if (rimi_le_u32(section, 1) != outcomes || rimi_le_u32(section, 2) != means)
     return RIM_E_RANGE;
   const size_t numbers = (size_t)outcomes * (2u + agreement_stride(outcomes, means));
   if (bytes != 4u * (SHORT_HEADER_WORDS + numbers))
@@ -185,29 +200,28 @@ rim_status rim_agreement_open(rim_agreement *view, const uint8_t *section, size_
 enum { BEFORE_RESIDUAL = 0, BEFORE_LEVEL = 1, BEFORE_OUTCOME = 2, SUM = 3 };
 
 static double level_of(const rim_agreement *a, const agreement_block *block, size_t j) {
-  return block->measured[j] * (double)rim_image_f32(a->level_inverse_sd, j);
+  return block->measured[j] * (double)rimi_le_f32(a->level_inverse_sd, j);
 }
 
 static double clipped_residual(const rim_agreement *a, const agreement_block *block, size_t j) {
-  return rim_clamp(block->residual[j] * (double)rim_image_f32(a->inverse_sd, j), -AGREEMENT_CLIP,
-                   AGREEMENT_CLIP);
+  return rimi_clamp(block->residual[j] * (double)rimi_le_f32(a->inverse_sd, j), -AGREEMENT_CLIP,
+                    AGREEMENT_CLIP);
 }
 
 static double from_residuals(const rim_agreement *a, const agreement_block *block,
                              const uint8_t *row, size_t o, const double *before) {
   const size_t count = a->outcomes;
-  double sum = (double)rim_image_f32(row, 1);
+  double sum = (double)rimi_le_f32(row, 1);
   for (size_t j = 0; j < count; ++j) {
     if (j == o)
       continue;
-    double weight = (double)rim_image_f32(row, AGREEMENT_FIRST + j);
+    double weight = (double)rimi_le_f32(row, AGREEMENT_FIRST + j);
     for (size_t m = 0; m < a->means; ++m)
-      weight +=
-          (double)rim_image_f32(row, AGREEMENT_FIRST + (2u + m) * count + j) * block->mean[m];
+      weight += (double)rimi_le_f32(row, AGREEMENT_FIRST + (2u + m) * count + j) * block->mean[m];
     sum += weight * clipped_residual(a, block, j) +
-           (double)rim_image_f32(row, AGREEMENT_FIRST + count + j) * before[j];
+           (double)rimi_le_f32(row, AGREEMENT_FIRST + count + j) * before[j];
   }
-  return block->residual[o] - sum / (double)rim_image_f32(a->inverse_sd, o);
+  return block->residual[o] - sum / (double)rimi_le_f32(a->inverse_sd, o);
 }
 
 static double from_integral(const rim_agreement *a, const agreement_block *block,
@@ -217,22 +231,22 @@ static double from_integral(const rim_agreement *a, const agreement_block *block
   const double sum = state[SUM * count + o];
   if (!block->follows)
     return sum;
-  double change = (double)rim_image_f32(row, 1);
+  double change = (double)rimi_le_f32(row, 1);
   for (size_t j = 0; j < count; ++j) {
     if (j == o)
       continue;
-    change += (double)rim_image_f32(row, AGREEMENT_FIRST + j) * level_of(a, block, j) +
-              (double)rim_image_f32(row, AGREEMENT_FIRST + count + j) * level[j];
+    change += (double)rimi_le_f32(row, AGREEMENT_FIRST + j) * level_of(a, block, j) +
+              (double)rimi_le_f32(row, AGREEMENT_FIRST + count + j) * level[j];
   }
   return AGREEMENT_KEEPS * sum + block->measured[o] - state[BEFORE_OUTCOME * count + o] - change;
 }
 
-void rim_agreement_evaluate(const rim_agreement *a, const agreement_block *block, double *state,
-                            double *remains) {
+void rimi_agreement_evaluate(const rim_agreement *a, const agreement_block *block, double *state,
+                             double *remains) {
   const size_t count = a->outcomes, stride = agreement_stride(count, a->means);
   for (size_t o = 0; o < count; ++o) {
     const uint8_t *row = a->row + 4u * o * stride;
-    const uint32_t source = (uint32_t)rim_image_f32(row, 0);
+    const uint32_t source = (uint32_t)rimi_le_f32(row, 0);
     if (source == AGREEMENT_LEVEL && block->level != NULL)
       remains[o] = block->measured[o] - block->level[o];
     else if (source == AGREEMENT_INTEGRAL)
@@ -245,17 +259,17 @@ void rim_agreement_evaluate(const rim_agreement *a, const agreement_block *block
     state[BEFORE_RESIDUAL * count + j] = clipped_residual(a, block, j);
     state[BEFORE_LEVEL * count + j] = level_of(a, block, j);
     state[BEFORE_OUTCOME * count + j] = block->measured[j];
-    if ((uint32_t)rim_image_f32(row, 0) == AGREEMENT_INTEGRAL)
+    if ((uint32_t)rimi_le_f32(row, 0) == AGREEMENT_INTEGRAL)
       state[SUM * count + j] = remains[j];
   }
 }
 
-double rim_agreement_gain(const rim_agreement *a, uint32_t outcome, uint32_t j, bool *mostly) {
+double rimi_agreement_gain(const rim_agreement *a, uint32_t outcome, uint32_t j, bool *mostly) {
   const uint8_t *row = a->row + 4u * outcome * agreement_stride(a->outcomes, a->means);
-  *mostly = rim_image_f32(row, 2) >= 0.0f && (uint32_t)rim_image_f32(row, 2) == j;
-  if ((uint32_t)rim_image_f32(row, 0) != AGREEMENT_INTEGRAL)
+  *mostly = rimi_le_f32(row, 2) >= 0.0f && (uint32_t)rimi_le_f32(row, 2) == j;
+  if ((uint32_t)rimi_le_f32(row, 0) != AGREEMENT_INTEGRAL)
     return 0.0;
-  const double both = (double)rim_image_f32(row, AGREEMENT_FIRST + j) +
-                      (double)rim_image_f32(row, AGREEMENT_FIRST + a->outcomes + j);
-  return both * (double)rim_image_f32(a->level_inverse_sd, j);
+  const double both = (double)rimi_le_f32(row, AGREEMENT_FIRST + j) +
+                      (double)rimi_le_f32(row, AGREEMENT_FIRST + a->outcomes + j);
+  return both * (double)rimi_le_f32(a->level_inverse_sd, j);
 }

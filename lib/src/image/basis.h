@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Section BASIS of a flight image: what is computed from the commands of a run, as inputs of the
  * behaviour models and of the noise models.
  *
@@ -58,8 +59,8 @@ typedef struct rim_basis {
 /* Validate the whole section. RIM_E_TRUNCATED, _SIZE the bytes do not match the counts; RIM_E_RANGE
  * a count or index out of range (features, outcomes: of the image); RIM_E_DATA a number not finite
  * or a scale not above 0. */
-rim_status rim_basis_open(rim_basis *view, const uint8_t *section, size_t bytes, uint32_t features,
-                          uint32_t outcomes);
+rim_status rimi_basis_open(rim_basis *view, const uint8_t *section, size_t bytes, uint32_t features,
+                           uint32_t outcomes);
 
 /* Section BEHAVIOUR: every outcome of a block from the terms of BASIS alone. Targets 0..O-1 are the
  * outcomes' block means, O..2O-1 the logarithms of their mean square second differences.
@@ -71,12 +72,12 @@ typedef struct rim_behaviour {
   const uint8_t *from_start, *intercept, *weight;
 } rim_behaviour;
 
-rim_status rim_behaviour_open(rim_behaviour *view, const uint8_t *section, size_t bytes,
-                              uint32_t terms, uint32_t outcomes);
+rim_status rimi_behaviour_open(rim_behaviour *view, const uint8_t *section, size_t bytes,
+                               uint32_t terms, uint32_t outcomes);
 
 /* predicted[2 O] in the outcomes' units; term[P] standardised, first[O] the first readings. */
-void rim_behaviour_predict(const rim_behaviour *view, const double *term, const double *first,
-                           double *predicted);
+void rimi_behaviour_predict(const rim_behaviour *view, const double *term, const double *first,
+                            double *predicted);
 
 /* Section AGREEMENT: what remains of one outcome from what the others say.
  *   u32 layout (2), outcomes O, means M, 0
@@ -108,8 +109,8 @@ typedef struct rim_agreement {
   const uint8_t *inverse_sd, *level_inverse_sd, *row;
 } rim_agreement;
 
-rim_status rim_agreement_open(rim_agreement *view, const uint8_t *section, size_t bytes,
-                              uint32_t outcomes, uint32_t means);
+rim_status rimi_agreement_open(rim_agreement *view, const uint8_t *section, size_t bytes,
+                               uint32_t outcomes, uint32_t means);
 
 /* One block; arrays of [outcomes], in the outcomes' units, mean[means] standardised. */
 typedef struct agreement_block {
@@ -122,11 +123,11 @@ typedef struct agreement_block {
 #define AGREEMENT_STATE 4u
 
 /* remains[O], in the outcomes' units. Cost O(O^2 (2 + M)). */
-void rim_agreement_evaluate(const rim_agreement *view, const agreement_block *block, double *state,
-                            double *remains);
+void rimi_agreement_evaluate(const rim_agreement *view, const agreement_block *block, double *state,
+                             double *remains);
 
 /* Where `outcome` is watched as an integral: its change per block and unit of outcome j, 0 where it
  * does not integrate that one. *mostly: whether j is the one that it mostly integrates. */
-double rim_agreement_gain(const rim_agreement *view, uint32_t outcome, uint32_t j, bool *mostly);
+double rimi_agreement_gain(const rim_agreement *view, uint32_t outcome, uint32_t j, bool *mostly);
 
 #endif

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "rim/plan/correct.h"
 
 #include <string.h>
@@ -38,7 +39,7 @@ static void put_u32(uint8_t *p, uint32_t v) {
 }
 
 static void put_f64(uint8_t *p, double v) {
-  const uint64_t bits = rim_bits(v);
+  const uint64_t bits = rimi_bits(v);
   put_u32(p, (uint32_t)(bits & 0xffffffffu));
   put_u32(p + 4, (uint32_t)(bits >> 32));
 }
@@ -53,11 +54,11 @@ static const uint8_t *region_at(const rim_correct *c, uint32_t k) {
 }
 
 static double shift_of(const rim_correct *c, uint32_t k, uint32_t o) {
-  return rim_image_f64(region_at(c, k) + AT_SHIFT, o);
+  return rimi_le_f64(region_at(c, k) + AT_SHIFT, o);
 }
 
 static double confidence_of(const rim_correct *c, uint32_t k) {
-  return rim_image_f64(region_at(c, k) + AT_CONFIDENCE, 0);
+  return rimi_le_f64(region_at(c, k) + AT_CONFIDENCE, 0);
 }
 
 static void unpack_region(const rim_correct *c, uint32_t k, rim_correct_region *to) {
@@ -67,18 +68,18 @@ static void unpack_region(const rim_correct *c, uint32_t k, rim_correct_region *
   to->is_box = p[AT_BOX] != 0;
   to->confidence = confidence_of(c, k);
   for (size_t i = 0; i < MAX_DIMS; ++i) {
-    to->region.feature[i] = rim_image_u16(p + AT_FEATURE, i);
-    to->region.center[i] = rim_image_f64(p + AT_CENTER, i);
-    to->region.lower[i] = rim_image_f64(p + AT_LOWER, i);
-    to->region.upper[i] = rim_image_f64(p + AT_UPPER, i);
+    to->region.feature[i] = rimi_le_u16(p + AT_FEATURE, i);
+    to->region.center[i] = rimi_le_f64(p + AT_CENTER, i);
+    to->region.lower[i] = rimi_le_f64(p + AT_LOWER, i);
+    to->region.upper[i] = rimi_le_f64(p + AT_UPPER, i);
   }
   for (size_t i = 0; i < (size_t)MAX_DIMS * MAX_DIMS; ++i)
-    to->region.inverse_shape[i] = rim_image_f64(p + AT_SHAPE, i);
+    to->region.inverse_shape[i] = rimi_le_f64(p + AT_SHAPE, i);
 }
 
 static uint32_t crc_of(const uint8_t *section, size_t bytes) {
-  const uint32_t crc = rim_crc32(0, section, CRC_AT);
-  return rim_crc32(crc, section + CRC_AT + 4u, bytes - CRC_AT - 4u);
+  const uint32_t crc = rimi_crc32(0, section, CRC_AT);
+  return rimi_crc32(crc, section + CRC_AT + 4u, bytes - CRC_AT - 4u);
 }
 
 /* ---- validation, the same for what is packed and what is opened ---- */
@@ -111,14 +112,14 @@ static rim_status check_region(const rim_correct_region *c, uint32_t features) {
   if (!(c->confidence >= 0.0 && c->confidence <= 1.0))
     return RIM_E_DATA;
   for (size_t i = 0; i < r->dims; ++i) {
-    if (!rim_is_finite(r->center[i]) || is_nan(r->lower[i]) || is_nan(r->upper[i]))
+    if (!rimi_is_finite(r->center[i]) || is_nan(r->lower[i]) || is_nan(r->upper[i]))
       return RIM_E_DATA;
   }
   for (size_t i = 0; i < (size_t)r->dims * r->dims; ++i) {
-    if (!rim_is_finite(r->inverse_shape[i]))
+    if (!rimi_is_finite(r->inverse_shape[i]))
       return RIM_E_DATA;
   }
-  return c->is_box || rim_region_is_valid(r) ? RIM_OK : RIM_E_SINGULAR;
+  return c->is_box || rimi_region_is_valid(r) ? RIM_OK : RIM_E_SINGULAR;
 }
 
 /* What dims leaves unused is 0, so that equal models have equal bytes. */
@@ -161,13 +162,13 @@ static rim_status check_model(const rim_correct_model *m) {
       return status;
   }
   for (size_t i = 0; i < (size_t)m->regions * m->outcomes; ++i) {
-    if (!rim_is_finite(m->shift[i]))
+    if (!rimi_is_finite(m->shift[i]))
       return RIM_E_DATA;
   }
   return RIM_OK;
 }
 
-rim_status rim_correct_pack(const rim_correct_model *m, uint8_t *section, size_t bytes) {
+rim_status rimi_correct_pack(const rim_correct_model *m, uint8_t *section, size_t bytes) {
   if (m == NULL || section == NULL)
     return RIM_E_ARGUMENT;
   const rim_status status = check_model(m);
@@ -205,35 +206,35 @@ static rim_status check_section(const rim_correct *c) {
     if (memcmp(packed, region_at(c, k), AT_SHIFT) != 0)
       return RIM_E_DATA;
     for (uint32_t o = 0; o < c->outcomes; ++o) {
-      if (!rim_is_finite(shift_of(c, k, o)))
+      if (!rimi_is_finite(shift_of(c, k, o)))
         return RIM_E_DATA;
     }
   }
   return RIM_OK;
 }
 
-rim_status rim_correct_open(rim_correct *view, const uint8_t *section, size_t bytes) {
+rim_status rimi_correct_open(rim_correct *view, const uint8_t *section, size_t bytes) {
   if (view == NULL || section == NULL)
     return RIM_E_ARGUMENT;
   if (((uintptr_t)section & 3u) != 0)
     return RIM_E_ALIGN;
   if (bytes < RIM_CORRECT_HEADER_BYTES)
     return RIM_E_TRUNCATED;
-  if (rim_image_u32(section, 0) != RIM_CORRECT_LAYOUT)
+  if (rimi_le_u32(section, 0) != RIM_CORRECT_LAYOUT)
     return RIM_E_VERSION;
-  const uint32_t announced = rim_image_u32(section, 1);
+  const uint32_t announced = rimi_le_u32(section, 1);
   if (announced < RIM_CORRECT_HEADER_BYTES || bytes < announced)
     return RIM_E_TRUNCATED;
   if (bytes > announced)
     return RIM_E_SIZE;
-  if (crc_of(section, bytes) != rim_image_u32(section, CRC_AT / 4u))
+  if (crc_of(section, bytes) != rimi_le_u32(section, CRC_AT / 4u))
     return RIM_E_CRC;
-  const uint32_t overlap = rim_image_u32(section, 5);
+  const uint32_t overlap = rimi_le_u32(section, 5);
   rim_correct c = {.section = section,
-                   .features = rim_image_u32(section, 2),
-                   .outcomes = rim_image_u32(section, 3),
-                   .regions = rim_image_u32(section, 4),
-                   .kinds = rim_image_u32(section, 6)};
+                   .features = rimi_le_u32(section, 2),
+                   .outcomes = rimi_le_u32(section, 3),
+                   .regions = rimi_le_u32(section, 4),
+                   .kinds = rimi_le_u32(section, 6)};
   if (!counts_ok(c.features, c.outcomes, c.regions, overlap, c.kinds))
     return RIM_E_RANGE;
   c.overlap = (rim_overlap)overlap;
@@ -246,13 +247,13 @@ rim_status rim_correct_open(rim_correct *view, const uint8_t *section, size_t by
   return status;
 }
 
-rim_status rim_correct_attach(rim_correct *view, const rim_image *image) {
+rim_status rimi_correct_attach(rim_correct *view, const rim_image *image) {
   const uint8_t *section;
   size_t bytes;
   if (view == NULL)
     return RIM_E_ARGUMENT;
   const rim_status status = rim_image_section(image, RIM_CORRECT_SECTION, &section, &bytes);
-  return status == RIM_OK ? rim_correct_open(view, section, bytes) : status;
+  return status == RIM_OK ? rimi_correct_open(view, section, bytes) : status;
 }
 
 /* ---- the mixture ---- */
@@ -307,7 +308,7 @@ static double chance(const rim_correct *c, const active *a, uint32_t set) {
     if (acts && c->overlap == RIM_OVERLAP_MIXTURE)
       return set == 1u << k ? a->p[k] : 0.0;
   }
-  return c->overlap == RIM_OVERLAP_MIXTURE ? rim_max(1.0 - sum, 0.0) : product;
+  return c->overlap == RIM_OVERLAP_MIXTURE ? rimi_max(1.0 - sum, 0.0) : product;
 }
 
 static double shift_of_set(const rim_correct *c, uint32_t set, uint32_t o) {
@@ -343,10 +344,10 @@ static double shift_variance(const rim_correct *c, const active *a, uint32_t o) 
                                               : a->p[k] * from_mean * from_mean;
     rest -= a->p[k];
   }
-  return c->overlap == RIM_OVERLAP_SUM ? variance : variance + rim_max(rest, 0.0) * mean * mean;
+  return c->overlap == RIM_OVERLAP_SUM ? variance : variance + rimi_max(rest, 0.0) * mean * mean;
 }
 
-rim_status rim_correct_weights(const rim_correct *c, const double *x, double *weight) {
+rim_status rimi_correct_weights(const rim_correct *c, const double *x, double *weight) {
   if (c == NULL || c->section == NULL || x == NULL || weight == NULL)
     return RIM_E_ARGUMENT;
   const active a = at(c, x);
@@ -356,8 +357,8 @@ rim_status rim_correct_weights(const rim_correct *c, const double *x, double *we
   return RIM_OK;
 }
 
-rim_status rim_correct_mean(const rim_correct *c, const double *x, const double *nominal,
-                            double *mean) {
+rim_status rimi_correct_mean(const rim_correct *c, const double *x, const double *nominal,
+                             double *mean) {
   if (c == NULL || c->section == NULL || x == NULL || nominal == NULL || mean == NULL)
     return RIM_E_ARGUMENT;
   const active a = at(c, x);
@@ -366,17 +367,17 @@ rim_status rim_correct_mean(const rim_correct *c, const double *x, const double 
   return RIM_OK;
 }
 
-rim_status rim_correct_moments(const rim_correct *c, const double *x, const double *nominal,
-                               const double *sd, double *mean, double *mixed_sd) {
+rim_status rimi_correct_moments(const rim_correct *c, const double *x, const double *nominal,
+                                const double *sd, double *mean, double *mixed_sd) {
   if (sd == NULL || mixed_sd == NULL)
     return RIM_E_ARGUMENT;
-  const rim_status status = rim_correct_mean(c, x, nominal, mean);
+  const rim_status status = rimi_correct_mean(c, x, nominal, mean);
   if (status != RIM_OK)
     return status;
   const active a = at(c, x);
   for (uint32_t o = 0; o < c->outcomes; ++o) {
     const double extra = shift_variance(c, &a, o);
-    mixed_sd[o] = extra > 0.0 ? rim_sqrt(sd[o] * sd[o] + extra) : sd[o];
+    mixed_sd[o] = extra > 0.0 ? rimi_sqrt(sd[o] * sd[o] + extra) : sd[o];
   }
   return RIM_OK;
 }
@@ -385,10 +386,10 @@ rim_status rim_correct_moments(const rim_correct *c, const double *x, const doub
 static double ln_component(const rim_correct *c, const active *a, uint32_t set, uint32_t first,
                            uint32_t last, const double *nominal, const double *sd,
                            const double *z) {
-  double sum = rim_log(chance(c, a, set));
+  double sum = rimi_log(chance(c, a, set));
   for (uint32_t o = first; o <= last; ++o) {
     const double u = (z[o - first] - nominal[o - first] - shift_of_set(c, set, o)) / sd[o - first];
-    sum -= 0.5 * u * u + rim_log(sd[o - first]) + LN_SQRT_2PI;
+    sum -= 0.5 * u * u + rimi_log(sd[o - first]) + LN_SQRT_2PI;
   }
   return sum;
 }
@@ -399,29 +400,29 @@ static double ln_mixture(const rim_correct *c, const double *x, uint32_t first, 
   const active a = at(c, x);
   double largest = ln_component(c, &a, 0, first, last, nominal, sd, z);
   for (uint32_t set = a.mask; set != 0; set = (set - 1u) & a.mask)
-    largest = rim_max(largest, ln_component(c, &a, set, first, last, nominal, sd, z));
-  if (!rim_is_finite(largest))
+    largest = rimi_max(largest, ln_component(c, &a, set, first, last, nominal, sd, z));
+  if (!rimi_is_finite(largest))
     return largest;
-  double sum = rim_exp(ln_component(c, &a, 0, first, last, nominal, sd, z) - largest);
+  double sum = rimi_exp(ln_component(c, &a, 0, first, last, nominal, sd, z) - largest);
   for (uint32_t set = a.mask; set != 0; set = (set - 1u) & a.mask)
-    sum += rim_exp(ln_component(c, &a, set, first, last, nominal, sd, z) - largest);
-  return largest + rim_log(sum);
+    sum += rimi_exp(ln_component(c, &a, set, first, last, nominal, sd, z) - largest);
+  return largest + rimi_log(sum);
 }
 
-rim_status rim_correct_density(const rim_correct *c, const double *x, uint32_t outcome,
-                               double nominal, double sd, double z, double *density) {
+rim_status rimi_correct_density(const rim_correct *c, const double *x, uint32_t outcome,
+                                double nominal, double sd, double z, double *density) {
   if (c == NULL || c->section == NULL || x == NULL || density == NULL)
     return RIM_E_ARGUMENT;
   if (outcome >= c->outcomes)
     return RIM_E_RANGE;
   if (!(sd > 0.0))
     return RIM_E_DATA;
-  *density = rim_exp(ln_mixture(c, x, outcome, outcome, &nominal, &sd, &z));
+  *density = rimi_exp(ln_mixture(c, x, outcome, outcome, &nominal, &sd, &z));
   return RIM_OK;
 }
 
-rim_status rim_correct_ln_density(const rim_correct *c, const double *x, const double *nominal,
-                                  const double *sd, const double *z, double *ln_density) {
+rim_status rimi_correct_ln_density(const rim_correct *c, const double *x, const double *nominal,
+                                   const double *sd, const double *z, double *ln_density) {
   if (c == NULL || c->section == NULL || x == NULL || nominal == NULL || sd == NULL || z == NULL ||
       ln_density == NULL)
     return RIM_E_ARGUMENT;

@@ -1,48 +1,49 @@
+/* SPDX-License-Identifier: MIT */
 #include "image/noise.h"
 
 #include <stdbool.h>
 
-#include "rim/image.h"
 #include "base/real.h"
+#include "rim/image.h"
 
 static bool is_channel_valid(const rim_noise *view, uint32_t c) {
-  const noise_channel n = rim_noise_channel(view, c);
+  const noise_channel n = rimi_noise_channel(view, c);
   const uint8_t *at = view->channel + 4u * (size_t)c * view->stride;
   for (size_t i = 0; i < view->stride; ++i) {
-    if (!rim_is_finite((double)rim_image_f32(at, i)))
+    if (!rimi_is_finite((double)rimi_le_f32(at, i)))
       return false;
   }
-  if (!(rim_image_f32(at, 1) >= 0.0f) || n.fields > view->fields || !(n.rho >= 0.0f) ||
+  if (!(rimi_le_f32(at, 1) >= 0.0f) || n.fields > view->fields || !(n.rho >= 0.0f) ||
       !(n.rho < 1.0f) || !(n.s > 0.0f) || !(n.p_scale > 0.0f))
     return false;
   for (size_t k = 0; k < view->fields; ++k) {
-    if (!(rim_image_f32(n.inverse_prior, k) > 0.0f))
+    if (!(rimi_le_f32(n.inverse_prior, k) > 0.0f))
       return false;
   }
   for (size_t f = 0; f < NOISE_FAMILIES; ++f) {
-    if (!(rim_image_f32(n.phi, f) >= 1.0f))
+    if (!(rimi_le_f32(n.phi, f) >= 1.0f))
       return false;
   }
   return true;
 }
 
-rim_status rim_noise_open(rim_noise *view, const uint8_t *section, size_t bytes, uint32_t channels,
-                          uint32_t means) {
+rim_status rimi_noise_open(rim_noise *view, const uint8_t *section, size_t bytes, uint32_t channels,
+                           uint32_t means) {
   if (bytes < 4u * NOISE_HEADER_WORDS)
     return RIM_E_TRUNCATED;
-  if (rim_image_u32(section, 0) != 1u)
+  if (rimi_le_u32(section, 0) != 1u)
     return RIM_E_VERSION;
   rim_noise n;
-  n.channels = rim_image_u32(section, 1);
-  n.raw = rim_image_u32(section, 2);
-  n.fields = rim_image_u32(section, 3);
-  n.run_s = (double)rim_image_f32(section, 4);
-  n.decay_s = (double)rim_image_f32(section, 5);
-  n.trend_s = (double)rim_image_f32(section, 6);
+  n.channels = rimi_le_u32(section, 1);
+  n.raw = rimi_le_u32(section, 2);
+  n.fields = rimi_le_u32(section, 3);
+  n.run_s = (double)rimi_le_f32(section, 4);
+  n.decay_s = (double)rimi_le_f32(section, 5);
+  n.trend_s = (double)rimi_le_f32(section, 6);
   if (n.channels != channels || n.raw != NOISE_RAW_FIRST + means || n.raw > NOISE_MAX_RAW ||
-      n.fields < 1u || n.fields > NOISE_MAX_FIELDS || !rim_is_finite(n.run_s) ||
-      !rim_is_finite(n.decay_s) || !(n.run_s > 0.0) || !(n.decay_s > 0.0) ||
-      !rim_is_finite(n.trend_s) || !(n.trend_s > 0.0))
+      n.fields < 1u || n.fields > NOISE_MAX_FIELDS || !rimi_is_finite(n.run_s) ||
+      !rimi_is_finite(n.decay_s) || !(n.run_s > 0.0) || !(n.decay_s > 0.0) ||
+      !rimi_is_finite(n.trend_s) || !(n.trend_s > 0.0))
     return RIM_E_RANGE;
   n.stride = NOISE_CHANNEL_WORDS + n.fields * (1u + n.raw) + NOISE_FAMILIES;
   if (bytes != 4u * (NOISE_HEADER_WORDS + (size_t)channels * n.stride))
@@ -56,26 +57,26 @@ rim_status rim_noise_open(rim_noise *view, const uint8_t *section, size_t bytes,
   return RIM_OK;
 }
 
-noise_channel rim_noise_channel(const rim_noise *view, uint32_t channel) {
+noise_channel rimi_noise_channel(const rim_noise *view, uint32_t channel) {
   const uint8_t *at = view->channel + 4u * (size_t)channel * view->stride;
   noise_channel c;
-  c.active = rim_image_f32(at, 0);
-  const float fields = rim_image_f32(at, 1);
+  c.active = rimi_le_f32(at, 0);
+  const float fields = rimi_le_f32(at, 1);
   c.fields = fields >= 0.0f && fields <= (float)NOISE_MAX_FIELDS ? (uint32_t)fields : 0u;
-  c.rho = rim_image_f32(at, 2);
-  c.s = rim_image_f32(at, 3);
-  c.p_center = rim_image_f32(at, 4);
-  c.p_scale = rim_image_f32(at, 5);
+  c.rho = rimi_le_f32(at, 2);
+  c.s = rimi_le_f32(at, 3);
+  c.p_center = rimi_le_f32(at, 4);
+  c.p_scale = rimi_le_f32(at, 5);
   for (size_t i = 0; i < 3; ++i)
-    c.ln_sigma[i] = rim_image_f32(at, 6 + i);
+    c.ln_sigma[i] = rimi_le_f32(at, 6 + i);
   c.inverse_prior = at + 4u * NOISE_CHANNEL_WORDS;
   c.combination = c.inverse_prior + 4u * view->fields;
   c.phi = c.combination + 4u * view->fields * view->raw;
   return c;
 }
 
-double rim_noise_weight(const noise_channel *c, double p, double change) {
+double rimi_noise_weight(const noise_channel *c, double p, double change) {
   const double ln_sigma = (double)c->ln_sigma[0] * p + (double)c->ln_sigma[1] * (p * p - 1.0) +
                           (double)c->ln_sigma[2] * change;
-  return rim_exp(-rim_clamp(ln_sigma, -NOISE_LN_SIGMA, NOISE_LN_SIGMA));
+  return rimi_exp(-rimi_clamp(ln_sigma, -NOISE_LN_SIGMA, NOISE_LN_SIGMA));
 }

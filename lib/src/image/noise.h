@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Section NOISE of a flight image: what healthy residuals do.
  *
  * A channel's residual in block i of a run is r_i = B_i b + sigma(x_i) a_i: the run's own effects b
@@ -32,8 +33,8 @@ typedef struct rim_noise {
 } rim_noise;
 
 /* RIM_E_VERSION, _RANGE counts or a value out of range; _TRUNCATED bytes; _DATA not finite. */
-rim_status rim_noise_open(rim_noise *view, const uint8_t *section, size_t bytes, uint32_t channels,
-                          uint32_t means);
+rim_status rimi_noise_open(rim_noise *view, const uint8_t *section, size_t bytes, uint32_t channels,
+                           uint32_t means);
 
 /* One channel's numbers, read from the section. */
 typedef struct noise_channel {
@@ -42,9 +43,9 @@ typedef struct noise_channel {
   const uint8_t *inverse_prior, *combination, *phi;
 } noise_channel;
 
-noise_channel rim_noise_channel(const rim_noise *view, uint32_t channel);
+noise_channel rimi_noise_channel(const rim_noise *view, uint32_t channel);
 
 /* exp(-ln sigma(x)): the weight of a residual. p: the prediction, standardised. */
-double rim_noise_weight(const noise_channel *c, double p, double change);
+double rimi_noise_weight(const noise_channel *c, double p, double change);
 
 #endif

@@ -1,10 +1,11 @@
+/* SPDX-License-Identifier: MIT */
 #include "image/nominal.h"
 
 #include <stdbool.h>
 #include <string.h>
 
-#include "rim/image.h"
 #include "base/real.h"
+#include "rim/image.h"
 
 /* Word offsets of a prototype's scalars. */
 enum { P_BANDWIDTH = 0, P_REACH = 1, P_LN_MASS = 2, P_RESERVED = 3, P_CENTRE = 4 };
@@ -17,7 +18,7 @@ typedef struct gate {
 } gate;
 
 static double value_at(const rim_nominal *m, size_t word) {
-  return (double)rim_image_f32(m->section, word);
+  return (double)rimi_le_f32(m->section, word);
 }
 
 static size_t inputs_at(const rim_nominal *m, uint32_t block) {
@@ -36,7 +37,7 @@ static bool in_range(uint32_t value, uint32_t low, uint32_t high) {
 static bool values_ok(const rim_nominal *m, size_t first, size_t count, bool positive) {
   for (size_t i = 0; i < count; ++i) {
     const double v = value_at(m, first + i);
-    if (!rim_is_finite(v) || (positive && v <= 0.0)) {
+    if (!rimi_is_finite(v) || (positive && v <= 0.0)) {
       return false;
     }
   }
@@ -46,7 +47,7 @@ static bool values_ok(const rim_nominal *m, size_t first, size_t count, bool pos
 static bool gate_weights_ok(const rim_nominal *m) {
   for (uint32_t i = 0; i < m->inputs; ++i) {
     const double g = value_at(m, inputs_at(m, 2u) + i);
-    if (!rim_is_finite(g) || g < 0.0) {
+    if (!rimi_is_finite(g) || g < 0.0) {
       return false;
     }
   }
@@ -58,7 +59,7 @@ static bool prototype_ok(const rim_nominal *m, uint32_t p) {
   const size_t variance = at + P_CENTRE + m->inputs;
   const size_t rest = variance + m->outputs;
   return values_ok(m, at + P_BANDWIDTH, 2, true) && values_ok(m, at + P_LN_MASS, 1, false) &&
-         rim_image_u32(m->section, at + P_RESERVED) == 0u &&
+         rimi_le_u32(m->section, at + P_RESERVED) == 0u &&
          values_ok(m, at + P_CENTRE, m->inputs, false) &&
          values_ok(m, variance, m->outputs, true) &&
          values_ok(m, rest, at + m->stride - rest, false);
@@ -66,26 +67,26 @@ static bool prototype_ok(const rim_nominal *m, uint32_t p) {
 
 static rim_status read_header(rim_nominal *m, const uint8_t *section) {
   m->section = section;
-  if (rim_image_u32(section, 0) != RIM_NOMINAL_LAYOUT) {
+  if (rimi_le_u32(section, 0) != RIM_NOMINAL_LAYOUT) {
     return RIM_E_VERSION;
   }
-  m->inputs = rim_image_u32(section, 1);
-  m->outputs = rim_image_u32(section, 2);
-  m->prototypes = rim_image_u32(section, 3);
-  m->top = rim_image_u32(section, 4);
-  m->order = rim_image_u32(section, 5);
+  m->inputs = rimi_le_u32(section, 1);
+  m->outputs = rimi_le_u32(section, 2);
+  m->prototypes = rimi_le_u32(section, 3);
+  m->top = rimi_le_u32(section, 4);
+  m->order = rimi_le_u32(section, 5);
   if (!in_range(m->inputs, 1, RIM_NOMINAL_MAX_INPUTS) ||
       !in_range(m->outputs, 1, RIM_NOMINAL_MAX_OUTPUTS) ||
       !in_range(m->prototypes, 1, RIM_NOMINAL_MAX_PROTOTYPES) ||
       !in_range(m->top, 1, RIM_NOMINAL_MAX_TOP) || m->top > m->prototypes || m->order > 1u ||
-      rim_image_u32(section, 6) != 0u || rim_image_u32(section, 7) != 0u) {
+      rimi_le_u32(section, 6) != 0u || rimi_le_u32(section, 7) != 0u) {
     return RIM_E_RANGE;
   }
   m->stride = RIM_NOMINAL_STRIDE(m->inputs, m->outputs, m->order);
   return RIM_OK;
 }
 
-rim_status rim_nominal_open(rim_nominal *model, const uint8_t *section, size_t bytes) {
+rim_status rimi_nominal_open(rim_nominal *model, const uint8_t *section, size_t bytes) {
   rim_nominal m;
   if (model == NULL || section == NULL) {
     return RIM_E_ARGUMENT;
@@ -123,11 +124,11 @@ static bool standardise(const rim_nominal *m, const double *x, double *xs) {
   const size_t centre = inputs_at(m, 0);
   const size_t scale = inputs_at(m, 1u);
   for (uint32_t i = 0; i < m->inputs; ++i) {
-    if (!rim_is_finite(x[i])) {
+    if (!rimi_is_finite(x[i])) {
       return false;
     }
     const double v = (x[i] - value_at(m, centre + i)) * value_at(m, scale + i);
-    xs[i] = rim_min(rim_max(v, -RIM_NOMINAL_MAX_STANDARDISED), RIM_NOMINAL_MAX_STANDARDISED);
+    xs[i] = rimi_min(rimi_max(v, -RIM_NOMINAL_MAX_STANDARDISED), RIM_NOMINAL_MAX_STANDARDISED);
   }
   return true;
 }
@@ -177,11 +178,11 @@ static void open_gate(const rim_nominal *m, const double *xs, gate *g) {
     }
     count = keep_best(g, count, m->top, p, value_at(m, at + P_LN_MASS) - d2 / (2.0 * h * h));
   }
-  g->extrapolation = rim_sqrt(nearest_d2) / value_at(m, prototype_at(m, nearest) + P_REACH);
+  g->extrapolation = rimi_sqrt(nearest_d2) / value_at(m, prototype_at(m, nearest) + P_REACH);
   const double largest = g->weight[0];
   double sum = 0.0;
   for (uint32_t k = 0; k < m->top; ++k) {
-    g->weight[k] = rim_exp(g->weight[k] - largest);
+    g->weight[k] = rimi_exp(g->weight[k] - largest);
     sum += g->weight[k];
   }
   for (uint32_t k = 0; k < m->top; ++k) {
@@ -217,11 +218,11 @@ static void predict_outcome(const rim_nominal *m, const gate *g, const double *x
     variance += g->weight[k] * (value[k] - sum) * (value[k] - sum);
   }
   *mean = sum;
-  *sd = rim_sqrt(variance);
+  *sd = rimi_sqrt(variance);
 }
 
-rim_status rim_nominal_predict(const rim_nominal *model, const double *x, double *mean, double *sd,
-                               double *extrapolation) {
+rim_status rimi_nominal_predict(const rim_nominal *model, const double *x, double *mean, double *sd,
+                                double *extrapolation) {
   double xs[RIM_NOMINAL_MAX_INPUTS];
   gate g;
   if (model == NULL || model->section == NULL || x == NULL || mean == NULL || sd == NULL) {

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rim/nominal.h - the nominal model: mean and standard deviation of every outcome in a context.
  *
  * The compressed kernel model of eq. 4.13 and 4.14 (p. 63): a few prototypes stand for the training
@@ -68,7 +69,7 @@ typedef struct rim_nominal {
  * RIM_E_DATA         a value not finite, or a scale, bandwidth, reach or variance not above 0.
  *
  * On any error the view is left as it was. Cost O(bytes); stack below 200 bytes. */
-rim_status rim_nominal_open(rim_nominal *model, const uint8_t *section, size_t bytes);
+rim_status rimi_nominal_open(rim_nominal *model, const uint8_t *section, size_t bytes);
 
 /* Predicts the outcomes in context x: eq. 4.13 for the mean, eq. 4.14 (diagonal) for the deviation,
  * over the K prototypes of largest gate weight exp(ln_mass - |g (xs - c_p)|^2 / 2h_p^2), ties by
@@ -84,8 +85,8 @@ rim_status rim_nominal_open(rim_nominal *model, const uint8_t *section, size_t b
  * RIM_OK; RIM_E_ARGUMENT null pointer or unopened view; RIM_E_DATA an input that is not finite.
  * On any error nothing is written. Cost P d + K o d multiply-adds, P divisions and K exponentials
  * (16*29 + 4*25*29 = 3364 multiply-adds on the lander); stack below 3 kB. */
-rim_status rim_nominal_predict(const rim_nominal *model, const double *x, double *mean, double *sd,
-                               double *extrapolation);
+rim_status rimi_nominal_predict(const rim_nominal *model, const double *x, double *mean, double *sd,
+                                double *extrapolation);
 
 #ifdef __cplusplus
 }

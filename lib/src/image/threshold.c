@@ -1,16 +1,17 @@
+/* SPDX-License-Identifier: MIT */
 #include "image/threshold.h"
 
 #include <float.h>
 #include <stdbool.h>
 
-#include "rim/image.h"
 #include "base/real.h"
+#include "rim/image.h"
 
 enum { HEADER_U32S = 4, HEADER_F32S = 4 };
 
 static bool values_are_finite(const uint8_t *section, size_t first, size_t count) {
   for (size_t i = first; i < first + count; ++i) {
-    if (!rim_is_finite((double)rim_image_f32(section, i)))
+    if (!rimi_is_finite((double)rimi_le_f32(section, i)))
       return false;
   }
   return true;
@@ -18,7 +19,7 @@ static bool values_are_finite(const uint8_t *section, size_t first, size_t count
 
 static bool maxima_ascend(const rim_threshold *t) {
   for (size_t i = 1; i < t->runs; ++i) {
-    if (rim_image_f32(t->maxima, i) < rim_image_f32(t->maxima, i - 1))
+    if (rimi_le_f32(t->maxima, i) < rimi_le_f32(t->maxima, i - 1))
       return false;
   }
   return true;
@@ -26,11 +27,11 @@ static bool maxima_ascend(const rim_threshold *t) {
 
 static bool scales_are_valid(const rim_threshold *t) {
   for (size_t i = 0; i < t->knots; ++i) {
-    if (!(rim_image_f32(t->envelope, i) > 0.0f))
+    if (!(rimi_le_f32(t->envelope, i) > 0.0f))
       return false;
   }
   for (size_t c = 0; c < t->channels; ++c) {
-    if (!(rim_image_f32(t->scale, c) > 0.0f) || !(rim_image_f32(t->offset, c) >= 0.0f)) {
+    if (!(rimi_le_f32(t->scale, c) > 0.0f) || !(rimi_le_f32(t->offset, c) >= 0.0f)) {
       return false;
     }
   }
@@ -38,16 +39,16 @@ static bool scales_are_valid(const rim_threshold *t) {
          t->promised_rate <= 1.0;
 }
 
-rim_status rim_threshold_open(rim_threshold *view, const uint8_t *section, size_t bytes) {
+rim_status rimi_threshold_open(rim_threshold *view, const uint8_t *section, size_t bytes) {
   if (view == NULL || section == NULL)
     return RIM_E_ARGUMENT;
   if (bytes < RIM_THRESHOLD_HEADER_BYTES)
     return RIM_E_TRUNCATED;
   rim_threshold t;
-  t.channels = rim_image_u32(section, 0);
-  t.runs = rim_image_u32(section, 1);
-  t.knots = rim_image_u32(section, 2);
-  t.rank = rim_image_u32(section, 3);
+  t.channels = rimi_le_u32(section, 0);
+  t.runs = rimi_le_u32(section, 1);
+  t.knots = rimi_le_u32(section, 2);
+  t.rank = rimi_le_u32(section, 3);
   if (t.channels < 1 || t.channels > 1024 || t.runs > RIM_THRESHOLD_MAX_RUNS ||
       t.knots > RIM_THRESHOLD_MAX_KNOTS || t.rank > t.runs + 1u) {
     return RIM_E_RANGE;
@@ -57,9 +58,9 @@ rim_status rim_threshold_open(rim_threshold *view, const uint8_t *section, size_
     return RIM_E_TRUNCATED;
   if (!values_are_finite(section, HEADER_U32S, values))
     return RIM_E_RANGE;
-  t.alarm_score = (double)rim_image_f32(section, HEADER_U32S);
-  t.warn_score = (double)rim_image_f32(section, HEADER_U32S + 1);
-  t.promised_rate = (double)rim_image_f32(section, HEADER_U32S + 2);
+  t.alarm_score = (double)rimi_le_f32(section, HEADER_U32S);
+  t.warn_score = (double)rimi_le_f32(section, HEADER_U32S + 1);
+  t.promised_rate = (double)rimi_le_f32(section, HEADER_U32S + 2);
   t.maxima = section + RIM_THRESHOLD_HEADER_BYTES;
   t.envelope = t.maxima + 4u * (size_t)t.runs;
   t.offset = t.envelope + 4u * (size_t)t.knots;
@@ -70,7 +71,7 @@ rim_status rim_threshold_open(rim_threshold *view, const uint8_t *section, size_
   return RIM_OK;
 }
 
-double rim_threshold_envelope(const rim_threshold *view, uint32_t observations) {
+double rimi_threshold_envelope(const rim_threshold *view, uint32_t observations) {
   if (view->knots == 0)
     return 1.0;
   const uint32_t n = observations > 0 ? observations : 1;
@@ -78,33 +79,33 @@ double rim_threshold_envelope(const rim_threshold *view, uint32_t observations) 
   while (octave < 31u && n >> (octave + 1u) != 0u)
     ++octave; /* at most 31 turns */
   if (octave + 1u >= view->knots)
-    return (double)rim_image_f32(view->envelope, view->knots - 1u);
-  const double low = (double)rim_image_f32(view->envelope, octave);
-  const double high = (double)rim_image_f32(view->envelope, octave + 1u);
+    return (double)rimi_le_f32(view->envelope, view->knots - 1u);
+  const double low = (double)rimi_le_f32(view->envelope, octave);
+  const double high = (double)rimi_le_f32(view->envelope, octave + 1u);
   const double base = (double)(1u << octave);
   /* Linear in n within the octave: close to linear in log2 n and free of a logarithm. */
   return low + (high - low) * (((double)n - base) / base);
 }
 
-double rim_threshold_score(const rim_threshold *view, uint16_t channel, double ln_anom,
-                           uint32_t observations) {
-  return (ln_anom / rim_threshold_envelope(view, observations) -
-          (double)rim_image_f32(view->offset, channel)) /
-         (double)rim_image_f32(view->scale, channel);
+double rimi_threshold_score(const rim_threshold *view, uint16_t channel, double ln_anom,
+                            uint32_t observations) {
+  return (ln_anom / rimi_threshold_envelope(view, observations) -
+          (double)rimi_le_f32(view->offset, channel)) /
+         (double)rimi_le_f32(view->scale, channel);
 }
 
-double rim_threshold_ln_anom(const rim_threshold *view, uint16_t channel, uint32_t observations) {
-  return (view->alarm_score * (double)rim_image_f32(view->scale, channel) +
-          (double)rim_image_f32(view->offset, channel)) *
-         rim_threshold_envelope(view, observations);
+double rimi_threshold_ln_anom(const rim_threshold *view, uint16_t channel, uint32_t observations) {
+  return (view->alarm_score * (double)rimi_le_f32(view->scale, channel) +
+          (double)rimi_le_f32(view->offset, channel)) *
+         rimi_threshold_envelope(view, observations);
 }
 
-double rim_threshold_p_value(const rim_threshold *view, double score) {
+double rimi_threshold_p_value(const rim_threshold *view, double score) {
   uint32_t low = 0;
   uint32_t high = view->runs;
   while (low < high) { /* bisection: at most 13 turns */
     const uint32_t middle = low + (high - low) / 2u;
-    if ((double)rim_image_f32(view->maxima, middle) >= score) {
+    if ((double)rimi_le_f32(view->maxima, middle) >= score) {
       high = middle;
     } else {
       low = middle + 1u;
@@ -113,6 +114,6 @@ double rim_threshold_p_value(const rim_threshold *view, double score) {
   return (double)(1u + (view->runs - low)) / (double)(view->runs + 1u);
 }
 
-double rim_threshold_confidence(const rim_threshold *view, double score) {
-  return 1.0 - rim_threshold_p_value(view, score);
+double rimi_threshold_confidence(const rim_threshold *view, double score) {
+  return 1.0 - rimi_threshold_p_value(view, score);
 }

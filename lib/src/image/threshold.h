@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rim/threshold.h - from ln anom to a promise: scores, the alarm threshold, the confidence P(anom).
  *
  * Nominal runs do not only scatter, each has an offset of its own, so ln anom of eq. 3.7 (p. 28)
@@ -54,24 +55,24 @@ typedef struct rim_threshold {
 /* Validate the whole section and fill the view. RIM_E_ARGUMENT: NULL; RIM_E_TRUNCATED: bytes do not
  * match the counts; RIM_E_RANGE: a count, rank or value out of range, maxima not ascending. The
  * view is unchanged on error. O(bytes). */
-rim_status rim_threshold_open(rim_threshold *view, const uint8_t *section, size_t bytes);
+rim_status rimi_threshold_open(rim_threshold *view, const uint8_t *section, size_t bytes);
 
 /* e(n), at least FLT_MIN. n: observations in the run so far (0 counts as 1). O(log n). */
-double rim_threshold_envelope(const rim_threshold *view, uint32_t observations);
+double rimi_threshold_envelope(const rim_threshold *view, uint32_t observations);
 
 /* (ln_anom / e(n) - offset_c) / scale_c. channel < channels. */
-double rim_threshold_score(const rim_threshold *view, uint16_t channel, double ln_anom,
-                           uint32_t observations);
+double rimi_threshold_score(const rim_threshold *view, uint16_t channel, double ln_anom,
+                            uint32_t observations);
 
 /* The ln anom at which the alarm is raised in this channel now: a_thresh(t) of eq. 3.9. */
-double rim_threshold_ln_anom(const rim_threshold *view, uint16_t channel, uint32_t observations);
+double rimi_threshold_ln_anom(const rim_threshold *view, uint16_t channel, uint32_t observations);
 
 /* Chance that a whole nominal run reaches this score: (1 + maxima >= score) / (runs + 1),
  * conformal; never below 1 / (runs + 1). O(log runs). */
-double rim_threshold_p_value(const rim_threshold *view, double score);
+double rimi_threshold_p_value(const rim_threshold *view, double score);
 
 /* P(anom) = 1 - p-value, eq. 3.25-3.26. */
-double rim_threshold_confidence(const rim_threshold *view, double score);
+double rimi_threshold_confidence(const rim_threshold *view, double score);
 
 #ifdef __cplusplus
 }

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "interference/hmm.h"
 
 #include <stdbool.h>
@@ -18,7 +19,7 @@ static void count_up(uint32_t *n) {
     ++*n;
 }
 
-static double ln_of(double p) { return p > 0.0 ? rim_log(p) : RIM_HMM_LN_ZERO; }
+static double ln_of(double p) { return p > 0.0 ? rimi_log(p) : RIM_HMM_LN_ZERO; }
 
 static bool is_distribution(const double *p, uint32_t n) {
   double sum = 0.0;
@@ -27,13 +28,13 @@ static bool is_distribution(const double *p, uint32_t n) {
       return false;
     sum += p[i];
   }
-  return rim_abs(sum - 1.0) <= SUM_TOLERANCE;
+  return rimi_abs(sum - 1.0) <= SUM_TOLERANCE;
 }
 
 static double largest(const double *x, uint32_t n) {
   double most = x[0];
   for (uint32_t i = 1; i < n; ++i)
-    most = rim_max(most, x[i]);
+    most = rimi_max(most, x[i]);
   return most;
 }
 
@@ -46,7 +47,7 @@ static void restart(rim_hmm *hmm) {
   hmm->steps = 0;
 }
 
-rim_status rim_hmm_init(rim_hmm *hmm, const rim_hmm_model *model) {
+rim_status rimi_hmm_init(rim_hmm *hmm, const rim_hmm_model *model) {
   if (hmm == NULL || model == NULL)
     return RIM_E_ARGUMENT;
   if (model->states < 1 || model->states > N)
@@ -76,8 +77,8 @@ static double ln_reach(const rim_hmm *hmm, uint32_t j) {
   const double most = largest(term, hmm->model.states);
   double sum = 0.0;
   for (uint32_t i = 0; i < hmm->model.states; ++i)
-    sum += rim_exp(term[i] - most);
-  return most + rim_log(sum);
+    sum += rimi_exp(term[i] - most);
+  return most + rimi_log(sum);
 }
 
 /* ln P(S_t = j | o_1..o_(t-1)) into ln_p, where j is possible at all; the first observation meets
@@ -96,11 +97,11 @@ static void predict(const rim_hmm *hmm, const double *ln_emission, double *ln_p)
   }
   for (uint32_t j = 0; j < n; ++j) {
     if (ln_emission[j] > RIM_HMM_LN_ZERO)
-      ln_p[j] = sum[j] > LEAST_SUM ? rim_log(sum[j]) : ln_reach(hmm, j);
+      ln_p[j] = sum[j] > LEAST_SUM ? rimi_log(sum[j]) : ln_reach(hmm, j);
   }
 }
 
-rim_status rim_hmm_step(rim_hmm *hmm, const double *ln_emission) {
+rim_status rimi_hmm_step(rim_hmm *hmm, const double *ln_emission) {
   if (hmm == NULL || ln_emission == NULL || hmm->model.states == 0)
     return RIM_E_ARGUMENT;
   const uint32_t n = hmm->model.states;
@@ -112,7 +113,7 @@ rim_status rim_hmm_step(rim_hmm *hmm, const double *ln_emission) {
       count_up(&hmm->refused);
       return RIM_E_DATA;
     }
-    ln_p[j] = rim_max(ln_p[j] + b, RIM_HMM_LN_ZERO);
+    ln_p[j] = rimi_max(ln_p[j] + b, RIM_HMM_LN_ZERO);
   }
   const double most = largest(ln_p, n);
   if (!(most > RIM_HMM_LN_ZERO)) {
@@ -121,10 +122,10 @@ rim_status rim_hmm_step(rim_hmm *hmm, const double *ln_emission) {
   }
   double sum = 0.0;
   for (uint32_t j = 0; j < n; ++j) {
-    hmm->alpha[j] = ln_p[j] - most > LEAST_LN ? rim_exp(ln_p[j] - most) : 0.0;
+    hmm->alpha[j] = ln_p[j] - most > LEAST_LN ? rimi_exp(ln_p[j] - most) : 0.0;
     sum += hmm->alpha[j];
   }
-  const double norm = most + rim_log(sum);
+  const double norm = most + rimi_log(sum);
   const double inverse = 1.0 / sum;
   for (uint32_t j = 0; j < n; ++j) {
     hmm->alpha[j] *= inverse;
@@ -135,18 +136,18 @@ rim_status rim_hmm_step(rim_hmm *hmm, const double *ln_emission) {
   return RIM_OK;
 }
 
-void rim_hmm_reset(rim_hmm *hmm) {
+void rimi_hmm_reset(rim_hmm *hmm) {
   if (hmm == NULL)
     return;
   restart(hmm);
   count_up(&hmm->resets);
 }
 
-double rim_hmm_ln_posterior(const rim_hmm *hmm, uint32_t state) {
+double rimi_hmm_ln_posterior(const rim_hmm *hmm, uint32_t state) {
   return hmm == NULL || state >= hmm->model.states ? RIM_HMM_LN_ZERO : hmm->ln_alpha[state];
 }
 
-double rim_hmm_ln_odds(const rim_hmm *hmm, uint32_t state) {
+double rimi_hmm_ln_odds(const rim_hmm *hmm, uint32_t state) {
   if (hmm == NULL || state >= hmm->model.states)
     return RIM_HMM_LN_ZERO;
   double sum = 0.0, most = RIM_HMM_LN_ZERO;
@@ -154,28 +155,28 @@ double rim_hmm_ln_odds(const rim_hmm *hmm, uint32_t state) {
     if (i == state)
       continue;
     sum += hmm->alpha[i];
-    most = rim_max(most, hmm->ln_alpha[i]);
+    most = rimi_max(most, hmm->ln_alpha[i]);
   }
   if (sum > LEAST_SUM)
-    return hmm->ln_alpha[state] - rim_log(sum);
+    return hmm->ln_alpha[state] - rimi_log(sum);
   sum = 0.0;
   for (uint32_t i = 0; i < hmm->model.states; ++i) {
     if (i != state)
-      sum += rim_exp(hmm->ln_alpha[i] - most);
+      sum += rimi_exp(hmm->ln_alpha[i] - most);
   }
-  return hmm->ln_alpha[state] - (sum > 0.0 ? most + rim_log(sum) : RIM_HMM_LN_ZERO);
+  return hmm->ln_alpha[state] - (sum > 0.0 ? most + rimi_log(sum) : RIM_HMM_LN_ZERO);
 }
 
-rim_status rim_hmm_from_counts(rim_hmm_model *model, uint32_t states, const double *counts,
-                               double smoothing, uint32_t *unseen) {
+rim_status rimi_hmm_from_counts(rim_hmm_model *model, uint32_t states, const double *counts,
+                                double smoothing, uint32_t *unseen) {
   if (model == NULL || counts == NULL)
     return RIM_E_ARGUMENT;
   if (states < 1 || states > N)
     return RIM_E_RANGE;
-  if (!(smoothing > 0.0) || !rim_is_finite(smoothing))
+  if (!(smoothing > 0.0) || !rimi_is_finite(smoothing))
     return RIM_E_DATA;
   for (uint32_t i = 0; i < states * states; ++i) {
-    if (!(counts[i] >= 0.0) || !rim_is_finite(counts[i]))
+    if (!(counts[i] >= 0.0) || !rimi_is_finite(counts[i]))
       return RIM_E_DATA;
   }
   memset(model, 0, sizeof *model);

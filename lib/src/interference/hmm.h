@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rim/hmm.h - hidden Markov model of few states: the forward algorithm in fixed memory (thesis App.
  * C.2, p. 129; Rabiner 1989).
  *
@@ -40,30 +41,30 @@ typedef struct rim_hmm {
 /* Sets up. Rows and initial may sum to 1 within 1e-6. RIM_E_ARGUMENT NULL; RIM_E_RANGE states;
  * RIM_E_DATA a probability not in [0, 1], or a sum that is not 1. Unchanged on error.
  * O(states^2), a logarithm each. */
-rim_status rim_hmm_init(rim_hmm *hmm, const rim_hmm_model *model);
+rim_status rimi_hmm_init(rim_hmm *hmm, const rim_hmm_model *model);
 
 /* Takes one observation: ln_emission[states] is ln b_i(o_t), each at most 1e9 in size or
  * RIM_HMM_LN_ZERO (or less) for an impossible one. RIM_E_ARGUMENT NULL; RIM_E_DATA NaN, or too
  * large, or no state possible: counted in `refused`, otherwise unchanged. O(states^2)
  * multiply-adds, states exponentials, states + 1 logarithms; the rare sum in logarithms adds
  * O(states) exponentials for a state. Stack below 400 bytes. */
-rim_status rim_hmm_step(rim_hmm *hmm, const double *ln_emission);
+rim_status rimi_hmm_step(rim_hmm *hmm, const double *ln_emission);
 
 /* Back to the initial distribution; counted. Before the first step the posterior is the initial. */
-void rim_hmm_reset(rim_hmm *hmm);
+void rimi_hmm_reset(rim_hmm *hmm);
 
 /* ln P(S_t = state | o_1..o_t); RIM_HMM_LN_ZERO for a state that is not there. O(1). */
-double rim_hmm_ln_posterior(const rim_hmm *hmm, uint32_t state);
+double rimi_hmm_ln_posterior(const rim_hmm *hmm, uint32_t state);
 
 /* ln P / (1 - P) of the same, exact also where P rounds to 0 or 1. O(states). */
-double rim_hmm_ln_odds(const rim_hmm *hmm, uint32_t state);
+double rimi_hmm_ln_odds(const rim_hmm *hmm, uint32_t state);
 
 /* Transition probabilities from counts[from * states + to] (eq. C.1), with `smoothing` > 0 counts
  * added to each so that none is 0; `initial` becomes 1 for state 0. *unseen (may be NULL): bit i
  * set where nothing was seen to leave state i: its row is uniform. RIM_E_ARGUMENT, RIM_E_RANGE;
  * RIM_E_DATA: a count negative or not finite, smoothing not above 0. Unchanged on error. */
-rim_status rim_hmm_from_counts(rim_hmm_model *model, uint32_t states, const double *counts,
-                               double smoothing, uint32_t *unseen);
+rim_status rimi_hmm_from_counts(rim_hmm_model *model, uint32_t states, const double *counts,
+                                double smoothing, uint32_t *unseen);
 
 #ifdef __cplusplus
 }

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "rim/interference.h"
 
 #include <string.h>
@@ -28,18 +29,18 @@ static void put_u32(uint8_t *p, uint32_t v) {
 }
 
 static void put_f64(uint8_t *p, double v) {
-  const uint64_t bits = rim_bits(v);
+  const uint64_t bits = rimi_bits(v);
   put_u32(p, (uint32_t)(bits & 0xffffffffu));
   put_u32(p + 4, (uint32_t)(bits >> 32));
 }
 
 static uint32_t crc_of(const uint8_t *section) {
-  const uint32_t crc = rim_crc32(0, section, CRC_AT);
-  return rim_crc32(crc, section + HEADER, RIM_INTERFERENCE_BYTES - HEADER);
+  const uint32_t crc = rimi_crc32(0, section, CRC_AT);
+  return rimi_crc32(crc, section + HEADER, RIM_INTERFERENCE_BYTES - HEADER);
 }
 
-static bool is_positive(double x) { return x > 0.0 && rim_is_finite(x); }
-static bool is_not_negative(double x) { return x >= 0.0 && rim_is_finite(x); }
+static bool is_positive(double x) { return x > 0.0 && rimi_is_finite(x); }
+static bool is_not_negative(double x) { return x >= 0.0 && rimi_is_finite(x); }
 
 static bool cusum_ok(const rim_interference_cusum *c) {
   return is_positive(c->sd_steady) && is_positive(c->sd_ramp) && is_not_negative(c->slack) &&
@@ -59,11 +60,11 @@ static rim_hmm_model hmm_of(const rim_interference_model *m) {
 static rim_status check(const rim_interference_model *m) {
   for (size_t i = 0; i < STATES; ++i) {
     for (size_t k = 0; k < GAUSSIANS; ++k) {
-      if (!rim_is_finite(m->mean[i][k]) || !is_positive(m->sd[i][k]))
+      if (!rimi_is_finite(m->mean[i][k]) || !is_positive(m->sd[i][k]))
         return RIM_E_DATA;
     }
   }
-  const bool ok = rim_is_finite(m->ln_odds) && is_not_negative(m->latency_s) &&
+  const bool ok = rimi_is_finite(m->ln_odds) && is_not_negative(m->latency_s) &&
                   is_positive(m->accel_mps2) && is_positive(m->decel_mps2) &&
                   m->limit_spread >= 0.0 && m->limit_spread <= 0.9 &&
                   is_not_negative(m->settle_s) && is_positive(m->gap_s) && cusum_ok(&m->one_step) &&
@@ -75,14 +76,14 @@ static rim_status check(const rim_interference_model *m) {
         return RIM_E_DATA;
       sum += m->transition[i][j];
     }
-    if (rim_abs(sum - 1.0) > 1e-6)
+    if (rimi_abs(sum - 1.0) > 1e-6)
       return RIM_E_DATA;
   }
   return ok ? RIM_OK : RIM_E_DATA;
 }
 
-rim_status rim_interference_pack(const rim_interference_model *model, uint8_t *section,
-                                 size_t bytes) {
+rim_status rimi_interference_pack(const rim_interference_model *model, uint8_t *section,
+                                  size_t bytes) {
   if (model == NULL || section == NULL)
     return RIM_E_ARGUMENT;
   if (bytes != RIM_INTERFERENCE_BYTES)
@@ -101,25 +102,25 @@ rim_status rim_interference_pack(const rim_interference_model *model, uint8_t *s
   return RIM_OK;
 }
 
-rim_status rim_interference_open(rim_interference_model *model, const uint8_t *section,
-                                 size_t bytes) {
+rim_status rimi_interference_open(rim_interference_model *model, const uint8_t *section,
+                                  size_t bytes) {
   if (model == NULL || section == NULL)
     return RIM_E_ARGUMENT;
   if (bytes < RIM_INTERFERENCE_BYTES)
     return RIM_E_TRUNCATED;
   if (bytes > RIM_INTERFERENCE_BYTES)
     return RIM_E_SIZE;
-  if (rim_image_u32(section, 0) != RIM_INTERFERENCE_LAYOUT)
+  if (rimi_le_u32(section, 0) != RIM_INTERFERENCE_LAYOUT)
     return RIM_E_VERSION;
-  if (rim_image_u32(section, 1) != RIM_INTERFERENCE_BYTES)
+  if (rimi_le_u32(section, 1) != RIM_INTERFERENCE_BYTES)
     return RIM_E_SIZE;
-  if (rim_image_u32(section, 3) != crc_of(section))
+  if (rimi_le_u32(section, 3) != crc_of(section))
     return RIM_E_CRC;
-  if (rim_image_u32(section, 2) != 0)
+  if (rimi_le_u32(section, 2) != 0)
     return RIM_E_DATA;
   double number[RIM_INTERFERENCE_NUMBERS];
   for (size_t i = 0; i < RIM_INTERFERENCE_NUMBERS; ++i)
-    number[i] = rim_image_f64(section + HEADER, i);
+    number[i] = rimi_le_f64(section + HEADER, i);
   rim_interference_model read;
   memcpy(&read, number, sizeof read);
   const rim_status status = check(&read);
@@ -128,13 +129,13 @@ rim_status rim_interference_open(rim_interference_model *model, const uint8_t *s
   return status;
 }
 
-rim_status rim_interference_attach(rim_interference_model *model, const rim_image *image) {
+rim_status rimi_interference_attach(rim_interference_model *model, const rim_image *image) {
   if (model == NULL || image == NULL)
     return RIM_E_ARGUMENT;
   const uint8_t *data = NULL;
   size_t bytes = 0;
   const rim_status status = rim_image_section(image, RIM_INTERFERENCE_SECTION, &data, &bytes);
-  return status == RIM_OK ? rim_interference_open(model, data, bytes) : status;
+  return status == RIM_OK ? rimi_interference_open(model, data, bytes) : status;
 }
 
 /* ---- begin and begin again ---- */
@@ -151,7 +152,7 @@ static void forget(rim_interference *s) {
   s->kind = RIM_INTERFERENCE_NONE;
 }
 
-rim_status rim_interference_init(rim_interference *state, const rim_interference_model *model) {
+rim_status rimi_interference_init(rim_interference *state, const rim_interference_model *model) {
   if (state == NULL || model == NULL)
     return RIM_E_ARGUMENT;
   const rim_status status = check(model);
@@ -163,18 +164,18 @@ rim_status rim_interference_init(rim_interference *state, const rim_interference
   for (size_t i = 0; i < STATES; ++i) {
     for (size_t k = 0; k < GAUSSIANS; ++k) {
       state->inverse_sd[i][k] = 1.0 / copy.sd[i][k];
-      state->ln_norm[i] -= rim_log(copy.sd[i][k]) + LN_SQRT_2PI;
+      state->ln_norm[i] -= rimi_log(copy.sd[i][k]) + LN_SQRT_2PI;
     }
   }
   const rim_hmm_model h = hmm_of(&copy);
-  return rim_hmm_init(&state->hmm, &h);
+  return rimi_hmm_init(&state->hmm, &h);
 }
 
-void rim_interference_reset(rim_interference *state) {
+void rimi_interference_reset(rim_interference *state) {
   if (state == NULL)
     return;
   forget(state);
-  rim_hmm_reset(&state->hmm);
+  rimi_hmm_reset(&state->hmm);
 }
 
 /* ---- the limited motion model ---- */
@@ -182,13 +183,13 @@ void rim_interference_reset(rim_interference *state) {
 /* One speed, dt_s on, towards the command in force (eq. 4.10). */
 static double ramp(const rim_interference_model *m, double v, double target, double dt_s) {
   const double change = target - v;
-  const bool is_rising = rim_abs(target) > rim_abs(v) && target * v >= 0.0;
+  const bool is_rising = rimi_abs(target) > rimi_abs(v) && target * v >= 0.0;
   const double most = (is_rising ? m->accel_mps2 : m->decel_mps2) * dt_s;
-  return v + rim_clamp(change, -most, most);
+  return v + rimi_clamp(change, -most, most);
 }
 
 static void note_command(rim_interference *s, double t_s, double command) {
-  if (s->has_command && rim_bits(command) == rim_bits(s->command))
+  if (s->has_command && rimi_bits(command) == rimi_bits(s->command))
     return;
   if (!s->has_command)
     s->in_force = command; /* nothing is known of what went before */
@@ -212,8 +213,8 @@ static void predict(rim_interference *s, double t_s, double *one_step) {
   *one_step = s->speed;
   for (;;) {
     const bool changes = s->commands > 0 && s->command_t_s[s->command_first] <= t_s;
-    const double until_s = changes ? rim_max(now_s, s->command_t_s[s->command_first]) : t_s;
-    if (rim_abs(s->in_force - s->open_loop[0]) > 0.0)
+    const double until_s = changes ? rimi_max(now_s, s->command_t_s[s->command_first]) : t_s;
+    if (rimi_abs(s->in_force - s->open_loop[0]) > 0.0)
       s->ramp_until_s = until_s + s->model.settle_s;
     *one_step = ramp(&s->model, *one_step, s->in_force, until_s - now_s);
     for (int k = 0; k < 2; ++k) {
@@ -236,14 +237,14 @@ static double accumulate(rim_interference *s, int which, const rim_interference_
                          const double residual[2], double t_s) {
   const double sd = t_s <= s->ramp_until_s ? c->sd_ramp : c->sd_steady;
   for (int side = 0; side < 2; ++side) {
-    const double z = rim_clamp(residual[side] / sd, -RIM_INTERFERENCE_CLIP, RIM_INTERFERENCE_CLIP);
+    const double z = rimi_clamp(residual[side] / sd, -RIM_INTERFERENCE_CLIP, RIM_INTERFERENCE_CLIP);
     double *sum = &s->sum[which][side];
     if (!(*sum > 0.0))
       s->sum_from_s[which][side] = s->t_s; /* the row before: interference lies after it */
     /* Never far above the threshold, or an alarm would outlast its cause. */
-    *sum = rim_clamp(*sum + (side == 0 ? -z : z) - c->slack, 0.0, 2.0 * c->threshold);
+    *sum = rimi_clamp(*sum + (side == 0 ? -z : z) - c->slack, 0.0, 2.0 * c->threshold);
   }
-  return rim_max(s->sum[which][0], s->sum[which][1]) / c->threshold;
+  return rimi_max(s->sum[which][0], s->sum[which][1]) / c->threshold;
 }
 
 /* ---- the HMM's observations ---- */
@@ -297,19 +298,19 @@ static void step_hmm(rim_interference *s, const motion_observation *o,
     double quadratic = 0.0;
     for (size_t k = 0; k < GAUSSIANS; ++k) {
       const double z =
-          rim_clamp((o->value[k] - s->model.mean[i][k]) * s->inverse_sd[i][k], -MOST_Z, MOST_Z);
+          rimi_clamp((o->value[k] - s->model.mean[i][k]) * s->inverse_sd[i][k], -MOST_Z, MOST_Z);
       quadratic += z * z;
     }
     ln_b[i] = s->ln_norm[i] - 0.5 * quadratic;
   }
   /* eq. C.5 */
-  const bool is_standing = rim_abs(s->command) <= STANDING_MPS;
+  const bool is_standing = rimi_abs(s->command) <= STANDING_MPS;
   ln_b[is_standing ? RIM_MOTION_CONSTANT : RIM_MOTION_STOP] = RIM_HMM_LN_ZERO;
-  if (rim_hmm_step(&s->hmm, ln_b) != RIM_OK)
+  if (rimi_hmm_step(&s->hmm, ln_b) != RIM_OK)
     return;
-  verdict->ln_odds = rim_hmm_ln_odds(&s->hmm, RIM_MOTION_MI);
+  verdict->ln_odds = rimi_hmm_ln_odds(&s->hmm, RIM_MOTION_MI);
   verdict->score[RIM_INTERFERENCE_HMM] =
-      rim_max(0.0, 1.0 + (verdict->ln_odds - s->model.ln_odds) * (1.0 / LN_ODDS_UNIT));
+      rimi_max(0.0, 1.0 + (verdict->ln_odds - s->model.ln_odds) * (1.0 / LN_ODDS_UNIT));
   if (verdict->ln_odds < LN_ODDS_QUIET)
     s->hmm_from_s = s->t_s;
   for (uint8_t i = 1; i < STATES; ++i) {
@@ -321,7 +322,7 @@ static void step_hmm(rim_interference *s, const motion_observation *o,
 /* ---- the alarm ---- */
 
 static uint8_t kind_of(const rim_interference *s, double residual) {
-  const double travel = rim_abs(s->open_loop[0]) > STANDING_MPS ? s->open_loop[0] : s->in_force;
+  const double travel = rimi_abs(s->open_loop[0]) > STANDING_MPS ? s->open_loop[0] : s->in_force;
   return travel * residual < 0.0 ? RIM_INTERFERENCE_BLOCKED : RIM_INTERFERENCE_PUSHED;
 }
 
@@ -358,7 +359,7 @@ static void judge(rim_interference *s, rim_interference_verdict *verdict) {
 /* Whether the row can be used, and the command it has or had before. */
 static bool admit(rim_interference *s, double t_s, double *command, double speed) {
   count_up(&s->health.rows);
-  if (!rim_is_finite(t_s) || !rim_is_finite(speed)) {
+  if (!rimi_is_finite(t_s) || !rimi_is_finite(speed)) {
     count_up(&s->health.not_finite);
     return false;
   }
@@ -368,21 +369,21 @@ static bool admit(rim_interference *s, double t_s, double *command, double speed
   }
   if (s->started && t_s - s->t_s > s->model.gap_s) {
     count_up(&s->health.gaps);
-    rim_interference_reset(s);
+    rimi_interference_reset(s);
   }
-  if (rim_is_finite(*command)) {
+  if (rimi_is_finite(*command)) {
     s->last_command_s = t_s;
     return true;
   }
   count_up(&s->health.no_command);
   *command = s->command;
   if (s->has_command && t_s - s->last_command_s > s->model.gap_s)
-    rim_interference_reset(s);
+    rimi_interference_reset(s);
   return s->has_command;
 }
 
-rim_status rim_interference_step(rim_interference *state, double t_s, double command_mps,
-                                 double speed_mps, rim_interference_verdict *verdict) {
+rim_status rimi_interference_step(rim_interference *state, double t_s, double command_mps,
+                                  double speed_mps, rim_interference_verdict *verdict) {
   if (state == NULL || verdict == NULL || state->hmm.model.states != STATES)
     return RIM_E_ARGUMENT;
   rim_interference *const s = state;
@@ -401,9 +402,9 @@ rim_status rim_interference_step(rim_interference *state, double t_s, double com
   } else {
     double one_step = 0.0;
     predict(s, t_s, &one_step);
-    const double below = speed_mps - rim_min(s->open_loop[0], s->open_loop[1]);
-    const double above = speed_mps - rim_max(s->open_loop[0], s->open_loop[1]);
-    verdict->residual_mps = below < 0.0 ? below : rim_max(above, 0.0);
+    const double below = speed_mps - rimi_min(s->open_loop[0], s->open_loop[1]);
+    const double above = speed_mps - rimi_max(s->open_loop[0], s->open_loop[1]);
+    verdict->residual_mps = below < 0.0 ? below : rimi_max(above, 0.0);
     verdict->one_step_mps = speed_mps - one_step;
     const double one[2] = {verdict->one_step_mps, verdict->one_step_mps};
     const double open[2] = {below, above};
@@ -425,15 +426,15 @@ rim_status rim_interference_step(rim_interference *state, double t_s, double com
   return RIM_OK;
 }
 
-bool rim_interference_observe(const rim_interference *state, double observation[GAUSSIANS]) {
+bool rimi_interference_observe(const rim_interference *state, double observation[GAUSSIANS]) {
   if (state == NULL || observation == NULL || !state->is_observed)
     return false;
   memcpy(observation, state->observation, sizeof state->observation);
   return true;
 }
 
-bool rim_interference_alarm(const rim_interference_verdict *verdict, uint32_t model_id,
-                            uint16_t channel, rim_alarm *candidate) {
+bool rimi_interference_alarm(const rim_interference_verdict *verdict, uint32_t model_id,
+                             uint16_t channel, rim_alarm *candidate) {
   if (verdict == NULL || candidate == NULL)
     return false;
   memset(candidate, 0, sizeof *candidate);
@@ -449,7 +450,7 @@ bool rim_interference_alarm(const rim_interference_verdict *verdict, uint32_t mo
   candidate->channels = 1;
   candidate->channel[0] = channel;
   candidate->shift[0] = verdict->residual_mps;
-  candidate->ln_anom = rim_clamp(verdict->ln_odds, 0.0, -RIM_HMM_LN_ZERO);
+  candidate->ln_anom = rimi_clamp(verdict->ln_odds, 0.0, -RIM_HMM_LN_ZERO);
   return true;
 }
 
@@ -483,8 +484,8 @@ static bool solve_3(double a[3][3], double b[3]) {
   return true;
 }
 
-rim_status rim_wheels_velocity(const rim_wheels *wheels, const uint32_t before[4],
-                               const uint32_t now[4], double dt_s, double velocity[3]) {
+rim_status rimi_wheels_velocity(const rim_wheels *wheels, const uint32_t before[4],
+                                const uint32_t now[4], double dt_s, double velocity[3]) {
   if (wheels == NULL || before == NULL || now == NULL || velocity == NULL)
     return RIM_E_ARGUMENT;
   if (!is_positive(dt_s) || !is_positive(wheels->radius_m) || !is_positive(wheels->tick_m) ||

@@ -1,17 +1,18 @@
+/* SPDX-License-Identifier: MIT */
 #include "monitor/alarm_life.h"
 
 #include <string.h>
 
 #include "base/real.h"
 
-static bool is_bound(double x) { return rim_is_finite(x) && x >= 0.0; }
+static bool is_bound(double x) { return rimi_is_finite(x) && x >= 0.0; }
 
 static void count(uint32_t *counter) {
   if (*counter != UINT32_MAX)
     ++*counter;
 }
 
-rim_status rim_alarm_life_init(rim_alarm_life *life, const rim_alarm_life_config *config) {
+rim_status rimi_alarm_life_init(rim_alarm_life *life, const rim_alarm_life_config *config) {
   if (life == NULL || config == NULL)
     return RIM_E_ARGUMENT;
   for (size_t i = 0; i < RIM_DETECTORS; ++i)
@@ -75,7 +76,7 @@ static void tell_all(rim_alarm_life *life, double t_s) {
   life->empty_s = t_s;
 }
 
-rim_status rim_alarm_life_set_policy(rim_alarm_life *life, const rim_alarm_policy *policy) {
+rim_status rimi_alarm_life_set_policy(rim_alarm_life *life, const rim_alarm_policy *policy) {
   if (life == NULL || policy == NULL)
     return RIM_E_ARGUMENT;
   if (!is_bound(policy->stale_s))
@@ -101,7 +102,7 @@ static void note_silence(rim_alarm_life *life) {
     life->slot[i].found = life->slot[i].missing = 0;
 }
 
-void rim_alarm_life_row(rim_alarm_life *life, double now_s) {
+void rimi_alarm_life_row(rim_alarm_life *life, double now_s) {
   if (is_silence(life, now_s))
     note_silence(life);
   if (life->stale) {
@@ -112,8 +113,8 @@ void rim_alarm_life_row(rim_alarm_life *life, double now_s) {
   life->started = true;
 }
 
-bool rim_alarm_life_idle(rim_alarm_life *life, double now_s) {
-  if (!rim_is_finite(now_s))
+bool rimi_alarm_life_idle(rim_alarm_life *life, double now_s) {
+  if (!rimi_is_finite(now_s))
     return false;
   if (!life->started) {
     life->row_s = now_s;
@@ -146,9 +147,9 @@ static bool is_update(const rim_alarm *last, const rim_alarm_slot_config *config
   const double since_s = now_s - last->t_s;
   if (since_s >= 0.0 && since_s < config->inhibit_s) /* a clock that went back inhibits nothing */
     return false;
-  const double moved = rim_abs(candidate->ln_anom - last->ln_anom);
+  const double moved = rimi_abs(candidate->ln_anom - last->ln_anom);
   return is_other(candidate, last) ||
-         (moved > 0.0 && moved >= config->update_ratio * rim_abs(last->ln_anom));
+         (moved > 0.0 && moved >= config->update_ratio * rimi_abs(last->ln_anom));
 }
 
 static void begin(rim_alarm_life *life, rim_alarm_slot *slot, double now_s,
@@ -162,9 +163,9 @@ static void begin(rim_alarm_life *life, rim_alarm_slot *slot, double now_s,
     count(&life->raised);
 }
 
-void rim_alarm_life_step(rim_alarm_life *life, rim_detector detector, double now_s,
-                         const rim_alarm *candidate) {
-  if ((unsigned)detector >= RIM_DETECTORS || !rim_is_finite(now_s))
+void rimi_alarm_life_step(rim_alarm_life *life, rim_detector detector, double now_s,
+                          const rim_alarm *candidate) {
+  if ((unsigned)detector >= RIM_DETECTORS || !rimi_is_finite(now_s))
     return;
   rim_alarm_slot *slot = &life->slot[detector];
   const rim_alarm_slot_config *config = &life->config.slot[detector];
@@ -193,7 +194,7 @@ void rim_alarm_life_step(rim_alarm_life *life, rim_detector detector, double now
 }
 
 bool rim_alarm_life_over(rim_alarm_life *life, rim_detector detector, double now_s) {
-  if ((unsigned)detector >= RIM_DETECTORS || !rim_is_finite(now_s))
+  if ((unsigned)detector >= RIM_DETECTORS || !rimi_is_finite(now_s))
     return false;
   rim_alarm_slot *slot = &life->slot[detector];
   const bool waits_raised = slot->due && slot->record.state == RIM_ALARM_RAISED;
@@ -225,8 +226,8 @@ static void forget(rim_alarm_slot *slot) {
   slot->level = RIM_LEVEL_OK;
 }
 
-rim_status rim_alarm_life_command(rim_alarm_life *life, const rim_command *command, unsigned bits,
-                                  uint32_t *forget_detectors) {
+rim_status rimi_alarm_life_command(rim_alarm_life *life, const rim_command *command, unsigned bits,
+                                   uint32_t *forget_detectors) {
   if (life == NULL || command == NULL || forget_detectors == NULL)
     return RIM_E_ARGUMENT;
   *forget_detectors = 0;
@@ -257,7 +258,7 @@ rim_status rim_alarm_life_command(rim_alarm_life *life, const rim_command *comma
   return RIM_OK;
 }
 
-void rim_alarm_life_restart(rim_alarm_life *life, double now_s) {
+void rimi_alarm_life_restart(rim_alarm_life *life, double now_s) {
   for (size_t i = 0; i < RIM_DETECTORS; ++i) {
     rim_alarm_slot *slot = &life->slot[i];
     forget(slot);
@@ -267,15 +268,15 @@ void rim_alarm_life_restart(rim_alarm_life *life, double now_s) {
   life->row_s = now_s;
 }
 
-void rim_alarm_life_reset(rim_alarm_life *life) {
+void rimi_alarm_life_reset(rim_alarm_life *life) {
   const rim_alarm_life before = *life;
-  (void)rim_alarm_life_init(life, &before.config); /* which was accepted before */
+  (void)rimi_alarm_life_init(life, &before.config); /* which was accepted before */
   life->seq = before.seq;
   life->raised = before.raised;
   life->stale_times = before.stale_times;
 }
 
-void rim_alarm_life_repeat(rim_alarm_life *life) {
+void rimi_alarm_life_repeat(rim_alarm_life *life) {
   for (size_t i = 0; i < RIM_DETECTORS; ++i)
     if (life->slot[i].stands)
       make_due(life, &life->slot[i], life->row_s, RIM_ALARM_UPDATED);
@@ -297,7 +298,7 @@ static void send(rim_alarm_life *life, size_t detector, rim_alarm *out) {
   record->seq = life->seq;
   record->flags = (uint8_t)flags;
   record->level =
-      (uint8_t)(record->state == RIM_ALARM_CLEARED ? RIM_LEVEL_OK : rim_alarm_life_level(life));
+      (uint8_t)(record->state == RIM_ALARM_CLEARED ? RIM_LEVEL_OK : rimi_alarm_life_level(life));
   record->detector = (uint8_t)detector;
   record->model_id = life->config.model_id;
   life->told = (uint8_t)detector;
@@ -305,7 +306,7 @@ static void send(rim_alarm_life *life, size_t detector, rim_alarm *out) {
   *out = *record;
 }
 
-bool rim_alarm_life_next_record(rim_alarm_life *life, rim_alarm *out) {
+bool rimi_alarm_life_next_record(rim_alarm_life *life, rim_alarm *out) {
   const rim_alarm_slot *a = &life->slot[0], *b = &life->slot[1];
   if (a->due || b->due) {
     const bool second = !a->due || (b->due && a->ticket - b->ticket < UINT32_MAX / 2);
@@ -322,7 +323,7 @@ bool rim_alarm_life_next_record(rim_alarm_life *life, rim_alarm *out) {
   return true;
 }
 
-rim_level rim_alarm_life_level(const rim_alarm_life *life) {
+rim_level rimi_alarm_life_level(const rim_alarm_life *life) {
   if (life->stale)
     return RIM_LEVEL_STALE;
   if (any_stands(life))
@@ -331,18 +332,18 @@ rim_level rim_alarm_life_level(const rim_alarm_life *life) {
                                                                                     : RIM_LEVEL_OK;
 }
 
-const rim_alarm *rim_alarm_life_standing(const rim_alarm_life *life, rim_detector detector) {
+const rim_alarm *rimi_alarm_life_standing(const rim_alarm_life *life, rim_detector detector) {
   const bool stands = (unsigned)detector < RIM_DETECTORS && life->slot[detector].stands;
   return stands ? &life->slot[detector].record : NULL;
 }
 
-void rim_alarm_life_status(const rim_alarm_life *life, rim_alarm_status *status) {
+void rimi_alarm_life_status(const rim_alarm_life *life, rim_alarm_status *status) {
   memset(status, 0, sizeof *status);
   const size_t front =
       life->slot[life->told].stands || !any_stands(life) ? life->told : 1u - life->told;
   status->newest = life->slot[front].record;
   status->records = life->seq;
-  status->level = (uint8_t)rim_alarm_life_level(life);
+  status->level = (uint8_t)rimi_alarm_life_level(life);
   status->stands = any_stands(life);
   status->acknowledged = status->stands;
   for (size_t i = 0; i < RIM_DETECTORS; ++i)

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* alarm_life.h - private: the life of the alarms, in one place.
  *
  * There are two slots, one for each detector (rim_detector): the regions and the motion
@@ -12,7 +13,7 @@
  *     no valid row for stale_s         -> UPDATED with level STALE; UPDATED again when rows return
  *
  * Where no alarm stands, the beginning and the end of STALE are told by a record with state NONE.
- * A record waits in its slot until rim_alarm_life_next_record() takes it; what happens meanwhile is
+ * A record waits in its slot until rimi_alarm_life_next_record() takes it; what happens meanwhile is
  * put into the same record, and neither RAISED nor CLEARED is ever skipped: a slot whose RAISED
  * waits does not clear, one whose CLEARED waits does not raise (a restart or a command alone may
  * turn a RAISED that waits into CLEARED). Records are numbered as they leave, the one that has
@@ -73,22 +74,22 @@ typedef struct rim_alarm_life {
 
 /* Sets up a life in which nothing has happened. RIM_E_ARGUMENT NULL; RIM_E_CONFIG a time or ratio
  * negative or not finite: *life is unchanged. */
-rim_status rim_alarm_life_init(rim_alarm_life *life, const rim_alarm_life_config *config);
+rim_status rimi_alarm_life_init(rim_alarm_life *life, const rim_alarm_life_config *config);
 
 /* Replaces the policy. Without `latch` an alarm that is held by it is cleared. Statuses as above.
  */
-rim_status rim_alarm_life_set_policy(rim_alarm_life *life, const rim_alarm_policy *policy);
+rim_status rimi_alarm_life_set_policy(rim_alarm_life *life, const rim_alarm_policy *policy);
 
 /* A valid row came at now_s (finite): ends STALE. To be called before the row's steps. A silence
  * that nobody has asked about is counted here, and breaks what must be found in a row. */
-void rim_alarm_life_row(rim_alarm_life *life, double now_s);
+void rimi_alarm_life_row(rim_alarm_life *life, double now_s);
 
 /* What one detector says at now_s (finite), in the row that was last given. candidate: NULL or
  * level OK: it finds nothing; ERROR: it finds an alarm, described whole; WARN: not enough to raise
  * one, but enough for one that was raised to go on standing, described whole if one stands. State,
  * seq, flags, detector and model_id of the candidate are not looked at. */
-void rim_alarm_life_step(rim_alarm_life *life, rim_detector detector, double now_s,
-                         const rim_alarm *candidate);
+void rimi_alarm_life_step(rim_alarm_life *life, rim_detector detector, double now_s,
+                          const rim_alarm *candidate);
 
 /* The cause is known to have ended: what clear_steps would come to, at once. False where no alarm
  * stands, or while its RAISED record has not left. */
@@ -98,34 +99,34 @@ bool rim_alarm_life_over(rim_alarm_life *life, rim_detector detector, double now
  * call. Returns true once, when that has lasted longer than policy.stale_s: records of that time
  * (the last row's plus stale_s, whenever it is noticed) then wait. A time that is not finite, or
  * earlier: no effect. */
-bool rim_alarm_life_idle(rim_alarm_life *life, double now_s);
+bool rimi_alarm_life_idle(rim_alarm_life *life, double now_s);
 
 /* Somebody's command. bits: how many low bits of sequence and model_id its bus carries, 8 or 32.
  * *forget: the detectors, as bits 1 << rim_detector, whose memory is to be erased (CLEAR); 0 unless
  * RIM_OK. RIM_E_ARGUMENT NULL; RIM_E_RANGE an unknown command; RIM_E_DATA it is for another model
  * or record, or none stands, or its low bits fit the records of both alarms. */
-rim_status rim_alarm_life_command(rim_alarm_life *life, const rim_command *command, unsigned bits,
-                                  uint32_t *forget);
+rim_status rimi_alarm_life_command(rim_alarm_life *life, const rim_command *command, unsigned bits,
+                                   uint32_t *forget);
 
 /* Every detector has been made to forget, because the rows' clock went to now_s: what stands is
  * over, and told so. */
-void rim_alarm_life_restart(rim_alarm_life *life, double now_s);
+void rimi_alarm_life_restart(rim_alarm_life *life, double now_s);
 
 /* Forgets everything, silently, but configuration and counts; sequence numbers count on. */
-void rim_alarm_life_reset(rim_alarm_life *life);
+void rimi_alarm_life_reset(rim_alarm_life *life);
 
 /* What stands is told once more (UPDATED): for listeners after a restart of the computer. */
-void rim_alarm_life_repeat(rim_alarm_life *life);
+void rimi_alarm_life_repeat(rim_alarm_life *life);
 
 /* Takes the next record that waits. Returns false, and leaves *out alone, when none does. */
-bool rim_alarm_life_next_record(rim_alarm_life *life, rim_alarm *out);
+bool rimi_alarm_life_next_record(rim_alarm_life *life, rim_alarm *out);
 
 /* rim_level of the whole: see rim_alarm_status. */
-rim_level rim_alarm_life_level(const rim_alarm_life *life);
+rim_level rimi_alarm_life_level(const rim_alarm_life *life);
 
 /* The detector's alarm while it stands, as it was described last; NULL: none stands. */
-const rim_alarm *rim_alarm_life_standing(const rim_alarm_life *life, rim_detector detector);
+const rim_alarm *rimi_alarm_life_standing(const rim_alarm_life *life, rim_detector detector);
 
-void rim_alarm_life_status(const rim_alarm_life *life, rim_alarm_status *status);
+void rimi_alarm_life_status(const rim_alarm_life *life, rim_alarm_status *status);
 
 #endif

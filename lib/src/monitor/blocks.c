@@ -1,10 +1,11 @@
+/* SPDX-License-Identifier: MIT */
 #include "monitor/blocks.h"
 
 #include <string.h>
 
+#include "base/real.h"
 #include "base/usable.h"
 #include "rim/image.h"
-#include "base/real.h"
 
 #define RATE_ROWS 16.0 /* over which the rate is averaged */
 #define RATE_SLOW 1.5  /* mean time between rows, in periods, from which the rate is wrong */
@@ -65,34 +66,35 @@ static double *integral(const blocks *b) { return decay(b) + b->config.basis.tim
 static double *term(const blocks *b) { return integral(b) + b->config.basis.inputs; }
 static double *means(const blocks *b) { return term(b) + b->config.basis.terms; }
 
-size_t blocks_size(const blocks_config *c) {
+size_t rimi_blocks_size(const blocks_config *c) {
   const rim_basis *n = &c->basis;
   return ((sizeof(blocks) + 7u) & ~(size_t)7u) +
          8u * (FEATURE_ARRAYS * (size_t)c->features + OUTCOME_ARRAYS * (size_t)c->outcomes +
                2u * (size_t)n->inputs * n->times + n->times + n->inputs + n->terms + n->means);
 }
 
-rim_status blocks_init(blocks **instance, void *memory, size_t bytes, const blocks_config *config) {
+rim_status rimi_blocks_init(blocks **instance, void *memory, size_t bytes,
+                            const blocks_config *config) {
   if (((uintptr_t)memory & 7u) != 0)
     return RIM_E_ALIGN;
   if (config->features == 0 || config->block_rows == 0 || config->role == NULL ||
       config->range == NULL || (!config->external && config->outcome_feature == NULL))
     return RIM_E_CONFIG;
-  if (bytes < blocks_size(config))
+  if (bytes < rimi_blocks_size(config))
     return RIM_E_SIZE;
   blocks *b = memory;
-  memset(b, 0, blocks_size(config));
+  memset(b, 0, rimi_blocks_size(config));
   b->config = *config;
-  blocks_reset(b);
+  rimi_blocks_reset(b);
   *instance = b;
   return RIM_OK;
 }
 
-void blocks_attach(blocks *b, const blocks_config *config) { b->config = *config; }
+void rimi_blocks_attach(blocks *b, const blocks_config *config) { b->config = *config; }
 
-void blocks_reset(blocks *b) {
+void rimi_blocks_reset(blocks *b) {
   const blocks_config config = b->config;
-  memset(b, 0, blocks_size(&config));
+  memset(b, 0, rimi_blocks_size(&config));
   b->config = config;
   b->mean_period_s = b->told_period_s = config.period_s;
   b->out_feature = BLOCKS_NO_FEATURE;
@@ -101,7 +103,7 @@ void blocks_reset(blocks *b) {
 static bool row_is_usable(blocks *b, double t_s, const double *context, const double *outcome,
                           const double *mean, const double *sd) {
   const size_t o = b->config.outcomes;
-  bool finite = rim_is_finite(t_s) && all_finite(context, b->config.features);
+  bool finite = rimi_is_finite(t_s) && all_finite(context, b->config.features);
   if (finite && b->config.external) {
     finite = outcome != NULL && mean != NULL && sd != NULL && all_finite(outcome, o) &&
              all_finite(mean, o) && all_finite(sd, o);
@@ -121,8 +123,8 @@ static bool row_is_usable(blocks *b, double t_s, const double *context, const do
 
 /* The trained range of an angle is a whole turn: half a turn on either side of it is within. */
 static double limited(blocks *b, size_t f, double x) {
-  const double low = (double)rim_image_f32(b->config.range, f);
-  const double high = (double)rim_image_f32(b->config.range, b->config.features + f);
+  const double low = (double)rimi_le_f32(b->config.range, f);
+  const double high = (double)rimi_le_f32(b->config.range, b->config.features + f);
   const double margin = BLOCKS_LIMIT_MARGIN * (high - low);
   if (x >= low - margin && x <= high + margin)
     return x;
@@ -130,7 +132,7 @@ static double limited(blocks *b, size_t f, double x) {
     b->out_feature = (uint16_t)f;
     b->out_value = x;
   }
-  return rim_clamp(x, low - margin, high + margin);
+  return rimi_clamp(x, low - margin, high + margin);
 }
 
 static double whole_turn(const blocks *b, size_t f) {
@@ -156,14 +158,14 @@ static void take_time(blocks *b, double t_s) {
     begin_block(b);
   } else if (c->period_s > 0.0) {
     const double dt = t_s - b->previous_s;
-    const double rows = rim_min(dt / c->period_s - 0.5, MOST_MISSING);
+    const double rows = rimi_min(dt / c->period_s - 0.5, MOST_MISSING);
     b->missing = rows >= 1.0 ? (uint32_t)rows : 0u;
     b->told_period_s += (dt - b->told_period_s) / RATE_ROWS;
-    b->mean_period_s += (rim_min(dt, 2.0 * c->period_s) - b->mean_period_s) / RATE_ROWS;
+    b->mean_period_s += (rimi_min(dt, 2.0 * c->period_s) - b->mean_period_s) / RATE_ROWS;
     if (dt > 1.5 * c->period_s) {
       count(&b->health.gaps);
       b->recent = 0;
-      if (dt >= rim_max(0.25 * (double)c->block_rows, 3.0) * c->period_s)
+      if (dt >= rimi_max(0.25 * (double)c->block_rows, 3.0) * c->period_s)
         begin_block(b);
     }
   }
@@ -182,7 +184,7 @@ static void take_features(blocks *b, const double *context) {
     const double whole = whole_turn(b, f);
     if (whole > 0.0 && b->rows > 0) {
       const double jump = x + turn[f] - last[f];
-      turn[f] -= whole * rim_floor(jump / whole + 0.5);
+      turn[f] -= whole * rimi_floor(jump / whole + 0.5);
     }
     x += turn[f];
     last[f] = x;
@@ -195,7 +197,7 @@ static void take_features(blocks *b, const double *context) {
 static void take_outcome(blocks *b, size_t o, double reading, double value) {
   double *one = ONE_AGO(b) + o, *two = TWO_AGO(b) + o;
   O_SUM(b)[o] += value;
-  if (b->recent > 0 && rim_bits(reading) == rim_bits(*one))
+  if (b->recent > 0 && rimi_bits(reading) == rimi_bits(*one))
     SAME(b)[o] += 1.0;
   if (b->recent >= 2) {
     const double second = reading - 2.0 * *one + *two;
@@ -208,12 +210,12 @@ static void take_outcome(blocks *b, size_t o, double reading, double value) {
 static void take_outcomes(blocks *b, const double *outcome, const double *mean, const double *sd) {
   for (size_t o = 0; o < b->config.outcomes; ++o) {
     if (b->config.external) {
-      const double z = rim_clamp((outcome[o] - mean[o]) / sd[o], -1e6, 1e6);
+      const double z = rimi_clamp((outcome[o] - mean[o]) / sd[o], -1e6, 1e6);
       take_outcome(b, o, z, z);
       P_SUM(b)[o] += mean[o];
       S_SUM(b)[o] += sd[o];
     } else {
-      const double x = LAST(b)[rim_image_u16(b->config.outcome_feature, o)];
+      const double x = LAST(b)[rimi_le_u16(b->config.outcome_feature, o)];
       take_outcome(b, o, x, x);
     }
   }
@@ -225,19 +227,19 @@ static void take_outcomes(blocks *b, const double *outcome, const double *mean, 
 
 static double input_value(const blocks *b, size_t i) {
   const uint8_t *input = b->config.basis.input;
-  const double x = LAST(b)[rim_image_u16(input, 2 * i)];
-  const uint16_t second = rim_image_u16(input, 2 * i + 1);
+  const double x = LAST(b)[rimi_le_u16(input, 2 * i)];
+  const uint16_t second = rimi_le_u16(input, 2 * i + 1);
   if (second == BASIS_PLAIN)
     return x;
   if (second == BASIS_MAGNITUDE)
-    return rim_abs(x);
+    return rimi_abs(x);
   const double product = x * LAST(b)[second & ~BASIS_OF_PRODUCT];
-  return (second & BASIS_OF_PRODUCT) != 0 ? rim_abs(product) : product;
+  return (second & BASIS_OF_PRODUCT) != 0 ? rimi_abs(product) : product;
 }
 
 /* What is left of an exponential mean's past after this row and those that are missing. */
 static double keeps(const blocks *b, size_t t) {
-  double base = 1.0 - (double)rim_image_f32(b->config.basis.share, t), power = base;
+  double base = 1.0 - (double)rimi_le_f32(b->config.basis.share, t), power = base;
   for (uint32_t n = b->missing; n > 0; n >>= 1) { /* at most 20 turns */
     if ((n & 1u) != 0)
       power *= base;
@@ -252,8 +254,8 @@ static double learnt_time_s(const blocks *b, double t_s) {
   const rim_basis *n = &b->config.basis;
   if (n->times == 0)
     return t_s;
-  const double share = (double)rim_image_f32(n->share, n->times - 1u);
-  return rim_min(t_s, b->config.period_s / share);
+  const double share = (double)rimi_le_f32(n->share, n->times - 1u);
+  return rimi_min(t_s, b->config.period_s / share);
 }
 
 static void take_inputs(blocks *b) {
@@ -277,23 +279,23 @@ static void take_inputs(blocks *b) {
 
 static double term_value(const blocks *b, size_t i) {
   const uint8_t *spec = b->config.basis.term;
-  const uint16_t first = rim_image_u16(spec, 4 * i + 1), second = rim_image_u16(spec, 4 * i + 2);
-  switch ((basis_op)rim_image_u16(spec, 4 * i)) {
+  const uint16_t first = rimi_le_u16(spec, 4 * i + 1), second = rimi_le_u16(spec, 4 * i + 2);
+  switch ((basis_op)rimi_le_u16(spec, 4 * i)) {
   case BASIS_MEAN:
     return filter_sum(b)[first];
   case BASIS_PRODUCT:
     return filter_sum(b)[first] * filter_sum(b)[second];
   case BASIS_ABS:
-    return rim_abs(filter_sum(b)[first]);
+    return rimi_abs(filter_sum(b)[first]);
   case BASIS_DECAY:
     return decay(b)[second];
   case BASIS_INTEGRAL:
     return integral(b)[first];
   case BASIS_INITIAL:
-    return (FIRST(b)[first] - (double)rim_image_f32(b->config.basis.first, first)) *
+    return (FIRST(b)[first] - (double)rimi_le_f32(b->config.basis.first, first)) *
            (1.0 - decay(b)[second]);
   case BASIS_TIME:
-    return learnt_time_s(b, blocks_since_start_s(b));
+    return learnt_time_s(b, rimi_blocks_since_start_s(b));
   case BASIS_ROLLED:
     break;
   }
@@ -309,36 +311,36 @@ static void take_first(blocks *b) {
     const rim_basis *n = &b->config.basis;
     if (b->count + 1u < FIRST_BLOCKS || n->first_sd == NULL)
       continue;
-    const double mean = (double)rim_image_f32(n->first, o);
-    const double most = BASIS_FIRST_LIMIT * (double)rim_image_f32(n->first_sd, o);
-    FIRST(b)[o] = rim_clamp(FIRST(b)[o], mean - most, mean + most);
+    const double mean = (double)rimi_le_f32(n->first, o);
+    const double most = BASIS_FIRST_LIMIT * (double)rimi_le_f32(n->first_sd, o);
+    FIRST(b)[o] = rimi_clamp(FIRST(b)[o], mean - most, mean + most);
   }
 }
 
 static void evaluate_terms(blocks *b) {
   const rim_basis *n = &b->config.basis;
   for (size_t i = 0; i < n->terms; ++i) {
-    const double raw = term_value(b, i) - (double)rim_image_f32(n->center, i);
-    term(b)[i] = rim_clamp(raw * (double)rim_image_f32(n->inverse_sd, i), -BASIS_CLIP, BASIS_CLIP);
+    const double raw = term_value(b, i) - (double)rimi_le_f32(n->center, i);
+    term(b)[i] = rimi_clamp(raw * (double)rimi_le_f32(n->inverse_sd, i), -BASIS_CLIP, BASIS_CLIP);
   }
   for (size_t m = 0; m < n->means; ++m) {
     const double raw =
-        filter_sum(b)[rim_image_u16(n->mean, 2 * m)] - (double)rim_image_f32(n->mean_center, m);
-    means(b)[m] = rim_clamp(raw * (double)rim_image_f32(n->mean_inverse_sd, m), -BASIS_MEAN_CLIP,
-                            BASIS_MEAN_CLIP);
+        filter_sum(b)[rimi_le_u16(n->mean, 2 * m)] - (double)rimi_le_f32(n->mean_center, m);
+    means(b)[m] = rimi_clamp(raw * (double)rimi_le_f32(n->mean_inverse_sd, m), -BASIS_MEAN_CLIP,
+                             BASIS_MEAN_CLIP);
   }
 }
 
 static void measure_change(blocks *b) {
   b->change = 0.0;
   for (size_t f = 0; f < b->config.features; ++f) {
-    const double width = (double)rim_image_f32(b->config.range, b->config.features + f) -
-                         (double)rim_image_f32(b->config.range, f);
+    const double width = (double)rimi_le_f32(b->config.range, b->config.features + f) -
+                         (double)rimi_le_f32(b->config.range, f);
     if ((b->config.role[f] & BLOCKS_COMMAND) != 0 && b->has_before)
-      b->change += rim_abs(SUM(b)[f] - BEFORE(b)[f]) / width;
+      b->change += rimi_abs(SUM(b)[f] - BEFORE(b)[f]) / width;
     BEFORE(b)[f] = SUM(b)[f];
   }
-  b->change = rim_min(b->change, CHANGE_MOST);
+  b->change = rimi_min(b->change, CHANGE_MOST);
   b->has_before = true;
 }
 
@@ -346,7 +348,7 @@ static void wrap_angles(blocks *b) {
   for (size_t f = 0; f < b->config.features; ++f) {
     const double whole = whole_turn(b, f);
     if (whole > 0.0)
-      SUM(b)[f] -= whole * rim_floor(SUM(b)[f] / whole + 0.5);
+      SUM(b)[f] -= whole * rimi_floor(SUM(b)[f] / whole + 0.5);
   }
 }
 
@@ -362,7 +364,7 @@ static void end_block(blocks *b) {
     SD(b)[o] = S_SUM(b)[o] / n;
     REPEATS(b)[o] = SAME(b)[o] / n;
     const double square = b->seconds > 0 ? SQUARES(b)[o] / (double)b->seconds : 0.0;
-    SCATTER(b)[o] = square > 0.0 ? rim_max(rim_log(square), BLOCKS_LN_LEAST) : BLOCKS_LN_LEAST;
+    SCATTER(b)[o] = square > 0.0 ? rimi_max(rimi_log(square), BLOCKS_LN_LEAST) : BLOCKS_LN_LEAST;
   }
   take_first(b);
   evaluate_terms(b);
@@ -371,8 +373,8 @@ static void end_block(blocks *b) {
   ++b->count;
 }
 
-blocks_result blocks_row(blocks *b, double t_s, const double *context, const double *outcome,
-                         const double *mean, const double *sd) {
+blocks_result rimi_blocks_row(blocks *b, double t_s, const double *context, const double *outcome,
+                              const double *mean, const double *sd) {
   count(&b->health.rows);
   if (!row_is_usable(b, t_s, context, outcome, mean, sd))
     return BLOCKS_BAD;
@@ -385,7 +387,7 @@ blocks_result blocks_row(blocks *b, double t_s, const double *context, const dou
   count(&b->rows);
   count(&b->health.rows_used);
   ++b->rows_in_block;
-  if (blocks_rate_is_wrong(b)) {
+  if (rimi_blocks_rate_is_wrong(b)) {
     count(&b->health.wrong_rate);
     begin_block(b);
     return BLOCKS_NONE;
@@ -396,32 +398,32 @@ blocks_result blocks_row(blocks *b, double t_s, const double *context, const dou
   return BLOCKS_DONE;
 }
 
-uint16_t blocks_out_of_range(const blocks *b, double *value) {
+uint16_t rimi_blocks_out_of_range(const blocks *b, double *value) {
   if (value != NULL)
     *value = b->out_value;
   return b->out_feature;
 }
-bool blocks_rate_is_wrong(const blocks *b) {
+bool rimi_blocks_rate_is_wrong(const blocks *b) {
   const double period_s = b->config.period_s;
   return period_s > 0.0 &&
          (b->mean_period_s > RATE_SLOW * period_s || b->mean_period_s < RATE_FAST * period_s);
 }
-double blocks_period_s(const blocks *b) { return b->told_period_s; }
-const double *blocks_context(const blocks *b) { return SUM(b); }
-const double *blocks_outcomes(const blocks *b) { return OUTCOME(b); }
-const double *blocks_predicted(const blocks *b) { return PREDICTED(b); }
-const double *blocks_sd(const blocks *b) { return SD(b); }
-const double *blocks_scatter(const blocks *b) { return SCATTER(b); }
-const double *blocks_repeats(const blocks *b) { return REPEATS(b); }
-const double *blocks_terms(const blocks *b) { return term(b); }
-const double *blocks_means(const blocks *b) { return means(b); }
-const double *blocks_first(const blocks *b) { return FIRST(b); }
-bool blocks_has_first(const blocks *b) { return b->count >= FIRST_BLOCKS; }
-double blocks_change(const blocks *b) { return b->change; }
-double blocks_since_start_s(const blocks *b) {
+double rimi_blocks_period_s(const blocks *b) { return b->told_period_s; }
+const double *rimi_blocks_context(const blocks *b) { return SUM(b); }
+const double *rimi_blocks_outcomes(const blocks *b) { return OUTCOME(b); }
+const double *rimi_blocks_predicted(const blocks *b) { return PREDICTED(b); }
+const double *rimi_blocks_sd(const blocks *b) { return SD(b); }
+const double *rimi_blocks_scatter(const blocks *b) { return SCATTER(b); }
+const double *rimi_blocks_repeats(const blocks *b) { return REPEATS(b); }
+const double *rimi_blocks_terms(const blocks *b) { return term(b); }
+const double *rimi_blocks_means(const blocks *b) { return means(b); }
+const double *rimi_blocks_first(const blocks *b) { return FIRST(b); }
+bool rimi_blocks_has_first(const blocks *b) { return b->count >= FIRST_BLOCKS; }
+double rimi_blocks_change(const blocks *b) { return b->change; }
+double rimi_blocks_since_start_s(const blocks *b) {
   return 0.5 * (b->block_start_s + b->previous_s) - b->start_s;
 }
-double blocks_run_start_s(const blocks *b) { return b->start_s; }
-double blocks_start_s(const blocks *b) { return b->block_start_s; }
-uint32_t blocks_count(const blocks *b) { return b->count; }
-blocks_health blocks_get_health(const blocks *b) { return b->health; }
+double rimi_blocks_run_start_s(const blocks *b) { return b->start_s; }
+double rimi_blocks_start_s(const blocks *b) { return b->block_start_s; }
+uint32_t rimi_blocks_count(const blocks *b) { return b->count; }
+blocks_health rimi_blocks_get_health(const blocks *b) { return b->health; }

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Rows of telemetry to blocks: what the models and the search work on.
  *
  * Rows (say 20 Hz) are checked, limited to what was trained, and gathered `block_rows` at a time.
@@ -39,11 +40,12 @@ typedef struct blocks_health {
 
 typedef struct blocks blocks;
 
-size_t blocks_size(const blocks_config *config);
+size_t rimi_blocks_size(const blocks_config *config);
 /* RIM_E_ALIGN, RIM_E_SIZE, RIM_E_CONFIG. */
-rim_status blocks_init(blocks **instance, void *memory, size_t bytes, const blocks_config *config);
-void blocks_reset(blocks *b);
-void blocks_attach(blocks *b, const blocks_config *config);
+rim_status rimi_blocks_init(blocks **instance, void *memory, size_t bytes,
+                            const blocks_config *config);
+void rimi_blocks_reset(blocks *b);
+void rimi_blocks_attach(blocks *b, const blocks_config *config);
 
 typedef enum blocks_result {
   BLOCKS_BAD = -1, /* not used: not finite, or its time did not increase */
@@ -53,30 +55,32 @@ typedef enum blocks_result {
 
 /* Offers a row. outcome, mean, sd [outcomes]: only when external. Cost O(features + outcomes +
  * inputs times), at the end of a block O(terms) more. */
-blocks_result blocks_row(blocks *b, double t_s, const double *context, const double *outcome,
-                         const double *mean, const double *sd);
+blocks_result rimi_blocks_row(blocks *b, double t_s, const double *context, const double *outcome,
+                              const double *mean, const double *sd);
 
 /* The last row: the first feature whose value was beyond what was trained, or BLOCKS_NO_FEATURE. */
-uint16_t blocks_out_of_range(const blocks *b, double *value);
-bool blocks_rate_is_wrong(const blocks *b);
-double blocks_period_s(const blocks *b); /* recent mean time between rows */
+uint16_t rimi_blocks_out_of_range(const blocks *b, double *value);
+bool rimi_blocks_rate_is_wrong(const blocks *b);
+double rimi_blocks_period_s(const blocks *b); /* recent mean time between rows */
 
 /* The block that ended. */
-const double *blocks_context(const blocks *b);   /* [features]: an angle within half a turn */
-const double *blocks_outcomes(const blocks *b);  /* [outcomes]; external: mean of (z - m) / sd */
-const double *blocks_predicted(const blocks *b); /* [outcomes]; external: mean of m */
-const double *blocks_sd(const blocks *b);        /* [outcomes]; external: mean of sd */
-const double *blocks_scatter(const blocks *b);   /* ln of the mean square second difference */
-const double *blocks_repeats(const blocks *b);   /* share of readings that repeat the one before */
-const double *blocks_terms(const blocks *b);     /* [terms], standardised */
-const double *blocks_means(const blocks *b);     /* [means], standardised */
-const double *blocks_first(const blocks *b);     /* [outcomes]: mean of the first two blocks */
-bool blocks_has_first(const blocks *b);
-double blocks_change(const blocks *b);           /* of the commands, in widths of their range */
-double blocks_since_start_s(const blocks *b);    /* middle of the block */
-double blocks_run_start_s(const blocks *b);      /* first row of the run, absolute */
-double blocks_start_s(const blocks *b);          /* its first row, absolute */
-uint32_t blocks_count(const blocks *b);          /* ended since the start */
-blocks_health blocks_get_health(const blocks *b);
+const double *rimi_blocks_context(const blocks *b); /* [features]: an angle within half a turn */
+const double *
+rimi_blocks_outcomes(const blocks *b); /* [outcomes]; external: mean of (z - m) / sd */
+const double *rimi_blocks_predicted(const blocks *b); /* [outcomes]; external: mean of m */
+const double *rimi_blocks_sd(const blocks *b);        /* [outcomes]; external: mean of sd */
+const double *rimi_blocks_scatter(const blocks *b);   /* ln of the mean square second difference */
+const double *
+rimi_blocks_repeats(const blocks *b);             /* share of readings that repeat the one before */
+const double *rimi_blocks_terms(const blocks *b); /* [terms], standardised */
+const double *rimi_blocks_means(const blocks *b); /* [means], standardised */
+const double *rimi_blocks_first(const blocks *b); /* [outcomes]: mean of the first two blocks */
+bool rimi_blocks_has_first(const blocks *b);
+double rimi_blocks_change(const blocks *b);        /* of the commands, in widths of their range */
+double rimi_blocks_since_start_s(const blocks *b); /* middle of the block */
+double rimi_blocks_run_start_s(const blocks *b);   /* first row of the run, absolute */
+double rimi_blocks_start_s(const blocks *b);       /* its first row, absolute */
+uint32_t rimi_blocks_count(const blocks *b);       /* ended since the start */
+blocks_health rimi_blocks_get_health(const blocks *b);
 
 #endif

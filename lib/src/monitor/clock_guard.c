@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "monitor/clock_guard.h"
 
 #include <stddef.h>
@@ -25,7 +26,7 @@ static void believe(rim_clock_guard *guard, double t_s, double here_s) {
 
 rim_clock_answer rim_clock_guard_take(rim_clock_guard *guard, const rim_clock_guard_config *config,
                                       double t_s, double here_s, double day_s) {
-  if (guard == NULL || config == NULL || !rim_is_finite(t_s))
+  if (guard == NULL || config == NULL || !rimi_is_finite(t_s))
     return RIM_CLOCK_FUTURE;
   if (config->max_skew_s > 0.0 && t_s > day_s + config->max_skew_s)
     return RIM_CLOCK_FUTURE;

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rim/clock_guard.h - is an observation's time to be believed?
  *
  * The monitor refuses times that do not increase, so one observation from far ahead would make it

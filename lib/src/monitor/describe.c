@@ -1,8 +1,9 @@
+/* SPDX-License-Identifier: MIT */
 /* What was found, as a record: which outcome, how it deviates, by how much, where, since when. */
 #include <string.h>
 
-#include "monitor/monitor_private.h"
 #include "base/real.h"
+#include "monitor/monitor_private.h"
 
 /* A behaviour channel with this part of the score of the leading agreement channel is named
  * instead: when the vehicle itself deviates several sensors do, and agree. */
@@ -49,7 +50,7 @@ static void name_others(rim_alarm *alarm, uint16_t channels, uint16_t outcomes, 
 /* ---- a trained image ---- */
 
 static double trained_score(const rim_monitor *m, uint16_t c) {
-  return (double)search_best(m->search, c)->score;
+  return (double)rimi_search_best(m->search, c)->score;
 }
 
 /* An outcome that integrates others sums up what is wrong with them. Where it deviates other than
@@ -60,8 +61,8 @@ static uint16_t integrated_cause(const rim_monitor *m, uint16_t leading) {
   double score = m->models.threshold.alarm_score;
   for (uint16_t j = 0; j < outcomes; ++j) {
     bool mostly;
-    const double gain = rim_agreement_gain(&m->models.agreement, leading % outcomes, j, &mostly);
-    if (!(rim_abs(gain) > 0.0) && !mostly)
+    const double gain = rimi_agreement_gain(&m->models.agreement, leading % outcomes, j, &mostly);
+    if (!(rimi_abs(gain) > 0.0) && !mostly)
       continue;
     for (uint32_t kind = RIM_CHANNEL_BEHAVIOUR; kind <= RIM_CHANNEL_AGREEMENT; ++kind) {
       const uint16_t c = (uint16_t)(kind * outcomes + j);
@@ -79,19 +80,19 @@ static uint16_t integrated_cause(const rim_monitor *m, uint16_t leading) {
 static bool contradicts(const rim_monitor *m, uint16_t leading, uint16_t c) {
   const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
   return c == leading % outcomes &&
-         search_best(m->search, c)->shift * search_best(m->search, leading)->shift < 0.0f;
+         rimi_search_best(m->search, c)->shift * rimi_search_best(m->search, leading)->shift < 0.0f;
 }
 
 static uint16_t choose_channel(const rim_monitor *m, uint16_t leading) {
   const uint16_t outcomes = (uint16_t)m->words[RIM_CONFIG_OUTCOMES];
   if (leading / outcomes <= RIM_CHANNEL_AGREEMENT &&
-      search_best(m->search, leading)->family != SEARCH_SINCE)
+      rimi_search_best(m->search, leading)->family != SEARCH_SINCE)
     leading = integrated_cause(m, leading);
   if (leading / outcomes != RIM_CHANNEL_AGREEMENT)
     return leading;
   uint16_t best = leading;
   double score =
-      rim_max(BEHAVIOUR_SHARE * trained_score(m, leading), m->models.threshold.alarm_score);
+      rimi_max(BEHAVIOUR_SHARE * trained_score(m, leading), m->models.threshold.alarm_score);
   for (uint16_t c = 0; c < outcomes; ++c) {
     if (trained_score(m, c) >= score && !contradicts(m, leading, c)) {
       score = trained_score(m, c);
@@ -105,8 +106,8 @@ static uint16_t choose_channel(const rim_monitor *m, uint16_t leading) {
 static uint16_t frozen_or(const rim_monitor *m, uint16_t channel) {
   const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
   const uint16_t repeats = (uint16_t)(RIM_CHANNEL_REPEAT * outcomes + channel % outcomes);
-  const double share = (double)search_best(m->search, repeats)->shift *
-                       (double)rim_noise_channel(&m->models.noise, repeats).s;
+  const double share = (double)rimi_search_best(m->search, repeats)->shift *
+                       (double)rimi_noise_channel(&m->models.noise, repeats).s;
   return trained_score(m, repeats) >= m->models.threshold.alarm_score && share > FROZEN ? repeats
                                                                                         : channel;
 }
@@ -124,27 +125,27 @@ static rim_kind kind_of(uint16_t channel_kind, uint8_t family) {
 /* Residuals of rows that bring their predictions are in the caller's standard deviations. */
 static double outcome_unit(const rim_monitor *m, uint16_t channel) {
   const uint32_t outcome = channel % m->words[RIM_CONFIG_OUTCOMES];
-  return m->words[RIM_CONFIG_EXTERNAL] != 0 ? blocks_sd(m->rows)[outcome] : 1.0;
+  return m->words[RIM_CONFIG_EXTERNAL] != 0 ? rimi_blocks_sd(m->rows)[outcome] : 1.0;
 }
 
 /* shift and its standard error in the units of the record's kind. */
 static void size_shift(const rim_monitor *m, uint16_t channel, const search_hypothesis *h,
                        double *shift, double *sd) {
-  const noise_channel n = rim_noise_channel(&m->models.noise, channel);
+  const noise_channel n = rimi_noise_channel(&m->models.noise, channel);
   const uint16_t kind = (uint16_t)(channel / m->words[RIM_CONFIG_OUTCOMES]);
   /* Healthy runs exceed the ratio that the noise model expects by phi: so does the error. */
-  const double inflation = rim_sqrt((double)rim_image_f32(n.phi, h->family));
+  const double inflation = rimi_sqrt((double)rimi_le_f32(n.phi, h->family));
   double unit = (double)n.s;
   if (h->family == SEARCH_GAIN && kind <= RIM_CHANNEL_AGREEMENT)
     unit = 1.0;
   if (h->family == SEARCH_RAMP)
-    unit *= (double)(search_blocks(m->search) - h->onset) / 256.0;
+    unit *= (double)(rimi_search_blocks(m->search) - h->onset) / 256.0;
   if (kind <= RIM_CHANNEL_AGREEMENT)
     unit *= outcome_unit(m, channel);
   *shift = (double)h->shift * unit;
   *sd = (double)h->sd * unit * inflation;
   if (kind == RIM_CHANNEL_SCATTER) { /* from logarithms to the ratio of variances */
-    *shift = rim_exp(rim_clamp(*shift, -60.0, 60.0));
+    *shift = rimi_exp(rimi_clamp(*shift, -60.0, 60.0));
     *sd *= *shift;
   }
 }
@@ -157,14 +158,14 @@ static void place_region(const rim_monitor *m, const search_hypothesis *h, rim_r
   double lower[2], upper[2];
   for (size_t k = 0; k < dims; ++k) {
     uint32_t low, high;
-    search_edges(m->search, h->feature[k], h->first[k], h->last[k], &low, &high);
-    feature[k] = rim_image_u16(m->region, 2u * (size_t)h->feature[k]);
+    rimi_search_edges(m->search, h->feature[k], h->first[k], h->last[k], &low, &high);
+    feature[k] = rimi_le_u16(m->region, 2u * (size_t)h->feature[k]);
     const double step = monitor_width(m, feature[k]) / 256.0;
     lower[k] = monitor_low(m, feature[k]) + step * (double)low;
     upper[k] = monitor_low(m, feature[k]) + step * (double)(high + 1u);
   }
   if (dims > 0)
-    (void)rim_region_from_box(region, dims, feature, lower, upper);
+    (void)rimi_region_from_box(region, dims, feature, lower, upper);
 }
 
 static void date(const rim_monitor *m, const search_hypothesis *h, double onset_sd,
@@ -172,8 +173,8 @@ static void date(const rim_monitor *m, const search_hypothesis *h, double onset_
   const double block_s =
       (double)m->words[RIM_CONFIG_BLOCK_ROWS] * 1e-6 * (double)m->words[RIM_CONFIG_PERIOD_US];
   const uint32_t first =
-      h->onset != SEARCH_FROM_START ? h->onset : search_first_inside(m->search, h);
-  alarm->since_s = m->run_start_s + search_time_of(m->search, first) - 0.5 * block_s;
+      h->onset != SEARCH_FROM_START ? h->onset : rimi_search_first_inside(m->search, h);
+  alarm->since_s = m->run_start_s + rimi_search_time_of(m->search, first) - 0.5 * block_s;
   if (h->onset != SEARCH_FROM_START)
     alarm->since_sd_s = onset_sd * block_s;
 }
@@ -184,13 +185,13 @@ static double support_of(rim_monitor *m, uint32_t j, double bias, uint32_t onset
   double support = 0.0;
   for (uint32_t kind = RIM_CHANNEL_BEHAVIOUR; kind <= RIM_CHANNEL_AGREEMENT; ++kind) {
     const uint32_t c = kind * m->words[RIM_CONFIG_OUTCOMES] + j;
-    const noise_channel n = rim_noise_channel(&m->models.noise, c);
+    const noise_channel n = rimi_noise_channel(&m->models.noise, c);
     const double z = bias / (double)n.s;
     search_hypothesis since = {.family = SEARCH_SINCE, .onset = onset};
-    if (n.active > 0.5f && search_evaluate_channel(m->search, c, &since)) {
+    if (n.active > 0.5f && rimi_search_evaluate_channel(m->search, c, &since)) {
       const double a = 1.0 / ((double)since.sd * (double)since.sd);
       support +=
-          (z * (double)since.shift - 0.5 * z * z) * a / (double)rim_image_f32(n.phi, SEARCH_SINCE);
+          (z * (double)since.shift - 0.5 * z * z) * a / (double)rimi_le_f32(n.phi, SEARCH_SINCE);
     }
   }
   return support;
@@ -204,14 +205,14 @@ static void blame_integrand(rim_monitor *m, uint16_t channel, const search_hypot
   const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
   if (channel / outcomes != RIM_CHANNEL_AGREEMENT || h->family != SEARCH_RAMP)
     return;
-  const noise_channel own = rim_noise_channel(&m->models.noise, channel);
+  const noise_channel own = rimi_noise_channel(&m->models.noise, channel);
   const double unit = (double)own.s / 256.0; /* of a ramp, per block */
-  const double inflation = rim_sqrt((double)rim_image_f32(own.phi, SEARCH_RAMP));
+  const double inflation = rimi_sqrt((double)rimi_le_f32(own.phi, SEARCH_RAMP));
   double most = 0.0;
   for (uint32_t j = 0; j < outcomes; ++j) {
     bool mostly;
-    const double gain = rim_agreement_gain(&m->models.agreement, channel % outcomes, j, &mostly);
-    if (!(rim_abs(gain) > 0.0))
+    const double gain = rimi_agreement_gain(&m->models.agreement, channel % outcomes, j, &mostly);
+    if (!(rimi_abs(gain) > 0.0))
       continue;
     const double bias = -(double)h->shift * unit / gain;
     const double support = support_of(m, j, bias, h->onset) + (mostly ? LIKELY : 0.0);
@@ -221,7 +222,7 @@ static void blame_integrand(rim_monitor *m, uint16_t channel, const search_hypot
     alarm->kind = RIM_KIND_SHIFT;
     alarm->channel[0] = (uint16_t)j;
     alarm->shift[0] = bias;
-    alarm->shift_sd[0] = (double)h->sd * unit / rim_abs(gain) * inflation;
+    alarm->shift_sd[0] = (double)h->sd * unit / rimi_abs(gain) * inflation;
   }
 }
 
@@ -235,10 +236,10 @@ static void prefer_agreement(rim_monitor *m, uint16_t *channel, search_hypothesi
     return;
   search_hypothesis agreed;
   double agreed_sd, shift[2], sd[2];
-  search_explain(m->search, other, &agreed, &agreed_sd);
+  rimi_search_explain(m->search, other, &agreed, &agreed_sd);
   size_shift(m, *channel, h, &shift[0], &sd[0]);
   size_shift(m, other, &agreed, &shift[1], &sd[1]);
-  if (shift[0] * shift[1] < 0.0 && rim_abs(shift[0]) * sd[1] < rim_abs(shift[1]) * sd[0]) {
+  if (shift[0] * shift[1] < 0.0 && rimi_abs(shift[0]) * sd[1] < rimi_abs(shift[1]) * sd[0]) {
     *channel = other;
     *h = agreed;
     *onset_sd = agreed_sd;
@@ -251,13 +252,13 @@ static void keep_onset(const rim_monitor *m, uint16_t channel, search_hypothesis
   const search_hypothesis *before = &m->explained;
   const bool always = (h->family == SEARCH_INTERVAL_SINCE && before->family == SEARCH_INTERVAL) ||
                       (h->family == SEARCH_BOX_SINCE && before->family == SEARCH_BOX);
-  if (!m->has_explained || m->explained_channel != channel || search_oldest(m->search) == 0 ||
+  if (!m->has_explained || m->explained_channel != channel || rimi_search_oldest(m->search) == 0 ||
       rim_monitor_standing(m, RIM_DETECTOR_RIM) == NULL || h->onset == SEARCH_FROM_START ||
       (!always && before->onset >= h->onset))
     return;
   search_hypothesis whole = *h;
   whole.onset = SEARCH_FROM_START;
-  if (h->onset >= search_first_inside(m->search, &whole) + SEARCH_LEAST)
+  if (h->onset >= rimi_search_first_inside(m->search, &whole) + SEARCH_LEAST)
     return;
   h->onset = before->onset;
   if (always)
@@ -269,7 +270,7 @@ static void describe_trained(rim_monitor *m, const rim_verdict *verdict, rim_ala
   uint16_t channel = frozen_or(m, choose_channel(m, verdict->channel));
   search_hypothesis h;
   double onset_sd;
-  search_explain(m->search, channel, &h, &onset_sd);
+  rimi_search_explain(m->search, channel, &h, &onset_sd);
   prefer_agreement(m, &channel, &h, &onset_sd);
   keep_onset(m, channel, &h);
   m->explained = h;
@@ -286,7 +287,7 @@ static void describe_trained(rim_monitor *m, const rim_verdict *verdict, rim_ala
   name_others(alarm, m->channel_count, outcomes, m->models.threshold.alarm_score, trained_score, m);
   for (size_t i = 1; i < alarm->channels; ++i) {
     const uint16_t c = (uint16_t)(channel - channel % outcomes + alarm->channel[i]);
-    const search_hypothesis *other = search_best(m->search, c);
+    const search_hypothesis *other = rimi_search_best(m->search, c);
     if (other->score > -1e9f && kind_of((uint16_t)(c / outcomes), other->family) == alarm->kind)
       size_shift(m, c, other, &alarm->shift[i], &alarm->shift_sd[i]);
   }
@@ -299,7 +300,7 @@ static rim_region to_features(const rim_monitor *m, const rim_region *unit) {
   rim_region region = *unit;
   double width[RIM_REGION_MAX_DIMS];
   for (size_t i = 0; i < unit->dims; ++i) {
-    const uint16_t f = rim_image_u16(m->region, 2u * (size_t)unit->feature[i]);
+    const uint16_t f = rimi_le_u16(m->region, 2u * (size_t)unit->feature[i]);
     const double low = monitor_low(m, f);
     width[i] = monitor_width(m, f);
     region.feature[i] = f;
@@ -317,13 +318,13 @@ static rim_region to_features(const rim_monitor *m, const rim_region *unit) {
 }
 
 static double row_score(const rim_monitor *m, uint16_t c) {
-  return rim_threshold_score(&m->models.threshold, c,
-                             (double)rim_select_channel_scores(m->select)[c],
-                             rim_select_observations(m->select));
+  return rimi_threshold_score(&m->models.threshold, c,
+                              (double)rimi_select_channel_scores(m->select)[c],
+                              rimi_select_observations(m->select));
 }
 
 static double time_of_observation(const rim_monitor *m, uint32_t index) {
-  const uint32_t n = rim_select_observations(m->select);
+  const uint32_t n = rimi_select_observations(m->select);
   if (n < 2)
     return m->last_block_s;
   const double spacing_s = (m->last_block_s - m->first_block_s) / (double)(n - 1);
@@ -334,7 +335,7 @@ static void describe_rows(rim_monitor *m, const rim_verdict *verdict, rim_alarm 
   rim_candidate best;
   memset(&best, 0, sizeof best);
   alarm->kind = RIM_KIND_SHIFT;
-  if (rim_select_best_of_channel(m->select, verdict->channel, &best)) {
+  if (rimi_select_best_of_channel(m->select, verdict->channel, &best)) {
     alarm->region = to_features(m, &best.region);
     /* The whole range of a feature is no restriction. */
     if (best.dims == 1 && best.region.lower[0] <= 0.0 && best.region.upper[0] >= 1.0)
@@ -349,17 +350,17 @@ static void describe_rows(rim_monitor *m, const rim_verdict *verdict, rim_alarm 
               m);
   for (size_t i = 0; i < alarm->channels; ++i) {
     rim_candidate found = best;
-    if (i > 0 && !rim_select_shift_of_channel(m->select, alarm->channel[i], &found))
+    if (i > 0 && !rimi_select_shift_of_channel(m->select, alarm->channel[i], &found))
       continue;
     /* F = shift^2 / (2 Var) gives the standard error without asking for Var again. */
     alarm->shift[i] =
         found.shift * outcome_unit(m, alarm->channel[i]) / monitor_scale(m, alarm->channel[i]);
     alarm->shift_sd[i] =
-        found.ln_anom > 0.0 ? rim_abs(alarm->shift[i]) / rim_sqrt(2.0 * found.ln_anom) : 0.0;
+        found.ln_anom > 0.0 ? rimi_abs(alarm->shift[i]) / rimi_sqrt(2.0 * found.ln_anom) : 0.0;
   }
 }
 
-void monitor_describe(rim_monitor *m, const rim_verdict *verdict, rim_alarm *alarm) {
+void rimi_monitor_describe(rim_monitor *m, const rim_verdict *verdict, rim_alarm *alarm) {
   begin(m, verdict, alarm);
   if (m->is_trained)
     describe_trained(m, verdict, alarm);

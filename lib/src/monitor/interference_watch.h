@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* interference_watch.h - private: the motion-interference detector inside the monitor. Which
  * numbers of a row it is given comes from the image (RIM_SECTION_INTERFERENCE_INPUTS). The life of
  * its alarm is alarm_life.h's. Plain data without pointers: a copy goes on. */
@@ -20,22 +21,22 @@ _Static_assert(sizeof(interference_watch) <= RIM_MONITOR_INTERFERENCE_BYTES, "ou
 
 /* Checks both sections of an image whose rows have so many features and outcomes. *present: it has
  * them. RIM_E_CONFIG one without the other, or inputs of another size; RIM_E_RANGE a feature or
- * outcome that is not there; errors of rim_interference_open. */
-rim_status rim_interference_watch_check(const rim_image *image, size_t features, size_t outcomes,
-                                        bool *present);
+ * outcome that is not there; errors of rimi_interference_open. */
+rim_status rimi_interference_watch_check(const rim_image *image, size_t features, size_t outcomes,
+                                         bool *present);
 
 /* Of an image that was checked and has them. */
-void rim_interference_watch_init(interference_watch *watch, const rim_image *image);
+void rimi_interference_watch_init(interference_watch *watch, const rim_image *image);
 
 /* How its alarm lives beside one of the regions that lives by `regions`. */
-rim_alarm_slot_config rim_interference_watch_life(const rim_alarm_slot_config *regions);
+rim_alarm_slot_config rimi_interference_watch_life(const rim_alarm_slot_config *regions);
 
 /* Forgets the motion; the model and the counters stay. */
-void rim_interference_watch_reset(interference_watch *watch);
+void rimi_interference_watch_reset(interference_watch *watch);
 
 /* One valid row. Returns whether something is found; then *candidate describes it. Where
  * verdict->valid is false the detector had nothing to say, and its alarm is to be left as it is. */
-bool rim_interference_watch_step(interference_watch *watch, const rim_observation *row,
-                                 rim_interference_verdict *verdict, rim_alarm *candidate);
+bool rimi_interference_watch_step(interference_watch *watch, const rim_observation *row,
+                                  rim_interference_verdict *verdict, rim_alarm *candidate);
 
 #endif

@@ -1,14 +1,15 @@
+/* SPDX-License-Identifier: MIT */
 /* The monitor's own layout, shared by open.c, step.c and describe.c. */
 #ifndef RIM_SRC_MONITOR_PRIVATE_H
 #define RIM_SRC_MONITOR_PRIVATE_H
 
 #include "image/basis.h"
 #include "image/noise.h"
-#include "monitor/interference_watch.h"
-#include "search/search.h"
-#include "monitor/blocks.h"
-#include "rim/monitor.h"
 #include "image/nominal.h"
+#include "monitor/blocks.h"
+#include "monitor/interference_watch.h"
+#include "rim/monitor.h"
+#include "search/search.h"
 
 #define MONITOR_UPDATE_RATIO 0.25 /* ln anom grown by a quarter is worth another record */
 #define MONITOR_NEXT_BLOCK 0.25 /* of a block that its start may be off and still follow the last */
@@ -33,7 +34,7 @@ struct rim_monitor {
   uint32_t words[RIM_CONFIG_WORDS];
   rim_image image;
   monitor_models models;
-  bool is_trained; /* the image has section NOISE */
+  bool is_trained;       /* the image has section NOISE */
   const uint8_t *range;  /* f32 low[features], high[features] */
   const uint8_t *region; /* u16[region features][2] */
   const uint8_t *cuts;
@@ -44,7 +45,7 @@ struct rim_monitor {
   interference_watch *watch; /* NULL: the image has none */
   double *unit;              /* not trained: [region features] in unit coordinates */
   double *predicted, *residual, *level, *agreement_state; /* trained: [2 O] [4 O] [2 O] [4 O] */
-  uint8_t *place;            /* trained: [region features] */
+  uint8_t *place;                                         /* trained: [region features] */
   rim_alarm_life life;
   search_hypothesis explained; /* of the newest record */
   uint16_t explained_channel;
@@ -74,23 +75,23 @@ typedef struct monitor_plan {
 } monitor_plan;
 
 static inline double monitor_low(const rim_monitor *m, size_t f) {
-  return (double)rim_image_f32(m->range, f);
+  return (double)rimi_le_f32(m->range, f);
 }
 static inline double monitor_width(const rim_monitor *m, size_t f) {
-  return (double)rim_image_f32(m->range, m->words[RIM_CONFIG_FEATURES] + f) - monitor_low(m, f);
+  return (double)rimi_le_f32(m->range, m->words[RIM_CONFIG_FEATURES] + f) - monitor_low(m, f);
 }
 
 static inline double monitor_scale(const rim_monitor *m, size_t outcome) {
-  return m->scales != NULL ? (double)rim_image_f32(m->scales, outcome) : 1.0;
+  return m->scales != NULL ? (double)rimi_le_f32(m->scales, outcome) : 1.0;
 }
 
 /* describe.c: the record of what is found now. */
-void monitor_describe(rim_monitor *m, const rim_verdict *verdict, rim_alarm *alarm);
+void rimi_monitor_describe(rim_monitor *m, const rim_verdict *verdict, rim_alarm *alarm);
 
 /* step.c: no record, nothing found. */
-void monitor_clear_verdict(rim_monitor *m);
+void rimi_monitor_clear_verdict(rim_monitor *m);
 /* open.c: all observations; those of the regions alone. The alarms' life is left as it is. */
-void monitor_forget(rim_monitor *m);
-void monitor_forget_regions(rim_monitor *m);
+void rimi_monitor_forget(rim_monitor *m);
+void rimi_monitor_forget_regions(rim_monitor *m);
 
 #endif

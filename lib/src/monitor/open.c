@@ -1,8 +1,9 @@
+/* SPDX-License-Identifier: MIT */
 /* From a flight image to a monitor in the caller's memory: everything is read and checked first. */
 #include <string.h>
 
-#include "monitor/monitor_private.h"
 #include "base/real.h"
+#include "monitor/monitor_private.h"
 
 #define MONITOR_MAGIC 0x52494d4eu /* "RIMN": memory that holds a monitor of this layout */
 
@@ -22,7 +23,7 @@ static rim_status read_words(monitor_plan *p) {
   if (data == NULL)
     return RIM_E_CONFIG;
   for (size_t i = 0; i < RIM_CONFIG_WORDS; ++i)
-    p->words[i] = rim_image_u32(data, i);
+    p->words[i] = rimi_le_u32(data, i);
   const uint32_t *w = p->words;
   if (w[RIM_CONFIG_FEATURES] == 0 || w[RIM_CONFIG_FEATURES] > RIM_MONITOR_MAX_FEATURES ||
       w[RIM_CONFIG_OUTCOMES] == 0 || w[RIM_CONFIG_OUTCOMES] > RIM_MONITOR_MAX_OUTCOMES ||
@@ -48,8 +49,8 @@ static rim_status open_scales(monitor_plan *p) {
   if (p->is_trained || bytes != 4u * (size_t)p->words[RIM_CONFIG_OUTCOMES])
     return RIM_E_CONFIG;
   for (size_t o = 0; o < p->words[RIM_CONFIG_OUTCOMES]; ++o) {
-    const double scale = (double)rim_image_f32(data, o);
-    if (!rim_is_finite(scale) || !(scale > 0.0))
+    const double scale = (double)rimi_le_f32(data, o);
+    if (!rimi_is_finite(scale) || !(scale > 0.0))
       return RIM_E_RANGE;
   }
   p->scales = data;
@@ -59,9 +60,9 @@ static rim_status open_scales(monitor_plan *p) {
 static rim_status check_range(const monitor_plan *p) {
   const size_t features = p->words[RIM_CONFIG_FEATURES];
   for (size_t f = 0; f < features; ++f) {
-    const double low = (double)rim_image_f32(p->range, f);
-    const double high = (double)rim_image_f32(p->range, features + f);
-    if (!rim_is_finite(low) || !rim_is_finite(high) || !(high > low))
+    const double low = (double)rimi_le_f32(p->range, f);
+    const double high = (double)rimi_le_f32(p->range, features + f);
+    if (!rimi_is_finite(low) || !rimi_is_finite(high) || !(high > low))
       return RIM_E_RANGE;
   }
   return RIM_OK;
@@ -70,12 +71,12 @@ static rim_status check_range(const monitor_plan *p) {
 static rim_status check_region(const monitor_plan *p) {
   const size_t count = p->words[RIM_CONFIG_REGION_FEATURES];
   for (size_t i = 0; i < count; ++i) {
-    const uint16_t f = rim_image_u16(p->region, 2 * i), o = rim_image_u16(p->region, 2 * i + 1);
+    const uint16_t f = rimi_le_u16(p->region, 2 * i), o = rimi_le_u16(p->region, 2 * i + 1);
     if (f >= p->words[RIM_CONFIG_FEATURES] ||
         (o >= p->words[RIM_CONFIG_OUTCOMES] && o != MONITOR_NO_OUTCOME))
       return RIM_E_RANGE;
     for (size_t j = 0; j < i; ++j) {
-      if (rim_image_u16(p->region, 2 * j) == f)
+      if (rimi_le_u16(p->region, 2 * j) == f)
         return RIM_E_RANGE;
     }
   }
@@ -97,7 +98,7 @@ static rim_status open_tables(monitor_plan *p) {
     if (p->rows.outcome_feature == NULL)
       return RIM_E_CONFIG;
     for (size_t o = 0; o < outcomes; ++o) {
-      if (rim_image_u16(p->rows.outcome_feature, o) >= features)
+      if (rimi_le_u16(p->rows.outcome_feature, o) >= features)
         return RIM_E_RANGE;
     }
   }
@@ -110,7 +111,7 @@ static rim_status open_level(monitor_plan *p) {
   size_t bytes;
   if (!find(p, RIM_SECTION_LEVEL, &data, &bytes))
     return RIM_OK;
-  const rim_status status = rim_nominal_open(&p->models.level, data, bytes);
+  const rim_status status = rimi_nominal_open(&p->models.level, data, bytes);
   if (status != RIM_OK)
     return status;
   return p->models.level.inputs == p->words[RIM_CONFIG_FEATURES] &&
@@ -133,15 +134,15 @@ static rim_status open_trained(monitor_plan *p) {
       !find(p, RIM_SECTION_AGREEMENT, &agreement, &agreement_bytes) ||
       find(p, RIM_SECTION_BEHAVIOUR, &behaviour, &behaviour_bytes) == external)
     return RIM_E_CONFIG;
-  rim_status status = rim_basis_open(&p->rows.basis, basis, basis_bytes, features, outcomes);
+  rim_status status = rimi_basis_open(&p->rows.basis, basis, basis_bytes, features, outcomes);
   const uint32_t means = p->rows.basis.means;
   if (status == RIM_OK && !external)
-    status = rim_behaviour_open(&p->models.behaviour, behaviour, behaviour_bytes,
-                                p->rows.basis.terms, outcomes);
+    status = rimi_behaviour_open(&p->models.behaviour, behaviour, behaviour_bytes,
+                                 p->rows.basis.terms, outcomes);
   if (status == RIM_OK)
-    status = rim_agreement_open(&p->models.agreement, agreement, agreement_bytes, outcomes, means);
+    status = rimi_agreement_open(&p->models.agreement, agreement, agreement_bytes, outcomes, means);
   if (status == RIM_OK)
-    status = rim_noise_open(&p->models.noise, noise, noise_bytes, p->channel_count, means);
+    status = rimi_noise_open(&p->models.noise, noise, noise_bytes, p->channel_count, means);
   if (status == RIM_OK)
     status = open_level(p);
   if (status != RIM_OK)
@@ -156,7 +157,7 @@ static rim_status open_threshold(monitor_plan *p) {
   size_t bytes;
   if (!find(p, RIM_SECTION_THRESHOLD, &data, &bytes))
     return RIM_E_CONFIG;
-  const rim_status status = rim_threshold_open(&p->models.threshold, data, bytes);
+  const rim_status status = rimi_threshold_open(&p->models.threshold, data, bytes);
   if (status != RIM_OK)
     return status;
   return p->models.threshold.channels == p->channel_count ? RIM_OK : RIM_E_CONFIG;
@@ -168,7 +169,7 @@ static rim_status open_correct(monitor_plan *p) {
   size_t bytes;
   if (!find(p, RIM_SECTION_CORRECT, &data, &bytes))
     return RIM_OK;
-  const rim_status status = rim_correct_open(&p->models.correct, data, bytes);
+  const rim_status status = rimi_correct_open(&p->models.correct, data, bytes);
   if (status != RIM_OK)
     return status;
   return p->models.correct.features == p->words[RIM_CONFIG_FEATURES] &&
@@ -224,7 +225,7 @@ static rim_status make_plan(monitor_plan *p, const void *image, size_t image_byt
     status = open_correct(p);
   if (status == RIM_OK)
     status =
-        rim_interference_watch_check(&p->image, p->rows.features, p->rows.outcomes, &p->has_watch);
+        rimi_interference_watch_check(&p->image, p->rows.features, p->rows.outcomes, &p->has_watch);
   if (p->channel_count > (p->is_trained ? SEARCH_MAX_CHANNELS : RIM_SELECT_MAX_CHANNELS))
     return RIM_E_CONFIG;
   plan_searches(p);
@@ -243,16 +244,16 @@ typedef struct layout {
 static rim_status make_layout(const monitor_plan *p, layout *l) {
   const size_t outcomes = p->rows.outcomes, features = p->search.features;
   if (p->is_trained) {
-    l->search_bytes = search_size(&p->search);
+    l->search_bytes = rimi_search_size(&p->search);
     if (l->search_bytes == 0)
       return RIM_E_CONFIG;
   } else {
-    const rim_status status = rim_select_size(&p->select, &l->search_bytes);
+    const rim_status status = rimi_select_size(&p->select, &l->search_bytes);
     if (status != RIM_OK)
       return status;
   }
   l->rows = RIM_MONITOR_HEADER_BYTES;
-  l->rows_bytes = blocks_size(&p->rows);
+  l->rows_bytes = rimi_blocks_size(&p->rows);
   l->numbers = l->rows + l->rows_bytes;
   l->place =
       l->numbers + 8u * (p->is_trained ? (8u + AGREEMENT_STATE) * outcomes : features + outcomes);
@@ -318,13 +319,13 @@ static void connect(rim_monitor *m, monitor_plan *p, const layout *l) {
 static rim_status init_select(rim_monitor *m, const monitor_plan *p, const layout *l) {
   float scale[RIM_SELECT_MAX_CHANNELS], offset[RIM_SELECT_MAX_CHANNELS];
   for (size_t c = 0; c < p->channel_count; ++c) {
-    scale[c] = 1.0f / rim_image_f32(p->models.threshold.scale, c);
-    offset[c] = rim_image_f32(p->models.threshold.offset, c) * scale[c];
+    scale[c] = 1.0f / rimi_le_f32(p->models.threshold.scale, c);
+    offset[c] = rimi_le_f32(p->models.threshold.offset, c) * scale[c];
   }
   rim_status status =
-      rim_select_init(&m->select, (unsigned char *)m + l->search, l->search_bytes, &p->select);
+      rimi_select_init(&m->select, (unsigned char *)m + l->search, l->search_bytes, &p->select);
   if (status == RIM_OK)
-    status = rim_select_set_channel_scale(m->select, scale, offset);
+    status = rimi_select_set_channel_scale(m->select, scale, offset);
   return status;
 }
 
@@ -338,8 +339,8 @@ static void init_life(rim_monitor *m) {
   regions->clear_steps = m->words[RIM_CONFIG_CLEAR];
   regions->inhibit_s = 1e-3 * (double)m->words[RIM_CONFIG_INHIBIT_MS];
   regions->update_ratio = MONITOR_UPDATE_RATIO;
-  config.slot[RIM_DETECTOR_INTERFERENCE] = rim_interference_watch_life(regions);
-  (void)rim_alarm_life_init(&m->life, &config);
+  config.slot[RIM_DETECTOR_INTERFERENCE] = rimi_interference_watch_life(regions);
+  (void)rimi_alarm_life_init(&m->life, &config);
 }
 
 rim_status rim_monitor_init(rim_monitor **monitor, void *memory, size_t bytes, const void *image,
@@ -357,17 +358,17 @@ rim_status rim_monitor_init(rim_monitor **monitor, void *memory, size_t bytes, c
   m->channel_count = p.channel_count;
   connect(m, &p, &l);
   unsigned char *base = memory;
-  status = blocks_init(&m->rows, base + l.rows, l.rows_bytes, &p.rows);
+  status = rimi_blocks_init(&m->rows, base + l.rows, l.rows_bytes, &p.rows);
   if (status == RIM_OK && p.is_trained)
-    status = search_init(&m->search, base + l.search, l.search_bytes, &p.search);
+    status = rimi_search_init(&m->search, base + l.search, l.search_bytes, &p.search);
   else if (status == RIM_OK)
     status = init_select(m, &p, &l);
   if (status != RIM_OK)
     return status;
   init_life(m);
   if (m->watch != NULL)
-    rim_interference_watch_init(m->watch, &m->image);
-  monitor_clear_verdict(m);
+    rimi_interference_watch_init(m->watch, &m->image);
+  rimi_monitor_clear_verdict(m);
   m->magic = MONITOR_MAGIC;
   *monitor = m;
   return RIM_OK;
@@ -387,39 +388,39 @@ rim_status rim_monitor_attach(rim_monitor **monitor, void *memory, size_t bytes,
       m->image.bytes != p.image.bytes || memcmp(m->words, p.words, sizeof m->words) != 0)
     return RIM_E_DATA;
   connect(m, &p, &l);
-  blocks_attach(m->rows, &p.rows);
+  rimi_blocks_attach(m->rows, &p.rows);
   if (p.is_trained)
-    search_attach(m->search, &p.search);
+    rimi_search_attach(m->search, &p.search);
   *monitor = m;
   return RIM_OK;
 }
 
-void monitor_forget_regions(rim_monitor *m) {
-  blocks_reset(m->rows);
+void rimi_monitor_forget_regions(rim_monitor *m) {
+  rimi_blocks_reset(m->rows);
   if (m->is_trained) {
-    search_reset(m->search);
+    rimi_search_reset(m->search);
     memset(m->agreement_state, 0, 8u * AGREEMENT_STATE * (size_t)m->words[RIM_CONFIG_OUTCOMES]);
   } else {
-    rim_select_reset(m->select);
+    rimi_select_reset(m->select);
   }
   m->has_explained = m->has_place = false;
   memset(&m->ended, 0, sizeof m->ended);
   m->ended_count = 0;
   m->refused = 0;
   const double t_s = m->last.t_s;
-  monitor_clear_verdict(m);
+  rimi_monitor_clear_verdict(m);
   m->last.t_s = t_s;
 }
 
-void monitor_forget(rim_monitor *m) {
-  monitor_forget_regions(m);
+void rimi_monitor_forget(rim_monitor *m) {
+  rimi_monitor_forget_regions(m);
   if (m->watch != NULL)
-    rim_interference_watch_reset(m->watch);
+    rimi_interference_watch_reset(m->watch);
 }
 
 void rim_monitor_reset(rim_monitor *m) {
   if (m == NULL)
     return;
-  monitor_forget(m);
-  rim_alarm_life_reset(&m->life);
+  rimi_monitor_forget(m);
+  rimi_alarm_life_reset(&m->life);
 }

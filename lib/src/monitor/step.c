@@ -1,17 +1,18 @@
+/* SPDX-License-Identifier: MIT */
 /* One row: checked, gathered, predicted, searched, judged. */
 #include <string.h>
 
+#include "base/real.h"
 #include "base/usable.h"
 #include "monitor/monitor_private.h"
-#include "base/real.h"
 
-void monitor_clear_verdict(rim_monitor *m) {
+void rimi_monitor_clear_verdict(rim_monitor *m) {
   memset(&m->last, 0, sizeof m->last);
   m->last.level = RIM_LEVEL_OK;
   m->last.reason = RIM_REASON_TOO_FEW;
   m->last.p_value = 1.0;
   m->last.out_feature = BLOCKS_NO_FEATURE;
-  m->last.threshold = rim_threshold_ln_anom(&m->models.threshold, 0, 0);
+  m->last.threshold = rimi_threshold_ln_anom(&m->models.threshold, 0, 0);
   m->out_feature = BLOCKS_NO_FEATURE;
   m->out_value = m->out_t_s = 0.0;
 }
@@ -25,27 +26,27 @@ static bool is_corrected(const rim_monitor *m) {
 
 static void correct(const rim_monitor *m, const double *context, double *mean) {
   if (is_corrected(m))
-    (void)rim_correct_mean(&m->models.correct, context, mean, mean);
+    (void)rimi_correct_mean(&m->models.correct, context, mean, mean);
 }
 
 /* Predictions and the residuals of the kinds BEHAVIOUR, SCATTER and REPEAT. */
 static void predict(rim_monitor *m) {
   const size_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
-  const double *measured = blocks_outcomes(m->rows);
+  const double *measured = rimi_blocks_outcomes(m->rows);
   double *scatter = m->residual + RIM_CHANNEL_SCATTER * outcomes;
   const bool external = m->words[RIM_CONFIG_EXTERNAL] != 0;
   if (external) {
-    memcpy(m->predicted, blocks_predicted(m->rows), 8u * outcomes);
+    memcpy(m->predicted, rimi_blocks_predicted(m->rows), 8u * outcomes);
     memset(m->predicted + outcomes, 0, 8u * outcomes);
   } else {
-    rim_behaviour_predict(&m->models.behaviour, blocks_terms(m->rows), blocks_first(m->rows),
-                          m->predicted);
-    correct(m, blocks_context(m->rows), m->predicted);
+    rimi_behaviour_predict(&m->models.behaviour, rimi_blocks_terms(m->rows),
+                           rimi_blocks_first(m->rows), m->predicted);
+    correct(m, rimi_blocks_context(m->rows), m->predicted);
   }
   for (size_t o = 0; o < outcomes; ++o) {
     m->residual[o] = external ? measured[o] : measured[o] - m->predicted[o];
-    scatter[o] = blocks_scatter(m->rows)[o] - m->predicted[outcomes + o];
-    m->residual[RIM_CHANNEL_REPEAT * outcomes + o] = blocks_repeats(m->rows)[o];
+    scatter[o] = rimi_blocks_scatter(m->rows)[o] - m->predicted[outcomes + o];
+    m->residual[RIM_CHANNEL_REPEAT * outcomes + o] = rimi_blocks_repeats(m->rows)[o];
   }
 }
 
@@ -53,49 +54,49 @@ static void agree(rim_monitor *m) {
   const size_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
   const double *level = NULL;
   if (m->models.level.section != NULL &&
-      rim_nominal_predict(&m->models.level, blocks_context(m->rows), m->level, m->level + outcomes,
-                          NULL) == RIM_OK)
+      rimi_nominal_predict(&m->models.level, rimi_blocks_context(m->rows), m->level,
+                           m->level + outcomes, NULL) == RIM_OK)
     level = m->level;
-  const double start_s = blocks_start_s(m->rows);
+  const double start_s = rimi_blocks_start_s(m->rows);
   const double block_s =
       1e-6 * (double)m->words[RIM_CONFIG_PERIOD_US] * (double)m->words[RIM_CONFIG_BLOCK_ROWS];
   const agreement_block block = {.residual = m->residual,
-                                 .mean = blocks_means(m->rows),
-                                 .measured = blocks_outcomes(m->rows),
+                                 .mean = rimi_blocks_means(m->rows),
+                                 .measured = rimi_blocks_outcomes(m->rows),
                                  .level = level,
-                                 .follows =
-                                     m->has_place && rim_abs(start_s - m->block_start_s - block_s) <
-                                                         MONITOR_NEXT_BLOCK * block_s};
+                                 .follows = m->has_place &&
+                                            rimi_abs(start_s - m->block_start_s - block_s) <
+                                                MONITOR_NEXT_BLOCK * block_s};
   m->block_start_s = start_s;
-  rim_agreement_evaluate(&m->models.agreement, &block, m->agreement_state,
-                         m->residual + RIM_CHANNEL_AGREEMENT * outcomes);
+  rimi_agreement_evaluate(&m->models.agreement, &block, m->agreement_state,
+                          m->residual + RIM_CHANNEL_AGREEMENT * outcomes);
 }
 
 /* The region features as bytes of their trained range. */
 static void find_place(rim_monitor *m) {
-  const double *context = blocks_context(m->rows);
+  const double *context = rimi_blocks_context(m->rows);
   for (size_t i = 0; i < m->words[RIM_CONFIG_REGION_FEATURES]; ++i) {
-    const size_t f = rim_image_u16(m->region, 2 * i), o = rim_image_u16(m->region, 2 * i + 1);
+    const size_t f = rimi_le_u16(m->region, 2 * i), o = rimi_le_u16(m->region, 2 * i + 1);
     const double x = o == MONITOR_NO_OUTCOME ? context[f] : m->predicted[o];
     const double byte = 256.0 * (x - monitor_low(m, f)) / monitor_width(m, f);
-    m->place[i] = (uint8_t)rim_clamp(rim_floor(byte), 0.0, 255.0);
+    m->place[i] = (uint8_t)rimi_clamp(rimi_floor(byte), 0.0, 255.0);
   }
   m->has_place = true;
 }
 
 static bool observe_trained(rim_monitor *m) {
-  if (m->words[RIM_CONFIG_EXTERNAL] == 0 && !blocks_has_first(m->rows))
+  if (m->words[RIM_CONFIG_EXTERNAL] == 0 && !rimi_blocks_has_first(m->rows))
     return false; /* models may need the run's first readings */
   predict(m);
   agree(m);
   find_place(m);
-  const search_block block = {.t_s = blocks_since_start_s(m->rows),
+  const search_block block = {.t_s = rimi_blocks_since_start_s(m->rows),
                               .feature = m->place,
-                              .mean = blocks_means(m->rows),
+                              .mean = rimi_blocks_means(m->rows),
                               .predicted = m->predicted,
                               .residual = m->residual,
-                              .change = blocks_change(m->rows)};
-  if (search_observe(m->search, &block) == RIM_OK)
+                              .change = rimi_blocks_change(m->rows)};
+  if (rimi_search_observe(m->search, &block) == RIM_OK)
     return true;
   count(&m->refused);
   return false;
@@ -107,21 +108,21 @@ static bool observe_trained(rim_monitor *m) {
 static const double *expected_by_caller(const rim_monitor *m, const rim_observation *row) {
   double *mean = m->is_trained ? m->predicted : m->unit + m->words[RIM_CONFIG_REGION_FEATURES];
   return is_corrected(m) &&
-                 rim_correct_mean(&m->models.correct, row->context, row->mean, mean) == RIM_OK
+                 rimi_correct_mean(&m->models.correct, row->context, row->mean, mean) == RIM_OK
              ? mean
              : row->mean;
 }
 
 static bool observe_rows(rim_monitor *m) {
-  const double *context = blocks_context(m->rows);
+  const double *context = rimi_blocks_context(m->rows);
   for (size_t i = 0; i < m->words[RIM_CONFIG_REGION_FEATURES]; ++i) {
-    const size_t f = rim_image_u16(m->region, 2 * i);
+    const size_t f = rimi_le_u16(m->region, 2 * i);
     m->unit[i] = (context[f] - monitor_low(m, f)) / monitor_width(m, f);
   }
   double *r = m->unit + m->words[RIM_CONFIG_REGION_FEATURES];
   for (size_t o = 0; o < m->words[RIM_CONFIG_OUTCOMES]; ++o)
-    r[o] = rim_clamp(blocks_outcomes(m->rows)[o] * monitor_scale(m, o), -8.0, 8.0);
-  if (rim_select_observe(m->select, m->unit, r) == RIM_OK)
+    r[o] = rimi_clamp(rimi_blocks_outcomes(m->rows)[o] * monitor_scale(m, o), -8.0, 8.0);
+  if (rimi_select_observe(m->select, m->unit, r) == RIM_OK)
     return true;
   count(&m->refused);
   return false;
@@ -132,37 +133,37 @@ static bool observe_rows(rim_monitor *m) {
 static void judge_trained(rim_monitor *m, rim_verdict *v) {
   const search_hypothesis *best = NULL;
   for (uint16_t c = 0; c < m->channel_count; ++c) {
-    const search_hypothesis *h = search_best(m->search, c);
+    const search_hypothesis *h = rimi_search_best(m->search, c);
     if (best == NULL || h->score > best->score) {
       best = h;
       v->channel = c;
     }
   }
-  v->blocks = search_blocks(m->search);
+  v->blocks = rimi_search_blocks(m->search);
   v->score = v->ln_anom = 0.0;
   if (best == NULL || best->score < -1e9f)
     return;
-  const noise_channel n = rim_noise_channel(&m->models.noise, v->channel);
+  const noise_channel n = rimi_noise_channel(&m->models.noise, v->channel);
   v->score = (double)best->score;
   v->ln_anom = (double)best->ln_ratio;
   v->threshold =
-      (m->models.threshold.alarm_score + search_description((search_family)best->family)) *
-      (double)rim_image_f32(n.phi, best->family);
+      (m->models.threshold.alarm_score + rimi_search_description((search_family)best->family)) *
+      (double)rimi_le_f32(n.phi, best->family);
 }
 
 static void judge_rows(rim_monitor *m, rim_verdict *v) {
-  const float *scores = rim_select_channel_scores(m->select);
+  const float *scores = rimi_select_channel_scores(m->select);
   const rim_threshold *t = &m->models.threshold;
-  v->blocks = rim_select_observations(m->select);
+  v->blocks = rimi_select_observations(m->select);
   for (uint16_t c = 0; c < m->channel_count; ++c) {
-    const double score = rim_threshold_score(t, c, (double)scores[c], v->blocks);
+    const double score = rimi_threshold_score(t, c, (double)scores[c], v->blocks);
     if (c > 0 && !(score > v->score))
       continue;
     v->score = score;
     v->channel = c;
   }
   v->ln_anom = (double)scores[v->channel];
-  v->threshold = rim_threshold_ln_anom(t, v->channel, v->blocks);
+  v->threshold = rimi_threshold_ln_anom(t, v->channel, v->blocks);
 }
 
 static void judge(rim_monitor *m, rim_verdict *v) {
@@ -171,7 +172,7 @@ static void judge(rim_monitor *m, rim_verdict *v) {
     judge_trained(m, v);
   else
     judge_rows(m, v);
-  v->p_value = rim_threshold_p_value(t, v->score);
+  v->p_value = rimi_threshold_p_value(t, v->score);
   v->level = v->score >= t->alarm_score  ? RIM_LEVEL_ERROR
              : v->score >= t->warn_score ? RIM_LEVEL_WARN
                                          : RIM_LEVEL_OK;
@@ -182,10 +183,10 @@ static void judge(rim_monitor *m, rim_verdict *v) {
 static void end_deviation(rim_monitor *m) {
   const search_hypothesis *h = &m->explained;
   if (!m->is_trained || rim_monitor_standing(m, RIM_DETECTOR_RIM) == NULL ||
-      h->family != SEARCH_DURING || search_blocks(m->search) - h->end < MONITOR_OVER_BLOCKS)
+      h->family != SEARCH_DURING || rimi_search_blocks(m->search) - h->end < MONITOR_OVER_BLOCKS)
     return;
-  const double quiet_s =
-      search_time_of(m->search, search_blocks(m->search)) - search_time_of(m->search, h->end);
+  const double quiet_s = rimi_search_time_of(m->search, rimi_search_blocks(m->search)) -
+                         rimi_search_time_of(m->search, h->end);
   if (quiet_s < MONITOR_OVER_RUN * m->models.noise.run_s ||
       !search_exclude(m->search, h->onset, h->end))
     return;
@@ -197,10 +198,10 @@ static void end_deviation(rim_monitor *m) {
 static void search_and_judge(rim_monitor *m, bool new_block) {
   const uint32_t budget = m->words[RIM_CONFIG_BUDGET] != 0 ? m->words[RIM_CONFIG_BUDGET] : 1;
   if (m->is_trained)
-    search_work(m->search, budget);
+    rimi_search_work(m->search, budget);
   else
-    rim_select_work(m->select, budget);
-  if ((m->is_trained ? search_blocks(m->search) : rim_select_observations(m->select)) == 0)
+    rimi_select_work(m->select, budget);
+  if ((m->is_trained ? rimi_search_blocks(m->search) : rimi_select_observations(m->select)) == 0)
     return;
   judge(m, &m->last);
   if (!new_block)
@@ -208,34 +209,34 @@ static void search_and_judge(rim_monitor *m, bool new_block) {
   rim_alarm candidate = {.level = m->last.level};
   if (candidate.level == RIM_LEVEL_ERROR ||
       (candidate.level == RIM_LEVEL_WARN && rim_monitor_standing(m, RIM_DETECTOR_RIM) != NULL))
-    monitor_describe(m, &m->last, &candidate);
-  rim_alarm_life_step(&m->life, RIM_DETECTOR_RIM, m->last.t_s, &candidate);
+    rimi_monitor_describe(m, &m->last, &candidate);
+  rimi_alarm_life_step(&m->life, RIM_DETECTOR_RIM, m->last.t_s, &candidate);
   if (candidate.level == RIM_LEVEL_ERROR)
     end_deviation(m);
 }
 
 static void watch_motion(rim_monitor *m, const rim_observation *row) {
   rim_alarm candidate;
-  const bool found = rim_interference_watch_step(m->watch, row, &m->last.interference, &candidate);
+  const bool found = rimi_interference_watch_step(m->watch, row, &m->last.interference, &candidate);
   if (m->last.interference.valid)
-    rim_alarm_life_step(&m->life, RIM_DETECTOR_INTERFERENCE, row->t_s, found ? &candidate : NULL);
+    rimi_alarm_life_step(&m->life, RIM_DETECTOR_INTERFERENCE, row->t_s, found ? &candidate : NULL);
 }
 
 static bool take_block(rim_monitor *m) {
   if (!(m->is_trained ? observe_trained(m) : observe_rows(m)))
     return false;
   m->last_block_s = m->last.t_s;
-  if ((m->is_trained ? search_blocks(m->search) : rim_select_observations(m->select)) == 1)
+  if ((m->is_trained ? rimi_search_blocks(m->search) : rimi_select_observations(m->select)) == 1)
     m->first_block_s = m->last.t_s;
   if (m->is_trained)
-    m->run_start_s = blocks_run_start_s(m->rows);
+    m->run_start_s = rimi_blocks_run_start_s(m->rows);
   return true;
 }
 
 /* What keeps the level from being about the vehicle, the gravest first. */
 static void give_reason(rim_monitor *m, rim_verdict *v) {
   double value;
-  const uint16_t feature = blocks_out_of_range(m->rows, &value);
+  const uint16_t feature = rimi_blocks_out_of_range(m->rows, &value);
   v->reason = RIM_REASON_NONE;
   v->out_feature = BLOCKS_NO_FEATURE;
   if (v->valid && feature != BLOCKS_NO_FEATURE) {
@@ -252,7 +253,7 @@ static void give_reason(rim_monitor *m, rim_verdict *v) {
   }
   if (v->level == RIM_LEVEL_STALE)
     v->reason = RIM_REASON_SILENT;
-  else if (blocks_rate_is_wrong(m->rows))
+  else if (rimi_blocks_rate_is_wrong(m->rows))
     v->reason = RIM_REASON_RATE;
   else if (v->reason == RIM_REASON_NONE && m->is_trained && v->blocks < RIM_MONITOR_LEAST_BLOCKS)
     v->reason = RIM_REASON_TOO_FEW;
@@ -262,8 +263,8 @@ static void give_reason(rim_monitor *m, rim_verdict *v) {
 
 /* At most one record a row; the others wait, and the level is that of the whole. */
 static void end_verdict(rim_monitor *m, rim_verdict *verdict) {
-  (void)rim_alarm_life_next_record(&m->life, &m->last.alarm);
-  m->last.level = (uint8_t)rim_alarm_life_level(&m->life);
+  (void)rimi_alarm_life_next_record(&m->life, &m->last.alarm);
+  m->last.level = (uint8_t)rimi_alarm_life_level(&m->life);
   give_reason(m, &m->last);
   *verdict = m->last;
 }
@@ -276,7 +277,7 @@ rim_status rim_monitor_step(rim_monitor *m, const rim_observation *row, rim_verd
     return RIM_E_ARGUMENT;
   const double *mean = external ? expected_by_caller(m, row) : NULL;
   const blocks_result made =
-      blocks_row(m->rows, row->t_s, row->context, row->outcome, mean, row->sd);
+      rimi_blocks_row(m->rows, row->t_s, row->context, row->outcome, mean, row->sd);
   count(&m->steps);
   m->last.alarm.state = RIM_ALARM_NONE;
   m->last.alarm.seq = 0;
@@ -286,12 +287,12 @@ rim_status rim_monitor_step(rim_monitor *m, const rim_observation *row, rim_verd
   m->last.interference.valid = false;
   if (made != BLOCKS_BAD) {
     m->last_valid_s = row->t_s;
-    rim_alarm_life_row(&m->life, row->t_s);
+    rimi_alarm_life_row(&m->life, row->t_s);
     search_and_judge(m, made == BLOCKS_DONE && take_block(m));
     if (m->watch != NULL)
       watch_motion(m, row);
   } else {
-    (void)rim_alarm_life_idle(&m->life, row->t_s);
+    (void)rimi_alarm_life_idle(&m->life, row->t_s);
   }
   end_verdict(m, verdict);
   return RIM_OK;
@@ -300,54 +301,54 @@ rim_status rim_monitor_step(rim_monitor *m, const rim_observation *row, rim_verd
 /* ---- the alarms' life ---- */
 
 rim_status rim_monitor_set_policy(rim_monitor *m, const rim_alarm_policy *policy) {
-  return rim_alarm_life_set_policy(m != NULL ? &m->life : NULL, policy);
+  return rimi_alarm_life_set_policy(m != NULL ? &m->life : NULL, policy);
 }
 
 bool rim_monitor_idle(rim_monitor *m, double now_s) {
-  return m != NULL && rim_alarm_life_idle(&m->life, now_s);
+  return m != NULL && rimi_alarm_life_idle(&m->life, now_s);
 }
 
 rim_status rim_monitor_command(rim_monitor *m, const rim_command *command, unsigned bits) {
   uint32_t forget = 0;
   const rim_status status =
-      rim_alarm_life_command(m != NULL ? &m->life : NULL, command, bits, &forget);
+      rimi_alarm_life_command(m != NULL ? &m->life : NULL, command, bits, &forget);
   if ((forget >> RIM_DETECTOR_RIM & 1u) != 0)
-    monitor_forget_regions(m);
+    rimi_monitor_forget_regions(m);
   if ((forget >> RIM_DETECTOR_INTERFERENCE & 1u) != 0)
-    rim_interference_watch_reset(m->watch);
+    rimi_interference_watch_reset(m->watch);
   return status;
 }
 
 void rim_monitor_restart(rim_monitor *m, double now_s) {
-  if (m == NULL || !rim_is_finite(now_s))
+  if (m == NULL || !rimi_is_finite(now_s))
     return;
-  monitor_forget(m);
-  rim_alarm_life_restart(&m->life, now_s);
+  rimi_monitor_forget(m);
+  rimi_alarm_life_restart(&m->life, now_s);
 }
 
 void rim_monitor_repeat(rim_monitor *m) {
   if (m != NULL)
-    rim_alarm_life_repeat(&m->life);
+    rimi_alarm_life_repeat(&m->life);
 }
 
 bool rim_monitor_next_record(rim_monitor *m, rim_alarm *record) {
-  return m != NULL && record != NULL && rim_alarm_life_next_record(&m->life, record);
+  return m != NULL && record != NULL && rimi_alarm_life_next_record(&m->life, record);
 }
 
 rim_alarm_status rim_monitor_alarms(const rim_monitor *m) {
   rim_alarm_status status = {.level = RIM_LEVEL_STALE};
   if (m != NULL)
-    rim_alarm_life_status(&m->life, &status);
+    rimi_alarm_life_status(&m->life, &status);
   return status;
 }
 
 const rim_alarm *rim_monitor_standing(const rim_monitor *m, rim_detector detector) {
-  return m != NULL ? rim_alarm_life_standing(&m->life, detector) : NULL;
+  return m != NULL ? rimi_alarm_life_standing(&m->life, detector) : NULL;
 }
 
 /* ---- what can be asked ---- */
 
-/* The regions of a trained image are boxes, closed where data ends: see rim_monitor_inside(). */
+/* The regions of a trained image are boxes, closed where data ends: see rimi_monitor_inside(). */
 static bool is_in_box(const rim_region *region, const double *context) {
   for (size_t i = 0; i < region->dims; ++i) {
     const double x = context[region->feature[i]];
@@ -365,19 +366,19 @@ double rim_monitor_membership(const rim_monitor *m, const double *context) {
     return is_in_box(&alarm->region, context) ? 1.0 : 0.0;
   double unit[RIM_MONITOR_MAX_FEATURES];
   for (size_t i = 0; i < m->words[RIM_CONFIG_REGION_FEATURES]; ++i) {
-    const size_t f = rim_image_u16(m->region, 2 * i);
+    const size_t f = rimi_le_u16(m->region, 2 * i);
     unit[i] = (context[f] - monitor_low(m, f)) / monitor_width(m, f);
   }
-  return rim_select_membership(m->select, unit);
+  return rimi_select_membership(m->select, unit);
 }
 
-const uint8_t *rim_monitor_place(const rim_monitor *m) {
+const uint8_t *rimi_monitor_place(const rim_monitor *m) {
   return m != NULL && m->has_place ? m->place : NULL;
 }
 
-bool rim_monitor_inside(const rim_monitor *m, const uint8_t *place, uint32_t block) {
+bool rimi_monitor_inside(const rim_monitor *m, const uint8_t *place, uint32_t block) {
   return m != NULL && place != NULL && m->has_explained && m->is_trained &&
-         search_inside(m->search, &m->explained, place, block);
+         rimi_search_inside(m->search, &m->explained, place, block);
 }
 
 uint32_t rim_monitor_ended(const rim_monitor *m, uint32_t *first, uint32_t *end) {
@@ -393,7 +394,7 @@ uint32_t rim_monitor_ended(const rim_monitor *m, uint32_t *first, uint32_t *end)
 rim_monitor_health rim_monitor_get_health(const rim_monitor *m) {
   if (m == NULL)
     return (rim_monitor_health){.out_feature = BLOCKS_NO_FEATURE};
-  const blocks_health rows = blocks_get_health(m->rows);
+  const blocks_health rows = rimi_blocks_get_health(m->rows);
   rim_monitor_health health = {.rows = {.rows = rows.rows,
                                         .rows_used = rows.rows_used,
                                         .not_finite = rows.not_finite,
@@ -406,7 +407,7 @@ rim_monitor_health rim_monitor_get_health(const rim_monitor *m) {
                                .alarms = m->life.raised,
                                .stale = m->life.stale_times,
                                .last_valid_s = m->last_valid_s,
-                               .period_s = blocks_period_s(m->rows),
+                               .period_s = rimi_blocks_period_s(m->rows),
                                .out_feature = m->out_feature,
                                .out_value = m->out_value,
                                .out_t_s = m->out_t_s};
@@ -415,8 +416,8 @@ rim_monitor_health rim_monitor_get_health(const rim_monitor *m) {
   return health;
 }
 
-const rim_select *rim_monitor_search(const rim_monitor *m) { return m != NULL ? m->select : NULL; }
-const rim_threshold *rim_monitor_threshold(const rim_monitor *m) {
+const rim_select *rimi_monitor_search(const rim_monitor *m) { return m != NULL ? m->select : NULL; }
+const rim_threshold *rimi_monitor_threshold(const rim_monitor *m) {
   return m != NULL ? &m->models.threshold : NULL;
 }
 uint32_t rim_monitor_config(const rim_monitor *m, rim_config_word word) {

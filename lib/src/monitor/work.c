@@ -1,13 +1,14 @@
+/* SPDX-License-Identifier: MIT */
 #include "monitor/work.h"
 
+#include "base/real.h"
+#include "image/basis.h"
+#include "image/nominal.h"
 #include "rim/alarm.h"
-#include "rim/plan/correct.h"
 #include "rim/image.h"
 #include "rim/interference.h"
 #include "rim/monitor.h"
-#include "image/nominal.h"
-#include "base/real.h"
-#include "image/basis.h"
+#include "rim/plan/correct.h"
 #include "search/search.h"
 #include "search/select_private.h"
 
@@ -22,8 +23,8 @@ enum {
   DISTANCE = 16,     /* one input of one prototype */
   KEEP = 24,         /* a prototype against those kept, each */
   PRODUCT = 16,      /* a multiply-add of numbers in memory */
-  EXPONENTIAL = 180, /* rim_exp, rim_log, and what is done with them */
-  ROOT = 260,        /* rim_sqrt likewise */
+  EXPONENTIAL = 180, /* rimi_exp, rimi_log, and what is done with them */
+  ROOT = 260,        /* rimi_sqrt likewise */
   CORRECTED = 2000,  /* 8 regions of 3 features */
   PREFIX = 40,       /* a bin's prefix sums */
   END = 36,          /* a bin as an end of intervals, of either sign */
@@ -107,8 +108,9 @@ static double pair_work(const rim_work_counts *n) {
 static double trained_search(const rim_work_counts *n) {
   const double since = binned(n) + 2u * (pass(n, JUDGED) + binned(n));
   const double during = binned(n) + 3u * pass(n, JUDGED);
-  const double most = rim_max(rim_max(ready_work(n), since), rim_max(renew_work(n), pair_work(n)));
-  return n->budget * (CALLS + n->channels * (double)LOOK + rim_max(most, during));
+  const double most =
+      rimi_max(rimi_max(ready_work(n), since), rimi_max(renew_work(n), pair_work(n)));
+  return n->budget * (CALLS + n->channels * (double)LOOK + rimi_max(most, during));
 }
 static double trained_block(const rim_work_counts *n) {
   const double o = n->outcomes;
@@ -182,7 +184,7 @@ static double move_work(const rim_work_counts *n) {
 static double enter_and_move_work(const rim_work_counts *n) {
   const double enter = enter_work(n);
   const double move = move_work(n);
-  return is_corrected_by_ring(n) ? enter + move : rim_max(enter, move);
+  return is_corrected_by_ring(n) ? enter + move : rimi_max(enter, move);
 }
 
 static double rows_search(const rim_work_counts *n) {
@@ -228,7 +230,7 @@ static double halving_work(const rim_work_counts *n) {
 
 static uint32_t saturated(double work) { return work < UINT32_MAX ? (uint32_t)work : UINT32_MAX; }
 
-void rim_work_bound(const rim_work_counts *counts, rim_work *work) {
+void rimi_work_bound(const rim_work_counts *counts, rim_work *work) {
   if (counts == NULL || work == NULL)
     return;
   const double row = row_work(counts);
@@ -255,14 +257,14 @@ static uint32_t integrands_of(const rim_image *image, const rim_work_counts *n) 
   rim_agreement view;
   uint32_t most = 0;
   if (!section_of(image, RIM_SECTION_AGREEMENT, &section, &bytes) ||
-      rim_agreement_open(&view, section, bytes, n->outcomes, n->means) != RIM_OK)
+      rimi_agreement_open(&view, section, bytes, n->outcomes, n->means) != RIM_OK)
     return 0;
   for (uint32_t o = 0; o < n->outcomes; ++o) {
     uint32_t count = 0;
     for (uint32_t j = 0; j < n->outcomes; ++j) {
       bool mostly;
-      const double gain = rim_agreement_gain(&view, o, j, &mostly);
-      count += rim_abs(gain) > 0.0 ? 1u : 0u;
+      const double gain = rimi_agreement_gain(&view, o, j, &mostly);
+      count += rimi_abs(gain) > 0.0 ? 1u : 0u;
     }
     most = count > most ? count : most;
   }
@@ -274,18 +276,18 @@ static void count_models(const rim_image *image, rim_work_counts *n) {
   size_t bytes;
   rim_nominal level;
   if (section_of(image, RIM_SECTION_LEVEL, &section, &bytes) &&
-      rim_nominal_open(&level, section, bytes) == RIM_OK) {
+      rimi_nominal_open(&level, section, bytes) == RIM_OK) {
     n->prototypes = level.prototypes;
     n->top = level.top;
   }
   if (section_of(image, RIM_SECTION_BASIS, &section, &bytes)) {
-    n->inputs = rim_image_u32(section, 1);
-    n->times = rim_image_u32(section, 2);
-    n->terms = rim_image_u32(section, 3);
-    n->means = rim_image_u32(section, 4);
+    n->inputs = rimi_le_u32(section, 1);
+    n->times = rimi_le_u32(section, 2);
+    n->terms = rimi_le_u32(section, 3);
+    n->means = rimi_le_u32(section, 4);
   }
   if (section_of(image, RIM_SECTION_NOISE, &section, &bytes))
-    n->fields = rim_image_u32(section, 3);
+    n->fields = rimi_le_u32(section, 3);
   n->integrands = integrands_of(image, n);
 }
 
@@ -293,7 +295,7 @@ static uint32_t or_default(uint32_t value, uint32_t fallback) {
   return value != 0 ? value : fallback;
 }
 
-rim_status rim_work_counts_of(const void *image, size_t image_bytes, rim_work_counts *counts) {
+rim_status rimi_work_counts_of(const void *image, size_t image_bytes, rim_work_counts *counts) {
   size_t size, bytes;
   const uint8_t *word, *other;
   rim_image view;
@@ -307,19 +309,19 @@ rim_status rim_work_counts_of(const void *image, size_t image_bytes, rim_work_co
   if (status != RIM_OK)
     return status;
   rim_work_counts n = {
-      .features = rim_image_u32(word, RIM_CONFIG_FEATURES),
-      .outcomes = rim_image_u32(word, RIM_CONFIG_OUTCOMES),
-      .region_features = rim_image_u32(word, RIM_CONFIG_REGION_FEATURES),
-      .ring = or_default(rim_image_u32(word, RIM_CONFIG_RING), RIM_SELECT_DEFAULT_RING),
-      .bins = or_default(rim_image_u32(word, RIM_CONFIG_BINS), RIM_SELECT_DEFAULT_BINS),
-      .grid = or_default(rim_image_u32(word, RIM_CONFIG_GRID), RIM_SELECT_DEFAULT_GRID),
-      .pairs = or_default(rim_image_u32(word, RIM_CONFIG_PAIRS), RIM_SELECT_DEFAULT_PAIRS),
-      .scans = or_default(rim_image_u32(word, RIM_CONFIG_SCANS), RIM_SELECT_DEFAULT_SCANS),
-      .edges = or_default(rim_image_u32(word, RIM_CONFIG_EDGES), RIM_SELECT_DEFAULT_EDGES),
-      .moves = or_default(rim_image_u32(word, RIM_CONFIG_MOVES), RIM_SELECT_DEFAULT_MOVES),
-      .budget = or_default(rim_image_u32(word, RIM_CONFIG_BUDGET), 1),
-      .block_rows = rim_image_u32(word, RIM_CONFIG_BLOCK_ROWS),
-      .external = rim_image_u32(word, RIM_CONFIG_EXTERNAL) != 0,
+      .features = rimi_le_u32(word, RIM_CONFIG_FEATURES),
+      .outcomes = rimi_le_u32(word, RIM_CONFIG_OUTCOMES),
+      .region_features = rimi_le_u32(word, RIM_CONFIG_REGION_FEATURES),
+      .ring = or_default(rimi_le_u32(word, RIM_CONFIG_RING), RIM_SELECT_DEFAULT_RING),
+      .bins = or_default(rimi_le_u32(word, RIM_CONFIG_BINS), RIM_SELECT_DEFAULT_BINS),
+      .grid = or_default(rimi_le_u32(word, RIM_CONFIG_GRID), RIM_SELECT_DEFAULT_GRID),
+      .pairs = or_default(rimi_le_u32(word, RIM_CONFIG_PAIRS), RIM_SELECT_DEFAULT_PAIRS),
+      .scans = or_default(rimi_le_u32(word, RIM_CONFIG_SCANS), RIM_SELECT_DEFAULT_SCANS),
+      .edges = or_default(rimi_le_u32(word, RIM_CONFIG_EDGES), RIM_SELECT_DEFAULT_EDGES),
+      .moves = or_default(rimi_le_u32(word, RIM_CONFIG_MOVES), RIM_SELECT_DEFAULT_MOVES),
+      .budget = or_default(rimi_le_u32(word, RIM_CONFIG_BUDGET), 1),
+      .block_rows = rimi_le_u32(word, RIM_CONFIG_BLOCK_ROWS),
+      .external = rimi_le_u32(word, RIM_CONFIG_EXTERNAL) != 0,
   };
   n.trained = section_of(&view, RIM_SECTION_NOISE, &other, &bytes);
   n.channels = n.outcomes * (n.trained ? RIM_MONITOR_KINDS : 1u);

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rim/work.h - the most that one monitor step may do: a bound from the counts in the flight image,
  * whatever the data are.
  *
@@ -28,7 +29,7 @@
  *
  * Without it (rim/select.h; B bins, G grid, P pairs, S scans, E edges, M moves), 24 ellipses a
  * pair, H = B (B + 1) / 2 intervals, 136 = 16 * 17 / 2 of 16 conditional bins:
- *   search  U times (rim_select_work):
+ *   search  U times (rimi_select_work):
  *     scans   min(S, r c) intervals: B prefix sums and H hypotheses; r comparisons each
  *     edges   at most 3 bases: r c comparisons and R points each; E + 4 conditional intervals,
  *             for an edge that comes near is tried in 4 more shears: R points, 16 prefix sums, 136
@@ -78,10 +79,10 @@ typedef struct rim_work {
 
 /* Reads the counts of an image, defaults filled in. Errors as rim_monitor_size; *counts unchanged
  * on error. O(image bytes). */
-rim_status rim_work_counts_of(const void *image, size_t image_bytes, rim_work_counts *counts);
+rim_status rimi_work_counts_of(const void *image, size_t image_bytes, rim_work_counts *counts);
 
 /* The bound. Saturates at UINT32_MAX. NULL: nothing happens. O(1). */
-void rim_work_bound(const rim_work_counts *counts, rim_work *work);
+void rimi_work_bound(const rim_work_counts *counts, rim_work *work);
 
 #ifdef __cplusplus
 }

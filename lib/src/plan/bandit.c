@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "rim/plan/bandit.h"
 
 #include <string.h>
@@ -107,7 +108,7 @@ rim_status rim_bandit_init(rim_bandit **bandit, void *memory, size_t bytes,
   memset(b, 0, RIM_BANDIT_HEADER_BYTES);
   b->config = c;
   b->support = 1.0;
-  rim_rng_seed(&b->rng, c.seed, STREAM);
+  rimi_rng_seed(&b->rng, c.seed, STREAM);
   for (uint32_t plan = 0; status == RIM_OK && plan < plans_of(&c); ++plan) {
     rim_gp *gp = NULL;
     status = rim_gp_init(&gp, gp_of(b, plan), gp_bytes(&c), &c.gp);
@@ -138,9 +139,9 @@ double rim_bandit_beta(const rim_bandit *bandit, uint32_t turn, uint32_t actions
   if (c->schedule == RIM_BANDIT_BETA_CONSTANT)
     return c->beta;
   if (c->schedule == RIM_BANDIT_BETA_DECAY)
-    return c->beta * rim_exp(-c->power * rim_log(t));
+    return c->beta * rimi_exp(-c->power * rimi_log(t));
   const double growth = (double)actions * (t * t) * (RIM_PI * RIM_PI) / (6.0 * c->delta);
-  return c->beta * rim_max(2.0 * rim_log(growth), 0.0);
+  return c->beta * rimi_max(2.0 * rimi_log(growth), 0.0);
 }
 
 /* Takes part of the RIMs' weight away. */
@@ -184,9 +185,9 @@ static double probability_above(const rim_extent_mixture *m, double level, doubl
   for (uint32_t i = 0; i < m->components; ++i) {
     if (!(m->weight[i] > 0.0))
       continue;
-    const double sd = rim_sqrt(m->var[i] + noise_var);
+    const double sd = rimi_sqrt(m->var[i] + noise_var);
     const double above =
-        sd > 0.0 ? rim_normal_cdf((m->mean[i] - level) / sd) : (m->mean[i] > level ? 1.0 : 0.0);
+        sd > 0.0 ? rimi_normal_cdf((m->mean[i] - level) / sd) : (m->mean[i] > level ? 1.0 : 0.0);
     sum += m->weight[i] * above;
   }
   return sum;
@@ -198,13 +199,13 @@ static void judge(const rim_bandit *b, const rim_extent_mixture *mixture, double
   const rim_bandit_config *c = &b->config;
   double var = 0.0;
   rim_extent_moments(mixture, &out->mean, &var);
-  out->sd = rim_sqrt(rim_max(var, 0.0));
+  out->sd = rimi_sqrt(rimi_max(var, 0.0));
   out->member = 1.0 - mixture->weight[0];
-  out->value = out->mean + rim_sqrt(out->beta) * out->sd;
+  out->value = out->mean + rimi_sqrt(out->beta) * out->sd;
   out->bound_met = true;
   out->probability = 0.0;
   if (c->risk == RIM_BANDIT_MEAN_SD) {
-    out->value -= c->aversion * rim_sqrt(var + noise_var);
+    out->value -= c->aversion * rimi_sqrt(var + noise_var);
   } else if (c->risk != RIM_BANDIT_NEUTRAL) {
     out->probability = probability_above(mixture, c->level, noise_var);
     if (c->risk == RIM_BANDIT_PROBABILITY) {
@@ -231,7 +232,7 @@ static void challenge(rim_bandit *b, leader *best, const rim_bandit_choice *cand
     best->equals = 1;
   } else if (same_class && !(candidate->value < best->choice.value)) {
     ++best->equals; /* each of k equals is kept with probability 1 / k */
-    if (rim_rng_below(&b->rng, best->equals) == 0)
+    if (rimi_rng_below(&b->rng, best->equals) == 0)
       best->choice = *candidate;
   }
 }
@@ -346,7 +347,7 @@ static void update_offsets(rim_bandit *b) {
   const double with = explain(b, 1.0);
   b->support = 1.0;
   if (b->config.gain > 0.0) {
-    b->support = 1.0 / (1.0 + rim_exp(b->config.gain - (with - explain(b, 0.0))));
+    b->support = 1.0 / (1.0 + rimi_exp(b->config.gain - (with - explain(b, 0.0))));
     (void)explain(b, b->support);
   }
 }
@@ -367,7 +368,7 @@ rim_status rim_bandit_observe(rim_bandit *bandit, const double *x, uint32_t plan
   }
   rim_gp *gp = gp_of(bandit, c->policy == RIM_BANDIT_BANK ? plan : 0);
   const rim_gp_config hyper = rim_gp_get_config(gp);
-  const double noise = rim_max(var - hyper.noise_var, 0.0);
+  const double noise = rimi_max(var - hyper.noise_var, 0.0);
   const rim_status status = rim_gp_add(gp, x, dz, noise, 0.0);
   if (status != RIM_OK) {
     count(&bandit->counters.refused);

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "rim/plan/extent.h"
 
 #include <string.h>
@@ -157,7 +158,7 @@ rim_extent_counters rim_extent_get_counters(const rim_extent *extent) { return e
 double rim_extent_confidence(const rim_extent *extent, double ln_anom) {
   const rim_extent_config *c = &extent->config;
   if (c->knots == 0)
-    return 1.0 / (1.0 + rim_exp(c->threshold - ln_anom));
+    return 1.0 / (1.0 + rimi_exp(c->threshold - ln_anom));
   if (!(ln_anom > c->ln_anom[0]))
     return c->confidence[0];
   for (size_t k = 1; k < c->knots; ++k) {
@@ -177,7 +178,7 @@ static double volume_of(const rim_extent *e, const rim_ellipsoid *ellipsoid) {
   double volume = box ? (double)(1u << ellipsoid->dims) : ball[ellipsoid->dims];
   for (size_t d = 0; d < ellipsoid->dims; ++d)
     volume *= ellipsoid->factor[d * (d + 3) / 2];
-  return rim_min(volume, 1.0);
+  return rimi_min(volume, 1.0);
 }
 
 typedef struct sums {
@@ -210,7 +211,7 @@ static bool holds(const membership *m, const double *u) {
     for (size_t j = 0; j < i; ++j)
       rest -= row[j] * z[j];
     z[i] = rest * m->inverse[i];
-    norm2 = m->is_box ? rim_max(norm2, z[i] * z[i]) : norm2 + z[i] * z[i];
+    norm2 = m->is_box ? rimi_max(norm2, z[i] * z[i]) : norm2 + z[i] * z[i];
   }
   return norm2 < 1.0;
 }
@@ -241,10 +242,10 @@ static double anom_plus(const rim_ellipsoid *ellipsoid, void *context) {
   const rim_extent_config *c = &g->extent->config;
   double outside = 0.0;
   for (size_t d = 0; d < c->dims; ++d) {
-    outside += rim_max(-ellipsoid->center[d], 0.0) + rim_max(ellipsoid->center[d] - 1.0, 0.0);
+    outside += rimi_max(-ellipsoid->center[d], 0.0) + rimi_max(ellipsoid->center[d] - 1.0, 0.0);
   }
   if (outside > 0.0)
-    return 2.0 * NOT_A_REGION - rim_min(outside, 1e6);
+    return 2.0 * NOT_A_REGION - rimi_min(outside, 1e6);
   const sums t = sums_inside(g->extent, ellipsoid);
   if (!(t.n >= c->min_points))
     return NOT_A_REGION + t.n;
@@ -284,7 +285,7 @@ static rim_extent_local local_at(const rim_extent *e, uint32_t rim, const double
     const rim_extent_region *region = region_of(e, rim, i);
     if (!(region->ln_anom > 0.0))
       continue;
-    out.existence = rim_max(region->confidence, out.existence);
+    out.existence = rimi_max(region->confidence, out.existence);
     const double weight = region->confidence;
     all += weight;
     const membership m = membership_of(e, &region->ellipsoid);
@@ -416,7 +417,7 @@ static rim_ellipsoid seed_about(const rim_extent *e, rim_rng *rng) {
   uint32_t best = 0;
   double most = -1.0;
   for (int k = 0; k < CANDIDATES; ++k) {
-    const uint32_t i = rim_rng_below(rng, e->n);
+    const uint32_t i = rimi_rng_below(rng, e->n);
     const double deviance = a.left[i] * a.left[i] * a.w[i];
     if (deviance > most) {
       most = deviance;
@@ -425,10 +426,10 @@ static rim_ellipsoid seed_about(const rim_extent *e, rim_rng *rng) {
   }
   double center[RIM_EXTENT_MAX_DIMS];
   for (size_t d = 0; d < c->dims; ++d) {
-    center[d] = rim_clamp(a.u[(size_t)best * c->dims + d], 0.0, 1.0);
+    center[d] = rimi_clamp(a.u[(size_t)best * c->dims + d], 0.0, 1.0);
   }
-  rim_ellipsoid start = rim_ellipsoid_ball(c->dims, center, 1.0);
-  const double part = 0.05 + 0.45 * rim_rng_uniform(rng);
+  rim_ellipsoid start = rimi_ellipsoid_ball(c->dims, center, 1.0);
+  const double part = 0.05 + 0.45 * rimi_rng_uniform(rng);
   for (size_t d = 0; d < c->dims; ++d)
     start.factor[d * (d + 3) / 2] = c->least_axis[d] + (c->most_axis[d] - c->least_axis[d]) * part;
   return start;
@@ -438,23 +439,23 @@ static rim_ellipsoid seed_about(const rim_extent *e, rim_rng *rng) {
  * to the whole, for what is left to gain may be an edge or the region. */
 static rim_ellipsoid stepped(const rim_extent_config *c, const rim_ellipsoid *from, rim_rng *rng) {
   rim_ellipsoid next = *from;
-  const double size = rim_exp(-4.0 * rim_rng_uniform(rng));
-  const bool all = rim_rng_below(rng, 2) == 0;
-  const uint32_t only = rim_rng_below(rng, RIM_CEM_PARAMETERS((uint32_t)c->dims));
+  const double size = rimi_exp(-4.0 * rimi_rng_uniform(rng));
+  const bool all = rimi_rng_below(rng, 2) == 0;
+  const uint32_t only = rimi_rng_below(rng, RIM_CEM_PARAMETERS((uint32_t)c->dims));
   uint32_t p = 0;
   for (size_t i = 0; i < c->dims; ++i, ++p) {
     if (all || p == only)
-      next.center[i] += size * from->factor[i * (i + 3) / 2] * rim_rng_normal(rng);
+      next.center[i] += size * from->factor[i * (i + 3) / 2] * rimi_rng_normal(rng);
   }
   for (size_t i = 0; i < c->dims; ++i) {
     for (size_t j = 0; j <= i; ++j, ++p) {
       if (!all && p != only)
         continue;
       double *entry = &next.factor[i * (i + 1) / 2 + j];
-      const double step = size * rim_rng_normal(rng);
+      const double step = size * rimi_rng_normal(rng);
       if (i == j)
-        *entry = rim_clamp(*entry * rim_exp(rim_clamp(step, -4.0, 4.0)), c->least_axis[i],
-                           c->most_axis[i]);
+        *entry = rimi_clamp(*entry * rimi_exp(rimi_clamp(step, -4.0, 4.0)), c->least_axis[i],
+                            c->most_axis[i]);
       else
         *entry += step * from->factor[i * (i + 3) / 2];
     }
@@ -464,7 +465,7 @@ static rim_ellipsoid stepped(const rim_extent_config *c, const rim_ellipsoid *fr
 
 /* Takes over what another chain drawn at random stands on, where this one is stuck. */
 static void join(const rim_extent *e, uint32_t rim, rim_extent_region *region, rim_rng *rng) {
-  const rim_extent_region *other = region_of(e, rim, rim_rng_below(rng, e->config.lambdas));
+  const rim_extent_region *other = region_of(e, rim, rimi_rng_below(rng, e->config.lambdas));
   const double lambda = region->lambda;
   if (!(value_of(other, lambda) > value_of(region, lambda) + STUCK))
     return;
@@ -476,11 +477,11 @@ static void join(const rim_extent *e, uint32_t rim, rim_extent_region *region, r
 static rim_ellipsoid proposed(const rim_extent_config *c, const rim_ellipsoid *from, rim_rng *rng) {
   rim_ellipsoid next = *from;
   const uint32_t dims = c->dims, parameters = RIM_CEM_PARAMETERS(dims);
-  const double size = LARGEST_STEP * rim_exp(-5.0 * rim_rng_uniform(rng));
-  const uint32_t only = rim_rng_below(rng, parameters + 2); /* beyond the last: all */
+  const double size = LARGEST_STEP * rimi_exp(-5.0 * rimi_rng_uniform(rng));
+  const uint32_t only = rimi_rng_below(rng, parameters + 2); /* beyond the last: all */
   for (uint32_t p = 0; p < parameters; ++p) {
     if (p == only || only >= parameters)
-      *(p < dims ? &next.center[p] : &next.factor[p - dims]) += size * rim_rng_normal(rng);
+      *(p < dims ? &next.center[p] : &next.factor[p - dims]) += size * rimi_rng_normal(rng);
   }
   return next;
 }
@@ -490,7 +491,7 @@ static bool is_possible(const rim_extent_config *c, const rim_ellipsoid *region)
   for (size_t i = 0, p = 0; i < c->dims; ++i) {
     for (size_t j = 0; j <= i; ++j, ++p) {
       const double entry = region->factor[p];
-      if (rim_abs(entry) > c->most_axis[i] || (i == j && entry < c->least_axis[i]))
+      if (rimi_abs(entry) > c->most_axis[i] || (i == j && entry < c->least_axis[i]))
         return false;
     }
   }
@@ -509,7 +510,7 @@ static double walk(goal *g, rim_rng *rng, rim_ellipsoid *at) {
     if (is_sampled && !is_possible(c, &next))
       continue;
     const double v = anom_plus(&next, g);
-    if (v >= value || (is_sampled && rim_rng_uniform(rng) < rim_exp(c->temper * (v - value)))) {
+    if (v >= value || (is_sampled && rimi_rng_uniform(rng) < rimi_exp(c->temper * (v - value)))) {
       value = v;
       *at = next;
     }
@@ -525,16 +526,16 @@ static double found_anew(goal *g, rim_ellipsoid *best) {
                         .least_axis = c->least_axis[0],
                         .most_axis = c->most_axis[0]};
   for (size_t d = 1; d < c->dims; ++d) {
-    cem.least_axis = rim_min(cem.least_axis, c->least_axis[d]);
-    cem.most_axis = rim_max(cem.most_axis, c->most_axis[d]);
+    cem.least_axis = rimi_min(cem.least_axis, c->least_axis[d]);
+    cem.most_axis = rimi_max(cem.most_axis, c->most_axis[d]);
   }
   double value = 0.0;
-  (void)rim_cem_optimise(&cem, anom_plus, g, c->seed, g->extent->turn, best, &value);
+  (void)rimi_cem_optimise(&cem, anom_plus, g, c->seed, g->extent->turn, best, &value);
   for (size_t i = 0; i < c->dims; ++i) {
     double *row = &best->factor[i * (i + 1) / 2];
-    row[i] = rim_clamp(row[i], c->least_axis[i], c->most_axis[i]);
+    row[i] = rimi_clamp(row[i], c->least_axis[i], c->most_axis[i]);
     for (size_t j = 0; j < i && c->set == RIM_EXTENT_SAMPLED; ++j) /* else no chain could leave */
-      row[j] = rim_clamp(row[j], -c->most_axis[i], c->most_axis[i]);
+      row[j] = rimi_clamp(row[j], -c->most_axis[i], c->most_axis[i]);
   }
   return anom_plus(best, g);
 }
@@ -544,7 +545,7 @@ static void climb(rim_extent *e, uint32_t rim, uint32_t lambda, uint32_t kind) {
   rim_extent_region *region = region_of(e, rim, lambda);
   const bool is_sampled = c->set == RIM_EXTENT_SAMPLED;
   rim_rng rng;
-  rim_rng_seed(&rng, c->seed, UINT64_C(0x100000000) + e->turn);
+  rimi_rng_seed(&rng, c->seed, UINT64_C(0x100000000) + e->turn);
   if (is_sampled)
     join(e, rim, region, &rng);
   else

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "rim/plan/gp.h"
 
 #include <string.h>
@@ -64,7 +65,7 @@ static rim_status complete(rim_gp_config *c) {
       c->points > RIM_GP_MAX_POINTS) {
     return RIM_E_CONFIG;
   }
-  if (!(rim_abs(c->signal_var) > 0.0))
+  if (!(rimi_abs(c->signal_var) > 0.0))
     c->signal_var = c->signal_var >= 0.0 ? 1.0 : c->signal_var;
   bool fine = is_usable(c->mean) && is_scale(c->signal_var) && c->noise_var >= 0.0 &&
               c->noise_var <= LARGEST_SCALE;
@@ -124,7 +125,7 @@ static double root(double v) {
   if (!(v > 1e-300))
     return 0.0;
   const double half = 0.5 * v;
-  double inverse = rim_from_bits(UINT64_C(0x5fe6eb50c7b537a9) - (rim_bits(v) >> 1));
+  double inverse = rimi_from_bits(UINT64_C(0x5fe6eb50c7b537a9) - (rimi_bits(v) >> 1));
   for (int i = 0; i < 4; ++i)
     inverse = inverse * (1.5 - half * inverse * inverse);
   return v * inverse;
@@ -133,23 +134,23 @@ static double root(double v) {
 /* k(r), 1 at r = 0. */
 static double correlation(uint8_t kernel, double r2) {
   if (kernel == RIM_GP_SQUARED_EXPONENTIAL)
-    return rim_exp(-0.5 * r2);
+    return rimi_exp(-0.5 * r2);
   if (!(r2 < FARTHEST))
     return 0.0;
   const double a = (kernel == RIM_GP_MATERN_3_2 ? SQRT_3 : SQRT_5) * root(r2);
   const double polynomial = kernel == RIM_GP_MATERN_3_2 ? 1.0 + a : 1.0 + a + a * a / 3.0;
-  return polynomial * rim_exp(-a);
+  return polynomial * rimi_exp(-a);
 }
 
 /* -dk / d(r^2 / 2): times step_d^2 it is the derivative of k by ln length_d. */
 static double correlation_slope(uint8_t kernel, double r2) {
   if (kernel == RIM_GP_SQUARED_EXPONENTIAL)
-    return rim_exp(-0.5 * r2);
+    return rimi_exp(-0.5 * r2);
   if (!(r2 < FARTHEST))
     return 0.0;
   const double a = (kernel == RIM_GP_MATERN_3_2 ? SQRT_3 : SQRT_5) * root(r2);
   const double factor = kernel == RIM_GP_MATERN_3_2 ? 3.0 : 5.0 / 3.0 * (1.0 + a);
-  return factor * rim_exp(-a);
+  return factor * rimi_exp(-a);
 }
 
 /* b := L^-T b by rows of L, which lie together in memory. */
@@ -201,7 +202,7 @@ static bool append_row(rim_gp *gp, uint32_t i) {
   a.noise[i] = noise + jitter;
   double *row = a.l + packed_row(i);
   memcpy(row, v, i * sizeof *row);
-  row[i] = rim_sqrt(pivot);
+  row[i] = rimi_sqrt(pivot);
   /* Block inverse: K^-1 grows by u u^T / pivot, u = K^-1 k, and by the corner 1 / pivot. */
   memcpy(u, v, i * sizeof *u);
   backward(i, a.l, u);
@@ -237,7 +238,7 @@ static void delete_row(double *l, uint32_t n, uint32_t index, double *w) {
   }
   for (uint32_t k = index; k + 1 < n; ++k) {
     double *diagonal = l + packed_row(k) + k;
-    const double root = rim_sqrt(*diagonal * *diagonal + w[k] * w[k]);
+    const double root = rimi_sqrt(*diagonal * *diagonal + w[k] * w[k]);
     const double c = root / *diagonal, s = w[k] / *diagonal;
     *diagonal = root;
     for (uint32_t i = k + 1; i + 1 < n; ++i) {
@@ -283,7 +284,7 @@ uint32_t rim_gp_least_informative(const rim_gp *gp) {
   uint32_t least = 0;
   double most = -1.0;
   for (uint32_t i = 0; i < gp->n; ++i) {
-    const double product = a.inverse[i] * rim_max(a.noise[i], floor_noise);
+    const double product = a.inverse[i] * rimi_max(a.noise[i], floor_noise);
     if (product > most) {
       most = product;
       least = i;
@@ -431,7 +432,7 @@ static void predict_batch(rim_gp *gp, const double *x, uint32_t width, double *m
       explained[b] += row[b] * row[b];
   }
   for (uint32_t b = 0; b < width; ++b)
-    var[b] = rim_max(c->signal_var - explained[b], 0.0);
+    var[b] = rimi_max(c->signal_var - explained[b], 0.0);
 }
 
 rim_status rim_gp_predict_many(rim_gp *gp, const double *x, uint32_t n, double *mean, double *var) {
@@ -470,7 +471,7 @@ rim_status rim_gp_predict(rim_gp *gp, const double *x, double *mean, double *var
     explained += a.scratch[i] * a.scratch[i];
   if (mean != NULL)
     *mean = c->mean + sum;
-  *var = rim_max(c->signal_var - explained, 0.0);
+  *var = rimi_max(c->signal_var - explained, 0.0);
   return RIM_OK;
 }
 
@@ -479,9 +480,9 @@ double rim_gp_log_likelihood(const rim_gp *gp) {
   double fit = 0.0, log_pivots = 0.0;
   for (uint32_t i = 0; i < gp->n; ++i) {
     fit += (a.y[i] - a.offset[i] - gp->config.mean) * a.alpha[i];
-    log_pivots += rim_log(a.l[packed_row(i) + i]);
+    log_pivots += rimi_log(a.l[packed_row(i) + i]);
   }
-  return -0.5 * fit - log_pivots - (double)gp->n * rim_log(RIM_SQRT_2PI);
+  return -0.5 * fit - log_pivots - (double)gp->n * rimi_log(RIM_SQRT_2PI);
 }
 
 void rim_gp_log_likelihood_gradient(rim_gp *gp, double *gradient) {

@@ -1,8 +1,9 @@
+/* SPDX-License-Identifier: MIT */
 #include "search/bins.h"
 
 #include <string.h>
 
-uint16_t rim_bins_cell(double u, uint16_t cells) {
+uint16_t rimi_bins_cell(double u, uint16_t cells) {
   const double position = u * (double)cells;
   if (!(position > 0.0))
     return 0;
@@ -11,12 +12,12 @@ uint16_t rim_bins_cell(double u, uint16_t cells) {
   return (uint16_t)position;
 }
 
-void rim_bins_clear(const rim_bins *table) {
+void rimi_bins_clear(const rim_bins *table) {
   memset(table->sum, 0, RIM_BINS_SUM_BYTES(table->features, table->bins, table->channels));
   memset(table->count, 0, 2u * (size_t)table->features * (size_t)table->bins);
 }
 
-void rim_bins_add(const rim_bins *table, const uint8_t *bin, const float *residual) {
+void rimi_bins_add(const rim_bins *table, const uint8_t *bin, const float *residual) {
   const size_t channels = table->channels;
   for (size_t f = 0; f < table->features; ++f) {
     const size_t cell = f * table->bins + bin[f];
@@ -27,8 +28,8 @@ void rim_bins_add(const rim_bins *table, const uint8_t *bin, const float *residu
   }
 }
 
-void rim_bins_prefix(const rim_bins *table, uint16_t feature, uint16_t channel, double *sum,
-                     double *count) {
+void rimi_bins_prefix(const rim_bins *table, uint16_t feature, uint16_t channel, double *sum,
+                      double *count) {
   const size_t channels = table->channels;
   const size_t first = (size_t)feature * table->bins;
   const float *cell_sum = table->sum + first * channels + channel;
@@ -45,7 +46,7 @@ void rim_bins_prefix(const rim_bins *table, uint16_t feature, uint16_t channel, 
   }
 }
 
-void rim_bins_halve(const rim_bins *table) {
+void rimi_bins_halve(const rim_bins *table) {
   const size_t cells = (size_t)table->features * table->bins;
   for (size_t i = 0; i < cells * table->channels; ++i)
     table->sum[i] *= 0.5f;
@@ -53,12 +54,12 @@ void rim_bins_halve(const rim_bins *table) {
     table->count[i] = (uint16_t)(table->count[i] / 2u);
 }
 
-void rim_grid_clear(const rim_grid *table) {
+void rimi_grid_clear(const rim_grid *table) {
   memset(table->sum, 0, RIM_GRID_SUM_BYTES(table->grid));
   memset(table->count, 0, RIM_GRID_COUNT_BYTES(table->grid));
 }
 
-void rim_grid_add(const rim_grid *table, uint16_t row, uint16_t column, double residual) {
+void rimi_grid_add(const rim_grid *table, uint16_t row, uint16_t column, double residual) {
   const size_t base = (size_t)row * (table->grid + 1u);
   for (size_t k = column + 1u; k <= table->grid; ++k) {
     table->sum[base + k] = (float)((double)table->sum[base + k] + residual);
@@ -66,13 +67,13 @@ void rim_grid_add(const rim_grid *table, uint16_t row, uint16_t column, double r
   }
 }
 
-void rim_grid_put(const rim_grid *table, uint16_t row, uint16_t column, double residual) {
+void rimi_grid_put(const rim_grid *table, uint16_t row, uint16_t column, double residual) {
   const size_t cell = (size_t)row * (table->grid + 1u) + column + 1u;
   table->sum[cell] = (float)((double)table->sum[cell] + residual);
   ++table->count[cell];
 }
 
-void rim_grid_accumulate(const rim_grid *table) {
+void rimi_grid_accumulate(const rim_grid *table) {
   for (size_t row = 0; row < table->grid; ++row) {
     const size_t base = row * (table->grid + 1u);
     double s = 0.0;
@@ -86,7 +87,7 @@ void rim_grid_accumulate(const rim_grid *table) {
   }
 }
 
-void rim_grid_halve(const rim_grid *table) {
+void rimi_grid_halve(const rim_grid *table) {
   const size_t cells = (size_t)table->grid * (table->grid + 1u);
   for (size_t i = 0; i < cells; ++i) {
     table->sum[i] *= 0.5f;

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rim/bins.h - fixed-capacity tables of sufficient statistics (thesis 3.1.1, p. 28: "only
  * sufficient statistics of each discrete state, instead of all the data points, need to be
  * stored").
@@ -10,8 +11,8 @@
  * Residuals are standardised: variance 1 in nominal running. Storage is float and uint16_t; all
  * arithmetic is double. Nothing here checks pointers: the callers (select) do.
  *
- * A table may be filled at most RIM_BINS_MAX_COUNT times; then halve it (rim_bins_halve,
- * rim_grid_halve), which weighs what was seen by one half. */
+ * A table may be filled at most RIM_BINS_MAX_COUNT times; then halve it (rimi_bins_halve,
+ * rimi_grid_halve), which weighs what was seen by one half. */
 #ifndef RIM_BINS_H
 #define RIM_BINS_H
 
@@ -53,26 +54,26 @@ typedef struct rim_grid {
 } rim_grid;
 
 /* Cell of a unit coordinate: floor(u * cells), clamped to 0..cells - 1. u must not be NaN. */
-uint16_t rim_bins_cell(double u, uint16_t cells);
+uint16_t rimi_bins_cell(double u, uint16_t cells);
 
-void rim_bins_clear(const rim_bins *table);
+void rimi_bins_clear(const rim_bins *table);
 /* Add one observation: bin[f] < bins for every feature, residual[c] for every channel.
  * O(features * channels). */
-void rim_bins_add(const rim_bins *table, const uint8_t *bin, const float *residual);
+void rimi_bins_add(const rim_bins *table, const uint8_t *bin, const float *residual);
 /* One (feature, channel) slice into prefix sums: sum[k], count[k] of bins 0..k-1, k = 0..bins.
  * O(bins). */
-void rim_bins_prefix(const rim_bins *table, uint16_t feature, uint16_t channel, double *sum,
-                     double *count);
-void rim_bins_halve(const rim_bins *table);
+void rimi_bins_prefix(const rim_bins *table, uint16_t feature, uint16_t channel, double *sum,
+                      double *count);
+void rimi_bins_halve(const rim_bins *table);
 
-void rim_grid_clear(const rim_grid *table);
+void rimi_grid_clear(const rim_grid *table);
 /* Add one observation to a cell. O(grid). */
-void rim_grid_add(const rim_grid *table, uint16_t row, uint16_t column, double residual);
-/* The same without keeping the prefix property: any number of these, then one rim_grid_accumulate,
- * equals as many rim_grid_add on an empty grid (up to rounding of float sums). O(1), O(grid^2). */
-void rim_grid_put(const rim_grid *table, uint16_t row, uint16_t column, double residual);
-void rim_grid_accumulate(const rim_grid *table);
-void rim_grid_halve(const rim_grid *table);
+void rimi_grid_add(const rim_grid *table, uint16_t row, uint16_t column, double residual);
+/* The same without keeping the prefix property: any number of these, then one rimi_grid_accumulate,
+ * equals as many rimi_grid_add on an empty grid (up to rounding of float sums). O(1), O(grid^2). */
+void rimi_grid_put(const rim_grid *table, uint16_t row, uint16_t column, double residual);
+void rimi_grid_accumulate(const rim_grid *table);
+void rimi_grid_halve(const rim_grid *table);
 
 #ifdef __cplusplus
 }

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "search/cem.h"
 
 #include <stddef.h>
@@ -20,7 +21,7 @@ typedef struct elite {
   uint32_t sample;
 } elite;
 
-bool rim_ellipsoid_contains(const rim_ellipsoid *e, const double *x) {
+bool rimi_ellipsoid_contains(const rim_ellipsoid *e, const double *x) {
   double z[RIM_CEM_MAX_DIMS];
   double norm2 = 0.0;
   for (size_t i = 0; i < e->dims; ++i) {
@@ -34,7 +35,7 @@ bool rim_ellipsoid_contains(const rim_ellipsoid *e, const double *x) {
   return norm2 < 1.0;
 }
 
-rim_ellipsoid rim_ellipsoid_ball(uint8_t dims, const double *center, double radius) {
+rim_ellipsoid rimi_ellipsoid_ball(uint8_t dims, const double *center, double radius) {
   rim_ellipsoid e;
   memset(&e, 0, sizeof e);
   e.dims = dims;
@@ -45,8 +46,8 @@ rim_ellipsoid rim_ellipsoid_ball(uint8_t dims, const double *center, double radi
   return e;
 }
 
-rim_status rim_ellipsoid_region(const rim_ellipsoid *e, const uint16_t *feature,
-                                rim_region *region) {
+rim_status rimi_ellipsoid_region(const rim_ellipsoid *e, const uint16_t *feature,
+                                 rim_region *region) {
   if (e == NULL || feature == NULL || region == NULL)
     return RIM_E_ARGUMENT;
   if (e->dims < 1 || e->dims > RIM_REGION_MAX_DIMS)
@@ -103,15 +104,15 @@ static rim_cem_config filled(const rim_cem_config *config) {
 static bool is_valid(const rim_cem_config *c) {
   return c->samples >= 2 && c->samples <= RIM_CEM_MAX_SAMPLES && c->elites <= RIM_CEM_MAX_ELITES &&
          c->elites <= c->samples && c->smoothing >= 0.0 && c->smoothing < 1.0 && c->spread > 0.0 &&
-         rim_is_finite(c->spread) && c->least_axis > 0.0 && c->most_axis >= c->least_axis &&
-         rim_is_finite(c->most_axis);
+         rimi_is_finite(c->spread) && c->least_axis > 0.0 && c->most_axis >= c->least_axis &&
+         rimi_is_finite(c->most_axis);
 }
 
 static bool start_is_valid(const rim_ellipsoid *e) {
   if (e->dims < 1 || e->dims > RIM_CEM_MAX_DIMS)
     return false;
   for (size_t i = 0; i < e->dims; ++i) {
-    if (!rim_is_finite(e->center[i]) || !(e->factor[i * (i + 1) / 2 + i] > 0.0))
+    if (!rimi_is_finite(e->center[i]) || !(e->factor[i * (i + 1) / 2 + i] > 0.0))
       return false;
   }
   return true;
@@ -121,7 +122,7 @@ static distribution start_from(const rim_cem_config *c, const rim_ellipsoid *e) 
   distribution d;
   double least = e->factor[0];
   for (size_t i = 1; i < e->dims; ++i)
-    least = rim_min(least, e->factor[i * (i + 1) / 2 + i]);
+    least = rimi_min(least, e->factor[i * (i + 1) / 2 + i]);
   size_t p = 0;
   for (size_t i = 0; i < e->dims; ++i, ++p) {
     d.mean[p] = e->center[i];
@@ -130,7 +131,7 @@ static distribution start_from(const rim_cem_config *c, const rim_ellipsoid *e) 
   for (size_t i = 0; i < e->dims; ++i) {
     for (size_t j = 0; j <= i; ++j, ++p) {
       const double entry = e->factor[i * (i + 1) / 2 + j];
-      d.mean[p] = i == j ? rim_log(entry) : entry;
+      d.mean[p] = i == j ? rimi_log(entry) : entry;
       d.sd[p] = i == j ? c->spread : c->spread * least;
     }
   }
@@ -139,16 +140,17 @@ static distribution start_from(const rim_cem_config *c, const rim_ellipsoid *e) 
 
 static void draw(const rim_cem_config *c, const distribution *d, rim_rng *rng, uint32_t sample,
                  rim_ellipsoid *e) {
-  rim_rng_seek(rng, (uint64_t)sample * BLOCKS_A_SAMPLE);
+  rimi_rng_seek(rng, (uint64_t)sample * BLOCKS_A_SAMPLE);
   size_t p = 0;
   for (size_t i = 0; i < e->dims; ++i, ++p) {
-    e->center[i] = d->mean[p] + d->sd[p] * rim_rng_normal(rng);
+    e->center[i] = d->mean[p] + d->sd[p] * rimi_rng_normal(rng);
   }
   for (size_t i = 0; i < e->dims; ++i) {
     for (size_t j = 0; j <= i; ++j, ++p) {
-      const double x = d->mean[p] + d->sd[p] * rim_rng_normal(rng);
+      const double x = d->mean[p] + d->sd[p] * rimi_rng_normal(rng);
       e->factor[i * (i + 1) / 2 + j] =
-          i == j ? rim_clamp(rim_exp(rim_clamp(x, -50.0, 50.0)), c->least_axis, c->most_axis) : x;
+          i == j ? rimi_clamp(rimi_exp(rimi_clamp(x, -50.0, 50.0)), c->least_axis, c->most_axis)
+                 : x;
     }
   }
 }
@@ -177,9 +179,9 @@ static void refit(const rim_cem_config *c, distribution *d, rim_rng *rng, const 
     moved.sd[p] = 0.0;
   }
   for (uint32_t k = 0; k < count; ++k) {
-    rim_rng_seek(rng, (uint64_t)list[k].sample * BLOCKS_A_SAMPLE);
+    rimi_rng_seek(rng, (uint64_t)list[k].sample * BLOCKS_A_SAMPLE);
     for (uint32_t p = 0; p < parameters; ++p) {
-      const double from_mean = d->sd[p] * rim_rng_normal(rng);
+      const double from_mean = d->sd[p] * rimi_rng_normal(rng);
       moved.mean[p] += from_mean;
       moved.sd[p] += from_mean * from_mean;
     }
@@ -187,21 +189,21 @@ static void refit(const rim_cem_config *c, distribution *d, rim_rng *rng, const 
   const double n = (double)count;
   for (uint32_t p = 0; p < parameters; ++p) {
     const double mean = moved.mean[p] / n;
-    const double sd = rim_sqrt(rim_max(moved.sd[p] / n - mean * mean, 0.0));
+    const double sd = rimi_sqrt(rimi_max(moved.sd[p] / n - mean * mean, 0.0));
     d->mean[p] += (1.0 - c->smoothing) * mean;
-    d->sd[p] = rim_max(c->smoothing * d->sd[p] + (1.0 - c->smoothing) * sd, LEAST_SPREAD);
+    d->sd[p] = rimi_max(c->smoothing * d->sd[p] + (1.0 - c->smoothing) * sd, LEAST_SPREAD);
   }
 }
 
-bool rim_cem_is_valid(const rim_cem_config *config, uint8_t dims) {
+bool rimi_cem_is_valid(const rim_cem_config *config, uint8_t dims) {
   if (config == NULL || dims < 1 || dims > RIM_CEM_MAX_DIMS)
     return false;
   const rim_cem_config c = filled(config);
   return is_valid(&c);
 }
 
-rim_status rim_cem_optimise(const rim_cem_config *config, rim_cem_value value_of, void *context,
-                            uint64_t seed, uint64_t stream, rim_ellipsoid *best, double *value) {
+rim_status rimi_cem_optimise(const rim_cem_config *config, rim_cem_value value_of, void *context,
+                             uint64_t seed, uint64_t stream, rim_ellipsoid *best, double *value) {
   if (config == NULL || value_of == NULL || best == NULL || value == NULL)
     return RIM_E_ARGUMENT;
   const rim_cem_config c = filled(config);
@@ -210,7 +212,7 @@ rim_status rim_cem_optimise(const rim_cem_config *config, rim_cem_value value_of
   const uint32_t parameters = RIM_CEM_PARAMETERS((uint32_t)best->dims);
   distribution d = start_from(&c, best);
   rim_rng rng;
-  rim_rng_seed(&rng, seed, stream);
+  rimi_rng_seed(&rng, seed, stream);
   rim_ellipsoid e = *best;
   double best_value = value_of(best, context);
   for (uint32_t t = 0; t < c.iterations; ++t) {

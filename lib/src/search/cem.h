@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rim/cem.h - bounded cross-entropy search over ellipsoids (thesis 3.2, p. 29: "we have used the
  * Cross-Entropy Method").
  *
@@ -49,25 +50,25 @@ typedef struct rim_cem_config {
 typedef double (*rim_cem_value)(const rim_ellipsoid *ellipsoid, void *context);
 
 /* Whether the point lies inside; false for NaN. O(dims^2). */
-bool rim_ellipsoid_contains(const rim_ellipsoid *ellipsoid, const double *x);
+bool rimi_ellipsoid_contains(const rim_ellipsoid *ellipsoid, const double *x);
 
 /* The ball of this radius. dims and radius are not checked. */
-rim_ellipsoid rim_ellipsoid_ball(uint8_t dims, const double *center, double radius);
+rim_ellipsoid rimi_ellipsoid_ball(uint8_t dims, const double *center, double radius);
 
 /* The same set as a region over the named features, bounds included. RIM_E_ARGUMENT: NULL;
  * RIM_E_RANGE: dims above RIM_REGION_MAX_DIMS; RIM_E_SINGULAR: a diagonal entry of L not above 0.
  */
-rim_status rim_ellipsoid_region(const rim_ellipsoid *ellipsoid, const uint16_t *feature,
-                                rim_region *region);
+rim_status rimi_ellipsoid_region(const rim_ellipsoid *ellipsoid, const uint16_t *feature,
+                                 rim_region *region);
 
-/* Whether rim_cem_optimise takes the configuration for so many dimensions; false for NULL. */
-bool rim_cem_is_valid(const rim_cem_config *config, uint8_t dims);
+/* Whether rimi_cem_optimise takes the configuration for so many dimensions; false for NULL. */
+bool rimi_cem_is_valid(const rim_cem_config *config, uint8_t dims);
 
 /* Climb from *best. On success *best and *value are the best ellipsoid seen, the start included.
  * RIM_E_ARGUMENT: NULL; RIM_E_CONFIG: configuration or dims out of range: nothing changed.
  * samples * iterations + 1 evaluations; stack below 2 kB. */
-rim_status rim_cem_optimise(const rim_cem_config *config, rim_cem_value value_of, void *context,
-                            uint64_t seed, uint64_t stream, rim_ellipsoid *best, double *value);
+rim_status rimi_cem_optimise(const rim_cem_config *config, rim_cem_value value_of, void *context,
+                             uint64_t seed, uint64_t stream, rim_ellipsoid *best, double *value);
 
 #ifdef __cplusplus
 }

@@ -1,17 +1,18 @@
+/* SPDX-License-Identifier: MIT */
 /* Regions: intervals of a feature (App. A, p. 115), boxes of two, with or without an onset. */
 #include <string.h>
 
 #include "base/real.h"
 #include "search/search_private.h"
 
-void search_edges(const rim_search *s, uint32_t feature, uint32_t first, uint32_t last,
-                  uint32_t *low, uint32_t *high) {
+void rimi_search_edges(const rim_search *s, uint32_t feature, uint32_t first, uint32_t last,
+                       uint32_t *low, uint32_t *high) {
   const uint8_t *cuts = s->config.cuts + (size_t)feature * SEARCH_CUTS;
   *low = first == 0 ? 0u : cuts[first - 1u];
   *high = last >= SEARCH_BINS - 1u ? 255u : (uint32_t)cuts[last] - (cuts[last] > 0 ? 1u : 0u);
 }
 
-search_mask search_mask_of(const rim_search *s, const search_hypothesis *h, int without) {
+search_mask rimi_search_mask_of(const rim_search *s, const search_hypothesis *h, int without) {
   search_mask mask;
   memset(&mask, 0, sizeof mask);
   const uint32_t dims = h->family == SEARCH_BOX || h->family == SEARCH_BOX_SINCE             ? 2u
@@ -21,7 +22,7 @@ search_mask search_mask_of(const rim_search *s, const search_hypothesis *h, int 
     if ((int)k == without)
       continue;
     uint32_t low, high;
-    search_edges(s, h->feature[k], h->first[k], h->last[k], &low, &high);
+    rimi_search_edges(s, h->feature[k], h->first[k], h->last[k], &low, &high);
     mask.feature[mask.dims] = h->feature[k];
     mask.low[mask.dims] = (uint8_t)low;
     mask.high[mask.dims++] = (uint8_t)high;
@@ -44,8 +45,8 @@ static void add_block(const rim_search *s, uint32_t i, bool next_inside, search_
     sums->g[j] += (double)search_g(s, i)[j];
 }
 
-void search_evaluate(const rim_search *s, search_hypothesis *h) {
-  const search_mask mask = search_mask_of(s, h, -1);
+void rimi_search_evaluate(const rim_search *s, search_hypothesis *h) {
+  const search_mask mask = rimi_search_mask_of(s, h, -1);
   search_sums sums = {0};
   bool next_inside = false;
   for (uint32_t i = s->held; i-- > 0;) {
@@ -54,7 +55,7 @@ void search_evaluate(const rim_search *s, search_hypothesis *h) {
       add_block(s, i, next_inside, &sums);
     next_inside = inside;
   }
-  search_judge(s, &sums, h);
+  rimi_search_judge(s, &sums, h);
 }
 
 static void bins_of_bytes(const rim_search *s, uint32_t feature, uint8_t *bin) {
@@ -137,8 +138,8 @@ static void best_interval(const rim_search *s, uint32_t ends, uint32_t *best_fir
   }
 }
 
-void search_scan_interval(rim_search *s, const search_mask *mask, uint32_t feature,
-                          search_hypothesis *h, uint32_t which) {
+void rimi_search_scan_interval(rim_search *s, const search_mask *mask, uint32_t feature,
+                               search_hypothesis *h, uint32_t which) {
   const search_bins *bins = &s->bins;
   uint32_t best_first, best_last;
   fill_bins(s, mask, feature);
@@ -157,7 +158,7 @@ void search_scan_interval(rim_search *s, const search_mask *mask, uint32_t featu
   while (k + 1u < SEARCH_BINS && !(bins->n[k + 1u] > 0.0f))
     ++k;
   h->last[which] = (uint8_t)(k + 1u == SEARCH_BINS ? SEARCH_BINS - 1u : best_last);
-  search_evaluate(s, h);
+  rimi_search_evaluate(s, h);
 }
 
 void search_scan_during(rim_search *s, search_hypothesis *h) {
@@ -174,7 +175,7 @@ void search_scan_during(rim_search *s, search_hypothesis *h) {
     return;
   h->onset = oldest + (first * s->held + SEARCH_BINS - 1u) / SEARCH_BINS;
   h->end = oldest + ((last + 1u) * s->held + SEARCH_BINS - 1u) / SEARCH_BINS;
-  search_evaluate(s, h);
+  rimi_search_evaluate(s, h);
   search_refine_during(s, h);
 }
 
@@ -182,8 +183,8 @@ void search_refine_during(const rim_search *s, search_hypothesis *h) {
   if (h->score <= SEARCH_NONE)
     return;
   search_hypothesis tried = *h;
-  const search_mask mask = search_mask_of(s, h, -1);
-  search_scan_onset(s, &mask, &tried, NULL);
+  const search_mask mask = rimi_search_mask_of(s, h, -1);
+  rimi_search_scan_onset(s, &mask, &tried, NULL);
   search_scan_end(s, &tried);
   if (tried.score > h->score)
     *h = tried;
@@ -254,7 +255,7 @@ static uint8_t first_bin(uint32_t cell) {
 }
 
 /* Boxes of whole cells, then each side exactly given the other. */
-void search_scan_box(rim_search *s, uint32_t x, uint32_t y, search_hypothesis *h) {
+void rimi_search_scan_box(rim_search *s, uint32_t x, uint32_t y, search_hypothesis *h) {
   fill_cells(s, x, y);
   box best = {0.0, 0, 0, 0, 0};
   for (uint32_t x0 = 0; x0 < CELLS; ++x0) {
@@ -278,24 +279,24 @@ void search_scan_box(rim_search *s, uint32_t x, uint32_t y, search_hypothesis *h
   h->last[0] = (uint8_t)(first_bin(best.x1 + 1u) - 1u);
   h->first[1] = first_bin(best.y0);
   h->last[1] = (uint8_t)(first_bin(best.y1 + 1u) - 1u);
-  search_evaluate(s, h);
+  rimi_search_evaluate(s, h);
   for (uint32_t which = 0; which < 2; ++which)
-    search_refine_edges(s, h, which);
+    rimi_search_refine_edges(s, h, which);
 }
 
-void search_refine_edges(rim_search *s, search_hypothesis *h, uint32_t which) {
+void rimi_search_refine_edges(rim_search *s, search_hypothesis *h, uint32_t which) {
   search_hypothesis tried = *h;
-  const search_mask mask = search_mask_of(s, h, (int)which);
-  search_scan_interval(s, &mask, h->feature[which], &tried, which);
+  const search_mask mask = rimi_search_mask_of(s, h, (int)which);
+  rimi_search_scan_interval(s, &mask, h->feature[which], &tried, which);
   if (tried.score > h->score)
     *h = tried;
 }
 
-bool search_inside(const rim_search *s, const search_hypothesis *h, const uint8_t *feature,
-                   uint32_t block) {
+bool rimi_search_inside(const rim_search *s, const search_hypothesis *h, const uint8_t *feature,
+                        uint32_t block) {
   if ((h->onset != SEARCH_FROM_START && block < h->onset) || (h->end != 0 && block >= h->end))
     return false;
-  const search_mask mask = search_mask_of(s, h, -1);
+  const search_mask mask = rimi_search_mask_of(s, h, -1);
   for (uint32_t k = 0; k < mask.dims; ++k) {
     const uint8_t f = feature[mask.feature[k]];
     if (f < mask.low[k] || f > mask.high[k])
@@ -304,8 +305,8 @@ bool search_inside(const rim_search *s, const search_hypothesis *h, const uint8_
   return true;
 }
 
-uint32_t search_first_inside(const rim_search *s, const search_hypothesis *h) {
-  const search_mask mask = search_mask_of(s, h, -1);
+uint32_t rimi_search_first_inside(const rim_search *s, const search_hypothesis *h) {
+  const search_mask mask = rimi_search_mask_of(s, h, -1);
   for (uint32_t i = 0; i < s->held; ++i) {
     if (search_passes(s, &mask, i))
       return s->count - s->held + i;

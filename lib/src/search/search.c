@@ -1,9 +1,10 @@
+/* SPDX-License-Identifier: MIT */
 #include "search/search.h"
 
 #include <string.h>
 
-#include "base/usable.h"
 #include "base/real.h"
+#include "base/usable.h"
 #include "search/search_private.h"
 
 #define COMPLEXITY 0.05 /* share of its score that each further part of a description must add */
@@ -27,7 +28,7 @@ static size_t lay_out(search_layout *at, const search_config *c) {
   size_t bytes = round8(sizeof(rim_search));
   uint32_t doubles = 0;
   for (uint32_t i = 0; i < c->channels; ++i)
-    doubles += gram_doubles(rim_noise_channel(c->noise, i).fields);
+    doubles += gram_doubles(rimi_noise_channel(c->noise, i).fields);
   at->gram = (uint32_t)bytes;
   bytes += 8u * (size_t)doubles;
   at->state = (uint32_t)bytes;
@@ -56,31 +57,31 @@ static size_t lay_out(search_layout *at, const search_config *c) {
   return bytes;
 }
 
-size_t search_size(const search_config *config) {
+size_t rimi_search_size(const search_config *config) {
   if (config == NULL || !config_fits(config))
     return 0;
   search_layout at;
   return lay_out(&at, config);
 }
 
-rim_status search_init(rim_search **search, void *memory, size_t bytes,
-                       const search_config *config) {
+rim_status rimi_search_init(rim_search **search, void *memory, size_t bytes,
+                            const search_config *config) {
   if (!config_fits(config))
     return RIM_E_CONFIG;
   if (((uintptr_t)memory & 7u) != 0)
     return RIM_E_ALIGN;
-  if (bytes < search_size(config))
+  if (bytes < rimi_search_size(config))
     return RIM_E_SIZE;
   rim_search *s = memory;
   memset(s, 0, sizeof *s);
   s->config = *config;
   (void)lay_out(&s->at, config);
-  search_reset(s);
+  rimi_search_reset(s);
   *search = s;
   return RIM_OK;
 }
 
-void search_attach(rim_search *s, const search_config *config) { s->config = *config; }
+void rimi_search_attach(rim_search *s, const search_config *config) { s->config = *config; }
 
 static void forget(search_hypothesis *h) {
   memset(h, 0, sizeof *h);
@@ -88,7 +89,7 @@ static void forget(search_hypothesis *h) {
   h->onset = SEARCH_FROM_START;
 }
 
-void search_reset(rim_search *s) {
+void rimi_search_reset(rim_search *s) {
   s->count = 0;
   s->held = s->head = 0;
   s->channel = s->next_channel = s->stage = s->next_pair = 0;
@@ -100,7 +101,7 @@ void search_reset(rim_search *s) {
     forget(&state->region);
     state->excludes = false;
     state->gram_at = at;
-    const uint32_t doubles = gram_doubles(rim_noise_channel(s->config.noise, c).fields);
+    const uint32_t doubles = gram_doubles(rimi_noise_channel(s->config.noise, c).fields);
     memset(search_gram(s, state), 0, 8u * (size_t)doubles);
     at += doubles;
   }
@@ -109,38 +110,40 @@ void search_reset(rim_search *s) {
 }
 
 static int8_t to_byte(double x) {
-  const double scaled = rim_clamp(x, -4.0, 4.0) / SEARCH_BYTE_STEP;
-  return (int8_t)rim_floor(scaled + 0.5);
+  const double scaled = rimi_clamp(x, -4.0, 4.0) / SEARCH_BYTE_STEP;
+  return (int8_t)rimi_floor(scaled + 0.5);
 }
 
 static void store_channel(rim_search *s, uint32_t slot, const search_block *b, uint32_t channel) {
-  const noise_channel c = rim_noise_channel(s->config.noise, channel);
-  const double z = search_weight(s, &c, channel, slot) * b->residual[channel] / (double)c.s;
+  const noise_channel c = rimi_noise_channel(s->config.noise, channel);
+  const double z = rimi_search_weight(s, &c, channel, slot) * b->residual[channel] / (double)c.s;
   const uint32_t fine = search_fine(s);
   if (channel < fine)
     search_fine_residuals(s, slot)[channel] =
-        (int16_t)rim_floor(rim_clamp(z / SEARCH_Z_STEP, -32000.0, 32000.0) + 0.5);
+        (int16_t)rimi_floor(rimi_clamp(z / SEARCH_Z_STEP, -32000.0, 32000.0) + 0.5);
   else
     search_coarse_residuals(s, slot)[channel - fine] =
-        (int8_t)rim_floor(rim_clamp(z / SEARCH_COARSE_STEP, -127.0, 127.0) + 0.5);
+        (int8_t)rimi_floor(rimi_clamp(z / SEARCH_COARSE_STEP, -127.0, 127.0) + 0.5);
 }
 
 /* Adds sign times a block to G = B'WB and u = B'Wr of a channel. */
 static void accumulate(rim_search *s, uint32_t slot, bool first, double sign, uint32_t channel) {
   const uint32_t before = slot == 0 ? s->config.ring - 1u : slot - 1u;
-  const noise_channel c = rim_noise_channel(s->config.noise, channel);
+  const noise_channel c = rimi_noise_channel(s->config.noise, channel);
   const uint32_t k = c.fields, outcome = channel % s->config.outcomes;
   const double rho = (double)c.rho;
   double white[NOISE_MAX_FIELDS], old[NOISE_MAX_FIELDS];
-  search_weighted_fields(s, &c, slot, outcome, search_weight(s, &c, channel, slot), white);
+  rimi_search_weighted_fields(s, &c, slot, outcome, rimi_search_weight(s, &c, channel, slot),
+                              white);
   double e = search_residual(s, channel, slot);
   if (first) {
-    const double lead = rim_sqrt(1.0 - rho * rho);
+    const double lead = rimi_sqrt(1.0 - rho * rho);
     e *= lead;
     for (uint32_t j = 0; j < k; ++j)
       white[j] *= lead;
   } else if (rho > 0.0) {
-    search_weighted_fields(s, &c, before, outcome, search_weight(s, &c, channel, before), old);
+    rimi_search_weighted_fields(s, &c, before, outcome, rimi_search_weight(s, &c, channel, before),
+                                old);
     e -= rho * search_residual(s, channel, before);
     for (uint32_t j = 0; j < k; ++j)
       white[j] -= rho * old[j];
@@ -154,21 +157,21 @@ static void accumulate(rim_search *s, uint32_t slot, bool first, double sign, ui
   }
 }
 
-rim_status search_observe(rim_search *s, const search_block *b) {
+rim_status rimi_search_observe(rim_search *s, const search_block *b) {
   const search_config *c = &s->config;
-  if (!rim_is_finite(b->t_s) || !rim_is_finite(b->change) || !all_finite(b->mean, c->means) ||
+  if (!rimi_is_finite(b->t_s) || !rimi_is_finite(b->change) || !all_finite(b->mean, c->means) ||
       !all_finite(b->predicted, c->outcomes) || !all_finite(b->residual, c->channels))
     return RIM_E_DATA;
   const uint32_t slot = s->head;
   search_times(s)[slot] = (float)b->t_s;
   memcpy(search_features(s, slot), b->feature, c->features);
   search_changes(s)[slot] =
-      (uint8_t)rim_floor(rim_clamp(b->change / SEARCH_CHANGE_STEP, 0.0, 255.0) + 0.5);
+      (uint8_t)rimi_floor(rimi_clamp(b->change / SEARCH_CHANGE_STEP, 0.0, 255.0) + 0.5);
   search_excluded(s)[slot / 8u] &= (uint8_t) ~(1u << (slot % 8u));
   for (uint32_t m = 0; m < c->means; ++m)
     search_means(s, slot)[m] = to_byte(b->mean[m]);
   for (uint32_t o = 0; o < c->outcomes; ++o) {
-    const noise_channel n = rim_noise_channel(c->noise, o);
+    const noise_channel n = rimi_noise_channel(c->noise, o);
     search_predictions(s, slot)[o] =
         to_byte((b->predicted[o] - (double)n.p_center) / (double)n.p_scale);
   }
@@ -206,7 +209,7 @@ bool search_exclude(rim_search *s, uint32_t from, uint32_t to) {
     channel_state *state = search_state(s, c);
     forget(&state->time);
     forget(&state->region);
-    state->excludes = rim_noise_channel(s->config.noise, c).active > 0.5f;
+    state->excludes = rimi_noise_channel(s->config.noise, c).active > 0.5f;
   }
   s->fresh = false;
   s->stage = 0;
@@ -231,7 +234,7 @@ void search_take_out(rim_search *s, uint32_t channel) {
   }
 }
 
-void search_note(rim_search *s, uint32_t channel, const search_hypothesis *h) {
+void rimi_search_note(rim_search *s, uint32_t channel, const search_hypothesis *h) {
   if (s->maxima != NULL && h->score > SEARCH_NONE) {
     float *most = s->maxima + (size_t)channel * NOISE_FAMILIES + h->family;
     if (h->ln_ratio > *most)
@@ -244,10 +247,10 @@ void search_note(rim_search *s, uint32_t channel, const search_hypothesis *h) {
 }
 
 static bool is_active(const rim_search *s, uint32_t channel) {
-  return rim_noise_channel(s->config.noise, channel).active > 0.5f;
+  return rimi_noise_channel(s->config.noise, channel).active > 0.5f;
 }
 
-const search_hypothesis *search_best(const rim_search *s, uint32_t channel) {
+const search_hypothesis *rimi_search_best(const rim_search *s, uint32_t channel) {
   const channel_state *state = search_state(s, channel);
   return state->region.score > state->time.score ? &state->region : &state->time;
 }
@@ -258,8 +261,8 @@ static uint32_t choose_channel(rim_search *s) {
   if (s->favour) {
     uint32_t best = s->config.channels;
     for (uint32_t c = 0; c < s->config.channels; ++c) {
-      if (is_active(s, c) &&
-          (best == s->config.channels || search_best(s, c)->score > search_best(s, best)->score))
+      if (is_active(s, c) && (best == s->config.channels ||
+                              rimi_search_best(s, c)->score > rimi_search_best(s, best)->score))
         best = c;
     }
     if (best < s->config.channels)
@@ -280,31 +283,31 @@ static void renew_region(rim_search *s) {
   if (state->region.score <= SEARCH_NONE)
     return;
   search_hypothesis h = state->region;
-  search_evaluate(s, &h);
+  rimi_search_evaluate(s, &h);
   state->region.score = SEARCH_NONE;
   if (h.family == SEARCH_DURING) {
     search_refine_during(s, &h);
-    search_note(s, s->channel, &h);
+    rimi_search_note(s, s->channel, &h);
     return;
   }
   const bool two = h.family == SEARCH_BOX || h.family == SEARCH_BOX_SINCE;
-  search_refine_edges(s, &h, 0);
+  rimi_search_refine_edges(s, &h, 0);
   if (two)
-    search_refine_edges(s, &h, 1);
+    rimi_search_refine_edges(s, &h, 1);
   if (h.onset != SEARCH_FROM_START) {
-    const search_mask mask = search_mask_of(s, &h, -1);
-    search_scan_onset(s, &mask, &h, NULL);
+    const search_mask mask = rimi_search_mask_of(s, &h, -1);
+    rimi_search_scan_onset(s, &mask, &h, NULL);
   }
-  search_note(s, s->channel, &h);
+  rimi_search_note(s, s->channel, &h);
 }
 
 /* Whether the feature is the measured reading of the channel's own outcome. */
 static bool is_own(const rim_search *s, uint32_t feature) {
   const search_config *c = &s->config;
   return c->region != NULL && c->outcome_feature != NULL &&
-         rim_image_u16(c->region, 2u * (size_t)feature + 1u) == SEARCH_AS_MEASURED &&
-         rim_image_u16(c->region, 2u * (size_t)feature) ==
-             rim_image_u16(c->outcome_feature, (size_t)s->channel % c->outcomes);
+         rimi_le_u16(c->region, 2u * (size_t)feature + 1u) == SEARCH_AS_MEASURED &&
+         rimi_le_u16(c->region, 2u * (size_t)feature) ==
+             rimi_le_u16(c->outcome_feature, (size_t)s->channel % c->outcomes);
 }
 
 static void scan_feature(rim_search *s, uint32_t feature) {
@@ -319,12 +322,12 @@ static void scan_feature(rim_search *s, uint32_t feature) {
   search_hypothesis h;
   forget(&h);
   h.family = SEARCH_INTERVAL;
-  search_scan_interval(s, &mask, feature, &h, 0);
-  const double root = h.score > SEARCH_NONE ? 8.0 * rim_sqrt((double)h.ln_ratio) : 0.0;
-  scores[feature] = (uint8_t)rim_min(root, 255.0);
+  rimi_search_scan_interval(s, &mask, feature, &h, 0);
+  const double root = h.score > SEARCH_NONE ? 8.0 * rimi_sqrt((double)h.ln_ratio) : 0.0;
+  scores[feature] = (uint8_t)rimi_min(root, 255.0);
   if (scores[feature] > scores[s->top_feature] || is_own(s, s->top_feature))
     s->top_feature = (uint8_t)feature;
-  search_note(s, s->channel, &h);
+  rimi_search_note(s, s->channel, &h);
 }
 
 /* An interval of the best feature since an onset: each given the other, from both sides. */
@@ -336,26 +339,26 @@ static void scan_interval_since(rim_search *s) {
   forget(&h);
   h.family = SEARCH_INTERVAL_SINCE;
   h.onset = state->time.onset;
-  search_mask mask = search_mask_of(s, &h, 0);
-  search_scan_interval(s, &mask, s->top_feature, &h, 0);
+  search_mask mask = rimi_search_mask_of(s, &h, 0);
+  rimi_search_scan_interval(s, &mask, s->top_feature, &h, 0);
   for (uint32_t round = 0; round < 2 && h.score > SEARCH_NONE; ++round) {
-    mask = search_mask_of(s, &h, -1);
-    search_scan_onset(s, &mask, &h, NULL);
-    search_refine_edges(s, &h, 0);
+    mask = rimi_search_mask_of(s, &h, -1);
+    rimi_search_scan_onset(s, &mask, &h, NULL);
+    rimi_search_refine_edges(s, &h, 0);
   }
-  search_note(s, s->channel, &h);
+  rimi_search_note(s, s->channel, &h);
 }
 
 /* What came and went: wherever in time, and since the best onset of what would go on. */
 static void scan_during(rim_search *s) {
   search_hypothesis h;
   search_scan_during(s, &h);
-  search_note(s, s->channel, &h);
+  rimi_search_note(s, s->channel, &h);
   forget(&h);
   h.family = SEARCH_DURING;
   h.onset = s->in_time[SEARCH_SINCE].onset;
   search_scan_end(s, &h);
-  search_note(s, s->channel, &h);
+  rimi_search_note(s, s->channel, &h);
 }
 
 static void scan_pair(rim_search *s) {
@@ -368,14 +371,14 @@ static void scan_pair(rim_search *s) {
   if (x == y || is_own(s, x) || is_own(s, y))
     return;
   search_hypothesis h;
-  search_scan_box(s, x < y ? x : y, x < y ? y : x, &h);
+  rimi_search_scan_box(s, x < y ? x : y, x < y ? y : x, &h);
   if (h.score <= SEARCH_NONE)
     return;
-  search_note(s, s->channel, &h);
+  rimi_search_note(s, s->channel, &h);
   h.family = SEARCH_BOX_SINCE;
-  const search_mask mask = search_mask_of(s, &h, -1);
-  search_scan_onset(s, &mask, &h, NULL);
-  search_note(s, s->channel, &h);
+  const search_mask mask = rimi_search_mask_of(s, &h, -1);
+  rimi_search_scan_onset(s, &mask, &h, NULL);
+  rimi_search_note(s, s->channel, &h);
 }
 
 /* A turn of a channel: its residuals made ready and its onsets judged; its region renewed; every
@@ -384,7 +387,7 @@ static void work_unit(rim_search *s) {
   const uint32_t features = s->config.features;
   const uint32_t stage = s->stage;
   if (stage == 0 || !s->fresh) {
-    search_refresh(s, stage == 0 ? choose_channel(s) : s->channel);
+    rimi_search_refresh(s, stage == 0 ? choose_channel(s) : s->channel);
     if (stage == 0)
       s->stage = 1;
     return;
@@ -404,17 +407,17 @@ static void work_unit(rim_search *s) {
     s->stage = 0;
 }
 
-void search_work(rim_search *s, uint32_t units) {
+void rimi_search_work(rim_search *s, uint32_t units) {
   if (s->held < 2u * SEARCH_LEAST)
     return;
   for (uint32_t i = 0; i < units; ++i)
     work_unit(s);
 }
 
-uint32_t search_blocks(const rim_search *s) { return s->count; }
-uint32_t search_oldest(const rim_search *s) { return s->count - s->held; }
+uint32_t rimi_search_blocks(const rim_search *s) { return s->count; }
+uint32_t rimi_search_oldest(const rim_search *s) { return s->count - s->held; }
 
-double search_time_of(const rim_search *s, uint32_t block) {
+double rimi_search_time_of(const rim_search *s, uint32_t block) {
   const uint32_t oldest = s->count - s->held;
   if (s->held == 0)
     return 0.0;
@@ -424,11 +427,11 @@ double search_time_of(const rim_search *s, uint32_t block) {
   return (double)search_times(s)[search_slot(s, i)];
 }
 
-void search_keep_maxima(rim_search *s, float *maxima) { s->maxima = maxima; }
+void rimi_search_keep_maxima(rim_search *s, float *maxima) { s->maxima = maxima; }
 
-bool search_evaluate_channel(rim_search *s, uint32_t channel, search_hypothesis *h) {
-  search_refresh(s, channel);
-  search_evaluate(s, h);
+bool rimi_search_evaluate_channel(rim_search *s, uint32_t channel, search_hypothesis *h) {
+  rimi_search_refresh(s, channel);
+  rimi_search_evaluate(s, h);
   return h->score > SEARCH_NONE;
 }
 
@@ -439,12 +442,12 @@ static double worth(const rim_search *s, const search_hypothesis *h) {
   static const double parts[NOISE_FAMILIES] = {0.0, 2.0, 2.0, 1.0, 1.0, 2.0, 2.0, 3.0, 1.0};
   if (h->score <= SEARCH_NONE || !(h->ln_ratio > 0.0f))
     return -1e30;
-  if (h->family == SEARCH_GAIN && rim_abs((double)h->shift) > MOST_GAIN)
+  if (h->family == SEARCH_GAIN && rimi_abs((double)h->shift) > MOST_GAIN)
     return -1e30;
-  const noise_channel c = rim_noise_channel(s->config.noise, s->channel);
-  const double inflation = (double)rim_image_f32(c.phi, SEARCH_SINCE);
+  const noise_channel c = rimi_noise_channel(s->config.noise, s->channel);
+  const double inflation = (double)rimi_le_f32(c.phi, SEARCH_SINCE);
   return (double)h->ln_ratio / inflation * (1.0 - COMPLEXITY * parts[h->family]) -
-         search_description((search_family)h->family);
+         rimi_search_description((search_family)h->family);
 }
 
 static search_hypothesis best_in_time(const rim_search *s) {
@@ -470,41 +473,42 @@ static void drop_whole_sides(rim_search *s, search_hypothesis *h) {
     h->last[0] = h->last[1];
   }
   h->family = h->family == SEARCH_BOX ? SEARCH_INTERVAL : SEARCH_INTERVAL_SINCE;
-  search_evaluate(s, h);
+  rimi_search_evaluate(s, h);
 }
 
-void search_explain(rim_search *s, uint32_t channel, search_hypothesis *out, double *onset_sd) {
-  search_refresh(s, channel);
+void rimi_search_explain(rim_search *s, uint32_t channel, search_hypothesis *out,
+                         double *onset_sd) {
+  rimi_search_refresh(s, channel);
   const channel_state *state = search_state(s, channel);
   search_hypothesis best = best_in_time(s);
   search_hypothesis h = state->region;
   for (uint32_t round = 0; round < REFINEMENTS && h.score > SEARCH_NONE; ++round) {
     if (round == 0)
-      search_evaluate(s, &h);
+      rimi_search_evaluate(s, &h);
     if (h.family == SEARCH_DURING) {
       search_refine_during(s, &h);
       continue;
     }
-    search_refine_edges(s, &h, 0);
+    rimi_search_refine_edges(s, &h, 0);
     if (h.family == SEARCH_BOX || h.family == SEARCH_BOX_SINCE)
-      search_refine_edges(s, &h, 1);
+      rimi_search_refine_edges(s, &h, 1);
     if (h.onset != SEARCH_FROM_START) {
-      const search_mask mask = search_mask_of(s, &h, -1);
-      search_scan_onset(s, &mask, &h, NULL);
+      const search_mask mask = rimi_search_mask_of(s, &h, -1);
+      rimi_search_scan_onset(s, &mask, &h, NULL);
     }
   }
   drop_whole_sides(s, &h);
   if (h.score > SEARCH_NONE) {
-    search_note(s, channel, &h);
+    rimi_search_note(s, channel, &h);
     if (worth(s, &h) > worth(s, &best))
       best = h;
   }
   *onset_sd = 0.0;
   if (best.family != SEARCH_FIELD && best.family != SEARCH_RAMP &&
       best.onset != SEARCH_FROM_START) {
-    const search_mask mask = search_mask_of(s, &best, -1);
+    const search_mask mask = rimi_search_mask_of(s, &best, -1);
     search_hypothesis again = best;
-    search_scan_onset(s, &mask, &again, onset_sd);
+    rimi_search_scan_onset(s, &mask, &again, onset_sd);
   }
   *out = best;
 }

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The search: which hypothesis about where and since when an outcome deviates says most.
  *
  * Blocks of residuals are kept in a ring. A channel's residuals are r = B b + sigma(x) a (section
@@ -13,7 +14,7 @@
  * divided by what healthy runs inflate it by (phi), less the nats that describe it.
  *
  * All work is done in units of bounded cost, each at most O(ring (fields + raw)): see
- * search_work(). */
+ * rimi_search_work(). */
 #ifndef RIM_SRC_SEARCH_H
 #define RIM_SRC_SEARCH_H
 
@@ -83,45 +84,46 @@ typedef struct search_block {
 typedef struct rim_search rim_search;
 
 /* Bytes for an instance; 0 where the configuration is out of range. */
-size_t search_size(const search_config *config);
+size_t rimi_search_size(const search_config *config);
 /* RIM_E_CONFIG, RIM_E_SIZE, RIM_E_ALIGN (8). */
-rim_status search_init(rim_search **search, void *memory, size_t bytes,
-                       const search_config *config);
-void search_reset(rim_search *search);
+rim_status rimi_search_init(rim_search **search, void *memory, size_t bytes,
+                            const search_config *config);
+void rimi_search_reset(rim_search *search);
 /* After the bytes were copied: where the sections are now. */
-void search_attach(rim_search *search, const search_config *config);
+void rimi_search_attach(rim_search *search, const search_config *config);
 
 /* Takes a block. RIM_E_DATA: a number is not finite; nothing is changed. */
-rim_status search_observe(rim_search *search, const search_block *block);
+rim_status rimi_search_observe(rim_search *search, const search_block *block);
 
 /* Does `units` units of search. */
-void search_work(rim_search *search, uint32_t units);
+void rimi_search_work(rim_search *search, uint32_t units);
 
-uint32_t search_blocks(const rim_search *search); /* observed since the start */
+uint32_t rimi_search_blocks(const rim_search *search); /* observed since the start */
 /* The best hypothesis of a channel that was found; score below -1e9 where there is none. */
-const search_hypothesis *search_best(const rim_search *search, uint32_t channel);
+const search_hypothesis *rimi_search_best(const rim_search *search, uint32_t channel);
 
 /* Refines the hypothesis of a channel exactly over the ring: edges and onset in turn, and the
  * simplest shape that explains nearly as much. O(ring) a few dozen times. *onset_sd: standard
  * deviation of the onset in blocks. */
-void search_explain(rim_search *search, uint32_t channel, search_hypothesis *out, double *onset_sd);
+void rimi_search_explain(rim_search *search, uint32_t channel, search_hypothesis *out,
+                         double *onset_sd);
 
 /* Judges a hypothesis in a channel, exactly. False where the data say nothing of it. O(ring). */
-bool search_evaluate_channel(rim_search *search, uint32_t channel, search_hypothesis *h);
+bool rimi_search_evaluate_channel(rim_search *search, uint32_t channel, search_hypothesis *h);
 
 /* Whether a block with these region bytes, number `block` of the run, is inside. */
-bool search_inside(const rim_search *search, const search_hypothesis *h, const uint8_t *feature,
-                   uint32_t block);
+bool rimi_search_inside(const rim_search *search, const search_hypothesis *h,
+                        const uint8_t *feature, uint32_t block);
 
-double search_time_of(const rim_search *search, uint32_t block); /* of a block, s */
+double rimi_search_time_of(const rim_search *search, uint32_t block); /* of a block, s */
 /* First block of the ring inside the hypothesis. */
-uint32_t search_first_inside(const rim_search *search, const search_hypothesis *h);
-uint32_t search_oldest(const rim_search *search);
+uint32_t rimi_search_first_inside(const rim_search *search, const search_hypothesis *h);
+uint32_t rimi_search_oldest(const rim_search *search);
 /* Bytes at which the bins first..last of a feature begin and end. */
-void search_edges(const rim_search *search, uint32_t feature, uint32_t first, uint32_t last,
-                  uint32_t *low, uint32_t *high);
+void rimi_search_edges(const rim_search *search, uint32_t feature, uint32_t first, uint32_t last,
+                       uint32_t *low, uint32_t *high);
 
-double search_description(search_family family); /* nats */
+double rimi_search_description(search_family family); /* nats */
 
 /* The blocks from..to-1 are no evidence any more, in any channel, and every hypothesis is sought
  * anew: a deviation that ended was told, and must not hide the next. The run effects are learnt
@@ -131,6 +133,6 @@ bool search_exclude(rim_search *search, uint32_t from, uint32_t to);
 
 /* For calibration on the ground: [channels][NOISE_FAMILIES] largest ln likelihood ratios so far are
  * kept there when not NULL. */
-void search_keep_maxima(rim_search *search, float *maxima);
+void rimi_search_keep_maxima(rim_search *search, float *maxima);
 
 #endif

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The layout of a search, shared by search.c, statistic.c, scan.c. */
 #ifndef RIM_SRC_SEARCH_PRIVATE_H
 #define RIM_SRC_SEARCH_PRIVATE_H
@@ -146,19 +147,20 @@ static inline bool search_passes(const rim_search *s, const search_mask *mask, u
 
 /* statistic.c */
 /* The raw fields of a block for a channel. */
-void search_raw_fields(const rim_search *s, const noise_channel *c, uint32_t slot, uint32_t outcome,
-                       double *raw);
-void search_weighted_fields(const rim_search *s, const noise_channel *c, uint32_t slot,
-                            uint32_t outcome, double w, double *fields);
-double search_weight(const rim_search *s, const noise_channel *c, uint32_t channel, uint32_t slot);
+void rimi_search_raw_fields(const rim_search *s, const noise_channel *c, uint32_t slot,
+                            uint32_t outcome, double *raw);
+void rimi_search_weighted_fields(const rim_search *s, const noise_channel *c, uint32_t slot,
+                                 uint32_t outcome, double w, double *fields);
+double rimi_search_weight(const rim_search *s, const noise_channel *c, uint32_t channel,
+                          uint32_t slot);
 /* Prepares the work arrays for a channel, and judges SINCE, RAMP, GAIN and FIELD. */
-void search_refresh(rim_search *s, uint32_t channel);
+void rimi_search_refresh(rim_search *s, uint32_t channel);
 /* Fills ln_ratio, shift, sd, score of h from the sums. */
-void search_judge(const rim_search *s, const search_sums *sums, search_hypothesis *h);
+void rimi_search_judge(const rim_search *s, const search_sums *sums, search_hypothesis *h);
 /* The best onset of the shift inside the mask (mask->from is ignored). *sd: of the onset, blocks;
  * NULL: not asked. */
-void search_scan_onset(const rim_search *s, const search_mask *mask, search_hypothesis *h,
-                       double *sd);
+void rimi_search_scan_onset(const rim_search *s, const search_mask *mask, search_hypothesis *h,
+                            double *sd);
 
 /* search.c: completes search_exclude() in this channel. */
 void search_take_out(rim_search *s, uint32_t channel);
@@ -169,13 +171,13 @@ void search_scan_end(const rim_search *s, search_hypothesis *h);
 /* The best DURING, by bins of time; then each edge exactly given the other. */
 void search_scan_during(rim_search *s, search_hypothesis *h);
 void search_refine_during(const rim_search *s, search_hypothesis *h);
-void search_scan_interval(rim_search *s, const search_mask *mask, uint32_t feature,
-                          search_hypothesis *h, uint32_t which);
-void search_scan_box(rim_search *s, uint32_t x, uint32_t y, search_hypothesis *h);
+void rimi_search_scan_interval(rim_search *s, const search_mask *mask, uint32_t feature,
+                               search_hypothesis *h, uint32_t which);
+void rimi_search_scan_box(rim_search *s, uint32_t x, uint32_t y, search_hypothesis *h);
 /* Judges the region as it stands, exactly. */
-void search_evaluate(const rim_search *s, search_hypothesis *h);
-void search_refine_edges(rim_search *s, search_hypothesis *h, uint32_t which);
-search_mask search_mask_of(const rim_search *s, const search_hypothesis *h, int without);
-void search_note(rim_search *s, uint32_t channel, const search_hypothesis *h);
+void rimi_search_evaluate(const rim_search *s, search_hypothesis *h);
+void rimi_search_refine_edges(rim_search *s, search_hypothesis *h, uint32_t which);
+search_mask rimi_search_mask_of(const rim_search *s, const search_hypothesis *h, int without);
+void rimi_search_note(rim_search *s, uint32_t channel, const search_hypothesis *h);
 
 #endif

@@ -1,10 +1,11 @@
+/* SPDX-License-Identifier: MIT */
 #include "search/select.h"
 
 #include <float.h>
 #include <string.h>
 
-#include "rim/image.h"
 #include "base/real.h"
+#include "rim/image.h"
 #include "search/select_private.h"
 
 /* Nats above the logarithm of the number of alternatives at which nominal runs of 250 observations
@@ -39,9 +40,9 @@ static bool counts_are_valid(const rim_select_config *c) {
 
 static bool values_are_valid(const rim_select_config *c) {
   for (size_t i = 0; i < c->channels; ++i) {
-    if (c->a != NULL && !(rim_is_finite((double)c->a[i]) && c->a[i] > 0.0f))
+    if (c->a != NULL && !(rimi_is_finite((double)c->a[i]) && c->a[i] > 0.0f))
       return false;
-    if (c->b != NULL && !(rim_is_finite((double)c->b[i]) && c->b[i] >= 0.0f))
+    if (c->b != NULL && !(rimi_is_finite((double)c->b[i]) && c->b[i] >= 0.0f))
       return false;
   }
   return true;
@@ -51,7 +52,7 @@ static size_t size_of(const rim_select_config *c) {
   return RIM_SELECT_SIZE(c->features, c->channels, c->ring, c->bins, c->grid, c->pairs);
 }
 
-rim_status rim_select_size(const rim_select_config *config, size_t *bytes) {
+rim_status rimi_select_size(const rim_select_config *config, size_t *bytes) {
   if (config == NULL || bytes == NULL)
     return RIM_E_ARGUMENT;
   const rim_select_config c = filled(config);
@@ -91,12 +92,12 @@ static void lay_out(rim_select *e) {
 static void set_penalties(rim_select *e) {
   const double d = (double)e->features;
   e->penalty[0] = 0.0f;
-  e->penalty[1] = (float)(PENALTY_INTERVAL + rim_log(d));
-  e->penalty[2] = (float)(PENALTY_ELLIPSE + rim_log(d > 1.0 ? 0.5 * d * (d - 1.0) : 1.0));
+  e->penalty[1] = (float)(PENALTY_INTERVAL + rimi_log(d));
+  e->penalty[2] = (float)(PENALTY_ELLIPSE + rimi_log(d > 1.0 ? 0.5 * d * (d - 1.0) : 1.0));
 }
 
-rim_status rim_select_init(rim_select **engine, void *memory, size_t bytes,
-                           const rim_select_config *config) {
+rim_status rimi_select_init(rim_select **engine, void *memory, size_t bytes,
+                            const rim_select_config *config) {
   if (engine == NULL || memory == NULL || config == NULL)
     return RIM_E_ARGUMENT;
   if ((uintptr_t)memory % 8u != 0)
@@ -126,7 +127,7 @@ rim_status rim_select_init(rim_select **engine, void *memory, size_t bytes,
   set_penalties(e);
   for (uint32_t k = 0; k <= SELECT_ROOTS; ++k) {
     const double z = (double)k / (double)SELECT_ROOTS;
-    e->root[k] = (float)rim_sqrt(1.0 - z * z);
+    e->root[k] = (float)rimi_sqrt(1.0 - z * z);
   }
   for (uint32_t i = 0; i < c.channels; ++i) {
     channel_state *state = select_channel(e, i);
@@ -134,14 +135,14 @@ rim_status rim_select_init(rim_select **engine, void *memory, size_t bytes,
     state->b = c.b != NULL ? c.b[i] : 0.0f;
     state->scale = 1.0f;
   }
-  rim_select_reset(e);
+  rimi_select_reset(e);
   *engine = e;
   return RIM_OK;
 }
 
-void rim_select_reset(rim_select *e) {
+void rimi_select_reset(rim_select *e) {
   const rim_bins table = select_bins(e);
-  rim_bins_clear(&table);
+  rimi_bins_clear(&table);
   memset(select_at(e, e->slice_at), 0, 8u * (size_t)e->features * e->channels);
   for (uint32_t c = 0; c < e->channels; ++c) {
     channel_state *state = select_channel(e, c);
@@ -163,16 +164,16 @@ void rim_select_reset(rim_select *e) {
   e->count = 0;
   e->total = 0;
   memset(&e->effort, 0, sizeof e->effort);
-  rim_rng_seed(&e->rng, e->seed, 0x73656c65u);
+  rimi_rng_seed(&e->rng, e->seed, 0x73656c65u);
 }
 
-rim_status rim_select_set_channel_scale(rim_select *e, const float *scale, const float *offset) {
+rim_status rimi_select_set_channel_scale(rim_select *e, const float *scale, const float *offset) {
   if (e == NULL)
     return RIM_E_ARGUMENT;
   for (uint32_t c = 0; c < e->channels; ++c) {
-    if (scale != NULL && !(rim_is_finite((double)scale[c]) && scale[c] > 0.0f))
+    if (scale != NULL && !(rimi_is_finite((double)scale[c]) && scale[c] > 0.0f))
       return RIM_E_RANGE;
-    if (offset != NULL && !rim_is_finite((double)offset[c]))
+    if (offset != NULL && !rimi_is_finite((double)offset[c]))
       return RIM_E_RANGE;
   }
   for (uint32_t c = 0; c < e->channels; ++c) {
@@ -185,14 +186,14 @@ rim_status rim_select_set_channel_scale(rim_select *e, const float *scale, const
 
 static bool all_finite(const double *x, size_t n) {
   for (size_t i = 0; i < n; ++i) {
-    if (!rim_is_finite(x[i]))
+    if (!rimi_is_finite(x[i]))
       return false;
   }
   return true;
 }
 
 static int16_t quantised(double r) {
-  const double clipped = rim_clamp(r, -RIM_SELECT_CLIP, RIM_SELECT_CLIP) / SELECT_RESIDUAL_STEP;
+  const double clipped = rimi_clamp(r, -RIM_SELECT_CLIP, RIM_SELECT_CLIP) / SELECT_RESIDUAL_STEP;
   return (int16_t)(clipped >= 0.0 ? clipped + 0.5 : clipped - 0.5);
 }
 
@@ -205,8 +206,8 @@ static void update_scores(rim_select *e) {
   for (uint32_t c = 0; c < e->channels; ++c) {
     channel_state *state = select_channel(e, c);
     double best = everywhere(e, state) - (double)e->penalty[0];
-    best = rim_max(best, (double)state->best_interval - (double)e->penalty[1]);
-    state->score = (float)rim_max(best, 0.0);
+    best = rimi_max(best, (double)state->best_interval - (double)e->penalty[1]);
+    state->score = (float)rimi_max(best, 0.0);
     e->scores[c] = state->score;
   }
   double leading = -DBL_MAX;
@@ -216,7 +217,7 @@ static void update_scores(rim_select *e) {
     if (!p->active)
       continue;
     const channel_state *state = select_channel(e, p->channel);
-    const double value = (double)rim_select_pair_best(e, p, NULL) - (double)e->penalty[2];
+    const double value = (double)rimi_select_pair_best(e, p, NULL) - (double)e->penalty[2];
     if (value > (double)e->scores[p->channel])
       e->scores[p->channel] = (float)value;
     const double priority = select_priority(state, value);
@@ -231,19 +232,19 @@ static void update_scores(rim_select *e) {
 /* Once in 30000 observations: what was seen so far weighs one half from now on. */
 static void halve(rim_select *e) {
   const rim_bins table = select_bins(e);
-  rim_bins_halve(&table);
+  rimi_bins_halve(&table);
   for (uint32_t c = 0; c < e->channels; ++c)
     select_channel(e, c)->sum *= 0.5;
   e->count /= 2u;
   for (uint32_t i = 0; i < e->pairs; ++i) {
     const rim_grid grid = select_grid(e, i);
-    rim_grid_halve(&grid);
+    rimi_grid_halve(&grid);
     if (select_pair(e, i)->active)
-      rim_select_pool_refresh(e, i);
+      rimi_select_pool_refresh(e, i);
   }
 }
 
-rim_status rim_select_observe(rim_select *e, const double *u, const double *r) {
+rim_status rimi_select_observe(rim_select *e, const double *u, const double *r) {
   if (e == NULL || u == NULL || r == NULL)
     return RIM_E_ARGUMENT;
   if (!all_finite(u, e->features) || !all_finite(r, e->channels))
@@ -253,12 +254,12 @@ rim_status rim_select_observe(rim_select *e, const double *u, const double *r) {
     halve(e);
   const uint16_t slot = e->head;
   if (e->held == e->ring)
-    rim_select_pool_forget(e, slot);
+    rimi_select_pool_forget(e, slot);
   uint8_t bin[RIM_SELECT_MAX_FEATURES];
   float residual[RIM_SELECT_MAX_CHANNELS];
   uint8_t *row = select_row(e, slot);
   for (uint32_t f = 0; f < e->features; ++f) {
-    row[f] = (uint8_t)rim_bins_cell(u[f], 256);
+    row[f] = (uint8_t)rimi_bins_cell(u[f], 256);
     bin[f] = (uint8_t)(((uint32_t)row[f] * e->bins) >> 8);
   }
   int16_t *stored = select_residual(e, slot);
@@ -267,38 +268,38 @@ rim_status rim_select_observe(rim_select *e, const double *u, const double *r) {
     residual[c] = (float)((double)stored[c] * SELECT_RESIDUAL_STEP);
     select_channel(e, c)->sum += (double)residual[c];
   }
-  rim_bins_add(&table, bin, residual);
+  rimi_bins_add(&table, bin, residual);
   e->head = (uint16_t)(slot + 1u == e->ring ? 0u : slot + 1u);
   if (e->held < e->ring)
     ++e->held;
   ++e->count;
   ++e->total;
   ++e->effort.observations;
-  rim_select_pool_observe(e, slot);
+  rimi_select_pool_observe(e, slot);
   update_scores(e);
   return RIM_OK;
 }
 
-void rim_select_work(rim_select *e, uint32_t budget) {
+void rimi_select_work(rim_select *e, uint32_t budget) {
   if (e->count == 0)
     return;
   for (uint32_t unit = 0; unit < budget; ++unit) {
     ++e->effort.units;
     e->entered = 0;
-    rim_select_scan(e, e->scans);
+    rimi_select_scan(e, e->scans);
     if (e->pairs > 0) {
-      rim_select_sweep(e, e->edges);
+      rimi_select_sweep(e, e->edges);
       update_scores(e);
       if (e->edges >= FEW_EDGES || e->entered == 0)
-        rim_select_pool_move(e, e->moves);
+        rimi_select_pool_move(e, e->moves);
     }
     update_scores(e);
   }
 }
 
-const float *rim_select_channel_scores(const rim_select *e) { return e->scores; }
-uint32_t rim_select_observations(const rim_select *e) { return e->total; }
-rim_select_effort rim_select_get_effort(const rim_select *e) { return e->effort; }
+const float *rimi_select_channel_scores(const rim_select *e) { return e->scores; }
+uint32_t rimi_select_observations(const rim_select *e) { return e->total; }
+rim_select_effort rimi_select_get_effort(const rim_select *e) { return e->effort; }
 
 /* Index, counted from the first observation, of what a ring slot holds. */
 static uint32_t index_of(const rim_select *e, uint32_t slot) {
@@ -329,7 +330,7 @@ static void interval_region(const rim_select *e, uint16_t feature, const slice *
                             rim_region *region) {
   const double low = (double)s->first / (double)e->bins;
   const double high = ((double)s->last + 1.0) / (double)e->bins;
-  rim_region_from_box(region, 1, &feature, &low, &high);
+  rimi_region_from_box(region, 1, &feature, &low, &high);
 }
 
 static void ellipse_region(const pair_state *p, const ellipse *shape, rim_region *region) {
@@ -364,7 +365,7 @@ static void find_best(const rim_select *e, uint32_t channel, rim_candidate *out)
     double sum[RIM_SELECT_MAX_BINS + 1];
     double count[RIM_SELECT_MAX_BINS + 1];
     const rim_bins table = select_bins(e);
-    rim_bins_prefix(&table, state->best_feature, (uint16_t)channel, sum, count);
+    rimi_bins_prefix(&table, state->best_feature, (uint16_t)channel, sum, count);
     out->dims = 1;
     out->n = count[s->last + 1] - count[s->first];
     out->s = sum[s->last + 1] - sum[s->first];
@@ -377,7 +378,7 @@ static void find_best(const rim_select *e, uint32_t channel, rim_candidate *out)
     if (!p->active || p->channel != channel)
       continue;
     uint32_t which = 0;
-    const double ln_anom = (double)rim_select_pair_best(e, p, &which);
+    const double ln_anom = (double)rimi_select_pair_best(e, p, &which);
     if (ln_anom - (double)e->penalty[2] <= best)
       continue;
     best = ln_anom - (double)e->penalty[2];
@@ -393,7 +394,7 @@ static void find_best(const rim_select *e, uint32_t channel, rim_candidate *out)
   out->since = UINT32_MAX;
 }
 
-bool rim_select_best_of_channel(const rim_select *e, uint16_t channel, rim_candidate *out) {
+bool rimi_select_best_of_channel(const rim_select *e, uint16_t channel, rim_candidate *out) {
   if (e == NULL || out == NULL || channel >= e->channels || e->count == 0)
     return false;
   find_best(e, channel, out);
@@ -401,7 +402,7 @@ bool rim_select_best_of_channel(const rim_select *e, uint16_t channel, rim_candi
   return true;
 }
 
-bool rim_select_shift_of_channel(const rim_select *e, uint16_t channel, rim_candidate *out) {
+bool rimi_select_shift_of_channel(const rim_select *e, uint16_t channel, rim_candidate *out) {
   if (e == NULL || out == NULL || channel >= e->channels || e->count == 0)
     return false;
   find_best(e, channel, out);
@@ -422,7 +423,7 @@ static uint32_t best_channel(const rim_select *e) {
   return best;
 }
 
-bool rim_select_best(const rim_select *e, rim_candidate *out) {
+bool rimi_select_best(const rim_select *e, rim_candidate *out) {
   if (e == NULL || out == NULL || e->count == 0)
     return false;
   find_best(e, best_channel(e), out);
@@ -430,7 +431,7 @@ bool rim_select_best(const rim_select *e, rim_candidate *out) {
   return true;
 }
 
-double rim_select_membership(const rim_select *e, const double *u) {
+double rimi_select_membership(const rim_select *e, const double *u) {
   if (e == NULL || u == NULL || e->count == 0)
     return 0.0;
   rim_candidate best;
@@ -441,7 +442,7 @@ double rim_select_membership(const rim_select *e, const double *u) {
     const pair_state *p = select_pair(e, i);
     if (p->active && p->channel == best.channel && p->x == best.region.feature[0] &&
         p->y == best.region.feature[1]) {
-      return rim_select_pair_membership(e, p, u[p->x], u[p->y]);
+      return rimi_select_pair_membership(e, p, u[p->x], u[p->y]);
     }
   }
   return 0.0;

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rim/select.h - FS-RIM: which features, and which region of them, deviate most (thesis ch. 4).
  *
  * Online form, what the monitor runs: observations come one by one, the search goes on in bounded
@@ -65,7 +66,7 @@ typedef struct rim_select_config {
   uint16_t bins;     /* a feature, 4..32; 0: 16 */
   uint16_t grid;     /* cells a side, 8..64; 0: 32 */
   uint16_t pairs;    /* active pairs, 1..16; 0: 6 (with one feature none is used) */
-  /* Work of one unit of budget (rim_select_work): */
+  /* Work of one unit of budget (rimi_select_work): */
   uint16_t scans; /* (feature, channel) slices rescanned; 0: 16 */
   uint16_t edges; /* conditional intervals, H3 and its sheared forms; 0: 48 */
   uint16_t moves; /* ellipses proposed and evaluated; 0: 64 */
@@ -117,64 +118,64 @@ typedef struct rim_select rim_select;
 
 /* Bytes for this configuration, defaults filled in. RIM_E_ARGUMENT: NULL; RIM_E_CONFIG: a count out
  * of range; *bytes unchanged on error. */
-rim_status rim_select_size(const rim_select_config *config, size_t *bytes);
+rim_status rimi_select_size(const rim_select_config *config, size_t *bytes);
 
 /* Prepare an engine in the caller's memory.
  * RIM_E_ARGUMENT: NULL; RIM_E_ALIGN: memory not aligned to 8; RIM_E_SIZE: fewer bytes than
  * RIM_SELECT_SIZE; RIM_E_CONFIG: a count out of range; RIM_E_RANGE: a <= 0, b < 0 or not finite.
  * *engine is unchanged on error. */
-rim_status rim_select_init(rim_select **engine, void *memory, size_t bytes,
-                           const rim_select_config *config);
+rim_status rimi_select_init(rim_select **engine, void *memory, size_t bytes,
+                            const rim_select_config *config);
 
 /* Forget every observation; configuration, scales and seed stay. */
-void rim_select_reset(rim_select *engine);
+void rimi_select_reset(rim_select *engine);
 
 /* How channels compare: everywhere a choice is made between candidates of different channels, it is
  * made by ln_anom * scale[c] - offset[c]. [channels] each; NULL: 1 and 0. Copied; may be called at
  * any time. RIM_E_ARGUMENT: NULL engine; RIM_E_RANGE: a scale
  * <= 0 or a value not finite: unchanged. */
-rim_status rim_select_set_channel_scale(rim_select *engine, const float *scale,
-                                        const float *offset);
+rim_status rimi_select_set_channel_scale(rim_select *engine, const float *scale,
+                                         const float *offset);
 
 /* Add one observation. u: `features` doubles, unit features; outside [0, 1) they are clamped to the
  * edge bins. r: `channels` doubles, standardised residuals, clipped at +-RIM_SELECT_CLIP.
  * RIM_E_ARGUMENT: NULL; RIM_E_DATA: NaN or infinity, nothing changed.
  * O(features * channels + pairs * (grid + chains)); when 60000 observations are held, the tables
  * are halved first, O(bytes). Stack < 2 kB. */
-rim_status rim_select_observe(rim_select *engine, const double *u, const double *r);
+rim_status rimi_select_observe(rim_select *engine, const double *u, const double *r);
 
 /* Search for `budget` units. One unit is at most `scans` interval scans, O(bins^2) each; `edges` +
  * 4 conditional intervals, O(ring + 16^2) each; 2 pairs entering the pool, each a backfill of
  * O(ring + grid^2) and 24 ellipses; `moves` + edges / 5 + 48 further ellipses, O(grid) each (an
  * entering leader is evaluated anew); for the leader's ellipses also the ring's points in cells on
  * their boundary. Does nothing before the first observation. Stack < 2 kB. */
-void rim_select_work(rim_select *engine, uint32_t budget);
+void rimi_select_work(rim_select *engine, uint32_t budget);
 
 /* The best hypothesis of any channel by score. Returns false, and *out is unchanged, before the
  * first observation. O(channels + pairs * chains + ring). */
-bool rim_select_best(const rim_select *engine, rim_candidate *out);
+bool rimi_select_best(const rim_select *engine, rim_candidate *out);
 
 /* The best hypothesis of one channel by ln_anom less the penalty for its number of features. As
  * above; false also for channel >= channels. */
-bool rim_select_best_of_channel(const rim_select *engine, uint16_t channel, rim_candidate *out);
+bool rimi_select_best_of_channel(const rim_select *engine, uint16_t channel, rim_candidate *out);
 
 /* The same without `since` (UINT32_MAX), which alone looks through the ring. */
-bool rim_select_shift_of_channel(const rim_select *engine, uint16_t channel, rim_candidate *out);
+bool rimi_select_shift_of_channel(const rim_select *engine, uint16_t channel, rim_candidate *out);
 
 /* [channels]: ln anom of each channel's best hypothesis less the penalty for its number of features
  * (expected nominal maximum of so many alternatives), never below 0. Valid until the next call that
  * changes the engine; brought up to date by observe and work. */
-const float *rim_select_channel_scores(const rim_select *engine);
+const float *rimi_select_channel_scores(const rim_select *engine);
 
 /* Chance, 0..1, that a context lies inside the region of the best hypothesis: share of the ellipses
  * that hold it for two features; 0 or 1 for one (NaN: 0); 1 for none. u: `features` unit features.
  * 0 before the first observation. For a decision compare with RIM_SELECT_MEMBERSHIP_CUT. O(channels
  * + pairs * chains). */
-double rim_select_membership(const rim_select *engine, const double *u);
+double rimi_select_membership(const rim_select *engine, const double *u);
 #define RIM_SELECT_MEMBERSHIP_CUT 0.5
 
-uint32_t rim_select_observations(const rim_select *engine);
-rim_select_effort rim_select_get_effort(const rim_select *engine);
+uint32_t rimi_select_observations(const rim_select *engine);
+rim_select_effort rimi_select_get_effort(const rim_select *engine);
 
 #ifdef __cplusplus
 }

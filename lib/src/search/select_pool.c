@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Two-dimensional part of the search: the pool of active pairs and their ellipses. */
 #include <float.h>
 #include <string.h>
@@ -13,7 +14,7 @@
 #define CLOSE 15.0   /* nats behind the leader within which a pair is a rival */
 #define JITTER 0.012 /* width of the noise in a proposal */
 
-static double unit(rim_select *e) { return (double)rim_rng_u32(&e->rng) * 0x1p-32; }
+static double unit(rim_select *e) { return (double)rimi_rng_u32(&e->rng) * 0x1p-32; }
 
 static bool allowed(const ellipse *s) {
   return s->cx > -CENTER_MARGIN && s->cx < 1.0f + CENTER_MARGIN && s->cy > -CENTER_MARGIN &&
@@ -47,7 +48,7 @@ static scaled scale_to_grid(const rim_select *e, const ellipse *s) {
 static void span_of_row(const rim_select *e, const scaled *s, uint32_t row, uint32_t *low,
                         uint32_t *high) {
   const double z = ((double)row - s->cy) * s->inverse_a;
-  const double position = rim_abs(z) * (double)SELECT_ROOTS + 0.5;
+  const double position = rimi_abs(z) * (double)SELECT_ROOTS + 0.5;
   if (!(position < (double)SELECT_ROOTS)) {
     *low = 0;
     *high = 0;
@@ -228,7 +229,7 @@ static float ln_anom(const rim_select *e, const pair_state *p, const chain *k) {
   return ln_anom_of(e, p->channel, k->s, k->n);
 }
 
-float rim_select_pair_best(const rim_select *e, pair_state *p, uint32_t *which) {
+float rimi_select_pair_best(const rim_select *e, pair_state *p, uint32_t *which) {
   if (!p->judged) {
     p->best = -1.0f;
     for (uint32_t k = 0; k < e->chains; ++k) {
@@ -272,7 +273,7 @@ static void pair_observe(rim_select *e, uint32_t pair, uint32_t slot) {
   const uint32_t row = ((uint32_t)point[p->y] * e->grid) >> 8;
   const uint32_t column = ((uint32_t)point[p->x] * e->grid) >> 8;
   const rim_grid grid = select_grid(e, pair);
-  rim_grid_add(&grid, (uint16_t)row, (uint16_t)column, r);
+  rimi_grid_add(&grid, (uint16_t)row, (uint16_t)column, r);
   if (p->exact) {
     uint16_t *cell = select_cell(e, row, column);
     *select_link(e, slot) = *cell;
@@ -294,7 +295,7 @@ static void pair_observe(rim_select *e, uint32_t pair, uint32_t slot) {
   }
 }
 
-void rim_select_pool_observe(rim_select *e, uint32_t slot) {
+void rimi_select_pool_observe(rim_select *e, uint32_t slot) {
   for (uint32_t i = 0; i < e->pairs; ++i) {
     if (select_pair(e, i)->active)
       pair_observe(e, i, slot);
@@ -313,7 +314,7 @@ static void unlink_slot(rim_select *e, uint16_t *from, uint32_t slot) {
 }
 
 /* The observation in this slot leaves the ring: from now on it counts by its cell. */
-void rim_select_pool_forget(rim_select *e, uint32_t slot) {
+void rimi_select_pool_forget(rim_select *e, uint32_t slot) {
   for (uint32_t i = 0; i < e->pairs; ++i) {
     pair_state *p = select_pair(e, i);
     if (!p->active || !p->exact)
@@ -356,9 +357,9 @@ typedef struct axes {
 } axes;
 
 static axes axes_of(const select_offer *offer) {
-  const double a = rim_sqrt(offer->shape[2]);
+  const double a = rimi_sqrt(offer->shape[2]);
   const double b = offer->shape[1] / a;
-  return (axes){a, b, rim_sqrt(rim_max(offer->shape[0] - b * b, 1e-9))};
+  return (axes){a, b, rimi_sqrt(rimi_max(offer->shape[0] - b * b, 1e-9))};
 }
 
 /* An ellipse like the offered one, scattered about it. */
@@ -367,23 +368,23 @@ static ellipse scattered(rim_select *e, const select_offer *offer, const axes *l
   ellipse s;
   s.cx = (float)(offer->center[0] + scatter * offer->half[0] * (unit(e) - 0.5));
   s.cy = (float)(offer->center[1] + scatter * offer->half[1] * (unit(e) - 0.5));
-  s.c = (float)rim_clamp(like->c * (1.0 + scatter * (unit(e) - 0.5)), 0.04, 1.2);
-  s.a = (float)rim_clamp(like->a * (1.0 + scatter * (unit(e) - 0.5)), 0.04, 1.2);
-  s.b = (float)rim_clamp(like->b + scatter * like->c * (unit(e) - 0.5), -0.95, 0.95);
+  s.c = (float)rimi_clamp(like->c * (1.0 + scatter * (unit(e) - 0.5)), 0.04, 1.2);
+  s.a = (float)rimi_clamp(like->a * (1.0 + scatter * (unit(e) - 0.5)), 0.04, 1.2);
+  s.b = (float)rimi_clamp(like->b + scatter * like->c * (unit(e) - 0.5), -0.95, 0.95);
   return s;
 }
 
 static void backfill(rim_select *e, uint32_t pair) {
   const pair_state *p = select_pair(e, pair);
   const rim_grid grid = select_grid(e, pair);
-  rim_grid_clear(&grid);
+  rimi_grid_clear(&grid);
   for (uint32_t slot = 0; slot < e->held; ++slot) {
     const uint8_t *row = select_row(e, slot);
-    rim_grid_put(&grid, (uint16_t)(((uint32_t)row[p->y] * e->grid) >> 8),
-                 (uint16_t)(((uint32_t)row[p->x] * e->grid) >> 8),
-                 (double)select_residual(e, slot)[p->channel] * SELECT_RESIDUAL_STEP);
+    rimi_grid_put(&grid, (uint16_t)(((uint32_t)row[p->y] * e->grid) >> 8),
+                  (uint16_t)(((uint32_t)row[p->x] * e->grid) >> 8),
+                  (double)select_residual(e, slot)[p->channel] * SELECT_RESIDUAL_STEP);
   }
-  rim_grid_accumulate(&grid);
+  rimi_grid_accumulate(&grid);
   ++e->effort.backfills;
 }
 
@@ -397,7 +398,7 @@ static void refresh(rim_select *e, uint32_t pair, uint8_t exact) {
     evaluate(e, pair, &p->chain[k]);
 }
 
-void rim_select_pool_refresh(rim_select *e, uint32_t pair) {
+void rimi_select_pool_refresh(rim_select *e, uint32_t pair) {
   refresh(e, pair, select_pair(e, pair)->exact);
 }
 
@@ -438,7 +439,7 @@ static double priority_of(const rim_select *e, const pair_state *p, double value
   return select_priority(select_channel(e, p->channel), value);
 }
 
-double rim_select_pool_bar(const rim_select *e, uint32_t *weakest) {
+double rimi_select_pool_bar(const rim_select *e, uint32_t *weakest) {
   double bar = DBL_MAX;
   uint32_t which = e->pairs;
   for (uint32_t i = 0; i < e->pairs; ++i) {
@@ -461,7 +462,7 @@ static double offer_priority(const rim_select *e, const select_offer *offer) {
 /* Returns whether the pair has taken the place of the weakest. */
 static bool enter(rim_select *e, const select_offer *offer) {
   uint32_t weakest;
-  const double bar = rim_select_pool_bar(e, &weakest);
+  const double bar = rimi_select_pool_bar(e, &weakest);
   if (weakest == e->pairs || offer_priority(e, offer) <= bar)
     return false;
   activate(e, weakest, offer);
@@ -470,13 +471,13 @@ static bool enter(rim_select *e, const select_offer *offer) {
 
 /* A pair is judged by its latest H3 and not by its best ellipse, which would favour those that were
  * searched for long; only the leader is safe. */
-void rim_select_pool_offer(rim_select *e, const select_offer *offer) {
+void rimi_select_pool_offer(rim_select *e, const select_offer *offer) {
   for (uint32_t i = 0; i < e->pairs; ++i) {
     pair_state *p = select_pair(e, i);
     if (!p->active || p->x != offer->x || p->y != offer->y || p->channel != offer->channel)
       continue;
     p->h3 = (float)offer->h3;
-    if (i != e->leader || offer->h3 > (double)rim_select_pair_best(e, p, NULL) - LAG) {
+    if (i != e->leader || offer->h3 > (double)rimi_select_pair_best(e, p, NULL) - LAG) {
       seed_chain(e, i, offer);
     }
     return;
@@ -490,7 +491,7 @@ void rim_select_pool_offer(rim_select *e, const select_offer *offer) {
   }
 }
 
-void rim_select_pool_enter(rim_select *e) {
+void rimi_select_pool_enter(rim_select *e) {
   if (e->waits && enter(e, &e->waiting))
     ++e->entered;
   e->waits = false;
@@ -498,8 +499,8 @@ void rim_select_pool_enter(rim_select *e) {
 
 /* Two others than k, different. */
 static void draw_two(rim_select *e, uint32_t k, uint32_t *first, uint32_t *second) {
-  uint32_t i = rim_rng_below(&e->rng, e->chains - 1u);
-  uint32_t j = rim_rng_below(&e->rng, e->chains - 2u);
+  uint32_t i = rimi_rng_below(&e->rng, e->chains - 1u);
+  uint32_t j = rimi_rng_below(&e->rng, e->chains - 2u);
   if (i >= k)
     ++i;
   if (j >= (i < k ? i : k))
@@ -522,11 +523,11 @@ static ellipse proposed(rim_select *e, const pair_state *p, uint32_t k) {
   uint32_t i;
   uint32_t j;
   draw_two(e, k, &i, &j);
-  const uint32_t word = rim_rng_u32(&e->rng);
+  const uint32_t word = rimi_rng_u32(&e->rng);
   const double gain = (word & 0xf000u) == 0 ? 1.0 : 0.05 + 0.75 * (double)(word >> 16) * 0x1p-16;
   const ellipse *from = &p->chain[i].shape;
   const ellipse *to = &p->chain[j].shape;
-  const uint32_t noise = rim_rng_u32(&e->rng);
+  const uint32_t noise = rimi_rng_u32(&e->rng);
   ellipse s = p->chain[k].shape;
   s.cx = stepped(s.cx, gain, to->cx, from->cx, noise, 0);
   s.cy = stepped(s.cy, gain, to->cy, from->cy, noise, 6);
@@ -539,7 +540,7 @@ static ellipse proposed(rim_select *e, const pair_state *p, uint32_t k) {
 static bool accepted(rim_select *e, double gained) {
   if (gained >= 0.0)
     return true;
-  return gained > -30.0 && unit(e) < rim_exp(gained);
+  return gained > -30.0 && unit(e) < rimi_exp(gained);
 }
 
 /* Metropolis in two stages (delayed acceptance): the grid's verdict first, the ring's only for
@@ -584,7 +585,7 @@ static void regroup(rim_select *e, pair_state *p) {
   const float low = ln_anom(e, p, &p->chain[worst]);
   if ((double)high - (double)low < LAG)
     return;
-  const uint32_t other = rim_rng_below(&e->rng, e->chains);
+  const uint32_t other = rimi_rng_below(&e->rng, e->chains);
   if (ln_anom(e, p, &p->chain[other]) > low)
     p->chain[worst] = p->chain[other];
 }
@@ -601,17 +602,17 @@ static void move_pair(rim_select *e, uint32_t pair, uint32_t moves) {
 }
 
 static bool is_rival(const rim_select *e, pair_state *p, double bar) {
-  return priority_of(e, p, (double)rim_select_pair_best(e, p, NULL)) > bar ||
+  return priority_of(e, p, (double)rimi_select_pair_best(e, p, NULL)) > bar ||
          priority_of(e, p, (double)p->h3) > bar;
 }
 
 /* The leader gets 3/4 of the moves, 5/6 where nobody is close; the rest goes to one rival in turn.
  */
-void rim_select_pool_move(rim_select *e, uint32_t budget) {
+void rimi_select_pool_move(rim_select *e, uint32_t budget) {
   if (e->leader >= e->pairs)
     return;
   pair_state *leader = select_pair(e, e->leader);
-  const double bar = priority_of(e, leader, (double)rim_select_pair_best(e, leader, NULL) - CLOSE);
+  const double bar = priority_of(e, leader, (double)rimi_select_pair_best(e, leader, NULL) - CLOSE);
   uint32_t others = 0;
   uint32_t rivals = 0;
   for (uint32_t i = 0; i < e->pairs; ++i) {
@@ -643,7 +644,7 @@ void rim_select_pool_move(rim_select *e, uint32_t budget) {
     move_pair(e, e->turn, budget - share);
 }
 
-double rim_select_pair_membership(const rim_select *e, const pair_state *p, double x, double y) {
+double rimi_select_pair_membership(const rim_select *e, const pair_state *p, double x, double y) {
   double inside = 0.0;
   for (uint32_t k = 1; k < e->chains; ++k) {
     const ellipse *s = &p->chain[k].shape;

@@ -1,9 +1,10 @@
+/* SPDX-License-Identifier: MIT */
 /* The engine's layout, shared by select.c, select_scan.c and select_pool.c. */
 #ifndef RIM_SELECT_PRIVATE_H
 #define RIM_SELECT_PRIVATE_H
 
-#include "search/bins.h"
 #include "base/rng.h"
+#include "search/bins.h"
 #include "search/select.h"
 
 #define SELECT_ROOTS 256u                  /* table of sqrt(1 - (k/256)^2) */
@@ -143,17 +144,18 @@ static inline double select_priority(const channel_state *state, double ln_anom)
 }
 
 /* select_scan.c */
-void rim_select_scan(rim_select *e, uint32_t budget);  /* intervals */
-void rim_select_sweep(rim_select *e, uint32_t budget); /* conditional intervals */
+void rimi_select_scan(rim_select *e, uint32_t budget);  /* intervals */
+void rimi_select_sweep(rim_select *e, uint32_t budget); /* conditional intervals */
 /* select_pool.c */
-float rim_select_pair_best(const rim_select *e, pair_state *p, uint32_t *which);
-void rim_select_pool_observe(rim_select *e, uint32_t slot);
-void rim_select_pool_forget(rim_select *e, uint32_t slot);
+float rimi_select_pair_best(const rim_select *e, pair_state *p, uint32_t *which);
+void rimi_select_pool_observe(rim_select *e, uint32_t slot);
+void rimi_select_pool_forget(rim_select *e, uint32_t slot);
 /* Priority of H3 that a new pair must exceed; *weakest: the pair it would replace, pairs: none. */
-double rim_select_pool_bar(const rim_select *e, uint32_t *weakest);
-void rim_select_pool_offer(rim_select *e, const select_offer *offer);
-void rim_select_pool_enter(rim_select *e); /* at the end of a sweep's slice: the offer that waits */
-void rim_select_pool_refresh(rim_select *e, uint32_t pair); /* evaluates every ellipse anew */
-void rim_select_pool_move(rim_select *e, uint32_t budget);
-double rim_select_pair_membership(const rim_select *e, const pair_state *p, double x, double y);
+double rimi_select_pool_bar(const rim_select *e, uint32_t *weakest);
+void rimi_select_pool_offer(rim_select *e, const select_offer *offer);
+void rimi_select_pool_enter(
+    rim_select *e); /* at the end of a sweep's slice: the offer that waits */
+void rimi_select_pool_refresh(rim_select *e, uint32_t pair); /* evaluates every ellipse anew */
+void rimi_select_pool_move(rim_select *e, uint32_t budget);
+double rimi_select_pair_membership(const rim_select *e, const pair_state *p, double x, double y);
 #endif

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* One-dimensional part of the search: intervals (App. A, p. 115) and the edge sweep H3 (eq. 4.5).
  */
 #include <float.h>
@@ -108,7 +109,7 @@ static void scan_slice(rim_select *e, uint32_t c, uint32_t f) {
   channel_state *state = select_channel(e, c);
   const rim_bins table = select_bins(e);
   prefix p;
-  rim_bins_prefix(&table, (uint16_t)f, (uint16_t)c, p.s, p.n);
+  rimi_bins_prefix(&table, (uint16_t)f, (uint16_t)c, p.s, p.n);
   for (uint32_t k = 0; k <= e->bins; ++k)
     p.v[k] = (double)state->b * p.n[k]; /* cppcheck-suppress uninitvar */
   const found best = most_anomalous(&p, e->bins, (double)state->a);
@@ -125,7 +126,7 @@ static void scan_slice(rim_select *e, uint32_t c, uint32_t f) {
   }
 }
 
-void rim_select_scan(rim_select *e, uint32_t budget) {
+void rimi_select_scan(rim_select *e, uint32_t budget) {
   const uint32_t slices = (uint32_t)e->features * e->channels;
   const uint32_t todo = budget < slices ? budget : slices;
   for (uint32_t i = 0; i < todo; ++i) {
@@ -268,7 +269,7 @@ static select_offer offer_of(const rim_select *e, uint16_t f, const found *best,
 static uint32_t try_edge(rim_select *e, const uint16_t *mask, uint32_t masked, uint16_t f) {
   static const int32_t shears[SHEARS] = {32, -32, 64, -64};
   const channel_state *state = select_channel(e, e->base_channel);
-  const double bar = rim_select_pool_bar(e, NULL);
+  const double bar = rimi_select_pool_bar(e, NULL);
   /* In nats of this channel, what the plain H3 may lack at most. */
   const double lacks = e->edges < FEW_EDGES ? 0.0 : NEAR_ENOUGH;
   const double least = (bar + (double)state->offset) / (double)state->scale - lacks;
@@ -285,11 +286,11 @@ static uint32_t try_edge(rim_select *e, const uint16_t *mask, uint32_t masked, u
     shear = shears[i];
   }
   const select_offer offer = offer_of(e, f, &best, shear);
-  rim_select_pool_offer(e, &offer);
+  rimi_select_pool_offer(e, &offer);
   return 1u + SHEARS;
 }
 
-void rim_select_sweep(rim_select *e, uint32_t budget) {
+void rimi_select_sweep(rim_select *e, uint32_t budget) {
   uint16_t *mask = (uint16_t *)select_at(e, e->mask_at);
   uint32_t done = 0;
   for (uint32_t bases = 0; bases < BASES_A_UNIT && done < budget; ++bases) {
@@ -302,5 +303,5 @@ void rim_select_sweep(rim_select *e, uint32_t budget) {
       done += try_edge(e, mask, masked, e->next_feature);
     }
   }
-  rim_select_pool_enter(e);
+  rimi_select_pool_enter(e);
 }

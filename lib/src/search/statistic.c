@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The statistic of every hypothesis, and those hypotheses that name no region. */
 #include <string.h>
 
@@ -8,58 +9,59 @@
 #define LEAST_INFORMATION 1e-6 /* A below this part of m'Wm: the run effects explain the shape */
 #define RAMP_UNIT (1.0 / 256.0)
 
-void search_raw_fields(const rim_search *s, const noise_channel *c, uint32_t slot, uint32_t outcome,
-                       double *raw) {
+void rimi_search_raw_fields(const rim_search *s, const noise_channel *c, uint32_t slot,
+                            uint32_t outcome, double *raw) {
   (void)c;
   const double t_s = (double)search_times(s)[slot];
   const rim_noise *noise = s->config.noise;
   raw[0] = 1.0;
   raw[1] = (double)search_predictions(s, slot)[outcome] * SEARCH_BYTE_STEP;
-  raw[2] =
-      (1.0 - rim_exp(-rim_clamp(t_s / noise->trend_s, 0.0, 40.0))) * noise->trend_s / noise->run_s;
-  raw[3] = rim_exp(-rim_min(t_s / noise->decay_s, 40.0));
+  raw[2] = (1.0 - rimi_exp(-rimi_clamp(t_s / noise->trend_s, 0.0, 40.0))) * noise->trend_s /
+           noise->run_s;
+  raw[3] = rimi_exp(-rimi_min(t_s / noise->decay_s, 40.0));
   const int8_t *mean = search_means(s, slot);
   for (uint32_t m = 0; m < s->config.means; ++m)
     raw[NOISE_RAW_FIRST + m] = (double)mean[m] * SEARCH_BYTE_STEP;
 }
 
-double search_weight(const rim_search *s, const noise_channel *c, uint32_t channel, uint32_t slot) {
+double rimi_search_weight(const rim_search *s, const noise_channel *c, uint32_t channel,
+                          uint32_t slot) {
   if (channel >= search_fine(s))
     return 1.0;
   const uint32_t outcome = channel % s->config.outcomes;
-  return rim_noise_weight(c, (double)search_predictions(s, slot)[outcome] * SEARCH_BYTE_STEP,
-                          (double)search_changes(s)[slot] * SEARCH_CHANGE_STEP);
+  return rimi_noise_weight(c, (double)search_predictions(s, slot)[outcome] * SEARCH_BYTE_STEP,
+                           (double)search_changes(s)[slot] * SEARCH_CHANGE_STEP);
 }
 
-void search_weighted_fields(const rim_search *s, const noise_channel *c, uint32_t slot,
-                            uint32_t outcome, double w, double *fields) {
+void rimi_search_weighted_fields(const rim_search *s, const noise_channel *c, uint32_t slot,
+                                 uint32_t outcome, double w, double *fields) {
   const uint32_t raw_count = s->config.noise->raw;
   double raw[NOISE_MAX_RAW];
-  search_raw_fields(s, c, slot, outcome, raw);
+  rimi_search_raw_fields(s, c, slot, outcome, raw);
   for (uint32_t k = 0; k < c->fields; ++k) {
     double sum = 0.0;
     for (uint32_t r = 0; r < raw_count; ++r)
-      sum += (double)rim_image_f32(c->combination, (size_t)k * raw_count + r) * raw[r];
+      sum += (double)rimi_le_f32(c->combination, (size_t)k * raw_count + r) * raw[r];
     fields[k] = w * sum;
   }
 }
 
 static double phi(const rim_search *s, uint32_t channel, uint32_t family) {
-  const noise_channel c = rim_noise_channel(s->config.noise, channel);
-  return (double)rim_image_f32(c.phi, family);
+  const noise_channel c = rimi_noise_channel(s->config.noise, channel);
+  return (double)rimi_le_f32(c.phi, family);
 }
 
-double search_description(search_family family) {
+double rimi_search_description(search_family family) {
   static const double nats[NOISE_FAMILIES] = {4.0, 5.0, 5.0, 4.0, 6.0, 11.0, 8.0, 13.0, 7.0};
   return nats[family];
 }
 
 static void set_score(const rim_search *s, search_hypothesis *h) {
   h->score = (float)((double)h->ln_ratio / phi(s, s->channel, h->family) -
-                     search_description((search_family)h->family));
+                     rimi_search_description((search_family)h->family));
 }
 
-void search_judge(const rim_search *s, const search_sums *sums, search_hypothesis *h) {
+void rimi_search_judge(const rim_search *s, const search_sums *sums, search_hypothesis *h) {
   double a = sums->a;
   for (uint32_t k = 0; k < s->fields; ++k)
     a -= sums->g[k] * sums->g[k];
@@ -72,7 +74,7 @@ void search_judge(const rim_search *s, const search_sums *sums, search_hypothesi
   }
   h->ln_ratio = (float)(sums->d * sums->d / (2.0 * a));
   h->shift = (float)(sums->d / a);
-  h->sd = (float)(1.0 / rim_sqrt(a));
+  h->sd = (float)(1.0 / rimi_sqrt(a));
   set_score(s, h);
 }
 
@@ -85,7 +87,7 @@ static void solve_effects(const rim_search *s, const noise_channel *c, double *l
   memcpy(l, gram, packed * sizeof *l);
   memcpy(b, gram + packed, k * sizeof *b);
   for (uint32_t i = 0; i < k; ++i)
-    l[packed_row(i) + i] += (double)rim_image_f32(c->inverse_prior, i);
+    l[packed_row(i) + i] += (double)rimi_le_f32(c->inverse_prior, i);
   if (!cholesky_factor(k, l)) { /* not with a prior above 0, unless numbers are absurd */
     memset(l, 0, packed * sizeof *l);
     for (uint32_t i = 0; i < k; ++i)
@@ -107,17 +109,17 @@ static void whiten(rim_search *s, const noise_channel *c, const double *l, const
   const uint32_t k = c->fields;
   const uint32_t outcome = (uint32_t)s->channel % s->config.outcomes;
   const double rho = (double)c->rho;
-  const double lead = rim_sqrt(1.0 - rho * rho);
+  const double lead = rimi_sqrt(1.0 - rho * rho);
   const double s_unit = (double)c->s;
   double before[NOISE_MAX_FIELDS] = {0.0};
   double z_before = 0.0;
   for (uint32_t i = 0; i < s->held; ++i) {
     const uint32_t slot = search_slot(s, i);
     const bool first = is_first(s, i), none = search_is_excluded(s, slot);
-    const double w = none ? 0.0 : search_weight(s, c, s->channel, slot);
+    const double w = none ? 0.0 : rimi_search_weight(s, c, s->channel, slot);
     const double z = search_residual(s, s->channel, slot);
     double fields[NOISE_MAX_FIELDS], white[NOISE_MAX_FIELDS];
-    search_weighted_fields(s, c, slot, outcome, w, fields);
+    rimi_search_weighted_fields(s, c, slot, outcome, w, fields);
     double e = first ? lead * z : z - rho * z_before;
     for (uint32_t j = 0; j < k; ++j) {
       white[j] = first ? lead * fields[j] : fields[j] - rho * before[j];
@@ -140,7 +142,7 @@ static void whiten(rim_search *s, const noise_channel *c, const double *l, const
  * block is inside too. */
 static void fold(rim_search *s, const noise_channel *c) {
   const double rho = (double)c->rho;
-  const double lead = rim_sqrt(1.0 - rho * rho);
+  const double lead = rimi_sqrt(1.0 - rho * rho);
   float *q = search_q(s), *a0 = search_a0(s), *a1 = search_a1(s);
   for (uint32_t i = 0; i < s->held; ++i) {
     const bool last = i + 1u == s->held || search_is_excluded(s, search_slot(s, i + 1u));
@@ -160,8 +162,8 @@ static void fold(rim_search *s, const noise_channel *c) {
 
 static void judge_time(rim_search *s, search_family family, const search_sums *sums, uint32_t i) {
   search_hypothesis h = {.family = (uint8_t)family, .onset = s->count - s->held + i};
-  search_judge(s, sums, &h);
-  search_note(s, s->channel, &h);
+  rimi_search_judge(s, sums, &h);
+  rimi_search_note(s, s->channel, &h);
   if (h.score > SEARCH_NONE && h.ln_ratio > s->in_time[family].ln_ratio)
     s->in_time[family] = h;
 }
@@ -215,8 +217,8 @@ static void judge_field(rim_search *s, const noise_channel *c, const double *l, 
   double mean[NOISE_MAX_FIELDS] = {0.0}, shift = 0.0, var = 0.0;
   for (uint32_t i = 0; i < s->held; ++i) {
     double fields[NOISE_MAX_FIELDS];
-    search_weighted_fields(s, c, search_slot(s, i), (uint32_t)s->channel % s->config.outcomes, 1.0,
-                           fields);
+    rimi_search_weighted_fields(s, c, search_slot(s, i), (uint32_t)s->channel % s->config.outcomes,
+                                1.0, fields);
     for (uint32_t j = 0; j < k; ++j)
       mean[j] += fields[j] / (double)s->held;
   }
@@ -228,7 +230,7 @@ static void judge_field(rim_search *s, const noise_channel *c, const double *l, 
   for (uint32_t i = 0; i < packed; ++i)
     v[i] = -v[i];
   for (uint32_t i = 0; i < k; ++i)
-    v[packed_row(i) + i] += 1.0 / (double)rim_image_f32(c->inverse_prior, i);
+    v[packed_row(i) + i] += 1.0 / (double)rimi_le_f32(c->inverse_prior, i);
   memcpy(x, b, k * sizeof *x);
   if (!cholesky_factor(k, v))
     return;
@@ -237,20 +239,20 @@ static void judge_field(rim_search *s, const noise_channel *c, const double *l, 
   for (uint32_t i = 0; i < k; ++i)
     q += x[i] * x[i];
   const double degrees = (double)k;
-  if (!(q > degrees) || !rim_is_finite(q) || s->held < 2u * SEARCH_LEAST)
+  if (!(q > degrees) || !rimi_is_finite(q) || s->held < 2u * SEARCH_LEAST)
     return;
   search_hypothesis h = {.family = SEARCH_FIELD, .onset = SEARCH_FROM_START};
-  h.ln_ratio = (float)(0.5 * (q - degrees - degrees * rim_log(q / degrees)));
+  h.ln_ratio = (float)(0.5 * (q - degrees - degrees * rimi_log(q / degrees)));
   h.shift = (float)shift;
-  h.sd = (float)rim_sqrt(rim_max(var, 1e-12));
+  h.sd = (float)rimi_sqrt(rimi_max(var, 1e-12));
   h.blocks = s->held;
   set_score(s, &h);
-  search_note(s, s->channel, &h);
+  rimi_search_note(s, s->channel, &h);
   s->in_time[SEARCH_FIELD] = h;
 }
 
-void search_refresh(rim_search *s, uint32_t channel) {
-  const noise_channel c = rim_noise_channel(s->config.noise, channel);
+void rimi_search_refresh(rim_search *s, uint32_t channel) {
+  const noise_channel c = rimi_noise_channel(s->config.noise, channel);
   double l[NOISE_MAX_FIELDS * (NOISE_MAX_FIELDS + 1) / 2], b[NOISE_MAX_FIELDS];
   s->channel = (uint16_t)channel;
   s->fields = c.fields;
@@ -285,14 +287,14 @@ void search_scan_end(const rim_search *s, search_hypothesis *h) {
     }
     inside = !none;
     now.end = oldest + i + 1u;
-    search_judge(s, &sums, &now);
+    rimi_search_judge(s, &sums, &now);
     if (now.score > h->score)
       *h = now;
   }
 }
 
-void search_scan_onset(const rim_search *s, const search_mask *mask, search_hypothesis *h,
-                       double *sd) {
+void rimi_search_scan_onset(const rim_search *s, const search_mask *mask, search_hypothesis *h,
+                            double *sd) {
   search_mask everywhen = *mask;
   everywhen.from = 0;
   search_sums sums = {0};
@@ -316,7 +318,7 @@ void search_scan_onset(const rim_search *s, const search_mask *mask, search_hypo
     next_inside = 1;
     search_hypothesis now = *h;
     now.onset = s->count - s->held + i;
-    search_judge(s, &sums, &now);
+    rimi_search_judge(s, &sums, &now);
     if (now.score > best.score)
       best = now;
     if (sd == NULL || now.score <= SEARCH_NONE)
@@ -324,13 +326,13 @@ void search_scan_onset(const rim_search *s, const search_mask *mask, search_hypo
     /* The onset's distribution: each onset as likely as its ratio says. */
     const double ln = (double)now.ln_ratio / inflation;
     if (weight <= 0.0 || ln > scale) {
-      const double shrink = weight > 0.0 ? rim_exp(scale - ln) : 0.0;
+      const double shrink = weight > 0.0 ? rimi_exp(scale - ln) : 0.0;
       weight *= shrink;
       first *= shrink;
       second *= shrink;
       scale = ln;
     }
-    const double x = (double)i, part = rim_exp(ln - scale);
+    const double x = (double)i, part = rimi_exp(ln - scale);
     weight += part;
     first += part * x;
     second += part * x * x;
@@ -340,6 +342,6 @@ void search_scan_onset(const rim_search *s, const search_mask *mask, search_hypo
   if (sd != NULL) {
     const double mean = weight > 0.0 ? first / weight : 0.0;
     const double var = weight > 0.0 ? second / weight - mean * mean : 0.0;
-    *sd = rim_sqrt(rim_max(var, 1.0 / 12.0)); /* a block is the least that can be told */
+    *sd = rimi_sqrt(rimi_max(var, 1.0 / 12.0)); /* a block is the least that can be told */
   }
 }

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* alarm_bytes.h - private: numbers to and from bytes, and what makes an alarm record well formed.
  */
 #ifndef RIM_ALARM_BYTES_H
@@ -5,8 +6,8 @@
 
 #include <string.h>
 
-#include "rim/alarm.h"
 #include "base/real.h"
+#include "rim/alarm.h"
 
 static inline bool alarm_codes_in_range(const rim_alarm *a) {
   return a->detector <= RIM_DETECTOR_INTERFERENCE && a->state <= RIM_ALARM_CLEARED &&
@@ -16,7 +17,7 @@ static inline bool alarm_codes_in_range(const rim_alarm *a) {
 
 static inline bool all_finite(const double *x, size_t n) {
   for (size_t i = 0; i < n; i++)
-    if (!rim_is_finite(x[i]))
+    if (!rimi_is_finite(x[i]))
       return false;
   return true;
 }

@@ -1,10 +1,11 @@
+/* SPDX-License-Identifier: MIT */
 #include "rim/can.h"
 
 #include <float.h>
 #include <string.h>
 
-#include "wire/alarm_bytes.h"
 #include "base/crc.h"
+#include "wire/alarm_bytes.h"
 
 #define SUMMARY_SIZE 8u
 #define FD_SIZE 64u
@@ -34,7 +35,7 @@ static uint8_t *put_u32(uint8_t *at, uint32_t value) {
 /* Saturates: a double beyond the range of float has no conversion. */
 static uint8_t *put_f32(uint8_t *at, const double *value, size_t count) {
   for (size_t i = 0; i < count; i++) {
-    const float f = (float)rim_clamp(value[i], -(double)FLT_MAX, (double)FLT_MAX);
+    const float f = (float)rimi_clamp(value[i], -(double)FLT_MAX, (double)FLT_MAX);
     uint32_t bits;
     memcpy(&bits, &f, sizeof bits);
     at = put_u32(at, bits);
@@ -43,7 +44,7 @@ static uint8_t *put_f32(uint8_t *at, const double *value, size_t count) {
 }
 
 static uint8_t *put_f64(uint8_t *at, double value) {
-  const uint64_t bits = rim_bits(value);
+  const uint64_t bits = rimi_bits(value);
   return put_u32(put_u32(at, (uint32_t)bits), (uint32_t)(bits >> 32));
 }
 
@@ -64,24 +65,24 @@ static const uint8_t *get_f32(const uint8_t *at, double *value, size_t count) {
 }
 
 static double get_f64(const uint8_t *at) {
-  return rim_from_bits(get_u32(at) | ((uint64_t)get_u32(at + 4) << 32));
+  return rimi_from_bits(get_u32(at) | ((uint64_t)get_u32(at + 4) << 32));
 }
 
 /* x rounded into 0..limit; limit below 2^32. */
 static uint32_t whole(double x, double limit) {
-  return (uint32_t)rim_floor(rim_clamp(x, 0.0, limit) + 0.5);
+  return (uint32_t)rimi_floor(rimi_clamp(x, 0.0, limit) + 0.5);
 }
 
 static uint8_t frame_crc8(uint32_t id, const uint8_t *data, size_t bytes) {
   uint8_t name[2];
   put_u16(name, id);
-  return rim_crc8(rim_crc8(0, name, sizeof name), data, bytes);
+  return rimi_crc8(rimi_crc8(0, name, sizeof name), data, bytes);
 }
 
 static uint32_t record_crc32(uint32_t id, const uint8_t *record) {
   uint8_t name[2];
   put_u16(name, id);
-  return rim_crc32(rim_crc32(0, name, sizeof name), record, RIM_CAN_DETAIL_SIZE);
+  return rimi_crc32(rimi_crc32(0, name, sizeof name), record, RIM_CAN_DETAIL_SIZE);
 }
 
 static rim_status check_record(const void *frame, uint32_t node, const rim_alarm *alarm) {
@@ -301,7 +302,7 @@ rim_status rim_can_pack_detail_fd(rim_can_frame *frame, uint32_t node, const rim
   if (status != RIM_OK)
     return status;
   const uint32_t channels = alarm->channels < FD_CHANNELS ? alarm->channels : FD_CHANNELS;
-  const double bits = alarm->p_value > 0.0 ? -rim_log(alarm->p_value) * (8.0 / RIM_LN_2) : 255.0;
+  const double bits = alarm->p_value > 0.0 ? -rimi_log(alarm->p_value) * (8.0 / RIM_LN_2) : 255.0;
   memset(frame, 0, sizeof *frame);
   frame->id = RIM_CAN_DETAIL_ID + node;
   frame->length = FD_SIZE;
@@ -359,9 +360,9 @@ rim_status rim_can_unpack_detail_fd(rim_alarm *alarm, const rim_can_frame *frame
   get_f32(data + 32, alarm->shift_sd, 1);
   get_f32(data + 36, bound, 2 * RIM_REGION_MAX_DIMS);
   alarm->ln_anom = (double)get_u16(data + 60) / 16.0;
-  alarm->p_value = rim_exp((double)data[62] * (-RIM_LN_2 / 8.0));
+  alarm->p_value = rimi_exp((double)data[62] * (-RIM_LN_2 / 8.0));
   if (!alarm_is_finite(alarm))
     return RIM_E_DATA;
-  return rim_region_from_box(&alarm->region, data[16] & 3u, feature, bound,
-                             bound + RIM_REGION_MAX_DIMS);
+  return rimi_region_from_box(&alarm->region, data[16] & 3u, feature, bound,
+                              bound + RIM_REGION_MAX_DIMS);
 }

@@ -1,7 +1,8 @@
+/* SPDX-License-Identifier: MIT */
 #include "rim/can_table.h"
 
-#include "rim/image.h"
 #include "base/real.h"
+#include "rim/image.h"
 
 /* A signal as the table has it. */
 typedef struct signal {
@@ -17,19 +18,19 @@ static const uint8_t *frame_at(const rim_can_table *table, size_t index) {
 
 static signal signal_at(const rim_can_table *table, size_t index) {
   const uint8_t *at = table->signal + RIM_CAN_TABLE_SIGNAL_BYTES * index;
-  const signal s = {.value = rim_image_u16(at, 0),
+  const signal s = {.value = rimi_le_u16(at, 0),
                     .number = at[2],
                     .motorola = at[3],
-                    .start = rim_image_u16(at, 2),
+                    .start = rimi_le_u16(at, 2),
                     .bits = at[6],
                     .selector_bits = at[7],
-                    .selector_start = rim_image_u16(at, 4),
+                    .selector_start = rimi_le_u16(at, 4),
                     .selector_motorola = at[10],
-                    .selector = rim_image_u32(at, 3),
-                    .scale = rim_image_f64(at, 2),
-                    .offset = rim_image_f64(at, 3),
-                    .low = rim_image_f64(at, 4),
-                    .high = rim_image_f64(at, 5)};
+                    .selector = rimi_le_u32(at, 3),
+                    .scale = rimi_le_f64(at, 2),
+                    .offset = rimi_le_f64(at, 3),
+                    .low = rimi_le_f64(at, 4),
+                    .high = rimi_le_f64(at, 5)};
   return s;
 }
 
@@ -67,7 +68,7 @@ static double physical(const signal *s, const uint8_t *data) {
     memcpy(&f, &small, sizeof f);
     x = (double)f;
   } else if (s->number == RIM_CAN_F64) {
-    x = rim_from_bits(raw);
+    x = rimi_from_bits(raw);
   } else if (s->number == RIM_CAN_SIGNED && (raw >> (s->bits - 1u) & 1u) != 0) {
     /* -(2^bits - raw), without leaving 64 bits. */
     const uint64_t mask = s->bits == 64 ? UINT64_MAX : ((uint64_t)1 << s->bits) - 1u;
@@ -90,8 +91,8 @@ static rim_status check_signal(const rim_can_table *table, const signal *s, uint
       (s->selector_bits > 32 ||
        !bits_fit(s->selector_start, s->selector_bits, s->selector_motorola != 0, bytes)))
     return RIM_E_RANGE;
-  if (!rim_is_finite(s->scale) || !rim_is_finite(s->offset) || !rim_is_finite(s->low) ||
-      !rim_is_finite(s->high) || !(rim_abs(s->scale) > 0.0) || s->low > s->high)
+  if (!rimi_is_finite(s->scale) || !rimi_is_finite(s->offset) || !rimi_is_finite(s->low) ||
+      !rimi_is_finite(s->high) || !(rimi_abs(s->scale) > 0.0) || s->low > s->high)
     return RIM_E_DATA;
   return RIM_OK;
 }
@@ -127,15 +128,15 @@ static rim_status check_frames(const rim_can_table *table) {
   uint32_t next = 0;
   for (size_t i = 0; i < table->frames; i++) {
     const uint8_t *at = frame_at(table, i);
-    const uint32_t id = rim_image_u32(at, 0), bytes = at[4];
-    const uint32_t first = rim_image_u16(at, 3), count = rim_image_u16(at, 4);
+    const uint32_t id = rimi_le_u32(at, 0), bytes = at[4];
+    const uint32_t first = rimi_le_u16(at, 3), count = rimi_le_u16(at, 4);
     const uint32_t largest = (id & RIM_CAN_EXTENDED) != 0 ? 0x1fffffffu : 0x7ffu;
     if ((id & ~RIM_CAN_EXTENDED) > largest || at[5] > 1 || bytes > (at[5] != 0 ? 64u : 8u) ||
         first != next || count == 0 || count > table->signals - next)
       return RIM_E_RANGE;
     next += count;
     for (size_t j = 0; j < i; j++)
-      if (rim_image_u32(frame_at(table, j), 0) == id)
+      if (rimi_le_u32(frame_at(table, j), 0) == id)
         return RIM_E_RANGE;
     for (size_t s = first; s < next; s++) {
       const signal one = signal_at(table, s);
@@ -154,13 +155,13 @@ rim_status rim_can_table_open(rim_can_table *table, const void *data, size_t byt
   if (bytes < RIM_CAN_TABLE_HEADER_BYTES)
     return RIM_E_TRUNCATED;
   const uint8_t *head = data;
-  if (rim_image_u32(head, 0) != RIM_CAN_TABLE_LAYOUT)
+  if (rimi_le_u32(head, 0) != RIM_CAN_TABLE_LAYOUT)
     return RIM_E_VERSION;
-  rim_can_table t = {.values = rim_image_u16(head, 2),
-                     .frames = rim_image_u16(head, 3),
-                     .signals = rim_image_u16(head, 4),
-                     .trigger = rim_image_u16(head, 5),
-                     .time = rim_image_u16(head, 6)};
+  rim_can_table t = {.values = rimi_le_u16(head, 2),
+                     .frames = rimi_le_u16(head, 3),
+                     .signals = rimi_le_u16(head, 4),
+                     .trigger = rimi_le_u16(head, 5),
+                     .time = rimi_le_u16(head, 6)};
   const size_t frames = RIM_CAN_TABLE_FRAME_BYTES * (size_t)t.frames;
   const size_t total =
       RIM_CAN_TABLE_HEADER_BYTES + frames + RIM_CAN_TABLE_SIGNAL_BYTES * (size_t)t.signals;
@@ -180,7 +181,7 @@ rim_status rim_can_table_open(rim_can_table *table, const void *data, size_t byt
 }
 
 uint32_t rim_can_table_id(const rim_can_table *table, uint16_t index) {
-  return table != NULL && index < table->frames ? rim_image_u32(frame_at(table, index), 0) : 0;
+  return table != NULL && index < table->frames ? rimi_le_u32(frame_at(table, index), 0) : 0;
 }
 
 static void keep(rim_can_gather *gather, const signal *s, double x, double t_s) {
@@ -198,7 +199,7 @@ static void keep(rim_can_gather *gather, const signal *s, double x, double t_s) 
 
 static rim_status take_signals(rim_can_gather *gather, const rim_can_table *table,
                                const uint8_t *entry, const uint8_t *data, double t_s) {
-  const uint32_t first = rim_image_u16(entry, 3), end = first + rim_image_u16(entry, 4);
+  const uint32_t first = rimi_le_u16(entry, 3), end = first + rimi_le_u16(entry, 4);
   rim_status status = RIM_OK;
   for (uint32_t i = first; i < end; i++) {
     const signal s = signal_at(table, i);
@@ -206,7 +207,7 @@ static rim_status take_signals(rim_can_gather *gather, const rim_can_table *tabl
         take_bits(data, s.selector_start, s.selector_bits, s.selector_motorola != 0) != s.selector)
       continue;
     const double x = physical(&s, data);
-    if (!rim_is_finite(x) || x < s.low || x > s.high)
+    if (!rimi_is_finite(x) || x < s.low || x > s.high)
       status = RIM_E_DATA;
     else
       keep(gather, &s, x, t_s);

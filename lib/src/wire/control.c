@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "rim/can.h"
 
 #include <string.h>
@@ -117,7 +118,7 @@ uint32_t rim_counters_value(const rim_counters *counters, uint32_t i) {
 /* Over the identifier and all bytes but the last, as in alarm_can.c. */
 static uint8_t frame_crc8(const rim_can_frame *frame) {
   const uint8_t name[2] = {(uint8_t)frame->id, (uint8_t)(frame->id >> 8)};
-  return rim_crc8(rim_crc8(0, name, sizeof name), frame->data, FRAME_SIZE - 1);
+  return rimi_crc8(rimi_crc8(0, name, sizeof name), frame->data, FRAME_SIZE - 1);
 }
 
 static void begin_frame(rim_can_frame *frame, uint32_t id) {

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "rim/can.h"
 
 #include <string.h>
@@ -22,7 +23,7 @@ static uint8_t *put_u64(uint8_t *at, uint64_t value) {
   return put_u32(put_u32(at, (uint32_t)(value >> 32)), (uint32_t)value);
 }
 
-static uint8_t *put_f64(uint8_t *at, double value) { return put_u64(at, rim_bits(value)); }
+static uint8_t *put_f64(uint8_t *at, double value) { return put_u64(at, rimi_bits(value)); }
 
 static uint32_t get_u32(const uint8_t *at) {
   return (uint32_t)at[0] << 24 | (uint32_t)at[1] << 16 | (uint32_t)at[2] << 8 | at[3];
@@ -30,7 +31,7 @@ static uint32_t get_u32(const uint8_t *at) {
 
 static uint64_t get_u64(const uint8_t *at) { return (uint64_t)get_u32(at) << 32 | get_u32(at + 4); }
 
-static double get_f64(const uint8_t *at) { return rim_from_bits(get_u64(at)); }
+static double get_f64(const uint8_t *at) { return rimi_from_bits(get_u64(at)); }
 
 static rim_status check_message(const uint8_t *in, size_t bytes, size_t size, uint64_t hash) {
   if (bytes < size)
@@ -47,9 +48,9 @@ static rim_status check_poses(const rim_plan *plan) {
     for (size_t k = 0; k < 4; k++)
       length2 += p->orientation[k] * p->orientation[k];
     for (size_t k = 0; k < 3; k++)
-      if (!rim_is_finite(p->position[k]))
+      if (!rimi_is_finite(p->position[k]))
         return RIM_E_DATA;
-    if (!rim_is_finite(p->after_s) || !(length2 > 0.98 && length2 < 1.02) ||
+    if (!rimi_is_finite(p->after_s) || !(length2 > 0.98 && length2 < 1.02) ||
         (i > 0 && p->after_s < plan->pose[i - 1].after_s))
       return RIM_E_DATA;
   }
@@ -108,7 +109,7 @@ rim_status rim_lcm_pack_plan(uint8_t *out, size_t bytes, const rim_plan *plan) {
 }
 
 static bool is_entry(const rim_entry *e) {
-  return rim_is_finite(e->t_s) && rim_is_finite(e->to_entry_s) &&
+  return rimi_is_finite(e->t_s) && rimi_is_finite(e->to_entry_s) &&
          (e->to_entry_s >= 0.0 ||
           !(e->to_entry_s > RIM_ENTRY_NEVER || e->to_entry_s < RIM_ENTRY_NEVER));
 }
@@ -151,7 +152,7 @@ rim_status rim_lcm_unpack_entry(rim_entry *entry, const uint8_t *in, size_t byte
 
 static uint8_t check_sum(const rim_can_frame *frame) {
   const uint8_t name[2] = {(uint8_t)frame->id, (uint8_t)(frame->id >> 8)};
-  return rim_crc8(rim_crc8(0, name, sizeof name), frame->data, 7);
+  return rimi_crc8(rimi_crc8(0, name, sizeof name), frame->data, 7);
 }
 
 rim_status rim_can_pack_entry(rim_can_frame *frame, uint32_t node, const rim_entry *entry) {
@@ -164,9 +165,9 @@ rim_status rim_can_pack_entry(rim_can_frame *frame, uint32_t node, const rim_ent
   memset(frame, 0, sizeof *frame);
   frame->id = RIM_CAN_ENTRY_ID + node;
   frame->length = 8;
-  const uint32_t time = entry->to_entry_s < 0.0
-                            ? NEVER_10MS
-                            : (uint32_t)rim_clamp(entry->to_entry_s * 100.0, 0.0, NEVER_10MS - 1.0);
+  const uint32_t time = entry->to_entry_s < 0.0 ? NEVER_10MS
+                                                : (uint32_t)rimi_clamp(entry->to_entry_s * 100.0,
+                                                                       0.0, NEVER_10MS - 1.0);
   const uint8_t data[7] = {(uint8_t)time,
                            (uint8_t)(time >> 8),
                            (uint8_t)entry->sequence,

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "rim/lcm.h"
 
 #include "wire/alarm_bytes.h"
@@ -25,7 +26,7 @@ static uint8_t *put_u64(uint8_t *at, uint64_t value) {
 
 static uint8_t *put_f64(uint8_t *at, const double *value, size_t count) {
   for (size_t i = 0; i < count; i++)
-    at = put_u64(at, rim_bits(value[i]));
+    at = put_u64(at, rimi_bits(value[i]));
   return at;
 }
 
@@ -56,7 +57,7 @@ static const uint8_t *get_f64(const uint8_t *at, double *value, size_t count) {
   for (size_t i = 0; i < count; i++) {
     uint64_t bits;
     at = get_u64(at, &bits);
-    value[i] = rim_from_bits(bits);
+    value[i] = rimi_from_bits(bits);
   }
   return at;
 }
@@ -222,5 +223,5 @@ rim_status rim_lcm_unpack_health(rim_health_message *out, const uint8_t *in, siz
   out->flags = at[1];
   if (out->level > RIM_LEVEL_STALE)
     return RIM_E_RANGE;
-  return rim_is_finite(out->t_s) ? RIM_OK : RIM_E_DATA;
+  return rimi_is_finite(out->t_s) ? RIM_OK : RIM_E_DATA;
 }

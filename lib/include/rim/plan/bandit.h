@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rim/bandit.h - which action to take, given what is uncertain about the model (thesis ch. 5 and
  * app. B): the contextual bandit by upper confidence bounds.
  *

@@ -1,8 +1,9 @@
+/* SPDX-License-Identifier: MIT */
 /* rim/correct.h - the corrected model: what is predicted once the regions where the nominal model
  * is wrong are known (thesis 3.4, p. 34-36).
  *
  * Up to 8 regions, each with the shift of every outcome's mean (eq. 3.20) and the confidence
- * P(R follows theta_i) in it (eq. 3.25-3.27, rim_threshold_confidence). The prediction becomes a
+ * P(R follows theta_i) in it (eq. 3.25-3.27, rimi_threshold_confidence). The prediction becomes a
  * mixture of nominal model and shifted models (eq. 3.18, 3.28); its mean is eq. 3.30.
  *
  * Where regions overlap:
@@ -85,16 +86,16 @@ typedef struct rim_correct {
  * RIM_E_RANGE: a count, kind, overlap, dims or feature; RIM_E_DATA: a number not finite (a box's
  * bounds may be infinite), a confidence outside [0, 1]; RIM_E_SINGULAR: an ellipsoid that is none.
  * The section is unchanged on error. */
-rim_status rim_correct_pack(const rim_correct_model *model, uint8_t *section, size_t bytes);
+rim_status rimi_correct_pack(const rim_correct_model *model, uint8_t *section, size_t bytes);
 
 /* Opens a view of section[0..bytes), validated whole: RIM_E_ARGUMENT: NULL; RIM_E_ALIGN: not
  * 4-aligned; RIM_E_TRUNCATED, RIM_E_SIZE: fewer, more bytes than it announces; RIM_E_VERSION:
- * another layout; RIM_E_CRC: damaged; RIM_E_RANGE, RIM_E_DATA, RIM_E_SINGULAR as rim_correct_pack,
+ * another layout; RIM_E_CRC: damaged; RIM_E_RANGE, RIM_E_DATA, RIM_E_SINGULAR as rimi_correct_pack,
  * also where unused entries are not 0. The view is unchanged on error. O(bytes). */
-rim_status rim_correct_open(rim_correct *view, const uint8_t *section, size_t bytes);
+rim_status rimi_correct_open(rim_correct *view, const uint8_t *section, size_t bytes);
 
 /* Opens the section of an image. RIM_E_RANGE also: the image has none. */
-rim_status rim_correct_attach(rim_correct *view, const rim_image *image);
+rim_status rimi_correct_attach(rim_correct *view, const rim_image *image);
 
 /* Below: x[features] is the whole context; nominal, sd, z, mean have [outcomes] numbers, sd > 0.
  * NaN in a feature lies outside of regions over it. RIM_E_ARGUMENT: NULL or not open. Nothing is
@@ -103,25 +104,25 @@ rim_status rim_correct_attach(rim_correct *view, const rim_image *image);
 
 /* alpha_0 of the nominal model (eq. 3.21) and alpha_1..alpha_regions (eq. 3.27): weight[regions +
  * 1]. With SUM alpha_i is the chance that i acts and alpha_0 the chance that none does. */
-rim_status rim_correct_weights(const rim_correct *view, const double *x, double *weight);
+rim_status rimi_correct_weights(const rim_correct *view, const double *x, double *weight);
 
 /* Expected outcomes, eq. 3.30. mean may be nominal itself. */
-rim_status rim_correct_mean(const rim_correct *view, const double *x, const double *nominal,
-                            double *mean);
+rim_status rimi_correct_mean(const rim_correct *view, const double *x, const double *nominal,
+                             double *mean);
 
 /* Mean and standard deviation of the mixture; may be nominal and sd themselves. */
-rim_status rim_correct_moments(const rim_correct *view, const double *x, const double *nominal,
-                               const double *sd, double *mean, double *mixed_sd);
+rim_status rimi_correct_moments(const rim_correct *view, const double *x, const double *nominal,
+                                const double *sd, double *mean, double *mixed_sd);
 
 /* Density of one outcome at z, in 1/unit: the mixture's marginal (eq. 3.28, 3.29). RIM_E_RANGE: no
  * such outcome; RIM_E_DATA: sd not above 0. */
-rim_status rim_correct_density(const rim_correct *view, const double *x, uint32_t outcome,
-                               double nominal, double sd, double z, double *density);
+rim_status rimi_correct_density(const rim_correct *view, const double *x, uint32_t outcome,
+                                double nominal, double sd, double z, double *density);
 
 /* Natural logarithm of the joint density of all outcomes, independent given which model acts.
  * RIM_E_DATA: an sd not above 0. */
-rim_status rim_correct_ln_density(const rim_correct *view, const double *x, const double *nominal,
-                                  const double *sd, const double *z, double *ln_density);
+rim_status rimi_correct_ln_density(const rim_correct *view, const double *x, const double *nominal,
+                                   const double *sd, const double *z, double *ln_density);
 
 #ifdef __cplusplus
 }

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rim/extent.h - how far a RIM extends, as a distribution, and what reward that leads to expect
  * (thesis 5.2.1 to 5.2.3, p. 69-72).
  *
@@ -34,7 +35,7 @@
  * The search runs in slices of bounded work: rim_extent_search. Deterministic: random numbers come
  * from the configured seed and a counter. One flat block without pointers into itself: its bytes
  * copied elsewhere (aligned to 8) go on as the original would. Functions returning rim_status
- * change nothing on error, except counters. Stack below 2 kB, rim_cem_optimise's included below 4.
+ * change nothing on error, except counters. Stack below 2 kB, rimi_cem_optimise's included below 4.
  */
 #ifndef RIM_EXTENT_H
 #define RIM_EXTENT_H
@@ -43,8 +44,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "search/cem.h"
 #include "rim/status.h"
+#include "search/cem.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rim/gp.h - Gaussian process regression in fixed memory (thesis 5.1, p. 67; B.3, p. 119).
  *
  * Model: y = f(x) + noise, f a Gaussian process with a constant prior mean and covariance
