@@ -33,8 +33,8 @@ struct ReplayedLog : Found {
   std::uint32_t rows = 0;                                              // offered to the monitor
   double duration_s = 0.0;
   rim_monitor_health health{};
-  std::uint32_t blocks = 0;     // examined
-  double image_period_s = 0.0;  // rows as the image wants them
+  std::uint32_t blocks = 0;          // examined
+  double image_period_s = 0.0;       // rows as the image wants them
   rim_alarm_status alarms{};         // how they stand at the end
   bool watches_interference = false; // the image has that detector
   Found interference;
@@ -76,9 +76,18 @@ private:
     std::vector<std::uint8_t> place;
     Eigen::Index end = 0; // one past its last row
   };
+  // Blocks of a deviation that came and went.
+  struct Ended {
+    std::uint32_t first = 0, end = 0; // one past its last block
+  };
+  struct Examined {
+    std::vector<Block> blocks;
+    std::vector<Ended> ended;
+  };
   void finish(const Log &log, const Matrix &context, const ReplayOptions &options,
-              const std::vector<Block> &blocks, ReplayedLog *result) const;
-  std::vector<bool> rows_inside(const Matrix &context, const std::vector<Block> &blocks) const;
+              const Examined &examined, ReplayedLog *result) const;
+  std::vector<std::uint32_t> findings(const Matrix &context, const Examined &examined,
+                                      bool stands) const;
 
   Monitor monitor_;
   Layout layout_;

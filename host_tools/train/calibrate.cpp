@@ -6,6 +6,7 @@
 #include <memory>
 #include <numeric>
 
+#include "image/image_writer.hpp"
 #include "util/error.hpp"
 #include "util/parallel_for.hpp"
 #include "util/progress.hpp"
@@ -143,10 +144,30 @@ std::uint32_t flight_ring(const FlightPlan &plan, const rim_noise &noise) {
   return config.ring;
 }
 
+// Sections REGION and OUTCOMES, by which the search tells an outcome's own reading.
+SectionBytes region_section(const FlightPlan &plan) {
+  SectionBytes section;
+  for (std::size_t k = 0; k < plan.region.size(); ++k) {
+    section.u16(plan.region[k]);
+    section.u16(plan.region_outcome[k]);
+  }
+  return section;
+}
+
+SectionBytes outcomes_section(const FlightPlan &plan) {
+  SectionBytes section;
+  for (const std::uint16_t f : plan.layout.outcome_feature)
+    section.u16(f);
+  return section;
+}
+
 // The flight code's search over one healthy run: the largest ratio of every channel and family.
 std::vector<float> run_maxima(const FlightPlan &plan, const rim_noise &noise,
                               const SearchRun &run) {
-  const search_config config = search_of(plan, noise);
+  const SectionBytes region = region_section(plan), outcome_feature = outcomes_section(plan);
+  search_config config = search_of(plan, noise);
+  config.region = region.bytes().data();
+  config.outcome_feature = plan.layout.external ? nullptr : outcome_feature.bytes().data();
   std::vector<std::uint64_t> memory(rimi_search_size(&config) / 8 + 1);
   rim_search *search = nullptr;
   if (rimi_search_init(&search, memory.data(), memory.size() * 8, &config) != RIM_OK)
@@ -221,6 +242,7 @@ std::vector<double> all_phi(const std::vector<std::vector<float>> &maxima, int w
       p[f] = phi_of(maxima, first + f, without);
     p[SEARCH_RAMP] = std::max(p[SEARCH_RAMP], p[SEARCH_SINCE]);
     p[SEARCH_GAIN] = std::max(p[SEARCH_GAIN], p[SEARCH_SINCE]);
+    p[SEARCH_DURING] = std::max(p[SEARCH_DURING], p[SEARCH_SINCE]);
     p[SEARCH_BOX] = std::max(p[SEARCH_BOX], p[SEARCH_INTERVAL]);
     p[SEARCH_INTERVAL_SINCE] =
         std::max({p[SEARCH_INTERVAL_SINCE], p[SEARCH_INTERVAL], p[SEARCH_SINCE]});
@@ -255,7 +277,8 @@ void choose_region(FlightPlan *plan, const std::vector<SearchRun> &runs,
     if (plan->region.size() >= options.region_features)
       break;
     const Eigen::VectorXd values = region_values(runs, feature, outcome);
-    if (!(values.maxCoeff() > values.minCoeff()))
+    const bool is_last = &feature == &candidates.back().first; // there must be one
+    if (!(values.maxCoeff() > values.minCoeff()) && !(is_last && plan->region.empty()))
       continue;
     const std::vector<double> rank = ranks(values), value(values.begin(), values.end());
     bool repeats = false;
@@ -271,8 +294,6 @@ void choose_region(FlightPlan *plan, const std::vector<SearchRun> &runs,
     const std::vector<std::uint8_t> cuts = cuts_of(*plan, feature, values);
     plan->cuts.insert(plan->cuts.end(), cuts.begin(), cuts.end());
   }
-  if (plan->region.empty())
-    throw DataError("no column takes more than one value: nothing to describe a region by");
 }
 
 namespace {
@@ -281,8 +302,8 @@ namespace {
 struct FlownNoise {
   explicit FlownNoise(const NoiseModel &model) : bytes(noise_section(model)) {
     if (rimi_noise_open(&view, bytes.data(), bytes.size(),
-                       static_cast<std::uint32_t>(model.channels.size()),
-                       static_cast<std::uint32_t>(model.means)) != RIM_OK)
+                        static_cast<std::uint32_t>(model.channels.size()),
+                        static_cast<std::uint32_t>(model.means)) != RIM_OK)
       throw DataError("the noise of the healthy runs cannot be described: a channel is not finite");
   }
   std::vector<std::uint8_t> bytes;

@@ -333,6 +333,16 @@ static void forget(blocks *b, size_t t, double keep) {
   unknown_sum(b)[t] += unknown(b)[t];
 }
 
+/* Time since the start, as far as the healthy runs went: their length is the longest time constant.
+ * What depends on time alone was not learnt beyond it, and stays as it was there. */
+static double learnt_time_s(const blocks *b, double t_s) {
+  const rim_basis *n = &b->config.basis;
+  if (n->times == 0)
+    return t_s;
+  const double share = (double)rimi_le_f32(n->share, n->times - 1u);
+  return rimi_min(t_s, b->config.period_s / share);
+}
+
 static void take_inputs(blocks *b) {
   const rim_basis *n = &b->config.basis;
   double keep[BASIS_MAX_TIMES];
@@ -351,8 +361,10 @@ static void take_inputs(blocks *b) {
       sum[t] += f[t];
     }
   }
+  const double t_s = b->previous_s - b->start_s;
+  const bool was_learnt = t_s < learnt_time_s(b, t_s) + 0.5 * b->config.period_s;
   for (size_t t = 0; t < n->times; ++t)
-    decay(b)[t] = b->rows == 0 ? 1.0 : decay(b)[t] * keep[t];
+    decay(b)[t] = b->rows == 0 ? 1.0 : was_learnt ? decay(b)[t] * keep[t] : decay(b)[t];
 }
 
 static double term_value(const blocks *b, size_t i) {
@@ -373,7 +385,7 @@ static double term_value(const blocks *b, size_t i) {
     return (FIRST(b)[first] - (double)rimi_le_f32(b->config.basis.first, first)) *
            (1.0 - decay(b)[second]);
   case BASIS_TIME:
-    return rimi_blocks_since_start_s(b);
+    return learnt_time_s(b, rimi_blocks_since_start_s(b));
   case BASIS_ROLLED:
     break;
   }
