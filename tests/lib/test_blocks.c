@@ -150,8 +150,8 @@ static double mean_filter_of(const run *r, uint32_t end, uint32_t filter) {
   return sum / BLOCK;
 }
 
-/* What depends on time alone stays as it was after the longest time constant. */
-#define LEARNT_ROWS (1.0 / share[TIMES - 1])
+/* What depends on time alone stays as it was after 1.1 times the longest time constant. */
+#define LEARNT_ROWS (1.1 / share[TIMES - 1])
 
 static double decay_of(uint32_t end, uint16_t time) {
   return pow(1.0 - share[time], fmin((double)(end - 1), floor(LEARNT_ROWS)));

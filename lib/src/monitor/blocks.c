@@ -20,6 +20,7 @@
       */
 #define BEFORE_START_SD 2.0 /* of a term whose past lies before the first row */
 #define FORGOTTEN 1e-3      /* part of a mean that is as good as known */
+#define LEARNT_RUNS 1.1     /* of a healthy run: how far the longest of them may go */
 
 struct blocks {
   blocks_config config;
@@ -333,14 +334,15 @@ static void forget(blocks *b, size_t t, double keep) {
   unknown_sum(b)[t] += unknown(b)[t];
 }
 
-/* Time since the start, as far as the healthy runs went: their length is the longest time constant.
- * What depends on time alone was not learnt beyond it, and stays as it was there. */
+/* Time since the start, as far as the healthy runs went. Their length is the longest time constant,
+ * from which some of them differ. What depends on time alone was not learnt beyond it, and stays as
+ * it was there. */
 static double learnt_time_s(const blocks *b, double t_s) {
   const rim_basis *n = &b->config.basis;
   if (n->times == 0)
     return t_s;
   const double share = (double)rimi_le_f32(n->share, n->times - 1u);
-  return rimi_min(t_s, b->config.period_s / share);
+  return rimi_min(t_s, LEARNT_RUNS * b->config.period_s / share);
 }
 
 static void take_inputs(blocks *b) {
