@@ -5,8 +5,8 @@
 
 #include <Eigen/Cholesky>
 
-#include "image/image_writer.hpp"
 #include "train/behaviour.hpp"
+#include "image/image_writer.hpp"
 #include "util/parallel_for.hpp"
 
 extern "C" {
@@ -26,7 +26,7 @@ const double kIntegralRidges[] = {1e-6};
 // Part of the changes that others must explain for an outcome to be called their integral.
 constexpr double kIntegrates = 0.5;
 constexpr double kIntegrandWins = 0.05; // part by which each integrand must lower the squared error
-constexpr double kProductWins = 0.2;    // part of what a product explains that is not counted
+constexpr double kProductWins = 0.2; // part of what a product explains that is not counted
 constexpr double kMustWin = 0.8; // of the variance: a further source must be better by as much
 
 // Regressors of all outcomes in one run: residuals of this block, of the block before, and of this
@@ -420,14 +420,6 @@ public:
     take(AGREEMENT_INTEGRAL, error);
   }
 
-  // Of an offset that shows, over that which behaviour's residuals show.
-  double offset() const {
-    std::vector<Eigen::VectorXd> own;
-    for (const Matrix &run : from_.residual)
-      own.push_back(run.col(j_));
-    return std::sqrt(variance / std::max(offset_variance(own), 1e-300));
-  }
-
   int source = AGREEMENT_RESIDUALS;
   double error = 1.0, variance = 1e300, integrand = -1.0;
   Eigen::VectorXd weight, integral; // of the residuals; of the integrands, empty: none
@@ -449,8 +441,9 @@ private:
 } // namespace
 
 Agreement fit_agreement(const Layout &layout, const Basis &basis,
-                        const std::vector<Integrand> &integrands, const std::vector<BlockRun> &runs,
-                        const std::vector<Matrix> &residual, const std::vector<Matrix> &level) {
+                        const std::vector<Integrand> &integrands,
+                        const std::vector<BlockRun> &runs, const std::vector<Matrix> &residual,
+                        const std::vector<Matrix> &level) {
   const Eigen::Index o = residual.front().cols();
   const Eigen::Index total = o * (2 + static_cast<Eigen::Index>(basis.means.size()));
   Agreement a;
@@ -465,7 +458,6 @@ Agreement fit_agreement(const Layout &layout, const Basis &basis,
                         integral_regression(a, runs)};
   a.row = Matrix::Zero(o, AGREEMENT_FIRST + total);
   a.error.assign(static_cast<std::size_t>(o), 1.0);
-  a.offset.assign(static_cast<std::size_t>(o), 1.0);
   a.source.assign(static_cast<std::size_t>(o), AGREEMENT_RESIDUALS);
   a.remains = residual;
   std::vector<Eigen::VectorXd> integral(static_cast<std::size_t>(o));
@@ -480,7 +472,6 @@ Agreement fit_agreement(const Layout &layout, const Basis &basis,
       choice.try_integral();
     a.source[outcome] = choice.source;
     a.error[outcome] = choice.error;
-    a.offset[outcome] = choice.offset();
     a.row(j, 0) = choice.source;
     a.row(j, 2) = choice.integrand;
     if (choice.source == AGREEMENT_RESIDUALS && choice.weight.size() > 0)
@@ -493,7 +484,8 @@ Agreement fit_agreement(const Layout &layout, const Basis &basis,
   return a;
 }
 
-std::vector<Eigen::VectorXd> disturbances(const Agreement &a, const std::vector<Matrix> &residual) {
+std::vector<Eigen::VectorXd> disturbances(const Agreement &a,
+                                          const std::vector<Matrix> &residual) {
   std::vector<Eigen::VectorXd> all;
   for (const Matrix &run : residual) {
     Eigen::VectorXd of_run(run.rows()), square(run.cols());

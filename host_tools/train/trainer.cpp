@@ -20,7 +20,7 @@ namespace {
 constexpr double kBlocksPerRun = 240.0;
 constexpr std::size_t kNoiseFolds = 6;
 constexpr std::uint32_t kRing = 384; // calibrate_runs() gives flight its own
-// Over behaviour's: the error of the others' residuals, above which they say nothing.
+// Error over behaviour's, above which the others' residuals say nothing.
 constexpr double kLeastAgreement = 0.95;
 constexpr double kRateRatio = 1.3; // of two runs' rates from which on they differ
 
@@ -112,14 +112,13 @@ void settle_repeats(NoiseModel *noise, std::size_t outcomes) {
   }
 }
 
-// An agreement with the others' residuals that says no more than behaviour's channel, neither of a
-// block nor of an offset over half a run, is not searched twice. Other sources are chosen by the
-// smallest offset that they show. With one outcome there are no others that it could agree with.
+// An agreement with the others' residuals that says no more than behaviour's channel is not
+// searched twice. Other sources are chosen by the smallest offset that they show, whatever their
+// error. With one outcome there are no others that it could agree with.
 void settle_agreement(NoiseModel *noise, const Agreement &agreement, std::size_t outcomes) {
   for (std::size_t o = 0; o < outcomes; ++o) {
     if (outcomes < 2 ||
-        (agreement.source[o] == AGREEMENT_RESIDUALS && agreement.error[o] > kLeastAgreement &&
-         agreement.offset[o] > kLeastAgreement))
+        (agreement.source[o] == AGREEMENT_RESIDUALS && agreement.error[o] > kLeastAgreement))
       noise->channels[outcomes + o].active = false;
   }
 }
