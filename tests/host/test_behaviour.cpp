@@ -173,7 +173,7 @@ void training_and_flight_see_the_same(void **) {
   const rim::FlightPlan plan = rim::train(logs, rim::TrainOptions{}).plan;
   rim::Monitor monitor(rim::make_image(plan), "made");
   const rim_monitor *m = monitor.get();
-  const rim::BlockOptions options{plan.block_rows, plan.period_s, plan.low, plan.high};
+  const rim::BlockOptions options{plan.block_rows, plan.period_s, plan.low, plan.high, {}};
   std::size_t blocks_seen = 0, gaps = 0;
   double largest = 0.0;
   for (const rim::Log &log : logs) {
