@@ -10,10 +10,10 @@
 #include "base/crc.h"
 #include "base/real.h"
 #include "bus/sentence.hpp"
-#include "util/error.hpp"
+#include "monitor/inspect.h"
 #include "rim/image.h"
 #include "search/select.h"
-#include "monitor/inspect.h"
+#include "util/error.hpp"
 
 namespace rim {
 
@@ -104,7 +104,7 @@ ReplayedLog Replayer::replay(const Log &log, const ReplayOptions &options, const
   result.path = log.path;
   result.score = -1e300;
   std::uint32_t blocks = 0;
-  std::vector<Block> examined;
+  Examined examined;
   const std::uint32_t regions = rim_monitor_config(monitor, RIM_CONFIG_REGION_FEATURES);
   HeldScore held(rim_monitor_config(monitor, RIM_CONFIG_PERSISTENCE));
   const auto tell = [&](rim_alarm record) {
@@ -138,9 +138,11 @@ ReplayedLog Replayer::replay(const Log &log, const ReplayOptions &options, const
       result.score = std::max(result.score, held.add(verdict.score));
       const std::uint8_t *place = rimi_monitor_place(monitor);
       if (options.label && place != nullptr)
-        examined.push_back({{place, place + regions}, t + 1});
+        examined.blocks.push_back({{place, place + regions}, t + 1});
     }
     blocks = verdict.blocks;
+    if (Ended now{}; rim_monitor_ended(monitor, &now.first, &now.end) != examined.ended.size())
+      examined.ended.push_back(now);
     result.watches_interference = result.watches_interference || verdict.interference != nullptr;
     if (verdict.alarm.seq != 0)
       tell(verdict.alarm);
@@ -153,32 +155,40 @@ ReplayedLog Replayer::replay(const Log &log, const ReplayOptions &options, const
   return result;
 }
 
-// Rows in which the alarm that stood last says the deviation was. A row that ended no examined
-// block shares the label of the block that follows, or, after the last, of the one before.
-std::vector<bool> Replayer::rows_inside(const Matrix &context,
-                                        const std::vector<Block> &blocks) const {
+// Per row the number of the finding whose deviation was in it: those that ended, in their order,
+// then what the alarm that stands says. A row that ended no examined block shares the label of the
+// block that follows, or, after the last, of the one before.
+std::vector<std::uint32_t> Replayer::findings(const Matrix &context, const Examined &examined,
+                                              bool stands) const {
   const rim_monitor *monitor = monitor_.get();
-  std::vector<bool> inside(static_cast<std::size_t>(context.rows()), false);
+  std::vector<std::uint32_t> finding(static_cast<std::size_t>(context.rows()), 0);
   if (rimi_monitor_search(monitor) != nullptr) { // rows are independent observations
-    for (Eigen::Index t = 0; t < context.rows(); ++t)
-      inside[static_cast<std::size_t>(t)] =
-          rim_monitor_membership(monitor, context.row(t).data()) >= kMembershipCut;
-    return inside;
+    for (Eigen::Index t = 0; stands && t < context.rows(); ++t)
+      finding[static_cast<std::size_t>(t)] =
+          rim_monitor_membership(monitor, context.row(t).data()) >= kMembershipCut ? 1 : 0;
+    return finding;
   }
+  const std::vector<Block> &blocks = examined.blocks;
   Eigen::Index from = 0;
   for (std::size_t b = 0; b < blocks.size(); ++b) {
-    const bool in =
-        rimi_monitor_inside(monitor, blocks[b].place.data(), static_cast<std::uint32_t>(b));
+    const auto block = static_cast<std::uint32_t>(b);
+    std::uint32_t number = 0;
+    if (stands && rimi_monitor_inside(monitor, blocks[b].place.data(), block))
+      number = static_cast<std::uint32_t>(examined.ended.size() + 1);
+    for (std::size_t e = 0; e < examined.ended.size(); ++e) {
+      if (block >= examined.ended[e].first && block < examined.ended[e].end)
+        number = static_cast<std::uint32_t>(e + 1);
+    }
     const Eigen::Index to = b + 1 < blocks.size() ? blocks[b].end : context.rows();
     for (Eigen::Index t = from; t < to; ++t)
-      inside[static_cast<std::size_t>(t)] = in;
+      finding[static_cast<std::size_t>(t)] = number;
     from = to;
   }
-  return inside;
+  return finding;
 }
 
 void Replayer::finish(const Log &log, const Matrix &context, const ReplayOptions &options,
-                      const std::vector<Block> &blocks, ReplayedLog *result) const {
+                      const Examined &examined, ReplayedLog *result) const {
   const rim_monitor *monitor = monitor_.get();
   result->rows_in_file = log.rows_in_file;
   result->rows_skipped = log.rows_skipped;
@@ -194,18 +204,16 @@ void Replayer::finish(const Log &log, const Matrix &context, const ReplayOptions
   result->labels = unlabelled(log);
   const bool stands =
       result->last.state == RIM_ALARM_RAISED || result->last.state == RIM_ALARM_UPDATED;
-  if (!stands)
-    return;
-  const std::vector<bool> inside = rows_inside(context, blocks);
-  for (std::size_t i = 0; i < inside.size(); ++i) {
-    if (!inside[i])
+  const std::vector<std::uint32_t> finding = findings(context, examined, stands);
+  for (std::size_t i = 0; i < finding.size(); ++i) {
+    if (finding[i] == 0)
       continue;
     const std::uint32_t to = std::min(log.row[i], log.rows_in_file);
     std::uint32_t from = to;
     if (i > 0 && log.row[i] > log.row[i - 1] && log.t_s[i] - log.t_s[i - 1] <= options.hold_s)
       from = log.row[i - 1] + 1; // file rows that the grid stepped over
     for (std::uint32_t row = std::max(from, 1u); row <= to; ++row)
-      result->labels.finding[row - 1] = 1;
+      result->labels.finding[row - 1] = finding[i];
   }
 }
 

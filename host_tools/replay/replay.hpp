@@ -77,9 +77,18 @@ private:
     std::vector<std::uint8_t> place;
     Eigen::Index end = 0; // one past its last row
   };
+  // Blocks of a deviation that came and went.
+  struct Ended {
+    std::uint32_t first = 0, end = 0; // one past its last block
+  };
+  struct Examined {
+    std::vector<Block> blocks;
+    std::vector<Ended> ended;
+  };
   void finish(const Log &log, const Matrix &context, const ReplayOptions &options,
-              const std::vector<Block> &blocks, ReplayedLog *result) const;
-  std::vector<bool> rows_inside(const Matrix &context, const std::vector<Block> &blocks) const;
+              const Examined &examined, ReplayedLog *result) const;
+  std::vector<std::uint32_t> findings(const Matrix &context, const Examined &examined,
+                                      bool stands) const;
 
   Monitor monitor_;
   Layout layout_;

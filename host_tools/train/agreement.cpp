@@ -495,7 +495,7 @@ std::vector<Eigen::VectorXd> disturbances(const Agreement &a,
                                         -AGREEMENT_CLIP, AGREEMENT_CLIP);
         square[o] = in_sd * in_sd;
       }
-      of_run[i] = rim_noise_disturbance(square.data(), static_cast<std::size_t>(run.cols()));
+      of_run[i] = rimi_noise_disturbance(square.data(), static_cast<std::size_t>(run.cols()));
     }
     all.push_back(of_run);
   }

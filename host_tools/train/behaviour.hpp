@@ -54,7 +54,7 @@ Agreement fit_agreement(const Layout &layout, const Basis &basis,
                         const std::vector<Integrand> &integrands,
                         const std::vector<BlockRun> &runs, const std::vector<Matrix> &residual,
                         const std::vector<Matrix> &level);
-// rim_noise_disturbance() of every block, per run.
+// rimi_noise_disturbance() of every block, per run.
 std::vector<Eigen::VectorXd> disturbances(const Agreement &agreement,
                                           const std::vector<Matrix> &residual);
 std::vector<std::uint8_t> agreement_section(const Agreement &agreement, std::size_t means);

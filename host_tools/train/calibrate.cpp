@@ -6,6 +6,7 @@
 #include <memory>
 #include <numeric>
 
+#include "image/image_writer.hpp"
 #include "stats/conformal.hpp"
 #include "util/error.hpp"
 #include "util/parallel_for.hpp"
@@ -50,7 +51,7 @@ constexpr double kPhiLeastSd = 0.2;
 constexpr double kPhiMargin = 8.0;
 // Blocks in the ring of the flight profile: 80 % of a run, with many channels less.
 constexpr std::uint16_t kFlightRing = 192, kLeastFlightRing = 64;
-constexpr std::size_t kFlightSearchBytes = 42700;
+constexpr std::size_t kFlightSearchBytes = 42000;
 
 std::vector<double> ranks(const Eigen::VectorXd &x) {
   std::vector<std::size_t> order(static_cast<std::size_t>(x.size()));
@@ -142,10 +143,30 @@ std::uint32_t flight_ring(const FlightPlan &plan, const rim_noise &noise) {
   return config.ring;
 }
 
+// Sections REGION and OUTCOMES, by which the search tells an outcome's own reading.
+SectionBytes region_section(const FlightPlan &plan) {
+  SectionBytes section;
+  for (std::size_t k = 0; k < plan.region.size(); ++k) {
+    section.u16(plan.region[k]);
+    section.u16(plan.region_outcome[k]);
+  }
+  return section;
+}
+
+SectionBytes outcomes_section(const FlightPlan &plan) {
+  SectionBytes section;
+  for (const std::uint16_t f : plan.layout.outcome_feature)
+    section.u16(f);
+  return section;
+}
+
 // The flight code's search over one healthy run: the largest ratio of every channel and family.
 std::vector<float> run_maxima(const FlightPlan &plan, const rim_noise &noise,
                               const SearchRun &run) {
-  const search_config config = search_of(plan, noise);
+  const SectionBytes region = region_section(plan), outcome_feature = outcomes_section(plan);
+  search_config config = search_of(plan, noise);
+  config.region = region.bytes().data();
+  config.outcome_feature = plan.layout.external ? nullptr : outcome_feature.bytes().data();
   std::vector<std::uint64_t> memory(rimi_search_size(&config) / 8 + 1);
   rim_search *search = nullptr;
   if (rimi_search_init(&search, memory.data(), memory.size() * 8, &config) != RIM_OK)
@@ -220,6 +241,7 @@ std::vector<double> all_phi(const std::vector<std::vector<float>> &maxima, int w
       p[f] = phi_of(maxima, first + f, without);
     p[SEARCH_RAMP] = std::max(p[SEARCH_RAMP], p[SEARCH_SINCE]);
     p[SEARCH_GAIN] = std::max(p[SEARCH_GAIN], p[SEARCH_SINCE]);
+    p[SEARCH_DURING] = std::max(p[SEARCH_DURING], p[SEARCH_SINCE]);
     p[SEARCH_BOX] = std::max(p[SEARCH_BOX], p[SEARCH_INTERVAL]);
     p[SEARCH_INTERVAL_SINCE] =
         std::max({p[SEARCH_INTERVAL_SINCE], p[SEARCH_INTERVAL], p[SEARCH_SINCE]});
@@ -254,7 +276,8 @@ void choose_region(FlightPlan *plan, const std::vector<SearchRun> &runs,
     if (plan->region.size() >= options.region_features)
       break;
     const Eigen::VectorXd values = region_values(runs, feature, outcome);
-    if (!(values.maxCoeff() > values.minCoeff()))
+    const bool is_last = &feature == &candidates.back().first; // there must be one
+    if (!(values.maxCoeff() > values.minCoeff()) && !(is_last && plan->region.empty()))
       continue;
     const std::vector<double> rank = ranks(values), value(values.begin(), values.end());
     bool repeats = false;
@@ -270,8 +293,6 @@ void choose_region(FlightPlan *plan, const std::vector<SearchRun> &runs,
     const std::vector<std::uint8_t> cuts = cuts_of(*plan, feature, values);
     plan->cuts.insert(plan->cuts.end(), cuts.begin(), cuts.end());
   }
-  if (plan->region.empty())
-    throw DataError("no column takes more than one value: nothing to describe a region by");
 }
 
 namespace {
@@ -280,8 +301,8 @@ namespace {
 struct FlownNoise {
   explicit FlownNoise(const NoiseModel &model) : bytes(noise_section(model)) {
     if (rimi_noise_open(&view, bytes.data(), bytes.size(),
-                       static_cast<std::uint32_t>(model.channels.size()),
-                       static_cast<std::uint32_t>(model.means)) != RIM_OK)
+                        static_cast<std::uint32_t>(model.channels.size()),
+                        static_cast<std::uint32_t>(model.means)) != RIM_OK)
       throw DataError("the noise of the healthy runs cannot be described: a channel is not finite");
   }
   std::vector<std::uint8_t> bytes;

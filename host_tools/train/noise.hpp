@@ -32,7 +32,7 @@ struct SearchRun {
   const BlockRun *blocks;
   const Matrix *predicted;            // blocks x outcomes
   const Matrix *residual;             // blocks x channels, in the outcomes' units
-  const Eigen::VectorXd *disturbance; // [blocks], by rim_noise_disturbance()
+  const Eigen::VectorXd *disturbance; // [blocks], by rimi_noise_disturbance()
 };
 
 // From the runs `which` of those seen. block_s: length of a block.

@@ -20,7 +20,9 @@ namespace {
 constexpr double kBlocksPerRun = 240.0;
 constexpr std::size_t kNoiseFolds = 6;
 constexpr std::uint32_t kRing = 384; // calibrate_runs() gives flight its own
-constexpr double kRateRatio = 1.3;   // of two runs' rates from which on they differ
+// Error over behaviour's, above which the others' residuals say nothing.
+constexpr double kLeastAgreement = 0.95;
+constexpr double kRateRatio = 1.3; // of two runs' rates from which on they differ
 
 void check_rates(const std::vector<Log> &logs, double period_s) {
   for (const Log &log : logs) {
@@ -110,16 +112,21 @@ void settle_repeats(NoiseModel *noise, std::size_t outcomes) {
   }
 }
 
-// With one outcome there are no others that it could agree with.
-void settle_agreement(NoiseModel *noise, std::size_t outcomes) {
-  if (outcomes < 2)
-    noise->channels[outcomes].active = false;
+// An agreement with the others' residuals that says no more than behaviour's channel is not
+// searched twice. Other sources are chosen by the smallest offset that they show, whatever their
+// error. With one outcome there are no others that it could agree with.
+void settle_agreement(NoiseModel *noise, const Agreement &agreement, std::size_t outcomes) {
+  for (std::size_t o = 0; o < outcomes; ++o) {
+    if (outcomes < 2 ||
+        (agreement.source[o] == AGREEMENT_RESIDUALS && agreement.error[o] > kLeastAgreement))
+      noise->channels[outcomes + o].active = false;
+  }
 }
 
 // The noise of all runs; returns that of the runs without every fold, by which the fold's runs are
 // judged: a run whose own effects were learnt is no guide to what a new one shows.
 std::vector<NoiseModel> fit_noises(const FlightPlan &plan, const std::vector<SearchRun> &seen,
-                                   NoiseModel *of_all) {
+                                   const Agreement &agreement, NoiseModel *of_all) {
   const std::size_t folds = std::min(kNoiseFolds, seen.size());
   const std::size_t outcomes = plan.layout.outcomes();
   std::vector<NoiseModel> without;
@@ -131,7 +138,7 @@ std::vector<NoiseModel> fit_noises(const FlightPlan &plan, const std::vector<Sea
     }
     without.push_back(fit_noise(plan.basis, seen, which, plan.block_rows * plan.period_s));
     settle_repeats(&without.back(), outcomes);
-    settle_agreement(&without.back(), outcomes);
+    settle_agreement(&without.back(), agreement, outcomes);
   }
   *of_all = without.back();
   without.pop_back();
@@ -317,7 +324,7 @@ Training train(const std::vector<Log> &logs, const TrainOptions &options) {
   std::vector<SearchRun> seen;
   for (std::size_t r = 0; r < runs.size(); ++r)
     seen.push_back({&runs[r], &behaviour.predicted[r], &residual[r], &disturbance[r]});
-  const std::vector<NoiseModel> without = fit_noises(plan, seen, &training.noise);
+  const std::vector<NoiseModel> without = fit_noises(plan, seen, agreement, &training.noise);
   if (!plan.layout.external) {
     shrink_basis(&plan.basis, &behaviour);
     plan.behaviour = behaviour_section(plan.basis, behaviour);

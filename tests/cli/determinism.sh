@@ -16,6 +16,7 @@ check "two replays" "$digest" "$("$RIM" replay --model toy.rim log.csv | tail -1
 
 cat > fly.c << 'END'
 #include <base/crc.h>
+#include <rim/image.h>
 #include <rim/monitor.h>
 #include <stdio.h>
 static _Alignas(8) unsigned char image[1 << 20], memory[1 << 20];

@@ -40,6 +40,8 @@ inline MadeRun made_noise(std::uint64_t seed, const MadeNoise &made, bool all_ki
   run.blocks.means.resize(n, static_cast<Eigen::Index>(made.means));
   run.blocks.change = Eigen::VectorXd::Zero(n);
   run.disturbance = Eigen::VectorXd::Zero(n);
+  run.blocks.follows.assign(static_cast<std::size_t>(n), true);
+  run.blocks.follows.front() = false;
   run.blocks.time_s.resize(n);
   run.predicted.resize(n, o);
   run.residual.resize(n, channels);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Logs with their own predictions and nothing to learn from: the table of thresholds against
 // simulation, and what is made of residuals that are not independent.
+#include "image/threshold.h"
 #include "replay/replay.hpp"
 #include "train/external_residuals.hpp"
 #include "train/external_table.hpp"

@@ -153,8 +153,9 @@ void the_section_says_the_same(void **) {
     assert_true(c.p_scale == static_cast<float>(own.p_scale));
     for (int k = 0; k < 4; ++k)
       assert_true(c.ln_sigma[k] == static_cast<float>(own.ln_sigma[k]));
-    const double weight = rimi_noise_weight(&c, 1.5, 0.0, 0.0);
-    const double ln = own.ln_sigma[0] * 1.5 + own.ln_sigma[1] * (1.5 * 1.5 - 1.0);
+    const double weight = rimi_noise_weight(&c, 1.5, 0.0, 0.7);
+    const double ln = own.ln_sigma[0] * 1.5 + own.ln_sigma[1] * (1.5 * 1.5 - 1.0) +
+                      own.ln_sigma[3] * 0.7;
     assert_true(std::fabs(weight - std::exp(-ln)) < 1e-6);
   }
 }

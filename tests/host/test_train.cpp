@@ -102,6 +102,23 @@ void report_says_what_was_done(void **) {
                   "A block is " + std::to_string(trained().plan.block_rows) + " rows"));
 }
 
+// A reading that never changed in the healthy runs: whatever else it reads is out of range.
+void what_is_constant_can_be_trained(void **) {
+  std::vector<rim::Log> logs = made_vehicles(1, 5);
+  for (rim::Log &log : logs) {
+    log.columns = {log.columns[2]};
+    log.values = rim::Matrix::Constant(log.values.rows(), 1, -1.0);
+  }
+  const rim::Training training = rim::train(logs, rim::TrainOptions{});
+  assert_int_equal(training.plan.region.size(), 1);
+  rim::Replayer replayer(rim::make_image(training.plan), "constant");
+  const rim::ReplayedLog healthy = replayer.replay(logs[0], {});
+  assert_int_equal(healthy.raised, 0);
+  assert_int_equal(healthy.health.rows.out_of_range, 0);
+  logs[0].values.bottomRows(100).setConstant(1.0);
+  assert_int_equal(replayer.replay(logs[0], {}).health.rows.out_of_range, 100);
+}
+
 // An outcome that neither the commands nor the other sensors explain cannot be watched: it is said.
 void what_cannot_be_modelled_is_said(void **) {
   std::vector<rim::Log> logs = made_vehicles(1, 8);
@@ -207,6 +224,7 @@ int main() {
       cmocka_unit_test(equal_logs_equal_images),
       cmocka_unit_test(promise_is_kept_and_faults_are_found),
       cmocka_unit_test(report_says_what_was_done),
+      cmocka_unit_test(what_is_constant_can_be_trained),
       cmocka_unit_test(what_cannot_be_modelled_is_said),
       cmocka_unit_test(odd_runs_are_named),
       cmocka_unit_test(own_predictions_are_taken_as_they_are),

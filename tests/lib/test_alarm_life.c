@@ -670,6 +670,27 @@ static void any_history_is_well_formed(void **state) {
   assert_true(cleared > 1000 && latched > 100 && stale > 1000);
 }
 
+static void is_over_at_once_when_the_end_is_known(void **state) {
+  (void)state;
+  rim_alarm_life alarms;
+  rim_alarm record;
+  const rim_alarm a = {.level = RIM_LEVEL_ERROR, .ln_anom = 9.0};
+  assert_int_equal(rimi_alarm_life_init(&alarms, &CONFIG), RIM_OK);
+  assert_false(rimi_alarm_life_over(&alarms, RIM_DETECTOR_RIM, 1.0)); /* nothing stands */
+  while (!alarms.slot[RIM_DETECTOR_RIM].stands) {
+    rimi_alarm_life_row(&alarms, 1.0);
+    rimi_alarm_life_step(&alarms, RIM_DETECTOR_RIM, 1.0, &a);
+  }
+  assert_false(rimi_alarm_life_over(&alarms, RIM_DETECTOR_RIM, 1.0)); /* not told yet */
+  assert_true(rimi_alarm_life_next_record(&alarms, &record) && record.state == RIM_ALARM_RAISED);
+  assert_false(rimi_alarm_life_over(&alarms, (rim_detector)RIM_DETECTORS, 2.0));
+  assert_false(rimi_alarm_life_over(&alarms, RIM_DETECTOR_RIM, NAN));
+  assert_true(rimi_alarm_life_over(&alarms, RIM_DETECTOR_RIM, 2.0));
+  assert_true(rimi_alarm_life_next_record(&alarms, &record) && record.state == RIM_ALARM_CLEARED);
+  assert_true(record.t_s == 2.0 && record.ln_anom == 9.0);
+  assert_false(rimi_alarm_life_over(&alarms, RIM_DETECTOR_RIM, 3.0));
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(is_raised_after_so_many_steps_in_a_row),
@@ -678,6 +699,7 @@ int main(void) {
       cmocka_unit_test(a_clock_that_goes_back_inhibits_nothing),
       cmocka_unit_test(is_cleared_once_with_the_region_it_had),
       cmocka_unit_test(a_warning_holds_what_was_raised),
+      cmocka_unit_test(is_over_at_once_when_the_end_is_known),
       cmocka_unit_test(goes_stale_once_and_comes_back),
       cmocka_unit_test(silence_without_an_alarm_is_told_too),
       cmocka_unit_test(steps_across_a_silence_are_not_in_a_row),

@@ -248,13 +248,13 @@ static void behaviour_is_as_uncertain_as_its_terms(void **state) {
   assert_int_equal(rimi_behaviour_open(&v, b.byte, b.size, TERMS, OUTCOMES), RIM_OK);
   uint16_t unknown[TERMS] = {0};
   double error[TARGETS];
-  rim_behaviour_error(&v, unknown, true, error);
+  rimi_behaviour_error(&v, unknown, true, error);
   for (uint32_t o = 0; o < TARGETS; ++o)
     assert_true(!(error[o] > 0.0));
   for (uint32_t i = 0; i < TERMS; ++i)
     unknown[i] = (uint16_t)(7000u * i);
   for (int knows_start = 0; knows_start < 2; ++knows_start) {
-    rim_behaviour_error(&v, unknown, knows_start != 0, error);
+    rimi_behaviour_error(&v, unknown, knows_start != 0, error);
     for (uint32_t o = 0; o < TARGETS; ++o) {
       double sum = 0.0;
       for (uint32_t i = 0; i < TERMS; ++i)

@@ -7,6 +7,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 /* What happens to a row of the vehicle from a row on. */
 typedef struct fault {
@@ -161,6 +162,40 @@ static void an_alarm_is_cleared_after_its_fault(void **state) {
   assert_int_equal(rim_monitor_alarms(b.monitor).level, RIM_LEVEL_OK);
 }
 
+/* What came and went is told with its end, cleared, and does not hide what comes after. */
+static void what_ended_is_told_and_let_go(void **state) {
+  (void)state;
+  bench b;
+  make_bench(&b, false);
+  uint32_t first = 7, end = 7;
+  assert_int_equal(rim_monitor_ended(b.monitor, &first, &end), 0);
+  assert_int_equal(rim_monitor_ended(NULL, NULL, NULL), 0);
+  uint32_t raised = 0, cleared = 0;
+  for (uint32_t t = 0; t < 2200; ++t) { /* a healthy run is 1200 rows: quiet for 300 of them */
+    const bool is_off = (t >= 300 && t < 500) || (t >= 1200 && t < 1400);
+    const fault f = {.shift = t < 600 ? 0.3 : -0.3, .to = is_off ? 0 : 1};
+    row r;
+    rim_verdict v;
+    faulty_row(&r, 565, t, &f);
+    assert_int_equal(rim_monitor_step(b.monitor, &r.view, &v), RIM_OK);
+    raised += v.alarm.state == RIM_ALARM_RAISED;
+    cleared += v.alarm.state == RIM_ALARM_CLEARED;
+    if (v.alarm.state == RIM_ALARM_RAISED)
+      assert_true(is_off && v.alarm.shift[0] * f.shift > 0.0);
+    if (v.alarm.state != RIM_ALARM_CLEARED)
+      continue;
+    assert_int_equal(rim_monitor_ended(b.monitor, &first, &end), cleared);
+    const uint32_t from = cleared == 1 ? 300 : 1200;
+    assert_true(abs((int)((first + 1) * BLOCK) - (int)from) < 4 * BLOCK);
+    assert_true(abs((int)((end + 1) * BLOCK) - (int)(from + 200)) < 4 * BLOCK);
+    assert_true(t >= from + 500 && t < from + 600);
+  }
+  assert_true(raised == 2 && cleared == 2);
+  assert_int_equal(rim_monitor_alarms(b.monitor).level, RIM_LEVEL_OK);
+  rim_monitor_reset(b.monitor);
+  assert_int_equal(rim_monitor_ended(b.monitor, NULL, NULL), 0);
+}
+
 /* ---- evidence ---- */
 
 static void nothing_is_healthy_without_blocks(void **state) {
@@ -270,6 +305,7 @@ int main(void) {
       cmocka_unit_test(a_drift_and_a_gain_are_told_apart),
       cmocka_unit_test(labels_are_where_the_fault_was),
       cmocka_unit_test(an_alarm_is_cleared_after_its_fault),
+      cmocka_unit_test(what_ended_is_told_and_let_go),
       cmocka_unit_test(nothing_is_healthy_without_blocks),
       cmocka_unit_test(rows_at_another_rate_are_not_judged),
       cmocka_unit_test(a_value_out_of_range_is_named_in_its_row),

@@ -111,7 +111,7 @@ typedef struct rim_monitor_health {
   (RIM_MONITOR_HEADER_BYTES + RIM_MONITOR_ROWS_SIZE(features, outcomes, filters, terms) +          \
    RIM_MONITOR_SEARCH_HEADER +                                                                     \
    RIM_MONITOR_KINDS * (size_t)(outcomes) *                                                        \
-       (2u * (size_t)(fields) * ((fields) + 3u) + 65u + (region_features)) +                       \
+       (2u * (size_t)(fields) * ((fields) + 3u) + 73u + (region_features)) +                       \
    (size_t)(ring) *                                                                                \
        (4u * (4u + (fields)) + 7u * (size_t)(outcomes) + (region_features) + (means) + 3u) +       \
    128u)
@@ -182,6 +182,13 @@ double rim_monitor_membership(const rim_monitor *monitor, const double *context)
 /* A word of the image's configuration (rim_config_word of rim/image.h); 0: there is no such word.
  */
 uint32_t rim_monitor_config(const rim_monitor *monitor, uint32_t word);
+
+/* Deviations that an alarm described and that ended since the start or the last reset. Where there
+ * is one, *first is the first block of the newest and *end the block after its last, counted from 0
+ * (verdict->blocks - 1 is the newest block of the run); either may be NULL. Its alarm is cleared,
+ * and its blocks are no evidence any more. 0 for NULL and for an image without section NOISE. O(1).
+ */
+uint32_t rim_monitor_ended(const rim_monitor *monitor, uint32_t *first, uint32_t *end);
 
 /* Returns the digest continued by every bit of the verdict that decides anything. Start with
  * RIM_DIGEST_START; a replay that gives the same value decided the same. NULL: unchanged. */

@@ -289,7 +289,7 @@ static double sine_of_quarter(double r, int quarter) {
   return (quarter & 2) != 0 ? -size : size;
 }
 
-double rim_sin(double x) {
+double rimi_sin(double x) {
   if (!rimi_is_finite(x))
     return x - x;
   int quarter;
@@ -297,7 +297,7 @@ double rim_sin(double x) {
   return sine_of_quarter(r, quarter);
 }
 
-double rim_cos(double x) {
+double rimi_cos(double x) {
   if (!rimi_is_finite(x))
     return x - x;
   int quarter;

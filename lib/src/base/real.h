@@ -85,8 +85,8 @@ double rimi_log(double x);
 
 /* Returns the sine (cosine) of an angle in radians, with an absolute error below 1e-15 (1 + |x|).
  * NaN for NaN and infinities; |x| must stay below 1e15. */
-double rim_sin(double x);
-double rim_cos(double x);
+double rimi_sin(double x);
+double rimi_cos(double x);
 
 /* Returns the standard normal distribution function P(N(0,1) <= x) with relative error below 2e-15
  * for x in [-37.5, inf): the lower tail is as good as the middle. 0 below -38.6 and 1 above 8.3;

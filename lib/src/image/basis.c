@@ -166,7 +166,7 @@ void rimi_behaviour_predict(const rim_behaviour *view, const double *term, const
   }
 }
 
-void rim_behaviour_error(const rim_behaviour *view, const uint16_t *unknown, bool knows_start,
+void rimi_behaviour_error(const rim_behaviour *view, const uint16_t *unknown, bool knows_start,
                          double *error) {
   const uint32_t outcomes = view->targets / 2u;
   for (size_t o = 0; o < view->targets; ++o) {
@@ -249,7 +249,7 @@ static double weight_of(const rim_agreement *a, const uint8_t *row, const double
   return weight;
 }
 
-double rim_agreement_error(const rim_agreement *a, uint32_t outcome, const double *mean,
+double rimi_agreement_error(const rim_agreement *a, uint32_t outcome, const double *mean,
                            const double *error) {
   const uint8_t *row = a->row + 4u * outcome * agreement_stride(a->outcomes, a->means);
   const double unit = (double)rimi_le_f32(a->inverse_sd, outcome);
@@ -295,13 +295,13 @@ static double from_integral(const rim_agreement *a, const agreement_block *block
   return AGREEMENT_KEEPS * sum + block->measured[o] - state[BEFORE_OUTCOME * count + o] - change;
 }
 
-double rim_agreement_disturbance(const rim_agreement *a, const double *residual, double *work) {
+double rimi_agreement_disturbance(const rim_agreement *a, const double *residual, double *work) {
   for (size_t o = 0; o < a->outcomes; ++o) {
     const double in_sd = rimi_clamp(residual[o] * (double)rimi_le_f32(a->inverse_sd, o),
                                     -AGREEMENT_CLIP, AGREEMENT_CLIP);
     work[o] = in_sd * in_sd;
   }
-  return rim_noise_disturbance(work, a->outcomes);
+  return rimi_noise_disturbance(work, a->outcomes);
 }
 
 void rimi_agreement_evaluate(const rim_agreement *a, const agreement_block *block, double *state,

@@ -91,7 +91,7 @@ void rimi_behaviour_predict(const rim_behaviour *view, const double *term, const
 /* error[2 O], in the outcomes' units: standard deviations of the predictions where term i is
  * uncertain by unknown[i] / BASIS_UNKNOWN_SD of its own standard deviations. 1e30 where the first
  * readings are not those of the run (knows_start) and the model needs them. */
-void rim_behaviour_error(const rim_behaviour *view, const uint16_t *unknown, bool knows_start,
+void rimi_behaviour_error(const rim_behaviour *view, const uint16_t *unknown, bool knows_start,
                          double *error);
 
 /* Section AGREEMENT: what remains of one outcome from what the others say.
@@ -152,14 +152,14 @@ typedef struct agreement_block {
 
 /* Standard deviation of what remains of `outcome`, in its unit, where the residuals are uncertain
  * by error[O] beside their noise: 0 where no residual is used. O(O (2 + M)). */
-double rim_agreement_error(const rim_agreement *view, uint32_t outcome, const double *mean,
+double rimi_agreement_error(const rim_agreement *view, uint32_t outcome, const double *mean,
                            const double *error);
 
 /* Doubles per outcome that are kept from block to block; all 0 before the first. */
 #define AGREEMENT_STATE (3u + AGREEMENT_INTEGRANDS)
 
-/* rim_noise_disturbance() of a block's behaviour residuals, in the outcomes' units; work[O]. */
-double rim_agreement_disturbance(const rim_agreement *view, const double *residual, double *work);
+/* rimi_noise_disturbance() of a block's behaviour residuals, in the outcomes' units; work[O]. */
+double rimi_agreement_disturbance(const rim_agreement *view, const double *residual, double *work);
 
 /* remains[O], in the outcomes' units. Cost O(O^2 (2 + M)). */
 void rimi_agreement_evaluate(const rim_agreement *view, const agreement_block *block, double *state,

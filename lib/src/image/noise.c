@@ -82,7 +82,7 @@ double rimi_noise_weight(const noise_channel *c, double p, double change, double
   return rimi_exp(-rimi_clamp(ln_sigma, -NOISE_LN_SIGMA, NOISE_LN_SIGMA));
 }
 
-double rim_noise_disturbance(const double *square, size_t outcomes) {
+double rimi_noise_disturbance(const double *square, size_t outcomes) {
   if (outcomes < 2)
     return 0.0;
   double sum = 0.0, largest = 0.0;

@@ -21,7 +21,7 @@
 #define NOISE_MAX_FIELDS 6u
 #define NOISE_RAW_FIRST 4u
 #define NOISE_MAX_RAW 12u
-#define NOISE_FAMILIES 8u
+#define NOISE_FAMILIES 9u
 #define NOISE_HEADER_WORDS 8u
 #define NOISE_CHANNEL_WORDS 10u
 #define NOISE_SIGMA_TERMS 4u
@@ -48,7 +48,7 @@ typedef struct noise_channel {
 noise_channel rimi_noise_channel(const rim_noise *view, uint32_t channel);
 
 /* exp(-ln sigma(x)): the weight of a residual. p: the prediction, standardised. disturbance: by
- * rim_noise_disturbance(). */
+ * rimi_noise_disturbance(). */
 double rimi_noise_weight(const noise_channel *c, double p, double change, double disturbance);
 
 /* How far a block is from what the commands let all outcomes be: ln(NOISE_CALM + mean square of the
@@ -56,6 +56,6 @@ double rimi_noise_weight(const noise_channel *c, double p, double change, double
  * sensor that is wrong does not disturb; a manoeuvre unlike those of training does, and there the
  * relations between sensors hold less well too. square[outcomes]: of the residuals. 0 where there
  * are fewer than two outcomes. */
-double rim_noise_disturbance(const double *square, size_t outcomes);
+double rimi_noise_disturbance(const double *square, size_t outcomes);
 
 #endif

@@ -189,6 +189,18 @@ void rimi_alarm_life_step(rim_alarm_life *life, rim_detector detector, double no
   }
 }
 
+bool rimi_alarm_life_over(rim_alarm_life *life, rim_detector detector, double now_s) {
+  if ((unsigned)detector >= RIM_DETECTORS || !rimi_is_finite(now_s))
+    return false;
+  rim_alarm_slot *slot = &life->slot[detector];
+  const bool waits_raised = slot->due && slot->record.state == RIM_ALARM_RAISED;
+  if (!slot->stands || slot->is_over || waits_raised)
+    return false;
+  slot->found = slot->missing = 0;
+  end(life, slot, now_s);
+  return true;
+}
+
 /* ---- commands, restarts ---- */
 
 static bool agrees(uint32_t asked, uint32_t have, uint32_t mask) {

@@ -91,6 +91,10 @@ void rimi_alarm_life_row(rim_alarm_life *life, double now_s);
 void rimi_alarm_life_step(rim_alarm_life *life, rim_detector detector, double now_s,
                           const rim_alarm *candidate);
 
+/* The cause is known to have ended: what clear_steps would come to, at once. False where no alarm
+ * stands, or while its RAISED record has not left. */
+bool rimi_alarm_life_over(rim_alarm_life *life, rim_detector detector, double now_s);
+
 /* It is now_s, and no valid row has come since the last one; before the first row, since the first
  * call. Returns true once, when that has lasted longer than policy.stale_s: records of that time
  * (the last row's plus stale_s, whenever it is noticed) then wait. A time that is not finite, or

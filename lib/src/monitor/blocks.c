@@ -20,6 +20,7 @@
       */
 #define BEFORE_START_SD 2.0 /* of a term whose past lies before the first row */
 #define FORGOTTEN 1e-3      /* part of a mean that is as good as known */
+#define LEARNT_RUNS 1.1     /* of a healthy run: how far the longest of them may go */
 
 struct blocks {
   blocks_config config;
@@ -287,10 +288,10 @@ static void take_integrands(blocks *b) {
       x *= LAST(b)[second];
       break;
     case AGREEMENT_COSINE:
-      x *= rim_cos(radians(b, second));
+      x *= rimi_cos(radians(b, second));
       break;
     case AGREEMENT_SINE:
-      x *= rim_sin(radians(b, second));
+      x *= rimi_sin(radians(b, second));
       break;
     }
     early(b)[g] += x;
@@ -307,9 +308,9 @@ static double input_value(const blocks *b, size_t i) {
   if (second == BASIS_MAGNITUDE)
     return rimi_abs(x);
   if (second == BASIS_COSINE)
-    return rim_cos(radians(b, rimi_le_u16(input, 2 * i)));
+    return rimi_cos(radians(b, rimi_le_u16(input, 2 * i)));
   if (second == BASIS_SINE)
-    return rim_sin(radians(b, rimi_le_u16(input, 2 * i)));
+    return rimi_sin(radians(b, rimi_le_u16(input, 2 * i)));
   const double product = x * LAST(b)[second & ~BASIS_OF_PRODUCT];
   return (second & BASIS_OF_PRODUCT) != 0 ? rimi_abs(product) : product;
 }
@@ -333,6 +334,17 @@ static void forget(blocks *b, size_t t, double keep) {
   unknown_sum(b)[t] += unknown(b)[t];
 }
 
+/* Time since the start, as far as the healthy runs went. Their length is the longest time constant,
+ * from which some of them differ. What depends on time alone was not learnt beyond it, and stays as
+ * it was there. */
+static double learnt_time_s(const blocks *b, double t_s) {
+  const rim_basis *n = &b->config.basis;
+  if (n->times == 0)
+    return t_s;
+  const double share = (double)rimi_le_f32(n->share, n->times - 1u);
+  return rimi_min(t_s, LEARNT_RUNS * b->config.period_s / share);
+}
+
 static void take_inputs(blocks *b) {
   const rim_basis *n = &b->config.basis;
   double keep[BASIS_MAX_TIMES];
@@ -351,8 +363,10 @@ static void take_inputs(blocks *b) {
       sum[t] += f[t];
     }
   }
+  const double t_s = b->previous_s - b->start_s;
+  const bool was_learnt = t_s < learnt_time_s(b, t_s) + 0.5 * b->config.period_s;
   for (size_t t = 0; t < n->times; ++t)
-    decay(b)[t] = b->rows == 0 ? 1.0 : decay(b)[t] * keep[t];
+    decay(b)[t] = b->rows == 0 ? 1.0 : was_learnt ? decay(b)[t] * keep[t] : decay(b)[t];
 }
 
 static double term_value(const blocks *b, size_t i) {
@@ -373,7 +387,7 @@ static double term_value(const blocks *b, size_t i) {
     return (FIRST(b)[first] - (double)rimi_le_f32(b->config.basis.first, first)) *
            (1.0 - decay(b)[second]);
   case BASIS_TIME:
-    return rimi_blocks_since_start_s(b);
+    return learnt_time_s(b, rimi_blocks_since_start_s(b));
   case BASIS_ROLLED:
     break;
   }

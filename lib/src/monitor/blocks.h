@@ -87,7 +87,7 @@ bool rimi_blocks_has_first(const blocks *b);
 uint16_t blocks_outcome_feature(const blocks *b, uint32_t outcome); /* BLOCKS_NO_FEATURE: none */
 bool blocks_knows_start(const blocks *b);        /* the run began as healthy runs begin */
 bool blocks_knows_all(const blocks *b);          /* every term is what the commands made it */
-const uint16_t *blocks_unknown(const blocks *b); /* [terms]: rim_behaviour_error; else not valid */
+const uint16_t *blocks_unknown(const blocks *b); /* [terms]: rimi_behaviour_error; else not valid */
 double rimi_blocks_change(const blocks *b);      /* of the commands, in widths of their range */
 double rimi_blocks_since_start_s(const blocks *b); /* middle of the block */
 double rimi_blocks_run_start_s(const blocks *b);   /* first row of the run, absolute */

@@ -250,6 +250,25 @@ static void prefer_agreement(rim_monitor *m, uint16_t *channel, search_hypothesi
   }
 }
 
+/* The ring holds only so much: where all that it holds is inside, the onset is the one that was
+ * seen when its blocks were there. */
+static void keep_onset(const rim_monitor *m, uint16_t channel, search_hypothesis *h) {
+  const search_hypothesis *before = &m->explained;
+  const bool always = (h->family == SEARCH_INTERVAL_SINCE && before->family == SEARCH_INTERVAL) ||
+                      (h->family == SEARCH_BOX_SINCE && before->family == SEARCH_BOX);
+  if (!m->has_explained || m->explained_channel != channel || rimi_search_oldest(m->search) == 0 ||
+      rim_monitor_standing(m, RIM_DETECTOR_RIM) == NULL || h->onset == SEARCH_FROM_START ||
+      (!always && before->onset >= h->onset))
+    return;
+  search_hypothesis whole = *h;
+  whole.onset = SEARCH_FROM_START;
+  if (h->onset >= rimi_search_first_inside(m->search, &whole) + SEARCH_LEAST)
+    return;
+  h->onset = before->onset;
+  if (always)
+    h->family = before->family;
+}
+
 static void describe_trained(rim_monitor *m, const rim_verdict *verdict, rim_alarm *alarm) {
   const uint16_t outcomes = (uint16_t)m->words[RIM_CONFIG_OUTCOMES];
   uint16_t channel = frozen_or(m, choose_channel(m, verdict->channel));
@@ -257,6 +276,7 @@ static void describe_trained(rim_monitor *m, const rim_verdict *verdict, rim_ala
   double onset_sd;
   rimi_search_explain(m->search, channel, &h, &onset_sd);
   prefer_agreement(m, &channel, &h, &onset_sd);
+  keep_onset(m, channel, &h);
   m->explained = h;
   m->explained_channel = channel;
   m->has_explained = true;

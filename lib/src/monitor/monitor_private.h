@@ -20,9 +20,12 @@
 #include "search/select.h"
 
 #define MONITOR_UPDATE_RATIO 0.25 /* ln anom grown by a quarter is worth another record */
-#define MONITOR_NEXT_BLOCK                                                                         \
-  0.25 /* of a block that its start may be off and still follow the last  \
-                                 */
+/* Of a block that its start may be off and still follow the last. */
+#define MONITOR_NEXT_BLOCK 0.25
+/* A deviation is over when its outcome has been quiet since for so many blocks and for this part of
+ * a healthy run: a place that is visited again and again is no end. */
+#define MONITOR_OVER_BLOCKS 8u
+#define MONITOR_OVER_RUN 0.25
 #define MONITOR_NO_OUTCOME 0xffffu
 /* Of a channel's own noise: an error of its nominal value above which a block says nothing. */
 #define MONITOR_MOST_UNKNOWN 0.1
@@ -69,11 +72,11 @@ struct rim_monitor {
   rim_alarm_life life;
   search_hypothesis explained; /* of the newest record */
   uint16_t explained_channel;
-  bool has_explained;
+  bool has_explained, has_place;
+  uint32_t ended_first, ended_end, ended_count; /* blocks of the newest deviation that ended */
   double run_start_s, block_start_s, first_block_s, last_block_s, last_valid_s, out_value, out_t_s;
   uint32_t steps, refused, partly;
   uint16_t channel_count, out_feature;
-  bool has_place;
   monitor_gap gap[MONITOR_GAPS]; /* not trained: the newest ones, in order */
   uint32_t gaps;
   rim_verdict last; /* what a row that completes no block repeats; interference: NULL */

@@ -204,6 +204,8 @@ static void plan_searches(monitor_plan *p) {
   p->search.ring = (uint16_t)w[RIM_CONFIG_RING];
   p->search.cells_per_turn = (uint8_t)(w[RIM_CONFIG_PAIRS] < 64u ? w[RIM_CONFIG_PAIRS] : 64u);
   p->search.noise = &p->models.noise;
+  p->search.region = p->region;
+  p->search.outcome_feature = p->rows.outcome_feature;
   p->select.features = (uint16_t)w[RIM_CONFIG_REGION_FEATURES];
   p->select.channels = p->channel_count;
   p->select.ring = (uint16_t)w[RIM_CONFIG_RING];
@@ -423,6 +425,7 @@ void rimi_monitor_forget_regions(rim_monitor *m) {
     rimi_select_reset(m->select);
   }
   m->has_explained = m->has_place = false;
+  m->ended_first = m->ended_end = m->ended_count = 0;
   m->refused = m->partly = 0;
   const double t_s = m->last.t_s;
   rimi_monitor_clear_verdict(m);

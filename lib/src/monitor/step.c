@@ -89,7 +89,7 @@ static bool find_unknown(rim_monitor *m) {
     return false;
   double *error = m->level; /* [2 O]: agree() is done with it */
   bool any = false;
-  rim_behaviour_error(&m->models.behaviour, blocks_unknown(m->rows), blocks_knows_start(m->rows),
+  rimi_behaviour_error(&m->models.behaviour, blocks_unknown(m->rows), blocks_knows_start(m->rows),
                       error);
   for (size_t c = 0; c < m->channel_count; ++c) {
     const size_t o = c % outcomes;
@@ -100,7 +100,7 @@ static bool find_unknown(rim_monitor *m) {
       break;
     case RIM_CHANNEL_AGREEMENT:
       own =
-          rim_agreement_error(&m->models.agreement, (uint32_t)o, rimi_blocks_means(m->rows), error);
+          rimi_agreement_error(&m->models.agreement, (uint32_t)o, rimi_blocks_means(m->rows), error);
       break;
     case RIM_CHANNEL_SCATTER:
       own = error[outcomes + o];
@@ -135,7 +135,7 @@ static bool observe_trained(rim_monitor *m) {
   agree(m, is_next);
   find_place(m);
   const double disturbance = /* m->level: agree() is done with it */
-      rim_agreement_disturbance(&m->models.agreement, m->residual, m->level);
+      rimi_agreement_disturbance(&m->models.agreement, m->residual, m->level);
   const bool partly = find_unknown(m);
   const search_block block = {.t_s = rimi_blocks_since_start_s(m->rows),
                               .feature = m->place,
@@ -193,6 +193,7 @@ static void judge_trained(rim_monitor *m, rim_verdict *v) {
     }
   }
   v->blocks = rimi_search_blocks(m->search);
+  v->score = v->ln_anom = 0.0;
   if (best == NULL || best->score < -1e9f)
     return;
   const noise_channel n = rimi_noise_channel(&m->models.noise, v->channel);
@@ -230,6 +231,24 @@ static void judge(rim_monitor *m, rim_verdict *v) {
                                          : RIM_LEVEL_OK;
 }
 
+/* A deviation that ended was told, with its end; from now on it is no evidence, so that the alarm
+ * clears and the next one is found. */
+static void end_deviation(rim_monitor *m) {
+  const search_hypothesis *h = &m->explained;
+  if (!m->is_trained || rim_monitor_standing(m, RIM_DETECTOR_RIM) == NULL ||
+      h->family != SEARCH_DURING || rimi_search_blocks(m->search) - h->end < MONITOR_OVER_BLOCKS)
+    return;
+  const double quiet_s = rimi_search_time_of(m->search, rimi_search_blocks(m->search)) -
+                         rimi_search_time_of(m->search, h->end);
+  if (quiet_s < MONITOR_OVER_RUN * m->models.noise.run_s ||
+      !rimi_search_exclude(m->search, h->onset, h->end))
+    return;
+  m->ended_first = h->onset;
+  m->ended_end = h->end;
+  count(&m->ended_count);
+  (void)rimi_alarm_life_over(&m->life, RIM_DETECTOR_RIM, m->last.t_s);
+}
+
 static void search_and_judge(rim_monitor *m, bool new_block) {
   const uint32_t budget = m->words[RIM_CONFIG_BUDGET] != 0 ? m->words[RIM_CONFIG_BUDGET] : 1;
   if (m->is_trained)
@@ -246,6 +265,8 @@ static void search_and_judge(rim_monitor *m, bool new_block) {
       (candidate.level == RIM_LEVEL_WARN && rim_monitor_standing(m, RIM_DETECTOR_RIM) != NULL))
     rimi_monitor_describe(m, &m->last, &candidate);
   rimi_alarm_life_step(&m->life, RIM_DETECTOR_RIM, m->last.t_s, &candidate);
+  if (candidate.level == RIM_LEVEL_ERROR)
+    end_deviation(m);
 }
 
 static void watch_motion(rim_monitor *m, const rim_observation *row) {
@@ -435,6 +456,16 @@ const uint8_t *rimi_monitor_place(const rim_monitor *m) {
 bool rimi_monitor_inside(const rim_monitor *m, const uint8_t *place, uint32_t block) {
   return m != NULL && place != NULL && m->has_explained && m->is_trained &&
          rimi_search_inside(m->search, &m->explained, place, block);
+}
+
+uint32_t rim_monitor_ended(const rim_monitor *m, uint32_t *first, uint32_t *end) {
+  if (m == NULL)
+    return 0;
+  if (first != NULL)
+    *first = m->ended_first;
+  if (end != NULL)
+    *end = m->ended_end;
+  return m->ended_count;
 }
 
 rim_monitor_health rim_monitor_get_health(const rim_monitor *m) {

@@ -95,8 +95,9 @@ static double binned(const rim_work_counts *n) {
 static double ready_work(const rim_work_counts *n) {
   const double white = 2u * EXPONENTIAL + raw_fields(n) + triangle(n) * PRODUCT + 2u * GATHER;
   const double times = 3u * (JUDGED + n->fields * 2.0 * PRODUCT);
-  return CALLS + triangle(n) * (n->fields + 2.0) * PRODUCT + pass(n, white) + pass(n, GATHER) +
-         pass(n, times) + pass(n, raw_fields(n));
+  const double taken_out = pass(n, white + triangle(n) * PRODUCT); /* rimi_search_exclude() */
+  return CALLS + taken_out + triangle(n) * (n->fields + 2.0) * PRODUCT + pass(n, white) +
+         pass(n, GATHER) + pass(n, times) + pass(n, raw_fields(n));
 }
 static double renew_work(const rim_work_counts *n) {
   return pass(n, 0.0) + 2u * binned(n) + pass(n, JUDGED);
@@ -108,9 +109,10 @@ static double pair_work(const rim_work_counts *n) {
 }
 static double trained_search(const rim_work_counts *n) {
   const double since = binned(n) + 2u * (pass(n, JUDGED) + binned(n));
-  return n->budget *
-         (CALLS + n->channels * (double)LOOK +
-          rimi_max(rimi_max(ready_work(n), since), rimi_max(renew_work(n), pair_work(n))));
+  const double during = binned(n) + 3u * pass(n, JUDGED);
+  const double most =
+      rimi_max(rimi_max(ready_work(n), since), rimi_max(renew_work(n), pair_work(n)));
+  return n->budget * (CALLS + n->channels * (double)LOOK + rimi_max(most, during));
 }
 static double trained_block(const rim_work_counts *n) {
   const double o = n->outcomes;

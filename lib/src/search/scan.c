@@ -30,6 +30,10 @@ search_mask rimi_search_mask_of(const rim_search *s, const search_hypothesis *h,
   const uint32_t oldest = s->count - s->held;
   if (h->onset != SEARCH_FROM_START && h->onset > oldest)
     mask.from = h->onset - oldest;
+  if (h->end != 0)
+    mask.to = h->end > oldest ? h->end - oldest : 0u;
+  if (h->end != 0 && h->end <= oldest) /* it left the ring */
+    mask.from = s->held;
   return mask;
 }
 
@@ -68,13 +72,17 @@ static void bins_of_bytes(const rim_search *s, uint32_t feature, uint32_t count,
   }
 }
 
+/* As a feature that a scan of bins takes: the block's age. */
+#define BY_TIME UINT32_MAX
+
 /* Sums per bin; pair[hi (hi + 1) / 2 + lo]: what neighbours in the bins lo..hi and hi take off A.
  */
 static void fill_bins(rim_search *s, const search_mask *mask, uint32_t feature) {
   search_bins *bins = &s->bins;
   uint8_t bin[256];
   memset(bins, 0, sizeof *bins);
-  bins_of_bytes(s, feature, SEARCH_BINS, bin);
+  if (feature != BY_TIME)
+    bins_of_bytes(s, feature, SEARCH_BINS, bin);
   const float *q = search_q(s), *a0 = search_a0(s), *a1 = search_a1(s);
   const uint32_t k = s->fields;
   uint32_t next = SEARCH_BINS; /* bin of the block after this one, where it is inside */
@@ -83,7 +91,7 @@ static void fill_bins(rim_search *s, const search_mask *mask, uint32_t feature) 
       next = SEARCH_BINS;
       continue;
     }
-    const uint32_t own = bin[w.feature[feature]];
+    const uint32_t own = feature == BY_TIME ? w.i * SEARCH_BINS / s->held : bin[w.feature[feature]];
     const float *g = search_g(s, w.i);
     float *sum = bins->g[own];
     bins->n[own] += 1.0f;
@@ -104,17 +112,19 @@ static void fill_bins(rim_search *s, const search_mask *mask, uint32_t feature) 
   }
 }
 
-void rimi_search_scan_interval(rim_search *s, const search_mask *mask, uint32_t feature,
-                               search_hypothesis *h, uint32_t which) {
+/* The best interval of the bins that ends before `ends`; *last is SEARCH_BINS where there is none.
+ */
+static void best_interval(const rim_search *s, uint32_t ends, uint32_t *best_first,
+                          uint32_t *best_last) {
   const search_bins *bins = &s->bins;
-  fill_bins(s, mask, feature);
   double best = 0.0;
-  uint32_t best_first = 0, best_last = SEARCH_BINS;
-  for (uint32_t first = 0; first < SEARCH_BINS; ++first) {
+  *best_first = 0;
+  *best_last = SEARCH_BINS;
+  for (uint32_t first = 0; first < ends; ++first) {
     search_sums sums = {0};
     if (!(bins->n[first] > 0.0f))
       continue;
-    for (uint32_t last = first; last < SEARCH_BINS; ++last) {
+    for (uint32_t last = first; last < ends; ++last) {
       if (!(bins->n[last] > 0.0f))
         continue;
       sums.n += (double)bins->n[last];
@@ -128,10 +138,18 @@ void rimi_search_scan_interval(rim_search *s, const search_mask *mask, uint32_t 
       if (sums.n < (double)SEARCH_LEAST || !(a > 1e-6 * sums.a) || !(sums.d * sums.d > best * a))
         continue;
       best = sums.d * sums.d / a;
-      best_first = first;
-      best_last = last;
+      *best_first = first;
+      *best_last = last;
     }
   }
+}
+
+void rimi_search_scan_interval(rim_search *s, const search_mask *mask, uint32_t feature,
+                               search_hypothesis *h, uint32_t which) {
+  const search_bins *bins = &s->bins;
+  uint32_t best_first, best_last;
+  fill_bins(s, mask, feature);
+  best_interval(s, SEARCH_BINS, &best_first, &best_last);
   h->feature[which] = (uint8_t)feature;
   if (best_last == SEARCH_BINS) {
     h->score = SEARCH_NONE;
@@ -147,6 +165,35 @@ void rimi_search_scan_interval(rim_search *s, const search_mask *mask, uint32_t 
     ++k;
   h->last[which] = (uint8_t)(k + 1u == SEARCH_BINS ? SEARCH_BINS - 1u : best_last);
   rimi_search_evaluate(s, h);
+}
+
+void rimi_search_scan_during(rim_search *s, search_hypothesis *h) {
+  const uint32_t oldest = s->count - s->held;
+  search_mask mask;
+  uint32_t first, last;
+  memset(&mask, 0, sizeof mask);
+  memset(h, 0, sizeof *h);
+  h->family = SEARCH_DURING;
+  h->score = SEARCH_NONE;
+  fill_bins(s, &mask, BY_TIME);
+  best_interval(s, SEARCH_BINS - 1u, &first, &last);
+  if (last == SEARCH_BINS)
+    return;
+  h->onset = oldest + (first * s->held + SEARCH_BINS - 1u) / SEARCH_BINS;
+  h->end = oldest + ((last + 1u) * s->held + SEARCH_BINS - 1u) / SEARCH_BINS;
+  rimi_search_evaluate(s, h);
+  rimi_search_refine_during(s, h);
+}
+
+void rimi_search_refine_during(const rim_search *s, search_hypothesis *h) {
+  if (h->score <= SEARCH_NONE)
+    return;
+  search_hypothesis tried = *h;
+  const search_mask mask = rimi_search_mask_of(s, h, -1);
+  rimi_search_scan_onset(s, &mask, &tried, NULL);
+  rimi_search_scan_end(s, &tried);
+  if (tried.score > h->score)
+    *h = tried;
 }
 
 #define CELLS SEARCH_CELLS
@@ -258,7 +305,7 @@ void rimi_search_refine_edges(rim_search *s, search_hypothesis *h, uint32_t whic
 
 bool rimi_search_inside(const rim_search *s, const search_hypothesis *h, const uint8_t *feature,
                         uint32_t block) {
-  if (h->onset != SEARCH_FROM_START && block < h->onset)
+  if ((h->onset != SEARCH_FROM_START && block < h->onset) || (h->end != 0 && block >= h->end))
     return false;
   const search_mask mask = rimi_search_mask_of(s, h, -1);
   for (uint32_t k = 0; k < mask.dims; ++k) {
@@ -273,6 +320,6 @@ uint32_t rimi_search_first_inside(const rim_search *s, const search_hypothesis *
   const search_mask mask = rimi_search_mask_of(s, h, -1);
   uint32_t first = s->held;
   for (search_walk w = search_walk_from(s, &mask); search_walk_next(&w);)
-    first = w.inside ? w.i : first;
+    first = w.inside && search_a0(s)[w.i] > 0.0f ? w.i : first;
   return s->count - s->held + first;
 }

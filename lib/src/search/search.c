@@ -98,6 +98,7 @@ void rimi_search_reset(rim_search *s) {
   }
   memset(search_gram(s, 0), 0, sizeof(float) * search_gram_floats(s) * s->config.channels);
   memset(search_feature_scores(s, 0), 0, (size_t)s->config.channels * s->config.features);
+  memset(s->excludes, 0, sizeof s->excludes);
 }
 
 static int8_t to_byte(double x) {
@@ -105,11 +106,8 @@ static int8_t to_byte(double x) {
   return (int8_t)rimi_floor(scaled + 0.5);
 }
 
-static void store_channel(rim_search *s, uint32_t slot, const search_block *b, uint32_t channel) {
-  const noise_channel c = rimi_noise_channel(s->config.noise, channel);
-  const double z = search_scale(s, &c, channel, slot) * b->residual[channel] / (double)c.s;
+static void store_residual(rim_search *s, uint32_t slot, uint32_t channel, double z, bool unknown) {
   const uint32_t fine = search_fine(s);
-  const bool unknown = b->unknown != NULL && b->unknown[channel];
   if (channel < fine)
     search_fine_residuals(s, slot)[channel] =
         unknown ? SEARCH_UNKNOWN
@@ -120,15 +118,30 @@ static void store_channel(rim_search *s, uint32_t slot, const search_block *b, u
                 : (int8_t)rimi_floor(rimi_clamp(z / SEARCH_COARSE_STEP, -127.0, 127.0) + 0.5);
 }
 
-/* The newest block and the one before it, while the newest is taken in. */
-typedef struct newest {
+static void store_channel(rim_search *s, uint32_t slot, const search_block *b, uint32_t channel) {
+  const noise_channel c = rimi_noise_channel(s->config.noise, channel);
+  const double z = search_scale(s, &c, channel, slot) * b->residual[channel] / (double)c.s;
+  store_residual(s, slot, channel, z, b->unknown != NULL && b->unknown[channel]);
+}
+
+/* A block and the one before it, in whatever channel. */
+typedef struct block_pair {
   uint32_t slot, before;
   bool first; /* after no other */
   double raw[NOISE_MAX_RAW], raw_before[NOISE_MAX_RAW];
-} newest;
+} block_pair;
 
-/* Adds the newest block to G = B'WB and u = B'Wr of a channel. */
-static void accumulate(rim_search *s, newest *n, uint32_t channel) {
+static block_pair pair_at(const rim_search *s, uint32_t slot) {
+  block_pair pair = {.slot = slot, .before = slot == 0 ? s->config.ring - 1u : slot - 1u};
+  pair.first = search_apart(s)[slot] != 0;
+  rimi_search_raw_fields(s, slot, pair.raw);
+  if (!pair.first)
+    rimi_search_raw_fields(s, pair.before, pair.raw_before);
+  return pair;
+}
+
+/* Adds sign times what a block is to G = B'WB and u = B'Wr of a channel. */
+static void accumulate(rim_search *s, block_pair *n, double sign, uint32_t channel) {
   const noise_channel c = rimi_noise_channel(s->config.noise, channel);
   const uint32_t k = c.fields, outcome = channel % s->config.outcomes;
   const uint32_t raw_count = s->config.noise->raw;
@@ -163,8 +176,8 @@ static void accumulate(rim_search *s, newest *n, uint32_t channel) {
   float *u = gram + k * (k + 1u) / 2u;
   for (uint32_t i = 0; i < k; ++i) {
     for (uint32_t j = 0; j <= i; ++j, ++gram)
-      *gram = (float)((double)*gram + white[i] * white[j]);
-    u[i] = (float)((double)u[i] + white[i] * e);
+      *gram = (float)((double)*gram + sign * white[i] * white[j]);
+    u[i] = (float)((double)u[i] + sign * white[i] * e);
   }
 }
 
@@ -175,7 +188,6 @@ rim_status rimi_search_observe(rim_search *s, const search_block *b) {
       !all_finite(b->residual, c->channels))
     return RIM_E_DATA;
   const uint32_t slot = s->head;
-  const uint32_t before = slot == 0 ? c->ring - 1u : slot - 1u;
   search_times(s)[slot] = (float)b->t_s;
   memcpy(search_features(s, slot), b->feature, c->features);
   search_changes(s)[slot] =
@@ -192,18 +204,74 @@ rim_status rimi_search_observe(rim_search *s, const search_block *b) {
   for (uint32_t i = 0; i < c->channels; ++i)
     store_channel(s, slot, b, i);
   search_apart(s)[slot] = s->count == 0 || b->apart;
-  newest n = {.slot = slot, .before = before, .first = search_apart(s)[slot] != 0};
-  rimi_search_raw_fields(s, slot, n.raw);
-  if (!n.first)
-    rimi_search_raw_fields(s, before, n.raw_before);
+  block_pair newest = pair_at(s, slot);
   for (uint32_t i = 0; i < c->channels; ++i)
-    accumulate(s, &n, i);
+    accumulate(s, &newest, 1.0, i);
   s->head = (uint16_t)(slot + 1u == c->ring ? 0u : slot + 1u);
   if (s->held < c->ring)
     ++s->held;
   ++s->count;
   s->fresh = false;
   return RIM_OK;
+}
+
+/* ---- what is no evidence any more ---- */
+
+static bool is_active(const rim_search *s, uint32_t channel) {
+  return rimi_noise_channel(s->config.noise, channel).active > 0.5f;
+}
+
+static bool excludes(const rim_search *s, uint32_t channel) {
+  return (s->excludes[channel / 32u] >> (channel % 32u) & 1u) != 0;
+}
+
+bool rimi_search_exclude(rim_search *s, uint32_t from, uint32_t to) {
+  const uint32_t oldest = s->count - s->held;
+  from = from > oldest ? from : oldest;
+  to = to < s->count ? to : s->count;
+  if (from >= to)
+    return false;
+  for (uint32_t c = 0; c < s->config.channels; ++c) {
+    if (excludes(s, c))
+      return false;
+  }
+  s->excluded_from = from;
+  s->excluded_to = to;
+  for (uint32_t c = 0; c < s->config.channels; ++c) {
+    channel_state *state = search_state(s, c);
+    forget(&state->time);
+    forget(&state->region);
+    if (is_active(s, c))
+      s->excludes[c / 32u] |= UINT32_C(1) << (c % 32u);
+  }
+  s->fresh = false;
+  s->stage = 0;
+  return true;
+}
+
+/* The excluded blocks leave G and u of the channel, and their residuals are unknown from then on.
+ * So does what they left in the innovation of the block after them, which then follows on nothing
+ * that is known. What the oldest block of a full ring is to G is not known any more, and stays. */
+void rimi_search_take_out(rim_search *s, uint32_t channel) {
+  if (!excludes(s, channel))
+    return;
+  s->excludes[channel / 32u] &= ~(UINT32_C(1) << (channel % 32u));
+  const uint32_t oldest = s->count - s->held, to = s->excluded_to;
+  const uint32_t from = s->excluded_from > oldest ? s->excluded_from : oldest;
+  if (from >= to)
+    return;
+  const bool has_next = to < s->count;
+  for (uint32_t n = from; n < to + (has_next ? 1u : 0u); ++n) {
+    block_pair pair = pair_at(s, search_slot(s, n - oldest));
+    if (n > oldest || oldest == 0)
+      accumulate(s, &pair, -1.0, channel);
+  }
+  for (uint32_t n = from; n < to; ++n)
+    store_residual(s, search_slot(s, n - oldest), channel, 0.0, true);
+  if (has_next) {
+    block_pair next = pair_at(s, search_slot(s, to - oldest));
+    accumulate(s, &next, 1.0, channel);
+  }
 }
 
 void rimi_search_note(rim_search *s, uint32_t channel, const search_hypothesis *h) {
@@ -216,10 +284,6 @@ void rimi_search_note(rim_search *s, uint32_t channel, const search_hypothesis *
   search_hypothesis *best = h->family <= SEARCH_FIELD ? &state->time : &state->region;
   if (h->score > best->score)
     *best = *h;
-}
-
-static bool is_active(const rim_search *s, uint32_t channel) {
-  return rimi_noise_channel(s->config.noise, channel).active > 0.5f;
 }
 
 const search_hypothesis *rimi_search_best(const rim_search *s, uint32_t channel) {
@@ -257,6 +321,11 @@ static void renew_region(rim_search *s) {
   search_hypothesis h = state->region;
   rimi_search_evaluate(s, &h);
   state->region.score = SEARCH_NONE;
+  if (h.family == SEARCH_DURING) {
+    rimi_search_refine_during(s, &h);
+    rimi_search_note(s, s->channel, &h);
+    return;
+  }
   const bool two = h.family == SEARCH_BOX || h.family == SEARCH_BOX_SINCE;
   rimi_search_refine_edges(s, &h, 0);
   if (two)
@@ -268,7 +337,22 @@ static void renew_region(rim_search *s) {
   rimi_search_note(s, s->channel, &h);
 }
 
+/* Whether the feature is the measured reading of the channel's own outcome. */
+static bool is_own(const rim_search *s, uint32_t feature) {
+  const search_config *c = &s->config;
+  return c->region != NULL && c->outcome_feature != NULL &&
+         rimi_le_u16(c->region, 2u * (size_t)feature + 1u) == SEARCH_AS_MEASURED &&
+         rimi_le_u16(c->region, 2u * (size_t)feature) ==
+             rimi_le_u16(c->outcome_feature, (size_t)s->channel % c->outcomes);
+}
+
 static void scan_feature(rim_search *s, uint32_t feature) {
+  uint8_t *scores = search_feature_scores(s, s->channel);
+  scores[feature] = 0;
+  if (feature == 0)
+    s->top_feature = 0;
+  if (is_own(s, feature))
+    return;
   search_mask mask;
   memset(&mask, 0, sizeof mask);
   search_hypothesis h;
@@ -276,9 +360,8 @@ static void scan_feature(rim_search *s, uint32_t feature) {
   h.family = SEARCH_INTERVAL;
   rimi_search_scan_interval(s, &mask, feature, &h, 0);
   const double root = h.score > SEARCH_NONE ? 8.0 * rimi_sqrt((double)h.ln_ratio) : 0.0;
-  uint8_t *scores = search_feature_scores(s, s->channel);
   scores[feature] = (uint8_t)rimi_min(root, 255.0);
-  if (feature == 0 || scores[feature] > scores[s->top_feature])
+  if (scores[feature] > scores[s->top_feature] || is_own(s, s->top_feature))
     s->top_feature = (uint8_t)feature;
   rimi_search_note(s, s->channel, &h);
 }
@@ -287,6 +370,8 @@ static void scan_feature(rim_search *s, uint32_t feature) {
 static void scan_interval_since(rim_search *s) {
   const channel_state *state = search_state(s, s->channel);
   search_hypothesis h;
+  if (is_own(s, s->top_feature))
+    return;
   forget(&h);
   h.family = SEARCH_INTERVAL_SINCE;
   h.onset = state->time.onset;
@@ -300,6 +385,18 @@ static void scan_interval_since(rim_search *s) {
   rimi_search_note(s, s->channel, &h);
 }
 
+/* What came and went: wherever in time, and since the best onset of what would go on. */
+static void scan_during(rim_search *s) {
+  search_hypothesis h;
+  rimi_search_scan_during(s, &h);
+  rimi_search_note(s, s->channel, &h);
+  forget(&h);
+  h.family = SEARCH_DURING;
+  h.onset = s->in_time[SEARCH_SINCE].onset;
+  rimi_search_scan_end(s, &h);
+  rimi_search_note(s, s->channel, &h);
+}
+
 static void scan_pair(rim_search *s) {
   const uint32_t n = s->config.features;
   uint32_t x = s->top_feature;
@@ -307,7 +404,7 @@ static void scan_pair(rim_search *s) {
   if ((s->next_pair & 1u) != 0) /* every other pair without regard to what single features say */
     x = (s->next_pair / n) % n;
   ++s->next_pair;
-  if (x == y)
+  if (x == y || is_own(s, x) || is_own(s, y))
     return;
   search_hypothesis h;
   rimi_search_scan_box(s, x < y ? x : y, x < y ? y : x, &h);
@@ -321,7 +418,7 @@ static void scan_pair(rim_search *s) {
 }
 
 /* A turn of a channel: its residuals made ready and its onsets judged; its region renewed; every
- * single feature; the best of them since an onset; some pairs. */
+ * single feature; the best of them since an onset; what came and went; some pairs. */
 static void work_unit(rim_search *s) {
   const uint32_t features = s->config.features;
   const uint32_t stage = s->stage;
@@ -338,7 +435,9 @@ static void work_unit(rim_search *s) {
     scan_feature(s, stage - 2u);
   else if (stage == 2u + features)
     scan_interval_since(s);
-  else if (features > 1u && stage < 3u + features + s->config.cells_per_turn)
+  else if (stage == 3u + features)
+    scan_during(s);
+  else if (features > 1u && stage < 4u + features + s->config.cells_per_turn)
     scan_pair(s);
   else
     s->stage = 0;
@@ -376,7 +475,7 @@ bool rimi_search_evaluate_channel(rim_search *s, uint32_t channel, search_hypoth
  * itself, for phi differs between families and would prefer the one that healthy runs inflate
  * least. */
 static double worth(const rim_search *s, const search_hypothesis *h) {
-  static const double parts[NOISE_FAMILIES] = {0.0, 2.0, 2.0, 1.0, 1.0, 2.0, 2.0, 3.0};
+  static const double parts[NOISE_FAMILIES] = {0.0, 2.0, 2.0, 1.0, 1.0, 2.0, 2.0, 3.0, 1.0};
   if (h->score <= SEARCH_NONE || !(h->ln_ratio > 0.0f))
     return -1e30;
   if (h->family == SEARCH_GAIN && rimi_abs((double)h->shift) > MOST_GAIN)
@@ -422,6 +521,10 @@ void rimi_search_explain(rim_search *s, uint32_t channel, search_hypothesis *out
   for (uint32_t round = 0; round < REFINEMENTS && h.score > SEARCH_NONE; ++round) {
     if (round == 0)
       rimi_search_evaluate(s, &h);
+    if (h.family == SEARCH_DURING) {
+      rimi_search_refine_during(s, &h);
+      continue;
+    }
     rimi_search_refine_edges(s, &h, 0);
     if (h.family == SEARCH_BOX || h.family == SEARCH_BOX_SINCE)
       rimi_search_refine_edges(s, &h, 1);

@@ -33,6 +33,7 @@
 #define SEARCH_CELLS 5u /* a side of the grid over which boxes are searched */
 #define SEARCH_LEAST 3u /* blocks inside a hypothesis */
 #define SEARCH_FROM_START UINT32_MAX
+#define SEARCH_AS_MEASURED 0xffffu /* in section REGION: no prediction stands for the reading */
 
 typedef enum search_family {
   SEARCH_SINCE = 0, /* a shift of every block since the onset */
@@ -42,7 +43,8 @@ typedef enum search_family {
   SEARCH_INTERVAL = 4,
   SEARCH_BOX = 5,
   SEARCH_INTERVAL_SINCE = 6,
-  SEARCH_BOX_SINCE = 7
+  SEARCH_BOX_SINCE = 7,
+  SEARCH_DURING = 8 /* a shift of every block from the onset to its end */
 } search_family;
 
 typedef struct search_hypothesis {
@@ -50,6 +52,7 @@ typedef struct search_hypothesis {
   uint8_t feature[2];        /* of the region features; as many as the family has */
   uint8_t first[2], last[2]; /* bins */
   uint32_t onset;            /* block, counted from the start of the run; SEARCH_FROM_START */
+  uint32_t end;              /* DURING: the block after its last; 0: it goes on */
   float ln_ratio;            /* ln likelihood ratio */
   float score;               /* ln_ratio / phi - description */
   float shift, sd;           /* in the channel's s */
@@ -61,6 +64,10 @@ typedef struct search_config {
   uint8_t cells_per_turn; /* boxes searched in a turn of a channel */
   const rim_noise *noise;
   const uint8_t *cuts; /* u8[features][SEARCH_CUTS], ascending: bytes of a feature */
+  /* Sections REGION, u16[features][2], and OUTCOMES, u16[outcomes]; NULL: every feature may
+   * describe every channel's regions. An outcome's own reading, taken as measured, may not: it is
+   * high where it is high. */
+  const uint8_t *region, *outcome_feature;
 } search_config;
 
 /* One block: the region features as bytes, the means' and predictions' standardised values, and
@@ -74,7 +81,7 @@ typedef struct search_block {
   const bool *unknown;     /* [channels]: says nothing of this block; NULL: all are known */
   bool apart;              /* the block before is not its neighbour in time */
   double change;           /* of the commands since the block before, in standard deviations */
-  double disturbance;      /* rim_noise_disturbance() */
+  double disturbance;      /* rimi_noise_disturbance() */
 } search_block;
 
 typedef struct rim_search rim_search;
@@ -112,7 +119,8 @@ bool rimi_search_inside(const rim_search *search, const search_hypothesis *h,
                         const uint8_t *feature, uint32_t block);
 
 double rimi_search_time_of(const rim_search *search, uint32_t block); /* of a block, s */
-/* First block of the ring inside the hypothesis. */
+/* First block of the ring inside the hypothesis whose residual is known in the channel that was
+ * judged last. */
 uint32_t rimi_search_first_inside(const rim_search *search, const search_hypothesis *h);
 uint32_t rimi_search_oldest(const rim_search *search);
 /* Bytes at which the bins first..last of a feature begin and end. */
@@ -120,6 +128,12 @@ void rimi_search_edges(const rim_search *search, uint32_t feature, uint32_t firs
                        uint32_t *low, uint32_t *high);
 
 double rimi_search_description(search_family family); /* nats */
+
+/* The residuals of the blocks from..to-1 are unknown from now on, in every channel, and every
+ * hypothesis is sought anew: a deviation that ended must not hide the next. The run effects are
+ * learnt from the other blocks, each channel's in its next turn. False, and nothing is changed,
+ * while an earlier call still waits for that, or where none of the blocks is held. O(channels). */
+bool rimi_search_exclude(rim_search *search, uint32_t from, uint32_t to);
 
 /* For calibration on the ground: [channels][NOISE_FAMILIES] largest ln likelihood ratios so far are
  * kept there when not NULL. */

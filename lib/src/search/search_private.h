@@ -64,6 +64,8 @@ struct rim_search {
   uint8_t top_feature; /* best single feature of the channel in turn */
   bool fresh, favour;
   search_layout at;
+  uint32_t excluded_from, excluded_to;          /* blocks of the newest rimi_search_exclude() */
+  uint32_t excludes[SEARCH_MAX_CHANNELS / 32u]; /* a bit per channel that still holds them */
   float *maxima;
   search_hypothesis in_time[SEARCH_FIELD + 1]; /* of the channel in turn: best by ratio of each */
   uint32_t fields;                             /* of the channel in turn */
@@ -147,11 +149,12 @@ static inline double search_p(const rim_search *s, uint32_t i) {
 /* Which blocks of the ring a pass looks at. */
 typedef struct search_mask {
   uint32_t from;                       /* first index of the ring, 0: all */
+  uint32_t to;                         /* index after the last, 0: all */
   uint8_t dims;                        /* features that must be inside their bins */
   uint8_t feature[2], low[2], high[2]; /* bytes low..high inclusive */
 } search_mask;
 
-/* A pass over the ring from the newest block to the oldest of the mask:
+/* A pass over the ring from the newest block of the mask to its oldest:
  *   for (search_walk w = search_walk_from(s, mask); search_walk_next(&w);) ... w.i, w.inside */
 typedef struct search_walk {
   uint32_t i, end;               /* index of the ring, 0 oldest held; one before the last to come */
@@ -163,11 +166,13 @@ typedef struct search_walk {
 } search_walk;
 
 static inline search_walk search_walk_from(const rim_search *s, const search_mask *mask) {
-  search_walk w = {.i = s->held, .end = mask->from < s->held ? mask->from : s->held};
+  const uint32_t to = mask->to != 0 && mask->to < s->held ? mask->to : s->held;
+  search_walk w = {.i = to, .end = mask->from < to ? mask->from : to};
   w.stride = s->config.features;
   w.first = search_features(s, 0);
   w.newest = search_features(s, s->config.ring - 1u);
-  w.feature = search_features(s, s->head); /* the newest lies before it */
+  /* What lies after the first to come; the newest lies before the head. */
+  w.feature = search_features(s, to == s->held ? s->head : search_slot(s, to));
   for (uint32_t k = 0; k < 2u; ++k) {
     const bool used = k < mask->dims;
     w.at[k] = used ? mask->feature[k] : 0u;
@@ -208,7 +213,15 @@ void rimi_search_judge(const rim_search *s, const search_sums *sums, search_hypo
 void rimi_search_scan_onset(const rim_search *s, const search_mask *mask, search_hypothesis *h,
                             double *sd);
 
+/* search.c: completes rimi_search_exclude() in this channel, where that is still to be done. */
+void rimi_search_take_out(rim_search *s, uint32_t channel);
+/* The best end of a shift that has its onset; it is before the newest block. */
+void rimi_search_scan_end(const rim_search *s, search_hypothesis *h);
+
 /* scan.c */
+/* The best DURING, by bins of time; then each edge exactly given the other. */
+void rimi_search_scan_during(rim_search *s, search_hypothesis *h);
+void rimi_search_refine_during(const rim_search *s, search_hypothesis *h);
 void rimi_search_scan_interval(rim_search *s, const search_mask *mask, uint32_t feature,
                                search_hypothesis *h, uint32_t which);
 void rimi_search_scan_box(rim_search *s, uint32_t x, uint32_t y, search_hypothesis *h);

@@ -48,7 +48,7 @@ static double phi(const rim_search *s, uint32_t channel, uint32_t family) {
 }
 
 double rimi_search_description(search_family family) {
-  static const double nats[NOISE_FAMILIES] = {4.0, 5.0, 5.0, 4.0, 6.0, 11.0, 8.0, 13.0};
+  static const double nats[NOISE_FAMILIES] = {4.0, 5.0, 5.0, 4.0, 6.0, 11.0, 8.0, 13.0, 10.0};
   return nats[family];
 }
 
@@ -320,6 +320,7 @@ void rimi_search_refresh(rim_search *s, uint32_t channel) {
   s->p_zero = (double)c.p_center / (double)c.s;
   s->p_step = (double)c.p_scale * SEARCH_BYTE_STEP / (double)c.s;
   s->fresh = true;
+  rimi_search_take_out(s, channel);
   solve_effects(s, &c, l, b);
   whiten(s, &c, l, b, mean_raw);
   fold(s, &c);
@@ -328,6 +329,31 @@ void rimi_search_refresh(rim_search *s, uint32_t channel) {
   scan_time(s);
   if (c.fields > 0)
     judge_field(s, &c, l, b, mean_raw);
+}
+
+void rimi_search_scan_end(const rim_search *s, search_hypothesis *h) {
+  const uint32_t oldest = s->count - s->held;
+  const float *a0 = search_a0(s), *a1 = search_a1(s);
+  search_hypothesis now = *h;
+  search_sums sums = {0};
+  h->score = SEARCH_NONE;
+  now.onset = h->onset > oldest ? h->onset : oldest;
+  bool inside = false; /* the block before */
+  for (uint32_t i = now.onset - oldest; i + 1u < s->held; ++i) {
+    const bool known = a0[i] > 0.0f;
+    if (known) {
+      sums.n += 1.0;
+      sums.d += (double)search_q(s)[i];
+      sums.a += (double)a0[i] + (inside ? (double)a1[i - 1u] : 0.0);
+      for (uint32_t j = 0; j < s->fields; ++j)
+        sums.g[j] += (double)search_g(s, i)[j];
+    }
+    inside = known;
+    now.end = oldest + i + 1u;
+    rimi_search_judge(s, &sums, &now);
+    if (now.score > h->score)
+      *h = now;
+  }
 }
 
 void rimi_search_scan_onset(const rim_search *s, const search_mask *mask, search_hypothesis *h,

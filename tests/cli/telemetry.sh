@@ -1,0 +1,32 @@
+#!/bin/bash
+# SPDX-License-Identifier: MIT
+# Real telemetry beside published figures, a few files of each set: tests/measured/telemetry.py scores all of them.
+# Skipped, saying so, where ../shared/measured is absent.
+. "$(dirname "$0")/check.inc"
+root=$(cd "$(dirname "$0")/../.." && pwd)
+measured=${RIM_MEASURED:-$root/../shared/measured}
+if [ ! -d "$measured/skab" ] || [ ! -d "$measured/smap_msl" ]; then
+  echo "skipped: no $measured/skab and $measured/smap_msl"
+  skipped=1
+  finish
+fi
+if [ -n "${SANITIZE:-}" ]; then echo "skipped: too slow under the sanitizers"; skipped=1; finish; fi
+export PYTHONDONTWRITEBYTECODE=1
+score="$root/tests/measured/telemetry.py --rim $RIM --from $measured --list"
+
+# Half of the runs, so that there are enough to learn from; a detector that marks every row has a FAR of 100 %.
+python3 $score --set skab --only valve1_0,valve1_1,valve1_2,valve1_3,valve1_4,valve1_5,valve1_6,valve1_7,valve1_8,valve1_9 \
+  --require skab_f1=.7,skab_far=30 > "$here/skab.txt"
+check "SKAB: F1 and FAR" 0 $?
+cat "$here/skab.txt"
+
+python3 $score --set smap_msl --only A-4,D-14,M-6,R-1,S-2,T-5,T-9 --require smap_msl_precision=.7,smap_msl_recall=.6 > "$here/ranges.txt"
+check "SMAP and MSL: precision and recall" 0 $?
+cat "$here/ranges.txt"
+
+# The scorer itself: what is not kept is told.
+python3 $score --set smap_msl --only S-2 --require smap_msl_recall=1.1,nothing=1 > "$here/missed.txt"; check "a figure that is missed" 1 $?
+contains "which one" "$(cat "$here/missed.txt")" "missed: smap_msl_recall is"
+contains "which was not measured" "$(cat "$here/missed.txt")" "missed: nothing was not measured"
+python3 $score --set nonsense > /dev/null 2>&1; check "an unknown set" 2 $?
+finish
