@@ -61,8 +61,7 @@ typedef struct rim_verdict {
   uint8_t reason;  /* rim_reason */
   bool valid;      /* this row was used; otherwise it was counted in health */
   rim_alarm alarm; /* the record to send with this row; seq 0: none */
-  const struct rim_interference_verdict *interference; /* of this row, until the next call; NULL:
-                                                          no such detector, or row not used */
+  const struct rim_interference_verdict *interference; /* of this row; NULL: not watched or used */
 } rim_verdict;
 
 /* Counted since init or reset, saturating: no row and no block is lost without being counted. */
@@ -86,9 +85,7 @@ typedef struct rim_monitor_health {
   double period_s;           /* recent mean time between rows */
   uint16_t out_feature;      /* of the first value out of range; 0xffff: there was none */
   double out_value, out_t_s; /* that value and its time */
-  uint32_t partly; /* blocks of which some outcomes were not examined: what they should be follows
-                    * from commands that the monitor did not see, for it was started in the middle
-                    * of a run, or rows were lost */
+  uint32_t partly;           /* examined in part: commands before a start or in a gap count too */
 } rim_monitor_health;
 
 #define RIM_MONITOR_HEADER_BYTES 2048u
@@ -108,14 +105,11 @@ typedef struct rim_monitor_health {
 /* Bytes, at most, for a monitor of an image with section NOISE: fields and means as there. */
 #define RIM_MONITOR_TRAINED_SIZE(features, outcomes, region_features, ring, filters, terms,        \
                                  fields, means)                                                    \
-  (RIM_MONITOR_HEADER_BYTES + RIM_MONITOR_ROWS_SIZE(features, outcomes, filters, terms) +          \
-   RIM_MONITOR_SEARCH_HEADER +                                                                     \
+  (RIM_MONITOR_HEADER_BYTES + RIM_MONITOR_ROWS_SIZE(features, outcomes, filters, terms) + 4224u +  \
    RIM_MONITOR_KINDS * (size_t)(outcomes) *                                                        \
        (2u * (size_t)(fields) * ((fields) + 3u) + 73u + (region_features)) +                       \
    (size_t)(ring) *                                                                                \
-       (4u * (4u + (fields)) + 7u * (size_t)(outcomes) + (region_features) + (means) + 3u) +       \
-   128u)
-#define RIM_MONITOR_SEARCH_HEADER 4096u
+       (4u * (4u + (fields)) + 7u * (size_t)(outcomes) + (region_features) + (means) + 3u))
 #define RIM_MONITOR_INTERFERENCE_BYTES 4096u /* more, for an image that watches interference */
 
 /* Writes the bytes that this image needs. Errors as rim_monitor_init; then *bytes is unchanged. */
@@ -177,17 +171,14 @@ rim_alarm_status rim_monitor_alarms(const rim_monitor *monitor);
 rim_monitor_health rim_monitor_get_health(const rim_monitor *monitor);
 /* The standing alarm of a detector as it was last described, valid until the next call; or NULL. */
 const rim_alarm *rim_monitor_standing(const rim_monitor *monitor, rim_detector detector);
-/* Chance, 0..1, that a context lies in the region of the standing alarm; 0 when none stands. */
+/* Chance, 0..1, that a context lies in the region of the standing alarm; 0: none stands. */
 double rim_monitor_membership(const rim_monitor *monitor, const double *context);
-/* A word of the image's configuration (rim_config_word of rim/image.h); 0: there is no such word.
- */
+/* A word of the image's configuration (rim_config_word of rim/image.h); 0: no such word. */
 uint32_t rim_monitor_config(const rim_monitor *monitor, uint32_t word);
 
-/* Deviations that an alarm described and that ended since the start or the last reset. Where there
- * is one, *first is the first block of the newest and *end the block after its last, counted from 0
- * (verdict->blocks - 1 is the newest block of the run); either may be NULL. Its alarm is cleared,
- * and its blocks are no evidence any more. 0 for NULL and for an image without section NOISE. O(1).
- */
+/* Number of deviations that an alarm described and that ended since the last reset; their blocks
+ * are no evidence any more. Of the newest: its blocks *first to *end - 1, counted from 0; either
+ * may be NULL. 0 for NULL and for an image without section NOISE. O(1). */
 uint32_t rim_monitor_ended(const rim_monitor *monitor, uint32_t *first, uint32_t *end);
 
 /* Returns the digest continued by every bit of the verdict that decides anything. Start with
@@ -200,8 +191,7 @@ uint64_t rim_verdict_digest(uint64_t digest, const rim_verdict *verdict);
 typedef struct rim_clock_guard_config {
   double max_jump_s;    /* accepted ahead of the newest time, beyond twice the time that passed */
   double max_skew_s;    /* accepted difference from day_s; 0: not compared */
-  uint32_t resync_rows; /* rows refused in succession, each at most max_jump_s after the one
-                           before, whose clock is then accepted; 0: 1 */
+  uint32_t resync_rows; /* refused in succession, until their clock is accepted; 0: 1 */
 } rim_clock_guard_config;
 
 typedef struct rim_clock_guard {
