@@ -207,7 +207,7 @@ void more_regions_than_fit(void **) {
 // allow is not said, what they do not is a wrong model.
 void a_trained_image_takes_it(void **) {
   std::vector<rim::Log> logs;
-  for (std::uint64_t seed = 1; seed <= 12; ++seed)
+  for (std::uint64_t seed = 1; seed <= 24; ++seed)
     logs.push_back(toy_log(seed));
   const auto image = rim::make_image(rim::train(logs, rim::TrainOptions{}).plan);
   const rim::Layout layout = rim::layout_of(logs[0]);
