@@ -76,7 +76,7 @@ contains "own predictions: promise" "$out" "^calibrated by a table: at most 5 % 
 contains "own predictions: residuals" "$out" "^residuals were tested for scale and autocorrelation"
 out=$("$RIM" replay own.csv --calibration-runs 39); check "by Monte Carlo" 0 $?
 contains "by Monte Carlo: promise" "$out" "^calibrated by 39 Monte Carlo runs: at most 5 % of healthy runs"
-hit=$(paste -d, <(tail -n +2 own.csv) <(tail -n +2 own_labels.csv) | awk -F, '{n++; s += (($2 > 0.5) == ($8 > 0))} END {print (s / n > 0.9)}')
+hit=$(paste -d, <(tail -n +2 own.csv) <(tail -n +2 own_labels.csv) | awk -F, '{n++; s += (($2 > 0.5) == ($9 > 0))} END {print (s / n > 0.9)}')
 check "own predictions: the rows of the region" 1 "$hit"
 awk -F, -v OFS=, '{print $1, $2, ($2 > 0.5 || NR == 1 ? $3 : $3), $4}' own.csv > nosd.csv
 err=$("$RIM" replay nosd.csv 2>&1 >/dev/null); check "without sd" 0 $?
