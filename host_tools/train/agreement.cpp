@@ -5,8 +5,8 @@
 
 #include <Eigen/Cholesky>
 
-#include "train/behaviour.hpp"
 #include "image/image_writer.hpp"
+#include "train/behaviour.hpp"
 #include "util/parallel_for.hpp"
 
 extern "C" {
@@ -26,7 +26,7 @@ const double kIntegralRidges[] = {1e-6};
 // Part of the changes that others must explain for an outcome to be called their integral.
 constexpr double kIntegrates = 0.5;
 constexpr double kIntegrandWins = 0.05; // part by which each integrand must lower the squared error
-constexpr double kProductWins = 0.2; // part of what a product explains that is not counted
+constexpr double kProductWins = 0.2;    // part of what a product explains that is not counted
 constexpr double kMustWin = 0.8; // of the variance: a further source must be better by as much
 
 // Regressors of all outcomes in one run: residuals of this block, of the block before, and of this
@@ -273,7 +273,7 @@ std::vector<Eigen::Index> choose_integrands(const Regression &r, const Agreement
   return chosen;
 }
 
-// The outcome that this one mostly integrates: the one whose usual variation has the largest effect.
+// The outcome that this one mostly integrates: its usual variation has the largest effect.
 double mostly_integrated(const Agreement &a, const Layout &layout, const Eigen::VectorXd &weight,
                          const std::vector<BlockRun> &runs) {
   const auto outcomes = static_cast<Eigen::Index>(layout.outcomes());
@@ -441,9 +441,8 @@ private:
 } // namespace
 
 Agreement fit_agreement(const Layout &layout, const Basis &basis,
-                        const std::vector<Integrand> &integrands,
-                        const std::vector<BlockRun> &runs, const std::vector<Matrix> &residual,
-                        const std::vector<Matrix> &level) {
+                        const std::vector<Integrand> &integrands, const std::vector<BlockRun> &runs,
+                        const std::vector<Matrix> &residual, const std::vector<Matrix> &level) {
   const Eigen::Index o = residual.front().cols();
   const Eigen::Index total = o * (2 + static_cast<Eigen::Index>(basis.means.size()));
   Agreement a;
@@ -484,8 +483,7 @@ Agreement fit_agreement(const Layout &layout, const Basis &basis,
   return a;
 }
 
-std::vector<Eigen::VectorXd> disturbances(const Agreement &a,
-                                          const std::vector<Matrix> &residual) {
+std::vector<Eigen::VectorXd> disturbances(const Agreement &a, const std::vector<Matrix> &residual) {
   std::vector<Eigen::VectorXd> all;
   for (const Matrix &run : residual) {
     Eigen::VectorXd of_run(run.rows()), square(run.cols());

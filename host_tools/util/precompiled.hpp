@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// util/precompiled.hpp - the headers that most sources of the host tools begin with. The build compiles
-// them once per level of optimisation. Nothing depends on it: every source includes what it uses.
+// util/precompiled.hpp - the headers that most sources of the host tools begin with. The build
+// compiles them once per level of optimisation. Nothing depends on it: every source includes what
+// it uses.
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>

@@ -2,6 +2,8 @@
 // Simulations and images that predict measured logs: exact on motion that obeys them, silent where
 // they should be, and one step twice is two steps.
 #include "made_vehicle.hpp"
+#include "predict/falcon_fall.hpp"
+#include "predict/predictor.hpp"
 #include "replay/replay.hpp"
 #include "temporary.hpp"
 #include "toy_log.hpp"
@@ -9,9 +11,7 @@
 #include "util/atomic_file.hpp"
 #include "util/data_path.hpp"
 #include "util/error.hpp"
-#include "predict/falcon_fall.hpp"
 #include "world/lander.hpp"
-#include "predict/predictor.hpp"
 #include "world/random.hpp"
 #include "world/recording.hpp"
 
@@ -247,7 +247,8 @@ void bad_flights_are_refused(void **) {
       without_rows(log, [](double t) { return std::fabs(std::remainder(t, 2.0)) > 0.01; });
   assert_true(has(refusal([&] { falcon->predict(sparse); }), "one every 1.5 s at least"));
   assert_true(has(refusal([&] { falcon->predict(make_log(kFallColumns)); }), "no second"));
-  assert_true(has(refusal([] { make_world_predictor("moon"); }), "usage: --world: unknown world 'moon'"));
+  assert_true(
+      has(refusal([] { make_world_predictor("moon"); }), "usage: --world: unknown world 'moon'"));
 }
 
 const std::vector<std::string> kDriveColumns = {"x.x_m",       "x.y_m",         "x.theta_rad",

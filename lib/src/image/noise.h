@@ -6,10 +6,13 @@
  * noise a_i that is autocorrelated (AR(1), coefficient rho, innovations of standard deviation s).
  * The fields are combinations of R raw ones: 1, the prediction p, a trend, a decay, and the means
  * of the commands. The trend is the time, bending as the sums of section AGREEMENT do: (1 - exp(-t
- * / trend_s)) trend_s / run_s. u32 layout (2), channels C, raw R = 4 + M, fields K (largest of any
- * channel) f32 run_s, decay_s, trend_s > 0, 0 per channel f32: active (0, 1), fields k <= K, rho in
- * [0, 1), s > 0, p_center, p_scale > 0, ln sigma per p, per p^2 - 1, per change, per disturbance, inverse prior [K]
- * > 0, combination [K][R], phi[SEARCH_FAMILIES] >= 1 */
+ * / trend_s)) trend_s / run_s.
+ *
+ *   u32 layout (2), channels C, raw R = 4 + M, fields K (largest of any channel)
+ *   f32 run_s, decay_s, trend_s > 0, 0
+ *   per channel f32: active (0, 1), fields k <= K, rho in [0, 1), s > 0, p_center, p_scale > 0,
+ *     ln sigma per p, per p^2 - 1, per change, per disturbance, inverse prior [K] > 0,
+ *     combination [K][R], phi[NOISE_FAMILIES] >= 1 */
 #ifndef RIM_SRC_NOISE_H
 #define RIM_SRC_NOISE_H
 

@@ -90,7 +90,7 @@ static bool find_unknown(rim_monitor *m) {
   double *error = m->level; /* [2 O]: agree() is done with it */
   bool any = false;
   rimi_behaviour_error(&m->models.behaviour, blocks_unknown(m->rows), blocks_knows_start(m->rows),
-                      error);
+                       error);
   for (size_t c = 0; c < m->channel_count; ++c) {
     const size_t o = c % outcomes;
     double own = 0.0;
@@ -99,8 +99,8 @@ static bool find_unknown(rim_monitor *m) {
       own = error[o];
       break;
     case RIM_CHANNEL_AGREEMENT:
-      own =
-          rimi_agreement_error(&m->models.agreement, (uint32_t)o, rimi_blocks_means(m->rows), error);
+      own = rimi_agreement_error(&m->models.agreement, (uint32_t)o, rimi_blocks_means(m->rows),
+                                 error);
       break;
     case RIM_CHANNEL_SCATTER:
       own = error[outcomes + o];

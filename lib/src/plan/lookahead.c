@@ -187,7 +187,7 @@ static vec cross(vec a, vec b) {
 /* Farthest point of sweep less zone. */
 static vec support(const sweep *s, const zone *z, vec d) {
   const double back[3] = {-d.v[0], -d.v[1], -d.v[2]};
-  vec a, b;
+  vec a = {{0}}, b = {{0}};
   support_sweep(s, d.v, a.v);
   support_zone(z, back, b.v);
   return less(a, b);
