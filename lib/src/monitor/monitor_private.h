@@ -25,7 +25,7 @@
 /* A deviation is over when its outcome has been quiet since for so many blocks and for this part of
  * a healthy run: a place that is visited again and again is no end. */
 #define MONITOR_OVER_BLOCKS 8u
-#define MONITOR_OVER_RUN 0.25
+#define MONITOR_OVER_RUN 0.5
 #define MONITOR_NO_OUTCOME 0xffffu
 /* Of a channel's own noise: an error of its nominal value above which a block says nothing. */
 #define MONITOR_MOST_UNKNOWN 0.1
