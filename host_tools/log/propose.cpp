@@ -222,7 +222,11 @@ void Proposer::find_time() {
     }
   }
   if (best < 0)
-    fail(out_.paths.front(), "no column increases from row to row: which one is the time?");
+    fail(out_.paths.front(),
+         std::string("no column increases from row to row: which one is the time?") +
+             (out_.decimal_comma ? " Numbers with a decimal comma (0,25) cannot be read: replace "
+                                   "the commas by points"
+                                 : ""));
   out_.time = best;
   ColumnGuess &guess = out_.columns[static_cast<std::size_t>(best)];
   guess.guess = Guess::time;
