@@ -128,6 +128,8 @@ std::size_t CsvReader::file_column(const std::string &name, const char *what) co
   const auto found = std::find(header_.begin(), header_.end(), name);
   if (found == header_.end())
     fail("column '" + name + "': missing" + what + columns_found());
+  if (std::find(found + 1, header_.end(), name) != header_.end())
+    fail("column '" + name + "': stands twice in the header; which one is meant?");
   return static_cast<std::size_t>(found - header_.begin());
 }
 
@@ -157,11 +159,9 @@ void CsvReader::plan_native() {
   for (std::size_t field = 0; field < header_.size(); field++) {
     const std::string &name = header_[field];
     Role role = Role::context;
-    const bool duplicate = find_column(log_, name) >= 0 ||
-                           std::find(header_.begin(), header_.begin() + static_cast<long>(field),
-                                     name) != header_.begin() + static_cast<long>(field);
-    if (!used_[field] && !duplicate && role_of_name(name, role))
-      add_column(name, "", {field, 1.0, 0.0}, role);
+    const bool made = find_column(log_, name) >= 0; // by the schema
+    if (!used_[field] && !made && role_of_name(name, role))
+      add_column(name, "", {file_column(name, ""), 1.0, 0.0}, role);
   }
 }
 

@@ -10,10 +10,10 @@
 #include "base/crc.h"
 #include "base/real.h"
 #include "bus/sentence.hpp"
-#include "util/error.hpp"
+#include "monitor/inspect.h"
 #include "rim/image.h"
 #include "search/select.h"
-#include "monitor/inspect.h"
+#include "util/error.hpp"
 
 namespace rim {
 
