@@ -127,6 +127,9 @@ printf '{"a": 1}\n' > no.jsonl; head -c 3000 rover.rim > cut.rim; : > empty.csv
 refuse "no time" 3 "falls.csv: no column increases" schema falls.csv
 refuse "a short row" 3 "ragged.csv: row 2: 1 fields where the header has 2" schema ragged.csv
 refuse "a name twice" 3 "twice.csv: column 'a': stands twice" schema twice.csv
+rim replay faulty.csv --schema rover.toml --model rover.rim --candump faulty.candump --lcm "file://$here/bus.lcm?mode=w" > /dev/null
+refuse "CAN frames" 3 "faulty.candump: holds CAN frames.*rim can-table" schema faulty.candump
+refuse "an LCM event log" 3 "bus.lcm: is an LCM event log.*observation = " schema bus.lcm
 printf 't_s,s.a_m,s.a_m\n0,1,2\n1,1,2\n' > two.csv
 printf 'schema = "rim-schema/1"\n[time]\ncolumn = "t"\n[[column]]\nfrom = "a"\nname = "s.a_m"\n' > a.toml
 refuse "a sensor twice" 3 "two.csv: column 's.a_m': stands twice" show two.csv
