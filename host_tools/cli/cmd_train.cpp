@@ -98,11 +98,11 @@ void print_input(const std::vector<rim::Log> &logs, const rim::FlightPlan &plan)
     skipped += log.rows_skipped;
     filtered += log.rows_filtered;
   }
-  for (const std::uint8_t is_command : plan.layout.command)
-    commands += is_command;
+  for (const std::uint8_t bits : plan.layout.command) // 2 and 4: an angle
+    commands += (bits & 1U) != 0;
   std::printf("%zu runs, %zu rows at %.4g Hz: %zu sensors, %zu commands, %zu further context\n",
               logs.size(), rows, 1.0 / plan.period_s, plan.layout.outcomes(), commands,
-              plan.layout.features() - plan.layout.outcomes() - commands);
+              plan.layout.features() - plan.layout.outcome_feature.size() - commands);
   std::printf("rows skipped for a missing or infinite value: %zu", skipped);
   if (filtered > 0)
     std::printf("; left out by the schema: %zu", filtered);

@@ -4,7 +4,7 @@
 
 int main(int argc, char **argv) {
   return rim::run_program({"rim",
-                           {"simulate", "train", "diagnose", "replay", "listen", "command",
-                            "can-table", "plan", "bench"}},
+                           {"schema", "check", "simulate", "train", "diagnose", "replay", "show",
+                            "listen", "command", "can-table", "plan", "bench"}},
                           argc, argv);
 }

@@ -9,8 +9,8 @@
 #include "diagnose/extension.hpp"
 #include "image/correct.h"
 #include "image/image_writer.hpp"
-#include "util/error.hpp"
 #include "rim/image.h"
+#include "util/error.hpp"
 
 namespace rim::diagnose {
 namespace {
@@ -43,6 +43,15 @@ Measured table_of(const Log &log) {
     channel.sd_estimated = sd < 0;
     channel.sd = sd < 0 ? Vector::Ones(rows) : Vector(log.values.col(sd));
     table.channels.push_back(channel);
+  }
+  // A term may act where the simulation itself predicts something: make_measured().
+  const auto measured = table.x.cols();
+  table.x.conservativeResize(Eigen::NoChange,
+                             measured + static_cast<Eigen::Index>(table.channels.size()));
+  for (std::size_t c = 0; c < table.channels.size(); ++c) {
+    const Channel &channel = table.channels[c];
+    table.features.push_back({"m." + channel.name, channel.unit, false, false, true});
+    table.x.col(measured + static_cast<Eigen::Index>(c)) = channel.m;
   }
   return table;
 }

@@ -300,9 +300,9 @@ void TermReader::check_feature(const toml::node &node, const std::string &channe
          fmt::format("'{}': a cycle: the term takes the outcome that it predicts", feature));
   Role role = Role::outcome;
   if (feature != kTime &&
-      (!role_of_name(feature, role) ||
-       (role != Role::context && role != Role::command && role != Role::sensor)))
-    fail(path_, node, fmt::format("'{}': must be a feature (x. u. s.) or {}", feature, kTime));
+      (!role_of_name(feature, role) || (role != Role::context && role != Role::command &&
+                                        role != Role::sensor && role != Role::mean)))
+    fail(path_, node, fmt::format("'{}': must be a feature (x. u. s. m.) or {}", feature, kTime));
 }
 
 void TermReader::read_arguments(Term *term) const {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "log/csv_text.hpp"
 #include "log/derive.hpp"
 #include "log/lcm_log.hpp"
 #include "log/log.hpp"
@@ -7,45 +8,13 @@
 #include "util/error.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <string_view>
 
 namespace rim {
 
 namespace {
-
-constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
-
-std::string_view trimmed(std::string_view s) {
-  const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
-  while (!s.empty() && blank(s.front()))
-    s.remove_prefix(1);
-  while (!s.empty() && blank(s.back()))
-    s.remove_suffix(1);
-  if (s.size() >= 2 && s.front() == '"' && s.back() == '"')
-    s = s.substr(1, s.size() - 2);
-  return s;
-}
-
-// False when the text is no number. Empty, NA and null read as NaN; what overflows as infinite.
-bool parse_number(std::string_view s, double &value) {
-  s = trimmed(s);
-  if (s.empty() || s == "NA" || s == "null") {
-    value = kMissing;
-    return true;
-  }
-  if (s.front() == '+' && s.size() > 1 && s[1] != '-')
-    s.remove_prefix(1);
-  const auto [end, error] = std::from_chars(s.data(), s.data() + s.size(), value);
-  if (end != s.data() + s.size())
-    return false;
-  if (error == std::errc::result_out_of_range)
-    value = std::strtod(std::string(s).c_str(), nullptr);
-  return error != std::errc::invalid_argument;
-}
 
 // One value of a row: where it comes from in the file and what it becomes.
 struct Slot {
@@ -88,9 +57,10 @@ private:
                     (column.empty() ? "" : ": column '" + column + "'") + ": " + reason);
   }
 
-  bool next_line(std::string_view &line);
-  void split(std::string_view line);
+  bool next_line(std::string_view &line) { return take_line(text_, at_, line); }
+  void split(std::string_view line) { split_fields(line, delimiter_, fields_); }
   void read_header();
+  std::string columns_found() const;
   std::size_t file_column(const std::string &name, const char *what) const;
   void add_column(const std::string &name, const std::string &unit, const Slot &slot, Role role);
   void plan();
@@ -120,40 +90,6 @@ private:
   std::string first_skipped_;
 };
 
-bool CsvReader::next_line(std::string_view &line) {
-  if (at_ >= text_.size())
-    return false;
-  const char *begin = text_.data() + at_;
-  const void *end = std::memchr(begin, '\n', text_.size() - at_);
-  const std::size_t length = end != nullptr
-                                 ? static_cast<std::size_t>(static_cast<const char *>(end) - begin)
-                                 : text_.size() - at_;
-  line = std::string_view(begin, length);
-  if (!line.empty() && line.back() == '\r')
-    line.remove_suffix(1);
-  at_ += length + 1;
-  return true;
-}
-
-void CsvReader::split(std::string_view line) {
-  fields_.clear();
-  const char *at = line.data(), *const end = line.data() + line.size();
-  for (;;) {
-    const char *begin = at;
-    if (at < end && *at == '"') {
-      at++;
-      while (at < end && *at != '"')
-        at++;
-    }
-    while (at < end && *at != delimiter_)
-      at++;
-    fields_.emplace_back(begin, static_cast<std::size_t>(at - begin));
-    if (at == end)
-      return;
-    at++;
-  }
-}
-
 void CsvReader::read_header() {
   if (text_.empty())
     fail("is empty");
@@ -177,10 +113,23 @@ void CsvReader::read_header() {
   fail("has no header");
 }
 
+// What a person needs who gave a file of other names or of another delimiter.
+std::string CsvReader::columns_found() const {
+  std::string text;
+  for (std::size_t i = 0; i < header_.size() && i < 12; i++)
+    text += (i == 0 ? "; the file has '" : "', '") + header_[i];
+  text += header_.size() > 12 ? "' and " + std::to_string(header_.size() - 12) + " more" : "'";
+  if (header_.size() == 1)
+    text += ", one column when separated by '" + std::string(1, delimiter_) + "'";
+  return schema_ == nullptr ? text + "; `rim schema` proposes a --schema for it" : text;
+}
+
 std::size_t CsvReader::file_column(const std::string &name, const char *what) const {
   const auto found = std::find(header_.begin(), header_.end(), name);
   if (found == header_.end())
-    fail("column '" + name + "': missing" + what);
+    fail("column '" + name + "': missing" + what + columns_found());
+  if (std::find(found + 1, header_.end(), name) != header_.end())
+    fail("column '" + name + "': stands twice in the header; which one is meant?");
   return static_cast<std::size_t>(found - header_.begin());
 }
 
@@ -210,11 +159,9 @@ void CsvReader::plan_native() {
   for (std::size_t field = 0; field < header_.size(); field++) {
     const std::string &name = header_[field];
     Role role = Role::context;
-    const bool duplicate = find_column(log_, name) >= 0 ||
-                           std::find(header_.begin(), header_.begin() + static_cast<long>(field),
-                                     name) != header_.begin() + static_cast<long>(field);
-    if (!used_[field] && !duplicate && role_of_name(name, role))
-      add_column(name, "", {field, 1.0, 0.0}, role);
+    const bool made = find_column(log_, name) >= 0; // by the schema
+    if (!used_[field] && !made && role_of_name(name, role))
+      add_column(name, "", {file_column(name, ""), 1.0, 0.0}, role);
   }
 }
 

@@ -30,6 +30,15 @@ constexpr Unit kUnits[] = {
     {"W", "W"},          {"J", "J"},         {"hz", "Hz"},       {"Hz", "Hz"},
     {"pct", "%"},        {"rpm", "rpm"},     {"g", "g"}};
 
+// How logs of others write the same units.
+constexpr Unit kSpellings[] = {
+    {"m/s2", "mps2"},      {"m/s/s", "mps2"},   {"m/s**2", "mps2"}, {"\u00b0", "deg"},
+    {"degree", "deg"},     {"degrees", "deg"},  {"radians", "rad"}, {"rad/s2", "radps2"},
+    {"\u00b0/s", "degps"}, {"kph", "kmph"},     {"C", "degC"},      {"deg C", "degC"},
+    {"\u00b0C", "degC"},   {"celsius", "degC"}, {"percent", "pct"}, {"sec", "s"},
+    {"seconds", "s"},      {"Nm", "Nm"},        {"volt", "V"},      {"amp", "A"},
+    {"metres", "m"},       {"meters", "m"}};
+
 std::string without_prefix(const std::string &name) {
   for (const auto &p : kPrefixes)
     if (name.rfind(p.text, 0) == 0)
@@ -64,6 +73,16 @@ bool role_of_name(const std::string &name, Role &role) {
 std::string unit_of_name(const std::string &name) {
   const Unit *unit = unit_suffix(name);
   return unit != nullptr ? unit->text : "";
+}
+
+std::string suffix_of_unit(const std::string &unit) {
+  for (const auto &u : kUnits)
+    if (unit == u.text)
+      return u.suffix;
+  for (const auto &[other, suffix] : kSpellings)
+    if (unit == other)
+      return suffix;
+  return "";
 }
 
 std::string plain_name(const std::string &name) {

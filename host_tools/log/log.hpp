@@ -60,6 +60,9 @@ void write_log(const Log &log, const std::string &path);
 
 // The unit that a name's suffix says ("s.climb_mps": "m/s"); empty when none is known.
 std::string unit_of_name(const std::string &name);
+// The suffix that says this unit ("m/s": "mps"), also of some of its other spellings ("deg C",
+// "m/s2"); empty when no suffix does.
+std::string suffix_of_unit(const std::string &unit);
 // False for an unknown prefix or an empty name.
 bool role_of_name(const std::string &name, Role &role);
 // "s.altitude_m" with its prefix and unit suffix taken off, in words: "altitude".

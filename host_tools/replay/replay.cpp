@@ -298,9 +298,6 @@ bool is_at_another_rate(const ReplayedLog &log) {
   return log.image_period_s > 0.0 && 2 * rows.wrong_rate > rows.rows_used;
 }
 
-namespace {
-
-// What keeps silence from being health, in a sentence; empty: nothing does.
 std::string doubt(const ReplayedLog &log, const Names &names) {
   const rim_monitor_health &h = log.health;
   std::string text;
@@ -325,8 +322,6 @@ std::string doubt(const ReplayedLog &log, const Names &names) {
                         count_text(log.blocks - h.partly, "block was", "blocks were"));
   return text;
 }
-
-} // namespace
 
 std::string replay_text(const ReplayedLog &log, const Names &names) {
   std::string text = log.path + ": ";

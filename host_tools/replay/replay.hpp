@@ -112,6 +112,10 @@ ExternalImage external_image(const std::vector<Log> &logs, std::size_t runs,
 // Whether most rows came at another rate than the image's: nothing was examined.
 bool is_at_another_rate(const ReplayedLog &log);
 
+// What keeps silence from being health, in a sentence: a value out of the trained range, another
+// rate, too few rows. Empty: nothing does.
+std::string doubt(const ReplayedLog &log, const Names &names);
+
 // What a person reads: a sentence, then the counts.
 std::string replay_text(const ReplayedLog &log, const Names &names);
 

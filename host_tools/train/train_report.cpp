@@ -6,49 +6,11 @@
 
 #include <fmt/format.h>
 
+#include "image/facts.hpp"
 #include "image/names.hpp"
-#include "image/image_writer.hpp"
 #include "util/table.hpp"
-#include "rim/image.h"
 
 namespace rim {
-
-namespace {
-
-const char *section_name(std::uint32_t id) {
-  switch (id) {
-  case RIM_SECTION_CONFIG:
-    return "configuration";
-  case RIM_SECTION_LEVEL:
-    return "model: outcomes from the other sensors";
-  case RIM_SECTION_BASIS:
-    return "inputs of the models";
-  case RIM_SECTION_BEHAVIOUR:
-    return "model: outcomes from the commands";
-  case RIM_SECTION_AGREEMENT:
-    return "model: agreement between outcomes";
-  case RIM_SECTION_NOISE:
-    return "noise of healthy runs";
-  case RIM_SECTION_CUTS:
-    return "features' bins";
-  case RIM_SECTION_THRESHOLD:
-    return "thresholds";
-  case RIM_SECTION_FEATURES:
-    return "features' ranges";
-  case RIM_SECTION_REGION:
-    return "features of regions";
-  case RIM_SECTION_OUTCOMES:
-    return "outcomes";
-  case RIM_SECTION_COMMANDS:
-    return "commands";
-  case RIM_SECTION_NAMES:
-    return "names";
-  default:
-    return "other";
-  }
-}
-
-} // namespace
 
 std::string outcome_report(const Training &training) {
   const FlightPlan &plan = training.plan;
@@ -148,20 +110,12 @@ std::string promise_report(const Training &training, double false_alarm) {
 }
 
 std::string image_report(const std::vector<std::uint8_t> &image) {
-  const LoadedImage loaded(
-      std::string_view(reinterpret_cast<const char *>(image.data()), image.size()), "image");
+  const ImageFacts facts = facts_of_image(image, "image");
   Table table({{"section", ""}, {"size", "bytes"}});
-  for (std::uint32_t id = 1; id < 64; ++id) {
-    const std::uint8_t *data = nullptr;
-    std::size_t bytes = 0;
-    if (rim_image_section(&loaded.view(), id, &data, &bytes) == RIM_OK)
-      table.add({section_name(id), cell(bytes)});
-  }
-  table.add({"whole image", cell(image.size())});
-  std::size_t monitor = 0;
-  Monitor made(image, "image");
-  monitor = made.bytes();
-  table.add({"RAM of one monitor", cell(monitor)});
+  for (const ImageSectionSize &section : facts.sections)
+    table.add({section.name, cell(section.bytes)});
+  table.add({"whole image", cell(facts.bytes)});
+  table.add({"RAM of one monitor", cell(facts.monitor_bytes)});
   return "\n" + table.text();
 }
 

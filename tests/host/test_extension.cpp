@@ -271,7 +271,7 @@ void what_is_wrong_is_refused_with_its_line(void **) {
       {"basis = [\"v, m\"]", ":line 7: ", "one value"},
       {"basis = [\"\"]", ":line 7: ", "expression ''"},
       {"arguments = { v = \"z.speed_mps\" }", ":line 8: ", "cycle"},
-      {"arguments = { v = \"m.speed_mps\" }", ":line 8: ", "must be a feature"},
+      {"arguments = { v = \"sd.speed_mps\" }", ":line 8: ", "must be a feature"},
       {"arguments = { m = \"s.speed_mps\" }", ":line 8: ", "cannot name an argument"},
       {"arguments = { \"a b\" = \"s.speed_mps\" }", ":line 8: ", "cannot name an argument"},
       {"arguments = [\"v\"]", ":line 8: ", "must be a table"},

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: MIT
+// bus/model_dbc.hpp - the DBC of the alarms of one image on one node.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "image/facts.hpp"
+
+namespace rim {
+
+// The shipped rim.dbc with the identifiers of this node, and with value tables that name the
+// image's outcomes and features with their units. DataError where rim.dbc is not installed.
+std::string model_dbc(const ImageFacts &facts, unsigned node);
+
+} // namespace rim

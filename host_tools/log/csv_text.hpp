@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT
+// log/csv_text.hpp - lines, fields and numbers of CSV text.
+#pragma once
+
+#include <charconv>
+#include <cstdlib>
+#include <cstring>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace rim {
+
+// Without blanks and the quotation marks around a field.
+inline std::string_view trimmed(std::string_view s) {
+  const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
+  while (!s.empty() && blank(s.front()))
+    s.remove_prefix(1);
+  while (!s.empty() && blank(s.back()))
+    s.remove_suffix(1);
+  if (s.size() >= 2 && s.front() == '"' && s.back() == '"')
+    s = s.substr(1, s.size() - 2);
+  return s;
+}
+
+// False when the text is no number. Empty, NA and null read as NaN; what overflows as infinite.
+inline bool parse_number(std::string_view s, double &value) {
+  s = trimmed(s);
+  if (s.empty() || s == "NA" || s == "null") {
+    value = std::numeric_limits<double>::quiet_NaN();
+    return true;
+  }
+  if (s.front() == '+' && s.size() > 1 && s[1] != '-')
+    s.remove_prefix(1);
+  const auto [end, error] = std::from_chars(s.data(), s.data() + s.size(), value);
+  if (end != s.data() + s.size())
+    return false;
+  if (error == std::errc::result_out_of_range)
+    value = std::strtod(std::string(s).c_str(), nullptr);
+  return error != std::errc::invalid_argument;
+}
+
+// The line that begins at `at`, without its end; `at` moves behind it. False after the last.
+inline bool take_line(std::string_view text, std::size_t &at, std::string_view &line) {
+  if (at >= text.size())
+    return false;
+  const char *begin = text.data() + at;
+  const void *end = std::memchr(begin, '\n', text.size() - at);
+  const std::size_t length = end != nullptr
+                                 ? static_cast<std::size_t>(static_cast<const char *>(end) - begin)
+                                 : text.size() - at;
+  line = std::string_view(begin, length);
+  if (!line.empty() && line.back() == '\r')
+    line.remove_suffix(1);
+  at += length + 1;
+  return true;
+}
+
+// The fields of a line, with their quotation marks.
+inline void split_fields(std::string_view line, char delimiter,
+                         std::vector<std::string_view> &fields) {
+  fields.clear();
+  const char *at = line.data(), *const end = line.data() + line.size();
+  for (;;) {
+    const char *begin = at;
+    if (at < end && *at == '"') {
+      at++;
+      while (at < end && *at != '"')
+        at++;
+    }
+    while (at < end && *at != delimiter)
+      at++;
+    fields.emplace_back(begin, static_cast<std::size_t>(at - begin));
+    if (at == end)
+      return;
+    at++;
+  }
+}
+
+} // namespace rim

@@ -1,0 +1,515 @@
+// SPDX-License-Identifier: MIT
+#include "log/propose.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <initializer_list>
+#include <limits>
+#include <map>
+#include <set>
+
+#include "log/log.hpp"
+#include "stats/robust.hpp"
+#include "util/error.hpp"
+
+namespace rim {
+
+namespace {
+
+using Words = std::vector<std::string>;
+
+bool is_one_of(const std::string &word, std::initializer_list<const char *> list) {
+  return std::any_of(list.begin(), list.end(), [&](const char *w) { return word == w; });
+}
+
+bool is_command_word(const std::string &w) {
+  return is_one_of(w, {"cmd", "command", "commanded", "cmds", "setpoint", "sp", "ref", "reference",
+                       "target", "desired", "des", "demand", "throttle", "pwm", "u"});
+}
+bool is_prediction_word(const std::string &w) {
+  return is_one_of(w, {"sim", "simulated", "model", "pred", "predicted", "prediction", "expected"});
+}
+bool is_sd_word(const std::string &w) {
+  return is_one_of(w, {"sd", "std", "stddev", "sigma", "stdev"});
+}
+bool is_place_word(const std::string &w) {
+  return is_one_of(w, {"pos", "position", "lat", "latitude", "lon", "lng", "longitude", "heading",
+                       "odometer", "distance", "easting", "northing", "pose"});
+}
+bool is_angle_word(const std::string &w) {
+  return is_one_of(w, {"heading", "yaw", "roll", "pitch", "bearing", "angle", "azimuth", "phi",
+                       "psi", "theta", "course"});
+}
+bool is_rate_word(const std::string &w) {
+  return is_one_of(w, {"rate", "speed", "velocity", "vel", "gyro", "omega", "dot"});
+}
+bool is_time_word(const std::string &w) {
+  return is_one_of(w, {"t", "time", "timestamp", "stamp", "clock", "tstamp", "seconds", "secs"});
+}
+// Says where a reading comes from, not what is read.
+bool is_source_word(const std::string &w) {
+  return is_one_of(w, {"odo", "odom", "meas", "measured", "enc", "encoder", "imu", "gps", "actual",
+                       "act", "sensor", "obs", "observed", "raw"});
+}
+
+// A name in lower-case words, and the unit that it ends in: in brackets, or its last word.
+struct Parts {
+  Words words;
+  std::string unit;
+};
+
+Parts parts_of(const std::string &name) {
+  Parts parts;
+  std::string bare = name;
+  const std::size_t open = bare.find_last_of("[(");
+  const std::size_t close = open == std::string::npos ? open : bare.find_first_of("])", open);
+  if (close != std::string::npos) {
+    parts.unit = bare.substr(open + 1, close - open - 1);
+    bare = bare.substr(0, open);
+  } else if (!unit_of_name("s." + bare).empty()) {
+    parts.unit = unit_of_name("s." + bare);
+    bare = bare.substr(0, bare.rfind('_'));
+  }
+  std::string word;
+  for (std::size_t i = 0; i <= bare.size(); i++) {
+    const auto letter = static_cast<unsigned char>(i < bare.size() ? bare[i] : ' ');
+    const bool hump = std::isupper(letter) != 0 && i > 0 &&
+                      std::islower(static_cast<unsigned char>(bare[i - 1])) != 0;
+    if ((std::isalnum(letter) == 0 || hump) && !word.empty()) {
+      parts.words.push_back(word);
+      word.clear();
+    }
+    if (std::isalnum(letter) != 0)
+      word += static_cast<char>(std::tolower(letter));
+  }
+  return parts;
+}
+
+template <class Test> bool any_word(const Words &words, Test test) {
+  return std::any_of(words.begin(), words.end(), test);
+}
+template <class Test> Words without(Words words, Test test) {
+  words.erase(std::remove_if(words.begin(), words.end(), test), words.end());
+  return words;
+}
+
+std::string joined(const Words &words) {
+  std::string text;
+  for (const auto &word : words)
+    text += (text.empty() ? "" : "_") + word;
+  return text;
+}
+
+// Units that no suffix says, and what makes one of them that has a suffix.
+struct Conversion {
+  const char *unit, *to;
+  double scale;
+};
+constexpr Conversion kConversions[] = {{"ft", "m", 0.3048},
+                                       {"feet", "m", 0.3048},
+                                       {"in", "mm", 25.4},
+                                       {"cm", "m", 0.01},
+                                       {"kt", "m/s", 0.514444444},
+                                       {"kts", "m/s", 0.514444444},
+                                       {"knots", "m/s", 0.514444444},
+                                       {"mph", "m/s", 0.44704},
+                                       {"ft/s", "m/s", 0.3048},
+                                       {"psi", "kPa", 6.894757293},
+                                       {"mbar", "kPa", 0.1},
+                                       {"hPa", "kPa", 0.1},
+                                       {"mV", "V", 1e-3},
+                                       {"lb", "kg", 0.45359237},
+                                       {"mrad", "rad", 1e-3},
+                                       {"cm/s", "m/s", 0.01},
+                                       {"mm/s", "m/s", 1e-3},
+                                       {"mG", "m/s^2", 9.80665e-3}};
+
+class Proposer {
+public:
+  explicit Proposer(const std::vector<std::string> &paths);
+  Proposal make();
+
+private:
+  [[noreturn]] static void fail(const std::string &path, const std::string &reason) {
+    throw DataError(path + ": " + reason);
+  }
+  const RawColumn &raw(std::size_t table, std::size_t c) const { return tables_[table].columns[c]; }
+  bool increases(std::size_t c) const;
+  double median_step(std::size_t c) const;
+  void find_time();
+  double time_scale(std::size_t c);
+  void measure_time();
+  void range(std::size_t c);
+  bool is_equal(std::size_t a, std::size_t b) const;
+  bool is_counter(std::size_t c) const;
+  bool settles(std::size_t c);
+  void role(std::size_t c);
+  void pair_predictions();
+  int measured_of(std::size_t c, const Words &words) const;
+  void unit(std::size_t c);
+  void angle(std::size_t c);
+  void name(std::size_t c);
+
+  Proposal out_;
+  std::vector<RawTable> tables_;
+  std::vector<Parts> parts_;
+  std::set<std::string> taken_;
+};
+
+Proposer::Proposer(const std::vector<std::string> &paths) {
+  out_.paths = paths;
+  for (const auto &path : paths) {
+    tables_.push_back(read_raw_table(path));
+    const RawTable &first = tables_.front(), &table = tables_.back();
+    if (table.columns.size() != first.columns.size())
+      fail(path, std::to_string(table.columns.size()) + " columns where " + first.path + " has " +
+                     std::to_string(first.columns.size()));
+    for (std::size_t c = 0; c < table.columns.size(); c++)
+      if (table.columns[c].name != first.columns[c].name)
+        fail(path, "column '" + table.columns[c].name + "' where " + first.path + " has '" +
+                       first.columns[c].name + "'");
+    out_.rows += table.rows;
+  }
+  out_.delimiter = tables_.front().delimiter;
+  std::set<std::string> names;
+  for (const auto &column : tables_.front().columns) {
+    if (!names.insert(column.name).second)
+      fail(paths.front(), "column '" + column.name + "': stands twice; give one another name");
+    parts_.push_back(parts_of(column.name));
+    out_.columns.emplace_back();
+    out_.columns.back().from = column.name;
+  }
+  for (const auto &table : tables_)
+    for (const auto &column : table.columns)
+      out_.decimal_comma = out_.decimal_comma || column.decimal_comma;
+}
+
+// All but one row in fifty, in every log: clocks of real logs repeat.
+bool Proposer::increases(std::size_t c) const {
+  for (const auto &table : tables_) {
+    const auto &v = table.columns[c].values;
+    std::size_t steps = 0;
+    for (std::size_t i = 1; i < v.size(); i++)
+      steps += v[i] > v[i - 1];
+    if (v.size() < 2 || 50 * (v.size() - 1 - steps) > v.size())
+      return false;
+  }
+  return true;
+}
+
+double Proposer::median_step(std::size_t c) const {
+  std::vector<double> steps;
+  for (const auto &table : tables_) {
+    const auto &v = table.columns[c].values;
+    for (std::size_t i = 1; i < v.size(); i++)
+      if (v[i] > v[i - 1])
+        steps.push_back(v[i] - v[i - 1]);
+  }
+  return steps.empty() ? 0.0 : median(std::move(steps));
+}
+
+void Proposer::find_time() {
+  int best = -1, merit = 0;
+  for (std::size_t c = 0; c < out_.columns.size(); c++) {
+    if (!increases(c))
+      continue;
+    const bool named = any_word(parts_[c].words, is_time_word);
+    const int points = out_.columns[c].from == "t_s" ? 4 : named ? 3 : is_counter(c) ? 1 : 2;
+    if (points > merit) {
+      merit = points;
+      best = static_cast<int>(c);
+    }
+  }
+  if (best < 0)
+    fail(out_.paths.front(),
+         std::string("no column increases from row to row: which one is the time?") +
+             (out_.decimal_comma ? " Numbers with a decimal comma (0,25) cannot be read: replace "
+                                   "the commas by points"
+                                 : ""));
+  out_.time = best;
+  ColumnGuess &guess = out_.columns[static_cast<std::size_t>(best)];
+  guess.guess = Guess::time;
+  guess.certain = merit >= 3;
+  out_.time_scale = time_scale(static_cast<std::size_t>(best));
+}
+
+// By the name's unit; else the unit in which rows come at 0.2 to 2000 Hz, seconds first.
+double Proposer::time_scale(std::size_t c) {
+  const std::map<std::string, double> units = {{"s", 1.0},     {"sec", 1.0}, {"seconds", 1.0},
+                                               {"ms", 1e-3},   {"us", 1e-6}, {"\u00b5s", 1e-6},
+                                               {"usec", 1e-6}, {"ns", 1e-9}, {"nsec", 1e-9},
+                                               {"msec", 1e-3}, {"min", 60.0}};
+  std::string unit = parts_[c].unit;
+  if (unit.empty() && !parts_[c].words.empty())
+    unit = parts_[c].words.back();
+  const auto found = units.find(unit);
+  if (found != units.end()) {
+    out_.time_named = true;
+    out_.columns[c].unit = unit;
+    return found->second;
+  }
+  const double step = median_step(c);
+  for (const double scale : {1.0, 1e-3, 1e-6, 1e-9})
+    if (scale * step >= 5e-4 && scale * step <= 5.0)
+      return scale;
+  return 1.0;
+}
+
+void Proposer::measure_time() {
+  const auto c = static_cast<std::size_t>(out_.time);
+  out_.period_s = out_.time_scale * median_step(c);
+  std::vector<double> periods;
+  out_.shortest_s = std::numeric_limits<double>::infinity();
+  for (const auto &table : tables_) {
+    const auto &v = table.columns[c].values;
+    for (std::size_t i = 1; i < v.size(); i++) {
+      const double period = out_.time_scale * (v[i] - v[i - 1]);
+      if (!(period > 0.0)) {
+        out_.backwards++;
+        continue;
+      }
+      periods.push_back(period);
+      out_.gaps += period > 1.5 * out_.period_s;
+      out_.longest_gap_s = std::max(out_.longest_gap_s, period);
+    }
+    const double length = out_.time_scale * (v.back() - v.front());
+    out_.shortest_s = std::min(out_.shortest_s, length);
+    out_.longest_s = std::max(out_.longest_s, length);
+  }
+  std::sort(periods.begin(), periods.end());
+  if (!periods.empty())
+    out_.spread =
+        (periods[periods.size() * 95 / 100] - periods[periods.size() * 5 / 100]) / out_.period_s;
+}
+
+void Proposer::range(std::size_t c) {
+  ColumnGuess &guess = out_.columns[c];
+  guess.low = std::numeric_limits<double>::infinity();
+  guess.high = -guess.low;
+  for (const auto &table : tables_) {
+    for (const double v : table.columns[c].values) {
+      guess.missing += !std::isfinite(v);
+      if (std::isfinite(v)) {
+        guess.low = std::min(guess.low, v);
+        guess.high = std::max(guess.high, v);
+      }
+    }
+    for (const auto &word : table.columns[c].words)
+      if (std::find(guess.words.begin(), guess.words.end(), word) == guess.words.end())
+        guess.words.push_back(word);
+  }
+}
+
+bool Proposer::is_equal(std::size_t a, std::size_t b) const {
+  for (const auto &table : tables_) {
+    const auto &x = table.columns[a].values, &y = table.columns[b].values;
+    for (std::size_t i = 0; i < x.size(); i++)
+      if (std::abs(x[i] - y[i]) > 1e-8 * std::abs(x[i]) || std::isnan(x[i]) != std::isnan(y[i]))
+        return false;
+  }
+  return true;
+}
+
+bool Proposer::is_counter(std::size_t c) const {
+  for (const auto &table : tables_) {
+    const auto &v = table.columns[c].values;
+    for (std::size_t i = 1; i < v.size(); i++)
+      if (v[i] != v[i - 1] + 1.0)
+        return false;
+  }
+  return true;
+}
+
+// What is no reading: true when that decides the column.
+bool Proposer::settles(std::size_t c) {
+  ColumnGuess &guess = out_.columns[c];
+  Role role = Role::context;
+  const bool numbers = std::all_of(tables_.begin(), tables_.end(), [c](const RawTable &t) {
+    return t.columns[c].text == 0 && t.columns[c].empty < t.rows;
+  });
+  if (!numbers)
+    guess.guess = Guess::text;
+  else if (guess.low == guess.high)
+    guess.guess = Guess::constant;
+  else if (is_counter(c))
+    guess.guess = Guess::counter;
+  else if (role_of_name(guess.from, role))
+    guess.guess = Guess::native;
+  else
+    return false;
+  return true;
+}
+
+void Proposer::role(std::size_t c) {
+  ColumnGuess &guess = out_.columns[c];
+  const Words &words = parts_[c].words;
+  if (settles(c))
+    return;
+  for (std::size_t b = 0; b < c && guess.twin.empty(); b++) {
+    const Guess other = out_.columns[b].guess;
+    if (other != Guess::text && other != Guess::constant && is_equal(c, b))
+      guess.twin = out_.columns[b].from;
+  }
+  if (guess.twin.empty() && out_.time > static_cast<int>(c) &&
+      is_equal(c, static_cast<std::size_t>(out_.time)))
+    guess.twin = out_.columns[static_cast<std::size_t>(out_.time)].from;
+  const bool whole = std::all_of(guess.words.begin(), guess.words.end(), [](const auto &w) {
+    return w.find_first_not_of("-0123456789") == std::string::npos;
+  });
+  guess.certain = true;
+  if (!guess.twin.empty())
+    guess.guess = Guess::duplicate;
+  else if (any_word(words, is_sd_word))
+    guess.guess = Guess::sd;
+  else if (any_word(words, is_prediction_word))
+    guess.guess = Guess::mean;
+  else if (any_word(words, is_command_word))
+    guess.guess = Guess::command;
+  else {
+    guess.certain = false;
+    const bool mode = whole && guess.words.size() < 9;
+    const bool place = any_word(words, is_place_word) && !any_word(words, is_rate_word);
+    guess.guess = mode || place ? Guess::context : Guess::sensor;
+  }
+}
+
+// The column that a prediction is of: the one whose words, without those of its source, are the
+// prediction's; -1 where none or several are.
+int Proposer::measured_of(std::size_t c, const Words &words) const {
+  int found = -1;
+  const Words wanted = without(words, is_source_word);
+  for (std::size_t m = 0; m < out_.columns.size(); m++) {
+    const Guess guess = out_.columns[m].guess;
+    if (m == c || (guess != Guess::sensor && guess != Guess::outcome && guess != Guess::context))
+      continue;
+    if (without(parts_[m].words, is_source_word) != wanted)
+      continue;
+    if (found >= 0)
+      return -1;
+    found = static_cast<int>(m);
+  }
+  return found;
+}
+
+void Proposer::pair_predictions() {
+  for (const Guess kind : {Guess::mean, Guess::sd}) {
+    for (std::size_t c = 0; c < out_.columns.size(); c++) {
+      ColumnGuess &guess = out_.columns[c];
+      if (guess.guess != kind)
+        continue;
+      const Words words = without(without(parts_[c].words, is_sd_word), is_prediction_word);
+      const int m = measured_of(c, words);
+      if (m < 0)
+        continue;
+      ColumnGuess &measured = out_.columns[static_cast<std::size_t>(m)];
+      if (kind == Guess::sd && measured.guess != Guess::outcome)
+        continue; // no mean
+      measured.guess = Guess::outcome;
+      measured.certain = true;
+      guess.twin = measured.from;
+      parts_[c].words = parts_[static_cast<std::size_t>(m)].words;
+      if (parts_[c].unit.empty())
+        parts_[c].unit = parts_[static_cast<std::size_t>(m)].unit;
+    }
+  }
+}
+
+void Proposer::unit(std::size_t c) {
+  ColumnGuess &guess = out_.columns[c];
+  guess.unit = parts_[c].unit;
+  guess.has_unit = !guess.unit.empty();
+  if (guess.unit.empty() || !suffix_of_unit(guess.unit).empty())
+    return;
+  for (const auto &conversion : kConversions) {
+    if (guess.unit == conversion.unit) {
+      guess.scale = conversion.scale;
+      guess.unit = conversion.to;
+      return;
+    }
+  }
+  guess.unit_key = guess.unit;
+}
+
+// A unit for what is called an angle and has none; and whether it jumps by a turn.
+void Proposer::angle(std::size_t c) {
+  ColumnGuess &guess = out_.columns[c];
+  const double most = std::max(std::abs(guess.low), std::abs(guess.high));
+  const Words &words = parts_[c].words;
+  if (guess.unit.empty() && any_word(words, is_angle_word) && !any_word(words, is_rate_word))
+    guess.unit = most < 6.3 ? "rad" : most <= 360.0 ? "deg" : "";
+  const std::string suffix = suffix_of_unit(guess.unit);
+  if (suffix != "rad" && suffix != "deg")
+    return;
+  const double turn = suffix == "rad" ? 2.0 * 3.14159265358979323846 : 360.0;
+  for (const auto &table : tables_) {
+    const auto &v = table.columns[c].values;
+    for (std::size_t i = 1; i < v.size(); i++)
+      guess.wraps = guess.wraps || guess.scale * std::abs(v[i] - v[i - 1]) > 0.75 * turn;
+  }
+}
+
+void Proposer::name(std::size_t c) {
+  ColumnGuess &guess = out_.columns[c];
+  const char *prefix = nullptr;
+  switch (guess.guess) {
+  case Guess::command:
+    prefix = "u.";
+    break;
+  case Guess::sensor:
+    prefix = "s.";
+    break;
+  case Guess::context:
+    prefix = "x.";
+    break;
+  case Guess::outcome:
+    prefix = "z.";
+    break;
+  case Guess::mean:
+    prefix = "m.";
+    break;
+  case Guess::sd:
+    prefix = "sd.";
+    break;
+  default:
+    return;
+  }
+  if ((guess.guess == Guess::mean || guess.guess == Guess::sd) && guess.twin.empty())
+    return;
+  Words words = without(parts_[c].words, is_command_word);
+  if (words.empty())
+    words = parts_[c].words;
+  if (words.empty())
+    words = {"column", std::to_string(c + 1)};
+  const std::string suffix = suffix_of_unit(guess.unit);
+  const std::string made = prefix + joined(words);
+  std::string whole = made + (suffix.empty() ? "" : "_" + suffix);
+  for (int n = 2; !taken_.insert(whole).second; n++)
+    whole = made + "_" + std::to_string(n) + (suffix.empty() ? "" : "_" + suffix);
+  guess.name = whole;
+}
+
+Proposal Proposer::make() {
+  find_time();
+  measure_time();
+  for (std::size_t c = 0; c < out_.columns.size(); c++) {
+    range(c);
+    if (static_cast<int>(c) != out_.time)
+      role(c);
+  }
+  pair_predictions();
+  for (std::size_t c = 0; c < out_.columns.size(); c++) {
+    if (static_cast<int>(c) == out_.time)
+      continue;
+    unit(c);
+    angle(c);
+    name(c);
+  }
+  return std::move(out_);
+}
+
+} // namespace
+
+Proposal propose_schema(const std::vector<std::string> &paths) { return Proposer(paths).make(); }
+
+} // namespace rim

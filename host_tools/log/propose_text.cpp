@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: MIT
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "log/log.hpp"
+#include "log/propose.hpp"
+
+namespace rim {
+
+namespace {
+
+// A TOML string.
+std::string quoted(const std::string &text) {
+  std::string out = "\"";
+  for (const char letter : text) {
+    if (letter == '"' || letter == '\\')
+      out += '\\';
+    if (static_cast<unsigned char>(letter) < 0x20)
+      out += fmt::format("\\u{:04x}", static_cast<unsigned>(letter));
+    else
+      out += letter;
+  }
+  return out + "\"";
+}
+
+// For a comment: nothing in a file's header may end the line.
+std::string plain(std::string text) {
+  for (char &letter : text)
+    if (static_cast<unsigned char>(letter) < 0x20)
+      letter = ' ';
+  return text;
+}
+
+std::string head_text(const Proposal &p) {
+  std::string text =
+      "# Proposed by `rim schema` from " +
+      (p.paths.size() == 1 ? plain(p.paths.front()) : fmt::format("{} logs", p.paths.size())) +
+      fmt::format(", {} rows.\n", p.rows);
+  text += "# GUESS marks what was guessed, DECIDE what only you can know. data/README.md explains "
+          "every key.\n";
+  if (p.decimal_comma)
+    text += "# DECIDE: numbers with a decimal comma (0,25) cannot be read. Replace the commas "
+            "first.\n";
+  text += "schema = \"rim-schema/1\"\n";
+  if (p.delimiter != ',')
+    text += fmt::format("delimiter = {}\n",
+                        p.delimiter == '\t' ? "\"\\t\"" : quoted(std::string(1, p.delimiter)));
+  return text;
+}
+
+std::string rate_text(const Proposal &p) {
+  const std::string rate = fmt::format("{:.4g}", 1.0 / p.period_s);
+  std::string text = fmt::format("\n# Rows come at {} Hz; runs last {:.4g} to {:.4g} s.\n", rate,
+                                 p.shortest_s, p.longest_s);
+  if (p.backwards > 0)
+    text += fmt::format("# In {} rows the time repeats or runs backwards: replay takes such a log "
+                        "with --skip-bad-time.\n",
+                        p.backwards);
+  if (p.gaps > 0)
+    text += fmt::format("# {} gaps are longer than 1.5 periods, the longest lasts {:.4g} s.\n",
+                        p.gaps, p.longest_gap_s);
+  if (p.spread > 0.5)
+    text += fmt::format("# DECIDE: the rows are not evenly spaced (nine tenths of the periods "
+                        "spread over {:.0f} % of one).\n# These lines put them on a grid:\n",
+                        100.0 * p.spread);
+  else
+    text += "# For another rate, or logs of several rates:\n";
+  return text + fmt::format("# resample_hz = {}\n# resample = \"hold\"\n", rate);
+}
+
+std::string time_text(const Proposal &p) {
+  const ColumnGuess &time = p.columns[static_cast<std::size_t>(p.time)];
+  if (time.from == "t_s" && p.time_scale == 1.0)
+    return "\n# The time is the column t_s, in seconds.\n";
+  std::string text = "\n[time]\ncolumn = " + quoted(time.from);
+  text += time.certain ? "\n" : "   # GUESS: it increases from row to row\n";
+  text += fmt::format("scale = {:g}", p.time_scale);
+  if (p.time_named)
+    return text + fmt::format("   # to seconds, from {}\n", plain(time.unit));
+  return text +
+         fmt::format("   # GUESS: to seconds; the rate is {:.4g} Hz then\n", 1.0 / p.period_s);
+}
+
+const char *role_words(Guess guess) {
+  switch (guess) {
+  case Guess::command:
+    return "a command";
+  case Guess::sensor:
+    return "a sensor, watched";
+  case Guess::context:
+    return "context: where, not watched. Make it s. to watch it";
+  case Guess::outcome:
+    return "measured, and predicted by your simulation: watched";
+  case Guess::mean:
+    return "predicted by your simulation";
+  case Guess::sd:
+    return "standard deviation of the prediction";
+  default:
+    return "";
+  }
+}
+
+std::string range_text(const ColumnGuess &g) {
+  std::string text = fmt::format("{:.4g} to {:.4g}", g.low, g.high);
+  if (g.missing > 0)
+    text += fmt::format(", {} rows empty", g.missing);
+  return text;
+}
+
+std::string column_text(const ColumnGuess &g) {
+  std::string text = "\n[[column]]\nfrom = " + quoted(g.from) + "   # " + range_text(g) + "\n";
+  text += "name = " + quoted(g.name) + "   # " + (g.certain ? "" : "GUESS: ") +
+          role_words(g.guess) + (g.twin.empty() ? "" : " (of " + plain(g.twin) + ")") + "\n";
+  if (!g.unit_key.empty())
+    text += "unit = " + quoted(g.unit_key) + "\n";
+  if (g.scale != 1.0)
+    text += fmt::format("scale = {:.10g}   # to {}\n", g.scale, g.unit);
+  if (g.unit.empty())
+    text += "# unit = \"\"   # DECIDE: the file names none\n";
+  else if (!g.has_unit)
+    text += fmt::format("# GUESS: an angle in {}, by its name and range\n", g.unit);
+  if (g.wraps)
+    text += "# It jumps by a whole turn: taken as an angle.\n";
+  return text;
+}
+
+std::string left_out_text(const ColumnGuess &g) {
+  const std::string from = plain(g.from);
+  std::string why;
+  switch (g.guess) {
+  case Guess::constant:
+    why = fmt::format("is {:.6g} in every row: it says nothing", g.low);
+    break;
+  case Guess::duplicate:
+    why = "equals " + plain(g.twin) + " in every row";
+    break;
+  case Guess::counter:
+    why = "counts the rows";
+    break;
+  case Guess::mean:
+    why = "looks like a prediction, but of which column? DECIDE: name that one z.NAME, this m.NAME";
+    break;
+  case Guess::sd:
+    why = "looks like a standard deviation, but of which prediction? DECIDE: sd.NAME";
+    break;
+  default:
+    why = "holds text";
+  }
+  std::string text = "# " + from + " " + why + "\n";
+  if (g.guess != Guess::text || g.words.size() > 8 || g.words.empty())
+    return text;
+  std::string list;
+  for (const auto &word : g.words)
+    list += (list.empty() ? "" : ", ") + quoted(word);
+  return text +
+         "# DECIDE: it can select rows, for example\n# [[keep]]\n# column = " + quoted(g.from) +
+         "\n# values = [" + list + "]\n";
+}
+
+} // namespace
+
+std::string proposal_text(const Proposal &p) {
+  std::string text = head_text(p) + rate_text(p) + time_text(p), kept, out;
+  std::size_t watched = 0, predicted = 0;
+  for (std::size_t c = 0; c < p.columns.size(); c++) {
+    const ColumnGuess &g = p.columns[c];
+    Role role = Role::context;
+    const Role *native = g.guess == Guess::native && role_of_name(g.from, role) ? &role : nullptr;
+    watched += g.guess == Guess::sensor || (native != nullptr && role == Role::sensor);
+    predicted += g.guess == Guess::outcome || (native != nullptr && role == Role::outcome);
+    if (static_cast<int>(c) == p.time)
+      continue;
+    if (native != nullptr)
+      kept += (kept.empty() ? "" : ", ") + plain(g.from);
+    else if (!g.name.empty())
+      text += column_text(g);
+    else
+      out += left_out_text(g);
+  }
+  if (!kept.empty())
+    text += "\n# Their own names say what they are, they are used as they stand: " + kept + "\n";
+  if (!out.empty())
+    text += "\n# Left out:\n" + out;
+  if (watched + predicted == 0)
+    text += "\n# DECIDE: nothing is watched yet. Name at least one column s.NAME or z.NAME.\n";
+  else if (predicted > 0 && watched > 0)
+    text += "\n# Columns with predictions (z.) are watched; here the sensors (s.) are context.\n";
+  return text;
+}
+
+} // namespace rim

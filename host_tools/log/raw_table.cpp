@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: MIT
+#include "log/raw_table.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "log/csv_text.hpp"
+#include "util/atomic_file.hpp"
+#include "util/error.hpp"
+
+namespace rim {
+
+namespace {
+
+constexpr std::size_t kWords = 9; // more values than a mode or a flag has
+
+void add_word(RawColumn &column, std::string_view word) {
+  if (column.words.size() < kWords &&
+      std::find(column.words.begin(), column.words.end(), word) == column.words.end())
+    column.words.emplace_back(word);
+}
+
+void add_field(RawColumn &column, std::string_view field) {
+  double value = 0.0;
+  if (!parse_number(field, value)) {
+    std::string pointed(field);
+    std::replace(pointed.begin(), pointed.end(), ',', '.');
+    column.decimal_comma =
+        column.decimal_comma || (pointed != field && parse_number(pointed, value));
+    value = std::numeric_limits<double>::quiet_NaN();
+    column.text++;
+  } else if (value != value) {
+    column.empty++;
+  }
+  if (column.words.size() < kWords && !field.empty())
+    add_word(column, field);
+  column.values.push_back(value);
+}
+
+// The first line that is neither blank nor a comment.
+bool take_content(std::string_view text, std::size_t &at, std::string_view &line) {
+  while (take_line(text, at, line))
+    if (!trimmed(line).empty() && line.front() != '#')
+      return true;
+  return false;
+}
+
+} // namespace
+
+char guess_delimiter(const std::string &header) {
+  char best = ',';
+  std::size_t most = 0;
+  std::vector<std::string_view> fields;
+  for (const char delimiter : {',', ';', '\t', '|'}) {
+    split_fields(header, delimiter, fields);
+    if (fields.size() > most) {
+      most = fields.size();
+      best = delimiter;
+    }
+  }
+  return best;
+}
+
+RawTable read_raw_table(const std::string &path) {
+  const std::string text = read_file(path);
+  const auto fail = [&](const std::string &reason) { throw DataError(path + ": " + reason); };
+  if (text.empty())
+    fail("is empty");
+  if (std::memchr(text.data(), '\0', std::min<std::size_t>(text.size(), 4096)) != nullptr)
+    fail("is not text (neither CSV nor an LCM event log)");
+  std::size_t at = text.compare(0, 3, "\xEF\xBB\xBF") == 0 ? 3 : 0;
+  std::string_view line;
+  if (!take_content(text, at, line))
+    fail("has no header");
+  RawTable table;
+  table.path = path;
+  table.delimiter = guess_delimiter(std::string(line));
+  std::vector<std::string_view> fields;
+  split_fields(line, table.delimiter, fields);
+  for (const auto &field : fields) {
+    table.columns.emplace_back();
+    table.columns.back().name = trimmed(field);
+  }
+  while (take_line(text, at, line)) {
+    if (line.empty() || line.front() == '#')
+      continue;
+    table.rows++;
+    split_fields(line, table.delimiter, fields);
+    if (fields.size() != table.columns.size())
+      fail("row " + std::to_string(table.rows) + ": " + std::to_string(fields.size()) +
+           " fields where the header has " + std::to_string(table.columns.size()));
+    for (std::size_t c = 0; c < fields.size(); c++)
+      add_field(table.columns[c], trimmed(fields[c]));
+  }
+  if (table.rows == 0)
+    fail("has a header but no rows");
+  return table;
+}
+
+} // namespace rim

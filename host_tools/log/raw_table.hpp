@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+// log/raw_table.hpp - a CSV file as it stands, before any schema says what its columns are.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace rim {
+
+struct RawColumn {
+  std::string name;
+  std::vector<double> values;      // a row each; NaN: empty, or no number
+  std::size_t empty = 0, text = 0; // rows without a value; rows with text that is no number
+  bool decimal_comma = false;      // of that text some is a number with a comma: 0,25
+  std::vector<std::string> words;  // the distinct texts and whole numbers, the first 9
+};
+
+struct RawTable {
+  std::string path;
+  char delimiter = ',';
+  std::size_t rows = 0;
+  std::vector<RawColumn> columns;
+};
+
+// The delimiter that splits the header best: of , ; tab and |.
+char guess_delimiter(const std::string &header);
+
+// Reads the whole file. DataError: missing, empty, no text, no header, no rows, or a row with
+// another number of fields than the header (file and row). O(bytes).
+RawTable read_raw_table(const std::string &path);
+
+} // namespace rim
