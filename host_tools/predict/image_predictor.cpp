@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A trained image's behaviour models as a simulation: what the commands alone let sensors read,
 // block by block.
+#include <algorithm>
 #include <stdexcept>
 
 #include "rim/monitor.h"
@@ -93,7 +94,18 @@ Log ImagePredictor::predict(const Log &log) const {
   blocks *blocks = nullptr;
   if (rimi_blocks_init(&blocks, memory.data(), memory.size() * 8, &config_) != RIM_OK)
     throw std::logic_error("rimi_blocks_init");
-  PredictionRows rows(log, layout_.feature_names, names);
+  // An outcome's own reading explains it entirely, and by nothing: of outcomes the predictions are
+  // the features.
+  std::vector<std::size_t> given;
+  std::vector<std::string> given_names;
+  for (std::size_t f = 0; f < features.size(); ++f) {
+    const auto &of = layout_.outcome_feature;
+    if (std::find(of.begin(), of.end(), f) != of.end())
+      continue;
+    given.push_back(f);
+    given_names.push_back(layout_.feature_names[f]);
+  }
+  PredictionRows rows(log, given_names, names);
   std::vector<double> context(features.size()), predicted(2 * names.size());
   for (std::size_t t = 0; t < log.t_s.size(); ++t) {
     for (std::size_t f = 0; f < features.size(); ++f)
@@ -104,8 +116,9 @@ Log ImagePredictor::predict(const Log &log) const {
       continue;
     rimi_behaviour_predict(&behaviour_, rimi_blocks_terms(blocks), rimi_blocks_first(blocks),
                            predicted.data());
-    std::vector<double> values(rimi_blocks_context(blocks),
-                               rimi_blocks_context(blocks) + features.size());
+    std::vector<double> values;
+    for (const std::size_t f : given)
+      values.push_back(rimi_blocks_context(blocks)[f]);
     for (std::size_t o = 0; o < names.size(); ++o) {
       values.push_back(rimi_blocks_outcomes(blocks)[o]);
       values.push_back(predicted[o]);
