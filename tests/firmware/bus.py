@@ -54,7 +54,7 @@ COUNTERS = ["sequence", "rows", "wrong_length", "not_finite", "time_back", "futu
             "clock_resets", "stale", "overruns", "step_us", "commands", "commands_refused", "lcm_malformed",
             "lcm_fragments", "lcm_other", "lcm_refused", "lcm_unsent", "can_frames", "can_other", "can_refused",
             "can_errors", "can_bus_off", "can_down", "can_full", "can_unsent", "input_lost", "state_failures",
-            "restarts"]
+            "restarts", "state_refused"]
 HEALTH = ["t_s", "sequence", "model_id", "observations", "rejected", "gaps", "alarms", "dropped", "level", "flags"]
 ENTRY = ["t_s", "to_entry_s", "sequence", "alarm_sequence", "plan_sequence", "model_id", "pose", "flags"]
 OK, WARN, ERROR, STALE = range(4)
@@ -156,7 +156,7 @@ class Bus:
             assert field[0] == fingerprint("entry", self.wire)
             self.entries.append(dict(zip(ENTRY, field[1:])))
         elif name == "RIM_COUNTERS":
-            field = struct.unpack(">Q30I", payload)
+            field = struct.unpack(">Q31I", payload)
             assert field[0] == fingerprint("counters", self.wire)
             self.counters.append(dict(zip(COUNTERS, field[1:])))
 

@@ -150,10 +150,11 @@ bool rim_monitor_idle(rim_monitor *monitor, double now_s);
 rim_status rim_monitor_set_policy(rim_monitor *monitor, const rim_alarm_policy *policy);
 
 /* Obeys a command from a bus that carries the low `bits` bits of sequence and model_id (8 on CAN,
- * 32 on LCM). ACKNOWLEDGE: the alarm will not be latched; a latched one is cleared. CLEAR: the
- * alarm is cleared and its detector forgets all observations. Records then wait. RIM_E_ARGUMENT:
- * NULL; RIM_E_RANGE: unknown command; RIM_E_DATA: no alarm stands that it can mean, or both could
- * be meant. Nothing changes then. O(1) for ACKNOWLEDGE, O(memory) for CLEAR. */
+ * 32 on LCM). It has to name the alarm's newest record and the model; where the policy says
+ * command_any, a 0 stands for any. ACKNOWLEDGE: the alarm will not be latched; a latched one is
+ * cleared. CLEAR: the alarm is cleared and its detector forgets all observations. Records then
+ * wait. RIM_E_ARGUMENT: NULL; RIM_E_RANGE: unknown command; RIM_E_DATA: no alarm stands that it can
+ * mean, or both could be meant. Nothing changes then. O(1) for ACKNOWLEDGE, O(memory) for CLEAR. */
 rim_status rim_monitor_command(rim_monitor *monitor, const rim_command *command, unsigned bits);
 
 /* Forgets all observations because the rows' clock moved to now_s (see rim_clock_guard_take); what
@@ -189,18 +190,23 @@ uint32_t rim_monitor_config(const rim_monitor *monitor, uint32_t word);
 uint64_t rim_verdict_digest(uint64_t digest, const rim_verdict *verdict);
 
 /* The clock guard keeps rows whose time cannot be right away from the monitor: one row from the far
- * future would make all later ones too old. Plain data; all zero: nothing seen yet. */
+ * future would make all later ones too old. A time that is too far ahead, or back, is left out
+ * until resync_rows rows in succession have borne it out; one row on the believed clock in between
+ * and the count begins again. So a believed row is at most max_jump_s ahead of the true time, which
+ * bounds what a wrong time stamp can displace: keep it at a few periods of the rows. The first row
+ * of all is believed. Plain data; all zero: nothing seen yet. */
 typedef struct rim_clock_guard_config {
-  double max_jump_s;    /* accepted ahead of the newest time, beyond twice the time that passed */
+  double max_jump_s;    /* accepted ahead of the newest time, beyond the time that passed here and
+                           1 % of it (for a source whose clock runs ahead of ours) */
   double max_skew_s;    /* accepted difference from day_s; 0: not compared */
-  uint32_t resync_rows; /* rows refused in succession, each at most max_jump_s after the one
-                           before, whose clock is then accepted; 0: 1 */
+  uint32_t resync_rows; /* witnesses of a new time: rows refused in succession, each as near the
+                           one before, the last of which is then accepted; 0: 1 */
 } rim_clock_guard_config;
 
 typedef struct rim_clock_guard {
-  double last_s, last_here_s; /* newest accepted row: its time, and when it came */
-  double other_s;             /* newest refused row */
-  uint32_t refused;           /* in succession */
+  double last_s, last_here_s;   /* newest accepted row: its time, and when it came */
+  double other_s, other_here_s; /* newest refused row */
+  uint32_t refused;             /* in succession */
   bool started;
 } rim_clock_guard;
 
