@@ -23,11 +23,19 @@ base = "image = toy.rim\nlcm = udpm://239.255.76.67:%d?ttl=0\nhealth_ms = 50\nst
 log = list(read_rows("long.csv"))
 
 
+class Listener(Bus):
+    """Hears all but what this test forged: messages that begin with eight zeros."""
+
+    def take(self, data):
+        if b"RIM_ALARM\0" + b"\0" * 8 not in data and b"RIM_HEALTH\0" + b"\0" * 8 not in data:
+            super().take(data)
+
+
 class Flight:
     """A daemon with rows of long.csv, and an alarm that stands."""
 
     def __init__(self, more="", name="x.conf"):
-        self.bus, self.next = Bus(wire, port), 0
+        self.bus, self.next = Listener(wire, port), 0
         self.daemon = Daemon(rimd, name, base + more)
         check("ready", b"rimd: ready" in self.daemon.said, self.daemon.said)
 
