@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* watchdog.h - tells systemd that the daemon still goes round its loop (sd_notify(3), WatchdogSec=),
+/* watchdog.h - tells systemd that the daemon still goes round its loop (sd_notify(3), WatchdogSec),
  * without libsystemd. Where nobody asks, nothing is sent. */
 #ifndef WATCHDOG_H
 #define WATCHDOG_H
