@@ -45,6 +45,7 @@ static const key keys[] = {
     TEXT_KEY(footprint),
     YES_NO_KEY(can_fd),
     YES_NO_KEY(latch),
+    YES_NO_KEY(command_any),
     YES_NO_KEY(replay),
     YES_NO_KEY(mlock),
     NUMBER_KEY(node, 0, RIM_CAN_MAX_NODE),
@@ -194,6 +195,7 @@ static void check_buses(reader *r) {
     if (wrong != NULL)
       complain(r, line_of(r, "lcm"), "lcm: %s: %s", c->lcm, wrong);
   }
+  c->address.interface = INADDR_LOOPBACK; /* from elsewhere only where somebody has said so */
   if (c->lcm_interface[0] != '\0') {
     if (inet_pton(AF_INET, c->lcm_interface, &interface) == 1)
       c->address.interface = ntohl(interface.s_addr);
@@ -263,7 +265,6 @@ static void check_whole(reader *r) {
     memcpy(c->can_input, c->can, sizeof c->can_input);
   c->health_ms = or_default(c->health_ms, 1000);
   c->state_s = or_default(c->state_s, 10);
-  c->max_jump_s = or_default(c->max_jump_s, 60);
   c->resync_rows = or_default(c->resync_rows, 100);
   c->signal_age_ms = or_default(c->signal_age_ms, 1000);
 }

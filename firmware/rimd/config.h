@@ -22,7 +22,8 @@ typedef struct config {
   char image[CONFIG_TEXT_BYTES];         /* flight image; required */
   char state[CONFIG_TEXT_BYTES];         /* file that survives a restart; empty: none */
   char lcm[CONFIG_TEXT_BYTES];           /* URL; empty: no LCM */
-  char lcm_interface[CONFIG_TEXT_BYTES]; /* its address; empty: where the multicast route leads */
+  char lcm_interface[CONFIG_TEXT_BYTES]; /* its address; empty: 127.0.0.1, this computer alone;
+                                            0.0.0.0: where the multicast route leads */
   char can[CONFIG_TEXT_BYTES];           /* interface for alarms and commands; empty: no CAN */
   char can_input[CONFIG_TEXT_BYTES];     /* interface for observations; empty: that of alarms */
   char can_table[CONFIG_TEXT_BYTES];     /* signals of observations; empty: the image's own */
@@ -33,6 +34,7 @@ typedef struct config {
   char footprint[CONFIG_TEXT_BYTES]; /* corners "x y z, x y z, ..." in m; empty: a point */
   bool can_fd;                       /* detail in one FD frame instead of segments */
   bool latch;                        /* an alarm that is over stands until acknowledged */
+  bool command_any;                  /* a command's 0 stands for any alarm, any model */
   bool replay;                       /* everything sent carries the replay flag */
   bool mlock;                        /* all memory stays in RAM */
   uint32_t node;                     /* CAN node, 0..127 */
@@ -41,7 +43,8 @@ typedef struct config {
   uint32_t health_ms;   /* between health messages, and cyclic summaries; 0: 1000 */
   uint32_t deadline_us; /* from waking up for an observation to its answer sent; 0: not judged */
   uint32_t state_s;     /* between writes of the state file without an event; 0: 10 */
-  uint32_t max_jump_s;  /* farther ahead than this and the time passed: refused; 0: 60 */
+  uint32_t max_jump_s;  /* farther ahead than this and the time passed: refused until borne out;
+                           0: 5 periods of the image's rows, or 1 s where it has none */
   uint32_t max_skew_s;  /* farther from this computer's clock: refused; 0: not compared */
   uint32_t
       resync_rows; /* refused rows in a row that agree among themselves move the clock; 0: 100 */

@@ -15,6 +15,9 @@
 #include "rimd/config.h"
 #include "rimd/outbox.h"
 #include "rimd/state.h"
+#include "rimd/watchdog.h"
+
+#define RIMD_HELD 8u
 
 /* What a restart goes on with, beside the monitor itself. Plain data. */
 typedef struct rimd_kept {
@@ -51,9 +54,14 @@ typedef struct rimd {
   outbox outbox;
   rim_lookahead ahead; /* the newest plan, and what was said of it */
   state_file state;
-  bool state_wanted; /* something to be kept has changed */
-  uint64_t valid_ns; /* when the newest valid row came, or the start */
+  bool state_wanted;         /* something to be kept has changed */
+  rim_alarm held[RIMD_HELD]; /* records that are sent when the state that holds them is written */
+  uint32_t held_count;
+  uint32_t held_copied; /* the first of them that are in the copy under way */
+  uint64_t held_ns;     /* since when the first waits */
+  uint64_t valid_ns;    /* when the newest valid row came, or the start */
   uint64_t next_health_ns, next_state_ns;
+  watchdog watchdog;
   uint32_t state_failures; /* told so far */
 } rimd;
 
@@ -72,6 +80,9 @@ int rimd_finish(rimd *d);
 
 /* Takes over what the transports have counted since the last time. */
 void rimd_collect_counts(rimd *d);
+
+/* Sends the records that wait for the state to be written, all of them. */
+void rimd_release_records(rimd *d);
 
 /* Sends every record of the monitor that waits. */
 void rimd_send_records(rimd *d);

@@ -14,7 +14,8 @@
 
 #define MS UINT64_C(1000000)
 #define SECOND (1000 * MS)
-#define BATCH 64 /* datagrams or frames in a row, so that time is looked at in between */
+#define BATCH 64       /* datagrams or frames in a row, so that time is looked at in between */
+#define HELD_NS SECOND /* a record waits at most so long for the medium */
 
 static void count(uint32_t *counter) {
   if (*counter != UINT32_MAX)
@@ -40,7 +41,7 @@ static double day_s(void) {
 /* Sends what the library decides to say about the plan and the region of the alarm that stands. */
 static void look_ahead(rimd *d, bool again) {
   rim_entry entry;
-  if (!d->config.look_ahead)
+  if (!d->config.look_ahead || d->held_count > 0) /* the record of the alarm goes before */
     return;
   d->ahead.sequence = d->kept.entry_sequence;
   if (!rim_lookahead_update(&d->ahead, &d->config.ahead, d->monitor, d->view.model_id,
@@ -50,10 +51,31 @@ static void look_ahead(rimd *d, bool again) {
   outbox_entry(&d->outbox, &entry, rimd_now_ns());
 }
 
+static void release(rimd *d, uint32_t number) {
+  const uint64_t now_ns = rimd_now_ns();
+  for (uint32_t i = 0; i < number; i++)
+    outbox_alarm(&d->outbox, &d->held[i], now_ns);
+  memmove(d->held, d->held + number, (d->held_count - number) * sizeof d->held[0]);
+  d->held_count -= number;
+  d->held_copied = d->held_copied > number ? d->held_copied - number : 0;
+  d->held_ns = now_ns;
+  if (number > 0)
+    look_ahead(d, true);
+}
+
+void rimd_release_records(rimd *d) { release(d, d->held_count); }
+
+/* A record is sent once it is on the medium: a restart then knows of every record that anybody has
+ * heard. Without a state file, at once. */
 static void send_record(rimd *d, const rim_alarm *record) {
-  outbox_alarm(&d->outbox, record, rimd_now_ns());
-  look_ahead(d, true);
+  if (d->held_count == RIMD_HELD) /* more at once than a vehicle has alarms: late is worse */
+    release(d, RIMD_HELD);
+  if (d->held_count == 0)
+    d->held_ns = rimd_now_ns();
+  d->held[d->held_count++] = *record;
   d->state_wanted = true;
+  if (d->config.state[0] == '\0')
+    release(d, d->held_count);
 }
 
 void rimd_send_records(rimd *d) {
@@ -186,11 +208,10 @@ static void take_message(rimd *d, const lcm_udp_message *message, uint64_t woke_
     return;
   }
   if (d->config.look_ahead && strcmp(message->channel, RIM_LCM_CHANNEL_PLAN) == 0) {
-    if (rim_lcm_unpack_plan(&d->ahead.plan, message->payload, message->bytes) != RIM_OK) {
+    if (rim_lcm_unpack_plan(&d->ahead.plan, message->payload, message->bytes) == RIM_OK)
+      look_ahead(d, true);
+    else /* noise on the bus ends no plan */
       count(&d->kept.counters.lcm_refused);
-      d->ahead.plan.count = 0; /* an older plan is no longer flown */
-    }
-    look_ahead(d, true);
     return;
   }
   for (size_t i = 0; i < sizeof ours / sizeof ours[0]; i++)
@@ -329,13 +350,24 @@ static void send_health(rimd *d, uint64_t now_ns) {
                 now_ns);
 }
 
+/* Records leave when the copy that holds them is written, or cannot be; a medium that hangs does
+ * not hold them longer than HELD_NS. */
+static void release_written(rimd *d, uint64_t now_ns) {
+  if (d->held_copied > 0 && atomic_load(&d->state.finished) == d->state.taken)
+    release(d, d->held_copied);
+  if (d->held_count > 0 && now_ns > d->held_ns + HELD_NS)
+    release(d, d->held_count);
+}
+
 static void keep_state(rimd *d, uint64_t now_ns) {
+  release_written(d, now_ns);
   if (!d->state_wanted && now_ns < d->next_state_ns)
     return;
   const state_parts parts = rimd_parts(d);
   if (!state_save(&d->state, &parts))
     return; /* the writer is still busy: at the next tick */
   d->state_wanted = false;
+  d->held_copied = d->held_count;
   d->next_state_ns = now_ns + SECOND * d->config.state_s;
   const uint32_t failures = atomic_load(&d->state.failures);
   if (failures == d->state_failures)
@@ -363,7 +395,9 @@ static int until(uint64_t then_ns, uint64_t now_ns) {
 
 int rimd_tick(rimd *d, uint64_t now_ns) {
   note_silence(d, now_ns);
-  if (now_ns >= d->next_health_ns) {
+  watchdog_feed(&d->watchdog, now_ns);
+  /* On CAN a cyclic summary would go before a record that is held. */
+  if (now_ns >= d->next_health_ns && d->held_count == 0) {
     d->next_health_ns = now_ns + MS * d->config.health_ms;
     if (d->outbox.can != NULL)
       socketcan_tend(&d->can);
@@ -375,13 +409,14 @@ int rimd_tick(rimd *d, uint64_t now_ns) {
   int wait_ms = outbox_pump(&d->outbox, now_ns);
   if (d->config.state[0] != '\0') {
     keep_state(d, now_ns);
-    if (d->state_wanted)
-      wait_ms = earlier(wait_ms, 10);
+    if (d->state_wanted || d->held_count > 0)
+      wait_ms = earlier(wait_ms, d->held_count > 0 ? 1 : 10);
   }
   const uint64_t stale_ns = (uint64_t)(1e9 * d->policy.stale_s);
   if (stale_ns != 0 && rim_monitor_alarms(d->monitor).level != RIM_LEVEL_STALE)
     wait_ms = earlier(wait_ms, until(d->valid_ns + stale_ns, now_ns));
-  return earlier(wait_ms, until(d->next_health_ns, now_ns));
+  wait_ms = earlier(wait_ms, watchdog_wait_ms(&d->watchdog, now_ns));
+  return d->held_count > 0 ? wait_ms : earlier(wait_ms, until(d->next_health_ns, now_ns));
 }
 
 void rimd_run(rimd *d, const volatile sig_atomic_t *stopped) {

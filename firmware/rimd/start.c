@@ -13,6 +13,7 @@
 #include "rimd/say.h"
 
 #define LONG_AGO_S 1e15
+#define JUMP_PERIODS 5.0 /* rows that may be missing unexplained */
 
 enum { EXIT_DATA = 3 };
 
@@ -53,6 +54,17 @@ static const uint8_t *read_file(const char *path, size_t *bytes) {
   return memory;
 }
 
+/* A wrong time stamp can displace the true rows for as long as it may be ahead of them. */
+static void set_clock(rimd *d) {
+  const config *c = &d->config;
+  const uint32_t period_us = rim_monitor_config(d->monitor, RIM_CONFIG_PERIOD_US);
+  const double jump_s = period_us != 0 ? JUMP_PERIODS * 1e-6 * (double)period_us : 1.0;
+  d->guard_config =
+      (rim_clock_guard_config){.max_jump_s = c->max_jump_s != 0 ? (double)c->max_jump_s : jump_s,
+                               .max_skew_s = (double)c->max_skew_s,
+                               .resync_rows = c->resync_rows};
+}
+
 static int open_monitor(rimd *d) {
   const char *path = d->config.image;
   d->image = read_file(path, &d->image_bytes);
@@ -73,6 +85,7 @@ static int open_monitor(rimd *d) {
     say("%s: %s", path, rim_status_text(status));
     return EXIT_DATA;
   }
+  set_clock(d);
   d->features = rim_monitor_config(d->monitor, RIM_CONFIG_FEATURES);
   d->outcomes = rim_monitor_config(d->monitor, RIM_CONFIG_OUTCOMES);
   d->external = rim_monitor_config(d->monitor, RIM_CONFIG_EXTERNAL) != 0;
@@ -80,8 +93,10 @@ static int open_monitor(rimd *d) {
   const uint32_t stale_ms = d->config.stale_ms != 0
                                 ? d->config.stale_ms
                                 : rim_monitor_config(d->monitor, RIM_CONFIG_STALE_MS);
-  d->policy = (rim_alarm_policy){
-      .stale_s = 1e-3 * (double)stale_ms, .latch = d->config.latch, .replay = d->config.replay};
+  d->policy = (rim_alarm_policy){.stale_s = 1e-3 * (double)stale_ms,
+                                 .latch = d->config.latch,
+                                 .replay = d->config.replay,
+                                 .command_any = d->config.command_any};
   if (d->config.input_can || d->values <= RIM_OBSERVATION_MAX_VALUES)
     return 0;
   say("%s: a row has %u values, and an observation over LCM carries %u; input = can carries up to "
@@ -211,9 +226,30 @@ state_parts rimd_parts(rimd *d) {
   return parts;
 }
 
-/* Goes on from the state file where there is a good one. */
+/* Goes on from one generation of the state. NULL, or why not; what is no good was counted. */
+static const char *resume_from(rimd *d, const char *name, uint8_t *copy, uint32_t *refused) {
+  const state_parts parts = rimd_parts(d);
+  const char *why = state_load(name, &parts, copy);
+  if (why == NULL) {
+    const rim_status status =
+        rim_monitor_attach(&d->monitor, d->memory, d->memory_bytes, d->image, d->image_bytes);
+    if (status == RIM_OK)
+      return NULL;
+    /* A good check sum over what is no monitor of this image. */
+    memset(&d->kept, 0, sizeof d->kept);
+    (void)rim_monitor_init(&d->monitor, d->memory, d->memory_bytes, d->image, d->image_bytes);
+    why = rim_status_text(status);
+  }
+  if (strcmp(why, STATE_NONE) != 0)
+    ++*refused;
+  return why;
+}
+
+/* Goes on from the newest generation of the state that is good. */
 static int resume(rimd *d) {
   const char *path = d->config.state;
+  char name[STATE_GENERATIONS][CONFIG_TEXT_BYTES + 8];
+  uint32_t refused = 0;
   if (path[0] == '\0')
     return 0;
   const state_parts parts = rimd_parts(d);
@@ -221,23 +257,22 @@ static int resume(rimd *d) {
   uint8_t *copy = take_memory(bytes, "the state file");
   if (copy == NULL)
     return EXIT_DATA;
-  const char *why = state_load(path, &parts, copy);
-  if (why == NULL) {
-    const rim_status status =
-        rim_monitor_attach(&d->monitor, d->memory, d->memory_bytes, d->image, d->image_bytes);
-    if (status == RIM_OK) {
+  const char *why = STATE_NONE;
+  for (int i = 0; i < STATE_GENERATIONS && why != NULL; i++) {
+    (void)state_name(name[i], sizeof name[i], path, i);
+    why = resume_from(d, name[i], copy, &refused);
+    if (why == NULL) {
       d->kept.counters.restarts++;
       d->kept.guard.last_here_s = -LONG_AGO_S; /* nobody knows how long it was down */
-      say("%s: going on at t = %.3f s after %u observations", path, d->kept.row_s,
+      say("%s: going on at t = %.3f s after %u observations", name[i], d->kept.row_s,
           d->kept.counters.rows);
-    } else { /* a good check sum over what is no monitor of this image: begin anew */
-      memset(&d->kept, 0, sizeof d->kept);
-      (void)rim_monitor_init(&d->monitor, d->memory, d->memory_bytes, d->image, d->image_bytes);
-      why = rim_status_text(status);
+    } else if (i == 0 || strcmp(why, STATE_NONE) != 0) {
+      say("%s: %s", name[i], why);
     }
   }
   if (why != NULL)
-    say("%s: %s; beginning anew", path, why);
+    say("%s: beginning anew", path);
+  d->kept.counters.state_refused += refused;
   const int failed = state_start(&d->state, path, copy, bytes);
   if (failed == 0)
     return 0;
@@ -269,9 +304,6 @@ int rimd_check(rimd *d) {
 int rimd_start(rimd *d) {
   const config *c = &d->config;
   d->lcm.in = d->lcm.out = d->can.fd = d->can_input.fd = -1;
-  d->guard_config = (rim_clock_guard_config){.max_jump_s = (double)c->max_jump_s,
-                                             .max_skew_s = (double)c->max_skew_s,
-                                             .resync_rows = c->resync_rows};
   int status = rimd_check(d);
   if (status == 0)
     status = resume(d);
@@ -286,6 +318,7 @@ int rimd_start(rimd *d) {
   outbox_init(&d->outbox, c->lcm[0] != '\0' ? &d->lcm : NULL, c->can[0] != '\0' ? &d->can : NULL,
               c->node);
   const uint64_t now_ns = rimd_now_ns();
+  watchdog_open(&d->watchdog);
   d->valid_ns = d->next_health_ns = now_ns;
   d->next_state_ns = now_ns + UINT64_C(1000000000) * c->state_s;
   (void)rim_monitor_set_policy(d->monitor, &d->policy);
@@ -306,6 +339,8 @@ int rimd_finish(rimd *d) {
       status = EXIT_DATA;
     }
   }
+  rimd_release_records(d);
+  watchdog_close(&d->watchdog);
   lcm_udp_close(&d->lcm);
   socketcan_close(&d->can);
   socketcan_close(&d->can_input);

@@ -79,11 +79,16 @@ static ssize_t read_whole(const char *path, uint8_t *to, size_t bytes) {
   return longer ? (ssize_t)bytes + 1 : (ssize_t)have;
 }
 
+bool state_name(char *name, size_t bytes, const char *path, int generation) {
+  const int length = snprintf(name, bytes, "%s%s", path, generation == 0 ? "" : ".old");
+  return length >= 0 && (size_t)length < bytes;
+}
+
 const char *state_load(const char *path, const state_parts *parts, uint8_t *scratch) {
   const size_t bytes = state_bytes(parts);
   const ssize_t got = read_whole(path, scratch, bytes);
   if (got == -ENOENT)
-    return "none yet";
+    return STATE_NONE;
   if (got < 0)
     return strerror((int)-got);
   if ((size_t)got < sizeof(head))
@@ -139,6 +144,9 @@ static int write_file(const state_file *state) {
     why = errno;
   if (close(fd) != 0 && why == 0)
     why = errno;
+  /* Between the two there is no FILE, and FILE.old is whole. */
+  if (why == 0 && rename(state->path, state->older) != 0 && errno != ENOENT)
+    why = errno;
   if (why == 0 && rename(state->temporary, state->path) != 0)
     why = errno;
   if (why != 0)
@@ -164,6 +172,7 @@ static void *writer(void *argument) {
     if (atomic_load(&state->busy)) {
       (void)write_copy(state);
       atomic_store(&state->busy, false);
+      atomic_fetch_add(&state->finished, 1);
     }
     if (atomic_load(&state->stop))
       return NULL;
@@ -176,7 +185,8 @@ int state_start(state_file *state, const char *path, uint8_t *copy, size_t bytes
   state->copy = copy;
   state->bytes = bytes;
   const int length = snprintf(state->temporary, sizeof state->temporary, "%s.tmp", path);
-  if (length < 0 || (size_t)length >= sizeof state->temporary)
+  if (length < 0 || (size_t)length >= sizeof state->temporary ||
+      !state_name(state->older, sizeof state->older, path, 1))
     return ENAMETOOLONG;
   if (sem_init(&state->wake, 0, 0) != 0)
     return errno;
@@ -208,6 +218,7 @@ bool state_save(state_file *state, const state_parts *parts) {
     return false;
   pack(state->copy, parts);
   atomic_store(&state->busy, true);
+  state->taken++;
   sem_post(&state->wake);
   return true;
 }

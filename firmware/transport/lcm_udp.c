@@ -97,7 +97,7 @@ static int open_receiver(const lcm_udp_address *address, const char **what) {
   const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   if (fd < 0)
     return -errno;
-  const int yes = 1, bytes = RECEIVE_BUFFER;
+  const int yes = 1, no = 0, bytes = RECEIVE_BUFFER;
   const struct sockaddr_in name = {.sin_family = AF_INET,
                                    .sin_port = htons(address->port),
                                    .sin_addr.s_addr = htonl(address->group)};
@@ -105,8 +105,12 @@ static int open_receiver(const lcm_udp_address *address, const char **what) {
                                       .imr_address.s_addr = htonl(address->interface)};
   (void)set(fd, SOL_SOCKET, SO_RCVBUF, &bytes, sizeof bytes); /* less also works */
   (void)set(fd, SOL_SOCKET, SO_RXQ_OVFL, &yes, sizeof yes);
-  *what = "sharing the port";
-  int status = set(fd, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+  /* Else Linux also hands out what another program's membership brings in by other interfaces. */
+  *what = "own memberships alone";
+  int status = set(fd, IPPROTO_IP, IP_MULTICAST_ALL, &no, sizeof no);
+  *what = status == 0 ? "sharing the port" : *what;
+  if (status == 0)
+    status = set(fd, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
   if (status == 0)
     status = set(fd, SOL_SOCKET, SO_REUSEPORT, &yes, sizeof yes);
   if (status == 0) {

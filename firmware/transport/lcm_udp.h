@@ -19,7 +19,8 @@ typedef struct lcm_udp_address {
   uint32_t group;     /* 224.0.0.0 to 239.255.255.255 */
   uint32_t interface; /* address of the interface; 0: the one that the multicast route says */
   uint16_t port;
-  uint8_t ttl; /* 0: stays on this computer */
+  uint8_t ttl; /* of what is sent, in hops: 0 stays on this computer. What is received it does not
+                  limit: the interface does */
 } lcm_udp_address;
 
 /* Saturating. */

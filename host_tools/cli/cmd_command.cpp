@@ -33,6 +33,7 @@ void send_can(const std::string &interface, unsigned node, const rim_command &co
 int cmd_command(int argc, char **argv) {
   std::string what, url, interface;
   unsigned node = 0;
+  bool any = false;
   rim_command command{};
   CLI::App app{"Acknowledge or clear a monitor's alarm.", "rim command"};
   app.add_option("WHAT", what,
@@ -45,12 +46,18 @@ int cmd_command(int argc, char **argv) {
   app.add_option("--can", interface, "CAN interface");
   app.add_option("--node", node, "CAN node number of the monitor")
       ->check(CLI::Range(0u, RIM_CAN_MAX_NODE));
-  app.add_option("--sequence", command.sequence,
-                 "sequence number of the newest record of one alarm (0: every standing alarm)");
-  app.add_option("--model-id", command.model_id, "address only a monitor with this model (0: any)");
-  app.footer("Example:\n  rim command acknowledge --can can0 --node 5");
+  const CLI::Option *sequence = app.add_option(
+      "--sequence", command.sequence, "seq of the newest record of the alarm that is meant");
+  const CLI::Option *model = app.add_option("--model-id", command.model_id, "model of that record");
+  app.add_flag("--any", any,
+               "without the two: every standing alarm, any model; only a monitor whose\n"
+               "configuration says command_any = yes obeys");
+  app.footer("Example:\n  rim listen --can can0     # shows what is to be named\n"
+             "  rim command acknowledge --can can0 --node 5 --sequence 3 --model-id 71");
   if (!rim::parse_arguments(app, argc, argv))
     return rim::EXIT_FINE;
+  if (!any && (sequence->count() == 0 || model->count() == 0))
+    throw rim::UsageError("--sequence and --model-id say which alarm is meant; or --any");
   command.command = what == "clear" ? RIM_COMMAND_CLEAR : RIM_COMMAND_ACKNOWLEDGE;
   if (url.empty() && interface.empty())
     url = rim::kLcmUrl;

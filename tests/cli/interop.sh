@@ -73,7 +73,7 @@ for _ in $(seq 100); do [ "$(grep -c '"state":"raised"' heard.jsonl)" = 2 ] && b
 check "played into rimd and heard" 2 "$(grep -c '"state":"raised"' heard.jsonl)"
 kill $daemon; wait $daemon
 contains "all rows" "$(cat second.said)" "after 1200 observations"
-"$RIM" command clear --lcm "$url"; check "rim command" 0 $?
+"$RIM" command clear --any --lcm "$url"; check "rim command" 0 $?
 kill $listener $quiet; wait $listener; check "the listener ends" 0 $?
 kill $terminal; wait $terminal
 

@@ -54,7 +54,7 @@ COUNTERS = ["sequence", "rows", "wrong_length", "not_finite", "time_back", "futu
             "clock_resets", "stale", "overruns", "step_us", "commands", "commands_refused", "lcm_malformed",
             "lcm_fragments", "lcm_other", "lcm_refused", "lcm_unsent", "can_frames", "can_other", "can_refused",
             "can_errors", "can_bus_off", "can_down", "can_full", "can_unsent", "input_lost", "state_failures",
-            "restarts"]
+            "restarts", "state_refused"]
 HEALTH = ["t_s", "sequence", "model_id", "observations", "rejected", "gaps", "alarms", "dropped", "level", "flags"]
 ENTRY = ["t_s", "to_entry_s", "sequence", "alarm_sequence", "plan_sequence", "model_id", "pose", "flags"]
 OK, WARN, ERROR, STALE = range(4)
@@ -69,19 +69,19 @@ def plan_message(wire, t_us, sequence, poses, count=None):
 
 
 class Bus:
-    """A member of the group on the loopback interface."""
+    """A member of the group on one interface, that of loopback unless told."""
     own = set()  # inodes of this process's sockets
 
-    def __init__(self, wire, port, group="239.255.76.67"):
+    def __init__(self, wire, port, group="239.255.76.67", interface="127.0.0.1"):
         self.wire, self.to = wire, (group, port)
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 21)
-        self.socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton("127.0.0.1"))
+        self.socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(interface))
         self.socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 0)
         self.socket.bind(self.to)
         self.socket.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP,
-                               socket.inet_aton(group) + socket.inet_aton("127.0.0.1"))
+                               socket.inet_aton(group) + socket.inet_aton(interface))
         Bus.own.add(str(os.fstat(self.socket.fileno()).st_ino))
         self.sequence = self.datagrams = 0
         self.alarms, self.health, self.counters, self.entries, self.raw = [], [], [], [], {}
@@ -129,6 +129,10 @@ class Bus:
     def command(self, code, sequence=0, model=0):
         self.send("RIM_COMMAND", struct.pack(">QIIB", fingerprint("command", self.wire), sequence, model, code))
 
+    def answer(self, code):
+        """A command about the alarm of the newest record that came."""
+        self.command(code, sequence=self.alarms[-1]["seq"], model=self.alarms[-1]["model_id"])
+
     def plan(self, t_us, sequence, poses, count=None):
         """poses: (after_s, x, y, z, w, x, y, z)."""
         self.send("RIM_PLAN", plan_message(self.wire, t_us, sequence, poses, count))
@@ -156,7 +160,7 @@ class Bus:
             assert field[0] == fingerprint("entry", self.wire)
             self.entries.append(dict(zip(ENTRY, field[1:])))
         elif name == "RIM_COUNTERS":
-            field = struct.unpack(">Q30I", payload)
+            field = struct.unpack(">Q31I", payload)
             assert field[0] == fingerprint("counters", self.wire)
             self.counters.append(dict(zip(COUNTERS, field[1:])))
 

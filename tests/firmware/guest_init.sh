@@ -39,7 +39,7 @@ common='image = toy.rim\ninput = can\nhealth_ms = 200\n'
 
 # 1. Two controllers on one bus: observations by canplayer on can1 into rimd on can0, its alarms back to can1.
 url='udpm://239.255.76.67:7667?ttl=0'
-printf "${common}can = can0\nnode = 5\nlatch = yes\nlcm = $url\nlcm_interface = 127.0.0.1\naxis_x = s.position_a_m\n" > bus.conf
+printf "${common}can = can0\nnode = 5\nlatch = yes\ncommand_any = yes\nlcm = $url\nlcm_interface = 127.0.0.1\naxis_x = s.position_a_m\n" > bus.conf
 listen all can1 --all; everything=$listener
 listen heard can1
 candump -L can1,180:780,200:780,280:780,380:780,700:780 > wire.candump & dumper=$!
@@ -59,7 +59,7 @@ has "a person can read it" heard.jsonl 'speed reads 0\.[0-9]* m'
 ./send_datagram plan.datagram 239.255.76.67 7667; true_is "a plan" $?
 until_in heard.jsonl '"message":"entry".*"to_entry_s":[0-9]'; true_is "the entry is told on the other controller" $?
 until_in all.jsonl '"message":"heartbeat","node":5,"level":"ERROR".*"observations":1200'; true_is "and the heartbeat" $?
-./rim command acknowledge --can can1 --node 4; ./rim command acknowledge --can can1 --node 5
+./rim command acknowledge --any --can can1 --node 4; ./rim command acknowledge --any --can can1 --node 5
 usleep 500000
 ip link set can0 down
 usleep 700000

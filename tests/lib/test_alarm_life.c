@@ -294,7 +294,7 @@ static void acknowledged_it_goes_with_its_cause(void **state) {
     raise(REGIONS, 0.2);
     assert_int_equal(acknowledge(1), RIM_OK);
     is(REGIONS, RIM_ALARM_UPDATED, RIM_LEVEL_ERROR, RIM_ALARM_FLAG_ACKNOWLEDGED, 2);
-    assert_int_equal(acknowledge(0), RIM_OK); /* twice is once */
+    assert_int_equal(acknowledge(2), RIM_OK); /* twice is once */
     assert_true(is_empty());
     assert_int_equal(life.seq, 2);
     assert_true(end(REGIONS, 2.0));
@@ -346,7 +346,10 @@ static void a_command_means_one_record(void **state) {
   raise(REGIONS, 1.0);
   life.seq = 0x1233; /* as after as many records */
   raise(MOTION, 2.0);
-  const rim_command wrong[] = {{0x1235, MODEL, RIM_COMMAND_CLEAR},
+  const rim_command wrong[] = {{0, 0, RIM_COMMAND_CLEAR}, /* names nothing */
+                               {0, MODEL, RIM_COMMAND_CLEAR},
+                               {0x1234, 0, RIM_COMMAND_CLEAR},
+                               {0x1235, MODEL, RIM_COMMAND_CLEAR},
                                {0x34, MODEL, RIM_COMMAND_CLEAR},
                                {0x1234, MODEL ^ 0x100, RIM_COMMAND_CLEAR},
                                {0, MODEL ^ 0x100, RIM_COMMAND_ACKNOWLEDGE}};
@@ -371,12 +374,42 @@ static void a_command_means_one_record(void **state) {
   life.seq = 0x100;
   raise(MOTION, 3.0);
   assert_int_equal(life.slot[REGIONS].record.seq, 1);
-  const rim_command both = {0x01, 0, RIM_COMMAND_ACKNOWLEDGE};
-  assert_int_equal(rimi_alarm_life_command(&life, &both, 8, &forget), RIM_E_DATA);
+  const rim_command both = {0x01, MODEL, RIM_COMMAND_ACKNOWLEDGE};
+  const rim_command both8 = {0x01, MODEL & 0xffu, RIM_COMMAND_ACKNOWLEDGE};
+  assert_int_equal(rimi_alarm_life_command(&life, &both8, 8, &forget), RIM_E_DATA);
   assert_int_equal(rimi_alarm_life_command(&life, &both, 32, &forget), RIM_OK);
   assert_true(life.slot[REGIONS].acknowledged && !life.slot[MOTION].acknowledged);
-  /* 0: all that stand. */
+}
+
+/* On 8 bits 0 is the number of every 256th record: it has to fit like any other. */
+static void zero_on_can_is_a_number(void **state) {
+  (void)state;
+  uint32_t forget;
+  const rim_command zero = {0, MODEL & 0xffu, RIM_COMMAND_CLEAR};
+  start(&CONFIG, false);
+  life.seq = 0xfe;
+  raise(REGIONS, 1.0); /* record 255 */
+  assert_int_equal(rimi_alarm_life_command(&life, &zero, 8, &forget), RIM_E_DATA);
+  start(&CONFIG, false);
+  life.seq = 0xff;
+  raise(REGIONS, 1.0); /* record 256 */
+  assert_int_equal(rimi_alarm_life_command(&life, &zero, 8, &forget), RIM_OK);
+  assert_int_equal(forget, 1u << REGIONS);
+}
+
+static void zero_means_any_where_the_policy_says_so(void **state) {
+  (void)state;
+  uint32_t forget;
   const rim_command all = {0, 0, RIM_COMMAND_CLEAR};
+  const rim_command other = {0, MODEL ^ 0x100, RIM_COMMAND_CLEAR};
+  start(&CONFIG, false);
+  raise(REGIONS, 1.0);
+  raise(MOTION, 2.0);
+  assert_int_equal(rimi_alarm_life_command(&life, &all, 8, &forget), RIM_E_DATA);
+  assert_int_equal(forget, 0);
+  assert_int_equal(level(), RIM_LEVEL_ERROR);
+  life.config.policy.command_any = true;
+  assert_int_equal(rimi_alarm_life_command(&life, &other, 32, &forget), RIM_E_DATA);
   assert_int_equal(rimi_alarm_life_command(&life, &all, 8, &forget), RIM_OK);
   assert_int_equal(forget, 1u << REGIONS | 1u << MOTION);
   assert_int_equal(level(), RIM_LEVEL_OK);
@@ -465,7 +498,7 @@ static void what_stands_is_told_of(void **state) {
   assert_non_null(rimi_alarm_life_standing(&life, RIM_DETECTOR_RIM));
   assert_null(rimi_alarm_life_standing(&life, RIM_DETECTOR_INTERFERENCE));
   assert_null(rimi_alarm_life_standing(&life, (rim_detector)2));
-  assert_int_equal(acknowledge(0), RIM_OK);
+  assert_int_equal(acknowledge(1), RIM_OK);
   rimi_alarm_life_status(&life, &s);
   assert_true(s.acknowledged);
   assert_true(end(REGIONS, 5.0));
@@ -609,8 +642,9 @@ static void hear(listener *l, const rim_alarm_life_config *config) {
 }
 
 static rim_alarm_life_config any_config(uint32_t *random) {
-  rim_alarm_life_config config = {.policy = {.stale_s = 1.5, .latch = sample_next(random) % 2u},
-                                  .model_id = MODEL};
+  rim_alarm_life_config config = {
+      .policy = {.stale_s = 1.5, .latch = sample_next(random) % 2u, .command_any = true},
+      .model_id = MODEL};
   for (size_t i = 0; i < RIM_DETECTORS; ++i) {
     config.slot[i].raise_steps = sample_next(random) % 4u;
     config.slot[i].clear_steps = sample_next(random) % 5u;
@@ -708,6 +742,8 @@ int main(void) {
       cmocka_unit_test(a_latched_cause_that_comes_back_goes_on),
       cmocka_unit_test(each_alarm_is_latched_on_its_own),
       cmocka_unit_test(a_command_means_one_record),
+      cmocka_unit_test(zero_on_can_is_a_number),
+      cmocka_unit_test(zero_means_any_where_the_policy_says_so),
       cmocka_unit_test(a_latch_that_ends_lets_go),
       cmocka_unit_test(records_wait_their_turn),
       cmocka_unit_test(what_stands_is_told_of),

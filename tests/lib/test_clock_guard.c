@@ -35,7 +35,7 @@ static void times_must_increase(void **state) {
 static void a_jump_ahead_is_not_believed(void **state) {
   (void)state;
   rim_clock_guard guard = at_100_s();
-  assert_int_equal(take(&guard, 110.3, 1.1), RIM_CLOCK_FUTURE); /* 10 s, and twice .1 s */
+  assert_int_equal(take(&guard, 110.2, 1.1), RIM_CLOCK_FUTURE); /* 10 s, and .1 s passed */
   assert_int_equal(take(&guard, 110.1, 1.1), RIM_CLOCK_BELIEVED);
   assert_int_equal(take(&guard, 1e12, 1.2), RIM_CLOCK_FUTURE);
   assert_int_equal(take(&guard, 110.2, 1.2), RIM_CLOCK_BELIEVED); /* it did no harm */
@@ -98,6 +98,63 @@ static void misuse_is_refused(void **state) {
   assert_memory_equal(&guard, &before, sizeof guard);
 }
 
+/* Rows at 20 Hz, as rimd judges them by default: five periods ahead. */
+static const rim_clock_guard_config FLIGHT = {.max_jump_s = 0.25, .resync_rows = 100};
+
+/* One wrong time stamp, near or far, ahead or back, costs no true row. */
+static void one_wrong_time_displaces_no_true_row(void **state) {
+  (void)state;
+  const double off[] = {59.0, 1.0, 0.4, -0.4, -59.0, -1e9, 1e9};
+  for (size_t k = 0; k < sizeof off / sizeof off[0]; ++k) {
+    rim_clock_guard guard;
+    memset(&guard, 0, sizeof guard);
+    for (int i = 1; i <= 1000; ++i) {
+      const double t_s = 0.05 * i;
+      assert_int_equal(rim_clock_guard_take(&guard, &FLIGHT, t_s, t_s, 0.0), RIM_CLOCK_BELIEVED);
+      if (i % 90 == 0)
+        assert_int_not_equal(rim_clock_guard_take(&guard, &FLIGHT, t_s + off[k], t_s, 0.0),
+                             RIM_CLOCK_BELIEVED);
+    }
+    assert_true(guard.last_s == 0.05 * 1000);
+  }
+}
+
+/* As many wrong rows as one likes, one witness short of the number, and nothing is forgotten. */
+static void witnesses_are_counted_between_true_rows(void **state) {
+  (void)state;
+  rim_clock_guard guard;
+  memset(&guard, 0, sizeof guard);
+  for (int i = 1; i <= 50; ++i) {
+    const double t_s = 1000.0 + 0.05 * i, far_s = i % 2 ? 2000.0 : 10.0;
+    assert_int_equal(rim_clock_guard_take(&guard, &FLIGHT, t_s, t_s, 0.0), RIM_CLOCK_BELIEVED);
+    for (int k = 0; k < 99; ++k)
+      assert_int_equal(rim_clock_guard_take(&guard, &FLIGHT, far_s + 0.05 * k, t_s, 0.0),
+                       i % 2 ? RIM_CLOCK_FUTURE : RIM_CLOCK_BACK);
+  }
+}
+
+/* After a silence a wrong time can still be ahead of the true one by the jump alone. */
+static void silence_explains_no_more_than_itself(void **state) {
+  (void)state;
+  rim_clock_guard guard;
+  memset(&guard, 0, sizeof guard);
+  assert_int_equal(rim_clock_guard_take(&guard, &FLIGHT, 100.0, 50.0, 0.0), RIM_CLOCK_BELIEVED);
+  assert_int_equal(rim_clock_guard_take(&guard, &FLIGHT, 159.0, 80.0, 0.0), RIM_CLOCK_FUTURE);
+  assert_int_equal(rim_clock_guard_take(&guard, &FLIGHT, 130.6, 80.0, 0.0), RIM_CLOCK_FUTURE);
+  assert_int_equal(rim_clock_guard_take(&guard, &FLIGHT, 130.0, 80.0, 0.0), RIM_CLOCK_BELIEVED);
+}
+
+/* Witnesses that come late are witnesses too: lost rows are explained by their silence. */
+static void witnesses_may_be_apart_by_the_time_that_passed(void **state) {
+  (void)state;
+  rim_clock_guard guard;
+  memset(&guard, 0, sizeof guard);
+  assert_int_equal(rim_clock_guard_take(&guard, &FLIGHT, 500.0, 1.0, 0.0), RIM_CLOCK_BELIEVED);
+  for (int i = 1; i <= 100; ++i)
+    assert_int_equal(rim_clock_guard_take(&guard, &FLIGHT, 3.0 * i, 1.0 + 3.0 * i, 0.0),
+                     i < 100 ? RIM_CLOCK_BACK : RIM_CLOCK_RESTARTED);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(times_must_increase),
@@ -106,6 +163,10 @@ int main(void) {
       cmocka_unit_test(another_clock_is_believed_when_it_goes_on),
       cmocka_unit_test(refused_times_that_do_not_agree_are_never_believed),
       cmocka_unit_test(the_clock_of_the_day_is_compared_when_asked),
+      cmocka_unit_test(one_wrong_time_displaces_no_true_row),
+      cmocka_unit_test(witnesses_are_counted_between_true_rows),
+      cmocka_unit_test(silence_explains_no_more_than_itself),
+      cmocka_unit_test(witnesses_may_be_apart_by_the_time_that_passed),
       cmocka_unit_test(misuse_is_refused),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -55,7 +55,7 @@ static void counters_have_their_names(void **state) {
   rim_counters c = {0};
   c.rows = 5;
   c.can_full = 6;
-  c.restarts = 7;
+  c.state_refused = 7;
 #define HAS(field)                                                                                 \
   assert_string_equal(rim_counters_name((uint32_t)(offsetof(rim_counters_t, field) / 4)), #field)
   HAS(sequence), HAS(rows), HAS(wrong_length), HAS(not_finite), HAS(time_back), HAS(future);
@@ -63,7 +63,7 @@ static void counters_have_their_names(void **state) {
   HAS(commands), HAS(commands_refused), HAS(lcm_malformed), HAS(lcm_fragments), HAS(lcm_other);
   HAS(lcm_refused), HAS(lcm_unsent), HAS(can_frames), HAS(can_other), HAS(can_refused);
   HAS(can_errors), HAS(can_bus_off), HAS(can_down), HAS(can_full), HAS(can_unsent);
-  HAS(input_lost), HAS(state_failures), HAS(restarts);
+  HAS(input_lost), HAS(state_failures), HAS(restarts), HAS(state_refused);
 #undef HAS
   assert_null(rim_counters_name(RIM_COUNTERS_FIELDS));
   assert_int_equal(rim_counters_value(&c, 1), 5);

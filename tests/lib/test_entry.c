@@ -77,7 +77,8 @@ static void an_entry_equals_the_generated_encoder(void **state) {
 static void plans_that_cannot_be_are_refused(void **state) {
   (void)state;
   static uint8_t bytes[RIM_LCM_PLAN_SIZE + 1];
-  rim_plan p = sample_plan(5), back;
+  rim_plan p = sample_plan(5), back = sample_plan(9);
+  const rim_plan before = back;
   assert_int_equal(rim_lcm_pack_plan(bytes, sizeof bytes, &p), RIM_OK);
   for (size_t n = 0; n < RIM_LCM_PLAN_SIZE; n += 7)
     assert_int_equal(rim_lcm_unpack_plan(&back, bytes, n), RIM_E_TRUNCATED);
@@ -98,6 +99,7 @@ static void plans_that_cannot_be_are_refused(void **state) {
       p.pose[0].after_s = (double)INFINITY;
     assert_int_equal(rim_lcm_pack_plan(bytes, sizeof bytes, &p), RIM_OK);
     assert_int_equal(rim_lcm_unpack_plan(&back, bytes, RIM_LCM_PLAN_SIZE), RIM_E_DATA);
+    assert_memory_equal(&back, &before, sizeof back); /* a plan that is none replaces none */
   }
   rim_entry e = {0.0, -0.5, 0, 0, 0, 0, 0, 0};
   assert_int_equal(rim_lcm_pack_entry(bytes, sizeof bytes, &e), RIM_E_DATA);

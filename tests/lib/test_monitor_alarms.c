@@ -54,6 +54,9 @@ static void commands_are_obeyed(void **state) {
     assert_int_equal(rim_monitor_command(b.monitor, &command, 32), RIM_E_DATA);
     uint32_t t = run_to_alarm(&b);
     const rim_alarm raised = rim_monitor_alarms(b.monitor).newest;
+    assert_int_equal(rim_monitor_command(b.monitor, &command, 32), RIM_E_DATA); /* names none */
+    command.sequence = raised.seq;
+    command.model_id = raised.model_id;
     assert_int_equal(rim_monitor_command(b.monitor, &command, 32), RIM_OK);
     assert_true(rim_monitor_next_record(b.monitor, &record));
     assert_int_equal(record.flags, RIM_ALARM_FLAG_ACKNOWLEDGED);

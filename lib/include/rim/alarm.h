@@ -71,12 +71,13 @@ typedef struct rim_alarm {
   double p_value;   /* of the whole run, conformal: at least 1 / (calibration runs + 1) */
 } rim_alarm;
 
-/* What the application asks of the alarms beside what the flight image says. All zero: nothing is
- * latched, no record carries the replay flag, and silence is never STALE. */
+/* What the application asks of the alarms beside what the flight image says. All zero: no latch, no
+ * replay flag, silence is never STALE, a command names its alarm. */
 typedef struct rim_alarm_policy {
-  double stale_s; /* STALE after longer than this without a valid row; 0: never */
-  bool latch;     /* an alarm whose cause is gone stands until somebody acknowledges it */
-  bool replay;    /* every record carries RIM_ALARM_FLAG_REPLAY */
+  double stale_s;   /* STALE after longer than this without a valid row; 0: never */
+  bool latch;       /* an alarm whose cause is gone stands until somebody acknowledges it */
+  bool replay;      /* every record carries RIM_ALARM_FLAG_REPLAY */
+  bool command_any; /* a command's 0 stands for any alarm, any model */
 } rim_alarm_policy;
 
 /* How the alarms stand: for health messages, and for summaries that are sent repeatedly. */
@@ -94,10 +95,10 @@ typedef enum rim_command_code {
   RIM_COMMAND_CLEAR = 2        /* the cause is gone: forget the alarm and its observations */
 } rim_command_code;
 
-/* What an operator asks of the monitor. */
+/* What an operator asks, of the record so numbered; 0: any, where the policy says command_any. */
 typedef struct rim_command {
   uint32_t sequence; /* of the newest record of the alarm that is meant; 0: all that stand */
-  uint32_t model_id; /* 0: any */
+  uint32_t model_id; /* of that record; 0: any */
   uint8_t command;   /* rim_command_code */
 } rim_command;
 

@@ -43,7 +43,7 @@ extern "C" {
 #define RIM_LCM_ALARM_SIZE (8 + 2 * 8 + 3 * 4 + 7 + 4 * 2 + 8 * 8 + 3 * 2 + 18 * 8 + 3 * 8)
 #define RIM_LCM_HEALTH_SIZE (8 + 8 + 7 * 4 + 2)
 #define RIM_LCM_COMMAND_SIZE (8 + 4 + 4 + 1)
-#define RIM_LCM_COUNTERS_SIZE (8 + 4 * 30)
+#define RIM_LCM_COUNTERS_SIZE (8 + 4 * 31)
 #define RIM_LCM_PLAN_SIZE (8 + 8 + 4 + 4 + 8 * 64 * (1 + 3 + 4))
 #define RIM_LCM_ENTRY_SIZE (8 + 8 + 8 + 5 * 4 + 1)
 
@@ -99,9 +99,10 @@ typedef struct rim_counters {
   uint32_t input_lost;                                  /* in the queue of a socket */
   uint32_t state_failures;                              /* to write the state file */
   uint32_t restarts;                                    /* that went on from the state file */
+  uint32_t state_refused; /* state files that a start found damaged, or of another image */
 } rim_counters;
 
-#define RIM_COUNTERS_FIELDS 30u
+#define RIM_COUNTERS_FIELDS 31u
 /* Returns the name of field i, "rows" for 1; NULL from RIM_COUNTERS_FIELDS on. O(1). */
 const char *rim_counters_name(uint32_t i);
 /* Returns the value of field i; 0 where there is none. O(1). */
@@ -152,7 +153,7 @@ rim_status rim_lcm_pack_counters(uint8_t *out, size_t bytes, const rim_counters 
 rim_status rim_lcm_unpack_counters(rim_counters *out, const uint8_t *in, size_t bytes);
 
 /* Unpacking also wants times that do not fall, and orientations whose length is within 1 % of 1:
- * RIM_E_DATA. */
+ * RIM_E_DATA. *plan changes only where all of the message is good. */
 rim_status rim_lcm_pack_plan(uint8_t *out, size_t bytes, const rim_plan *plan);
 rim_status rim_lcm_unpack_plan(rim_plan *plan, const uint8_t *in, size_t bytes);
 

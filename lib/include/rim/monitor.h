@@ -6,8 +6,7 @@
  * residuals to the search, does a bounded slice of search, compares the largest score with its
  * threshold and updates the alarms. lib/README.md describes the method.
  *
- * Alarms of both detectors (rim/alarm.h) leave as records in one sequence: at most one with each
- * row, in verdict.alarm; more by rim_monitor_next_record.
+ * Records of alarms leave one with each row, in verdict.alarm; more by rim_monitor_next_record.
  *
  * Threads: no function blocks, allocates, uses a global variable or calls back. Calls on the same
  * monitor must not overlap: use one thread, or a lock of your own; do not call from an interrupt
@@ -27,7 +26,6 @@ extern "C" {
 #define RIM_MONITOR_LEAST_BLOCKS 8u /* fewer examined: RIM_REASON_TOO_FEW */
 
 typedef struct rim_monitor rim_monitor;
-
 /* One row. The last three only where the image says that rows bring their own predictions. */
 typedef struct rim_observation {
   double t_s;            /* must increase from row to row */
@@ -144,10 +142,11 @@ bool rim_monitor_idle(rim_monitor *monitor, double now_s);
 rim_status rim_monitor_set_policy(rim_monitor *monitor, const rim_alarm_policy *policy);
 
 /* Obeys a command from a bus that carries the low `bits` bits of sequence and model_id (8 on CAN,
- * 32 on LCM). ACKNOWLEDGE: the alarm will not be latched; a latched one is cleared. CLEAR: the
- * alarm is cleared and its detector forgets all observations. Records then wait. RIM_E_ARGUMENT:
- * NULL; RIM_E_RANGE: unknown command; RIM_E_DATA: no alarm stands that it can mean, or both could
- * be meant. Nothing changes then. O(1) for ACKNOWLEDGE, O(memory) for CLEAR. */
+ * 32 on LCM). It has to name the alarm's newest record and the model; where the policy says
+ * command_any, a 0 stands for any. ACKNOWLEDGE: the alarm will not be latched; a latched one is
+ * cleared. CLEAR: the alarm is cleared and its detector forgets all observations. Records then
+ * wait. RIM_E_ARGUMENT: NULL; RIM_E_RANGE: unknown command; RIM_E_DATA: no alarm stands that it can
+ * mean, or both could be meant. Nothing changes then. O(1) for ACKNOWLEDGE, O(memory) for CLEAR. */
 rim_status rim_monitor_command(rim_monitor *monitor, const rim_command *command, unsigned bits);
 
 /* Forgets all observations because the rows' clock moved to now_s (see rim_clock_guard_take); what
@@ -186,18 +185,19 @@ uint32_t rim_monitor_ended(const rim_monitor *monitor, uint32_t *first, uint32_t
 #define RIM_DIGEST_START UINT64_C(0xcbf29ce484222325)
 uint64_t rim_verdict_digest(uint64_t digest, const rim_verdict *verdict);
 
-/* The clock guard keeps rows whose time cannot be right away from the monitor: one row from the far
- * future would make all later ones too old. Plain data; all zero: nothing seen yet. */
+/* The clock guard keeps rows whose time cannot be right away from the monitor: a time that is too far
+ * ahead, or back, is left out until resync_rows rows in succession bear it out. max_jump_s bounds
+ * what one wrong time can displace: keep it at a few periods. Plain data; all zero: nothing seen. */
 typedef struct rim_clock_guard_config {
-  double max_jump_s;    /* accepted ahead of the newest time, beyond twice the time that passed */
+  double max_jump_s;    /* accepted ahead of the newest time, beyond 1.01 times what passed here */
   double max_skew_s;    /* accepted difference from day_s; 0: not compared */
   uint32_t resync_rows; /* refused in succession, until their clock is accepted; 0: 1 */
 } rim_clock_guard_config;
 
 typedef struct rim_clock_guard {
-  double last_s, last_here_s; /* newest accepted row: its time, and when it came */
-  double other_s;             /* newest refused row */
-  uint32_t refused;           /* in succession */
+  double last_s, last_here_s;   /* newest accepted row: its time, and when it came */
+  double other_s, other_here_s; /* newest refused row */
+  uint32_t refused;             /* in succession */
   bool started;
 } rim_clock_guard;
 
@@ -208,9 +208,8 @@ typedef enum rim_clock_answer {
   RIM_CLOCK_RESTARTED = 3 /* another clock: call rim_monitor_restart, then offer the row */
 } rim_clock_answer;
 
-/* Judges the time t_s of a row that came at here_s on the receiver's steady clock and at day_s on
- * its clock of the day (in a replay, give t_s for both). RIM_CLOCK_FUTURE for NULL or a time that
- * is not finite, without effect. O(1). */
+/* Judges the time t_s of a row that came at here_s on the receiver's steady clock and at day_s by
+ * day (a replay gives t_s for both). RIM_CLOCK_FUTURE for NULL or a time not finite. O(1). */
 rim_clock_answer rim_clock_guard_take(rim_clock_guard *guard, const rim_clock_guard_config *config,
                                       double t_s, double here_s, double day_s);
 

@@ -203,8 +203,9 @@ bool rimi_alarm_life_over(rim_alarm_life *life, rim_detector detector, double no
 
 /* ---- commands, restarts ---- */
 
-static bool agrees(uint32_t asked, uint32_t have, uint32_t mask) {
-  return asked == 0 || (asked & mask) == (have & mask);
+/* On 8 bits 0 is a number like any other: it names record 256 as well as any record. */
+static bool agrees(const rim_alarm_life *life, uint32_t asked, uint32_t have, uint32_t mask) {
+  return (asked == 0 && life->config.policy.command_any) || (asked & mask) == (have & mask);
 }
 
 static void acknowledge(rim_alarm_life *life, rim_alarm_slot *slot) {
@@ -232,13 +233,14 @@ rim_status rimi_alarm_life_command(rim_alarm_life *life, const rim_command *comm
   const uint32_t mask = bits >= 32u ? UINT32_MAX : ((uint32_t)1 << bits) - 1u;
   uint32_t meant = 0, number = 0;
   for (size_t i = 0; i < RIM_DETECTORS; ++i) {
-    if (life->slot[i].stands && agrees(command->sequence, life->slot[i].record.seq, mask)) {
+    if (life->slot[i].stands && agrees(life, command->sequence, life->slot[i].record.seq, mask)) {
       meant |= (uint32_t)1 << i;
       ++number;
     }
   }
-  if (number == 0 || (number > 1 && command->sequence != 0) ||
-      !agrees(command->model_id, life->config.model_id, mask))
+  const bool all = command->sequence == 0 && life->config.policy.command_any;
+  if (number == 0 || (number > 1 && !all) ||
+      !agrees(life, command->model_id, life->config.model_id, mask))
     return RIM_E_DATA;
   for (size_t i = 0; i < RIM_DETECTORS; ++i) {
     if ((meant >> i & 1u) == 0)

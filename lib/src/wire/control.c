@@ -7,7 +7,7 @@
 
 /* lcm-gen's fingerprints; test_control holds them to the generated code. */
 #define HASH_COMMAND UINT64_C(0xcc00c5ee86601789)
-#define HASH_COUNTERS UINT64_C(0xf88367088d0dc1d5)
+#define HASH_COUNTERS UINT64_C(0x58e3031b5a5c3ef2)
 
 #define FRAME_SIZE 8u
 #define HEART_REPLAY 0x04u /* bits of the heartbeat's byte 0 */
@@ -80,7 +80,8 @@ const char *rim_counters_name(uint32_t i) {
       "overruns",      "step_us",     "commands",     "commands_refused", "lcm_malformed",
       "lcm_fragments", "lcm_other",   "lcm_refused",  "lcm_unsent",       "can_frames",
       "can_other",     "can_refused", "can_errors",   "can_bus_off",      "can_down",
-      "can_full",      "can_unsent",  "input_lost",   "state_failures",   "restarts"};
+      "can_full",      "can_unsent",  "input_lost",   "state_failures",   "restarts",
+      "state_refused"};
   return i < RIM_COUNTERS_FIELDS ? name[i] : NULL;
 }
 

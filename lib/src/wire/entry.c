@@ -12,18 +12,37 @@
 #define NEVER_10MS 65535u
 #define ENTRY_FRAME_SIZE 8u
 
-static rim_status check_poses(const rim_plan *plan) {
-  for (uint32_t i = 0; i < plan->count; i++) {
-    const rim_pose *p = &plan->pose[i];
-    double length2 = 0.0;
-    for (size_t k = 0; k < 4; k++)
-      length2 += p->orientation[k] * p->orientation[k];
-    for (size_t k = 0; k < 3; k++)
-      if (!rimi_is_finite(p->position[k]))
-        return RIM_E_DATA;
-    if (!rimi_is_finite(p->after_s) || !(length2 > 0.98 && length2 < 1.02) ||
-        (i > 0 && p->after_s < plan->pose[i - 1].after_s))
+/* Pose i of a message, whatever its bytes say. */
+static rim_pose read_pose(const uint8_t *in, size_t i) {
+  const uint8_t *after = in + 24;
+  const uint8_t *position = after + 8 * RIM_PLAN_MAX_POSES;
+  const uint8_t *orientation = position + 24 * RIM_PLAN_MAX_POSES;
+  rim_pose p;
+  p.after_s = rimi_be_f64(after + 8 * i);
+  for (size_t k = 0; k < 3; k++)
+    p.position[k] = rimi_be_f64(position + 24 * i + 8 * k);
+  for (size_t k = 0; k < 4; k++)
+    p.orientation[k] = rimi_be_f64(orientation + 32 * i + 8 * k);
+  return p;
+}
+
+static bool is_pose(const rim_pose *p) {
+  double length2 = 0.0;
+  for (size_t k = 0; k < 4; k++)
+    length2 += p->orientation[k] * p->orientation[k];
+  for (size_t k = 0; k < 3; k++)
+    if (!rimi_is_finite(p->position[k]))
+      return false;
+  return rimi_is_finite(p->after_s) && length2 > 0.98 && length2 < 1.02;
+}
+
+static rim_status check_poses(const uint8_t *in, uint32_t count) {
+  double before_s = 0.0;
+  for (uint32_t i = 0; i < count; i++) {
+    const rim_pose p = read_pose(in, i);
+    if (!is_pose(&p) || (i > 0 && p.after_s < before_s))
       return RIM_E_DATA;
+    before_s = p.after_s;
   }
   return RIM_OK;
 }
@@ -31,27 +50,22 @@ static rim_status check_poses(const rim_plan *plan) {
 rim_status rim_lcm_unpack_plan(rim_plan *plan, const uint8_t *in, size_t bytes) {
   if (plan == NULL || in == NULL)
     return RIM_E_ARGUMENT;
-  const rim_status status = check_message(in, bytes, RIM_LCM_PLAN_SIZE, HASH_PLAN);
+  rim_status status = check_message(in, bytes, RIM_LCM_PLAN_SIZE, HASH_PLAN);
+  if (status != RIM_OK)
+    return status;
+  const uint32_t count = rimi_be_u32(in + 20);
+  if (count == 0 || count > RIM_PLAN_MAX_POSES)
+    return RIM_E_RANGE;
+  status = check_poses(in, count); /* all of it, before anything of the plan before is gone */
   if (status != RIM_OK)
     return status;
   memset(plan, 0, sizeof *plan);
   plan->t_us = (int64_t)rimi_be_u64(in + 8);
   plan->sequence = rimi_be_u32(in + 16);
-  plan->count = rimi_be_u32(in + 20);
-  if (plan->count == 0 || plan->count > RIM_PLAN_MAX_POSES)
-    return RIM_E_RANGE;
-  const uint8_t *after = in + 24;
-  const uint8_t *position = after + 8 * RIM_PLAN_MAX_POSES;
-  const uint8_t *orientation = position + 24 * RIM_PLAN_MAX_POSES;
-  for (uint32_t i = 0; i < plan->count; i++) {
-    rim_pose *p = &plan->pose[i];
-    p->after_s = rimi_be_f64(after + 8 * (size_t)i);
-    for (size_t k = 0; k < 3; k++)
-      p->position[k] = rimi_be_f64(position + 24 * (size_t)i + 8 * k);
-    for (size_t k = 0; k < 4; k++)
-      p->orientation[k] = rimi_be_f64(orientation + 32 * (size_t)i + 8 * k);
-  }
-  return check_poses(plan);
+  plan->count = count;
+  for (uint32_t i = 0; i < count; i++)
+    plan->pose[i] = read_pose(in, i);
+  return RIM_OK;
 }
 
 rim_status rim_lcm_pack_plan(uint8_t *out, size_t bytes, const rim_plan *plan) {

@@ -1,0 +1,292 @@
+# SPDX-License-Identifier: MIT
+"""attack_test.py RIMD WIRE DIR: what a hostile or broken sender tries while an alarm stands (firmware/SECURITY.md).
+DIR holds toy.rim and long.csv, a run with a fault that goes on. attack_test.py RIMD WIRE DIR ADDRESS: only whether
+rimd keeps to its interface; ADDRESS is that of another one, in a network of the test's own."""
+import math
+import os
+import select
+import signal
+import socket
+import struct
+import sys
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from bus import CLEARED, ERROR, FRAGMENT, MESSAGE, RAISED, UPDATED, Bus, Checks, Daemon, fingerprint, plan_message, read_rows
+
+rimd, wire, here = sys.argv[1:4]
+port = 20000 + os.getpid() % 20000
+c = Checks()
+check = c.check
+os.chdir(here)
+# No lcm_interface and no max_jump_s: what holds is what rimd does unasked.
+base = "image = toy.rim\nlcm = udpm://239.255.76.67:%d?ttl=0\nhealth_ms = 50\nstale_ms = 600000\n" % port
+log = list(read_rows("long.csv"))
+
+
+class Listener(Bus):
+    """Hears all but what this test forged: messages that begin with eight zeros."""
+
+    def take(self, data):
+        if b"RIM_ALARM\0" + b"\0" * 8 not in data and b"RIM_HEALTH\0" + b"\0" * 8 not in data:
+            super().take(data)
+
+
+class Flight:
+    """A daemon with rows of long.csv, and an alarm that stands."""
+
+    def __init__(self, more="", name="x.conf"):
+        self.bus, self.next = Listener(wire, port), 0
+        self.daemon = Daemon(rimd, name, base + more)
+        check("ready", b"rimd: ready" in self.daemon.said, self.daemon.said)
+
+    def play(self, number):
+        """So many true rows."""
+        for t_us, values in log[self.next:self.next + number]:
+            self.bus.row(t_us, values)
+            self.bus.listen(0.0002)
+        self.next += number
+        assert self.next <= len(log), "long.csv is too short"
+
+    def raise_alarm(self):
+        while not any(a["state"] == RAISED for a in self.bus.alarms) and self.next < len(log):
+            self.play(20)
+        self.play(100)
+        check("an alarm stands", self.bus.after("rows") == self.next and self.bus.alarms[-1]["level"] == ERROR)
+        return self
+
+    def now_us(self):
+        return log[self.next - 1][0]
+
+    def stands(self, what):
+        """The alarm is still there, and was not ended and raised again."""
+        self.bus.after("rows")
+        states = [a["state"] for a in self.bus.alarms]
+        check("%s: the alarm stands" % what, states.count(RAISED) == 1 and CLEARED not in states
+              and self.bus.health[-1]["level"] == ERROR, (states, self.bus.health[-1]))
+
+    def used(self, what, number):
+        """The next so many true rows are all used."""
+        had = self.bus.after("rows")
+        self.play(number)
+        now = self.bus.after("rows")
+        check("%s: all true rows are used" % what, now - had == number, (had, now, self.bus.counters[-1]))
+
+    def end(self):
+        check("ends", self.daemon.end() == 0, self.daemon.said)
+
+
+def counted(bus, counter, send):
+    had = bus.after(counter)
+    send()
+    return bus.after(counter) - had
+
+
+def commands():
+    """Nobody silences what he has not named."""
+    f = Flight().raise_alarm()
+    seq, model = f.bus.alarms[-1]["seq"], f.bus.alarms[-1]["model_id"]
+    check("the model has a number", model != 0)
+    for code in (1, 2):
+        for what, named in (("naught", {}), ("the model alone", {"model": model}), ("the record alone", {"sequence": seq}),
+                            ("an older record", {"sequence": seq - 1, "model": model}),
+                            ("all ones", {"sequence": 0xFFFFFFFF, "model": 0xFFFFFFFF})):
+            got = counted(f.bus, "commands_refused", lambda: f.bus.command(code, **named))
+            check("command %d that names %s is refused" % (code, what), got == 1, got)
+            f.stands("command %d that names %s" % (code, what))
+    f.used("after them", 100)
+    f.bus.answer(1)
+    check("who has seen it may acknowledge it", f.bus.until(lambda: f.bus.alarms[-1]["flags"] & 4))
+    f.bus.answer(2)
+    check("and clear it", f.bus.until(lambda: f.bus.alarms[-1]["state"] == CLEARED), f.bus.alarms[-1])
+    f.end()
+    f = Flight("command_any = yes\n").raise_alarm()
+    f.bus.command(2)
+    check("command_any: naught means any", f.bus.until(lambda: f.bus.alarms[-1]["state"] == CLEARED), f.bus.alarms[-1])
+    f.end()
+
+
+def times():
+    """Time stamps that are wrong, one at a time, cost nothing; a clock that moved for good is believed."""
+    f = Flight().raise_alarm()
+    for ahead_s, counter in ((59, "future"), (1, "future"), (3e9, "future"), (-59, "time_back"), (-1e9, "time_back")):
+        what = "a row %g s off" % ahead_s
+        got = counted(f.bus, counter, lambda: f.bus.row(f.now_us() + round(ahead_s * 1e6), log[0][1]))
+        check("%s is counted" % what, got == 1, got)
+        f.used(what, 110)
+        f.stands(what)
+    had = f.bus.after("rows")
+    for i in range(20):  # 20 forged rows among 1800
+        f.bus.row(f.now_us() + 59000000, log[0][1])
+        f.play(90)
+    check("one in 90 rows 59 s ahead: 1800 of 1800 true rows", f.bus.after("rows") - had == 1800, f.bus.counters[-1])
+    check("and no clock was reset", f.bus.counters[-1]["clock_resets"] == 0)
+    f.stands("one in 90")
+    for sign in (1, -1):
+        for i in range(99):
+            f.bus.row(f.now_us() + sign * 59000000 + 50000 * i, log[0][1])
+        f.used("99 rows that agree", 10)
+        f.stands("99 rows that agree")
+    check("nothing was reset", f.bus.counters[-1]["clock_resets"] == 0)
+    had = f.bus.after("rows")
+    for t_us, values in log[f.next:f.next + 150]:  # the source's clock was put on by an hour
+        f.bus.row(t_us + 3600000000, values)
+        f.bus.listen(0.0002)
+    check("a clock put on is believed after 100 rows", f.bus.after("rows") - had == 51, f.bus.counters[-1])
+    f.stands("a clock put on")
+    f.end()
+
+
+def line(speed):
+    return [(float(i), -20.0 + speed * i, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0) for i in range(41)]
+
+
+def plans():
+    """A plan that is none ends no look-ahead."""
+    f = Flight("axis_x = s.position_a_m\n")
+    f.raise_alarm()
+    f.play(1200 - f.next)  # by then the region is a place
+    bus = f.bus
+    bus.plan(f.now_us(), 1, line(1.0))
+    check("the plan enters the region", bus.until(lambda: bus.entries and bus.entries[-1]["to_entry_s"] > 0), bus.alarms[-1])
+    good = plan_message(wire, f.now_us(), 2, line(-1.0))
+    nan, back = line(-1.0), line(-1.0)
+    nan[40], back[40] = (40.0, math.nan) + nan[40][2:], (1.0,) + back[40][1:]
+    for what, junk in (("noise", os.urandom(len(good))), ("a plan cut", good[:-1]), ("a plan too long", good + b"x"),
+                       ("nothing", b""), ("another type", b"\0" * 8 + good[8:]),
+                       ("a plan of 65 poses", plan_message(wire, f.now_us(), 2, line(-1.0), count=65)),
+                       ("a plan of no pose", plan_message(wire, f.now_us(), 2, [])),
+                       ("a plan whose last pose is no number", plan_message(wire, f.now_us(), 2, nan)),
+                       ("a plan whose last pose is before the one before", plan_message(wire, f.now_us(), 2, back))):
+        got = counted(bus, "lcm_refused", lambda: bus.send("RIM_PLAN", junk))
+        check("%s is refused" % what, got == 1, got)
+        had = len(bus.entries)
+        check("%s: the warning goes on" % what, bus.until(lambda: len(bus.entries) >= had + 2)
+              and all(e["plan_sequence"] == 1 and e["to_entry_s"] > 0 for e in bus.entries[had:]), bus.entries[-2:])
+    bus.send("RIM_PLAN", good)
+    check("a good one replaces it", bus.until(lambda: bus.entries[-1]["plan_sequence"] == 2 and bus.entries[-1]["to_entry_s"] < 0))
+    f.end()
+
+
+def floods():
+    """Every datagram of a flood is counted, or was lost and counted as lost; nothing remains of it."""
+    f = Flight("axis_x = s.position_a_m\n").raise_alarm()
+    bus = f.bus
+
+    def message(channel, payload):
+        return struct.pack(">II", MESSAGE, 0) + channel.encode() + b"\0" + payload
+
+    command = struct.pack(">QIIB", fingerprint("command", wire), 999999, bus.alarms[-1]["model_id"], 2)
+    fragment = struct.pack(">IIIIHH", FRAGMENT, 1, 60000, 59999, 1, 2) + b"x" * 1000  # beyond its own end
+    for what, counter, data, number in (
+            ("garbage", "lcm_malformed", b"\xa5" * 64, 5000),
+            ("observations of time 0", "time_back", message("RIM_OBSERVATION", bus.observation(0, log[0][1])), 3000),
+            ("commands for another record", "commands_refused", message("RIM_COMMAND", command), 5000),
+            ("fragments of 60 kB", "lcm_fragments", fragment, 5000),
+            ("messages of 60 kB", "lcm_other", message("CAMERA", b"x" * 60000), 500),
+            ("junk plans", "lcm_refused", message("RIM_PLAN", b"\xff" * 4632), 2000),
+            ("forged alarms", "", message("RIM_ALARM", b"\0" * 600), 3000),
+            ("forged health", "", message("RIM_HEALTH", b"\0" * 46), 3000)):
+        bus.after("rows")
+        before = bus.counters[-1]
+        for i in range(number):
+            bus.datagram(data)
+        bus.wait_for_readers(0)
+        bus.after("rows")
+        bus.after("rows")
+        after = bus.counters[-1]
+        grown = {k: after[k] - before[k] for k in after if after[k] != before[k] and k not in ("sequence", "gaps", "step_us")}
+        if counter:
+            check("flood of %s: every one is counted" % what, grown.get(counter, 0) + grown.get("input_lost", 0) == number, grown)
+        else:
+            check("flood of %s: changes no other counter" % what, set(grown) <= {"input_lost"}, grown)
+        f.used("after a flood of %s" % what, 100)
+        f.stands("flood of %s" % what)
+    f.end()
+
+
+def state():
+    """What was heard is known after a kill; what is damaged is refused, counted, and the one before is used."""
+    for i in range(5):
+        for name in ("k.state", "k.state.old"):
+            if os.path.exists(name):
+                os.unlink(name)
+        f = Flight("state = k.state\nstate_s = 3600\n")
+        while not f.bus.alarms and f.next < len(log):
+            f.play(5)
+        f.daemon.end(signal.SIGKILL)  # at the moment when it is heard
+        heard = f.bus.alarms[-1]
+        f.bus, first = Bus(wire, port), f.next
+        f.daemon = Daemon(rimd, "x.conf", base + "state = k.state\nstate_s = 3600\n")
+        check("goes on", b"going on" in f.daemon.said, f.daemon.said)
+        check("knows of the record that was heard", f.bus.until(lambda: f.bus.alarms) and f.bus.alarms[0]["state"] == UPDATED
+              and f.bus.alarms[0]["seq"] == heard["seq"] + 1, (heard, f.bus.alarms))
+        f.play(200)
+        f.bus.after("rows")
+        check("and does not raise it anew", all(a["state"] != RAISED for a in f.bus.alarms), (first, f.bus.alarms))
+        f.end()
+    newest, older = open("k.state", "rb").read(), open("k.state.old", "rb").read()
+    hurt = newest[:500] + bytes([newest[500] ^ 1]) + newest[501:]
+
+    def start(what, files, refused, said, goes_on):
+        for name, data in zip(("k.state", "k.state.old"), files):
+            if os.path.exists(name):
+                os.unlink(name)
+            if data is not None:
+                open(name, "wb").write(data)
+        bus = Bus(wire, port)
+        d = Daemon(rimd, "x.conf", base + "state = k.state\n")
+        check("%s: said" % what, all(s in d.said for s in said), d.said)
+        bus.after("rows")
+        check("%s: counted" % what, bus.counters[-1]["state_refused"] == refused, bus.counters[-1])
+        check("%s: the alarm" % what, (bus.health[-1]["level"] == ERROR) == goes_on, bus.health[-1])
+        check("%s: ends" % what, d.end() == 0)
+
+    start("both good", (newest, older), 0, (b"k.state: going on",), True)
+    start("the newest damaged", (hurt, older), 1, (b"k.state: damaged", b"k.state.old: going on"), True)
+    start("the newest cut", (newest[:-9], older), 1, (b"k.state: cut", b"k.state.old: going on"), True)
+    start("power lost between the two renames", (None, newest), 0, (b"k.state: none yet", b"k.state.old: going on"), True)
+    start("both damaged", (hurt, hurt), 2, (b"k.state: damaged", b"k.state.old: damaged", b"beginning anew"), False)
+    start("none", (None, None), 0, (b"k.state: none yet", b"beginning anew"), False)
+
+
+def watchdog():
+    """systemd is told that the loop goes round, and not when it hangs."""
+    s = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+    s.bind(os.path.join(os.getcwd(), "notify"))
+    d = Daemon(rimd, "x.conf", base.replace("health_ms = 50", "health_ms = 3600000"),
+               env={"NOTIFY_SOCKET": os.path.join(os.getcwd(), "notify"), "WATCHDOG_USEC": "100000"})
+
+    def beats(number):
+        return all(select.select([s], [], [], 20)[0] and s.recv(100) == b"WATCHDOG=1" for _ in range(number))
+
+    check("the watchdog is fed", beats(10))
+    d.process.send_signal(signal.SIGSTOP)
+    while select.select([s], [], [], 0.5)[0]:
+        s.recv(100)
+    check("a daemon that hangs does not feed it", not select.select([s], [], [], 0.5)[0])
+    d.process.send_signal(signal.SIGCONT)
+    check("and then goes on", beats(2))
+    check("ends", d.end() == 0, d.said)
+
+
+def confined(address):
+    """Rows that come in by another interface, into which somebody else on this computer has brought the group."""
+    other = Bus(wire, port, interface=address)
+    near = Bus(wire, port)
+    for text, taken in (("", 0), ("lcm_interface = 127.0.0.1\n", 0), ("lcm_interface = %s\n" % address, 50)):
+        d = Daemon(rimd, "x.conf", base + text)
+        bus = other if taken else near
+        check("ready", b"ready" in d.said, d.said)
+        for t_us, values in log[:50]:
+            other.row(t_us, values)
+        bus.after("rows")
+        check("'%s': rows of another interface" % text.strip(), bus.after("rows") == taken, bus.counters[-1])
+        check("ends", d.end() == 0)
+
+
+if len(sys.argv) > 4:
+    confined(sys.argv[4])
+else:
+    for part in (commands, times, plans, floods, state, watchdog):
+        part()
+c.finish()
