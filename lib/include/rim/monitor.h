@@ -185,9 +185,9 @@ uint32_t rim_monitor_ended(const rim_monitor *monitor, uint32_t *first, uint32_t
 #define RIM_DIGEST_START UINT64_C(0xcbf29ce484222325)
 uint64_t rim_verdict_digest(uint64_t digest, const rim_verdict *verdict);
 
-/* The clock guard keeps rows whose time cannot be right away from the monitor: a time that is too far
- * ahead, or back, is left out until resync_rows rows in succession bear it out. max_jump_s bounds
- * what one wrong time can displace: keep it at a few periods. Plain data; all zero: nothing seen. */
+/* The clock guard keeps rows whose time cannot be right away from the monitor: a time too far ahead
+ * or back is left out until resync_rows rows in succession bear it out. max_jump_s bounds what one
+ * wrong time can displace: keep it at a few periods. Plain data; all zero: nothing seen. */
 typedef struct rim_clock_guard_config {
   double max_jump_s;    /* accepted ahead of the newest time, beyond 1.01 times what passed here */
   double max_skew_s;    /* accepted difference from day_s; 0: not compared */
