@@ -518,6 +518,8 @@ std::vector<State> Finder::sums_of_two(const State &none) const {
                          std::make_pair(i, j));
     }
   }
+  if (found.empty())
+    return {};
   const std::size_t most = std::min<std::size_t>(found.size(), kFollowed);
   std::partial_sort(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(most), found.end(),
                     [](const auto &x, const auto &y) { return x.first > y.first; });

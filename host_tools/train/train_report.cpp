@@ -101,8 +101,8 @@ std::string promise_report(const Training &training, double false_alarm) {
   }
   text += fmt::format(
       "  promised: at most {:.1f} % of healthy runs raise any alarm\n  alarm at score "
-      "{:.3g}: the {} of the {} runs' largest scores ({:.3g} to {:.3g}), and the scale of their "
-      "tail more\n",
+      "{:.3g}: the {} of the {} runs' largest scores ({:.3g} to {:.3g}), and half the "
+      "scale of their tail more\n",
       100.0 * promised, static_cast<double>(t.alarm_score),
       t.rank == runs ? std::string("highest") : ordinal(runs - t.rank + 1) + " highest", runs,
       static_cast<double>(t.maxima.front()), static_cast<double>(t.maxima.back()));
