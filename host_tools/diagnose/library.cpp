@@ -32,8 +32,8 @@ bool has_word(const std::string &name, std::initializer_list<const char *> words
 class Builder {
 public:
   Builder(const Measured &measured, const Channel &channel, const Catalogue &catalogue)
-      : measured_(measured), channel_(channel), catalogue_(catalogue) {
-    velocities_ = velocities(measured);
+      : measured_(measured), channel_(channel), catalogue_(catalogue),
+        velocities_(velocities(measured)) {
     state_ = own_state(measured, channel);
     out_.own = own_velocity(measured, channel);
     out_.ln_rows = std::log(static_cast<double>(measured.rows()));

@@ -66,10 +66,10 @@ Parts parts_of(const std::string &name) {
   const std::size_t close = open == std::string::npos ? open : bare.find_first_of("])", open);
   if (close != std::string::npos) {
     parts.unit = bare.substr(open + 1, close - open - 1);
-    bare = bare.substr(0, open);
+    bare.resize(open);
   } else if (!unit_of_name("s." + bare).empty()) {
     parts.unit = unit_of_name("s." + bare);
-    bare = bare.substr(0, bare.rfind('_'));
+    bare.resize(bare.rfind('_'));
   }
   std::string word;
   for (std::size_t i = 0; i <= bare.size(); i++) {

@@ -109,8 +109,10 @@ ReplayedLog Replayer::replay(const Log &log, const ReplayOptions &options, const
   HeldScore held(rim_monitor_config(monitor, RIM_CONFIG_PERSISTENCE));
   const auto tell = [&](rim_alarm record) {
     record.flags = static_cast<std::uint8_t>(record.flags | options.flags);
-    Found &found = record.detector == RIM_DETECTOR_INTERFERENCE ? result.interference : result;
-    found.add(record);
+    if (record.detector == RIM_DETECTOR_INTERFERENCE)
+      result.interference.add(record);
+    else
+      result.add(record);
     if (options.record)
       options.record(record);
   };
