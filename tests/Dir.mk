@@ -49,7 +49,7 @@ $(BUILD)/tests/host/%.o: tests/host/%.cpp $(BUILD)/flags.host $(PCH_FILES)
 	$(call say,CXX )$(CXX) $(HOST_CXXFLAGS) $(HOST_LEVEL) $(call pch,$(firstword $(HOST_LEVEL))) -MMD -MP -c $< -o $@
 
 $(TEST_HOST_BIN): %: %.o $(BUILD)/libthesis.a $(BUILD)/libhost.a $(BUILD)/librim.a
-	$(call say,LINK)$(CXX) $(OPT) $(SANITIZER_FLAGS) $(EXTRA_LDFLAGS) -o $@ $^ -lcmocka $(HOST_LIBS)
+	$(call say,LINK)$(CXX) $(OPT) $(SANITIZER_FLAGS) $(EXTRA_LDFLAGS) -o $@ $@.o $(BUILD)/libthesis.a $(BUILD)/libhost.a $(BUILD)/librim.a -lcmocka $(HOST_LIBS)
 .SECONDARY: $(TEST_HOST_BIN:=.o)
 
 .PHONY: instructions instructions-deps
