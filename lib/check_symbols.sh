@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: MIT
 # check_symbols.sh NM ARCHIVE [cross] [names]: exit 1 when the archive needs anything that a bare
 # target has not got, or keeps mutable globals; with 'names' also when it exports a name that might
-# clash with an application's: public ones begin with rim_, private ones with rimi_; with 'cross' also when it needs 64-bit
-# integer division (LEON3's helper traps). Helpers for floating point, shifts and multiplication
-# come with every compiler and are allowed.
+# clash with an application's: public ones begin with rim_, private ones with rimi_; with 'cross'
+# also when it needs 64-bit integer division (LEON3's helper traps). Helpers for floating point,
+# shifts and multiplication come with every compiler and are allowed.
 nm=$1 archive=$2
 cross= names=
 for option in $3 $4; do eval "$option=$option"; done

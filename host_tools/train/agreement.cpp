@@ -484,16 +484,14 @@ Agreement fit_agreement(const Layout &layout, const Basis &basis,
 }
 
 std::vector<Eigen::VectorXd> disturbances(const Agreement &a, const std::vector<Matrix> &residual) {
+  const Eigen::Map<const Eigen::RowVectorXd> inverse_sd(
+      a.inverse_sd.data(), static_cast<Eigen::Index>(a.inverse_sd.size()));
   std::vector<Eigen::VectorXd> all;
   for (const Matrix &run : residual) {
-    Eigen::VectorXd of_run(run.rows()), square(run.cols());
+    Eigen::VectorXd of_run(run.rows());
     for (Eigen::Index i = 0; i < run.rows(); ++i) {
-      for (Eigen::Index o = 0; o < run.cols(); ++o) {
-        const double in_sd = std::clamp(run(i, o) * a.inverse_sd[static_cast<std::size_t>(o)],
-                                        -AGREEMENT_CLIP, AGREEMENT_CLIP);
-        square[o] = in_sd * in_sd;
-      }
-      of_run[i] = rimi_noise_disturbance(square.data(), static_cast<std::size_t>(run.cols()));
+      const Eigen::RowVectorXd in_sd = run.row(i).cwiseProduct(inverse_sd);
+      of_run[i] = rimi_noise_disturbance(in_sd.data(), static_cast<std::size_t>(run.cols()));
     }
     all.push_back(of_run);
   }

@@ -21,8 +21,8 @@ struct TargetModel {
 };
 
 struct Behaviour {
-  std::vector<TargetModel> targets;       // outcomes, then their scatter
-  std::vector<std::uint32_t> kept;        // terms of the basis that any target uses
+  std::vector<TargetModel> targets; // outcomes, then their scatter
+  std::vector<std::uint32_t> kept;  // terms of the basis that any target uses
   // Per run, by models without it: blocks x outcomes.
   std::vector<Matrix> predicted, residual, scatter;
 };
@@ -40,20 +40,19 @@ std::vector<std::uint8_t> behaviour_section(const Basis &basis, const Behaviour 
 // What remains of one outcome from what remains of the others (lib/src/image/basis.h).
 struct Agreement {
   std::vector<double> inverse_sd;
-  std::vector<Integrand> integrands; // that some outcome is the integral of
+  std::vector<Integrand> integrands;                 // that some outcome is the integral of
   std::vector<double> integrand_inverse_sd, partial; // partial: [integrands][2]
-  Matrix row;                // outcomes x (AGREEMENT_FIRST + outcomes (2 + means))
-  std::vector<double> error; // of each outcome, runs left out, over the behaviour's
-  std::vector<int> source;   // of each outcome: agreement_source
-  std::vector<Matrix> remains;  // per run
+  Matrix row;                  // outcomes x (AGREEMENT_FIRST + outcomes (2 + means))
+  std::vector<double> error;   // of each outcome, runs left out, over the behaviour's
+  std::vector<int> source;     // of each outcome: agreement_source
+  std::vector<Matrix> remains; // per run
 };
 
 // level: per run, the outcomes as section LEVEL predicts them from the other sensors, by models
 // without the run; empty: there is none. integrands: of the runs' columns early and late.
 Agreement fit_agreement(const Layout &layout, const Basis &basis,
-                        const std::vector<Integrand> &integrands,
-                        const std::vector<BlockRun> &runs, const std::vector<Matrix> &residual,
-                        const std::vector<Matrix> &level);
+                        const std::vector<Integrand> &integrands, const std::vector<BlockRun> &runs,
+                        const std::vector<Matrix> &residual, const std::vector<Matrix> &level);
 // rimi_noise_disturbance() of every block, per run.
 std::vector<Eigen::VectorXd> disturbances(const Agreement &agreement,
                                           const std::vector<Matrix> &residual);

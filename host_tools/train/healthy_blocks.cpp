@@ -22,7 +22,7 @@ constexpr std::size_t kMostInputs = 20;
 constexpr std::size_t kMostTerms = 420;
 constexpr std::size_t kDecays = 5;
 constexpr std::size_t kMostFactors = 16; // outcomes from which on their products are not tried
-constexpr float kRawScale = 1e-9F; // raw terms come through the flight code's clip
+constexpr float kRawScale = 1e-9F;       // raw terms come through the flight code's clip
 
 bool takes_both_signs(const std::vector<Log> &logs, const std::string &name) {
   bool below = false, above = false;
@@ -280,7 +280,7 @@ public:
     config.integrands = static_cast<std::uint32_t>(options.integrands.size());
     config.integrand = integrands_.data();
     if (rimi_basis_open(&config.basis, section_.data(), section_.size(), config.features,
-                       config.outcomes) != RIM_OK)
+                        config.outcomes) != RIM_OK)
       throw std::logic_error("section BASIS is not as the library wants it");
     memory_.resize(rimi_blocks_size(&config) / 8 + 1);
     if (rimi_blocks_init(&blocks_, memory_.data(), memory_.size() * 8, &config) != RIM_OK)
@@ -333,9 +333,9 @@ BlockRun Gatherer::gather(const Log &log) {
   for (Eigen::Index t = 0; t < rows; ++t) {
     const bool ext = layout_.external;
     if (rimi_blocks_row(blocks_, log.t_s[static_cast<std::size_t>(t)], context.row(t).data(),
-                   ext ? external.outcome.row(t).data() : nullptr,
-                   ext ? external.mean.row(t).data() : nullptr,
-                   ext ? external.sd.row(t).data() : nullptr) != BLOCKS_DONE ||
+                        ext ? external.outcome.row(t).data() : nullptr,
+                        ext ? external.mean.row(t).data() : nullptr,
+                        ext ? external.sd.row(t).data() : nullptr) != BLOCKS_DONE ||
         (!ext && !rimi_blocks_has_first(blocks_)))
       continue;
     append(&run.context, n, rimi_blocks_context(blocks_));
@@ -345,8 +345,8 @@ BlockRun Gatherer::gather(const Log &log) {
     append(&run.repeats, n, rimi_blocks_repeats(blocks_));
     append(&run.terms, n, rimi_blocks_terms(blocks_), 1.0 / static_cast<double>(kRawScale));
     append(&run.means, n, rimi_blocks_means(blocks_), 1.0 / static_cast<double>(kRawScale));
-    append(&run.early, n, blocks_early(blocks_));
-    append(&run.late, n, blocks_late(blocks_));
+    append(&run.early, n, rimi_blocks_early(blocks_));
+    append(&run.late, n, rimi_blocks_late(blocks_));
     const double start_s = rimi_blocks_start_s(blocks_);
     run.follows.push_back(n > 0 && std::abs(start_s - before_s - block_s_) < 0.25 * block_s_);
     before_s = start_s;

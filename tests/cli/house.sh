@@ -16,6 +16,7 @@ err=$(python3 "$here/tree/tests/rooms.py" lib 2>&1 > /dev/null); check "a cycle 
 contains "and is named" "$err" "form a cycle: .*base.*monitor"
 
 if [ -n "$SANITIZE" ]; then skipped=2; finish; fi
+"$root/lib/check_symbols.sh" nm "$BUILD/librim.a" names; check "names begin with rim_ or rimi_" 0 $?
 python3 "$root/lib/api.py" nm "$BUILD/librim.a" > "$here/said" 2>&1; check "every public symbol is declared in a public header" 0 $? || tail -5 "$here/said"
 echo 'int rim_hidden(void); int rim_hidden(void) { return 1; }' > "$here/hidden.c"
 cp "$BUILD/librim.a" "$here/more.a" && gcc -c "$here/hidden.c" -o "$here/hidden.o" && ar r "$here/more.a" "$here/hidden.o" 2> /dev/null

@@ -7,10 +7,10 @@
 root=$(cd "$(dirname "$0")/../.." && pwd)
 [ -x "$BUILD/rimd" ] || { bad "no $BUILD/rimd"; finish; }
 cd "$here" || exit 1
-for i in $(seq 20); do toy "run$(printf %02d "$i").csv" "$i"; done
-"$RIM" train run*.csv --out toy.rim --quick > /dev/null || bad "train"
+toy_model toy.rim
 toy healthy.csv 101
 toy biased.csv 102 1200 'if (x > 1) v += 0.5' # in a place, so that a plan may enter it
+toy long.csv 102 2400 'if (x > 1) v += 0.5'   # the same run, twice as long
 "$RIM" replay --model toy.rim biased.csv --alarms biased.jsonl > /dev/null || bad "replay"
 awk 'NR <= 901 || NR > 1101' biased.csv > gap.csv # 10 s of silence while the alarm stands
 "$RIM" replay --model toy.rim gap.csv --alarms gap.jsonl > /dev/null || bad "replay with a gap"

@@ -4,7 +4,7 @@
 . "$(dirname "$0")/check.inc"
 . "$(dirname "$0")/toy.inc"
 cd "$here" || exit 1
-for i in $(seq 20); do toy "run$(printf %02d "$i").csv" "$i"; done
+toy_runs
 
 out=$("$RIM" train run*.csv --out toy.rim); check "train" 0 $?
 for text in "20 runs, 24000 rows at 20 Hz: 3 sensors, 1 commands" "each run predicted without itself" "filtered commands" "'Seen from' is the constant offset" \

@@ -67,7 +67,9 @@ static void commands_are_obeyed(void **state) {
     assert_int_equal(record.state, RIM_ALARM_CLEARED);
     assert_null(rim_monitor_standing(b.monitor, RIM_DETECTOR_RIM));
     assert_true(rim_monitor_membership(b.monitor, in) == 0.0);
+    const uint32_t rows = rim_monitor_get_health(b.monitor).rows.rows;
     assert_int_equal(step(&b, 3, t, 0.0).blocks, external); /* what was learnt is forgotten */
+    assert_int_equal(rim_monitor_get_health(b.monitor).rows.rows, rows + 1); /* the run goes on */
     bool again = false;
     for (++t; t < 3 * ROWS && !again; ++t) /* and what is still there is found again */
       again = step(&b, 3, t, external ? 0.8 : 0.15).alarm.state == RIM_ALARM_RAISED;

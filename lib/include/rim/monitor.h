@@ -149,8 +149,8 @@ rim_status rim_monitor_set_policy(rim_monitor *monitor, const rim_alarm_policy *
  * mean, or both could be meant. Nothing changes then. O(1) for ACKNOWLEDGE, O(memory) for CLEAR. */
 rim_status rim_monitor_command(rim_monitor *monitor, const rim_command *command, unsigned bits);
 
-/* Forgets all observations because the rows' clock moved to now_s (see rim_clock_guard_take); what
- * stands is cleared or latched by records that wait. now_s not finite: no effect. O(memory). */
+/* Forgets all observations because the rows' clock moved to now_s (see rim_clock_guard_take), in
+ * a run's midst; what stands is cleared or latched by records that wait. Not finite: no effect. */
 void rim_monitor_restart(rim_monitor *monitor, double now_s);
 
 /* Forgets all observations, and the alarms without a record; counters go on. O(memory). */

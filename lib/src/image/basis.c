@@ -167,7 +167,7 @@ void rimi_behaviour_predict(const rim_behaviour *view, const double *term, const
 }
 
 void rimi_behaviour_error(const rim_behaviour *view, const uint16_t *unknown, bool knows_start,
-                         double *error) {
+                          double *error) {
   const uint32_t outcomes = view->targets / 2u;
   for (size_t o = 0; o < view->targets; ++o) {
     const uint8_t *row = view->weight + 4u * o * view->terms;
@@ -250,7 +250,7 @@ static double weight_of(const rim_agreement *a, const uint8_t *row, const double
 }
 
 double rimi_agreement_error(const rim_agreement *a, uint32_t outcome, const double *mean,
-                           const double *error) {
+                            const double *error) {
   const uint8_t *row = a->row + 4u * outcome * agreement_stride(a->outcomes, a->means);
   const double unit = (double)rimi_le_f32(a->inverse_sd, outcome);
   if ((uint32_t)rimi_le_f32(row, 0) != AGREEMENT_RESIDUALS)
@@ -296,11 +296,8 @@ static double from_integral(const rim_agreement *a, const agreement_block *block
 }
 
 double rimi_agreement_disturbance(const rim_agreement *a, const double *residual, double *work) {
-  for (size_t o = 0; o < a->outcomes; ++o) {
-    const double in_sd = rimi_clamp(residual[o] * (double)rimi_le_f32(a->inverse_sd, o),
-                                    -AGREEMENT_CLIP, AGREEMENT_CLIP);
-    work[o] = in_sd * in_sd;
-  }
+  for (size_t o = 0; o < a->outcomes; ++o)
+    work[o] = residual[o] * (double)rimi_le_f32(a->inverse_sd, o);
   return rimi_noise_disturbance(work, a->outcomes);
 }
 

@@ -92,7 +92,7 @@ void rimi_behaviour_predict(const rim_behaviour *view, const double *term, const
  * uncertain by unknown[i] / BASIS_UNKNOWN_SD of its own standard deviations. 1e30 where the first
  * readings are not those of the run (knows_start) and the model needs them. */
 void rimi_behaviour_error(const rim_behaviour *view, const uint16_t *unknown, bool knows_start,
-                         double *error);
+                          double *error);
 
 /* Section AGREEMENT: what remains of one outcome from what the others say.
  *   u32 layout (3), outcomes O, means M, integrands G (at most AGREEMENT_INTEGRANDS O)
@@ -153,7 +153,7 @@ typedef struct agreement_block {
 /* Standard deviation of what remains of `outcome`, in its unit, where the residuals are uncertain
  * by error[O] beside their noise: 0 where no residual is used. O(O (2 + M)). */
 double rimi_agreement_error(const rim_agreement *view, uint32_t outcome, const double *mean,
-                           const double *error);
+                            const double *error);
 
 /* Doubles per outcome that are kept from block to block; all 0 before the first. */
 #define AGREEMENT_STATE (3u + AGREEMENT_INTEGRANDS)

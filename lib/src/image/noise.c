@@ -82,13 +82,14 @@ double rimi_noise_weight(const noise_channel *c, double p, double change, double
   return rimi_exp(-rimi_clamp(ln_sigma, -NOISE_LN_SIGMA, NOISE_LN_SIGMA));
 }
 
-double rimi_noise_disturbance(const double *square, size_t outcomes) {
+double rimi_noise_disturbance(const double *residual, size_t outcomes) {
   if (outcomes < 2)
     return 0.0;
   double sum = 0.0, largest = 0.0;
   for (size_t o = 0; o < outcomes; ++o) {
-    sum += square[o];
-    largest = rimi_max(largest, square[o]);
+    const double in_sd = rimi_clamp(residual[o], -NOISE_DISTURBED, NOISE_DISTURBED);
+    sum += in_sd * in_sd;
+    largest = rimi_max(largest, in_sd * in_sd);
   }
   return rimi_log(NOISE_CALM + (sum - largest) / (double)(outcomes - 1u));
 }

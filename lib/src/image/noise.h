@@ -29,7 +29,8 @@
 #define NOISE_CHANNEL_WORDS 10u
 #define NOISE_SIGMA_TERMS 4u
 #define NOISE_LN_SIGMA 1.2 /* ln sigma(x) stays within +- this */
-#define NOISE_CALM 0.05    /* added to the mean square before its logarithm */
+#define NOISE_DISTURBED 4.0
+#define NOISE_CALM 0.05 /* added to the mean square before its logarithm */
 
 typedef struct rim_noise {
   uint32_t channels, raw, fields, stride;
@@ -57,8 +58,8 @@ double rimi_noise_weight(const noise_channel *c, double p, double change, double
 /* How far a block is from what the commands let all outcomes be: ln(NOISE_CALM + mean square of the
  * behaviour residuals in standard deviations, the largest left out), between about -3 and 3. One
  * sensor that is wrong does not disturb; a manoeuvre unlike those of training does, and there the
- * relations between sensors hold less well too. square[outcomes]: of the residuals. 0 where there
- * are fewer than two outcomes. */
-double rimi_noise_disturbance(const double *square, size_t outcomes);
+ * relations between sensors hold less well too. residual[outcomes] in standard deviations; each is
+ * limited to NOISE_DISTURBED. 0 where there are fewer than two outcomes. */
+double rimi_noise_disturbance(const double *residual, size_t outcomes);
 
 #endif

@@ -34,6 +34,7 @@ struct blocks {
   bool started;
   bool has_before; /* an ended block precedes */
   bool late;       /* the run began before its first row */
+  bool told_late;  /* by rimi_blocks_begin_late() */
   bool bridged;    /* the gap before this row was too long for its block */
   bool knows_all;  /* of the block that ended: its terms */
 };
@@ -133,6 +134,8 @@ void rimi_blocks_reset(blocks *b) {
   b->mean_period_s = b->told_period_s = config.period_s;
   b->out_feature = BLOCKS_NO_FEATURE;
 }
+
+void rimi_blocks_begin_late(blocks *b) { b->told_late = true; }
 
 static bool row_is_usable(blocks *b, double t_s, const double *context, const double *outcome,
                           const double *mean, const double *sd) {
@@ -468,7 +471,7 @@ static double term_unknown(const blocks *b, size_t i) {
 
 static void find_unknown(blocks *b) {
   const rim_basis *n = &b->config.basis;
-  if (b->count == 0 && begins_late(b)) {
+  if (b->count == 0 && (b->told_late || begins_late(b))) {
     b->late = true;
     for (size_t t = 0; t < n->times; ++t)
       unknown(b)[t] = decay(b)[t];
@@ -599,17 +602,17 @@ const double *rimi_blocks_scatter(const blocks *b) { return SCATTER(b); }
 const double *rimi_blocks_repeats(const blocks *b) { return REPEATS(b); }
 const double *rimi_blocks_terms(const blocks *b) { return term(b); }
 const double *rimi_blocks_means(const blocks *b) { return means(b); }
-const double *blocks_early(const blocks *b) { return early(b); }
-const double *blocks_late(const blocks *b) { return late(b); }
+const double *rimi_blocks_early(const blocks *b) { return early(b); }
+const double *rimi_blocks_late(const blocks *b) { return late(b); }
 const double *rimi_blocks_first(const blocks *b) { return FIRST(b); }
-uint16_t blocks_outcome_feature(const blocks *b, uint32_t outcome) {
+uint16_t rimi_blocks_outcome_feature(const blocks *b, uint32_t outcome) {
   return b->config.outcome_feature != NULL ? rimi_le_u16(b->config.outcome_feature, outcome)
                                            : BLOCKS_NO_FEATURE;
 }
 bool rimi_blocks_has_first(const blocks *b) { return b->count >= FIRST_BLOCKS; }
-bool blocks_knows_start(const blocks *b) { return !b->late; }
-bool blocks_knows_all(const blocks *b) { return b->config.basis.terms == 0 || b->knows_all; }
-const uint16_t *blocks_unknown(const blocks *b) { return unknown_term(b); }
+bool rimi_blocks_knows_start(const blocks *b) { return !b->late; }
+bool rimi_blocks_knows_all(const blocks *b) { return b->config.basis.terms == 0 || b->knows_all; }
+const uint16_t *rimi_blocks_unknown(const blocks *b) { return unknown_term(b); }
 double rimi_blocks_change(const blocks *b) { return b->change; }
 double rimi_blocks_since_start_s(const blocks *b) {
   return 0.5 * (b->block_start_s + b->previous_s) - b->start_s;

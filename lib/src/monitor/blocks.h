@@ -51,6 +51,8 @@ size_t rimi_blocks_size(const blocks_config *config);
 rim_status rimi_blocks_init(blocks **instance, void *memory, size_t bytes,
                             const blocks_config *config);
 void rimi_blocks_reset(blocks *b);
+/* Before the first row: rows of the run went before it that were not offered. */
+void rimi_blocks_begin_late(blocks *b);
 void rimi_blocks_attach(blocks *b, const blocks_config *config);
 
 typedef enum blocks_result {
@@ -80,15 +82,17 @@ const double *
 rimi_blocks_repeats(const blocks *b);             /* share of readings that repeat the one before */
 const double *rimi_blocks_terms(const blocks *b); /* [terms], standardised */
 const double *rimi_blocks_means(const blocks *b); /* [means], standardised */
-const double *blocks_early(const blocks *b);      /* [integrands], see section AGREEMENT */
-const double *blocks_late(const blocks *b);       /* [integrands] */
+const double *rimi_blocks_early(const blocks *b); /* [integrands], see section AGREEMENT */
+const double *rimi_blocks_late(const blocks *b);  /* [integrands] */
 const double *rimi_blocks_first(const blocks *b); /* [outcomes]: mean of the first two blocks */
 bool rimi_blocks_has_first(const blocks *b);
-uint16_t blocks_outcome_feature(const blocks *b, uint32_t outcome); /* BLOCKS_NO_FEATURE: none */
-bool blocks_knows_start(const blocks *b);        /* the run began as healthy runs begin */
-bool blocks_knows_all(const blocks *b);          /* every term is what the commands made it */
-const uint16_t *blocks_unknown(const blocks *b); /* [terms]: rimi_behaviour_error; else not valid */
-double rimi_blocks_change(const blocks *b);      /* of the commands, in widths of their range */
+uint16_t rimi_blocks_outcome_feature(const blocks *b,
+                                     uint32_t outcome); /* BLOCKS_NO_FEATURE: none */
+bool rimi_blocks_knows_start(const blocks *b);          /* the run began as healthy runs begin */
+bool rimi_blocks_knows_all(const blocks *b); /* every term is what the commands made it */
+const uint16_t *
+rimi_blocks_unknown(const blocks *b);       /* [terms]: rimi_behaviour_error; else not valid */
+double rimi_blocks_change(const blocks *b); /* of the commands, in widths of their range */
 double rimi_blocks_since_start_s(const blocks *b); /* middle of the block */
 double rimi_blocks_run_start_s(const blocks *b);   /* first row of the run, absolute */
 double rimi_blocks_start_s(const blocks *b);       /* its first row, absolute */

@@ -64,7 +64,7 @@ static uint16_t integrated_cause(const rim_monitor *m, uint16_t leading) {
   for (uint16_t j = 0; j < outcomes; ++j) {
     bool mostly;
     const double gain = rimi_agreement_gain(&m->models.agreement, leading % outcomes, j,
-                                            blocks_outcome_feature(m->rows, j), &mostly);
+                                            rimi_blocks_outcome_feature(m->rows, j), &mostly);
     if (!(rimi_abs(gain) > 0.0) && !mostly)
       continue;
     for (uint32_t kind = RIM_CHANNEL_BEHAVIOUR; kind <= RIM_CHANNEL_AGREEMENT; ++kind) {
@@ -215,7 +215,7 @@ static void blame_integrand(rim_monitor *m, uint16_t channel, const search_hypot
   for (uint32_t j = 0; j < outcomes; ++j) {
     bool mostly;
     const double gain = rimi_agreement_gain(&m->models.agreement, channel % outcomes, j,
-                                            blocks_outcome_feature(m->rows, j), &mostly);
+                                            rimi_blocks_outcome_feature(m->rows, j), &mostly);
     if (!(rimi_abs(gain) > 0.0))
       continue;
     const double bias = -(double)h->shift * unit / gain;

@@ -114,7 +114,8 @@ void rimi_monitor_describe(rim_monitor *m, const rim_verdict *verdict, rim_alarm
 
 /* step.c: no record, nothing found. */
 void rimi_monitor_clear_verdict(rim_monitor *m);
-/* open.c: all observations; those of the regions alone. The alarms' life is left as it is. */
+/* open.c: the run and all observations; the observations of the regions alone, while the run goes
+ * on. The alarms' life is left as it is. */
 void rimi_monitor_forget(rim_monitor *m);
 void rimi_monitor_forget_regions(rim_monitor *m);
 

@@ -417,7 +417,6 @@ rim_status rim_monitor_attach(rim_monitor **monitor, void *memory, size_t bytes,
 }
 
 void rimi_monitor_forget_regions(rim_monitor *m) {
-  rimi_blocks_reset(m->rows);
   if (m->is_trained) {
     rimi_search_reset(m->search);
     memset(m->agreement_state, 0, 8u * AGREEMENT_STATE * (size_t)m->words[RIM_CONFIG_OUTCOMES]);
@@ -433,6 +432,7 @@ void rimi_monitor_forget_regions(rim_monitor *m) {
 }
 
 void rimi_monitor_forget(rim_monitor *m) {
+  rimi_blocks_reset(m->rows);
   rimi_monitor_forget_regions(m);
   if (m->watch != NULL)
     rimi_interference_watch_reset(m->watch);

@@ -73,8 +73,8 @@ static void agree(rim_monitor *m, bool is_next) {
   const agreement_block block = {.residual = m->residual,
                                  .mean = rimi_blocks_means(m->rows),
                                  .measured = rimi_blocks_outcomes(m->rows),
-                                 .early = blocks_early(m->rows),
-                                 .late = blocks_late(m->rows),
+                                 .early = rimi_blocks_early(m->rows),
+                                 .late = rimi_blocks_late(m->rows),
                                  .level = level,
                                  .follows = is_next};
   rimi_agreement_evaluate(&m->models.agreement, &block, m->agreement_state,
@@ -85,12 +85,12 @@ static void agree(rim_monitor *m, bool is_next) {
  * too much is not known. */
 static bool find_unknown(rim_monitor *m) {
   const size_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
-  if (m->words[RIM_CONFIG_EXTERNAL] != 0 || blocks_knows_all(m->rows))
+  if (m->words[RIM_CONFIG_EXTERNAL] != 0 || rimi_blocks_knows_all(m->rows))
     return false;
   double *error = m->level; /* [2 O]: agree() is done with it */
   bool any = false;
-  rimi_behaviour_error(&m->models.behaviour, blocks_unknown(m->rows), blocks_knows_start(m->rows),
-                       error);
+  rimi_behaviour_error(&m->models.behaviour, rimi_blocks_unknown(m->rows),
+                       rimi_blocks_knows_start(m->rows), error);
   for (size_t c = 0; c < m->channel_count; ++c) {
     const size_t o = c % outcomes;
     double own = 0.0;
@@ -400,6 +400,7 @@ void rim_monitor_restart(rim_monitor *m, double now_s) {
   if (m == NULL || !rimi_is_finite(now_s))
     return;
   rimi_monitor_forget(m);
+  rimi_blocks_begin_late(m->rows); /* the rows that bore the clock out were left out */
   rimi_alarm_life_restart(&m->life, now_s);
 }
 

@@ -120,7 +120,7 @@ static void store_residual(rim_search *s, uint32_t slot, uint32_t channel, doubl
 
 static void store_channel(rim_search *s, uint32_t slot, const search_block *b, uint32_t channel) {
   const noise_channel c = rimi_noise_channel(s->config.noise, channel);
-  const double z = search_scale(s, &c, channel, slot) * b->residual[channel] / (double)c.s;
+  const double z = rimi_search_scale(s, &c, channel, slot) * b->residual[channel] / (double)c.s;
   store_residual(s, slot, channel, z, b->unknown != NULL && b->unknown[channel]);
 }
 

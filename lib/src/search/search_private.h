@@ -200,7 +200,8 @@ static inline double search_raw_prediction(const rim_search *s, uint32_t slot, u
   return (double)search_predictions(s, slot)[outcome] * SEARCH_BYTE_STEP;
 }
 /* 1 / sigma(x) of a block: by its prediction and the commands' change. */
-double search_scale(const rim_search *s, const noise_channel *c, uint32_t channel, uint32_t slot);
+double rimi_search_scale(const rim_search *s, const noise_channel *c, uint32_t channel,
+                         uint32_t slot);
 /* The same, 0 where the residual is not known. */
 double rimi_search_weight(const rim_search *s, const noise_channel *c, uint32_t channel,
                           uint32_t slot);

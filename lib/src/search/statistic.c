@@ -23,7 +23,8 @@ void rimi_search_raw_fields(const rim_search *s, uint32_t slot, double *raw) {
     raw[NOISE_RAW_FIRST + m] = (double)mean[m] * SEARCH_BYTE_STEP;
 }
 
-double search_scale(const rim_search *s, const noise_channel *c, uint32_t channel, uint32_t slot) {
+double rimi_search_scale(const rim_search *s, const noise_channel *c, uint32_t channel,
+                         uint32_t slot) {
   if (channel >= search_fine(s))
     return 1.0;
   const uint32_t outcome = channel % s->config.outcomes;
@@ -39,7 +40,7 @@ double rimi_search_weight(const rim_search *s, const noise_channel *c, uint32_t 
   const bool known =
       channel < fine ? search_fine_residuals(s, slot)[channel] != SEARCH_UNKNOWN
                      : search_coarse_residuals(s, slot)[channel - fine] != SEARCH_COARSE_UNKNOWN;
-  return known ? search_scale(s, c, channel, slot) : 0.0;
+  return known ? rimi_search_scale(s, c, channel, slot) : 0.0;
 }
 
 static double phi(const rim_search *s, uint32_t channel, uint32_t family) {
