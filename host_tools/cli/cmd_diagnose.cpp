@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// rim diagnose: given measured data, what a simulation gets wrong, why, and what mending it is
-// worth.
+// rim diagnose: given measured data, what a simulation gets wrong, why, and how much correcting it
+// improves the prediction.
 #include "cli/arguments.hpp"
 #include "cli/command.hpp"
 #include "diagnose/diagnose.hpp"

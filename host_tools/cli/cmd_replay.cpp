@@ -8,11 +8,11 @@
 #include "replay/outputs.hpp"
 #include "replay/replay.hpp"
 #include "rim/can.h"
+#include "rim/image.h"
 #include "util/atomic_file.hpp"
 #include "util/error.hpp"
 #include "util/gnuplot.hpp"
 #include "util/progress.hpp"
-#include "rim/image.h"
 
 #include <cmath>
 #include <cstdio>
@@ -162,21 +162,21 @@ rim::Replayer open_model(const Options &o, const Extensions &extensions) {
     throw rim::DataError(o.model + ": is empty, not a flight image");
   const Bytes image(text.begin(), text.end());
   rim::Replayer plain(image, o.model);
-  // The logs' own predictions are mended row by row, by every kind of term.
+  // The logs' own predictions are corrected row by row, by every kind of term.
   const bool in_the_log = plain.layout().external;
   if (extensions.empty() || (in_the_log && o.save_model.empty()))
     return plain;
-  const Bytes mended = corrected(image, plain.layout(), extensions, o.model);
+  const Bytes corrected_image = corrected(image, plain.layout(), extensions, o.model);
   if (!o.save_model.empty()) {
     rim::AtomicFile file(o.save_model);
-    save(&file, mended);
+    save(&file, corrected_image);
   }
   if (in_the_log)
     return plain;
-  if (mended == image)
+  if (corrected_image == image)
     throw rim::DataError(extensions.front().path + ": no term can be used with " + o.model +
                          " (see the notes)");
-  return rim::Replayer(mended, o.model);
+  return rim::Replayer(corrected_image, o.model);
 }
 
 void print_calibration(const Options &o, const rim::ExternalImage &made) {

@@ -180,10 +180,10 @@ void apply_extension(const std::vector<Extension> &extensions, Log *log) {
     terms.insert(terms.end(), extension.terms.begin(), extension.terms.end());
   }
   for (const Channel &channel : table.channels) {
-    const Prediction mended = extended_prediction(terms, channel, table);
-    log->values.col(find_column(*log, "m." + channel.name)) = mended.m;
+    const Prediction extended = extended_prediction(terms, channel, table);
+    log->values.col(find_column(*log, "m." + channel.name)) = extended.m;
     if (!channel.sd_estimated)
-      log->values.col(find_column(*log, "sd." + channel.name)) = mended.sd;
+      log->values.col(find_column(*log, "sd." + channel.name)) = extended.sd;
   }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// diagnose/apply_extension.hpp - an extension put to use: logs with mended predictions, flight
+// diagnose/apply_extension.hpp - an extension put to use: logs with corrected predictions, flight
 // images with a correction section.
 #pragma once
 

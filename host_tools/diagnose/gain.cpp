@@ -111,7 +111,7 @@ void append_means(const std::vector<Term> &terms, const Measured &measured, std:
     const LogSpan &span = measured.logs[log];
     for (std::size_t r = 0; r < span.rows;) {
       const double until = measured.elapsed_s[span.first + r] + horizon_s - 1e-9;
-      double z = 0, before = 0, mended = 0, var_before = 0, var_after = 0, n = 0, in = 0;
+      double z = 0, before = 0, extended = 0, var_before = 0, var_after = 0, n = 0, in = 0;
       const std::size_t start = r;
       for (; r < span.rows && measured.elapsed_s[span.first + r] < until; ++r) {
         const std::size_t i = span.first + r;
@@ -121,7 +121,7 @@ void append_means(const std::vector<Term> &terms, const Measured &measured, std:
         n += 1.0;
         z += c.z(k);
         before += c.m(k);
-        mended += after.m(k);
+        extended += after.m(k);
         var_before += c.sd(k) * c.sd(k);
         var_after += after.sd(k) * after.sd(k);
         in += inside[i] != 0 ? 1.0 : 0.0;
@@ -130,7 +130,7 @@ void append_means(const std::vector<Term> &terms, const Measured &measured, std:
         continue;
       judged->z.push_back(z / n);
       judged->before.push_back(before / n);
-      judged->after.push_back(mended / n);
+      judged->after.push_back(extended / n);
       judged->sd_before.push_back(std::sqrt(var_before) / n);
       judged->sd_after.push_back(std::sqrt(var_after) / n);
       judged->inside.push_back(2.0 * in > n ? 1 : 0);

@@ -189,7 +189,7 @@ std::string diagnosis_sentence(const Diagnosis &diagnosis) {
         break;
       }
       text +=
-          fmt::format(" Mending it leaves {:.0f} % of the error ({:.0f} to {:.0f} %) on data it "
+          fmt::format(" Correcting it leaves {:.0f} % of the error ({:.0f} to {:.0f} %) on data it "
                       "was not fitted to.",
                       100.0 * g.ratio, 100.0 * g.ratio_ci95.low, 100.0 * g.ratio_ci95.high);
       break;

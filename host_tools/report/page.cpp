@@ -266,7 +266,8 @@ std::string report_html(const Diagnosis &diagnosis, const Measured &measured) {
   for (const Finding &finding : diagnosis.findings)
     text += card(finding, diagnosis, measured);
   if (!diagnosis.findings.empty()) {
-    text += "<section id=\"gain\">\n<h2>What mending it gains</h2>\n" + gain_table(diagnosis) +
+    text += "<section id=\"gain\">\n<h2>How much the extension improves the prediction</h2>\n" +
+            gain_table(diagnosis) +
             "<p class=\"note\">RMSE of what is measured against what is simulated, on data that "
             "were not fitted to; intervals from resampling. Inside and outside the findings' "
             "regions. Mean density: eq. 3.38, greater is better. Worse: the ratio is more than 2 % "
