@@ -27,7 +27,12 @@ browse() {
     "file://$here/$page" 2> browser.log
 }
 console() { grep -c 'CONSOLE' browser.log; }
-fetched() { grep -o '"url":"[a-z]*:[^"]*"' net.json | grep -c -v -e '"url":"file:' -e '"url":"data:' -e '"url":"chrome'; }
+# Requests that the page made. A full browser also makes its own (the time, its updates), which the
+# net log marks as from no page.
+fetched() {
+  grep '"initiator":' net.json | grep -v '"initiator":"not an origin"' |
+    grep -c -v -e '"url":"file:' -e '"url":"data:' -e '"url":"chrome'
+}
 
 # Appended to a copy of a page, it writes what it measured into the page's title: pairs of texts of
 # a picture that cover one another, texts outside their picture, pixels of the page beyond the
@@ -69,6 +74,8 @@ contains "covered text is seen" "$(measure faulty.html 800)" "covered=1 .* wide=
 echo '<!DOCTYPE html><title>blank</title>' > blank.html
 browse 1200,1600 blank.html --screenshot="$here/blank.png" > /dev/null
 blank=$(stat -c %s blank.png)
+browse 1200,1600 blank.html --dump-dom --log-net-log="$here/net.json" > /dev/null
+check "a blank page makes no request" 0 "$(fetched)"
 
 # page NAME FILE: what holds for every report
 page() {
