@@ -248,7 +248,7 @@ void find_unlike_runs(const std::vector<Log> &logs, Training *training) {
   std::sort(scores.begin(), scores.end());
   const double middle = scores[scores.size() / 2];
   const double upper = scores[scores.size() * 3 / 4];
-  const double bar = middle + 8.0 * std::max(upper - middle, 2.0);
+  const double bar = middle + 10.0 * std::max(upper - middle, 2.0);
   for (std::size_t r = 0; r < logs.size(); ++r) {
     const RunScore &s = training->scores[r];
     if (s.score <= bar)
