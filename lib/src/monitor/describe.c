@@ -272,20 +272,29 @@ static void keep_onset(const rim_monitor *m, uint16_t channel, search_hypothesis
     h->family = before->family;
 }
 
-/* A region in which the outcome reads high and its complement in which it reads low explain much the
+/* A region in which the outcome reads high and the rest, in which it reads low, explain much the
  * same, for a run has an offset of its own. An operator acts on the sign, so a standing alarm keeps
  * it unless the contrary explains clearly more. */
-static void keep_sign(rim_monitor *m, uint16_t channel, search_hypothesis *h) {
-  search_hypothesis before = m->explained;
-  const bool contrary = (double)before.shift * (double)h->shift < 0.0;
-  if (!contrary || !m->has_explained || m->explained_channel != channel ||
-      channel / m->words[RIM_CONFIG_OUTCOMES] > RIM_CHANNEL_AGREEMENT ||
+static void keep_sign(const rim_monitor *m, uint16_t channel, search_hypothesis *h) {
+  const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
+  const double sign = (double)m->explained.shift;
+  if (!m->has_explained || m->explained_channel % outcomes != channel % outcomes ||
+      sign * (double)h->shift >= 0.0 || channel / outcomes > RIM_CHANNEL_AGREEMENT ||
+      m->explained_channel / outcomes > RIM_CHANNEL_AGREEMENT ||
       rim_monitor_standing(m, RIM_DETECTOR_RIM) == NULL)
     return;
-  if (rimi_search_evaluate_channel(m->search, channel, &before) &&
-      (double)before.shift * (double)h->shift < 0.0 &&
-      (double)before.score >= SIGN_KEEPS * (double)h->score)
+  const search_hypothesis contrary = *h;
+  search_hypothesis beside, before = m->explained;
+  double best = SIGN_KEEPS * (double)h->score;
+  if (m->explained_channel == channel &&
+      rimi_search_evaluate_channel(m->search, channel, &before) &&
+      sign * (double)before.shift > 0.0 && (double)before.score >= best) {
+    best = (double)before.score;
     *h = before;
+  }
+  if (rimi_search_beside(m->search, channel, &contrary, &beside) &&
+      sign * (double)beside.shift > 0.0 && (double)beside.score >= best)
+    *h = beside;
 }
 
 static void describe_trained(rim_monitor *m, const rim_verdict *verdict, rim_alarm *alarm) {

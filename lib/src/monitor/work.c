@@ -130,7 +130,8 @@ static double trained_block(const rim_work_counts *n) {
          n->region_features * (double)PLACE;
 }
 static double trained_judge(const rim_work_counts *n) {
-  const double explain = ready_work(n) + 4u * renew_work(n) + 3u * pass(n, JUDGED + EXPONENTIAL);
+  const double explain =
+      2u * ready_work(n) + 5u * renew_work(n) + 8u * pass(n, JUDGED + EXPONENTIAL);
   const double causes = rimi_min(2u * (double)n->integrands, 2u * (double)AGREEMENT_INTEGRANDS);
   return explain + 2u * causes * (ready_work(n) + pass(n, 0.0)) +
          (2u + RIM_ALARM_MAX_CHANNELS) * (double)n->channels * SCORE;

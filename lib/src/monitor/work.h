@@ -25,7 +25,7 @@
  *             ready   3 passes with 3 exponentials and K W multiply-adds, 3 R hypotheses judged
  *             renew   3 intervals' work, R hypotheses judged
  *             region  the same, and 225 boxes of 5 x 5 cells
- *   judge   explain: ready, then 4 times what renew does, 2 passes with an exponential;
+ *   judge   explain: 2 times ready, 5 times what renew does, 8 passes with an exponential;
  *           whose bias it is: 2 times ready and a pass for each outcome that it integrates
  *
  * Without it (search/select.h; B bins, G grid, P pairs, S scans, E edges, M moves), 24 ellipses a

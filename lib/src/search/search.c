@@ -512,6 +512,31 @@ static void drop_whole_sides(rim_search *s, search_hypothesis *h) {
   rimi_search_evaluate(s, h);
 }
 
+bool rimi_search_beside(rim_search *s, uint32_t channel, const search_hypothesis *h,
+                        search_hypothesis *out) {
+  const bool is_box = h->family == SEARCH_BOX || h->family == SEARCH_BOX_SINCE;
+  const uint32_t dims = is_box                                                               ? 2u
+                        : h->family == SEARCH_INTERVAL || h->family == SEARCH_INTERVAL_SINCE ? 1u
+                                                                                             : 0u;
+  rimi_search_refresh(s, channel);
+  out->score = SEARCH_NONE;
+  for (uint32_t k = 0; k < 2u * dims; ++k) {
+    search_hypothesis side = {.family = SEARCH_INTERVAL, .onset = SEARCH_FROM_START};
+    side.feature[0] = h->feature[k / 2u];
+    const uint8_t first = h->first[k / 2u], last = h->last[k / 2u];
+    if (k % 2u == 0 ? first == 0 : last + 1u >= SEARCH_BINS)
+      continue;
+    side.first[0] = k % 2u == 0 ? 0u : (uint8_t)(last + 1u);
+    side.last[0] = k % 2u == 0 ? (uint8_t)(first - 1u) : (uint8_t)(SEARCH_BINS - 1u);
+    rimi_search_evaluate(s, &side);
+    if (side.score > out->score)
+      *out = side;
+  }
+  if (out->score > SEARCH_NONE)
+    rimi_search_refine_edges(s, out, 0);
+  return out->score > SEARCH_NONE;
+}
+
 void rimi_search_explain(rim_search *s, uint32_t channel, search_hypothesis *out,
                          double *onset_sd) {
   rimi_search_refresh(s, channel);

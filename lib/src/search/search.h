@@ -127,6 +127,12 @@ uint32_t rimi_search_oldest(const rim_search *search);
 void rimi_search_edges(const rim_search *search, uint32_t feature, uint32_t first, uint32_t last,
                        uint32_t *low, uint32_t *high);
 
+/* The best interval beside h's region, below or above it in one of its features, at any time:
+ * where h says that the outcome reads low, what reads high may be the rest. False where h has no
+ * region or nothing lies beside it. Cost: four passes over the ring and an interval's search. */
+bool rimi_search_beside(rim_search *search, uint32_t channel, const search_hypothesis *h,
+                        search_hypothesis *out);
+
 double rimi_search_description(search_family family); /* nats */
 
 /* The residuals of the blocks from..to-1 are unknown from now on, in every channel, and every
