@@ -4,11 +4,11 @@
 #include <cmath>
 #include <cstring>
 
+#include "base/bytes.h"
 #include "base/crc.h"
 #include "image/image_writer.hpp"
-#include "util/error.hpp"
-#include "base/bytes.h"
 #include "rim/image.h"
+#include "util/error.hpp"
 
 namespace rim {
 
@@ -18,6 +18,7 @@ SectionBytes config_section(const FlightPlan &plan) {
   std::uint32_t words[RIM_CONFIG_WORDS] = {};
   words[RIM_CONFIG_FEATURES] = static_cast<std::uint32_t>(plan.layout.features());
   words[RIM_CONFIG_OUTCOMES] = static_cast<std::uint32_t>(plan.layout.outcomes());
+  words[RIM_CONFIG_SMALL] = plan.small ? 1 : 0;
   words[RIM_CONFIG_BLOCK_ROWS] = plan.block_rows;
   words[RIM_CONFIG_EXTERNAL] = plan.layout.external ? 1 : 0;
   words[RIM_CONFIG_PERIOD_US] = static_cast<std::uint32_t>(std::lround(1e6 * plan.period_s));
@@ -128,7 +129,7 @@ std::vector<std::uint8_t> write_image(const FlightPlan &plan, std::uint32_t mode
 std::vector<std::uint8_t> make_image(const FlightPlan &plan) {
   const std::vector<std::uint8_t> first = write_image(plan, 0);
   return write_image(plan, rimi_crc32(0, first.data() + RIM_IMAGE_HEADER_BYTES,
-                                     first.size() - RIM_IMAGE_HEADER_BYTES));
+                                      first.size() - RIM_IMAGE_HEADER_BYTES));
 }
 
 Layout layout_of_image(const rim_image &image) {

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "rim/monitor.h"
 #include "image/basis.hpp"
 #include "image/layout.hpp"
 #include "rim/image.h"
+#include "rim/monitor.h"
 #include "search/select.h"
 
 namespace rim {
@@ -40,9 +40,10 @@ struct FlightPlan {
   std::uint32_t clear = 30;      // blocks below the warning score before it is cleared; 0: never
   std::uint32_t ring = 0, bins = RIM_SELECT_DEFAULT_BINS, grid = 0, pairs = 0; // 0: select's
   std::uint32_t scans = 0, edges = 0, moves = 0, budget = 0;
+  bool small = false; // the search for small processors
   std::uint32_t seed = 1;
   std::vector<float> inverse_sd; // not trained: of each outcome's residuals; empty: 1
-  Basis basis;              // trained: inputs of the models
+  Basis basis;                   // trained: inputs of the models
   std::vector<std::uint8_t> level, behaviour, agreement, noise, cuts; // sections; empty: absent
   Thresholds thresholds;
 

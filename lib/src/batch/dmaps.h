@@ -44,10 +44,10 @@ typedef struct rim_dmaps_config {
 } rim_dmaps_config;
 
 typedef struct rim_dmaps_region {
-  rim_region region; /* in unit features, bounds included */
-  double ln_anom;    /* of the observations that it explains */
-  double price;      /* lambda(R); at most ln_anom */
-  uint32_t count;    /* observations that it explains */
+  rim_unit_region region; /* bounds included */
+  double ln_anom;         /* of the observations that it explains */
+  double price;           /* lambda(R); at most ln_anom */
+  uint32_t count;         /* observations that it explains */
 } rim_dmaps_region;
 
 typedef struct rim_dmaps_result {

@@ -67,7 +67,7 @@ typedef struct rim_batch_result {
   uint8_t dims; /* of ellipsoid */
   uint16_t feature[RIM_CEM_MAX_DIMS];
   rim_ellipsoid ellipsoid;
-  rim_region region; /* the same; dims 0 where it has more than RIM_REGION_MAX_DIMS */
+  rim_unit_region region; /* the same; dims 0 where it has more than RIM_REGION_MAX_DIMS */
   double ln_anom;
   uint32_t inside;      /* observations */
   uint32_t nodes;       /* feature sets explored */

@@ -300,25 +300,15 @@ static void describe_trained(rim_monitor *m, const rim_verdict *verdict, rim_ala
 /* ---- independent rows ---- */
 
 /* Unit coordinates over region features -> units of the features, indices of the image. */
-static rim_region to_features(const rim_monitor *m, const rim_region *unit) {
-  rim_region region = *unit;
-  double width[RIM_REGION_MAX_DIMS];
-  for (size_t i = 0; i < unit->dims; ++i) {
-    const uint16_t f = rimi_le_u16(m->region, 2u * (size_t)unit->feature[i]);
-    const double low = monitor_low(m, f);
-    width[i] = monitor_width(m, f);
-    region.feature[i] = f;
-    region.center[i] = low + unit->center[i] * width[i];
-    region.lower[i] = low + unit->lower[i] * width[i];
-    region.upper[i] = low + unit->upper[i] * width[i];
+static rim_region to_features(const rim_monitor *m, const rim_unit_region *region) {
+  uint16_t feature[RIM_REGION_MAX_DIMS];
+  double low[RIM_REGION_MAX_DIMS], width[RIM_REGION_MAX_DIMS];
+  for (size_t i = 0; i < region->unit.dims; ++i) {
+    feature[i] = rimi_le_u16(m->region, 2u * (size_t)region->unit.feature[i]);
+    low[i] = monitor_low(m, feature[i]);
+    width[i] = monitor_width(m, feature[i]);
   }
-  for (size_t i = 0; i < unit->dims; ++i) {
-    for (size_t j = 0; j < unit->dims; ++j) {
-      const size_t at = i * unit->dims + j;
-      region.inverse_shape[at] = unit->inverse_shape[at] / (width[i] * width[j]);
-    }
-  }
-  return region;
+  return rimi_region_from_unit(region, feature, low, width);
 }
 
 static double row_score(const rim_monitor *m, uint16_t c) {
@@ -352,7 +342,7 @@ static void describe_rows(rim_monitor *m, const rim_verdict *verdict, rim_alarm 
   if (rimi_select_best_of_channel(m->select, verdict->channel, &best)) {
     alarm->region = to_features(m, &best.region);
     /* The whole range of a feature is no restriction. */
-    if (best.dims == 1 && best.region.lower[0] <= 0.0 && best.region.upper[0] >= 1.0)
+    if (best.dims == 1 && best.region.unit.lower[0] <= 0.0 && best.region.unit.upper[0] >= 1.0)
       memset(&alarm->region, 0, sizeof alarm->region);
     alarm->observations = (uint32_t)best.n;
     if (best.since != UINT32_MAX)

@@ -41,7 +41,7 @@ static rim_status read_words(monitor_plan *p) {
   const uint32_t *w = p->words;
   if (w[RIM_CONFIG_FEATURES] == 0 || w[RIM_CONFIG_FEATURES] > RIM_MONITOR_MAX_FEATURES ||
       w[RIM_CONFIG_OUTCOMES] == 0 || w[RIM_CONFIG_OUTCOMES] > RIM_MONITOR_MAX_OUTCOMES ||
-      w[RIM_CONFIG_RESERVED] != 0 || w[RIM_CONFIG_BLOCK_ROWS] == 0 ||
+      w[RIM_CONFIG_SMALL] > 1 || w[RIM_CONFIG_BLOCK_ROWS] == 0 ||
       w[RIM_CONFIG_BLOCK_ROWS] > 10000 || w[RIM_CONFIG_REGION_FEATURES] == 0 ||
       w[RIM_CONFIG_REGION_FEATURES] > w[RIM_CONFIG_FEATURES] || w[RIM_CONFIG_EXTERNAL] > 1 ||
       w[RIM_CONFIG_BUDGET] > 64)
@@ -215,6 +215,7 @@ static void plan_searches(monitor_plan *p) {
   p->select.scans = (uint16_t)w[RIM_CONFIG_SCANS];
   p->select.edges = (uint16_t)w[RIM_CONFIG_EDGES];
   p->select.moves = (uint16_t)w[RIM_CONFIG_MOVES];
+  p->select.small = w[RIM_CONFIG_SMALL] != 0;
   p->select.seed = w[RIM_CONFIG_SEED];
 }
 

@@ -147,7 +147,7 @@ static double ellipse_work(const rim_work_counts *n) {
   return ELLIPSE + n->grid * (double)GRID_ROW;
 }
 
-static bool is_corrected_by_ring(const rim_work_counts *n) { return n->edges >= FEW_EDGES; }
+static bool is_corrected_by_ring(const rim_work_counts *n) { return !n->small; }
 
 /* What an ellipse of the leader costs beyond the grid: rim_select_pool's stage 2. */
 static double ring_work(const rim_work_counts *n) {
@@ -188,7 +188,7 @@ static double move_work(const rim_work_counts *n) {
   return work;
 }
 
-/* With few edges no ellipse moves in the unit in which a pair enters. */
+/* In the small profile no ellipse moves in the unit in which a pair enters. */
 static double enter_and_move_work(const rim_work_counts *n) {
   const double enter = enter_work(n);
   const double move = move_work(n);
@@ -320,6 +320,7 @@ rim_status rimi_work_counts_of(const void *image, size_t image_bytes, rim_work_c
       .budget = or_default(rimi_le_u32(word, RIM_CONFIG_BUDGET), 1),
       .block_rows = rimi_le_u32(word, RIM_CONFIG_BLOCK_ROWS),
       .external = rimi_le_u32(word, RIM_CONFIG_EXTERNAL) != 0,
+      .small = rimi_le_u32(word, RIM_CONFIG_SMALL) != 0,
   };
   n.trained = section_of(&view, RIM_SECTION_NOISE, &other, &bytes);
   n.channels = n.outcomes * (n.trained ? RIM_MONITOR_KINDS : 1u);

@@ -13,9 +13,9 @@
  *     other feature sheared by the base: with 100 features H3 alone ranks the right partner first
  *     in 90 % of golf runs, with shear in 96 %;
  *   - a pool of active (feature, feature, channel) triples, each a grid of prefix sums and 24
- *     ellipses (12 with fewer than 48 edges a unit), which move by differential evolution. The
+ *     ellipses (12 in the small profile), which move by differential evolution. The
  *     leading pair's are accepted by the rule of Metropolis at temperature 1, on the ring's own
- *     points where an edge cuts a cell (with fewer edges on the grid alone): once they
+ *     points where an edge cuts a cell (in the small profile on the grid alone): once they
  *     have climbed, they are a sample of the posterior over ellipses (flat prior, likelihood ratio
  *     eq. 3.1), and membership of a point is the average over them. A pair that is not the leader
  *     stays or goes by its latest H3, not by its best ellipse.
@@ -35,7 +35,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "rim/region.h"
+#include "base/ellipsoid.h"
 #include "rim/status.h"
 
 #ifdef __cplusplus
@@ -71,6 +71,9 @@ typedef struct rim_select_config {
   uint16_t scans; /* (feature, channel) slices rescanned; 0: 16 */
   uint16_t edges; /* conditional intervals, H3 and its sheared forms; 0: 48 */
   uint16_t moves; /* ellipses proposed and evaluated; 0: 64 */
+  bool small;     /* the small profile, for small processors: 12 ellipses per pair, none of them
+                     corrected by the ring's points; one pair per unit enters, and in its unit none
+                     moves; sheared intervals only where the plain one might enter */
   uint64_t seed;
   const float *a; /* [channels], > 0; NULL: 1. Copied. */
   const float *b; /* [channels], >= 0; NULL: 0. Copied. */
@@ -78,15 +81,15 @@ typedef struct rim_select_config {
 
 /* A hypothesis: this channel's mean is shifted in this region. */
 typedef struct rim_candidate {
-  uint8_t dims; /* 0..2; region.dims equals it */
+  uint8_t dims; /* 0..2; region.unit.dims equals it */
   uint16_t channel;
-  rim_region region; /* over unit features; dims 1 is the interval as an ellipsoid, bounds exact */
-  double n;          /* observations inside */
-  double s;          /* sum of their residuals */
-  double shift;      /* most likely shift, s / n (eq. 3.6) */
-  double ln_anom;    /* F, natural logarithm of eq. 3.1 */
-  double score;      /* ln_anom * scale_c - offset_c, less a penalty for the number of features */
-  uint32_t since;    /* index (from 0) of the earliest observation in the ring inside the region;
+  rim_unit_region region; /* dims 1 is the interval as an ellipsoid, bounds exact */
+  double n;               /* observations inside */
+  double s;               /* sum of their residuals */
+  double shift;           /* most likely shift, s / n (eq. 3.6) */
+  double ln_anom;         /* F, natural logarithm of eq. 3.1 */
+  double score;   /* ln_anom * scale_c - offset_c, less a penalty for the number of features */
+  uint32_t since; /* index (from 0) of the earliest observation in the ring inside the region;
                         UINT32_MAX: none */
 } rim_candidate;
 
@@ -105,8 +108,8 @@ typedef struct rim_select rim_select;
 #define RIM_SELECT_HEADER_BYTES 2048u /* at least the private header; checked in select.c */
 #define RIM_SELECT_ROUND8(bytes) ((((size_t)(bytes)) + 7u) / 8u * 8u)
 #define RIM_SELECT_PAIR_BYTES 1024u
-/* Bytes of one engine, at most: with fewer than 48 edges less is needed, see rimi_select_size(). A
- * constant expression. Every argument explicit (not 0). */
+/* Bytes of one engine, at most: the small profile needs less, see rimi_select_size(). A constant
+ * expression. Every argument explicit (not 0). */
 #define RIM_SELECT_SIZE(features, channels, ring, bins, grid, pairs)                               \
   (RIM_SELECT_HEADER_BYTES +                                                                       \
    RIM_SELECT_ROUND8(4u * (size_t)(features) * (size_t)(bins) * (size_t)(channels)) +              \
@@ -171,11 +174,11 @@ bool rimi_select_shift_of_channel(const rim_select *engine, uint16_t channel, ri
  * changes the engine; brought up to date by observe and work. */
 const float *rimi_select_channel_scores(const rim_select *engine);
 
-/* Chance, 0..1, that a context lies inside the region of the best hypothesis: share of the ellipses
+/* Chance, 0..1, that a context lies inside the region of a channel's best hypothesis: share of the ellipses
  * that hold it for two features; 0 or 1 for one (NaN: 0); 1 for none. u: `features` unit features.
- * 0 before the first observation. For a decision compare with RIM_SELECT_MEMBERSHIP_CUT. O(channels
+ * 0 before the first observation and for channel >= channels. For a decision compare with RIM_SELECT_MEMBERSHIP_CUT. O(channels
  * + pairs * chains). */
-double rimi_select_membership(const rim_select *engine, const double *u);
+double rimi_select_membership(const rim_select *engine, uint16_t channel, const double *u);
 #define RIM_SELECT_MEMBERSHIP_CUT 0.5
 
 uint32_t rimi_select_observations(const rim_select *engine);

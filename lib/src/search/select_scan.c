@@ -271,7 +271,7 @@ static uint32_t try_edge(rim_select *e, const uint16_t *mask, uint32_t masked, u
   const channel_state *state = select_channel(e, e->base_channel);
   const double bar = rimi_select_pool_bar(e, NULL);
   /* In nats of this channel, what the plain H3 may lack at most. */
-  const double lacks = e->edges < FEW_EDGES ? 0.0 : NEAR_ENOUGH;
+  const double lacks = e->small ? 0.0 : NEAR_ENOUGH;
   const double least = (bar + (double)state->offset) / (double)state->scale - lacks;
   found best = conditional(e, mask, masked, f, 0, least);
   const double nearly = select_priority(state, best.ln_anom + NEAR_ENOUGH);
