@@ -145,8 +145,9 @@ void listen(const Options &o) {
 
 int cmd_listen(int argc, char **argv) {
   Options o;
-  CLI::App app{"Show alarms as they come: a live table on a terminal, JSON lines into a pipe.",
-               "rim listen"};
+  rim::cli::Arguments app{
+      "Show alarms as they come: a live table on a terminal, JSON lines into a pipe.",
+      "rim listen"};
   app.add_option("--lcm", o.url,
                  std::string("LCM URL (default, unless --can is given: ") + rim::kLcmUrl + ")");
   app.add_option("--can", o.interface, "CAN interface, classic or FD");
@@ -155,7 +156,7 @@ int cmd_listen(int argc, char **argv) {
   app.add_flag("--all", o.all,
                "into a pipe also health, counters and heartbeats, each a line with \"message\"");
   app.add_option("--seconds", o.seconds, "end after so long (0: never)")
-      ->check(CLI::NonNegativeNumber);
+      ->check(rim::cli::non_negative_number());
   app.footer(
       "'rim: listening' on stderr says that nothing sent from then on is missed. On CAN a\n"
       "record whose detail was lost is told from its summary: without channel and region.\n"
@@ -165,7 +166,7 @@ int cmd_listen(int argc, char **argv) {
       "  rim replay --model lander.rim faulty.csv --lcm 'udpm://239.255.76.67:7667?ttl=0'\n"
       "Example: both buses of a vehicle\n"
       "  rim listen --lcm 'udpm://239.255.76.67:7667?ttl=1' --can can0 --model lander.rim");
-  if (!rim::parse_arguments(app, argc, argv))
+  if (!app.parse(argc, argv))
     return rim::EXIT_FINE;
   if (o.url.empty() && o.interface.empty())
     o.url = rim::kLcmUrl;
