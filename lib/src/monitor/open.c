@@ -120,18 +120,20 @@ static rim_status open_tables(monitor_plan *p) {
   return status == RIM_OK ? check_region(p) : status;
 }
 
+/* Whether a model is of this image's features and outcomes. */
+static rim_status fits(const monitor_plan *p, uint32_t features, uint32_t outcomes) {
+  return features == p->words[RIM_CONFIG_FEATURES] && outcomes == p->words[RIM_CONFIG_OUTCOMES]
+             ? RIM_OK
+             : RIM_E_CONFIG;
+}
+
 static rim_status open_level(monitor_plan *p) {
   const uint8_t *data;
   size_t bytes;
   if (!find(p, RIM_SECTION_LEVEL, &data, &bytes))
     return RIM_OK;
   const rim_status status = rimi_nominal_open(&p->models.level, data, bytes);
-  if (status != RIM_OK)
-    return status;
-  return p->models.level.inputs == p->words[RIM_CONFIG_FEATURES] &&
-                 p->models.level.outputs == p->words[RIM_CONFIG_OUTCOMES]
-             ? RIM_OK
-             : RIM_E_CONFIG;
+  return status == RIM_OK ? fits(p, p->models.level.inputs, p->models.level.outputs) : status;
 }
 
 /* The models and the noise of a trained image; without NOISE there is none of them. */
@@ -187,12 +189,8 @@ static rim_status open_correct(monitor_plan *p) {
   if (!find(p, RIM_SECTION_CORRECT, &data, &bytes))
     return RIM_OK;
   const rim_status status = rimi_correct_open(&p->models.correct, data, bytes);
-  if (status != RIM_OK)
-    return status;
-  return p->models.correct.features == p->words[RIM_CONFIG_FEATURES] &&
-                 p->models.correct.outcomes == p->words[RIM_CONFIG_OUTCOMES]
-             ? RIM_OK
-             : RIM_E_CONFIG;
+  return status == RIM_OK ? fits(p, p->models.correct.features, p->models.correct.outcomes)
+                          : status;
 }
 
 static void plan_searches(monitor_plan *p) {
