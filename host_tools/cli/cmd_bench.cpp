@@ -100,10 +100,11 @@ void print_replay(std::vector<std::uint8_t> image, const std::string &name, cons
     result = replayer.replay(log, rim::ReplayOptions{});
     best_s = std::min(best_s, seconds_since(start));
   }
-  std::printf("Replay of %s: %u rows in %.3f s (best of %d), %.2f us a row, %.0f times real time; "
-              "RAM of the monitor %.1f kB\n",
-              log.path.c_str(), result.rows, best_s, kRepetitions, 1e6 * best_s / result.rows,
-              result.duration_s / best_s, static_cast<double>(replayer.monitor().bytes()) / 1000.0);
+  std::printf(
+      "Replay of %s: %u rows in %.3f s (best of %d), %.2f us per row, %.0f times real time; "
+      "RAM of the monitor %.1f kB\n",
+      log.path.c_str(), result.rows, best_s, kRepetitions, 1e6 * best_s / result.rows,
+      result.duration_s / best_s, static_cast<double>(replayer.monitor().bytes()) / 1000.0);
 }
 
 void bench_lander(std::size_t runs) {
@@ -176,4 +177,5 @@ int cmd_bench(int argc, char **argv) {
 
 } // namespace
 
-RIM_COMMAND(bench, "memory of a monitor, training time, replay speed", cmd_bench)
+RIM_COMMAND(bench, "measure a monitor's memory, the time of training and the speed of replay",
+            cmd_bench)

@@ -65,5 +65,5 @@ int cmd_can_table(int argc, char **argv) {
 
 // A name with a hyphen is beyond RIM_COMMAND.
 static const rim::CommandRegistration rim_command_can_table{
-    "can-table", "which CAN signals make a model's rows: from a DBC into the flight image",
+    "can-table", "compile the CAN signals that make a model's rows into its flight image",
     cmd_can_table};

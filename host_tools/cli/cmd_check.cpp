@@ -39,7 +39,7 @@ rim::Log read_one(const std::string &path, const rim::Schema *schema, const rim:
 
 int cmd_check(int argc, char **argv) {
   Options o;
-  rim::cli::Arguments app{"Tell whether the monitor would understand logs, and why not.",
+  rim::cli::Arguments app{"Check whether the monitor would understand logs, and say why not.",
                           "rim check"};
   app.add_option("LOG", o.logs, "logs")->required()->type_name("...");
   app.add_option("--model", o.model, "flight image written by rim train")
@@ -70,4 +70,4 @@ int cmd_check(int argc, char **argv) {
 
 } // namespace
 
-RIM_COMMAND(check, "would the monitor understand these logs, and why not", cmd_check)
+RIM_COMMAND(check, "check whether the monitor would understand logs, and say why not", cmd_check)

@@ -47,13 +47,14 @@ int cmd_command(int argc, char **argv) {
   app.add_option("--node", node, "CAN node number of the monitor")
       ->check(rim::cli::range(0u, RIM_CAN_MAX_NODE));
   const rim::cli::Option sequence = app.add_option(
-      "--sequence", command.sequence, "seq of the newest record of the alarm that is meant");
+      "--sequence", command.sequence, "sequence number (seq) of the alarm's newest record");
   const rim::cli::Option model =
       app.add_option("--model-id", command.model_id, "model of that record");
-  app.add_flag("--any", any,
-               "without the two: every standing alarm, any model; only a monitor whose\n"
-               "configuration says command_any = yes obeys");
-  app.footer("Example:\n  rim listen --can can0     # shows what is to be named\n"
+  app.add_flag(
+      "--any", any,
+      "instead of these two: mean every standing alarm of any model; only a monitor whose\n"
+      "configuration says command_any = yes obeys");
+  app.footer("Example:\n  rim listen --can can0     # shows the sequence number and the model\n"
              "  rim command acknowledge --can can0 --node 5 --sequence 3 --model-id 71");
   if (!app.parse(argc, argv))
     return rim::EXIT_FINE;

@@ -151,15 +151,16 @@ int cmd_listen(int argc, char **argv) {
   app.add_option("--lcm", o.url,
                  std::string("LCM URL (default, unless --can is given: ") + rim::kLcmUrl + ")");
   app.add_option("--can", o.interface, "CAN interface, classic or FD");
-  app.add_option("--model", o.model, "flight image, for the names of sensors and features");
-  app.add_option("--count", o.count, "end after so many alarm records (0: never)");
+  app.add_option("--model", o.model, "flight image that gives the names of outcomes and features");
+  app.add_option("--count", o.count, "end after this many alarm records (0: never)");
   app.add_flag("--all", o.all,
-               "into a pipe also health, counters and heartbeats, each a line with \"message\"");
-  app.add_option("--seconds", o.seconds, "end after so long (0: never)")
+               "into a pipe, write health, counters and heartbeats too, each a line with "
+               "\"message\"");
+  app.add_option("--seconds", o.seconds, "end after this many seconds (0: never)")
       ->check(rim::cli::non_negative_number());
   app.footer(
       "'rim: listening' on stderr says that nothing sent from then on is missed. On CAN a\n"
-      "record whose detail was lost is told from its summary: without channel and region.\n"
+      "record whose detail was lost is shown from its summary, without channel and region.\n"
       "The table also shows health, what was counted, silence, and where a plan enters an alarmed\n"
       "region; that is a line with \"message\": \"entry\" in a pipe.\n\n"
       "Example:\n  rim listen --model lander.rim | jq -r .sentence &\n"

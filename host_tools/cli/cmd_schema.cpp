@@ -61,4 +61,4 @@ int cmd_schema(int argc, char **argv) {
 
 } // namespace
 
-RIM_COMMAND(schema, "propose what the columns of foreign logs are: a --schema", cmd_schema)
+RIM_COMMAND(schema, "propose a schema for logs with foreign column names", cmd_schema)

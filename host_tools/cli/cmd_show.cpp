@@ -53,10 +53,11 @@ int cmd_show(int argc, char **argv) {
   rim::cli::Arguments app{
       "Show what a flight image, alarms, a diagnosis, an extension or a log holds.", "rim show"};
   app.add_option("FILE", o.file, "the file")->required()->type_name("");
-  const rim::cli::Option json = app.add_flag("--json", o.json, "as one JSON object");
-  app.add_option("--schema", o.schema, "of a log with other column names")->type_name("FILE.toml");
+  const rim::cli::Option json = app.add_flag("--json", o.json, "print one JSON object");
+  app.add_option("--schema", o.schema, "roles, units and rates of a log with other column names")
+      ->type_name("FILE.toml");
   const rim::cli::Option dbc =
-      app.add_flag("--dbc", o.dbc, "of an image: the DBC of its alarms")->excludes(json);
+      app.add_flag("--dbc", o.dbc, "print the DBC of an image's alarms")->excludes(json);
   app.add_option("--node", o.node, "CAN node number of that DBC (default 1)")
       ->check(rim::cli::range(0u, RIM_CAN_MAX_NODE))
       ->needs(dbc);
@@ -76,4 +77,4 @@ int cmd_show(int argc, char **argv) {
 
 } // namespace
 
-RIM_COMMAND(show, "what an image, alarms, a diagnosis, an extension or a log holds", cmd_show)
+RIM_COMMAND(show, "show what an image, alarms, a diagnosis, an extension or a log holds", cmd_show)

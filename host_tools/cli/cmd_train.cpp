@@ -164,4 +164,5 @@ int cmd_train(int argc, char **argv) {
 
 } // namespace
 
-RIM_COMMAND(train, "learn healthy runs: the flight image, with calibrated thresholds", cmd_train)
+RIM_COMMAND(train, "learn from healthy runs and write the flight image with calibrated thresholds",
+            cmd_train)

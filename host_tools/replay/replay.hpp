@@ -63,7 +63,7 @@ public:
   using Watcher = std::function<void(std::size_t row, const rim_verdict &)>;
 
   // Columns are found by the names the image carries. DataError names the file and a column that is
-  // missing; further features are left out with one warning. Cost: rim_monitor_step() a row.
+  // missing; further features are left out with one warning. Cost: rim_monitor_step() per row.
   ReplayedLog replay(const Log &log, const ReplayOptions &options, const Watcher &watch = nullptr);
 
   std::uint64_t digest() const { return digest_; } // over all verdicts of all logs so far

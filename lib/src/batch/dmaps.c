@@ -286,10 +286,10 @@ static void sort(finder *f) {
     account(f, k);
 }
 
-/* Lines 7-13 of Alg. 3: each region anew on what the others leave; false where none changed. With
- * `anew` a fresh search as well, since the first were found before the others were out of the way.
+/* Lines 7-13 of Alg. 3: each region again on what the others leave; false where none changed. With
+ * `search_again` a fresh search as well, since the first were found before the others were out of the way.
  */
-static rim_status sweep(finder *f, bool anew, bool *changed) {
+static rim_status sweep(finder *f, bool search_again, bool *changed) {
   found *best = &f->region[RIM_DMAPS_MAX_REGIONS];
   sort(f);
   for (uint32_t number = 1; number <= f->count;) {
@@ -298,7 +298,7 @@ static rim_status sweep(finder *f, bool anew, bool *changed) {
     *best = *region;
     rim_status status = climb(f, best);
     best->price = base_price(f, best);
-    if (status == RIM_OK && anew && f->count > 1)
+    if (status == RIM_OK && search_again && f->count > 1)
       status = search(f, best);
     if (status != RIM_OK)
       return status;

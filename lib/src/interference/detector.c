@@ -14,7 +14,7 @@
 #define HEADER 16u
 #define CRC_AT 12u
 #define LN_SQRT_2PI 0x1.d67f1c864beb5p-1
-#define MOST_Z 1e4           /* an observation counts as so many sd away at most */
+#define MOST_Z 1e4           /* an observation is limited to this many sd */
 #define STANDING_MPS 1e-6    /* commands below are 0 */
 #define CLEAR 0.5            /* score at which an alarm ends */
 #define LN_ODDS_UNIT 10.0    /* of the HMM's score */

@@ -41,7 +41,7 @@ extern "C" {
 #define RIM_INTERFERENCE_A_ROWS 4    /* windows of the regressions, p. 131 */
 #define RIM_INTERFERENCE_J_ROWS 8
 #define RIM_INTERFERENCE_COMMANDS 32 /* changes of command not in force yet */
-#define RIM_INTERFERENCE_CLIP 6.0    /* one residual counts so many sd at most */
+#define RIM_INTERFERENCE_CLIP 6.0    /* a residual is limited to this many sd */
 
 typedef struct rim_interference_cusum {
   double sd_steady; /* of the residual at constant velocity, m/s, > 0 */

@@ -200,9 +200,9 @@ static double support_of(rim_monitor *m, uint32_t j, double bias, uint32_t onset
   return support;
 }
 
-/* An outcome that integrates others drifts when one of those is biased. Whose bias it is, or
- * whether it is a drift of its own, is told by the others' own channels; where they say nothing,
- * the one that it mostly integrates is named. */
+/* An outcome that integrates others drifts when one of those is biased. The others' own channels
+ * say whose bias it is, or whether it is a drift of its own; where they say nothing, the one that
+ * it mostly integrates is named. */
 static void blame_integrand(rim_monitor *m, uint16_t channel, const search_hypothesis *h,
                             rim_alarm *alarm) {
   const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
@@ -230,8 +230,7 @@ static void blame_integrand(rim_monitor *m, uint16_t channel, const search_hypot
   }
 }
 
-/* Where behaviour and agreement of one outcome have contrary signs, the one that is surer is told.
- */
+/* Where behaviour and agreement of one outcome have opposite signs, the surer one is reported. */
 static void prefer_agreement(rim_monitor *m, uint16_t *channel, search_hypothesis *h,
                              double *onset_sd) {
   const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];

@@ -306,7 +306,7 @@ static rim_status examine(monitor_plan *p, layout *l, const void *memory, size_t
   return bytes < l->total ? RIM_E_SIZE : RIM_OK;
 }
 
-/* Pointers into the monitor's own memory and into the image, anew for where both are now. */
+/* Sets the pointers into the monitor's memory and into the image to where both are now. */
 static void connect(rim_monitor *m, monitor_plan *p, const layout *l) {
   unsigned char *base = (unsigned char *)m;
   const size_t outcomes = p->rows.outcomes;

@@ -337,7 +337,7 @@ static void give_reason(rim_monitor *m, rim_verdict *v) {
     v->level = RIM_LEVEL_STALE;
 }
 
-/* At most one record a row; the others wait, and the level is that of the whole. */
+/* At most one record per row; the others wait, and the level is that of the whole. */
 static void end_verdict(rim_monitor *m, rim_verdict *verdict) {
   (void)rimi_alarm_life_next_record(&m->life, &m->last.alarm);
   m->last.level = (uint8_t)rimi_alarm_life_level(&m->life);

@@ -28,7 +28,7 @@ extern "C" {
 
 /* Zero-initialise; 0 takes the default. */
 typedef struct rim_cem_config {
-  uint16_t samples;    /* an iteration, 2..1024; 0: 24 */
+  uint16_t samples;    /* per iteration, 2..1024; 0: 24 */
   uint16_t elites;     /* 1..16 and at most samples; 0: 5 */
   uint16_t iterations; /* 0: 10 */
   double smoothing;    /* weight of the old mean and spread, [0, 1); 0: none */
@@ -41,7 +41,7 @@ typedef struct rim_cem_config {
 /* Value of an ellipsoid; larger is better; not NaN. */
 typedef double (*rim_cem_value)(const rim_ellipsoid *ellipsoid, void *context);
 
-/* Whether rimi_cem_optimise takes the configuration for so many dimensions; false for NULL. */
+/* Whether rimi_cem_optimise accepts the configuration in `dims` dimensions; false for NULL. */
 bool rimi_cem_is_valid(const rim_cem_config *config, uint8_t dims);
 
 /* Climb from *best. On success *best and *value are the best ellipsoid seen, the start included.

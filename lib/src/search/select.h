@@ -64,8 +64,8 @@ typedef struct rim_select_config {
   uint16_t features; /* 1..128 */
   uint16_t channels; /* 1..128; 0: 1 */
   uint16_t ring;     /* observations kept for backfill, 16..4096; 0: 512 */
-  uint16_t bins;     /* a feature, 4..32; 0: 16 */
-  uint16_t grid;     /* cells a side, 8..64; 0: 32 */
+  uint16_t bins;     /* per feature, 4..32; 0: 16 */
+  uint16_t grid;     /* cells per side, 8..64; 0: 32 */
   uint16_t pairs;    /* active pairs, 1..16; 0: 6 (with one feature none is used) */
   /* Work of one unit of budget (rimi_select_work): */
   uint16_t scans; /* (feature, channel) slices rescanned; 0: 16 */
@@ -154,7 +154,7 @@ rim_status rimi_select_observe(rim_select *engine, const double *u, const double
 /* Search for `budget` units. One unit is at most `scans` interval scans, O(bins^2) each; `edges` +
  * 4 conditional intervals, O(ring + 16^2) each; 2 pairs entering the pool, each a backfill of
  * O(ring + grid^2) and 24 ellipses; `moves` + edges / 5 + 48 further ellipses, O(grid) each (an
- * entering leader is evaluated anew); for the leader's ellipses also the ring's points in cells on
+ * entering leader is evaluated again); for the leader's ellipses also the ring's points in cells on
  * their boundary. Does nothing before the first observation. Stack < 2 kB. */
 void rimi_select_work(rim_select *engine, uint32_t budget);
 
@@ -170,7 +170,7 @@ bool rimi_select_best_of_channel(const rim_select *engine, uint16_t channel, rim
 bool rimi_select_shift_of_channel(const rim_select *engine, uint16_t channel, rim_candidate *out);
 
 /* [channels]: ln anom of each channel's best hypothesis less the penalty for its number of features
- * (expected nominal maximum of so many alternatives), never below 0. Valid until the next call that
+ * (expected nominal maximum over as many alternatives), never below 0. Valid until the next call that
  * changes the engine; brought up to date by observe and work. */
 const float *rimi_select_channel_scores(const rim_select *engine);
 

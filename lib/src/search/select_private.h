@@ -158,7 +158,7 @@ double rimi_select_pool_bar(const rim_select *e, uint32_t *weakest);
 void rimi_select_pool_offer(rim_select *e, const select_offer *offer);
 void rimi_select_pool_enter(
     rim_select *e); /* at the end of a sweep's slice: the offer that waits */
-void rimi_select_pool_refresh(rim_select *e, uint32_t pair); /* evaluates every ellipse anew */
+void rimi_select_pool_refresh(rim_select *e, uint32_t pair); /* evaluates every ellipse again */
 void rimi_select_pool_move(rim_select *e, uint32_t budget);
 double rimi_select_pair_membership(const rim_select *e, const pair_state *p, double x, double y);
 #endif

@@ -6,8 +6,8 @@
 #include "base/real.h"
 #include "search/select_private.h"
 
-#define WAIT_BONUS 0.5        /* nats a sweep that a base has waited, */
-#define WAIT_MAX 24           /* for at most so many sweeps */
+#define WAIT_BONUS 0.5        /* nats per sweep that a base has waited, */
+#define WAIT_MAX 24           /* for at most this many sweeps */
 #define NEAR_ENOUGH 6.0       /* nats below the pool's bar: the most that shear was seen to add */
 #define GROWTH_AT_EDGE 0.35   /* of the interval's width */
 #define ELLIPSE_OVER_BOX 1.15 /* 2 / sqrt pi = 1.13 gives equal areas */
@@ -137,7 +137,7 @@ void rimi_select_scan(rim_select *e, uint32_t budget) {
 }
 
 /* The next base: the most anomalous interval, with a bonus for those that have waited, so that
- * weaker ones get their turn too. O(features * channels), once a sweep. */
+ * weaker ones get their turn too. O(features * channels), once per sweep. */
 static void choose_base(rim_select *e) {
   double best = -DBL_MAX;
   ++e->sweeps;
