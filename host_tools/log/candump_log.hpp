@@ -13,9 +13,10 @@ namespace rim {
 bool is_candump_log(std::string_view text);
 
 // The rows that the frames of a log make, as rimd would have made them of the same frames. Times
-// count from the first frame that the table reads, unless a signal carries the time. Frames that the table refuses, lines that are no
-// frame, rows that lack a signal and times that do not increase are counted and skipped; the first
-// is named in a warning. DataError: no options.can, a table that is not good, no row at all.
+// count from the first frame that the table reads, unless a signal carries the time. Frames that
+// the table refuses, lines that are no frame, rows that lack a signal and times that do not
+// increase are counted and skipped; the first is named in a warning. DataError: no options.can, a
+// table that is not good, no row at all.
 Log read_candump_log(const std::string &path, std::string_view text, const ReadOptions &options);
 
 } // namespace rim

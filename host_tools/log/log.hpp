@@ -58,9 +58,10 @@ struct ReadOptions {
 };
 
 // Reads a CSV log, an LCM event log or a log of `candump -L`, which the first bytes distinguish.
-// Throws DataError naming file, row, column and reason: missing file, folder, empty, header only, no t_s, wrong number of fields,
-// text in a number, z. without m., time that repeats or runs backwards. A row with an empty, NaN or
-// infinite value is skipped and counted; the first is named in a warning.
+// Throws DataError naming file, row, column and reason: missing file, folder, empty, header only,
+// no t_s, wrong number of fields, text in a number, z. without m., time that repeats or runs
+// backwards. A row with an empty, NaN or infinite value is skipped and counted; the first is named
+// in a warning.
 Log read_log(const std::string &path, const Schema *schema = nullptr);
 Log read_log(const std::string &path, const Schema *schema, const ReadOptions &options);
 

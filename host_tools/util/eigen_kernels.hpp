@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// util/eigen_kernels.hpp - Eigen's products and decompositions of matrices of double, compiled once,
-// in eigen_kernels.cpp. The precompiled header includes this; without it a source compiles them
-// again, and the linker keeps one. Results are the same to the bit.
+// util/eigen_kernels.hpp - Eigen's products and decompositions of matrices of double, compiled
+// once, in eigen_kernels.cpp. The precompiled header includes this; without it a source compiles
+// them again, and the linker keeps one. Results are the same to the bit.
 //
-// Some of the names are Eigen's own (3.4, Debian 12). Where another release lacks one, take its line
-// away: it only saves time.
+// Some of the names are Eigen's own (3.4, Debian 12). Where another release lacks one, take its
+// line away: it only saves time.
 #pragma once
 
 #include <Eigen/Cholesky>

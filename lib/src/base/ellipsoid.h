@@ -4,8 +4,8 @@
  *   rim_region       features' units, features numbered as in the image (rim/region.h)
  *   rim_unit_region  the same in unit coordinates, in which a search works: of each feature its low
  *                    end is 0 and its high end 1; features numbered as the search has them
- *   rim_ellipsoid    unit coordinates too, but only those of the ellipsoid itself, by a factor of A:
- *                    what a search may draw and move without leaving the ellipsoids
+ *   rim_ellipsoid    only the ellipsoid's own coordinates, by a factor of A: a search may draw and
+ *                    move its numbers, and it stays an ellipsoid
  *
  * The search of the monitor describes its regions by bins, see search/search.h. */
 #ifndef RIM_BASE_ELLIPSOID_H
@@ -98,7 +98,8 @@ rim_ellipsoid rimi_ellipsoid_ball(uint8_t dims, const double *center, double rad
 double rimi_ellipsoid_half_side(const rim_ellipsoid *ellipsoid, size_t k);
 
 /* The same set as a region over the named features, bounds included. RIM_E_ARGUMENT: NULL;
- * RIM_E_RANGE: dims above RIM_REGION_MAX_DIMS; RIM_E_SINGULAR: a diagonal entry of L not above 0. */
+ * RIM_E_RANGE: dims above RIM_REGION_MAX_DIMS; RIM_E_SINGULAR: a diagonal entry of L not above
+ * 0. */
 rim_status rimi_ellipsoid_region(const rim_ellipsoid *ellipsoid, const uint16_t *feature,
                                  rim_unit_region *region);
 

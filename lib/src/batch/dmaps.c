@@ -287,8 +287,8 @@ static void sort(finder *f) {
 }
 
 /* Lines 7-13 of Alg. 3: each region again on what the others leave; false where none changed. With
- * `search_again` a fresh search as well, since the first were found before the others were out of the way.
- */
+ * `search_again` a fresh search as well, since the first were found before the others were out of
+ * the way. */
 static rim_status sweep(finder *f, bool search_again, bool *changed) {
   found *best = &f->region[RIM_DMAPS_MAX_REGIONS];
   sort(f);

@@ -35,8 +35,8 @@
  *     edges   at most 3 bases: r c comparisons and R points each; E + 4 conditional intervals,
  *             for an edge that comes near is tried in 4 more shears: R points, 16 prefix sums, 136
  *             hypotheses; every fifth of them one offer: 1 ellipse, 48 evidences
- *     enter   1 pair in the small profile, else 2: G (G + 1) cells cleared, R points put, G^2 accumulated,
- *             24 ellipses of G rows
+ *     enter   1 pair in the small profile, else 2: G (G + 1) cells cleared, R points put, G^2
+ *             accumulated, 24 ellipses of G rows
  *     moves   M ellipses of G rows, an exponential; M / 12 + 2 looks at 24 evidences; in the
  *             small profile not in a unit in which a pair enters. Otherwise the leader is corrected
  *             by the ring: R points and G^2 cells an ellipse, and when another pair leads 48

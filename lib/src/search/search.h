@@ -130,8 +130,8 @@ void rimi_search_edges(const rim_search *search, uint32_t feature, uint32_t firs
 double rimi_search_description(search_family family); /* nats */
 
 /* The residuals of the blocks from..to-1 are unknown from now on, in every channel, and every
- * hypothesis is searched for again: a deviation that ended must not hide the next. The run effects are
- * learnt from the other blocks, each channel's in its next turn. False, and nothing is changed,
+ * hypothesis is searched for again: a deviation that ended must not hide the next. The run effects
+ * are learnt from the other blocks, each channel's in its next turn. False, and nothing is changed,
  * while an earlier call still waits for that, or where none of the blocks is held. O(channels). */
 bool rimi_search_exclude(rim_search *search, uint32_t from, uint32_t to);
 

@@ -170,14 +170,14 @@ bool rimi_select_best_of_channel(const rim_select *engine, uint16_t channel, rim
 bool rimi_select_shift_of_channel(const rim_select *engine, uint16_t channel, rim_candidate *out);
 
 /* [channels]: ln anom of each channel's best hypothesis less the penalty for its number of features
- * (expected nominal maximum over as many alternatives), never below 0. Valid until the next call that
- * changes the engine; brought up to date by observe and work. */
+ * (expected nominal maximum over as many alternatives), never below 0. Valid until the next call
+ * that changes the engine; brought up to date by observe and work. */
 const float *rimi_select_channel_scores(const rim_select *engine);
 
-/* Chance, 0..1, that a context lies inside the region of a channel's best hypothesis: share of the ellipses
- * that hold it for two features; 0 or 1 for one (NaN: 0); 1 for none. u: `features` unit features.
- * 0 before the first observation and for channel >= channels. For a decision compare with RIM_SELECT_MEMBERSHIP_CUT. O(channels
- * + pairs * chains). */
+/* Chance, 0..1, that a context lies inside the region of a channel's best hypothesis: share of the
+ * ellipses that hold it for two features; 0 or 1 for one (NaN: 0); 1 for none. u: `features` unit
+ * features. 0 before the first observation and for channel >= channels. For a decision compare with
+ * RIM_SELECT_MEMBERSHIP_CUT. O(channels + pairs * chains). */
 double rimi_select_membership(const rim_select *engine, uint16_t channel, const double *u);
 #define RIM_SELECT_MEMBERSHIP_CUT 0.5
 
