@@ -12,7 +12,6 @@
 #define MAX_DIMS RIM_REGION_MAX_DIMS
 #define CRC_AT 28u
 #define KINDS 5u /* of rim_kind */
-#define LN_SQRT_2PI 0x1.d67f1c864beb5p-1
 
 /* Offsets in a packed region. */
 enum {
@@ -350,7 +349,7 @@ static double ln_component(const rim_correct *c, const active *a, uint32_t set, 
   double sum = rimi_log(chance(c, a, set));
   for (uint32_t o = first; o <= last; ++o) {
     const double u = (z[o - first] - nominal[o - first] - shift_of_set(c, set, o)) / sd[o - first];
-    sum -= 0.5 * u * u + rimi_log(sd[o - first]) + LN_SQRT_2PI;
+    sum -= 0.5 * u * u + rimi_log(sd[o - first]) + RIM_LN_SQRT_2PI;
   }
   return sum;
 }

@@ -13,7 +13,6 @@
 #define COMMANDS RIM_INTERFERENCE_COMMANDS
 #define HEADER 16u
 #define CRC_AT 12u
-#define LN_SQRT_2PI 0x1.d67f1c864beb5p-1
 #define MOST_Z 1e4           /* an observation is limited to this many sd */
 #define STANDING_MPS 1e-6    /* commands below are 0 */
 #define CLEAR 0.5            /* score at which an alarm ends */
@@ -152,7 +151,7 @@ rim_status rimi_interference_init(rim_interference *state, const rim_interferenc
   for (size_t i = 0; i < STATES; ++i) {
     for (size_t k = 0; k < GAUSSIANS; ++k) {
       state->inverse_sd[i][k] = 1.0 / copy.sd[i][k];
-      state->ln_norm[i] -= rimi_log(copy.sd[i][k]) + LN_SQRT_2PI;
+      state->ln_norm[i] -= rimi_log(copy.sd[i][k]) + RIM_LN_SQRT_2PI;
     }
   }
   const rim_hmm_model h = hmm_of(&copy);

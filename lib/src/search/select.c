@@ -21,7 +21,7 @@ static uint16_t or_default(uint16_t value, uint16_t fallback) {
   return value != 0 ? value : fallback;
 }
 
-static rim_select_config filled(const rim_select_config *config) {
+rim_select_config rimi_select_filled(const rim_select_config *config) {
   rim_select_config c = *config;
   c.channels = or_default(c.channels, 1);
   c.ring = or_default(c.ring, RIM_SELECT_DEFAULT_RING);
@@ -75,7 +75,7 @@ static size_t size_of(const rim_select_config *c) {
 rim_status rimi_select_size(const rim_select_config *config, size_t *bytes) {
   if (config == NULL || bytes == NULL)
     return RIM_E_ARGUMENT;
-  const rim_select_config c = filled(config);
+  const rim_select_config c = rimi_select_filled(config);
   if (!counts_are_valid(&c))
     return RIM_E_CONFIG;
   *bytes = size_of(&c);
@@ -123,7 +123,7 @@ rim_status rimi_select_init(rim_select **engine, void *memory, size_t bytes,
     return RIM_E_ARGUMENT;
   if ((uintptr_t)memory % 8u != 0)
     return RIM_E_ALIGN;
-  const rim_select_config c = filled(config);
+  const rim_select_config c = rimi_select_filled(config);
   if (!counts_are_valid(&c))
     return RIM_E_CONFIG;
   if (bytes < size_of(&c))

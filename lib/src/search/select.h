@@ -123,6 +123,9 @@ typedef struct rim_select rim_select;
    (size_t)(pairs) *                                                                               \
        (RIM_SELECT_ROUND8(6u * (size_t)(grid) * ((size_t)(grid) + 1u)) + RIM_SELECT_PAIR_BYTES))
 
+/* The configuration with the defaults instead of zeros. Nothing is checked. */
+rim_select_config rimi_select_filled(const rim_select_config *config);
+
 /* Bytes for this configuration, defaults filled in. RIM_E_ARGUMENT: NULL; RIM_E_CONFIG: a count out
  * of range; *bytes unchanged on error. */
 rim_status rimi_select_size(const rim_select_config *config, size_t *bytes);
