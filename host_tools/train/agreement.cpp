@@ -27,6 +27,9 @@ const double kIntegralRidges[] = {1e-6};
 constexpr double kIntegrates = 0.5;
 constexpr double kIntegrandWins = 0.05; // part by which each integrand must lower the squared error
 constexpr double kProductWins = 0.2;    // part of what a product explains that is not counted
+constexpr std::size_t kFew = 4;         // others at most, each of which must lower the squared
+constexpr double kFewWins = 0.1;        // error by this part, all of them to at most
+constexpr double kFewMustExplain = 0.25; // this part of the outcome's variance
 constexpr double kMustWin = 0.8; // of the variance: a further source must be better by as much
 
 // Regressors of all outcomes in one run: residuals of this block, of the block before, and of this
@@ -217,6 +220,41 @@ Eigen::VectorXd integral_remains(const Agreement &a, const BlockRun &run, Eigen:
   return sum;
 }
 
+// Mean and standard deviation of every outcome over healthy blocks.
+struct Levels {
+  Eigen::RowVectorXd mean, sd;
+};
+
+Levels learn_levels(const std::vector<BlockRun> &runs) {
+  const Eigen::Index o = runs.front().outcome.cols();
+  Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(o), squares = sum;
+  double n = 0.0;
+  for (const BlockRun &run : runs) {
+    sum += run.outcome.colwise().sum();
+    n += static_cast<double>(run.blocks());
+  }
+  const Eigen::RowVectorXd mean = sum / std::max(n, 1.0);
+  for (const BlockRun &run : runs)
+    squares += (run.outcome.rowwise() - mean).colwise().squaredNorm();
+  const Eigen::RowVectorXd sd = (squares / std::max(n, 1.0)).cwiseSqrt();
+  return {mean, sd.cwiseMax(1e-9 * (1.0 + mean.cwiseAbs().maxCoeff()))};
+}
+
+// The outcomes in standard deviations, and 1.
+Regression level_regression(const Levels &levels, const std::vector<BlockRun> &runs) {
+  Regression r;
+  for (const BlockRun &run : runs) {
+    Matrix y = (run.outcome.rowwise() - levels.mean).array().rowwise() / levels.sd.array();
+    Matrix x(y.rows(), y.cols() + 1);
+    x.leftCols(y.cols()) = y;
+    x.rightCols(1).setOnes();
+    r.x.push_back(std::move(x));
+    r.y.push_back(std::move(y));
+  }
+  add_folds(&r, 0);
+  return r;
+}
+
 // Variance of the estimate of a constant offset over half a run, for AR(1) noise as the series has
 // it, the run's own mean and trend (effects of the run) taken off: what a channel is worth.
 double offset_variance(const std::vector<Eigen::VectorXd> &series) {
@@ -233,6 +271,45 @@ double offset_variance(const std::vector<Eigen::VectorXd> &series) {
   const double variance = power / std::max(n, 1.0) * (1.0 - rho * rho);
   const double half = 0.5 * n / static_cast<double>(series.size());
   return variance / (1.0 + half * (1.0 - rho) * (1.0 - rho));
+}
+
+// The few others that an outcome follows from, and the constant; none where they explain little.
+std::vector<Eigen::Index> choose_few(const Regression &r, const Layout &layout,
+                                     Eigen::Index outcome) {
+  const Sums &all = r.folds[kFolds];
+  const Eigen::Index constant = all.gram.rows() - 1;
+  const auto is_angle = [&](Eigen::Index j) {
+    const std::uint16_t feature = layout.outcome_feature[static_cast<std::size_t>(j)];
+    return (layout.command[feature] & (BLOCKS_ANGLE_RAD | BLOCKS_ANGLE_DEG)) != 0;
+  };
+  double left = 0.0;
+  for (const Matrix &y : r.y)
+    left += y.col(outcome).squaredNorm();
+  const double own = left;
+  std::vector<Eigen::Index> chosen = {constant};
+  while (!is_angle(outcome) && chosen.size() <= kFew) {
+    double least = (1.0 - kFewWins) * left;
+    Eigen::Index best = -1;
+    for (Eigen::Index j = 0; j < constant; ++j) {
+      if (j == outcome || is_angle(j) || std::find(chosen.begin(), chosen.end(), j) != chosen.end())
+        continue;
+      std::vector<Eigen::Index> with = chosen;
+      with.push_back(j);
+      const Eigen::VectorXd w = solve(all, with, outcome, kIntegralRidges[0]);
+      const double squares = own - 2.0 * w.dot(all.cross.col(outcome)) + w.dot(all.gram * w);
+      if (squares < least) {
+        least = squares;
+        best = j;
+      }
+    }
+    if (best < 0)
+      break;
+    left = least;
+    chosen.push_back(best);
+  }
+  if (chosen.size() < 2 || left > kFewMustExplain * own)
+    chosen.clear();
+  return chosen;
 }
 
 // The few integrands that explain an outcome's change: more would explain noise by noise. A product
@@ -378,7 +455,8 @@ struct Sources {
   const Layout &layout;
   const std::vector<BlockRun> &runs;
   const std::vector<Matrix> &residual, &level;
-  Regression linear, integral;
+  Levels levels;
+  Regression linear, few, integral;
 };
 
 // One outcome's relation: the one that shows an offset over half a run best.
@@ -396,6 +474,25 @@ public:
           (from_.linear.y[r].col(j_) - from_.linear.x[r] * fit.weight[r % kFolds]) / inverse_sd;
     weight = fit.weight[kFolds];
     take(AGREEMENT_RESIDUALS, std::sqrt(fit.squares / std::max(fit.own, 1e-300)));
+  }
+  // A few others' readings.
+  void try_few() {
+    const std::vector<Eigen::Index> others = choose_few(from_.few, from_.layout, j_);
+    if (others.empty())
+      return;
+    const Fit fit = best_fit(from_.few, others, j_, kIntegralRidges);
+    const double sd = from_.levels.sd[j_];
+    double own = 0.0;
+    for (std::size_t r = 0; r < remains_.size(); ++r) {
+      remains_[r] = (from_.few.y[r].col(j_) - from_.few.x[r] * fit.weight[r % kFolds]) * sd;
+      own += from_.residual[r].col(j_).squaredNorm();
+    }
+    if (offset_variance(remains_) >= kMustWin * variance)
+      return;
+    const Eigen::VectorXd &w = fit.weight[kFolds];
+    few = (w.head(w.size() - 1).array() * sd / from_.levels.sd.transpose().array()).matrix();
+    intercept = from_.levels.mean[j_] + sd * w[w.size() - 1] - few.dot(from_.levels.mean);
+    take(AGREEMENT_FEW, std::sqrt(fit.squares * sd * sd / std::max(own, 1e-300)));
   }
   // Section LEVEL.
   void try_level() {
@@ -421,8 +518,8 @@ public:
   }
 
   int source = AGREEMENT_RESIDUALS;
-  double error = 1.0, variance = 1e300, integrand = -1.0;
-  Eigen::VectorXd weight, integral; // of the residuals; of the integrands, empty: none
+  double error = 1.0, variance = 1e300, integrand = -1.0, intercept = 0.0;
+  Eigen::VectorXd weight, few, integral; // of the residuals, the readings, the integrands
   std::vector<Eigen::VectorXd> series;
 
 private:
@@ -449,11 +546,14 @@ Agreement fit_agreement(const Layout &layout, const Basis &basis,
   a.integrands = integrands;
   learn_scales(&a, residual);
   learn_integrands(&a, layout, runs);
+  const Levels levels = learn_levels(runs);
   const Sources sources{layout,
                         runs,
                         residual,
                         level,
+                        levels,
                         linear_regression(a, basis, runs, residual),
+                        level_regression(levels, runs),
                         integral_regression(a, runs)};
   a.row = Matrix::Zero(o, AGREEMENT_FIRST + total);
   a.error.assign(static_cast<std::size_t>(o), 1.0);
@@ -465,6 +565,8 @@ Agreement fit_agreement(const Layout &layout, const Basis &basis,
     Choice choice(sources, a, j);
     if (o > 1)
       choice.try_residuals(columns_without(o, j, total));
+    if (o > 1 && !integrands.empty())
+      choice.try_few();
     if (!level.empty())
       choice.try_level();
     if (o > 1 && !integrands.empty())
@@ -475,6 +577,10 @@ Agreement fit_agreement(const Layout &layout, const Basis &basis,
     a.row(j, 2) = choice.integrand;
     if (choice.source == AGREEMENT_RESIDUALS && choice.weight.size() > 0)
       a.row.row(j).tail(total) = choice.weight.transpose();
+    if (choice.source == AGREEMENT_FEW) {
+      a.row(j, 1) = choice.intercept;
+      a.row.row(j).segment(AGREEMENT_FIRST, o) = choice.few.transpose();
+    }
     integral[outcome] = choice.integral;
     for (std::size_t r = 0; r < choice.series.size(); ++r)
       a.remains[r].col(j) = choice.series[r];

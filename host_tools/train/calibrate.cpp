@@ -40,6 +40,24 @@ void set_alarm(Thresholds *t, std::vector<float> maxima, const CalibrationOption
   t->warn_score = std::min(t->alarm_score, threshold(warning.rank));
 }
 
+void set_alarm_from_runs(Thresholds *t, const std::vector<float> &alone,
+                         const std::vector<float> &together, const CalibrationOptions &options) {
+  std::vector<float> sorted = alone;
+  std::sort(sorted.begin(), sorted.end());
+  const std::size_t n = sorted.size();
+  const float middle = sorted[n / 2];
+  const float scale = (sorted[3 * n / 4] - middle) / std::log(2.0F);
+  const double rate = promise_for(n, options.false_alarm).rate;
+  const float usual = middle + scale * static_cast<float>(std::log(0.5 / rate));
+  std::vector<float> scores = alone;
+  for (std::size_t r = 0; r < n; ++r) {
+    if (scores[r] > usual)
+      scores[r] = std::clamp(together[r], usual, scores[r]);
+  }
+  set_alarm(t, scores, options);
+  t->alarm_score = std::max(t->alarm_score, usual) + 0.5F * scale;
+}
+
 namespace {
 
 constexpr double kPredictable = 0.9; // part of the variance from which on a prediction stands for a
@@ -204,15 +222,6 @@ double description(std::size_t family) {
   return rimi_search_description(static_cast<search_family>(family));
 }
 
-// The scale of an exponential tail of the runs' scores. The order statistic of a few dozen runs is
-// itself uncertain: the rate that it lets through is right in the mean over sets of runs, and in
-// one set in seven twice as large. Half a scale more divides it by 1.6.
-float tail_scale(std::vector<float> scores) {
-  std::sort(scores.begin(), scores.end());
-  const std::size_t n = scores.size();
-  return (scores[3 * n / 4] - scores[n / 2]) / 0.6931F;
-}
-
 // phi of one channel and family, from the runs but one (-1: from all).
 double phi_of(const std::vector<std::vector<float>> &maxima, std::size_t at, int without) {
   const std::size_t family = at % NOISE_FAMILIES;
@@ -248,6 +257,18 @@ std::vector<double> all_phi(const std::vector<std::vector<float>> &maxima, int w
     p[SEARCH_BOX_SINCE] = std::max({p[SEARCH_BOX_SINCE], p[SEARCH_BOX], p[SEARCH_INTERVAL_SINCE]});
   }
   return phi;
+}
+
+RunScore run_score(const std::vector<float> &maxima, const std::vector<double> &phi) {
+  RunScore best;
+  best.score = -1e30;
+  for (std::size_t at = 0; at < maxima.size(); ++at) {
+    const double score =
+        static_cast<double>(maxima[at]) / phi[at] - description(at % NOISE_FAMILIES);
+    if (score > best.score)
+      best = {score, at / NOISE_FAMILIES};
+  }
+  return best;
 }
 
 } // namespace
@@ -327,27 +348,20 @@ std::vector<RunScore> calibrate_runs(FlightPlan *plan, NoiseModel *noise,
     progress.add();
   });
   const std::size_t slots = maxima.front().size();
-  std::vector<RunScore> scores(runs.size());
-  std::vector<float> largest;
-  for (std::size_t r = 0; r < runs.size(); ++r) {
-    scores[r].score = -1e30;
-    const std::vector<double> phi = all_phi(maxima, static_cast<int>(r));
-    for (std::size_t at = 0; at < slots; ++at) {
-      const double score =
-          static_cast<double>(maxima[r][at]) / phi[at] - description(at % NOISE_FAMILIES);
-      if (score > scores[r].score)
-        scores[r] = {score, at / NOISE_FAMILIES};
-    }
-    largest.push_back(static_cast<float>(scores[r].score));
-  }
   const std::vector<double> phi = all_phi(maxima, -1);
   for (std::size_t at = 0; at < slots; ++at)
     noise->channels[at / NOISE_FAMILIES].phi[at % NOISE_FAMILIES] = phi[at];
+  std::vector<RunScore> scores;
+  std::vector<float> alone, together;
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    scores.push_back(run_score(maxima[r], all_phi(maxima, static_cast<int>(r))));
+    alone.push_back(static_cast<float>(scores.back().score));
+    together.push_back(static_cast<float>(run_score(maxima[r], phi).score));
+  }
   plan->thresholds = Thresholds{};
   plan->thresholds.offset.assign(noise->channels.size(), 0.0F);
   plan->thresholds.scale.assign(noise->channels.size(), 1.0F);
-  set_alarm(&plan->thresholds, largest, options);
-  plan->thresholds.alarm_score += 0.5F * tail_scale(largest);
+  set_alarm_from_runs(&plan->thresholds, alone, together, options);
   return scores;
 }
 

@@ -12,8 +12,8 @@
 #include <cstdlib>
 #include <setjmp.h>
 extern "C" {
-#include <cmocka.h>
 #include "search/search.h"
+#include <cmocka.h>
 }
 
 namespace {
@@ -56,6 +56,34 @@ void promises_follow_the_ranks(void **) {
   assert_int_equal(t.rank, 8);
   assert_true(t.alarm_score > 8.0F && t.alarm_score < 8.00001F && t.warn_score <= t.alarm_score);
   assert_true(std::abs(t.promised_rate - 1.0F / 9.0F) < 1e-7F);
+}
+
+// One odd run of many moves the alarm no further than its score by the image's own inflation; where
+// no run is odd, the alarm is the largest score or the tail's quantile.
+void one_odd_run_does_not_set_the_alarm(void **) {
+  std::vector<float> alone;
+  for (int i = 0; i < 31; ++i) // quantiles of an exponential distribution of scale 2
+    alone.push_back(-2.0F * std::log(1.0F - (static_cast<float>(i) + 0.5F) / 31.0F));
+  const auto alarm = [](const std::vector<float> &a, const std::vector<float> &together) {
+    rim::Thresholds t;
+    rim::set_alarm_from_runs(&t, a, together, rim::CalibrationOptions{});
+    assert_true(t.maxima.size() == a.size() && t.warn_score <= t.alarm_score);
+    return t.alarm_score;
+  };
+  const float usual = alarm(alone, alone);
+  assert_true(usual > alone.back() && usual < alone.back() + 2.0F);
+  std::vector<float> odd = alone, tamed = alone;
+  odd[30] = 155.0F;
+  tamed[30] = 5.0F; // less than the tail's quantile: that stays
+  const float least = alarm(odd, tamed);
+  assert_true(least < usual + 1e-3F && least > usual - 2.0F);
+  tamed[30] = 20.0F;
+  assert_true(std::abs(alarm(odd, tamed) - 21.0F) < 0.1F);
+  tamed[30] = 400.0F; // no more than alone
+  assert_true(std::abs(alarm(odd, tamed) - 156.0F) < 0.1F);
+  for (std::size_t i = 25; i < 31; ++i) // one in five is no odd one
+    odd[i] = tamed[i] = 100.0F;
+  assert_true(alarm(odd, tamed) > 100.0F);
 }
 
 // ---- calibration on residuals that need no models ----
@@ -180,7 +208,7 @@ void fresh_runs_alarm_no_more_often_than_promised(void **) {
   print_message("false alarms in %.3f of runs, promised %.3f, sd %.3f; a shift is found in %.3f\n",
                 rate, promised, sd, static_cast<double>(found) / n);
   assert_true(rate <= promised + 1.96 * sd);
-  assert_true(rate > 0.0);                          // or the threshold would be anything
+  assert_true(rate > 0.0);                           // or the threshold would be anything
   assert_true(static_cast<double>(found) > 0.8 * n); // or the promise would be an empty one
 }
 
@@ -252,8 +280,9 @@ void other_columns_are_named(void **) {
   longer.columns.push_back({"s.extra", "", rim::Role::sensor});
   const std::string more = error_of([&] { rim::check_layout(layout, longer); });
   assert_true(mentions(more, "made5") && mentions(more, "'s.extra'"));
-  const std::string trained =
-      error_of([&] { rim::train({log, log, renamed}, rim::TrainOptions{}); });
+  const std::string trained = error_of([&] {
+    rim::train({log, log, renamed}, rim::TrainOptions{});
+  });
   assert_true(mentions(trained, "made3") && mentions(trained, "'s.altitude_m'"));
 }
 
@@ -271,6 +300,7 @@ int main() {
   print_message("seed %llu\n", static_cast<unsigned long long>(kSeed));
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(promises_follow_the_ranks),
+      cmocka_unit_test(one_odd_run_does_not_set_the_alarm),
       cmocka_unit_test(fresh_runs_alarm_no_more_often_than_promised),
       cmocka_unit_test(a_runs_own_score_is_by_the_others),
       cmocka_unit_test(calibration_searches_as_flight_does),

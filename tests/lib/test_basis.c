@@ -421,6 +421,30 @@ static void what_remains_is_as_defined(void **state) {
   }
 }
 
+/* Whatever the residuals are: only what was measured in this block counts. */
+static void few_others_say_what_is_expected(void **state) {
+  (void)state;
+  bytes b = agreement();
+  put_f32(b.byte + ROWS_AT, AGREEMENT_FEW);
+  rim_agreement v;
+  assert_int_equal(rimi_agreement_open(&v, b.byte, b.size, FEATURES, OUTCOMES, MEANS), RIM_OK);
+  double kept[AGREEMENT_STATE * OUTCOMES] = {0.0};
+  for (uint32_t i = 0; i < 20; ++i) {
+    const record now = make_record(i);
+    const agreement_block block = {.residual = now.residual,
+                                   .mean = now.mean,
+                                   .measured = now.measured,
+                                   .early = now.early,
+                                   .late = now.late,
+                                   .follows = now.follows};
+    double remains[OUTCOMES], expected = now.measured[0] - 0.25;
+    rimi_agreement_evaluate(&v, &block, kept, remains);
+    for (uint32_t j = 1; j < OUTCOMES; ++j)
+      expected -= weight(0, 0, j) * now.measured[j];
+    assert_true(fabs(remains[0] - expected) < 1e-12);
+  }
+}
+
 static void integrands_are_named(void **state) {
   (void)state;
   bytes b = agreement();
@@ -479,7 +503,7 @@ static void damaged_agreement_is_refused(void **state) {
   static const struct {
     size_t word;
     double value;
-  } bad[] = {{0, -1.0}, {0, 3.0}, {2, -2.0}, {2, OUTCOMES}};
+  } bad[] = {{0, -1.0}, {0, 4.0}, {2, -2.0}, {2, OUTCOMES}};
   for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i) {
     b = good;
     put_f32(b.byte + ROWS_AT + 4 * (2 * STRIDE + bad[i].word), bad[i].value);
@@ -499,6 +523,7 @@ int main(void) {
       cmocka_unit_test(behaviour_is_as_uncertain_as_its_terms),
       cmocka_unit_test(damaged_behaviour_is_refused),
       cmocka_unit_test(what_remains_is_as_defined),
+      cmocka_unit_test(few_others_say_what_is_expected),
       cmocka_unit_test(integrands_are_named),
       cmocka_unit_test(damaged_agreement_is_refused),
   };

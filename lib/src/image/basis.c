@@ -191,7 +191,7 @@ static bool agreement_rows_fit(const rim_agreement *a, uint32_t features) {
   for (size_t o = 0; o < a->outcomes; ++o) {
     const uint8_t *row = a->row + 4u * o * stride;
     const float source = rimi_le_f32(row, 0), integrand = rimi_le_f32(row, 2);
-    if (!(source >= 0.0f && source <= 2.0f) ||
+    if (!(source >= 0.0f && source <= 3.0f) ||
         !(integrand >= -1.0f && integrand < (float)a->outcomes))
       return false;
   }
@@ -281,6 +281,14 @@ static double from_residuals(const rim_agreement *a, const agreement_block *bloc
   return block->residual[o] - sum / (double)rimi_le_f32(a->inverse_sd, o);
 }
 
+static double from_few(const rim_agreement *a, const agreement_block *block, const uint8_t *row,
+                       size_t o) {
+  double sum = (double)rimi_le_f32(row, 1);
+  for (size_t j = 0; j < a->outcomes; ++j)
+    sum += j != o ? (double)rimi_le_f32(row, AGREEMENT_FIRST + j) * block->measured[j] : 0.0;
+  return block->measured[o] - sum;
+}
+
 static double from_integral(const rim_agreement *a, const agreement_block *block,
                             const uint8_t *row, size_t o, const double *state) {
   const size_t count = a->outcomes;
@@ -309,6 +317,8 @@ void rimi_agreement_evaluate(const rim_agreement *a, const agreement_block *bloc
     const uint32_t source = (uint32_t)rimi_le_f32(row, 0);
     if (source == AGREEMENT_LEVEL && block->level != NULL)
       remains[o] = block->measured[o] - block->level[o];
+    else if (source == AGREEMENT_FEW)
+      remains[o] = from_few(a, block, row, o);
     else if (source == AGREEMENT_INTEGRAL)
       remains[o] = from_integral(a, block, row, o, state);
     else

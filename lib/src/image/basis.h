@@ -106,6 +106,8 @@ void rimi_behaviour_error(const rim_behaviour *view, const uint16_t *unknown, bo
  *   same block times mean 0, 1, ... Residuals enter in standard deviations, clipped at
  *   AGREEMENT_CLIP; the sum is in the outcome's own standard deviations.
  * LEVEL: the outcome less its prediction by section LEVEL; no weights.
+ * FEW: the outcome less the intercept and a weighted sum of a few others, all in their units: what
+ *   one sensor says of another holds wherever the vehicle goes.
  * INTEGRAL: an outcome that integrates others (position, attitude, charge): its change since the
  *   block before less G weights times the integrands over that time, summed over the run.
  * row[o][2]: whatever the source, the outcome that this one mostly integrates, or -1.
@@ -122,7 +124,8 @@ void rimi_behaviour_error(const rim_behaviour *view, const uint16_t *unknown, bo
 typedef enum agreement_source {
   AGREEMENT_RESIDUALS = 0,
   AGREEMENT_LEVEL = 1,
-  AGREEMENT_INTEGRAL = 2
+  AGREEMENT_INTEGRAL = 2,
+  AGREEMENT_FEW = 3
 } agreement_source;
 
 /* An integrand of the features a and b. */
