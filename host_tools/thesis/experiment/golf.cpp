@@ -50,7 +50,7 @@ rim_select_config search_config(std::size_t dims, std::uint64_t seed, GolfSearch
 
 // The best score of chance grows as the logarithm of the number of observations; never as if there
 // were fewer than a dozen, or the first shot alone could alarm.
-double envelope(std::size_t observations) {
+double growth(std::size_t observations) {
   return std::max(kLeastGrowth, std::log(static_cast<double>(observations)));
 }
 
@@ -212,7 +212,7 @@ GolfRun run_golf(std::size_t dims, std::uint64_t seed, bool effect, GolfSearch s
     if (points.truth[i])
       run.score_by_anomalous.push_back(run.largest_score);
     const auto score = static_cast<double>(rimi_select_channel_scores(engine.get())[0]);
-    run.largest_score = std::max(run.largest_score, score / envelope(i + 1));
+    run.largest_score = std::max(run.largest_score, score / growth(i + 1));
   }
   run.score_by_anomalous.push_back(run.largest_score);
   run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

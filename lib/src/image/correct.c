@@ -218,7 +218,7 @@ rim_status rimi_correct_open(rim_correct *view, const uint8_t *section, size_t b
   return status;
 }
 
-rim_status rimi_correct_attach(rim_correct *view, const rim_image *image) {
+rim_status rimi_correct_of_image(rim_correct *view, const rim_image *image) {
   const uint8_t *section;
   size_t bytes;
   if (view == NULL)

@@ -116,7 +116,7 @@ rim_status rimi_interference_open(rim_interference_model *model, const uint8_t *
   return status;
 }
 
-rim_status rimi_interference_attach(rim_interference_model *model, const rim_image *image) {
+rim_status rimi_interference_of_image(rim_interference_model *model, const rim_image *image) {
   if (model == NULL || image == NULL)
     return RIM_E_ARGUMENT;
   const uint8_t *data = NULL;
@@ -413,7 +413,7 @@ rim_status rimi_interference_step(rim_interference *state, double t_s, double co
   return RIM_OK;
 }
 
-bool rimi_interference_observe(const rim_interference *state, double observation[GAUSSIANS]) {
+bool rimi_interference_observation(const rim_interference *state, double observation[GAUSSIANS]) {
   if (state == NULL || observation == NULL || !state->is_observed)
     return false;
   memcpy(observation, state->observation, sizeof state->observation);

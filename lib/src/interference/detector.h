@@ -99,7 +99,7 @@ rim_status rimi_interference_open(rim_interference_model *model, const uint8_t *
                                   size_t bytes);
 
 /* The section of an image. RIM_E_RANGE also: the image has none. */
-rim_status rimi_interference_attach(rim_interference_model *model, const rim_image *image);
+rim_status rimi_interference_of_image(rim_interference_model *model, const rim_image *image);
 
 /* RIM_E_ARGUMENT; RIM_E_DATA as rimi_interference_pack. Unchanged on error. */
 rim_status rimi_interference_init(rim_interference *state, const rim_interference_model *model);
@@ -122,8 +122,8 @@ bool rimi_interference_alarm(const rim_interference_verdict *verdict, uint32_t m
                              uint16_t channel, rim_alarm *candidate);
 
 /* What the HMM sees (eq. C.2), for training: u - v, a, j. False before the windows are full. */
-bool rimi_interference_observe(const rim_interference *state,
-                               double observation[RIM_INTERFERENCE_GAUSSIANS]);
+bool rimi_interference_observation(const rim_interference *state,
+                                   double observation[RIM_INTERFERENCE_GAUSSIANS]);
 
 /* Four omnidirectional wheels, mounted at angle_rad at radius_m, driving tangentially: wheel speed
  * = -sin(angle) vx + cos(angle) vy + radius w. Counters wrap at 2^bits. */
