@@ -34,9 +34,9 @@ $(BUILD)/flags.prefix: FORCE
 $(BUILD)/host_tools/util/data_path.o: $(BUILD)/flags.prefix
 $(BUILD)/host_tools/util/data_path.o: private HOST_DEFINES += -DRIM_PREFIX='"$(PREFIX)"' -DRIM_SOURCE_DIR='"$(CURDIR)"'
 
-# Levels of optimisation: Eigen's kernels -O3, what computes -O2, the rest -O1. Another OPT than -O2
-# holds for everything. No result depends on the level (no fast-math).
-HOST_HOT := $(addprefix $(BUILD)/host_tools/,train/%.o diagnose/%.o stats/%.o)
+# Levels of optimisation: what computes -O2, the rest -O1. Another OPT than -O2 holds for
+# everything. No result depends on the level (no fast-math).
+HOST_HOT := $(addprefix $(BUILD)/host_tools/,train/%.o diagnose/%.o stats/%.o util/eigen_kernels.o)
 HOST_COLD := $(BUILD)/host_tools/train/external_table%.o \
   $(patsubst %,$(BUILD)/host_tools/train/%.o,train_report interference_report trainer fit_section) \
   $(patsubst %,$(BUILD)/host_tools/diagnose/%.o,apply_extension catalogue diagnose extension flagged gain \
@@ -48,7 +48,6 @@ HOST_LEVEL = $(if $(filter -O2,$(OPT)),-O1 -Wno-error=maybe-uninitialized,$(OPT)
 $(HOST_HOT_OBJ) $(HOST_WARM_OBJ): private HOST_LEVEL = $(OPT)
 # Its own source of what the precompiled header declares.
 $(BUILD)/host_tools/util/eigen_kernels.o: private PCH :=
-$(BUILD)/host_tools/util/eigen_kernels.o: private HOST_LEVEL = $(if $(filter -O2,$(OPT)),-O3,$(OPT))
 
 # Precompiled headers, for gcc alone; a compiler cache works better without them.
 PCH := $(if $(findstring ccache,$(CXX)),,$(if $(findstring g++,$(CXX)),1))
