@@ -42,20 +42,17 @@ void set_alarm(Thresholds *t, std::vector<float> maxima, const CalibrationOption
 
 void set_alarm_from_runs(Thresholds *t, const std::vector<float> &alone,
                          const std::vector<float> &together, const CalibrationOptions &options) {
+  const auto odd = static_cast<std::size_t>(
+      std::distance(alone.begin(), std::max_element(alone.begin(), alone.end())));
+  std::vector<float> scores = alone;
+  scores.erase(scores.begin() + static_cast<std::ptrdiff_t>(odd));
+  const float second = *std::max_element(scores.begin(), scores.end());
+  scores.push_back(std::clamp(together[odd], second, alone[odd]));
+  set_alarm(t, scores, options);
   std::vector<float> sorted = alone;
   std::sort(sorted.begin(), sorted.end());
   const std::size_t n = sorted.size();
-  const float middle = sorted[n / 2];
-  const float scale = (sorted[3 * n / 4] - middle) / std::log(2.0F);
-  const double rate = promise_for(n, options.false_alarm).rate;
-  const float usual = middle + scale * static_cast<float>(std::log(0.5 / rate));
-  std::vector<float> scores = alone;
-  for (std::size_t r = 0; r < n; ++r) {
-    if (scores[r] > usual)
-      scores[r] = std::clamp(together[r], usual, scores[r]);
-  }
-  set_alarm(t, scores, options);
-  t->alarm_score = std::max(t->alarm_score, usual) + 0.5F * scale;
+  t->alarm_score += 0.5F * (sorted[3 * n / 4] - sorted[n / 2]) / std::log(2.0F);
 }
 
 namespace {

@@ -3,7 +3,7 @@
 //
 // Every calibration run is judged as a run in flight is: by models learnt from the other runs, with
 // the flight code doing the search. The alarm threshold is an order statistic of the runs' largest
-// scores: exchangeable runs give a finite-sample promise, but for runs odd in one channel, see
+// scores: exchangeable runs give a finite-sample promise, but for one odd run, see
 // set_alarm_from_runs().
 #ifndef RIM_TRAIN_CALIBRATE_HPP
 #define RIM_TRAIN_CALIBRATE_HPP
@@ -46,11 +46,11 @@ void set_alarm(Thresholds *thresholds, std::vector<float> maxima,
 // The same where each run has two scores: `alone` uses the inflation phi that the other runs teach,
 // `together` the one of the image, which this run has taught as well. A run that is odd in one
 // channel would count twice by its score alone: it inflates that channel in the image, and it would
-// set the alarm of all channels. Therefore the scores alone give an exponential tail, by their
-// median and upper quartile, which one run cannot move. A run beyond the tail's quantile at the
-// promised rate counts by its score together, but at least by that quantile. The alarm is the order
-// statistic of these scores, at least that quantile, with half the scale of the tail added, because
-// the quantile of a few dozen runs is itself uncertain.
+// set the alarm of all channels. Therefore the run with the largest score, and it only, counts by
+// its score together, but at least as much as the second largest. Half the scale of the tail is
+// added (an exponential one, from median and upper quartile): the order statistic of a few dozen
+// runs is itself uncertain, and the rate that it lets through is right in the mean over sets of
+// runs, but in one set in seven twice as large. Half a scale divides it by 1.6. At least two runs.
 void set_alarm_from_runs(Thresholds *thresholds, const std::vector<float> &alone,
                          const std::vector<float> &together, const CalibrationOptions &options);
 

@@ -23,7 +23,8 @@ constexpr int kRounds = 25;         // of expectation and maximisation
 constexpr Eigen::Index kFields = 4; // that fly
 constexpr double kFlatField = 1e-3; // variance of a raw field's own part, below which it is dropped
 constexpr double kMostRho = 0.97;
-constexpr double kFewRuns = 3.0; // a variance over n runs is raised by 1 + this / n
+constexpr Eigen::Index kSquare = 2; // of the prediction, among a constant and the scale's terms
+constexpr double kFewRuns = 3.0;    // a variance over n runs is raised by 1 + this / n
 
 // One channel in one run.
 struct Series {
@@ -75,19 +76,24 @@ void fit_scale(ChannelNoise *c, bool is_agreement, std::vector<Series> *series) 
     Eigen::MatrixXd x(s.r.size(), terms + 1);
     x.col(0).setOnes();
     x.rightCols(terms) = scale_terms(s);
-    const Eigen::VectorXd ln =
-        ((s.r.array() - s.r.mean()).abs() / sd).max(1e-2).log() + 0.57;
+    const Eigen::VectorXd ln = ((s.r.array() - s.r.mean()).abs() / sd).max(1e-2).log() + 0.57;
     gram += x.transpose() * x;
     cross += x.transpose() * ln;
   }
   gram.diagonal().tail(terms).array() += 0.02 * n; // a scale is kept unless the data insist
-  if (!is_agreement) {
-    gram.row(terms).setZero();
-    gram.col(terms).setZero();
-    gram(terms, terms) = 1.0;
-    cross[terms] = 0.0;
+  const auto leave_out = [&](Eigen::Index term) {
+    gram.row(term).setZero();
+    gram.col(term).setZero();
+    gram(term, term) = 1.0;
+    cross[term] = 0.0;
+  };
+  if (!is_agreement)
+    leave_out(terms);
+  Eigen::VectorXd b = gram.ldlt().solve(cross);
+  if (b[kSquare] < 0.0) { // far from the middle, where few blocks are, noise would seem to vanish
+    leave_out(kSquare);
+    b = gram.ldlt().solve(cross);
   }
-  const Eigen::VectorXd b = gram.ldlt().solve(cross);
   for (Eigen::Index i = 0; i < terms; ++i)
     c->ln_sigma[i] = static_cast<double>(static_cast<float>(b[i + 1]));
   const Eigen::Map<const Eigen::Vector4d> slope(c->ln_sigma);
@@ -275,9 +281,9 @@ std::vector<std::uint8_t> noise_section(const NoiseModel &noise) {
   bytes.f32(static_cast<float>(noise.trend_s));
   bytes.u32(0);
   for (const ChannelNoise &c : noise.channels) {
-    for (const double v : {c.active ? 1.0 : 0.0, static_cast<double>(c.combination.rows()), c.rho,
-                           c.s, c.p_center, c.p_scale, c.ln_sigma[0], c.ln_sigma[1], c.ln_sigma[2],
-                           c.ln_sigma[3]})
+    for (const double v :
+         {c.active ? 1.0 : 0.0, static_cast<double>(c.combination.rows()), c.rho, c.s, c.p_center,
+          c.p_scale, c.ln_sigma[0], c.ln_sigma[1], c.ln_sigma[2], c.ln_sigma[3]})
       bytes.f32(static_cast<float>(v));
     for (std::size_t k = 0; k < fields; ++k)
       bytes.f32(1.0F);

@@ -101,13 +101,12 @@ std::string promise_report(const Training &training, double false_alarm) {
   }
   text += fmt::format(
       "  promised: at most {:.1f} % of healthy runs raise any alarm\n"
-      "  the runs' largest scores are {:.3g} to {:.3g}, {:.3g} in the middle\n"
-      "  alarm at score {:.3g}: above the {} of them and above the {:.1f} % quantile of their\n"
-      "  tail, with half the scale of the tail added\n",
-      100.0 * promised, static_cast<double>(t.maxima.front()), static_cast<double>(t.maxima.back()),
-      static_cast<double>(t.maxima[runs / 2]), static_cast<double>(t.alarm_score),
-      t.rank == runs ? std::string("highest") : ordinal(runs - t.rank + 1) + " highest",
-      100.0 * (1.0 - promised));
+      "  alarm at score {:.3g}: the {} of the {} runs' largest scores ({:.3g} to {:.3g}), and "
+      "half\n"
+      "  the scale of their tail more\n",
+      100.0 * promised, static_cast<double>(t.alarm_score),
+      t.rank == runs ? std::string("highest") : ordinal(runs - t.rank + 1) + " highest", runs,
+      static_cast<double>(t.maxima.front()), static_cast<double>(t.maxima.back()));
   return text;
 }
 

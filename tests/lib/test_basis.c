@@ -449,22 +449,21 @@ static void integrands_are_named(void **state) {
   (void)state;
   bytes b = agreement();
   rim_agreement v;
-  bool mostly;
   assert_int_equal(rimi_agreement_open(&v, b.byte, b.size, FEATURES, OUTCOMES, MEANS), RIM_OK);
   for (uint32_t o = 0; o < OUTCOMES; ++o) {
     for (uint32_t j = 0; j < OUTCOMES; ++j) {
-      const double gain = rimi_agreement_gain(&v, o, j, (uint16_t)j, &mostly);
+      const agreement_gain gain = rimi_agreement_gain(&v, o, j, (uint16_t)j);
       /* Feature 0 alone and in the product, whose other factor is 3; feature 1 with -2 beside. */
-      const double expected = j == 0   ? 2.0 * (weight(2, 0, 0) * 0.5 + weight(2, 0, 1) * 1.5 * 3.0)
-                              : j == 1 ? 2.0 * weight(2, 0, 1) * 1.5 * -2.0
-                                       : 0.0;
-      assert_true(fabs(gain - (o == 2 ? expected : 0.0)) < 1e-12);
-      assert_int_equal(mostly, o == 2 && j == 0);
+      const double plain = j == 0 ? 2.0 * weight(2, 0, 0) * 0.5 : 0.0;
+      const double other = j == 0 ? 3.0 : j == 1 ? -2.0 : 0.0;
+      const double product = 2.0 * weight(2, 0, 1) * 1.5 * other;
+      assert_true(fabs(gain.sum - (o == 2 ? plain + product : 0.0)) < 1e-12);
+      assert_true(fabs(gain.of_products - (o == 2 ? product : 0.0)) < 1e-12);
+      assert_int_equal(gain.mostly, o == 2 && j == 0);
     }
   }
   put_f32(b.byte + ROWS_AT + 4 * (2 * STRIDE + 2), -1.0);
-  (void)rimi_agreement_gain(&v, 2, 0, 0, &mostly);
-  assert_false(mostly);
+  assert_false(rimi_agreement_gain(&v, 2, 0, 0).mostly);
 }
 
 static void damaged_agreement_is_refused(void **state) {

@@ -335,19 +335,23 @@ void rimi_agreement_evaluate(const rim_agreement *a, const agreement_block *bloc
     state[LATE * count + g] = block->late[g];
 }
 
-double rimi_agreement_gain(const rim_agreement *a, uint32_t outcome, uint32_t j, uint16_t feature,
-                           bool *mostly) {
+agreement_gain rimi_agreement_gain(const rim_agreement *a, uint32_t outcome, uint32_t j,
+                                   uint16_t feature) {
   const uint8_t *row = a->row + 4u * outcome * agreement_stride(a->outcomes, a->means);
-  *mostly = rimi_le_f32(row, 2) >= 0.0f && (uint32_t)rimi_le_f32(row, 2) == j;
+  agreement_gain gain = {.mostly =
+                             rimi_le_f32(row, 2) >= 0.0f && (uint32_t)rimi_le_f32(row, 2) == j};
   if ((uint32_t)rimi_le_f32(row, 0) != AGREEMENT_INTEGRAL)
-    return 0.0;
-  double gain = 0.0;
+    return gain;
   for (size_t g = 0; g < a->integrands; ++g) {
     const double weight = 2.0 * (double)rimi_le_f32(row, AGREEMENT_FIRST + g) *
                           (double)rimi_le_f32(a->integrand_inverse_sd, g);
     for (size_t k = 0; k < 2; ++k) {
-      if (rimi_le_u16(a->integrand, 4 * g + 1 + k) == feature)
-        gain += weight * (double)rimi_le_f32(a->partial, 2 * g + k);
+      if (rimi_le_u16(a->integrand, 4 * g + 1 + k) != feature)
+        continue;
+      const double part = weight * (double)rimi_le_f32(a->partial, 2 * g + k);
+      gain.sum += part;
+      if (rimi_le_u16(a->integrand, 4 * g) != AGREEMENT_PLAIN)
+        gain.of_products += part;
     }
   }
   return gain;

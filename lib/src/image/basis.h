@@ -169,9 +169,14 @@ void rimi_agreement_evaluate(const rim_agreement *view, const agreement_block *b
                              double *remains);
 
 /* Where `outcome` is watched as an integral: its change per block and unit of outcome j, whose
- * feature is given, while the other factors are as in healthy runs; 0 where it does not integrate
- * that one. *mostly: whether j is the one that it mostly integrates. */
-double rimi_agreement_gain(const rim_agreement *view, uint32_t outcome, uint32_t j,
-                           uint16_t feature, bool *mostly);
+ * feature is given. */
+typedef struct agreement_gain {
+  double sum;         /* 0 where it does not integrate j; the other factors as in healthy runs */
+  double of_products; /* the part of the sum that depends on other factors */
+  bool mostly;        /* j is the outcome that it mostly integrates */
+} agreement_gain;
+
+agreement_gain rimi_agreement_gain(const rim_agreement *view, uint32_t outcome, uint32_t j,
+                                   uint16_t feature);
 
 #endif

@@ -10,7 +10,10 @@
 /* A behaviour channel with this part of the score of the leading agreement channel is named
  * instead: when the vehicle itself deviates several sensors do, and agree. */
 #define BEHAVIOUR_SHARE 0.4
-#define FROZEN 0.3 /* share of repeated readings, beyond the healthy, that is called stuck */
+#define FACTOR_OFF                                                                                 \
+  0.12 /* relative: a run's mean of a product's other factor, from that of healthy runs */
+#define SIGN_KEEPS 0.7 /* of a contrary explanation's score: the sign of before stays */
+#define FROZEN 0.3     /* share of repeated readings, beyond the healthy, that is called stuck */
 #define LIKELY                                                                                     \
   1.0 /* nats for the outcome that is mostly integrated: a bias is likelier than a drift */
 
@@ -62,10 +65,9 @@ static uint16_t integrated_cause(const rim_monitor *m, uint16_t leading) {
   uint16_t best = leading;
   double score = m->models.threshold.alarm_score;
   for (uint16_t j = 0; j < outcomes; ++j) {
-    bool mostly;
-    const double gain = rimi_agreement_gain(&m->models.agreement, leading % outcomes, j,
-                                            rimi_blocks_outcome_feature(m->rows, j), &mostly);
-    if (!(rimi_abs(gain) > 0.0) && !mostly)
+    const agreement_gain gain = rimi_agreement_gain(&m->models.agreement, leading % outcomes, j,
+                                                    rimi_blocks_outcome_feature(m->rows, j));
+    if (!(rimi_abs(gain.sum) > 0.0) && !gain.mostly)
       continue;
     for (uint32_t kind = RIM_CHANNEL_BEHAVIOUR; kind <= RIM_CHANNEL_AGREEMENT; ++kind) {
       const uint16_t c = (uint16_t)(kind * outcomes + j);
@@ -213,20 +215,21 @@ static void blame_integrand(rim_monitor *m, uint16_t channel, const search_hypot
   const double inflation = rimi_sqrt((double)rimi_le_f32(own.phi, SEARCH_RAMP));
   double most = 0.0;
   for (uint32_t j = 0; j < outcomes; ++j) {
-    bool mostly;
-    const double gain = rimi_agreement_gain(&m->models.agreement, channel % outcomes, j,
-                                            rimi_blocks_outcome_feature(m->rows, j), &mostly);
-    if (!(rimi_abs(gain) > 0.0))
+    const agreement_gain gain = rimi_agreement_gain(&m->models.agreement, channel % outcomes, j,
+                                                    rimi_blocks_outcome_feature(m->rows, j));
+    if (!(rimi_abs(gain.sum) > 0.0))
       continue;
-    const double bias = -(double)h->shift * unit / gain;
-    const double support = support_of(m, j, bias, h->onset) + (mostly ? LIKELY : 0.0);
+    const double bias = -(double)h->shift * unit / gain.sum;
+    const double support = support_of(m, j, bias, h->onset) + (gain.mostly ? LIKELY : 0.0);
     if (!(support > most))
       continue;
     most = support;
     alarm->kind = RIM_KIND_SHIFT;
     alarm->channel[0] = (uint16_t)j;
     alarm->shift[0] = bias;
-    alarm->shift_sd[0] = (double)h->sd * unit / rimi_abs(gain) * inflation;
+    const double sd = (double)h->sd * unit / gain.sum * inflation;
+    const double of_gain = FACTOR_OFF * gain.of_products / gain.sum * bias;
+    alarm->shift_sd[0] = rimi_sqrt(sd * sd + of_gain * of_gain);
   }
 }
 
@@ -268,6 +271,22 @@ static void keep_onset(const rim_monitor *m, uint16_t channel, search_hypothesis
     h->family = before->family;
 }
 
+/* A region in which the outcome reads high and its complement in which it reads low explain much the
+ * same, for a run has an offset of its own. An operator acts on the sign, so a standing alarm keeps
+ * it unless the contrary explains clearly more. */
+static void keep_sign(rim_monitor *m, uint16_t channel, search_hypothesis *h) {
+  search_hypothesis before = m->explained;
+  const bool contrary = (double)before.shift * (double)h->shift < 0.0;
+  if (!contrary || !m->has_explained || m->explained_channel != channel ||
+      channel / m->words[RIM_CONFIG_OUTCOMES] > RIM_CHANNEL_AGREEMENT ||
+      rim_monitor_standing(m, RIM_DETECTOR_RIM) == NULL)
+    return;
+  if (rimi_search_evaluate_channel(m->search, channel, &before) &&
+      (double)before.shift * (double)h->shift < 0.0 &&
+      (double)before.score >= SIGN_KEEPS * (double)h->score)
+    *h = before;
+}
+
 static void describe_trained(rim_monitor *m, const rim_verdict *verdict, rim_alarm *alarm) {
   const uint16_t outcomes = (uint16_t)m->words[RIM_CONFIG_OUTCOMES];
   uint16_t channel = frozen_or(m, choose_channel(m, verdict->channel));
@@ -275,6 +294,7 @@ static void describe_trained(rim_monitor *m, const rim_verdict *verdict, rim_ala
   double onset_sd;
   rimi_search_explain(m->search, channel, &h, &onset_sd);
   prefer_agreement(m, &channel, &h, &onset_sd);
+  keep_sign(m, channel, &h);
   keep_onset(m, channel, &h);
   m->explained = h;
   m->explained_channel = channel;
