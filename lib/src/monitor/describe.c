@@ -271,9 +271,9 @@ static void keep_onset(const rim_monitor *m, uint16_t channel, search_hypothesis
     h->family = before->family;
 }
 
-/* A region in which the outcome reads high and its complement in which it reads low explain much the
- * same, for a run has an offset of its own. An operator acts on the sign, so a standing alarm keeps
- * it unless the contrary explains clearly more. */
+/* A region in which the outcome reads high and its complement in which it reads low explain much
+ * the same, for a run has an offset of its own. An operator acts on the sign, so a standing alarm
+ * keeps it unless the contrary explains clearly more. */
 static void keep_sign(rim_monitor *m, uint16_t channel, search_hypothesis *h) {
   search_hypothesis before = m->explained;
   const bool contrary = (double)before.shift * (double)h->shift < 0.0;
