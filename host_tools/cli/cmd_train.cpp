@@ -137,7 +137,7 @@ int cmd_train(int argc, char **argv) {
   if (!o.robot.empty() && o.interference.empty())
     throw rim::UsageError("--robot needs --interference");
   if (o.threads > 0)
-    ::setenv("RIM_THREADS", std::to_string(o.threads).c_str(), 1);
+    rim::set_parallel_threads(o.threads);
   const auto start = std::chrono::steady_clock::now();
   rim::AtomicFile file(o.out); // a place that cannot be written is found before the work
   const std::vector<rim::Log> logs = read_logs(o);

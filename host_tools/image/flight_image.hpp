@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Everything a flight image says, and its bytes (rim/monitor.h lists the sections).
-#ifndef RIM_TRAIN_FLIGHT_IMAGE_HPP
-#define RIM_TRAIN_FLIGHT_IMAGE_HPP
+#pragma once
 
 #include <cstdint>
 #include <string>
@@ -74,4 +73,3 @@ private:
 };
 
 } // namespace rim
-#endif

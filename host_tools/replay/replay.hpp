@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The onboard monitor over a log, deterministically: what a replay shows is what flight would have
 // shown, bit for bit.
-#ifndef RIM_REPLAY_REPLAY_HPP
-#define RIM_REPLAY_REPLAY_HPP
+#pragma once
 
 #include <cstdint>
 #include <functional>
@@ -120,4 +119,3 @@ std::string doubt(const ReplayedLog &log, const Names &names);
 std::string replay_text(const ReplayedLog &log, const Names &names);
 
 } // namespace rim
-#endif
