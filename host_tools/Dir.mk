@@ -8,13 +8,16 @@ HOST_OBJ := $(HOST_SRC:%.cpp=$(BUILD)/%.o)
 # and every test takes what it needs.
 HOST_CLI_OBJ := $(filter $(BUILD)/host_tools/cli/%,$(HOST_OBJ))
 THESIS_OBJ := $(filter $(BUILD)/host_tools/thesis/%,$(HOST_OBJ))
-THESIS_CLI_OBJ := $(filter $(BUILD)/host_tools/thesis/cli/%,$(THESIS_OBJ)) $(BUILD)/host_tools/cli/command.o
+THESIS_CLI_OBJ := $(filter $(BUILD)/host_tools/thesis/cli/%,$(THESIS_OBJ)) $(BUILD)/host_tools/cli/command.o \
+  $(BUILD)/host_tools/cli/arguments.o
 HOST_LIB_OBJ := $(filter-out $(HOST_CLI_OBJ) $(THESIS_OBJ),$(HOST_OBJ))
 THESIS_LIB_OBJ := $(filter-out $(THESIS_CLI_OBJ),$(THESIS_OBJ))
 
 HOST_DEFINES := -DTOML_HEADER_ONLY=0 -DTOML_SHARED_LIB=1 -DEIGEN_DONT_PARALLELIZE \
   -DRIM_VERSION='"$(VERSION)"'
-HOST_CXXFLAGS = -std=c++17 $(OPT) -ffp-contract=off $(NO_SLP) -pthread $(WARNINGS) $(SANITIZER_FLAGS) \
+# gcc collects its own garbage too eagerly for units that include Eigen: less often takes a tenth off.
+GCC_MEMORY = $(if $(findstring clang,$(CXX)),,--param ggc-min-expand=200 --param ggc-min-heapsize=1000000)
+HOST_CXXFLAGS = -std=c++17 $(OPT) -ffp-contract=off $(NO_SLP) $(GCC_MEMORY) -pthread $(WARNINGS) $(SANITIZER_FLAGS) \
   $(EXTRA_CFLAGS) $(HOST_DEFINES) -Ihost_tools -Ilib/include -Ilib/src -isystem /usr/include/eigen3
 HOST_LIBS := -llcm -lfmt -ltomlplusplus -lmuparser -lccd -lpthread
 
@@ -31,9 +34,9 @@ $(BUILD)/flags.prefix: FORCE
 $(BUILD)/host_tools/util/data_path.o: $(BUILD)/flags.prefix
 $(BUILD)/host_tools/util/data_path.o: private HOST_DEFINES += -DRIM_PREFIX='"$(PREFIX)"' -DRIM_SOURCE_DIR='"$(CURDIR)"'
 
-# Levels of optimisation: what computes, the rest, and the commands, of which most code is CLI11's.
-# Another OPT than -O2 holds for everything. No result depends on the level (no fast-math).
-HOST_HOT := $(addprefix $(BUILD)/host_tools/,train/%.o diagnose/%.o stats/%.o)
+# Levels of optimisation: what computes -O2, the rest -O1. Another OPT than -O2 holds for
+# everything. No result depends on the level (no fast-math).
+HOST_HOT := $(addprefix $(BUILD)/host_tools/,train/%.o diagnose/%.o stats/%.o util/eigen_kernels.o)
 HOST_COLD := $(BUILD)/host_tools/train/external_table%.o \
   $(patsubst %,$(BUILD)/host_tools/train/%.o,train_report interference_report trainer fit_section) \
   $(patsubst %,$(BUILD)/host_tools/diagnose/%.o,apply_extension catalogue diagnose extension flagged gain \
@@ -42,21 +45,20 @@ HOST_HOT_OBJ := $(filter-out $(HOST_COLD),$(filter $(HOST_HOT),$(HOST_OBJ)))
 HOST_WARM_OBJ := $(filter $(addprefix $(BUILD)/host_tools/,world/lander%.o log/csv_read.o replay/replay.o),$(HOST_OBJ))
 # gcc 12 at -O1 takes parts of Eigen's matrices for uninitialised: seen, said, no error.
 HOST_LEVEL = $(if $(filter -O2,$(OPT)),-O1 -Wno-error=maybe-uninitialized,$(OPT))
-$(HOST_CLI_OBJ) $(THESIS_CLI_OBJ): private HOST_LEVEL = $(if $(filter -O2,$(OPT)),-O0,$(OPT))
-$(HOST_HOT_OBJ): private HOST_LEVEL = $(if $(filter -O2,$(OPT)),-O3,$(OPT))
-$(HOST_WARM_OBJ): private HOST_LEVEL = $(OPT)
+$(HOST_HOT_OBJ) $(HOST_WARM_OBJ): private HOST_LEVEL = $(OPT)
+# Its own source of what the precompiled header declares.
+$(BUILD)/host_tools/util/eigen_kernels.o: private PCH :=
 
 # Precompiled headers, for gcc alone; a compiler cache works better without them.
 PCH := $(if $(findstring ccache,$(CXX)),,$(if $(findstring g++,$(CXX)),1))
-PCH_LEVELS := $(if $(filter -O2,$(OPT)),-O0 -O1 -O3,$(OPT))
+PCH_LEVELS := $(if $(filter -O2,$(OPT)),-O1 -O2,$(OPT))
 PCH_FILES := $(if $(PCH),$(PCH_LEVELS:%=$(BUILD)/pch%/precompiled.hpp.gch))
 # $(call pch,LEVEL): the flags by which a source uses the header of that level, where there is one.
-pch = $(if $(and $(PCH),$(filter $(1),$(PCH_LEVELS))),-Winvalid-pch $(call pch_defines,$(1)) -include $(BUILD)/pch$(1)/precompiled.hpp)
-pch_defines = $(if $(filter -O0,$(1)),-DRIM_PRECOMPILED_COMMANDS)
+pch = $(if $(and $(PCH),$(filter $(1),$(PCH_LEVELS))),-Winvalid-pch -include $(BUILD)/pch$(1)/precompiled.hpp)
 .SECONDARY: $(PCH_FILES)
-$(BUILD)/pch%/precompiled.hpp.gch: host_tools/util/precompiled.hpp $(BUILD)/flags.host
+$(BUILD)/pch%/precompiled.hpp.gch: host_tools/util/precompiled.hpp host_tools/util/eigen_kernels.hpp $(BUILD)/flags.host
 	@mkdir -p $(@D) && cp $< $(@:.gch=)
-	$(call say,PCH )$(CXX) $(HOST_CXXFLAGS) $* $(call pch_defines,$*) -x c++-header $< -o $@
+	$(call say,PCH )$(CXX) $(HOST_CXXFLAGS) $* -x c++-header $< -o $@
 
 $(BUILD)/host_tools/%.o: host_tools/%.cpp $(BUILD)/flags.host $(PCH_FILES)
 	@mkdir -p $(@D)

@@ -164,8 +164,8 @@ static uint64_t fold_block(uint64_t bits, const rim_monitor *monitor, const rim_
   if (rimi_select_best_of_channel(rimi_monitor_search(monitor), verdict->channel, &best)) {
     bits = rimi_digest_f64(bits, best.ln_anom);
     bits = rimi_digest_f64(bits, best.shift);
-    for (size_t i = 0; i < best.region.dims; ++i)
-      bits = rimi_digest_f64(bits, best.region.center[i]);
+    for (size_t i = 0; i < best.region.unit.dims; ++i)
+      bits = rimi_digest_f64(bits, best.region.unit.center[i]);
   }
   return rimi_digest_f64(bits, rim_monitor_membership(monitor, context));
 }

@@ -71,7 +71,7 @@ void CanRecords::take_summary(const rim_can_frame &frame, double now_s) {
     return; // the cyclic repetition
   if (node.waits)
     tell_summary(node);
-  // What was told before this program came is told again by its summary; "nothing yet" is not.
+  // A summary repeats what was sent before this program started; "nothing yet" is no record.
   const bool empty =
       !node.heard && summary.state == RIM_ALARM_NONE && summary.level == RIM_LEVEL_OK;
   node.newest = summary;

@@ -13,7 +13,8 @@
 namespace rim {
 
 // Puts frames of any number of nodes together to records. A record whose detail does not come
-// within a second is told from its summary alone. No system call: frames come from a bus or a log.
+// within a second is described from its summary alone. No system call: frames come from a bus or a
+// log.
 class CanRecords {
 public:
   // from_summary: only level, state, detector, kind, flags, the low bits of seq and model_id, dims

@@ -5,12 +5,13 @@
 #include <cfloat>
 #include <map>
 
-#include "rim/can_table.h"
-#include "rim/monitor.h"
-#include "image/image_writer.hpp"
-#include "util/error.hpp"
 #include "base/bytes.h"
+#include "image/image_writer.hpp"
+#include "image/names.hpp"
+#include "rim/can_table.h"
 #include "rim/image.h"
+#include "rim/monitor.h"
+#include "util/error.hpp"
 #include "util/toml_table.hpp"
 
 namespace rim {
@@ -240,28 +241,18 @@ std::vector<std::uint8_t> Compiler::bytes() const {
 } // namespace
 
 std::vector<std::string> row_names(const rim_image &image, const std::string &name) {
-  const std::uint8_t *config = nullptr, *text = nullptr;
-  std::size_t config_bytes = 0, text_bytes = 0;
-  if (rim_image_section(&image, RIM_SECTION_NAMES, &text, &text_bytes) != RIM_OK ||
-      rim_image_section(&image, RIM_SECTION_CONFIG, &config, &config_bytes) != RIM_OK ||
-      config_bytes < 4 * RIM_CONFIG_WORDS)
+  const Names names = names_of_image(image, name);
+  if (names.features.empty())
     throw DataError(name + ": carries no names");
-  const std::size_t features = rimi_le_u32(config, RIM_CONFIG_FEATURES);
-  std::vector<std::string> names;
-  const std::string all(reinterpret_cast<const char *>(text), text_bytes);
-  for (std::size_t at = 0, end; (end = all.find('\n', at)) != std::string::npos; at = end + 1)
-    names.push_back(all.substr(at, end - at));
-  if (names.size() < features)
-    throw DataError(name + ": carries too few names");
-  std::vector<std::string> outcomes(names.begin() + static_cast<std::ptrdiff_t>(features),
-                                    names.end());
-  names.resize(features);
-  if (rimi_le_u32(config, RIM_CONFIG_EXTERNAL) == 0)
-    return names;
+  std::vector<std::string> row;
+  for (const Quantity &feature : names.features)
+    row.push_back(feature.name);
   for (const char *prefix : {"z", "m", "sd"})
-    for (const std::string &outcome : outcomes)
-      names.push_back(prefix + outcome.substr(std::min(outcome.find('.'), outcome.size())));
-  return names;
+    for (const Quantity &outcome : names.outcomes)
+      if (names.external)
+        row.push_back(prefix +
+                      outcome.name.substr(std::min(outcome.name.find('.'), outcome.name.size())));
+  return row;
 }
 
 std::vector<std::uint8_t> compile_can_table(const Dbc &dbc, const std::string &map,
@@ -292,6 +283,15 @@ std::vector<std::uint8_t> can_table_of(const rim_image &image) {
   if (rim_image_section(&image, RIM_SECTION_CAN_TABLE, &section, &bytes) != RIM_OK)
     return {};
   return {section, section + bytes};
+}
+
+std::optional<CanReading> can_reading(const rim_image &image, const std::string &name) {
+  CanReading reading;
+  reading.table = can_table_of(image);
+  if (reading.table.empty())
+    return std::nullopt;
+  reading.names = row_names(image, name);
+  return reading;
 }
 
 } // namespace rim

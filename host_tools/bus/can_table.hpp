@@ -22,8 +22,11 @@
 #include <string>
 #include <vector>
 
+#include <optional>
+
 #include "bus/dbc.hpp"
 #include "image/image_writer.hpp"
+#include "log/log.hpp"
 #include "rim/image.h"
 
 namespace rim {
@@ -43,5 +46,9 @@ std::vector<std::uint8_t> with_can_table(const rim_image &image,
 
 // The section's bytes; empty: the image has none.
 std::vector<std::uint8_t> can_table_of(const rim_image &image);
+
+// What a log of CAN frames is read by; nothing where the image has no table. DataError as
+// row_names().
+std::optional<CanReading> can_reading(const rim_image &image, const std::string &name);
 
 } // namespace rim

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// bus/jsonl.hpp - alarms, and what else a monitor says, as JSON, one object a line. Of an alarm:
+// bus/jsonl.hpp - alarms, and what else a monitor says, as JSON, one object per line. Of an alarm:
 //
 // t_s, seq, detector, state, level, channels, features, region {center, inverse_shape, bounds},
 // ln_anom, threshold, p_value, observations, shift {channel: value}, sentence; and kind, since_s,

@@ -1,25 +1,105 @@
 // SPDX-License-Identifier: MIT
-// cli/arguments.hpp - CLI11 with the exit codes of this program.
+// cli/arguments.hpp - the command line of one command: what it takes, and what was given.
+//
+// The reading is CLI11's; only arguments.cpp includes that, because it compiles slowly. The types
+// that an option may write to are listed there.
 #pragma once
+
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "util/error.hpp"
 
-#include <CLI/CLI.hpp>
+namespace CLI {
+class App;
+class Option;
+} // namespace CLI
 
-namespace rim {
+namespace rim::cli {
 
-// False when help was asked for and printed: return EXIT_FINE then. A wrong command line throws
-// UsageError.
-inline bool parse_arguments(CLI::App &app, int argc, char **argv) {
-  try {
-    app.parse(argc, argv);
-    return true;
-  } catch (const CLI::ParseError &e) {
-    if (e.get_exit_code() != 0)
-      throw UsageError(e.what());
-    app.exit(e);
-    return false;
-  }
+// What a value must be; `words` stand in the help.
+struct Check {
+  // The help shows a range's type: FLOAT, INT or UINT.
+  enum class Kind {
+    range,
+    whole,
+    unsigned_whole,
+    positive,
+    not_negative,
+    member,
+    existing_file
+  } kind;
+  double least = 0.0, most = 0.0;
+  std::vector<std::string> words;
+};
+Check range(int least, int most);
+Check range(unsigned least, unsigned most);
+Check range(double least, double most);
+Check positive_number();
+Check non_negative_number();
+Check is_member(std::vector<std::string> words);
+template <class Value> Check is_member(const std::map<std::string, Value> &by_word) {
+  std::vector<std::string> words;
+  for (const auto &entry : by_word)
+    words.push_back(entry.first);
+  return is_member(std::move(words));
 }
+Check existing_file();
 
-} // namespace rim
+// One option. Each call returns the option, so that calls chain.
+class Option {
+public:
+  explicit Option(CLI::Option *option) : option_(option) {}
+  Option *operator->() { return this; }
+  const Option *operator->() const { return this; }
+
+  Option required();
+  Option check(const Check &check); // of every value; more than one may be asked
+  Option type_name(const std::string &name);
+  Option delimiter(char between_values);
+  Option expected(int values);
+  Option repeated(); // one value each time it is given, all are kept
+  Option excludes(const Option &other);
+  Option needs(const Option &other);
+  std::size_t count() const; // values given
+
+private:
+  CLI::Option *option_;
+};
+
+class Arguments {
+public:
+  Arguments(const std::string &description, const std::string &name);
+  ~Arguments();
+  Arguments(const Arguments &) = delete;
+  Arguments &operator=(const Arguments &) = delete;
+
+  // Names as "--out", "-o,--out" or, without dashes, by position. Instantiated in arguments.cpp.
+  template <class T>
+  Option add_option(const std::string &name, T &value, const std::string &help = "");
+  Option add_flag(const std::string &name, bool &value, const std::string &help = "");
+  // How often the option of this name was given.
+  std::size_t count(const std::string &name) const;
+  void footer(const std::string &text);
+
+  // A subcommand; it lives as long as this. Exactly one must then be given.
+  Arguments *add_subcommand(const std::string &name, const std::string &description);
+  const Arguments &subcommand(std::size_t i) const { return *subcommands_.at(i); }
+  bool parsed() const; // of a subcommand: whether it was the one given
+
+  // False when help was asked for and printed: return EXIT_FINE then. A wrong command line throws
+  // UsageError.
+  bool parse(int argc, char **argv);
+
+private:
+  explicit Arguments(CLI::App *subcommand);
+  std::unique_ptr<CLI::App> own_;
+  CLI::App *app_;
+  std::vector<std::unique_ptr<Arguments>> subcommands_;
+};
+
+} // namespace rim::cli

@@ -4,6 +4,7 @@
 #include "cli/command.hpp"
 #include "plan/choice_time.hpp"
 #include "replay/replay.hpp"
+#include "search/select.h"
 #include "train/external_table.hpp"
 #include "train/trainer.hpp"
 #include "util/atomic_file.hpp"
@@ -11,7 +12,6 @@
 #include "util/parallel_for.hpp"
 #include "util/table.hpp"
 #include "world/lander_params.hpp"
-#include "search/select.h"
 #include "world/recording.hpp"
 
 #include <algorithm>
@@ -100,10 +100,11 @@ void print_replay(std::vector<std::uint8_t> image, const std::string &name, cons
     result = replayer.replay(log, rim::ReplayOptions{});
     best_s = std::min(best_s, seconds_since(start));
   }
-  std::printf("Replay of %s: %u rows in %.3f s (best of %d), %.2f us a row, %.0f times real time; "
-              "RAM of the monitor %.1f kB\n",
-              log.path.c_str(), result.rows, best_s, kRepetitions, 1e6 * best_s / result.rows,
-              result.duration_s / best_s, static_cast<double>(replayer.monitor().bytes()) / 1000.0);
+  std::printf(
+      "Replay of %s: %u rows in %.3f s (best of %d), %.2f us per row, %.0f times real time; "
+      "RAM of the monitor %.1f kB\n",
+      log.path.c_str(), result.rows, best_s, kRepetitions, 1e6 * best_s / result.rows,
+      result.duration_s / best_s, static_cast<double>(replayer.monitor().bytes()) / 1000.0);
 }
 
 void bench_lander(std::size_t runs) {
@@ -128,11 +129,11 @@ void bench_lander(std::size_t runs) {
 
 int cmd_bench(int argc, char **argv) {
   Options o;
-  CLI::App app{"Measure memory, training time and replay speed.", "rim bench"};
+  rim::cli::Arguments app{"Measure memory, training time and replay speed.", "rim bench"};
   app.add_flag("--memory", o.memory, "print only the memory of monitors");
   app.add_option("--choice", o.choices,
                  "measure only the time of a planner's choice, this many times")
-      ->check(CLI::Range(1, 1000000));
+      ->check(rim::cli::range(1, 1000000));
   app.add_option("--replay", o.replay, "measure only the replay speed of this model and log")
       ->expected(2)
       ->type_name("MODEL.rim LOG");
@@ -141,13 +142,14 @@ int cmd_bench(int argc, char **argv) {
          "draw the table of thresholds for logs with their own predictions again (an hour on\n"
          "one core) and write it as the source file it is compiled from")
       ->type_name("FILE.cpp");
-  app.add_option("--runs", o.runs, "landings to train on (default 50)")->check(CLI::Range(3, 1000));
+  app.add_option("--runs", o.runs, "landings to train on (default 50)")
+      ->check(rim::cli::range(3, 1000));
   app.footer(
       "Detection is measured by 'rim-thesis experiment golf', 'lander' and 'falcon', planning by "
       "'fig5.10' and 'figB.6'.\n\n"
       "Example:\n  rim bench --memory\n  rim bench --choice 1000\n  rim bench --replay "
       "lander.rim flight.csv");
-  if (!rim::parse_arguments(app, argc, argv))
+  if (!app.parse(argc, argv))
     return rim::EXIT_FINE;
   if (!o.replay.empty()) {
     const std::string bytes = rim::read_file(o.replay[0]);
@@ -175,4 +177,5 @@ int cmd_bench(int argc, char **argv) {
 
 } // namespace
 
-RIM_COMMAND(bench, "memory of a monitor, training time, replay speed", cmd_bench)
+RIM_COMMAND(bench, "measure a monitor's memory, the time of training and the speed of replay",
+            cmd_bench)

@@ -31,7 +31,8 @@ const char *const kFooter =
 
 int cmd_can_table(int argc, char **argv) {
   std::string dbc, map, model, out;
-  CLI::App app{"Compile a table of CAN signals from a DBC into a flight image.", "rim can-table"};
+  rim::cli::Arguments app{"Compile a table of CAN signals from a DBC into a flight image.",
+                          "rim can-table"};
   app.add_option("--dbc", dbc, "description of the bus")->required()->type_name("FILE.dbc");
   app.add_option("--map", map, "map from signals to values")->type_name("FILE.toml");
   app.add_option("--model", model, "flight image written by rim train")
@@ -41,7 +42,7 @@ int cmd_can_table(int argc, char **argv) {
       ->required()
       ->type_name("FILE.rim");
   app.footer(kFooter);
-  if (!rim::parse_arguments(app, argc, argv))
+  if (!app.parse(argc, argv))
     return rim::EXIT_FINE;
   const rim::LoadedImage image = rim::load_image(model);
   const rim::Dbc bus = rim::read_dbc(dbc);
@@ -64,5 +65,5 @@ int cmd_can_table(int argc, char **argv) {
 
 // A name with a hyphen is beyond RIM_COMMAND.
 static const rim::CommandRegistration rim_command_can_table{
-    "can-table", "which CAN signals make a model's rows: from a DBC into the flight image",
+    "can-table", "compile the CAN signals that make a model's rows into its flight image",
     cmd_can_table};

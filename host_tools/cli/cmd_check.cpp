@@ -3,7 +3,7 @@
 #include "bus/can_table.hpp"
 #include "cli/arguments.hpp"
 #include "cli/command.hpp"
-#include "log/candump_log.hpp"
+#include "log/log.hpp"
 #include "log/schema.hpp"
 #include "replay/understand.hpp"
 #include "util/atomic_file.hpp"
@@ -33,16 +33,14 @@ rim::Log read_one(const std::string &path, const rim::Schema *schema, const rim:
   rim::ReadOptions options;
   options.skip_bad_time = true; // counted, like the monitor does
   options.observation_names = replayer.layout().feature_names;
-  if (!rim::is_candump_file(path))
-    return rim::read_log(path, schema, options);
-  const rim_image &image = replayer.monitor().image();
-  return rim::read_candump_log(path, rim::read_file(path), rim::can_table_of(image),
-                               rim::row_names(image, o.model), 1.0, options.warnings);
+  options.can = rim::can_reading(replayer.monitor().image(), o.model);
+  return rim::read_log(path, schema, options);
 }
 
 int cmd_check(int argc, char **argv) {
   Options o;
-  CLI::App app{"Tell whether the monitor would understand logs, and why not.", "rim check"};
+  rim::cli::Arguments app{"Check whether the monitor would understand logs, and say why not.",
+                          "rim check"};
   app.add_option("LOG", o.logs, "logs")->required()->type_name("...");
   app.add_option("--model", o.model, "flight image written by rim train")
       ->required()
@@ -51,7 +49,7 @@ int cmd_check(int argc, char **argv) {
       ->type_name("FILE.toml");
   app.add_flag("--all", o.all, "list every column, not only those out of range");
   app.footer(kFooter);
-  if (!rim::parse_arguments(app, argc, argv))
+  if (!app.parse(argc, argv))
     return rim::EXIT_FINE;
   std::optional<rim::Schema> schema;
   if (!o.schema.empty())
@@ -72,4 +70,4 @@ int cmd_check(int argc, char **argv) {
 
 } // namespace
 
-RIM_COMMAND(check, "would the monitor understand these logs, and why not", cmd_check)
+RIM_COMMAND(check, "check whether the monitor would understand logs, and say why not", cmd_check)

@@ -35,26 +35,28 @@ int cmd_command(int argc, char **argv) {
   unsigned node = 0;
   bool any = false;
   rim_command command{};
-  CLI::App app{"Acknowledge or clear a monitor's alarm.", "rim command"};
+  rim::cli::Arguments app{"Acknowledge or clear a monitor's alarm.", "rim command"};
   app.add_option("WHAT", what,
                  "acknowledge: a latched alarm may end once its cause is gone. clear: the monitor\n"
                  "forgets the alarm and the observations behind it")
       ->required()
-      ->check(CLI::IsMember({"acknowledge", "clear"}));
+      ->check(rim::cli::is_member({"acknowledge", "clear"}));
   app.add_option("--lcm", url,
                  std::string("LCM URL (default, unless --can is given: ") + rim::kLcmUrl + ")");
   app.add_option("--can", interface, "CAN interface");
   app.add_option("--node", node, "CAN node number of the monitor")
-      ->check(CLI::Range(0u, RIM_CAN_MAX_NODE));
-  const CLI::Option *sequence = app.add_option(
-      "--sequence", command.sequence, "seq of the newest record of the alarm that is meant");
-  const CLI::Option *model = app.add_option("--model-id", command.model_id, "model of that record");
-  app.add_flag("--any", any,
-               "without the two: every standing alarm, any model; only a monitor whose\n"
-               "configuration says command_any = yes obeys");
-  app.footer("Example:\n  rim listen --can can0     # shows what is to be named\n"
+      ->check(rim::cli::range(0u, RIM_CAN_MAX_NODE));
+  const rim::cli::Option sequence = app.add_option(
+      "--sequence", command.sequence, "sequence number (seq) of the alarm's newest record");
+  const rim::cli::Option model =
+      app.add_option("--model-id", command.model_id, "model of that record");
+  app.add_flag(
+      "--any", any,
+      "instead of these two: mean every standing alarm of any model; only a monitor whose\n"
+      "configuration says command_any = yes obeys");
+  app.footer("Example:\n  rim listen --can can0     # shows the sequence number and the model\n"
              "  rim command acknowledge --can can0 --node 5 --sequence 3 --model-id 71");
-  if (!rim::parse_arguments(app, argc, argv))
+  if (!app.parse(argc, argv))
     return rim::EXIT_FINE;
   if (!any && (sequence->count() == 0 || model->count() == 0))
     throw rim::UsageError("--sequence and --model-id say which alarm is meant; or --any");

@@ -41,7 +41,7 @@ const char *const kFooter =
     "      --holdout flight3.csv --horizon 10 --out diagnosis\n"
     "  xdg-open diagnosis/report.html";
 
-void declare(CLI::App &app, DiagnoseArguments &o) {
+void declare(rim::cli::Arguments &app, DiagnoseArguments &o) {
   app.add_option("LOG", o.logs, "measured logs")->required()->type_name("LOG...");
   app.add_option("--out", o.out, "folder for the results; earlier results in it are replaced")
       ->required()
@@ -50,11 +50,11 @@ void declare(CLI::App &app, DiagnoseArguments &o) {
                  "measured log to judge the findings on; nothing is fitted to it. May be "
                  "repeated\n(default: cross-validation)")
       ->type_name("LOG")
-      ->expected(1)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  auto *world = app.add_option("--world", o.world,
-                               "built-in simulation to diagnose: lander, falcon or unicycle")
-                    ->check(CLI::IsMember({"lander", "falcon", "unicycle"}));
+      ->repeated();
+  const rim::cli::Option world =
+      app.add_option("--world", o.world,
+                     "built-in simulation to diagnose: lander, falcon or unicycle")
+          ->check(rim::cli::is_member({"lander", "falcon", "unicycle"}));
   app.add_option("--model", o.model, "diagnose the trained model of this flight image")
       ->type_name("MODEL.rim")
       ->excludes(world);
@@ -63,23 +63,22 @@ void declare(CLI::App &app, DiagnoseArguments &o) {
   app.add_option("--extension", o.extensions,
                  "start from the extended model of an earlier diagnosis; may be repeated")
       ->type_name("FILE.toml")
-      ->expected(1)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+      ->repeated();
   app.add_option("--causes", o.causes,
                  "further causes; a form of the same name replaces the one in data/causes.toml")
       ->type_name("FILE.toml");
   app.add_option("--horizon", o.horizon_s, "also report the prediction error this far ahead")
       ->type_name("SECONDS")
-      ->check(CLI::PositiveNumber);
+      ->check(rim::cli::positive_number());
   app.add_option("--false-alarm", o.false_alarm,
                  "largest acceptable chance of any claim when nothing is wrong (default 0.05)")
-      ->check(CLI::Range(1e-4, 0.5));
+      ->check(rim::cli::range(1e-4, 0.5));
   app.add_option("--null-runs", o.null_runs,
                  "searches of simulated noise per channel, which set the threshold\n(default: 96 "
                  "over all channels)")
-      ->check(CLI::Range(8, 100000));
+      ->check(rim::cli::range(8, 100000));
   app.add_option("--seed", o.seed, "seed of all random numbers (default 1)")
-      ->check(CLI::NonNegativeNumber);
+      ->check(rim::cli::non_negative_number());
   app.footer(kFooter);
 }
 
@@ -175,11 +174,12 @@ void print_gains(const Diagnosis &diagnosis) {
 
 int cmd_diagnose(int argc, char **argv) {
   DiagnoseArguments o;
-  CLI::App app{"Find where and why measured logs contradict a simulation, extend it, measure the "
-               "gain.",
-               "rim diagnose"};
+  rim::cli::Arguments app{
+      "Find where and why measured logs contradict a simulation, extend it, measure the "
+      "gain.",
+      "rim diagnose"};
   declare(app, o);
-  if (!rim::parse_arguments(app, argc, argv))
+  if (!app.parse(argc, argv))
     return rim::EXIT_FINE;
   check_logs(o);
   check_output_folder(o.out);

@@ -145,27 +145,29 @@ void listen(const Options &o) {
 
 int cmd_listen(int argc, char **argv) {
   Options o;
-  CLI::App app{"Show alarms as they come: a live table on a terminal, JSON lines into a pipe.",
-               "rim listen"};
+  rim::cli::Arguments app{
+      "Show alarms as they come: a live table on a terminal, JSON lines into a pipe.",
+      "rim listen"};
   app.add_option("--lcm", o.url,
                  std::string("LCM URL (default, unless --can is given: ") + rim::kLcmUrl + ")");
   app.add_option("--can", o.interface, "CAN interface, classic or FD");
-  app.add_option("--model", o.model, "flight image, for the names of sensors and features");
-  app.add_option("--count", o.count, "end after so many alarm records (0: never)");
+  app.add_option("--model", o.model, "flight image that gives the names of outcomes and features");
+  app.add_option("--count", o.count, "end after this many alarm records (0: never)");
   app.add_flag("--all", o.all,
-               "into a pipe also health, counters and heartbeats, each a line with \"message\"");
-  app.add_option("--seconds", o.seconds, "end after so long (0: never)")
-      ->check(CLI::NonNegativeNumber);
+               "into a pipe, write health, counters and heartbeats too, each a line with "
+               "\"message\"");
+  app.add_option("--seconds", o.seconds, "end after this many seconds (0: never)")
+      ->check(rim::cli::non_negative_number());
   app.footer(
       "'rim: listening' on stderr says that nothing sent from then on is missed. On CAN a\n"
-      "record whose detail was lost is told from its summary: without channel and region.\n"
+      "record whose detail was lost is shown from its summary, without channel and region.\n"
       "The table also shows health, what was counted, silence, and where a plan enters an alarmed\n"
       "region; that is a line with \"message\": \"entry\" in a pipe.\n\n"
       "Example:\n  rim listen --model lander.rim | jq -r .sentence &\n"
       "  rim replay --model lander.rim faulty.csv --lcm 'udpm://239.255.76.67:7667?ttl=0'\n"
       "Example: both buses of a vehicle\n"
       "  rim listen --lcm 'udpm://239.255.76.67:7667?ttl=1' --can can0 --model lander.rim");
-  if (!rim::parse_arguments(app, argc, argv))
+  if (!app.parse(argc, argv))
     return rim::EXIT_FINE;
   if (o.url.empty() && o.interface.empty())
     o.url = rim::kLcmUrl;

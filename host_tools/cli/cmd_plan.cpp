@@ -85,9 +85,9 @@ const char *const kFooter =
     "  rim plan --state 0:1 --action -1:1:21 --lcm 'udpm://239.255.76.67:7667?ttl=0'\n"
     "  printf 'state,0.4\\nreward,0.9\\nstate,0.5\\n' | rim plan --state 0:1 --action -1:1:21";
 
-void declare(CLI::App &app, Options &o) {
+void declare(rim::cli::Arguments &app, Options &o) {
   app.add_option("--policy", o.policy, "gp, rim, rim+gp (default) or bank")
-      ->check(CLI::IsMember(kPolicies));
+      ->check(rim::cli::is_member(kPolicies));
   app.add_option("--state", o.state,
                  "range LOW:HIGH of one number of the state; give it once per number");
   app.add_option("--action", o.action,
@@ -97,7 +97,7 @@ void declare(CLI::App &app, Options &o) {
                  "numbers per action, when the actions come with every state (without --state "
                  "and\n      --action)");
   app.add_option("--kernel", o.kernel, "se, matern32 or matern52 (default)")
-      ->check(CLI::IsMember(kKernels));
+      ->check(rim::cli::is_member(kKernels));
   app.add_option("--length", o.length,
                  "length scale of the kernel, once per number (default: a fifth of its range)");
   app.add_option("--signal-sd", o.signal_sd,
@@ -106,11 +106,11 @@ void declare(CLI::App &app, Options &o) {
   app.add_option("--beta", o.beta,
                  "weight of the uncertainty in the choice; 0 explores nothing (default 2)");
   app.add_option("--schedule", o.schedule, "how beta changes: constant (default), log or decay")
-      ->check(CLI::IsMember(kSchedules));
+      ->check(rim::cli::is_member(kSchedules));
   app.add_option("--power", o.power,
                  "decay: beta is divided by the number of the choice to this power (default 1)");
   app.add_option("--risk", o.risk, "neutral (default), mean-sd, bounded or probability")
-      ->check(CLI::IsMember(kRisks));
+      ->check(rim::cli::is_member(kRisks));
   app.add_option("--aversion", o.aversion, "mean-sd: number of standard deviations to subtract");
   app.add_option("--level", o.level, "bounded, probability: the reward to exceed");
   app.add_option("--bound", o.bound,
@@ -118,10 +118,10 @@ void declare(CLI::App &app, Options &o) {
   app.add_option("--extent", o.set,
                  "rim, rim+gp: how the candidate regions are drawn: sampled (default) by their\n"
                  "likelihood, or by volume")
-      ->check(CLI::IsMember(kSets));
+      ->check(rim::cli::is_member(kSets));
   app.add_option("--shape", o.shape,
                  "rim, rim+gp: ellipsoid (default) or box, which may be sheared")
-      ->check(CLI::IsMember(kShapes));
+      ->check(rim::cli::is_member(kShapes));
   app.add_option("--smooth-sd", o.smooth_sd,
                  "rim, rim+gp: sd of deviations too small to make a region");
   app.add_option("--unseen-sd", o.unseen_sd,
@@ -214,11 +214,12 @@ void read_lines(PlanSession &session) {
 
 int cmd_plan(int argc, char **argv) {
   Options options;
-  CLI::App app{"Choose actions under what is uncertain about the model: upper confidence bounds "
-               "with Gaussian processes and regions of inaccurate modeling.",
-               "rim plan"};
+  rim::cli::Arguments app{
+      "Choose actions under what is uncertain about the model: upper confidence bounds "
+      "with Gaussian processes and regions of inaccurate modeling.",
+      "rim plan"};
   declare(app, options);
-  if (!rim::parse_arguments(app, argc, argv))
+  if (!app.parse(argc, argv))
     return rim::EXIT_FINE;
   PlanSession session(config_of(options));
   if (options.lcm.empty())

@@ -4,7 +4,6 @@
 #include "cli/arguments.hpp"
 #include "cli/command.hpp"
 #include "diagnose/apply_extension.hpp"
-#include "log/candump_log.hpp"
 #include "replay/outputs.hpp"
 #include "replay/replay.hpp"
 #include "rim/can.h"
@@ -44,7 +43,7 @@ const char *const kFooter =
     "Example: the same with the corrections that rim diagnose found, and an image with them\n"
     "  rim replay golf/run_0001.csv --extension found/extension.toml --save-model corrected.rim";
 
-void declare(CLI::App &app, Options &o) {
+void declare(rim::cli::Arguments &app, Options &o) {
   rim::OutputPaths &out = o.outputs;
   app.add_option("LOG", o.logs, "logs to replay; each is a run of its own")
       ->required()
@@ -62,8 +61,7 @@ void declare(CLI::App &app, Options &o) {
          "trained model only constant shifts are used, which correct what it predicts from\n"
          "the commands")
       ->type_name("FILE.toml")
-      ->expected(1)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+      ->repeated();
   app.add_option("--alarms", out.alarms, "write the alarm records, one JSON object per line")
       ->type_name("FILE.jsonl");
   app.add_option(
@@ -78,7 +76,7 @@ void declare(CLI::App &app, Options &o) {
                  "write the CAN frames of the alarms as `candump -L` text")
       ->type_name("FILE");
   app.add_option("--node", out.node, "CAN node number (default 1)")
-      ->check(CLI::Range(0u, RIM_CAN_MAX_NODE));
+      ->check(rim::cli::range(0u, RIM_CAN_MAX_NODE));
   app.add_option("--trace", out.trace, "write t_s,ln_anom,threshold,score,level,log for every row")
       ->type_name("FILE.csv");
   app.add_option("--plot", out.plot,
@@ -95,16 +93,16 @@ void declare(CLI::App &app, Options &o) {
   app.add_option(
          "--false-alarm", o.calibration.false_alarm,
          "without --model: largest acceptable share of healthy runs with any alarm\n(default 0.05)")
-      ->check(CLI::Range(1e-6, 0.999999));
+      ->check(rim::cli::range(1e-6, 0.999999));
   app.add_option(
          "--calibration-runs", o.calibration_runs,
          "without --model: set the threshold by this many Monte Carlo runs on the contexts of\n"
          "the logs, instead of by the table that the program contains")
-      ->check(CLI::Range(3, 4096));
+      ->check(rim::cli::range(3, 4096));
   app.footer(kFooter);
 }
 
-void check(const CLI::App &app, const Options &o) {
+void check(const rim::cli::Arguments &app, const Options &o) {
   if (!o.model.empty() && !o.save_model.empty() && o.extensions.empty())
     throw rim::UsageError(
         "--save-model with --model needs --extension: there is nothing new to write");
@@ -209,30 +207,24 @@ rim::Replayer open_external(const Options &o, const std::vector<rim::Log> &logs,
   return rim::Replayer(made.image, "calibration");
 }
 
+// Logs of LCM events and of CAN frames need what the image carries.
 rim::ReadOptions read_options(const Options &o, const rim::Replayer *replayer) {
   rim::ReadOptions options;
   options.skip_bad_time = o.skip_bad_time;
-  if (replayer != nullptr)
+  if (replayer != nullptr) {
+    const rim_image &image = replayer->monitor().image();
     options.observation_names = replayer->layout().feature_names;
+    options.can = rim::can_reading(image, o.model);
+  }
   return options;
-}
-
-// A log of CAN frames needs the table that the image carries.
-rim::Log read_one(const std::string &path, const rim::Schema *mapping, const Options &o,
-                  const rim::Replayer &replayer) {
-  const rim::ReadOptions options = read_options(o, &replayer);
-  if (!rim::is_candump_file(path))
-    return rim::read_log(path, mapping, options);
-  const rim_image &image = replayer.monitor().image();
-  return rim::read_candump_log(path, rim::read_file(path), rim::can_table_of(image),
-                               rim::row_names(image, o.model), 1.0, options.warnings);
 }
 
 int cmd_replay(int argc, char **argv) {
   Options o;
-  CLI::App app{"Run the onboard monitor over logs, as it would have run in flight.", "rim replay"};
+  rim::cli::Arguments app{"Run the onboard monitor over logs, as it would have run in flight.",
+                          "rim replay"};
   declare(app, o);
-  if (!rim::parse_arguments(app, argc, argv))
+  if (!app.parse(argc, argv))
     return rim::EXIT_FINE;
   check(app, o);
   o.outputs.made_by = made_by(o);
@@ -262,7 +254,8 @@ int cmd_replay(int argc, char **argv) {
   if (::isatty(STDOUT_FILENO) == 0)
     progress.emplace("replay", o.logs.size());
   for (std::size_t i = 0; i < o.logs.size(); ++i) {
-    rim::Log log = o.model.empty() ? std::move(logs[i]) : read_one(o.logs[i], mapping, o, replayer);
+    rim::Log log = o.model.empty() ? std::move(logs[i])
+                                   : rim::read_log(o.logs[i], mapping, read_options(o, &replayer));
     if (!o.model.empty() && !extensions.empty() && replayer.layout().external)
       rim::diagnose::apply_extension(extensions, &log);
     outputs.begin(log);

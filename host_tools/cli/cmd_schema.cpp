@@ -2,9 +2,8 @@
 // rim schema: proposes what the columns of foreign logs are.
 #include "cli/arguments.hpp"
 #include "cli/command.hpp"
-#include "log/candump_log.hpp"
-#include "log/lcm_log.hpp"
 #include "log/propose.hpp"
+#include "log/read.hpp"
 #include "util/atomic_file.hpp"
 #include "util/error.hpp"
 
@@ -23,10 +22,11 @@ const char *const kFooter =
     "  rim train rover/run_*.csv --schema rover.toml --out rover.rim";
 
 void refuse_other_formats(const std::string &path) {
-  if (rim::is_candump_file(path))
+  const rim::LogForm form = rim::form_of_log(rim::read_file(path));
+  if (form == rim::LogForm::candump)
     throw rim::DataError(path + ": holds CAN frames; the DBC of the bus says what they are: rim "
                                 "can-table");
-  if (rim::is_lcm_log(rim::read_file(path)))
+  if (form == rim::LogForm::lcm_events)
     throw rim::DataError(path + ": is an LCM event log, which carries no names: give those of the "
                                 "values of RIM_OBSERVATION in a schema, observation = "
                                 "[\"s.NAME\", ...]");
@@ -35,14 +35,14 @@ void refuse_other_formats(const std::string &path) {
 int cmd_schema(int argc, char **argv) {
   std::vector<std::string> logs;
   std::string out;
-  CLI::App app{"Propose a schema for logs with foreign column names.", "rim schema"};
+  rim::cli::Arguments app{"Propose a schema for logs with foreign column names.", "rim schema"};
   app.add_option("LOG", logs, "CSV logs of the same columns, any delimiter")
       ->required()
       ->type_name("...");
   app.add_option("--out", out, "write the schema there (default: standard output)")
       ->type_name("FILE.toml");
   app.footer(kFooter);
-  if (!rim::parse_arguments(app, argc, argv))
+  if (!app.parse(argc, argv))
     return rim::EXIT_FINE;
   for (const auto &path : logs)
     refuse_other_formats(path);
@@ -61,4 +61,4 @@ int cmd_schema(int argc, char **argv) {
 
 } // namespace
 
-RIM_COMMAND(schema, "propose what the columns of foreign logs are: a --schema", cmd_schema)
+RIM_COMMAND(schema, "propose a schema for logs with foreign column names", cmd_schema)

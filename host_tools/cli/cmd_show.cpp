@@ -50,18 +50,19 @@ rim::Shown shown(const Options &o) {
 
 int cmd_show(int argc, char **argv) {
   Options o;
-  CLI::App app{"Show what a flight image, alarms, a diagnosis, an extension or a log holds.",
-               "rim show"};
+  rim::cli::Arguments app{
+      "Show what a flight image, alarms, a diagnosis, an extension or a log holds.", "rim show"};
   app.add_option("FILE", o.file, "the file")->required()->type_name("");
-  CLI::Option *json = app.add_flag("--json", o.json, "as one JSON object");
-  app.add_option("--schema", o.schema, "of a log with other column names")->type_name("FILE.toml");
-  CLI::Option *dbc =
-      app.add_flag("--dbc", o.dbc, "of an image: the DBC of its alarms")->excludes(json);
+  const rim::cli::Option json = app.add_flag("--json", o.json, "print one JSON object");
+  app.add_option("--schema", o.schema, "roles, units and rates of a log with other column names")
+      ->type_name("FILE.toml");
+  const rim::cli::Option dbc =
+      app.add_flag("--dbc", o.dbc, "print the DBC of an image's alarms")->excludes(json);
   app.add_option("--node", o.node, "CAN node number of that DBC (default 1)")
-      ->check(CLI::Range(0u, RIM_CAN_MAX_NODE))
+      ->check(rim::cli::range(0u, RIM_CAN_MAX_NODE))
       ->needs(dbc);
   app.footer(kFooter);
-  if (!rim::parse_arguments(app, argc, argv))
+  if (!app.parse(argc, argv))
     return rim::EXIT_FINE;
   if (o.dbc) {
     const std::string text = rim::read_file(o.file);
@@ -70,10 +71,10 @@ int cmd_show(int argc, char **argv) {
     return rim::EXIT_FINE;
   }
   const rim::Shown what = shown(o);
-  std::fputs(o.json ? (what.json.dump(1) + "\n").c_str() : what.text.c_str(), stdout);
+  std::fputs(o.json ? what.json.c_str() : what.text.c_str(), stdout);
   return rim::EXIT_FINE;
 }
 
 } // namespace
 
-RIM_COMMAND(show, "what an image, alarms, a diagnosis, an extension or a log holds", cmd_show)
+RIM_COMMAND(show, "show what an image, alarms, a diagnosis, an extension or a log holds", cmd_show)

@@ -50,33 +50,32 @@ const char *const kFooter =
     "      --effect 10_radar_high --truth truth.csv\n"
     "  rim simulate golf --out golf --runs 1 --seed 7 --dims 10";
 
-void declare(CLI::App &app, Options &o) {
+void declare(rim::cli::Arguments &app, Options &o) {
   app.add_option("WORLD", o.world, "lander, golf, cobot, keepaway, goalie or freekick")
       ->required()
-      ->check(CLI::IsMember({"lander", "golf", "cobot", "keepaway", "goalie", "freekick"}));
+      ->check(rim::cli::is_member({"lander", "golf", "cobot", "keepaway", "goalie", "freekick"}));
   app.add_option("--out", o.out, "folder for the logs, made if missing: DIR/run_0001.csv ...")
       ->required()
       ->type_name("DIR");
-  app.add_option("--runs", o.runs, "number of runs (default 1)")->check(CLI::Range(1, 1000000));
+  app.add_option("--runs", o.runs, "number of runs (default 1)")
+      ->check(rim::cli::range(1, 1000000));
   app.add_option("--first", o.first, "number of the first run (default 1)")
-      ->check(CLI::Range(1, 100000000));
+      ->check(rim::cli::range(1, 100000000));
   app.add_option("--seed", o.seed, "seed of all random numbers (default 1)")
-      ->check(CLI::NonNegativeNumber);
+      ->check(rim::cli::non_negative_number());
   app.add_option("--effect", o.effects, "hide an effect (lander, cobot); may be repeated")
       ->type_name("FILE.toml")
-      ->expected(1)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+      ->repeated();
   app.add_option("--extension", o.extensions,
                  "add the terms that rim diagnose found to the predictions in the logs (golf:\n"
                  "m.reward, sd.reward); may be repeated")
       ->type_name("FILE.toml")
-      ->expected(1)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+      ->repeated();
   app.add_option("--params", o.params, "parameters that replace those in data/WORLD.toml")
       ->type_name("FILE.toml");
   app.add_option("--rows", o.rows,
                  "end every log after this many rows (default: whole runs; keepaway: 300 passes)")
-      ->check(CLI::NonNegativeNumber);
+      ->check(rim::cli::non_negative_number());
   app.add_option(
          "--truth", o.truth,
          "write the rows on which an effect acts (CSV log,row,t_s,finding) into one file, or\n"
@@ -89,12 +88,12 @@ void declare(CLI::App &app, Options &o) {
                "cobot: log wheel counters instead of velocities and their predictions");
   app.add_option("--dims", o.golf.dims,
                  "dimensions of the context; golf: default 2, cobot: 7 (default), 15, 30, 100")
-      ->check(CLI::Range(2, 999));
+      ->check(rim::cli::range(2, 999));
   app.add_option("--variant", o.variant, "golf: continuous (default) or binary")
-      ->check(CLI::IsMember({"continuous", "binary"}));
+      ->check(rim::cli::is_member({"continuous", "binary"}));
   app.add_option("--anomalous", o.golf.anomalous,
                  "golf: end a run after this many shots from behind the bump (default 30)")
-      ->check(CLI::Range(1, 1000000));
+      ->check(rim::cli::range(1, 1000000));
   app.add_flag("--better", o.golf.better,
                "golf: the bump improves shots by as much as it would make them worse");
   app.add_option("--goalie", o.goalie,
@@ -104,11 +103,11 @@ void declare(CLI::App &app, Options &o) {
   app.add_flag("--no-bump", o.no_bump, "golf: leave the bump out; a run ends after --shots");
   app.add_option("--shots", o.golf.shots,
                  "golf: shots per run with --no-bump (default 1000), else the most shots per run")
-      ->check(CLI::Range(1, 10000000));
+      ->check(rim::cli::range(1, 10000000));
   app.footer(kFooter);
 }
 
-void check_soccer(const CLI::App &app, const Options &o) {
+void check_soccer(const rim::cli::Arguments &app, const Options &o) {
   const bool is_soccer = o.world == "goalie" || o.world == "freekick";
   if (is_soccer && !o.effects.empty())
     throw rim::UsageError("--effect: the " + o.world +
@@ -120,7 +119,7 @@ void check_soccer(const CLI::App &app, const Options &o) {
   }
 }
 
-void check_cobot(const CLI::App &app, Options &o) {
+void check_cobot(const rim::cli::Arguments &app, Options &o) {
   for (const char *option : {"--labels", "--encoders"}) {
     if (o.world != "cobot" && app.count(option) > 0)
       throw rim::UsageError(std::string(option) + ": only the cobot world has it");
@@ -137,7 +136,7 @@ void check_cobot(const CLI::App &app, Options &o) {
     o.rows = 3600; // three minutes, as in the thesis
 }
 
-void check(const CLI::App &app, Options &o) {
+void check(const rim::cli::Arguments &app, Options &o) {
   if (o.world == "golf" && !o.effects.empty())
     throw rim::UsageError("--effect: the golf world has none; its bump is its effect");
   if (o.world == "keepaway" && !o.effects.empty())
@@ -323,9 +322,9 @@ void write_truths(const Options &o, const std::vector<rim::LabelledLog> &truths)
 
 int cmd_simulate(int argc, char **argv) {
   Options o;
-  CLI::App app{"Write logs of a simulated vehicle.", "rim simulate"};
+  rim::cli::Arguments app{"Write logs of a simulated vehicle.", "rim simulate"};
   declare(app, o);
-  if (!rim::parse_arguments(app, argc, argv))
+  if (!app.parse(argc, argv))
     return rim::EXIT_FINE;
   check(app, o);
   const auto extensions = rim::diagnose::read_extensions(o.extensions);

@@ -42,7 +42,7 @@ const char *const kFooter =
     "Example: a robot's image that also detects when somebody holds the robot\n"
     "  rim train held/*.csv control/*.csv --interference held.csv --model robot.rim --out both.rim";
 
-void declare(CLI::App &app, Options &o) {
+void declare(rim::cli::Arguments &app, Options &o) {
   app.add_option("LOG", o.logs, "logs of healthy runs, at least 3")->required()->type_name("");
   app.add_option("--out", o.out, "the flight image")->required()->type_name("MODEL.rim");
   app.add_option("--schema", o.schema, "roles, units and rates of foreign logs")
@@ -52,13 +52,13 @@ void declare(CLI::App &app, Options &o) {
                "small\nprocessors (make size shows how much)");
   app.add_option("--false-alarm", o.train.calibration.false_alarm,
                  "largest acceptable share of healthy runs with any alarm (default 0.05)")
-      ->check(CLI::Range(1e-6, 0.999999));
+      ->check(rim::cli::range(1e-6, 0.999999));
   app.add_option("--block-seconds", o.train.block_s,
                  "length of a block of rows, which the search takes as one observation\n(default: "
                  "such that a run has about 240 blocks)")
-      ->check(CLI::Range(1e-6, 1e6));
+      ->check(rim::cli::range(1e-6, 1e6));
   app.add_option("--threads", o.threads, "threads (default 2, or RIM_THREADS)")
-      ->check(CLI::Range(1, 64));
+      ->check(rim::cli::range(1, 64));
   app.add_option("--interference", o.interference,
                  "learn to detect motion interference instead. LABELS.csv gives the times of\n"
                  "interference (log,start_s,end_s,kind); a log without any is a control run. The\n"
@@ -69,7 +69,7 @@ void declare(CLI::App &app, Options &o) {
                  "with --interference and encoder counters: the wheels, base_radius_m and tick_m\n"
                  "in [cobot] as in data/cobot.toml, which describes the simulated robot")
       ->type_name("FILE.toml")
-      ->check(CLI::ExistingFile);
+      ->check(rim::cli::existing_file());
   app.add_option("--model", o.model,
                  "with --interference: flight image to add the detector to. The result is written\n"
                  "to --out. Its rows need u.vx_mps, and s.vx_mps or z.vx_mps")
@@ -128,16 +128,16 @@ void learn_interference(const std::vector<rim::Log> &logs, const Options &o) {
 
 int cmd_train(int argc, char **argv) {
   Options o;
-  CLI::App app{"Learn what healthy runs do and write the flight image.", "rim train"};
+  rim::cli::Arguments app{"Learn what healthy runs do and write the flight image.", "rim train"};
   declare(app, o);
-  if (!rim::parse_arguments(app, argc, argv))
+  if (!app.parse(argc, argv))
     return rim::EXIT_FINE;
   if (!o.model.empty() && o.interference.empty())
     throw rim::UsageError("--model needs --interference: there is no detector to add");
   if (!o.robot.empty() && o.interference.empty())
     throw rim::UsageError("--robot needs --interference");
   if (o.threads > 0)
-    ::setenv("RIM_THREADS", std::to_string(o.threads).c_str(), 1);
+    rim::set_parallel_threads(o.threads);
   const auto start = std::chrono::steady_clock::now();
   rim::AtomicFile file(o.out); // a place that cannot be written is found before the work
   const std::vector<rim::Log> logs = read_logs(o);
@@ -164,4 +164,5 @@ int cmd_train(int argc, char **argv) {
 
 } // namespace
 
-RIM_COMMAND(train, "learn healthy runs: the flight image, with calibrated thresholds", cmd_train)
+RIM_COMMAND(train, "learn from healthy runs and write the flight image with calibrated thresholds",
+            cmd_train)

@@ -4,7 +4,7 @@
 
 int main(int argc, char **argv) {
   return rim::run_program({"rim",
-                           {"schema", "check", "simulate", "train", "diagnose", "replay", "show",
+                           {"simulate", "train", "diagnose", "replay", "schema", "check", "show",
                             "listen", "command", "can-table", "plan", "bench"}},
                           argc, argv);
 }

@@ -77,7 +77,7 @@ std::vector<ResidualRegion> find_regions(const Measured &measured, const Channel
   for (std::uint8_t k = 0; k < found.count; ++k) {
     ResidualRegion region;
     region.channel = channel.name;
-    region.gate = gate_of(found.region[k].region, measured, low, span);
+    region.gate = gate_of(found.region[k].region.unit, measured, low, span);
     region.ln_anom = found.region[k].ln_anom;
     region.rows = found.region[k].count * static_cast<std::size_t>(stride);
     rimi_dmaps_shift(&data, assignment.data(), static_cast<std::uint8_t>(k + 1), &region.shift_sd);

@@ -4,11 +4,12 @@
 #include <cmath>
 #include <cstring>
 
+#include "base/bytes.h"
 #include "base/crc.h"
 #include "image/image_writer.hpp"
-#include "util/error.hpp"
-#include "base/bytes.h"
+#include "image/names.hpp"
 #include "rim/image.h"
+#include "util/error.hpp"
 
 namespace rim {
 
@@ -18,6 +19,7 @@ SectionBytes config_section(const FlightPlan &plan) {
   std::uint32_t words[RIM_CONFIG_WORDS] = {};
   words[RIM_CONFIG_FEATURES] = static_cast<std::uint32_t>(plan.layout.features());
   words[RIM_CONFIG_OUTCOMES] = static_cast<std::uint32_t>(plan.layout.outcomes());
+  words[RIM_CONFIG_SMALL] = plan.small ? 1 : 0;
   words[RIM_CONFIG_BLOCK_ROWS] = plan.block_rows;
   words[RIM_CONFIG_EXTERNAL] = plan.layout.external ? 1 : 0;
   words[RIM_CONFIG_PERIOD_US] = static_cast<std::uint32_t>(std::lround(1e6 * plan.period_s));
@@ -128,38 +130,27 @@ std::vector<std::uint8_t> write_image(const FlightPlan &plan, std::uint32_t mode
 std::vector<std::uint8_t> make_image(const FlightPlan &plan) {
   const std::vector<std::uint8_t> first = write_image(plan, 0);
   return write_image(plan, rimi_crc32(0, first.data() + RIM_IMAGE_HEADER_BYTES,
-                                     first.size() - RIM_IMAGE_HEADER_BYTES));
+                                      first.size() - RIM_IMAGE_HEADER_BYTES));
 }
 
 Layout layout_of_image(const rim_image &image) {
-  const std::uint8_t *config = nullptr;
-  const std::uint8_t *names = nullptr;
-  std::size_t bytes = 0;
-  std::size_t config_bytes = 0;
-  if (rim_image_section(&image, RIM_SECTION_CONFIG, &config, &config_bytes) != RIM_OK ||
-      config_bytes != 4 * RIM_CONFIG_WORDS ||
-      rim_image_section(&image, RIM_SECTION_NAMES, &names, &bytes) != RIM_OK) {
+  const Names names = names_of_image(image, "the image");
+  if (names.features.empty())
     throw DataError("the image carries no names");
-  }
   Layout layout;
-  layout.external = rimi_le_u32(config, RIM_CONFIG_EXTERNAL) != 0;
-  const std::size_t features = rimi_le_u32(config, RIM_CONFIG_FEATURES);
-  const std::size_t outcomes = rimi_le_u32(config, RIM_CONFIG_OUTCOMES);
-  const std::string text(reinterpret_cast<const char *>(names), bytes);
-  std::size_t at = 0;
-  for (std::size_t i = 0; i < features + outcomes; ++i) {
-    const std::size_t end = text.find('\n', at);
-    if (end == std::string::npos)
-      throw DataError("the names in the image are damaged");
-    auto &to_names = i < features ? layout.feature_names : layout.outcome_names;
-    auto &to_units = i < features ? layout.feature_units : layout.outcome_units;
-    to_names.push_back(text.substr(at, end - at));
-    to_units.push_back(unit_of_name(to_names.back()));
-    at = end + 1;
+  layout.external = names.external;
+  for (const Quantity &feature : names.features) {
+    layout.feature_names.push_back(feature.name);
+    layout.feature_units.push_back(feature.unit);
   }
+  for (const Quantity &outcome : names.outcomes) {
+    layout.outcome_names.push_back(outcome.name);
+    layout.outcome_units.push_back(outcome.unit);
+  }
+  std::size_t bytes = 0;
   const std::uint8_t *map = nullptr;
   if (rim_image_section(&image, RIM_SECTION_OUTCOMES, &map, &bytes) == RIM_OK) {
-    for (std::size_t o = 0; o < outcomes && 2 * o + 1 < bytes; ++o) {
+    for (std::size_t o = 0; o < layout.outcomes() && 2 * o + 1 < bytes; ++o) {
       layout.outcome_feature.push_back(rimi_le_u16(map, o));
     }
   }

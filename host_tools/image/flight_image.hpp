@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: MIT
 // Everything a flight image says, and its bytes (rim/monitor.h lists the sections).
-#ifndef RIM_TRAIN_FLIGHT_IMAGE_HPP
-#define RIM_TRAIN_FLIGHT_IMAGE_HPP
+#pragma once
 
 #include <cstdint>
 #include <string>
 #include <vector>
 
-#include "rim/monitor.h"
 #include "image/basis.hpp"
 #include "image/layout.hpp"
 #include "rim/image.h"
+#include "rim/monitor.h"
 #include "search/select.h"
 
 namespace rim {
@@ -40,9 +39,10 @@ struct FlightPlan {
   std::uint32_t clear = 30;      // blocks below the warning score before it is cleared; 0: never
   std::uint32_t ring = 0, bins = RIM_SELECT_DEFAULT_BINS, grid = 0, pairs = 0; // 0: select's
   std::uint32_t scans = 0, edges = 0, moves = 0, budget = 0;
+  bool small = false; // the search for small processors
   std::uint32_t seed = 1;
   std::vector<float> inverse_sd; // not trained: of each outcome's residuals; empty: 1
-  Basis basis;              // trained: inputs of the models
+  Basis basis;                   // trained: inputs of the models
   std::vector<std::uint8_t> level, behaviour, agreement, noise, cuts; // sections; empty: absent
   Thresholds thresholds;
 
@@ -73,4 +73,3 @@ private:
 };
 
 } // namespace rim
-#endif

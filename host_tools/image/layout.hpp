@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What the columns of the logs are to the monitor.
-#ifndef RIM_TRAIN_LAYOUT_HPP
-#define RIM_TRAIN_LAYOUT_HPP
+#pragma once
 
 #include <cstdint>
 #include <string>
@@ -33,4 +32,3 @@ void find_angles(Layout *layout, const std::vector<Log> &logs);
 double median_period_s(const std::vector<Log> &logs);
 
 } // namespace rim
-#endif

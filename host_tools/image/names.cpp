@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "image/names.hpp"
 
-#include "log/log.hpp"
 #include "image/image_writer.hpp"
+#include "log/log.hpp"
 #include "util/error.hpp"
 
-#include "rim/monitor.h"
 #include "base/bytes.h"
 #include "rim/image.h"
+#include "rim/monitor.h"
 
 namespace rim {
 
@@ -40,6 +40,7 @@ Names names_of_image(const rim_image &image, const std::string &name) {
     throw DataError(name + ": has no configuration");
   const std::size_t features = rimi_le_u32(config, RIM_CONFIG_FEATURES);
   const std::size_t outcomes = rimi_le_u32(config, RIM_CONFIG_OUTCOMES);
+  names.external = rimi_le_u32(config, RIM_CONFIG_EXTERNAL) != 0;
   std::size_t found = 0;
   const std::string all(reinterpret_cast<const char *>(text), text_bytes);
   for (std::size_t at = 0, end; (end = all.find('\n', at)) != std::string::npos; at = end + 1) {

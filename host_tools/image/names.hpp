@@ -22,6 +22,7 @@ Quantity quantity_of(const std::string &column_name);
 
 struct Names {
   std::vector<Quantity> features, outcomes;
+  bool external = false; // rows bring the outcomes' predictions
   // Those of an index; "feature 7" where there is none: an alarm can be shown without its model.
   Quantity feature(std::size_t index) const;
   Quantity outcome(std::size_t index) const;

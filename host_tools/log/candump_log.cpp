@@ -150,19 +150,10 @@ bool is_candump_log(std::string_view text) {
          text.substr(0, 40).find(") ") != std::string_view::npos;
 }
 
-bool is_candump_file(const std::string &path) {
-  char text[64];
-  std::ifstream file(path, std::ios::binary);
-  file.read(text, sizeof text);
-  return is_candump_log(std::string_view(text, static_cast<std::size_t>(file.gcount())));
-}
-
-Log read_candump_log(const std::string &path, std::string_view text,
-                     const std::vector<std::uint8_t> &table, const std::vector<std::string> &names,
-                     double signal_age_s, std::FILE *warnings) {
-  if (table.empty())
+Log read_candump_log(const std::string &path, std::string_view text, const ReadOptions &options) {
+  if (!options.can || options.can->table.empty())
     throw DataError(path + ": a candump log needs a model with a CAN table (rim can-table)");
-  CandumpReader reader(path, table, names, signal_age_s);
+  CandumpReader reader(path, options.can->table, options.can->names, options.can->signal_age_s);
   while (!text.empty()) {
     const std::size_t end = std::min(text.find('\n'), text.size());
     std::string line(text.substr(0, end));
@@ -171,7 +162,7 @@ Log read_candump_log(const std::string &path, std::string_view text,
     reader.take(line);
     text.remove_prefix(std::min(end + 1, text.size()));
   }
-  return reader.finish(warnings);
+  return reader.finish(options.warnings);
 }
 
 } // namespace rim

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: MIT
+#include "log/csv_read.hpp"
 #include "log/csv_text.hpp"
 #include "log/derive.hpp"
-#include "log/lcm_log.hpp"
-#include "log/log.hpp"
 #include "log/schema.hpp"
-#include "util/atomic_file.hpp"
 #include "util/error.hpp"
 
 #include <algorithm>
@@ -29,15 +27,13 @@ struct Filter {
 
 class CsvReader {
 public:
-  CsvReader(const std::string &path, const Schema *schema, const ReadOptions &options)
-      : schema_(schema), options_(options), text_(read_file(path)) {
+  CsvReader(const std::string &path, std::string text, const Schema *schema,
+            const ReadOptions &options)
+      : schema_(schema), options_(options), text_(std::move(text)) {
     log_.path = path;
     if (schema != nullptr)
       delimiter_ = schema->delimiter;
   }
-
-  bool is_lcm() const { return is_lcm_log(text_); }
-  const std::string &text() const { return text_; }
 
   Log read() {
     read_header();
@@ -47,6 +43,9 @@ public:
     warn();
     return std::move(log_);
   }
+  // What the schema's derived columns are made from: a row for each of the log's, a column for each
+  // [[derive]].
+  Matrix sources() { return std::move(sources_); }
 
 private:
   [[noreturn]] void fail(const std::string &reason) const {
@@ -66,6 +65,7 @@ private:
   void plan();
   void plan_mapped();
   void plan_native();
+  void plan_sources();
   void check_outcomes() const;
   bool kept() const;
   bool parse_row(double &t_s, double *values);
@@ -80,6 +80,7 @@ private:
   char delimiter_ = ',';
   std::size_t at_ = 0;
   Log log_;
+  Matrix sources_;
   std::vector<std::string> header_;
   std::vector<std::string_view> fields_;
   std::vector<Slot> slots_;
@@ -173,13 +174,6 @@ void CsvReader::plan() {
   if (schema_ != nullptr)
     plan_mapped();
   plan_native();
-  if (schema_ != nullptr) {
-    // Sources of derived columns are read as extra columns, which derive_columns() takes off again.
-    for (const auto &rule : schema_->derive)
-      add_column(derive_source_name(rule), "",
-                 {file_column(rule.from, " (a [[derive]] of the schema)"), 1.0, 0.0},
-                 Role::context);
-  }
   for (const char *optional : {"m.", "sd."}) {
     for (std::size_t c = log_.columns.size(); c-- > 0;) {
       const std::string name = log_.columns[c].name, prefix = optional;
@@ -190,11 +184,23 @@ void CsvReader::plan() {
       }
     }
   }
+  plan_sources();
   for (std::size_t field = 0; field < header_.size(); field++)
     if (!used_[field] && schema_ == nullptr)
       ignored_ += (ignored_.empty() ? "'" : ", '") + header_[field] + "'";
-  if (log_.columns.empty())
+  if (slots_.empty())
     fail("no column has a role (x. u. s. z. m. sd.); a schema can give them one");
+}
+
+// Sources of derived columns are read behind the columns.
+void CsvReader::plan_sources() {
+  if (schema_ == nullptr)
+    return;
+  for (const auto &rule : schema_->derive) {
+    const std::size_t field = file_column(rule.from, " (a [[derive]] of the schema)");
+    slots_.push_back({field, 1.0, 0.0});
+    used_[field] = true;
+  }
 }
 
 void CsvReader::check_outcomes() const {
@@ -256,8 +262,16 @@ bool CsvReader::time_moves_on(double t_s) {
   return false;
 }
 
+// To the rows used, and the sources of derived columns apart.
 void CsvReader::shrink(std::size_t rows) {
-  log_.values.conservativeResize(static_cast<Eigen::Index>(rows), Eigen::NoChange);
+  const auto n = static_cast<Eigen::Index>(rows);
+  const auto columns = static_cast<Eigen::Index>(log_.columns.size());
+  const Eigen::Index sources = log_.values.cols() - columns;
+  sources_ = log_.values.topRightCorner(n, sources);
+  if (sources > 0)
+    log_.values = Matrix(log_.values.topLeftCorner(n, columns));
+  else
+    log_.values.conservativeResize(n, Eigen::NoChange);
 }
 
 void CsvReader::read_rows() {
@@ -315,19 +329,13 @@ void CsvReader::warn() const {
 
 } // namespace
 
-Log read_log(const std::string &path, const Schema *schema, const ReadOptions &options) {
-  CsvReader reader(path, schema, options);
-  Log log = reader.is_lcm() ? read_lcm_log(path, reader.text(), schema, options) : reader.read();
-  if (schema != nullptr) {
-    if (!reader.is_lcm())
-      derive_columns(log, *schema);
-    resample(log, *schema);
-  }
+Log read_csv_log(const std::string &path, std::string text, const Schema *schema,
+                 const ReadOptions &options) {
+  CsvReader reader(path, std::move(text), schema, options);
+  Log log = reader.read();
+  if (schema != nullptr)
+    derive_columns(log, reader.sources(), *schema);
   return log;
-}
-
-Log read_log(const std::string &path, const Schema *schema) {
-  return read_log(path, schema, ReadOptions());
 }
 
 } // namespace rim

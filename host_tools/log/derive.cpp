@@ -15,8 +15,8 @@ constexpr std::size_t kLeastRows = 5;
 
 // Slope at the newest row of the least-squares polynomial through rows first..last; NaN when the
 // window is not covered.
-double trailing_slope(const Log &log, Eigen::Index column, std::size_t first, std::size_t last,
-                      const DeriveRule &rule) {
+double trailing_slope(const Log &log, const Matrix &sources, Eigen::Index column, std::size_t first,
+                      std::size_t last, const DeriveRule &rule) {
   const double newest_s = log.t_s[last];
   const std::size_t count = last - first + 1;
   // A regular stream misses up to one period of the window, a stream with gaps more.
@@ -24,12 +24,12 @@ double trailing_slope(const Log &log, Eigen::Index column, std::size_t first, st
     return std::numeric_limits<double>::quiet_NaN();
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
-  const double origin = log.values(static_cast<Eigen::Index>(last), column);
+  const double origin = sources(static_cast<Eigen::Index>(last), column);
   for (std::size_t r = first; r <= last; r++) {
     const double x = (log.t_s[r] - newest_s) / rule.window_s;
     const Eigen::Vector3d powers(1.0, x, x * x);
     normal += powers * powers.transpose();
-    right += powers * (log.values(static_cast<Eigen::Index>(r), column) - origin);
+    right += powers * (sources(static_cast<Eigen::Index>(r), column) - origin);
   }
   const Eigen::Index n = rule.order + 1;
   const Eigen::VectorXd fit = normal.topLeftCorner(n, n).ldlt().solve(right.head(n));
@@ -52,27 +52,24 @@ void keep_rows(Log &log, const std::vector<std::size_t> &rows) {
 
 } // namespace
 
-std::string derive_source_name(const DeriveRule &rule) { return "source of " + rule.name; }
-
-void derive_columns(Log &log, const Schema &schema) {
+void derive_columns(Log &log, const Matrix &sources, const Schema &schema) {
   if (schema.derive.empty())
     return;
-  for (const auto &rule : schema.derive) {
-    const int found = find_column(log, derive_source_name(rule));
-    if (found < 0)
-      throw std::logic_error("derive_columns: the source was not read");
-    Eigen::VectorXd derived(log.values.rows());
+  const Eigen::Index columns = log.values.cols();
+  log.values.conservativeResize(Eigen::NoChange, columns + sources.cols());
+  for (Eigen::Index d = 0; d < sources.cols(); d++) {
+    const DeriveRule &rule = schema.derive[static_cast<std::size_t>(d)];
     std::size_t first = 0;
     for (std::size_t r = 0; r < log.t_s.size(); r++) {
       while (log.t_s[r] - log.t_s[first] > rule.window_s)
         first++;
-      derived(static_cast<Eigen::Index>(r)) = trailing_slope(log, found, first, r, rule);
+      log.values(static_cast<Eigen::Index>(r), columns + d) =
+          trailing_slope(log, sources, d, first, r, rule);
     }
-    log.values.col(found) = derived;
-    auto &column = log.columns[static_cast<std::size_t>(found)];
-    column.name = rule.name;
-    column.unit = rule.unit.empty() ? unit_of_name(rule.name) : rule.unit;
+    Column column{rule.name, rule.unit.empty() ? unit_of_name(rule.name) : rule.unit,
+                  Role::context};
     role_of_name(rule.name, column.role);
+    log.columns.push_back(std::move(column));
   }
   std::vector<std::size_t> whole;
   for (std::size_t r = 0; r < log.t_s.size(); r++)

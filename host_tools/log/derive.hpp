@@ -5,16 +5,11 @@
 #include "log/log.hpp"
 #include "log/schema.hpp"
 
-#include <string>
-
 namespace rim {
 
-// The name under which read_log() hands the source of a derived column to derive_columns().
-std::string derive_source_name(const DeriveRule &rule);
-
-// Replaces the sources by the derived columns; rows before the first full window are left out and
-// counted in rows_filtered. O(rows x rows in a window).
-void derive_columns(Log &log, const Schema &schema);
+// Appends the derived columns. sources: rows of the log x schema.derive. Rows before the first full
+// window are left out and counted in rows_filtered. O(rows x rows in a window).
+void derive_columns(Log &log, const Matrix &sources, const Schema &schema);
 
 // Rows on the grid of schema.resample_hz (0: as they are), held or interpolated; no rows inside
 // gaps longer than max_gap_s. row[] is that of the newest file row used.

@@ -12,6 +12,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <cstdio>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -41,17 +42,26 @@ struct Log {
 
 struct Schema; // log/schema.hpp
 
+// What a log of CAN frames is read by: the table of signals in a flight image.
+struct CanReading {
+  std::vector<std::uint8_t> table; // bytes of the image's section
+  std::vector<std::string> names;  // of its values, with prefix
+  double signal_age_s = 1.0;       // an older signal makes the row incomplete
+};
+
 struct ReadOptions {
   bool skip_bad_time = false; // skip and count rows whose time repeats or runs backwards
   std::FILE *warnings = stderr;
   // Names, with prefix, of the values of RIM_OBSERVATION in an LCM event log, which carries none.
   std::vector<std::string> observation_names;
+  std::optional<CanReading> can; // none: a log of CAN frames is refused
 };
 
-// Reads a CSV log, or an LCM event log (told by its first bytes). Throws DataError naming file,
-// row, column and reason: missing file, folder, empty, header only, no t_s, wrong number of fields,
-// text in a number, z. without m., time that repeats or runs backwards. A row with an empty, NaN or
-// infinite value is skipped and counted; the first is named in a warning.
+// Reads a CSV log, an LCM event log or a log of `candump -L`, which the first bytes distinguish.
+// Throws DataError naming file, row, column and reason: missing file, folder, empty, header only,
+// no t_s, wrong number of fields, text in a number, z. without m., time that repeats or runs
+// backwards. A row with an empty, NaN or infinite value is skipped and counted; the first is named
+// in a warning.
 Log read_log(const std::string &path, const Schema *schema = nullptr);
 Log read_log(const std::string &path, const Schema *schema, const ReadOptions &options);
 

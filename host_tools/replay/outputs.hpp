@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Where a replay's alarms and numbers go: files that appear whole, and LCM.
-#ifndef RIM_REPLAY_OUTPUTS_HPP
-#define RIM_REPLAY_OUTPUTS_HPP
+#pragma once
 
 #include <memory>
 #include <string>
@@ -50,4 +49,3 @@ private:
 };
 
 } // namespace rim
-#endif

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A figure of ln anom against its threshold over time, drawn by gnuplot.
-#ifndef RIM_REPLAY_PLOT_HPP
-#define RIM_REPLAY_PLOT_HPP
+#pragma once
 
 #include <string>
 #include <vector>
@@ -24,4 +23,3 @@ struct Trace {
 void write_plot(const std::vector<Trace> &traces, const std::string &path);
 
 } // namespace rim
-#endif

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The onboard monitor over a log, deterministically: what a replay shows is what flight would have
 // shown, bit for bit.
-#ifndef RIM_REPLAY_REPLAY_HPP
-#define RIM_REPLAY_REPLAY_HPP
+#pragma once
 
 #include <cstdint>
 #include <functional>
@@ -63,7 +62,7 @@ public:
   using Watcher = std::function<void(std::size_t row, const rim_verdict &)>;
 
   // Columns are found by the names the image carries. DataError names the file and a column that is
-  // missing; further features are left out with one warning. Cost: rim_monitor_step() a row.
+  // missing; further features are left out with one warning. Cost: rim_monitor_step() per row.
   ReplayedLog replay(const Log &log, const ReplayOptions &options, const Watcher &watch = nullptr);
 
   std::uint64_t digest() const { return digest_; } // over all verdicts of all logs so far
@@ -120,4 +119,3 @@ std::string doubt(const ReplayedLog &log, const Names &names);
 std::string replay_text(const ReplayedLog &log, const Names &names);
 
 } // namespace rim
-#endif

@@ -40,7 +40,7 @@ struct Quantity {
   std::string name, text; // "s.speed_mps", "speed (m/s)"
   Vector value;           // rows
 };
-// Zeros when the table has it not.
+// All zeros if the table has no such feature.
 Quantity quantity_of(const std::string &name, const View &view);
 Range range_of(const Vector &values);
 

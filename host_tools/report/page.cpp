@@ -118,7 +118,7 @@ std::string card(const Finding &f, const Diagnosis &d, const Measured &t) {
   if (f.given)
     text += "<span class=\"badge\">given with --extension</span>";
   if (f.term.cause == "unknown")
-    text += "<span class=\"badge doubt\">no cause of the catalogue earns its name</span>";
+    text += "<span class=\"badge doubt\">no cause of the catalogue is supported</span>";
   text += "<p class=\"lead\">" + escape(f.sentence) + "</p>\n<p class=\"expression\">" +
           escape(expression_text(f.term)) + "</p>\n";
   if (c < 0)
@@ -220,7 +220,7 @@ std::string again(const Diagnosis &d, const Measured &t) {
   }
   return text +
          "</tbody></table></div>\n<p class=\"note\">Beside this page: diagnosis.json (every number "
-         "here), labels.csv (a finding a row), extension.toml (the terms; simulate, replay and "
+         "here), labels.csv (one finding per row), extension.toml (the terms; simulate, replay and "
          "the next diagnose take it with --extension).</p>\n</section>\n";
 }
 

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "diagnose/extension.hpp"
 #include "image/facts.hpp"
@@ -20,8 +21,15 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Shown begin(const char *kind, const std::string &path) {
-  Shown shown;
+struct Draft {
+  Json json;
+  std::string text;
+
+  operator Shown() const { return {json.dump(1) + "\n", text}; }
+};
+
+Draft begin(const char *kind, const std::string &path) {
+  Draft shown;
   shown.json["kind"] = kind;
   shown.json["path"] = path;
   return shown;
@@ -144,7 +152,7 @@ FileKind kind_of_file(const std::string &path) {
 Shown show_image(const std::string &path) {
   const std::string text = read_file(path);
   const ImageFacts facts = facts_of_image({text.begin(), text.end()}, path);
-  Shown shown = begin("image", path);
+  Draft shown = begin("image", path);
   shown.json.update(image_json(facts));
   shown.text = fmt::format("{}: flight image {:08x}, {} features, {} outcomes\n", path,
                            facts.model_id, facts.layout.features(), facts.layout.outcomes()) +
@@ -154,7 +162,7 @@ Shown show_image(const std::string &path) {
 
 Shown show_alarms(const std::string &path) {
   std::istringstream file(read_file(path));
-  Shown shown = begin("alarms", path);
+  Draft shown = begin("alarms", path);
   Json records = Json::array();
   std::size_t raised = 0, line_number = 0;
   for (std::string line; std::getline(file, line);) {
@@ -185,7 +193,7 @@ Shown show_diagnosis(const std::string &path) {
   const Json file = Json::parse(read_file(path), nullptr, false);
   if (!file.is_object() || value_of<std::string>(file, "schema", "") != "rim-diagnosis/1")
     throw DataError(path + ": is no diagnosis (schema rim-diagnosis/1)");
-  Shown shown = begin("diagnosis", path);
+  Draft shown = begin("diagnosis", path);
   shown.json.update(file);
   const Json findings = value_of(file, "findings", Json(Json::array()));
   shown.text = fmt::format("{}: the simulation is {}; {} findings\n", path,
@@ -207,7 +215,7 @@ Shown show_diagnosis(const std::string &path) {
 }
 
 Shown show_extension(const std::string &path) {
-  Shown shown = begin("extension", path);
+  Draft shown = begin("extension", path);
   Json terms = Json::array();
   for (const diagnose::Term &term : diagnose::read_extension(path)) {
     const std::string where = diagnose::gate_text(term.gate);
@@ -237,7 +245,7 @@ Shown show_extension(const std::string &path) {
 }
 
 Shown show_log(const Log &log) {
-  Shown shown = begin("log", log.path);
+  Draft shown = begin("log", log.path);
   std::vector<double> periods;
   for (std::size_t t = 1; t < log.t_s.size(); ++t)
     periods.push_back(log.t_s[t] - log.t_s[t - 1]);

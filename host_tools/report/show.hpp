@@ -2,7 +2,6 @@
 // report/show.hpp - what a file holds, in words and as JSON: rim show.
 #pragma once
 
-#include <nlohmann/json.hpp>
 #include <string>
 
 #include "log/log.hpp"
@@ -12,8 +11,8 @@ namespace rim {
 enum class FileKind { image, alarms, diagnosis, extension, log };
 
 struct Shown {
-  nlohmann::ordered_json json; // always with "kind" and "path"
-  std::string text;            // ends in a line end
+  std::string json; // one object, indented by one; always with "kind" and "path"
+  std::string text; // in words; ends in a line end
 };
 
 // By the file's first bytes; what is nothing else is taken for a log. DataError: it cannot be read.

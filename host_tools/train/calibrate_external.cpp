@@ -6,12 +6,12 @@
 #include <numeric>
 
 #include "base/rng.h"
+#include "image/threshold.h"
 #include "stats/robust.hpp"
 #include "train/external_table.hpp"
 #include "util/error.hpp"
 #include "util/parallel_for.hpp"
 #include "util/progress.hpp"
-#include "image/threshold.h"
 
 namespace rim {
 
@@ -98,6 +98,7 @@ void use_profile(FlightPlan *plan, bool flight, bool few_rows) {
   if (flight) {
     // Many features: which two is the question, so edges; few: which ellipse, so a finer grid.
     const bool wide = plan->layout.features() > kManyFeatures;
+    plan->small = true;
     plan->scans = wide ? 5 : 4;
     plan->edges = wide ? 25 : 6;
     plan->moves = wide ? 33 : 40;

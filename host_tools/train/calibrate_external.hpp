@@ -21,7 +21,7 @@ namespace rim {
 // ln 12.
 inline constexpr double kLeastGrowth = 2.5;
 
-inline constexpr std::size_t kFewRows = 3000;   // at most so many are searched thoroughly
+inline constexpr std::size_t kFewRows = 3000;   // up to this many are searched thoroughly
 inline constexpr std::size_t kManyFeatures = 32; // with more the flight profile searches pairs
 
 // A log with its own predictions. sd is the log's or, where it has none, estimated from the
@@ -35,7 +35,7 @@ struct ExternalRows {
 // estimated.
 ExternalRows external_rows(const Log &log, const Layout &layout);
 
-// All of the plan but its ranges and the alarm, for runs of so many rows. The plan has its layout.
+// All of the plan but its ranges and the alarm, for runs of `rows` rows. The plan has its layout.
 void prepare_external(FlightPlan *plan, bool flight, std::size_t rows);
 
 // Largest score of a run in which the predictions are right, z ~ N(m, sd), after the first `at[0]`,

@@ -145,7 +145,7 @@ public:
     std::vector<std::size_t> inside;
     double sum = 0.0;
     for (std::size_t t = 0; t < residual->size(); ++t) {
-      if (!rim_region_contains(&best.region, unit.row(static_cast<Eigen::Index>(t)).data()))
+      if (!rimi_unit_region_contains(&best.region, unit.row(static_cast<Eigen::Index>(t)).data()))
         continue;
       inside.push_back(t);
       sum += (*residual)[t];

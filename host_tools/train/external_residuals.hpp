@@ -6,7 +6,7 @@
 // if that gains enough over white noise of sd 1. An error that depends on the context looks like
 // slow noise where contexts change slowly: so first what contexts explain is taken out, by the best
 // region, a line or a table over one feature, a mean, or a shift since some time, each if the
-// likelihood, with the noise fitted anew, gains more by it than its description costs. What cannot
+// likelihood, with the noise fitted again, gains more by it than its description costs. What cannot
 // be told apart in one log: noise as slow as the log is long, and an error that takes many terms to
 // describe.
 #ifndef RIM_TRAIN_EXTERNAL_RESIDUALS_HPP
@@ -27,7 +27,7 @@ struct ResidualNoise {
   double gain = 0.0; // nats over independent residuals of variance 1
 
   double lag_one() const { return share * keeps; } // correlation of neighbours
-  // Variance of the sum of so many rows in a row, over their number.
+  // Variance of the sum of this many consecutive rows, divided by their number.
   double inflation(double rows) const;
 };
 

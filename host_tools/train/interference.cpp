@@ -148,7 +148,7 @@ InterferenceEvidence evidence_of(const InterferenceRun &run, double noise_mps) {
       e.counts[static_cast<std::size_t>(before) * kStates + now] += 1.0;
     before = label[i];
     double o[kGaussians];
-    if (!rimi_interference_observe(&state, o))
+    if (!rimi_interference_observation(&state, o))
       continue;
     Moments &m = e.moments[now];
     m.n += 1.0;

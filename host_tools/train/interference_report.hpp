@@ -15,7 +15,7 @@ namespace rim {
 // Labels by the log's path or, where none has it, its file name; a log without labels is a control
 // run. wheels: of the robot, for logs with encoder counters; null: those are refused. Prints what
 // was learned and, leaving one out, what is found. model: the flight image to put it into; empty:
-// out holds RIM_SECTION_INTERFERENCE alone, for rimi_interference_attach. Throws DataError: see
+// out holds RIM_SECTION_INTERFERENCE alone, for rimi_interference_of_image. Throws DataError: see
 // interference_run and InterferenceTrainer; labels of a log that is not among those given; an image
 // that does not know the columns.
 void train_interference(const std::vector<Log> &logs, const std::string &labels,

@@ -143,7 +143,7 @@ struct Effects {
   double s2 = 1.0, rho = 0.0;
 };
 
-// One round: the effects of every run given prior, s2 and rho; then those anew.
+// One round: estimates the effects of every run given prior, s2 and rho; then those given them.
 void improve(const std::vector<Series> &series, const Eigen::MatrixXd &t, bool diagonal,
              Effects *e) {
   const Eigen::Index k = t.cols();

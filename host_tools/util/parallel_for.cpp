@@ -11,7 +11,15 @@
 
 namespace rim {
 
+namespace {
+std::size_t chosen_threads = 0; // 0: by the environment
+} // namespace
+
+void set_parallel_threads(std::size_t threads) { chosen_threads = threads; }
+
 std::size_t parallel_threads() {
+  if (chosen_threads > 0)
+    return std::min<std::size_t>(chosen_threads, 64);
   const char *set = std::getenv("RIM_THREADS");
   const long n = set != nullptr ? std::strtol(set, nullptr, 10) : 2;
   return static_cast<std::size_t>(std::clamp(n, 1L, 64L));

@@ -7,8 +7,10 @@
 
 namespace rim {
 
-// Two, or $RIM_THREADS (1..64).
+// What set_parallel_threads() said, else $RIM_THREADS (1..64), else two.
 std::size_t parallel_threads();
+// From 1 to 64; 0 takes it back. Not while a loop runs.
+void set_parallel_threads(std::size_t threads);
 
 // Calls body(i) for every i < n, in any order, on parallel_threads() threads. Results are the same
 // for any number of threads when body(i) writes only what belongs to i: store by index, fold after.

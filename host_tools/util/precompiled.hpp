@@ -2,8 +2,7 @@
 // util/precompiled.hpp - the headers that most sources of the host tools begin with. The build
 // compiles them once per level of optimisation. Nothing depends on it: every source includes what
 // it uses.
-#include <Eigen/Cholesky>
-#include <Eigen/Core>
+#include "util/eigen_kernels.hpp"
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -22,6 +21,3 @@
 #include <string>
 #include <string_view>
 #include <vector>
-#ifdef RIM_PRECOMPILED_COMMANDS
-#include <CLI/CLI.hpp>
-#endif

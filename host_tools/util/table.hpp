@@ -27,7 +27,7 @@ private:
   std::vector<std::vector<std::string>> rows_;
 };
 
-// A number with so many significant digits, never in exponent form between 1e-4 and 1e7.
+// A number with `digits` significant digits, never in exponent form between 1e-4 and 1e7.
 std::string cell(double value, int digits = 4);
 inline std::string cell(std::size_t value) { return std::to_string(value); }
 

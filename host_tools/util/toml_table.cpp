@@ -74,6 +74,56 @@ std::string read_string(const std::string &path, const toml::node &node, const s
   return *node.value<std::string>();
 }
 
+std::vector<std::string> read_strings(const std::string &path, const toml::node &node,
+                                      const std::string &key) {
+  const toml::array *array = node.as_array();
+  if (array == nullptr)
+    fail(path, node, "key '" + key + "': must be a list");
+  std::vector<std::string> list;
+  for (const toml::node &item : *array) {
+    if (const auto text = item.value_exact<std::string>())
+      list.push_back(*text);
+    else if (const auto whole = item.value_exact<std::int64_t>())
+      list.push_back(std::to_string(*whole));
+    else
+      fail(path, item, "key '" + key + "': must be a list of strings or whole numbers");
+  }
+  return list;
+}
+
+std::vector<const toml::table *> read_tables(const std::string &path, const toml::table &root,
+                                             const std::string &key) {
+  std::vector<const toml::table *> list;
+  const toml::node *node = root.get(key);
+  if (node == nullptr)
+    return list;
+  if (node->as_array() == nullptr)
+    fail(path, *node, "write [[" + key + "]], one for each");
+  for (const toml::node &item : *node->as_array()) {
+    if (!item.is_table())
+      fail(path, item, "write [[" + key + "]], one for each");
+    list.push_back(item.as_table());
+  }
+  return list;
+}
+
+namespace {
+
+std::string full_key(const std::string &table, const std::string &key) {
+  return table.empty() ? key : table + "." + key;
+}
+
+} // namespace
+
+void check_keys(const std::string &path, const toml::table &table, const std::string &name,
+                const std::vector<std::string> &known) {
+  for (const auto &[key_node, node] : table) {
+    const std::string key(key_node.str());
+    if (std::find(known.begin(), known.end(), key) == known.end())
+      fail(path, node, "unknown key '" + full_key(name, key) + "'");
+  }
+}
+
 std::string table_toml(const std::string &header, const std::vector<NumberKey> &keys) {
   std::string text = header + "\n";
   for (const NumberKey &key : keys) {
@@ -87,17 +137,13 @@ std::string table_toml(const std::string &header, const std::vector<NumberKey> &
 void read_numbers(const std::string &path, const toml::table &table, const std::string &name,
                   const std::vector<NumberKey> &keys, bool complete,
                   const std::vector<std::string> &others) {
-  for (const auto &[key_node, node] : table) {
-    const std::string key(key_node.str());
-    const std::string full = name.empty() ? key : name + "." + key;
-    const auto found = std::find_if(keys.begin(), keys.end(),
-                                    [&key](const NumberKey &k) { return key == k.name; });
-    if (found != keys.end()) {
-      *found->value = read_number(path, node, full, found->range);
-    } else if (std::find(others.begin(), others.end(), key) == others.end()) {
-      fail(path, node, "unknown key '" + full + "'");
-    }
+  std::vector<std::string> known = others;
+  for (const NumberKey &key : keys) {
+    known.emplace_back(key.name);
+    if (const toml::node *node = table.get(key.name))
+      *key.value = read_number(path, *node, full_key(name, key.name), key.range);
   }
+  check_keys(path, table, name, known);
   if (!complete)
     return;
   for (const NumberKey &key : keys) {

@@ -30,6 +30,17 @@ std::string where(const std::string &path, const toml::node &node);
 double read_number(const std::string &path, const toml::node &node, const std::string &key,
                    Range range);
 std::string read_string(const std::string &path, const toml::node &node, const std::string &key);
+// A list of strings; a whole number stands for its text.
+std::vector<std::string> read_strings(const std::string &path, const toml::node &node,
+                                      const std::string &key);
+
+// The tables [[key]] of a file, in its order; none where it has no such key.
+std::vector<const toml::table *> read_tables(const std::string &path, const toml::table &root,
+                                             const std::string &key);
+
+// Refuses a key that is not known. name: of the table, empty for the file itself.
+void check_keys(const std::string &path, const toml::table &table, const std::string &name,
+                const std::vector<std::string> &known);
 
 // Fills the values of the keys present in `table`; a key not in `keys` (nor in `others`, which the
 // caller reads) is an error, and with `complete` so is a missing one.

@@ -67,7 +67,7 @@ struct GolfOptions {
   bool bump = true;           // false: every shot is nominal
   bool better = false;        // continuous: shots from behind the bump gain what they would lose
                               // (fig. 5.1b: a region to seek, not to avoid)
-  std::size_t anomalous = 30; // with a bump: the run ends after so many shots from behind it
+  std::size_t anomalous = 30; // with a bump: shots from behind it after which the run ends
   std::size_t shots = 1000;   // without a bump: the run's length
   std::size_t max_shots = 0;  // ends a run early whatever happened; 0: no limit
 };

@@ -25,6 +25,7 @@ awk 'BEGIN {
   print "" }' > wide.csv
 "$RIM" replay wide.csv --calibration-runs 19 --save-model wide.rim > /dev/null || bad "a wide image"
 gcc -O2 -Wall -Wextra -shared -fPIC "$root/tests/firmware/count_allocations.c" -o count.so || bad "counter"
+gcc -O2 -Wall -Wextra -shared -fPIC "$root/tests/firmware/counted_clock.c" -o clock.so || bad "clock"
 
 # Configuration: told whole, with file and line.
 refuses() { # WHAT STATUS PATTERN TEXT

@@ -417,13 +417,13 @@ static void an_image_carries_it(void **state) {
   rim_image view;
   assert_int_equal(rim_image_open(&view, image, ALL), RIM_OK);
   rim_correct c = {0};
-  assert_int_equal(rimi_correct_attach(&c, &view), RIM_OK);
+  assert_int_equal(rimi_correct_of_image(&c, &view), RIM_OK);
   assert_ptr_equal(c.section, image + AT);
   mean_is(&c, in_0, 10.75, 20.0);
   image[64] = 15; /* another section */
-  assert_int_equal(rimi_correct_attach(&c, &view), RIM_E_RANGE);
-  assert_int_equal(rimi_correct_attach(&c, NULL), RIM_E_ARGUMENT);
-  assert_int_equal(rimi_correct_attach(NULL, &view), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_correct_of_image(&c, &view), RIM_E_RANGE);
+  assert_int_equal(rimi_correct_of_image(&c, NULL), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_correct_of_image(NULL, &view), RIM_E_ARGUMENT);
 }
 
 int main(void) {

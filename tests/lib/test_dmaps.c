@@ -75,7 +75,7 @@ static void is_consistent(const rim_dmaps_result *result, const rim_batch_data *
     double n = 0.0;
     double ln_anom = 0.0;
     for (uint32_t i = 0; i < data->n; ++i) {
-      assert_true(given[i] != k || rim_region_contains(&region->region, &u[i * D]));
+      assert_true(given[i] != k || rimi_unit_region_contains(&region->region, &u[i * D]));
       assert_true(given[i] <= result->count);
       if (given[i] != k)
         continue;
@@ -92,7 +92,7 @@ static void is_consistent(const rim_dmaps_result *result, const rim_batch_data *
     assert_true(fabs(n - (double)region->count) <= 1.0); /* a point on the very edge */
     near(region->ln_anom, ln_anom, 0.02 * ln_anom);
     assert_true(region->price <= region->ln_anom);
-    assert_true(rimi_region_is_valid(&region->region));
+    assert_true(rimi_region_is_valid(&region->region.unit));
     value += region->ln_anom - region->price;
   }
   near(result->value, value, 1e-9);
@@ -107,10 +107,10 @@ static void two_regions_are_recovered(void **state) {
     const rim_dmaps_result result = find(&c, &data, NULL);
     assert_int_equal(result.count, 2);
     is_consistent(&result, &data);
-    const uint8_t first = result.region[0].region.feature[0] == 1 ? 1 : 2;
-    assert_int_equal(result.region[first - 1].region.feature[1], 3);
-    assert_int_equal(result.region[2 - first].region.feature[0], 2);
-    assert_int_equal(result.region[2 - first].region.feature[1], 4);
+    const uint8_t first = result.region[0].region.unit.feature[0] == 1 ? 1 : 2;
+    assert_int_equal(result.region[first - 1].region.unit.feature[1], 3);
+    assert_int_equal(result.region[2 - first].region.unit.feature[0], 2);
+    assert_int_equal(result.region[2 - first].region.unit.feature[1], 4);
     assert_true(f1(first, 1) > 0.85);
     assert_true(f1((uint8_t)(3 - first), 2) > 0.85);
     double shift[O];
@@ -136,7 +136,7 @@ static void each_observation_is_explained_once(void **state) {
   for (int i = 0; i < N; ++i) {
     int containing = 0;
     for (uint8_t k = 0; k < result.count; ++k)
-      containing += rim_region_contains(&result.region[k].region, &u[i * D]);
+      containing += rimi_unit_region_contains(&result.region[k].region, &u[i * D]);
     in_several += containing > 1;
     assigned += given[i] > 0;
   }
@@ -192,8 +192,8 @@ static void a_dimension_must_pay(void **state) {
     rim_dmaps_config c = {.lambda_dim = 6.0, .search = {.seed = stream}};
     const rim_dmaps_result result = find(&c, &data, NULL);
     assert_int_equal(result.count, 1);
-    assert_int_equal(result.region[0].region.dims, 1);
-    assert_int_equal(result.region[0].region.feature[0], 2);
+    assert_int_equal(result.region[0].region.unit.dims, 1);
+    assert_int_equal(result.region[0].region.unit.feature[0], 2);
     near(result.region[0].price, 14.0 + 6.0, 0.0);
   }
 }
@@ -208,7 +208,7 @@ static void everywhere_is_a_region(void **state) {
   const rim_dmaps_config c = {.search = {.seed = SEED}};
   const rim_dmaps_result result = find(&c, &data, NULL);
   assert_int_equal(result.count, 1);
-  assert_int_equal(result.region[0].region.dims, 0);
+  assert_int_equal(result.region[0].region.unit.dims, 0);
   assert_int_equal(result.region[0].count, N);
 }
 
@@ -273,8 +273,8 @@ static void the_same_bits_again(void **state) {
   assert_int_equal(one.evaluations, two.evaluations);
   for (uint8_t k = 0; k < one.count; ++k) {
     assert_true(one.region[k].ln_anom == two.region[k].ln_anom);
-    assert_memory_equal(one.region[k].region.center, two.region[k].region.center,
-                        sizeof one.region[k].region.center);
+    assert_memory_equal(one.region[k].region.unit.center, two.region[k].region.unit.center,
+                        sizeof one.region[k].region.unit.center);
   }
 }
 
@@ -349,8 +349,8 @@ static void bad_configuration_is_refused(void **state) {
   }
   assert_memory_equal(&before, &result, sizeof result);
   rim_dmaps_result far = {.count = 1};
-  far.region[0].region.dims = 1;
-  far.region[0].region.feature[0] = D;
+  far.region[0].region.unit.dims = 1;
+  far.region[0].region.unit.feature[0] = D;
   assert_int_equal(rimi_dmaps_assign(&far, &data, NULL, given), RIM_E_RANGE);
   double shift[O];
   assert_int_equal(rimi_dmaps_shift(&data, given, 0, shift), RIM_E_ARGUMENT);

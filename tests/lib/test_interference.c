@@ -151,18 +151,18 @@ static void test_observations(void **state) {
   begin();
   double t = 0.0, o[3];
   for (int k = 0; k < 9; ++k) {
-    assert_false(rimi_interference_observe(&s, o));
+    assert_false(rimi_interference_observation(&s, o));
     t += 0.04 + 0.01 * (k % 3);
     rimi_interference_step(&s, t, 1.0, 0.2 + 0.5 * t, &v); /* a line: slope .5, no jerk */
   }
-  assert_true(rimi_interference_observe(&s, o));
+  assert_true(rimi_interference_observation(&s, o));
   near(o[0], 0.8 - 0.5 * t, 1e-14);
   near(o[1], 0.5, 1e-12);
   near(o[2], 0.0, 1e-10);
   begin();
   for (int k = 1; k <= 9; ++k) /* v = t^2: slope of n even steps is 2 t less (n - 1) dt */
     rimi_interference_step(&s, k * DT, 1.0, k * DT * k * DT, &v);
-  assert_true(rimi_interference_observe(&s, o));
+  assert_true(rimi_interference_observation(&s, o));
   near(o[1], 2 * 9 * DT - 3 * DT, 1e-12);
   near(o[2], 2.0, 1e-10);
 }
@@ -262,11 +262,11 @@ static void test_an_image_carries_it(void **state) {
   const rim_interference_model m = model();
   rim_interference_model read;
   assert_int_equal(rimi_interference_pack(&m, image + AT, RIM_INTERFERENCE_BYTES), RIM_OK);
-  assert_int_equal(rimi_interference_attach(&read, &view), RIM_OK);
+  assert_int_equal(rimi_interference_of_image(&read, &view), RIM_OK);
   assert_memory_equal(&read, &m, sizeof m);
   image[64] = 99;
-  assert_int_equal(rimi_interference_attach(&read, &view), RIM_E_RANGE);
-  assert_int_equal(rimi_interference_attach(NULL, &view), RIM_E_ARGUMENT);
+  assert_int_equal(rimi_interference_of_image(&read, &view), RIM_E_RANGE);
+  assert_int_equal(rimi_interference_of_image(NULL, &view), RIM_E_ARGUMENT);
 }
 
 static void test_wheels_wrap(void **state) {

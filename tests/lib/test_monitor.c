@@ -105,7 +105,7 @@ static void words_out_of_range_are_refused(void **state) {
       {RIM_CONFIG_FEATURES, 0, true},        {RIM_CONFIG_FEATURES, 129, true},
       {RIM_CONFIG_FEATURES, D + 1, true},    {RIM_CONFIG_OUTCOMES, 0, true},
       {RIM_CONFIG_OUTCOMES, 129, true},      {RIM_CONFIG_OUTCOMES, O + 1, false},
-      {RIM_CONFIG_RESERVED, 1, true},        {RIM_CONFIG_BLOCK_ROWS, 0, true},
+      {RIM_CONFIG_SMALL, 2, true},           {RIM_CONFIG_BLOCK_ROWS, 0, true},
       {RIM_CONFIG_BLOCK_ROWS, 10001, true},  {RIM_CONFIG_EXTERNAL, 2, true},
       {RIM_CONFIG_REGION_FEATURES, 0, true}, {RIM_CONFIG_REGION_FEATURES, D + 1, true},
       {RIM_CONFIG_REGION_FEATURES, 1, true}, {RIM_CONFIG_RING, 7, true},

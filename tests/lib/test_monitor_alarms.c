@@ -132,12 +132,51 @@ static void nothing_is_read_where_there_is_none(void **state) {
   assert_null(rimi_monitor_threshold(NULL));
 }
 
+/* Scores relate a channel's evidence to the number of observations and to its own offset; the
+ * membership is that of the channel which the alarm names, not of the one with the most evidence.
+ * Here outcome 0 is shifted everywhere and outcome 1 only in a region, with a lower offset. */
+static void membership_is_of_the_outcome_named(void **state) {
+  (void)state;
+  recipe r;
+  external_recipe(&r);
+  bytes *threshold = &r.section[RIM_SECTION_THRESHOLD];
+  threshold->size = 0;
+  const uint32_t counts[4] = {O, 1, 1, 1}; /* channels, runs, knots, rank */
+  for (size_t i = 0; i < 4; ++i)
+    u32(threshold, counts[i]);
+  const double values[] = {4.0,  3.0,  0.5, 0.0, /* alarm, warning, promise, reserved */
+                           4.0,  10.0,           /* maximum, e(n) */
+                           20.0, 0.0,  1.0, 1.0 /* offsets, scales */};
+  for (size_t i = 0; i < sizeof values / sizeof *values; ++i)
+    f32(threshold, values[i]);
+  bench b;
+  b.external = true;
+  build(&b.blob, &r);
+  start(&b);
+  rim_verdict v;
+  for (uint32_t t = 0; t < ROWS; ++t) {
+    row x;
+    make_row(&x, true, 3, t, 0.8);
+    x.outcome[0] += 0.5;
+    assert_int_equal(rim_monitor_step(b.monitor, &x.view, &v), RIM_OK);
+  }
+  const float *evidence = rimi_select_channel_scores(rimi_monitor_search(b.monitor));
+  assert_true((double)evidence[0] > (double)evidence[1] + 40.0);
+  const rim_alarm *alarm = rim_monitor_standing(b.monitor, RIM_DETECTOR_RIM);
+  assert_non_null(alarm);
+  assert_int_equal(alarm->channel[0], 1);
+  assert_true(alarm->region.dims > 0);
+  assert_true(rim_monitor_membership(b.monitor, (const double[D]){0.0, 0.0, 175.0, 0.0}) > 0.9);
+  assert_true(rim_monitor_membership(b.monitor, (const double[D]){0.0, 0.0, 275.0, 0.0}) < 0.1);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(silence_needs_no_row),
       cmocka_unit_test(commands_are_obeyed),
       cmocka_unit_test(a_clock_that_begins_anew_is_told),
       cmocka_unit_test(nothing_is_read_where_there_is_none),
+      cmocka_unit_test(membership_is_of_the_outcome_named),
   };
   return cmocka_run_group_tests(tests, set_up, NULL);
 }

@@ -73,6 +73,13 @@ static uint32_t blocks_inside(const world *w, const search_hypothesis *h) {
   return n;
 }
 
+/* A ring full of the world's blocks, whose first channel is ready to be judged. */
+static void start_full(bench *b, const world *w) {
+  start(b, w, RING);
+  feed(b, 0, RING, 0);
+  rimi_search_refresh(b->search, 0);
+}
+
 static void regions_are_judged_by_least_squares(void **state) {
   (void)state;
   static const search_family family[] = {SEARCH_SINCE, SEARCH_INTERVAL, SEARCH_BOX,
@@ -80,9 +87,7 @@ static void regions_are_judged_by_least_squares(void **state) {
   for (uint32_t v = 0; v < VARIANTS; ++v) {
     const world w = variant(v, RING);
     bench b;
-    start(&b, &w, RING);
-    feed(&b, 0, RING, 0);
-    rimi_search_refresh(b.search, 0);
+    start_full(&b, &w);
     for (size_t f = 0; f < sizeof family / sizeof *family; ++f) {
       const bool since = family[f] != SEARCH_INTERVAL && family[f] != SEARCH_BOX;
       for (uint32_t onset = since ? 0 : SEARCH_FROM_START; onset + 20 < RING || !since;
@@ -155,9 +160,7 @@ static void what_ended_is_judged_by_least_squares(void **state) {
   for (uint32_t v = 0; v < VARIANTS; ++v) {
     const world w = variant(v, RING);
     bench b;
-    start(&b, &w, RING);
-    feed(&b, 0, RING, 0);
-    rimi_search_refresh(b.search, 0);
+    start_full(&b, &w);
     for (uint32_t onset = 0; onset + 20 < RING; onset += 9) {
       search_hypothesis h = hypothesis(SEARCH_DURING, onset), best = h;
       double most = 0.0;
@@ -181,9 +184,7 @@ static void the_best_interval_is_the_best_of_all(void **state) {
   for (uint32_t v = 0; v < VARIANTS; ++v) {
     const world w = variant(v, RING);
     bench b;
-    start(&b, &w, RING);
-    feed(&b, 0, RING, 0);
-    rimi_search_refresh(b.search, 0);
+    start_full(&b, &w);
     for (uint32_t onset = 0; onset < 30; onset += 13) {
       search_hypothesis h = hypothesis(onset > 0 ? SEARCH_INTERVAL_SINCE : SEARCH_INTERVAL,
                                        onset > 0 ? onset : SEARCH_FROM_START);

@@ -65,9 +65,9 @@ static uint64_t digest(const rim_select *engine) {
   h = rimi_digest_f64(h, best.ln_anom);
   h = rimi_digest_f64(h, best.n + 1000.0 * best.channel + 1e6 * best.dims);
   for (int k = 0; k < best.dims; ++k)
-    h = rimi_digest_f64(h, best.region.center[k]);
+    h = rimi_digest_f64(h, best.region.unit.center[k]);
   for (int i = 0; i < N; ++i)
-    h = rimi_digest_f64(h, rimi_select_membership(engine, u[i]));
+    h = rimi_digest_f64(h, rimi_select_membership(engine, best.channel, u[i]));
   return h;
 }
 
@@ -83,14 +83,14 @@ static void finds_an_ellipse_in_the_right_channel(void **state) {
     assert_true(rimi_select_best(engine, &best));
     assert_int_equal(best.channel, stream % C);
     assert_true(best.ln_anom > 15.0);
-    assert_true(rimi_region_is_valid(&best.region));
+    assert_true(rimi_region_is_valid(&best.region.unit));
     assert_true(best.s < 0.0);
     assert_true(fabs(best.s * best.s / (2.0 * best.n) - best.ln_anom) < 1e-4 * best.ln_anom);
-    right += best.dims == 2 && best.region.feature[0] == X && best.region.feature[1] == Y;
+    right += best.dims == 2 && best.region.unit.feature[0] == X && best.region.unit.feature[1] == Y;
     double hit = 0.0;
     double wrong = 0.0;
     for (int i = 0; i < N; ++i) {
-      const double p = rimi_select_membership(engine, u[i]);
+      const double p = rimi_select_membership(engine, best.channel, u[i]);
       assert_true(p >= 0.0 && p <= 1.0);
       hit += p > RIM_SELECT_MEMBERSHIP_CUT && anomalous[i];
       wrong += (p > RIM_SELECT_MEMBERSHIP_CUT) != anomalous[i];
@@ -111,13 +111,14 @@ static void finds_fewer_features_where_fewer_matter(void **state) {
   assert_int_equal(best.channel, 2);
   assert_int_equal(best.dims, 0);
   assert_true(best.n == N && best.since == 0);
-  assert_true(rimi_select_membership(engine, u[0]) == 1.0);
+  assert_true(rimi_select_membership(engine, best.channel, u[0]) == 1.0);
   make(21, INTERVAL, 0);
   engine = started(1);
   feed(engine, 0, N);
   assert_true(rimi_select_best_of_channel(engine, 0, &best));
   assert_in_range(best.dims, 1, 2);
-  assert_true(best.region.feature[0] == X || (best.dims == 2 && best.region.feature[1] == X));
+  assert_true(best.region.unit.feature[0] == X ||
+              (best.dims == 2 && best.region.unit.feature[1] == X));
   assert_true(best.since < 20);
   assert_true(fabs(best.shift + 2.0) < 0.5);
 }
@@ -168,7 +169,7 @@ static void reset_is_a_fresh_start(void **state) {
   rimi_select_reset(engine);
   rim_candidate best;
   assert_false(rimi_select_best(engine, &best));
-  assert_true(rimi_select_membership(engine, u[0]) == 0.0);
+  assert_true(rimi_select_membership(engine, 0, u[0]) == 0.0);
   assert_int_equal(rimi_select_observations(engine), 0);
   feed(engine, 0, 200);
   assert_true(digest(engine) == once);

@@ -39,7 +39,7 @@ static double f1(const rim_batch_result *result) {
   double hit = 0.0;
   double wrong = 0.0;
   for (int i = 0; i < N; ++i) {
-    const bool in = rim_region_contains(&result->region, &u[i * D]);
+    const bool in = rimi_unit_region_contains(&result->region, &u[i * D]);
     hit += in && anomalous[i];
     wrong += in != anomalous[i];
   }
@@ -60,7 +60,7 @@ static void every_heuristic_finds_the_pair(void **state) {
       assert_int_equal(result.dims, 2);
       assert_int_equal(result.feature[0], X);
       assert_int_equal(result.feature[1], Y);
-      assert_true(rimi_region_is_valid(&result.region));
+      assert_true(rimi_region_is_valid(&result.region.unit));
       assert_true(f1(&result) > 0.7);
       assert_true(result.nodes <= NODES);
       /* two features: at most 3 starts of 24 x 10 + 1 each */
@@ -134,7 +134,7 @@ static void without_selection_all_features_are_used(void **state) {
   data.u = few;
   assert_int_equal(rimi_select_batch(&c, &data, work, sizeof work, &result), RIM_OK);
   assert_int_equal(result.dims, 6);
-  assert_int_equal(result.region.dims, 0);
+  assert_int_equal(result.region.unit.dims, 0);
   assert_int_equal(result.nodes, 1);
 }
 

@@ -25,10 +25,14 @@ static rim_rng rng;
 
 static size_t size; /* of the engine */
 
-static void start_with(uint64_t stream, uint16_t edges) {
+static void start_with(uint64_t stream, bool small) {
   rimi_rng_seed(&rng, SEED, stream);
-  const rim_select_config config = {
-      .features = D, .ring = RING, .pairs = 4, .edges = edges, .seed = stream};
+  const rim_select_config config = {.features = D,
+                                    .ring = RING,
+                                    .pairs = 4,
+                                    .edges = small ? 10 : 0,
+                                    .small = small,
+                                    .seed = stream};
   assert_int_equal(rimi_select_size(&config, &size), RIM_OK);
   assert_true(size <= sizeof memory);
   memset(memory, 0xa5, sizeof memory);
@@ -42,7 +46,7 @@ static void start_with(uint64_t stream, uint16_t edges) {
   }
 }
 
-static void start(uint64_t stream) { start_with(stream, 0); }
+static void start(uint64_t stream) { start_with(stream, false); }
 
 /* As stage 1 defines it: cells of row y whose centre lies in the span of the tabulated ellipse;
  * here by the tables themselves, all grid cells. */
@@ -187,17 +191,17 @@ static void the_planted_pair_leads(void **state) {
   assert_true(rimi_select_pair_best(engine, p, NULL) > 20.0f);
 }
 
-/* With few edges half of the ellipses are in use, and the leader's, on the grid alone, are a sample
+/* In the small profile half of the ellipses are in use, and the leader's, on the grid, are a sample
  * of the posterior like those of the larger search: all but the first also go down. */
-static void few_edges_use_fewer_ellipses(void **state) {
+static void the_small_profile_uses_fewer_ellipses(void **state) {
   (void)state;
-  start_with(17, 10);
-  int down[FEW_CHAINS] = {0};
+  start_with(17, true);
+  int down[SMALL_CHAINS] = {0};
   for (int i = 0; i < N; ++i) {
     assert_int_equal(rimi_select_observe(engine, u[i], &r[i]), RIM_OK);
     const uint16_t leader = engine->leader;
-    float before[FEW_CHAINS] = {0.0f};
-    for (uint32_t j = 0; leader < engine->pairs && j < FEW_CHAINS; ++j) {
+    float before[SMALL_CHAINS] = {0.0f};
+    for (uint32_t j = 0; leader < engine->pairs && j < SMALL_CHAINS; ++j) {
       const chain *k = &select_pair(engine, leader)->chain[j];
       before[j] = k->n >= 3.0f ? k->s * k->s / k->n : 0.0f;
     }
@@ -206,29 +210,29 @@ static void few_edges_use_fewer_ellipses(void **state) {
       continue;
     const pair_state *p = select_pair(engine, leader);
     assert_false(p->exact);
-    for (uint32_t j = 0; j < FEW_CHAINS; ++j) {
+    for (uint32_t j = 0; j < SMALL_CHAINS; ++j) {
       const chain *k = &p->chain[j];
       down[j] += k->n >= 3.0f && k->s * k->s / k->n < before[j] * 0.999f;
     }
   }
-  assert_int_equal(engine->chains, FEW_CHAINS);
+  assert_int_equal(engine->chains, SMALL_CHAINS);
   assert_true(size + 4u * 400u + 2u * 32u * 32u < sizeof memory); /* and have less memory, */
   for (size_t i = size; i < sizeof memory; ++i)                   /* which they keep to */
     assert_int_equal(((const uint8_t *)memory)[i], 0xa5);
   assert_int_equal(down[0], 0);
-  for (uint32_t j = 1; j < FEW_CHAINS; ++j)
+  for (uint32_t j = 1; j < SMALL_CHAINS; ++j)
     assert_true(down[j] > 5);
   const pair_state *leader = select_pair(engine, engine->leader);
   assert_true(leader->x == 1 && leader->y == 3);
   double x[D] = {0.5, 0.6, 0.5, 0.4, 0.5};
-  assert_true(rimi_select_membership(engine, x) > 0.99);
+  assert_true(rimi_select_membership(engine, 0, x) > 0.99);
   int between = 0;
   for (x[1] = 0.605; x[1] < 1.0; x[1] += 0.01) {
-    const double share = 11.0 * rimi_select_membership(engine, x);
+    const double share = 11.0 * rimi_select_membership(engine, 0, x);
     assert_true(fabs(share - floor(share + 0.5)) < 1e-9);
     between += share > 0.5 && share < 10.5;
   }
-  assert_true(between > 0 && rimi_select_membership(engine, x) < 0.01);
+  assert_true(between > 0 && rimi_select_membership(engine, 0, x) < 0.01);
 }
 
 int main(void) {
@@ -238,6 +242,6 @@ int main(void) {
                                      cmocka_unit_test(the_leader_is_exact_on_the_ring),
                                      cmocka_unit_test(entries_and_moves_are_bounded),
                                      cmocka_unit_test(the_planted_pair_leads),
-                                     cmocka_unit_test(few_edges_use_fewer_ellipses)};
+                                     cmocka_unit_test(the_small_profile_uses_fewer_ellipses)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -41,9 +41,9 @@ static section make_section(void) {
   size_t at = 8;
   for (size_t i = 0; i < RUNS; ++i)
     put_f32(&s, at++, (float)(i + 1));
-  const float envelope[KNOTS] = {1.0f, 2.0f, 4.0f};
+  const float growth[KNOTS] = {1.0f, 2.0f, 4.0f};
   for (size_t i = 0; i < KNOTS; ++i)
-    put_f32(&s, at++, envelope[i]);
+    put_f32(&s, at++, growth[i]);
   for (size_t i = 0; i < CHANNELS; ++i)
     put_f32(&s, at++, 0.5f);
   for (size_t i = 0; i < CHANNELS; ++i)
@@ -106,12 +106,12 @@ static void envelope_interpolates_and_is_constant_beyond(void **state) {
   const section s = make_section();
   rim_threshold t;
   assert_int_equal(rimi_threshold_open(&t, s.bytes, sizeof s.bytes), RIM_OK);
-  assert_true(rimi_threshold_envelope(&t, 0) == 1.0);
-  assert_true(rimi_threshold_envelope(&t, 1) == 1.0);
-  assert_true(rimi_threshold_envelope(&t, 2) == 2.0);
-  assert_true(rimi_threshold_envelope(&t, 3) == 3.0);
-  assert_true(rimi_threshold_envelope(&t, 4) == 4.0);
-  assert_true(rimi_threshold_envelope(&t, UINT32_MAX) == 4.0);
+  assert_true(rimi_threshold_growth(&t, 0) == 1.0);
+  assert_true(rimi_threshold_growth(&t, 1) == 1.0);
+  assert_true(rimi_threshold_growth(&t, 2) == 2.0);
+  assert_true(rimi_threshold_growth(&t, 3) == 3.0);
+  assert_true(rimi_threshold_growth(&t, 4) == 4.0);
+  assert_true(rimi_threshold_growth(&t, UINT32_MAX) == 4.0);
 }
 
 /* The score reaches alarm_score exactly when ln anom reaches the threshold. */

@@ -33,13 +33,14 @@ static void counts_are_the_images(void **state) {
   assert_true(n.ring == TRAINED_RING && n.budget == 4 && n.inputs == INPUTS && n.times == TIMES);
   assert_true(n.terms == TERMS && n.means == MEANS && n.fields == FIELDS && n.prototypes == 0);
   recipe r = calibrated[true];
+  set_word(&r, RIM_CONFIG_SMALL, 1);
   set_word(&r, RIM_CONFIG_EDGES, 7);
   set_word(&r, RIM_CONFIG_SCANS, 3);
   set_word(&r, RIM_CONFIG_MOVES, 9);
   set_word(&r, RIM_CONFIG_BUDGET, 2);
   build(&m, &r);
   assert_int_equal(rimi_work_counts_of(m.byte, m.size, &n), RIM_OK);
-  assert_true(n.edges == 7 && n.scans == 3 && n.moves == 9 && n.budget == 2);
+  assert_true(n.edges == 7 && n.scans == 3 && n.moves == 9 && n.budget == 2 && n.small);
   n.edges = 99;
   m.byte[m.size / 2] ^= 1u;
   assert_int_equal(rimi_work_counts_of(m.byte, m.size, &n), RIM_E_CRC);
@@ -49,8 +50,10 @@ static void counts_are_the_images(void **state) {
 }
 
 /* What monitor/work.h says of the turns, held to what the search counts of itself, step by step. */
-static void assert_turns(uint32_t scans, uint32_t edges, uint32_t moves, uint32_t budget) {
+static void assert_turns(bool small, uint32_t scans, uint32_t edges, uint32_t moves,
+                         uint32_t budget) {
   recipe r = calibrated[true];
+  set_word(&r, RIM_CONFIG_SMALL, small ? 1 : 0);
   set_word(&r, RIM_CONFIG_SCANS, scans);
   set_word(&r, RIM_CONFIG_EDGES, edges);
   set_word(&r, RIM_CONFIG_MOVES, moves);
@@ -61,9 +64,8 @@ static void assert_turns(uint32_t scans, uint32_t edges, uint32_t moves, uint32_
   start(&b);
   rim_work_counts n;
   assert_int_equal(rimi_work_counts_of(b.blob.byte, b.blob.size, &n), RIM_OK);
-  const bool few = edges < 48;
-  const uint32_t entries = few ? 1 : 2, offers = (edges + 4) / 5 + 1;
-  const uint32_t leads = few ? 0 : 2 * RIM_SELECT_CHAINS;
+  const uint32_t entries = small ? 1 : 2, offers = (edges + 4) / 5 + 1;
+  const uint32_t leads = small ? 0 : 2 * RIM_SELECT_CHAINS;
   rim_select_effort before = {0};
   uint32_t most_moves = 0, backfills = 0;
   for (uint32_t t = 0; t < 600; ++t) {
@@ -83,11 +85,12 @@ static void assert_turns(uint32_t scans, uint32_t edges, uint32_t moves, uint32_
 
 static void the_search_turns_no_more_often(void **state) {
   (void)state;
-  assert_turns(4, 4, 16, 1);
-  assert_turns(8, 12, 20, 1);
-  assert_turns(16, 48, 64, 1);
-  assert_turns(3, 20, 24, 3);
-  assert_turns(3, 24, 24, 2);
+  assert_turns(true, 4, 4, 16, 1);
+  assert_turns(true, 8, 12, 20, 1);
+  assert_turns(false, 16, 48, 64, 1);
+  assert_turns(false, 8, 12, 20, 1);
+  assert_turns(true, 3, 20, 24, 3);
+  assert_turns(true, 3, 24, 24, 2);
 }
 
 /* Six features, three outcomes, own predictions, the flight profile: make size measures it. */
@@ -105,7 +108,8 @@ static rim_work_counts rows(void) {
                            .moves = 20,
                            .budget = 1,
                            .block_rows = 1,
-                           .external = true};
+                           .external = true,
+                           .small = true};
 }
 
 static rim_work_counts trained(void) {
@@ -153,6 +157,7 @@ static void every_count_of_rows_counts(void **state) {
   COSTS(scans, 5);
   COSTS(edges, 5);
   COSTS(edges, 48);
+  COSTS(small, false);
   COSTS(moves, 60);
   COSTS(budget, 2);
   COSTS(watched, true);

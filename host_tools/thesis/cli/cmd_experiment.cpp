@@ -18,8 +18,8 @@ std::vector<ExperimentCommand> &experiment_commands() {
 namespace {
 
 int cmd_experiment(int argc, char **argv) {
-  CLI::App app{"Measure the thesis's tables and figures again.", "rim-thesis experiment"};
-  app.require_subcommand(1);
+  rim::cli::Arguments app{"Measure the thesis's tables and figures again.",
+                          "rim-thesis experiment"};
   std::vector<rim::ExperimentCommand> commands = rim::experiment_commands();
   std::sort(commands.begin(), commands.end(),
             [](const auto &a, const auto &b) { return a.name < b.name; });
@@ -29,11 +29,10 @@ int cmd_experiment(int argc, char **argv) {
   app.footer("Examples:\n"
              "  rim-thesis experiment golf --dims 2,100 --runs 20 --nominal 40 --calibration 100\n"
              "  rim-thesis experiment lander --nominal 40 --runs 3");
-  if (!rim::parse_arguments(app, argc, argv))
+  if (!app.parse(argc, argv))
     return rim::EXIT_FINE;
-  const std::vector<CLI::App *> added = app.get_subcommands({});
-  for (std::size_t i = 0; i < added.size(); ++i) {
-    if (added[i]->parsed())
+  for (std::size_t i = 0; i < run.size(); ++i) {
+    if (app.subcommand(i).parsed())
       return run[i]();
   }
   return rim::EXIT_USAGE; // not reached: one subcommand is required

@@ -11,15 +11,16 @@ namespace {
 int cmd_merge(int argc, char **argv) {
   std::vector<std::string> files;
   std::string out;
-  CLI::App app{"Fold the files that the shards of one campaign wrote into one, in the order of the "
-               "units, to the same bits as one machine would have given.",
-               "rim-thesis merge"};
+  rim::cli::Arguments app{
+      "Fold the files that the shards of one campaign wrote into one, in the order of the "
+      "units, to the same bits as one machine would have given.",
+      "rim-thesis merge"};
   app.add_option("FILE", files, "files written with --shard I/N")->required();
   app.add_option("--out", out, "the folded file")->required();
   app.footer("Example:\n  rim-thesis experiment golf --shard 1/2 --out a.json   # on one machine\n"
              "  rim-thesis experiment golf --shard 2/2 --out b.json   # on another\n"
              "  rim-thesis merge a.json b.json --out golf.json");
-  if (!rim::parse_arguments(app, argc, argv))
+  if (!app.parse(argc, argv))
     return rim::EXIT_FINE;
   const rim::Campaign merged = rim::merge_campaigns(files);
   rim::write_campaign(merged, out);

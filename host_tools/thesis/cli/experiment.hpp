@@ -2,14 +2,14 @@
 // thesis/cli/experiment.hpp - how an experiment makes itself known to 'rim-thesis experiment'.
 //
 // In experiment_x.cpp, at namespace scope:
-//   namespace { std::function<int()> add_x(CLI::App &app) { ... } }
+//   namespace { std::function<int()> add_x(rim::cli::Arguments &app) { ... } }
 //   RIM_EXPERIMENT(x, add_x)
 // add_x adds one subcommand with its options and returns what it does once the command line has
 // been read: an exit code, or an exception, as for a command (cli/command.hpp). They are listed in
 // the order of x.
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include "cli/arguments.hpp"
 #include <functional>
 #include <memory>
 #include <string>
@@ -24,13 +24,13 @@ namespace rim {
 
 struct ExperimentCommand {
   std::string name;
-  std::function<int()> (*add)(CLI::App &app);
+  std::function<int()> (*add)(rim::cli::Arguments &app);
 };
 
 std::vector<ExperimentCommand> &experiment_commands();
 
 struct ExperimentRegistration {
-  ExperimentRegistration(const char *name, std::function<int()> (*add)(CLI::App &)) {
+  ExperimentRegistration(const char *name, std::function<int()> (*add)(rim::cli::Arguments &)) {
     experiment_commands().push_back({name, add});
   }
 };
@@ -41,11 +41,11 @@ struct CampaignArguments {
   std::string out;
   std::string from;
 
-  void add(CLI::App *app) {
+  void add(rim::cli::Arguments *app) {
     app->add_option("--shard", shard, "I/N: run only part I of N; needs --out");
     app->add_option("--out", out, "write the results for 'rim-thesis merge' and --from");
     app->add_option("--from", from, "print the tables of this file and run nothing")
-        ->check(CLI::ExistingFile);
+        ->check(rim::cli::existing_file());
   }
 
   // measure(shard) returns the campaign, print(campaign) shows a complete one.
@@ -72,7 +72,7 @@ template <class Options> struct FigureArguments {
   std::string plot;
   CampaignArguments campaign;
 
-  void add(CLI::App *app) {
+  void add(rim::cli::Arguments *app) {
     app->add_option("--seed", experiment.seed,
                     "seed of the first run (default " + std::to_string(experiment.seed) + ")");
     app->add_option("--plot", plot, "draw the figure into FILE.svg or FILE.png");

@@ -18,7 +18,7 @@ struct Arguments {
   bool halves = false;
 };
 
-std::function<int()> add_control_mrclam(CLI::App &app) {
+std::function<int()> add_control_mrclam(rim::cli::Arguments &app) {
   const auto a = std::make_shared<Arguments>();
   rim::experiment::add_measured(
       app, "control_mrclam",

@@ -5,19 +5,19 @@
 
 namespace {
 
-std::function<int()> add_fig3_3(CLI::App &app) {
+std::function<int()> add_fig3_3(rim::cli::Arguments &app) {
   const auto a = std::make_shared<rim::FigureArguments<rim::Fig33>>();
-  CLI::App *figure = app.add_subcommand(
+  rim::cli::Arguments *figure = app.add_subcommand(
       "fig3.3", "FARO in the binary golf world: precision, recall, shots needed (thesis 3.5.1)");
   figure->add_option("--runs", a->experiment.runs, "runs per value of q (default 30)")
-      ->check(CLI::PositiveNumber);
+      ->check(rim::cli::positive_number());
   figure->add_option("--nominal", a->experiment.nominal, "runs without a bump (30)")
-      ->check(CLI::PositiveNumber);
+      ->check(rim::cli::positive_number());
   figure->add_option("--shots", a->experiment.shots, "shots per run without a bump (default 1000)")
-      ->check(CLI::Range(10, 4000));
+      ->check(rim::cli::range(10, 4000));
   figure->add_option("--q", a->experiment.q, "chances behind the bump (0.2,0.3,0.4,0.5)")
       ->delimiter(',')
-      ->check(CLI::Range(0.01, 0.79));
+      ->check(rim::cli::range(0.01, 0.79));
   a->add(figure);
   return [a] { return a->run(rim::run_fig3_3, rim::print_fig3_3); };
 }

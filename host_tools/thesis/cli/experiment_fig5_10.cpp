@@ -5,17 +5,17 @@
 
 namespace {
 
-std::function<int()> add_fig5_10(CLI::App &app) {
+std::function<int()> add_fig5_10(rim::cli::Arguments &app) {
   const auto a = std::make_shared<rim::FigureArguments<rim::Fig510>>();
-  CLI::App *figure = app.add_subcommand(
+  rim::cli::Arguments *figure = app.add_subcommand(
       "fig5.10", "GP-UCB, RIM-UCB and RIM+GP-UCB shooting at three goalies (thesis 5.3)");
   figure->add_option("--runs", a->experiment.runs, "runs per goalie and policy (default 200)")
-      ->check(CLI::PositiveNumber);
+      ->check(rim::cli::positive_number());
   figure->add_option("--shots", a->experiment.shots, "shots per run (default 100)")
-      ->check(CLI::Range(10, 500));
+      ->check(rim::cli::range(10, 500));
   const auto shape = std::make_shared<std::string>();
   figure->add_option("--shape", *shape, "shape of the regions: box (default) or ellipsoid")
-      ->check(CLI::IsMember({"box", "ellipsoid"}));
+      ->check(rim::cli::is_member({"box", "ellipsoid"}));
   const auto volume = std::make_shared<bool>();
   figure->add_flag("--by-volume", *volume, "take the set of regions by volume, as the thesis does");
   a->add(figure);

@@ -7,28 +7,28 @@ namespace {
 
 using Figure = rim::FigureArguments<rim::KeepawayFigure>;
 
-std::shared_ptr<Figure> declare(CLI::App &app, const char *name, const char *what) {
+std::shared_ptr<Figure> declare(rim::cli::Arguments &app, const char *name, const char *what) {
   const auto a = std::make_shared<Figure>();
-  CLI::App *figure = app.add_subcommand(name, what);
-  figure->add_option("--runs", a->experiment.runs, "runs (40)")->check(CLI::PositiveNumber);
+  rim::cli::Arguments *figure = app.add_subcommand(name, what);
+  figure->add_option("--runs", a->experiment.runs, "runs (40)")->check(rim::cli::positive_number());
   figure->add_option("--passes", a->experiment.passes, "passes per run (default 300)")
-      ->check(CLI::Range(2, 1000));
+      ->check(rim::cli::range(2, 1000));
   figure
       ->add_option("--nominal", a->experiment.learner.nominal_runs,
                    "nominal runs, for the confidence in a region (99)")
-      ->check(CLI::Range(1, 10000));
+      ->check(rim::cli::range(1, 10000));
   a->add(figure);
   return a;
 }
 
-std::function<int()> add_fig3_4(CLI::App &app) {
+std::function<int()> add_fig3_4(rim::cli::Arguments &app) {
   const auto a = declare(app, "fig3.4",
                          "keepaway: failures that model correction avoids, over passes "
                          "(thesis 3.5.4)");
   return [a] { return a->run(rim::run_fig3_4, rim::print_fig3_4); };
 }
 
-std::function<int()> add_fig3_5(CLI::App &app) {
+std::function<int()> add_fig3_5(rim::cli::Arguments &app) {
   const auto a = declare(app, "fig3.5",
                          "keepaway: prediction accuracy inside RIMs, corrected and not "
                          "(thesis 3.5.4)");

@@ -5,12 +5,12 @@
 
 namespace {
 
-std::function<int()> add_table3_1(CLI::App &app) {
+std::function<int()> add_table3_1(rim::cli::Arguments &app) {
   const auto a = std::make_shared<rim::FigureArguments<rim::Table31>>();
-  CLI::App *table = app.add_subcommand(
+  rim::cli::Arguments *table = app.add_subcommand(
       "table3.1", "failures of the service robot: points until the alarm, precision, recall");
   table->add_option("--runs", a->experiment.runs, "drives with each failure (20)")
-      ->check(CLI::PositiveNumber);
+      ->check(rim::cli::positive_number());
   table->add_option("--nominal", a->experiment.nominal, "drives without, for false alarms (60)");
   table->add_option("--calibration", a->experiment.calibration,
                     "drives without, for the threshold (99; 19 are the least for 5 %)");

@@ -5,16 +5,16 @@
 
 namespace {
 
-std::function<int()> add_table6_1(CLI::App &app) {
+std::function<int()> add_table6_1(rim::cli::Arguments &app) {
   const auto a = std::make_shared<rim::FigureArguments<rim::Table61>>();
-  CLI::App *table = app.add_subcommand(
+  rim::cli::Arguments *table = app.add_subcommand(
       "table6.1", "seven other detectors and ours on golf and on the service robot");
   table->add_option("--runs", a->experiment.runs, "runs with each effect (default 20)")
-      ->check(CLI::PositiveNumber);
+      ->check(rim::cli::positive_number());
   table
       ->add_option("--calibration", a->experiment.calibration,
                    "nominal runs per domain, for the thresholds (59; 19 are the least for 5 %)")
-      ->check(CLI::PositiveNumber);
+      ->check(rim::cli::positive_number());
   a->add(table);
   return [a] { return a->run(rim::run_table6_1, rim::print_table6_1); };
 }

@@ -2,15 +2,15 @@
 // thesis/cli/measured_arguments.hpp - what every experiment on measured logs takes.
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include "cli/arguments.hpp"
 
 #include "thesis/experiment/measured_common.hpp"
 
 namespace rim::experiment {
 
-inline CLI::App *add_measured(CLI::App &app, const char *name, const char *description,
-                              MeasuredOptions &o) {
-  CLI::App *command = app.add_subcommand(name, description);
+inline rim::cli::Arguments *add_measured(rim::cli::Arguments &app, const char *name,
+                                         const char *description, MeasuredOptions &o) {
+  rim::cli::Arguments *command = app.add_subcommand(name, description);
   command->add_option("--data", o.data, "folder of the logs")->required();
   command->add_option("--exclude", o.exclude, "logs to leave out, for example d7_r1")
       ->delimiter(',');

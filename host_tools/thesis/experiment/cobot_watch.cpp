@@ -340,9 +340,9 @@ void Explanation::climb(const Column &column, std::array<std::size_t, 2> feature
     throw std::logic_error("cobot: the search refused its configuration");
   const std::uint16_t names[2] = {static_cast<std::uint16_t>(feature[0]),
                                   static_cast<std::uint16_t>(feature[1])};
-  rim_region region{};
+  rim_unit_region region{};
   if (rimi_ellipsoid_region(&e, names, &region) == RIM_OK)
-    offer(column.channel, region, ln_anom);
+    offer(column.channel, region.unit, ln_anom);
 }
 
 } // namespace

@@ -5,8 +5,7 @@
 // what the diagnosed unicycle expects of it (delay and products included), the speed what was
 // measured over the same 0.2 s. So that silence means something, the same runs with holds put in
 // are judged too: there the measured speed is multiplied by a share for some seconds.
-#ifndef RIM_EXPERIMENT_CONTROL_MRCLAM_HPP
-#define RIM_EXPERIMENT_CONTROL_MRCLAM_HPP
+#pragma once
 
 #include <cstdio>
 #include <string>
@@ -41,4 +40,3 @@ std::vector<ControlRun> run_control_mrclam(const MeasuredOptions &options, const
 void print_control_mrclam(const std::vector<ControlRun> &runs, std::FILE *to);
 
 } // namespace rim::experiment
-#endif

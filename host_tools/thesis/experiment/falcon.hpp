@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Measured Falcon 9 landings: one flight left out, the others trained on, faults put into the one.
-#ifndef RIM_EXPERIMENT_FALCON_HPP
-#define RIM_EXPERIMENT_FALCON_HPP
+#pragma once
 
 #include <cstdint>
 #include <cstdio>
@@ -58,4 +57,3 @@ FalconCampaign run_falcon(const FalconOptions &options);
 void print_falcon(const FalconCampaign &campaign, std::FILE *to);
 
 } // namespace rim::experiment
-#endif

@@ -40,6 +40,7 @@ rim_select_config search_config(std::size_t dims, std::uint64_t seed, GolfSearch
   const auto narrow = [](std::uint32_t value) { return static_cast<std::uint16_t>(value); };
   config.scans = narrow(plan.scans);
   config.edges = narrow(plan.edges);
+  config.small = plan.small;
   config.moves = narrow(plan.moves);
   config.ring = narrow(plan.ring);
   config.grid = narrow(plan.grid);
@@ -49,7 +50,7 @@ rim_select_config search_config(std::size_t dims, std::uint64_t seed, GolfSearch
 
 // The best score of chance grows as the logarithm of the number of observations; never as if there
 // were fewer than a dozen, or the first shot alone could alarm.
-double envelope(std::size_t observations) {
+double growth(std::size_t observations) {
   return std::max(kLeastGrowth, std::log(static_cast<double>(observations)));
 }
 
@@ -60,14 +61,14 @@ void score_points(const rim_select *engine, const GolfPoints &points, GolfRun &r
   std::vector<bool> member, in_best;
   for (std::size_t i = 0; i < points.r.size(); ++i) {
     const double *u = &points.u[i * points.dims];
-    member.push_back(rimi_select_membership(engine, u) > RIM_SELECT_MEMBERSHIP_CUT);
-    in_best.push_back(rim_region_contains(&best.region, u));
+    member.push_back(rimi_select_membership(engine, best.channel, u) > RIM_SELECT_MEMBERSHIP_CUT);
+    in_best.push_back(rimi_unit_region_contains(&best.region, u));
   }
   run.f1 = compare_points(member, points.truth).f1;
   run.f1_best = compare_points(in_best, points.truth).f1;
   const auto [low, high] = std::minmax(points.place[0], points.place[1]);
   run.right_features =
-      best.dims == 2 && best.region.feature[0] == low && best.region.feature[1] == high;
+      best.dims == 2 && best.region.unit.feature[0] == low && best.region.unit.feature[1] == high;
 }
 
 enum class Role { calibration, nominal, bump };
@@ -211,7 +212,7 @@ GolfRun run_golf(std::size_t dims, std::uint64_t seed, bool effect, GolfSearch s
     if (points.truth[i])
       run.score_by_anomalous.push_back(run.largest_score);
     const auto score = static_cast<double>(rimi_select_channel_scores(engine.get())[0]);
-    run.largest_score = std::max(run.largest_score, score / envelope(i + 1));
+    run.largest_score = std::max(run.largest_score, score / growth(i + 1));
   }
   run.score_by_anomalous.push_back(run.largest_score);
   run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

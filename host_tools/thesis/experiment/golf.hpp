@@ -9,7 +9,7 @@
 //   bump         with the effect, until 30 shots were taken from behind the bump: F1 of the points
 //                (eq. 4.7), and anomalous shots until the alarm
 // A run without effect has the same places and the same length as a run with a bump, but no shift.
-// score = best ln anom less its null maximum, over the envelope max(kLeastGrowth, ln n).
+// score = best ln anom less its null maximum, over the growth max(kLeastGrowth, ln n).
 #pragma once
 
 #include <cstdint>

@@ -126,7 +126,7 @@ void KeepawayMonitor::judge(Explanation *explanation) const {
     rim_dmaps_region &region = found.region[k];
     region.ln_anom = rimi_stats_ln_anom(&anomalous[k]);
     region.count = static_cast<std::uint32_t>(anomalous[k].n);
-    region.price = lambda() + learner_.lambda_dim * region.region.dims;
+    region.price = lambda() + learner_.lambda_dim * region.region.unit.dims;
     explanation->worth += region.ln_anom - region.price;
   }
 }
@@ -135,7 +135,7 @@ void KeepawayMonitor::correct(Explanation *explanation) const {
   const rim_dmaps_result &found = explanation->found;
   std::vector<rim_correct_region> regions(found.count);
   for (std::size_t k = 0; k < found.count; ++k) {
-    regions[k].region = found.region[k].region;
+    regions[k].region = found.region[k].region.unit; // its features are unit coordinates
     regions[k].confidence =
         null_ == nullptr ? 1.0 : null_->confidence(passes_, found.region[k].ln_anom);
   }
@@ -179,7 +179,7 @@ double KeepawayMonitor::corrected(const PassOption &option, std::size_t taker,
   if (region != nullptr) {
     *region = 0;
     for (std::size_t k = found_.count; k > 0; --k) {
-      if (rim_region_contains(&found_.region[k - 1].region, u.data()))
+      if (rimi_unit_region_contains(&found_.region[k - 1].region, u.data()))
         *region = k;
     }
   }

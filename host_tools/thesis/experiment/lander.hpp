@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The landing campaign: train on nominal landings, replay fresh nominal and faulty ones, count; and
 // the thesis's own procedure (experiment/thesis_lander.hpp) on the same landings.
-#ifndef RIM_EXPERIMENT_LANDER_HPP
-#define RIM_EXPERIMENT_LANDER_HPP
+#pragma once
 
 #include <cstdint>
 #include <cstdio>
@@ -45,4 +44,3 @@ Campaign run_lander_campaign(const LanderOptions &options, const Shard &shard);
 void print_lander_campaign(const Campaign &campaign, std::FILE *to);
 
 } // namespace rim::experiment
-#endif

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What the experiments on measured logs share: reading and predicting them, judging an extension on
 // rows of choice, and saying whether a figure is met.
-#ifndef RIM_EXPERIMENT_MEASURED_COMMON_HPP
-#define RIM_EXPERIMENT_MEASURED_COMMON_HPP
+#pragma once
 
 #include <cstdint>
 #include <functional>
@@ -58,4 +57,3 @@ std::string asked_text(double ratio, double asked);
 std::string cause_text(const diagnose::Finding &finding);
 
 } // namespace rim::experiment
-#endif

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Measured Falcon 9 flights against a point mass under gravity: each full descent left out in turn,
 // what the others show is diagnosed, and the extension is judged on the one.
-#ifndef RIM_EXPERIMENT_MEASURED_FALCON_HPP
-#define RIM_EXPERIMENT_MEASURED_FALCON_HPP
+#pragma once
 
 #include <cstdio>
 #include <string>
@@ -32,4 +31,3 @@ void print_measured_falcon(const std::vector<FalconLeftOut> &flights,
                            const MeasuredOptions &options, std::FILE *to);
 
 } // namespace rim::experiment
-#endif

@@ -2,8 +2,7 @@
 // Measured drives of small robots against a robot that does at once what it was commanded: robots
 // of odd number are diagnosed and the extension judged on those of even number, and the other way
 // round.
-#ifndef RIM_EXPERIMENT_MEASURED_MRCLAM_HPP
-#define RIM_EXPERIMENT_MEASURED_MRCLAM_HPP
+#pragma once
 
 #include <cstdio>
 #include <string>
@@ -31,4 +30,3 @@ std::vector<MrclamFold> run_measured_mrclam(const MeasuredOptions &options);
 void print_measured_mrclam(const std::vector<MrclamFold> &folds, std::FILE *to);
 
 } // namespace rim::experiment
-#endif

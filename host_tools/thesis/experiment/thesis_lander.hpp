@@ -13,8 +13,7 @@
 // fresh nominal runs, 5 % run-level false alarms): 12000 rows with 256 neighbours found one, 60000
 // rows with 32 or 128 neighbours and sums over all of 3000 rows none. The kernel's errors are
 // systematic and add up in nominal runs too, and the threshold has to follow them.
-#ifndef RIM_EXPERIMENT_THESIS_LANDER_HPP
-#define RIM_EXPERIMENT_THESIS_LANDER_HPP
+#pragma once
 
 #include <cstdint>
 #include <memory>
@@ -75,4 +74,3 @@ double thesis_scale(const std::vector<std::vector<ThesisPoint>> &nominal, double
 ThesisDetection thesis_detect(const std::vector<ThesisPoint> &run, double scale);
 
 } // namespace rim
-#endif

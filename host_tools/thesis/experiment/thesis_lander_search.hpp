@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Offline FS-RIM on binned contexts: Alg. 4 (p. 49) with heuristic H3 (eq. 4.5, p. 52).
-#ifndef RIM_EXPERIMENT_THESIS_LANDER_SEARCH_HPP
-#define RIM_EXPERIMENT_THESIS_LANDER_SEARCH_HPP
+#pragma once
 
 #include <array>
 #include <cstdint>
@@ -62,4 +61,3 @@ private:
 };
 
 } // namespace rim
-#endif

@@ -115,7 +115,8 @@ typedef enum rim_channel {
 typedef enum rim_config_word {
   RIM_CONFIG_FEATURES = 0,
   RIM_CONFIG_OUTCOMES = 1,
-  RIM_CONFIG_RESERVED = 2, /* 0 */
+  RIM_CONFIG_SMALL = 2, /* 1: the small profile, for small processors: ellipses are fewer and are
+                           evaluated on the grid alone; only without NOISE */
   RIM_CONFIG_BLOCK_ROWS = 3,
   RIM_CONFIG_EXTERNAL = 4,  /* 1: every row brings its own prediction */
   RIM_CONFIG_PERIOD_US = 5, /* nominal time between rows; 0: rows have no rate */
@@ -131,8 +132,7 @@ typedef enum rim_config_word {
   RIM_CONFIG_CLEAR = 15,  /* blocks below the warning score before an alarm is cleared; 0: never
                              (`rim train` writes 30) */
   RIM_CONFIG_SCANS = 16,  /* work of one unit of search: intervals rescanned; */
-  RIM_CONFIG_EDGES = 17,  /* exact conditional intervals: below 48 ellipses are evaluated on the
-                             grid alone; */
+  RIM_CONFIG_EDGES = 17,  /* exact conditional intervals; */
   RIM_CONFIG_MOVES = 18,  /* ellipses proposed; 0 of each: the search's default */
   RIM_CONFIG_BUDGET = 19, /* units of search per row; 0: 1 */
   RIM_CONFIG_WORDS = 20

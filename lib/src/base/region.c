@@ -31,6 +31,15 @@ static bool features_differ(uint32_t dims, const uint16_t *feature) {
   return true;
 }
 
+bool rimi_region_names_features(const rim_region *region, uint32_t count) {
+  for (uint32_t i = 0; i < region->dims; ++i) {
+    if (region->feature[i] >= count) {
+      return false;
+    }
+  }
+  return features_differ(region->dims, region->feature);
+}
+
 static bool is_symmetric(const rim_region *region) {
   const uint32_t dims = region->dims;
   const double *m = region->inverse_shape;
@@ -80,6 +89,40 @@ bool rim_region_contains(const rim_region *region, const double *x) {
   return rimi_region_distance2(region, x) < 1.0;
 }
 
+bool rimi_region_box_contains(const rim_region *region, const double *x) {
+  for (uint32_t i = 0; i < region->dims; ++i) {
+    const double v = x[region->feature[i]];
+    const bool above = v >= region->lower[i];
+    const bool below = v <= region->upper[i];
+    if (!(region->lower[i] > region->upper[i] ? above || below : above && below)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+bool rimi_unit_region_contains(const rim_unit_region *region, const double *u) {
+  return rim_region_contains(&region->unit, u);
+}
+
+rim_region rimi_region_from_unit(const rim_unit_region *from, const uint16_t *feature,
+                                 const double *low, const double *width) {
+  const rim_region *unit = &from->unit;
+  const uint32_t dims = unit->dims;
+  rim_region region = *unit;
+  for (uint32_t i = 0; i < dims; ++i) {
+    region.feature[i] = feature[i];
+    region.center[i] = low[i] + unit->center[i] * width[i];
+    region.lower[i] = low[i] + unit->lower[i] * width[i];
+    region.upper[i] = low[i] + unit->upper[i] * width[i];
+    for (uint32_t j = 0; j < dims; ++j) {
+      region.inverse_shape[i * dims + j] =
+          unit->inverse_shape[i * dims + j] / (width[i] * width[j]);
+    }
+  }
+  return region;
+}
+
 double rimi_region_volume(const rim_region *region) {
   static const double unit_ball[RIM_REGION_MAX_DIMS + 1] = {1.0, 2.0, RIM_PI, RIM_PI * 4.0 / 3.0};
   double l[PACKED];
@@ -93,6 +136,30 @@ double rimi_region_volume(const rim_region *region) {
   return volume;
 }
 
+/* A, packed by rows of its lower triangle. */
+static bool packed_shape(const rim_region *region, double a[PACKED]) {
+  if (!factor(region, a)) {
+    return false;
+  }
+  cholesky_invert_factor(region->dims, a);
+  cholesky_square_inverse(region->dims, a);
+  return true;
+}
+
+bool rimi_region_shape(const rim_region *region, double *shape) {
+  const uint32_t dims = region->dims;
+  double a[PACKED];
+  if (!packed_shape(region, a)) {
+    return false;
+  }
+  for (uint32_t i = 0; i < dims; ++i) {
+    for (uint32_t j = 0; j < dims; ++j) {
+      shape[i * dims + j] = a[i >= j ? packed_row(i) + j : packed_row(j) + i];
+    }
+  }
+  return true;
+}
+
 rim_status rim_region_bounds(rim_region *region) {
   if (region == NULL) {
     return RIM_E_ARGUMENT;
@@ -101,11 +168,9 @@ rim_status rim_region_bounds(rim_region *region) {
     return RIM_E_RANGE;
   }
   double l[PACKED];
-  if (!factor(region, l)) {
+  if (!packed_shape(region, l)) {
     return RIM_E_SINGULAR;
   }
-  cholesky_invert_factor(region->dims, l);
-  cholesky_square_inverse(region->dims, l);
   for (uint32_t i = 0; i < RIM_REGION_MAX_DIMS; ++i) {
     const double half = i < region->dims ? rimi_sqrt(l[packed_row(i) + i]) : 0.0;
     region->lower[i] = i < region->dims ? region->center[i] - half : 0.0;

@@ -6,6 +6,7 @@
 #include "base/cholesky.h"
 #include "base/ellipsoid.h"
 #include "base/real.h"
+#include "batch/stats.h"
 
 #define MAX_DIMS RIM_REGION_MAX_DIMS
 #define MAX_SWEEPS 8u
@@ -63,34 +64,15 @@ static void project(finder *f, const found *region) {
   }
 }
 
-/* rimi_ellipsoid_contains with the divisions done once; leaves as soon as it is outside. */
-static bool inside(const rim_ellipsoid *e, const double *inverse, const double *x) {
-  double z[MAX_DIMS];
-  double norm2 = 0.0;
-  const double *row = e->factor;
-  for (size_t i = 0; i < e->dims; row += ++i) {
-    double rest = x[i] - e->center[i];
-    for (size_t j = 0; j < i; ++j)
-      rest -= row[j] * z[j];
-    z[i] = rest * inverse[i];
-    norm2 += z[i] * z[i];
-    if (!(norm2 < 1.0))
-      return false;
-  }
-  return true;
-}
-
 /* Sums of the residuals inside into f->sum, their number. */
 static uint32_t sum_inside(finder *f, const rim_ellipsoid *e) {
   const size_t outcomes = f->data->outcomes;
-  double inverse[MAX_DIMS];
+  const ellipsoid_test test = rimi_ellipsoid_test(e, false);
   uint32_t n = 0;
-  for (size_t i = 0; i < e->dims; ++i)
-    inverse[i] = 1.0 / e->factor[i * (i + 1) / 2 + i];
   memset(f->sum, 0, outcomes * sizeof(double));
   ++f->evaluations;
   for (size_t i = 0; i < f->n; ++i) {
-    if (!inside(e, inverse, f->x + i * e->dims))
+    if (!rimi_ellipsoid_holds(&test, f->x + i * e->dims))
       continue;
     for (size_t o = 0; o < outcomes; ++o)
       f->sum[o] += f->r[i * outcomes + o];
@@ -99,18 +81,10 @@ static uint32_t sum_inside(finder *f, const rim_ellipsoid *e) {
   return n;
 }
 
-/* Eq. 3.7, p. 28, with unit variances. */
-static double ln_anom_of(const double *sum, size_t outcomes, uint32_t n) {
-  double square = 0.0;
-  for (size_t o = 0; o < outcomes; ++o)
-    square += sum[o] * sum[o];
-  return n > 0 ? square / (2.0 * (double)n) : 0.0;
-}
-
 static double value_of(const rim_ellipsoid *e, void *context) {
   finder *f = (finder *)context;
   const uint32_t n = sum_inside(f, e);
-  return n < f->c.least ? 0.0 : ln_anom_of(f->sum, f->data->outcomes, n);
+  return n < f->c.least ? 0.0 : rimi_stats_ln_anom_sums(f->sum, f->data->outcomes, n);
 }
 
 /* ---- the price of a region ---- */
@@ -121,16 +95,6 @@ static double base_price(const finder *f, const found *region) {
 
 static double worth(const found *region) { return region->ln_anom - region->price; }
 
-/* Half a side of the box around an ellipsoid: root of the diagonal of A = L L^T. */
-static double half_side(const rim_ellipsoid *e, size_t k) {
-  double square = 0.0;
-  for (size_t j = 0; j <= k; ++j) {
-    const double entry = e->factor[k * (k + 1) / 2 + j];
-    square += entry * entry;
-  }
-  return rimi_sqrt(square);
-}
-
 /* Their boxes meet in every feature that both have, and there is one (or one is everywhere). */
 static bool touch(const found *a, const found *b) {
   bool shared = a->e.dims == 0 || b->e.dims == 0;
@@ -139,7 +103,7 @@ static bool touch(const found *a, const found *b) {
       if (a->feature[i] != b->feature[j])
         continue;
       shared = true;
-      const double reach = half_side(&a->e, i) + half_side(&b->e, j);
+      const double reach = rimi_ellipsoid_half_side(&a->e, i) + rimi_ellipsoid_half_side(&b->e, j);
       if (!(rimi_abs(a->e.center[i] - b->e.center[j]) <= reach))
         return false;
     }
@@ -181,8 +145,9 @@ static rim_status climb(finder *f, found *region) {
       return status;
   }
   region->count = sum_inside(f, &region->e);
-  region->ln_anom =
-      region->count < f->c.least ? 0.0 : ln_anom_of(f->sum, f->data->outcomes, region->count);
+  region->ln_anom = region->count < f->c.least
+                        ? 0.0
+                        : rimi_stats_ln_anom_sums(f->sum, f->data->outcomes, region->count);
   return RIM_OK;
 }
 
@@ -233,14 +198,12 @@ static void release(finder *f, uint32_t number) {
 
 /* Whatever is free in a region becomes `owner`'s. */
 static void claim(finder *f, const found *region, uint8_t owner) {
-  double inverse[MAX_DIMS];
+  const ellipsoid_test test = rimi_ellipsoid_test(&region->e, false);
   double x[MAX_DIMS];
-  for (size_t k = 0; k < region->e.dims; ++k)
-    inverse[k] = 1.0 / region->e.factor[k * (k + 1) / 2 + k];
   for (size_t i = 0; i < f->data->n; ++i) {
     for (size_t k = 0; k < region->e.dims; ++k)
       x[k] = f->data->u[i * f->data->features + region->feature[k]];
-    if (f->owner[i] == FREE && inside(&region->e, inverse, x))
+    if (f->owner[i] == FREE && rimi_ellipsoid_holds(&test, x))
       f->owner[i] = owner;
   }
 }
@@ -259,7 +222,8 @@ static void account(finder *f, uint32_t number) {
     for (size_t o = 0; o < outcomes; ++o)
       sum[o] += f->data->r[i * outcomes + o];
   }
-  region->ln_anom = region->count < f->c.least ? 0.0 : ln_anom_of(sum, outcomes, region->count);
+  region->ln_anom =
+      region->count < f->c.least ? 0.0 : rimi_stats_ln_anom_sums(sum, outcomes, region->count);
 }
 
 /* Adds regions while what is left holds one that is worth its price. */
@@ -322,10 +286,10 @@ static void sort(finder *f) {
     account(f, k);
 }
 
-/* Lines 7-13 of Alg. 3: each region anew on what the others leave; false where none changed. With
- * `anew` a fresh search as well, since the first were found before the others were out of the way.
- */
-static rim_status sweep(finder *f, bool anew, bool *changed) {
+/* Lines 7-13 of Alg. 3: each region again on what the others leave; false where none changed. With
+ * `search_again` a fresh search as well, since the first were found before the others were out of
+ * the way. */
+static rim_status sweep(finder *f, bool search_again, bool *changed) {
   found *best = &f->region[RIM_DMAPS_MAX_REGIONS];
   sort(f);
   for (uint32_t number = 1; number <= f->count;) {
@@ -334,7 +298,7 @@ static rim_status sweep(finder *f, bool anew, bool *changed) {
     *best = *region;
     rim_status status = climb(f, best);
     best->price = base_price(f, best);
-    if (status == RIM_OK && anew && f->count > 1)
+    if (status == RIM_OK && search_again && f->count > 1)
       status = search(f, best);
     if (status != RIM_OK)
       return status;
@@ -642,16 +606,13 @@ rim_status rimi_dmaps_assign(const rim_dmaps_result *result, const rim_batch_dat
   if (result == NULL || data == NULL || data->u == NULL || assignment == NULL)
     return RIM_E_ARGUMENT;
   for (uint32_t k = 0; k < result->count; ++k) {
-    const rim_region *region = &result->region[k].region;
-    for (uint32_t i = 0; i < region->dims; ++i) {
-      if (region->feature[i] >= data->features)
-        return RIM_E_RANGE;
-    }
+    if (!rimi_region_names_features(&result->region[k].region.unit, data->features))
+      return RIM_E_RANGE;
   }
   for (size_t i = 0; i < data->n; ++i) {
     uint8_t number = 0;
     for (uint8_t k = 0; k < result->count && number == 0; ++k) {
-      if (rim_region_contains(&result->region[k].region, data->u + i * data->features))
+      if (rimi_unit_region_contains(&result->region[k].region, data->u + i * data->features))
         number = (uint8_t)(k + 1);
     }
     assignment[i] = skip != NULL && skip[i] != 0 ? 0 : number;

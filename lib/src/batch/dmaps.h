@@ -36,7 +36,7 @@ typedef struct rim_dmaps_config {
   uint8_t sweeps;          /* of sequential optimisation, 1..8; 0: 2 */
   uint32_t least;          /* observations a region must hold; 0: 8 */
   double lambda;           /* nats; 0: 14. To be calibrated on nominal data (eq. 3.9, p. 30) */
-  double lambda_dim;       /* nats a feature; 0: 2 */
+  double lambda_dim;       /* nats per feature; 0: 2 */
   double border;           /* share, 0..1; 0: 0.1 */
   rim_batch_config search; /* candidates; its threshold has no meaning, NONE is refused. A zero cem
                               takes 16 samples, 4 elites, 5 iterations */
@@ -44,17 +44,17 @@ typedef struct rim_dmaps_config {
 } rim_dmaps_config;
 
 typedef struct rim_dmaps_region {
-  rim_region region; /* in unit features, bounds included */
-  double ln_anom;    /* of the observations that it explains */
-  double price;      /* lambda(R); at most ln_anom */
-  uint32_t count;    /* observations that it explains */
+  rim_unit_region region; /* bounds included */
+  double ln_anom;         /* of the observations that it explains */
+  double price;           /* lambda(R); at most ln_anom */
+  uint32_t count;         /* observations that it explains */
 } rim_dmaps_region;
 
 typedef struct rim_dmaps_result {
   uint8_t count;                                  /* of regions */
   rim_dmaps_region region[RIM_DMAPS_MAX_REGIONS]; /* see below for their order */
   double value;                                   /* F */
-  uint32_t searches;                              /* of FS-RIM, one a number of dimensions */
+  uint32_t searches;                              /* of FS-RIM, one per number of dimensions */
   uint32_t evaluations;                           /* of ellipsoids, each O(n); also FS-RIM's */
 } rim_dmaps_result;
 

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "batch/select_batch.h"
 
+#include "batch/stats.h"
+
 #include <float.h>
 #include <string.h>
 
@@ -48,23 +50,13 @@ static bool has(const search *s, uint32_t at, uint32_t i) {
   return (s->inside[at * s->words + i / 64u] >> (i % 64u) & 1u) != 0;
 }
 
-static bool point_inside(const search *s, const rim_ellipsoid *e, const uint16_t *feature,
+static bool point_inside(const search *s, const ellipsoid_test *test, const uint16_t *feature,
                          uint32_t i) {
   const double *u = s->data->u + (size_t)i * s->data->features;
   double x[RIM_CEM_MAX_DIMS];
-  for (uint32_t k = 0; k < e->dims; ++k)
+  for (uint32_t k = 0; k < test->ellipsoid->dims; ++k)
     x[k] = u[feature[k]];
-  return rimi_ellipsoid_contains(e, x);
-}
-
-/* Sum over outcomes of S^2 / 2n. */
-static double ln_anom_of(const double *s, uint32_t outcomes, double n) {
-  double sum = 0.0;
-  if (!(n > 0.0))
-    return 0.0;
-  for (uint32_t o = 0; o < outcomes; ++o)
-    sum += s[o] * s[o];
-  return sum / (2.0 * n);
+  return rimi_ellipsoid_holds(test, x);
 }
 
 static void clear_sum(const search *s) { memset(s->sum, 0, 8u * (size_t)s->data->outcomes); }
@@ -81,13 +73,14 @@ static double value_of(const rim_ellipsoid *e, void *context) {
   clear_sum(s);
   uint32_t n = 0;
   ++s->evaluations;
+  const ellipsoid_test test = rimi_ellipsoid_test(e, false);
   for (uint32_t i = 0; i < s->data->n; ++i) {
-    if (!point_inside(s, e, p->feature, i))
+    if (!point_inside(s, &test, p->feature, i))
       continue;
     add(s, i);
     ++n;
   }
-  return ln_anom_of(s->sum, s->data->outcomes, (double)n);
+  return rimi_stats_ln_anom_sums(s->sum, s->data->outcomes, (double)n);
 }
 
 static uint32_t bin_of(const search *s, uint32_t i, uint32_t f) {
@@ -111,7 +104,7 @@ static void intervals_from(const search *s, uint32_t at, uint32_t f, uint32_t fi
         add(s, i);
     }
     n += (double)count[last];
-    const double value = ln_anom_of(s->sum, s->data->outcomes, n);
+    const double value = rimi_stats_ln_anom_sums(s->sum, s->data->outcomes, n);
     if (value <= best->ln_anom)
       continue;
     best->ln_anom = value;
@@ -175,7 +168,7 @@ static double intersection(const search *s, uint32_t at, uint32_t f) {
     add(s, i);
     ++n;
   }
-  return ln_anom_of(s->sum, s->data->outcomes, (double)n);
+  return rimi_stats_ln_anom_sums(s->sum, s->data->outcomes, (double)n);
 }
 
 /* ln(e^a + e^b) */
@@ -202,8 +195,9 @@ static void open_node(search *s, uint32_t at) {
   const node *from = &s->nodes[at];
   uint64_t *inside = s->inside + at * s->words;
   memset(inside, 0, 8u * s->words);
+  const ellipsoid_test test = rimi_ellipsoid_test(&from->region, false);
   for (uint32_t i = 0; i < s->data->n; ++i) {
-    const bool in = from->dims == 0 || point_inside(s, &from->region, from->feature, i);
+    const bool in = from->dims == 0 || point_inside(s, &test, from->feature, i);
     if (in)
       inside[i / 64u] |= UINT64_C(1) << (i % 64u);
   }
@@ -258,12 +252,8 @@ static rim_ellipsoid start_of(const search *s, uint32_t parent, uint16_t f, cons
       *diagonal = 0.575 * (along.high - along.low);
       continue;
     }
-    double square = 0.0; /* half side of the box: sqrt of the diagonal of A = L L^T */
-    const double *row = from->region.factor + old * (old + 1) / 2;
-    for (uint32_t j = 0; j <= old; ++j)
-      square += row[j] * row[j];
     e.center[k] = from->region.center[old];
-    *diagonal = rimi_sqrt(square);
+    *diagonal = rimi_ellipsoid_half_side(&from->region, old);
     ++old;
   }
   return e;
@@ -327,7 +317,7 @@ static rim_status select_features(search *s) {
   clear_sum(s);
   for (uint32_t i = 0; i < s->data->n; ++i)
     add(s, i);
-  root.ln_anom = ln_anom_of(s->sum, s->data->outcomes, (double)s->data->n);
+  root.ln_anom = rimi_stats_ln_anom_sums(s->sum, s->data->outcomes, (double)s->data->n);
   s->nodes[0] = root;
   memset(s->inside, 0xff, 8u * s->words);
   for (uint32_t f = 0; f < s->data->features; ++f)
@@ -387,8 +377,9 @@ static void report(search *s, rim_batch_result *result) {
   result->ln_anom = n->ln_anom;
   if (n->dims > 0)
     (void)rimi_ellipsoid_region(&n->region, n->feature, &result->region);
+  const ellipsoid_test test = rimi_ellipsoid_test(&n->region, false);
   for (uint32_t i = 0; i < s->data->n; ++i) {
-    if (n->dims == 0 || point_inside(s, &n->region, n->feature, i))
+    if (n->dims == 0 || point_inside(s, &test, n->feature, i))
       ++result->inside;
   }
   result->nodes = s->count;

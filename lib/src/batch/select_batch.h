@@ -55,7 +55,7 @@ typedef struct rim_batch_config {
   rim_heuristic heuristic;
   uint16_t nodes;   /* i_max: feature sets explored, 1..1024; 0: 20 */
   uint8_t max_dims; /* features a set may have, 1..RIM_REGION_MAX_DIMS; 0: 2 */
-  uint8_t bins;     /* a feature, 4..64; 0: 32 */
+  uint8_t bins;     /* per feature, 4..64; 0: 32 */
   uint8_t balls;    /* further starts of a search; 0: 2 */
   double threshold; /* a_thresh as ln anom (line 14); 0: anything is found */
   uint64_t seed;
@@ -67,7 +67,7 @@ typedef struct rim_batch_result {
   uint8_t dims; /* of ellipsoid */
   uint16_t feature[RIM_CEM_MAX_DIMS];
   rim_ellipsoid ellipsoid;
-  rim_region region; /* the same; dims 0 where it has more than RIM_REGION_MAX_DIMS */
+  rim_unit_region region; /* the same; dims 0 where it has more than RIM_REGION_MAX_DIMS */
   double ln_anom;
   uint32_t inside;      /* observations */
   uint32_t nodes;       /* feature sets explored */

@@ -27,6 +27,13 @@ double rimi_stats_ln_anom(const rim_stats *stats) {
   return stats->w > 0.0 ? 0.5 * (stats->s * stats->s / stats->w) : 0.0;
 }
 
+double rimi_stats_ln_anom_sums(const double *sum, size_t outcomes, double n) {
+  double square = 0.0;
+  for (size_t o = 0; o < outcomes; ++o)
+    square += sum[o] * sum[o];
+  return n > 0.0 ? square / (2.0 * n) : 0.0;
+}
+
 double rimi_stats_shift(const rim_stats *stats) {
   return stats->w > 0.0 ? stats->s / stats->w : 0.0;
 }

@@ -14,6 +14,8 @@
 #ifndef RIM_STATS_H
 #define RIM_STATS_H
 
+#include <stddef.h>
+
 #include "rim/status.h"
 
 #ifdef __cplusplus
@@ -35,6 +37,10 @@ void rimi_stats_merge(rim_stats *into, const rim_stats *other);
 
 /* Returns F = s^2 / 2w (eq. 3.7), >= 0; 0 for the empty set. */
 double rimi_stats_ln_anom(const rim_stats *stats);
+
+/* Returns F of several outcomes of variance 1 (eq. 3.7 with the unit matrix): the sum over outcomes
+ * of sum[o]^2 / 2n, where sum[o] is that of n deviations. 0 for n = 0. O(outcomes). */
+double rimi_stats_ln_anom_sums(const double *sum, size_t outcomes, double n);
 
 /* Returns the most likely shift s / w (eq. 3.6); 0 for the empty set. */
 double rimi_stats_shift(const rim_stats *stats);

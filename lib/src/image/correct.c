@@ -12,7 +12,6 @@
 #define MAX_DIMS RIM_REGION_MAX_DIMS
 #define CRC_AT 28u
 #define KINDS 5u /* of rim_kind */
-#define LN_SQRT_2PI 0x1.d67f1c864beb5p-1
 
 /* Offsets in a packed region. */
 enum {
@@ -75,23 +74,11 @@ static bool counts_ok(uint32_t features, uint32_t outcomes, uint32_t regions, ui
          overlap <= (uint32_t)RIM_OVERLAP_SUM && kinds >> KINDS == 0;
 }
 
-static bool features_ok(const rim_region *r, uint32_t features) {
-  for (size_t i = 0; i < r->dims; ++i) {
-    if (r->feature[i] >= features)
-      return false;
-    for (size_t j = 0; j < i; ++j) {
-      if (r->feature[i] == r->feature[j])
-        return false;
-    }
-  }
-  return true;
-}
-
 static bool is_nan(double x) { return x != x; } /* cppcheck-suppress duplicateExpression */
 
 static rim_status check_region(const rim_correct_region *c, uint32_t features) {
   const rim_region *r = &c->region;
-  if (r->dims > MAX_DIMS || !features_ok(r, features))
+  if (r->dims > MAX_DIMS || !rimi_region_names_features(r, features))
     return RIM_E_RANGE;
   if (!(c->confidence >= 0.0 && c->confidence <= 1.0))
     return RIM_E_DATA;
@@ -231,7 +218,7 @@ rim_status rimi_correct_open(rim_correct *view, const uint8_t *section, size_t b
   return status;
 }
 
-rim_status rimi_correct_attach(rim_correct *view, const rim_image *image) {
+rim_status rimi_correct_of_image(rim_correct *view, const rim_image *image) {
   const uint8_t *section;
   size_t bytes;
   if (view == NULL)
@@ -241,17 +228,6 @@ rim_status rimi_correct_attach(rim_correct *view, const rim_image *image) {
 }
 
 /* ---- the mixture ---- */
-
-static bool box_contains(const rim_region *r, const double *x) {
-  for (size_t i = 0; i < r->dims; ++i) {
-    const double v = x[r->feature[i]];
-    const bool above = v >= r->lower[i];
-    const bool below = v <= r->upper[i];
-    if (!(r->lower[i] > r->upper[i] ? above || below : above && below))
-      return false;
-  }
-  return true;
-}
 
 /* What acts at x: regions as a mask, with the chance of each. */
 typedef struct active {
@@ -265,7 +241,7 @@ static active at(const rim_correct *c, const double *x) {
   for (uint32_t k = 0; k < c->regions; ++k) {
     rim_correct_region r;
     unpack_region(c, k, &r);
-    if (!(r.is_box ? box_contains(&r.region, x) : rim_region_contains(&r.region, x)))
+    if (!(r.is_box ? rimi_region_box_contains(&r.region, x) : rim_region_contains(&r.region, x)))
       continue;
     a.mask |= 1u << k;
     a.p[k] = r.confidence;
@@ -373,7 +349,7 @@ static double ln_component(const rim_correct *c, const active *a, uint32_t set, 
   double sum = rimi_log(chance(c, a, set));
   for (uint32_t o = first; o <= last; ++o) {
     const double u = (z[o - first] - nominal[o - first] - shift_of_set(c, set, o)) / sd[o - first];
-    sum -= 0.5 * u * u + rimi_log(sd[o - first]) + LN_SQRT_2PI;
+    sum -= 0.5 * u * u + rimi_log(sd[o - first]) + RIM_LN_SQRT_2PI;
   }
   return sum;
 }

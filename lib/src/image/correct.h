@@ -94,7 +94,7 @@ rim_status rimi_correct_pack(const rim_correct_model *model, uint8_t *section, s
 rim_status rimi_correct_open(rim_correct *view, const uint8_t *section, size_t bytes);
 
 /* Opens the section of an image. RIM_E_RANGE also: the image has none. */
-rim_status rimi_correct_attach(rim_correct *view, const rim_image *image);
+rim_status rimi_correct_of_image(rim_correct *view, const rim_image *image);
 
 /* Below: x[features] is the whole context; nominal, sd, z, mean have [outcomes] numbers, sd > 0.
  * NaN in a feature lies outside of regions over it. RIM_E_ARGUMENT: NULL or not open. Nothing is

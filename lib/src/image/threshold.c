@@ -28,7 +28,7 @@ static bool maxima_ascend(const rim_threshold *t) {
 
 static bool scales_are_valid(const rim_threshold *t) {
   for (size_t i = 0; i < t->knots; ++i) {
-    if (!(rimi_le_f32(t->envelope, i) > 0.0f))
+    if (!(rimi_le_f32(t->growth, i) > 0.0f))
       return false;
   }
   for (size_t c = 0; c < t->channels; ++c) {
@@ -63,8 +63,8 @@ rim_status rimi_threshold_open(rim_threshold *view, const uint8_t *section, size
   t.warn_score = (double)rimi_le_f32(section, HEADER_U32S + 1);
   t.promised_rate = (double)rimi_le_f32(section, HEADER_U32S + 2);
   t.maxima = section + RIM_THRESHOLD_HEADER_BYTES;
-  t.envelope = t.maxima + 4u * (size_t)t.runs;
-  t.offset = t.envelope + 4u * (size_t)t.knots;
+  t.growth = t.maxima + 4u * (size_t)t.runs;
+  t.offset = t.growth + 4u * (size_t)t.knots;
   t.scale = t.offset + 4u * (size_t)t.channels;
   if (!maxima_ascend(&t) || !scales_are_valid(&t))
     return RIM_E_RANGE;
@@ -72,7 +72,7 @@ rim_status rimi_threshold_open(rim_threshold *view, const uint8_t *section, size
   return RIM_OK;
 }
 
-double rimi_threshold_envelope(const rim_threshold *view, uint32_t observations) {
+double rimi_threshold_growth(const rim_threshold *view, uint32_t observations) {
   if (view->knots == 0)
     return 1.0;
   const uint32_t n = observations > 0 ? observations : 1;
@@ -80,9 +80,9 @@ double rimi_threshold_envelope(const rim_threshold *view, uint32_t observations)
   while (octave < 31u && n >> (octave + 1u) != 0u)
     ++octave; /* at most 31 turns */
   if (octave + 1u >= view->knots)
-    return (double)rimi_le_f32(view->envelope, view->knots - 1u);
-  const double low = (double)rimi_le_f32(view->envelope, octave);
-  const double high = (double)rimi_le_f32(view->envelope, octave + 1u);
+    return (double)rimi_le_f32(view->growth, view->knots - 1u);
+  const double low = (double)rimi_le_f32(view->growth, octave);
+  const double high = (double)rimi_le_f32(view->growth, octave + 1u);
   const double base = (double)(1u << octave);
   /* Linear in n within the octave: close to linear in log2 n and free of a logarithm. */
   return low + (high - low) * (((double)n - base) / base);
@@ -90,7 +90,7 @@ double rimi_threshold_envelope(const rim_threshold *view, uint32_t observations)
 
 double rimi_threshold_score(const rim_threshold *view, uint16_t channel, double ln_anom,
                             uint32_t observations) {
-  return (ln_anom / rimi_threshold_envelope(view, observations) -
+  return (ln_anom / rimi_threshold_growth(view, observations) -
           (double)rimi_le_f32(view->offset, channel)) /
          (double)rimi_le_f32(view->scale, channel);
 }
@@ -98,7 +98,7 @@ double rimi_threshold_score(const rim_threshold *view, uint16_t channel, double 
 double rimi_threshold_ln_anom(const rim_threshold *view, uint16_t channel, uint32_t observations) {
   return (view->alarm_score * (double)rimi_le_f32(view->scale, channel) +
           (double)rimi_le_f32(view->offset, channel)) *
-         rimi_threshold_envelope(view, observations);
+         rimi_threshold_growth(view, observations);
 }
 
 double rimi_threshold_p_value(const rim_threshold *view, double score) {

@@ -20,7 +20,7 @@
  *   u32 channels, u32 runs, u32 knots, u32 rank
  *   f32 alarm_score, f32 warn_score, f32 promised_rate, f32 reserved
  *   f32 maxima[runs]            ascending largest score of each calibration run (any sign)
- *   f32 envelope[knots]         e(n) at n = 2^k; linear in n between; constant outside
+ *   f32 growth[knots]         e(n) at n = 2^k; linear in n between; constant outside
  *   f32 offset[channels] >= 0, f32 scale[channels] > 0 */
 #ifndef RIM_THRESHOLD_H
 #define RIM_THRESHOLD_H
@@ -48,7 +48,7 @@ typedef struct rim_threshold {
   double warn_score;
   double promised_rate; /* run-level false-alarm rate that the rank can promise */
   const uint8_t *maxima;
-  const uint8_t *envelope;
+  const uint8_t *growth;
   const uint8_t *offset;
   const uint8_t *scale;
 } rim_threshold;
@@ -59,7 +59,7 @@ typedef struct rim_threshold {
 rim_status rimi_threshold_open(rim_threshold *view, const uint8_t *section, size_t bytes);
 
 /* e(n), at least FLT_MIN. n: observations in the run so far (0 counts as 1). O(log n). */
-double rimi_threshold_envelope(const rim_threshold *view, uint32_t observations);
+double rimi_threshold_growth(const rim_threshold *view, uint32_t observations);
 
 /* (ln_anom / e(n) - offset_c) / scale_c. channel < channels. */
 double rimi_threshold_score(const rim_threshold *view, uint16_t channel, double ln_anom,

@@ -13,8 +13,7 @@
 #define COMMANDS RIM_INTERFERENCE_COMMANDS
 #define HEADER 16u
 #define CRC_AT 12u
-#define LN_SQRT_2PI 0x1.d67f1c864beb5p-1
-#define MOST_Z 1e4           /* an observation counts as so many sd away at most */
+#define MOST_Z 1e4           /* an observation is limited to this many sd */
 #define STANDING_MPS 1e-6    /* commands below are 0 */
 #define CLEAR 0.5            /* score at which an alarm ends */
 #define LN_ODDS_UNIT 10.0    /* of the HMM's score */
@@ -117,7 +116,7 @@ rim_status rimi_interference_open(rim_interference_model *model, const uint8_t *
   return status;
 }
 
-rim_status rimi_interference_attach(rim_interference_model *model, const rim_image *image) {
+rim_status rimi_interference_of_image(rim_interference_model *model, const rim_image *image) {
   if (model == NULL || image == NULL)
     return RIM_E_ARGUMENT;
   const uint8_t *data = NULL;
@@ -152,7 +151,7 @@ rim_status rimi_interference_init(rim_interference *state, const rim_interferenc
   for (size_t i = 0; i < STATES; ++i) {
     for (size_t k = 0; k < GAUSSIANS; ++k) {
       state->inverse_sd[i][k] = 1.0 / copy.sd[i][k];
-      state->ln_norm[i] -= rimi_log(copy.sd[i][k]) + LN_SQRT_2PI;
+      state->ln_norm[i] -= rimi_log(copy.sd[i][k]) + RIM_LN_SQRT_2PI;
     }
   }
   const rim_hmm_model h = hmm_of(&copy);
@@ -414,7 +413,7 @@ rim_status rimi_interference_step(rim_interference *state, double t_s, double co
   return RIM_OK;
 }
 
-bool rimi_interference_observe(const rim_interference *state, double observation[GAUSSIANS]) {
+bool rimi_interference_observation(const rim_interference *state, double observation[GAUSSIANS]) {
   if (state == NULL || observation == NULL || !state->is_observed)
     return false;
   memcpy(observation, state->observation, sizeof state->observation);

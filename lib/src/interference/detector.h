@@ -41,7 +41,7 @@ extern "C" {
 #define RIM_INTERFERENCE_A_ROWS 4    /* windows of the regressions, p. 131 */
 #define RIM_INTERFERENCE_J_ROWS 8
 #define RIM_INTERFERENCE_COMMANDS 32 /* changes of command not in force yet */
-#define RIM_INTERFERENCE_CLIP 6.0    /* one residual counts so many sd at most */
+#define RIM_INTERFERENCE_CLIP 6.0    /* a residual is limited to this many sd */
 
 typedef struct rim_interference_cusum {
   double sd_steady; /* of the residual at constant velocity, m/s, > 0 */
@@ -99,7 +99,7 @@ rim_status rimi_interference_open(rim_interference_model *model, const uint8_t *
                                   size_t bytes);
 
 /* The section of an image. RIM_E_RANGE also: the image has none. */
-rim_status rimi_interference_attach(rim_interference_model *model, const rim_image *image);
+rim_status rimi_interference_of_image(rim_interference_model *model, const rim_image *image);
 
 /* RIM_E_ARGUMENT; RIM_E_DATA as rimi_interference_pack. Unchanged on error. */
 rim_status rimi_interference_init(rim_interference *state, const rim_interference_model *model);
@@ -122,8 +122,8 @@ bool rimi_interference_alarm(const rim_interference_verdict *verdict, uint32_t m
                              uint16_t channel, rim_alarm *candidate);
 
 /* What the HMM sees (eq. C.2), for training: u - v, a, j. False before the windows are full. */
-bool rimi_interference_observe(const rim_interference *state,
-                               double observation[RIM_INTERFERENCE_GAUSSIANS]);
+bool rimi_interference_observation(const rim_interference *state,
+                                   double observation[RIM_INTERFERENCE_GAUSSIANS]);
 
 /* Four omnidirectional wheels, mounted at angle_rad at radius_m, driving tangentially: wheel speed
  * = -sin(angle) vx + cos(angle) vy + radius w. Counters wrap at 2^bits. */

@@ -63,7 +63,7 @@ static bool any_stands(const rim_alarm_life *life) {
   return life->slot[0].stands || life->slot[1].stands;
 }
 
-/* All that stands is told; where nothing does, the level alone. */
+/* Sends a record of every alarm that stands; where none does, of the level alone. */
 static void tell_all(rim_alarm_life *life, double t_s) {
   for (size_t i = 0; i < RIM_DETECTORS; ++i)
     if (life->slot[i].stands)

@@ -32,8 +32,8 @@
 #include "rim/status.h"
 
 typedef struct rim_alarm_slot_config {
-  uint32_t raise_steps; /* found in so many steps in a row: raised; 0: as 1 */
-  uint32_t clear_steps; /* not found in so many steps in a row: over; 0: never */
+  uint32_t raise_steps; /* consecutive steps with a finding before it is raised; 0: as 1 */
+  uint32_t clear_steps; /* consecutive steps without a finding before it is over; 0: never */
   double inhibit_s;     /* least time between an update and the record before; 0: none */
   double update_ratio;  /* relative change of ln_anom worth an update; 0: any change */
 } rim_alarm_slot_config;
@@ -115,7 +115,8 @@ void rimi_alarm_life_restart(rim_alarm_life *life, double now_s);
 /* Forgets everything, silently, but configuration and counts; sequence numbers count on. */
 void rimi_alarm_life_reset(rim_alarm_life *life);
 
-/* What stands is told once more (UPDATED): for listeners after a restart of the computer. */
+/* Sends every alarm that stands once more, as UPDATED: for listeners after a restart of the
+ * computer. */
 void rimi_alarm_life_repeat(rim_alarm_life *life);
 
 /* Takes the next record that waits. Returns false, and leaves *out alone, when none does. */

@@ -202,9 +202,9 @@ static double support_of(rim_monitor *m, uint32_t j, double bias, uint32_t onset
   return support;
 }
 
-/* An outcome that integrates others drifts when one of those is biased. Whose bias it is, or
- * whether it is a drift of its own, is told by the others' own channels; where they say nothing,
- * the one that it mostly integrates is named. */
+/* An outcome that integrates others drifts when one of those is biased. The others' own channels
+ * say whose bias it is, or whether it is a drift of its own; where they say nothing, the one that
+ * it mostly integrates is named. */
 static void blame_integrand(rim_monitor *m, uint16_t channel, const search_hypothesis *h,
                             rim_alarm *alarm) {
   const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
@@ -233,8 +233,7 @@ static void blame_integrand(rim_monitor *m, uint16_t channel, const search_hypot
   }
 }
 
-/* Where behaviour and agreement of one outcome have contrary signs, the one that is surer is told.
- */
+/* Where behaviour and agreement of one outcome have opposite signs, the surer one is reported. */
 static void prefer_agreement(rim_monitor *m, uint16_t *channel, search_hypothesis *h,
                              double *onset_sd) {
   const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
@@ -329,25 +328,15 @@ static void describe_trained(rim_monitor *m, const rim_verdict *verdict, rim_ala
 /* ---- independent rows ---- */
 
 /* Unit coordinates over region features -> units of the features, indices of the image. */
-static rim_region to_features(const rim_monitor *m, const rim_region *unit) {
-  rim_region region = *unit;
-  double width[RIM_REGION_MAX_DIMS];
-  for (size_t i = 0; i < unit->dims; ++i) {
-    const uint16_t f = rimi_le_u16(m->region, 2u * (size_t)unit->feature[i]);
-    const double low = monitor_low(m, f);
-    width[i] = monitor_width(m, f);
-    region.feature[i] = f;
-    region.center[i] = low + unit->center[i] * width[i];
-    region.lower[i] = low + unit->lower[i] * width[i];
-    region.upper[i] = low + unit->upper[i] * width[i];
+static rim_region to_features(const rim_monitor *m, const rim_unit_region *region) {
+  uint16_t feature[RIM_REGION_MAX_DIMS];
+  double low[RIM_REGION_MAX_DIMS], width[RIM_REGION_MAX_DIMS];
+  for (size_t i = 0; i < region->unit.dims; ++i) {
+    feature[i] = rimi_le_u16(m->region, 2u * (size_t)region->unit.feature[i]);
+    low[i] = monitor_low(m, feature[i]);
+    width[i] = monitor_width(m, feature[i]);
   }
-  for (size_t i = 0; i < unit->dims; ++i) {
-    for (size_t j = 0; j < unit->dims; ++j) {
-      const size_t at = i * unit->dims + j;
-      region.inverse_shape[at] = unit->inverse_shape[at] / (width[i] * width[j]);
-    }
-  }
-  return region;
+  return rimi_region_from_unit(region, feature, low, width);
 }
 
 static double row_score(const rim_monitor *m, uint16_t c) {
@@ -381,7 +370,7 @@ static void describe_rows(rim_monitor *m, const rim_verdict *verdict, rim_alarm 
   if (rimi_select_best_of_channel(m->select, verdict->channel, &best)) {
     alarm->region = to_features(m, &best.region);
     /* The whole range of a feature is no restriction. */
-    if (best.dims == 1 && best.region.lower[0] <= 0.0 && best.region.upper[0] >= 1.0)
+    if (best.dims == 1 && best.region.unit.lower[0] <= 0.0 && best.region.unit.upper[0] >= 1.0)
       memset(&alarm->region, 0, sizeof alarm->region);
     alarm->observations = (uint32_t)best.n;
     if (best.since != UINT32_MAX)

@@ -40,7 +40,7 @@ void rimi_interference_watch_init(interference_watch *watch, const rim_image *im
   size_t bytes = 0;
   (void)rim_image_section(image, RIM_SECTION_INTERFERENCE_INPUTS, &inputs, &bytes);
   rim_interference_model model;
-  (void)rimi_interference_attach(&model, image);
+  (void)rimi_interference_of_image(&model, image);
   (void)rimi_interference_init(&watch->state, &model);
   watch->model_id = image->model_id;
   watch->command = rimi_le_u16(inputs, 0);

@@ -21,9 +21,9 @@ typedef struct interference_watch {
 
 _Static_assert(sizeof(interference_watch) <= RIM_MONITOR_INTERFERENCE_BYTES, "outgrown");
 
-/* Checks both sections of an image whose rows have so many features and outcomes. *present: it has
- * them. RIM_E_CONFIG one without the other, or inputs of another size; RIM_E_RANGE a feature or
- * outcome that is not there; errors of rimi_interference_open. */
+/* Checks both sections of an image whose rows have these numbers of features and outcomes.
+ * *present: it has them. RIM_E_CONFIG one without the other, or inputs of another size; RIM_E_RANGE
+ * a feature or outcome that is not there; errors of rimi_interference_open. */
 rim_status rimi_interference_watch_check(const rim_image *image, size_t features, size_t outcomes,
                                          bool *present);
 

@@ -41,7 +41,7 @@ static rim_status read_words(monitor_plan *p) {
   const uint32_t *w = p->words;
   if (w[RIM_CONFIG_FEATURES] == 0 || w[RIM_CONFIG_FEATURES] > RIM_MONITOR_MAX_FEATURES ||
       w[RIM_CONFIG_OUTCOMES] == 0 || w[RIM_CONFIG_OUTCOMES] > RIM_MONITOR_MAX_OUTCOMES ||
-      w[RIM_CONFIG_RESERVED] != 0 || w[RIM_CONFIG_BLOCK_ROWS] == 0 ||
+      w[RIM_CONFIG_SMALL] > 1 || w[RIM_CONFIG_BLOCK_ROWS] == 0 ||
       w[RIM_CONFIG_BLOCK_ROWS] > 10000 || w[RIM_CONFIG_REGION_FEATURES] == 0 ||
       w[RIM_CONFIG_REGION_FEATURES] > w[RIM_CONFIG_FEATURES] || w[RIM_CONFIG_EXTERNAL] > 1 ||
       w[RIM_CONFIG_BUDGET] > 64)
@@ -120,18 +120,20 @@ static rim_status open_tables(monitor_plan *p) {
   return status == RIM_OK ? check_region(p) : status;
 }
 
+/* Whether a model is of this image's features and outcomes. */
+static rim_status fits(const monitor_plan *p, uint32_t features, uint32_t outcomes) {
+  return features == p->words[RIM_CONFIG_FEATURES] && outcomes == p->words[RIM_CONFIG_OUTCOMES]
+             ? RIM_OK
+             : RIM_E_CONFIG;
+}
+
 static rim_status open_level(monitor_plan *p) {
   const uint8_t *data;
   size_t bytes;
   if (!find(p, RIM_SECTION_LEVEL, &data, &bytes))
     return RIM_OK;
   const rim_status status = rimi_nominal_open(&p->models.level, data, bytes);
-  if (status != RIM_OK)
-    return status;
-  return p->models.level.inputs == p->words[RIM_CONFIG_FEATURES] &&
-                 p->models.level.outputs == p->words[RIM_CONFIG_OUTCOMES]
-             ? RIM_OK
-             : RIM_E_CONFIG;
+  return status == RIM_OK ? fits(p, p->models.level.inputs, p->models.level.outputs) : status;
 }
 
 /* The models and the noise of a trained image; without NOISE there is none of them. */
@@ -187,12 +189,8 @@ static rim_status open_correct(monitor_plan *p) {
   if (!find(p, RIM_SECTION_CORRECT, &data, &bytes))
     return RIM_OK;
   const rim_status status = rimi_correct_open(&p->models.correct, data, bytes);
-  if (status != RIM_OK)
-    return status;
-  return p->models.correct.features == p->words[RIM_CONFIG_FEATURES] &&
-                 p->models.correct.outcomes == p->words[RIM_CONFIG_OUTCOMES]
-             ? RIM_OK
-             : RIM_E_CONFIG;
+  return status == RIM_OK ? fits(p, p->models.correct.features, p->models.correct.outcomes)
+                          : status;
 }
 
 static void plan_searches(monitor_plan *p) {
@@ -215,6 +213,7 @@ static void plan_searches(monitor_plan *p) {
   p->select.scans = (uint16_t)w[RIM_CONFIG_SCANS];
   p->select.edges = (uint16_t)w[RIM_CONFIG_EDGES];
   p->select.moves = (uint16_t)w[RIM_CONFIG_MOVES];
+  p->select.small = w[RIM_CONFIG_SMALL] != 0;
   p->select.seed = w[RIM_CONFIG_SEED];
 }
 
@@ -307,7 +306,7 @@ static rim_status examine(monitor_plan *p, layout *l, const void *memory, size_t
   return bytes < l->total ? RIM_E_SIZE : RIM_OK;
 }
 
-/* Pointers into the monitor's own memory and into the image, anew for where both are now. */
+/* Sets the pointers into the monitor's memory and into the image to where both are now. */
 static void connect(rim_monitor *m, monitor_plan *p, const layout *l) {
   unsigned char *base = (unsigned char *)m;
   const size_t outcomes = p->rows.outcomes;

@@ -337,7 +337,7 @@ static void give_reason(rim_monitor *m, rim_verdict *v) {
     v->level = RIM_LEVEL_STALE;
 }
 
-/* At most one record a row; the others wait, and the level is that of the whole. */
+/* At most one record per row; the others wait, and the level is that of the whole. */
 static void end_verdict(rim_monitor *m, rim_verdict *verdict) {
   (void)rimi_alarm_life_next_record(&m->life, &m->last.alarm);
   m->last.level = (uint8_t)rimi_alarm_life_level(&m->life);
@@ -426,28 +426,18 @@ const rim_alarm *rim_monitor_standing(const rim_monitor *m, rim_detector detecto
 
 /* ---- what can be asked ---- */
 
-/* The regions of a trained image are boxes, closed where data ends: see rimi_monitor_inside(). */
-static bool is_in_box(const rim_region *region, const double *context) {
-  for (size_t i = 0; i < region->dims; ++i) {
-    const double x = context[region->feature[i]];
-    if (!(x >= region->lower[i] && x <= region->upper[i]))
-      return false;
-  }
-  return true;
-}
-
 double rim_monitor_membership(const rim_monitor *m, const double *context) {
   const rim_alarm *alarm = rim_monitor_standing(m, RIM_DETECTOR_RIM);
   if (context == NULL || alarm == NULL)
     return 0.0;
-  if (m->is_trained)
-    return is_in_box(&alarm->region, context) ? 1.0 : 0.0;
+  if (m->is_trained) /* its regions are boxes, closed where data ends */
+    return rimi_region_box_contains(&alarm->region, context) ? 1.0 : 0.0;
   double unit[RIM_MONITOR_MAX_FEATURES];
   for (size_t i = 0; i < m->words[RIM_CONFIG_REGION_FEATURES]; ++i) {
     const size_t f = rimi_le_u16(m->region, 2 * i);
     unit[i] = (context[f] - monitor_low(m, f)) / monitor_width(m, f);
   }
-  return rimi_select_membership(m->select, unit);
+  return rimi_select_membership(m->select, alarm->channel[0], unit);
 }
 
 const uint8_t *rimi_monitor_place(const rim_monitor *m) {

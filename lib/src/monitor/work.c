@@ -148,7 +148,7 @@ static double ellipse_work(const rim_work_counts *n) {
   return ELLIPSE + n->grid * (double)GRID_ROW;
 }
 
-static bool is_corrected_by_ring(const rim_work_counts *n) { return n->edges >= FEW_EDGES; }
+static bool is_corrected_by_ring(const rim_work_counts *n) { return !n->small; }
 
 /* What an ellipse of the leader costs beyond the grid: rim_select_pool's stage 2. */
 static double ring_work(const rim_work_counts *n) {
@@ -189,7 +189,7 @@ static double move_work(const rim_work_counts *n) {
   return work;
 }
 
-/* With few edges no ellipse moves in the unit in which a pair enters. */
+/* In the small profile no ellipse moves in the unit in which a pair enters. */
 static double enter_and_move_work(const rim_work_counts *n) {
   const double enter = enter_work(n);
   const double move = move_work(n);
@@ -290,10 +290,6 @@ static void count_models(const rim_image *image, rim_work_counts *n) {
   n->integrands = integrands_of(image, n);
 }
 
-static uint32_t or_default(uint32_t value, uint32_t fallback) {
-  return value != 0 ? value : fallback;
-}
-
 rim_status rimi_work_counts_of(const void *image, size_t image_bytes, rim_work_counts *counts) {
   size_t size, bytes;
   const uint8_t *word, *other;
@@ -307,21 +303,34 @@ rim_status rimi_work_counts_of(const void *image, size_t image_bytes, rim_work_c
     status = rim_image_section(&view, RIM_SECTION_CONFIG, &word, &bytes);
   if (status != RIM_OK)
     return status;
+  const rim_select_config given = {
+      .ring = (uint16_t)rimi_le_u32(word, RIM_CONFIG_RING),
+      .bins = (uint16_t)rimi_le_u32(word, RIM_CONFIG_BINS),
+      .grid = (uint16_t)rimi_le_u32(word, RIM_CONFIG_GRID),
+      .pairs = (uint16_t)rimi_le_u32(word, RIM_CONFIG_PAIRS),
+      .scans = (uint16_t)rimi_le_u32(word, RIM_CONFIG_SCANS),
+      .edges = (uint16_t)rimi_le_u32(word, RIM_CONFIG_EDGES),
+      .moves = (uint16_t)rimi_le_u32(word, RIM_CONFIG_MOVES),
+  };
+  const rim_select_config search = rimi_select_filled(&given);
   rim_work_counts n = {
       .features = rimi_le_u32(word, RIM_CONFIG_FEATURES),
       .outcomes = rimi_le_u32(word, RIM_CONFIG_OUTCOMES),
       .region_features = rimi_le_u32(word, RIM_CONFIG_REGION_FEATURES),
-      .ring = or_default(rimi_le_u32(word, RIM_CONFIG_RING), RIM_SELECT_DEFAULT_RING),
-      .bins = or_default(rimi_le_u32(word, RIM_CONFIG_BINS), RIM_SELECT_DEFAULT_BINS),
-      .grid = or_default(rimi_le_u32(word, RIM_CONFIG_GRID), RIM_SELECT_DEFAULT_GRID),
-      .pairs = or_default(rimi_le_u32(word, RIM_CONFIG_PAIRS), RIM_SELECT_DEFAULT_PAIRS),
-      .scans = or_default(rimi_le_u32(word, RIM_CONFIG_SCANS), RIM_SELECT_DEFAULT_SCANS),
-      .edges = or_default(rimi_le_u32(word, RIM_CONFIG_EDGES), RIM_SELECT_DEFAULT_EDGES),
-      .moves = or_default(rimi_le_u32(word, RIM_CONFIG_MOVES), RIM_SELECT_DEFAULT_MOVES),
-      .budget = or_default(rimi_le_u32(word, RIM_CONFIG_BUDGET), 1),
+      .ring = search.ring,
+      .bins = search.bins,
+      .grid = search.grid,
+      .pairs = search.pairs,
+      .scans = search.scans,
+      .edges = search.edges,
+      .moves = search.moves,
+      .budget = rimi_le_u32(word, RIM_CONFIG_BUDGET),
       .block_rows = rimi_le_u32(word, RIM_CONFIG_BLOCK_ROWS),
       .external = rimi_le_u32(word, RIM_CONFIG_EXTERNAL) != 0,
+      .small = rimi_le_u32(word, RIM_CONFIG_SMALL) != 0,
   };
+  if (n.budget == 0)
+    n.budget = 1;
   n.trained = section_of(&view, RIM_SECTION_NOISE, &other, &bytes);
   n.channels = n.outcomes * (n.trained ? RIM_MONITOR_KINDS : 1u);
   n.corrected = section_of(&view, RIM_SECTION_CORRECT, &other, &bytes);

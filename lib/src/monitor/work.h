@@ -35,10 +35,10 @@
  *     edges   at most 3 bases: r c comparisons and R points each; E + 4 conditional intervals,
  *             for an edge that comes near is tried in 4 more shears: R points, 16 prefix sums, 136
  *             hypotheses; every fifth of them one offer: 1 ellipse, 48 evidences
- *     enter   1 pair (2 from 48 edges on): G (G + 1) cells cleared, R points put, G^2 accumulated,
- *             24 ellipses of G rows
- *     moves   M ellipses of G rows, an exponential; M / 12 + 2 looks at 24 evidences; below 48
- *             edges not in a unit in which a pair enters. From 48 edges on the leader is corrected
+ *     enter   1 pair in the small profile, else 2: G (G + 1) cells cleared, R points put, G^2
+ *             accumulated, 24 ellipses of G rows
+ *     moves   M ellipses of G rows, an exponential; M / 12 + 2 looks at 24 evidences; in the
+ *             small profile not in a unit in which a pair enters. Otherwise the leader is corrected
  *             by the ring: R points and G^2 cells an ellipse, and when another pair leads 48
  *             ellipses more
  *     scores  2 (c + 24 P) evidences
@@ -68,7 +68,7 @@ typedef struct rim_work_counts {
   uint32_t inputs, times, terms, means, fields;    /* with it */
   uint32_t integrands;                             /* of section AGREEMENT */
   uint32_t prototypes, top;                        /* section LEVEL; 0: there is none */
-  bool trained, external, corrected, watched;
+  bool trained, external, corrected, watched, small;
 } rim_work_counts;
 
 /* Instructions, at most. */

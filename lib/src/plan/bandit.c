@@ -69,7 +69,7 @@ static size_t total_bytes(const rim_bandit_config *c) {
   return RIM_BANDIT_HEADER_BYTES + plans_of(c) * gp_bytes(c) + extent_bytes(c);
 }
 
-/* The parts, found anew in every call: the block may have been moved. */
+/* The parts, located in every call: the block may have been moved. */
 static uint8_t *part_at(const rim_bandit *b, size_t offset) {
   return (uint8_t *)(uintptr_t)b + RIM_BANDIT_HEADER_BYTES + offset;
 }

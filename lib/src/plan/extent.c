@@ -192,43 +192,16 @@ typedef struct sums {
   double n, s, w, var;
 } sums;
 
-/* Row d of L by its diagonal element: |L^-1 (x - centre)| without a division a row and point. */
-typedef struct membership {
-  const rim_ellipsoid *ellipsoid;
-  bool is_box;
-  double inverse[RIM_EXTENT_MAX_DIMS];
-} membership;
-
-static membership membership_of(const rim_extent *e, const rim_ellipsoid *ellipsoid) {
-  membership m;
-  m.ellipsoid = ellipsoid;
-  m.is_box = e->config.shape == RIM_EXTENT_BOX;
-  for (size_t d = 0; d < ellipsoid->dims; ++d)
-    m.inverse[d] = 1.0 / ellipsoid->factor[d * (d + 3) / 2];
-  return m;
-}
-
-static bool holds(const membership *m, const double *u) {
-  const rim_ellipsoid *e = m->ellipsoid;
-  double z[RIM_EXTENT_MAX_DIMS];
-  double norm2 = 0.0; /* the square of either norm */
-  for (size_t i = 0; i < e->dims; ++i) {
-    const double *row = e->factor + i * (i + 1) / 2;
-    double rest = u[i] - e->center[i];
-    for (size_t j = 0; j < i; ++j)
-      rest -= row[j] * z[j];
-    z[i] = rest * m->inverse[i];
-    norm2 = m->is_box ? rimi_max(norm2, z[i] * z[i]) : norm2 + z[i] * z[i];
-  }
-  return norm2 < 1.0;
+static ellipsoid_test test_of(const rim_extent *e, const rim_ellipsoid *ellipsoid) {
+  return rimi_ellipsoid_test(ellipsoid, e->config.shape == RIM_EXTENT_BOX);
 }
 
 static sums sums_inside(const rim_extent *e, const rim_ellipsoid *ellipsoid) {
   const arrays a = arrays_of(e);
-  const membership m = membership_of(e, ellipsoid);
+  const ellipsoid_test m = test_of(e, ellipsoid);
   sums t = {0.0, 0.0, 0.0, 0.0};
   for (uint32_t i = 0; i < e->n; ++i) {
-    if (!holds(&m, a.u + (size_t)i * e->config.dims))
+    if (!rimi_ellipsoid_holds(&m, a.u + (size_t)i * e->config.dims))
       continue;
     t.n += 1.0;
     t.s += a.left[i] * a.w[i];
@@ -268,11 +241,11 @@ static void evaluate(const rim_extent *e, held_region *region) {
   if (!(t.n >= e->config.min_points))
     return;
   const arrays a = arrays_of(e);
-  const membership m = membership_of(e, &region->ellipsoid);
+  const ellipsoid_test m = test_of(e, &region->ellipsoid);
   const double shift = t.s / t.w;
   double square = 0.0;
   for (uint32_t i = 0; i < e->n; ++i) {
-    if (!holds(&m, a.u + (size_t)i * e->config.dims))
+    if (!rimi_ellipsoid_holds(&m, a.u + (size_t)i * e->config.dims))
       continue;
     square += (a.left[i] - shift) * (a.left[i] - shift);
   }
@@ -295,8 +268,8 @@ static rim_extent_local local_at(const rim_extent *e, uint32_t rim, const double
     out.existence = rimi_max(region->confidence, out.existence);
     const double weight = region->confidence;
     all += weight;
-    const membership m = membership_of(e, &region->ellipsoid);
-    if (!holds(&m, u))
+    const ellipsoid_test m = test_of(e, &region->ellipsoid);
+    if (!rimi_ellipsoid_holds(&m, u))
       continue;
     inside += weight;
     shift += weight * region->shift;

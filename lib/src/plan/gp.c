@@ -27,7 +27,7 @@ struct rim_gp {
 _Static_assert(sizeof(struct rim_gp) <= RIM_GP_HEADER_BYTES, "header");
 _Static_assert(RIM_GP_HEADER_BYTES % 8 == 0, "arrays of double follow");
 
-/* The arrays behind the header, found anew in every call: the block may have been moved. */
+/* The arrays behind the header, located in every call: the block may have been moved. */
 typedef struct arrays {
   double *x;       /* [n][dims] */
   double *y;       /* [n] */

@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "base/ellipsoid.h"
 #include "base/real.h"
 
 #define STEPS 64 /* of each of the two loops of the test for overlap */
@@ -39,37 +40,10 @@ bool rim_lookahead_is_physical(const rim_lookahead_config *config, const rim_reg
   return true;
 }
 
-/* A from A^-1, by Gauss and Jordan; dims <= 3, positive definite, so no pivoting. */
-static bool invert(const rim_region *region, double out[3][3]) {
-  const size_t n = region->dims;
-  double m[3][6];
-  for (size_t i = 0; i < n; i++)
-    for (size_t j = 0; j < n; j++) {
-      m[i][j] = region->inverse_shape[i * n + j];
-      m[i][n + j] = i == j ? 1.0 : 0.0;
-    }
-  for (size_t i = 0; i < n; i++) {
-    if (!(m[i][i] > 0.0) || !rimi_is_finite(m[i][i]))
-      return false;
-    const double inverse = 1.0 / m[i][i];
-    for (size_t j = 0; j < 2 * n; j++)
-      m[i][j] *= inverse;
-    for (size_t k = 0; k < n; k++) {
-      const double factor = m[k][i];
-      for (size_t j = 0; k != i && j < 2 * n; j++)
-        m[k][j] -= factor * m[i][j];
-    }
-  }
-  for (size_t i = 0; i < n; i++)
-    for (size_t j = 0; j < n; j++)
-      out[i][j] = m[i][n + j];
-  return true;
-}
-
 static bool make_zone(const rim_lookahead_config *config, const rim_region *region,
                       const rim_plan *plan, zone *z) {
-  double shape[3][3];
-  if (!invert(region, shape))
+  double shape[RIM_REGION_MAX_DIMS * RIM_REGION_MAX_DIMS];
+  if (!rimi_region_shape(region, shape))
     return false;
   memset(z, 0, sizeof *z);
   double size = 1.0 + config->margin_m;
@@ -96,7 +70,7 @@ static bool make_zone(const rim_lookahead_config *config, const rim_region *regi
   for (size_t i = 0; i < 3; i++)
     for (size_t j = 0; j < 3; j++)
       if (z->axis[i] >= 0 && z->axis[j] >= 0)
-        z->shape[i][j] = shape[z->axis[i]][z->axis[j]];
+        z->shape[i][j] = shape[z->axis[i] * (int)region->dims + z->axis[j]];
   return true;
 }
 

@@ -21,69 +21,6 @@ typedef struct elite {
   uint32_t sample;
 } elite;
 
-bool rimi_ellipsoid_contains(const rim_ellipsoid *e, const double *x) {
-  double z[RIM_CEM_MAX_DIMS];
-  double norm2 = 0.0;
-  for (size_t i = 0; i < e->dims; ++i) {
-    const double *row = e->factor + i * (i + 1) / 2;
-    double rest = x[i] - e->center[i];
-    for (size_t j = 0; j < i; ++j)
-      rest -= row[j] * z[j];
-    z[i] = rest / row[i];
-    norm2 += z[i] * z[i];
-  }
-  return norm2 < 1.0;
-}
-
-rim_ellipsoid rimi_ellipsoid_ball(uint8_t dims, const double *center, double radius) {
-  rim_ellipsoid e;
-  memset(&e, 0, sizeof e);
-  e.dims = dims;
-  for (size_t i = 0; i < dims; ++i) {
-    e.center[i] = center[i];
-    e.factor[i * (i + 1) / 2 + i] = radius;
-  }
-  return e;
-}
-
-rim_status rimi_ellipsoid_region(const rim_ellipsoid *e, const uint16_t *feature,
-                                 rim_region *region) {
-  if (e == NULL || feature == NULL || region == NULL)
-    return RIM_E_ARGUMENT;
-  if (e->dims < 1 || e->dims > RIM_REGION_MAX_DIMS)
-    return RIM_E_RANGE;
-  const size_t dims = e->dims;
-  double inverse[RIM_REGION_MAX_DIMS][RIM_REGION_MAX_DIMS] = {{0.0}}; /* L^-1 */
-  for (size_t j = 0; j < dims; ++j) {
-    for (size_t i = j; i < dims; ++i) {
-      const double *row = e->factor + i * (i + 1) / 2;
-      if (!(row[i] > 0.0))
-        return RIM_E_SINGULAR;
-      double rest = i == j ? 1.0 : 0.0;
-      for (size_t k = j; k < i; ++k)
-        rest -= row[k] * inverse[k][j];
-      inverse[i][j] = rest / row[i];
-    }
-  }
-  rim_region out;
-  memset(&out, 0, sizeof out);
-  out.dims = e->dims;
-  for (size_t i = 0; i < dims; ++i) {
-    out.feature[i] = feature[i];
-    out.center[i] = e->center[i];
-    for (size_t j = 0; j < dims; ++j) {
-      double sum = 0.0;
-      for (size_t k = 0; k < dims; ++k)
-        sum += inverse[k][i] * inverse[k][j];
-      out.inverse_shape[i * dims + j] = sum;
-    }
-  }
-  const rim_status status = rim_region_bounds(&out);
-  if (status == RIM_OK)
-    *region = out;
-  return status;
-}
-
 static rim_cem_config filled(const rim_cem_config *config) {
   rim_cem_config c = *config;
   if (c.samples == 0)

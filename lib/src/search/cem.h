@@ -14,29 +14,21 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "rim/region.h"
+#include "base/ellipsoid.h"
 #include "rim/status.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-#define RIM_CEM_MAX_DIMS 6
+#define RIM_CEM_MAX_DIMS RIM_ELLIPSOID_MAX_DIMS
 #define RIM_CEM_MAX_SAMPLES 1024
 #define RIM_CEM_MAX_ELITES 16
 #define RIM_CEM_PARAMETERS(dims) ((dims) + (dims) * ((dims) + 1u) / 2u)
 
-/* Points x of `dims` coordinates with |L^-1 (x - center)| < 1. */
-typedef struct rim_ellipsoid {
-  uint8_t dims; /* 1..RIM_CEM_MAX_DIMS */
-  double center[RIM_CEM_MAX_DIMS];
-  double factor[RIM_CEM_MAX_DIMS * (RIM_CEM_MAX_DIMS + 1) / 2]; /* L by rows of its lower triangle:
-                                                  (i, j) at i (i + 1) / 2 + j; diagonal > 0 */
-} rim_ellipsoid;
-
 /* Zero-initialise; 0 takes the default. */
 typedef struct rim_cem_config {
-  uint16_t samples;    /* an iteration, 2..1024; 0: 24 */
+  uint16_t samples;    /* per iteration, 2..1024; 0: 24 */
   uint16_t elites;     /* 1..16 and at most samples; 0: 5 */
   uint16_t iterations; /* 0: 10 */
   double smoothing;    /* weight of the old mean and spread, [0, 1); 0: none */
@@ -49,19 +41,7 @@ typedef struct rim_cem_config {
 /* Value of an ellipsoid; larger is better; not NaN. */
 typedef double (*rim_cem_value)(const rim_ellipsoid *ellipsoid, void *context);
 
-/* Whether the point lies inside; false for NaN. O(dims^2). */
-bool rimi_ellipsoid_contains(const rim_ellipsoid *ellipsoid, const double *x);
-
-/* The ball of this radius. dims and radius are not checked. */
-rim_ellipsoid rimi_ellipsoid_ball(uint8_t dims, const double *center, double radius);
-
-/* The same set as a region over the named features, bounds included. RIM_E_ARGUMENT: NULL;
- * RIM_E_RANGE: dims above RIM_REGION_MAX_DIMS; RIM_E_SINGULAR: a diagonal entry of L not above 0.
- */
-rim_status rimi_ellipsoid_region(const rim_ellipsoid *ellipsoid, const uint16_t *feature,
-                                 rim_region *region);
-
-/* Whether rimi_cem_optimise takes the configuration for so many dimensions; false for NULL. */
+/* Whether rimi_cem_optimise accepts the configuration in `dims` dimensions; false for NULL. */
 bool rimi_cem_is_valid(const rim_cem_config *config, uint8_t dims);
 
 /* Climb from *best. On success *best and *value are the best ellipsoid seen, the start included.

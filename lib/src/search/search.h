@@ -30,7 +30,7 @@
 #define SEARCH_MAX_RING 1024u
 #define SEARCH_BINS 24u /* of a feature, by SEARCH_CUTS cuts */
 #define SEARCH_CUTS 23u
-#define SEARCH_CELLS 5u /* a side of the grid over which boxes are searched */
+#define SEARCH_CELLS 5u /* per side of the grid over which boxes are searched */
 #define SEARCH_LEAST 3u /* blocks inside a hypothesis */
 #define SEARCH_FROM_START UINT32_MAX
 #define SEARCH_AS_MEASURED 0xffffu /* in section REGION: no prediction stands for the reading */
@@ -136,8 +136,8 @@ bool rimi_search_beside(rim_search *search, uint32_t channel, const search_hypot
 double rimi_search_description(search_family family); /* nats */
 
 /* The residuals of the blocks from..to-1 are unknown from now on, in every channel, and every
- * hypothesis is sought anew: a deviation that ended must not hide the next. The run effects are
- * learnt from the other blocks, each channel's in its next turn. False, and nothing is changed,
+ * hypothesis is searched for again: a deviation that ended must not hide the next. The run effects
+ * are learnt from the other blocks, each channel's in its next turn. False, and nothing is changed,
  * while an earlier call still waits for that, or where none of the blocks is held. O(channels). */
 bool rimi_search_exclude(rim_search *search, uint32_t from, uint32_t to);
 

@@ -21,7 +21,7 @@ static uint16_t or_default(uint16_t value, uint16_t fallback) {
   return value != 0 ? value : fallback;
 }
 
-static rim_select_config filled(const rim_select_config *config) {
+rim_select_config rimi_select_filled(const rim_select_config *config) {
   rim_select_config c = *config;
   c.channels = or_default(c.channels, 1);
   c.ring = or_default(c.ring, RIM_SELECT_DEFAULT_RING);
@@ -51,34 +51,31 @@ static bool values_are_valid(const rim_select_config *c) {
   return true;
 }
 
-/* With few edges a pair has fewer ellipses, and none is corrected by the ring. */
-static uint32_t chains_of(uint32_t edges) {
-  return edges < FEW_EDGES ? FEW_CHAINS : RIM_SELECT_CHAINS;
+/* In the small profile a pair has fewer ellipses, and none is corrected by the ring. */
+static uint32_t chains_of(bool small) { return small ? SMALL_CHAINS : RIM_SELECT_CHAINS; }
+static size_t pair_bytes(bool small) {
+  return small ? RIM_SELECT_ROUND8(offsetof(pair_state, chain) + SMALL_CHAINS * sizeof(chain))
+               : RIM_SELECT_PAIR_BYTES;
 }
-static size_t pair_bytes(uint32_t edges) {
-  return edges < FEW_EDGES
-             ? RIM_SELECT_ROUND8(offsetof(pair_state, chain) + chains_of(edges) * sizeof(chain))
-             : RIM_SELECT_PAIR_BYTES;
+static size_t cell_bytes(bool small, size_t grid) {
+  return small ? 0u : RIM_SELECT_ROUND8(2u * grid * grid);
 }
-static size_t cell_bytes(uint32_t edges, size_t grid) {
-  return edges < FEW_EDGES ? 0u : RIM_SELECT_ROUND8(2u * grid * grid);
-}
-static size_t link_bytes(uint32_t edges, size_t ring) {
-  return edges < FEW_EDGES ? 0u : RIM_SELECT_ROUND8(2u * ring);
+static size_t link_bytes(bool small, size_t ring) {
+  return small ? 0u : RIM_SELECT_ROUND8(2u * ring);
 }
 
 static size_t size_of(const rim_select_config *c) {
   const size_t most =
       RIM_SELECT_SIZE(c->features, c->channels, c->ring, c->bins, c->grid, c->pairs);
-  const size_t unused = cell_bytes(FEW_EDGES, c->grid) - cell_bytes(c->edges, c->grid) +
-                        link_bytes(FEW_EDGES, c->ring) - link_bytes(c->edges, c->ring);
-  return most - unused - c->pairs * (RIM_SELECT_PAIR_BYTES - pair_bytes(c->edges));
+  const size_t unused = cell_bytes(false, c->grid) - cell_bytes(c->small, c->grid) +
+                        link_bytes(false, c->ring) - link_bytes(c->small, c->ring);
+  return most - unused - c->pairs * (RIM_SELECT_PAIR_BYTES - pair_bytes(c->small));
 }
 
 rim_status rimi_select_size(const rim_select_config *config, size_t *bytes) {
   if (config == NULL || bytes == NULL)
     return RIM_E_ARGUMENT;
-  const rim_select_config c = filled(config);
+  const rim_select_config c = rimi_select_filled(config);
   if (!counts_are_valid(&c))
     return RIM_E_CONFIG;
   *bytes = size_of(&c);
@@ -104,12 +101,12 @@ static void lay_out(rim_select *e) {
   e->channel_at = (uint32_t)at;
   at += RIM_SELECT_ROUND8(48u * channels);
   e->pair_at = (uint32_t)at;
-  e->pair_bytes = (uint32_t)pair_bytes(e->edges);
+  e->pair_bytes = (uint32_t)pair_bytes(e->small);
   at += e->pair_bytes * (size_t)e->pairs;
   e->cell_at = (uint32_t)at;
-  at += cell_bytes(e->edges, e->grid);
+  at += cell_bytes(e->small, e->grid);
   e->link_at = (uint32_t)at;
-  at += link_bytes(e->edges, e->ring);
+  at += link_bytes(e->small, e->ring);
   e->grid_at = (uint32_t)at;
 }
 
@@ -126,7 +123,7 @@ rim_status rimi_select_init(rim_select **engine, void *memory, size_t bytes,
     return RIM_E_ARGUMENT;
   if ((uintptr_t)memory % 8u != 0)
     return RIM_E_ALIGN;
-  const rim_select_config c = filled(config);
+  const rim_select_config c = rimi_select_filled(config);
   if (!counts_are_valid(&c))
     return RIM_E_CONFIG;
   if (bytes < size_of(&c))
@@ -145,7 +142,8 @@ rim_status rimi_select_init(rim_select **engine, void *memory, size_t bytes,
   e->scans = c.scans;
   e->edges = c.edges;
   e->moves = c.moves;
-  e->chains = (uint16_t)chains_of(c.edges);
+  e->small = c.small;
+  e->chains = (uint16_t)chains_of(c.small);
   e->seed = c.seed;
   lay_out(e);
   set_penalties(e);
@@ -306,7 +304,7 @@ void rimi_select_work(rim_select *e, uint32_t budget) {
     if (e->pairs > 0) {
       rimi_select_sweep(e, e->edges);
       update_scores(e);
-      if (e->edges >= FEW_EDGES || e->entered == 0)
+      if (!e->small || e->entered == 0)
         rimi_select_pool_move(e, e->moves);
     }
     update_scores(e);
@@ -332,10 +330,10 @@ static uint32_t earliest_inside(const rim_select *e, const rim_candidate *candid
   for (uint32_t i = 0; i < e->held; ++i) {
     const uint8_t *row = select_row(e, slot);
     for (uint32_t k = 0; k < candidate->dims; ++k) {
-      const uint16_t f = candidate->region.feature[k];
+      const uint16_t f = candidate->region.unit.feature[k];
       u[f] = ((double)row[f] + 0.5) / 256.0;
     }
-    if (rim_region_contains(&candidate->region, u))
+    if (rimi_unit_region_contains(&candidate->region, u))
       return index_of(e, slot);
     slot = slot + 1u == e->ring ? 0u : slot + 1u;
   }
@@ -387,7 +385,7 @@ static void find_best(const rim_select *e, uint32_t channel, rim_candidate *out)
     out->s = sum[s->last + 1] - sum[s->first];
     out->ln_anom = (double)s->ln_anom;
     best = out->ln_anom - (double)e->penalty[1];
-    interval_region(e, state->best_feature, s, &out->region);
+    interval_region(e, state->best_feature, s, &out->region.unit);
   }
   for (uint32_t i = 0; i < e->pairs; ++i) {
     pair_state *p = select_pair(e, i);
@@ -402,7 +400,7 @@ static void find_best(const rim_select *e, uint32_t channel, rim_candidate *out)
     out->n = (double)p->chain[which].n;
     out->s = (double)p->chain[which].s;
     out->ln_anom = ln_anom;
-    ellipse_region(p, &p->chain[which].shape, &out->region);
+    ellipse_region(p, &p->chain[which].shape, &out->region.unit);
   }
   if (out->n > 0.0)
     out->shift = out->s / out->n;
@@ -447,17 +445,17 @@ bool rimi_select_best(const rim_select *e, rim_candidate *out) {
   return true;
 }
 
-double rimi_select_membership(const rim_select *e, const double *u) {
-  if (e == NULL || u == NULL || e->count == 0)
+double rimi_select_membership(const rim_select *e, uint16_t channel, const double *u) {
+  if (e == NULL || u == NULL || channel >= e->channels || e->count == 0)
     return 0.0;
   rim_candidate best;
-  find_best(e, best_channel(e), &best);
+  find_best(e, channel, &best);
   if (best.dims < 2)
-    return rim_region_contains(&best.region, u) ? 1.0 : 0.0;
+    return rimi_unit_region_contains(&best.region, u) ? 1.0 : 0.0;
   for (uint32_t i = 0; i < e->pairs; ++i) {
     const pair_state *p = select_pair(e, i);
-    if (p->active && p->channel == best.channel && p->x == best.region.feature[0] &&
-        p->y == best.region.feature[1]) {
+    if (p->active && p->channel == best.channel && p->x == best.region.unit.feature[0] &&
+        p->y == best.region.unit.feature[1]) {
       return rimi_select_pair_membership(e, p, u[p->x], u[p->y]);
     }
   }

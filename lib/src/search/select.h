@@ -13,9 +13,9 @@
  *     other feature sheared by the base: with 100 features H3 alone ranks the right partner first
  *     in 90 % of golf runs, with shear in 96 %;
  *   - a pool of active (feature, feature, channel) triples, each a grid of prefix sums and 24
- *     ellipses (12 with fewer than 48 edges a unit), which move by differential evolution. The
+ *     ellipses (12 in the small profile), which move by differential evolution. The
  *     leading pair's are accepted by the rule of Metropolis at temperature 1, on the ring's own
- *     points where an edge cuts a cell (with fewer edges on the grid alone): once they
+ *     points where an edge cuts a cell (in the small profile on the grid alone): once they
  *     have climbed, they are a sample of the posterior over ellipses (flat prior, likelihood ratio
  *     eq. 3.1), and membership of a point is the average over them. A pair that is not the leader
  *     stays or goes by its latest H3, not by its best ellipse.
@@ -35,7 +35,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "rim/region.h"
+#include "base/ellipsoid.h"
 #include "rim/status.h"
 
 #ifdef __cplusplus
@@ -64,13 +64,16 @@ typedef struct rim_select_config {
   uint16_t features; /* 1..128 */
   uint16_t channels; /* 1..128; 0: 1 */
   uint16_t ring;     /* observations kept for backfill, 16..4096; 0: 512 */
-  uint16_t bins;     /* a feature, 4..32; 0: 16 */
-  uint16_t grid;     /* cells a side, 8..64; 0: 32 */
+  uint16_t bins;     /* per feature, 4..32; 0: 16 */
+  uint16_t grid;     /* cells per side, 8..64; 0: 32 */
   uint16_t pairs;    /* active pairs, 1..16; 0: 6 (with one feature none is used) */
   /* Work of one unit of budget (rimi_select_work): */
   uint16_t scans; /* (feature, channel) slices rescanned; 0: 16 */
   uint16_t edges; /* conditional intervals, H3 and its sheared forms; 0: 48 */
   uint16_t moves; /* ellipses proposed and evaluated; 0: 64 */
+  bool small;     /* the small profile, for small processors: 12 ellipses per pair, none of them
+                     corrected by the ring's points; one pair per unit enters, and in its unit none
+                     moves; sheared intervals only where the plain one might enter */
   uint64_t seed;
   const float *a; /* [channels], > 0; NULL: 1. Copied. */
   const float *b; /* [channels], >= 0; NULL: 0. Copied. */
@@ -78,15 +81,15 @@ typedef struct rim_select_config {
 
 /* A hypothesis: this channel's mean is shifted in this region. */
 typedef struct rim_candidate {
-  uint8_t dims; /* 0..2; region.dims equals it */
+  uint8_t dims; /* 0..2; region.unit.dims equals it */
   uint16_t channel;
-  rim_region region; /* over unit features; dims 1 is the interval as an ellipsoid, bounds exact */
-  double n;          /* observations inside */
-  double s;          /* sum of their residuals */
-  double shift;      /* most likely shift, s / n (eq. 3.6) */
-  double ln_anom;    /* F, natural logarithm of eq. 3.1 */
-  double score;      /* ln_anom * scale_c - offset_c, less a penalty for the number of features */
-  uint32_t since;    /* index (from 0) of the earliest observation in the ring inside the region;
+  rim_unit_region region; /* dims 1 is the interval as an ellipsoid, bounds exact */
+  double n;               /* observations inside */
+  double s;               /* sum of their residuals */
+  double shift;           /* most likely shift, s / n (eq. 3.6) */
+  double ln_anom;         /* F, natural logarithm of eq. 3.1 */
+  double score;   /* ln_anom * scale_c - offset_c, less a penalty for the number of features */
+  uint32_t since; /* index (from 0) of the earliest observation in the ring inside the region;
                         UINT32_MAX: none */
 } rim_candidate;
 
@@ -105,8 +108,8 @@ typedef struct rim_select rim_select;
 #define RIM_SELECT_HEADER_BYTES 2048u /* at least the private header; checked in select.c */
 #define RIM_SELECT_ROUND8(bytes) ((((size_t)(bytes)) + 7u) / 8u * 8u)
 #define RIM_SELECT_PAIR_BYTES 1024u
-/* Bytes of one engine, at most: with fewer than 48 edges less is needed, see rimi_select_size(). A
- * constant expression. Every argument explicit (not 0). */
+/* Bytes of one engine, at most: the small profile needs less, see rimi_select_size(). A constant
+ * expression. Every argument explicit (not 0). */
 #define RIM_SELECT_SIZE(features, channels, ring, bins, grid, pairs)                               \
   (RIM_SELECT_HEADER_BYTES +                                                                       \
    RIM_SELECT_ROUND8(4u * (size_t)(features) * (size_t)(bins) * (size_t)(channels)) +              \
@@ -119,6 +122,9 @@ typedef struct rim_select rim_select;
    RIM_SELECT_ROUND8(2u * (size_t)(grid) * (size_t)(grid)) +                                       \
    (size_t)(pairs) *                                                                               \
        (RIM_SELECT_ROUND8(6u * (size_t)(grid) * ((size_t)(grid) + 1u)) + RIM_SELECT_PAIR_BYTES))
+
+/* The configuration with the defaults instead of zeros. Nothing is checked. */
+rim_select_config rimi_select_filled(const rim_select_config *config);
 
 /* Bytes for this configuration, defaults filled in. RIM_E_ARGUMENT: NULL; RIM_E_CONFIG: a count out
  * of range; *bytes unchanged on error. */
@@ -151,7 +157,7 @@ rim_status rimi_select_observe(rim_select *engine, const double *u, const double
 /* Search for `budget` units. One unit is at most `scans` interval scans, O(bins^2) each; `edges` +
  * 4 conditional intervals, O(ring + 16^2) each; 2 pairs entering the pool, each a backfill of
  * O(ring + grid^2) and 24 ellipses; `moves` + edges / 5 + 48 further ellipses, O(grid) each (an
- * entering leader is evaluated anew); for the leader's ellipses also the ring's points in cells on
+ * entering leader is evaluated again); for the leader's ellipses also the ring's points in cells on
  * their boundary. Does nothing before the first observation. Stack < 2 kB. */
 void rimi_select_work(rim_select *engine, uint32_t budget);
 
@@ -167,15 +173,15 @@ bool rimi_select_best_of_channel(const rim_select *engine, uint16_t channel, rim
 bool rimi_select_shift_of_channel(const rim_select *engine, uint16_t channel, rim_candidate *out);
 
 /* [channels]: ln anom of each channel's best hypothesis less the penalty for its number of features
- * (expected nominal maximum of so many alternatives), never below 0. Valid until the next call that
- * changes the engine; brought up to date by observe and work. */
+ * (expected nominal maximum over as many alternatives), never below 0. Valid until the next call
+ * that changes the engine; brought up to date by observe and work. */
 const float *rimi_select_channel_scores(const rim_select *engine);
 
-/* Chance, 0..1, that a context lies inside the region of the best hypothesis: share of the ellipses
- * that hold it for two features; 0 or 1 for one (NaN: 0); 1 for none. u: `features` unit features.
- * 0 before the first observation. For a decision compare with RIM_SELECT_MEMBERSHIP_CUT. O(channels
- * + pairs * chains). */
-double rimi_select_membership(const rim_select *engine, const double *u);
+/* Chance, 0..1, that a context lies inside the region of a channel's best hypothesis: share of the
+ * ellipses that hold it for two features; 0 or 1 for one (NaN: 0); 1 for none. u: `features` unit
+ * features. 0 before the first observation and for channel >= channels. For a decision compare with
+ * RIM_SELECT_MEMBERSHIP_CUT. O(channels + pairs * chains). */
+double rimi_select_membership(const rim_select *engine, uint16_t channel, const double *u);
 #define RIM_SELECT_MEMBERSHIP_CUT 0.5
 
 uint32_t rimi_select_observations(const rim_select *engine);

@@ -482,7 +482,7 @@ void rimi_select_pool_offer(rim_select *e, const select_offer *offer) {
     }
     return;
   }
-  if (e->edges < FEW_EDGES) {
+  if (e->small) {
     if (!e->waits || offer_priority(e, offer) > offer_priority(e, &e->waiting))
       e->waiting = *offer;
     e->waits = true;
@@ -619,7 +619,7 @@ void rimi_select_pool_move(rim_select *e, uint32_t budget) {
     pair_state *p = select_pair(e, i);
     if (!p->active)
       continue;
-    const uint8_t exact = i == e->leader && e->edges >= FEW_EDGES ? 1 : 0;
+    const uint8_t exact = i == e->leader && !e->small ? 1 : 0;
     if (p->exact != exact)
       refresh(e, i, exact);
     if (i == e->leader)

@@ -15,12 +15,11 @@
 #define EDGE_BINS 16u     /* of a conditional interval */
 #define SHEARS 4u         /* further intervals of an edge that comes near */
 #define ENTRIES_A_UNIT 2u /* pairs that may enter the pool, */
-/* With fewer edges a unit than this, for small processors: one pair a unit, the best of those
- * offered, and in its unit no ellipse moves; shears only where the plain H3 might itself enter the
- * pool; half of the ellipses a pair, each moving twice as often; and the leader's keep the grid's
- * resolution instead of being corrected point by point. */
-#define FEW_EDGES 48u
-#define FEW_CHAINS 12u
+/* The small profile, for small processors: one pair per unit enters, the best of those offered, and
+ * in its unit no ellipse moves; shears are tried only where the plain H3 might itself enter the
+ * pool; a pair has half of the ellipses, each moving twice as often; and the leader's ellipses keep
+ * the grid's resolution instead of being corrected point by point. */
+#define SMALL_CHAINS 12u
 
 /* Best interval of a (channel, feature) slice when it was last scanned. */
 typedef struct slice {
@@ -90,12 +89,14 @@ struct rim_select {
   float penalty[3];
   uint32_t sum_at, count_at, ring_at, residual_at, slice_at, channel_at, pair_at, grid_at, mask_at;
   uint32_t pair_bytes;
-  uint32_t cell_at; /* not with few edges: uint16_t [grid][grid]: 1 + newest ring slot in that cell
+  uint32_t
+      cell_at; /* not in the small profile: uint16_t [grid][grid]: 1 + newest ring slot in that cell
                        of the leader */
   uint32_t link_at; /* uint16_t [ring]: 1 + next older slot in the same cell; 0: none */
   rim_select_effort effort;
-  select_offer waiting; /* with few edges: the best offer, until a unit takes it */
+  select_offer waiting; /* small profile: the best offer, until a unit takes it */
   bool waits;
+  bool small;
   rim_rng rng;
   uint64_t seed;
   float root[SELECT_ROOTS + 1];
@@ -157,7 +158,7 @@ double rimi_select_pool_bar(const rim_select *e, uint32_t *weakest);
 void rimi_select_pool_offer(rim_select *e, const select_offer *offer);
 void rimi_select_pool_enter(
     rim_select *e); /* at the end of a sweep's slice: the offer that waits */
-void rimi_select_pool_refresh(rim_select *e, uint32_t pair); /* evaluates every ellipse anew */
+void rimi_select_pool_refresh(rim_select *e, uint32_t pair); /* evaluates every ellipse again */
 void rimi_select_pool_move(rim_select *e, uint32_t budget);
 double rimi_select_pair_membership(const rim_select *e, const pair_state *p, double x, double y);
 #endif

@@ -6,8 +6,8 @@
 #include "base/real.h"
 #include "search/select_private.h"
 
-#define WAIT_BONUS 0.5        /* nats a sweep that a base has waited, */
-#define WAIT_MAX 24           /* for at most so many sweeps */
+#define WAIT_BONUS 0.5        /* nats per sweep that a base has waited, */
+#define WAIT_MAX 24           /* for at most this many sweeps */
 #define NEAR_ENOUGH 6.0       /* nats below the pool's bar: the most that shear was seen to add */
 #define GROWTH_AT_EDGE 0.35   /* of the interval's width */
 #define ELLIPSE_OVER_BOX 1.15 /* 2 / sqrt pi = 1.13 gives equal areas */
@@ -137,7 +137,7 @@ void rimi_select_scan(rim_select *e, uint32_t budget) {
 }
 
 /* The next base: the most anomalous interval, with a bonus for those that have waited, so that
- * weaker ones get their turn too. O(features * channels), once a sweep. */
+ * weaker ones get their turn too. O(features * channels), once per sweep. */
 static void choose_base(rim_select *e) {
   double best = -DBL_MAX;
   ++e->sweeps;
@@ -271,7 +271,7 @@ static uint32_t try_edge(rim_select *e, const uint16_t *mask, uint32_t masked, u
   const channel_state *state = select_channel(e, e->base_channel);
   const double bar = rimi_select_pool_bar(e, NULL);
   /* In nats of this channel, what the plain H3 may lack at most. */
-  const double lacks = e->edges < FEW_EDGES ? 0.0 : NEAR_ENOUGH;
+  const double lacks = e->small ? 0.0 : NEAR_ENOUGH;
   const double least = (bar + (double)state->offset) / (double)state->scale - lacks;
   found best = conditional(e, mask, masked, f, 0, least);
   const double nearly = select_priority(state, best.ln_anom + NEAR_ENOUGH);

@@ -118,15 +118,12 @@ rim_status rim_can_unpack_summary(rim_can_summary *summary, const rim_can_frame 
 /* The offsets are public: rim/can.h. */
 static void put_record(uint8_t *at, const rim_alarm *a) {
   const rim_region *region = &a->region;
-  const uint8_t code[7] = {a->detector, a->state,    a->level,    a->kind,
-                           a->flags,    a->channels, region->dims};
   at = rimi_le_put_f64(at, a->t_s);
   at = rimi_le_put_f64(at, a->since_s);
   at = rimi_le_put_u32(at, a->seq);
   at = rimi_le_put_u32(at, a->model_id);
   at = rimi_le_put_u32(at, a->observations);
-  memcpy(at, code, sizeof code);
-  at += sizeof code;
+  at = put_alarm_codes(at, a);
   for (size_t i = 0; i < RIM_ALARM_MAX_CHANNELS; i++)
     at = rimi_le_put_u16(at, a->channel[i]);
   for (size_t i = 0; i < RIM_REGION_MAX_DIMS; i++)
@@ -150,14 +147,7 @@ static rim_status get_record(rim_alarm *a, const uint8_t *at) {
   a->seq = rimi_le_u32(at + 16, 0);
   a->model_id = rimi_le_u32(at + 20, 0);
   a->observations = rimi_le_u32(at + 24, 0);
-  a->detector = at[28];
-  a->state = at[29];
-  a->level = at[30];
-  a->kind = at[31];
-  a->flags = at[32];
-  a->channels = at[33];
-  region->dims = at[34];
-  at += 35;
+  at = get_alarm_codes(at + 28, a);
   for (size_t i = 0; i < RIM_ALARM_MAX_CHANNELS; i++, at += 2)
     a->channel[i] = rimi_le_u16(at, 0);
   for (size_t i = 0; i < RIM_REGION_MAX_DIMS; i++, at += 2)
@@ -171,9 +161,7 @@ static rim_status get_record(rim_alarm *a, const uint8_t *at) {
   at = get_f32(at, &a->ln_anom, 1);
   at = get_f32(at, &a->threshold, 1);
   get_f32(at, &a->p_value, 1);
-  if (!alarm_codes_in_range(a))
-    return RIM_E_RANGE;
-  return alarm_is_finite(a) ? RIM_OK : RIM_E_DATA;
+  return check_alarm(a);
 }
 
 rim_status rim_can_pack_detail(rim_can_frame frame[RIM_CAN_DETAIL_FRAMES], uint32_t node,

@@ -35,9 +35,9 @@ static signal signal_at(const rim_can_table *table, size_t index) {
   return s;
 }
 
-/* Whether so many bits from `start` lie in so many bytes. Motorola: start is the most significant
- * bit, counted as everywhere 8 * byte + bit; the next one is below it, below bit 0 comes bit 7 of
- * the next byte. */
+/* Whether `bits` bits from `start` lie within `bytes` bytes. Motorola: start is the most
+ * significant bit, counted as everywhere 8 * byte + bit; the next one is below it, below bit 0
+ * comes bit 7 of the next byte. */
 static bool bits_fit(uint32_t start, uint32_t bits, bool motorola, uint32_t bytes) {
   if (bits == 0 || bits > 64 || start >= 8 * bytes)
     return false;

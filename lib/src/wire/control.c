@@ -36,9 +36,7 @@ rim_status rim_lcm_pack_command(uint8_t *out, size_t bytes, const rim_command *i
 }
 
 rim_status rim_lcm_unpack_command(rim_command *out, const uint8_t *in, size_t bytes) {
-  if (out == NULL || in == NULL)
-    return RIM_E_ARGUMENT;
-  const rim_status status = check_message(in, bytes, RIM_LCM_COMMAND_SIZE, HASH_COMMAND);
+  const rim_status status = check_message(out, in, bytes, RIM_LCM_COMMAND_SIZE, HASH_COMMAND);
   if (status != RIM_OK)
     return status;
   out->sequence = rimi_be_u32(in + 8);
@@ -61,9 +59,7 @@ rim_status rim_lcm_pack_counters(uint8_t *out, size_t bytes, const rim_counters 
 }
 
 rim_status rim_lcm_unpack_counters(rim_counters *out, const uint8_t *in, size_t bytes) {
-  if (out == NULL || in == NULL)
-    return RIM_E_ARGUMENT;
-  const rim_status status = check_message(in, bytes, RIM_LCM_COUNTERS_SIZE, HASH_COUNTERS);
+  const rim_status status = check_message(out, in, bytes, RIM_LCM_COUNTERS_SIZE, HASH_COUNTERS);
   if (status != RIM_OK)
     return status;
   uint32_t value[RIM_COUNTERS_FIELDS];

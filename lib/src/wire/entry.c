@@ -48,9 +48,7 @@ static rim_status check_poses(const uint8_t *in, uint32_t count) {
 }
 
 rim_status rim_lcm_unpack_plan(rim_plan *plan, const uint8_t *in, size_t bytes) {
-  if (plan == NULL || in == NULL)
-    return RIM_E_ARGUMENT;
-  rim_status status = check_message(in, bytes, RIM_LCM_PLAN_SIZE, HASH_PLAN);
+  rim_status status = check_message(plan, in, bytes, RIM_LCM_PLAN_SIZE, HASH_PLAN);
   if (status != RIM_OK)
     return status;
   const uint32_t count = rimi_be_u32(in + 20);
@@ -119,9 +117,7 @@ rim_status rim_lcm_pack_entry(uint8_t *out, size_t bytes, const rim_entry *entry
 }
 
 rim_status rim_lcm_unpack_entry(rim_entry *entry, const uint8_t *in, size_t bytes) {
-  if (entry == NULL || in == NULL)
-    return RIM_E_ARGUMENT;
-  const rim_status status = check_message(in, bytes, RIM_LCM_ENTRY_SIZE, HASH_ENTRY);
+  const rim_status status = check_message(entry, in, bytes, RIM_LCM_ENTRY_SIZE, HASH_ENTRY);
   if (status != RIM_OK)
     return status;
   entry->t_s = rimi_be_f64(in + 8);

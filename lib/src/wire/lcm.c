@@ -59,9 +59,8 @@ rim_status rim_lcm_pack_observation(uint8_t *out, size_t bytes, const rim_observ
 
 rim_status rim_lcm_unpack_observation(rim_observation_message *out, const uint8_t *in,
                                       size_t bytes) {
-  if (out == NULL || in == NULL)
-    return RIM_E_ARGUMENT;
-  const rim_status status = check_message(in, bytes, RIM_LCM_OBSERVATION_SIZE, HASH_OBSERVATION);
+  const rim_status status =
+      check_message(out, in, bytes, RIM_LCM_OBSERVATION_SIZE, HASH_OBSERVATION);
   if (status != RIM_OK)
     return status;
   const uint64_t t_us = rimi_be_u64(in + 8);
@@ -83,16 +82,13 @@ rim_status rim_lcm_pack_alarm(uint8_t *out, size_t bytes, const rim_alarm *in) {
   if (!alarm_is_finite(in))
     return RIM_E_DATA;
   const rim_region *region = &in->region;
-  const uint8_t code[7] = {in->detector, in->state,    in->level,   in->kind,
-                           in->flags,    in->channels, region->dims};
   uint8_t *at = rimi_be_put_u64(out, HASH_ALARM);
   at = put_f64(at, &in->t_s, 1);
   at = put_f64(at, &in->since_s, 1);
   at = rimi_be_put_u32(at, in->seq);
   at = rimi_be_put_u32(at, in->model_id);
   at = rimi_be_put_u32(at, in->observations);
-  memcpy(at, code, sizeof code);
-  at = put_u16s(at + sizeof code, in->channel, RIM_ALARM_MAX_CHANNELS);
+  at = put_u16s(put_alarm_codes(at, in), in->channel, RIM_ALARM_MAX_CHANNELS);
   at = put_f64(at, in->shift, RIM_ALARM_MAX_CHANNELS);
   at = put_f64(at, in->shift_sd, RIM_ALARM_MAX_CHANNELS);
   at = put_u16s(at, region->feature, RIM_REGION_MAX_DIMS);
@@ -107,9 +103,7 @@ rim_status rim_lcm_pack_alarm(uint8_t *out, size_t bytes, const rim_alarm *in) {
 }
 
 rim_status rim_lcm_unpack_alarm(rim_alarm *out, const uint8_t *in, size_t bytes) {
-  if (out == NULL || in == NULL)
-    return RIM_E_ARGUMENT;
-  const rim_status status = check_message(in, bytes, RIM_LCM_ALARM_SIZE, HASH_ALARM);
+  const rim_status status = check_message(out, in, bytes, RIM_LCM_ALARM_SIZE, HASH_ALARM);
   if (status != RIM_OK)
     return status;
   rim_region *region = &out->region;
@@ -118,14 +112,7 @@ rim_status rim_lcm_unpack_alarm(rim_alarm *out, const uint8_t *in, size_t bytes)
   at = get_u32(at, &out->seq);
   at = get_u32(at, &out->model_id);
   at = get_u32(at, &out->observations);
-  out->detector = at[0];
-  out->state = at[1];
-  out->level = at[2];
-  out->kind = at[3];
-  out->flags = at[4];
-  out->channels = at[5];
-  region->dims = at[6];
-  at = get_u16s(at + 7, out->channel, RIM_ALARM_MAX_CHANNELS);
+  at = get_u16s(get_alarm_codes(at, out), out->channel, RIM_ALARM_MAX_CHANNELS);
   at = get_f64(at, out->shift, RIM_ALARM_MAX_CHANNELS);
   at = get_f64(at, out->shift_sd, RIM_ALARM_MAX_CHANNELS);
   at = get_u16s(at, region->feature, RIM_REGION_MAX_DIMS);
@@ -136,9 +123,7 @@ rim_status rim_lcm_unpack_alarm(rim_alarm *out, const uint8_t *in, size_t bytes)
   at = get_f64(at, &out->ln_anom, 1);
   at = get_f64(at, &out->threshold, 1);
   get_f64(at, &out->p_value, 1);
-  if (!alarm_codes_in_range(out))
-    return RIM_E_RANGE;
-  return alarm_is_finite(out) ? RIM_OK : RIM_E_DATA;
+  return check_alarm(out);
 }
 
 rim_status rim_lcm_pack_health(uint8_t *out, size_t bytes, const rim_health_message *in) {
@@ -163,9 +148,7 @@ rim_status rim_lcm_pack_health(uint8_t *out, size_t bytes, const rim_health_mess
 }
 
 rim_status rim_lcm_unpack_health(rim_health_message *out, const uint8_t *in, size_t bytes) {
-  if (out == NULL || in == NULL)
-    return RIM_E_ARGUMENT;
-  const rim_status status = check_message(in, bytes, RIM_LCM_HEALTH_SIZE, HASH_HEALTH);
+  const rim_status status = check_message(out, in, bytes, RIM_LCM_HEALTH_SIZE, HASH_HEALTH);
   if (status != RIM_OK)
     return status;
   const uint8_t *at = get_f64(in + 8, &out->t_s, 1);

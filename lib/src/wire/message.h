@@ -29,10 +29,41 @@ static inline bool alarm_is_finite(const rim_alarm *a) {
          all_finite(a->region.upper, RIM_REGION_MAX_DIMS);
 }
 
+#define ALARM_CODE_BYTES 7u
+
+/* The codes of a record, a byte each, in the order of every message. */
+static inline uint8_t *put_alarm_codes(uint8_t *at, const rim_alarm *a) {
+  const uint8_t code[ALARM_CODE_BYTES] = {a->detector, a->state,    a->level,      a->kind,
+                                          a->flags,    a->channels, a->region.dims};
+  memcpy(at, code, sizeof code);
+  return at + sizeof code;
+}
+
+static inline const uint8_t *get_alarm_codes(const uint8_t *at, rim_alarm *a) {
+  a->detector = at[0];
+  a->state = at[1];
+  a->level = at[2];
+  a->kind = at[3];
+  a->flags = at[4];
+  a->channels = at[5];
+  a->region.dims = at[6];
+  return at + ALARM_CODE_BYTES;
+}
+
+/* What a record that was read is. */
+static inline rim_status check_alarm(const rim_alarm *a) {
+  if (!alarm_codes_in_range(a))
+    return RIM_E_RANGE;
+  return alarm_is_finite(a) ? RIM_OK : RIM_E_DATA;
+}
+
 /* Whether `in` is an LCM message of the type with this fingerprint and size: another type is
- * RIM_E_MAGIC whatever its length, unless there are not even the 8 bytes of a fingerprint. */
-static inline rim_status check_message(const uint8_t *in, size_t bytes, size_t size,
-                                       uint64_t fingerprint) {
+ * RIM_E_MAGIC whatever its length, unless there are not even the 8 bytes of a fingerprint.
+ * RIM_E_ARGUMENT: it is NULL, or `out`, where its contents go. */
+static inline rim_status check_message(const void *out, const uint8_t *in, size_t bytes,
+                                       size_t size, uint64_t fingerprint) {
+  if (out == NULL || in == NULL)
+    return RIM_E_ARGUMENT;
   if (bytes < 8)
     return RIM_E_TRUNCATED;
   if (rimi_be_u64(in) != fingerprint)

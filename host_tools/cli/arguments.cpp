@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: MIT
+#include "cli/arguments.hpp"
+
+#include <cstdint>
+
+#include <CLI/CLI.hpp>
+
+#include "util/error.hpp"
+
+namespace rim::cli {
+
+Check range(int least, int most) {
+  return {Check::Kind::whole, static_cast<double>(least), static_cast<double>(most), {}};
+}
+Check range(unsigned least, unsigned most) {
+  return {Check::Kind::unsigned_whole, static_cast<double>(least), static_cast<double>(most), {}};
+}
+Check range(double least, double most) { return {Check::Kind::range, least, most, {}}; }
+Check positive_number() { return {Check::Kind::positive, 0.0, 0.0, {}}; }
+Check non_negative_number() { return {Check::Kind::not_negative, 0.0, 0.0, {}}; }
+Check is_member(std::vector<std::string> words) {
+  return {Check::Kind::member, 0.0, 0.0, std::move(words)};
+}
+Check existing_file() { return {Check::Kind::existing_file, 0.0, 0.0, {}}; }
+
+namespace {
+
+CLI::Validator validator(const Check &check) {
+  switch (check.kind) {
+  case Check::Kind::range:
+    return CLI::Range(check.least, check.most);
+  case Check::Kind::whole:
+    return CLI::Range(static_cast<int>(check.least), static_cast<int>(check.most));
+  case Check::Kind::unsigned_whole:
+    return CLI::Range(static_cast<unsigned>(check.least), static_cast<unsigned>(check.most));
+  case Check::Kind::positive:
+    return CLI::PositiveNumber;
+  case Check::Kind::not_negative:
+    return CLI::NonNegativeNumber;
+  case Check::Kind::member:
+    return CLI::IsMember(check.words);
+  case Check::Kind::existing_file:
+    break;
+  }
+  return CLI::ExistingFile;
+}
+
+} // namespace
+
+Option Option::required() { return Option(option_->required()); }
+Option Option::check(const Check &check) { return Option(option_->check(validator(check))); }
+Option Option::type_name(const std::string &name) { return Option(option_->type_name(name)); }
+Option Option::delimiter(char between) { return Option(option_->delimiter(between)); }
+Option Option::expected(int values) { return Option(option_->expected(values)); }
+Option Option::repeated() {
+  return Option(option_->expected(1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll));
+}
+Option Option::excludes(const Option &other) { return Option(option_->excludes(other.option_)); }
+Option Option::needs(const Option &other) { return Option(option_->needs(other.option_)); }
+std::size_t Option::count() const { return option_->count(); }
+
+Arguments::Arguments(const std::string &description, const std::string &name)
+    : own_(std::make_unique<CLI::App>(description, name)), app_(own_.get()) {}
+Arguments::Arguments(CLI::App *subcommand) : app_(subcommand) {}
+Arguments::~Arguments() = default;
+
+template <class T>
+Option Arguments::add_option(const std::string &name, T &value, const std::string &help) {
+  return Option(app_->add_option(name, value, help));
+}
+template Option Arguments::add_option(const std::string &, std::string &, const std::string &);
+template Option Arguments::add_option(const std::string &, double &, const std::string &);
+template Option Arguments::add_option(const std::string &, std::uint32_t &, const std::string &);
+template Option Arguments::add_option(const std::string &, std::uint64_t &, const std::string &);
+template Option Arguments::add_option(const std::string &, std::vector<std::string> &,
+                                      const std::string &);
+template Option Arguments::add_option(const std::string &, std::vector<double> &,
+                                      const std::string &);
+template Option Arguments::add_option(const std::string &, std::vector<std::size_t> &,
+                                      const std::string &);
+
+Option Arguments::add_flag(const std::string &name, bool &value, const std::string &help) {
+  return Option(app_->add_flag(name, value, help));
+}
+
+std::size_t Arguments::count(const std::string &name) const { return app_->count(name); }
+void Arguments::footer(const std::string &text) { app_->footer(text); }
+
+Arguments *Arguments::add_subcommand(const std::string &name, const std::string &description) {
+  app_->require_subcommand(1);
+  subcommands_.push_back(
+      std::unique_ptr<Arguments>(new Arguments(app_->add_subcommand(name, description))));
+  return subcommands_.back().get();
+}
+
+bool Arguments::parsed() const { return app_->parsed(); }
+
+bool Arguments::parse(int argc, char **argv) {
+  try {
+    app_->parse(argc, argv);
+    return true;
+  } catch (const CLI::ParseError &e) {
+    if (e.get_exit_code() != 0)
+      throw UsageError(e.what());
+    app_->exit(e);
+    return false;
+  }
+}
+
+} // namespace rim::cli

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+#include "log/read.hpp"
+
+#include <utility>
+
+#include "log/candump_log.hpp"
+#include "log/csv_read.hpp"
+#include "log/derive.hpp"
+#include "log/lcm_log.hpp"
+#include "log/log.hpp"
+#include "util/atomic_file.hpp"
+#include "util/error.hpp"
+
+namespace rim {
+
+LogForm form_of_log(std::string_view bytes) {
+  return is_lcm_log(bytes)       ? LogForm::lcm_events
+         : is_candump_log(bytes) ? LogForm::candump
+                                 : LogForm::csv;
+}
+
+Log read_log(const std::string &path, const Schema *schema, const ReadOptions &options) {
+  std::string text = read_file(path);
+  const LogForm form = form_of_log(text);
+  if (form == LogForm::candump) {
+    if (schema != nullptr)
+      throw DataError(path + ": " + schema->path +
+                      ": a schema has no meaning for a log of CAN frames, whose table of signals "
+                      "is in the model");
+    return read_candump_log(path, text, options);
+  }
+  Log log = form == LogForm::lcm_events ? read_lcm_log(path, text, schema, options)
+                                        : read_csv_log(path, std::move(text), schema, options);
+  if (schema != nullptr)
+    resample(log, *schema);
+  return log;
+}
+
+Log read_log(const std::string &path, const Schema *schema) {
+  return read_log(path, schema, ReadOptions());
+}
+
+} // namespace rim

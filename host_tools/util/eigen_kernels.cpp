@@ -1,0 +1,3 @@
+// SPDX-License-Identifier: MIT
+#define RIM_EIGEN_KERNEL
+#include "util/eigen_kernels.hpp"
