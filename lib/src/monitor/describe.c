@@ -164,7 +164,7 @@ static void place_region(const rim_monitor *m, const search_hypothesis *h, rim_r
   for (size_t k = 0; k < dims; ++k) {
     uint32_t low, high;
     rimi_search_edges(m->search, h->feature[k], h->first[k], h->last[k], &low, &high);
-    feature[k] = rimi_le_u16(m->region, 2u * (size_t)h->feature[k]);
+    feature[k] = monitor_region(m, h->feature[k]);
     const double step = monitor_width(m, feature[k]) / 256.0;
     lower[k] = monitor_low(m, feature[k]) + step * (double)low;
     upper[k] = monitor_low(m, feature[k]) + step * (double)(high + 1u);
@@ -260,7 +260,7 @@ static void keep_onset(const rim_monitor *m, uint16_t channel, search_hypothesis
   const bool always = (h->family == SEARCH_INTERVAL_SINCE && before->family == SEARCH_INTERVAL) ||
                       (h->family == SEARCH_BOX_SINCE && before->family == SEARCH_BOX);
   if (!m->has_explained || m->explained_channel != channel || rimi_search_oldest(m->search) == 0 ||
-      rim_monitor_standing(m, RIM_DETECTOR_RIM) == NULL || h->onset == SEARCH_FROM_START ||
+      monitor_standing(m, RIM_DETECTOR_RIM) == NULL || h->onset == SEARCH_FROM_START ||
       (!always && before->onset >= h->onset))
     return;
   search_hypothesis whole = *h;
@@ -324,7 +324,7 @@ static rim_region to_features(const rim_monitor *m, const rim_region *unit) {
   rim_region region = *unit;
   double width[RIM_REGION_MAX_DIMS];
   for (size_t i = 0; i < unit->dims; ++i) {
-    const uint16_t f = rimi_le_u16(m->region, 2u * (size_t)unit->feature[i]);
+    const uint16_t f = monitor_region(m, unit->feature[i]);
     const double low = monitor_low(m, f);
     width[i] = monitor_width(m, f);
     region.feature[i] = f;

@@ -236,6 +236,11 @@ static double halving_work(const rim_work_counts *n) {
          n->pairs * (cells * ADD + CHAINS * (ellipse_work(n) + ring_work(n)));
 }
 
+/* monitor/guard.h: whatever is summed at both ends of a call, and all of it before an alarm. */
+static double guard_work(const rim_work_counts *n) {
+  return SUM_WORD * (2.0 * n->memory_bytes + n->image_bytes) / 4.0;
+}
+
 static uint32_t saturated(double work) { return work < UINT32_MAX ? (uint32_t)work : UINT32_MAX; }
 
 void rimi_work_bound(const rim_work_counts *counts, rim_work *work) {
@@ -248,8 +253,10 @@ void rimi_work_bound(const rim_work_counts *counts, rim_work *work) {
   work->row = saturated(row);
   work->search = saturated(search);
   work->block = saturated(block);
+  const double guard = guard_work(counts);
   work->judge = saturated(judge);
-  work->step = saturated(row + search + block + judge);
+  work->guard = saturated(guard);
+  work->step = saturated(row + search + block + judge + guard);
   work->halving = counts->trained ? 0 : saturated(halving_work(counts));
 }
 
@@ -320,6 +327,8 @@ rim_status rimi_work_counts_of(const void *image, size_t image_bytes, rim_work_c
       .budget = or_default(rimi_le_u32(word, RIM_CONFIG_BUDGET), 1),
       .block_rows = rimi_le_u32(word, RIM_CONFIG_BLOCK_ROWS),
       .external = rimi_le_u32(word, RIM_CONFIG_EXTERNAL) != 0,
+      .memory_bytes = (uint32_t)size,
+      .image_bytes = (uint32_t)view.bytes,
   };
   n.trained = section_of(&view, RIM_SECTION_NOISE, &other, &bytes);
   n.channels = n.outcomes * (n.trained ? RIM_MONITOR_KINDS : 1u);

@@ -1,0 +1,24 @@
+# SPDX-License-Identifier: MIT
+# What a flight-software lead asks before it flies: firmware/ASSURANCE.md says how each of these is read.
+
+ASSURE := $(BUILD)/assurance
+ASSURE_FLAGS = -std=c11 -O2 -ffp-contract=off $(WARNINGS) $(SANITIZER_FLAGS) -Ifirmware -Ilib/include -Ilib/src
+
+$(ASSURE)/inject: tests/assurance/inject.c $(BUILD)/librim.a $(BUILD)/flags.test
+	@mkdir -p $(@D)
+	$(call say,TEST)$(CC) $(ASSURE_FLAGS) $< -o $@ $(BUILD)/librim.a -lm
+
+# A healthy landing, and one with the fault of the recordings, by the same model.
+$(ASSURE)/healthy.rec: $(CROSS)/record $(CROSS)/landing/model.rim
+	@mkdir -p $(@D)
+	$(call say,RIM )$(BUILD)/rim simulate lander --out $(@D)/healthy --runs 1 --seed 77 > $(@D)/healthy.txt && \
+	  $(CROSS)/record $(CROSS)/landing/model.rim $(@D)/healthy/run_0001.csv $@
+
+FLIPS ?= 1000
+FLIP_SEED ?= 1
+.PHONY: inject
+inject: $(ASSURE)/inject $(ASSURE)/healthy.rec $(CROSS)/landing.rec ## upsets of memory, control blocks and image: what comes of a flipped bit (FLIPS=1000 FLIP_SEED=1)
+	@for where in memory control image; do \
+	  $(ASSURE)/inject $(ASSURE)/healthy.rec $$where --flips $(FLIPS) --seed $(FLIP_SEED) --from 6100 --to 7600 || exit 1; done
+	@echo "the same with a fault in the run:"; for where in memory control image; do \
+	  $(ASSURE)/inject $(CROSS)/landing.rec $$where --flips $(FLIPS) --seed $(FLIP_SEED) --from 6100 --to 7600 || exit 1; done
