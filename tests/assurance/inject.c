@@ -9,7 +9,7 @@
  *
  * memory: all of the monitor's bytes; control: the parts that hold pointers, sizes, indices and the
  * alarms' life (header, rows, head of the search); image: the flight image in RAM.
- * --blame: one line for each flip that was neither harmless nor detected. Exit 0; 2 usage; 3 data. */
+ * --blame: one line for each flip that was neither harmless nor found. Exit 0; 2 usage; 3 data. */
 #define _GNU_SOURCE
 #include <errno.h>
 #include <math.h>

@@ -236,6 +236,8 @@ static double halving_work(const rim_work_counts *n) {
          n->pairs * (cells * ADD + CHAINS * (ellipse_work(n) + ring_work(n)));
 }
 
+#define SUM_WORD 4.0 /* of a check sum */
+
 /* monitor/guard.h: whatever is summed at both ends of a call, and all of it before an alarm. */
 static double guard_work(const rim_work_counts *n) {
   return SUM_WORD * (2.0 * n->memory_bytes + n->image_bytes) / 4.0;
