@@ -43,9 +43,6 @@ typedef enum outcome {
 
 static const char *const names[OUTCOMES] = {
     "crash", "hang", "false alarm", "alarms differ", "detected", "digest only", "harmless"};
-"crash", "hang", "false alarm", "alarms differ", "detected", "digest only", "harmless"
-}
-;
 
 typedef struct flight {
   uint8_t *image;
