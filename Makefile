@@ -149,6 +149,7 @@ check: check-deps lib ## cppcheck, style, rooms, public and forbidden symbols, a
 	  --enable=warning,performance,portability -Ilib/include -Ilib/src lib/src
 	cppcheck --quiet --error-exitcode=1 --inline-suppr --std=c++17 --language=c++ -j2 \
 	  --enable=warning,performance,portability -Ilib/include -Ilib/src -Ihost_tools host_tools
+	@$(MAKE) --no-print-directory prove-quick trace
 	@$(MAKE) --no-print-directory -j$(TEST_JOBS) BUILD=$(BUILD)/sanitize SANITIZE=1 OPT=-O1 test-run
 
 .PHONY: check-deps

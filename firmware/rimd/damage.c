@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What follows when the monitor finds its own memory or image damaged (configuration: on_damage). */
+/* What follows when the monitor finds its memory or image damaged (configuration: on_damage). */
 #define _GNU_SOURCE
 #include <fcntl.h>
 #include <string.h>

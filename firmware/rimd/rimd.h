@@ -75,7 +75,8 @@ int rimd_start(rimd *d);
 /* Reads and checks the files alone. Returns as rimd_start. */
 int rimd_check(rimd *d);
 
-/* Until d->ending, or until *stopped becomes other than 0 (by a signal, which is let in only while waiting). */
+/* Until d->ending, or until *stopped becomes other than 0 (by a signal, which is let in only while
+ * waiting). */
 void rimd_run(rimd *d, const volatile sig_atomic_t *stopped);
 
 /* Writes the state, closes everything. Returns an exit status. */

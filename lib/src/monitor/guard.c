@@ -166,7 +166,10 @@ static uint32_t sum_slot(const rim_monitor *m, uint32_t slot) {
 }
 
 static uint32_t sum_effects(const rim_monitor *m) {
-  return m->is_trained ? rimi_search_effects_sum(m->search) : rimi_select_tables_sum(m->select);
+  if (!m->is_trained)
+    return rimi_select_tables_sum(m->select);
+  return rimi_upper_sum(rimi_search_effects_sum(m->search), m->agreement_state,
+                        AGREEMENT_STATE * (size_t)m->words[RIM_CONFIG_OUTCOMES]);
 }
 
 static uint32_t sum_ring(const rim_monitor *m) {

@@ -7,7 +7,8 @@
  *   control   the header, the rows' counters and configuration, the head of the search: everything
  *             that a pointer, size, index or alarm lies in. Whole, at the begin of every call that
  *             follows a pointer, so that no damaged one is followed
- *   effects   sums of the run's effects in each channel. Whole, before each block
+ *   effects   sums of the run's effects in each channel, and integrals of outcomes. Whole, before
+ *             each block
  *   ring      every block held, each with a sum of its own, of which the total is kept: a slice a
  *             row. So are the bins of rows with predictions, by what they have in common
  *   image     a slice a row, so that it is gone through in GUARD_IMAGE_S of flight
