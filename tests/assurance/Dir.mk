@@ -36,3 +36,26 @@ prove: prover ## prove the decoders memory-safe for all inputs up to a length, a
 	@tests/assurance/prove.sh $(PROVER)
 prove-quick: prover
 	@if [ -x $(PROVER) ]; then tests/assurance/prove.sh $(PROVER) quick; else echo "prove: skipped"; fi
+
+# Lines and branches that the unit tests run, by room, against tests/assurance/coverage.txt.
+COVERED := $(BUILD)/coverage
+.PHONY: coverage coverage-run mutate trace misra
+trace:
+	@tests/assurance/trace.py firmware/ASSURANCE.md
+
+# MISRA C:2012 by cppcheck's addon (numbers of rules alone: their text is not free).
+misra: check-deps ## MISRA C:2012 over the library, by cppcheck's addon, against the deviations in firmware/ASSURANCE.md
+	@tests/assurance/misra.sh firmware/ASSURANCE.md
+coverage: deps host ## lines and branches of lib and firmware that the unit tests run, and whether each room keeps its floor
+	@find $(COVERED) -name '*.gcda' -delete 2> /dev/null || :
+	@$(MAKE) --no-print-directory -j$(TEST_JOBS) BUILD=$(COVERED) CC='$(CC) --coverage' OPT=-O0 NM=true COVERAGE_RIM=$(BUILD)/rim coverage-run
+	@tests/assurance/coverage.py $(COVERED) tests/assurance/coverage.txt
+# The daemon's own sources are run by the daemon.
+coverage-run: $(TEST_LIB_BIN) $(BUILD)/rimd
+	@for t in $(TEST_LIB_BIN); do $$t > $$t.said 2>&1 || { cat $$t.said; exit 1; }; done
+	@for t in rimd damage; do RIM=$(abspath $(COVERAGE_RIM)) BUILD=$(abspath $(BUILD)) tests/cli/$$t.sh || exit 1; done
+
+MUTANTS ?= 40
+MUTANT_SEED ?= 1
+mutate: lib $(LCMGEN_SRC) ## wrong operators put into the library: how many do the unit tests notice? (MUTANTS=40 MUTANT_SEED=1)
+	@tests/assurance/mutate.py $(BUILD) --number $(MUTANTS) --seed $(MUTANT_SEED)

@@ -9,7 +9,7 @@ esbmc=$1 tier=${2:-all} status=0 proved=0
 wire=lib/src/wire region=lib/src/base/region.c crc=lib/src/base/crc.c
 prove() { # NAME UNWIND SECONDS WHAT SOURCE...
   local name=$1 unwind=$2 seconds=$3 what=$4; shift 4
-  [ "$tier" = quick ] && [ "$seconds" -gt 60 ] && return
+  [ "$tier" = quick ] && [ "$seconds" -gt 120 ] && return
   local began=$SECONDS said verdict
   said=$(timeout "$seconds" "$esbmc" "tests/assurance/prove/$name.c" "$@" --unwind "$unwind" --overflow-check \
     "-D__builtin_assume_aligned(p,n)=(p)" \
@@ -28,7 +28,7 @@ prove lcm_health   70  60 "any 0..size + 1 bytes" $wire/lcm.c $region
 prove lcm_command  70  60 "any 0..size + 1 bytes" $wire/control.c $region
 prove lcm_entry    70  60 "any 0..size + 1 bytes" $wire/entry.c $region
 prove lcm_counters 140 60 "any 0..size + 1 bytes" $wire/control.c $region
-prove lcm_alarm    70  60 "any 0..size + 1 bytes" $wire/lcm.c $region
+prove lcm_alarm    70  120 "any 0..size + 1 bytes" $wire/lcm.c $region
 prove can_detail   200 300 "any frame, any assembly under way: inductive" $wire/can.c $crc $region
 prove image        20  300 "any image of 0..160 bytes, any check sum: sections inside, aligned" lib/src/image/image.c
 prove table        70  600 "any table of one frame, one signal" $wire/can_table.c

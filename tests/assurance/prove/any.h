@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* any.h - what a proof's harness knows of its input: nothing. ESBMC takes a variable that is not
- * initialised as any value, so each proof is over every byte and every length up to the one named. */
+/* any.h - what the harness of a proof knows of its input: nothing. ESBMC takes a variable that is
+ * not initialised as any value, so a proof is over every byte and length up to the one named. */
 #ifndef ANY_H
 #define ANY_H
 
