@@ -14,6 +14,14 @@ $(ASSURE)/healthy.rec: $(CROSS)/record $(CROSS)/landing/model.rim
 	$(call say,RIM )$(BUILD)/rim simulate lander --out $(@D)/healthy --runs 1 --seed 77 > $(@D)/healthy.txt && \
 	  $(CROSS)/record $(CROSS)/landing/model.rim $(@D)/healthy/run_0001.csv $@
 
+$(ASSURE)/fleet: tests/assurance/fleet.c $(BUILD)/librim.a $(BUILD)/flags.test
+	@mkdir -p $(@D)
+	$(call say,TEST)$(CC) $(ASSURE_FLAGS) $< -o $@ $(BUILD)/librim.a -lm
+
+.PHONY: fleet
+fleet: $(ASSURE)/fleet $(CROSS)/landing.rec $(CROSS)/golf_flight.rec ## a thousand monitors in one process: rows a second of one core, and memory
+	@$(ASSURE)/fleet $(CROSS)/landing.rec 1 600 && $(ASSURE)/fleet $(CROSS)/landing.rec 1000 600 && $(ASSURE)/fleet $(CROSS)/golf_flight.rec 1000 100
+
 FLIPS ?= 1000
 FLIP_SEED ?= 1
 .PHONY: inject
@@ -59,3 +67,16 @@ MUTANTS ?= 40
 MUTANT_SEED ?= 1
 mutate: lib $(LCMGEN_SRC) ## wrong operators put into the library: how many do the unit tests notice? (MUTANTS=40 MUTANT_SEED=1)
 	@tests/assurance/mutate.py $(BUILD) --number $(MUTANTS) --seed $(MUTANT_SEED)
+
+# The engine of host_tools/campaign, for its test.
+CAMPAIGN_PACKAGES := dask==2026.8.0 distributed==2026.8.0
+.PHONY: campaign-deps campaign-try
+campaign-deps: deps
+	$(call install_missing,python3-venv procps)
+	@[ "$$(cat $(BUILD)/campaign/packages 2>/dev/null)" = "$(CAMPAIGN_PACKAGES)" ] || { python3 -m venv $(BUILD)/campaign && \
+	  $(BUILD)/campaign/bin/pip install --quiet $(CAMPAIGN_PACKAGES) && echo "$(CAMPAIGN_PACKAGES)" > $(BUILD)/campaign/packages; }
+campaign-try: deps
+	@mkdir -p $(BUILD)
+	@timeout 240 $(MAKE) --no-print-directory SUDO='sudo -n' campaign-deps > $(BUILD)/campaign-deps.txt 2>&1 < /dev/null || \
+	  echo "test: campaigns on a cluster are skipped: $$(grep -v '^make' $(BUILD)/campaign-deps.txt | tail -n 1)"
+test: campaign-try
