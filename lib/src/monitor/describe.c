@@ -260,7 +260,7 @@ static void keep_onset(const rim_monitor *m, uint16_t channel, search_hypothesis
   const bool always = (h->family == SEARCH_INTERVAL_SINCE && before->family == SEARCH_INTERVAL) ||
                       (h->family == SEARCH_BOX_SINCE && before->family == SEARCH_BOX);
   if (!m->has_explained || m->explained_channel != channel || rimi_search_oldest(m->search) == 0 ||
-      monitor_standing(m, RIM_DETECTOR_RIM) == NULL || h->onset == SEARCH_FROM_START ||
+      rim_monitor_standing(m, RIM_DETECTOR_RIM) == NULL || h->onset == SEARCH_FROM_START ||
       (!always && before->onset >= h->onset))
     return;
   search_hypothesis whole = *h;

@@ -46,7 +46,7 @@ static uint32_t sum_history(const rim_monitor *m) {
 }
 
 bool rimi_guard_header_holds(const rim_monitor *m) {
-  return m->guard.damaged == 0 && sum_header(m) == m->guard.header;
+  return m->guard.damaged == 0 && (m->guard.busy || sum_header(m) == m->guard.header);
 }
 
 uint8_t rimi_guard_damage(const rim_monitor *m) {
@@ -63,6 +63,7 @@ bool rimi_guard_enter(rim_monitor *m) {
     g->damaged = RIM_DAMAGE_CONTROL;
   else if (sum_history(m) != g->history)
     g->damaged = RIM_DAMAGE_RUN;
+  g->busy = g->damaged == 0;
   return g->damaged == 0;
 }
 
@@ -101,6 +102,7 @@ monitor_kept rimi_guard_kept(const rim_monitor *m) {
 }
 
 void rimi_guard_leave(rim_monitor *m) {
+  m->guard.busy = false;
   if (m->guard.damaged != 0)
     return;
   keep(m);

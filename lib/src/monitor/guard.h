@@ -50,12 +50,13 @@ typedef struct monitor_guard {
   uint32_t effects;
   uint32_t slot;      /* of the ring that a block is being written to */
   uint32_t next_bins; /* region feature whose bins are looked at next */
+  uint8_t busy;       /* within a call: the sums are those of its begin */
   uint8_t damaged;    /* RIM_DAMAGE_...; 0: nothing was found */
 } monitor_guard;
 
 /* A call begins: whether control holds. False also when damage was found before. O(header). */
 bool rimi_guard_enter(rim_monitor *m);
-/* The same of the header alone, for queries. */
+/* The same of the header alone, for queries, which may also be made within a call. */
 bool rimi_guard_header_holds(const rim_monitor *m);
 /* RIM_DAMAGE_...: what was found, and whether the header holds now. */
 uint8_t rimi_guard_damage(const rim_monitor *m);

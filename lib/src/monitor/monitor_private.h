@@ -107,11 +107,6 @@ static inline double monitor_width(const rim_monitor *m, size_t f) {
   return (double)rimi_le_f32(m->range, m->words[RIM_CONFIG_FEATURES] + f) - monitor_low(m, f);
 }
 
-/* Within a call: rim_monitor_standing() is for callers, and looks whether memory holds first. */
-static inline const rim_alarm *monitor_standing(const rim_monitor *m, rim_detector detector) {
-  return rimi_alarm_life_standing(&m->life, detector);
-}
-
 /* The feature of the image that region feature i is. */
 static inline uint16_t monitor_region(const rim_monitor *m, size_t i) {
   return rimi_le_index(m->region, 2 * i, m->words[RIM_CONFIG_FEATURES]);

@@ -235,7 +235,7 @@ static void judge(rim_monitor *m, rim_verdict *v) {
  * clears and the next one is found. */
 static void end_deviation(rim_monitor *m) {
   const search_hypothesis *h = &m->explained;
-  if (!m->is_trained || monitor_standing(m, RIM_DETECTOR_RIM) == NULL ||
+  if (!m->is_trained || rim_monitor_standing(m, RIM_DETECTOR_RIM) == NULL ||
       h->family != SEARCH_DURING || rimi_search_blocks(m->search) - h->end < MONITOR_OVER_BLOCKS)
     return;
   const double quiet_s = rimi_search_time_of(m->search, rimi_search_blocks(m->search)) -
@@ -272,7 +272,7 @@ static void search_and_judge(rim_monitor *m, bool new_block) {
   if (rimi_alarm_life_would_raise(&m->life, RIM_DETECTOR_RIM, &candidate) && !rimi_guard_all(m))
     return;
   if (candidate.level == RIM_LEVEL_ERROR ||
-      (candidate.level == RIM_LEVEL_WARN && monitor_standing(m, RIM_DETECTOR_RIM) != NULL))
+      (candidate.level == RIM_LEVEL_WARN && rim_monitor_standing(m, RIM_DETECTOR_RIM) != NULL))
     rimi_monitor_describe(m, &m->last, &candidate);
   rimi_alarm_life_step(&m->life, RIM_DETECTOR_RIM, m->last.t_s, &candidate);
   if (candidate.level == RIM_LEVEL_ERROR)
@@ -400,8 +400,10 @@ rim_status rim_monitor_step(rim_monitor *m, const rim_observation *row, rim_verd
     return RIM_E_ARGUMENT;
   const bool holds = rimi_guard_enter(m) && rimi_guard_scrub(m);
   if (holds && m->words[RIM_CONFIG_EXTERNAL] != 0 &&
-      (row->outcome == NULL || row->mean == NULL || row->sd == NULL))
+      (row->outcome == NULL || row->mean == NULL || row->sd == NULL)) {
+    rimi_guard_leave(m);
     return RIM_E_ARGUMENT;
+  }
   if (holds)
     take_row(m, row, verdict);
   if (m->guard.damaged != 0)
@@ -477,7 +479,8 @@ rim_alarm_status rim_monitor_alarms(const rim_monitor *m) {
 }
 
 const rim_alarm *rim_monitor_standing(const rim_monitor *m, rim_detector detector) {
-  return m != NULL && rimi_guard_header_holds(m) ? monitor_standing(m, detector) : NULL;
+  return m != NULL && rimi_guard_header_holds(m) ? rimi_alarm_life_standing(&m->life, detector)
+                                                 : NULL;
 }
 
 /* ---- what can be asked ---- */
