@@ -31,6 +31,5 @@ prove lcm_counters 140 60 "any 0..size + 1 bytes" $wire/control.c $region
 prove lcm_alarm    70  120 "any 0..size + 1 bytes" $wire/lcm.c $region
 prove can_detail   310 400 "any frame, any assembly under way: inductive" $wire/can.c $crc $region
 prove image        20  600 "any image of 0..160 bytes, any check sum: sections inside, aligned" lib/src/image/image.c
-prove table        70  600 "any table of one frame, one signal" $wire/can_table.c
 echo "$proved proved"
 exit $status
