@@ -46,13 +46,14 @@ include firmware/Dir.mk
 include host_tools/Dir.mk
 include tests/Dir.mk
 include tests/hidden/Dir.mk
+include tests/assurance/Dir.mk
 include data/Dir.mk
 
 .PHONY: help deps all demo test bench size api install clean check FORCE
 
 help: ## this list
 	@awk -F':.*## ' '/^[a-z_-]+:.*## /{printf "  make %-10s %s\n", $$1, $$2}' \
-	  Makefile lib/Dir.mk firmware/Dir.mk host_tools/Dir.mk tests/Dir.mk tests/hidden/Dir.mk data/Dir.mk
+	  Makefile lib/Dir.mk firmware/Dir.mk host_tools/Dir.mk tests/Dir.mk tests/hidden/Dir.mk tests/assurance/Dir.mk data/Dir.mk
 	@echo "Variables: BUILD=$(BUILD) PREFIX=$(PREFIX) DESTDIR=$(DESTDIR) CROSS_COMPILE=$(CROSS_COMPILE) CC=$(CC) CXX=$(CXX) OPT=$(OPT) SANITIZE=$(SANITIZE)"
 
 DEB_PACKAGES := gcc g++ make binutils python3 libeigen3-dev liblcm-dev liblcm-bin libcmocka-dev \
@@ -148,6 +149,7 @@ check: check-deps lib ## cppcheck, style, rooms, public and forbidden symbols, a
 	  --enable=warning,performance,portability -Ilib/include -Ilib/src lib/src
 	cppcheck --quiet --error-exitcode=1 --inline-suppr --std=c++17 --language=c++ -j2 \
 	  --enable=warning,performance,portability -Ilib/include -Ilib/src -Ihost_tools host_tools
+	@$(MAKE) --no-print-directory prove-quick trace
 	@$(MAKE) --no-print-directory -j$(TEST_JOBS) BUILD=$(BUILD)/sanitize SANITIZE=1 OPT=-O1 test-run
 
 .PHONY: check-deps

@@ -135,11 +135,12 @@ cross: cross-deps ## two recorded runs on every port, emulated: are the bits the
 # finds is left in $(BUILD)/fuzz. In `make test` tests/firmware/test_fuzz.c runs the corpus and damaged copies of it, and
 # tests/cli/fuzz.sh, where there is clang, libFuzzer for 60000 inputs.
 FUZZ_SECONDS ?= 600
+FUZZ_DECODERS := $(shell sed -n 's/^.define FUZZ_DECODERS \([0-9]*\).*/\1/p' tests/fuzz/fuzz_decoders.h)
 FUZZ_SRC := tests/fuzz/fuzz.c $(filter-out %/main.c,$(RIMD_SRC)) $(LIB_SRC)
 .PHONY: fuzz fuzz-deps
 fuzz-deps: deps
 	$(call install_missing,clang libclang-rt-14-dev)
-$(BUILD)/fuzz/fuzz: $(FUZZ_SRC) tests/fuzz/fuzz_decoders.h $(wildcard lib/include/rim/*.h lib/include/rim/plan/*.h lib/src/*/*.h firmware/*/*.h)
+$(BUILD)/fuzz/fuzz: $(FUZZ_SRC) tests/fuzz/fuzz_decoders.h tests/fuzz/fuzz_repaired.h $(wildcard lib/include/rim/*.h lib/include/rim/plan/*.h lib/src/*/*.h firmware/*/*.h)
 	@mkdir -p $(@D)
 	$(call say,FUZZ)clang -std=c11 -g -O1 -ffp-contract=off -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=all \
 	  -pthread -DRIM_VERSION='"$(VERSION)"' -Ifirmware -Ilib/include -Ilib/src $(FUZZ_SRC) -o $@ -lm
@@ -147,7 +148,11 @@ fuzz: fuzz-deps ## search every decoder for faults, guided by coverage (FUZZ_SEC
 	@$(MAKE) --no-print-directory $(BUILD)/fuzz/fuzz
 	@mkdir -p $(BUILD)/fuzz/corpus
 	cp -n tests/fuzz/corpus/* $(BUILD)/fuzz/corpus/
-	cd $(BUILD)/fuzz && ./fuzz -max_total_time=$(FUZZ_SECONDS) -max_len=8192 -close_fd_mask=2 -print_final_stats=1 corpus
+	@cd $(BUILD)/fuzz && status=0; for k in $$(seq 0 $$(($(FUZZ_DECODERS) - 1))); do \
+	  FUZZ_DECODER=$$k ./fuzz -max_total_time=$$(($(FUZZ_SECONDS) / $(FUZZ_DECODERS))) -max_len=8192 -close_fd_mask=2 \
+	    -print_final_stats=1 corpus > said.$$k 2>&1 || status=1; \
+	  awk -v k=$$k '/number_of_executed_units/ {n = $$2} /cov: / {c = $$4} END {print "decoder " k ": " n + 0 " inputs, edges " c + 0}' said.$$k; \
+	  grep -h "ERROR\|crash-\|timeout-" said.$$k || :; done; exit $$status
 
 # Instructions of a step and RAM on the Cortex-M7, in the flight profile: thousands, kB.
 .PHONY: budgets budget-deps

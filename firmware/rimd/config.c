@@ -43,6 +43,7 @@ static const key keys[] = {
     TEXT_KEY(axis_y),
     TEXT_KEY(axis_z),
     TEXT_KEY(footprint),
+    TEXT_KEY(on_damage),
     YES_NO_KEY(can_fd),
     YES_NO_KEY(latch),
     YES_NO_KEY(command_any),
@@ -203,6 +204,12 @@ static void check_buses(reader *r) {
       complain(r, line_of(r, "lcm_interface"), "lcm_interface: '%s' is not an IPv4 address",
                c->lcm_interface);
   }
+  c->on_damage_restart = strcmp(c->on_damage, "restart") == 0;
+  c->on_damage_silent = strcmp(c->on_damage, "silent") == 0;
+  if (c->on_damage[0] != '\0' && !c->on_damage_restart && !c->on_damage_silent &&
+      strcmp(c->on_damage, "rebuild") != 0)
+    complain(r, line_of(r, "on_damage"), "on_damage: '%s' is not rebuild, restart or silent",
+             c->on_damage);
   c->input_can = strcmp(c->input, "can") == 0;
   if (c->input[0] != '\0' && !c->input_can && strcmp(c->input, "lcm") != 0)
     complain(r, line_of(r, "input"), "input: '%s' is neither lcm nor can", c->input);

@@ -31,6 +31,7 @@ typedef struct config {
   char axis_x[CONFIG_TEXT_BYTES];        /* feature that is x of RIM_PLAN's poses; empty: none */
   char axis_y[CONFIG_TEXT_BYTES];
   char axis_z[CONFIG_TEXT_BYTES];
+  char on_damage[CONFIG_TEXT_BYTES]; /* "rebuild", "restart" or "silent"; empty: rebuild */
   char footprint[CONFIG_TEXT_BYTES]; /* corners "x y z, x y z, ..." in m; empty: a point */
   bool can_fd;                       /* detail in one FD frame instead of segments */
   bool latch;                        /* an alarm that is over stands until acknowledged */
@@ -55,6 +56,7 @@ typedef struct config {
   bool look_ahead;
   lcm_udp_address address;
   bool input_can;
+  bool on_damage_restart, on_damage_silent;
 } config;
 
 /* Reads a file. Returns the number of errors, each told by say(); 0: *c is whole. */

@@ -63,6 +63,9 @@ typedef struct rimd {
   uint64_t next_health_ns, next_state_ns;
   watchdog watchdog;
   uint32_t state_failures; /* told so far */
+  bool is_damaged;         /* memory does not hold: no row is used, and no state is saved */
+  bool was_damaged;        /* since the start: told in every health message */
+  bool ending;             /* the service manager is to start another one */
 } rimd;
 
 /* Reads image and state, opens the buses. d is all zero but for its configuration. Returns 0, or an
@@ -72,11 +75,15 @@ int rimd_start(rimd *d);
 /* Reads and checks the files alone. Returns as rimd_start. */
 int rimd_check(rimd *d);
 
-/* Until *stopped becomes other than 0 (by a signal, which is let in only while waiting). */
+/* Until d->ending, or until *stopped becomes other than 0 (by a signal, which is let in only while
+ * waiting). */
 void rimd_run(rimd *d, const volatile sig_atomic_t *stopped);
 
 /* Writes the state, closes everything. Returns an exit status. */
 int rimd_finish(rimd *d);
+
+/* The monitor says that its memory is damaged: does what the configuration asks. */
+void rimd_damaged(rimd *d);
 
 /* Takes over what the transports have counted since the last time. */
 void rimd_collect_counts(rimd *d);

@@ -149,7 +149,10 @@ void rimd_row(rimd *d, double t_s, const double *values, uint32_t n, uint64_t wo
   rim_verdict verdict;
   if (rim_monitor_step(d->monitor, &row, &verdict) != RIM_OK)
     return; /* NULL alone: cannot be */
-  if (verdict.valid) {
+  if (verdict.level == RIM_LEVEL_INTEGRITY) {
+    if (!d->is_damaged)
+      rimd_damaged(d);
+  } else if (verdict.valid) {
     count(&counters->rows);
     d->valid_ns = woke_ns;
     d->kept.row_s = t_s;
@@ -337,7 +340,8 @@ static rim_health_message health_of(rimd *d, const rim_alarm_status *alarms) {
   health.dropped = d->kept.dropped;
   add(&health.dropped, d->outbox.dropped);
   health.level = alarms->level;
-  health.flags = d->config.replay ? RIM_HEALTH_FLAG_REPLAY : 0;
+  health.flags = (uint8_t)((d->config.replay ? RIM_HEALTH_FLAG_REPLAY : 0u) |
+                           (d->was_damaged ? RIM_HEALTH_FLAG_DAMAGED : 0u));
   return health;
 }
 
@@ -361,7 +365,7 @@ static void release_written(rimd *d, uint64_t now_ns) {
 
 static void keep_state(rimd *d, uint64_t now_ns) {
   release_written(d, now_ns);
-  if (!d->state_wanted && now_ns < d->next_state_ns)
+  if (d->is_damaged || (!d->state_wanted && now_ns < d->next_state_ns))
     return;
   const state_parts parts = rimd_parts(d);
   if (!state_save(&d->state, &parts))
@@ -423,7 +427,7 @@ void rimd_run(rimd *d, const volatile sig_atomic_t *stopped) {
   sigset_t waiting;
   sigemptyset(&waiting); /* while it waits, signals come in */
   int wait_ms = 0;
-  while (*stopped == 0) {
+  while (*stopped == 0 && !d->ending) {
     const struct timespec wait = {wait_ms / 1000, (long)(wait_ms % 1000) * 1000000L};
     /* poll() ignores a descriptor of -1; a CAN socket that is down says so by POLLERR once. */
     struct pollfd ready[3] = {

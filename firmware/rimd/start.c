@@ -15,7 +15,7 @@
 #define LONG_AGO_S 1e15
 #define JUMP_PERIODS 5.0 /* rows that may be missing unexplained */
 
-enum { EXIT_DATA = 3 };
+enum { EXIT_DATA = 3, EXIT_INTERNAL = 4 };
 
 /* Zeroed pages, aligned; NULL after telling why. */
 static uint8_t *take_memory(size_t bytes, const char *what) {
@@ -333,12 +333,14 @@ int rimd_finish(rimd *d) {
   if (d->config.state[0] != '\0') {
     d->kept.dropped += d->outbox.dropped;
     const state_parts parts = rimd_parts(d);
-    const int why = state_finish(&d->state, &parts);
+    const int why = state_finish(&d->state, d->is_damaged ? NULL : &parts);
     if (why != 0) {
       say("%s: %s", d->config.state, strerror(why));
       status = EXIT_DATA;
     }
   }
+  if (d->ending)
+    status = EXIT_INTERNAL;
   rimd_release_records(d);
   watchdog_close(&d->watchdog);
   lcm_udp_close(&d->lcm);

@@ -230,6 +230,8 @@ int state_finish(state_file *state, const state_parts *parts) {
     pthread_join(state->thread, NULL);
     state->running = false;
   }
+  if (parts == NULL)
+    return 0;
   pack(state->copy, parts);
   return write_copy(state);
 }

@@ -59,7 +59,7 @@ int state_start(state_file *state, const char *path, uint8_t *copy, size_t bytes
 bool state_save(state_file *state, const state_parts *parts);
 
 /* Ends the writer, after it has written what it had, then writes the present state. 0 or an errno.
- */
+ * parts NULL: only ends the writer; the files stay as they are. */
 int state_finish(state_file *state, const state_parts *parts);
 
 #endif

@@ -43,7 +43,7 @@ files = {
     "lcm_alarm": b"\0" + alarm,
     "lcm_health": b"\0" + struct.pack(">Qd7IBB", mark("health"), 1.0, *range(7), 2, 1),
     "lcm_command": b"\0" + struct.pack(">QIIB", mark("command"), 1, 2, 1),
-    "lcm_counters": b"\0" + struct.pack(">Q30I", mark("counters"), *range(30)),
+    "lcm_counters": b"\0" + struct.pack(">Q31I", mark("counters"), *range(31)),
     "lcm_entry": b"\0" + struct.pack(">Qdd5IB", mark("entry"), 1.0, 2.0, 1, 2, 3, 4, 5, 1),
     "lcm_plan": b"\0" + plan,
     "packet": b"\1" + struct.pack(">II", MESSAGE, 5) + b"RIM_ALARM\0" + alarm,
@@ -67,9 +67,12 @@ files["section_basis"] = b"\10" + struct.pack("<8I", 1, 3, 2, len(terms), 1, 0, 
     struct.pack(f"<{2 * len(terms)}f", *([0.5] * len(terms) + [2.0] * len(terms))) + struct.pack("<2H4f", 1, 0, 0.0, 1.0, 3.0, 4.0)
 files["section_behaviour"] = b"\10" + struct.pack("<4I4I8f", 1, 1, 4, 0, 1, 0, 0, 0, 1, 2, -3, -3, 0.5, 1, 0, 0)
 row = [0, 0.1, -1, 0] + [0.25] * 6
-files["section_agreement"] = b"\10" + struct.pack("<4I24f", 2, 2, 1, 0, 20, 20, 1, 1, *row, *([2, 0.1, 0, 0.5] + [0.25] * 6))
-noise_channel = struct.pack("<9f", 1, 2, 0.4, 0.05, 1, 2, 0.1, 0.1, 0.2) + struct.pack("<2f10f8f", 4, 9, *([1, 0, 0, 0, 0] + [0, 1, 0, 0, 0.5]), *([1.5] * 8))
-files["section_noise"] = b"\10" + struct.pack("<4I4f", 1, 8, 5, 2, 300, 20, 2000, 0) + 8 * noise_channel
+files["section_agreement"] = b"\10" + struct.pack("<4I2f", 3, 2, 1, 1, 20, 20) + struct.pack("<4H3f", 1, 0, 1, 0, 1.0, 0.5, 0.5) + \
+    struct.pack("<20f", *row, *([2, 0.1, 0, 0] + [0.25] * 6))
+noise_channel = struct.pack("<10f", 1, 2, 0.4, 0.05, 1, 2, 0.1, 0.1, 0.2, 0.1) + \
+    struct.pack("<2f10f9f", 4, 9, *([1, 0, 0, 0, 0] + [0, 1, 0, 0, 0.5]), *([1.5] * 9))
+files["section_noise"] = b"\10" + struct.pack("<4I4f", 2, 8, 5, 2, 300, 20, 2000, 0) + 8 * noise_channel
+files["state"] = b"\12RIMSTATE" + bytes(16) + struct.pack("<6I", 0, 7, 8, 64, 512, 0) + bytes(576)
 for name, data in files.items():
     with open(os.path.join(out, name), "wb") as file:
         file.write(data)

@@ -7,6 +7,8 @@
 #ifndef FUZZ_DECODERS_H
 #define FUZZ_DECODERS_H
 
+#include "fuzz_repaired.h"
+
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -232,6 +234,8 @@ static inline void fuzz_lookahead(const uint8_t *data, size_t bytes) {
   (void)rim_lookahead_check(&c, &region, &plan, 0.0, &result);
 }
 
+#define FUZZ_DECODERS 12u
+
 static inline void fuzz_one(const uint8_t *data, size_t bytes) {
   if (bytes == 0)
     return;
@@ -241,7 +245,7 @@ static inline void fuzz_one(const uint8_t *data, size_t bytes) {
     return;
   memcpy(exact, data + 1, rest);
   const uint8_t *in = (const uint8_t *)exact;
-  switch (data[0] % 9u) {
+  switch (data[0] % FUZZ_DECODERS) {
   case 0:
     fuzz_lcm(in, rest);
     break;
@@ -266,8 +270,17 @@ static inline void fuzz_one(const uint8_t *data, size_t bytes) {
   case 7:
     fuzz_fragments(in, rest);
     break;
-  default:
+  case 8:
     fuzz_sections(in, rest);
+    break;
+  case 9:
+    fuzz_flight(in, rest);
+    break;
+  case 10:
+    fuzz_state(in, rest);
+    break;
+  default:
+    fuzz_own_sum(in, rest);
     break;
   }
   free(exact);

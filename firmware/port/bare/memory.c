@@ -14,6 +14,17 @@ void *memcpy(void *restrict to, const void *restrict from, size_t bytes) {
   unsigned char *d = to;
   const unsigned char *s = from;
   if (words_fit(d, s)) {
+    for (; bytes >= 4 * sizeof(word); bytes -= 4 * sizeof(word)) {
+      word *to4 = (word *)(void *)d;
+      const word *from4 = (const word *)(const void *)s;
+      const word a = from4[0], b = from4[1], c = from4[2], e = from4[3];
+      to4[0] = a;
+      to4[1] = b;
+      to4[2] = c;
+      to4[3] = e;
+      d += 4 * sizeof(word);
+      s += 4 * sizeof(word);
+    }
     for (; bytes >= sizeof(word); bytes -= sizeof(word), d += sizeof(word), s += sizeof(word))
       *(word *)(void *)d = *(const word *)(const void *)s;
   }
@@ -41,6 +52,13 @@ void *memset(void *to, int value, size_t bytes) {
   while (bytes > 0 && !words_fit(d, d)) {
     *d++ = (unsigned char)value;
     --bytes;
+  }
+  for (; bytes >= 4 * sizeof(word); bytes -= 4 * sizeof(word), d += 4 * sizeof(word)) {
+    word *to4 = (word *)(void *)d;
+    to4[0] = four;
+    to4[1] = four;
+    to4[2] = four;
+    to4[3] = four;
   }
   for (; bytes >= sizeof(word); bytes -= sizeof(word), d += sizeof(word))
     *(word *)(void *)d = four;

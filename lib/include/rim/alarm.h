@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
 /* rim/alarm.h - the alarm record: what the monitor found, where, how large, and how surely.
- *
  * rim/can.h and rim/lcm.h turn a record into bytes and back. */
 #ifndef RIM_ALARM_H
 #define RIM_ALARM_H
@@ -29,7 +28,8 @@ typedef enum rim_level {
   RIM_LEVEL_WARN = 1,        /* above the warning score; no alarm stands */
   RIM_LEVEL_ERROR = 2,       /* an alarm stands */
   RIM_LEVEL_STALE = 3,       /* too few usable rows, or another rate: nothing is known */
-  RIM_LEVEL_OUT_OF_RANGE = 4 /* in verdicts only: a value far beyond what was trained */
+  RIM_LEVEL_OUT_OF_RANGE = 4, /* in verdicts only: a value far beyond what was trained */
+  RIM_LEVEL_INTEGRITY = 5     /* in verdicts only: memory is damaged; nothing is known */
 } rim_level;
 
 /* How the outcome deviates, and in which unit `shift` is then given. */

@@ -56,6 +56,7 @@ typedef struct rim_observation_message {
 } rim_observation_message;
 
 #define RIM_HEALTH_FLAG_REPLAY 0x01u
+#define RIM_HEALTH_FLAG_DAMAGED 0x02u /* memory was found damaged since the start; STALE: it is */
 
 /* Counters saturate. All zero: nothing has happened yet. */
 typedef struct rim_health_message {
@@ -68,7 +69,7 @@ typedef struct rim_health_message {
   uint32_t alarms;       /* alarm records sent */
   uint32_t dropped;      /* records that did not go out whole */
   uint8_t level;         /* rim_level of the vehicle */
-  uint8_t flags;         /* RIM_HEALTH_FLAG_REPLAY */
+  uint8_t flags;         /* RIM_HEALTH_FLAG_... */
 } rim_health_message;
 
 /* What a daemon refused, lost or repaired. Counters saturate; all zero: nothing yet. */

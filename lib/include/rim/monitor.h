@@ -5,9 +5,7 @@
  * checks the row, gathers rows into blocks, predicts the outcomes of a complete block, gives the
  * residuals to the search, does a bounded slice of search, compares the largest score with its
  * threshold and updates the alarms. lib/README.md describes the method.
- *
  * Records of alarms leave one with each row, in verdict.alarm; more by rim_monitor_next_record.
- *
  * Threads: no function blocks, allocates, uses a global variable or calls back. Calls on the same
  * monitor must not overlap: use one thread, or a lock of your own; do not call from an interrupt
  * that may interrupt another call. Different monitors are independent, also with one image. */
@@ -37,11 +35,12 @@ typedef struct rim_observation {
 
 /* Why a level says nothing about the vehicle. */
 typedef enum rim_reason {
-  RIM_REASON_NONE = 0,        /* the level is about the vehicle */
-  RIM_REASON_SILENT = 1,      /* no usable row for longer than the limit for STALE */
-  RIM_REASON_RATE = 2,        /* rows come at another rate than the image was trained for */
-  RIM_REASON_TOO_FEW = 3,     /* fewer blocks were examined than a verdict needs */
-  RIM_REASON_OUT_OF_RANGE = 4 /* a value beyond what was trained: out_feature, out_value */
+  RIM_REASON_NONE = 0,         /* the level is about the vehicle */
+  RIM_REASON_SILENT = 1,       /* no usable row for longer than the limit for STALE */
+  RIM_REASON_RATE = 2,         /* rows come at another rate than the image was trained for */
+  RIM_REASON_TOO_FEW = 3,      /* fewer blocks were examined than a verdict needs */
+  RIM_REASON_OUT_OF_RANGE = 4, /* a value beyond what was trained: out_feature, out_value */
+  RIM_REASON_INTEGRITY = 5     /* the monitor's memory is damaged, see rim_monitor_repair */
 } rim_reason;
 
 typedef struct rim_verdict {
@@ -51,42 +50,39 @@ typedef struct rim_verdict {
   double threshold; /* on ln_anom, in that channel, now */
   double p_value;   /* of the whole run, conformal */
   double out_value; /* with RIM_REASON_OUT_OF_RANGE: in the feature's unit */
-  uint32_t step;    /* rows offered so far */
-  uint32_t blocks;  /* observations given to the search so far */
-  uint16_t channel; /* residual channel with the largest score: kind * outcomes + outcome */
+  uint32_t step, blocks; /* rows offered, observations given to the search, so far */
+  uint16_t channel;      /* residual channel with the largest score: kind * outcomes + outcome */
   uint16_t out_feature;
-  uint8_t level;   /* rim_level of the vehicle */
-  uint8_t reason;  /* rim_reason */
-  bool valid;      /* this row was used; otherwise it was counted in health */
-  rim_alarm alarm; /* the record to send with this row; seq 0: none */
+  uint8_t level, reason; /* rim_level of the vehicle; rim_reason */
+  bool valid;            /* this row was used; otherwise it was counted in health */
+  rim_alarm alarm;       /* the record to send with this row; seq 0: none */
   const struct rim_interference_verdict *interference; /* of this row; NULL: not watched or used */
 } rim_verdict;
 
 /* Counted since init or reset, saturating: no row and no block is lost without being counted. */
 typedef struct rim_row_health {
-  uint32_t rows;         /* offered */
-  uint32_t rows_used;    /* that entered a block */
-  uint32_t not_finite;   /* skipped: NaN, infinity, or an sd that is not above 0 */
-  uint32_t time_back;    /* skipped: time did not increase */
-  uint32_t gaps;         /* longer than 1.5 periods */
-  uint32_t out_of_range; /* with a value beyond what was trained, which was limited */
-  uint32_t wrong_rate;   /* not examined: the rate was not the image's */
-  uint32_t refused;      /* blocks that the search refused: a number was not finite */
+  uint32_t rows, rows_used; /* offered; that entered a block */
+  uint32_t not_finite;      /* skipped: NaN, infinity, or an sd that is not above 0 */
+  uint32_t time_back;       /* skipped: time did not increase */
+  uint32_t gaps;            /* longer than 1.5 periods */
+  uint32_t out_of_range;    /* with a value beyond what was trained, which was limited */
+  uint32_t wrong_rate;      /* not examined: the rate was not the image's */
+  uint32_t refused;         /* blocks that the search refused: a number was not finite */
 } rim_row_health;
 
+/* Constants, indices and the alarms' life; the flight image; what was gathered of the run. */
+enum { RIM_DAMAGE_CONTROL = 1, RIM_DAMAGE_IMAGE = 2, RIM_DAMAGE_RUN = 4 };
 typedef struct rim_monitor_health {
   rim_row_health rows;
-  uint32_t blocks;           /* examined */
-  uint32_t alarms;           /* raised so far by all detectors */
-  uint32_t stale;            /* times the input became stale */
-  double last_valid_s;       /* time of the last used row */
-  double period_s;           /* recent mean time between rows */
-  uint16_t out_feature;      /* of the first value out of range; 0xffff: there was none */
-  double out_value, out_t_s; /* that value and its time */
-  uint32_t partly;           /* examined in part: commands before a start or in a gap count too */
+  uint32_t blocks, alarms, stale; /* examined; raised by all detectors; times input became stale */
+  double last_valid_s, period_s;  /* time of the last used row; recent mean time between rows */
+  uint16_t out_feature;           /* of the first value out of range; 0xffff: there was none */
+  double out_value, out_t_s;      /* that value and its time */
+  uint8_t damage;                 /* RIM_DAMAGE_...: what was found damaged; 0: nothing */
+  uint32_t partly; /* examined in part: commands before a start or in a gap count too */
 } rim_monitor_health;
 
-#define RIM_MONITOR_HEADER_BYTES 2048u
+#define RIM_MONITOR_HEADER_BYTES 2144u
 #define RIM_MONITOR_ROUND8(n) (((size_t)(n) + 7u) / 8u * 8u)
 /* Bytes for rows and blocks. filters: inputs times time constants of section BASIS, 0 without. */
 #define RIM_MONITOR_ROWS_SIZE(features, outcomes, filters, terms)                                  \
@@ -160,6 +156,11 @@ void rim_monitor_reset(rim_monitor *monitor);
  * copy of them, made with this image and the same library build. Errors as rim_monitor_init;
  * RIM_E_DATA: the memory holds no such monitor. O(image bytes). */
 rim_status rim_monitor_attach(rim_monitor **monitor, void *memory, size_t bytes, const void *image,
+                              size_t image_bytes);
+
+/* As init, after RIM_LEVEL_INTEGRITY: policy, sequence numbers and the count of alarms go on; the
+ * next row's record says that none stands. RIM_E_CRC: the image itself is damaged. */
+rim_status rim_monitor_repair(rim_monitor **monitor, void *memory, size_t bytes, const void *image,
                               size_t image_bytes);
 
 /* Lets every alarm that stands leave once more, as UPDATED: after rim_monitor_attach. O(1). */

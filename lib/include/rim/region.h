@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
 /* rim/region.h - an ellipsoid over a few of the features: where something is wrong.
- *
  * The set of contexts x with (x_f - u)^T A^-1 (x_f - u) < 1 (thesis eq. 3.8, p. 29), where x_f are
  * the features named; the other features do not matter. With dims 0 it is every context. */
 #ifndef RIM_REGION_H

@@ -31,6 +31,13 @@ static inline uint16_t rimi_le_u16(const uint8_t *array, size_t index) {
 #endif
 }
 
+/* An index into `limit` entries: validated when the image was opened, and 0 should memory have been
+ * damaged since, until the image's own check finds that. */
+static inline uint16_t rimi_le_index(const uint8_t *array, size_t index, size_t limit) {
+  const uint16_t value = rimi_le_u16(array, index);
+  return value < limit ? value : (uint16_t)0;
+}
+
 static inline uint32_t rimi_le_u32(const uint8_t *array, size_t index) {
   const uint8_t *p = array + 4 * index;
 #if __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__

@@ -38,6 +38,62 @@ uint8_t rimi_crc8(uint8_t crc, const void *data, size_t bytes) {
   return (uint8_t)(c ^ 0xffu);
 }
 
+#define WORD_SUM_FACTOR UINT32_C(0x9e3779b1) /* odd, so that multiplying loses nothing */
+
+/* Turned, so that the highest bits reach the others: two damaged signs would cancel otherwise. The
+ * second word of a pair is added, by the instruction that multiplies where there is one. */
+static inline uint32_t take_pair(uint32_t sum, uint32_t first, uint32_t second) {
+  return ((sum << 5 | sum >> 27) ^ first) * WORD_SUM_FACTOR + second;
+}
+
+uint32_t rimi_word_sum(uint32_t sum, const void *data, size_t words) {
+  const unsigned char *p = (const unsigned char *)__builtin_assume_aligned(data, 4);
+  uint32_t w[4];
+  for (; words >= 4; words -= 4, p += 16) {
+    RIM_COPY(w, p, 16);
+    sum = take_pair(take_pair(sum, w[0], w[1]), w[2], w[3]);
+  }
+  for (; words > 0; --words, p += 4) {
+    RIM_COPY(w, p, 4);
+    sum = take_pair(sum, w[0], 0);
+  }
+  return sum;
+}
+
+uint32_t rimi_upper_sum(uint32_t sum, const double *data, size_t doubles) {
+#if __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
+  const unsigned char *p = (const unsigned char *)data + 4;
+#else
+  const unsigned char *p = (const unsigned char *)data;
+#endif
+  uint32_t first, second;
+  for (; doubles >= 2; doubles -= 2, p += 16) {
+    RIM_COPY(&first, __builtin_assume_aligned(p, 4), 4);
+    RIM_COPY(&second, __builtin_assume_aligned(p + 8, 4), 4);
+    sum = take_pair(sum, first, second);
+  }
+  if (doubles > 0) {
+    RIM_COPY(&first, p, 4);
+    sum = take_pair(sum, first, 0);
+  }
+  return sum;
+}
+
+uint32_t rimi_byte_sum(uint32_t sum, const void *data, size_t bytes) {
+  const unsigned char *p = data;
+  uint32_t word;
+  for (; bytes >= 4; bytes -= 4, p += 4) {
+    RIM_COPY(&word, p, 4);
+    sum = take_pair(sum, word, 0);
+  }
+  if (bytes == 0)
+    return sum;
+  word = 0;
+  for (size_t i = 0; i < bytes; ++i)
+    word |= (uint32_t)p[i] << (8u * i);
+  return take_pair(sum, word, 0);
+}
+
 uint64_t rimi_digest(uint64_t hash, const void *data, size_t bytes) {
   const uint8_t *p = data;
   for (size_t i = 0; i < bytes; ++i) {

@@ -159,6 +159,15 @@ static void begin(rim_alarm_life *life, rim_alarm_slot *slot, double now_s,
     count(&life->raised);
 }
 
+bool rimi_alarm_life_would_raise(const rim_alarm_life *life, rim_detector detector,
+                                 const rim_alarm *candidate) {
+  if ((unsigned)detector >= RIM_DETECTORS)
+    return false;
+  const rim_alarm_slot *slot = &life->slot[detector];
+  return candidate->level == RIM_LEVEL_ERROR && !slot->stands &&
+         slot->found + 1u >= life->config.slot[detector].raise_steps;
+}
+
 void rimi_alarm_life_step(rim_alarm_life *life, rim_detector detector, double now_s,
                           const rim_alarm *candidate) {
   if ((unsigned)detector >= RIM_DETECTORS || !rimi_is_finite(now_s))
@@ -302,6 +311,19 @@ static void send(rim_alarm_life *life, size_t detector, rim_alarm *out) {
   life->told = (uint8_t)detector;
   slot->due = false;
   *out = *record;
+}
+
+void rimi_alarm_life_go_on(rim_alarm_life *life, const rim_alarm_policy *policy, uint32_t seq,
+                           uint32_t raised) {
+  if (is_bound(policy->stale_s))
+    life->config.policy = *policy;
+  life->seq = seq;
+  life->raised = raised;
+  life->stale = life->started = true;
+}
+
+bool rimi_alarm_life_waits(const rim_alarm_life *life) {
+  return life->slot[0].due || life->slot[1].due || life->empty_due;
 }
 
 bool rimi_alarm_life_next_record(rim_alarm_life *life, rim_alarm *out) {

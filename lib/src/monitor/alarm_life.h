@@ -91,6 +91,10 @@ void rimi_alarm_life_row(rim_alarm_life *life, double now_s);
 void rimi_alarm_life_step(rim_alarm_life *life, rim_detector detector, double now_s,
                           const rim_alarm *candidate);
 
+/* Whether that step would raise an alarm. */
+bool rimi_alarm_life_would_raise(const rim_alarm_life *life, rim_detector detector,
+                                 const rim_alarm *candidate);
+
 /* The cause is known to have ended: what clear_steps would come to, at once. False where no alarm
  * stands, or while its RAISED record has not left. */
 bool rimi_alarm_life_over(rim_alarm_life *life, rim_detector detector, double now_s);
@@ -118,6 +122,14 @@ void rimi_alarm_life_reset(rim_alarm_life *life);
 /* Sends every alarm that stands once more, as UPDATED: for listeners after a restart of the
  * computer. */
 void rimi_alarm_life_repeat(rim_alarm_life *life);
+
+/* After memory was damaged, in a life that was just set up: what goes on from the one before. The
+ * next row tells that none stands. */
+void rimi_alarm_life_go_on(rim_alarm_life *life, const rim_alarm_policy *policy, uint32_t seq,
+                           uint32_t raised);
+
+/* Whether one may wait: what rimi_alarm_life_next_record() looks at first. */
+bool rimi_alarm_life_waits(const rim_alarm_life *life);
 
 /* Takes the next record that waits. Returns false, and leaves *out alone, when none does. */
 bool rimi_alarm_life_next_record(rim_alarm_life *life, rim_alarm *out);

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/bytes.h"
+#include "base/crc.h"
 #include "base/real.h"
 #include "base/usable.h"
 #include "rim/image.h"
@@ -126,6 +127,21 @@ rim_status rimi_blocks_init(blocks **instance, void *memory, size_t bytes,
 }
 
 void rimi_blocks_attach(blocks *b, const blocks_config *config) { b->config = *config; }
+
+const void *rimi_blocks_control(const blocks *b, size_t *bytes) {
+  *bytes = sizeof *b;
+  return b;
+}
+
+uint32_t rimi_blocks_history_sum(const blocks *b, uint32_t sum) {
+  sum = rimi_upper_sum(sum, array(b), (size_t)(OUTCOME(b) - array(b)));
+  sum = rimi_upper_sum(sum, FIRST(b), (size_t)(term(b) - FIRST(b)));
+  const double *rest = early(b);
+  sum = rimi_upper_sum(sum, rest, (size_t)((const double *)(const void *)unknown_term(b) - rest));
+  const size_t turned = (b->config.features + 1u) / 2u * 2u;
+  sum = rimi_word_sum(sum, turns(b), turned);
+  return rimi_upper_sum(sum, before(b), commands(&b->config));
+}
 
 void rimi_blocks_reset(blocks *b) {
   const blocks_config config = b->config;
@@ -263,7 +279,7 @@ static void take_outcomes(blocks *b, const double *outcome, const double *mean, 
       P_SUM(b)[o] += mean[o];
       S_SUM(b)[o] += sd[o];
     } else {
-      const double x = LAST(b)[rimi_le_u16(b->config.outcome_feature, o)];
+      const double x = LAST(b)[rimi_le_index(b->config.outcome_feature, o, b->config.features)];
       take_outcome(b, o, x, x);
     }
   }
@@ -281,8 +297,8 @@ static double radians(const blocks *b, size_t f) {
 
 static void take_integrands(blocks *b) {
   for (size_t g = 0; g < b->config.integrands; ++g) {
-    const size_t first = rimi_le_u16(b->config.integrand, 4 * g + 1);
-    const size_t second = rimi_le_u16(b->config.integrand, 4 * g + 2);
+    const size_t first = rimi_le_index(b->config.integrand, 4 * g + 1, b->config.features);
+    const size_t second = rimi_le_index(b->config.integrand, 4 * g + 2, b->config.features);
     double x = LAST(b)[first];
     switch ((agreement_op)rimi_le_u16(b->config.integrand, 4 * g)) {
     case AGREEMENT_PLAIN:
@@ -304,17 +320,19 @@ static void take_integrands(blocks *b) {
 
 static double input_value(const blocks *b, size_t i) {
   const uint8_t *input = b->config.basis.input;
-  const double x = LAST(b)[rimi_le_u16(input, 2 * i)];
+  const size_t feature = rimi_le_index(input, 2 * i, b->config.features);
+  const double x = LAST(b)[feature];
   const uint16_t second = rimi_le_u16(input, 2 * i + 1);
   if (second == BASIS_PLAIN)
     return x;
   if (second == BASIS_MAGNITUDE)
     return rimi_abs(x);
   if (second == BASIS_COSINE)
-    return rimi_cos(radians(b, rimi_le_u16(input, 2 * i)));
+    return rimi_cos(radians(b, feature));
   if (second == BASIS_SINE)
-    return rimi_sin(radians(b, rimi_le_u16(input, 2 * i)));
-  const double product = x * LAST(b)[second & ~BASIS_OF_PRODUCT];
+    return rimi_sin(radians(b, feature));
+  const size_t other = second & ~BASIS_OF_PRODUCT;
+  const double product = x * LAST(b)[other < b->config.features ? other : 0u];
   return (second & BASIS_OF_PRODUCT) != 0 ? rimi_abs(product) : product;
 }
 
@@ -374,7 +392,10 @@ static void take_inputs(blocks *b) {
 
 static double term_value(const blocks *b, size_t i) {
   const uint8_t *spec = b->config.basis.term;
-  const uint16_t first = rimi_le_u16(spec, 4 * i + 1), second = rimi_le_u16(spec, 4 * i + 2);
+  const rim_basis *n = &b->config.basis;
+  const size_t first = rimi_le_index(spec, 4 * i + 1, filters(b));
+  const size_t second = rimi_le_index(spec, 4 * i + 2, filters(b));
+  const size_t time = second < n->times ? second : 0;
   switch ((basis_op)rimi_le_u16(spec, 4 * i)) {
   case BASIS_MEAN:
     return filter_sum(b)[first];
@@ -383,12 +404,13 @@ static double term_value(const blocks *b, size_t i) {
   case BASIS_ABS:
     return rimi_abs(filter_sum(b)[first]);
   case BASIS_DECAY:
-    return decay(b)[second];
+    return decay(b)[time];
   case BASIS_INTEGRAL:
-    return integral(b)[first];
-  case BASIS_INITIAL:
-    return (FIRST(b)[first] - (double)rimi_le_f32(b->config.basis.first, first)) *
-           (1.0 - decay(b)[second]);
+    return integral(b)[first < n->inputs ? first : 0];
+  case BASIS_INITIAL: {
+    const size_t o = rimi_le_index(spec, 4 * i + 1, b->config.outcomes);
+    return (FIRST(b)[o] - (double)rimi_le_f32(n->first, o)) * (1.0 - decay(b)[time]);
+  }
   case BASIS_TIME:
     return learnt_time_s(b, rimi_blocks_since_start_s(b));
   case BASIS_ROLLED:
@@ -435,7 +457,7 @@ static bool begins_late(const blocks *b) {
 /* Standard deviation of an input's integral over the rows that gaps left out: the input may have
  * been anywhere in its range. */
 static double lost_of_integral(const blocks *b, size_t input) {
-  const size_t f = rimi_le_u16(b->config.basis.input, 2 * input);
+  const size_t f = rimi_le_index(b->config.basis.input, 2 * input, b->config.features);
   const double width = (double)rimi_le_f32(b->config.range, b->config.features + f) -
                        (double)rimi_le_f32(b->config.range, f);
   return 0.29 * width * b->lost_rows * b->config.period_s; /* 1 / sqrt(12) */
@@ -445,8 +467,8 @@ static double lost_of_integral(const blocks *b, size_t input) {
  * of any other time; what a run has done before its first row may be far from what it does now. */
 static double term_unknown(const blocks *b, size_t i) {
   const rim_basis *n = &b->config.basis;
-  const uint16_t first = rimi_le_u16(n->term, 4 * i + 1);
-  const uint16_t second = rimi_le_u16(n->term, 4 * i + 2);
+  const size_t first = rimi_le_index(n->term, 4 * i + 1, filters(b));
+  const size_t second = rimi_le_index(n->term, 4 * i + 2, filters(b));
   const double *part = unknown_sum(b); /* means of the block by now */
   const double before_start = b->late ? BEFORE_START_SD : 1.0;
   switch ((basis_op)rimi_le_u16(n->term, 4 * i)) {
@@ -456,10 +478,10 @@ static double term_unknown(const blocks *b, size_t i) {
   case BASIS_PRODUCT:
     return before_start * rimi_min(part[first % n->times] + part[second % n->times], 1.0);
   case BASIS_DECAY:
-    return b->late ? decay(b)[second] * (double)rimi_le_f32(n->inverse_sd, i) : 0.0;
+    return b->late ? decay(b)[second % n->times] * (double)rimi_le_f32(n->inverse_sd, i) : 0.0;
   case BASIS_INTEGRAL:
     return b->late ? BEFORE_START_SD
-                   : lost_of_integral(b, first) * (double)rimi_le_f32(n->inverse_sd, i);
+                   : lost_of_integral(b, first % n->inputs) * (double)rimi_le_f32(n->inverse_sd, i);
   case BASIS_INITIAL:
   case BASIS_TIME:
     return b->late ? BEFORE_START_SD : 0.0;
@@ -496,8 +518,8 @@ static void evaluate_terms(blocks *b) {
     term(b)[i] = rimi_clamp(raw * (double)rimi_le_f32(n->inverse_sd, i), -BASIS_CLIP, BASIS_CLIP);
   }
   for (size_t m = 0; m < n->means; ++m) {
-    const double raw =
-        filter_sum(b)[rimi_le_u16(n->mean, 2 * m)] - (double)rimi_le_f32(n->mean_center, m);
+    const double raw = filter_sum(b)[rimi_le_index(n->mean, 2 * m, filters(b))] -
+                       (double)rimi_le_f32(n->mean_center, m);
     means(b)[m] = rimi_clamp(raw * (double)rimi_le_f32(n->mean_inverse_sd, m), -BASIS_MEAN_CLIP,
                              BASIS_MEAN_CLIP);
   }
@@ -606,8 +628,9 @@ const double *rimi_blocks_early(const blocks *b) { return early(b); }
 const double *rimi_blocks_late(const blocks *b) { return late(b); }
 const double *rimi_blocks_first(const blocks *b) { return FIRST(b); }
 uint16_t rimi_blocks_outcome_feature(const blocks *b, uint32_t outcome) {
-  return b->config.outcome_feature != NULL ? rimi_le_u16(b->config.outcome_feature, outcome)
-                                           : BLOCKS_NO_FEATURE;
+  return b->config.outcome_feature != NULL
+             ? rimi_le_index(b->config.outcome_feature, outcome, b->config.features)
+             : BLOCKS_NO_FEATURE;
 }
 bool rimi_blocks_has_first(const blocks *b) { return b->count >= FIRST_BLOCKS; }
 bool rimi_blocks_knows_start(const blocks *b) { return !b->late; }

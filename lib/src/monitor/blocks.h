@@ -54,6 +54,11 @@ void rimi_blocks_reset(blocks *b);
 /* Before the first row: rows of the run went before it that were not offered. */
 void rimi_blocks_begin_late(blocks *b);
 void rimi_blocks_attach(blocks *b, const blocks_config *config);
+/* What holds pointers, sizes and counts, for guard.h: aligned to 4, *bytes a multiple of 4. */
+const void *rimi_blocks_control(const blocks *b, size_t *bytes);
+/* The sum continued by what one row leaves for the next, for guard.h: the upper halves of doubles,
+ * as damage in the lower changes nothing that shows. */
+uint32_t rimi_blocks_history_sum(const blocks *b, uint32_t sum);
 
 typedef enum blocks_result {
   BLOCKS_BAD = -1, /* not used: not finite, or its time did not increase */

@@ -164,7 +164,7 @@ static void place_region(const rim_monitor *m, const search_hypothesis *h, rim_r
   for (size_t k = 0; k < dims; ++k) {
     uint32_t low, high;
     rimi_search_edges(m->search, h->feature[k], h->first[k], h->last[k], &low, &high);
-    feature[k] = rimi_le_u16(m->region, 2u * (size_t)h->feature[k]);
+    feature[k] = monitor_region(m, h->feature[k]);
     const double step = monitor_width(m, feature[k]) / 256.0;
     lower[k] = monitor_low(m, feature[k]) + step * (double)low;
     upper[k] = monitor_low(m, feature[k]) + step * (double)(high + 1u);
@@ -332,7 +332,7 @@ static rim_region to_features(const rim_monitor *m, const rim_unit_region *regio
   uint16_t feature[RIM_REGION_MAX_DIMS];
   double low[RIM_REGION_MAX_DIMS], width[RIM_REGION_MAX_DIMS];
   for (size_t i = 0; i < region->unit.dims; ++i) {
-    feature[i] = rimi_le_u16(m->region, 2u * (size_t)region->unit.feature[i]);
+    feature[i] = monitor_region(m, region->unit.feature[i]);
     low[i] = monitor_low(m, feature[i]);
     width[i] = monitor_width(m, feature[i]);
   }

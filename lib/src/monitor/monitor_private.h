@@ -11,6 +11,7 @@
 #include "image/threshold.h"
 #include "interference/detector.h"
 #include "monitor/blocks.h"
+#include "monitor/guard.h"
 #include "monitor/inspect.h"
 #include "monitor/interference_watch.h"
 #include "rim/image.h"
@@ -81,6 +82,7 @@ struct rim_monitor {
   uint32_t gaps;
   rim_verdict last; /* what a row that completes no block repeats; interference: NULL */
   rim_interference_verdict motion; /* of the newest row */
+  monitor_guard guard;             /* sums all that is above: last */
 };
 
 _Static_assert(sizeof(struct rim_monitor) <= RIM_MONITOR_HEADER_BYTES, "header outgrown");
@@ -105,6 +107,10 @@ static inline double monitor_width(const rim_monitor *m, size_t f) {
   return (double)rimi_le_f32(m->range, m->words[RIM_CONFIG_FEATURES] + f) - monitor_low(m, f);
 }
 
+/* The feature of the image that region feature i is. */
+static inline uint16_t monitor_region(const rim_monitor *m, size_t i) {
+  return rimi_le_index(m->region, 2 * i, m->words[RIM_CONFIG_FEATURES]);
+}
 static inline double monitor_scale(const rim_monitor *m, size_t outcome) {
   return m->scales != NULL ? (double)rimi_le_f32(m->scales, outcome) : 1.0;
 }

@@ -383,13 +383,35 @@ rim_status rim_monitor_init(rim_monitor **monitor, void *memory, size_t bytes, c
   if (status != RIM_OK)
     return status;
   init_life(m);
-  if (m->watch != NULL)
+  if (m->watch != NULL) {
+    memset(m->watch, 0, RIM_MONITOR_INTERFERENCE_BYTES);
     rimi_interference_watch_init(m->watch, &m->image);
+  }
   rimi_monitor_clear_verdict(m);
   m->magic = MONITOR_MAGIC;
   m->library = RIM_VERSION_NUMBER;
   m->header_bytes = (uint32_t)sizeof *m;
+  rimi_guard_accept_image(m);
+  rimi_guard_renew(m);
+  rimi_guard_leave(m);
   *monitor = m;
+  return RIM_OK;
+}
+
+rim_status rim_monitor_repair(rim_monitor **monitor, void *memory, size_t bytes, const void *image,
+                              size_t image_bytes) {
+  if (memory == NULL)
+    return RIM_E_ARGUMENT;
+  if (((uintptr_t)memory & 7u) != 0)
+    return RIM_E_ALIGN;
+  if (bytes < sizeof(struct rim_monitor))
+    return RIM_E_SIZE;
+  const monitor_kept kept = rimi_guard_kept(memory);
+  const rim_status status = rim_monitor_init(monitor, memory, bytes, image, image_bytes);
+  if (status != RIM_OK)
+    return status;
+  rimi_alarm_life_go_on(&(*monitor)->life, &kept.policy, kept.seq, kept.raised);
+  rimi_guard_leave(*monitor);
   return RIM_OK;
 }
 
@@ -405,12 +427,19 @@ rim_status rim_monitor_attach(rim_monitor **monitor, void *memory, size_t bytes,
   rim_monitor *m = memory;
   if (m->magic != MONITOR_MAGIC || m->library != RIM_VERSION_NUMBER ||
       m->header_bytes != sizeof *m || m->image.model_id != p.image.model_id ||
-      m->image.bytes != p.image.bytes || memcmp(m->words, p.words, sizeof m->words) != 0)
+      m->image.bytes != p.image.bytes || memcmp(m->words, p.words, sizeof m->words) != 0 ||
+      !rimi_guard_header_holds(m))
     return RIM_E_DATA;
-  connect(m, &p, &l);
+  connect(m, &p,
+          &l); /* the copy's own pointers are another place's, and were summed as they were */
+  if (!rimi_guard_parts_hold(m))
+    return RIM_E_DATA;
   rimi_blocks_attach(m->rows, &p.rows);
   if (p.is_trained)
     rimi_search_attach(m->search, &p.search);
+  if (!rimi_guard_history_holds(m) || !rimi_guard_all(m))
+    return RIM_E_DATA;
+  rimi_guard_leave(m);
   *monitor = m;
   return RIM_OK;
 }
@@ -428,6 +457,7 @@ void rimi_monitor_forget_regions(rim_monitor *m) {
   const double t_s = m->last.t_s;
   rimi_monitor_clear_verdict(m);
   m->last.t_s = t_s;
+  rimi_guard_renew(m);
 }
 
 void rimi_monitor_forget(rim_monitor *m) {
@@ -438,8 +468,9 @@ void rimi_monitor_forget(rim_monitor *m) {
 }
 
 void rim_monitor_reset(rim_monitor *m) {
-  if (m == NULL)
+  if (m == NULL || !rimi_guard_enter(m))
     return;
   rimi_monitor_forget(m);
   rimi_alarm_life_reset(&m->life);
+  rimi_guard_leave(m);
 }

@@ -119,8 +119,8 @@ static bool find_unknown(rim_monitor *m) {
 static void find_place(rim_monitor *m) {
   const double *context = rimi_blocks_context(m->rows);
   for (size_t i = 0; i < m->words[RIM_CONFIG_REGION_FEATURES]; ++i) {
-    const size_t f = rimi_le_u16(m->region, 2 * i), o = rimi_le_u16(m->region, 2 * i + 1);
-    const double x = o == MONITOR_NO_OUTCOME ? context[f] : m->predicted[o];
+    const size_t f = monitor_region(m, i), o = rimi_le_u16(m->region, 2 * i + 1);
+    const double x = o < m->words[RIM_CONFIG_OUTCOMES] ? m->predicted[o] : context[f];
     const double byte = 256.0 * (x - monitor_low(m, f)) / monitor_width(m, f);
     m->place[i] = (uint8_t)rimi_clamp(rimi_floor(byte), 0.0, 255.0);
   }
@@ -169,7 +169,7 @@ static const double *expected_by_caller(const rim_monitor *m, const rim_observat
 static bool observe_rows(rim_monitor *m) {
   const double *context = rimi_blocks_context(m->rows);
   for (size_t i = 0; i < m->words[RIM_CONFIG_REGION_FEATURES]; ++i) {
-    const size_t f = rimi_le_u16(m->region, 2 * i);
+    const size_t f = monitor_region(m, i);
     m->unit[i] = (context[f] - monitor_low(m, f)) / monitor_width(m, f);
   }
   double *r = m->unit + m->words[RIM_CONFIG_REGION_FEATURES];
@@ -249,18 +249,28 @@ static void end_deviation(rim_monitor *m) {
   (void)rimi_alarm_life_over(&m->life, RIM_DETECTOR_RIM, m->last.t_s);
 }
 
-static void search_and_judge(rim_monitor *m, bool new_block) {
+static void work(rim_monitor *m) {
   const uint32_t budget = m->words[RIM_CONFIG_BUDGET] != 0 ? m->words[RIM_CONFIG_BUDGET] : 1;
-  if (m->is_trained)
-    rimi_search_work(m->search, budget);
-  else
+  if (!m->is_trained) {
     rimi_select_work(m->select, budget);
+    return;
+  }
+  const bool changes_ring = rimi_search_is_taking_out(m->search);
+  rimi_search_work(m->search, budget);
+  if (changes_ring)
+    rimi_guard_renew(m);
+}
+
+static void search_and_judge(rim_monitor *m, bool new_block) {
+  work(m);
   if ((m->is_trained ? rimi_search_blocks(m->search) : rimi_select_observations(m->select)) == 0)
     return;
   judge(m, &m->last);
   if (!new_block)
     return;
   rim_alarm candidate = {.level = m->last.level};
+  if (rimi_alarm_life_would_raise(&m->life, RIM_DETECTOR_RIM, &candidate) && !rimi_guard_all(m))
+    return;
   if (candidate.level == RIM_LEVEL_ERROR ||
       (candidate.level == RIM_LEVEL_WARN && rim_monitor_standing(m, RIM_DETECTOR_RIM) != NULL))
     rimi_monitor_describe(m, &m->last, &candidate);
@@ -292,7 +302,11 @@ static void note_gap(rim_monitor *m, uint32_t n) {
 }
 
 static bool take_block(rim_monitor *m) {
-  if (!(m->is_trained ? observe_trained(m) : observe_rows(m)))
+  if (!rimi_guard_before_block(m))
+    return false;
+  const bool taken = m->is_trained ? observe_trained(m) : observe_rows(m);
+  rimi_guard_after_block(m);
+  if (!taken)
     return false;
   const uint32_t n =
       m->is_trained ? rimi_search_blocks(m->search) : rimi_select_observations(m->select);
@@ -346,12 +360,18 @@ static void end_verdict(rim_monitor *m, rim_verdict *verdict) {
   verdict->interference = m->motion.valid ? &m->motion : NULL;
 }
 
-rim_status rim_monitor_step(rim_monitor *m, const rim_observation *row, rim_verdict *verdict) {
-  if (m == NULL || row == NULL || row->context == NULL || verdict == NULL)
-    return RIM_E_ARGUMENT;
+/* Nothing is known, and nothing in memory is to be believed. */
+static void say_damaged(const rim_observation *row, rim_verdict *verdict) {
+  memset(verdict, 0, sizeof *verdict);
+  verdict->t_s = row->t_s;
+  verdict->p_value = 1.0;
+  verdict->out_feature = BLOCKS_NO_FEATURE;
+  verdict->level = RIM_LEVEL_INTEGRITY;
+  verdict->reason = RIM_REASON_INTEGRITY;
+}
+
+static void take_row(rim_monitor *m, const rim_observation *row, rim_verdict *verdict) {
   const bool external = m->words[RIM_CONFIG_EXTERNAL] != 0;
-  if (external && (row->outcome == NULL || row->mean == NULL || row->sd == NULL))
-    return RIM_E_ARGUMENT;
   const double *mean = external ? expected_by_caller(m, row) : NULL;
   const blocks_result made =
       rimi_blocks_row(m->rows, row->t_s, row->context, row->outcome, mean, row->sd);
@@ -371,57 +391,96 @@ rim_status rim_monitor_step(rim_monitor *m, const rim_observation *row, rim_verd
   } else {
     (void)rimi_alarm_life_idle(&m->life, row->t_s);
   }
-  end_verdict(m, verdict);
+  if (m->guard.damaged == 0) /* found in this row too: its record is not sent */
+    end_verdict(m, verdict);
+}
+
+rim_status rim_monitor_step(rim_monitor *m, const rim_observation *row, rim_verdict *verdict) {
+  if (m == NULL || row == NULL || row->context == NULL || verdict == NULL)
+    return RIM_E_ARGUMENT;
+  const bool holds = rimi_guard_enter(m) && rimi_guard_scrub(m);
+  if (holds && m->words[RIM_CONFIG_EXTERNAL] != 0 &&
+      (row->outcome == NULL || row->mean == NULL || row->sd == NULL)) {
+    rimi_guard_leave(m);
+    return RIM_E_ARGUMENT;
+  }
+  if (holds)
+    take_row(m, row, verdict);
+  if (m->guard.damaged != 0)
+    say_damaged(row, verdict);
+  rimi_guard_leave(m);
   return RIM_OK;
 }
 
 /* ---- the alarms' life ---- */
 
 rim_status rim_monitor_set_policy(rim_monitor *m, const rim_alarm_policy *policy) {
-  return rimi_alarm_life_set_policy(m != NULL ? &m->life : NULL, policy);
+  if (m == NULL || policy == NULL)
+    return RIM_E_ARGUMENT;
+  if (!rimi_guard_enter(m))
+    return RIM_E_CRC;
+  const rim_status status = rimi_alarm_life_set_policy(&m->life, policy);
+  rimi_guard_leave(m);
+  return status;
 }
 
 bool rim_monitor_idle(rim_monitor *m, double now_s) {
-  return m != NULL && rimi_alarm_life_idle(&m->life, now_s);
+  if (m == NULL || !rimi_guard_enter(m))
+    return false;
+  const bool stale = rimi_alarm_life_idle(&m->life, now_s);
+  rimi_guard_leave(m);
+  return stale;
 }
 
 rim_status rim_monitor_command(rim_monitor *m, const rim_command *command, unsigned bits) {
   uint32_t forget = 0;
-  const rim_status status =
-      rimi_alarm_life_command(m != NULL ? &m->life : NULL, command, bits, &forget);
+  if (m == NULL || command == NULL)
+    return RIM_E_ARGUMENT;
+  if (!rimi_guard_enter(m))
+    return RIM_E_CRC;
+  const rim_status status = rimi_alarm_life_command(&m->life, command, bits, &forget);
   if ((forget >> RIM_DETECTOR_RIM & 1u) != 0)
     rimi_monitor_forget_regions(m);
   if ((forget >> RIM_DETECTOR_INTERFERENCE & 1u) != 0)
     rimi_interference_watch_reset(m->watch);
+  rimi_guard_leave(m);
   return status;
 }
 
 void rim_monitor_restart(rim_monitor *m, double now_s) {
-  if (m == NULL || !rimi_is_finite(now_s))
+  if (m == NULL || !rimi_is_finite(now_s) || !rimi_guard_enter(m))
     return;
   rimi_monitor_forget(m);
   rimi_blocks_begin_late(m->rows); /* the rows that bore the clock out were left out */
   rimi_alarm_life_restart(&m->life, now_s);
+  rimi_guard_leave(m);
 }
 
 void rim_monitor_repeat(rim_monitor *m) {
-  if (m != NULL)
-    rimi_alarm_life_repeat(&m->life);
+  if (m == NULL || !rimi_guard_enter(m))
+    return;
+  rimi_alarm_life_repeat(&m->life);
+  rimi_guard_leave(m);
 }
 
 bool rim_monitor_next_record(rim_monitor *m, rim_alarm *record) {
-  return m != NULL && record != NULL && rimi_alarm_life_next_record(&m->life, record);
+  if (m == NULL || record == NULL || !rimi_alarm_life_waits(&m->life) || !rimi_guard_enter(m))
+    return false;
+  const bool taken = rimi_alarm_life_next_record(&m->life, record);
+  rimi_guard_leave(m);
+  return taken;
 }
 
 rim_alarm_status rim_monitor_alarms(const rim_monitor *m) {
   rim_alarm_status status = {.level = RIM_LEVEL_STALE};
-  if (m != NULL)
+  if (m != NULL && rimi_guard_header_holds(m))
     rimi_alarm_life_status(&m->life, &status);
   return status;
 }
 
 const rim_alarm *rim_monitor_standing(const rim_monitor *m, rim_detector detector) {
-  return m != NULL ? rimi_alarm_life_standing(&m->life, detector) : NULL;
+  return m != NULL && rimi_guard_header_holds(m) ? rimi_alarm_life_standing(&m->life, detector)
+                                                 : NULL;
 }
 
 /* ---- what can be asked ---- */
@@ -434,7 +493,7 @@ double rim_monitor_membership(const rim_monitor *m, const double *context) {
     return rimi_region_box_contains(&alarm->region, context) ? 1.0 : 0.0;
   double unit[RIM_MONITOR_MAX_FEATURES];
   for (size_t i = 0; i < m->words[RIM_CONFIG_REGION_FEATURES]; ++i) {
-    const size_t f = rimi_le_u16(m->region, 2 * i);
+    const size_t f = monitor_region(m, i);
     unit[i] = (context[f] - monitor_low(m, f)) / monitor_width(m, f);
   }
   return rimi_select_membership(m->select, alarm->channel[0], unit);
@@ -460,8 +519,9 @@ uint32_t rim_monitor_ended(const rim_monitor *m, uint32_t *first, uint32_t *end)
 }
 
 rim_monitor_health rim_monitor_get_health(const rim_monitor *m) {
-  if (m == NULL)
-    return (rim_monitor_health){.out_feature = BLOCKS_NO_FEATURE};
+  if (m == NULL || !rimi_guard_header_holds(m))
+    return (rim_monitor_health){.out_feature = BLOCKS_NO_FEATURE,
+                                .damage = m != NULL ? rimi_guard_damage(m) : 0};
   const blocks_health rows = rimi_blocks_get_health(m->rows);
   rim_monitor_health health = {.rows = {.rows = rows.rows,
                                         .rows_used = rows.rows_used,
@@ -484,7 +544,8 @@ rim_monitor_health rim_monitor_get_health(const rim_monitor *m) {
 }
 
 rim_interference_health rim_interference_get_health(const rim_monitor *m) {
-  return m != NULL && m->watch != NULL ? m->watch->state.health : (rim_interference_health){0};
+  return m != NULL && rimi_guard_header_holds(m) && m->watch != NULL ? m->watch->state.health
+                                                                     : (rim_interference_health){0};
 }
 
 const rim_select *rimi_monitor_search(const rim_monitor *m) { return m != NULL ? m->select : NULL; }

@@ -237,6 +237,13 @@ static double halving_work(const rim_work_counts *n) {
          n->pairs * (cells * ADD + CHAINS * (ellipse_work(n) + ring_work(n)));
 }
 
+#define SUM_WORD 4.0 /* of a check sum */
+
+/* monitor/guard.h: whatever is summed at both ends of a call, and all of it before an alarm. */
+static double guard_work(const rim_work_counts *n) {
+  return SUM_WORD * (2.0 * n->memory_bytes + n->image_bytes) / 4.0;
+}
+
 static uint32_t saturated(double work) { return work < UINT32_MAX ? (uint32_t)work : UINT32_MAX; }
 
 void rimi_work_bound(const rim_work_counts *counts, rim_work *work) {
@@ -249,8 +256,10 @@ void rimi_work_bound(const rim_work_counts *counts, rim_work *work) {
   work->row = saturated(row);
   work->search = saturated(search);
   work->block = saturated(block);
+  const double guard = guard_work(counts);
   work->judge = saturated(judge);
-  work->step = saturated(row + search + block + judge);
+  work->guard = saturated(guard);
+  work->step = saturated(row + search + block + judge + guard);
   work->halving = counts->trained ? 0 : saturated(halving_work(counts));
 }
 
@@ -328,6 +337,8 @@ rim_status rimi_work_counts_of(const void *image, size_t image_bytes, rim_work_c
       .block_rows = rimi_le_u32(word, RIM_CONFIG_BLOCK_ROWS),
       .external = rimi_le_u32(word, RIM_CONFIG_EXTERNAL) != 0,
       .small = rimi_le_u32(word, RIM_CONFIG_SMALL) != 0,
+      .memory_bytes = (uint32_t)size,
+      .image_bytes = (uint32_t)view.bytes,
   };
   if (n.budget == 0)
     n.budget = 1;

@@ -14,6 +14,7 @@
  *   search  U units of search
  *   judge   c scores, and the record of an alarm
  *   watch   interference: 25 multiply-adds, 10 exponentials, 6 logarithms
+ *   guard   the monitor's words summed twice, the image's once: before an alarm, else far fewer
  *
  * With section NOISE (K fields of W raw ones, M means; src/search), one pass is R blocks of K
  * fields; an interval is a pass into 24 bins, 300 intervals of K fields, and a pass to judge the
@@ -68,12 +69,13 @@ typedef struct rim_work_counts {
   uint32_t inputs, times, terms, means, fields;    /* with it */
   uint32_t integrands;                             /* of section AGREEMENT */
   uint32_t prototypes, top;                        /* section LEVEL; 0: there is none */
+  uint32_t memory_bytes, image_bytes;
   bool trained, external, corrected, watched, small;
 } rim_work_counts;
 
 /* Instructions, at most. */
 typedef struct rim_work {
-  uint32_t row, search, block, judge;
+  uint32_t row, search, block, judge, guard;
   uint32_t step;    /* the most costly step: the sum of what may come together */
   uint32_t halving; /* more than that, once in 30000 blocks */
 } rim_work;

@@ -141,6 +141,18 @@ double rimi_search_description(search_family family); /* nats */
  * while an earlier call still waits for that, or where none of the blocks is held. O(channels). */
 bool rimi_search_exclude(rim_search *search, uint32_t from, uint32_t to);
 
+/* ---- for monitor/guard.h (search_guard.c) ---- */
+
+/* What holds pointers, sizes and indices: aligned to 4, *bytes a multiple of 4. */
+const void *rimi_search_control(const rim_search *search, size_t *bytes);
+uint32_t rimi_search_held(const rim_search *search);      /* blocks in the ring: slots 0..held-1 */
+uint32_t rimi_search_next_slot(const rim_search *search); /* that the next block is written to */
+uint32_t rimi_search_slot_sum(const rim_search *search, uint32_t slot); /* of all of a block */
+uint32_t rimi_search_effects_sum(const rim_search *search); /* of what only a block changes */
+/* Whether what the channel in turn was found to be, and that of some others, is a hypothesis. */
+bool rimi_search_indices_hold(const rim_search *search);
+bool rimi_search_is_taking_out(const rim_search *search); /* or an exclusion that is not complete */
+
 /* For calibration on the ground: [channels][NOISE_FAMILIES] largest ln likelihood ratios so far are
  * kept there when not NULL. */
 void rimi_search_keep_maxima(rim_search *search, float *maxima);

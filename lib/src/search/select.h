@@ -184,6 +184,18 @@ const float *rimi_select_channel_scores(const rim_select *engine);
 double rimi_select_membership(const rim_select *engine, uint16_t channel, const double *u);
 #define RIM_SELECT_MEMBERSHIP_CUT 0.5
 
+/* ---- for monitor/guard.h (select_guard.c); as in search/search.h ---- */
+const void *rimi_select_control(const rim_select *engine, size_t *bytes);
+uint32_t rimi_select_held(const rim_select *engine);
+uint32_t rimi_select_next_slot(const rim_select *engine);
+uint32_t rimi_select_slot_sum(const rim_select *engine, uint32_t slot);
+uint32_t rimi_select_tables_sum(const rim_select *engine); /* of what nothing changes */
+/* Whether this feature's bins hold as many observations, and the same sum, as were seen. O(bins
+ * channels). */
+bool rimi_select_bins_hold(const rim_select *engine, uint32_t feature);
+/* Whether every index that is followed in this row lies in its table. O(pairs + channels). */
+bool rimi_select_indices_hold(const rim_select *engine);
+
 uint32_t rimi_select_observations(const rim_select *engine);
 rim_select_effort rimi_select_get_effort(const rim_select *engine);
 

@@ -157,7 +157,9 @@ static windows windows_of(const spans *cells, int32_t row, int32_t columns) {
 /* Adds to a cell's verdict what its points of the ring say of themselves. */
 static void correct_cell(const rim_select *e, const pair_state *p, const ellipse *shape,
                          uint32_t newest, bool coarse, int32_t *s, int32_t *n) {
-  for (uint32_t next = newest; next != 0; next = *select_link(e, next - 1u)) {
+  uint32_t left = e->held; /* an upset may close a list to a ring, or lead out of it */
+  for (uint32_t next = newest; next - 1u < e->ring && left-- > 0;
+       next = *select_link(e, next - 1u)) {
     const uint8_t *row = select_row(e, next - 1u);
     const bool exact = point_inside(shape, row[p->x], row[p->y]);
     if (exact == coarse)
@@ -304,7 +306,7 @@ void rimi_select_pool_observe(rim_select *e, uint32_t slot) {
 
 /* Takes a slot out of its cell's list; it is the oldest there, hence at the end. */
 static void unlink_slot(rim_select *e, uint16_t *from, uint32_t slot) {
-  for (uint32_t i = 0; i < e->ring && *from != 0; ++i) {
+  for (uint32_t i = 0; i < e->ring && *from - 1u < e->ring; ++i) {
     if (*from == slot + 1u) {
       *from = *select_link(e, slot);
       return;

@@ -1,0 +1,266 @@
+/* SPDX-License-Identifier: MIT */
+#include "monitor/guard.h"
+
+#include "base/crc.h"
+#include "monitor/monitor_private.h"
+
+#define HEADER_START UINT32_C(0x52494d31) /* so that memory that is all zero does not hold */
+#define AT(field) offsetof(struct rim_monitor, field)
+
+_Static_assert(AT(guard) % 4u == 0 && AT(life.slot) % 4u == 0 && sizeof(rim_alarm) % 4u == 0 &&
+                   sizeof(rim_alarm_slot) % 4u == 0 && AT(last.interference) % 4u == 0,
+               "summed by words");
+
+static uint32_t sum_between(uint32_t sum, const rim_monitor *m, size_t begin, size_t end) {
+  return rimi_word_sum(sum, (const unsigned char *)m + begin, (end - begin) / 4u);
+}
+
+/* But for records of alarms that neither stand nor wait, and the verdict's, which each row writes
+ * anew: half of the header, and nobody reads them. */
+static uint32_t sum_header(const rim_monitor *m) {
+  uint32_t sum = sum_between(HEADER_START, m, 0, AT(life.slot));
+  for (size_t i = 0; i < RIM_DETECTORS; ++i) {
+    const rim_alarm_slot *slot = &m->life.slot[i];
+    const size_t begin = AT(life.slot) + i * sizeof *slot;
+    sum = sum_between(sum, m, begin + (slot->stands || slot->due ? 0u : sizeof(rim_alarm)),
+                      begin + sizeof *slot);
+  }
+  sum = sum_between(sum, m, AT(life.slot) + RIM_DETECTORS * sizeof m->life.slot[0], AT(last.alarm));
+  return sum_between(sum, m, AT(last.interference), AT(guard));
+}
+
+/* The header holds: its pointers can be followed. */
+static uint32_t sum_parts(const rim_monitor *m) {
+  size_t bytes;
+  const void *control = rimi_blocks_control(m->rows, &bytes);
+  uint32_t sum = rimi_word_sum(0, control, bytes / 4u);
+  control = m->is_trained ? rimi_search_control(m->search, &bytes)
+                          : rimi_select_control(m->select, &bytes);
+  sum = rimi_word_sum(sum, control, bytes / 4u);
+  return m->watch != NULL ? rimi_word_sum(sum, m->watch, sizeof *m->watch / 4u) : sum;
+}
+
+/* The parts hold, which say how long it is. */
+static uint32_t sum_history(const rim_monitor *m) {
+  return m->is_trained ? rimi_blocks_history_sum(m->rows, 0) : 0u;
+}
+
+bool rimi_guard_header_holds(const rim_monitor *m) {
+  return m->guard.damaged == 0 && (m->guard.busy || sum_header(m) == m->guard.header);
+}
+
+uint8_t rimi_guard_damage(const rim_monitor *m) {
+  if (m->guard.damaged != 0)
+    return m->guard.damaged;
+  return sum_header(m) == m->guard.header ? 0 : (uint8_t)RIM_DAMAGE_CONTROL;
+}
+
+bool rimi_guard_enter(rim_monitor *m) {
+  monitor_guard *g = &m->guard;
+  if (g->damaged != 0)
+    return false;
+  if (sum_header(m) != g->header || sum_parts(m) != g->parts)
+    g->damaged = RIM_DAMAGE_CONTROL;
+  else if (sum_history(m) != g->history)
+    g->damaged = RIM_DAMAGE_RUN;
+  g->busy = g->damaged == 0;
+  return g->damaged == 0;
+}
+
+bool rimi_guard_parts_hold(const rim_monitor *m) { return sum_parts(m) == m->guard.parts; }
+bool rimi_guard_history_holds(const rim_monitor *m) { return sum_history(m) == m->guard.history; }
+
+/* ---- what outlives a repair ---- */
+
+static uint32_t sum_kept(const monitor_kept *k) {
+  uint64_t bits = rimi_bits(k->policy.stale_s);
+  const uint32_t words[5] = {(uint32_t)bits, (uint32_t)(bits >> 32),
+                             (uint32_t)k->policy.latch | (uint32_t)k->policy.replay << 8 |
+                                 (uint32_t)k->policy.command_any << 16,
+                             k->seq, k->raised};
+  return rimi_word_sum(HEADER_START, words, 5);
+}
+
+static void keep(rim_monitor *m) {
+  const rim_alarm_life *life = &m->life;
+  const rim_alarm_policy *p = &life->config.policy;
+  monitor_kept *k = &m->guard.kept;
+  if (k->seq == life->seq && k->raised == life->raised && k->sum != 0 &&
+      rimi_bits(k->policy.stale_s) == rimi_bits(p->stale_s) && k->policy.latch == p->latch &&
+      k->policy.replay == p->replay && k->policy.command_any == p->command_any)
+    return;
+  *k = (monitor_kept){.policy = *p, .seq = life->seq, .raised = life->raised};
+  k->sum = sum_kept(k);
+}
+
+/* Only one of the two can have been hit. */
+monitor_kept rimi_guard_kept(const rim_monitor *m) {
+  if (sum_kept(&m->guard.kept) == m->guard.kept.sum)
+    return m->guard.kept;
+  return (monitor_kept){
+      .policy = m->life.config.policy, .seq = m->life.seq, .raised = m->life.raised};
+}
+
+void rimi_guard_leave(rim_monitor *m) {
+  m->guard.busy = false;
+  if (m->guard.damaged != 0)
+    return;
+  keep(m);
+  m->guard.header = sum_header(m);
+  m->guard.parts = sum_parts(m);
+  m->guard.history = sum_history(m);
+}
+
+/* ---- the image ---- */
+
+static uint32_t image_words(const rim_monitor *m) { return (uint32_t)(m->image.bytes / 4u); }
+
+/* The bytes after the last whole word go in alone. */
+static uint32_t sum_rest(const rim_monitor *m, uint32_t sum) {
+  for (size_t i = (size_t)image_words(m) * 4u; i < m->image.bytes; ++i) {
+    const uint32_t word = m->image.data[i];
+    sum = rimi_word_sum(sum, &word, 1);
+  }
+  return sum;
+}
+
+static uint32_t sum_image(const rim_monitor *m) {
+  return sum_rest(m, rimi_word_sum(0, m->image.data, image_words(m)));
+}
+
+void rimi_guard_accept_image(rim_monitor *m) {
+  m->guard.image = sum_image(m);
+  m->guard.image_now = m->guard.image_at = 0;
+}
+
+static void scrub_image(rim_monitor *m) {
+  monitor_guard *g = &m->guard;
+  const uint32_t words = image_words(m);
+  const double period_s = 1e-6 * (double)m->words[RIM_CONFIG_PERIOD_US];
+  uint32_t slice = GUARD_NO_RATE;
+  if (period_s > 0.0)
+    slice = (uint32_t)rimi_clamp((double)words * period_s / GUARD_IMAGE_S + 1.0,
+                                 (double)GUARD_LEAST, (double)GUARD_MOST);
+  slice = (slice + 3u) & ~UINT32_C(3); /* so that slices sum as the whole does */
+  const uint32_t at = g->image_at < words ? g->image_at & ~UINT32_C(3) : words;
+  const uint32_t end = words - at > slice ? at + slice : words;
+  g->image_now = rimi_word_sum(g->image_now, m->image.data + 4u * (size_t)at, end - at);
+  g->image_at = end;
+  if (end < words)
+    return;
+  if (sum_rest(m, g->image_now) != g->image)
+    g->damaged |= RIM_DAMAGE_IMAGE;
+  g->image_now = g->image_at = 0;
+}
+
+/* ---- what was observed ---- */
+
+static uint32_t held(const rim_monitor *m) {
+  return m->is_trained ? rimi_search_held(m->search) : rimi_select_held(m->select);
+}
+
+/* Of what a slot of the ring holds; 0 where it holds nothing yet. */
+static uint32_t sum_slot(const rim_monitor *m, uint32_t slot) {
+  if (slot >= held(m))
+    return 0;
+  return m->is_trained ? rimi_search_slot_sum(m->search, slot)
+                       : rimi_select_slot_sum(m->select, slot);
+}
+
+static uint32_t sum_effects(const rim_monitor *m) {
+  if (!m->is_trained)
+    return rimi_select_tables_sum(m->select);
+  return rimi_upper_sum(rimi_search_effects_sum(m->search), m->agreement_state,
+                        AGREEMENT_STATE * (size_t)m->words[RIM_CONFIG_OUTCOMES]);
+}
+
+static uint32_t sum_ring(const rim_monitor *m) {
+  uint32_t sum = 0;
+  for (uint32_t slot = 0; slot < held(m); ++slot)
+    sum += sum_slot(m, slot);
+  return sum;
+}
+
+static void scrub_ring(rim_monitor *m) {
+  monitor_guard *g = &m->guard;
+  const uint32_t count = held(m);
+  const uint32_t slots = m->is_trained ? GUARD_SLOTS : GUARD_FEW_SLOTS;
+  for (uint32_t i = 0; i < slots && g->ring_at < count; ++i, ++g->ring_at)
+    g->ring_now += sum_slot(m, g->ring_at);
+  if (g->ring_at < count)
+    return;
+  if (g->ring_now != g->ring)
+    g->damaged |= RIM_DAMAGE_RUN;
+  g->ring_now = g->ring_at = 0;
+}
+
+/* Bins of different features hold the same observations. */
+static void scrub_bins(rim_monitor *m) {
+  const uint32_t features = m->words[RIM_CONFIG_REGION_FEATURES];
+  const uint32_t number = features / 16u + 1u;
+  if (!rimi_select_indices_hold(m->select))
+    m->guard.damaged |= RIM_DAMAGE_RUN;
+  for (uint32_t i = 0; i < number; ++i) {
+    const uint32_t feature = m->guard.next_bins < features ? m->guard.next_bins : 0u;
+    if (!rimi_select_bins_hold(m->select, feature))
+      m->guard.damaged |= RIM_DAMAGE_RUN;
+    m->guard.next_bins = feature + 1u;
+  }
+}
+
+bool rimi_guard_scrub(rim_monitor *m) {
+  scrub_image(m);
+  scrub_ring(m);
+  if (!m->is_trained)
+    scrub_bins(m);
+  else if (!rimi_search_indices_hold(m->search))
+    m->guard.damaged |= RIM_DAMAGE_RUN;
+  return m->guard.damaged == 0;
+}
+
+static uint32_t next_slot(const rim_monitor *m) {
+  return m->is_trained ? rimi_search_next_slot(m->search) : rimi_select_next_slot(m->select);
+}
+
+bool rimi_guard_before_block(rim_monitor *m) {
+  monitor_guard *g = &m->guard;
+  if (m->is_trained && sum_effects(m) != g->effects) {
+    g->damaged |= RIM_DAMAGE_RUN;
+    return false;
+  }
+  g->slot = next_slot(m);
+  const uint32_t sum = sum_slot(m, g->slot);
+  g->ring -= sum;
+  if (g->slot < g->ring_at)
+    g->ring_now -= sum;
+  return true;
+}
+
+void rimi_guard_after_block(rim_monitor *m) {
+  monitor_guard *g = &m->guard;
+  const uint32_t sum = sum_slot(m, g->slot);
+  g->ring += sum;
+  if (g->slot < g->ring_at)
+    g->ring_now += sum;
+  if (m->is_trained)
+    g->effects = sum_effects(m);
+}
+
+bool rimi_guard_all(rim_monitor *m) {
+  monitor_guard *g = &m->guard;
+  if (sum_image(m) != g->image)
+    g->damaged |= RIM_DAMAGE_IMAGE;
+  if (sum_ring(m) != g->ring || sum_effects(m) != g->effects)
+    g->damaged |= RIM_DAMAGE_RUN;
+  for (uint32_t f = 0; !m->is_trained && f < m->words[RIM_CONFIG_REGION_FEATURES]; ++f)
+    if (!rimi_select_bins_hold(m->select, f))
+      g->damaged |= RIM_DAMAGE_RUN;
+  return g->damaged == 0;
+}
+
+void rimi_guard_renew(rim_monitor *m) {
+  monitor_guard *g = &m->guard;
+  g->ring = sum_ring(m);
+  g->ring_now = g->ring_at = 0;
+  g->effects = sum_effects(m);
+}

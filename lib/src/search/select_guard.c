@@ -1,0 +1,64 @@
+/* SPDX-License-Identifier: MIT */
+/* Of the search over rows with predictions: what monitor/guard.h sums, and what must hold of it. */
+#include "base/crc.h"
+#include "base/real.h"
+#include "search/select_private.h"
+
+#define ROUNDING 1e-7 /* of a sum, per observation added to it in single precision, at most 2^-24 */
+#define LEAST 1e-3
+
+const void *rimi_select_control(const rim_select *e, size_t *bytes) {
+  *bytes = offsetof(struct rim_select, root);
+  return e;
+}
+
+uint32_t rimi_select_held(const rim_select *e) { return e->held; }
+uint32_t rimi_select_next_slot(const rim_select *e) { return e->head; }
+
+uint32_t rimi_select_slot_sum(const rim_select *e, uint32_t slot) {
+  const uint32_t sum = rimi_byte_sum(slot + 1u, select_row(e, slot), e->features);
+  return rimi_byte_sum(sum, select_residual(e, slot), 2u * (size_t)e->channels);
+}
+
+uint32_t rimi_select_tables_sum(const rim_select *e) {
+  return rimi_word_sum(0, e->root, SELECT_ROOTS + 1u);
+}
+
+bool rimi_select_bins_hold(const rim_select *e, uint32_t feature) {
+  const rim_bins table = select_bins(e);
+  const size_t first = (size_t)feature * e->bins;
+  uint32_t count = 0;
+  for (uint32_t b = 0; b < e->bins; ++b)
+    count += table.count[first + b];
+  /* Every halving rounds each bin down. */
+  const uint32_t missing = e->count - count;
+  if (missing > (e->total > RIM_BINS_MAX_COUNT ? e->bins : 0u))
+    return false;
+  for (uint32_t c = 0; c < e->channels; ++c) {
+    double sum = 0.0, largest = 0.0;
+    for (uint32_t b = 0; b < e->bins; ++b) {
+      const double of_bin = (double)table.sum[(first + b) * e->channels + c];
+      sum += of_bin;
+      largest = rimi_max(largest, rimi_abs(of_bin));
+    }
+    const double off = rimi_abs(sum - select_channel(e, c)->sum);
+    if (!(off <= LEAST + ROUNDING * (double)e->count * largest))
+      return false;
+  }
+  return true;
+}
+
+bool rimi_select_indices_hold(const rim_select *e) {
+  bool hold = true;
+  for (uint32_t i = 0; i < e->pairs; ++i) {
+    const pair_state *p = select_pair(e, i);
+    hold = hold && p->active <= 1u && p->exact <= 1u && p->x < e->features && p->y < e->features &&
+           p->channel < e->channels && p->cursor < e->chains && p->which < e->chains;
+  }
+  for (uint32_t c = 0; hold && c < e->channels; ++c) {
+    const uint32_t feature = select_channel(e, c)->best_feature;
+    hold = feature < e->features && select_slice(e, c, feature)->first < e->bins &&
+           select_slice(e, c, feature)->last < e->bins;
+  }
+  return hold;
+}

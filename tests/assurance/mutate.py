@@ -1,0 +1,135 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""mutate.py BUILD [--number N] [--seed S] [--files GLOB]: do the unit tests notice a wrong operator?
+
+N places are drawn from all places of lib/src where an operator fits: relations (< <= > >= == !=), && and ||, + - * /
+between operands, ++ and --, a constant 0 or 1, a condition negated, a statement left out. Each mutant's file is
+compiled into a copy of BUILD's library, and the tests of its own source, of the monitor and of the alarms run against
+it. A mutant that does not compile is drawn again. Prints each survivor, then the share killed with Wilson's 95 %
+interval and the seed; exit 0. A survivor is either a missing test or an equivalent program: a reader decides."""
+import argparse
+import fnmatch
+import glob
+import math
+import os
+import random
+import re
+import shutil
+import subprocess
+import sys
+
+arguments = argparse.ArgumentParser()
+arguments.add_argument("build")
+arguments.add_argument("--number", type=int, default=40)
+arguments.add_argument("--seed", type=int, default=1)
+arguments.add_argument("--files", default="*")
+arguments.add_argument("--seconds", type=int, default=60)
+o = arguments.parse_args()
+FLAGS = "-std=c11 -O1 -ffp-contract=off -fno-math-errno -fno-tree-slp-vectorize -w -Ilib/include -Ilib/src -Itests/lib".split()
+work = os.path.join(o.build, "mutate")
+os.makedirs(work, exist_ok=True)
+shared = dict(re.findall(r"(\w+/\w+)=(\w+)", re.sub(r"\\\n", " ", open("tests/Dir.mk").read())))
+ALWAYS = ["monitor", "guard", "monitor_trained", "monitor_alarms"]
+RULES = [(r"(?<![<>=!\-+&|])<(?![<=])", ["<=", ">="]), (r"<=", ["<", ">"]), (r"(?<![>\-])>(?![>=])", [">=", "<="]),
+         (r">=", [">", "<"]), (r"==", ["!="]), (r"!=", ["=="]), (r"&&", ["||"]), (r"\|\|", ["&&"]),
+         (r"(?<=[\w\])]) \+ (?=[\w(])", [" - "]), (r"(?<=[\w\])]) - (?=[\w(])", [" + "]),
+         (r"(?<=[\w\])]) \* (?=[\w(])", [" / "]), (r"(?<=[\w\])]) / (?=[\w(])", [" * "]),
+         (r"\+\+", ["--"]), (r"(?<![\w.])0u?(?![\w.])", ["1"]), (r"(?<![\w.])1u?(?![\w.])", ["0", "2"]),
+         (r"(?<=if )\((?=.*\)$)", ["(!("])]
+
+
+def places(path):
+    found, depth, comment = [], 0, False
+    for number, line in enumerate(open(path).read().split("\n")):
+        code = re.sub(r"/\*.*?\*/", lambda m: " " * len(m.group()), line)
+        if comment:
+            comment = "*/" not in code
+            continue
+        if "/*" in code:
+            comment, code = True, code[:code.index("/*")]
+        if depth > 0 and not code.lstrip().startswith(("#", "_Static_assert", "case ")):
+            for rule, put in RULES:
+                for m in re.finditer(rule, code):
+                    if code[:m.start()].count('"') % 2 == 0:
+                        found += [(path, number, m.start(), m.end(), p) for p in put]
+            if re.match(r"\s+[\w>.\[\]()*&-]+ ?([-+*|&^]?=|\().*;$", code) and not re.match(r"\s+(return|const|double|uint|float|bool|size_t)", code):
+                found.append((path, number, 0, len(line), ""))
+        depth += code.count("{") - code.count("}")
+    return found
+
+
+def mutated(place):
+    path, number, begin, end, put = place
+    lines = open(path).read().split("\n")
+    line = lines[number]
+    if put == "(!(":  # the whole condition
+        line = line[:begin] + "(!(" + line[end:] + ")"
+    else:
+        line = line[:begin] + put + line[end:]
+    lines[number] = line
+    return "\n".join(lines), line
+
+
+def tests_of(path):
+    room, name = path.split("/")[2], os.path.basename(path)[:-2]
+    own = shared.get(room + "/" + name, name)
+    return [own] + [t for t in ALWAYS if t != own]
+
+
+def object_of(test):
+    out = os.path.join(work, "test_%s.o" % test)
+    source = "tests/lib/test_%s.c" % test
+    if not os.path.exists(out) or os.path.getmtime(out) < os.path.getmtime(source):
+        extra = ["-isystem", os.path.join(o.build, "lcmgen")] if test in ("lcm", "control", "entry") else []
+        subprocess.run(["gcc", *FLAGS, *extra, "-c", source, "-o", out], check=True)
+    return out
+
+
+def killed_by(place):
+    """The test that notices; None: it survives; False: it does not compile."""
+    text, _ = mutated(place)
+    source = os.path.join(work, os.path.basename(place[0]))
+    open(source, "w").write(text)
+    made = os.path.join(work, os.path.basename(place[0])[:-2] + ".o")
+    include = ["-I", os.path.dirname(place[0])]
+    if subprocess.run(["gcc", *FLAGS, *include, "-c", source, "-o", made], stderr=subprocess.DEVNULL).returncode:
+        return False
+    library = os.path.join(work, "librim.a")
+    shutil.copy(os.path.join(o.build, "librim.a"), library)
+    subprocess.run(["ar", "r", library, made], check=True, stderr=subprocess.DEVNULL)
+    for test in tests_of(place[0]):
+        program = os.path.join(work, "test_" + test)
+        extra = glob.glob(os.path.join(o.build, "lcmgen", "*.c")) if test in ("lcm", "control", "entry") else []
+        subprocess.run(["gcc", *FLAGS, object_of(test), *extra, "-I", os.path.join(o.build, "lcmgen"), "-o", program, library,
+                        "-lcmocka", "-lm"], check=True)
+        try:
+            if subprocess.run([program], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, timeout=o.seconds).returncode:
+                return test
+        except subprocess.TimeoutExpired:
+            return test + " (too long)"
+    return None
+
+
+files = [p for p in sorted(glob.glob("lib/src/*/*.c")) if fnmatch.fnmatch(p, o.files)]
+everything = [place for path in files for place in places(path)]
+print("%d places in %d files, seed %d" % (len(everything), len(files), o.seed), flush=True)
+draw = random.Random(o.seed)
+draw.shuffle(everything)
+killed = tried = 0
+for place in everything:
+    if tried == o.number:
+        break
+    who = killed_by(place)
+    if who is False:
+        continue
+    tried += 1
+    killed += who is not None
+    if who is None:
+        print("survives: %s:%d: %s" % (place[0], place[1] + 1, mutated(place)[1].strip() or "(left out) " +
+                                      open(place[0]).read().split("\n")[place[1]].strip()), flush=True)
+if tried == 0:
+    sys.exit("mutate: no place to try")
+p, z = killed / tried, 1.96
+middle, half = p + z * z / (2 * tried), z * math.sqrt(p * (1 - p) / tried + z * z / (4 * tried * tried))
+print("killed %d of %d: %.1f %% [%.1f, %.1f]" % (killed, tried, 100 * p, 100 * (middle - half) / (1 + z * z / tried),
+                                                 100 * (middle + half) / (1 + z * z / tried)))

@@ -1,0 +1,64 @@
+#!/bin/bash
+# SPDX-License-Identifier: MIT
+# host_tools/campaign: shards on a cluster of this computer fold to what one machine computes, also when a worker is
+# killed, and when the campaign itself is killed and started anew. PYTHON names one with dask.distributed.
+. "$(dirname "$0")/check.inc"
+root=$(cd "$(dirname "$0")/../.." && pwd)
+python=${PYTHON:-$BUILD/campaign/bin/python3}
+if [ -n "${SANITIZE:-}" ] || ! "$python" -c 'import distributed' 2> /dev/null; then
+  echo "not here: dask.distributed for $python (make campaign-deps installs it)"; skipped=1; finish
+fi
+cd "$here" || exit 1
+campaign="$python $root/host_tools/campaign/campaign.py"
+# A campaign that takes a second a shard: unit i is a function of i; what was computed is noted.
+cat > work.sh << 'END'
+#!/bin/bash
+while [ $# -gt 0 ]; do case $1 in --shard) shard=$2 ;; --out) out=$2 ;; esac; shift 2; done
+index=${shard%/*} count=${shard#*/}
+echo "$index" >> computed.txt
+sleep 1
+[ "$index" != "${FAILS:-0}" ] || { echo "no such thing"; exit 3; }
+units=$(seq 0 23 | awk -v i="$index" -v n="$count" '$1 % n == i - 1 {printf "%s{\"unit\":%d,\"value\":%.17g}", c, $1, sin($1); c = ","}')
+echo "{\"schema\":\"rim-campaign/1\",\"version\":\"0\",\"kind\":\"k\",\"config\":{\"seed\":1},\"total\":24,\"units\":[$units]}" > "$out.part" &&
+  mv "$out.part" "$out"
+END
+chmod +x work.sh
+./work.sh --shard 1/1 --out one.json && "$RIM_THESIS" merge one.json --out single.json > /dev/null
+common="--shards 12 --workers 2 --merge"
+$campaign --out a $common "$RIM_THESIS merge" -- ./work.sh > said 2> log; check "a campaign" 0 $?
+cmp -s a/merged.json single.json; check "the same bytes as one machine" 0 $?
+contains "the dashboard is told" "$(cat log)" "dashboard http"
+contains "progress is told" "$(cat log)" "12 of 12: shard"
+
+: > computed.txt
+$campaign --out a $common "$RIM_THESIS merge" -- ./work.sh > said 2> log; check "started again" 0 $?
+check "nothing is computed twice" 0 "$(wc -l < computed.txt)"
+
+$campaign --out b $common "$RIM_THESIS merge" -- ./work.sh > said 2> log & driver=$!
+for _ in $(seq 300); do grep -q '2 of 12' log && break; sleep 0.1; done
+worker=$(ps -o pid= -o args= --ppid "$driver" | awk '/spawn_main/ {pid = $1} END {print pid}')
+[ -n "$worker" ] && kill -9 "$worker"; check "a worker is killed" 0 $?
+wait "$driver"; check "and the campaign ends well" 0 $?
+cmp -s b/merged.json single.json; check "with the same bytes" 0 $?
+
+$campaign --out c $common "$RIM_THESIS merge" -- ./work.sh > said 2> log & driver=$!
+for _ in $(seq 300); do grep -q '3 of 12' log && break; sleep 0.1; done
+children=$(ps -o pid= --ppid "$driver"); kill -9 "$driver" $children 2> /dev/null; wait "$driver" 2> /dev/null
+sleep 2
+had=$(ls c/shard_*.json | wc -l); : > computed.txt
+check "killed, some shards are there" 1 $((had >= 2 && had < 12))
+$campaign --out c $common "$RIM_THESIS merge" -- ./work.sh > said 2> log; check "goes on" 0 $?
+check "only what was missing is computed" $((12 - had)) "$(wc -l < computed.txt)"
+cmp -s c/merged.json single.json; check "and folds to the same bytes" 0 $?
+
+FAILS=5 $campaign --out d --shards 6 --workers 2 -- ./work.sh > said 2> log; check "a shard that fails" 3 $?
+contains "is named with its reason" "$(cat log)" "shard 5 failed: exit 3: no such thing"
+check "the others stay" 5 "$(ls d/shard_*.json | wc -l)"
+
+$campaign --out e --shards 3 --slurm -- ./work.sh > array.sh; check "a Slurm array" 0 $?
+contains "of three jobs" "$(cat array.sh)" "^#SBATCH --array=1-3"
+for i in 1 2 3; do SLURM_ARRAY_TASK_ID=$i bash array.sh || bad "job $i"; done
+$campaign --out e --shards 3 --workers 1 --merge "$RIM_THESIS merge" -- ./work.sh > said 2> log; check "is folded" 0 $?
+cmp -s e/merged.json single.json; check "to the same bytes" 0 $?
+$campaign --out f --shards 0 -- ./work.sh 2> /dev/null; check "no shard" 2 $?
+finish

@@ -1,0 +1,17 @@
+#!/bin/bash
+# SPDX-License-Identifier: MIT
+# What rimd does when a bit of its memory, or of its image in memory, turns over: tests/firmware/damage_test.py.
+. "$(dirname "$0")/check.inc"
+. "$(dirname "$0")/toy.inc"
+root=$(cd "$(dirname "$0")/../.." && pwd)
+[ -x "$BUILD/rimd" ] || { bad "no $BUILD/rimd"; finish; }
+cd "$here" || exit 1
+if [ -n "${SANITIZE:-}" ]; then skipped=1; finish; fi # its shadow of memory is many gigabytes to search
+toy_model toy.rim
+toy long.csv 102 3000 ''
+PYTHONDONTWRITEBYTECODE=1 python3 "$root/tests/firmware/damage_test.py" "$BUILD/rimd" "$root/lib/wire" . > damage.txt 2>&1
+sed '$d' damage.txt
+read -r p f < <(awk 'END {if (match($0, /^[0-9]+ passed, [0-9]+ failed/)) print $1+0, $3+0; else print 0, 1}' damage.txt)
+[ "$p" = 0 ] && cat damage.txt
+passed=$((passed + p)) failed=$((failed + f))
+finish
