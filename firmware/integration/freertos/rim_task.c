@@ -33,13 +33,12 @@ static void keep(void *user, const rim_alarm *record) {
 
 static void publish(void) {
   const rim_monitor_health health = rim_monitor_get_health(self.watch.monitor);
-  const uint8_t level = rim_monitor_alarms(self.watch.monitor).level;
   taskENTER_CRITICAL();
   self.status.digest = self.watch.digest;
   self.status.rows = self.watch.rows;
   self.status.refused = self.watch.refused;
   self.status.records = self.watch.records;
-  self.status.level = level;
+  self.status.level = self.watch.level;
   self.status.health = health;
   taskEXIT_CRITICAL();
 }

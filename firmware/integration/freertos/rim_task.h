@@ -30,8 +30,7 @@ extern "C" {
 #define RIM_TASK_RECORDS 8u /* that may wait; a further one is dropped and counted */
 #endif
 #ifndef RIM_TASK_STACK_BYTES
-#define RIM_TASK_STACK_BYTES                                                                       \
-  8192u /* the monitor's deepest call chain, and a reserve for interrupts */
+#define RIM_TASK_STACK_BYTES 8192u /* the monitor's deepest calls, and a reserve */
 #endif
 #ifndef RIM_TASK_IDLE_MS
 #define RIM_TASK_IDLE_MS 100u /* without a row: how often the monitor looks whether it is STALE */
@@ -50,7 +49,7 @@ typedef struct rim_task_status {
   uint32_t records;       /* made */
   uint32_t dropped;       /* of those: found the queue of records full */
   uint32_t commands_refused;
-  uint8_t level;             /* rim_level of the vehicle, of the newest row */
+  uint8_t level;             /* rim_level of the vehicle by the newest row */
   rim_monitor_health health; /* see rim/monitor.h */
 } rim_task_status;
 
@@ -69,7 +68,7 @@ bool rim_task_command(const rim_command *command, TickType_t wait);
 /* Takes the oldest record; waits at most so long for one. false: there was none. */
 bool rim_task_receive(rim_alarm *record, TickType_t wait);
 
-/* Returns a copy of the status. Everything that was offered is in it once rows and refused add up to
+/* Returns a copy of the status. All that was offered is in it once rows and refused add up to
  * the rows offered. */
 rim_task_status rim_task_get_status(void);
 

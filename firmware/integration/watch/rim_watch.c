@@ -18,6 +18,8 @@ rim_status rim_watch_open(rim_watch *watch, void *memory, size_t bytes, const vo
   const bool external = rim_monitor_config(w.monitor, RIM_CONFIG_EXTERNAL) != 0;
   w.values = rim_monitor_config(w.monitor, RIM_CONFIG_FEATURES) + (external ? 3u * outcomes : 0u);
   w.digest = RIM_DIGEST_START;
+  w.level = RIM_LEVEL_STALE;
+  w.reason = RIM_REASON_TOO_FEW;
   w.send = send;
   w.user = user;
   *watch = w;
@@ -59,6 +61,8 @@ rim_status rim_watch_row(rim_watch *watch, double t_s, const double *value, size
   if (status != RIM_OK)
     return status;
   watch->rows++;
+  watch->level = now.level;
+  watch->reason = now.reason;
   if (now.valid)
     watch->newest_s = t_s;
   watch->digest = rim_verdict_digest(watch->digest, &now);
@@ -73,7 +77,10 @@ rim_status rim_watch_row(rim_watch *watch, double t_s, const double *value, size
 void rim_watch_idle(rim_watch *watch, double silent_s) {
   if (watch == NULL || watch->monitor == NULL)
     return;
-  (void)rim_monitor_idle(watch->monitor, watch->newest_s + silent_s);
+  if (rim_monitor_idle(watch->monitor, watch->newest_s + silent_s)) {
+    watch->level = RIM_LEVEL_STALE;
+    watch->reason = RIM_REASON_SILENT;
+  }
   send_waiting(watch);
 }
 
@@ -81,6 +88,8 @@ rim_status rim_watch_command(rim_watch *watch, const rim_command *command) {
   if (watch == NULL || watch->monitor == NULL)
     return RIM_E_ARGUMENT;
   const rim_status status = rim_monitor_command(watch->monitor, command, 32);
+  if (status == RIM_OK && watch->level <= RIM_LEVEL_ERROR)
+    watch->level = rim_monitor_alarms(watch->monitor).level;
   send_waiting(watch);
   return status;
 }

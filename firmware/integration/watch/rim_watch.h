@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* rim_watch.h - what every framework does with the monitor: opens an image, offers rows in the order
- * in which `rim replay` offers them, and hands every record on, so that the same rows give the same
+/* rim_watch.h - what every framework does with the monitor: opens an image, offers rows as
+ * `rim replay` does, and hands every record on, so that the same rows give the same
  * records and the same digest on board and on the ground. Nothing of a framework is in here: the C
  * library's memcpy is enough.
  *
@@ -30,6 +30,8 @@ typedef struct rim_watch {
   uint32_t records; /* handed on */
   uint32_t values;  /* of a row: see rim_watch_row */
   double newest_s;  /* time of the newest row */
+  uint8_t level;    /* rim_level of the vehicle by the newest verdict; STALE before the first */
+  uint8_t reason;   /* rim_reason: why the level says nothing about the vehicle */
 } rim_watch;
 
 /* Opens the image in the caller's memory, both aligned to 8, as rim_monitor_init, with its errors;
