@@ -173,7 +173,7 @@ test: integration-try
 # SocketCAN in a guest with Debian's own kernel: tests/cli/can.sh. `make test` fetches what it needs where
 # it can, and else skips it, saying so; `make test-can` insists. From PyPI: other people's decoders and
 # Gaussian process, which ours are held to.
-PYPI_PACKAGES := cantools==45.1.0 lcm==1.5.3 scikit-learn==1.5.2
+PYPI_PACKAGES := cantools==45.1.0 can-isotp==2.0.7 lcm==1.5.3 scikit-learn==1.5.2
 CAN_PACKAGES := qemu-system-x86 busybox-static can-utils cpio iproute2 python3-venv
 KERNEL_PACKAGE = "$$(apt-cache depends linux-image-amd64 | sed -n 's/.*Depends: *\(linux-image-[^ ]*\).*/\1/p' | head -n 1)"
 .PHONY: test-can can-deps can-try

@@ -59,8 +59,7 @@ kill -INT $logger; wait $logger 2> /dev/null
 out=$("$RIM" replay --model toy.rim bus.lcm --alarms logged.jsonl 2> err); check "rim replay reads lcm-logger's log" 0 $?
 contains "every row" "$out" "rows: 1200 used, 0 skipped"
 same() { # the records of two files, without what tells a replay from a flight
-  # The standard error of the onset has no room in the record of the bus.
-  sed 's/,"replay":[a-z]*//; s/"t_s":[^,]*,//; s/"since_s":[^,]*,//; s/"since_sd_s":[^,]*,//' "$1"
+  sed 's/,"replay":[a-z]*//; s/"t_s":[^,]*,//; s/"since_s":[^,]*,//' "$1"
 }
 check "the log replays as the original" "$(same ground.jsonl)" "$(same logged.jsonl)"
 check "and as it flew" "$(same ground.jsonl)" "$(grep -v -e STALE -e '"message"' heard.jsonl > flew.jsonl; same flew.jsonl)"
@@ -90,15 +89,21 @@ for event in lcm.EventLog("bus.lcm"):
     if not event.channel.startswith("RIM_"):
         continue  # LCM's own test of itself
     kind = {"RIM_ALARM": rim.alarm_t, "RIM_HEALTH": rim.health_t, "RIM_COUNTERS": rim.counters_t, "RIM_OBSERVATION": rim.observation_t,
-            "RIM_ENTRY": rim.entry_t, "RIM_PLAN": rim.plan_t}[event.channel]
+            "RIM_ENTRY": rim.entry_t, "RIM_PLAN": rim.plan_t, "RIM_MODEL": rim.model_t}[event.channel]
     seen.setdefault(event.channel, []).append(kind.decode(event.data))
 ground = [json.loads(line) for line in open("ground.jsonl")]
 alarms = [a for a in seen["RIM_ALARM"] if a.level == 2]
 print("alarms", [(a.sequence, a.ln_anom, a.p_value) for a in alarms] == [(g["seq"], g["ln_anom"], g["p_value"]) for g in ground])
+print("onset", [a.since_sd_s for a in alarms] == [g["since_sd_s"] for g in ground])
+text = lambda b: bytes(b).split(b"\0")[0].decode()
+m = seen["RIM_MODEL"][0]
+print("model", m.features, m.outcomes, m.count, m.period_us, [text(m.name[i]) + " " + text(m.unit[i]) for i in (0, 3, 6)])
 print("entry", seen["RIM_ENTRY"][-1].plan_sequence, seen["RIM_ENTRY"][-1].to_entry_s > 0, seen["RIM_PLAN"][0].count)
 print("health", seen["RIM_HEALTH"][-1].observations, "counters", seen["RIM_COUNTERS"][-1].rows, len(seen["RIM_OBSERVATION"]))
 END
   contains "Python's lcm: alarms" "$(cat py.txt)" "^alarms True"
+  contains "Python's lcm: the onset's standard error" "$(cat py.txt)" "^onset True"
+  contains "Python's lcm: names and units" "$(cat py.txt)" "^model 4 3 7 50000 \['u.push ', 's.speed_mps m/s', 's.speed_mps m/s'\]"
   contains "Python's lcm: the entry" "$(cat py.txt)" "^entry 1 True 41"
   contains "Python's lcm: the rest" "$(cat py.txt)" "^health 1200 counters 1200 1200"
 else

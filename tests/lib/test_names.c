@@ -9,28 +9,16 @@
 
 #include <cmocka.h>
 
-#include "base/crc.h"
 #include "image/names.h"
 #include "rim/image.h"
 #include "section_bytes.h"
 
 /* An image with this one section. */
 static void make_image(bytes *b, uint32_t id, const char *text) {
-  const uint32_t size = (uint32_t)strlen(text);
-  memset(b, 0, sizeof *b);
-  memcpy(b->byte, RIM_IMAGE_MAGIC, 8);
-  put_u32(b->byte + 8, RIM_IMAGE_ENDIAN_TAG);
-  put_u16(b->byte + 12, RIM_IMAGE_MAJOR);
-  const uint32_t total = 80u + (size + 7u) / 8u * 8u;
-  put_u32(b->byte + 16, total);
-  put_u32(b->byte + 24, 1);
-  put_u32(b->byte + 64, id);
-  put_u32(b->byte + 68, 80);
-  put_u32(b->byte + 72, size);
-  memcpy(b->byte + 80, text, size);
-  put_u32(b->byte + 28, rimi_crc32(0, b->byte + 64, total - 64));
-  put_u32(b->byte + 32, rimi_crc32(0, b->byte, 64));
-  b->size = total;
+  static bytes section;
+  section.size = strlen(text);
+  memcpy(section.byte, text, section.size);
+  image_of(b, &id, &section, 1);
 }
 
 static void names_come_in_order(void **state) {
