@@ -155,7 +155,7 @@ stop gone
 # 5. The kernel's own ISO-TP puts a detail together. It offers flow control, under an identifier that nobody reads.
 isotprecv -s 7FF -d 287 vcan1 > isotp.hex & receiver=$!
 usleep 300000
-grep ' 287#' classic.candump | head -n 25 | sed 's/^([^)]*) [a-z0-9]*/(0.0) vcan1/' > one.candump
+grep ' 287#' classic.candump | head -n 25 | sed 's/^([^)]*) [a-z0-9]*/(0.000000) vcan1/' > one.candump
 check "a detail has 25 segments" 25 "$(grep -c '287#' one.candump)"
 tc qdisc del dev vcan1 root
 canplayer -t -g 1 -I one.candump vcan1=vcan1 > /dev/null

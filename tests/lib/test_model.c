@@ -25,7 +25,7 @@ static void add_text(bytes *b, const char *text) {
     u8(b, (unsigned char)*text++);
 }
 
-/* Fourteen features and three outcomes: two parts. One name is longer than a message has room for. */
+/* Fourteen features and three outcomes: two parts. One name is longer than its room. */
 static int set_up(void **state) {
   (void)state;
   static bytes section[3];

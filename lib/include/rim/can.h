@@ -157,9 +157,10 @@ typedef struct rim_can_assembly {
 
 /* Takes one segment. *complete becomes true when *alarm is a whole record; RIM_OK also for a
  * segment in the middle. RIM_E_ARGUMENT: NULL; RIM_E_MAGIC: not a segment, or of another node;
- * RIM_E_SIZE: not 8 bytes; RIM_E_VERSION: a first segment of another length; nothing changes then. RIM_E_TRUNCATED: a segment is missing or out of
- * order (a first segment begins a new record); RIM_E_CRC, RIM_E_RANGE, RIM_E_DATA: the whole record
- * is refused; it is given up and counted. O(1), and O(bytes) for the last segment. */
+ * RIM_E_SIZE: not 8 bytes; RIM_E_VERSION: a first segment of another length; nothing changes then.
+ * RIM_E_TRUNCATED: a segment is missing or out of order (a first segment begins a new record);
+ * RIM_E_CRC, RIM_E_RANGE, RIM_E_DATA, RIM_E_VERSION: the whole record is refused; it is given up
+ * and counted. O(1), and O(bytes) for the last segment. */
 rim_status rim_can_take_detail(rim_can_assembly *assembly, const rim_can_frame *frame,
                                rim_alarm *alarm, bool *complete);
 
