@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* rim_zephyr.h - the monitor as a Zephyr thread, without a heap; Kconfig sizes it.
  *
- * Any thread offers rows and commands; the monitor's thread takes them in order and puts its records
- * into a queue from which one thread of yours takes them. */
+ * Any thread offers rows and commands; the monitor's thread takes them in order and puts its
+ * records into a queue from which one thread of yours takes them. */
 #ifndef RIM_ZEPHYR_H
 #define RIM_ZEPHYR_H
 
@@ -22,7 +22,7 @@ typedef struct rim_zephyr_status {
   uint8_t level, reason; /* rim_level, rim_reason */
 } rim_zephyr_status;
 
-/* Opens the image, which stays where it is, and starts the thread. Once. Errors as rim_monitor_init;
+/* Opens the image, which stays where it is, and starts the thread. Errors as rim_monitor_init;
  * RIM_E_CAPACITY: a row has more values than Kconfig says; RIM_E_CONFIG: it runs already. */
 rim_status rim_zephyr_start(const void *image, size_t image_bytes);
 
