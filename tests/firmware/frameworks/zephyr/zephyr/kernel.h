@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* What rim_zephyr.c uses of Zephyr, as its documentation has it (3.0 to 4.2: Message Queue APIs, Thread APIs, Mutex APIs, System Clock APIs): declarations alone, to compile against. */
+/* What rim_zephyr.c uses of Zephyr, as its documentation has it (3.0 to 4.2: Message Queue APIs,
+ * Thread APIs, Mutex APIs, System Clock APIs): declarations alone, to compile against. */
 #ifndef ZEPHYR_KERNEL_H
 #define ZEPHYR_KERNEL_H
 
