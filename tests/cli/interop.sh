@@ -27,6 +27,8 @@ timeout -s INT 60 lcm-logger --quiet --lcm-url="$url" bus.lcm > logger.txt 2>&1 
 "$RIM" listen --model toy.rim > heard.jsonl 2> listen2.err & quiet=$!
 until_in listen.err listening; check "rim listen" 0 $?
 until_in listen2.err listening; check "rim listen, alarms alone" 0 $?
+"$RIM" listen > nameless.jsonl 2> listen3.err & nameless=$!
+until_in listen3.err listening; check "rim listen, no image" 0 $?
 # On a terminal: script(1) gives it one.
 script -qfec "stty cols 200; '$RIM' listen --model toy.rim" screen.txt > /dev/null 2>&1 < /dev/null & terminal=$!
 until_in screen.txt "0 records"; check "rim listen on a terminal" 0 $?
@@ -43,6 +45,9 @@ for t_us, values in read_rows("biased.csv"):
     time.sleep(0.0005)
 END
 until_in heard.jsonl '"state":"raised"'; check "heard by liblcm" 0 $?
+until_in nameless.jsonl 'speed reads 0'; check "names by RIM_MODEL" 0 $?
+"$RIM" command describe --lcm "$url"; check "rim command describe" 0 $?
+"$RIM" command describe --any > said 2>&1; check "describe names no alarm" 2 $?
 until_in all.jsonl '"message":"counters",.*"rows":1200'; check "counters" 0 $?
 until_in all.jsonl '"message":"health",.*"level":"ERROR",.*"observations":1200'; check "health" 0 $?
 until_in heard.jsonl '"message":"entry",.*"to_entry_s":[0-9]'; check "an entry warning" 0 $?
@@ -72,7 +77,7 @@ check "played into rimd and heard" 2 "$(grep -c '"state":"raised"' heard.jsonl)"
 kill $daemon; wait $daemon
 contains "all rows" "$(cat second.said)" "after 1200 observations"
 "$RIM" command clear --any --lcm "$url"; check "rim command" 0 $?
-kill $listener $quiet; wait $listener; check "the listener ends" 0 $?
+kill $listener $quiet $nameless; wait $listener; check "the listener ends" 0 $?
 kill $terminal; wait $terminal
 
 python=python3
