@@ -165,7 +165,7 @@ INTEGRATION_PACKAGES := cmake gcc-arm-none-eabi qemu-system-arm
 .PHONY: integration-deps integration-try
 integration-deps: deps
 	$(call install_missing,$(INTEGRATION_PACKAGES))
-integration-try: deps
+integration-try: deps | can-try
 	@timeout 240 $(MAKE) --no-print-directory SUDO='sudo -n' integration-deps < /dev/null || \
 	  echo "test: some of the frameworks are skipped: could not install $(INTEGRATION_PACKAGES)"
 test: integration-try
