@@ -16,6 +16,7 @@
 #define SECOND (1000 * MS)
 #define BATCH 64       /* datagrams or frames in a row, so that time is looked at in between */
 #define HELD_NS SECOND /* a record waits at most so long for the medium */
+#define DESCRIBE_NS (100 * MS) /* between two answers to a command that asks for a description */
 
 static void count(uint32_t *counter) {
   if (*counter != UINT32_MAX)
@@ -167,10 +168,15 @@ static void send_model(rimd *d, uint64_t now_ns) {
   outbox_model(&d->outbox, &d->view, d->config.replay ? RIM_ALARM_FLAG_REPLAY : 0);
 }
 
-/* For who has come late: what the indices mean, and the newest record's details. */
+/* For who has come late: what the indices mean, and the newest record's details. A flood of such
+ * commands makes no flood of answers. */
 static void describe(rimd *d) {
   const uint64_t now_ns = rimd_now_ns();
   const rim_alarm newest = rim_monitor_alarms(d->monitor).newest;
+  if (d->next_model_ns != 0 && now_ns + SECOND < d->next_model_ns + DESCRIBE_NS) {
+    count(&d->kept.counters.commands);
+    return;
+  }
   send_model(d, now_ns);
   if (d->held_count == 0)
     outbox_repeat(&d->outbox, &newest, now_ns);

@@ -31,10 +31,10 @@ bool RimWatch::init(const char *path) {
   }
   const ssize_t bytes = ::read(file, _image, sizeof(_image));
   ::close(file);
-  const rim_status status =
-      bytes < 0 ? RIM_E_TRUNCATED
-                : rim_watch_open(&_watch, _monitor, sizeof(_monitor), _image,
-                                 static_cast<size_t>(bytes), &RimWatch::take, this);
+  const rim_status status = bytes < 0
+                                ? RIM_E_TRUNCATED
+                                : rim_watch_open(&_watch, _monitor, sizeof(_monitor), _image,
+                                                 static_cast<size_t>(bytes), &RimWatch::take, this);
   if (status != RIM_OK || _watch.values != kValues) {
     PX4_ERR("%s: %s", path, status != RIM_OK ? rim_status_text(status) : "rows of other columns");
     return false;

@@ -63,8 +63,8 @@ static void run(void *a, void *b, void *c) {
 rim_status rim_zephyr_start(const void *image, size_t image_bytes) {
   if (started)
     return RIM_E_CONFIG;
-  const rim_status opened = rim_watch_open(&watch, monitor_memory, sizeof monitor_memory, image,
-                                           image_bytes, keep, NULL);
+  const rim_status opened =
+      rim_watch_open(&watch, monitor_memory, sizeof monitor_memory, image, image_bytes, keep, NULL);
   if (opened != RIM_OK)
     return opened;
   if (watch.values > CONFIG_RIMWATCH_MAX_VALUES)
