@@ -129,6 +129,9 @@ install: all ## into $(DESTDIR)$(PREFIX): bin lib include share
 	install -m 644 lib/wire/*.lcm lib/wire/*.dbc $(DESTDIR)$(PREFIX)/share/rimwatch/wire/
 	sed -e 's|@PREFIX@|$(PREFIX)|' -e 's|@VERSION@|$(VERSION)|' lib/rimwatch.pc.in \
 	  > $(DESTDIR)$(PREFIX)/lib/pkgconfig/rimwatch.pc
+	install -d $(DESTDIR)$(PREFIX)/lib/cmake/rimwatch
+	set -e; for f in rimwatch-config rimwatch-config-version; do \
+	  sed -e 's|@VERSION@|$(VERSION)|' lib/$$f.cmake.in > $(DESTDIR)$(PREFIX)/lib/cmake/rimwatch/$$f.cmake; done
 	set -e; for f in $(DATA_FILES); do \
 	  install -D -m 644 data/$$f $(DESTDIR)$(PREFIX)/share/rimwatch/$$f; done
 

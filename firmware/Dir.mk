@@ -164,10 +164,21 @@ budgets: budget-deps
 	@firmware/budget.sh $(CROSS) '$(mps2-an500_RUN)' six_flight 6/3 150 250 40 landing_flight 29/25 200 1500 55 \
 	  golf_flight 100/1 180 300 55
 
+# The monitor inside of frameworks: tests/cli/freertos.sh and cfs.sh, where the frameworks' sources are
+# (FRAMEWORKS=FOLDER). What they need is installed where it can be; else they are skipped, saying so.
+INTEGRATION_PACKAGES := cmake gcc-arm-none-eabi qemu-system-arm
+.PHONY: integration-deps integration-try
+integration-deps: deps
+	$(call install_missing,$(INTEGRATION_PACKAGES))
+integration-try: deps | can-try
+	@timeout 240 $(MAKE) --no-print-directory SUDO='sudo -n' integration-deps < /dev/null || \
+	  echo "test: some of the frameworks are skipped: could not install $(INTEGRATION_PACKAGES)"
+test: integration-try
+
 # SocketCAN in a guest with Debian's own kernel: tests/cli/can.sh. `make test` fetches what it needs where
 # it can, and else skips it, saying so; `make test-can` insists. From PyPI: other people's decoders and
 # Gaussian process, which ours are held to.
-PYPI_PACKAGES := cantools==45.1.0 lcm==1.5.3 scikit-learn==1.5.2
+PYPI_PACKAGES := cantools==45.1.0 can-isotp==2.0.7 lcm==1.5.3 scikit-learn==1.5.2
 CAN_PACKAGES := qemu-system-x86 busybox-static can-utils cpio iproute2 python3-venv
 KERNEL_PACKAGE = "$$(apt-cache depends linux-image-amd64 | sed -n 's/.*Depends: *\(linux-image-[^ ]*\).*/\1/p' | head -n 1)"
 .PHONY: test-can can-deps can-try

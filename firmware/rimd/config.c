@@ -279,6 +279,7 @@ static void check_whole(reader *r) {
 unsigned config_parse(config *c, const char *name, const char *text, size_t bytes) {
   reader r = {.c = c, .name = name};
   memset(c, 0, sizeof *c);
+  c->node = 1; /* that of the shipped DBC */
   while (bytes > 0) {
     const char *end = memchr(text, '\n', bytes);
     const size_t length = end != NULL ? (size_t)(end - text) : bytes;

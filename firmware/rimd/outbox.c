@@ -34,19 +34,28 @@ static bool send_lcm_alarm(outbox *box) {
   return lcm_udp_send(box->lcm, RIM_LCM_CHANNEL_ALARM, box->lcm_alarm, sizeof box->lcm_alarm) == 0;
 }
 
-/* Returns whether the record has bytes; what has none (a number that is not finite) is counted. */
-static bool queue_can(outbox *box, const rim_alarm *alarm, uint64_t now_ns) {
+/* Finding first: it says most in the fewest frames. Returns whether the record has bytes. */
+static bool queue_detail(outbox *box, const rim_alarm *alarm, uint64_t now_ns) {
+  uint32_t pages = 0;
   give_up_detail(box);
-  const bool summarised = rim_can_pack_summary(&box->summary, box->node, alarm) == RIM_OK;
-  box->summary_waits = box->summary_waits || summarised;
+  if (rim_can_pack_finding(box->detail, &pages, box->node, alarm) != RIM_OK)
+    return false;
+  rim_can_frame *detail = box->detail + pages;
   if (box->can->fd_capable) {
-    if (rim_can_pack_detail_fd(&box->detail[0], box->node, alarm) == RIM_OK)
-      box->details = 1;
-  } else if (rim_can_pack_detail(box->detail, box->node, alarm) == RIM_OK) {
-    box->details = RIM_CAN_DETAIL_FRAMES;
+    if (rim_can_pack_detail_fd(detail, box->node, alarm) == RIM_OK)
+      box->details = pages + 1;
+  } else if (rim_can_pack_detail(detail, box->node, alarm) == RIM_OK) {
+    box->details = pages + RIM_CAN_DETAIL_FRAMES;
   }
   box->progress_ns = now_ns;
-  return summarised && box->details > 0;
+  return box->details > 0;
+}
+
+/* Returns whether the record has bytes; what has none (a number that is not finite) is counted. */
+static bool queue_can(outbox *box, const rim_alarm *alarm, uint64_t now_ns) {
+  const bool summarised = rim_can_pack_summary(&box->summary, box->node, alarm) == RIM_OK;
+  box->summary_waits = box->summary_waits || summarised;
+  return queue_detail(box, alarm, now_ns) && summarised;
 }
 
 void outbox_alarm(outbox *box, const rim_alarm *alarm, uint64_t now_ns) {
@@ -91,6 +100,22 @@ void outbox_health(outbox *box, const rim_health_message *health, const rim_coun
   now.model_id = health->model_id;
   if (rim_can_pack_summary(&box->summary, box->node, &now) == RIM_OK)
     box->summary_waits = true;
+  (void)outbox_pump(box, now_ns);
+}
+
+void outbox_model(outbox *box, const rim_image *image, uint8_t flags) {
+  uint8_t bytes[RIM_LCM_MODEL_SIZE];
+  for (uint32_t first = 0; box->lcm != NULL; first += RIM_MODEL_QUANTITIES) {
+    if (rim_lcm_pack_model(bytes, sizeof bytes, image, first, flags) != RIM_OK)
+      return; /* behind the last */
+    (void)lcm_udp_send(box->lcm, RIM_LCM_CHANNEL_MODEL, bytes, sizeof bytes);
+  }
+}
+
+void outbox_repeat(outbox *box, const rim_alarm *newest, uint64_t now_ns) {
+  if (box->can == NULL || newest->seq == 0 || box->next < box->details)
+    return; /* none was sent yet, or it is on its way */
+  (void)queue_detail(box, newest, now_ns);
   (void)outbox_pump(box, now_ns);
 }
 

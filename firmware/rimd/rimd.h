@@ -60,7 +60,7 @@ typedef struct rimd {
   uint32_t held_copied; /* the first of them that are in the copy under way */
   uint64_t held_ns;     /* since when the first waits */
   uint64_t valid_ns;    /* when the newest valid row came, or the start */
-  uint64_t next_health_ns, next_state_ns;
+  uint64_t next_health_ns, next_model_ns, next_state_ns;
   watchdog watchdog;
   uint32_t state_failures; /* told so far */
   bool is_damaged;         /* memory does not hold: no row is used, and no state is saved */

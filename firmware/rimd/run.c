@@ -16,6 +16,7 @@
 #define SECOND (1000 * MS)
 #define BATCH 64       /* datagrams or frames in a row, so that time is looked at in between */
 #define HELD_NS SECOND /* a record waits at most so long for the medium */
+#define DESCRIBE_NS (100 * MS) /* between two answers to a command that asks for a description */
 
 static void count(uint32_t *counter) {
   if (*counter != UINT32_MAX)
@@ -165,7 +166,31 @@ void rimd_row(rimd *d, double t_s, const double *values, uint32_t n, uint64_t wo
   note_deadline(d, woke_ns);
 }
 
+static void send_model(rimd *d, uint64_t now_ns) {
+  d->next_model_ns = now_ns + SECOND;
+  outbox_model(&d->outbox, &d->view, d->config.replay ? RIM_ALARM_FLAG_REPLAY : 0);
+}
+
+/* For who has come late: what the indices mean, and the newest record's details. A flood of such
+ * commands makes no flood of answers. */
+static void describe(rimd *d) {
+  const uint64_t now_ns = rimd_now_ns();
+  const rim_alarm newest = rim_monitor_alarms(d->monitor).newest;
+  if (d->next_model_ns != 0 && now_ns + SECOND < d->next_model_ns + DESCRIBE_NS) {
+    count(&d->kept.counters.commands);
+    return;
+  }
+  send_model(d, now_ns);
+  if (d->held_count == 0)
+    outbox_repeat(&d->outbox, &newest, now_ns);
+  count(&d->kept.counters.commands);
+}
+
 static void take_command(rimd *d, const rim_command *command, unsigned bits) {
+  if (command->command == RIM_COMMAND_DESCRIBE) {
+    describe(d);
+    return;
+  }
   if (rim_monitor_command(d->monitor, command, bits) != RIM_OK) {
     count(&d->kept.counters.commands_refused);
     return;
@@ -197,7 +222,8 @@ static void take_observation(rimd *d, const lcm_udp_message *message, uint64_t w
 
 static void take_message(rimd *d, const lcm_udp_message *message, uint64_t woke_ns) {
   static const char *const ours[] = {RIM_LCM_CHANNEL_ALARM, RIM_LCM_CHANNEL_HEALTH,
-                                     RIM_LCM_CHANNEL_COUNTERS, RIM_LCM_CHANNEL_ENTRY};
+                                     RIM_LCM_CHANNEL_COUNTERS, RIM_LCM_CHANNEL_ENTRY,
+                                     RIM_LCM_CHANNEL_MODEL};
   if (strcmp(message->channel, RIM_LCM_CHANNEL_OBSERVATION) == 0) {
     take_observation(d, message, woke_ns);
     return;
@@ -410,7 +436,11 @@ int rimd_tick(rimd *d, uint64_t now_ns) {
     send_health(d, now_ns);
     look_ahead(d, true);
   }
+  if (d->outbox.lcm != NULL && now_ns >= d->next_model_ns)
+    send_model(d, now_ns);
   int wait_ms = outbox_pump(&d->outbox, now_ns);
+  if (d->outbox.lcm != NULL)
+    wait_ms = earlier(wait_ms, until(d->next_model_ns, now_ns));
   if (d->config.state[0] != '\0') {
     keep_state(d, now_ns);
     if (d->state_wanted || d->held_count > 0)

@@ -107,20 +107,12 @@ static int open_monitor(rimd *d) {
 
 /* Index of a feature by its name in the image; RIM_LOOKAHEAD_NO_AXIS where there is none. */
 static uint16_t feature_of(const rimd *d, const char *name) {
-  const uint8_t *text;
-  size_t bytes;
-  if (rim_image_section(&d->view, RIM_SECTION_NAMES, &text, &bytes) != RIM_OK)
-    return RIM_LOOKAHEAD_NO_AXIS;
-  const size_t length = strlen(name);
-  for (uint32_t f = 0; f < d->features; f++) {
-    const uint8_t *end = memchr(text, '\n', bytes);
-    if (end == NULL)
-      return RIM_LOOKAHEAD_NO_AXIS;
-    if ((size_t)(end - text) == length && memcmp(text, name, length) == 0)
+  const char *text;
+  size_t length;
+  for (uint32_t f = 0; f < d->features; f++)
+    if (rim_image_name(&d->view, f, &text, &length) == RIM_OK && length == strlen(name) &&
+        memcmp(text, name, length) == 0)
       return (uint16_t)f;
-    bytes -= (size_t)(end - text) + 1;
-    text = end + 1;
-  }
   return RIM_LOOKAHEAD_NO_AXIS;
 }
 

@@ -31,6 +31,23 @@ std::string troubles(const rim_counters &counters) {
 
 } // namespace
 
+void Board::take(const rim_model_message &model) {
+  Names &names = heard_[model.model_id];
+  names.features.resize(model.features);
+  names.outcomes.resize(model.outcomes);
+  for (std::uint32_t i = 0; i < model.count; i++) {
+    const std::uint32_t at = model.first + i;
+    Quantity &to = at < model.features ? names.features[at] : names.outcomes[at - model.features];
+    to = quantity_of(model.quantity[i].name);
+    to.unit = model.quantity[i].unit;
+  }
+}
+
+const Names &Board::names(std::uint32_t model_id) const {
+  const auto heard = heard_.find(model_id);
+  return names_.outcomes.empty() && heard != heard_.end() ? heard->second : names_;
+}
+
 void Board::take(const rim_alarm &alarm) {
   const int channel = alarm.channels > 0 ? alarm.channel[0] : -1;
   alarms_[{alarm.model_id, alarm.detector, channel}] = alarm;
@@ -88,7 +105,7 @@ std::string Board::text(double now_s) const {
     table.add({cell(a.t_s, 6), level_text(a.level), state_text(a.state), std::to_string(a.seq),
                cell(a.ln_anom, 3), cell(a.threshold, 3),
                (a.flags & RIM_ALARM_FLAG_REPLAY) != 0 ? "replay" : "live",
-               alarm_sentence(a, names_)});
+               alarm_sentence(a, names(a.model_id))});
   return text + (text.empty() ? "" : "\n") + table.text();
 }
 

@@ -18,6 +18,11 @@ class Board {
 public:
   explicit Board(Names names) : names_(std::move(names)) {}
 
+  // Names of a model whose messages carry them; of no use where names were given.
+  void take(const rim_model_message &model);
+  // Those given, else those heard for this model, else none.
+  const Names &names(std::uint32_t model_id) const;
+
   void take(const rim_alarm &alarm); // a row by model, detector and first channel
   void take(const rim_health_message &health, double now_s);
   void take(const rim_counters &counters); // of the monitor whose health came last
@@ -41,7 +46,8 @@ private:
   };
   using Key = std::tuple<std::uint32_t, int, int>;
 
-  Names names_;
+  Names names_; // given; empty: none were
+  std::map<std::uint32_t, Names> heard_;
   std::map<Key, rim_alarm> alarms_;
   std::map<std::uint32_t, Monitor> monitors_; // by model_id
   std::uint32_t heard_last_ = 0;

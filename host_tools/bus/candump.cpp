@@ -39,10 +39,13 @@ CandumpFile::CandumpFile(const std::string &path, std::uint32_t node, bool fd,
 }
 
 std::vector<rim_can_frame> alarm_frames(const rim_alarm &alarm, std::uint32_t node, bool fd) {
-  std::vector<rim_can_frame> frames(1 + (fd ? 1 : RIM_CAN_DETAIL_FRAMES));
+  std::vector<rim_can_frame> frames(1 + RIM_CAN_FINDING_FRAMES + RIM_CAN_DETAIL_FRAMES);
+  std::uint32_t pages = 0;
   check(rim_can_pack_summary(&frames[0], node, &alarm));
-  check(fd ? rim_can_pack_detail_fd(&frames[1], node, &alarm)
-           : rim_can_pack_detail(&frames[1], node, &alarm));
+  check(rim_can_pack_finding(&frames[1], &pages, node, &alarm));
+  check(fd ? rim_can_pack_detail_fd(&frames[1 + pages], node, &alarm)
+           : rim_can_pack_detail(&frames[1 + pages], node, &alarm));
+  frames.resize(1 + pages + (fd ? 1 : RIM_CAN_DETAIL_FRAMES));
   return frames;
 }
 

@@ -14,7 +14,8 @@ namespace rim {
 // "(0000000012.500000) can0 185#0001020304050607\n"; FD frames with "##1" (bit-rate switch).
 std::string candump_line(const rim_can_frame &frame, double t_s, const std::string &interface);
 
-// The frames of one record: the summary, then the detail: segments, or one frame where FD.
+// The frames of one record: the summary, the pages of the finding, then the detail: segments, or
+// one frame where FD.
 std::vector<rim_can_frame> alarm_frames(const rim_alarm &alarm, std::uint32_t node, bool fd);
 
 // Writes the frames of alarms to a file that appears on commit(). Time stamps are the log's.

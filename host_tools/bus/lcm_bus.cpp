@@ -68,6 +68,7 @@ void LcmBus::subscribe() {
   one(RIM_LCM_CHANNEL_OBSERVATION, static_cast<bool>(on_observation));
   one(RIM_LCM_CHANNEL_COUNTERS, static_cast<bool>(on_counters));
   one(RIM_LCM_CHANNEL_ENTRY, static_cast<bool>(on_entry));
+  one(RIM_LCM_CHANNEL_MODEL, static_cast<bool>(on_model));
   subscribed_ = true;
 }
 
@@ -87,6 +88,8 @@ void LcmBus::take(const std::string &channel, const std::uint8_t *bytes, std::si
           ? decoded(rim_observation_message{}, rim_lcm_unpack_observation, on_observation)
       : channel == RIM_LCM_CHANNEL_COUNTERS
           ? decoded(rim_counters{}, rim_lcm_unpack_counters, on_counters)
+      : channel == RIM_LCM_CHANNEL_MODEL
+          ? decoded(rim_model_message{}, rim_lcm_unpack_model, on_model)
           : decoded(rim_entry{}, rim_lcm_unpack_entry, on_entry);
   refused_ += good ? 0 : 1;
 }

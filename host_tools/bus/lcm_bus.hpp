@@ -37,6 +37,7 @@ public:
   std::function<void(const rim_observation_message &)> on_observation;
   std::function<void(const rim_counters &)> on_counters;
   std::function<void(const rim_entry &)> on_entry;
+  std::function<void(const rim_model_message &)> on_model;
 
   // Waits at most so long, handles what has come and returns whether anything has. Messages that do
   // not decode are counted in refused().

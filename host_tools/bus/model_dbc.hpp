@@ -9,8 +9,8 @@
 
 namespace rim {
 
-// The shipped rim.dbc with the identifiers of this node, and with value tables that name the
-// image's outcomes and features with their units. DataError where rim.dbc is not installed.
-std::string model_dbc(const ImageFacts &facts, unsigned node);
+// The shipped rim.dbc, or rim_fd.dbc, with the identifiers of this node, and with value tables that
+// name the image's outcomes and features with their units. DataError where it is not installed.
+std::string model_dbc(const ImageFacts &facts, unsigned node, bool fd);
 
 } // namespace rim

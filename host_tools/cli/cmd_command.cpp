@@ -32,19 +32,21 @@ void send_can(const std::string &interface, unsigned node, const rim_command &co
 
 int cmd_command(int argc, char **argv) {
   std::string what, url, interface;
-  unsigned node = 0;
+  unsigned node = 1;
   bool any = false;
   rim_command command{};
-  rim::cli::Arguments app{"Acknowledge or clear a monitor's alarm.", "rim command"};
+  rim::cli::Arguments app{"Acknowledge or clear a monitor's alarm, or ask it to describe itself.",
+                          "rim command"};
   app.add_option("WHAT", what,
                  "acknowledge: a latched alarm may end once its cause is gone. clear: the monitor\n"
-                 "forgets the alarm and the observations behind it")
+                 "forgets the alarm and the observations behind it. describe: it sends RIM_MODEL\n"
+                 "now, and on CAN the newest record's finding and detail once more")
       ->required()
-      ->check(rim::cli::is_member({"acknowledge", "clear"}));
+      ->check(rim::cli::is_member({"acknowledge", "clear", "describe"}));
   app.add_option("--lcm", url,
                  std::string("LCM URL (default, unless --can is given: ") + rim::kLcmUrl + ")");
   app.add_option("--can", interface, "CAN interface");
-  app.add_option("--node", node, "CAN node number of the monitor")
+  app.add_option("--node", node, "CAN node number of the monitor (default 1)")
       ->check(rim::cli::range(0u, RIM_CAN_MAX_NODE));
   const rim::cli::Option sequence = app.add_option(
       "--sequence", command.sequence, "sequence number (seq) of the alarm's newest record");
@@ -58,9 +60,14 @@ int cmd_command(int argc, char **argv) {
              "  rim command acknowledge --can can0 --node 5 --sequence 3 --model-id 71");
   if (!app.parse(argc, argv))
     return rim::EXIT_FINE;
-  if (!any && (sequence->count() == 0 || model->count() == 0))
+  if (what == "describe" && (any || sequence.count() + model.count() > 0))
+    throw rim::UsageError("describe is asked of the monitor: --sequence, --model-id and --any are "
+                          "for acknowledge and clear");
+  if (what != "describe" && !any && (sequence.count() == 0 || model.count() == 0))
     throw rim::UsageError("--sequence and --model-id say which alarm is meant; or --any");
-  command.command = what == "clear" ? RIM_COMMAND_CLEAR : RIM_COMMAND_ACKNOWLEDGE;
+  command.command = what == "clear"         ? RIM_COMMAND_CLEAR
+                    : what == "acknowledge" ? RIM_COMMAND_ACKNOWLEDGE
+                                            : RIM_COMMAND_DESCRIBE;
   if (url.empty() && interface.empty())
     url = rim::kLcmUrl;
   if (!url.empty())
@@ -72,4 +79,5 @@ int cmd_command(int argc, char **argv) {
 
 } // namespace
 
-RIM_COMMAND(command, "acknowledge or clear a monitor's alarm over LCM or CAN", cmd_command)
+RIM_COMMAND(command, "acknowledge or clear a monitor's alarm over LCM or CAN, or ask for its names",
+            cmd_command)

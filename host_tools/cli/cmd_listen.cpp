@@ -34,13 +34,14 @@ struct Options {
 class Listener {
 public:
   Listener(rim::Names names, bool all)
-      : names_(names), board_(std::move(names)), all_(all), live_(::isatty(STDOUT_FILENO)) {}
+      : board_(std::move(names)), all_(all), live_(::isatty(STDOUT_FILENO)) {}
 
   void take(const rim_alarm &alarm) {
     count_++;
     board_.take(alarm);
-    tell(true, [&] { return rim::alarm_json(alarm, names_); });
+    tell(true, [&] { return rim::alarm_json(alarm, board_.names(alarm.model_id)); });
   }
+  void take(const rim_model_message &model) { board_.take(model); }
   void take(const rim_entry &entry, const std::string &from) {
     board_.take(entry, from);
     tell(true, [&] { return rim::message_json(entry); });
@@ -78,7 +79,6 @@ private:
     std::fflush(stdout);
   }
 
-  rim::Names names_;
   rim::Board board_;
   bool all_, live_, fresh_ = true;
   double shown_s_ = 0.0;
@@ -105,6 +105,7 @@ public:
       lcm_->on_entry = [&](const rim_entry &entry) {
         listener.take(entry, "model " + std::to_string(entry.model_id));
       };
+      lcm_->on_model = [&](const rim_model_message &model) { listener.take(model); };
       lcm_->receive(0); // subscribes
     }
   }
@@ -151,7 +152,9 @@ int cmd_listen(int argc, char **argv) {
   app.add_option("--lcm", o.url,
                  std::string("LCM URL (default, unless --can is given: ") + rim::kLcmUrl + ")");
   app.add_option("--can", o.interface, "CAN interface, classic or FD");
-  app.add_option("--model", o.model, "flight image that gives the names of outcomes and features");
+  app.add_option("--model", o.model,
+                 "flight image that gives the names of outcomes and features; without it they\n"
+                 "come by RIM_MODEL, which a monitor on LCM sends every second");
   app.add_option("--count", o.count, "end after this many alarm records (0: never)");
   app.add_flag("--all", o.all,
                "into a pipe, write health, counters and heartbeats too, each a line with "

@@ -77,6 +77,7 @@ void declare(rim::cli::Arguments &app, Options &o) {
       ->type_name("FILE");
   app.add_option("--node", out.node, "CAN node number (default 1)")
       ->check(rim::cli::range(0u, RIM_CAN_MAX_NODE));
+  app.add_flag("--can-fd", out.can_fd, "CAN FD: the detail is one frame of 64 bytes, not segments");
   app.add_option("--trace", out.trace, "write t_s,ln_anom,threshold,score,level,log for every row")
       ->type_name("FILE.csv");
   app.add_option("--plot", out.plot,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // rim show: what a file holds.
 #include "bus/model_dbc.hpp"
+#include "bus/model_lcm.hpp"
 #include "cli/arguments.hpp"
 #include "cli/command.hpp"
 #include "log/schema.hpp"
@@ -17,15 +18,18 @@ const char *const kFooter =
     "FILE is a flight image, alarms (replay --alarms), a diagnosis.json, an extension.toml or a "
     "log.\n"
     "--dbc prints the DBC of the image's alarms: the outcomes and features have their names and\n"
-    "units there, so that any CAN tool shows them.\n\n"
+    "units there, so that any CAN tool shows them. --lcm prints a type for lcm-gen whose "
+    "constants\n"
+    "are the codes in our LCM messages and the indices of the image's features and outcomes.\n\n"
     "Example:\n"
     "  rim show lander.rim\n"
     "  rim show lander.rim --json | jq '.features[].name'\n"
-    "  rim show --dbc lander.rim --node 1 > lander.dbc";
+    "  rim show --dbc lander.rim --node 1 > lander.dbc\n"
+    "  rim show --lcm lander.rim > model_constants_t.lcm && lcm-gen -p model_constants_t.lcm";
 
 struct Options {
   std::string file, schema;
-  bool json = false, dbc = false;
+  bool json = false, dbc = false, lcm = false, can_fd = false;
   unsigned node = 1;
 };
 
@@ -61,13 +65,20 @@ int cmd_show(int argc, char **argv) {
   app.add_option("--node", o.node, "CAN node number of that DBC (default 1)")
       ->check(rim::cli::range(0u, RIM_CAN_MAX_NODE))
       ->needs(dbc);
+  app.add_flag("--can-fd", o.can_fd, "of that DBC: the detail is one CAN FD frame of 64 bytes")
+      ->needs(dbc);
+  app.add_flag("--lcm", o.lcm, "of an image: the numbers in its LCM messages, for lcm-gen")
+      ->excludes(json)
+      ->excludes(dbc);
   app.footer(kFooter);
   if (!app.parse(argc, argv))
     return rim::EXIT_FINE;
-  if (o.dbc) {
+  if (o.dbc || o.lcm) {
     const std::string text = rim::read_file(o.file);
     const rim::ImageFacts facts = rim::facts_of_image({text.begin(), text.end()}, o.file);
-    std::fputs(rim::model_dbc(facts, o.node).c_str(), stdout);
+    const std::string made =
+        o.lcm ? rim::model_lcm(facts) : rim::model_dbc(facts, o.node, o.can_fd);
+    std::fputs(made.c_str(), stdout);
     return rim::EXIT_FINE;
   }
   const rim::Shown what = shown(o);

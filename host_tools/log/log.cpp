@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "image/names.h"
+
 namespace rim {
 
 namespace {
@@ -14,24 +16,11 @@ struct Prefix {
 constexpr Prefix kPrefixes[] = {{"x.", Role::context}, {"u.", Role::command}, {"s.", Role::sensor},
                                 {"z.", Role::outcome}, {"m.", Role::mean},    {"sd.", Role::sd}};
 
-struct Unit {
-  const char *suffix, *text;
+struct Spelling {
+  const char *text, *suffix;
 };
-constexpr Unit kUnits[] = {
-    {"m", "m"},          {"km", "km"},       {"mm", "mm"},       {"s", "s"},
-    {"ms", "ms"},        {"us", "us"},       {"mps", "m/s"},     {"mps2", "m/s^2"},
-    {"kmph", "km/h"},    {"rad", "rad"},     {"radps", "rad/s"}, {"radps2", "rad/s^2"},
-    {"deg", "deg"},      {"degps", "deg/s"}, {"kg", "kg"},       {"kgps", "kg/s"},
-    {"kgpm3", "kg/m^3"}, {"n", "N"},         {"N", "N"},         {"nm", "N m"},
-    {"Nm", "N m"},       {"kn", "kN"},       {"kN", "kN"},       {"pa", "Pa"},
-    {"Pa", "Pa"},        {"kpa", "kPa"},     {"kPa", "kPa"},     {"mpa", "MPa"},
-    {"MPa", "MPa"},      {"bar", "bar"},     {"K", "K"},         {"degc", "degC"},
-    {"degC", "degC"},    {"V", "V"},         {"A", "A"},         {"mA", "mA"},
-    {"W", "W"},          {"J", "J"},         {"hz", "Hz"},       {"Hz", "Hz"},
-    {"pct", "%"},        {"rpm", "rpm"},     {"g", "g"}};
-
 // How logs of others write the same units.
-constexpr Unit kSpellings[] = {
+constexpr Spelling kSpellings[] = {
     {"m/s2", "mps2"},      {"m/s/s", "mps2"},   {"m/s**2", "mps2"}, {"\u00b0", "deg"},
     {"degree", "deg"},     {"degrees", "deg"},  {"radians", "rad"}, {"rad/s2", "radps2"},
     {"\u00b0/s", "degps"}, {"kph", "kmph"},     {"C", "degC"},      {"deg C", "degC"},
@@ -46,15 +35,15 @@ std::string without_prefix(const std::string &name) {
   return name;
 }
 
-const Unit *unit_suffix(const std::string &name) {
+const rimi_unit *unit_suffix(const std::string &name) {
   const std::string bare = without_prefix(name);
   const std::size_t cut = bare.rfind('_');
   if (cut == std::string::npos || cut == 0)
     return nullptr;
   const std::string suffix = bare.substr(cut + 1);
-  for (const auto &u : kUnits)
-    if (suffix == u.suffix)
-      return &u;
+  for (std::size_t i = 0; i < RIMI_UNITS; i++)
+    if (suffix == rimi_unit_at(i)->suffix)
+      return rimi_unit_at(i);
   return nullptr;
 }
 
@@ -71,14 +60,14 @@ bool role_of_name(const std::string &name, Role &role) {
 }
 
 std::string unit_of_name(const std::string &name) {
-  const Unit *unit = unit_suffix(name);
+  const rimi_unit *unit = unit_suffix(name);
   return unit != nullptr ? unit->text : "";
 }
 
 std::string suffix_of_unit(const std::string &unit) {
-  for (const auto &u : kUnits)
-    if (unit == u.text)
-      return u.suffix;
+  for (std::size_t i = 0; i < RIMI_UNITS; i++)
+    if (unit == rimi_unit_at(i)->text)
+      return rimi_unit_at(i)->suffix;
   for (const auto &[other, suffix] : kSpellings)
     if (unit == other)
       return suffix;

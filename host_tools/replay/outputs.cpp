@@ -32,8 +32,9 @@ ReplayOutputs::ReplayOutputs(const OutputPaths &paths, const Replayer &replayer)
       plot_path_(paths.plot), names_(replayer.names()),
       model_id_(replayer.monitor().image().model_id) {
   if (!paths.candump.empty())
-    candump_ = std::make_unique<CandumpFile>(paths.candump, paths.node, false);
+    candump_ = std::make_unique<CandumpFile>(paths.candump, paths.node, paths.can_fd);
   node_ = paths.node;
+  can_fd_ = paths.can_fd;
   if (!paths.can.empty()) {
     try {
       can_ = std::make_unique<CanBus>(paths.can);
@@ -77,7 +78,7 @@ void ReplayOutputs::record(const rim_alarm &record) {
   if (candump_)
     candump_->write(record);
   for (const rim_can_frame &frame :
-       can_ ? alarm_frames(record, node_, false) : std::vector<rim_can_frame>{})
+       can_ ? alarm_frames(record, node_, can_fd_) : std::vector<rim_can_frame>{})
     can_->send(frame);
   if (lcm_)
     lcm_->publish(record);

@@ -19,6 +19,7 @@ namespace rim {
 struct OutputPaths {
   std::string alarms, labels, candump, trace, plot, lcm_url, can;
   std::uint32_t node = 1; // of the CAN identifiers
+  bool can_fd = false;    // detail in one frame of 64 bytes
   std::string made_by;    // configuration, for the comment lines
 };
 
@@ -40,6 +41,7 @@ private:
   std::unique_ptr<CandumpFile> candump_;
   std::unique_ptr<CanBus> can_;
   std::uint32_t node_ = 0;
+  bool can_fd_ = false;
   std::unique_ptr<LcmBus> lcm_;
   std::string plot_path_, log_name_;
   std::vector<Trace> traces_;

@@ -7,12 +7,13 @@ root=$(cd "$(dirname "$0")/../.." && pwd)
 if [ -n "$SANITIZE" ]; then skipped=1; finish; fi
 
 # Another PREFIX links rim anew: in a copy, for other tests run what is in $BUILD.
-mkdir "$here/build" && tar -C "$BUILD" --exclude=./tests --exclude=./can --exclude=./venv -cf - . | tar -C "$here/build" -xf -
+mkdir "$here/build" && tar -C "$BUILD" --exclude=./tests --exclude=./can --exclude=./venv --exclude=./frameworks -cf - . | tar -C "$here/build" -xf -
 make -s -C "$root" install BUILD="$here/build" DESTDIR="$here" PREFIX=/opt/rim > "$here/log" 2>&1
 check "make install" 0 $? || cat "$here/log"
 to=$here/opt/rim
 for file in bin/rim bin/rimd lib/librim.a lib/pkgconfig/rimwatch.pc include/rim/monitor.h share/rimwatch/falcon9.toml \
-  share/rimwatch/rimd.conf share/rimwatch/rimd.service share/rimwatch/wire/rim.dbc share/rimwatch/wire/rim_alarm_t.lcm; do
+  share/rimwatch/rimd.conf share/rimwatch/rimd.service share/rimwatch/wire/rim.dbc share/rimwatch/wire/rim_fd.dbc share/rimwatch/wire/rim_alarm_t.lcm share/rimwatch/wire/rim_model_t.lcm \
+  lib/cmake/rimwatch/rimwatch-config.cmake lib/cmake/rimwatch/rimwatch-config-version.cmake; do
   [ -f "$to/$file" ]; check "$file is installed" 0 $?
 done
 [ ! -e "$to/share/rimwatch/Dir.mk" ]; check "no make files in share" 0 $?
@@ -31,6 +32,21 @@ if command -v pkg-config > /dev/null; then
   flags=$(PKG_CONFIG_PATH=$to/lib/pkgconfig pkg-config --define-variable=prefix="$to" --cflags --libs rimwatch)
 fi
 gcc -std=c11 -Wall -Wextra -Werror "$here/watch.c" $flags -o "$here/watch"; check "the README's program builds" 0 $?
+# By CMake, from a prefix that was moved.
+if command -v cmake > /dev/null; then
+  mkdir "$here/by_cmake" && cp -r "$to" "$here/moved" && cp "$here/watch.c" "$here/by_cmake/"
+  project() { printf 'cmake_minimum_required(VERSION 3.16)\nproject(x C)\nfind_package(rimwatch %s REQUIRED)\nadd_executable(watch watch.c)\ntarget_link_libraries(watch rimwatch::rim)\n' "$1" > "$here/by_cmake/CMakeLists.txt"; }
+  project 0.1
+  cmake -S "$here/by_cmake" -B "$here/by_cmake/build" -D CMAKE_PREFIX_PATH="$here/moved" > "$here/said" 2>&1 && cmake --build "$here/by_cmake/build" >> "$here/said" 2>&1
+  check "find_package(rimwatch)" 0 $? || cat "$here/said"
+  [ -x "$here/by_cmake/build/watch" ]; check "and the program" 0 $?
+  for version in 0.2 1.0; do
+    project $version
+    cmake -S "$here/by_cmake" -B "$here/by_cmake/$version" -D CMAKE_PREFIX_PATH="$here/moved" > "$here/said" 2>&1; check "version $version is not taken for it" 1 $?
+  done
+else
+  skipped=$((skipped + 1))
+fi
 # Every piece of C in a README compiles against what was installed.
 pieces=0
 for readme in "$root"/README.md "$root"/*/README.md; do

@@ -27,6 +27,8 @@ timeout -s INT 60 lcm-logger --quiet --lcm-url="$url" bus.lcm > logger.txt 2>&1 
 "$RIM" listen --model toy.rim > heard.jsonl 2> listen2.err & quiet=$!
 until_in listen.err listening; check "rim listen" 0 $?
 until_in listen2.err listening; check "rim listen, alarms alone" 0 $?
+"$RIM" listen > nameless.jsonl 2> listen3.err & nameless=$!
+until_in listen3.err listening; check "rim listen, no image" 0 $?
 # On a terminal: script(1) gives it one.
 script -qfec "stty cols 200; '$RIM' listen --model toy.rim" screen.txt > /dev/null 2>&1 < /dev/null & terminal=$!
 until_in screen.txt "0 records"; check "rim listen on a terminal" 0 $?
@@ -43,6 +45,9 @@ for t_us, values in read_rows("biased.csv"):
     time.sleep(0.0005)
 END
 until_in heard.jsonl '"state":"raised"'; check "heard by liblcm" 0 $?
+until_in nameless.jsonl 'speed reads 0'; check "names by RIM_MODEL" 0 $?
+"$RIM" command describe --lcm "$url"; check "rim command describe" 0 $?
+"$RIM" command describe --any > said 2>&1; check "describe names no alarm" 2 $?
 until_in all.jsonl '"message":"counters",.*"rows":1200'; check "counters" 0 $?
 until_in all.jsonl '"message":"health",.*"level":"ERROR",.*"observations":1200'; check "health" 0 $?
 until_in heard.jsonl '"message":"entry",.*"to_entry_s":[0-9]'; check "an entry warning" 0 $?
@@ -59,8 +64,7 @@ kill -INT $logger; wait $logger 2> /dev/null
 out=$("$RIM" replay --model toy.rim bus.lcm --alarms logged.jsonl 2> err); check "rim replay reads lcm-logger's log" 0 $?
 contains "every row" "$out" "rows: 1200 used, 0 skipped"
 same() { # the records of two files, without what tells a replay from a flight
-  # The standard error of the onset has no room in the record of the bus.
-  sed 's/,"replay":[a-z]*//; s/"t_s":[^,]*,//; s/"since_s":[^,]*,//; s/"since_sd_s":[^,]*,//' "$1"
+  sed 's/,"replay":[a-z]*//; s/"t_s":[^,]*,//; s/"since_s":[^,]*,//' "$1"
 }
 check "the log replays as the original" "$(same ground.jsonl)" "$(same logged.jsonl)"
 check "and as it flew" "$(same ground.jsonl)" "$(grep -v -e STALE -e '"message"' heard.jsonl > flew.jsonl; same flew.jsonl)"
@@ -73,7 +77,7 @@ check "played into rimd and heard" 2 "$(grep -c '"state":"raised"' heard.jsonl)"
 kill $daemon; wait $daemon
 contains "all rows" "$(cat second.said)" "after 1200 observations"
 "$RIM" command clear --any --lcm "$url"; check "rim command" 0 $?
-kill $listener $quiet; wait $listener; check "the listener ends" 0 $?
+kill $listener $quiet $nameless; wait $listener; check "the listener ends" 0 $?
 kill $terminal; wait $terminal
 
 python=python3
@@ -90,15 +94,21 @@ for event in lcm.EventLog("bus.lcm"):
     if not event.channel.startswith("RIM_"):
         continue  # LCM's own test of itself
     kind = {"RIM_ALARM": rim.alarm_t, "RIM_HEALTH": rim.health_t, "RIM_COUNTERS": rim.counters_t, "RIM_OBSERVATION": rim.observation_t,
-            "RIM_ENTRY": rim.entry_t, "RIM_PLAN": rim.plan_t}[event.channel]
+            "RIM_ENTRY": rim.entry_t, "RIM_PLAN": rim.plan_t, "RIM_MODEL": rim.model_t}[event.channel]
     seen.setdefault(event.channel, []).append(kind.decode(event.data))
 ground = [json.loads(line) for line in open("ground.jsonl")]
 alarms = [a for a in seen["RIM_ALARM"] if a.level == 2]
 print("alarms", [(a.sequence, a.ln_anom, a.p_value) for a in alarms] == [(g["seq"], g["ln_anom"], g["p_value"]) for g in ground])
+print("onset", [a.since_sd_s for a in alarms] == [g["since_sd_s"] for g in ground])
+text = lambda b: bytes(b).split(b"\0")[0].decode()
+m = seen["RIM_MODEL"][0]
+print("model", m.features, m.outcomes, m.count, m.period_us, [text(m.name[i]) + " " + text(m.unit[i]) for i in (0, 3, 6)])
 print("entry", seen["RIM_ENTRY"][-1].plan_sequence, seen["RIM_ENTRY"][-1].to_entry_s > 0, seen["RIM_PLAN"][0].count)
 print("health", seen["RIM_HEALTH"][-1].observations, "counters", seen["RIM_COUNTERS"][-1].rows, len(seen["RIM_OBSERVATION"]))
 END
   contains "Python's lcm: alarms" "$(cat py.txt)" "^alarms True"
+  contains "Python's lcm: the onset's standard error" "$(cat py.txt)" "^onset True"
+  contains "Python's lcm: names and units" "$(cat py.txt)" "^model 4 3 7 50000 \['u.push ', 's.speed_mps m/s', 's.speed_mps m/s'\]"
   contains "Python's lcm: the entry" "$(cat py.txt)" "^entry 1 True 41"
   contains "Python's lcm: the rest" "$(cat py.txt)" "^health 1200 counters 1200 1200"
 else

@@ -58,7 +58,7 @@ rim replay faulty.csv --schema rover.toml --extension diagnosis/extension.toml >
 
 # --- the image's own DBC
 rim show --dbc rover.rim --node 5 > rover.dbc; check "show --dbc" 0 $?
-contains "DBC: outcomes" "$(cat rover.dbc)" 'VAL_ 645 Channel0 0 "z.odo_vx_mps \[m/s\]" 1 '
+contains "DBC: outcomes" "$(cat rover.dbc)" 'VAL_ 1157 Outcome 0 "z.odo_vx_mps \[m/s\]" 1 '
 contains "DBC: the node's identifiers" "$(cat rover.dbc)" "^BO_ 389 RIM_SUMMARY"
 if $python -c 'import cantools' 2> /dev/null; then
   cat > decode.py << 'END'
@@ -71,8 +71,8 @@ for line in open("faulty.candump"):
         seen = bus.decode_message(int(frame, 16), bytes.fromhex(data))
         summaries += 1
         print(seen["Kind"], seen["ModelId"])
-detail = bus.get_message_by_name("RIM_DETAIL")
-print("channel", detail.get_signal_by_name("Channel0").choices[0], detail.frame_id == 0x280 + 5)
+finding = bus.get_message_by_name("RIM_FINDING")
+print("channel", finding.get_signal_by_name("Outcome").choices[0], finding.frame_id == 0x480 + 5)
 print("summaries", summaries > 0)
 END
   rim replay faulty.csv --schema rover.toml --model rover.rim --candump faulty.candump --node 5 > /dev/null

@@ -47,7 +47,7 @@ def fingerprint(name, wire, cache={}):
     return value
 
 
-ALARM = ">QddIII7B4h4d4d3h3d9d3d3d3d"
+ALARM = ">QddIII7B4h4d4d3h3d9d3d3d4d"
 ALARM_NAMES = ["t_s", "since_s", "seq", "model_id", "observations", "detector", "state", "level", "kind", "flags",
                "channels", "dims"]
 COUNTERS = ["sequence", "rows", "wrong_length", "not_finite", "time_back", "future", "gaps", "incomplete",
@@ -84,7 +84,7 @@ class Bus:
                                socket.inet_aton(group) + socket.inet_aton(interface))
         Bus.own.add(str(os.fstat(self.socket.fileno()).st_ino))
         self.sequence = self.datagrams = 0
-        self.alarms, self.health, self.counters, self.entries, self.raw = [], [], [], [], {}
+        self.alarms, self.health, self.counters, self.entries, self.models, self.raw = [], [], [], [], [], {}
         self.records = []  # bytes of the alarms, in the order in which they came
 
     def datagram(self, data):
@@ -148,7 +148,7 @@ class Bus:
             assert field[0] == fingerprint("alarm", self.wire)
             alarm = dict(zip(ALARM_NAMES, field[1:13]))
             alarm.update(channel=field[13:17], shift=field[17:21], feature=field[25:28], center=field[28:31],
-                         lower=field[40:43], upper=field[43:46], ln_anom=field[-3], threshold=field[-2], p_value=field[-1])
+                         lower=field[40:43], upper=field[43:46], ln_anom=field[-4], threshold=field[-3], p_value=field[-2], since_sd_s=field[-1])
             self.alarms.append(alarm)
             self.records.append(payload)
         elif name == "RIM_HEALTH":
@@ -159,6 +159,14 @@ class Bus:
             field = struct.unpack(">Qdd5IB", payload)
             assert field[0] == fingerprint("entry", self.wire)
             self.entries.append(dict(zip(ENTRY, field[1:])))
+        elif name == "RIM_MODEL":
+            field = struct.unpack(">Q7IBB768s96s24d", payload)
+            assert field[0] == fingerprint("model", self.wire)
+            part = dict(zip(("model_id", "features", "outcomes", "period_us", "block_rows", "first", "count"), field[1:8]))
+            names = [field[10][64 * i:64 * i + 64].rstrip(b"\0").decode() for i in range(part["count"])]
+            units = [field[11][8 * i:8 * i + 8].rstrip(b"\0").decode() for i in range(part["count"])]
+            part.update(quantities=list(zip(names, units, field[12:24], field[24:36])))
+            self.models.append(part)
         elif name == "RIM_COUNTERS":
             field = struct.unpack(">Q31I", payload)
             assert field[0] == fingerprint("counters", self.wire)

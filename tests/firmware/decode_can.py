@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""decode_can.py RIM.dbc WIRE.candump HEARD.jsonl FD.candump FD.jsonl: cantools decodes our frames by our DBC;
+"""decode_can.py FOLDER WIRE.candump HEARD.jsonl FD.candump FD.jsonl: cantools decodes our frames by our DBC;
 what it says is what `rim listen` said. Exit 1 with a reason."""
 import json
 import re
@@ -7,9 +7,10 @@ import sys
 
 import cantools
 
-bus = cantools.database.load_file(sys.argv[1])
+bus = cantools.database.load_file(sys.argv[1] + "/rim.dbc", frame_id_mask=0x780)
+fd_bus = cantools.database.load_file(sys.argv[1] + "/rim_fd.dbc")
 summary, heartbeat = bus.get_message_by_name("RIM_SUMMARY"), bus.get_message_by_name("RIM_HEARTBEAT")
-entry, detail = bus.get_message_by_name("RIM_ENTRY"), bus.get_message_by_name("RIM_DETAIL")
+entry, detail = bus.get_message_by_name("RIM_ENTRY"), fd_bus.get_message_by_name("RIM_DETAIL")
 
 
 def lines_of(path):
@@ -22,6 +23,7 @@ states, beats, commands, levels, times = [], 0, 0, set(), []
 for line in open(sys.argv[2]):
     found = re.match(r"\(\d+\.\d+\) can1 ([0-9A-F]{3})#([0-9A-F]*)", line)
     number, data = int(found[1], 16), bytes.fromhex(found[2])
+    assert bus.get_message_by_frame_id(number).decode(data), line  # every frame, whatever the node
     if number == 0x185:
         s = summary.decode(data)
         states.append(str(s["State"]))

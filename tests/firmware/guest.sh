@@ -25,21 +25,21 @@ add() { # FILE FOLDER
     [ -e "$root$library" ] || cp -L "$library" "$root$library"
   done
 }
-for program in candump cansend canplayer cangen ip tc; do add "$(command -v $program)" tools; done
+for program in candump cansend canplayer cangen isotprecv ip tc; do add "$(command -v $program)" tools; done
 for file in "$@"; do
   add "$file" test
   case $file in */rim | */rimd) strip -o "$root/test/$(basename "$file")" "$file" ;; esac
 done
-for module in can can-raw can-dev vcan sja1000 kvaser_pci sch_tbf; do
+for module in can can-raw can-dev can-isotp vcan sja1000 kvaser_pci sch_tbf; do
   find "$dir/kernel/lib/modules" -name "$module.ko*" -exec cp {} "$root/modules/" \;
 done
-[ "$(ls "$root/modules" | wc -l)" = 7 ] || { echo "guest: the kernel package lacks a CAN module" >&2; exit 1; }
+[ "$(ls "$root/modules" | wc -l)" = 8 ] || { echo "guest: the kernel package lacks a CAN module" >&2; exit 1; }
 cat > "$root/init" << 'END'
 #!/bin/busybox sh
 /bin/busybox --install -s /bin
 export PATH=/tools:/bin
 mount -t proc proc /proc; mount -t sysfs sys /sys; mount -t devtmpfs dev /dev
-for m in can can-raw can-dev vcan sja1000 kvaser_pci sch_tbf; do insmod /modules/$m.ko || echo "no module $m"; done
+for m in can can-raw can-dev can-isotp vcan sja1000 kvaser_pci sch_tbf; do insmod /modules/$m.ko || echo "no module $m"; done
 cd /test && sh /test/guest_init.sh
 poweroff -f
 END

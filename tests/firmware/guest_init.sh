@@ -42,7 +42,7 @@ url='udpm://239.255.76.67:7667?ttl=0'
 printf "${common}can = can0\nnode = 5\nlatch = yes\ncommand_any = yes\nlcm = $url\nlcm_interface = 127.0.0.1\naxis_x = s.position_a_m\n" > bus.conf
 listen all can1 --all; everything=$listener
 listen heard can1
-candump -L can1,180:780,200:780,280:780,380:780,700:780 > wire.candump & dumper=$!
+candump -L can1,180:780,200:780,280:780,380:780,480:780,700:780 > wire.candump & dumper=$!
 start bus
 usleep 500000
 cangen can1 -g 1 -I 7A5 -L 8 -n 200 & noise=$!
@@ -76,12 +76,14 @@ check "a wrong length" 1 "$(counted length bus can_refused)"
 check "all rows" 1200 "$(counted rows bus rows)"
 check "one command" 1 "$(counted commands bus commands)"
 check "the interface was down once, in and out" 2 "$(counted down bus can_down)"
+has "the finding, page by page" wire.candump ' 485#01'
 show bus.said
 show heard.jsonl
 show wire.candump
 # The ground's replay, sent on the bus with its flag, through a queue that is too short for it.
 ip link set can0 down; ip link set can0 txqueuelen 2; ip link set can0 up
 listen replay can1
+./rim replay --model toy.rim biased.candump --candump classic.candump --node 7 > said; check "rim replay --candump" 0 $?
 ./rim replay --model toy.rim biased.candump --can can0 --node 9 > said; check "rim replay --can" 0 $?
 until_in replay.jsonl '"state":"raised".*"replay":true'; true_is "is heard as a replay" $?
 [ "$(grep -c '"replay":false' replay.jsonl)" = 0 ]; true_is "and as nothing else" $?
@@ -147,7 +149,18 @@ start gone
 has "an interface that is not there yet is told" gone.said "can7: no such interface yet"
 ip link add dev can7 type vcan; ip link set can7 up
 candump -L -n 3 can7,700:780 > gone.candump & dumper=$!
-until_in gone.candump '700#'; true_is "and used when it comes" $?
+until_in gone.candump '701#'; true_is "and used when it comes" $?
 kill $dumper 2> /dev/null
 stop gone
+# 5. The kernel's own ISO-TP puts a detail together. It offers flow control, under an identifier that nobody reads.
+isotprecv -s 7FF -d 287 vcan1 > isotp.hex & receiver=$!
+usleep 300000
+grep ' 287#' classic.candump | head -n 25 | sed 's/^([^)]*) [a-z0-9]*/(0.000000) vcan1/' > one.candump
+check "a detail has 25 segments" 25 "$(grep -c '287#' one.candump)"
+tc qdisc del dev vcan1 root
+canplayer -t -g 1 -I one.candump vcan1=vcan1 > /dev/null
+usleep 300000
+kill $receiver 2> /dev/null
+check "174 bytes by the kernel's ISO-TP" 174 "$(wc -w < isotp.hex)"
+has "of layout 2" isotp.hex '^02 '
 say "guest done"

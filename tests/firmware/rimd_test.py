@@ -48,6 +48,7 @@ ground = [json.loads(line) for line in open("biased.jsonl")]
 check("as many records as on the ground", len(bus.alarms) == len(ground), (len(bus.alarms), len(ground)))
 check("the same numbers", all(a["seq"] == g["seq"] and abs(a["t_s"] - g["t_s"]) < 1e-6 and a["ln_anom"] == g["ln_anom"]
       and a["p_value"] == g["p_value"] and a["observations"] == g["observations"] for a, g in zip(bus.alarms, ground)))
+check("and the same standard error of the onset", [a["since_sd_s"] for a in bus.alarms] == [g["since_sd_s"] for g in ground])
 
 
 def but_for_the_flag(record):
@@ -196,6 +197,18 @@ check("the same records as on the ground", told == [(g["seq"], round(g["t_s"], 6
 check("of which one is STALE", sum(a["level"] == STALE for a in quiet.alarms) == 1)
 check("ends", q.end() == 0)
 
+# What the indices mean, by itself and when asked: not a word about alarms.
+check("names and units", bus.until(lambda: len(bus.models) > 1), len(bus.models))
+model = bus.models[-1]
+check("of features, then outcomes", (model["features"], model["outcomes"], model["first"], model["count"], model["period_us"])
+      == (4, 3, 0, 7, 50000), model)
+check("as in the image", [q[:2] for q in model["quantities"]] == [("u.push", ""), ("s.position_a_m", "m"), ("s.position_b_m", "m"),
+      ("s.speed_mps", "m/s"), ("s.position_a_m", "m"), ("s.position_b_m", "m"), ("s.speed_mps", "m/s")], model)
+check("with the trained ranges", all((low < high) == (i < 4) for i, (_, _, low, high) in enumerate(model["quantities"])), model)
+asked, records = bus.counters[-1]["commands"], len(bus.alarms)
+bus.command(3)
+check("asked, it describes itself", bus.until(lambda: bus.counters[-1]["commands"] == asked + 1) and len(bus.alarms) == records)
+
 # Acknowledge and clear.
 newest = bus.alarms[-1]
 bus.command(1, sequence=newest["seq"] + 7)
@@ -205,7 +218,7 @@ check("a command for another model", bus.until(lambda: bus.counters[-1]["command
 bus.command(1, sequence=newest["seq"], model=newest["model_id"])
 check("acknowledged", bus.until(lambda: bus.alarms[-1]["flags"] & 4) and bus.alarms[-1]["state"] == UPDATED, bus.alarms[-1])
 bus.answer(1)
-check("twice is once", bus.until(lambda: bus.counters[-1]["commands"] == 2) and bus.alarms[-1]["seq"] == newest["seq"] + 1)
+check("twice is once", bus.until(lambda: bus.counters[-1]["commands"] == asked + 3) and bus.alarms[-1]["seq"] == newest["seq"] + 1)
 bus.answer(2)
 check("cleared", bus.until(lambda: bus.alarms[-1]["state"] == CLEARED) and bus.alarms[-1]["level"] == OK)
 count = len(raised(bus))

@@ -4,12 +4,12 @@ of `rim replay --candump`, byte for byte but for the flags? A detail that the ne
 out. Exit 1 with what differs."""
 import sys
 
-FLAGS, RECORD, FRAMES = 32, 165, 29  # lib/include/rim/can.h
+FLAGS, RECORD, FRAMES = 33, 170, 25  # lib/include/rim/can.h
 
 
 def records(path, node):
     """{seq: bytes} of the records whose segments all came, one after the other."""
-    whole, data, seq, expected = {}, b"", None, 0
+    whole, data, expected = {}, b"", -1
     for line in open(path):
         parts = line.split()
         if len(parts) < 3 or "#" not in parts[2] or "##" in parts[2]:
@@ -18,15 +18,16 @@ def records(path, node):
         if int(name, 16) != 0x280 + node or len(text) != 16:
             continue
         frame = bytes.fromhex(text)
-        index, last = frame[1] & 0x7F, frame[1] & 0x80
-        if index == 0:
-            data, seq, expected = b"", frame[0], 0
-        if index != expected or frame[0] != seq:
+        if frame[0] >> 4 == 1:  # ISO 15765-2: the first segment, and the others
+            data, expected = frame[2:], 1
+            continue
+        if frame[0] >> 4 != 2 or expected < 0 or frame[0] & 15 != expected & 15:
             expected = -1
             continue
-        data, expected = data + frame[2:], expected + 1
-        if last and expected == FRAMES:
-            number = int.from_bytes(data[16:20], "little")
+        data, expected = data + frame[1:], expected + 1
+        if expected == FRAMES:
+            number = int.from_bytes(data[17:21], "little")
+            expected = -1
             whole.setdefault(number, data[:FLAGS] + b"\0" + data[FLAGS + 1:RECORD])
     return whole
 

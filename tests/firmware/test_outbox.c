@@ -92,9 +92,26 @@ static void frames_that_are_refused_are_counted(void **state) {
   outbox_alarm(&box, &good, 3);
   while (outbox_pump(&box, 4) >= 0) {
   }
-  /* The summary, and the whole detail given up with its first frame. */
-  assert_int_equal(box.frames_unsent, 3 + 1 + RIM_CAN_DETAIL_FRAMES);
+  /* The summary; five pages of the finding and the detail, given up with their first frame. */
+  assert_int_equal(box.frames_unsent, 3 + 1 + 5 + RIM_CAN_DETAIL_FRAMES);
   assert_int_equal(box.dropped, 1);
+}
+
+static void a_record_is_repeated_where_one_was_sent(void **state) {
+  (void)state;
+  rim_alarm good = alarm_with(0.5);
+  outbox_init(&box, NULL, &can, 1);
+  can.fd_capable = true;
+  outbox_repeat(&box, &good, 0);
+  assert_int_equal(box.frames_unsent, 5 + 1); /* refused at the first, all given up */
+  good.seq = 0;
+  outbox_repeat(&box, &good, 0);
+  assert_int_equal(box.frames_unsent, 5 + 1);
+  outbox_init(&box, &lcm, NULL, 1);
+  good.seq = 1;
+  outbox_repeat(&box, &good, 0); /* over LCM every record went whole */
+  assert_int_equal(box.frames_unsent, 0);
+  can.fd_capable = false;
 }
 
 int main(void) {
@@ -102,6 +119,7 @@ int main(void) {
       cmocka_unit_test(a_record_without_bytes_is_counted_on_each_bus),
       cmocka_unit_test(a_good_record_waits_for_a_network_that_is_down),
       cmocka_unit_test(frames_that_are_refused_are_counted),
+      cmocka_unit_test(a_record_is_repeated_where_one_was_sent),
   };
   return cmocka_run_group_tests(tests, set_up, tear_down);
 }

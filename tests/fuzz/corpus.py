@@ -33,7 +33,7 @@ def frame(number, data):
 
 
 alarm = struct.pack(ALARM, mark("alarm"), 12.0, 3.0, 7, 8, 9, 0, 1, 2, 0, 0, 1, 2, 1, 0, 0, 0, 1.5, 0, 0, 0, 0.1, 0, 0, 0,
-                    0, 1, 0, 0.5, 0.5, 0, 4, 0, 0, 4, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 0, 20.0, 8.0, 0.02)
+                    0, 1, 0, 0.5, 0.5, 0, 4, 0, 0, 4, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 0, 20.0, 8.0, 0.02, 0.25)
 plan = struct.pack(">QqII", mark("plan"), 0, 2, 2) + struct.pack(">512d", *([0, 1] + [0] * 62 + [0, 0, 0, 5, 0, 0] + [0] * 186 +
                                                                              [1, 0, 0, 0] * 2 + [0] * 248))
 table = struct.pack("<I6H", 1, 1, 1, 1, 0, 0xFFFF, 0) + struct.pack("<IBB3H", 0x123, 8, 0, 0, 1, 0) + \
@@ -48,7 +48,12 @@ files = {
     "lcm_plan": b"\0" + plan,
     "packet": b"\1" + struct.pack(">II", MESSAGE, 5) + b"RIM_ALARM\0" + alarm,
     "can_short": b"\2" + frame(0x181, bytes([6, 7, 8, 4, 0, 9, 0])) + frame(0x701, bytes(7)) + frame(0x201, bytes([1, 7, 8, 0, 0, 0, 0])),
-    "can_segments": b"\2" + b"".join(struct.pack("<HBBB6s", 0x281, 8, 7, i | (128 if i == 28 else 0), bytes(6)) for i in range(29)),
+    "can_segments": b"\2" + struct.pack("<HBH6s", 0x281, 8, 0xAE10, b"\2" + bytes(5)) + b"".join(
+        struct.pack("<HBB7s", 0x281, 8, 0x20 | i & 15, bytes(7)) for i in range(1, 25)),
+    "can_finding": b"\2" + b"".join(frame(0x481, bytes([page, 7, 1, 0, 0x20, 9, 0])) for page in range(14)),
+    "lcm_model": b"\0" + struct.pack(">Q7IBB768s96s24d", mark("model"), 8, 4, 3, 50000, 5, 0, 7, 0, 0,
+                                     b"".join(b"s.speed_mps".ljust(64, b"\0") for _ in range(12)), b"".join(b"m/s".ljust(8, b"\0") for _ in range(12)),
+                                     *range(24)),
     "can_fd": b"\2" + frame(0x281, bytes([6, 7, 8, 0]) + bytes(59)),
     "table": b"\3" + struct.pack("<H", len(table)) + table + struct.pack("<HB", 0x123, 8) + bytes(range(8)),
     "image": b"\4RIMIMG\r\n" + struct.pack("<IHHIIIII", 0x01020304, 1, 0, 64, 1, 0, 0, 0) + bytes(28),

@@ -37,6 +37,7 @@ static inline void fuzz_lcm(const uint8_t *data, size_t bytes) {
   static uint8_t out[8192];
   static rim_observation_message observation;
   static rim_plan plan;
+  static rim_model_message model;
   rim_alarm alarm;
   rim_health_message health;
   rim_command command;
@@ -46,7 +47,7 @@ static inline void fuzz_lcm(const uint8_t *data, size_t bytes) {
     fuzz_must(rim_lcm_pack_observation(out, sizeof out, &observation) == RIM_OK);
   if (rim_lcm_unpack_alarm(&alarm, data, bytes) == RIM_OK)
     fuzz_must(rim_lcm_pack_alarm(out, sizeof out, &alarm) == RIM_OK &&
-              memcmp(out, data, bytes) == 0);
+              (bytes < RIM_LCM_ALARM_SIZE || memcmp(out, data, bytes) == 0));
   if (rim_lcm_unpack_health(&health, data, bytes) == RIM_OK)
     fuzz_must(rim_lcm_pack_health(out, sizeof out, &health) == RIM_OK);
   if (rim_lcm_unpack_command(&command, data, bytes) == RIM_OK)
@@ -55,6 +56,9 @@ static inline void fuzz_lcm(const uint8_t *data, size_t bytes) {
     fuzz_must(rim_lcm_pack_counters(out, sizeof out, &counters) == RIM_OK);
   if (rim_lcm_unpack_entry(&entry, data, bytes) == RIM_OK)
     fuzz_must(rim_lcm_pack_entry(out, sizeof out, &entry) == RIM_OK);
+  if (rim_lcm_unpack_model(&model, data, bytes) == RIM_OK)
+    fuzz_must(strlen(model.quantity[0].name) < RIM_MODEL_NAME_BYTES &&
+              model.first + model.count <= model.features + model.outcomes);
   if (rim_lcm_unpack_plan(&plan, data, bytes) == RIM_OK)
     fuzz_must(rim_lcm_pack_plan(out, sizeof out, &plan) == RIM_OK);
 }
@@ -96,12 +100,14 @@ static inline void fuzz_can(const uint8_t *data, size_t bytes) {
   rim_can_summary summary;
   rim_can_heartbeat heartbeat;
   rim_command command;
+  rim_can_finding finding;
   rim_entry entry;
   rim_alarm alarm;
   bool complete;
   while (fuzz_next_frame(&data, &bytes, &frame)) {
     (void)rim_can_unpack_summary(&summary, &frame);
     (void)rim_can_unpack_heartbeat(&heartbeat, &frame);
+    (void)rim_can_unpack_finding(&finding, &frame);
     (void)rim_can_unpack_command(&command, 1, &frame);
     if (rim_can_unpack_entry(&entry, &frame) == RIM_OK)
       fuzz_must(rim_can_pack_entry(packed, frame.id - RIM_CAN_ENTRY_ID, &entry) == RIM_OK);

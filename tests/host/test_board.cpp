@@ -151,6 +151,36 @@ void entries_come_over_can(void **) {
 
 } // namespace
 
+void names_come_over_the_bus(void **) {
+  rim_alarm a{};
+  a.model_id = 77;
+  a.state = RIM_ALARM_RAISED;
+  a.channels = 1;
+  a.channel[0] = 0;
+  a.shift[0] = 0.5;
+  a.shift_sd[0] = 0.01;
+  rim_model_message model{};
+  model.model_id = 77;
+  model.features = 1;
+  model.outcomes = 1;
+  model.first = 1;
+  model.count = 1;
+  std::strcpy(model.quantity[0].name, "s.speed_mps");
+  std::strcpy(model.quantity[0].unit, "m/s");
+  rim::Board board({});
+  board.take(a);
+  assert_has(board.text(0.0), "outcome 0 reads");
+  board.take(model);
+  assert_has(board.text(0.0), "speed reads 0.500 m/s high");
+  assert_string_equal(board.names(77).outcome(0).name.c_str(), "s.speed_mps");
+  assert_true(board.names(78).outcomes.empty()); // another model's
+  rim::Names given;
+  given.outcomes = {rim::quantity_of("s.climb_mps")};
+  rim::Board told(given);
+  told.take(model);
+  assert_string_equal(told.names(77).outcome(0).name.c_str(), "s.climb_mps");
+}
+
 int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(every_monitor_has_its_line),
@@ -159,6 +189,7 @@ int main() {
       cmocka_unit_test(the_newest_record_of_an_alarm_stands),
       cmocka_unit_test(messages_are_json),
       cmocka_unit_test(entries_come_over_can),
+      cmocka_unit_test(names_come_over_the_bus),
   };
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }

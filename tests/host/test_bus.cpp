@@ -10,9 +10,9 @@
 #include "util/data_path.hpp"
 #include "util/error.hpp"
 
-#include "rim/monitor.h"
 #include "base/ellipsoid.h"
 #include "rim/image.h"
+#include "rim/monitor.h"
 
 #include <cmath>
 #include <cstdarg>
@@ -236,11 +236,18 @@ void candump_text_carries_the_alarm(void **) {
   const rim_can_frame first = parse_line(line, t_s, interface);
   assert_int_equal(rim_can_unpack_summary(&summary, &first), RIM_OK);
   assert_int_equal(summary.observations, 84);
+  unsigned pages = 0;
   while (std::getline(text, line)) {
     const rim_can_frame frame = parse_line(line, t_s, interface);
+    rim_can_finding page;
+    if (rim_can_unpack_finding(&page, &frame) == RIM_OK) {
+      assert_int_equal(page.page, pages++);
+      continue;
+    }
     assert_int_equal(rim_can_take_detail(&assembly, &frame, &back, &complete), RIM_OK);
   }
   assert_true(complete && back.t_s == a.t_s && back.observations == 84);
+  assert_int_equal(pages, 5 + 3 * a.region.dims);
   rim_can_frame fd;
   assert_int_equal(rim_can_pack_detail_fd(&fd, 5, &a), RIM_OK);
   const rim_can_frame again = parse_line(rim::candump_line(fd, 1.0, "can0"), t_s, interface);

@@ -49,6 +49,7 @@ static inline rim_alarm sample_alarm(uint32_t seed) {
   a.ln_anom = sample_between(&state, 0.0, 900.0);
   a.threshold = sample_between(&state, 1.0, 30.0);
   a.p_value = sample_between(&state, 0.001, 0.2);
+  a.since_sd_s = sample_between(&state, 0.0, 3.0);
   return a;
 }
 

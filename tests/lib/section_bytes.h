@@ -11,6 +11,9 @@
 
 #include <cmocka.h>
 
+#include "base/crc.h"
+#include "rim/image.h"
+
 typedef struct bytes {
   _Alignas(8) uint8_t byte[5120];
   size_t size;
@@ -47,6 +50,30 @@ static inline void put_f32(uint8_t *at, double v) {
   uint32_t bits;
   memcpy(&bits, &f, 4);
   put_u32(at, bits);
+}
+
+/* An image of these sections alone: it opens, but no monitor flies it. */
+static inline void image_of(bytes *b, const uint32_t *id, const bytes *section, uint32_t count) {
+  uint32_t total = 64u + 16u * count;
+  memset(b, 0, sizeof *b);
+  memcpy(b->byte, RIM_IMAGE_MAGIC, 8);
+  put_u32(b->byte + 8, RIM_IMAGE_ENDIAN_TAG);
+  put_u16(b->byte + 12, RIM_IMAGE_MAJOR);
+  put_u32(b->byte + 20, 0x1234567);
+  put_u32(b->byte + 24, count);
+  for (uint32_t i = 0; i < count; i++) {
+    const uint32_t size = (uint32_t)section[i].size;
+    put_u32(b->byte + 64 + 16 * i, id[i]);
+    put_u32(b->byte + 68 + 16 * i, total);
+    put_u32(b->byte + 72 + 16 * i, size);
+    memcpy(b->byte + total, section[i].byte, size);
+    total += (size + 7u) / 8u * 8u;
+    assert_true(total <= sizeof b->byte);
+  }
+  put_u32(b->byte + 16, total);
+  put_u32(b->byte + 28, rimi_crc32(0, b->byte + 64, total - 64));
+  put_u32(b->byte + 32, rimi_crc32(0, b->byte, 64));
+  b->size = total;
 }
 
 #endif

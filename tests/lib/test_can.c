@@ -104,6 +104,7 @@ static void assert_same_record(const rim_alarm *got, const rim_alarm *want) {
   assert_true(got->ln_anom == (double)(float)want->ln_anom);
   assert_true(got->threshold == (double)(float)want->threshold);
   assert_true(got->p_value == (double)(float)want->p_value);
+  assert_true(got->since_sd_s == (double)(float)want->since_sd_s);
 }
 
 static void segments_carry_the_record(void **state) {
@@ -185,6 +186,7 @@ static rim_alarm distinct_alarm(void) {
   a.ln_anom = 601.5;
   a.threshold = 602.5;
   a.p_value = 0.0625;
+  a.since_sd_s = 603.5;
   return a;
 }
 
@@ -193,10 +195,17 @@ static void the_record_lies_where_it_is_documented(void **state) {
   (void)state;
   const rim_alarm a = distinct_alarm();
   rim_can_frame frame[RIM_CAN_DETAIL_FRAMES];
-  uint8_t record[6 * RIM_CAN_DETAIL_FRAMES];
+  uint8_t segments[6 + 7 * (RIM_CAN_DETAIL_FRAMES - 1)];
   assert_int_equal(rim_can_pack_detail(frame, 5, &a), RIM_OK);
-  for (size_t i = 0; i < RIM_CAN_DETAIL_FRAMES; i++)
-    memcpy(record + 6 * i, frame[i].data + 2, 6);
+  /* ISO 15765-2: 12 bits of length in the first frame, then 4 bits of a running index. */
+  assert_int_equal(frame[0].data[0] << 8 | frame[0].data[1], 0x1000u + sizeof segments);
+  memcpy(segments, frame[0].data + 2, 6);
+  for (size_t i = 1; i < RIM_CAN_DETAIL_FRAMES; i++) {
+    assert_int_equal(frame[i].data[0], 0x20u + i % 16u);
+    memcpy(segments + 6 + 7 * (i - 1), frame[i].data + 1, 7);
+  }
+  assert_int_equal(segments[0], 2);
+  const uint8_t *record = segments + 1;
   assert_true(f64_at(record, 0) == a.t_s && f64_at(record, 8) == a.since_s);
   assert_int_equal(whole_at(record, 16, 4), a.seq);
   assert_int_equal(whole_at(record, 20, 4), a.model_id);
@@ -216,10 +225,9 @@ static void the_record_lies_where_it_is_documented(void **state) {
   are_floats(record, 153, &a.ln_anom, 1);
   are_floats(record, 157, &a.threshold, 1);
   are_floats(record, 161, &a.p_value, 1);
+  are_floats(record, 165, &a.since_sd_s, 1);
   const uint8_t name[2] = {0x85, 0x02}; /* 0x280 + 5 */
-  assert_int_equal(whole_at(record, 165, 4), rimi_crc32(rimi_crc32(0, name, 2), record, 165));
-  for (size_t i = 169; i < sizeof record; i++)
-    assert_int_equal(record[i], 0);
+  assert_int_equal(whole_at(record, 169, 4), rimi_crc32(rimi_crc32(0, name, 2), segments, 170));
 }
 
 static void lost_and_shuffled_segments_are_counted(void **state) {
@@ -262,7 +270,10 @@ static void damaged_segments_are_refused(void **state) {
     rim_alarm back;
     bool complete = false;
     memcpy(frame, whole, sizeof frame);
-    frame[bit / 48u].data[2 + bit % 48u / 8u] ^= (uint8_t)(1u << (bit % 8u));
+    const uint32_t byte = bit / 8u;
+    uint8_t *hit = byte < 6u ? &frame[0].data[2 + byte]
+                             : &frame[1u + (byte - 6u) / 7u].data[1u + (byte - 6u) % 7u];
+    *hit ^= (uint8_t)(1u << (bit % 8u));
     rim_status status = RIM_OK;
     for (uint32_t i = 0; i < RIM_CAN_DETAIL_FRAMES; i++)
       status = rim_can_take_detail(&assembly, &frame[i], &back, &complete);
@@ -270,6 +281,43 @@ static void damaged_segments_are_refused(void **state) {
     assert_false(complete);
     assert_int_equal(assembly.lost, 1);
   }
+}
+
+static void another_length_or_layout_is_refused(void **state) {
+  (void)state;
+  rim_can_assembly assembly = {.node = 5};
+  const rim_alarm a = sample_alarm(4);
+  rim_can_frame frame[RIM_CAN_DETAIL_FRAMES], other;
+  rim_alarm back;
+  bool complete;
+  assert_int_equal(rim_can_pack_detail(frame, 5, &a), RIM_OK);
+  other = frame[0];
+  other.data[1]--;
+  assert_int_equal(rim_can_take_detail(&assembly, &other, &back, &complete), RIM_E_VERSION);
+  assert_int_equal(assembly.next, 0);
+  /* A single frame and a flow control are no segments, also in the midst of a record. */
+  assert_int_equal(rim_can_take_detail(&assembly, &frame[0], &back, &complete), RIM_OK);
+  for (unsigned type = 0; type < 16; type++) {
+    other.data[0] = (uint8_t)(type << 4);
+    if (type != 1 && type != 2)
+      assert_int_equal(rim_can_take_detail(&assembly, &other, &back, &complete), RIM_E_MAGIC);
+  }
+  for (uint32_t i = 1; i < RIM_CAN_DETAIL_FRAMES; i++)
+    assert_int_equal(rim_can_take_detail(&assembly, &frame[i], &back, &complete), RIM_OK);
+  assert_true(complete);
+  /* Another layout, with a check sum that is right. */
+  uint8_t record[RIM_CAN_DETAIL_SIZE + 4], name[2] = {0x85, 0x02};
+  memcpy(record, assembly.data, sizeof record);
+  record[0] = 3;
+  const uint32_t crc = rimi_crc32(rimi_crc32(0, name, 2), record, RIM_CAN_DETAIL_SIZE);
+  for (unsigned k = 0; k < 4; k++)
+    frame[24].data[4 + k] = (uint8_t)(crc >> (8 * k));
+  frame[0].data[2] = 3;
+  rim_status status = RIM_OK;
+  for (uint32_t i = 0; i < RIM_CAN_DETAIL_FRAMES; i++)
+    status = rim_can_take_detail(&assembly, &frame[i], &back, &complete);
+  assert_int_equal(status, RIM_E_VERSION);
+  assert_int_equal(assembly.lost, 1);
 }
 
 static void segments_of_others_change_nothing(void **state) {
@@ -419,6 +467,7 @@ int main(void) {
       cmocka_unit_test(the_record_lies_where_it_is_documented),
       cmocka_unit_test(lost_and_shuffled_segments_are_counted),
       cmocka_unit_test(damaged_segments_are_refused),
+      cmocka_unit_test(another_length_or_layout_is_refused),
       cmocka_unit_test(segments_of_others_change_nothing),
       cmocka_unit_test(one_fd_frame_carries_the_box),
       cmocka_unit_test(a_missing_box_is_computed),

@@ -45,6 +45,7 @@ static void generated_alarm(rim_alarm_t *g, const rim_alarm *a) {
   g->ln_anom = a->ln_anom;
   g->threshold = a->threshold;
   g->p_value = a->p_value;
+  g->since_sd_s = a->since_sd_s;
 }
 
 static void alarms_equal_the_generated_encoder(void **state) {
@@ -65,6 +66,24 @@ static void alarms_equal_the_generated_encoder(void **state) {
     assert_int_equal(rim_lcm_pack_alarm(ours, sizeof ours, &back), RIM_OK);
     assert_memory_equal(ours, theirs, sizeof ours);
   }
+}
+
+static void the_first_version_of_an_alarm_is_read(void **state) {
+  (void)state;
+  static const uint8_t first[8] = {0xe5, 0xc3, 0xea, 0xd0, 0x8c, 0xa8, 0x12, 0xdb};
+  const rim_alarm a = sample_alarm(7);
+  uint8_t bytes[RIM_LCM_ALARM_SIZE], again[RIM_LCM_ALARM_SIZE];
+  rim_alarm back;
+  assert_int_equal(rim_lcm_pack_alarm(bytes, sizeof bytes, &a), RIM_OK);
+  memcpy(again, bytes, sizeof again);
+  memcpy(bytes, first, sizeof first);
+  assert_int_equal(rim_lcm_unpack_alarm(&back, bytes, sizeof bytes), RIM_E_SIZE);
+  assert_int_equal(rim_lcm_unpack_alarm(&back, bytes, sizeof bytes - 9), RIM_E_TRUNCATED);
+  assert_int_equal(rim_lcm_unpack_alarm(&back, bytes, sizeof bytes - 8), RIM_OK);
+  assert_true(back.since_sd_s == 0.0);
+  back.since_sd_s = a.since_sd_s;
+  assert_int_equal(rim_lcm_pack_alarm(bytes, sizeof bytes, &back), RIM_OK);
+  assert_memory_equal(bytes, again, sizeof bytes);
 }
 
 static void observations_equal_the_generated_encoder(void **state) {
@@ -193,6 +212,7 @@ static void wrong_records_are_not_written(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(alarms_equal_the_generated_encoder),
+      cmocka_unit_test(the_first_version_of_an_alarm_is_read),
       cmocka_unit_test(observations_equal_the_generated_encoder),
       cmocka_unit_test(health_equals_the_generated_encoder),
       cmocka_unit_test(every_shorter_and_longer_message_is_refused),

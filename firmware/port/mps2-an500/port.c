@@ -24,6 +24,10 @@ extern uint32_t bss_start[], bss_end[], data_start[], data_end[], data_load[], s
 int main(void);
 _Noreturn void start(void);
 _Noreturn void fault(void);
+/* An operating system brings its own; by default each is a fault. Names of Arm's CMSIS. */
+void SVC_Handler(void) __attribute__((weak, alias("fault")));
+void PendSV_Handler(void) __attribute__((weak, alias("fault")));
+void SysTick_Handler(void) __attribute__((weak, alias("fault")));
 
 void port_putchar(char c) {
   while ((UART_STATE & UART_TX_FULL) != 0) {
@@ -73,8 +77,10 @@ typedef union vector {
 } vector;
 extern const vector vectors[16];
 const vector vectors[16] __attribute__((section(".vectors"), used)) = {
-    {.stack = stack_top}, {.handler = start}, {.handler = fault}, {.handler = fault},
-    {.handler = fault},   {.handler = fault}, {.handler = fault}, {.handler = fault},
-    {.handler = fault},   {.handler = fault}, {.handler = fault}, {.handler = fault},
-    {.handler = fault},   {.handler = fault}, {.handler = fault}, {.handler = fault},
+    {.stack = stack_top},         {.handler = start}, {.handler = fault},
+    {.handler = fault},           {.handler = fault}, {.handler = fault},
+    {.handler = fault},           {.handler = fault}, {.handler = fault},
+    {.handler = fault},           {.handler = fault}, {.handler = SVC_Handler},
+    {.handler = fault},           {.handler = fault}, {.handler = PendSV_Handler},
+    {.handler = SysTick_Handler},
 };

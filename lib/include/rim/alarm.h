@@ -71,8 +71,7 @@ typedef struct rim_alarm {
   double p_value;   /* of the whole run, conformal: at least 1 / (calibration runs + 1) */
 } rim_alarm;
 
-/* What the application asks of the alarms beside what the flight image says. All zero: no latch, no
- * replay flag, silence is never STALE, a command names its alarm. */
+/* What the application asks of the alarms beside what the image says. All zero: none of it. */
 typedef struct rim_alarm_policy {
   double stale_s;   /* STALE after longer than this without a valid row; 0: never */
   bool latch;       /* an alarm whose cause is gone stands until somebody acknowledges it */
@@ -92,7 +91,8 @@ typedef struct rim_alarm_status {
 
 typedef enum rim_command_code {
   RIM_COMMAND_ACKNOWLEDGE = 1, /* somebody has seen the alarm: it will not be latched */
-  RIM_COMMAND_CLEAR = 2        /* the cause is gone: forget the alarm and its observations */
+  RIM_COMMAND_CLEAR = 2,       /* the cause is gone: forget the alarm and its observations */
+  RIM_COMMAND_DESCRIBE = 3     /* to whoever carries the monitor, not to it: send RIM_MODEL now */
 } rim_command_code;
 
 /* What an operator asks, of the record so numbered; 0: any, where the policy says command_any. */

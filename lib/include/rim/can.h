@@ -6,6 +6,7 @@
  *   0x200 + node  command to that node: 8 bytes
  *   0x280 + node  detail, classic CAN: RIM_CAN_DETAIL_FRAMES segments of 8 bytes hold the record
  *   0x280 + node  detail, CAN FD: one frame of 64 bytes, with a box instead of the ellipsoid
+ *   0x480 + node  finding: up to RIM_CAN_FINDING_FRAMES frames of 8 bytes say what a DBC can show
  *   0x380 + node  entry into an alarmed region: 8 bytes
  *   0x700 + node  heartbeat: 8 bytes, cyclic; only its absence shows that a node is dead
  *
@@ -22,13 +23,16 @@
  *            3..4 observations (low bits: they count on) | 5 rejected | 6 dropped | 7 CRC-8
  * Entry:     0..1 time to entry (10 ms; 65534: that or more, 65535: does not enter) | 2 sequence
  *            3 alarm's seq | 4 plan's sequence | 5 model_id | 6 flags | 7 CRC-8
- * Segment:   0 seq | 1 index:7 last:1 | 2..7 six bytes of the record and its CRC-32, the rest 0
- * Record:    0 t_s f64 | 8 since_s f64 | 16 seq u32 | 20 model_id u32 | 24 observations u32
- *            28 detector u8 | 29 state u8 | 30 level u8 | 31 kind u8 | 32 flags u8 | 33 channels u8
- *            34 dims u8 | 35 channel u16[4] | 43 feature u16[3] | 49 shift f32[4]
- *            65 shift_sd f32[4] | 81 center f32[3] | 93 inverse_shape f32[9] | 129 lower f32[3]
- *            141 upper f32[3] | 153 ln_anom f32 | 157 threshold f32 | 161 p_value f32
- *            165 CRC-32 of the identifier as two bytes and bytes 0..164
+ * Finding:   0 page | 1 seq | 2..5 what the page says, see rim_can_page | 6 0 | 7 CRC-8
+ * Segment:   ISO 15765-2 (ISO-TP) without flow control: first frame 0x10, length, six bytes of the
+ *            record; then 0x21, 0x22 .. 0x2f, 0x20 .. and seven bytes
+ * Record:    0 layout u8: 2 | 1 t_s f64 | 9 since_s f64 | 17 seq u32 | 21 model_id u32
+ *            25 observations u32 | 29 detector u8 | 30 state u8 | 31 level u8 | 32 kind u8
+ *            33 flags u8 | 34 channels u8 | 35 dims u8 | 36 channel u16[4] | 44 feature u16[3]
+ *            50 shift f32[4] | 66 shift_sd f32[4] | 82 center f32[3] | 94 inverse_shape f32[9]
+ *            130 lower f32[3] | 142 upper f32[3] | 154 ln_anom f32 | 158 threshold f32
+ *            162 p_value f32 | 166 since_sd_s f32
+ *            170 CRC-32 of the identifier as two bytes and bytes 0..169
  * FD:        0 as summary | 1 seq | 2..3 model_id | 4..7 t (ms) | 8..11 since (ms)
  *            12..15 observations | 16 dims:2 channels:3 latched:1 replay:1 | 17 0
  *            18..21 two channels | 22..27 three features | 28..31 shift (f32)
@@ -53,11 +57,14 @@ extern "C" {
 #define RIM_CAN_COMMAND_ID 0x200u
 #define RIM_CAN_DETAIL_ID 0x280u
 #define RIM_CAN_ENTRY_ID 0x380u
+#define RIM_CAN_FINDING_ID 0x480u
 #define RIM_CAN_HEARTBEAT_ID 0x700u
 #define RIM_CAN_MAX_NODE 127u
 
-#define RIM_CAN_DETAIL_SIZE 165u /* bytes of the record without its CRC-32 */
-#define RIM_CAN_DETAIL_FRAMES 29u
+#define RIM_CAN_DETAIL_LAYOUT 2u
+#define RIM_CAN_DETAIL_SIZE 170u /* bytes of the record without its CRC-32 */
+#define RIM_CAN_DETAIL_FRAMES 25u
+#define RIM_CAN_FINDING_FRAMES 14u /* at most, of one record */
 
 /* One frame. length 0..8, or up to 64 where fd; bytes beyond length are 0. */
 typedef struct rim_can_frame {
@@ -83,6 +90,27 @@ typedef struct rim_can_heartbeat {
   uint8_t rejected, dropped;  /* 255: that many or more */
 } rim_can_heartbeat;
 
+/* What a finding frame says: one number of the record, so that a table of signals (a DBC) shows the
+ * finding on classic CAN. */
+typedef enum rim_can_page {
+  RIM_CAN_PAGE_OUTCOME = 0,  /* 2..3 channel[0]; 4 kind:3 dims:2 channels:3; 5 -8 log2 p_value */
+  RIM_CAN_PAGE_SHIFT = 1,    /* 2..5 f32, in the outcome's unit: see rim_kind */
+  RIM_CAN_PAGE_SHIFT_SD = 2, /* 2..5 f32 */
+  RIM_CAN_PAGE_AGE = 3,      /* 2..5 u32, ms: time of the record less its onset */
+  RIM_CAN_PAGE_AGE_SD = 4,   /* 2..5 f32, s; 0: not estimated */
+  RIM_CAN_PAGE_FEATURE = 5,  /* of feature d of the region: + 3 d: 2..3 its index */
+  RIM_CAN_PAGE_LOWER = 6,    /* + 3 d: 2..5 f32, of the box around the region */
+  RIM_CAN_PAGE_UPPER = 7     /* + 3 d: 2..5 f32 */
+} rim_can_page;
+
+typedef struct rim_can_finding {
+  uint8_t node, seq;            /* seq: low bits */
+  uint8_t page;                 /* rim_can_page */
+  uint8_t kind, dims, channels; /* page OUTCOME; else 0 */
+  uint16_t index;               /* pages OUTCOME and FEATURE; else 0 */
+  double value; /* of the other pages, AGE in s; of OUTCOME the p-value; of FEATURE 0 */
+} rim_can_finding;
+
 /* Each writes the frames of one record. RIM_E_ARGUMENT: NULL; RIM_E_RANGE: node above
  * RIM_CAN_MAX_NODE, or a count or code of the record out of range; RIM_E_DATA: a number is not
  * finite. Nothing is written then. O(bytes); stack below 300 bytes. */
@@ -90,6 +118,9 @@ rim_status rim_can_pack_summary(rim_can_frame *frame, uint32_t node, const rim_a
 rim_status rim_can_pack_detail(rim_can_frame frame[RIM_CAN_DETAIL_FRAMES], uint32_t node,
                                const rim_alarm *alarm);
 rim_status rim_can_pack_detail_fd(rim_can_frame *frame, uint32_t node, const rim_alarm *alarm);
+/* The pages of a record, 5 and 3 for each feature of its region; *count of them. */
+rim_status rim_can_pack_finding(rim_can_frame frame[RIM_CAN_FINDING_FRAMES], uint32_t *count,
+                                uint32_t node, const rim_alarm *alarm);
 
 /* Each writes one frame. RIM_E_ARGUMENT: NULL; RIM_E_RANGE: node above RIM_CAN_MAX_NODE, or an
  * unknown command or level; RIM_E_DATA: a time to entry below 0 that is not RIM_ENTRY_NEVER.
@@ -110,6 +141,7 @@ rim_status rim_can_pack_entry(rim_can_frame *frame, uint32_t node, const rim_ent
  * RIM_E_DATA: a number is not finite, or the box has no interior. Of an entry and a command the
  * numbers are the low bits; of an entry t_s and pose are 0 and 655.34 s means that or more. */
 rim_status rim_can_unpack_summary(rim_can_summary *summary, const rim_can_frame *frame);
+rim_status rim_can_unpack_finding(rim_can_finding *out, const rim_can_frame *frame);
 rim_status rim_can_unpack_detail_fd(rim_alarm *alarm, const rim_can_frame *frame);
 rim_status rim_can_unpack_command(rim_command *out, uint32_t node, const rim_can_frame *frame);
 rim_status rim_can_unpack_heartbeat(rim_can_heartbeat *out, const rim_can_frame *frame);
@@ -117,17 +149,18 @@ rim_status rim_can_unpack_entry(rim_entry *entry, const rim_can_frame *frame);
 
 /* Joins the segments of one node's records. All zero but for the node: nothing yet. */
 typedef struct rim_can_assembly {
-  uint8_t node;      /* whose frames are taken: set by the caller */
-  uint8_t seq, next; /* of the record under way; next index expected, 0: none is under way */
-  uint32_t lost;     /* records given up: a segment missing, out of order or damaged; saturating */
-  uint8_t data[6 * RIM_CAN_DETAIL_FRAMES];
+  uint8_t node;  /* whose frames are taken: set by the caller */
+  uint8_t next;  /* index of the segment expected next; 0: no record is under way */
+  uint32_t lost; /* records given up: a segment missing, out of order or damaged; saturating */
+  uint8_t data[RIM_CAN_DETAIL_SIZE + 4];
 } rim_can_assembly;
 
 /* Takes one segment. *complete becomes true when *alarm is a whole record; RIM_OK also for a
  * segment in the middle. RIM_E_ARGUMENT: NULL; RIM_E_MAGIC: not a segment, or of another node;
- * RIM_E_SIZE: not 8 bytes; nothing changes then. RIM_E_TRUNCATED: a segment is missing or out of
- * order (a first segment begins a new record); RIM_E_CRC, RIM_E_RANGE, RIM_E_DATA: the whole record
- * is refused; it is given up and counted. O(1), and O(bytes) for the last segment. */
+ * RIM_E_SIZE: not 8 bytes; RIM_E_VERSION: a first segment of another length; nothing changes then.
+ * RIM_E_TRUNCATED: a segment is missing or out of order (a first segment begins a new record);
+ * RIM_E_CRC, RIM_E_RANGE, RIM_E_DATA, RIM_E_VERSION: the whole record is refused; it is given up
+ * and counted. O(1), and O(bytes) for the last segment. */
 rim_status rim_can_take_detail(rim_can_assembly *assembly, const rim_can_frame *frame,
                                rim_alarm *alarm, bool *complete);
 

@@ -75,6 +75,15 @@ rim_status rim_image_open(rim_image *view, const void *blob, size_t bytes);
 rim_status rim_image_section(const rim_image *view, uint32_t id, const uint8_t **data,
                              size_t *size);
 
+/* Finds the name of feature `index`, or from the number of features on of an outcome: length bytes
+ * at *text, inside the image, without a terminator: "s.speed_mps". Results and errors as
+ * rim_image_section; also RIM_E_RANGE: there are not so many names. O(bytes of the names). */
+rim_status rim_image_name(const rim_image *view, uint32_t index, const char **text, size_t *length);
+
+/* Returns the unit that a name of so many bytes ends in: "m/s" for "s.speed_mps"; "" for none and
+ * for NULL. The table is part of the data format (data/README.md). O(length + units). */
+const char *rim_unit_of_name(const char *name, size_t length);
+
 /* The sections that the monitor reads, and NAMES for the ground. Types without a prefix are those
  * of private headers in lib/src/image. */
 typedef enum rim_section {

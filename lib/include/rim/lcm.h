@@ -21,6 +21,7 @@
 #include <stdint.h>
 
 #include "rim/alarm.h"
+#include "rim/image.h"
 #include "rim/status.h"
 
 #ifdef __cplusplus
@@ -34,18 +35,20 @@ extern "C" {
 #define RIM_LCM_CHANNEL_COUNTERS "RIM_COUNTERS"
 #define RIM_LCM_CHANNEL_PLAN "RIM_PLAN"
 #define RIM_LCM_CHANNEL_ENTRY "RIM_ENTRY"
+#define RIM_LCM_CHANNEL_MODEL "RIM_MODEL"
 
 #define RIM_OBSERVATION_MAX_VALUES 128
 #define RIM_PLAN_MAX_POSES 64u
 
 /* Bytes of one message, fingerprint included. */
 #define RIM_LCM_OBSERVATION_SIZE (8 + 8 + 4 + 4 + 8 * RIM_OBSERVATION_MAX_VALUES)
-#define RIM_LCM_ALARM_SIZE (8 + 2 * 8 + 3 * 4 + 7 + 4 * 2 + 8 * 8 + 3 * 2 + 18 * 8 + 3 * 8)
+#define RIM_LCM_ALARM_SIZE (8 + 2 * 8 + 3 * 4 + 7 + 4 * 2 + 8 * 8 + 3 * 2 + 18 * 8 + 4 * 8)
 #define RIM_LCM_HEALTH_SIZE (8 + 8 + 7 * 4 + 2)
 #define RIM_LCM_COMMAND_SIZE (8 + 4 + 4 + 1)
 #define RIM_LCM_COUNTERS_SIZE (8 + 4 * 31)
 #define RIM_LCM_PLAN_SIZE (8 + 8 + 4 + 4 + 8 * 64 * (1 + 3 + 4))
 #define RIM_LCM_ENTRY_SIZE (8 + 8 + 8 + 5 * 4 + 1)
+#define RIM_LCM_MODEL_SIZE (8 + 7 * 4 + 2 + 12 * (64 + 8 + 2 * 8))
 
 /* One row on the bus: the features, and where the image asks for it outcomes, means and sds. */
 typedef struct rim_observation_message {
@@ -134,12 +137,35 @@ typedef struct rim_entry {
   uint8_t flags; /* RIM_ALARM_FLAG_REPLAY */
 } rim_entry;
 
+#define RIM_MODEL_QUANTITIES 12u /* of one message */
+#define RIM_MODEL_NAME_BYTES 64u
+#define RIM_MODEL_UNIT_BYTES 8u
+
+typedef struct rim_model_quantity {
+  char name[RIM_MODEL_NAME_BYTES]; /* terminated; a longer one is cut */
+  char unit[RIM_MODEL_UNIT_BYTES]; /* terminated; empty: none */
+  double low, high;                /* trained range of a feature; 0 and 0: an outcome's, none */
+} rim_model_quantity;
+
+/* What indices mean: one part of the quantities of an image, features first, then outcomes. */
+typedef struct rim_model_message {
+  uint32_t model_id;
+  uint32_t features, outcomes; /* of the image */
+  uint32_t period_us;          /* between rows; 0: no rate */
+  uint32_t block_rows;
+  uint32_t first, count; /* of this part */
+  bool external;         /* rows bring outcomes, means and standard deviations too */
+  uint8_t flags;         /* RIM_ALARM_FLAG_REPLAY */
+  rim_model_quantity quantity[RIM_MODEL_QUANTITIES];
+} rim_model_message;
+
 /* Values of an observation are not looked at: NaN travels as it is. */
 rim_status rim_lcm_pack_observation(uint8_t *out, size_t bytes, const rim_observation_message *in);
 rim_status rim_lcm_unpack_observation(rim_observation_message *out, const uint8_t *in,
                                       size_t bytes);
 
-/* Every number of a record must be finite. */
+/* Every number of a record must be finite. Unpacking also takes the first version of the type, 8
+ * bytes shorter: since_sd_s is 0 then. */
 rim_status rim_lcm_pack_alarm(uint8_t *out, size_t bytes, const rim_alarm *in);
 rim_status rim_lcm_unpack_alarm(rim_alarm *out, const uint8_t *in, size_t bytes);
 
@@ -161,6 +187,13 @@ rim_status rim_lcm_unpack_plan(rim_plan *plan, const uint8_t *in, size_t bytes);
 /* RIM_E_DATA also for a time to entry below 0 that is not RIM_ENTRY_NEVER. */
 rim_status rim_lcm_pack_entry(uint8_t *out, size_t bytes, const rim_entry *entry);
 rim_status rim_lcm_unpack_entry(rim_entry *entry, const uint8_t *in, size_t bytes);
+
+/* Packs the part of an open image that begins with quantity `first`: 0, RIM_MODEL_QUANTITIES, ...
+ * below features + outcomes. RIM_E_RANGE: there is none, or the image has no configuration. A name
+ * that the image does not carry is empty. O(names). */
+rim_status rim_lcm_pack_model(uint8_t *out, size_t bytes, const rim_image *image, uint32_t first,
+                              uint8_t flags);
+rim_status rim_lcm_unpack_model(rim_model_message *out, const uint8_t *in, size_t bytes);
 
 #ifdef __cplusplus
 }

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "rim/can.h"
 
-#include <float.h>
 #include <string.h>
 
 #include "base/ellipsoid.h"
@@ -9,48 +8,24 @@
 
 #define SUMMARY_SIZE 8u
 #define FD_SIZE 64u
-#define SEGMENT_BYTES 6u
-#define LAST_SEGMENT 0x80u
+#define FIRST_BYTES 6u /* of the record in the first segment, in every further one */
+#define SEGMENT_BYTES 7u
+#define RECORD_BYTES (RIM_CAN_DETAIL_SIZE + 4u)
+#define FIRST_SEGMENT 0x10u /* ISO 15765-2: high bits of a frame's first byte */
+#define NEXT_SEGMENT 0x20u
 #define FD_CHANNELS 2u
 #define SUMMARY_LATCHED 4u /* bits of the word at byte 3 */
 #define SUMMARY_REPLAY 8u
 #define FD_LATCHED 0x20u /* bits of byte 16 */
 #define FD_REPLAY 0x40u
 
-_Static_assert((RIM_CAN_DETAIL_SIZE + 4 + SEGMENT_BYTES - 1) / SEGMENT_BYTES ==
-                   RIM_CAN_DETAIL_FRAMES,
-               "the frames hold the record and its check sum");
-
-/* Saturates: a double beyond the range of float has no conversion. */
-static uint8_t *put_f32(uint8_t *at, const double *value, size_t count) {
-  for (size_t i = 0; i < count; i++)
-    at = rimi_le_put_f32(at, (float)rimi_clamp(value[i], -(double)FLT_MAX, (double)FLT_MAX));
-  return at;
-}
-
-static const uint8_t *get_f32(const uint8_t *at, double *value, size_t count) {
-  for (size_t i = 0; i < count; i++, at += 4)
-    value[i] = (double)rimi_le_f32(at, 0);
-  return at;
-}
-
-/* x rounded into 0..limit; limit below 2^32. */
-static uint32_t whole(double x, double limit) {
-  return (uint32_t)rimi_floor(rimi_clamp(x, 0.0, limit) + 0.5);
-}
+_Static_assert(FIRST_BYTES + SEGMENT_BYTES * (RIM_CAN_DETAIL_FRAMES - 1u) == RECORD_BYTES,
+               "the frames hold the record and its check sum, and no padding");
 
 static uint32_t record_crc32(uint32_t id, const uint8_t *record) {
   uint8_t name[2];
   rimi_le_put_u16(name, id);
   return rimi_crc32(rimi_crc32(0, name, sizeof name), record, RIM_CAN_DETAIL_SIZE);
-}
-
-static rim_status check_record(const void *frame, uint32_t node, const rim_alarm *alarm) {
-  if (frame == NULL || alarm == NULL)
-    return RIM_E_ARGUMENT;
-  if (node > RIM_CAN_MAX_NODE || !alarm_codes_in_range(alarm))
-    return RIM_E_RANGE;
-  return alarm_is_finite(alarm) ? RIM_OK : RIM_E_DATA;
 }
 
 static uint8_t head_of(const rim_alarm *a) {
@@ -85,14 +60,6 @@ rim_status rim_can_pack_summary(rim_can_frame *frame, uint32_t node, const rim_a
   return RIM_OK;
 }
 
-/* Identifier, length and check sum of a frame that any node may have sent. RIM_E_SIZE: any other
- * length. */
-static rim_status check_sent(const rim_can_frame *frame, uint32_t first_id, uint8_t length) {
-  if (frame->id < first_id || frame->id - first_id > RIM_CAN_MAX_NODE)
-    return RIM_E_MAGIC;
-  return frame->length != length ? RIM_E_SIZE : check_frame(frame, length);
-}
-
 rim_status rim_can_unpack_summary(rim_can_summary *summary, const rim_can_frame *frame) {
   if (summary == NULL || frame == NULL)
     return RIM_E_ARGUMENT;
@@ -118,7 +85,8 @@ rim_status rim_can_unpack_summary(rim_can_summary *summary, const rim_can_frame 
 /* The offsets are public: rim/can.h. */
 static void put_record(uint8_t *at, const rim_alarm *a) {
   const rim_region *region = &a->region;
-  at = rimi_le_put_f64(at, a->t_s);
+  at[0] = RIM_CAN_DETAIL_LAYOUT;
+  at = rimi_le_put_f64(at + 1, a->t_s);
   at = rimi_le_put_f64(at, a->since_s);
   at = rimi_le_put_u32(at, a->seq);
   at = rimi_le_put_u32(at, a->model_id);
@@ -136,11 +104,15 @@ static void put_record(uint8_t *at, const rim_alarm *a) {
   at = put_f32(at, region->upper, RIM_REGION_MAX_DIMS);
   at = put_f32(at, &a->ln_anom, 1);
   at = put_f32(at, &a->threshold, 1);
-  put_f32(at, &a->p_value, 1);
+  at = put_f32(at, &a->p_value, 1);
+  put_f32(at, &a->since_sd_s, 1);
 }
 
 static rim_status get_record(rim_alarm *a, const uint8_t *at) {
   rim_region *region = &a->region;
+  if (at[0] != RIM_CAN_DETAIL_LAYOUT)
+    return RIM_E_VERSION;
+  at++;
   memset(a, 0, sizeof *a);
   a->t_s = rimi_le_f64(at, 0);
   a->since_s = rimi_le_f64(at + 8, 0);
@@ -160,25 +132,27 @@ static rim_status get_record(rim_alarm *a, const uint8_t *at) {
   at = get_f32(at, region->upper, RIM_REGION_MAX_DIMS);
   at = get_f32(at, &a->ln_anom, 1);
   at = get_f32(at, &a->threshold, 1);
-  get_f32(at, &a->p_value, 1);
+  at = get_f32(at, &a->p_value, 1);
+  get_f32(at, &a->since_sd_s, 1);
   return check_alarm(a);
 }
 
 rim_status rim_can_pack_detail(rim_can_frame frame[RIM_CAN_DETAIL_FRAMES], uint32_t node,
                                const rim_alarm *alarm) {
-  uint8_t record[SEGMENT_BYTES * RIM_CAN_DETAIL_FRAMES] = {0};
+  uint8_t record[RECORD_BYTES];
   const rim_status status = check_record(frame, node, alarm);
   if (status != RIM_OK)
     return status;
   put_record(record, alarm);
   rimi_le_put_u32(record + RIM_CAN_DETAIL_SIZE, record_crc32(RIM_CAN_DETAIL_ID + node, record));
-  for (uint32_t i = 0; i < RIM_CAN_DETAIL_FRAMES; i++) {
-    memset(&frame[i], 0, sizeof frame[i]);
-    frame[i].id = RIM_CAN_DETAIL_ID + node;
-    frame[i].length = 8;
-    frame[i].data[0] = (uint8_t)alarm->seq;
-    frame[i].data[1] = (uint8_t)(i | (i + 1 == RIM_CAN_DETAIL_FRAMES ? LAST_SEGMENT : 0u));
-    memcpy(frame[i].data + 2, record + SEGMENT_BYTES * i, SEGMENT_BYTES);
+  for (uint32_t i = 0; i < RIM_CAN_DETAIL_FRAMES; i++)
+    begin_frame(&frame[i], RIM_CAN_DETAIL_ID + node, 8);
+  frame[0].data[0] = FIRST_SEGMENT | (RECORD_BYTES >> 8);
+  frame[0].data[1] = RECORD_BYTES & 0xffu;
+  memcpy(frame[0].data + 2, record, FIRST_BYTES);
+  for (uint32_t i = 1; i < RIM_CAN_DETAIL_FRAMES; i++) {
+    frame[i].data[0] = (uint8_t)(NEXT_SEGMENT | (i & 15u));
+    memcpy(frame[i].data + 1, record + FIRST_BYTES + SEGMENT_BYTES * (i - 1u), SEGMENT_BYTES);
   }
   return RIM_OK;
 }
@@ -190,6 +164,26 @@ static rim_status give_up(rim_can_assembly *assembly, rim_status why) {
   return why;
 }
 
+static rim_status take_first(rim_can_assembly *assembly, const uint8_t *data) {
+  if (data[0] != (FIRST_SEGMENT | (RECORD_BYTES >> 8)) || data[1] != (RECORD_BYTES & 0xffu))
+    return RIM_E_VERSION;
+  /* The one under way is lost, the new one begins. */
+  const rim_status status = assembly->next != 0 ? give_up(assembly, RIM_E_TRUNCATED) : RIM_OK;
+  memcpy(assembly->data, data + 2, FIRST_BYTES);
+  assembly->next = 1;
+  return status;
+}
+
+static rim_status finish_record(rim_can_assembly *assembly, uint32_t id, rim_alarm *alarm) {
+  if (rimi_le_u32(assembly->data + RIM_CAN_DETAIL_SIZE, 0) != record_crc32(id, assembly->data))
+    return give_up(assembly, RIM_E_CRC);
+  const rim_status status = get_record(alarm, assembly->data);
+  if (status != RIM_OK)
+    return give_up(assembly, status);
+  assembly->next = 0;
+  return RIM_OK;
+}
+
 rim_status rim_can_take_detail(rim_can_assembly *assembly, const rim_can_frame *frame,
                                rim_alarm *alarm, bool *complete) {
   if (assembly == NULL || frame == NULL || alarm == NULL || complete == NULL)
@@ -199,44 +193,22 @@ rim_status rim_can_take_detail(rim_can_assembly *assembly, const rim_can_frame *
     return RIM_E_MAGIC;
   if (frame->length != 8)
     return RIM_E_SIZE;
-  const uint32_t index = frame->data[1] & (uint32_t)~LAST_SEGMENT;
-  const bool last = (frame->data[1] & LAST_SEGMENT) != 0;
-  rim_status status = RIM_OK;
-  if (index == 0) {
-    /* The one under way is lost, the new one begins. */
-    if (assembly->next != 0)
-      status = give_up(assembly, RIM_E_TRUNCATED);
-    assembly->seq = frame->data[0];
-  } else if (assembly->next == 0) {
+  const uint8_t *data = frame->data;
+  if ((data[0] & 0xf0u) == FIRST_SEGMENT)
+    return take_first(assembly, data);
+  if ((data[0] & 0xf0u) != NEXT_SEGMENT)
+    return RIM_E_MAGIC;
+  if (assembly->next == 0)
     return RIM_E_TRUNCATED; /* its beginning was not heard, or it was given up: counted once */
-  } else if (index != assembly->next || frame->data[0] != assembly->seq) {
+  if ((data[0] & 15u) != (assembly->next & 15u) || assembly->next >= RIM_CAN_DETAIL_FRAMES)
     return give_up(assembly, RIM_E_TRUNCATED);
-  }
-  /* index < RIM_CAN_DETAIL_FRAMES: it equals next, which never passes the last. */
-  if (last != (index + 1 == RIM_CAN_DETAIL_FRAMES))
-    return give_up(assembly, RIM_E_RANGE);
-  memcpy(assembly->data + SEGMENT_BYTES * index, frame->data + 2, SEGMENT_BYTES);
-  assembly->next = (uint8_t)(index + 1);
-  if (!last)
-    return status;
-  if (rimi_le_u32(assembly->data + RIM_CAN_DETAIL_SIZE, 0) !=
-      record_crc32(frame->id, assembly->data))
-    return give_up(assembly, RIM_E_CRC);
-  status = get_record(alarm, assembly->data);
-  if (status != RIM_OK)
-    return give_up(assembly, status);
-  assembly->next = 0;
-  *complete = true;
-  return RIM_OK;
-}
-
-/* The region's box as it was given, or computed where it was not. */
-static rim_status box_of(rim_region *box, const rim_region *region) {
-  *box = *region;
-  for (uint8_t d = 0; d < region->dims; d++)
-    if (!(region->lower[d] < region->upper[d]))
-      return rim_region_bounds(box) == RIM_OK ? RIM_OK : RIM_E_DATA;
-  return RIM_OK;
+  memcpy(assembly->data + FIRST_BYTES + SEGMENT_BYTES * (assembly->next - 1u), data + 1,
+         SEGMENT_BYTES);
+  if (++assembly->next < RIM_CAN_DETAIL_FRAMES)
+    return RIM_OK;
+  const rim_status status = finish_record(assembly, frame->id, alarm);
+  *complete = status == RIM_OK;
+  return status;
 }
 
 rim_status rim_can_pack_detail_fd(rim_can_frame *frame, uint32_t node, const rim_alarm *alarm) {

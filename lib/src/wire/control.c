@@ -18,7 +18,7 @@ _Static_assert(sizeof(rim_counters) == 4u * RIM_COUNTERS_FIELDS, "nothing but 32
 _Static_assert(RIM_LCM_COUNTERS_SIZE == 8u + 4u * RIM_COUNTERS_FIELDS, "one message, all counters");
 
 static bool is_command(uint8_t code) {
-  return code == RIM_COMMAND_ACKNOWLEDGE || code == RIM_COMMAND_CLEAR;
+  return code >= RIM_COMMAND_ACKNOWLEDGE && code <= RIM_COMMAND_DESCRIBE;
 }
 
 rim_status rim_lcm_pack_command(uint8_t *out, size_t bytes, const rim_command *in) {

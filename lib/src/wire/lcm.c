@@ -6,7 +6,9 @@
 /* lcm-gen's fingerprints of the types in lib/wire; test_lcm holds them to the generated code.
  */
 #define HASH_OBSERVATION UINT64_C(0xefc23e26e7c61f20)
-#define HASH_ALARM UINT64_C(0xe5c3ead08ca812db)
+#define HASH_ALARM UINT64_C(0x9505554c04eb3825)
+#define HASH_ALARM_1 UINT64_C(0xe5c3ead08ca812db) /* without since_sd_s */
+#define ALARM_1_SIZE (RIM_LCM_ALARM_SIZE - 8)
 #define HASH_HEALTH UINT64_C(0xdb1eada15e13938f)
 
 /* Arrays, and readers that step on; each returns the place behind what it wrote or read. */
@@ -98,12 +100,18 @@ rim_status rim_lcm_pack_alarm(uint8_t *out, size_t bytes, const rim_alarm *in) {
   at = put_f64(at, region->upper, RIM_REGION_MAX_DIMS);
   at = put_f64(at, &in->ln_anom, 1);
   at = put_f64(at, &in->threshold, 1);
-  put_f64(at, &in->p_value, 1);
+  at = put_f64(at, &in->p_value, 1);
+  put_f64(at, &in->since_sd_s, 1);
   return RIM_OK;
 }
 
 rim_status rim_lcm_unpack_alarm(rim_alarm *out, const uint8_t *in, size_t bytes) {
-  const rim_status status = check_message(out, in, bytes, RIM_LCM_ALARM_SIZE, HASH_ALARM);
+  if (out == NULL || in == NULL)
+    return RIM_E_ARGUMENT;
+  const bool first = bytes >= 8 && rimi_be_u64(in) == HASH_ALARM_1;
+  const rim_status status =
+      first ? check_message(out, in, bytes, ALARM_1_SIZE, HASH_ALARM_1)
+            : check_message(out, in, bytes, RIM_LCM_ALARM_SIZE, HASH_ALARM);
   if (status != RIM_OK)
     return status;
   rim_region *region = &out->region;
@@ -122,7 +130,10 @@ rim_status rim_lcm_unpack_alarm(rim_alarm *out, const uint8_t *in, size_t bytes)
   at = get_f64(at, region->upper, RIM_REGION_MAX_DIMS);
   at = get_f64(at, &out->ln_anom, 1);
   at = get_f64(at, &out->threshold, 1);
-  get_f64(at, &out->p_value, 1);
+  at = get_f64(at, &out->p_value, 1);
+  out->since_sd_s = 0.0;
+  if (!first)
+    get_f64(at, &out->since_sd_s, 1);
   return check_alarm(out);
 }
 

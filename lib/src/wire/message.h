@@ -4,10 +4,12 @@
 #ifndef RIM_WIRE_MESSAGE_H
 #define RIM_WIRE_MESSAGE_H
 
+#include <float.h>
 #include <string.h>
 
 #include "base/bytes.h"
 #include "base/crc.h"
+#include "base/real.h"
 #include "base/usable.h"
 #include "rim/alarm.h"
 #include "rim/can.h"
@@ -20,8 +22,9 @@ static inline bool alarm_codes_in_range(const rim_alarm *a) {
 
 /* Every number that the record uses or that a reader might show. */
 static inline bool alarm_is_finite(const rim_alarm *a) {
-  const double single[5] = {a->t_s, a->since_s, a->ln_anom, a->threshold, a->p_value};
-  return all_finite(single, 5) && all_finite(a->shift, RIM_ALARM_MAX_CHANNELS) &&
+  const double single[6] = {a->t_s,     a->since_s,   a->since_sd_s,
+                            a->ln_anom, a->threshold, a->p_value};
+  return all_finite(single, 6) && all_finite(a->shift, RIM_ALARM_MAX_CHANNELS) &&
          all_finite(a->shift_sd, RIM_ALARM_MAX_CHANNELS) &&
          all_finite(a->region.center, RIM_REGION_MAX_DIMS) &&
          all_finite(a->region.inverse_shape, RIM_REGION_MAX_DIMS * RIM_REGION_MAX_DIMS) &&
@@ -96,6 +99,49 @@ static inline rim_status check_frame(const rim_can_frame *frame, uint8_t length)
   if (frame->length != length)
     return frame->length < length ? RIM_E_TRUNCATED : RIM_E_SIZE;
   return frame->data[length - 1u] == frame_crc8(frame) ? RIM_OK : RIM_E_CRC;
+}
+
+/* Saturates: a double beyond the range of float has no conversion. */
+static inline uint8_t *put_f32(uint8_t *at, const double *value, size_t count) {
+  for (size_t i = 0; i < count; i++)
+    at = rimi_le_put_f32(at, (float)rimi_clamp(value[i], -(double)FLT_MAX, (double)FLT_MAX));
+  return at;
+}
+
+static inline const uint8_t *get_f32(const uint8_t *at, double *value, size_t count) {
+  for (size_t i = 0; i < count; i++, at += 4)
+    value[i] = (double)rimi_le_f32(at, 0);
+  return at;
+}
+
+/* x rounded into 0..limit; limit below 2^32. */
+static inline uint32_t whole(double x, double limit) {
+  return (uint32_t)rimi_floor(rimi_clamp(x, 0.0, limit) + 0.5);
+}
+
+static inline rim_status check_record(const void *frame, uint32_t node, const rim_alarm *alarm) {
+  if (frame == NULL || alarm == NULL)
+    return RIM_E_ARGUMENT;
+  if (node > RIM_CAN_MAX_NODE || !alarm_codes_in_range(alarm))
+    return RIM_E_RANGE;
+  return alarm_is_finite(alarm) ? RIM_OK : RIM_E_DATA;
+}
+
+/* Identifier, length and check sum of a frame that any node may have sent. RIM_E_SIZE: any other
+ * length. */
+static inline rim_status check_sent(const rim_can_frame *frame, uint32_t first_id, uint8_t length) {
+  if (frame->id < first_id || frame->id - first_id > RIM_CAN_MAX_NODE)
+    return RIM_E_MAGIC;
+  return frame->length != length ? RIM_E_SIZE : check_frame(frame, length);
+}
+
+/* The region's box as it was given, or computed where it was not. */
+static inline rim_status box_of(rim_region *box, const rim_region *region) {
+  *box = *region;
+  for (uint8_t d = 0; d < region->dims; d++)
+    if (!(region->lower[d] < region->upper[d]))
+      return rim_region_bounds(box) == RIM_OK ? RIM_OK : RIM_E_DATA;
+  return RIM_OK;
 }
 
 #endif

@@ -1,0 +1,187 @@
+/* SPDX-License-Identifier: MIT */
+#include "rim_watch.h"
+
+static const rim_watch closed;
+
+rim_status rim_watch_open(rim_watch *watch, void *memory, size_t bytes, const void *image,
+                          size_t image_bytes, rim_watch_send *send, void *user) {
+  if (watch == NULL)
+    return RIM_E_ARGUMENT;
+  *watch = closed;
+  rim_watch w = closed;
+  rim_status status = rim_image_open(&w.image, image, image_bytes);
+  if (status == RIM_OK)
+    status = rim_monitor_init(&w.monitor, memory, bytes, image, image_bytes);
+  if (status != RIM_OK)
+    return status;
+  const uint32_t outcomes = rim_monitor_config(w.monitor, RIM_CONFIG_OUTCOMES);
+  const bool external = rim_monitor_config(w.monitor, RIM_CONFIG_EXTERNAL) != 0;
+  w.values = rim_monitor_config(w.monitor, RIM_CONFIG_FEATURES) + (external ? 3u * outcomes : 0u);
+  w.digest = RIM_DIGEST_START;
+  w.level = RIM_LEVEL_STALE;
+  w.reason = RIM_REASON_TOO_FEW;
+  w.send = send;
+  w.user = user;
+  *watch = w;
+  return RIM_OK;
+}
+
+static void send(rim_watch *watch, const rim_alarm *record) {
+  watch->records++;
+  if (watch->send != NULL)
+    watch->send(watch->user, record);
+}
+
+static void send_waiting(rim_watch *watch) {
+  rim_alarm record;
+  while (rim_monitor_next_record(watch->monitor, &record))
+    send(watch, &record);
+}
+
+rim_status rim_watch_row(rim_watch *watch, double t_s, const double *value, size_t count,
+                         rim_verdict *verdict) {
+  if (watch == NULL || watch->monitor == NULL || value == NULL)
+    return RIM_E_ARGUMENT;
+  if (count != watch->values) {
+    watch->refused++;
+    return RIM_E_SIZE;
+  }
+  rim_observation row = {.t_s = t_s, .context = value};
+  const uint32_t features = rim_monitor_config(watch->monitor, RIM_CONFIG_FEATURES);
+  if (count > features) {
+    const uint32_t outcomes = rim_monitor_config(watch->monitor, RIM_CONFIG_OUTCOMES);
+    row.outcome = value + features;
+    row.mean = row.outcome + outcomes;
+    row.sd = row.mean + outcomes;
+  }
+  (void)rim_monitor_idle(watch->monitor, t_s); /* a gap in the rows is told before the row */
+  send_waiting(watch);
+  rim_verdict now;
+  const rim_status status = rim_monitor_step(watch->monitor, &row, &now);
+  if (status != RIM_OK)
+    return status;
+  watch->rows++;
+  watch->level = now.level;
+  watch->reason = now.reason;
+  if (now.valid)
+    watch->newest_s = t_s;
+  watch->digest = rim_verdict_digest(watch->digest, &now);
+  if (now.alarm.seq != 0)
+    send(watch, &now.alarm);
+  send_waiting(watch);
+  if (verdict != NULL)
+    *verdict = now;
+  return RIM_OK;
+}
+
+void rim_watch_idle(rim_watch *watch, double silent_s) {
+  if (watch == NULL || watch->monitor == NULL)
+    return;
+  if (rim_monitor_idle(watch->monitor, watch->newest_s + silent_s)) {
+    watch->level = RIM_LEVEL_STALE;
+    watch->reason = RIM_REASON_SILENT;
+  }
+  send_waiting(watch);
+}
+
+rim_status rim_watch_command(rim_watch *watch, const rim_command *command) {
+  if (watch == NULL || watch->monitor == NULL)
+    return RIM_E_ARGUMENT;
+  const rim_status status = rim_monitor_command(watch->monitor, command, 32);
+  if (status == RIM_OK && watch->level <= RIM_LEVEL_ERROR)
+    watch->level = rim_monitor_alarms(watch->monitor).level;
+  send_waiting(watch);
+  return status;
+}
+
+typedef struct line {
+  char *out;
+  size_t length, room; /* room: without the terminator */
+} line;
+
+static void put(line *l, const char *text, size_t length) {
+  for (size_t i = 0; i < length && l->length < l->room; i++)
+    l->out[l->length++] = text[i];
+}
+
+static void put_text(line *l, const char *text) {
+  while (*text != '\0')
+    put(l, text++, 1);
+}
+
+static void put_whole(line *l, uint32_t value, unsigned least_digits) {
+  char digit[10];
+  unsigned count = 0;
+  do {
+    digit[count++] = (char)('0' + value % 10u);
+    value /= 10u;
+  } while (value != 0 || count < least_digits);
+  while (count > 0)
+    put(l, &digit[--count], 1);
+}
+
+/* Four decimals, or "e" and an exponent where they would hide the number or it is too large. */
+static void put_number(line *l, double x, const char *plus) {
+  int exponent = 0;
+  put_text(l, x < 0.0 ? "-" : plus);
+  x = x < 0.0 ? -x : x;
+  if (x > 0.0 && (x >= 1e5 || x < 1e-3)) {
+    for (; x >= 10.0; x /= 10.0)
+      exponent++;
+    for (; x < 1.0; x *= 10.0)
+      exponent--;
+  }
+  const uint32_t scaled = (uint32_t)(x * 1e4 + 0.5);
+  put_whole(l, scaled / 10000u, 1);
+  put(l, ".", 1);
+  put_whole(l, scaled % 10000u, 4);
+  if (exponent != 0) {
+    put(l, exponent < 0 ? "e-" : "e+", 2);
+    put_whole(l, (uint32_t)(exponent < 0 ? -exponent : exponent), 2);
+  }
+}
+
+static void put_outcome(line *l, const rim_watch *watch, const rim_alarm *record) {
+  const char *name = NULL;
+  size_t length = 0;
+  const uint32_t features = rim_monitor_config(watch->monitor, RIM_CONFIG_FEATURES);
+  if (rim_image_name(&watch->image, features + record->channel[0], &name, &length) == RIM_OK) {
+    put(l, name, length);
+  } else {
+    put_text(l, "outcome ");
+    put_whole(l, record->channel[0], 1);
+  }
+  put(l, " ", 1);
+  put_number(l, record->shift[0], "+");
+  if (record->kind == RIM_KIND_SHIFT || record->kind == RIM_KIND_DRIFT) {
+    put(l, " ", 1);
+    put_text(l, rim_unit_of_name(name, length));
+  }
+  put_text(l, " (sd ");
+  put_number(l, record->shift_sd[0], "");
+  put_text(l, ") since ");
+  put_number(l, record->since_s, "");
+  put_text(l, " s");
+}
+
+size_t rim_watch_words(const rim_watch *watch, const rim_alarm *record, char *out, size_t bytes) {
+  static const char kind[7][9] = {"shift",  "gain",    "variance", "drift",
+                                  "repeat", "blocked", "pushed"};
+  static const char state[4][8] = {"level", "raised", "updated", "cleared"};
+  static const char level[4][6] = {"OK", "WARN", "ERROR", "STALE"};
+  if (watch == NULL || record == NULL || out == NULL || bytes == 0)
+    return 0;
+  line l = {out, 0, bytes - 1};
+  put_text(&l, state[record->state & 3u]);
+  put(&l, " ", 1);
+  put_text(&l, level[record->level & 3u]);
+  if (record->state != RIM_ALARM_NONE && record->kind <= RIM_KIND_PUSHED) {
+    put_text(&l, ": ");
+    put_text(&l, kind[record->kind]);
+    put(&l, " ", 1);
+    if (record->channels > 0)
+      put_outcome(&l, watch, record);
+  }
+  out[l.length] = '\0';
+  return l.length;
+}

@@ -1,0 +1,62 @@
+#!/bin/bash
+# SPDX-License-Identifier: MIT
+# Zephyr, PX4, F Prime and ROS 2: firmware/integration/X is compiled, by its own CMakeLists.txt, against declarations
+# that follow the framework's documented API (tests/firmware/frameworks); none is run. The Arduino library is
+# put together, compiled and run on this machine. What its text files name exists. Skipped without cmake.
+. "$(dirname "$0")/check.inc"
+. "$(dirname "$0")/toy.inc"
+root=$(cd "$(dirname "$0")/../.." && pwd)
+if [ -n "${SANITIZE:-}" ]; then skipped=1; finish; fi
+cd "$here" || exit 1
+check "lib/sources.txt is every source" "$(cd "$root" && LC_ALL=C ls lib/src/*/*.c)" "$(grep -v '^#' "$root/lib/sources.txt")"
+
+if command -v cmake > /dev/null; then
+  for what in zephyr px4 fprime ros2; do
+    cmake -S "$root/tests/firmware/frameworks/cmake" -B $what -D WHAT=$what -D ROOT="$root" > $what.log 2>&1; check "$what: its CMakeLists.txt" 0 $?
+    cmake --build $what -j2 >> $what.log 2>&1; status=$?; check "$what compiles" 0 $status
+    [ $status = 0 ] || grep -A3 -i "error" $what.log | head -n 30
+  done
+  # The declarations are looked at: a call that the framework has not got does not compile.
+  grep -v k_msgq_get "$root/tests/firmware/frameworks/zephyr/zephyr/kernel.h" > without.h
+  mkdir -p other/zephyr && cp without.h other/zephyr/kernel.h
+  gcc -std=c11 -Werror=implicit-function-declaration -fsyntax-only -Iother -I"$root/lib/include" -I"$root/firmware/integration/watch" -DCONFIG_RIMWATCH_MAX_VALUES=4 \
+    -DCONFIG_RIMWATCH_QUEUE=4 -DCONFIG_RIMWATCH_STACK_BYTES=64 -DCONFIG_RIMWATCH_MONITOR_BYTES=64 -DCONFIG_RIMWATCH_IDLE_MS=1 -DCONFIG_RIMWATCH_PRIORITY=1 \
+    "$root/firmware/integration/zephyr/rim_zephyr.c" > said 2>&1; check "a missing declaration is an error" 1 $?
+else
+  echo "not here: cmake"; skipped=$((skipped + 1))
+fi
+python3 - "$root/firmware/integration" << 'END'; check "package.xml, module.yml and library.properties" 0 $?
+import sys, xml.etree.ElementTree as tree
+top = sys.argv[1]
+package = tree.parse(top + "/ros2/package.xml").getroot()
+depends = {d.text for d in package.findall("depend")}
+text = open(top + "/ros2/CMakeLists.txt").read()
+assert package.get("format") == "3" and depends == {"rclcpp", "diagnostic_msgs", "std_msgs", "std_srvs"}, depends
+assert all("find_package(%s REQUIRED)" % d in text for d in depends | {"ament_cmake"})
+module = dict(line.strip().split(": ") for line in open(top + "/zephyr/module.yml") if ": " in line and line[0] != "#")
+assert module == {"name": "rimwatch", "cmake": "zephyr", "kconfig": "zephyr/Kconfig"}, module
+properties = dict(line.strip().split("=", 1) for line in open(top + "/arduino/library.properties"))
+assert properties["includes"] == "RimWatch.h" and properties["name"] == "RimWatch"
+END
+
+# Arduino: rows of a recording through the sketch, on this machine.
+"$root/firmware/integration/arduino/make_library.sh" library; check "the Arduino library" 0 $?
+"$root/firmware/integration/arduino/make_library.sh" library 2> /dev/null; check "is not written over" 2 $?
+toy_model model.rim 2> /dev/null
+toy log.csv 50 900 'if (i > 400) a += 0.6'
+wanted=$("$RIM" replay --model model.rim log.csv | tail -n 1)
+gcc -std=c11 -I"$root/firmware" -I"$root/lib/include" -I"$root/lib/src" "$root/firmware/replay/record.c" -o record "$BUILD/librim.a" &&
+  ./record model.rim log.csv toy.rec; check "a recording" 0 $?
+{ echo 'alignas(8) const unsigned char model_rim[] = {'; od -An -v -tu1 model.rim | sed 's/  */,/g; s/^,//; s/$/,/'; echo '};'
+  echo "const unsigned int model_rim_len = $(stat -c %s model.rim);"; } > model.h
+cp library/examples/RimWatch/RimWatch.ino RimWatch.ino.cpp
+flags="-Wall -Wextra -Werror -ffp-contract=off -fno-math-errno"
+for source in library/src/*.c library/src/*/*.c; do echo "$source"; done | xargs -P2 -n 8 gcc -std=c11 $flags -Ilibrary/src -c; check "its C compiles" 0 $?
+g++ -std=c++17 $flags -I. -Ilibrary/src -I"$root/tests/firmware/frameworks/arduino" -I"$root/firmware" -DRECORDING="\"$here/toy.rec\"" \
+  "$root/tests/firmware/frameworks/arduino/board.cpp" "$root/firmware/replay/recording.S" ./*.o -o sketch > built 2>&1; check "the sketch compiles" 0 $?
+head -n 20 built
+said=$(timeout 60 ./sketch); check "and runs" 0 $?
+contains "every row" "$said" "^rows 900$"
+contains "it tells the alarm" "$said" "^raised ERROR: .* s.position_b_m "
+check "with the digest of rim replay" "$wanted" "$(printf '%s\n' "$said" | tail -n 1)"
+finish
