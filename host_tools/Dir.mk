@@ -2,7 +2,7 @@
 # build/rim: the rooms of host_tools/ but thesis/. A command registers itself (cli/command.hpp).
 # build/rim-thesis: thesis/ on the same library. It is built for the tests and by `make thesis`.
 
-HOST_SRC := $(shell find host_tools -name '*.cpp' | LC_ALL=C sort)
+HOST_SRC := $(shell find host_tools -name '*.cpp' ! -path 'host_tools/python/*' | LC_ALL=C sort)
 HOST_OBJ := $(HOST_SRC:%.cpp=$(BUILD)/%.o)
 # What registers itself must be linked as objects; the rest is a library, from which every program
 # and every test takes what it needs.
@@ -14,9 +14,10 @@ THESIS_LIB_OBJ := $(filter-out $(THESIS_CLI_OBJ),$(THESIS_OBJ))
 
 HOST_DEFINES := -DTOML_HEADER_ONLY=0 -DTOML_SHARED_LIB=1 -DEIGEN_DONT_PARALLELIZE \
   -DRIM_VERSION='"$(VERSION)"'
-HOST_CXXFLAGS = -std=c++17 $(OPT) -ffp-contract=off $(NO_SLP) -pthread $(WARNINGS) $(SANITIZER_FLAGS) \
+# Position-independent, and nothing visible: the Python module links the same objects.
+HOST_CXXFLAGS = -std=c++17 $(OPT) -fPIC -fvisibility=hidden -ffp-contract=off $(NO_SLP) -pthread $(WARNINGS) $(SANITIZER_FLAGS) \
   $(EXTRA_CFLAGS) $(HOST_DEFINES) -Ihost_tools -Ilib/include -Ilib/src -isystem /usr/include/eigen3
-HOST_LIBS := -llcm -lfmt -ltomlplusplus -lmuparser -lccd -lpthread
+HOST_LIBS := -llcm -lfmt -ltomlplusplus -lmuparser -lccd -lz -lzstd -lpthread
 
 .PHONY: host thesis
 host: $(BUILD)/rim
@@ -68,6 +69,18 @@ $(BUILD)/libhost.a: $(HOST_LIB_OBJ)
 $(BUILD)/libthesis.a: $(THESIS_LIB_OBJ)
 	@rm -f $@
 	$(call say,AR  )$(AR) rcsD $@ $(THESIS_LIB_OBJ)
+
+# The library once more, position-independent, for the Python module (python/CMakeLists.txt).
+LIB_PIC_OBJ := $(LIB_SRC:%.c=$(BUILD)/pic/%.o)
+$(BUILD)/pic/%.o: %.c $(BUILD)/flags.lib
+	@mkdir -p $(@D)
+	$(call say,CC  )$(CC) $(LIB_CFLAGS) -fPIC -fvisibility=hidden -MMD -MP -c $< -o $@
+$(BUILD)/librim_pic.a: $(LIB_PIC_OBJ)
+	@rm -f $@
+	$(call say,AR  )$(AR) rcsD $@ $(LIB_PIC_OBJ)
+.PHONY: python-objects
+python-objects: $(BUILD)/libhost.a $(BUILD)/librim_pic.a
+-include $(LIB_PIC_OBJ:.o=.d)
 
 # A function that several objects hold is taken from the first: the computing ones come before.
 $(BUILD)/rim: $(HOST_HOT_OBJ) $(HOST_CLI_OBJ) $(BUILD)/libhost.a $(BUILD)/librim.a

@@ -3,7 +3,6 @@
 #include "bus/can_table.hpp"
 #include "cli/arguments.hpp"
 #include "cli/command.hpp"
-#include "log/candump_log.hpp"
 #include "log/schema.hpp"
 #include "replay/understand.hpp"
 #include "util/atomic_file.hpp"
@@ -33,11 +32,9 @@ rim::Log read_one(const std::string &path, const rim::Schema *schema, const rim:
   rim::ReadOptions options;
   options.skip_bad_time = true; // counted, like the monitor does
   options.observation_names = replayer.layout().feature_names;
-  if (!rim::is_candump_file(path))
-    return rim::read_log(path, schema, options);
-  const rim_image &image = replayer.monitor().image();
-  return rim::read_candump_log(path, rim::read_file(path), rim::can_table_of(image),
-                               rim::row_names(image, o.model), 1.0, options.warnings);
+  options.can_table = rim::can_table_of(replayer.monitor().image());
+  options.can_names = rim::row_names(replayer.monitor().image(), o.model);
+  return rim::read_log(path, schema, options);
 }
 
 int cmd_check(int argc, char **argv) {

@@ -4,7 +4,6 @@
 #include "cli/arguments.hpp"
 #include "cli/command.hpp"
 #include "diagnose/apply_extension.hpp"
-#include "log/candump_log.hpp"
 #include "replay/outputs.hpp"
 #include "replay/replay.hpp"
 #include "rim/can.h"
@@ -212,20 +211,12 @@ rim::Replayer open_external(const Options &o, const std::vector<rim::Log> &logs,
 rim::ReadOptions read_options(const Options &o, const rim::Replayer *replayer) {
   rim::ReadOptions options;
   options.skip_bad_time = o.skip_bad_time;
-  if (replayer != nullptr)
+  if (replayer != nullptr) {
     options.observation_names = replayer->layout().feature_names;
+    options.can_table = rim::can_table_of(replayer->monitor().image());
+    options.can_names = rim::row_names(replayer->monitor().image(), o.model);
+  }
   return options;
-}
-
-// A log of CAN frames needs the table that the image carries.
-rim::Log read_one(const std::string &path, const rim::Schema *mapping, const Options &o,
-                  const rim::Replayer &replayer) {
-  const rim::ReadOptions options = read_options(o, &replayer);
-  if (!rim::is_candump_file(path))
-    return rim::read_log(path, mapping, options);
-  const rim_image &image = replayer.monitor().image();
-  return rim::read_candump_log(path, rim::read_file(path), rim::can_table_of(image),
-                               rim::row_names(image, o.model), 1.0, options.warnings);
 }
 
 int cmd_replay(int argc, char **argv) {
@@ -262,7 +253,8 @@ int cmd_replay(int argc, char **argv) {
   if (::isatty(STDOUT_FILENO) == 0)
     progress.emplace("replay", o.logs.size());
   for (std::size_t i = 0; i < o.logs.size(); ++i) {
-    rim::Log log = o.model.empty() ? std::move(logs[i]) : read_one(o.logs[i], mapping, o, replayer);
+    rim::Log log = o.model.empty() ? std::move(logs[i])
+                                   : rim::read_log(o.logs[i], mapping, read_options(o, &replayer));
     if (!o.model.empty() && !extensions.empty() && replayer.layout().external)
       rim::diagnose::apply_extension(extensions, &log);
     outputs.begin(log);

@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <cstdlib>
-#include <fstream>
 
 #include "rim/can_table.h"
 #include "util/error.hpp"
@@ -150,18 +149,13 @@ bool is_candump_log(std::string_view text) {
          text.substr(0, 40).find(") ") != std::string_view::npos;
 }
 
-bool is_candump_file(const std::string &path) {
-  char text[64];
-  std::ifstream file(path, std::ios::binary);
-  file.read(text, sizeof text);
-  return is_candump_log(std::string_view(text, static_cast<std::size_t>(file.gcount())));
-}
-
 Log read_candump_log(const std::string &path, std::string_view text,
                      const std::vector<std::uint8_t> &table, const std::vector<std::string> &names,
                      double signal_age_s, std::FILE *warnings) {
   if (table.empty())
-    throw DataError(path + ": a candump log needs a model with a CAN table (rim can-table)");
+    throw DataError(path +
+                    ": holds CAN frames: give a model with a CAN table (rim can-table), or a "
+                    "schema with [reader] dbc");
   CandumpReader reader(path, table, names, signal_age_s);
   while (!text.empty()) {
     const std::size_t end = std::min(text.find('\n'), text.size());

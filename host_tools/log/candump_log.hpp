@@ -14,9 +14,6 @@ namespace rim {
 // Whether the text begins as candump -L does: "(1700000000.000000) can0 123#".
 bool is_candump_log(std::string_view text);
 
-// The same of a file; false where it cannot be read.
-bool is_candump_file(const std::string &path);
-
 // The rows that the frames of a log make, as rimd would have made them of the same frames. Times
 // count from the first frame that the table reads, unless a signal carries the time. table: bytes
 // of the image's section; names: of its values. Frames that the table refuses, lines that are no

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
+#include "log/candump_log.hpp"
 #include "log/csv_text.hpp"
 #include "log/derive.hpp"
 #include "log/lcm_log.hpp"
 #include "log/log.hpp"
+#include "log/raw_table.hpp"
 #include "log/schema.hpp"
-#include "util/atomic_file.hpp"
+#include "log/source.hpp"
 #include "util/error.hpp"
 
 #include <algorithm>
@@ -29,14 +31,10 @@ struct Filter {
 
 class CsvReader {
 public:
-  CsvReader(const std::string &path, const Schema *schema, const ReadOptions &options)
-      : schema_(schema), options_(options), text_(read_file(path)) {
-    log_.path = path;
-    if (schema != nullptr)
-      delimiter_ = schema->delimiter;
-  }
+  CsvReader(const std::string &path, const Schema *schema, const ReadOptions &options);
 
   bool is_lcm() const { return is_lcm_log(text_); }
+  bool is_candump() const { return is_candump_log(text_); }
   const std::string &text() const { return text_; }
 
   Log read() {
@@ -54,8 +52,20 @@ private:
   }
   [[noreturn]] void fail_row(const std::string &column, const std::string &reason) const {
     throw DataError(log_.path + ":row " + std::to_string(log_.rows_in_file) +
-                    (column.empty() ? "" : ": column '" + column + "'") + ": " + reason);
+                    (column.empty() ? "" : ": column '" + column + "'") + ": " + reason +
+                    at_line());
   }
+
+  // Rows count from 1 after the header; an editor shows lines.
+  std::string at_line() const {
+    return source_.converted ? ""
+                             : " (line " + std::to_string(line_of(text_, at_)) + " of the file)";
+  }
+  bool number(std::string_view field, double &value) const {
+    return decimal_ == '.' ? parse_number(field, value)
+                           : parse_comma_number(field, value) || parse_number(field, value);
+  }
+  std::string not_a_number(std::string_view field) const;
 
   bool next_line(std::string_view &line) { return take_line(text_, at_, line); }
   void split(std::string_view line) { split_fields(line, delimiter_, fields_); }
@@ -76,8 +86,9 @@ private:
 
   const Schema *schema_;
   const ReadOptions &options_;
-  std::string text_;
-  char delimiter_ = ',';
+  LogSource source_;
+  const std::string &text_;
+  char delimiter_ = '\0', decimal_ = '.';
   std::size_t at_ = 0;
   Log log_;
   std::vector<std::string> header_;
@@ -90,19 +101,31 @@ private:
   std::string first_skipped_;
 };
 
+CsvReader::CsvReader(const std::string &path, const Schema *schema, const ReadOptions &options)
+    : schema_(schema), options_(options), source_(read_log_source(path, schema)),
+      text_(source_.text) {
+  log_.path = path;
+  if (schema != nullptr && !source_.converted) {
+    delimiter_ = schema->delimiter;
+    decimal_ = schema->decimal;
+  }
+  if (source_.converted)
+    delimiter_ = ',';
+}
+
 void CsvReader::read_header() {
   if (text_.empty())
     fail("is empty");
   if (text_.compare(0, 3, "\xEF\xBB\xBF") == 0)
     at_ = 3;
-  if (std::memchr(text_.data(), '\0', std::min<std::size_t>(text_.size(), 4096)) != nullptr)
-    fail("is not text (neither CSV nor an LCM event log)");
   std::string_view line;
   while (next_line(line)) {
     if (!line.empty() && line.front() == '#') {
       line.remove_prefix(line.size() > 1 && line[1] == ' ' ? 2 : 1);
       log_.comments.emplace_back(line);
     } else if (!trimmed(line).empty()) {
+      if (delimiter_ == '\0')
+        delimiter_ = guess_delimiter(std::string(line));
       split(line);
       for (const auto &f : fields_)
         header_.emplace_back(trimmed(f));
@@ -212,19 +235,27 @@ bool CsvReader::kept() const {
       return false;
     double value = 0.0;
     if (filter.rule->bounded &&
-        (!parse_number(field, value) || !(value >= filter.rule->min && value <= filter.rule->max)))
+        (!number(field, value) || !(value >= filter.rule->min && value <= filter.rule->max)))
       return false;
   }
   return true;
+}
+
+std::string CsvReader::not_a_number(std::string_view field) const {
+  const std::string shown(trimmed(field));
+  double ignored = 0.0;
+  return "'" + shown + "' is not a number" +
+         (parse_comma_number(shown, ignored)
+              ? ": has it a decimal comma? decimal = \",\" in a schema says so"
+              : "");
 }
 
 // False when a value is missing or not finite.
 bool CsvReader::parse_row(double &t_s, double *values) {
   std::size_t bad = header_.size();
   const auto one = [&](const Slot &slot, double &value) {
-    if (!parse_number(fields_[slot.field], value))
-      fail_row(header_[slot.field],
-               "'" + std::string(trimmed(fields_[slot.field])) + "' is not a number");
+    if (!number(fields_[slot.field], value))
+      fail_row(header_[slot.field], not_a_number(fields_[slot.field]));
     value = slot.scale * value + slot.offset;
     if (!std::isfinite(value) && bad == header_.size())
       bad = slot.field;
@@ -237,7 +268,7 @@ bool CsvReader::parse_row(double &t_s, double *values) {
   if (first_skipped_.empty()) {
     const std::string shown(trimmed(fields_[bad]));
     first_skipped_ = "row " + std::to_string(log_.rows_in_file) + ": column '" + header_[bad] +
-                     "': " + (shown.empty() ? "empty" : "'" + shown + "'");
+                     "': " + (shown.empty() ? "empty" : "'" + shown + "'") + at_line();
   }
   return false;
 }
@@ -252,7 +283,7 @@ bool CsvReader::time_moves_on(double t_s) {
     fail_row(header_[time_.field], reason);
   if (first_skipped_.empty())
     first_skipped_ = "row " + std::to_string(log_.rows_in_file) + ": column '" +
-                     header_[time_.field] + "': " + reason;
+                     header_[time_.field] + "': " + reason + at_line();
   return false;
 }
 
@@ -317,6 +348,9 @@ void CsvReader::warn() const {
 
 Log read_log(const std::string &path, const Schema *schema, const ReadOptions &options) {
   CsvReader reader(path, schema, options);
+  if (reader.is_candump())
+    return read_candump_log(path, reader.text(), options.can_table, options.can_names, 1.0,
+                            options.warnings);
   Log log = reader.is_lcm() ? read_lcm_log(path, reader.text(), schema, options) : reader.read();
   if (schema != nullptr) {
     if (!reader.is_lcm())

@@ -46,12 +46,17 @@ struct ReadOptions {
   std::FILE *warnings = stderr;
   // Names, with prefix, of the values of RIM_OBSERVATION in an LCM event log, which carries none.
   std::vector<std::string> observation_names;
+  // For candump logs: section of a flight image, and the names of the values that it makes. Empty:
+  // frames cannot be read.
+  std::vector<std::uint8_t> can_table;
+  std::vector<std::string> can_names;
 };
 
-// Reads a CSV log, or an LCM event log (told by its first bytes). Throws DataError naming file,
-// row, column and reason: missing file, folder, empty, header only, no t_s, wrong number of fields,
-// text in a number, z. without m., time that repeats or runs backwards. A row with an empty, NaN or
-// infinite value is skipped and counted; the first is named in a warning.
+// Reads a log: CSV, LCM event log, candump text, packed or of another format (log/source.hpp), told
+// by its first bytes. The delimiter of CSV is the schema's, else the one that splits the header
+// best. Throws DataError naming file, row, line, column and reason: missing file, folder, empty,
+// header only, no t_s, wrong number of fields, text in a number, z. without m., time that repeats
+// or runs backwards. A row with an empty or infinite value is skipped, counted and warned of.
 Log read_log(const std::string &path, const Schema *schema = nullptr);
 Log read_log(const std::string &path, const Schema *schema, const ReadOptions &options);
 

@@ -47,7 +47,7 @@ ReplayOutputs::ReplayOutputs(const OutputPaths &paths, const Replayer &replayer)
   if (labels_)
     labels_->write(labels_header());
   if (trace_)
-    trace_->write("# " + paths.made_by + "\nt_s,ln_anom,threshold,score,level,log\n");
+    trace_->write("t_s,ln_anom,threshold,score,level,log\n");
   if (!plot_path_.empty())
     check_plot_path(plot_path_);
 }
