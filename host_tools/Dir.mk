@@ -70,6 +70,13 @@ $(BUILD)/libthesis.a: $(THESIS_LIB_OBJ)
 	@rm -f $@
 	$(call say,AR  )$(AR) rcsD $@ $(THESIS_LIB_OBJ)
 
+# A program for the browser, as a text of C++.
+$(BUILD)/gen/explore_js.inc: host_tools/report/explore.js
+	@mkdir -p $(@D)
+	$(call say,TEXT){ echo 'R"rimjs('; cat $<; echo ')rimjs"'; } > $@
+$(BUILD)/host_tools/report/explore.o: $(BUILD)/gen/explore_js.inc
+$(BUILD)/host_tools/report/explore.o: private HOST_CXXFLAGS += -I$(BUILD)/gen
+
 # The library once more, position-independent, for the Python module (python/CMakeLists.txt).
 LIB_PIC_OBJ := $(LIB_SRC:%.c=$(BUILD)/pic/%.o)
 $(BUILD)/pic/%.o: %.c $(BUILD)/flags.lib

@@ -80,6 +80,10 @@ void declare(CLI::App &app, Options &o) {
       ->check(CLI::Range(0u, RIM_CAN_MAX_NODE));
   app.add_option("--trace", out.trace, "write t_s,ln_anom,threshold,score,level,log for every row")
       ->type_name("FILE.csv");
+  app.add_option("--report", out.report,
+                 "write a page: every alarm measured against expected, where and since when, and\n"
+                 "the score; with dygraphs (Debian: libjs-dygraphs) it can be touched")
+      ->type_name("FILE.html");
   app.add_option("--plot", out.plot,
                  "draw ln anom, the log likelihood ratio of the best region, and its "
                  "threshold\n(needs gnuplot)")
@@ -227,6 +231,7 @@ int cmd_replay(int argc, char **argv) {
     return rim::EXIT_FINE;
   check(app, o);
   o.outputs.made_by = made_by(o);
+  o.outputs.model = o.model;
   std::optional<rim::Schema> schema;
   if (!o.schema.empty())
     schema = rim::read_schema(o.schema);
@@ -245,7 +250,7 @@ int cmd_replay(int argc, char **argv) {
       o.model.empty() ? open_external(o, logs, extensions) : open_model(o, extensions);
   rim::ReplayOutputs outputs(o.outputs, replayer);
   rim::ReplayOptions options;
-  options.label = !o.outputs.labels.empty();
+  options.label = !o.outputs.labels.empty() || !o.outputs.report.empty();
   if (schema && schema->resample_hz > 0.0)
     options.hold_s = 1.5 / schema->resample_hz;
   bool found = false, blind = false;

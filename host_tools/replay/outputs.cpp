@@ -29,7 +29,7 @@ std::string short_name(const std::string &path) {
 
 ReplayOutputs::ReplayOutputs(const OutputPaths &paths, const Replayer &replayer)
     : alarms_(open_if(paths.alarms)), labels_(open_if(paths.labels)), trace_(open_if(paths.trace)),
-      plot_path_(paths.plot), names_(replayer.names()),
+      report_file_(open_if(paths.report)), plot_path_(paths.plot), names_(replayer.names()),
       model_id_(replayer.monitor().image().model_id) {
   if (!paths.candump.empty())
     candump_ = std::make_unique<CandumpFile>(paths.candump, paths.node, false);
@@ -44,6 +44,8 @@ ReplayOutputs::ReplayOutputs(const OutputPaths &paths, const Replayer &replayer)
   }
   if (!paths.lcm_url.empty())
     lcm_ = std::make_unique<LcmBus>(paths.lcm_url);
+  if (report_file_)
+    report_ = std::make_unique<FlightReport>(paths.model, paths.made_by);
   if (labels_)
     labels_->write(labels_header());
   if (trace_)
@@ -55,11 +57,15 @@ ReplayOutputs::ReplayOutputs(const OutputPaths &paths, const Replayer &replayer)
 void ReplayOutputs::begin(const Log &log) {
   log_name_ = log.path;
   blocks_ = 0;
+  if (report_)
+    report_->begin(log);
   if (!plot_path_.empty())
     traces_.push_back({short_name(log.path), {}, {}, ""});
 }
 
 void ReplayOutputs::verdict(const rim_verdict &v) {
+  if (report_)
+    report_->verdict(v);
   if (trace_) {
     trace_->write(fmt::format("{:.6f},{:.9g},{:.9g},{:.9g},{},{}\n", v.t_s, v.ln_anom, v.threshold,
                               v.score, v.level, log_name_));
@@ -72,6 +78,8 @@ void ReplayOutputs::verdict(const rim_verdict &v) {
 
 void ReplayOutputs::record(const rim_alarm &record) {
   ++records_;
+  if (report_)
+    report_->record(record);
   if (alarms_ && record.state != RIM_ALARM_NONE) // that one tells of no alarm
     alarms_->write(alarm_json(record, names_) + "\n");
   if (candump_)
@@ -86,6 +94,8 @@ void ReplayOutputs::record(const rim_alarm &record) {
 }
 
 void ReplayOutputs::end(const ReplayedLog &log) {
+  if (report_)
+    report_->end(log, names_);
   const rim_alarm &first = log.raised > 0 ? log.first : log.interference.first;
   if (!traces_.empty() && first.state != RIM_ALARM_NONE)
     traces_.back().sentence =
@@ -110,7 +120,9 @@ void ReplayOutputs::end(const ReplayedLog &log) {
 void ReplayOutputs::commit() {
   if (!plot_path_.empty())
     write_plot(traces_, plot_path_);
-  for (AtomicFile *file : {alarms_.get(), labels_.get(), trace_.get()}) {
+  if (report_)
+    report_file_->write(report_->html());
+  for (AtomicFile *file : {alarms_.get(), labels_.get(), trace_.get(), report_file_.get()}) {
     if (file != nullptr)
       file->commit();
   }

@@ -10,6 +10,7 @@
 #include "bus/can_bus.hpp"
 #include "bus/candump.hpp"
 #include "bus/lcm_bus.hpp"
+#include "replay/flight_report.hpp"
 #include "replay/plot.hpp"
 #include "replay/replay.hpp"
 #include "util/atomic_file.hpp"
@@ -18,9 +19,10 @@ namespace rim {
 
 // Empty: not wanted.
 struct OutputPaths {
-  std::string alarms, labels, candump, trace, plot, lcm_url, can;
+  std::string alarms, labels, candump, trace, plot, report, lcm_url, can;
+  std::string model;      // of the report: the flight image's path, or empty
   std::uint32_t node = 1; // of the CAN identifiers
-  std::string made_by;    // configuration, for the comment lines
+  std::string made_by;    // configuration, for the report
 };
 
 class ReplayOutputs {
@@ -37,7 +39,8 @@ public:
   void commit();
 
 private:
-  std::unique_ptr<AtomicFile> alarms_, labels_, trace_;
+  std::unique_ptr<AtomicFile> alarms_, labels_, trace_, report_file_;
+  std::unique_ptr<FlightReport> report_;
   std::unique_ptr<CandumpFile> candump_;
   std::unique_ptr<CanBus> can_;
   std::uint32_t node_ = 0;
