@@ -32,6 +32,13 @@ $(BUILD)/flags.prefix: FORCE
 $(BUILD)/host_tools/util/data_path.o: $(BUILD)/flags.prefix
 $(BUILD)/host_tools/util/data_path.o: private HOST_DEFINES += -DRIM_PREFIX='"$(PREFIX)"' -DRIM_SOURCE_DIR='"$(CURDIR)"'
 
+# One knows the commit.
+COMMIT := $(shell git rev-parse --short HEAD 2>/dev/null)
+$(BUILD)/flags.commit: FORCE
+	$(call flags_stamp,$(COMMIT))
+$(BUILD)/host_tools/cli/command.o: $(BUILD)/flags.commit
+$(BUILD)/host_tools/cli/command.o: private HOST_DEFINES += -DRIM_COMMIT='"$(if $(COMMIT), ($(COMMIT)))"'
+
 # Levels of optimisation: what computes, the rest, and the commands, of which most code is CLI11's.
 # Another OPT than -O2 holds for everything. No result depends on the level (no fast-math).
 HOST_HOT := $(addprefix $(BUILD)/host_tools/,train/%.o diagnose/%.o stats/%.o)

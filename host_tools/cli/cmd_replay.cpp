@@ -43,26 +43,7 @@ const char *const kFooter =
     "Example: the same with the corrections that rim diagnose found, and an image with them\n"
     "  rim replay golf/run_0001.csv --extension found/extension.toml --save-model corrected.rim";
 
-void declare(CLI::App &app, Options &o) {
-  rim::OutputPaths &out = o.outputs;
-  app.add_option("LOG", o.logs, "logs to replay; each is a run of its own")
-      ->required()
-      ->type_name("");
-  app.add_option("--model", o.model,
-                 "flight image written by rim train; not needed for logs with z. and m. columns")
-      ->type_name("FILE.rim");
-  app.add_option("--save-model", o.save_model,
-                 "write a flight image: without --model the one made from the predictions in the\n"
-                 "logs, with --extension the one that contains its corrections")
-      ->type_name("FILE.rim");
-  app.add_option(
-         "--extension", o.extensions,
-         "add the terms that rim diagnose found to the predictions; may be repeated. With a\n"
-         "trained model only constant shifts are used, which correct what it predicts from\n"
-         "the commands")
-      ->type_name("FILE.toml")
-      ->expected(1)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+void declare_outputs(CLI::App &app, rim::OutputPaths &out) {
   app.add_option("--alarms", out.alarms, "write the alarm records, one JSON object per line")
       ->type_name("FILE.jsonl");
   app.add_option(
@@ -88,6 +69,28 @@ void declare(CLI::App &app, Options &o) {
                  "draw ln anom, the log likelihood ratio of the best region, and its "
                  "threshold\n(needs gnuplot)")
       ->type_name("FILE.svg|png");
+}
+
+void declare(CLI::App &app, Options &o) {
+  app.add_option("LOG", o.logs, "logs to replay; each is a run of its own")
+      ->required()
+      ->type_name("");
+  app.add_option("--model", o.model,
+                 "flight image written by rim train; not needed for logs with z. and m. columns")
+      ->type_name("FILE.rim");
+  app.add_option("--save-model", o.save_model,
+                 "write a flight image: without --model the one made from the predictions in the\n"
+                 "logs, with --extension the one that contains its corrections")
+      ->type_name("FILE.rim");
+  app.add_option(
+         "--extension", o.extensions,
+         "add the terms that rim diagnose found to the predictions; may be repeated. With a\n"
+         "trained model only constant shifts are used, which correct what it predicts from\n"
+         "the commands")
+      ->type_name("FILE.toml")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  declare_outputs(app, o.outputs);
   app.add_option("--schema", o.schema, "roles, units and rates of logs with other column names")
       ->type_name("FILE.toml");
   app.add_flag("--fail-on-alarm", o.fail_on_alarm, "exit with status 1 when something was found");

@@ -175,7 +175,7 @@ void draw_score(Svg &svg, const Range &time, double room, const std::vector<doub
 
 // The outcome above, the score below.
 std::string course_picture(const Log &rows, const Course &c, const rim::Quantity &q,
-                           const ReplayedLog &result, const rim_alarm &alarm,
+                           const ReplayedLog &result, const rim_alarm &alarm, double raised_s,
                            const std::vector<double> &t_s, const std::vector<double> &score) {
   const Range time = padded(rows.t_s.front(), rows.t_s.back());
   const Range levels = range_of({&c.z, &c.m});
@@ -188,7 +188,7 @@ std::string course_picture(const Log &rows, const Course &c, const rim::Quantity
   draw_band(svg, p, rows.t_s, c);
   svg.polyline(line_of(p, rows.t_s, c.m), "after");
   svg.polyline(line_of(p, rows.t_s, c.z), "measured");
-  const double onset = p.x.at(alarm.since_s), told = p.x.at(alarm.t_s);
+  const double onset = p.x.at(alarm.since_s), told = p.x.at(raised_s);
   svg.line(onset, 0.0, onset, p.height, "outline");
   svg.line(told, 0.0, told, p.height, "warn");
   close(svg);
@@ -275,7 +275,9 @@ std::string FlightReport::alarm_card(const Flight &flight, std::size_t number,
   const Course c = course_of(flight.rows, q.name);
   if (c.m.empty())
     return text;
-  return text + course_picture(flight.rows, c, q, flight.result, a, flight.t_s, flight.score) +
+  return text +
+         course_picture(flight.rows, c, q, flight.result, a, alarm.raised.t_s, flight.t_s,
+                        flight.score) +
          others_table(flight.rows, marked(flight.rows, flight.result), names, a.channel[0]);
 }
 
@@ -321,12 +323,17 @@ std::string counted(std::size_t alarms) {
 report::Explore FlightReport::explore() const {
   report::Explore data;
   data.is_replay = true;
-  data.findings.push_back({1, "where a deviation was"});
   for (std::size_t o = 0; o < std::min(kMostChannels, names_.outcomes.size()); ++o)
     data.channels.push_back({names_.outcomes[o].words, names_.outcomes[o].unit, {}, {}, {}, {}});
   for (const Flight &f : flights_) {
     if (f.rows.t_s.empty())
       continue;
+    if (data.findings.empty() && !f.alarms.empty()) { // opens with the first alarm
+      data.findings.push_back({1, "where a deviation was"});
+      data.first_log = data.logs.size();
+      const rim_alarm &a = f.alarms.front().last;
+      data.first_channel = a.channels > 0 && a.channel[0] < data.channels.size() ? a.channel[0] : 0;
+    }
     data.logs.push_back({file_name(f.result.path), data.time.size(), f.rows.t_s.size()});
     append(&data.time, f.rows.t_s);
     for (const std::uint8_t mark : marked(f.rows, f.result))

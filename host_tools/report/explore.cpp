@@ -102,7 +102,10 @@ Json logs_json(const Explore &data, std::size_t every, std::vector<std::size_t> 
 
 std::string data_json(const Explore &data, std::size_t every) {
   std::vector<std::size_t> rows;
-  Json json = {{"kind", data.is_replay ? "replay" : "diagnosis"}, {"every", every}};
+  Json json = {{"kind", data.is_replay ? "replay" : "diagnosis"},
+               {"every", every},
+               {"log", data.first_log},
+               {"channel", data.first_channel}};
   json["logs"] = logs_json(data, every, &rows);
   json["time"] = packed(data.time, rows);
   json["acts"] = packed(data.acts, rows);

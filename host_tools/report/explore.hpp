@@ -36,8 +36,9 @@ struct Explore {
   std::vector<double> time; // s, of each row, as in its log
   std::vector<ExploreChannel> channels;
   std::vector<ExploreColumn> features;
-  std::vector<ExploreFinding> findings; // at most 16 are shown
-  std::vector<std::uint16_t> acts;      // rows: bit i for findings[i]
+  std::vector<ExploreFinding> findings;         // at most 16 are shown
+  std::vector<std::uint16_t> acts;              // rows: bit i for findings[i]
+  std::size_t first_log = 0, first_channel = 0; // shown at first
 };
 
 // A section, hidden until its script runs, and the scripts for the end of the body. More rows than

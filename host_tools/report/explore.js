@@ -27,8 +27,8 @@ const style = name => getComputedStyle(document.documentElement).getPropertyValu
 const tints = [ '#cc79a7', '#e69f00', '#009e73', '#56b4e9', '#d55e00', '#0072b2', '#b8ab00' ];
 const tint = i => tints[i % 7];
 const state = {
-  log : 0,
-  channel : 0,
+  log : D.log,
+  channel : D.channel,
   window : null,
   picked : null,
   hover : -1,
@@ -41,6 +41,8 @@ const fill = (select, list) => list.forEach((text, i) => select.add(new Option(t
 fill(get('log'),
      D.logs.map(l => l.name).concat(D.logs.length > 1 ? [ 'all logs, one after another' ] : []));
 fill(get('channel'), channels.map(withUnit));
+get('log').value = state.log;
+get('channel').value = state.channel;
 fill(get('x'), features.map(withUnit));
 fill(get('y'), features.map(withUnit));
 const place = [ 'x', 'y' ].map(

@@ -115,7 +115,10 @@ move(map, 'mousedown', at.left, at.top); move(map, 'mousemove', at.right, at.bot
 move(map, 'mouseup', at.right, at.bottom);
 const picked = document.getElementById('explore-picked').textContent;
 const first = document.querySelector('#explore-findings input');
-const inside = () => E.csv().split('\n').filter(l => l.split(',')[4] === '1').length;
+const inside = () => {
+  const [head, ...rows] = E.csv().split('\n'), at = head.split(',').indexOf('finding');
+  return rows.filter(l => l.split(',')[at] === '1').length;
+};
 const before = inside();
 if (first) first.click();
 document.title = `touched legend=[${legend}] both=${both} linked=${linked} lines=${lines} ` +
@@ -179,5 +182,24 @@ if has_command diagnose; then
   findings found; check "diagnose: the sentence and every finding" 0 $?
 else
   skipped=$((skipped + 1))
+fi
+
+# rim replay --report: what was measured beside what was expected, of a log with its own predictions.
+"$RIM" replay log.csv --report flight.html --alarms flight.jsonl > /dev/null 2> err.txt; check "replay --report" 0 $?
+mkdir -p flight && cp flight.html flight/report.html
+page flight flight/report.html
+python3 - flight.jsonl dom.html <<'EOF'
+import html, json, re, sys
+records = [json.loads(line) for line in open(sys.argv[1])]
+text = html.unescape(re.sub(r'<[^>]*>', '', open(sys.argv[2], encoding='utf-8').read()))
+last = [r for r in records if r['state'] != 'cleared'][-1]
+sys.exit(not (records and last['sentence'] in text and 'Measured against expected' in text and 'What the others say' in text))
+EOF
+check "flight: the alarm's sentence, its picture, the others" 0 $?
+if [ -f /usr/share/javascript/dygraphs/dygraph.min.js ]; then
+  seen=$(touched flight/report.html)
+  z=$(awk -F, 'NR == 702 {printf "%.3g", $4}' log.csv) m=$(awk -F, 'NR == 702 {printf "%.3g", $5}' log.csv)
+  contains "flight: hover" "$seen" "70: measured: $z[0-9]* expected: $m[0-9]*"
+  check "flight: no message while it is touched" 0 "$(console)"
 fi
 finish
