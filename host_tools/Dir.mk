@@ -78,11 +78,12 @@ $(BUILD)/libthesis.a: $(THESIS_LIB_OBJ)
 	$(call say,AR  )$(AR) rcsD $@ $(THESIS_LIB_OBJ)
 
 # A program for the browser, as a text of C++.
-$(BUILD)/gen/explore_js.inc: host_tools/report/explore.js
+$(BUILD)/gen/%_js.inc: host_tools/report/%.js
 	@mkdir -p $(@D)
 	$(call say,TEXT){ echo 'R"rimjs('; cat $<; echo ')rimjs"'; } > $@
 $(BUILD)/host_tools/report/explore.o: $(BUILD)/gen/explore_js.inc
-$(BUILD)/host_tools/report/explore.o: private HOST_CXXFLAGS += -I$(BUILD)/gen
+$(BUILD)/host_tools/report/live_page.o: $(BUILD)/gen/live_js.inc
+$(addprefix $(BUILD)/host_tools/report/,explore.o live_page.o): private HOST_CXXFLAGS += -I$(BUILD)/gen
 
 # The library once more, position-independent, for the Python module (python/CMakeLists.txt).
 LIB_PIC_OBJ := $(LIB_SRC:%.c=$(BUILD)/pic/%.o)

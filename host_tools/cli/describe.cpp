@@ -12,7 +12,7 @@ namespace {
 
 // What an option takes: its metavariable; empty for a flag.
 std::string takes(const CLI::Option *option) {
-  if (option->get_type_size() == 0)
+  if (option->get_items_expected_min() == 0) // a flag
     return "";
   std::string type = option->get_type_name();
   type.resize(std::min(type.find(':'), type.size())); // behind it: what is accepted

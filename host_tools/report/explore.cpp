@@ -68,27 +68,6 @@ std::string for_script(std::string text) {
   return text;
 }
 
-struct Library {
-  std::string script, style;
-};
-
-Library dygraphs() {
-  const char *set = std::getenv("RIM_DYGRAPHS");
-  const std::filesystem::path folder = set != nullptr ? set : "/usr/share/javascript/dygraphs";
-  std::error_code ignored;
-  if (!std::filesystem::is_regular_file(folder / "dygraph.min.js", ignored) ||
-      !std::filesystem::is_regular_file(folder / "dygraph.min.css", ignored))
-    return {};
-  Library library{read_file((folder / "dygraph.min.js").string()),
-                  read_file((folder / "dygraph.min.css").string())};
-  for (std::string *text : {&library.script, &library.style}) {
-    const std::size_t map = text->find("# sourceMappingURL="); // a file that the page has not
-    if (map != std::string::npos)
-      text->replace(map, 18, "# built in         ");
-  }
-  return library;
-}
-
 Json logs_json(const Explore &data, std::size_t every, std::vector<std::size_t> *rows) {
   Json logs = Json::array();
   for (const ExploreLog &log : data.logs) {
@@ -174,6 +153,23 @@ constexpr const char *kStyle =
     "@media print{#explore{display:none}}";
 
 } // namespace
+
+Library dygraphs() {
+  const char *set = std::getenv("RIM_DYGRAPHS");
+  const std::filesystem::path folder = set != nullptr ? set : "/usr/share/javascript/dygraphs";
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(folder / "dygraph.min.js", ignored) ||
+      !std::filesystem::is_regular_file(folder / "dygraph.min.css", ignored))
+    return {};
+  Library library{read_file((folder / "dygraph.min.js").string()),
+                  read_file((folder / "dygraph.min.css").string())};
+  for (std::string *text : {&library.script, &library.style}) {
+    const std::size_t map = text->find("# sourceMappingURL="); // a file that the page has not
+    if (map != std::string::npos)
+      text->replace(map, 18, "# built in         ");
+  }
+  return library;
+}
 
 ExploreParts explore_parts(const Explore &data) {
   const Library library = dygraphs();

@@ -49,4 +49,10 @@ struct ExploreParts {
 };
 ExploreParts explore_parts(const Explore &data);
 
+// dygraphs and its style sheet, as text for a page; empty where it is not installed.
+struct Library {
+  std::string script, style;
+};
+Library dygraphs();
+
 } // namespace rim::report

@@ -202,4 +202,43 @@ if [ -f /usr/share/javascript/dygraphs/dygraph.min.js ]; then
   contains "flight: hover" "$seen" "70: measured: $z[0-9]* expected: $m[0-9]*"
   check "flight: no message while it is touched" 0 "$(console)"
 fi
+
+# rim listen --html: what was published is on the page; other hosts and methods are refused.
+url='udpm://239.255.76.67:7691?ttl=0'
+timeout 60 "$RIM" listen --lcm "$url" --html 0 --count 1000000 > heard.jsonl 2> listen.log & listener=$!
+for _ in $(seq 100); do grep -q 'listening' listen.log && break; kill -0 $listener 2> /dev/null || break; sleep 0.1; done
+address=$(sed -n 's/^rim: page at //p' listen.log)
+if grep -q 'listening' listen.log; then
+  "$RIM" replay log.csv --lcm "$url" --alarms sent.jsonl > /dev/null 2>&1
+  browse 1000,1200 ignored --dump-dom > /dev/null 2>&1 # a browser that is warm answers in time
+  live() { timeout 60 $browser --no-sandbox --disable-gpu --no-first-run --user-data-dir="$here/profile" --enable-logging=stderr \
+    --virtual-time-budget=4000 --dump-dom "$1" 2> browser.log; }
+  live "$address" > live.html; check "the live page" 0 $?
+  check "the live page: nothing on the console" 0 "$(console)"
+  python3 - sent.jsonl live.html <<'EOF'
+import html, json, sys
+records = [json.loads(line) for line in open(sys.argv[1])]
+page = html.unescape(open(sys.argv[2], encoding='utf-8').read())
+sys.exit(not records or any(r['sentence'] not in page for r in records) or f'{len(records)} records' not in page)
+EOF
+  check "every record is on it" 0 $?
+  python3 - "$address" <<'EOF' > http.txt
+import http.client, sys, urllib.parse
+place = urllib.parse.urlparse(sys.argv[1])
+def ask(method, path, host):
+    c = http.client.HTTPConnection('127.0.0.1', place.port, timeout=5)
+    c.putrequest(method, path, skip_host=True); c.putheader('Host', host); c.endheaders()
+    return c.getresponse().status
+own = f'127.0.0.1:{place.port}'
+print(ask('GET', '/', own), ask('GET', '/', 'evil.example'), ask('POST', '/', own), ask('GET', '/etc/passwd', own), ask('GET', '/records?from=99999', own))
+EOF
+  check "who is answered" "200 403 405 404 200" "$(cat http.txt)"
+  check "on 127.0.0.1 alone" 0 "$(python3 -c "
+import sys
+port = '%04X' % $(echo "$address" | sed 's/.*:\([0-9]*\).*/\1/')
+print(sum(l.split()[1].split(':')[1] == port and l.split()[3] == '0A' and l.split()[1].split(':')[0] != '0100007F' for l in open('/proc/net/tcp').readlines()[1:]))")"
+else
+  skipped=$((skipped + 1)); echo "skipped: no multicast route for rim listen"
+fi
+kill $listener 2> /dev/null; wait $listener 2> /dev/null
 finish

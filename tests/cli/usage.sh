@@ -28,7 +28,7 @@ contains "also after its argument" "$("$RIM" train a.csv --out x --false-alrm=0.
 err=$("$RIM" help trian 2>&1 >/dev/null); check "help of no command" 2 $?
 contains "help of no command: said" "$err" "did you mean 'train'?"
 contains "plain metavariables" "$("$RIM" simulate --help)" "--runs N "
-check "no raw types" 0 "$(for c in train replay simulate plan bench; do "$RIM" help $c; done | grep -c -e 'UINT' -e ' in \[' -e 'TEXT:')"
+check "no raw types" 0 "$(for c in train replay simulate plan bench; do "$RIM" help $c; done | grep -c -e 'UINT' -e ' in \[[0-9]' -e 'TEXT:')"
 for command in $("$RIM" --help | awk '/^  [a-z]+ /{print $1}'); do
   "$RIM" help --man "$command" > page.1; check "man page of $command" 0 $?
   if command -v man > /dev/null; then
