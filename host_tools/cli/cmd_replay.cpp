@@ -65,6 +65,10 @@ void declare_outputs(CLI::App &app, rim::OutputPaths &out) {
                  "write a page: every alarm measured against expected, where and since when, and\n"
                  "the score; with dygraphs (Debian: libjs-dygraphs) it can be touched")
       ->type_name("FILE.html");
+  app.add_option(
+         "--mcap", out.mcap,
+         "write verdicts and alarms as MCAP, for Foxglove and PlotJuggler (needs Python's mcap)")
+      ->type_name("FILE.mcap");
   app.add_option("--plot", out.plot,
                  "draw ln anom, the log likelihood ratio of the best region, and its "
                  "threshold\n(needs gnuplot)")

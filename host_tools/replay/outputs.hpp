@@ -19,7 +19,7 @@ namespace rim {
 
 // Empty: not wanted.
 struct OutputPaths {
-  std::string alarms, labels, candump, trace, plot, report, lcm_url, can;
+  std::string alarms, labels, candump, trace, plot, report, mcap, lcm_url, can;
   std::string model;      // of the report: the flight image's path, or empty
   std::uint32_t node = 1; // of the CAN identifiers
   std::string made_by;    // configuration, for the report
@@ -39,13 +39,16 @@ public:
   void commit();
 
 private:
+  void add_mcap(bool is_alarm, const std::string &message);
+  void write_mcap() const;
+
   std::unique_ptr<AtomicFile> alarms_, labels_, trace_, report_file_;
   std::unique_ptr<FlightReport> report_;
   std::unique_ptr<CandumpFile> candump_;
   std::unique_ptr<CanBus> can_;
   std::uint32_t node_ = 0;
   std::unique_ptr<LcmBus> lcm_;
-  std::string plot_path_, log_name_;
+  std::string plot_path_, log_name_, mcap_path_, mcap_lines_;
   std::vector<Trace> traces_;
   const Names &names_;
   std::uint32_t model_id_, health_sequence_ = 0, records_ = 0;

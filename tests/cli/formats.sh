@@ -96,4 +96,27 @@ refuse "a packed one" "is neither CSV nor .* not packed" show <(gzip -c rover.h5
 refuse "frames without a DBC" "rover.candump: holds CAN frames" show rover.candump
 refuse "messages without types" "rover.lcmlog: is an LCM event log" schema rover.lcmlog
 refuse "no such topic" "rover.ulg: has no topic 'x'; it has rover" schema rover.ulg --rows x
+
+# --- verdicts and alarms as MCAP, read by mcap's own reader
+cd "$here" || exit 1
+awk 'BEGIN {srand(4); print "t_s,u.c,z.v_mps,m.v_mps,sd.v_mps"
+  for (i = 0; i < 900; i++) {n = -6; for (k = 0; k < 12; k++) n += rand(); m = cos(i / 40)
+    printf "%.1f,%.3f,%.4f,%.4f,0.1\n", i / 10, m, m + 0.1 * n + (i > 500 ? 0.15 : 0), m}}' > own.csv
+"$RIM" replay own.csv --mcap own.mcap --alarms own.jsonl --trace own.trace > /dev/null 2> err.txt; check "replay --mcap" 0 $?
+"$python" - << 'END' > mcap.txt 2>&1
+import json
+from mcap.reader import make_reader
+with open("own.mcap", "rb") as file:
+    read = [(c.topic.rsplit("/", 1)[1], m.log_time, json.loads(m.data)) for _, c, m in make_reader(file).iter_messages()]
+alarms = [json.loads(line) for line in open("own.jsonl")]
+print("alarms", [v for k, t, v in read if k == "alarm"] == alarms and len(alarms) > 0)
+rows = [line.split(",") for line in open("own.trace")][1:]
+got = [v for k, t, v in read if k == "verdict"]
+print("verdicts", len(got) == 900 and all(abs(float(r[3]) - v["score"]) < 1e-6 * (1 + abs(v["score"])) for r, v in zip(rows, got)))
+print("times", all(t == round(1e9 * v["t_s"]) for k, t, v in read))
+END
+for text in "alarms True" "verdicts True" "times True"; do contains "MCAP" "$(cat mcap.txt)" "$text"; done
+RIM_PYTHON=$here/nothing "$RIM" replay own.csv --mcap no.mcap > /dev/null 2> err.txt; check "without mcap" 3 $?
+contains "without mcap: said" "$(cat err.txt)" "no.mcap: .*python3 -m pip install mcap"
+check "nothing half-written" "" "$(ls -- *.lines.* no.mcap 2> /dev/null)"
 finish

@@ -215,7 +215,7 @@ if grep -q 'listening' listen.log; then
     --virtual-time-budget=4000 --dump-dom "$1" 2> browser.log; }
   live "$address" > live.html; check "the live page" 0 $?
   check "the live page: nothing on the console" 0 "$(console)"
-  python3 - sent.jsonl live.html <<'EOF'
+  python3 - heard.jsonl live.html <<'EOF'
 import html, json, sys
 records = [json.loads(line) for line in open(sys.argv[1])]
 page = html.unescape(open(sys.argv[2], encoding='utf-8').read())
