@@ -15,7 +15,7 @@ import pandas as pd
 import rimwatch
 import rimwatch.detector
 
-RIM, FOLDER = sys.argv[1], sys.argv[2]
+RIM, FOLDER = sys.argv[1], os.path.abspath(sys.argv[2])
 counts = {True: 0, False: 0}
 
 
