@@ -8,7 +8,7 @@ HOST_OBJ := $(HOST_SRC:%.cpp=$(BUILD)/%.o)
 # and every test takes what it needs.
 HOST_CLI_OBJ := $(filter $(BUILD)/host_tools/cli/%,$(HOST_OBJ))
 THESIS_OBJ := $(filter $(BUILD)/host_tools/thesis/%,$(HOST_OBJ))
-THESIS_CLI_OBJ := $(filter $(BUILD)/host_tools/thesis/cli/%,$(THESIS_OBJ)) $(BUILD)/host_tools/cli/command.o
+THESIS_CLI_OBJ := $(filter $(BUILD)/host_tools/thesis/cli/%,$(THESIS_OBJ)) $(BUILD)/host_tools/cli/command.o $(BUILD)/host_tools/cli/describe.o
 HOST_LIB_OBJ := $(filter-out $(HOST_CLI_OBJ) $(THESIS_OBJ),$(HOST_OBJ))
 THESIS_LIB_OBJ := $(filter-out $(THESIS_CLI_OBJ),$(THESIS_OBJ))
 
