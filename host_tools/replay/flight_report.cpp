@@ -159,7 +159,9 @@ std::string others_table(const Log &rows, const std::vector<std::uint8_t> &marks
                         escape(names.outcomes[o].words), o == named ? " (named)" : "",
                         escape(number_text(mean.in, 3)), escape(number_text(mean.out, 3)));
   }
-  return text + "</tbody></table></div>\n";
+  return text + "</tbody></table></div>\n<p class=\"note\">Healthy runs have offsets of their own: "
+                "compare the two columns. How the outcomes agree with each other is judged on "
+                "board and not drawn here.</p>\n";
 }
 
 void draw_score(Svg &svg, const Range &time, double room, const std::vector<double> &t_s,

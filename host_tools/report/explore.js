@@ -1,10 +1,15 @@
 /* SPDX-License-Identifier: MIT */
 /* The part of a report that can be touched: time plots by dygraphs, two features against one
- * another, a selection that all share, findings on and off, downloads. The page is whole without. */
+ * another, a selection that all share, findings on and off, downloads. */
 (function() {
 'use strict';
 const D = JSON.parse(document.getElementById('rim-data').textContent);
-const bytes = text => Uint8Array.from(atob(text), c => c.charCodeAt(0)).buffer;
+function bytes(text) {
+  const raw = atob(text), all = new Uint8Array(raw.length);
+  for (let i = 0; i < raw.length; i++)
+    all[i] = raw.charCodeAt(i);
+  return all.buffer;
+}
 const f32 = text => new Float32Array(bytes(text));
 const time = f32(D.time), acts = new Uint16Array(bytes(D.acts));
 const channels = D.channels.map(c => ({

@@ -26,7 +26,8 @@ def check(what, good, seen=""):
 
 
 def rim(*arguments, code=(0,)):
-    done = subprocess.run([RIM, *arguments], cwd=FOLDER, capture_output=True, text=True, check=False)
+    done = subprocess.run([RIM, *arguments], cwd=FOLDER, capture_output=True, text=True,
+                          check=False)
     check(f"rim {arguments[0]}: exit {done.returncode}", done.returncode in code, done.stderr)
     return done.stdout
 
@@ -163,7 +164,8 @@ def test_rolled_out():
 def test_bad_input():
     frame = rimwatch.example_logs(1)[0]
     image = rimwatch.train(rimwatch.example_logs(4))
-    refused("a file that is missing", rimwatch.DataError, "none.csv", lambda: rimwatch.read("none.csv"))
+    refused("a file that is missing", rimwatch.DataError, "none.csv",
+            lambda: rimwatch.read("none.csv"))
     refused("no roles", rimwatch.DataError, "no column has a role",
             lambda: rimwatch.replay(pd.DataFrame({"a": [1.0]}), image))
     refused("a column twice", rimwatch.DataError, "stands twice",

@@ -51,7 +51,8 @@ class RimDetector(OutlierMixin, BaseEstimator):
         try:
             self.image_ = train(frames, false_alarm=self.false_alarm)
         except _core.DataError as reason:
-            raise ValueError(f"n_samples={len(X)}: cannot learn from these runs: {reason}") from None
+            what = f"n_samples={len(X)}: cannot learn from these runs: {reason}"
+            raise ValueError(what) from None
         self.offset_ = -float(self.image_.facts["alarm_score"])
         return self
 

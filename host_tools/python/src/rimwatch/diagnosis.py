@@ -107,7 +107,7 @@ class _Simulated:
 
     def __call__(self, log: "_core.Log", outcome: Optional[np.ndarray]) -> Optional["_core.Log"]:
         frame = frame_of(log)
-        if outcome is not None:  # rolled out: what was predicted takes the place of what was measured
+        if outcome is not None:  # rolled out: what was predicted replaces what was measured
             known = [c for c in frame.columns if c.startswith("z.")]
             for i, name in enumerate(known):
                 for role in ("z.", "x.", "s."):

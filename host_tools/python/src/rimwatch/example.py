@@ -9,7 +9,8 @@ import numpy as np
 import pandas as pd
 
 
-def example_logs(runs: int, first: int = 1, bias: float = 0.0, rows: int = 600) -> List[pd.DataFrame]:
+def example_logs(runs: int, first: int = 1, bias: float = 0.0,
+                 rows: int = 600) -> List[pd.DataFrame]:
     """Runs of a cart at 10 Hz: command, speed and motor current. Each has a seed of its own, its
     number from `first`. bias: added to the current's reading, in A, from the middle of the run on.
     The same numbers on every machine.

@@ -45,7 +45,7 @@ def _datasets(group: Any, prefix: str, out: Dict[str, Any], transposed: bool) ->
 
 
 def hdf5(path: str, options: Options) -> Table:
-    """Columns GROUP.DATASET; of an array of rows x places DATASET[place], of records their fields."""
+    """Columns GROUP.DATASET; of an array of rows x places DATASET[place], of records fields."""
     module = need("h5py", "h5py", "an HDF5 file")
     columns: Dict[str, Any] = {}
     with module.File(path, "r") as file:
