@@ -58,7 +58,7 @@ help: ## this list
 
 DEB_PACKAGES := gcc g++ make binutils python3 libeigen3-dev liblcm-dev liblcm-bin libcmocka-dev \
   libccd-dev libnanoflann-dev libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libfmt-dev \
-  libboost-dev libmuparser-dev gnuplot-nox
+  libboost-dev libmuparser-dev gnuplot-nox zlib1g-dev libzstd-dev libjs-dygraphs
 DEB_CHECK_PACKAGES := cppcheck clang-format
 
 # $(call install_missing,PACKAGES): a machine that has them all is not touched.
@@ -117,23 +117,47 @@ bench: all thesis ## speed, memory and detection figures with their intervals (s
 clean: ## remove everything built
 	rm -rf $(BUILD)
 
+# Everything goes through $(STAGE)/, whose files are listed in share/rimwatch/installed.txt.
+STAGE = $(BUILD)/stage
+share = $(STAGE)/share/rimwatch
 install: all ## into $(DESTDIR)$(PREFIX): bin lib include share
-	install -d $(DESTDIR)$(PREFIX)/bin $(DESTDIR)$(PREFIX)/lib/pkgconfig $(DESTDIR)$(PREFIX)/include/rim/plan \
-	  $(DESTDIR)$(PREFIX)/share/rimwatch/wire
-	$(if $(CROSS_COMPILE),,install -m 755 $(BUILD)/rim $(BUILD)/rimd $(DESTDIR)$(PREFIX)/bin/)
-	install -m 644 firmware/rimd/rimd.conf $(DESTDIR)$(PREFIX)/share/rimwatch/
-	sed -e 's|@PREFIX@|$(PREFIX)|' firmware/rimd/rimd.service.in > $(DESTDIR)$(PREFIX)/share/rimwatch/rimd.service
-	install -m 644 $(BUILD)/librim.a $(DESTDIR)$(PREFIX)/lib/librim.a
-	install -m 644 lib/include/rim/*.h $(DESTDIR)$(PREFIX)/include/rim/
-	install -m 644 lib/include/rim/plan/*.h $(DESTDIR)$(PREFIX)/include/rim/plan/
-	install -m 644 lib/wire/*.lcm lib/wire/*.dbc $(DESTDIR)$(PREFIX)/share/rimwatch/wire/
-	sed -e 's|@PREFIX@|$(PREFIX)|' -e 's|@VERSION@|$(VERSION)|' lib/rimwatch.pc.in \
-	  > $(DESTDIR)$(PREFIX)/lib/pkgconfig/rimwatch.pc
-	install -d $(DESTDIR)$(PREFIX)/lib/cmake/rimwatch
+	rm -rf $(STAGE)
+	install -d $(STAGE)/bin $(STAGE)/lib/pkgconfig $(STAGE)/lib/cmake/rimwatch $(STAGE)/include/rim/plan $(share)/wire \
+	  $(STAGE)/share/doc/rimwatch $(STAGE)/share/man/man1 $(STAGE)/share/bash-completion/completions $(STAGE)/share/zsh/site-functions
+	$(if $(CROSS_COMPILE),,install -m 755 $(BUILD)/rim $(BUILD)/rimd $(STAGE)/bin/)
+	$(if $(CROSS_COMPILE),,@$(MAKE) --no-print-directory stage-rim)
+	install -m 644 firmware/rimd/rimd.conf $(share)/
+	sed -e 's|@PREFIX@|$(PREFIX)|' firmware/rimd/rimd.service.in > $(share)/rimd.service
+	install -m 644 $(BUILD)/librim.a $(STAGE)/lib/librim.a
+	install -m 644 lib/include/rim/*.h $(STAGE)/include/rim/
+	install -m 644 lib/include/rim/plan/*.h $(STAGE)/include/rim/plan/
+	install -m 644 lib/wire/*.lcm lib/wire/*.dbc $(share)/wire/
+	sed -e 's|@PREFIX@|$(PREFIX)|' -e 's|@VERSION@|$(VERSION)|' lib/rimwatch.pc.in > $(STAGE)/lib/pkgconfig/rimwatch.pc
 	set -e; for f in rimwatch-config rimwatch-config-version; do \
-	  sed -e 's|@VERSION@|$(VERSION)|' lib/$$f.cmake.in > $(DESTDIR)$(PREFIX)/lib/cmake/rimwatch/$$f.cmake; done
-	set -e; for f in $(DATA_FILES); do \
-	  install -D -m 644 data/$$f $(DESTDIR)$(PREFIX)/share/rimwatch/$$f; done
+	  sed -e 's|@VERSION@|$(VERSION)|' lib/$$f.cmake.in > $(STAGE)/lib/cmake/rimwatch/$$f.cmake; done
+	install -m 644 LICENSE README.md CHANGELOG.md $(STAGE)/share/doc/rimwatch/
+	set -e; for f in lib firmware host_tools data; do install -m 644 $$f/README.md $(STAGE)/share/doc/rimwatch/$$f.md; done
+	set -e; for f in $(filter-out README.md,$(DATA_FILES)); do install -D -m 644 data/$$f $(share)/$$f; done
+	cd $(STAGE) && { find . -type f; echo ./share/rimwatch/installed.txt; } | LC_ALL=C sort | cut -c3- > share/rimwatch/installed.txt
+	install -d $(DESTDIR)$(PREFIX)
+	cd $(STAGE) && tar -cf - . | tar -C $(abspath $(DESTDIR)$(PREFIX)) --no-same-owner -xf -
+
+# Pages and completion that the program writes of itself, and the readers of other formats.
+.PHONY: stage-rim uninstall
+stage-rim:
+	$(BUILD)/rim help --man > $(STAGE)/share/man/man1/rim.1
+	set -e; for c in $$($(BUILD)/rim --help | awk '/^  [a-z-]+ /{print $$1}'); do \
+	  $(BUILD)/rim help --man $$c > $(STAGE)/share/man/man1/rim-$$c.1; done
+	$(BUILD)/rim help --bash > $(STAGE)/share/bash-completion/completions/rim
+	$(BUILD)/rim help --zsh > $(STAGE)/share/zsh/site-functions/_rim
+	install -d $(share)/readers && install -m 644 host_tools/python/src/rimwatch/readers/*.py $(share)/readers/
+
+uninstall: ## remove what install put into $(DESTDIR)$(PREFIX)
+	@list=$(DESTDIR)$(PREFIX)/share/rimwatch/installed.txt; \
+	[ -f $$list ] || { echo "uninstall: no $$list" >&2; exit 1; }; \
+	cd $(DESTDIR)$(PREFIX) && cp share/rimwatch/installed.txt share/.rimwatch.tmp && xargs -d '\n' rm -f < share/.rimwatch.tmp && \
+	sed 's|/[^/]*$$||' share/.rimwatch.tmp | LC_ALL=C sort -ru | xargs -d '\n' rmdir -p --ignore-fail-on-non-empty 2>/dev/null; \
+	rm -f share/.rimwatch.tmp; rmdir --ignore-fail-on-non-empty share 2>/dev/null; true
 
 size: lib $(if $(CROSS_COMPILE),,host) ## code size, static RAM, stack and the RAM of a monitor
 	@lib/size.sh "$(SIZE)" $(BUILD)

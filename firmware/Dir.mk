@@ -176,21 +176,16 @@ integration-try: deps | can-try
 test: integration-try
 
 # SocketCAN in a guest with Debian's own kernel: tests/cli/can.sh. `make test` fetches what it needs where
-# it can, and else skips it, saying so; `make test-can` insists. From PyPI: other people's decoders and
-# Gaussian process, which ours are held to.
-PYPI_PACKAGES := cantools==45.1.0 can-isotp==2.0.7 lcm==1.5.3 scikit-learn==1.5.2
-CAN_PACKAGES := qemu-system-x86 busybox-static can-utils cpio iproute2 python3-venv
+# it can, and else skips it, saying so; `make test-can` insists.
+CAN_PACKAGES := qemu-system-x86 busybox-static can-utils cpio iproute2
 KERNEL_PACKAGE = "$$(apt-cache depends linux-image-amd64 | sed -n 's/.*Depends: *\(linux-image-[^ ]*\).*/\1/p' | head -n 1)"
 .PHONY: test-can can-deps can-try
-can-deps: deps
+can-deps: deps venv-try
 	$(call install_missing,$(CAN_PACKAGES))
 	@mkdir -p $(BUILD)/can; cd $(BUILD)/can; ls linux-image-*.deb > /dev/null 2>&1 || \
 	  apt-get download -q $(KERNEL_PACKAGE) || { apt-get update -q && apt-get download -q $(KERNEL_PACKAGE); } || \
 	  { echo "test-can: the package of Debian's kernel could not be had" >&2; exit 1; }
-	@[ "$$(cat $(BUILD)/venv/packages 2>/dev/null)" = "$(PYPI_PACKAGES)" ] || { python3 -m venv $(BUILD)/venv && \
-	  $(BUILD)/venv/bin/pip install --quiet $(PYPI_PACKAGES) && echo "$(PYPI_PACKAGES)" > $(BUILD)/venv/packages; } || \
-	  { rm -rf $(BUILD)/venv; echo "test-can: no $(PYPI_PACKAGES) from PyPI; their checks are skipped"; }
-can-try: deps
+can-try: deps venv-try
 	@mkdir -p $(BUILD)
 	@timeout 240 $(MAKE) --no-print-directory SUDO='sudo -n' can-deps > $(BUILD)/can-deps.txt 2>&1 < /dev/null || \
 	  echo "test: rimd on SocketCAN is skipped: $$(grep -v '^make' $(BUILD)/can-deps.txt | tail -n 1)"

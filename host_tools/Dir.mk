@@ -2,14 +2,14 @@
 # build/rim: the rooms of host_tools/ but thesis/. A command registers itself (cli/command.hpp).
 # build/rim-thesis: thesis/ on the same library. It is built for the tests and by `make thesis`.
 
-HOST_SRC := $(shell find host_tools -name '*.cpp' | LC_ALL=C sort)
+HOST_SRC := $(shell find host_tools -name '*.cpp' ! -path 'host_tools/python/*' | LC_ALL=C sort)
 HOST_OBJ := $(HOST_SRC:%.cpp=$(BUILD)/%.o)
 # What registers itself must be linked as objects; the rest is a library, from which every program
 # and every test takes what it needs.
 HOST_CLI_OBJ := $(filter $(BUILD)/host_tools/cli/%,$(HOST_OBJ))
 THESIS_OBJ := $(filter $(BUILD)/host_tools/thesis/%,$(HOST_OBJ))
 THESIS_CLI_OBJ := $(filter $(BUILD)/host_tools/thesis/cli/%,$(THESIS_OBJ)) $(BUILD)/host_tools/cli/command.o \
-  $(BUILD)/host_tools/cli/arguments.o
+  $(BUILD)/host_tools/cli/arguments.o $(BUILD)/host_tools/cli/describe.o
 HOST_LIB_OBJ := $(filter-out $(HOST_CLI_OBJ) $(THESIS_OBJ),$(HOST_OBJ))
 THESIS_LIB_OBJ := $(filter-out $(THESIS_CLI_OBJ),$(THESIS_OBJ))
 
@@ -17,9 +17,11 @@ HOST_DEFINES := -DTOML_HEADER_ONLY=0 -DTOML_SHARED_LIB=1 -DEIGEN_DONT_PARALLELIZ
   -DRIM_VERSION='"$(VERSION)"'
 # gcc collects its own garbage too eagerly for units that include Eigen: less often takes a tenth off.
 GCC_MEMORY = $(if $(findstring clang,$(CXX)),,--param ggc-min-expand=200 --param ggc-min-heapsize=1000000)
-HOST_CXXFLAGS = -std=c++17 $(OPT) -ffp-contract=off $(NO_SLP) $(GCC_MEMORY) -pthread $(WARNINGS) $(SANITIZER_FLAGS) \
+# Position-independent, and nothing visible: the Python module links the same objects.
+HOST_CXXFLAGS = -std=c++17 $(OPT) -fPIC -fvisibility=hidden -ffp-contract=off $(NO_SLP) $(GCC_MEMORY) -pthread \
+  $(WARNINGS) $(SANITIZER_FLAGS) \
   $(EXTRA_CFLAGS) $(HOST_DEFINES) -Ihost_tools -Ilib/include -Ilib/src -isystem /usr/include/eigen3
-HOST_LIBS := -llcm -lfmt -ltomlplusplus -lmuparser -lccd -lpthread
+HOST_LIBS := -llcm -lfmt -ltomlplusplus -lmuparser -lccd -lz -lzstd -lpthread
 
 .PHONY: host thesis
 host: $(BUILD)/rim
@@ -33,6 +35,13 @@ $(BUILD)/flags.prefix: FORCE
 	$(call flags_stamp,$(PREFIX) $(CURDIR))
 $(BUILD)/host_tools/util/data_path.o: $(BUILD)/flags.prefix
 $(BUILD)/host_tools/util/data_path.o: private HOST_DEFINES += -DRIM_PREFIX='"$(PREFIX)"' -DRIM_SOURCE_DIR='"$(CURDIR)"'
+
+# One knows the commit.
+COMMIT := $(shell git rev-parse --short HEAD 2>/dev/null)
+$(BUILD)/flags.commit: FORCE
+	$(call flags_stamp,$(COMMIT))
+$(BUILD)/host_tools/cli/command.o: $(BUILD)/flags.commit
+$(BUILD)/host_tools/cli/command.o: private HOST_DEFINES += -DRIM_COMMIT='"$(if $(COMMIT), ($(COMMIT)))"'
 
 # Levels of optimisation: what computes -O2, the rest -O1. Another OPT than -O2 holds for
 # everything. No result depends on the level (no fast-math).
@@ -70,6 +79,26 @@ $(BUILD)/libhost.a: $(HOST_LIB_OBJ)
 $(BUILD)/libthesis.a: $(THESIS_LIB_OBJ)
 	@rm -f $@
 	$(call say,AR  )$(AR) rcsD $@ $(THESIS_LIB_OBJ)
+
+# A program for the browser, as a text of C++.
+$(BUILD)/gen/%_js.inc: host_tools/report/%.js
+	@mkdir -p $(@D)
+	$(call say,TEXT){ echo 'R"rimjs('; cat $<; echo ')rimjs"'; } > $@
+$(BUILD)/host_tools/report/explore.o: $(BUILD)/gen/explore_js.inc
+$(BUILD)/host_tools/report/live_page.o: $(BUILD)/gen/live_js.inc
+$(addprefix $(BUILD)/host_tools/report/,explore.o live_page.o): private HOST_CXXFLAGS += -I$(BUILD)/gen
+
+# The library once more, position-independent, for the Python module (python/CMakeLists.txt).
+LIB_PIC_OBJ := $(LIB_SRC:%.c=$(BUILD)/pic/%.o)
+$(BUILD)/pic/%.o: %.c $(BUILD)/flags.lib
+	@mkdir -p $(@D)
+	$(call say,CC  )$(CC) $(LIB_CFLAGS) -fPIC -fvisibility=hidden -MMD -MP -c $< -o $@
+$(BUILD)/librim_pic.a: $(LIB_PIC_OBJ)
+	@rm -f $@
+	$(call say,AR  )$(AR) rcsD $@ $(LIB_PIC_OBJ)
+.PHONY: python-objects
+python-objects: $(BUILD)/libhost.a $(BUILD)/librim_pic.a
+-include $(LIB_PIC_OBJ:.o=.d)
 
 # A function that several objects hold is taken from the first: the computing ones come before.
 $(BUILD)/rim: $(HOST_HOT_OBJ) $(HOST_CLI_OBJ) $(BUILD)/libhost.a $(BUILD)/librim.a

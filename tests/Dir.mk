@@ -13,6 +13,22 @@ TEST_HOST_BIN := $(TEST_HOST_SRC:%.cpp=$(BUILD)/%)
 
 TEST_CFLAGS = -std=c11 $(OPT) -ffp-contract=off $(WARNINGS) $(SANITIZER_FLAGS) -Ilib/include -Ilib/src -Itests/lib
 
+# Python packages of the tests, in build/venv, and a browser. Where they cannot be had, their tests
+# are skipped and say so.
+REQUIREMENTS := tests/python/requirements.txt
+TEST_PACKAGES := python3-venv zstd chromium
+.PHONY: venv-deps venv-try
+venv-deps: deps
+	$(call install_missing,$(TEST_PACKAGES))
+	@cmp -s $(REQUIREMENTS) $(BUILD)/venv/requirements || { rm -rf $(BUILD)/venv && python3 -m venv $(BUILD)/venv && \
+	  $(BUILD)/venv/bin/pip install --quiet --disable-pip-version-check -r $(REQUIREMENTS) && \
+	  cp $(REQUIREMENTS) $(BUILD)/venv/requirements; }
+venv-try: deps
+	@mkdir -p $(BUILD)
+	@timeout 400 $(MAKE) --no-print-directory SUDO='sudo -n' venv-deps > $(BUILD)/venv-deps.txt 2>&1 < /dev/null || \
+	  { rm -rf $(BUILD)/venv; echo "test: what needs PyPI or a browser is skipped: $$(grep -v '^make' $(BUILD)/venv-deps.txt | tail -n 1)"; }
+test: venv-try
+
 .PHONY: test-run test-build test-missing
 test-missing:
 	@fail=0; for s in $(LIB_SRC); do m=$$(basename $$s .c); \
@@ -20,7 +36,7 @@ test-missing:
 	  [ -f tests/lib/test_$$m.c ] || { echo "$$s has no tests/lib/test_$$m.c" >&2; fail=1; }; \
 	done; exit $$fail
 
-test-build: test-missing $(TEST_LIB_BIN) $(TEST_HOST_BIN) host thesis
+test-build: test-missing $(TEST_LIB_BIN) $(TEST_HOST_BIN) host thesis python-objects
 
 # The commands come last: they take longest.
 test-run: test-build

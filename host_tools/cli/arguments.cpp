@@ -2,9 +2,11 @@
 #include "cli/arguments.hpp"
 
 #include <cstdint>
+#include <cstdio>
 
 #include <CLI/CLI.hpp>
 
+#include "cli/describe.hpp"
 #include "util/error.hpp"
 
 namespace rim::cli {
@@ -70,6 +72,7 @@ Option Arguments::add_option(const std::string &name, T &value, const std::strin
 }
 template Option Arguments::add_option(const std::string &, std::string &, const std::string &);
 template Option Arguments::add_option(const std::string &, double &, const std::string &);
+template Option Arguments::add_option(const std::string &, int &, const std::string &);
 template Option Arguments::add_option(const std::string &, std::uint32_t &, const std::string &);
 template Option Arguments::add_option(const std::string &, std::uint64_t &, const std::string &);
 template Option Arguments::add_option(const std::string &, std::vector<std::string> &,
@@ -96,10 +99,27 @@ Arguments *Arguments::add_subcommand(const std::string &name, const std::string 
 bool Arguments::parsed() const { return app_->parsed(); }
 
 bool Arguments::parse(int argc, char **argv) {
+  use_plain_help(app_);
+  if (describing() != Describe::nothing) {
+    const std::string text = describing() == Describe::man ? man_page(*app_) : option_words(*app_);
+    std::fputs(text.c_str(), stdout);
+    return false;
+  }
+  // An option that is not known comes before what else is missing.
+  const auto stray = [&]() -> std::string {
+    for (const std::string &word : app_->remaining())
+      if (word.size() > 1 && word[0] == '-' && (word[1] < '0' || word[1] > '9'))
+        return word;
+    return "";
+  };
   try {
     app_->parse(argc, argv);
     return true;
   } catch (const CLI::ParseError &e) {
+    const bool left_over = e.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError) ||
+                           e.get_exit_code() == static_cast<int>(CLI::ExitCodes::RequiredError);
+    if (left_over && !stray().empty())
+      throw UsageError(unknown_option(*app_, stray()));
     if (e.get_exit_code() != 0)
       throw UsageError(e.what());
     app_->exit(e);

@@ -6,6 +6,7 @@
 #include "bus/lcm_bus.hpp"
 #include "cli/arguments.hpp"
 #include "cli/command.hpp"
+#include "report/live_page.hpp"
 
 #include <chrono>
 #include <csignal>
@@ -28,13 +29,18 @@ struct Options {
   std::uint64_t count = 0;
   double seconds = 0.0;
   bool all = false;
+  int html = -1; // port; -1: no page
 };
 
 // Shows what is heard: a board on a terminal, lines into a pipe.
 class Listener {
 public:
-  Listener(rim::Names names, bool all)
-      : board_(std::move(names)), all_(all), live_(::isatty(STDOUT_FILENO)) {}
+  Listener(rim::Names names, bool all, int html)
+      : board_(std::move(names)),
+        page_(html < 0 ? nullptr
+                       : std::make_unique<rim::report::LivePage>(static_cast<std::uint16_t>(html))),
+        all_(all), live_(::isatty(STDOUT_FILENO)) {}
+  rim::report::LivePage *page() const { return page_.get(); }
 
   void take(const rim_alarm &alarm) {
     count_++;
@@ -73,6 +79,8 @@ public:
 private:
   template <class Line> void tell(bool wanted, const Line &line) {
     fresh_ = true;
+    if (page_)
+      page_->add(line());
     if (live_ || !wanted)
       return;
     std::puts(line().c_str());
@@ -80,6 +88,7 @@ private:
   }
 
   rim::Board board_;
+  std::unique_ptr<rim::report::LivePage> page_;
   bool all_, live_, fresh_ = true;
   double shown_s_ = 0.0;
   std::uint64_t count_ = 0;
@@ -125,8 +134,10 @@ private:
 };
 
 void listen(const Options &o) {
-  Listener listener(o.model.empty() ? rim::Names() : rim::names_of_model(o.model), o.all);
+  Listener listener(o.model.empty() ? rim::Names() : rim::names_of_model(o.model), o.all, o.html);
   Buses buses(o, listener);
+  if (listener.page() != nullptr)
+    std::fprintf(stderr, "rim: page at %s\n", listener.page()->url().c_str());
   std::signal(SIGINT, stop);
   std::signal(SIGTERM, stop);
   if (!listener.live())
@@ -137,12 +148,24 @@ void listen(const Options &o) {
          !(o.seconds > 0.0 && steady_s() - start_s >= o.seconds)) {
     listener.show(false);
     buses.receive();
+    if (listener.page() != nullptr)
+      listener.page()->serve();
   }
   listener.show(true);
   if (buses.refused() > 0)
     std::fprintf(stderr, "rim: warning: %llu messages did not decode\n",
                  static_cast<unsigned long long>(buses.refused()));
 }
+
+const char *const kFooter =
+    "'rim: listening' on stderr says that nothing sent from then on is missed. On CAN a\n"
+    "record whose detail was lost is told from its summary: without channel and region.\n"
+    "The table also shows health, what was counted, silence, and where a plan enters an alarmed\n"
+    "region; that is a line with \"message\": \"entry\" in a pipe.\n\n"
+    "Example:\n  rim listen --model lander.rim | jq -r .sentence &\n"
+    "  rim replay --model lander.rim faulty.csv --lcm 'udpm://239.255.76.67:7667?ttl=0'\n"
+    "Example: both buses of a vehicle\n"
+    "  rim listen --lcm 'udpm://239.255.76.67:7667?ttl=1' --can can0 --model lander.rim";
 
 int cmd_listen(int argc, char **argv) {
   Options o;
@@ -159,17 +182,14 @@ int cmd_listen(int argc, char **argv) {
   app.add_flag("--all", o.all,
                "into a pipe, write health, counters and heartbeats too, each a line with "
                "\"message\"");
+  app.add_option("--html", o.html,
+                 "serve a page of what is heard to browsers on this machine, at\n"
+                 "http://127.0.0.1:PORT/ (0: a free port, which is printed)")
+      ->type_name("PORT")
+      ->check(rim::cli::range(0, 65535));
   app.add_option("--seconds", o.seconds, "end after this many seconds (0: never)")
       ->check(rim::cli::non_negative_number());
-  app.footer(
-      "'rim: listening' on stderr says that nothing sent from then on is missed. On CAN a\n"
-      "record whose detail was lost is shown from its summary, without channel and region.\n"
-      "The table also shows health, what was counted, silence, and where a plan enters an alarmed\n"
-      "region; that is a line with \"message\": \"entry\" in a pipe.\n\n"
-      "Example:\n  rim listen --model lander.rim | jq -r .sentence &\n"
-      "  rim replay --model lander.rim faulty.csv --lcm 'udpm://239.255.76.67:7667?ttl=0'\n"
-      "Example: both buses of a vehicle\n"
-      "  rim listen --lcm 'udpm://239.255.76.67:7667?ttl=1' --can can0 --model lander.rim");
+  app.footer(kFooter);
   if (!app.parse(argc, argv))
     return rim::EXIT_FINE;
   if (o.url.empty() && o.interface.empty())

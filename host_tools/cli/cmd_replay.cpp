@@ -43,25 +43,7 @@ const char *const kFooter =
     "Example: the same with the corrections that rim diagnose found, and an image with them\n"
     "  rim replay golf/run_0001.csv --extension found/extension.toml --save-model corrected.rim";
 
-void declare(rim::cli::Arguments &app, Options &o) {
-  rim::OutputPaths &out = o.outputs;
-  app.add_option("LOG", o.logs, "logs to replay; each is a run of its own")
-      ->required()
-      ->type_name("");
-  app.add_option("--model", o.model,
-                 "flight image written by rim train; not needed for logs with z. and m. columns")
-      ->type_name("FILE.rim");
-  app.add_option("--save-model", o.save_model,
-                 "write a flight image: without --model the one made from the predictions in the\n"
-                 "logs, with --extension the one that contains its corrections")
-      ->type_name("FILE.rim");
-  app.add_option(
-         "--extension", o.extensions,
-         "add the terms that rim diagnose found to the predictions; may be repeated. With a\n"
-         "trained model only constant shifts are used, which correct what it predicts from\n"
-         "the commands")
-      ->type_name("FILE.toml")
-      ->repeated();
+void declare_outputs(rim::cli::Arguments &app, rim::OutputPaths &out) {
   app.add_option("--alarms", out.alarms, "write the alarm records, one JSON object per line")
       ->type_name("FILE.jsonl");
   app.add_option(
@@ -80,10 +62,39 @@ void declare(rim::cli::Arguments &app, Options &o) {
   app.add_flag("--can-fd", out.can_fd, "CAN FD: the detail is one frame of 64 bytes, not segments");
   app.add_option("--trace", out.trace, "write t_s,ln_anom,threshold,score,level,log for every row")
       ->type_name("FILE.csv");
+  app.add_option("--report", out.report,
+                 "write a page: every alarm measured against expected, where and since when, and\n"
+                 "the score; with dygraphs (Debian: libjs-dygraphs) it can be touched")
+      ->type_name("FILE.html");
+  app.add_option(
+         "--mcap", out.mcap,
+         "write verdicts and alarms as MCAP, for Foxglove and PlotJuggler (needs Python's mcap)")
+      ->type_name("FILE.mcap");
   app.add_option("--plot", out.plot,
                  "draw ln anom, the log likelihood ratio of the best region, and its "
                  "threshold\n(needs gnuplot)")
       ->type_name("FILE.svg|png");
+}
+
+void declare(rim::cli::Arguments &app, Options &o) {
+  app.add_option("LOG", o.logs, "logs to replay; each is a run of its own")
+      ->required()
+      ->type_name("");
+  app.add_option("--model", o.model,
+                 "flight image written by rim train; not needed for logs with z. and m. columns")
+      ->type_name("FILE.rim");
+  app.add_option("--save-model", o.save_model,
+                 "write a flight image: without --model the one made from the predictions in the\n"
+                 "logs, with --extension the one that contains its corrections")
+      ->type_name("FILE.rim");
+  app.add_option(
+         "--extension", o.extensions,
+         "add the terms that rim diagnose found to the predictions; may be repeated. With a\n"
+         "trained model only constant shifts are used, which correct what it predicts from\n"
+         "the commands")
+      ->type_name("FILE.toml")
+      ->repeated();
+  declare_outputs(app, o.outputs);
   app.add_option("--schema", o.schema, "roles, units and rates of logs with other column names")
       ->type_name("FILE.toml");
   app.add_flag("--fail-on-alarm", o.fail_on_alarm, "exit with status 1 when something was found");
@@ -229,6 +240,7 @@ int cmd_replay(int argc, char **argv) {
     return rim::EXIT_FINE;
   check(app, o);
   o.outputs.made_by = made_by(o);
+  o.outputs.model = o.model;
   std::optional<rim::Schema> schema;
   if (!o.schema.empty())
     schema = rim::read_schema(o.schema);
@@ -247,7 +259,7 @@ int cmd_replay(int argc, char **argv) {
       o.model.empty() ? open_external(o, logs, extensions) : open_model(o, extensions);
   rim::ReplayOutputs outputs(o.outputs, replayer);
   rim::ReplayOptions options;
-  options.label = !o.outputs.labels.empty();
+  options.label = !o.outputs.labels.empty() || !o.outputs.report.empty();
   if (schema && schema->resample_hz > 0.0)
     options.hold_s = 1.5 / schema->resample_hz;
   bool found = false, blind = false;

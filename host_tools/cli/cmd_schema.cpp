@@ -8,6 +8,7 @@
 #include "util/error.hpp"
 
 #include <cstdio>
+#include <filesystem>
 
 namespace {
 
@@ -19,34 +20,52 @@ const char *const kFooter =
     "use it. data/README.md explains every key of a schema.\n\n"
     "Example:\n"
     "  rim schema rover/run_*.csv --out rover.toml\n"
-    "  rim train rover/run_*.csv --schema rover.toml --out rover.rim";
+    "  rim train rover/run_*.csv --schema rover.toml --out rover.rim\n"
+    "Example: CAN frames\n"
+    "  rim schema drive.candump --dbc rover.dbc --out rover.toml";
 
-void refuse_other_formats(const std::string &path) {
-  const rim::LogForm form = rim::form_of_log(rim::read_file(path));
-  if (form == rim::LogForm::candump)
-    throw rim::DataError(path + ": holds CAN frames; the DBC of the bus says what they are: rim "
-                                "can-table");
-  if (form == rim::LogForm::lcm_events)
-    throw rim::DataError(path + ": is an LCM event log, which carries no names: give those of the "
-                                "values of RIM_OBSERVATION in a schema, observation = "
-                                "[\"s.NAME\", ...]");
+// A schema names files beside itself.
+void put_beside(const std::string &out, rim::ReaderOptions *reader) {
+  namespace fs = std::filesystem;
+  const fs::path folder = fs::absolute(out.empty() ? "." : out).parent_path();
+  const auto one = [&](std::string &file) {
+    if (!file.empty())
+      file = fs::proximate(fs::absolute(file), out.empty() ? fs::current_path() : folder).string();
+  };
+  one(reader->dbc);
+  one(reader->packets);
+  for (std::string &file : reader->types)
+    one(file);
 }
 
 int cmd_schema(int argc, char **argv) {
   std::vector<std::string> logs;
   std::string out;
+  rim::ReaderOptions reader;
   rim::cli::Arguments app{"Propose a schema for logs with foreign column names.", "rim schema"};
-  app.add_option("LOG", logs, "CSV logs of the same columns, any delimiter")
+  app.add_option("LOG", logs, "logs of the same columns, of any format that rim reads")
       ->required()
       ->type_name("...");
   app.add_option("--out", out, "write the schema there (default: standard output)")
       ->type_name("FILE.toml");
+  app.add_option("--dbc", reader.dbc, "of candump logs: what the frames mean")
+      ->type_name("FILE.dbc");
+  app.add_option("--packets", reader.packets,
+                 "of CCSDS packets: their fields, as ccsdspy reads them")
+      ->type_name("FILE.csv");
+  app.add_option("--types", reader.types, "of LCM event logs: the types of their messages")
+      ->type_name("FILE.lcm")
+      ->repeated();
+  app.add_option("--rows", reader.rows,
+                 "of logs with several topics: the one whose messages make the rows (default: the\n"
+                 "one with most)")
+      ->type_name("TOPIC");
   app.footer(kFooter);
   if (!app.parse(argc, argv))
     return rim::EXIT_FINE;
-  for (const auto &path : logs)
-    refuse_other_formats(path);
-  const std::string text = rim::proposal_text(rim::propose_schema(logs));
+  rim::Proposal proposal = rim::propose_schema(logs, reader);
+  put_beside(out, &proposal.reader);
+  const std::string text = rim::proposal_text(proposal);
   if (out.empty()) {
     std::fputs(text.c_str(), stdout);
     return rim::EXIT_FINE;

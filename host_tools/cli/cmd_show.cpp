@@ -34,7 +34,7 @@ struct Options {
 };
 
 rim::Shown shown(const Options &o) {
-  switch (rim::kind_of_file(o.file)) {
+  switch (o.schema.empty() ? rim::kind_of_file(o.file) : rim::FileKind::log) {
   case rim::FileKind::image:
     return rim::show_image(o.file);
   case rim::FileKind::alarms:

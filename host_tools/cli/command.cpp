@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "cli/command.hpp"
+#include "cli/describe.hpp"
 #include "util/error.hpp"
 
 #include <algorithm>
 #include <cstdio>
+#include <unistd.h>
 
 namespace rim {
 
@@ -29,7 +31,7 @@ void print_usage(const Program &program, std::FILE *to) {
   for (const auto &c : list)
     std::fprintf(to, "  %-12s %s\n", c.name.c_str(), c.summary.c_str());
   std::fprintf(to,
-               "\n'%s COMMAND --help' says how, with an example.\n"
+               "\n'%s help COMMAND' says how, with an example.\n"
                "Exit status: 0 fine, 1 something was found, 2 usage, 3 data or I/O, 4 internal.\n",
                program.name);
 }
@@ -47,8 +49,102 @@ int help(const Program &program) {
 }
 
 int version(const Program &program) {
-  std::printf("%s %s\n", program.name, RIM_VERSION);
+  std::printf("%s %s%s\n", program.name, RIM_VERSION, RIM_COMMIT);
   return EXIT_FINE;
+}
+
+const Command *find_command(const std::string &name) {
+  const auto found = std::find_if(commands().begin(), commands().end(),
+                                  [&](const Command &c) { return c.name == name; });
+  return found == commands().end() ? nullptr : &*found;
+}
+
+std::string no_command(const Program &program, const std::string &name) {
+  std::vector<std::string> known = program.order;
+  known.emplace_back("help");
+  return "no command '" + name + "'" + did_you_mean(name, known);
+}
+
+int help_of(const Program &program, const std::string &name) {
+  const Command *command = find_command(name);
+  if (command == nullptr)
+    throw UsageError(no_command(program, name));
+  std::string word = name, option = "--help";
+  char *argv[] = {&word[0], &option[0], nullptr};
+  return command->run(2, argv);
+}
+
+// What a command prints of itself, by way of Arguments::parse().
+int described(const Command &command, Describe what) {
+  describing() = what;
+  std::string word = command.name;
+  char *argv[] = {&word[0], nullptr};
+  return command.run(1, argv);
+}
+
+// The words of a command's options: it prints them, into a file of our own for a moment.
+std::string words_of(const Command &command) {
+  std::fflush(stdout);
+  std::FILE *file = std::tmpfile();
+  const int saved = ::dup(STDOUT_FILENO);
+  if (file == nullptr || saved < 0)
+    throw DataError("no temporary file");
+  ::dup2(::fileno(file), STDOUT_FILENO);
+  described(command, Describe::words);
+  std::fflush(stdout);
+  ::dup2(saved, STDOUT_FILENO);
+  ::close(saved);
+  std::rewind(file);
+  std::string text;
+  for (int letter; (letter = std::fgetc(file)) != EOF;)
+    text += static_cast<char>(letter);
+  std::fclose(file);
+  return text;
+}
+
+int completion(const Program &program, const std::string &shell) {
+  std::vector<CommandWords> words;
+  for (const std::string &name : program.order)
+    if (const Command *command = find_command(name); command != nullptr)
+      words.push_back({name, command->summary, words_of(*command)});
+  if (shell != "bash" && shell != "zsh")
+    throw UsageError("completion: bash or zsh");
+  const std::string text =
+      shell == "bash" ? bash_completion(program.name, words) : zsh_completion(program.name, words);
+  std::fputs(text.c_str(), stdout);
+  return EXIT_FINE;
+}
+
+std::string program_page(const Program &program) {
+  std::string text =
+      ".TH rim 1 \"\" \"rimwatch " RIM_VERSION "\"\n.SH NAME\nrim \\- learns, replays, "
+      "diagnoses and listens to onboard monitors\n.SH SYNOPSIS\n.B rim\nCOMMAND "
+      "[ARGUMENT]...\n.SH COMMANDS\n";
+  for (const std::string &name : program.order)
+    if (const Command *command = find_command(name); command != nullptr)
+      text += ".TP\n.BR rim\\-" + name + " (1)\n" + command->summary + "\n";
+  return text + ".SH EXIT STATUS\n0 fine, 1 something was found, 2 usage, 3 data or I/O, 4 "
+                "internal.\n";
+}
+
+// `rim help`, `rim help COMMAND`, and for the makefile `rim help --man [COMMAND]`, `rim help
+// --bash`, `rim help --zsh`.
+int help_command(const Program &program, int argc, char **argv) {
+  const std::string first = argc > 2 ? argv[2] : "";
+  if (first.empty())
+    return help(program);
+  if (first == "--bash" || first == "--zsh")
+    return completion(program, first.substr(2));
+  if (first != "--man")
+    return help_of(program, first);
+  if (argc < 4) {
+    std::fputs(program_page(program).c_str(), stdout);
+    return EXIT_FINE;
+  }
+  const Command *command = find_command(argv[3]);
+  if (command == nullptr)
+    throw UsageError(no_command(program, argv[3]));
+  return described(*command, Describe::man);
 }
 
 template <class Body> int guarded(const Program &program, const std::string &name, Body body) {
@@ -75,14 +171,15 @@ int run_program(const Program &program, int argc, char **argv) {
     return EXIT_USAGE;
   }
   const std::string name = argv[1];
-  if (name == "--help" || name == "-h" || name == "help")
+  if (name == "--help" || name == "-h")
     return guarded(program, "", [&] { return help(program); });
-  if (name == "--version")
+  if (name == "help")
+    return guarded(program, "", [&] { return help_command(program, argc, argv); });
+  if (name == "--version" || name == "-V")
     return guarded(program, "", [&] { return version(program); });
-  for (const auto &command : commands())
-    if (command.name == name)
-      return guarded(program, name, [&] { return command.run(argc - 1, argv + 1); });
-  std::fprintf(stderr, "%s: no command '%s'\n", program.name, name.c_str());
+  if (const Command *command = find_command(name); command != nullptr)
+    return guarded(program, name, [&] { return command->run(argc - 1, argv + 1); });
+  std::fprintf(stderr, "%s: %s\n", program.name, no_command(program, name).c_str());
   print_usage(program, stderr);
   return EXIT_USAGE;
 }

@@ -63,7 +63,7 @@ fi
 
 say "4. Fly them: the onboard code, row by row"
 "$RIM" replay --model "$out/lander.rim" "${logs[@]}" --alarms "$out/alarms.jsonl" \
-  --labels "$out/labels.csv" --trace "$out/trace.csv" --plot "$out/demo.svg" \
+  --labels "$out/labels.csv" --trace "$out/trace.csv" --plot "$out/demo.svg" --report "$out/report.html" \
   --candump "$out/alarms.candump" "${lcm[@]}" | tee "$out/replay.txt" | sed "s#^$out/#\n#" | wrap
 
 say "5. The same alarms on the buses"
@@ -86,6 +86,7 @@ echo "     here: $(wc -l < "$out/alarms.candump") frames in $out/alarms.candump,
 if [ -n "$subscriber" ] && ! heard_the_same; then exit 1; fi
 say "Done in $((SECONDS - start)) s. Look at"
 cat << END
+  $out/report.html    every alarm measured against expected; open it in a browser
   $out/demo.svg       ln anom against its threshold over time, a panel a landing
   $out/alarms.jsonl   every alarm record, one JSON object a line
   $out/labels.csv     which rows lie in the region that was found

@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <cstdlib>
-#include <fstream>
 
 #include "rim/can_table.h"
 #include "util/error.hpp"
@@ -152,7 +151,9 @@ bool is_candump_log(std::string_view text) {
 
 Log read_candump_log(const std::string &path, std::string_view text, const ReadOptions &options) {
   if (!options.can || options.can->table.empty())
-    throw DataError(path + ": a candump log needs a model with a CAN table (rim can-table)");
+    throw DataError(path +
+                    ": holds CAN frames: give a model with a CAN table (rim can-table), or a "
+                    "schema with [reader] dbc");
   CandumpReader reader(path, options.can->table, options.can->names, options.can->signal_age_s);
   while (!text.empty()) {
     const std::size_t end = std::min(text.find('\n'), text.size());

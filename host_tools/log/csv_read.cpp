@@ -2,6 +2,7 @@
 #include "log/csv_read.hpp"
 #include "log/csv_text.hpp"
 #include "log/derive.hpp"
+#include "log/raw_table.hpp"
 #include "log/schema.hpp"
 #include "util/error.hpp"
 
@@ -27,13 +28,8 @@ struct Filter {
 
 class CsvReader {
 public:
-  CsvReader(const std::string &path, std::string text, const Schema *schema,
-            const ReadOptions &options)
-      : schema_(schema), options_(options), text_(std::move(text)) {
-    log_.path = path;
-    if (schema != nullptr)
-      delimiter_ = schema->delimiter;
-  }
+  CsvReader(const std::string &path, LogSource source, const Schema *schema,
+            const ReadOptions &options);
 
   Log read() {
     read_header();
@@ -53,8 +49,20 @@ private:
   }
   [[noreturn]] void fail_row(const std::string &column, const std::string &reason) const {
     throw DataError(log_.path + ":row " + std::to_string(log_.rows_in_file) +
-                    (column.empty() ? "" : ": column '" + column + "'") + ": " + reason);
+                    (column.empty() ? "" : ": column '" + column + "'") + ": " + reason +
+                    at_line());
   }
+
+  // Rows count from 1 after the header; an editor shows lines.
+  std::string at_line() const {
+    return source_.converted ? ""
+                             : " (line " + std::to_string(line_of(text_, at_)) + " of the file)";
+  }
+  bool number(std::string_view field, double &value) const {
+    return decimal_ == '.' ? parse_number(field, value)
+                           : parse_comma_number(field, value) || parse_number(field, value);
+  }
+  std::string not_a_number(std::string_view field) const;
 
   bool next_line(std::string_view &line) { return take_line(text_, at_, line); }
   void split(std::string_view line) { split_fields(line, delimiter_, fields_); }
@@ -76,8 +84,9 @@ private:
 
   const Schema *schema_;
   const ReadOptions &options_;
-  std::string text_;
-  char delimiter_ = ',';
+  LogSource source_;
+  const std::string &text_;
+  char delimiter_ = '\0', decimal_ = '.';
   std::size_t at_ = 0;
   Log log_;
   Matrix sources_;
@@ -91,19 +100,31 @@ private:
   std::string first_skipped_;
 };
 
+CsvReader::CsvReader(const std::string &path, LogSource source, const Schema *schema,
+                     const ReadOptions &options)
+    : schema_(schema), options_(options), source_(std::move(source)), text_(source_.text) {
+  log_.path = path;
+  if (schema != nullptr && !source_.converted) {
+    delimiter_ = schema->delimiter;
+    decimal_ = schema->decimal;
+  }
+  if (source_.converted)
+    delimiter_ = ',';
+}
+
 void CsvReader::read_header() {
   if (text_.empty())
     fail("is empty");
   if (text_.compare(0, 3, "\xEF\xBB\xBF") == 0)
     at_ = 3;
-  if (std::memchr(text_.data(), '\0', std::min<std::size_t>(text_.size(), 4096)) != nullptr)
-    fail("is not text (neither CSV nor an LCM event log)");
   std::string_view line;
   while (next_line(line)) {
     if (!line.empty() && line.front() == '#') {
       line.remove_prefix(line.size() > 1 && line[1] == ' ' ? 2 : 1);
       log_.comments.emplace_back(line);
     } else if (!trimmed(line).empty()) {
+      if (delimiter_ == '\0')
+        delimiter_ = guess_delimiter(std::string(line));
       split(line);
       for (const auto &f : fields_)
         header_.emplace_back(trimmed(f));
@@ -218,19 +239,27 @@ bool CsvReader::kept() const {
       return false;
     double value = 0.0;
     if (filter.rule->bounded &&
-        (!parse_number(field, value) || !(value >= filter.rule->min && value <= filter.rule->max)))
+        (!number(field, value) || !(value >= filter.rule->min && value <= filter.rule->max)))
       return false;
   }
   return true;
+}
+
+std::string CsvReader::not_a_number(std::string_view field) const {
+  const std::string shown(trimmed(field));
+  double ignored = 0.0;
+  return "'" + shown + "' is not a number" +
+         (parse_comma_number(shown, ignored)
+              ? ": has it a decimal comma? decimal = \",\" in a schema says so"
+              : "");
 }
 
 // False when a value is missing or not finite.
 bool CsvReader::parse_row(double &t_s, double *values) {
   std::size_t bad = header_.size();
   const auto one = [&](const Slot &slot, double &value) {
-    if (!parse_number(fields_[slot.field], value))
-      fail_row(header_[slot.field],
-               "'" + std::string(trimmed(fields_[slot.field])) + "' is not a number");
+    if (!number(fields_[slot.field], value))
+      fail_row(header_[slot.field], not_a_number(fields_[slot.field]));
     value = slot.scale * value + slot.offset;
     if (!std::isfinite(value) && bad == header_.size())
       bad = slot.field;
@@ -243,7 +272,7 @@ bool CsvReader::parse_row(double &t_s, double *values) {
   if (first_skipped_.empty()) {
     const std::string shown(trimmed(fields_[bad]));
     first_skipped_ = "row " + std::to_string(log_.rows_in_file) + ": column '" + header_[bad] +
-                     "': " + (shown.empty() ? "empty" : "'" + shown + "'");
+                     "': " + (shown.empty() ? "empty" : "'" + shown + "'") + at_line();
   }
   return false;
 }
@@ -258,7 +287,7 @@ bool CsvReader::time_moves_on(double t_s) {
     fail_row(header_[time_.field], reason);
   if (first_skipped_.empty())
     first_skipped_ = "row " + std::to_string(log_.rows_in_file) + ": column '" +
-                     header_[time_.field] + "': " + reason;
+                     header_[time_.field] + "': " + reason + at_line();
   return false;
 }
 
@@ -329,9 +358,9 @@ void CsvReader::warn() const {
 
 } // namespace
 
-Log read_csv_log(const std::string &path, std::string text, const Schema *schema,
+Log read_csv_log(const std::string &path, LogSource source, const Schema *schema,
                  const ReadOptions &options) {
-  CsvReader reader(path, std::move(text), schema, options);
+  CsvReader reader(path, std::move(source), schema, options);
   Log log = reader.read();
   if (schema != nullptr)
     derive_columns(log, reader.sources(), *schema);

@@ -2,6 +2,7 @@
 // log/csv_text.hpp - lines, fields and numbers of CSV text.
 #pragma once
 
+#include <algorithm>
 #include <charconv>
 #include <cstdlib>
 #include <cstring>
@@ -22,6 +23,17 @@ inline std::string_view trimmed(std::string_view s) {
   if (s.size() >= 2 && s.front() == '"' && s.back() == '"')
     s = s.substr(1, s.size() - 2);
   return s;
+}
+
+// Whether the text is a number with a decimal comma, and that number.
+inline bool parse_number(std::string_view s, double &value);
+inline bool parse_comma_number(std::string_view s, double &value) {
+  std::string pointed(s);
+  const auto comma = std::find(pointed.begin(), pointed.end(), ',');
+  if (comma == pointed.end() || s.find('.') != std::string_view::npos)
+    return false;
+  *comma = '.';
+  return parse_number(pointed, value);
 }
 
 // False when the text is no number. Empty, NA and null read as NaN; what overflows as infinite.
@@ -55,6 +67,13 @@ inline bool take_line(std::string_view text, std::size_t &at, std::string_view &
     line.remove_suffix(1);
   at += length + 1;
   return true;
+}
+
+// The line, from 1, that ends before byte `at`: the one that an editor shows.
+inline std::size_t line_of(std::string_view text, std::size_t at) {
+  const auto end = text.begin() + static_cast<long>(std::min(at, text.size()));
+  const auto lines = static_cast<std::size_t>(std::count(text.begin(), end, '\n'));
+  return lines + (at > text.size() ? 1 : 0);
 }
 
 // The fields of a line, with their quotation marks.

@@ -57,11 +57,11 @@ struct ReadOptions {
   std::optional<CanReading> can; // none: a log of CAN frames is refused
 };
 
-// Reads a CSV log, an LCM event log or a log of `candump -L`, which the first bytes distinguish.
-// Throws DataError naming file, row, column and reason: missing file, folder, empty, header only,
-// no t_s, wrong number of fields, text in a number, z. without m., time that repeats or runs
-// backwards. A row with an empty, NaN or infinite value is skipped and counted; the first is named
-// in a warning.
+// Reads a log: CSV, LCM event log, candump text, packed or of another format (log/source.hpp), told
+// by its first bytes. The delimiter of CSV is the schema's, else the one that splits the header
+// best. Throws DataError naming file, row, line, column and reason: missing file, folder, empty,
+// header only, no t_s, wrong number of fields, text in a number, z. without m., time that repeats
+// or runs backwards. A row with an empty or infinite value is skipped, counted and warned of.
 Log read_log(const std::string &path, const Schema *schema = nullptr);
 Log read_log(const std::string &path, const Schema *schema, const ReadOptions &options);
 

@@ -127,7 +127,7 @@ constexpr Conversion kConversions[] = {{"ft", "m", 0.3048},
 
 class Proposer {
 public:
-  explicit Proposer(const std::vector<std::string> &paths);
+  Proposer(const std::vector<std::string> &paths, const ReaderOptions &reader);
   Proposal make();
 
 private:
@@ -157,10 +157,11 @@ private:
   std::set<std::string> taken_;
 };
 
-Proposer::Proposer(const std::vector<std::string> &paths) {
+Proposer::Proposer(const std::vector<std::string> &paths, const ReaderOptions &reader) {
   out_.paths = paths;
+  out_.reader = reader;
   for (const auto &path : paths) {
-    tables_.push_back(read_raw_table(path));
+    tables_.push_back(read_raw_table(path, reader));
     const RawTable &first = tables_.front(), &table = tables_.back();
     if (table.columns.size() != first.columns.size())
       fail(path, std::to_string(table.columns.size()) + " columns where " + first.path + " has " +
@@ -222,11 +223,7 @@ void Proposer::find_time() {
     }
   }
   if (best < 0)
-    fail(out_.paths.front(),
-         std::string("no column increases from row to row: which one is the time?") +
-             (out_.decimal_comma ? " Numbers with a decimal comma (0,25) cannot be read: replace "
-                                   "the commas by points"
-                                 : ""));
+    fail(out_.paths.front(), "no column increases from row to row: which one is the time?");
   out_.time = best;
   ColumnGuess &guess = out_.columns[static_cast<std::size_t>(best)];
   guess.guess = Guess::time;
@@ -510,6 +507,8 @@ Proposal Proposer::make() {
 
 } // namespace
 
-Proposal propose_schema(const std::vector<std::string> &paths) { return Proposer(paths).make(); }
+Proposal propose_schema(const std::vector<std::string> &paths, const ReaderOptions &reader) {
+  return Proposer(paths, reader).make();
+}
 
 } // namespace rim

@@ -54,12 +54,13 @@ struct Proposal {
   double longest_gap_s = 0.0;
   double shortest_s = 0.0, longest_s = 0.0; // runs
   bool decimal_comma = false;
+  ReaderOptions reader; // as given
   std::vector<ColumnGuess> columns;
 };
 
 // What the columns of these logs seem to be. DataError: a file that cannot be read, columns that
 // differ between files, a name twice, no column that can be the time. O(values).
-Proposal propose_schema(const std::vector<std::string> &paths);
+Proposal propose_schema(const std::vector<std::string> &paths, const ReaderOptions &reader = {});
 
 // The proposal as TOML that read_schema() takes, every guess and every decision left marked.
 std::string proposal_text(const Proposal &proposal);

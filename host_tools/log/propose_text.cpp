@@ -32,6 +32,21 @@ std::string plain(std::string text) {
   return text;
 }
 
+std::string reader_text(const ReaderOptions &r) {
+  std::string text;
+  const auto key = [&](const char *name, const std::string &value) {
+    if (!value.empty())
+      text += fmt::format("{} = {}\n", name, quoted(value));
+  };
+  key("dbc", r.dbc);
+  key("packets", r.packets);
+  key("rows", r.rows);
+  for (std::size_t i = 0; i < r.types.size(); i++)
+    text +=
+        (i == 0 ? "types = [" : ", ") + quoted(r.types[i]) + (i + 1 == r.types.size() ? "]\n" : "");
+  return text.empty() ? text : "\n[reader]   # paths are beside this file\n" + text;
+}
+
 std::string head_text(const Proposal &p) {
   std::string text =
       "# Proposed by `rim schema` from " +
@@ -39,14 +54,13 @@ std::string head_text(const Proposal &p) {
       fmt::format(", {} rows.\n", p.rows);
   text += "# GUESS marks what was guessed, DECIDE what only you can know. data/README.md explains "
           "every key.\n";
-  if (p.decimal_comma)
-    text += "# DECIDE: numbers with a decimal comma (0,25) cannot be read. Replace the commas "
-            "first.\n";
   text += "schema = \"rim-schema/1\"\n";
   if (p.delimiter != ',')
     text += fmt::format("delimiter = {}\n",
                         p.delimiter == '\t' ? "\"\\t\"" : quoted(std::string(1, p.delimiter)));
-  return text;
+  if (p.decimal_comma)
+    text += "decimal = \",\"   # GUESS: numbers such as 0,25\n";
+  return text + reader_text(p.reader);
 }
 
 std::string rate_text(const Proposal &p) {

@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <limits>
 
+#include "log/candump_log.hpp"
 #include "log/csv_text.hpp"
-#include "util/atomic_file.hpp"
+#include "log/lcm_log.hpp"
+#include "log/source.hpp"
 #include "util/error.hpp"
 
 namespace rim {
@@ -23,12 +25,12 @@ void add_word(RawColumn &column, std::string_view word) {
 void add_field(RawColumn &column, std::string_view field) {
   double value = 0.0;
   if (!parse_number(field, value)) {
-    std::string pointed(field);
-    std::replace(pointed.begin(), pointed.end(), ',', '.');
-    column.decimal_comma =
-        column.decimal_comma || (pointed != field && parse_number(pointed, value));
-    value = std::numeric_limits<double>::quiet_NaN();
-    column.text++;
+    if (parse_comma_number(field, value)) {
+      column.decimal_comma = true;
+    } else {
+      value = std::numeric_limits<double>::quiet_NaN();
+      column.text++;
+    }
   } else if (value != value) {
     column.empty++;
   }
@@ -61,20 +63,28 @@ char guess_delimiter(const std::string &header) {
   return best;
 }
 
-RawTable read_raw_table(const std::string &path) {
-  const std::string text = read_file(path);
+RawTable read_raw_table(const std::string &path, const ReaderOptions &reader) {
+  Schema schema;
+  schema.reader = reader;
+  const LogSource source = read_log_source(path, &schema);
+  const std::string &text = source.text;
   const auto fail = [&](const std::string &reason) { throw DataError(path + ": " + reason); };
   if (text.empty())
     fail("is empty");
-  if (std::memchr(text.data(), '\0', std::min<std::size_t>(text.size(), 4096)) != nullptr)
-    fail("is not text (neither CSV nor an LCM event log)");
+  if (is_candump_log(text))
+    fail("holds CAN frames; the DBC of the bus says what they are: give it with --dbc, or put the "
+         "columns into a model by rim can-table");
+  if (is_lcm_log(text))
+    fail(
+        "is an LCM event log, which carries no names: give the types with --types, or the names of "
+        "the values of RIM_OBSERVATION in a schema, observation = [\"s.NAME\", ...]");
   std::size_t at = text.compare(0, 3, "\xEF\xBB\xBF") == 0 ? 3 : 0;
   std::string_view line;
   if (!take_content(text, at, line))
     fail("has no header");
   RawTable table;
   table.path = path;
-  table.delimiter = guess_delimiter(std::string(line));
+  table.delimiter = source.converted ? ',' : guess_delimiter(std::string(line));
   std::vector<std::string_view> fields;
   split_fields(line, table.delimiter, fields);
   for (const auto &field : fields) {
@@ -88,7 +98,8 @@ RawTable read_raw_table(const std::string &path) {
     split_fields(line, table.delimiter, fields);
     if (fields.size() != table.columns.size())
       fail("row " + std::to_string(table.rows) + ": " + std::to_string(fields.size()) +
-           " fields where the header has " + std::to_string(table.columns.size()));
+           " fields where the header has " + std::to_string(table.columns.size()) + " (line " +
+           std::to_string(line_of(text, at)) + " of the file)");
     for (std::size_t c = 0; c < fields.size(); c++)
       add_field(table.columns[c], trimmed(fields[c]));
   }

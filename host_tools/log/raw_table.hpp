@@ -2,6 +2,8 @@
 // log/raw_table.hpp - a CSV file as it stands, before any schema says what its columns are.
 #pragma once
 
+#include "log/schema.hpp"
+
 #include <string>
 #include <vector>
 
@@ -25,8 +27,9 @@ struct RawTable {
 // The delimiter that splits the header best: of , ; tab and |.
 char guess_delimiter(const std::string &header);
 
-// Reads the whole file. DataError: missing, empty, no text, no header, no rows, or a row with
-// another number of fields than the header (file and row). O(bytes).
-RawTable read_raw_table(const std::string &path);
+// Reads the whole file, also packed or of another format (log/source.hpp). A number with a decimal
+// comma is read as one. DataError: missing, frames or messages that nothing names, empty, no text,
+// no header, no rows, or a row with another number of fields than the header (file and row).
+RawTable read_raw_table(const std::string &path, const ReaderOptions &reader = {});
 
 } // namespace rim

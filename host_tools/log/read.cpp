@@ -8,7 +8,7 @@
 #include "log/derive.hpp"
 #include "log/lcm_log.hpp"
 #include "log/log.hpp"
-#include "util/atomic_file.hpp"
+#include "log/source.hpp"
 #include "util/error.hpp"
 
 namespace rim {
@@ -20,17 +20,17 @@ LogForm form_of_log(std::string_view bytes) {
 }
 
 Log read_log(const std::string &path, const Schema *schema, const ReadOptions &options) {
-  std::string text = read_file(path);
-  const LogForm form = form_of_log(text);
+  LogSource source = read_log_source(path, schema);
+  const LogForm form = source.converted ? LogForm::csv : form_of_log(source.text);
   if (form == LogForm::candump) {
     if (schema != nullptr)
       throw DataError(path + ": " + schema->path +
-                      ": a schema has no meaning for a log of CAN frames, whose table of signals "
-                      "is in the model");
-    return read_candump_log(path, text, options);
+                      ": a schema without [reader] dbc has no meaning for a log of CAN frames, "
+                      "whose table of signals is in the model");
+    return read_candump_log(path, source.text, options);
   }
-  Log log = form == LogForm::lcm_events ? read_lcm_log(path, text, schema, options)
-                                        : read_csv_log(path, std::move(text), schema, options);
+  Log log = form == LogForm::lcm_events ? read_lcm_log(path, source.text, schema, options)
+                                        : read_csv_log(path, std::move(source), schema, options);
   if (schema != nullptr)
     resample(log, *schema);
   return log;

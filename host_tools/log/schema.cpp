@@ -6,6 +6,7 @@
 #include "util/toml_table.hpp"
 
 #include <algorithm>
+#include <filesystem>
 
 namespace rim {
 
@@ -26,6 +27,7 @@ private:
   std::vector<std::string> texts(const toml::table &table, const char *key) const;
   void check_name(const toml::table &table, const std::string &name);
   void read_top(const toml::table &root);
+  void read_reader(const toml::table &table);
   void read_column(const toml::table &table);
   void read_keep(const toml::table &table);
   void read_derive(const toml::table &table);
@@ -107,8 +109,8 @@ void SchemaReader::read_derive(const toml::table &table) {
 
 void SchemaReader::read_top(const toml::table &root) {
   world::check_keys(schema_.path, root, "",
-                    {"schema", "delimiter", "resample_hz", "resample", "max_gap_s", "observation",
-                     "time", "column", "keep", "derive"});
+                    {"schema", "delimiter", "decimal", "resample_hz", "resample", "max_gap_s",
+                     "observation", "reader", "time", "column", "keep", "derive"});
   if (text(root, "schema", true) != "rim-schema/1")
     fail(*root.get("schema"), "schema must be \"rim-schema/1\"");
   const std::string delimiter = text(root, "delimiter", false);
@@ -116,6 +118,13 @@ void SchemaReader::read_top(const toml::table &root) {
     fail(*root.get("delimiter"), "delimiter must be one character");
   if (!delimiter.empty())
     schema_.delimiter = delimiter[0];
+  const std::string decimal = text(root, "decimal", false);
+  if (!decimal.empty() && decimal != "." && decimal != ",")
+    fail(*root.get("decimal"), "decimal must be \".\" or \",\"");
+  if (!decimal.empty())
+    schema_.decimal = decimal[0];
+  if (schema_.decimal == ',' && schema_.delimiter == ',')
+    fail(*root.get("decimal"), "decimal and delimiter cannot both be a comma");
   schema_.resample_hz = number(root, "resample_hz", 0.0);
   schema_.max_gap_s = number(root, "max_gap_s", 0.0);
   if (schema_.resample_hz < 0.0 || schema_.max_gap_s < 0.0)
@@ -130,6 +139,19 @@ void SchemaReader::read_top(const toml::table &root) {
   names_.clear();
 }
 
+void SchemaReader::read_reader(const toml::table &table) {
+  world::check_keys(schema_.path, table, "reader", {"dbc", "packets", "rows", "types"});
+  const auto beside = [&](const std::string &file) {
+    return file.empty() ? file
+                        : (std::filesystem::path(schema_.path).parent_path() / file).string();
+  };
+  schema_.reader.dbc = beside(text(table, "dbc", false));
+  schema_.reader.packets = beside(text(table, "packets", false));
+  schema_.reader.rows = text(table, "rows", false);
+  for (const std::string &file : texts(table, "types"))
+    schema_.reader.types.push_back(beside(file));
+}
+
 Schema SchemaReader::read() {
   const toml::table root = world::parse_toml(schema_.path);
   read_top(root);
@@ -140,6 +162,11 @@ Schema SchemaReader::read() {
     world::check_keys(schema_.path, time, "", {"column", "scale", "offset"});
     schema_.time = {text(time, "column", true), "t_s", "s", number(time, "scale", 1.0),
                     number(time, "offset", 0.0)};
+  }
+  if (const toml::node *node = root.get("reader")) {
+    if (!node->is_table())
+      fail(*node, "[reader] is not a table");
+    read_reader(*node->as_table());
   }
   for (const toml::table *table : world::read_tables(schema_.path, root, "column"))
     read_column(*table);

@@ -2,11 +2,14 @@
 // log/schema.hpp - maps a foreign log to roles, units and rates; read from TOML.
 //
 //   schema = "rim-schema/1"
-//   delimiter = ","            # default
+//   delimiter = ";"            # default: the one that splits the header best
+//   decimal = ","              # numbers with a decimal comma; default "."
 //   resample_hz = 20           # optional: rows on a regular grid
 //   resample = "hold"          # "hold" (default: causal) or "linear"
 //   max_gap_s = 1.0            # no grid rows inside a longer gap (default: 10 periods)
 //   observation = ["s.a_m"]    # names of the values of RIM_OBSERVATION in an LCM event log
+//   [reader]                   # what readers of other formats need; files beside the schema
+//   dbc = "bus.dbc" ; packets = "packets.csv" ; types = ["state.lcm"] ; rows = "/imu"
 //   [time]                     # default: t_s
 //   column = "TIME" ; scale = 1e-6 ; offset = 0
 //   [[column]]                 # value = scale * field + offset
@@ -48,9 +51,18 @@ struct DeriveRule {
   int order = 1;
 };
 
+// For formats whose files do not say everything; see host_tools/python/src/rimwatch/readers.
+struct ReaderOptions {
+  std::string dbc;                // what the frames of a candump log mean
+  std::string packets;            // the fields of CCSDS packets, as the package ccsdspy reads them
+  std::string rows;               // the topic whose messages make the rows
+  std::vector<std::string> types; // .lcm files: the types in an LCM event log
+};
+
 struct Schema {
   std::string path;
-  char delimiter = ',';
+  char delimiter = '\0'; // 0: the one that splits the header best
+  char decimal = '.';
   double resample_hz = 0.0; // 0: rows as they come
   bool resample_linear = false;
   double max_gap_s = 0.0; // 0: ten periods
@@ -59,6 +71,7 @@ struct Schema {
   std::vector<KeepRule> keep;
   std::vector<DeriveRule> derive;
   std::vector<std::string> observation;
+  ReaderOptions reader;
 };
 
 // DataError names the file, the line where TOML is broken, or the key that is wrong; an unknown key

@@ -5,11 +5,15 @@
 #include <filesystem>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <unistd.h>
 
 #include "bus/jsonl.hpp"
 #include "log/labels.hpp"
+#include "util/data_path.hpp"
 #include "util/error.hpp"
 #include "util/gnuplot.hpp"
+#include "util/run_program.hpp"
 
 namespace rim {
 
@@ -29,8 +33,8 @@ std::string short_name(const std::string &path) {
 
 ReplayOutputs::ReplayOutputs(const OutputPaths &paths, const Replayer &replayer)
     : alarms_(open_if(paths.alarms)), labels_(open_if(paths.labels)), trace_(open_if(paths.trace)),
-      plot_path_(paths.plot), names_(replayer.names()),
-      model_id_(replayer.monitor().image().model_id) {
+      report_file_(open_if(paths.report)), plot_path_(paths.plot), mcap_path_(paths.mcap),
+      names_(replayer.names()), model_id_(replayer.monitor().image().model_id) {
   if (!paths.candump.empty())
     candump_ = std::make_unique<CandumpFile>(paths.candump, paths.node, paths.can_fd);
   node_ = paths.node;
@@ -45,22 +49,61 @@ ReplayOutputs::ReplayOutputs(const OutputPaths &paths, const Replayer &replayer)
   }
   if (!paths.lcm_url.empty())
     lcm_ = std::make_unique<LcmBus>(paths.lcm_url);
+  if (report_file_)
+    report_ = std::make_unique<FlightReport>(paths.model, paths.made_by);
   if (labels_)
     labels_->write(labels_header());
   if (trace_)
-    trace_->write("# " + paths.made_by + "\nt_s,ln_anom,threshold,score,level,log\n");
+    trace_->write("t_s,ln_anom,threshold,score,level,log\n");
   if (!plot_path_.empty())
     check_plot_path(plot_path_);
+}
+
+// Topics are named by the log, without what a topic's name cannot hold.
+void ReplayOutputs::add_mcap(bool is_alarm, const std::string &message) {
+  std::string topic = short_name(log_name_);
+  std::replace_if(
+      topic.begin(), topic.end(), [](char c) { return static_cast<unsigned char>(c) <= ' '; }, '_');
+  mcap_lines_ += nlohmann::json({{"topic", "/" + topic + (is_alarm ? "/alarm" : "/verdict")},
+                                 {"alarm", is_alarm},
+                                 {"message", nlohmann::json::parse(message)}})
+                     .dump() +
+                 "\n";
+}
+
+// By the package mcap, from a file that goes when it is written.
+void ReplayOutputs::write_mcap() const {
+  const std::string lines = mcap_path_ + ".lines." + std::to_string(::getpid());
+  {
+    AtomicFile file(lines);
+    file.write(mcap_lines_);
+    file.commit();
+  }
+  const ProgramResult result =
+      run_program({python_program(), readers_path(), lines, "--write-mcap", mcap_path_});
+  ::unlink(lines.c_str());
+  if (result.status == 127)
+    throw DataError(mcap_path_ + ": writing MCAP needs " + python_program());
+  if (result.status != 0)
+    throw DataError(result.err.substr(0, result.err.find_last_not_of('\n') + 1));
 }
 
 void ReplayOutputs::begin(const Log &log) {
   log_name_ = log.path;
   blocks_ = 0;
+  if (report_)
+    report_->begin(log);
   if (!plot_path_.empty())
     traces_.push_back({short_name(log.path), {}, {}, ""});
 }
 
 void ReplayOutputs::verdict(const rim_verdict &v) {
+  if (report_)
+    report_->verdict(v);
+  if (!mcap_path_.empty())
+    add_mcap(false, fmt::format("{{\"t_s\":{:.6f},\"ln_anom\":{:.9g},\"threshold\":{:.9g},"
+                                "\"score\":{:.9g},\"level\":{}}}",
+                                v.t_s, v.ln_anom, v.threshold, v.score, v.level));
   if (trace_) {
     trace_->write(fmt::format("{:.6f},{:.9g},{:.9g},{:.9g},{},{}\n", v.t_s, v.ln_anom, v.threshold,
                               v.score, v.level, log_name_));
@@ -73,6 +116,10 @@ void ReplayOutputs::verdict(const rim_verdict &v) {
 
 void ReplayOutputs::record(const rim_alarm &record) {
   ++records_;
+  if (report_)
+    report_->record(record);
+  if (!mcap_path_.empty() && record.state != RIM_ALARM_NONE)
+    add_mcap(true, alarm_json(record, names_));
   if (alarms_ && record.state != RIM_ALARM_NONE) // that one tells of no alarm
     alarms_->write(alarm_json(record, names_) + "\n");
   if (candump_)
@@ -87,6 +134,8 @@ void ReplayOutputs::record(const rim_alarm &record) {
 }
 
 void ReplayOutputs::end(const ReplayedLog &log) {
+  if (report_)
+    report_->end(log, names_);
   const rim_alarm &first = log.raised > 0 ? log.first : log.interference.first;
   if (!traces_.empty() && first.state != RIM_ALARM_NONE)
     traces_.back().sentence =
@@ -109,9 +158,13 @@ void ReplayOutputs::end(const ReplayedLog &log) {
 }
 
 void ReplayOutputs::commit() {
+  if (!mcap_path_.empty())
+    write_mcap();
   if (!plot_path_.empty())
     write_plot(traces_, plot_path_);
-  for (AtomicFile *file : {alarms_.get(), labels_.get(), trace_.get()}) {
+  if (report_)
+    report_file_->write(report_->html());
+  for (AtomicFile *file : {alarms_.get(), labels_.get(), trace_.get(), report_file_.get()}) {
     if (file != nullptr)
       file->commit();
   }

@@ -14,7 +14,7 @@ std::string diagnosis_json(const Diagnosis &diagnosis, const Measured &measured)
 // log,row,finding: every row of every log's file; 0 where no finding acts, else the first that
 // does.
 std::string labels_csv(const Diagnosis &diagnosis, const Measured &measured);
-// One self-contained page: no script or font from elsewhere.
+// One self-contained page: no script or font from elsewhere; whole without scripts.
 std::string report_html(const Diagnosis &diagnosis, const Measured &measured);
 
 // Writes diagnosis.json, labels.csv, extension.toml and report.html, all or none: into a folder

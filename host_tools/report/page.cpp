@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 #include <fmt/format.h>
 
 #include "log/log.hpp"
+#include "report/explore.hpp"
 #include "report/outputs.hpp"
 #include "report/parts.hpp"
 #include "report/pictures.hpp"
@@ -15,6 +17,8 @@ namespace {
 
 using namespace report;
 constexpr std::size_t kMostChannels = 8;
+
+Eigen::Index at(std::size_t i) { return static_cast<Eigen::Index>(i); }
 
 std::string fact(const std::string &name, const std::string &value) {
   return "<div><dt>" + escape(name) + "</dt><dd>" + escape(value) + "</dd></div>\n";
@@ -253,6 +257,42 @@ std::string notes(const Diagnosis &d) {
   return text + "</ul>\n</section>\n";
 }
 
+std::vector<double> list_of(const Vector &values) {
+  return {values.data(), values.data() + values.size()};
+}
+
+// What can be touched: the channels with findings first, and the features that findings name.
+rim::report::Explore explore_data(const Diagnosis &d, const Measured &t) {
+  rim::report::Explore data;
+  data.time = t.t_s;
+  for (const LogSpan &log : t.logs)
+    data.logs.push_back({std::filesystem::path(log.path).filename().string(), log.first, log.rows});
+  std::vector<const Channel *> channels;
+  for (const bool found : {true, false})
+    for (const Channel &c : t.channels)
+      if (found == std::any_of(d.findings.begin(), d.findings.end(),
+                               [&](const Finding &f) { return f.term.channel == c.name; }))
+        channels.push_back(&c);
+  channels.resize(std::min(kMostChannels, channels.size()));
+  for (const Channel *c : channels) {
+    const View view = view_of(d, t, *c);
+    data.channels.push_back({plain_name(c->name), c->unit, list_of(c->z), list_of(c->m),
+                             d.findings.empty() ? std::vector<double>() : list_of(view.m_after),
+                             list_of(view.sd_after)});
+  }
+  for (std::size_t f = 0; f < std::min<std::size_t>(12, t.features.size()); ++f)
+    data.features.push_back(
+        {feature_text(t.features[f].name), t.features[f].unit, list_of(t.x.col(at(f)))});
+  data.acts.assign(t.rows(), 0);
+  for (std::size_t i = 0; i < std::min<std::size_t>(16, d.findings.size()); ++i) {
+    const Finding &f = d.findings[i];
+    data.findings.push_back({f.number, heading(f)});
+    for (std::size_t r = 0; r < std::min(t.rows(), f.acts.size()); ++r)
+      data.acts[r] = static_cast<std::uint16_t>(data.acts[r] | (f.acts[r] != 0 ? 1u << i : 0u));
+  }
+  return data;
+}
+
 } // namespace
 
 std::string report_html(const Diagnosis &diagnosis, const Measured &measured) {
@@ -263,6 +303,9 @@ std::string report_html(const Diagnosis &diagnosis, const Measured &measured) {
                      std::string(diagnosis.adequate() ? "adequate" : "inadequate") +
                      "</title>\n<style>\n" + style_sheet() + "</style>\n</head>\n<body>\n<main>\n" +
                      head(diagnosis, measured);
+  const rim::report::ExploreParts explore =
+      rim::report::explore_parts(explore_data(diagnosis, measured));
+  text += explore.section;
   for (const Finding &finding : diagnosis.findings)
     text += card(finding, diagnosis, measured);
   if (!diagnosis.findings.empty()) {
@@ -276,8 +319,8 @@ std::string report_html(const Diagnosis &diagnosis, const Measured &measured) {
             logs_picture(diagnosis, measured) + "</section>\n";
   }
   return text + regions(diagnosis) + remains(diagnosis, measured) + notes(diagnosis) +
-         again(diagnosis, measured) +
-         "<footer>rimwatch " RIM_VERSION "</footer>\n</main>\n</body>\n</html>\n";
+         again(diagnosis, measured) + "<footer>rimwatch " RIM_VERSION "</footer>\n</main>\n" +
+         explore.scripts + "</body>\n</html>\n";
 }
 
 } // namespace rim::diagnose

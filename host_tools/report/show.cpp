@@ -2,6 +2,7 @@
 #include "report/show.hpp"
 
 #include <algorithm>
+#include <filesystem>
 #include <sstream>
 
 #include <fmt/format.h>
@@ -134,6 +135,11 @@ std::string columns_text(const ImageFacts &facts) {
 } // namespace
 
 FileKind kind_of_file(const std::string &path) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored) && std::filesystem::exists(path, ignored))
+    return FileKind::log; // a pipe can be read once; a folder may be a bag
+  if (path == "-")
+    return FileKind::log;
   const std::string text = read_file(path);
   if (text.rfind(RIM_IMAGE_MAGIC, 0) == 0)
     return FileKind::image;
@@ -149,15 +155,19 @@ FileKind kind_of_file(const std::string &path) {
   return jsonl ? FileKind::alarms : FileKind::log;
 }
 
-Shown show_image(const std::string &path) {
-  const std::string text = read_file(path);
-  const ImageFacts facts = facts_of_image({text.begin(), text.end()}, path);
-  Draft shown = begin("image", path);
+Shown show_image_bytes(const std::vector<std::uint8_t> &image, const std::string &name) {
+  const ImageFacts facts = facts_of_image(image, name);
+  Draft shown = begin("image", name);
   shown.json.update(image_json(facts));
-  shown.text = fmt::format("{}: flight image {:08x}, {} features, {} outcomes\n", path,
+  shown.text = fmt::format("{}: flight image {:08x}, {} features, {} outcomes\n", name,
                            facts.model_id, facts.layout.features(), facts.layout.outcomes()) +
                facts_text(facts) + columns_text(facts);
   return shown;
+}
+
+Shown show_image(const std::string &path) {
+  const std::string text = read_file(path);
+  return show_image_bytes({text.begin(), text.end()}, path);
 }
 
 Shown show_alarms(const std::string &path) {

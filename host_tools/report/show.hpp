@@ -20,6 +20,7 @@ FileKind kind_of_file(const std::string &path);
 
 // DataError: the file is damaged, or not of this kind.
 Shown show_image(const std::string &path);
+Shown show_image_bytes(const std::vector<std::uint8_t> &image, const std::string &name);
 Shown show_alarms(const std::string &path);
 Shown show_diagnosis(const std::string &path);
 Shown show_extension(const std::string &path);

@@ -11,4 +11,7 @@ namespace rim {
 // places when it is in none.
 std::string data_path(const std::string &name);
 
+// The folder of the programs in Python that read other formats; RIM_READERS names its parent.
+std::string readers_path();
+
 } // namespace rim

@@ -75,7 +75,7 @@ sed -e '100s/102#/102#00/' -e '200s/#/ /' -e '301s/101#.*/101#0000C07F00000000/'
 out=$("$RIM" replay --model can.rim bad.candump 2> err); check "a damaged one" 0 $?
 contains "damage is counted" "$(cat err)" "bad.candump: [2-9] frames or rows skipped, the first: line "
 err=$("$RIM" replay --model toy.rim log.candump 2>&1 > /dev/null); check "without a table" 3 $?
-contains "without a table: said" "$err" "needs a model with a CAN table"
+contains "without a table: said" "$err" "give a model with a CAN table"
 printf '(1700000000.000000) can0 7FF#00\n' > none.candump
 err=$("$RIM" replay --model can.rim none.candump 2>&1 > /dev/null); check "no row" 3 $?
 contains "no row: said" "$err" "its frames make no row"

@@ -13,7 +13,7 @@ if printf '%s\n' "$out" | grep -q "no multicast"; then skipped=$((skipped + 1));
   contains "a second process" "$out" "heard \([0-9]*\) of \1 records.*the same to the last digit"
 fi
 contains "CAN is spoken of" "$out" "^CAN: "
-for file in demo.svg alarms.jsonl labels.csv trace.csv lander.rim alarms.candump; do
+for file in report.html demo.svg alarms.jsonl labels.csv trace.csv lander.rim alarms.candump; do
   [ -s "$here/demo/$file" ]; check "$file" 0 $?
 done
 contains "the figure" "$(cat "$here/demo/demo.svg")" "07_velocity_delay/run_0103.csv: alarm at t = "

@@ -1,7 +1,7 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
-# report.html in a real headless browser: the sentence and every finding are on the page, no script
-# runs, nothing is fetched, no text covers another or leaves its picture, the page is not blank.
+# report.html in a real headless browser: the sentence and every finding are on the page, what can be
+# touched shows the right numbers, nothing is fetched, no script is needed, no text covers another or leaves its picture, the page is not blank.
 # Skipped, saying so, where no browser is installed.
 . "$(dirname "$0")/check.inc"
 cd "$here" || exit 1
@@ -84,14 +84,52 @@ page() {
   check "$name: rendered" 0 $?
   check "$name: nothing on the console" 0 "$(console)"
   check "$name: nothing fetched" 0 "$(fetched)"
-  check "$name: no script" 0 "$(grep -c '<script' dom.html)"
+  check "$name: no script from elsewhere" 0 "$(grep -c '<script[^>]*src' dom.html)"
   browse 1200,1600 "$file" --screenshot="$here/seen.png" > /dev/null
   [ "$(stat -c %s seen.png)" -gt $((5 * blank)) ]; check "$name: not blank" 0 $?
-  [ "$(stat -c %s "$file")" -lt 2000000 ]; check "$name: under 2 MB" 0 $?
+  [ "$(stat -c %s "$file")" -lt 5000000 ]; check "$name: under 5 MB" 0 $?
   seen=$(measure "$file" 1200)
   contains "$name: on a desk" "$seen" 'covered=0 outside=0 wide=0 pictures=[1-9]'
   seen=$(measure "$file" 420)
   contains "$name: on a telephone" "$seen" 'covered=0 outside=0 wide=0'
+}
+# Appended to a copy of a page: the pointer over a row of the upper plot, a zoom, a rectangle in the
+# lower one, a finding switched off; what the page then shows goes into its title.
+cat > touch.html <<'EOF'
+<script>
+{
+const E = rimExplore, g = E.levels(), row = 700;
+const box = g.graphDiv.getBoundingClientRect();
+const [x, y] = g.toDomCoords(g.getValue(row, 0), g.getValue(row, 1)[0]);
+const move = (element, type, x, y) => element.dispatchEvent(
+  new MouseEvent(type, {clientX: x, clientY: y, bubbles: true, cancelable: true, view: window}));
+move(g.mouseEventElement_, 'mousemove', box.left + x, box.top + y);
+const legend = document.getElementById('explore-levels-legend').textContent.replace(/\s+/g, ' ');
+const both = E.residual().getSelection();
+g.updateOptions({dateWindow: [20, 40]});
+const linked = E.residual().xAxisRange().join('-');
+const lines = E.csv().trim().split('\n').length;
+E.again();
+const map = document.getElementById('explore-map'), at = map.getBoundingClientRect();
+move(map, 'mousedown', at.left, at.top); move(map, 'mousemove', at.right, at.bottom);
+move(map, 'mouseup', at.right, at.bottom);
+const picked = document.getElementById('explore-picked').textContent;
+const first = document.querySelector('#explore-findings input');
+const inside = () => {
+  const [head, ...rows] = E.csv().split('\n'), at = head.split(',').indexOf('finding');
+  return rows.filter(l => l.split(',')[at] === '1').length;
+};
+const before = inside();
+if (first) first.click();
+document.title = `touched legend=[${legend}] both=${both} linked=${linked} lines=${lines} ` +
+  `picked=${picked} off=${before > 0 && inside() === 0} figure=${E.picture().height > 500}`;
+}
+</script>
+EOF
+# touched PAGE: that title
+touched() {
+  cat "$1" touch.html > touched.html
+  browse 1200,1600 touched.html --dump-dom | grep -o '<title>touched [^<]*' | cut -c8-
 }
 # findings FOLDER: the sentence and every finding's heading, as diagnosis.json has them, in dom.html
 findings() {
@@ -126,8 +164,81 @@ if has_command diagnose; then
       m = cos(i / 40); printf "%.2f,%.4f,%.4f,%.5f,%.5f,0.1\n", i * 0.1, h, sin(i / 55), m + 0.1 * n + (h > 75 ? 0.12 : 0), m}}' > log.csv
   "$RIM" diagnose log.csv --out found > /dev/null 2> err.txt; check "rim diagnose" 1 $?
   page diagnose found/report.html
+  if [ -f /usr/share/javascript/dygraphs/dygraph.min.js ]; then
+    seen=$(touched found/report.html)
+    check "no message while it is touched" 0 "$(console)"
+    z=$(awk -F, 'NR == 702 {printf "%.3g", $4}' log.csv) m=$(awk -F, 'NR == 702 {printf "%.3g", $5}' log.csv)
+    contains "hover: the row's numbers" "$seen" "70: measured: $z[0-9]* simulated: $m[0-9]*"
+    contains "hover: in both plots" "$seen" 'both=700 '
+    contains "zoom: both plots, and the rows to download" "$seen" 'linked=20-40 lines=202 '
+    contains "a rectangle selects" "$seen" 'picked=1500 rows selected'
+    contains "a finding switched off" "$seen" 'off=true figure=true'
+    RIM_DYGRAPHS=/nowhere "$RIM" diagnose log.csv --out still > /dev/null 2>&1
+    check "without dygraphs: no script" 0 "$(grep -c '<script' still/report.html)"
+    page still still/report.html
+  else
+    skipped=$((skipped + 1)); echo "skipped: no dygraphs (Debian: libjs-dygraphs)"
+  fi
   findings found; check "diagnose: the sentence and every finding" 0 $?
 else
   skipped=$((skipped + 1))
 fi
+
+# rim replay --report: what was measured beside what was expected, of a log with its own predictions.
+"$RIM" replay log.csv --report flight.html --alarms flight.jsonl > /dev/null 2> err.txt; check "replay --report" 0 $?
+mkdir -p flight && cp flight.html flight/report.html
+page flight flight/report.html
+python3 - flight.jsonl dom.html <<'EOF'
+import html, json, re, sys
+records = [json.loads(line) for line in open(sys.argv[1])]
+text = html.unescape(re.sub(r'<[^>]*>', '', open(sys.argv[2], encoding='utf-8').read()))
+last = [r for r in records if r['state'] != 'cleared'][-1]
+sys.exit(not (records and last['sentence'] in text and 'Measured against expected' in text and 'What the others say' in text))
+EOF
+check "flight: the alarm's sentence, its picture, the others" 0 $?
+if [ -f /usr/share/javascript/dygraphs/dygraph.min.js ]; then
+  seen=$(touched flight/report.html)
+  z=$(awk -F, 'NR == 702 {printf "%.3g", $4}' log.csv) m=$(awk -F, 'NR == 702 {printf "%.3g", $5}' log.csv)
+  contains "flight: hover" "$seen" "70: measured: $z[0-9]* expected: $m[0-9]*"
+  check "flight: no message while it is touched" 0 "$(console)"
+fi
+
+# rim listen --html: what was published is on the page; other hosts and methods are refused.
+url='udpm://239.255.76.67:7691?ttl=0'
+timeout 60 "$RIM" listen --lcm "$url" --html 0 --count 1000000 > heard.jsonl 2> listen.log & listener=$!
+for _ in $(seq 100); do grep -q 'listening' listen.log && break; kill -0 $listener 2> /dev/null || break; sleep 0.1; done
+address=$(sed -n 's/^rim: page at //p' listen.log)
+if grep -q 'listening' listen.log; then
+  "$RIM" replay log.csv --lcm "$url" --alarms sent.jsonl > /dev/null 2>&1
+  browse 1000,1200 ignored --dump-dom > /dev/null 2>&1 # a browser that is warm answers in time
+  live() { timeout 60 $browser --no-sandbox --disable-gpu --no-first-run --user-data-dir="$here/profile" --enable-logging=stderr \
+    --virtual-time-budget=4000 --dump-dom "$1" 2> browser.log; }
+  live "$address" > live.html; check "the live page" 0 $?
+  check "the live page: nothing on the console" 0 "$(console)"
+  python3 - heard.jsonl live.html <<'EOF'
+import html, json, sys
+records = [json.loads(line) for line in open(sys.argv[1])]
+page = html.unescape(open(sys.argv[2], encoding='utf-8').read())
+sys.exit(not records or any(r['sentence'] not in page for r in records) or f'{len(records)} records' not in page)
+EOF
+  check "every record is on it" 0 $?
+  python3 - "$address" <<'EOF' > http.txt
+import http.client, sys, urllib.parse
+place = urllib.parse.urlparse(sys.argv[1])
+def ask(method, path, host):
+    c = http.client.HTTPConnection('127.0.0.1', place.port, timeout=5)
+    c.putrequest(method, path, skip_host=True); c.putheader('Host', host); c.endheaders()
+    return c.getresponse().status
+own = f'127.0.0.1:{place.port}'
+print(ask('GET', '/', own), ask('GET', '/', 'evil.example'), ask('POST', '/', own), ask('GET', '/etc/passwd', own), ask('GET', '/records?from=99999', own))
+EOF
+  check "who is answered" "200 403 405 404 200" "$(cat http.txt)"
+  check "on 127.0.0.1 alone" 0 "$(python3 -c "
+import sys
+port = '%04X' % $(echo "$address" | sed 's/.*:\([0-9]*\).*/\1/')
+print(sum(l.split()[1].split(':')[1] == port and l.split()[3] == '0A' and l.split()[1].split(':')[0] != '0100007F' for l in open('/proc/net/tcp').readlines()[1:]))")"
+else
+  skipped=$((skipped + 1)); echo "skipped: no multicast route for rim listen"
+fi
+kill $listener 2> /dev/null; wait $listener 2> /dev/null
 finish

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 # The dispatcher: help, version, exit codes, and that every command's help ends in an example.
 . "$(dirname "$0")/check.inc"
+cd "$here" || exit 1
 
 out=$("$RIM" 2>&1 >/dev/null); check "no command is a usage error" 2 $?
 contains "no command lists the commands" "$out" "usage: rim COMMAND"
@@ -17,5 +18,36 @@ for command in $("$RIM" --help | awk '/^  [a-z]+ /{print $1}'); do
   err=$("$RIM" "$command" --no-such-option 2>&1 >/dev/null); check "$command with a wrong option" 2 $?
   contains "$command says whose usage" "$err" "^rim: "
 done
+# --- help COMMAND, the nearest word, and what is made from the same text
+check "help COMMAND" "$("$RIM" train --help)" "$("$RIM" help train)"
+contains "the nearest command" "$("$RIM" trian 2>&1 >/dev/null)" "no command 'trian'; did you mean 'train'?"
+contains "no nearest command" "$("$RIM" frobnicate 2>&1 >/dev/null)" "no command 'frobnicate'$"
+err=$("$RIM" train --hepl 2>&1 >/dev/null); check "a wrong option is a usage error" 2 $?
+contains "the nearest option" "$err" "unknown option '--hepl'; did you mean '--help'?"
+contains "also after its argument" "$("$RIM" train a.csv --out x --false-alrm=0.1 2>&1 >/dev/null)" "unknown option '--false-alrm'; did you mean '--false-alarm'?"
+err=$("$RIM" help trian 2>&1 >/dev/null); check "help of no command" 2 $?
+contains "help of no command: said" "$err" "did you mean 'train'?"
+contains "plain metavariables" "$("$RIM" simulate --help)" "--runs N "
+check "no raw types" 0 "$(for c in train replay simulate plan bench; do "$RIM" help $c; done | grep -c -e 'UINT' -e ' in \[[0-9]' -e 'TEXT:')"
+for command in $("$RIM" --help | awk '/^  [a-z]+ /{print $1}'); do
+  "$RIM" help --man "$command" > page.1; check "man page of $command" 0 $?
+  if command -v man > /dev/null; then
+    check "$command: troff is sound" "" "$(man --warnings -E UTF-8 -l -Tutf8 page.1 2>&1 > /dev/null)"
+  fi
+  contains "$command: its options" "$(cat page.1)" '^\\fB\\-\\-'
+done
+"$RIM" help --bash > rim.bash; bash -n rim.bash; check "bash completion" 0 $?
+complete_words() { # what bash offers for the words given
+  bash -c '. ./rim.bash; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _rim; printf "%s\n" "${COMPREPLY[@]}"' _ "$@"
+}
+contains "completes commands" "$(complete_words rim tra)" "^train$"
+contains "completes options" "$(complete_words rim train --fal)" "^--false-alarm$"
+contains "completes help" "$(complete_words rim help re)" "^replay$"
+if command -v zsh > /dev/null; then
+  "$RIM" help --zsh > _rim; zsh -n _rim; check "zsh completion" 0 $?
+else
+  contains "zsh completion" "$("$RIM" help --zsh)" "^#compdef rim"
+fi
+
 "$RIM" --help > /dev/full 2>/dev/null; check "a full standard output" 3 $?
 finish

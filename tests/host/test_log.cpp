@@ -166,7 +166,7 @@ void bad_files_are_refused(void **) {
   assert_refused(write("empty.csv", ""), {"is empty"});
   assert_refused(write("comments.csv", "# only\n"), {"no header"});
   assert_refused(write("header.csv", "t_s,s.a\n"), {"no rows"});
-  assert_refused(write("nul.csv", std::string("t_s\0s.a\n", 8)), {"not text"});
+  assert_refused(write("nul.csv", std::string("t_s\0s.a\n", 8)), {"is of no format that is known"});
   assert_refused(write("not.csv", "s.a\n1\n"), {"column 't_s'", "missing"});
   assert_refused(write("twice.csv", "t_s,s.a,s.b,s.a\n0,1,2,3\n"), {"'s.a'", "stands twice"});
   assert_refused(write("clock.csv", "t_s,s.a,t_s\n0,1,2\n"), {"'t_s'", "stands twice"});

@@ -1,0 +1,382 @@
+// SPDX-License-Identifier: MIT
+#include "replay/flight_report.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include <fmt/format.h>
+
+#include "bus/sentence.hpp"
+#include "predict/predictor.hpp"
+#include "report/explore.hpp"
+#include "report/parts.hpp"
+#include "report/pictures.hpp"
+#include "report/svg.hpp"
+#include "util/error.hpp"
+
+namespace rim {
+
+namespace {
+
+using namespace rim::diagnose::report;
+using Index = Eigen::Index;
+constexpr double kLevels = 210.0, kScore = 150.0;
+constexpr std::size_t kDrawn = 1500; // points of a line on 1000 px
+constexpr std::size_t kMostChannels = 16, kMostFeatures = 12;
+
+std::string file_name(const std::string &path) {
+  return std::filesystem::path(path).filename().string();
+}
+
+std::string fact(const std::string &name, const std::string &value) {
+  return "<div><dt>" + escape(name) + "</dt><dd>" + escape(value) + "</dd></div>\n";
+}
+
+std::vector<double> column(const Log &log, const std::string &name) {
+  const int c = find_column(log, name);
+  std::vector<double> values;
+  for (Index r = 0; c >= 0 && r < log.values.rows(); ++r)
+    values.push_back(log.values(r, c));
+  return values;
+}
+
+// One outcome: what was measured, what was expected, and how far healthy readings scatter.
+struct Course {
+  std::string name; // without role
+  std::vector<double> z, m, sd;
+};
+
+Course course_of(const Log &rows, const std::string &outcome) {
+  Course c{outcome.substr(outcome.find('.') + 1), {}, {}, {}};
+  c.z = column(rows, "z." + c.name);
+  c.m = column(rows, "m." + c.name);
+  c.sd = column(rows, "sd." + c.name);
+  return c;
+}
+
+Range range_of(const std::vector<const std::vector<double> *> &columns) {
+  double low = INFINITY, high = -INFINITY;
+  for (const auto *values : columns) {
+    for (const double v : *values) {
+      if (std::isfinite(v)) {
+        low = std::min(low, v);
+        high = std::max(high, v);
+      }
+    }
+  }
+  return low <= high ? padded(low, high) : Range{};
+}
+
+std::size_t step_for(std::size_t rows) { return std::max<std::size_t>(1, rows / kDrawn); }
+
+Points line_of(const Panel &p, const std::vector<double> &t_s, const std::vector<double> &values) {
+  Points points;
+  for (std::size_t i = 0; i < std::min(t_s.size(), values.size()); i += step_for(t_s.size()))
+    points.emplace_back(p.x.at(t_s[i]), p.y.at(values[i]));
+  return points;
+}
+
+void draw_band(Svg &svg, const Panel &p, const std::vector<double> &t_s, const Course &c) {
+  Points outline;
+  const std::size_t n = std::min({t_s.size(), c.m.size(), c.sd.size()}), step = step_for(n);
+  for (std::size_t i = 0; i < n; i += step)
+    outline.emplace_back(p.x.at(t_s[i]), p.y.at(c.m[i] + 2.0 * c.sd[i]));
+  for (std::size_t i = outline.size(); i-- > 0;)
+    outline.emplace_back(p.x.at(t_s[i * step]), p.y.at(c.m[i * step] - 2.0 * c.sd[i * step]));
+  svg.polygon(outline, "band");
+}
+
+// Whether a row of the predictions is marked as the deviation's.
+std::vector<std::uint8_t> marked(const Log &rows, const ReplayedLog &result) {
+  std::vector<std::uint8_t> marks;
+  for (const std::uint32_t row : rows.row)
+    marks.push_back(row >= 1 && row <= result.labels.finding.size() &&
+                    result.labels.finding[row - 1] != 0);
+  return marks;
+}
+
+void shade(Svg &svg, const Panel &p, const Log &rows, const std::vector<std::uint8_t> &marks) {
+  std::vector<Svg::Box> boxes;
+  for (std::size_t i = 0; i < marks.size();) {
+    std::size_t end = i + 1;
+    while (end < marks.size() && marks[end] == marks[i])
+      ++end;
+    const double a = p.x.at(rows.t_s[i]), b = p.x.at(rows.t_s[std::min(end, marks.size() - 1)]);
+    if (marks[i] != 0)
+      boxes.push_back({a, -1.0, std::max(1.5, b - a), p.height + 2.0});
+    i = end;
+  }
+  svg.boxes(boxes, "acts", "the deviation");
+}
+
+std::string since_text(const rim_alarm &a) {
+  return a.since_sd_s > 0.0
+             ? fmt::format("{:.2f} \u00b1 {} s", a.since_s, number_text(a.since_sd_s, 2))
+             : fmt::format("{:.2f} s", a.since_s);
+}
+
+std::string shift_text(const rim_alarm &a, const Names &names) {
+  std::string unit = a.channels > 0 ? names.outcome(a.channel[0]).unit : "";
+  if (a.kind == RIM_KIND_GAIN || a.kind == RIM_KIND_REPEAT)
+    return value_text(100.0 * a.shift[0], 100.0 * a.shift_sd[0], "%");
+  if (a.kind == RIM_KIND_VARIANCE)
+    unit.clear();
+  return value_text(a.shift[0], a.shift_sd[0], unit);
+}
+
+// Mean of (z - m) / sd over the rows that are marked, and over the others.
+struct Means {
+  double in = 0.0, out = 0.0;
+};
+Means means_of(const Course &c, const std::vector<std::uint8_t> &marks) {
+  Means mean;
+  double in = 0.0, out = 0.0;
+  for (std::size_t i = 0; i < std::min({marks.size(), c.z.size(), c.m.size(), c.sd.size()}); ++i) {
+    const double residual = (c.z[i] - c.m[i]) / c.sd[i];
+    (marks[i] != 0 ? mean.in : mean.out) += residual;
+    (marks[i] != 0 ? in : out) += 1.0;
+  }
+  mean.in = in > 0.0 ? mean.in / in : NAN;
+  mean.out = out > 0.0 ? mean.out / out : NAN;
+  return mean;
+}
+
+std::string others_table(const Log &rows, const std::vector<std::uint8_t> &marks,
+                         const Names &names, std::size_t named) {
+  std::string text =
+      "<h3>What the others say</h3>\n<div class=\"scroll\"><table class=\"channels\">"
+      "<thead><tr><th>outcome</th><th class=\"number\">mean residual in the "
+      "deviation, sd</th><th class=\"number\">elsewhere, sd</th></tr></thead>"
+      "<tbody>\n";
+  for (std::size_t o = 0; o < names.outcomes.size(); ++o) {
+    const Course c = course_of(rows, names.outcomes[o].name);
+    if (c.sd.empty())
+      continue;
+    const Means mean = means_of(c, marks);
+    text += fmt::format("<tr><th scope=\"row\">{}{}</th><td class=\"number\">{}</td>"
+                        "<td class=\"number\">{}</td></tr>\n",
+                        escape(names.outcomes[o].words), o == named ? " (named)" : "",
+                        escape(number_text(mean.in, 3)), escape(number_text(mean.out, 3)));
+  }
+  return text + "</tbody></table></div>\n<p class=\"note\">Healthy runs have offsets of their own: "
+                "compare the two columns. How the outcomes agree with each other is judged on "
+                "board and not drawn here.</p>\n";
+}
+
+void draw_score(Svg &svg, const Range &time, double room, const std::vector<double> &t_s,
+                const std::vector<double> &score, double alarm_score) {
+  const std::vector<double> limit{alarm_score, 0.0};
+  const Panel p = draw_axes(svg, 0.0, kLevels, kWide, kScore, room,
+                            {time, range_of({&score, &limit}), "time (s)", "score", true});
+  open(svg, p);
+  svg.line(0.0, p.y.at(alarm_score), p.width, p.y.at(alarm_score), "warn");
+  svg.polyline(line_of(p, t_s, score), "measured");
+  close(svg);
+}
+
+// The outcome above, the score below.
+std::string course_picture(const Log &rows, const Course &c, const rim::Quantity &q,
+                           const ReplayedLog &result, const rim_alarm &alarm, double raised_s,
+                           const std::vector<double> &t_s, const std::vector<double> &score) {
+  const Range time = padded(rows.t_s.front(), rows.t_s.back());
+  const Range levels = range_of({&c.z, &c.m});
+  const double room = std::max(room_for_y(levels, kLevels), 70.0);
+  Svg svg(kWide, kLevels + kScore, "measured and expected " + q.words + ", and the score");
+  const Panel p = draw_axes(svg, 0.0, 0.0, kWide, kLevels, room,
+                            {time, levels, "", axis_text(q.name, q.unit), false});
+  open(svg, p);
+  shade(svg, p, rows, marked(rows, result));
+  draw_band(svg, p, rows.t_s, c);
+  svg.polyline(line_of(p, rows.t_s, c.m), "after");
+  svg.polyline(line_of(p, rows.t_s, c.z), "measured");
+  const double onset = p.x.at(alarm.since_s), told = p.x.at(raised_s);
+  svg.line(onset, 0.0, onset, p.height, "outline");
+  svg.line(told, 0.0, told, p.height, "warn");
+  close(svg);
+  draw_score(svg, time, room, t_s, score, result.alarm_score);
+  return figure("Measured against expected: " + q.words, svg.markup(),
+                {{Mark::line, "measured", "measured; below, the score"},
+                 {Mark::line, "after", "expected"},
+                 {Mark::area, "band", "\u00b12 sd"},
+                 {Mark::area, "acts strip", "where the deviation was"},
+                 {Mark::line, "warn", "the alarm; below, its threshold"}},
+                "Dashed: the estimated onset. Expected is what the commands, or the log's own "
+                "predictions, let the outcome be.");
+}
+
+} // namespace
+
+FlightReport::FlightReport(std::string model, std::string made_by)
+    : model_(std::move(model)), made_by_(std::move(made_by)) {}
+
+void FlightReport::begin(const Log &log) {
+  flights_.emplace_back();
+  blocks_ = 0;
+  Flight &flight = flights_.back();
+  try {
+    flight.rows = model_.empty() || !role_columns(log, Role::outcome).empty()
+                      ? log
+                      : world::make_image_predictor(model_)->predict(log);
+  } catch (const DataError &e) { // another rate, for one: the text says what the monitor says
+    flight.why_not_drawn = e.what();
+  }
+}
+
+void FlightReport::verdict(const rim_verdict &v) {
+  if (v.blocks == blocks_)
+    return;
+  blocks_ = v.blocks;
+  flights_.back().t_s.push_back(v.t_s);
+  flights_.back().score.push_back(v.score);
+}
+
+void FlightReport::record(const rim_alarm &record) {
+  if (record.state != RIM_ALARM_NONE)
+    flights_.back().records.push_back(record);
+}
+
+void FlightReport::end(const ReplayedLog &result, const Names &names) {
+  Flight &flight = flights_.back();
+  names_ = names;
+  flight.result = result;
+  flight.text = replay_text(result, names);
+  for (const rim_alarm &r : flight.records) {
+    if (r.state == RIM_ALARM_RAISED)
+      flight.alarms.push_back({r, r, ""});
+    for (auto a = flight.alarms.rbegin(); a != flight.alarms.rend(); ++a) {
+      if (a->raised.detector != r.detector)
+        continue;
+      if (r.state != RIM_ALARM_CLEARED)
+        a->last = r;
+      break;
+    }
+  }
+  for (Alarm &a : flight.alarms)
+    a.sentence = alarm_sentence(a.last, names);
+}
+
+std::string FlightReport::alarm_card(const Flight &flight, std::size_t number,
+                                     const Names &names) const {
+  const Alarm &alarm = flight.alarms[number];
+  const rim_alarm &a = alarm.last;
+  std::string text = fmt::format("<h3>Alarm {} at t = {:.2f} s</h3>\n<p class=\"lead\">{}</p>\n",
+                                 number + 1, alarm.raised.t_s, escape(alarm.sentence));
+  text += "<dl class=\"facts\">\n" + fact("kind", kind_text(a.kind));
+  if (a.channels > 0)
+    text += fact("how much", shift_text(a, names));
+  const std::string where = region_words(a.region, names);
+  text += fact("where", where.empty() ? "everywhere" : where) + fact("since", since_text(a)) +
+          fact("observations", count_text(a.observations)) +
+          fact("ln anom",
+               number_text(a.ln_anom, 4) + " (alarm at " + number_text(a.threshold, 3) + ")") +
+          fact("p, whole run", number_text(a.p_value, 2)) + "</dl>\n";
+  if (a.channels == 0 || a.detector == RIM_DETECTOR_INTERFERENCE || flight.rows.t_s.size() < 2)
+    return text;
+  const rim::Quantity q = names.outcome(a.channel[0]);
+  const Course c = course_of(flight.rows, q.name);
+  if (c.m.empty())
+    return text;
+  return text +
+         course_picture(flight.rows, c, q, flight.result, a, alarm.raised.t_s, flight.t_s,
+                        flight.score) +
+         others_table(flight.rows, marked(flight.rows, flight.result), names, a.channel[0]);
+}
+
+std::string FlightReport::card(const Flight &flight) const {
+  const std::size_t number = static_cast<std::size_t>(&flight - flights_.data());
+  std::string text = fmt::format(
+      "<section class=\"finding f{}\" id=\"log-{}\">\n<h2>{}</h2>\n<pre>{}</pre>\n", number % 7,
+      number + 1, escape(file_name(flight.result.path)), escape(flight.text));
+  if (!flight.why_not_drawn.empty())
+    text += "<p class=\"note\">Not drawn: " + escape(flight.why_not_drawn) + "</p>\n";
+  for (std::size_t i = 0; i < flight.alarms.size(); ++i)
+    text += alarm_card(flight, i, names_);
+  return text + "</section>\n";
+}
+
+namespace {
+
+void append(std::vector<double> *to, const std::vector<double> &from) {
+  to->insert(to->end(), from.begin(), from.end());
+}
+
+// The features of the first log that was drawn; further logs have the same.
+void append_features(const Log &rows, bool is_first, report::Explore *data) {
+  std::size_t k = 0;
+  for (const int index : feature_columns(rows)) {
+    const Column &feature = rows.columns[static_cast<std::size_t>(index)];
+    if (k == kMostFeatures)
+      return;
+    if (is_first)
+      data->features.push_back({plain_name(feature.name), feature.unit, {}});
+    if (k < data->features.size())
+      append(&data->features[k++].values, column(rows, feature.name));
+  }
+}
+
+std::string counted(std::size_t alarms) {
+  return fmt::format("{} {}", alarms, alarms == 1 ? "alarm" : "alarms");
+}
+
+} // namespace
+
+// What can be touched.
+report::Explore FlightReport::explore() const {
+  report::Explore data;
+  data.is_replay = true;
+  for (std::size_t o = 0; o < std::min(kMostChannels, names_.outcomes.size()); ++o)
+    data.channels.push_back({names_.outcomes[o].words, names_.outcomes[o].unit, {}, {}, {}, {}});
+  for (const Flight &f : flights_) {
+    if (f.rows.t_s.empty())
+      continue;
+    if (data.findings.empty() && !f.alarms.empty()) { // opens with the first alarm
+      data.findings.push_back({1, "where a deviation was"});
+      data.first_log = data.logs.size();
+      const rim_alarm &a = f.alarms.front().last;
+      data.first_channel = a.channels > 0 && a.channel[0] < data.channels.size() ? a.channel[0] : 0;
+    }
+    data.logs.push_back({file_name(f.result.path), data.time.size(), f.rows.t_s.size()});
+    append(&data.time, f.rows.t_s);
+    for (const std::uint8_t mark : marked(f.rows, f.result))
+      data.acts.push_back(mark);
+    for (std::size_t o = 0; o < data.channels.size(); ++o) {
+      Course c = course_of(f.rows, names_.outcomes[o].name);
+      c.sd.resize(f.rows.t_s.size(), 0.0); // where the log has none
+      append(&data.channels[o].z, c.z);
+      append(&data.channels[o].m, c.m);
+      append(&data.channels[o].sd, c.sd);
+    }
+    append_features(f.rows, data.logs.size() == 1, &data);
+  }
+  return data;
+}
+
+std::string FlightReport::html() const {
+  std::size_t alarms = 0;
+  std::string contents, cards;
+  for (const Flight &f : flights_) {
+    alarms += f.alarms.size();
+    const std::size_t from = f.result.path.size() + 2; // "PATH: what the first line says"
+    contents += fmt::format("<li><a href=\"#log-{}\">{}</a>: {}</li>\n", &f - flights_.data() + 1,
+                            escape(file_name(f.result.path)),
+                            escape(f.alarms.empty() ? f.text.substr(from, f.text.find('\n') - from)
+                                                    : f.alarms.back().sentence));
+    cards += card(f);
+  }
+  const report::ExploreParts parts = report::explore_parts(explore());
+  return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+         "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n"
+         "<link rel=\"icon\" href=\"data:,\">\n<title>rim replay: " +
+         counted(alarms) + "</title>\n<style>\n" + style_sheet() +
+         "</style>\n</head>\n<body>\n<main>\n<header>\n<p class=\"top\"><span>rim replay</span>" +
+         (alarms == 0 ? "<span class=\"verdict fine\">\u2713 no alarm</span>"
+                      : "<span class=\"verdict bad\">\u2717 " + counted(alarms) + "</span>") +
+         "</p>\n<ol class=\"contents\">\n" + contents + "</ol>\n</header>\n" + parts.section +
+         cards + "<section id=\"again\">\n<h2>How to make this again</h2>\n<pre>" +
+         escape(made_by_) +
+         "</pre>\n</section>\n<footer>rimwatch " RIM_VERSION "</footer>\n</main>\n" +
+         parts.scripts + "</body>\n</html>\n";
+}
+
+} // namespace rim

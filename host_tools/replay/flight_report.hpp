@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+// replay/flight_report.hpp - rim replay --report: what the monitor said of logs, as a page.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "log/log.hpp"
+#include "replay/replay.hpp"
+#include "report/explore.hpp"
+
+namespace rim {
+
+// Gathers logs as they are replayed, and writes one self-contained page: every alarm with its
+// outcome measured against expected and the band, where and since when, what the other outcomes do,
+// and the score against its threshold. Readable without scripts; with dygraphs it can be touched
+// (report/explore.hpp).
+class FlightReport {
+public:
+  // model: the flight image's path; empty: the logs bring their predictions.
+  FlightReport(std::string model, std::string made_by);
+  void begin(const Log &log);
+  void verdict(const rim_verdict &verdict);
+  void record(const rim_alarm &record);
+  // result must hold the labels of the rows.
+  void end(const ReplayedLog &result, const Names &names);
+  std::string html() const;
+
+private:
+  struct Alarm {
+    rim_alarm raised{}, last{};
+    std::string sentence;
+  };
+  // Outcomes beside what was expected of them, a row or a block each.
+  struct Flight {
+    Log rows; // z. m. sd. columns, and context
+    ReplayedLog result;
+    std::string text, why_not_drawn;
+    std::vector<rim_alarm> records;
+    std::vector<Alarm> alarms;
+    std::vector<double> t_s, score; // of blocks
+  };
+  report::Explore explore() const;
+  std::string card(const Flight &flight) const;
+  std::string alarm_card(const Flight &flight, std::size_t number, const Names &names) const;
+
+  std::string model_, made_by_;
+  std::vector<Flight> flights_;
+  Names names_;
+  std::uint32_t blocks_ = 0;
+};
+
+} // namespace rim

@@ -1,0 +1,41 @@
+#!/bin/bash
+# SPDX-License-Identifier: MIT
+# The Python package: built by pip as a user would, then held to the command line (test_package.py);
+# the notebook executed. Skipped, saying so, where PyPI's packages are not there.
+. "$(dirname "$0")/check.inc"
+root=$(cd "$(dirname "$0")/../.." && pwd)
+python=$BUILD/venv/bin/python3
+if [ -n "${SANITIZE:-}" ] || ! "$python" -c 'import nanobind, scikit_build_core, pandas, sklearn' 2> /dev/null; then
+  echo "skipped: no nanobind, scikit-build-core, pandas, scikit-learn in $BUILD/venv (or sanitizers)"
+  skipped=1
+  finish
+fi
+export RIMWATCH_BUILD=$BUILD PATH=$BUILD/venv/bin:$PATH
+"$python" -m pip install --quiet --no-deps --no-build-isolation --disable-pip-version-check \
+  --target "$here/site" -C build-dir="$BUILD/python/test" "$root/host_tools/python" > "$here/pip.txt" 2>&1
+check "pip install" 0 $? || tail -30 "$here/pip.txt"
+[ -d "$here/site/rimwatch" ] || tail -30 "$here/pip.txt"
+cd "$here" && mkdir files
+export PYTHONPATH=$here/site OMP_NUM_THREADS=1
+out=$("$python" "$root/tests/python/test_package.py" "$RIM" files 2>&1); check "test_package" 0 $?
+printf '%s\n' "$out"
+passed=$((passed + $(printf '%s\n' "$out" | awk 'END {print $1 + 0}')))
+check "readers as a module" 0 "$("$python" -m rimwatch.readers --help > /dev/null; echo $?)"
+if "$python" -c 'import nbclient, ipykernel' 2> /dev/null; then
+  cp "$root"/host_tools/python/examples/*.ipynb .
+  "$python" - << 'END' > notebook.txt 2>&1
+import glob
+import nbformat
+from nbclient import NotebookClient
+for name in sorted(glob.glob("*.ipynb")):
+    notebook = nbformat.read(name, as_version=4)
+    NotebookClient(notebook, timeout=120, kernel_name="python3").execute()
+    text = "".join(str(o) for c in notebook.cells for o in c.get("outputs", []))
+    print(name, "digest" in text, "iframe" in text, "Traceback" not in text)
+END
+  check "the notebook runs" 0 $?
+  contains "the notebook's outputs" "$(cat notebook.txt)" "first_steps.ipynb True True True"
+else
+  skipped=$((skipped + 1))
+fi
+finish

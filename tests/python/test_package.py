@@ -1,0 +1,225 @@
+# SPDX-License-Identifier: MIT
+"""The Python package against the command line. Arguments: the program rim, a folder for files.
+Seeds are those of rimwatch.example_logs: 1 to 20. Last line: N passed, N failed."""
+
+import doctest
+import json
+import os
+import subprocess
+import sys
+import warnings
+
+import numpy as np
+import pandas as pd
+
+import rimwatch
+import rimwatch.detector
+
+RIM, FOLDER = sys.argv[1], os.path.abspath(sys.argv[2])
+counts = {True: 0, False: 0}
+
+
+def check(what, good, seen=""):
+    counts[bool(good)] += 1
+    if not good:
+        print("FAILED:", what, seen)
+
+
+def rim(*arguments, code=(0,)):
+    done = subprocess.run([RIM, *arguments], cwd=FOLDER, capture_output=True, text=True,
+                          check=False)
+    check(f"rim {arguments[0]}: exit {done.returncode}", done.returncode in code, done.stderr)
+    return done.stdout
+
+
+def refused(what, error, text, call):
+    try:
+        call()
+    except error as reason:
+        check(what, text in str(reason), str(reason))
+    else:
+        check(what, False, "no error")
+
+
+def write(frame, name):
+    path = os.path.join(FOLDER, name)
+    with open(path, "w", encoding="ascii") as file:
+        file.write(",".join(["t_s", *frame.columns]) + "\n")
+        for t, row in zip(frame.index, frame.to_numpy()):
+            file.write(",".join([repr(float(t)), *(repr(float(v)) for v in row)]) + "\n")
+    return path
+
+
+def test_same_as_the_command_line():
+    frames = rimwatch.example_logs(8)
+    paths = [write(frame, f"run_{i}.csv") for i, frame in enumerate(frames)]
+    rim("train", *paths, "--out", "cart.rim", "--quick")
+    image = rimwatch.train(frames)
+    check("the image of tables and of files", image.data == open(f"{FOLDER}/cart.rim", "rb").read())
+    check("the image of paths", rimwatch.train(paths).data == image.data)
+    flights = [rimwatch.example_logs(1, first=9, bias=b)[0] for b in (0.0, 0.3)]
+    names = [write(frame, f"flight_{i}.csv") for i, frame in enumerate(flights)]
+    said = rim("replay", *names, "--model", "cart.rim", "--alarms", "a.jsonl", "--labels", "l.csv",
+               "--trace", "t.csv")
+    result = rimwatch.replay(names, f"{FOLDER}/cart.rim")
+    check("digest", said.splitlines()[-1] == f"digest {result.digest}", said)
+    check("digest of tables", rimwatch.replay(flights, image).digest == result.digest)
+    lines = [json.loads(line) for line in open(f"{FOLDER}/a.jsonl", encoding="utf-8")]
+    check("alarms", lines == [a for run in result.runs for a in run.alarms] and lines, lines)
+    labels, trace = pd.read_csv(f"{FOLDER}/l.csv"), pd.read_csv(f"{FOLDER}/t.csv")
+    findings = pd.concat([run.rows["finding"] for run in result.runs]).to_numpy()
+    check("labels", (labels["finding"].to_numpy() == findings).all() and findings.any())
+    rows = pd.concat([run.rows for run in result.runs])
+    check("trace, read by pandas as it is", list(trace.columns)[:4] == ["t_s", "ln_anom",
+          "threshold", "score"] and np.allclose(trace["score"], rows["score"], rtol=1e-8))
+    check("healthy", result.runs[0].healthy and not result.runs[1].healthy)
+    check("words", result.runs[1].text in said)
+    one = rimwatch.Monitor(image)
+    for t, row in zip(flights[1].index, flights[1].to_numpy()):
+        verdict = one.step(t, row)
+    alone = rimwatch.replay(flights[1], image)
+    check("step by step", one.digest == alone.digest, one.digest)
+    one.reset()
+    for t, row in zip(flights[1].index, flights[1].to_numpy().tolist()):
+        verdict = one.step(float(t), row)
+    check("with lists", one.digest == alone.digest and verdict.level == "ERROR")
+    image.save(f"{FOLDER}/saved.rim")
+    check("saved", rimwatch.Image.load(f"{FOLDER}/saved.rim").data == image.data)
+    check("in words", "flight image" in str(image) and "<pre>" in image._repr_html_())
+
+
+def slipping(frame):
+    """Measured speed beside a prediction that knows nothing of a loss above 1 m/s."""
+    true = frame["s.speed_mps"] * np.where(frame["u.cmd_mps"] > 1.0, 0.9, 1.0)
+    return pd.DataFrame({"u.cmd_mps": frame["u.cmd_mps"], "z.speed_mps": true,
+                         "m.speed_mps": frame["s.speed_mps"]
+                         + np.random.default_rng(1).normal(0.0, 0.01, len(frame)),
+                         "sd.speed_mps": 0.02})
+
+
+def test_diagnosis():
+    frames = [slipping(frame) for frame in rimwatch.example_logs(4, first=11)]
+    paths = [write(frame, f"slip_{i}.csv") for i, frame in enumerate(frames)]
+    rim("diagnose", *paths[:3], "--holdout", paths[3], "--out", "found", code=(1,))
+    theirs = json.load(open(f"{FOLDER}/found/diagnosis.json", encoding="utf-8"))
+    ours = rimwatch.diagnose(paths[:3], holdout=paths[3])
+    same = {k: v for k, v in ours.facts.items() if k not in ("command",)}
+    check("findings", same["findings"] == theirs["findings"] and theirs["findings"])
+    check("gain", same["gain"] == theirs["gain"])
+    tables = rimwatch.diagnose(frames[:3], holdout=frames[3])
+    check("of tables", tables.facts["findings"] == theirs["findings"])
+    check("not adequate", not ours.adequate and ours.findings[0].channel == "speed_mps", str(ours))
+    corrected = ours.extension(frames[3])
+    before = (frames[3]["z.speed_mps"] - frames[3]["m.speed_mps"]).std()
+    after = (corrected["z.speed_mps"] - corrected["m.speed_mps"]).std()
+    check("the extension corrects", after < 0.7 * before, (before, after))
+    check("the report", "<iframe srcdoc=" in ours._repr_html_() and "speed" in ours._repr_html_())
+    ours.save(f"{FOLDER}/saved")
+    check("saved", sorted(os.listdir(f"{FOLDER}/saved")) == sorted(os.listdir(f"{FOLDER}/found")))
+    called = []
+
+    def simulate(rows):
+        called.append(len(rows))
+        return {"speed_mps": rows["x.known"], "sd.speed_mps": np.full(len(rows), 0.02)}
+
+    own = [f[["u.cmd_mps", "z.speed_mps"]].rename(columns={"z.speed_mps": "s.speed_mps"})
+           .assign(**{"x.known": f["m.speed_mps"]}) for f in frames]
+    own_found = rimwatch.diagnose(own[:3], holdout=own[3], simulate=simulate)
+    check("one's own simulation", own_found.findings and called == [600] * 4, str(own_found))
+    refused("a simulation of nothing", rimwatch.DataError, "neither as z. nor as s.",
+            lambda: rimwatch.diagnose(own[:3], simulate=lambda rows: {"heat_K": rows["x.known"]}))
+
+
+def integrated(runs, first):
+    """A falling speed with drag, and a simulation that knows no drag."""
+    frames = []
+    for seed in range(first, first + runs):
+        draw, v, rows = np.random.default_rng(seed), 20.0, []
+        for _ in range(300):
+            push = draw.uniform(-1.0, 1.0)
+            rows.append((push, v))
+            v = v + 0.1 * (push - 0.02 * v * abs(v)) + draw.normal(0.0, 0.005)
+        u, s = np.array(rows).T
+        frames.append(pd.DataFrame({"u.push_mps2": u, "x.speed_mps": s,
+                                    "z.speed_mps": np.append(s[1:], np.nan)},
+                                   index=pd.Index(np.arange(300) / 10.0, name="t_s")).iloc[:-1])
+    return frames
+
+
+def test_rolled_out():
+    def simulate(rows):
+        return {"speed_mps": rows["x.speed_mps"] + 0.1 * rows["u.push_mps2"],
+                "sd.speed_mps": np.full(len(rows), 0.01)}
+
+    found = rimwatch.diagnose(integrated(3, 1), holdout=integrated(2, 5), simulate=simulate,
+                              horizon_s=1.0)
+    gains = {g["horizon_s"]: g for g in found.facts["gain"]["table"] if g["where"] == "all"}
+    check("rolled out: drag", found.findings[0].cause == "quadratic_drag", str(found))
+    # Ten steps add up: ten times the error of one, less what drag itself loses on the way.
+    ratio = gains[1.0]["rmse_before"] / gains[0.0]["rmse_before"]
+    check("rolled out: errors add up", 6.0 < ratio < 10.5, ratio)
+    check("rolled out: corrected", gains[1.0]["ratio"] < 0.1, gains[1.0])
+
+
+def test_bad_input():
+    frame = rimwatch.example_logs(1)[0]
+    image = rimwatch.train(rimwatch.example_logs(4))
+    refused("a file that is missing", rimwatch.DataError, "none.csv",
+            lambda: rimwatch.read("none.csv"))
+    refused("no roles", rimwatch.DataError, "no column has a role",
+            lambda: rimwatch.replay(pd.DataFrame({"a": [1.0]}), image))
+    refused("a column twice", rimwatch.DataError, "stands twice",
+            lambda: rimwatch.replay(pd.concat([frame, frame], axis=1), image))
+    refused("time that repeats", rimwatch.DataError, "log 1:row 2: column 't_s': time repeats",
+            lambda: rimwatch.replay(pd.concat([frame[:1], frame]), image))
+    refused("a column that is missing", rimwatch.DataError, "'s.current_A' is missing",
+            lambda: rimwatch.replay(frame.drop(columns="s.current_A"), image))
+    refused("no image", rimwatch.DataError, "image", lambda: rimwatch.Image(b"nothing"))
+    refused("too few runs", rimwatch.DataError, "", lambda: rimwatch.train(frame))
+    monitor = rimwatch.Monitor(image)
+    refused("a short row", ValueError, "x has 2 values, the image wants 3",
+            lambda: monitor.step(0.0, [1.0, 2.0]))
+    refused("text in a row", TypeError, "", lambda: monitor.step(0.0, [1.0, "a", 2.0]))
+    check("NaN makes no verdict", not monitor.step(0.0, [1.0, float("nan"), 2.0]).valid)
+    holes = frame.copy()
+    holes.iloc[5, 1] = np.nan
+    check("rows with NaN are skipped", "1 skipped" in rimwatch.replay(holes, image).runs[0].text)
+
+
+def test_detector():
+    from sklearn.utils.estimator_checks import check_estimator
+
+    # A detector of runs learns nothing from a table of a few independent rows: what fits such
+    # tables is left out, by the ValueError that names the rows; and two that ask for outliers among
+    # the rows that were learnt, of which this detector promises none. The others must pass.
+    detector = rimwatch.RimDetector(runs=3)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        results = check_estimator(detector, on_fail=None)
+    failed = {r["check_name"]: str(r["exception"]) for r in results if r["status"] == "failed"}
+    real = {n: e for n, e in failed.items() if "cannot learn from these runs" not in e
+            and n not in ("check_outliers_fit_predict", "check_outliers_train")}
+    passed = sum(r["status"] == "passed" for r in results)
+    print(f"estimator checks: {passed} passed, {len(failed)} cannot apply, "
+          f"{len(real)} failed of {len(results)}")
+    check("estimator checks", not real, real)
+    check("most of them apply", passed >= len(failed), (passed, failed))
+
+
+def test_documentation():
+    for module in ("", "logs", "monitor", "diagnosis", "example", "detector"):
+        name = f"rimwatch.{module}".rstrip(".")
+        result = doctest.testmod(sys.modules[name])
+        check(f"examples of {name}", result.failed == 0 and result.attempted > 0, result)
+
+
+for test in [value for key, value in list(globals().items()) if key.startswith("test_")]:
+    try:
+        test()
+    except Exception:  # counted, and the others go on
+        import traceback
+
+        traceback.print_exc()
+        check(test.__name__, False, "raised")
+print(f"{counts[True]} passed, {counts[False]} failed")
+sys.exit(counts[False] > 0)
