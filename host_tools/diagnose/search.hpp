@@ -32,10 +32,10 @@ struct SearchOptions {
 
 // What is claimed of a member besides its term.
 struct Claim {
-  Member rival;         // the best term of another cause in its place
+  Member rival;                             // the best term of another cause in its place
   double rival_bic = 1e300, rival_r2 = 0.0; // BIC more than this claim's; on rows not fitted
-  double ln_anom = 0.0; // of the joint model with and without it
-  double score = 0.0;   // less its penalty
+  double ln_anom = 0.0;                     // of the joint model with and without it
+  double score = 0.0;                       // less its penalty
   double heldout_r2 = 0.0, heldout_ln = 0.0;
   bool is_confirmed = true; // where it was not fitted
   std::vector<Alternative> alternatives;
@@ -118,7 +118,7 @@ private:
   void find_beside_start(const std::vector<Term> &given);
   Noise plain_noise() const;
   void refit_plain();
-  std::vector<Member> best_delays(const std::vector<Member> &others, const Noise &plain);
+  std::vector<Member> best_delays(const std::vector<Member> &others, const Noise &plain) const;
   void follow_delay();
   double loss_behind(const Term &delay, std::vector<Member> members, const Noise &noise) const;
   Member tuned(const Member &delay, const std::vector<Member> &beside, const Noise &noise) const;
