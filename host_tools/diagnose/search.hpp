@@ -30,6 +30,9 @@ struct SearchOptions {
   const Catalogue *catalogue = nullptr; // for the search behind a delay
 };
 
+// Viscous friction that grows less than with the speed, made of two forms that were found.
+inline constexpr const char *kViscousBySpeed = "viscous_by_speed";
+
 // What is claimed of a member besides its term.
 struct Claim {
   Member rival;                             // the best term of another cause in its place
@@ -105,6 +108,8 @@ private:
   bool is_better_formula(const ChannelFindings &other, double by);
   bool says_much_more(const ChannelFindings &laws) const;
   void formulas_for_tables();
+  std::vector<Member> named_part(std::size_t formula, std::size_t part) const;
+  void name_parts();
   void try_expressions(const std::vector<Member> &kept);
   std::vector<Expression> expressions_beside(const std::vector<Member> &base);
   double score_of(const std::vector<Member> &members, const Noise &noise) const;
@@ -160,6 +165,7 @@ private:
                              Claim *claim) const;
   void judge_parts(const std::vector<Part> &parts, bool by_log, Claim *claim) const;
   void fill_sizes();
+  void bend_friction();
   void add_unrefined();
   Parameter mixed_size(Eigen::Index first, const Member &member) const;
   std::vector<Member> without(std::size_t which) const;
@@ -178,6 +184,11 @@ private:
 
 // The member's columns over a table, in stated sd; m: the prediction that its expressions see.
 void set_columns(const Measured &table, const Channel &channel, const Vector &m, Member *member);
+
+// Near rest, where a friction bends with the speed; and standard errors that span both accounts of
+// a size, without and with what refines it, or near rest and over all speeds.
+void set_near_rest(std::vector<Member> *members);
+void widen_sizes(Term *term);
 
 // What was found in a thinned table, with sizes, standard errors and flags of the whole one.
 void refit_on(const Measured &whole, const Channel &channel, ChannelFindings *found);

@@ -42,10 +42,11 @@ std::string meaning(const Term &term) {
                ? "friction opposes the motion with " + with_unit(size, unit) +
                      (term.form == "stribeck" ? ", and otherwise near rest" : " whatever the speed")
                : "less friction than is predicted";
-  if (term.cause == "viscous_friction")
-    return adds ? "friction opposes the motion with " + with_unit(size, unit) +
-                      (term.sizes.size() > 1 ? ", by direction more or less" : "")
-                : "";
+  if (term.cause == "viscous_friction" && adds)
+    return "friction opposes the motion with " + with_unit(size, unit) +
+           (term.form == "viscous_by_speed" ? ", less where it is fast"
+            : term.sizes.size() > 1         ? ", by direction more or less"
+                                            : "");
   if (term.cause == "quadratic_drag")
     return adds ? "drag opposes the motion with the square of the speed"
                 : "it opposes the motion less and less as speed grows";
@@ -99,18 +100,24 @@ std::string effect_text(const Finding &finding, const Channel &channel) {
   if (term.cause == "saturation" && !term.shape.empty())
     return fmt::format("does not go beyond {:.4g}{} where more is predicted", term.shape[0].value,
                        unit);
+  if (term.cause == "dead_zone" && !term.shape.empty())
+    return fmt::format("does not answer until {:.4g}{} are predicted, and then by that much less",
+                       term.shape[0].value, unit);
   if (term.form == "table")
     return "departs smoothly with " + plain_name(term.arguments.begin()->second) +
            " in a way that no cause of the catalogue explains";
   if (moves_prediction(term))
     return "shows " + expression_text(term);
   std::string text = "differs by " + expression_text(term) + unit;
-  if (!term.sizes.empty() && term.sizes[0].stderror > 0.0)
-    text += fmt::format(
-        " (standard error {:.2g}{})", term.sizes[0].stderror,
-        term.sizes[0].unrefined == 0.0
-            ? ""
-            : fmt::format("; {:.4g} without the terms that refine it", term.sizes[0].unrefined));
+  if (!term.sizes.empty() && term.sizes[0].stderror > 0.0) {
+    const Parameter &size = term.sizes[0];
+    text += fmt::format(" (standard error {:.2g}", size.stderror);
+    if (size.unrefined != 0.0)
+      text += fmt::format("; {:.4g} without the terms that refine it", size.unrefined);
+    if (size.near_rest != 0.0)
+      text += fmt::format("; {:.4g} near rest", size.near_rest);
+    text += ")";
+  }
   return text;
 }
 

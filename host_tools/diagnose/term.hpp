@@ -55,6 +55,8 @@ struct Parameter {
   std::vector<double> per_log{};
   // What it would be without the terms that refine the same law; 0: there are none.
   double unrefined = 0.0;
+  // Of a friction that bends with the speed: what it is near rest; 0: it does not.
+  double near_rest = 0.0;
 };
 
 // A curve over a weighted sum of features: piecewise linear, going on straight beyond its ends.

@@ -56,6 +56,8 @@ Json parameters_json(const Term &term) {
                  {"per_log", numbers(p.per_log)}};
     if (p.unrefined != 0.0)
       all[name]["unrefined"] = number(p.unrefined);
+    if (p.near_rest != 0.0)
+      all[name]["near_rest"] = number(p.near_rest);
   };
   for (const Parameter &p : term.sizes)
     add(p);
