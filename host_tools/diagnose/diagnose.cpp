@@ -10,6 +10,7 @@
 #include "diagnose/gain.hpp"
 #include "diagnose/null.hpp"
 #include "diagnose/regions.hpp"
+#include "diagnose/roles.hpp"
 #include "diagnose/rollout.hpp"
 #include "diagnose/search.hpp"
 #include "diagnose/sentence.hpp"
@@ -350,8 +351,10 @@ void add_notes(const Measured &measured, const std::vector<ChannelFindings> &fou
 }
 
 // A drag that helps is how a friction departs from its law: its size has a meaning only beside it.
-bool refines(const Finding &f) {
-  return f.term.cause == "quadratic_drag" && !f.term.sizes.empty() && f.term.sizes[0].value < 0.0;
+bool refines(const Finding &f, const Measured &measured) {
+  const int c = measured.find_channel(f.term.channel);
+  return f.term.cause == "quadratic_drag" && c >= 0 &&
+         !opposes(f.term, measured.channels[static_cast<std::size_t>(c)]);
 }
 
 bool shares_velocity(const Finding &a, const Finding &b) {
@@ -363,7 +366,7 @@ bool shares_velocity(const Finding &a, const Finding &b) {
 
 // By the likelihood lost without each; what came with an extension last, and what is wrong with the
 // mean before how the rest scatters.
-void put_in_order(std::vector<Finding> *findings) {
+void put_in_order(const Measured &measured, std::vector<Finding> *findings) {
   std::stable_sort(findings->begin(), findings->end(), [](const Finding &a, const Finding &b) {
     if (a.given != b.given)
       return b.given;
@@ -372,9 +375,9 @@ void put_in_order(std::vector<Finding> *findings) {
     return is_scatter != other ? other : a.ln_anom > b.ln_anom;
   });
   for (std::size_t i = 1; i < findings->size(); ++i) {
-    for (std::size_t j = i; j > 0 && !refines((*findings)[j]); --j) {
+    for (std::size_t j = i; j > 0 && !refines((*findings)[j], measured); --j) {
       std::size_t before = j;
-      while (before > 0 && !(refines((*findings)[before - 1]) &&
+      while (before > 0 && !(refines((*findings)[before - 1], measured) &&
                              shares_velocity((*findings)[before - 1], (*findings)[j])))
         --before;
       if (before == 0 || (*findings)[j].given)
@@ -387,11 +390,56 @@ void put_in_order(std::vector<Finding> *findings) {
   }
 }
 
+// Which velocity a channel's friction acts on, where the schema says it.
+void take_velocities(const std::map<std::string, std::string> &velocities, Measured *measured) {
+  for (const auto &[outcome, feature] : velocities) {
+    const int c = measured->find_channel(outcome.rfind("z.", 0) == 0 ? outcome.substr(2) : outcome);
+    if (c < 0 || measured->find_feature(feature) < 0)
+      throw DataError(fmt::format("{}: the schema's [[friction]] names '{}', which is {}",
+                                  measured->logs.front().path, c < 0 ? outcome : feature,
+                                  c < 0 ? "no outcome here" : "no feature here, or never changes"));
+    measured->channels[static_cast<std::size_t>(c)].velocity = feature;
+  }
+}
+
+// Of a law that goes on beyond the rows it was learnt from: their range, and how many of the
+// held-out rows lie beyond.
+void add_learnt(const Measured &measured, const std::vector<Log> &holdout,
+                std::vector<Finding> *findings) {
+  Measured held;
+  if (!holdout.empty())
+    held = make_measured(holdout, nullptr, true);
+  for (Finding &f : *findings) {
+    if (f.term.kind != TermKind::mean || f.given)
+      continue;
+    for (const auto &[placeholder, name] : f.term.arguments) {
+      const auto &bounded = f.term.support.features;
+      if (std::find(bounded.begin(), bounded.end(), name) != bounded.end())
+        continue; // nothing is added beyond
+      const int at = measured.find_feature(base_feature(name));
+      if (at < 0 || measured.features[static_cast<std::size_t>(at)].is_angle)
+        continue;
+      const Vector x = feature_column(measured, name);
+      Learnt learnt{name, measured.features[static_cast<std::size_t>(at)].unit, x.minCoeff(),
+                    x.maxCoeff()};
+      if (held.rows() > 0 && held.find_feature(base_feature(name)) >= 0) {
+        const Vector there = feature_column(held, name);
+        learnt.beyond =
+            ((there.array() < learnt.low) || (there.array() > learnt.high)).cast<double>().mean();
+        learnt.least = there.minCoeff();
+        learnt.most = there.maxCoeff();
+      }
+      f.learnt.push_back(learnt);
+    }
+  }
+}
+
 } // namespace
 
 Diagnosis diagnose(const std::vector<Log> &logs, const Options &options, Measured *table) {
   std::vector<std::string> constant;
-  const Measured measured = make_measured(logs, &constant, !options.given.empty());
+  Measured measured = make_measured(logs, &constant, !options.given.empty());
+  take_velocities(options.velocities, &measured);
   if (measured.rows() < kLeastRows)
     throw DataError(fmt::format("{}: {} rows in all; a diagnosis needs at least {}",
                                 measured.logs.front().path, measured.rows(), kLeastRows));
@@ -425,7 +473,8 @@ Diagnosis diagnose(const std::vector<Log> &logs, const Options &options, Measure
   const std::vector<Term> terms = add_channels(measured, found, null, threshold.enter, &diagnosis);
   add_unconfirmed(measured, found, &diagnosis);
   add_regions(measured, found, &diagnosis);
-  put_in_order(&diagnosis.findings);
+  put_in_order(measured, &diagnosis.findings);
+  add_learnt(measured, options.holdout, &diagnosis.findings);
   if (options.gains)
     diagnosis.gains = Gains(measured, options, threshold).compute(terms);
   for (std::size_t i = 0; i < diagnosis.findings.size(); ++i) {

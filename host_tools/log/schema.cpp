@@ -37,6 +37,7 @@ private:
   void read_column(const toml::table &table);
   void read_keep(const toml::table &table);
   void read_derive(const toml::table &table);
+  void read_friction(const toml::table &table);
 
   Schema schema_;
   std::vector<std::string> names_;
@@ -157,9 +158,22 @@ void SchemaReader::read_derive(const toml::table &table) {
   schema_.derive.push_back(std::move(rule));
 }
 
+void SchemaReader::read_friction(const toml::table &table) {
+  check_keys(table, {"outcome", "velocity"});
+  const std::string outcome = text(table, "outcome", true);
+  Role role = Role::context;
+  if (!role_of_name(outcome, role) || role != Role::outcome)
+    fail(&table, "outcome '" + outcome + "': must begin with z.");
+  const std::string velocity = text(table, "velocity", true);
+  if (!role_of_name(velocity, role) || role == Role::outcome || role == Role::sd)
+    fail(&table, "velocity '" + velocity + "': must be a feature: x. u. s. m.");
+  if (!schema_.velocity_of.emplace(outcome, velocity).second)
+    fail(&table, "outcome '" + outcome + "': given twice");
+}
+
 void SchemaReader::read_top(const toml::table &root) {
   check_keys(root, {"schema", "delimiter", "resample_hz", "resample", "max_gap_s", "observation",
-                    "time", "column", "keep", "derive"});
+                    "time", "column", "keep", "derive", "friction"});
   if (text(root, "schema", true) != "rim-schema/1")
     fail(root.get("schema"), "schema must be \"rim-schema/1\"");
   const std::string delimiter = text(root, "delimiter", false);
@@ -202,6 +216,7 @@ Schema SchemaReader::read() {
   tables(root, "column", [&](const toml::table &t) { read_column(t); });
   tables(root, "keep", [&](const toml::table &t) { read_keep(t); });
   tables(root, "derive", [&](const toml::table &t) { read_derive(t); });
+  tables(root, "friction", [&](const toml::table &t) { read_friction(t); });
   return std::move(schema_);
 }
 
