@@ -25,12 +25,20 @@ namespace {
 using Index = Eigen::Index;
 constexpr std::size_t kLeastRows = 60;
 constexpr std::size_t kMostFolds = 5;
-constexpr std::size_t kMostSearched = 8000; // rows: of more, some are looked at
+// Rows that are searched: of more, some are looked at; of many features and channels fewer, for the
+// forms grow with the square of the features.
+constexpr std::size_t kMostSearched = 8000, kLeastSearched = 1500, kMostCells = 60;
 // Below this score the null's threshold is not believed: it is a fitted law.
 constexpr double kLeastThreshold = 2.0;
 // The law is fitted to a first look at each simulated residual; the real one is looked at more
 // often (swaps, ellipses), so a tenth of what is allowed is asked of it.
 constexpr double kStrict = 0.1;
+
+std::size_t most_searched(const Measured &measured) {
+  const std::size_t cells = measured.features.size() * measured.channels.size();
+  return cells <= kMostCells ? kMostSearched
+                             : std::max(kLeastSearched, kMostSearched * kMostCells / cells);
+}
 
 // Nats that a term needs to enter a model, and to be claimed in the end.
 struct Thresholds {
@@ -260,7 +268,7 @@ void Gains::cross_validate() {
   parallel_for(terms.size(), [&](std::size_t fold) {
     const Measured rest = select(measured_, fold_of_row, static_cast<int>(fold), false);
     for (const ChannelFindings &found :
-         search_all(rest, thinned(rest, kMostSearched), options_.catalogue, options_.given,
+         search_all(rest, thinned(rest, most_searched(rest)), options_.catalogue, options_.given,
                     threshold_, nullptr, nullptr)) {
       for (Term &term : terms_of(found))
         terms[fold].push_back(std::move(term));
@@ -449,27 +457,24 @@ Diagnosis diagnose(const std::vector<Log> &logs, const Options &options, Measure
   diagnosis.model = options.model;
   for (const std::string &name : constant)
     diagnosis.notes.push_back(name + " never changes and is left out");
-  const Measured few = thinned(measured, kMostSearched);
+  const Measured few = thinned(measured, most_searched(measured));
   if (few.whole != nullptr)
     diagnosis.notes.push_back(fmt::format("{} of {} rows are searched; all are fitted and judged",
                                           few.rows(), measured.rows()));
-  std::vector<Library> libraries(measured.channels.size());
-  parallel_for(libraries.size(), [&](std::size_t c) {
-    libraries[c] = make_library(few, few.channels[c], options.catalogue);
-  });
+  std::vector<Library> libraries; // of few channels: made once
   const std::size_t runs = options.null_runs > 0
                                ? options.null_runs
                                : std::max<std::size_t>(16, 96 / measured.channels.size());
-  const Null null = simulate_null(few, libraries, runs, options.seed);
+  const Null null = simulate_null(few, options.catalogue, runs, options.seed, &libraries);
   const Thresholds threshold{
       std::max(kLeastThreshold, null.threshold(kStrict * options.false_alarm)),
       std::max(kLeastThreshold, null.threshold(options.false_alarm))};
   Measured held;
   if (!options.holdout.empty())
-    held = thinned(make_measured(options.holdout, nullptr, true), kMostSearched);
-  const std::vector<ChannelFindings> found =
-      search_all(measured, few, options.catalogue, options.given, threshold, &libraries,
-                 options.holdout.empty() ? nullptr : &held);
+    held = thinned(make_measured(options.holdout, nullptr, true), most_searched(measured));
+  const std::vector<ChannelFindings> found = search_all(
+      measured, few, options.catalogue, options.given, threshold,
+      libraries.empty() ? nullptr : &libraries, options.holdout.empty() ? nullptr : &held);
   const std::vector<Term> terms = add_channels(measured, found, null, threshold.enter, &diagnosis);
   add_unconfirmed(measured, found, &diagnosis);
   add_regions(measured, found, &diagnosis);

@@ -131,11 +131,10 @@ void ChannelSearch::try_expressions(const std::vector<Member> &kept) {
   }
   if (bases[1].size() == kept.size())
     bases.pop_back();
-  const bool has_law =
-      !has_opposites() && std::any_of(out_.members.begin(), out_.members.end(),
-                                      [this](const Member &m) {
-                                        return is_law(m) && m.term.cause != "bias";
-                                      });
+  const bool has_law = !has_opposites() && std::any_of(out_.members.begin(), out_.members.end(),
+                                                       [this](const Member &m) {
+                                                         return is_law(m) && m.term.cause != "bias";
+                                                       });
   const double margin = are_laws() || named.members.size() < 2 ? kWithoutName : kThanPatches;
   ChannelFindings best = named;
   for (const std::vector<Member> &base : bases) {

@@ -14,6 +14,7 @@ if [ -n "${SANITIZE:-}" ]; then
   skipped=1
   finish
 fi
+reference=$(cd "$(dirname "$0")/../measured" && pwd)/reference.py
 cd "$here" || exit 1
 # within WHAT VALUE LOW HIGH
 within() {
@@ -81,7 +82,7 @@ contains "both: said" "$out" "differs between the logs"
 check "both: a size for each" 2 "$(get both "len(size('quadratic_drag')['per_log'])")"
 
 # --- the published physics put back into the prediction: nothing is claimed that makes a hold-out worse
-"$(dirname "$0")/../measured/reference.py" --from "$measured" --out put_back; check "physics put back" 0 $?
+"$reference" --from "$measured" --out put_back; check "physics put back" 0 $?
 for machine in put_back/*; do
   held=()
   case $machine in */genesis | */halcyon) ;; *) held=(--holdout "$machine/hold_1.csv") ;; esac
