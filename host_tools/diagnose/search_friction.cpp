@@ -88,8 +88,10 @@ void ChannelSearch::add_unrefined() {
     }
   }
   set_near_rest(&out_.members);
-  for (Member &member : out_.members)
-    widen_sizes(&member.term);
+  for (Member &member : out_.members) {
+    if (!member.is_given)
+      widen_sizes(&member.term);
+  }
 }
 
 // The viscous friction that grows less than with the speed: a square of the speed that helps is no

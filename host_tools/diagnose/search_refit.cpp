@@ -108,8 +108,10 @@ void refit_on(const Measured &whole, const Channel &channel, ChannelFindings *fo
     at += member.h.cols();
   }
   set_near_rest(&found->members);
-  for (Member &member : found->members)
-    widen_sizes(&member.term);
+  for (Member &member : found->members) {
+    if (!member.is_given)
+      widen_sizes(&member.term);
+  }
 }
 
 } // namespace rim::diagnose
