@@ -38,6 +38,8 @@ std::string meaning(const Term &term, const Channel &channel) {
     return "friction opposes the motion with " + with_unit(size + other, unit) +
            " forwards and with " + with_unit(size - other, unit) + " backwards";
   }
+  if (term.form == "coulomb_stick")
+    return "friction opposes the motion whatever the speed, and sticks";
   if (term.cause == "coulomb_friction")
     return adds
                ? "friction opposes the motion with " + with_unit(size, unit) +
@@ -101,6 +103,10 @@ std::string effect_text(const Finding &finding, const Channel &channel) {
   if (term.cause == "saturation" && !term.shape.empty())
     return fmt::format("does not go beyond {:.4g}{} where more is predicted", term.shape[0].value,
                        unit);
+  if (term.form == "coulomb_stick" && !term.shape.empty())
+    return fmt::format("loses {:.4g}{} to friction within a row, and stays at rest where no more "
+                       "is predicted",
+                       term.shape[0].value, unit);
   if (term.cause == "dead_zone" && !term.shape.empty())
     return fmt::format("does not answer until {:.4g}{} are predicted, and then by that much less",
                        term.shape[0].value, unit);
