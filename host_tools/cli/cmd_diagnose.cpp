@@ -205,6 +205,8 @@ int cmd_diagnose(int argc, char **argv) {
     check_extension(terms, make_measured(logs, nullptr, true), path);
     options.given.insert(options.given.end(), terms.begin(), terms.end());
   }
+  if (mapping != nullptr)
+    options.velocities = mapping->velocity_of;
   options.horizon_s = o.horizon_s;
   options.predictor = predictor.get();
   options.false_alarm = o.false_alarm;

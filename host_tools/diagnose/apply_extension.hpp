@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "diagnose/term.hpp"
-#include "log/log.hpp"
 #include "image/layout.hpp"
+#include "log/log.hpp"
 
 namespace rim::diagnose {
 

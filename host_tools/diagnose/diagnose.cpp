@@ -10,6 +10,7 @@
 #include "diagnose/gain.hpp"
 #include "diagnose/null.hpp"
 #include "diagnose/regions.hpp"
+#include "diagnose/roles.hpp"
 #include "diagnose/rollout.hpp"
 #include "diagnose/search.hpp"
 #include "diagnose/sentence.hpp"
@@ -24,12 +25,20 @@ namespace {
 using Index = Eigen::Index;
 constexpr std::size_t kLeastRows = 60;
 constexpr std::size_t kMostFolds = 5;
-constexpr std::size_t kMostSearched = 8000; // rows: of more, some are looked at
+// Rows that are searched: of more, some are looked at; of many features and channels fewer, for the
+// forms grow with the square of the features.
+constexpr std::size_t kMostSearched = 8000, kLeastSearched = 1500, kMostCells = 60;
 // Below this score the null's threshold is not believed: it is a fitted law.
 constexpr double kLeastThreshold = 2.0;
 // The law is fitted to a first look at each simulated residual; the real one is looked at more
 // often (swaps, ellipses), so a tenth of what is allowed is asked of it.
 constexpr double kStrict = 0.1;
+
+std::size_t most_searched(const Measured &measured) {
+  const std::size_t cells = measured.features.size() * measured.channels.size();
+  return cells <= kMostCells ? kMostSearched
+                             : std::max(kLeastSearched, kMostSearched * kMostCells / cells);
+}
 
 // Nats that a term needs to enter a model, and to be claimed in the end.
 struct Thresholds {
@@ -259,7 +268,7 @@ void Gains::cross_validate() {
   parallel_for(terms.size(), [&](std::size_t fold) {
     const Measured rest = select(measured_, fold_of_row, static_cast<int>(fold), false);
     for (const ChannelFindings &found :
-         search_all(rest, thinned(rest, kMostSearched), options_.catalogue, options_.given,
+         search_all(rest, thinned(rest, most_searched(rest)), options_.catalogue, options_.given,
                     threshold_, nullptr, nullptr)) {
       for (Term &term : terms_of(found))
         terms[fold].push_back(std::move(term));
@@ -350,8 +359,10 @@ void add_notes(const Measured &measured, const std::vector<ChannelFindings> &fou
 }
 
 // A drag that helps is how a friction departs from its law: its size has a meaning only beside it.
-bool refines(const Finding &f) {
-  return f.term.cause == "quadratic_drag" && !f.term.sizes.empty() && f.term.sizes[0].value < 0.0;
+bool refines(const Finding &f, const Measured &measured) {
+  const int c = measured.find_channel(f.term.channel);
+  return f.term.cause == "quadratic_drag" && c >= 0 &&
+         !opposes(f.term, measured.channels[static_cast<std::size_t>(c)]);
 }
 
 bool shares_velocity(const Finding &a, const Finding &b) {
@@ -363,7 +374,7 @@ bool shares_velocity(const Finding &a, const Finding &b) {
 
 // By the likelihood lost without each; what came with an extension last, and what is wrong with the
 // mean before how the rest scatters.
-void put_in_order(std::vector<Finding> *findings) {
+void put_in_order(const Measured &measured, std::vector<Finding> *findings) {
   std::stable_sort(findings->begin(), findings->end(), [](const Finding &a, const Finding &b) {
     if (a.given != b.given)
       return b.given;
@@ -372,9 +383,9 @@ void put_in_order(std::vector<Finding> *findings) {
     return is_scatter != other ? other : a.ln_anom > b.ln_anom;
   });
   for (std::size_t i = 1; i < findings->size(); ++i) {
-    for (std::size_t j = i; j > 0 && !refines((*findings)[j]); --j) {
+    for (std::size_t j = i; j > 0 && !refines((*findings)[j], measured); --j) {
       std::size_t before = j;
-      while (before > 0 && !(refines((*findings)[before - 1]) &&
+      while (before > 0 && !(refines((*findings)[before - 1], measured) &&
                              shares_velocity((*findings)[before - 1], (*findings)[j])))
         --before;
       if (before == 0 || (*findings)[j].given)
@@ -387,11 +398,56 @@ void put_in_order(std::vector<Finding> *findings) {
   }
 }
 
+// Which velocity a channel's friction acts on, where the schema says it.
+void take_velocities(const std::map<std::string, std::string> &velocities, Measured *measured) {
+  for (const auto &[outcome, feature] : velocities) {
+    const int c = measured->find_channel(outcome.rfind("z.", 0) == 0 ? outcome.substr(2) : outcome);
+    if (c < 0 || measured->find_feature(feature) < 0)
+      throw DataError(fmt::format("{}: the schema's [[friction]] names '{}', which is {}",
+                                  measured->logs.front().path, c < 0 ? outcome : feature,
+                                  c < 0 ? "no outcome here" : "no feature here, or never changes"));
+    measured->channels[static_cast<std::size_t>(c)].velocity = feature;
+  }
+}
+
+// Of a law that goes on beyond the rows it was learnt from: their range, and how many of the
+// held-out rows lie beyond.
+void add_learnt(const Measured &measured, const std::vector<Log> &holdout,
+                std::vector<Finding> *findings) {
+  Measured held;
+  if (!holdout.empty())
+    held = make_measured(holdout, nullptr, true);
+  for (Finding &f : *findings) {
+    if (f.term.kind != TermKind::mean || f.given)
+      continue;
+    for (const auto &[placeholder, name] : f.term.arguments) {
+      const auto &bounded = f.term.support.features;
+      if (std::find(bounded.begin(), bounded.end(), name) != bounded.end())
+        continue; // nothing is added beyond
+      const int at = measured.find_feature(base_feature(name));
+      if (at < 0 || measured.features[static_cast<std::size_t>(at)].is_angle)
+        continue;
+      const Vector x = feature_column(measured, name);
+      Learnt learnt{name, measured.features[static_cast<std::size_t>(at)].unit, x.minCoeff(),
+                    x.maxCoeff()};
+      if (held.rows() > 0 && held.find_feature(base_feature(name)) >= 0) {
+        const Vector there = feature_column(held, name);
+        learnt.beyond =
+            ((there.array() < learnt.low) || (there.array() > learnt.high)).cast<double>().mean();
+        learnt.least = there.minCoeff();
+        learnt.most = there.maxCoeff();
+      }
+      f.learnt.push_back(learnt);
+    }
+  }
+}
+
 } // namespace
 
 Diagnosis diagnose(const std::vector<Log> &logs, const Options &options, Measured *table) {
   std::vector<std::string> constant;
-  const Measured measured = make_measured(logs, &constant, !options.given.empty());
+  Measured measured = make_measured(logs, &constant, !options.given.empty());
+  take_velocities(options.velocities, &measured);
   if (measured.rows() < kLeastRows)
     throw DataError(fmt::format("{}: {} rows in all; a diagnosis needs at least {}",
                                 measured.logs.front().path, measured.rows(), kLeastRows));
@@ -401,31 +457,29 @@ Diagnosis diagnose(const std::vector<Log> &logs, const Options &options, Measure
   diagnosis.model = options.model;
   for (const std::string &name : constant)
     diagnosis.notes.push_back(name + " never changes and is left out");
-  const Measured few = thinned(measured, kMostSearched);
+  const Measured few = thinned(measured, most_searched(measured));
   if (few.whole != nullptr)
     diagnosis.notes.push_back(fmt::format("{} of {} rows are searched; all are fitted and judged",
                                           few.rows(), measured.rows()));
-  std::vector<Library> libraries(measured.channels.size());
-  parallel_for(libraries.size(), [&](std::size_t c) {
-    libraries[c] = make_library(few, few.channels[c], options.catalogue);
-  });
+  std::vector<Library> libraries; // of few channels: made once
   const std::size_t runs = options.null_runs > 0
                                ? options.null_runs
                                : std::max<std::size_t>(16, 96 / measured.channels.size());
-  const Null null = simulate_null(few, libraries, runs, options.seed);
+  const Null null = simulate_null(few, options.catalogue, runs, options.seed, &libraries);
   const Thresholds threshold{
       std::max(kLeastThreshold, null.threshold(kStrict * options.false_alarm)),
       std::max(kLeastThreshold, null.threshold(options.false_alarm))};
   Measured held;
   if (!options.holdout.empty())
-    held = thinned(make_measured(options.holdout, nullptr, true), kMostSearched);
-  const std::vector<ChannelFindings> found =
-      search_all(measured, few, options.catalogue, options.given, threshold, &libraries,
-                 options.holdout.empty() ? nullptr : &held);
+    held = thinned(make_measured(options.holdout, nullptr, true), most_searched(measured));
+  const std::vector<ChannelFindings> found = search_all(
+      measured, few, options.catalogue, options.given, threshold,
+      libraries.empty() ? nullptr : &libraries, options.holdout.empty() ? nullptr : &held);
   const std::vector<Term> terms = add_channels(measured, found, null, threshold.enter, &diagnosis);
   add_unconfirmed(measured, found, &diagnosis);
   add_regions(measured, found, &diagnosis);
-  put_in_order(&diagnosis.findings);
+  put_in_order(measured, &diagnosis.findings);
+  add_learnt(measured, options.holdout, &diagnosis.findings);
   if (options.gains)
     diagnosis.gains = Gains(measured, options, threshold).compute(terms);
   for (std::size_t i = 0; i < diagnosis.findings.size(); ++i) {

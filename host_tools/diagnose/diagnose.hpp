@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,8 @@ struct Options {
   std::uint64_t seed = 1;
   bool gains = true;
   std::string command, model;
+  // Outcome ("z.force_N") -> the feature that is the velocity its friction acts on: not inferred.
+  std::map<std::string, std::string> velocities;
 };
 
 // Logs carry z. and m. columns. DataError: see make_measured(); fewer rows than a fit needs.

@@ -25,6 +25,14 @@ struct Alternative {
   double heldout_r2 = 0.0; // share of the residual's weighted sum of squares, on held-out blocks
 };
 
+// The range of a term's argument in the rows that it was learnt from, and in the held-out ones.
+struct Learnt {
+  std::string feature, unit;
+  double low = 0.0, high = 0.0;
+  double beyond = 0.0;            // share of the held-out rows outside: the law is extrapolated
+  double least = 0.0, most = 0.0; // of the held-out rows
+};
+
 struct Finding {
   int number = 0; // from 1, in the order of the likelihood lost without it: labels.csv
   Term term;
@@ -37,6 +45,7 @@ struct Finding {
   std::vector<Alternative> alternatives; // best first
   bool separable = true;
   std::vector<std::uint8_t> acts; // per row: the effect exceeds .1 sd (or the row is flagged)
+  std::vector<Learnt> learnt;     // of a law that goes on beyond; empty: it does not
   bool given = false;             // it came with --extension and was not searched for
 };
 

@@ -607,6 +607,7 @@ Expression Finder::expression(const State &state) const {
       basis += (basis.empty() ? "" : "*") + text_of(atom.fn, inputs_[atom.input], f, w);
     }
     term.basis.push_back(basis.empty() ? "1" : basis);
+    out.member.part_penalty.push_back(penalty_of(product));
   }
   out.member.penalty = state.penalty;
   const Vector m = channel_.m;

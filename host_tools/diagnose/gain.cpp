@@ -87,8 +87,7 @@ void append_judged(const std::vector<Term> &terms, const Measured &measured, std
     for (std::size_t r = 0; r < measured.logs[log].rows; ++r) {
       const std::size_t i = measured.logs[log].first + r;
       const auto k = static_cast<Index>(i);
-      if (flagged.stuck[i] != 0 || flagged.dropout[i] != 0)
-        continue;
+      judged->flagged.push_back(flagged.stuck[i] != 0 || flagged.dropout[i] != 0 ? 1 : 0);
       judged->z.push_back(c.z(k));
       judged->before.push_back(c.m(k));
       judged->after.push_back(after.m(k));
@@ -128,6 +127,7 @@ void append_means(const std::vector<Term> &terms, const Measured &measured, std:
       }
       if (n < 1.0)
         continue;
+      judged->flagged.push_back(0);
       judged->z.push_back(z / n);
       judged->before.push_back(before / n);
       judged->after.push_back(extended / n);
@@ -141,11 +141,13 @@ void append_means(const std::vector<Term> &terms, const Measured &measured, std:
 
 namespace {
 
-// where: 0 all rows, 1 those inside, 2 those outside.
+// where: 0 all rows that are measurements, 1 those inside, 2 those outside, 3 the others too.
 std::vector<Sums> sums_by_unit(const Judged &judged, int where, std::size_t units) {
   std::vector<Sums> sums(units);
   for (std::size_t i = 0; i < judged.z.size(); ++i) {
-    if ((where == 1 && judged.inside[i] == 0) || (where == 2 && judged.inside[i] != 0))
+    const bool is_flagged = i < judged.flagged.size() && judged.flagged[i] != 0;
+    if ((where == 1 && judged.inside[i] == 0) || (where == 2 && judged.inside[i] != 0) ||
+        (where != 3 && is_flagged))
       continue;
     Sums one;
     one.n = 1.0;
@@ -170,8 +172,12 @@ std::vector<Gain> summarise(const Judged &judged, const Channel &channel, double
   const std::size_t units = 1 + *std::max_element(judged.unit.begin(), judged.unit.end());
   const bool any_inside = std::any_of(judged.inside.begin(), judged.inside.end(),
                                       [](std::uint8_t i) { return i != 0; });
-  const char *const wheres[] = {"all", "inside", "outside"};
-  for (int where = 0; where < (any_inside ? 3 : 1); ++where) {
+  const bool any_flagged = std::any_of(judged.flagged.begin(), judged.flagged.end(),
+                                       [](std::uint8_t f) { return f != 0; });
+  const char *const wheres[] = {"all", "inside", "outside", "with flagged"};
+  for (int where = 0; where < 4; ++where) {
+    if ((where == 3 && !any_flagged) || (where % 3 != 0 && !any_inside))
+      continue;
     const std::vector<Sums> sums = sums_by_unit(judged, where, units);
     std::vector<Sums> used;
     Sums all;

@@ -32,6 +32,7 @@ struct Channel {
   std::string name; // without prefix: "speed_mps"
   std::string unit;
   Vector z, m, sd;           // rows; sd > 0
+  std::string velocity{};    // the feature that its friction acts on, where the user says it
   bool sd_estimated = false; // there was no sd. column: one value, from the residuals' own scatter
 };
 

@@ -32,7 +32,10 @@ struct Member {
   bool keeps_shape = false; // the held-out logs chose it
   bool differs = false;     // its size differs between the logs: h has a column for each
   Eigen::MatrixXd h;        // rows x columns, in stated sd
+  // Where they are not the candidate's.
+  std::vector<std::string> size_names{}, size_units{};
   double penalty = 0.0;
+  std::vector<double> part_penalty{}; // of a formula: each product's share
 };
 
 struct Fit {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <memory>
 
-#include "diagnose/search.hpp"
 #include "base/rng.h"
+#include "diagnose/search.hpp"
 #include "util/parallel_for.hpp"
 #include "util/progress.hpp"
 
@@ -14,7 +14,8 @@ namespace rim::diagnose {
 
 namespace {
 constexpr double kEuler = 0.5772156649015329, kPi = 3.141592653589793;
-constexpr double kLeastP = 1e-12; // a fitted law's tail is not believed further
+constexpr std::size_t kAtOnce = 4; // channels: their libraries are large
+constexpr double kLeastP = 1e-12;  // a fitted law's tail is not believed further
 } // namespace
 
 double Null::threshold(double false_alarm) const {
@@ -28,25 +29,34 @@ double Null::p_value(double score) const {
                                        std::exp(-(score - location) / spread)));
 }
 
-Null simulate_null(const Measured &measured, const std::vector<Library> &libraries,
-                   std::size_t runs, std::uint64_t seed) {
-  const std::size_t channels = libraries.size();
+Null simulate_null(const Measured &measured, const Catalogue &catalogue, std::size_t runs,
+                   std::uint64_t seed, std::vector<Library> *kept) {
+  const std::size_t channels = measured.channels.size();
   const Vector ones = Vector::Ones(static_cast<Eigen::Index>(measured.rows()));
-  std::vector<std::unique_ptr<Scanner>> scanners(channels);
-  parallel_for(channels,
-               [&](std::size_t c) { scanners[c] = std::make_unique<Scanner>(libraries[c], ones); });
   std::vector<double> best(channels * runs);
   Progress progress("what noise would show", best.size());
-  parallel_for(best.size(), [&](std::size_t i) {
-    const std::size_t c = i % channels;
-    Vector y(ones.size());
-    rim_rng rng;
-    rimi_rng_seed(&rng, seed, i);
-    for (Eigen::Index k = 0; k < y.size(); ++k)
-      y(k) = rimi_rng_normal(&rng);
-    best[i] = null_score(measured, measured.channels[c], libraries[c], *scanners[c], y);
-    progress.add();
-  });
+  for (std::size_t first = 0; first < channels; first += kAtOnce) {
+    const std::size_t now = std::min(kAtOnce, channels - first);
+    std::vector<Library> libraries(now);
+    std::vector<std::unique_ptr<Scanner>> scanners(now);
+    parallel_for(now, [&](std::size_t c) {
+      libraries[c] = make_library(measured, measured.channels[first + c], catalogue);
+      scanners[c] = std::make_unique<Scanner>(libraries[c], ones);
+    });
+    parallel_for(now * runs, [&](std::size_t i) {
+      const std::size_t c = i % now, of_all = i / now * channels + first + c;
+      Vector y(ones.size());
+      rim_rng rng;
+      rimi_rng_seed(&rng, seed, of_all);
+      for (Eigen::Index k = 0; k < y.size(); ++k)
+        y(k) = rimi_rng_normal(&rng);
+      best[of_all] =
+          null_score(measured, measured.channels[first + c], libraries[c], *scanners[c], y);
+      progress.add();
+    });
+    if (channels <= kAtOnce)
+      *kept = std::move(libraries);
+  }
   double mean = 0.0, squares = 0.0;
   for (const double score : best)
     mean += score / static_cast<double>(best.size());

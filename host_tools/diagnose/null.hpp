@@ -23,8 +23,9 @@ struct Null {
 };
 
 // Residuals drawn from N(0, 1), searched `runs` times in each channel, in parallel; the same for
-// any number of threads.
-Null simulate_null(const Measured &measured, const std::vector<Library> &libraries,
-                   std::size_t runs, std::uint64_t seed);
+// any number of threads. kept: the channels' libraries, where they are few enough to be held at
+// once; else none, and each is made anew when its channel is searched.
+Null simulate_null(const Measured &measured, const Catalogue &catalogue, std::size_t runs,
+                   std::uint64_t seed, std::vector<Library> *kept);
 
 } // namespace rim::diagnose

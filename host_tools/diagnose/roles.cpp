@@ -172,6 +172,13 @@ bool may_have_velocity(const Channel &channel) {
 
 } // namespace
 
+bool opposes(const Term &term, const Channel &channel) {
+  if (term.basis.empty() || term.sizes.empty())
+    return false;
+  const bool is_against = term.basis[0][0] == '-', is_less = term.sizes[0].value < 0.0;
+  return (is_against != is_less) != is_force(channel);
+}
+
 bool is_force(const Channel &channel) {
   return is_one_of(channel.unit, {"N", "kN", "N m", "Nm", "N*m", "A"}) ||
          has_word(channel.name, {"force", "torque", "effort"});
@@ -190,6 +197,10 @@ std::vector<int> velocities(const Measured &thin) {
 std::vector<int> own_velocity(const Measured &thin, const Channel &of_thin) {
   const Measured &measured = full(thin);
   const Channel &channel = full(thin, of_thin);
+  if (!channel.velocity.empty()) {
+    const int said = measured.find_feature(channel.velocity);
+    return said < 0 ? std::vector<int>{} : std::vector<int>{said};
+  }
   if (!may_have_velocity(channel))
     return {};
   const std::vector<int> all = velocities(measured);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "diagnose/measured.hpp"
+#include "diagnose/term.hpp"
 
 namespace rim::diagnose {
 
@@ -19,6 +20,10 @@ std::vector<int> velocities(const Measured &measured);
 // tells: then the search decides. Empty for channels that can have none (a temperature, a
 // position).
 std::vector<int> own_velocity(const Measured &measured, const Channel &channel);
+
+// Whether a friction or drag takes motion away, its sizes as they are: a size that helps departs
+// from another law.
+bool opposes(const Term &term, const Channel &channel);
 
 // Whether a force is measured, so that friction adds to what a model without it predicts.
 bool is_force(const Channel &channel);

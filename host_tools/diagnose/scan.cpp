@@ -6,8 +6,8 @@
 
 #include <Eigen/LU>
 
-#include "search/cem.h"
 #include "batch/interval.h"
+#include "search/cem.h"
 
 namespace rim::diagnose {
 
@@ -497,8 +497,8 @@ void Scanner::refine_bound(const Vector &products, const Vector &squares, std::s
   edges.push_back(order.back().first);
   rim_interval found;
   if (rimi_interval_find(bins.data(), bins.size(),
-                        std::min(least_rows_, 0.5 * static_cast<double>(order.size())),
-                        &found) != RIM_OK ||
+                         std::min(least_rows_, 0.5 * static_cast<double>(order.size())),
+                         &found) != RIM_OK ||
       found.bins == 0)
     return;
   proposal->bounds[which].lower = edges[found.first];

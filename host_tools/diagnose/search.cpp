@@ -61,6 +61,7 @@ void turn_sign(Term *term) {
   for (Parameter &size : term->sizes) {
     size.value = -size.value;
     size.unrefined = -size.unrefined;
+    size.near_rest = -size.near_rest;
     std::for_each(size.per_log.begin(), size.per_log.end(), [](double &v) { v = -v; });
   }
 }
@@ -448,42 +449,14 @@ void ChannelSearch::fill_sizes() {
         if (!names.empty())
           size.name = names[static_cast<std::size_t>(k)];
       }
+      if (!member.size_names.empty()) {
+        size.name = member.size_names[static_cast<std::size_t>(k)];
+        size.unit = member.size_units[static_cast<std::size_t>(k)];
+      }
       term.sizes.push_back(size);
     }
     if (term.form == "table")
       term.sizes = {{"size", 1.0, 0.0, ""}};
-  }
-}
-
-// Friction's sizes trade with what refines it over the same velocity (a drag that helps, a share of
-// the load): what they would be without that is what others, who fit less, would find.
-void ChannelSearch::add_unrefined() {
-  const auto velocity = [](const Member &m) {
-    const auto v = m.term.arguments.find("v");
-    return v == m.term.arguments.end() ? std::string() : v->second;
-  };
-  const auto is_friction = [](const Member &m) {
-    return m.term.cause == "coulomb_friction" || m.term.cause == "viscous_friction";
-  };
-  std::vector<Member> plain;
-  for (const Member &member : out_.members) {
-    const bool refines =
-        std::any_of(out_.members.begin(), out_.members.end(), [&](const Member &friction) {
-          return is_friction(friction) && !is_friction(member) && !velocity(member).empty() &&
-                 velocity(member) == velocity(friction);
-        });
-    if (!refines || member.is_given || !member.term.gate.everywhere())
-      plain.push_back(member);
-  }
-  if (plain.size() == out_.members.size())
-    return;
-  const std::vector<Term> terms = sized(plain);
-  for (const Term &term : terms) {
-    for (Member &member : out_.members) {
-      if (is_friction(member) && member.term.form == term.form && !member.is_given &&
-          member.term.arguments == term.arguments && member.term.gate.everywhere())
-        member.term.sizes[0].unrefined = term.sizes[0].value;
-    }
   }
 }
 
@@ -735,12 +708,14 @@ ChannelFindings ChannelSearch::run(const std::vector<Term> &given) {
   out_.fit = fit_members(y_, out_.members, out_.noise);
   drop_unconfirmed();
   drop_contradicted();
+  name_parts();
   estimate_noise();
   fill_sizes();
   settle();
   claim_overall_variance();
   refit_plain();
   follow_delay();
+  bend_friction();
   add_unrefined();
   limit_support();
   open_edges();

@@ -30,12 +30,15 @@ struct SearchOptions {
   const Catalogue *catalogue = nullptr; // for the search behind a delay
 };
 
+// Viscous friction that grows less than with the speed, made of two forms that were found.
+inline constexpr const char *kViscousBySpeed = "viscous_by_speed";
+
 // What is claimed of a member besides its term.
 struct Claim {
-  Member rival;         // the best term of another cause in its place
+  Member rival;                             // the best term of another cause in its place
   double rival_bic = 1e300, rival_r2 = 0.0; // BIC more than this claim's; on rows not fitted
-  double ln_anom = 0.0; // of the joint model with and without it
-  double score = 0.0;   // less its penalty
+  double ln_anom = 0.0;                     // of the joint model with and without it
+  double score = 0.0;                       // less its penalty
   double heldout_r2 = 0.0, heldout_ln = 0.0;
   bool is_confirmed = true; // where it was not fitted
   std::vector<Alternative> alternatives;
@@ -105,6 +108,8 @@ private:
   bool is_better_formula(const ChannelFindings &other, double by);
   bool says_much_more(const ChannelFindings &laws) const;
   void formulas_for_tables();
+  std::vector<Member> named_part(std::size_t formula, std::size_t part) const;
+  void name_parts();
   void try_expressions(const std::vector<Member> &kept);
   std::vector<Expression> expressions_beside(const std::vector<Member> &base);
   double score_of(const std::vector<Member> &members, const Noise &noise) const;
@@ -118,7 +123,7 @@ private:
   void find_beside_start(const std::vector<Term> &given);
   Noise plain_noise() const;
   void refit_plain();
-  std::vector<Member> best_delays(const std::vector<Member> &others, const Noise &plain);
+  std::vector<Member> best_delays(const std::vector<Member> &others, const Noise &plain) const;
   void follow_delay();
   double loss_behind(const Term &delay, std::vector<Member> members, const Noise &noise) const;
   Member tuned(const Member &delay, const std::vector<Member> &beside, const Noise &noise) const;
@@ -160,6 +165,7 @@ private:
                              Claim *claim) const;
   void judge_parts(const std::vector<Part> &parts, bool by_log, Claim *claim) const;
   void fill_sizes();
+  void bend_friction();
   void add_unrefined();
   Parameter mixed_size(Eigen::Index first, const Member &member) const;
   std::vector<Member> without(std::size_t which) const;
@@ -178,6 +184,11 @@ private:
 
 // The member's columns over a table, in stated sd; m: the prediction that its expressions see.
 void set_columns(const Measured &table, const Channel &channel, const Vector &m, Member *member);
+
+// Near rest, where a friction bends with the speed; and standard errors that span both accounts of
+// a size, without and with what refines it, or near rest and over all speeds.
+void set_near_rest(std::vector<Member> *members);
+void widen_sizes(Term *term);
 
 // What was found in a thinned table, with sizes, standard errors and flags of the whole one.
 void refit_on(const Measured &whole, const Channel &channel, ChannelFindings *found);

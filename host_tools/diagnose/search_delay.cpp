@@ -52,32 +52,36 @@ void ChannelSearch::refit_plain() {
   out_.noise = weighed;
 }
 
-// The best delay and the best lag beside the others, by plain squares; of two that do the same the
-// first.
+// Of every form of delay and lag the best with the others behind it, by plain squares: a product of
+// commands that is late too tells for a delay, and against it where it is left at once. Of two that
+// do the same the first.
 std::vector<Member> ChannelSearch::best_delays(const std::vector<Member> &others,
-                                               const Noise &plain) {
-  const Noise weighed = out_.noise;
-  out_.noise = plain;
-  const Fit fit = fit_members(y_, others, plain);
-  std::map<std::string, std::vector<Proposal>> by_form;
-  for (const Proposal &p : scanner_->mean(fit, plain, 1000)) {
-    const Term &term = library_.candidates[static_cast<std::size_t>(p.candidate)].term;
-    if (moves_prediction(term))
-      by_form[term.form].push_back(p);
+                                               const Noise &plain) const {
+  std::map<std::string, std::pair<double, int>> by_form; // least loss and penalty, its candidate
+  for (std::size_t c = 0; c < library_.candidates.size(); ++c) {
+    const Candidate &candidate = library_.candidates[c];
+    if (!moves_prediction(candidate.term))
+      continue;
+    const double cost =
+        loss_behind(candidate.term, others, plain) / plain.divisor() + candidate.penalty;
+    const auto [at, is_first] =
+        by_form.emplace(candidate.term.form, std::make_pair(cost, static_cast<int>(c)));
+    if (!is_first && cost < at->second.first)
+      at->second = {cost, static_cast<int>(c)};
   }
   std::vector<Member> delays;
-  std::vector<double> scores;
-  for (const auto &[form, proposals] : by_form) {
-    const Best best = best_of(proposals, others, fit, 3);
-    const bool is_new = std::none_of(scores.begin(), scores.end(), [&](double score) {
-      return std::abs(score - best.score) < 1e-3 * std::abs(score);
-    });
-    if (best.score > -1e299 && is_new) {
-      delays.push_back(best.member);
-      scores.push_back(best.score);
-    }
+  std::vector<double> costs;
+  for (const auto &[form, best] : by_form) {
+    const double cost = best.first;
+    if (std::any_of(costs.begin(), costs.end(), [cost](double other) {
+          return std::abs(other - cost) < 1e-3 * std::abs(cost);
+        }))
+      continue;
+    const Member delay = form_member(best.second, false);
+    const Member better = tuned(delay, others, plain);
+    delays.push_back(better.h.cols() > 0 ? better : delay);
+    costs.push_back(cost);
   }
-  out_.noise = weighed;
   return delays;
 }
 
@@ -138,10 +142,14 @@ namespace {
 Measured behind(const Measured &measured, const Term &term) {
   Measured late = measured;
   for (std::size_t f = 0; f < late.features.size(); ++f) {
-    if (!late.features[f].is_command || term.form == "lag_delay")
+    if (!late.features[f].is_command)
       continue;
-    late.features[f].name +=
-        fmt::format("{}{:.6g}", term.form.rfind("lag", 0) == 0 ? '~' : '@', term.shape[0].value);
+    for (const char *what : {"delay", "lag"}) { // what is late comes to the lag late
+      for (const Parameter &p : term.shape) {
+        if (p.name == what)
+          late.features[f].name += fmt::format("{}{:.6g}", what[0] == 'd' ? '@' : '~', p.value);
+      }
+    }
     late.x.col(static_cast<Index>(f)) = feature_column(measured, late.features[f].name);
   }
   const int c = measured.find_channel(term.channel);

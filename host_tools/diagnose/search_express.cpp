@@ -3,7 +3,9 @@
 #include "diagnose/search.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <iterator>
 #include <map>
 
 namespace rim::diagnose {
@@ -13,12 +15,48 @@ namespace {
 using Index = Eigen::Index;
 // Nats that a formula must be better by than laws or one name, and than several patches.
 constexpr double kWithoutName = 20.0, kThanPatches = 3.0;
+// Nats that a name may cost a formula's part, and the cosine from which it may be one.
+constexpr double kForName = 5.0, kAlike = 0.9;
 constexpr double kMuch = 0.1;       // share of the whole error, as amplitude, that is much more
 constexpr double kHeldSlack = 1.02; // and by what it may be worse on the held logs
 constexpr int kRounds = 2;
 constexpr double kSettled = 0.1; // rounds end when the noise moves by less
 // What laws of physics leave is smooth, or wider than stated: they may not be the right ones.
 constexpr double kSmooth = 1.5, kWide = 1.2;
+
+bool has_word(const std::string &text, const std::string &word) {
+  const auto is_part = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_';
+  };
+  for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + 1)) {
+    const std::size_t end = at + word.size();
+    if ((at == 0 || !is_part(text[at - 1])) && (end == text.size() || !is_part(text[end])))
+      return true;
+  }
+  return false;
+}
+
+// Takes a product out of a formula, with what it alone named.
+void take_out(std::size_t part, Member *formula) {
+  Term &term = formula->term;
+  const auto at = static_cast<std::ptrdiff_t>(part);
+  formula->penalty -= formula->part_penalty[part];
+  formula->part_penalty.erase(formula->part_penalty.begin() + at);
+  term.basis.erase(term.basis.begin() + at);
+  const auto k = static_cast<Index>(part), more = formula->h.cols() - 1 - k;
+  const Eigen::MatrixXd all = formula->h;
+  formula->h.resize(all.rows(), k + more);
+  formula->h << all.leftCols(k), all.rightCols(more);
+  const auto is_used = [&term](const std::string &word) {
+    return std::any_of(term.basis.begin(), term.basis.end(),
+                       [&word](const std::string &basis) { return has_word(basis, word); });
+  };
+  for (auto it = term.arguments.begin(); it != term.arguments.end();)
+    it = is_used(it->first) ? std::next(it) : term.arguments.erase(it);
+  term.shape.erase(std::remove_if(term.shape.begin(), term.shape.end(),
+                                  [&](const Parameter &p) { return !is_used(p.name); }),
+                   term.shape.end());
+}
 
 } // namespace
 
@@ -93,9 +131,10 @@ void ChannelSearch::try_expressions(const std::vector<Member> &kept) {
   }
   if (bases[1].size() == kept.size())
     bases.pop_back();
-  const bool has_law =
-      !has_opposites() && std::any_of(out_.members.begin(), out_.members.end(),
-                                      [this](const Member &m) { return is_law(m); });
+  const bool has_law = !has_opposites() && std::any_of(out_.members.begin(), out_.members.end(),
+                                                       [this](const Member &m) {
+                                                         return is_law(m) && m.term.cause != "bias";
+                                                       });
   const double margin = are_laws() || named.members.size() < 2 ? kWithoutName : kThanPatches;
   ChannelFindings best = named;
   for (const std::vector<Member> &base : bases) {
@@ -113,6 +152,7 @@ void ChannelSearch::try_expressions(const std::vector<Member> &kept) {
       best.rival_expressions.push_back(expression.member);
   }
   out_ = std::move(best);
+  name_parts();
 }
 
 // Whether the members, the last of them a formula, say more than those of `other`, by so many nats,
@@ -134,6 +174,65 @@ bool ChannelSearch::says_much_more(const ChannelFindings &laws) const {
   const double fall =
       0.5 * (laws.fit.residual.cwiseAbs2() - out_.fit.residual.cwiseAbs2()).dot(out_.noise.weight);
   return fall > kMuch * kMuch * whole;
+}
+
+// The members with the friction or drag that says what a part of the formula says in that part's
+// place, and in the place of another of its kind; none: there is no such name.
+std::vector<Member> ChannelSearch::named_part(std::size_t formula, std::size_t part) const {
+  const Vector root = out_.noise.weight.cwiseSqrt(),
+               column = root.cwiseProduct(out_.members[formula].h.col(static_cast<Index>(part)));
+  std::vector<Member> others = without(formula);
+  others.push_back(out_.members[formula]);
+  take_out(part, &others.back());
+  double best = score_of(out_.members, out_.noise) - kForName;
+  std::vector<Member> named;
+  for (std::size_t c = 0; c < library_.candidates.size(); ++c) {
+    const Candidate &candidate = library_.candidates[c];
+    if (!candidate.is_physical || candidate.is_fixed || candidate.columns != 1 ||
+        candidate.term.arguments.count("v") == 0)
+      continue;
+    const Vector g = root.cwiseProduct(library_.g.col(candidate.column));
+    if (!(std::abs(g.dot(column)) > kAlike * g.norm() * column.norm()))
+      continue;
+    std::vector<Member> all;
+    for (const Member &m : others) {
+      const bool is_same =
+          !m.is_given && m.candidate >= 0 && m.term.gate.everywhere() &&
+          library_.candidates[static_cast<std::size_t>(m.candidate)].group == candidate.group;
+      if (!is_same)
+        all.push_back(m);
+    }
+    Member member = form_member(static_cast<int>(c), false);
+    if (!member.term.shape.empty())
+      refine_shape(all, fit_members(y_, all, out_.noise).loss, &member);
+    all.push_back(std::move(member));
+    const double score = score_of(all, out_.noise);
+    if (score > best) {
+      best = score;
+      named = std::move(all);
+    }
+  }
+  return named;
+}
+
+// Where a part of a formula is a friction or a drag by another name it is claimed as that, and the
+// formula is what remains.
+void ChannelSearch::name_parts() {
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (std::size_t j = 0; !changed && j < out_.members.size(); ++j) {
+      const std::size_t parts = out_.members[j].is_given ? 0 : out_.members[j].part_penalty.size();
+      for (std::size_t k = 0; parts > 1 && !changed && k < parts; ++k) {
+        std::vector<Member> named = named_part(j, k);
+        changed = !named.empty();
+        if (changed) {
+          out_.members = std::move(named);
+          out_.rival_expressions.clear(); // they are rivals of the whole formula
+        }
+      }
+    }
+  }
+  out_.fit = fit_members(y_, out_.members, out_.noise);
 }
 
 // A curve of many values is no explanation where a formula says as much.

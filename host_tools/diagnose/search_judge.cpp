@@ -420,14 +420,17 @@ void ChannelSearch::settle() {
       if (out_.members[j].is_given)
         continue;
       const Claim &claim = out_.claims[j];
-      if ((claim.score < options_.least || is_within_error(out_.members[j].term)) &&
+      if ((claim.score < options_.least || is_within_error(out_.members[j].term) ||
+           claim.heldout_r2 < 0.0) &&
           (weakest == out_.members.size() || claim.score < out_.claims[weakest].score))
         weakest = j;
       if (claim.rival_bic < 0.0 && holds_better(j, claim))
         beaten = j;
     }
     if (weakest < out_.members.size())
-      set_aside(weakest, "beside the other terms it is not significant");
+      set_aside(weakest, out_.claims[weakest].heldout_r2 < 0.0
+                             ? "it does not hold in parts of the logs that it was not fitted to"
+                             : "beside the other terms it is not significant");
     else if (beaten < out_.members.size())
       out_.members[beaten] = out_.claims[beaten].rival;
     else

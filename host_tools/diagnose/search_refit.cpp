@@ -69,6 +69,7 @@ void take_sizes(const Fit &fit, double divisor, Index at, Member *member) {
     for (std::size_t k = 0; k < sizes.size() && k < term.sizes.size(); ++k) {
       term.sizes[k].value = sizes[k];
       term.sizes[k].stderror = errors[k];
+      term.sizes[k].near_rest = 0.0;
     }
   }
 }
@@ -105,6 +106,11 @@ void refit_on(const Measured &whole, const Channel &channel, ChannelFindings *fo
       continue;
     take_sizes(found->fit, noise.scatter * std::sqrt(noise.spread_of_sizes), at, &member);
     at += member.h.cols();
+  }
+  set_near_rest(&found->members);
+  for (Member &member : found->members) {
+    if (!member.is_given)
+      widen_sizes(&member.term);
   }
 }
 

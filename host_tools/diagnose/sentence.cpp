@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "diagnose/roles.hpp"
 #include "log/log.hpp"
 
 namespace rim::diagnose {
@@ -24,10 +25,10 @@ std::string with_unit(double value, const std::string &unit) {
 }
 
 // What the term means, beside its formula; empty: the formula says it.
-std::string meaning(const Term &term) {
+std::string meaning(const Term &term, const Channel &channel) {
   const double size = term.sizes.empty() ? 0.0 : term.sizes[0].value;
   const std::string unit = term.sizes.empty() ? "" : term.sizes[0].unit;
-  const bool adds = size > 0.0;
+  const bool adds = opposes(term, channel);
   if (term.cause == "load_friction")
     return adds ? "friction opposes the motion with a share of the load that is predicted" : "";
   if (term.form == "coulomb_by_direction" && adds && term.sizes.size() > 1 &&
@@ -37,15 +38,18 @@ std::string meaning(const Term &term) {
     return "friction opposes the motion with " + with_unit(size + other, unit) +
            " forwards and with " + with_unit(size - other, unit) + " backwards";
   }
+  if (term.form == "coulomb_stick")
+    return "friction opposes the motion whatever the speed, and sticks";
   if (term.cause == "coulomb_friction")
     return adds
                ? "friction opposes the motion with " + with_unit(size, unit) +
                      (term.form == "stribeck" ? ", and otherwise near rest" : " whatever the speed")
                : "less friction than is predicted";
-  if (term.cause == "viscous_friction")
-    return adds ? "friction opposes the motion with " + with_unit(size, unit) +
-                      (term.sizes.size() > 1 ? ", by direction more or less" : "")
-                : "";
+  if (term.cause == "viscous_friction" && adds)
+    return "friction opposes the motion with " + with_unit(size, unit) +
+           (term.form == "viscous_by_speed" ? ", less where it is fast"
+            : term.sizes.size() > 1         ? ", by direction more or less"
+                                            : "");
   if (term.cause == "quadratic_drag")
     return adds ? "drag opposes the motion with the square of the speed"
                 : "it opposes the motion less and less as speed grows";
@@ -99,18 +103,28 @@ std::string effect_text(const Finding &finding, const Channel &channel) {
   if (term.cause == "saturation" && !term.shape.empty())
     return fmt::format("does not go beyond {:.4g}{} where more is predicted", term.shape[0].value,
                        unit);
+  if (term.form == "coulomb_stick" && !term.shape.empty())
+    return fmt::format("loses {:.4g}{} to friction within a row, and stays at rest where no more "
+                       "is predicted",
+                       term.shape[0].value, unit);
+  if (term.cause == "dead_zone" && !term.shape.empty())
+    return fmt::format("does not answer until {:.4g}{} are predicted, and then by that much less",
+                       term.shape[0].value, unit);
   if (term.form == "table")
     return "departs smoothly with " + plain_name(term.arguments.begin()->second) +
            " in a way that no cause of the catalogue explains";
   if (moves_prediction(term))
     return "shows " + expression_text(term);
   std::string text = "differs by " + expression_text(term) + unit;
-  if (!term.sizes.empty() && term.sizes[0].stderror > 0.0)
-    text += fmt::format(
-        " (standard error {:.2g}{})", term.sizes[0].stderror,
-        term.sizes[0].unrefined == 0.0
-            ? ""
-            : fmt::format("; {:.4g} without the terms that refine it", term.sizes[0].unrefined));
+  if (!term.sizes.empty() && term.sizes[0].stderror > 0.0) {
+    const Parameter &size = term.sizes[0];
+    text += fmt::format(" (standard error {:.2g}", size.stderror);
+    if (size.unrefined != 0.0)
+      text += fmt::format("; {:.4g} without the terms that refine it", size.unrefined);
+    if (size.near_rest != 0.0)
+      text += fmt::format("; {:.4g} near rest", size.near_rest);
+    text += ")";
+  }
   return text;
 }
 
@@ -118,12 +132,24 @@ std::string where_text(const Finding &finding, const Channel &channel) {
   const Term &term = finding.term;
   std::string text =
       "measured " + plain_name("z." + channel.name) + " " + effect_text(finding, channel);
-  const std::string means = meaning(term);
+  const std::string means = meaning(term, channel);
   if (!means.empty())
     text += ": " + means;
   if (!term.gate.everywhere())
     text += ", where " + gate_text(term.gate);
   return text + differing_text(term);
+}
+
+// Where a term adds next to nothing it does not act, though it may hold everywhere.
+std::string rows_text(const Finding &finding) {
+  double acting = 0.0;
+  for (const std::uint8_t acts : finding.acts)
+    acting += acts != 0 ? 1.0 : 0.0;
+  const double share = finding.acts.empty() ? finding.inside_fraction
+                                            : acting / static_cast<double>(finding.acts.size());
+  const double percent = 100.0 * share;
+  return percent > 0.0 && percent < 1.0 ? fmt::format(" ({:.2g} % of the rows)", percent)
+                                        : fmt::format(" ({:.0f} % of the rows)", percent);
 }
 
 } // namespace
@@ -132,7 +158,7 @@ std::string finding_sentence(const Finding &finding, const Channel &channel) {
   const Term &term = finding.term;
   std::string text = where_text(finding, channel);
   text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
-  text += fmt::format(" ({:.0f} % of the rows)", 100.0 * finding.inside_fraction);
+  text += rows_text(finding);
   text += term.cause == "unknown" ? ". Cause: unknown" : ". Cause: " + cause_words(term.cause);
   if (!finding.separable && !finding.alternatives.empty()) {
     text += "; the data cannot tell it from ";
@@ -171,7 +197,8 @@ std::string diagnosis_sentence(const Diagnosis &diagnosis) {
     text += fmt::format(" {} more finding{}.", found - 1, found > 2 ? "s" : "");
   for (const Gain &g : diagnosis.gains) {
     if (!diagnosis.findings.empty() && g.where == "all" && g.horizon_s == 0.0 &&
-        g.channel == diagnosis.findings.front().term.channel) {
+        g.channel == diagnosis.findings.front().term.channel &&
+        diagnosis.findings.front().term.kind != TermKind::variance) {
       const bool differs =
           std::any_of(diagnosis.findings.begin(), diagnosis.findings.end(), [&g](const Finding &f) {
             return f.term.channel == g.channel && !f.term.sizes.empty() &&

@@ -25,32 +25,22 @@ Vector time_column(const Measured &measured) {
 std::string strip(const std::string &name) {
   if (name == kTime)
     return "elapsed time";
-  const std::size_t at = name.find_first_of("@~");
   const std::string bare = plain_name(base_feature(name));
   const bool says_so = bare.rfind("cmd", 0) == 0 || bare.rfind("command", 0) == 0;
   if (name.rfind("m.", 0) == 0)
     return "predicted " + bare;
-  if (at == std::string::npos)
+  const std::string late = late_text(name);
+  if (late.empty())
     return name.rfind("u.", 0) == 0 && !says_so ? "commanded " + bare : bare;
-  return plain_name(base_feature(name)) + (name[at] == '@'
-                                               ? " " + name.substr(at + 1) + " s ago"
-                                               : " lagged by " + name.substr(at + 1) + " s");
+  return bare + " " + late;
 }
 
-double median_step(const LogSpan &log, const Measured &measured) {
-  std::vector<double> steps;
-  for (std::size_t i = log.first + 1; i < log.first + log.rows; ++i)
-    steps.push_back(measured.elapsed_s[i] - measured.elapsed_s[i - 1]);
-  return median(std::move(steps));
-}
-
-// The value of a moment earlier in the same log, between two rows by a straight line; the log's
-// first row before its beginning, the last one before it inside a gap.
+// The value of a moment earlier in the same log, between two rows by a straight line, which is the
+// best guess inside a gap too; the log's first row before its beginning.
 Vector lagged(const Vector &x, const Measured &measured, double delay_s) {
   Vector out(x.size());
   for (const LogSpan &log : measured.logs) {
     const std::size_t end = log.first + log.rows;
-    const double longest = 1.5 * median_step(log, measured);
     std::size_t from = log.first;
     for (std::size_t i = log.first; i < end; ++i) {
       const double then = measured.elapsed_s[i] - delay_s;
@@ -61,8 +51,7 @@ Vector lagged(const Vector &x, const Measured &measured, double delay_s) {
       if (from + 1 >= end || then <= measured.elapsed_s[from] || i == log.first)
         continue;
       const double step = measured.elapsed_s[from + 1] - measured.elapsed_s[from];
-      if (step <= longest)
-        out(static_cast<Index>(i)) += (then - measured.elapsed_s[from]) / step * (x(k + 1) - x(k));
+      out(static_cast<Index>(i)) += (then - measured.elapsed_s[from]) / step * (x(k + 1) - x(k));
     }
   }
   return out;
@@ -265,13 +254,29 @@ Vector feature_column(const Measured &measured, const std::string &name) {
   const int f = measured.find_feature(base_feature(name));
   if (f < 0)
     throw DataError("there is no feature '" + base_feature(name) + "' in the logs");
-  const std::size_t at = name.find_first_of("@~");
-  char *end = nullptr;
-  const double seconds = std::strtod(name.c_str() + at + 1, &end);
-  if (end == name.c_str() + at + 1 || *end != '\0' || !(seconds >= 0.0))
-    throw DataError("feature '" + name + "': what follows " + name[at] + " must be seconds");
-  return name[at] == '@' ? lagged(measured.x.col(f), measured, seconds)
-                         : filtered(measured.x.col(f), measured, seconds);
+  Vector x = measured.x.col(f);
+  const char *at = name.c_str() + base_feature(name).size();
+  while (*at != '\0') {
+    char *end = nullptr;
+    const double seconds = std::strtod(at + 1, &end);
+    if ((*at != '@' && *at != '~') || end == at + 1 || !(seconds >= 0.0))
+      throw DataError("feature '" + name + "': what follows @ or ~ must be seconds");
+    x = *at == '@' ? lagged(x, measured, seconds) : filtered(x, measured, seconds);
+    at = end;
+  }
+  return x;
+}
+
+std::string late_text(const std::string &name) {
+  std::string text;
+  for (std::size_t at = base_feature(name).size(); at < name.size();) {
+    const std::size_t end = std::min(name.find_first_of("@~", at + 1), name.size());
+    const std::string seconds = name.substr(at + 1, end - at - 1);
+    text += (text.empty() ? "" : " ") +
+            (name[at] == '@' ? seconds + " s ago" : "lagged by " + seconds + " s");
+    at = end;
+  }
+  return text;
 }
 
 std::string base_feature(const std::string &name) {

@@ -55,6 +55,8 @@ struct Parameter {
   std::vector<double> per_log{};
   // What it would be without the terms that refine the same law; 0: there are none.
   double unrefined = 0.0;
+  // Of a friction that bends with the speed: what it is near rest; 0: it does not.
+  double near_rest = 0.0;
 };
 
 // A curve over a weighted sum of features: piecewise linear, going on straight beyond its ends.
@@ -87,7 +89,8 @@ struct Term {
 };
 
 // The column of a feature, or of kTime; "u.speed_mps@0.2": of 0.2 s ago in the same log;
-// "u.speed_mps~0.2": through a first-order lag of 0.2 s. DataError when there is none.
+// "u.speed_mps~0.2": through a first-order lag of 0.2 s; "u.speed_mps@0.2~0.1": the one and then
+// the other. DataError when there is none.
 Vector feature_column(const Measured &measured, const std::string &name);
 
 // 1 where the row lies in the gate, else 0. DataError when a feature is not in the table.
@@ -103,6 +106,8 @@ Eigen::MatrixXd basis_columns(const Term &term, const Measured &measured, const 
 
 // "u.speed_mps" of "u.speed_mps@0.2" or "u.speed_mps~0.2"; other names as they are.
 std::string base_feature(const std::string &name);
+// "0.2 s ago lagged by 0.1 s" of "u.speed_mps@0.2~0.1"; empty of a feature that is not late.
+std::string late_text(const std::string &name);
 // Whether what follows the term sees its effect as part of the prediction.
 bool moves_prediction(const Term &term);
 

@@ -31,6 +31,7 @@ private:
   void read_column(const toml::table &table);
   void read_keep(const toml::table &table);
   void read_derive(const toml::table &table);
+  void read_friction(const toml::table &table);
 
   Schema schema_;
   std::vector<std::string> names_;
@@ -107,10 +108,23 @@ void SchemaReader::read_derive(const toml::table &table) {
   schema_.derive.push_back(std::move(rule));
 }
 
+void SchemaReader::read_friction(const toml::table &table) {
+  world::check_keys(schema_.path, table, "friction", {"outcome", "velocity"});
+  const std::string outcome = text(table, "outcome", true);
+  Role role = Role::context;
+  if (!role_of_name(outcome, role) || role != Role::outcome)
+    fail(table, "outcome '" + outcome + "': must begin with z.");
+  const std::string velocity = text(table, "velocity", true);
+  if (!role_of_name(velocity, role) || role == Role::outcome || role == Role::sd)
+    fail(table, "velocity '" + velocity + "': must be a feature: x. u. s. m.");
+  if (!schema_.velocity_of.emplace(outcome, velocity).second)
+    fail(table, "outcome '" + outcome + "': given twice");
+}
+
 void SchemaReader::read_top(const toml::table &root) {
   world::check_keys(schema_.path, root, "",
                     {"schema", "delimiter", "decimal", "resample_hz", "resample", "max_gap_s",
-                     "observation", "reader", "time", "column", "keep", "derive"});
+                     "observation", "reader", "time", "column", "keep", "derive", "friction"});
   if (text(root, "schema", true) != "rim-schema/1")
     fail(*root.get("schema"), "schema must be \"rim-schema/1\"");
   const std::string delimiter = text(root, "delimiter", false);
@@ -174,6 +188,8 @@ Schema SchemaReader::read() {
     read_keep(*table);
   for (const toml::table *table : world::read_tables(schema_.path, root, "derive"))
     read_derive(*table);
+  for (const toml::table *table : world::read_tables(schema_.path, root, "friction"))
+    read_friction(*table);
   return std::move(schema_);
 }
 

@@ -20,11 +20,14 @@
 //   column = "ALT" ; min = 0 ; max = 60000       # in the file's own unit
 //   [[derive]]                 # trailing rate of change; rows before a full window are left out
 //   name = "s.climb_mps" ; from = "ALT" ; kind = "rate" ; window_s = 5 ; order = 2 ; scale = 1
+//   [[friction]]               # of a diagnosis: the velocity that an outcome's friction acts on
+//   outcome = "z.force_N" ; velocity = "x.rod_mps"        # default: inferred from the logs
 //
 // Columns of the file that already carry a role prefix are kept as they are.
 #pragma once
 
 #include <limits>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -72,6 +75,7 @@ struct Schema {
   std::vector<DeriveRule> derive;
   std::vector<std::string> observation;
   ReaderOptions reader;
+  std::map<std::string, std::string> velocity_of; // [[friction]]: outcome -> feature
 };
 
 // DataError names the file, the line where TOML is broken, or the key that is wrong; an unknown key

@@ -76,11 +76,8 @@ std::string plain_cause(const std::string &cause) {
 std::string feature_text(const std::string &name) {
   if (name == kTime)
     return "time since the log began";
-  const std::size_t at_suffix = name.find_first_of("@~");
-  if (at_suffix != std::string::npos)
-    return feature_text(name.substr(0, at_suffix)) +
-           (name[at_suffix] == '@' ? " of " + name.substr(at_suffix + 1) + " s ago"
-                                   : " lagged by " + name.substr(at_suffix + 1) + " s");
+  if (const std::string late = diagnose::late_text(name); !late.empty())
+    return feature_text(diagnose::base_feature(name)) + " " + late;
   const std::string plain = plain_name(name);
   const bool says_so = plain.rfind("cmd", 0) == 0 || plain.rfind("command", 0) == 0;
   return (name.rfind("u.", 0) == 0 && !says_so ? "commanded " : "") + plain;

@@ -5,8 +5,8 @@
 
 #include <fmt/format.h>
 
-#include "report/parts.hpp"
 #include "log/log.hpp"
+#include "report/parts.hpp"
 
 namespace rim::diagnose::report {
 
@@ -104,7 +104,10 @@ std::string gain_row(const Gain &g, const Range &range, bool is_first) {
   text +=
       "<th scope=\"row\">" + (is_first ? escape(plain_name(g.channel)) : std::string()) + "</th>";
   text += "<td>" + escape(horizon_text(g.horizon_s)) + ",<br>" +
-          escape(g.where == "all" ? "all rows" : g.where) + "</td>";
+          escape(g.where == "all"            ? "all rows"
+                 : g.where == "with flagged" ? "with rows that are stuck or dropped out"
+                                             : g.where) +
+          "</td>";
   text += cell(change(g.rmse_before, g.rmse_after, 3) + unit, count_text(g.rows) + " rows");
   text += "<td class=\"forest\">" + forest_row(g, range) + "</td>";
   text += "<td class=\"number\">" + mark + "<b>" + escape(number_text(g.ratio, 3)) +

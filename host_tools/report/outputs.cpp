@@ -56,6 +56,8 @@ Json parameters_json(const Term &term) {
                  {"per_log", numbers(p.per_log)}};
     if (p.unrefined != 0.0)
       all[name]["unrefined"] = number(p.unrefined);
+    if (p.near_rest != 0.0)
+      all[name]["near_rest"] = number(p.near_rest);
   };
   for (const Parameter &p : term.sizes)
     add(p);
@@ -111,6 +113,12 @@ Json finding_json(const Finding &finding) {
                             {"heldout_r2", number(a.heldout_r2)},
                             {"expression", a.expression}});
   }
+  Json learnt = Json::array();
+  for (const Learnt &range : finding.learnt)
+    learnt.push_back({{"feature", range.feature},
+                      {"unit", range.unit},
+                      {"range", {number(range.low), number(range.high)}},
+                      {"heldout_beyond", number(range.beyond)}});
   std::size_t acting = 0;
   for (const std::uint8_t acts : finding.acts)
     acting += acts != 0;
@@ -125,6 +133,7 @@ Json finding_json(const Finding &finding) {
           {"p_value", number(finding.p_value)},
           {"alternatives", alternatives},
           {"separable", finding.separable},
+          {"learnt", learnt},
           {"number", finding.number},
           {"heldout_r2", number(finding.heldout_r2)},
           {"rows_acting", acting},

@@ -83,6 +83,16 @@ std::string numbers_of(const Finding &f) {
       fact("p, whole search", f.p_value < 1e-6 ? "< 10\u207b\u2076" : number_text(f.p_value, 2));
   if (f.term.kind == TermKind::mean)
     text += fact("held-out R\u00b2", number_text(100.0 * f.heldout_r2, 3) + "\u202f%");
+  for (const Learnt &range : f.learnt) {
+    const std::string unit = range.unit.empty() ? "" : " " + range.unit;
+    std::string words = feature_text(range.feature) + " " + short_text(range.low) + " to " +
+                        short_text(range.high) + unit;
+    if (range.beyond > 0.0)
+      words += "; extrapolated on " + number_text(100.0 * range.beyond, 2) +
+               "\u202f% of the held-out rows (" + short_text(range.least) + " to " +
+               short_text(range.most) + unit + ")";
+    text += fact("learnt from", words);
+  }
   return text + "</dl>\n";
 }
 

@@ -316,6 +316,13 @@ std::string argument_picture(const Finding &finding, const View &view, double wi
     dots.emplace_back(p.x.at(q.value(at(row))), p.y.at(share(at(row))));
   svg.dots(dots, "faint");
   svg.line(0.0, p.y.at(0.0), p.width, p.y.at(0.0), "zero");
+  const Vector raw = view.channel->z - view.channel->m;
+  const bool has_others = (raw - share).cwiseAbs().maxCoeff() > 0.0;
+  Points raw_line;
+  for (const Bin &b : bins_of(q.value, raw, rows, kBins, view.inflation))
+    raw_line.emplace_back(p.x.at(b.x), p.y.at(b.mean));
+  if (has_others)
+    svg.polyline(raw_line, "normal");
   draw_bins(svg, p, bins, false, "before");
   for (const Bin &b : curve)
     line.emplace_back(p.x.at(b.x), p.y.at(b.mean));
@@ -326,11 +333,14 @@ std::string argument_picture(const Finding &finding, const View &view, double wi
   note += is_one ? "." : ", its mean in the same bins.";
   if (!finding.term.gate.everywhere())
     note += " Rows inside the region.";
-  return figure("Why: residual over " + q.text, svg.markup(),
-                {{Mark::line, "before", "measured less simulated"},
-                 {Mark::line, "fit", "the fitted term"},
-                 {Mark::dots, "faint", "a row"}},
-                note);
+  std::vector<Key> keys{{Mark::line, "before", "measured less simulated"},
+                        {Mark::line, "fit", "the fitted term"},
+                        {Mark::dots, "faint", "a row"}};
+  if (has_others) {
+    keys[0].text += ", less the other findings";
+    keys.push_back({Mark::line, "normal", "measured less simulated, raw"});
+  }
+  return figure("Why: residual over " + q.text, svg.markup(), keys, note);
 }
 
 } // namespace rim::diagnose::report

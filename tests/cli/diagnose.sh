@@ -90,6 +90,7 @@ mkdir one two
 (cd one && ln -s ../bias*.csv . && RIM_THREADS=1 "$RIM" diagnose bias*.csv --out d $few > out.txt 2>&1)
 (cd two && ln -s ../bias*.csv . && RIM_THREADS=2 "$RIM" diagnose bias*.csv --out d $few > out.txt 2>&1
  RIM_THREADS=2 "$RIM" diagnose bias*.csv --out d $few > out.txt 2>&1)
+sed -i '/ s so far$/d' one/out.txt two/out.txt # progress comes by the clock
 check "one thread or two, once or twice" "" "$(diff -r one two)"
 
 # --- adequate: white noise alone
@@ -188,6 +189,28 @@ sed 's/^basis = .*/basis = ["f"]\narguments = { f = "z.accel_mps2" }/' found/ext
 refuse "extension: cycle" 3 "bad.toml:line [0-9]*: .*cycle" bias1.csv --extension bad.toml
 sed 's/x.battery_V/x.none_V/' found/extension.toml > bad.toml
 refuse "extension: feature" 3 "bad.toml:line [0-9]*: .*'x.none_V'" bias1.csv --extension bad.toml
+
+# --- the schema says which velocity a friction acts on: here a command, which is never inferred
+for n in 1 2 3; do drive rub$n.csv $n 'u > 0 ? -0.2 : 0.2'; done
+printf 'schema = "rim-schema/1"\n[[friction]]\noutcome = "z.accel_mps2"\nvelocity = "u.push"\n' > rub.toml
+diagnose rub*.csv --schema rub.toml --out rub $few > out.txt; check "friction on what the schema says" 1 $?
+check "it is claimed" "coulomb_friction u.push" \
+  "$(json rub/diagnosis.json "d['findings'][0]['cause'] + ' ' + d['findings'][0]['form']['arguments'].get('v', '')")"
+diagnose rub*.csv --out rubbed $few > out.txt
+check "it is not inferred" False \
+  "$(json rubbed/diagnosis.json "any(f['form']['arguments'].get('v') == 'u.push' for f in d['findings'])")"
+check "the range it was learnt from" u.push "$(json rub/diagnosis.json "d['findings'][0]['learnt'][0]['feature']")"
+sed 's/u.push/u.pull/' rub.toml > bad.toml
+refuse "schema: friction's velocity" 3 "rub1.csv: .*'u.pull'" rub1.csv --schema bad.toml
+sed 's/z.accel_mps2/s.speed_mps/' rub.toml > bad.toml
+refuse "schema: friction's outcome" 3 "bad.toml:line 2: .*'s.speed_mps'" rub1.csv --schema bad.toml
+
+# --- rows that are no measurements: the gain without and with them
+awk -F, -v OFS=, 'NR > 1 && NR % 17 == 0 {$6 = 0} 1' bias1.csv > gone1.csv
+awk -F, -v OFS=, 'NR > 1 && NR % 17 == 0 {$6 = 0} 1' bias2.csv > gone2.csv
+diagnose gone1.csv gone2.csv --out gone $few > out.txt; check "dropouts" 1 $?
+contains "the gain without and with them" "$(cat out.txt)" "with flagged"
+contains "a share of the rows below all" "$(grep 'Cause: dropout' out.txt)" "(6 % of the rows)"
 
 # --- constant: a feature is left out and said, a channel that never changes is no crash
 awk -F, -v OFS=, 'NR > 1 {$3 = 12.5} 1' white1.csv > level.csv

@@ -1,7 +1,7 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
-# rim diagnose on what was measured: Falcon 9 descents, each left out in turn. Skipped,
-# saying so, where ../shared/measured is absent. Random numbers: seed 1.
+# rim diagnose on what was measured: Falcon 9 descents, each left out in turn, and small robots.
+# Skipped, saying so, where ../shared/measured is absent. Random numbers: seed 1.
 . "$(dirname "$0")/check.inc"
 measured=${RIM_MEASURED:-$(cd "$(dirname "$0")/../.." && pwd)/../shared/measured}
 if [ ! -d "$measured/falcon9" ]; then
@@ -41,4 +41,12 @@ check "the README's example" 1 $?
 contains "README: drag" "$(grep '^1\.' readme.txt)" "Cause: quadratic drag"
 below "README: iridium8, 1 s" "$(awk '$1 == "speed_mps" && $3 == "all" && $4 == "one" {print $8}' readme.txt)" 0.16
 below "README: iridium8, 10 s" "$(awk '$1 == "speed_mps" && $3 == "all" && $4 == "10" {print $7}' readme.txt)" 0.08
+
+# small robots that were commanded: what those of odd number show, on those of even number, and the other way
+if [ -d "$measured/mrclam" ]; then
+  "$RIM_THESIS" experiment measured_mrclam --data "$measured/mrclam" > mrclam.txt 2> err.txt; check "mrclam" 0 $?
+  cat mrclam.txt
+  check "mrclam: bars met" 8 "$(grep -c ': met' mrclam.txt)"
+  check "mrclam: a product and a late command in both" 2 "$(grep '^  forward speed: ' mrclam.txt | grep 'product' | grep -c 'delay\|lag')"
+fi
 finish

@@ -489,19 +489,20 @@ def scores(case, c):
             "nll_true": nll(case.t)}
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__)
+def draw(machines, about, text):
+    """The command line of a file of machines; `text` goes into every seed."""
+    parser = argparse.ArgumentParser(description=about)
     parser.add_argument("--seed", type=int, required=True)
     parser.add_argument("--family", default="each")
     parser.add_argument("--out", required=True)
     parser.add_argument("--truth", required=True)
     o = parser.parse_args()
-    every = list(MACHINES)
+    every = list(machines)
     family = every[o.seed % len(every)] if o.family in ("each", "any") else o.family
-    if family not in MACHINES:
+    if family not in machines:
         parser.error("no machine '%s': %s" % (family, " ".join(every)))
-    rng = random.Random("physics %s %d" % (family, o.seed))
-    machine = MACHINES[family](rng)
+    rng = random.Random("%s %s %d" % (text, family, o.seed))
+    machine = machines[family](rng)
     cases = [machine.log(rng, k == 3) for k in range(4)]
     os.makedirs(o.out, exist_ok=True)
     sd = cases[0].channels
@@ -527,4 +528,4 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    draw(MACHINES, __doc__, "physics")

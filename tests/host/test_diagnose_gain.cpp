@@ -2,6 +2,7 @@
 // What an extension is worth, against hand-computed figures; the intervals and the word "worse".
 #include "diagnose/gain.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "diagnose/rollout.hpp"
@@ -147,7 +148,14 @@ void rows_are_judged_where_they_lie(void **) {
   Judged judged;
   rim::diagnose::append_judged({bias(2.0, 20.0, 39.0)}, t, 0, &judged);
   // the run of readings 2.0 is stuck: the second of them on is no measurement
-  assert_true(judged.z.size() < 80 && judged.z.size() >= 40);
+  assert_int_equal(judged.z.size(), 80);
+  const auto flagged = std::count(judged.flagged.begin(), judged.flagged.end(), 1);
+  assert_true(flagged > 0 && flagged <= 40);
+  // the gain is given without them and with them
+  const auto gains = rim::diagnose::summarise(judged, t.channels[0], 0.0, "held-out logs", 1);
+  assert_int_equal(gains.front().rows, 80 - flagged);
+  assert_string_equal(gains.back().where.c_str(), "with flagged");
+  assert_int_equal(gains.back().rows, 80);
   Measured loose = t;
   for (Eigen::Index i = 0; i < 80; ++i)
     loose.channels[0].z(i) += 1e-4 * static_cast<double>(i);

@@ -177,10 +177,11 @@ void features_of_another_moment_keep_their_unit(void **) {
     t.x(i, 0) = static_cast<double>(i);
   const rim::diagnose::Diagnosis diagnosis;
   const View view = view_of(diagnosis, t, t.channels[0]);
-  assert_string_equal(quantity_of("u.cmd_v_mps@0.2", view).text.c_str(),
-                      "cmd v of 0.2 s ago (m/s)");
+  assert_string_equal(quantity_of("u.cmd_v_mps@0.2", view).text.c_str(), "cmd v 0.2 s ago (m/s)");
   assert_string_equal(quantity_of("u.cmd_v_mps~0.2", view).text.c_str(),
                       "cmd v lagged by 0.2 s (m/s)");
+  assert_string_equal(quantity_of("u.cmd_v_mps@0.2~0.1", view).text.c_str(),
+                      "cmd v 0.2 s ago lagged by 0.1 s (m/s)");
   assert_non_null(std::strstr(quantity_of("s.height_m", view).text.c_str(), "not in these logs"));
   rim::diagnose::Finding lost;
   lost.term.channel = t.channels[0].name;

@@ -128,15 +128,15 @@ void white_noise_claims_nothing(void **) {
 void threads_change_nothing(void **) {
   const Measured t =
       rim::diagnose::make_measured(drives(3, [](double, double, double) { return 0.0; }));
-  const std::vector<rim::diagnose::Library> libraries{rim::diagnose::make_library(
-      t, t.channels[0], rim::diagnose::read_catalogue(rim::data_path("causes.toml")))};
+  const auto causes = rim::diagnose::read_catalogue(rim::data_path("causes.toml"));
+  std::vector<rim::diagnose::Library> kept;
   setenv("RIM_THREADS", "1", 1);
-  const auto one = rim::diagnose::simulate_null(t, libraries, 6, 5);
+  const auto one = rim::diagnose::simulate_null(t, causes, 6, 5, &kept);
   setenv("RIM_THREADS", "2", 1);
-  const auto two = rim::diagnose::simulate_null(t, libraries, 6, 5);
+  const auto two = rim::diagnose::simulate_null(t, causes, 6, 5, &kept);
   unsetenv("RIM_THREADS");
   assert_true(one.location == two.location && one.spread == two.spread);
-  assert_true(rim::diagnose::simulate_null(t, libraries, 6, 6).location != one.location);
+  assert_true(rim::diagnose::simulate_null(t, causes, 6, 6, &kept).location != one.location);
   assert_near(one.p_value(one.threshold(0.05)), 0.05, 1e-9);
   assert_true(one.threshold(0.01) > one.threshold(0.05));
 }

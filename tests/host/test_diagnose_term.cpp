@@ -92,9 +92,17 @@ void features_of_another_moment(void **) {
                 {0, one, two, three, 10, 10 + one, 10 + two, 10 + three});
   for (std::size_t i = 2; i < 4; ++i) // a gap of 5 s after the second row
     t.elapsed_s[i] += 5.0;
-  // inside the gap the last row before it holds; behind it the rows after it
-  assert_values(feature_column(t, "s.speed_mps@0.15"), {0, 0, 1, 1, 10, 10, 10.5, 11.5});
-  assert_values(feature_column(t, "s.speed_mps@0.1"), {0, 0, 1, 2, 10, 10, 11, 12});
+  // inside the gap a straight line too: nearest in time to the rows after it
+  assert_values(feature_column(t, "s.speed_mps@0.15"),
+                {0, 0, 1 + 4.95 / 5.1, 1 + 5.05 / 5.1, 10, 10, 10.5, 11.5});
+  assert_values(feature_column(t, "s.speed_mps@0.1"), {0, 0, 1 + 5.0 / 5.1, 2, 10, 10, 11, 12});
+  // late, and then through a lag
+  const Vector late = feature_column(t, "s.speed_mps@0.1");
+  Measured shifted = t;
+  shifted.x.col(t.find_feature("s.speed_mps")) = late;
+  const Vector both = feature_column(t, "s.speed_mps@0.1~0.2"),
+               then = feature_column(shifted, "s.speed_mps~0.2");
+  assert_true((both - then).cwiseAbs().maxCoeff() < 1e-12);
   assert_string_equal(rim::diagnose::base_feature("u.push@0.2").c_str(), "u.push");
   assert_string_equal(rim::diagnose::base_feature("u.push~0.2").c_str(), "u.push");
   assert_string_equal(rim::diagnose::base_feature("u.push").c_str(), "u.push");
