@@ -91,8 +91,8 @@ public:
   const Arguments &subcommand(std::size_t i) const { return *subcommands_.at(i); }
   bool parsed() const; // of a subcommand: whether it was the one given
 
-  // False when help, or another description, was asked for and printed: return EXIT_FINE then. A wrong command line throws
-  // UsageError.
+  // False when help, or another description, was asked for and printed: return EXIT_FINE then. A
+  // wrong command line throws UsageError.
   bool parse(int argc, char **argv);
 
 private:

@@ -245,7 +245,6 @@ int cmd_replay(int argc, char **argv) {
   if (!o.schema.empty())
     schema = rim::read_schema(o.schema);
   const rim::Schema *mapping = schema ? &*schema : nullptr;
-
   const Extensions extensions = rim::diagnose::read_extensions(o.extensions);
   std::vector<rim::Log> logs; // all at once only where the thresholds are made from them
   if (o.model.empty()) {

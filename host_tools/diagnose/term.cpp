@@ -35,12 +35,23 @@ std::string strip(const std::string &name) {
   return bare + " " + late;
 }
 
+constexpr double kShortGap = 10.0; // median steps: what a straight line still bridges
+
+double median_step(const LogSpan &log, const Measured &measured) {
+  std::vector<double> steps;
+  for (std::size_t i = log.first + 1; i < log.first + log.rows; ++i)
+    steps.push_back(measured.elapsed_s[i] - measured.elapsed_s[i - 1]);
+  return median(std::move(steps));
+}
+
 // The value of a moment earlier in the same log, between two rows by a straight line, which is the
-// best guess inside a gap too; the log's first row before its beginning.
+// best guess inside a short gap too; the log's first row before its beginning, the last one before
+// it inside a long gap.
 Vector lagged(const Vector &x, const Measured &measured, double delay_s) {
   Vector out(x.size());
   for (const LogSpan &log : measured.logs) {
     const std::size_t end = log.first + log.rows;
+    const double longest = kShortGap * median_step(log, measured);
     std::size_t from = log.first;
     for (std::size_t i = log.first; i < end; ++i) {
       const double then = measured.elapsed_s[i] - delay_s;
@@ -51,7 +62,8 @@ Vector lagged(const Vector &x, const Measured &measured, double delay_s) {
       if (from + 1 >= end || then <= measured.elapsed_s[from] || i == log.first)
         continue;
       const double step = measured.elapsed_s[from + 1] - measured.elapsed_s[from];
-      out(static_cast<Index>(i)) += (then - measured.elapsed_s[from]) / step * (x(k + 1) - x(k));
+      if (step <= longest)
+        out(static_cast<Index>(i)) += (then - measured.elapsed_s[from]) / step * (x(k + 1) - x(k));
     }
   }
   return out;

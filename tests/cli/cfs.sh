@@ -39,7 +39,8 @@ CFE_APP, rim_player, RIM_PLAYER_Main, RIM_PLAYER, 60, 65536, 0x0, 0;
 !
 END
 cp toy.rim "$mission/toy.rim"
-(cd "$mission" && export RIM_IMAGE=$mission/toy.rim && unset MAKEFLAGS MFLAGS MAKELEVEL &&
+# CMake takes CC for one word; a compiler behind a launcher is still that compiler.
+(cd "$mission" && export RIM_IMAGE=$mission/toy.rim CC=${CC##* } && unset MAKEFLAGS MFLAGS MAKELEVEL &&
   make SIMULATION=native prep && make -j2 && make install) > built 2>&1
 status=$?; check "cFE and the application build" 0 $status
 [ $status = 0 ] || { grep -i -A5 "error" built | head -n 40; finish; }

@@ -94,7 +94,7 @@ for event in lcm.EventLog("bus.lcm"):
     if not event.channel.startswith("RIM_"):
         continue  # LCM's own test of itself
     kind = {"RIM_ALARM": rim.alarm_t, "RIM_HEALTH": rim.health_t, "RIM_COUNTERS": rim.counters_t, "RIM_OBSERVATION": rim.observation_t,
-            "RIM_ENTRY": rim.entry_t, "RIM_PLAN": rim.plan_t, "RIM_MODEL": rim.model_t}[event.channel]
+            "RIM_ENTRY": rim.entry_t, "RIM_COMMAND": rim.command_t, "RIM_PLAN": rim.plan_t, "RIM_MODEL": rim.model_t}[event.channel]
     seen.setdefault(event.channel, []).append(kind.decode(event.data))
 ground = [json.loads(line) for line in open("ground.jsonl")]
 alarms = [a for a in seen["RIM_ALARM"] if a.level == 2]

@@ -8,7 +8,7 @@ root=$(cd "$tests/../.." && pwd)
 if [ -n "${SANITIZE:-}" ]; then skipped=1; finish; fi
 cd "$here" || exit 1
 sources=
-for module in plan/bandit search/cem base/crc plan/extent plan/gp base/real base/region base/rng base/status; do
+for module in plan/bandit search/cem base/crc base/ellipsoid plan/extent plan/gp base/real base/region base/rng base/status; do
   sources="$sources $root/lib/src/$module.c"
 done
 

@@ -16,13 +16,15 @@
 #include "base/crc.h"
 #include "image/correct.h"
 #include "interference/detector.h"
+#include "monitor/work.h"
 #include "rim/image.h"
 #include "rim/monitor.h"
 #include "rimd/state.h"
 
 #define FUZZ_MONITOR_BYTES (1u << 19)
 #define FUZZ_ROWS 48u
-#define FUZZ_STATE_CRC 44u /* where rimd/state.c has it, within a head of 48 bytes */
+#define FUZZ_WORK 400000000u /* instructions of all rows, by the bound of a step */
+#define FUZZ_STATE_CRC 44u   /* where rimd/state.c has it, within a head of 48 bytes */
 #define FUZZ_STATE_DAEMON 64u
 #define FUZZ_STATE_MONITOR 512u
 
@@ -76,7 +78,13 @@ static inline void fuzz_flight(const uint8_t *data, size_t bytes) {
     const double period_s = 1e-6 * (double)rim_monitor_config(m, RIM_CONFIG_PERIOD_US);
     rim_observation row = {.context = context, .outcome = outcome, .mean = mean, .sd = sd};
     rim_verdict verdict;
-    for (uint32_t t = 0; t < FUZZ_ROWS; ++t) {
+    rim_work_counts counts;
+    rim_work work = {.step = UINT32_MAX};
+    if (rimi_work_counts_of(image, bytes, &counts) == RIM_OK)
+      rimi_work_bound(&counts, &work);
+    /* An image may ask for as much search as it likes. */
+    const uint32_t rows = work.step > FUZZ_WORK / FUZZ_ROWS ? FUZZ_WORK / work.step : FUZZ_ROWS;
+    for (uint32_t t = 0; t < rows; ++t) {
       row.t_s = (double)t * (period_s > 0.0 ? period_s : 0.1);
       for (size_t i = 0; i < RIM_MONITOR_MAX_FEATURES; ++i) {
         random = random * 1664525u + 1013904223u;

@@ -443,7 +443,7 @@ void bind_monitor(nb::module_ &m) {
   m.def("train", &train);
   m.def("external_image", &external_image);
   m.def("image_json", [](const nb::bytes &image, const std::string &name) {
-    return rim::show_image_bytes(bytes_of(image), name).json.dump();
+    return rim::show_image_bytes(bytes_of(image), name).json;
   });
   m.def("image_text", [](const nb::bytes &image, const std::string &name) {
     return rim::show_image_bytes(bytes_of(image), name).text;
