@@ -90,12 +90,16 @@ void features_of_another_moment(void **) {
   const double one = share, two = one + share * (2 - one), three = two + share * (3 - two);
   assert_values(feature_column(t, "s.speed_mps~0.2"),
                 {0, one, two, three, 10, 10 + one, 10 + two, 10 + three});
-  for (std::size_t i = 2; i < 4; ++i) // a gap of 5 s after the second row
-    t.elapsed_s[i] += 5.0;
-  // inside the gap a straight line too: nearest in time to the rows after it
+  for (std::size_t i = 2; i < 4; ++i) // a gap of .5 s after the second row
+    t.elapsed_s[i] += 0.5;
+  // inside a short gap a straight line too: nearest in time to the rows after it
   assert_values(feature_column(t, "s.speed_mps@0.15"),
-                {0, 0, 1 + 4.95 / 5.1, 1 + 5.05 / 5.1, 10, 10, 10.5, 11.5});
-  assert_values(feature_column(t, "s.speed_mps@0.1"), {0, 0, 1 + 5.0 / 5.1, 2, 10, 10, 11, 12});
+                {0, 0, 1 + .45 / .6, 1 + .55 / .6, 10, 10, 10.5, 11.5});
+  assert_values(feature_column(t, "s.speed_mps@0.1"), {0, 0, 1 + .5 / .6, 2, 10, 10, 11, 12});
+  Measured apart = t;
+  for (std::size_t i = 2; i < 4; ++i) // a gap of 5.5 s: what was held before it
+    apart.elapsed_s[i] += 5.0;
+  assert_values(feature_column(apart, "s.speed_mps@0.15"), {0, 0, 1, 1, 10, 10, 10.5, 11.5});
   // late, and then through a lag
   const Vector late = feature_column(t, "s.speed_mps@0.1");
   Measured shifted = t;
