@@ -315,14 +315,14 @@ void rimi_agreement_evaluate(const rim_agreement *a, const agreement_block *bloc
   for (size_t o = 0; o < count; ++o) {
     const uint8_t *row = a->row + 4u * o * stride;
     const uint32_t source = (uint32_t)rimi_le_f32(row, 0);
-    if (source == AGREEMENT_LEVEL && block->level != NULL)
+    if (source == AGREEMENT_RESIDUALS || (source == AGREEMENT_LEVEL && block->level == NULL))
+      remains[o] = from_residuals(a, block, row, o, state + BEFORE_RESIDUAL * count);
+    else if (source == AGREEMENT_LEVEL)
       remains[o] = block->measured[o] - block->level[o];
     else if (source == AGREEMENT_FEW)
       remains[o] = from_few(a, block, row, o);
-    else if (source == AGREEMENT_INTEGRAL)
-      remains[o] = from_integral(a, block, row, o, state);
     else
-      remains[o] = from_residuals(a, block, row, o, state + BEFORE_RESIDUAL * count);
+      remains[o] = from_integral(a, block, row, o, state);
   }
   for (size_t j = 0; j < count; ++j) {
     const uint8_t *row = a->row + 4u * j * stride;

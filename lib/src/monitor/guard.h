@@ -31,7 +31,7 @@
 #define GUARD_MOST 2048u   /* at most */
 #define GUARD_NO_RATE 32u  /* where rows have no rate */
 #define GUARD_SLOTS 4u     /* blocks of the ring a row, */
-#define GUARD_FEW_SLOTS 2u /* and where each row is a block */
+#define GUARD_FEW_SLOTS 1u /* and where each row is a block */
 
 /* A second copy of what outlives a repair, with a sum of its own. */
 typedef struct monitor_kept {
