@@ -166,7 +166,7 @@ size: lib $(if $(CROSS_COMPILE),,host) ## code size, static RAM, stack and the R
 api: lib ## public headers and functions of the library, with their size in lines
 	@lib/api.py "$(NM)" $(BUILD)/librim.a
 
-check: check-deps lib ## cppcheck, style, rooms, public and forbidden symbols, and the tests under the sanitizers
+check: check-deps lib host ## cppcheck, style, rooms, public and forbidden symbols, and the tests under the sanitizers
 	tests/style.sh
 	tests/rooms.py
 	lib/check_symbols.sh "$(NM)" $(BUILD)/librim.a names
@@ -175,7 +175,7 @@ check: check-deps lib ## cppcheck, style, rooms, public and forbidden symbols, a
 	cppcheck --quiet --error-exitcode=1 --inline-suppr --std=c11 \
 	  --enable=warning,performance,portability -Ilib/include -Ilib/src lib/src
 	cppcheck --quiet --error-exitcode=1 --inline-suppr --std=c++17 --language=c++ -j2 \
-	  --enable=warning,performance,portability -Ilib/include -Ilib/src -Ihost_tools host_tools
+	  --enable=warning,performance,portability -Ilib/include -Ilib/src -Ihost_tools -I$(BUILD)/gen host_tools
 	@$(MAKE) --no-print-directory prove-quick trace
 	@$(MAKE) --no-print-directory -j$(TEST_JOBS) BUILD=$(BUILD)/sanitize SANITIZE=1 OPT=-O1 test-run
 
