@@ -52,7 +52,7 @@ std::string meaning(const Term &term, const Channel &channel) {
                                             : "");
   if (term.cause == "quadratic_drag")
     return adds ? "drag opposes the motion with the square of the speed"
-                : "it opposes the motion less and less as speed grows";
+                : "it goes with the square of the speed"; // the velocity may count the other way
   if (moves_prediction(term) && term.form.rfind("delay", 0) == 0)
     return "what is asked acts late";
   if (moves_prediction(term))

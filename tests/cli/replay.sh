@@ -16,6 +16,11 @@ contains "biased" "$out" "^biased.csv: FOUND at t = "
 contains "biased: in words" "$out" "position [ab] reads 0\.[2-7][0-9]* m \(high\|low\)"
 contains "stuck" "$out" "^stuck.csv: FOUND at t = [3-5]"
 contains "stuck: named" "$(printf '%s\n' "$out" | grep -A2 '^stuck.csv')" "speed \(scatters [0-9.e-]* times\|repeats\)"
+# A fault in a place explains the rest of the floor with the other sign as well: the last record has the sign of the first.
+toy placed.csv 102 1200 'if (x > 1) v += 0.5'
+"$RIM" replay --model toy.rim placed.csv --alarms placed.jsonl > /dev/null; check "a fault in a place" 0 $?
+contains "placed: the sign stays" "$(tail -1 placed.jsonl)" '"shift":{"s.speed_mps":0\.4'
+contains "placed: where" "$(tail -1 placed.jsonl)" '"features":\["s.position_[ab]_m"\]'
 digest=$(printf '%s\n' "$out" | tail -1)
 contains "last line" "$digest" '^digest [0-9a-f]\{16\}$'
 check "the same twice" "$digest" "$("$RIM" replay --model toy.rim healthy.csv biased.csv stuck.csv | tail -1)"

@@ -11,7 +11,7 @@ import struct
 import sys
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from bus import CLEARED, ERROR, FRAGMENT, MESSAGE, RAISED, UPDATED, Bus, Checks, Daemon, fingerprint, plan_message, read_rows
+from bus import CLEARED, ERROR, FRAGMENT, MESSAGE, RAISED, UPDATED, Bus, Checks, Daemon, Flight, fingerprint, plan_message, read_rows
 
 rimd, wire, here = sys.argv[1:4]
 port = 20000 + os.getpid() % 20000
@@ -31,21 +31,13 @@ class Listener(Bus):
             super().take(data)
 
 
-class Flight:
+class Attacked(Flight):
     """A daemon with rows of long.csv, and an alarm that stands."""
 
     def __init__(self, more="", name="x.conf"):
-        self.bus, self.next = Listener(wire, port), 0
-        self.daemon = Daemon(rimd, name, base + more)
+        bus = Listener(wire, port)
+        super().__init__(Daemon(rimd, name, base + more), bus, log)
         check("ready", b"rimd: ready" in self.daemon.said, self.daemon.said)
-
-    def play(self, number):
-        """So many true rows."""
-        for t_us, values in log[self.next:self.next + number]:
-            self.bus.row(t_us, values)
-            self.bus.listen(0.0002)
-        self.next += number
-        assert self.next <= len(log), "long.csv is too short"
 
     def raise_alarm(self):
         while not any(a["state"] == RAISED for a in self.bus.alarms) and self.next < len(log):
@@ -83,7 +75,7 @@ def counted(bus, counter, send):
 
 def commands():
     """Nobody silences what he has not named."""
-    f = Flight().raise_alarm()
+    f = Attacked().raise_alarm()
     seq, model = f.bus.alarms[-1]["seq"], f.bus.alarms[-1]["model_id"]
     check("the model has a number", model != 0)
     for code in (1, 2):
@@ -99,7 +91,7 @@ def commands():
     f.bus.answer(2)
     check("and clear it", f.bus.until(lambda: f.bus.alarms[-1]["state"] == CLEARED), f.bus.alarms[-1])
     f.end()
-    f = Flight("command_any = yes\n").raise_alarm()
+    f = Attacked("command_any = yes\n").raise_alarm()
     f.bus.command(2)
     check("command_any: naught means any", f.bus.until(lambda: f.bus.alarms[-1]["state"] == CLEARED), f.bus.alarms[-1])
     f.end()
@@ -107,7 +99,7 @@ def commands():
 
 def times():
     """Time stamps that are wrong, one at a time, cost nothing; a clock that moved for good is believed."""
-    f = Flight().raise_alarm()
+    f = Attacked().raise_alarm()
     for ahead_s, counter in ((59, "future"), (1, "future"), (3e9, "future"), (-59, "time_back"), (-1e9, "time_back")):
         what = "a row %g s off" % ahead_s
         got = counted(f.bus, counter, lambda: f.bus.row(f.now_us() + round(ahead_s * 1e6), log[0][1]))
@@ -142,7 +134,7 @@ def line(speed):
 
 def plans():
     """A plan that is none ends no look-ahead."""
-    f = Flight("axis_x = s.position_a_m\n")
+    f = Attacked("axis_x = s.position_a_m\n")
     f.raise_alarm()
     f.play(1200 - f.next)  # by then the region is a place
     bus = f.bus
@@ -169,7 +161,7 @@ def plans():
 
 def floods():
     """Every datagram of a flood is counted, or was lost and counted as lost; nothing remains of it."""
-    f = Flight("axis_x = s.position_a_m\n").raise_alarm()
+    f = Attacked("axis_x = s.position_a_m\n").raise_alarm()
     bus = f.bus
 
     def message(channel, payload):
@@ -210,7 +202,7 @@ def state():
         for name in ("k.state", "k.state.old"):
             if os.path.exists(name):
                 os.unlink(name)
-        f = Flight("state = k.state\nstate_s = 3600\n")
+        f = Attacked("state = k.state\nstate_s = 3600\n")
         while not f.bus.alarms and f.next < len(log):
             f.play(5)
         f.daemon.end(signal.SIGKILL)  # at the moment when it is heard

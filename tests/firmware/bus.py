@@ -224,6 +224,21 @@ class Daemon:
         return code
 
 
+class Flight:
+    """A daemon, a bus to it, and the rows of a log, each played once and in order."""
+
+    def __init__(self, daemon, bus, log):
+        self.daemon, self.bus, self.log, self.next = daemon, bus, log, 0
+
+    def play(self, number):
+        """So many true rows."""
+        for t_us, values in self.log[self.next:self.next + number]:
+            self.bus.row(t_us, values)
+            self.bus.listen(0.0002)
+        self.next += number
+        assert self.next <= len(self.log), "the log is too short"
+
+
 class Checks:
     def __init__(self):
         self.passed = self.failed = self.skipped = 0

@@ -7,7 +7,7 @@ import struct
 import sys
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from bus import STALE, Bus, Checks, Daemon, read_rows
+from bus import STALE, Bus, Checks, Daemon, Flight, read_rows
 
 rimd, wire, here = sys.argv[1:4]
 port = 20000 + os.getpid() % 20000
@@ -59,17 +59,11 @@ class Memory:
         self.file.write(bytes([byte ^ 1 << bit]))
 
 
-class Flight:
+class Damaged(Flight):
     def __init__(self, more="", name="d.conf"):
-        self.bus, self.next = Bus(wire, port), 0
-        self.daemon = Daemon(rimd, name, base + more)
+        bus = Bus(wire, port)
+        super().__init__(Daemon(rimd, name, base + more), bus, log)
         check("ready", b"rimd: ready" in self.daemon.said, self.daemon.said)
-
-    def play(self, number):
-        for t_us, values in log[self.next:self.next + number]:
-            self.bus.row(t_us, values)
-            self.bus.listen(0.0002)
-        self.next += number
 
     def hit_monitor(self, offset):
         memory = Memory(self.daemon.process.pid)
@@ -91,7 +85,7 @@ class Flight:
 
 def rebuilt(what, hit):
     """By default the monitor is built anew, and says so in every health message."""
-    f = Flight()
+    f = Damaged()
     f.play(300)
     check("%s: not damaged before" % what, f.health()["flags"] & DAMAGED == 0, f.bus.health[-1])
     hit(f)
@@ -110,7 +104,7 @@ rebuilt("a pointer", lambda f: f.hit_monitor(160))
 rebuilt("a count", lambda f: f.hit_monitor(12))
 rebuilt("the image", lambda f: f.hit_image(len(image) // 2))
 
-f = Flight("on_damage = silent\n")
+f = Damaged("on_damage = silent\n")
 f.play(300)
 f.hit_monitor(160)
 had = f.bus.after("rows")
@@ -122,7 +116,7 @@ check("silent: ends", f.daemon.end() == 0, f.daemon.said)
 for name in ("d.state", "d.state.old"):
     if os.path.exists(name):
         os.remove(name)
-f = Flight("on_damage = restart\nstate = d.state\nstate_s = 1\n")
+f = Damaged("on_damage = restart\nstate = d.state\nstate_s = 1\n")
 f.play(300)
 f.bus.listen(2.5)
 kept = open("d.state", "rb").read()
@@ -130,7 +124,7 @@ f.hit_monitor(160)
 f.play(1)
 check("restart: exit 4", f.daemon.process.wait(20) == 4, f.daemon.hear())
 check("restart: the state file is left alone", open("d.state", "rb").read() == kept)
-g = Flight("on_damage = restart\nstate = d.state\nstate_s = 1\n")
+g = Damaged("on_damage = restart\nstate = d.state\nstate_s = 1\n")
 check("restart: goes on", b"going on at t" in g.daemon.said, g.daemon.said)
 check("restart: ends", g.daemon.end() == 0, g.daemon.said)
 

@@ -421,6 +421,22 @@ static void a_shift_within_an_interval_is_found(void **state) {
   }
 }
 
+static void the_rest_beside_a_region_is_found(void **state) {
+  (void)state;
+  world w = variant(1, 150);
+  for (uint32_t i = 0; i < w.blocks; ++i)
+    w.r[i] += w.feature[i][1] >= 160 ? 4.0 * w.s : 0.0;
+  static bench b;
+  start(&b, &w, 150);
+  feed(&b, 0, w.blocks, TURN);
+  search_hypothesis h, box = {.family = SEARCH_BOX, .feature = {1}, .last = {14, SEARCH_BINS - 1}};
+  assert_true(rimi_search_beside(b.search, 0, &box, &h) && h.family == SEARCH_INTERVAL);
+  assert_true(h.feature[0] == 1 && h.first[0] >= 14 && h.last[0] == SEARCH_BINS - 1);
+  assert_true(h.first[0] <= 16 && fabs((double)h.shift - 4.0) < 1.0);
+  box.family = SEARCH_SINCE;
+  assert_false(rimi_search_beside(b.search, 0, &box, &h));
+}
+
 /* A region over the reading itself would select on its own noise. */
 static void an_outcomes_own_reading_describes_no_region_of_it(void **state) {
   (void)state;
@@ -764,6 +780,7 @@ int main(void) {
       cmocka_unit_test(a_shift_that_ended_is_found),
       cmocka_unit_test(excluded_blocks_are_no_evidence),
       cmocka_unit_test(a_shift_within_an_interval_is_found),
+      cmocka_unit_test(the_rest_beside_a_region_is_found),
       cmocka_unit_test(an_outcomes_own_reading_describes_no_region_of_it),
       cmocka_unit_test(a_shift_within_a_box_is_found),
       cmocka_unit_test(a_shift_within_an_interval_since_is_found),

@@ -274,7 +274,8 @@ static void keep_onset(const rim_monitor *m, uint16_t channel, search_hypothesis
 /* A region in which the outcome reads high and the rest, in which it reads low, explain much the
  * same, for a run has an offset of its own. An operator acts on the sign, so a standing alarm keeps
  * it unless the contrary explains clearly more. */
-static void keep_sign(const rim_monitor *m, uint16_t channel, search_hypothesis *h) {
+static void keep_sign(const rim_monitor *m, uint16_t channel, search_hypothesis *h,
+                      double *onset_sd) {
   const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
   const double sign = (double)m->explained.shift;
   if (!m->has_explained || m->explained_channel % outcomes != channel % outcomes ||
@@ -290,10 +291,13 @@ static void keep_sign(const rim_monitor *m, uint16_t channel, search_hypothesis 
       sign * (double)before.shift > 0.0 && (double)before.score >= best) {
     best = (double)before.score;
     *h = before;
+    *onset_sd = (double)m->explained_onset_sd;
   }
   if (rimi_search_beside(m->search, channel, &contrary, &beside) &&
-      sign * (double)beside.shift > 0.0 && (double)beside.score >= best)
+      sign * (double)beside.shift > 0.0 && (double)beside.score >= best) {
     *h = beside;
+    *onset_sd = 0.0; /* it is from the start of the run */
+  }
 }
 
 static void describe_trained(rim_monitor *m, const rim_verdict *verdict, rim_alarm *alarm) {
@@ -303,10 +307,11 @@ static void describe_trained(rim_monitor *m, const rim_verdict *verdict, rim_ala
   double onset_sd;
   rimi_search_explain(m->search, channel, &h, &onset_sd);
   prefer_agreement(m, &channel, &h, &onset_sd);
-  keep_sign(m, channel, &h);
+  keep_sign(m, channel, &h, &onset_sd);
   keep_onset(m, channel, &h);
   m->explained = h;
   m->explained_channel = channel;
+  m->explained_onset_sd = (float)onset_sd;
   m->has_explained = true;
   alarm->kind = (uint8_t)kind_of((uint16_t)(channel / outcomes), h.family);
   alarm->observations = h.blocks;

@@ -72,6 +72,7 @@ struct rim_monitor {
   bool *unknown;                                          /* trained: [channels], of the block */
   rim_alarm_life life;
   search_hypothesis explained; /* of the newest record */
+  float explained_onset_sd;    /* blocks */
   uint16_t explained_channel;
   bool has_explained, has_place;
   uint32_t ended_first, ended_end, ended_count; /* blocks of the newest deviation that ended */
