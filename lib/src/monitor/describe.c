@@ -58,6 +58,25 @@ static double trained_score(const rim_monitor *m, uint16_t c) {
   return (double)rimi_search_best(m->search, c)->score;
 }
 
+/* Whether the outcome of a channel is watched as an integral of outcome j. */
+static bool integrates(const rim_monitor *m, uint16_t channel, uint16_t j) {
+  const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
+  const agreement_gain gain = rimi_agreement_gain(&m->models.agreement, channel % outcomes, j,
+                                                  rimi_blocks_outcome_feature(m->rows, j));
+  return rimi_abs(gain.sum) > 0.0 || gain.mostly;
+}
+
+/* The channel of outcome j, of its behaviour or agreement, whose score reaches *score. */
+static void better_channel_of(const rim_monitor *m, uint16_t j, uint16_t *best, double *score) {
+  for (uint32_t kind = RIM_CHANNEL_BEHAVIOUR; kind <= RIM_CHANNEL_AGREEMENT; ++kind) {
+    const uint16_t c = (uint16_t)(kind * m->words[RIM_CONFIG_OUTCOMES] + j);
+    if (trained_score(m, c) >= *score) {
+      *score = trained_score(m, c);
+      *best = c;
+    }
+  }
+}
+
 /* An outcome that integrates others sums up what is wrong with them. Where it deviates other than
  * by a step, and one that it integrates deviates by its own channels, that one is the cause. */
 static uint16_t integrated_cause(const rim_monitor *m, uint16_t leading) {
@@ -65,17 +84,8 @@ static uint16_t integrated_cause(const rim_monitor *m, uint16_t leading) {
   uint16_t best = leading;
   double score = m->models.threshold.alarm_score;
   for (uint16_t j = 0; j < outcomes; ++j) {
-    const agreement_gain gain = rimi_agreement_gain(&m->models.agreement, leading % outcomes, j,
-                                                    rimi_blocks_outcome_feature(m->rows, j));
-    if (!(rimi_abs(gain.sum) > 0.0) && !gain.mostly)
-      continue;
-    for (uint32_t kind = RIM_CHANNEL_BEHAVIOUR; kind <= RIM_CHANNEL_AGREEMENT; ++kind) {
-      const uint16_t c = (uint16_t)(kind * outcomes + j);
-      if (trained_score(m, c) >= score) {
-        score = trained_score(m, c);
-        best = c;
-      }
-    }
+    if (integrates(m, leading, j))
+      better_channel_of(m, j, &best, &score);
   }
   return best;
 }
@@ -233,6 +243,30 @@ static void blame_integrand(rim_monitor *m, uint16_t channel, const search_hypot
   }
 }
 
+/* The standing record where it names an integrand of the outcome that explains most, as it did
+ * before. What an integrand's bias adds up to leaves the range in which its shape is known, and the
+ * shape then says nothing more of whose bias it is. */
+static const rim_alarm *standing_blame(const rim_monitor *m, uint16_t channel) {
+  const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
+  const rim_alarm *standing = rim_monitor_standing(m, RIM_DETECTOR_RIM);
+  const bool is_same = standing != NULL && m->has_explained &&
+                       m->explained_channel % outcomes == channel % outcomes &&
+                       channel / outcomes <= RIM_CHANNEL_AGREEMENT &&
+                       standing->kind == RIM_KIND_SHIFT &&
+                       standing->channel[0] != channel % outcomes;
+  return is_same && integrates(m, channel, standing->channel[0]) ? standing : NULL;
+}
+
+static void keep_blame(const rim_alarm *standing, rim_alarm *alarm) {
+  alarm->kind = standing->kind;
+  alarm->channel[0] = standing->channel[0];
+  alarm->shift[0] = standing->shift[0];
+  alarm->shift_sd[0] = standing->shift_sd[0];
+  alarm->since_s = standing->since_s;
+  alarm->since_sd_s = standing->since_sd_s;
+  alarm->region = standing->region;
+}
+
 /* Where behaviour and agreement of one outcome have opposite signs, the surer one is reported. */
 static void prefer_agreement(rim_monitor *m, uint16_t *channel, search_hypothesis *h,
                              double *onset_sd) {
@@ -309,6 +343,7 @@ static void describe_trained(rim_monitor *m, const rim_verdict *verdict, rim_ala
   prefer_agreement(m, &channel, &h, &onset_sd);
   keep_sign(m, channel, &h, &onset_sd);
   keep_onset(m, channel, &h);
+  const rim_alarm *blame = standing_blame(m, channel);
   m->explained = h;
   m->explained_channel = channel;
   m->explained_onset_sd = (float)onset_sd;
@@ -321,6 +356,8 @@ static void describe_trained(rim_monitor *m, const rim_verdict *verdict, rim_ala
   alarm->channels = 1;
   size_shift(m, channel, &h, &alarm->shift[0], &alarm->shift_sd[0]);
   blame_integrand(m, channel, &h, alarm);
+  if (blame != NULL && alarm->channel[0] == channel % outcomes)
+    keep_blame(blame, alarm);
   name_others(alarm, m->channel_count, outcomes, m->models.threshold.alarm_score, trained_score, m);
   for (size_t i = 1; i < alarm->channels; ++i) {
     const uint16_t c = (uint16_t)(channel - channel % outcomes + alarm->channel[i]);

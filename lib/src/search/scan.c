@@ -48,6 +48,10 @@ static inline void add_block(const rim_search *s, uint32_t i, bool next_inside, 
 }
 
 void rimi_search_evaluate(const rim_search *s, search_hypothesis *h) {
+  if (h->family == SEARCH_RAMP || h->family == SEARCH_GAIN) {
+    rimi_search_judge_in_time(s, h);
+    return;
+  }
   const search_mask mask = rimi_search_mask_of(s, h, -1);
   search_sums sums = {0};
   bool next_inside = false;

@@ -471,10 +471,7 @@ bool rimi_search_evaluate_channel(rim_search *s, uint32_t channel, search_hypoth
   return h->score > SEARCH_NONE;
 }
 
-/* What a hypothesis explains beyond its description, each part of it worth a share: by the ratio
- * itself, for phi differs between families and would prefer the one that healthy runs inflate
- * least. */
-static double worth(const rim_search *s, const search_hypothesis *h) {
+double rimi_search_worth(const rim_search *s, const search_hypothesis *h) {
   static const double parts[NOISE_FAMILIES] = {0.0, 2.0, 2.0, 1.0, 1.0, 2.0, 2.0, 3.0, 1.0};
   if (h->score <= SEARCH_NONE || !(h->ln_ratio > 0.0f))
     return -1e30;
@@ -489,7 +486,7 @@ static double worth(const rim_search *s, const search_hypothesis *h) {
 static search_hypothesis best_in_time(const rim_search *s) {
   search_hypothesis best = s->in_time[SEARCH_SINCE];
   for (uint32_t f = SEARCH_RAMP; f <= SEARCH_FIELD; ++f) {
-    if (worth(s, &s->in_time[f]) > worth(s, &best))
+    if (rimi_search_worth(s, &s->in_time[f]) > rimi_search_worth(s, &best))
       best = s->in_time[f];
   }
   return best;
@@ -561,12 +558,13 @@ void rimi_search_explain(rim_search *s, uint32_t channel, search_hypothesis *out
   drop_whole_sides(s, &h);
   if (h.score > SEARCH_NONE) {
     rimi_search_note(s, channel, &h);
-    if (worth(s, &h) > worth(s, &best))
+    if (rimi_search_worth(s, &h) > rimi_search_worth(s, &best))
       best = h;
   }
   *onset_sd = 0.0;
-  if (best.family != SEARCH_FIELD && best.family != SEARCH_RAMP &&
-      best.onset != SEARCH_FROM_START) {
+  if (best.family <= SEARCH_GAIN && channel < search_fine(s)) {
+    rimi_search_date(s, &best, onset_sd);
+  } else if (best.family != SEARCH_FIELD && best.onset != SEARCH_FROM_START) {
     const search_mask mask = rimi_search_mask_of(s, &best, -1);
     search_hypothesis again = best;
     rimi_search_scan_onset(s, &mask, &again, onset_sd);

@@ -12,6 +12,7 @@
 #define SEARCH_DISTURBANCE_STEP (1.0 / 40.0) /* from SEARCH_CALMEST on: uint8 */
 #define SEARCH_CALMEST (-3.0)
 #define SEARCH_COARSE_STEP (1.0 / 4.0) /* of a residual in a byte: +-31 */
+#define SEARCH_RAMP_UNIT (1.0 / 256.0) /* of a ramp's time, in blocks */
 #define SEARCH_NONE (-1e30f)
 #define SEARCH_UNKNOWN INT16_MIN       /* a residual that is not known */
 #define SEARCH_COARSE_UNKNOWN INT8_MIN /* in a byte */
@@ -214,7 +215,20 @@ void rimi_search_judge(const rim_search *s, const search_sums *sums, search_hypo
 void rimi_search_scan_onset(const rim_search *s, const search_mask *mask, search_hypothesis *h,
                             double *sd);
 
-/* search.c: completes rimi_search_exclude() in this channel, where that is still to be done. */
+/* date.c: for SINCE, RAMP and GAIN, of the channel in turn. */
+/* Judges it since its onset, exactly. */
+void rimi_search_judge_in_time(const rim_search *s, search_hypothesis *h);
+/* Moves the onset where two shapes together explain clearly more than its own shape; then it is the
+ * one of the three families that explains most since there. *onset_sd: blocks. Cost: one pass over
+ * the ring with four models per block, and three passes where it moves. */
+void rimi_search_date(const rim_search *s, search_hypothesis *h, double *onset_sd);
+
+/* search.c */
+/* What a hypothesis explains beyond its description, each part of it worth a share: by the ratio
+ * itself, for phi differs between families and would prefer the one that healthy runs inflate
+ * least. */
+double rimi_search_worth(const rim_search *s, const search_hypothesis *h);
+/* Completes rimi_search_exclude() in this channel, where that is still to be done. */
 void rimi_search_take_out(rim_search *s, uint32_t channel);
 /* The best end of a shift that has its onset; it is before the newest block. */
 void rimi_search_scan_end(const rim_search *s, search_hypothesis *h);

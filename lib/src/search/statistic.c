@@ -8,7 +8,6 @@
 #include "search/search_private.h"
 
 #define LEAST_INFORMATION 1e-6 /* A below this part of m'Wm: the run effects explain the shape */
-#define RAMP_UNIT (1.0 / 256.0)
 
 void rimi_search_raw_fields(const rim_search *s, uint32_t slot, double *raw) {
   const double t_s = (double)search_times(s)[slot];
@@ -246,7 +245,7 @@ static void scan_time(rim_search *s) {
     if (!is_mean)
       continue;
     const double p = search_p(s, i);
-    const double t = ((double)i - (double)s->held) * RAMP_UNIT, t1 = t + RAMP_UNIT;
+    const double t = ((double)i - (double)s->held) * SEARCH_RAMP_UNIT, t1 = t + SEARCH_RAMP_UNIT;
     ramp.n = gain.n = since.n;
     gain.d += p * q;
     gain.a += p * p * a0 + p * p1 * a1;
@@ -365,21 +364,20 @@ void rimi_search_scan_onset(const rim_search *s, const search_mask *mask, search
   best_onset best = {.a = 1.0};
   double weight = 0.0, first = 0.0, second = 0.0, scale = 0.0;
   const double inflation = phi(s, s->channel, h->family);
-  double p1 = 0.0; /* of the block after, where it is inside */
+  bool next_inside = false;
   for (search_walk w = search_walk_from(s, &everywhen); search_walk_next(&w);) {
     const uint32_t i = w.i;
     if (!w.inside || !(search_a0(s)[i] > 0.0f)) {
-      p1 = 0.0;
+      next_inside = false;
       continue;
     }
     const float *g = search_g(s, i);
-    const double p = h->family == SEARCH_GAIN ? search_p(s, i) : 1.0;
     sums.n += 1.0;
-    sums.d += p * (double)search_q(s)[i];
-    sums.a += p * p * (double)search_a0(s)[i] + p * p1 * (double)search_a1(s)[i];
+    sums.d += (double)search_q(s)[i];
+    sums.a += (double)search_a0(s)[i] + (next_inside ? (double)search_a1(s)[i] : 0.0);
     for (uint32_t j = 0; j < s->fields; ++j)
-      sums.g[j] += p * (double)g[j];
-    p1 = p;
+      sums.g[j] += (double)g[j];
+    next_inside = true;
     judge_time(s, &sums, i, &best);
     if (sd == NULL)
       continue;
