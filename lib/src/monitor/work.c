@@ -129,9 +129,16 @@ static double trained_block(const rim_work_counts *n) {
   return models + n->terms * (double)TERM + n->channels * channel +
          n->region_features * (double)PLACE;
 }
+/* rimi_search_date(): five shapes summed, four models judged per block; then three families. */
+static double date_work(const rim_work_counts *n) {
+  const double summed = 5u * (n->fields + 6.0) * PRODUCT;
+  const double judged = (6.0 * n->fields + 24.0) * PRODUCT + 2u * EXPONENTIAL + JUDGED;
+  return pass(n, summed + 4u * judged) + 3u * (pass(n, summed) + judged);
+}
 static double trained_judge(const rim_work_counts *n) {
-  const double explain =
-      2u * ready_work(n) + 5u * renew_work(n) + 8u * pass(n, JUDGED + EXPONENTIAL);
+  const double explain = 2u * ready_work(n) + 5u * renew_work(n) +
+                         7u * pass(n, JUDGED + EXPONENTIAL) +
+                         2u * date_work(n) /* of the channel, and of its agreement */;
   const double causes = rimi_min(2u * (double)n->integrands, 2u * (double)AGREEMENT_INTEGRANDS);
   return explain + 2u * causes * (ready_work(n) + pass(n, 0.0)) +
          (2u + RIM_ALARM_MAX_CHANNELS) * (double)n->channels * SCORE;

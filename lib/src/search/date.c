@@ -13,7 +13,8 @@
 #define SHAPES 3u        /* of time: 1, t, t^2; of the prediction p: p, p t */
 #define PAIR_NATS 5.0    /* that a second shape must explain, by what healthy runs inflate */
 #define LEAST_SHARE 1e-6 /* of a shape's information, that must be left beside the others */
-#define MOST_PARTS 2u
+#define PARTS 2u
+#define NEGLIGIBLE 20.0 /* nats: an onset that is less likely by this has no say */
 
 typedef enum date_model { STEP, RAMP, GAIN, STEP_AND_RAMP, BEND, GAIN_AND_RAMP, MODELS } date_model;
 
@@ -72,71 +73,76 @@ static bool add_block(date_pass *pass, const rim_search *s, uint32_t i) {
   return true;
 }
 
-/* The parts of a model as combinations of the shapes, for an onset at time t0. */
-static uint32_t parts_of(date_model model, double t0, double c[MOST_PARTS][SHAPES]) {
-  const double step[SHAPES] = {1.0, 0.0, 0.0}, ramp[SHAPES] = {-t0, 1.0, 0.0};
-  const double square[SHAPES] = {t0 * t0, -2.0 * t0, 1.0};
-  const bool grows = model == RAMP || model == BEND;
-  memcpy(c[0], grows ? ramp : step, sizeof step);
-  memcpy(c[1], model == BEND ? square : ramp, sizeof square);
-  return model >= STEP_AND_RAMP ? 2u : 1u;
-}
-
 static double product(const double a[SHAPES], const double b[SHAPES]) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/* ln likelihood ratio of a model, the run's effects integrated out: d' A^-1 d / 2. The sums of its
- * first part go to *first. */
-static double ratio_of(const rim_search *s, const date_pass *pass, date_model model, double t0,
-                       search_sums *first) {
-  const bool is_gain = model == GAIN || model == GAIN_AND_RAMP;
-  const date_sums *sums = is_gain ? &pass->gain : &pass->time;
-  double c[MOST_PARTS][SHAPES], d[MOST_PARTS] = {0.0, 0.0}, a[3] = {0.0, 0.0, 0.0};
-  double g[MOST_PARTS][NOISE_MAX_FIELDS], all = 0.0;
-  const uint32_t parts = parts_of(model, t0, c);
+/* The sums of t - t0 and of its square, from those of 1, t and t^2. */
+static void since_onset(const date_sums *sums, double t0, uint32_t parts, uint32_t fields,
+                        date_sums *out) {
+  const double c[PARTS][SHAPES] = {{-t0, 1.0, 0.0}, {t0 * t0, -2.0 * t0, 1.0}};
   for (uint32_t k = 0; k < parts; ++k) {
-    d[k] = product(c[k], sums->d);
-    for (uint32_t j = 0; j < s->fields; ++j)
-      g[k][j] = c[k][0] * sums->g[0][j] + c[k][1] * sums->g[1][j] + c[k][2] * sums->g[2][j];
+    out->d[k] = product(c[k], sums->d);
+    for (uint32_t j = 0; j < fields; ++j)
+      out->g[k][j] = c[k][0] * sums->g[0][j] + c[k][1] * sums->g[1][j] + c[k][2] * sums->g[2][j];
     for (uint32_t l = 0; l <= k; ++l) {
-      double *both = &a[k + l];
-      for (uint32_t m = 0; m < SHAPES; ++m)
-        *both += c[k][m] * product(sums->a[m], c[l]);
-      all = k == 0 ? *both : all;
-      for (uint32_t j = 0; j < s->fields; ++j)
-        *both -= g[k][j] * g[l][j];
+      const double row[SHAPES] = {product(sums->a[0], c[l]), product(sums->a[1], c[l]),
+                                  product(sums->a[2], c[l])};
+      out->a[k][l] = product(c[k], row);
     }
   }
-  first->n = pass->n;
-  first->d = d[0];
-  first->a = all;
-  memcpy(first->g, g[0], s->fields * sizeof g[0][0]);
-  if (pass->n < (double)(SEARCH_LEAST + parts - 1u) || !(a[0] > LEAST_SHARE * all) || !(a[0] > 0.0))
+}
+
+/* The sums of a model's parts, its first part first. A step and a ramp explain the same since any
+ * time from which the ramp is counted. */
+static const date_sums *parts_of(const rim_search *s, const date_pass *pass, date_model model,
+                                 double t0, date_sums *space) {
+  if (model == GAIN || model == GAIN_AND_RAMP)
+    return &pass->gain;
+  if (model == STEP || model == STEP_AND_RAMP)
+    return &pass->time;
+  since_onset(&pass->time, t0, model == BEND ? 2 : 1, s->fields, space);
+  return space;
+}
+
+static double beside_effects(const rim_search *s, const date_sums *sums, uint32_t k, uint32_t l) {
+  double a = sums->a[k][l];
+  for (uint32_t j = 0; j < s->fields; ++j)
+    a -= sums->g[k][j] * sums->g[l][j];
+  return a;
+}
+
+/* ln likelihood ratio of a model, the run's effects integrated out: d' A^-1 d / 2. */
+static double ratio_of(const rim_search *s, const date_pass *pass, date_model model, double t0) {
+  date_sums space;
+  const date_sums *sums = parts_of(s, pass, model, t0, &space);
+  const double d0 = sums->d[0], d1 = sums->d[1], a00 = beside_effects(s, sums, 0, 0);
+  const uint32_t parts = model >= STEP_AND_RAMP ? 2u : 1u;
+  if (pass->n < (double)(SEARCH_LEAST + parts - 1u) || !(a00 > LEAST_SHARE * sums->a[0][0]) ||
+      !(a00 > 0.0))
     return 0.0;
   if (parts == 1)
-    return d[0] * d[0] / (2.0 * a[0]);
-  const double det = a[0] * a[2] - a[1] * a[1];
-  return det > LEAST_SHARE * a[0] * a[2]
-             ? (d[0] * d[0] * a[2] - 2.0 * d[0] * d[1] * a[1] + d[1] * d[1] * a[0]) / (2.0 * det)
+    return d0 * d0 / (2.0 * a00);
+  const double a10 = beside_effects(s, sums, 1, 0), a11 = beside_effects(s, sums, 1, 1);
+  const double det = a00 * a11 - a10 * a10;
+  return det > LEAST_SHARE * a00 * a11
+             ? (d0 * d0 * a11 - 2.0 * d0 * d1 * a10 + d1 * d1 * a00) / (2.0 * det)
              : 0.0;
 }
 
 static void note_onset(date_best *best, double ln, double inflation, uint32_t i) {
-  const double x = (double)i;
-  if (ln > best->ln) {
-    const double shrink =
-        best->weight > 0.0 ? rimi_exp(rimi_max(best->ln - ln, -600.0) / inflation) : 0.0;
-    best->weight *= shrink;
-    best->first *= shrink;
-    best->second *= shrink;
+  const double x = (double)i, above = (ln - best->ln) / inflation;
+  if (above < -NEGLIGIBLE)
+    return;
+  const double shrink = above > NEGLIGIBLE ? 0.0 : above > 0.0 ? rimi_exp(-above) : 1.0;
+  const double part = above < 0.0 ? rimi_exp(above) : 1.0;
+  best->weight = best->weight * shrink + part;
+  best->first = best->first * shrink + part * x;
+  best->second = best->second * shrink + part * x * x;
+  if (above > 0.0) {
     best->ln = ln;
     best->at = i;
   }
-  const double part = rimi_exp(rimi_max(ln - best->ln, -600.0) / inflation);
-  best->weight += part;
-  best->first += part * x;
-  best->second += part * x * x;
 }
 
 static double inflation_of(const rim_search *s) {
@@ -152,11 +158,13 @@ void rimi_search_judge_in_time(const rim_search *s, search_hypothesis *h) {
   const uint32_t oldest = s->count - s->held;
   const uint32_t from = h->onset != SEARCH_FROM_START && h->onset > oldest ? h->onset - oldest : 0u;
   date_pass pass;
-  search_sums sums;
+  date_sums space;
   memset(&pass, 0, sizeof pass);
   for (uint32_t i = s->held; i-- > from;)
     (void)add_block(&pass, s, i);
-  (void)ratio_of(s, &pass, model_of(h), time_of(s, from), &sums);
+  const date_sums *of = parts_of(s, &pass, model_of(h), time_of(s, from), &space);
+  search_sums sums = {.d = of->d[0], .a = of->a[0][0], .n = pass.n};
+  memcpy(sums.g, of->g[0], s->fields * sizeof sums.g[0]);
   rimi_search_judge(s, &sums, h);
 }
 
@@ -184,10 +192,9 @@ void rimi_search_date(const rim_search *s, search_hypothesis *h, double *onset_s
     if (!add_block(&pass, s, i))
       continue;
     for (uint32_t model = 0; model < MODELS; ++model) {
-      search_sums first;
       if (model == (uint32_t)own || model >= STEP_AND_RAMP)
-        note_onset(&best[model], ratio_of(s, &pass, (date_model)model, time_of(s, i), &first),
-                   inflation, i);
+        note_onset(&best[model], ratio_of(s, &pass, (date_model)model, time_of(s, i)), inflation,
+                   i);
     }
   }
   const date_best *dated = &best[own];
