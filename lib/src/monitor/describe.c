@@ -356,7 +356,9 @@ static void describe_trained(rim_monitor *m, const rim_verdict *verdict, rim_ala
   alarm->channels = 1;
   size_shift(m, channel, &h, &alarm->shift[0], &alarm->shift_sd[0]);
   blame_integrand(m, channel, &h, alarm);
-  if (blame != NULL && alarm->channel[0] == channel % outcomes)
+  /* What its own channels contradict is blamed no longer. */
+  if (blame != NULL && alarm->channel[0] == channel % outcomes &&
+      support_of(m, blame->channel[0], blame->shift[0], h.onset) > -LIKELY)
     keep_blame(blame, alarm);
   name_others(alarm, m->channel_count, outcomes, m->models.threshold.alarm_score, trained_score, m);
   for (size_t i = 1; i < alarm->channels; ++i) {

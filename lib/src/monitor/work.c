@@ -140,7 +140,7 @@ static double trained_judge(const rim_work_counts *n) {
                          7u * pass(n, JUDGED + EXPONENTIAL) +
                          2u * date_work(n) /* of the channel, and of its agreement */;
   const double causes = rimi_min(2u * (double)n->integrands, 2u * (double)AGREEMENT_INTEGRANDS);
-  return explain + 2u * causes * (ready_work(n) + pass(n, 0.0)) +
+  return explain + 2u * (causes + 1.0) * (ready_work(n) + pass(n, 0.0)) +
          (2u + RIM_ALARM_MAX_CHANNELS) * (double)n->channels * SCORE;
 }
 
