@@ -12,8 +12,13 @@ firmware: lib $(if $(CROSS_COMPILE),,$(BUILD)/rimd)
 # make CROSS_COMPILE=aarch64-linux-gnu- BUILD=build/aarch64 build/aarch64/rimd
 RIMD_SRC := $(sort $(wildcard firmware/rimd/*.c firmware/transport/*.c))
 RIMD_OBJ := $(RIMD_SRC:%.c=$(BUILD)/%.o)
+# Keyed commands want libsodium, linked into rimd alone; without it rimd knows no key.
+has_sodium = $(shell echo 'int main(void) {return sodium_init();}' | $(1) $(EXTRA_CFLAGS) $(EXTRA_LDFLAGS) \
+  -include sodium.h -x c - -o /dev/null -lsodium 2> /dev/null && echo yes)
+SODIUM = $(eval SODIUM := $$(call has_sodium,$$(CC)))$(SODIUM)
+RIMD_LIBS = $(if $(SODIUM),-lsodium) -lm
 FIRMWARE_CFLAGS = -std=c11 $(OPT) -ffp-contract=off $(WARNINGS) -Wvla -Wstrict-prototypes -Wmissing-prototypes \
-  -pthread $(SANITIZER_FLAGS) $(EXTRA_CFLAGS) -DRIM_VERSION='"$(VERSION)"' -Ifirmware -Ilib/include -Ilib/src
+  -pthread $(SANITIZER_FLAGS) $(EXTRA_CFLAGS) -DRIM_VERSION='"$(VERSION)"' $(if $(SODIUM),-DSEAL_SODIUM) -Ifirmware -Ilib/include -Ilib/src
 
 $(BUILD)/flags.firmware: FORCE
 	$(call flags_stamp,$(CC) $(FIRMWARE_CFLAGS))
@@ -23,7 +28,7 @@ $(BUILD)/firmware/%.o: firmware/%.c $(BUILD)/flags.firmware
 	$(call say,CC  )$(CC) $(FIRMWARE_CFLAGS) -MMD -MP -c $< -o $@
 
 $(BUILD)/rimd: $(RIMD_OBJ) $(BUILD)/librim.a
-	$(call say,LINK)$(CC) $(OPT) $(SANITIZER_FLAGS) $(EXTRA_LDFLAGS) -pthread -o $@ $(RIMD_OBJ) $(BUILD)/librim.a -lm
+	$(call say,LINK)$(CC) $(OPT) $(SANITIZER_FLAGS) $(EXTRA_LDFLAGS) -pthread -o $@ $(RIMD_OBJ) $(BUILD)/librim.a $(RIMD_LIBS)
 
 -include $(RIMD_OBJ:.o=.d)
 
@@ -33,7 +38,7 @@ test-build: $(BUILD)/rimd
 $(BUILD)/tests/firmware/%: tests/firmware/%.c $(RIMD_OBJ) $(BUILD)/librim.a $(BUILD)/flags.firmware
 	@mkdir -p $(@D)
 	$(call say,TEST)$(CC) $(FIRMWARE_CFLAGS) -MMD -MP -MF $@.d $< -o $@ \
-	  $(filter-out %/rimd/main.o,$(RIMD_OBJ)) $(BUILD)/librim.a -lcmocka -lm
+	  $(filter-out %/rimd/main.o,$(RIMD_OBJ)) $(BUILD)/librim.a -lcmocka $(RIMD_LIBS)
 
 # What every port replays. landing: twenty healthy landings learnt, then one with a hidden fault, from
 # its first row to its last, 29 features and 25 outcomes. golf: 4.2.3 (p. 55) with its own
@@ -143,7 +148,7 @@ fuzz-deps: deps
 $(BUILD)/fuzz/fuzz: $(FUZZ_SRC) tests/fuzz/fuzz_decoders.h tests/fuzz/fuzz_repaired.h $(wildcard lib/include/rim/*.h lib/include/rim/plan/*.h lib/src/*/*.h firmware/*/*.h)
 	@mkdir -p $(@D)
 	$(call say,FUZZ)clang -std=c11 -g -O1 -ffp-contract=off -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=all \
-	  -pthread -DRIM_VERSION='"$(VERSION)"' -Ifirmware -Ilib/include -Ilib/src $(FUZZ_SRC) -o $@ -lm
+	  -pthread -DRIM_VERSION='"$(VERSION)"' $(if $(SODIUM),-DSEAL_SODIUM) -Ifirmware -Ilib/include -Ilib/src $(FUZZ_SRC) -o $@ $(RIMD_LIBS)
 fuzz: fuzz-deps ## search every decoder for faults, guided by coverage (FUZZ_SECONDS=600; installs clang)
 	@$(MAKE) --no-print-directory $(BUILD)/fuzz/fuzz
 	@mkdir -p $(BUILD)/fuzz/corpus

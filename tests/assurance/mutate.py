@@ -76,11 +76,15 @@ def tests_of(path):
     return [own] + [t for t in ALWAYS if t != own]
 
 
+def is_held_to_lcm_gen(test):
+    return "#include <rim_" in open("tests/lib/test_%s.c" % test).read()
+
+
 def object_of(test):
     out = os.path.join(work, "test_%s.o" % test)
     source = "tests/lib/test_%s.c" % test
     if not os.path.exists(out) or os.path.getmtime(out) < os.path.getmtime(source):
-        extra = ["-isystem", os.path.join(o.build, "lcmgen")] if test in ("lcm", "control", "entry") else []
+        extra = ["-isystem", os.path.join(o.build, "lcmgen")] if is_held_to_lcm_gen(test) else []
         subprocess.run(["gcc", *FLAGS, *extra, "-c", source, "-o", out], check=True)
     return out
 
@@ -99,7 +103,7 @@ def killed_by(place):
     subprocess.run(["ar", "r", library, made], check=True, stderr=subprocess.DEVNULL)
     for test in tests_of(place[0]):
         program = os.path.join(work, "test_" + test)
-        extra = glob.glob(os.path.join(o.build, "lcmgen", "*.c")) if test in ("lcm", "control", "entry") else []
+        extra = glob.glob(os.path.join(o.build, "lcmgen", "*.c")) if is_held_to_lcm_gen(test) else []
         subprocess.run(["gcc", *FLAGS, object_of(test), *extra, "-I", os.path.join(o.build, "lcmgen"), "-o", program, library,
                         "-lcmocka", "-lm"], check=True)
         try:
