@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /* wire/sealed.h - private: where counter and tag stand in messages of a sender that has a key.
  *
- * Layout alone: who has the key computes the tag (rimd, rim command) over all bytes before it; the
- * library knows no cipher. A sealed message is the plain one with a fingerprint of its own (lib/wire/
- * rim_sealed_*_t.lcm), then the counter and the tag. On CAN a frame of 8 bytes has no room for
- * them; a sealed command is one FD frame of 48 bytes under the identifier of commands:
- * 0 layout: 1 | 1 node | 2 command | 3 0 | 4..7 seq | 8..11 model_id | 12..19 counter | 20..35 tag
- * 36..46 0 | 47 CRC-8. Costs O(bytes). */
+ * Layout alone: who has the key (rimd, rim command) computes the tag, over all bytes before it; the
+ * library knows no cipher. A sealed message is the plain one with a fingerprint of its own, then
+ * the counter and the tag (lib/wire/rim_sealed_*_t.lcm). On CAN a frame of 8 bytes has no room for
+ * them: a sealed command is one FD frame of 48 bytes under the identifier of commands:
+ * 0 layout: 1 | 1 node | 2 command | 3 0 | 4..7 seq | 8..11 model_id | 12..19 counter
+ * 20..35 tag | 36..46 0 | 47 CRC-8. Costs O(bytes). */
 #ifndef RIM_WIRE_SEALED_H
 #define RIM_WIRE_SEALED_H
 
