@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* One more datagram of any 0..60 bytes for an assembly in any state that lcm_fragments_take can have
- * left: so whatever number of them. It leaves such a state again. With 2 messages of 48 bytes under
- * way instead of 4 of 8192: nothing depends on how many. */
+/* One more datagram of any 0..60 bytes for an assembly in any state that lcm_fragments_take can
+ * have left: so whatever number of them. It leaves such a state again. With 2 messages of 48 bytes
+ * under way instead of 4 of 8192: nothing depends on how many. */
 #include "any.h"
 
 #define LCM_FRAGMENTS_MESSAGES 2u

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* A sealed command of any 0..size + 1 bytes, and a sealed frame of any length, are read inside; a
  * counter is good at most once, whatever the window was. */
-#include "any.h"
 #include "rimd/seal.h"
+#include "any.h"
 #include "wire/sealed.h"
 
 uint64_t nondet_uint64(void);
