@@ -186,9 +186,11 @@ def floods():
         bus.after("rows")
         bus.after("rows")
         after = bus.counters[-1]
+        # What rimd itself sends comes back to its socket, and may be among what was lost there.
+        own = 3 * (after["sequence"] - before["sequence"]) + 10
         grown = {k: after[k] - before[k] for k in after if after[k] != before[k] and k not in ("sequence", "gaps", "step_us")}
         if counter:
-            check("flood of %s: every one is counted" % what, grown.get(counter, 0) + grown.get("input_lost", 0) == number, grown)
+            check("flood of %s: every one is counted" % what, 0 <= grown.get(counter, 0) + grown.get("input_lost", 0) - number <= own, grown)
         else:
             check("flood of %s: changes no other counter" % what, set(grown) <= {"input_lost"}, grown)
         f.used("after a flood of %s" % what, 100)
