@@ -69,6 +69,11 @@ coverage-run: $(TEST_LIB_BIN) $(BUILD)/rimd
 	@for t in $(TEST_LIB_BIN); do $$t > $$t.said 2>&1 || { cat $$t.said; exit 1; }; done
 	@for t in rimd damage attacks; do RIM=$(abspath $(COVERAGE_RIM)) BUILD=$(abspath $(BUILD)) tests/cli/$$t.sh || exit 1; done
 
+# What is linked, on board and on the ground.
+.PHONY: sbom
+sbom: lib host firmware ## build/sbom/{board,ground}.spdx.json: what is linked, with versions and licences (SPDX 2.3)
+	@tests/assurance/sbom.py $(BUILD) $(VERSION) $(BUILD)/sbom
+
 MUTANTS ?= 40
 MUTANT_SEED ?= 1
 mutate: lib $(LCMGEN_SRC) ## wrong operators put into the library: how many do the unit tests notice? (MUTANTS=40 MUTANT_SEED=1)
