@@ -161,6 +161,23 @@ fuzz: fuzz-deps ## search every decoder for faults, guided by coverage (FUZZ_SEC
 	  awk -v k=$$k '/number_of_executed_units/ {n = $$2} /cov: / {c = $$4} END {print "decoder " k ": " n + 0 " inputs, edges " c + 0}' said.$$k; \
 	  grep -h "ERROR\|crash-\|timeout-" said.$$k || :; done; exit $$status
 
+# The same of every reader of a file on the ground, one after another, from good files that the test writes.
+FUZZ_GROUND := $(BUILD)/fuzz/ground
+GROUND_READERS := $(shell sed -n 's/^.define FUZZ_GROUND_READERS \([0-9]*\).*/\1/p' tests/fuzz/fuzz_ground.hpp)
+FUZZ_GROUND_FLAGS := -g -fsanitize=address,undefined -fno-sanitize-recover=all
+.PHONY: fuzz-ground
+fuzz-ground: fuzz-deps $(BUILD)/tests/host/test_fuzz_ground ## search every reader of files on the ground for faults (FUZZ_SECONDS=600; builds it with clang)
+	@$(MAKE) --no-print-directory -j$(TEST_JOBS) BUILD=$(FUZZ_GROUND) CC=clang CXX=clang++ WARNINGS=-w NM=true OPT=-O1 \
+	  EXTRA_CFLAGS='$(FUZZ_GROUND_FLAGS) -fsanitize=fuzzer-no-link' $(FUZZ_GROUND)/libhost.a $(FUZZ_GROUND)/librim.a
+	@mkdir -p $(FUZZ_GROUND)/corpus && FUZZ_SEEDS=$(FUZZ_GROUND)/corpus $(BUILD)/tests/host/test_fuzz_ground > $(FUZZ_GROUND)/seeds.txt 2>&1
+	$(call say,FUZZ)clang++ -w $(filter-out -Werror,$(HOST_CXXFLAGS:--param%=)) $(FUZZ_GROUND_FLAGS) -fsanitize=fuzzer tests/fuzz/fuzz_ground.cpp \
+	  $(FUZZ_GROUND)/libhost.a $(FUZZ_GROUND)/librim.a -o $(FUZZ_GROUND)/fuzz $(HOST_LIBS)
+	@cd $(FUZZ_GROUND) && status=0; for k in $$(seq 0 $$(($(GROUND_READERS) - 1))); do \
+	  FUZZ_READER=$$k RIMWATCH_DATA=$(CURDIR)/data ./fuzz -max_total_time=$$(($(FUZZ_SECONDS) / $(GROUND_READERS))) -max_len=16384 -close_fd_mask=3 \
+	    -print_final_stats=1 corpus > said.$$k 2>&1 || status=1; \
+	  awk -v k=$$k '/number_of_executed_units/ {n = $$2} /cov: / {c = $$4} END {print "reader " k ": " n + 0 " inputs, edges " c + 0}' said.$$k; \
+	  grep -h "ERROR\|crash-\|timeout-" said.$$k || :; done; exit $$status
+
 # Instructions of a step and RAM on the Cortex-M7, in the flight profile: thousands, kB.
 .PHONY: budgets budget-deps
 size: $(if $(CROSS_COMPILE),,budgets)

@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: MIT */
-/* One more datagram of any 0..60 bytes for an assembly in any state that lcm_fragments_take can
- * have left: so whatever number of them. It leaves such a state again. With 2 messages of 48 bytes
- * under way instead of 4 of 8192: nothing depends on how many. */
+/* One more datagram of any 0..40 bytes for an assembly in any state that lcm_fragments_take can
+ * have left: so whatever number of them. It leaves such a state again. With 2 messages of 16
+ * bytes in 4 parts instead of 4 of 8192 in 64: nothing depends on how many. */
 #include "any.h"
 
 #define LCM_FRAGMENTS_MESSAGES 2u
-#define LCM_FRAGMENTS_BYTES 48u
+#define LCM_FRAGMENTS_BYTES 16u
+#define LCM_FRAGMENTS_PARTS 4u
 #include "../../../firmware/transport/lcm_fragments.c"
 
 static bool can_be(const lcm_fragments_message *m) {
@@ -16,7 +17,7 @@ static bool can_be(const lcm_fragments_message *m) {
 int main(void) {
   static lcm_fragments f;
   lcm_fragments_message any[2];
-  uint8_t bytes[60];
+  uint8_t bytes[40];
   const size_t n = any_size(sizeof bytes);
   f.message[0] = any[0];
   f.message[1] = any[1];
