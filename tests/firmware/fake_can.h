@@ -26,6 +26,7 @@ enum { FAKE_SOCKETS = 16 };
 typedef struct fake_can {
   bool no_can, absent, down, classic, no_force; /* what the system has */
   int bind_fails;                               /* an errno */
+  int disk_fails;                               /* an errno, of every write to a file */
   int write_fails, read_fails;                  /* an errno, for the next `fails` calls */
   unsigned fails;
   uint32_t dropped; /* told with every frame, where not 0 */
@@ -121,6 +122,10 @@ static bool fails(int why) {
 }
 
 ssize_t __wrap_write(int fd, const void *data, size_t bytes) {
+  if (!is_fake(fd) && fd > STDERR_FILENO && fake.disk_fails != 0) {
+    errno = fake.disk_fails;
+    return -1;
+  }
   return is_fake(fd) && fails(fake.write_fails) ? -1 : __real_write(fd, data, bytes);
 }
 

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: MIT */
-/* The daemon between two CAN buses, in this process (fake_can.h): rows in, alarms and heartbeat out,
- * commands with and without a key, a full queue. tests/firmware/rimd_test.py has it on LCM. */
+/* The daemon between two CAN buses, in this process (fake_can.h): rows in, alarms out, commands
+ * with and without a key, a full queue, a full disk, a day of rows. On LCM: rimd_test.py. */
 #define _GNU_SOURCE
 #include "fake_can.h"
 
+#include <math.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -355,6 +356,134 @@ static void the_bus_goes_and_comes(void **state) {
   assert_int_equal(rimd_finish(&d), 0);
 }
 
+/* The medium takes nothing any more: records go out all the same, every failure is counted, and a
+ * restart goes on from what was written before; then the medium is back. */
+static void a_full_disk(void **state) {
+  (void)state;
+  const int why[2] = {ENOSPC, EROFS};
+  char more[200];
+  snprintf(more, sizeof more, "state = %s\nhealth_ms = 1\n", file("state"));
+  for (int i = 0; i < 2; i++) {
+    heard h = {0};
+    unlink(file("state"));
+    unlink(file("state.old"));
+    assert_int_equal(start_daemon(more), 0);
+    fake.disk_fails = why[i];
+    assert_true(fly_to_alarm(&h) < ROWS);
+    const uint64_t end = rimd_now_ns() + UINT64_C(5000000000);
+    while ((h.details == 0 || d.kept.counters.state_failures == 0) && rimd_now_ns() < end) {
+      usleep(10000);
+      run();
+      hear(&h);
+    }
+    assert_true(h.details >= 1 && d.kept.counters.state_failures >= 1);
+    assert_int_equal(rimd_finish(&d), 3);
+    assert_int_equal(access(file("state"), F_OK), -1); /* nothing half-written */
+    assert_int_equal(start_daemon(more), 0);
+    assert_true(d.kept.counters.restarts == 0 && d.kept.counters.state_refused == 0);
+    assert_int_equal(rimd_finish(&d), 0);
+    assert_int_equal(start_daemon(more), 0);
+    assert_int_equal(d.kept.counters.restarts, 1);
+    assert_int_equal(rimd_finish(&d), 0);
+  }
+}
+
+typedef struct day {
+  uint64_t woke_ns;
+  double offset_s; /* of the source's clock */
+  uint64_t sent, lost, wrong_length, not_finite, stale;
+} day;
+
+static void tick_day(day *x) {
+  x->woke_ns += (uint64_t)(1e9 * PERIOD_S);
+  (void)rimd_tick(&d, x->woke_ns);
+}
+
+/* A row, or what becomes of one on a bad day. */
+static void send_day(day *x, uint32_t t, uint32_t fate) {
+  row r;
+  double values[VALUES];
+  make_row(&r, true, 901, t, 0.0);
+  memcpy(values, r.context, D * sizeof values[0]);
+  memcpy(values + D, r.outcome, O * sizeof values[0]);
+  memcpy(values + D + O, r.mean, O * sizeof values[0]);
+  memcpy(values + D + 2 * O, r.sd, O * sizeof values[0]);
+  double t_s = r.t_s + x->offset_s;
+  uint32_t n = VALUES;
+  if (fate < 100) { /* one in a hundred is lost on the way */
+    x->lost++;
+    return;
+  }
+  if (fate < 120)
+    values[fate % VALUES] = fate % 2 == 0 ? (double)NAN : -(double)INFINITY;
+  x->not_finite += fate < 120;
+  n -= fate >= 120 && fate < 130;
+  x->wrong_length += n != VALUES;
+  t_s += fate == 130 ? 3600.0 : fate == 131 ? -3600.0 : 0.0;             /* a bit of a time stamp */
+  for (uint32_t k = 0; k < (fate >= 132 && fate < 160 ? 2u : 1u); k++) { /* sent twice */
+    rimd_row(&d, t_s, values, n, x->woke_ns);
+    x->sent++;
+  }
+}
+
+static void reconcile(const day *x) {
+  const rim_counters *c = &d.kept.counters;
+  rimd_collect_counts(&d);
+  assert_int_equal(c->not_finite, x->not_finite);
+  assert_int_equal(c->wrong_length, x->wrong_length);
+  assert_int_equal(c->rows + (uint64_t)c->not_finite + c->wrong_length + c->time_back + c->future,
+                   x->sent);
+  assert_int_equal(c->stale, x->stale);
+}
+
+/* A day of rows: one in a hundred lost, others damaged, doubled, or with a wrong time; the source
+ * silent every hour; its clock put on and put back by ten minutes; a restart at six in the evening.
+ * Every row that was sent is counted once, as what became of it. */
+static void a_day(void **state) {
+  (void)state;
+  char more[200];
+  const uint32_t hour = (uint32_t)(3600.0 / PERIOD_S);
+  rim_rng rng;
+  day x = {.woke_ns = rimd_now_ns()};
+  uint32_t sequence = 0;
+  rimi_rng_seed(&rng, SEED, 24);
+  unlink(file("state"));
+  unlink(file("state.old"));
+  snprintf(more, sizeof more, "state = %s\nhealth_ms = 3600000\n", file("state"));
+  assert_int_equal(start_daemon(more), 0);
+  d.guard_config.max_jump_s = 60.0;
+  for (uint32_t t = 0; t < 24 * hour; t++) {
+    x.offset_s += t == 6 * hour ? 600.0 : t == 12 * hour ? -600.0 : 0.0;
+    if (t % hour < 20 && t > hour) { /* silent for five seconds: STALE after two */
+      x.lost++;
+      x.stale += t % hour == 19;
+    } else {
+      send_day(&x, t, rimi_rng_below(&rng, 10000));
+    }
+    tick_day(&x);
+    assert_true(d.kept.health_sequence >= sequence);
+    sequence = d.kept.health_sequence;
+    if (t % hour == hour - 1)
+      reconcile(&x);
+    if (t == 18 * hour + 100) {
+      const rim_alarm_status before = rim_monitor_alarms(d.monitor);
+      assert_int_equal(rimd_finish(&d), 0);
+      assert_int_equal(start_daemon(more), 0);
+      d.guard_config.max_jump_s = 60.0;
+      d.valid_ns = x.woke_ns;
+      const rim_alarm_status after = rim_monitor_alarms(d.monitor);
+      assert_true(after.level == before.level && after.newest.seq >= before.newest.seq);
+    }
+  }
+  assert_true(x.lost + d.kept.counters.rows > 23 * (uint64_t)hour);
+  assert_true(d.kept.counters.clock_resets == 1 && d.kept.counters.restarts == 1);
+  assert_true(d.kept.counters.future >= 99 && d.kept.counters.time_back >= 99);
+  print_message("%u rows used, %u of another time, %u doubled or late, %u lost\n",
+                d.kept.counters.rows, d.kept.counters.future, d.kept.counters.time_back,
+                (unsigned)x.lost);
+  assert_int_equal(rimd_finish(&d), 0);
+}
+
 static void what_cannot_start(void **state) {
   (void)state;
   char more[300];
@@ -380,12 +509,16 @@ static void what_cannot_start(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(rows_become_an_alarm),   cmocka_unit_test(commands_on_can),
+      cmocka_unit_test(rows_become_an_alarm),
+      cmocka_unit_test(commands_on_can),
 #ifdef SEAL_SODIUM
       cmocka_unit_test(sealed_commands_on_can),
 #endif
-      cmocka_unit_test(a_full_queue),           cmocka_unit_test(the_bus_goes_and_comes),
+      cmocka_unit_test(a_full_queue),
+      cmocka_unit_test(the_bus_goes_and_comes),
       cmocka_unit_test(what_cannot_start),
+      cmocka_unit_test(a_full_disk),
+      cmocka_unit_test(a_day),
   };
   return cmocka_run_group_tests(tests, make_files, remove_files);
 }

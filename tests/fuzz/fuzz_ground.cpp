@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// For libFuzzer: make fuzz-ground. With FUZZ_READER=K in the environment every input is for reader K,
-// whatever its first byte.
+// For libFuzzer: make fuzz-ground. With FUZZ_READER=K in the environment every input is for reader
+// K, whatever its first byte.
 #include "fuzz_ground.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t bytes);

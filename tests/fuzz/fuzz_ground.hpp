@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // fuzz_ground.hpp - every reader of a file on the ground, behind one function of bytes.
 //
-// The first byte chooses the reader, the rest is its file. A reader takes it or throws DataError (or
-// UsageError): anything else that it throws ends the program, as a crash does.
+// The first byte chooses the reader, the rest is its file. A reader takes it or throws DataError
+// (or UsageError): anything else that it throws ends the program, as a crash does.
 #pragma once
 
 #include "base/bytes.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Every reader of a file on the ground on good files, and on a short run of damaged copies of them.
-// `make fuzz-ground` searches for longer, guided by coverage. FUZZ_SEEDS=FOLDER writes the good ones.
+// `make fuzz-ground` searches for longer, guided by coverage. FUZZ_SEEDS=FOLDER: the good ones.
 #include "../fuzz/fuzz_ground.hpp"
 
 #include "bus/candump.hpp"
