@@ -4,7 +4,8 @@
 #include "any.h"
 #include "base/real.h"
 
-/* Any answer to whether a number is finite: what is safe for all answers is safe for the true one. */
+/* Any answer to whether a number is finite: what is safe for all answers is safe for the true
+ * one. */
 _Bool nondet_bool(void);
 #define rimi_is_finite(x) ((void)(x), nondet_bool())
 
