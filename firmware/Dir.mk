@@ -167,10 +167,11 @@ GROUND_READERS := $(shell sed -n 's/^.define FUZZ_GROUND_READERS \([0-9]*\).*/\1
 FUZZ_GROUND_FLAGS := -g -fsanitize=address,undefined -fno-sanitize-recover=all
 .PHONY: fuzz-ground
 fuzz-ground: fuzz-deps $(BUILD)/tests/host/test_fuzz_ground ## search every reader of files on the ground for faults (FUZZ_SECONDS=600; builds it with clang)
-	@$(MAKE) --no-print-directory -j$(TEST_JOBS) BUILD=$(FUZZ_GROUND) CC=clang CXX=clang++ WARNINGS=-w NM=true OPT=-O1 \
+	@$(MAKE) --no-print-directory -j$(TEST_JOBS) BUILD=$(FUZZ_GROUND) CC=clang CXX=clang++ PCH= WARNINGS=-w NM=true OPT=-O1 \
 	  EXTRA_CFLAGS='$(FUZZ_GROUND_FLAGS) -fsanitize=fuzzer-no-link' $(FUZZ_GROUND)/libhost.a $(FUZZ_GROUND)/librim.a
 	@mkdir -p $(FUZZ_GROUND)/corpus && FUZZ_SEEDS=$(FUZZ_GROUND)/corpus $(BUILD)/tests/host/test_fuzz_ground > $(FUZZ_GROUND)/seeds.txt 2>&1
-	$(call say,FUZZ)clang++ -w $(filter-out -Werror,$(HOST_CXXFLAGS:--param%=)) $(FUZZ_GROUND_FLAGS) -fsanitize=fuzzer tests/fuzz/fuzz_ground.cpp \
+	$(call say,FUZZ)clang++ -std=c++17 -w -O1 -pthread $(FUZZ_GROUND_FLAGS) -fsanitize=fuzzer $(HOST_DEFINES) -Ihost_tools -Ilib/include -Ilib/src \
+	  -isystem /usr/include/eigen3 tests/fuzz/fuzz_ground.cpp \
 	  $(FUZZ_GROUND)/libhost.a $(FUZZ_GROUND)/librim.a -o $(FUZZ_GROUND)/fuzz $(HOST_LIBS)
 	@cd $(FUZZ_GROUND) && status=0; for k in $$(seq 0 $$(($(GROUND_READERS) - 1))); do \
 	  FUZZ_READER=$$k RIMWATCH_DATA=$(CURDIR)/data ./fuzz -max_total_time=$$(($(FUZZ_SECONDS) / $(GROUND_READERS))) -max_len=16384 -close_fd_mask=3 \
