@@ -41,6 +41,7 @@ $(BUILD)/tests/firmware/%: tests/firmware/%.c $(RIMD_OBJ) $(BUILD)/librim.a $(BU
 	  $(filter-out %/rimd/main.o,$(RIMD_OBJ)) $(BUILD)/librim.a -lcmocka $(RIMD_LIBS) $(TEST_LINK)
 # tests/firmware/fake_can.h stands for the kernel's CAN.
 $(addprefix $(BUILD)/tests/firmware/,test_socketcan test_run): TEST_LINK = $(addprefix -Wl$(comma)--wrap=,socket close bind setsockopt ioctl write recvmsg)
+$(BUILD)/tests/firmware/test_state: TEST_LINK = $(addprefix -Wl$(comma)--wrap=,write read fsync close rename)
 
 # What every port replays. landing: twenty healthy landings learnt, then one with a hidden fault, from
 # its first row to its last, 29 features and 25 outcomes. golf: 4.2.3 (p. 55) with its own
