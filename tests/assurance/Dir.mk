@@ -69,6 +69,11 @@ coverage-run: $(TEST_LIB_BIN) $(BUILD)/rimd
 	@for t in $(TEST_LIB_BIN); do $$t > $$t.said 2>&1 || { cat $$t.said; exit 1; }; done
 	@for t in rimd damage attacks; do RIM=$(abspath $(COVERAGE_RIM)) BUILD=$(abspath $(BUILD)) tests/cli/$$t.sh || exit 1; done
 
+# The daemon through 24 simulated hours; `make test` flies hours of three minutes.
+.PHONY: day
+day: $(BUILD)/tests/firmware/test_run ## 24 simulated hours of rows through rimd, every counter reconciled with what was sent
+	@RIM_DAY=1 CMOCKA_TEST_FILTER=a_day $(BUILD)/tests/firmware/test_run 2>&1 | grep -v '^rimd: '
+
 # What is linked, on board and on the ground.
 .PHONY: sbom
 sbom: lib host firmware ## build/sbom/{board,ground}.spdx.json: what is linked, with versions and licences (SPDX 2.3)

@@ -318,6 +318,7 @@ def keys():
     check("and the alarm stands", all(a["state"] != CLEARED for a in bus.alarms) and bus.health[-1]["level"] == ERROR, bus.alarms)
     bus.send("RIM_COMMAND", sealed(bus.command_bytes(2, bus.alarms[-1]["seq"], model), "command", wire, secret, 2000))
     check("a sealed one clears it", bus.until(lambda: bus.alarms[-1]["state"] == CLEARED), bus.alarms[-1])
+    f.used("after a kill", 20)
     f.end()
     # Since the first start; of the messages before the kill as many as its state knew of.
     check("counted by their kind", b"with the key: unsealed" in f.daemon.said and b" forged " in f.daemon.said
