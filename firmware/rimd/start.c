@@ -323,8 +323,10 @@ int rimd_start(rimd *d) {
     status = open_lcm(d);
   if (status == 0)
     status = open_can(d);
-  if (status != 0)
+  if (status != 0) {
+    (void)state_finish(&d->state, NULL); /* its thread waits */
     return status;
+  }
   outbox_init(&d->outbox, c->lcm[0] != '\0' ? &d->lcm : NULL, c->can[0] != '\0' ? &d->can : NULL,
               c->node);
   const uint64_t now_ns = rimd_now_ns();

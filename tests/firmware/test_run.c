@@ -508,6 +508,86 @@ static void what_cannot_start(void **state) {
   assert_int_equal(rimd_start(&d), 3); /* no CAN in this kernel */
 }
 
+static int start_with(const char *table, const char *more) {
+  char text[600];
+  const int length =
+      snprintf(text, sizeof text, "image = %s\ncan = can0\ninput = can\ncan_table = %s\n%s",
+               file("run.rim"), table, more);
+  memset(&d, 0, sizeof d);
+  assert_int_equal(config_parse(&d.config, "test", text, (size_t)length), 0);
+  return rimd_start(&d);
+}
+
+static void tables_that_are_none(void **state) {
+  (void)state;
+  static recipe table;
+  image blob;
+  memset(&fake, 0, sizeof fake);
+  assert_int_equal(start_with("/nowhere/at/all", ""), 3);
+  assert_int_equal(start_with(file("key"), ""), 3);
+  memset(&table, 0, sizeof table);
+  put_table(&table.section[RIM_SECTION_CAN_TABLE]);
+  table.section[RIM_SECTION_CAN_TABLE].byte[4]--; /* a value less, and its signal one too many */
+  build(&blob, &table);
+  write_file("other.rim", blob.byte, blob.size);
+  assert_int_equal(start_with(file("other.rim"), ""), 3);
+  bytes *b = &table.section[RIM_SECTION_CAN_TABLE];
+  b->byte[8]--; /* now it is not of this length either */
+  b->size -= 48;
+  b->byte[16 + 8]--;
+  build(&blob, &table);
+  write_file("other.rim", blob.byte, blob.size);
+  assert_int_equal(start_with(file("other.rim"), ""), 3); /* good, and of 9 values instead of 10 */
+  assert_int_equal(d.table.values, VALUES - 1);
+  unlink(file("other.rim"));
+}
+
+/* An interface that is not there, down, or takes no FD frames holds up no start. */
+static void interfaces_that_are_waited_for(void **state) {
+  (void)state;
+  char more[300];
+  snprintf(more, sizeof more, "key = %s\nstate = %s\n", file("key"), file("state"));
+  memset(&fake, 0, sizeof fake);
+  fake.absent = true;
+  assert_int_equal(start_with(file("table.rim"), ""), 0);
+  assert_true(d.can.fd == -1 && d.can_input.fd == -1);
+  assert_int_equal(rimd_finish(&d), 0);
+  memset(&fake, 0, sizeof fake);
+  fake.down = true;
+  assert_int_equal(start_with(file("table.rim"), ""), 0);
+  assert_true(d.can.fd >= 0 && d.can.is_down);
+  assert_int_equal(rimd_finish(&d), 0);
+  memset(&fake, 0, sizeof fake);
+  fake.classic = true;
+  assert_int_equal(start_with(file("table.rim"), "can_fd = yes\n"), 0);
+  assert_false(d.can.fd_capable);
+  assert_int_equal(rimd_finish(&d), 0);
+#ifdef SEAL_SODIUM
+  assert_int_equal(start_with(file("table.rim"), more), 0); /* says that no command can come */
+  send_command(RIM_COMMAND_DESCRIBE, 0, 0);
+  assert_int_equal(d.kept.counters.commands_refused, 1);
+  assert_int_equal(rimd_finish(&d), 0);
+#endif
+}
+
+/* A good check sum over memory that is no monitor: refused, counted, and begun anew. */
+static void a_state_that_is_no_monitor(void **state) {
+  (void)state;
+  char more[200];
+  unlink(file("state"));
+  unlink(file("state.old"));
+  snprintf(more, sizeof more, "state = %s\n", file("state"));
+  assert_int_equal(start_daemon(more), 0);
+  const state_parts parts = rimd_parts(&d);
+  memset(d.memory, 0x41, d.memory_bytes);
+  assert_int_equal(state_finish(&d.state, &parts), 0);
+  assert_int_equal(start_daemon(more), 0);
+  assert_true(d.kept.counters.state_refused == 1 && d.kept.counters.restarts == 0);
+  heard h = {0};
+  assert_true(fly_to_alarm(&h) < ROWS);
+  assert_int_equal(rimd_finish(&d), 0);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(rows_become_an_alarm),
@@ -520,6 +600,9 @@ int main(void) {
       cmocka_unit_test(what_cannot_start),
       cmocka_unit_test(a_full_disk),
       cmocka_unit_test(a_day),
+      cmocka_unit_test(tables_that_are_none),
+      cmocka_unit_test(interfaces_that_are_waited_for),
+      cmocka_unit_test(a_state_that_is_no_monitor),
   };
   return cmocka_run_group_tests(tests, make_files, remove_files);
 }
