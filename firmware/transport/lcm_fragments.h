@@ -16,11 +16,9 @@
 
 #include "transport/lcm_packet.h"
 
-#ifndef LCM_FRAGMENTS_MESSAGES    /* fewer in a proof */
 #define LCM_FRAGMENTS_MESSAGES 4u /* under way at once */
 #define LCM_FRAGMENTS_BYTES 8192u /* of a payload: twice the longest that rimd reads */
-#endif
-#define LCM_FRAGMENTS_PARTS 64u /* of a message */
+#define LCM_FRAGMENTS_PARTS 64u   /* of a message */
 
 typedef struct lcm_fragments_message {
   uint64_t sender, have; /* have: a bit a fragment; 0: free */
