@@ -58,7 +58,7 @@ help: ## this list
 
 DEB_PACKAGES := gcc g++ make binutils python3 libeigen3-dev liblcm-dev liblcm-bin libcmocka-dev \
   libccd-dev libnanoflann-dev libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libfmt-dev \
-  libboost-dev libmuparser-dev gnuplot-nox zlib1g-dev libzstd-dev libjs-dygraphs
+  libboost-dev libmuparser-dev gnuplot-nox zlib1g-dev libzstd-dev libsodium-dev libjs-dygraphs
 DEB_CHECK_PACKAGES := cppcheck clang-format
 
 # $(call install_missing,PACKAGES): a machine that has them all is not touched.

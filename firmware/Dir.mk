@@ -12,8 +12,13 @@ firmware: lib $(if $(CROSS_COMPILE),,$(BUILD)/rimd)
 # make CROSS_COMPILE=aarch64-linux-gnu- BUILD=build/aarch64 build/aarch64/rimd
 RIMD_SRC := $(sort $(wildcard firmware/rimd/*.c firmware/transport/*.c))
 RIMD_OBJ := $(RIMD_SRC:%.c=$(BUILD)/%.o)
+# Keyed commands want libsodium, linked into rimd alone; without it rimd knows no key.
+has_sodium = $(shell echo 'int main(void) {return sodium_init();}' | $(1) $(EXTRA_CFLAGS) $(EXTRA_LDFLAGS) \
+  -include sodium.h -x c - -o /dev/null -lsodium 2> /dev/null && echo yes)
+SODIUM = $(eval SODIUM := $$(call has_sodium,$$(CC)))$(SODIUM)
+RIMD_LIBS = $(if $(SODIUM),-lsodium) -lm
 FIRMWARE_CFLAGS = -std=c11 $(OPT) -ffp-contract=off $(WARNINGS) -Wvla -Wstrict-prototypes -Wmissing-prototypes \
-  -pthread $(SANITIZER_FLAGS) $(EXTRA_CFLAGS) -DRIM_VERSION='"$(VERSION)"' -Ifirmware -Ilib/include -Ilib/src
+  -pthread $(SANITIZER_FLAGS) $(EXTRA_CFLAGS) -DRIM_VERSION='"$(VERSION)"' $(if $(SODIUM),-DSEAL_SODIUM) -Ifirmware -Ilib/include -Ilib/src
 
 $(BUILD)/flags.firmware: FORCE
 	$(call flags_stamp,$(CC) $(FIRMWARE_CFLAGS))
@@ -23,7 +28,7 @@ $(BUILD)/firmware/%.o: firmware/%.c $(BUILD)/flags.firmware
 	$(call say,CC  )$(CC) $(FIRMWARE_CFLAGS) -MMD -MP -c $< -o $@
 
 $(BUILD)/rimd: $(RIMD_OBJ) $(BUILD)/librim.a
-	$(call say,LINK)$(CC) $(OPT) $(SANITIZER_FLAGS) $(EXTRA_LDFLAGS) -pthread -o $@ $(RIMD_OBJ) $(BUILD)/librim.a -lm
+	$(call say,LINK)$(CC) $(OPT) $(SANITIZER_FLAGS) $(EXTRA_LDFLAGS) -pthread -o $@ $(RIMD_OBJ) $(BUILD)/librim.a $(RIMD_LIBS)
 
 -include $(RIMD_OBJ:.o=.d)
 
@@ -33,7 +38,10 @@ test-build: $(BUILD)/rimd
 $(BUILD)/tests/firmware/%: tests/firmware/%.c $(RIMD_OBJ) $(BUILD)/librim.a $(BUILD)/flags.firmware
 	@mkdir -p $(@D)
 	$(call say,TEST)$(CC) $(FIRMWARE_CFLAGS) -MMD -MP -MF $@.d $< -o $@ \
-	  $(filter-out %/rimd/main.o,$(RIMD_OBJ)) $(BUILD)/librim.a -lcmocka -lm
+	  $(filter-out %/rimd/main.o,$(RIMD_OBJ)) $(BUILD)/librim.a -lcmocka $(RIMD_LIBS) $(TEST_LINK)
+# tests/firmware/fake_can.h stands for the kernel's CAN.
+$(addprefix $(BUILD)/tests/firmware/,test_socketcan test_run): TEST_LINK = $(addprefix -Wl$(comma)--wrap=,socket close bind setsockopt ioctl write recvmsg)
+$(BUILD)/tests/firmware/test_state: TEST_LINK = $(addprefix -Wl$(comma)--wrap=,write read fsync close rename)
 
 # What every port replays. landing: twenty healthy landings learnt, then one with a hidden fault, from
 # its first row to its last, 29 features and 25 outcomes. golf: 4.2.3 (p. 55) with its own
@@ -143,7 +151,7 @@ fuzz-deps: deps
 $(BUILD)/fuzz/fuzz: $(FUZZ_SRC) tests/fuzz/fuzz_decoders.h tests/fuzz/fuzz_repaired.h $(wildcard lib/include/rim/*.h lib/include/rim/plan/*.h lib/src/*/*.h firmware/*/*.h)
 	@mkdir -p $(@D)
 	$(call say,FUZZ)clang -std=c11 -g -O1 -ffp-contract=off -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=all \
-	  -pthread -DRIM_VERSION='"$(VERSION)"' -Ifirmware -Ilib/include -Ilib/src $(FUZZ_SRC) -o $@ -lm
+	  -pthread -DRIM_VERSION='"$(VERSION)"' $(if $(SODIUM),-DSEAL_SODIUM) -Ifirmware -Ilib/include -Ilib/src $(FUZZ_SRC) -o $@ $(RIMD_LIBS)
 fuzz: fuzz-deps ## search every decoder for faults, guided by coverage (FUZZ_SECONDS=600; installs clang)
 	@$(MAKE) --no-print-directory $(BUILD)/fuzz/fuzz
 	@mkdir -p $(BUILD)/fuzz/corpus
@@ -152,6 +160,24 @@ fuzz: fuzz-deps ## search every decoder for faults, guided by coverage (FUZZ_SEC
 	  FUZZ_DECODER=$$k ./fuzz -max_total_time=$$(($(FUZZ_SECONDS) / $(FUZZ_DECODERS))) -max_len=8192 -close_fd_mask=2 \
 	    -print_final_stats=1 corpus > said.$$k 2>&1 || status=1; \
 	  awk -v k=$$k '/number_of_executed_units/ {n = $$2} /cov: / {c = $$4} END {print "decoder " k ": " n + 0 " inputs, edges " c + 0}' said.$$k; \
+	  grep -h "ERROR\|crash-\|timeout-" said.$$k || :; done; exit $$status
+
+# The same of every reader of a file on the ground, one after another, from good files that the test writes.
+FUZZ_GROUND := $(BUILD)/fuzz/ground
+GROUND_READERS := $(shell sed -n 's/^.define FUZZ_GROUND_READERS \([0-9]*\).*/\1/p' tests/fuzz/fuzz_ground.hpp)
+FUZZ_GROUND_FLAGS := -g -fsanitize=address,undefined -fno-sanitize-recover=all
+.PHONY: fuzz-ground
+fuzz-ground: fuzz-deps $(BUILD)/tests/host/test_fuzz_ground ## search every reader of files on the ground for faults (FUZZ_SECONDS=600; builds it with clang)
+	@$(MAKE) --no-print-directory -j$(TEST_JOBS) BUILD=$(FUZZ_GROUND) CC=clang CXX=clang++ PCH= WARNINGS=-w NM=true OPT=-O1 \
+	  EXTRA_CFLAGS='$(FUZZ_GROUND_FLAGS) -fsanitize=fuzzer-no-link' $(FUZZ_GROUND)/libhost.a $(FUZZ_GROUND)/librim.a
+	@mkdir -p $(FUZZ_GROUND)/corpus && FUZZ_SEEDS=$(FUZZ_GROUND)/corpus $(BUILD)/tests/host/test_fuzz_ground > $(FUZZ_GROUND)/seeds.txt 2>&1
+	$(call say,FUZZ)clang++ -std=c++17 -w -O1 -pthread $(FUZZ_GROUND_FLAGS) -fsanitize=fuzzer $(HOST_DEFINES) -Ihost_tools -Ilib/include -Ilib/src \
+	  -isystem /usr/include/eigen3 tests/fuzz/fuzz_ground.cpp \
+	  $(FUZZ_GROUND)/libhost.a $(FUZZ_GROUND)/librim.a -o $(FUZZ_GROUND)/fuzz $(HOST_LIBS)
+	@cd $(FUZZ_GROUND) && status=0; for k in $$(seq 0 $$(($(GROUND_READERS) - 1))); do \
+	  FUZZ_READER=$$k RIMWATCH_DATA=$(CURDIR)/data ./fuzz -max_total_time=$$(($(FUZZ_SECONDS) / $(GROUND_READERS))) -max_len=16384 -close_fd_mask=3 \
+	    -print_final_stats=1 corpus > said.$$k 2>&1 || status=1; \
+	  awk -v k=$$k '/number_of_executed_units/ {n = $$2} /cov: / {c = $$4} END {print "reader " k ": " n + 0 " inputs, edges " c + 0}' said.$$k; \
 	  grep -h "ERROR\|crash-\|timeout-" said.$$k || :; done; exit $$status
 
 # Instructions of a step and RAM on the Cortex-M7, in the flight profile: thousands, kB.

@@ -52,8 +52,8 @@ LCMGEN_SRC := $(WIRE_TYPES:lib/wire/%.lcm=$(BUILD)/lcmgen/%.c)
 $(BUILD)/lcmgen/%.c: lib/wire/%.lcm
 	@mkdir -p $(@D)
 	$(call say,LCM )lcm-gen -c --c-no-pubsub --c-cpath $(@D) --c-hpath $(@D) $<
-$(addprefix $(BUILD)/tests/lib/,test_lcm test_control test_entry test_model): $(LCMGEN_SRC)
-$(addprefix $(BUILD)/tests/lib/,test_lcm test_control test_entry test_model): TEST_EXTRA = -isystem $(BUILD)/lcmgen $(LCMGEN_SRC) -Wno-conversion -Wno-unused-parameter
+$(addprefix $(BUILD)/tests/lib/,test_lcm test_control test_entry test_model test_sealed): $(LCMGEN_SRC)
+$(addprefix $(BUILD)/tests/lib/,test_lcm test_control test_entry test_model test_sealed): TEST_EXTRA = -isystem $(BUILD)/lcmgen $(LCMGEN_SRC) -Wno-conversion -Wno-unused-parameter
 
 $(BUILD)/tests/lib/%: tests/lib/%.c $(BUILD)/librim.a $(BUILD)/flags.test
 	@mkdir -p $(@D)

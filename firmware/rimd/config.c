@@ -44,10 +44,12 @@ static const key keys[] = {
     TEXT_KEY(axis_z),
     TEXT_KEY(footprint),
     TEXT_KEY(on_damage),
+    TEXT_KEY(key),
     YES_NO_KEY(can_fd),
     YES_NO_KEY(latch),
     YES_NO_KEY(command_any),
     YES_NO_KEY(replay),
+    YES_NO_KEY(key_observations),
     YES_NO_KEY(mlock),
     NUMBER_KEY(node, 0, RIM_CAN_MAX_NODE),
     NUMBER_KEY(fifo_priority, 0, 99),
@@ -255,10 +257,24 @@ static void check_lookahead(reader *r) {
     complain(r, r->line, "%s needs lcm: plans come by RIM_PLAN", "axis_x, axis_y, axis_z");
 }
 
+/* Counters that were used are in the state: without it a restart would take them again. */
+static void check_key(reader *r) {
+  config *c = r->c;
+  if (c->key[0] != '\0' && c->state[0] == '\0')
+    complain(r, line_of(r, "key"), "%s needs state: a restart must know which counters were used",
+             "key");
+  if (c->key_observations && c->key[0] == '\0')
+    complain(r, line_of(r, "key_observations"), "%s needs key", "key_observations");
+  if (c->key_observations && c->input_can)
+    complain(r, line_of(r, "key_observations"), "%s needs input = lcm: CAN has no room for a tag",
+             "key_observations");
+}
+
 /* What one line alone cannot tell. */
 static void check_whole(reader *r) {
   config *c = r->c;
   check_buses(r);
+  check_key(r);
   check_lookahead(r);
   if (c->image[0] == '\0')
     complain(r, r->line, "%s is missing", "image = FILE.rim");

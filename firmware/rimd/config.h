@@ -32,10 +32,12 @@ typedef struct config {
   char axis_y[CONFIG_TEXT_BYTES];
   char axis_z[CONFIG_TEXT_BYTES];
   char on_damage[CONFIG_TEXT_BYTES]; /* "rebuild", "restart" or "silent"; empty: rebuild */
+  char key[CONFIG_TEXT_BYTES];       /* file of a shared key: commands must be sealed; empty: not */
   char footprint[CONFIG_TEXT_BYTES]; /* corners "x y z, x y z, ..." in m; empty: a point */
   bool can_fd;                       /* detail in one FD frame instead of segments */
   bool latch;                        /* an alarm that is over stands until acknowledged */
   bool command_any;                  /* a command's 0 stands for any alarm, any model */
+  bool key_observations;             /* observations over LCM must be sealed too */
   bool replay;                       /* everything sent carries the replay flag */
   bool mlock;                        /* all memory stays in RAM */
   uint32_t node;                     /* CAN node, 0..127 */

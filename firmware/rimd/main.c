@@ -100,6 +100,11 @@ static void tell_counters(const rim_counters *counters) {
     say("counted:%s", text);
 }
 
+static void tell_sealed(const seal_counts *c) {
+  if (c->unsealed > 0 || c->forged > 0 || c->replayed > 0)
+    say("with the key: unsealed %u forged %u replayed %u", c->unsealed, c->forged, c->replayed);
+}
+
 /* The argument after option i; NULL after saying that there is none. */
 static const char *argument_of(int argc, char **argv, int *i) {
   if (*i + 1 < argc)
@@ -172,5 +177,6 @@ int main(int argc, char **argv) {
       stopped == SIGINT ? "SIGINT" : "SIGTERM", instance.kept.counters.rows,
       rim_monitor_alarms(instance.monitor).records);
   tell_counters(&instance.kept.counters);
+  tell_sealed(&instance.kept.sealed);
   return status;
 }

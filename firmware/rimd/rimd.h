@@ -14,6 +14,7 @@
 #include "rim/monitor.h"
 #include "rimd/config.h"
 #include "rimd/outbox.h"
+#include "rimd/seal.h"
 #include "rimd/state.h"
 #include "rimd/watchdog.h"
 
@@ -31,6 +32,8 @@ typedef struct rimd_kept {
   double row_s;        /* time of the newest row used */
   double can_origin_s; /* clock of the day when the first CAN row came: time 0 */
   bool has_origin;
+  seal_window commands_used, observations_used; /* counters of sealed messages */
+  seal_counts sealed;
 } rimd_kept;
 
 typedef struct rimd {
@@ -52,6 +55,7 @@ typedef struct rimd {
   lcm_udp lcm;
   socketcan can, can_input;
   outbox outbox;
+  seal seal;
   rim_lookahead ahead; /* the newest plan, and what was said of it */
   state_file state;
   bool state_wanted;         /* something to be kept has changed */

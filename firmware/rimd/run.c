@@ -209,7 +209,17 @@ static void note_sequence(rimd *d, uint32_t sequence) {
 
 static void take_observation(rimd *d, const lcm_udp_message *message, uint64_t woke_ns) {
   rim_observation_message sample;
-  if (rim_lcm_unpack_observation(&sample, message->payload, message->bytes) != RIM_OK) {
+  uint8_t plain[RIM_LCM_OBSERVATION_SIZE];
+  const uint8_t *payload = message->payload;
+  size_t bytes = message->bytes;
+  if (d->config.key_observations) {
+    bytes = sizeof plain;
+    payload = seal_open_lcm(&d->seal, &d->kept.observations_used, &d->kept.sealed, message->payload,
+                            message->bytes, plain, bytes)
+                  ? plain
+                  : NULL;
+  }
+  if (payload == NULL || rim_lcm_unpack_observation(&sample, payload, bytes) != RIM_OK) {
     count(&d->kept.counters.lcm_refused);
     return;
   }
@@ -218,6 +228,26 @@ static void take_observation(rimd *d, const lcm_udp_message *message, uint64_t w
   note_sequence(d, sample.sequence);
   /* Divided: the double that a log with these decimals has; a product differs in its last bit. */
   rimd_row(d, (double)sample.t_us / 1e6, sample.value, sample.count, woke_ns);
+}
+
+static void take_lcm_command(rimd *d, const lcm_udp_message *message) {
+  rim_command command;
+  uint8_t plain[RIM_LCM_COMMAND_SIZE];
+  const uint8_t *payload = message->payload;
+  size_t bytes = message->bytes;
+  if (d->seal.has_key) {
+    bytes = sizeof plain;
+    payload = seal_open_lcm(&d->seal, &d->kept.commands_used, &d->kept.sealed, message->payload,
+                            message->bytes, plain, bytes)
+                  ? plain
+                  : NULL;
+    if (payload != NULL)
+      d->state_wanted = true; /* a restart must not take this counter again */
+  }
+  if (payload != NULL && rim_lcm_unpack_command(&command, payload, bytes) == RIM_OK)
+    take_command(d, &command, 32);
+  else
+    count(&d->kept.counters.commands_refused);
 }
 
 static void take_message(rimd *d, const lcm_udp_message *message, uint64_t woke_ns) {
@@ -229,11 +259,7 @@ static void take_message(rimd *d, const lcm_udp_message *message, uint64_t woke_
     return;
   }
   if (strcmp(message->channel, RIM_LCM_CHANNEL_COMMAND) == 0) {
-    rim_command command;
-    if (rim_lcm_unpack_command(&command, message->payload, message->bytes) == RIM_OK)
-      take_command(d, &command, 32);
-    else
-      count(&d->kept.counters.commands_refused);
+    take_lcm_command(d, message);
     return;
   }
   if (d->config.look_ahead && strcmp(message->channel, RIM_LCM_CHANNEL_PLAN) == 0) {
@@ -300,20 +326,31 @@ static void read_can_input(rimd *d, uint64_t woke_ns) {
   }
 }
 
+static void take_can_command(rimd *d, const rim_can_frame *frame) {
+  rim_command command;
+  const uint32_t node = d->config.node;
+  if (d->seal.has_key) {
+    if (seal_open_can(&d->seal, &d->kept.commands_used, &d->kept.sealed, frame, node, &command)) {
+      d->state_wanted = true;
+      take_command(d, &command, 32);
+      return;
+    }
+  } else if (rim_can_unpack_command(&command, node, frame) == RIM_OK) {
+    take_command(d, &command, 8);
+    return;
+  }
+  count(&d->kept.counters.commands_refused);
+}
+
 static void read_can_commands(rimd *d) {
   rim_can_frame frame;
-  rim_command command;
   double stamp_s;
   for (int i = 0; i < BATCH; i++) {
     const int got = socketcan_receive(&d->can, &frame, &stamp_s);
     if (got == 0)
       return;
-    if (got < 0)
-      continue;
-    if (rim_can_unpack_command(&command, d->config.node, &frame) == RIM_OK)
-      take_command(d, &command, 8);
-    else
-      count(&d->kept.counters.commands_refused);
+    if (got > 0)
+      take_can_command(d, &frame);
   }
 }
 

@@ -286,8 +286,26 @@ static int try_state(rimd *d) {
   return 0;
 }
 
+static int open_key(rimd *d) {
+  const config *c = &d->config;
+  if (c->key[0] == '\0')
+    return 0;
+  const char *wrong = seal_read_key(&d->seal, c->key);
+  if (wrong != NULL) {
+    say("%s: %s", c->key, wrong);
+    return EXIT_DATA;
+  }
+  if (c->can[0] != '\0' && !c->can_fd)
+    say("%s: with a key no command by classic CAN is obeyed: 8 bytes have no room for a tag "
+        "(can_fd = yes)",
+        c->can);
+  return 0;
+}
+
 int rimd_check(rimd *d) {
   int status = open_monitor(d);
+  if (status == 0)
+    status = open_key(d);
   if (status == 0)
     status = open_lookahead(d);
   return status == 0 && d->config.input_can ? open_table(d) : status;
@@ -305,8 +323,10 @@ int rimd_start(rimd *d) {
     status = open_lcm(d);
   if (status == 0)
     status = open_can(d);
-  if (status != 0)
+  if (status != 0) {
+    (void)state_finish(&d->state, NULL); /* its thread waits */
     return status;
+  }
   outbox_init(&d->outbox, c->lcm[0] != '\0' ? &d->lcm : NULL, c->can[0] != '\0' ? &d->can : NULL,
               c->node);
   const uint64_t now_ns = rimd_now_ns();

@@ -6,6 +6,7 @@
 #define HEADER 20u
 
 _Static_assert(LCM_FRAGMENTS_BYTES <= UINT16_MAX, "offsets are kept in 16 bits");
+_Static_assert(LCM_FRAGMENTS_PARTS <= 64, "a bit a fragment");
 
 /* What a fragment says of itself; its data points into the datagram. */
 typedef struct part {
@@ -97,7 +98,7 @@ lcm_fragments_answer lcm_fragments_take(lcm_fragments *f, uint64_t sender, const
   m->bytes[p.number] = (uint16_t)p.bytes;
   if (p.channel != NULL)
     memcpy(m->channel, p.channel, strlen(p.channel) + 1);
-  const uint64_t all = UINT64_MAX >> (LCM_FRAGMENTS_PARTS - m->parts);
+  const uint64_t all = UINT64_MAX >> (64u - m->parts);
   if (m->have != all)
     return LCM_FRAGMENTS_WAIT;
   m->have = 0;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // rim command: what an operator says back to a monitor: acknowledge, clear.
 #include "bus/can_bus.hpp"
+#include "bus/key.hpp"
 #include "bus/lcm_bus.hpp"
 #include "cli/arguments.hpp"
 #include "cli/command.hpp"
@@ -8,30 +9,42 @@
 
 #include <cstdio>
 #include <lcm/lcm.h>
+#include <optional>
+#include <vector>
 
 namespace {
 
-void send_lcm(const std::string &url, const rim_command &command) {
-  std::uint8_t bytes[RIM_LCM_COMMAND_SIZE];
+void send_lcm(const std::string &url, const rim_command &command, const rim::Key *key) {
+  std::vector<std::uint8_t> bytes(RIM_LCM_COMMAND_SIZE);
+  bool packed = true;
+  if (key != nullptr) {
+    const rim::Key::Message sealed = key->lcm(command);
+    bytes.assign(sealed.begin(), sealed.end());
+  } else {
+    packed = rim_lcm_pack_command(bytes.data(), bytes.size(), &command) == RIM_OK;
+  }
   lcm_t *lcm = lcm_create(url.c_str());
   if (lcm == nullptr)
     throw rim::DataError(url + ": LCM cannot open it");
-  const bool sent = rim_lcm_pack_command(bytes, sizeof bytes, &command) == RIM_OK &&
-                    lcm_publish(lcm, RIM_LCM_CHANNEL_COMMAND, bytes, sizeof bytes) == 0;
+  const bool sent = packed && lcm_publish(lcm, RIM_LCM_CHANNEL_COMMAND, bytes.data(),
+                                          static_cast<unsigned>(bytes.size())) == 0;
   lcm_destroy(lcm);
   if (!sent)
     throw rim::DataError(url + ": LCM could not send " RIM_LCM_CHANNEL_COMMAND);
 }
 
-void send_can(const std::string &interface, unsigned node, const rim_command &command) {
+void send_can(const std::string &interface, unsigned node, const rim_command &command,
+              const rim::Key *key) {
   rim_can_frame frame;
-  if (rim_can_pack_command(&frame, node, &command) != RIM_OK)
+  if (key != nullptr)
+    frame = key->can(node, command);
+  else if (rim_can_pack_command(&frame, node, &command) != RIM_OK)
     throw rim::UsageError("--node: 0 to 127");
   rim::CanBus(interface).send(frame);
 }
 
 int cmd_command(int argc, char **argv) {
-  std::string what, url, interface;
+  std::string what, url, interface, key_file;
   unsigned node = 1;
   bool any = false;
   rim_command command{};
@@ -56,6 +69,9 @@ int cmd_command(int argc, char **argv) {
       "--any", any,
       "instead of these two: mean every standing alarm of any model; only a monitor whose\n"
       "configuration says command_any = yes obeys");
+  app.add_option("--key", key_file,
+                 "file of the key that the monitor's configuration names: the command is sealed\n"
+                 "with it. Over CAN that is one FD frame");
   app.footer("Example:\n  rim listen --can can0     # shows the sequence number and the model\n"
              "  rim command acknowledge --can can0 --node 5 --sequence 3 --model-id 71");
   if (!app.parse(argc, argv))
@@ -68,12 +84,16 @@ int cmd_command(int argc, char **argv) {
   command.command = what == "clear"         ? RIM_COMMAND_CLEAR
                     : what == "acknowledge" ? RIM_COMMAND_ACKNOWLEDGE
                                             : RIM_COMMAND_DESCRIBE;
+  std::optional<rim::Key> key;
+  if (!key_file.empty())
+    key.emplace(key_file);
+  const rim::Key *sealed = key ? &*key : nullptr;
   if (url.empty() && interface.empty())
     url = rim::kLcmUrl;
   if (!url.empty())
-    send_lcm(url, command);
+    send_lcm(url, command, sealed);
   if (!interface.empty())
-    send_can(interface, node, command);
+    send_can(interface, node, command, sealed);
   return rim::EXIT_FINE;
 }
 

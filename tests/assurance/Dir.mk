@@ -45,8 +45,10 @@ prove: prover ## prove the decoders memory-safe for all inputs up to a length, a
 prove-quick: prover
 	@if [ -x $(PROVER) ]; then tests/assurance/prove.sh $(PROVER) quick; else echo "prove: skipped"; fi
 
-# Lines and branches that the unit tests run, by room, against tests/assurance/coverage.txt.
+# Lines, branches and MC/DC that the tests run, by room, against tests/assurance/coverage.txt. MC/DC takes clang 18 or newer:
+# gcc counts conditions from version 14 on, and Debian 12 has 12.
 COVERED := $(BUILD)/coverage
+COVERAGE_CLANG := clang-19 -fprofile-instr-generate -fcoverage-mapping -fcoverage-mcdc
 .PHONY: coverage coverage-run mutate trace misra
 trace:
 	@tests/assurance/trace.py firmware/ASSURANCE.md
@@ -54,14 +56,28 @@ trace:
 # MISRA C:2012 by cppcheck's addon (numbers of rules alone: their text is not free).
 misra: check-deps ## MISRA C:2012 over the library, by cppcheck's addon, against the deviations in firmware/ASSURANCE.md
 	@tests/assurance/misra.sh firmware/ASSURANCE.md
-coverage: deps host ## lines and branches of lib and firmware that the unit tests run, and whether each room keeps its floor
-	@find $(COVERED) -name '*.gcda' -delete 2> /dev/null || :
-	@$(MAKE) --no-print-directory -j$(TEST_JOBS) BUILD=$(COVERED) CC='$(CC) --coverage' OPT=-O0 NM=true COVERAGE_RIM=$(BUILD)/rim coverage-run
+.PHONY: coverage-deps
+coverage-deps: deps
+	$(call install_missing,clang-19 llvm-19 libclang-rt-19-dev)
+coverage: coverage-deps host ## lines, branches and MC/DC of lib and firmware that the tests run, and whether each room keeps its floor
+	@rm -rf $(COVERED)/profile && mkdir -p $(COVERED)/profile
+	@$(MAKE) --no-print-directory -j$(TEST_JOBS) BUILD=$(COVERED) CC='$(COVERAGE_CLANG)' OPT=-O0 WARNINGS=-w NM=true COVERAGE_RIM=$(BUILD)/rim coverage-run
 	@tests/assurance/coverage.py $(COVERED) tests/assurance/coverage.txt
-# The daemon's own sources are run by the daemon.
+# The daemon's own sources are run by the daemon, too.
+coverage-run: export LLVM_PROFILE_FILE = $(abspath $(BUILD))/profile/%p-%m.profraw
 coverage-run: $(TEST_LIB_BIN) $(BUILD)/rimd
 	@for t in $(TEST_LIB_BIN); do $$t > $$t.said 2>&1 || { cat $$t.said; exit 1; }; done
-	@for t in rimd damage; do RIM=$(abspath $(COVERAGE_RIM)) BUILD=$(abspath $(BUILD)) tests/cli/$$t.sh || exit 1; done
+	@for t in rimd damage attacks; do RIM=$(abspath $(COVERAGE_RIM)) BUILD=$(abspath $(BUILD)) tests/cli/$$t.sh || exit 1; done
+
+# The daemon through 24 simulated hours; `make test` flies hours of three minutes.
+.PHONY: day
+day: $(BUILD)/tests/firmware/test_run ## 24 simulated hours of rows through rimd, every counter reconciled with what was sent
+	@RIM_DAY=1 CMOCKA_TEST_FILTER=a_day $(BUILD)/tests/firmware/test_run 2>&1 | grep -v '^rimd: '
+
+# What is linked, on board and on the ground.
+.PHONY: sbom
+sbom: lib host firmware ## build/sbom/{board,ground}.spdx.json: what is linked, with versions and licences (SPDX 2.3)
+	@tests/assurance/sbom.py $(BUILD) $(VERSION) $(BUILD)/sbom
 
 MUTANTS ?= 40
 MUTANT_SEED ?= 1

@@ -12,7 +12,7 @@ prove() { # NAME UNWIND SECONDS WHAT SOURCE...
   [ "$tier" = quick ] && [ "$seconds" -gt 120 ] && return
   local began=$SECONDS said verdict
   said=$(timeout "$seconds" "$esbmc" "tests/assurance/prove/$name.c" "$@" --unwind "$unwind" --overflow-check \
-    "-D__builtin_assume_aligned(p,n)=(p)" \
+    "-D__builtin_assume_aligned(p,n)=(p)" ${SECTION:+-DSECTION=$SECTION -DBYTES=$BYTES} \
     -Ilib/include -Ilib/src -Ifirmware --std c11 2>&1)
   verdict=$(printf '%s\n' "$said" | grep -a '^VERIFICATION' | head -n 1)
   case $verdict in
@@ -29,6 +29,11 @@ prove lcm_command  70  60 "any 0..size + 1 bytes" $wire/control.c $region
 prove lcm_entry    70  60 "any 0..size + 1 bytes" $wire/entry.c $region
 prove lcm_counters 140 60 "any 0..size + 1 bytes" $wire/control.c $region
 prove lcm_alarm    70  120 "any 0..size + 1 bytes" $wire/lcm.c $region
+prove can_signal   12  60 "table of CAN signals, an entry of any bytes: its bits inside the frame"
+prove seal         60  60 "sealed command, any 0..size + 1 bytes, any frame" $crc
+prove clock        12  60 "any guard, configuration and time" lib/src/monitor/clock_guard.c
+SECTION=6 BYTES=72 prove sections 12 60 "behaviour: any 0..72 bytes" lib/src/image/basis.c
+SECTION=1 BYTES=72 prove sections 30 120 "threshold: any 0..72 bytes" lib/src/image/threshold.c
 prove can_detail   310 400 "any frame, any assembly under way: inductive" $wire/can.c $crc $region
 prove image        20  600 "any image of 0..160 bytes, any check sum: sections inside, aligned" lib/src/image/image.c
 echo "$proved proved"

@@ -77,6 +77,24 @@ check "played into rimd and heard" 2 "$(grep -c '"state":"raised"' heard.jsonl)"
 kill $daemon; wait $daemon
 contains "all rows" "$(cat second.said)" "after 1200 observations"
 "$RIM" command clear --any --lcm "$url"; check "rim command" 0 $?
+
+# With a key: what rim command seals is obeyed, what it does not seal is not.
+(umask 077 && head -c 32 /dev/urandom | od -An -v -tx1 | tr -d ' \n' > secret && echo >> secret && tr 0 1 < secret > other)
+cp rimd.conf plain.conf; printf "key = secret\nstate = keyed.state\n" >> rimd.conf
+start keyed
+if grep -q 'without libsodium' keyed.said; then echo "not here: rimd with libsodium"; skipped=$((skipped + 1)); else
+  "$RIM" command describe --lcm "$url" && "$RIM" command describe --lcm "$url" --key other; check "rim command, no key or another" 0 $?
+  "$RIM" command describe --lcm "$url" --key secret; check "rim command --key" 0 $?
+  until_in all.jsonl '"message":"counters",.*"commands":1,"commands_refused":2'; check "two refused, one obeyed" 0 $?
+  kill $daemon; wait $daemon; check "rimd with a key ends" 0 $?
+  contains "counted" "$(cat keyed.said)" "with the key: unsealed 1 forged 1 replayed 0"
+fi
+mv plain.conf rimd.conf
+chmod 644 other; "$RIM" command describe --key other > said 2>&1; check "a key that others may read" 3 $?
+contains "says why" "$(cat said)" "other: others may read or write it"
+"$RIM" command describe --key none > said 2>&1; check "no key" 3 $?
+echo 00 > other; chmod 600 other; "$RIM" command describe --key other > said 2>&1; check "a key too short" 3 $?
+contains "says how long" "$(cat said)" "a key has 64 hexadecimal digits"
 kill $listener $quiet $nameless; wait $listener; check "the listener ends" 0 $?
 kill $terminal; wait $terminal
 

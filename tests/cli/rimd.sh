@@ -37,7 +37,7 @@ lcm='lcm = udpm://239.255.76.67:7667?ttl=0\n'
 printf "image = toy.rim\n$lcm" > good.conf
 said=$("$BUILD/rimd" --check good.conf); check "a good one" 0 $?
 contains "sizes" "$said" "^bytes: image [0-9]*, monitor [0-9]*, everything else [0-9]*$"
-sed -e 's/^#\([a-z]\)/\1/' -e 's/lander.rim/toy.rim/' -e '/^input/d' -e '/^axis/d' -e '/^footprint/d' -e '/^margin/d' "$root/firmware/rimd/rimd.conf" > whole.conf
+sed -e 's/^#\([a-z]\)/\1/' -e 's/lander.rim/toy.rim/' -e '/^input/d' -e '/^axis/d' -e '/^footprint/d' -e '/^margin/d' -e '/^key/d' "$root/firmware/rimd/rimd.conf" > whole.conf
 "$BUILD/rimd" --check whole.conf > /dev/null; check "the example with all its defaults" 0 $?
 refuses "unknown key" 3 "^rimd: bad.conf:2: unknown key 'modell'$" "image = toy.rim\nmodell = 1\n$lcm"
 refuses "a key twice" 3 "bad.conf:3: image: stands on line 1 already" "image = toy.rim\n$lcm image = b\n"

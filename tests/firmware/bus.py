@@ -2,6 +2,7 @@
 """bus.py: the other side of rimd in tests: LCM datagrams by hand, from lib/wire's descriptions alone.
 
 Everything goes over the loopback interface; no library beyond Python's own."""
+import hashlib
 import os
 import select
 import signal
@@ -47,6 +48,12 @@ def fingerprint(name, wire, cache={}):
     return value
 
 
+def sealed(message, name, wire, key, counter):
+    """A packed command or observation as a sender with a key sends it (firmware/SECURITY.md)."""
+    body = struct.pack(">Q", fingerprint("sealed_" + name, wire)) + message[8:] + struct.pack(">Q", counter)
+    return body + hashlib.blake2b(body, key=key, digest_size=16).digest()
+
+
 ALARM = ">QddIII7B4h4d4d3h3d9d3d3d4d"
 ALARM_NAMES = ["t_s", "since_s", "seq", "model_id", "observations", "detector", "state", "level", "kind", "flags",
                "channels", "dims"]
@@ -84,6 +91,7 @@ class Bus:
                                socket.inet_aton(group) + socket.inet_aton(interface))
         Bus.own.add(str(os.fstat(self.socket.fileno()).st_ino))
         self.sequence = self.datagrams = 0
+        self.key, self.counter = None, 0  # with a key rows are sealed
         self.alarms, self.health, self.counters, self.entries, self.models, self.raw = [], [], [], [], [], {}
         self.records = []  # bytes of the alarms, in the order in which they came
 
@@ -122,12 +130,19 @@ class Bus:
             time.sleep(0.002)
 
     def row(self, t_us, values, **more):
-        self.send("RIM_OBSERVATION", self.observation(t_us, values, **more))
+        message = self.observation(t_us, values, **more)
+        if self.key:
+            self.counter += 1
+            message = sealed(message, "observation", self.wire, self.key, self.counter)
+        self.send("RIM_OBSERVATION", message)
         if self.datagrams % 16 == 0:
             self.wait_for_readers()
 
+    def command_bytes(self, code, sequence=0, model=0):
+        return struct.pack(">QIIB", fingerprint("command", self.wire), sequence, model, code)
+
     def command(self, code, sequence=0, model=0):
-        self.send("RIM_COMMAND", struct.pack(">QIIB", fingerprint("command", self.wire), sequence, model, code))
+        self.send("RIM_COMMAND", self.command_bytes(code, sequence, model))
 
     def answer(self, code):
         """A command about the alarm of the newest record that came."""

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* Any image of up to 160 bytes (six sections), whatever its check sums come to: what it says of a
  * section lies inside it and is aligned. */
-#include "any.h"
 #include "rim/image.h"
+#include "any.h"
 
 /* Any outcome: as if an attacker, or chance, had made it fit. */
 uint32_t rimi_crc32(uint32_t crc, const void *data, size_t bytes);
