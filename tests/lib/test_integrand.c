@@ -152,11 +152,11 @@ static void a_bias_of_the_speed_is_the_speeds(void **state) {
 static void a_drift_of_the_position_is_its_own(void **state) {
   (void)state;
   for (int sign = -1; sign <= 1; sign += 2) {
-    const rim_alarm a = fly(0.0, 0.6 * sign, 400);
+    const rim_alarm a = fly(0.0, 0.3 * sign, LAST_ROW);
     assert_int_equal(a.level, RIM_LEVEL_ERROR);
     assert_int_equal(a.kind, RIM_KIND_DRIFT);
     assert_int_equal(a.channel[0], 1);
-    is_near(a.shift[0], 0.6 * sign * (a.t_s - 10.0 - PERIOD_S * FAULT_ROW), 1.0); /* till now */
+    is_near(a.shift[0], 0.3 * sign * (a.t_s - 10.0 - PERIOD_S * FAULT_ROW), 0.5); /* till now */
     is_near(a.since_s, 10.0 + PERIOD_S * FAULT_ROW, 3.0);
   }
 }
