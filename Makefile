@@ -96,7 +96,7 @@ endef
 all: lib $(if $(CROSS_COMPILE),,host) firmware ## the library build/librim.a and the tool build/rim
 
 demo: ## learn 50 landings, replay one healthy and three faulty ones, hear the alarms over LCM
-	@$(MAKE) --no-print-directory -j$(TEST_JOBS) all
+	@$(MAKE) --no-print-directory -j$(TEST_JOBS) host
 	@RIM=$(BUILD)/rim BUILD=$(BUILD) host_tools/demo/demo.sh
 
 test: ## every test; the last line counts them

@@ -12,6 +12,7 @@
 #include "util/error.hpp"
 #include "util/gnuplot.hpp"
 #include "util/progress.hpp"
+#include "util/version.hpp"
 
 #include <cmath>
 #include <cstdio>

@@ -30,10 +30,7 @@ CobotDrive first_part(const CobotDrive &drive, double share) {
 }
 
 Fig410 experiment_of(const Campaign &campaign) {
-  if (campaign.kind != kKind)
-    throw DataError("campaign of kind '" + campaign.kind + "', not " + kKind);
-  if (!campaign.complete())
-    throw DataError("fig4.10: shards are missing");
+  require_whole(campaign, kKind);
   Fig410 e;
   e.failure = static_cast<CobotCase>(campaign.config.at("failure").get<int>());
   e.dims = campaign.config.at("dims").get<std::vector<std::size_t>>();

@@ -247,13 +247,6 @@ void add_rows(Table &table, std::size_t goalie, const std::array<Runs, kGoaliePo
   }
 }
 
-void check(const Campaign &campaign) {
-  if (campaign.kind != kKind)
-    throw DataError("campaign of kind '" + campaign.kind + "', not " + kKind);
-  if (!campaign.complete())
-    throw DataError("fig5.10: shards are missing");
-}
-
 } // namespace
 
 GoaliePolicy default_goalie_policy(GoaliePolicyKind kind) {
@@ -343,7 +336,7 @@ Campaign run_fig5_10(const Fig510 &experiment, const Shard &shard) {
 }
 
 void print_fig5_10(const Campaign &campaign, const std::string &plot) {
-  check(campaign);
+  require_whole(campaign, kKind);
   const std::size_t runs = campaign.config.at("runs"), shots = campaign.config.at("shots");
   const std::uint64_t seed = campaign.config.at("seed");
   std::printf(

@@ -203,10 +203,7 @@ Campaign run_figB_6(const FigB6 &e, const Shard &shard) {
 }
 
 void print_figB_6(const Campaign &campaign, const std::string &plot) {
-  if (campaign.kind != kKind)
-    throw DataError("campaign of kind '" + campaign.kind + "', not " + kKind);
-  if (!campaign.complete())
-    throw DataError("figB.6: shards are missing");
+  require_whole(campaign, kKind);
   const std::size_t runs = campaign.config.at("runs"), kicks = campaign.config.at("kicks");
   const std::uint64_t seed = campaign.config.at("seed");
   const std::size_t first = std::min(kLearning, kicks - 1);

@@ -276,10 +276,7 @@ Campaign run_fig_C5(const FigC5 &experiment, const Shard &shard) {
 }
 
 void print_fig_C5(const Campaign &campaign, const std::string &plot) {
-  if (campaign.kind != kKind)
-    throw DataError("campaign of kind '" + campaign.kind + "', not " + kKind);
-  if (!campaign.complete())
-    throw DataError("fig_C5: shards are missing");
+  require_whole(campaign, kKind);
   const std::size_t worlds = campaign.config.at("worlds");
   const std::uint64_t seed = campaign.config.at("seed");
   const double hours = campaign.config.at("nominal_h");

@@ -45,13 +45,6 @@ Campaign begin(const char *kind, const KeepawayFigure &e) {
   return campaign;
 }
 
-void check(const Campaign &campaign, const char *kind) {
-  if (campaign.kind != kind)
-    throw DataError("campaign of kind '" + campaign.kind + "', not " + kind);
-  if (!campaign.complete())
-    throw DataError(std::string(kind) + ": shards are missing");
-}
-
 Series series_of(const Campaign &campaign, const char *name) {
   Series out;
   for (const auto &[unit, value] : campaign.units)
@@ -206,7 +199,7 @@ Campaign run_fig3_5(const KeepawayFigure &e, const Shard &shard) {
 }
 
 void print_fig3_4(const Campaign &campaign, const std::string &plot) {
-  check(campaign, kKind34);
+  require_whole(campaign, kKind34);
   print_head(campaign, "fig. 3.4");
   const Series baseline = series_of(campaign, "baseline"),
                adaptive = series_of(campaign, "corrected");
@@ -254,7 +247,7 @@ void print_fig3_4(const Campaign &campaign, const std::string &plot) {
 }
 
 void print_fig3_5(const Campaign &campaign, const std::string &plot) {
-  check(campaign, kKind35);
+  require_whole(campaign, kKind35);
   print_head(campaign, "fig. 3.5");
   const Series corrected = series_of(campaign, "corrected"),
                nominal = series_of(campaign, "nominal");

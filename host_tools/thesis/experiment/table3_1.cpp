@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "batch/faro.h"
+#include "search/cem.h"
 #include "thesis/experiment/alarm_score.hpp"
 #include "thesis/experiment/cobot_watch.hpp"
 #include "thesis/experiment/plan_figure.hpp"
@@ -14,7 +15,6 @@
 #include "util/error.hpp"
 #include "util/gnuplot.hpp"
 #include "util/table.hpp"
-#include "search/cem.h"
 
 namespace rim {
 namespace {
@@ -140,10 +140,7 @@ nlohmann::json failure_json(const Table31 &e, const Nominal &nominal, std::size_
 }
 
 Table31 experiment_of(const Campaign &campaign) {
-  if (campaign.kind != kKind)
-    throw DataError("campaign of kind '" + campaign.kind + "', not " + kKind);
-  if (!campaign.complete())
-    throw DataError("table3.1: shards are missing");
+  require_whole(campaign, kKind);
   Table31 e;
   e.runs = campaign.config.at("runs");
   e.nominal = campaign.config.at("nominal");
