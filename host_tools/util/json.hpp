@@ -11,7 +11,7 @@ namespace rim {
 
 using Json = nlohmann::ordered_json;
 
-// The value that a text holds; is_discarded() where the text is not JSON. Never throws for the text.
+// The value that a text holds; is_discarded() where the text is not JSON. Throws for no text.
 Json parse_json(const std::string &text);
 
 // indent: spaces per level; -1 writes one line. Bytes that are not UTF-8 throw

@@ -47,8 +47,8 @@ static inline flight read_flight(const char *path) {
   return f;
 }
 
-/* Row `row` < row_count, its numbers in values[RECORDING_MAX_DOUBLES]. The image may be damaged: what
- * the rows hold beside `features` features follows from their width. */
+/* Row `row` < row_count, its numbers in values[RECORDING_MAX_DOUBLES]. The image may be damaged:
+ * what the rows hold beside `features` features follows from their width. */
 static inline rim_observation flight_row(const flight *f, uint32_t row, uint32_t features,
                                          double *values) {
   for (uint32_t i = 0; i < f->doubles; ++i)
