@@ -34,8 +34,9 @@ std::vector<rim_can_frame> alarm_frames(const rim_alarm &alarm, std::uint32_t no
   std::uint32_t pages = 0;
   check_packed(rim_can_pack_summary(&frames[0], node, &alarm), "on CAN");
   check_packed(rim_can_pack_finding(&frames[1], &pages, node, &alarm), "on CAN");
-  check(fd ? rim_can_pack_detail_fd(&frames[1 + pages], node, &alarm)
-           : rim_can_pack_detail(&frames[1 + pages], node, &alarm));
+  check_packed(fd ? rim_can_pack_detail_fd(&frames[1 + pages], node, &alarm)
+                  : rim_can_pack_detail(&frames[1 + pages], node, &alarm),
+               "on CAN");
   frames.resize(1 + pages + (fd ? 1 : RIM_CAN_DETAIL_FRAMES));
   return frames;
 }

@@ -48,8 +48,8 @@ void read_numbers(const std::string &path, const toml::table &table, const std::
                   const std::vector<NumberKey> &keys, bool complete,
                   const std::vector<std::string> &others = {});
 
-// Parameters from a file that must hold all of them and, unless its path is empty, from a second one
-// that replaces some: read(path, params, whether every key must be there) for each.
+// Parameters from a file that must hold all of them and, unless its path is empty, from a second
+// one that replaces some: read(path, params, whether every key must be there) for each.
 template <class Params>
 Params read_overlaid(const std::string &base, const std::string &overlay,
                      void (*read)(const std::string &, Params &, bool)) {
