@@ -23,14 +23,24 @@ HOST_WARM_OBJ := $(filter $(HOST_WARM),$(HOST_OBJ))
 PCH := $(if $(findstring ccache,$(CXX)),,$(if $(findstring g++,$(CXX)),1))
 PCH_LEVELS := $(if $(filter -O2,$(OPT)),-O1 -O2,$(OPT))
 
-# Rooms of many small sources, each room compiled as one source: half of the time of a small one is
-# what every run of the compiler begins with. With a compiler cache each is compiled by itself.
-GROUPED := $(if $(PCH),bus image log world)
-GROUPED_OBJ := $(GROUPED:%=$(BUILD)/host_tools/%.o)
-# $(call grouped,ROOM): its objects but those of a level of their own.
-grouped = $(filter-out $(HOST_HOT_OBJ) $(HOST_WARM_OBJ),$(filter $(BUILD)/host_tools/$(1)/%,$(HOST_OBJ)))
-HOST_LIB_OBJ = $(filter-out $(HOST_CLI_OBJ) $(THESIS_OBJ) $(foreach room,$(GROUPED),$(call grouped,$(room))),$(HOST_OBJ)) \
-  $(GROUPED_OBJ)
+# Sources that are compiled together, as one: half of the time of a small one is what every run of the
+# compiler begins with, and neighbours need the same templates. It is for speed alone: with a compiler
+# cache, under the sanitizers, or with `make GROUPS=`, each is compiled by itself. Sources of a group
+# share their unnamed namespaces; what collides is taken off its list.
+GROUPS := $(if $(PCH),$(if $(SANITIZE),,bus claims image log report search trainer world))
+GROUP_bus := bus/%
+GROUP_claims := $(addprefix diagnose/,apply_extension catalogue diagnose flagged gain library mixed regions rollout sentence term)
+GROUP_image := image/%
+GROUP_log := log/%
+GROUP_report := $(addprefix report/,data gain output_folder outputs page show style svg tables)
+GROUP_search := diagnose/search%
+GROUP_trainer := $(addprefix train/,agreement calibrate calibrate_external fit fit_section healthy_blocks train_report trainer)
+GROUP_world := world/%
+GROUP_OBJ := $(GROUPS:%=$(BUILD)/group/%.o)
+# $(call grouped,GROUP): its objects but those of a level of their own.
+grouped = $(filter-out $(HOST_HOT_OBJ) $(HOST_WARM_OBJ),$(filter $(GROUP_$(1):%=$(BUILD)/host_tools/%.o),$(HOST_OBJ)))
+HOST_LIB_OBJ = $(filter-out $(HOST_CLI_OBJ) $(THESIS_OBJ) $(foreach group,$(GROUPS),$(call grouped,$(group))),$(HOST_OBJ)) \
+  $(GROUP_OBJ)
 THESIS_LIB_OBJ := $(filter-out $(THESIS_CLI_OBJ),$(THESIS_OBJ))
 
 HOST_DEFINES := -DTOML_HEADER_ONLY=0 -DTOML_SHARED_LIB=1 -DEIGEN_DONT_PARALLELIZE
@@ -82,12 +92,11 @@ $(BUILD)/host_tools/%.o: host_tools/%.cpp $(BUILD)/flags.host $(PCH_FILES)
 	@mkdir -p $(@D)
 	$(call say,CXX )$(CXX) $(HOST_CXXFLAGS) $(HOST_LEVEL) $(call pch,$(firstword $(HOST_LEVEL))) -MMD -MP -c $< -o $@
 
-$(GROUPED:%=$(BUILD)/gen/%.cpp): $(BUILD)/gen/%.cpp: FORCE
+$(GROUP_OBJ:.o=.cpp): $(BUILD)/group/%.cpp: FORCE
 	@mkdir -p $(@D)
 	@printf '#include "%s"\n' $(patsubst $(BUILD)/host_tools/%.o,%.cpp,$(call grouped,$*)) > $@.new
 	@cmp -s $@.new $@ && rm $@.new || mv $@.new $@
-$(GROUPED_OBJ): $(BUILD)/host_tools/%.o: $(BUILD)/gen/%.cpp $(BUILD)/flags.host $(PCH_FILES)
-	@mkdir -p $(@D)
+$(GROUP_OBJ): %.o: %.cpp $(BUILD)/flags.host $(PCH_FILES)
 	$(call say,CXX )$(CXX) $(HOST_CXXFLAGS) $(HOST_LEVEL) $(call pch,$(firstword $(HOST_LEVEL))) -MMD -MP -c $< -o $@
 
 $(BUILD)/libhost.a: $(HOST_LIB_OBJ)
@@ -124,4 +133,4 @@ $(BUILD)/rim: $(HOST_HOT_OBJ) $(HOST_CLI_OBJ) $(BUILD)/libhost.a $(BUILD)/librim
 $(BUILD)/rim-thesis: $(HOST_HOT_OBJ) $(THESIS_CLI_OBJ) $(BUILD)/libthesis.a $(BUILD)/libhost.a $(BUILD)/librim.a
 	$(call say,LINK)$(CXX) $(OPT) $(SANITIZER_FLAGS) $(EXTRA_LDFLAGS) -o $@ $^ $(HOST_LIBS)
 
--include $(HOST_OBJ:.o=.d) $(GROUPED_OBJ:.o=.d)
+-include $(HOST_OBJ:.o=.d) $(GROUP_OBJ:.o=.d)
