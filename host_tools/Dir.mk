@@ -27,13 +27,14 @@ PCH_LEVELS := $(if $(filter -O2,$(OPT)),-O1 -O2,$(OPT))
 # compiler begins with, and neighbours need the same templates. It is for speed alone: with a compiler
 # cache, under the sanitizers, or with `make GROUPS=`, each is compiled by itself. Sources of a group
 # share their unnamed namespaces; what collides is taken off its list.
-GROUPS := $(if $(PCH),$(if $(SANITIZE),,bus claims image log report search trainer world))
+GROUPS := $(if $(PCH),$(if $(SANITIZE),,bus claims image log report search sets trainer world))
 GROUP_bus := bus/%
 GROUP_claims := $(addprefix diagnose/,apply_extension catalogue diagnose flagged gain library mixed regions rollout sentence term)
 GROUP_image := image/%
 GROUP_log := log/%
 GROUP_report := $(addprefix report/,data gain output_folder outputs page show style svg tables)
 GROUP_search := diagnose/search%
+GROUP_sets := diagnose/sets diagnose/response
 GROUP_trainer := $(addprefix train/,agreement calibrate calibrate_external fit fit_section healthy_blocks train_report trainer)
 GROUP_world := world/%
 GROUP_OBJ := $(GROUPS:%=$(BUILD)/group/%.o)

@@ -88,10 +88,11 @@ const char *const kFooter =
 void declare(rim::cli::Arguments &app, Options &o) {
   app.add_option("--policy", o.policy, "gp, rim, rim+gp (default) or bank")
       ->check(rim::cli::is_member(kPolicies));
-  app.add_option("--state", o.state, "range of one number of the state; give it once per number")
-      ->type_name("LOW:HIGH");
-  app.add_option("--action", o.action, "grid of one number of the action; give it once per number")
-      ->type_name("LOW:HIGH:COUNT");
+  app.add_option("--state", o.state, "LOW:HIGH of one number of the state; give it once per number")
+      ->type_name("RANGE");
+  app.add_option("--action", o.action,
+                 "LOW:HIGH:COUNT of one number of the action; give it once per number")
+      ->type_name("GRID");
   app.add_option("--plans", o.plans, "bank: number of plans to choose from");
   app.add_option("--features", o.features,
                  "numbers per action, when the actions come with every state (without --state\n"

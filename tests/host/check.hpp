@@ -13,8 +13,16 @@
 extern "C" {
 #include <cmocka.h>
 }
-// CMocka's macro of this name breaks the standard streams; tests say why they fail, by fail_msg().
+// CMocka's macro fail() breaks the standard streams and every member of this name.
 #undef fail
+#undef fail_msg
+#define fail_msg(...)                                                                              \
+  do {                                                                                             \
+    print_error("ERROR: ");                                                                        \
+    print_error(__VA_ARGS__);                                                                      \
+    print_error("\n");                                                                             \
+    _fail(__FILE__, __LINE__);                                                                     \
+  } while (0)
 
 // Whether a text holds a part; prints the text where it does not.
 inline bool has(const std::string &text, const std::string &part) {
