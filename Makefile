@@ -96,7 +96,7 @@ endef
 all: lib $(if $(CROSS_COMPILE),,host) firmware ## the library build/librim.a and the tool build/rim
 
 demo: ## learn 50 landings, replay one healthy and three faulty ones, hear the alarms over LCM
-	@$(MAKE) --no-print-directory -j$(TEST_JOBS) all
+	@$(MAKE) --no-print-directory -j$(TEST_JOBS) host
 	@RIM=$(BUILD)/rim BUILD=$(BUILD) host_tools/demo/demo.sh
 
 test: ## every test; the last line counts them
@@ -106,13 +106,18 @@ test: ## every test; the last line counts them
 MEASURED ?= ../shared/measured
 MEASURED_SETS := falcon:falcon9 measured_falcon:falcon9 measured_mrclam:mrclam control_mrclam:mrclam
 
-bench: all thesis ## speed, memory and detection figures with their intervals (some 30 minutes)
+bench: all thesis ## speed, memory and detection figures with their intervals and limits (some 30 minutes)
 	$(BUILD)/rim bench
-	set -e; for name in golf "lander --thesis" fig3.3 fig3.4 fig3.5 figC.5 fig5.10 figB.6 table3.1; do \
-	  $(BUILD)/rim-thesis experiment $$name; done
-	set -e; for pair in $(MEASURED_SETS); do \
-	  if [ -d "$(MEASURED)/$${pair#*:}" ]; then $(BUILD)/rim-thesis experiment $${pair%:*} --data $(MEASURED)/$${pair#*:}; \
-	  else echo "bench: $${pair%:*} is left out: there is no $(MEASURED)/$${pair#*:} (MEASURED=FOLDER names another place)"; fi; done
+	@status=0; \
+	figure() { \
+	  echo "== $$1"; $(BUILD)/rim-thesis experiment "$$@" > $(BUILD)/bench.txt || { status=1; return; }; \
+	  cat $(BUILD)/bench.txt; tests/thesis/limits.py "$$1" $(BUILD)/bench.txt || status=1; }; \
+	figure lander --thesis; \
+	for name in golf fig3.3 fig3.4 fig3.5 figC.5 fig5.10 figB.6 table3.1; do figure $$name; done; \
+	for pair in $(MEASURED_SETS); do \
+	  if [ -d "$(MEASURED)/$${pair#*:}" ]; then figure $${pair%:*} --data $(MEASURED)/$${pair#*:}; \
+	  else echo "bench: $${pair%:*} is left out: there is no $(MEASURED)/$${pair#*:} (MEASURED=FOLDER names another place)"; fi; done; \
+	exit $$status
 
 clean: ## remove everything built
 	rm -rf $(BUILD)

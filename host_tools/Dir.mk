@@ -10,11 +10,41 @@ HOST_CLI_OBJ := $(filter $(BUILD)/host_tools/cli/%,$(HOST_OBJ))
 THESIS_OBJ := $(filter $(BUILD)/host_tools/thesis/%,$(HOST_OBJ))
 THESIS_CLI_OBJ := $(filter $(BUILD)/host_tools/thesis/cli/%,$(THESIS_OBJ)) $(BUILD)/host_tools/cli/command.o \
   $(BUILD)/host_tools/cli/arguments.o $(BUILD)/host_tools/cli/describe.o
-HOST_LIB_OBJ := $(filter-out $(HOST_CLI_OBJ) $(THESIS_OBJ),$(HOST_OBJ))
+# Levels of optimisation: -O2 where `rim train`, `rim diagnose` and the simulated landings spend
+# their time by a profile, the rest -O1. Another OPT than -O2 holds for everything. No result depends
+# on the level (no fast-math).
+HOST_HOT := train/behaviour train/fit_gram train/noise diagnose/expression diagnose/model diagnose/null diagnose/scan \
+  stats/orthogonal stats/robust
+HOST_WARM := $(addprefix $(BUILD)/host_tools/,world/lander%.o log/csv_read.o replay/replay.o)
+HOST_HOT_OBJ := $(filter $(HOST_HOT:%=$(BUILD)/host_tools/%.o),$(HOST_OBJ))
+HOST_WARM_OBJ := $(filter $(HOST_WARM),$(HOST_OBJ))
+
+# Precompiled headers, for gcc alone; a compiler cache works better without them.
+PCH := $(if $(findstring ccache,$(CXX)),,$(if $(findstring g++,$(CXX)),1))
+PCH_LEVELS := $(if $(filter -O2,$(OPT)),-O1 -O2,$(OPT))
+
+# Sources that are compiled together, as one: half of the time of a small one is what every run of the
+# compiler begins with, and neighbours need the same templates. It is for speed alone: with a compiler
+# cache, under the sanitizers, or with `make GROUPS=`, each is compiled by itself. Sources of a group
+# share their unnamed namespaces; what collides is taken off its list.
+GROUPS := $(if $(PCH),$(if $(SANITIZE),,bus claims image log report search sets trainer world))
+GROUP_bus := bus/%
+GROUP_claims := $(addprefix diagnose/,apply_extension catalogue diagnose flagged gain library mixed regions rollout sentence term)
+GROUP_image := image/%
+GROUP_log := log/%
+GROUP_report := $(addprefix report/,data gain output_folder outputs page show style svg tables)
+GROUP_search := diagnose/search%
+GROUP_sets := diagnose/sets diagnose/response
+GROUP_trainer := $(addprefix train/,agreement calibrate calibrate_external fit fit_section healthy_blocks train_report trainer)
+GROUP_world := world/%
+GROUP_OBJ := $(GROUPS:%=$(BUILD)/group/%.o)
+# $(call grouped,GROUP): its objects but those of a level of their own.
+grouped = $(filter-out $(HOST_HOT_OBJ) $(HOST_WARM_OBJ),$(filter $(GROUP_$(1):%=$(BUILD)/host_tools/%.o),$(HOST_OBJ)))
+HOST_LIB_OBJ = $(filter-out $(HOST_CLI_OBJ) $(THESIS_OBJ) $(foreach group,$(GROUPS),$(call grouped,$(group))),$(HOST_OBJ)) \
+  $(GROUP_OBJ)
 THESIS_LIB_OBJ := $(filter-out $(THESIS_CLI_OBJ),$(THESIS_OBJ))
 
-HOST_DEFINES := -DTOML_HEADER_ONLY=0 -DTOML_SHARED_LIB=1 -DEIGEN_DONT_PARALLELIZE \
-  -DRIM_VERSION='"$(VERSION)"'
+HOST_DEFINES := -DTOML_HEADER_ONLY=0 -DTOML_SHARED_LIB=1 -DEIGEN_DONT_PARALLELIZE
 # gcc collects its own garbage too eagerly for units that include Eigen: less often takes a tenth off.
 GCC_MEMORY = $(if $(findstring clang,$(CXX)),,--param ggc-min-expand=200 --param ggc-min-heapsize=1000000)
 # Position-independent, and nothing visible: the Python module links the same objects.
@@ -43,34 +73,31 @@ $(BUILD)/flags.commit: FORCE
 $(BUILD)/host_tools/cli/command.o: $(BUILD)/flags.commit
 $(BUILD)/host_tools/cli/command.o: private HOST_DEFINES += -DRIM_COMMIT='"$(if $(COMMIT), ($(COMMIT)))"'
 
-# Levels of optimisation: what computes -O2, the rest -O1. Another OPT than -O2 holds for
-# everything. No result depends on the level (no fast-math).
-HOST_HOT := $(addprefix $(BUILD)/host_tools/,train/%.o diagnose/%.o stats/%.o util/eigen_kernels.o)
-HOST_COLD := $(BUILD)/host_tools/train/external_table%.o \
-  $(patsubst %,$(BUILD)/host_tools/train/%.o,train_report interference_report trainer fit_section) \
-  $(patsubst %,$(BUILD)/host_tools/diagnose/%.o,apply_extension catalogue diagnose extension flagged gain \
-    measured regions rollout sentence)
-HOST_HOT_OBJ := $(filter-out $(HOST_COLD),$(filter $(HOST_HOT),$(HOST_OBJ)))
-HOST_WARM_OBJ := $(filter $(addprefix $(BUILD)/host_tools/,world/lander%.o log/csv_read.o replay/replay.o),$(HOST_OBJ))
 # gcc 12 at -O1 takes parts of Eigen's matrices for uninitialised: seen, said, no error.
 HOST_LEVEL = $(if $(filter -O2,$(OPT)),-O1 -Wno-error=maybe-uninitialized,$(OPT))
 $(HOST_HOT_OBJ) $(HOST_WARM_OBJ): private HOST_LEVEL = $(OPT)
 # Its own source of what the precompiled header declares.
-$(BUILD)/host_tools/util/eigen_kernels.o: private PCH :=
+$(BUILD)/host_tools/stats/orthogonal.o: private PCH :=
+# All of it is CLI11, which runs once per command: what it takes is its compiling.
+$(BUILD)/host_tools/cli/arguments.o: private HOST_LEVEL = $(if $(filter -O2,$(OPT)),-O0,$(OPT))
 
-# Precompiled headers, for gcc alone; a compiler cache works better without them.
-PCH := $(if $(findstring ccache,$(CXX)),,$(if $(findstring g++,$(CXX)),1))
-PCH_LEVELS := $(if $(filter -O2,$(OPT)),-O1 -O2,$(OPT))
 PCH_FILES := $(if $(PCH),$(PCH_LEVELS:%=$(BUILD)/pch%/precompiled.hpp.gch))
 # $(call pch,LEVEL): the flags by which a source uses the header of that level, where there is one.
 pch = $(if $(and $(PCH),$(filter $(1),$(PCH_LEVELS))),-Winvalid-pch -include $(BUILD)/pch$(1)/precompiled.hpp)
 .SECONDARY: $(PCH_FILES)
-$(BUILD)/pch%/precompiled.hpp.gch: host_tools/util/precompiled.hpp host_tools/util/eigen_kernels.hpp $(BUILD)/flags.host
+$(BUILD)/pch%/precompiled.hpp.gch: host_tools/stats/precompiled.hpp host_tools/stats/eigen_kernels.hpp $(BUILD)/flags.host
 	@mkdir -p $(@D) && cp $< $(@:.gch=)
 	$(call say,PCH )$(CXX) $(HOST_CXXFLAGS) $* -x c++-header $< -o $@
 
 $(BUILD)/host_tools/%.o: host_tools/%.cpp $(BUILD)/flags.host $(PCH_FILES)
 	@mkdir -p $(@D)
+	$(call say,CXX )$(CXX) $(HOST_CXXFLAGS) $(HOST_LEVEL) $(call pch,$(firstword $(HOST_LEVEL))) -MMD -MP -c $< -o $@
+
+$(GROUP_OBJ:.o=.cpp): $(BUILD)/group/%.cpp: FORCE
+	@mkdir -p $(@D)
+	@printf '#include "%s"\n' $(patsubst $(BUILD)/host_tools/%.o,%.cpp,$(call grouped,$*)) > $@.new
+	@cmp -s $@.new $@ && rm $@.new || mv $@.new $@
+$(GROUP_OBJ): %.o: %.cpp $(BUILD)/flags.host $(PCH_FILES)
 	$(call say,CXX )$(CXX) $(HOST_CXXFLAGS) $(HOST_LEVEL) $(call pch,$(firstword $(HOST_LEVEL))) -MMD -MP -c $< -o $@
 
 $(BUILD)/libhost.a: $(HOST_LIB_OBJ)
@@ -107,4 +134,4 @@ $(BUILD)/rim: $(HOST_HOT_OBJ) $(HOST_CLI_OBJ) $(BUILD)/libhost.a $(BUILD)/librim
 $(BUILD)/rim-thesis: $(HOST_HOT_OBJ) $(THESIS_CLI_OBJ) $(BUILD)/libthesis.a $(BUILD)/libhost.a $(BUILD)/librim.a
 	$(call say,LINK)$(CXX) $(OPT) $(SANITIZER_FLAGS) $(EXTRA_LDFLAGS) -o $@ $^ $(HOST_LIBS)
 
--include $(HOST_OBJ:.o=.d)
+-include $(HOST_OBJ:.o=.d) $(GROUP_OBJ:.o=.d)

@@ -1,22 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "bus/candump.hpp"
 
+#include "bus/packed.hpp"
 #include "util/error.hpp"
 
 #include <cmath>
 #include <cstdio>
 
 namespace rim {
-
-namespace {
-
-void check(rim_status status) {
-  if (status != RIM_OK)
-    throw std::runtime_error(std::string("an alarm record cannot be sent on CAN: ") +
-                             rim_status_text(status));
-}
-
-} // namespace
 
 std::string candump_line(const rim_can_frame &frame, double t_s, const std::string &interface) {
   char text[200];
@@ -41,10 +32,11 @@ CandumpFile::CandumpFile(const std::string &path, std::uint32_t node, bool fd,
 std::vector<rim_can_frame> alarm_frames(const rim_alarm &alarm, std::uint32_t node, bool fd) {
   std::vector<rim_can_frame> frames(1 + RIM_CAN_FINDING_FRAMES + RIM_CAN_DETAIL_FRAMES);
   std::uint32_t pages = 0;
-  check(rim_can_pack_summary(&frames[0], node, &alarm));
-  check(rim_can_pack_finding(&frames[1], &pages, node, &alarm));
-  check(fd ? rim_can_pack_detail_fd(&frames[1 + pages], node, &alarm)
-           : rim_can_pack_detail(&frames[1 + pages], node, &alarm));
+  check_packed(rim_can_pack_summary(&frames[0], node, &alarm), "on CAN");
+  check_packed(rim_can_pack_finding(&frames[1], &pages, node, &alarm), "on CAN");
+  check_packed(fd ? rim_can_pack_detail_fd(&frames[1 + pages], node, &alarm)
+                  : rim_can_pack_detail(&frames[1 + pages], node, &alarm),
+               "on CAN");
   frames.resize(1 + pages + (fd ? 1 : RIM_CAN_DETAIL_FRAMES));
   return frames;
 }

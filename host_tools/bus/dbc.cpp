@@ -3,8 +3,9 @@
 
 #include <cmath>
 #include <cstdlib>
-#include <regex>
 #include <sstream>
+
+#include <regex.h>
 
 #include "util/atomic_file.hpp"
 #include "util/error.hpp"
@@ -13,7 +14,38 @@ namespace rim {
 
 namespace {
 
-constexpr const char *kNumber = "([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)";
+// One group of its own for the whole number, and one for its exponent.
+#define DBC_NUMBER "([-+]?[0-9.]+([eE][-+]?[0-9]+)?)"
+
+// An extended regular expression of POSIX that a whole line must match.
+class Form {
+public:
+  using Parts = std::vector<std::string>; // what each group matched, from 1
+
+  explicit Form(const char *text) {
+    if (::regcomp(&form_, text, REG_EXTENDED) != 0)
+      throw std::logic_error(std::string("not a regular expression: ") + text);
+  }
+  ~Form() { ::regfree(&form_); }
+  Form(const Form &) = delete;
+  Form &operator=(const Form &) = delete;
+
+  bool match(const std::string &line, Parts *part) const {
+    std::vector<regmatch_t> at(form_.re_nsub + 1);
+    if (line.find('\0') != std::string::npos ||
+        ::regexec(&form_, line.c_str(), at.size(), at.data(), 0) != 0)
+      return false;
+    part->clear();
+    for (const regmatch_t &m : at)
+      part->push_back(m.rm_so < 0 ? ""
+                                  : line.substr(static_cast<std::size_t>(m.rm_so),
+                                                static_cast<std::size_t>(m.rm_eo - m.rm_so)));
+    return true;
+  }
+
+private:
+  regex_t form_;
+};
 
 class DbcReader {
 public:
@@ -75,9 +107,9 @@ private:
   }
 
   void take_message(const std::string &line) {
-    static const std::regex form(R"(\s*BO_\s+(\d+)\s+(\w+)\s*:\s*(\d+)\s+\S+\s*)");
-    std::smatch part;
-    if (!std::regex_match(line, part, form))
+    static const Form form(R"(^\s*BO_\s+([0-9]+)\s+(\w+)\s*:\s*([0-9]+)\s+\S+\s*$)");
+    Form::Parts part;
+    if (!form.match(line, &part))
       fail("not 'BO_ ID NAME: BYTES SENDER'");
     DbcMessage message;
     message.id = static_cast<std::uint32_t>(whole(part[1], 0xffffffffu, "identifier"));
@@ -93,18 +125,18 @@ private:
   }
 
   void take_signal(const std::string &line) {
-    static const std::regex form(
-        std::string(R"(\s*SG_\s+(\w+)\s*(M|m\d+M?)?\s*:\s*(\d+)\|(\d+)@([01])([-+])\s*\()") +
-        kNumber + "," + kNumber + R"re(\)\s*\[[^\]]*\]\s*"([^"]*)".*)re");
-    std::smatch part;
+    static const Form form(
+        R"(^\s*SG_\s+(\w+)\s*(M|m[0-9]+M?)?\s*:\s*([0-9]+)\|([0-9]+)@([01])([-+])\s*\()" DBC_NUMBER
+        "," DBC_NUMBER R"re(\)\s*\[[^]]*\]\s*"([^"]*)".*$)re");
+    Form::Parts part;
     if (dbc_.messages.empty())
       fail("a signal before any message");
-    if (!std::regex_match(line, part, form))
+    if (!form.match(line, &part))
       fail("not 'SG_ NAME : START|BITS@ORDER SIGN (SCALE,OFFSET) [LOW|HIGH] \"UNIT\" RECEIVERS'");
     DbcMessage &message = dbc_.messages.back();
     DbcSignal signal;
     signal.name = part[1];
-    const std::string selection = part[2];
+    const std::string &selection = part[2];
     signal.selector = selection == "M";
     signal.selected = !selection.empty() && selection[0] == 'm';
     signal.nested = signal.selected && selection.back() == 'M';
@@ -116,8 +148,8 @@ private:
     signal.motorola = part[5] == "0";
     signal.is_signed = part[6] == "-";
     signal.scale = number(part[7]);
-    signal.offset = number(part[8]);
-    signal.unit = part[9];
+    signal.offset = number(part[9]);
+    signal.unit = part[11];
     signal.line = line_;
     for (const DbcSignal &other : message.signals)
       if (other.name == signal.name)
@@ -127,9 +159,9 @@ private:
   }
 
   void take_type(const std::string &line) {
-    static const std::regex form(R"(\s*SIG_VALTYPE_\s+(\d+)\s+(\w+)\s*:\s*([0-3])\s*;\s*)");
-    std::smatch part;
-    if (!std::regex_match(line, part, form))
+    static const Form form(R"(^\s*SIG_VALTYPE_\s+([0-9]+)\s+(\w+)\s*:\s*([0-3])\s*;\s*$)");
+    Form::Parts part;
+    if (!form.match(line, &part))
       fail("not 'SIG_VALTYPE_ ID SIGNAL : TYPE ;'");
     DbcSignal &signal = signal_of(message_of(part[1]), part[2]);
     signal.floating = part[3] == "1" ? 32 : part[3] == "2" ? 64 : 0;
@@ -139,17 +171,17 @@ private:
   }
 
   void take_nesting(const std::string &line) {
-    static const std::regex form(R"(\s*SG_MUL_VAL_\s+(\d+)\s+(\w+)\s.*)");
-    std::smatch part;
-    if (!std::regex_match(line, part, form))
+    static const Form form(R"(^\s*SG_MUL_VAL_\s+([0-9]+)\s+(\w+)\s.*$)");
+    Form::Parts part;
+    if (!form.match(line, &part))
       fail("not 'SG_MUL_VAL_ ID SIGNAL SELECTOR RANGES ;'");
     signal_of(message_of(part[1]), part[2]).nested = true;
   }
 
   void take_format(const std::string &line) {
-    static const std::regex form(R"(\s*BA_\s+"VFrameFormat"\s+BO_\s+(\d+)\s+(\d+)\s*;\s*)");
-    std::smatch part;
-    if (!std::regex_match(line, part, form))
+    static const Form form(R"(^\s*BA_\s+"VFrameFormat"\s+BO_\s+([0-9]+)\s+([0-9]+)\s*;\s*$)");
+    Form::Parts part;
+    if (!form.match(line, &part))
       fail("not 'BA_ \"VFrameFormat\" BO_ ID NUMBER;'");
     DbcMessage &message = message_of(part[1]);
     message.fd = message.fd || whole(part[2], 100, "format") >= 14;

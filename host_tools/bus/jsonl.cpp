@@ -2,15 +2,13 @@
 #include "bus/jsonl.hpp"
 
 #include "bus/sentence.hpp"
+#include "util/json.hpp"
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
 namespace rim {
 
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 Json region_json(const rim_region &region) {
   const int dims = std::min<int>(region.dims, RIM_REGION_MAX_DIMS);
@@ -60,7 +58,7 @@ std::string alarm_json(const rim_alarm &a, const Names &names) {
   line["model_id"] = a.model_id;
   line["replay"] = (a.flags & RIM_ALARM_FLAG_REPLAY) != 0;
   line["sentence"] = alarm_sentence(a, names);
-  return line.dump();
+  return json_text(line);
 }
 
 std::string message_json(const rim_entry &e) {
@@ -75,7 +73,7 @@ std::string message_json(const rim_entry &e) {
   line["model_id"] = e.model_id;
   line["replay"] = (e.flags & RIM_ALARM_FLAG_REPLAY) != 0;
   line["sentence"] = entry_sentence(e);
-  return line.dump();
+  return json_text(line);
 }
 
 std::string message_json(const rim_health_message &h) {
@@ -91,7 +89,7 @@ std::string message_json(const rim_health_message &h) {
   line["dropped"] = h.dropped;
   line["model_id"] = h.model_id;
   line["replay"] = (h.flags & RIM_HEALTH_FLAG_REPLAY) != 0;
-  return line.dump();
+  return json_text(line);
 }
 
 std::string message_json(const rim_counters &counters) {
@@ -99,7 +97,7 @@ std::string message_json(const rim_counters &counters) {
   line["message"] = "counters";
   for (std::uint32_t i = 0; i < RIM_COUNTERS_FIELDS; i++)
     line[rim_counters_name(i)] = rim_counters_value(&counters, i);
-  return line.dump();
+  return json_text(line);
 }
 
 std::string message_json(const rim_can_heartbeat &h) {
@@ -115,7 +113,7 @@ std::string message_json(const rim_can_heartbeat &h) {
   line["latched"] = (h.flags & RIM_ALARM_FLAG_LATCHED) != 0;
   line["acknowledged"] = h.acknowledged;
   line["replay"] = (h.flags & RIM_ALARM_FLAG_REPLAY) != 0;
-  return line.dump();
+  return json_text(line);
 }
 
 } // namespace rim

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "bus/lcm_bus.hpp"
 
+#include "bus/packed.hpp"
 #include "util/error.hpp"
 
 #include <cerrno>
@@ -8,16 +9,6 @@
 #include <stdexcept>
 
 namespace rim {
-
-namespace {
-
-void check(rim_status status) {
-  if (status != RIM_OK)
-    throw std::runtime_error(std::string("a record cannot be sent over LCM: ") +
-                             rim_status_text(status));
-}
-
-} // namespace
 
 // liblcm calls C functions: no exception may leave them.
 struct LcmBus::Receiver {
@@ -42,19 +33,19 @@ void LcmBus::send(const char *channel, const std::uint8_t *bytes, std::size_t co
 
 void LcmBus::publish(const rim_alarm &alarm) {
   std::uint8_t bytes[RIM_LCM_ALARM_SIZE];
-  check(rim_lcm_pack_alarm(bytes, sizeof bytes, &alarm));
+  check_packed(rim_lcm_pack_alarm(bytes, sizeof bytes, &alarm), "over LCM");
   send(RIM_LCM_CHANNEL_ALARM, bytes, sizeof bytes);
 }
 
 void LcmBus::publish(const rim_observation_message &observation) {
   std::uint8_t bytes[RIM_LCM_OBSERVATION_SIZE];
-  check(rim_lcm_pack_observation(bytes, sizeof bytes, &observation));
+  check_packed(rim_lcm_pack_observation(bytes, sizeof bytes, &observation), "over LCM");
   send(RIM_LCM_CHANNEL_OBSERVATION, bytes, sizeof bytes);
 }
 
 void LcmBus::publish(const rim_health_message &health) {
   std::uint8_t bytes[RIM_LCM_HEALTH_SIZE];
-  check(rim_lcm_pack_health(bytes, sizeof bytes, &health));
+  check_packed(rim_lcm_pack_health(bytes, sizeof bytes, &health), "over LCM");
   send(RIM_LCM_CHANNEL_HEALTH, bytes, sizeof bytes);
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "cli/arguments.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <cstdio>
 
@@ -45,6 +46,46 @@ CLI::Validator validator(const Check &check) {
     break;
   }
   return CLI::ExistingFile;
+}
+
+// What an option takes: its metavariable as a person writes it, "N", not "UINT:INT in [1 - 1000]";
+// empty for a flag.
+std::string takes(const CLI::Option *option) {
+  if (option->get_items_expected_min() == 0) // a flag
+    return "";
+  std::string type = option->get_type_name();
+  type.resize(std::min(type.find(':'), type.size())); // behind it: what is accepted
+  type.resize(std::min(type.find(" in ["), type.size()));
+  if (type == "UINT" || type == "INT")
+    return "N";
+  if (type == "FLOAT")
+    return "X";
+  return type.empty() || type == "TEXT" ? (option->nonpositional() ? "NAME" : "") : type;
+}
+
+class PlainFormatter : public CLI::Formatter {
+public:
+  PlainFormatter() { column_width(30); }
+  std::string make_option_opts(const CLI::Option *option) const override {
+    std::string text = takes(option);
+    if (!option->get_default_str().empty())
+      text += " (default " + option->get_default_str() + ")";
+    if (option->get_required())
+      text += " REQUIRED";
+    return text.empty() ? "" : " " + text;
+  }
+};
+
+Description description_of(const CLI::App &app) {
+  Description out{app.get_name(), app.get_description(), app.get_footer(), {}};
+  for (const CLI::Option *option : app.get_options()) {
+    const bool positional = !option->nonpositional();
+    std::string name = positional ? option->get_name() : "";
+    if (!positional && !option->get_lnames().empty())
+      name = "--" + option->get_lnames().front();
+    out.options.push_back({name, takes(option), option->get_description(), positional});
+  }
+  return out;
 }
 
 } // namespace
@@ -99,9 +140,10 @@ Arguments *Arguments::add_subcommand(const std::string &name, const std::string 
 bool Arguments::parsed() const { return app_->parsed(); }
 
 bool Arguments::parse(int argc, char **argv) {
-  use_plain_help(app_);
+  app_->formatter(std::make_shared<PlainFormatter>());
   if (describing() != Describe::nothing) {
-    const std::string text = describing() == Describe::man ? man_page(*app_) : option_words(*app_);
+    const Description all = description_of(*app_);
+    const std::string text = describing() == Describe::man ? man_page(all) : option_words(all);
     std::fputs(text.c_str(), stdout);
     return false;
   }
@@ -119,7 +161,7 @@ bool Arguments::parse(int argc, char **argv) {
     const bool left_over = e.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError) ||
                            e.get_exit_code() == static_cast<int>(CLI::ExitCodes::RequiredError);
     if (left_over && !stray().empty())
-      throw UsageError(unknown_option(*app_, stray()));
+      throw UsageError(unknown_option(description_of(*app_), stray()));
     if (e.get_exit_code() != 0)
       throw UsageError(e.what());
     app_->exit(e);

@@ -16,8 +16,8 @@ namespace {
 const char *const kFooter =
     "Checks the columns, the rate of the rows, their values against the trained ranges (a wrong "
     "unit\n"
-    "shows there) and the gaps, and says in the words of rim replay why the monitor could not say\n"
-    "anything of a log. Alarms are not reported here.\n"
+    "shows there) and the gaps, and says, in the words of rim replay, why the monitor could not\n"
+    "judge a log. Alarms are not reported here.\n"
     "Exit status 0: every log would be understood; 3: one would not.\n\n"
     "Example:\n"
     "  rim check rover/run_0013.csv --schema rover.toml --model rover.rim";

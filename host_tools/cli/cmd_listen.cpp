@@ -158,10 +158,12 @@ void listen(const Options &o) {
 }
 
 const char *const kFooter =
-    "'rim: listening' on stderr says that nothing sent from then on is missed. On CAN a\n"
-    "record whose detail was lost is told from its summary: without channel and region.\n"
-    "The table also shows health, what was counted, silence, and where a plan enters an alarmed\n"
-    "region; that is a line with \"message\": \"entry\" in a pipe.\n\n"
+    "Once 'rim: listening' stands on stderr, every message sent from then on is received. A "
+    "record\n"
+    "whose detail was lost on CAN is printed from its summary, without channel and region. The\n"
+    "table also shows health, the monitor's counters, how long a monitor has been silent, and "
+    "where\n"
+    "a plan enters an alarmed region (in a pipe a line with \"message\": \"entry\").\n\n"
     "Example:\n  rim listen --model lander.rim | jq -r .sentence &\n"
     "  rim replay --model lander.rim faulty.csv --lcm 'udpm://239.255.76.67:7667?ttl=0'\n"
     "Example: both buses of a vehicle\n"
@@ -173,17 +175,20 @@ int cmd_listen(int argc, char **argv) {
       "Show alarms as they come: a live table on a terminal, JSON lines into a pipe.",
       "rim listen"};
   app.add_option("--lcm", o.url,
-                 std::string("LCM URL (default, unless --can is given: ") + rim::kLcmUrl + ")");
-  app.add_option("--can", o.interface, "CAN interface, classic or FD");
-  app.add_option("--model", o.model,
-                 "flight image that gives the names of outcomes and features; without it they\n"
-                 "come by RIM_MODEL, which a monitor on LCM sends every second");
+                 std::string("LCM URL (default, unless --can is given: ") + rim::kLcmUrl + ")")
+      ->type_name("URL");
+  app.add_option("--can", o.interface, "CAN interface, classic or FD")->type_name("IFACE");
+  app.add_option(
+         "--model", o.model,
+         "flight image that gives the names of outcomes and features (default: the message\n"
+         "RIM_MODEL, which a monitor on LCM sends every second)")
+      ->type_name("MODEL.rim");
   app.add_option("--count", o.count, "end after this many alarm records (0: never)");
   app.add_flag("--all", o.all,
                "into a pipe, write health, counters and heartbeats too, each a line with "
                "\"message\"");
   app.add_option("--html", o.html,
-                 "serve a page of what is heard to browsers on this machine, at\n"
+                 "serve a page with the alarms and health to browsers on this machine, at\n"
                  "http://127.0.0.1:PORT/ (0: a free port, which is printed)")
       ->type_name("PORT")
       ->check(rim::cli::range(0, 65535));

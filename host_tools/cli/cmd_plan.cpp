@@ -88,14 +88,15 @@ const char *const kFooter =
 void declare(rim::cli::Arguments &app, Options &o) {
   app.add_option("--policy", o.policy, "gp, rim, rim+gp (default) or bank")
       ->check(rim::cli::is_member(kPolicies));
-  app.add_option("--state", o.state,
-                 "range LOW:HIGH of one number of the state; give it once per number");
+  app.add_option("--state", o.state, "LOW:HIGH of one number of the state; give it once per number")
+      ->type_name("RANGE");
   app.add_option("--action", o.action,
-                 "grid LOW:HIGH:COUNT of one number of the action; give it once per number");
+                 "LOW:HIGH:COUNT of one number of the action; give it once per number")
+      ->type_name("GRID");
   app.add_option("--plans", o.plans, "bank: number of plans to choose from");
   app.add_option("--features", o.features,
-                 "numbers per action, when the actions come with every state (without --state "
-                 "and\n      --action)");
+                 "numbers per action, when the actions come with every state (without --state\n"
+                 "and --action)");
   app.add_option("--kernel", o.kernel, "se, matern32 or matern52 (default)")
       ->check(rim::cli::is_member(kKernels));
   app.add_option("--length", o.length,
@@ -134,9 +135,10 @@ void declare(rim::cli::Arguments &app, Options &o) {
   app.add_option("--seed", o.seed,
                  "seed of the region search and of draws among equal actions (default 1)");
   app.add_option(
-      "--lcm", o.lcm,
-      "LCM URL: read states from RIM_OBSERVATION instead of stdin. A message holds the\n"
-      "numbers of the state, then the reward of the previous answer (NaN or absent: none)");
+         "--lcm", o.lcm,
+         "LCM URL: read states from RIM_OBSERVATION instead of stdin. A message holds the\n"
+         "numbers of the state, then the reward of the previous answer (NaN or absent: none)")
+      ->type_name("URL");
   app.add_option("--seconds", o.seconds, "LCM: end after this time (0: never)");
   app.footer(kFooter);
 }

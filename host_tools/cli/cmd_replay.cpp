@@ -12,6 +12,7 @@
 #include "util/error.hpp"
 #include "util/gnuplot.hpp"
 #include "util/progress.hpp"
+#include "util/version.hpp"
 
 #include <cmath>
 #include <cstdio>
@@ -63,8 +64,9 @@ void declare_outputs(rim::cli::Arguments &app, rim::OutputPaths &out) {
   app.add_option("--trace", out.trace, "write t_s,ln_anom,threshold,score,level,log for every row")
       ->type_name("FILE.csv");
   app.add_option("--report", out.report,
-                 "write a page: every alarm measured against expected, where and since when, and\n"
-                 "the score; with dygraphs (Debian: libjs-dygraphs) it can be touched")
+                 "write a page that shows, for every alarm, measured against expected, where and\n"
+                 "since when; its charts can be zoomed where dygraphs is installed (Debian:\n"
+                 "libjs-dygraphs)")
       ->type_name("FILE.html");
   app.add_option(
          "--mcap", out.mcap,

@@ -67,7 +67,8 @@ int cmd_show(int argc, char **argv) {
       ->needs(dbc);
   app.add_flag("--can-fd", o.can_fd, "of that DBC: the detail is one CAN FD frame of 64 bytes")
       ->needs(dbc);
-  app.add_flag("--lcm", o.lcm, "of an image: the numbers in its LCM messages, for lcm-gen")
+  app.add_flag("--lcm", o.lcm,
+               "print a type for lcm-gen with the codes and indices of an image's LCM messages")
       ->excludes(json)
       ->excludes(dbc);
   app.footer(kFooter);

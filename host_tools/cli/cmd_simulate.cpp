@@ -7,6 +7,7 @@
 #include "util/data_path.hpp"
 #include "util/parallel_for.hpp"
 #include "util/progress.hpp"
+#include "util/version.hpp"
 #include "world/cobot_log.hpp"
 #include "world/golf_params.hpp"
 #include "world/keepaway_log.hpp"

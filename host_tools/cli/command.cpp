@@ -2,6 +2,7 @@
 #include "cli/command.hpp"
 #include "cli/describe.hpp"
 #include "util/error.hpp"
+#include "util/version.hpp"
 
 #include <algorithm>
 #include <cstdio>

@@ -6,35 +6,11 @@
 
 #include <fmt/format.h>
 
+#include "util/version.hpp"
+
 namespace rim {
 
 namespace {
-
-// What an option takes: its metavariable; empty for a flag.
-std::string takes(const CLI::Option *option) {
-  if (option->get_items_expected_min() == 0) // a flag
-    return "";
-  std::string type = option->get_type_name();
-  type.resize(std::min(type.find(':'), type.size())); // behind it: what is accepted
-  type.resize(std::min(type.find(" in ["), type.size()));
-  if (type == "UINT" || type == "INT")
-    return "N";
-  if (type == "FLOAT")
-    return "X";
-  return type.empty() || type == "TEXT" ? (option->nonpositional() ? "NAME" : "") : type;
-}
-
-class PlainFormatter : public CLI::Formatter {
-public:
-  std::string make_option_opts(const CLI::Option *option) const override {
-    std::string text = takes(option);
-    if (!option->get_default_str().empty())
-      text += " (default " + option->get_default_str() + ")";
-    if (option->get_required())
-      text += " REQUIRED";
-    return text.empty() ? "" : " " + text;
-  }
-};
 
 std::string troff(const std::string &text) {
   std::string out;
@@ -58,10 +34,6 @@ std::string one_line(std::string text) {
   return text;
 }
 
-std::string long_name(const CLI::Option *option) {
-  return option->get_lnames().empty() ? "" : "--" + option->get_lnames().front();
-}
-
 std::string replaced(std::string text, const std::string &what, const std::string &with) {
   for (std::size_t at = 0; (at = text.find(what, at)) != std::string::npos; at += with.size())
     text.replace(at, what.size(), with);
@@ -75,41 +47,35 @@ Describe &describing() {
   return what;
 }
 
-void use_plain_help(CLI::App *app) {
-  const auto formatter = std::make_shared<PlainFormatter>();
-  formatter->column_width(30);
-  app->formatter(formatter);
-}
-
-std::string man_page(const CLI::App &app) {
-  const std::string title = replaced(app.get_name(), " ", "-");
+std::string man_page(const Description &command) {
+  const std::string title = replaced(command.name, " ", "-");
   std::string text = ".TH " + troff(title) + " 1 \"\" \"rimwatch " RIM_VERSION "\"\n.SH NAME\n" +
-                     troff(title) + " \\- " + troff(one_line(app.get_description())) +
-                     "\n.SH SYNOPSIS\n.B " + troff(app.get_name()) + "\n[OPTION]...";
+                     troff(title) + " \\- " + troff(one_line(command.summary)) +
+                     "\n.SH SYNOPSIS\n.B " + troff(command.name) + "\n[OPTION]...";
   std::string options, arguments;
-  for (const CLI::Option *option : app.get_options()) {
-    std::string head = "\\fB" + troff(long_name(option)) + "\\fR";
-    if (!option->nonpositional()) {
-      text += " " + troff(option->get_name());
-      head = troff(option->get_name());
+  for (const OptionWords &option : command.options) {
+    std::string head = "\\fB" + troff(option.name) + "\\fR";
+    if (option.positional) {
+      text += " " + troff(option.name);
+      head = troff(option.name);
     }
-    const std::string entry = ".TP\n" + head + " " + troff(takes(option)) + "\n" +
-                              troff(option->get_description()) + "\n";
-    (option->nonpositional() ? options : arguments) += entry;
+    const std::string entry =
+        ".TP\n" + head + " " + troff(option.takes) + "\n" + troff(option.help) + "\n";
+    (option.positional ? arguments : options) += entry;
   }
   text +=
       "\n" + (arguments.empty() ? "" : ".SH ARGUMENTS\n" + arguments) + ".SH OPTIONS\n" + options;
-  if (!app.get_footer().empty())
-    text += ".SH NOTES\n.nf\n" + troff(app.get_footer()) + "\n.fi\n";
+  if (!command.footer.empty())
+    text += ".SH NOTES\n.nf\n" + troff(command.footer) + "\n.fi\n";
   return text + ".SH EXIT STATUS\n0 fine, 1 something was found, 2 usage, 3 data or I/O, 4 "
                 "internal.\n.SH SEE ALSO\n.BR rim (1)\n";
 }
 
-std::string option_words(const CLI::App &app) {
+std::string option_words(const Description &command) {
   std::string text;
-  for (const CLI::Option *option : app.get_options()) {
-    if (option->nonpositional() && !long_name(option).empty())
-      text += long_name(option) + (takes(option).empty() ? "" : " " + takes(option)) + "\n";
+  for (const OptionWords &option : command.options) {
+    if (!option.positional && !option.name.empty())
+      text += option.name + (option.takes.empty() ? "" : " " + option.takes) + "\n";
   }
   return text;
 }
@@ -204,11 +170,11 @@ std::string did_you_mean(const std::string &given, const std::vector<std::string
   return best.empty() ? "" : "; did you mean '" + best + "'?";
 }
 
-std::string unknown_option(const CLI::App &app, const std::string &given) {
+std::string unknown_option(const Description &command, const std::string &given) {
   std::vector<std::string> known;
-  for (const CLI::Option *option : app.get_options())
-    if (!long_name(option).empty())
-      known.push_back(long_name(option));
+  for (const OptionWords &option : command.options)
+    if (!option.positional && !option.name.empty())
+      known.push_back(option.name);
   const std::string name = given.substr(0, given.find('='));
   return "unknown option '" + name + "'" + did_you_mean(name, known);
 }

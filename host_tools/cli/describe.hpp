@@ -2,7 +2,6 @@
 // cli/describe.hpp - help, man pages and completion of the shells, from what a command declares.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 #include <vector>
 
@@ -12,13 +11,24 @@ namespace rim {
 enum class Describe { nothing, man, words };
 Describe &describing();
 
-// Metavariables as a person writes them: "--runs N", not "UINT:INT in [1 - 1000000]".
-void use_plain_help(CLI::App *app);
+// One option of a command, or one argument by position.
+struct OptionWords {
+  std::string name;  // "--out", or "LOG" by position; empty where it has a short name alone
+  std::string takes; // its metavariable, "MODEL.rim"; empty for a flag
+  std::string help;
+  bool positional;
+};
+
+// What a command declares.
+struct Description {
+  std::string name, summary, footer;
+  std::vector<OptionWords> options; // in the order of their declaration
+};
 
 // Section 1 of the manual, in troff.
-std::string man_page(const CLI::App &app);
+std::string man_page(const Description &command);
 // A line each: an option with what it takes, "--out MODEL.rim", a flag alone, "--quick".
-std::string option_words(const CLI::App &app);
+std::string option_words(const Description &command);
 
 // Scripts that complete the commands and their options; options: a text of option_words() each.
 struct CommandWords {
@@ -30,7 +40,7 @@ std::string zsh_completion(const std::string &program, const std::vector<Command
 // The known word that is nearest to the given one, in quotes after "; did you mean"; empty where
 // none is near. O(words * letters^2).
 std::string did_you_mean(const std::string &given, const std::vector<std::string> &known);
-// Of an option that an app does not know.
-std::string unknown_option(const CLI::App &app, const std::string &given);
+// Of an option that a command does not know.
+std::string unknown_option(const Description &command, const std::string &given);
 
 } // namespace rim

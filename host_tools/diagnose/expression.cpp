@@ -5,10 +5,10 @@
 #include <cmath>
 
 #include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <fmt/format.h>
 
 #include "diagnose/sets.hpp"
+#include "stats/orthogonal.hpp"
 
 namespace rim::diagnose {
 
@@ -368,8 +368,7 @@ double Finder::penalty_of(const Product &product) const {
 void Finder::solve(State *state) const {
   state->rss = y_.squaredNorm();
   if (state->columns.cols() > 0) {
-    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(state->columns);
-    Vector turned = qr.householderQ().transpose() * y_;
+    const Vector turned = in_orthonormal_basis(state->columns, y_);
     state->rss = turned.tail(turned.size() - state->columns.cols()).squaredNorm();
   }
   state->penalty = 0.0;
@@ -411,8 +410,7 @@ Finder::Beside Finder::beside(const Eigen::MatrixXd &columns) const {
   out.basis.resize(out.left.size(), k);
   if (k > 0) {
     const Eigen::MatrixXd thin = columns(rows_, Eigen::all);
-    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(thin);
-    out.basis = qr.householderQ() * Eigen::MatrixXd::Identity(out.left.size(), k);
+    out.basis = orthonormal_basis(thin);
     out.left -= out.basis * (out.basis.transpose() * out.left);
   }
   return out;

@@ -5,7 +5,8 @@
 #include <cmath>
 
 #include <Eigen/Cholesky>
-#include <Eigen/QR>
+
+#include "stats/orthogonal.hpp"
 
 namespace rim::diagnose {
 
@@ -70,8 +71,7 @@ Fit fit_members(const Vector &y, const std::vector<Member> &members, const Noise
         break;
     }
     fit.covariance = solver.solve(Eigen::MatrixXd::Identity(free, free));
-    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(weighted);
-    fit.orthonormal = qr.householderQ() * Eigen::MatrixXd::Identity(y.size(), free);
+    fit.orthonormal = orthonormal_basis(weighted);
   }
   fit.fitted = fixed;
   if (free > 0)

@@ -2,8 +2,7 @@
 #include "plan/plan_line.hpp"
 
 #include "util/error.hpp"
-
-#include <nlohmann/json.hpp>
+#include "util/json.hpp"
 
 #include <charconv>
 #include <cmath>
@@ -12,11 +11,9 @@ namespace rim {
 
 namespace {
 
-using nlohmann::json;
-
 [[noreturn]] void refuse(const std::string &reason) { throw DataError(reason); }
 
-double number(const json &value, const char *name) {
+double number(const Json &value, const char *name) {
   if (value.is_null()) // how JSON writers spell NaN
     return std::nan("");
   if (!value.is_number())
@@ -24,22 +21,22 @@ double number(const json &value, const char *name) {
   return value.get<double>();
 }
 
-std::vector<double> numbers(const json &value, const char *name) {
+std::vector<double> numbers(const Json &value, const char *name) {
   if (value.is_number())
     return {value.get<double>()};
   if (!value.is_array())
     refuse(std::string(name) + ": not a list of numbers");
   std::vector<double> out;
-  for (const json &one : value)
+  for (const Json &one : value)
     out.push_back(number(one, name));
   return out;
 }
 
-std::vector<std::uint8_t> flags(const json &value) {
+std::vector<std::uint8_t> flags(const Json &value) {
   if (!value.is_array())
     refuse("allowed: not a list");
   std::vector<std::uint8_t> out;
-  for (const json &one : value) {
+  for (const Json &one : value) {
     if (!one.is_boolean() && !one.is_number_integer())
       refuse("allowed: neither true nor false");
     out.push_back(one.is_boolean() ? one.get<bool>() : one.get<int>() != 0);
@@ -47,14 +44,14 @@ std::vector<std::uint8_t> flags(const json &value) {
   return out;
 }
 
-PlanRequest request_of(const json &object) {
+PlanRequest request_of(const Json &object) {
   PlanRequest out;
   if (object.contains("state"))
     out.state = numbers(object["state"], "state");
   if (object.contains("actions")) {
     if (!object["actions"].is_array() || object["actions"].empty())
       refuse("actions: not a list of actions");
-    for (const json &one : object["actions"])
+    for (const Json &one : object["actions"])
       out.features.push_back(numbers(one, "actions"));
   }
   if (object.contains("nominal"))
@@ -67,12 +64,12 @@ PlanRequest request_of(const json &object) {
 }
 
 PlanLine read_json(const std::string &text) {
-  const json object = json::parse(text, nullptr, false);
+  const Json object = parse_json(text);
   if (object.is_discarded() || !object.is_object())
     refuse("not a JSON object");
   PlanLine line;
   if (object.contains("id"))
-    line.id = object["id"].dump();
+    line.id = json_text(object["id"]);
   if (!object.contains("reward")) {
     if (!object.contains("state") && !object.contains("actions"))
       refuse("neither 'state', 'actions' nor 'reward'");
@@ -135,13 +132,13 @@ PlanLine read_plan_line(const std::string &line) {
 }
 
 std::string plan_answer_json(const PlanLine &line, const PlanAnswer *answer) {
-  nlohmann::ordered_json out;
+  Json out;
   if (!line.id.empty())
-    out["id"] = nlohmann::ordered_json::parse(line.id);
+    out["id"] = parse_json(line.id);
   if (answer == nullptr) {
     out["action"] = nullptr;
     out["reason"] = "no action is allowed and usable";
-    return out.dump();
+    return json_text(out);
   }
   out["action"] = answer->choice.action;
   if (!answer->action.empty())
@@ -152,7 +149,7 @@ std::string plan_answer_json(const PlanLine &line, const PlanAnswer *answer) {
   out["beta"] = answer->choice.beta;
   out["rim"] = answer->choice.member;
   out["bound_met"] = answer->choice.bound_met;
-  return out.dump();
+  return json_text(out);
 }
 
 } // namespace rim

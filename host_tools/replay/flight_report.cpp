@@ -14,6 +14,7 @@
 #include "report/pictures.hpp"
 #include "report/svg.hpp"
 #include "util/error.hpp"
+#include "util/version.hpp"
 
 namespace rim {
 

@@ -5,7 +5,6 @@
 #include <filesystem>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 #include <unistd.h>
 
 #include "bus/jsonl.hpp"
@@ -13,6 +12,7 @@
 #include "util/data_path.hpp"
 #include "util/error.hpp"
 #include "util/gnuplot.hpp"
+#include "util/json.hpp"
 #include "util/run_program.hpp"
 
 namespace rim {
@@ -64,10 +64,9 @@ void ReplayOutputs::add_mcap(bool is_alarm, const std::string &message) {
   std::string topic = short_name(log_name_);
   std::replace_if(
       topic.begin(), topic.end(), [](char c) { return static_cast<unsigned char>(c) <= ' '; }, '_');
-  mcap_lines_ += nlohmann::json({{"topic", "/" + topic + (is_alarm ? "/alarm" : "/verdict")},
-                                 {"alarm", is_alarm},
-                                 {"message", nlohmann::json::parse(message)}})
-                     .dump() +
+  mcap_lines_ += json_text({{"topic", "/" + topic + (is_alarm ? "/alarm" : "/verdict")},
+                            {"alarm", is_alarm},
+                            {"message", parse_json(message)}}) +
                  "\n";
 }
 

@@ -7,15 +7,14 @@
 #include <filesystem>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "util/atomic_file.hpp"
+#include "util/json.hpp"
 
 namespace rim::report {
 
 namespace {
 
-using Json = nlohmann::json;
 constexpr std::size_t kMostBytes = 2600000; // of numbers; base64 adds a third
 constexpr std::size_t kMostFindings = 16;
 
@@ -105,7 +104,7 @@ std::string data_json(const Explore &data, std::size_t every) {
   for (std::size_t i = 0; i < std::min(kMostFindings, data.findings.size()); ++i)
     json["findings"].push_back(
         {{"number", data.findings[i].number}, {"text", data.findings[i].text}});
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return json_text(json, -1, true);
 }
 
 std::size_t thinning(const Explore &data) {

@@ -4,17 +4,16 @@
 #include <cmath>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "diagnose/extension.hpp"
 #include "log/labels.hpp"
 #include "report/output_folder.hpp"
+#include "util/json.hpp"
+#include "util/version.hpp"
 
 namespace rim::diagnose {
 
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 // JSON has no NaN or infinity: null says that there is no number.
 Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
@@ -239,7 +238,7 @@ std::string diagnosis_json(const Diagnosis &diagnosis, const Measured &measured)
                     {"seed", diagnosis.seed},
                     {"command", diagnosis.command}};
   // Bytes that are no UTF-8 (a path may hold any) become U+FFFD.
-  return all.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json_text(all, 2, true) + "\n";
 }
 
 std::string labels_csv(const Diagnosis &diagnosis, const Measured &measured) {

@@ -10,6 +10,7 @@
 #include "report/outputs.hpp"
 #include "report/parts.hpp"
 #include "report/pictures.hpp"
+#include "util/version.hpp"
 
 namespace rim::diagnose {
 

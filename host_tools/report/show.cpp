@@ -6,7 +6,6 @@
 #include <sstream>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "diagnose/extension.hpp"
 #include "image/facts.hpp"
@@ -14,19 +13,18 @@
 #include "stats/robust.hpp"
 #include "util/atomic_file.hpp"
 #include "util/error.hpp"
+#include "util/json.hpp"
 #include "util/table.hpp"
 
 namespace rim {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 struct Draft {
   Json json;
   std::string text;
 
-  operator Shown() const { return {json.dump(1) + "\n", text}; }
+  operator Shown() const { return {json_text(json, 1) + "\n", text}; }
 };
 
 Draft begin(const char *kind, const std::string &path) {
@@ -179,7 +177,7 @@ Shown show_alarms(const std::string &path) {
     ++line_number;
     if (line.find_first_not_of(" \t\r") == std::string::npos)
       continue;
-    const Json record = Json::parse(line, nullptr, false);
+    const Json record = parse_json(line);
     if (!record.is_object() || (!record.contains("sentence") && !record.contains("message")))
       throw DataError(fmt::format("{}:line {}: is no record of an alarm (rim replay --alarms, rim "
                                   "listen)",
@@ -200,7 +198,7 @@ Shown show_alarms(const std::string &path) {
 }
 
 Shown show_diagnosis(const std::string &path) {
-  const Json file = Json::parse(read_file(path), nullptr, false);
+  const Json file = parse_json(read_file(path));
   if (!file.is_object() || value_of<std::string>(file, "schema", "") != "rim-diagnosis/1")
     throw DataError(path + ": is no diagnosis (schema rim-diagnosis/1)");
   Draft shown = begin("diagnosis", path);

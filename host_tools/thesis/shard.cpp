@@ -5,6 +5,7 @@
 #include "util/error.hpp"
 #include "util/parallel_for.hpp"
 #include "util/progress.hpp"
+#include "util/version.hpp"
 
 #include <algorithm>
 #include <charconv>
@@ -97,6 +98,13 @@ Campaign merge_campaigns(const std::vector<std::string> &paths) {
     }
   }
   return merged;
+}
+
+void require_whole(const Campaign &campaign, const std::string &kind) {
+  if (campaign.kind != kind)
+    throw DataError("campaign of kind '" + campaign.kind + "', not " + kind);
+  if (!campaign.complete())
+    throw DataError(kind + ": shards are missing");
 }
 
 } // namespace rim

@@ -42,6 +42,8 @@ void compute_units(Campaign *campaign, const Shard &shard, const std::string &la
 void write_campaign(const Campaign &campaign, const std::string &path);
 // DataError when it is no campaign file or a unit's number is out of range.
 Campaign read_campaign(const std::string &path);
+// DataError unless the campaign is of this kind and none of its shards is missing.
+void require_whole(const Campaign &campaign, const std::string &kind);
 // DataError when kind, configuration or total differ, or a unit comes twice with different values.
 Campaign merge_campaigns(const std::vector<std::string> &paths);
 

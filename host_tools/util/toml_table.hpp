@@ -48,6 +48,18 @@ void read_numbers(const std::string &path, const toml::table &table, const std::
                   const std::vector<NumberKey> &keys, bool complete,
                   const std::vector<std::string> &others = {});
 
+// Parameters from a file that must hold all of them and, unless its path is empty, from a second
+// one that replaces some: read(path, params, whether every key must be there) for each.
+template <class Params>
+Params read_overlaid(const std::string &base, const std::string &overlay,
+                     void (*read)(const std::string &, Params &, bool)) {
+  Params params{};
+  read(base, params, true);
+  if (!overlay.empty())
+    read(overlay, params, false);
+  return params;
+}
+
 // "HEADER\nkey = value\n..." with doubles that read back to the same bits.
 std::string table_toml(const std::string &header, const std::vector<NumberKey> &keys);
 

@@ -123,11 +123,7 @@ static void read_file(const std::string &path, FreekickParams &params, bool comp
 }
 
 FreekickParams read_freekick_params(const std::string &path, const std::string &overlay) {
-  FreekickParams params{};
-  read_file(path, params, true);
-  if (!overlay.empty())
-    read_file(overlay, params, false);
-  return params;
+  return world::read_overlaid<FreekickParams>(path, overlay, read_file);
 }
 
 std::string freekick_params_toml(const FreekickParams &params) {

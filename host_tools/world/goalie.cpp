@@ -74,11 +74,7 @@ static void read_file(const std::string &path, GoalieParams &params, bool comple
 }
 
 GoalieParams read_goalie_params(const std::string &path, const std::string &overlay) {
-  GoalieParams params;
-  read_file(path, params, true);
-  if (!overlay.empty())
-    read_file(overlay, params, false);
-  return params;
+  return world::read_overlaid<GoalieParams>(path, overlay, read_file);
 }
 
 std::string goalie_params_toml(const GoalieParams &params) {

@@ -50,11 +50,7 @@ void read_file(const std::string &path, GolfParams &params, bool complete) {
 } // namespace
 
 GolfParams read_golf_params(const std::string &base, const std::string &overlay) {
-  GolfParams params;
-  read_file(base, params, true);
-  if (!overlay.empty())
-    read_file(overlay, params, false);
-  return params;
+  return read_overlaid<GolfParams>(base, overlay, read_file);
 }
 
 std::string golf_params_toml(const GolfParams &params) {

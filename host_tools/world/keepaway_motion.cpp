@@ -12,8 +12,8 @@ namespace {
 constexpr double kRollingPart = 5.0 / 7.0; // of its speed, that a solid ball keeps until it rolls
 constexpr double kHalfHeight_m = 0.5;      // so tall that no overlap is least along the vertical
 constexpr int kRounds = 8;                 // of taking bodies apart, a step
-constexpr unsigned long kIterations = 60;
-constexpr double kTolerance_m = 1e-6;
+constexpr unsigned long kContactIterations = 60;
+constexpr double kContactTolerance_m = 1e-6;
 
 // What libccd sees: a cylinder, cut off at the front where front_m < radius_m, or a ball.
 struct Shape {
@@ -62,8 +62,8 @@ Overlap overlap(const Shape &a, const Shape &b) {
   CCD_INIT(&ccd);
   ccd.support1 = ccd.support2 = support;
   ccd.center1 = ccd.center2 = centre;
-  ccd.max_iterations = kIterations;
-  ccd.mpr_tolerance = kTolerance_m;
+  ccd.max_iterations = kContactIterations;
+  ccd.mpr_tolerance = kContactTolerance_m;
   ccd_real_t depth = 0.0;
   ccd_vec3_t direction, position;
   if (ccdMPRPenetration(&a, &b, &ccd, &depth, &direction, &position) != 0)

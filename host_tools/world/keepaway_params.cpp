@@ -2,8 +2,8 @@
 #include <cmath>
 #include <limits>
 
-#include "world/keepaway.hpp"
 #include "util/toml_table.hpp"
+#include "world/keepaway.hpp"
 
 namespace rim::world {
 namespace {
@@ -138,11 +138,7 @@ void read_file(const std::string &path, KeepawayParams &params, bool complete) {
 } // namespace
 
 KeepawayParams read_keepaway_params(const std::string &base, const std::string &overlay) {
-  KeepawayParams params;
-  read_file(base, params, true);
-  if (!overlay.empty())
-    read_file(overlay, params, false);
-  return params;
+  return read_overlaid<KeepawayParams>(base, overlay, read_file);
 }
 
 std::string keepaway_params_toml(const KeepawayParams &params) {

@@ -222,11 +222,7 @@ std::string lander_params_toml(const LanderParams &params) {
 }
 
 LanderParams read_lander_params(const std::string &base, const std::string &overlay) {
-  LanderParams params;
-  read_file(base, params, true);
-  if (!overlay.empty())
-    read_file(overlay, params, false);
-  return params;
+  return read_overlaid<LanderParams>(base, overlay, read_file);
 }
 
 } // namespace rim::world

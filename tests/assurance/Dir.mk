@@ -4,7 +4,7 @@
 ASSURE := $(BUILD)/assurance
 ASSURE_FLAGS = -std=c11 -O2 -ffp-contract=off $(WARNINGS) $(SANITIZER_FLAGS) -Ifirmware -Ilib/include -Ilib/src
 
-$(ASSURE)/inject: tests/assurance/inject.c $(BUILD)/librim.a $(BUILD)/flags.test
+$(ASSURE)/inject: tests/assurance/inject.c tests/assurance/flight.h $(BUILD)/librim.a $(BUILD)/flags.test
 	@mkdir -p $(@D)
 	$(call say,TEST)$(CC) $(ASSURE_FLAGS) $< -o $@ $(BUILD)/librim.a -lm
 
@@ -14,7 +14,7 @@ $(ASSURE)/healthy.rec: $(CROSS)/record $(CROSS)/landing/model.rim
 	$(call say,RIM )$(BUILD)/rim simulate lander --out $(@D)/healthy --runs 1 --seed 77 > $(@D)/healthy.txt && \
 	  $(CROSS)/record $(CROSS)/landing/model.rim $(@D)/healthy/run_0001.csv $@
 
-$(ASSURE)/fleet: tests/assurance/fleet.c $(BUILD)/librim.a $(BUILD)/flags.test
+$(ASSURE)/fleet: tests/assurance/fleet.c tests/assurance/flight.h $(BUILD)/librim.a $(BUILD)/flags.test
 	@mkdir -p $(@D)
 	$(call say,TEST)$(CC) $(ASSURE_FLAGS) $< -o $@ $(BUILD)/librim.a -lm
 

@@ -20,10 +20,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "base/bytes.h"
 #include "base/rng.h"
+#include "flight.h"
 #include "monitor/monitor_private.h"
-#include "replay/recording.h"
 #include "search/search_private.h"
 
 #define HANG_S 10u
@@ -44,13 +43,6 @@ typedef enum outcome {
 static const char *const names[OUTCOMES] = {
     "crash", "hang", "false alarm", "alarms differ", "detected", "digest only", "harmless"};
 
-typedef struct flight {
-  uint8_t *image;
-  size_t image_bytes;
-  const uint8_t *rows;
-  uint32_t row_count, doubles;
-} flight;
-
 /* What a child tells. */
 typedef struct result {
   uint64_t digest, alarms; /* of all verdicts; of the records alone */
@@ -63,44 +55,9 @@ typedef struct area {
   size_t bytes;
 } area;
 
-static _Noreturn void refuse(const char *what, const char *why) {
-  fprintf(stderr, "inject: %s: %s\n", what, why);
-  exit(3);
-}
-
-static flight read_recording(const char *path) {
-  FILE *file = fopen(path, "rb");
-  if (file == NULL)
-    refuse(path, strerror(errno));
-  uint8_t head[RECORDING_HEADER_BYTES];
-  if (fread(head, 1, sizeof head, file) != sizeof head || memcmp(head, RECORDING_MAGIC, 8) != 0)
-    refuse(path, "no recording");
-  flight f = {.image_bytes = rimi_le_u32(head, 2),
-              .row_count = rimi_le_u32(head, 3),
-              .doubles = rimi_le_u32(head, 4)};
-  const size_t padded = (f.image_bytes + 7u) & ~(size_t)7u;
-  const size_t row_bytes = (size_t)8 * f.doubles * f.row_count;
-  f.image = aligned_alloc(64, (padded + row_bytes + 63u) & ~(size_t)63u);
-  if (f.image == NULL || fread(f.image, 1, padded + row_bytes, file) != padded + row_bytes)
-    refuse(path, "too short");
-  fclose(file);
-  f.rows = f.image + padded;
-  return f;
-}
-
 static void fly_row(rim_monitor *m, const flight *f, uint32_t row, result *r) {
   double values[RECORDING_MAX_DOUBLES];
-  for (uint32_t i = 0; i < f->doubles; ++i)
-    values[i] = rimi_le_f64(f->rows, (size_t)row * f->doubles + i);
-  /* The image may be the damaged part: what the rows hold follows from their width. */
-  rim_observation now = {.t_s = values[0], .context = values + 1};
-  const uint32_t features = m->words[RIM_CONFIG_FEATURES];
-  if (features < f->doubles - 1u && (f->doubles - 1u - features) % 3u == 0) {
-    const uint32_t outcomes = (f->doubles - 1u - features) / 3u;
-    now.outcome = now.context + features;
-    now.mean = now.outcome + outcomes;
-    now.sd = now.mean + outcomes;
-  }
+  const rim_observation now = flight_row(f, row, m->words[RIM_CONFIG_FEATURES], values);
   rim_verdict v;
   if (rim_monitor_step(m, &now, &v) != RIM_OK)
     return;
@@ -313,7 +270,7 @@ int main(int argc, char **argv) {
           stderr);
     return 2;
   }
-  const flight f = read_recording(argv[1]);
+  const flight f = read_flight(argv[1]);
   o.to = o.to < f.row_count ? o.to : f.row_count;
   if (o.from >= o.to)
     refuse(argv[1], "has no such rows");

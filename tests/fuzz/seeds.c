@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /* seeds DIR: the seeds of tests/fuzz/corpus that librim itself packs: flight images of the unit
  * tests, a correction, an interference model, a state file. Behind the byte that chooses. */
+#include "interference_sample.h"
 #include "monitor_bench.h"
 
 #include <stdio.h>
 
 #include "image/correct.h"
-#include "interference/detector.h"
 
 static const char *folder;
 
@@ -52,22 +52,7 @@ static void keep_correct(void) {
 }
 
 static void keep_interference(void) {
-  rim_interference_model m = {.ln_odds = 8.0,
-                              .latency_s = 0.1,
-                              .accel_mps2 = 1.0,
-                              .decel_mps2 = 2.0,
-                              .settle_s = 0.2,
-                              .gap_s = 0.5,
-                              .one_step = {0.03, 0.06, 1.0, 8.0},
-                              .open_loop = {0.03, 0.06, 1.0, 12.0}};
-  for (int i = 0; i < 5; ++i) {
-    for (int j = 0; j < 5; ++j)
-      m.transition[i][j] = i == j ? 0.96 : 0.01;
-    for (int k = 0; k < 3; ++k) {
-      m.mean[i][k] = 0.1 * (i - k);
-      m.sd[i][k] = 0.2 + 0.1 * k;
-    }
-  }
+  const rim_interference_model m = sample_interference();
   static _Alignas(8) uint8_t section[RIM_INTERFERENCE_BYTES];
   assert_int_equal(rimi_interference_pack(&m, section, sizeof section), RIM_OK);
   keep("sum_interference", 11, section, sizeof section);

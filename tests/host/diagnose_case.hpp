@@ -3,22 +3,15 @@
 // by row, one channel whose prediction and stated sd are given.
 #pragma once
 
-#include <cstdarg>
-#include <cstddef>
-#include <cstdint>
 #include <cstdio>
 #include <cstring>
 #include <functional>
-#include <setjmp.h>
 #include <string>
 #include <vector>
-extern "C" {
-#include <cmocka.h>
-}
 
-#include "diagnose/measured.hpp"
 #include "base/rng.h"
-#include "util/error.hpp"
+#include "check.hpp"
+#include "diagnose/measured.hpp"
 
 namespace diagnose_case {
 

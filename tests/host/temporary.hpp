@@ -25,6 +25,9 @@ inline const std::filesystem::path &temporary_folder() {
   return folder.path;
 }
 
+// The path of a file of this name there, whether it exists or not.
+inline std::string temporary_path(const std::string &name) { return temporary_folder() / name; }
+
 // The path of a new file with this text.
 inline std::string temporary_file(const std::string &text) {
   static int count = 0;

@@ -1,21 +1,15 @@
 // SPDX-License-Identifier: MIT
 // An extension in use: mended predictions no longer alarm, in the log and through the image.
+#include "check.hpp"
 #include "diagnose/apply_extension.hpp"
 
 #include <cmath>
-#include <cstdarg>
-#include <cstddef>
-#include <cstdint>
 #include <cstring>
-#include <setjmp.h>
-extern "C" {
-#include <cmocka.h>
-}
 
-#include "replay/replay.hpp"
 #include "image/correct.h"
-#include "toy_log.hpp"
 #include "image/image_writer.hpp"
+#include "replay/replay.hpp"
+#include "toy_log.hpp"
 #include "train/trainer.hpp"
 #include "util/error.hpp"
 
@@ -162,8 +156,7 @@ void what_cannot_ride_is_said(void **) {
   terms.back().gate.units = {"s"};
   terms.back().gate.lower = {0.0};
   terms.back().gate.upper = {1.0};
-  const Correction made =
-      rim::diagnose::correction_section(all, layout, 1u << RIM_KIND_SHIFT);
+  const Correction made = rim::diagnose::correction_section(all, layout, 1u << RIM_KIND_SHIFT);
   assert_int_equal(made.terms, 3);
   assert_int_equal(made.left_out.size(), 3);
   assert_non_null(std::strstr(made.left_out[0].c_str(), "x.toml: force_N: bias: the image has no "

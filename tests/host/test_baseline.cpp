@@ -1,17 +1,11 @@
 // SPDX-License-Identifier: MIT
 // The detectors of table 6.1 where the right answer is known.
+#include "check.hpp"
 #include "thesis/baseline/baseline.hpp"
 #include "world/random.hpp"
 
 #include <cmath>
-#include <cstdarg>
-#include <cstddef>
-#include <cstdint>
 #include <cstdio>
-#include <setjmp.h>
-extern "C" {
-#include <cmocka.h>
-}
 
 namespace {
 

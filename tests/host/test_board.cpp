@@ -3,16 +3,10 @@
 #include "bus/board.hpp"
 #include "bus/can_bus.hpp"
 #include "bus/jsonl.hpp"
+#include "check.hpp"
 
-#include <cstdarg>
-#include <cstddef>
-#include <cstdint>
 #include <cstring>
 #include <nlohmann/json.hpp>
-#include <setjmp.h>
-extern "C" {
-#include <cmocka.h>
-}
 
 namespace {
 

@@ -5,8 +5,10 @@
 #include "bus/jsonl.hpp"
 #include "bus/lcm_bus.hpp"
 #include "bus/sentence.hpp"
+#include "check.hpp"
 #include "image/image_writer.hpp"
 #include "log/lcm_log.hpp"
+#include "temporary.hpp"
 #include "util/data_path.hpp"
 #include "util/error.hpp"
 
@@ -15,31 +17,16 @@
 #include "rim/monitor.h"
 
 #include <cmath>
-#include <cstdarg>
-#include <cstddef>
-#include <cstdint>
 #include <cstring>
 #include <fcntl.h>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <setjmp.h>
 #include <sstream>
 #include <sys/wait.h>
 #include <thread>
 #include <unistd.h>
-extern "C" {
-#include <cmocka.h>
-}
 
 namespace {
-
-std::string folder() {
-  static const std::string path = [] {
-    char name[] = "/tmp/rim_test_bus_XXXXXX";
-    return std::string(mkdtemp(name));
-  }();
-  return path;
-}
 
 rim::Names sample_names() {
   rim::Names names;
@@ -190,7 +177,7 @@ void names_come_from_the_image(void **) {
   assert_string_equal(found.feature(0).unit.c_str(), "m");
   try {
     rim::names_of_image(image("s.a_m\nu.b\n").view(), "test.rim");
-    fail();
+    fail_msg("nothing was thrown");
   } catch (const rim::DataError &e) {
     assert_non_null(std::strstr(e.what(), "test.rim: holds 2 names"));
   }
@@ -218,7 +205,7 @@ rim_can_frame parse_line(const std::string &line, double &t_s, std::string &inte
 
 void candump_text_carries_the_alarm(void **) {
   const rim_alarm a = sample_alarm();
-  const std::string path = folder() + "/a.candump";
+  const std::string path = temporary_path("a.candump");
   rim::CandumpFile file(path, 5, false, "vcan0");
   file.write(a);
   assert_int_equal(access(path.c_str(), F_OK), -1);
@@ -256,7 +243,7 @@ void candump_text_carries_the_alarm(void **) {
 }
 
 void lcm_records_what_was_published(void **) {
-  const std::string path = folder() + "/events.log";
+  const std::string path = temporary_path("events.log");
   const rim_alarm a = sample_alarm();
   rim_observation_message o{};
   o.t_us = 5;
@@ -295,7 +282,7 @@ void lcm_records_what_was_published(void **) {
 
 // lcm-gen's Python types, another implementation than the one the messages are made with.
 void python_reads_what_was_published(void **) {
-  const std::string log = folder() + "/python.log", types = folder() + "/types";
+  const std::string log = temporary_path("python.log"), types = temporary_path("types");
   {
     rim::LcmBus bus("file://" + log + "?mode=w");
     rim_observation_message o{};
@@ -319,7 +306,7 @@ void python_reads_what_was_published(void **) {
 void a_url_that_does_not_open_is_a_data_error(void **) {
   try {
     rim::LcmBus bus("file:///nonexistent/folder/x.log?mode=r");
-    fail();
+    fail_msg("nothing was thrown");
   } catch (const rim::DataError &e) {
     assert_non_null(std::strstr(e.what(), "/nonexistent/folder/x.log"));
   }
@@ -342,7 +329,7 @@ void a_separate_subscriber_hears_the_alarms(void **) {
   }
   if (!has_multicast)
     skip();
-  const std::string out = folder() + "/heard.jsonl", err = folder() + "/listen.err";
+  const std::string out = temporary_path("heard.jsonl"), err = temporary_path("listen.err");
   const pid_t child = fork();
   if (child == 0) {
     dup2(open(out.c_str(), O_WRONLY | O_CREAT, 0600), 1);
@@ -373,8 +360,6 @@ void a_separate_subscriber_hears_the_alarms(void **) {
   assert_int_equal(count, 3);
 }
 
-int clean(void **) { return std::system(("rm -rf " + folder()).c_str()); }
-
 } // namespace
 
 int main() {
@@ -390,5 +375,5 @@ int main() {
       cmocka_unit_test(a_url_that_does_not_open_is_a_data_error),
       cmocka_unit_test(a_separate_subscriber_hears_the_alarms),
   };
-  return cmocka_run_group_tests(tests, nullptr, clean);
+  return cmocka_run_group_tests(tests, nullptr, nullptr);
 }

@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "diagnose_case.hpp"
+#include "temporary.hpp"
 #include "util/data_path.hpp"
 
 namespace {
@@ -21,16 +22,8 @@ using rim::diagnose::merged;
 using rim::diagnose::read_catalogue;
 using rim::diagnose::TermKind;
 
-std::string folder() {
-  static const std::string path = [] {
-    char name[] = "/tmp/rim_test_catalogue_XXXXXX";
-    return std::string(mkdtemp(name));
-  }();
-  return path;
-}
-
 std::string written(const std::string &text) {
-  const std::string path = folder() + "/causes.toml";
+  const std::string path = temporary_path("causes.toml");
   std::ofstream(path) << text;
   return path;
 }
@@ -169,7 +162,7 @@ void what_is_wrong_is_refused_with_its_line(void **) {
   }
   const std::string path = written("schema = \"rim-causes/2\"\n");
   assert_refused([&] { (void)read_catalogue(path); }, {path + ":line 1: ", "rim-causes/1"});
-  assert_refused([] { (void)read_catalogue(folder() + "/none.toml"); }, {"none.toml"});
+  assert_refused([] { (void)read_catalogue(temporary_path("none.toml")); }, {"none.toml"});
 }
 
 void a_users_file_lies_over_ours(void **) {
@@ -196,7 +189,5 @@ int main() {
       cmocka_unit_test(a_users_file_lies_over_ours),
   };
   const int failed = cmocka_run_group_tests(tests, nullptr, nullptr);
-  std::remove((folder() + "/causes.toml").c_str());
-  rmdir(folder().c_str());
   return failed;
 }

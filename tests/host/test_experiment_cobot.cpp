@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Drives as data points, and the detection on them: what is counted as what.
+#include "check.hpp"
 #include "thesis/experiment/alarm_score.hpp"
 #include "thesis/experiment/cobot_watch.hpp"
 #include "thesis/experiment/precision_recall.hpp"
@@ -8,14 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdarg>
-#include <cstddef>
-#include <cstdint>
 #include <cstdio>
-#include <setjmp.h>
-extern "C" {
-#include <cmocka.h>
-}
 
 namespace {
 

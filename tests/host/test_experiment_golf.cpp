@@ -2,18 +2,11 @@
 // The golf experiment in small: equal for equal seeds, however it is sharded; what is counted as
 // what.
 #include <algorithm>
-#include <cstdarg>
-#include <cstddef>
-#include <cstdint>
 #include <cstdio>
-#include <setjmp.h>
 
+#include "check.hpp"
 #include "thesis/experiment/golf.hpp"
 #include "util/error.hpp"
-
-extern "C" {
-#include <cmocka.h>
-}
 
 namespace {
 

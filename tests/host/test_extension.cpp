@@ -1,22 +1,17 @@
 // SPDX-License-Identifier: MIT
 // extension.toml: every kind of term comes back to the same bits; what is wrong is refused with its
 // line.
+#include "check.hpp"
 #include "diagnose/extension.hpp"
+#include "temporary.hpp"
 
 #include <cmath>
-#include <cstdarg>
-#include <cstddef>
-#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <limits>
-#include <setjmp.h>
 #include <unistd.h>
-extern "C" {
-#include <cmocka.h>
-}
 
 #include "util/error.hpp"
 
@@ -27,16 +22,8 @@ using rim::diagnose::Parameter;
 using rim::diagnose::Term;
 using rim::diagnose::TermKind;
 
-std::string folder() {
-  static const std::string path = [] {
-    char name[] = "/tmp/rim_test_extension_XXXXXX";
-    return std::string(mkdtemp(name));
-  }();
-  return path;
-}
-
 std::string written(const std::string &text) {
-  const std::string path = folder() + "/extension.toml";
+  const std::string path = temporary_path("extension.toml");
   std::ofstream(path) << text;
   return path;
 }
@@ -332,8 +319,8 @@ void built_in_forms_need_what_they_need(void **) {
 }
 
 void files_that_are_none(void **) {
-  assert_refused([] { (void)rim::diagnose::read_extension(folder() + "/none.toml"); }, "none.toml",
-                 "");
+  assert_refused([] { (void)rim::diagnose::read_extension(temporary_path("none.toml")); },
+                 "none.toml", "");
   const std::string path = written("[[cause]]\n");
   assert_refused([&] { (void)rim::diagnose::read_extension(path); }, ":line 1: ", "unknown key");
   const std::string empty = written("");
@@ -396,8 +383,6 @@ void what_the_logs_have_not_is_refused(void **) {
   refuse(good, other, "region", "no feature 'u.throttle'");
 }
 
-int clean(void **) { return std::system(("rm -rf " + folder()).c_str()); }
-
 } // namespace
 
 int main() {
@@ -412,5 +397,5 @@ int main() {
       cmocka_unit_test(files_that_are_none),
       cmocka_unit_test(what_the_logs_have_not_is_refused),
   };
-  return cmocka_run_group_tests(tests, nullptr, clean);
+  return cmocka_run_group_tests(tests, nullptr, nullptr);
 }

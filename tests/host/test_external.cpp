@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Logs with their own predictions and nothing to learn from: the table of thresholds against
 // simulation, and what is made of residuals that are not independent.
+#include "check.hpp"
 #include "image/threshold.h"
 #include "replay/replay.hpp"
 #include "train/external_residuals.hpp"
@@ -12,16 +13,9 @@
 
 #include <atomic>
 #include <cmath>
-#include <cstdarg>
-#include <cstddef>
-#include <cstdint>
 #include <cstdlib>
-#include <setjmp.h>
 #include <string>
 #include <vector>
-extern "C" {
-#include <cmocka.h>
-}
 
 namespace {
 
@@ -160,9 +154,8 @@ void false_alarms_keep_the_promise(void **) {
     const Outcome seen = replay_each(one.runs, one.places, one.size, {}, one.flight);
     print_message("%s, contexts %d, %zu features, %zu outcomes, %zu rows: %zu of %zu alarm, %zu "
                   "independent\n",
-                  one.flight ? "flight" : "ground", static_cast<int>(one.places),
-                  one.size.features, one.size.outcomes, one.size.rows, seen.alarms, one.runs,
-                  seen.independent);
+                  one.flight ? "flight" : "ground", static_cast<int>(one.places), one.size.features,
+                  one.size.outcomes, one.size.rows, seen.alarms, one.runs, seen.independent);
     assert_true(std::abs(seen.promised - 0.05) < 1e-6);
     assert_true(static_cast<double>(seen.alarms) <= most_alarms(one.runs, seen.promised));
     assert_true(10 * seen.independent >= 8 * one.runs);
@@ -184,14 +177,13 @@ void the_table_is_what_its_program_draws(void **) {
   const std::vector<double> &levels = rim::external_levels();
   for (const auto &cell : cells) {
     const rim::ExternalKnots &knots = rim::external_knots(cell.search);
-    const std::vector<std::size_t> at(knots.rows.begin(),
-                                      knots.rows.begin() +
-                                          static_cast<std::ptrdiff_t>(cell.rows + 1));
+    const std::vector<std::size_t> at(
+        knots.rows.begin(), knots.rows.begin() + static_cast<std::ptrdiff_t>(cell.rows + 1));
     const auto scores = rim::draw_external(cell.search, knots.features[cell.feature],
                                            knots.outcomes[cell.outcome], at, knots.runs);
     const float *table = rim::external_quantiles(cell.search);
-    table += (cell.feature * knots.outcomes.size() + cell.outcome) * knots.rows.size() *
-             levels.size();
+    table +=
+        (cell.feature * knots.outcomes.size() + cell.outcome) * knots.rows.size() * levels.size();
     for (std::size_t k = 0; k < at.size(); ++k) {
       assert_int_equal(scores[k].size(), knots.runs);
       for (std::size_t l = 0; l < levels.size(); ++l) {
@@ -227,8 +219,8 @@ void quantiles_meet_the_knots_and_rise_with_the_chance(void **) {
     assert_true(rim::external_quantile(search, odd, 0.95) >=
                 rim::external_quantile(search, last, 0.95));
     // A thousandth costs ln 10 nats over a hundredth, over the least growth.
-    const double further = rim::external_quantile(search, last, 0.999) -
-                           rim::external_quantile(search, last, 0.99);
+    const double further =
+        rim::external_quantile(search, last, 0.999) - rim::external_quantile(search, last, 0.99);
     assert_true(std::abs(further - std::log(10.0) / rim::kLeastGrowth) < 0.01);
   }
 }

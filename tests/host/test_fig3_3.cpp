@@ -1,16 +1,10 @@
 // SPDX-License-Identifier: MIT
 // FARO in the binary golf world: what a run leaves, and what a bump does to it.
+#include "check.hpp"
 #include "thesis/experiment/fig3_3.hpp"
 
 #include <cmath>
-#include <cstdarg>
-#include <cstddef>
-#include <cstdint>
 #include <cstdio>
-#include <setjmp.h>
-extern "C" {
-#include <cmocka.h>
-}
 
 namespace {
 

@@ -2,10 +2,6 @@
 // The fit is held to least squares solved in the plainest way, to data whose truth is known, and to
 // what the flight code makes of its section.
 #include <cmath>
-#include <csetjmp>
-#include <cstdarg>
-#include <cstddef>
-#include <cstdint>
 #include <cstdlib>
 #include <cstring>
 #include <limits>
@@ -13,16 +9,13 @@
 
 #include <Eigen/QR>
 
+#include "check.hpp"
 #include "image/nominal.h"
 #include "train/fit.hpp"
 #include "train/fit_gate.hpp"
 #include "train/fit_gram.hpp"
 #include "train/kernel.hpp"
 #include "util/error.hpp"
-
-extern "C" {
-#include <cmocka.h> // last: its macro fail() breaks the standard streams
-}
 
 namespace {
 

@@ -2,6 +2,7 @@
 // gp against two references on 50 random problems: a dense solution in long double with Eigen, and,
 // scikit-learn's GaussianProcessRegressor, where `make test` could fetch it or python3 has it.
 // Relative 1e-9.
+#include "check.hpp"
 #include "confidence.hpp"
 #include "gp_fit.hpp"
 
@@ -11,19 +12,11 @@
 #include <Eigen/Dense>
 
 #include <cmath>
-#include <csetjmp>
-#include <cstdarg>
-#include <cstddef>
-#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <string>
 #include <unistd.h>
 #include <vector>
-
-extern "C" {
-#include <cmocka.h>
-}
 
 namespace {
 
@@ -96,8 +89,7 @@ void near(double ours, double reference, double scale, double &worst) {
   const double error = std::fabs(ours - reference) / std::max(std::fabs(reference), scale);
   worst = std::max(worst, error);
   if (!(error <= 1e-9)) {
-    print_error("%.17g is not %.17g\n", ours, reference);
-    fail();
+    fail_msg("%.17g is not %.17g", ours, reference);
   }
 }
 

@@ -1,18 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Keepers that correct their model: the greedy planner, what the monitor learns, eq. 3.26.
+#include "check.hpp"
 #include "thesis/experiment/keepaway.hpp"
 #include "util/data_path.hpp"
 
 #include <cmath>
-#include <cstdarg>
-#include <cstddef>
-#include <cstdint>
 #include <cstdio>
 #include <set>
-#include <setjmp.h>
-extern "C" {
-#include <cmocka.h>
-}
 
 namespace {
 

@@ -1,37 +1,24 @@
 // SPDX-License-Identifier: MIT
 // Logs: what is read, what is refused and with which words, and what a schema makes of it.
+#include "check.hpp"
 #include "log/lcm_log.hpp"
 #include "log/log.hpp"
 #include "log/schema.hpp"
 #include "rim/lcm.h"
+#include "temporary.hpp"
 #include "util/atomic_file.hpp"
 #include "util/error.hpp"
 
 #include <cmath>
-#include <cstdarg>
-#include <cstddef>
-#include <cstdint>
 #include <cstdio>
 #include <cstring>
 #include <limits>
-#include <setjmp.h>
 #include <unistd.h>
-extern "C" {
-#include <cmocka.h>
-}
 
 namespace {
 
-std::string folder() {
-  static const std::string path = [] {
-    char name[] = "/tmp/rim_test_log_XXXXXX";
-    return std::string(mkdtemp(name));
-  }();
-  return path;
-}
-
 std::string write(const std::string &name, const std::string &text) {
-  const std::string path = folder() + "/" + name;
+  const std::string path = temporary_path(name);
   rim::AtomicFile out(path);
   out.write(text);
   out.commit();
@@ -115,7 +102,7 @@ void writing_then_reading_gives_the_same(void **) {
     log.values(r, 0) = std::ldexp(1.0 + r, r - 100) * (r % 2 ? -1 : 1);
     log.values(r, 1) = r;
   }
-  const std::string path = folder() + "/w.csv";
+  const std::string path = temporary_path("w.csv");
   rim::write_log(log, path);
   const auto again = read(path);
   assert_int_equal(again.t_s.size(), 200);
@@ -126,8 +113,8 @@ void writing_then_reading_gives_the_same(void **) {
     assert_true(again.values(r, 1) == r);
   }
   // Nine digits read back and written again are the same nine digits.
-  rim::write_log(again, folder() + "/w2.csv");
-  assert_true(rim::read_file(path) == rim::read_file(folder() + "/w2.csv"));
+  rim::write_log(again, temporary_path("w2.csv"));
+  assert_true(rim::read_file(path) == rim::read_file(temporary_path("w2.csv")));
 }
 
 void incomplete_rows_are_skipped_counted_and_named(void **) {
@@ -161,8 +148,8 @@ void outcomes_need_their_prediction(void **) {
 }
 
 void bad_files_are_refused(void **) {
-  assert_refused(folder() + "/none.csv", {"cannot read", "No such file"});
-  assert_refused(folder(), {"is a folder"});
+  assert_refused(temporary_path("none.csv"), {"cannot read", "No such file"});
+  assert_refused(temporary_folder().string(), {"is a folder"});
   assert_refused(write("empty.csv", ""), {"is empty"});
   assert_refused(write("comments.csv", "# only\n"), {"no header"});
   assert_refused(write("header.csv", "t_s,s.a\n"), {"no rows"});
@@ -339,8 +326,6 @@ void a_schema_of_columns_is_refused_for_an_lcm_log(void **) {
   refused("[time]\ncolumn='ms'\nscale=0.001\n", "[time]");
 }
 
-int clean(void **) { return std::system(("rm -rf " + folder()).c_str()); }
-
 } // namespace
 
 int main() {
@@ -359,5 +344,5 @@ int main() {
       cmocka_unit_test(an_lcm_log_survives_damage),
       cmocka_unit_test(a_schema_of_columns_is_refused_for_an_lcm_log),
   };
-  return cmocka_run_group_tests(tests, nullptr, clean);
+  return cmocka_run_group_tests(tests, nullptr, nullptr);
 }

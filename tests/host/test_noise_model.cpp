@@ -1,14 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Noise models: what is known to be in the healthy residuals is found within stated tolerances,
 // what is not there is not, and no fault hides in the effects of a run.
+#include "check.hpp"
 #include "made_noise.hpp"
 
-#include <cstdarg>
-#include <cstddef>
-#include <cstdint>
-#include <setjmp.h>
 extern "C" {
-#include <cmocka.h>
 #include "image/noise.h"
 }
 
@@ -154,8 +150,8 @@ void the_section_says_the_same(void **) {
     for (int k = 0; k < 4; ++k)
       assert_true(c.ln_sigma[k] == static_cast<float>(own.ln_sigma[k]));
     const double weight = rimi_noise_weight(&c, 1.5, 0.0, 0.7);
-    const double ln = own.ln_sigma[0] * 1.5 + own.ln_sigma[1] * (1.5 * 1.5 - 1.0) +
-                      own.ln_sigma[3] * 0.7;
+    const double ln =
+        own.ln_sigma[0] * 1.5 + own.ln_sigma[1] * (1.5 * 1.5 - 1.0) + own.ln_sigma[3] * 0.7;
     assert_true(std::fabs(weight - std::exp(-ln)) < 1e-6);
   }
 }

@@ -1,23 +1,16 @@
 // SPDX-License-Identifier: MIT
 // plan: the planner against its own configuration, and states over LCM.
 #include "bus/lcm_bus.hpp"
+#include "check.hpp"
 #include "plan/plan_line.hpp"
 #include "plan/planner.hpp"
 #include "util/error.hpp"
 
 #include <cmath>
-#include <csetjmp>
-#include <cstdarg>
-#include <cstddef>
-#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <string>
-
-extern "C" {
-#include <cmocka.h>
-}
 
 namespace {
 
@@ -68,8 +61,7 @@ void what_does_not_fit_is_a_data_error(void **) {
   for (const char *text : lines) {
     try {
       planner.choose(rim::read_plan_line(text).request);
-      print_error("%s was taken\n", text);
-      fail();
+      fail_msg("%s was taken", text);
     } catch (const rim::DataError &e) {
       assert_true(std::strlen(e.what()) > 0);
     }
@@ -85,7 +77,7 @@ void a_wrong_configuration_is_a_usage_error(void **) {
   for (const rim::PlannerConfig &c : bad) {
     try {
       const rim::Planner planner(c);
-      fail();
+      fail_msg("nothing was thrown");
     } catch (const rim::UsageError &) {
     }
   }
@@ -95,7 +87,7 @@ void nan_reward_is_refused(void **) {
   rim::Planner planner(two_by_two());
   try {
     planner.observe({0.3, 0.0, 10.0}, 0, 0.0, 0.0, std::nan(""));
-    fail();
+    fail_msg("nothing was thrown");
   } catch (const rim::DataError &) {
   }
   assert_int_equal(rim_bandit_get_counters(planner.bandit()).refused, 1);

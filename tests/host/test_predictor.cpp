@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Simulations and images that predict measured logs: exact on motion that obeys them, silent where
 // they should be, and one step twice is two steps.
+#include "check.hpp"
 #include "made_vehicle.hpp"
 #include "predict/falcon_fall.hpp"
 #include "predict/predictor.hpp"
@@ -17,15 +18,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdarg>
-#include <cstddef>
-#include <cstdint>
 #include <cstdio>
 #include <functional>
-#include <setjmp.h>
-extern "C" {
-#include <cmocka.h>
-}
 
 namespace {
 
@@ -33,24 +27,6 @@ using rim::Log;
 using rim::world::make_world_predictor;
 
 constexpr std::uint64_t kSeed = 20261122; // of every random number here
-
-template <typename Call> std::string refusal(const Call &call) {
-  try {
-    call();
-  } catch (const rim::DataError &error) {
-    return error.what();
-  } catch (const rim::UsageError &error) {
-    return std::string("usage: ") + error.what();
-  }
-  return "";
-}
-
-bool has(const std::string &text, const std::string &part) {
-  if (text.find(part) != std::string::npos)
-    return true;
-  print_message("'%s' not in:\n%s\n", part.c_str(), text.c_str());
-  return false;
-}
 
 Log make_log(const std::vector<std::string> &names) {
   Log log;

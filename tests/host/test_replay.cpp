@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The replay: one log after another, digests, labels, outputs, the figure.
+#include "check.hpp"
 #include "replay/outputs.hpp"
 #include "replay/replay.hpp"
 #include "train/trainer.hpp"
@@ -9,15 +10,8 @@
 #include "base/crc.h"
 #include "toy_log.hpp"
 
-#include <cstdarg>
-#include <cstddef>
-#include <cstdint>
 #include <cstdlib>
-#include <setjmp.h>
 #include <unistd.h>
-extern "C" {
-#include <cmocka.h>
-}
 
 namespace {
 
@@ -29,22 +23,6 @@ const std::vector<std::uint8_t> &image() {
     return rim::make_image(rim::train(logs, rim::TrainOptions{}).plan);
   }();
   return bytes;
-}
-
-template <typename Call> std::string refusal(const Call &call) {
-  try {
-    call();
-  } catch (const std::runtime_error &error) {
-    return error.what();
-  }
-  return "";
-}
-
-bool has(const std::string &text, const std::string &part) {
-  if (text.find(part) != std::string::npos)
-    return true;
-  print_message("'%s' not in:\n%s\n", part.c_str(), text.c_str());
-  return false;
 }
 
 void digest_is_over_every_verdict(void **) {

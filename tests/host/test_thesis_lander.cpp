@@ -1,19 +1,12 @@
 // SPDX-License-Identifier: MIT
 // The baseline must find what it is meant to find, or beating it would prove nothing.
 #include <cmath>
-#include <csetjmp>
-#include <cstdarg>
-#include <cstddef>
-#include <cstdint>
 #include <random>
 
+#include "check.hpp"
 #include "thesis/experiment/thesis_lander.hpp"
 #include "thesis/experiment/thesis_lander_search.hpp"
 #include "util/error.hpp"
-
-extern "C" {
-#include <cmocka.h> // last: its macro fail() breaks the standard streams
-}
 
 namespace {
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Training and its report: what is promised, that it is kept, what is refused.
+#include "check.hpp"
 #include "replay/replay.hpp"
 #include "train/train_report.hpp"
 #include "train/trainer.hpp"
@@ -7,14 +8,6 @@
 
 #include "made_vehicle.hpp"
 #include "toy_log.hpp"
-
-#include <cstdarg>
-#include <cstddef>
-#include <cstdint>
-#include <setjmp.h>
-extern "C" {
-#include <cmocka.h>
-}
 
 namespace {
 
@@ -29,13 +22,6 @@ std::vector<rim::Log> healthy_logs(std::uint64_t first, std::size_t count) {
 const rim::Training &trained() {
   static const rim::Training training = rim::train(healthy_logs(1, 19), rim::TrainOptions{});
   return training;
-}
-
-bool has(const std::string &text, const std::string &part) {
-  if (text.find(part) != std::string::npos)
-    return true;
-  print_message("'%s' not in:\n%s\n", part.c_str(), text.c_str());
-  return false;
 }
 
 void promise_is_what_ranks_allow(void **) {
@@ -188,15 +174,6 @@ void own_predictions_are_taken_as_they_are(void **) {
 void images_ask_for_clearing(void **) {
   const rim::Monitor monitor(rim::make_image(trained().plan), "toy");
   assert_int_equal(rim_monitor_config(monitor.get(), RIM_CONFIG_CLEAR), 30);
-}
-
-template <typename Call> std::string refusal(const Call &call) {
-  try {
-    call();
-  } catch (const rim::DataError &error) {
-    return error.what();
-  }
-  return "";
 }
 
 void refuses(void **) {

@@ -1,25 +1,18 @@
 // SPDX-License-Identifier: MIT
 // Learning motion interference: the labels of C.3.1, what is counted, what is refused, what is
 // found.
-#include <csetjmp>
-#include <cstdarg>
-#include <cstddef>
-#include <cstdint>
 
 #include <cmath>
 #include <cstdio>
 #include <functional>
 #include <string>
 
+#include "check.hpp"
 #include "thesis/experiment/control_mrclam.hpp"
 #include "thesis/experiment/fig_C5.hpp"
 #include "thesis/poisson.hpp"
 #include "train/interference.hpp"
 #include "util/error.hpp"
-
-extern "C" {
-#include <cmocka.h>
-}
 
 using namespace rim;
 

@@ -1,39 +1,26 @@
 // SPDX-License-Identifier: MIT
 // The small things that everything leans on: files that are whole or absent, shards, threads,
 // tables.
+#include "check.hpp"
+#include "temporary.hpp"
+#include "thesis/shard.hpp"
 #include "util/atomic_file.hpp"
 #include "util/data_path.hpp"
 #include "util/error.hpp"
 #include "util/parallel_for.hpp"
-#include "thesis/shard.hpp"
 #include "util/table.hpp"
 
 #include <atomic>
 #include <csignal>
-#include <cstdarg>
-#include <cstddef>
-#include <cstdint>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <setjmp.h>
 #include <sys/resource.h>
 #include <unistd.h>
-extern "C" {
-#include <cmocka.h>
-}
 
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string folder() {
-  static const std::string path = [] {
-    char name[] = "/tmp/rim_test_util_XXXXXX";
-    return std::string(mkdtemp(name));
-  }();
-  return path;
-}
 
 std::size_t files_in(const std::string &path) {
   return static_cast<std::size_t>(
@@ -52,7 +39,7 @@ template <class Error, class Body> void assert_throws(Body body, const char *par
 }
 
 void a_file_appears_whole_or_not_at_all(void **) {
-  const std::string here = folder() + "/atomic", path = here + "/x";
+  const std::string here = temporary_path("atomic"), path = here + "/x";
   rim::make_folder(here);
   {
     rim::AtomicFile out(path);
@@ -75,7 +62,7 @@ void a_file_appears_whole_or_not_at_all(void **) {
 }
 
 void a_full_disk_leaves_nothing(void **) {
-  const std::string here = folder() + "/full", path = here + "/x";
+  const std::string here = temporary_path("full"), path = here + "/x";
   rim::make_folder(here);
   rlimit before{}, tight{};
   getrlimit(RLIMIT_FSIZE, &before);
@@ -105,13 +92,14 @@ void a_full_disk_leaves_nothing(void **) {
 }
 
 void files_that_cannot_be_are_said_so(void **) {
-  assert_throws<rim::DataError>([] { rim::AtomicFile out(folder()); }, "is a folder");
+  assert_throws<rim::DataError>([] { rim::AtomicFile out(temporary_folder().string()); },
+                                "is a folder");
   assert_throws<rim::DataError>([] { rim::AtomicFile out("/nonexistent/x"); }, "No such file");
   assert_throws<rim::DataError>([] { rim::read_file("/nonexistent/x"); }, "No such file");
-  assert_throws<rim::DataError>([] { rim::read_file(folder()); }, "is a folder");
-  rim::AtomicFile out(folder() + "/plain");
+  assert_throws<rim::DataError>([] { rim::read_file(temporary_folder().string()); }, "is a folder");
+  rim::AtomicFile out(temporary_path("plain"));
   out.commit();
-  assert_throws<rim::DataError>([] { rim::make_folder(folder() + "/plain"); }, "cannot make");
+  assert_throws<rim::DataError>([] { rim::make_folder(temporary_path("plain")); }, "cannot make");
   rim::AtomicFile device("/dev/null");
   device.write("x");
   device.commit();
@@ -125,7 +113,7 @@ void every_item_is_done_once(void **) {
     rim::parallel_for(done.size(), [&](std::size_t i) { done[i] += static_cast<int>(i); });
     for (std::size_t i = 0; i < done.size(); i++)
       assert_int_equal(done[i], i);
-    rim::parallel_for(0, [](std::size_t) { fail(); });
+    rim::parallel_for(0, [](std::size_t) { fail_msg("nothing was thrown"); });
   }
   unsetenv("RIM_THREADS");
   assert_int_equal(rim::parallel_threads(), 2);
@@ -152,11 +140,11 @@ rim::Campaign shard_of(const std::string &text) {
 }
 
 void shards_fold_to_the_same_bytes(void **) {
-  const std::string whole = folder() + "/whole.json", merged = folder() + "/merged.json";
+  const std::string whole = temporary_path("whole.json"), merged = temporary_path("merged.json");
   rim::write_campaign(shard_of("1/1"), whole);
   std::vector<std::string> parts;
   for (const char *text : {"3/3", "1/3", "2/3"}) {
-    parts.push_back(folder() + "/part" + text[0] + ".json");
+    parts.push_back(temporary_path(std::string("part") + text[0] + ".json"));
     rim::write_campaign(shard_of(text), parts.back());
   }
   const rim::Campaign folded = rim::merge_campaigns(parts);
@@ -169,7 +157,7 @@ void shards_fold_to_the_same_bytes(void **) {
 }
 
 void campaigns_that_do_not_belong_together_are_refused(void **) {
-  const std::string a = folder() + "/a.json", b = folder() + "/b.json";
+  const std::string a = temporary_path("a.json"), b = temporary_path("b.json");
   rim::Campaign one = shard_of("1/2"), other = shard_of("1/2");
   other.config["seed"] = 2;
   rim::write_campaign(one, a);
@@ -205,12 +193,10 @@ void tables_line_up(void **) {
 
 void data_is_found_where_it_is_told(void **) {
   assert_true(fs::exists(rim::data_path("falcon9.toml")));
-  setenv("RIM_DATA", folder().c_str(), 1);
+  setenv("RIM_DATA", temporary_folder().string().c_str(), 1);
   assert_throws<rim::DataError>([] { rim::data_path("falcon9.toml"); }, "not found in");
   unsetenv("RIM_DATA");
 }
-
-int clean(void **) { return std::system(("rm -rf " + folder()).c_str()); }
 
 } // namespace
 
@@ -226,5 +212,5 @@ int main() {
       cmocka_unit_test(tables_line_up),
       cmocka_unit_test(data_is_found_where_it_is_told),
   };
-  return cmocka_run_group_tests(tests, nullptr, clean);
+  return cmocka_run_group_tests(tests, nullptr, nullptr);
 }

@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The cobot world: it goes where it is free to, its noise is what is asked, effects act when and
 // where they say.
-#include <csetjmp>
-#include <cstdarg>
-#include <cstddef>
-#include <cstdint>
 
 #include <cmath>
 #include <cstdio>
@@ -12,14 +8,11 @@
 #include <functional>
 #include <string>
 
+#include "check.hpp"
 #include "temporary.hpp"
 #include "util/data_path.hpp"
 #include "util/error.hpp"
 #include "world/cobot_log.hpp"
-
-extern "C" {
-#include <cmocka.h>
-}
 
 using namespace rim::world;
 

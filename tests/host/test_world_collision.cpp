@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A table top against the robot's body: contact against plane geometry, and what it does to a
 // drive.
+#include "check.hpp"
 #include "util/data_path.hpp"
 #include "world/cobot.hpp"
 #include "world/collision.hpp"
@@ -8,14 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdarg>
-#include <cstddef>
-#include <cstdint>
 #include <cstdio>
-#include <setjmp.h>
-extern "C" {
-#include <cmocka.h>
-}
 
 namespace {
 

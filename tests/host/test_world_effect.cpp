@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Effects: the file format, what each kind does, and that the shipped twelve are subtle.
+#include "check.hpp"
 #include "temporary.hpp"
 #include "util/data_path.hpp"
 #include "util/error.hpp"
@@ -7,17 +8,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdarg>
-#include <cstddef>
-#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <setjmp.h>
-extern "C" {
-#include <cmocka.h>
-}
 
 namespace {
 

@@ -1,18 +1,12 @@
 // SPDX-License-Identifier: MIT
 // The free-kick world: threats, chances, streams, its file.
+#include "check.hpp"
 #include "damaged_file.hpp"
 #include "util/data_path.hpp"
 #include "world/freekick.hpp"
 
 #include <cmath>
-#include <cstdarg>
-#include <cstddef>
-#include <cstdint>
 #include <cstdio>
-#include <setjmp.h>
-extern "C" {
-#include <cmocka.h>
-}
 
 namespace {
 

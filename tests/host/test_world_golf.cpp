@@ -1,19 +1,13 @@
 // SPDX-License-Identifier: MIT
 // The golf world: geometry of the bump, the rewards, the streams.
+#include "check.hpp"
 #include "util/data_path.hpp"
 #include "util/error.hpp"
 #include "world/golf.hpp"
 #include "world/golf_params.hpp"
 
 #include <cmath>
-#include <cstdarg>
-#include <cstddef>
-#include <cstdint>
-#include <setjmp.h>
 #include <stdexcept>
-extern "C" {
-#include <cmocka.h>
-}
 
 namespace {
 

@@ -1,19 +1,13 @@
 // SPDX-License-Identifier: MIT
 // The keepaway world: motion and contacts by hand, interceptions, habits, episodes, its file.
+#include "check.hpp"
 #include "damaged_file.hpp"
 #include "util/data_path.hpp"
 #include "world/keepaway_log.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdarg>
-#include <cstddef>
-#include <cstdint>
 #include <cstdio>
-#include <setjmp.h>
-extern "C" {
-#include <cmocka.h>
-}
 
 namespace {
 
@@ -26,7 +20,7 @@ KeepawayParams shipped() { return read_keepaway_params(rim::data_path("keepaway.
 void close_to(double a, double b, double tolerance) {
   if (!(std::fabs(a - b) <= tolerance)) {
     std::fprintf(stderr, "%.12g is not within %g of %.12g\n", a, tolerance, b);
-    fail();
+    fail_msg("nothing was thrown");
   }
 }
 

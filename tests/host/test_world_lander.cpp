@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The lander: physics against closed forms, nominal landings, readings against their stated errors.
+#include "check.hpp"
 #include "temporary.hpp"
 #include "util/atomic_file.hpp"
 #include "util/data_path.hpp"
@@ -8,16 +9,9 @@
 #include "world/lander_guidance.hpp"
 
 #include <cmath>
-#include <cstdarg>
-#include <cstddef>
-#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <setjmp.h>
-extern "C" {
-#include <cmocka.h>
-}
 
 namespace {
 

@@ -14,6 +14,7 @@
 #include "base/crc.h"
 #include "base/rng.h"
 #include "interference/detector.h"
+#include "interference_sample.h"
 
 #define SEED 89u
 #define DT 0.05
@@ -28,35 +29,8 @@ static void near(double a, double b, double tolerance) {
     fail_msg("%.17g is not %.17g", a, b);
 }
 
-static rim_interference_model model(void) {
-  const double p = 5e-8;
-  rim_interference_model m = {.ln_odds = 8.0,
-                              .latency_s = 0.1,
-                              .accel_mps2 = 1.0,
-                              .decel_mps2 = 2.0,
-                              .settle_s = 0.2,
-                              .gap_s = 0.5,
-                              .one_step = {0.03, 0.06, 1.0, 8.0},
-                              .open_loop = {0.03, 0.06, 1.0, 12.0}};
-  const double mean[5][3] = {
-      {0.0, 0.0, 0.0}, {0.35, 0.9, 0.0}, {0.0, 0.0, 0.0}, {-0.3, -1.5, 0.0}, {0.5, -0.1, 0.0}};
-  const double sd[5][3] = {
-      {0.03, 0.3, 0.5}, {0.2, 0.4, 1.5}, {0.04, 0.3, 0.5}, {0.2, 0.5, 1.5}, {0.15, 0.8, 2.0}};
-  memcpy(m.mean, mean, sizeof mean);
-  memcpy(m.sd, sd, sizeof sd);
-  for (int i = 0; i < 5; ++i) {
-    for (int j = 0; j < 4; ++j)
-      m.transition[i][j] = i == j ? 0.94 : 0.02;
-    m.transition[i][4] = p;
-    m.transition[i][i] -= p;
-  }
-  for (int j = 0; j < 5; ++j)
-    m.transition[4][j] = j == 4 ? 0.96 : 0.01;
-  return m;
-}
-
 static void begin(void) {
-  const rim_interference_model m = model();
+  const rim_interference_model m = sample_interference();
   assert_int_equal(rimi_interference_init(&s, &m), RIM_OK);
 }
 
@@ -221,7 +195,7 @@ static void test_varying_steps_and_many_commands(void **state) {
 
 static void test_bytes(void **state) {
   (void)state;
-  const rim_interference_model m = model();
+  const rim_interference_model m = sample_interference();
   rim_interference_model read;
   memset(&read, 0, sizeof read);
   assert_int_equal(rimi_interference_pack(&m, bytes, RIM_INTERFERENCE_BYTES), RIM_OK);
@@ -259,7 +233,7 @@ static void test_an_image_carries_it(void **state) {
   image[68] = AT;
   image[72] = RIM_INTERFERENCE_BYTES & 255u;
   image[73] = RIM_INTERFERENCE_BYTES >> 8;
-  const rim_interference_model m = model();
+  const rim_interference_model m = sample_interference();
   rim_interference_model read;
   assert_int_equal(rimi_interference_pack(&m, image + AT, RIM_INTERFERENCE_BYTES), RIM_OK);
   assert_int_equal(rimi_interference_of_image(&read, &view), RIM_OK);

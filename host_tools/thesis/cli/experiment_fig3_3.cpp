@@ -11,7 +11,7 @@ std::function<int()> add_fig3_3(rim::cli::Arguments &app) {
       "fig3.3", "FARO in the binary golf world: precision, recall, shots needed (thesis 3.5.1)");
   figure->add_option("--runs", a->experiment.runs, "runs per value of q (default 30)")
       ->check(rim::cli::positive_number());
-  figure->add_option("--nominal", a->experiment.nominal, "runs without a bump (30)")
+  figure->add_option("--nominal", a->experiment.nominal, "runs without a bump (default 30)")
       ->check(rim::cli::positive_number());
   figure->add_option("--shots", a->experiment.shots, "shots per run without a bump (default 1000)")
       ->check(rim::cli::range(10, 4000));

@@ -15,7 +15,9 @@ std::function<int()> add_figure(rim::cli::Arguments &app, const char *name, cons
                    "dimensions of the context, 7 or 15 to 100 (default 7,15,30,100)")
       ->delimiter(',')
       ->check(rim::cli::range(7, 100));
-  figure->add_option("--runs", a->experiment.runs, "drives for each number of dimensions (20)")
+  figure
+      ->add_option("--runs", a->experiment.runs,
+                   "drives for each number of dimensions (default 20)")
       ->check(rim::cli::positive_number());
   figure->add_flag("!--no-searches", a->experiment.searches, "leave out the other searches");
   a->add(figure);

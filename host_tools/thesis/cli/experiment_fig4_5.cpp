@@ -9,7 +9,7 @@ std::function<int()> add_fig4_5(rim::cli::Arguments &app) {
   const auto a = std::make_shared<rim::FigureArguments<rim::Fig45>>();
   rim::cli::Arguments *figure =
       app.add_subcommand("fig4.5", "golf: F1 against the work of five searches (thesis 4.2.3)");
-  figure->add_option("--dims", a->experiment.dims, "features, 2 to 128 (2,10,30,100)")
+  figure->add_option("--dims", a->experiment.dims, "features, 2 to 128 (default 2,10,30,100)")
       ->delimiter(',')
       ->check(rim::cli::range(2, 128));
   figure->add_option("--runs", a->experiment.runs, "runs per number of dimensions (default 20)")

@@ -10,12 +10,13 @@ using Figure = rim::FigureArguments<rim::KeepawayFigure>;
 std::shared_ptr<Figure> declare(rim::cli::Arguments &app, const char *name, const char *what) {
   const auto a = std::make_shared<Figure>();
   rim::cli::Arguments *figure = app.add_subcommand(name, what);
-  figure->add_option("--runs", a->experiment.runs, "runs (40)")->check(rim::cli::positive_number());
+  figure->add_option("--runs", a->experiment.runs, "runs (default 40)")
+      ->check(rim::cli::positive_number());
   figure->add_option("--passes", a->experiment.passes, "passes per run (default 300)")
       ->check(rim::cli::range(2, 1000));
   figure
       ->add_option("--nominal", a->experiment.learner.nominal_runs,
-                   "nominal runs, for the confidence in a region (99)")
+                   "nominal runs, for the confidence in a region (default 99)")
       ->check(rim::cli::range(1, 10000));
   a->add(figure);
   return a;

@@ -14,9 +14,11 @@ std::function<int()> add_lander(rim::cli::Arguments &app) {
   const auto a = std::make_shared<LanderArguments>();
   rim::cli::Arguments *lander = app.add_subcommand(
       "lander", "false alarms and faults found on fresh landings (thesis 4.2.5, table 4.1)");
-  lander->add_option("--training", a->options.training_runs, "nominal landings to train on (50)")
+  lander
+      ->add_option("--training", a->options.training_runs,
+                   "nominal landings to train on (default 50)")
       ->check(rim::cli::range(3, 4000));
-  lander->add_option("--nominal", a->options.nominal_runs, "fresh nominal landings (200)");
+  lander->add_option("--nominal", a->options.nominal_runs, "fresh nominal landings (default 200)");
   lander->add_option("--runs", a->options.fault_runs, "fresh landings per fault (default 10)")
       ->check(rim::cli::positive_number());
   lander->add_option("--seed", a->options.seed,

@@ -12,8 +12,9 @@ std::function<int()> add_table6_1(rim::cli::Arguments &app) {
   table->add_option("--runs", a->experiment.runs, "runs with each effect (default 20)")
       ->check(rim::cli::positive_number());
   table
-      ->add_option("--calibration", a->experiment.calibration,
-                   "nominal runs per domain, for the thresholds (59; 19 are the least for 5 %)")
+      ->add_option(
+          "--calibration", a->experiment.calibration,
+          "nominal runs per domain, for the thresholds (default 59; 19 are the least for 5 %)")
       ->check(rim::cli::positive_number());
   a->add(table);
   return [a] { return a->run(rim::run_table6_1, rim::print_table6_1); };

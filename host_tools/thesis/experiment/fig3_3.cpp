@@ -8,14 +8,14 @@
 
 #include <fmt/format.h>
 
-#include "thesis/experiment/plan_figure.hpp"
 #include "batch/faro.h"
 #include "batch/stats.h"
+#include "search/cem.h"
+#include "thesis/experiment/plan_figure.hpp"
 #include "util/data_path.hpp"
 #include "util/error.hpp"
 #include "util/table.hpp"
 #include "world/golf_params.hpp"
-#include "search/cem.h"
 
 namespace rim {
 namespace {
@@ -104,10 +104,7 @@ GolfParams golf_params(double q) {
 }
 
 Fig33 experiment_of(const Campaign &campaign) {
-  if (campaign.kind != kKind)
-    throw DataError("campaign of kind '" + campaign.kind + "', not " + kKind);
-  if (!campaign.complete())
-    throw DataError("fig3.3: shards are missing");
+  require_whole(campaign, kKind);
   Fig33 e;
   e.runs = campaign.config.at("runs");
   e.nominal = campaign.config.at("nominal");

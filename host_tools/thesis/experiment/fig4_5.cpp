@@ -43,10 +43,7 @@ Campaign run_fig4_5(const Fig45 &experiment, const Shard &shard) {
 }
 
 void print_fig4_5(const Campaign &campaign, const std::string &path) {
-  if (campaign.kind != kKind)
-    throw DataError("campaign of kind '" + campaign.kind + "', not " + kKind);
-  if (!campaign.complete())
-    throw DataError("fig4.5: shards are missing");
+  require_whole(campaign, kKind);
   Fig45 e;
   e.dims = campaign.config.at("dims").get<std::vector<std::size_t>>();
   e.runs = campaign.config.at("runs");

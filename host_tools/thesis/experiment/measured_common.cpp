@@ -108,10 +108,6 @@ std::string ratio_text(const Judgement &judgement) {
   return judgement.rows > 0 ? ratio_text(judgement.ratio, judgement.ci95) : "-";
 }
 
-std::string asked_text(double ratio, double asked) {
-  return fmt::format("at most {:.2f}: {}", asked, ratio <= asked ? "met" : "MISSED");
-}
-
 std::string cause_text(const Finding &finding) {
   std::string text = finding.term.cause;
   if (!finding.separable) {

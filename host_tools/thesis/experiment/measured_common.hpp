@@ -50,8 +50,6 @@ Judgement judge(const std::vector<diagnose::Term> &first, const std::vector<diag
 // "0.131 (0.086 to 0.203)"; "-" without rows.
 std::string ratio_text(const Judgement &judgement);
 std::string ratio_text(double ratio, const diagnose::Interval95 &ci95);
-// "at most 0.16: met" or "... MISSED".
-std::string asked_text(double ratio, double asked);
 
 // "quadratic_drag", with "or hinge" where the data cannot tell, and where it acts.
 std::string cause_text(const diagnose::Finding &finding);

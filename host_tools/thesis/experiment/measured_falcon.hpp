@@ -11,11 +11,6 @@
 
 namespace rim::experiment {
 
-// What is asked of each full descent: RMSE of the speed after over before.
-struct FalconAsked {
-  double one_step = 0.16, horizon = 0.08, coast = 1.05, second = 0.75;
-};
-
 struct FalconLeftOut {
   std::string flight;
   Judgement one_step, aero, coast; // all rows; engine off in air; above it

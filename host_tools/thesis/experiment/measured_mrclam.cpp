@@ -68,7 +68,6 @@ std::vector<MrclamFold> run_measured_mrclam(const MeasuredOptions &options) {
   diagnosis.seed = options.seed;
   diagnosis.gains = false; // judged here, on rows of choice
   diagnosis.model = "world unicycle";
-  const MrclamAsked asked;
   std::vector<MrclamFold> folds;
   for (std::size_t tested = 0; tested < 2; ++tested) {
     const auto found = diagnose::diagnose(half[1 - tested], diagnosis, nullptr);
@@ -80,8 +79,8 @@ std::vector<MrclamFold> run_measured_mrclam(const MeasuredOptions &options) {
     MrclamFold fold;
     fold.trained = half_names[1 - tested];
     fold.tested = half_names[tested];
-    fold.turning = on("forward_mps", rows_turning(held, asked.turning_radps, true));
-    fold.straight = on("forward_mps", rows_turning(held, asked.turning_radps, false));
+    fold.turning = on("forward_mps", rows_turning(held, kTurning_radps, true));
+    fold.straight = on("forward_mps", rows_turning(held, kTurning_radps, false));
     fold.all = on("forward_mps", std::vector<std::uint8_t>(held.rows(), 1));
     fold.turn_rate = on("turn_radps", std::vector<std::uint8_t>(held.rows(), 1));
     fold.forward_causes = causes_of(found, "forward_mps");
@@ -92,7 +91,6 @@ std::vector<MrclamFold> run_measured_mrclam(const MeasuredOptions &options) {
 }
 
 void print_measured_mrclam(const std::vector<MrclamFold> &folds, std::FILE *to) {
-  const MrclamAsked asked;
   fmt::print(to, "Robots: commands carried out at once, extended by what some robots show, on the "
                  "others.\nRMSE after over before (95 % by resampling blocks).\n\n");
   Table table({{"tested", ""},
@@ -101,20 +99,18 @@ void print_measured_mrclam(const std::vector<MrclamFold> &folds, std::FILE *to) 
                {"rows", ""},
                {"before", ""},
                {"after", ""},
-               {"ratio", ""},
-               {"asked", ""}});
+               {"ratio", ""}});
   for (const MrclamFold &fold : folds) {
     const std::string tested = fmt::format("{}", fmt::join(fold.tested, " "));
-    const auto add = [&](const char *channel, const std::string &where, const Judgement &j,
-                         double limit) {
-      table.add({tested, channel, where, cell(j.rows), cell(j.before), cell(j.after), ratio_text(j),
-                 asked_text(j.ratio, limit)});
+    const auto add = [&](const char *channel, const std::string &where, const Judgement &j) {
+      table.add(
+          {tested, channel, where, cell(j.rows), cell(j.before), cell(j.after), ratio_text(j)});
     };
-    const std::string above = fmt::format("turn rate above {:g} rad/s", asked.turning_radps);
-    add("forward speed", above, fold.turning, asked.turning);
-    add("forward speed", "otherwise", fold.straight, asked.straight);
-    add("forward speed", "everywhere", fold.all, asked.all);
-    add("turn rate", "everywhere", fold.turn_rate, asked.turn_rate);
+    const std::string above = fmt::format("turn rate above {:g} rad/s", kTurning_radps);
+    add("forward speed", above, fold.turning);
+    add("forward speed", "otherwise", fold.straight);
+    add("forward speed", "everywhere", fold.all);
+    add("turn rate", "everywhere", fold.turn_rate);
   }
   table.print(to);
   fmt::print(to, "\n");

@@ -12,12 +12,7 @@
 
 namespace rim::experiment {
 
-// What is asked: RMSE after over before.
-struct MrclamAsked {
-  double turning = 0.30, straight = 1.0, all = 0.55; // forward speed
-  double turn_rate = 0.60;
-  double turning_radps = 0.3; // commanded turn rate from which a robot turns
-};
+constexpr double kTurning_radps = 0.3; // commanded turn rate from which a robot turns
 
 struct MrclamFold {
   std::vector<std::string> trained, tested;

@@ -195,10 +195,7 @@ Campaign run_table6_1(const Table61 &e, const Shard &shard) {
 }
 
 void print_table6_1(const Campaign &campaign, const std::string &path) {
-  if (campaign.kind != kKind)
-    throw DataError("campaign of kind '" + campaign.kind + "', not " + kKind);
-  if (!campaign.complete())
-    throw DataError("table6.1: shards are missing");
+  require_whole(campaign, kKind);
   Table61 e;
   e.runs = campaign.config.at("runs");
   e.calibration = campaign.config.at("calibration");

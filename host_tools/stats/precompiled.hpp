@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// util/precompiled.hpp - the headers that most sources of the host tools begin with. The build
+// stats/precompiled.hpp - the headers that most sources of the host tools begin with. The build
 // compiles them once per level of optimisation. Nothing depends on it: every source includes what
 // it uses.
-#include "util/eigen_kernels.hpp"
+#include "stats/eigen_kernels.hpp"
 #include <algorithm>
 #include <array>
 #include <charconv>

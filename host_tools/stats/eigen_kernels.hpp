@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// util/eigen_kernels.hpp - Eigen's products and decompositions of matrices of double, compiled
-// once, in eigen_kernels.cpp. The precompiled header includes this; without it a source compiles
+// stats/eigen_kernels.hpp - Eigen's products and decompositions of matrices of double, compiled
+// once, in orthogonal.cpp. The precompiled header includes this; without it a source compiles
 // them again, and the linker keeps one. Results are the same to the bit.
 //
 // Some of the names are Eigen's own (3.4, Debian 12). Where another release lacks one, take its
@@ -23,6 +23,10 @@ using ColumnsIn = const_blas_data_mapper<double, long, ColMajor>;
 using RowsIn = const_blas_data_mapper<double, long, RowMajor>;
 using Out = blas_data_mapper<double, long, ColMajor, Unaligned, 1>;
 using Blocking = level3_blocking<double, double>;
+RIM_EIGEN_KERNEL template void
+evaluateProductBlockingSizesHeuristic<double, double, 1, Index>(Index &, Index &, Index &, Index);
+RIM_EIGEN_KERNEL template void
+evaluateProductBlockingSizesHeuristic<double, double, 4, Index>(Index &, Index &, Index &, Index);
 RIM_EIGEN_KERNEL template struct gebp_kernel<double, double, long, Out, KernelTraits::mr,
                                              KernelTraits::nr, false, false>;
 RIM_EIGEN_KERNEL template struct gemm_pack_lhs<double, long, ColumnsIn, KernelTraits::mr,
@@ -83,7 +87,10 @@ LDLT<MatrixXd>::_solve_impl_transposed<true, MatrixXd, MatrixXd>(const MatrixXd 
                                                                  MatrixXd &) const;
 RIM_EIGEN_KERNEL template LLT<MatrixXd> &
 LLT<MatrixXd>::compute<MatrixXd>(const EigenBase<MatrixXd> &);
-RIM_EIGEN_KERNEL template class PartialPivLU<MatrixXd>;
+RIM_EIGEN_KERNEL template void PartialPivLU<MatrixXd>::compute();
 RIM_EIGEN_KERNEL template SelfAdjointEigenSolver<MatrixXd> &
 SelfAdjointEigenSolver<MatrixXd>::compute<MatrixXd>(const EigenBase<MatrixXd> &, int);
+using Gram = Product<Transpose<const MatrixXd>, MatrixXd, 0>;
+RIM_EIGEN_KERNEL template SelfAdjointEigenSolver<MatrixXd> &
+SelfAdjointEigenSolver<MatrixXd>::compute<Gram>(const EigenBase<Gram> &, int);
 } // namespace Eigen
