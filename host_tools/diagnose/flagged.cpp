@@ -46,6 +46,12 @@ double natural_repeats(const Measured &measured, const Vector &z) {
   return single / pairs;
 }
 
+// Share of the readings that are zero by rounding: as many as are one step beside it.
+double natural_zeros(const Vector &z, double step) {
+  const auto beside = (z.array().abs() > 0.0 && z.array().abs() < 1.5 * step).cast<double>();
+  return 0.5 * beside.mean();
+}
+
 const Channel &of_whole(const Measured &measured, const Channel &channel) {
   return measured.whole
       ->channels[static_cast<std::size_t>(measured.whole->find_channel(channel.name))];
@@ -113,11 +119,12 @@ Flagged find_flagged(const Measured &measured, const Channel &channel) {
   const std::vector<std::uint8_t> rest = zeros_at_rest(measured, channel);
   const auto is_at_rest = [&rest](Index i) { return rest[static_cast<std::size_t>(i)] != 0; };
   const double ln_rows = std::log(static_cast<double>(n));
+  const double rounded = natural_zeros(channel.z, step);
   double zeros_ln = 0.0;
   std::size_t zeros = 0;
   for (std::size_t i = 0; i < n; ++i) {
     if (channel.z(static_cast<Index>(i)) == 0.0 && !is_at_rest(static_cast<Index>(i))) {
-      zeros_ln -= std::log(chance(static_cast<Index>(i), 0.0, 0.0));
+      zeros_ln -= std::log(chance(static_cast<Index>(i), 0.0, rounded));
       ++zeros;
     }
   }

@@ -8,6 +8,8 @@
 #include <set>
 #include <string>
 
+#include "stats/robust.hpp"
+
 namespace rim::diagnose {
 
 namespace {
@@ -74,24 +76,46 @@ template <class See> void each_step(const Measured &measured, See see) {
   }
 }
 
-// Whether v is the rate at which some other feature changes.
+// Whether v is the rate at which feature q changes within so many rows, in whatever unit: the ratio
+// of the two is fitted.
+bool is_rate_of(const Measured &measured, const Vector &v, Index q, std::size_t rows) {
+  std::vector<std::pair<double, double>> pairs; // difference quotient, mean of v
+  double products = 0.0, squares = 0.0;
+  for (const LogSpan &log : measured.logs) {
+    for (std::size_t i = log.first; i + rows < log.first + log.rows; i += rows) {
+      const double dt = measured.elapsed_s[i + rows] - measured.elapsed_s[i];
+      const auto k = static_cast<Index>(i), next = static_cast<Index>(i + rows);
+      const double rate = (measured.x(next, q) - measured.x(k, q)) / dt;
+      double mean = 0.5 * (v(k) + v(next));
+      for (Index j = k + 1; j < next; ++j)
+        mean += v(j);
+      mean /= static_cast<double>(rows);
+      pairs.emplace_back(rate, mean);
+      products += rate * mean;
+      squares += mean * mean;
+    }
+  }
+  if (pairs.size() < 20 || !(products > 0.0))
+    return false;
+  const double ratio = squares / products;
+  std::vector<double> error;
+  for (const auto &[rate, mean] : pairs)
+    error.push_back(std::abs(ratio * rate - mean));
+  const double sd = std::sqrt((v.array() - v.mean()).square().mean());
+  return median(std::move(error)) < kMostRateError * sd;
+}
+
+// Whether v is the rate at which some other feature changes: readings that are coarse or noisy say
+// so over several rows.
 bool is_rate(const Measured &measured, int feature) {
   const Vector v = measured.x.col(feature);
-  const double sd = std::sqrt((v.array() - v.mean()).square().mean());
   for (Index q = 0; q < measured.x.cols(); ++q) {
     if (q == feature || measured.features[static_cast<std::size_t>(q)].is_command)
       continue;
-    std::vector<double> error;
-    each_step(measured, [&](Index k, Index next, double dt) {
-      const double rate = (measured.x(next, q) - measured.x(k, q)) / dt;
-      error.push_back(std::abs(rate - 0.5 * (v(k) + v(next))));
-    });
-    if (error.size() < 20)
-      return false;
-    const auto middle = error.begin() + static_cast<std::ptrdiff_t>(error.size() / 2);
-    std::nth_element(error.begin(), middle, error.end());
-    if (*middle < kMostRateError * sd)
-      return true;
+    for (const std::size_t rows : {1, 4, 16}) {
+      if (is_rate_of(measured, v, q, rows))
+        return true;
+    }
   }
   return false;
 }

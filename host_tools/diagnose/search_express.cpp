@@ -15,8 +15,9 @@ namespace {
 using Index = Eigen::Index;
 // Nats that a formula must be better by than laws or one name, and than several patches.
 constexpr double kWithoutName = 20.0, kThanPatches = 3.0;
-// Nats that a name may cost a formula's part, and the cosine from which it may be one.
-constexpr double kForName = 5.0, kAlike = 0.9;
+// Nats that a name may cost a formula's part, and the cosines from which it may be one of a friction
+// or drag, and of another form.
+constexpr double kForName = 5.0, kAlike = 0.9, kSame = 1.0 - 1e-6;
 constexpr double kMuch = 0.1;       // share of the whole error, as amplitude, that is much more
 constexpr double kHeldSlack = 1.02; // and by what it may be worse on the held logs
 constexpr int kRounds = 2;
@@ -176,8 +177,8 @@ bool ChannelSearch::says_much_more(const ChannelFindings &laws) const {
   return fall > kMuch * kMuch * whole;
 }
 
-// The members with the friction or drag that says what a part of the formula says in that part's
-// place, and in the place of another of its kind; none: there is no such name.
+// The members with the form that says what a part of the formula says in that part's place, and in
+// the place of another of its kind; none: there is no such name.
 std::vector<Member> ChannelSearch::named_part(std::size_t formula, std::size_t part) const {
   const Vector root = out_.noise.weight.cwiseSqrt(),
                column = root.cwiseProduct(out_.members[formula].h.col(static_cast<Index>(part)));
@@ -188,11 +189,11 @@ std::vector<Member> ChannelSearch::named_part(std::size_t formula, std::size_t p
   std::vector<Member> named;
   for (std::size_t c = 0; c < library_.candidates.size(); ++c) {
     const Candidate &candidate = library_.candidates[c];
-    if (!candidate.is_physical || candidate.is_fixed || candidate.columns != 1 ||
-        candidate.term.arguments.count("v") == 0)
+    if (candidate.is_fixed || candidate.columns != 1)
       continue;
+    const bool resists = candidate.is_physical && candidate.term.arguments.count("v") > 0;
     const Vector g = root.cwiseProduct(library_.g.col(candidate.column));
-    if (!(std::abs(g.dot(column)) > kAlike * g.norm() * column.norm()))
+    if (!(std::abs(g.dot(column)) > (resists ? kAlike : kSame) * g.norm() * column.norm()))
       continue;
     std::vector<Member> all;
     for (const Member &m : others) {
@@ -215,8 +216,8 @@ std::vector<Member> ChannelSearch::named_part(std::size_t formula, std::size_t p
   return named;
 }
 
-// Where a part of a formula is a friction or a drag by another name it is claimed as that, and the
-// formula is what remains.
+// Where a part of a formula has a name (it is about a friction or a drag, or exactly another form) it
+// is claimed as that, and the formula is what remains.
 void ChannelSearch::name_parts() {
   for (bool changed = true; changed;) {
     changed = false;
