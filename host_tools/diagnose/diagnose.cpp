@@ -450,6 +450,7 @@ Diagnosis diagnose(const std::vector<Log> &logs, const Options &options, Measure
   std::vector<std::string> constant;
   Measured measured = make_measured(logs, &constant, !options.given.empty());
   take_velocities(options.velocities, &measured);
+  find_senses(&measured);
   if (measured.rows() < kLeastRows)
     throw DataError(fmt::format("{}: {} rows in all; a diagnosis needs at least {}",
                                 measured.logs.front().path, measured.rows(), kLeastRows));

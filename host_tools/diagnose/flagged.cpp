@@ -11,7 +11,8 @@ namespace {
 using Index = Eigen::Index;
 constexpr double kLeastNats = 5.0; // beyond ln of the number of rows
 constexpr double kMostChance = 0.98;
-constexpr double kSmall = 0.1; // of the readings' root mean square
+constexpr double kSmall = 0.1;           // of the readings' root mean square
+constexpr double kMoreThanRounded = 3.0; // times as many zeros as by rounding
 
 // The step between neighbouring values: the middle one where readings are quantised (few values),
 // a small one where they are not.
@@ -128,8 +129,10 @@ Flagged find_flagged(const Measured &measured, const Channel &channel) {
       ++zeros;
     }
   }
-  const bool is_dropout = zeros >= 3 && zeros < n / 2 &&
-                          zeros_ln > static_cast<double>(zeros) * 3.0 + ln_rows + kLeastNats;
+  const bool is_dropout =
+      zeros >= 3 && zeros < n / 2 &&
+      static_cast<double>(zeros) > kMoreThanRounded * rounded * static_cast<double>(n) &&
+      zeros_ln > static_cast<double>(zeros) * 3.0 + ln_rows + kLeastNats;
   for (const LogSpan &log : measured.logs) {
     for (std::size_t i = log.first; i < log.first + log.rows;) {
       std::size_t end = i + 1;
