@@ -483,16 +483,27 @@ void ChannelSearch::claim_overall_variance() {
     out_.variances.push_back(claim);
 }
 
-// A term that is no law of physics and no formula acts only where the rows it was learnt from are:
-// in features where those are few of all.
+namespace {
+
+// What holds everywhere and has a formula without pieces goes on beyond the rows that it was learnt
+// from, with or without a name in physics.
+bool has_no_pieces(const Term &term) {
+  return term.form == "expression" ||
+         (term.gate.everywhere() && (term.cause == "coupling" || term.cause == "product"));
+}
+
+} // namespace
+
+// Patches, curves and pieces of curves act only where the rows they were learnt from are: in
+// features where those are few of all.
 void ChannelSearch::limit_support() {
   for (Member &member : out_.members) {
     Term &term = member.term;
-    const bool is_law =
-        term.form == "expression" ||
+    const bool goes_on =
+        has_no_pieces(term) ||
         (member.candidate >= 0 &&
          library_.candidates[static_cast<std::size_t>(member.candidate)].is_physical);
-    if (member.is_given || is_law || moves_prediction(term) || term.kind != TermKind::mean)
+    if (member.is_given || goes_on || moves_prediction(term) || term.kind != TermKind::mean)
       continue;
     const Vector effect = mean_effect(term, measured_, channel_.m).cwiseQuotient(channel_.sd);
     for (std::size_t f = 0; f < measured_.features.size(); ++f) {
