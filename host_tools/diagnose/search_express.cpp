@@ -15,8 +15,8 @@ namespace {
 using Index = Eigen::Index;
 // Nats that a formula must be better by than laws or one name, and than several patches.
 constexpr double kWithoutName = 20.0, kThanPatches = 3.0;
-// Nats that a name may cost a formula's part, and the cosines from which it may be one of a friction
-// or drag, and of another form.
+// Nats that a name may cost a formula's part, and the cosines from which it may be one of a
+// friction or drag, and of another form.
 constexpr double kForName = 5.0, kAlike = 0.9, kSame = 1.0 - 1e-6;
 constexpr double kMuch = 0.1;       // share of the whole error, as amplitude, that is much more
 constexpr double kHeldSlack = 1.02; // and by what it may be worse on the held logs
@@ -216,8 +216,8 @@ std::vector<Member> ChannelSearch::named_part(std::size_t formula, std::size_t p
   return named;
 }
 
-// Where a part of a formula has a name (it is about a friction or a drag, or exactly another form) it
-// is claimed as that, and the formula is what remains.
+// Where a part of a formula has a name (it is about a friction or a drag, or exactly another form)
+// it is claimed as that, and the formula is what remains.
 void ChannelSearch::name_parts() {
   for (bool changed = true; changed;) {
     changed = false;

@@ -78,8 +78,8 @@ std::size_t row_at(const Log &log, double t_s) {
   return there ? static_cast<std::size_t>(found - log.t_s.begin()) : log.t_s.size();
 }
 
-// Rate in body axes at the middle of the rows from `first` to `last`: the slope of their attitudes by
-// least squares; squares: of the times about their mean, s^2.
+// Rate in body axes at the middle of the rows from `first` to `last`: the slope of their attitudes
+// by least squares; squares: of the times about their mean, s^2.
 Vector3d rate_over(const Log &log, const Columns &c, std::size_t first, std::size_t last,
                    double *squares) {
   const Quaterniond back = Row(log, c, first + (last - first) / 2).attitude().conjugate();
