@@ -8,8 +8,8 @@
 // between the two rows are taken as measured; flows follow the commands with the engines' lag.
 //
 // Outcomes, a second later: position and velocity, altitudes, acceleration, gravity, mass, tank and
-// chamber pressures; rates from the attitudes within half a second of it. Each velocity is predicted
-// from the *other* instrument's, so that a constant error shows; in both, with opposite
+// chamber pressures; rates from the attitudes within half a second of it. Each velocity is
+// predicted from the *other* instrument's, so that a constant error shows; in both, with opposite
 // signs: which of the two is wrong they cannot tell. Attitude is no outcome: the jets that hold it
 // are in no column. sd: the noise and rounding of the readings that enter, the dispersion of flow
 // and impulse. Biases and scales that a run's sensors have by data/lander.toml are in no sd: they
