@@ -59,6 +59,19 @@ void take_out(std::size_t part, Member *formula) {
                    term.shape.end());
 }
 
+// Whether a product of a formula is of a feature that another product is of too: x beside x cubed
+// is one law.
+bool shares_feature(const Term &formula, std::size_t part) {
+  for (std::size_t k = 0; k < formula.basis.size(); ++k) {
+    for (const auto &[placeholder, feature] : formula.arguments) {
+      if (k != part && has_word(formula.basis[k], placeholder) &&
+          has_word(formula.basis[part], placeholder))
+        return true;
+    }
+  }
+  return false;
+}
+
 } // namespace
 
 // Resistances over one velocity whose sizes have opposite signs are pieces of a curve, no laws.
@@ -185,6 +198,7 @@ std::vector<Member> ChannelSearch::named_part(std::size_t formula, std::size_t p
   std::vector<Member> others = without(formula);
   others.push_back(out_.members[formula]);
   take_out(part, &others.back());
+  const bool is_own = !shares_feature(out_.members[formula].term, part);
   double best = score_of(out_.members, out_.noise) - kForName;
   std::vector<Member> named;
   for (std::size_t c = 0; c < library_.candidates.size(); ++c) {
@@ -193,7 +207,8 @@ std::vector<Member> ChannelSearch::named_part(std::size_t formula, std::size_t p
       continue;
     const bool resists = candidate.is_physical && candidate.term.arguments.count("v") > 0;
     const Vector g = root.cwiseProduct(library_.g.col(candidate.column));
-    if (!(std::abs(g.dot(column)) > (resists ? kAlike : kSame) * g.norm() * column.norm()))
+    if (!(resists || is_own) ||
+        !(std::abs(g.dot(column)) > (resists ? kAlike : kSame) * g.norm() * column.norm()))
       continue;
     std::vector<Member> all;
     for (const Member &m : others) {
@@ -216,8 +231,8 @@ std::vector<Member> ChannelSearch::named_part(std::size_t formula, std::size_t p
   return named;
 }
 
-// Where a part of a formula has a name (it is about a friction or a drag, or exactly another form)
-// it is claimed as that, and the formula is what remains.
+// Where a part of a formula has a name (it is about a friction or a drag, or exactly another form
+// of features that no other part is of) it is claimed as that, and the formula is what remains.
 void ChannelSearch::name_parts() {
   for (bool changed = true; changed;) {
     changed = false;
