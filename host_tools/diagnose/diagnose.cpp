@@ -30,6 +30,8 @@ constexpr std::size_t kMostFolds = 5;
 constexpr std::size_t kMostSearched = 8000, kLeastSearched = 1500, kMostCells = 60;
 // Below this score the null's threshold is not believed: it is a fitted law.
 constexpr double kLeastThreshold = 2.0;
+// Searches of noise over all channels, and the least of one.
+constexpr std::size_t kMostNull = 96, kLeastNull = 6;
 // The law is fitted to a first look at each simulated residual; the real one is looked at more
 // often (swaps, ellipses), so a tenth of what is allowed is asked of it.
 constexpr double kStrict = 0.1;
@@ -59,15 +61,14 @@ std::vector<Term> terms_of(const ChannelFindings &found) {
 std::vector<ChannelFindings> search_all(const Measured &measured, const Measured &few,
                                         const Catalogue &catalogue, const std::vector<Term> &given,
                                         const Thresholds &threshold,
-                                        const std::vector<Library> *libraries,
-                                        const Measured *held) {
+                                        const std::vector<Library> *libraries, const Measured *held,
+                                        Progress *progress) {
   std::vector<ChannelFindings> found(few.channels.size());
   SearchOptions options;
   options.threshold = threshold.enter;
   options.least = threshold.keep;
   options.held = held;
   options.catalogue = &catalogue;
-  Progress progress("searching", found.size());
   parallel_for(found.size(), [&](std::size_t c) {
     const Library own =
         libraries == nullptr ? make_library(few, few.channels[c], catalogue) : Library{};
@@ -75,7 +76,7 @@ std::vector<ChannelFindings> search_all(const Measured &measured, const Measured
     found[c] = ChannelSearch(few, few.channels[c], library, options).run(given);
     if (few.whole != nullptr)
       refit_on(measured, measured.channels[c], &found[c]);
-    progress.add();
+    progress->add();
   });
   return found;
 }
@@ -264,16 +265,17 @@ void Gains::cross_validate() {
   int folds = 0;
   const std::vector<std::uint8_t> fold_of_row = folds_of(measured_, &folds);
   std::vector<std::vector<Term>> terms(static_cast<std::size_t>(folds));
-  Progress progress("cross-validation", terms.size());
+  Progress progress("cross-validation", terms.size() * measured_.channels.size());
   parallel_for(terms.size(), [&](std::size_t fold) {
     const Measured rest = select(measured_, fold_of_row, static_cast<int>(fold), false);
+    // As thin as the whole search was.
+    const std::size_t most = most_searched(measured_) * rest.rows() / measured_.rows() + 1;
     for (const ChannelFindings &found :
-         search_all(rest, thinned(rest, most_searched(rest)), options_.catalogue, options_.given,
-                    threshold_, nullptr, nullptr)) {
+         search_all(rest, thinned(rest, most), options_.catalogue, options_.given, threshold_,
+                    nullptr, nullptr, &progress)) {
       for (Term &term : terms_of(found))
         terms[fold].push_back(std::move(term));
     }
-    progress.add();
   });
   for (int fold = 0; fold < folds; ++fold)
     judge(terms[static_cast<std::size_t>(fold)], select(measured_, fold_of_row, fold, true),
@@ -448,6 +450,7 @@ Diagnosis diagnose(const std::vector<Log> &logs, const Options &options, Measure
   std::vector<std::string> constant;
   Measured measured = make_measured(logs, &constant, !options.given.empty());
   take_velocities(options.velocities, &measured);
+  find_senses(&measured);
   if (measured.rows() < kLeastRows)
     throw DataError(fmt::format("{}: {} rows in all; a diagnosis needs at least {}",
                                 measured.logs.front().path, measured.rows(), kLeastRows));
@@ -464,7 +467,7 @@ Diagnosis diagnose(const std::vector<Log> &logs, const Options &options, Measure
   std::vector<Library> libraries; // of few channels: made once
   const std::size_t runs = options.null_runs > 0
                                ? options.null_runs
-                               : std::max<std::size_t>(16, 96 / measured.channels.size());
+                               : std::max(kLeastNull, kMostNull / measured.channels.size());
   const Null null = simulate_null(few, options.catalogue, runs, options.seed, &libraries);
   const Thresholds threshold{
       std::max(kLeastThreshold, null.threshold(kStrict * options.false_alarm)),
@@ -472,9 +475,11 @@ Diagnosis diagnose(const std::vector<Log> &logs, const Options &options, Measure
   Measured held;
   if (!options.holdout.empty())
     held = thinned(make_measured(options.holdout, nullptr, true), most_searched(measured));
-  const std::vector<ChannelFindings> found = search_all(
-      measured, few, options.catalogue, options.given, threshold,
-      libraries.empty() ? nullptr : &libraries, options.holdout.empty() ? nullptr : &held);
+  Progress progress("searching", measured.channels.size());
+  const std::vector<ChannelFindings> found =
+      search_all(measured, few, options.catalogue, options.given, threshold,
+                 libraries.empty() ? nullptr : &libraries,
+                 options.holdout.empty() ? nullptr : &held, &progress);
   const std::vector<Term> terms = add_channels(measured, found, null, threshold.enter, &diagnosis);
   add_unconfirmed(measured, found, &diagnosis);
   add_regions(measured, found, &diagnosis);

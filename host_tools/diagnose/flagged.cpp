@@ -11,7 +11,8 @@ namespace {
 using Index = Eigen::Index;
 constexpr double kLeastNats = 5.0; // beyond ln of the number of rows
 constexpr double kMostChance = 0.98;
-constexpr double kSmall = 0.1; // of the readings' root mean square
+constexpr double kSmall = 0.1;           // of the readings' root mean square
+constexpr double kMoreThanRounded = 3.0; // times as many zeros as by rounding
 
 // The step between neighbouring values: the middle one where readings are quantised (few values),
 // a small one where they are not.
@@ -44,6 +45,12 @@ double natural_repeats(const Measured &measured, const Vector &z) {
     }
   }
   return single / pairs;
+}
+
+// Share of the readings that are zero by rounding: as many as are one step beside it.
+double natural_zeros(const Vector &z, double step) {
+  const auto beside = (z.array().abs() > 0.0 && z.array().abs() < 1.5 * step).cast<double>();
+  return 0.5 * beside.mean();
 }
 
 const Channel &of_whole(const Measured &measured, const Channel &channel) {
@@ -113,16 +120,19 @@ Flagged find_flagged(const Measured &measured, const Channel &channel) {
   const std::vector<std::uint8_t> rest = zeros_at_rest(measured, channel);
   const auto is_at_rest = [&rest](Index i) { return rest[static_cast<std::size_t>(i)] != 0; };
   const double ln_rows = std::log(static_cast<double>(n));
+  const double rounded = natural_zeros(channel.z, step);
   double zeros_ln = 0.0;
   std::size_t zeros = 0;
   for (std::size_t i = 0; i < n; ++i) {
     if (channel.z(static_cast<Index>(i)) == 0.0 && !is_at_rest(static_cast<Index>(i))) {
-      zeros_ln -= std::log(chance(static_cast<Index>(i), 0.0, 0.0));
+      zeros_ln -= std::log(chance(static_cast<Index>(i), 0.0, rounded));
       ++zeros;
     }
   }
-  const bool is_dropout = zeros >= 3 && zeros < n / 2 &&
-                          zeros_ln > static_cast<double>(zeros) * 3.0 + ln_rows + kLeastNats;
+  const bool is_dropout =
+      zeros >= 3 && zeros < n / 2 &&
+      static_cast<double>(zeros) > kMoreThanRounded * rounded * static_cast<double>(n) &&
+      zeros_ln > static_cast<double>(zeros) * 3.0 + ln_rows + kLeastNats;
   for (const LogSpan &log : measured.logs) {
     for (std::size_t i = log.first; i < log.first + log.rows;) {
       std::size_t end = i + 1;

@@ -10,6 +10,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -31,8 +32,10 @@ struct Feature {
 struct Channel {
   std::string name; // without prefix: "speed_mps"
   std::string unit;
-  Vector z, m, sd;           // rows; sd > 0
-  std::string velocity{};    // the feature that its friction acts on, where the user says it
+  Vector z, m, sd;        // rows; sd > 0
+  std::string velocity{}; // the feature that its friction acts on, where the user says it
+  // Of velocities: 1: counts as the channel does, -1: against it; not here: it cannot be told.
+  std::map<std::string, int> senses{};
   bool sd_estimated = false; // there was no sd. column: one value, from the residuals' own scatter
 };
 

@@ -8,11 +8,18 @@
 #include <set>
 #include <string>
 
+#include <Eigen/Cholesky>
+
+#include "stats/robust.hpp"
+
 namespace rim::diagnose {
 
 namespace {
 
 using Index = Eigen::Index;
+
+std::size_t idx(Index i) { return static_cast<std::size_t>(i); }
+
 // Own velocity: how well its changes must follow the prediction.
 constexpr double kLeastOwnCorrelation = 0.3;
 // Of velocities whose changes follow it nearly as well none is known to be the own one.
@@ -20,6 +27,10 @@ constexpr double kClearOwn = 0.6;
 // Rate of change: how near, in its own sd, a feature must be to the differences of another.
 constexpr double kMostRateError = 0.3;
 constexpr double kLeastStateCorrelation = 0.9;
+// Sense of a velocity: the least correlation of a level with the prediction; rows that are looked
+// at.
+constexpr double kSenseOfLevel = 0.8;
+constexpr std::size_t kSenseRows = 20000;
 
 bool has_word(const std::string &name, std::initializer_list<const char *> words) {
   return std::any_of(words.begin(), words.end(),
@@ -74,24 +85,46 @@ template <class See> void each_step(const Measured &measured, See see) {
   }
 }
 
-// Whether v is the rate at which some other feature changes.
+// Whether v is the rate at which feature q changes within so many rows, in whatever unit: the ratio
+// of the two is fitted.
+bool is_rate_of(const Measured &measured, const Vector &v, Index q, std::size_t rows) {
+  std::vector<std::pair<double, double>> pairs; // difference quotient, mean of v
+  double products = 0.0, squares = 0.0;
+  for (const LogSpan &log : measured.logs) {
+    for (std::size_t i = log.first; i + rows < log.first + log.rows; i += rows) {
+      const double dt = measured.elapsed_s[i + rows] - measured.elapsed_s[i];
+      const auto k = static_cast<Index>(i), next = static_cast<Index>(i + rows);
+      const double rate = (measured.x(next, q) - measured.x(k, q)) / dt;
+      double mean = 0.5 * (v(k) + v(next));
+      for (Index j = k + 1; j < next; ++j)
+        mean += v(j);
+      mean /= static_cast<double>(rows);
+      pairs.emplace_back(rate, mean);
+      products += rate * mean;
+      squares += mean * mean;
+    }
+  }
+  if (pairs.size() < 20 || !(products > 0.0))
+    return false;
+  const double ratio = squares / products;
+  std::vector<double> error;
+  for (const auto &[rate, mean] : pairs)
+    error.push_back(std::abs(ratio * rate - mean));
+  const double sd = std::sqrt((v.array() - v.mean()).square().mean());
+  return median(std::move(error)) < kMostRateError * sd;
+}
+
+// Whether v is the rate at which some other feature changes: readings that are coarse or noisy say
+// so over several rows.
 bool is_rate(const Measured &measured, int feature) {
   const Vector v = measured.x.col(feature);
-  const double sd = std::sqrt((v.array() - v.mean()).square().mean());
   for (Index q = 0; q < measured.x.cols(); ++q) {
     if (q == feature || measured.features[static_cast<std::size_t>(q)].is_command)
       continue;
-    std::vector<double> error;
-    each_step(measured, [&](Index k, Index next, double dt) {
-      const double rate = (measured.x(next, q) - measured.x(k, q)) / dt;
-      error.push_back(std::abs(rate - 0.5 * (v(k) + v(next))));
-    });
-    if (error.size() < 20)
-      return false;
-    const auto middle = error.begin() + static_cast<std::ptrdiff_t>(error.size() / 2);
-    std::nth_element(error.begin(), middle, error.end());
-    if (*middle < kMostRateError * sd)
-      return true;
+    for (const std::size_t rows : {1, 4, 16}) {
+      if (is_rate_of(measured, v, q, rows))
+        return true;
+    }
   }
   return false;
 }
@@ -164,6 +197,68 @@ int by_name(const Measured &measured, const Channel &channel, const std::vector<
   return best;
 }
 
+int sign_beyond(double correlation, double least) {
+  return correlation > least ? 1 : correlation < -least ? -1 : 0;
+}
+
+// Whether the velocity counts as the channel does, or against it; 0: it cannot be told. A motion:
+// the prediction is the velocity's next value, or its change.
+int motion_sense(const Measured &measured, const Channel &channel, int feature) {
+  Moments level;
+  for (Index k = 0; k < channel.m.size(); ++k)
+    level.add(measured.x(k, feature), channel.m(k));
+  const bool is_level = measured.features[static_cast<std::size_t>(feature)].unit == channel.unit;
+  if (const int sense = sign_beyond(level.correlation(), kSenseOfLevel); is_level && sense != 0)
+    return sense;
+  Moments rate;
+  each_step(measured, [&](Index k, Index next, double dt) {
+    rate.add((measured.x(next, feature) - measured.x(k, feature)) / dt, channel.m(k));
+  });
+  return sign_beyond(rate.correlation(), kLeastOwnCorrelation);
+}
+
+// A force by inverse dynamics: what it grows by with the acceleration, other quantities that are
+// measured (weight by position) held fast.
+int force_sense(const Measured &measured, const Channel &channel, int feature) {
+  std::vector<int> beside;
+  for (int f = 0; f < static_cast<int>(measured.features.size()); ++f) {
+    const Feature &other = measured.features[static_cast<std::size_t>(f)];
+    if (f != feature && !other.is_command && !other.is_prediction)
+      beside.push_back(f);
+  }
+  const std::size_t rows = std::max<std::size_t>(1, measured.rows() / kSenseRows);
+  std::vector<Index> at;
+  std::vector<double> acceleration;
+  std::size_t step = 0;
+  each_step(measured, [&](Index k, Index next, double dt) {
+    if (step++ % rows != 0)
+      return;
+    at.push_back(k);
+    acceleration.push_back((measured.x(next, feature) - measured.x(k, feature)) / dt);
+  });
+  const auto n = static_cast<Index>(at.size()), p = static_cast<Index>(beside.size());
+  if (n < 20 + 3 * p)
+    return 0;
+  Eigen::MatrixXd h(n, 2 * p + 1);
+  h.col(0).setOnes();
+  for (Index k = 0; k < p; ++k) {
+    const Vector all = measured.x.col(beside[idx(k)]), x = all(at);
+    const double size = std::sqrt(x.squaredNorm() / static_cast<double>(n)) + 1e-300;
+    const Feature &other = measured.features[static_cast<std::size_t>(beside[idx(k)])];
+    const bool is_angle = other.is_angle || other.unit == "rad"; // weight goes with its sine
+    h.col(1 + 2 * k) = is_angle ? Vector(x.array().sin()) : Vector(x / size);
+    h.col(2 + 2 * k) = is_angle ? Vector(x.array().cos()) : Vector((x / size).array().square());
+  }
+  Eigen::MatrixXd gram = h.transpose() * h;
+  gram.diagonal().array() += 1e-6 * static_cast<double>(n);
+  const auto less = [&](const Vector &y) -> Vector {
+    return y - h * gram.ldlt().solve(h.transpose() * y);
+  };
+  const Vector a = less(Eigen::Map<const Vector>(acceleration.data(), n)), m = less(channel.m(at));
+  const double both = std::sqrt(a.squaredNorm() * m.squaredNorm());
+  return both > 0.0 ? sign_beyond(a.dot(m) / both, kLeastOwnCorrelation) : 0;
+}
+
 // A quantity that no motion resists.
 bool may_have_velocity(const Channel &channel) {
   return !is_one_of(channel.unit, {"m", "km", "cm", "mm", "rad", "deg", "degC", "K", "Pa", "kPa",
@@ -172,11 +267,31 @@ bool may_have_velocity(const Channel &channel) {
 
 } // namespace
 
+int sense_of(const Term &term, const Channel &channel) {
+  const auto v = term.arguments.find("v");
+  const auto known =
+      v == term.arguments.end() ? channel.senses.end() : channel.senses.find(v->second);
+  return known == channel.senses.end() ? 0 : known->second;
+}
+
 bool opposes(const Term &term, const Channel &channel) {
   if (term.basis.empty() || term.sizes.empty())
     return false;
   const bool is_against = term.basis[0][0] == '-', is_less = term.sizes[0].value < 0.0;
-  return (is_against != is_less) != is_force(channel);
+  const bool opposes = (is_against != is_less) != is_force(channel);
+  return sense_of(term, channel) < 0 ? !opposes : opposes;
+}
+
+void find_senses(Measured *measured) {
+  const std::vector<int> all = velocities(*measured);
+  for (Channel &channel : measured->channels) {
+    for (const int f : all) {
+      const int sense = is_force(channel) ? force_sense(*measured, channel, f)
+                                          : motion_sense(*measured, channel, f);
+      if (sense != 0)
+        channel.senses[measured->features[static_cast<std::size_t>(f)].name] = sense;
+    }
+  }
 }
 
 bool is_force(const Channel &channel) {

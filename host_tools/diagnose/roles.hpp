@@ -22,8 +22,16 @@ std::vector<int> velocities(const Measured &measured);
 std::vector<int> own_velocity(const Measured &measured, const Channel &channel);
 
 // Whether a friction or drag takes motion away, its sizes as they are: a size that helps departs
-// from another law.
+// from another law. A velocity of unknown sense is taken to count as the channel does.
 bool opposes(const Term &term, const Channel &channel);
+
+// Whether the velocity of a friction or drag counts as the channel does (1) or against it (-1);
+// 0: the logs do not tell.
+int sense_of(const Term &term, const Channel &channel);
+
+// Fills Channel::senses from the logs: a velocity's increments go with a prediction of motion, or a
+// force by inverse dynamics with its acceleration, or the other way round. O(rows x features^2).
+void find_senses(Measured *measured);
 
 // Whether a force is measured, so that friction adds to what a model without it predicts.
 bool is_force(const Channel &channel);

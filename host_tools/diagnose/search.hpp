@@ -129,6 +129,7 @@ private:
   Member tuned(const Member &delay, const std::vector<Member> &beside, const Noise &noise) const;
   ChannelFindings search_behind(const Member &delay, const Noise &noise) const;
   void drop_unconfirmed();
+  bool let_differ(std::size_t which);
   void limit_support();
   void claim_overall_variance();
   void weigh();

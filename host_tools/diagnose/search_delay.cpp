@@ -17,6 +17,9 @@ using Index = Eigen::Index;
 constexpr int kTuneSteps = 8;
 constexpr double kTuning = 1.3, kLeastTuned = 2.0;
 constexpr double kPlainClip = 10.0; // scales: what counts as plain squares
+// Delays and lags behind which all is searched again; by which share of their cost two are one.
+constexpr std::size_t kMostDelays = 2;
+constexpr double kSameCost = 1e-3;
 } // namespace
 
 // Every measured row counting alike, at the scale of what remains: for choices that are judged by
@@ -54,7 +57,7 @@ void ChannelSearch::refit_plain() {
 
 // Of every form of delay and lag the best with the others behind it, by plain squares: a product of
 // commands that is late too tells for a delay, and against it where it is left at once. Of two that
-// do the same the first.
+// do the same the first; of all the best few.
 std::vector<Member> ChannelSearch::best_delays(const std::vector<Member> &others,
                                                const Noise &plain) const {
   std::map<std::string, std::pair<double, int>> by_form; // least loss and penalty, its candidate
@@ -69,18 +72,21 @@ std::vector<Member> ChannelSearch::best_delays(const std::vector<Member> &others
     if (!is_first && cost < at->second.first)
       at->second = {cost, static_cast<int>(c)};
   }
-  std::vector<Member> delays;
-  std::vector<double> costs;
-  for (const auto &[form, best] : by_form) {
-    const double cost = best.first;
-    if (std::any_of(costs.begin(), costs.end(), [cost](double other) {
-          return std::abs(other - cost) < 1e-3 * std::abs(cost);
+  std::vector<std::pair<double, int>> best;
+  for (const auto &[form, of_form] : by_form) {
+    if (std::none_of(best.begin(), best.end(), [&of_form = of_form](const auto &other) {
+          return std::abs(other.first - of_form.first) < kSameCost * std::abs(of_form.first);
         }))
-      continue;
-    const Member delay = form_member(best.second, false);
+      best.push_back(of_form);
+  }
+  std::stable_sort(best.begin(), best.end());
+  if (best.size() > kMostDelays)
+    best.resize(kMostDelays);
+  std::vector<Member> delays;
+  for (const auto &[cost, candidate] : best) {
+    const Member delay = form_member(candidate, false);
     const Member better = tuned(delay, others, plain);
     delays.push_back(better.h.cols() > 0 ? better : delay);
-    costs.push_back(cost);
   }
   return delays;
 }
@@ -98,7 +104,11 @@ void ChannelSearch::follow_delay() {
   const Claim claim = out_.claims[at];
   const Noise plain = plain_noise();
   std::vector<Member> delays = best_delays(without(at), plain);
-  delays.push_back(*first);
+  const bool is_among = std::any_of(delays.begin(), delays.end(), [&first](const Member &delay) {
+    return delay.term.form == first->term.form;
+  });
+  if (!is_among)
+    delays.push_back(*first);
   const auto cost = [this](const ChannelFindings &found, double loss, const Noise &noise) {
     double sum = loss / noise.divisor();
     for (const Member &member : found.members)

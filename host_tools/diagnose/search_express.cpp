@@ -15,8 +15,9 @@ namespace {
 using Index = Eigen::Index;
 // Nats that a formula must be better by than laws or one name, and than several patches.
 constexpr double kWithoutName = 20.0, kThanPatches = 3.0;
-// Nats that a name may cost a formula's part, and the cosine from which it may be one.
-constexpr double kForName = 5.0, kAlike = 0.9;
+// Nats that a name may cost a formula's part, and the cosines from which it may be one of a
+// friction or drag, and of another form.
+constexpr double kForName = 5.0, kAlike = 0.9, kSame = 1.0 - 1e-6;
 constexpr double kMuch = 0.1;       // share of the whole error, as amplitude, that is much more
 constexpr double kHeldSlack = 1.02; // and by what it may be worse on the held logs
 constexpr int kRounds = 2;
@@ -56,6 +57,19 @@ void take_out(std::size_t part, Member *formula) {
   term.shape.erase(std::remove_if(term.shape.begin(), term.shape.end(),
                                   [&](const Parameter &p) { return !is_used(p.name); }),
                    term.shape.end());
+}
+
+// Whether a product of a formula is of a feature that another product is of too: x beside x cubed
+// is one law.
+bool shares_feature(const Term &formula, std::size_t part) {
+  for (std::size_t k = 0; k < formula.basis.size(); ++k) {
+    for (const auto &[placeholder, feature] : formula.arguments) {
+      if (k != part && has_word(formula.basis[k], placeholder) &&
+          has_word(formula.basis[part], placeholder))
+        return true;
+    }
+  }
+  return false;
 }
 
 } // namespace
@@ -176,23 +190,25 @@ bool ChannelSearch::says_much_more(const ChannelFindings &laws) const {
   return fall > kMuch * kMuch * whole;
 }
 
-// The members with the friction or drag that says what a part of the formula says in that part's
-// place, and in the place of another of its kind; none: there is no such name.
+// The members with the form that says what a part of the formula says in that part's place, and in
+// the place of another of its kind; none: there is no such name.
 std::vector<Member> ChannelSearch::named_part(std::size_t formula, std::size_t part) const {
   const Vector root = out_.noise.weight.cwiseSqrt(),
                column = root.cwiseProduct(out_.members[formula].h.col(static_cast<Index>(part)));
   std::vector<Member> others = without(formula);
   others.push_back(out_.members[formula]);
   take_out(part, &others.back());
+  const bool is_own = !shares_feature(out_.members[formula].term, part);
   double best = score_of(out_.members, out_.noise) - kForName;
   std::vector<Member> named;
   for (std::size_t c = 0; c < library_.candidates.size(); ++c) {
     const Candidate &candidate = library_.candidates[c];
-    if (!candidate.is_physical || candidate.is_fixed || candidate.columns != 1 ||
-        candidate.term.arguments.count("v") == 0)
+    if (candidate.is_fixed || candidate.columns != 1)
       continue;
+    const bool resists = candidate.is_physical && candidate.term.arguments.count("v") > 0;
     const Vector g = root.cwiseProduct(library_.g.col(candidate.column));
-    if (!(std::abs(g.dot(column)) > kAlike * g.norm() * column.norm()))
+    if (!(resists || is_own) ||
+        !(std::abs(g.dot(column)) > (resists ? kAlike : kSame) * g.norm() * column.norm()))
       continue;
     std::vector<Member> all;
     for (const Member &m : others) {
@@ -215,8 +231,8 @@ std::vector<Member> ChannelSearch::named_part(std::size_t formula, std::size_t p
   return named;
 }
 
-// Where a part of a formula is a friction or a drag by another name it is claimed as that, and the
-// formula is what remains.
+// Where a part of a formula has a name (it is about a friction or a drag, or exactly another form
+// of features that no other part is of) it is claimed as that, and the formula is what remains.
 void ChannelSearch::name_parts() {
   for (bool changed = true; changed;) {
     changed = false;

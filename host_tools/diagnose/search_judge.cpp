@@ -28,8 +28,9 @@ constexpr int kMostVaried = 4;
 constexpr double kLeastErrors = 1.96; // standard errors that a size must be away from none
 constexpr double kHeldClip = 10.0;    // scales at which a held-out residual is cut
 constexpr int kMostSettling = 6;
-constexpr double kOwnMargin = 0.1; // of the range of a term's own argument
-constexpr double kFar = 10.0;      // ranges: where no bound is meant
+constexpr std::size_t kMostLogs = 40; // of which each may have a size of its own
+constexpr double kOwnMargin = 0.1;    // of the range of a term's own argument
+constexpr double kFar = 10.0;         // ranges: where no bound is meant
 
 // In its own arguments a term goes on a little way beyond what was seen.
 void limit_own(const Feature &feature, const Vector &x, Term *term) {
@@ -232,6 +233,29 @@ void ChannelSearch::set_aside(std::size_t which, const std::string &reason) {
   out_.fit = fit_members(y_, out_.members, out_.noise);
 }
 
+// A law that does not hold in logs which it was not fitted to may be one whose size differs between
+// them: with a size of its own in each it stays where it then holds and says more.
+bool ChannelSearch::let_differ(std::size_t which) {
+  const Member &member = out_.members[which];
+  const bool any_differs = std::any_of(out_.members.begin(), out_.members.end(),
+                                       [](const Member &m) { return m.differs; });
+  if (measured_.logs.size() < 2 || measured_.logs.size() > kMostLogs || any_differs ||
+      !is_law(member) || member.h.cols() != 1 || member.is_fixed || moves_prediction(member.term))
+    return false;
+  const ChannelFindings before = out_;
+  out_.members[which] = form_member(member.candidate, true);
+  out_.fit = fit_members(y_, out_.members, out_.noise);
+  estimate_noise();
+  out_.fit = fit_members(y_, out_.members, out_.noise);
+  Claim claim;
+  hold_out(which, &claim);
+  if (claim.is_confirmed &&
+      score_of(out_.members, out_.noise) > score_of(before.members, out_.noise))
+    return true;
+  out_ = before;
+  return false;
+}
+
 // A term that does not hold where it was not fitted is no finding: of those the one that explains
 // least goes first, and the others are fitted anew.
 void ChannelSearch::drop_unconfirmed() {
@@ -252,7 +276,8 @@ void ChannelSearch::drop_unconfirmed() {
     }
     if (worst == out_.members.size())
       break;
-    set_aside(worst, "it does not hold in parts of the logs that it was not fitted to");
+    if (!let_differ(worst))
+      set_aside(worst, "it does not hold in parts of the logs that it was not fitted to");
   }
   out_.fit = fit_members(y_, out_.members, out_.noise);
 }
@@ -483,16 +508,27 @@ void ChannelSearch::claim_overall_variance() {
     out_.variances.push_back(claim);
 }
 
-// A term that is no law of physics and no formula acts only where the rows it was learnt from are:
-// in features where those are few of all.
+namespace {
+
+// What holds everywhere and has a formula without pieces goes on beyond the rows that it was learnt
+// from, with or without a name in physics.
+bool has_no_pieces(const Term &term) {
+  return term.form == "expression" ||
+         (term.gate.everywhere() && (term.cause == "coupling" || term.cause == "product"));
+}
+
+} // namespace
+
+// Patches, curves and pieces of curves act only where the rows they were learnt from are: in
+// features where those are few of all.
 void ChannelSearch::limit_support() {
   for (Member &member : out_.members) {
     Term &term = member.term;
-    const bool is_law =
-        term.form == "expression" ||
+    const bool goes_on =
+        has_no_pieces(term) ||
         (member.candidate >= 0 &&
          library_.candidates[static_cast<std::size_t>(member.candidate)].is_physical);
-    if (member.is_given || is_law || moves_prediction(term) || term.kind != TermKind::mean)
+    if (member.is_given || goes_on || moves_prediction(term) || term.kind != TermKind::mean)
       continue;
     const Vector effect = mean_effect(term, measured_, channel_.m).cwiseQuotient(channel_.sd);
     for (std::size_t f = 0; f < measured_.features.size(); ++f) {

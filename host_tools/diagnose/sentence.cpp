@@ -44,7 +44,8 @@ std::string meaning(const Term &term, const Channel &channel) {
     return adds
                ? "friction opposes the motion with " + with_unit(size, unit) +
                      (term.form == "stribeck" ? ", and otherwise near rest" : " whatever the speed")
-               : "less friction than is predicted";
+           : sense_of(term, channel) != 0 ? "less friction than is predicted"
+                                          : "it goes with the direction of the motion";
   if (term.cause == "viscous_friction" && adds)
     return "friction opposes the motion with " + with_unit(size, unit) +
            (term.form == "viscous_by_speed" ? ", less where it is fast"
@@ -52,7 +53,7 @@ std::string meaning(const Term &term, const Channel &channel) {
                                             : "");
   if (term.cause == "quadratic_drag")
     return adds ? "drag opposes the motion with the square of the speed"
-                : "it goes with the square of the speed"; // the velocity may count the other way
+                : "it goes with the square of the speed";
   if (moves_prediction(term) && term.form.rfind("delay", 0) == 0)
     return "what is asked acts late";
   if (moves_prediction(term))

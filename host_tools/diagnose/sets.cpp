@@ -16,6 +16,7 @@ using Index = Eigen::Index;
 constexpr std::size_t kMostForms = 6, kBeam = 8, kChildren = 14, kSingles = 30;
 constexpr int kRounds = 4;
 constexpr double kSettled = 0.03;  // rounds end when the noise moves by less
+constexpr double kOpposed = 6.0;   // nats: what resistances that oppose each other must earn
 constexpr double kLeastLoss = 3.0; // nats: what a form must lose by going to stay
 constexpr double kCut = 4.0;       // of the median absolute deviation, as sd
 // A simulation is never exactly right: noise below these shares of the stated sd and of the whole
@@ -249,11 +250,31 @@ bool SetSearch::solve(State *state) {
       return false;
     at += static_cast<std::size_t>(candidate.columns);
   }
+  state->opposed = opposed(*state);
   return true;
 }
 
+// Of two resistances over one velocity one that helps is rather a piece of a curve than a law: a
+// drag can be put together of a friction and the opposite of another.
+double SetSearch::opposed(const State &state) const {
+  std::map<std::string, double> first;
+  auto at = static_cast<Index>(kept_.cols());
+  for (const int atom : state.atoms) {
+    const Candidate &candidate = library_.candidates[static_cast<std::size_t>(atom)];
+    if (!is_free(candidate))
+      continue;
+    const double size = state.beta(at);
+    at += candidate.columns;
+    const auto v = candidate.term.arguments.find("v");
+    if (candidate.is_physical && v != candidate.term.arguments.end() &&
+        size * first.emplace(v->second, size).first->second < 0.0)
+      return kOpposed;
+  }
+  return 0.0;
+}
+
 double SetSearch::score(const State &state) const {
-  return -state.rss / (2.0 * noise_.variance * noise_.spread) - state.penalty;
+  return -state.rss / (2.0 * noise_.variance * noise_.spread) - state.penalty - state.opposed;
 }
 
 // By how much the squares fall when the candidate joins; s: products of the library's columns with

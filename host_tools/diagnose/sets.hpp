@@ -59,6 +59,7 @@ private:
     std::vector<int> atoms, columns; // candidates; their free columns, kept ones first
     Vector beta;
     double rss = 0.0, penalty = 0.0;
+    double opposed = 0.0; // nats for resistances that work against each other
     int differs = -1;
   };
   const Vector &gram(int column);
@@ -67,6 +68,7 @@ private:
   bool is_free(const Candidate &candidate) const;
   bool may_join(const State &state, int atom) const;
   bool solve(State *state);
+  double opposed(const State &state) const;
   double score(const State &state) const;
   double fall_of(std::size_t which, const Vector &s, const Eigen::MatrixXd &cross,
                  const Eigen::MatrixXd &solved) const;

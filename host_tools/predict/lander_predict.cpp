@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "predict/columns.hpp"
 #include "util/data_path.hpp"
 #include "util/error.hpp"
 #include "world/lander.hpp"
-#include "predict/columns.hpp"
 
 namespace rim::world {
 
@@ -18,6 +18,7 @@ using Eigen::Vector3d;
 
 constexpr double kStandardGravity_mps2 = 9.80665;
 constexpr double kGap_s = 0.25; // longest between rows of a step
+constexpr double kMean_s = 1.0; // of the readings that a step begins with
 const char *const kWho = "world lander";
 
 // Sensors by their place in sensor_names().
@@ -77,12 +78,25 @@ std::size_t row_at(const Log &log, double t_s) {
   return there ? static_cast<std::size_t>(found - log.t_s.begin()) : log.t_s.size();
 }
 
-// Mean rate in body axes between two attitudes.
-Vector3d mean_rate(const Row &first, const Row &last, double time_s) {
-  Quaterniond turn = first.attitude().conjugate() * last.attitude();
-  if (turn.w() < 0.0)
-    turn.coeffs() = -turn.coeffs();
-  return 2.0 * turn.vec() / time_s;
+// Rate in body axes at the middle of the rows from `first` to `last`: the slope of their attitudes
+// by least squares; squares: of the times about their mean, s^2.
+Vector3d rate_over(const Log &log, const Columns &c, std::size_t first, std::size_t last,
+                   double *squares) {
+  const Quaterniond back = Row(log, c, first + (last - first) / 2).attitude().conjugate();
+  double mean_s = 0.0;
+  for (std::size_t r = first; r <= last; ++r)
+    mean_s += log.t_s[r] / static_cast<double>(last - first + 1);
+  Vector3d products = Vector3d::Zero();
+  *squares = 0.0;
+  for (std::size_t r = first; r <= last; ++r) {
+    Quaterniond turn = back * Row(log, c, r).attitude();
+    if (turn.w() < 0.0)
+      turn.coeffs() = -turn.coeffs();
+    const double t = log.t_s[r] - mean_s;
+    products += 2.0 * t * turn.vec();
+    *squares += t * t;
+  }
+  return products / *squares;
 }
 
 // What happens between two rows, apart from the state it begins with.
@@ -95,12 +109,20 @@ struct Step {
   double acceleration_mps2 = 0.0;      // along the thrust axis, at the end
 };
 
+// The state that a step begins with: means of the readings of the second before it, each carried
+// to the row by what the commands and gravity did since. One reading's noise in the prediction
+// would otherwise be as large as that of the reading that it is compared with.
+struct Start {
+  Vector3d position, imu, doppler;
+  double mass_kg = 0.0;
+  double share = 1.0; // of one reading's standard deviation that is left
+};
+
 Step step_between(const LanderParams &p, const Log &log, const Columns &c, std::size_t first,
-                  std::size_t last) {
+                  std::size_t last, double mass_kg) {
   Step step;
   for (std::size_t i = 0; i < kEngines; ++i)
     step.flow[i] = Row(log, c, first).throttle(i);
-  const double mass_kg = Row(log, c, first).sensor(kMass);
   const double flow_kgps =
       p.engine.max_thrust_N / (p.engine.specific_impulse_s * kStandardGravity_mps2);
   for (std::size_t r = first; r < last; ++r) {
@@ -128,23 +150,63 @@ Step step_between(const LanderParams &p, const Log &log, const Columns &c, std::
   return step;
 }
 
+// The starts of all rows of a log. O(rows).
+std::vector<Start> starts_of(const LanderParams &p, const LanderVehicle &vehicle, const Log &log,
+                             const Columns &c) {
+  const std::size_t n = log.t_s.size();
+  std::vector<Start> less(n), out; // readings less what was gained; means of them
+  Vector3d faster = Vector3d::Zero(), further = Vector3d::Zero();
+  double burnt_kg = 0.0;
+  Start sum{Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero(), 0.0, 0.0};
+  const auto add = [&sum](const Start &x, double sign) {
+    sum.position += sign * x.position;
+    sum.imu += sign * x.imu;
+    sum.doppler += sign * x.doppler;
+    sum.mass_kg += sign * x.mass_kg;
+    sum.share += sign;
+  };
+  std::size_t first = 0;
+  for (std::size_t r = 0; r < n; ++r) {
+    const Row row(log, c, r);
+    if (r > 0) {
+      const double dt = log.t_s[r] - log.t_s[r - 1];
+      const Row before(log, c, r - 1);
+      const Step step = step_between(p, log, c, r - 1, r, before.sensor(kMass));
+      const Vector3d fall = dt * gravity_mps2(vehicle, before.vector(kPosition));
+      further +=
+          dt * (0.5 * (before.vector(kImu) + before.vector(kDoppler)) + 0.5 * fall) + step.push_m;
+      faster += fall + step.push_mps;
+      burnt_kg += step.burnt_kg;
+      for (; first < r && (dt > kGap_s || log.t_s[r] - log.t_s[first] > kMean_s); ++first)
+        add(less[first], -1.0);
+    }
+    less[r] = {row.vector(kPosition) - further, row.vector(kImu) - faster,
+               row.vector(kDoppler) - faster, row.sensor(kMass) + burnt_kg, 1.0};
+    add(less[r], 1.0);
+    const double rows = sum.share;
+    out.push_back({sum.position / rows + further, sum.imu / rows + faster,
+                   sum.doppler / rows + faster, sum.mass_kg / rows - burnt_kg,
+                   1.0 / std::sqrt(rows)});
+  }
+  return out;
+}
+
 using Readings = std::array<double, kSensors>;
 
-Readings predict_readings(const LanderParams &p, const LanderVehicle &vehicle, const Row &now,
+Readings predict_readings(const LanderParams &p, const LanderVehicle &vehicle, const Start &now,
                           const Vector3d &rate_radps, const Step &step) {
   Readings m{};
   const double dt = step.time_s;
-  const Vector3d position = now.vector(kPosition), imu = now.vector(kImu);
-  const Vector3d doppler = now.vector(kDoppler), velocity = 0.5 * (imu + doppler);
-  const Vector3d fall = gravity_mps2(vehicle, position + 0.5 * dt * velocity);
-  const Vector3d end = position + dt * velocity + 0.5 * dt * dt * fall + step.push_m;
+  const Vector3d velocity = 0.5 * (now.imu + now.doppler);
+  const Vector3d fall = gravity_mps2(vehicle, now.position + 0.5 * dt * velocity);
+  const Vector3d end = now.position + dt * velocity + 0.5 * dt * dt * fall + step.push_m;
   const Vector3d gain = dt * fall + step.push_mps;
-  const double mass_kg = now.sensor(kMass) - step.burnt_kg;
+  const double mass_kg = now.mass_kg - step.burnt_kg;
   for (std::size_t i = 0; i < 3; ++i) {
     const auto e = static_cast<Eigen::Index>(i);
     m[kPosition + i] = end[e];
-    m[kImu + i] = doppler[e] + gain[e];
-    m[kDoppler + i] = imu[e] + gain[e];
+    m[kImu + i] = now.doppler[e] + gain[e];
+    m[kDoppler + i] = now.imu[e] + gain[e];
     m[kRate + i] = rate_radps[e];
   }
   m[kRadar] = m[kLaser] = altitude_m(vehicle, end);
@@ -164,30 +226,33 @@ double reading_sd(const SensorParams &s) {
   return std::hypot(s.noise_sd, s.resolution / std::sqrt(12.0));
 }
 
-Readings prediction_sd(const LanderParams &p, const Step &step, const Row &now) {
+// rate_squares: rate_over's, s^2.
+Readings prediction_sd(const LanderParams &p, const Step &step, const Start &now,
+                       double rate_squares) {
   Readings own{}, sd{};
   for (std::size_t i = 0; i < kSensors; ++i)
     sd[i] = own[i] = reading_sd(p.sensor[i]);
+  const auto start = [&](std::size_t i) { return now.share * own[i]; };
   const double dt = step.time_s;
   // Thrust of four engines of independent flow and impulse, by a mass that is read.
   const double thrust = std::hypot(0.5 * std::hypot(p.engine.flow_sd, p.engine.specific_impulse_sd),
-                                   own[kMass] / now.sensor(kMass));
+                                   start(kMass) / now.mass_kg);
   const double push = std::hypot(thrust, own[kAngle + 1] / std::sqrt(20.0)) * step.push_mps.norm();
   for (std::size_t i = 0; i < 3; ++i) {
-    const double velocity = 0.5 * std::hypot(own[kImu + i], own[kDoppler + i]);
-    sd[kPosition + i] *= std::sqrt(2.0);
+    const double velocity = 0.5 * std::hypot(start(kImu + i), start(kDoppler + i));
+    sd[kPosition + i] = std::hypot(own[kPosition + i], start(kPosition + i));
     sd[kPosition + i] = std::hypot(sd[kPosition + i], std::hypot(velocity, push) * dt);
-    sd[kImu + i] = sd[kDoppler + i] =
-        std::hypot(std::hypot(own[kImu + i], own[kDoppler + i]), push);
-    sd[kRate + i] = std::hypot(own[kRate + i], std::sqrt(2.0) * own[kAngle + i] / dt);
+    sd[kImu + i] = std::hypot(std::hypot(own[kImu + i], start(kDoppler + i)), push);
+    sd[kDoppler + i] = std::hypot(std::hypot(start(kImu + i), own[kDoppler + i]), push);
+    sd[kRate + i] = std::hypot(own[kRate + i], own[kAngle + i] / std::sqrt(rate_squares));
   }
   const double end =
-      std::hypot(own[kPosition + 2], 0.5 * std::hypot(own[kImu + 2], own[kDoppler + 2]) * dt);
+      std::hypot(start(kPosition + 2), 0.5 * std::hypot(start(kImu + 2), start(kDoppler + 2)) * dt);
   sd[kRadar] = std::hypot(sd[kRadar], end);
   sd[kLaser] = std::hypot(sd[kLaser], end);
   sd[kAcceleration] = std::hypot(own[kAcceleration], thrust * step.acceleration_mps2);
-  sd[kMass] *= std::sqrt(2.0);
-  sd[kTank] = std::hypot(own[kTank], p.tank.pressure_kPa / p.tank.ullage_m3 * own[kMass] /
+  sd[kMass] = std::hypot(own[kMass], start(kMass));
+  sd[kTank] = std::hypot(own[kTank], p.tank.pressure_kPa / p.tank.ullage_m3 * start(kMass) /
                                          p.tank.propellant_density_kgpm3);
   for (std::size_t i = 0; i < kEngines; ++i) {
     const double flow = std::hypot(p.engine.flow_sd, p.engine.roughness) * step.flow[i];
@@ -223,19 +288,21 @@ Log LanderPredictor::predict(const Log &log) const {
     outcomes.push_back(sensor_names()[i]);
   PredictionRows rows(log, features, outcomes);
   const std::size_t none = log.t_s.size();
+  const std::vector<Start> starts = starts_of(params_, vehicle_, log, c);
   for (std::size_t r = 0; r < none; ++r) {
-    // The attitude's change about the end of the step tells the rate there.
+    // The attitudes about the end of the step tell the rate there.
     const std::size_t last = row_at(log, log.t_s[r] + kLanderPredictStep_s);
     const std::size_t before = row_at(log, log.t_s[r] + 0.5 * kLanderPredictStep_s);
     const std::size_t after = row_at(log, log.t_s[r] + 1.5 * kLanderPredictStep_s);
     if (last == none || before == none || after == none || !has_no_gap(log, r, after))
       continue;
     const Row now(log, c, r), later(log, c, last);
-    const Vector3d rate =
-        mean_rate(Row(log, c, before), Row(log, c, after), log.t_s[after] - log.t_s[before]);
-    const Step step = step_between(params_, log, c, r, last);
-    const Readings m = predict_readings(params_, vehicle_, now, rate, step);
-    const Readings sd = prediction_sd(params_, step, now);
+    double squares = 0.0;
+    const Vector3d rate = rate_over(log, c, before, after, &squares);
+    const Start &start = starts[r];
+    const Step step = step_between(params_, log, c, r, last, start.mass_kg);
+    const Readings m = predict_readings(params_, vehicle_, start, rate, step);
+    const Readings sd = prediction_sd(params_, step, start, squares);
     std::vector<double> values;
     for (std::size_t i = 0; i < kEngines; ++i)
       values.push_back(now.throttle(i));

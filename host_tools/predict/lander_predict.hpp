@@ -3,12 +3,12 @@
 // second from what its sensors read.
 //
 // Needs the columns of `rim simulate lander` (lander_columns(), data/README.md). Every row that has
-// a row one second later without a gap is predicted; rows overlap, but the sensors' noise, white
-// from row to row, is shared only by rows a second apart. Commands, attitude and rates between the
-// two rows are taken as measured; flows follow the commands with the engines' lag.
+// a row one second later without a gap is predicted, from the mean of the readings of the second
+// before it, each carried to the row by what the commands did since. Commands, attitude and rates
+// between the two rows are taken as measured; flows follow the commands with the engines' lag.
 //
 // Outcomes, a second later: position and velocity, altitudes, acceleration, gravity, mass, tank and
-// chamber pressures; rates from the attitudes half a second before and after. Each velocity is
+// chamber pressures; rates from the attitudes within half a second of it. Each velocity is
 // predicted from the *other* instrument's, so that a constant error shows; in both, with opposite
 // signs: which of the two is wrong they cannot tell. Attitude is no outcome: the jets that hold it
 // are in no column. sd: the noise and rounding of the readings that enter, the dispersion of flow
@@ -18,8 +18,8 @@
 // Features: u.throttle_1.., x.thrust (their mean), and all sensors but pressures and gravity.
 #pragma once
 
-#include "world/lander_dynamics.hpp"
 #include "predict/predictor.hpp"
+#include "world/lander_dynamics.hpp"
 
 namespace rim::world {
 

@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "util/error.hpp"
+
 namespace rim::diagnose::report {
 
 namespace {
@@ -288,6 +290,54 @@ Quantity abscissa(const Finding &finding, const View &view, const Vector &effect
   return quantity_of(telling_argument(finding, view, effect), view);
 }
 
+// The range that the argument was learnt from, where held-out rows lie beyond it; else none.
+const Learnt *extrapolated(const Finding &finding, const Quantity &q) {
+  for (const Learnt &range : finding.learnt) {
+    if (range.feature == q.name && range.beyond > 0.0)
+      return &range;
+  }
+  return nullptr;
+}
+
+// The term of one argument over a range, evaluated as for a new log; empty where it has others.
+Points curve_over(const Term &term, double low, double high) {
+  Measured table;
+  table.features = {{base_feature(term.arguments.begin()->second), "", false, false}};
+  table.x = Vector::LinSpaced(at(kSteps), low, high);
+  table.t_s.assign(kSteps, 0.0);
+  table.elapsed_s = table.t_s;
+  Points points;
+  try {
+    const Vector effect = mean_effect(term, table, Vector::Zero(at(kSteps)));
+    for (Index i = 0; i < effect.size(); ++i)
+      points.emplace_back(table.x(i, 0), effect(i));
+  } catch (const DataError &) { // bounds of other features
+  }
+  return points;
+}
+
+// Shades what lies beyond the rows that a law was learnt from, as far as the held-out rows go, and
+// draws how the law goes on there.
+void draw_beyond(Svg &svg, const Panel &p, const Finding &finding, const Learnt &range) {
+  const auto mentions_more = [](const std::string &basis) {
+    return basis.find_first_of("mt") != std::string::npos; // at worst a curve that is not drawn
+  };
+  const bool is_one =
+      finding.term.arguments.size() == 1 &&
+      std::none_of(finding.term.basis.begin(), finding.term.basis.end(), mentions_more);
+  for (const auto &[from, to] :
+       {std::make_pair(range.least, range.low), std::make_pair(range.high, range.most)}) {
+    if (!(to > from))
+      continue;
+    svg.rectangle(p.x.at(from), -1.0, p.x.at(to) - p.x.at(from), p.height + 2.0, "gate",
+                  "beyond the rows that it was learnt from");
+    Points line;
+    for (const auto &[x, y] : is_one ? curve_over(finding.term, from, to) : Points{})
+      line.emplace_back(p.x.at(x), p.y.at(y));
+    svg.polyline(line, "fit dashed");
+  }
+}
+
 } // namespace
 
 std::string argument_picture(const Finding &finding, const View &view, double width) {
@@ -305,12 +355,17 @@ std::string argument_picture(const Finding &finding, const View &view, double wi
   for (const Bin &b : curve)
     y = {std::min(y.low, b.mean), std::max(y.high, b.mean)};
   y = padded(y.low, y.high);
-  const Range data = range_of(q.value);
+  Range data = range_of(q.value);
+  const Learnt *beyond = extrapolated(finding, q);
+  if (beyond != nullptr)
+    data = {std::min(data.low, beyond->least), std::max(data.high, beyond->most)};
   const std::string unit = view.channel->unit.empty() ? "" : " (" + view.channel->unit + ")";
   const Axes axes{padded(data.low, data.high), y, q.text, "measured less simulated" + unit, true};
   Svg svg(width, 300.0, "residual over " + q.text + " with the fitted curve");
   const Panel p = draw_axes(svg, 0.0, 0.0, width, 300.0, room_for_y(y, 300.0), axes);
   open(svg, p);
+  if (beyond != nullptr)
+    draw_beyond(svg, p, finding, *beyond);
   Points dots, line;
   for (const std::size_t row : thinned(rows, kDots))
     dots.emplace_back(p.x.at(q.value(at(row))), p.y.at(share(at(row))));
@@ -340,6 +395,8 @@ std::string argument_picture(const Finding &finding, const View &view, double wi
     keys[0].text += ", less the other findings";
     keys.push_back({Mark::line, "normal", "measured less simulated, raw"});
   }
+  if (beyond != nullptr)
+    keys.push_back({Mark::area, "gate", "only in held-out rows: the law is extrapolated"});
   return figure("Why: residual over " + q.text, svg.markup(), keys, note);
 }
 
