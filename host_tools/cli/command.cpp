@@ -2,6 +2,7 @@
 #include "cli/command.hpp"
 #include "cli/describe.hpp"
 #include "util/error.hpp"
+#include "util/interrupt.hpp"
 
 #include <algorithm>
 #include <cstdio>
@@ -32,7 +33,9 @@ void print_usage(const Program &program, std::FILE *to) {
     std::fprintf(to, "  %-12s %s\n", c.name.c_str(), c.summary.c_str());
   std::fprintf(to,
                "\n'%s help COMMAND' says how, with an example.\n"
-               "Exit status: 0 fine, 1 something was found, 2 usage, 3 data or I/O, 4 internal.\n",
+               "Exit status: 0 fine, 1 something was found, 2 usage, 3 data or I/O, 4 internal.\n"
+               "A command that is interrupted (Ctrl-C) leaves no unfinished file, and says what "
+               "it kept.\n",
                program.name);
 }
 
@@ -177,8 +180,10 @@ int run_program(const Program &program, int argc, char **argv) {
     return guarded(program, "", [&] { return help_command(program, argc, argv); });
   if (name == "--version" || name == "-V")
     return guarded(program, "", [&] { return version(program); });
-  if (const Command *command = find_command(name); command != nullptr)
+  if (const Command *command = find_command(name); command != nullptr) {
+    clean_up_when_interrupted(program.name);
     return guarded(program, name, [&] { return command->run(argc - 1, argv + 1); });
+  }
   std::fprintf(stderr, "%s: %s\n", program.name, no_command(program, name).c_str());
   print_usage(program, stderr);
   return EXIT_USAGE;

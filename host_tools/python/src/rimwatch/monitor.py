@@ -45,9 +45,13 @@ class Image:
     def save(self, path: Union[str, "os.PathLike[str]"]) -> None:
         """Writes the file that rimd and `rim` take; it appears whole or not at all."""
         temporary = f"{os.fspath(path)}.tmp.{os.getpid()}"
-        with open(temporary, "wb") as file:
-            file.write(self.data)
-        os.replace(temporary, path)
+        try:
+            with open(temporary, "wb") as file:
+                file.write(self.data)
+            os.replace(temporary, path)
+        finally:
+            if os.path.exists(temporary):
+                os.unlink(temporary)
 
     @property
     def features(self) -> List[str]:
