@@ -88,6 +88,8 @@ std::string time_text(const Proposal &p) {
   if (time.from == "t_s" && p.time_scale == 1.0)
     return "\n# The time is the column t_s, in seconds.\n";
   std::string text = "\n[time]\ncolumn = " + quoted(time.from);
+  if (p.time_dates)
+    return text + "   # dates and times of day: seconds from the first row of a file\n";
   text += time.certain ? "\n" : "   # GUESS: it increases from row to row\n";
   text += fmt::format("scale = {:g}", p.time_scale);
   if (p.time_named)
@@ -103,7 +105,9 @@ const char *role_words(Guess guess) {
   case Guess::sensor:
     return "a sensor, watched";
   case Guess::context:
-    return "context: where, not watched. Make it s. to watch it";
+    return "context: where or in which mode, not watched. Make it u. if the vehicle was told it, "
+           "s. to "
+           "watch it";
   case Guess::outcome:
     return "measured, and predicted by your simulation: watched";
   case Guess::mean:
