@@ -63,6 +63,10 @@ int cmd_schema(int argc, char **argv) {
   app.footer(kFooter);
   if (!app.parse(argc, argv))
     return rim::EXIT_FINE;
+  std::error_code ignored;
+  if (!out.empty() && std::filesystem::is_regular_file(out, ignored))
+    throw rim::DataError(out + ": is there already, and may have been edited by hand: it is not "
+                               "written over. Give another name, or remove it");
   rim::Proposal proposal = rim::propose_schema(logs, reader);
   put_beside(out, &proposal.reader);
   const std::string text = rim::proposal_text(proposal);

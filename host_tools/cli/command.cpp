@@ -157,8 +157,8 @@ template <class Body> int guarded(const Program &program, const std::string &nam
     std::fprintf(stderr, "%s: %s\n", program.name, e.what());
     return EXIT_DATA;
   } catch (const UsageError &e) {
-    std::fprintf(stderr, "%s: %s\n%s: try '%s %s --help'\n", program.name, e.what(), program.name,
-                 program.name, name.c_str());
+    std::fprintf(stderr, "%s: %s\n%s: try '%s %s'\n", program.name, e.what(), program.name,
+                 program.name, name.empty() ? "help" : (name + " --help").c_str());
     return EXIT_USAGE;
   } catch (const std::exception &e) {
     std::fprintf(stderr, "%s: internal error: %s\n", program.name, e.what());

@@ -128,6 +128,13 @@ constexpr Conversion kConversions[] = {{"ft", "m", 0.3048},
                                        {"mm/s", "m/s", 1e-3},
                                        {"mG", "m/s^2", 9.80665e-3}};
 
+// Between rows of increasing time.
+void add_steps(const std::vector<double> &times, std::vector<double> *steps) {
+  for (std::size_t i = 1; i < times.size(); i++)
+    if (times[i] > times[i - 1])
+      steps->push_back(times[i] - times[i - 1]);
+}
+
 class Proposer {
 public:
   Proposer(const std::vector<std::string> &paths, const ReaderOptions &reader);
@@ -141,6 +148,7 @@ private:
   bool increases(std::size_t c) const;
   bool holds_dates(std::size_t c) const;
   double median_step(std::size_t c) const;
+  static double median_step(const RawTable &table, std::size_t c);
   void find_time();
   double time_scale(std::size_t c);
   void measure_time();
@@ -210,12 +218,14 @@ bool Proposer::holds_dates(std::size_t c) const {
 
 double Proposer::median_step(std::size_t c) const {
   std::vector<double> steps;
-  for (const auto &table : tables_) {
-    const auto &v = table.columns[c].values;
-    for (std::size_t i = 1; i < v.size(); i++)
-      if (v[i] > v[i - 1])
-        steps.push_back(v[i] - v[i - 1]);
-  }
+  for (const auto &table : tables_)
+    add_steps(table.columns[c].values, &steps);
+  return steps.empty() ? 0.0 : median(std::move(steps));
+}
+
+double Proposer::median_step(const RawTable &table, std::size_t c) {
+  std::vector<double> steps;
+  add_steps(table.columns[c].values, &steps);
   return steps.empty() ? 0.0 : median(std::move(steps));
 }
 
@@ -270,6 +280,9 @@ void Proposer::measure_time() {
   out_.shortest_s = std::numeric_limits<double>::infinity();
   for (const auto &table : tables_) {
     const auto &v = table.columns[c].values;
+    const double own_s = out_.time_scale * median_step(table, c);
+    if (own_s > 1.2 * out_.period_s || (own_s > 0.0 && 1.2 * own_s < out_.period_s))
+      out_.other_rates.push_back({table.path, 1.0 / own_s});
     for (std::size_t i = 1; i < v.size(); i++) {
       const double period = out_.time_scale * (v[i] - v[i - 1]);
       if (!(period > 0.0)) {

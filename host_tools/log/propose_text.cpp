@@ -74,6 +74,9 @@ std::string rate_text(const Proposal &p) {
   if (p.gaps > 0)
     text += fmt::format("# {} gaps are longer than 1.5 periods, the longest lasts {:.4g} s.\n",
                         p.gaps, p.longest_gap_s);
+  for (const auto &[path, hz] : p.other_rates)
+    text += fmt::format("# DECIDE: {} comes at {:.4g} Hz: leave it out, or put all on one grid.\n",
+                        plain(path), hz);
   if (p.spread > 0.5)
     text += fmt::format("# DECIDE: the rows are not evenly spaced (nine tenths of the periods "
                         "spread over {:.0f} % of one).\n# These lines put them on a grid:\n",
