@@ -43,9 +43,7 @@ int cmd_schema(int argc, char **argv) {
   std::string out;
   rim::ReaderOptions reader;
   rim::cli::Arguments app{"Propose a schema for logs with foreign column names.", "rim schema"};
-  app.add_option("LOG", logs, "logs of the same columns, of any format that rim reads")
-      ->required()
-      ->type_name("...");
+  app.add_option("LOG", logs, "logs of the same columns, of any format that rim reads")->required();
   app.add_option("--out", out, "write the schema there (default: standard output)")
       ->type_name("FILE.toml");
   app.add_option("--dbc", reader.dbc, "of candump logs: what the frames mean")

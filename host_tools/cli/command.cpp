@@ -22,6 +22,12 @@ std::size_t rank(const Program &program, const Command &c) {
                                   program.order.begin());
 }
 
+const Command *find_command(const std::string &name) {
+  const auto found = std::find_if(commands().begin(), commands().end(),
+                                  [&](const Command &c) { return c.name == name; });
+  return found == commands().end() ? nullptr : &*found;
+}
+
 void print_usage(const Program &program, std::FILE *to) {
   auto list = commands();
   std::sort(list.begin(), list.end(), [&](const Command &a, const Command &b) {
@@ -37,6 +43,11 @@ void print_usage(const Program &program, std::FILE *to) {
                "A command that is interrupted (Ctrl-C) leaves no unfinished file, and says what "
                "it kept.\n",
                program.name);
+  if (find_command("schema") != nullptr)
+    std::fprintf(to, "\nYour own logs, to the first alarm:\n"
+                     "    rim schema healthy/*.csv --out mine.toml     # then read and correct it\n"
+                     "    rim train healthy/*.csv --schema mine.toml --out mine.rim\n"
+                     "    rim replay suspect.csv --schema mine.toml --model mine.rim\n");
 }
 
 // A full disk behind a redirection must not look like success.
@@ -54,12 +65,6 @@ int help(const Program &program) {
 int version(const Program &program) {
   std::printf("%s %s%s\n", program.name, RIM_VERSION, RIM_COMMIT);
   return EXIT_FINE;
-}
-
-const Command *find_command(const std::string &name) {
-  const auto found = std::find_if(commands().begin(), commands().end(),
-                                  [&](const Command &c) { return c.name == name; });
-  return found == commands().end() ? nullptr : &*found;
 }
 
 std::string no_command(const Program &program, const std::string &name) {

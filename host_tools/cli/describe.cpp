@@ -27,12 +27,12 @@ std::string takes(const CLI::Option *option) {
 class PlainFormatter : public CLI::Formatter {
 public:
   std::string make_option_opts(const CLI::Option *option) const override {
-    std::string text = takes(option);
+    std::string text = option->nonpositional()                ? " " + takes(option)
+                       : option->get_items_expected_max() > 1 ? "..."
+                                                              : "";
     if (!option->get_default_str().empty())
       text += " (default " + option->get_default_str() + ")";
-    if (option->get_required())
-      text += " REQUIRED";
-    return text.empty() ? "" : " " + text;
+    return text + (option->get_required() ? " (required)" : "");
   }
 };
 
