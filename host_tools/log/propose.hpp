@@ -54,7 +54,7 @@ struct Proposal {
   std::size_t gaps = 0, backwards = 0; // longer than 1.5 periods; rows whose time does not increase
   double longest_gap_s = 0.0;
   std::vector<std::pair<std::string, double>> other_rates; // logs of another rate, in Hz
-  double shortest_s = 0.0, longest_s = 0.0; // runs
+  double shortest_s = 0.0, longest_s = 0.0;                // runs
   bool decimal_comma = false;
   ReaderOptions reader; // as given
   std::vector<ColumnGuess> columns;
