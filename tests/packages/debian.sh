@@ -59,7 +59,7 @@ image = rimwatch.train(rimwatch.example_logs(4))
 print(image.features, len(rimwatch.diagnose(["faulty.csv"]).findings) > 0)
 EOF
 out=$(inside 'python3 use.py' 2>&1); check "from Python" 0 $?
-check "the same digest" "$digest" "$(printf '%s\n' "$out" | sed -n 1p)"
+check "the same digest" "$digest" "$(printf '%s\n' "$out" | grep '^digest')"
 contains "train and diagnose" "$out" "s.current_A'\] True"
 awk '/^```c$/{on=1; next} /^```$/{on=0} on' "$source/README.md" > "$root/work/watch.c"
 inside 'gcc -std=c11 -Wall -Wextra -Werror watch.c $(pkg-config --cflags --libs rimwatch) -o watch'; check "the README's program, by pkg-config" 0 $?
