@@ -44,6 +44,7 @@ MAKEFLAGS += --no-builtin-rules
 include lib/Dir.mk
 include firmware/Dir.mk
 include host_tools/Dir.mk
+include host_tools/packaging/Dir.mk
 include tests/Dir.mk
 include tests/hidden/Dir.mk
 include tests/assurance/Dir.mk
@@ -53,7 +54,7 @@ include data/Dir.mk
 
 help: ## this list
 	@awk -F':.*## ' '/^[a-z_-]+:.*## /{printf "  make %-10s %s\n", $$1, $$2}' \
-	  Makefile lib/Dir.mk firmware/Dir.mk host_tools/Dir.mk tests/Dir.mk tests/hidden/Dir.mk tests/assurance/Dir.mk data/Dir.mk
+	  Makefile lib/Dir.mk firmware/Dir.mk host_tools/Dir.mk host_tools/packaging/Dir.mk tests/Dir.mk tests/hidden/Dir.mk tests/assurance/Dir.mk data/Dir.mk
 	@echo "Variables: BUILD=$(BUILD) PREFIX=$(PREFIX) DESTDIR=$(DESTDIR) CROSS_COMPILE=$(CROSS_COMPILE) CC=$(CC) CXX=$(CXX) OPT=$(OPT) SANITIZE=$(SANITIZE)"
 
 DEB_PACKAGES := gcc g++ make binutils python3 libeigen3-dev liblcm-dev liblcm-bin libcmocka-dev \

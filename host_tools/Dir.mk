@@ -111,7 +111,7 @@ $(BUILD)/libthesis.a: $(THESIS_LIB_OBJ)
 $(BUILD)/gen/%_js.inc: host_tools/report/%.js
 	@mkdir -p $(@D)
 	$(call say,TEXT){ echo 'R"rimjs('; cat $<; echo ')rimjs"'; } > $@
-$(BUILD)/host_tools/report/explore.o: $(BUILD)/gen/explore_js.inc
+$(BUILD)/host_tools/report/explore.o: $(BUILD)/gen/explore_js.inc $(BUILD)/gen/explore_tools_js.inc
 $(BUILD)/host_tools/report/live_page.o: $(BUILD)/gen/live_js.inc
 $(addprefix $(BUILD)/host_tools/report/,explore.o live_page.o): private HOST_CXXFLAGS += -I$(BUILD)/gen
 

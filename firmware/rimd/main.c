@@ -8,6 +8,7 @@
 #include <string.h>
 #include <sys/mman.h>
 
+#include "rim/version.h"
 #include "rimd/rimd.h"
 #include "rimd/say.h"
 
@@ -26,6 +27,7 @@ static const char usage[] =
     "foreground, says 'rimd: ready' on stderr, and ends on SIGTERM or SIGINT.\n"
     "  --check       read and check everything, open nothing, print sizes\n"
     "  --state FILE  the state that survives a restart (as `state` in CONFIG)\n"
+    "  --version     print the version\n"
     "Exit status: 0 stopped, 2 usage, 3 data, configuration or system.\n"
     "Example:\n"
     "  printf 'image = lander.rim\\nlcm = udpm://239.255.76.67:7667?ttl=0\\n' > rimd.conf\n"
@@ -119,6 +121,10 @@ static int read_arguments(int argc, char **argv, const char **path, const char *
   for (int i = 1; i < argc; i++) {
     if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) {
       fputs(usage, stdout);
+      return EXIT_FINE;
+    }
+    if (strcmp(argv[i], "--version") == 0) {
+      printf("rimd %d.%d.%d\n", RIM_VERSION_MAJOR, RIM_VERSION_MINOR, RIM_VERSION_PATCH);
       return EXIT_FINE;
     }
     if (strcmp(argv[i], "--check") == 0) {

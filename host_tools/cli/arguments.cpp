@@ -67,12 +67,12 @@ class PlainFormatter : public CLI::Formatter {
 public:
   PlainFormatter() { column_width(30); }
   std::string make_option_opts(const CLI::Option *option) const override {
-    std::string text = takes(option);
+    std::string text = option->nonpositional()                ? " " + takes(option)
+                       : option->get_items_expected_max() > 1 ? "..."
+                                                              : "";
     if (!option->get_default_str().empty())
       text += " (default " + option->get_default_str() + ")";
-    if (option->get_required())
-      text += " REQUIRED";
-    return text.empty() ? "" : " " + text;
+    return text + (option->get_required() ? " (required)" : "");
   }
 };
 

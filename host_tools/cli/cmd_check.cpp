@@ -41,7 +41,7 @@ int cmd_check(int argc, char **argv) {
   Options o;
   rim::cli::Arguments app{"Check whether the monitor would understand logs, and say why not.",
                           "rim check"};
-  app.add_option("LOG", o.logs, "logs")->required()->type_name("...");
+  app.add_option("LOG", o.logs, "logs")->required();
   app.add_option("--model", o.model, "flight image written by rim train")
       ->required()
       ->type_name("MODEL.rim");

@@ -42,7 +42,7 @@ const char *const kFooter =
     "  xdg-open diagnosis/report.html";
 
 void declare(rim::cli::Arguments &app, DiagnoseArguments &o) {
-  app.add_option("LOG", o.logs, "measured logs")->required()->type_name("LOG...");
+  app.add_option("LOG", o.logs, "measured logs")->required();
   app.add_option("--out", o.out, "folder for the results; earlier results in it are replaced")
       ->required()
       ->type_name("DIR");

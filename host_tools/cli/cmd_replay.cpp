@@ -49,8 +49,8 @@ void declare_outputs(rim::cli::Arguments &app, rim::OutputPaths &out) {
       ->type_name("FILE.jsonl");
   app.add_option(
          "--labels", out.labels,
-         "write log,row,t_s,finding for every row: 1 where an alarm that stands at the end of\n"
-         "the log found the deviation, else 0")
+         "write log,row,t_s,finding for every row: the number of the finding (1, 2, ...) whose\n"
+         "deviation was in it, 0 for none")
       ->type_name("FILE.csv");
   app.add_option("--lcm", out.lcm_url, "publish alarms and health over LCM")->type_name("URL");
   app.add_option("--can", out.can, "send alarms on a CAN interface, with the replay flag")

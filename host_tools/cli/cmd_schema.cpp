@@ -43,9 +43,7 @@ int cmd_schema(int argc, char **argv) {
   std::string out;
   rim::ReaderOptions reader;
   rim::cli::Arguments app{"Propose a schema for logs with foreign column names.", "rim schema"};
-  app.add_option("LOG", logs, "logs of the same columns, of any format that rim reads")
-      ->required()
-      ->type_name("...");
+  app.add_option("LOG", logs, "logs of the same columns, of any format that rim reads")->required();
   app.add_option("--out", out, "write the schema there (default: standard output)")
       ->type_name("FILE.toml");
   app.add_option("--dbc", reader.dbc, "of candump logs: what the frames mean")
@@ -63,6 +61,10 @@ int cmd_schema(int argc, char **argv) {
   app.footer(kFooter);
   if (!app.parse(argc, argv))
     return rim::EXIT_FINE;
+  std::error_code ignored;
+  if (!out.empty() && std::filesystem::is_regular_file(out, ignored))
+    throw rim::DataError(out + ": is there already, and may have been edited by hand: it is not "
+                               "written over. Give another name, or remove it");
   rim::Proposal proposal = rim::propose_schema(logs, reader);
   put_beside(out, &proposal.reader);
   const std::string text = rim::proposal_text(proposal);

@@ -56,7 +56,7 @@ int cmd_show(int argc, char **argv) {
   Options o;
   rim::cli::Arguments app{
       "Show what a flight image, alarms, a diagnosis, an extension or a log holds.", "rim show"};
-  app.add_option("FILE", o.file, "the file")->required()->type_name("");
+  app.add_option("FILE", o.file, "the file")->required();
   const rim::cli::Option json = app.add_flag("--json", o.json, "print one JSON object");
   app.add_option("--schema", o.schema, "roles, units and rates of a log with other column names")
       ->type_name("FILE.toml");
@@ -89,4 +89,5 @@ int cmd_show(int argc, char **argv) {
 
 } // namespace
 
-RIM_COMMAND(show, "show what an image, alarms, a diagnosis, an extension or a log holds", cmd_show)
+RIM_COMMAND(show, "print what a flight image, alarms, a diagnosis, an extension or a log holds",
+            cmd_show)

@@ -35,6 +35,8 @@ const char *const kFooter =
     "Every log must be a healthy run of its own, from start to end, with the same columns.\n"
     "With n runs no false-alarm rate below 1/(n+1) can be promised. The report states the rate\n"
     "that is promised.\n\n"
+    "Example: your own logs, with the schema that rim schema proposed and you corrected\n"
+    "  rim train healthy/*.csv --schema mine.toml --out mine.rim\n"
     "Example: learn fifty healthy landings, and watch the fifty-first\n"
     "  rim simulate lander --out nominal --runs 50 --seed 1\n"
     "  rim train nominal/run_*.csv --out lander.rim\n"
@@ -43,7 +45,7 @@ const char *const kFooter =
     "  rim train held/*.csv control/*.csv --interference held.csv --model robot.rim --out both.rim";
 
 void declare(rim::cli::Arguments &app, Options &o) {
-  app.add_option("LOG", o.logs, "logs of healthy runs, at least 3")->required()->type_name("");
+  app.add_option("LOG", o.logs, "logs of healthy runs, at least 3")->required();
   app.add_option("--out", o.out, "the flight image")->required()->type_name("MODEL.rim");
   app.add_option("--schema", o.schema, "roles, units and rates of foreign logs")
       ->type_name("FILE.toml");

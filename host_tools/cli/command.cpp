@@ -2,6 +2,7 @@
 #include "cli/command.hpp"
 #include "cli/describe.hpp"
 #include "util/error.hpp"
+#include "util/interrupt.hpp"
 #include "util/version.hpp"
 
 #include <algorithm>
@@ -22,6 +23,12 @@ std::size_t rank(const Program &program, const Command &c) {
                                   program.order.begin());
 }
 
+const Command *find_command(const std::string &name) {
+  const auto found = std::find_if(commands().begin(), commands().end(),
+                                  [&](const Command &c) { return c.name == name; });
+  return found == commands().end() ? nullptr : &*found;
+}
+
 void print_usage(const Program &program, std::FILE *to) {
   auto list = commands();
   std::sort(list.begin(), list.end(), [&](const Command &a, const Command &b) {
@@ -33,8 +40,15 @@ void print_usage(const Program &program, std::FILE *to) {
     std::fprintf(to, "  %-12s %s\n", c.name.c_str(), c.summary.c_str());
   std::fprintf(to,
                "\n'%s help COMMAND' says how, with an example.\n"
-               "Exit status: 0 fine, 1 something was found, 2 usage, 3 data or I/O, 4 internal.\n",
+               "Exit status: 0 fine, 1 something was found, 2 usage, 3 data or I/O, 4 internal.\n"
+               "A command that is interrupted (Ctrl-C) leaves no unfinished file, and says what "
+               "it kept.\n",
                program.name);
+  if (find_command("schema") != nullptr)
+    std::fprintf(to, "\nYour own logs, to the first alarm:\n"
+                     "    rim schema healthy/*.csv --out mine.toml     # then read and correct it\n"
+                     "    rim train healthy/*.csv --schema mine.toml --out mine.rim\n"
+                     "    rim replay suspect.csv --schema mine.toml --model mine.rim\n");
 }
 
 // A full disk behind a redirection must not look like success.
@@ -52,12 +66,6 @@ int help(const Program &program) {
 int version(const Program &program) {
   std::printf("%s %s%s\n", program.name, RIM_VERSION, RIM_COMMIT);
   return EXIT_FINE;
-}
-
-const Command *find_command(const std::string &name) {
-  const auto found = std::find_if(commands().begin(), commands().end(),
-                                  [&](const Command &c) { return c.name == name; });
-  return found == commands().end() ? nullptr : &*found;
 }
 
 std::string no_command(const Program &program, const std::string &name) {
@@ -155,8 +163,8 @@ template <class Body> int guarded(const Program &program, const std::string &nam
     std::fprintf(stderr, "%s: %s\n", program.name, e.what());
     return EXIT_DATA;
   } catch (const UsageError &e) {
-    std::fprintf(stderr, "%s: %s\n%s: try '%s %s --help'\n", program.name, e.what(), program.name,
-                 program.name, name.c_str());
+    std::fprintf(stderr, "%s: %s\n%s: try '%s %s'\n", program.name, e.what(), program.name,
+                 program.name, name.empty() ? "help" : (name + " --help").c_str());
     return EXIT_USAGE;
   } catch (const std::exception &e) {
     std::fprintf(stderr, "%s: internal error: %s\n", program.name, e.what());
@@ -178,8 +186,10 @@ int run_program(const Program &program, int argc, char **argv) {
     return guarded(program, "", [&] { return help_command(program, argc, argv); });
   if (name == "--version" || name == "-V")
     return guarded(program, "", [&] { return version(program); });
-  if (const Command *command = find_command(name); command != nullptr)
+  if (const Command *command = find_command(name); command != nullptr) {
+    clean_up_when_interrupted(program.name);
     return guarded(program, name, [&] { return command->run(argc - 1, argv + 1); });
+  }
   std::fprintf(stderr, "%s: %s\n", program.name, no_command(program, name).c_str());
   print_usage(program, stderr);
   return EXIT_USAGE;

@@ -4,7 +4,7 @@
 
 int main(int argc, char **argv) {
   return rim::run_program({"rim",
-                           {"simulate", "train", "diagnose", "replay", "schema", "check", "show",
-                            "listen", "command", "can-table", "plan", "bench"}},
+                           {"schema", "train", "check", "replay", "diagnose", "show", "listen",
+                            "command", "can-table", "simulate", "plan", "bench"}},
                           argc, argv);
 }

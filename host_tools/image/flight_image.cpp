@@ -170,10 +170,15 @@ Monitor::Monitor(std::vector<std::uint8_t> image, const std::string &name)
     status = rim_monitor_init(&monitor_, memory_.data(), memory_.size() * 8, image_.data(),
                               image.size());
   }
-  if (status != RIM_OK) {
-    throw DataError(name + ": not a flight image for this version: " + rim_status_text(status));
+  if (status == RIM_OK) {
+    (void)rim_image_open(&view_, image_.data(), image.size());
+    return;
   }
-  (void)rim_image_open(&view_, image_.data(), image.size());
+  const std::string magic = RIM_IMAGE_MAGIC;
+  const bool begins = std::string(image.begin(), image.end()).rfind(magic, 0) == 0;
+  throw DataError(name + (begins ? ": not a flight image for this version: " +
+                                       std::string(rim_status_text(status))
+                                 : ": is no flight image (`rim train` writes one)"));
 }
 
 } // namespace rim

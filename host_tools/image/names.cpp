@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "image/names.hpp"
 
+#include <algorithm>
+
 #include "image/image_writer.hpp"
 #include "log/log.hpp"
 #include "util/error.hpp"
@@ -18,6 +20,19 @@ Quantity one_of(const std::vector<Quantity> &list, std::size_t index, const char
     return list[index];
   const std::string made = std::string(what) + " " + std::to_string(index);
   return {made, made, ""};
+}
+
+// A speed that was commanded and the speed that is measured are two things of one name.
+void tell_apart(Names *names) {
+  for (Quantity &feature : names->features) {
+    const auto same = [&](const Quantity &other) {
+      return other.words == feature.words && other.name != feature.name;
+    };
+    if (feature.name.rfind("u.", 0) == 0 &&
+        (std::any_of(names->outcomes.begin(), names->outcomes.end(), same) ||
+         std::any_of(names->features.begin(), names->features.end(), same)))
+      feature.words = "commanded " + feature.words;
+  }
 }
 
 } // namespace
@@ -52,6 +67,7 @@ Names names_of_image(const rim_image &image, const std::string &name) {
     throw DataError(name + ": holds " + std::to_string(found) + " names for " +
                     std::to_string(features) + " features and " + std::to_string(outcomes) +
                     " outcomes");
+  tell_apart(&names);
   return names;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "log/csv_read.hpp"
 #include "log/csv_text.hpp"
+#include "log/date_time.hpp"
 #include "log/derive.hpp"
 #include "log/raw_table.hpp"
 #include "log/schema.hpp"
@@ -9,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <string_view>
 
 namespace rim {
@@ -76,6 +78,7 @@ private:
   void plan_sources();
   void check_outcomes() const;
   bool kept() const;
+  bool time_of(std::string_view field, double &t_s);
   bool parse_row(double &t_s, double *values);
   bool time_moves_on(double t_s);
   void read_rows();
@@ -94,6 +97,7 @@ private:
   std::vector<std::string_view> fields_;
   std::vector<Slot> slots_;
   Slot time_{0, 1.0, 0.0};
+  double first_date_s_ = std::numeric_limits<double>::quiet_NaN();
   std::vector<Filter> filters_;
   std::vector<bool> used_;
   std::string ignored_;
@@ -254,11 +258,25 @@ std::string CsvReader::not_a_number(std::string_view field) const {
               : "");
 }
 
+// A number, or a date and time of day: those count from the file's first.
+bool CsvReader::time_of(std::string_view field, double &t_s) {
+  if (number(field, t_s))
+    return true;
+  double date_s = 0.0;
+  if (!parse_date_time(field, date_s))
+    return false;
+  if (std::isnan(first_date_s_))
+    first_date_s_ = date_s;
+  t_s = std::round(1e6 * (date_s - first_date_s_)) * 1e-6;
+  return true;
+}
+
 // False when a value is missing or not finite.
 bool CsvReader::parse_row(double &t_s, double *values) {
   std::size_t bad = header_.size();
   const auto one = [&](const Slot &slot, double &value) {
-    if (!number(fields_[slot.field], value))
+    const std::string_view field = fields_[slot.field];
+    if (&slot == &time_ ? !time_of(field, value) : !number(field, value))
       fail_row(header_[slot.field], not_a_number(fields_[slot.field]));
     value = slot.scale * value + slot.offset;
     if (!std::isfinite(value) && bad == header_.size())

@@ -26,7 +26,8 @@ constexpr Spelling kSpellings[] = {
     {"\u00b0/s", "degps"}, {"kph", "kmph"},     {"C", "degC"},      {"deg C", "degC"},
     {"\u00b0C", "degC"},   {"celsius", "degC"}, {"percent", "pct"}, {"sec", "s"},
     {"seconds", "s"},      {"Nm", "Nm"},        {"volt", "V"},      {"amp", "A"},
-    {"metres", "m"},       {"meters", "m"}};
+    {"metres", "m"},       {"meters", "m"},     {"1/min", "rpm"},   {"U/min", "rpm"},
+    {"r/min", "rpm"}};
 
 std::string without_prefix(const std::string &name) {
   for (const auto &p : kPrefixes)

@@ -24,8 +24,10 @@ bool is_one_of(const std::string &word, std::initializer_list<const char *> list
 }
 
 bool is_command_word(const std::string &w) {
-  return is_one_of(w, {"cmd", "command", "commanded", "cmds", "setpoint", "sp", "ref", "reference",
-                       "target", "desired", "des", "demand", "throttle", "pwm", "u"});
+  return is_one_of(w,
+                   {"cmd",       "command", "commanded", "cmds",     "setpoint",  "sp",       "ref",
+                    "reference", "target",  "desired",   "des",      "demand",    "throttle", "pwm",
+                    "u",         "set",     "soll",      "sollwert", "stellwert", "consigne"});
 }
 bool is_prediction_word(const std::string &w) {
   return is_one_of(w, {"sim", "simulated", "model", "pred", "predicted", "prediction", "expected"});
@@ -45,7 +47,8 @@ bool is_rate_word(const std::string &w) {
   return is_one_of(w, {"rate", "speed", "velocity", "vel", "gyro", "omega", "dot"});
 }
 bool is_time_word(const std::string &w) {
-  return is_one_of(w, {"t", "time", "timestamp", "stamp", "clock", "tstamp", "seconds", "secs"});
+  return is_one_of(w, {"t", "time", "timestamp", "stamp", "clock", "tstamp", "seconds", "secs",
+                       "zeit", "zeitstempel", "datum"});
 }
 // Says where a reading comes from, not what is read.
 bool is_source_word(const std::string &w) {
@@ -125,6 +128,13 @@ constexpr Conversion kConversions[] = {{"ft", "m", 0.3048},
                                        {"mm/s", "m/s", 1e-3},
                                        {"mG", "m/s^2", 9.80665e-3}};
 
+// Between rows of increasing time.
+void add_steps(const std::vector<double> &times, std::vector<double> *steps) {
+  for (std::size_t i = 1; i < times.size(); i++)
+    if (times[i] > times[i - 1])
+      steps->push_back(times[i] - times[i - 1]);
+}
+
 class Proposer {
 public:
   Proposer(const std::vector<std::string> &paths, const ReaderOptions &reader);
@@ -136,7 +146,9 @@ private:
   }
   const RawColumn &raw(std::size_t table, std::size_t c) const { return tables_[table].columns[c]; }
   bool increases(std::size_t c) const;
+  bool holds_dates(std::size_t c) const;
   double median_step(std::size_t c) const;
+  static double median_step(const RawTable &table, std::size_t c);
   void find_time();
   double time_scale(std::size_t c);
   void measure_time();
@@ -199,14 +211,21 @@ bool Proposer::increases(std::size_t c) const {
   return true;
 }
 
+bool Proposer::holds_dates(std::size_t c) const {
+  return std::any_of(tables_.begin(), tables_.end(),
+                     [c](const RawTable &table) { return table.columns[c].dates > 0; });
+}
+
 double Proposer::median_step(std::size_t c) const {
   std::vector<double> steps;
-  for (const auto &table : tables_) {
-    const auto &v = table.columns[c].values;
-    for (std::size_t i = 1; i < v.size(); i++)
-      if (v[i] > v[i - 1])
-        steps.push_back(v[i] - v[i - 1]);
-  }
+  for (const auto &table : tables_)
+    add_steps(table.columns[c].values, &steps);
+  return steps.empty() ? 0.0 : median(std::move(steps));
+}
+
+double Proposer::median_step(const RawTable &table, std::size_t c) {
+  std::vector<double> steps;
+  add_steps(table.columns[c].values, &steps);
   return steps.empty() ? 0.0 : median(std::move(steps));
 }
 
@@ -215,7 +234,7 @@ void Proposer::find_time() {
   for (std::size_t c = 0; c < out_.columns.size(); c++) {
     if (!increases(c))
       continue;
-    const bool named = any_word(parts_[c].words, is_time_word);
+    const bool named = holds_dates(c) || any_word(parts_[c].words, is_time_word);
     const int points = out_.columns[c].from == "t_s" ? 4 : named ? 3 : is_counter(c) ? 1 : 2;
     if (points > merit) {
       merit = points;
@@ -228,7 +247,8 @@ void Proposer::find_time() {
   ColumnGuess &guess = out_.columns[static_cast<std::size_t>(best)];
   guess.guess = Guess::time;
   guess.certain = merit >= 3;
-  out_.time_scale = time_scale(static_cast<std::size_t>(best));
+  out_.time_dates = holds_dates(static_cast<std::size_t>(best));
+  out_.time_scale = out_.time_dates ? 1.0 : time_scale(static_cast<std::size_t>(best));
 }
 
 // By the name's unit; else the unit in which rows come at 0.2 to 2000 Hz, seconds first.
@@ -260,6 +280,9 @@ void Proposer::measure_time() {
   out_.shortest_s = std::numeric_limits<double>::infinity();
   for (const auto &table : tables_) {
     const auto &v = table.columns[c].values;
+    const double own_s = out_.time_scale * median_step(table, c);
+    if (own_s > 1.2 * out_.period_s || (own_s > 0.0 && 1.2 * own_s < out_.period_s))
+      out_.other_rates.push_back({table.path, 1.0 / own_s});
     for (std::size_t i = 1; i < v.size(); i++) {
       const double period = out_.time_scale * (v[i] - v[i - 1]);
       if (!(period > 0.0)) {
@@ -308,12 +331,18 @@ bool Proposer::is_equal(std::size_t a, std::size_t b) const {
   return true;
 }
 
+// Steps of one but for one row in fifty: a logger that loses rows counts on.
 bool Proposer::is_counter(std::size_t c) const {
   for (const auto &table : tables_) {
     const auto &v = table.columns[c].values;
-    for (std::size_t i = 1; i < v.size(); i++)
-      if (v[i] != v[i - 1] + 1.0)
+    std::size_t others = 0;
+    for (std::size_t i = 1; i < v.size(); i++) {
+      others += v[i] != v[i - 1] + 1.0;
+      if (!(v[i] > v[i - 1]))
         return false;
+    }
+    if (50 * others > v.size())
+      return false;
   }
   return true;
 }
@@ -325,7 +354,7 @@ bool Proposer::settles(std::size_t c) {
   const bool numbers = std::all_of(tables_.begin(), tables_.end(), [c](const RawTable &t) {
     return t.columns[c].text == 0 && t.columns[c].empty < t.rows;
   });
-  if (!numbers)
+  if (!numbers || holds_dates(c))
     guess.guess = Guess::text;
   else if (guess.low == guess.high)
     guess.guess = Guess::constant;

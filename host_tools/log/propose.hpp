@@ -48,11 +48,13 @@ struct Proposal {
   int time = -1;                       // its column
   double time_scale = 1.0;             // to seconds
   bool time_named = false;             // the unit stands in the name
+  bool time_dates = false;             // it holds dates and times of day
   double period_s = 0.0;               // median
   double spread = 0.0;                 // of the middle nine tenths of the periods, per period
   std::size_t gaps = 0, backwards = 0; // longer than 1.5 periods; rows whose time does not increase
   double longest_gap_s = 0.0;
-  double shortest_s = 0.0, longest_s = 0.0; // runs
+  std::vector<std::pair<std::string, double>> other_rates; // logs of another rate, in Hz
+  double shortest_s = 0.0, longest_s = 0.0;                // runs
   bool decimal_comma = false;
   ReaderOptions reader; // as given
   std::vector<ColumnGuess> columns;

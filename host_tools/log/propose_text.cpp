@@ -74,6 +74,9 @@ std::string rate_text(const Proposal &p) {
   if (p.gaps > 0)
     text += fmt::format("# {} gaps are longer than 1.5 periods, the longest lasts {:.4g} s.\n",
                         p.gaps, p.longest_gap_s);
+  for (const auto &[path, hz] : p.other_rates)
+    text += fmt::format("# DECIDE: {} comes at {:.4g} Hz: leave it out, or put all on one grid.\n",
+                        plain(path), hz);
   if (p.spread > 0.5)
     text += fmt::format("# DECIDE: the rows are not evenly spaced (nine tenths of the periods "
                         "spread over {:.0f} % of one).\n# These lines put them on a grid:\n",
@@ -88,6 +91,8 @@ std::string time_text(const Proposal &p) {
   if (time.from == "t_s" && p.time_scale == 1.0)
     return "\n# The time is the column t_s, in seconds.\n";
   std::string text = "\n[time]\ncolumn = " + quoted(time.from);
+  if (p.time_dates)
+    return text + "   # dates and times of day: seconds from the first row of a file\n";
   text += time.certain ? "\n" : "   # GUESS: it increases from row to row\n";
   text += fmt::format("scale = {:g}", p.time_scale);
   if (p.time_named)
@@ -103,7 +108,9 @@ const char *role_words(Guess guess) {
   case Guess::sensor:
     return "a sensor, watched";
   case Guess::context:
-    return "context: where, not watched. Make it s. to watch it";
+    return "context: where or in which mode, not watched. Make it u. if the vehicle was told it, "
+           "s. to "
+           "watch it";
   case Guess::outcome:
     return "measured, and predicted by your simulation: watched";
   case Guess::mean:

@@ -6,6 +6,7 @@
 
 #include "log/candump_log.hpp"
 #include "log/csv_text.hpp"
+#include "log/date_time.hpp"
 #include "log/lcm_log.hpp"
 #include "log/source.hpp"
 #include "util/error.hpp"
@@ -27,6 +28,8 @@ void add_field(RawColumn &column, std::string_view field) {
   if (!parse_number(field, value)) {
     if (parse_comma_number(field, value)) {
       column.decimal_comma = true;
+    } else if (parse_date_time(field, value)) {
+      column.dates++;
     } else {
       value = std::numeric_limits<double>::quiet_NaN();
       column.text++;

@@ -13,6 +13,7 @@ struct RawColumn {
   std::string name;
   std::vector<double> values;      // a row each; NaN: empty, or no number
   std::size_t empty = 0, text = 0; // rows without a value; rows with text that is no number
+  std::size_t dates = 0;           // rows with a date and time of day; their values are seconds
   bool decimal_comma = false;      // of that text some is a number with a comma: 0,25
   std::vector<std::string> words;  // the distinct texts and whole numbers, the first 9
 };

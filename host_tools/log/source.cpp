@@ -81,8 +81,13 @@ bool begins(const std::string &bytes, std::string_view with) {
   return bytes.compare(0, with.size(), with) == 0;
 }
 
+// Text of any encoding has none of the control bytes but tab, the ends of lines and pages, escape.
 bool is_text(const std::string &bytes) {
-  return std::memchr(bytes.data(), '\0', std::min<std::size_t>(bytes.size(), 4096)) == nullptr;
+  const auto end = bytes.begin() + static_cast<long>(std::min<std::size_t>(bytes.size(), 4096));
+  return std::none_of(bytes.begin(), end, [](char c) {
+    const auto byte = static_cast<unsigned char>(c);
+    return byte < 0x20 && (byte < 0x09 || byte > 0x0d) && byte != 0x1b;
+  });
 }
 
 // Text and bytes that only a reader understands.
@@ -165,6 +170,9 @@ LogSource read_log_source(const std::string &path, const Schema *schema) {
     return {converted(path, schema), true}; // rosbag2
   const std::string bytes = content(path);
   std::string text = unpacked(path, bytes);
+  if (begins(text, "PK\x03\x04") || begins(text, "\xD0\xCF\x11\xE0"))
+    throw DataError(path + ": is a spreadsheet or a zip archive: save the table as CSV, or unpack "
+                           "the archive");
   if (!needs_reader(path, text, schema))
     return {std::move(text), false};
   if (text.size() != bytes.size() || !fs::is_regular_file(path, ignored))

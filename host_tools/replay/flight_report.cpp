@@ -88,12 +88,19 @@ void draw_band(Svg &svg, const Panel &p, const std::vector<double> &t_s, const C
   svg.polygon(outline, "band");
 }
 
-// Whether a row of the predictions is marked as the deviation's.
+// Of each row of the predictions the finding whose deviation was in it, from 1; 0: none.
+std::vector<std::uint32_t> findings_of(const Log &rows, const ReplayedLog &result) {
+  std::vector<std::uint32_t> numbers;
+  for (const std::uint32_t row : rows.row)
+    numbers.push_back(
+        row >= 1 && row <= result.labels.finding.size() ? result.labels.finding[row - 1] : 0);
+  return numbers;
+}
+
 std::vector<std::uint8_t> marked(const Log &rows, const ReplayedLog &result) {
   std::vector<std::uint8_t> marks;
-  for (const std::uint32_t row : rows.row)
-    marks.push_back(row >= 1 && row <= result.labels.finding.size() &&
-                    result.labels.finding[row - 1] != 0);
+  for (const std::uint32_t number : findings_of(rows, result))
+    marks.push_back(number != 0);
   return marks;
 }
 
@@ -310,10 +317,28 @@ void append_features(const Log &rows, bool is_first, report::Explore *data) {
     if (k == kMostFeatures)
       return;
     if (is_first)
-      data->features.push_back({plain_name(feature.name), feature.unit, {}});
+      data->features.push_back({feature_text(feature.name), feature.unit, feature.name, {}});
     if (k < data->features.size())
       append(&data->features[k++].values, column(rows, feature.name));
   }
+}
+
+// On board a region with a shape that leans is an ellipse, any other is told as its box.
+report::ExploreRegion explore_region(const rim_region &region, const Names &names) {
+  report::ExploreRegion out;
+  const std::size_t dims = std::min<std::size_t>(region.dims, RIM_REGION_MAX_DIMS);
+  for (std::size_t d = 0; d < dims; ++d) {
+    out.features.push_back(names.feature(region.feature[d]).name);
+    out.lower.push_back(region.lower[d]);
+    out.upper.push_back(region.upper[d]);
+    out.center.push_back(region.center[d]);
+    out.open.emplace_back(false, false);
+    for (std::size_t e = 0; e < dims; ++e) {
+      out.inverse_shape.push_back(region.inverse_shape[d * dims + e]);
+      out.is_ellipse = out.is_ellipse || (d != e && out.inverse_shape.back() != 0.0);
+    }
+  }
+  return out;
 }
 
 std::string counted(std::size_t alarms) {
@@ -322,25 +347,53 @@ std::string counted(std::size_t alarms) {
 
 } // namespace
 
+// The alarms of a log, in the order in which its rows count them (ReplayedLog::labels).
+void FlightReport::add_findings(const Flight &flight, int log, report::Explore *data) const {
+  unsigned bit = 0;
+  for (const Alarm &alarm : flight.alarms) {
+    const rim_alarm &a = alarm.last;
+    if (a.detector == RIM_DETECTOR_INTERFERENCE || bit > 15)
+      continue;
+    report::ExploreFinding finding;
+    finding.number = static_cast<int>(bit) + 1;
+    const std::string what = a.channels > 0 ? names_.outcome(a.channel[0]).words : "";
+    finding.text = fmt::format("{} at {:.1f} s: {} {}", file_name(flight.result.path),
+                               alarm.raised.t_s, kind_text(a.kind), what);
+    finding.log = log;
+    finding.bit = bit++;
+    finding.channel = a.channels > 0 && a.channel[0] < data->channels.size() ? a.channel[0] : -1;
+    finding.region = explore_region(a.region, names_);
+    data->findings.push_back(std::move(finding));
+  }
+}
+
 // What can be touched.
 report::Explore FlightReport::explore() const {
   report::Explore data;
   data.is_replay = true;
   for (std::size_t o = 0; o < std::min(kMostChannels, names_.outcomes.size()); ++o)
-    data.channels.push_back({names_.outcomes[o].words, names_.outcomes[o].unit, {}, {}, {}, {}});
+    data.channels.push_back({names_.outcomes[o].words,
+                             names_.outcomes[o].unit,
+                             names_.outcomes[o].name.substr(names_.outcomes[o].name.find('.') + 1),
+                             {},
+                             {},
+                             {},
+                             {}});
   for (const Flight &f : flights_) {
     if (f.rows.t_s.empty())
       continue;
     if (data.findings.empty() && !f.alarms.empty()) { // opens with the first alarm
-      data.findings.push_back({1, "where a deviation was"});
       data.first_log = data.logs.size();
       const rim_alarm &a = f.alarms.front().last;
       data.first_channel = a.channels > 0 && a.channel[0] < data.channels.size() ? a.channel[0] : 0;
     }
+    add_findings(f, static_cast<int>(data.logs.size()), &data);
     data.logs.push_back({file_name(f.result.path), data.time.size(), f.rows.t_s.size()});
     append(&data.time, f.rows.t_s);
-    for (const std::uint8_t mark : marked(f.rows, f.result))
-      data.acts.push_back(mark);
+    for (const std::uint32_t number : findings_of(f.rows, f.result))
+      data.acts.push_back(number == 0
+                              ? std::uint16_t{0}
+                              : static_cast<std::uint16_t>(1u << std::min(15u, number - 1)));
     for (std::size_t o = 0; o < data.channels.size(); ++o) {
       Course c = course_of(f.rows, names_.outcomes[o].name);
       c.sd.resize(f.rows.t_s.size(), 0.0); // where the log has none
@@ -373,7 +426,8 @@ std::string FlightReport::html() const {
          "</style>\n</head>\n<body>\n<main>\n<header>\n<p class=\"top\"><span>rim replay</span>" +
          (alarms == 0 ? "<span class=\"verdict fine\">\u2713 no alarm</span>"
                       : "<span class=\"verdict bad\">\u2717 " + counted(alarms) + "</span>") +
-         "</p>\n<ol class=\"contents\">\n" + contents + "</ol>\n</header>\n" + parts.section +
+         "</p>\n<ol class=\"contents\">\n" + contents + "</ol>\n" +
+         report::jump_list({{"again", "How to make this again"}}) + "</header>\n" + parts.section +
          cards + "<section id=\"again\">\n<h2>How to make this again</h2>\n<pre>" +
          escape(made_by_) +
          "</pre>\n</section>\n<footer>rimwatch " RIM_VERSION "</footer>\n</main>\n" +

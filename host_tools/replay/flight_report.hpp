@@ -41,6 +41,7 @@ private:
     std::vector<double> t_s, score; // of blocks
   };
   report::Explore explore() const;
+  void add_findings(const Flight &flight, int log, report::Explore *data) const;
   std::string card(const Flight &flight) const;
   std::string alarm_card(const Flight &flight, std::size_t number, const Names &names) const;
 

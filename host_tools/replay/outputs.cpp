@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -12,6 +13,7 @@
 #include "util/data_path.hpp"
 #include "util/error.hpp"
 #include "util/gnuplot.hpp"
+#include "util/interrupt.hpp"
 #include "util/json.hpp"
 #include "util/run_program.hpp"
 
@@ -73,11 +75,9 @@ void ReplayOutputs::add_mcap(bool is_alarm, const std::string &message) {
 // By the package mcap, from a file that goes when it is written.
 void ReplayOutputs::write_mcap() const {
   const std::string lines = mcap_path_ + ".lines." + std::to_string(::getpid());
-  {
-    AtomicFile file(lines);
-    file.write(mcap_lines_);
-    file.commit();
-  }
+  const Unfinished goes(lines);
+  if (!(std::ofstream(lines) << mcap_lines_).flush())
+    throw DataError(lines + ": write failed");
   const ProgramResult result =
       run_program({python_program(), readers_path(), lines, "--write-mcap", mcap_path_});
   ::unlink(lines.c_str());
@@ -85,6 +85,7 @@ void ReplayOutputs::write_mcap() const {
     throw DataError(mcap_path_ + ": writing MCAP needs " + python_program());
   if (result.status != 0)
     throw DataError(result.err.substr(0, result.err.find_last_not_of('\n') + 1));
+  note_kept(mcap_path_);
 }
 
 void ReplayOutputs::begin(const Log &log) {
@@ -163,6 +164,7 @@ void ReplayOutputs::commit() {
     write_plot(traces_, plot_path_);
   if (report_)
     report_file_->write(report_->html());
+  const HoldInterrupts whole; // a moment: all files of this flight or none
   for (AtomicFile *file : {alarms_.get(), labels_.get(), trace_.get(), report_file_.get()}) {
     if (file != nullptr)
       file->commit();

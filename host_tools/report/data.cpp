@@ -80,6 +80,8 @@ std::string feature_text(const std::string &name) {
     return feature_text(diagnose::base_feature(name)) + " " + late;
   const std::string plain = plain_name(name);
   const bool says_so = plain.rfind("cmd", 0) == 0 || plain.rfind("command", 0) == 0;
+  if (name.rfind("m.", 0) == 0)
+    return "predicted " + plain;
   return (name.rfind("u.", 0) == 0 && !says_so ? "commanded " : "") + plain;
 }
 

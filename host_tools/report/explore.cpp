@@ -16,9 +16,11 @@ namespace rim::report {
 namespace {
 
 constexpr std::size_t kMostBytes = 2600000; // of numbers; base64 adds a third
-constexpr std::size_t kMostFindings = 16;
 
 // The program, as the makefile wraps it.
+constexpr const char *kTools =
+#include "explore_tools_js.inc"
+    ;
 constexpr const char *kProgram =
 #include "explore_js.inc"
     ;
@@ -78,6 +80,21 @@ Json logs_json(const Explore &data, std::size_t every, std::vector<std::size_t> 
   return logs;
 }
 
+Json finding_json(const ExploreFinding &f) {
+  Json one = {{"number", f.number},
+              {"text", f.text},
+              {"log", f.log},
+              {"channel", f.channel},
+              {"bit", f.bit}};
+  const ExploreRegion &r = f.region;
+  if (!r.features.empty())
+    one["region"] = {{"features", r.features}, {"lower", r.lower},
+                     {"upper", r.upper},       {"open", r.open},
+                     {"center", r.center},     {"inverse_shape", r.inverse_shape},
+                     {"ellipse", r.is_ellipse}};
+  return one;
+}
+
 std::string data_json(const Explore &data, std::size_t every) {
   std::vector<std::size_t> rows;
   Json json = {{"kind", data.is_replay ? "replay" : "diagnosis"},
@@ -89,8 +106,11 @@ std::string data_json(const Explore &data, std::size_t every) {
   json["acts"] = packed(data.acts, rows);
   json["channels"] = Json::array();
   for (const ExploreChannel &c : data.channels) {
-    Json one = {
-        {"name", c.name}, {"unit", c.unit}, {"z", packed(c.z, rows)}, {"m", packed(c.m, rows)}};
+    Json one = {{"name", c.name},
+                {"unit", c.unit},
+                {"key", c.key},
+                {"z", packed(c.z, rows)},
+                {"m", packed(c.m, rows)}};
     if (!c.after.empty())
       one["after"] = packed(c.after, rows);
     if (!c.sd.empty())
@@ -99,11 +119,11 @@ std::string data_json(const Explore &data, std::size_t every) {
   }
   json["features"] = Json::array();
   for (const ExploreColumn &f : data.features)
-    json["features"].push_back({{"name", f.name}, {"unit", f.unit}, {"v", packed(f.values, rows)}});
+    json["features"].push_back(
+        {{"name", f.name}, {"unit", f.unit}, {"key", f.key}, {"v", packed(f.values, rows)}});
   json["findings"] = Json::array();
-  for (std::size_t i = 0; i < std::min(kMostFindings, data.findings.size()); ++i)
-    json["findings"].push_back(
-        {{"number", data.findings[i].number}, {"text", data.findings[i].text}});
+  for (const ExploreFinding &finding : data.findings)
+    json["findings"].push_back(finding_json(finding));
   return json_text(json, -1, true);
 }
 
@@ -128,6 +148,7 @@ std::string section_html(std::size_t every) {
          "in the lower plot selects its rows in all.</p>\n<p class=\"choices\">" +
          choice("log", "log") + choice("channel", "outcome") + button("reset", "show all") +
          button("rows", "rows as CSV") + button("figure", "figure as PNG") +
+         button("svg", "as SVG") +
          "</p>\n<p class=\"choices\" id=\"explore-findings\"></p>\n"
          "<div class=\"legend\" id=\"explore-levels-legend\"></div>"
          "<div id=\"explore-levels\" class=\"dygraph\"></div>\n"
@@ -136,9 +157,12 @@ std::string section_html(std::size_t every) {
          choice("x", "across") + choice("y", "up") +
          "<span id=\"explore-picked\" aria-live=\"polite\"></span></p>\n"
          "<canvas id=\"explore-map\" role=\"img\" aria-label=\"two features against one another\">"
-         "</canvas>\n<p class=\"note\">Dots are coloured by the residual, blue below and red above "
-         "what was expected; squares behind them are where a finding acts." +
-         (every > 1 ? fmt::format(" Every {}th row is shown.", every) : "") + "</p>\n</section>\n";
+         "</canvas>\n<p class=\"note\">A dot a row, coloured by the residual: blue below and "
+         "orange "
+         "above what was expected. Behind them, where a finding acts. Frames and ellipses: the "
+         "regions that the findings name, where they are of the axes shown; without a line where "
+         "only the data end." +
+         (every > 1 ? fmt::format(" One row in {} is shown.", every) : "") + "</p>\n</section>\n";
 }
 
 constexpr const char *kStyle =
@@ -146,7 +170,8 @@ constexpr const char *kStyle =
     ".choices label{display:flex;gap:6px;align-items:center;padding-left:4px}"
     ".choices select{min-width:0;max-width:min(22em,60vw)}#explore{overflow:hidden}"
     "#explore .dygraph{width:100%;height:250px;margin:6px 0}"
-    "#explore canvas{max-width:100%}#explore-map{width:100%;height:360px}"
+    "#explore canvas{max-width:100%}#explore-map{display:block;width:100%;height:380px}"
+    "#explore-findings button{font-size:12px;padding:0 6px}#explore label[hidden]{display:none}"
     "#explore .legend{min-height:1.6em;margin-left:64px;font-size:13px}"
     "#explore .dygraph-axis-label,#explore .dygraph-label{color:var(--ink2)}"
     "@media print{#explore{display:none}}";
@@ -170,6 +195,14 @@ Library dygraphs() {
   return library;
 }
 
+std::string jump_list(const std::vector<std::pair<std::string, std::string>> &sections) {
+  std::string text =
+      "<nav class=\"jump\">On this page: <a href=\"#explore\" hidden>Look closer</a>";
+  for (const auto &[id, title] : sections)
+    text += fmt::format(" <a href=\"#{}\">{}</a>", id, title);
+  return text + "</nav>\n";
+}
+
 ExploreParts explore_parts(const Explore &data) {
   const Library library = dygraphs();
   if (library.script.empty() || data.channels.empty() || data.time.empty())
@@ -178,7 +211,7 @@ ExploreParts explore_parts(const Explore &data) {
   return {"<style>" + library.style + kStyle + "</style>\n" + section_html(every),
           "<script type=\"application/json\" id=\"rim-data\">" +
               for_script(data_json(data, every)) + "</script>\n<script>" + library.script +
-              "</script>\n<script>" + kProgram + "</script>\n"};
+              "</script>\n<script>" + kTools + kProgram + "</script>\n"};
 }
 
 } // namespace rim::report

@@ -19,12 +19,12 @@ function row(record) {
 function take(record) {
   if (record.message) { // health, counters, a plan's entry
     get(record.message === 'entry' ? 'entry' : 'health').textContent =
-        Object.entries(record).map(([k, v]) => k + ' ' + shown(v)).join(', ');
+        Object.entries(record).map(([ k, v ]) => k + ' ' + shown(v)).join(', ');
     return;
   }
   records.push(record);
   row(record);
-  evidence.push([records.length, record.ln_anom, record.threshold]);
+  evidence.push([ records.length, record.ln_anom, record.threshold ]);
   get('standing').textContent = record.state === 'cleared' ? 'no alarm stands' : record.sentence;
   get('standing').className = 'verdict ' + (record.state === 'cleared' ? 'fine' : 'bad');
 }

@@ -12,6 +12,7 @@
 
 #include "util/atomic_file.hpp"
 #include "util/error.hpp"
+#include "util/interrupt.hpp"
 
 namespace rim::diagnose {
 
@@ -129,6 +130,7 @@ void write_output_folder(const std::vector<std::pair<std::string, std::string>> 
   const fs::path path = resolved(folder);
   if (place_of(folder, path) == Place::absent)
     make_folder(path.parent_path().string());
+  const HoldInterrupts whole; // a moment: the whole folder or none of it
   const Temporary temporary{path.string() + ".tmp." + std::to_string(::getpid())};
   if (::mkdir(temporary.path.c_str(), 0777) != 0)
     refuse(folder, std::string("cannot make a folder beside it: ") + std::strerror(errno));

@@ -59,13 +59,22 @@ std::string head(const Diagnosis &d, const Measured &t) {
     text += "</ol>\n";
   }
   text += "</div>\n";
+  std::vector<std::pair<std::string, std::string>> sections;
+  if (!d.findings.empty())
+    sections = {{"gain", "How much better"}, {"when", "When"}};
+  if (!d.regions.empty())
+    sections.emplace_back("regions", "Where");
+  sections.emplace_back("remains", "What remains");
+  if (!d.notes.empty())
+    sections.emplace_back("notes", "Notes");
+  sections.emplace_back("again", "How to make this again");
   return text + "<dl class=\"facts\">\n" +
          fact("measured", count_of(t.logs.size(), "log") + ", " + count_of(t.rows(), "row") + ", " +
                               number_text(seconds, 4) + " s") +
          fact("simulated by", d.model) +
          fact("searched", count_of(t.channels.size(), "channel") + ", " +
                               count_of(t.features.size(), "feature")) +
-         "</dl>\n</header>\n";
+         "</dl>\n" + rim::report::jump_list(sections) + "</header>\n";
 }
 
 std::string numbers_of(const Finding &f) {
@@ -272,6 +281,14 @@ std::vector<double> list_of(const Vector &values) {
   return {values.data(), values.data() + values.size()};
 }
 
+rim::report::ExploreRegion explore_region(const Gate &gate) {
+  rim::report::ExploreRegion region{gate.features,      gate.lower, gate.upper,     gate.center,
+                                    gate.inverse_shape, {},         gate.is_ellipse};
+  for (std::size_t k = 0; k < gate.features.size(); ++k)
+    region.open.emplace_back(gate.is_open(k, false), gate.is_open(k, true));
+  return region;
+}
+
 // What can be touched: the channels with findings first, and the features that findings name.
 rim::report::Explore explore_data(const Diagnosis &d, const Measured &t) {
   rim::report::Explore data;
@@ -287,17 +304,21 @@ rim::report::Explore explore_data(const Diagnosis &d, const Measured &t) {
   channels.resize(std::min(kMostChannels, channels.size()));
   for (const Channel *c : channels) {
     const View view = view_of(d, t, *c);
-    data.channels.push_back({plain_name(c->name), c->unit, list_of(c->z), list_of(c->m),
+    data.channels.push_back({plain_name(c->name), c->unit, c->name, list_of(c->z), list_of(c->m),
                              d.findings.empty() ? std::vector<double>() : list_of(view.m_after),
                              list_of(view.sd_after)});
   }
   for (std::size_t f = 0; f < std::min<std::size_t>(12, t.features.size()); ++f)
-    data.features.push_back(
-        {feature_text(t.features[f].name), t.features[f].unit, list_of(t.x.col(at(f)))});
+    data.features.push_back({feature_text(t.features[f].name), t.features[f].unit,
+                             t.features[f].name, list_of(t.x.col(at(f)))});
   data.acts.assign(t.rows(), 0);
   for (std::size_t i = 0; i < std::min<std::size_t>(16, d.findings.size()); ++i) {
     const Finding &f = d.findings[i];
-    data.findings.push_back({f.number, heading(f)});
+    const auto of = std::find_if(channels.begin(), channels.end(),
+                                 [&](const Channel *c) { return c->name == f.term.channel; });
+    const int channel = of == channels.end() ? -1 : static_cast<int>(of - channels.begin());
+    data.findings.push_back(
+        {f.number, heading(f), -1, channel, static_cast<unsigned>(i), explore_region(f.term.gate)});
     for (std::size_t r = 0; r < std::min(t.rows(), f.acts.size()); ++r)
       data.acts[r] = static_cast<std::uint16_t>(data.acts[r] | (f.acts[r] != 0 ? 1u << i : 0u));
   }

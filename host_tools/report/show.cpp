@@ -148,6 +148,9 @@ FileKind kind_of_file(const std::string &path) {
                                                              : FileKind::alarms;
   if (head.find("\"rim-extension/1\"") != std::string::npos)
     return FileKind::extension;
+  if (head.find("\"rim-schema/1\"") != std::string::npos)
+    throw DataError(path + ": is a schema, a text to be read in an editor; give it with --schema "
+                           "beside a log");
   // No alarm was raised: the file is there, without a line.
   const bool jsonl = path.size() > 6 && path.compare(path.size() - 6, 6, ".jsonl") == 0;
   return jsonl ? FileKind::alarms : FileKind::log;

@@ -50,8 +50,10 @@ header p.top{margin:0;color:var(--ink2);font-size:.9rem;display:flex;flex-wrap:w
 .big{font-size:1.9rem;font-weight:700;line-height:1.2;color:var(--after)}
 .tile.bad .big{color:var(--warn)}
 .ci,.note{color:var(--ink2);font-size:.87rem}
-ol.contents{margin:.4em 0;padding-left:1.5em;flex:1 1 300px}
+ol.contents{margin:.4em 0;padding-left:2.1em;flex:1 1 300px}
 ol.many{flex-basis:100%;columns:2 300px;column-gap:40px}ol.contents a{color:var(--after)}
+.jump{display:flex;flex-wrap:wrap;gap:2px 18px;margin-top:.8em;font-size:.9rem;color:var(--ink2)}
+.jump a{color:var(--after)}.jump a[hidden]{display:none}
 .finding{border-top:5px solid var(--mine)}
 .badge{display:inline-block;font-size:.8rem;font-weight:600;padding:1px 9px;border-radius:99px;
  border:1.5px solid var(--rule);color:var(--ink2);margin-right:6px;white-space:nowrap}
@@ -139,7 +141,7 @@ svg .f0,svg .f1,svg .f2,svg .f3,svg .f4,svg .f5,svg .f6{fill:var(--mine);stroke:
 )";
 
 constexpr const char *kPaper = R"(
-@media print{body{font-size:10.5pt}main{max-width:none;padding:0}
+@media print{body{font-size:10.5pt;background:none}.jump{display:none}main{max-width:none;padding:0}
 section,header{border:0;padding:8px 0;border-radius:0}.finding{border-top:3px solid var(--mine)}
 .scroll,.drawing{overflow:visible}h2,h3,.callout{break-after:avoid}
 *{print-color-adjust:exact;-webkit-print-color-adjust:exact}.tiles,tr,figure{break-inside:avoid}}

@@ -4,8 +4,8 @@
 
 #include <fmt/format.h>
 
-#include "report/parts.hpp"
 #include "log/log.hpp"
+#include "report/parts.hpp"
 
 namespace rim::diagnose::report {
 

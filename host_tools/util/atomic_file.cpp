@@ -22,8 +22,10 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)) {
   if (exists && S_ISDIR(info.st_mode))
     throw DataError(path_ + ": is a folder");
   const bool direct = exists && !S_ISREG(info.st_mode);
-  if (!direct)
+  if (!direct) {
     temporary_ = path_ + ".tmp." + std::to_string(::getpid());
+    unfinished_.emplace(temporary_);
+  }
   const char *name = direct ? path_.c_str() : temporary_.c_str();
   descriptor_ = ::open(name, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (descriptor_ < 0)
@@ -73,8 +75,12 @@ void AtomicFile::commit() {
   descriptor_ = -1;
   if (::close(descriptor) != 0)
     fail(errno);
-  if (!temporary_.empty() && ::rename(temporary_.c_str(), path_.c_str()) != 0)
+  if (temporary_.empty())
+    return;
+  if (::rename(temporary_.c_str(), path_.c_str()) != 0)
     fail(errno);
+  unfinished_.reset();
+  note_kept(path_);
 }
 
 std::string read_file(const std::string &path) {

@@ -3,14 +3,17 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
+
+#include "util/interrupt.hpp"
 
 namespace rim {
 
 // Writes PATH.tmp.PID beside PATH; commit() flushes it to the disk and renames it. Without a commit
-// the destructor removes it and PATH stays as it was. A device or pipe (/dev/stdout) is written
-// directly. Every failure throws DataError "PATH: reason".
+// the destructor, or the signal that ends the program, removes it and PATH stays as it was. A
+// device or pipe (/dev/stdout) is written directly. Every failure throws DataError "PATH: reason".
 class AtomicFile {
 public:
   explicit AtomicFile(std::string path);
@@ -28,6 +31,7 @@ private:
   [[noreturn]] void fail(int error);
 
   std::string path_, temporary_, buffer_;
+  std::optional<Unfinished> unfinished_;
   int descriptor_ = -1;
 };
 

@@ -113,9 +113,33 @@ print("alarms", [v for k, t, v in read if k == "alarm"] == alarms and len(alarms
 rows = [line.split(",") for line in open("own.trace")][1:]
 got = [v for k, t, v in read if k == "verdict"]
 print("verdicts", len(got) == 900 and all(abs(float(r[3]) - v["score"]) < 1e-6 * (1 + abs(v["score"])) for r, v in zip(rows, got)))
-print("times", all(t == round(1e9 * v["t_s"]) for k, t, v in read))
+print("times", all(t == round(1e9 * v["t_s"]) for k, t, v in read if k != "log"))
+# What `mcap doctor` looks at: the CRCs, the summary against what is there, every channel and schema that a
+# message names, times in order; and each message against the schema that it says it has.
+import jsonschema
+from collections import Counter
+with open("own.mcap", "rb") as file:
+    reader = make_reader(file, validate_crcs=True)
+    summary, all_of = reader.get_summary(), list(reader.iter_messages())
+    file.seek(0)
+    in_file_order = [m.log_time for _, _, m in make_reader(file, validate_crcs=True).iter_messages(log_time_order=False)]
+counts = Counter(m.channel_id for _, _, m in all_of)
+s = summary.statistics
+print("doctor", s.message_count == len(all_of) and dict(s.channel_message_counts) == dict(counts)
+      and s.message_start_time == min(in_file_order) and s.message_end_time == max(in_file_order)
+      and s.channel_count == len(summary.channels) and s.schema_count == len(summary.schemas)
+      and in_file_order == sorted(in_file_order) and len(summary.chunk_indexes) == s.chunk_count)
+for schema, channel, message in all_of:
+    assert channel.message_encoding == "json" and schema.encoding == "jsonschema"
+    jsonschema.Draft202012Validator(json.loads(schema.data)).validate(json.loads(message.data))
+names = Counter(schema.name for schema, _, _ in all_of)
+print("schemas", names["rim.Alarm"] == names["foxglove.Log"] == len(alarms) and names["rim.Verdict"] == 900)
+logs = [v for k, t, v in read if k == "log"]
+print("texts", [v["message"].split(": ", 1)[1] for v in logs] == [a["sentence"] for a in alarms]
+      and all(v["level"] in (3, 4) or v["message"].startswith("cleared") for v in logs)
+      and all(v["timestamp"]["sec"] * 10**9 + v["timestamp"]["nsec"] == t for k, t, v in read if k == "log"))
 END
-for text in "alarms True" "verdicts True" "times True"; do contains "MCAP" "$(cat mcap.txt)" "$text"; done
+for text in "alarms True" "verdicts True" "times True" "doctor True" "schemas True" "texts True"; do contains "MCAP" "$(cat mcap.txt)" "$text"; done
 RIM_PYTHON=$here/nothing "$RIM" replay own.csv --mcap no.mcap > /dev/null 2> err.txt; check "without mcap" 3 $?
 contains "without mcap: said" "$(cat err.txt)" "no.mcap: .*python3 -m pip install mcap"
 check "nothing half-written" "" "$(ls -- *.lines.* no.mcap 2> /dev/null)"

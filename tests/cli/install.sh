@@ -61,7 +61,8 @@ done
 [ "$pieces" -ge 4 ]; check "there are such pieces" 0 $?
 err=$(head -c 100 /dev/zero > "$here/zero.rim"; "$here/watch" "$here/zero.rim" 2>&1 < /dev/null)
 check "and refuses what is no image" 3 $?
-contains "with a reason" "$err" "."
+contains "with a reason" "$err" "zero.rim: ."
+contains "a file that is missing is named" "$("$here/watch" "$here/none.rim" 2>&1)" "none.rim: No such file"
 # The readers are found beside the installed program, and a project finds the library by CMake.
 printf '{"t_s": 0, "s.a_m": 1}\n{"t_s": 1, "s.a_m": 2}\n' > "$here/log.jsonl"
 python=python3; [ -x "$BUILD/venv/bin/python3" ] && python=$BUILD/venv/bin/python3

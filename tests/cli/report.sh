@@ -100,7 +100,7 @@ cat > touch.html <<'EOF'
 {
 const E = rimExplore, g = E.levels(), row = 700;
 const box = g.graphDiv.getBoundingClientRect();
-const [x, y] = g.toDomCoords(g.getValue(row, 0), g.getValue(row, 1)[0]);
+const [x, y] = g.toDomCoords(g.getValue(row, 0), g.getValue(row, 1));
 const move = (element, type, x, y) => element.dispatchEvent(
   new MouseEvent(type, {clientX: x, clientY: y, bubbles: true, cancelable: true, view: window}));
 move(g.mouseEventElement_, 'mousemove', box.left + x, box.top + y);
@@ -119,10 +119,15 @@ const inside = () => {
   const [head, ...rows] = E.csv().split('\n'), at = head.split(',').indexOf('finding');
   return rows.filter(l => l.split(',')[at] === '1').length;
 };
-const before = inside();
+const before = inside(), drawn = E.regionsDrawn();
+const drawing = new DOMParser().parseFromString(E.drawing(), 'image/svg+xml');
+const svg = drawing.querySelector('parsererror') ? 'broken' : drawing.querySelectorAll('path').length > 20;
 if (first) first.click();
+const jump = [...document.querySelectorAll('.jump a')];
+const links = jump.length > 1 && jump.every(a => !a.hidden && document.querySelector(a.getAttribute('href')));
 document.title = `touched legend=[${legend}] both=${both} linked=${linked} lines=${lines} ` +
-  `picked=${picked} off=${before > 0 && inside() === 0} figure=${E.picture().height > 500}`;
+  `picked=${picked} off=${before > 0 && inside() === 0} figure=${E.picture().height > 500} ` +
+  `regions=${drawn}-${E.regionsDrawn()} svg=${svg} contents=${links}`;
 }
 </script>
 EOF
@@ -173,6 +178,9 @@ if has_command diagnose; then
     contains "zoom: both plots, and the rows to download" "$seen" 'linked=20-40 lines=202 '
     contains "a rectangle selects" "$seen" 'picked=1500 rows selected'
     contains "a finding switched off" "$seen" 'off=true figure=true'
+    contains "its region is drawn, and goes with it" "$seen" 'regions=1-0 '
+    contains "the figure as SVG" "$seen" 'svg=true'
+    contains "contents" "$seen" 'contents=true'
     RIM_DYGRAPHS=/nowhere "$RIM" diagnose log.csv --out still > /dev/null 2>&1
     check "without dygraphs: no script" 0 "$(grep -c '<script' still/report.html)"
     page still still/report.html
@@ -200,6 +208,7 @@ if [ -f /usr/share/javascript/dygraphs/dygraph.min.js ]; then
   seen=$(touched flight/report.html)
   z=$(awk -F, 'NR == 702 {printf "%.3g", $4}' log.csv) m=$(awk -F, 'NR == 702 {printf "%.3g", $5}' log.csv)
   contains "flight: hover" "$seen" "70: measured: $z[0-9]* expected: $m[0-9]*"
+  contains "flight: an alarm's region, its SVG, contents" "$seen" 'off=true figure=true regions=1-0 svg=true contents=true'
   check "flight: no message while it is touched" 0 "$(console)"
 fi
 

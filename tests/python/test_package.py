@@ -3,6 +3,7 @@
 Seeds are those of rimwatch.example_logs: 1 to 20. Last line: N passed, N failed."""
 
 import doctest
+import inspect
 import json
 import os
 import subprocess
@@ -206,7 +207,28 @@ def test_detector():
     check("most of them apply", passed >= len(failed), (passed, failed))
 
 
+def public_things():
+    """What the package offers: classes and functions, and the methods of classes. Those of C++ (Verdict,
+    the errors, Monitor.step) are shown in the examples of what gives them."""
+    for name in rimwatch.__all__:
+        thing = getattr(rimwatch, name)
+        if thing.__module__ == "rimwatch._core":
+            continue
+        yield name, thing
+        for key, value in vars(thing).items() if inspect.isclass(thing) else ():
+            value = value.__func__ if isinstance(value, classmethod) else value
+            if not key.startswith("_") and inspect.isfunction(value):
+                yield f"{name}.{key}", value
+
+
 def test_documentation():
+    things = dict(public_things())
+    without = [n for n, thing in things.items() if ">>>" not in (inspect.getdoc(thing) or "")]
+    check("an example for each", not without and len(things) > 20, without)
+    untyped = [n for n, thing in things.items() if inspect.isfunction(thing)
+               and set(inspect.signature(thing).parameters) - {"self", "cls"}
+               - set(thing.__annotations__)]
+    check("types of all arguments", not untyped, untyped)
     for module in ("", "logs", "monitor", "diagnosis", "example", "detector"):
         name = f"rimwatch.{module}".rstrip(".")
         result = doctest.testmod(sys.modules[name])

@@ -26,14 +26,14 @@ if _os.path.isdir(_os.path.join(_here, "data")):
 
 from ._core import DataError, UsageError, Verdict  # noqa: E402
 from .diagnosis import Diagnosis, Extension, Finding, diagnose  # noqa: E402
-from .example import example_logs  # noqa: E402
+from .example import example_diagnosis, example_logs  # noqa: E402
 from .logs import read, read_raw  # noqa: E402
 from .monitor import Image, Monitor, Replay, Run, replay, train  # noqa: E402
 
 __all__ = [
     "DataError", "Diagnosis", "Extension", "Finding", "Image", "Monitor", "Replay", "RimDetector",
-    "Run", "UsageError", "Verdict", "diagnose", "example_logs", "read", "read_raw", "replay",
-    "train",
+    "Run", "UsageError", "Verdict", "diagnose", "example_diagnosis", "example_logs", "read",
+    "read_raw", "replay", "train",
 ]
 
 

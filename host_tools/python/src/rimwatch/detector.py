@@ -40,7 +40,13 @@ class RimDetector(OutlierMixin, BaseEstimator):
         self.false_alarm = false_alarm
 
     def fit(self, X: Any, y: Any = None, groups: Optional[Any] = None) -> "RimDetector":
-        """groups: the run of every row, [n_samples]; rows of a run follow one another."""
+        """groups: the run of every row, [n_samples]; rows of a run follow one another.
+
+        >>> import pandas as pd, rimwatch
+        >>> X = pd.concat(rimwatch.example_logs(4), ignore_index=True)
+        >>> rimwatch.RimDetector().fit(X, groups=X.index // 600).image_.outcomes
+        ['s.speed_mps', 's.current_A']
+        """
         named = list(X.columns) if isinstance(X, pd.DataFrame) else None
         X = validate_data(self, X, dtype="float64", ensure_min_samples=2)
         names = self._columns = _roles(named or range(X.shape[1]))
@@ -57,15 +63,39 @@ class RimDetector(OutlierMixin, BaseEstimator):
         return self
 
     def score_samples(self, X: Any) -> np.ndarray:
-        """Minus the monitor's score at every row, [n_samples]: lower is more deviant."""
+        """Minus the monitor's score at every row, [n_samples]: lower is more deviant.
+
+        >>> import numpy as np, rimwatch
+        >>> X = np.concatenate([log.to_numpy() for log in rimwatch.example_logs(8)])
+        >>> detector = rimwatch.RimDetector(runs=8).fit(X)
+        >>> run = rimwatch.example_logs(1, first=9)[0].to_numpy()
+        >>> bool((detector.score_samples(run) > detector.offset_).all())
+        True
+        """
         return -self._run(X).rows["score"].to_numpy()
 
     def decision_function(self, X: Any) -> np.ndarray:
-        """Below 0 where the score is above the one that raises an alarm."""
+        """Below 0 where the score is above the one that raises an alarm.
+
+        >>> import numpy as np, rimwatch
+        >>> X = np.concatenate([log.to_numpy() for log in rimwatch.example_logs(8)])
+        >>> detector = rimwatch.RimDetector(runs=8).fit(X)
+        >>> run = rimwatch.example_logs(1, first=9)[0].to_numpy()
+        >>> bool((detector.decision_function(run) > 0).all())
+        True
+        """
         return self.score_samples(X) - self.offset_
 
     def predict(self, X: Any) -> np.ndarray:
-        """-1 for the rows in which a deviation was that an alarm found, 1 for all others."""
+        """-1 for the rows in which a deviation was that an alarm found, 1 for all others.
+
+        >>> import numpy as np, rimwatch
+        >>> X = np.concatenate([log.to_numpy() for log in rimwatch.example_logs(8)])
+        >>> detector = rimwatch.RimDetector(runs=8).fit(X)
+        >>> run = rimwatch.example_logs(1, first=9)[0].to_numpy()
+        >>> bool((detector.predict(run) == 1).all())
+        True
+        """
         return np.where(self._run(X).rows["finding"].to_numpy() > 0, -1, 1)
 
     def _run(self, X: Any):

@@ -22,7 +22,13 @@ Simulate = Callable[[pd.DataFrame], Mapping[str, Any]]
 
 @dataclass(frozen=True)
 class Finding:
-    """A deviation that was claimed; `facts` has every field of diagnosis.json."""
+    """A deviation that was claimed; `facts` has every field of diagnosis.json.
+
+    >>> import rimwatch
+    >>> finding = rimwatch.example_diagnosis().findings[0]
+    >>> finding.channel, finding.p_value < 0.01, str(finding) == finding.sentence
+    ('current_A', True, True)
+    """
 
     channel: str
     cause: str
@@ -40,18 +46,41 @@ class Finding:
 
 class Extension:
     """The terms that a diagnosis found: call it with a log, it gives the log with the predictions
-    (m. and sd. columns) of the extended model."""
+    (m. and sd. columns) of the extended model.
+
+    >>> import rimwatch
+    >>> extension, log = rimwatch.example_diagnosis().extension, rimwatch.example_logs(1)[0]
+    >>> corrected = extension(log.rename(columns={"s.current_A": "z.current_A"}).assign(
+    ...     **{"m.current_A": 0.4 + 0.64 * log["s.speed_mps"]}))
+    >>> bool((corrected["z.current_A"] - corrected["m.current_A"]).std() < 0.05)
+    True
+    """
 
     def __init__(self, toml: str) -> None:
         self.toml = toml
 
     @classmethod
     def load(cls, path: Union[str, "os.PathLike[str]"]) -> "Extension":
+        """Of an extension.toml, as `rim diagnose` and `save` write it. It is read when it is called.
+
+        >>> import tempfile, rimwatch
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     rimwatch.Extension("# none").save(f"{folder}/none.toml")
+        ...     print(rimwatch.Extension.load(f"{folder}/none.toml"))
+        # none
+        """
         with open(path, encoding="utf-8") as file:
             return cls(file.read())
 
     def save(self, path: Union[str, "os.PathLike[str]"]) -> None:
-        """For `rim simulate`, `rim replay` and `rim diagnose --extension`."""
+        """For `rim simulate`, `rim replay` and `rim diagnose --extension`.
+
+        >>> import os, tempfile, rimwatch
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     rimwatch.Extension("# none").save(f"{folder}/none.toml")
+        ...     os.listdir(folder)
+        ['none.toml']
+        """
         with open(path, "w", encoding="utf-8") as file:
             file.write(self.toml)
 
@@ -66,7 +95,13 @@ class Extension:
 
 
 class Diagnosis:
-    """What `rim diagnose` says, with its report for a notebook."""
+    """What `rim diagnose` says, with its report for a notebook.
+
+    >>> import rimwatch
+    >>> found = rimwatch.example_diagnosis()
+    >>> found.adequate, bool(found.gain.loc["current_A", "ratio"] < 0.5)
+    (False, True)
+    """
 
     def __init__(self, core: "_core.Diagnosed") -> None:
         self._core = core
@@ -84,7 +119,14 @@ class Diagnosis:
         return pd.DataFrame(self.facts["gain"]["channels"]).T
 
     def save(self, folder: Union[str, "os.PathLike[str]"]) -> None:
-        """diagnosis.json, labels.csv, extension.toml and report.html, all or none."""
+        """diagnosis.json, labels.csv, extension.toml and report.html, all or none.
+
+        >>> import os, tempfile, rimwatch
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     rimwatch.example_diagnosis().save(f"{folder}/diagnosis")
+        ...     sorted(os.listdir(f"{folder}/diagnosis"))
+        ['diagnosis.json', 'extension.toml', 'labels.csv', 'report.html']
+        """
         self._core.write(os.fspath(folder))
 
     def __str__(self) -> str:

@@ -38,16 +38,35 @@ class Image:
 
     @classmethod
     def load(cls, path: Union[str, "os.PathLike[str]"]) -> "Image":
-        """Of a file that `rim train` or `save` wrote. DataError where it is damaged."""
+        """Of a file that `rim train` or `save` wrote. DataError where it is damaged.
+
+        >>> import tempfile, rimwatch
+        >>> image = rimwatch.train(rimwatch.example_logs(4))
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     image.save(f"{folder}/cart.rim")
+        ...     rimwatch.Image.load(f"{folder}/cart.rim").data == image.data
+        True
+        """
         with open(path, "rb") as file:
             return cls(file.read(), os.fspath(path))
 
     def save(self, path: Union[str, "os.PathLike[str]"]) -> None:
-        """Writes the file that rimd and `rim` take; it appears whole or not at all."""
+        """Writes the file that rimd and `rim` take; it appears whole or not at all.
+
+        >>> import os, tempfile, rimwatch
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     rimwatch.train(rimwatch.example_logs(4)).save(f"{folder}/cart.rim")
+        ...     os.listdir(folder)
+        ['cart.rim']
+        """
         temporary = f"{os.fspath(path)}.tmp.{os.getpid()}"
-        with open(temporary, "wb") as file:
-            file.write(self.data)
-        os.replace(temporary, path)
+        try:
+            with open(temporary, "wb") as file:
+                file.write(self.data)
+            os.replace(temporary, path)
+        finally:
+            if os.path.exists(temporary):
+                os.unlink(temporary)
 
     @property
     def features(self) -> List[str]:
@@ -97,7 +116,14 @@ def train(logs: Union[LogLike, Iterable[LogLike]], schema: Optional[str] = None,
 
 @dataclass(frozen=True)
 class Run:
-    """What the monitor said of one log."""
+    """What the monitor said of one log.
+
+    >>> import rimwatch
+    >>> image = rimwatch.train(rimwatch.example_logs(8))
+    >>> run = rimwatch.Monitor(image).run(rimwatch.example_logs(1, first=9, bias=0.3)[0])
+    >>> run.healthy, run.alarms[0]["channels"], int(run.rows["finding"].max())
+    (False, ['s.current_A'], 1)
+    """
 
     path: str
     text: str  #: a sentence and the counts, as `rim replay` prints them
@@ -122,7 +148,14 @@ class Run:
 
 @dataclass(frozen=True)
 class Replay:
-    """What the monitor said of several logs, one after another."""
+    """What the monitor said of several logs, one after another.
+
+    >>> import rimwatch
+    >>> image = rimwatch.train(rimwatch.example_logs(8))
+    >>> result = rimwatch.replay(rimwatch.example_logs(2, first=9, bias=0.3), image)
+    >>> result.raised, len(result.runs), len(result.digest)
+    (2, 2, 16)
+    """
 
     runs: List[Run]
     digest: str  #: of every verdict: equal to that of `rim replay`
@@ -174,11 +207,24 @@ class Monitor:
         self.step = self._monitor.step
 
     def alarms(self) -> List[Dict[str, Any]]:
-        """Records that wait beside those that the verdicts carried (Verdict.alarm_json)."""
+        """Records that wait beside those that the verdicts carried (Verdict.alarm_json).
+
+        >>> import rimwatch
+        >>> rimwatch.Monitor(rimwatch.train(rimwatch.example_logs(4))).alarms()
+        []
+        """
         return [json.loads(line) for line in self._monitor.records()]
 
     def reset(self) -> None:
-        """Forgets all rows: another run begins."""
+        """Forgets all rows: another run begins.
+
+        >>> import rimwatch
+        >>> monitor = rimwatch.Monitor(rimwatch.train(rimwatch.example_logs(4)))
+        >>> start, verdict = monitor.digest, monitor.step(0.0, [0.0, 0.0, 0.4])
+        >>> monitor.reset()
+        >>> monitor.digest == start
+        True
+        """
         self._monitor.reset()
 
     @property
@@ -187,7 +233,13 @@ class Monitor:
         return f"{self._monitor.digest:016x}"
 
     def run(self, frame: LogLike, schema: Optional[str] = None) -> Run:
-        """A whole log at once, as `rim replay` does it; the rows given to step are not touched."""
+        """A whole log at once, as `rim replay` does it; the rows given to step are not touched.
+
+        >>> import rimwatch
+        >>> monitor = rimwatch.Monitor(rimwatch.train(rimwatch.example_logs(8)))
+        >>> monitor.run(rimwatch.example_logs(1, first=9)[0]).healthy
+        True
+        """
         return _run(_core.Replayer(self.image.data, self.image.name), log_of(frame, schema))
 
 
