@@ -9,13 +9,14 @@
 #include "train/behaviour.hpp"
 #include "train/calibrate.hpp"
 #include "train/fit.hpp"
+#include "train/healthy_runs.hpp"
 #include "image/flight_image.hpp"
 
 namespace rim {
 
 struct TrainOptions {
   CalibrationOptions calibration;
-  double block_s = 0.0; // length of a block; 0: so that a run has some 240
+  BlockingOptions blocking;
   double stale_s = 2.0; // input older than this: STALE
 };
 
@@ -36,12 +37,15 @@ struct Training {
   std::vector<std::string> warnings;
   NoiseModel noise;
   Promise promise;
+  InputRows input;
 };
 
 // At least three logs with the same columns: of sensors (s. columns), or with the user's own
 // predictions (z. m. columns), of which noise and thresholds alone are learnt. DataError otherwise,
 // and for runs of different rates. Deterministic.
 Training train(const std::vector<Log> &logs, const TrainOptions &options);
+// The same from runs that were made elsewhere: of files (LogSet), or of part files.
+Training train(const HealthyRuns &healthy, const TrainOptions &options);
 
 } // namespace rim
 #endif
