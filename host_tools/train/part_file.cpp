@@ -255,7 +255,7 @@ void PartWriter::add(std::size_t number, const BlockRun &run) {
   put_u64(&out, number);
   put_u64(&out, narrow.size());
   put_u64(&out, wide.size());
-  put_u64(&out, crc_of(narrow + wide));
+  put_u64(&out, crc_of(out + narrow + wide));
   file_.write(out);
   file_.write(narrow);
   file_.write(wide);
@@ -282,15 +282,17 @@ void read_part_runs(const std::string &path, HealthyRuns *healthy,
     at += sizeof word;
     if (word[0] >= holder->size() || word[1] > all - at || word[2] > all - at - word[1])
       throw DataError(path + ": is cut off or damaged");
-    std::string bytes(static_cast<std::size_t>(word[1] + word[2]), '\0');
-    file->read(at, bytes.data(), bytes.size());
+    const std::size_t words = 3 * sizeof word[0];
+    std::string bytes(words + static_cast<std::size_t>(word[1] + word[2]), '\0');
+    std::memcpy(bytes.data(), word, words);
+    file->read(at, bytes.data() + words, bytes.size() - words);
     const auto r = static_cast<std::size_t>(word[0]);
     if (crc_of(bytes) != word[3])
       throw DataError(path + ": the blocks of " + healthy->paths[r] + " are damaged");
     if (!(*holder)[r].empty())
       throw DataError(path + ": holds " + healthy->paths[r] + ", which " + (*holder)[r] +
                       " holds too");
-    bytes.resize(static_cast<std::size_t>(word[1]));
+    bytes = bytes.substr(words, static_cast<std::size_t>(word[1]));
     BlockRun run = narrow_run(path, bytes, healthy->plan);
     if (word[2] != 8 * static_cast<std::uint64_t>(run.blocks()) *
                        (columns[0] + columns[1] + columns[2]))

@@ -3,7 +3,7 @@
 //
 // Little-endian. "RIMPART1"; u64 bytes of the header, the header (JSON: what is known of all runs),
 // its CRC-32 as u64; u64 number of runs; then of each run u64 number, u64 bytes of its narrow and
-// of its wide matrices, u64 CRC-32 of both, and the two.
+// of its wide matrices, u64 CRC-32 of these three and of the matrices, and the matrices.
 #ifndef RIM_TRAIN_PART_FILE_HPP
 #define RIM_TRAIN_PART_FILE_HPP
 
