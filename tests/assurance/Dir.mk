@@ -96,3 +96,10 @@ campaign-try: deps
 	@timeout 240 $(MAKE) --no-print-directory SUDO='sudo -n' campaign-deps > $(BUILD)/campaign-deps.txt 2>&1 < /dev/null || \
 	  echo "test: campaigns on a cluster are skipped: $$(grep -v '^make' $(BUILD)/campaign-deps.txt | tail -n 1)"
 test: campaign-try
+
+# The same on a Slurm of this computer: a minute, as root; not a part of `make test`.
+.PHONY: slurm-deps test-slurm
+slurm-deps: campaign-deps
+	$(call install_missing,slurm-wlm munge)
+test-slurm: slurm-deps host thesis ## a campaign and a training as arrays of a real Slurm on this computer (root; installs slurm-wlm)
+	@RIM=$(abspath $(BUILD)/rim) RIM_THESIS=$(abspath $(BUILD)/rim-thesis) BUILD=$(abspath $(BUILD)) tests/slurm/run.sh
