@@ -10,6 +10,7 @@
 #include "util/atomic_file.hpp"
 #include "util/data_path.hpp"
 #include "util/error.hpp"
+#include "util/memory.hpp"
 #include "util/parallel_for.hpp"
 #include "util/progress.hpp"
 #include "world/cobot.hpp"
@@ -20,6 +21,7 @@
 #include <cstdlib>
 #include <optional>
 #include <sys/resource.h>
+#include <utility>
 
 namespace {
 
@@ -168,11 +170,12 @@ void learn_image(const Options &o) {
   const auto start = std::chrono::steady_clock::now();
   rim::AtomicFile file(o.out); // a place that cannot be written is found before the work
   rim::LogSet logs(o.merge ? std::vector<std::string>() : o.logs, schema_of(o));
-  const rim::HealthyRuns healthy =
+  rim::HealthyRuns healthy =
       o.merge ? rim::merged_parts(o.logs) : rim::healthy_runs(&logs, o.train.blocking);
-  const rim::Training training = rim::train(healthy, o.train);
+  const std::size_t runs = healthy.paths.size();
+  const rim::Training training = rim::train(std::move(healthy), o.train);
   const std::vector<std::uint8_t> image = rim::make_image(training.plan);
-  print_input(training, healthy.paths.size());
+  print_input(training, runs);
   for (const std::string &warning : training.warnings)
     std::fprintf(stderr, "rim: warning: %s\n", warning.c_str());
   if (!o.quick)
@@ -193,6 +196,7 @@ int cmd_train(int argc, char **argv) {
   if (!app.parse(argc, argv))
     return rim::EXIT_FINE;
   check_options(o);
+  rim::map_large_pieces();
   if (o.threads > 0)
     rim::set_parallel_threads(o.threads);
   o.train.blocking.folder = parent_of(o.out);

@@ -18,7 +18,7 @@ namespace rim {
 // needed and nothing else. Threads may ask at the same time.
 class LogSet {
 public:
-  static constexpr std::size_t kKeptBytes = std::size_t{512} << 20;
+  static constexpr std::size_t kKeptBytes = std::size_t{256} << 20;
 
   // Of logs that stay where they are.
   explicit LogSet(const std::vector<Log> &logs);

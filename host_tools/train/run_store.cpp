@@ -145,6 +145,11 @@ void RunStore::put_from(std::size_t r, BlockRun narrow, std::shared_ptr<BlockFil
   std::copy(columns, columns + 3, places_[r].columns);
 }
 
+void RunStore::forget_wide() {
+  places_.clear();
+  room_.reset();
+}
+
 std::shared_ptr<const WideBlocks> RunStore::wide(std::size_t r) const {
   const Place &place = places_[r];
   if (place.memory != nullptr)

@@ -47,7 +47,7 @@ struct WideBlocks {
 
 class RunStore {
 public:
-  static constexpr std::size_t kWideBytes = std::size_t{512} << 20;
+  static constexpr std::size_t kWideBytes = std::size_t{256} << 20;
 
   // Room for n runs. The wide matrices of the first few stay in memory, as many as wide_bytes
   // hold; `folder` is where the file of the others goes ("": $TMPDIR, else /tmp).
@@ -63,6 +63,9 @@ public:
                 const std::size_t columns[3]);
   // The wide matrices of run r.
   std::shared_ptr<const WideBlocks> wide(std::size_t r) const;
+
+  // The wide matrices are not asked for any more.
+  void forget_wide();
 
   // Narrow: terms, early and late are empty.
   std::size_t size() const { return runs_.size(); }

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "util/error.hpp"
+#include "util/memory.hpp"
 #include "util/parallel_for.hpp"
 
 extern "C" {
@@ -228,8 +229,8 @@ Training train(const std::vector<Log> &logs, const TrainOptions &options) {
   return train(healthy_runs(&set, options.blocking), options);
 }
 
-Training train(const HealthyRuns &healthy, const TrainOptions &options) {
-  const RunStore &runs = healthy.runs;
+Training train(HealthyRuns healthy, const TrainOptions &options) {
+  RunStore &runs = healthy.runs;
   Training training;
   FlightPlan &plan = training.plan;
   plan = healthy.plan;
@@ -240,14 +241,20 @@ Training train(const HealthyRuns &healthy, const TrainOptions &options) {
                                              : fit_behaviour(&plan.basis, runs, outcomes);
   if (plan.layout.external)
     learn_means(&plan.basis, runs);
-  const std::vector<Matrix> level =
+  give_back_memory();
+  std::vector<Matrix> level =
       wants_level(plan.layout, runs) ? fit_level(&plan, runs) : std::vector<Matrix>{};
-  const Agreement agreement =
+  give_back_memory();
+  Agreement agreement =
       fit_agreement(plan.layout, plan.basis, healthy.integrands, runs, behaviour.residual, level);
   if (std::count(agreement.source.begin(), agreement.source.end(), AGREEMENT_LEVEL) == 0)
     plan.level.clear();
   const std::vector<Matrix> residual = all_residuals(runs, behaviour, agreement);
   const std::vector<Eigen::VectorXd> disturbance = disturbances(agreement, behaviour.residual);
+  runs.forget_wide(); // what is not needed any more goes
+  for (auto *matrices : {&level, &behaviour.residual, &behaviour.scatter, &agreement.remains})
+    std::vector<Matrix>().swap(*matrices);
+  give_back_memory();
   std::vector<SearchRun> seen;
   for (std::size_t r = 0; r < runs.size(); ++r)
     seen.push_back({&runs[r], &behaviour.predicted[r], &residual[r], &disturbance[r]});

@@ -45,7 +45,7 @@ struct Training {
 // and for runs of different rates. Deterministic.
 Training train(const std::vector<Log> &logs, const TrainOptions &options);
 // The same from runs that were made elsewhere: of files (LogSet), or of part files.
-Training train(const HealthyRuns &healthy, const TrainOptions &options);
+Training train(HealthyRuns healthy, const TrainOptions &options);
 
 } // namespace rim
 #endif
