@@ -42,13 +42,16 @@ const char *const kFooter =
     "  rim train nominal/run_*.csv --out lander.rim\n"
     "  rim replay --model lander.rim flight51.csv\n"
     "Example: a robot's image that also detects when somebody holds the robot\n"
-    "  rim train held/*.csv control/*.csv --interference held.csv --model robot.rim --out both.rim\n"
+    "  rim train held/*.csv control/*.csv --interference held.csv --model robot.rim --out "
+    "both.rim\n"
     "Example: the blocks of many landings made in two places, and the image learnt of them\n"
     "  rim train landings/*.csv --shard 1/2 --out 1.part     (2/2 elsewhere, of the same logs)\n"
     "  rim train --merge 1.part 2.part --out lander.rim";
 
 void declare(rim::cli::Arguments &app, Options &o) {
-  app.add_option("LOG", o.logs, "logs of healthy runs, at least 3; with --merge part files")->required()->type_name("");
+  app.add_option("LOG", o.logs, "logs of healthy runs, at least 3; with --merge part files")
+      ->required()
+      ->type_name("");
   app.add_option("--out", o.out, "the flight image")->required()->type_name("MODEL.rim");
   app.add_option("--schema", o.schema, "roles, units and rates of foreign logs")
       ->type_name("FILE.toml");

@@ -35,8 +35,8 @@ std::shared_ptr<const Log> LogSet::get(std::size_t i) {
       options.warnings = nullptr;
     was_read_[i] = 1;
   }
-  auto log = std::make_shared<const Log>(
-      read_log(paths_[i], schema_ ? &*schema_ : nullptr, options));
+  auto log =
+      std::make_shared<const Log>(read_log(paths_[i], schema_ ? &*schema_ : nullptr, options));
   const std::lock_guard<std::mutex> lock(guard_);
   if (bytes_of(*log) <= room_) {
     room_ -= bytes_of(*log);

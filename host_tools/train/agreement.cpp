@@ -442,8 +442,7 @@ void learn_scales(Agreement *a, const std::vector<Matrix> &residual) {
 }
 
 // Residuals of every outcome, in standard deviations, from those of the others.
-Regression linear_regression(const Agreement &a, const Basis &basis,
-                             const RunStore &runs,
+Regression linear_regression(const Agreement &a, const Basis &basis, const RunStore &runs,
                              const std::vector<Matrix> &residual) {
   Regression linear;
   linear.runs = runs.size();

@@ -176,8 +176,8 @@ public:
 
 private:
   // weights[question][fold and ridge]: of runs without the fold.
-  std::vector<std::vector<Eigen::MatrixXd>> all_weights(const std::vector<Question> &questions)
-      const;
+  std::vector<std::vector<Eigen::MatrixXd>>
+  all_weights(const std::vector<Question> &questions) const;
 
   const Basis &basis_;
   const RunStore &runs_;
@@ -337,9 +337,8 @@ void learn_means(Basis *basis, const RunStore &runs) {
 namespace {
 
 // errors[choice][target]: of outcomes and scatter, or of outcomes less their first readings.
-std::vector<std::vector<std::vector<double>>> errors_of_choices(const Fitter &fitter,
-                                                                const Basis &basis,
-                                                                Eigen::Index outcomes) {
+std::vector<std::vector<std::vector<double>>>
+errors_of_choices(const Fitter &fitter, const Basis &basis, Eigen::Index outcomes) {
   std::vector<Question> questions;
   for (const Choice &choice : kChoices) {
     if (!choice.initial)
@@ -412,9 +411,8 @@ std::vector<Matrix> predict_runs(const Fitter &fitter, std::vector<FoldModels> *
   for (std::size_t t = 0; t < models->size(); ++t) {
     FoldModels &m = (*models)[t];
     for (std::size_t f = 0; f <= kFolds; ++f)
-      m.intercept.push_back(
-          fitter.mean()[m.column] +
-          sum(static_cast<Eigen::Index>(t), static_cast<Eigen::Index>(f)) / n[f]);
+      m.intercept.push_back(fitter.mean()[m.column] +
+                            sum(static_cast<Eigen::Index>(t), static_cast<Eigen::Index>(f)) / n[f]);
   }
   return by_weights;
 }
@@ -481,9 +479,8 @@ Behaviour fit_behaviour(Basis *basis, const RunStore &runs, std::size_t outcomes
     for (auto *matrices : {&b.predicted, &b.residual, &b.scatter})
       matrices->emplace_back(run.blocks(), static_cast<Eigen::Index>(outcomes));
   }
-  parallel_for(2 * outcomes, [&](std::size_t t) {
-    judge_target(fitter, runs, by_weights, models[t], t, &b);
-  });
+  parallel_for(2 * outcomes,
+               [&](std::size_t t) { judge_target(fitter, runs, by_weights, models[t], t, &b); });
   return b;
 }
 

@@ -52,8 +52,7 @@ std::vector<std::uint16_t> given(const Survey &survey) {
   return features;
 }
 
-void choose_inputs(Basis *basis, const Survey &survey,
-                   const std::vector<std::uint16_t> &features) {
+void choose_inputs(Basis *basis, const Survey &survey, const std::vector<std::uint16_t> &features) {
   const Layout &layout = survey.layout;
   const auto add = [basis](std::uint16_t a, std::uint16_t b) {
     if (basis->inputs.size() < kMostInputs)
@@ -79,8 +78,7 @@ void choose_inputs(Basis *basis, const Survey &survey,
   }
   for (std::size_t i = 0; i < features.size(); ++i) {
     for (std::size_t j = i + 1; j < features.size(); ++j) {
-      if (takes_both_signs(survey, features[i]) ||
-          takes_both_signs(survey, features[j]))
+      if (takes_both_signs(survey, features[i]) || takes_both_signs(survey, features[j]))
         add(features[i], static_cast<std::uint16_t>(features[j] | BASIS_OF_PRODUCT));
     }
   }

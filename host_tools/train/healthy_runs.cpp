@@ -115,9 +115,9 @@ BlockRun blocks_of(LogSet *logs, std::size_t r, const RunFacts &facts, const Hea
   hash_of(*log, content);
   if (content[0] != facts.content[0] || content[1] != facts.content[1])
     throw DataError(log->path + ": changed while it was read");
-  BlockRun run = block_run(
-      *log, plan.layout, plan.basis,
-      {plan.block_rows, plan.period_s, plan.low, plan.high, healthy.integrands});
+  BlockRun run =
+      block_run(*log, plan.layout, plan.basis,
+                {plan.block_rows, plan.period_s, plan.low, plan.high, healthy.integrands});
   if (run.blocks() < kLeastBlocks)
     throw DataError(fmt::format("{}: {} blocks of {} rows; a run needs at least {}", log->path,
                                 run.blocks(), plan.block_rows, kLeastBlocks));

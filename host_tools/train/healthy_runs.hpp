@@ -35,9 +35,9 @@ struct HealthyRuns {
 };
 
 struct BlockingOptions {
-  double block_s = 0.0;                            // length of a block; 0: a run has some 240
-  std::size_t wide_bytes = RunStore::kWideBytes;   // of the blocks, kept in memory
-  std::string folder;                              // for the file of the others: as RunStore
+  double block_s = 0.0;                          // length of a block; 0: a run has some 240
+  std::size_t wide_bytes = RunStore::kWideBytes; // of the blocks, kept in memory
+  std::string folder;                            // for the file of the others: as RunStore
 };
 
 // At least three logs with the same columns. DataError: fewer, other columns, runs of different

@@ -70,9 +70,9 @@ struct Narrow {
 };
 std::vector<Narrow> narrow_of(BlockRun *run, const FlightPlan &plan) {
   const std::size_t features = plan.layout.features(), outcomes = plan.layout.outcomes();
-  return {{&run->context, features},   {&run->outcome, outcomes}, {&run->predicted, outcomes},
-          {&run->scatter, outcomes},   {&run->repeats, outcomes},
-          {&run->means, plan.basis.means.size()}};
+  return {{&run->context, features},   {&run->outcome, outcomes},
+          {&run->predicted, outcomes}, {&run->scatter, outcomes},
+          {&run->repeats, outcomes},   {&run->means, plan.basis.means.size()}};
 }
 
 std::string narrow_bytes(const BlockRun &run) {
@@ -150,8 +150,8 @@ Basis basis_of(const nlohmann::json &j) {
 }
 
 nlohmann::json layout_json(const Layout &l) {
-  return {{"features", l.feature_names},   {"feature_units", l.feature_units},
-          {"outcomes", l.outcome_names},   {"outcome_units", l.outcome_units},
+  return {{"features", l.feature_names},     {"feature_units", l.feature_units},
+          {"outcomes", l.outcome_names},     {"outcome_units", l.outcome_units},
           {"of_feature", l.outcome_feature}, {"roles", l.command},
           {"external", l.external}};
 }
@@ -294,8 +294,8 @@ void read_part_runs(const std::string &path, HealthyRuns *healthy,
                       " holds too");
     bytes = bytes.substr(words, static_cast<std::size_t>(word[1]));
     BlockRun run = narrow_run(path, bytes, healthy->plan);
-    if (word[2] != 8 * static_cast<std::uint64_t>(run.blocks()) *
-                       (columns[0] + columns[1] + columns[2]))
+    if (word[2] !=
+        8 * static_cast<std::uint64_t>(run.blocks()) * (columns[0] + columns[1] + columns[2]))
       throw DataError(path + ": a run's blocks are not of the size that its header says");
     healthy->runs.put_from(r, std::move(run), file, at + word[1], columns);
     (*holder)[r] = path;

@@ -21,7 +21,9 @@ std::string folder_for_files(const std::string &asked) {
   return !asked.empty() ? asked : set != nullptr && set[0] != '\0' ? set : "/tmp";
 }
 
-std::size_t bytes_of(const Matrix &m) { return sizeof(double) * static_cast<std::size_t>(m.size()); }
+std::size_t bytes_of(const Matrix &m) {
+  return sizeof(double) * static_cast<std::size_t>(m.size());
+}
 
 } // namespace
 
@@ -38,8 +40,8 @@ std::shared_ptr<BlockFile> BlockFile::unnamed(const std::string &folder) {
   std::string name = folder + "/rim_blocks_XXXXXX";
   const int descriptor = ::mkstemp(name.data());
   if (descriptor < 0)
-    throw DataError(folder + ": no file for the blocks of the runs can be made there: " +
-                    std::strerror(errno));
+    throw DataError(
+        folder + ": no file for the blocks of the runs can be made there: " + std::strerror(errno));
   ::unlink(name.c_str());
   return std::shared_ptr<BlockFile>(new BlockFile(descriptor, name));
 }

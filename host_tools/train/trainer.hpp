@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
+#include "image/flight_image.hpp"
 #include "train/behaviour.hpp"
 #include "train/calibrate.hpp"
 #include "train/fit.hpp"
 #include "train/healthy_runs.hpp"
-#include "image/flight_image.hpp"
 
 namespace rim {
 
@@ -22,9 +22,9 @@ struct TrainOptions {
 
 // How well one outcome is modelled, and how large a fault must be to be seen.
 struct OutcomeReport {
-  double r2 = 0.0, error = 0.0; // of behaviour, runs left out
-  double agreement = 1.0;       // its error over behaviour's
-  int source = 0;                // agreement_source
+  double r2 = 0.0, error = 0.0;                // of behaviour, runs left out
+  double agreement = 1.0;                      // its error over behaviour's
+  int source = 0;                              // agreement_source
   double noise = 0.0, effect = 0.0, rho = 0.0; // of the better channel
   double detectable = 0.0; // constant offset over half of a run that reaches the alarm
   std::string model;       // which terms, in words

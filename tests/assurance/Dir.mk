@@ -20,7 +20,7 @@ $(ASSURE)/fleet: tests/assurance/fleet.c tests/assurance/flight.h $(BUILD)/libri
 
 .PHONY: fleet
 fleet: $(ASSURE)/fleet $(CROSS)/landing.rec $(CROSS)/golf_flight.rec ## a thousand monitors in one process: rows a second of one core, and memory
-	@$(ASSURE)/fleet $(CROSS)/landing.rec 1 600 && $(ASSURE)/fleet $(CROSS)/landing.rec 1000 600 && $(ASSURE)/fleet $(CROSS)/golf_flight.rec 1000 100
+	@$(ASSURE)/fleet $(CROSS)/landing.rec 1 600 && $(ASSURE)/fleet $(CROSS)/landing.rec 1000 600 && $(ASSURE)/fleet $(CROSS)/golf_flight.rec 1000 100 && $(ASSURE)/fleet $(CROSS)/golf_flight.rec 1000 100 4
 
 FLIPS ?= 1000
 FLIP_SEED ?= 1

@@ -236,13 +236,12 @@ void training_and_flight_predict_the_same(void **) {
   const std::vector<std::uint8_t> models = rim::behaviour_section(l.basis, l.behaviour);
   rim_basis view;
   assert_int_equal(rimi_basis_open(&view, basis.data(), basis.size(),
-                                  static_cast<std::uint32_t>(l.layout.features()), kOutcomes),
+                                   static_cast<std::uint32_t>(l.layout.features()), kOutcomes),
                    RIM_OK);
   rim_behaviour flight;
   assert_int_equal(
       rimi_behaviour_open(&flight, models.data(), models.size(), view.terms, kOutcomes), RIM_OK);
-  const rim::BlockRun run =
-      rim::block_run(made_vehicle(kSeed + 300), l.layout, l.basis, l.options);
+  const rim::BlockRun run = rim::block_run(made_vehicle(kSeed + 300), l.layout, l.basis, l.options);
   const rim::Matrix terms = standard_terms(l.basis, run);
   double predicted[2 * kOutcomes];
   for (Eigen::Index b = 0; b < run.blocks(); ++b) {
