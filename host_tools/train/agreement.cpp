@@ -478,6 +478,11 @@ struct Sources {
   Regression linear, few, integral;
 };
 
+// What the regressors leave of a target in one run.
+Eigen::VectorXd left_over(const Rows &rows, Eigen::Index target, const Eigen::VectorXd &weight) {
+  return rows.y.col(target) - rows.x * weight;
+}
+
 // One outcome's relation: the one that shows an offset over half a run best.
 class Choice {
 public:
@@ -488,10 +493,8 @@ public:
   void try_residuals(const std::vector<Eigen::Index> &columns) {
     const Fit fit = best_fit(from_.linear, columns, j_, kRidges);
     const double inverse_sd = a_.inverse_sd[static_cast<std::size_t>(j_)];
-    for (std::size_t r = 0; r < remains_.size(); ++r) {
-      const Rows rows = from_.linear.rows(r);
-      remains_[r] = (rows.y.col(j_) - rows.x * fit.weight[r % kFolds]) / inverse_sd;
-    }
+    for (std::size_t r = 0; r < remains_.size(); ++r)
+      remains_[r] = left_over(from_.linear.rows(r), j_, fit.weight[r % kFolds]) / inverse_sd;
     weight = fit.weight[kFolds];
     take(AGREEMENT_RESIDUALS, std::sqrt(fit.squares / std::max(fit.own, 1e-300)));
   }
@@ -504,8 +507,7 @@ public:
     const double sd = from_.levels.sd[j_];
     double own = 0.0;
     for (std::size_t r = 0; r < remains_.size(); ++r) {
-      const Rows rows = from_.few.rows(r);
-      remains_[r] = (rows.y.col(j_) - rows.x * fit.weight[r % kFolds]) * sd;
+      remains_[r] = left_over(from_.few.rows(r), j_, fit.weight[r % kFolds]) * sd;
       own += from_.residual[r].col(j_).squaredNorm();
     }
     if (offset_variance(remains_) >= kMustWin * variance)
