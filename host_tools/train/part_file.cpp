@@ -7,6 +7,7 @@
 #include <zlib.h>
 
 #include "util/error.hpp"
+#include "util/version.hpp"
 
 namespace rim {
 
