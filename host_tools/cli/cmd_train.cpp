@@ -10,6 +10,7 @@
 #include "util/atomic_file.hpp"
 #include "util/data_path.hpp"
 #include "util/error.hpp"
+#include "util/memory.hpp"
 #include "util/parallel_for.hpp"
 #include "util/progress.hpp"
 #include "world/cobot.hpp"
@@ -20,15 +21,16 @@
 #include <cstdlib>
 #include <optional>
 #include <sys/resource.h>
+#include <utility>
 
 namespace {
 
 struct Options {
   std::vector<std::string> logs;
-  std::string out, schema, interference, robot, model;
+  std::string out, schema, interference, robot, model, shard;
   rim::TrainOptions train;
   unsigned threads = 0;
-  bool quick = false;
+  bool quick = false, merge = false;
 };
 
 const char *const kFooter =
@@ -42,10 +44,15 @@ const char *const kFooter =
     "  rim train nominal/run_*.csv --out lander.rim\n"
     "  rim replay --model lander.rim flight51.csv\n"
     "Example: a robot's image that also detects when somebody holds the robot\n"
-    "  rim train held/*.csv control/*.csv --interference held.csv --model robot.rim --out both.rim";
+    "  rim train held/*.csv control/*.csv --interference held.csv --model robot.rim --out "
+    "both.rim\n"
+    "Example: the blocks of many landings made in two places, and the image learnt of them\n"
+    "  rim train landings/*.csv --shard 1/2 --out 1.part     (2/2 elsewhere, of the same logs)\n"
+    "  rim train --merge 1.part 2.part --out lander.rim";
 
 void declare(rim::cli::Arguments &app, Options &o) {
-  app.add_option("LOG", o.logs, "logs of healthy runs, at least 3")->required();
+  app.add_option("LOG", o.logs, "logs of healthy runs, at least 3; with --merge part files")
+      ->required();
   app.add_option("--out", o.out, "the flight image")->required()->type_name("MODEL.rim");
   app.add_option("--schema", o.schema, "roles, units and rates of foreign logs")
       ->type_name("FILE.toml");
@@ -55,7 +62,7 @@ void declare(rim::cli::Arguments &app, Options &o) {
   app.add_option("--false-alarm", o.train.calibration.false_alarm,
                  "largest acceptable share of healthy runs with any alarm (default 0.05)")
       ->check(rim::cli::range(1e-6, 0.999999));
-  app.add_option("--block-seconds", o.train.block_s,
+  app.add_option("--block-seconds", o.train.blocking.block_s,
                  "length of a block of rows, which the search takes as one observation\n(default: "
                  "such that a run has about 240 blocks)")
       ->check(rim::cli::range(1e-6, 1e6));
@@ -76,14 +83,26 @@ void declare(rim::cli::Arguments &app, Options &o) {
                  "with --interference: flight image to add the detector to. The result is written\n"
                  "to --out. Its rows need u.vx_mps, and s.vx_mps or z.vx_mps")
       ->type_name("MODEL.rim");
+  app.add_option("--shard", o.shard,
+                 "make only the blocks of the runs I, I + N, I + 2 N, ... of the logs, and write\n"
+                 "them to --out, a part file. All logs are named, and are read")
+      ->type_name("I/N");
+  app.add_flag("--merge", o.merge,
+               "the files are not logs but the N parts of --shard: learn from them. The image is\n"
+               "the one that the logs would give, to the last bit");
   app.add_flag("--quick", o.quick, "print the short report, without the table of models");
   app.footer(kFooter);
 }
 
+std::optional<rim::Schema> schema_of(const Options &o) {
+  if (o.schema.empty())
+    return std::nullopt;
+  return rim::read_schema(o.schema);
+}
+
+// All at once, for what is learnt row by row.
 std::vector<rim::Log> read_logs(const Options &o) {
-  std::optional<rim::Schema> schema;
-  if (!o.schema.empty())
-    schema = rim::read_schema(o.schema);
+  const std::optional<rim::Schema> schema = schema_of(o);
   std::vector<rim::Log> logs(o.logs.size());
   rim::Progress progress("read", o.logs.size());
   rim::parallel_for(o.logs.size(), [&](std::size_t i) {
@@ -93,21 +112,18 @@ std::vector<rim::Log> read_logs(const Options &o) {
   return logs;
 }
 
-void print_input(const std::vector<rim::Log> &logs, const rim::FlightPlan &plan) {
-  std::size_t rows = 0, skipped = 0, filtered = 0, commands = 0;
-  for (const rim::Log &log : logs) {
-    rows += log.t_s.size();
-    skipped += log.rows_skipped;
-    filtered += log.rows_filtered;
-  }
+void print_input(const rim::Training &training, std::size_t runs) {
+  const rim::FlightPlan &plan = training.plan;
+  const rim::InputRows &input = training.input;
+  std::size_t commands = 0;
   for (const std::uint8_t bits : plan.layout.command) // 2 and 4: an angle
     commands += (bits & 1U) != 0;
   std::printf("%zu runs, %zu rows at %.4g Hz: %zu sensors, %zu commands, %zu further context\n",
-              logs.size(), rows, 1.0 / plan.period_s, plan.layout.outcomes(), commands,
+              runs, input.rows, 1.0 / plan.period_s, plan.layout.outcomes(), commands,
               plan.layout.features() - plan.layout.outcome_feature.size() - commands);
-  std::printf("rows skipped for a missing or infinite value: %zu", skipped);
-  if (filtered > 0)
-    std::printf("; left out by the schema: %zu", filtered);
+  std::printf("rows skipped for a missing or infinite value: %zu", input.skipped);
+  if (input.filtered > 0)
+    std::printf("; left out by the schema: %zu", input.filtered);
   std::printf("\n");
 }
 
@@ -128,28 +144,42 @@ void learn_interference(const std::vector<rim::Log> &logs, const Options &o) {
   rim::train_interference(logs, o.interference, robot ? &robot->wheels() : nullptr, o.model, o.out);
 }
 
-int cmd_train(int argc, char **argv) {
-  Options o;
-  rim::cli::Arguments app{"Learn what healthy runs do and write the flight image.", "rim train"};
-  declare(app, o);
-  if (!app.parse(argc, argv))
-    return rim::EXIT_FINE;
+void check_options(const Options &o) {
   if (!o.model.empty() && o.interference.empty())
     throw rim::UsageError("--model needs --interference: there is no detector to add");
   if (!o.robot.empty() && o.interference.empty())
     throw rim::UsageError("--robot needs --interference");
-  if (o.threads > 0)
-    rim::set_parallel_threads(o.threads);
+  if ((o.merge || !o.shard.empty()) && !o.interference.empty())
+    throw rim::UsageError("--interference is learnt of all logs at once: without --shard, --merge");
+  if (o.merge && !o.shard.empty())
+    throw rim::UsageError("--shard makes a part, --merge learns from parts: one at a time");
+  if (o.merge && (!o.schema.empty() || o.train.blocking.block_s > 0.0))
+    throw rim::UsageError("--schema and --block-seconds belong to --shard: parts hold blocks");
+}
+
+std::string parent_of(const std::string &path) {
+  const std::size_t slash = path.rfind('/');
+  return slash == std::string::npos ? "." : path.substr(0, slash + 1);
+}
+
+void make_part(const Options &o) {
+  const rim::Shard shard = rim::parse_shard(o.shard);
+  rim::LogSet logs(o.logs, schema_of(o));
+  const rim::PartWritten part = rim::write_part(&logs, o.train.blocking, shard, o.out);
+  std::printf("%s written: the blocks of %zu of %zu runs, %.2f GB of memory\n", o.out.c_str(),
+              part.runs, part.all, peak_gb());
+}
+
+void learn_image(const Options &o) {
   const auto start = std::chrono::steady_clock::now();
   rim::AtomicFile file(o.out); // a place that cannot be written is found before the work
-  const std::vector<rim::Log> logs = read_logs(o);
-  if (!o.interference.empty()) {
-    learn_interference(logs, o);
-    return rim::EXIT_FINE;
-  }
-  const rim::Training training = rim::train(logs, o.train);
+  rim::LogSet logs(o.merge ? std::vector<std::string>() : o.logs, schema_of(o));
+  rim::HealthyRuns healthy =
+      o.merge ? rim::merged_parts(o.logs) : rim::healthy_runs(&logs, o.train.blocking);
+  const std::size_t runs = healthy.paths.size();
+  const rim::Training training = rim::train(std::move(healthy), o.train);
   const std::vector<std::uint8_t> image = rim::make_image(training.plan);
-  print_input(logs, training.plan);
+  print_input(training, runs);
   for (const std::string &warning : training.warnings)
     std::fprintf(stderr, "rim: warning: %s\n", warning.c_str());
   if (!o.quick)
@@ -161,6 +191,26 @@ int cmd_train(int argc, char **argv) {
   file.commit();
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
   std::printf("%s written: %.1f s, %.2f GB of memory\n", o.out.c_str(), elapsed.count(), peak_gb());
+}
+
+int cmd_train(int argc, char **argv) {
+  Options o;
+  rim::cli::Arguments app{"Learn what healthy runs do and write the flight image.", "rim train"};
+  declare(app, o);
+  if (!app.parse(argc, argv))
+    return rim::EXIT_FINE;
+  check_options(o);
+  rim::map_large_pieces();
+  if (o.threads > 0)
+    rim::set_parallel_threads(o.threads);
+  o.train.blocking.folder = parent_of(o.out);
+  if (!o.shard.empty())
+    make_part(o);
+  else if (!o.interference.empty()) {
+    rim::AtomicFile place(o.out); // one that cannot be written is found before the work
+    learn_interference(read_logs(o), o);
+  } else
+    learn_image(o);
   return rim::EXIT_FINE;
 }
 

@@ -2,9 +2,7 @@
 #include "image/layout.hpp"
 
 #include <algorithm>
-#include <cmath>
 
-#include "stats/robust.hpp"
 #include "util/error.hpp"
 
 namespace rim {
@@ -63,33 +61,18 @@ void check_layout(const Layout &layout, const Log &log) {
   compare(layout.outcome_names, other.outcome_names);
 }
 
-void find_angles(Layout *layout, const std::vector<Log> &logs) {
-  for (std::size_t f = 0; f < layout->features(); ++f) {
-    const std::string &unit = layout->feature_units[f];
-    const bool degrees = unit == "deg" || unit == "degrees";
-    if (unit != "rad" && !degrees)
-      continue;
-    const double turn = degrees ? 360.0 : 2.0 * 3.14159265358979323846;
-    std::size_t jumps = 0;
-    for (const Log &log : logs) {
-      const int c = find_column(log, layout->feature_names[f]);
-      for (Eigen::Index t = 1; c >= 0 && t < log.values.rows(); ++t)
-        jumps += std::abs(log.values(t, c) - log.values(t - 1, c)) > 0.75 * turn;
-    }
-    if (jumps > 0)
-      layout->command[f] = static_cast<std::uint8_t>(layout->command[f] | (degrees ? 4U : 2U));
-  }
+namespace {
+bool in_degrees(const std::string &unit) { return unit == "deg" || unit == "degrees"; }
+} // namespace
+
+double whole_turn(const Layout &layout, std::size_t feature) {
+  const std::string &unit = layout.feature_units[feature];
+  return in_degrees(unit) ? 360.0 : unit == "rad" ? 2.0 * 3.14159265358979323846 : 0.0;
 }
 
-double median_period_s(const std::vector<Log> &logs) {
-  std::vector<double> periods;
-  for (const Log &log : logs) {
-    for (std::size_t t = 1; t < log.t_s.size(); ++t)
-      periods.push_back(log.t_s[t] - log.t_s[t - 1]);
-  }
-  if (periods.empty())
-    throw DataError("the logs have fewer than two rows");
-  return median(std::move(periods));
+void mark_angle(Layout *layout, std::size_t feature) {
+  const unsigned bit = in_degrees(layout->feature_units[feature]) ? 4U : 2U;
+  layout->command[feature] = static_cast<std::uint8_t>(layout->command[feature] | bit);
 }
 
 } // namespace rim

@@ -25,10 +25,9 @@ Layout layout_of(const Log &log);
 // DataError naming the file and column where a log's columns differ from the layout.
 void check_layout(const Layout &layout, const Log &log);
 
-// Marks features that are angles: unit rad or degrees, and readings that jump by most of a turn.
-void find_angles(Layout *layout, const std::vector<Log> &logs);
-
-// Median time between rows of all logs; DataError with fewer than two rows.
-double median_period_s(const std::vector<Log> &logs);
+// Of a feature whose unit is that of an angle (rad, degrees): a whole turn in it; else 0.
+double whole_turn(const Layout &layout, std::size_t feature);
+// Marks a feature with such a unit, whose readings jump by most of a turn, as an angle.
+void mark_angle(Layout *layout, std::size_t feature);
 
 } // namespace rim

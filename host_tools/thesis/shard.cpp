@@ -8,7 +8,6 @@
 #include "util/version.hpp"
 
 #include <algorithm>
-#include <charconv>
 
 namespace rim {
 
@@ -16,22 +15,7 @@ namespace {
 
 constexpr const char *kSchema = "rim-campaign/1";
 
-bool parse_whole(const std::string &s, std::uint64_t &value) {
-  const auto [end, error] = std::from_chars(s.data(), s.data() + s.size(), value);
-  return error == std::errc() && end == s.data() + s.size() && !s.empty();
-}
-
 } // namespace
-
-Shard parse_shard(const std::string &text) {
-  Shard shard;
-  const std::size_t slash = text.find('/');
-  if (slash == std::string::npos || !parse_whole(text.substr(0, slash), shard.index) ||
-      !parse_whole(text.substr(slash + 1), shard.count) || shard.index < 1 ||
-      shard.index > shard.count)
-    throw UsageError("--shard " + text + ": expected I/N with 1 <= I <= N");
-  return shard;
-}
 
 void compute_units(Campaign *campaign, const Shard &shard, const std::string &label,
                    const std::function<nlohmann::json(std::uint64_t)> &unit_value) {

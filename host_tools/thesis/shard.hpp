@@ -15,16 +15,9 @@
 #include <string>
 #include <vector>
 
+#include "util/shard.hpp"
+
 namespace rim {
-
-struct Shard {
-  std::uint64_t index = 1; // 1..count
-  std::uint64_t count = 1;
-  bool owns(std::uint64_t unit) const { return unit % count == index - 1; }
-};
-
-// "2/5"; UsageError otherwise.
-Shard parse_shard(const std::string &text);
 
 struct Campaign {
   std::string kind;      // e.g. "golf-f1"

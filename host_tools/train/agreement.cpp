@@ -2,6 +2,7 @@
 // What remains of one outcome from what remains of the others.
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include <Eigen/Cholesky>
 
@@ -66,32 +67,43 @@ struct Sums {
   Eigen::MatrixXd cross;
 };
 
-// Regressors, targets (one per outcome), and their sums per fold left out; fold kFolds: of all.
+// Regressors and targets (one per outcome) of one run.
+struct Rows {
+  Matrix x, y;
+};
+
+// Of all runs, made when they are needed; and their sums per fold left out, fold kFolds: of all.
 struct Regression {
-  std::vector<Matrix> x, y;
+  std::size_t runs = 0;
+  std::function<Rows(std::size_t)> rows;
   std::vector<Sums> folds;
 };
 
 void add_folds(Regression *r, Eigen::Index clip_from) {
-  const Eigen::Index p = r->x.front().cols(), o = r->y.front().cols();
-  std::vector<Sums> sums(r->x.size());
-  parallel_for(r->x.size(), [&](std::size_t i) {
-    sums[i].gram = r->x[i].transpose() * r->x[i];
-    // An outcome that is far off is no guide to what healthy ones say of each other.
-    const Matrix y = clip_from > 0
-                         ? Matrix(r->y[i].array().max(-AGREEMENT_CLIP).min(AGREEMENT_CLIP).matrix())
-                         : r->y[i];
-    sums[i].cross = r->x[i].transpose() * y;
-  });
-  r->folds.assign(kFolds + 1, {Eigen::MatrixXd::Zero(p, p), Eigen::MatrixXd::Zero(p, o)});
-  for (std::size_t f = 0; f <= kFolds; ++f) {
-    for (std::size_t i = 0; i < r->x.size(); ++i) {
-      if (i % kFolds == f)
-        continue;
-      r->folds[f].gram += sums[i].gram;
-      r->folds[f].cross += sums[i].cross;
-    }
-  }
+  parallel_in_order(
+      r->runs,
+      [&](std::size_t i) {
+        const Rows rows = r->rows(i);
+        Sums sums;
+        sums.gram = rows.x.transpose() * rows.x;
+        // An outcome that is far off is no guide to what healthy ones say of each other.
+        const Matrix y =
+            clip_from > 0 ? Matrix(rows.y.array().max(-AGREEMENT_CLIP).min(AGREEMENT_CLIP).matrix())
+                          : rows.y;
+        sums.cross = rows.x.transpose() * y;
+        return sums;
+      },
+      [&](std::size_t i, const Sums &sums) {
+        const Eigen::Index p = sums.gram.rows(), o = sums.cross.cols();
+        if (i == 0)
+          r->folds.assign(kFolds + 1, {Eigen::MatrixXd::Zero(p, p), Eigen::MatrixXd::Zero(p, o)});
+        for (std::size_t f = 0; f <= kFolds; ++f) {
+          if (i % kFolds == f)
+            continue;
+          r->folds[f].gram += sums.gram;
+          r->folds[f].cross += sums.cross;
+        }
+      });
 }
 
 Eigen::VectorXd solve(const Sums &sums, const std::vector<Eigen::Index> &columns, Eigen::Index y,
@@ -122,35 +134,41 @@ struct Fit {
 template <std::size_t n>
 Fit best_fit(const Regression &r, const std::vector<Eigen::Index> &columns, Eigen::Index y,
              const double (&ridges)[n]) {
-  Fit best;
-  best.squares = 1e300;
-  for (const double ridge : ridges) {
-    Fit fit;
-    for (std::size_t f = 0; f < kFolds; ++f) {
-      fit.weight.push_back(solve(r.folds[f], columns, y, ridge));
-      for (std::size_t i = f; i < r.x.size(); i += kFolds) {
-        fit.squares += (r.y[i].col(y) - r.x[i] * fit.weight[f]).squaredNorm();
-        fit.own += r.y[i].col(y).squaredNorm();
+  std::vector<Fit> fits(n);
+  for (std::size_t f = 0; f < kFolds; ++f) {
+    for (std::size_t l = 0; l < n; ++l)
+      fits[l].weight.push_back(solve(r.folds[f], columns, y, ridges[l]));
+    for (std::size_t i = f; i < r.runs; i += kFolds) {
+      const Rows rows = r.rows(i);
+      for (Fit &fit : fits) {
+        fit.squares += (rows.y.col(y) - rows.x * fit.weight[f]).squaredNorm();
+        fit.own += rows.y.col(y).squaredNorm();
       }
     }
-    if (fit.squares >= best.squares)
+  }
+  Fit best;
+  best.squares = 1e300;
+  for (std::size_t l = 0; l < n; ++l) {
+    if (fits[l].squares >= best.squares)
       continue;
-    fit.weight.push_back(solve(r.folds[kFolds], columns, y, ridge));
-    best = fit;
+    best = fits[l];
+    best.weight.push_back(solve(r.folds[kFolds], columns, y, ridges[l]));
   }
   return best;
 }
 
 // Standard deviation of every integrand, and what it changes by per unit of its factors.
-void learn_integrands(Agreement *a, const Layout &layout, const std::vector<BlockRun> &runs) {
+void learn_integrands(Agreement *a, const Layout &layout, const RunStore &runs) {
   const auto count = static_cast<Eigen::Index>(a->integrands.size());
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(count), squares = sum;
   Eigen::VectorXd mean = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(layout.features()));
   Eigen::VectorXd cosine = mean, sine = mean;
   double n = 0.0;
-  for (const BlockRun &run : runs) {
-    sum += run.early.colwise().sum().transpose();
-    squares += run.early.colwise().squaredNorm().transpose();
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    const BlockRun &run = runs[r];
+    const std::shared_ptr<const WideBlocks> wide = runs.wide(r);
+    sum += wide->early.colwise().sum().transpose();
+    squares += wide->early.colwise().squaredNorm().transpose();
     mean += run.context.colwise().sum().transpose();
     for (Eigen::Index f = 0; f < run.context.cols(); ++f) {
       const bool degrees = (layout.command[static_cast<std::size_t>(f)] & BLOCKS_ANGLE_DEG) != 0;
@@ -177,9 +195,9 @@ void learn_integrands(Agreement *a, const Layout &layout, const std::vector<Bloc
 }
 
 // Integrands over the time from block to block, in standard deviations.
-Matrix integrated(const Agreement &a, const BlockRun &run) {
-  Matrix x = Matrix::Zero(run.blocks(), run.early.cols());
-  for (Eigen::Index i = 1; i < run.blocks(); ++i)
+Matrix integrated(const Agreement &a, const WideBlocks &run) {
+  Matrix x = Matrix::Zero(run.early.rows(), run.early.cols());
+  for (Eigen::Index i = 1; i < x.rows(); ++i)
     x.row(i) = run.early.row(i) + run.late.row(i - 1);
   for (Eigen::Index g = 0; g < x.cols(); ++g)
     x.col(g) *= a.integrand_inverse_sd[static_cast<std::size_t>(g)];
@@ -187,10 +205,12 @@ Matrix integrated(const Agreement &a, const BlockRun &run) {
 }
 
 // Changes of the outcomes from what may be integrated: rows whose block follows the one before.
-Regression integral_regression(const Agreement &a, const std::vector<BlockRun> &runs) {
-  Regression r;
-  for (const BlockRun &run : runs) {
-    const Matrix x = integrated(a, run);
+Regression integral_regression(const Agreement &a, const RunStore &runs) {
+  Regression of_all;
+  of_all.runs = runs.size();
+  of_all.rows = [&a, &runs](std::size_t r) {
+    const BlockRun &run = runs[r];
+    const Matrix x = integrated(a, *runs.wide(r));
     Matrix rows(run.blocks(), x.cols()), y(run.blocks(), run.outcome.cols());
     Eigen::Index n = 0;
     for (Eigen::Index i = 1; i < run.blocks(); ++i) {
@@ -199,17 +219,17 @@ Regression integral_regression(const Agreement &a, const std::vector<BlockRun> &
       rows.row(n) = x.row(i);
       y.row(n++) = run.outcome.row(i) - run.outcome.row(i - 1);
     }
-    r.x.push_back(rows.topRows(n));
-    r.y.push_back(y.topRows(n));
-  }
-  add_folds(&r, 0);
-  return r;
+    return Rows{rows.topRows(n), y.topRows(n)};
+  };
+  add_folds(&of_all, 0);
+  return of_all;
 }
 
 // What the flight code sums up over a run.
-Eigen::VectorXd integral_remains(const Agreement &a, const BlockRun &run, Eigen::Index outcome,
-                                 const Eigen::VectorXd &weight) {
-  const Eigen::VectorXd change = integrated(a, run) * weight;
+Eigen::VectorXd integral_remains(const Agreement &a, const RunStore &runs, std::size_t r,
+                                 Eigen::Index outcome, const Eigen::VectorXd &weight) {
+  const BlockRun &run = runs[r];
+  const Eigen::VectorXd change = integrated(a, *runs.wide(r)) * weight;
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(run.blocks());
   for (Eigen::Index i = 1; i < run.blocks(); ++i) {
     sum[i] = sum[i - 1];
@@ -225,7 +245,7 @@ struct Levels {
   Eigen::RowVectorXd mean, sd;
 };
 
-Levels learn_levels(const std::vector<BlockRun> &runs) {
+Levels learn_levels(const RunStore &runs) {
   const Eigen::Index o = runs.front().outcome.cols();
   Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(o), squares = sum;
   double n = 0.0;
@@ -241,18 +261,19 @@ Levels learn_levels(const std::vector<BlockRun> &runs) {
 }
 
 // The outcomes in standard deviations, and 1.
-Regression level_regression(const Levels &levels, const std::vector<BlockRun> &runs) {
-  Regression r;
-  for (const BlockRun &run : runs) {
-    Matrix y = (run.outcome.rowwise() - levels.mean).array().rowwise() / levels.sd.array();
-    Matrix x(y.rows(), y.cols() + 1);
-    x.leftCols(y.cols()) = y;
-    x.rightCols(1).setOnes();
-    r.x.push_back(std::move(x));
-    r.y.push_back(std::move(y));
-  }
-  add_folds(&r, 0);
-  return r;
+Regression level_regression(const Levels &levels, const RunStore &runs) {
+  Regression of_all;
+  of_all.runs = runs.size();
+  of_all.rows = [&levels, &runs](std::size_t r) {
+    Rows rows;
+    rows.y = (runs[r].outcome.rowwise() - levels.mean).array().rowwise() / levels.sd.array();
+    rows.x.resize(rows.y.rows(), rows.y.cols() + 1);
+    rows.x.leftCols(rows.y.cols()) = rows.y;
+    rows.x.rightCols(1).setOnes();
+    return rows;
+  };
+  add_folds(&of_all, 0);
+  return of_all;
 }
 
 // Variance of the estimate of a constant offset over half a run, for AR(1) noise as the series has
@@ -283,8 +304,8 @@ std::vector<Eigen::Index> choose_few(const Regression &r, const Layout &layout,
     return (layout.command[feature] & (BLOCKS_ANGLE_RAD | BLOCKS_ANGLE_DEG)) != 0;
   };
   double left = 0.0;
-  for (const Matrix &y : r.y)
-    left += y.col(outcome).squaredNorm();
+  for (std::size_t i = 0; i < r.runs; ++i)
+    left += r.rows(i).y.col(outcome).squaredNorm();
   const double own = left;
   std::vector<Eigen::Index> chosen = {constant};
   while (!is_angle(outcome) && chosen.size() <= kFew) {
@@ -318,8 +339,8 @@ std::vector<Eigen::Index> choose_integrands(const Regression &r, const Agreement
                                             Eigen::Index outcome, std::uint16_t feature) {
   const Sums &all = r.folds[kFolds];
   double left = 0.0;
-  for (const Matrix &y : r.y)
-    left += y.col(outcome).squaredNorm();
+  for (std::size_t i = 0; i < r.runs; ++i)
+    left += r.rows(i).y.col(outcome).squaredNorm();
   const double own = left;
   std::vector<Eigen::Index> chosen;
   while (chosen.size() < AGREEMENT_INTEGRANDS) {
@@ -352,7 +373,7 @@ std::vector<Eigen::Index> choose_integrands(const Regression &r, const Agreement
 
 // The outcome that this one mostly integrates: its usual variation has the largest effect.
 double mostly_integrated(const Agreement &a, const Layout &layout, const Eigen::VectorXd &weight,
-                         const std::vector<BlockRun> &runs) {
+                         const RunStore &runs) {
   const auto outcomes = static_cast<Eigen::Index>(layout.outcomes());
   double most = 0.0, all = 0.0, best = -1.0;
   for (Eigen::Index j = 0; j < outcomes; ++j) {
@@ -421,24 +442,22 @@ void learn_scales(Agreement *a, const std::vector<Matrix> &residual) {
 }
 
 // Residuals of every outcome, in standard deviations, from those of the others.
-Regression linear_regression(const Agreement &a, const Basis &basis,
-                             const std::vector<BlockRun> &runs,
+Regression linear_regression(const Agreement &a, const Basis &basis, const RunStore &runs,
                              const std::vector<Matrix> &residual) {
   Regression linear;
-  linear.x.resize(runs.size());
-  linear.y.resize(runs.size());
-  parallel_for(runs.size(), [&](std::size_t r) {
-    linear.x[r] = regressors(residual[r], a.inverse_sd, standard_means(basis, runs[r]));
-    linear.y[r] = residual[r];
+  linear.runs = runs.size();
+  linear.rows = [&](std::size_t r) {
+    Rows rows{regressors(residual[r], a.inverse_sd, standard_means(basis, runs[r])), residual[r]};
     for (Eigen::Index j = 0; j < residual[r].cols(); ++j)
-      linear.y[r].col(j) *= a.inverse_sd[static_cast<std::size_t>(j)];
-  });
+      rows.y.col(j) *= a.inverse_sd[static_cast<std::size_t>(j)];
+    return rows;
+  };
   add_folds(&linear, 1);
   return linear;
 }
 
 // The relation by section LEVEL: what remains of the outcome, and its error over the behaviour's.
-double level_remains(const std::vector<BlockRun> &runs, const std::vector<Matrix> &level,
+double level_remains(const RunStore &runs, const std::vector<Matrix> &level,
                      const std::vector<Matrix> &residual, Eigen::Index outcome,
                      std::vector<Eigen::VectorXd> *remains) {
   double squares = 0.0, own = 0.0;
@@ -453,11 +472,16 @@ double level_remains(const std::vector<BlockRun> &runs, const std::vector<Matrix
 // What the agreement of the outcomes is chosen from.
 struct Sources {
   const Layout &layout;
-  const std::vector<BlockRun> &runs;
+  const RunStore &runs;
   const std::vector<Matrix> &residual, &level;
-  Levels levels;
+  const Levels &levels;
   Regression linear, few, integral;
 };
+
+// What the regressors leave of a target in one run.
+Eigen::VectorXd left_over(const Rows &rows, Eigen::Index target, const Eigen::VectorXd &weight) {
+  return rows.y.col(target) - rows.x * weight;
+}
 
 // One outcome's relation: the one that shows an offset over half a run best.
 class Choice {
@@ -470,8 +494,7 @@ public:
     const Fit fit = best_fit(from_.linear, columns, j_, kRidges);
     const double inverse_sd = a_.inverse_sd[static_cast<std::size_t>(j_)];
     for (std::size_t r = 0; r < remains_.size(); ++r)
-      remains_[r] =
-          (from_.linear.y[r].col(j_) - from_.linear.x[r] * fit.weight[r % kFolds]) / inverse_sd;
+      remains_[r] = left_over(from_.linear.rows(r), j_, fit.weight[r % kFolds]) / inverse_sd;
     weight = fit.weight[kFolds];
     take(AGREEMENT_RESIDUALS, std::sqrt(fit.squares / std::max(fit.own, 1e-300)));
   }
@@ -484,7 +507,7 @@ public:
     const double sd = from_.levels.sd[j_];
     double own = 0.0;
     for (std::size_t r = 0; r < remains_.size(); ++r) {
-      remains_[r] = (from_.few.y[r].col(j_) - from_.few.x[r] * fit.weight[r % kFolds]) * sd;
+      remains_[r] = left_over(from_.few.rows(r), j_, fit.weight[r % kFolds]) * sd;
       own += from_.residual[r].col(j_).squaredNorm();
     }
     if (offset_variance(remains_) >= kMustWin * variance)
@@ -510,7 +533,7 @@ public:
     if (fit.squares < (1.0 - kIntegrates) * fit.own)
       integrand = mostly_integrated(a_, from_.layout, fit.weight[kFolds], from_.runs);
     for (std::size_t r = 0; r < remains_.size(); ++r)
-      remains_[r] = integral_remains(a_, from_.runs[r], j_, fit.weight[r % kFolds]);
+      remains_[r] = integral_remains(a_, from_.runs, r, j_, fit.weight[r % kFolds]);
     if (offset_variance(remains_) >= kMustWin * variance)
       return;
     integral = fit.weight[kFolds];
@@ -538,7 +561,7 @@ private:
 } // namespace
 
 Agreement fit_agreement(const Layout &layout, const Basis &basis,
-                        const std::vector<Integrand> &integrands, const std::vector<BlockRun> &runs,
+                        const std::vector<Integrand> &integrands, const RunStore &runs,
                         const std::vector<Matrix> &residual, const std::vector<Matrix> &level) {
   const Eigen::Index o = residual.front().cols();
   const Eigen::Index total = o * (2 + static_cast<Eigen::Index>(basis.means.size()));

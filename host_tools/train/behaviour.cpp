@@ -43,8 +43,8 @@ struct Moments {
   Eigen::MatrixXd cross; // terms x targets: y, and y less its first reading
 };
 
-Matrix standard_terms(const Basis &basis, const BlockRun &run) {
-  Matrix x = run.terms;
+Matrix standard_terms(const Basis &basis, const Matrix &terms) {
+  Matrix x = terms;
   for (Eigen::Index i = 0; i < x.cols(); ++i) {
     const auto k = static_cast<std::size_t>(i);
     x.col(i) = ((x.col(i).array() - basis.center[k]) * basis.inverse_sd[k])
@@ -54,23 +54,38 @@ Matrix standard_terms(const Basis &basis, const BlockRun &run) {
   return x;
 }
 
-// Mean and 1 / standard deviation of every column over all runs.
-void learn(const std::vector<BlockRun> &runs, Matrix BlockRun::*member, std::vector<double> *center,
+// Mean and 1 / standard deviation of a column, from its sums.
+double center_of(double sum, double n) { return sum / std::max(n, 1.0); }
+
+double inverse_of(double squares, double mean, double n) {
+  const double sd = std::sqrt(squares / std::max(n, 1.0));
+  return static_cast<double>(
+      static_cast<float>(sd > 1e-9 * (1e-9 + std::abs(mean)) ? 1.0 / sd : 1e-6));
+}
+
+// Mean and 1 / standard deviation of every column of a matrix over all runs, which are gone through
+// twice, in their order; matrix(r): that of run r.
+template <class MatrixOf>
+void learn(std::size_t runs, const MatrixOf &matrix, std::vector<double> *center,
            std::vector<double> *inverse) {
-  for (std::size_t i = 0; i < center->size(); ++i) {
-    double n = 0.0, sum = 0.0, squares = 0.0;
-    for (const BlockRun &run : runs) {
-      const auto column = (run.*member).col(static_cast<Eigen::Index>(i));
-      n += static_cast<double>(column.size());
-      sum += column.sum();
-    }
-    const double mean = sum / std::max(n, 1.0);
-    for (const BlockRun &run : runs)
-      squares += ((run.*member).col(static_cast<Eigen::Index>(i)).array() - mean).square().sum();
-    const double sd = std::sqrt(squares / std::max(n, 1.0));
+  std::vector<double> sum(center->size(), 0.0), squares = sum;
+  double n = 0.0;
+  for (std::size_t r = 0; r < runs; ++r) {
+    const auto m = matrix(r);
+    n += static_cast<double>(m->rows());
+    for (std::size_t i = 0; i < sum.size(); ++i)
+      sum[i] += m->col(static_cast<Eigen::Index>(i)).sum();
+  }
+  for (std::size_t r = 0; r < runs; ++r) {
+    const auto m = matrix(r);
+    for (std::size_t i = 0; i < sum.size(); ++i)
+      squares[i] +=
+          (m->col(static_cast<Eigen::Index>(i)).array() - center_of(sum[i], n)).square().sum();
+  }
+  for (std::size_t i = 0; i < sum.size(); ++i) {
+    const double mean = center_of(sum[i], n);
     (*center)[i] = static_cast<double>(static_cast<float>(mean));
-    (*inverse)[i] = static_cast<double>(
-        static_cast<float>(sd > 1e-9 * (1e-9 + std::abs(mean)) ? 1.0 / sd : 1e-6));
+    (*inverse)[i] = inverse_of(squares[i], mean, n);
   }
 }
 
@@ -115,57 +130,58 @@ struct Fold {
   Eigen::RowVectorXd mean_y; // of the targets over the fold's training runs
 };
 
+// Which terms explain which targets, columns of Fitter::y().
+struct Question {
+  std::vector<Eigen::Index> terms;
+  Eigen::Index first, targets;
+};
+
+// The runs' terms are made when they are needed, run by run: those of all are too many to hold.
 class Fitter {
 public:
-  Fitter(const Basis &basis, const std::vector<BlockRun> &runs) : basis_(basis) {
+  Fitter(const Basis &basis, const RunStore &runs) : basis_(basis), runs_(runs) {
     const std::size_t n = runs.size();
-    x_.resize(n);
     y_.resize(n);
-    moments_.resize(n);
-    parallel_for(n, [&](std::size_t r) {
-      x_[r] = standard_terms(basis, runs[r]);
-      y_[r] = targets_of(runs[r]);
-    });
+    parallel_for(n, [&](std::size_t r) { y_[r] = targets_of(runs[r]); });
     mean_ = Eigen::RowVectorXd::Zero(y_.front().cols());
     for (const Matrix &y : y_)
       mean_ += y.colwise().mean() / static_cast<double>(n);
     for (Matrix &y : y_)
       y.rowwise() -= mean_; // numbers near zero: sums keep their digits
-    parallel_for(n, [&](std::size_t r) { moments_[r] = moments_of(x_[r], y_[r]); });
-    for (std::size_t f = 0; f <= kFolds; ++f)
-      folds_.push_back(fold_without(f));
+    const auto p = static_cast<Eigen::Index>(basis.terms.size());
+    folds_.assign(kFolds + 1,
+                  {Eigen::MatrixXd::Zero(p, p), Eigen::MatrixXd::Zero(p, mean_.cols()), {}});
+    parallel_in_order(
+        n, [&](std::size_t r) { return moments_of(x(r), y_[r]); },
+        [&](std::size_t r, const Moments &m) {
+          for (std::size_t f = 0; f <= kFolds; ++f) {
+            if (r % kFolds == f)
+              continue;
+            folds_[f].gram += m.gram;
+            folds_[f].cross += m.cross;
+          }
+        });
   }
 
-  // errors[target - first][ridge], root mean square over runs left out, of some targets.
-  std::vector<std::vector<double>> errors(const std::vector<Eigen::Index> &terms,
-                                          Eigen::Index first, Eigen::Index targets) const;
+  // errors[question][target - first][ridge], root mean square over runs left out.
+  std::vector<std::vector<std::vector<double>>>
+  errors(const std::vector<Question> &questions) const;
   // Weights of all terms for a target; fold kFolds: all runs.
   Eigen::VectorXd weights(const std::vector<Eigen::Index> &terms, double ridge, std::size_t fold,
                           Eigen::Index target) const;
-  double intercept(const Eigen::VectorXd &weight, std::size_t fold, Eigen::Index target) const;
-  const Matrix &x(std::size_t run) const { return x_[run]; }
+  Matrix x(std::size_t run) const { return standard_terms(basis_, runs_.wide(run)->terms); }
   const Matrix &y(std::size_t run) const { return y_[run]; } // less mean()
   const Eigen::RowVectorXd &mean() const { return mean_; }
-  std::size_t runs() const { return x_.size(); }
+  std::size_t runs() const { return y_.size(); }
 
 private:
-  Fold fold_without(std::size_t f) const {
-    Fold fold;
-    const Eigen::Index p = x_.front().cols(), t = y_.front().cols();
-    fold.gram = Eigen::MatrixXd::Zero(p, p);
-    fold.cross = Eigen::MatrixXd::Zero(p, t);
-    for (std::size_t r = 0; r < x_.size(); ++r) {
-      if (r % kFolds == f)
-        continue;
-      fold.gram += moments_[r].gram;
-      fold.cross += moments_[r].cross;
-    }
-    return fold;
-  }
+  // weights[question][fold and ridge]: of runs without the fold.
+  std::vector<std::vector<Eigen::MatrixXd>>
+  all_weights(const std::vector<Question> &questions) const;
 
   const Basis &basis_;
-  std::vector<Matrix> x_, y_;
-  std::vector<Moments> moments_;
+  const RunStore &runs_;
+  std::vector<Matrix> y_;
   std::vector<Fold> folds_;
   Eigen::RowVectorXd mean_;
 };
@@ -194,38 +210,70 @@ double run_error(const Eigen::VectorXd &e) {
   return (e.array() - mean).square().mean() + kRunMeanWeight * mean * mean;
 }
 
-std::vector<std::vector<double>> Fitter::errors(const std::vector<Eigen::Index> &terms,
-                                                Eigen::Index first, Eigen::Index targets) const {
-  const auto k = static_cast<Eigen::Index>(terms.size());
-  const std::size_t ridges = std::size(kRidges);
-  std::vector<std::vector<double>> sums(static_cast<std::size_t>(targets),
-                                        std::vector<double>(ridges, 0.0));
-  std::vector<std::vector<std::vector<double>>> part(kFolds * ridges, sums);
-  parallel_for(kFolds * ridges, [&](std::size_t job) {
-    const std::size_t f = job / ridges, l = job % ridges;
-    Eigen::MatrixXd g = sub_gram(folds_[f].gram, terms);
-    g.diagonal().array() += kRidges[l];
-    const Eigen::MatrixXd w =
-        g.ldlt().solve(sub_rows(folds_[f].cross, terms).middleCols(first, targets));
-    for (std::size_t r = f; r < x_.size(); r += kFolds) {
-      Matrix x(x_[r].rows(), k);
-      for (Eigen::Index i = 0; i < k; ++i)
-        x.col(i) = x_[r].col(terms[static_cast<std::size_t>(i)]);
-      const Matrix e = y_[r].middleCols(first, targets) - x * w;
-      for (Eigen::Index t = 0; t < targets; ++t)
-        part[job][static_cast<std::size_t>(t)][l] += run_error(e.col(t));
-    }
+std::vector<std::vector<Eigen::MatrixXd>>
+Fitter::all_weights(const std::vector<Question> &questions) const {
+  const std::size_t ridges = std::size(kRidges), jobs = kFolds * ridges;
+  std::vector<std::vector<Eigen::MatrixXd>> weights(questions.size(),
+                                                    std::vector<Eigen::MatrixXd>(jobs));
+  parallel_for(questions.size() * jobs, [&](std::size_t i) {
+    const Question &q = questions[i / jobs];
+    const std::size_t job = i % jobs;
+    const Fold &fold = folds_[job / ridges];
+    Eigen::MatrixXd g = sub_gram(fold.gram, q.terms);
+    g.diagonal().array() += kRidges[job % ridges];
+    weights[i / jobs][job] =
+        g.ldlt().solve(sub_rows(fold.cross, q.terms).middleCols(q.first, q.targets));
   });
-  for (std::size_t job = 0; job < part.size(); ++job) {
-    const std::size_t l = job % ridges;
-    for (std::size_t t = 0; t < sums.size(); ++t)
-      sums[t][l] += part[job][t][l];
+  return weights;
+}
+
+std::vector<std::vector<std::vector<double>>>
+Fitter::errors(const std::vector<Question> &questions) const {
+  const std::size_t ridges = std::size(kRidges);
+  const auto weights = all_weights(questions);
+  // Of one run: [question](target, ridge).
+  using OfRun = std::vector<Eigen::MatrixXd>;
+  const auto of_run = [&](std::size_t r) {
+    const std::size_t f = r % kFolds;
+    const Matrix all = x(r);
+    OfRun of(questions.size());
+    for (std::size_t k = 0; k < questions.size(); ++k) {
+      const Question &q = questions[k];
+      Matrix some(all.rows(), static_cast<Eigen::Index>(q.terms.size()));
+      for (Eigen::Index i = 0; i < some.cols(); ++i)
+        some.col(i) = all.col(q.terms[static_cast<std::size_t>(i)]);
+      of[k].resize(q.targets, static_cast<Eigen::Index>(ridges));
+      for (std::size_t l = 0; l < ridges; ++l) {
+        const Eigen::MatrixXd &w = weights[k][f * ridges + l];
+        const Matrix e = y_[r].middleCols(q.first, q.targets) - some * w;
+        for (Eigen::Index t = 0; t < q.targets; ++t)
+          of[k](t, static_cast<Eigen::Index>(l)) = run_error(e.col(t));
+      }
+    }
+    return of;
+  };
+  // part[question][fold]: summed over the fold's runs; the folds are put together afterwards.
+  std::vector<OfRun> part(questions.size(), OfRun(kFolds));
+  for (std::size_t k = 0; k < questions.size(); ++k) {
+    for (Eigen::MatrixXd &p : part[k])
+      p = Eigen::MatrixXd::Zero(questions[k].targets, static_cast<Eigen::Index>(ridges));
   }
-  for (auto &row : sums) {
-    for (double &v : row)
-      v = std::sqrt(v / static_cast<double>(x_.size()));
+  parallel_in_order(y_.size(), of_run, [&](std::size_t r, const OfRun &of) {
+    for (std::size_t k = 0; k < of.size(); ++k)
+      part[k][r % kFolds] += of[k];
+  });
+  std::vector<std::vector<std::vector<double>>> errors(questions.size());
+  for (std::size_t k = 0; k < questions.size(); ++k) {
+    Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(part[k][0].rows(), part[k][0].cols());
+    for (const Eigen::MatrixXd &p : part[k])
+      sum += p;
+    for (Eigen::Index t = 0; t < sum.rows(); ++t) {
+      errors[k].emplace_back();
+      for (Eigen::Index l = 0; l < sum.cols(); ++l)
+        errors[k].back().push_back(std::sqrt(sum(t, l) / static_cast<double>(y_.size())));
+    }
   }
-  return sums;
+  return errors;
 }
 
 Eigen::VectorXd Fitter::weights(const std::vector<Eigen::Index> &terms, double ridge,
@@ -233,23 +281,10 @@ Eigen::VectorXd Fitter::weights(const std::vector<Eigen::Index> &terms, double r
   Eigen::MatrixXd g = sub_gram(folds_[fold].gram, terms);
   g.diagonal().array() += ridge;
   const Eigen::VectorXd w = g.ldlt().solve(sub_rows(folds_[fold].cross.col(target), terms));
-  Eigen::VectorXd all = Eigen::VectorXd::Zero(x_.front().cols());
+  Eigen::VectorXd all = Eigen::VectorXd::Zero(folds_[fold].gram.rows());
   for (std::size_t i = 0; i < terms.size(); ++i)
     all[terms[i]] = static_cast<double>(static_cast<float>(w[static_cast<Eigen::Index>(i)]));
   return all;
-}
-
-// So that the mean error of the runs is zero: terms have mean zero over all runs, not over a fold.
-double Fitter::intercept(const Eigen::VectorXd &weight, std::size_t fold,
-                         Eigen::Index target) const {
-  double sum = 0.0, n = 0.0;
-  for (std::size_t r = 0; r < x_.size(); ++r) {
-    if (r % kFolds == fold)
-      continue;
-    sum += y_[r].col(target).mean() - (x_[r] * weight).mean();
-    n += 1.0;
-  }
-  return mean_[target] + sum / n;
 }
 
 // The simplest choice that no richer one beats by enough.
@@ -293,69 +328,159 @@ Matrix standard_means(const Basis &basis, const BlockRun &run) {
   return m;
 }
 
-void learn_means(Basis *basis, const std::vector<BlockRun> &runs) {
-  learn(runs, &BlockRun::means, &basis->mean_center, &basis->mean_inverse_sd);
+void learn_means(Basis *basis, const RunStore &runs) {
+  learn(
+      runs.size(), [&](std::size_t r) { return &runs[r].means; }, &basis->mean_center,
+      &basis->mean_inverse_sd);
 }
 
-Behaviour fit_behaviour(Basis *basis, const std::vector<BlockRun> &runs, std::size_t outcomes) {
-  if (runs.size() < 3)
-    throw DataError("training needs at least 3 runs");
-  learn(runs, &BlockRun::terms, &basis->center, &basis->inverse_sd);
-  learn_means(basis, runs);
-  Behaviour b;
-  const Fitter fitter(*basis, runs);
-  const auto o = static_cast<Eigen::Index>(outcomes);
-  // errors[choice][target]: of outcomes and scatter, or of outcomes less their first readings.
+namespace {
+
+// errors[choice][target]: of outcomes and scatter, or of outcomes less their first readings.
+std::vector<std::vector<std::vector<double>>>
+errors_of_choices(const Fitter &fitter, const Basis &basis, Eigen::Index outcomes) {
+  std::vector<Question> questions;
+  for (const Choice &choice : kChoices) {
+    if (!choice.initial)
+      questions.push_back({terms_of(basis, choice, 0), 0, 2 * outcomes});
+    for (Eigen::Index t = 0; choice.initial && t < outcomes; ++t)
+      questions.push_back(
+          {terms_of(basis, choice, static_cast<std::size_t>(t)), 2 * outcomes + t, 1});
+  }
+  const auto answers = fitter.errors(questions);
   std::vector<std::vector<std::vector<double>>> errors;
+  std::size_t at = 0;
   for (const Choice &choice : kChoices) {
     errors.emplace_back();
     if (!choice.initial)
-      errors.back() = fitter.errors(terms_of(*basis, choice, 0), 0, 2 * o);
-    for (Eigen::Index t = 0; choice.initial && t < o; ++t)
-      errors.back().push_back(
-          fitter.errors(terms_of(*basis, choice, static_cast<std::size_t>(t)), 2 * o + t, 1)
-              .front());
+      errors.back() = answers[at++];
+    for (Eigen::Index t = 0; choice.initial && t < outcomes; ++t)
+      errors.back().push_back(answers[at++].front());
   }
-  for (const BlockRun &run : runs) {
-    for (auto *matrices : {&b.predicted, &b.residual, &b.scatter})
-      matrices->emplace_back(run.blocks(), o);
+  return errors;
+}
+
+// One target's model: weights[fold], the last of all runs, and its column of Fitter::y().
+struct FoldModels {
+  std::vector<Eigen::VectorXd> weight;
+  std::vector<double> intercept;
+  Eigen::Index column = 0;
+};
+
+// What the weights of one run's fold say of it, and the mean that is left of it by every other's.
+struct RunPrediction {
+  Matrix by_weights; // blocks x targets
+  Matrix rest;       // targets x (kFolds + 1)
+};
+
+RunPrediction predict_run(const Fitter &fitter, const std::vector<FoldModels> &models,
+                          std::size_t r) {
+  const Matrix x = fitter.x(r);
+  const auto targets = static_cast<Eigen::Index>(models.size());
+  RunPrediction p{Matrix(x.rows(), targets), Matrix::Zero(targets, kFolds + 1)};
+  for (Eigen::Index t = 0; t < targets; ++t) {
+    const FoldModels &m = models[static_cast<std::size_t>(t)];
+    for (std::size_t f = 0; f <= kFolds; ++f) {
+      if (r % kFolds == f)
+        p.by_weights.col(t) = x * m.weight[f];
+      else
+        p.rest(t, static_cast<Eigen::Index>(f)) =
+            fitter.y(r).col(m.column).mean() - (x * m.weight[f]).mean();
+    }
   }
+  return p;
+}
+
+// Predictions without the intercepts, per run; fills the intercepts: so that the mean error of the
+// runs is zero, since terms have mean zero over all runs, not over a fold.
+std::vector<Matrix> predict_runs(const Fitter &fitter, std::vector<FoldModels> *models) {
+  std::vector<Matrix> by_weights(fitter.runs());
+  Matrix sum = Matrix::Zero(static_cast<Eigen::Index>(models->size()), kFolds + 1);
+  double n[kFolds + 1] = {};
+  parallel_in_order(
+      fitter.runs(), [&](std::size_t r) { return predict_run(fitter, *models, r); },
+      [&](std::size_t r, RunPrediction p) {
+        by_weights[r] = std::move(p.by_weights);
+        for (std::size_t f = 0; f <= kFolds; ++f) {
+          if (r % kFolds == f)
+            continue;
+          sum.col(static_cast<Eigen::Index>(f)) += p.rest.col(static_cast<Eigen::Index>(f));
+          n[f] += 1.0;
+        }
+      });
+  for (std::size_t t = 0; t < models->size(); ++t) {
+    FoldModels &m = (*models)[t];
+    for (std::size_t f = 0; f <= kFolds; ++f)
+      m.intercept.push_back(fitter.mean()[m.column] +
+                            sum(static_cast<Eigen::Index>(t), static_cast<Eigen::Index>(f)) / n[f]);
+  }
+  return by_weights;
+}
+
+// What a target's models say of every run that they have not seen.
+void judge_target(const Fitter &fitter, const RunStore &runs, const std::vector<Matrix> &by_weights,
+                  const FoldModels &of_folds, std::size_t t, Behaviour *b) {
+  TargetModel &model = b->targets[t];
+  const std::size_t outcomes = b->targets.size() / 2;
+  const auto i = static_cast<Eigen::Index>(t % outcomes);
+  double squares = 0.0, spread = 0.0, n = 0.0;
+  for (std::size_t f = 0; f < kFolds; ++f) {
+    for (std::size_t r = f; r < runs.size(); r += kFolds) {
+      Eigen::VectorXd p =
+          by_weights[r].col(static_cast<Eigen::Index>(t)).array() + of_folds.intercept[f];
+      if (model.initial)
+        p.array() += runs[r].first[i];
+      const Eigen::VectorXd y = t < outcomes ? runs[r].outcome.col(i) : runs[r].scatter.col(i);
+      const Eigen::VectorXd e = y - p;
+      squares += e.squaredNorm();
+      spread += (y.array() - fitter.mean()[static_cast<Eigen::Index>(t)]).square().sum();
+      n += static_cast<double>(y.size());
+      if (t < outcomes) {
+        b->predicted[r].col(i) = p;
+        b->residual[r].col(i) = e;
+      } else {
+        b->scatter[r].col(i) = e;
+      }
+    }
+  }
+  model.weight = of_folds.weight[kFolds];
+  model.intercept = static_cast<double>(static_cast<float>(of_folds.intercept[kFolds]));
+  model.error = std::sqrt(squares / n);
+  model.r2 = spread > 0.0 ? 1.0 - squares / spread : 0.0;
+}
+
+} // namespace
+
+Behaviour fit_behaviour(Basis *basis, const RunStore &runs, std::size_t outcomes) {
+  if (runs.size() < 3)
+    throw DataError("training needs at least 3 runs");
+  // The wide matrices stay alive while their terms are looked at.
+  const auto terms = [&](std::size_t r) {
+    const std::shared_ptr<const WideBlocks> wide = runs.wide(r);
+    return std::shared_ptr<const Matrix>(wide, &wide->terms);
+  };
+  learn(runs.size(), terms, &basis->center, &basis->inverse_sd);
+  learn_means(basis, runs);
+  Behaviour b;
+  const Fitter fitter(*basis, runs);
+  const auto errors = errors_of_choices(fitter, *basis, static_cast<Eigen::Index>(outcomes));
   b.targets.resize(2 * outcomes);
+  std::vector<FoldModels> models(2 * outcomes);
   parallel_for(2 * outcomes, [&](std::size_t t) {
     TargetModel &model = b.targets[t];
     model = choose(errors, t, outcomes);
-    const auto column = static_cast<Eigen::Index>(model.initial ? 2 * outcomes + t : t);
-    const auto terms = terms_of(*basis, {model.shape, model.slow, model.initial, 0.0}, t);
-    double squares = 0.0, spread = 0.0, n = 0.0;
-    for (std::size_t f = 0; f <= kFolds; ++f) {
-      const Eigen::VectorXd w = fitter.weights(terms, model.ridge, f, column);
-      const double intercept = fitter.intercept(w, f, column);
-      if (f == kFolds) {
-        model.weight = w;
-        model.intercept = static_cast<double>(static_cast<float>(intercept));
-        break;
-      }
-      for (std::size_t r = f; r < runs.size(); r += kFolds) {
-        Eigen::VectorXd p = (fitter.x(r) * w).array() + intercept;
-        const auto i = static_cast<Eigen::Index>(t % outcomes);
-        if (model.initial)
-          p.array() += runs[r].first[i];
-        const Eigen::VectorXd y = t < outcomes ? runs[r].outcome.col(i) : runs[r].scatter.col(i);
-        const Eigen::VectorXd e = y - p;
-        squares += e.squaredNorm();
-        spread += (y.array() - fitter.mean()[static_cast<Eigen::Index>(t)]).square().sum();
-        n += static_cast<double>(y.size());
-        if (t < outcomes) {
-          b.predicted[r].col(i) = p;
-          b.residual[r].col(i) = e;
-        } else {
-          b.scatter[r].col(i) = e;
-        }
-      }
-    }
-    model.error = std::sqrt(squares / n);
-    model.r2 = spread > 0.0 ? 1.0 - squares / spread : 0.0;
+    models[t].column = static_cast<Eigen::Index>(model.initial ? 2 * outcomes + t : t);
+    const auto used = terms_of(*basis, {model.shape, model.slow, model.initial, 0.0}, t);
+    for (std::size_t f = 0; f <= kFolds; ++f)
+      models[t].weight.push_back(fitter.weights(used, model.ridge, f, models[t].column));
   });
+  const std::vector<Matrix> by_weights = predict_runs(fitter, &models);
+  for (const BlockRun &run : runs) {
+    for (auto *matrices : {&b.predicted, &b.residual, &b.scatter})
+      matrices->emplace_back(run.blocks(), static_cast<Eigen::Index>(outcomes));
+  }
+  parallel_for(2 * outcomes,
+               [&](std::size_t t) { judge_target(fitter, runs, by_weights, models[t], t, &b); });
   return b;
 }
 

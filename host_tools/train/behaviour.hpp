@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "train/healthy_blocks.hpp"
+#include "train/run_store.hpp"
 
 namespace rim {
 
@@ -28,10 +28,10 @@ struct Behaviour {
 };
 
 // Learns the basis' centers and scales and the models. DataError with fewer than three runs.
-Behaviour fit_behaviour(Basis *basis, const std::vector<BlockRun> &runs, std::size_t outcomes);
+Behaviour fit_behaviour(Basis *basis, const RunStore &runs, std::size_t outcomes);
 
 // Learns the centers and scales of the basis' means alone.
-void learn_means(Basis *basis, const std::vector<BlockRun> &runs);
+void learn_means(Basis *basis, const RunStore &runs);
 
 // Drops the terms that no target uses.
 void shrink_basis(Basis *basis, Behaviour *behaviour);
@@ -51,7 +51,7 @@ struct Agreement {
 // level: per run, the outcomes as section LEVEL predicts them from the other sensors, by models
 // without the run; empty: there is none. integrands: of the runs' columns early and late.
 Agreement fit_agreement(const Layout &layout, const Basis &basis,
-                        const std::vector<Integrand> &integrands, const std::vector<BlockRun> &runs,
+                        const std::vector<Integrand> &integrands, const RunStore &runs,
                         const std::vector<Matrix> &residual, const std::vector<Matrix> &level);
 // rimi_noise_disturbance() of every block, per run.
 std::vector<Eigen::VectorXd> disturbances(const Agreement &agreement,

@@ -219,32 +219,45 @@ double description(std::size_t family) {
   return rimi_search_description(static_cast<search_family>(family));
 }
 
-// phi of one channel and family, from the runs but one (-1: from all).
-double phi_of(const std::vector<std::vector<float>> &maxima, std::size_t at, int without) {
-  const std::size_t family = at % NOISE_FAMILIES;
-  double sum = 0.0, squares = 0.0, n = 0.0;
-  for (std::size_t r = 0; r < maxima.size(); ++r) {
+// Logarithms of the runs' largest ratios, taken once: every run is left out once of their sums.
+std::vector<std::vector<double>> logarithms(const std::vector<std::vector<float>> &maxima) {
+  std::vector<std::vector<double>> ln(maxima.size());
+  parallel_for(maxima.size(), [&](std::size_t r) {
+    for (const float m : maxima[r])
+      ln[r].push_back(std::log(std::max(static_cast<double>(m), 1e-2)));
+  });
+  return ln;
+}
+
+// phi of every channel and family by itself, from the runs but one (-1: from all).
+std::vector<double> plain_phi(const std::vector<std::vector<double>> &ln, int without) {
+  std::vector<double> sum(ln.front().size(), 0.0), squares = sum, phi = sum;
+  double n = 0.0;
+  for (std::size_t r = 0; r < ln.size(); ++r) {
     if (static_cast<int>(r) == without)
       continue;
-    const double ln = std::log(std::max(static_cast<double>(maxima[r][at]), 1e-2));
-    sum += ln;
-    squares += ln * ln;
+    const double *of_run = ln[r].data();
+    for (std::size_t at = 0; at < sum.size(); ++at) {
+      sum[at] += of_run[at];
+      squares[at] += of_run[at] * of_run[at];
+    }
     n += 1.0;
   }
-  const double mean = sum / n;
-  const double sd = std::sqrt(std::max(0.0, squares / n - mean * mean));
-  const double large = std::exp(mean + kPhiWidth * std::max(kPhiLeastSd, sd));
-  return std::max(1.0, large / (description(family) + kPhiMargin));
+  for (std::size_t at = 0; at < phi.size(); ++at) {
+    const double mean = sum[at] / n;
+    const double sd = std::sqrt(std::max(0.0, squares[at] / n - mean * mean));
+    const double large = std::exp(mean + kPhiWidth * std::max(kPhiLeastSd, sd));
+    phi[at] = std::max(1.0, large / (description(at % NOISE_FAMILIES) + kPhiMargin));
+  }
+  return phi;
 }
 
 // phi of every channel and family. A richer family is never inflated less than what it contains, or
 // it would be preferred for that alone.
-std::vector<double> all_phi(const std::vector<std::vector<float>> &maxima, int without) {
-  std::vector<double> phi(maxima.front().size());
+std::vector<double> all_phi(const std::vector<std::vector<double>> &ln, int without) {
+  std::vector<double> phi = plain_phi(ln, without);
   for (std::size_t first = 0; first < phi.size(); first += NOISE_FAMILIES) {
     double *p = phi.data() + first;
-    for (std::size_t f = 0; f < NOISE_FAMILIES; ++f)
-      p[f] = phi_of(maxima, first + f, without);
     p[SEARCH_RAMP] = std::max(p[SEARCH_RAMP], p[SEARCH_SINCE]);
     p[SEARCH_GAIN] = std::max(p[SEARCH_GAIN], p[SEARCH_SINCE]);
     p[SEARCH_DURING] = std::max(p[SEARCH_DURING], p[SEARCH_SINCE]);
@@ -345,14 +358,17 @@ std::vector<RunScore> calibrate_runs(FlightPlan *plan, NoiseModel *noise,
     progress.add();
   });
   const std::size_t slots = maxima.front().size();
-  const std::vector<double> phi = all_phi(maxima, -1);
+  const std::vector<std::vector<double>> ln = logarithms(maxima);
+  const std::vector<double> phi = all_phi(ln, -1);
   for (std::size_t at = 0; at < slots; ++at)
     noise->channels[at / NOISE_FAMILIES].phi[at % NOISE_FAMILIES] = phi[at];
-  std::vector<RunScore> scores;
+  std::vector<RunScore> scores(runs.size());
+  parallel_for(runs.size(), [&](std::size_t r) {
+    scores[r] = run_score(maxima[r], all_phi(ln, static_cast<int>(r)));
+  });
   std::vector<float> alone, together;
   for (std::size_t r = 0; r < runs.size(); ++r) {
-    scores.push_back(run_score(maxima[r], all_phi(maxima, static_cast<int>(r))));
-    alone.push_back(static_cast<float>(scores.back().score));
+    alone.push_back(static_cast<float>(scores[r].score));
     together.push_back(static_cast<float>(run_score(maxima[r], phi).score));
   }
   plan->thresholds = Thresholds{};

@@ -24,28 +24,12 @@ constexpr std::size_t kDecays = 5;
 constexpr std::size_t kMostFactors = 16; // outcomes from which on their products are not tried
 constexpr float kRawScale = 1e-9F;       // raw terms come through the flight code's clip
 
-bool takes_both_signs(const std::vector<Log> &logs, const std::string &name) {
-  bool below = false, above = false;
-  for (const Log &log : logs) {
-    const int c = find_column(log, name);
-    if (c < 0 || log.values.rows() == 0)
-      continue;
-    below = below || log.values.col(c).minCoeff() < 0.0;
-    above = above || log.values.col(c).maxCoeff() > 0.0;
-  }
-  return below && above;
+bool takes_both_signs(const Survey &survey, std::size_t feature) {
+  return survey.low(feature) < 0.0 && survey.high(feature) > 0.0;
 }
 
-bool varies(const std::vector<Log> &logs, const std::string &name) {
-  double low = 1e300, high = -1e300;
-  for (const Log &log : logs) {
-    const int c = find_column(log, name);
-    if (c < 0 || log.values.rows() == 0)
-      continue;
-    low = std::min(low, log.values.col(c).minCoeff());
-    high = std::max(high, log.values.col(c).maxCoeff());
-  }
-  return high > low;
+bool varies(const Survey &survey, std::size_t feature) {
+  return survey.high(feature) > survey.low(feature);
 }
 
 bool is_angle(const Layout &layout, std::size_t feature) {
@@ -58,17 +42,18 @@ bool is_outcome(const Layout &layout, std::size_t feature) {
 }
 
 // Commands and context are inputs: what is given to the vehicle, not what it does.
-std::vector<std::uint16_t> given(const Layout &layout, const std::vector<Log> &logs) {
+std::vector<std::uint16_t> given(const Survey &survey) {
+  const Layout &layout = survey.layout;
   std::vector<std::uint16_t> features;
   for (std::size_t f = 0; f < layout.features(); ++f) {
-    if (!is_outcome(layout, f) && !is_angle(layout, f) && varies(logs, layout.feature_names[f]))
+    if (!is_outcome(layout, f) && !is_angle(layout, f) && varies(survey, f))
       features.push_back(static_cast<std::uint16_t>(f));
   }
   return features;
 }
 
-void choose_inputs(Basis *basis, const Layout &layout, const std::vector<Log> &logs,
-                   const std::vector<std::uint16_t> &features) {
+void choose_inputs(Basis *basis, const Survey &survey, const std::vector<std::uint16_t> &features) {
+  const Layout &layout = survey.layout;
   const auto add = [basis](std::uint16_t a, std::uint16_t b) {
     if (basis->inputs.size() < kMostInputs)
       basis->inputs.push_back({a, b});
@@ -76,13 +61,13 @@ void choose_inputs(Basis *basis, const Layout &layout, const std::vector<Log> &l
   for (const std::uint16_t f : features)
     add(f, BASIS_PLAIN);
   for (std::size_t f = 0; f < layout.features(); ++f) {
-    if (!is_angle(layout, f) || is_outcome(layout, f) || !varies(logs, layout.feature_names[f]))
+    if (!is_angle(layout, f) || is_outcome(layout, f) || !varies(survey, f))
       continue;
     add(static_cast<std::uint16_t>(f), BASIS_COSINE);
     add(static_cast<std::uint16_t>(f), BASIS_SINE);
   }
   for (const std::uint16_t f : features) {
-    if (takes_both_signs(logs, layout.feature_names[f]))
+    if (takes_both_signs(survey, f))
       add(f, BASIS_MAGNITUDE);
   }
   for (const std::uint16_t f : features)
@@ -93,8 +78,7 @@ void choose_inputs(Basis *basis, const Layout &layout, const std::vector<Log> &l
   }
   for (std::size_t i = 0; i < features.size(); ++i) {
     for (std::size_t j = i + 1; j < features.size(); ++j) {
-      if (takes_both_signs(logs, layout.feature_names[features[i]]) ||
-          takes_both_signs(logs, layout.feature_names[features[j]]))
+      if (takes_both_signs(survey, features[i]) || takes_both_signs(survey, features[j]))
         add(features[i], static_cast<std::uint16_t>(features[j] | BASIS_OF_PRODUCT));
     }
   }
@@ -139,15 +123,14 @@ void choose_terms(Basis *basis, std::size_t plain, std::size_t outcomes) {
 }
 
 // Mean and standard deviation over the runs of every outcome's first readings.
-void learn_first(Basis *basis, const Layout &layout, const std::vector<Log> &logs) {
-  constexpr Eigen::Index rows = 8;
+void learn_first(Basis *basis, const Survey &survey) {
+  const Layout &layout = survey.layout;
   for (std::size_t o = 0; o < layout.outcomes(); ++o) {
     double n = 0.0, sum = 0.0, squares = 0.0, size = 0.0;
-    for (const Log &log : logs) {
-      if (layout.external || log.values.rows() == 0)
+    for (const RunFacts &run : survey.runs) {
+      if (layout.external || run.rows == 0)
         continue;
-      const int c = find_column(log, layout.feature_names[layout.outcome_feature[o]]);
-      const double first = log.values.col(c).head(std::min(rows, log.values.rows())).mean();
+      const double first = run.features[layout.outcome_feature[o]].first;
       n += 1.0;
       sum += first;
       squares += first * first;
@@ -157,34 +140,6 @@ void learn_first(Basis *basis, const Layout &layout, const std::vector<Log> &log
     const double variance = n > 1.0 ? (squares - n * mean * mean) / (n - 1.0) : 1.0;
     basis->first.push_back(mean);
     basis->first_sd.push_back(std::sqrt(std::max(variance, 0.0)) + 1e-6 * size + 1e-9);
-  }
-}
-
-// Mean and standard deviation over the runs of every feature in the first block. Of few runs the
-// deviation is uncertain, and a feature that starts alike in all may yet start a little off.
-void learn_start(Basis *basis, const Layout &layout, const std::vector<Log> &logs,
-                 std::size_t block_rows) {
-  constexpr double least = 0.01; // of the feature's range
-  const auto rows = static_cast<Eigen::Index>(block_rows);
-  for (const std::string &name : layout.feature_names) {
-    double n = 0.0, sum = 0.0, squares = 0.0, low = 1e300, high = -1e300;
-    for (const Log &log : logs) {
-      const auto column = log.values.col(find_column(log, name));
-      if (column.size() == 0)
-        continue;
-      const double first = column.head(std::min(rows, column.size())).mean();
-      n += 1.0;
-      sum += first;
-      squares += first * first;
-      low = std::min(low, column.minCoeff());
-      high = std::max(high, column.maxCoeff());
-    }
-    const double mean = n > 0.0 ? sum / n : 0.0;
-    const double variance = n > 1.0 ? (squares - n * mean * mean) / (n - 1.0) : 1.0;
-    const double few = 1.0 + 8.0 / std::max(n - 1.0, 1.0);
-    basis->start.push_back(mean);
-    basis->start_sd.push_back(std::max(few * std::sqrt(std::max(variance, 0.0)),
-                                       least * std::max(high - low, 1e-6 * std::abs(mean) + 1e-9)));
   }
 }
 
@@ -223,11 +178,11 @@ std::vector<std::uint8_t> integrand_bytes(const std::vector<Integrand> &integran
   return bytes.bytes();
 }
 
-Basis make_basis(const Layout &layout, const std::vector<Log> &logs, double run_rows,
-                 std::size_t block_rows) {
+Basis make_basis(const Survey &survey, double run_rows) {
   Basis basis;
-  const std::vector<std::uint16_t> features = given(layout, logs);
-  choose_inputs(&basis, layout, logs, features);
+  const Layout &layout = survey.layout;
+  const std::vector<std::uint16_t> features = given(survey);
+  choose_inputs(&basis, survey, features);
   choose_times(&basis, run_rows);
   const std::size_t plain = std::min(features.size(), basis.inputs.size());
   if (!layout.external)
@@ -241,9 +196,34 @@ Basis make_basis(const Layout &layout, const std::vector<Log> &logs, double run_
   }
   basis.mean_center.assign(basis.means.size(), 0.0);
   basis.mean_inverse_sd.assign(basis.means.size(), 1.0);
-  learn_first(&basis, layout, logs);
-  learn_start(&basis, layout, logs, block_rows);
+  learn_first(&basis, survey);
   return basis;
+}
+
+// Of few runs the deviation is uncertain, and a feature that starts alike in all may yet start a
+// little off.
+void learn_start(Basis *basis, const std::vector<Eigen::VectorXd> &starts,
+                 const std::vector<double> &low, const std::vector<double> &high) {
+  constexpr double least = 0.01; // of the feature's range
+  basis->start.clear();
+  basis->start_sd.clear();
+  for (std::size_t f = 0; f < low.size(); ++f) {
+    double n = 0.0, sum = 0.0, squares = 0.0;
+    for (const Eigen::VectorXd &start : starts) {
+      if (start.size() == 0) // of a run without rows
+        continue;
+      const double first = start[static_cast<Eigen::Index>(f)];
+      n += 1.0;
+      sum += first;
+      squares += first * first;
+    }
+    const double mean = n > 0.0 ? sum / n : 0.0;
+    const double variance = n > 1.0 ? (squares - n * mean * mean) / (n - 1.0) : 1.0;
+    const double few = 1.0 + 8.0 / std::max(n - 1.0, 1.0);
+    const double width = std::max(high[f] - low[f], 1e-6 * std::abs(mean) + 1e-9);
+    basis->start.push_back(mean);
+    basis->start_sd.push_back(std::max(few * std::sqrt(std::max(variance, 0.0)), least * width));
+  }
 }
 
 namespace {
@@ -289,6 +269,7 @@ public:
     means_ = config.basis.means;
     integrand_count_ = config.integrands;
     block_s_ = options.period_s * options.block_rows;
+    block_rows_ = static_cast<Eigen::Index>(options.block_rows);
   }
 
   BlockRun gather(const Log &log);
@@ -300,6 +281,7 @@ private:
   blocks *blocks_ = nullptr;
   std::size_t terms_ = 0, means_ = 0, integrand_count_ = 0;
   double block_s_ = 0.0;
+  Eigen::Index block_rows_ = 1;
 };
 
 void append(Matrix *to, Eigen::Index row, const double *values, double factor = 1.0) {
@@ -359,6 +341,9 @@ BlockRun Gatherer::gather(const Log &log) {
   run.change.conservativeResize(n);
   run.time_s.conservativeResize(n);
   run.first = Eigen::Map<const Eigen::VectorXd>(rimi_blocks_first(blocks_), outcomes);
+  run.start.resize(rows > 0 ? features : 0);
+  for (Eigen::Index f = 0; f < run.start.size(); ++f)
+    run.start[f] = context.col(f).head(std::min(block_rows_, rows)).mean();
   return run;
 }
 

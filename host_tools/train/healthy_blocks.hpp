@@ -9,15 +9,20 @@
 
 #include "image/basis.hpp"
 #include "image/layout.hpp"
+#include "train/survey.hpp"
 
 namespace rim {
 
 // Everything the models may use: exponential means of the commands and of their products and
 // magnitudes with time constants from one row to the run's length, their products, decays,
-// integrals and initial readings. run_rows: median length of a run; block_rows:
-// of a block.
-Basis make_basis(const Layout &layout, const std::vector<Log> &logs, double run_rows,
-                 std::size_t block_rows);
+// integrals and initial readings. run_rows: median length of a run. What it lacks is how the runs
+// begin, learn_start(): their blocks do not depend on it.
+Basis make_basis(const Survey &survey, double run_rows);
+
+// Mean and standard deviation over the runs of every feature in the first block; starts: of every
+// run, as BlockRun has it; low, high: of the features over all rows.
+void learn_start(Basis *basis, const std::vector<Eigen::VectorXd> &starts,
+                 const std::vector<double> &low, const std::vector<double> &high);
 
 // What an outcome may be the integral of: lib/src/image/basis.h, section AGREEMENT.
 struct Integrand {
@@ -35,6 +40,7 @@ struct BlockRun {
   Matrix terms, means;                // raw, blocks x terms, means
   Matrix early, late;                 // blocks x integrands
   Eigen::VectorXd first;              // [outcomes]
+  Eigen::VectorXd start;              // [features]: mean of the first block's rows; no rows: empty
   Eigen::VectorXd change, time_s;     // [blocks]; time since the start of the run
   std::vector<bool> follows;          // the block before is its neighbour in time
   Eigen::Index blocks() const { return outcome.rows(); }

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "util/error.hpp"
+#include "util/memory.hpp"
 #include "util/parallel_for.hpp"
 
 extern "C" {
@@ -22,67 +23,9 @@ constexpr std::size_t kNoiseFolds = 6;
 constexpr std::uint32_t kRing = 384; // calibrate_runs() gives flight its own
 // Error over behaviour's, above which the others' residuals say nothing.
 constexpr double kLeastAgreement = 0.95;
-constexpr double kRateRatio = 1.3; // of two runs' rates from which on they differ
-
-void check_rates(const std::vector<Log> &logs, double period_s) {
-  for (const Log &log : logs) {
-    const double own = median_period_s({log});
-    if (own > kRateRatio * period_s || own < period_s / kRateRatio)
-      throw DataError(fmt::format("{}: its rows come at {:.4g} Hz, those of the other runs at "
-                                  "{:.4g} Hz: runs of one rate are needed (a schema with "
-                                  "resample_hz makes one)",
-                                  log.path, 1.0 / own, 1.0 / period_s));
-  }
-}
-
-void find_same_runs(const std::vector<Log> &logs, std::vector<std::string> *warnings) {
-  for (std::size_t i = 0; i < logs.size(); ++i) {
-    for (std::size_t j = i + 1; j < logs.size(); ++j) {
-      const Matrix &a = logs[i].values, &b = logs[j].values;
-      if (a.rows() == b.rows() && a.cols() == b.cols() && a.rows() > 0 &&
-          (a.array() - b.array()).abs().maxCoeff() <= 0.0)
-        warnings->push_back(logs[j].path + " holds the same rows as " + logs[i].path +
-                            ": the same run counts once");
-    }
-  }
-}
-
-std::uint32_t block_rows_for(const std::vector<Log> &logs, double period_s,
-                             const TrainOptions &options, double *run_rows) {
-  std::vector<double> rows;
-  for (const Log &log : logs)
-    rows.push_back(static_cast<double>(log.t_s.size()));
-  std::sort(rows.begin(), rows.end());
-  *run_rows = rows[rows.size() / 2];
-  const double wanted =
-      options.block_s > 0.0 ? options.block_s / period_s : *run_rows / kBlocksPerRun;
-  return static_cast<std::uint32_t>(std::clamp(std::lround(wanted), 1L, 10000L));
-}
-
-void set_ranges(FlightPlan *plan, const std::vector<Log> &logs) {
-  for (std::size_t f = 0; f < plan->layout.features(); ++f) {
-    double low = 1e300, high = -1e300;
-    for (const Log &log : logs) {
-      const auto column = log.values.col(find_column(log, plan->layout.feature_names[f]));
-      low = std::min(low, column.minCoeff());
-      high = std::max(high, column.maxCoeff());
-    }
-    const std::uint8_t role = plan->layout.command[f];
-    const double half_turn = (role & 2) != 0   ? 3.14159265358979323846
-                             : (role & 4) != 0 ? 180.0
-                                               : 0.0;
-    if (half_turn > 0.0) { // an angle may be anywhere
-      low = std::min(low, -half_turn);
-      high = std::max(high, half_turn);
-    }
-    const double margin = std::max({0.02 * (high - low), 1e-3 * std::abs(low), 1e-9});
-    plan->low.push_back(static_cast<float>(low - margin));
-    plan->high.push_back(static_cast<float>(high + margin));
-  }
-}
 
 // Channels by kind: behaviour, agreement, scatter, repeats; blocks x channels per run.
-std::vector<Matrix> all_residuals(const std::vector<BlockRun> &runs, const Behaviour &behaviour,
+std::vector<Matrix> all_residuals(const RunStore &runs, const Behaviour &behaviour,
                                   const Agreement &agreement) {
   std::vector<Matrix> all;
   for (std::size_t r = 0; r < runs.size(); ++r) {
@@ -145,7 +88,7 @@ std::vector<NoiseModel> fit_noises(const FlightPlan &plan, const std::vector<Sea
   return without;
 }
 
-Behaviour external_behaviour(const std::vector<BlockRun> &runs, std::size_t outcomes) {
+Behaviour external_behaviour(const RunStore &runs, std::size_t outcomes) {
   Behaviour b;
   b.targets.resize(2 * outcomes);
   for (const BlockRun &run : runs) {
@@ -157,7 +100,7 @@ Behaviour external_behaviour(const std::vector<BlockRun> &runs, std::size_t outc
 }
 
 // What the others' readings say of every outcome, block by block (thesis 4.2.5, eq. 4.9-4.14).
-std::vector<Matrix> fit_level(FlightPlan *plan, const std::vector<BlockRun> &runs) {
+std::vector<Matrix> fit_level(FlightPlan *plan, const RunStore &runs) {
   const Layout &layout = plan->layout;
   Eigen::Index rows = 0;
   for (const BlockRun &run : runs)
@@ -188,7 +131,7 @@ std::vector<Matrix> fit_level(FlightPlan *plan, const std::vector<BlockRun> &run
   return level;
 }
 
-bool wants_level(const Layout &layout, const std::vector<BlockRun> &runs) {
+bool wants_level(const Layout &layout, const RunStore &runs) {
   Eigen::Index rows = 0;
   for (const BlockRun &run : runs)
     rows += run.blocks();
@@ -241,7 +184,7 @@ void report_outcomes(Training *training, const Behaviour &behaviour, const Agree
 }
 
 // A run far above the others' scores: by more than the others' own spread.
-void find_unlike_runs(const std::vector<Log> &logs, Training *training) {
+void find_unlike_runs(const std::vector<std::string> &paths, Training *training) {
   std::vector<double> scores;
   for (const RunScore &s : training->scores)
     scores.push_back(s.score);
@@ -249,7 +192,7 @@ void find_unlike_runs(const std::vector<Log> &logs, Training *training) {
   const double middle = scores[scores.size() / 2];
   const double upper = scores[scores.size() * 3 / 4];
   const double bar = middle + 10.0 * std::max(upper - middle, 2.0);
-  for (std::size_t r = 0; r < logs.size(); ++r) {
+  for (std::size_t r = 0; r < paths.size(); ++r) {
     const RunScore &s = training->scores[r];
     if (s.score <= bar)
       continue;
@@ -258,7 +201,7 @@ void find_unlike_runs(const std::vector<Log> &logs, Training *training) {
         "{} is unlike the other runs: its score by what they taught is {:.1f}, theirs {:.1f} in "
         "the middle; '{}' deviates most. Is this run healthy? Whatever it shows will not raise "
         "an alarm",
-        logs[r].path, s.score, middle, training->plan.layout.outcome_names[s.channel % outcomes]));
+        paths[r], s.score, middle, training->plan.layout.outcome_names[s.channel % outcomes]));
   }
 }
 
@@ -282,45 +225,36 @@ void set_search(FlightPlan *plan, const TrainOptions &options) {
 } // namespace
 
 Training train(const std::vector<Log> &logs, const TrainOptions &options) {
-  if (logs.size() < 3)
-    throw DataError("training needs at least 3 logs, each a run of its own; got " +
-                    std::to_string(logs.size()));
+  LogSet set(logs);
+  return train(healthy_runs(&set, options.blocking), options);
+}
+
+Training train(HealthyRuns healthy, const TrainOptions &options) {
+  RunStore &runs = healthy.runs;
   Training training;
   FlightPlan &plan = training.plan;
-  plan.layout = layout_of(logs.front());
-  for (const Log &log : logs)
-    check_layout(plan.layout, log);
-  find_angles(&plan.layout, logs);
-  // As the image says it, in whole microseconds: training and flight must agree on what is a gap.
-  plan.period_s = 1e-6 * std::max(1.0, std::round(1e6 * median_period_s(logs)));
-  check_rates(logs, plan.period_s);
-  find_same_runs(logs, &training.warnings);
-  double run_rows = 0.0;
-  plan.block_rows = block_rows_for(logs, plan.period_s, options, &run_rows);
-  set_ranges(&plan, logs);
-  plan.basis = make_basis(plan.layout, logs, run_rows, plan.block_rows);
-  const BlockOptions blocks{plan.block_rows, plan.period_s, plan.low, plan.high,
-                            possible_integrands(plan.layout)};
-  std::vector<BlockRun> runs(logs.size());
-  parallel_for(logs.size(), [&](std::size_t r) {
-    runs[r] = block_run(logs[r], plan.layout, plan.basis, blocks);
-    if (runs[r].blocks() < 16)
-      throw DataError(fmt::format("{}: {} blocks of {} rows; a run needs at least 16", logs[r].path,
-                                  runs[r].blocks(), plan.block_rows));
-  });
+  plan = healthy.plan;
+  training.warnings = healthy.warnings;
+  training.input = healthy.input;
   const std::size_t outcomes = plan.layout.outcomes();
   Behaviour behaviour = plan.layout.external ? external_behaviour(runs, outcomes)
                                              : fit_behaviour(&plan.basis, runs, outcomes);
   if (plan.layout.external)
     learn_means(&plan.basis, runs);
-  const std::vector<Matrix> level =
+  give_back_memory();
+  std::vector<Matrix> level =
       wants_level(plan.layout, runs) ? fit_level(&plan, runs) : std::vector<Matrix>{};
-  const Agreement agreement =
-      fit_agreement(plan.layout, plan.basis, blocks.integrands, runs, behaviour.residual, level);
+  give_back_memory();
+  Agreement agreement =
+      fit_agreement(plan.layout, plan.basis, healthy.integrands, runs, behaviour.residual, level);
   if (std::count(agreement.source.begin(), agreement.source.end(), AGREEMENT_LEVEL) == 0)
     plan.level.clear();
   const std::vector<Matrix> residual = all_residuals(runs, behaviour, agreement);
   const std::vector<Eigen::VectorXd> disturbance = disturbances(agreement, behaviour.residual);
+  runs.forget_wide(); // what is not needed any more goes
+  for (auto *matrices : {&level, &behaviour.residual, &behaviour.scatter, &agreement.remains})
+    std::vector<Matrix>().swap(*matrices);
+  give_back_memory();
   std::vector<SearchRun> seen;
   for (std::size_t r = 0; r < runs.size(); ++r)
     seen.push_back({&runs[r], &behaviour.predicted[r], &residual[r], &disturbance[r]});
@@ -334,9 +268,9 @@ Training train(const std::vector<Log> &logs, const TrainOptions &options) {
   choose_region(&plan, seen, explained_parts(plan, behaviour), options.calibration);
   training.scores = calibrate_runs(&plan, &training.noise, without, seen, options.calibration);
   plan.noise = noise_section(training.noise);
-  training.promise = promise_for(logs.size(), options.calibration.false_alarm);
+  training.promise = promise_for(runs.size(), options.calibration.false_alarm);
   report_outcomes(&training, behaviour, agreement);
-  find_unlike_runs(logs, &training);
+  find_unlike_runs(healthy.paths, &training);
   return training;
 }
 

@@ -6,24 +6,25 @@
 #include <string>
 #include <vector>
 
+#include "image/flight_image.hpp"
 #include "train/behaviour.hpp"
 #include "train/calibrate.hpp"
 #include "train/fit.hpp"
-#include "image/flight_image.hpp"
+#include "train/healthy_runs.hpp"
 
 namespace rim {
 
 struct TrainOptions {
   CalibrationOptions calibration;
-  double block_s = 0.0; // length of a block; 0: so that a run has some 240
+  BlockingOptions blocking;
   double stale_s = 2.0; // input older than this: STALE
 };
 
 // How well one outcome is modelled, and how large a fault must be to be seen.
 struct OutcomeReport {
-  double r2 = 0.0, error = 0.0; // of behaviour, runs left out
-  double agreement = 1.0;       // its error over behaviour's
-  int source = 0;                // agreement_source
+  double r2 = 0.0, error = 0.0;                // of behaviour, runs left out
+  double agreement = 1.0;                      // its error over behaviour's
+  int source = 0;                              // agreement_source
   double noise = 0.0, effect = 0.0, rho = 0.0; // of the better channel
   double detectable = 0.0; // constant offset over half of a run that reaches the alarm
   std::string model;       // which terms, in words
@@ -36,12 +37,15 @@ struct Training {
   std::vector<std::string> warnings;
   NoiseModel noise;
   Promise promise;
+  InputRows input;
 };
 
 // At least three logs with the same columns: of sensors (s. columns), or with the user's own
 // predictions (z. m. columns), of which noise and thresholds alone are learnt. DataError otherwise,
 // and for runs of different rates. Deterministic.
 Training train(const std::vector<Log> &logs, const TrainOptions &options);
+// The same from runs that were made elsewhere: of files (LogSet), or of part files.
+Training train(HealthyRuns healthy, const TrainOptions &options);
 
 } // namespace rim
 #endif

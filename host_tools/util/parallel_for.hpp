@@ -2,8 +2,11 @@
 // util/parallel_for.hpp - a loop over independent items on a fixed number of threads.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <functional>
+#include <utility>
+#include <vector>
 
 namespace rim {
 
@@ -16,5 +19,18 @@ void set_parallel_threads(std::size_t threads);
 // for any number of threads when body(i) writes only what belongs to i: store by index, fold after.
 // An exception stops the loop; of several the one with the lowest index is thrown.
 void parallel_for(std::size_t n, const std::function<void(std::size_t)> &body);
+
+// take(i, make(i)) for every i < n in ascending order, where make() runs on all threads and a few
+// results at most are held: sums over many items have the same bits for any number of threads.
+template <class Make, class Take>
+void parallel_in_order(std::size_t n, const Make &make, const Take &take) {
+  const std::size_t batch = 4 * parallel_threads();
+  for (std::size_t first = 0; first < n; first += batch) {
+    std::vector<decltype(make(first))> made(std::min(batch, n - first));
+    parallel_for(made.size(), [&](std::size_t k) { made[k] = make(first + k); });
+    for (std::size_t k = 0; k < made.size(); ++k)
+      take(first + k, std::move(made[k]));
+  }
+}
 
 } // namespace rim

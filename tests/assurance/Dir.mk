@@ -20,7 +20,7 @@ $(ASSURE)/fleet: tests/assurance/fleet.c tests/assurance/flight.h $(BUILD)/libri
 
 .PHONY: fleet
 fleet: $(ASSURE)/fleet $(CROSS)/landing.rec $(CROSS)/golf_flight.rec ## a thousand monitors in one process: rows a second of one core, and memory
-	@$(ASSURE)/fleet $(CROSS)/landing.rec 1 600 && $(ASSURE)/fleet $(CROSS)/landing.rec 1000 600 && $(ASSURE)/fleet $(CROSS)/golf_flight.rec 1000 100
+	@$(ASSURE)/fleet $(CROSS)/landing.rec 1 600 && $(ASSURE)/fleet $(CROSS)/landing.rec 1000 600 && $(ASSURE)/fleet $(CROSS)/golf_flight.rec 1000 100 && $(ASSURE)/fleet $(CROSS)/golf_flight.rec 1000 100 4
 
 FLIPS ?= 1000
 FLIP_SEED ?= 1
@@ -96,3 +96,10 @@ campaign-try: deps
 	@timeout 240 $(MAKE) --no-print-directory SUDO='sudo -n' campaign-deps > $(BUILD)/campaign-deps.txt 2>&1 < /dev/null || \
 	  echo "test: campaigns on a cluster are skipped: $$(grep -v '^make' $(BUILD)/campaign-deps.txt | tail -n 1)"
 test: campaign-try
+
+# The same on a Slurm of this computer: a minute, as root; not a part of `make test`.
+.PHONY: slurm-deps test-slurm
+slurm-deps: campaign-deps
+	$(call install_missing,slurm-wlm munge)
+test-slurm: slurm-deps host thesis ## a campaign and a training as arrays of a real Slurm on this computer (root; installs slurm-wlm)
+	@RIM=$(abspath $(BUILD)/rim) RIM_THESIS=$(abspath $(BUILD)/rim-thesis) BUILD=$(abspath $(BUILD)) tests/slurm/run.sh

@@ -28,7 +28,8 @@ common="--shards 12 --workers 2 --merge"
 $campaign --out a $common "$RIM_THESIS merge" -- ./work.sh > said 2> log; check "a campaign" 0 $?
 cmp -s a/merged.json single.json; check "the same bytes as one machine" 0 $?
 contains "the dashboard is told" "$(cat log)" "dashboard http"
-contains "progress is told" "$(cat log)" "12 of 12: shard"
+contains "progress is told" "$(cat log)" "12 of 12: shard .* done (.* s of processor time)"
+contains "and what it cost" "$(cat log)" "12 shards on 2 workers: .* s of processor time in the shards, .* s a shard"
 
 : > computed.txt
 $campaign --out a $common "$RIM_THESIS merge" -- ./work.sh > said 2> log; check "started again" 0 $?
@@ -60,5 +61,10 @@ contains "of three jobs" "$(cat array.sh)" "^#SBATCH --array=1-3"
 for i in 1 2 3; do SLURM_ARRAY_TASK_ID=$i bash array.sh || bad "job $i"; done
 $campaign --out e --shards 3 --workers 1 --merge "$RIM_THESIS merge" -- ./work.sh > said 2> log; check "is folded" 0 $?
 cmp -s e/merged.json single.json; check "to the same bytes" 0 $?
+$campaign --out g --shards 7 --tasks 3 --slurm -- ./work.sh > array.sh; contains "of fewer jobs than shards" "$(cat array.sh)" "array=1-3"
+for i in 1 2 3; do SLURM_ARRAY_TASK_ID=$i bash array.sh || bad "job $i of more shards"; done
+check "which compute them all" 7 "$(ls g/shard_*.json | wc -l)"
+FAILS=5 SLURM_ARRAY_TASK_ID=2 bash <(sed 's/_of_7/_of_7x/' array.sh) > said; check "a job whose shard fails, fails" 1 $?
+check "and computes its others" 1 "$(ls g/shard_2_of_7x.json | wc -l)"
 $campaign --out f --shards 0 -- ./work.sh 2> /dev/null; check "no shard" 2 $?
 finish

@@ -23,6 +23,26 @@ cmp -s toy.rim again.rim; check "four threads, the same image" 0 $?
 "$RIM" train run0*.csv --out other.rim --quick > /dev/null
 ! cmp -s toy.rim other.rim; check "other logs, another image" 0 $?
 
+# Parts of the work teach what the whole does, in any order; what does not belong together is refused.
+for i in 1 2 3 4 5 6 7 8; do
+  out=$("$RIM" train run*.csv --shard $i/8 --out $i.part); check "shard $i" 0 $?
+done
+contains "what a part holds" "$out" "^8.part written: the blocks of 2 of 20 runs"
+"$RIM" train --merge [4-8].part [1-3].part --out merged.rim > said; check "learnt from eight parts" 0 $?
+cmp -s toy.rim merged.rim; check "the same image" 0 $?
+contains "of all runs" "$(cat said)" "^20 runs, 24000 rows at 20 Hz: 3 sensors, 1 commands"
+err=$("$RIM" train --merge [1-7].part --out no.rim 2>&1 >/dev/null); check "a part is missing" 3 $?
+contains "a part is missing: the run is named" "$err" "run08.csv: its blocks are in none of the 7 part files"
+err=$("$RIM" train --merge run01.csv --out no.rim 2>&1 >/dev/null); check "a log instead of a part" 3 $?
+contains "a log instead of a part: named" "$err" "run01.csv: is no part of a training"
+"$RIM" train run0*.csv --shard 8/8 --out few.part > /dev/null
+err=$("$RIM" train --merge [1-7].part few.part --out no.rim 2>&1 >/dev/null); check "a part of other logs" 3 $?
+contains "a part of other logs: named" "$err" "few.part: is of other logs"
+for wrong in "--shard 9/8" "--shard 1/2 --merge" "--merge --block-seconds 1" "--shard 1/2 --interference labels.csv"; do
+  "$RIM" train run*.csv $wrong --out no.rim 2> /dev/null; check "$wrong" 2 $?
+done
+[ ! -e no.rim ]; check "nothing is left behind" 0 $?
+
 out=$("$RIM" train run0[1-8].csv --out few.rim --quick)
 contains "too few runs: said" "$out" "with 8 runs no rate below 11.1 % can be promised (wished: 5 %); using that"
 contains "too few runs: how many it takes" "$out" "19 runs are the least for 5 %"

@@ -27,7 +27,7 @@ struct Learnt {
   rim::Layout layout;
   rim::Basis basis;
   rim::BlockOptions options;
-  std::vector<rim::BlockRun> runs;
+  rim::RunStore runs;
   rim::Behaviour behaviour;
 };
 
@@ -36,14 +36,27 @@ constexpr std::uint32_t kBlockRows = 10;
 // The steps of train() up to the behaviour models.
 Learnt learn(const std::vector<rim::Log> &logs) {
   Learnt l;
-  l.layout = rim::layout_of(logs.front());
-  l.basis = rim::make_basis(l.layout, logs, static_cast<double>(logs.front().t_s.size()), 8);
+  rim::LogSet set(logs);
+  const rim::Survey survey = rim::survey_of(&set);
+  l.layout = survey.layout;
+  l.basis = rim::make_basis(survey, static_cast<double>(logs.front().t_s.size()));
   l.options.block_rows = kBlockRows;
-  l.options.period_s = rim::median_period_s(logs);
+  l.options.period_s = survey.period_s();
   l.options.low.assign(l.layout.features(), -100.0F);
   l.options.high.assign(l.layout.features(), 100.0F);
+  std::vector<rim::BlockRun> runs;
   for (const rim::Log &log : logs)
-    l.runs.push_back(rim::block_run(log, l.layout, l.basis, l.options));
+    runs.push_back(rim::block_run(log, l.layout, l.basis, l.options));
+  std::vector<Eigen::VectorXd> starts;
+  for (const rim::BlockRun &run : runs)
+    starts.push_back(run.start);
+  std::vector<double> low, high;
+  for (std::size_t f = 0; f < l.layout.features(); ++f) {
+    low.push_back(survey.low(f));
+    high.push_back(survey.high(f));
+  }
+  rim::learn_start(&l.basis, starts, low, high);
+  l.runs = rim::RunStore(runs);
   l.behaviour = rim::fit_behaviour(&l.basis, l.runs, l.layout.outcomes());
   return l;
 }
@@ -141,7 +154,7 @@ void a_run_is_predicted_without_itself(void **) {
 
 void three_runs_are_needed(void **) {
   Learnt l = plain();
-  l.runs.resize(2);
+  l.runs = rim::RunStore(std::vector<rim::BlockRun>(l.runs.begin(), l.runs.begin() + 2));
   bool refused = false;
   try {
     (void)rim::fit_behaviour(&l.basis, l.runs, kOutcomes);
@@ -223,13 +236,12 @@ void training_and_flight_predict_the_same(void **) {
   const std::vector<std::uint8_t> models = rim::behaviour_section(l.basis, l.behaviour);
   rim_basis view;
   assert_int_equal(rimi_basis_open(&view, basis.data(), basis.size(),
-                                  static_cast<std::uint32_t>(l.layout.features()), kOutcomes),
+                                   static_cast<std::uint32_t>(l.layout.features()), kOutcomes),
                    RIM_OK);
   rim_behaviour flight;
   assert_int_equal(
       rimi_behaviour_open(&flight, models.data(), models.size(), view.terms, kOutcomes), RIM_OK);
-  const rim::BlockRun run =
-      rim::block_run(made_vehicle(kSeed + 300), l.layout, l.basis, l.options);
+  const rim::BlockRun run = rim::block_run(made_vehicle(kSeed + 300), l.layout, l.basis, l.options);
   const rim::Matrix terms = standard_terms(l.basis, run);
   double predicted[2 * kOutcomes];
   for (Eigen::Index b = 0; b < run.blocks(); ++b) {

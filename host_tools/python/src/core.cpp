@@ -129,7 +129,7 @@ nb::dict train(const std::vector<const rim::Log *> &given, double false_alarm, d
   rim::TrainOptions options;
   options.calibration.false_alarm = false_alarm;
   options.calibration.flight = flight;
-  options.block_s = block_s;
+  options.blocking.block_s = block_s;
   rim::Training training;
   Bytes image;
   std::string report;

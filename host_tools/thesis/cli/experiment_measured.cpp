@@ -33,7 +33,7 @@ std::function<int()> add_falcon(rim::cli::Arguments &app) {
   falcon->add_option("--exclude", o->exclude, "missions not to use, say nrol76")->delimiter(',');
   falcon->add_option("--false-alarm", o->train.calibration.false_alarm,
                      "largest acceptable share of healthy flights with any alarm (default 0.05)");
-  falcon->add_option("--block-seconds", o->train.block_s, "length of an observation (0.5)")
+  falcon->add_option("--block-seconds", o->train.blocking.block_s, "length of an observation (0.5)")
       ->check(rim::cli::positive_number());
   return [o] { return judge_falcon(*o); };
 }

@@ -28,7 +28,7 @@ struct FalconOptions {
   std::vector<std::string> exclude; // missions not used at all
   TrainOptions train;
   // Blocks of which 3 s hold six.
-  FalconOptions() { train.block_s = 0.5; }
+  FalconOptions() { train.blocking.block_s = 0.5; }
 };
 
 struct FalconCell {

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: MIT
+#include "train/healthy_runs.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include <fmt/format.h>
+
+#include "train/part_file.hpp"
+#include "train/survey.hpp"
+#include "util/error.hpp"
+#include "util/parallel_for.hpp"
+#include "util/progress.hpp"
+
+namespace rim {
+
+namespace {
+
+constexpr double kBlocksPerRun = 240.0;
+constexpr Eigen::Index kLeastBlocks = 16;
+constexpr double kRateRatio = 1.3; // of two runs' rates from which on they differ
+
+void check_rates(const Survey &survey, double period_s) {
+  for (const RunFacts &run : survey.runs) {
+    const double own = period_of(run);
+    if (own > kRateRatio * period_s || own < period_s / kRateRatio)
+      throw DataError(fmt::format("{}: its rows come at {:.4g} Hz, those of the other runs at "
+                                  "{:.4g} Hz: runs of one rate are needed (a schema with "
+                                  "resample_hz makes one)",
+                                  run.path, 1.0 / own, 1.0 / period_s));
+  }
+}
+
+std::vector<std::string> same_runs(const Survey &survey) {
+  std::map<std::pair<std::uint64_t, std::uint64_t>, std::vector<std::size_t>> of_content;
+  for (std::size_t r = 0; r < survey.runs.size(); ++r) {
+    if (survey.runs[r].rows > 0)
+      of_content[{survey.runs[r].content[0], survey.runs[r].content[1]}].push_back(r);
+  }
+  std::vector<std::pair<std::size_t, std::size_t>> pairs;
+  for (const auto &[content, runs] : of_content) {
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+      for (std::size_t j = i + 1; j < runs.size(); ++j)
+        pairs.emplace_back(runs[i], runs[j]);
+    }
+  }
+  std::sort(pairs.begin(), pairs.end());
+  std::vector<std::string> warnings;
+  for (const auto &[i, j] : pairs)
+    warnings.push_back(survey.runs[j].path + " holds the same rows as " + survey.runs[i].path +
+                       ": the same run counts once");
+  return warnings;
+}
+
+std::uint32_t block_rows_for(const Survey &survey, double period_s, double block_s,
+                             double *run_rows) {
+  std::vector<double> rows;
+  for (const RunFacts &run : survey.runs)
+    rows.push_back(static_cast<double>(run.rows));
+  std::sort(rows.begin(), rows.end());
+  *run_rows = rows[rows.size() / 2];
+  const double wanted = block_s > 0.0 ? block_s / period_s : *run_rows / kBlocksPerRun;
+  return static_cast<std::uint32_t>(std::clamp(std::lround(wanted), 1L, 10000L));
+}
+
+void set_ranges(FlightPlan *plan, const Survey &survey) {
+  for (std::size_t f = 0; f < plan->layout.features(); ++f) {
+    double low = survey.low(f), high = survey.high(f);
+    const std::uint8_t role = plan->layout.command[f];
+    const double half_turn = (role & 2) != 0   ? 3.14159265358979323846
+                             : (role & 4) != 0 ? 180.0
+                                               : 0.0;
+    if (half_turn > 0.0) { // an angle may be anywhere
+      low = std::min(low, -half_turn);
+      high = std::max(high, half_turn);
+    }
+    const double margin = std::max({0.02 * (high - low), 1e-3 * std::abs(low), 1e-9});
+    plan->low.push_back(static_cast<float>(low - margin));
+    plan->high.push_back(static_cast<float>(high + margin));
+  }
+}
+
+// All but the runs' blocks.
+HealthyRuns prepared(const Survey &survey, double block_s) {
+  HealthyRuns healthy;
+  FlightPlan &plan = healthy.plan;
+  plan.layout = survey.layout;
+  // As the image says it, in whole microseconds: training and flight must agree on what is a gap.
+  plan.period_s = 1e-6 * std::max(1.0, std::round(1e6 * survey.period_s()));
+  check_rates(survey, plan.period_s);
+  healthy.warnings = same_runs(survey);
+  double run_rows = 0.0;
+  plan.block_rows = block_rows_for(survey, plan.period_s, block_s, &run_rows);
+  set_ranges(&plan, survey);
+  plan.basis = make_basis(survey, run_rows);
+  healthy.integrands = possible_integrands(plan.layout);
+  for (const RunFacts &run : survey.runs) {
+    healthy.paths.push_back(run.path);
+    healthy.input.rows += run.rows;
+    healthy.input.skipped += run.skipped;
+    healthy.input.filtered += run.filtered;
+  }
+  for (std::size_t f = 0; f < plan.layout.features(); ++f) {
+    healthy.low.push_back(survey.low(f));
+    healthy.high.push_back(survey.high(f));
+  }
+  return healthy;
+}
+
+BlockRun blocks_of(LogSet *logs, std::size_t r, const RunFacts &facts, const HealthyRuns &healthy) {
+  const FlightPlan &plan = healthy.plan;
+  const std::shared_ptr<const Log> log = logs->take(r);
+  std::uint64_t content[2];
+  hash_of(*log, content);
+  if (content[0] != facts.content[0] || content[1] != facts.content[1])
+    throw DataError(log->path + ": changed while it was read");
+  BlockRun run =
+      block_run(*log, plan.layout, plan.basis,
+                {plan.block_rows, plan.period_s, plan.low, plan.high, healthy.integrands});
+  if (run.blocks() < kLeastBlocks)
+    throw DataError(fmt::format("{}: {} blocks of {} rows; a run needs at least {}", log->path,
+                                run.blocks(), plan.block_rows, kLeastBlocks));
+  return run;
+}
+
+void learn_starts(HealthyRuns *healthy) {
+  std::vector<Eigen::VectorXd> starts;
+  for (const BlockRun &run : healthy->runs)
+    starts.push_back(run.start);
+  learn_start(&healthy->plan.basis, starts, healthy->low, healthy->high);
+}
+
+Survey checked_survey(LogSet *logs) {
+  if (logs->size() < 3)
+    throw DataError("training needs at least 3 logs, each a run of its own; got " +
+                    std::to_string(logs->size()));
+  return survey_of(logs);
+}
+
+} // namespace
+
+HealthyRuns healthy_runs(LogSet *logs, const BlockingOptions &options) {
+  const Survey survey = checked_survey(logs);
+  HealthyRuns healthy = prepared(survey, options.block_s);
+  healthy.runs = RunStore(logs->size(), options.wide_bytes, options.folder);
+  Progress progress("blocks", logs->size());
+  parallel_for(logs->size(), [&](std::size_t r) {
+    healthy.runs.put(r, blocks_of(logs, r, survey.runs[r], healthy));
+    progress.add();
+  });
+  learn_starts(&healthy);
+  return healthy;
+}
+
+PartWritten write_part(LogSet *logs, const BlockingOptions &options, const Shard &shard,
+                       const std::string &path) {
+  PartWriter part(path); // a place that cannot be written is found before the work
+  const Survey survey = checked_survey(logs);
+  const HealthyRuns healthy = prepared(survey, options.block_s);
+  std::vector<std::size_t> mine;
+  for (std::size_t r = 0; r < logs->size(); ++r) {
+    if (shard.owns(r))
+      mine.push_back(r);
+  }
+  part.begin(healthy, mine.size());
+  Progress progress("blocks", mine.size());
+  parallel_in_order(
+      mine.size(),
+      [&](std::size_t k) { return blocks_of(logs, mine[k], survey.runs[mine[k]], healthy); },
+      [&](std::size_t k, const BlockRun &run) {
+        part.add(mine[k], run);
+        progress.add();
+      });
+  part.commit();
+  return {mine.size(), logs->size()};
+}
+
+HealthyRuns merged_parts(const std::vector<std::string> &paths) {
+  if (paths.empty())
+    throw UsageError("--merge needs part files");
+  HealthyRuns healthy = read_part_header(paths.front());
+  const std::string first = plan_text(healthy);
+  healthy.runs = RunStore(healthy.paths.size());
+  std::vector<std::string> holder(healthy.paths.size()); // the file that each run came from
+  Progress progress("read", paths.size());
+  for (const std::string &path : paths) {
+    if (plan_text(read_part_header(path)) != first)
+      throw DataError(path + ": is of other logs, or of another --block-seconds, than " +
+                      paths.front());
+    read_part_runs(path, &healthy, &holder);
+    progress.add();
+  }
+  for (std::size_t r = 0; r < holder.size(); ++r) {
+    if (holder[r].empty())
+      throw DataError(healthy.paths[r] + ": its blocks are in none of the " +
+                      std::to_string(paths.size()) + " part files: are some missing?");
+  }
+  learn_starts(&healthy);
+  return healthy;
+}
+
+} // namespace rim
