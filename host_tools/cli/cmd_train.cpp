@@ -30,7 +30,7 @@ struct Options {
   std::string out, schema, interference, robot, model, shard;
   rim::TrainOptions train;
   unsigned threads = 0;
-  bool quick = false, merge = false;
+  bool quick = false, merge = false, leave_out = false;
 };
 
 const char *const kFooter =
@@ -90,6 +90,9 @@ void declare(rim::cli::Arguments &app, Options &o) {
   app.add_flag("--merge", o.merge,
                "the files are not logs but the N parts of --shard: learn from them. The image is\n"
                "the one that the logs would give, to the last bit");
+  app.add_flag("--leave-out-unlike", o.leave_out,
+               "where a run is unlike the others, learn again without it. At most a tenth of the\n"
+               "runs, at least one, is left out, and each is named");
   app.add_flag("--quick", o.quick, "print the short report, without the table of models");
   app.footer(kFooter);
 }
@@ -151,6 +154,9 @@ void check_options(const Options &o) {
     throw rim::UsageError("--robot needs --interference");
   if ((o.merge || !o.shard.empty()) && !o.interference.empty())
     throw rim::UsageError("--interference is learnt of all logs at once: without --shard, --merge");
+  if (o.leave_out && (o.merge || !o.shard.empty() || !o.interference.empty()))
+    throw rim::UsageError("--leave-out-unlike needs the logs, to learn of them again: without "
+                          "--shard, --merge, --interference");
   if (o.merge && !o.shard.empty())
     throw rim::UsageError("--shard makes a part, --merge learns from parts: one at a time");
   if (o.merge && (!o.schema.empty() || o.train.blocking.block_s > 0.0))
@@ -170,16 +176,37 @@ void make_part(const Options &o) {
               part.runs, part.all, peak_gb());
 }
 
+rim::Training learn(const std::vector<std::string> &files, const Options &o) {
+  rim::LogSet logs(o.merge ? std::vector<std::string>() : files, schema_of(o));
+  return rim::train(o.merge ? rim::merged_parts(files) : rim::healthy_runs(&logs, o.train.blocking),
+                    o.train);
+}
+
+// Without the runs that are unlike the others, as far as that leaves nine in ten.
+rim::Training learn_without_unlike(const Options &o) {
+  std::vector<std::string> files = o.logs;
+  const std::size_t most = std::max<std::size_t>(1, files.size() / 10);
+  rim::Training training = learn(files, o);
+  while (!training.unlike.empty() &&
+         files.size() - training.unlike.size() + most >= o.logs.size() &&
+         files.size() - training.unlike.size() >= 3) {
+    for (std::size_t k = training.unlike.size(); k-- > 0;) {
+      const auto at = files.begin() + static_cast<std::ptrdiff_t>(training.unlike[k]);
+      std::printf("left out: %s, a run unlike the others (score %.1f)\n", at->c_str(),
+                  training.scores[training.unlike[k]].score);
+      files.erase(at);
+    }
+    training = learn(files, o);
+  }
+  return training;
+}
+
 void learn_image(const Options &o) {
   const auto start = std::chrono::steady_clock::now();
   rim::AtomicFile file(o.out); // a place that cannot be written is found before the work
-  rim::LogSet logs(o.merge ? std::vector<std::string>() : o.logs, schema_of(o));
-  rim::HealthyRuns healthy =
-      o.merge ? rim::merged_parts(o.logs) : rim::healthy_runs(&logs, o.train.blocking);
-  const std::size_t runs = healthy.paths.size();
-  const rim::Training training = rim::train(std::move(healthy), o.train);
+  const rim::Training training = o.leave_out ? learn_without_unlike(o) : learn(o.logs, o);
   const std::vector<std::uint8_t> image = rim::make_image(training.plan);
-  print_input(training, runs);
+  print_input(training, training.scores.size());
   for (const std::string &warning : training.warnings)
     std::fprintf(stderr, "rim: warning: %s\n", warning.c_str());
   if (!o.quick)

@@ -196,6 +196,7 @@ void find_unlike_runs(const std::vector<std::string> &paths, Training *training)
     const RunScore &s = training->scores[r];
     if (s.score <= bar)
       continue;
+    training->unlike.push_back(r);
     const std::size_t outcomes = training->plan.layout.outcomes();
     training->warnings.push_back(fmt::format(
         "{} is unlike the other runs: its score by what they taught is {:.1f}, theirs {:.1f} in "

@@ -35,6 +35,7 @@ struct Training {
   std::vector<OutcomeReport> outcomes;
   std::vector<RunScore> scores; // per run, by what the others taught
   std::vector<std::string> warnings;
+  std::vector<std::size_t> unlike; // runs whose score is far above the others'
   NoiseModel noise;
   Promise promise;
   InputRows input;

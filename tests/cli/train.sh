@@ -57,6 +57,14 @@ err=$("$RIM" train run*.csv copy.csv --out same.rim --quick 2>&1 >/dev/null); ch
 contains "the same run twice: named" "$err" "copy.csv holds the same rows as run03.csv"
 err=$("$RIM" train run*.csv odd.csv --out odd.rim --quick 2>&1 >/dev/null); check "a run unlike the others" 0 $?
 contains "a run unlike the others: named" "$err" "odd.csv is unlike the other runs.*'s.speed_mps' deviates most"
+out=$("$RIM" train run*.csv odd.csv --leave-out-unlike --out without.rim --quick); check "without the run unlike the others" 0 $?
+contains "what was left out" "$out" "^left out: odd.csv, a run unlike the others (score [1-9]"
+contains "the rest was learnt" "$out" "^20 runs, 24000 rows"
+cmp -s toy.rim without.rim; check "the image of the others alone" 0 $?
+"$RIM" train run*.csv --leave-out-unlike --out same.rim --quick > /dev/null
+cmp -s toy.rim same.rim; check "none is unlike: nothing is left out" 0 $?
+"$RIM" train run*.csv --leave-out-unlike --shard 1/2 --out x.part 2> err; check "not of a shard" 2 $?
+contains "not of a shard: said" "$(cat err)" "needs the logs"
 awk -F, -v OFS=, 'NR > 1 {$1 = sprintf("%.2f", 2 * $1)} {print}' run05.csv > slow.csv
 err=$("$RIM" train run*.csv slow.csv --out no.rim 2>&1 >/dev/null); check "another rate" 3 $?
 contains "another rate: named" "$err" "slow.csv: its rows come at 10 Hz, those of the other runs at 20 Hz"

@@ -121,7 +121,8 @@ def skab(o, folder, work):
             for _, line in zip(range(1 + START_ROWS), whole):
                 start.write(line)
     schema, image = os.path.join(DATA, "skab.toml"), os.path.join(work, "skab.rim")
-    run(o.rim, "train", *starts, "--schema", schema, "--false-alarm", SKAB_FALSE_ALARM, "--out", image)
+    run(o.rim, "train", *starts, "--schema", schema, "--false-alarm", SKAB_FALSE_ALARM,
+        "--leave-out-unlike", "--out", image)  # the fault of other_2 begins in its first 400 rows
     marks, units = replay(o, image, schema, runs, work), []
     for name, path in zip(names, runs):
         count = collections.Counter()
