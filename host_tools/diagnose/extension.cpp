@@ -485,9 +485,6 @@ void TermReader::check_delay(const Term &term) const {
            fmt::format("form '{}' needs a [[term.shape]] named '{}', not negative", term.form,
                        name));
   }
-  if ((term.form == "delay" || term.form == "lag_command") && term.response.empty() &&
-      term.ridges.empty())
-    fail(path_, *table_, fmt::format("form '{}' needs a [term.response]", term.form));
 }
 
 void TermReader::check_form(const Term &term) const {
