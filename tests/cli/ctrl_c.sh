@@ -77,7 +77,7 @@ complete=$(for f in runs/run_*.csv; do tail -c 1 "$f" | od -An -c; done | grep -
 check "simulate: every last line has its end" "$kept" "$complete"
 
 # What a caller ignores stays ignored: nohup, a job in the background of a script.
-contains "an ignored signal" "$(stop ignored 'new.rim.tmp.*' "$RIM" train run_0.csv endless --out new.rim)" '^alive'
+contains "an ignored signal" "$(stop ignored 'new.rim.tmp.*' "$RIM" train run_0.csv run_1.csv endless --out new.rim)" '^alive'
 rm -f new.rim.tmp.*
 # A reader that goes away: no temporary, no word.
 "$RIM" replay --model model.rim $(yes run_0.csv | head -200) --alarms a.jsonl 2> said | true
