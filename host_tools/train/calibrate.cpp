@@ -40,6 +40,12 @@ void set_alarm(Thresholds *t, std::vector<float> maxima, const CalibrationOption
   t->warn_score = std::min(t->alarm_score, threshold(warning.rank));
 }
 
+double unlike_bar(std::vector<double> scores) {
+  std::sort(scores.begin(), scores.end());
+  const double middle = scores[scores.size() / 2];
+  return middle + 10.0 * std::max(scores[scores.size() * 3 / 4] - middle, 2.0);
+}
+
 void set_alarm_from_runs(Thresholds *t, const std::vector<float> &alone,
                          const std::vector<float> &together, const CalibrationOptions &options) {
   const auto odd = static_cast<std::size_t>(
@@ -47,7 +53,9 @@ void set_alarm_from_runs(Thresholds *t, const std::vector<float> &alone,
   std::vector<float> scores = alone;
   scores.erase(scores.begin() + static_cast<std::ptrdiff_t>(odd));
   const float second = *std::max_element(scores.begin(), scores.end());
-  scores.push_back(std::clamp(together[odd], second, alone[odd]));
+  const bool is_unlike =
+      static_cast<double>(alone[odd]) > unlike_bar(std::vector<double>(alone.begin(), alone.end()));
+  scores.push_back(is_unlike ? second : std::clamp(together[odd], second, alone[odd]));
   set_alarm(t, scores, options);
   std::vector<float> sorted = alone;
   std::sort(sorted.begin(), sorted.end());

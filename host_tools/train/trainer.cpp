@@ -183,15 +183,15 @@ void report_outcomes(Training *training, const Behaviour &behaviour, const Agree
   }
 }
 
-// A run far above the others' scores: by more than the others' own spread.
+// A run far above the others' scores.
 void find_unlike_runs(const std::vector<std::string> &paths, Training *training) {
   std::vector<double> scores;
   for (const RunScore &s : training->scores)
     scores.push_back(s.score);
-  std::sort(scores.begin(), scores.end());
+  const double bar = unlike_bar(scores);
+  std::nth_element(scores.begin(), scores.begin() + static_cast<std::ptrdiff_t>(scores.size() / 2),
+                   scores.end());
   const double middle = scores[scores.size() / 2];
-  const double upper = scores[scores.size() * 3 / 4];
-  const double bar = middle + 10.0 * std::max(upper - middle, 2.0);
   for (std::size_t r = 0; r < paths.size(); ++r) {
     const RunScore &s = training->scores[r];
     if (s.score <= bar)

@@ -256,6 +256,24 @@ void training_and_flight_predict_the_same(void **) {
   assert_true(run.blocks() > 200);
 }
 
+// A switch that is on at the start of one run in thirty, and a speed that differs a little.
+void no_run_that_was_learnt_from_began_late(void **) {
+  std::vector<Eigen::VectorXd> starts;
+  for (int run = 0; run < 30; ++run)
+    starts.emplace_back(Eigen::Vector2d(run == 14 ? 1.0 : 0.0, 5.0 + 0.1 * (run % 5)));
+  starts.emplace_back(); // of a run without rows
+  rim::Basis basis;
+  rim::learn_start(&basis, starts, {0.0, 0.0}, {1.0, 20.0});
+  const auto limit = [&basis](std::size_t f) { return BASIS_START_LIMIT * basis.start_sd[f]; };
+  for (int f = 0; f < 2; ++f) {
+    for (int run = 0; run < 30; ++run)
+      assert_true(std::fabs(starts[static_cast<std::size_t>(run)][f] -
+                            basis.start[static_cast<std::size_t>(f)]) <
+                  limit(static_cast<std::size_t>(f)));
+  }
+  assert_true(limit(0) < 1.5 && limit(1) < 2.0); // what is far from all is late
+}
+
 } // namespace
 
 int main() {
@@ -267,6 +285,7 @@ int main() {
       cmocka_unit_test(fresh_runs_are_predicted_as_well_as_runs_left_out),
       cmocka_unit_test(a_run_is_predicted_without_itself),
       cmocka_unit_test(three_runs_are_needed),
+      cmocka_unit_test(no_run_that_was_learnt_from_began_late),
       cmocka_unit_test(training_and_flight_see_the_same),
       cmocka_unit_test(training_and_flight_predict_the_same),
   };

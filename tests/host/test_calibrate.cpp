@@ -55,14 +55,16 @@ void one_odd_run_does_not_set_the_alarm(void **) {
   const double second = static_cast<double>(alone[29]), largest = static_cast<double>(alone[30]);
   assert_true(near(alarm(alone, alone), largest + 1.0)); // and half of the scale
   std::vector<float> odd = alone, together = alone;
-  odd[30] = 155.0F;
+  odd[30] = 20.0F;     // twice the largest of the others, and like them
   together[30] = 3.0F; // not below the second
   assert_true(near(alarm(odd, together), second + 1.0));
-  together[30] = 20.0F;
-  assert_true(near(alarm(odd, together), 21.0));
+  together[30] = 15.0F;
+  assert_true(near(alarm(odd, together), 16.0));
   together[30] = 400.0F; // no more than alone
-  assert_true(near(alarm(odd, together), 156.0));
-  odd[3] = 140.0F;
+  assert_true(near(alarm(odd, together), 21.0));
+  odd[30] = 155.0F; // unlike the others: the image has seen its like
+  assert_true(near(alarm(odd, together), second + 1.0));
+  odd[3] = 140.0F; // a second one is another matter
   together[30] = together[3] = 20.0F;
   assert_true(alarm(odd, together) > 140.0);
 }
