@@ -50,8 +50,8 @@ double unlike_bar(std::vector<double> scores);
 // `together` the one of the image, which this run has taught as well. A run that is odd in one
 // channel would count twice by its score alone: it inflates that channel in the image, and it would
 // set the alarm of all channels. Therefore the run with the largest score, and it only, counts by
-// its score together, but at least as much as the second largest; as much as that where it is unlike
-// the others (unlike_bar): it was judged by models that had not seen its like, the image has. Half
+// its score together, but at least as much as the second largest; as much as that where it is
+// unlike the others (unlike_bar): models that had not seen its like judged it; the image has. Half
 // the scale of the tail is
 // added (an exponential one, from median and upper quartile): the order statistic of a few dozen
 // runs is itself uncertain, and the rate that it lets through is right in the mean over sets of

@@ -201,8 +201,8 @@ Basis make_basis(const Survey &survey, double run_rows) {
 }
 
 // Of few runs the deviation is uncertain, and a feature that starts alike in all may yet start a
-// little off. No run that was learnt from began late: a switch that is on at the start of one run in
-// thirty is five standard deviations off.
+// little off. No run that was learnt from began late: a switch that is on at the start of one run
+// in thirty is five standard deviations off.
 void learn_start(Basis *basis, const std::vector<Eigen::VectorXd> &starts,
                  const std::vector<double> &low, const std::vector<double> &high) {
   constexpr double least = 0.01;  // of the feature's range
