@@ -10,8 +10,9 @@
 #include "base/real.h"
 #include "search/search_private.h"
 
-#define SHAPES 3u        /* of time: 1, t, t^2; of the prediction p: p, p t */
-#define PAIR_NATS 5.0    /* that a second shape must explain, by what healthy runs inflate */
+#define SHAPES 3u     /* of time: 1, t, t^2; of the prediction p: p, p t */
+#define PAIR_NATS 5.0 /* that a second shape must explain, by what healthy runs inflate */
+#define STILL 0.25 /* of what its own onset explains, that one shape must explain since another */
 #define LEAST_SHARE 1e-6 /* of a shape's information, that must be left beside the others */
 #define PARTS 2u
 #define NEGLIGIBLE 20.0 /* nats: an onset that is less likely by this has no say */
@@ -168,16 +169,23 @@ void rimi_search_judge_in_time(const rim_search *s, search_hypothesis *h) {
   rimi_search_judge(s, &sums, h);
 }
 
-/* Of a step, a ramp and a gain, what explains most since this onset. */
+/* Whether the outcome reads high by it; a gain, where the prediction is as usual. */
+static bool reads_high(const rim_search *s, const search_hypothesis *h) {
+  return (h->family == SEARCH_GAIN ? s->p_zero : 1.0) * (double)h->shift > 0.0;
+}
+
+/* Of a step, a ramp and a gain, what explains most since this onset, with the sign of before. Where
+ * none alone says much since there, the hypothesis stays as it was. */
 static void judge_again(const rim_search *s, search_hypothesis *h, uint32_t onset) {
   search_hypothesis best = {.score = SEARCH_NONE};
   for (uint8_t family = SEARCH_SINCE; family <= SEARCH_GAIN; ++family) {
     search_hypothesis now = {.family = family, .onset = onset};
     rimi_search_judge_in_time(s, &now);
-    if (rimi_search_worth(s, &now) > rimi_search_worth(s, &best))
+    if (reads_high(s, &now) == reads_high(s, h) &&
+        rimi_search_worth(s, &now) > rimi_search_worth(s, &best))
       best = now;
   }
-  if (best.score > SEARCH_NONE)
+  if (best.score > SEARCH_NONE && (double)best.ln_ratio >= STILL * (double)h->ln_ratio)
     *h = best;
 }
 
