@@ -200,8 +200,8 @@ void find_unlike_runs(const std::vector<std::string> &paths, Training *training)
     const std::size_t outcomes = training->plan.layout.outcomes();
     training->warnings.push_back(fmt::format(
         "{} is unlike the other runs: its score by what they taught is {:.1f}, theirs {:.1f} in "
-        "the middle; '{}' deviates most. Is this run healthy? Whatever it shows will not raise "
-        "an alarm",
+        "the middle; '{}' deviates most. Is this run healthy? The image has learnt from it; "
+        "--leave-out-unlike learns without it",
         paths[r], s.score, middle, training->plan.layout.outcome_names[s.channel % outcomes]));
   }
 }
