@@ -351,7 +351,8 @@ static void a_hidden_chain_refuses(void **state) {
   assert_int_equal(unseen, 2);
   h.steps = h.resets = h.refused = UINT32_MAX; /* counters stay at their end */
   assert_int_equal(rimi_hmm_step(&h, none), RIM_OK);
-  assert_int_equal(rimi_hmm_step(&h, &nan_value), RIM_E_DATA);
+  const double not_numbers[RIM_HMM_MAX_STATES] = {nan_value, nan_value};
+  assert_int_equal(rimi_hmm_step(&h, not_numbers), RIM_E_DATA);
   assert_true(h.steps == UINT32_MAX && h.refused == UINT32_MAX);
   rimi_hmm_reset(&h);
   assert_true(h.resets == UINT32_MAX && h.steps == 0);
