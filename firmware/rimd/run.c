@@ -207,6 +207,15 @@ static void note_sequence(rimd *d, uint32_t sequence) {
   d->kept.source_next = sequence + 1;
 }
 
+/* The plain message in a sealed one, plain[0..bytes); NULL where it is none, or not to be taken. */
+static const uint8_t *opened(rimd *d, seal_window *used, const lcm_udp_message *message,
+                             uint8_t *plain, size_t bytes) {
+  return seal_open_lcm(&d->seal, used, &d->kept.sealed, message->payload, message->bytes, plain,
+                       bytes)
+             ? plain
+             : NULL;
+}
+
 static void take_observation(rimd *d, const lcm_udp_message *message, uint64_t woke_ns) {
   rim_observation_message sample;
   uint8_t plain[RIM_LCM_OBSERVATION_SIZE];
@@ -214,10 +223,7 @@ static void take_observation(rimd *d, const lcm_udp_message *message, uint64_t w
   size_t bytes = message->bytes;
   if (d->config.key_observations) {
     bytes = sizeof plain;
-    payload = seal_open_lcm(&d->seal, &d->kept.observations_used, &d->kept.sealed, message->payload,
-                            message->bytes, plain, bytes)
-                  ? plain
-                  : NULL;
+    payload = opened(d, &d->kept.observations_used, message, plain, bytes);
   }
   if (payload == NULL || rim_lcm_unpack_observation(&sample, payload, bytes) != RIM_OK) {
     count(&d->kept.counters.lcm_refused);
@@ -237,10 +243,7 @@ static void take_lcm_command(rimd *d, const lcm_udp_message *message) {
   size_t bytes = message->bytes;
   if (d->seal.has_key) {
     bytes = sizeof plain;
-    payload = seal_open_lcm(&d->seal, &d->kept.commands_used, &d->kept.sealed, message->payload,
-                            message->bytes, plain, bytes)
-                  ? plain
-                  : NULL;
+    payload = opened(d, &d->kept.commands_used, message, plain, bytes);
     if (payload != NULL)
       d->state_wanted = true; /* a restart must not take this counter again */
   }

@@ -19,6 +19,7 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <optional>
 #include <sys/resource.h>
 #include <utility>
@@ -115,15 +116,15 @@ std::vector<rim::Log> read_logs(const Options &o) {
   return logs;
 }
 
-void print_input(const rim::Training &training, std::size_t runs) {
+void print_input(const rim::Training &training) {
   const rim::FlightPlan &plan = training.plan;
   const rim::InputRows &input = training.input;
   std::size_t commands = 0;
   for (const std::uint8_t bits : plan.layout.command) // 2 and 4: an angle
     commands += (bits & 1U) != 0;
   std::printf("%zu runs, %zu rows at %.4g Hz: %zu sensors, %zu commands, %zu further context\n",
-              runs, input.rows, 1.0 / plan.period_s, plan.layout.outcomes(), commands,
-              plan.layout.features() - plan.layout.outcome_feature.size() - commands);
+              training.scores.size(), input.rows, 1.0 / plan.period_s, plan.layout.outcomes(),
+              commands, plan.layout.features() - plan.layout.outcome_feature.size() - commands);
   std::printf("rows skipped for a missing or infinite value: %zu", input.skipped);
   if (input.filtered > 0)
     std::printf("; left out by the schema: %zu", input.filtered);
@@ -161,11 +162,6 @@ void check_options(const Options &o) {
     throw rim::UsageError("--shard makes a part, --merge learns from parts: one at a time");
   if (o.merge && (!o.schema.empty() || o.train.blocking.block_s > 0.0))
     throw rim::UsageError("--schema and --block-seconds belong to --shard: parts hold blocks");
-}
-
-std::string parent_of(const std::string &path) {
-  const std::size_t slash = path.rfind('/');
-  return slash == std::string::npos ? "." : path.substr(0, slash + 1);
 }
 
 void make_part(const Options &o) {
@@ -206,7 +202,7 @@ void learn_image(const Options &o) {
   rim::AtomicFile file(o.out); // a place that cannot be written is found before the work
   const rim::Training training = o.leave_out ? learn_without_unlike(o) : learn(o.logs, o);
   const std::vector<std::uint8_t> image = rim::make_image(training.plan);
-  print_input(training, training.scores.size());
+  print_input(training);
   for (const std::string &warning : training.warnings)
     std::fprintf(stderr, "rim: warning: %s\n", warning.c_str());
   if (!o.quick)
@@ -230,7 +226,7 @@ int cmd_train(int argc, char **argv) {
   rim::map_large_pieces();
   if (o.threads > 0)
     rim::set_parallel_threads(o.threads);
-  o.train.blocking.folder = parent_of(o.out);
+  o.train.blocking.folder = (std::filesystem::path(o.out).parent_path() / ".").string();
   if (!o.shard.empty())
     make_part(o);
   else if (!o.interference.empty()) {

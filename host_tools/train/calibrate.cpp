@@ -40,10 +40,10 @@ void set_alarm(Thresholds *t, std::vector<float> maxima, const CalibrationOption
   t->warn_score = std::min(t->alarm_score, threshold(warning.rank));
 }
 
-double unlike_bar(std::vector<double> scores) {
+ScoreSpread score_spread(std::vector<double> scores) {
   std::sort(scores.begin(), scores.end());
   const double middle = scores[scores.size() / 2];
-  return middle + 10.0 * std::max(scores[scores.size() * 3 / 4] - middle, 2.0);
+  return {middle, scores[3 * scores.size() / 4] - middle};
 }
 
 void set_alarm_from_runs(Thresholds *t, const std::vector<float> &alone,
@@ -53,14 +53,11 @@ void set_alarm_from_runs(Thresholds *t, const std::vector<float> &alone,
   std::vector<float> scores = alone;
   scores.erase(scores.begin() + static_cast<std::ptrdiff_t>(odd));
   const float second = *std::max_element(scores.begin(), scores.end());
-  const bool is_unlike =
-      static_cast<double>(alone[odd]) > unlike_bar(std::vector<double>(alone.begin(), alone.end()));
+  const ScoreSpread spread = score_spread(std::vector<double>(alone.begin(), alone.end()));
+  const bool is_unlike = static_cast<double>(alone[odd]) > spread.unlike_bar();
   scores.push_back(is_unlike ? second : std::clamp(together[odd], second, alone[odd]));
   set_alarm(t, scores, options);
-  std::vector<float> sorted = alone;
-  std::sort(sorted.begin(), sorted.end());
-  const std::size_t n = sorted.size();
-  t->alarm_score += 0.5F * (sorted[3 * n / 4] - sorted[n / 2]) / std::log(2.0F);
+  t->alarm_score += static_cast<float>(0.5 * spread.above / std::log(2.0));
 }
 
 namespace {

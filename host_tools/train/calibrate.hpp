@@ -8,6 +8,7 @@
 #ifndef RIM_TRAIN_CALIBRATE_HPP
 #define RIM_TRAIN_CALIBRATE_HPP
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -43,15 +44,20 @@ Promise promise_for(std::size_t runs, double false_alarm);
 void set_alarm(Thresholds *thresholds, std::vector<float> maxima,
                const CalibrationOptions &options);
 
-// The score beyond which a run is unlike the others: by ten times the others' own spread.
-double unlike_bar(std::vector<double> scores);
+// The middle of the runs' scores and how far their upper quartile lies above it.
+struct ScoreSpread {
+  double middle = 0.0, above = 0.0;
+  // The score beyond which a run is unlike the others: by ten times the others' own spread.
+  double unlike_bar() const { return middle + 10.0 * std::max(above, 2.0); }
+};
+ScoreSpread score_spread(std::vector<double> scores); // of at least one run
 
 // The same where each run has two scores: `alone` uses the inflation phi that the other runs teach,
 // `together` the one of the image, which this run has taught as well. A run that is odd in one
 // channel would count twice by its score alone: it inflates that channel in the image, and it would
 // set the alarm of all channels. Therefore the run with the largest score, and it only, counts by
 // its score together, but at least as much as the second largest; as much as that where it is
-// unlike the others (unlike_bar): models that had not seen its like judged it; the image has. Half
+// unlike the others (ScoreSpread): models that had not seen its like judged it; the image has. Half
 // the scale of the tail is
 // added (an exponential one, from median and upper quartile): the order statistic of a few dozen
 // runs is itself uncertain, and the rate that it lets through is right in the mean over sets of

@@ -188,13 +188,10 @@ void find_unlike_runs(const std::vector<std::string> &paths, Training *training)
   std::vector<double> scores;
   for (const RunScore &s : training->scores)
     scores.push_back(s.score);
-  const double bar = unlike_bar(scores);
-  std::nth_element(scores.begin(), scores.begin() + static_cast<std::ptrdiff_t>(scores.size() / 2),
-                   scores.end());
-  const double middle = scores[scores.size() / 2];
+  const ScoreSpread spread = score_spread(scores);
   for (std::size_t r = 0; r < paths.size(); ++r) {
     const RunScore &s = training->scores[r];
-    if (s.score <= bar)
+    if (s.score <= spread.unlike_bar())
       continue;
     training->unlike.push_back(r);
     const std::size_t outcomes = training->plan.layout.outcomes();
@@ -202,7 +199,8 @@ void find_unlike_runs(const std::vector<std::string> &paths, Training *training)
         "{} is unlike the other runs: its score by what they taught is {:.1f}, theirs {:.1f} in "
         "the middle; '{}' deviates most. Is this run healthy? The image has learnt from it; "
         "--leave-out-unlike learns without it",
-        paths[r], s.score, middle, training->plan.layout.outcome_names[s.channel % outcomes]));
+        paths[r], s.score, spread.middle,
+        training->plan.layout.outcome_names[s.channel % outcomes]));
   }
 }
 

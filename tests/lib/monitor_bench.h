@@ -186,8 +186,9 @@ static void put_agreement(bytes *b) {
     f32(b, 0.0);
 }
 
-/* An offset of the run of a quarter of a block's noise, nothing else. */
-static void put_noise(bytes *b) {
+/* An offset of the run of a quarter of a block's noise, nothing else; sd and
+ * is_active per channel. */
+static void put_noise_of(bytes *b, const double *sd, const bool *is_active) {
   const uint32_t header[4] = {2, CHANNELS, RAW, FIELDS};
   for (size_t i = 0; i < 4; ++i)
     u32(b, header[i]);
@@ -195,8 +196,7 @@ static void put_noise(bytes *b) {
   for (size_t i = 0; i < 4; ++i)
     f32(b, times[i]);
   for (size_t c = 0; c < CHANNELS; ++c) {
-    const double s = c < 2 * O ? 0.05 : c < 3 * O ? 0.9 : 0.1;
-    const double scalars[10] = {1, FIELDS, 0, s, 0, 1, 0, 0, 0, 0};
+    const double scalars[10] = {is_active[c], FIELDS, 0, sd[c], 0, 1, 0, 0, 0, 0};
     for (size_t i = 0; i < 10; ++i)
       f32(b, scalars[i]);
     f32(b, 16.0);
@@ -205,6 +205,16 @@ static void put_noise(bytes *b) {
     for (size_t i = 0; i < FAMILIES; ++i)
       f32(b, 1.0);
   }
+}
+
+static void put_noise(bytes *b) {
+  double sd[CHANNELS];
+  bool is_active[CHANNELS];
+  for (size_t c = 0; c < CHANNELS; ++c) {
+    sd[c] = c < 2 * O ? 0.05 : c < 3 * O ? 0.9 : 0.1;
+    is_active[c] = true;
+  }
+  put_noise_of(b, sd, is_active);
 }
 
 /* Command 0 drives sensor 1, s1 = 2 u; sensor 2 stays about 0; both have noise of 0.1. Feature 3

@@ -104,8 +104,8 @@ static dated date_all(deviation of) {
   return all;
 }
 
-/* By one shape alone the first is dated 15 blocks off, with a standard deviation that holds the
- * truth in 9 of 32. The onset of a bend, which begins at nearly nothing, is known only roughly. */
+/* One shape alone dates the first farther off than this bound, and is too sure of it. The onset of
+ * a bend, which begins at nearly nothing, is known only roughly. */
 static void two_shapes_are_dated_where_they_begin(void **state) {
   (void)state;
   const deviation each[] = {step_and_ramp, bend, growing_gain};

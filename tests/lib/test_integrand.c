@@ -36,25 +36,14 @@ static void put_integral(bytes *b, uint32_t op, uint32_t second) {
 
 /* The behaviour of the speed is known to half a unit alone, that of the position not at all. */
 static void put_weak_noise(bytes *b) {
-  b->size = 0;
-  const uint32_t header[4] = {2, CHANNELS, RAW, FIELDS};
-  for (size_t i = 0; i < 4; ++i)
-    u32(b, header[i]);
-  const double times[4] = {300.0, 20.0, 2000.0, 0.0};
-  for (size_t i = 0; i < 4; ++i)
-    f32(b, times[i]);
+  double sd[CHANNELS];
+  bool is_active[CHANNELS];
   for (size_t c = 0; c < CHANNELS; ++c) {
-    const double s = c == 0 ? 0.5 : 0.05;
-    const bool is_active = c == 0 || c == O + 1;
-    const double scalars[10] = {is_active, FIELDS, 0, s, 0, 1, 0, 0, 0, 0};
-    for (size_t i = 0; i < 10; ++i)
-      f32(b, scalars[i]);
-    f32(b, 16.0);
-    for (size_t i = 0; i < RAW; ++i)
-      f32(b, i == 0 ? 1.0 : 0.0);
-    for (size_t i = 0; i < FAMILIES; ++i)
-      f32(b, 1.0);
+    sd[c] = c == 0 ? 0.5 : 0.05;
+    is_active[c] = c == 0 || c == O + 1;
   }
+  b->size = 0;
+  put_noise_of(b, sd, is_active);
 }
 
 /* Speed twice the command, position its integral; the fault begins in row FAULT_ROW. factor: what

@@ -12,6 +12,7 @@
 #include "image/correct.h"
 #include "image/noise.h"
 #include "interference/detector.h"
+#include "interference_sample.h"
 #include "search/select_private.h"
 
 static _Alignas(8) uint8_t memory[1 << 20];
@@ -181,28 +182,9 @@ static void faro_and_statistics_refuse(void **state) {
   assert_true(faro.steps == 0 && !found);
 }
 
-static rim_interference_model detector_good(void) {
-  const rim_interference_cusum cusum = {0.1, 0.2, 0.5, 5.0};
-  rim_interference_model m = {.latency_s = 0.1,
-                              .accel_mps2 = 1.0,
-                              .decel_mps2 = 1.0,
-                              .limit_spread = 0.1,
-                              .settle_s = 0.5,
-                              .gap_s = 1.0,
-                              .one_step = cusum,
-                              .open_loop = cusum};
-  for (int i = 0; i < RIM_INTERFERENCE_STATES; i++) {
-    for (int j = 0; j < RIM_INTERFERENCE_STATES; j++)
-      m.transition[i][j] = 1.0 / RIM_INTERFERENCE_STATES;
-    for (int k = 0; k < RIM_INTERFERENCE_GAUSSIANS; k++)
-      m.sd[i][k] = 1.0;
-  }
-  return m;
-}
-
 #define DETECTOR_WITH(field, value, expected)                                                      \
   do {                                                                                             \
-    rim_interference_model m = detector_good();                                                    \
+    rim_interference_model m = sample_interference();                                              \
     m.field = (value);                                                                             \
     assert_int_equal(rimi_interference_pack(&m, memory, RIM_INTERFERENCE_BYTES), expected);        \
   } while (0)
@@ -233,7 +215,7 @@ static void a_detector_refuses(void **state) {
 
 static void a_detector_wants_its_pieces(void **state) {
   (void)state;
-  rim_interference_model m = detector_good(), back;
+  rim_interference_model m = sample_interference(), back;
   rim_interference state_of_it;
   rim_interference_verdict v;
   rim_alarm a;

@@ -20,9 +20,9 @@ debootstrap --variant=minbase bookworm "$root" "${DEBIAN_MIRROR:-http://deb.debi
 mount -t proc proc "$root/proc" 2> /dev/null
 cp /etc/resolv.conf "$root/etc/resolv.conf" 2> /dev/null
 [ ! -e "$root/usr/bin/python3" ] && [ ! -e "$root/usr/bin/gcc" ]; check "the fresh Debian is bare" 0 $?
-mkdir "$root/debs" "$root/work" && cp "$packages"/*.deb "$root/debs/"
+mkdir "$root/debs" "$root/try" && cp "$packages"/*.deb "$root/debs/"
 inside() { chroot "$root" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LANG=C.UTF-8 DEBIAN_FRONTEND=noninteractive \
-  ${http_proxy:+http_proxy="$http_proxy"} sh -c "cd /work && $1"; }
+  ${http_proxy:+http_proxy="$http_proxy"} sh -c "cd /try && $1"; }
 
 inside 'find / -xdev -path /debs -prune -o -path /var -prune -o -print' | LC_ALL=C sort > "$here/before"
 inside 'apt-get install -y -q --no-install-recommends /debs/rimwatch_*.deb' > "$here/apt.txt" 2>&1; check "rimwatch is installed, with what it needs" 0 $? || tail -5 "$here/apt.txt"
@@ -32,7 +32,7 @@ contains "rimd reads its example" "$(inside 'rimd --check /usr/share/rimwatch/ri
 [ -f "$root/usr/share/bash-completion/completions/rim" ] && [ -f "$root/usr/share/man/man1/rim-train.1.gz" ]; check "pages and completion" 0 $?
 
 # The tutorial's rover, without python and gcc: simulate, train, replay, diagnose.
-cat > "$root/work/use.sh" << 'EOF'
+cat > "$root/try/use.sh" << 'EOF'
 set -e
 rim simulate cobot --out rover --runs 8 --seed 1 --rows 1200
 rim train rover/run_000[1-7].csv --out rover.rim --quick
@@ -45,14 +45,14 @@ rim show rover.rim > shown.txt
 EOF
 out=$(inside 'sh use.sh' 2>&1); check "simulate, train, check, replay" 0 $? || printf '%s\n' "$out" | tail -5
 contains "a fault is found" "$out" 'faulty.csv: '
-[ -s "$root/work/alarms.jsonl" ]; check "with alarms" 0 $?
-[ -s "$root/work/flight.html" ]; check "and a report" 0 $?
+[ -s "$root/try/alarms.jsonl" ]; check "with alarms" 0 $?
+[ -s "$root/try/flight.html" ]; check "and a report" 0 $?
 digest=$(printf '%s\n' "$out" | grep '^digest' | tail -n 1)
-check "the digest of the build" "$digest" "$("$BUILD/rim" replay "$root/work/faulty.csv" --model "$root/work/rover.rim" | tail -n 1)"
+check "the digest of the build" "$digest" "$("$BUILD/rim" replay "$root/try/faulty.csv" --model "$root/try/rover.rim" | tail -n 1)"
 
 inside 'apt-get install -y -q --no-install-recommends /debs/python3-rimwatch_*.deb /debs/librim-dev_*.deb gcc libc6-dev pkg-config cmake make' > "$here/apt.txt" 2>&1
 check "python3-rimwatch and librim-dev are installed" 0 $? || tail -5 "$here/apt.txt"
-cat > "$root/work/use.py" << 'EOF'
+cat > "$root/try/use.py" << 'EOF'
 import rimwatch
 print("digest", rimwatch.replay("faulty.csv", "rover.rim").digest)
 image = rimwatch.train(rimwatch.example_logs(4))
@@ -61,14 +61,14 @@ EOF
 out=$(inside 'python3 use.py' 2>&1); check "from Python" 0 $?
 check "the same digest" "$digest" "$(printf '%s\n' "$out" | grep '^digest')"
 contains "train and diagnose" "$out" "s.current_A'\] True"
-awk '/^```c$/{on=1; next} /^```$/{on=0} on' "$source/README.md" > "$root/work/watch.c"
+awk '/^```c$/{on=1; next} /^```$/{on=0} on' "$source/README.md" > "$root/try/watch.c"
 inside 'gcc -std=c11 -Wall -Wextra -Werror watch.c $(pkg-config --cflags --libs rimwatch) -o watch'; check "the README's program, by pkg-config" 0 $?
 contains "refuses what is no image" "$(inside './watch faulty.csv < /dev/null' 2>&1)" '.'
-mkdir "$root/work/project" && cp "$root/work/watch.c" "$root/work/project/"
-printf 'cmake_minimum_required(VERSION 3.16)\nproject(w C)\nfind_package(rimwatch REQUIRED)\nadd_executable(w watch.c)\ntarget_link_libraries(w rimwatch::rim)\n' > "$root/work/project/CMakeLists.txt"
-inside 'cmake -S project -B built > cmake.txt 2>&1 && cmake --build built >> cmake.txt 2>&1'; check "and by CMake" 0 $? || tail -3 "$root/work/cmake.txt"
+mkdir "$root/try/project" && cp "$root/try/watch.c" "$root/try/project/"
+printf 'cmake_minimum_required(VERSION 3.16)\nproject(w C)\nfind_package(rimwatch REQUIRED)\nadd_executable(w watch.c)\ntarget_link_libraries(w rimwatch::rim)\n' > "$root/try/project/CMakeLists.txt"
+inside 'cmake -S project -B built > cmake.txt 2>&1 && cmake --build built >> cmake.txt 2>&1'; check "and by CMake" 0 $? || tail -3 "$root/try/cmake.txt"
 
 inside 'apt-get purge -y -q rimwatch librim-dev python3-rimwatch' > "$here/apt.txt" 2>&1; check "removed" 0 $? || tail -5 "$here/apt.txt"
-inside 'find / -xdev -path /debs -prune -o -path /work -prune -o -path /var -prune -o -print' | LC_ALL=C sort | comm -13 "$here/before" - | grep -i -e rimwatch -e 'librim' -e '/rimd*$' > "$here/left"
+inside 'find / -xdev -path /debs -prune -o -path /try -prune -o -path /var -prune -o -print' | LC_ALL=C sort | comm -13 "$here/before" - | grep -i -e rimwatch -e 'librim' -e '/rimd*$' > "$here/left"
 check "nothing of them stays" "" "$(cat "$here/left")"
 finish

@@ -12,8 +12,8 @@
 #define BEHAVIOUR_SHARE 0.4
 #define FACTOR_OFF                                                                                 \
   0.12 /* relative: a run's mean of a product's other factor, from that of healthy runs */
-/* Of a standard error: the noise itself is known from some dozens of runs only. Without it 95 %
- * intervals held 101 of 113 biases of vehicles drawn by other code (tests/vehicles). */
+/* Of a standard error: the noise itself is known from some dozens of runs only, and without this
+ * 95 % intervals are too narrow ("covered" of tests/vehicles/grade.py). */
 #define LEARNT 1.15
 #define SIGN_KEEPS 0.7 /* of a contrary explanation's score: the sign of before stays */
 #define FROZEN 0.3     /* share of repeated readings, beyond the healthy, that is called stuck */

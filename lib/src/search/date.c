@@ -15,7 +15,6 @@
 #define STILL 0.25 /* of what its own onset explains, that one shape must explain since another */
 #define LEAST_SHARE 1e-6 /* of a shape's information, that must be left beside the others */
 #define PARTS 2u
-#define NEGLIGIBLE 20.0 /* nats: an onset that is less likely by this has no say */
 
 typedef enum date_model { STEP, RAMP, GAIN, STEP_AND_RAMP, BEND, GAIN_AND_RAMP, MODELS } date_model;
 
@@ -29,12 +28,6 @@ typedef struct date_pass {
   date_sums time, gain;
   double next_time[SHAPES], next_gain[SHAPES]; /* shapes of the block after, 0 where unknown */
 } date_pass;
-
-/* The best onset of a model, and the distribution of its onsets: each as likely as its ratio. */
-typedef struct date_best {
-  double ln, weight, first, second;
-  uint32_t at;
-} date_best;
 
 static void add_shapes(date_sums *sums, const double *m, const double *next, uint32_t shapes,
                        const rim_search *s, uint32_t i) {
@@ -131,21 +124,6 @@ static double ratio_of(const rim_search *s, const date_pass *pass, date_model mo
              : 0.0;
 }
 
-static void note_onset(date_best *best, double ln, double inflation, uint32_t i) {
-  const double x = (double)i, above = (ln - best->ln) / inflation;
-  if (above < -NEGLIGIBLE)
-    return;
-  const double shrink = above > NEGLIGIBLE ? 0.0 : above > 0.0 ? rimi_exp(-above) : 1.0;
-  const double part = above < 0.0 ? rimi_exp(above) : 1.0;
-  best->weight = best->weight * shrink + part;
-  best->first = best->first * shrink + part * x;
-  best->second = best->second * shrink + part * x * x;
-  if (above > 0.0) {
-    best->ln = ln;
-    best->at = i;
-  }
-}
-
 static double inflation_of(const rim_search *s) {
   const noise_channel c = rimi_noise_channel(s->config.noise, s->channel);
   return (double)rimi_le_f32(c.phi, SEARCH_SINCE);
@@ -175,8 +153,8 @@ static bool reads_high(const rim_search *s, const search_hypothesis *h) {
 }
 
 /* Of a step, a ramp and a gain, what explains most since this onset, with the sign of before. Where
- * none alone says much since there, the hypothesis stays as it was. */
-static void judge_again(const rim_search *s, search_hypothesis *h, uint32_t onset) {
+ * none alone says much since there the hypothesis stays as it was: false. */
+static bool judge_again(const rim_search *s, search_hypothesis *h, uint32_t onset) {
   search_hypothesis best = {.score = SEARCH_NONE};
   for (uint8_t family = SEARCH_SINCE; family <= SEARCH_GAIN; ++family) {
     search_hypothesis now = {.family = family, .onset = onset};
@@ -185,34 +163,34 @@ static void judge_again(const rim_search *s, search_hypothesis *h, uint32_t onse
         rimi_search_worth(s, &now) > rimi_search_worth(s, &best))
       best = now;
   }
-  if (best.score > SEARCH_NONE && (double)best.ln_ratio >= STILL * (double)h->ln_ratio)
-    *h = best;
+  if (!(best.score > SEARCH_NONE) || (double)best.ln_ratio < STILL * (double)h->ln_ratio)
+    return false;
+  *h = best;
+  return true;
 }
 
 void rimi_search_date(const rim_search *s, search_hypothesis *h, double *onset_sd) {
   const date_model own = model_of(h);
   const double inflation = inflation_of(s);
-  date_best best[MODELS];
+  search_onsets onsets[MODELS];
   date_pass pass;
-  memset(best, 0, sizeof best);
+  memset(onsets, 0, sizeof onsets);
   memset(&pass, 0, sizeof pass);
   for (uint32_t i = s->held; i-- > 0;) {
     if (!add_block(&pass, s, i))
       continue;
     for (uint32_t model = 0; model < MODELS; ++model) {
       if (model == (uint32_t)own || model >= STEP_AND_RAMP)
-        note_onset(&best[model], ratio_of(s, &pass, (date_model)model, time_of(s, i)), inflation,
-                   i);
+        rimi_search_note_onset(&onsets[model],
+                               ratio_of(s, &pass, (date_model)model, time_of(s, i)) / inflation, i);
     }
   }
-  const date_best *dated = &best[own];
+  const search_onsets *dated = &onsets[own];
   for (uint32_t model = STEP_AND_RAMP; model < MODELS; ++model) {
-    if (best[model].ln > dated->ln + (dated == &best[own] ? PAIR_NATS * inflation : 0.0))
-      dated = &best[model];
+    if (onsets[model].nats > dated->nats + (dated == &onsets[own] ? PAIR_NATS : 0.0))
+      dated = &onsets[model];
   }
-  if (dated != &best[own])
-    judge_again(s, h, s->count - s->held + dated->at);
-  const double mean = dated->weight > 0.0 ? dated->first / dated->weight : 0.0;
-  const double var = dated->weight > 0.0 ? dated->second / dated->weight - mean * mean : 0.0;
-  *onset_sd = rimi_sqrt(rimi_max(var, 1.0 / 12.0)); /* a block is the least that can be told */
+  if (dated != &onsets[own] && !judge_again(s, h, s->count - s->held + dated->at))
+    dated = &onsets[own];
+  *onset_sd = rimi_search_onset_sd(dated);
 }

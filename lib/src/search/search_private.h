@@ -210,6 +210,14 @@ double rimi_search_weight(const rim_search *s, const noise_channel *c, uint32_t 
 void rimi_search_refresh(rim_search *s, uint32_t channel);
 /* Fills ln_ratio, shift, sd, score of h from the sums. */
 void rimi_search_judge(const rim_search *s, const search_sums *sums, search_hypothesis *h);
+/* The best of several onsets, and their distribution: each as likely as what it explains. */
+typedef struct search_onsets {
+  double nats, weight, first, second; /* nats: of the best, as healthy runs inflate them */
+  uint32_t at;                        /* the best: index of the ring */
+} search_onsets;
+void rimi_search_note_onset(search_onsets *onsets, double nats, uint32_t i);
+/* Standard deviation, blocks: at least that of a block. */
+double rimi_search_onset_sd(const search_onsets *onsets);
 /* The best onset of the shift inside the mask (mask->from is ignored). *sd: of the onset, blocks;
  * NULL: not asked. */
 void rimi_search_scan_onset(const rim_search *s, const search_mask *mask, search_hypothesis *h,

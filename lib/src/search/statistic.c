@@ -7,6 +7,7 @@
 #include "base/real.h"
 #include "search/search_private.h"
 
+#define NEGLIGIBLE 20.0        /* nats: an onset that is less likely by this has no say */
 #define LEAST_INFORMATION 1e-6 /* A below this part of m'Wm: the run effects explain the shape */
 
 void rimi_search_raw_fields(const rim_search *s, uint32_t slot, double *raw) {
@@ -356,13 +357,34 @@ void rimi_search_scan_end(const rim_search *s, search_hypothesis *h) {
   }
 }
 
+void rimi_search_note_onset(search_onsets *onsets, double nats, uint32_t i) {
+  const double x = (double)i, above = nats - onsets->nats;
+  if (above < -NEGLIGIBLE)
+    return;
+  const double shrink = above > NEGLIGIBLE ? 0.0 : above > 0.0 ? rimi_exp(-above) : 1.0;
+  const double part = above < 0.0 ? rimi_exp(above) : 1.0;
+  onsets->weight = onsets->weight * shrink + part;
+  onsets->first = onsets->first * shrink + part * x;
+  onsets->second = onsets->second * shrink + part * x * x;
+  if (above > 0.0) {
+    onsets->nats = nats;
+    onsets->at = i;
+  }
+}
+
+double rimi_search_onset_sd(const search_onsets *onsets) {
+  const double mean = onsets->weight > 0.0 ? onsets->first / onsets->weight : 0.0;
+  const double var = onsets->weight > 0.0 ? onsets->second / onsets->weight - mean * mean : 0.0;
+  return rimi_sqrt(rimi_max(var, 1.0 / 12.0)); /* a block is the least that can be told */
+}
+
 void rimi_search_scan_onset(const rim_search *s, const search_mask *mask, search_hypothesis *h,
                             double *sd) {
   search_mask everywhen = *mask;
   everywhen.from = 0;
   search_sums sums = {0};
   best_onset best = {.a = 1.0};
-  double weight = 0.0, first = 0.0, second = 0.0, scale = 0.0;
+  search_onsets onsets = {0};
   const double inflation = phi(s, s->channel, h->family);
   bool next_inside = false;
   for (search_walk w = search_walk_from(s, &everywhen); search_walk_next(&w);) {
@@ -385,27 +407,12 @@ void rimi_search_scan_onset(const rim_search *s, const search_mask *mask, search
     rimi_search_judge(s, &sums, &now);
     if (now.score <= SEARCH_NONE)
       continue;
-    /* The onset's distribution: each onset as likely as its ratio says. */
-    const double ln = (double)now.ln_ratio / inflation;
-    if (weight <= 0.0 || ln > scale) {
-      const double shrink = weight > 0.0 ? rimi_exp(scale - ln) : 0.0;
-      weight *= shrink;
-      first *= shrink;
-      second *= shrink;
-      scale = ln;
-    }
-    const double x = (double)i, part = rimi_exp(ln - scale);
-    weight += part;
-    first += part * x;
-    second += part * x * x;
+    rimi_search_note_onset(&onsets, (double)now.ln_ratio / inflation, i);
   }
   if (best.square > 0.0) {
     h->onset = s->count - s->held + best.at;
     rimi_search_judge(s, &best.sums, h);
   }
-  if (sd != NULL) {
-    const double mean = weight > 0.0 ? first / weight : 0.0;
-    const double var = weight > 0.0 ? second / weight - mean * mean : 0.0;
-    *sd = rimi_sqrt(rimi_max(var, 1.0 / 12.0)); /* a block is the least that can be told */
-  }
+  if (sd != NULL)
+    *sd = rimi_search_onset_sd(&onsets);
 }
