@@ -51,7 +51,8 @@ GCC_MEMORY = $(if $(findstring clang,$(CXX)),,--param ggc-min-expand=200 --param
 HOST_CXXFLAGS = -std=c++17 $(OPT) -fPIC -fvisibility=hidden -ffp-contract=off $(NO_SLP) $(GCC_MEMORY) -pthread \
   $(WARNINGS) $(SANITIZER_FLAGS) \
   $(EXTRA_CFLAGS) $(HOST_DEFINES) -Ihost_tools -Ilib/include -Ilib/src -isystem /usr/include/eigen3
-HOST_LIBS := -llcm -lfmt -ltomlplusplus -lmuparser -lccd -lz -lzstd -lsodium -lpthread
+# One list for the programs and for the Python module (python/CMakeLists.txt).
+HOST_LIBS := $(addprefix -l,$(file < host_tools/libraries.txt))
 
 .PHONY: host thesis
 host: $(BUILD)/rim
