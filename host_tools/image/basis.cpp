@@ -28,7 +28,7 @@ std::vector<std::uint8_t> basis_section(const Basis &basis) {
     bytes.u16(term.op);
     bytes.u16(term.a);
     bytes.u16(term.b);
-    bytes.u16(0);
+    bytes.u16(term.c);
   }
   for (const auto *numbers : {&basis.center, &basis.inverse_sd}) {
     for (const double v : *numbers)

@@ -8,7 +8,7 @@
 namespace rim {
 
 // Groups of terms of section BASIS, from which a model takes some.
-enum class TermGroup { mean, shape, slow, initial };
+enum class TermGroup { mean, shape, slow, initial, steep };
 
 // Section BASIS as numbers. Center 0 and scale 1 until they are learnt.
 struct Basis {
@@ -16,7 +16,7 @@ struct Basis {
     std::uint16_t a, b; // see lib/src/image/basis.h
   };
   struct Term {
-    std::uint16_t op, a, b;
+    std::uint16_t op, a, b, c;
     TermGroup group;
   };
   std::vector<Input> inputs;

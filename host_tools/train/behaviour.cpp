@@ -30,13 +30,17 @@ const double kRidges[] = {0.1, 1.0, 10.0, 100.0, 1e3, 1e4, 1e5};
 
 // A set of groups, and by how much it must lower the error to be preferred to the simpler ones.
 struct Choice {
-  bool shape, slow, initial;
+  bool shape, slow, initial, steep;
   double must_win;
 };
-const Choice kChoices[] = {{false, false, false, 0.0}, {true, false, false, 0.03},
-                           {false, true, false, 0.03}, {true, true, false, 0.05},
-                           {false, false, true, 0.10}, {true, false, true, 0.12},
-                           {true, true, true, 0.15}};
+const Choice kChoices[] = {{false, false, false, false, 0.0}, {true, false, false, false, 0.03},
+                           {false, true, false, false, 0.03}, {true, true, false, false, 0.05},
+                           {false, false, false, true, 0.08}, {false, true, false, true, 0.10},
+                           {false, false, true, false, 0.10}, {true, false, true, false, 0.12},
+                           {true, true, true, false, 0.15},   {false, true, true, true, 0.18}};
+// Steep terms go far beyond what was learnt from: they must lower the error of the best model
+// without them by so much.
+constexpr double kSteepMustWin = 0.05;
 
 struct Moments {
   Eigen::MatrixXd gram;  // terms x terms, within runs
@@ -118,7 +122,7 @@ std::vector<Eigen::Index> terms_of(const Basis &basis, const Choice &choice, std
   for (std::size_t i = 0; i < basis.terms.size(); ++i) {
     const TermGroup g = basis.terms[i].group;
     if (g == TermGroup::mean || (g == TermGroup::shape && choice.shape) ||
-        (g == TermGroup::slow && choice.slow) ||
+        (g == TermGroup::slow && choice.slow) || (g == TermGroup::steep && choice.steep) ||
         (g == TermGroup::initial && choice.initial && basis.terms[i].a == outcome))
       terms.push_back(static_cast<Eigen::Index>(i));
   }
@@ -298,13 +302,14 @@ TargetModel choose(const std::vector<std::vector<std::vector<double>>> &errors, 
       continue;
     for (std::size_t l = 0; l < std::size(kRidges); ++l) {
       const double e = errors[c][target][l];
-      const bool first = kChoices[c].initial && !best.initial;
-      if (e < (1.0 - kChoices[c].must_win) * bar &&
-          e < (first ? 1.0 - kFirstMustWin : 1.0) * least) {
+      const double first = kChoices[c].initial && !best.initial ? kFirstMustWin : 0.0;
+      const double steep = kChoices[c].steep && !best.steep ? kSteepMustWin : 0.0;
+      if (e < (1.0 - kChoices[c].must_win) * bar && e < (1.0 - first - steep) * least) {
         least = e;
         best.shape = kChoices[c].shape;
         best.slow = kChoices[c].slow;
         best.initial = kChoices[c].initial;
+        best.steep = kChoices[c].steep;
         best.ridge = kRidges[l];
       }
     }
@@ -470,7 +475,8 @@ Behaviour fit_behaviour(Basis *basis, const RunStore &runs, std::size_t outcomes
     TargetModel &model = b.targets[t];
     model = choose(errors, t, outcomes);
     models[t].column = static_cast<Eigen::Index>(model.initial ? 2 * outcomes + t : t);
-    const auto used = terms_of(*basis, {model.shape, model.slow, model.initial, 0.0}, t);
+    const auto used =
+        terms_of(*basis, {model.shape, model.slow, model.initial, model.steep, 0.0}, t);
     for (std::size_t f = 0; f <= kFolds; ++f)
       models[t].weight.push_back(fitter.weights(used, model.ridge, f, models[t].column));
   });

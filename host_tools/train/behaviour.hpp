@@ -12,7 +12,7 @@ namespace rim {
 
 // Ridge regression of one outcome on groups of terms.
 struct TargetModel {
-  bool shape = false, slow = false, initial = false; // groups beside the means
+  bool shape = false, slow = false, initial = false, steep = false; // groups beside the means
   double ridge = 1.0;
   double intercept = 0.0;
   Eigen::VectorXd weight; // per term, standardised

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "image/image_writer.hpp"
 #include "rim/monitor.h"
@@ -19,10 +20,13 @@ namespace {
 
 constexpr std::size_t kTimes = 9;
 constexpr std::size_t kMostInputs = 20;
-constexpr std::size_t kMostTerms = 420;
+constexpr std::size_t kMostTerms = 420; // but the steep ones
+constexpr std::size_t kMostTriples = 120;
+constexpr double kSideWidth = 0.05; // of the largest magnitude: where a direction turns round
 constexpr std::size_t kDecays = 5;
 constexpr std::size_t kMostFactors = 16; // outcomes from which on their products are not tried
-constexpr float kRawScale = 1e-9F;       // raw terms come through the flight code's clip
+// Raw terms come through the flight code's clip; a power of two, so that nothing is rounded.
+constexpr float kRawScale = 0x1p-60F;
 
 bool takes_both_signs(const Survey &survey, std::size_t feature) {
   return survey.low(feature) < 0.0 && survey.high(feature) > 0.0;
@@ -99,7 +103,7 @@ void choose_terms(Basis *basis, std::size_t plain, std::size_t outcomes) {
   const auto add = [basis](std::uint16_t op, std::size_t a, std::size_t b, TermGroup group) {
     if (basis->terms.size() < kMostTerms)
       basis->terms.push_back(
-          {op, static_cast<std::uint16_t>(a), static_cast<std::uint16_t>(b), group});
+          {op, static_cast<std::uint16_t>(a), static_cast<std::uint16_t>(b), 0, group});
   };
   for (std::size_t i = 0; i < basis->inputs.size() * times; ++i)
     add(BASIS_MEAN, i, 0, TermGroup::mean);
@@ -119,6 +123,45 @@ void choose_terms(Basis *basis, std::size_t plain, std::size_t outcomes) {
       for (std::size_t j = i; j < plain; ++j)
         add(BASIS_PRODUCT, i * times + t, j * times + t, TermGroup::shape);
     }
+  }
+}
+
+// What follows from forces: Coulomb friction turns round with the direction of a command, and loads,
+// lever arms and speeds multiply, three at a time, at the times in which a vehicle answers.
+void add_steep_terms(Basis *basis, const Survey &survey, std::size_t plain) {
+  const std::size_t times = basis->share.size();
+  const auto is_factor = [](const Basis::Input &i) {
+    return i.b == BASIS_PLAIN || i.b == BASIS_COSINE || i.b == BASIS_SINE;
+  };
+  const auto factors = static_cast<std::size_t>(
+      std::find_if_not(basis->inputs.begin(), basis->inputs.end(), is_factor) -
+      basis->inputs.begin());
+  const std::size_t triples = factors * (factors + 1) * (factors + 2) / 6;
+  const auto add = [basis](std::uint16_t op, std::size_t a, std::size_t b, std::size_t c) {
+    basis->terms.push_back({op, static_cast<std::uint16_t>(a), static_cast<std::uint16_t>(b),
+                            static_cast<std::uint16_t>(c), TermGroup::steep});
+  };
+  std::size_t left = std::min(kMostTriples, BASIS_MAX_TERMS - basis->terms.size());
+  for (const std::size_t t : {2U, 1U, 3U}) {
+    for (std::size_t i = 0; i < plain && left > 0; ++i) {
+      const std::uint16_t f = basis->inputs[i].a;
+      if (!takes_both_signs(survey, f))
+        continue;
+      const auto h = static_cast<float>(kSideWidth * std::max(-survey.low(f), survey.high(f)));
+      std::uint32_t bits = 0;
+      std::memcpy(&bits, &h, sizeof bits);
+      add(BASIS_SIDE, i * times + t, bits & 0xffffU, bits >> 16U);
+      --left;
+    }
+    if (triples > left)
+      continue;
+    for (std::size_t i = 0; i < factors; ++i) {
+      for (std::size_t j = i; j < factors; ++j) {
+        for (std::size_t k = j; k < factors; ++k)
+          add(BASIS_TRIPLE, i * times + t, j * times + t, k * times + t);
+      }
+    }
+    left -= triples;
   }
 }
 
@@ -187,6 +230,8 @@ Basis make_basis(const Survey &survey, double run_rows) {
   const std::size_t plain = std::min(features.size(), basis.inputs.size());
   if (!layout.external)
     choose_terms(&basis, plain, layout.outcomes());
+  if (!layout.external)
+    add_steep_terms(&basis, survey, plain);
   basis.center.assign(basis.terms.size(), 0.0);
   basis.inverse_sd.assign(basis.terms.size(), 1.0);
   const std::size_t times = basis.share.size();

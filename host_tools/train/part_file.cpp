@@ -128,7 +128,7 @@ nlohmann::json basis_json(const Basis &basis) {
   for (const Basis::Input &i : basis.inputs)
     inputs.push_back({i.a, i.b});
   for (const Basis::Term &t : basis.terms)
-    terms.push_back({t.op, t.a, t.b, static_cast<int>(t.group)});
+    terms.push_back({t.op, t.a, t.b, t.c, static_cast<int>(t.group)});
   return {{"inputs", inputs},     {"share", basis.share}, {"terms", terms},
           {"means", basis.means}, {"first", basis.first}, {"first_sd", basis.first_sd}};
 }
@@ -138,7 +138,8 @@ Basis basis_of(const nlohmann::json &j) {
   for (const auto &i : j.at("inputs"))
     basis.inputs.push_back({i.at(0), i.at(1)});
   for (const auto &t : j.at("terms"))
-    basis.terms.push_back({t.at(0), t.at(1), t.at(2), static_cast<TermGroup>(t.at(3).get<int>())});
+    basis.terms.push_back(
+        {t.at(0), t.at(1), t.at(2), t.at(3), static_cast<TermGroup>(t.at(4).get<int>())});
   j.at("share").get_to(basis.share);
   j.at("means").get_to(basis.means);
   j.at("first").get_to(basis.first);

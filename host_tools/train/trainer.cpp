@@ -145,6 +145,8 @@ std::string model_words(const TargetModel &m) {
   std::string text = "filtered commands";
   if (m.shape)
     text += ", products";
+  if (m.steep)
+    text += ", directions and triple products";
   if (m.slow)
     text += ", integrals";
   if (m.initial)

@@ -15,9 +15,10 @@ enum { FEATURES = 5, OUTCOMES = 3, INPUTS = 3, TIMES = 2, FILTERS = INPUTS * TIM
 
 static const uint16_t input[INPUTS][2] = {
     {0, BASIS_PLAIN}, {4, BASIS_MAGNITUDE}, {1, 3 | BASIS_OF_PRODUCT}};
-static const uint16_t term[][3] = {
-    {BASIS_MEAN, 5, 0},     {BASIS_PRODUCT, 5, 4}, {BASIS_ABS, 0, 0},  {BASIS_DECAY, 0, 1},
-    {BASIS_INTEGRAL, 2, 0}, {BASIS_INITIAL, 2, 1}, {BASIS_TIME, 0, 0}, {BASIS_ROLLED, 2, 0}};
+static const uint16_t term[][4] = {
+    {BASIS_MEAN, 5, 0},      {BASIS_PRODUCT, 5, 4},     {BASIS_ABS, 0, 0},  {BASIS_DECAY, 0, 1},
+    {BASIS_INTEGRAL, 2, 0},  {BASIS_INITIAL, 2, 1},     {BASIS_TIME, 0, 0}, {BASIS_ROLLED, 2, 0},
+    {BASIS_TRIPLE, 5, 4, 3}, {BASIS_SIDE, 5, 0, 0x3f80}};
 enum { TERMS = sizeof term / sizeof *term, MEANS = 2 };
 enum { INPUT_AT = 32, SHARE_AT = INPUT_AT + 4 * INPUTS, TERM_AT = SHARE_AT + 4 * TIMES };
 enum {
@@ -37,7 +38,7 @@ static bytes basis(void) {
   for (size_t t = 0; t < TIMES; ++t)
     f32(&b, t == 0 ? 1.0 : 0.5);
   for (size_t i = 0; i < 4 * TERMS; ++i)
-    u16(&b, i % 4 < 3 ? term[i / 4][i % 4] : 0);
+    u16(&b, term[i / 4][i % 4]);
   for (size_t i = 0; i < 2 * TERMS; ++i)
     f32(&b, i < TERMS ? -1.0 : 2.0);
   for (size_t i = 0; i < 2 * MEANS; ++i)
@@ -120,7 +121,7 @@ static void indices_out_of_range_are_refused(void **state) {
              {INPUT_AT + 2, FEATURES},
              {INPUT_AT + 2, FEATURES | BASIS_OF_PRODUCT},
              {INPUT_AT + 6, 0xfffb},
-             {TERM_AT, 8},
+             {TERM_AT, BASIS_SIDE + 1},
              {TERM_AT, 0xffff},
              {TERM_AT + 2, FILTERS},     /* MEAN */
              {TERM_AT + 8 + 2, FILTERS}, /* PRODUCT */
@@ -131,6 +132,10 @@ static void indices_out_of_range_are_refused(void **state) {
              {TERM_AT + 40 + 2, OUTCOMES}, /* INITIAL */
              {TERM_AT + 40 + 4, TIMES},
              {TERM_AT + 56 + 2, OUTCOMES}, /* ROLLED */
+             {TERM_AT + 64 + 2, FILTERS},  /* TRIPLE */
+             {TERM_AT + 64 + 4, FILTERS},
+             {TERM_AT + 64 + 6, FILTERS},
+             {TERM_AT + 72 + 2, FILTERS}, /* SIDE */
              {MEAN_AT, FILTERS},
              {MEAN_AT + 4 * (MEANS - 1), FILTERS}};
   for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i) {
@@ -139,6 +144,17 @@ static void indices_out_of_range_are_refused(void **state) {
     assert_int_equal(basis_status(&b), RIM_E_RANGE);
     put_u16(b.byte + bad[i].at, 0); /* and index 0 is always one */
     assert_int_equal(basis_status(&b), RIM_OK);
+  }
+}
+
+/* Its high half: 0, -1, infinite, not a number. */
+static void a_side_has_a_width(void **state) {
+  (void)state;
+  const unsigned bad[] = {0, 0xbf80, 0x7f80, 0x7fc0};
+  for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i) {
+    bytes b = basis();
+    put_u16(b.byte + TERM_AT + 72 + 6, bad[i]);
+    assert_int_equal(basis_status(&b), RIM_E_RANGE);
   }
 }
 
@@ -516,6 +532,7 @@ int main(void) {
       cmocka_unit_test(a_basis_is_read_back),
       cmocka_unit_test(a_basis_of_another_size_is_refused),
       cmocka_unit_test(indices_out_of_range_are_refused),
+      cmocka_unit_test(a_side_has_a_width),
       cmocka_unit_test(numbers_that_are_none_are_refused),
       cmocka_unit_test(how_healthy_runs_begin_is_read_back),
       cmocka_unit_test(behaviour_is_a_sum_of_terms),

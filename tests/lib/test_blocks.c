@@ -17,11 +17,13 @@ enum { COMMAND = 0, SENSOR = 1, OTHER = 2, HEADING = 3 };
 
 static const double share[TIMES] = {1.0, 0.25};
 
-/* op, a, b: every kind of term, filters 2 i + t. */
-static const uint16_t terms[][3] = {
-    {BASIS_MEAN, 1, 0},  {BASIS_MEAN, 4, 0},     {BASIS_PRODUCT, 1, 3}, {BASIS_ABS, 1, 0},
-    {BASIS_DECAY, 0, 1}, {BASIS_INTEGRAL, 0, 0}, {BASIS_INITIAL, 1, 1}, {BASIS_TIME, 0, 0},
-    {BASIS_MEAN, 7, 0},  {BASIS_MEAN, 8, 0},     {BASIS_ROLLED, 0, 0}};
+/* op, a, b, c: every kind of term, filters 2 i + t. The side's half width is 1.75 (0x3fe00000). */
+static const uint16_t terms[][4] = {
+    {BASIS_MEAN, 1, 0},        {BASIS_MEAN, 4, 0},   {BASIS_PRODUCT, 1, 3},
+    {BASIS_ABS, 1, 0},         {BASIS_DECAY, 0, 1},  {BASIS_INTEGRAL, 0, 0},
+    {BASIS_INITIAL, 1, 1},     {BASIS_TIME, 0, 0},   {BASIS_MEAN, 7, 0},
+    {BASIS_MEAN, 8, 0},        {BASIS_ROLLED, 0, 0}, {BASIS_TRIPLE, 1, 3, 5},
+    {BASIS_SIDE, 1, 0, 0x3fe0}};
 enum { TERMS = sizeof terms / sizeof *terms, MEANS = 2 };
 static const uint16_t mean_filter[MEANS] = {0, 9};
 
@@ -51,7 +53,7 @@ static void put_basis(bytes *b) {
   for (size_t t = 0; t < TIMES; ++t)
     f32(b, share[t]);
   for (size_t i = 0; i < 4 * TERMS; ++i)
-    u16(b, i % 4 < 3 ? terms[i / 4][i % 4] : 0);
+    u16(b, terms[i / 4][i % 4]);
   for (size_t i = 0; i < 2 * TERMS; ++i)
     f32(b, i < TERMS ? CENTER : INVERSE_SD);
   for (size_t i = 0; i < 2 * MEANS; ++i)
@@ -163,8 +165,15 @@ static double term_of(const run *r, uint32_t end, const uint16_t *term) {
     return mean_filter_of(r, end, term[1]);
   case BASIS_PRODUCT:
     return mean_filter_of(r, end, term[1]) * mean_filter_of(r, end, term[2]);
+  case BASIS_TRIPLE:
+    return mean_filter_of(r, end, term[1]) * mean_filter_of(r, end, term[2]) *
+           mean_filter_of(r, end, term[3]);
   case BASIS_ABS:
     return fabs(mean_filter_of(r, end, term[1]));
+  case BASIS_SIDE: {
+    const double x = mean_filter_of(r, end, term[1]);
+    return x < 0.0 ? x / (1.75 - x) : x / (1.75 + x);
+  }
   case BASIS_DECAY:
     return decay_of(end, term[2]);
   case BASIS_INTEGRAL:
@@ -422,8 +431,10 @@ static void the_past_is_unknown_and_dies_away(void **state) {
   double part = 0.0;
   for (uint32_t t = BLOCK; t < 2 * BLOCK; ++t)
     part += pow(0.75, (double)t) / BLOCK;
-  assert_unknown(&b, 0, 2.0 * part);       /* filter 1 */
-  assert_unknown(&b, 2, 2.0 * 2.0 * part); /* filters 1 and 3 */
+  assert_unknown(&b, 0, 2.0 * part);        /* filter 1 */
+  assert_unknown(&b, 2, 2.0 * 2.0 * part);  /* filters 1 and 3 */
+  assert_unknown(&b, 11, 2.0 * 3.0 * part); /* filters 1, 3 and 5 */
+  assert_unknown(&b, 12, 2.0 * part);
   assert_unknown(&b, 4, decay_of(2 * BLOCK, 1) * INVERSE_SD);
   for (uint32_t i = 5; i < 8; ++i) /* integral, initial, time */
     assert_unknown(&b, i, 2.0);

@@ -42,6 +42,7 @@ static bool terms_fit(const rim_basis *b, uint32_t outcomes) {
     const uint16_t op = rimi_le_u16(b->term, 4 * i);
     const uint16_t first = rimi_le_u16(b->term, 4 * i + 1);
     const uint16_t second = rimi_le_u16(b->term, 4 * i + 2);
+    const uint16_t third = rimi_le_u16(b->term, 4 * i + 3);
     bool fits = false;
     switch ((basis_op)op) {
     case BASIS_MEAN:
@@ -50,6 +51,12 @@ static bool terms_fit(const rim_basis *b, uint32_t outcomes) {
       break;
     case BASIS_PRODUCT:
       fits = first < filters && second < filters;
+      break;
+    case BASIS_TRIPLE:
+      fits = first < filters && second < filters && third < filters;
+      break;
+    case BASIS_SIDE:
+      fits = first < filters && finite_numbers(b->term + 8 * i + 4, 1, true);
       break;
     case BASIS_DECAY:
       fits = second < b->times;

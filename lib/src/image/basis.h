@@ -9,7 +9,7 @@
  *                         BASIS_SINE), the product of the features a and b, or, with
  *                         BASIS_OF_PRODUCT added to b, the product's magnitude
  *   f32 share[T]          of a new row in an exponential mean: 1 - exp(-period / time constant)
- *   u16 term[P][4]        op (basis_op), a, b, 0
+ *   u16 term[P][4]        op (basis_op), a, b, c
  *   f32 center[P], inverse_sd[P]      a term's value is (raw - center) * inverse_sd, clipped
  *   u16 mean[M][2]        filter, 0: the exponential means that the noise models use
  *   f32 center[M], inverse_sd[M]
@@ -53,7 +53,10 @@ typedef enum basis_op {
   BASIS_INTEGRAL = 4, /* of input a over the run, seconds times its unit */
   BASIS_INITIAL = 5,  /* first reading of outcome a, less its healthy mean, times 1 - decay b */
   BASIS_TIME = 6,     /* seconds since the start of the run */
-  BASIS_ROLLED = 7    /* state a of the rolled model */
+  BASIS_ROLLED = 7,   /* state a of the rolled model */
+  BASIS_TRIPLE = 8,   /* filter a times filter b times filter c */
+  BASIS_SIDE = 9      /* x / (|x| + h) of filter a: its sign, but smooth about 0. b, c: the low and
+                         the high half of h as f32, > 0 */
 } basis_op;
 
 /* A view into the section; all zero: no inputs, no terms. */

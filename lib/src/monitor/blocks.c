@@ -401,8 +401,15 @@ static double term_value(const blocks *b, size_t i) {
     return filter_sum(b)[first];
   case BASIS_PRODUCT:
     return filter_sum(b)[first] * filter_sum(b)[second];
+  case BASIS_TRIPLE:
+    return filter_sum(b)[first] * filter_sum(b)[second] *
+           filter_sum(b)[rimi_le_index(spec, 4 * i + 3, filters(b))];
   case BASIS_ABS:
     return rimi_abs(filter_sum(b)[first]);
+  case BASIS_SIDE: {
+    const double x = filter_sum(b)[first];
+    return x / (rimi_abs(x) + (double)rimi_le_f32(spec + 8 * i + 4, 0));
+  }
   case BASIS_DECAY:
     return decay(b)[time];
   case BASIS_INTEGRAL:
@@ -474,9 +481,15 @@ static double term_unknown(const blocks *b, size_t i) {
   switch ((basis_op)rimi_le_u16(n->term, 4 * i)) {
   case BASIS_MEAN:
   case BASIS_ABS:
+  case BASIS_SIDE:
     return before_start * part[first % n->times];
   case BASIS_PRODUCT:
     return before_start * rimi_min(part[first % n->times] + part[second % n->times], 1.0);
+  case BASIS_TRIPLE: {
+    const size_t third = rimi_le_index(n->term, 4 * i + 3, filters(b));
+    return before_start *
+           rimi_min(part[first % n->times] + part[second % n->times] + part[third % n->times], 1.0);
+  }
   case BASIS_DECAY:
     return b->late ? decay(b)[second % n->times] * (double)rimi_le_f32(n->inverse_sd, i) : 0.0;
   case BASIS_INTEGRAL:
