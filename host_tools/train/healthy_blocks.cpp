@@ -124,6 +124,13 @@ void choose_terms(Basis *basis, std::size_t plain, std::size_t outcomes) {
         add(BASIS_PRODUCT, i * times + t, j * times + t, TermGroup::shape);
     }
   }
+  for (const std::size_t slow :
+       {4U, 5U}) { // a rudder turns by the speed that the engine has built up
+    for (std::size_t i = 0; i < plain; ++i) {
+      for (std::size_t j = 0; j < plain; ++j)
+        add(BASIS_PRODUCT, i * times + 2, j * times + slow, TermGroup::shape);
+    }
+  }
 }
 
 // What follows from forces: Coulomb friction turns round with the direction of a command, and loads,
