@@ -133,7 +133,7 @@ static date_model model_of(const search_hypothesis *h) {
   return h->family == SEARCH_GAIN ? GAIN : h->family == SEARCH_RAMP ? RAMP : STEP;
 }
 
-void rimi_search_judge_in_time(const rim_search *s, search_hypothesis *h) {
+void rimi_search_sum_in_time(const rim_search *s, const search_hypothesis *h, search_sums *sums) {
   const uint32_t oldest = s->count - s->held;
   const uint32_t from = h->onset != SEARCH_FROM_START && h->onset > oldest ? h->onset - oldest : 0u;
   date_pass pass;
@@ -142,8 +142,13 @@ void rimi_search_judge_in_time(const rim_search *s, search_hypothesis *h) {
   for (uint32_t i = s->held; i-- > from;)
     (void)add_block(&pass, s, i);
   const date_sums *of = parts_of(s, &pass, model_of(h), time_of(s, from), &space);
-  search_sums sums = {.d = of->d[0], .a = of->a[0][0], .n = pass.n};
-  memcpy(sums.g, of->g[0], s->fields * sizeof sums.g[0]);
+  *sums = (search_sums){.d = of->d[0], .a = of->a[0][0], .n = pass.n};
+  memcpy(sums->g, of->g[0], s->fields * sizeof sums->g[0]);
+}
+
+void rimi_search_judge_in_time(const rim_search *s, search_hypothesis *h) {
+  search_sums sums;
+  rimi_search_sum_in_time(s, h, &sums);
   rimi_search_judge(s, &sums, h);
 }
 

@@ -47,20 +47,25 @@ static inline void add_block(const rim_search *s, uint32_t i, bool next_inside, 
     sums->g[j] += (double)g[j];
 }
 
-void rimi_search_evaluate(const rim_search *s, search_hypothesis *h) {
+void rimi_search_sum(const rim_search *s, const search_hypothesis *h, search_sums *sums) {
   if (h->family == SEARCH_RAMP || h->family == SEARCH_GAIN) {
-    rimi_search_judge_in_time(s, h);
+    rimi_search_sum_in_time(s, h, sums);
     return;
   }
   const search_mask mask = rimi_search_mask_of(s, h, -1);
-  search_sums sums = {0};
+  memset(sums, 0, sizeof *sums);
   bool next_inside = false;
   for (search_walk w = search_walk_from(s, &mask); search_walk_next(&w);) {
     const bool counts = w.inside && search_a0(s)[w.i] > 0.0f;
     if (counts)
-      add_block(s, w.i, next_inside, &sums);
+      add_block(s, w.i, next_inside, sums);
     next_inside = counts;
   }
+}
+
+void rimi_search_evaluate(const rim_search *s, search_hypothesis *h) {
+  search_sums sums;
+  rimi_search_sum(s, h, &sums);
   rimi_search_judge(s, &sums, h);
 }
 

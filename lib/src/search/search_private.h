@@ -208,6 +208,8 @@ double rimi_search_weight(const rim_search *s, const noise_channel *c, uint32_t 
                           uint32_t slot);
 /* Prepares the work arrays for a channel, and judges SINCE, RAMP, GAIN and FIELD. */
 void rimi_search_refresh(rim_search *s, uint32_t channel);
+/* L of G with its prior, packed, and the run effects b, of a channel that was refreshed. */
+void rimi_search_effects(const rim_search *s, const noise_channel *c, double *l, double *b);
 /* Fills ln_ratio, shift, sd, score of h from the sums. */
 void rimi_search_judge(const rim_search *s, const search_sums *sums, search_hypothesis *h);
 /* The best of several onsets, and their distribution: each as likely as what it explains. */
@@ -224,12 +226,18 @@ void rimi_search_scan_onset(const rim_search *s, const search_mask *mask, search
                             double *sd);
 
 /* date.c: for SINCE, RAMP and GAIN, of the channel in turn. */
+void rimi_search_sum_in_time(const rim_search *s, const search_hypothesis *h, search_sums *sums);
 /* Judges it since its onset, exactly. */
 void rimi_search_judge_in_time(const rim_search *s, search_hypothesis *h);
 /* Moves the onset where two shapes together explain clearly more than its own shape; then it is the
  * one of the three families that explains most since there. *onset_sd: blocks. Cost: one pass over
  * the ring with four models per block, and three passes where it moves. */
 void rimi_search_date(const rim_search *s, search_hypothesis *h, double *onset_sd);
+
+/* baseline.c */
+/* How improbable the run effects are that a judged hypothesis leaves, of the channel that was
+ * refreshed: ln likelihood ratio, as healthy runs inflate it. 0 for FIELD, which is just that. */
+double rimi_search_baseline(const rim_search *s, const search_hypothesis *h);
 
 /* search.c */
 /* What a hypothesis explains beyond its description, each part of it worth a share: by the ratio
@@ -249,6 +257,8 @@ void rimi_search_scan_interval(rim_search *s, const search_mask *mask, uint32_t 
                                search_hypothesis *h, uint32_t which);
 void rimi_search_scan_box(rim_search *s, uint32_t x, uint32_t y, search_hypothesis *h);
 /* Judges the region as it stands, exactly. */
+/* d, A and m'WB of a hypothesis' shape. */
+void rimi_search_sum(const rim_search *s, const search_hypothesis *h, search_sums *sums);
 void rimi_search_evaluate(const rim_search *s, search_hypothesis *h);
 void rimi_search_refine_edges(rim_search *s, search_hypothesis *h, uint32_t which);
 search_mask rimi_search_mask_of(const rim_search *s, const search_hypothesis *h, int without);

@@ -75,8 +75,7 @@ void rimi_search_judge(const rim_search *s, const search_sums *sums, search_hypo
   set_score(s, h);
 }
 
-/* L of G with its prior, and the run effects b. */
-static void solve_effects(const rim_search *s, const noise_channel *c, double *l, double *b) {
+void rimi_search_effects(const rim_search *s, const noise_channel *c, double *l, double *b) {
   const float *gram = search_gram(s, s->channel);
   const uint32_t k = c->fields;
   const uint32_t packed = k * (k + 1u) / 2u;
@@ -322,7 +321,7 @@ void rimi_search_refresh(rim_search *s, uint32_t channel) {
   s->p_step = (double)c.p_scale * SEARCH_BYTE_STEP / (double)c.s;
   s->fresh = true;
   rimi_search_take_out(s, channel);
-  solve_effects(s, &c, l, b);
+  rimi_search_effects(s, &c, l, b);
   whiten(s, &c, l, b, mean_raw);
   fold(s, &c);
   search_state(s, channel)->time.score = SEARCH_NONE;
