@@ -71,7 +71,7 @@ constexpr double kPhiLeastSd = 0.2;
 constexpr double kPhiMargin = 8.0;
 // Blocks in the ring of the flight profile: 80 % of a run, with many channels less.
 constexpr std::uint16_t kFlightRing = 192, kLeastFlightRing = 64;
-constexpr std::size_t kFlightSearchBytes = 42000;
+constexpr std::size_t kFlightSearchBytes = 41000;
 
 std::vector<double> ranks(const Eigen::VectorXd &x) {
   std::vector<std::size_t> order(static_cast<std::size_t>(x.size()));

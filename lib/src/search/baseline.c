@@ -36,33 +36,32 @@ double rimi_search_baseline(const rim_search *s, const search_hypothesis *h) {
          (double)rimi_le_f32(c.phi, SEARCH_FIELD);
 }
 
-/* Takes `h` for the contrary where it explains as much, and more than what is there. */
-static void offer(const rim_search *s, const search_hypothesis *than, const search_hypothesis *h,
-                  double most, search_hypothesis *contrary) {
-  if (h->score > SEARCH_NONE && (double)h->shift * (double)than->shift < 0.0 &&
-      (double)h->score >= AS_GOOD * (double)than->score && h->score > contrary->score &&
-      rimi_search_baseline(s, h) <= most)
-    *contrary = *h;
+/* Whether `contrary` is of the other sign, explains as much, and leaves a baseline of fewer nats. */
+static bool is_better(const rim_search *s, const search_hypothesis *h, double nats,
+                      const search_hypothesis *contrary) {
+  return contrary->score > SEARCH_NONE && (double)contrary->shift * (double)h->shift < 0.0 &&
+         (double)contrary->score >= AS_GOOD * (double)h->score &&
+         rimi_search_baseline(s, contrary) <= MUCH_LIKELIER * nats;
 }
 
 bool rimi_search_against_nominal(rim_search *s, uint32_t channel, search_hypothesis *h) {
-  rimi_search_refresh(s, channel);
+  rimi_search_ready(s, channel);
   if (h->family == SEARCH_GAIN || h->family == SEARCH_FIELD)
     return false;
   const double nats = rimi_search_baseline(s, h);
   if (nats < IMPOSSIBLE)
     return false;
-  const double most = MUCH_LIKELIER * nats;
   const search_hypothesis region = search_state(s, channel)->region;
-  search_hypothesis contrary = {.score = SEARCH_NONE}, beside;
-  offer(s, h, &region, most, &contrary);
-  if (rimi_search_beside(s, channel, h, &beside))
-    offer(s, h, &beside, most, &contrary);
-  if (region.score > SEARCH_NONE && rimi_search_beside(s, channel, &region, &beside))
-    offer(s, h, &beside, most, &contrary);
-  offer(s, h, &s->in_time[SEARCH_FIELD], most, &contrary);
-  if (contrary.score <= SEARCH_NONE)
-    return false;
-  *h = contrary;
-  return true;
+  search_hypothesis contrary = region;
+  bool found = is_better(s, h, nats, &contrary) ||
+               (rimi_search_beside(s, channel, h, &contrary) && is_better(s, h, nats, &contrary)) ||
+               (region.score > SEARCH_NONE && rimi_search_beside(s, channel, &region, &contrary) &&
+                is_better(s, h, nats, &contrary));
+  if (!found) {
+    contrary = s->in_time[SEARCH_FIELD];
+    found = is_better(s, h, nats, &contrary);
+  }
+  if (found)
+    *h = contrary;
+  return found;
 }

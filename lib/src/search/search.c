@@ -465,8 +465,13 @@ double rimi_search_time_of(const rim_search *s, uint32_t block) {
 
 void rimi_search_keep_maxima(rim_search *s, float *maxima) { s->maxima = maxima; }
 
+void rimi_search_ready(rim_search *s, uint32_t channel) {
+  if (!s->fresh || s->channel != channel)
+    rimi_search_refresh(s, channel);
+}
+
 bool rimi_search_evaluate_channel(rim_search *s, uint32_t channel, search_hypothesis *h) {
-  rimi_search_refresh(s, channel);
+  rimi_search_ready(s, channel);
   rimi_search_evaluate(s, h);
   return h->score > SEARCH_NONE;
 }
@@ -515,7 +520,7 @@ bool rimi_search_beside(rim_search *s, uint32_t channel, const search_hypothesis
   const uint32_t dims = is_box                                                               ? 2u
                         : h->family == SEARCH_INTERVAL || h->family == SEARCH_INTERVAL_SINCE ? 1u
                                                                                              : 0u;
-  rimi_search_refresh(s, channel);
+  rimi_search_ready(s, channel);
   out->score = SEARCH_NONE;
   for (uint32_t k = 0; k < 2u * dims; ++k) {
     search_hypothesis side = {.family = SEARCH_INTERVAL, .onset = SEARCH_FROM_START};
@@ -536,7 +541,7 @@ bool rimi_search_beside(rim_search *s, uint32_t channel, const search_hypothesis
 
 void rimi_search_explain(rim_search *s, uint32_t channel, search_hypothesis *out,
                          double *onset_sd) {
-  rimi_search_refresh(s, channel);
+  rimi_search_ready(s, channel);
   const channel_state *state = search_state(s, channel);
   search_hypothesis best = best_in_time(s);
   search_hypothesis h = state->region;

@@ -244,6 +244,8 @@ double rimi_search_baseline(const rim_search *s, const search_hypothesis *h);
  * itself, for phi differs between families and would prefer the one that healthy runs inflate
  * least. */
 double rimi_search_worth(const rim_search *s, const search_hypothesis *h);
+/* rimi_search_refresh(), where it is not done since the newest block. */
+void rimi_search_ready(rim_search *s, uint32_t channel);
 /* Completes rimi_search_exclude() in this channel, where that is still to be done. */
 void rimi_search_take_out(rim_search *s, uint32_t channel);
 /* The best end of a shift that has its onset; it is before the newest block. */

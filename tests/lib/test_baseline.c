@@ -1,0 +1,106 @@
+/* SPDX-License-Identifier: MIT */
+/* search/baseline.c: how improbable a run's own effects are is as a direct computation says; what
+ * reads low everywhere but in a region is not called high in that region; a region that deviates
+ * from a baseline as healthy runs have it stays named. */
+#include "base/cholesky.h"
+#include "search_bench.h"
+
+enum { BLOCKS = 150, EDGE = 160, EDGE_BIN = EDGE * SEARCH_BINS / 256 };
+
+/* Channel 0 without the noise's own run effects: `inside` of a region, and `outside`, in its s. */
+static world planted(uint32_t seed, double inside, double outside) {
+  world w = make_world(true, 0.0, 0.0);
+  draw(&w, BLOCKS, seed);
+  for (uint32_t i = 0; i < BLOCKS; ++i)
+    w.r[i] += w.s * (w.feature[i][0] >= EDGE ? inside : outside);
+  return w;
+}
+
+static search_hypothesis region(uint8_t first, uint8_t last) {
+  return (search_hypothesis){
+      .family = SEARCH_INTERVAL, .first = {first}, .last = {last}, .onset = SEARCH_FROM_START};
+}
+
+/* b = (F'F + prior)^-1 F'(z - m shift), and what b'prior b is beyond chance. */
+static double direct(const world *w, const search_hypothesis *h) {
+  double gram[FIELDS * (FIELDS + 1) / 2] = {0.0}, b[FIELDS] = {0.0};
+  for (uint32_t i = 0; i < BLOCKS; ++i) {
+    double field[FIELDS];
+    fields_of(w, i, field);
+    const uint32_t bin = w->feature[i][0] * SEARCH_BINS / 256u;
+    const bool inside = bin >= h->first[0] && bin <= h->last[0];
+    const double z = residual_of(w, i) / w->s - (inside ? (double)h->shift : 0.0);
+    for (uint32_t k = 0, at = 0; k < FIELDS; ++k) {
+      b[k] += field[k] * z;
+      for (uint32_t j = 0; j <= k; ++j, ++at)
+        gram[at] += field[k] * field[j] + (j == k && i == 0 ? 1.0 / w->prior[k] : 0.0);
+    }
+  }
+  assert_true(cholesky_factor(FIELDS, gram));
+  cholesky_forward(FIELDS, gram, b);
+  cholesky_backward(FIELDS, gram, b);
+  double q = 0.0;
+  for (uint32_t k = 0; k < FIELDS; ++k)
+    q += b[k] * b[k] / w->prior[k];
+  return q > FIELDS ? 0.5 * (q - FIELDS - FIELDS * log(q / FIELDS)) / (double)w->phi : 0.0;
+}
+
+static void a_baseline_is_as_improbable_as_its_effects(void **state) {
+  (void)state;
+  static bench b;
+  for (uint32_t seed = 0; seed < 8; ++seed) {
+    world w = planted(seed, seed % 2 == 0 ? 0.0 : 9.0, seed % 3 == 0 ? 0.0 : -9.0);
+    w.phi = seed < 4 ? 1.0f : 2.5f;
+    start(&b, &w, BLOCKS);
+    feed(&b, 0, BLOCKS, 0);
+    search_hypothesis h = region(EDGE_BIN, SEARCH_BINS - 1);
+    assert_true(rimi_search_evaluate_channel(b.search, 0, &h));
+    const double expected = direct(&w, &h);
+    assert_true(fabs(rimi_search_baseline(b.search, &h) - expected) < 0.02 + 0.01 * expected);
+    h.family = SEARCH_FIELD; /* says itself that the effects are impossible */
+    assert_true(rimi_search_baseline(b.search, &h) == 0.0);
+  }
+}
+
+static void what_reads_low_elsewhere_is_not_high_here(void **state) {
+  (void)state;
+  static bench b;
+  for (uint32_t seed = 0; seed < 8; ++seed) {
+    const double sign = seed % 2 == 0 ? 1.0 : -1.0;
+    const world w = planted(seed, 0.0, -9.0 * sign);
+    start(&b, &w, BLOCKS);
+    feed(&b, 0, BLOCKS, TURN);
+    search_hypothesis h = region(EDGE_BIN, SEARCH_BINS - 1);
+    assert_true(rimi_search_evaluate_channel(b.search, 0, &h) && sign * (double)h.shift > 5.0);
+    assert_true(rimi_search_against_nominal(b.search, 0, &h));
+    assert_true(sign * (double)h.shift < -5.0);
+    if (h.family == SEARCH_INTERVAL)
+      assert_true(h.feature[0] == 0 && h.first[0] == 0 && h.last[0] + 2 >= EDGE_BIN);
+    assert_false(rimi_search_against_nominal(b.search, 0, &h)); /* and so it stays */
+  }
+}
+
+static void what_deviates_from_a_healthy_baseline_stays(void **state) {
+  (void)state;
+  static bench b;
+  for (uint32_t seed = 0; seed < 8; ++seed) {
+    const world w = planted(seed, 9.0, 0.0);
+    start(&b, &w, BLOCKS);
+    feed(&b, 0, BLOCKS, TURN);
+    search_hypothesis h = region(EDGE_BIN, SEARCH_BINS - 1);
+    assert_true(rimi_search_evaluate_channel(b.search, 0, &h));
+    const search_hypothesis before = h;
+    assert_false(rimi_search_against_nominal(b.search, 0, &h));
+    assert_memory_equal(&h, &before, sizeof h);
+  }
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_baseline_is_as_improbable_as_its_effects),
+      cmocka_unit_test(what_reads_low_elsewhere_is_not_high_here),
+      cmocka_unit_test(what_deviates_from_a_healthy_baseline_stays),
+  };
+  printf("seed %u\n", SEED);
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
