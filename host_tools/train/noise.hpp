@@ -33,6 +33,7 @@ struct SearchRun {
   const Matrix *predicted;            // blocks x outcomes
   const Matrix *residual;             // blocks x channels, in the outcomes' units
   const Eigen::VectorXd *disturbance; // [blocks], by rimi_noise_disturbance()
+  const Matrix *unknown = nullptr; // blocks x outcomes: 1 where agreement says nothing; nullptr: nowhere
 };
 
 // From the runs `which` of those seen. block_s: length of a block.
