@@ -8,6 +8,7 @@
 #include "search/search_private.h"
 
 #define NEGLIGIBLE 20.0        /* nats: an onset that is less likely by this has no say */
+#define FIELD_FROM 0.5 /* of a run: before, its effects are hardly known yet */
 #define LEAST_INFORMATION 1e-6 /* A below this part of m'Wm: the run effects explain the shape */
 
 void rimi_search_raw_fields(const rim_search *s, uint32_t slot, double *raw) {
@@ -315,7 +316,9 @@ static void judge_field(rim_search *s, const noise_channel *c, const double *l, 
   for (uint32_t i = 0; i < k; ++i)
     q += x[i] * x[i];
   const double degrees = (double)k;
-  if (!(q > degrees) || !rimi_is_finite(q) || s->held < 2u * SEARCH_LEAST)
+  const double t_s = (double)search_times(s)[search_slot(s, s->held - 1u)];
+  if (!(q > degrees) || !rimi_is_finite(q) || s->held < 2u * SEARCH_LEAST ||
+      t_s < FIELD_FROM * s->config.noise->run_s)
     return;
   search_hypothesis h = {.family = SEARCH_FIELD, .onset = SEARCH_FROM_START};
   h.ln_ratio = (float)rimi_search_surprise(k, q);
