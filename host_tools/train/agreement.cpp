@@ -577,6 +577,38 @@ private:
   std::vector<Eigen::VectorXd> remains_;
 };
 
+std::unique_ptr<Choice> choose_relation(const Sources &sources, const Agreement &a,
+                                        std::size_t outcome, bool has_integrands) {
+  const auto j = static_cast<Eigen::Index>(outcome);
+  const auto o = static_cast<Eigen::Index>(a.inverse_sd.size());
+  auto choice = std::make_unique<Choice>(sources, a, j);
+  if (o > 1)
+    choice->try_residuals(columns_without(o, j, a.row.cols() - AGREEMENT_FIRST));
+  if (o > 1 && has_integrands)
+    choice->try_few();
+  if (!sources.level.empty())
+    choice->try_level();
+  if (o > 1 && has_integrands)
+    choice->try_integral();
+  return choice;
+}
+
+// Of two that follow from each other alone, both say the same: the second is free to say what moves
+// it.
+void free_twins(const Sources &sources, const Agreement &a,
+                std::vector<std::unique_ptr<Choice>> *choices) {
+  for (std::size_t j = 0; j < choices->size(); ++j) {
+    const std::size_t twin = (*choices)[j]->only_other();
+    if (twin >= j || (*choices)[twin]->only_other() != j)
+      continue;
+    auto other = std::make_unique<Choice>(sources, a, static_cast<Eigen::Index>(j));
+    other->start_from_behaviour();
+    other->try_integral();
+    if (other->source == AGREEMENT_INTEGRAL && other->integrates)
+      (*choices)[j] = std::move(other);
+  }
+}
+
 } // namespace
 
 Agreement fit_agreement(const Layout &layout, const Basis &basis,
@@ -602,31 +634,10 @@ Agreement fit_agreement(const Layout &layout, const Basis &basis,
   a.source.assign(static_cast<std::size_t>(o), AGREEMENT_RESIDUALS);
   a.remains = residual;
   std::vector<std::unique_ptr<Choice>> choices(static_cast<std::size_t>(o));
-  parallel_for(choices.size(), [&](std::size_t outcome) {
-    const auto j = static_cast<Eigen::Index>(outcome);
-    auto choice = std::make_unique<Choice>(sources, a, j);
-    if (o > 1)
-      choice->try_residuals(columns_without(o, j, total));
-    if (o > 1 && !integrands.empty())
-      choice->try_few();
-    if (!level.empty())
-      choice->try_level();
-    if (o > 1 && !integrands.empty())
-      choice->try_integral();
-    choices[outcome] = std::move(choice);
+  parallel_for(choices.size(), [&](std::size_t j) {
+    choices[j] = choose_relation(sources, a, j, !integrands.empty());
   });
-  // Of two that follow from each other alone, both say the same: the second is free to say what
-  // moves it.
-  for (std::size_t j = 0; j < choices.size(); ++j) {
-    const std::size_t twin = choices[j]->only_other();
-    if (twin >= j || choices[twin]->only_other() != j)
-      continue;
-    auto other = std::make_unique<Choice>(sources, a, static_cast<Eigen::Index>(j));
-    other->start_from_behaviour();
-    other->try_integral();
-    if (other->source == AGREEMENT_INTEGRAL && other->integrates)
-      choices[j] = std::move(other);
-  }
+  free_twins(sources, a, &choices);
   std::vector<Eigen::VectorXd> integral;
   for (std::size_t outcome = 0; outcome < choices.size(); ++outcome) {
     const Choice &choice = *choices[outcome];

@@ -37,12 +37,11 @@ struct Choice {
   bool shape, slow, initial, steep;
   double must_win;
 };
-const Choice kChoices[] = {
-    {false, false, false, false, 0.0}, {true, false, false, false, 0.03},
-    {false, true, false, false, 0.03}, {true, true, false, false, 0.05},
-    {false, false, true, false, 0.10}, {true, false, true, false, 0.12},
-    {true, true, true, false, 0.15},   {true, false, false, true, 0.08},
-    {true, true, false, true, 0.10},   {true, true, true, true, 0.18}};
+const Choice kChoices[] = {{false, false, false, false, 0.0}, {true, false, false, false, 0.03},
+                           {false, true, false, false, 0.03}, {true, true, false, false, 0.05},
+                           {false, false, true, false, 0.10}, {true, false, true, false, 0.12},
+                           {true, true, true, false, 0.15},   {true, false, false, true, 0.08},
+                           {true, true, false, true, 0.10},   {true, true, true, true, 0.18}};
 // Steep terms go far beyond what was learnt from: they must lower the error of the best model
 // without them by so much.
 constexpr double kSteepMustWin = 0.05;

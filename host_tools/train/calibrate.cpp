@@ -68,8 +68,9 @@ constexpr double kPredictable = 0.9; // part of the variance from which on a pre
 // this quantile of them is taken as exponential, ...
 constexpr double kTailFrom = 0.5;
 // ... with a scale drawn to the one that is usual for the family, by as much as its own is not
-// larger by this many of its standard errors: a scale of a dozen runs is uncertain, and the channels
-// share the search. One that is larger is larger still farther out, by this power of how much
+// larger by this many of its standard errors: a scale of a dozen runs is uncertain, and the
+// channels share the search. One that is larger is larger still farther out, by this power of how
+// much
 // larger: such a tail is heavier than exponential, and no channel may set the alarm of all.
 constexpr double kTailAlike = 1.6;
 constexpr double kTailHeavier = 1.5;
@@ -258,9 +259,8 @@ std::vector<Tail> tails_of(const std::vector<std::vector<float>> &maxima) {
   parallel_for(tails.size(), [&](std::size_t at) {
     std::vector<std::size_t> order(n);
     std::iota(order.begin(), order.end(), std::size_t{0});
-    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-      return maxima[a][at] < maxima[b][at];
-    });
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return maxima[a][at] < maxima[b][at]; });
     Tail &tail = tails[at];
     tail.place.resize(n);
     tail.above.assign(n + 1, 0.0);
@@ -280,8 +280,8 @@ struct TailFit {
 };
 
 TailFit fit_tail(const Tail &tail, int without) {
-  const std::size_t left_out = without < 0 ? tail.sorted.size()
-                                           : tail.place[static_cast<std::size_t>(without)];
+  const std::size_t left_out =
+      without < 0 ? tail.sorted.size() : tail.place[static_cast<std::size_t>(without)];
   const std::size_t n = tail.sorted.size() - (without < 0 ? 0 : 1);
   if (n < 2)
     return {};

@@ -127,17 +127,17 @@ void judge_beyond(const Data &data, std::size_t run, const NominalModel &model,
   for (std::size_t i = data.spans[run].begin; i < data.spans[run].end; ++i) {
     const auto row = static_cast<Eigen::Index>(i);
     for (Eigen::Index p = 0; p < count; ++p)
-      squares.row(p) =
-          ((data.xs.row(row) - model.prototypes.row(p)).array() * model.gate_weight.transpose().array())
-              .square();
+      squares.row(p) = ((data.xs.row(row) - model.prototypes.row(p)).array() *
+                        model.gate_weight.transpose().array())
+                           .square();
     const Eigen::VectorXd all = squares.rowwise().sum();
     Eigen::Index nearest = 0;
     if (all.minCoeff(&nearest) <= reach_squared[nearest])
       continue;
     for (Eigen::Index o = 0; o < beyond->cols(); ++o) {
       const int input = own[static_cast<std::size_t>(o)];
-      const double rest = input < 0 ? all.minCoeff(&nearest)
-                                    : (all - squares.col(input)).minCoeff(&nearest);
+      const double rest =
+          input < 0 ? all.minCoeff(&nearest) : (all - squares.col(input)).minCoeff(&nearest);
       (*beyond)(row, o) = rest > reach_squared[nearest] ? 1.0 : 0.0;
     }
   }

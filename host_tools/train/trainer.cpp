@@ -261,16 +261,16 @@ Training train(HealthyRuns healthy, const TrainOptions &options) {
   give_back_memory();
   Level level = wants_level(plan.layout, runs) ? fit_level(&plan, runs) : Level{};
   give_back_memory();
-  Agreement agreement =
-      fit_agreement(plan.layout, plan.basis, healthy.integrands, runs, behaviour.residual,
-                    level.predicted);
+  Agreement agreement = fit_agreement(plan.layout, plan.basis, healthy.integrands, runs,
+                                      behaviour.residual, level.predicted);
   if (std::count(agreement.source.begin(), agreement.source.end(), AGREEMENT_LEVEL) == 0)
     plan.level.clear();
   const std::vector<Matrix> residual = all_residuals(runs, behaviour, agreement);
   const std::vector<Eigen::VectorXd> disturbance = disturbances(agreement, behaviour.residual);
   runs.forget_wide(); // what is not needed any more goes
   keep_beyond(agreement, &level.beyond);
-  for (auto *matrices : {&level.predicted, &behaviour.residual, &behaviour.scatter, &agreement.remains})
+  for (auto *matrices :
+       {&level.predicted, &behaviour.residual, &behaviour.scatter, &agreement.remains})
     std::vector<Matrix>().swap(*matrices);
   give_back_memory();
   std::vector<SearchRun> seen;

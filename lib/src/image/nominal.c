@@ -257,7 +257,8 @@ rim_status rimi_nominal_beyond(const rim_nominal *model, const double *x, const 
     const double reach = RIM_NOMINAL_BELIEVED * value_at(model, at + P_REACH);
     for (uint32_t o = 0; o < model->outputs; ++o) {
       const uint32_t i = own[o] < model->inputs ? own[o] : 0u;
-      const double of_own = value_at(model, weight + i) * (xs[i] - value_at(model, at + P_CENTRE + i));
+      const double of_own =
+          value_at(model, weight + i) * (xs[i] - value_at(model, at + P_CENTRE + i));
       const float rest = (float)(all - of_own * of_own);
       if (p > 0u && !(rest < nearest[o]))
         continue;

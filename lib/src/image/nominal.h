@@ -93,7 +93,8 @@ rim_status rimi_nominal_predict(const rim_nominal *model, const double *x, doubl
 #define RIM_NOMINAL_BELIEVED 0.75
 
 /* beyond[outputs]: whether context x lies farther from its nearest prototype than most rows of
- * training nearest to it did, by RIM_NOMINAL_BELIEVED, when the output's own input own[o] (below inputs) is left out:
+ * training nearest to it did, by RIM_NOMINAL_BELIEVED, when the output's own input own[o] (below
+ * inputs) is left out:
  * a sensor that is wrong does not hide itself. A map says nothing of such a context. Cost P (d + o)
  * multiply-adds; stack below 4 kB. RIM_E_ARGUMENT, RIM_E_DATA as above. */
 rim_status rimi_nominal_beyond(const rim_nominal *model, const double *x, const uint16_t *own,

@@ -8,7 +8,7 @@
 #include "search/search_private.h"
 
 #define NEGLIGIBLE 20.0        /* nats: an onset that is less likely by this has no say */
-#define FIELD_FROM 0.5 /* of a run: before, its effects are hardly known yet */
+#define FIELD_FROM 0.5         /* of a run: before, its effects are hardly known yet */
 #define LEAST_INFORMATION 1e-6 /* A below this part of m'Wm: the run effects explain the shape */
 
 void rimi_search_raw_fields(const rim_search *s, uint32_t slot, double *raw) {
