@@ -69,9 +69,8 @@ constexpr double kPredictable = 0.9; // part of the variance from which on a pre
 constexpr double kTailFrom = 0.5;
 // ... with a scale drawn to the one that is usual for the family, by as much as its own is not
 // larger by this many of its standard errors: a scale of a dozen runs is uncertain, and the
-// channels share the search. One that is larger is larger still farther out, by this power of how
-// much
-// larger: such a tail is heavier than exponential, and no channel may set the alarm of all.
+// channels share the search. One that is larger is larger still farther out, by this power of
+// how much larger: such a tail is heavier than exponential, and no channel may set all alarms.
 constexpr double kTailAlike = 1.6;
 constexpr double kTailHeavier = 1.5;
 // And what has a chance of exp(-kTailNats) by it scores kTailNats, about what an alarm needs.
