@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <memory>
 
 #include <Eigen/Cholesky>
 
@@ -489,6 +490,12 @@ public:
   Choice(const Sources &from, const Agreement &scales, Eigen::Index outcome)
       : from_(from), a_(scales), j_(outcome), remains_(from.runs.size()) {}
 
+  // Nothing of the others.
+  void start_from_behaviour() {
+    for (std::size_t r = 0; r < remains_.size(); ++r)
+      remains_[r] = from_.residual[r].col(j_);
+    take(AGREEMENT_RESIDUALS, 1.0);
+  }
   // The others' residuals.
   void try_residuals(const std::vector<Eigen::Index> &columns) {
     const Fit fit = best_fit(from_.linear, columns, j_, kRidges);
@@ -530,7 +537,8 @@ public:
     if (others.empty())
       return;
     const Fit fit = best_fit(from_.integral, others, j_, kIntegralRidges);
-    if (fit.squares < (1.0 - kIntegrates) * fit.own)
+    integrates = fit.squares < (1.0 - kIntegrates) * fit.own;
+    if (integrates)
       integrand = mostly_integrated(a_, from_.layout, fit.weight[kFolds], from_.runs);
     for (std::size_t r = 0; r < remains_.size(); ++r)
       remains_[r] = integral_remains(a_, from_.runs, r, j_, fit.weight[r % kFolds]);
@@ -540,7 +548,18 @@ public:
     take(AGREEMENT_INTEGRAL, error);
   }
 
+  // The only outcome whose reading says what this one reads; the number of outcomes: none or more.
+  std::size_t only_other() const {
+    const auto all = static_cast<std::size_t>(from_.levels.sd.size());
+    if (source != AGREEMENT_FEW || (few.array() != 0.0).count() != 1)
+      return all;
+    Eigen::Index at = 0;
+    few.cwiseAbs().maxCoeff(&at);
+    return static_cast<std::size_t>(at);
+  }
+
   int source = AGREEMENT_RESIDUALS;
+  bool integrates = false; // its changes are mostly those of the integral, if that was tried
   double error = 1.0, variance = 1e300, integrand = -1.0, intercept = 0.0;
   Eigen::VectorXd weight, few, integral; // of the residuals, the readings, the integrands
   std::vector<Eigen::VectorXd> series;
@@ -557,6 +576,38 @@ private:
   Eigen::Index j_;
   std::vector<Eigen::VectorXd> remains_;
 };
+
+std::unique_ptr<Choice> choose_relation(const Sources &sources, const Agreement &a,
+                                        std::size_t outcome, bool has_integrands) {
+  const auto j = static_cast<Eigen::Index>(outcome);
+  const auto o = static_cast<Eigen::Index>(a.inverse_sd.size());
+  auto choice = std::make_unique<Choice>(sources, a, j);
+  if (o > 1)
+    choice->try_residuals(columns_without(o, j, a.row.cols() - AGREEMENT_FIRST));
+  if (o > 1 && has_integrands)
+    choice->try_few();
+  if (!sources.level.empty())
+    choice->try_level();
+  if (o > 1 && has_integrands)
+    choice->try_integral();
+  return choice;
+}
+
+// Of two that follow from each other alone, both say the same: the second is free to say what moves
+// it.
+void free_twins(const Sources &sources, const Agreement &a,
+                std::vector<std::unique_ptr<Choice>> *choices) {
+  for (std::size_t j = 0; j < choices->size(); ++j) {
+    const std::size_t twin = (*choices)[j]->only_other();
+    if (twin >= j || (*choices)[twin]->only_other() != j)
+      continue;
+    auto other = std::make_unique<Choice>(sources, a, static_cast<Eigen::Index>(j));
+    other->start_from_behaviour();
+    other->try_integral();
+    if (other->source == AGREEMENT_INTEGRAL && other->integrates)
+      (*choices)[j] = std::move(other);
+  }
+}
 
 } // namespace
 
@@ -582,18 +633,15 @@ Agreement fit_agreement(const Layout &layout, const Basis &basis,
   a.error.assign(static_cast<std::size_t>(o), 1.0);
   a.source.assign(static_cast<std::size_t>(o), AGREEMENT_RESIDUALS);
   a.remains = residual;
-  std::vector<Eigen::VectorXd> integral(static_cast<std::size_t>(o));
-  parallel_for(static_cast<std::size_t>(o), [&](std::size_t outcome) {
+  std::vector<std::unique_ptr<Choice>> choices(static_cast<std::size_t>(o));
+  parallel_for(choices.size(), [&](std::size_t j) {
+    choices[j] = choose_relation(sources, a, j, !integrands.empty());
+  });
+  free_twins(sources, a, &choices);
+  std::vector<Eigen::VectorXd> integral;
+  for (std::size_t outcome = 0; outcome < choices.size(); ++outcome) {
+    const Choice &choice = *choices[outcome];
     const auto j = static_cast<Eigen::Index>(outcome);
-    Choice choice(sources, a, j);
-    if (o > 1)
-      choice.try_residuals(columns_without(o, j, total));
-    if (o > 1 && !integrands.empty())
-      choice.try_few();
-    if (!level.empty())
-      choice.try_level();
-    if (o > 1 && !integrands.empty())
-      choice.try_integral();
     a.source[outcome] = choice.source;
     a.error[outcome] = choice.error;
     a.row(j, 0) = choice.source;
@@ -604,10 +652,10 @@ Agreement fit_agreement(const Layout &layout, const Basis &basis,
       a.row(j, 1) = choice.intercept;
       a.row.row(j).segment(AGREEMENT_FIRST, o) = choice.few.transpose();
     }
-    integral[outcome] = choice.integral;
+    integral.push_back(choice.integral);
     for (std::size_t r = 0; r < choice.series.size(); ++r)
       a.remains[r].col(j) = choice.series[r];
-  });
+  }
   keep_used_integrands(&a, integral);
   return a;
 }

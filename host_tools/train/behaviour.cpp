@@ -23,9 +23,13 @@ constexpr std::size_t kFolds = 6;
 // runs is left out of the fit.
 constexpr double kWithin = 0.95;
 constexpr double kRunMeanWeight = 0.2; // of a run's own mean error, in the error that chooses
-// First readings must lower the error of the best model without them by so much: a sensor that is
-// wrong from the start, or a place in which the run starts, shifts all that is predicted by them.
+// First readings must lower the error of the best model without them by so much, and the error
+// within runs alone as well: a sensor that is wrong from the start, or a place in which the run
+// starts, shifts all that is predicted by them, and an offset that differs between runs is an
+// effect of the run, by which an offset from the start is judged. Where the starts differ so much
+// that the error falls to this part, hardly an offset could be seen, and nothing else either.
 constexpr double kFirstMustWin = 0.1;
+constexpr double kFirstAlone = 1.0 / 3.0;
 const double kRidges[] = {0.1, 1.0, 10.0, 100.0, 1e3, 1e4, 1e5};
 
 // A set of groups, and by how much it must lower the error to be preferred to the simpler ones.
@@ -33,12 +37,11 @@ struct Choice {
   bool shape, slow, initial, steep;
   double must_win;
 };
-const Choice kChoices[] = {
-    {false, false, false, false, 0.0}, {true, false, false, false, 0.03},
-    {false, true, false, false, 0.03}, {true, true, false, false, 0.05},
-    {false, false, true, false, 0.10}, {true, false, true, false, 0.12},
-    {true, true, true, false, 0.15},   {true, false, false, true, 0.08},
-    {true, true, false, true, 0.10},   {true, true, true, true, 0.18}};
+const Choice kChoices[] = {{false, false, false, false, 0.0}, {true, false, false, false, 0.03},
+                           {false, true, false, false, 0.03}, {true, true, false, false, 0.05},
+                           {false, false, true, false, 0.10}, {true, false, true, false, 0.12},
+                           {true, true, true, false, 0.15},   {true, false, false, true, 0.08},
+                           {true, true, false, true, 0.10},   {true, true, true, true, 0.18}};
 // Steep terms go far beyond what was learnt from: they must lower the error of the best model
 // without them by so much.
 constexpr double kSteepMustWin = 0.05;
@@ -168,7 +171,8 @@ public:
         });
   }
 
-  // errors[question][target - first][ridge], root mean square over runs left out.
+  // errors[question][target - first][ridge], root mean square over runs left out; then, from
+  // errors[question][targets] on, those within runs alone.
   std::vector<std::vector<std::vector<double>>>
   errors(const std::vector<Question> &questions) const;
   // Weights of all terms for a target; fold kFolds: all runs.
@@ -209,10 +213,11 @@ Eigen::MatrixXd sub_rows(const Eigen::MatrixXd &m, const std::vector<Eigen::Inde
 }
 
 // What chooses: squares within runs, and a part of the squared mean of each run, which the run's
-// own effects can explain.
-double run_error(const Eigen::VectorXd &e) {
+// own effects can explain. *within: the former alone.
+double run_error(const Eigen::VectorXd &e, double *within) {
   const double mean = e.mean();
-  return (e.array() - mean).square().mean() + kRunMeanWeight * mean * mean;
+  *within = (e.array() - mean).square().mean();
+  return *within + kRunMeanWeight * mean * mean;
 }
 
 std::vector<std::vector<Eigen::MatrixXd>>
@@ -247,12 +252,13 @@ Fitter::errors(const std::vector<Question> &questions) const {
       Matrix some(all.rows(), static_cast<Eigen::Index>(q.terms.size()));
       for (Eigen::Index i = 0; i < some.cols(); ++i)
         some.col(i) = all.col(q.terms[static_cast<std::size_t>(i)]);
-      of[k].resize(q.targets, static_cast<Eigen::Index>(ridges));
+      of[k].resize(2 * q.targets, static_cast<Eigen::Index>(ridges));
       for (std::size_t l = 0; l < ridges; ++l) {
         const Eigen::MatrixXd &w = weights[k][f * ridges + l];
         const Matrix e = y_[r].middleCols(q.first, q.targets) - some * w;
+        const auto at = static_cast<Eigen::Index>(l);
         for (Eigen::Index t = 0; t < q.targets; ++t)
-          of[k](t, static_cast<Eigen::Index>(l)) = run_error(e.col(t));
+          of[k](t, at) = run_error(e.col(t), &of[k](q.targets + t, at));
       }
     }
     return of;
@@ -261,7 +267,7 @@ Fitter::errors(const std::vector<Question> &questions) const {
   std::vector<OfRun> part(questions.size(), OfRun(kFolds));
   for (std::size_t k = 0; k < questions.size(); ++k) {
     for (Eigen::MatrixXd &p : part[k])
-      p = Eigen::MatrixXd::Zero(questions[k].targets, static_cast<Eigen::Index>(ridges));
+      p = Eigen::MatrixXd::Zero(2 * questions[k].targets, static_cast<Eigen::Index>(ridges));
   }
   parallel_in_order(y_.size(), of_run, [&](std::size_t r, const OfRun &of) {
     for (std::size_t k = 0; k < of.size(); ++k)
@@ -292,19 +298,19 @@ Eigen::VectorXd Fitter::weights(const std::vector<Eigen::Index> &terms, double r
   return all;
 }
 
-// The simplest choice that no richer one beats by enough.
-TargetModel choose(const std::vector<std::vector<std::vector<double>>> &errors, std::size_t target,
-                   std::size_t outcomes) {
+// The simplest choice that no richer one beats by enough. errors[choice][target]: of all targets,
+// then those within runs alone, which compare them where `is_within`.
+TargetModel choose_among(const std::vector<std::vector<std::vector<double>>> &errors,
+                         std::size_t target, bool is_within, bool with_initial) {
   TargetModel best;
   double least = 1e300, bar = 1e300;
-  const bool is_outcome = target < outcomes;
   for (std::size_t c = 0; c < std::size(kChoices); ++c) {
-    if (kChoices[c].initial && !is_outcome)
+    if (kChoices[c].initial && !with_initial)
       continue;
     if (kChoices[c].steep && kChoices[c].initial != best.initial)
       continue; // steep terms can stand for how the runs began, but only for these runs
     for (std::size_t l = 0; l < std::size(kRidges); ++l) {
-      const double e = errors[c][target][l];
+      const double e = errors[c][(is_within ? errors[c].size() / 2 : 0) + target][l];
       const double first = kChoices[c].initial && !best.initial ? kFirstMustWin : 0.0;
       const double steep = kChoices[c].steep && !best.steep ? kSteepMustWin : 0.0;
       if (e < (1.0 - kChoices[c].must_win) * bar && e < (1.0 - first - steep) * least) {
@@ -321,6 +327,17 @@ TargetModel choose(const std::vector<std::vector<std::vector<double>>> &errors, 
   }
   best.error = least;
   return best;
+}
+
+TargetModel choose(const std::vector<std::vector<std::vector<double>>> &errors, std::size_t target,
+                   std::size_t outcomes) {
+  const TargetModel best = choose_among(errors, target, false, target < outcomes);
+  if (!best.initial)
+    return best;
+  if (choose_among(errors, target, true, true).initial ||
+      best.error < kFirstAlone * choose_among(errors, target, false, false).error)
+    return best;
+  return choose_among(errors, target, true, false);
 }
 
 } // namespace
@@ -344,7 +361,8 @@ void learn_means(Basis *basis, const RunStore &runs) {
 
 namespace {
 
-// errors[choice][target]: of outcomes and scatter, or of outcomes less their first readings.
+// errors[choice][target]: of outcomes and scatter, or of outcomes less their first readings; then
+// those within runs alone.
 std::vector<std::vector<std::vector<double>>>
 errors_of_choices(const Fitter &fitter, const Basis &basis, Eigen::Index outcomes) {
   std::vector<Question> questions;
@@ -360,10 +378,15 @@ errors_of_choices(const Fitter &fitter, const Basis &basis, Eigen::Index outcome
   std::size_t at = 0;
   for (const Choice &choice : kChoices) {
     errors.emplace_back();
-    if (!choice.initial)
+    if (!choice.initial) {
       errors.back() = answers[at++];
-    for (Eigen::Index t = 0; choice.initial && t < outcomes; ++t)
-      errors.back().push_back(answers[at++].front());
+      continue;
+    }
+    errors.back().resize(2 * static_cast<std::size_t>(outcomes));
+    for (std::size_t t = 0; t < static_cast<std::size_t>(outcomes); ++t, ++at) {
+      errors.back()[t] = answers[at].front();
+      errors.back()[static_cast<std::size_t>(outcomes) + t] = answers[at].back();
+    }
   }
   return errors;
 }

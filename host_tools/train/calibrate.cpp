@@ -64,11 +64,17 @@ namespace {
 
 constexpr double kPredictable = 0.9; // part of the variance from which on a prediction stands for a
                                      // measured feature: a reading selects on its own noise
-// The inflation of a family in one channel from the healthy runs' largest ratios: so many standard
-// deviations above their mean logarithm, the deviation at least so large.
-constexpr double kPhiWidth = 3.0;
-constexpr double kPhiLeastSd = 0.2;
-constexpr double kPhiMargin = 8.0;
+// The inflation of a family in one channel: the tail of the healthy runs' largest ratios beyond
+// this quantile of them is taken as exponential, ...
+constexpr double kTailFrom = 0.5;
+// ... with a scale drawn to the one that is usual for the family, by as much as its own is not
+// larger by this many of its standard errors: a scale of a dozen runs is uncertain, and the
+// channels share the search. One that is larger is larger still farther out, by this power of
+// how much larger: such a tail is heavier than exponential, and no channel may set all alarms.
+constexpr double kTailAlike = 1.6;
+constexpr double kTailHeavier = 1.5;
+// And what has a chance of exp(-kTailNats) by it scores kTailNats, about what an alarm needs.
+constexpr double kTailNats = 10.0;
 // Blocks in the ring of the flight profile: 80 % of a run, with many channels less.
 constexpr std::uint16_t kFlightRing = 192, kLeastFlightRing = 64;
 constexpr std::size_t kFlightSearchBytes = 41000;
@@ -180,6 +186,19 @@ SectionBytes outcomes_section(const FlightPlan &plan) {
   return section;
 }
 
+// Which channels say nothing of block i; none: all are known.
+std::unique_ptr<bool[]> unknown_channels(const SearchRun &run, Eigen::Index i) {
+  if (run.unknown == nullptr || run.unknown->row(i).sum() == 0.0)
+    return nullptr;
+  const auto channels = static_cast<std::size_t>(run.residual->cols());
+  const Eigen::Index outcomes = run.unknown->cols();
+  auto unknown = std::make_unique<bool[]>(channels);
+  for (Eigen::Index o = 0; o < outcomes; ++o)
+    unknown[static_cast<std::size_t>(RIM_CHANNEL_AGREEMENT * outcomes + o)] =
+        (*run.unknown)(i, o) != 0.0;
+  return unknown;
+}
+
 // The flight code's search over one healthy run: the largest ratio of every channel and family.
 std::vector<float> run_maxima(const FlightPlan &plan, const rim_noise &noise,
                               const SearchRun &run) {
@@ -212,6 +231,8 @@ std::vector<float> run_maxima(const FlightPlan &plan, const rim_noise &noise,
     block.residual = residual.data();
     block.change = run.blocks->change[i];
     block.disturbance = (*run.disturbance)[i];
+    std::unique_ptr<bool[]> unknown = unknown_channels(run, i);
+    block.unknown = unknown.get();
     block.apart = !run.blocks->follows[static_cast<std::size_t>(i)];
     if (rimi_search_observe(search, &block) != RIM_OK)
       throw std::logic_error("rimi_search_observe");
@@ -224,43 +245,115 @@ double description(std::size_t family) {
   return rimi_search_description(static_cast<search_family>(family));
 }
 
-// Logarithms of the runs' largest ratios, taken once: every run is left out once of their sums.
-std::vector<std::vector<double>> logarithms(const std::vector<std::vector<float>> &maxima) {
-  std::vector<std::vector<double>> ln(maxima.size());
-  parallel_for(maxima.size(), [&](std::size_t r) {
-    for (const float m : maxima[r])
-      ln[r].push_back(std::log(std::max(static_cast<double>(m), 1e-2)));
+// The runs' largest ratios of one channel and family: ascending, the place of every run among them,
+// and the sums from every place to the end.
+struct Tail {
+  std::vector<double> sorted, above;
+  std::vector<std::size_t> place;
+};
+
+std::vector<Tail> tails_of(const std::vector<std::vector<float>> &maxima) {
+  const std::size_t n = maxima.size();
+  std::vector<Tail> tails(maxima.front().size());
+  parallel_for(tails.size(), [&](std::size_t at) {
+    std::vector<std::size_t> order(n);
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return maxima[a][at] < maxima[b][at]; });
+    Tail &tail = tails[at];
+    tail.place.resize(n);
+    tail.above.assign(n + 1, 0.0);
+    for (std::size_t i = 0; i < n; ++i) {
+      tail.place[order[i]] = i;
+      tail.sorted.push_back(static_cast<double>(maxima[order[i]][at]));
+    }
+    for (std::size_t i = n; i-- > 0;)
+      tail.above[i] = tail.above[i + 1] + tail.sorted[i];
   });
-  return ln;
+  return tails;
+}
+
+// Where a tail begins, and the mean of what lies beyond; of all runs but one (-1: of all).
+struct TailFit {
+  double from = 0.0, scale = 0.0, count = 0.0;
+};
+
+TailFit fit_tail(const Tail &tail, int without) {
+  const std::size_t left_out =
+      without < 0 ? tail.sorted.size() : tail.place[static_cast<std::size_t>(without)];
+  const std::size_t n = tail.sorted.size() - (without < 0 ? 0 : 1);
+  if (n < 2)
+    return {};
+  const auto begin = std::min(static_cast<std::size_t>(kTailFrom * static_cast<double>(n)), n - 2);
+  const std::size_t at = begin < left_out ? begin : begin + 1; // among all runs
+  double sum = tail.above[at + 1];
+  if (left_out > at && without >= 0)
+    sum -= tail.sorted[left_out];
+  TailFit fit;
+  fit.from = tail.sorted[at];
+  fit.count = static_cast<double>(n - begin - 1);
+  fit.scale = sum / fit.count - fit.from;
+  return fit;
+}
+
+// FIELD takes the variance of the runs' effects as known, which n runs taught: its nats over those
+// of Hotelling's T^2 of four effects, where the latter are kTailNats. The tail of a dozen runs does
+// not show it, being too short.
+double known_variance_scale(double n) {
+  const double half = 0.5 * (n - 4.0);
+  constexpr double most = 4.0;
+  if (half < 1.0)
+    return most;
+  double low = 0.0, high = 1e6;
+  for (int i = 0; i < 100; ++i) { // P(T^2 >= t) = (1 - x)^half (1 + half x), x = t / (t + n - 1)
+    const double t = 0.5 * (low + high), x = t / (t + n - 1.0);
+    const double nats = -half * std::log1p(-x) - std::log1p(half * x);
+    (nats < kTailNats ? low : high) = t;
+  }
+  return std::clamp((0.5 * low - std::log1p(0.5 * low)) / kTailNats, 1.0, most);
+}
+
+// Per family the scale in the middle of all channels in which something is searched, at least that
+// of a ratio of Gaussian noise.
+std::vector<double> usual_scales(const std::vector<TailFit> &fits, const std::vector<Tail> &tails) {
+  std::vector<double> usual;
+  for (std::size_t family = 0; family < NOISE_FAMILIES; ++family) {
+    std::vector<double> scales;
+    for (std::size_t at = family; at < fits.size(); at += NOISE_FAMILIES) {
+      if (tails[at].sorted.back() > 0.0)
+        scales.push_back(fits[at].scale);
+    }
+    std::sort(scales.begin(), scales.end());
+    usual.push_back(std::max(1.0, scales.empty() ? 1.0 : scales[scales.size() / 2]));
+  }
+  const double known = known_variance_scale(static_cast<double>(tails.front().sorted.size()));
+  usual[SEARCH_FIELD] = std::max(usual[SEARCH_FIELD], known);
+  return usual;
 }
 
 // phi of every channel and family by itself, from the runs but one (-1: from all).
-std::vector<double> plain_phi(const std::vector<std::vector<double>> &ln, int without) {
-  std::vector<double> sum(ln.front().size(), 0.0), squares = sum, phi = sum;
-  double n = 0.0;
-  for (std::size_t r = 0; r < ln.size(); ++r) {
-    if (static_cast<int>(r) == without)
-      continue;
-    const double *of_run = ln[r].data();
-    for (std::size_t at = 0; at < sum.size(); ++at) {
-      sum[at] += of_run[at];
-      squares[at] += of_run[at] * of_run[at];
-    }
-    n += 1.0;
-  }
-  for (std::size_t at = 0; at < phi.size(); ++at) {
-    const double mean = sum[at] / n;
-    const double sd = std::sqrt(std::max(0.0, squares[at] / n - mean * mean));
-    const double large = std::exp(mean + kPhiWidth * std::max(kPhiLeastSd, sd));
-    phi[at] = std::max(1.0, large / (description(at % NOISE_FAMILIES) + kPhiMargin));
+std::vector<double> plain_phi(const std::vector<Tail> &tails, int without) {
+  std::vector<TailFit> fits;
+  for (const Tail &tail : tails)
+    fits.push_back(fit_tail(tail, without));
+  const std::vector<double> usual = usual_scales(fits, tails);
+  std::vector<double> phi;
+  for (std::size_t at = 0; at < tails.size(); ++at) {
+    const TailFit &fit = fits[at];
+    const double common = usual[at % NOISE_FAMILIES];
+    const double above = std::log(std::max(fit.scale / common, 1.0));
+    const double weight = std::min(1.0, above * std::sqrt(std::max(fit.count, 1.0)) / kTailAlike);
+    const double scale = common * std::exp(kTailHeavier * above * weight);
+    const double large = fit.from + kTailNats * scale;
+    phi.push_back(std::max(1.0, large / (description(at % NOISE_FAMILIES) + kTailNats)));
   }
   return phi;
 }
 
 // phi of every channel and family. A richer family is never inflated less than what it contains, or
 // it would be preferred for that alone.
-std::vector<double> all_phi(const std::vector<std::vector<double>> &ln, int without) {
-  std::vector<double> phi = plain_phi(ln, without);
+std::vector<double> all_phi(const std::vector<Tail> &tails, int without) {
+  std::vector<double> phi = plain_phi(tails, without);
   for (std::size_t first = 0; first < phi.size(); first += NOISE_FAMILIES) {
     double *p = phi.data() + first;
     p[SEARCH_RAMP] = std::max(p[SEARCH_RAMP], p[SEARCH_SINCE]);
@@ -363,13 +456,13 @@ std::vector<RunScore> calibrate_runs(FlightPlan *plan, NoiseModel *noise,
     progress.add();
   });
   const std::size_t slots = maxima.front().size();
-  const std::vector<std::vector<double>> ln = logarithms(maxima);
-  const std::vector<double> phi = all_phi(ln, -1);
+  const std::vector<Tail> tails = tails_of(maxima);
+  const std::vector<double> phi = all_phi(tails, -1);
   for (std::size_t at = 0; at < slots; ++at)
     noise->channels[at / NOISE_FAMILIES].phi[at % NOISE_FAMILIES] = phi[at];
   std::vector<RunScore> scores(runs.size());
   parallel_for(runs.size(), [&](std::size_t r) {
-    scores[r] = run_score(maxima[r], all_phi(ln, static_cast<int>(r)));
+    scores[r] = run_score(maxima[r], all_phi(tails, static_cast<int>(r)));
   });
   std::vector<float> alone, together;
   for (std::size_t r = 0; r < runs.size(); ++r) {

@@ -27,6 +27,7 @@ using RunGrams = std::vector<std::vector<Gram>>; // run, prototype
 struct Fitted {
   Gates gates;
   Eigen::VectorXd reach_squared;
+  std::vector<Eigen::VectorXd> run_reach; // the same of each run
   RunGrams grams;
   std::vector<Gram> total; // per prototype, all runs
   std::vector<double> ridge, ridge_global;
@@ -114,6 +115,48 @@ void fill_gates(const Data &data, const NominalModel &model, Fitted &fit) {
       fit.total[p] += fit.grams[r][p];
     }
   }
+  fit.run_reach = std::move(reach);
+}
+
+// One run's rows of FitResult::beyond. reach_squared: of the other runs.
+void judge_beyond(const Data &data, std::size_t run, const NominalModel &model,
+                  const Eigen::VectorXd &reach_squared, const std::vector<int> &own,
+                  Matrix *beyond) {
+  const Eigen::Index count = model.prototypes.rows();
+  Matrix squares(count, data.xs.cols());
+  for (std::size_t i = data.spans[run].begin; i < data.spans[run].end; ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    for (Eigen::Index p = 0; p < count; ++p)
+      squares.row(p) = ((data.xs.row(row) - model.prototypes.row(p)).array() *
+                        model.gate_weight.transpose().array())
+                           .square();
+    const Eigen::VectorXd all = squares.rowwise().sum();
+    Eigen::Index nearest = 0;
+    if (all.minCoeff(&nearest) <= reach_squared[nearest])
+      continue;
+    for (Eigen::Index o = 0; o < beyond->cols(); ++o) {
+      const int input = own[static_cast<std::size_t>(o)];
+      const double rest =
+          input < 0 ? all.minCoeff(&nearest) : (all - squares.col(input)).minCoeff(&nearest);
+      (*beyond)(row, o) = rest > reach_squared[nearest] ? 1.0 : 0.0;
+    }
+  }
+}
+
+Matrix all_beyond(const Data &data, const NominalModel &model, const Fitted &fit,
+                  const std::vector<int> &own) {
+  Matrix beyond = Matrix::Zero(data.xs.rows(), data.ys.cols());
+  if (own.empty())
+    return beyond;
+  parallel_for(data.spans.size(), [&](std::size_t r) {
+    Eigen::VectorXd reach = model.bandwidth.array().square();
+    for (std::size_t other = 0; other < fit.run_reach.size(); ++other) {
+      if (other != r)
+        reach = reach.cwiseMax(fit.run_reach[other]);
+    }
+    judge_beyond(data, r, model, RIM_NOMINAL_BELIEVED * RIM_NOMINAL_BELIEVED * reach, own, &beyond);
+  });
+  return beyond;
 }
 
 // Per output, the candidate of least error summed over runs; error[run](output, candidate).
@@ -401,6 +444,7 @@ FitResult fit_nominal(const Matrix &x, const Matrix &y, const std::vector<std::u
   fill_maps(fit, shape, result.model);
   fill_deviations(data, fit, result.model, result.sd);
   result.chosen.error = overall_error(fit.mse);
+  result.beyond = all_beyond(data, result.model, fit, options.exclude);
   result.mean = std::move(fit.mean);
   result.ridge = std::move(fit.ridge);
   result.ridge_global = std::move(fit.ridge_global);

@@ -60,6 +60,9 @@ struct FitResult {
   std::vector<double> ridge, ridge_global; // chosen, per output
   std::vector<double> rmse;                // per output, left-one-run-out, all rows
   Matrix mean, sd; // rows x outputs: each run predicted by the model fitted without it
+  // rows x outputs: 1 where rimi_nominal_beyond() by what the other runs reach; without
+  // FitOptions::exclude: 0.
+  Matrix beyond;
 };
 
 // Rows of a run are contiguous in run[]. At least two runs, every value finite; throws DataError.

@@ -24,7 +24,7 @@ constexpr std::size_t kMostTerms = 420; // but the steep ones
 constexpr std::size_t kMostTriples = 120;
 constexpr double kSideWidth = 0.05; // of the largest magnitude: where a direction turns round
 constexpr std::size_t kDecays = 5;
-constexpr std::size_t kMostFactors = 16; // outcomes from which on their products are not tried
+constexpr std::size_t kMostFactors = 32; // outcomes from which on their products are not tried
 // Raw terms come through the flight code's clip; a power of two, so that nothing is rounded.
 constexpr float kRawScale = 0x1p-60F;
 

@@ -32,6 +32,8 @@ struct Series {
   Eigen::MatrixXd raw;  // blocks x raw fields
   Eigen::VectorXd p;    // prediction, standardised
   Eigen::VectorXd change, disturbance;
+  double mean() const { return r.sum() / std::max(known.sum(), 1.0); }
+  Eigen::VectorXd known; // 1; 0 where the residual says nothing: it is 0 then, and so becomes w
 };
 
 Eigen::MatrixXd raw_fields(const Basis &basis, const BlockRun &run, const Eigen::VectorXd &p,
@@ -66,8 +68,8 @@ void fit_scale(ChannelNoise *c, bool is_agreement, std::vector<Series> *series) 
   Eigen::VectorXd cross = Eigen::VectorXd::Zero(terms + 1);
   double squares = 0.0, n = 0.0;
   for (const Series &s : *series) {
-    squares += (s.r.array() - s.r.mean()).square().sum();
-    n += static_cast<double>(s.r.size());
+    squares += ((s.r.array() - s.mean()) * s.known.array()).square().sum();
+    n += s.known.sum();
   }
   const double sd = std::sqrt(squares / std::max(n, 1.0));
   if (!(sd > 0.0))
@@ -76,9 +78,10 @@ void fit_scale(ChannelNoise *c, bool is_agreement, std::vector<Series> *series) 
     Eigen::MatrixXd x(s.r.size(), terms + 1);
     x.col(0).setOnes();
     x.rightCols(terms) = scale_terms(s);
-    const Eigen::VectorXd ln = ((s.r.array() - s.r.mean()).abs() / sd).max(1e-2).log() + 0.57;
-    gram += x.transpose() * x;
-    cross += x.transpose() * ln;
+    const Eigen::VectorXd ln = ((s.r.array() - s.mean()).abs() / sd).max(1e-2).log() + 0.57;
+    const Eigen::MatrixXd known = s.known.asDiagonal() * x;
+    gram += known.transpose() * x;
+    cross += known.transpose() * ln;
   }
   gram.diagonal().tail(terms).array() += 0.02 * n; // a scale is kept unless the data insist
   const auto leave_out = [&](Eigen::Index term) {
@@ -98,7 +101,8 @@ void fit_scale(ChannelNoise *c, bool is_agreement, std::vector<Series> *series) 
     c->ln_sigma[i] = static_cast<double>(static_cast<float>(b[i + 1]));
   const Eigen::Map<const Eigen::Vector4d> slope(c->ln_sigma);
   for (Series &s : *series)
-    s.w = (-(scale_terms(s) * slope).array().max(-NOISE_LN_SIGMA).min(NOISE_LN_SIGMA)).exp();
+    s.w = (-(scale_terms(s) * slope).array().max(-NOISE_LN_SIGMA).min(NOISE_LN_SIGMA)).exp() *
+          s.known.array();
 }
 
 // Columns that make the raw fields orthonormal over the healthy blocks; directions along which they
@@ -160,7 +164,7 @@ void improve(const std::vector<Series> &series, const Eigen::MatrixXd &t, bool d
     const Eigen::VectorXd b = v * (x.transpose() * y) / e->s2;
     moments += b * b.transpose() + v;
     squares += (y - x * b).squaredNorm() + (v * xx).trace();
-    n += static_cast<double>(y.size());
+    n += s.known.sum();
     const Eigen::VectorXd rest = wr - wb * b;
     if (rest.size() > 1) {
       lag += rest.tail(rest.size() - 1).dot(rest.head(rest.size() - 1));
@@ -181,7 +185,7 @@ void fit_channel(ChannelNoise *c, const std::vector<Series> &series) {
   double squares = 0.0, n = 0.0;
   for (const Series &s : series) {
     squares += s.r.squaredNorm();
-    n += static_cast<double>(s.r.size());
+    n += s.known.sum();
   }
   const double power = std::max(squares / std::max(n, 1.0), 1e-24);
   const Eigen::Index raw = series.front().raw.cols();
@@ -250,8 +254,11 @@ NoiseModel fit_noise(const Basis &basis, const std::vector<SearchRun> &seen,
     for (const std::size_t r : which) {
       const SearchRun &run = seen[r];
       Series s;
-      s.r = run.residual->col(column);
-      s.w = Eigen::VectorXd::Ones(s.r.size());
+      s.known = Eigen::VectorXd::Ones(run.residual->rows());
+      if (run.unknown != nullptr && column / outcomes == RIM_CHANNEL_AGREEMENT)
+        s.known -= run.unknown->col(outcome);
+      s.r = run.residual->col(column).cwiseProduct(s.known);
+      s.w = s.known;
       s.p = ((run.predicted->col(outcome).array() - c.p_center) / c.p_scale).max(-4.0).min(4.0);
       s.change = run.blocks->change;
       s.disturbance = *run.disturbance;

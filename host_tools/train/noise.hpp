@@ -16,7 +16,7 @@ struct ChannelNoise {
   double rho = 0.0, s = 1.0;
   double p_center = 0.0, p_scale = 1.0;
   double ln_sigma[4] = {0.0, 0.0, 0.0, 0.0};
-  Matrix combination;  // fields x raw: per s, so that a field's effect is N(0, 1) in healthy runs
+  Matrix combination; // fields x raw: per s, so that a field's effect is N(0, 1) in healthy runs
   double effect_sd = 0.0; // of a run's effects, root mean square over blocks, in the outcome's unit
   std::vector<double> phi; // per family of hypotheses
 };
@@ -33,6 +33,8 @@ struct SearchRun {
   const Matrix *predicted;            // blocks x outcomes
   const Matrix *residual;             // blocks x channels, in the outcomes' units
   const Eigen::VectorXd *disturbance; // [blocks], by rimi_noise_disturbance()
+  const Matrix *unknown =
+      nullptr; // blocks x outcomes: 1 where agreement says nothing; nullptr: nowhere
 };
 
 // From the runs `which` of those seen. block_s: length of a block.

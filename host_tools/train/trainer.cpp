@@ -100,7 +100,12 @@ Behaviour external_behaviour(const RunStore &runs, std::size_t outcomes) {
 }
 
 // What the others' readings say of every outcome, block by block (thesis 4.2.5, eq. 4.9-4.14).
-std::vector<Matrix> fit_level(FlightPlan *plan, const RunStore &runs) {
+struct Level {
+  std::vector<Matrix> predicted; // per run: blocks x outcomes; empty: there is no section LEVEL
+  std::vector<Matrix> beyond;    // 1 where a block lies beyond what the other runs taught
+};
+
+Level fit_level(FlightPlan *plan, const RunStore &runs) {
   const Layout &layout = plan->layout;
   Eigen::Index rows = 0;
   for (const BlockRun &run : runs)
@@ -122,13 +127,24 @@ std::vector<Matrix> fit_level(FlightPlan *plan, const RunStore &runs) {
     options.exclude.push_back(f);
   const FitResult fit = fit_nominal(x, y, run_of, options);
   plan->level = nominal_section(fit.model);
-  std::vector<Matrix> level;
+  Level level;
   at = 0;
   for (const BlockRun &run : runs) {
-    level.push_back(fit.mean.middleRows(at, run.blocks()));
+    level.predicted.push_back(fit.mean.middleRows(at, run.blocks()));
+    level.beyond.push_back(fit.beyond.middleRows(at, run.blocks()));
     at += run.blocks();
   }
   return level;
+}
+
+// Only outcomes whose agreement is by section LEVEL.
+void keep_beyond(const Agreement &agreement, std::vector<Matrix> *beyond) {
+  for (Matrix &run : *beyond) {
+    for (std::size_t o = 0; o < agreement.source.size(); ++o) {
+      if (agreement.source[o] != AGREEMENT_LEVEL)
+        run.col(static_cast<Eigen::Index>(o)).setZero();
+    }
+  }
 }
 
 bool wants_level(const Layout &layout, const RunStore &runs) {
@@ -243,22 +259,24 @@ Training train(HealthyRuns healthy, const TrainOptions &options) {
   if (plan.layout.external)
     learn_means(&plan.basis, runs);
   give_back_memory();
-  std::vector<Matrix> level =
-      wants_level(plan.layout, runs) ? fit_level(&plan, runs) : std::vector<Matrix>{};
+  Level level = wants_level(plan.layout, runs) ? fit_level(&plan, runs) : Level{};
   give_back_memory();
-  Agreement agreement =
-      fit_agreement(plan.layout, plan.basis, healthy.integrands, runs, behaviour.residual, level);
+  Agreement agreement = fit_agreement(plan.layout, plan.basis, healthy.integrands, runs,
+                                      behaviour.residual, level.predicted);
   if (std::count(agreement.source.begin(), agreement.source.end(), AGREEMENT_LEVEL) == 0)
     plan.level.clear();
   const std::vector<Matrix> residual = all_residuals(runs, behaviour, agreement);
   const std::vector<Eigen::VectorXd> disturbance = disturbances(agreement, behaviour.residual);
   runs.forget_wide(); // what is not needed any more goes
-  for (auto *matrices : {&level, &behaviour.residual, &behaviour.scatter, &agreement.remains})
+  keep_beyond(agreement, &level.beyond);
+  for (auto *matrices :
+       {&level.predicted, &behaviour.residual, &behaviour.scatter, &agreement.remains})
     std::vector<Matrix>().swap(*matrices);
   give_back_memory();
   std::vector<SearchRun> seen;
   for (std::size_t r = 0; r < runs.size(); ++r)
-    seen.push_back({&runs[r], &behaviour.predicted[r], &residual[r], &disturbance[r]});
+    seen.push_back({&runs[r], &behaviour.predicted[r], &residual[r], &disturbance[r],
+                    level.beyond.empty() ? nullptr : &level.beyond[r]});
   const std::vector<NoiseModel> without = fit_noises(plan, seen, agreement, &training.noise);
   if (!plan.layout.external) {
     shrink_basis(&plan.basis, &behaviour);

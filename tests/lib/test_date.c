@@ -127,8 +127,27 @@ static void one_shape_is_dated_as_before(void **state) {
   }
 }
 
+/* -ln of the tail of a chi-square distribution, against its density summed numerically. */
+static void the_surprise_is_that_of_a_chi_square(void **state) {
+  (void)state;
+  for (uint32_t k = 1; k <= NOISE_MAX_FIELDS; ++k) {
+    double before = 0.0;
+    for (double q = k + 0.25; q < 60.0; q += 1.0) {
+      const double step = 1e-3, scale = exp(-lgamma(0.5 * k) - 0.5 * k * log(2.0));
+      double tail = 0.0; /* times exp(q / 2) */
+      for (double t = q + 0.5 * step; t < q + 80.0; t += step)
+        tail += step * scale * pow(t, 0.5 * k - 1.0) * exp(0.5 * (q - t));
+      const double nats = rimi_search_surprise(k, q);
+      assert_true(fabs(nats - (0.5 * q - log(tail))) < 0.06);
+      assert_true(nats > before);
+      before = nats;
+    }
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(the_surprise_is_that_of_a_chi_square),
       cmocka_unit_test(the_statistic_is_that_of_whole_matrices),
       cmocka_unit_test(two_shapes_are_dated_where_they_begin),
       cmocka_unit_test(one_shape_is_dated_as_before),

@@ -208,6 +208,53 @@ static void far_from_all_the_nearest_speaks(void **state) {
   }
 }
 
+/* Beyond what was trained by the other inputs: the output's own does not count. */
+static void what_lies_beyond_is_told(void **state) {
+  (void)state;
+  const uint16_t own[O] = {0, 1};
+  unsigned told[O][2] = {{0, 0}, {0, 0}};
+  rim_rng r;
+  rimi_rng_seed(&r, SEED, 99);
+  for (uint64_t stream = 0; stream < 40; ++stream) {
+    plain m;
+    section s;
+    rim_nominal model;
+    make_plain(&m, stream);
+    make_section(&s, &m, 1);
+    assert_int_equal(rimi_nominal_open(&model, s.byte, s.bytes), RIM_OK);
+    double x[D], xs[D];
+    bool beyond[O];
+    for (int i = 0; i < D; ++i) {
+      x[i] = m.centre[i] + 2.0 * rimi_rng_normal(&r) / m.inverse_scale[i];
+      xs[i] = (x[i] - m.centre[i]) * m.inverse_scale[i];
+    }
+    assert_int_equal(rimi_nominal_beyond(&model, x, own, beyond), RIM_OK);
+    for (int o = 0; o < O; ++o) {
+      double nearest = 1e300, reach = 0.0;
+      for (int p = 0; p < P; ++p) {
+        double sum = 0.0;
+        for (int i = 0; i < D; ++i)
+          sum += i == (int)own[o] ? 0.0 : pow(m.gate_weight[i] * (xs[i] - m.c[p][i]), 2.0);
+        if (sum < nearest) {
+          nearest = sum;
+          reach = RIM_NOMINAL_BELIEVED * m.reach[p];
+        }
+      }
+      assert_int_equal(beyond[o], sqrt(nearest) > reach);
+      ++told[o][beyond[o]];
+    }
+    x[0] += 1e6; /* its own reading does not hide an output: the others' are beyond then */
+    bool again[O];
+    assert_int_equal(rimi_nominal_beyond(&model, x, own, again), RIM_OK);
+    assert_true(again[0] == beyond[0] && again[1]);
+    x[0] = NAN;
+    assert_int_equal(rimi_nominal_beyond(&model, x, own, again), RIM_E_DATA);
+    assert_int_equal(rimi_nominal_beyond(NULL, x, own, again), RIM_E_ARGUMENT);
+  }
+  for (int o = 0; o < O; ++o)
+    assert_true(told[o][0] > 5 && told[o][1] > 5);
+}
+
 static void huge_inputs_are_clamped(void **state) {
   (void)state;
   plain m;
@@ -377,6 +424,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(predicts_as_the_equations_say),
       cmocka_unit_test(far_from_all_the_nearest_speaks),
+      cmocka_unit_test(what_lies_beyond_is_told),
       cmocka_unit_test(huge_inputs_are_clamped),
       cmocka_unit_test(ties_go_to_the_lower_index),
       cmocka_unit_test(bad_input_changes_nothing),

@@ -316,6 +316,10 @@ double rimi_agreement_disturbance(const rim_agreement *a, const double *residual
   return rimi_noise_disturbance(work, a->outcomes);
 }
 
+uint32_t rimi_agreement_source(const rim_agreement *a, uint32_t outcome) {
+  return (uint32_t)rimi_le_f32(a->row + 4u * outcome * agreement_stride(a->outcomes, a->means), 0);
+}
+
 void rimi_agreement_evaluate(const rim_agreement *a, const agreement_block *block, double *state,
                              double *remains) {
   const size_t count = a->outcomes, stride = agreement_stride(count, a->means);

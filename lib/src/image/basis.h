@@ -161,6 +161,9 @@ typedef struct agreement_block {
 double rimi_agreement_error(const rim_agreement *view, uint32_t outcome, const double *mean,
                             const double *error);
 
+/* agreement_source of an outcome. */
+uint32_t rimi_agreement_source(const rim_agreement *view, uint32_t outcome);
+
 /* Doubles per outcome that are kept from block to block; all 0 before the first. */
 #define AGREEMENT_STATE (3u + AGREEMENT_INTEGRANDS)
 

@@ -241,3 +241,30 @@ rim_status rimi_nominal_predict(const rim_nominal *model, const double *x, doubl
   }
   return RIM_OK;
 }
+
+rim_status rimi_nominal_beyond(const rim_nominal *model, const double *x, const uint16_t *own,
+                               bool *beyond) {
+  double xs[RIM_NOMINAL_MAX_INPUTS];
+  float nearest[RIM_NOMINAL_MAX_OUTPUTS]; /* squared distance */
+  if (model == NULL || model->section == NULL || x == NULL || own == NULL || beyond == NULL)
+    return RIM_E_ARGUMENT;
+  if (!standardise(model, x, xs))
+    return RIM_E_DATA;
+  const size_t weight = inputs_at(model, 2u);
+  for (uint32_t p = 0; p < model->prototypes; ++p) {
+    const double all = squared_distance(model, p, xs);
+    const size_t at = prototype_at(model, p);
+    const double reach = RIM_NOMINAL_BELIEVED * value_at(model, at + P_REACH);
+    for (uint32_t o = 0; o < model->outputs; ++o) {
+      const uint32_t i = own[o] < model->inputs ? own[o] : 0u;
+      const double of_own =
+          value_at(model, weight + i) * (xs[i] - value_at(model, at + P_CENTRE + i));
+      const float rest = (float)(all - of_own * of_own);
+      if (p > 0u && !(rest < nearest[o]))
+        continue;
+      nearest[o] = rest;
+      beyond[o] = (double)rest > reach * reach;
+    }
+  }
+  return RIM_OK;
+}

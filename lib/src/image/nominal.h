@@ -22,6 +22,7 @@
 #ifndef RIM_NOMINAL_H
 #define RIM_NOMINAL_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -87,6 +88,17 @@ rim_status rimi_nominal_open(rim_nominal *model, const uint8_t *section, size_t 
  * (16*29 + 4*25*29 = 3364 multiply-adds on the lander); stack below 3 kB. */
 rim_status rimi_nominal_predict(const rim_nominal *model, const double *x, double *mean, double *sd,
                                 double *extrapolation);
+
+/* Part of a prototype's reach up to which its map is believed: few rows lie at the end of it. */
+#define RIM_NOMINAL_BELIEVED 0.75
+
+/* beyond[outputs]: whether context x lies farther from its nearest prototype than most rows of
+ * training nearest to it did, by RIM_NOMINAL_BELIEVED, when the output's own input own[o] (below
+ * inputs) is left out:
+ * a sensor that is wrong does not hide itself. A map says nothing of such a context. Cost P (d + o)
+ * multiply-adds; stack below 4 kB. RIM_E_ARGUMENT, RIM_E_DATA as above. */
+rim_status rimi_nominal_beyond(const rim_nominal *model, const double *x, const uint16_t *own,
+                               bool *beyond);
 
 #ifdef __cplusplus
 }

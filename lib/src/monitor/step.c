@@ -63,12 +63,14 @@ static bool follows(rim_monitor *m) {
   return is_next;
 }
 
-static void agree(rim_monitor *m, bool is_next) {
+/* Returns whether the block lies beyond what section LEVEL was trained on. */
+static bool agree(rim_monitor *m, bool is_next) {
   const size_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
   const double *level = NULL;
+  double extrapolation = 0.0;
   if (m->models.level.section != NULL &&
       rimi_nominal_predict(&m->models.level, rimi_blocks_context(m->rows), m->level,
-                           m->level + outcomes, NULL) == RIM_OK)
+                           m->level + outcomes, &extrapolation) == RIM_OK)
     level = m->level;
   const agreement_block block = {.residual = m->residual,
                                  .mean = rimi_blocks_means(m->rows),
@@ -79,6 +81,7 @@ static void agree(rim_monitor *m, bool is_next) {
                                  .follows = is_next};
   rimi_agreement_evaluate(&m->models.agreement, &block, m->agreement_state,
                           m->residual + RIM_CHANNEL_AGREEMENT * outcomes);
+  return extrapolation > RIM_NOMINAL_BELIEVED;
 }
 
 /* The channels of which this block says nothing: what they should be follows from commands of which
@@ -115,6 +118,23 @@ static bool find_unknown(rim_monitor *m) {
   return any;
 }
 
+/* Nor does section LEVEL say anything of a block beyond what it was trained on. has_others: there
+ * are unknown channels already. */
+static void hide_levels(rim_monitor *m, bool has_others) {
+  const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
+  bool beyond[RIM_NOMINAL_MAX_OUTPUTS] = {false};
+  uint16_t own[RIM_NOMINAL_MAX_OUTPUTS];
+  if (!has_others)
+    memset(m->unknown, 0, m->channel_count * sizeof *m->unknown);
+  for (uint32_t o = 0; o < outcomes; ++o)
+    own[o] = rimi_blocks_outcome_feature(m->rows, o);
+  (void)rimi_nominal_beyond(&m->models.level, rimi_blocks_context(m->rows), own, beyond);
+  for (uint32_t o = 0; o < outcomes; ++o) {
+    if (beyond[o] && rimi_agreement_source(&m->models.agreement, o) == AGREEMENT_LEVEL)
+      m->unknown[RIM_CHANNEL_AGREEMENT * outcomes + o] = true;
+  }
+}
+
 /* The region features as bytes of their trained range. */
 static void find_place(rim_monitor *m) {
   const double *context = rimi_blocks_context(m->rows);
@@ -132,17 +152,19 @@ static bool observe_trained(rim_monitor *m) {
     return false; /* models may need the run's first readings */
   predict(m);
   const bool is_next = follows(m);
-  agree(m, is_next);
+  const bool is_beyond = agree(m, is_next);
   find_place(m);
   const double disturbance = /* m->level: agree() is done with it */
       rimi_agreement_disturbance(&m->models.agreement, m->residual, m->level);
   const bool partly = find_unknown(m);
+  if (is_beyond)
+    hide_levels(m, partly);
   const search_block block = {.t_s = rimi_blocks_since_start_s(m->rows),
                               .feature = m->place,
                               .mean = rimi_blocks_means(m->rows),
                               .predicted = m->predicted,
                               .residual = m->residual,
-                              .unknown = partly ? m->unknown : NULL,
+                              .unknown = partly || is_beyond ? m->unknown : NULL,
                               .change = rimi_blocks_change(m->rows),
                               .disturbance = disturbance,
                               .apart = !is_next};

@@ -62,7 +62,9 @@ static double prediction(const rim_work_counts *n) {
   const double d = n->features;
   return d * STANDARDISE + n->prototypes * (d * DISTANCE + n->top * (double)KEEP) +
          n->top * (double)EXPONENTIAL +
-         n->outcomes * (n->top * d * PRODUCT + n->top * (double)PRODUCT + ROOT);
+         n->outcomes * (n->top * d * PRODUCT + n->top * (double)PRODUCT + ROOT) +
+         d * STANDARDISE + /* rimi_nominal_beyond() */
+         n->prototypes * (d * DISTANCE + n->outcomes * (double)(DISTANCE + LOOK));
 }
 
 static double correction(const rim_work_counts *n) {

@@ -206,6 +206,8 @@ double rimi_search_scale(const rim_search *s, const noise_channel *c, uint32_t c
 /* The same, 0 where the residual is not known. */
 double rimi_search_weight(const rim_search *s, const noise_channel *c, uint32_t channel,
                           uint32_t slot);
+/* -ln P(chi-square of k degrees of freedom >= q), to 6 %, for 1 <= k <= NOISE_MAX_FIELDS, q > k. */
+double rimi_search_surprise(uint32_t k, double q);
 /* Prepares the work arrays for a channel, and judges SINCE, RAMP, GAIN and FIELD. */
 void rimi_search_refresh(rim_search *s, uint32_t channel);
 /* L of G with its prior, packed, and the run effects b, of a channel that was refreshed. */

@@ -8,6 +8,7 @@
 #include "search/search_private.h"
 
 #define NEGLIGIBLE 20.0        /* nats: an onset that is less likely by this has no say */
+#define FIELD_FROM 0.5         /* of a run: before, its effects are hardly known yet */
 #define LEAST_INFORMATION 1e-6 /* A below this part of m'Wm: the run effects explain the shape */
 
 void rimi_search_raw_fields(const rim_search *s, uint32_t slot, double *raw) {
@@ -267,8 +268,23 @@ static void scan_time(rim_search *s) {
     note_time(s, (search_family)family, &best[family]);
 }
 
-/* The run's effects are themselves impossible: Q = b' (prior - V)^-1 b of k degrees of freedom,
- * against what it is by chance. */
+/* With x = q / 2, P is exp(-x) times the sum of x^i / i!; where k is odd, of
+ * x^(i - 1/2) / Gamma(i + 1/2) and exp(x) erfc(sqrt x), which is at most
+ * 2 / (sqrt pi (z + sqrt(z^2 + 4 / pi))), z = sqrt x, and nearly that. */
+double rimi_search_surprise(uint32_t k, double q) {
+  const double root_pi = 1.7724538509055160, x = 0.5 * q, z = rimi_sqrt(x);
+  const bool is_odd = k % 2u != 0;
+  double tail = is_odd ? 2.0 / (root_pi * (z + rimi_sqrt(x + 4.0 / 3.14159265358979324))) : 1.0;
+  double term = is_odd ? z / (0.5 * root_pi) : x;
+  for (uint32_t i = 1; 2u * i < k; ++i) {
+    tail += term;
+    term *= x / ((double)i + (is_odd ? 0.5 : 1.0));
+  }
+  return x - rimi_log(tail);
+}
+
+/* The run's effects are themselves impossible: Q = b' (prior - V)^-1 b is a chi-square of k degrees
+ * of freedom by chance. The nats are those of its tail: there is nothing that was searched. */
 static void judge_field(rim_search *s, const noise_channel *c, const double *l, const double *b,
                         const double *mean_raw) {
   const uint32_t k = c->fields, raw = s->config.noise->raw;
@@ -299,10 +315,12 @@ static void judge_field(rim_search *s, const noise_channel *c, const double *l, 
   for (uint32_t i = 0; i < k; ++i)
     q += x[i] * x[i];
   const double degrees = (double)k;
-  if (!(q > degrees) || !rimi_is_finite(q) || s->held < 2u * SEARCH_LEAST)
+  const double t_s = (double)search_times(s)[search_slot(s, s->held - 1u)];
+  if (!(q > degrees) || !rimi_is_finite(q) || s->held < 2u * SEARCH_LEAST ||
+      t_s < FIELD_FROM * s->config.noise->run_s)
     return;
   search_hypothesis h = {.family = SEARCH_FIELD, .onset = SEARCH_FROM_START};
-  h.ln_ratio = (float)(0.5 * (q - degrees - degrees * rimi_log(q / degrees)));
+  h.ln_ratio = (float)rimi_search_surprise(k, q);
   h.shift = (float)shift;
   h.sd = (float)rimi_sqrt(rimi_max(var, 1e-12));
   h.blocks = s->held;
