@@ -29,11 +29,9 @@ double rimi_search_baseline(const rim_search *s, const search_hypothesis *h) {
     const double left = b[i] - (double)h->shift * sums.g[i];
     q += left * left * (double)rimi_le_f32(c.inverse_prior, i);
   }
-  const double degrees = (double)k;
-  if (!(q > degrees) || !rimi_is_finite(q))
+  if (!(q > (double)k) || !rimi_is_finite(q))
     return 0.0;
-  return 0.5 * (q - degrees - degrees * rimi_log(q / degrees)) /
-         (double)rimi_le_f32(c.phi, SEARCH_FIELD);
+  return rimi_search_surprise(k, q) / (double)rimi_le_f32(c.phi, SEARCH_FIELD);
 }
 
 /* Whether `contrary` is of the other sign, explains as much, and leaves a baseline of fewer nats. */
