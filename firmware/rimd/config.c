@@ -120,7 +120,7 @@ static void set_yes_no(reader *r, const key *k, span value) {
 
 static void set_number(reader *r, const key *k, span value) {
   uint64_t number = 0;
-  bool good = value.bytes > 0 && value.bytes <= 10;
+  bool good = value.bytes <= 10; /* and not empty: take_line */
   for (size_t i = 0; good && i < value.bytes; i++) {
     good = value.text[i] >= '0' && value.text[i] <= '9';
     number = 10 * number + (uint64_t)(value.text[i] - '0');

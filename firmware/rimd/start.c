@@ -73,14 +73,12 @@ static int open_monitor(rimd *d) {
   rim_status status = rim_image_open(&d->view, d->image, d->image_bytes);
   if (status == RIM_OK)
     status = rim_monitor_size(d->image, d->image_bytes, &d->memory_bytes);
-  if (status != RIM_OK) {
-    say("%s: %s", path, rim_status_text(status));
-    return EXIT_DATA;
+  if (status == RIM_OK) {
+    d->memory = take_memory(d->memory_bytes, "the monitor");
+    if (d->memory == NULL)
+      return EXIT_DATA;
+    status = rim_monitor_init(&d->monitor, d->memory, d->memory_bytes, d->image, d->image_bytes);
   }
-  d->memory = take_memory(d->memory_bytes, "the monitor");
-  if (d->memory == NULL)
-    return EXIT_DATA;
-  status = rim_monitor_init(&d->monitor, d->memory, d->memory_bytes, d->image, d->image_bytes);
   if (status != RIM_OK) {
     say("%s: %s", path, rim_status_text(status));
     return EXIT_DATA;

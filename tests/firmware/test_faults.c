@@ -260,7 +260,7 @@ static void a_start_that_fails_says_why(void **state) {
   assert_true(refused[SETSOCKOPT] >= 7); /* a bus that is set otherwise than was asked is no bus */
 }
 
-/* A file that becomes shorter while it is read, and one that has nothing. */
+/* A file that becomes shorter while it is read, one that has nothing, and one of 3 GB. */
 static void a_shrinking_image_is_refused(void **state) {
   (void)state;
   char said[1024];
@@ -275,6 +275,8 @@ static void a_shrinking_image_is_refused(void **state) {
   assert_non_null(f);
   fclose(f);
   snprintf(d.config.image, sizeof d.config.image, "%s", file("state"));
+  assert_int_equal(rimd_check(&d), EXIT_DATA);
+  assert_int_equal(truncate(file("state"), (off_t)3000000000), 0); /* a hole: it takes no room */
   assert_int_equal(rimd_check(&d), EXIT_DATA);
   unlink(file("state"));
 }
@@ -431,6 +433,63 @@ static void the_newest_record_waits(void **state) {
   lcm_udp_close(&lcm);
 }
 
+/* A service manager that cannot be reached holds up nothing. */
+static void a_watchdog_without_a_socket(void **state) {
+  (void)state;
+  watchdog dog;
+  memset(&breaks, 0, sizeof breaks);
+  setenv("NOTIFY_SOCKET", "@rim_nobody", 1);
+  setenv("WATCHDOG_USEC", "1000000", 1);
+  breaks.which = SOCKET;
+  breaks.why = EMFILE;
+  watchdog_open(&dog);
+  assert_true(breaks.was_made && dog.fd == -1);
+  assert_int_equal(watchdog_wait_ms(&dog, 5), -1);
+  memset(&breaks, 0, sizeof breaks);
+  unsetenv("NOTIFY_SOCKET");
+  unsetenv("WATCHDOG_USEC");
+}
+
+/* Features are found by their whole name; an image without names has none. */
+static void axes_are_named(void **state) {
+  (void)state;
+  char said[1024];
+  const char *const axis[3] = {"b", "bb", "x"};
+  const size_t end = strlen(text);
+  for (int i = 0; i < 3; i++) {
+    memset(&breaks, 0, sizeof breaks);
+    snprintf(text + end, sizeof text - end, "axis_y = %s\n", axis[i]);
+    const int status = start_daemon(said, sizeof said);
+    assert_int_equal(status, i == 0 ? 0 : EXIT_DATA);
+    if (status == 0) {
+      assert_int_equal(d.config.ahead.axis[1], 1);
+      assert_int_equal(d.config.ahead.axis[0], RIM_LOOKAHEAD_NO_AXIS);
+      assert_int_equal(rimd_finish(&d), 0);
+    } else {
+      assert_non_null(strstr(said, "axis_y: "));
+      assert_non_null(strstr(said, axis[i]));
+    }
+  }
+  static recipe r;
+  static image blob;
+  external_recipe(&r);
+  r.section[RIM_SECTION_NAMES].size = 0;
+  build(&blob, &r);
+  FILE *f = fopen(file("bare.rim"), "wb");
+  assert_non_null(f);
+  assert_int_equal(fwrite(blob.byte, 1, blob.size, f), blob.size);
+  fclose(f);
+  char before[sizeof text];
+  memcpy(before, text, sizeof before);
+  snprintf(text, sizeof text, "image = %s\nlcm = udpm://239.255.76.68:7668?ttl=0\naxis_x = b\n",
+           file("bare.rim"));
+  assert_int_equal(start_daemon(said, sizeof said), EXIT_DATA);
+  assert_non_null(strstr(said, "has no feature 'b'"));
+  memcpy(text, before, sizeof before);
+  text[end] = '\0';
+  unlink(file("bare.rim"));
+}
+
 /* A terminal that is gone, or takes nothing, stops nobody. */
 static void nobody_listens(void **state) {
   (void)state;
@@ -459,6 +518,8 @@ int main(void) {
       cmocka_unit_test(a_sender_alone),
       cmocka_unit_test(the_newest_record_waits),
       cmocka_unit_test(nobody_listens),
+      cmocka_unit_test(a_watchdog_without_a_socket),
+      cmocka_unit_test(axes_are_named),
   };
   return cmocka_run_group_tests(tests, make_files, remove_files);
 }
