@@ -3,6 +3,7 @@
 #define _GNU_SOURCE
 #include <errno.h>
 #include <fcntl.h>
+#include <stdio.h>
 #include <string.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
@@ -357,4 +358,32 @@ int rimd_finish(rimd *d) {
   socketcan_close(&d->can);
   socketcan_close(&d->can_input);
   return status;
+}
+
+static void tell_counters(const rim_counters *counters) {
+  char text[350];
+  size_t at = 0;
+  text[0] = '\0';
+  for (uint32_t i = 1; i < RIM_COUNTERS_FIELDS; i++) {
+    char one[40];
+    const uint32_t value = rim_counters_value(counters, i);
+    if (value == 0)
+      continue;
+    const int length = snprintf(one, sizeof one, " %s %u", rim_counters_name(i), value);
+    if (at + (size_t)length >= sizeof text) {
+      say("counted:%s", text);
+      at = 0;
+    }
+    memcpy(text + at, one, (size_t)length + 1);
+    at += (size_t)length;
+  }
+  if (at > 0)
+    say("counted:%s", text);
+}
+
+void rimd_tell_counts(const rimd_kept *kept) {
+  const seal_counts *c = &kept->sealed;
+  tell_counters(&kept->counters);
+  if (c->unsealed > 0 || c->forged > 0 || c->replayed > 0)
+    say("with the key: unsealed %u forged %u replayed %u", c->unsealed, c->forged, c->replayed);
 }

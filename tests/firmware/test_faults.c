@@ -509,6 +509,37 @@ static void nobody_listens(void **state) {
   assert_string_equal(heard, "rimd: 2\n");
 }
 
+/* Every counter that is not 0 is said, in as many lines as that takes, and nothing else. */
+static void counters_are_told(void **state) {
+  (void)state;
+  static rimd_kept kept;
+  char heard[4096], one[64];
+  memset(&breaks, 0, sizeof breaks);
+  for (int which = 0; which < 6; which++) {
+    memset(&kept, 0, sizeof kept);
+    if (which == 1)
+      memset(&kept.counters, 0xff, sizeof kept.counters);
+    kept.sealed = (seal_counts){.unsealed = which == 2, .forged = which == 3, .replayed = which == 4};
+    kept.counters.rows = 77; /* told elsewhere */
+    rewind(said_file);
+    assert_int_equal(ftruncate(fileno(said_file), 0), 0);
+    dup2(fileno(said_file), STDERR_FILENO);
+    rimd_tell_counts(&kept);
+    dup2(stderr_before, STDERR_FILENO);
+    rewind(said_file);
+    heard[fread(heard, 1, sizeof heard - 1, said_file)] = '\0';
+    for (uint32_t i = 1; i < RIM_COUNTERS_FIELDS; i++) {
+      snprintf(one, sizeof one, " %s %u", rim_counters_name(i),
+               rim_counters_value(&kept.counters, i));
+      const bool is_said = strstr(heard, one) != NULL;
+      assert_int_equal(is_said, rim_counters_value(&kept.counters, i) != 0);
+    }
+    snprintf(one, sizeof one, "with the key: unsealed %u forged %u replayed %u\n",
+             kept.sealed.unsealed, kept.sealed.forged, kept.sealed.replayed);
+    assert_int_equal(strstr(heard, one) != NULL, which >= 2 && which <= 4);
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_start_that_fails_says_why),
@@ -519,7 +550,7 @@ int main(void) {
       cmocka_unit_test(the_newest_record_waits),
       cmocka_unit_test(nobody_listens),
       cmocka_unit_test(a_watchdog_without_a_socket),
-      cmocka_unit_test(axes_are_named),
+      cmocka_unit_test(axes_are_named),              cmocka_unit_test(counters_are_told),
   };
   return cmocka_run_group_tests(tests, make_files, remove_files);
 }
