@@ -490,6 +490,32 @@ static void axes_are_named(void **state) {
   unlink(file("bare.rim"));
 }
 
+/* A folder that cannot be opened any more: the file is written, and that its entry may not be on the
+ * medium is told. */
+static void a_folder_that_is_gone(void **state) {
+  (void)state;
+  static state_file f;
+  static uint8_t copy[1024];
+  const char *const path = file("state");
+  char name[128];
+  snprintf(name, sizeof name, "%s", path);
+  const state_parts parts = {.daemon = copy + 512,
+                             .monitor = copy + 600,
+                             .daemon_bytes = 40,
+                             .monitor_bytes = 100,
+                             .model_id = 7,
+                             .image_crc = 9};
+  memset(&breaks, 0, sizeof breaks);
+  assert_int_equal(state_start(&f, name, copy, state_bytes(&parts)), 0);
+  breaks.which = OPEN;
+  breaks.why = EACCES;
+  breaks.before = 1; /* after the file itself */
+  assert_int_equal(state_finish(&f, &parts), EACCES);
+  memset(&breaks, 0, sizeof breaks);
+  assert_int_equal(access(name, F_OK), 0);
+  unlink(name);
+}
+
 /* A terminal that is gone, or takes nothing, stops nobody. */
 static void nobody_listens(void **state) {
   (void)state;
@@ -519,7 +545,8 @@ static void counters_are_told(void **state) {
     memset(&kept, 0, sizeof kept);
     if (which == 1)
       memset(&kept.counters, 0xff, sizeof kept.counters);
-    kept.sealed = (seal_counts){.unsealed = which == 2, .forged = which == 3, .replayed = which == 4};
+    kept.sealed =
+        (seal_counts){.unsealed = which == 2, .forged = which == 3, .replayed = which == 4};
     kept.counters.rows = 77; /* told elsewhere */
     rewind(said_file);
     assert_int_equal(ftruncate(fileno(said_file), 0), 0);
@@ -550,7 +577,9 @@ int main(void) {
       cmocka_unit_test(the_newest_record_waits),
       cmocka_unit_test(nobody_listens),
       cmocka_unit_test(a_watchdog_without_a_socket),
-      cmocka_unit_test(axes_are_named),              cmocka_unit_test(counters_are_told),
+      cmocka_unit_test(axes_are_named),
+      cmocka_unit_test(counters_are_told),
+      cmocka_unit_test(a_folder_that_is_gone),
   };
   return cmocka_run_group_tests(tests, make_files, remove_files);
 }

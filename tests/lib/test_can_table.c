@@ -354,6 +354,32 @@ static void contradictions_are_refused(void **state) {
     double x;
     assert_int_equal(one_value(&l, 8, (const uint8_t[8]){0}, &x), RIM_E_DATA);
   }
+  begin(&m, 2, 1, 2, RIM_CAN_TABLE_NONE, 1); /* a time that is a value as well */
+  frame(&m, 1, 8, 0, 0, 2);
+  l = plain(0, 0, 8);
+  signal(&m, &l);
+  l = plain(1, 8, 8);
+  signal(&m, &l);
+  assert_int_equal(rim_can_table_open(&table, m.bytes, m.size), RIM_E_RANGE);
+  for (unsigned trigger = 0; trigger < 3; trigger++) { /* the frames are 0 alone */
+    begin(&m, 1, 1, 1, trigger, RIM_CAN_TABLE_NONE);
+    frame(&m, 1, 8, 0, 0, 1);
+    l = plain(0, 0, 8);
+    signal(&m, &l);
+    assert_int_equal(rim_can_table_open(&table, m.bytes, m.size),
+                     trigger == 0 ? RIM_OK : RIM_E_RANGE);
+  }
+  for (unsigned motorola = 0; motorola < 3; motorola++) { /* of the selector */
+    begin(&m, 1, 1, 1, 0, RIM_CAN_TABLE_NONE);
+    frame(&m, 1, 8, 0, 0, 1);
+    l = plain(0, 0, 8);
+    l.selector_bits = 8;
+    l.selector_start = 15;
+    l.selector_motorola = motorola;
+    signal(&m, &l);
+    assert_int_equal(rim_can_table_open(&table, m.bytes, m.size),
+                     motorola < 2 ? RIM_OK : RIM_E_RANGE);
+  }
   m.bytes[0] = 2;
   assert_int_equal(rim_can_table_open(&table, m.bytes, m.size), RIM_E_VERSION);
   assert_int_equal(rim_can_table_open(NULL, m.bytes, m.size), RIM_E_ARGUMENT);

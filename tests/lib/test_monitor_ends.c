@@ -353,6 +353,91 @@ static void what_gaps_leave_unknown_is_counted(void **state) {
   }
 }
 
+/* More outcomes than the selection has channels for. */
+static void too_many_outcomes(void **state) {
+  (void)state;
+  static recipe r;
+  for (uint32_t outcomes = 128; outcomes <= 129; ++outcomes) {
+    external_recipe(&r);
+    set_word(&r, RIM_CONFIG_OUTCOMES, outcomes);
+    put_threshold(&r.section[RIM_SECTION_THRESHOLD], outcomes, NULL, 0);
+    static image blob;
+    size_t size;
+    build(&blob, &r);
+    assert_int_equal(rim_monitor_size(blob.byte, blob.size, &size),
+                     outcomes == 128 ? RIM_OK : RIM_E_CONFIG);
+  }
+}
+
+/* Values near the end of all numbers are limited to what the range allows: nothing overflows, and
+ * what follows is judged as ever. */
+static void values_beyond_all_numbers(void **state) {
+  (void)state;
+  for (int external = 0; external < 2; ++external) {
+    recipe r = calibrated[external];
+    put_f32(r.section[RIM_SECTION_FEATURES].byte + 4 * 2, external ? 0.0 : -0.5);
+    put_f32(r.section[RIM_SECTION_FEATURES].byte + 4 * (D + 2), external ? 0.25 : 0.5);
+    from(&r, external != 0);
+    for (uint32_t t = 0; t < 40; ++t)
+      (void)step(&b, 921, t, 0.0);
+    assert_int_equal(rim_monitor_get_health(b.monitor).rows.refused, 0);
+    for (uint32_t t = 40; t < 40 + 2 * BLOCK; ++t) {
+      row now;
+      rim_verdict v;
+      make_row(&now, external != 0, 921, t, 0.0);
+      now.context[1] = now.context[2] = 1.7e308;
+      assert_int_equal(rim_monitor_step(b.monitor, &now.view, &v), RIM_OK);
+      assert_true(v.score == v.score && v.p_value >= 0.0 && v.p_value <= 1.0);
+    }
+    assert_true(rim_monitor_get_health(b.monitor).rows.out_of_range > 0);
+    assert_int_equal(rim_monitor_get_health(b.monitor).rows.refused, 0);
+    for (uint32_t t = 40 + 2 * BLOCK; t < 80; ++t) {
+      const rim_verdict v = step(&b, 921, t, 0.0);
+      assert_true(v.ln_anom == v.ln_anom && v.ln_anom < 1e6);
+    }
+  }
+}
+
+/* Where the only region feature is an outcome's own reading, no interval of it is that outcome's
+ * region; the other outcomes have it. */
+static void an_outcome_is_not_its_own_region(void **state) {
+  (void)state;
+  recipe r = calibrated[0];
+  set_word(&r, RIM_CONFIG_REGION_FEATURES, 1);
+  r.section[RIM_SECTION_REGION].size = 4;
+  put_u16(r.section[RIM_SECTION_REGION].byte, 1); /* outcome 0 as measured */
+  r.section[RIM_SECTION_CUTS].size = CUTS;
+  from(&r, false);
+  uint32_t of_others = 0;
+  for (uint32_t t = 0; t < ROWS; ++t) {
+    (void)step(&b, 922, t, 1.0);
+    for (uint32_t c = 0; c < CHANNELS; ++c) {
+      const search_hypothesis *h = rimi_search_best(b.monitor->search, c);
+      const bool is_region =
+          h->score > -1e9f && (h->family == SEARCH_INTERVAL || h->family == SEARCH_INTERVAL_SINCE);
+      assert_false(is_region && c % O == 0);
+      of_others += is_region;
+    }
+  }
+  assert_true(of_others > 0);
+}
+
+/* Sums of the run's effects that are no numbers (they were hit, and no guard looked) leave a search
+ * without effects, not one without numbers. */
+static void effects_that_are_no_numbers(void **state) {
+  (void)state;
+  make_bench(&b, false);
+  for (uint32_t t = 0; t < 60 * BLOCK; ++t)
+    (void)step(&b, 923, t, 0.0);
+  rim_search *s = b.monitor->search;
+  search_hypothesis h = {.family = SEARCH_SINCE, .onset = 40};
+  assert_true(rimi_search_evaluate_channel(s, 1, &h));
+  search_gram(s, 0)[0] = NAN;
+  search_hypothesis again = {.family = SEARCH_SINCE, .onset = 40};
+  (void)rimi_search_evaluate_channel(s, 0, &again);
+  assert_true(isfinite(again.ln_ratio) && isfinite(again.shift) && isfinite(again.sd));
+}
+
 /* Who asks without a monitor, or of what it does not have. */
 static void questions_without_an_answer(void **state) {
   (void)state;
@@ -385,6 +470,10 @@ int main(void) {
       cmocka_unit_test(nothing_is_watched),
       cmocka_unit_test(what_gaps_leave_unknown_is_counted),
       cmocka_unit_test(questions_without_an_answer),
+      cmocka_unit_test(too_many_outcomes),
+      cmocka_unit_test(values_beyond_all_numbers),
+      cmocka_unit_test(an_outcome_is_not_its_own_region),
+      cmocka_unit_test(effects_that_are_no_numbers),
   };
   return cmocka_run_group_tests(tests, set_up, NULL);
 }

@@ -396,6 +396,7 @@ static double term_value(const blocks *b, size_t i) {
   const size_t first = rimi_le_index(spec, 4 * i + 1, filters(b));
   const size_t second = rimi_le_index(spec, 4 * i + 2, filters(b));
   const size_t time = second < n->times ? second : 0;
+  const size_t outcome = rimi_le_index(spec, 4 * i + 1, b->config.outcomes);
   switch ((basis_op)rimi_le_u16(spec, 4 * i)) {
   case BASIS_MEAN:
     return filter_sum(b)[first];
@@ -414,10 +415,8 @@ static double term_value(const blocks *b, size_t i) {
     return decay(b)[time];
   case BASIS_INTEGRAL:
     return integral(b)[first < n->inputs ? first : 0];
-  case BASIS_INITIAL: {
-    const size_t o = rimi_le_index(spec, 4 * i + 1, b->config.outcomes);
-    return (FIRST(b)[o] - (double)rimi_le_f32(n->first, o)) * (1.0 - decay(b)[time]);
-  }
+  case BASIS_INITIAL:
+    return (FIRST(b)[outcome] - (double)rimi_le_f32(n->first, outcome)) * (1.0 - decay(b)[time]);
   case BASIS_TIME:
     return learnt_time_s(b, rimi_blocks_since_start_s(b));
   case BASIS_ROLLED:
