@@ -452,6 +452,7 @@ static void few_others_say_what_is_expected(void **state) {
   (void)state;
   bytes b = agreement();
   put_f32(b.byte + ROWS_AT, AGREEMENT_FEW);
+  put_f32(b.byte + ROWS_AT + 4 * 2 * STRIDE, AGREEMENT_FEW);
   rim_agreement v;
   assert_int_equal(rimi_agreement_open(&v, b.byte, b.size, FEATURES, OUTCOMES, MEANS), RIM_OK);
   double kept[AGREEMENT_STATE * OUTCOMES] = {0.0};
@@ -468,6 +469,10 @@ static void few_others_say_what_is_expected(void **state) {
     for (uint32_t j = 1; j < OUTCOMES; ++j)
       expected -= weight(0, 0, j) * now.measured[j];
     assert_true(fabs(remains[0] - expected) < 1e-12);
+    expected = now.measured[2] - 0.25;
+    for (uint32_t j = 0; j < 2; ++j)
+      expected -= weight(2, 0, j) * now.measured[j];
+    assert_true(fabs(remains[2] - expected) < 1e-12);
   }
 }
 
