@@ -495,9 +495,9 @@ static void places_without_a_share(void **state) {
   (void)state;
   rim_extent_config c = config_of(1);
   c.lower[0] = 0.0;
-  c.upper[0] = 1e-9;
+  c.upper[0] = 1e-60;
   rim_extent *e = make(&memory, &c);
-  const double far[DIMS] = {1e95, 15.0}, near_by[DIMS] = {5e-10, 15.0};
+  const double far[DIMS] = {1e99, 15.0}, near_by[DIMS] = {5e-61, 15.0};
   assert_int_equal(rim_extent_add(e, far, 1.0, VAR), RIM_E_DATA);
   assert_int_equal(rim_extent_add(e, near_by, 1.0, VAR), RIM_OK);
 }
