@@ -7,6 +7,7 @@
 #include "base/cholesky.h"
 #include "base/ellipsoid.h"
 #include "base/rng.h"
+#include "batch/dmaps.h"
 #include "batch/select_batch.h"
 #include "batch/stats.h"
 #include "image/correct.h"
@@ -74,6 +75,26 @@ static void boxes_without_an_end(void **state) {
   assert_int_equal(rimi_region_from_box(NULL, 0, NULL, NULL, NULL), RIM_E_ARGUMENT);
   assert_int_equal(rimi_region_from_box(&out, 0, NULL, NULL, NULL), RIM_OK); /* everywhere */
   assert_int_equal(out.dims, 0);
+}
+
+/* A shape must be the same on both sides of its diagonal, in every place. */
+static void shapes_that_are_not_symmetric(void **state) {
+  (void)state;
+  const uint16_t feature[3] = {0, 1, 2};
+  const double low[3] = {0.0, 0.0, 0.0}, high[3] = {1.0, 2.0, 3.0};
+  rim_region good;
+  assert_int_equal(rimi_region_from_box(&good, 3, feature, low, high), RIM_OK);
+  assert_true(rimi_region_is_valid(&good));
+  for (size_t i = 0; i < 3; ++i) {
+    for (size_t j = 0; j < 3; ++j) {
+      rim_region r = good;
+      r.inverse_shape[3 * i + j] += i == j ? 0.0 : 0.1;
+      assert_int_equal(rimi_region_is_valid(&r), i == j);
+      r = good;
+      r.feature[i] = r.feature[j];
+      assert_int_equal(rimi_region_is_valid(&r), i == j);
+    }
+  }
 }
 
 /* ---- batch ---- */
@@ -144,6 +165,40 @@ static void ends_of_a_range_are_in_a_bin(void **state) {
     assert_true(result.dims == 1 && fabs(result.ln_anom - 40.5) < 1e-9);
     assert_true(result.region.unit.lower[0] <= end && result.region.unit.upper[0] >= end);
     assert_true(result.region.unit.upper[0] - result.region.unit.lower[0] < 2.0 / 16.0);
+  }
+}
+
+/* Two features that are one: what spans two regions over both has no volume. The regions found hold
+ * what they say all the same. */
+static void features_that_are_the_same(void **state) {
+  (void)state;
+  enum { M = 200, K = 8 };
+  static double u[M * 2], r[M];
+  static uint8_t given[M];
+  static uint64_t work[RIM_DMAPS_SIZE(M, 2, 1, K) / 8 + 8];
+  rim_rng rng;
+  rimi_rng_seed(&rng, 1, 1);
+  for (int i = 0; i < M; ++i) {
+    const double x = u[2 * i] = u[2 * i + 1] = rimi_rng_uniform(&rng);
+    r[i] = rimi_rng_normal(&rng) + (x > 0.2 && x < 0.7 ? 2.0 : 0.0);
+  }
+  const rim_batch_data data = {M, 2, 1, u, r};
+  const rim_dmaps_config c = {
+      .lambda = 1.0, .lambda_dim = 1e-9, .border = 0.3, .search = {.nodes = K, .seed = 1}};
+  rim_dmaps_result result;
+  assert_int_equal(rimi_dmaps_find(&c, &data, NULL, work, sizeof work, &result), RIM_OK);
+  assert_int_equal(rimi_dmaps_assign(&result, &data, NULL, given), RIM_OK);
+  assert_true(result.count >= 1);
+  for (uint8_t k = 1; k <= result.count; ++k) {
+    double sum = 0.0, n = 0.0;
+    for (int i = 0; i < M; ++i) {
+      sum += given[i] == k ? r[i] : 0.0;
+      n += given[i] == k;
+      assert_true(given[i] != k ||
+                  rimi_unit_region_contains(&result.region[k - 1].region, u + 2 * i));
+    }
+    assert_int_equal(result.region[k - 1].count, n);
+    assert_true(fabs(result.region[k - 1].ln_anom - 0.5 * sum * sum / n) < 1e-9);
   }
 }
 
@@ -345,9 +400,11 @@ int main(void) {
       cmocka_unit_test(a_matrix_that_is_not_positive),
       cmocka_unit_test(ellipsoids_that_are_no_regions),
       cmocka_unit_test(boxes_without_an_end),
+      cmocka_unit_test(shapes_that_are_not_symmetric),
       cmocka_unit_test(weights_that_overflow_are_refused),
       cmocka_unit_test(three_features_in_any_order),
       cmocka_unit_test(ends_of_a_range_are_in_a_bin),
+      cmocka_unit_test(features_that_are_the_same),
       cmocka_unit_test(climbs_that_cannot_begin),
       cmocka_unit_test(corrections_without_a_number),
       cmocka_unit_test(more_means_than_noise_has_room_for),

@@ -104,6 +104,11 @@ static void only_physical_regions_are_looked_at(void **state) {
   plan.pose[1] = pose(10.0, 200.0, 5000.0, 0.0);
   assert_true(rim_lookahead_check(&c, &region, &plan, 0.0, &r) && r.enters);
   assert_true(fabs(r.after_s - 4.875) < 10.0 / 256.0 + 1e-3);
+  plan.count = 3; /* met by the last of several ways, far along it */
+  plan.pose[1] = pose(10.0, 0.0, 0.0, 0.0);
+  plan.pose[2] = pose(20.0, 110.0, 5000.0, 0.0);
+  assert_true(rim_lookahead_check(&c, &region, &plan, 0.0, &r) && r.enters && r.pose == 1);
+  assert_true(r.after_s > 18.0 && r.after_s < 19.0);
 }
 
 /* Whether the square at a pose overlaps the ellipse: its boundary and the ellipse's, densely. */

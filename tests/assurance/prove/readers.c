@@ -19,9 +19,9 @@ static _Alignas(8) uint8_t section[BYTES];
 static size_t section_bytes;
 
 static void is_inside(const uint8_t *at, size_t bytes) {
-  __ESBMC_assert(at >= section && at <= section + section_bytes &&
-                     bytes <= (size_t)(section + section_bytes - at),
-                 "read inside");
+  __ESBMC_assert(__ESBMC_same_object(at, section), "of the section");
+  const size_t offset = (size_t)__ESBMC_POINTER_OFFSET(at);
+  __ESBMC_assert(offset <= section_bytes && bytes <= section_bytes - offset, "read inside");
 }
 
 /* A count of a header: any number, but small or refused. */
