@@ -407,10 +407,9 @@ static double term_value(const blocks *b, size_t i) {
            filter_sum(b)[rimi_le_index(spec, 4 * i + 3, filters(b))];
   case BASIS_ABS:
     return rimi_abs(filter_sum(b)[first]);
-  case BASIS_SIDE: {
-    const double x = filter_sum(b)[first];
-    return x / (rimi_abs(x) + (double)rimi_le_f32(spec + 8 * i + 4, 0));
-  }
+  case BASIS_SIDE:
+    return filter_sum(b)[first] /
+           (rimi_abs(filter_sum(b)[first]) + (double)rimi_le_f32(spec + 8 * i + 4, 0));
   case BASIS_DECAY:
     return decay(b)[time];
   case BASIS_INTEGRAL:
