@@ -490,8 +490,8 @@ static void axes_are_named(void **state) {
   unlink(file("bare.rim"));
 }
 
-/* A folder that cannot be opened any more: the file is written, and that its entry may not be on the
- * medium is told. */
+/* A folder that cannot be opened any more: the file is written, and that its entry may not be on
+ * the medium is told. */
 static void a_folder_that_is_gone(void **state) {
   (void)state;
   static state_file f;

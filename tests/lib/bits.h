@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* bits.h - a digest of numbers, for tests that results keep their bits: at every optimisation, on
  * every target, and from version to version, for recorded digests and calibrated thresholds hang on
- * them. A change that is meant says so in CHANGELOG.md and puts the digest printed here in place. */
+ * them. A change that is meant says so in CHANGELOG.md and puts the digest printed in place. */
 #ifndef BITS_H
 #define BITS_H
 

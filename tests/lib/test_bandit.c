@@ -428,7 +428,7 @@ static void refused_reward_teaches_nothing(void **state) {
   assert_memory_equal(before, after, sizeof after);
 }
 
-/* A process that cannot take an observation (its factor was hit): counted, and nothing is learnt. */
+/* A process that cannot take an observation (its factor was hit): counted, and nothing learnt. */
 static void what_the_process_refuses_is_counted(void **state) {
   (void)state;
   const rim_bandit_config c = config_of(RIM_BANDIT_RIM_UCB);

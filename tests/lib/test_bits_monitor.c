@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* A trained monitor keeps its bits (bits.h) from the rows to the judgement: terms of every kind,
- * agreement from every source, angles, gaps, runs that begin late, values that few would expect. How
- * an alarm is described and dated is not held here. */
+ * agreement from every source, angles, gaps, runs that begin late, values that few would expect.
+ * How an alarm is described and dated is not held here. */
 #include "bits.h"
 
 #include "image/basis.h"

@@ -46,6 +46,35 @@ static double planted_at(const world *w, planted what, uint32_t i) {
   }
 }
 
+/* Questions about hypotheses of every family. */
+static void take_questions(uint64_t *digest, rim_search *search, const world *w) {
+  for (uint32_t family = SEARCH_SINCE; family <= SEARCH_DURING; ++family) {
+    search_hypothesis h = {.family = (uint8_t)family, .onset = SEARCH_FROM_START}, beside;
+    h.first[0] = 4;
+    h.last[0] = 11;
+    h.feature[1] = 2;
+    h.first[1] = 0;
+    h.last[1] = 15;
+    if (family == SEARCH_SINCE || family == SEARCH_RAMP || family == SEARCH_INTERVAL_SINCE ||
+        family == SEARCH_BOX_SINCE || family == SEARCH_DURING)
+      h.onset = 110;
+    h.end = 125;
+    take_bits(digest, rimi_search_evaluate_channel(search, 0, &h));
+    take_hypothesis(digest, &h);
+    take_bits(digest, rimi_search_first_inside(search, &h));
+    take_bits(digest, rimi_search_beside(search, 0, &h, &beside));
+    take_hypothesis(digest, &beside);
+    for (uint32_t i = 90; i < 140; i += 7)
+      take_bits(digest, rimi_search_inside(search, &h, w->feature[i], i));
+    take_real(digest, rimi_search_description((search_family)family));
+  }
+  for (uint32_t f = 0; f < FEATURES; ++f) {
+    uint32_t low, high;
+    rimi_search_edges(search, f, 3, 3 + 4 * f, &low, &high);
+    take_bits(digest, (uint64_t)low << 32 | high);
+  }
+}
+
 static uint64_t search_of(planted what, bool effects, uint16_t ring, uint32_t seed) {
   static bench b;
   static float maxima[CHANNELS * NOISE_FAMILIES];
@@ -83,32 +112,7 @@ static uint64_t search_of(planted what, bool effects, uint16_t ring, uint32_t se
   }
   for (size_t i = 0; i < sizeof maxima / sizeof *maxima; ++i)
     take_real(&digest, (double)maxima[i]);
-  /* Questions about hypotheses of every family. */
-  for (uint32_t family = SEARCH_SINCE; family <= SEARCH_DURING; ++family) {
-    search_hypothesis h = {.family = (uint8_t)family, .onset = SEARCH_FROM_START}, beside;
-    h.first[0] = 4;
-    h.last[0] = 11;
-    h.feature[1] = 2;
-    h.first[1] = 0;
-    h.last[1] = 15;
-    if (family == SEARCH_SINCE || family == SEARCH_RAMP || family == SEARCH_INTERVAL_SINCE ||
-        family == SEARCH_BOX_SINCE || family == SEARCH_DURING)
-      h.onset = 110;
-    h.end = 125;
-    take_bits(&digest, rimi_search_evaluate_channel(b.search, 0, &h));
-    take_hypothesis(&digest, &h);
-    take_bits(&digest, rimi_search_first_inside(b.search, &h));
-    take_bits(&digest, rimi_search_beside(b.search, 0, &h, &beside));
-    take_hypothesis(&digest, &beside);
-    for (uint32_t i = 90; i < 140; i += 7)
-      take_bits(&digest, rimi_search_inside(b.search, &h, w.feature[i], i));
-    take_real(&digest, rimi_search_description((search_family)family));
-  }
-  for (uint32_t f = 0; f < FEATURES; ++f) {
-    uint32_t low, high;
-    rimi_search_edges(b.search, f, 3, 3 + 4 * f, &low, &high);
-    take_bits(&digest, (uint64_t)low << 32 | high);
-  }
+  take_questions(&digest, b.search, &w);
   return digest;
 }
 

@@ -291,8 +291,8 @@ const search_hypothesis *rimi_search_best(const rim_search *s, uint32_t channel)
   return state->region.score > state->time.score ? &state->region : &state->time;
 }
 
-/* The channel of the next turn: every other one goes to the best, the others go round. The number of
- * channels: none is watched. */
+/* The channel of the next turn: every other one goes to the best, the others go round. The number
+ * of channels: none is watched. */
 static uint32_t choose_channel(rim_search *s) {
   s->favour = !s->favour;
   if (s->favour) {

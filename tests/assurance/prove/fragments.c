@@ -11,7 +11,7 @@ static void checked_copy(void *to, const void *from, size_t bytes);
 #include "../../../firmware/transport/lcm_fragments.c"
 
 static lcm_fragments f;
-static uint8_t datagram[BYTES];
+static const uint8_t *datagram; /* of any bytes */
 static size_t datagram_bytes;
 
 static _Bool inside(const uint8_t *at, size_t bytes, const uint8_t *begin, size_t all) {
@@ -42,15 +42,21 @@ int main(void) {
   size_t payload_bytes;
   uint32_t lost = nondet_uint32();
   lcm_fragments any;
+  uint8_t any_bytes[BYTES];
   f = any;
+  datagram = any_bytes;
   for (uint32_t i = 0; i < LCM_FRAGMENTS_MESSAGES; i++)
     __ESBMC_assume(holds(&f.message[i]));
   datagram_bytes = any_size(BYTES);
   const lcm_fragments_answer answer =
       lcm_fragments_take(&f, nondet_uint64(), datagram, datagram_bytes, &channel, &payload,
                          &payload_bytes, &lost);
-  if (answer == LCM_FRAGMENTS_COMPLETE)
+  if (answer == LCM_FRAGMENTS_COMPLETE) {
     __ESBMC_assert(payload_bytes <= LCM_FRAGMENTS_BYTES, "no longer than its room");
+#ifdef REACHED
+    __ESBMC_assert(0, "reached");
+#endif
+  }
   const uint32_t k = nondet_uint32() % LCM_FRAGMENTS_MESSAGES;
   __ESBMC_assert(holds(&f.message[k]), "a state as before");
   return 0;

@@ -15,7 +15,7 @@ float nondet_float(void);
 double nondet_double(void);
 _Bool nondet_bool(void);
 
-static _Alignas(8) uint8_t section[BYTES];
+static const uint8_t *section; /* of any bytes, too: some are read as they are */
 static size_t section_bytes;
 
 static void is_inside(const uint8_t *at, size_t bytes) {
@@ -27,13 +27,17 @@ static void is_inside(const uint8_t *at, size_t bytes) {
 /* A count of a header: any number, but small or refused. */
 static uint32_t any_count(void) {
   const uint32_t n = nondet_uint32();
-  __ESBMC_assume(n <= MOST || n > 70000u);
+  __ESBMC_assume(n <= MOST || n > 60000u);
   return n;
 }
 
 static uint16_t read_u16(const uint8_t *array, size_t i) {
   is_inside(array + 2 * i, 2);
+#if SECTION == 8
+  return (uint16_t)(any_count() & 0xffffu);
+#else
   return nondet_uint16();
+#endif
 }
 static uint32_t read_u32(const uint8_t *array, size_t i) {
   is_inside(array + 4 * i, 4);
@@ -55,6 +59,7 @@ static uint16_t read_index(const uint8_t *array, size_t i, size_t limit) {
 #define rimi_le_u16 read_u16
 #define rimi_le_u32 read_u32
 #define rimi_le_f32 read_f32
+#define rimi_le_u64(array, i) (is_inside((array) + 8 * (i), 8), nondet_uint64())
 #define rimi_le_f64 read_f64
 #define rimi_le_index read_index
 #define rimi_is_finite(x) ((void)(x), nondet_bool())
@@ -91,9 +96,19 @@ static void use(void) {
 #include "../../../lib/src/image/nominal.c"
 static void use(void) {
   rim_nominal view;
-  double x[MOST], mean[MOST], sd[MOST], far;
   if (rimi_nominal_open(&view, section, section_bytes) == RIM_OK) {
-    (void)rimi_nominal_predict(&view, x, mean, sd, &far);
+    const size_t last = prototype_at(&view, nondet_uint32() % view.prototypes);
+    is_inside(section + 4u * last, 4u * (size_t)view.stride);
+    reached();
+  }
+}
+#elif SECTION == 8
+#include "../../../lib/src/wire/can_table.c"
+static void use(void) {
+  rim_can_table table;
+  if (rim_can_table_open(&table, section, section_bytes) == RIM_OK) {
+    is_inside(table.frame, RIM_CAN_TABLE_FRAME_BYTES * (size_t)table.frames);
+    is_inside(table.signal, RIM_CAN_TABLE_SIGNAL_BYTES * (size_t)table.signals);
     reached();
   }
 }
@@ -139,6 +154,8 @@ static void use(void) {
 #endif
 
 int main(void) {
+  _Alignas(8) uint8_t any[BYTES];
+  section = any;
   section_bytes = any_size(BYTES);
   use();
   return 0;
