@@ -37,9 +37,7 @@ prove seal         60  60 "sealed command, any 0..size + 1 bytes, any frame" $cr
 prove clock        12  60 "any guard, configuration and time" lib/src/monitor/clock_guard.c
 SECTION=6 BYTES=72 prove sections 12 60 "behaviour: any 0..72 bytes" lib/src/image/basis.c
 SECTION=1 BYTES=72 prove sections 30 120 "threshold: any 0..72 bytes" lib/src/image/threshold.c
-SECTION=5 BYTES=160 MOST=2 prove readers 12 120 "basis: any 0..160 bytes, up to 2 of each: sizes and indices"
-BYTES=90 prove fragments 66 300 "LCM fragment of any 0..90 bytes, any messages under way: inductive"
-SECTION=7 BYTES=120 MOST=1 prove readers 8 400 "agreement, opened and evaluated: any 0..120 bytes, one of each"
+BYTES=160 MOST=2 prove readers 12 120 "basis: any 0..160 bytes, up to 2 of each: sizes and indices"
 prove can_detail   310 400 "any frame, any assembly under way: inductive" $wire/can.c $crc $region
 prove image        20  600 "any image of 0..160 bytes, any check sum: sections inside, aligned" lib/src/image/image.c
 echo "$proved proved"

@@ -127,17 +127,21 @@ ssize_t __wrap_recvmsg(int fd, struct msghdr *message, int flags) {
     return got;
   message->msg_controllen = room;
   struct cmsghdr *c = CMSG_FIRSTHDR(message);
-  const int kind[3][2] = {
-      {SOL_SOCKET, SO_TIMESTAMP}, {IPPROTO_IP, SO_RXQ_OVFL}, {SOL_SOCKET, SO_RXQ_OVFL}};
-  for (int i = 0; i < 3; i++) {
-    const uint32_t value = i == 2 ? breaks.dropped : 77u;
+  /* Before it one of another kind, then one of another level. */
+  static unsigned turn;
+  const int kind[2][2] = {
+      {turn % 2 == 0 ? SOL_SOCKET : IPPROTO_IP, turn % 2 == 0 ? SO_TIMESTAMP : SO_RXQ_OVFL},
+      {SOL_SOCKET, SO_RXQ_OVFL}};
+  turn++;
+  for (int i = 0; i < 2; i++) {
+    const uint32_t value = i == 1 ? breaks.dropped : 77u;
     c->cmsg_level = kind[i][0];
     c->cmsg_type = kind[i][1];
     c->cmsg_len = CMSG_LEN(sizeof value);
     memcpy(CMSG_DATA(c), &value, sizeof value);
     c = (struct cmsghdr *)(void *)((uint8_t *)c + CMSG_SPACE(sizeof value));
   }
-  message->msg_controllen = 3 * CMSG_SPACE(sizeof(uint32_t));
+  message->msg_controllen = 2 * CMSG_SPACE(sizeof(uint32_t));
   return got;
 }
 
