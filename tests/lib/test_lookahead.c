@@ -111,6 +111,26 @@ static void only_physical_regions_are_looked_at(void **state) {
   assert_true(r.after_s > 18.0 && r.after_s < 19.0);
 }
 
+/* Bodies whose middles lie on one line, and bodies that only a slanted plane parts. */
+static void bodies_in_line(void **state) {
+  (void)state;
+  const rim_lookahead_config c = square(0.5);
+  rim_plan plan = {.count = 1};
+  plan.pose[0] = pose(0.0, 0.0, 0.0, 0.0);
+  rim_lookahead_result r;
+  for (int i = 0; i < 40; i++) {
+    const double at = 0.1 * i, gap = at - 0.5 - 1.0;
+    const rim_region region = sphere(at, 0.0, 1.0);
+    assert_true(rim_lookahead_check(&c, &region, &plan, 0.0, &r));
+    if (fabs(gap) > 0.01)
+      assert_int_equal(r.enters, gap < 0.0);
+    const rim_region corner = sphere(at, at, 1.0); /* the corner at (.5, .5) is met first */
+    assert_true(rim_lookahead_check(&c, &corner, &plan, 0.0, &r));
+    if (fabs(sqrt(2.0) * (at - 0.5) - 1.0) > 0.01)
+      assert_int_equal(r.enters, sqrt(2.0) * (at - 0.5) < 1.0);
+  }
+}
+
 /* Whether the square at a pose overlaps the ellipse: its boundary and the ellipse's, densely. */
 static bool dense(const rim_region *region, double x, double y, double yaw, double half) {
   for (int edge = 0; edge < 4; edge++)
@@ -254,6 +274,7 @@ int main(void) {
       cmocka_unit_test(only_physical_regions_are_looked_at),
       cmocka_unit_test(agrees_with_a_dense_search),
       cmocka_unit_test(bodies_in_space),
+      cmocka_unit_test(bodies_in_line),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
