@@ -41,6 +41,8 @@ $(BUILD)/tests/firmware/%: tests/firmware/%.c $(RIMD_OBJ) $(BUILD)/librim.a $(BU
 	  $(filter-out %/rimd/main.o,$(RIMD_OBJ)) $(BUILD)/librim.a -lcmocka $(RIMD_LIBS) $(TEST_LINK)
 # tests/firmware/fake_can.h stands for the kernel's CAN.
 $(addprefix $(BUILD)/tests/firmware/,test_socketcan test_run): TEST_LINK = $(addprefix -Wl$(comma)--wrap=,socket close bind setsockopt ioctl write recvmsg)
+$(BUILD)/tests/firmware/test_faults: TEST_LINK = $(addprefix -Wl$(comma)--wrap=,open fstat mmap read socket setsockopt bind sendmsg recvmsg poll \
+  sem_init pthread_create $(addprefix pthread_attr_,init setstacksize setinheritsched setschedpolicy setschedparam))
 $(BUILD)/tests/firmware/test_state: TEST_LINK = $(addprefix -Wl$(comma)--wrap=,write read fsync close rename)
 
 # What every port replays. landing: twenty healthy landings learnt, then one with a hidden fault, from

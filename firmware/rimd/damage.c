@@ -38,9 +38,8 @@ static void rebuild(rimd *d) {
 }
 
 void rimd_damaged(rimd *d) {
-  if (!d->is_damaged)
-    say("memory is damaged (control 1, image 2, observations 4: %u)",
-        (unsigned)rim_monitor_get_health(d->monitor).damage);
+  say("memory is damaged (control 1, image 2, observations 4: %u)",
+      (unsigned)rim_monitor_get_health(d->monitor).damage);
   d->is_damaged = true;
   d->was_damaged = true;
   if (d->config.on_damage_restart) {

@@ -80,33 +80,6 @@ static void print_sizes(const rimd *d) {
          sizeof *d);
 }
 
-/* Every counter that is not 0, as "name value": what was refused, lost or repaired. */
-static void tell_counters(const rim_counters *counters) {
-  char text[350];
-  size_t at = 0;
-  text[0] = '\0';
-  for (uint32_t i = 1; i < RIM_COUNTERS_FIELDS; i++) {
-    char one[40];
-    const uint32_t value = rim_counters_value(counters, i);
-    if (value == 0)
-      continue;
-    const int length = snprintf(one, sizeof one, " %s %u", rim_counters_name(i), value);
-    if (length < 0 || at + (size_t)length >= sizeof text) {
-      say("counted:%s", text);
-      at = 0;
-    }
-    memcpy(text + at, one, (size_t)length + 1);
-    at += (size_t)length;
-  }
-  if (at > 0)
-    say("counted:%s", text);
-}
-
-static void tell_sealed(const seal_counts *c) {
-  if (c->unsealed > 0 || c->forged > 0 || c->replayed > 0)
-    say("with the key: unsealed %u forged %u replayed %u", c->unsealed, c->forged, c->replayed);
-}
-
 /* The argument after option i; NULL after saying that there is none. */
 static const char *argument_of(int argc, char **argv, int *i) {
   if (*i + 1 < argc)
@@ -182,7 +155,6 @@ int main(int argc, char **argv) {
   say("stopped by %s after %u observations and %u alarm records",
       stopped == SIGINT ? "SIGINT" : "SIGTERM", instance.kept.counters.rows,
       rim_monitor_alarms(instance.monitor).records);
-  tell_counters(&instance.kept.counters);
-  tell_sealed(&instance.kept.sealed);
+  rimd_tell_counts(&instance.kept);
   return status;
 }

@@ -62,10 +62,9 @@ void outbox_alarm(outbox *box, const rim_alarm *alarm, uint64_t now_ns) {
   if (box->lcm != NULL) {
     if (box->lcm_waits)
       add(&box->dropped, 1); /* the newer one takes its place */
-    const bool packed = rim_lcm_pack_alarm(box->lcm_alarm, sizeof box->lcm_alarm, alarm) == RIM_OK;
-    if (!packed)
+    box->lcm_waits = rim_lcm_pack_alarm(box->lcm_alarm, sizeof box->lcm_alarm, alarm) == RIM_OK;
+    if (!box->lcm_waits)
       add(&box->dropped, 1);
-    box->lcm_waits = packed && !send_lcm_alarm(box);
   }
   if (box->can != NULL && !queue_can(box, alarm, now_ns))
     add(&box->dropped, 1);

@@ -86,6 +86,9 @@ void rimd_run(rimd *d, const volatile sig_atomic_t *stopped);
 /* Writes the state, closes everything. Returns an exit status. */
 int rimd_finish(rimd *d);
 
+/* Says every counter that is not 0, as "name value": what was refused, lost or repaired. */
+void rimd_tell_counts(const rimd_kept *kept);
+
 /* The monitor says that its memory is damaged: does what the configuration asks. */
 void rimd_damaged(rimd *d);
 

@@ -147,9 +147,8 @@ void rimd_row(rimd *d, double t_s, const double *values, uint32_t n, uint64_t wo
     row.mean = row.outcome + d->outcomes;
     row.sd = row.mean + d->outcomes;
   }
-  rim_verdict verdict;
-  if (rim_monitor_step(d->monitor, &row, &verdict) != RIM_OK)
-    return; /* NULL alone: cannot be */
+  rim_verdict verdict = {0};
+  (void)rim_monitor_step(d->monitor, &row, &verdict); /* refuses NULL alone */
   if (verdict.level == RIM_LEVEL_INTEGRITY) {
     if (!d->is_damaged)
       rimd_damaged(d);

@@ -15,9 +15,7 @@ void say(const char *format, ...) {
   va_start(arguments, format);
   const int wrote = vsnprintf(text + before, sizeof text - before - 1, format, arguments);
   va_end(arguments);
-  if (wrote < 0)
-    return;
-  size_t length = before + (size_t)wrote;
+  size_t length = before + (size_t)(wrote > 0 ? wrote : 0);
   if (length > sizeof text - 2)
     length = sizeof text - 2;
   text[length] = '\n';

@@ -3,6 +3,7 @@
 #define _GNU_SOURCE
 #include <errno.h>
 #include <fcntl.h>
+#include <stdio.h>
 #include <string.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
@@ -73,14 +74,12 @@ static int open_monitor(rimd *d) {
   rim_status status = rim_image_open(&d->view, d->image, d->image_bytes);
   if (status == RIM_OK)
     status = rim_monitor_size(d->image, d->image_bytes, &d->memory_bytes);
-  if (status != RIM_OK) {
-    say("%s: %s", path, rim_status_text(status));
-    return EXIT_DATA;
+  if (status == RIM_OK) {
+    d->memory = take_memory(d->memory_bytes, "the monitor");
+    if (d->memory == NULL)
+      return EXIT_DATA;
+    status = rim_monitor_init(&d->monitor, d->memory, d->memory_bytes, d->image, d->image_bytes);
   }
-  d->memory = take_memory(d->memory_bytes, "the monitor");
-  if (d->memory == NULL)
-    return EXIT_DATA;
-  status = rim_monitor_init(&d->monitor, d->memory, d->memory_bytes, d->image, d->image_bytes);
   if (status != RIM_OK) {
     say("%s: %s", path, rim_status_text(status));
     return EXIT_DATA;
@@ -359,4 +358,32 @@ int rimd_finish(rimd *d) {
   socketcan_close(&d->can);
   socketcan_close(&d->can_input);
   return status;
+}
+
+static void tell_counters(const rim_counters *counters) {
+  char text[350];
+  size_t at = 0;
+  text[0] = '\0';
+  for (uint32_t i = 1; i < RIM_COUNTERS_FIELDS; i++) {
+    char one[40];
+    const uint32_t value = rim_counters_value(counters, i);
+    if (value == 0)
+      continue;
+    const int length = snprintf(one, sizeof one, " %s %u", rim_counters_name(i), value);
+    if (at + (size_t)length >= sizeof text) {
+      say("counted:%s", text);
+      at = 0;
+    }
+    memcpy(text + at, one, (size_t)length + 1);
+    at += (size_t)length;
+  }
+  if (at > 0)
+    say("counted:%s", text);
+}
+
+void rimd_tell_counts(const rimd_kept *kept) {
+  const seal_counts *c = &kept->sealed;
+  tell_counters(&kept->counters);
+  if (c->unsealed > 0 || c->forged > 0 || c->replayed > 0)
+    say("with the key: unsealed %u forged %u replayed %u", c->unsealed, c->forged, c->replayed);
 }

@@ -81,7 +81,7 @@ static ssize_t read_whole(const char *path, uint8_t *to, size_t bytes) {
 
 bool state_name(char *name, size_t bytes, const char *path, int generation) {
   const int length = snprintf(name, bytes, "%s%s", path, generation == 0 ? "" : ".old");
-  return length >= 0 && (size_t)length < bytes;
+  return (size_t)length < bytes; /* one below 0 is more than any size */
 }
 
 const char *state_load(const char *path, const state_parts *parts, uint8_t *scratch) {
@@ -167,8 +167,7 @@ static int write_copy(state_file *state) {
 static void *writer(void *argument) {
   state_file *state = argument;
   for (;;) {
-    while (sem_wait(&state->wake) != 0) {
-    }
+    (void)sem_wait(&state->wake); /* woken without a reason, it finds nothing to do */
     if (atomic_load(&state->busy)) {
       (void)write_copy(state);
       atomic_store(&state->busy, false);
@@ -185,9 +184,9 @@ int state_start(state_file *state, const char *path, uint8_t *copy, size_t bytes
   state->copy = copy;
   state->bytes = bytes;
   const int length = snprintf(state->temporary, sizeof state->temporary, "%s.tmp", path);
-  if (length < 0 || (size_t)length >= sizeof state->temporary ||
-      !state_name(state->older, sizeof state->older, path, 1))
+  if ((size_t)length >= sizeof state->temporary)
     return ENAMETOOLONG;
+  (void)state_name(state->older, sizeof state->older, path, 1); /* as long */
   if (sem_init(&state->wake, 0, 0) != 0)
     return errno;
   pthread_attr_t attributes;

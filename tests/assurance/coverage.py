@@ -108,7 +108,10 @@ for what in sorted(rooms):
     for name in rooms[what]:
         if len(rooms[what]) > 1 and any(n > 0 and s < g - 0.05 for (s, n), g in zip(shares([name]), got)):
             line_of("  " + name.split("/")[-1], [name])
-line_of("all", sorted(lines))
+low = any(share < need for (share, _), need in zip(shares(lines), floors.get("all", ())))
+line_of("all", sorted(lines), "  BELOW %s" % (floors["all"],) if low else "")
+if low:
+    problems.append("all is below its floor")
 print("lines by exception: %d" % sum(times == -1 for name in lines for times in lines[name].values()))
 if o.show:
     for name in (n for n in sorted(lines) if o.show in n):
@@ -118,7 +121,7 @@ if o.show:
         for (line, column, which), good in sorted({**branches[name], **conditions[name]}.items()):
             if not good:
                 print("%s:%d:%d %s   %s" % (name, line, column, which, source[line - 1].strip()))
-for what in set(floors) - set(rooms):
+for what in set(floors) - set(rooms) - {"all"}:
     problems.append("%s is in %s, and nothing of it was run" % (what, o.floors))
 for p in problems:
     print("coverage: " + p, file=sys.stderr)

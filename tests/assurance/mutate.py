@@ -6,7 +6,8 @@ N places are drawn from all places of lib/src where an operator fits: relations 
 between operands, ++ and --, a constant 0 or 1, a condition negated, a statement left out. Each mutant's file is
 compiled into a copy of BUILD's library, and the tests of its own source, of the monitor and of the alarms run against
 it. A mutant that does not compile is drawn again. Prints each survivor, then the share killed with Wilson's 95 %
-interval and the seed; exit 0. A survivor is either a missing test or an equivalent program: a reader decides."""
+interval and the seed; exit 0. A survivor is either a missing test or an equivalent program: a reader decides.
+SIGTERM ends it early: the share is then of those tried so far, which are a sample as well."""
 import argparse
 import fnmatch
 import glob
@@ -15,6 +16,7 @@ import os
 import random
 import re
 import shutil
+import signal
 import subprocess
 import sys
 
@@ -29,7 +31,7 @@ FLAGS = "-std=c11 -O1 -ffp-contract=off -fno-math-errno -fno-tree-slp-vectorize 
 work = os.path.join(o.build, "mutate")
 os.makedirs(work, exist_ok=True)
 shared = dict(re.findall(r"(\w+/\w+)=(\w+)", re.sub(r"\\\n", " ", open("tests/Dir.mk").read())))
-ALWAYS = ["monitor", "guard", "monitor_trained", "monitor_alarms", "integrand", "exact", "refused_wire", "refused_plan", "refused_search", "refused_monitor"]
+ALWAYS = ["bits", "bits_search", "bits_monitor", "ends", "monitor_ends", "select_ends", "monitor", "guard", "monitor_trained", "monitor_alarms", "integrand", "exact", "refused_wire", "refused_plan", "refused_search", "refused_monitor"]
 RULES = [(r"(?<![<>=!\-+&|])<(?![<=])", ["<=", ">="]), (r"<=", ["<", ">"]), (r"(?<![>\-])>(?![>=])", [">=", "<="]),
          (r">=", [">", "<"]), (r"==", ["!="]), (r"!=", ["=="]), (r"&&", ["||"]), (r"\|\|", ["&&"]),
          (r"(?<=[\w\])]) \+ (?=[\w(])", [" - "]), (r"(?<=[\w\])]) - (?=[\w(])", [" + "]),
@@ -129,8 +131,10 @@ print("%d places in %d files, seed %d" % (len(everything), len(files), o.seed), 
 draw = random.Random(o.seed)
 draw.shuffle(everything)
 killed = tried = 0
+ended = []
+signal.signal(signal.SIGTERM, lambda *_: ended.append(True))
 for place in everything:
-    if tried == o.number:
+    if tried == o.number or ended:
         break
     who = killed_by(place)
     if who is False:

@@ -10,9 +10,12 @@ wire=lib/src/wire region=lib/src/base/region.c crc=lib/src/base/crc.c
 prove() { # NAME UNWIND SECONDS WHAT SOURCE...
   local name=$1 unwind=$2 seconds=$3 what=$4; shift 4
   [ "$tier" = quick ] && [ "$seconds" -gt 120 ] && return
-  local began=$SECONDS said verdict
+  local began=$SECONDS said verdict flags=()
+  [ -n "$SECTION" ] && flags+=("-DSECTION=$SECTION")
+  [ -n "$BYTES" ] && flags+=("-DBYTES=$BYTES")
+  [ -n "$MOST" ] && flags+=("-DMOST=$MOST")
   said=$(timeout "$seconds" "$esbmc" "tests/assurance/prove/$name.c" "$@" --unwind "$unwind" --overflow-check \
-    "-D__builtin_assume_aligned(p,n)=(p)" ${SECTION:+-DSECTION=$SECTION -DBYTES=$BYTES} \
+    "-D__builtin_assume_aligned(p,n)=(p)" "${flags[@]}" \
     -Ilib/include -Ilib/src -Ifirmware --std c11 2>&1)
   verdict=$(printf '%s\n' "$said" | grep -a '^VERIFICATION' | head -n 1)
   case $verdict in
@@ -34,6 +37,7 @@ prove seal         60  60 "sealed command, any 0..size + 1 bytes, any frame" $cr
 prove clock        12  60 "any guard, configuration and time" lib/src/monitor/clock_guard.c
 SECTION=6 BYTES=72 prove sections 12 60 "behaviour: any 0..72 bytes" lib/src/image/basis.c
 SECTION=1 BYTES=72 prove sections 30 120 "threshold: any 0..72 bytes" lib/src/image/threshold.c
+BYTES=160 MOST=2 prove readers 12 120 "basis: any 0..160 bytes, up to 2 of each: sizes and indices"
 prove can_detail   310 400 "any frame, any assembly under way: inductive" $wire/can.c $crc $region
 prove image        20  600 "any image of 0..160 bytes, any check sum: sections inside, aligned" lib/src/image/image.c
 echo "$proved proved"

@@ -24,6 +24,8 @@ awk 'BEGIN {
   }
   print "" }' > wide.csv
 "$RIM" replay wide.csv --calibration-runs 19 --save-model wide.rim > /dev/null || bad "a wide image"
+awk 'BEGIN {print "t_s,x.a,z.o,m.o,sd.o"; for (r = 0; r < 40; r++) printf "%d,%.3f,%.3f,0,1\n", r, sin(r), cos(2 * r)}' > own.csv
+"$RIM" replay own.csv --calibration-runs 19 --save-model own.rim > /dev/null || bad "an image of rows with predictions"
 gcc -O2 -Wall -Wextra -shared -fPIC "$root/tests/firmware/count_allocations.c" -o count.so || bad "counter"
 gcc -O2 -Wall -Wextra -shared -fPIC "$root/tests/firmware/counted_clock.c" -o clock.so || bad "clock"
 
@@ -76,6 +78,28 @@ refuses "a damaged image" 3 "hurt.rim: .*check sum" "image = hurt.rim\n$lcm"
 "$BUILD/rimd" --wrong good.conf > said 2>&1; check "unknown option" 2 $?
 "$BUILD/rimd" good.conf good.conf > said 2>&1; check "two files" 2 $?
 "$BUILD/rimd" --help | grep -q '^Example'; check "help ends in an example" 0 $?
+check "-h is --help" "$("$BUILD/rimd" --help)" "$("$BUILD/rimd" -h)"
+contains "version" "$("$BUILD/rimd" --version)" "^rimd [0-9]*\.[0-9]*\.[0-9]*$"
+"$BUILD/rimd" good.conf --state > said 2>&1; check "an option without its argument" 2 $?
+contains "an option without its argument: said" "$(cat said)" "state needs an argument"
+for name in "" "$(printf 'x%.0s' $(seq 300))"; do
+  "$BUILD/rimd" --check good.conf --state "$name" > said 2>&1; check "a state's name of ${#name} characters" 2 $?
+done
+"$BUILD/rimd" --state /nowhere/at/all good.conf > said 2>&1; check "the state of the command line is the one" 3 $?
+contains "the state of the command line: said" "$(cat said)" "^rimd: /nowhere/at/all.tmp: No such file"
+printf "image = own.rim\n$lcm" > own.conf
+contains "predictions are told" "$("$BUILD/rimd" --check own.conf)" "with their predictions"
+# Without the rights that real time takes. (setpriv leaves root everything else.)
+if [ "$(id -u)" = 0 ] && command -v setpriv prlimit > /dev/null; then
+  for right in ipc_lock:'mlock = yes':mlock sys_nice:'fifo_priority = 10':fifo_priority; do
+    printf 'image = toy.rim\nlcm_interface = 127.0.0.1\n%b%s\n' "$lcm" "$(echo "$right" | cut -d: -f2)" > real.conf
+    timeout 20 prlimit --memlock=65536 --rtprio=0 setpriv --bounding-set="-${right%%:*}" "$BUILD/rimd" real.conf > said 2>&1
+    check "${right%%:*} is missing" 3 $?
+    contains "${right%%:*} is missing: said" "$(cat said)" "^rimd: ${right##*:}: .*is needed"
+  done
+else
+  echo "not here: rights that are missing (root and setpriv)"; skipped=$((skipped + 1))
+fi
 
 python3 "$root/tests/firmware/rimd_test.py" "$BUILD/rimd" "$root/lib/wire" . > python.txt 2>&1
 sed '$d' python.txt

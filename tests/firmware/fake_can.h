@@ -25,9 +25,12 @@ enum { FAKE_SOCKETS = 16 };
 
 typedef struct fake_can {
   bool no_can, absent, down, classic, no_force; /* what the system has */
-  int bind_fails;                               /* an errno */
-  int disk_fails;                               /* an errno, of every write to a file */
-  int write_fails, read_fails;                  /* an errno, for the next `fails` calls */
+  int bind_fails, mtu_fails, flags_fails;       /* an errno */
+  int option_fails;                             /* an errno, of the option CAN_RAW_... `option` */
+  int option;
+  bool foreign;   /* beside what was dropped, the kernel tells something of another level */
+  int disk_fails; /* an errno, of every write to a file */
+  int write_fails, read_fails; /* an errno, for the next `fails` calls */
   unsigned fails;
   uint32_t dropped; /* told with every frame, where not 0 */
   int theirs[1024]; /* by descriptor of ours: the test's end; 0: no fake */
@@ -87,6 +90,10 @@ int __wrap_bind(int fd, const struct sockaddr *address, socklen_t bytes) {
 int __wrap_setsockopt(int fd, int level, int name, const void *value, socklen_t bytes) {
   if (!is_fake(fd))
     return __real_setsockopt(fd, level, name, value, bytes);
+  if (level == SOL_CAN_RAW && name == fake.option && fake.option_fails != 0) {
+    errno = fake.option_fails;
+    return -1;
+  }
   if (level == SOL_CAN_RAW && name == CAN_RAW_FILTER) {
     fake.filters = bytes / sizeof fake.filter[0];
     if (bytes > 0)
@@ -104,6 +111,9 @@ int __wrap_ioctl(int fd, unsigned long request, ...) {
     errno = ENODEV;
     return -1;
   }
+  errno = request == SIOCGIFMTU ? fake.mtu_fails : request == SIOCGIFFLAGS ? fake.flags_fails : 0;
+  if (errno != 0)
+    return -1;
   if (request == SIOCGIFINDEX)
     r->ifr_ifindex = 3;
   else if (request == SIOCGIFMTU)
@@ -141,7 +151,7 @@ ssize_t __wrap_recvmsg(int fd, struct msghdr *message, int flags) {
   message->msg_controllen = room;
   struct cmsghdr *c = CMSG_FIRSTHDR(message);
   const struct timespec stamp = {100, 250000000};
-  c->cmsg_level = SOL_SOCKET;
+  c->cmsg_level = fake.foreign ? SOL_CAN_RAW : SOL_SOCKET;
   c->cmsg_type = SO_TIMESTAMPNS;
   c->cmsg_len = CMSG_LEN(sizeof stamp);
   memcpy(CMSG_DATA(c), &stamp, sizeof stamp);

@@ -19,7 +19,7 @@
 
 #include "../lib/monitor_bench.h"
 
-enum { VALUES = D + 3 * O, NODE = 5, ROW_ID = 0x123 };
+enum { VALUES = D + 3 * O, NODE = 5, ROW_ID = 0x123, LAST_ID = 0x1234567 };
 
 static rimd d;
 static char folder[64];
@@ -44,23 +44,27 @@ static void write_file(const char *name, const void *data, size_t length) {
   assert_int_equal(chmod(file(name), 0600), 0);
 }
 
-/* All values of a row in one FD frame, as f32; the first within 1000. */
-static void put_table(bytes *b) {
+/* All values of a row in one FD frame, as f32; the first within 1000. In two: the last value comes
+ * in a frame of 29 bits of its own, and the first frame makes the row. */
+static void put_table(bytes *b, unsigned frames) {
   u32(b, RIM_CAN_TABLE_LAYOUT);
-  const unsigned counts[6] = {VALUES, 1, VALUES, RIM_CAN_TABLE_NONE, RIM_CAN_TABLE_NONE, 0};
+  const unsigned trigger = frames == 1 ? RIM_CAN_TABLE_NONE : 0;
+  const unsigned counts[6] = {VALUES, frames, VALUES, trigger, RIM_CAN_TABLE_NONE, 0};
   for (size_t i = 0; i < 6; i++)
     u16(b, counts[i]);
-  u32(b, ROW_ID);
-  u8(b, 48);
-  u8(b, 1);
-  u16(b, 0);
-  u16(b, VALUES);
-  u16(b, 0);
+  for (unsigned f = 0; f < frames; f++) {
+    u32(b, f == 0 ? ROW_ID : RIM_CAN_EXTENDED | LAST_ID);
+    u8(b, f == 0 ? 48 : 4);
+    u8(b, f == 0);
+    u16(b, f == 0 ? 0 : VALUES - 1);
+    u16(b, f == 1 ? 1 : VALUES - (frames - 1));
+    u16(b, 0);
+  }
   for (unsigned v = 0; v < VALUES; v++) {
     u16(b, v);
     u8(b, RIM_CAN_F32);
     u8(b, 0);
-    u16(b, 32 * v);
+    u16(b, frames == 2 && v == VALUES - 1 ? 0 : 32 * v);
     u8(b, 32);
     for (size_t i = 0; i < 9; i++)
       u8(b, 0);
@@ -86,7 +90,7 @@ static int make_files(void **state) {
     return -1;
   build(&blob, &calibrated[1]);
   write_file("run.rim", blob.byte, blob.size);
-  put_table(&table.section[RIM_SECTION_CAN_TABLE]);
+  put_table(&table.section[RIM_SECTION_CAN_TABLE], 1);
   build(&blob, &table);
   write_file("table.rim", blob.byte, blob.size);
   for (size_t i = 0; i < SEAL_KEY_BYTES; i++)
@@ -526,7 +530,7 @@ static void tables_that_are_none(void **state) {
   assert_int_equal(start_with("/nowhere/at/all", ""), 3);
   assert_int_equal(start_with(file("key"), ""), 3);
   memset(&table, 0, sizeof table);
-  put_table(&table.section[RIM_SECTION_CAN_TABLE]);
+  put_table(&table.section[RIM_SECTION_CAN_TABLE], 1);
   table.section[RIM_SECTION_CAN_TABLE].byte[4]--; /* a value less, and its signal one too many */
   build(&blob, &table);
   write_file("other.rim", blob.byte, blob.size);
@@ -588,9 +592,184 @@ static void a_state_that_is_no_monitor(void **state) {
   assert_int_equal(rimd_finish(&d), 0);
 }
 
+/* A row of two frames: whole when both have come and neither is too old, else counted. */
+static void rows_that_are_not_whole(void **state) {
+  (void)state;
+  static recipe table;
+  image blob;
+  uint8_t data[48] = {0}, last[4];
+  const float one = 1.0f;
+  memset(&table, 0, sizeof table);
+  memset(&fake, 0, sizeof fake);
+  put_table(&table.section[RIM_SECTION_CAN_TABLE], 2);
+  build(&blob, &table);
+  write_file("other.rim", blob.byte, blob.size);
+  assert_int_equal(start_with(file("other.rim"), ""), 0);
+  assert_true(fake.filters == 2 && fake.filter[1].can_id == (LAST_ID | CAN_EFF_FLAG) &&
+              (fake.filter[1].can_mask & CAN_EFF_MASK) == CAN_EFF_MASK);
+  for (size_t i = 0; i + 1 < VALUES; i++)
+    memcpy(data + 4 * i, &one, sizeof one);
+  memcpy(last, &one, sizeof one);
+  fake.dropped = 1; /* the kernel's stamp comes with it */
+  fake_send(d.can_input.fd, ROW_ID, data, 48, true);
+  run();
+  assert_true(d.kept.counters.incomplete == 1 && d.kept.counters.rows == 0);
+  fake_send(d.can_input.fd, LAST_ID | CAN_EFF_FLAG, last, 4, false);
+  fake_send(d.can_input.fd, ROW_ID, data, 48, true);
+  fake.read_fails = EIO; /* once: the next turn reads on */
+  fake.fails = 1;
+  run();
+  run();
+  assert_true(d.kept.counters.incomplete == 1 && d.kept.counters.rows == 1);
+  assert_true(d.kept.has_origin && d.kept.can_origin_s == 100.25);
+  assert_int_equal(rimd_finish(&d), 0);
+  unlink(file("other.rim"));
+}
+
+/* What the system refuses is no interface that is waited for. */
+static void interfaces_that_are_refused(void **state) {
+  (void)state;
+  memset(&fake, 0, sizeof fake);
+  fake.bind_fails = EPERM;
+  assert_int_equal(start_with(file("table.rim"), ""), 3);
+  memset(&fake, 0, sizeof fake);
+  fake.absent = true;
+  assert_int_equal(start_with(file("table.rim"), "can_fd = yes\n"), 0);
+  assert_true(d.can.fd == -1);
+  assert_int_equal(rimd_finish(&d), 0);
+}
+
+/* Records that wait for a medium that hangs: the ninth sends the eight before it, and counters stay
+ * at their end. */
+static void what_waits_is_bounded(void **state) {
+  (void)state;
+  char more[200];
+  heard h = {0};
+  unlink(file("state"));
+  unlink(file("state.old"));
+  snprintf(more, sizeof more, "state = %s\nhealth_ms = 3600000\n", file("state"));
+  assert_int_equal(start_daemon(more), 0);
+  for (uint32_t i = 0; i < RIMD_HELD; i++)
+    d.held[i] = (rim_alarm){
+        .seq = i + 1, .state = RIM_ALARM_UPDATED, .level = RIM_LEVEL_WARN, .p_value = 1.0};
+  d.held_count = RIMD_HELD;
+  d.held_ns = rimd_now_ns();
+  atomic_store(&d.state.busy, true); /* as if the medium hung */
+  for (uint32_t t = 0; t < ROWS && d.held_count != 1; t++) {
+    row r;
+    double values[VALUES];
+    make_row(&r, true, 900, t, 2.0);
+    memcpy(values, r.context, D * sizeof values[0]);
+    memcpy(values + D, r.outcome, O * sizeof values[0]);
+    memcpy(values + D + O, r.mean, O * sizeof values[0]);
+    memcpy(values + D + 2 * O, r.sd, O * sizeof values[0]);
+    rimd_row(&d, r.t_s, values, VALUES, rimd_now_ns());
+  }
+  assert_int_equal(d.held_count, 1); /* the alarm that was found, with a number of its own */
+  assert_true(d.held[0].state == RIM_ALARM_RAISED && d.held[0].seq == 1);
+  hear(&h);
+  assert_true(h.summaries >= 1 && h.summary.seq == 1);
+  atomic_store(&d.state.busy, false);
+  /* A clock that runs back is no silence. */
+  d.policy.stale_s = 0.0;
+  assert_true(rimd_tick(&d, d.valid_ns - 1) >= -1);
+  assert_int_not_equal(rim_monitor_alarms(d.monitor).level, RIM_LEVEL_STALE);
+  d.kept.counters.can_unsent = UINT32_MAX - 1;
+  d.outbox.frames_unsent = 5;
+  d.kept.counters.wrong_length = UINT32_MAX;
+  rimd_row(&d, 1e6, NULL, 0, rimd_now_ns());
+  rimd_collect_counts(&d);
+  assert_true(d.kept.counters.can_unsent == UINT32_MAX && d.outbox.frames_unsent == 0);
+  assert_int_equal(d.kept.counters.wrong_length, UINT32_MAX);
+  assert_int_equal(rimd_finish(&d), 0);
+  unlink(file("state"));
+  unlink(file("state.old"));
+}
+
+/* Memory is damaged, and the image's file is gone or cut: nothing is known from then on, and said
+ * so; no row is used. */
+static void an_image_that_cannot_be_read_again(void **state) {
+  (void)state;
+  for (int cut = 0; cut < 2; cut++) {
+    heard h = {0};
+    assert_int_equal(start_daemon("health_ms = 1\n"), 0);
+    send_row(0, 0.0);
+    run();
+    assert_int_equal(d.kept.counters.rows, 1);
+    assert_int_equal(rename(file("run.rim"), file("away.rim")), 0);
+    if (cut)
+      write_file("run.rim", "RIM", 3);
+    ((uint8_t *)(uintptr_t)d.image)[d.image_bytes / 2] ^= 1u;
+    for (uint32_t t = 1; t < 100 && !d.was_damaged; t++) {
+      send_row(t, 0.0);
+      run();
+    }
+    assert_true(d.was_damaged && d.is_damaged);
+    const uint32_t rows = d.kept.counters.rows;
+    send_row(200, 0.0);
+    run();
+    usleep(2000);
+    run();
+    hear(&h);
+    assert_int_equal(d.kept.counters.rows, rows);
+    assert_true(h.heartbeats > 0 && h.heartbeat.level == RIM_LEVEL_STALE);
+    assert_int_equal(rename(file("away.rim"), file("run.rim")), 0);
+    assert_int_equal(rimd_finish(&d), 0);
+  }
+}
+
+/* Observations over LCM where rows come by CAN are nobody's; where they must be sealed, one that is
+ * not is refused. */
+static void observations_by_another_way(void **state) {
+  (void)state;
+  static lcm_udp sender;
+  static rim_observation_message sample;
+  uint8_t bytes_of[RIM_LCM_OBSERVATION_SIZE];
+  const char *what;
+  char more[500];
+  const char *const bus = "lcm = udpm://239.255.76.69:7671?ttl=0\nlcm_interface = 127.0.0.1\n";
+  sample.count = VALUES;
+  assert_int_equal(rim_lcm_pack_observation(bytes_of, sizeof bytes_of, &sample), RIM_OK);
+  for (int sealed = 0; sealed < 2; sealed++) {
+    memset(&fake, 0, sizeof fake);
+    snprintf(more, sizeof more, "image = %s\n%s", file("run.rim"), bus);
+    const size_t length = strlen(more);
+    snprintf(more + length, sizeof more - length,
+             sealed ? "key = %s\nkey_observations = yes\nstate = %s\n"
+                    : "can = can0\ninput = can\ncan_table = %s\nmax_jump_s = 0\n",
+             file(sealed ? "key" : "table.rim"), file("state"));
+#ifndef SEAL_SODIUM
+    if (sealed)
+      break;
+#endif
+    memset(&d, 0, sizeof d);
+    assert_int_equal(config_parse(&d.config, "test", more, strlen(more)), 0);
+    assert_int_equal(rimd_start(&d), 0);
+    assert_int_equal(lcm_udp_open(&sender, &d.config.address, false, &what), 0);
+    assert_int_equal(lcm_udp_send(&sender, RIM_LCM_CHANNEL_OBSERVATION, bytes_of, sizeof bytes_of),
+                     0);
+    for (int i = 0; i < 100 && d.kept.counters.lcm_refused == 0; i++) {
+      usleep(1000);
+      run();
+    }
+    assert_int_equal(d.kept.counters.lcm_refused, sealed);
+    assert_true(d.kept.counters.rows == 0 && d.kept.counters.not_finite == 0);
+    assert_int_equal(d.kept.sealed.unsealed, sealed);
+    lcm_udp_close(&sender);
+    assert_int_equal(rimd_finish(&d), 0);
+  }
+  unlink(file("state"));
+  unlink(file("state.old"));
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(rows_become_an_alarm),
+      cmocka_unit_test(rows_that_are_not_whole),
+      cmocka_unit_test(interfaces_that_are_refused),
+      cmocka_unit_test(what_waits_is_bounded),
+      cmocka_unit_test(an_image_that_cannot_be_read_again),
+      cmocka_unit_test(observations_by_another_way),
       cmocka_unit_test(commands_on_can),
 #ifdef SEAL_SODIUM
       cmocka_unit_test(sealed_commands_on_can),

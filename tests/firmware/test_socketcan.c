@@ -42,6 +42,36 @@ static void what_cannot_be_opened(void **state) {
   fake.bind_fails = EPERM;
   assert_int_equal(socketcan_open(&c, "can0", one, 1, false), -EPERM);
   assert_true(c.fd == -1 && c.counts.down == 0);
+  fake.bind_fails = 0;
+  const int options[3] = {CAN_RAW_FILTER, CAN_RAW_ERR_FILTER, CAN_RAW_FD_FRAMES};
+  for (int i = 0; i < 3; i++) { /* a bus that is set otherwise than was asked is no bus */
+    fake.option = options[i];
+    fake.option_fails = ENOPROTOOPT;
+    assert_int_equal(socketcan_open(&c, "can0", one, 1, true), -ENOPROTOOPT);
+    assert_int_equal(c.fd, -1);
+  }
+  fake.option_fails = 0;
+  fake.mtu_fails = EPERM;
+  assert_int_equal(socketcan_open(&c, "can0", one, 1, true), -EPERM);
+  assert_int_equal(c.fd, -1);
+}
+
+/* Whether it is up cannot be asked: it is taken for up, and the first send tells. */
+static void an_interface_that_tells_no_flags(void **state) {
+  (void)state;
+  socketcan c;
+  const rim_can_frame frame = {.id = 0x181, .length = 8};
+  fake.down = true;
+  fake.flags_fails = EPERM;
+  assert_int_equal(socketcan_open(&c, "can0", one, 1, false), 0);
+  assert_true(c.fd >= 0 && !c.is_down);
+  fake.write_fails = ENETDOWN;
+  fake.fails = 1;
+  assert_int_equal(socketcan_send(&c, &frame), SOCKETCAN_DOWN);
+  assert_true(c.is_down && c.counts.down == 1);
+  socketcan_tend(&c); /* nor is it taken for back */
+  assert_true(c.is_down && !c.came_back);
+  socketcan_close(&c);
 }
 
 static void filters_tell_requests_and_lengths_apart(void **state) {
@@ -173,6 +203,12 @@ static void every_frame_that_may_come(void **state) {
   fake_send(can.fd, 0x123, data, 0, false);
   assert_int_equal(socketcan_receive(&can, &got, &t_s), 1);
   assert_true(can.counts.lost == UINT32_MAX);
+  fake.foreign = true; /* what is not of the socket's level says no time */
+  fake_send(can.fd, 0x123, data, 1, false);
+  assert_int_equal(socketcan_receive(&can, &got, &t_s), 1);
+  assert_true(t_s == 0.0 && got.length == 1);
+  fake.foreign = false;
+  fake.dropped = 0;
   fake_send(can.fd, 0x123, data, 9, false);                /* longer than a frame */
   fake_send(can.fd, 0x123, data, 65, true);                /* longer than any */
   fake_send(can.fd, 0x123 | CAN_RTR_FLAG, data, 0, false); /* a request */
@@ -202,9 +238,13 @@ static void every_frame_that_may_come(void **state) {
 int main(void) {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
   const struct CMUnitTest tests[] = {
-      TEST(what_cannot_be_opened),      TEST(filters_tell_requests_and_lengths_apart),
-      TEST(every_way_of_sending),       TEST(an_absent_interface_is_waited_for),
-      TEST(a_gone_interface_is_let_go), TEST(every_frame_that_may_come),
+      TEST(what_cannot_be_opened),
+      TEST(filters_tell_requests_and_lengths_apart),
+      TEST(every_way_of_sending),
+      TEST(an_absent_interface_is_waited_for),
+      TEST(a_gone_interface_is_let_go),
+      TEST(every_frame_that_may_come),
+      TEST(an_interface_that_tells_no_flags),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -33,6 +33,7 @@ static struct {
   int write, fsync, close, rename, read;
   bool short_write, write_nothing;
   int renames_before; /* calls that go well before `rename` */
+  int fsyncs_before;
 } breaks;
 
 ssize_t __real_write(int fd, const void *data, size_t bytes);
@@ -66,7 +67,11 @@ ssize_t __wrap_read(int fd, void *data, size_t bytes) {
   return breaks.read != 0 ? broken(&breaks.read) : __real_read(fd, data, bytes);
 }
 
-int __wrap_fsync(int fd) { return breaks.fsync != 0 ? broken(&breaks.fsync) : __real_fsync(fd); }
+int __wrap_fsync(int fd) {
+  if (breaks.fsync != 0 && breaks.fsyncs_before-- == 0)
+    return broken(&breaks.fsync);
+  return __real_fsync(fd);
+}
 
 int __wrap_close(int fd) {
   const int status = __real_close(fd);
@@ -234,6 +239,19 @@ static void every_step_at_which_a_medium_fails(void **state) {
     assert_null(load(&parts));
     assert_int_equal(daemon_bytes[0], 3);
   }
+  /* The file is whole, and its folder's entry may not be on the medium: told. */
+  memset(&breaks, 0, sizeof breaks);
+  memset(daemon_bytes, 6, sizeof daemon_bytes);
+  breaks.fsync = EIO;
+  breaks.fsyncs_before = 1;
+  assert_int_equal(save(), EIO);
+  assert_null(load(&parts));
+  assert_int_equal(daemon_bytes[0], 6);
+  /* The first failure is the one that is told. */
+  breaks.fsync = ENOSPC;
+  breaks.fsyncs_before = 0;
+  breaks.close = EIO;
+  assert_int_equal(save(), ENOSPC);
   memset(daemon_bytes, 5, sizeof daemon_bytes);
   breaks.write = EINTR; /* no failure: again */
   assert_int_equal(save(), 0);

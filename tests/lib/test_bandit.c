@@ -428,6 +428,49 @@ static void refused_reward_teaches_nothing(void **state) {
   assert_memory_equal(before, after, sizeof after);
 }
 
+/* A process that cannot take an observation (its factor was hit): counted, and nothing learnt. */
+static void what_the_process_refuses_is_counted(void **state) {
+  (void)state;
+  const rim_bandit_config c = config_of(RIM_BANDIT_RIM_UCB);
+  rim_bandit *b = make(&memory, &c);
+  learn(b, 3);
+  const double nothing = 0.0, p[DIMS] = {0.5, 0.5};
+  const size_t factor =
+      RIM_BANDIT_HEADER_BYTES + RIM_GP_SIZE(DIMS, POINTS) - 4u * (size_t)POINTS * (POINTS + 1u);
+  memcpy(memory.bytes + factor, &nothing, sizeof nothing);
+  const rim_bandit_counters before = rim_bandit_get_counters(b);
+  assert_int_equal(rim_bandit_observe(b, p, 0, 0.0, 0.01, 1.0), RIM_E_SINGULAR);
+  const rim_bandit_counters after = rim_bandit_get_counters(b);
+  assert_int_equal(after.refused, before.refused + 1);
+  assert_int_equal(after.observations, before.observations);
+}
+
+/* A variance that is not known is the process's noise, or its whole variance where it has none. */
+static void an_unknown_variance_is_the_noise(void **state) {
+  (void)state;
+  for (int noisy = 0; noisy < 2; ++noisy) {
+    rim_bandit_config c = config_of(RIM_BANDIT_RIM_UCB);
+    c.gp.noise_var = noisy ? 0.05 : 0.0;
+    rim_bandit *given = make(&memory, &c), *left = make(&other, &c);
+    rim_rng own;
+    rimi_rng_seed(&own, SEED, 77);
+    for (int i = 0; i < 30; ++i) {
+      const double p[DIMS] = {rimi_rng_uniform(&own), rimi_rng_uniform(&own)};
+      const double reward = reward_of(p);
+      /* Of the RIM alone; the process takes the larger of the two, so it is told the same. */
+      assert_int_equal(rim_bandit_observe(left, p, 0, 0.0, 0.0, reward), RIM_OK);
+      assert_int_equal(rim_bandit_observe(given, p, 0, 0.0, noisy ? 0.05 : 0.0, reward), RIM_OK);
+    }
+    double mean[2], var[2];
+    const double p[DIMS] = {0.8, 0.8};
+    assert_int_equal(rim_bandit_expect(given, p, 0, 0.0, &mean[0], &var[0]), RIM_OK);
+    assert_int_equal(rim_bandit_expect(left, p, 0, 0.0, &mean[1], &var[1]), RIM_OK);
+    assert_true(isfinite(mean[1]) && isfinite(var[1]));
+    assert_near(mean[0], mean[1], 1e-12);
+    assert_near(var[0], var[1], 1e-12);
+  }
+}
+
 static void misuse_is_refused(void **state) {
   (void)state;
   for (int policy = RIM_BANDIT_GP_UCB; policy <= RIM_BANDIT_BANK; ++policy) {
@@ -539,6 +582,8 @@ int main(void) {
       cmocka_unit_test(bad_numbers_are_counted),
       cmocka_unit_test(refused_reward_teaches_nothing),
       cmocka_unit_test(misuse_is_refused),
+      cmocka_unit_test(what_the_process_refuses_is_counted),
+      cmocka_unit_test(an_unknown_variance_is_the_noise),
       cmocka_unit_test(moved_memory_goes_on),
       cmocka_unit_test(digest_is_constant),
       cmocka_unit_test(rim_ucb_is_sure_inside),

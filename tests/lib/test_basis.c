@@ -194,6 +194,16 @@ static void how_healthy_runs_begin_is_read_back(void **state) {
   assert_int_equal(rimi_basis_open(&v, b.byte, b.size, FEATURES, OUTCOMES), RIM_OK);
   assert_true(rimi_le_f32(v.first_sd, 0) == 0.25f);
   assert_true(rimi_le_f32(v.start, 0) == 1.0f && rimi_le_f32(v.start_sd, 0) == 2.25f);
+  /* Without how features begin: how outcomes do is still read. */
+  bytes few = b;
+  few.size -= 4 * 2 * FEATURES;
+  put_u32(few.byte + 20, 1);
+  assert_int_equal(rimi_basis_open(&v, few.byte, few.size, FEATURES, OUTCOMES), RIM_OK);
+  assert_true(v.first_sd != NULL && rimi_le_f32(v.first_sd, 2) == 0.75f && v.start == NULL);
+  put_f32(few.byte + few.size - 4, 0.0);
+  assert_int_equal(basis_status(&few), RIM_E_DATA);
+  put_f32(few.byte + few.size - 4, NAN);
+  assert_int_equal(basis_status(&few), RIM_E_DATA);
   bytes bad = b;
   bad.size -= 4;
   assert_int_equal(basis_status(&bad), RIM_E_TRUNCATED);
@@ -442,6 +452,7 @@ static void few_others_say_what_is_expected(void **state) {
   (void)state;
   bytes b = agreement();
   put_f32(b.byte + ROWS_AT, AGREEMENT_FEW);
+  put_f32(b.byte + ROWS_AT + 4 * 2 * STRIDE, AGREEMENT_FEW);
   rim_agreement v;
   assert_int_equal(rimi_agreement_open(&v, b.byte, b.size, FEATURES, OUTCOMES, MEANS), RIM_OK);
   double kept[AGREEMENT_STATE * OUTCOMES] = {0.0};
@@ -458,6 +469,10 @@ static void few_others_say_what_is_expected(void **state) {
     for (uint32_t j = 1; j < OUTCOMES; ++j)
       expected -= weight(0, 0, j) * now.measured[j];
     assert_true(fabs(remains[0] - expected) < 1e-12);
+    expected = now.measured[2] - 0.25;
+    for (uint32_t j = 0; j < 2; ++j)
+      expected -= weight(2, 0, j) * now.measured[j];
+    assert_true(fabs(remains[2] - expected) < 1e-12);
   }
 }
 
@@ -526,6 +541,46 @@ static void damaged_agreement_is_refused(void **state) {
   }
 }
 
+/* More integrands than any outcome may have, and than outcomes could share. */
+static void integrands_are_bounded(void **state) {
+  (void)state;
+  rim_agreement view;
+  bytes b = agreement();
+  const uint32_t many[] = {AGREEMENT_INTEGRANDS * OUTCOMES + 1, UINT32_MAX};
+  for (size_t i = 0; i < 2; ++i) {
+    put_u32(b.byte + 12, many[i]);
+    assert_int_equal(agreement_status(&b), RIM_E_RANGE);
+  }
+  put_u32(b.byte + 12, AGREEMENT_INTEGRANDS * OUTCOMES); /* as many as may be: their bytes lack */
+  assert_int_equal(agreement_status(&b), RIM_E_TRUNCATED);
+  put_u32(b.byte + 8, 0); /* without means outcomes share two each */
+  put_u32(b.byte + 12, 2 * OUTCOMES + 1);
+  assert_int_equal(rimi_agreement_open(&view, b.byte, b.size, FEATURES, OUTCOMES, 0), RIM_E_RANGE);
+  put_u32(b.byte + 12, 2 * OUTCOMES);
+  assert_int_equal(rimi_agreement_open(&view, b.byte, b.size, FEATURES, OUTCOMES, 0),
+                   RIM_E_TRUNCATED);
+}
+
+/* What others' residuals say is as uncertain as they are; nothing but residuals adds any. */
+static void agreement_is_as_uncertain_as_its_residuals(void **state) {
+  (void)state;
+  const bytes b = agreement();
+  rim_agreement v;
+  const double mean[MEANS] = {0.5, -1.25}, error[OUTCOMES] = {0.3, 0.2, 100.0};
+  assert_int_equal(rimi_agreement_open(&v, b.byte, b.size, FEATURES, OUTCOMES, MEANS), RIM_OK);
+  double sum = 0.3 * 0.3 * 2.0 * 2.0;
+  for (uint32_t j = 1; j < OUTCOMES; ++j) {
+    double w = weight(0, 0, j) + weight(0, 1, j);
+    for (uint32_t m = 0; m < MEANS; ++m)
+      w += weight(0, 2 + m, j) * mean[m];
+    w *= fmin(error[j] * (2.0 + j), AGREEMENT_CLIP);
+    sum += w * w;
+  }
+  assert_true(fabs(rimi_agreement_error(&v, 0, mean, error) - sqrt(sum) / 2.0) < 1e-6);
+  assert_true(rimi_agreement_error(&v, 1, mean, error) == 0.0);
+  assert_true(rimi_agreement_error(&v, 2, mean, error) == 0.0);
+}
+
 int main(void) {
   printf("seed %u\n", SEED);
   const struct CMUnitTest tests[] = {
@@ -542,6 +597,8 @@ int main(void) {
       cmocka_unit_test(few_others_say_what_is_expected),
       cmocka_unit_test(integrands_are_named),
       cmocka_unit_test(damaged_agreement_is_refused),
+      cmocka_unit_test(integrands_are_bounded),
+      cmocka_unit_test(agreement_is_as_uncertain_as_its_residuals),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

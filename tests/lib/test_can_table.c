@@ -320,6 +320,39 @@ static void damaged_tables_are_refused_or_harmless(void **state) {
   assert_in_range(refused, 10000, 99000); /* most bytes belong to scales and limits */
 }
 
+static void times_and_triggers(void **state) {
+  (void)state;
+  static maker m;
+  rim_can_table table;
+  layout l;
+  begin(&m, 2, 1, 2, RIM_CAN_TABLE_NONE, 1); /* a time that is a value as well */
+  frame(&m, 1, 8, 0, 0, 2);
+  l = plain(0, 0, 8);
+  signal(&m, &l);
+  l = plain(1, 8, 8);
+  signal(&m, &l);
+  assert_int_equal(rim_can_table_open(&table, m.bytes, m.size), RIM_E_RANGE);
+  for (unsigned trigger = 0; trigger < 3; trigger++) { /* the frames are 0 alone */
+    begin(&m, 1, 1, 1, trigger, RIM_CAN_TABLE_NONE);
+    frame(&m, 1, 8, 0, 0, 1);
+    l = plain(0, 0, 8);
+    signal(&m, &l);
+    assert_int_equal(rim_can_table_open(&table, m.bytes, m.size),
+                     trigger == 0 ? RIM_OK : RIM_E_RANGE);
+  }
+  for (unsigned motorola = 0; motorola < 3; motorola++) { /* of the selector */
+    begin(&m, 1, 1, 1, 0, RIM_CAN_TABLE_NONE);
+    frame(&m, 1, 8, 0, 0, 1);
+    l = plain(0, 0, 8);
+    l.selector_bits = 8;
+    l.selector_start = 15;
+    l.selector_motorola = motorola;
+    signal(&m, &l);
+    assert_int_equal(rim_can_table_open(&table, m.bytes, m.size),
+                     motorola < 2 ? RIM_OK : RIM_E_RANGE);
+  }
+}
+
 static void contradictions_are_refused(void **state) {
   (void)state;
   maker m;
@@ -389,6 +422,7 @@ static void so_many_signals_and_no_more(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(times_and_triggers),
       cmocka_unit_test(every_layout_reads_what_was_written),
       cmocka_unit_test(floating_point_travels),
       cmocka_unit_test(a_row_is_complete_when_the_trigger_comes),

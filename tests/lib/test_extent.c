@@ -490,10 +490,23 @@ static void digest_is_constant(void **state) {
   }
 }
 
+/* A place that is a number itself, and no number as a share of so narrow a box. */
+static void places_without_a_share(void **state) {
+  (void)state;
+  rim_extent_config c = config_of(1);
+  c.lower[0] = 0.0;
+  c.upper[0] = 1e-60;
+  rim_extent *e = make(&memory, &c);
+  const double far[DIMS] = {1e99, 15.0}, near_by[DIMS] = {5e-61, 15.0};
+  assert_int_equal(rim_extent_add(e, far, 1.0, VAR), RIM_E_DATA);
+  assert_int_equal(rim_extent_add(e, near_by, 1.0, VAR), RIM_OK);
+}
+
 int main(void) {
   printf("seed %u\n", SEED);
   rimi_rng_seed(&rng, SEED, 0);
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(places_without_a_share),
       cmocka_unit_test(finds_a_hidden_region),
       cmocka_unit_test(set_runs_from_specific_to_general),
       cmocka_unit_test(equations_hold_term_by_term),

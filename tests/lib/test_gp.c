@@ -369,6 +369,27 @@ static void singular_is_an_error(void **state) {
   assert_int_equal(rim_gp_add(gp, x[3], 1.0, 0.0, 0.0), RIM_OK);
 }
 
+/* A configuration with which nothing can be factored (a point was hit) leaves the one before. */
+static void a_configuration_that_fails_is_not_taken(void **state) {
+  (void)state;
+  const rim_gp_config before = config_of(0);
+  rim_gp *gp = make(&memory, &before);
+  fill(gp, 4);
+  rim_gp_point point;
+  assert_int_equal(rim_gp_get_point(gp, 2, &point), RIM_OK);
+  double *const hit = (double *)(uintptr_t)point.x;
+  const double was = hit[0];
+  hit[0] = NAN;
+  rim_gp_config doubled = before;
+  doubled.signal_var *= 2.0;
+  assert_int_equal(rim_gp_set_config(gp, &doubled), RIM_E_SINGULAR);
+  assert_int_equal(rim_gp_get_counters(gp).singular, 1);
+  assert_true(rim_gp_get_config(gp).signal_var == before.signal_var);
+  hit[0] = was;
+  assert_int_equal(rim_gp_set_config(gp, &doubled), RIM_OK);
+  assert_true(rim_gp_get_config(gp).signal_var == doubled.signal_var);
+}
+
 static void misuse_is_refused(void **state) {
   (void)state;
   const rim_gp_config good = config_of(0);
@@ -485,6 +506,7 @@ int main(void) {
       cmocka_unit_test(offsets_are_explained_elsewhere),
       cmocka_unit_test(bad_numbers_are_counted),
       cmocka_unit_test(singular_is_an_error),
+      cmocka_unit_test(a_configuration_that_fails_is_not_taken),
       cmocka_unit_test(misuse_is_refused),
       cmocka_unit_test(canary_survives),
       cmocka_unit_test(moved_memory_goes_on),

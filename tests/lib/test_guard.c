@@ -124,7 +124,7 @@ static void observations_are_gone_through(void **state) {
     fresh(&b, false);
     rim_search *s = b.monitor->search;
     const uint32_t slot = rimi_rng_below(&rng, s->held), bit = rimi_rng_below(&rng, 8);
-    switch (i % 4u) {
+    switch (i % 7u) {
     case 0:
       turn(search_fine_residuals(s, slot), bit);
       break;
@@ -133,6 +133,15 @@ static void observations_are_gone_through(void **state) {
       break;
     case 2:
       turn(search_features(s, slot), bit);
+      break;
+    case 3:
+      turn(search_means(s, slot), bit);
+      break;
+    case 4:
+      turn(search_predictions(s, slot), bit);
+      break;
+    case 5:
+      turn(&search_times(s)[slot], bit);
       break;
     default:
       turn(search_gram(s, rimi_rng_below(&rng, CHANNELS)), 16u + bit);

@@ -2,6 +2,7 @@
 /* interference_watch: the monitor with the detector of motion interference beside the regions, on
  * a vehicle that is held or pushed at known rows (images: monitor_bench.h). */
 #include "monitor/interference_watch.h"
+#include "monitor/monitor_private.h"
 #include "monitor_bench.h"
 
 enum { HELD_AT = 300, FREE_AT = 340, COMMAND = 0, SPEED = 0 };
@@ -241,6 +242,36 @@ static void records_of_both_leave_in_order(void **state) {
   print_message("raised while a region record went out: %u\n", regions_in_a_row);
 }
 
+/* A command that clears it makes the detector forget: what goes on is raised anew, by a number of
+ * its own; and the regions are left alone. */
+static void a_command_makes_it_forget(void **state) {
+  (void)state;
+  static drive d;
+  const recipe r = watched(false);
+  start_drive(&d, &r, false);
+  uint32_t t = 0;
+  while (t < FREE_AT && rim_monitor_standing(d.monitor, RIM_DETECTOR_INTERFERENCE) == NULL)
+    (void)ride(&d, t, is_held(t) ? 0.1 : 1.0), ++t;
+  const rim_alarm *standing = rim_monitor_standing(d.monitor, RIM_DETECTOR_INTERFERENCE);
+  assert_non_null(standing);
+  const rim_command clear = {standing->seq, standing->model_id, RIM_COMMAND_CLEAR};
+  const uint32_t count = rimi_search_blocks(d.monitor->search);
+  assert_int_equal(rim_monitor_command(d.monitor, &clear, 32), RIM_OK);
+  assert_null(rim_monitor_standing(d.monitor, RIM_DETECTOR_INTERFERENCE));
+  assert_int_equal(d.monitor->watch->state.rows, 0);
+  assert_int_equal(rimi_search_blocks(d.monitor->search), count);
+  assert_int_equal(rim_monitor_command(d.monitor, &clear, 32), RIM_E_DATA); /* it is gone */
+  uint32_t raised = 0;
+  for (const uint32_t end = t + 40; t < end; ++t) {
+    const rim_verdict v = ride(&d, t, t % 100 < 60 ? 0.05 : 1.0);
+    rim_alarm record;
+    raised += v.alarm.state == RIM_ALARM_RAISED && v.alarm.seq > clear.sequence;
+    while (rim_monitor_next_record(d.monitor, &record))
+      raised += record.state == RIM_ALARM_RAISED && record.seq > clear.sequence;
+  }
+  assert_int_equal(raised, 1);
+}
+
 static void a_row_that_is_refused_is_not_seen(void **state) {
   (void)state;
   drive a, b;
@@ -294,6 +325,7 @@ int main(void) {
       cmocka_unit_test(the_regions_do_not_notice_it),
       cmocka_unit_test(records_of_both_leave_in_order),
       cmocka_unit_test(a_row_that_is_refused_is_not_seen),
+      cmocka_unit_test(a_command_makes_it_forget),
       cmocka_unit_test(reset_and_copy_go_on),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -104,6 +104,31 @@ static void only_physical_regions_are_looked_at(void **state) {
   plan.pose[1] = pose(10.0, 200.0, 5000.0, 0.0);
   assert_true(rim_lookahead_check(&c, &region, &plan, 0.0, &r) && r.enters);
   assert_true(fabs(r.after_s - 4.875) < 10.0 / 256.0 + 1e-3);
+  plan.count = 3; /* met by the last of several ways, far along it */
+  plan.pose[1] = pose(10.0, 0.0, 0.0, 0.0);
+  plan.pose[2] = pose(20.0, 110.0, 5000.0, 0.0);
+  assert_true(rim_lookahead_check(&c, &region, &plan, 0.0, &r) && r.enters && r.pose == 1);
+  assert_true(r.after_s > 18.0 && r.after_s < 19.0);
+}
+
+/* Bodies whose middles lie on one line, and bodies that only a slanted plane parts. */
+static void bodies_in_line(void **state) {
+  (void)state;
+  const rim_lookahead_config c = square(0.5);
+  rim_plan plan = {.count = 1};
+  plan.pose[0] = pose(0.0, 0.0, 0.0, 0.0);
+  rim_lookahead_result r;
+  for (int i = 0; i < 40; i++) {
+    const double at = 0.1 * i, gap = at - 0.5 - 1.0;
+    const rim_region region = sphere(at, 0.0, 1.0);
+    assert_true(rim_lookahead_check(&c, &region, &plan, 0.0, &r));
+    if (fabs(gap) > 0.01)
+      assert_int_equal(r.enters, gap < 0.0);
+    const rim_region corner = sphere(at, at, 1.0); /* the corner at (.5, .5) is met first */
+    assert_true(rim_lookahead_check(&c, &corner, &plan, 0.0, &r));
+    if (fabs(sqrt(2.0) * (at - 0.5) - 1.0) > 0.01)
+      assert_int_equal(r.enters, sqrt(2.0) * (at - 0.5) < 1.0);
+  }
 }
 
 /* Whether the square at a pose overlaps the ellipse: its boundary and the ellipse's, densely. */
@@ -159,12 +184,97 @@ static void agrees_with_a_dense_search(void **state) {
   assert_true(entered > 60 && passed > 60);
 }
 
+/* The corners of a body that is turned by q, of length 1. */
+static void turned(const rim_lookahead_config *c, const double q[4], double corner[8][3]) {
+  const double w = q[0], x = q[1], y = q[2], z = q[3];
+  const double turn[3][3] = {{1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)},
+                             {2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)},
+                             {2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)}};
+  for (uint32_t v = 0; v < c->vertices; v++)
+    for (int k = 0; k < 3; k++)
+      corner[v][k] = turn[k][0] * c->vertex[v][0] + turn[k][1] * c->vertex[v][1] +
+                     turn[k][2] * c->vertex[v][2];
+}
+
+/* Whether a point between the corners, drawn at random, lies in the region. */
+static bool holds_a_point(const rim_region *region, double corner[8][3], uint32_t corners,
+                          uint32_t *random) {
+  double context[10] = {0}, weight[8], total = 0.0;
+  for (uint32_t v = 0; v < corners; v++)
+    total += weight[v] = -log(between(random, 1e-9, 1.0));
+  for (int k = 0; k < 3; k++)
+    for (uint32_t v = 0; v < corners; v++)
+      context[region->feature[k]] += weight[v] / total * corner[v][k];
+  return rim_region_contains(region, context);
+}
+
+/* Whether a plane, drawn at random, parts the two. The region's axes lie along the features. */
+static bool is_parted(const rim_region *region, double corner[8][3], uint32_t corners,
+                      uint32_t *random) {
+  double d[3], most = -1e9, reach = 0.0, center = 0.0;
+  for (int k = 0; k < 3; k++) {
+    d[k] = between(random, -1.0, 1.0);
+    reach += d[k] * d[k] / region->inverse_shape[4 * k];
+    center += d[k] * region->center[k];
+  }
+  for (uint32_t v = 0; v < corners; v++)
+    most = fmax(most, d[0] * corner[v][0] + d[1] * corner[v][1] + d[2] * corner[v][2]);
+  return most < center - sqrt(reach) - 1e-3;
+}
+
+/* Bodies of any shape and attitude in space: where a point of the body lies in the region it
+ * enters, and where a plane parts the two it does not. */
+static void bodies_in_space(void **state) {
+  (void)state;
+  uint32_t random = 1234;
+  printf("seed %u\n", random);
+  unsigned inside = 0, apart = 0;
+  for (int n = 0; n < 4000; n++) {
+    rim_lookahead_config c = {.axis = {4, 7, 9}, .vertices = 3 + (uint32_t)n % 6};
+    for (uint32_t v = 0; v < c.vertices; v++)
+      for (int k = 0; k < 3; k++)
+        c.vertex[v][k] = between(&random, -1.5, 1.5) * (k == 2 && n % 5 == 0 ? 0.01 : 1.0);
+    const uint16_t feature[3] = {4, 7, 9};
+    double low[3], high[3], corner[8][3], length = 0.0;
+    for (int k = 0; k < 3; k++) {
+      const double at = between(&random, -2.0, 2.0), half = between(&random, 0.1, 1.5);
+      low[k] = at - half;
+      high[k] = at + half;
+    }
+    rim_region region;
+    assert_int_equal(rimi_region_from_box(&region, 3, feature, low, high), RIM_OK);
+    rim_plan plan = {.count = 1};
+    double *q = plan.pose[0].orientation;
+    for (int k = 0; k < 4; k++) {
+      q[k] = between(&random, -1.0, 1.0);
+      length += q[k] * q[k];
+    }
+    for (int k = 0; k < 4; k++)
+      q[k] /= sqrt(length);
+    turned(&c, q, corner);
+    bool is_inside = false, is_apart = false;
+    for (int i = 0; i < 400 && !is_inside && !is_apart; i++) {
+      is_inside = holds_a_point(&region, corner, c.vertices, &random);
+      is_apart = is_parted(&region, corner, c.vertices, &random);
+    }
+    rim_lookahead_result r;
+    assert_true(rim_lookahead_check(&c, &region, &plan, 0.0, &r));
+    assert_false(is_inside && !r.enters);
+    assert_false(is_apart && r.enters);
+    inside += is_inside;
+    apart += is_apart;
+  }
+  assert_true(inside > 500 && apart > 800);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_straight_way_enters_when_the_edge_does),
       cmocka_unit_test(a_turn_sweeps_its_corner),
       cmocka_unit_test(only_physical_regions_are_looked_at),
       cmocka_unit_test(agrees_with_a_dense_search),
+      cmocka_unit_test(bodies_in_space),
+      cmocka_unit_test(bodies_in_line),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -120,6 +120,21 @@ static void no_channel_may_have_a_number_that_is_none(void **state) {
   }
 }
 
+/* A number of fields that was hit after the section was opened leads to none, not out of it. */
+static void fields_that_were_hit(void **state) {
+  (void)state;
+  const double hit[] = {-1.0, NAN, NOISE_MAX_FIELDS + 1.0, 1e30, -INFINITY};
+  bytes b = section();
+  rim_noise view;
+  assert_int_equal(rimi_noise_open(&view, b.byte, b.size, CHANNELS, MEANS), RIM_OK);
+  for (size_t i = 0; i < sizeof hit / sizeof *hit; ++i) {
+    put_f32(word_of(&b, 1, 1), hit[i]);
+    assert_int_equal(rimi_noise_channel(&view, 1).fields, 0);
+  }
+  put_f32(word_of(&b, 1, 1), NOISE_MAX_FIELDS);
+  assert_int_equal(rimi_noise_channel(&view, 1).fields, NOISE_MAX_FIELDS);
+}
+
 static void numbers_out_of_range_are_refused(void **state) {
   (void)state;
   const uint32_t prior = NOISE_CHANNEL_WORDS, phi = STRIDE - NOISE_FAMILIES;
@@ -165,6 +180,7 @@ int main(void) {
       cmocka_unit_test(damage_is_refused),
       cmocka_unit_test(no_channel_may_have_a_number_that_is_none),
       cmocka_unit_test(numbers_out_of_range_are_refused),
+      cmocka_unit_test(fields_that_were_hit),
       cmocka_unit_test(the_weight_is_that_of_the_scale),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -28,7 +28,7 @@ static inline bool cholesky_factor(uint32_t n, double *a) {
       }
       if (j < i) {
         row[j] = sum / other[j];
-      } else if (sum > CHOLESKY_MIN_PIVOT * diagonal && sum > 0.0 && rimi_is_finite(sum)) {
+      } else if (sum > CHOLESKY_MIN_PIVOT * diagonal) { /* sum <= diagonal: above 0, and finite */
         row[i] = rimi_sqrt(sum);
       } else {
         return false;

@@ -135,20 +135,16 @@ static double price_of(finder *f, const found *candidate, uint32_t self) {
 
 /* ---- one region ---- */
 
-/* Climbs over the gathered observations. */
-static rim_status climb(finder *f, found *region) {
+/* Climbs over the gathered observations. (Its configuration was looked at before the first.) */
+static void climb(finder *f, found *region) {
   project(f, region);
-  if (region->e.dims > 0) {
-    const rim_status status = rimi_cem_optimise(&f->c.cem, value_of, f, f->c.search.seed,
-                                                f->optimisations++, &region->e, &region->ln_anom);
-    if (status != RIM_OK)
-      return status;
-  }
+  if (region->e.dims > 0)
+    (void)rimi_cem_optimise(&f->c.cem, value_of, f, f->c.search.seed, f->optimisations++,
+                            &region->e, &region->ln_anom);
   region->count = sum_inside(f, &region->e);
   region->ln_anom = region->count < f->c.least
                         ? 0.0
                         : rimi_stats_ln_anom_sums(f->sum, f->data->outcomes, region->count);
-  return RIM_OK;
 }
 
 /* FS-RIM over the gathered observations, once for each number of dimensions, so that the simpler
@@ -179,9 +175,7 @@ static rim_status search(finder *f, found *best) {
       /* an interval's closed ends belong to it */
       candidate.e.factor[k * (k + 1) / 2 + k] *= result.dims == 1 ? 1.0 + 0x1p-20 : 1.0;
     }
-    status = climb(f, &candidate);
-    if (status != RIM_OK)
-      return status;
+    climb(f, &candidate);
     candidate.price = base_price(f, &candidate);
     if (worth(&candidate) > worth(best))
       *best = candidate;
@@ -296,10 +290,9 @@ static rim_status sweep(finder *f, bool search_again, bool *changed) {
     found *region = &f->region[number - 1];
     gather(f, number, FREE);
     *best = *region;
-    rim_status status = climb(f, best);
+    climb(f, best);
     best->price = base_price(f, best);
-    if (status == RIM_OK && search_again && f->count > 1)
-      status = search(f, best);
+    const rim_status status = search_again && f->count > 1 ? search(f, best) : RIM_OK;
     if (status != RIM_OK)
       return status;
     *changed = *changed || memcmp(&best->e, &region->e, sizeof best->e) != 0;
@@ -356,7 +349,7 @@ static void spanning(const finder *f, uint32_t a, uint32_t b, const found *like,
 }
 
 /* One region in place of two that touch, where it is worth as much: the simpler hypothesis. */
-static rim_status try_merge(finder *f, uint32_t a, uint32_t b, bool *merged) {
+static bool try_merge(finder *f, uint32_t a, uint32_t b) {
   found *best = &f->region[RIM_DMAPS_MAX_REGIONS];
   found start[2];
   gather(f, a, b);
@@ -364,39 +357,30 @@ static rim_status try_merge(finder *f, uint32_t a, uint32_t b, bool *merged) {
   spanning(f, a, b, &f->region[a - 1], &start[0]);
   spanning(f, a, b, &f->region[b - 1], &start[1]);
   for (size_t k = 0; k < 2; ++k) {
-    const rim_status status = climb(f, &start[k]);
-    if (status != RIM_OK)
-      return status;
+    climb(f, &start[k]);
     start[k].price = base_price(f, &start[k]);
     if (k == 0 || worth(&start[k]) > worth(best))
       *best = start[k];
   }
-  *merged = worth(best) >= worth(&f->region[a - 1]) + worth(&f->region[b - 1]);
-  if (!*merged)
-    return RIM_OK;
+  if (!(worth(best) >= worth(&f->region[a - 1]) + worth(&f->region[b - 1])))
+    return false;
   release(f, a);
   release(f, b);
   f->region[a - 1] = *best;
   claim(f, best, (uint8_t)a);
   account(f, a);
   remove_region(f, b);
-  return RIM_OK;
+  return true;
 }
 
-static rim_status merge(finder *f, bool *changed) {
+static void merge(finder *f, bool *changed) {
   for (uint32_t a = 1; a <= f->count; ++a) {
     for (uint32_t b = a + 1; b <= f->count;) {
-      bool merged = false;
-      if (touch(&f->region[a - 1], &f->region[b - 1])) {
-        const rim_status status = try_merge(f, a, b, &merged);
-        if (status != RIM_OK)
-          return status;
-      }
+      const bool merged = touch(&f->region[a - 1], &f->region[b - 1]) && try_merge(f, a, b);
       *changed = *changed || merged;
       b += merged ? 0 : 1;
     }
   }
-  return RIM_OK;
 }
 
 static void unmark_border(finder *f) { release(f, BORDER); }
@@ -406,9 +390,8 @@ static rim_status find(finder *f) {
   for (uint32_t s = 0; status == RIM_OK && s < f->c.sweeps && f->count > 0; ++s) {
     bool changed = false;
     unmark_border(f);
-    status = merge(f, &changed);
-    if (status == RIM_OK)
-      status = sweep(f, s == 0, &changed);
+    merge(f, &changed);
+    status = sweep(f, s == 0, &changed);
     if (status == RIM_OK && changed)
       status = grow(f);
     if (!changed)

@@ -355,11 +355,9 @@ static rim_status search_everything(search *s) {
   }
   const rim_ellipsoid start = rimi_ellipsoid_ball(set.dims, middle, 0.5);
   const rim_status status = optimise(s, &set, &start);
-  if (status != RIM_OK)
-    return status;
   s->nodes[0] = set;
   s->count = 1;
-  return RIM_OK;
+  return status;
 }
 
 static void report(search *s, rim_batch_result *result) {

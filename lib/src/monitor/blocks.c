@@ -396,6 +396,7 @@ static double term_value(const blocks *b, size_t i) {
   const size_t first = rimi_le_index(spec, 4 * i + 1, filters(b));
   const size_t second = rimi_le_index(spec, 4 * i + 2, filters(b));
   const size_t time = second < n->times ? second : 0;
+  const size_t outcome = rimi_le_index(spec, 4 * i + 1, b->config.outcomes);
   switch ((basis_op)rimi_le_u16(spec, 4 * i)) {
   case BASIS_MEAN:
     return filter_sum(b)[first];
@@ -406,18 +407,15 @@ static double term_value(const blocks *b, size_t i) {
            filter_sum(b)[rimi_le_index(spec, 4 * i + 3, filters(b))];
   case BASIS_ABS:
     return rimi_abs(filter_sum(b)[first]);
-  case BASIS_SIDE: {
-    const double x = filter_sum(b)[first];
-    return x / (rimi_abs(x) + (double)rimi_le_f32(spec + 8 * i + 4, 0));
-  }
+  case BASIS_SIDE:
+    return filter_sum(b)[first] /
+           (rimi_abs(filter_sum(b)[first]) + (double)rimi_le_f32(spec + 8 * i + 4, 0));
   case BASIS_DECAY:
     return decay(b)[time];
   case BASIS_INTEGRAL:
     return integral(b)[first < n->inputs ? first : 0];
-  case BASIS_INITIAL: {
-    const size_t o = rimi_le_index(spec, 4 * i + 1, b->config.outcomes);
-    return (FIRST(b)[o] - (double)rimi_le_f32(n->first, o)) * (1.0 - decay(b)[time]);
-  }
+  case BASIS_INITIAL:
+    return (FIRST(b)[outcome] - (double)rimi_le_f32(n->first, outcome)) * (1.0 - decay(b)[time]);
   case BASIS_TIME:
     return learnt_time_s(b, rimi_blocks_since_start_s(b));
   case BASIS_ROLLED:

@@ -17,6 +17,9 @@
    RIM_MONITOR_SIZE(d, o, r, ring, bins, grid, pairs) <=                                           \
        RIM_MONITOR_HEADER_BYTES + RIM_MONITOR_ROWS_SIZE(d, o, 0, 0) + 8u * (o) + 8u * (r) + 512u + \
            RIM_SELECT_SIZE(r, o, ring, bins, grid, pairs))
+_Static_assert(RIM_MONITOR_KINDS *RIM_MONITOR_MAX_OUTCOMES <= SEARCH_MAX_CHANNELS &&
+                   RIM_MONITOR_MAX_OUTCOMES <= RIM_SELECT_MAX_CHANNELS,
+               "either search has a channel for each kind of each outcome");
 _Static_assert(SIZE_IS_ENOUGH(1, 1, 1, 17, 5, 9, 1), "smallest");
 _Static_assert(SIZE_IS_ENOUGH(29, 25, 12, 512, 16, 32, 6), "landing");
 _Static_assert(SIZE_IS_ENOUGH(128, 128, 127, 4095, 31, 63, 16), "largest");
@@ -242,8 +245,6 @@ static rim_status make_plan(monitor_plan *p, const void *image, size_t image_byt
   if (status == RIM_OK)
     status =
         rimi_interference_watch_check(&p->image, p->rows.features, p->rows.outcomes, &p->has_watch);
-  if (p->channel_count > (p->is_trained ? SEARCH_MAX_CHANNELS : RIM_SELECT_MAX_CHANNELS))
-    return RIM_E_CONFIG;
   plan_searches(p);
   return status;
 }

@@ -331,9 +331,8 @@ static double explain(const rim_bandit *b, double part) {
   rim_gp *gp = gp_of(b, 0);
   const rim_extent *extent = extent_of(b);
   for (uint32_t i = 0; i < rim_gp_points(gp); ++i) {
-    rim_gp_point point;
-    if (rim_gp_get_point(gp, i, &point) != RIM_OK)
-      continue;
+    rim_gp_point point = {0};
+    (void)rim_gp_get_point(gp, i, &point);
     (void)rim_gp_set_offset(gp, i,
                             part > 0.0 ? part * rim_extent_correction(extent, point.x) : 0.0);
   }

@@ -182,13 +182,8 @@ static portal_answer find_portal(const sweep *s, const zone *z, vec p[4]) {
   p[2] = support(s, z, n);
   if (dot(p[2], n) <= 0.0)
     return APART;
+  /* It faces the origin: n p[0] = -p[2] (p[1] x p[0]), which is below 0. */
   n = cross(less(p[1], p[0]), less(p[2], p[0]));
-  if (dot(n, p[0]) > 0.0) { /* the side that faces the origin */
-    const vec swapped = p[1];
-    p[1] = p[2];
-    p[2] = swapped;
-    n = less(origin, n);
-  }
   for (int i = 0; i < STEPS; i++) {
     p[3] = support(s, z, n);
     if (dot(p[3], n) <= 0.0)

@@ -291,7 +291,8 @@ const search_hypothesis *rimi_search_best(const rim_search *s, uint32_t channel)
   return state->region.score > state->time.score ? &state->region : &state->time;
 }
 
-/* The channel of the next turn: every other one goes to the best, the others go round. */
+/* The channel of the next turn: every other one goes to the best, the others go round. The number
+ * of channels: none is watched. */
 static uint32_t choose_channel(rim_search *s) {
   s->favour = !s->favour;
   if (s->favour) {
@@ -310,7 +311,7 @@ static uint32_t choose_channel(rim_search *s) {
     if (is_active(s, c))
       return c;
   }
-  return s->next_channel;
+  return s->config.channels;
 }
 
 /* What was found earlier, judged with the newest blocks, and moved where that is better. */
@@ -423,7 +424,10 @@ static void work_unit(rim_search *s) {
   const uint32_t features = s->config.features;
   const uint32_t stage = s->stage;
   if (stage == 0 || !s->fresh) {
-    rimi_search_refresh(s, stage == 0 ? choose_channel(s) : s->channel);
+    const uint32_t channel = stage == 0 ? choose_channel(s) : s->channel;
+    if (channel == s->config.channels)
+      return;
+    rimi_search_refresh(s, channel);
     if (stage == 0)
       s->stage = 1;
     return;

@@ -1,0 +1,60 @@
+/* SPDX-License-Identifier: MIT */
+/* The selection of rows with predictions (search/select*.c) in memory that was changed: no index is
+ * followed that leads out of it. */
+#include <math.h>
+
+#include "monitor/guard.h"
+#include "monitor/monitor_private.h"
+#include "search/select_private.h"
+
+#include "monitor_bench.h"
+
+static bench b;
+
+/* An index of the search is looked at before it is followed. */
+static void an_index_is_looked_at_each_row(void **state) {
+  (void)state;
+  make_bench(&b, true);
+  for (uint32_t t = 0; t < 200; ++t)
+    (void)step(&b, 912, t, 0.0);
+  select_pair(b.monitor->select, 0)->x = REGION;
+  assert_int_equal(step(&b, 912, 200, 0.0).level, RIM_LEVEL_INTEGRITY);
+  assert_int_equal(rim_monitor_get_health(b.monitor).damage, RIM_DAMAGE_RUN);
+}
+
+/* Every field of a pair, and every one of a channel's slice. */
+static void every_index_of_a_selection(void **state) {
+  (void)state;
+  make_bench(&b, true);
+  for (uint32_t t = 0; t < 200; ++t)
+    (void)step(&b, 912, t, 0.0);
+  rim_select *e = b.monitor->select;
+  for (uint32_t i = 0; i < e->pairs; ++i) {
+    pair_state *p = select_pair(e, i);
+    const pair_state was = *p;
+    assert_true(rimi_select_indices_hold(e));
+#define SPOILT(field, value)                                                                       \
+  do {                                                                                             \
+    p->field = value;                                                                              \
+    assert_false(rimi_select_indices_hold(e));                                                     \
+    *p = was;                                                                                      \
+  } while (0)
+    SPOILT(active, 2);
+    SPOILT(exact, 2);
+    SPOILT(x, REGION);
+    SPOILT(y, REGION);
+    SPOILT(channel, O);
+    SPOILT(cursor, (uint8_t)e->chains);
+    SPOILT(which, (uint8_t)e->chains);
+#undef SPOILT
+  }
+  assert_true(rimi_select_indices_hold(e));
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(an_index_is_looked_at_each_row),
+      cmocka_unit_test(every_index_of_a_selection),
+  };
+  return cmocka_run_group_tests(tests, set_up, NULL);
+}
