@@ -27,6 +27,7 @@ private:
   std::vector<std::string> texts(const toml::table &table, const char *key) const;
   void check_name(const toml::table &table, const std::string &name);
   void read_top(const toml::table &root);
+  void read_time(const toml::table &table);
   void read_reader(const toml::table &table);
   void read_column(const toml::table &table);
   void read_keep(const toml::table &table);
@@ -153,6 +154,17 @@ void SchemaReader::read_top(const toml::table &root) {
   names_.clear();
 }
 
+void SchemaReader::read_time(const toml::table &table) {
+  world::check_keys(schema_.path, table, "", {"column", "scale", "offset", "not_increasing"});
+  const std::string column = text(table, "column", false);
+  schema_.time = {column.empty() ? "t_s" : column, "t_s", "s", number(table, "scale", 1.0),
+                  number(table, "offset", 0.0)};
+  const std::string bad = text(table, "not_increasing", false);
+  if (!bad.empty() && bad != "skip" && bad != "refuse")
+    fail(*table.get("not_increasing"), "not_increasing must be \"skip\" or \"refuse\"");
+  schema_.skip_bad_time = bad == "skip";
+}
+
 void SchemaReader::read_reader(const toml::table &table) {
   world::check_keys(schema_.path, table, "reader", {"dbc", "packets", "rows", "types"});
   const auto beside = [&](const std::string &file) {
@@ -172,10 +184,7 @@ Schema SchemaReader::read() {
   if (const toml::node *node = root.get("time")) {
     if (!node->is_table())
       fail(*node, "[time] is not a table");
-    const toml::table &time = *node->as_table();
-    world::check_keys(schema_.path, time, "", {"column", "scale", "offset"});
-    schema_.time = {text(time, "column", true), "t_s", "s", number(time, "scale", 1.0),
-                    number(time, "offset", 0.0)};
+    read_time(*node->as_table());
   }
   if (const toml::node *node = root.get("reader")) {
     if (!node->is_table())
