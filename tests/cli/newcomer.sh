@@ -112,6 +112,7 @@ for name, encoding in (("latin", "latin-1"), ("utf8", "utf-8"), ("mark", "utf-8-
 EOT
 "$RIM" schema utf8.csv > utf8.toml; check "umlauts" 0 $?
 contains "umlauts: a name without" "$(cat utf8.toml)" 'name = "s.oldruck_bar"'
+contains "the documented spelling of a unit" "$(printf 't_s,Oil [degC],Force [N]\n0,1.5,2\n1,2.5,3\n2,1.1,9\n' | "$RIM" schema -)" 's.oil_degC"'
 contains "umlauts: the header's own" "$(cat utf8.toml)" 'from = "Länge (°C)"'
 contains "umlauts: a unit" "$(cat utf8.toml)" 'name = "x.lange_degC"   # GUESS: context'
 contains "a column of one word" "$(cat utf8.toml)" '"Köln" in every row, which teaches nothing: Ort'
