@@ -5,7 +5,6 @@
 # they stand there (but for clone, deps and make), to an alarm that names the right sensor; then what a
 # stranger does wrong, and what he is told. Seeds 1 to 22.
 . "$(dirname "$0")/check.inc"
-root=$(cd "$(dirname "$0")/../.." && pwd)
 cd "$here" || exit 1
 mkdir build healthy && ln -s "$RIM" build/rim
 cat > stranger.py <<'EOF'

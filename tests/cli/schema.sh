@@ -3,7 +3,6 @@
 # rim schema, show and check: the tutorial of data/README.md as it is printed there, then foreign logs
 # of other kinds, images, alarms and DBC looked into, and bad input. Seed 1.
 . "$(dirname "$0")/check.inc"
-root=$(cd "$(dirname "$0")/../.." && pwd)
 mkdir "$here/bin" && ln -s "$RIM" "$here/bin/rim"
 export PATH=$here/bin:$PATH RIM_DATA=${RIM_DATA:-$root/data}
 python=python3
