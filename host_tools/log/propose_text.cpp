@@ -71,9 +71,9 @@ std::string rate_text(const Proposal &p) {
   std::string text = fmt::format("\n# Rows come at {} Hz; runs last {:.4g} to {:.4g} s.\n", rate,
                                  p.shortest_s, p.longest_s);
   if (p.gaps > 0)
-    text += fmt::format("# {} longer than 1.5 periods; the longest gap lasts {:.4g} s.\n",
-                        p.gaps == 1 ? "1 gap is" : fmt::format("{} gaps are", p.gaps),
-                        p.longest_gap_s);
+    text +=
+        fmt::format("# {} longer than 1.5 periods; the longest gap lasts {:.4g} s.\n",
+                    p.gaps == 1 ? "1 gap is" : fmt::format("{} gaps are", p.gaps), p.longest_gap_s);
   for (const auto &[path, hz] : p.other_rates)
     text += fmt::format("# DECIDE: {} comes at {:.4g} Hz: leave it out, or put all on one grid.\n",
                         plain(path), hz);

@@ -22,7 +22,8 @@ struct WorkStopped : std::exception {
 };
 
 // From now on every parallel_for() of the process throws WorkStopped before its next item, until
-// stop_work(false): how a long computation in a library ends early, when its caller is asked to. From any thread.
+// stop_work(false): how a long computation ends early when the user interrupts the program that it
+// is a library of. From any thread.
 void stop_work(bool stop);
 
 // Calls body(i) for every i < n, in any order, on parallel_threads() threads. Results are the same

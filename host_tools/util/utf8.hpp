@@ -8,13 +8,13 @@
 
 namespace rim {
 
-// Bytes of the UTF-8 sequence that the text begins with; 0 where it begins with none (overlong forms
-// and surrogates are none).
+// Bytes of the UTF-8 sequence that the text begins with; 0 where it begins with none (overlong
+// forms and surrogates are none).
 std::size_t utf8_length(std::string_view text);
 
 // The same text in UTF-8. With the byte order mark of UTF-16 it is taken for UTF-16 ("Unicode text"
-// of a spreadsheet); elsewhere a byte that is no UTF-8 is taken for a letter of Latin-1 (loggers and
-// spreadsheets of Europe). Half a surrogate pair becomes U+FFFD. O(bytes).
+// of a spreadsheet); elsewhere a byte that is no UTF-8 is taken for a letter of Latin-1 (loggers
+// and spreadsheets of Europe). Half a surrogate pair becomes U+FFFD. O(bytes).
 std::string as_utf8(std::string text);
 
 // The text with Latin letters' accents taken off (o for o umlaut): for names that may hold ASCII

@@ -430,9 +430,7 @@ Diagnosed diagnose(const std::vector<const rim::Log *> &given,
   options.command = o.command;
   options.model = simulation ? simulation->name() : "the logs' own predictions";
   Diagnosed out;
-  const auto work = [&] {
-    out.diagnosis = rim::diagnose::diagnose(logs, options, &out.measured);
-  };
+  const auto work = [&] { out.diagnosis = rim::diagnose::diagnose(logs, options, &out.measured); };
   if (simulation) { // its own Python code sees Ctrl-C, and may want the thread that it was made in
     nb::gil_scoped_release free;
     work();
