@@ -6,7 +6,6 @@
 #include <stdlib.h>
 
 #include "base/crc.h"
-#include "base/real.h"
 
 static void assert_close(double value, double expected, double least) {
   const double error = fabs(value - expected);
@@ -538,7 +537,7 @@ static void a_constant_feature_restricts_nothing(void **state) {
   assert_int_equal(found.family, SEARCH_SINCE);
 }
 
-static void start_far_off(bench *b) { /* in every block */
+static void start_far_off(bench *b) {
   world w = variant(0, RING);
   for (uint32_t i = 0; i < RING; ++i)
     w.r[i] = 50.0 * w.s;
