@@ -14,11 +14,11 @@ void port_putchar(char c);
  * status out of the machine the console alone tells. */
 _Noreturn void port_exit(int status);
 
-/* Return a count that rises by PORT_TICK instructions (or nanoseconds) and wraps at PORT_TICK_MASK,
- * for measuring one step; 0 always where the port has none. */
+/* Return a count for measuring one step, in units of port_tick_instructions(), that wraps at
+ * port_tick_mask(); 0 always where the port has none. */
 uint32_t port_ticks(void);
 
-/* Instructions a tick, and the bits that count; 0 and 0: none. */
+/* Instructions per tick, and the bits of the count; 0 and 0: the port has none. */
 uint32_t port_tick_instructions(void);
 uint32_t port_tick_mask(void);
 

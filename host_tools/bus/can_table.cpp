@@ -18,11 +18,6 @@ namespace rim {
 
 namespace {
 
-using world::fail;
-using world::Range;
-using world::read_number;
-using world::read_string;
-
 // Where a value comes from, and what is done to it.
 struct Source {
   std::size_t message = 0, signal = 0;
@@ -108,7 +103,7 @@ void Compiler::read_signal(const std::string &path, const toml::table &table) {
 }
 
 void Compiler::read_map(const std::string &path) {
-  const toml::table root = world::parse_toml(path);
+  const toml::table root = parse_toml(path);
   double time_scale = 1.0;
   for (const auto &[key, node] : root) {
     const std::string word(key.str());

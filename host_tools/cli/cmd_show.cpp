@@ -10,13 +10,14 @@
 #include "util/atomic_file.hpp"
 
 #include <cstdio>
+#include <filesystem>
 #include <optional>
 
 namespace {
 
 const char *const kFooter =
-    "FILE is a flight image, alarms (replay --alarms), a diagnosis.json, an extension.toml or a "
-    "log.\n"
+    "FILE is a flight image, alarms (replay --alarms), the folder or diagnosis.json of a\n"
+    "diagnosis, an extension.toml or a log.\n"
     "--dbc prints the DBC of the image's alarms: the outcomes and features have their names and\n"
     "units there, so that any CAN tool shows them. --lcm prints a type for lcm-gen whose "
     "constants\n"
@@ -32,6 +33,13 @@ struct Options {
   bool json = false, dbc = false, lcm = false, can_fd = false;
   unsigned node = 1;
 };
+
+// What `rim diagnose --out FOLDER` left is shown by the folder's name too.
+std::string file_of(const std::string &path) {
+  const std::string diagnosis = path + "/diagnosis.json";
+  std::error_code ignored;
+  return std::filesystem::is_regular_file(diagnosis, ignored) ? diagnosis : path;
+}
 
 rim::Shown shown(const Options &o) {
   switch (o.schema.empty() ? rim::kind_of_file(o.file) : rim::FileKind::log) {
@@ -74,6 +82,7 @@ int cmd_show(int argc, char **argv) {
   app.footer(kFooter);
   if (!app.parse(argc, argv))
     return rim::EXIT_FINE;
+  o.file = file_of(o.file);
   if (o.dbc || o.lcm) {
     const std::string text = rim::read_file(o.file);
     const rim::ImageFacts facts = rim::facts_of_image({text.begin(), text.end()}, o.file);

@@ -122,10 +122,12 @@ void print_input(const rim::Training &training) {
   std::size_t commands = 0;
   for (const std::uint8_t bits : plan.layout.command) // 2 and 4: an angle
     commands += (bits & 1U) != 0;
-  std::printf("%zu runs, %zu rows at %.4g Hz: %zu sensors, %zu commands, %zu further context\n",
+  std::printf("%zu runs, %zu rows at %.4g Hz: %zu sensor%s, %zu command%s, %zu further context\n",
               training.scores.size(), input.rows, 1.0 / plan.period_s, plan.layout.outcomes(),
-              commands, plan.layout.features() - plan.layout.outcome_feature.size() - commands);
-  std::printf("rows skipped for a missing or infinite value: %zu", input.skipped);
+              plan.layout.outcomes() == 1 ? "" : "s", commands, commands == 1 ? "" : "s",
+              plan.layout.features() - plan.layout.outcome_feature.size() - commands);
+  std::printf("rows skipped for a missing or infinite value, or a time that does not increase: %zu",
+              input.skipped);
   if (input.filtered > 0)
     std::printf("; left out by the schema: %zu", input.filtered);
   std::printf("\n");

@@ -17,10 +17,6 @@
 namespace rim::diagnose {
 namespace {
 
-using world::fail;
-using world::read_number;
-using world::read_string;
-
 constexpr const char *kSchema = "rim-extension/1";
 
 struct KindName {
@@ -262,14 +258,14 @@ std::vector<Parameter> TermReader::parameters(const char *key) const {
     check_keys(table, name, {"name", "value", "stderr", "unit", "between_logs_sd", "per_log"});
     Parameter p;
     p.name = read_string(path_, need(table, name, "name"), name + ".name");
-    p.value = read_number(path_, need(table, name, "value"), name + ".value", world::Range::any);
+    p.value = read_number(path_, need(table, name, "value"), name + ".value", Range::any);
     if (const toml::node *error = table.get("stderr"))
-      p.stderror = read_number(path_, *error, name + ".stderr", world::Range::not_negative);
+      p.stderror = read_number(path_, *error, name + ".stderr", Range::not_negative);
     if (const toml::node *unit = table.get("unit"))
       p.unit = read_string(path_, *unit, name + ".unit");
     if (const toml::node *spread = table.get("between_logs_sd"))
       p.between_logs_sd =
-          read_number(path_, *spread, name + ".between_logs_sd", world::Range::not_negative);
+          read_number(path_, *spread, name + ".between_logs_sd", Range::not_negative);
     if (const toml::node *each = table.get("per_log"))
       p.per_log = numbers(*each, name + ".per_log", true);
     if (!is_identifier(p.name))
@@ -361,8 +357,7 @@ void TermReader::read_response(Term *term) const {
       check_feature(value, term->channel, product.substr(at, end - at));
       at = end + 1;
     }
-    term->response[product] =
-        read_number(path_, value, "term.response." + product, world::Range::any);
+    term->response[product] = read_number(path_, value, "term.response." + product, Range::any);
   }
 }
 
@@ -384,7 +379,7 @@ void TermReader::read_ridges(Term *term) const {
     for (const auto &[key, value] : *weights.as_table()) {
       check_feature(value, term->channel, std::string(key.str()));
       ridge.weights[std::string(key.str())] =
-          read_number(path_, value, "term.ridge.weights", world::Range::any);
+          read_number(path_, value, "term.ridge.weights", Range::any);
     }
     const toml::node &knots = need(table, "term.ridge", "knots");
     ridge.knots = numbers(knots, "term.ridge.knots", true);
@@ -634,7 +629,7 @@ std::string extension_toml(const std::vector<Term> &terms, const std::string &ma
 }
 
 std::vector<Term> read_extension(const std::string &path) {
-  const toml::table file = world::parse_toml(path);
+  const toml::table file = parse_toml(path);
   for (const auto &[key, node] : file) {
     if (key.str() != "schema" && key.str() != "term")
       fail(path, node, fmt::format("unknown key '{}'", key.str()));
@@ -675,12 +670,12 @@ public:
 private:
   std::string place(std::size_t term, const char *key) const {
     try {
-      const toml::table file = world::parse_toml(path_);
+      const toml::table file = parse_toml(path_);
       const toml::array *terms = file.get_as<toml::array>("term");
       const toml::node *node = terms != nullptr ? terms->get(term) : nullptr;
       if (node != nullptr && node->is_table() && node->as_table()->get(key) != nullptr)
         node = node->as_table()->get(key);
-      return node != nullptr ? world::where(path_, *node) : path_ + ": ";
+      return node != nullptr ? rim::where(path_, *node) : path_ + ": ";
     } catch (const DataError &) {
       return path_ + ": ";
     }

@@ -50,8 +50,7 @@ Null simulate_null(const Measured &measured, const Catalogue &catalogue, std::si
       rimi_rng_seed(&rng, seed, of_all);
       for (Eigen::Index k = 0; k < y.size(); ++k)
         y(k) = rimi_rng_normal(&rng);
-      best[of_all] =
-          null_score(measured, measured.channels[first + c], libraries[c], *scanners[c], y);
+      best[of_all] = null_score(libraries[c], *scanners[c], y);
       progress.add();
     });
     if (channels <= kAtOnce)

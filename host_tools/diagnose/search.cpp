@@ -726,9 +726,7 @@ ChannelFindings ChannelSearch::run(const std::vector<Term> &given) {
   return std::move(out_);
 }
 
-double null_score(const Measured &measured, const Channel &channel, const Library &library,
-                  const Scanner &scanner, const Vector &y) {
-  (void)measured;
+double null_score(const Library &library, const Scanner &scanner, const Vector &y) {
   Noise noise;
   noise.weight = Vector::Ones(y.size());
   const Fit fit = fit_members(y, {}, noise);
@@ -746,7 +744,6 @@ double null_score(const Measured &measured, const Channel &channel, const Librar
   }
   for (const Proposal &proposal : scanner.variance(fit, noise))
     best = std::max(best, proposal.score());
-  (void)channel;
   return best;
 }
 

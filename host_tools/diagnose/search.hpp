@@ -196,7 +196,6 @@ void refit_on(const Measured &whole, const Channel &channel, ChannelFindings *fo
 
 // The largest score that the whole search finds in residuals y that are noise: one entry of the
 // null (eq. 3.9, p. 29).
-double null_score(const Measured &measured, const Channel &channel, const Library &library,
-                  const Scanner &scanner, const Vector &y);
+double null_score(const Library &library, const Scanner &scanner, const Vector &y);
 
 } // namespace rim::diagnose

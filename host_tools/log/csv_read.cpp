@@ -301,8 +301,9 @@ bool CsvReader::time_moves_on(double t_s) {
   const std::string reason =
       std::string("time ") + (t_s < log_.t_s.back() ? "runs backwards (" : "repeats (") +
       std::to_string(t_s) + " s after " + std::to_string(log_.t_s.back()) + " s)";
-  if (!options_.skip_bad_time)
-    fail_row(header_[time_.field], reason);
+  if (!options_.skip_bad_time && !(schema_ != nullptr && schema_->skip_bad_time))
+    fail_row(header_[time_.field],
+             reason + "; a schema with not_increasing = \"skip\" under [time] skips such rows");
   if (first_skipped_.empty())
     first_skipped_ = "row " + std::to_string(log_.rows_in_file) + ": column '" +
                      header_[time_.field] + "': " + reason + at_line();

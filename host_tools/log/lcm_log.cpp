@@ -79,7 +79,8 @@ void LcmLogReader::take(const LcmEvent &event) {
   if (!log_.t_s.empty() && t_s <= log_.t_s.back()) {
     const std::string reason = t_s < log_.t_s.back() ? "time runs backwards" : "time repeats";
     if (!skip_bad_time_)
-      throw DataError(where() + ": column 't_us': " + reason);
+      throw DataError(where() + ": column 't_us': " + reason +
+                      "; a schema with not_increasing = \"skip\" under [time] skips such rows");
     return skip(reason);
   }
   log_.t_s.push_back(t_s);
@@ -163,7 +164,8 @@ void refuse_unused(const std::string &path, const Schema *schema) {
                            : nullptr;
   if (unused != nullptr)
     throw DataError(path + ": " + schema->path + ": " + unused +
-                    " does not apply to an LCM event log, only 'observation' and resampling do");
+                    " does not apply to an LCM event log: 'observation', 'not_increasing' and "
+                    "resampling do");
 }
 
 } // namespace
@@ -176,7 +178,8 @@ Log read_lcm_log(const std::string &path, std::string_view bytes, const Schema *
     throw DataError(path + ": an LCM event log carries no names: give a model, or a schema with "
                            "'observation'");
   refuse_unused(path, schema);
-  LcmLogReader reader(path, names, options.skip_bad_time);
+  LcmLogReader reader(path, names,
+                      options.skip_bad_time || (schema != nullptr && schema->skip_bad_time));
   LcmEventReader events(bytes);
   LcmEvent event;
   while (events.next(event))

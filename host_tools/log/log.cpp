@@ -66,7 +66,8 @@ std::string unit_of_name(const std::string &name) {
 }
 
 std::string suffix_of_unit(const std::string &unit) {
-  for (std::size_t i = 0; i < RIMI_UNITS; i++)
+  for (std::size_t i = RIMI_UNITS;
+       i-- > 0;) // the documented spelling comes last: "degC", not "degc"
     if (unit == rimi_unit_at(i)->text)
       return rimi_unit_at(i)->suffix;
   for (const auto &[other, suffix] : kSpellings)

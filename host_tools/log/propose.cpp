@@ -12,6 +12,7 @@
 #include "log/log.hpp"
 #include "stats/robust.hpp"
 #include "util/error.hpp"
+#include "util/utf8.hpp"
 
 namespace rim {
 
@@ -74,6 +75,7 @@ Parts parts_of(const std::string &name) {
     parts.unit = unit_of_name("s." + bare);
     bare.resize(bare.rfind('_'));
   }
+  bare = without_accents(bare);
   std::string word;
   for (std::size_t i = 0; i <= bare.size(); i++) {
     const auto letter = static_cast<unsigned char>(i < bare.size() ? bare[i] : ' ');
@@ -99,8 +101,9 @@ template <class Test> Words without(Words words, Test test) {
 
 std::string joined(const Words &words) {
   std::string text;
-  for (const auto &word : words)
-    text += (text.empty() ? "" : "_") + word;
+  for (std::size_t i = 0; i < words.size(); i++) // "pose.pose.x": said once
+    if (i == 0 || words[i] != words[i - 1])
+      text += (i == 0 ? "" : "_") + words[i];
   return text;
 }
 
@@ -133,6 +136,13 @@ void add_steps(const std::vector<double> &times, std::vector<double> *steps) {
   for (std::size_t i = 1; i < times.size(); i++)
     if (times[i] > times[i - 1])
       steps->push_back(times[i] - times[i - 1]);
+}
+
+std::string columns_of(const RawTable &table) {
+  std::string text;
+  for (std::size_t c = 0; c < table.columns.size() && c < 12; c++)
+    text += (c == 0 ? "'" : "', '") + table.columns[c].name;
+  return text + (table.columns.size() > 12 ? "', ..." : "'");
 }
 
 class Proposer {
@@ -242,7 +252,9 @@ void Proposer::find_time() {
     }
   }
   if (best < 0)
-    fail(out_.paths.front(), "no column increases from row to row: which one is the time?");
+    fail(out_.paths.front(), "no column can be the time: none increases from row to row in every "
+                             "log (but for one row in fifty). The columns are " +
+                                 columns_of(tables_.front()));
   out_.time = best;
   ColumnGuess &guess = out_.columns[static_cast<std::size_t>(best)];
   guess.guess = Guess::time;
@@ -354,9 +366,10 @@ bool Proposer::settles(std::size_t c) {
   const bool numbers = std::all_of(tables_.begin(), tables_.end(), [c](const RawTable &t) {
     return t.columns[c].text == 0 && t.columns[c].empty < t.rows;
   });
-  if (!numbers || holds_dates(c))
+  const bool one_word = guess.words.size() == 1 && guess.missing == out_.rows;
+  if ((!numbers || holds_dates(c)) && !one_word)
     guess.guess = Guess::text;
-  else if (guess.low == guess.high)
+  else if (one_word || guess.low == guess.high)
     guess.guess = Guess::constant;
   else if (is_counter(c))
     guess.guess = Guess::counter;

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -67,13 +70,10 @@ std::string rate_text(const Proposal &p) {
   const std::string rate = fmt::format("{:.4g}", 1.0 / p.period_s);
   std::string text = fmt::format("\n# Rows come at {} Hz; runs last {:.4g} to {:.4g} s.\n", rate,
                                  p.shortest_s, p.longest_s);
-  if (p.backwards > 0)
-    text += fmt::format("# In {} rows the time repeats or runs backwards: replay takes such a log "
-                        "with --skip-bad-time.\n",
-                        p.backwards);
   if (p.gaps > 0)
-    text += fmt::format("# {} gaps are longer than 1.5 periods, the longest lasts {:.4g} s.\n",
-                        p.gaps, p.longest_gap_s);
+    text +=
+        fmt::format("# {} longer than 1.5 periods; the longest gap lasts {:.4g} s.\n",
+                    p.gaps == 1 ? "1 gap is" : fmt::format("{} gaps are", p.gaps), p.longest_gap_s);
   for (const auto &[path, hz] : p.other_rates)
     text += fmt::format("# DECIDE: {} comes at {:.4g} Hz: leave it out, or put all on one grid.\n",
                         plain(path), hz);
@@ -86,10 +86,11 @@ std::string rate_text(const Proposal &p) {
   return text + fmt::format("# resample_hz = {}\n# resample = \"hold\"\n", rate);
 }
 
-std::string time_text(const Proposal &p) {
+std::string time_column_text(const Proposal &p) {
   const ColumnGuess &time = p.columns[static_cast<std::size_t>(p.time)];
   if (time.from == "t_s" && p.time_scale == 1.0)
-    return "\n# The time is the column t_s, in seconds.\n";
+    return "\n# The time is the column t_s, in seconds.\n" +
+           std::string(p.backwards > 0 ? "[time]\n" : "");
   std::string text = "\n[time]\ncolumn = " + quoted(time.from);
   if (p.time_dates)
     return text + "   # dates and times of day: seconds from the first row of a file\n";
@@ -99,6 +100,15 @@ std::string time_text(const Proposal &p) {
     return text + fmt::format("   # to seconds, from {}\n", plain(time.unit));
   return text +
          fmt::format("   # GUESS: to seconds; the rate is {:.4g} Hz then\n", 1.0 / p.period_s);
+}
+
+std::string time_text(const Proposal &p) {
+  return time_column_text(p) +
+         (p.backwards == 0
+              ? ""
+              : fmt::format("not_increasing = \"skip\"   # DECIDE: in {} rows the time repeats or "
+                            "runs backwards; without this line such a log is refused\n",
+                            p.backwards));
 }
 
 const char *role_words(Guess guess) {
@@ -150,9 +160,6 @@ std::string left_out_text(const ColumnGuess &g) {
   const std::string from = plain(g.from);
   std::string why;
   switch (g.guess) {
-  case Guess::constant:
-    why = fmt::format("is {:.6g} in every row: it says nothing", g.low);
-    break;
   case Guess::duplicate:
     why = "equals " + plain(g.twin) + " in every row";
     break;
@@ -179,6 +186,27 @@ std::string left_out_text(const ColumnGuess &g) {
          "\n# values = [" + list + "]\n";
 }
 
+// The columns that never change, under the value that they hold.
+std::string constant_text(const Proposal &p) {
+  std::vector<std::pair<std::string, std::string>> groups; // value, columns
+  for (const ColumnGuess &g : p.columns) {
+    if (g.guess != Guess::constant)
+      continue;
+    const std::string value =
+        g.low == g.high ? fmt::format("{:.6g}", g.low) : quoted(g.words.front());
+    const auto group = std::find_if(groups.begin(), groups.end(),
+                                    [&](const auto &known) { return known.first == value; });
+    if (group == groups.end())
+      groups.emplace_back(value, plain(g.from));
+    else
+      group->second += ", " + plain(g.from);
+  }
+  std::string text;
+  for (const auto &[value, columns] : groups)
+    text += fmt::format("# {} in every row, which teaches nothing: {}\n", value, columns);
+  return text;
+}
+
 } // namespace
 
 std::string proposal_text(const Proposal &p) {
@@ -196,9 +224,10 @@ std::string proposal_text(const Proposal &p) {
       kept += (kept.empty() ? "" : ", ") + plain(g.from);
     else if (!g.name.empty())
       text += column_text(g);
-    else
+    else if (g.guess != Guess::constant)
       out += left_out_text(g);
   }
+  out += constant_text(p);
   if (!kept.empty())
     text += "\n# Their own names say what they are, they are used as they stand: " + kept + "\n";
   if (!out.empty())

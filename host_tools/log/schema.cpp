@@ -19,7 +19,7 @@ public:
 
 private:
   [[noreturn]] void fail(const toml::node &at, const std::string &reason) const {
-    world::fail(schema_.path, at, reason);
+    rim::fail(schema_.path, at, reason);
   }
   // Empty where there is no such key.
   std::string text(const toml::table &table, const char *key, bool needed) const;
@@ -27,6 +27,7 @@ private:
   std::vector<std::string> texts(const toml::table &table, const char *key) const;
   void check_name(const toml::table &table, const std::string &name);
   void read_top(const toml::table &root);
+  void read_time(const toml::table &table);
   void read_reader(const toml::table &table);
   void read_column(const toml::table &table);
   void read_keep(const toml::table &table);
@@ -41,20 +42,18 @@ std::string SchemaReader::text(const toml::table &table, const char *key, bool n
   const toml::node *node = table.get(key);
   if (node == nullptr && needed)
     fail(table, std::string("key '") + key + "' is missing");
-  return node != nullptr ? world::read_string(schema_.path, *node, key) : "";
+  return node != nullptr ? read_string(schema_.path, *node, key) : "";
 }
 
 double SchemaReader::number(const toml::table &table, const char *key, double otherwise) const {
   const toml::node *node = table.get(key);
-  return node != nullptr ? world::read_number(schema_.path, *node, key, world::Range::any)
-                         : otherwise;
+  return node != nullptr ? read_number(schema_.path, *node, key, Range::any) : otherwise;
 }
 
 // Whole numbers stand for the text that a CSV file would hold.
 std::vector<std::string> SchemaReader::texts(const toml::table &table, const char *key) const {
   const toml::node *node = table.get(key);
-  return node != nullptr ? world::read_strings(schema_.path, *node, key)
-                         : std::vector<std::string>();
+  return node != nullptr ? read_strings(schema_.path, *node, key) : std::vector<std::string>();
 }
 
 void SchemaReader::check_name(const toml::table &table, const std::string &name) {
@@ -67,7 +66,7 @@ void SchemaReader::check_name(const toml::table &table, const std::string &name)
 }
 
 void SchemaReader::read_column(const toml::table &table) {
-  world::check_keys(schema_.path, table, "", {"from", "name", "unit", "scale", "offset"});
+  check_keys(schema_.path, table, "", {"from", "name", "unit", "scale", "offset"});
   schema_.columns.push_back({text(table, "from", true), text(table, "name", true),
                              text(table, "unit", false), number(table, "scale", 1.0),
                              number(table, "offset", 0.0)});
@@ -75,7 +74,7 @@ void SchemaReader::read_column(const toml::table &table) {
 }
 
 void SchemaReader::read_keep(const toml::table &table) {
-  world::check_keys(schema_.path, table, "", {"column", "values", "min", "max"});
+  check_keys(schema_.path, table, "", {"column", "values", "min", "max"});
   KeepRule rule;
   rule.column = text(table, "column", true);
   rule.values = texts(table, "values");
@@ -88,8 +87,8 @@ void SchemaReader::read_keep(const toml::table &table) {
 }
 
 void SchemaReader::read_derive(const toml::table &table) {
-  world::check_keys(schema_.path, table, "",
-                    {"name", "from", "unit", "kind", "window_s", "scale", "order"});
+  check_keys(schema_.path, table, "",
+             {"name", "from", "unit", "kind", "window_s", "scale", "order"});
   DeriveRule rule;
   rule.name = text(table, "name", true);
   rule.from = text(table, "from", true);
@@ -109,7 +108,7 @@ void SchemaReader::read_derive(const toml::table &table) {
 }
 
 void SchemaReader::read_friction(const toml::table &table) {
-  world::check_keys(schema_.path, table, "friction", {"outcome", "velocity"});
+  check_keys(schema_.path, table, "friction", {"outcome", "velocity"});
   const std::string outcome = text(table, "outcome", true);
   Role role = Role::context;
   if (!role_of_name(outcome, role) || role != Role::outcome)
@@ -122,9 +121,9 @@ void SchemaReader::read_friction(const toml::table &table) {
 }
 
 void SchemaReader::read_top(const toml::table &root) {
-  world::check_keys(schema_.path, root, "",
-                    {"schema", "delimiter", "decimal", "resample_hz", "resample", "max_gap_s",
-                     "observation", "reader", "time", "column", "keep", "derive", "friction"});
+  check_keys(schema_.path, root, "",
+             {"schema", "delimiter", "decimal", "resample_hz", "resample", "max_gap_s",
+              "observation", "reader", "time", "column", "keep", "derive", "friction"});
   if (text(root, "schema", true) != "rim-schema/1")
     fail(*root.get("schema"), "schema must be \"rim-schema/1\"");
   const std::string delimiter = text(root, "delimiter", false);
@@ -153,8 +152,19 @@ void SchemaReader::read_top(const toml::table &root) {
   names_.clear();
 }
 
+void SchemaReader::read_time(const toml::table &table) {
+  check_keys(schema_.path, table, "", {"column", "scale", "offset", "not_increasing"});
+  const std::string column = text(table, "column", false);
+  schema_.time = {column.empty() ? "t_s" : column, "t_s", "s", number(table, "scale", 1.0),
+                  number(table, "offset", 0.0)};
+  const std::string bad = text(table, "not_increasing", false);
+  if (!bad.empty() && bad != "skip" && bad != "refuse")
+    fail(*table.get("not_increasing"), "not_increasing must be \"skip\" or \"refuse\"");
+  schema_.skip_bad_time = bad == "skip";
+}
+
 void SchemaReader::read_reader(const toml::table &table) {
-  world::check_keys(schema_.path, table, "reader", {"dbc", "packets", "rows", "types"});
+  check_keys(schema_.path, table, "reader", {"dbc", "packets", "rows", "types"});
   const auto beside = [&](const std::string &file) {
     return file.empty() ? file
                         : (std::filesystem::path(schema_.path).parent_path() / file).string();
@@ -167,28 +177,25 @@ void SchemaReader::read_reader(const toml::table &table) {
 }
 
 Schema SchemaReader::read() {
-  const toml::table root = world::parse_toml(schema_.path);
+  const toml::table root = parse_toml(schema_.path);
   read_top(root);
   if (const toml::node *node = root.get("time")) {
     if (!node->is_table())
       fail(*node, "[time] is not a table");
-    const toml::table &time = *node->as_table();
-    world::check_keys(schema_.path, time, "", {"column", "scale", "offset"});
-    schema_.time = {text(time, "column", true), "t_s", "s", number(time, "scale", 1.0),
-                    number(time, "offset", 0.0)};
+    read_time(*node->as_table());
   }
   if (const toml::node *node = root.get("reader")) {
     if (!node->is_table())
       fail(*node, "[reader] is not a table");
     read_reader(*node->as_table());
   }
-  for (const toml::table *table : world::read_tables(schema_.path, root, "column"))
+  for (const toml::table *table : read_tables(schema_.path, root, "column"))
     read_column(*table);
-  for (const toml::table *table : world::read_tables(schema_.path, root, "keep"))
+  for (const toml::table *table : read_tables(schema_.path, root, "keep"))
     read_keep(*table);
-  for (const toml::table *table : world::read_tables(schema_.path, root, "derive"))
+  for (const toml::table *table : read_tables(schema_.path, root, "derive"))
     read_derive(*table);
-  for (const toml::table *table : world::read_tables(schema_.path, root, "friction"))
+  for (const toml::table *table : read_tables(schema_.path, root, "friction"))
     read_friction(*table);
   return std::move(schema_);
 }

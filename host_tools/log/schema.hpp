@@ -12,6 +12,7 @@
 //   dbc = "bus.dbc" ; packets = "packets.csv" ; types = ["state.lcm"] ; rows = "/imu"
 //   [time]                     # default: t_s
 //   column = "TIME" ; scale = 1e-6 ; offset = 0
+//   not_increasing = "skip"    # rows whose time repeats or runs backwards; default "refuse"
 //   [[column]]                 # value = scale * field + offset
 //   from = "ALT" ; name = "s.altitude_m" ; scale = 0.3048 ; unit = "m"
 //   [[keep]]                   # a row is kept when every [[keep]] holds; before all other checks
@@ -70,6 +71,7 @@ struct Schema {
   bool resample_linear = false;
   double max_gap_s = 0.0; // 0: ten periods
   ColumnMap time{"t_s", "t_s", "s", 1.0, 0.0};
+  bool skip_bad_time = false; // skip and count rows whose time repeats or runs backwards
   std::vector<ColumnMap> columns;
   std::vector<KeepRule> keep;
   std::vector<DeriveRule> derive;

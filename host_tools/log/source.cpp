@@ -17,6 +17,7 @@
 #include "util/data_path.hpp"
 #include "util/error.hpp"
 #include "util/run_program.hpp"
+#include "util/utf8.hpp"
 
 namespace rim {
 
@@ -170,11 +171,15 @@ LogSource read_log_source(const std::string &path, const Schema *schema) {
     return {converted(path, schema), true}; // rosbag2
   const std::string bytes = content(path);
   std::string text = unpacked(path, bytes);
+  if (begins(text, "\xFF\xFE") || begins(text, "\xFE\xFF"))
+    text = as_utf8(std::move(text));
   if (begins(text, "PK\x03\x04") || begins(text, "\xD0\xCF\x11\xE0"))
     throw DataError(path + ": is a spreadsheet or a zip archive: save the table as CSV, or unpack "
                            "the archive");
+  if (begins(text, "<!DOCTYPE") || begins(text, "<html") || begins(text, "<?xml"))
+    throw DataError(path + ": is a page of HTML or XML, no log: a browser shows it");
   if (!needs_reader(path, text, schema))
-    return {std::move(text), false};
+    return {is_lcm_log(text) ? std::move(text) : as_utf8(std::move(text)), false};
   if (text.size() != bytes.size() || !fs::is_regular_file(path, ignored))
     throw DataError(path + ": is neither CSV nor an LCM event log nor candump text; other formats "
                            "are read from a plain file of their own, not packed nor from a pipe");

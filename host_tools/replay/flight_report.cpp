@@ -323,7 +323,7 @@ void append_features(const Log &rows, bool is_first, report::Explore *data) {
   }
 }
 
-// On board a region with a shape that leans is an ellipse, any other is told as its box.
+// On board a region with a shape that leans is an ellipse, any other is described by its box.
 report::ExploreRegion explore_region(const rim_region &region, const Names &names) {
   report::ExploreRegion out;
   const std::size_t dims = std::min<std::size_t>(region.dims, RIM_REGION_MAX_DIMS);

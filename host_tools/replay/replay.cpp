@@ -196,6 +196,7 @@ void Replayer::finish(const Log &log, const Matrix &context, const ReplayOptions
   result->rows_skipped = log.rows_skipped;
   result->rows_filtered = log.rows_filtered;
   result->rows = static_cast<std::uint32_t>(context.rows());
+  result->begin_s = log.t_s.empty() ? 0.0 : log.t_s.front();
   result->duration_s = log.t_s.empty() ? 0.0 : log.t_s.back() - log.t_s.front();
   result->health = rim_monitor_get_health(monitor);
   result->image_period_s = 1e-6 * rim_monitor_config(monitor, RIM_CONFIG_PERIOD_US);
@@ -339,7 +340,11 @@ std::string replay_text(const ReplayedLog &log, const Names &names) {
       text += fmt::format("; the score rose to {:.0f} % of the alarm's",
                           100.0 * std::max(0.0, log.score) / log.alarm_score);
   } else {
-    text += fmt::format("FOUND at t = {:.2f} s\n  then: {}", log.first.t_s,
+    const bool epoch = log.begin_s > 1e6; // a clock's time, which nobody reads as a time of flight
+    text += fmt::format("FOUND at t = {:.2f} s{}\n  then: {}", log.first.t_s,
+                        epoch ? fmt::format(", {:.2f} s after its first row (at {:.2f} s)",
+                                            log.first.t_s - log.begin_s, log.begin_s)
+                              : "",
                         alarm_sentence(log.first, names));
     if (log.last.seq != log.first.seq) {
       text += fmt::format("\n  in the end, {}: {}",

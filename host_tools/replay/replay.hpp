@@ -31,7 +31,7 @@ struct ReplayedLog : Found {
   std::string path;
   std::uint32_t rows_in_file = 0, rows_skipped = 0, rows_filtered = 0; // by the reader
   std::uint32_t rows = 0;                                              // offered to the monitor
-  double duration_s = 0.0;
+  double begin_s = 0.0, duration_s = 0.0;                              // of its rows
   rim_monitor_health health{};
   std::uint32_t blocks = 0;          // examined
   double image_period_s = 0.0;       // rows as the image wants them

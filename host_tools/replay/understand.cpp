@@ -81,7 +81,10 @@ std::string understanding_text(const Understanding &u, const Log &log, bool all)
     text += u.why_not;
   text += "\n";
   if (u.missing.empty() && log.rows_skipped > 0)
-    text += fmt::format("  {} rows skipped for a missing or infinite value\n", log.rows_skipped);
+    text +=
+        fmt::format("  {} rows skipped for a missing or infinite value, or a time that does not "
+                    "increase\n",
+                    log.rows_skipped);
   if (!u.unused.empty())
     text += "  not used, the model does not know: " + listed(u.unused) + "\n";
   Table table({{"column", ""},

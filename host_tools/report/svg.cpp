@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "log/log.hpp"
+#include "util/utf8.hpp"
 
 namespace rim::diagnose::report {
 
@@ -15,30 +16,6 @@ namespace {
 constexpr double kLetter = 6.7; // mean width of a tick's digit at 12 px
 constexpr double kXRoom = 40.0; // below a panel: ticks and the axis' name
 constexpr const char *kMinus = "\u2212", *kThin = "\u202f", *kReplacement = "\ufffd";
-
-// Bytes of the UTF-8 sequence that begins here; 0: none does (overlong forms, surrogates).
-std::size_t utf8_length(std::string_view text) {
-  const auto byte = [&text](std::size_t i) {
-    return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u;
-  };
-  const unsigned first = byte(0);
-  const auto follows = [&byte](std::size_t i) { return (byte(i) & 0xc0u) == 0x80u; };
-  if (first < 0x80u)
-    return 1;
-  if (first >= 0xc2u && first < 0xe0u)
-    return follows(1) ? 2 : 0;
-  if (first >= 0xe0u && first < 0xf0u) {
-    const bool overlong = first == 0xe0u && byte(1) < 0xa0u;
-    const bool surrogate = first == 0xedu && byte(1) >= 0xa0u;
-    return follows(1) && follows(2) && !overlong && !surrogate ? 3 : 0;
-  }
-  if (first >= 0xf0u && first < 0xf5u) {
-    const bool outside =
-        (first == 0xf0u && byte(1) < 0x90u) || (first == 0xf4u && byte(1) >= 0x90u);
-    return follows(1) && follows(2) && follows(3) && !outside ? 4 : 0;
-  }
-  return 0;
-}
 
 std::string superscript(int exponent) {
   static const char *const kDigit[] = {"\u2070", "\u00b9", "\u00b2", "\u00b3", "\u2074",

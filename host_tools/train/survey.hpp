@@ -43,7 +43,7 @@ struct Survey {
 // DataError as of read_log() and check_layout(), of the first log that has one.
 Survey survey_of(LogSet *logs);
 
-// Hash of a log's values, by which a run is told from others.
+// Hash of a log's values, which differs between different runs.
 void hash_of(const Log &log, std::uint64_t content[2]);
 // Median time between the rows of one run. DataError with fewer than two rows.
 double period_of(const RunFacts &run);

@@ -80,9 +80,10 @@ std::string choice_report(const Training &training) {
     features.push_back(quantity_of(plan.layout.feature_names[plan.region[i]]).words +
                        (plan.region_outcome[i] != 0xffff ? " (as predicted)" : ""));
   }
-  text += fmt::format("{} of {} features may describe a region (the others repeat one of them, or "
-                      "there are more than are searched)\n",
-                      plan.region.size(), plan.layout.features());
+  const bool all = plan.region.size() >= plan.layout.features();
+  text += fmt::format(
+      "{} of {} features may describe a region{}\n", plan.region.size(), plan.layout.features(),
+      all ? "" : " (the others repeat one of them, or there are more than are searched)");
   return text + wrapped(features, "  ");
 }
 
@@ -94,10 +95,11 @@ std::string promise_report(const Training &training, double false_alarm) {
                                  "taught\n",
                                  runs);
   if (promised > false_alarm * (1.0 + 1e-6)) {
-    text += fmt::format("  with {} runs no rate below {:.1f} % can be promised (wished: {:.3g} %); "
-                        "using that.\n  {:.0f} runs are the least for {:.3g} %\n",
-                        runs, 100.0 / static_cast<double>(runs + 1), 100.0 * false_alarm,
-                        std::ceil(1.0 / false_alarm - 1e-9) - 1.0, 100.0 * false_alarm);
+    text += fmt::format(
+        "  with {} runs no rate below {:.1f} % can be promised, which is used ({:.3g} % was "
+        "asked for).\n  {:.0f} runs are the least for {:.3g} %\n",
+        runs, 100.0 / static_cast<double>(runs + 1), 100.0 * false_alarm,
+        std::ceil(1.0 / false_alarm - 1e-9) - 1.0, 100.0 * false_alarm);
   }
   text += fmt::format(
       "  promised: at most {:.1f} % of healthy runs raise any alarm\n"

@@ -214,9 +214,9 @@ void find_unlike_runs(const std::vector<std::string> &paths, Training *training)
     training->unlike.push_back(r);
     const std::size_t outcomes = training->plan.layout.outcomes();
     training->warnings.push_back(fmt::format(
-        "{} is unlike the other runs: its score by what they taught is {:.1f}, theirs {:.1f} in "
-        "the middle; '{}' deviates most. Is this run healthy? The image has learnt from it; "
-        "--leave-out-unlike learns without it",
+        "{} is unlike the other runs: judged by what they taught it scores {:.1f}, where their "
+        "median is {:.1f}; '{}' deviates most. If this run is not healthy, train again without it "
+        "(--leave-out-unlike does so): this image has learnt from it",
         paths[r], s.score, spread.middle,
         training->plan.layout.outcome_names[s.channel % outcomes]));
   }

@@ -13,9 +13,12 @@ namespace rim {
 
 namespace {
 std::size_t chosen_threads = 0; // 0: by the environment
+std::atomic<bool> stopped{false};
 } // namespace
 
 void set_parallel_threads(std::size_t threads) { chosen_threads = threads; }
+
+void stop_work(bool stop) { stopped = stop; }
 
 std::size_t parallel_threads() {
   if (chosen_threads > 0)
@@ -37,6 +40,8 @@ void parallel_for(std::size_t n, const std::function<void(std::size_t)> &body) {
       if (i >= n || stop)
         return;
       try {
+        if (stopped)
+          throw WorkStopped();
         body(i);
       } catch (...) {
         const std::lock_guard<std::mutex> lock(failing);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <exception>
 #include <functional>
 #include <utility>
 #include <vector>
@@ -14,6 +15,16 @@ namespace rim {
 std::size_t parallel_threads();
 // From 1 to 64; 0 takes it back. Not while a loop runs.
 void set_parallel_threads(std::size_t threads);
+
+// Thrown by parallel_for() after stop_work(true).
+struct WorkStopped : std::exception {
+  const char *what() const noexcept override { return "stopped"; }
+};
+
+// From now on every parallel_for() of the process throws WorkStopped before its next item, until
+// stop_work(false): how a long computation ends early when the user interrupts the program that it
+// is a library of. From any thread.
+void stop_work(bool stop);
 
 // Calls body(i) for every i < n, in any order, on parallel_threads() threads. Results are the same
 // for any number of threads when body(i) writes only what belongs to i: store by index, fold after.

@@ -8,7 +8,7 @@
 
 #include "util/atomic_file.hpp"
 
-namespace rim::world {
+namespace rim {
 namespace {
 
 const char *range_text(Range range) {
@@ -153,4 +153,4 @@ void read_numbers(const std::string &path, const toml::table &table, const std::
   }
 }
 
-} // namespace rim::world
+} // namespace rim

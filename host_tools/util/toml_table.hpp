@@ -9,7 +9,7 @@
 
 #include <toml++/toml.h>
 
-namespace rim::world {
+namespace rim {
 
 enum class Range { any, not_negative, positive, fraction };
 
@@ -63,4 +63,4 @@ Params read_overlaid(const std::string &base, const std::string &overlay,
 // "HEADER\nkey = value\n..." with doubles that read back to the same bits.
 std::string table_toml(const std::string &header, const std::vector<NumberKey> &keys);
 
-} // namespace rim::world
+} // namespace rim

@@ -19,8 +19,7 @@ constexpr std::uint64_t kChoiceStream = 3;
 constexpr double kGoalieBeforeLine_m = 0.2;
 constexpr double kBlockerPart = 0.4; // of the way from the ball to the goal
 
-std::vector<world::NumberKey> keys_of(FreekickParams &p) {
-  using world::Range;
+std::vector<NumberKey> keys_of(FreekickParams &p) {
   return {{"half_length_m", &p.half_length_m, Range::positive},
           {"half_width_m", &p.half_width_m, Range::positive},
           {"goal_half_m", &p.goal_half_m, Range::positive},
@@ -49,12 +48,12 @@ FreekickPlan read_plan(const std::string &path, const toml::table &table, const 
     throw DataError(path + ": key 'plan." + name + "' is missing");
   const toml::array *numbers = node->as_array();
   if (numbers == nullptr || numbers->size() != 4 * kFreekickReceivers)
-    world::fail(path, *node, "key 'plan." + name + "': expected 16 numbers");
+    fail(path, *node, "key 'plan." + name + "': expected 16 numbers");
   FreekickPlan plan;
   for (std::size_t i = 0; i < kFreekickReceivers; ++i) {
     double at[4];
     for (std::size_t k = 0; k < 4; ++k)
-      at[k] = world::read_number(path, *numbers->get(4 * i + k), "plan." + name, world::Range::any);
+      at[k] = read_number(path, *numbers->get(4 * i + k), "plan." + name, Range::any);
     plan[i] = {{at[0], at[1]}, {at[2], at[3]}};
   }
   return plan;
@@ -98,16 +97,15 @@ Defence parse_defence(const std::string &name) {
 }
 
 static void read_file(const std::string &path, FreekickParams &params, bool complete) {
-  const toml::table root = world::parse_toml(path);
-  world::read_numbers(path, root, "", {}, false, {"freekick", "plan"});
+  const toml::table root = parse_toml(path);
+  read_numbers(path, root, "", {}, false, {"freekick", "plan"});
   for (const char *name : {"freekick", "plan"}) {
     const toml::node *table = root.get(name);
     if (table == nullptr ? complete : !table->is_table())
       throw DataError(path + ": table '[" + name + "]' is missing");
   }
   if (root.contains("freekick"))
-    world::read_numbers(path, *root.get("freekick")->as_table(), "freekick", keys_of(params),
-                        complete);
+    read_numbers(path, *root.get("freekick")->as_table(), "freekick", keys_of(params), complete);
   if (root.contains("plan")) {
     const toml::table &plans = *root.get("plan")->as_table();
     std::vector<std::string> names;
@@ -116,19 +114,19 @@ static void read_file(const std::string &path, FreekickParams &params, bool comp
       if (complete || plans.contains(names.back()))
         params.plans[k] = read_plan(path, plans, names.back());
     }
-    world::read_numbers(path, plans, "plan", {}, false, names);
+    read_numbers(path, plans, "plan", {}, false, names);
   }
   if (params.ball_max_x_m < params.ball_min_x_m || params.ball_max_y_m < params.ball_min_y_m)
     throw DataError(path + ": key 'freekick.ball_min_x_m', '.ball_min_y_m': must not exceed max");
 }
 
 FreekickParams read_freekick_params(const std::string &path, const std::string &overlay) {
-  return world::read_overlaid<FreekickParams>(path, overlay, read_file);
+  return read_overlaid<FreekickParams>(path, overlay, read_file);
 }
 
 std::string freekick_params_toml(const FreekickParams &params) {
   FreekickParams copy = params;
-  std::string text = world::table_toml("[freekick]", keys_of(copy)) + "\n[plan]\n";
+  std::string text = table_toml("[freekick]", keys_of(copy)) + "\n[plan]\n";
   for (std::size_t k = 0; k < kFreekickPlans; ++k) {
     text += fmt::format("fk{} = [", k + 1);
     for (std::size_t i = 0; i < kFreekickReceivers; ++i) {

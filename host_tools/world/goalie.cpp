@@ -21,8 +21,7 @@ constexpr double kRollingPart = 5.0 / 7.0;
 
 const char *const kNames[] = {"nominal", "region", "obstructed", "overshoot"};
 
-std::vector<world::NumberKey> keys_of(GoalieParams &p) {
-  using world::Range;
+std::vector<NumberKey> keys_of(GoalieParams &p) {
   return {{"goal_half_m", &p.goal_half_m, Range::positive},
           {"goalie_radius_m", &p.goalie_radius_m, Range::positive},
           {"ball_radius_m", &p.ball_radius_m, Range::positive},
@@ -60,12 +59,12 @@ GoalieBehaviour parse_goalie(const std::string &name) {
 const char *goalie_name(GoalieBehaviour behaviour) { return kNames[static_cast<int>(behaviour)]; }
 
 static void read_file(const std::string &path, GoalieParams &params, bool complete) {
-  const toml::table root = world::parse_toml(path);
-  world::read_numbers(path, root, "", {}, false, {"goalie"});
+  const toml::table root = parse_toml(path);
+  read_numbers(path, root, "", {}, false, {"goalie"});
   const toml::node *table = root.get("goalie");
   if (table == nullptr || !table->is_table())
     throw DataError(path + ": table '[goalie]' is missing");
-  world::read_numbers(path, *table->as_table(), "goalie", keys_of(params), complete);
+  read_numbers(path, *table->as_table(), "goalie", keys_of(params), complete);
   if (params.ball_max_m < params.ball_min_m || params.ball_min_m <= params.goalie_line_m)
     throw DataError(path + ": key 'goalie.ball_min_m': must lie between goalie_line_m and "
                            "ball_max_m");
@@ -74,12 +73,12 @@ static void read_file(const std::string &path, GoalieParams &params, bool comple
 }
 
 GoalieParams read_goalie_params(const std::string &path, const std::string &overlay) {
-  return world::read_overlaid<GoalieParams>(path, overlay, read_file);
+  return read_overlaid<GoalieParams>(path, overlay, read_file);
 }
 
 std::string goalie_params_toml(const GoalieParams &params) {
   GoalieParams copy = params;
-  return world::table_toml("[goalie]", keys_of(copy));
+  return table_toml("[goalie]", keys_of(copy));
 }
 
 Goalie::Goalie(const GoalieParams &params, GoalieBehaviour behaviour)

@@ -4,7 +4,6 @@
 # Whether rimd keeps to its interface is tried in a network of its own, where this machine lets us.
 . "$(dirname "$0")/check.inc"
 . "$(dirname "$0")/toy.inc"
-root=$(cd "$(dirname "$0")/../.." && pwd)
 [ -x "$BUILD/rimd" ] || { bad "no $BUILD/rimd"; finish; }
 cd "$here" || exit 1
 toy_model toy.rim

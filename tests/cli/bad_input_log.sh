@@ -3,7 +3,7 @@
 # Bad logs into `rim train`: file, row, column and reason on stderr, exit 3, no model left behind.
 . "$(dirname "$0")/check.inc"
 cd "$here" || exit 1
-if ! has_command train; then skipped=1; finish; fi
+has_command train || skip "no rim train"
 
 good() { # good NAME: a small healthy log of 400 rows
   awk -v seed="$2" 'BEGIN {srand(seed); print "t_s,u.c,s.a_m,s.b_mps"; a = 0

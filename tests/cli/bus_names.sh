@@ -5,7 +5,6 @@
 # Skipped in part where Python has no cantools (make test-can puts it there).
 . "$(dirname "$0")/check.inc"
 . "$(dirname "$0")/toy.inc"
-root=$(cd "$(dirname "$0")/../.." && pwd)
 python=python3
 [ -x "$BUILD/venv/bin/python3" ] && python=$BUILD/venv/bin/python3
 cd "$here" || exit 1

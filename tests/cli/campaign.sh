@@ -3,10 +3,9 @@
 # host_tools/campaign: shards on a cluster of this computer fold to what one machine computes, also when a worker is
 # killed, and when the campaign itself is killed and started anew. PYTHON names one with dask.distributed.
 . "$(dirname "$0")/check.inc"
-root=$(cd "$(dirname "$0")/../.." && pwd)
 python=${PYTHON:-$BUILD/campaign/bin/python3}
 if [ -n "${SANITIZE:-}" ] || ! "$python" -c 'import distributed' 2> /dev/null; then
-  echo "not here: dask.distributed for $python (make campaign-deps installs it)"; skipped=1; finish
+  skip "no dask.distributed for $python (make campaign-deps installs it)"
 fi
 cd "$here" || exit 1
 campaign="$python $root/host_tools/campaign/campaign.py"

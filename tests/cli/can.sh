@@ -5,15 +5,13 @@
 # A machine without QEMU, busybox, can-utils or the kernel package skips it; `make test-can` installs them.
 . "$(dirname "$0")/check.inc"
 . "$(dirname "$0")/toy.inc"
-root=$(cd "$(dirname "$0")/../.." && pwd)
-if [ -n "${SANITIZE:-}" ]; then skipped=1; finish; fi
+skip_under_sanitizers
 kernel=$(ls -t "$BUILD"/can/linux-image-*.deb 2> /dev/null | head -n 1)
 for program in qemu-system-x86_64 busybox candump canplayer cpio; do
   command -v $program > /dev/null || missing="$missing $program"
 done
 if [ -n "$missing" ] || [ -z "$kernel" ]; then
-  echo "not here:${missing:- the kernel package}; make test-can installs what it needs"
-  skipped=1; finish
+  skip "no${missing:- kernel package}; make test-can installs what it needs"
 fi
 python=python3
 [ -x "$BUILD/venv/bin/python3" ] && python=$BUILD/venv/bin/python3

@@ -3,7 +3,6 @@
 # rim can-table: a DBC and a map into a flight image; whatever is wrong with either is told with its line.
 . "$(dirname "$0")/check.inc"
 . "$(dirname "$0")/toy.inc"
-root=$(cd "$(dirname "$0")/../.." && pwd)
 cd "$here" || exit 1
 toy_model toy.rim
 cp "$root/tests/firmware/toy.dbc" "$root/tests/firmware/toy.toml" .

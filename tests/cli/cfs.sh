@@ -6,16 +6,15 @@
 # once, in $BUILD/frameworks.
 . "$(dirname "$0")/check.inc"
 . "$(dirname "$0")/toy.inc"
-root=$(cd "$(dirname "$0")/../.." && pwd)
 archive=${FRAMEWORKS:-$root/../shared/frameworks}/cfs.tar.xz
-if [ -n "${SANITIZE:-}" ]; then skipped=1; finish; fi
-if [ ! -r "$archive" ]; then echo "not here: cFS's sources, $archive"; skipped=1; finish; fi
-if ! command -v cmake > /dev/null; then echo "not here: cmake"; skipped=1; finish; fi
+skip_under_sanitizers
+[ -r "$archive" ] || skip "no sources of cFS: $archive"
+command -v cmake > /dev/null || skip "no cmake"
 # cFE's pipes want longer queues than Linux's default: in an IPC namespace of our own.
 own="unshare -i sh -c"
 $own 'echo 1024 > /proc/sys/fs/mqueue/msg_max' 2> /dev/null || own="unshare -r -i sh -c"
 if ! $own 'echo 1024 > /proc/sys/fs/mqueue/msg_max' 2> /dev/null; then
-  echo "not here: longer message queues (unshare -i)"; skipped=1; finish
+  skip "no longer message queues (unshare -i)"
 fi
 cd "$here" || exit 1
 toy_model toy.rim 2> /dev/null

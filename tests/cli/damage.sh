@@ -3,10 +3,9 @@
 # What rimd does when a bit of its memory, or of its image in memory, turns over: tests/firmware/damage_test.py.
 . "$(dirname "$0")/check.inc"
 . "$(dirname "$0")/toy.inc"
-root=$(cd "$(dirname "$0")/../.." && pwd)
 [ -x "$BUILD/rimd" ] || { bad "no $BUILD/rimd"; finish; }
 cd "$here" || exit 1
-if [ -n "${SANITIZE:-}" ]; then skipped=1; finish; fi # its shadow of memory is many gigabytes to search
+skip_under_sanitizers # its shadow of memory is many gigabytes to search
 toy_model toy.rim
 toy long.csv 102 3000 ''
 PYTHONDONTWRITEBYTECODE=1 python3 "$root/tests/firmware/damage_test.py" "$BUILD/rimd" "$root/lib/wire" . > damage.txt 2>&1

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: MIT
 # The demo, whole: the healthy landing is left alone, three faults are found, a second process hears it all.
 . "$(dirname "$0")/check.inc"
-root=$(cd "$(dirname "$0")/../.." && pwd)
 out=$(RIM=$RIM BUILD=$here "$root/host_tools/demo/demo.sh" 2>&1); check "demo" 0 $?
 printf '%s\n' "$out" > "$here/demo.txt"
 contains "healthy" "$out" "^healthy/run_0101.csv: healthy: nothing found"

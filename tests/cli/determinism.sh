@@ -3,11 +3,9 @@
 # One log, one digest: by `rim replay` twice, and by a small C program on a library built at -O0, -O2 and -O3.
 . "$(dirname "$0")/check.inc"
 . "$(dirname "$0")/toy.inc"
-root=$(cd "$(dirname "$0")/../.." && pwd)
-if [ -n "${SANITIZE:-}" ]; then skipped=1; finish; fi
+skip_under_sanitizers
 cd "$here" || exit 1
-for i in $(seq 8); do toy "run$i.csv" "$i" 800; done
-"$RIM" train run*.csv --out toy.rim --quick > /dev/null || bad "train"
+toy_few 8 800
 toy log.csv 50 1200 'if (i > 400) a += 0.6'
 out=$("$RIM" replay --model toy.rim log.csv); digest=$(printf '%s\n' "$out" | tail -1)
 contains "a digest" "$digest" "^digest [0-9a-f]\{16\}$"

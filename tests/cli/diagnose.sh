@@ -4,7 +4,7 @@
 # with --world, an image with --model, the user's own causes, and everything that it must refuse.
 . "$(dirname "$0")/check.inc"
 . "$(dirname "$0")/toy.inc"
-data=$(cd "$(dirname "$0")/../../data" && pwd) || exit 1
+data=$root/data
 cd "$here" || exit 1
 
 # drive NAME SEED EXTRA [ROWS [COLUMNS]]: a robot's speed, predicted; EXTRA is what the simulation

@@ -4,7 +4,6 @@
 # use. Seeds 91000 on.
 . "$(dirname "$0")/check.inc"
 . "$(dirname "$0")/figure.inc"
-root=$(cd "$(dirname "$0")/../.." && pwd)
 cd "$here" || exit 1
 
 # limits NAME COUNT: every line that has a limit is found in what was printed; so small, few limits are met.

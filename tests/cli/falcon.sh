@@ -2,13 +2,12 @@
 # SPDX-License-Identifier: MIT
 # rim-thesis experiment falcon: the measured landings, where they are on this machine; said clearly where not.
 . "$(dirname "$0")/check.inc"
-root=$(cd "$(dirname "$0")/../.." && pwd) || exit 1
 cd "$here" || exit 1
 out=$("$RIM_THESIS" experiment falcon --data "$here/nowhere" 2>&1); check "no data" 3 $?
 contains "no data: said" "$out" "nowhere: no such folder"
 "$RIM_THESIS" experiment falcon 2> /dev/null; check "data not named" 2 $?
 measured=${RIM_MEASURED:-$root/../shared/measured}/falcon9
-if [ ! -d "$measured" ]; then echo "skipped: no $measured"; skipped=1; finish; fi
+[ -d "$measured" ] || skip "no $measured"
 out=$("$RIM_THESIS" experiment falcon --data "$measured"); check "falcon" 0 $?
 contains "every flight" "$out" "iridium3 .*nrol76 .*koreasat5a"
 contains "the promise" "$out" "promised: at most 12.5 % (7 training flights"

@@ -3,11 +3,9 @@
 # The program that ports carry, built for this machine: the digest of `rim replay`, and what it refuses.
 . "$(dirname "$0")/check.inc"
 . "$(dirname "$0")/toy.inc"
-root=$(cd "$(dirname "$0")/../.." && pwd)
-if [ -n "${SANITIZE:-}" ]; then skipped=1; finish; fi
+skip_under_sanitizers
 cd "$here" || exit 1
-for i in $(seq 5); do toy "run$i.csv" "$i" 600; done
-"$RIM" train run*.csv --out toy.rim --quick > /dev/null || bad "train"
+toy_few 5 600
 toy log.csv 50 900 'if (i > 400) a += 0.6'
 wanted=$("$RIM" replay --model toy.rim log.csv | tail -1)
 

@@ -4,7 +4,6 @@
 # and one file of every format, written by the format's own library, read by `rim` into the same
 # table as its CSV. Nothing is drawn at random.
 . "$(dirname "$0")/check.inc"
-root=$(cd "$(dirname "$0")/../.." && pwd)
 cd "$here" || exit 1
 export RIM_READERS=${RIM_READERS:-$root/host_tools/python/src/rimwatch}
 

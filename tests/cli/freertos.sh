@@ -5,10 +5,9 @@
 # Skipped where the kernel's sources are not; the Cortex-M7 also where its compiler or QEMU is not.
 . "$(dirname "$0")/check.inc"
 . "$(dirname "$0")/toy.inc"
-root=$(cd "$(dirname "$0")/../.." && pwd)
 archive=${FRAMEWORKS:-$root/../shared/frameworks}/freertos.tar.xz
-if [ -n "${SANITIZE:-}" ]; then skipped=1; finish; fi
-if [ ! -r "$archive" ]; then echo "not here: FreeRTOS's sources, $archive"; skipped=1; finish; fi
+skip_under_sanitizers
+[ -r "$archive" ] || skip "no sources of FreeRTOS: $archive"
 cd "$here" || exit 1
 tar xJf "$archive" FreeRTOS-Kernel/tasks.c FreeRTOS-Kernel/list.c FreeRTOS-Kernel/queue.c FreeRTOS-Kernel/include \
   FreeRTOS-Kernel/portable/ThirdParty/GCC/Posix FreeRTOS-Kernel/portable/GCC/ARM_CM7 || bad "the sources"
@@ -60,7 +59,7 @@ equal "POSIX" "$said"
 nm posix | grep -w -e pvPortMalloc > said; check "no heap of the kernel" 1 $?
 
 for program in arm-none-eabi-gcc qemu-system-arm; do command -v $program > /dev/null || missing="$missing $program"; done
-if [ -n "$missing" ]; then echo "not here:$missing; the Cortex-M7 is left out"; skipped=1; finish; fi
+if [ -n "$missing" ]; then skip "no$missing: the Cortex-M7 is left out"; fi
 board=$root/firmware/port/mps2-an500
 core="-mcpu=cortex-m7 -mthumb -mfloat-abi=hard -mfpu=fpv5-d16 -ffreestanding -isystem $root/firmware/port/bare -isystem $root/tests/firmware/freertos/bare"
 arm7=$kernel/portable/GCC/ARM_CM7/r0p1

@@ -3,12 +3,10 @@
 # A short search of every decoder by libFuzzer, from the corpus in tests/fuzz; `make fuzz` searches for longer. Where
 # there is no clang, tests/firmware/test_fuzz.c has done what can be done without.
 . "$(dirname "$0")/check.inc"
-root=$(cd "$(dirname "$0")/../.." && pwd)
 cd "$here" || exit 1
 echo 'int LLVMFuzzerTestOneInput(const char *d, unsigned long n) {return n > 1 ? d[0] * 0 : 0;}' > tiny.c
 if [ -n "${SANITIZE:-}" ] || ! clang -fsanitize=fuzzer,address tiny.c -o tiny 2> /dev/null; then
-  echo "not here: clang with libFuzzer (make fuzz installs it)"
-  skipped=1; finish
+  skip "no clang with libFuzzer (make fuzz installs it)"
 fi
 make -s -C "$root" BUILD="${BUILD#"$root"/}" "${BUILD#"$root"/}/fuzz/fuzz" > log 2>&1; check "the fuzzer builds" 0 $? || cat log
 cp -r "$root/tests/fuzz/corpus" corpus

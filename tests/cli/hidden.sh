@@ -3,7 +3,7 @@
 # The blind test of rim diagnose: nature's and the grader's own tests, then forty fixed seeds against
 # the floors of tests/hidden/floors.txt (eight, without floors, under the sanitizers).
 . "$(dirname "$0")/check.inc"
-hidden=$(cd "$(dirname "$0")/../hidden" && pwd) || exit 1
+hidden=$root/tests/hidden
 bin=$BUILD/tests/hidden
 cd "$here" || exit 1
 first=0 count=40 # of family 'each': every family, every null and pairs

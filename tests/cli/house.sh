@@ -3,7 +3,6 @@
 # The house: rooms include only what their table allows, and no symbol is public that no header
 # declares. Each check is also shown a tree that breaks its rule.
 . "$(dirname "$0")/check.inc"
-root=$(cd "$(dirname "$0")/../.." && pwd)
 python3 "$root/tests/rooms.py" > "$here/said" 2>&1; check "rooms include what rooms.txt allows" 0 $? || tail -20 "$here/said"
 contains "the graph is printed" "$(cat "$here/said")" "monitor .*search("
 

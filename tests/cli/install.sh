@@ -3,8 +3,7 @@
 # make install, then the README's program built against what was installed, by pkg-config where
 # there is one.
 . "$(dirname "$0")/check.inc"
-root=$(cd "$(dirname "$0")/../.." && pwd)
-if [ -n "$SANITIZE" ]; then skipped=1; finish; fi
+skip_under_sanitizers
 
 # Another PREFIX links rim anew: in a copy, for other tests run what is in $BUILD.
 mkdir "$here/build" && tar -C "$BUILD" --exclude=./tests --exclude=./can --exclude=./venv --exclude=./frameworks -cf - . | tar -C "$here/build" -xf -

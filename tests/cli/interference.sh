@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: MIT
 # Motion interference: simulated, learned, measured; bad labels and logs are refused.
 . "$(dirname "$0")/check.inc"
-root=$(cd "$(dirname "$0")/../.." && pwd)
 cd "$here" || exit 1
 printf '[[effect]]\nkind = "hold"\n' > hold.toml
 printf '[[effect]]\nkind = "stuck"\nwheel = 2\n' > stuck.toml

@@ -5,10 +5,9 @@
 # machine lets us, else skipped: liblcm wants a multicast route.
 . "$(dirname "$0")/check.inc"
 . "$(dirname "$0")/toy.inc"
-root=$(cd "$(dirname "$0")/../.." && pwd)
 if [ "$1" != inside ]; then
   for program in lcm-logger lcm-logplayer unshare; do command -v $program > /dev/null || missing="$missing $program"; done
-  if [ -n "$missing" ] || ! unshare -n true 2> /dev/null; then echo "not here:${missing:- unshare -n}"; skipped=1; finish; fi
+  if [ -n "$missing" ] || ! unshare -n true 2> /dev/null; then skip "no${missing:- unshare -n}"; fi
   rm -rf "$here"
   exec unshare -n "$0" inside
 fi

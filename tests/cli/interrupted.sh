@@ -4,8 +4,7 @@
 # commands were before is not known, so healthy runs raise no alarm and the output says what was not
 # examined; a fault after the gaps is found as before. On two vehicles of tests/vehicles; base of seeds: 41000.
 . "$(dirname "$0")/check.inc"
-root=$(cd "$(dirname "$0")/../.." && pwd)
-if [ -n "${SANITIZE:-}" ]; then echo "skipped: too slow under the sanitizers"; skipped=1; finish; fi
+skip_under_sanitizers
 export PYTHONDONTWRITEBYTECODE=1
 cd "$here" || exit 1
 

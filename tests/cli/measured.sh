@@ -3,18 +3,10 @@
 # rim diagnose on what was measured: Falcon 9 descents, each left out in turn, and small robots.
 # Skipped, saying so, where ../shared/measured is absent. Random numbers: seed 1.
 . "$(dirname "$0")/check.inc"
-measured=${RIM_MEASURED:-$(cd "$(dirname "$0")/../.." && pwd)/../shared/measured}
-if [ ! -d "$measured/falcon9" ]; then
-  echo "skipped: no $measured/falcon9"
-  skipped=1
-  finish
-fi
-data=$(cd "$(dirname "$0")/../../data" && pwd) || exit 1
-if [ -n "${SANITIZE:-}" ]; then
-  echo "skipped: too slow under the sanitizers"
-  skipped=1
-  finish
-fi
+measured=${RIM_MEASURED:-$root/../shared/measured}
+[ -d "$measured/falcon9" ] || skip "no $measured/falcon9"
+data=$root/data
+skip_under_sanitizers
 cd "$here" || exit 1
 # below WHAT VALUE BOUND
 below() {

@@ -3,18 +3,10 @@
 # rim diagnose on machines whose physics is published: an axis, an arm, rockets, a race car. Skipped,
 # saying so, where ../shared/measured is absent. Random numbers: seed 1.
 . "$(dirname "$0")/check.inc"
-measured=${RIM_MEASURED:-$(cd "$(dirname "$0")/../.." && pwd)/../shared/measured}
-if [ ! -d "$measured/emps" ]; then
-  echo "skipped: no $measured/emps"
-  skipped=1
-  finish
-fi
-if [ -n "${SANITIZE:-}" ]; then
-  echo "skipped: too slow under the sanitizers"
-  skipped=1
-  finish
-fi
-reference=$(cd "$(dirname "$0")/../measured" && pwd)/reference.py
+measured=${RIM_MEASURED:-$root/../shared/measured}
+[ -d "$measured/emps" ] || skip "no $measured/emps"
+skip_under_sanitizers
+reference=$root/tests/measured/reference.py
 cd "$here" || exit 1
 # within WHAT VALUE LOW HIGH
 within() {

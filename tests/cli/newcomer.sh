@@ -5,7 +5,6 @@
 # they stand there (but for clone, deps and make), to an alarm that names the right sensor; then what a
 # stranger does wrong, and what he is told. Seeds 1 to 22.
 . "$(dirname "$0")/check.inc"
-root=$(cd "$(dirname "$0")/../.." && pwd)
 cd "$here" || exit 1
 mkdir build healthy && ln -s "$RIM" build/rim
 cat > stranger.py <<'EOF'
@@ -104,5 +103,34 @@ done
 for bad in 2025-13-01T00:00:00 2025-03-01 24:61:00 08:00:00x 2025-03-01T00:00:00+1; do
   contains "no time: $bad" "$(times 08:00:00 "$bad")" "row 2: column 't_s': '$bad' is not a number"
 done
+# Letters of other encodings: the same text whatever the logger writes.
+python3 - << 'EOT'
+rows = "t_s;Öldruck [bar];Länge (°C);Ort\n" + "".join(f"{i / 10};{i % 7},5;{i % 3};Köln\n" for i in range(40))
+for name, encoding in (("latin", "latin-1"), ("utf8", "utf-8"), ("mark", "utf-8-sig"), ("wide", "utf-16"), ("big", "utf-16-be")):
+    open(f"{name}.csv", "wb").write((b"\xfe\xff" if name == "big" else b"") + rows.encode(encoding))
+EOT
+"$RIM" schema utf8.csv > utf8.toml; check "umlauts" 0 $?
+contains "umlauts: a name without" "$(cat utf8.toml)" 'name = "s.oldruck_bar"'
+contains "the documented spelling of a unit" "$(printf 't_s,Oil [degC],Force [N]\n0,1.5,2\n1,2.5,3\n2,1.1,9\n' | "$RIM" schema -)" 's.oil_degC"'
+contains "umlauts: the header's own" "$(cat utf8.toml)" 'from = "Länge (°C)"'
+contains "umlauts: a unit" "$(cat utf8.toml)" 'name = "x.lange_degC"   # GUESS: context'
+contains "a column of one word" "$(cat utf8.toml)" '"Köln" in every row, which teaches nothing: Ort'
+for form in latin mark wide big; do
+  check "umlauts: $form, proposed" "$(sed 1d utf8.toml)" "$("$RIM" schema $form.csv | sed 1d)"
+  check "umlauts: $form, read" "$("$RIM" show utf8.csv --schema utf8.toml | sed 1d)" "$("$RIM" show $form.csv --schema utf8.toml | sed 1d)"
+done
+
+# Rows that a logger wrote twice: refused with the way out, which the proposal takes.
+awk 'BEGIN {print "ms,s.a_m"; for (i = 0; i < 300; i++) for (k = i % 100 != 50; k < 2; k++) printf "170000000%04d,%d\n", 20 * i, i % 9}' > doubled.csv
+"$RIM" schema doubled.csv > doubled.toml; check "rows twice" 0 $?
+contains "rows twice: proposed" "$(cat doubled.toml)" '^not_increasing = "skip"   # DECIDE: in 3 rows the time repeats'
+said=$("$RIM" show doubled.csv --schema doubled.toml 2>&1); check "rows twice: read" 0 $?
+contains "rows twice: counted" "$said" '3 of 303 rows skipped, the first: row 52: column .ms.: time repeats'
+contains "rows twice: used" "$said" '303 rows, 3 skipped'
+grep -v not_increasing doubled.toml > strict.toml
+told "rows twice: the way out" 3 'row 52: .* repeats .*not_increasing = "skip" under \[time\]' show doubled.csv --schema strict.toml
+sed 's/"skip"/"drop"/' doubled.toml > wrong.toml
+told "not_increasing of another value" 3 'not_increasing must be "skip" or "refuse"' show doubled.csv --schema wrong.toml
+told "a page of HTML" 3 'flight.html: is a page of HTML or XML' show flight.html
 contains "time that runs back" "$(times 2025-03-01T08:00:00 2025-03-01T07:59:59)" 'row 2: column .t_s.: time runs backwards'
 finish

@@ -3,13 +3,10 @@
 # The Python package: built by pip as a user would, then held to the command line (test_package.py);
 # the notebook executed. Skipped, saying so, where PyPI's packages are not there.
 . "$(dirname "$0")/check.inc"
-root=$(cd "$(dirname "$0")/../.." && pwd)
 python=$BUILD/venv/bin/python3
-if [ -n "${SANITIZE:-}" ] || ! "$python" -c 'import nanobind, scikit_build_core, pandas, sklearn' 2> /dev/null; then
-  echo "skipped: no nanobind, scikit-build-core, pandas, scikit-learn in $BUILD/venv (or sanitizers)"
-  skipped=1
-  finish
-fi
+skip_under_sanitizers
+"$python" -c 'import nanobind, scikit_build_core, pandas, sklearn' 2> /dev/null ||
+  skip "no nanobind, scikit-build-core, pandas, scikit-learn in $BUILD/venv"
 export RIMWATCH_BUILD=$BUILD PATH=$BUILD/venv/bin:$PATH
 "$python" -m pip install --quiet --no-deps --no-build-isolation --disable-pip-version-check \
   --target "$here/site" -C build-dir="$BUILD/python/test" "$root/host_tools/python" > "$here/pip.txt" 2>&1

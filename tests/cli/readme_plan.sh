@@ -3,7 +3,6 @@
 # The planning program of lib/README.md, run in a world in which the nominal model is wrong: it finds
 # the region where rewards are better, and never does what is not safe. Random numbers: seed 21.
 . "$(dirname "$0")/check.inc"
-root=$(cd "$(dirname "$0")/../.." && pwd)
 cd "$here" || exit 1
 awk '/^```c$/{n++; on=1; next} /^```$/{on=0} on {print > ("block" n ".c")}' "$root/lib/README.md"
 example=$(grep -l "ball_position" block*.c)

@@ -10,11 +10,7 @@ for browser in chromium-headless-shell chromium chromium-browser google-chrome; 
   command -v "$browser" > /dev/null && break
   browser=
 done
-if [ -z "$browser" ]; then
-  echo "skipped: no browser (Debian: chromium-headless-shell)"
-  skipped=1
-  finish
-fi
+[ -n "$browser" ] || skip "no browser (Debian: chromium-headless-shell)"
 [ "$browser" = chromium-headless-shell ] || browser="$browser --headless"
 
 # browse WIDTH,HEIGHT PAGE OPTION...: stdout is the browser's, its messages are in browser.log.

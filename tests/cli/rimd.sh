@@ -4,7 +4,6 @@
 # in, restart, stale input, fixed memory. tests/firmware/rimd_test.py does the asking.
 . "$(dirname "$0")/check.inc"
 . "$(dirname "$0")/toy.inc"
-root=$(cd "$(dirname "$0")/../.." && pwd)
 [ -x "$BUILD/rimd" ] || { bad "no $BUILD/rimd"; finish; }
 cd "$here" || exit 1
 toy_model toy.rim

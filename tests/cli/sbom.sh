@@ -2,9 +2,8 @@
 # SPDX-License-Identifier: MIT
 # The bills of materials: each names what its program asks for and nothing else, as the SPDX group's own reader takes it.
 . "$(dirname "$0")/check.inc"
-root=$(cd "$(dirname "$0")/../.." && pwd)
 for program in readelf ldd dpkg-query; do command -v $program > /dev/null || missing="$missing $program"; done
-[ -z "$missing" ] || { echo "not here:$missing"; skipped=1; finish; }
+[ -z "$missing" ] || skip "no$missing"
 cd "$root" || exit 1
 SOURCE_DATE_EPOCH=0 tests/assurance/sbom.py "$BUILD" 1.2.3 "$here" > "$here/said" 2>&1; check "made" 0 $? || cat "$here/said"
 names() { python3 -c 'import json, sys

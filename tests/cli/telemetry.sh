@@ -3,14 +3,9 @@
 # Real telemetry beside published figures, a few files of each set: tests/measured/telemetry.py scores all of them.
 # Skipped, saying so, where ../shared/measured is absent.
 . "$(dirname "$0")/check.inc"
-root=$(cd "$(dirname "$0")/../.." && pwd)
 measured=${RIM_MEASURED:-$root/../shared/measured}
-if [ ! -d "$measured/skab" ] || [ ! -d "$measured/smap_msl" ]; then
-  echo "skipped: no $measured/skab and $measured/smap_msl"
-  skipped=1
-  finish
-fi
-if [ -n "${SANITIZE:-}" ]; then echo "skipped: too slow under the sanitizers"; skipped=1; finish; fi
+[ -d "$measured/skab" ] && [ -d "$measured/smap_msl" ] || skip "no $measured/skab and $measured/smap_msl"
+skip_under_sanitizers
 export PYTHONDONTWRITEBYTECODE=1
 score="$root/tests/measured/telemetry.py --rim $RIM --from $measured --list"
 

@@ -7,7 +7,7 @@ cd "$here" || exit 1
 toy_runs
 
 out=$("$RIM" train run*.csv --out toy.rim); check "train" 0 $?
-for text in "20 runs, 24000 rows at 20 Hz: 3 sensors, 1 commands" "each run predicted without itself" "filtered commands" "'Seen from' is the constant offset" \
+for text in "20 runs, 24000 rows at 20 Hz: 3 sensors, 1 command," "each run predicted without itself" "filtered commands" "'Seen from' is the constant offset" \
   "promised: at most 4.8 % of healthy runs" "highest of the 20 runs" "features may describe a region" "RAM of one monitor" "toy.rim written"; do
   contains "train prints" "$out" "$text"
 done
@@ -30,7 +30,7 @@ done
 contains "what a part holds" "$out" "^8.part written: the blocks of 2 of 20 runs"
 "$RIM" train --merge [4-8].part [1-3].part --out merged.rim > said; check "learnt from eight parts" 0 $?
 cmp -s toy.rim merged.rim; check "the same image" 0 $?
-contains "of all runs" "$(cat said)" "^20 runs, 24000 rows at 20 Hz: 3 sensors, 1 commands"
+contains "of all runs" "$(cat said)" "^20 runs, 24000 rows at 20 Hz: 3 sensors, 1 command,"
 err=$("$RIM" train --merge [1-7].part --out no.rim 2>&1 >/dev/null); check "a part is missing" 3 $?
 contains "a part is missing: the run is named" "$err" "run08.csv: its blocks are in none of the 7 part files"
 err=$("$RIM" train --merge run01.csv --out no.rim 2>&1 >/dev/null); check "a log instead of a part" 3 $?
@@ -44,7 +44,7 @@ done
 [ ! -e no.rim ]; check "nothing is left behind" 0 $?
 
 out=$("$RIM" train run0[1-8].csv --out few.rim --quick)
-contains "too few runs: said" "$out" "with 8 runs no rate below 11.1 % can be promised (wished: 5 %); using that"
+contains "too few runs: said" "$out" "with 8 runs no rate below 11.1 % can be promised, which is used (5 % was asked for)"
 contains "too few runs: how many it takes" "$out" "19 runs are the least for 5 %"
 contains "too few runs: the rate used" "$out" "promised: at most 11.1 %"
 out=$("$RIM" train run*.csv --out half.rim --quick --false-alarm 0.5)

@@ -3,9 +3,8 @@
 # A small campaign on vehicles that nobody tuned for: a tank and an engine, one run of every fault, and wrong input on the
 # engine; what grades them is tested first. The two of ../shared/vehicles too, where they are. Base of the seeds: 33000.
 . "$(dirname "$0")/check.inc"
-root=$(cd "$(dirname "$0")/../.." && pwd)
 shared=${RIM_VEHICLES:-$root/../shared/vehicles}
-if [ -n "${SANITIZE:-}" ]; then echo "skipped: too slow under the sanitizers"; skipped=1; finish; fi
+skip_under_sanitizers
 export PYTHONDONTWRITEBYTECODE=1
 cd "$root/tests/vehicles" || exit 1
 

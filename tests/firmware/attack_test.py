@@ -11,15 +11,11 @@ import struct
 import sys
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from bus import CLEARED, ERROR, FRAGMENT, MESSAGE, RAISED, UPDATED, Bus, Checks, Daemon, Flight, fingerprint, plan_message, read_rows, sealed
+from bus import CLEARED, ERROR, FRAGMENT, MESSAGE, RAISED, UPDATED, Bus, Daemon, Flight, begin, fingerprint, plan_message, read_rows, sealed
 
-rimd, wire, here = sys.argv[1:4]
-port = 20000 + os.getpid() % 20000
-c = Checks()
-check = c.check
-os.chdir(here)
 # No lcm_interface and no max_jump_s: what holds is what rimd does unasked.
-base = "image = toy.rim\nlcm = udpm://239.255.76.67:%d?ttl=0\nhealth_ms = 50\nstale_ms = 600000\n" % port
+rimd, wire, here, port, c, check, base = begin()
+base += "stale_ms = 600000\n"
 log = list(read_rows("long.csv"))
 
 

@@ -9,7 +9,19 @@ import signal
 import socket
 import struct
 import subprocess
+import sys
 import time
+
+def begin():
+    """The arguments RIMD WIRE DIR of a test, a port of its own, its checks, and the head of every configuration; DIR is
+    the current folder from here on."""
+    rimd, wire, here = sys.argv[1:4]
+    os.chdir(here)
+    port = 20000 + os.getpid() % 20000
+    checks = Checks()
+    base = "image = toy.rim\nlcm = udpm://239.255.76.67:%d?ttl=0\nhealth_ms = 50\n" % port
+    return rimd, wire, here, port, checks, checks.check, base
+
 
 MESSAGE, FRAGMENT = 0x4C433032, 0x4C433033
 

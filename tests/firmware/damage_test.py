@@ -7,14 +7,10 @@ import struct
 import sys
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from bus import STALE, Bus, Checks, Daemon, Flight, read_rows
+from bus import STALE, Bus, Daemon, Flight, begin, read_rows
 
-rimd, wire, here = sys.argv[1:4]
-port = 20000 + os.getpid() % 20000
-c = Checks()
-check = c.check
-os.chdir(here)
-base = "image = toy.rim\nlcm = udpm://239.255.76.67:%d?ttl=0\nhealth_ms = 50\nstale_ms = 600000\n" % port
+rimd, wire, here, port, c, check, base = begin()
+base += "stale_ms = 600000\n"
 log = list(read_rows("long.csv"))
 image = open("toy.rim", "rb").read()
 DAMAGED = 2

@@ -7,13 +7,9 @@ import os
 import sys
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from bus import CLEARED, ERROR, OK, RAISED, UPDATED, Bus, Checks, Daemon
+from bus import CLEARED, ERROR, OK, RAISED, UPDATED, Bus, Daemon, begin
 
-rimd, wire, here = sys.argv[1:4]
-port = 20000 + os.getpid() % 20000
-c = Checks()
-check = c.check
-os.chdir(here)
+rimd, wire, here, port, c, check, _ = begin()
 STATES = {"raised": RAISED, "updated": UPDATED, "cleared": CLEARED}
 KINDS = ["shift", "increment", "variance", "step", "repeat", "blocked", "pushed"]
 

@@ -11,14 +11,10 @@ import sys
 import time
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from bus import CLEARED, ERROR, FRAGMENT, MESSAGE, NONE, OK, RAISED, STALE, UPDATED, Bus, Checks, Daemon, plan_message, read_rows
+from bus import CLEARED, ERROR, FRAGMENT, MESSAGE, NONE, OK, RAISED, STALE, UPDATED, Bus, Daemon, begin, plan_message, read_rows
 
-rimd, wire, here = sys.argv[1:4]
-port = 20000 + os.getpid() % 20000
-c = Checks()
-check = c.check
-base = "image = toy.rim\nlcm = udpm://239.255.76.67:%d?ttl=0\nlcm_interface = 127.0.0.1\nhealth_ms = 50\n" % port
-os.chdir(here)
+rimd, wire, here, port, c, check, base = begin()
+base += "lcm_interface = 127.0.0.1\n"
 biased, healthy = list(read_rows("biased.csv")), list(read_rows("healthy.csv"))
 
 

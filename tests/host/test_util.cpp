@@ -9,6 +9,7 @@
 #include "util/error.hpp"
 #include "util/parallel_for.hpp"
 #include "util/table.hpp"
+#include "util/utf8.hpp"
 
 #include <atomic>
 #include <csignal>
@@ -191,6 +192,45 @@ void tables_line_up(void **) {
   assert_string_equal(rim::cell(-150.0, 2).c_str(), "-150");
 }
 
+// What a caller in Python does at Ctrl-C.
+void work_that_is_stopped_ends_at_its_next_item(void **) {
+  std::atomic<int> begun{0};
+  const auto stopping = [&](std::size_t) {
+    begun++;
+    rim::stop_work(true);
+  };
+  bool stopped = false;
+  try {
+    rim::parallel_for(1000, stopping);
+  } catch (const rim::WorkStopped &) {
+    stopped = true;
+  }
+  assert_true(stopped && begun <= static_cast<int>(rim::parallel_threads()));
+  rim::stop_work(false);
+  int done = 0;
+  rim::parallel_for(1, [&](std::size_t) { done++; });
+  assert_int_equal(done, 1);
+}
+
+void text_of_other_encodings_becomes_utf8(void **) {
+  const std::string word = "\u00d6ldr\u00fcck \u20ac \U0001f600";
+  assert_string_equal(rim::as_utf8(word).c_str(), word.c_str());
+  assert_string_equal(rim::as_utf8("\xd6ldr\xfc"
+                                   "ck")
+                          .c_str(),
+                      "\u00d6ldr\u00fcck");
+  assert_string_equal(rim::as_utf8("a\xe4\u00e4").c_str(), "a\u00e4\u00e4"); // both in one file
+  const char little[] = "\xff\xfe\xd6\0l\0\xac\x20\x3d\xd8\0\xde";
+  assert_string_equal(rim::as_utf8(std::string(little, sizeof little - 1)).c_str(),
+                      "\u00d6l\u20ac\U0001f600");
+  const char big[] = "\xfe\xff\0\xd6\0l";
+  assert_string_equal(rim::as_utf8(std::string(big, sizeof big - 1)).c_str(), "\u00d6l");
+  const char half[] = "\xff\xfe\x3d\xd8"; // of a pair, and an odd byte behind it
+  assert_string_equal(rim::as_utf8(std::string(half, sizeof half)).c_str(), "\ufffd");
+  assert_string_equal(rim::without_accents("\u00d6l \u00e9t\u00e9 \u00b0C").c_str(),
+                      "Ol ete \u00b0C");
+}
+
 void data_is_found_where_it_is_told(void **) {
   assert_true(fs::exists(rim::data_path("falcon9.toml")));
   setenv("RIM_DATA", temporary_folder().string().c_str(), 1);
@@ -207,6 +247,8 @@ int main() {
       cmocka_unit_test(files_that_cannot_be_are_said_so),
       cmocka_unit_test(every_item_is_done_once),
       cmocka_unit_test(an_exception_reaches_the_caller),
+      cmocka_unit_test(work_that_is_stopped_ends_at_its_next_item),
+      cmocka_unit_test(text_of_other_encodings_becomes_utf8),
       cmocka_unit_test(shards_fold_to_the_same_bytes),
       cmocka_unit_test(campaigns_that_do_not_belong_together_are_refused),
       cmocka_unit_test(tables_line_up),

@@ -283,14 +283,20 @@ static void damaged_segments_are_refused(void **state) {
   }
 }
 
+/* Fills the frames of a record of node 5; gives who waits for them. */
+static rim_can_assembly pack_from_5(rim_can_frame *frame) {
+  const rim_can_assembly assembly = {.node = 5};
+  const rim_alarm a = sample_alarm(4);
+  assert_int_equal(rim_can_pack_detail(frame, 5, &a), RIM_OK);
+  return assembly;
+}
+
 static void another_length_or_layout_is_refused(void **state) {
   (void)state;
-  rim_can_assembly assembly = {.node = 5};
-  const rim_alarm a = sample_alarm(4);
   rim_can_frame frame[RIM_CAN_DETAIL_FRAMES], other;
+  rim_can_assembly assembly = pack_from_5(frame);
   rim_alarm back;
   bool complete;
-  assert_int_equal(rim_can_pack_detail(frame, 5, &a), RIM_OK);
   other = frame[0];
   other.data[1]--;
   assert_int_equal(rim_can_take_detail(&assembly, &other, &back, &complete), RIM_E_VERSION);
@@ -322,12 +328,10 @@ static void another_length_or_layout_is_refused(void **state) {
 
 static void segments_of_others_change_nothing(void **state) {
   (void)state;
-  rim_can_assembly assembly = {.node = 5};
-  const rim_alarm a = sample_alarm(4);
   rim_can_frame frame[RIM_CAN_DETAIL_FRAMES], other;
+  rim_can_assembly assembly = pack_from_5(frame);
   rim_alarm back;
   bool complete;
-  assert_int_equal(rim_can_pack_detail(frame, 5, &a), RIM_OK);
   for (uint32_t i = 0; i < RIM_CAN_DETAIL_FRAMES; i++) {
     other = frame[i];
     other.id++;

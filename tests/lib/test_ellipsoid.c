@@ -16,16 +16,22 @@
 #define SEED 31u
 static rim_rng rng;
 
+/* Of 1 to 3 dimensions, turn by turn; another one every time. */
+static rim_ellipsoid any_ellipsoid(int round) {
+  const double x[3] = {0.5, 0.5, 0.5};
+  rim_ellipsoid e = rimi_ellipsoid_ball((uint8_t)(1 + round % 3), x, 0.3);
+  for (int i = 0; i < e.dims * (e.dims + 1) / 2; ++i)
+    e.factor[i] += 0.25 * rimi_rng_uniform(&rng);
+  return e;
+}
+
 static void region_is_the_same_set(void **state) {
   (void)state;
   const uint16_t feature[3] = {4, 0, 2};
   int inside = 0;
   for (int round = 0; round < 200; ++round) {
-    const uint8_t dims = (uint8_t)(1 + round % 3);
-    const double x[3] = {0.5, 0.5, 0.5};
-    rim_ellipsoid e = rimi_ellipsoid_ball(dims, x, 0.3);
-    for (int i = 0; i < dims * (dims + 1) / 2; ++i)
-      e.factor[i] += 0.25 * rimi_rng_uniform(&rng);
+    const rim_ellipsoid e = any_ellipsoid(round);
+    const uint8_t dims = e.dims;
     rim_unit_region region;
     assert_int_equal(rimi_ellipsoid_region(&e, feature, &region), RIM_OK);
     assert_true(rimi_region_is_valid(&region.unit));
@@ -117,12 +123,9 @@ static void closed_boxes_and_angles(void **state) {
 static void shape_is_the_inverse(void **state) {
   (void)state;
   for (int round = 0; round < 100; ++round) {
-    const uint8_t dims = (uint8_t)(1 + round % 3);
     const uint16_t feature[3] = {0, 1, 2};
-    const double x[3] = {0.5, 0.5, 0.5};
-    rim_ellipsoid e = rimi_ellipsoid_ball(dims, x, 0.3);
-    for (int i = 0; i < dims * (dims + 1) / 2; ++i)
-      e.factor[i] += 0.25 * rimi_rng_uniform(&rng);
+    const rim_ellipsoid e = any_ellipsoid(round);
+    const uint8_t dims = e.dims;
     rim_unit_region region;
     assert_int_equal(rimi_ellipsoid_region(&e, feature, &region), RIM_OK);
     double shape[9];

@@ -6,7 +6,6 @@
 #include <stdlib.h>
 
 #include "base/crc.h"
-#include "base/real.h"
 
 static void assert_close(double value, double expected, double least) {
   const double error = fabs(value - expected);
@@ -538,13 +537,17 @@ static void a_constant_feature_restricts_nothing(void **state) {
   assert_int_equal(found.family, SEARCH_SINCE);
 }
 
-static void nothing_is_said_of_too_few_blocks(void **state) {
-  (void)state;
+static void start_far_off(bench *b) {
   world w = variant(0, RING);
   for (uint32_t i = 0; i < RING; ++i)
     w.r[i] = 50.0 * w.s;
+  start(b, &w, RING);
+}
+
+static void nothing_is_said_of_too_few_blocks(void **state) {
+  (void)state;
   bench b;
-  start(&b, &w, RING);
+  start_far_off(&b);
   rimi_search_work(b.search, 100);
   assert_true(rimi_search_time_of(b.search, 0) == 0.0);
   feed(&b, 0, 2 * SEARCH_LEAST - 1, TURN);
@@ -566,11 +569,8 @@ static void nothing_is_said_of_too_few_blocks(void **state) {
 /* A channel that is not active is never looked at. */
 static void inactive_channels_are_left_out(void **state) {
   (void)state;
-  world w = variant(0, RING);
-  for (uint32_t i = 0; i < RING; ++i)
-    w.r[i] = 50.0 * w.s;
   bench b;
-  start(&b, &w, RING);
+  start_far_off(&b);
   put_f32(b.section.byte + 4 * NOISE_HEADER_WORDS, 0.0);
   feed(&b, 0, RING, TURN);
   for (uint32_t c = 0; c < CHANNELS; ++c)

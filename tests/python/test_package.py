@@ -187,6 +187,21 @@ def test_bad_input():
     check("rows with NaN are skipped", "1 skipped" in rimwatch.replay(holes, image).runs[0].text)
 
 
+def test_interrupted():
+    """Ctrl-C: the computation runs beside the thread that hears it, and ends at its next item."""
+    import _thread
+    import threading
+
+    logs = rimwatch.example_logs(30)
+    threading.Timer(0.3, _thread.interrupt_main).start()
+    try:
+        rimwatch.train(logs)
+        check("an interrupted training raises", False)
+    except KeyboardInterrupt:
+        check("an interrupted training raises", True)
+    check("the next training is whole", rimwatch.train(rimwatch.example_logs(4)).warnings == [])
+
+
 def test_detector():
     from sklearn.utils.estimator_checks import check_estimator
 

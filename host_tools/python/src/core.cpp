@@ -1,8 +1,14 @@
 // SPDX-License-Identifier: MIT
 // rimwatch._core: the objects of `rim` for Python. The package beside it (rimwatch/) is what users
 // see: it takes and gives tables of pandas; here are arrays, names, bytes and JSON.
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <exception>
 #include <memory>
+#include <mutex>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <nanobind/nanobind.h>
@@ -26,6 +32,7 @@
 #include "train/trainer.hpp"
 #include "util/data_path.hpp"
 #include "util/error.hpp"
+#include "util/parallel_for.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -37,6 +44,45 @@ using Numbers = nb::ndarray<nb::numpy, double, nb::ndim<1>>;
 using Table = nb::ndarray<nb::numpy, double, nb::ndim<2>>;
 using GivenNumbers = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using GivenTable = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+
+// Runs work that does not need Python on a thread of its own, while this one looks for Ctrl-C ten
+// times a second: the work is then stopped at its next item, and KeyboardInterrupt raised. What the
+// work throws is thrown here.
+template <class Work> void run_interruptibly(const Work &work) {
+  std::exception_ptr failure;
+  std::mutex guard;
+  std::condition_variable ended;
+  bool done = false;
+  std::thread worker([&] {
+    try {
+      work();
+    } catch (...) {
+      failure = std::current_exception();
+    }
+    const std::lock_guard<std::mutex> lock(guard);
+    done = true;
+    ended.notify_one();
+  });
+  bool interrupted = false;
+  for (bool waiting = true; waiting;) {
+    {
+      nb::gil_scoped_release free;
+      std::unique_lock<std::mutex> lock(guard);
+      waiting = !ended.wait_for(lock, std::chrono::milliseconds(100), [&] { return done; });
+    }
+    if (waiting && !interrupted && PyErr_CheckSignals() != 0) {
+      interrupted = true;
+      rim::stop_work(true);
+    }
+  }
+  worker.join();
+  if (interrupted) {
+    rim::stop_work(false);
+    throw nb::python_error();
+  }
+  if (failure)
+    std::rethrow_exception(failure);
+}
 
 Bytes bytes_of(const nb::bytes &image) {
   const auto *data = reinterpret_cast<const std::uint8_t *>(image.c_str());
@@ -133,13 +179,12 @@ nb::dict train(const std::vector<const rim::Log *> &given, double false_alarm, d
   rim::Training training;
   Bytes image;
   std::string report;
-  {
-    nb::gil_scoped_release free;
+  run_interruptibly([&] {
     training = rim::train(logs, options);
     image = rim::make_image(training.plan);
     report = rim::outcome_report(training) + rim::choice_report(training) +
              rim::promise_report(training, false_alarm) + rim::image_report(image);
-  }
+  });
   nb::dict out;
   out["image"] = to_bytes(image);
   out["report"] = report;
@@ -153,7 +198,8 @@ nb::dict external_image(const std::vector<const rim::Log *> &given, double false
     logs.push_back(*log);
   rim::CalibrationOptions options;
   options.false_alarm = false_alarm;
-  const rim::ExternalImage made = rim::external_image(logs, 0, options);
+  rim::ExternalImage made;
+  run_interruptibly([&] { made = rim::external_image(logs, 0, options); });
   nb::dict out;
   out["image"] = to_bytes(made.image);
   out["report"] = made.residuals_sentence;
@@ -384,9 +430,12 @@ Diagnosed diagnose(const std::vector<const rim::Log *> &given,
   options.command = o.command;
   options.model = simulation ? simulation->name() : "the logs' own predictions";
   Diagnosed out;
-  {
+  const auto work = [&] { out.diagnosis = rim::diagnose::diagnose(logs, options, &out.measured); };
+  if (simulation) { // its own Python code sees Ctrl-C, and may want the thread that it was made in
     nb::gil_scoped_release free;
-    out.diagnosis = rim::diagnose::diagnose(logs, options, &out.measured);
+    work();
+  } else {
+    run_interruptibly(work);
   }
   return out;
 }

@@ -77,10 +77,10 @@ rim_status rim_image_section(const rim_image *view, uint32_t id, const uint8_t *
 
 /* Finds the name of feature `index`, or from the number of features on of an outcome: length bytes
  * at *text, inside the image, without a terminator: "s.speed_mps". Results and errors as
- * rim_image_section; also RIM_E_RANGE: there are not so many names. O(bytes of the names). */
+ * rim_image_section; also RIM_E_RANGE: the image has fewer names. O(bytes of the names). */
 rim_status rim_image_name(const rim_image *view, uint32_t index, const char **text, size_t *length);
 
-/* Returns the unit that a name of so many bytes ends in: "m/s" for "s.speed_mps"; "" for none and
+/* Returns the unit that a name of `length` bytes ends in: "m/s" for "s.speed_mps"; "" for none and
  * for NULL. The table is part of the data format (data/README.md). O(length + units). */
 const char *rim_unit_of_name(const char *name, size_t length);
 

@@ -22,6 +22,13 @@ static inline bool all_finite(const double *x, size_t n) {
   return true;
 }
 
+/* A configuration's field of 0, of any type, takes its default. NaN stays, to be refused. */
+#define RIM_OR_DEFAULT(field, value)                                                               \
+  do {                                                                                             \
+    if ((field) == 0)                                                                              \
+      (field) = (value);                                                                           \
+  } while (0)
+
 /* False for NaN too. */
 static inline bool is_usable(double v) { return rimi_abs(v) <= LARGEST_VALUE; }
 

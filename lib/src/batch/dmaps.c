@@ -6,6 +6,7 @@
 #include "base/cholesky.h"
 #include "base/ellipsoid.h"
 #include "base/real.h"
+#include "base/usable.h"
 #include "batch/stats.h"
 
 #define MAX_DIMS RIM_REGION_MAX_DIMS
@@ -495,22 +496,14 @@ static rim_status report(finder *f, rim_dmaps_result *result) {
 
 static rim_dmaps_config filled(const rim_dmaps_config *config) {
   rim_dmaps_config c = *config;
-  if (c.regions == 0)
-    c.regions = RIM_DMAPS_MAX_REGIONS;
-  if (c.sweeps == 0)
-    c.sweeps = 2;
-  if (c.least == 0)
-    c.least = 8;
-  if (c.lambda == 0.0)
-    c.lambda = 14.0;
-  if (c.lambda_dim == 0.0)
-    c.lambda_dim = 2.0;
-  if (c.border == 0.0)
-    c.border = 0.1;
-  if (c.search.nodes == 0)
-    c.search.nodes = DEFAULT_NODES;
-  if (c.search.max_dims == 0)
-    c.search.max_dims = 2;
+  RIM_OR_DEFAULT(c.regions, RIM_DMAPS_MAX_REGIONS);
+  RIM_OR_DEFAULT(c.sweeps, 2);
+  RIM_OR_DEFAULT(c.least, 8);
+  RIM_OR_DEFAULT(c.lambda, 14.0);
+  RIM_OR_DEFAULT(c.lambda_dim, 2.0);
+  RIM_OR_DEFAULT(c.border, 0.1);
+  RIM_OR_DEFAULT(c.search.nodes, DEFAULT_NODES);
+  RIM_OR_DEFAULT(c.search.max_dims, 2);
   if (c.search.cem.samples == 0 && c.search.cem.elites == 0 && c.search.cem.iterations == 0) {
     c.search.cem.samples = 16;
     c.search.cem.elites = 4;

@@ -8,6 +8,7 @@
 
 #include "base/real.h"
 #include "base/rng.h"
+#include "base/usable.h"
 
 #define MAX_FEATURES 128
 #define MAX_OUTCOMES 128
@@ -386,14 +387,10 @@ static void report(search *s, rim_batch_result *result) {
 
 static rim_batch_config filled(const rim_batch_config *config) {
   rim_batch_config c = *config;
-  if (c.nodes == 0)
-    c.nodes = 20;
-  if (c.max_dims == 0)
-    c.max_dims = 2;
-  if (c.bins == 0)
-    c.bins = 32;
-  if (c.balls == 0)
-    c.balls = 2;
+  RIM_OR_DEFAULT(c.nodes, 20);
+  RIM_OR_DEFAULT(c.max_dims, 2);
+  RIM_OR_DEFAULT(c.bins, 32);
+  RIM_OR_DEFAULT(c.balls, 2);
   return c;
 }
 

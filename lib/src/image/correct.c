@@ -218,15 +218,6 @@ rim_status rimi_correct_open(rim_correct *view, const uint8_t *section, size_t b
   return status;
 }
 
-rim_status rimi_correct_of_image(rim_correct *view, const rim_image *image) {
-  const uint8_t *section;
-  size_t bytes;
-  if (view == NULL)
-    return RIM_E_ARGUMENT;
-  const rim_status status = rim_image_section(image, RIM_SECTION_CORRECT, &section, &bytes);
-  return status == RIM_OK ? rimi_correct_open(view, section, bytes) : status;
-}
-
 /* ---- the mixture ---- */
 
 /* What acts at x: regions as a mask, with the chance of each. */
@@ -254,32 +245,6 @@ static active at(const rim_correct *c, const double *x) {
   return a;
 }
 
-/* Chance that exactly the regions of `set`, a part of the mask, act. MIXTURE: they exclude each
- * other. */
-static double chance(const rim_correct *c, const active *a, uint32_t set) {
-  double product = 1.0;
-  double sum = 0.0;
-  for (uint32_t k = 0; k < c->regions; ++k) {
-    const bool acts = (set >> k & 1u) != 0;
-    if ((a->mask >> k & 1u) == 0)
-      continue;
-    product *= acts ? a->p[k] : 1.0 - a->p[k];
-    sum += a->p[k];
-    if (acts && c->overlap == RIM_OVERLAP_MIXTURE)
-      return set == 1u << k ? a->p[k] : 0.0;
-  }
-  return c->overlap == RIM_OVERLAP_MIXTURE ? rimi_max(1.0 - sum, 0.0) : product;
-}
-
-static double shift_of_set(const rim_correct *c, uint32_t set, uint32_t o) {
-  double sum = 0.0;
-  for (uint32_t k = 0; k < c->regions; ++k) {
-    if ((set >> k & 1u) != 0)
-      sum += shift_of(c, k, o);
-  }
-  return sum;
-}
-
 static double mean_shift(const rim_correct *c, const active *a, uint32_t o) {
   double sum = 0.0;
   for (uint32_t k = 0; k < c->regions; ++k) {
@@ -289,34 +254,6 @@ static double mean_shift(const rim_correct *c, const active *a, uint32_t o) {
   return sum;
 }
 
-/* Variance of the shift: of one of several that exclude each other, or of a sum of independent
- * ones. Both sums have no negative term. */
-static double shift_variance(const rim_correct *c, const active *a, uint32_t o) {
-  const double mean = mean_shift(c, a, o);
-  double variance = 0.0;
-  double rest = 1.0;
-  for (uint32_t k = 0; k < c->regions; ++k) {
-    if ((a->mask >> k & 1u) == 0)
-      continue;
-    const double shift = shift_of(c, k, o);
-    const double from_mean = shift - mean;
-    variance += c->overlap == RIM_OVERLAP_SUM ? a->p[k] * (1.0 - a->p[k]) * shift * shift
-                                              : a->p[k] * from_mean * from_mean;
-    rest -= a->p[k];
-  }
-  return c->overlap == RIM_OVERLAP_SUM ? variance : variance + rimi_max(rest, 0.0) * mean * mean;
-}
-
-rim_status rimi_correct_weights(const rim_correct *c, const double *x, double *weight) {
-  if (c == NULL || c->section == NULL || x == NULL || weight == NULL)
-    return RIM_E_ARGUMENT;
-  const active a = at(c, x);
-  weight[0] = chance(c, &a, 0);
-  for (uint32_t k = 0; k < c->regions; ++k)
-    weight[k + 1] = a.p[k];
-  return RIM_OK;
-}
-
 rim_status rimi_correct_mean(const rim_correct *c, const double *x, const double *nominal,
                              double *mean) {
   if (c == NULL || c->section == NULL || x == NULL || nominal == NULL || mean == NULL)
@@ -324,72 +261,5 @@ rim_status rimi_correct_mean(const rim_correct *c, const double *x, const double
   const active a = at(c, x);
   for (uint32_t o = 0; o < c->outcomes; ++o)
     mean[o] = nominal[o] + mean_shift(c, &a, o);
-  return RIM_OK;
-}
-
-rim_status rimi_correct_moments(const rim_correct *c, const double *x, const double *nominal,
-                                const double *sd, double *mean, double *mixed_sd) {
-  if (sd == NULL || mixed_sd == NULL)
-    return RIM_E_ARGUMENT;
-  const rim_status status = rimi_correct_mean(c, x, nominal, mean);
-  if (status != RIM_OK)
-    return status;
-  const active a = at(c, x);
-  for (uint32_t o = 0; o < c->outcomes; ++o) {
-    const double extra = shift_variance(c, &a, o);
-    mixed_sd[o] = extra > 0.0 ? rimi_sqrt(sd[o] * sd[o] + extra) : sd[o];
-  }
-  return RIM_OK;
-}
-
-/* ln of the chance of a set times the density of outcomes first..last under it; -inf: none. */
-static double ln_component(const rim_correct *c, const active *a, uint32_t set, uint32_t first,
-                           uint32_t last, const double *nominal, const double *sd,
-                           const double *z) {
-  double sum = rimi_log(chance(c, a, set));
-  for (uint32_t o = first; o <= last; ++o) {
-    const double u = (z[o - first] - nominal[o - first] - shift_of_set(c, set, o)) / sd[o - first];
-    sum -= 0.5 * u * u + rimi_log(sd[o - first]) + RIM_LN_SQRT_2PI;
-  }
-  return sum;
-}
-
-/* ln of the sum over all parts of the mask, relative to the largest: two rounds of at most 256. */
-static double ln_mixture(const rim_correct *c, const double *x, uint32_t first, uint32_t last,
-                         const double *nominal, const double *sd, const double *z) {
-  const active a = at(c, x);
-  double largest = ln_component(c, &a, 0, first, last, nominal, sd, z);
-  for (uint32_t set = a.mask; set != 0; set = (set - 1u) & a.mask)
-    largest = rimi_max(largest, ln_component(c, &a, set, first, last, nominal, sd, z));
-  if (!rimi_is_finite(largest))
-    return largest;
-  double sum = rimi_exp(ln_component(c, &a, 0, first, last, nominal, sd, z) - largest);
-  for (uint32_t set = a.mask; set != 0; set = (set - 1u) & a.mask)
-    sum += rimi_exp(ln_component(c, &a, set, first, last, nominal, sd, z) - largest);
-  return largest + rimi_log(sum);
-}
-
-rim_status rimi_correct_density(const rim_correct *c, const double *x, uint32_t outcome,
-                                double nominal, double sd, double z, double *density) {
-  if (c == NULL || c->section == NULL || x == NULL || density == NULL)
-    return RIM_E_ARGUMENT;
-  if (outcome >= c->outcomes)
-    return RIM_E_RANGE;
-  if (!(sd > 0.0))
-    return RIM_E_DATA;
-  *density = rimi_exp(ln_mixture(c, x, outcome, outcome, &nominal, &sd, &z));
-  return RIM_OK;
-}
-
-rim_status rimi_correct_ln_density(const rim_correct *c, const double *x, const double *nominal,
-                                   const double *sd, const double *z, double *ln_density) {
-  if (c == NULL || c->section == NULL || x == NULL || nominal == NULL || sd == NULL || z == NULL ||
-      ln_density == NULL)
-    return RIM_E_ARGUMENT;
-  for (uint32_t o = 0; o < c->outcomes; ++o) {
-    if (!(sd[o] > 0.0))
-      return RIM_E_DATA;
-  }
-  *ln_density = ln_mixture(c, x, 0, c->outcomes - 1u, nominal, sd, z);
   return RIM_OK;
 }

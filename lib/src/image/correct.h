@@ -3,8 +3,8 @@
  * is wrong are known (thesis 3.4, p. 34-36).
  *
  * Up to 8 regions, each with the shift of every outcome's mean (eq. 3.20) and the confidence
- * P(R follows theta_i) in it (eq. 3.25-3.27, rimi_threshold_confidence). The prediction becomes a
- * mixture of nominal model and shifted models (eq. 3.18, 3.28); its mean is eq. 3.30.
+ * P(R follows theta_i) in it (eq. 3.25-3.27: 1 less the p-value). The prediction becomes the mean,
+ * eq. 3.30, of a mixture of nominal model and shifted models (eq. 3.18, 3.28).
  *
  * Where regions overlap:
  *   FIRST     the first of them alone counts (assumption 1, p. 31): eq. 3.29, 3.30. With regions in
@@ -93,35 +93,11 @@ rim_status rimi_correct_pack(const rim_correct_model *model, uint8_t *section, s
  * also where unused entries are not 0. The view is unchanged on error. O(bytes). */
 rim_status rimi_correct_open(rim_correct *view, const uint8_t *section, size_t bytes);
 
-/* Opens the section of an image. RIM_E_RANGE also: the image has none. */
-rim_status rimi_correct_of_image(rim_correct *view, const rim_image *image);
-
-/* Below: x[features] is the whole context; nominal, sd, z, mean have [outcomes] numbers, sd > 0.
- * NaN in a feature lies outside of regions over it. RIM_E_ARGUMENT: NULL or not open. Nothing is
- * written on error. O(regions (dims^2 + outcomes)), the densities with SUM O(2^k outcomes) for k
- * regions that contain x. Stack below 1 kB. */
-
-/* alpha_0 of the nominal model (eq. 3.21) and alpha_1..alpha_regions (eq. 3.27): weight[regions +
- * 1]. With SUM alpha_i is the chance that i acts and alpha_0 the chance that none does. */
-rim_status rimi_correct_weights(const rim_correct *view, const double *x, double *weight);
-
-/* Expected outcomes, eq. 3.30. mean may be nominal itself. */
+/* Expected outcomes, eq. 3.30. x[features] is the whole context; nominal and mean have [outcomes]
+ * numbers, and may be the same. NaN in a feature lies outside of regions over it. RIM_E_ARGUMENT:
+ * NULL or not open; mean is unchanged then. O(regions (dims^2 + outcomes)). Stack below 1 kB. */
 rim_status rimi_correct_mean(const rim_correct *view, const double *x, const double *nominal,
                              double *mean);
-
-/* Mean and standard deviation of the mixture; may be nominal and sd themselves. */
-rim_status rimi_correct_moments(const rim_correct *view, const double *x, const double *nominal,
-                                const double *sd, double *mean, double *mixed_sd);
-
-/* Density of one outcome at z, in 1/unit: the mixture's marginal (eq. 3.28, 3.29). RIM_E_RANGE: no
- * such outcome; RIM_E_DATA: sd not above 0. */
-rim_status rimi_correct_density(const rim_correct *view, const double *x, uint32_t outcome,
-                                double nominal, double sd, double z, double *density);
-
-/* Natural logarithm of the joint density of all outcomes, independent given which model acts.
- * RIM_E_DATA: an sd not above 0. */
-rim_status rimi_correct_ln_density(const rim_correct *view, const double *x, const double *nominal,
-                                   const double *sd, const double *z, double *ln_density);
 
 #ifdef __cplusplus
 }

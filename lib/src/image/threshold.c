@@ -114,7 +114,3 @@ double rimi_threshold_p_value(const rim_threshold *view, double score) {
   }
   return (double)(1u + (view->runs - low)) / (double)(view->runs + 1u);
 }
-
-double rimi_threshold_confidence(const rim_threshold *view, double score) {
-  return 1.0 - rimi_threshold_p_value(view, score);
-}

@@ -72,9 +72,6 @@ double rimi_threshold_ln_anom(const rim_threshold *view, uint16_t channel, uint3
  * conformal; never below 1 / (runs + 1). O(log runs). */
 double rimi_threshold_p_value(const rim_threshold *view, double score);
 
-/* P(anom) = 1 - p-value, eq. 3.25-3.26. */
-double rimi_threshold_confidence(const rim_threshold *view, double score);
-
 #ifdef __cplusplus
 }
 #endif

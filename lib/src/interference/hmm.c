@@ -143,10 +143,6 @@ void rimi_hmm_reset(rim_hmm *hmm) {
   count_up(&hmm->resets);
 }
 
-double rimi_hmm_ln_posterior(const rim_hmm *hmm, uint32_t state) {
-  return hmm == NULL || state >= hmm->model.states ? RIM_HMM_LN_ZERO : hmm->ln_alpha[state];
-}
-
 double rimi_hmm_ln_odds(const rim_hmm *hmm, uint32_t state) {
   if (hmm == NULL || state >= hmm->model.states)
     return RIM_HMM_LN_ZERO;

@@ -53,10 +53,8 @@ rim_status rimi_hmm_step(rim_hmm *hmm, const double *ln_emission);
 /* Back to the initial distribution; counted. Before the first step the posterior is the initial. */
 void rimi_hmm_reset(rim_hmm *hmm);
 
-/* ln P(S_t = state | o_1..o_t); RIM_HMM_LN_ZERO for a state that is not there. O(1). */
-double rimi_hmm_ln_posterior(const rim_hmm *hmm, uint32_t state);
-
-/* ln P / (1 - P) of the same, exact also where P rounds to 0 or 1. O(states). */
+/* ln P / (1 - P) of P(S_t = state | o_1..o_t), exact also where P rounds to 0 or 1;
+ * RIM_HMM_LN_ZERO for a state that is not there. O(states). */
 double rimi_hmm_ln_odds(const rim_hmm *hmm, uint32_t state);
 
 /* Transition probabilities from counts[from * states + to] (eq. C.1), with `smoothing` > 0 counts

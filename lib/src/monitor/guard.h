@@ -13,10 +13,10 @@
  *             row. So are the bins of rows with predictions, by what they have in common
  *   image     a slice a row, so that it is gone through in GUARD_IMAGE_S of flight
  *
- * and all of it before an alarm is raised: what is told was worked out in memory that holds.
+ * and all of it before an alarm is raised: what an alarm says was computed in memory that holds.
  * What fails is damage: the monitor uses no row from then on and says RIM_LEVEL_INTEGRITY.
  *
- * Not covered: what is worked out anew from the above within a few rows. Flips that come while a
+ * Not covered: what is computed again from the above within a few rows. Flips that come while a
  * call runs are found as those that come after it, or were never used. */
 #ifndef RIM_SRC_MONITOR_GUARD_H
 #define RIM_SRC_MONITOR_GUARD_H

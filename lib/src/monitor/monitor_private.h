@@ -23,8 +23,8 @@
 #define MONITOR_UPDATE_RATIO 0.25 /* ln anom grown by a quarter is worth another record */
 /* Of a block that its start may be off and still follow the last. */
 #define MONITOR_NEXT_BLOCK 0.25
-/* A deviation is over when its outcome has been quiet since for so many blocks and for this part of
- * a healthy run: a place that is visited again and again is no end. */
+/* A deviation is over when its outcome has been quiet since for this number of blocks and this part
+ * of a healthy run: a place that is visited again and again is no end. */
 #define MONITOR_OVER_BLOCKS 8u
 #define MONITOR_OVER_RUN 0.5
 #define MONITOR_NO_OUTCOME 0xffffu

@@ -46,12 +46,9 @@ static rim_status complete(rim_bandit_config *c) {
       !is_extra(c->smooth_var) || !is_extra(c->unseen_var) || !is_extra(c->gain)) {
     return RIM_E_RANGE;
   }
-  if (c->delta >= 0.0 && c->delta <= 0.0)
-    c->delta = 0.1;
-  if (c->power >= 0.0 && c->power <= 0.0)
-    c->power = 1.0;
-  if (c->slices == 0)
-    c->slices = 6;
+  RIM_OR_DEFAULT(c->delta, 0.1);
+  RIM_OR_DEFAULT(c->power, 1.0);
+  RIM_OR_DEFAULT(c->slices, 6);
   const bool fine = c->power > 0.0 && c->power <= 4.0 && c->delta > 0.0 && c->delta < 1.0 &&
                     c->bound >= 0.0 && c->bound <= 1.0;
   return fine ? RIM_OK : RIM_E_CONFIG;

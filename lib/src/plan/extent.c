@@ -61,27 +61,21 @@ static held_region *region_of(const rim_extent *e, uint32_t rim, uint32_t lambda
 
 static bool is_zero(double v) { return v >= 0.0 && v <= 0.0; }
 
-static double or_default(double v, double other) { return is_zero(v) ? other : v; }
-
 static void fill_defaults(rim_extent_config *c) {
-  if (c->lambdas == 0)
-    c->lambdas = RIM_EXTENT_DEFAULT_LAMBDAS;
-  if (c->rims == 0)
-    c->rims = 1;
-  if (c->samples == 0)
-    c->samples = 24;
-  if (c->iterations == 0)
-    c->iterations = 8;
-  c->temper = or_default(c->temper, 0.2);
-  c->min_points = or_default(c->min_points, 3.0);
-  c->threshold = or_default(c->threshold, RIM_EXTENT_DEFAULT_THRESHOLD);
+  RIM_OR_DEFAULT(c->lambdas, RIM_EXTENT_DEFAULT_LAMBDAS);
+  RIM_OR_DEFAULT(c->rims, 1);
+  RIM_OR_DEFAULT(c->samples, 24);
+  RIM_OR_DEFAULT(c->iterations, 8);
+  RIM_OR_DEFAULT(c->temper, 0.2);
+  RIM_OR_DEFAULT(c->min_points, 3.0);
+  RIM_OR_DEFAULT(c->threshold, RIM_EXTENT_DEFAULT_THRESHOLD);
   if (is_zero(c->lambda_min) && is_zero(c->lambda_max)) {
     c->lambda_min = -RIM_EXTENT_DEFAULT_LAMBDA;
     c->lambda_max = RIM_EXTENT_DEFAULT_LAMBDA;
   }
   for (size_t d = 0; d < RIM_EXTENT_MAX_DIMS; ++d) {
-    c->least_axis[d] = or_default(c->least_axis[d], 0.04);
-    c->most_axis[d] = or_default(c->most_axis[d], 0.6);
+    RIM_OR_DEFAULT(c->least_axis[d], 0.04);
+    RIM_OR_DEFAULT(c->most_axis[d], 0.6);
     if (is_zero(c->lower[d]) && is_zero(c->upper[d]))
       c->upper[d] = 1.0;
   }

@@ -6,6 +6,7 @@
 
 #include "base/real.h"
 #include "base/rng.h"
+#include "base/usable.h"
 
 #define MOST_PARAMETERS RIM_CEM_PARAMETERS(RIM_CEM_MAX_DIMS)
 #define BLOCKS_A_SAMPLE 16u /* of 4 words; a normal takes 2 words, 27 parameters 14 blocks */
@@ -23,18 +24,12 @@ typedef struct elite {
 
 static rim_cem_config filled(const rim_cem_config *config) {
   rim_cem_config c = *config;
-  if (c.samples == 0)
-    c.samples = 24;
-  if (c.elites == 0)
-    c.elites = 5;
-  if (c.iterations == 0)
-    c.iterations = 10;
-  if (c.spread == 0.0)
-    c.spread = 0.5;
-  if (c.least_axis == 0.0)
-    c.least_axis = 0.02;
-  if (c.most_axis == 0.0)
-    c.most_axis = 1.0;
+  RIM_OR_DEFAULT(c.samples, 24);
+  RIM_OR_DEFAULT(c.elites, 5);
+  RIM_OR_DEFAULT(c.iterations, 10);
+  RIM_OR_DEFAULT(c.spread, 0.5);
+  RIM_OR_DEFAULT(c.least_axis, 0.02);
+  RIM_OR_DEFAULT(c.most_axis, 1.0);
   return c;
 }
 

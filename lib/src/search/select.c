@@ -17,20 +17,16 @@
 #define PENALTY_ELLIPSE 3.5
 #define MAGIC 0x53454c31u
 
-static uint16_t or_default(uint16_t value, uint16_t fallback) {
-  return value != 0 ? value : fallback;
-}
-
 rim_select_config rimi_select_filled(const rim_select_config *config) {
   rim_select_config c = *config;
-  c.channels = or_default(c.channels, 1);
-  c.ring = or_default(c.ring, RIM_SELECT_DEFAULT_RING);
-  c.bins = or_default(c.bins, RIM_SELECT_DEFAULT_BINS);
-  c.grid = or_default(c.grid, RIM_SELECT_DEFAULT_GRID);
-  c.pairs = or_default(c.pairs, RIM_SELECT_DEFAULT_PAIRS);
-  c.scans = or_default(c.scans, RIM_SELECT_DEFAULT_SCANS);
-  c.edges = or_default(c.edges, RIM_SELECT_DEFAULT_EDGES);
-  c.moves = or_default(c.moves, RIM_SELECT_DEFAULT_MOVES);
+  RIM_OR_DEFAULT(c.channels, 1);
+  RIM_OR_DEFAULT(c.ring, RIM_SELECT_DEFAULT_RING);
+  RIM_OR_DEFAULT(c.bins, RIM_SELECT_DEFAULT_BINS);
+  RIM_OR_DEFAULT(c.grid, RIM_SELECT_DEFAULT_GRID);
+  RIM_OR_DEFAULT(c.pairs, RIM_SELECT_DEFAULT_PAIRS);
+  RIM_OR_DEFAULT(c.scans, RIM_SELECT_DEFAULT_SCANS);
+  RIM_OR_DEFAULT(c.edges, RIM_SELECT_DEFAULT_EDGES);
+  RIM_OR_DEFAULT(c.moves, RIM_SELECT_DEFAULT_MOVES);
   return c;
 }
 

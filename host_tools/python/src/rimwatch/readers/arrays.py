@@ -44,22 +44,22 @@ def _datasets(group: Any, prefix: str, out: Dict[str, Any], transposed: bool) ->
                 out.update(flatten(f"{prefix}{key}", values))
 
 
-def hdf5(path: str, options: Options) -> Table:
-    """Columns GROUP.DATASET; of an array of rows x places DATASET[place], of records fields."""
-    module = need("h5py", "h5py", "an HDF5 file")
+def _of_hdf5(path: str, what: str, transposed: bool) -> Table:
+    module = need("h5py", "h5py", what)
     columns: Dict[str, Any] = {}
     with module.File(path, "r") as file:
-        _datasets(file, "", columns, False)
+        _datasets(file, "", columns, transposed)
     return _same_length(columns)
+
+
+def hdf5(path: str, options: Options) -> Table:
+    """Columns GROUP.DATASET; of an array of rows x places DATASET[place], of records fields."""
+    return _of_hdf5(path, "an HDF5 file", False)
 
 
 def mat73(path: str, options: Options) -> Table:
     """MATLAB v7.3 is HDF5, with every array transposed."""
-    module = need("h5py", "h5py", "a MATLAB v7.3 file")
-    columns: Dict[str, Any] = {}
-    with module.File(path, "r") as file:
-        _datasets(file, "", columns, True)
-    return _same_length(columns)
+    return _of_hdf5(path, "a MATLAB v7.3 file", True)
 
 
 def _struct(name: str, value: Any, out: Dict[str, Any]) -> None:
