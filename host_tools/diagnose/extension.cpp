@@ -259,7 +259,8 @@ std::vector<Parameter> TermReader::parameters(const char *key) const {
     if (!node.is_table())
       fail(path_, node, fmt::format("key '{}': must be an array of tables, [[{}]]", name, name));
     const toml::table &table = *node.as_table();
-    check_keys(table, name, {"name", "value", "stderr", "unit", "between_logs_sd", "per_log", "new_log"});
+    check_keys(table, name,
+               {"name", "value", "stderr", "unit", "between_logs_sd", "per_log", "new_log"});
     Parameter p;
     p.name = read_string(path_, need(table, name, "name"), name + ".name");
     p.value = read_number(path_, need(table, name, "value"), name + ".value", world::Range::any);

@@ -293,7 +293,8 @@ void Builder::add_form(const Form &form) {
       values = grid(form.shape[0], form, arguments);
     for (std::size_t v = 0; v < values.size(); ++v) {
       const bool is_usual = !form.shape.empty() && form.shape[0].first_is_usual && v == 0;
-      c.penalty = cost + of_arguments + (is_usual ? 0.0 : std::log(static_cast<double>(values.size())));
+      c.penalty =
+          cost + of_arguments + (is_usual ? 0.0 : std::log(static_cast<double>(values.size())));
       c.shape_range.clear();
       if (!form.shape.empty()) {
         const ShapeParameter &p = form.shape[0];

@@ -27,7 +27,7 @@ constexpr double kTableCost = 10.0; // nats: a curve without a name, where laws 
 // Share of the rows that are few, and of the whole error, as amplitude, that a term in so few must
 // account for beside a law.
 constexpr double kFewRows = 0.05, kRelevantPatch = 0.1;
-constexpr double kSwapGain = 0.5;   // nats by which a swap must be better
+constexpr double kSwapGain = 0.5; // nats by which a swap must be better
 // Scatter that differs by more than this factor of variance is rather the model's error than noise.
 constexpr double kMostWeight = 4.0;
 // Autocorrelated beyond this, what remains is no noise of the readings.
@@ -204,8 +204,8 @@ ChannelSearch::Best ChannelSearch::best_of(const std::vector<Proposal> &proposal
     Proposal proposal = given;
     scanner_->refine(fit.residual, out_.noise, &proposal);
     Member member = make_member(proposal);
-    if (!proposal.bounds.empty() && (effective_rows(member.h) < kLeastEffective ||
-                                     is_constant_inside(member, channel_.sd)))
+    if (!proposal.bounds.empty() &&
+        (effective_rows(member.h) < kLeastEffective || is_constant_inside(member, channel_.sd)))
       continue;
     if (!member.term.shape.empty())
       refine_shape(members, fit.loss, &member);
@@ -357,7 +357,8 @@ void ChannelSearch::drop_terms() {
         continue;
       const double gain =
           (fit_members(y_, without(j), out_.noise).loss - loss) / out_.noise.divisor();
-      const double score = is_relevant(gain, out_.members[j]) ? gain - out_.members[j].penalty : -1e300;
+      const double score =
+          is_relevant(gain, out_.members[j]) ? gain - out_.members[j].penalty : -1e300;
       if (score < least) {
         least = score;
         worst = j;
@@ -714,10 +715,10 @@ void ChannelSearch::find_beside_start(const std::vector<Term> &given) {
   const Vector raw = y_;
   // A lag of a prediction that starts from a noisy reading filters that noise: what alternates is
   // seen without it.
-  const bool is_late =
-      own_state(measured_, channel_) >= 0 &&
-      std::any_of(out_.members.begin(), out_.members.end(),
-                  [](const Member &m) { return !m.is_given && moves_prediction(m.term); });
+  const bool is_late = own_state(measured_, channel_) >= 0 &&
+                       std::any_of(out_.members.begin(), out_.members.end(), [](const Member &m) {
+                         return !m.is_given && moves_prediction(m.term);
+                       });
   const ChannelFindings late = out_;
   if (is_late) {
     prepare(given);

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""channels.py --rim RIM [--drawer guests.py] [--seed 0] [--count 17] [--family F] [--keep DIR] [--jobs 2] [--floors FILE]: rim diagnose, channel by channel.
+"""channels.py --rim RIM [--drawer guests.py] [--seed 0] [--count 17 | --seeds 3,5,8] [--family F] [--keep DIR] [--jobs 2] [--floors FILE]: rim diagnose, channel by channel.
 
 Every case of the drawer is diagnosed with its hold-out. Of a channel that something is wrong with: whether anything was claimed (found), whether
 what was claimed first has a right name (first), whether every part has one (all), and the share of the RMSE on the hold-out that is left beside
@@ -81,14 +81,16 @@ def main():
     parser.add_argument("--drawer", default="guests.py")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--count", type=int, default=17)
+    parser.add_argument("--seeds", default="", help="these instead of --seed and --count")
     parser.add_argument("--family", default="each")
     parser.add_argument("--keep", default="")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--floors", default="")
     o = parser.parse_args()
+    seeds = [int(s) for s in o.seeds.split(",")] if o.seeds else list(range(o.seed, o.seed + o.count))
     rows, failed = [], 0
     with concurrent.futures.ThreadPoolExecutor(o.jobs) as pool:
-        for seed, family, of_case, said in pool.map(lambda s: judge(o, s), range(o.seed, o.seed + o.count)):
+        for seed, family, of_case, said in pool.map(lambda s: judge(o, s), seeds):
             if of_case is None:
                 failed += 1
                 print("%d %s: FAILED: %s" % (seed, family, said.strip()))
@@ -104,7 +106,7 @@ def main():
                 sys.stdout.flush()
             rows += of_case
     reached = figures(rows)
-    print("%s, seeds %d to %d: " % (o.drawer, o.seed, o.seed + o.count - 1) + ", ".join("%s %.3g" % kv for kv in reached.items()))
+    print("%s, seeds %d to %d: " % (o.drawer, seeds[0], seeds[-1]) + ", ".join("%s %.3g" % kv for kv in reached.items()))
     missed = False
     for line in open(o.floors, encoding="utf-8") if o.floors else []:
         words = line.split("#")[0].split()

@@ -4,7 +4,7 @@
 
 From one row in two seconds to a thousand per second; readings of velocity that are as noisy as real ones, quantised, coloured; rows that never
 arrived; sizes that differ between logs. Of every channel that something is wrong with the columns of the true form are given, so that
-`guests_summary.py` can compare with least squares. Writing and scoring is physics.py's; the machines are others."""
+`channels.py` can compare with least squares. Writing and scoring is physics.py's; the machines are others."""
 import math
 
 from physics import Case, G, Machine, draw, sign, wander
