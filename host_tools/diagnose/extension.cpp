@@ -87,7 +87,7 @@ std::string parameters_toml(const char *header, const std::vector<Parameter> &pa
                        quoted(p.name), number(p.value), number(p.stderror), quoted(p.unit));
     if (!p.per_log.empty())
       out += "between_logs_sd = " + number(p.between_logs_sd) +
-             "\nper_log = " + list(p.per_log, number) + "\n";
+             "\nper_log = " + list(p.per_log, number) + "\nnew_log = " + number(p.new_log) + "\n";
   }
   return out;
 }
@@ -255,7 +255,8 @@ std::vector<Parameter> TermReader::parameters(const char *key) const {
     if (!node.is_table())
       fail(path_, node, fmt::format("key '{}': must be an array of tables, [[{}]]", name, name));
     const toml::table &table = *node.as_table();
-    check_keys(table, name, {"name", "value", "stderr", "unit", "between_logs_sd", "per_log"});
+    check_keys(table, name,
+               {"name", "value", "stderr", "unit", "between_logs_sd", "per_log", "new_log"});
     Parameter p;
     p.name = read_string(path_, need(table, name, "name"), name + ".name");
     p.value = read_number(path_, need(table, name, "value"), name + ".value", Range::any);
@@ -268,6 +269,9 @@ std::vector<Parameter> TermReader::parameters(const char *key) const {
           read_number(path_, *spread, name + ".between_logs_sd", Range::not_negative);
     if (const toml::node *each = table.get("per_log"))
       p.per_log = numbers(*each, name + ".per_log", true);
+    p.new_log = p.value;
+    if (const toml::node *of_new = table.get("new_log"))
+      p.new_log = read_number(path_, *of_new, name + ".new_log", world::Range::any);
     if (!is_identifier(p.name))
       fail(path_, *table.get("name"), fmt::format("key '{}.name': no name: '{}'", name, p.name));
     if (std::any_of(out.begin(), out.end(), [&p](const Parameter &o) { return o.name == p.name; }))

@@ -18,6 +18,8 @@ constexpr double kPi = 3.141592653589793, kTwoPi = 2.0 * kPi;
 constexpr int kMaxLagRows = 20;
 // Nats that a form of a velocity costs more where it is not known which one is the channel's own.
 constexpr double kNotOwn = 1.5;
+// And for the prediction of another outcome as an argument: what acts is what that is made of.
+constexpr double kOtherPrediction = 12.0;
 // An altitude that hardly changes says nothing about the air.
 constexpr double kLeastClimb_m = 500.0;
 
@@ -47,6 +49,7 @@ private:
                            const std::vector<int> &arguments) const;
   std::string shape_unit(const Form &form, const std::vector<int> &arguments) const;
   double argument_cost(const Form &form, std::size_t assignments) const;
+  double other_predictions(const std::vector<int> &arguments) const;
   void add_form(const Form &form);
   void add_built_in(const Form &form);
   void add_sets();
@@ -243,6 +246,13 @@ double Builder::argument_cost(const Form &form, std::size_t assignments) const {
   return cost;
 }
 
+double Builder::other_predictions(const std::vector<int> &arguments) const {
+  return static_cast<double>(std::count_if(arguments.begin(), arguments.end(), [this](int f) {
+    const Feature &feature = measured_.features[static_cast<std::size_t>(f)];
+    return feature.is_prediction && feature.name != "m." + channel_.name;
+  }));
+}
+
 // Of one group at most one is taken: two levels of a hinge are two things, two widths of a friction
 // are one.
 std::string group_of(const Form &form, const Term &term) {
@@ -277,12 +287,14 @@ void Builder::add_form(const Form &form) {
     for (std::size_t k = 0; k < arguments.size(); ++k)
       c.term.arguments[form.arguments[k].name] =
           measured_.features[static_cast<std::size_t>(arguments[k])].name;
+    const double of_arguments = kOtherPrediction * other_predictions(arguments);
     std::vector<double> values{0.0};
     if (!form.shape.empty())
       values = grid(form.shape[0], form, arguments);
     for (std::size_t v = 0; v < values.size(); ++v) {
       const bool is_usual = !form.shape.empty() && form.shape[0].first_is_usual && v == 0;
-      c.penalty = cost + (is_usual ? 0.0 : std::log(static_cast<double>(values.size())));
+      c.penalty =
+          cost + of_arguments + (is_usual ? 0.0 : std::log(static_cast<double>(values.size())));
       c.shape_range.clear();
       if (!form.shape.empty()) {
         const ShapeParameter &p = form.shape[0];

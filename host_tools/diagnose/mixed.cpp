@@ -50,7 +50,16 @@ MixedSize mixed_size(const std::vector<double> &size, const std::vector<double> 
       best_tau2 = tau * tau;
     }
   }
-  return {best.mean, std::sqrt(1.0 / best.weight), std::sqrt(best_tau2)};
+  // The least of the sizes as they are expected to be: uncertain ones nearer to the mean.
+  const double side = best.mean < 0.0 ? -1.0 : 1.0;
+  double least = 1e300;
+  for (std::size_t j = 0; j < size.size(); ++j) {
+    const double share = best_tau2 / (best_tau2 + e[j] * e[j]);
+    least = std::min(least, side * (best.mean + share * (size[j] - best.mean)));
+  }
+  const double most = std::max(0.0, 2.0 * least);
+  return {best.mean, std::sqrt(1.0 / best.weight), std::sqrt(best_tau2),
+          side * std::min(std::abs(best.mean), most)};
 }
 
 } // namespace rim::diagnose

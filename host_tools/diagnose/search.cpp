@@ -24,7 +24,10 @@ constexpr int kStartRounds = 2;
 constexpr double kBesideLaw = 0.15; // share of the rows
 constexpr int kShapeSteps = 4;
 constexpr double kTableCost = 10.0; // nats: a curve without a name, where laws of physics hold
-constexpr double kSwapGain = 0.5;   // nats by which a swap must be better
+// Share of the rows that are few, and of the whole error, as amplitude, that a term in so few must
+// account for beside a law.
+constexpr double kFewRows = 0.05, kRelevantPatch = 0.1;
+constexpr double kSwapGain = 0.5; // nats by which a swap must be better
 // Scatter that differs by more than this factor of variance is rather the model's error than noise.
 constexpr double kMostWeight = 4.0;
 // Autocorrelated beyond this, what remains is no noise of the readings.
@@ -36,6 +39,18 @@ double effective_rows(const Eigen::MatrixXd &h) {
   const auto squares = h.rowwise().squaredNorm().array().eval();
   const double fourth = squares.square().sum();
   return fourth > 0.0 ? squares.sum() * squares.sum() / fourth : 0.0;
+}
+
+// Inside a region a form that hardly varies there (a gain of a prediction that rests) is a constant
+// under another name: sd over |mean| of its column where it acts.
+constexpr double kLeastSpreadInside = 0.2;
+bool is_constant_inside(const Member &member, const Vector &sd) {
+  if (member.term.basis.size() != 1 || member.term.basis[0] == "1")
+    return false;
+  const Vector x = member.h.col(0).cwiseProduct(sd);
+  const double n = (x.array() != 0.0).cast<double>().sum(), mean = x.sum() / std::max(1.0, n);
+  return x.squaredNorm() / std::max(1.0, n) - mean * mean <
+         std::pow(kLeastSpreadInside * mean, 2.0);
 }
 
 // Features that a term of the context alone is made of: a bias in an interval, a hinge ...; none of
@@ -62,6 +77,7 @@ void turn_sign(Term *term) {
     size.value = -size.value;
     size.unrefined = -size.unrefined;
     size.near_rest = -size.near_rest;
+    size.new_log = -size.new_log;
     std::for_each(size.per_log.begin(), size.per_log.end(), [](double &v) { v = -v; });
   }
 }
@@ -188,7 +204,8 @@ ChannelSearch::Best ChannelSearch::best_of(const std::vector<Proposal> &proposal
     Proposal proposal = given;
     scanner_->refine(fit.residual, out_.noise, &proposal);
     Member member = make_member(proposal);
-    if (!proposal.bounds.empty() && effective_rows(member.h) < kLeastEffective)
+    if (!proposal.bounds.empty() &&
+        (effective_rows(member.h) < kLeastEffective || is_constant_inside(member, channel_.sd)))
       continue;
     if (!member.term.shape.empty())
       refine_shape(members, fit.loss, &member);
@@ -225,7 +242,7 @@ void ChannelSearch::add_terms(bool is_rough) {
     const Fit fit = fit_members(y_, out_.members, out_.noise);
     const auto proposals = scanner_->mean(fit, out_.noise, kProposals);
     const Best best = best_of(proposals, out_.members, fit, kExact);
-    if (best.score < options_.threshold || !is_relevant(best.proposal.gain))
+    if (best.score < options_.threshold || !is_relevant(best.proposal.gain, best.member))
       break;
     out_.members.push_back(best.member);
     for (int round = 0; round < 3 && swap_terms(); ++round) {
@@ -315,10 +332,18 @@ bool ChannelSearch::swap_terms() {
   return any;
 }
 
-// Whether a fall of the log likelihood ratio is more than a trifle beside the whole error.
-bool ChannelSearch::is_relevant(double gain) const {
+// Whether a fall of the log likelihood ratio is more than a trifle beside the whole error. In few
+// rows, beside a law that holds everywhere, more is asked: that is how the law departs from the
+// truth there.
+bool ChannelSearch::is_relevant(double gain, const Member &member) const {
   const double whole = 0.5 * y_.cwiseAbs2().dot(out_.noise.weight);
-  return gain * out_.noise.divisor() > kRelevant * kRelevant * whole;
+  const bool is_patch =
+      !member.term.gate.everywhere() &&
+      (member.h.rowwise().squaredNorm().array() > 0.0).cast<double>().mean() < kFewRows &&
+      std::any_of(out_.members.begin(), out_.members.end(),
+                  [this](const Member &m) { return is_law(m); });
+  const double share = is_patch ? kRelevantPatch : kRelevant;
+  return gain * out_.noise.divisor() > share * share * whole;
 }
 
 void ChannelSearch::drop_terms() {
@@ -332,7 +357,8 @@ void ChannelSearch::drop_terms() {
         continue;
       const double gain =
           (fit_members(y_, without(j), out_.noise).loss - loss) / out_.noise.divisor();
-      const double score = is_relevant(gain) ? gain - out_.members[j].penalty : -1e300;
+      const double score =
+          is_relevant(gain, out_.members[j]) ? gain - out_.members[j].penalty : -1e300;
       if (score < least) {
         least = score;
         worst = j;
@@ -409,6 +435,7 @@ Parameter ChannelSearch::mixed_size(Index first, const Member &member) const {
   size.value = mixed.mean;
   size.stderror = mixed.stderror;
   size.between_logs_sd = mixed.between_sd;
+  size.new_log = mixed.new_log;
   size.unit = library_.size_units[static_cast<std::size_t>(member.candidate)];
   return size;
 }
@@ -686,12 +713,29 @@ void ChannelSearch::find_beside_start(const std::vector<Term> &given) {
   if (library_.own.size() != 1 && own_state(measured_, channel_) < 0)
     return;
   const Vector raw = y_;
+  // A lag of a prediction that starts from a noisy reading filters that noise: what alternates is
+  // seen without it.
+  const bool is_late = own_state(measured_, channel_) >= 0 &&
+                       std::any_of(out_.members.begin(), out_.members.end(), [](const Member &m) {
+                         return !m.is_given && moves_prediction(m.term);
+                       });
+  const ChannelFindings late = out_;
+  if (is_late) {
+    prepare(given);
+    find_members(false);
+  }
   for (int round = 0; round < kStartRounds; ++round) {
     const Vector fitted = out_.fit.fitted;
     const bool is_plain = round == 0 && alternation(raw) < kAlternates;
     const Vector left = is_plain ? raw : Vector(raw - fitted);
-    if (alternation(left) >= kAlternates || !take_off_start(left))
+    if (alternation(left) >= kAlternates || !take_off_start(left)) {
+      if (is_late && round == 0) {
+        out_ = late;
+        may_delay_ = true;
+        scanner_ = std::make_unique<Scanner>(library_, out_.noise.weight);
+      }
       return;
+    }
     const StartNoise start = out_.start;
     prepare(given);
     out_.start = start;
@@ -719,6 +763,7 @@ ChannelFindings ChannelSearch::run(const std::vector<Term> &given) {
   add_unrefined();
   limit_support();
   open_edges();
+  foresee();
   for (Member &member : out_.members) {
     if (!member.is_given)
       turn_sign(&member.term);

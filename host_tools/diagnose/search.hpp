@@ -135,7 +135,7 @@ private:
   void weigh();
   bool swap_terms();
   void drop_terms();
-  bool is_relevant(double gain) const;
+  bool is_relevant(double gain, const Member &member) const;
   void estimate_noise();
   bool claim_variance();
   bool is_beside_law(const Proposal &variance) const;
@@ -148,11 +148,15 @@ private:
   void set_aside(std::size_t which, const std::string &reason);
   std::vector<Term> sized(const std::vector<Member> &members);
   double held_loss(const std::vector<Member> &members);
+  std::vector<double> held_squares(const Vector &after) const;
+  const Channel &held_channel() const;
+  bool has_held() const;
+  void foresee();
   std::vector<int> variants(const Member &member) const;
   void drop_contradicted();
   void shrink_to_held();
   bool vary_to_held();
-  bool holds_better(std::size_t which, const Claim &claim);
+  bool is_beaten(std::size_t which, const Claim &claim);
   void open_edges();
   Member judge_alternatives(std::size_t which, const std::vector<Member> &others,
                             Claim *claim) const;

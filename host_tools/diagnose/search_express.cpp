@@ -177,9 +177,8 @@ bool ChannelSearch::is_better_formula(const ChannelFindings &other, double by) {
     return false;
   Claim claim;
   hold_out(out_.members.size() - 1, &claim);
-  const bool is_held = options_.held != nullptr && options_.held->find_channel(channel_.name) >= 0;
   return claim.is_confirmed &&
-         (!is_held || held_loss(out_.members) <= kHeldSlack * held_loss(other.members));
+         (!has_held() || held_loss(out_.members) <= kHeldSlack * held_loss(other.members));
 }
 
 // Real machines depart from every law a little: laws stay where a formula takes little more off.

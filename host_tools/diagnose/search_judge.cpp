@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
+#include <numeric>
 
 #include <fmt/format.h>
 
@@ -24,6 +26,8 @@ constexpr double kLeastFall = 0.005, kLeastBetter = 0.6, kTouches = 0.1;
 constexpr double kSupportShare = 0.5, kSupportMargin = 0.2;
 // By what share the held logs' squares must fall for a term to go; rounds of a claim's settling.
 constexpr double kLeastHarm = 0.002, kClearHarm = 0.03;
+// BIC by which a rival may be behind that the held logs prefer, and by what share of their squares.
+constexpr double kNearBic = 20.0, kClearlyBetter = 0.1;
 constexpr int kMostVaried = 4;
 constexpr double kLeastErrors = 1.96; // standard errors that a size must be away from none
 constexpr double kHeldClip = 10.0;    // scales at which a held-out residual is cut
@@ -310,18 +314,64 @@ Vector with_own_sizes(const std::vector<Term> &terms, const std::vector<Member> 
 
 // Mean square on the held logs, in stated sd, of the model of these members.
 double ChannelSearch::held_loss(const std::vector<Member> &members) {
+  const Channel &channel = held_channel();
+  const std::vector<double> squares =
+      held_squares(with_own_sizes(sized(members), members, channel, *options_.held));
+  return std::accumulate(squares.begin(), squares.end(), 0.0);
+}
+
+const Channel &ChannelSearch::held_channel() const {
   const Measured &held = *options_.held;
-  const Channel &channel =
-      held.channels[static_cast<std::size_t>(held.find_channel(channel_.name))];
-  const Vector after = with_own_sizes(sized(members), members, channel, held);
+  return held.channels[static_cast<std::size_t>(held.find_channel(channel_.name))];
+}
+
+// Squares that a prediction leaves on each of the held logs, in stated sd.
+std::vector<double> ChannelSearch::held_squares(const Vector &after) const {
+  const Measured &held = *options_.held;
+  const Channel &channel = held_channel();
   const Flagged flagged = find_flagged(held, channel);
-  double sum = 0.0;
-  for (Index i = 0; i < after.size(); ++i) {
-    const auto at = static_cast<std::size_t>(i);
-    if (flagged.stuck[at] == 0 && flagged.dropout[at] == 0)
-      sum += std::pow((channel.z(i) - after(i)) / channel.sd(i), 2.0);
+  std::vector<double> sums;
+  for (const LogSpan &log : held.logs) {
+    double sum = 0.0;
+    for (std::size_t at = log.first; at < log.first + log.rows; ++at) {
+      const auto i = static_cast<Index>(at);
+      if (flagged.stuck[at] == 0 && flagged.dropout[at] == 0)
+        sum += std::pow((channel.z(i) - after(i)) / channel.sd(i), 2.0);
+    }
+    sums.push_back(sum);
   }
-  return sum;
+  return sums;
+}
+
+// Logs that are held out say how far a mean serves others: it does where each is better off with it
+// than without; where one is not, not even what was expected to serve may.
+void ChannelSearch::foresee() {
+  if (!has_held())
+    return;
+  std::vector<Term> terms;
+  for (const Member &member : out_.members)
+    terms.push_back(member.term);
+  const auto squares = [&](Parameter *size, double of_new_log) {
+    size->new_log = of_new_log;
+    return held_squares(extended_prediction(terms, held_channel(), *options_.held).m);
+  };
+  for (std::size_t j = 0; j < terms.size(); ++j) {
+    if (!out_.members[j].differs)
+      continue;
+    Parameter &size = terms[j].sizes[0];
+    const double expected = size.new_log;
+    const std::vector<double> without = squares(&size, 0.0);
+    const auto serves = [&](double of_new_log) {
+      const std::vector<double> with = squares(&size, of_new_log);
+      return std::equal(with.begin(), with.end(), without.begin(), std::less_equal<double>());
+    };
+    size.new_log = serves(size.value) ? size.value : serves(expected) ? expected : 0.0;
+    out_.members[j].term.sizes[0].new_log = size.new_log;
+  }
+}
+
+bool ChannelSearch::has_held() const {
+  return options_.held != nullptr && options_.held->find_channel(channel_.name) >= 0;
 }
 
 // Other forms of the same thing that may stand in a member's place: a friction with another band of
@@ -416,7 +466,7 @@ void ChannelSearch::drop_contradicted() {
   // What comes beside a delay is judged behind it.
   const bool is_late = std::any_of(out_.members.begin(), out_.members.end(),
                                    [](const Member &m) { return moves_prediction(m.term); });
-  if (is_late || options_.held == nullptr || options_.held->find_channel(channel_.name) < 0)
+  if (is_late || !has_held())
     return;
   for (int round = 0; round < kMostVaried && vary_to_held(); ++round) {
   }
@@ -425,15 +475,19 @@ void ChannelSearch::drop_contradicted() {
   }
 }
 
-// Whether a rival that fits better holds no worse where it was not fitted.
-bool ChannelSearch::holds_better(std::size_t which, const Claim &claim) {
-  if (claim.rival.h.cols() == 0 || claim.rival_r2 < claim.heldout_r2)
+// Whether the claim is rather its rival: one that fits better and holds no worse where it was not
+// fitted, or one that fits about as well and does clearly better on the held logs (a drift, where
+// what it stands for is the charge that falls with the time).
+bool ChannelSearch::is_beaten(std::size_t which, const Claim &claim) {
+  const bool fits_better = claim.rival_bic < 0.0 && claim.rival_r2 >= claim.heldout_r2;
+  if (claim.rival.h.cols() == 0 || !(fits_better || (has_held() && claim.rival_bic < kNearBic)))
     return false;
-  if (options_.held == nullptr || options_.held->find_channel(channel_.name) < 0)
+  if (!has_held())
     return true;
   std::vector<Member> members = out_.members;
   members[which] = claim.rival;
-  return held_loss(members) <= held_loss(out_.members);
+  const double now = held_loss(out_.members), then = held_loss(members);
+  return then <= (fits_better ? 1.0 : 1.0 - kClearlyBetter) * now;
 }
 
 // The claims, until none is too weak in the joint model and none has a better rival.
@@ -449,7 +503,7 @@ void ChannelSearch::settle() {
            claim.heldout_r2 < 0.0) &&
           (weakest == out_.members.size() || claim.score < out_.claims[weakest].score))
         weakest = j;
-      if (claim.rival_bic < 0.0 && holds_better(j, claim))
+      if (is_beaten(j, claim))
         beaten = j;
     }
     if (weakest < out_.members.size())

@@ -64,6 +64,8 @@ void take_sizes(const Fit &fit, double divisor, Index at, Member *member) {
     term.sizes[0].value = mixed.mean;
     term.sizes[0].stderror = mixed.stderror;
     term.sizes[0].between_logs_sd = mixed.between_sd;
+    if (term.sizes[0].new_log != 0.0)
+      term.sizes[0].new_log = mixed.new_log;
     term.sizes[0].per_log = sizes;
   } else {
     for (std::size_t k = 0; k < sizes.size() && k < term.sizes.size(); ++k) {

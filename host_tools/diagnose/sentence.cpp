@@ -70,10 +70,17 @@ std::string differing_text(const Term &term) {
   std::string each;
   for (const double value : size.per_log)
     each += (each.empty() ? "" : ", ") + fmt::format("{:.4g}", value);
+  const double share = size.value != 0.0 ? size.new_log / size.value : 1.0;
+  std::string other;
+  if (share == 0.0)
+    other = ": too much for another log to be predicted";
+  else if (share < 1.0)
+    other = fmt::format("; another log is predicted with {:.4g}, lest it be worse off than without",
+                        size.new_log);
   return fmt::format("; it holds in all {} logs, and its size differs between the logs: {} (mean "
-                     "{:.4g}, spread {:.2g}{})",
+                     "{:.4g}, spread {:.2g}{}){}",
                      size.per_log.size(), each, size.value, size.between_logs_sd,
-                     size.unit.empty() ? "" : " " + size.unit);
+                     size.unit.empty() ? "" : " " + size.unit, other);
 }
 
 std::string effect_text(const Finding &finding, const Channel &channel) {

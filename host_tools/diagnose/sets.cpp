@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <set>
 
 #include <Eigen/Cholesky>
@@ -25,6 +26,7 @@ constexpr double kLeastSd = 0.5, kLeastShare = 0.05, kMostEffective = 500.0;
 constexpr double kLeastOwnSquares = 1e-4; // of a column beside those that are there
 constexpr double kRidge = 1e-3;
 constexpr std::size_t kMostLag = 200;
+constexpr Eigen::Index kLeastRows = 20; // of a log that laws are fitted to alone
 // Sizes by log: of so many logs at most, and of sets that are not hopelessly behind.
 constexpr std::size_t kMostLogs = 40;
 constexpr double kMostBehind = 400.0;
@@ -529,6 +531,23 @@ Vector SetSearch::left_by_ridge(const Eigen::MatrixXd &h, Index first, Index row
   return y - part * a.ldlt().solve(part.transpose() * w.cwiseProduct(y));
 }
 
+// Of the columns those that alone explain most of these rows: as many as a quarter of the rows.
+Eigen::MatrixXd SetSearch::best_columns(const Eigen::MatrixXd &h, Index first, Index rows) const {
+  if (4 * h.cols() <= rows)
+    return h;
+  const auto part = h.middleRows(first, rows);
+  const Vector w = weight_.segment(first, rows);
+  const Vector products = part.transpose() * w.cwiseProduct(target_.segment(first, rows)),
+               squares = part.cwiseAbs2().transpose() * w;
+  std::vector<Index> order(static_cast<std::size_t>(h.cols()));
+  std::iota(order.begin(), order.end(), Index{0});
+  const Vector fall = products.cwiseAbs2().cwiseQuotient(squares.cwiseMax(1e-300));
+  std::stable_sort(order.begin(), order.end(),
+                   [&fall](Index a, Index b) { return fall(a) > fall(b); });
+  order.resize(static_cast<std::size_t>(rows / 4));
+  return h(Eigen::all, order);
+}
+
 // Noise as it would be if every law of physics were at work, with a size of its own in every log
 // where there are several.
 void SetSearch::begin_noise() {
@@ -553,9 +572,9 @@ void SetSearch::begin_noise() {
     return;
   for (const LogSpan &log : measured_.logs) {
     const auto first = static_cast<Index>(log.first), rows = static_cast<Index>(log.rows);
-    if (rows < 4 * h.cols())
+    if (rows < kLeastRows)
       return;
-    left.segment(first, rows) = left_by_ridge(h, first, rows);
+    left.segment(first, rows) = left_by_ridge(best_columns(h, first, rows), first, rows);
   }
   noise_ = noise_state(left, weight_, measured_, rms_,
                        static_cast<double>(k * static_cast<Index>(logs)));

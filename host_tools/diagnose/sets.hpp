@@ -84,6 +84,8 @@ private:
   State best_split(const std::vector<State> &states);
   Vector left_by(const State &state) const;
   void look_again(const State &state);
+  Eigen::MatrixXd best_columns(const Eigen::MatrixXd &h, Eigen::Index first,
+                               Eigen::Index rows) const;
   Vector left_by_ridge(const Eigen::MatrixXd &h, Eigen::Index first, Eigen::Index rows) const;
   void begin_noise();
   std::vector<State> starts();

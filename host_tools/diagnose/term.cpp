@@ -472,14 +472,17 @@ Prediction extended_prediction(const std::vector<Term> &terms, const Channel &ch
       continue;
     if (term.kind == TermKind::mean && !moves_prediction(term)) {
       const Vector effect = mean_effect(term, measured, seen);
-      out.m += effect;
-      // A log that was not fitted has a size of its own: it is as wide as these differ.
-      if (!term.sizes.empty() && term.sizes[0].between_logs_sd > 0.0) {
-        const Parameter &size = term.sizes[0];
-        const double share = std::hypot(size.between_logs_sd, size.stderror) /
-                             std::max(1e-300, std::abs(size.value));
-        out.sd = (out.sd.array().square() + (share * effect.array()).square()).sqrt();
+      if (term.sizes.empty() || term.sizes[0].per_log.empty()) {
+        out.m += effect;
+        continue;
       }
+      // A log that was not fitted has a size of its own: it is as wide as these differ.
+      const Parameter &size = term.sizes[0];
+      const double whole = std::copysign(std::max(1e-300, std::abs(size.value)), size.value);
+      const double off = size.value - size.new_log;
+      const double wide = std::hypot(size.between_logs_sd, size.stderror, off) / whole;
+      out.m += size.new_log / whole * effect;
+      out.sd = (out.sd.array().square() + (wide * effect.array()).square()).sqrt();
     }
     if (term.kind == TermKind::variance && !term.sizes.empty()) {
       const double factor = std::sqrt(std::max(1e-6, term.sizes[0].value)) - 1.0;

@@ -53,6 +53,7 @@ struct Parameter {
   // then the mean, the standard error that of the mean.
   double between_logs_sd = 0.0;
   std::vector<double> per_log{};
+  double new_log = 0.0; // what a log that was not fitted is predicted with: at most the mean
   // What it would be without the terms that refine the same law; 0: there are none.
   double unrefined = 0.0;
   // Of a friction that bends with the speed: what it is near rest; 0: it does not.

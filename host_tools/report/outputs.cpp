@@ -53,6 +53,8 @@ Json parameters_json(const Term &term) {
                  {"unit", p.unit},
                  {"between_logs_sd", number(p.between_logs_sd)},
                  {"per_log", numbers(p.per_log)}};
+    if (!p.per_log.empty())
+      all[name]["new_log"] = number(p.new_log);
     if (p.unrefined != 0.0)
       all[name]["unrefined"] = number(p.unrefined);
     if (p.near_rest != 0.0)

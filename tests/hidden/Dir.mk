@@ -29,6 +29,11 @@ $(BUILD)/tests/hidden/oracle $(BUILD)/tests/hidden/check: %: %.o
 
 -include $(HIDDEN_OBJ:.o=.d)
 
+.PHONY: machines
+machines: host ## machines drawn after the search was made, channel by channel: SEED=n COUNT=m
+	@tests/hidden/channels.py --rim $(BUILD)/rim --drawer guests.py --seed $(SEED) --count $(COUNT)
+	@tests/hidden/channels.py --rim $(BUILD)/rim --drawer latecomers.py --seed $(SEED) --count $(COUNT)
+
 .PHONY: bench-diagnose
 RIM_MEASURED ?= ../shared/measured
 bench-diagnose: host ## rim diagnose beside pysindy and pyoperon (from PyPI, in build/): terms named, error left

@@ -34,13 +34,22 @@ class Case:
     """Features and channels of one log, row by row."""
     def __init__(self, dt, features, channels):
         self.dt, self.features, self.channels = dt, features, channels  # channels: name -> stated sd
-        self.rows, self.m, self.t, self.z = [], [], [], []
+        self.rows, self.m, self.t, self.z, self.at, self.g = [], [], [], [], [], []
 
-    def add(self, row, m, t, z):
+    def add(self, row, m, t, z, g=None):
+        """g: channel -> columns of the true form, for what least squares reaches with it."""
+        self.at.append(len(self.rows) * self.dt)
         self.rows.append(row)
         self.m.append(m)
         self.t.append(t)
         self.z.append(z)
+        self.g.append(g or {})
+
+    def lose(self, rng, share):
+        """Rows that never arrived."""
+        kept = [i for i in range(len(self.rows)) if rng.random() >= share]
+        for name in ("rows", "m", "t", "z", "at", "g"):
+            setattr(self, name, [getattr(self, name)[i] for i in kept])
 
 
 class Machine:
@@ -475,7 +484,7 @@ def write(case, path):
     with open(path, "w", encoding="utf-8") as out:
         out.write(",".join(["t_s"] + case.features + [p + c for c in case.channels for p in ("z.", "m.", "sd.")]) + "\n")
         for i, row in enumerate(case.rows):
-            cells = [i * case.dt] + row
+            cells = [case.at[i]] + row
             for c, s in case.channels.items():
                 cells += [case.z[i][c], case.m[i][c], s]
             out.write(",".join("%.9g" % x for x in cells) + "\n")
@@ -487,6 +496,37 @@ def scores(case, c):
     nll = lambda a: .5 * (square(a) / s / s + math.log(2 * math.pi * s * s))
     return {"rmse_before": math.sqrt(square(case.m)), "rmse_true": math.sqrt(square(case.t)), "nll_before": nll(case.m),
             "nll_true": nll(case.t)}
+
+
+def solve(a, b):
+    """a x = b by Gauss with pivots; a hardly positive pivot leaves its size at none."""
+    n = len(b)
+    a = [row[:] + [b[i]] for i, row in enumerate(a)]
+    for i in range(n):
+        p = max(range(i, n), key=lambda k: abs(a[k][i]))
+        a[i], a[p] = a[p], a[i]
+        for k in range(n):
+            if k != i and abs(a[i][i]) > 1e-300:
+                f = a[k][i] / a[i][i]
+                a[k] = [x - f * y for x, y in zip(a[k], a[i])]
+    return [a[i][n] / a[i][i] if abs(a[i][i]) > 1e-300 else 0.0 for i in range(n)]
+
+
+def least_squares(cases, c):
+    """RMSE on the last case of the true form of channel c, its sizes by least squares on the others; None where it is not given."""
+    k = len(cases[0].g[0].get(c, []))
+    if k == 0:
+        return None
+    gram, right = [[0.0] * k for _ in range(k)], [0.0] * k
+    for case in cases[:-1]:
+        for g, z, m in zip(case.g, case.z, case.m):
+            for i in range(k):
+                right[i] += g[c][i] * (z[c] - m[c])
+                for j in range(k):
+                    gram[i][j] += g[c][i] * g[c][j]
+    size, last = solve(gram, right), cases[-1]
+    left = [z[c] - m[c] - sum(s * x for s, x in zip(size, g[c])) for g, z, m in zip(last.g, last.z, last.m)]
+    return math.sqrt(sum(e * e for e in left) / len(left))
 
 
 def draw(machines, about, text):
@@ -523,6 +563,8 @@ def draw(machines, about, text):
                               "acts": [int(any(abs(d[i]) > .1 for d in difference.values())) for i in range(len(case.rows))]})
         if held:
             truth["holdout"] = {c: scores(case, c) for c in sd}
+            for c in sd:
+                truth["holdout"][c]["rmse_least_squares"] = least_squares(cases, c)
     with open(o.truth, "w", encoding="utf-8") as out:
         json.dump(truth, out)
 

@@ -176,11 +176,42 @@ void a_differing_size_widens_the_prediction(void **) {
   term.cause = term.form = "viscous_friction";
   term.basis = {"-v"};
   term.arguments["v"] = "x.v_mps";
-  term.sizes = {{"size", 2.0, 0.3, "", 0.4, {1.6, 2.4}}};
+  term.sizes = {{"size", 2.0, 0.3, "", 0.4, {1.6, 2.4}, 2.0}};
   const auto after = extended_prediction({term}, t.channels[0], t);
   assert_near(after.m(2), -4.0, 1e-12);
   assert_near(after.sd(0), 1.0, 1e-12);
   assert_near(after.sd(2), std::sqrt(1.0 + 0.25 * 4.0), 1e-12);
+  term.sizes[0].new_log = 0.5; // by so little: and wider by what is left out
+  const auto less = extended_prediction({term}, t.channels[0], t);
+  assert_near(less.m(2), -1.0, 1e-12);
+  assert_near(less.sd(2), std::sqrt(1.0 + 4.0 * (0.25 + 2.25)), 1e-12);
+}
+
+// One log with a drag far off: none of the logs would be worse off with what another is predicted
+// with than without; with the mean two of them would.
+void a_far_off_log_does_not_mislead(void **) {
+  const double k[] = {2.0, 2.5, 30.0};
+  const Diagnosis d =
+      diagnosis(axes(8, {}, [&](double v, double, int log) { return k[log] * v * std::abs(v); }));
+  const auto &size = finding(d, "quadratic_drag").term.sizes[0];
+  assert_near(size.value, 34.5 / 3.0, 2.0);
+  assert_true(size.new_log > 1.0 && size.new_log <= 2.0 * 2.5);
+}
+
+// A pump whose current at rest, where its prediction does not vary, is off: no gain of that.
+void what_rests_has_no_gain(void **) {
+  std::vector<rim::Log> logs = axes(9, {}, [](double, double, int) { return 0.0; });
+  for (rim::Log &log : logs) {
+    for (int i = 0; i < log.values.rows(); ++i) {
+      const bool rests = log.values(i, 0) < -0.15;
+      const double noise = log.values(i, 3) - log.values(i, 4);
+      log.values(i, 4) = rests ? 8.0 + 0.01 * log.values(i, 0) : 20.0 + log.values(i, 4);
+      log.values(i, 3) = log.values(i, 4) + noise - (rests ? 5.0 : 0.0);
+    }
+  }
+  const Diagnosis d = diagnosis(logs);
+  assert_false(d.adequate());
+  assert_string_equal(d.findings[0].term.cause.c_str(), "bias");
 }
 
 void noise_claims_nothing(void **) {
@@ -210,6 +241,9 @@ void mixed_sizes(void **) {
   assert_near(apart.stderror, 1.0, 0.1);
   const auto same = rim::diagnose::mixed_size({1.0, 3.0}, {4.0, 4.0});
   assert_near(same.between_sd, 0.0, 1e-12);
+  assert_near(apart.new_log, 2.0, 1e-3);
+  assert_near(rim::diagnose::mixed_size({-1.0, -9.0}, {0.01, 0.01}).new_log, -2.0, 0.01);
+  assert_near(rim::diagnose::mixed_size({-1.0, 9.0}, {0.01, 0.01}).new_log, 0.0, 1e-12);
   assert_near(same.stderror, 4.0 / std::sqrt(2.0), 1e-9);
   const auto weighted = rim::diagnose::mixed_size({1.0, 2.0}, {1.0, 1000.0});
   assert_near(weighted.mean, 1.0, 0.01);
@@ -250,7 +284,7 @@ void a_response_through_a_limit(void **) {
 } // namespace
 
 int main() {
-  std::printf("seeds 1 to 8, 21 to 24\n");
+  std::printf("seeds 1 to 9, 21 to 24\n");
   const CMUnitTest tests[] = {
       cmocka_unit_test(friction_on_a_force),
       cmocka_unit_test(friction_without_a_unit),
@@ -259,6 +293,8 @@ int main() {
       cmocka_unit_test(a_formula_where_no_form_explains),
       cmocka_unit_test(friction_by_direction),
       cmocka_unit_test(a_differing_size_widens_the_prediction),
+      cmocka_unit_test(a_far_off_log_does_not_mislead),
+      cmocka_unit_test(what_rests_has_no_gain),
       cmocka_unit_test(noise_claims_nothing),
       cmocka_unit_test(the_own_velocity),
       cmocka_unit_test(mixed_sizes),
