@@ -271,7 +271,7 @@ std::vector<Parameter> TermReader::parameters(const char *key) const {
       p.per_log = numbers(*each, name + ".per_log", true);
     p.new_log = p.value;
     if (const toml::node *of_new = table.get("new_log"))
-      p.new_log = read_number(path_, *of_new, name + ".new_log", world::Range::any);
+      p.new_log = read_number(path_, *of_new, name + ".new_log", Range::any);
     if (!is_identifier(p.name))
       fail(path_, *table.get("name"), fmt::format("key '{}.name': no name: '{}'", name, p.name));
     if (std::any_of(out.begin(), out.end(), [&p](const Parameter &o) { return o.name == p.name; }))

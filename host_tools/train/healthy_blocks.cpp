@@ -133,7 +133,7 @@ void choose_terms(Basis *basis, std::size_t plain, std::size_t outcomes) {
   }
 }
 
-// What follows from forces: Coulomb friction turns round with the direction of a command, and loads,
+// What follows from forces: Coulomb friction turns round with the direction of a command; loads,
 // lever arms and speeds multiply, three at a time, at the times in which a vehicle answers.
 void add_steep_terms(Basis *basis, const Survey &survey, std::size_t plain) {
   const std::size_t times = basis->share.size();

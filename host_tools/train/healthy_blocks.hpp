@@ -15,8 +15,8 @@ namespace rim {
 
 // Everything the models may use: exponential means of the commands and of their products and
 // magnitudes with time constants from one row to the run's length, their products and triple
-// products, directions, decays, integrals and initial readings. run_rows: median length of a run. What it lacks is how the runs
-// begin, learn_start(): their blocks do not depend on it.
+// products, directions, decays, integrals and initial readings. run_rows: median length of a run.
+// What it lacks is how the runs begin, learn_start(): their blocks do not depend on it.
 Basis make_basis(const Survey &survey, double run_rows);
 
 // Mean and standard deviation over the runs of every feature in the first block; starts: of every

@@ -1,10 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-/* A run has effects of its own (an offset, a gain), so what reads low in one part of a run and what
- * reads high in the rest explain nearly the same. They differ in the baseline that they leave: one
- * of them needs run effects that healthy runs do not have. A shift is meant against nominal, so that
- * one is the wrong way round. */
-#include <string.h>
-
+/* A run has effects of its own (an offset, a gain), so what reads low in one part of a run and
+ * what reads high in the rest explain nearly the same. They differ in the baseline that they leave:
+ * one of them needs run effects that healthy runs do not have. A shift is meant against nominal, so
+ * that one is the wrong way round. */
 #include "base/bytes.h"
 #include "base/cholesky.h"
 #include "base/real.h"
@@ -34,7 +32,7 @@ double rimi_search_baseline(const rim_search *s, const search_hypothesis *h) {
   return rimi_search_surprise(k, q) / (double)rimi_le_f32(c.phi, SEARCH_FIELD);
 }
 
-/* Whether `contrary` is of the other sign, explains as much, and leaves a baseline of fewer nats. */
+/* Whether it has the other sign, explains as much, and leaves a baseline of fewer nats. */
 static bool is_better(const rim_search *s, const search_hypothesis *h, double nats,
                       const search_hypothesis *contrary) {
   return contrary->score > SEARCH_NONE && (double)contrary->shift * (double)h->shift < 0.0 &&
