@@ -32,14 +32,6 @@ double rimi_search_baseline(const rim_search *s, const search_hypothesis *h) {
   return rimi_search_surprise(k, q) / (double)rimi_le_f32(c.phi, SEARCH_FIELD);
 }
 
-/* Whether it has the other sign, explains as much, and leaves a baseline of fewer nats. */
-static bool is_better(const rim_search *s, const search_hypothesis *h, double nats,
-                      const search_hypothesis *contrary) {
-  return contrary->score > SEARCH_NONE && (double)contrary->shift * (double)h->shift < 0.0 &&
-         (double)contrary->score >= AS_GOOD * (double)h->score &&
-         rimi_search_baseline(s, contrary) <= MUCH_LIKELIER * nats;
-}
-
 bool rimi_search_against_nominal(rim_search *s, uint32_t channel, search_hypothesis *h) {
   rimi_search_ready(s, channel);
   if (h->family == SEARCH_GAIN || h->family == SEARCH_FIELD)
@@ -47,17 +39,23 @@ bool rimi_search_against_nominal(rim_search *s, uint32_t channel, search_hypothe
   const double nats = rimi_search_baseline(s, h);
   if (nats < IMPOSSIBLE)
     return false;
-  const search_hypothesis region = search_state(s, channel)->region;
-  search_hypothesis contrary = region;
-  bool found = is_better(s, h, nats, &contrary) ||
-               (rimi_search_beside(s, channel, h, &contrary) && is_better(s, h, nats, &contrary)) ||
-               (region.score > SEARCH_NONE && rimi_search_beside(s, channel, &region, &contrary) &&
-                is_better(s, h, nats, &contrary));
-  if (!found) {
-    contrary = s->in_time[SEARCH_FIELD];
-    found = is_better(s, h, nats, &contrary);
+  search_hypothesis region[3] = {search_state(s, channel)->region}; /* and what lies beside */
+  const uint32_t count = region[0].score > SEARCH_NONE ? 3u : 2u;
+  (void)rimi_search_beside(s, channel, h, &region[1]);
+  if (count > 2u)
+    (void)rimi_search_beside(s, channel, &region[0], &region[2]);
+  const search_hypothesis *best = NULL;
+  double least = MUCH_LIKELIER * nats;
+  for (uint32_t i = 0; i < count; ++i) {
+    if (!(region[i].score > SEARCH_NONE) || (double)region[i].score < AS_GOOD * (double)h->score)
+      continue;
+    const double left = rimi_search_baseline(s, &region[i]);
+    if (left <= least) {
+      least = left;
+      best = &region[i];
+    }
   }
-  if (found)
-    *h = contrary;
-  return found;
+  if (best != NULL)
+    *h = *best;
+  return best != NULL;
 }

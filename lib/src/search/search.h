@@ -133,8 +133,8 @@ void rimi_search_edges(const rim_search *search, uint32_t feature, uint32_t firs
 bool rimi_search_beside(rim_search *search, uint32_t channel, const search_hypothesis *h,
                         search_hypothesis *out);
 
-/* A shift is meant against nominal: where h leaves a baseline that no healthy run has, and
- * something of the other sign explains at least half as much without one, h becomes that, and the
+/* A shift is meant against nominal: where h leaves a baseline that no healthy run has, and a region
+ * explains at least half as much without one, h becomes that, mostly with the other sign, and the
  * result is true. Cost: as of rimi_search_beside(), twice. */
 bool rimi_search_against_nominal(rim_search *search, uint32_t channel, search_hypothesis *h);
 
