@@ -97,11 +97,27 @@ static void what_deviates_from_a_healthy_baseline_stays(void **state) {
   }
 }
 
+/* Refining its edges must not lead back to where the search came from. */
+static void what_lies_beside_is_not_the_region_again(void **state) {
+  (void)state;
+  static bench b;
+  for (uint32_t seed = 0; seed < 8; ++seed) {
+    const world w = planted(seed, -2.0, 7.0);
+    start(&b, &w, BLOCKS);
+    feed(&b, 0, BLOCKS, 0);
+    search_hypothesis h = region(0, EDGE_BIN - 1), beside;
+    assert_true(rimi_search_evaluate_channel(b.search, 0, &h) && h.shift > 0.0f);
+    assert_true(rimi_search_beside(b.search, 0, &h, &beside));
+    assert_true(beside.shift < 0.0f && beside.first[0] + 1 >= EDGE_BIN);
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_baseline_is_as_improbable_as_its_effects),
       cmocka_unit_test(what_reads_low_elsewhere_is_not_high_here),
       cmocka_unit_test(what_deviates_from_a_healthy_baseline_stays),
+      cmocka_unit_test(what_lies_beside_is_not_the_region_again),
   };
   printf("seed %u\n", SEED);
   return cmocka_run_group_tests(tests, NULL, NULL);

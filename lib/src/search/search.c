@@ -538,8 +538,11 @@ bool rimi_search_beside(rim_search *s, uint32_t channel, const search_hypothesis
     if (side.score > out->score)
       *out = side;
   }
+  search_hypothesis refined = *out;
   if (out->score > SEARCH_NONE)
-    rimi_search_refine_edges(s, out, 0);
+    rimi_search_refine_edges(s, &refined, 0);
+  if (refined.score > SEARCH_NONE && refined.shift * out->shift > 0.0f) /* or it is h again */
+    *out = refined;
   return out->score > SEARCH_NONE;
 }
 
