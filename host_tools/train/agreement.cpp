@@ -548,16 +548,6 @@ public:
     take(AGREEMENT_INTEGRAL, error);
   }
 
-  // The only outcome whose reading says what this one reads; the number of outcomes: none or more.
-  std::size_t only_other() const {
-    const auto all = static_cast<std::size_t>(from_.levels.sd.size());
-    if (source != AGREEMENT_FEW || (few.array() != 0.0).count() != 1)
-      return all;
-    Eigen::Index at = 0;
-    few.cwiseAbs().maxCoeff(&at);
-    return static_cast<std::size_t>(at);
-  }
-
   int source = AGREEMENT_RESIDUALS;
   bool integrates = false; // its changes are mostly those of the integral, if that was tried
   double error = 1.0, variance = 1e300, integrand = -1.0, intercept = 0.0;
@@ -576,6 +566,15 @@ private:
   Eigen::Index j_;
   std::vector<Eigen::VectorXd> remains_;
 };
+
+// The only outcome whose reading says what this one reads; the number of outcomes: none or more.
+std::size_t only_other(const Choice &choice, std::size_t outcomes) {
+  if (choice.source != AGREEMENT_FEW || (choice.few.array() != 0.0).count() != 1)
+    return outcomes;
+  Eigen::Index at = 0;
+  choice.few.cwiseAbs().maxCoeff(&at);
+  return static_cast<std::size_t>(at);
+}
 
 std::unique_ptr<Choice> choose_relation(const Sources &sources, const Agreement &a,
                                         std::size_t outcome, bool has_integrands) {
@@ -598,8 +597,8 @@ std::unique_ptr<Choice> choose_relation(const Sources &sources, const Agreement 
 void free_twins(const Sources &sources, const Agreement &a,
                 std::vector<std::unique_ptr<Choice>> *choices) {
   for (std::size_t j = 0; j < choices->size(); ++j) {
-    const std::size_t twin = (*choices)[j]->only_other();
-    if (twin >= j || (*choices)[twin]->only_other() != j)
+    const std::size_t twin = only_other(*(*choices)[j], choices->size());
+    if (twin >= j || only_other(*(*choices)[twin], choices->size()) != j)
       continue;
     auto other = std::make_unique<Choice>(sources, a, static_cast<Eigen::Index>(j));
     other->start_from_behaviour();
