@@ -80,15 +80,31 @@ static void better_channel_of(const rim_monitor *m, uint16_t j, uint16_t *best, 
   }
 }
 
-/* An outcome that integrates others sums up what is wrong with them. Where it deviates other than
- * by a step, and one that it integrates deviates by its own channels, that one is the cause. */
+/* Whether channel c deviates since before a channel that has taken a step. */
+static bool is_before(const rim_monitor *m, uint16_t c, uint16_t stepped) {
+  const search_hypothesis *h = rimi_search_best(m->search, c);
+  return h->onset == SEARCH_FROM_START ||
+         h->onset <= rimi_search_best(m->search, stepped)->onset + SEARCH_LEAST;
+}
+
+/* An outcome that integrates others sums up what is wrong with them. Where one that it integrates
+ * deviates by its own channels, that one is the cause; of a step, only where the commands say so
+ * too, and for no less long: a reading that is off by a step also disagrees with what it
+ * integrates. */
 static uint16_t integrated_cause(const rim_monitor *m, uint16_t leading) {
   const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
+  const bool is_step = rimi_search_best(m->search, leading)->family == SEARCH_SINCE;
   uint16_t best = leading;
   double score = m->models.threshold.alarm_score;
   for (uint16_t j = 0; j < outcomes; ++j) {
-    if (integrates(m, leading, j))
+    if (!integrates(m, leading, j))
+      continue;
+    if (!is_step) {
       better_channel_of(m, j, &best, &score);
+    } else if (trained_score(m, j) >= score && is_before(m, j, leading)) {
+      score = trained_score(m, j);
+      best = j; /* its behaviour */
+    }
   }
   return best;
 }
@@ -103,8 +119,7 @@ static bool contradicts(const rim_monitor *m, uint16_t leading, uint16_t c) {
 
 static uint16_t choose_channel(const rim_monitor *m, uint16_t leading) {
   const uint16_t outcomes = (uint16_t)m->words[RIM_CONFIG_OUTCOMES];
-  if (leading / outcomes <= RIM_CHANNEL_AGREEMENT &&
-      rimi_search_best(m->search, leading)->family != SEARCH_SINCE)
+  if (leading / outcomes <= RIM_CHANNEL_AGREEMENT)
     leading = integrated_cause(m, leading);
   if (leading / outcomes != RIM_CHANNEL_AGREEMENT)
     return leading;
