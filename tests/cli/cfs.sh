@@ -56,7 +56,7 @@ line() { printf '%s\n' "$said" | grep "^player $1: " | sed -n "${2:-1}p"; }
 contains "it comes to its end" "$said" "^player done"
 contains "every row" "$(line played)" "rows 900 refused 0 records $(wc -l < alarms.jsonl) level 2"
 check "the digest of rim replay" "$wanted" "$(line played | grep -o 'digest .*')"
-contains "the event has words" "$said" "RIM_APP 4: RIM: raised ERROR: .* s.position_b_m .* m (sd "
+contains "the event has words" "$said" "RIM_APP 4: RIM: raised ERROR: .* s.position_a_m .* m (sd "
 contains "rows of another length are refused" "$(line 'wrong rows')" "rows 900 refused 2"
 contains "commands: one obeyed, two refused" "$(line commands)" "commands 1 errors 2"
 contains "an alarm that does not stand is not cleared" "$(line 'clear another')" "level 2 commands 1 errors 3"

@@ -56,6 +56,6 @@ g++ -std=c++17 $flags -I. -Ilibrary/src -I"$root/tests/firmware/frameworks/ardui
 head -n 20 built
 said=$(timeout 60 ./sketch); check "and runs" 0 $?
 contains "every row" "$said" "^rows 900$"
-contains "it tells the alarm" "$said" "^raised ERROR: .* s.position_b_m "
+contains "it tells the alarm" "$said" "^raised ERROR: .* s.position_a_m "
 check "with the digest of rim replay" "$wanted" "$(printf '%s\n' "$said" | tail -n 1)"
 finish

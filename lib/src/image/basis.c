@@ -316,6 +316,22 @@ double rimi_agreement_disturbance(const rim_agreement *a, const double *residual
   return rimi_noise_disturbance(work, a->outcomes);
 }
 
+uint32_t rimi_agreement_twin(const rim_agreement *a, uint32_t outcome) {
+  const uint8_t *row = a->row + 4u * outcome * agreement_stride(a->outcomes, a->means);
+  uint32_t twin = a->outcomes;
+  if ((agreement_source)rimi_agreement_source(a, outcome) != AGREEMENT_FEW)
+    return twin;
+  for (uint32_t j = 0; j < a->outcomes; ++j) {
+    const float weight = rimi_le_f32(row, AGREEMENT_FIRST + j);
+    if (weight == 0.0f)
+      continue;
+    if (twin < a->outcomes || weight < 0.0f)
+      return a->outcomes;
+    twin = j;
+  }
+  return twin;
+}
+
 uint32_t rimi_agreement_source(const rim_agreement *a, uint32_t outcome) {
   return (uint32_t)rimi_le_f32(a->row + 4u * outcome * agreement_stride(a->outcomes, a->means), 0);
 }

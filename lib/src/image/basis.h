@@ -161,6 +161,10 @@ typedef struct agreement_block {
 double rimi_agreement_error(const rim_agreement *view, uint32_t outcome, const double *mean,
                             const double *error);
 
+/* The outcome that alone, and with a weight above 0, says what this one reads (FEW); the number of
+ * outcomes: there is none. O(O). */
+uint32_t rimi_agreement_twin(const rim_agreement *view, uint32_t outcome);
+
 /* agreement_source of an outcome. */
 uint32_t rimi_agreement_source(const rim_agreement *view, uint32_t outcome);
 

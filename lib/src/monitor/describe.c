@@ -117,12 +117,31 @@ static bool contradicts(const rim_monitor *m, uint16_t leading, uint16_t c) {
          rimi_search_best(m->search, c)->shift * rimi_search_best(m->search, leading)->shift < 0.0f;
 }
 
+/* What one of two sensors reads low beside the other, the other reads high: where that one
+ * disagrees so with what it is itself watched by, it is the one that is wrong. */
+static uint16_t wrong_twin(const rim_monitor *m, uint16_t channel) {
+  const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
+  if (channel / outcomes != RIM_CHANNEL_AGREEMENT)
+    return channel;
+  const uint32_t twin = rimi_agreement_twin(&m->models.agreement, channel % outcomes);
+  if (twin >= outcomes)
+    return channel;
+  const uint16_t own = (uint16_t)(RIM_CHANNEL_AGREEMENT * outcomes + twin);
+  return trained_score(m, own) >= m->models.threshold.alarm_score &&
+                 rimi_search_best(m->search, own)->shift *
+                         rimi_search_best(m->search, channel)->shift <
+                     0.0f
+             ? own
+             : channel;
+}
+
 static uint16_t choose_channel(const rim_monitor *m, uint16_t leading) {
   const uint16_t outcomes = (uint16_t)m->words[RIM_CONFIG_OUTCOMES];
   if (leading / outcomes <= RIM_CHANNEL_AGREEMENT)
     leading = integrated_cause(m, leading);
   if (leading / outcomes != RIM_CHANNEL_AGREEMENT)
     return leading;
+  leading = wrong_twin(m, leading);
   uint16_t best = leading;
   double score =
       rimi_max(BEHAVIOUR_SHARE * trained_score(m, leading), m->models.threshold.alarm_score);
