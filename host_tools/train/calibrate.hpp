@@ -55,13 +55,14 @@ ScoreSpread score_spread(std::vector<double> scores); // of at least one run
 // The same where each run has two scores: `alone` uses the inflation phi that the other runs teach,
 // `together` the one of the image, which this run has taught as well. A run that is odd in one
 // channel would count twice by its score alone: it inflates that channel in the image, and it would
-// set the alarm of all channels. Therefore the run with the largest score, and it only, counts by
-// its score together, but at least as much as the second largest; as much as that where it is
-// unlike the others (ScoreSpread): models that had not seen its like judged it; the image has. Half
-// the scale of the tail is
-// added (an exponential one, from median and upper quartile): the order statistic of a few dozen
-// runs is itself uncertain, and the rate that it lets through is right in the mean over sets of
-// runs, but in one set in seven twice as large. Half a scale divides it by 1.6. At least two runs.
+// set the alarm of all channels. Therefore the run with the largest score counts by its score
+// together, but at least as much as the largest of the others. Runs that are unlike the others
+// (ScoreSpread), up to a tenth of all, count as much as that: models that had not seen their like
+// judged them; the image has, and its inflation of the channels that deviate in them is raised to
+// that score. Half the scale of the tail is added (an exponential one, from median and upper
+// quartile): the order statistic of a few dozen runs is itself uncertain, and the rate that it lets
+// through is right in the mean over sets of runs, but in one set in seven twice as large. Half a
+// scale divides it by 1.6. At least two runs.
 void set_alarm_from_runs(Thresholds *thresholds, const std::vector<float> &alone,
                          const std::vector<float> &together, const CalibrationOptions &options);
 

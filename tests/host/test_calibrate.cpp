@@ -39,8 +39,8 @@ void promises_follow_the_ranks(void **) {
   assert_true(std::abs(t.promised_rate - 1.0F / 9.0F) < 1e-7F);
 }
 
-// One odd run moves the alarm no further than its score by the image's own inflation. Two odd runs
-// are not odd.
+// One odd run moves the alarm no further than its score by the image's own inflation, and runs unlike
+// the others do not move it, up to a tenth of the runs.
 void one_odd_run_does_not_set_the_alarm(void **) {
   std::vector<float> alone;
   for (int i = 0; i < 31; ++i) // quantiles of an exponential distribution of scale 2
@@ -64,8 +64,11 @@ void one_odd_run_does_not_set_the_alarm(void **) {
   assert_true(near(alarm(odd, together), 21.0));
   odd[30] = 155.0F; // unlike the others: the image has seen its like
   assert_true(near(alarm(odd, together), second + 1.0));
-  odd[3] = 140.0F; // a second one is another matter
-  together[30] = together[3] = 20.0F;
+  odd[3] = 140.0F; // a second one, and a third
+  odd[7] = 150.0F;
+  together[30] = together[3] = together[7] = 20.0F;
+  assert_true(alarm(odd, together) > second && alarm(odd, together) < second + 2.0);
+  odd[9] = 145.0F; // more than a tenth of the runs: what runs do
   assert_true(alarm(odd, together) > 140.0);
 }
 
