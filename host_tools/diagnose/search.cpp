@@ -43,7 +43,7 @@ double effective_rows(const Eigen::MatrixXd &h) {
 
 // Inside a region a form that hardly varies there (a gain of a prediction that rests) is a constant
 // under another name: sd over |mean| of its column where it acts.
-constexpr double kLeastSpreadInside = 0.2;
+constexpr double kLeastSpreadInside = 0.1;
 bool is_constant_inside(const Member &member, const Vector &sd) {
   if (member.term.basis.size() != 1 || member.term.basis[0] == "1")
     return false;
