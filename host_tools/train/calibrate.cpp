@@ -389,9 +389,9 @@ RunScore run_score(const std::vector<float> &maxima, const std::vector<double> &
   return best;
 }
 
-// Raises phi where a run that is unlike the others still scores more than these do: the channel that
-// deviates in it is judged less strictly, for it would set the alarm of all channels otherwise. No
-// more than a tenth of the runs are so: what more of them do is what runs do.
+// Raises phi where a run that is unlike the others still scores more than these do: the channel
+// that deviates in it is judged less strictly, for it would set the alarm of all channels
+// otherwise. No more than a tenth of the runs are so: what more of them do is what runs do.
 void forgive_unlike_runs(const std::vector<std::vector<float>> &maxima,
                          const std::vector<RunScore> &alone, std::vector<double> *phi) {
   std::vector<double> scores;

@@ -39,8 +39,8 @@ void promises_follow_the_ranks(void **) {
   assert_true(std::abs(t.promised_rate - 1.0F / 9.0F) < 1e-7F);
 }
 
-// One odd run moves the alarm no further than its score by the image's own inflation, and runs unlike
-// the others do not move it, up to a tenth of the runs.
+// One odd run moves the alarm no further than its score by the image's own inflation, and runs
+// unlike the others do not move it, up to a tenth of the runs.
 void one_odd_run_does_not_set_the_alarm(void **) {
   std::vector<float> alone;
   for (int i = 0; i < 31; ++i) // quantiles of an exponential distribution of scale 2
