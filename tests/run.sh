@@ -7,6 +7,8 @@
 set -u
 export logs=$BUILD/test-logs limit=${TEST_TIMEOUT:-600}
 rm -rf "$logs"; mkdir -p "$logs"
+twice=$(for t in "$@"; do basename "$t" .sh; done | sort | uniq -d)
+[ -z "$twice" ] || { echo "run.sh: two tests have this name: $twice" >&2; exit 1; }
 
 cmocka() { sed -n "$1" "$log" | awk '{n += $1} END {print n + 0}'; }
 run_one() {

@@ -236,7 +236,7 @@ void rimi_search_judge_in_time(const rim_search *s, search_hypothesis *h);
  * the ring with four models per block, and three passes where it moves. */
 void rimi_search_date(const rim_search *s, search_hypothesis *h, double *onset_sd);
 
-/* baseline.c */
+/* contrary.c */
 /* How improbable the run effects are that a judged hypothesis leaves, of the channel that was
  * refreshed: ln likelihood ratio, as healthy runs inflate it. 0 for FIELD, which is just that. */
 double rimi_search_baseline(const rim_search *s, const search_hypothesis *h);

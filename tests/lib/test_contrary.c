@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* search/baseline.c: how improbable a run's own effects are is as a direct computation says; what
+/* search/contrary.c: how improbable a run's own effects are is as a direct computation says; what
  * reads low everywhere but in a region is not called high in that region; a region that deviates
  * from a baseline as healthy runs have it stays named. */
 #include "base/cholesky.h"
