@@ -46,27 +46,50 @@ ScoreSpread score_spread(std::vector<double> scores) {
   return {middle, scores[3 * scores.size() / 4] - middle};
 }
 
+namespace {
+
+// Runs whose alarm is not theirs to set: those unlike the others, where they are no more than a
+// tenth of all. What more of them do is what runs do.
+std::vector<bool> forgiven_runs(const std::vector<double> &scores) {
+  const double bar = score_spread(scores).unlike_bar();
+  std::vector<bool> forgiven;
+  for (const double s : scores)
+    forgiven.push_back(s > bar);
+  if (10 * std::count(forgiven.begin(), forgiven.end(), true) >
+      static_cast<std::ptrdiff_t>(scores.size()))
+    forgiven.assign(scores.size(), false);
+  return forgiven;
+}
+
+// The largest score of the runs that are neither forgiven nor `odd`; at least 0.
+double largest_like(const std::vector<double> &scores, const std::vector<bool> &forgiven,
+                    std::size_t odd) {
+  double largest = 0.0;
+  for (std::size_t r = 0; r < scores.size(); ++r) {
+    if (r != odd && !forgiven[r])
+      largest = std::max(largest, scores[r]);
+  }
+  return largest;
+}
+
+} // namespace
+
 void set_alarm_from_runs(Thresholds *t, const std::vector<float> &alone,
                          const std::vector<float> &together, const CalibrationOptions &options) {
+  const std::vector<double> scores(alone.begin(), alone.end());
   const auto odd = static_cast<std::size_t>(
       std::distance(alone.begin(), std::max_element(alone.begin(), alone.end())));
-  const ScoreSpread spread = score_spread(std::vector<double>(alone.begin(), alone.end()));
-  const auto bar = static_cast<float>(spread.unlike_bar());
-  const auto unlike = std::count_if(alone.begin(), alone.end(), [bar](float s) { return s > bar; });
-  const bool forgives = 10 * static_cast<std::size_t>(unlike) <= alone.size();
-  float second = 0.0F; // of the others
+  const ScoreSpread spread = score_spread(scores);
+  const std::vector<bool> forgiven = forgiven_runs(scores);
+  const auto second = static_cast<float>(largest_like(scores, forgiven, odd));
+  std::vector<float> counted = alone;
   for (std::size_t r = 0; r < alone.size(); ++r) {
-    if (r != odd && !(forgives && alone[r] > bar))
-      second = std::max(second, alone[r]);
-  }
-  std::vector<float> scores = alone;
-  for (std::size_t r = 0; r < alone.size(); ++r) {
-    if (alone[r] > bar && (forgives || r == odd))
-      scores[r] = second;
+    if (forgiven[r] || (r == odd && scores[r] > spread.unlike_bar()))
+      counted[r] = second;
     else if (r == odd)
-      scores[r] = std::max(second, std::min(together[r], alone[r]));
+      counted[r] = std::max(second, std::min(together[r], alone[r]));
   }
-  set_alarm(t, scores, options);
+  set_alarm(t, counted, options);
   t->alarm_score += static_cast<float>(0.5 * spread.above / std::log(2.0));
 }
 
@@ -360,12 +383,11 @@ std::vector<double> plain_phi(const std::vector<Tail> &tails, int without) {
   return phi;
 }
 
-// phi of every channel and family. A richer family is never inflated less than what it contains, or
-// it would be preferred for that alone.
-std::vector<double> all_phi(const std::vector<Tail> &tails, int without) {
-  std::vector<double> phi = plain_phi(tails, without);
-  for (std::size_t first = 0; first < phi.size(); first += NOISE_FAMILIES) {
-    double *p = phi.data() + first;
+// A richer family is never inflated less than what it contains, or it would be preferred for that
+// alone.
+void order_families(std::vector<double> *phi) {
+  for (std::size_t first = 0; first < phi->size(); first += NOISE_FAMILIES) {
+    double *p = phi->data() + first;
     p[SEARCH_RAMP] = std::max(p[SEARCH_RAMP], p[SEARCH_SINCE]);
     p[SEARCH_GAIN] = std::max(p[SEARCH_GAIN], p[SEARCH_SINCE]);
     p[SEARCH_DURING] = std::max(p[SEARCH_DURING], p[SEARCH_SINCE]);
@@ -374,6 +396,12 @@ std::vector<double> all_phi(const std::vector<Tail> &tails, int without) {
         std::max({p[SEARCH_INTERVAL_SINCE], p[SEARCH_INTERVAL], p[SEARCH_SINCE]});
     p[SEARCH_BOX_SINCE] = std::max({p[SEARCH_BOX_SINCE], p[SEARCH_BOX], p[SEARCH_INTERVAL_SINCE]});
   }
+}
+
+// phi of every channel and family.
+std::vector<double> all_phi(const std::vector<Tail> &tails, int without) {
+  std::vector<double> phi = plain_phi(tails, without);
+  order_families(&phi);
   return phi;
 }
 
@@ -389,28 +417,22 @@ RunScore run_score(const std::vector<float> &maxima, const std::vector<double> &
   return best;
 }
 
-// Raises phi where a run that is unlike the others still scores more than these do: the channel
-// that deviates in it is judged less strictly, for it would set the alarm of all channels
-// otherwise. No more than a tenth of the runs are so: what more of them do is what runs do.
+// Raises phi where a forgiven run still scores more than those like each other do: the channel that
+// deviates in it is judged less strictly, for it would set the alarm of all channels otherwise.
 void forgive_unlike_runs(const std::vector<std::vector<float>> &maxima,
                          const std::vector<RunScore> &alone, std::vector<double> *phi) {
   std::vector<double> scores;
   for (const RunScore &s : alone)
     scores.push_back(s.score);
-  const double bar = score_spread(scores).unlike_bar();
-  const auto unlike =
-      std::count_if(scores.begin(), scores.end(), [bar](double s) { return s > bar; });
-  double like = 0.0;
-  for (const double s : scores)
-    like = s > bar ? like : std::max(like, s);
-  if (10 * static_cast<std::size_t>(unlike) > scores.size())
-    return;
+  const std::vector<bool> forgiven = forgiven_runs(scores);
+  const double like = largest_like(scores, forgiven, scores.size());
   for (std::size_t r = 0; r < scores.size(); ++r) {
-    for (std::size_t at = 0; scores[r] > bar && at < phi->size(); ++at) {
+    for (std::size_t at = 0; forgiven[r] && at < phi->size(); ++at) {
       const double most = like + description(at % NOISE_FAMILIES);
       (*phi)[at] = std::max((*phi)[at], static_cast<double>(maxima[r][at]) / most);
     }
   }
+  order_families(phi);
 }
 
 } // namespace

@@ -91,6 +91,30 @@ void known_constants_are_learnt_to_the_noise(void **) {
   }
 }
 
+// Coulomb friction follows the sign of a command, smooth about 0, and a load, a lever arm and a speed multiply:
+// neither sums of the commands nor products of two of them say it.
+void directions_and_triple_products_are_learnt(void **) {
+  std::vector<rim::Log> logs = made_vehicles(kSeed, 12);
+  const double noise = MadeVehicle{}.noise;
+  rim_rng rng;
+  rimi_rng_seed(&rng, kSeed, 7);
+  for (rim::Log &log : logs) {
+    for (Eigen::Index t = 0; t < log.values.rows(); ++t) {
+      const double a = log.values(t, 0), b = log.values(t, 1);
+      log.values(t, 2) = 0.3 * a + 0.4 * a / (std::abs(a) + 0.05) + noise * rimi_rng_normal(&rng);
+      log.values(t, 3) = 2.0 * a * b * b + noise * rimi_rng_normal(&rng);
+    }
+  }
+  const Learnt l = learn(logs);
+  const double of_block = noise / std::sqrt(static_cast<double>(kBlockRows));
+  for (const std::size_t o : {kLag, kProduct}) {
+    const rim::TargetModel &m = l.behaviour.targets[o];
+    print_message("outcome %zu: error %.2f of the noise of a block\n", o, m.error / of_block);
+    assert_true(m.steep && m.error < 3.0 * of_block);
+    assert_false(plain().behaviour.targets[o].steep); // where nothing needs them
+  }
+}
+
 // Only the run's first readings say where s.state began; where all runs begin alike it needs none.
 void the_models_that_are_needed_are_chosen(void **) {
   assert_true(plain().behaviour.targets[kState].initial);
@@ -295,6 +319,7 @@ int main() {
   print_message("seed %llu\n", static_cast<unsigned long long>(kSeed));
   const CMUnitTest tests[] = {
       cmocka_unit_test(known_constants_are_learnt_to_the_noise),
+      cmocka_unit_test(directions_and_triple_products_are_learnt),
       cmocka_unit_test(the_models_that_are_needed_are_chosen),
       cmocka_unit_test(a_small_difference_of_starts_stays_visible),
       cmocka_unit_test(held_out_errors_are_honest),

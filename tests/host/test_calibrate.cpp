@@ -215,6 +215,29 @@ void a_runs_own_score_is_by_the_others(void **) {
     assert_true(r == 7 || c.scores[r].score < own);
 }
 
+// The channels that deviate in two runs unlike the others are judged less strictly; the others keep
+// their alarm, and no family is preferred for its inflation alone.
+void two_odd_runs_cost_their_channel_alone(void **) {
+  std::vector<MadeRun> runs = made_noises(kSeed + 55, 40, made(), true);
+  const Calibrated before = calibrate(runs);
+  runs[7] = faulty(runs[7], 12.0);
+  for (Eigen::Index b = 0; b < runs[21].residual.rows(); b += 2) // no region, in the other outcome
+    runs[21].residual(b, 0) += b < runs[21].residual.rows() / 2 ? 0.0 : 9.0;
+  const Calibrated c = calibrate(runs);
+  const auto alarm = static_cast<double>(c.plan.thresholds.alarm_score);
+  print_message("alarm at %.1f, before %.1f; the odd runs alone score %.1f and %.1f\n", alarm,
+                static_cast<double>(before.plan.thresholds.alarm_score), c.scores[7].score,
+                c.scores[21].score);
+  assert_true(alarm < 0.5 * std::min(c.scores[7].score, c.scores[21].score));
+  for (const std::size_t odd : {std::size_t{7}, std::size_t{21}})
+    assert_true(flown_score(c, runs[odd]) < alarm + 1.0);
+  const std::vector<double> &phi = c.noise.channels[1].phi, &was = before.noise.channels[1].phi;
+  assert_true(phi[SEARCH_INTERVAL] > 1.5 * was[SEARCH_INTERVAL]);
+  assert_true(phi[SEARCH_BOX] >= phi[SEARCH_INTERVAL] && phi[SEARCH_GAIN] >= phi[SEARCH_SINCE]);
+  assert_true(phi[SEARCH_INTERVAL_SINCE] >= std::max(phi[SEARCH_INTERVAL], phi[SEARCH_SINCE]));
+  assert_true(phi[SEARCH_BOX_SINCE] >= phi[SEARCH_INTERVAL_SINCE]);
+}
+
 // Healthy runs score in calibration what the monitor would find, but for what one run in 40
 // teaches.
 void calibration_searches_as_flight_does(void **) {
@@ -288,6 +311,7 @@ int main() {
       cmocka_unit_test(one_odd_run_does_not_set_the_alarm),
       cmocka_unit_test(fresh_runs_alarm_no_more_often_than_promised),
       cmocka_unit_test(a_runs_own_score_is_by_the_others),
+      cmocka_unit_test(two_odd_runs_cost_their_channel_alone),
       cmocka_unit_test(calibration_searches_as_flight_does),
       cmocka_unit_test(threads_do_not_change_a_byte),
       cmocka_unit_test(other_columns_are_named),

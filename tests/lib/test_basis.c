@@ -476,6 +476,26 @@ static void few_others_say_what_is_expected(void **state) {
   }
 }
 
+/* One other alone, by a weight above 0; of whatever source else, none. */
+static void a_twin_is_the_only_other(void **state) {
+  (void)state;
+  static const double weights[][OUTCOMES] = {
+      {0.0, 0.0, 0.9}, {0.0, 0.9, 0.0}, {0.0, 0.0, -0.9}, {0.0, 0.4, 0.5}, {0.0, 0.0, 0.0}};
+  static const uint32_t twin[] = {2, 1, OUTCOMES, OUTCOMES, OUTCOMES};
+  for (size_t k = 0; k < sizeof twin / sizeof *twin; ++k) {
+    for (uint32_t source = AGREEMENT_RESIDUALS; source <= AGREEMENT_FEW; ++source) {
+      bytes b = agreement();
+      put_f32(b.byte + ROWS_AT, source);
+      for (size_t j = 0; j < OUTCOMES; ++j)
+        put_f32(b.byte + ROWS_AT + 4 * (AGREEMENT_FIRST + j), weights[k][j]);
+      rim_agreement v;
+      assert_int_equal(rimi_agreement_open(&v, b.byte, b.size, FEATURES, OUTCOMES, MEANS), RIM_OK);
+      assert_int_equal(rimi_agreement_source(&v, 0), source);
+      assert_int_equal(rimi_agreement_twin(&v, 0), source == AGREEMENT_FEW ? twin[k] : OUTCOMES);
+    }
+  }
+}
+
 static void integrands_are_named(void **state) {
   (void)state;
   bytes b = agreement();
@@ -595,6 +615,7 @@ int main(void) {
       cmocka_unit_test(damaged_behaviour_is_refused),
       cmocka_unit_test(what_remains_is_as_defined),
       cmocka_unit_test(few_others_say_what_is_expected),
+      cmocka_unit_test(a_twin_is_the_only_other),
       cmocka_unit_test(integrands_are_named),
       cmocka_unit_test(damaged_agreement_is_refused),
       cmocka_unit_test(integrands_are_bounded),

@@ -379,9 +379,8 @@ static void describe_trained(rim_monitor *m, const rim_verdict *verdict, rim_ala
   rimi_search_explain(m->search, channel, &h, &onset_sd);
   prefer_agreement(m, &channel, &h, &onset_sd);
   keep_sign(m, channel, &h, &onset_sd);
-  if (channel / outcomes <= RIM_CHANNEL_AGREEMENT &&
-      rimi_search_against_nominal(m->search, channel, &h))
-    onset_sd = 0.0; /* it is from the start of the run */
+  if (channel / outcomes <= RIM_CHANNEL_AGREEMENT)
+    (void)rimi_search_against_nominal(m->search, channel, &h, &onset_sd);
   keep_onset(m, channel, &h);
   const rim_alarm *blame = standing_blame(m, channel);
   m->explained = h;

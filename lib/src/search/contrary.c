@@ -32,7 +32,8 @@ double rimi_search_baseline(const rim_search *s, const search_hypothesis *h) {
   return rimi_search_surprise(k, q) / (double)rimi_le_f32(c.phi, SEARCH_FIELD);
 }
 
-bool rimi_search_against_nominal(rim_search *s, uint32_t channel, search_hypothesis *h) {
+bool rimi_search_against_nominal(rim_search *s, uint32_t channel, search_hypothesis *h,
+                                 double *onset_sd) {
   rimi_search_ready(s, channel);
   if (h->family == SEARCH_GAIN || h->family == SEARCH_FIELD)
     return false;
@@ -55,7 +56,9 @@ bool rimi_search_against_nominal(rim_search *s, uint32_t channel, search_hypothe
       best = &region[i];
     }
   }
-  if (best != NULL)
-    *h = *best;
-  return best != NULL;
+  if (best == NULL)
+    return false;
+  *h = *best;
+  *onset_sd = rimi_search_sd_of_onset(s, h);
+  return true;
 }

@@ -546,6 +546,16 @@ bool rimi_search_beside(rim_search *s, uint32_t channel, const search_hypothesis
   return out->score > SEARCH_NONE;
 }
 
+double rimi_search_sd_of_onset(const rim_search *s, const search_hypothesis *h) {
+  double sd = 0.0;
+  if (h->family == SEARCH_FIELD || h->onset == SEARCH_FROM_START)
+    return sd;
+  const search_mask mask = rimi_search_mask_of(s, h, -1);
+  search_hypothesis again = *h;
+  rimi_search_scan_onset(s, &mask, &again, &sd);
+  return sd;
+}
+
 void rimi_search_explain(rim_search *s, uint32_t channel, search_hypothesis *out,
                          double *onset_sd) {
   rimi_search_ready(s, channel);
@@ -573,13 +583,9 @@ void rimi_search_explain(rim_search *s, uint32_t channel, search_hypothesis *out
     if (rimi_search_worth(s, &h) > rimi_search_worth(s, &best))
       best = h;
   }
-  *onset_sd = 0.0;
-  if (best.family <= SEARCH_GAIN && channel < search_fine(s)) {
+  if (best.family <= SEARCH_GAIN && channel < search_fine(s))
     rimi_search_date(s, &best, onset_sd);
-  } else if (best.family != SEARCH_FIELD && best.onset != SEARCH_FROM_START) {
-    const search_mask mask = rimi_search_mask_of(s, &best, -1);
-    search_hypothesis again = best;
-    rimi_search_scan_onset(s, &mask, &again, onset_sd);
-  }
+  else
+    *onset_sd = rimi_search_sd_of_onset(s, &best);
   *out = best;
 }

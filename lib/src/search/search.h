@@ -134,9 +134,11 @@ bool rimi_search_beside(rim_search *search, uint32_t channel, const search_hypot
                         search_hypothesis *out);
 
 /* A shift is meant against nominal: where h leaves a baseline that no healthy run has, and a region
- * explains at least half as much without one, h becomes that, mostly with the other sign, and the
- * result is true. Cost: as of rimi_search_beside(), twice. */
-bool rimi_search_against_nominal(rim_search *search, uint32_t channel, search_hypothesis *h);
+ * explains at least half as much without one, h becomes that, mostly with the other sign; *onset_sd
+ * is then that of its onset, in blocks, and the result is true. Cost: as of rimi_search_beside(),
+ * twice. */
+bool rimi_search_against_nominal(rim_search *search, uint32_t channel, search_hypothesis *h,
+                                 double *onset_sd);
 
 double rimi_search_description(search_family family); /* nats */
 

@@ -246,6 +246,8 @@ double rimi_search_baseline(const rim_search *s, const search_hypothesis *h);
  * itself, for phi differs between families and would prefer the one that healthy runs inflate
  * least. */
 double rimi_search_worth(const rim_search *s, const search_hypothesis *h);
+/* Standard deviation of a hypothesis' onset, blocks: 0 where it has none. */
+double rimi_search_sd_of_onset(const rim_search *s, const search_hypothesis *h);
 /* rimi_search_refresh(), where it is not done since the newest block. */
 void rimi_search_ready(rim_search *s, uint32_t channel);
 /* Completes rimi_search_exclude() in this channel, where that is still to be done. */
