@@ -157,7 +157,7 @@ std::string section_html(std::size_t every) {
          choice("x", "across") + choice("y", "up") +
          "<span id=\"explore-picked\" aria-live=\"polite\"></span></p>\n"
          "<canvas id=\"explore-map\" role=\"img\" aria-label=\"two features against one another\">"
-         "</canvas>\n<p class=\"note\">A dot a row, coloured by the residual: blue below and "
+         "</canvas>\n<p class=\"note\">One dot per row, coloured by the residual: blue below and "
          "orange "
          "above what was expected. Behind them, where a finding acts. Frames and ellipses: the "
          "regions that the findings name, where they are of the axes shown; without a line where "

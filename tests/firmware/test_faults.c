@@ -21,6 +21,7 @@
 #include "rimd/say.h"
 
 #include "../lib/monitor_bench.h"
+#include "own_folder.h"
 
 enum { EXIT_DATA = 3 };
 
@@ -155,24 +156,15 @@ int __wrap_poll(struct pollfd *fds, nfds_t n, int ms) {
 }
 
 static rimd d;
-static char folder[64], text[1024];
+static char text[1024];
 static FILE *said_file;
 static int stderr_before;
-
-static const char *file(const char *name) {
-  static char path[4][128];
-  static unsigned turn;
-  char *to = path[turn++ % 4];
-  snprintf(to, sizeof path[0], "%s/%s", folder, name);
-  return to;
-}
 
 static int make_files(void **state) {
   (void)state;
   static recipe r;
   static image blob;
-  snprintf(folder, sizeof folder, "/tmp/rim_faults_XXXXXX");
-  if (mkdtemp(folder) == NULL)
+  if (!make_folder())
     return -1;
   external_recipe(&r);
   build(&blob, &r);

@@ -18,23 +18,15 @@
 #include "rimd/rimd.h"
 
 #include "../lib/monitor_bench.h"
+#include "own_folder.h"
 
 enum { VALUES = D + 3 * O, NODE = 5, ROW_ID = 0x123, LAST_ID = 0x1234567 };
 
 static rimd d;
-static char folder[64];
 static const uint8_t key[SEAL_KEY_BYTES] = {1, 2, 3};
 static volatile sig_atomic_t stopped;
 
 static void stop(int signal) { stopped = signal; }
-
-static const char *file(const char *name) {
-  static char path[4][128];
-  static unsigned turn;
-  char *to = path[turn++ % 4];
-  snprintf(to, sizeof path[0], "%s/%s", folder, name);
-  return to;
-}
 
 static void write_file(const char *name, const void *data, size_t length) {
   FILE *f = fopen(file(name), "wb");
@@ -85,8 +77,7 @@ static int make_files(void **state) {
   image blob;
   static recipe table;
   (void)set_up(state);
-  snprintf(folder, sizeof folder, "/tmp/rim_run_XXXXXX");
-  if (mkdtemp(folder) == NULL)
+  if (!make_folder())
     return -1;
   build(&blob, &calibrated[1]);
   write_file("run.rim", blob.byte, blob.size);

@@ -91,8 +91,8 @@ void known_constants_are_learnt_to_the_noise(void **) {
   }
 }
 
-// Coulomb friction follows the sign of a command, smooth about 0, and a load, a lever arm and a speed multiply:
-// neither sums of the commands nor products of two of them say it.
+// Coulomb friction follows the sign of a command, smooth about 0, and a load, a lever arm and a
+// speed multiply: neither sums of the commands nor products of two of them say it.
 void directions_and_triple_products_are_learnt(void **) {
   std::vector<rim::Log> logs = made_vehicles(kSeed, 12);
   const double noise = MadeVehicle{}.noise;
