@@ -75,12 +75,13 @@ static void what_reads_low_elsewhere_is_not_high_here(void **state) {
     search_hypothesis h = region(EDGE_BIN, SEARCH_BINS - 1);
     assert_true(rimi_search_evaluate_channel(b.search, 0, &h) && sign * (double)h.shift > 5.0);
     double onset_sd = -1.0;
-    assert_true(rimi_search_against_nominal(b.search, 0, &h, &onset_sd));
+    assert_true(rimi_search_against_nominal(b.search, 0, &h, false, &onset_sd));
     assert_true(h.onset == SEARCH_FROM_START ? onset_sd == 0.0 : onset_sd > 0.0);
     assert_true(sign * (double)h.shift < -5.0);
     if (h.family == SEARCH_INTERVAL)
       assert_true(h.feature[0] == 0 && h.first[0] == 0 && h.last[0] + 2 >= EDGE_BIN);
-    assert_false(rimi_search_against_nominal(b.search, 0, &h, &onset_sd)); /* and so it stays */
+    assert_false(
+        rimi_search_against_nominal(b.search, 0, &h, false, &onset_sd)); /* and so it stays */
   }
 }
 
@@ -95,7 +96,7 @@ static void what_deviates_from_a_healthy_baseline_stays(void **state) {
     assert_true(rimi_search_evaluate_channel(b.search, 0, &h));
     const search_hypothesis before = h;
     double onset_sd = -1.0;
-    assert_false(rimi_search_against_nominal(b.search, 0, &h, &onset_sd));
+    assert_false(rimi_search_against_nominal(b.search, 0, &h, false, &onset_sd));
     assert_memory_equal(&h, &before, sizeof h);
     assert_true(onset_sd == -1.0);
   }

@@ -10,6 +10,7 @@
 /* A behaviour channel with this part of the score of the leading agreement channel is named
  * instead: when the vehicle itself deviates several sensors do, and agree. */
 #define BEHAVIOUR_SHARE 0.4
+#define TOGETHER 0.25 /* of its score: what the leading channel's place and time explain there */
 #define FACTOR_OFF                                                                                 \
   0.12 /* relative: a run's mean of a product's other factor, from that of healthy runs */
 /* Of a standard error: the noise itself is known from some dozens of runs only, and without this
@@ -135,6 +136,19 @@ static uint16_t wrong_twin(const rim_monitor *m, uint16_t channel) {
              : channel;
 }
 
+/* Whether channel c deviates where and when the leading one does: when the vehicle itself deviates,
+ * its sensors do so together. What happens at other times is another matter. */
+static bool deviates_too(const rim_monitor *m, uint16_t leading, uint16_t c) {
+  search_hypothesis same = *rimi_search_best(m->search, leading);
+  if (same.family == SEARCH_FIELD)
+    return true;
+  if (same.family == SEARCH_GAIN)
+    same.family = SEARCH_SINCE;
+  return rimi_search_evaluate_channel(m->search, c, &same) &&
+         (double)same.score + rimi_search_description((search_family)same.family) >=
+             TOGETHER * trained_score(m, c);
+}
+
 static uint16_t choose_channel(const rim_monitor *m, uint16_t leading) {
   const uint16_t outcomes = (uint16_t)m->words[RIM_CONFIG_OUTCOMES];
   if (leading / outcomes <= RIM_CHANNEL_AGREEMENT)
@@ -151,7 +165,8 @@ static uint16_t choose_channel(const rim_monitor *m, uint16_t leading) {
       best = c;
     }
   }
-  return best;
+  return best == leading || best == leading % outcomes || deviates_too(m, leading, best) ? best
+                                                                                         : leading;
 }
 
 /* A reading that stands still soon deviates too: the repeats are the cause, where they are many. */
@@ -164,14 +179,16 @@ static uint16_t frozen_or(const rim_monitor *m, uint16_t channel) {
                                                                                         : channel;
 }
 
-static rim_kind kind_of(uint16_t channel_kind, uint8_t family) {
+static bool is_gain(const search_hypothesis *h) {
+  return h->family == SEARCH_GAIN || h->shape == SEARCH_PROPORTIONAL;
+}
+
+static rim_kind kind_of(uint16_t channel_kind, const search_hypothesis *h) {
   if (channel_kind == RIM_CHANNEL_SCATTER)
     return RIM_KIND_VARIANCE;
   if (channel_kind == RIM_CHANNEL_REPEAT)
     return RIM_KIND_REPEAT;
-  return family == SEARCH_GAIN   ? RIM_KIND_GAIN
-         : family == SEARCH_RAMP ? RIM_KIND_DRIFT
-                                 : RIM_KIND_SHIFT;
+  return is_gain(h) ? RIM_KIND_GAIN : h->family == SEARCH_RAMP ? RIM_KIND_DRIFT : RIM_KIND_SHIFT;
 }
 
 /* Residuals of rows that bring their predictions are in the caller's standard deviations. */
@@ -188,7 +205,7 @@ static void size_shift(const rim_monitor *m, uint16_t channel, const search_hypo
   /* Healthy runs exceed the ratio that the noise model expects by phi: so does the error. */
   const double inflation = LEARNT * rimi_sqrt((double)rimi_le_f32(n.phi, h->family));
   double unit = (double)n.s;
-  if (h->family == SEARCH_GAIN && kind <= RIM_CHANNEL_AGREEMENT)
+  if (is_gain(h) && kind <= RIM_CHANNEL_AGREEMENT)
     unit = 1.0;
   if (h->family == SEARCH_RAMP)
     unit *= (double)(rimi_search_blocks(m->search) - h->onset) / 256.0;
@@ -342,33 +359,74 @@ static void keep_onset(const rim_monitor *m, uint16_t channel, search_hypothesis
     h->family = before->family;
 }
 
+static bool is_said(const uint32_t *said, uint32_t outcome) {
+  return (said[outcome / 32u] >> (outcome % 32u) & 1u) != 0;
+}
+
+/* What the standing alarm said of an outcome: 1 high, -1 low, 0 nothing. */
+static double said_sign(const rim_monitor *m, uint32_t outcome) {
+  return is_said(m->said_high, outcome) ? 1.0 : is_said(m->said_low, outcome) ? -1.0 : 0.0;
+}
+
+static void say_sign(rim_monitor *m, uint32_t outcome, double shift) {
+  const uint32_t bit = UINT32_C(1) << (outcome % 32u);
+  m->said_high[outcome / 32u] &= ~bit;
+  m->said_low[outcome / 32u] &= ~bit;
+  if (shift > 0.0)
+    m->said_high[outcome / 32u] |= bit;
+  else if (shift < 0.0)
+    m->said_low[outcome / 32u] |= bit;
+}
+
 /* A region in which the outcome reads high and the rest, in which it reads low, explain much the
  * same, for a run has an offset of its own. An operator acts on the sign, so a standing alarm keeps
- * it unless the contrary explains clearly more. */
-static void keep_sign(const rim_monitor *m, uint16_t channel, search_hypothesis *h,
-                      double *onset_sd) {
-  const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
-  const double sign = (double)m->explained.shift;
-  if (!m->has_explained || m->explained_channel % outcomes != channel % outcomes ||
-      sign * (double)h->shift >= 0.0 || channel / outcomes > RIM_CHANNEL_AGREEMENT ||
-      m->explained_channel / outcomes > RIM_CHANNEL_AGREEMENT ||
-      rim_monitor_standing(m, RIM_DETECTOR_RIM) == NULL)
+ * what it said first unless the contrary explains clearly more. */
+static void keep_sign(rim_monitor *m, uint16_t channel, search_hypothesis *h, double *onset_sd) {
+  const double sign = said_sign(m, channel % m->words[RIM_CONFIG_OUTCOMES]);
+  if (sign * (double)h->shift >= 0.0)
     return;
   const search_hypothesis contrary = *h;
-  search_hypothesis beside, before = m->explained;
+  search_hypothesis other = m->explained;
+  const bool is_same =
+      m->has_explained && m->explained_channel == channel && m->explained.family != SEARCH_FIELD;
   double best = SIGN_KEEPS * (double)h->score;
-  if (m->explained_channel == channel &&
-      rimi_search_evaluate_channel(m->search, channel, &before) &&
-      sign * (double)before.shift > 0.0 && (double)before.score >= best) {
-    best = (double)before.score;
-    *h = before;
+  if (is_same && rimi_search_evaluate_channel(m->search, channel, &other) &&
+      sign * (double)other.shift > 0.0 && (double)other.score >= best) {
+    best = (double)other.score;
+    *h = other;
     *onset_sd = (double)m->explained_onset_sd;
   }
-  if (rimi_search_beside(m->search, channel, &contrary, &beside) &&
-      sign * (double)beside.shift > 0.0 && (double)beside.score >= best) {
-    *h = beside;
+  if (rimi_search_beside(m->search, channel, &contrary, &other) &&
+      sign * (double)other.shift > 0.0 && (double)other.score >= best) {
+    best = (double)other.score;
+    *h = other;
     *onset_sd = 0.0; /* it is from the start of the run */
   }
+  if (rimi_search_passed(m->search, channel, is_same ? &m->explained : NULL, &other) &&
+      sign * (double)other.shift > 0.0 && (double)other.score >= best) {
+    *h = other;
+    *onset_sd = rimi_search_sd_of_onset(m->search, h);
+  }
+}
+
+/* Of the first other outcome of which nothing was said: its sign where and when this one deviates.
+ * One per record, for its cost. */
+static void say_sign_of_another(rim_monitor *m, const search_hypothesis *h,
+                                const rim_alarm *alarm) {
+  for (size_t i = 1; i < alarm->channels; ++i) {
+    const uint16_t outcome = alarm->channel[i];
+    search_hypothesis same = *h;
+    if (said_sign(m, outcome) * said_sign(m, outcome) > 0.0)
+      continue;
+    if (rimi_search_evaluate_channel(m->search, outcome, &same))
+      say_sign(m, outcome, (double)same.shift);
+    return;
+  }
+}
+
+static void forget_signs(rim_monitor *m) {
+  memset(m->said_high, 0, sizeof m->said_high);
+  memset(m->said_low, 0, sizeof m->said_low);
 }
 
 static void describe_trained(rim_monitor *m, const rim_verdict *verdict, rim_alarm *alarm) {
@@ -378,16 +436,24 @@ static void describe_trained(rim_monitor *m, const rim_verdict *verdict, rim_ala
   double onset_sd;
   rimi_search_explain(m->search, channel, &h, &onset_sd);
   prefer_agreement(m, &channel, &h, &onset_sd);
-  keep_sign(m, channel, &h, &onset_sd);
-  if (channel / outcomes <= RIM_CHANNEL_AGREEMENT)
-    (void)rimi_search_against_nominal(m->search, channel, &h, &onset_sd);
+  if (rim_monitor_standing(m, RIM_DETECTOR_RIM) == NULL)
+    forget_signs(m);
+  if (channel / outcomes <= RIM_CHANNEL_AGREEMENT && !is_gain(&h)) {
+    keep_sign(m, channel, &h, &onset_sd);
+    const bool is_said = said_sign(m, channel % outcomes) * (double)h.shift > 0.0;
+    (void)rimi_search_against_nominal(m->search, channel, &h, is_said, &onset_sd);
+    if (h.family != SEARCH_FIELD) /* whose effects have signs of their own */
+      say_sign(m, channel % outcomes, (double)h.shift);
+  } else {
+    say_sign(m, channel % outcomes, 0.0); /* of a gain it is that of the prediction */
+  }
   keep_onset(m, channel, &h);
   const rim_alarm *blame = standing_blame(m, channel);
   m->explained = h;
   m->explained_channel = channel;
   m->explained_onset_sd = (float)onset_sd;
   m->has_explained = true;
-  alarm->kind = (uint8_t)kind_of((uint16_t)(channel / outcomes), h.family);
+  alarm->kind = (uint8_t)kind_of((uint16_t)(channel / outcomes), &h);
   alarm->observations = h.blocks;
   place_region(m, &h, &alarm->region);
   date(m, &h, onset_sd, alarm);
@@ -403,9 +469,11 @@ static void describe_trained(rim_monitor *m, const rim_verdict *verdict, rim_ala
   for (size_t i = 1; i < alarm->channels; ++i) {
     const uint16_t c = (uint16_t)(channel - channel % outcomes + alarm->channel[i]);
     const search_hypothesis *other = rimi_search_best(m->search, c);
-    if (other->score > -1e9f && kind_of((uint16_t)(c / outcomes), other->family) == alarm->kind)
+    if (other->score > -1e9f && kind_of((uint16_t)(c / outcomes), other) == alarm->kind)
       size_shift(m, c, other, &alarm->shift[i], &alarm->shift_sd[i]);
   }
+  if (channel / outcomes <= RIM_CHANNEL_AGREEMENT && !is_gain(&h))
+    say_sign_of_another(m, &h, alarm);
 }
 
 /* ---- independent rows ---- */

@@ -9,10 +9,11 @@
 #include "search/search_private.h"
 
 #define IMPOSSIBLE 2.0    /* nats: a baseline that no healthy run has */
+#define SAID_FIRST 3.0    /* times these nats: the sign that was said first is kept below */
 #define MUCH_LIKELIER 0.3 /* of these nats: the contrary's baseline has at most so many */
 #define AS_GOOD 0.5       /* of the score: what the contrary explains at least */
 
-double rimi_search_baseline(const rim_search *s, const search_hypothesis *h) {
+double rimi_search_baseline(rim_search *s, const search_hypothesis *h) {
   const noise_channel c = rimi_noise_channel(s->config.noise, s->channel);
   const uint32_t k = c.fields;
   double l[NOISE_MAX_FIELDS * (NOISE_MAX_FIELDS + 1) / 2], b[NOISE_MAX_FIELDS];
@@ -33,18 +34,20 @@ double rimi_search_baseline(const rim_search *s, const search_hypothesis *h) {
 }
 
 bool rimi_search_against_nominal(rim_search *s, uint32_t channel, search_hypothesis *h,
-                                 double *onset_sd) {
+                                 bool is_said, double *onset_sd) {
   rimi_search_ready(s, channel);
-  if (h->family == SEARCH_GAIN || h->family == SEARCH_FIELD)
+  if (h->family == SEARCH_GAIN || h->family == SEARCH_FIELD || h->shape != SEARCH_CONSTANT)
     return false;
   const double nats = rimi_search_baseline(s, h);
-  if (nats < IMPOSSIBLE)
+  if (nats < (is_said ? SAID_FIRST : 1.0) * IMPOSSIBLE)
     return false;
-  search_hypothesis region[3] = {search_state(s, channel)->region}; /* and what lies beside */
-  const uint32_t count = region[0].score > SEARCH_NONE ? 3u : 2u;
+  /* And what lies beside, and what came and went. */
+  search_hypothesis region[4] = {search_state(s, channel)->region};
+  const uint32_t count = region[0].score > SEARCH_NONE ? 4u : 3u;
   (void)rimi_search_beside(s, channel, h, &region[1]);
-  if (count > 2u)
-    (void)rimi_search_beside(s, channel, &region[0], &region[2]);
+  (void)rimi_search_passed(s, channel, NULL, &region[2]);
+  if (count > 3u)
+    (void)rimi_search_beside(s, channel, &region[0], &region[3]);
   const search_hypothesis *best = NULL;
   double least = MUCH_LIKELIER * nats;
   for (uint32_t i = 0; i < count; ++i) {

@@ -47,7 +47,8 @@ static inline void add_block(const rim_search *s, uint32_t i, bool next_inside, 
     sums->g[j] += (double)g[j];
 }
 
-void rimi_search_sum(const rim_search *s, const search_hypothesis *h, search_sums *sums) {
+void rimi_search_sum(rim_search *s, const search_hypothesis *h, search_sums *sums) {
+  rimi_search_take_shape(s, (search_shape)h->shape);
   if (h->family == SEARCH_RAMP || h->family == SEARCH_GAIN) {
     rimi_search_sum_in_time(s, h, sums);
     return;
@@ -63,7 +64,7 @@ void rimi_search_sum(const rim_search *s, const search_hypothesis *h, search_sum
   }
 }
 
-void rimi_search_evaluate(const rim_search *s, search_hypothesis *h) {
+void rimi_search_evaluate(rim_search *s, search_hypothesis *h) {
   search_sums sums;
   rimi_search_sum(s, h, &sums);
   rimi_search_judge(s, &sums, h);
@@ -194,7 +195,7 @@ void rimi_search_scan_during(rim_search *s, search_hypothesis *h) {
   rimi_search_refine_during(s, h);
 }
 
-void rimi_search_refine_during(const rim_search *s, search_hypothesis *h) {
+void rimi_search_refine_during(rim_search *s, search_hypothesis *h) {
   if (h->score <= SEARCH_NONE)
     return;
   search_hypothesis tried = *h;

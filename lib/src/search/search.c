@@ -8,10 +8,6 @@
 #include "base/usable.h"
 #include "search/search_private.h"
 
-#define COMPLEXITY 0.05 /* share of its score that each further part of a description must add */
-#define MOST_GAIN 0.5   /* share of an outcome beyond which a gain is not the word for it */
-#define REFINEMENTS 4u  /* rounds of edges and onset */
-
 static size_t round8(size_t n) { return (n + 7u) & ~(size_t)7u; }
 
 static bool config_fits(const search_config *c) {
@@ -470,7 +466,7 @@ double rimi_search_time_of(const rim_search *s, uint32_t block) {
 void rimi_search_keep_maxima(rim_search *s, float *maxima) { s->maxima = maxima; }
 
 void rimi_search_ready(rim_search *s, uint32_t channel) {
-  if (!s->fresh || s->channel != channel)
+  if (!s->fresh || s->channel != channel || s->shape != SEARCH_CONSTANT)
     rimi_search_refresh(s, channel);
 }
 
@@ -478,114 +474,4 @@ bool rimi_search_evaluate_channel(rim_search *s, uint32_t channel, search_hypoth
   rimi_search_ready(s, channel);
   rimi_search_evaluate(s, h);
   return h->score > SEARCH_NONE;
-}
-
-double rimi_search_worth(const rim_search *s, const search_hypothesis *h) {
-  static const double parts[NOISE_FAMILIES] = {0.0, 2.0, 2.0, 1.0, 1.0, 2.0, 2.0, 3.0, 1.0};
-  if (h->score <= SEARCH_NONE || !(h->ln_ratio > 0.0f))
-    return -1e30;
-  if (h->family == SEARCH_GAIN && rimi_abs((double)h->shift) > MOST_GAIN)
-    return -1e30;
-  const noise_channel c = rimi_noise_channel(s->config.noise, s->channel);
-  const double inflation = (double)rimi_le_f32(c.phi, SEARCH_SINCE);
-  return (double)h->ln_ratio / inflation * (1.0 - COMPLEXITY * parts[h->family]) -
-         rimi_search_description((search_family)h->family);
-}
-
-static search_hypothesis best_in_time(const rim_search *s) {
-  search_hypothesis best = s->in_time[SEARCH_SINCE];
-  for (uint32_t f = SEARCH_RAMP; f <= SEARCH_FIELD; ++f) {
-    if (rimi_search_worth(s, &s->in_time[f]) > rimi_search_worth(s, &best))
-      best = s->in_time[f];
-  }
-  return best;
-}
-
-/* A side over the whole range of its feature is no restriction. */
-static void drop_whole_sides(rim_search *s, search_hypothesis *h) {
-  if (h->family != SEARCH_BOX && h->family != SEARCH_BOX_SINCE)
-    return;
-  const bool whole[2] = {h->first[0] == 0 && h->last[0] == SEARCH_BINS - 1u,
-                         h->first[1] == 0 && h->last[1] == SEARCH_BINS - 1u};
-  if (!whole[0] && !whole[1])
-    return;
-  if (whole[0]) {
-    h->feature[0] = h->feature[1];
-    h->first[0] = h->first[1];
-    h->last[0] = h->last[1];
-  }
-  h->family = h->family == SEARCH_BOX ? SEARCH_INTERVAL : SEARCH_INTERVAL_SINCE;
-  rimi_search_evaluate(s, h);
-}
-
-bool rimi_search_beside(rim_search *s, uint32_t channel, const search_hypothesis *h,
-                        search_hypothesis *out) {
-  const bool is_box = h->family == SEARCH_BOX || h->family == SEARCH_BOX_SINCE;
-  const uint32_t dims = is_box                                                               ? 2u
-                        : h->family == SEARCH_INTERVAL || h->family == SEARCH_INTERVAL_SINCE ? 1u
-                                                                                             : 0u;
-  rimi_search_ready(s, channel);
-  out->score = SEARCH_NONE;
-  for (uint32_t k = 0; k < 2u * dims; ++k) {
-    search_hypothesis side = {.family = SEARCH_INTERVAL, .onset = SEARCH_FROM_START};
-    side.feature[0] = h->feature[k / 2u];
-    const uint8_t first = h->first[k / 2u], last = h->last[k / 2u];
-    if (k % 2u == 0 ? first == 0 : last + 1u >= SEARCH_BINS)
-      continue;
-    side.first[0] = k % 2u == 0 ? 0u : (uint8_t)(last + 1u);
-    side.last[0] = k % 2u == 0 ? (uint8_t)(first - 1u) : (uint8_t)(SEARCH_BINS - 1u);
-    rimi_search_evaluate(s, &side);
-    if (side.score > out->score)
-      *out = side;
-  }
-  search_hypothesis refined = *out;
-  if (out->score > SEARCH_NONE)
-    rimi_search_refine_edges(s, &refined, 0);
-  if (refined.score > SEARCH_NONE && refined.shift * out->shift > 0.0f) /* or it is h again */
-    *out = refined;
-  return out->score > SEARCH_NONE;
-}
-
-double rimi_search_sd_of_onset(const rim_search *s, const search_hypothesis *h) {
-  double sd = 0.0;
-  if (h->family == SEARCH_FIELD || h->onset == SEARCH_FROM_START)
-    return sd;
-  const search_mask mask = rimi_search_mask_of(s, h, -1);
-  search_hypothesis again = *h;
-  rimi_search_scan_onset(s, &mask, &again, &sd);
-  return sd;
-}
-
-void rimi_search_explain(rim_search *s, uint32_t channel, search_hypothesis *out,
-                         double *onset_sd) {
-  rimi_search_ready(s, channel);
-  const channel_state *state = search_state(s, channel);
-  search_hypothesis best = best_in_time(s);
-  search_hypothesis h = state->region;
-  for (uint32_t round = 0; round < REFINEMENTS && h.score > SEARCH_NONE; ++round) {
-    if (round == 0)
-      rimi_search_evaluate(s, &h);
-    if (h.family == SEARCH_DURING) {
-      rimi_search_refine_during(s, &h);
-      continue;
-    }
-    rimi_search_refine_edges(s, &h, 0);
-    if (h.family == SEARCH_BOX || h.family == SEARCH_BOX_SINCE)
-      rimi_search_refine_edges(s, &h, 1);
-    if (h.onset != SEARCH_FROM_START) {
-      const search_mask mask = rimi_search_mask_of(s, &h, -1);
-      rimi_search_scan_onset(s, &mask, &h, NULL);
-    }
-  }
-  drop_whole_sides(s, &h);
-  if (h.score > SEARCH_NONE) {
-    rimi_search_note(s, channel, &h);
-    if (rimi_search_worth(s, &h) > rimi_search_worth(s, &best))
-      best = h;
-  }
-  if (best.family <= SEARCH_GAIN && channel < search_fine(s))
-    rimi_search_date(s, &best, onset_sd);
-  else
-    *onset_sd = rimi_search_sd_of_onset(s, &best);
-  *out = best;
 }

@@ -47,10 +47,17 @@ typedef enum search_family {
   SEARCH_DURING = 8 /* a shift of every block from the onset to its end */
 } search_family;
 
+/* What a shift inside a hypothesis is in proportion to. */
+typedef enum search_shape {
+  SEARCH_CONSTANT = 0,
+  SEARCH_PROPORTIONAL = 1 /* to the prediction: a gain, in a region or from an onset to an end */
+} search_shape;
+
 typedef struct search_hypothesis {
   uint8_t family;
   uint8_t feature[2];        /* of the region features; as many as the family has */
   uint8_t first[2], last[2]; /* bins */
+  uint8_t shape;             /* search_shape */
   uint32_t onset;            /* block, counted from the start of the run; SEARCH_FROM_START */
   uint32_t end;              /* DURING: the block after its last; 0: it goes on */
   float ln_ratio;            /* ln likelihood ratio */
@@ -133,12 +140,23 @@ void rimi_search_edges(const rim_search *search, uint32_t feature, uint32_t firs
 bool rimi_search_beside(rim_search *search, uint32_t channel, const search_hypothesis *h,
                         search_hypothesis *out);
 
+/* The best of what came and went: a shift from where `since` begins (SINCE, RAMP or DURING; NULL:
+ * from anywhere) to an end, or the region that explains nearly as much. False where there is
+ * nothing. Cost: two passes over the ring and three intervals' searches. */
+bool rimi_search_passed(rim_search *search, uint32_t channel, const search_hypothesis *since,
+                        search_hypothesis *out);
+
 /* A shift is meant against nominal: where h leaves a baseline that no healthy run has, and a region
  * explains at least half as much without one, h becomes that, mostly with the other sign; *onset_sd
- * is then that of its onset, in blocks, and the result is true. Cost: as of rimi_search_beside(),
- * twice. */
+ * is then that of its onset, in blocks, and the result is true. is_said: an operator was told h's
+ * sign before, which it takes more to turn. Cost: as of rimi_search_beside(), twice, and of
+ * rimi_search_passed(). */
 bool rimi_search_against_nominal(rim_search *search, uint32_t channel, search_hypothesis *h,
-                                 double *onset_sd);
+                                 bool is_said, double *onset_sd);
+
+/* Standard deviation of a hypothesis' onset, blocks, in the channel that was judged last: 0 where
+ * it has none. Cost: one pass over the ring. */
+double rimi_search_sd_of_onset(const rim_search *search, const search_hypothesis *h);
 
 double rimi_search_description(search_family family); /* nats */
 

@@ -63,6 +63,7 @@ struct rim_search {
   uint16_t stage;        /* of the turn */
   uint16_t next_pair;
   uint8_t top_feature; /* best single feature of the channel in turn */
+  uint8_t shape;       /* search_shape: what the work arrays are of */
   bool fresh, favour;
   search_layout at;
   uint32_t excluded_from, excluded_to;          /* blocks of the newest rimi_search_exclude() */
@@ -210,6 +211,8 @@ double rimi_search_weight(const rim_search *s, const noise_channel *c, uint32_t 
 double rimi_search_surprise(uint32_t k, double q);
 /* Prepares the work arrays for a channel, and judges SINCE, RAMP, GAIN and FIELD. */
 void rimi_search_refresh(rim_search *s, uint32_t channel);
+/* Makes the work arrays of the channel in turn those of a shape, so that every scan is of that. */
+void rimi_search_take_shape(rim_search *s, search_shape shape);
 /* L of G with its prior, packed, and the run effects b, of a channel that was refreshed. */
 void rimi_search_effects(const rim_search *s, const noise_channel *c, double *l, double *b);
 /* Fills ln_ratio, shift, sd, score of h from the sums. */
@@ -239,16 +242,19 @@ void rimi_search_date(const rim_search *s, search_hypothesis *h, double *onset_s
 /* contrary.c */
 /* How improbable the run effects are that a judged hypothesis leaves, of the channel that was
  * refreshed: ln likelihood ratio, as healthy runs inflate it. 0 for FIELD, which is just that. */
-double rimi_search_baseline(const rim_search *s, const search_hypothesis *h);
+double rimi_search_baseline(rim_search *s, const search_hypothesis *h);
 
-/* search.c */
+/* explain.c */
 /* What a hypothesis explains beyond its description, each part of it worth a share: by the ratio
  * itself, for phi differs between families and would prefer the one that healthy runs inflate
  * least. */
 double rimi_search_worth(const rim_search *s, const search_hypothesis *h);
-/* Standard deviation of a hypothesis' onset, blocks: 0 where it has none. */
-double rimi_search_sd_of_onset(const rim_search *s, const search_hypothesis *h);
-/* rimi_search_refresh(), where it is not done since the newest block. */
+/* A DURING came and went by itself only where no region explains nearly as much with its sign:
+ * otherwise h becomes that. Cost: an interval's scan, three where there are two features. */
+void rimi_search_place(rim_search *s, uint32_t channel, search_hypothesis *h);
+
+/* search.c */
+/* rimi_search_refresh(), where it is not done since the newest block, or of another shape. */
 void rimi_search_ready(rim_search *s, uint32_t channel);
 /* Completes rimi_search_exclude() in this channel, where that is still to be done. */
 void rimi_search_take_out(rim_search *s, uint32_t channel);
@@ -258,14 +264,14 @@ void rimi_search_scan_end(const rim_search *s, search_hypothesis *h);
 /* scan.c */
 /* The best DURING, by bins of time; then each edge exactly given the other. */
 void rimi_search_scan_during(rim_search *s, search_hypothesis *h);
-void rimi_search_refine_during(const rim_search *s, search_hypothesis *h);
+void rimi_search_refine_during(rim_search *s, search_hypothesis *h);
 void rimi_search_scan_interval(rim_search *s, const search_mask *mask, uint32_t feature,
                                search_hypothesis *h, uint32_t which);
 void rimi_search_scan_box(rim_search *s, uint32_t x, uint32_t y, search_hypothesis *h);
 /* Judges the region as it stands, exactly. */
 /* d, A and m'WB of a hypothesis' shape. */
-void rimi_search_sum(const rim_search *s, const search_hypothesis *h, search_sums *sums);
-void rimi_search_evaluate(const rim_search *s, search_hypothesis *h);
+void rimi_search_sum(rim_search *s, const search_hypothesis *h, search_sums *sums);
+void rimi_search_evaluate(rim_search *s, search_hypothesis *h);
 void rimi_search_refine_edges(rim_search *s, search_hypothesis *h, uint32_t which);
 search_mask rimi_search_mask_of(const rim_search *s, const search_hypothesis *h, int without);
 void rimi_search_note(rim_search *s, uint32_t channel, const search_hypothesis *h);

@@ -9,6 +9,7 @@
 
 #define NEGLIGIBLE 20.0        /* nats: an onset that is less likely by this has no say */
 #define FIELD_FROM 0.5         /* of a run: before, its effects are hardly known yet */
+#define SHAPE_NATS 1.0         /* that tell a gain from a shift */
 #define LEAST_INFORMATION 1e-6 /* A below this part of m'Wm: the run effects explain the shape */
 
 void rimi_search_raw_fields(const rim_search *s, uint32_t slot, double *raw) {
@@ -55,8 +56,13 @@ double rimi_search_description(search_family family) {
 }
 
 static void set_score(const rim_search *s, search_hypothesis *h) {
-  h->score = (float)((double)h->ln_ratio / phi(s, s->channel, h->family) -
-                     rimi_search_description((search_family)h->family));
+  double inflation = phi(s, s->channel, h->family), nats = 0.0;
+  if (h->shape == SEARCH_PROPORTIONAL) {
+    inflation = rimi_max(inflation, phi(s, s->channel, SEARCH_GAIN));
+    nats = SHAPE_NATS;
+  }
+  h->score = (float)((double)h->ln_ratio / inflation -
+                     rimi_search_description((search_family)h->family) - nats);
 }
 
 void rimi_search_judge(const rim_search *s, const search_sums *sums, search_hypothesis *h) {
@@ -338,6 +344,7 @@ void rimi_search_refresh(rim_search *s, uint32_t channel) {
   s->p_zero = (double)c.p_center / (double)c.s;
   s->p_step = (double)c.p_scale * SEARCH_BYTE_STEP / (double)c.s;
   s->fresh = true;
+  s->shape = SEARCH_CONSTANT;
   rimi_search_take_out(s, channel);
   rimi_search_effects(s, &c, l, b);
   whiten(s, &c, l, b, mean_raw);
@@ -347,6 +354,28 @@ void rimi_search_refresh(rim_search *s, uint32_t channel) {
   scan_time(s);
   if (c.fields > 0)
     judge_field(s, &c, l, b, mean_raw);
+}
+
+void rimi_search_take_shape(rim_search *s, search_shape shape) {
+  if ((search_shape)s->shape == shape)
+    return;
+  if (shape == SEARCH_CONSTANT) {
+    rimi_search_refresh(s, s->channel);
+    return;
+  }
+  s->shape = (uint8_t)shape;
+  float *q = search_q(s), *a0 = search_a0(s), *a1 = search_a1(s);
+  double p = s->held > 0 ? search_p(s, 0) : 0.0;
+  for (uint32_t i = 0; i < s->held; ++i) {
+    const double next = i + 1u < s->held ? search_p(s, i + 1u) : 0.0;
+    float *g = search_g(s, i);
+    q[i] = (float)(p * (double)q[i]);
+    a0[i] = (float)(p * p * (double)a0[i]);
+    a1[i] = (float)(p * next * (double)a1[i]);
+    for (uint32_t j = 0; j < s->fields; ++j)
+      g[j] = (float)(p * (double)g[j]);
+    p = next;
+  }
 }
 
 void rimi_search_scan_end(const rim_search *s, search_hypothesis *h) {

@@ -1,0 +1,237 @@
+/* SPDX-License-Identifier: MIT */
+/* What was found in a channel, explained: the shape, place and time that say most for what it takes
+ * to describe them. */
+#include "base/bytes.h"
+#include "base/real.h"
+#include "search/search_private.h"
+
+#define COMPLEXITY 0.05 /* share of its score that each further part of a description must add */
+#define MOST_GAIN 0.5   /* share of an outcome beyond which a gain is not the word for it */
+#define REFINEMENTS 4u  /* rounds of edges and onset */
+#define DURING_REFINEMENTS 2u /* rounds of beginning and end */
+
+double rimi_search_worth(const rim_search *s, const search_hypothesis *h) {
+  static const double parts[NOISE_FAMILIES] = {0.0, 2.0, 2.0, 1.0, 1.0, 2.0, 2.0, 3.0, 3.0};
+  if (h->score <= SEARCH_NONE || !(h->ln_ratio > 0.0f))
+    return -1e30;
+  const bool is_gain = h->family == SEARCH_GAIN || h->shape == SEARCH_PROPORTIONAL;
+  if (is_gain && rimi_abs((double)h->shift) > MOST_GAIN)
+    return -1e30;
+  const noise_channel c = rimi_noise_channel(s->config.noise, s->channel);
+  const double inflation = (double)rimi_le_f32(c.phi, SEARCH_SINCE);
+  const double shape = h->shape == SEARCH_PROPORTIONAL ? 1.0 : 0.0;
+  return (double)h->ln_ratio / inflation * (1.0 - COMPLEXITY * (parts[h->family] + shape)) -
+         rimi_search_description((search_family)h->family);
+}
+
+static search_hypothesis best_in_time(const rim_search *s) {
+  search_hypothesis best = s->in_time[SEARCH_SINCE];
+  for (uint32_t f = SEARCH_RAMP; f <= SEARCH_FIELD; ++f) {
+    if (rimi_search_worth(s, &s->in_time[f]) > rimi_search_worth(s, &best))
+      best = s->in_time[f];
+  }
+  return best;
+}
+
+/* A side over the whole range of its feature is no restriction. */
+static void drop_whole_sides(rim_search *s, search_hypothesis *h) {
+  if (h->family != SEARCH_BOX && h->family != SEARCH_BOX_SINCE)
+    return;
+  const bool whole[2] = {h->first[0] == 0 && h->last[0] == SEARCH_BINS - 1u,
+                         h->first[1] == 0 && h->last[1] == SEARCH_BINS - 1u};
+  if (!whole[0] && !whole[1])
+    return;
+  if (whole[0]) {
+    h->feature[0] = h->feature[1];
+    h->first[0] = h->first[1];
+    h->last[0] = h->last[1];
+  }
+  h->family = h->family == SEARCH_BOX ? SEARCH_INTERVAL : SEARCH_INTERVAL_SINCE;
+  rimi_search_evaluate(s, h);
+}
+
+bool rimi_search_beside(rim_search *s, uint32_t channel, const search_hypothesis *h,
+                        search_hypothesis *out) {
+  const bool is_box = h->family == SEARCH_BOX || h->family == SEARCH_BOX_SINCE;
+  const uint32_t dims = is_box                                                               ? 2u
+                        : h->family == SEARCH_INTERVAL || h->family == SEARCH_INTERVAL_SINCE ? 1u
+                                                                                             : 0u;
+  rimi_search_ready(s, channel);
+  out->score = SEARCH_NONE;
+  for (uint32_t k = 0; k < 2u * dims; ++k) {
+    search_hypothesis side = {.family = SEARCH_INTERVAL, .onset = SEARCH_FROM_START};
+    side.feature[0] = h->feature[k / 2u];
+    const uint8_t first = h->first[k / 2u], last = h->last[k / 2u];
+    if (k % 2u == 0 ? first == 0 : last + 1u >= SEARCH_BINS)
+      continue;
+    side.first[0] = k % 2u == 0 ? 0u : (uint8_t)(last + 1u);
+    side.last[0] = k % 2u == 0 ? (uint8_t)(first - 1u) : (uint8_t)(SEARCH_BINS - 1u);
+    rimi_search_evaluate(s, &side);
+    if (side.score > out->score)
+      *out = side;
+  }
+  search_hypothesis refined = *out;
+  if (out->score > SEARCH_NONE)
+    rimi_search_refine_edges(s, &refined, 0);
+  if (refined.score > SEARCH_NONE && refined.shift * out->shift > 0.0f) /* or it is h again */
+    *out = refined;
+  return out->score > SEARCH_NONE;
+}
+
+double rimi_search_sd_of_onset(const rim_search *s, const search_hypothesis *h) {
+  double sd = 0.0;
+  if (h->family == SEARCH_FIELD || h->onset == SEARCH_FROM_START)
+    return sd;
+  const search_mask mask = rimi_search_mask_of(s, h, -1);
+  search_hypothesis again = *h;
+  rimi_search_scan_onset(s, &mask, &again, &sd);
+  return sd;
+}
+
+/* The two features whose intervals explain most by themselves; how many explain anything. */
+static uint32_t top_features(const rim_search *s, uint32_t channel, uint8_t top[2]) {
+  const uint8_t *scores = search_feature_scores(s, channel);
+  uint32_t found = 0;
+  for (uint32_t k = 0; k < 2u; ++k) {
+    uint32_t best = s->config.features;
+    for (uint32_t f = 0; f < s->config.features; ++f) {
+      if (scores[f] > 0 && !(k == 1 && f == top[0]) &&
+          (best == s->config.features || scores[f] > scores[best]))
+        best = f;
+    }
+    if (best == s->config.features)
+      return found;
+    top[found++] = (uint8_t)best;
+  }
+  return found;
+}
+
+/* The best interval of the feature that explains most by itself, or its box with the next best. */
+static search_hypothesis region_instead(rim_search *s, uint32_t channel) {
+  uint8_t top[2];
+  const uint32_t tops = top_features(s, channel, top);
+  search_hypothesis best = {.family = SEARCH_INTERVAL, .onset = SEARCH_FROM_START};
+  best.score = SEARCH_NONE;
+  if (tops == 0)
+    return best;
+  const search_mask all = {0};
+  rimi_search_scan_interval(s, &all, top[0], &best, 0);
+  if (!(best.score > SEARCH_NONE) || tops < 2u)
+    return best;
+  search_hypothesis box = best;
+  box.family = SEARCH_BOX;
+  box.feature[1] = top[1];
+  box.first[1] = 0;
+  box.last[1] = SEARCH_BINS - 1u;
+  box.score = SEARCH_NONE;
+  rimi_search_refine_edges(s, &box, 1);
+  rimi_search_refine_edges(s, &box, 0);
+  return rimi_search_worth(s, &box) > rimi_search_worth(s, &best) ? box : best;
+}
+
+/* Edges and onset in turn. */
+static void refine(rim_search *s, search_hypothesis *h, uint32_t rounds) {
+  for (uint32_t round = 0; round < rounds && h->score > SEARCH_NONE; ++round) {
+    if (round == 0)
+      rimi_search_evaluate(s, h);
+    rimi_search_refine_edges(s, h, 0);
+    if (h->family == SEARCH_BOX || h->family == SEARCH_BOX_SINCE)
+      rimi_search_refine_edges(s, h, 1);
+    if (h->onset != SEARCH_FROM_START) {
+      const search_mask mask = rimi_search_mask_of(s, h, -1);
+      rimi_search_scan_onset(s, &mask, h, NULL);
+    }
+  }
+  drop_whole_sides(s, h);
+}
+
+void rimi_search_place(rim_search *s, uint32_t channel, search_hypothesis *h) {
+  search_hypothesis region = region_instead(s, channel);
+  drop_whole_sides(s, &region);
+  if (region.shift * h->shift > 0.0f && /* or it is the rest */
+      rimi_search_worth(s, &region) > rimi_search_worth(s, h))
+    *h = region;
+}
+
+bool rimi_search_passed(rim_search *s, uint32_t channel, const search_hypothesis *since,
+                        search_hypothesis *out) {
+  rimi_search_ready(s, channel);
+  if (since != NULL && (since->family == SEARCH_SINCE || since->family == SEARCH_RAMP ||
+                        since->family == SEARCH_DURING)) {
+    *out = (search_hypothesis){.family = SEARCH_DURING, .onset = since->onset};
+    rimi_search_scan_end(s, out);
+  } else {
+    rimi_search_scan_during(s, out);
+    if (2u * out->blocks > s->held) /* what is mostly so is not what came and went */
+      out->score = SEARCH_NONE;
+  }
+  if (out->score > SEARCH_NONE)
+    rimi_search_place(s, channel, out);
+  return out->score > SEARCH_NONE;
+}
+
+/* The best of what is not everywhere and for good, refined. */
+static search_hypothesis best_in_part(rim_search *s, uint32_t channel) {
+  search_hypothesis h = search_state(s, channel)->region;
+  if (h.family != SEARCH_DURING) {
+    refine(s, &h, REFINEMENTS);
+    return h;
+  }
+  rimi_search_evaluate(s, &h);
+  for (uint32_t round = 0; round < DURING_REFINEMENTS && h.score > SEARCH_NONE; ++round)
+    rimi_search_refine_during(s, &h);
+  rimi_search_place(s, channel, &h);
+  return h;
+}
+
+/* The best gain in a region: in that of the best shift, or, of a gain since an onset, where the
+ * feature that explains most is inside an interval. */
+static search_hypothesis best_in_proportion(rim_search *s, uint32_t channel,
+                                            const search_hypothesis *place,
+                                            const search_hypothesis *gain) {
+  search_hypothesis best = *place, h = {.family = SEARCH_INTERVAL_SINCE};
+  uint8_t top[2];
+  const uint32_t tops = gain->score > SEARCH_NONE ? top_features(s, channel, top) : 0u;
+  rimi_search_take_shape(s, SEARCH_PROPORTIONAL);
+  best.shape = h.shape = SEARCH_PROPORTIONAL;
+  if (best.score > SEARCH_NONE && best.family != SEARCH_DURING)
+    refine(s, &best, 1);
+  for (uint32_t k = 0; k < tops; ++k) {
+    h.onset = gain->onset;
+    const search_mask since = rimi_search_mask_of(s, &h, 0);
+    rimi_search_scan_interval(s, &since, top[k], &h, 0);
+    if (h.score > SEARCH_NONE) {
+      const search_mask mask = rimi_search_mask_of(s, &h, -1);
+      rimi_search_scan_onset(s, &mask, &h, NULL);
+    }
+    if (rimi_search_worth(s, &h) > rimi_search_worth(s, &best))
+      best = h;
+  }
+  return best;
+}
+
+void rimi_search_explain(rim_search *s, uint32_t channel, search_hypothesis *out,
+                         double *onset_sd) {
+  rimi_search_ready(s, channel);
+  search_hypothesis best = best_in_time(s);
+  const search_hypothesis h = best_in_part(s, channel);
+  if (h.score > SEARCH_NONE) {
+    rimi_search_note(s, channel, &h);
+    if (rimi_search_worth(s, &h) > rimi_search_worth(s, &best))
+      best = h;
+  }
+  if (channel < search_fine(s) && (best.family == SEARCH_GAIN || best.family >= SEARCH_INTERVAL)) {
+    const search_hypothesis gain = s->in_time[SEARCH_GAIN];
+    const search_hypothesis part = best_in_proportion(s, channel, &h, &gain);
+    if (part.shape == SEARCH_PROPORTIONAL &&
+        rimi_search_worth(s, &part) > rimi_search_worth(s, &best))
+      best = part;
+    else
+      rimi_search_take_shape(s, SEARCH_CONSTANT);
+  }
+  if (best.family <= SEARCH_GAIN && channel < search_fine(s))
+    rimi_search_date(s, &best, onset_sd);
+  else
+    *onset_sd = rimi_search_sd_of_onset(s, &best);
+  *out = best;
+}

@@ -1,0 +1,149 @@
+/* SPDX-License-Identifier: MIT */
+/* search/explain.c: a gain inside a region is judged as generalised least squares with whole
+ * matrices says, and is found where the prediction changes its sign; a shift of the same size
+ * everywhere stays a shift; what a region explains is not called a time; what came and went does
+ * so by itself where no region explains it. */
+#include "search_bench.h"
+
+enum { BLOCKS = 150, EDGE = 160, EDGE_BIN = EDGE * SEARCH_BINS / 256, SEEDS = 6 };
+
+static world quiet(uint32_t seed, bool effects) {
+  world w = make_world(effects, 0.4, 0.0);
+  draw(&w, BLOCKS, seed);
+  return w;
+}
+
+static void explain(bench *b, const world *w, uint32_t units, search_hypothesis *h) {
+  double onset_sd = -1.0;
+  start(b, w, BLOCKS);
+  feed(b, 0, BLOCKS, units);
+  rimi_search_explain(b->search, 0, h, &onset_sd);
+  assert_true(onset_sd >= 0.0);
+}
+
+static void a_gain_in_a_region_is_judged_by_least_squares(void **state) {
+  (void)state;
+  static bench b;
+  for (uint32_t seed = 0; seed < SEEDS; ++seed) {
+    world w = quiet(seed, true);
+    double shape[MOST_BLOCKS];
+    start(&b, &w, BLOCKS);
+    feed(&b, 0, BLOCKS, 0);
+    search_hypothesis h = {.family = SEARCH_INTERVAL,
+                           .first = {EDGE_BIN},
+                           .last = {SEARCH_BINS - 1},
+                           .shape = SEARCH_PROPORTIONAL,
+                           .onset = SEARCH_FROM_START};
+    assert_true(rimi_search_evaluate_channel(b.search, 0, &h));
+    for (uint32_t i = 0; i < BLOCKS; ++i) {
+      const bool inside = w.feature[i][0] * SEARCH_BINS / 256u >= EDGE_BIN;
+      shape[i] = inside ? predicted(&w, i) : 0.0;
+    }
+    const gls expected = dense(&w, shape);
+    assert_true(fabs((double)h.shift - expected.shift) < 1e-3 * expected.sd);
+    assert_true(fabs((double)h.sd / expected.sd - 1.0) < 1e-3);
+    assert_true(fabs((double)h.ln_ratio - expected.ln_ratio) < 1e-2 + 1e-3 * expected.ln_ratio);
+    h.shape = SEARCH_CONSTANT; /* the work arrays are those of a shift again */
+    assert_true(rimi_search_evaluate_channel(b.search, 0, &h));
+    for (uint32_t i = 0; i < BLOCKS; ++i)
+      shape[i] = w.feature[i][0] * SEARCH_BINS / 256u >= EDGE_BIN ? 1.0 : 0.0;
+    assert_true(fabs((double)h.ln_ratio - dense(&w, shape).ln_ratio) <
+                1e-2 + 1e-3 * dense(&w, shape).ln_ratio);
+  }
+}
+
+/* What is off by a fifth reads high or low with the prediction, so that no shift explains it. */
+static void a_gain_is_found_where_it_is(void **state) {
+  (void)state;
+  static bench b;
+  for (uint32_t seed = 0; seed < SEEDS; ++seed) {
+    world w = quiet(seed, false); /* a run has no gain of its own */
+    w.p_center = 0.0;
+    for (uint32_t i = 0; i < BLOCKS; ++i) {
+      if (w.feature[i][0] >= EDGE)
+        w.r[i] -= 0.3 * predicted(&w, i);
+    }
+    search_hypothesis h;
+    explain(&b, &w, TURN, &h);
+    assert_int_equal(h.shape, SEARCH_PROPORTIONAL);
+    assert_true(h.family == SEARCH_INTERVAL || h.family == SEARCH_INTERVAL_SINCE);
+    assert_int_equal(h.feature[0], 0);
+    assert_true(h.first[0] + 2 >= EDGE_BIN && h.first[0] <= EDGE_BIN + 2);
+    assert_true(fabs((double)h.shift + 0.3) < 4.0 * (double)h.sd);
+  }
+}
+
+static void a_shift_in_a_region_stays_one(void **state) {
+  (void)state;
+  static bench b;
+  for (uint32_t seed = 0; seed < SEEDS; ++seed) {
+    world w = quiet(seed, true);
+    for (uint32_t i = 0; i < BLOCKS; ++i)
+      w.r[i] += w.feature[i][0] >= EDGE ? 5.0 * w.s : 0.0;
+    search_hypothesis h;
+    explain(&b, &w, TURN, &h);
+    assert_int_equal(h.shape, SEARCH_CONSTANT);
+    assert_true(h.family == SEARCH_INTERVAL || h.family == SEARCH_INTERVAL_SINCE);
+    assert_true(fabs((double)h.shift - 5.0) < 4.0 * (double)h.sd);
+  }
+}
+
+/* Feature 0 is high for a third of the run and never again. The deviation lasts a block longer, so
+ * that time explains it a little better. */
+static world entered_once(uint32_t seed, bool has_region) {
+  world w = quiet(seed, true);
+  for (uint32_t i = 0; i < BLOCKS; ++i) {
+    const bool during = i >= 50 && i < 100;
+    if (has_region)
+      w.feature[i][0] = (uint8_t)(w.feature[i][0] / 2u + (during ? 128u : 0u));
+    w.r[i] += during || i == 100 ? 9.0 * w.s : 0.0;
+  }
+  return w;
+}
+
+static void what_a_region_explains_is_not_called_a_time(void **state) {
+  (void)state;
+  static bench b;
+  for (uint32_t seed = 0; seed < SEEDS; ++seed) {
+    world w = entered_once(seed, true);
+    search_hypothesis h, passed;
+    explain(&b, &w, TURN, &h);
+    assert_true(h.family == SEARCH_INTERVAL || h.family == SEARCH_INTERVAL_SINCE);
+    assert_true(h.feature[0] == 0 && h.shift > 0.0f);
+    assert_true(rimi_search_passed(b.search, 0, NULL, &passed));
+    assert_true(passed.family == SEARCH_INTERVAL && passed.feature[0] == 0);
+    w = entered_once(seed, false);
+    explain(&b, &w, TURN, &h);
+    assert_int_equal(h.family, SEARCH_DURING);
+    assert_true(h.onset + 2 >= 50 && h.onset <= 52 && h.end + 1 >= 101 && h.end <= 103);
+    assert_true(rimi_search_passed(b.search, 0, NULL, &passed));
+    assert_int_equal(passed.family, SEARCH_DURING);
+  }
+}
+
+static void what_is_mostly_so_did_not_come_and_go(void **state) {
+  (void)state;
+  static bench b;
+  world w = quiet(1, true);
+  for (uint32_t i = 0; i < BLOCKS; ++i)
+    w.r[i] += i < 110 ? 5.0 * w.s : 0.0;
+  search_hypothesis h, passed;
+  explain(&b, &w, TURN, &h);
+  if (rimi_search_passed(b.search, 0, NULL, &passed))
+    assert_true(2 * passed.blocks <= BLOCKS);
+  const search_hypothesis since = {.family = SEARCH_SINCE, .onset = 0};
+  assert_true(rimi_search_passed(b.search, 0, &since, &passed)); /* asked for from its onset */
+  assert_true(passed.shift > 0.0f && passed.onset == 0 && passed.end + 2 >= 110);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_gain_in_a_region_is_judged_by_least_squares),
+      cmocka_unit_test(a_gain_is_found_where_it_is),
+      cmocka_unit_test(a_shift_in_a_region_stays_one),
+      cmocka_unit_test(what_a_region_explains_is_not_called_a_time),
+      cmocka_unit_test(what_is_mostly_so_did_not_come_and_go),
+  };
+  printf("seed %u\n", SEED);
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
