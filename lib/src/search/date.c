@@ -10,13 +10,23 @@
 #include "base/real.h"
 #include "search/search_private.h"
 
-#define SHAPES 3u     /* of time: 1, t, t^2; of the prediction p: p, p t */
-#define PAIR_NATS 5.0 /* that a second shape must explain, by what healthy runs inflate */
+#define SHAPES 3u       /* of time: 1, t, t^2; of the prediction p: p, p t */
+#define PAIR_NATS 5.0   /* that a second shape must explain, by what healthy runs inflate */
+#define SQUARE_NATS 2.0 /* that a drift which grows ever faster must explain beyond a steady one */
 #define STILL 0.25 /* of what its own onset explains, that one shape must explain since another */
 #define LEAST_SHARE 1e-6 /* of a shape's information, that must be left beside the others */
 #define PARTS 2u
 
-typedef enum date_model { STEP, RAMP, GAIN, STEP_AND_RAMP, BEND, GAIN_AND_RAMP, MODELS } date_model;
+typedef enum date_model {
+  STEP,
+  RAMP,
+  GAIN,
+  SQUARE,
+  STEP_AND_RAMP,
+  BEND,
+  GAIN_AND_RAMP,
+  MODELS
+} date_model;
 
 /* Sums over the blocks since an onset, for each shape; t in SEARCH_RAMP_UNIT from the newest. */
 typedef struct date_sums {
@@ -95,7 +105,7 @@ static const date_sums *parts_of(const rim_search *s, const date_pass *pass, dat
     return &pass->gain;
   if (model == STEP || model == STEP_AND_RAMP)
     return &pass->time;
-  since_onset(&pass->time, t0, model == BEND ? 2 : 1, s->fields, space);
+  since_onset(&pass->time, t0, model == RAMP ? 1 : 2, s->fields, space);
   return space;
 }
 
@@ -110,10 +120,10 @@ static double beside_effects(const rim_search *s, const date_sums *sums, uint32_
 static double ratio_of(const rim_search *s, const date_pass *pass, date_model model, double t0) {
   date_sums space;
   const date_sums *sums = parts_of(s, pass, model, t0, &space);
-  const double d0 = sums->d[0], d1 = sums->d[1], a00 = beside_effects(s, sums, 0, 0);
-  const uint32_t parts = model >= STEP_AND_RAMP ? 2u : 1u;
-  if (pass->n < (double)(SEARCH_LEAST + parts - 1u) || !(a00 > LEAST_SHARE * sums->a[0][0]) ||
-      !(a00 > 0.0))
+  const uint32_t parts = model >= STEP_AND_RAMP ? 2u : 1u, first = model == SQUARE ? 1u : 0u;
+  const double d0 = sums->d[first], d1 = sums->d[1], a00 = beside_effects(s, sums, first, first);
+  if (pass->n < (double)(SEARCH_LEAST + parts - 1u) ||
+      !(a00 > LEAST_SHARE * sums->a[first][first]) || !(a00 > 0.0))
     return 0.0;
   if (parts == 1)
     return d0 * d0 / (2.0 * a00);
@@ -185,14 +195,17 @@ void rimi_search_date(const rim_search *s, search_hypothesis *h, double *onset_s
     if (!add_block(&pass, s, i))
       continue;
     for (uint32_t model = 0; model < MODELS; ++model) {
-      if (model == (uint32_t)own || model >= STEP_AND_RAMP)
+      if (model == (uint32_t)own || model >= SQUARE)
         rimi_search_note_onset(&onsets[model],
                                ratio_of(s, &pass, (date_model)model, time_of(s, i)) / inflation, i);
     }
   }
   const search_onsets *dated = &onsets[own];
+  if (own == RAMP && onsets[SQUARE].nats > dated->nats + SQUARE_NATS)
+    dated = &onsets[SQUARE];
   for (uint32_t model = STEP_AND_RAMP; model < MODELS; ++model) {
-    if (onsets[model].nats > dated->nats + (dated == &onsets[own] ? PAIR_NATS : 0.0))
+    if (onsets[model].nats >
+        dated->nats + (dated == &onsets[own] || dated == &onsets[SQUARE] ? PAIR_NATS : 0.0))
       dated = &onsets[model];
   }
   if (dated != &onsets[own] && !judge_again(s, h, s->count - s->held + dated->at))
