@@ -323,12 +323,20 @@ void append_features(const Log &rows, bool is_first, report::Explore *data) {
   }
 }
 
-// On board a region with a shape that leans is an ellipse, any other is described by its box.
-report::ExploreRegion explore_region(const rim_region &region, const Names &names) {
+// On board a region with a shape that leans is an ellipse, any other is described by its box. Of
+// what is watched, the prediction describes a region.
+report::ExploreRegion explore_region(const rim_region &region, const Names &names,
+                                     const std::vector<report::ExploreChannel> &channels) {
+  const auto key_of = [&](const std::string &name) {
+    const std::string bare = name.substr(name.find('.') + 1);
+    const bool watched = std::any_of(channels.begin(), channels.end(),
+                                     [&](const auto &channel) { return channel.key == bare; });
+    return watched && name.rfind("s.", 0) == 0 ? "m." + bare : name;
+  };
   report::ExploreRegion out;
   const std::size_t dims = std::min<std::size_t>(region.dims, RIM_REGION_MAX_DIMS);
   for (std::size_t d = 0; d < dims; ++d) {
-    out.features.push_back(names.feature(region.feature[d]).name);
+    out.features.push_back(key_of(names.feature(region.feature[d]).name));
     out.lower.push_back(region.lower[d]);
     out.upper.push_back(region.upper[d]);
     out.center.push_back(region.center[d]);
@@ -362,7 +370,7 @@ void FlightReport::add_findings(const Flight &flight, int log, report::Explore *
     finding.log = log;
     finding.bit = bit++;
     finding.channel = a.channels > 0 && a.channel[0] < data->channels.size() ? a.channel[0] : -1;
-    finding.region = explore_region(a.region, names_);
+    finding.region = explore_region(a.region, names_, data->channels);
     data->findings.push_back(std::move(finding));
   }
 }

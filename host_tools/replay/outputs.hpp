@@ -22,7 +22,7 @@ struct OutputPaths {
   std::string model;      // of the report: the flight image's path, or empty
   std::uint32_t node = 1; // of the CAN identifiers
   bool can_fd = false;    // detail in one frame of 64 bytes
-  std::string made_by;    // configuration, for the report
+  std::string made_by;    // the command line, for the report
 };
 
 class ReplayOutputs {
