@@ -51,6 +51,7 @@ private:
   std::unique_ptr<LcmBus> lcm_;
   std::string plot_path_, log_name_, mcap_path_, mcap_lines_;
   std::vector<Trace> traces_;
+  const Replayer &replayer_;
   const Names &names_;
   std::uint32_t model_id_, health_sequence_ = 0, records_ = 0;
   std::uint32_t blocks_ = 0;

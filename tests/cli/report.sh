@@ -208,6 +208,16 @@ if [ -f /usr/share/javascript/dygraphs/dygraph.min.js ]; then
   check "flight: no message while it is touched" 0 "$(console)"
 fi
 
+# A sensor that disagrees with its twin: the report draws what the alarm judged, and says how to make it
+# again as a shell would read it.
+. "$(dirname "$0")/toy.inc"
+toy_few 8 900
+toy "a drift.csv" 101 900 'if (i > 300) a += 0.2'
+"$RIM" replay --model toy.rim "a drift.csv" --report judged.html > /dev/null; check "replay --report of a trained image" 0 $?
+contains "what the alarm judged" "$(cat judged.html)" "As the alarm judged it: position a, less what the other outcomes say of it"
+contains "the command" "$(cat judged.html)" "<pre>rim replay --model toy.rim &#39;a drift.csv&#39; --report judged.html</pre>"
+contains "judged: on a desk" "$(measure judged.html 1200)" "covered=0 outside=0 wide=0 pictures=[1-9]"
+
 # rim listen --html: what was published is on the page; other hosts and methods are refused.
 url='udpm://239.255.76.67:7691?ttl=0'
 timeout 60 "$RIM" listen --lcm "$url" --html 0 --count 1000000 > heard.jsonl 2> listen.log & listener=$!
