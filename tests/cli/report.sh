@@ -4,6 +4,7 @@
 # touched shows the right numbers, nothing is fetched, no script is needed, no text covers another or leaves its picture, the page is not blank.
 # Skipped, saying so, where no browser is installed.
 . "$(dirname "$0")/check.inc"
+. "$(dirname "$0")/toy.inc"
 cd "$here" || exit 1
 sample=$BUILD/tests/host/test_diagnose_outputs
 for browser in chromium-headless-shell chromium chromium-browser google-chrome; do
@@ -210,7 +211,6 @@ fi
 
 # A sensor that disagrees with its twin: the report draws what the alarm judged, and says how to make it
 # again as a shell would read it.
-. "$(dirname "$0")/toy.inc"
 toy_few 8 900
 toy "a drift.csv" 101 900 'if (i > 300) a += 0.2'
 "$RIM" replay --model toy.rim "a drift.csv" --report judged.html > /dev/null; check "replay --report of a trained image" 0 $?
