@@ -291,7 +291,7 @@ std::string CsvReader::not_a_number(std::size_t field) const {
   else if (log_.rows_in_file == 1 && field == time_.field)
     hint = ": is this a line of units? units_line = true in a schema says so";
   else if (field != time_.field)
-    hint = ": missing = [\"" + shown + "\"] in a schema says that it stands for no value";
+    hint = "; if it stands for no value, missing = [\"" + shown + "\"] in a schema says so";
   return "'" + shown + "' is not a number" + hint;
 }
 

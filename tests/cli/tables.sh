@@ -107,7 +107,7 @@ refuse "a header behind a hash" "hash.csv: line 2 holds numbers .* is the commen
 "$RIM" schema units.csv | grep -v units_line > no.toml
 refuse "units that no schema names" "row 1: column 'time': 's' is not a number: is this a line of units? units_line = true .*(line 2 of the file)" show units.csv --schema no.toml
 "$RIM" schema marks.csv | grep -v ^missing > no.toml
-refuse "marks that no schema names" "row 52: column 'speed_mps': '---' is not a number: missing = \[\"---\"\] in a schema" show marks.csv --schema no.toml
+refuse "marks that no schema names" "row 52: column 'speed_mps': '---' is not a number; if it stands for no value, missing = \[\"---\"\] in a schema" show marks.csv --schema no.toml
 "$RIM" schema words.csv | sed 's/"closed", "open"/"shut", "open"/' > no.toml
 refuse "a word that the schema has not" "row 1: column 'lid': 'closed' is none of the words that the schema names" show words.csv --schema no.toml
 printf 'schema = "rim-schema/1"\nunits_line = 1\n' > no.toml
