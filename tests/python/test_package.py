@@ -246,13 +246,18 @@ def public_things():
     the errors, Monitor.step) are shown in the examples of what gives them."""
     for name in rimwatch.__all__:
         thing = getattr(rimwatch, name)
-        if thing.__module__ == "rimwatch._core":
+        if name.startswith("__") or thing.__module__ == "rimwatch._core":
             continue
         yield name, thing
         for key, value in vars(thing).items() if inspect.isclass(thing) else ():
             value = value.__func__ if isinstance(value, classmethod) else value
             if not key.startswith("_") and inspect.isfunction(value):
                 yield f"{name}.{key}", value
+
+
+def test_version():
+    said = subprocess.run([RIM, "--version"], capture_output=True, text=True).stdout
+    check("the version of rim", said.split()[1] == rimwatch.__version__, said)
 
 
 def test_documentation():
