@@ -169,4 +169,23 @@ bool Arguments::parse(int argc, char **argv) {
   }
 }
 
+std::string command_line(int argc, char **argv) {
+  std::string text = "rim";
+  for (int i = 0; i < argc; ++i) {
+    const std::string word = argv[i];
+    const bool plain =
+        !word.empty() && word.find_first_of(" \t\n\"'`$&|;<>()*?[]#~!\\{}") == std::string::npos;
+    text += " ";
+    if (plain) {
+      text += word;
+      continue;
+    }
+    text += "'";
+    for (const char letter : word)
+      text += letter == '\'' ? "'\\''" : std::string(1, letter);
+    text += "'";
+  }
+  return text;
+}
+
 } // namespace rim::cli

@@ -102,4 +102,7 @@ private:
   std::vector<std::unique_ptr<Arguments>> subcommands_;
 };
 
+// The command as it can be typed again: "rim" and the words, quoted where a shell needs it.
+std::string command_line(int argc, char **argv);
+
 } // namespace rim::cli

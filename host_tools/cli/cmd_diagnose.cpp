@@ -122,13 +122,6 @@ std::vector<rim::Log> read_all(const std::vector<std::string> &paths, const rim:
   return logs;
 }
 
-std::string command_line(int argc, char **argv) {
-  std::string text = "rim";
-  for (int i = 0; i < argc; ++i)
-    text += std::string(" ") + argv[i];
-  return text;
-}
-
 void print_findings(const Diagnosis &diagnosis) {
   std::printf("%s\n", diagnosis.sentence.c_str());
   for (const Finding &f : diagnosis.findings) {
@@ -212,7 +205,7 @@ int cmd_diagnose(int argc, char **argv) {
   options.false_alarm = o.false_alarm;
   options.null_runs = o.null_runs;
   options.seed = o.seed;
-  options.command = command_line(argc, argv);
+  options.command = rim::cli::command_line(argc, argv);
   options.model = predictor ? predictor->name() : "the logs' own predictions";
   Measured measured;
   const Diagnosis diagnosis = diagnose(logs, options, &measured);

@@ -128,23 +128,6 @@ void check(const rim::cli::Arguments &app, const Options &o) {
     rim::check_plot_path(o.outputs.plot);
 }
 
-std::string made_by(const Options &o) {
-  std::string text = "rim replay, rimwatch " RIM_VERSION;
-  if (!o.model.empty())
-    text += " --model " + o.model;
-  else
-    text += fmt::format(" --false-alarm {}", o.calibration.false_alarm);
-  if (o.calibration_runs > 0)
-    text += fmt::format(" --calibration-runs {}", o.calibration_runs);
-  if (!o.schema.empty())
-    text += " --schema " + o.schema;
-  for (const std::string &extension : o.extensions)
-    text += " --extension " + extension;
-  for (const std::string &log : o.logs)
-    text += " " + log;
-  return text;
-}
-
 using Bytes = std::vector<std::uint8_t>;
 using Extensions = std::vector<rim::diagnose::Extension>;
 
@@ -241,7 +224,7 @@ int cmd_replay(int argc, char **argv) {
   if (!app.parse(argc, argv))
     return rim::EXIT_FINE;
   check(app, o);
-  o.outputs.made_by = made_by(o);
+  o.outputs.made_by = rim::cli::command_line(argc, argv);
   o.outputs.model = o.model;
   std::optional<rim::Schema> schema;
   if (!o.schema.empty())

@@ -12,6 +12,7 @@
 #include <cstring>
 #include <limits>
 #include <string_view>
+#include <utility>
 
 namespace rim {
 
@@ -21,6 +22,7 @@ namespace {
 struct Slot {
   std::size_t field;
   double scale, offset;
+  const std::vector<std::string> *words; // null: a number
 };
 
 struct Filter {
@@ -61,13 +63,19 @@ private:
                              : " (line " + std::to_string(line_of(text_, at_)) + " of the file)";
   }
   bool number(std::string_view field, double &value) const {
-    return decimal_ == '.' ? parse_number(field, value)
-                           : parse_comma_number(field, value) || parse_number(field, value);
+    if (decimal_ == '.' ? parse_number(field, value)
+                        : parse_comma_number(field, value) || parse_number(field, value))
+      return true;
+    value = std::numeric_limits<double>::quiet_NaN();
+    return schema_ != nullptr && std::find(schema_->missing.begin(), schema_->missing.end(),
+                                           trimmed(field)) != schema_->missing.end();
   }
-  std::string not_a_number(std::string_view field) const;
+  std::string not_a_number(std::size_t field) const;
+  bool word(const Slot &slot, double &value) const;
 
   bool next_line(std::string_view &line) { return take_line(text_, at_, line); }
   void split(std::string_view line) { split_fields(line, delimiter_, fields_); }
+  bool take_header(bool any);
   void read_header();
   std::string columns_found() const;
   std::size_t file_column(const std::string &name, const char *what) const;
@@ -96,7 +104,9 @@ private:
   std::vector<std::string> header_;
   std::vector<std::string_view> fields_;
   std::vector<Slot> slots_;
-  Slot time_{0, 1.0, 0.0};
+  Slot time_{0, 1.0, 0.0, nullptr};
+  std::size_t date_ = 0; // the field of the date, where the schema names one
+  DateReading dates_;
   double first_date_s_ = std::numeric_limits<double>::quiet_NaN();
   std::vector<Filter> filters_;
   std::vector<bool> used_;
@@ -111,6 +121,7 @@ CsvReader::CsvReader(const std::string &path, LogSource source, const Schema *sc
   if (schema != nullptr && !source_.converted) {
     delimiter_ = schema->delimiter;
     decimal_ = schema->decimal;
+    dates_.day_first = schema->day_first;
   }
   if (source_.converted)
     delimiter_ = ',';
@@ -121,22 +132,39 @@ void CsvReader::read_header() {
     fail("is empty");
   if (text_.compare(0, 3, "\xEF\xBB\xBF") == 0)
     at_ = 3;
+  const std::size_t start = at_;
+  if (take_header(false))
+    return;
+  at_ = start;
+  log_.comments.clear();
+  if (!take_header(true))
+    fail("has no header");
+}
+
+// The first line that names the time's column: what stands above it is not of the table. Any: the
+// first that is no comment, whose names an error can show.
+bool CsvReader::take_header(bool any) {
+  const std::string time = schema_ != nullptr ? schema_->time.from : "t_s";
+  const char given = delimiter_;
   std::string_view line;
-  while (next_line(line)) {
+  for (int tried = 0; tried < 60 && next_line(line);) {
     if (!line.empty() && line.front() == '#') {
       line.remove_prefix(line.size() > 1 && line[1] == ' ' ? 2 : 1);
       log_.comments.emplace_back(line);
     } else if (!trimmed(line).empty()) {
-      if (delimiter_ == '\0')
-        delimiter_ = guess_delimiter(std::string(line));
+      tried++;
+      delimiter_ = given == '\0' ? guess_delimiter(std::string(line)) : given;
       split(line);
+      header_.clear();
       for (const auto &f : fields_)
         header_.emplace_back(trimmed(f));
       used_.assign(header_.size(), false);
-      return;
+      if (any || std::find(header_.begin(), header_.end(), time) != header_.end())
+        return true;
     }
   }
-  fail("has no header");
+  delimiter_ = given;
+  return false;
 }
 
 // What a person needs who gave a file of other names or of another delimiter.
@@ -172,7 +200,8 @@ void CsvReader::plan_mapped() {
     role_of_name(map.name, role); // checked when the schema was read
     const std::size_t field =
         file_column(map.from, (" (asked for by " + schema_->path + ")").c_str());
-    add_column(map.name, map.unit, {field, map.scale, map.offset}, role);
+    add_column(map.name, map.unit,
+               {field, map.scale, map.offset, map.words.empty() ? nullptr : &map.words}, role);
   }
   for (const auto &rule : schema_->keep) {
     filters_.push_back({&rule, file_column(rule.column, " (a [[keep]] of the schema)")});
@@ -187,15 +216,19 @@ void CsvReader::plan_native() {
     Role role = Role::context;
     const bool made = find_column(log_, name) >= 0; // by the schema
     if (!used_[field] && !made && role_of_name(name, role))
-      add_column(name, "", {file_column(name, ""), 1.0, 0.0}, role);
+      add_column(name, "", {file_column(name, ""), 1.0, 0.0, nullptr}, role);
   }
 }
 
 void CsvReader::plan() {
   const ColumnMap time =
-      schema_ != nullptr ? schema_->time : ColumnMap{"t_s", "t_s", "s", 1.0, 0.0};
-  time_ = {file_column(time.from, " (the time)"), time.scale, time.offset};
+      schema_ != nullptr ? schema_->time : ColumnMap{"t_s", "t_s", "s", 1.0, 0.0, {}};
+  time_ = {file_column(time.from, " (the time)"), time.scale, time.offset, nullptr};
   used_[time_.field] = true;
+  if (schema_ != nullptr && !schema_->date.empty()) {
+    date_ = file_column(schema_->date, " (the date)");
+    used_[date_] = true;
+  }
   if (schema_ != nullptr)
     plan_mapped();
   plan_native();
@@ -223,7 +256,7 @@ void CsvReader::plan_sources() {
     return;
   for (const auto &rule : schema_->derive) {
     const std::size_t field = file_column(rule.from, " (a [[derive]] of the schema)");
-    slots_.push_back({field, 1.0, 0.0});
+    slots_.push_back({field, 1.0, 0.0, nullptr});
     used_[field] = true;
   }
 }
@@ -249,13 +282,28 @@ bool CsvReader::kept() const {
   return true;
 }
 
-std::string CsvReader::not_a_number(std::string_view field) const {
-  const std::string shown(trimmed(field));
+std::string CsvReader::not_a_number(std::size_t field) const {
+  const std::string shown(trimmed(fields_[field]));
   double ignored = 0.0;
-  return "'" + shown + "' is not a number" +
-         (parse_comma_number(shown, ignored)
-              ? ": has it a decimal comma? decimal = \",\" in a schema says so"
-              : "");
+  std::string hint;
+  if (parse_comma_number(shown, ignored))
+    hint = ": has it a decimal comma? decimal = \",\" in a schema says so";
+  else if (log_.rows_in_file == 1 && field == time_.field)
+    hint = ": is this a line of units? units_line = true in a schema says so";
+  else if (field != time_.field)
+    hint = "; if it stands for no value, missing = [\"" + shown + "\"] in a schema says so";
+  return "'" + shown + "' is not a number" + hint;
+}
+
+// The place of the field's text among the slot's words; NaN where it stands for no value.
+bool CsvReader::word(const Slot &slot, double &value) const {
+  const std::string_view field = trimmed(fields_[slot.field]);
+  const auto found = std::find(slot.words->begin(), slot.words->end(), field);
+  if (found != slot.words->end()) {
+    value = static_cast<double>(found - slot.words->begin());
+    return true;
+  }
+  return number(field, value) && std::isnan(value);
 }
 
 // A number, or a date and time of day: those count from the file's first.
@@ -263,7 +311,11 @@ bool CsvReader::time_of(std::string_view field, double &t_s) {
   if (number(field, t_s))
     return true;
   double date_s = 0.0;
-  if (!parse_date_time(field, date_s))
+  const bool apart = schema_ != nullptr && !schema_->date.empty();
+  if (!(apart ? parse_date_time(std::string(trimmed(fields_[date_])) + " " +
+                                    std::string(trimmed(field)),
+                                dates_, date_s)
+              : parse_date_time(field, dates_, date_s)))
     return false;
   if (std::isnan(first_date_s_))
     first_date_s_ = date_s;
@@ -276,8 +328,11 @@ bool CsvReader::parse_row(double &t_s, double *values) {
   std::size_t bad = header_.size();
   const auto one = [&](const Slot &slot, double &value) {
     const std::string_view field = fields_[slot.field];
-    if (&slot == &time_ ? !time_of(field, value) : !number(field, value))
-      fail_row(header_[slot.field], not_a_number(fields_[slot.field]));
+    if (slot.words != nullptr && !word(slot, value))
+      fail_row(header_[slot.field],
+               "'" + std::string(trimmed(field)) + "' is none of the words that the schema names");
+    if (slot.words == nullptr && !(&slot == &time_ ? time_of(field, value) : number(field, value)))
+      fail_row(header_[slot.field], not_a_number(slot.field));
     value = slot.scale * value + slot.offset;
     if (!std::isfinite(value) && bad == header_.size())
       bad = slot.field;
@@ -333,8 +388,9 @@ void CsvReader::read_rows() {
   fields_.reserve(header_.size());
   std::string_view line;
   std::size_t rows = 0;
+  bool units = schema_ != nullptr && schema_->units_line;
   while (next_line(line)) {
-    if (line.empty() || line.front() == '#')
+    if (line.empty() || line.front() == '#' || std::exchange(units, false))
       continue;
     log_.rows_in_file++;
     split(line);

@@ -36,10 +36,16 @@ inline bool parse_comma_number(std::string_view s, double &value) {
   return parse_number(pointed, value);
 }
 
-// False when the text is no number. Empty, NA and null read as NaN; what overflows as infinite.
+// What spreadsheets and libraries write where there is no value; "NaN" is a number.
+inline bool is_no_value(std::string_view s) {
+  return s.empty() || s == "NA" || s == "N/A" || s == "n/a" || s == "#N/A" || s == "null" ||
+         s == "None";
+}
+
+// False when the text is no number. What is_no_value() reads as NaN; what overflows as infinite.
 inline bool parse_number(std::string_view s, double &value) {
   s = trimmed(s);
-  if (s.empty() || s == "NA" || s == "null") {
+  if (is_no_value(s)) {
     value = std::numeric_limits<double>::quiet_NaN();
     return true;
   }
@@ -76,10 +82,17 @@ inline std::size_t line_of(std::string_view text, std::size_t at) {
   return lines + (at > text.size() ? 1 : 0);
 }
 
-// The fields of a line, with their quotation marks.
+// The fields of a line, with their quotation marks. Of a blank as the delimiter several count as
+// one, and those at the ends as none.
 inline void split_fields(std::string_view line, char delimiter,
                          std::vector<std::string_view> &fields) {
   fields.clear();
+  if (delimiter == ' ') {
+    while (!line.empty() && (line.front() == ' ' || line.front() == '\t'))
+      line.remove_prefix(1);
+    while (!line.empty() && (line.back() == ' ' || line.back() == '\t'))
+      line.remove_suffix(1);
+  }
   const char *at = line.data(), *const end = line.data() + line.size();
   for (;;) {
     const char *begin = at;
@@ -94,6 +107,8 @@ inline void split_fields(std::string_view line, char delimiter,
     if (at == end)
       return;
     at++;
+    while (delimiter == ' ' && *at == ' ') // the last character is none
+      at++;
   }
 }
 

@@ -27,7 +27,10 @@ constexpr Spelling kSpellings[] = {
     {"\u00b0C", "degC"},   {"celsius", "degC"}, {"percent", "pct"}, {"sec", "s"},
     {"seconds", "s"},      {"Nm", "Nm"},        {"volt", "V"},      {"amp", "A"},
     {"metres", "m"},       {"meters", "m"},     {"1/min", "rpm"},   {"U/min", "rpm"},
-    {"r/min", "rpm"}};
+    {"r/min", "rpm"},      {"N\u00b7m", "Nm"},  {"N*m", "Nm"},      {"l", "L"},
+    {"l/min", "Lpm"},      {"lpm", "Lpm"},      {"m3/h", "m3ph"},   {"m\u00b3/h", "m3ph"},
+    {"\u03a9", "ohm"},     {"Ohm", "ohm"},      {"\u00b5T", "uT"},  {"m/s\u00b2", "mps2"},
+    {"RPM", "rpm"},        {"kgm3", "kgpm3"},   {"kg/m3", "kgpm3"}};
 
 std::string without_prefix(const std::string &name) {
   for (const auto &p : kPrefixes)

@@ -9,6 +9,7 @@
 #include <map>
 #include <set>
 
+#include "log/date_time.hpp"
 #include "log/log.hpp"
 #include "stats/robust.hpp"
 #include "util/error.hpp"
@@ -57,11 +58,87 @@ bool is_source_word(const std::string &w) {
                        "act", "sensor", "obs", "observed", "raw"});
 }
 
-// A name in lower-case words, and the unit that it ends in: in brackets, or its last word.
+// Units that no suffix says, and what makes one of them that has a suffix.
+struct Conversion {
+  const char *unit, *to;
+  double scale;
+};
+constexpr Conversion kConversions[] = {{"ft", "m", 0.3048},
+                                       {"feet", "m", 0.3048},
+                                       {"in", "mm", 25.4},
+                                       {"cm", "m", 0.01},
+                                       {"kt", "m/s", 0.514444444},
+                                       {"kts", "m/s", 0.514444444},
+                                       {"knots", "m/s", 0.514444444},
+                                       {"mph", "m/s", 0.44704},
+                                       {"ft/s", "m/s", 0.3048},
+                                       {"psi", "kPa", 6.894757293},
+                                       {"mbar", "kPa", 0.1},
+                                       {"hPa", "kPa", 0.1},
+                                       {"lb", "kg", 0.45359237},
+                                       {"mrad", "rad", 1e-3},
+                                       {"cm/s", "m/s", 0.01},
+                                       {"mG", "m/s^2", 9.80665e-3}};
+
+bool is_known_unit(const std::string &unit) {
+  return !suffix_of_unit(unit).empty() ||
+         std::any_of(std::begin(kConversions), std::end(kConversions),
+                     [&](const Conversion &c) { return unit == c.unit; });
+}
+
+// A name in lower-case words, and the unit that it ends in: in brackets, behind a stroke or "in",
+// or its last word or words.
 struct Parts {
   Words words;
   std::string unit;
 };
+
+Words words_of(const std::string &name) {
+  Words words;
+  const std::string bare = without_accents(name);
+  std::string word;
+  for (std::size_t i = 0; i <= bare.size(); i++) {
+    const auto letter = static_cast<unsigned char>(i < bare.size() ? bare[i] : ' ');
+    const bool hump = std::isupper(letter) != 0 && i > 0 &&
+                      std::islower(static_cast<unsigned char>(bare[i - 1])) != 0;
+    if ((std::isalnum(letter) == 0 || hump) && !word.empty()) {
+      words.push_back(word);
+      word.clear();
+    }
+    if (std::isalnum(letter) != 0)
+      word += static_cast<char>(std::tolower(letter));
+  }
+  return words;
+}
+
+// "Current / mA", "height in mm", "speed, m/s": only what is known as a unit.
+bool take_written_unit(std::string *name, std::string *unit) {
+  for (const std::string mark : {" / ", " in ", ", ", " /"}) {
+    const std::size_t at = name->rfind(mark);
+    if (at == std::string::npos || at == 0 || !is_known_unit(name->substr(at + mark.size())))
+      continue;
+    *unit = name->substr(at + mark.size());
+    name->resize(at);
+    return true;
+  }
+  return false;
+}
+
+// "speed_m_s", "acceleration_m_s2": a quotient whose stroke a name cannot hold.
+bool take_quotient(std::string *name, std::string *unit) {
+  const std::size_t second = name->rfind('_');
+  const std::size_t first =
+      second == std::string::npos || second == 0 ? second : name->rfind('_', second - 1);
+  if (first == std::string::npos || first == 0 || second == 0)
+    return false;
+  const std::string made =
+      name->substr(first + 1, second - first - 1) + "/" + name->substr(second + 1);
+  if (!is_known_unit(made))
+    return false;
+  *unit = made;
+  name->resize(first);
+  return true;
+}
 
 Parts parts_of(const std::string &name) {
   Parts parts;
@@ -71,23 +148,12 @@ Parts parts_of(const std::string &name) {
   if (close != std::string::npos) {
     parts.unit = bare.substr(open + 1, close - open - 1);
     bare.resize(open);
-  } else if (!unit_of_name("s." + bare).empty()) {
+  } else if (!take_written_unit(&bare, &parts.unit) && !take_quotient(&bare, &parts.unit) &&
+             !unit_of_name("s." + bare).empty()) {
     parts.unit = unit_of_name("s." + bare);
     bare.resize(bare.rfind('_'));
   }
-  bare = without_accents(bare);
-  std::string word;
-  for (std::size_t i = 0; i <= bare.size(); i++) {
-    const auto letter = static_cast<unsigned char>(i < bare.size() ? bare[i] : ' ');
-    const bool hump = std::isupper(letter) != 0 && i > 0 &&
-                      std::islower(static_cast<unsigned char>(bare[i - 1])) != 0;
-    if ((std::isalnum(letter) == 0 || hump) && !word.empty()) {
-      parts.words.push_back(word);
-      word.clear();
-    }
-    if (std::isalnum(letter) != 0)
-      word += static_cast<char>(std::tolower(letter));
-  }
+  parts.words = words_of(bare);
   return parts;
 }
 
@@ -106,30 +172,6 @@ std::string joined(const Words &words) {
       text += (i == 0 ? "" : "_") + words[i];
   return text;
 }
-
-// Units that no suffix says, and what makes one of them that has a suffix.
-struct Conversion {
-  const char *unit, *to;
-  double scale;
-};
-constexpr Conversion kConversions[] = {{"ft", "m", 0.3048},
-                                       {"feet", "m", 0.3048},
-                                       {"in", "mm", 25.4},
-                                       {"cm", "m", 0.01},
-                                       {"kt", "m/s", 0.514444444},
-                                       {"kts", "m/s", 0.514444444},
-                                       {"knots", "m/s", 0.514444444},
-                                       {"mph", "m/s", 0.44704},
-                                       {"ft/s", "m/s", 0.3048},
-                                       {"psi", "kPa", 6.894757293},
-                                       {"mbar", "kPa", 0.1},
-                                       {"hPa", "kPa", 0.1},
-                                       {"mV", "V", 1e-3},
-                                       {"lb", "kg", 0.45359237},
-                                       {"mrad", "rad", 1e-3},
-                                       {"cm/s", "m/s", 0.01},
-                                       {"mm/s", "m/s", 1e-3},
-                                       {"mG", "m/s^2", 9.80665e-3}};
 
 // Between rows of increasing time.
 void add_steps(const std::vector<double> &times, std::vector<double> *steps) {
@@ -161,11 +203,14 @@ private:
   static double median_step(const RawTable &table, std::size_t c);
   void find_time();
   double time_scale(std::size_t c);
+  void find_date();
   void measure_time();
   void range(std::size_t c);
   bool is_equal(std::size_t a, std::size_t b) const;
   bool is_counter(std::size_t c) const;
   bool settles(std::size_t c);
+  bool is_nearly_numbers(std::size_t c);
+  void find_states(std::size_t c);
   void role(std::size_t c);
   void pair_predictions();
   int measured_of(std::size_t c, const Words &words) const;
@@ -195,17 +240,22 @@ Proposer::Proposer(const std::vector<std::string> &paths, const ReaderOptions &r
     out_.rows += table.rows;
   }
   out_.delimiter = tables_.front().delimiter;
+  out_.units_line = tables_.front().units_line;
   std::set<std::string> names;
   for (const auto &column : tables_.front().columns) {
     if (!names.insert(column.name).second)
       fail(paths.front(), "column '" + column.name + "': stands twice; give one another name");
     parts_.push_back(parts_of(column.name));
+    if (parts_.back().unit.empty() && column.unit != "-")
+      parts_.back().unit = column.unit;
     out_.columns.emplace_back();
     out_.columns.back().from = column.name;
   }
-  for (const auto &table : tables_)
+  for (const auto &table : tables_) {
+    out_.day_first = out_.day_first || table.day_first;
     for (const auto &column : table.columns)
       out_.decimal_comma = out_.decimal_comma || column.decimal_comma;
+  }
 }
 
 // All but one row in fifty, in every log: clocks of real logs repeat.
@@ -261,6 +311,22 @@ void Proposer::find_time() {
   guess.certain = merit >= 3;
   out_.time_dates = holds_dates(static_cast<std::size_t>(best));
   out_.time_scale = out_.time_dates ? 1.0 : time_scale(static_cast<std::size_t>(best));
+  if (out_.time_dates)
+    find_date();
+}
+
+// Of times of day, the date may stand in a column of its own.
+void Proposer::find_date() {
+  const RawColumn &time = raw(0, static_cast<std::size_t>(out_.time));
+  DateReading alone;
+  double ignored = 0.0;
+  if (time.words.empty() || !parse_date_time(time.words.front(), alone, ignored) ||
+      std::isnan(alone.last_s))
+    return;
+  for (std::size_t c = 0; c < out_.columns.size() && out_.date < 0; c++)
+    if (std::all_of(tables_.begin(), tables_.end(),
+                    [c](const RawTable &t) { return t.columns[c].days == t.rows; }))
+      out_.date = static_cast<int>(c);
 }
 
 // By the name's unit; else the unit in which rows come at 0.2 to 2000 Hz, seconds first.
@@ -359,17 +425,60 @@ bool Proposer::is_counter(std::size_t c) const {
   return true;
 }
 
+// Numbers but for a few texts, in at most a fifth of the rows, such as "---": they stand for no
+// value.
+bool Proposer::is_nearly_numbers(std::size_t c) {
+  std::size_t texts = 0, rows = 0;
+  std::vector<std::string> marks;
+  for (const RawTable &t : tables_) {
+    const RawColumn &column = t.columns[c];
+    if (column.empty + column.text == t.rows || column.dates > 0 || column.texts.size() > 3)
+      return false;
+    texts += column.text;
+    rows += t.rows;
+    marks.insert(marks.end(), column.texts.begin(), column.texts.end());
+  }
+  if (5 * texts > rows)
+    return false;
+  for (const std::string &mark : marks)
+    if (std::find(out_.missing.begin(), out_.missing.end(), mark) == out_.missing.end())
+      out_.missing.push_back(mark);
+  return true;
+}
+
+// Two texts are a switch: the one that says no, or comes first in the alphabet, is 0.
+void Proposer::find_states(std::size_t c) {
+  ColumnGuess &guess = out_.columns[c];
+  if (guess.words.size() != 2 || guess.missing < out_.rows)
+    return;
+  guess.states = guess.words;
+  std::sort(guess.states.begin(), guess.states.end());
+  const Words second = words_of(guess.states.back());
+  if (any_word(second, [](const std::string &w) {
+        return is_one_of(w, {"off", "false", "no", "closed", "down", "inactive", "disabled", "stop",
+                             "stopped", "idle", "aus", "falsch", "nein", "zu", "stopp", "halt"});
+      }))
+    std::swap(guess.states.front(), guess.states.back());
+  guess.certain = any_word(parts_[c].words, is_command_word);
+  guess.guess = guess.certain ? Guess::command : Guess::context;
+  guess.low = 0.0;
+  guess.high = 1.0;
+  guess.missing = 0;
+}
+
 // What is no reading: true when that decides the column.
 bool Proposer::settles(std::size_t c) {
   ColumnGuess &guess = out_.columns[c];
   Role role = Role::context;
-  const bool numbers = std::all_of(tables_.begin(), tables_.end(), [c](const RawTable &t) {
-    return t.columns[c].text == 0 && t.columns[c].empty < t.rows;
-  });
+  const bool numbers = is_nearly_numbers(c);
+  const bool nothing = guess.words.empty() && guess.missing == out_.rows;
   const bool one_word = guess.words.size() == 1 && guess.missing == out_.rows;
-  if ((!numbers || holds_dates(c)) && !one_word)
+  if (nothing || static_cast<int>(c) == out_.date)
+    guess.guess = Guess::blank;
+  else if ((!numbers || holds_dates(c)) && !one_word) {
     guess.guess = Guess::text;
-  else if (one_word || guess.low == guess.high)
+    find_states(c);
+  } else if (one_word || guess.low == guess.high)
     guess.guess = Guess::constant;
   else if (is_counter(c))
     guess.guess = Guess::counter;
@@ -521,7 +630,9 @@ void Proposer::name(std::size_t c) {
   if (words.empty())
     words = {"column", std::to_string(c + 1)};
   const std::string suffix = suffix_of_unit(guess.unit);
-  const std::string made = prefix + joined(words);
+  std::string made = prefix + joined(words);
+  if (suffix.empty() && !unit_of_name(made).empty())
+    made += "_value"; // a last word that happens to be a suffix
   std::string whole = made + (suffix.empty() ? "" : "_" + suffix);
   for (int n = 2; !taken_.insert(whole).second; n++)
     whole = made + "_" + std::to_string(n) + (suffix.empty() ? "" : "_" + suffix);

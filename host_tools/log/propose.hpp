@@ -19,6 +19,7 @@ enum class Guess {
   sd,
   native,    // its name carries a role already
   text,      // no numbers: can select rows
+  blank,     // a name and values of nothing: a delimiter at the end of each line
   constant,  // one value in every row
   duplicate, // equals another column, row by row
   counter    // counts the rows
@@ -36,9 +37,10 @@ struct ColumnGuess {
   bool has_unit = false; // the file names it
   bool wraps = false;    // an angle that jumps by a turn
   double low = 0.0, high = 0.0;
-  std::size_t missing = 0;
-  std::string twin; // of a duplicate or a prediction: the column that it belongs to
+  std::size_t missing = 0; // rows without a value
+  std::string twin;        // of a duplicate or a prediction: the column that it belongs to
   std::vector<std::string> words;
+  std::vector<std::string> states; // of two texts, what is 0 and what is 1; else empty
 };
 
 struct Proposal {
@@ -55,8 +57,10 @@ struct Proposal {
   double longest_gap_s = 0.0;
   std::vector<std::pair<std::string, double>> other_rates; // logs of another rate, in Hz
   double shortest_s = 0.0, longest_s = 0.0;                // runs
-  bool decimal_comma = false;
-  ReaderOptions reader; // as given
+  bool decimal_comma = false, units_line = false, day_first = false;
+  int date = -1;                    // the column of the date; -1: none of its own
+  std::vector<std::string> missing; // texts among numbers
+  ReaderOptions reader;             // as given
   std::vector<ColumnGuess> columns;
 };
 

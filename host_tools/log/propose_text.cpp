@@ -35,6 +35,13 @@ std::string plain(std::string text) {
   return text;
 }
 
+std::string list_of(const std::vector<std::string> &texts) {
+  std::string list;
+  for (const auto &text : texts)
+    list += (list.empty() ? "" : ", ") + quoted(text);
+  return list;
+}
+
 std::string reader_text(const ReaderOptions &r) {
   std::string text;
   const auto key = [&](const char *name, const std::string &value) {
@@ -63,6 +70,10 @@ std::string head_text(const Proposal &p) {
                         p.delimiter == '\t' ? "\"\\t\"" : quoted(std::string(1, p.delimiter)));
   if (p.decimal_comma)
     text += "decimal = \",\"   # GUESS: numbers such as 0,25\n";
+  if (p.units_line)
+    text += "units_line = true   # the line below the header holds units\n";
+  if (!p.missing.empty())
+    text += "missing = [" + list_of(p.missing) + "]   # GUESS: in place of a number: no value\n";
   return text + reader_text(p.reader);
 }
 
@@ -93,7 +104,11 @@ std::string time_column_text(const Proposal &p) {
            std::string(p.backwards > 0 ? "[time]\n" : "");
   std::string text = "\n[time]\ncolumn = " + quoted(time.from);
   if (p.time_dates)
-    return text + "   # dates and times of day: seconds from the first row of a file\n";
+    return text + "   # dates and times of day: seconds from the first row of a file\n" +
+           (p.date < 0 ? ""
+                       : "date = " + quoted(p.columns[static_cast<std::size_t>(p.date)].from) +
+                             "   # the date stands in a column of its own\n") +
+           (p.day_first ? "day_first = true   # dates such as 13/04/2025\n" : "");
   text += time.certain ? "\n" : "   # GUESS: it increases from row to row\n";
   text += fmt::format("scale = {:g}", p.time_scale);
   if (p.time_named)
@@ -133,16 +148,25 @@ const char *role_words(Guess guess) {
 }
 
 std::string range_text(const ColumnGuess &g) {
+  if (!g.states.empty())
+    return "text";
   std::string text = fmt::format("{:.4g} to {:.4g}", g.low, g.high);
   if (g.missing > 0)
     text += fmt::format(", {} rows empty", g.missing);
   return text;
 }
 
+std::string keep_text(const ColumnGuess &g) {
+  return "# [[keep]]\n# column = " + quoted(g.from) + "\n# values = [" + list_of(g.words) + "]\n";
+}
+
 std::string column_text(const ColumnGuess &g) {
   std::string text = "\n[[column]]\nfrom = " + quoted(g.from) + "   # " + range_text(g) + "\n";
   text += "name = " + quoted(g.name) + "   # " + (g.certain ? "" : "GUESS: ") +
           role_words(g.guess) + (g.twin.empty() ? "" : " (of " + plain(g.twin) + ")") + "\n";
+  if (!g.states.empty())
+    return text + "words = [" + list_of(g.states) + "]   # read as 0 and 1\n" +
+           "# DECIDE: or select rows by it instead\n" + keep_text(g);
   if (!g.unit_key.empty())
     text += "unit = " + quoted(g.unit_key) + "\n";
   if (g.scale != 1.0)
@@ -169,21 +193,20 @@ std::string left_out_text(const ColumnGuess &g) {
   case Guess::mean:
     why = "looks like a prediction, but of which column? DECIDE: name that one z.NAME, this m.NAME";
     break;
+  case Guess::blank:
+    return ""; // the date, or nothing at all
   case Guess::sd:
     why = "looks like a standard deviation, but of which prediction? DECIDE: sd.NAME";
     break;
   default:
-    why = "holds text";
+    why = "holds text" + (g.words.empty() ? "" : ", such as " + quoted(plain(g.words.back())));
   }
-  std::string text = "# " + from + " " + why + "\n";
-  if (g.guess != Guess::text || g.words.size() > 8 || g.words.empty())
-    return text;
-  std::string list;
-  for (const auto &word : g.words)
-    list += (list.empty() ? "" : ", ") + quoted(word);
-  return text +
-         "# DECIDE: it can select rows, for example\n# [[keep]]\n# column = " + quoted(g.from) +
-         "\n# values = [" + list + "]\n";
+  const bool states = g.guess == Guess::text && g.words.size() < 9 && !g.words.empty();
+  if (!states)
+    return "# " + from + " " + why + "\n";
+  return "# " + from + " holds text. DECIDE: it can select rows\n" + keep_text(g) +
+         "# or count as 0, 1, 2 where that order means something\n# [[column]]\n# from = " +
+         quoted(g.from) + "\n# name = \"x.NAME\"\n# words = [" + list_of(g.words) + "]\n";
 }
 
 // The columns that never change, under the value that they hold.

@@ -25,6 +25,7 @@ private:
   std::string text(const toml::table &table, const char *key, bool needed) const;
   double number(const toml::table &table, const char *key, double otherwise) const;
   std::vector<std::string> texts(const toml::table &table, const char *key) const;
+  bool flag(const toml::table &table, const char *key) const; // false where there is no such key
   void check_name(const toml::table &table, const std::string &name);
   void read_top(const toml::table &root);
   void read_time(const toml::table &table);
@@ -56,6 +57,13 @@ std::vector<std::string> SchemaReader::texts(const toml::table &table, const cha
   return node != nullptr ? read_strings(schema_.path, *node, key) : std::vector<std::string>();
 }
 
+bool SchemaReader::flag(const toml::table &table, const char *key) const {
+  const toml::node *node = table.get(key);
+  if (node != nullptr && !node->is_boolean())
+    fail(*node, std::string(key) + " must be true or false");
+  return node != nullptr && node->value_or(false);
+}
+
 void SchemaReader::check_name(const toml::table &table, const std::string &name) {
   Role role = Role::context;
   if (!role_of_name(name, role))
@@ -66,10 +74,14 @@ void SchemaReader::check_name(const toml::table &table, const std::string &name)
 }
 
 void SchemaReader::read_column(const toml::table &table) {
-  check_keys(schema_.path, table, "", {"from", "name", "unit", "scale", "offset"});
+  check_keys(schema_.path, table, "", {"from", "name", "unit", "scale", "offset", "words"});
   schema_.columns.push_back({text(table, "from", true), text(table, "name", true),
                              text(table, "unit", false), number(table, "scale", 1.0),
-                             number(table, "offset", 0.0)});
+                             number(table, "offset", 0.0), texts(table, "words")});
+  std::vector<std::string> words = schema_.columns.back().words;
+  std::sort(words.begin(), words.end());
+  if (const auto twice = std::adjacent_find(words.begin(), words.end()); twice != words.end())
+    fail(table, "words: '" + *twice + "' is given twice");
   check_name(table, schema_.columns.back().name);
 }
 
@@ -122,8 +134,9 @@ void SchemaReader::read_friction(const toml::table &table) {
 
 void SchemaReader::read_top(const toml::table &root) {
   check_keys(schema_.path, root, "",
-             {"schema", "delimiter", "decimal", "resample_hz", "resample", "max_gap_s",
-              "observation", "reader", "time", "column", "keep", "derive", "friction"});
+             {"schema", "delimiter", "decimal", "missing", "units_line", "resample_hz", "resample",
+              "max_gap_s", "observation", "reader", "time", "column", "keep", "derive",
+              "friction"});
   if (text(root, "schema", true) != "rim-schema/1")
     fail(*root.get("schema"), "schema must be \"rim-schema/1\"");
   const std::string delimiter = text(root, "delimiter", false);
@@ -138,6 +151,8 @@ void SchemaReader::read_top(const toml::table &root) {
     schema_.decimal = decimal[0];
   if (schema_.decimal == ',' && schema_.delimiter == ',')
     fail(*root.get("decimal"), "decimal and delimiter cannot both be a comma");
+  schema_.missing = texts(root, "missing");
+  schema_.units_line = flag(root, "units_line");
   schema_.resample_hz = number(root, "resample_hz", 0.0);
   schema_.max_gap_s = number(root, "max_gap_s", 0.0);
   if (schema_.resample_hz < 0.0 || schema_.max_gap_s < 0.0)
@@ -153,10 +168,13 @@ void SchemaReader::read_top(const toml::table &root) {
 }
 
 void SchemaReader::read_time(const toml::table &table) {
-  check_keys(schema_.path, table, "", {"column", "scale", "offset", "not_increasing"});
+  check_keys(schema_.path, table, "",
+             {"column", "date", "day_first", "scale", "offset", "not_increasing"});
   const std::string column = text(table, "column", false);
   schema_.time = {column.empty() ? "t_s" : column, "t_s", "s", number(table, "scale", 1.0),
-                  number(table, "offset", 0.0)};
+                  number(table, "offset", 0.0),    {}};
+  schema_.date = text(table, "date", false);
+  schema_.day_first = flag(table, "day_first");
   const std::string bad = text(table, "not_increasing", false);
   if (!bad.empty() && bad != "skip" && bad != "refuse")
     fail(*table.get("not_increasing"), "not_increasing must be \"skip\" or \"refuse\"");

@@ -4,6 +4,8 @@
 //   schema = "rim-schema/1"
 //   delimiter = ";"            # default: the one that splits the header best
 //   decimal = ","              # numbers with a decimal comma; default "."
+//   missing = ["---", "-"]     # texts that stand for no value, beside empty fields and NA
+//   units_line = true          # the line below the header holds units, no values
 //   resample_hz = 20           # optional: rows on a regular grid
 //   resample = "hold"          # "hold" (default: causal) or "linear"
 //   max_gap_s = 1.0            # no grid rows inside a longer gap (default: 10 periods)
@@ -12,9 +14,13 @@
 //   dbc = "bus.dbc" ; packets = "packets.csv" ; types = ["state.lcm"] ; rows = "/imu"
 //   [time]                     # default: t_s
 //   column = "TIME" ; scale = 1e-6 ; offset = 0
+//   date = "DATE"              # where the date stands in a column of its own
+//   day_first = true           # dates such as 13/04/2025; default: 04/13/2025
 //   not_increasing = "skip"    # rows whose time repeats or runs backwards; default "refuse"
 //   [[column]]                 # value = scale * field + offset
 //   from = "ALT" ; name = "s.altitude_m" ; scale = 0.3048 ; unit = "m"
+//   [[column]]                 # texts as numbers: OFF is 0, ON is 1
+//   from = "HEATER" ; name = "u.heater" ; words = ["OFF", "ON"]
 //   [[keep]]                   # a row is kept when every [[keep]] holds; before all other checks
 //   column = "phase" ; values = ["aero", "landing_burn"]
 //   [[keep]]
@@ -37,6 +43,7 @@ namespace rim {
 struct ColumnMap {
   std::string from, name, unit;
   double scale = 1.0, offset = 0.0;
+  std::vector<std::string> words; // read as 0, 1, 2, ...; empty: the fields are numbers
 };
 
 struct KeepRule {
@@ -69,8 +76,12 @@ struct Schema {
   char decimal = '.';
   double resample_hz = 0.0; // 0: rows as they come
   bool resample_linear = false;
-  double max_gap_s = 0.0; // 0: ten periods
-  ColumnMap time{"t_s", "t_s", "s", 1.0, 0.0};
+  double max_gap_s = 0.0;           // 0: ten periods
+  std::vector<std::string> missing; // texts that stand for no value
+  bool units_line = false;          // the line below the header is none of the rows
+  ColumnMap time{"t_s", "t_s", "s", 1.0, 0.0, {}};
+  std::string date;           // the column of the date; empty: it stands with the time, or nowhere
+  bool day_first = false;     // of dates with slashes
   bool skip_bad_time = false; // skip and count rows whose time repeats or runs backwards
   std::vector<ColumnMap> columns;
   std::vector<KeepRule> keep;

@@ -168,8 +168,8 @@ std::string others_table(const Log &rows, const std::vector<std::uint8_t> &marks
                         escape(number_text(mean.in, 3)), escape(number_text(mean.out, 3)));
   }
   return text + "</tbody></table></div>\n<p class=\"note\">Healthy runs have offsets of their own: "
-                "compare the two columns. How the outcomes agree with each other is judged on "
-                "board and not drawn here.</p>\n";
+                "compare the two columns. They say how the outcomes follow what is "
+                "expected of them.</p>\n";
 }
 
 void draw_score(Svg &svg, const Range &time, double room, const std::vector<double> &t_s,
@@ -215,8 +215,8 @@ std::string course_picture(const Log &rows, const Course &c, const rim::Quantity
 
 } // namespace
 
-FlightReport::FlightReport(std::string model, std::string made_by)
-    : model_(std::move(model)), made_by_(std::move(made_by)) {}
+FlightReport::FlightReport(std::string model, std::string made_by, std::size_t outcomes)
+    : model_(std::move(model)), made_by_(std::move(made_by)), outcomes_(outcomes) {}
 
 void FlightReport::begin(const Log &log) {
   flights_.emplace_back();
@@ -231,17 +231,22 @@ void FlightReport::begin(const Log &log) {
   }
 }
 
-void FlightReport::verdict(const rim_verdict &v) {
+void FlightReport::verdict(const rim_verdict &v, const double *residuals) {
   if (v.blocks == blocks_)
     return;
   blocks_ = v.blocks;
-  flights_.back().t_s.push_back(v.t_s);
-  flights_.back().score.push_back(v.score);
+  Flight &flight = flights_.back();
+  flight.t_s.push_back(v.t_s);
+  flight.score.push_back(v.score);
+  flight.channel.push_back(v.channel);
+  flight.residual.emplace_back();
+  if (residuals != nullptr)
+    flight.residual.back().assign(residuals, residuals + RIM_MONITOR_KINDS * outcomes_);
 }
 
 void FlightReport::record(const rim_alarm &record) {
   if (record.state != RIM_ALARM_NONE)
-    flights_.back().records.push_back(record);
+    flights_.back().records.emplace_back(record, flights_.back().t_s.size());
 }
 
 void FlightReport::end(const ReplayedLog &result, const Names &names) {
@@ -249,19 +254,68 @@ void FlightReport::end(const ReplayedLog &result, const Names &names) {
   names_ = names;
   flight.result = result;
   flight.text = replay_text(result, names);
-  for (const rim_alarm &r : flight.records) {
+  for (const auto &[r, block] : flight.records) {
     if (r.state == RIM_ALARM_RAISED)
-      flight.alarms.push_back({r, r, ""});
+      flight.alarms.push_back({r, r, block, ""});
     for (auto a = flight.alarms.rbegin(); a != flight.alarms.rend(); ++a) {
       if (a->raised.detector != r.detector)
         continue;
-      if (r.state != RIM_ALARM_CLEARED)
+      if (r.state != RIM_ALARM_CLEARED) {
         a->last = r;
+        a->block = block;
+      }
       break;
     }
   }
   for (Alarm &a : flight.alarms)
     a.sentence = alarm_sentence(a.last, names);
+}
+
+// What the commands say of an outcome is drawn above; the alarm may come from another look at it.
+std::string FlightReport::judged_picture(const Flight &flight, const Alarm &alarm,
+                                         const Names &names) const {
+  static constexpr const char *kLooks[RIM_MONITOR_KINDS] = {
+      "", "less what the other outcomes say of it", "logarithm of its scatter",
+      "share of repeated readings"};
+  if (alarm.block >= flight.channel.size() || outcomes_ == 0)
+    return "";
+  // The largest score may be another outcome's that disagrees with the one named.
+  const std::size_t look = flight.channel[alarm.block] / outcomes_;
+  if (look == 0 || look >= RIM_MONITOR_KINDS || alarm.last.channel[0] >= outcomes_)
+    return "";
+  const std::size_t channel = look * outcomes_ + alarm.last.channel[0];
+  std::vector<double> t_s, residual;
+  for (std::size_t i = 0; i < flight.residual.size(); ++i) {
+    if (channel < flight.residual[i].size()) {
+      t_s.push_back(flight.t_s[i]);
+      residual.push_back(static_cast<double>(flight.residual[i][channel]));
+    }
+  }
+  if (t_s.size() < 2)
+    return "";
+  const rim::Quantity q = names.outcome(alarm.last.channel[0]);
+  const Range time = padded(flight.rows.t_s.front(), flight.rows.t_s.back());
+  const Range levels = range_of({&residual});
+  Svg svg(kWide, kLevels, q.words + " as the alarm judged it");
+  const Panel p =
+      draw_axes(svg, 0.0, 0.0, kWide, kLevels, std::max(room_for_y(levels, kLevels), 70.0),
+                {time, levels, "time (s)",
+                 look == 1 && !q.unit.empty() ? "residual (" + q.unit + ")" : "residual", true});
+  open(svg, p);
+  shade(svg, p, flight.rows, marked(flight.rows, flight.result));
+  if (levels.low < 0.0 && levels.high > 0.0)
+    svg.line(0.0, p.y.at(0.0), p.width, p.y.at(0.0), "zero");
+  svg.polyline(line_of(p, t_s, residual), "after");
+  const double onset = p.x.at(alarm.last.since_s), told = p.x.at(alarm.raised.t_s);
+  svg.line(onset, 0.0, onset, p.height, "outline");
+  svg.line(told, 0.0, told, p.height, "warn");
+  close(svg);
+  return figure("As the alarm judged it: " + q.words + ", " + kLooks[look], svg.markup(),
+                {{Mark::line, "after", "a block's residual"},
+                 {Mark::area, "acts strip", "where the deviation was"},
+                 {Mark::line, "warn", "the alarm"}},
+                "A healthy run has an offset of its own here too: what counts is how the marked "
+                "blocks differ from it. Dashed: the estimated onset.");
 }
 
 std::string FlightReport::alarm_card(const Flight &flight, std::size_t number,
@@ -288,6 +342,7 @@ std::string FlightReport::alarm_card(const Flight &flight, std::size_t number,
   return text +
          course_picture(flight.rows, c, q, flight.result, a, alarm.raised.t_s, flight.t_s,
                         flight.score) +
+         judged_picture(flight, alarm, names) +
          others_table(flight.rows, marked(flight.rows, flight.result), names, a.channel[0]);
 }
 
@@ -323,12 +378,20 @@ void append_features(const Log &rows, bool is_first, report::Explore *data) {
   }
 }
 
-// On board a region with a shape that leans is an ellipse, any other is described by its box.
-report::ExploreRegion explore_region(const rim_region &region, const Names &names) {
+// On board a region with a shape that leans is an ellipse, any other is described by its box. Of
+// what is watched, the prediction describes a region.
+report::ExploreRegion explore_region(const rim_region &region, const Names &names,
+                                     const std::vector<report::ExploreChannel> &channels) {
+  const auto key_of = [&](const std::string &name) {
+    const std::string bare = name.substr(name.find('.') + 1);
+    const bool watched = std::any_of(channels.begin(), channels.end(),
+                                     [&](const auto &channel) { return channel.key == bare; });
+    return watched && name.rfind("s.", 0) == 0 ? "m." + bare : name;
+  };
   report::ExploreRegion out;
   const std::size_t dims = std::min<std::size_t>(region.dims, RIM_REGION_MAX_DIMS);
   for (std::size_t d = 0; d < dims; ++d) {
-    out.features.push_back(names.feature(region.feature[d]).name);
+    out.features.push_back(key_of(names.feature(region.feature[d]).name));
     out.lower.push_back(region.lower[d]);
     out.upper.push_back(region.upper[d]);
     out.center.push_back(region.center[d]);
@@ -362,7 +425,7 @@ void FlightReport::add_findings(const Flight &flight, int log, report::Explore *
     finding.log = log;
     finding.bit = bit++;
     finding.channel = a.channels > 0 && a.channel[0] < data->channels.size() ? a.channel[0] : -1;
-    finding.region = explore_region(a.region, names_);
+    finding.region = explore_region(a.region, names_, data->channels);
     data->findings.push_back(std::move(finding));
   }
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "log/log.hpp"
@@ -18,9 +19,10 @@ namespace rim {
 class FlightReport {
 public:
   // model: the flight image's path; empty: the logs bring their predictions.
-  FlightReport(std::string model, std::string made_by);
+  FlightReport(std::string model, std::string made_by, std::size_t outcomes);
   void begin(const Log &log);
-  void verdict(const rim_verdict &verdict);
+  // residuals: of the newest block's channels (monitor/inspect.h), or NULL.
+  void verdict(const rim_verdict &verdict, const double *residuals);
   void record(const rim_alarm &record);
   // result must hold the labels of the rows.
   void end(const ReplayedLog &result, const Names &names);
@@ -29,6 +31,7 @@ public:
 private:
   struct Alarm {
     rim_alarm raised{}, last{};
+    std::size_t block = 0; // of the last record
     std::string sentence;
   };
   // Outcomes beside what was expected of them, a row or a block each.
@@ -36,16 +39,20 @@ private:
     Log rows; // z. m. sd. columns, and context
     ReplayedLog result;
     std::string text, why_not_drawn;
-    std::vector<rim_alarm> records;
+    std::vector<std::pair<rim_alarm, std::size_t>> records; // and the block
     std::vector<Alarm> alarms;
     std::vector<double> t_s, score; // of blocks
+    std::vector<std::uint16_t> channel;
+    std::vector<std::vector<float>> residual; // [blocks][channels]; empty: not known
   };
   report::Explore explore() const;
   void add_findings(const Flight &flight, int log, report::Explore *data) const;
   std::string card(const Flight &flight) const;
+  std::string judged_picture(const Flight &flight, const Alarm &alarm, const Names &names) const;
   std::string alarm_card(const Flight &flight, std::size_t number, const Names &names) const;
 
   std::string model_, made_by_;
+  std::size_t outcomes_;
   std::vector<Flight> flights_;
   Names names_;
   std::uint32_t blocks_ = 0;

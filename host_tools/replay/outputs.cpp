@@ -17,6 +17,8 @@
 #include "util/json.hpp"
 #include "util/run_program.hpp"
 
+#include "monitor/inspect.h"
+
 namespace rim {
 
 namespace {
@@ -36,7 +38,8 @@ std::string short_name(const std::string &path) {
 ReplayOutputs::ReplayOutputs(const OutputPaths &paths, const Replayer &replayer)
     : alarms_(open_if(paths.alarms)), labels_(open_if(paths.labels)), trace_(open_if(paths.trace)),
       report_file_(open_if(paths.report)), plot_path_(paths.plot), mcap_path_(paths.mcap),
-      names_(replayer.names()), model_id_(replayer.monitor().image().model_id) {
+      replayer_(replayer), names_(replayer.names()),
+      model_id_(replayer.monitor().image().model_id) {
   if (!paths.candump.empty())
     candump_ = std::make_unique<CandumpFile>(paths.candump, paths.node, paths.can_fd);
   node_ = paths.node;
@@ -52,7 +55,7 @@ ReplayOutputs::ReplayOutputs(const OutputPaths &paths, const Replayer &replayer)
   if (!paths.lcm_url.empty())
     lcm_ = std::make_unique<LcmBus>(paths.lcm_url);
   if (report_file_)
-    report_ = std::make_unique<FlightReport>(paths.model, paths.made_by);
+    report_ = std::make_unique<FlightReport>(paths.model, paths.made_by, names_.outcomes.size());
   if (labels_)
     labels_->write(labels_header());
   if (trace_)
@@ -99,7 +102,7 @@ void ReplayOutputs::begin(const Log &log) {
 
 void ReplayOutputs::verdict(const rim_verdict &v) {
   if (report_)
-    report_->verdict(v);
+    report_->verdict(v, rimi_monitor_residuals(replayer_.monitor().get()));
   if (!mcap_path_.empty())
     add_mcap(false, fmt::format("{{\"t_s\":{:.6f},\"ln_anom\":{:.9g},\"threshold\":{:.9g},"
                                 "\"score\":{:.9g},\"level\":{}}}",

@@ -22,7 +22,7 @@ struct OutputPaths {
   std::string model;      // of the report: the flight image's path, or empty
   std::uint32_t node = 1; // of the CAN identifiers
   bool can_fd = false;    // detail in one frame of 64 bytes
-  std::string made_by;    // configuration, for the report
+  std::string made_by;    // the command line, for the report
 };
 
 class ReplayOutputs {
@@ -51,6 +51,7 @@ private:
   std::unique_ptr<LcmBus> lcm_;
   std::string plot_path_, log_name_, mcap_path_, mcap_lines_;
   std::vector<Trace> traces_;
+  const Replayer &replayer_;
   const Names &names_;
   std::uint32_t model_id_, health_sequence_ = 0, records_ = 0;
   std::uint32_t blocks_ = 0;

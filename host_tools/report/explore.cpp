@@ -144,7 +144,7 @@ std::string section_html(std::size_t every) {
   };
   return "<section id=\"explore\" hidden>\n<h2>Look closer</h2>\n<p class=\"note\">Move over a "
          "plot "
-         "for values; drag to zoom, shift and drag to pan, twice click for all. A rectangle drawn "
+         "for values; drag to zoom, shift and drag to pan, double-click for all. A rectangle drawn "
          "in the lower plot selects its rows in all.</p>\n<p class=\"choices\">" +
          choice("log", "log") + choice("channel", "outcome") + button("reset", "show all") +
          button("rows", "rows as CSV") + button("figure", "figure as PNG") +
@@ -172,8 +172,9 @@ constexpr const char *kStyle =
     "#explore .dygraph{width:100%;height:250px;margin:6px 0}"
     "#explore canvas{max-width:100%}#explore-map{display:block;width:100%;height:380px}"
     "#explore-findings button{font-size:12px;padding:0 6px}#explore label[hidden]{display:none}"
+    "#explore label.elsewhere{opacity:.55}"
     "#explore .legend{min-height:1.6em;margin-left:64px;font-size:13px}"
-    "#explore .dygraph-axis-label,#explore .dygraph-label{color:var(--ink2)}"
+    "#explore .dygraph-axis-label,#explore .dygraph-label{color:var(--ink2);font-size:12px}"
     "@media print{#explore{display:none}}";
 
 } // namespace

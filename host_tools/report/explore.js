@@ -20,7 +20,9 @@ const channels = D.channels.map(c => ({
                                   after : c.after && f32(c.after),
                                   sd : c.sd && f32(c.sd)
                                 }));
-const expected = D.kind === 'replay' ? 'expected' : 'simulated';
+const flight = D.kind === 'replay';
+const expected = flight ? 'expected' : 'simulated';
+const inkOfMean = flight ? '--after' : '--before'; // as in the pictures below
 const features = [ {name : 'time', unit : 's', key : 't_s', v : time} ].concat(
     D.features.map(f => ({...f, v : f32(f.v)})));
 channels.forEach(c => {
@@ -98,10 +100,13 @@ const ofLog = D.logs.map(
         D.findings.map((f, i) => i).filter(i => D.findings[i].log < 0 || D.findings[i].log === k));
 const logOf = new Uint16Array(time.length);
 D.logs.forEach((l, k) => logOf.fill(k, l.first, l.first + l.rows));
+// Of a diagnosis a finding is of one outcome; an alarm is of the whole vehicle.
+const concerns = f =>
+    flight || D.findings[f].channel < 0 || D.findings[f].channel === state.channel;
 const active = i => {
   if (acts[i])
     for (const f of ofLog[logOf[i]])
-      if (state.on[f] && acts[i] >> D.findings[f].bit & 1)
+      if (state.on[f] && concerns(f) && acts[i] >> D.findings[f].bit & 1)
         return f;
   return -1;
 };
@@ -146,7 +151,7 @@ function drawBand(canvas, area, x, y) {
     }
   }
   canvas.globalAlpha = 0.15;
-  canvas.fillStyle = style(c.after ? '--after' : '--before');
+  canvas.fillStyle = style(c.after ? '--after' : inkOfMean);
   canvas.beginPath();
   let wide = 1; // few rows: a column reaches to the next
   for (let p = low.length - 1, next = low.length; p >= 0; p--) {
@@ -211,7 +216,7 @@ const options = {
 };
 // What the two plots over time show: names, colours, columns of values.
 function series() {
-  const c = channels[state.channel], ink = [ '--measured', '--before', '--after' ].map(style);
+  const c = channels[state.channel], ink = [ '--measured', inkOfMean, '--after' ].map(style);
   const more = c.after ? [ 'extended' ] : [];
   return {
     levels : {
@@ -221,7 +226,7 @@ function series() {
       values : [ i => c.z[i], i => c.m[i] ].concat(c.after ? [ i => c.after[i] ] : [])
     },
     residual : {
-      names : [ expected ].concat(more).map(n => 'measured - ' + n),
+      names : [ expected ].concat(more).map(n => 'measured \u2212 ' + n),
       colors : ink.slice(1),
       unit : withUnit({name : 'residual', unit : c.unit}),
       values : [ i => c.z[i] - c.m[i] ].concat(c.after ? [ i => c.z[i] - c.after[i] ] : [])
@@ -416,7 +421,7 @@ function drawRegions(g, s) {
   g.clip();
   D.findings.forEach((finding, f) => {
     const region = finding.region;
-    if (!region || !state.on[f] || !shown(f))
+    if (!region || !state.on[f] || !shown(f) || !concerns(f))
       return;
     const i = region.features.indexOf(fx.key), k = region.features.indexOf(fy.key);
     if ((i < 0 && k < 0) || i === k)
@@ -720,15 +725,22 @@ D.findings.forEach((f, i) => {
     button.addEventListener('click', event => {
       event.preventDefault();
       showAxes(...axesOf(f));
-      base = null;
-      drawMap();
+      if (!concerns(i)) {
+        state.channel = f.channel;
+        get('channel').value = f.channel;
+      }
+      again();
     });
     label.append(button);
   }
   get('findings').append(label);
 });
 function listFindings() {
-  [...get('findings').children].forEach((label, i) => { label.hidden = !shown(i); });
+  [...get('findings').children].forEach((label, i) => {
+    label.hidden = !shown(i);
+    label.classList.toggle('elsewhere', !concerns(i));
+    label.title = concerns(i) ? '' : 'in another outcome than the one shown';
+  });
 }
 get('reset').addEventListener('click', () => {
   state.picked = null;

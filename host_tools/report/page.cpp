@@ -322,6 +322,8 @@ rim::report::Explore explore_data(const Diagnosis &d, const Measured &t) {
     for (std::size_t r = 0; r < std::min(t.rows(), f.acts.size()); ++r)
       data.acts[r] = static_cast<std::uint16_t>(data.acts[r] | (f.acts[r] != 0 ? 1u << i : 0u));
   }
+  if (!data.findings.empty()) // opens with the first finding
+    data.first_channel = static_cast<std::size_t>(std::max(0, data.findings.front().channel));
   return data;
 }
 

@@ -338,6 +338,22 @@ void draw_beyond(Svg &svg, const Panel &p, const Finding &finding, const Learnt 
   }
 }
 
+// Up to half as much again on either side for the rows about the curve: what scatters more is cut.
+Range with_rows(Range y, const Vector &share, const std::vector<std::size_t> &rows) {
+  std::vector<double> values;
+  for (const std::size_t row : rows)
+    if (std::isfinite(share(at(row))))
+      values.push_back(share(at(row)));
+  if (values.empty())
+    return y;
+  std::sort(values.begin(), values.end());
+  const std::size_t skip = values.size() / 50;
+  const double low = values[skip], high = values[values.size() - 1 - skip];
+  const double room = 0.5 * (y.high - y.low);
+  return {std::min(y.low, std::max(low, y.low - room)),
+          std::max(y.high, std::min(high, y.high + room))};
+}
+
 } // namespace
 
 std::string argument_picture(const Finding &finding, const View &view, double width) {
@@ -354,6 +370,7 @@ std::string argument_picture(const Finding &finding, const View &view, double wi
   Range y = span_of(bins, false, {0.0, 0.0});
   for (const Bin &b : curve)
     y = {std::min(y.low, b.mean), std::max(y.high, b.mean)};
+  y = with_rows(y, share, thinned(rows, kDots));
   y = padded(y.low, y.high);
   Range data = range_of(q.value);
   const Learnt *beyond = extrapolated(finding, q);

@@ -285,12 +285,15 @@ Shown show_log(const Log &log) {
   shown.json["period_s"] = period;
   shown.json["gaps"] = gaps;
   shown.json["columns"] = columns;
-  shown.text =
-      fmt::format("{}: {} rows, {} skipped, {} left out by the schema, t = {:.6g} to "
-                  "{:.6g} s, {:.4g} Hz, {} gaps\n",
-                  log.path, log.rows_in_file, log.rows_skipped, log.rows_filtered, log.t_s.front(),
-                  log.t_s.back(), period > 0.0 ? 1.0 / period : 0.0, gaps) +
-      table.text();
+  const double begin_s = log.t_s.front(), end_s = log.t_s.back();
+  const std::string span =
+      std::abs(end_s) < 1e6 ? fmt::format("t = {:.6g} to {:.6g} s", begin_s, end_s)
+                            : fmt::format("{:.6g} s from t = {:.3f} s", end_s - begin_s, begin_s);
+  shown.text = fmt::format("{}: {} rows, {} skipped, {} left out by the schema, {}, {:.4g} Hz, "
+                           "{} gaps\n",
+                           log.path, log.rows_in_file, log.rows_skipped, log.rows_filtered, span,
+                           period > 0.0 ? 1.0 / period : 0.0, gaps) +
+               table.text();
   return shown;
 }
 

@@ -1,50 +1,36 @@
 // SPDX-License-Identifier: MIT
 #include "util/utf8.hpp"
 
+#include <iconv.h>
+
 #include <algorithm>
+#include <cerrno>
+#include <utility>
+
+#include "util/error.hpp"
 
 namespace rim {
 
 namespace {
 
-void append(std::string *out, unsigned code) {
-  const auto put = [out](unsigned byte) { *out += static_cast<char>(byte); };
-  if (code < 0x80u) {
-    put(code);
-  } else if (code < 0x800u) {
-    put(0xc0u | code >> 6);
-    put(0x80u | (code & 0x3fu));
-  } else if (code < 0x10000u) {
-    put(0xe0u | code >> 12);
-    put(0x80u | (code >> 6 & 0x3fu));
-    put(0x80u | (code & 0x3fu));
-  } else {
-    put(0xf0u | code >> 18);
-    put(0x80u | (code >> 12 & 0x3fu));
-    put(0x80u | (code >> 6 & 0x3fu));
-    put(0x80u | (code & 0x3fu));
+// With its byte order mark, by the C library. What is no letter, half a surrogate pair, becomes
+// U+FFFD; a single byte at the end is dropped. Two bytes become at most three.
+std::string of_utf16(std::string text) {
+  const iconv_t to_utf8 = iconv_open("UTF-8", "UTF-16");
+  if (to_utf8 == reinterpret_cast<iconv_t>(-1))
+    throw DataError("the C library of this machine does not read UTF-16");
+  std::string out(text.size() / 2 * 3 + 3, '\0');
+  char *in = &text[0], *to = &out[0];
+  std::size_t left = text.size(), room = out.size();
+  while (iconv(to_utf8, &in, &left, &to, &room) == static_cast<std::size_t>(-1) &&
+         (errno == EILSEQ || errno == EINVAL) && left >= 2) {
+    to = std::copy_n("\xef\xbf\xbd", 3, to);
+    room -= 3;
+    in += 2;
+    left -= 2;
   }
-}
-
-// Behind the byte order mark; `low` is the place of the less significant byte of a pair.
-std::string of_utf16(std::string_view text, std::size_t low) {
-  std::string out;
-  const auto unit = [&](std::size_t at) {
-    const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[at + i]); };
-    return static_cast<unsigned>(byte(low) | byte(1 - low) << 8);
-  };
-  for (std::size_t at = 2; at + 1 < text.size(); at += 2) {
-    unsigned code = unit(at);
-    const bool first = code >= 0xd800u && code < 0xdc00u, half = code >= 0xd800u && code < 0xe000u;
-    const unsigned next = first && at + 3 < text.size() ? unit(at + 2) : 0u;
-    if (next >= 0xdc00u && next < 0xe000u) {
-      code = 0x10000u + ((code - 0xd800u) << 10) + (next - 0xdc00u);
-      at += 2;
-    } else if (half) {
-      code = 0xfffdu;
-    }
-    append(&out, code);
-  }
+  iconv_close(to_utf8);
+  out.resize(out.size() - room);
   return out;
 }
 
@@ -76,7 +62,7 @@ std::size_t utf8_length(std::string_view text) {
 std::string as_utf8(std::string text) {
   const std::string_view mark = std::string_view(text).substr(0, 2);
   if (mark == "\xff\xfe" || mark == "\xfe\xff")
-    return of_utf16(text, mark[0] == '\xff' ? 0 : 1);
+    return of_utf16(std::move(text));
   std::string out;
   std::size_t done = 0;
   for (std::size_t at = 0; at < text.size();) {
@@ -84,7 +70,9 @@ std::string as_utf8(std::string text) {
     const std::size_t length = ascii ? 1 : utf8_length(std::string_view(text).substr(at, 4));
     if (length == 0) {
       out.append(text, done, at - done);
-      append(&out, static_cast<unsigned char>(text[at]));
+      const auto letter = static_cast<unsigned char>(text[at]); // of Latin-1, 0x80 to 0xff
+      out += static_cast<char>(0xc0u | letter >> 6);
+      out += static_cast<char>(0x80u | (letter & 0x3fu));
       done = at + 1;
     }
     at += std::max<std::size_t>(1, length);

@@ -4,6 +4,7 @@
 # touched shows the right numbers, nothing is fetched, no script is needed, no text covers another or leaves its picture, the page is not blank.
 # Skipped, saying so, where no browser is installed.
 . "$(dirname "$0")/check.inc"
+. "$(dirname "$0")/toy.inc"
 cd "$here" || exit 1
 sample=$BUILD/tests/host/test_diagnose_outputs
 for browser in chromium-headless-shell chromium chromium-browser google-chrome; do
@@ -207,6 +208,15 @@ if [ -f /usr/share/javascript/dygraphs/dygraph.min.js ]; then
   contains "flight: an alarm's region, its SVG, contents" "$seen" 'off=true figure=true regions=1-0 svg=true contents=true'
   check "flight: no message while it is touched" 0 "$(console)"
 fi
+
+# A sensor that disagrees with its twin: the report draws what the alarm judged, and says how to make it
+# again as a shell would read it.
+toy_few 8 900
+toy "a drift.csv" 101 900 'if (i > 300) a += 0.2'
+"$RIM" replay --model toy.rim "a drift.csv" --report judged.html > /dev/null; check "replay --report of a trained image" 0 $?
+contains "what the alarm judged" "$(cat judged.html)" "As the alarm judged it: position a, less what the other outcomes say of it"
+contains "the command" "$(cat judged.html)" "<pre>rim replay --model toy.rim &#39;a drift.csv&#39; --report judged.html</pre>"
+contains "judged: on a desk" "$(measure judged.html 1200)" "covered=0 outside=0 wide=0 pictures=[1-9]"
 
 # rim listen --html: what was published is on the page; other hosts and methods are refused.
 url='udpm://239.255.76.67:7691?ttl=0'

@@ -116,6 +116,8 @@ static void labels_are_where_the_fault_was(void **state) {
   double command[ROWS / BLOCK];
   uint32_t blocks = 0;
   assert_null(rimi_monitor_place(b.monitor));
+  assert_null(rimi_monitor_residuals(b.monitor));
+  assert_null(rimi_monitor_residuals(NULL));
   for (uint32_t t = 0; t < ROWS; ++t) {
     row r;
     rim_verdict v;
@@ -125,6 +127,7 @@ static void labels_are_where_the_fault_was(void **state) {
       continue;
     assert_int_equal(v.blocks, blocks + 1);
     memcpy(place[blocks], rimi_monitor_place(b.monitor), REGION);
+    assert_true(isfinite(rimi_monitor_residuals(b.monitor)[v.channel]));
     command[blocks++] = r.context[0];
   }
   const rim_alarm *a = rim_monitor_standing(b.monitor, RIM_DETECTOR_RIM);

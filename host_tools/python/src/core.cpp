@@ -33,6 +33,7 @@
 #include "util/data_path.hpp"
 #include "util/error.hpp"
 #include "util/parallel_for.hpp"
+#include "util/version.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -561,6 +562,7 @@ NB_MODULE(_core, m) {
   nb::set_leak_warnings(false); // an interpreter that ends early is no leak of ours
   nb::exception<rim::DataError>(m, "DataError", PyExc_ValueError);
   nb::exception<rim::UsageError>(m, "UsageError", PyExc_ValueError);
+  m.attr("__version__") = RIM_VERSION;
   bind_logs(m);
   bind_monitor(m);
   bind_diagnosis(m);

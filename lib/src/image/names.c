@@ -18,7 +18,10 @@ const rimi_unit *rimi_unit_at(size_t i) {
       {"MPa", "MPa"},      {"bar", "bar"},     {"K", "K"},         {"degc", "degC"},
       {"degC", "degC"},    {"V", "V"},         {"A", "A"},         {"mA", "mA"},
       {"W", "W"},          {"J", "J"},         {"hz", "Hz"},       {"Hz", "Hz"},
-      {"pct", "%"},        {"rpm", "rpm"},     {"g", "g"}};
+      {"pct", "%"},        {"rpm", "rpm"},     {"g", "g"},         {"cm", "cm"},
+      {"L", "L"},          {"Lpm", "L/min"},   {"m3ph", "m^3/h"},  {"mV", "mV"},
+      {"kW", "kW"},        {"Wh", "Wh"},       {"kWh", "kWh"},     {"Ah", "Ah"},
+      {"ohm", "ohm"},      {"uT", "uT"},       {"dB", "dB"},       {"mmps", "mm/s"}};
   return i < RIMI_UNITS ? &unit[i] : NULL;
 }
 

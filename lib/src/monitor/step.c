@@ -525,6 +525,10 @@ const uint8_t *rimi_monitor_place(const rim_monitor *m) {
   return m != NULL && m->has_place ? m->place : NULL;
 }
 
+const double *rimi_monitor_residuals(const rim_monitor *m) {
+  return m != NULL && m->has_place ? m->residual : NULL;
+}
+
 bool rimi_monitor_inside(const rim_monitor *m, const uint8_t *place, uint32_t block) {
   return m != NULL && place != NULL && m->has_explained && m->is_trained &&
          rimi_search_inside(m->search, &m->explained, place, block);

@@ -24,7 +24,7 @@ _os.environ.setdefault("RIM_READERS", _here)
 if _os.path.isdir(_os.path.join(_here, "data")):
     _os.environ.setdefault("RIM_DATA", _os.path.join(_here, "data"))
 
-from ._core import DataError, UsageError, Verdict  # noqa: E402
+from ._core import DataError, UsageError, Verdict, __version__  # noqa: E402
 from .diagnosis import Diagnosis, Extension, Finding, diagnose  # noqa: E402
 from .example import example_diagnosis, example_logs  # noqa: E402
 from .logs import read, read_raw  # noqa: E402
@@ -32,7 +32,7 @@ from .monitor import Image, Monitor, Replay, Run, replay, train  # noqa: E402
 
 __all__ = [
     "DataError", "Diagnosis", "Extension", "Finding", "Image", "Monitor", "Replay", "RimDetector",
-    "Run", "UsageError", "Verdict", "diagnose", "example_diagnosis", "example_logs", "read",
+    "Run", "UsageError", "Verdict", "__version__", "diagnose", "example_diagnosis", "example_logs", "read",
     "read_raw", "replay", "train",
 ]
 
