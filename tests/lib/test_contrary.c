@@ -102,6 +102,26 @@ static void what_deviates_from_a_healthy_baseline_stays(void **state) {
   }
 }
 
+/* A turn over one feature has no pairs: six units, as its stages are. */
+static void one_feature_has_no_pairs(void **state) {
+  (void)state;
+  static bench b;
+  const world w = planted(1, 9.0, 0.0);
+  start(&b, &w, BLOCKS);
+  search_config one = b.config;
+  one.features = 1;
+  assert_int_equal(rimi_search_init(&b.search, b.memory, sizeof b.memory, &one), RIM_OK);
+  feed(&b, 0, BLOCKS, 0);
+  for (int turn = 0; turn < 3; ++turn) {
+    uint32_t units = 0;
+    do {
+      rimi_search_work(b.search, 1);
+      ++units;
+    } while (b.search->stage != 0 && units < 99);
+    assert_int_equal(units, 6);
+  }
+}
+
 /* A gain and impossible effects are no shift: they have no contrary, however far off the run is. */
 static void what_is_no_shift_has_no_contrary(void **state) {
   (void)state;
@@ -164,6 +184,7 @@ int main(void) {
       cmocka_unit_test(a_baseline_is_as_improbable_as_its_effects),
       cmocka_unit_test(what_reads_low_elsewhere_is_not_high_here),
       cmocka_unit_test(what_deviates_from_a_healthy_baseline_stays),
+      cmocka_unit_test(one_feature_has_no_pairs),
       cmocka_unit_test(what_is_no_shift_has_no_contrary),
       cmocka_unit_test(a_contrary_without_a_region),
       cmocka_unit_test(what_lies_beside_is_not_the_region_again),

@@ -169,17 +169,16 @@ static void the_cause_of_an_integral(void **state) {
     double score;
     uint32_t onset;
     uint16_t named;
-  } of[] = {
-      {SEARCH_RAMP, A1, B0, 1.01, 40, B0},
-      {SEARCH_RAMP, A1, A0, 1.01, 90, A0},
-      {SEARCH_RAMP, A1, A0, 0.99, 40, A1},
-      {SEARCH_SINCE, A1, A0, 9.0, 40, A1}, /* of a step, the commands have to say so too */
-      {SEARCH_SINCE, B1, A0, 9.0, 40, B1},
-      {SEARCH_SINCE, B1, B0, 1.01, 40, B0},
-      {SEARCH_SINCE, B1, B0, 0.99, 40, B1},
-      {SEARCH_SINCE, B1, B0, 1.01, 40 + SEARCH_LEAST, B0},
-      {SEARCH_SINCE, B1, B0, 1.01, 41 + SEARCH_LEAST, B1}, /* it deviates since later */
-      {SEARCH_SINCE, B1, B0, 1.01, SEARCH_FROM_START, B0}};
+  } of[] = {{SEARCH_RAMP, A1, B0, 1.01, 40, B0},
+            {SEARCH_RAMP, A1, A0, 1.01, 90, A0},
+            {SEARCH_RAMP, A1, A0, 0.99, 40, A1},
+            {SEARCH_SINCE, A1, A0, 9.0, 40, A1}, /* of a step, the commands have to say so too */
+            {SEARCH_SINCE, B1, A0, 9.0, 40, B1},
+            {SEARCH_SINCE, B1, B0, 1.01, 40, B0},
+            {SEARCH_SINCE, B1, B0, 0.99, 40, B1},
+            {SEARCH_SINCE, B1, B0, 1.01, 40 + SEARCH_LEAST, B0},
+            {SEARCH_SINCE, B1, B0, 1.01, 41 + SEARCH_LEAST, B1}, /* it deviates since later */
+            {SEARCH_SINCE, B1, B0, 1.01, SEARCH_FROM_START, B0}};
   for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
     plant_nothing();
     plant(of[i].leading, of[i].family, 3.0 * alarm_at, 3.0, 40);
