@@ -4,8 +4,8 @@
 
 N places are drawn from all places of lib/src where an operator fits: relations (< <= > >= == !=), && and ||, + - * /
 between operands, ++ and --, a constant 0 or 1, a condition negated, a statement left out. Each mutant's file is
-compiled into a copy of BUILD's library, and the tests of its own source, of the monitor and of the alarms run against
-it. A mutant that does not compile is drawn again. Prints each survivor, then the share killed with Wilson's 95 %
+compiled into a copy of BUILD's library, and the tests of its own source, of the whole library (ALWAYS) and of the
+other sources of its room run against it. A mutant that does not compile is drawn again. Prints each survivor, then the share killed with Wilson's 95 %
 interval and the seed; exit 0. A survivor is either a missing test or an equivalent program: a reader decides, and
 writes the latter into --equivalent, rows 'PATH | line | mutated line | reason': such a mutant is not drawn. A row whose
 line is not in PATH any more is a mistake, exit 1.
@@ -95,7 +95,9 @@ def is_known(place):
 def tests_of(path):
     room, name = path.split("/")[2], os.path.basename(path)[:-2]
     own = shared.get(room + "/" + name, name)
-    return [own] + [t for t in ALWAYS if t != own]
+    mates = [os.path.basename(p)[:-2] for p in sorted(glob.glob("lib/src/%s/*.c" % room))]
+    mates = [shared.get(room + "/" + m, m) for m in mates]
+    return list(dict.fromkeys([own] + ALWAYS + [m for m in mates if os.path.exists("tests/lib/test_%s.c" % m)]))
 
 
 def is_held_to_lcm_gen(test):

@@ -458,6 +458,17 @@ static void a_region_feature_twice(void **state) {
   }
 }
 
+/* What agreement remembers of the blocks before is forgotten with the regions, all of it. */
+static void what_agreement_remembers_is_forgotten(void **state) {
+  (void)state;
+  make_bench(&b, false);
+  for (size_t i = 0; i < AGREEMENT_STATE * O; ++i)
+    b.monitor->agreement_state[i] = 1.0 + (double)i;
+  rimi_monitor_forget_regions(b.monitor);
+  for (size_t i = 0; i < AGREEMENT_STATE * O; ++i)
+    assert_true(b.monitor->agreement_state[i] == 0.0);
+}
+
 /* A plan of a single pose is one, too; none is none. */
 static void a_plan_of_one_pose(void **state) {
   (void)state;
@@ -516,6 +527,7 @@ int main(void) {
       cmocka_unit_test(nothing_is_watched),
       cmocka_unit_test(what_gaps_leave_unknown_is_counted),
       cmocka_unit_test(a_region_feature_twice),
+      cmocka_unit_test(what_agreement_remembers_is_forgotten),
       cmocka_unit_test(a_plan_of_one_pose),
       cmocka_unit_test(questions_without_an_answer),
       cmocka_unit_test(too_many_outcomes),
