@@ -111,6 +111,7 @@ int main(void) {
   uint32_t lost = nondet_uint32();
   lcm_fragments any;
   f = any;
+  __ESBMC_assume(holds(&f.message[0]));
   name_bytes = 1u + any_size(LCM_PACKET_MAX_CHANNEL);
   const lcm_fragments_answer answer = lcm_fragments_take(
       &f, nondet_uint64(), datagram, nondet_size(), &channel, &payload, &payload_bytes, &lost);

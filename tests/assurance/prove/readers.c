@@ -40,15 +40,18 @@ static uint32_t any_count(void) {
 static uint16_t read_u16(const uint8_t *array, size_t i) {
   is_inside(array + 2 * i, 2);
 #if SECTION == 8
-  return (uint16_t)any_count();
+  const uint32_t n = any_count();
+  return n <= UINT16_MAX ? (uint16_t)n : UINT16_MAX;
 #else
   return nondet_uint16();
 #endif
 }
 static uint32_t read_u32(const uint8_t *array, size_t i) {
   is_inside(array + 4 * i, 4);
-#if SECTION == 2 || SECTION == 4 /* their counts are limited by their length */
+#if SECTION == 2 /* its counts are limited by its length */
   return nondet_uint32();
+#elif SECTION == 4
+  return array == section && i >= 2 && i <= 4 ? any_count() : nondet_uint32();
 #else
   return array + 4 * i == section ? nondet_uint32() : any_count(); /* first, the version */
 #endif
