@@ -122,6 +122,22 @@ static void one_feature_has_no_pairs(void **state) {
   }
 }
 
+/* What is looked at first is forgotten too. */
+static void a_reset_forgets_what_was_best(void **state) {
+  (void)state;
+  static bench b;
+  const world w = planted(1, 9.0, 0.0);
+  start(&b, &w, BLOCKS);
+  feed(&b, 0, BLOCKS, TURN);
+  uint32_t before = 0, after = 0;
+  for (size_t i = 0; i < (size_t)CHANNELS * FEATURES; ++i)
+    before += search_feature_scores(b.search, 0)[i];
+  rimi_search_reset(b.search);
+  for (size_t i = 0; i < (size_t)CHANNELS * FEATURES; ++i)
+    after += search_feature_scores(b.search, 0)[i];
+  assert_true(before > 0 && after == 0);
+}
+
 /* A gain and impossible effects are no shift: they have no contrary, however far off the run is. */
 static void what_is_no_shift_has_no_contrary(void **state) {
   (void)state;
@@ -184,6 +200,7 @@ int main(void) {
       cmocka_unit_test(a_baseline_is_as_improbable_as_its_effects),
       cmocka_unit_test(what_reads_low_elsewhere_is_not_high_here),
       cmocka_unit_test(what_deviates_from_a_healthy_baseline_stays),
+      cmocka_unit_test(a_reset_forgets_what_was_best),
       cmocka_unit_test(one_feature_has_no_pairs),
       cmocka_unit_test(what_is_no_shift_has_no_contrary),
       cmocka_unit_test(a_contrary_without_a_region),

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* What readers.c relies on: values_ok() and finite_numbers() read `count` numbers from `first` on
- * and no other. For counts up to MOST: nothing in their loops depends on how many turns there are. */
+ * and no other. For counts up to MOST: nothing in their loops depends on how often they turn. */
 #include "any.h"
 #include "base/bytes.h"
 #include "base/real.h"
