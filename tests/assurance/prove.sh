@@ -63,8 +63,8 @@ SECTION=7 BYTES=160 MOST=2 FROM=$image/basis.c PROMISED=finite_numbers prove rea
 SECTION=8 BYTES=124 MOST=2 FROM=$wire/can_table.c PROMISED='signal_at|check_signal' prove readers 3 60 "table of CAN signals: any 0..124 bytes, up to 2 of each"
 WRONG=
 PART=1 BYTES=90 FROM=$fragments prove fragments 72 60 "LCM fragment of any 0..90 bytes"
-PART=3 BYTES=90 FROM=$fragments PROMISED='open_part|is_whole|message_of' prove fragments 72 60 "any fragment, any message under way: inductive"
-PART=4 BYTES=90 FROM=$fragments prove fragments 72 60 "any message of up to 64 parts: whole or not"
+PART=2 BYTES=90 FROM=$fragments PROMISED='open_part|is_whole|message_of' prove fragments 72 60 "any fragment, any message under way: inductive"
+PART=3 BYTES=90 FROM=$fragments prove fragments 72 60 "any message of up to 64 parts: whole or not"
 prove can_detail   310 400 "any frame, any assembly under way: inductive" $wire/can.c $crc $region
 prove image        20  600 "any image of 0..160 bytes, any check sum: sections inside, aligned" lib/src/image/image.c
 echo "$proved proved"
