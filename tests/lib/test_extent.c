@@ -508,7 +508,7 @@ static void a_long_region_is_found(void **state) {
   rim_extent *e = make(&memory, &c);
   fill(e, 0, POINTS);
   rim_extent_search(e, 40);
-  const double ends[2][DIMS] = {{0.0, 11.5}, {0.0, 18.5}}, aside[DIMS] = {0.8, 15.0};
+  const double ends[2][DIMS] = {{0.0, 10.4}, {0.0, 19.6}}, aside[DIMS] = {0.8, 15.0};
   for (int i = 0; i < 2; ++i)
     assert_true(rim_extent_at(e, 0, ends[i]).member > 0.5);
   assert_true(rim_extent_at(e, 0, aside).member < 0.1);

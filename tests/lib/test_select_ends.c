@@ -31,8 +31,10 @@ static void a_reset_begins_its_sweeps_anew(void **state) {
   for (uint32_t t = 0; t < 200; ++t)
     (void)step(&b, 912, t, 0.0);
   assert_int_not_equal(e->sweeps, sweeps);
+  select_channel(e, 1)->best_interval = 1e6f;
   rimi_select_reset(e);
   assert_int_equal(e->sweeps, sweeps);
+  assert_true(select_channel(e, 1)->best_interval == 0.0f);
 }
 
 /* Every field of a pair, and every one of a channel's slice. */
