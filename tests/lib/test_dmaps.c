@@ -375,7 +375,7 @@ int main(void) {
   printf("seed %u\n", SEED);
   const struct CMUnitTest tests[] = {cmocka_unit_test(two_regions_are_recovered),
                                      cmocka_unit_test(a_result_is_all_its_own),
-      cmocka_unit_test(each_observation_is_explained_once),
+                                     cmocka_unit_test(each_observation_is_explained_once),
                                      cmocka_unit_test(one_region_is_not_split),
                                      cmocka_unit_test(pieces_become_one),
                                      cmocka_unit_test(a_dimension_must_pay),

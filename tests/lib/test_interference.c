@@ -299,7 +299,7 @@ int main(int argc, char **argv) {
                                      cmocka_unit_test(test_observations),
                                      cmocka_unit_test(test_gaps_reset_and_bad_rows_count),
                                      cmocka_unit_test(test_reset_forgets_all),
-      cmocka_unit_test(test_varying_steps_and_many_commands),
+                                     cmocka_unit_test(test_varying_steps_and_many_commands),
                                      cmocka_unit_test(test_bytes),
                                      cmocka_unit_test(test_an_image_carries_it),
                                      cmocka_unit_test(test_wheels_wrap)};
