@@ -153,7 +153,7 @@ static void what_is_no_shift_has_no_contrary(void **state) {
     one.family = family[i];
     const search_hypothesis before = one;
     double onset_sd = -1.0;
-    const bool changed = rimi_search_against_nominal(b.search, 0, &one, &onset_sd);
+    const bool changed = rimi_search_against_nominal(b.search, 0, &one, false, &onset_sd);
     assert_int_equal(changed, family[i] == SEARCH_INTERVAL);
     if (!changed)
       assert_memory_equal(&one, &before, sizeof one);
@@ -173,7 +173,7 @@ static void a_contrary_without_a_region(void **state) {
   assert_true(rimi_search_evaluate_channel(b.search, 0, &h) && h.shift > 0.0f);
   double onset_sd = -1.0;
   search_state(b.search, 0)->region.score = SEARCH_NONE;
-  assert_true(rimi_search_against_nominal(b.search, 0, &h, &onset_sd));
+  assert_true(rimi_search_against_nominal(b.search, 0, &h, false, &onset_sd));
   assert_true(h.shift < 0.0f && h.family == SEARCH_INTERVAL && onset_sd == 0.0);
   assert_true(h.first[0] == 0 && h.last[0] + 2 >= EDGE_BIN);
   search_hypothesis all = region(0, SEARCH_BINS - 1), beside;

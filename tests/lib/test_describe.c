@@ -127,12 +127,18 @@ static void the_twin_that_is_wrong(void **state) {
 
 /* ---- behaviour before agreement ---- */
 
+/* The behaviour of outcome 1 is off from block 40 on. */
+static double together(uint32_t channel, uint32_t i, uint8_t byte) {
+  (void)byte;
+  return channel == B1 && i >= 40 ? 10.0 : 0.0;
+}
+
 static void the_vehicle_before_its_sensors(void **state) {
   (void)state;
   rim_alarm a;
   const recipe r = without_integrals();
   from(&r, false);
-  feed(nothing, 1.0);
+  feed(together, 1.0);
   const struct {
     double leading, score, shift; /* scores in alarms; of behaviour c */
     uint16_t c, named;
@@ -283,7 +289,7 @@ static void a_standing_alarm_keeps_its_sign(void **state) {
             {true, true, A0, true}, /* beside what is found now */
             {true, true, B1, false},
             {false, true, B0, false},
-            {true, false, B0, false}};
+            {true, false, B0, true}}; /* by what was said */
   for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
     from(&calibrated[0], false);
     feed(halves, 0.1);
@@ -295,6 +301,7 @@ static void a_standing_alarm_keeps_its_sign(void **state) {
     explained_low(of[i].explained == B1 ? B0 : of[i].explained);
     m->explained_channel = of[i].explained;
     m->has_explained = of[i].has;
+    m->said_low[0] = UINT32_C(1) << (of[i].explained % O);
     find_high(B0);
     assert_int_equal(named(B0, &a), B0);
     assert_int_equal(a.shift[0] < 0.0, of[i].keeps);
