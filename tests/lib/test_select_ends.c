@@ -32,7 +32,9 @@ static void a_reset_begins_its_sweeps_anew(void **state) {
     (void)step(&b, 912, t, 0.0);
   assert_int_not_equal(e->sweeps, sweeps);
   select_channel(e, 1)->best_interval = 1e6f;
+  e->leader = 0;
   rimi_select_reset(e);
+  assert_int_equal(e->leader, e->pairs);
   assert_int_equal(e->sweeps, sweeps);
   assert_true(select_channel(e, 1)->best_interval == 0.0f);
 }
