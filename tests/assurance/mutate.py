@@ -4,9 +4,11 @@
 
 N places are drawn from all places of lib/src where an operator fits: relations (< <= > >= == !=), && and ||, + - * /
 between operands, ++ and --, a constant 0 or 1, a condition negated, a statement left out. Each mutant's file is
-compiled into a copy of BUILD's library, and the tests of its own source, of the monitor and of the alarms run against
-it. A mutant that does not compile is drawn again. Prints each survivor, then the share killed with Wilson's 95 %
-interval and the seed; exit 0. A survivor is either a missing test or an equivalent program: a reader decides.
+compiled into a copy of BUILD's library, and the tests of its own source, of the whole library (ALWAYS) and of the
+other sources of its room run against it. A mutant that does not compile is drawn again. Prints each survivor, then the share killed with Wilson's 95 %
+interval and the seed; exit 0. A survivor is either a missing test or an equivalent program: a reader decides, and
+writes the latter into --equivalent, rows 'PATH | line | mutated line | reason': such a mutant is not drawn. A row whose
+line is not in PATH any more is a mistake, exit 1.
 SIGTERM ends it early: the share is then of those tried so far, which are a sample as well."""
 import argparse
 import fnmatch
@@ -26,12 +28,13 @@ arguments.add_argument("--number", type=int, default=40)
 arguments.add_argument("--seed", type=int, default=1)
 arguments.add_argument("--files", default="*")
 arguments.add_argument("--seconds", type=int, default=60)
+arguments.add_argument("--equivalent", default="tests/assurance/equivalent.txt")
 o = arguments.parse_args()
 FLAGS = "-std=c11 -O1 -ffp-contract=off -fno-math-errno -fno-tree-slp-vectorize -w -Ilib/include -Ilib/src -Itests/lib".split()
 work = os.path.join(o.build, "mutate")
 os.makedirs(work, exist_ok=True)
 shared = dict(re.findall(r"(\w+/\w+)=(\w+)", re.sub(r"\\\n", " ", open("tests/Dir.mk").read())))
-ALWAYS = ["bits", "bits_search", "bits_monitor", "ends", "monitor_ends", "select_ends", "monitor", "guard", "monitor_trained", "monitor_alarms", "integrand", "exact", "refused_wire", "refused_plan", "refused_search", "refused_monitor"]
+ALWAYS = ["bits", "bits_search", "bits_monitor", "ends", "monitor_ends", "select_ends", "monitor", "guard", "monitor_trained", "monitor_alarms", "integrand", "exact", "describe", "contrary", "refused_wire", "refused_plan", "refused_search", "refused_monitor"]
 RULES = [(r"(?<![<>=!\-+&|])<(?![<=])", ["<=", ">="]), (r"<=", ["<", ">"]), (r"(?<![>\-])>(?![>=])", [">=", "<="]),
          (r">=", [">", "<"]), (r"==", ["!="]), (r"!=", ["=="]), (r"&&", ["||"]), (r"\|\|", ["&&"]),
          (r"(?<=[\w\])]) \+ (?=[\w(])", [" - "]), (r"(?<=[\w\])]) - (?=[\w(])", [" + "]),
@@ -72,10 +75,29 @@ def mutated(place):
     return "\n".join(lines), line
 
 
+def equivalents(path):
+    """(source, line, mutated line), all stripped: programs that do the same."""
+    known = set()
+    for number, text in enumerate(open(path), 1):
+        if text.startswith("#") or not text.strip():
+            continue
+        parts = [part.strip() for part in text.split(" | ")]
+        if len(parts) != 4 or parts[1] not in [line.strip() for line in open(parts[0])]:
+            sys.exit("mutate: %s:%d: four parts are needed, and a line that is in the source" % (path, number))
+        known.add(tuple(parts[:3]))
+    return known
+
+
+def is_known(place):
+    return (place[0], open(place[0]).read().split("\n")[place[1]].strip(), mutated(place)[1].strip() or "(left out)") in known
+
+
 def tests_of(path):
     room, name = path.split("/")[2], os.path.basename(path)[:-2]
     own = shared.get(room + "/" + name, name)
-    return [own] + [t for t in ALWAYS if t != own]
+    mates = [os.path.basename(p)[:-2] for p in sorted(glob.glob("lib/src/%s/*.c" % room))]
+    mates = [shared.get(room + "/" + m, m) for m in mates]
+    return list(dict.fromkeys([own] + ALWAYS + [m for m in mates if os.path.exists("tests/lib/test_%s.c" % m)]))
 
 
 def is_held_to_lcm_gen(test):
@@ -126,6 +148,7 @@ for test in ALWAYS:  # a test that fails by itself would take credit for every m
     if run_test(test, os.path.join(o.build, "librim.a")) != 0:
         sys.exit("mutate: test_%s fails without a mutant" % test)
 files = [p for p in sorted(glob.glob("lib/src/*/*.c")) if fnmatch.fnmatch(p, o.files)]
+known = equivalents(o.equivalent)
 everything = [place for path in files for place in places(path)]
 print("%d places in %d files, seed %d" % (len(everything), len(files), o.seed), flush=True)
 draw = random.Random(o.seed)
@@ -133,9 +156,13 @@ draw.shuffle(everything)
 killed = tried = 0
 ended = []
 signal.signal(signal.SIGTERM, lambda *_: ended.append(True))
+alike = 0
 for place in everything:
     if tried == o.number or ended:
         break
+    if is_known(place):
+        alike += 1
+        continue
     who = killed_by(place)
     if who is False:
         continue
@@ -148,5 +175,6 @@ if tried == 0:
     sys.exit("mutate: no place to try")
 p, z = killed / tried, 1.96
 middle, half = p + z * z / (2 * tried), z * math.sqrt(p * (1 - p) / tried + z * z / (4 * tried * tried))
+print("equivalent, and not tried: %d" % alike)
 print("killed %d of %d: %.1f %% [%.1f, %.1f]" % (killed, tried, 100 * p, 100 * (middle - half) / (1 + z * z / tried),
                                                  100 * (middle + half) / (1 + z * z / tried)))

@@ -1,29 +1,43 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
 # prove.sh ESBMC [quick]: proves the decoders of what comes from outside memory-safe, free of overflow and terminating
-# (unwinding assertions) for every input up to the length named, by bounded model checking with ESBMC. One line a proof;
+# (unwinding assertions) for every input up to the length named, by bounded model checking with ESBMC. One line per proof;
 # exit 1 when one fails, or is not decided in its time. quick: those that take seconds.
 # What is assumed: firmware/ASSURANCE.md.
 cd "$(dirname "$0")/../.." || exit 1
 esbmc=$1 tier=${2:-all} status=0 proved=0
 wire=lib/src/wire region=lib/src/base/region.c crc=lib/src/base/crc.c
-prove() { # NAME UNWIND SECONDS WHAT SOURCE...
+made=$(mktemp -d)
+trap 'rm -rf "$made"' EXIT
+# PROMISED=A|B: these static functions of FROM are replaced by what the harness says under their name; their own bodies
+# go on as A_as_it_is. WRONG=1: the harness has to find something where a byte less may be read.
+prove() { # NAME UNWIND SECONDS(of the processor) WHAT SOURCE...
   local name=$1 unwind=$2 seconds=$3 what=$4; shift 4
   [ "$tier" = quick ] && [ "$seconds" -gt 120 ] && return
-  local began=$SECONDS said verdict flags=()
+  local began=$SECONDS verdict flags=()
   [ -n "$SECTION" ] && flags+=("-DSECTION=$SECTION")
+  [ -n "$PART" ] && flags+=("-DPART=$PART")
   [ -n "$BYTES" ] && flags+=("-DBYTES=$BYTES")
-  [ -n "$MOST" ] && flags+=("-DMOST=$MOST")
-  said=$(timeout "$seconds" "$esbmc" "tests/assurance/prove/$name.c" "$@" --unwind "$unwind" --overflow-check \
-    "-D__builtin_assume_aligned(p,n)=(p)" "${flags[@]}" \
-    -Ilib/include -Ilib/src -Ifirmware --std c11 2>&1)
-  verdict=$(printf '%s\n' "$said" | grep -a '^VERIFICATION' | head -n 1)
+  [ -n "$MOST" ] && flags+=("-DMOST=${MOST}u")
+  [ -n "$FROM" ] && perl -0pe "s/^static ([^;{}()=]*?\b)(${PROMISED:-none})(\([^{};]*\)) \{/static \$1\$2\$3;\nstatic \$1\$2_as_it_is\$3 {/mg" \
+    "$FROM" > "$made/$(basename "$FROM")"
+  check "$@"
   case $verdict in
     *SUCCESSFUL) verdict=proved; proved=$((proved + 1)) ;;
-    *FAILED) verdict=FAILED; status=1; printf '%s\n' "$said" | grep -a -A3 'Violated' ;;
+    *FAILED) verdict=FAILED; status=1; grep -a -A3 'Violated' "$made/said" ;;
     *) verdict='not decided'; status=1 ;;
   esac
+  if [ "$verdict" = proved ] && [ -n "$WRONG" ]; then
+    flags+=(-DWRONG); check "$@"
+    [[ $verdict = *FAILED ]] && verdict=proved || { verdict='says nothing'; proved=$((proved - 1)) status=1; }
+  fi
   printf '%-13s %-12s %4s s  %s\n' "$name" "$verdict" $((SECONDS - began)) "$what"
+}
+check() { # SOURCE...: sets verdict
+  (ulimit -t "$seconds"; exec timeout $((12 * seconds)) "$esbmc" "tests/assurance/prove/$name.c" "$@" --unwind "$unwind" --overflow-check \
+    "-D__builtin_assume_aligned(p,n)=(p)" "${flags[@]}" -I"$made" ${FROM:+-I"$(dirname "$FROM")"} \
+    -Ilib/include -Ilib/src -Ifirmware --std c11) > "$made/said" 2>&1
+  verdict=$(grep -a '^VERIFICATION' "$made/said" | head -n 1)
 }
 prove can_short    70  60 "summary, heartbeat, command, entry: any frame" $wire/can.c $wire/control.c $wire/entry.c $crc $region
 prove packet       85  60 "datagram: any 0..80 bytes, payload inside" firmware/transport/lcm_packet.c
@@ -37,7 +51,20 @@ prove seal         60  60 "sealed command, any 0..size + 1 bytes, any frame" $cr
 prove clock        12  60 "any guard, configuration and time" lib/src/monitor/clock_guard.c
 SECTION=6 BYTES=72 prove sections 12 60 "behaviour: any 0..72 bytes" lib/src/image/basis.c
 SECTION=1 BYTES=72 prove sections 30 120 "threshold: any 0..72 bytes" lib/src/image/threshold.c
-BYTES=160 MOST=2 prove readers 12 120 "basis: any 0..160 bytes, up to 2 of each: sizes and indices"
+image=lib/src/image fragments=firmware/transport/lcm_fragments.c
+WRONG=1
+SECTION=3 MOST=8 prove numbers 10 60 "level: numbers in a row, up to 8"
+SECTION=5 MOST=8 prove numbers 10 60 "basis, agreement: numbers in a row, up to 8"
+SECTION=2 BYTES=200 MOST=1 FROM=$image/noise.c prove readers 42 60 "noise, of a channel: any 0..200 bytes"
+SECTION=3 BYTES=160 MOST=2 FROM=$image/nominal.c PROMISED=values_ok prove readers 12 60 "level: any 0..160 bytes, up to 2 of each"
+SECTION=4 BYTES=240 MOST=1 FROM=$image/correct.c PROMISED='check_region|tidy|pack_region' prove readers 10 150 "correction of a region: any 0..240 bytes"
+SECTION=5 BYTES=160 MOST=2 FROM=$image/basis.c PROMISED=finite_numbers prove readers 12 60 "basis: any 0..160 bytes, up to 2 of each"
+SECTION=7 BYTES=160 MOST=2 FROM=$image/basis.c PROMISED=finite_numbers prove readers 12 60 "agreement: any 0..160 bytes, up to 2 of each"
+SECTION=8 BYTES=124 MOST=2 FROM=$wire/can_table.c PROMISED='signal_at|check_signal' prove readers 3 60 "table of CAN signals: any 0..124 bytes, up to 2 of each"
+WRONG=
+PART=1 BYTES=90 FROM=$fragments prove fragments 72 60 "LCM fragment of any 0..90 bytes"
+PART=2 BYTES=90 FROM=$fragments PROMISED='open_part|is_whole|message_of' prove fragments 72 60 "any fragment, any message under way: inductive"
+PART=3 BYTES=90 FROM=$fragments prove fragments 72 60 "any message of up to 64 parts: whole or not"
 prove can_detail   310 400 "any frame, any assembly under way: inductive" $wire/can.c $crc $region
 prove image        20  600 "any image of 0..160 bytes, any check sum: sections inside, aligned" lib/src/image/image.c
 echo "$proved proved"

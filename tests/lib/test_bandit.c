@@ -567,6 +567,33 @@ static void digest_is_constant(void **state) {
   assert_true(digest == UINT64_C(0x7ffdf6d1584f42e5));
 }
 
+/* The chance of a reward is that of all that may act there: where a region very likely does, and
+ * lifts what is expected above the level, the chance is its. */
+static void a_chance_is_of_all_components(void **state) {
+  (void)state;
+  rim_bandit_config c = config_of(RIM_BANDIT_RIM_UCB);
+  c.risk = RIM_BANDIT_PROBABILITY;
+  c.level = 0.5;
+  rim_bandit *b = make(&memory, &c);
+  rim_rng own;
+  rimi_rng_seed(&own, SEED, 5);
+  (void)run(b, &own, 80, RIM_DIGEST_START);
+  int inside = 0;
+  for (int i = 0; i < 50; ++i) {
+    const double at[DIMS] = {0.7 + 0.3 * rimi_rng_uniform(&own),
+                             0.7 + 0.3 * rimi_rng_uniform(&own)};
+    const rim_bandit_actions one = {1, at, NULL, NULL, NULL};
+    rim_bandit_choice choice;
+    assert_int_equal(rim_bandit_choose(b, &one, &choice), RIM_OK);
+    if (choice.member < 0.7)
+      continue;
+    ++inside;
+    assert_true(choice.probability > 0.6 && choice.probability <= 1.0);
+    assert_true(choice.value == choice.probability);
+  }
+  assert_true(inside > 5);
+}
+
 int main(void) {
   printf("seed %u\n", SEED);
   rimi_rng_seed(&rng, SEED, 0);
@@ -586,6 +613,7 @@ int main(void) {
       cmocka_unit_test(an_unknown_variance_is_the_noise),
       cmocka_unit_test(moved_memory_goes_on),
       cmocka_unit_test(digest_is_constant),
+      cmocka_unit_test(a_chance_is_of_all_components),
       cmocka_unit_test(rim_ucb_is_sure_inside),
       cmocka_unit_test(unseen_rims_widen_what_was_not_visited),
       cmocka_unit_test(what_is_smooth_is_left_to_the_gp),

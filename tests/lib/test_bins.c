@@ -80,7 +80,16 @@ static void table_equals_plain_sums(void **state) {
   rimi_bins_halve(&table);
   rimi_bins_prefix(&table, 2, 1, after_s, after_n);
   assert_true(after_s[B] == 0.5 * before_s[B]);
-  assert_true(fabs(after_n[B] - 0.5 * before_n[B]) <= B / 2.0);
+  for (int k = 0; k < B; ++k) /* each cell, the first and the last */
+    assert_true(after_n[k + 1] - after_n[k] == floor(0.5 * (before_n[k + 1] - before_n[k])));
+  double all = 0.0;
+  for (uint16_t f = 0; f < D; ++f) {
+    double first_n[B + 1];
+    rimi_bins_prefix(&table, f, 0, before_s, first_n);
+    all += first_n[B];
+    assert_true(first_n[1] == floor(0.5 * n[f][0]));
+  }
+  assert_true(all <= 0.5 * D * N);
 }
 
 static void grid_added_equals_put_and_accumulated(void **state) {

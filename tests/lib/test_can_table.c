@@ -376,6 +376,18 @@ static void contradictions_are_refused(void **state) {
   l.selector = 1;
   signal(&m, &l);
   assert_int_equal(rim_can_table_open(&table, m.bytes, m.size), RIM_E_RANGE);
+  for (int which = 0; which < 2; which++) { /* a value twice, and only one by a selector */
+    begin(&m, 1, 1, 2, 0, RIM_CAN_TABLE_NONE);
+    frame(&m, 1, 8, 0, 0, 2);
+    for (int i = 0; i < 2; i++) {
+      l = plain(0, 0, 8);
+      l.selector_start = 8;
+      l.selector_bits = i == which ? 8 : 0;
+      l.selector = (uint32_t)i;
+      signal(&m, &l);
+    }
+    assert_int_equal(rim_can_table_open(&table, m.bytes, m.size), RIM_E_RANGE);
+  }
   l = plain(0, 0, 8);
   const double wrong[][4] = {
       {0, 0, -1, 1}, {(double)NAN, 0, -1, 1}, {1, (double)INFINITY, -1, 1}, {1, 0, 1, -1}};

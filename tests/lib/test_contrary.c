@@ -102,6 +102,84 @@ static void what_deviates_from_a_healthy_baseline_stays(void **state) {
   }
 }
 
+/* A turn over one feature has no pairs: six units, as its stages are. */
+static void one_feature_has_no_pairs(void **state) {
+  (void)state;
+  static bench b;
+  const world w = planted(1, 9.0, 0.0);
+  start(&b, &w, BLOCKS);
+  search_config one = b.config;
+  one.features = 1;
+  assert_int_equal(rimi_search_init(&b.search, b.memory, sizeof b.memory, &one), RIM_OK);
+  feed(&b, 0, BLOCKS, 0);
+  for (int turn = 0; turn < 3; ++turn) {
+    uint32_t units = 0;
+    do {
+      rimi_search_work(b.search, 1);
+      ++units;
+    } while (b.search->stage != 0 && units < 99);
+    assert_int_equal(units, 6);
+  }
+}
+
+/* What is looked at first is forgotten too. */
+static void a_reset_forgets_what_was_best(void **state) {
+  (void)state;
+  static bench b;
+  const world w = planted(1, 9.0, 0.0);
+  start(&b, &w, BLOCKS);
+  feed(&b, 0, BLOCKS, TURN);
+  uint32_t before = 0, after = 0;
+  for (size_t i = 0; i < (size_t)CHANNELS * FEATURES; ++i)
+    before += search_feature_scores(b.search, 0)[i];
+  rimi_search_reset(b.search);
+  for (size_t i = 0; i < (size_t)CHANNELS * FEATURES; ++i)
+    after += search_feature_scores(b.search, 0)[i];
+  assert_true(before > 0 && after == 0);
+}
+
+/* A gain and impossible effects are no shift: they have no contrary, however far off the run is. */
+static void what_is_no_shift_has_no_contrary(void **state) {
+  (void)state;
+  static bench b;
+  const world w = planted(0, 0.0, -9.0);
+  start(&b, &w, BLOCKS);
+  feed(&b, 0, BLOCKS, TURN);
+  search_hypothesis h = region(EDGE_BIN, SEARCH_BINS - 1);
+  assert_true(rimi_search_evaluate_channel(b.search, 0, &h));
+  const uint8_t family[3] = {SEARCH_GAIN, SEARCH_FIELD, SEARCH_INTERVAL};
+  for (size_t i = 0; i < 3; ++i) {
+    search_hypothesis one = h;
+    one.family = family[i];
+    const search_hypothesis before = one;
+    double onset_sd = -1.0;
+    const bool changed = rimi_search_against_nominal(b.search, 0, &one, false, &onset_sd);
+    assert_int_equal(changed, family[i] == SEARCH_INTERVAL);
+    if (!changed)
+      assert_memory_equal(&one, &before, sizeof one);
+  }
+}
+
+/* Where the search has found no region yet, what lies beside is looked for all the same; where a
+ * region takes in everything, nothing does. */
+static void a_contrary_without_a_region(void **state) {
+  (void)state;
+  static bench b;
+  const world w = planted(2, 0.0, -9.0);
+  start(&b, &w, BLOCKS);
+  feed(&b, 0, BLOCKS, 0);
+  search_state(b.search, 0)->region.score = SEARCH_NONE;
+  search_hypothesis h = region(EDGE_BIN, SEARCH_BINS - 1);
+  assert_true(rimi_search_evaluate_channel(b.search, 0, &h) && h.shift > 0.0f);
+  double onset_sd = -1.0;
+  search_state(b.search, 0)->region.score = SEARCH_NONE;
+  assert_true(rimi_search_against_nominal(b.search, 0, &h, false, &onset_sd));
+  assert_true(h.shift < 0.0f && h.family == SEARCH_INTERVAL && onset_sd == 0.0);
+  assert_true(h.first[0] == 0 && h.last[0] + 2 >= EDGE_BIN);
+  search_hypothesis all = region(0, SEARCH_BINS - 1), beside;
+  assert_false(rimi_search_beside(b.search, 0, &all, &beside));
+}
+
 /* Refining its edges must not lead back to where the search came from. */
 static void what_lies_beside_is_not_the_region_again(void **state) {
   (void)state;
@@ -122,6 +200,10 @@ int main(void) {
       cmocka_unit_test(a_baseline_is_as_improbable_as_its_effects),
       cmocka_unit_test(what_reads_low_elsewhere_is_not_high_here),
       cmocka_unit_test(what_deviates_from_a_healthy_baseline_stays),
+      cmocka_unit_test(a_reset_forgets_what_was_best),
+      cmocka_unit_test(one_feature_has_no_pairs),
+      cmocka_unit_test(what_is_no_shift_has_no_contrary),
+      cmocka_unit_test(a_contrary_without_a_region),
       cmocka_unit_test(what_lies_beside_is_not_the_region_again),
   };
   printf("seed %u\n", SEED);

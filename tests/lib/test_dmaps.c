@@ -120,6 +120,21 @@ static void two_regions_are_recovered(void **state) {
 }
 
 /* Overlapping regions with opposite shifts: what both contain is explained by one of them. */
+/* Nothing of what was in the result before is left in it. */
+static void a_result_is_all_its_own(void **state) {
+  (void)state;
+  const rim_dmaps_config c = {.search = {.seed = SEED}};
+  make(1, 1.5, -1.5, 1);
+  const rim_batch_data data = with(1);
+  rim_dmaps_result result[2];
+  for (int i = 0; i < 2; ++i) {
+    memset(&result[i], i == 0 ? 0 : 0x5a, sizeof result[i]);
+    assert_int_equal(rimi_dmaps_find(&c, &data, NULL, work, sizeof work, &result[i]), RIM_OK);
+  }
+  assert_true(result[0].count > 0);
+  assert_memory_equal(&result[0], &result[1], sizeof result[0]);
+}
+
 static void each_observation_is_explained_once(void **state) {
   (void)state;
   make(5, 2.0, -2.0, 1);
@@ -359,6 +374,7 @@ static void bad_configuration_is_refused(void **state) {
 int main(void) {
   printf("seed %u\n", SEED);
   const struct CMUnitTest tests[] = {cmocka_unit_test(two_regions_are_recovered),
+                                     cmocka_unit_test(a_result_is_all_its_own),
                                      cmocka_unit_test(each_observation_is_explained_once),
                                      cmocka_unit_test(one_region_is_not_split),
                                      cmocka_unit_test(pieces_become_one),

@@ -100,6 +100,18 @@ static void boxes_have_corners(void **state) {
   assert_false(rimi_ellipsoid_contains(&e, nan_first) || rimi_ellipsoid_contains(&e, nan_last));
 }
 
+/* What lies exactly on the edge is outside: no two neighbours hold the same place. */
+static void the_edge_is_outside(void **state) {
+  (void)state;
+  const double center[2] = {0.5, 0.5}, edge[2] = {0.75, 0.5}, next[2] = {0.75 - 0x1p-40, 0.5};
+  const rim_ellipsoid e = rimi_ellipsoid_ball(2, center, 0.25);
+  for (int box = 0; box < 2; ++box) {
+    const ellipsoid_test test = rimi_ellipsoid_test(&e, box != 0);
+    assert_false(rimi_ellipsoid_holds(&test, edge));
+    assert_true(rimi_ellipsoid_holds(&test, next));
+  }
+}
+
 static void closed_boxes_and_angles(void **state) {
   (void)state;
   const uint16_t feature[1] = {1};
@@ -160,9 +172,10 @@ int main(void) {
   printf("seed %u\n", SEED);
   rimi_rng_seed(&rng, SEED, 0);
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(region_is_the_same_set), cmocka_unit_test(units_hold_the_same_contexts),
-      cmocka_unit_test(boxes_have_corners),     cmocka_unit_test(closed_boxes_and_angles),
-      cmocka_unit_test(shape_is_the_inverse),   cmocka_unit_test(bad_input_is_refused),
+      cmocka_unit_test(region_is_the_same_set),  cmocka_unit_test(units_hold_the_same_contexts),
+      cmocka_unit_test(boxes_have_corners),      cmocka_unit_test(the_edge_is_outside),
+      cmocka_unit_test(closed_boxes_and_angles), cmocka_unit_test(shape_is_the_inverse),
+      cmocka_unit_test(bad_input_is_refused),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -490,6 +490,30 @@ static void digest_is_constant(void **state) {
   }
 }
 
+/* Each dimension has its own largest half axis, and none is held to the first one's. */
+static void a_long_region_is_found(void **state) {
+  (void)state;
+  rim_extent_config c = config_of(1);
+  c.least_axis[0] = 0.05;
+  c.most_axis[0] = 0.3;
+  c.least_axis[1] = 0.05;
+  c.most_axis[1] = 0.9;
+  rim_rng own;
+  rimi_rng_seed(&own, SEED, 8);
+  for (int i = 0; i < POINTS; ++i) {
+    x[i][0] = -1.0 + 2.0 * rimi_rng_uniform(&own);
+    x[i][1] = 10.0 + 10.0 * rimi_rng_uniform(&own);
+    dz[i] = 0.1 * rimi_rng_normal(&own) + (fabs(x[i][0]) < 0.2 ? 1.0 : 0.0);
+  }
+  rim_extent *e = make(&memory, &c);
+  fill(e, 0, POINTS);
+  rim_extent_search(e, 40);
+  const double ends[2][DIMS] = {{0.0, 10.4}, {0.0, 19.6}}, aside[DIMS] = {0.8, 15.0};
+  for (int i = 0; i < 2; ++i)
+    assert_true(rim_extent_at(e, 0, ends[i]).member > 0.5);
+  assert_true(rim_extent_at(e, 0, aside).member < 0.1);
+}
+
 /* A place that is a number itself, and no number as a share of so narrow a box. */
 static void places_without_a_share(void **state) {
   (void)state;
@@ -521,6 +545,7 @@ int main(void) {
       cmocka_unit_test(bad_numbers_are_counted),
       cmocka_unit_test(misuse_is_refused),
       cmocka_unit_test(moved_memory_goes_on),
+      cmocka_unit_test(a_long_region_is_found),
       cmocka_unit_test(digest_is_constant),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

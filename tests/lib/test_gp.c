@@ -279,6 +279,20 @@ static void duplicates_make_room_first(void **state) {
   assert_int_equal(rim_gp_get_point(gp, POINTS, &point), RIM_E_RANGE);
 }
 
+/* The noisiest of points far apart says least, wherever it stands. */
+static void the_noisiest_says_least(void **state) {
+  (void)state;
+  const rim_gp_config c = config_of(0);
+  for (uint32_t noisy = 0; noisy < 4; ++noisy) {
+    rim_gp *gp = make(&memory, &c);
+    for (uint32_t i = 0; i < 4; ++i) {
+      const double at[DIMS] = {40.0 * i, 0.0};
+      assert_int_equal(rim_gp_add(gp, at, 0.0, i == noisy ? 5.0 : 0.1, 0.0), RIM_OK);
+    }
+    assert_int_equal(rim_gp_least_informative(gp), noisy);
+  }
+}
+
 /* The criterion kept up to date agrees with its definition after hundreds of replacements. */
 static void criterion_does_not_drift(void **state) {
   (void)state;
@@ -502,6 +516,7 @@ int main(void) {
       cmocka_unit_test(many_equal_one_by_one),
       cmocka_unit_test(duplicates_are_fine),
       cmocka_unit_test(duplicates_make_room_first),
+      cmocka_unit_test(the_noisiest_says_least),
       cmocka_unit_test(criterion_does_not_drift),
       cmocka_unit_test(offsets_are_explained_elsewhere),
       cmocka_unit_test(bad_numbers_are_counted),

@@ -173,6 +173,18 @@ static void test_gaps_reset_and_bad_rows_count(void **state) {
   assert_int_equal(rimi_interference_step(NULL, 0.0, 0.0, 0.0, &v), RIM_E_ARGUMENT);
 }
 
+/* A reset forgets all that was summed. */
+static void test_reset_forgets_all(void **state) {
+  (void)state;
+  begin();
+  const rim_interference fresh = s;
+  for (int k = 0; k < 40; ++k)
+    rimi_interference_step(&s, k * DT, 0.5, k < 20 ? 0.5 : 0.0, &v);
+  assert_memory_not_equal(s.sum, fresh.sum, sizeof s.sum);
+  rimi_interference_reset(&s);
+  assert_memory_equal(s.sum, fresh.sum, sizeof s.sum);
+}
+
 static void test_varying_steps_and_many_commands(void **state) {
   (void)state;
   begin();
@@ -286,6 +298,7 @@ int main(int argc, char **argv) {
                                      cmocka_unit_test(test_pushed_while_standing_and_backwards),
                                      cmocka_unit_test(test_observations),
                                      cmocka_unit_test(test_gaps_reset_and_bad_rows_count),
+                                     cmocka_unit_test(test_reset_forgets_all),
                                      cmocka_unit_test(test_varying_steps_and_many_commands),
                                      cmocka_unit_test(test_bytes),
                                      cmocka_unit_test(test_an_image_carries_it),

@@ -80,6 +80,9 @@ static void a_turn_sweeps_its_corner(void **state) {
   rim_lookahead_result r;
   assert_true(rim_lookahead_check(&c, &region, &plan, 0.0, &r));
   assert_true(r.enters && r.pose == 1 && r.after_s > 1.3 && r.after_s < 2.0);
+  /* Its side meets it at 81.37 degrees, 4 cos 81.37 = 0.1 + 0.5; orientations along the chord are
+   * there at 0.806 of the way. */
+  assert_true(r.after_s > 1.806 - 0.02 && r.after_s < 1.807);
 }
 
 static void only_physical_regions_are_looked_at(void **state) {

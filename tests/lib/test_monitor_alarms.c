@@ -3,6 +3,9 @@
  * monitor (images: monitor_bench.h). What becomes of an alarm is asked in test_alarm_life.c. */
 #include "image/correct.h"
 #include "monitor/inspect.h"
+#include "monitor/monitor_private.h"
+#include "search/select_private.h"
+
 #include "monitor_bench.h"
 
 /* Row 0 .. of a run with a shift, until its alarm is raised; returns the next row. */
@@ -170,6 +173,72 @@ static void membership_is_of_the_outcome_named(void **state) {
   assert_true(rim_monitor_membership(b.monitor, (const double[D]){0.0, 0.0, 275.0, 0.0}) < 0.1);
 }
 
+/* ---- what is told of rows with the caller's predictions ---- */
+
+static rim_monitor *open_external(bench *b, const recipe *r) {
+  memset(b, 0, sizeof *b);
+  b->external = true;
+  build(&b->blob, r);
+  start(b);
+  b->monitor->guard.busy = true; /* as within a step: the sums are made when it ends */
+  return b->monitor;
+}
+
+static void channels_by_their_scores(void **state) {
+  (void)state;
+  enum { MANY = 6 };
+  recipe r = calibrated[1];
+  set_word(&r, RIM_CONFIG_OUTCOMES, MANY);
+  r.section[RIM_SECTION_NAMES].size = 0;
+  for (const char *c = "a\nb\nc\nd\n0\n1\n2\n3\n4\n5\n"; *c; ++c)
+    u8(&r.section[RIM_SECTION_NAMES], (uint8_t)*c);
+  put_threshold(&r.section[RIM_SECTION_THRESHOLD], MANY, (const double[]){10.0}, 1);
+  bench b;
+  rim_monitor *m = open_external(&b, &r);
+  float *score = (float *)(uintptr_t)rimi_select_channel_scores(m->select);
+  const float of[MANY] = {20.0f, 50.0f, 5.0f, 40.0f, 30.0f, 11.0f};
+  memcpy(score, of, sizeof of);
+  rim_alarm a;
+  const rim_verdict v = {.channel = 1, .level = RIM_LEVEL_ERROR};
+  rimi_monitor_describe(m, &v, &a); /* without a row: nothing is sized */
+  assert_int_equal(a.channels, RIM_ALARM_MAX_CHANNELS);
+  const uint16_t order[RIM_ALARM_MAX_CHANNELS] = {1, 3, 4, 0};
+  assert_memory_equal(a.channel, order, sizeof order);
+  assert_int_equal(a.region.dims, 0);
+  assert_int_equal(a.observations, 0);
+  for (size_t i = 0; i < RIM_ALARM_MAX_CHANNELS; ++i)
+    assert_true(a.shift[i] == 0.0 && a.shift_sd[i] == 0.0);
+  score[0] = score[4] = 9.0f;
+  rimi_monitor_describe(m, &v, &a);
+  assert_int_equal(a.channels, 3);
+  assert_int_equal(a.channel[2], 5);
+}
+
+/* An interval over the whole range of its feature is no region. */
+static void the_whole_range_is_everywhere(void **state) {
+  (void)state;
+  for (uint32_t last = BINS - 2; last < BINS; ++last) {
+    for (uint32_t first = 0; first < 2; ++first) {
+      bench b;
+      rim_monitor *m = open_external(&b, &calibrated[1]);
+      m->guard.busy = false;
+      for (uint32_t t = 0; t < 40; ++t)
+        (void)step(&b, 930, t, 0.0);
+      for (uint16_t f = 0; f < REGION; ++f) {
+        slice *s = select_slice(m->select, 1, f);
+        s->first = (uint8_t)first;
+        s->last = (uint8_t)last;
+        s->ln_anom = 1e6f;
+      }
+      select_channel(m->select, 1)->best_interval = 1e6f;
+      rim_alarm a;
+      const rim_verdict v = {.channel = 1, .level = RIM_LEVEL_ERROR};
+      rimi_monitor_describe(m, &v, &a);
+      assert_int_equal(a.region.dims, first == 0 && last == BINS - 1 ? 0 : 1);
+    }
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(silence_needs_no_row),
@@ -177,6 +246,8 @@ int main(void) {
       cmocka_unit_test(a_clock_that_begins_anew_is_told),
       cmocka_unit_test(nothing_is_read_where_there_is_none),
       cmocka_unit_test(membership_is_of_the_outcome_named),
+      cmocka_unit_test(channels_by_their_scores),
+      cmocka_unit_test(the_whole_range_is_everywhere),
   };
   return cmocka_run_group_tests(tests, set_up, NULL);
 }

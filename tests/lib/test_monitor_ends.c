@@ -13,6 +13,7 @@
 #include "alarm_sample.h"
 #include "image/nominal.h"
 #include "monitor_bench.h"
+#include "rim/plan/lookahead.h"
 
 static bench b;
 
@@ -438,6 +439,62 @@ static void effects_that_are_no_numbers(void **state) {
   assert_true(isfinite(again.ln_ratio) && isfinite(again.shift) && isfinite(again.sd));
 }
 
+/* A feature may describe regions once, whichever two places of the list it is in. */
+static void a_region_feature_twice(void **state) {
+  (void)state;
+  const unsigned list[][3] = {{0, 3, 2}, {3, 3, 2}, {0, 3, 3}, {2, 3, 2}};
+  for (size_t k = 0; k < sizeof list / sizeof *list; ++k) {
+    recipe r = calibrated[0];
+    bytes *region = &r.section[RIM_SECTION_REGION], *cuts = &r.section[RIM_SECTION_CUTS];
+    set_word(&r, RIM_CONFIG_REGION_FEATURES, 3);
+    region->size = cuts->size = 0;
+    for (size_t i = 0; i < 3; ++i) {
+      u16(region, list[k][i]);
+      u16(region, 0xffff);
+    }
+    for (size_t i = 0; i < 3 * CUTS; ++i)
+      u8(cuts, (unsigned)((i % CUTS + 1) * 256 / 24));
+    assert_int_equal(status_of(&r), k == 0 ? RIM_OK : RIM_E_RANGE);
+  }
+}
+
+/* What agreement remembers of the blocks before is forgotten with the regions, all of it. */
+static void what_agreement_remembers_is_forgotten(void **state) {
+  (void)state;
+  make_bench(&b, false);
+  for (size_t i = 0; i < AGREEMENT_STATE * O; ++i)
+    b.monitor->agreement_state[i] = 1.0 + (double)i;
+  rimi_monitor_forget_regions(b.monitor);
+  for (size_t i = 0; i < AGREEMENT_STATE * O; ++i)
+    assert_true(b.monitor->agreement_state[i] == 0.0);
+}
+
+/* A plan of a single pose is one, too; none is none. */
+static void a_plan_of_one_pose(void **state) {
+  (void)state;
+  make_bench(&b, false);
+  b.monitor->guard.busy = true;
+  const uint16_t feature[2] = {0, 1};
+  const double low[2] = {-1.0, -1.0}, high[2] = {1.0, 1.0};
+  rim_alarm a = sample_alarm(6);
+  a.level = RIM_LEVEL_ERROR;
+  assert_int_equal(rimi_region_from_box(&a.region, 2, feature, low, high), RIM_OK);
+  rimi_alarm_life_row(&b.monitor->life, 1.0);
+  for (int i = 0; i < 4; ++i)
+    rimi_alarm_life_step(&b.monitor->life, RIM_DETECTOR_RIM, 1.0 + i, &a);
+  assert_non_null(rim_monitor_standing(b.monitor, RIM_DETECTOR_RIM));
+  const rim_lookahead_config c = {.axis = {0, 1, RIM_LOOKAHEAD_NO_AXIS}, .vertices = 1};
+  for (uint32_t count = 0; count < 3; ++count) {
+    rim_lookahead ahead = {.plan = {.count = count}};
+    for (uint32_t i = 0; i < count; ++i)
+      ahead.plan.pose[i] = (rim_pose){.after_s = 1.0 + i, .orientation = {1.0, 0.0, 0.0, 0.0}};
+    rim_entry entry = {.to_entry_s = -5.0};
+    assert_int_equal(rim_lookahead_update(&ahead, &c, b.monitor, 7, 0.5, false, false, &entry),
+                     count > 0);
+    assert_true(entry.to_entry_s == (count > 0 ? 0.5 : -5.0));
+  }
+}
+
 /* Who asks without a monitor, or of what it does not have. */
 static void questions_without_an_answer(void **state) {
   (void)state;
@@ -469,6 +526,9 @@ int main(void) {
       cmocka_unit_test(a_region_over_an_outcome),
       cmocka_unit_test(nothing_is_watched),
       cmocka_unit_test(what_gaps_leave_unknown_is_counted),
+      cmocka_unit_test(a_region_feature_twice),
+      cmocka_unit_test(what_agreement_remembers_is_forgotten),
+      cmocka_unit_test(a_plan_of_one_pose),
       cmocka_unit_test(questions_without_an_answer),
       cmocka_unit_test(too_many_outcomes),
       cmocka_unit_test(values_beyond_all_numbers),

@@ -249,7 +249,17 @@ static void what_lies_beyond_is_told(void **state) {
     assert_true(again[0] == beyond[0] && again[1]);
     x[0] = NAN;
     assert_int_equal(rimi_nominal_beyond(&model, x, own, again), RIM_E_DATA);
+    x[0] = m.centre[0];
+    const rim_nominal none = {0};
     assert_int_equal(rimi_nominal_beyond(NULL, x, own, again), RIM_E_ARGUMENT);
+    assert_int_equal(rimi_nominal_beyond(&none, x, own, again), RIM_E_ARGUMENT);
+    assert_int_equal(rimi_nominal_beyond(&model, NULL, own, again), RIM_E_ARGUMENT);
+    assert_int_equal(rimi_nominal_beyond(&model, x, NULL, again), RIM_E_ARGUMENT);
+    assert_int_equal(rimi_nominal_beyond(&model, x, own, NULL), RIM_E_ARGUMENT);
+    const uint16_t first[O] = {0, 0}, damaged[O] = {D, 0xffff}; /* an index that was hit is 0 */
+    assert_int_equal(rimi_nominal_beyond(&model, x, first, beyond), RIM_OK);
+    assert_int_equal(rimi_nominal_beyond(&model, x, damaged, again), RIM_OK);
+    assert_memory_equal(again, beyond, sizeof again);
   }
   for (int o = 0; o < O; ++o)
     assert_true(told[o][0] > 5 && told[o][1] > 5);

@@ -102,6 +102,26 @@ static void extremes_of_the_box_are_touched(void **state) {
   }
 }
 
+/* A shape and its inverse: their product is the identity, in every place. */
+static void a_shape_is_the_inverse(void **state) {
+  (void)state;
+  for (int k = 0; k < 200; ++k) {
+    const uint8_t dims = (uint8_t)(1 + k % RIM_REGION_MAX_DIMS);
+    const rim_region region = random_region(dims);
+    double shape[RIM_REGION_MAX_DIMS * RIM_REGION_MAX_DIMS];
+    assert_true(rimi_region_shape(&region, shape));
+    for (size_t i = 0; i < dims; ++i) {
+      for (size_t j = 0; j < dims; ++j) {
+        double sum = 0.0;
+        for (size_t l = 0; l < dims; ++l)
+          sum += shape[i * dims + l] * region.inverse_shape[l * dims + j];
+        assert_true(fabs(sum - (i == j ? 1.0 : 0.0)) < 1e-6);
+        assert_true(shape[i * dims + j] == shape[j * dims + i]);
+      }
+    }
+  }
+}
+
 static void everywhere(void **state) {
   (void)state;
   rim_region region = {0};
@@ -209,6 +229,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(volume_and_bounds_by_monte_carlo),
       cmocka_unit_test(extremes_of_the_box_are_touched),
+      cmocka_unit_test(a_shape_is_the_inverse),
       cmocka_unit_test(everywhere),
       cmocka_unit_test(boxes),
       cmocka_unit_test(bad_boxes_are_refused),

@@ -71,6 +71,43 @@ static uint64_t digest(const rim_select *engine) {
   return h;
 }
 
+/* A reset leaves nothing of what was found, and the small profile takes less, by so much. */
+static void a_reset_is_a_start(void **state) {
+  (void)state;
+  make(3, ELLIPSE, 1);
+  rim_select *engine = started(7);
+  feed(engine, 0, 100);
+  const uint64_t first = digest(engine);
+  rimi_select_reset(engine);
+  rim_candidate best;
+  assert_false(rimi_select_best(engine, &best));
+  for (uint16_t c = 0; c < C; ++c)
+    assert_true(rimi_select_channel_scores(engine)[c] == 0.0f);
+  make(4, NOTHING, 0); /* what was found before is not found in what comes after */
+  feed(engine, 0, 20);
+  const uint64_t after = digest(engine);
+  rim_select *fresh = started(7);
+  feed(fresh, 0, 20);
+  assert_true(digest(fresh) == after && after != first);
+}
+
+static void the_small_profile_is_small(void **state) {
+  (void)state;
+  rim_select_config c = {.features = D, .channels = C, .ring = 512, .bins = 16, .grid = 32};
+  size_t size[2][2];
+  for (uint16_t pairs = 0; pairs < 2; ++pairs) {
+    for (int small = 0; small < 2; ++small) {
+      c.pairs = (uint16_t)(3 + pairs);
+      c.small = small != 0;
+      assert_int_equal(rimi_select_size(&c, &size[pairs][small]), RIM_OK);
+    }
+  }
+  assert_true(size[0][1] < size[0][0] && size[1][1] < size[1][0]);
+  assert_int_equal(size[0][0], RIM_SELECT_SIZE(D, C, 512, 16, 32, 3));
+  assert_int_equal(size[1][0], RIM_SELECT_SIZE(D, C, 512, 16, 32, 4));
+  assert_true(size[1][1] - size[0][1] < size[1][0] - size[0][0]); /* so does each pair */
+}
+
 static void finds_an_ellipse_in_the_right_channel(void **state) {
   (void)state;
   int right = 0;
@@ -332,6 +369,8 @@ static void long_runs_do_not_overflow(void **state) {
 int main(void) {
   printf("seed %u\n", SEED);
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_reset_is_a_start),
+      cmocka_unit_test(the_small_profile_is_small),
       cmocka_unit_test(finds_an_ellipse_in_the_right_channel),
       cmocka_unit_test(finds_fewer_features_where_fewer_matter),
       cmocka_unit_test(noise_scores_low),

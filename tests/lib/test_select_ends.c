@@ -22,6 +22,23 @@ static void an_index_is_looked_at_each_row(void **state) {
   assert_int_equal(rim_monitor_get_health(b.monitor).damage, RIM_DAMAGE_RUN);
 }
 
+/* A reset leaves the counters of the sweep as at the start. */
+static void a_reset_begins_its_sweeps_anew(void **state) {
+  (void)state;
+  make_bench(&b, true);
+  rim_select *e = b.monitor->select;
+  const uint32_t sweeps = e->sweeps;
+  for (uint32_t t = 0; t < 200; ++t)
+    (void)step(&b, 912, t, 0.0);
+  assert_int_not_equal(e->sweeps, sweeps);
+  select_channel(e, 1)->best_interval = 1e6f;
+  e->leader = 0;
+  rimi_select_reset(e);
+  assert_int_equal(e->leader, e->pairs);
+  assert_int_equal(e->sweeps, sweeps);
+  assert_true(select_channel(e, 1)->best_interval == 0.0f);
+}
+
 /* Every field of a pair, and every one of a channel's slice. */
 static void every_index_of_a_selection(void **state) {
   (void)state;
@@ -55,6 +72,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(an_index_is_looked_at_each_row),
       cmocka_unit_test(every_index_of_a_selection),
+      cmocka_unit_test(a_reset_begins_its_sweeps_anew),
   };
   return cmocka_run_group_tests(tests, set_up, NULL);
 }

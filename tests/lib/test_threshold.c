@@ -97,6 +97,9 @@ static void bad_values_are_refused(void **state) {
   put_f32(&s, 8 + RUNS + KNOTS, -1.0f); /* an offset below zero */
   assert_int_equal(rimi_threshold_open(&t, s.bytes, sizeof s.bytes), RIM_E_RANGE);
   s = make_section();
+  put_u32(&s, 0, 0); /* no channel, and nothing of one */
+  assert_int_equal(rimi_threshold_open(&t, s.bytes, sizeof s.bytes - 8 * CHANNELS), RIM_E_RANGE);
+  s = make_section();
   put_f32(&s, 5, 9.5f); /* the warning above the alarm */
   assert_int_equal(rimi_threshold_open(&t, s.bytes, sizeof s.bytes), RIM_E_RANGE);
 }

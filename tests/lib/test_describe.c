@@ -1,0 +1,327 @@
+/* SPDX-License-Identifier: MIT */
+/* monitor/describe.c: which outcome is named when several channels deviate, and which sign. What
+ * the channels have found is put there by hand, so that each rule is tried on both sides of it. */
+#include <math.h>
+
+#include "monitor/monitor_private.h"
+#include "search/search_private.h"
+
+#include "monitor_bench.h"
+
+enum { BLOCKS = 240, HALF = 128, HALF_BIN = SEARCH_BINS / 2, BEHAVIOUR = 0, AGREEMENT = O };
+/* Channels, by kind and outcome. */
+enum { B0 = 0, B1 = 1, A0 = AGREEMENT, A1 = AGREEMENT + 1 };
+
+static bench b;
+static rim_monitor *m;
+static double alarm_at; /* score */
+
+static void from(const recipe *r, bool external) {
+  memset(&b, 0, sizeof b);
+  b.external = external;
+  build(&b.blob, r);
+  start(&b);
+  m = b.monitor;
+  m->guard.busy = true; /* as within a step: the sums are made when it ends */
+  alarm_at = m->models.threshold.alarm_score;
+}
+
+/* Blocks whose residuals are wave(channel, i, byte of feature 0) in units of 0.05, and noise. */
+typedef double wave(uint32_t channel, uint32_t i, uint8_t byte);
+
+static double nothing(uint32_t channel, uint32_t i, uint8_t byte) {
+  (void)channel, (void)i, (void)byte;
+  return 0.0;
+}
+
+static void feed(wave *of, double noise) {
+  rim_rng rng;
+  rimi_rng_seed(&rng, SEED, 1);
+  const double zero[CHANNELS] = {0.0};
+  for (uint32_t i = 0; i < BLOCKS; ++i) {
+    double residual[CHANNELS];
+    const uint8_t feature[REGION] = {(uint8_t)(i * 37u), (uint8_t)(i * 101u)};
+    for (uint32_t c = 0; c < CHANNELS; ++c)
+      residual[c] = 0.05 * (noise * rimi_rng_normal(&rng) + of(c, i, feature[0]));
+    const search_block block = {
+        .t_s = i, .feature = feature, .mean = zero, .predicted = zero, .residual = residual};
+    assert_int_equal(rimi_search_observe(m->search, &block), RIM_OK);
+  }
+}
+
+/* The channel has found this. */
+static void plant(uint32_t channel, search_family family, double score, double shift,
+                  uint32_t onset) {
+  const search_hypothesis h = {.family = (uint8_t)family,
+                               .onset = onset,
+                               .score = (float)score,
+                               .ln_ratio = (float)score,
+                               .shift = (float)shift,
+                               .sd = 1.0f,
+                               .blocks = 10};
+  channel_state *state = search_state(m->search, channel);
+  state->time = h;
+  state->region.score = SEARCH_NONE;
+}
+
+static void plant_nothing(void) {
+  for (uint32_t c = 0; c < CHANNELS; ++c)
+    plant(c, SEARCH_SINCE, 0.0, 0.0, 0);
+}
+
+/* The channel that the record of this leading one is of. */
+static uint16_t named(uint16_t leading, rim_alarm *alarm) {
+  const rim_verdict v = {.channel = leading, .level = RIM_LEVEL_ERROR, .t_s = 99.0};
+  rimi_monitor_describe(m, &v, alarm);
+  assert_int_equal(alarm->channel[0], m->explained_channel % O);
+  assert_true(m->has_explained && alarm->channels >= 1 && alarm->t_s == 99.0);
+  return m->explained_channel;
+}
+
+/* Row o of section AGREEMENT: its source, what it is mostly the integral of, and the weight of
+ * outcome j. */
+static void put_row(recipe *r, size_t o, double source, double mostly, size_t j, double weight) {
+  uint8_t *at = r->section[RIM_SECTION_AGREEMENT].byte + 16 + 4 * O + 4 * o * (4 + O * (2 + MEANS));
+  put_f32(at, source);
+  put_f32(at + 8, mostly);
+  put_f32(at + 16 + 4 * j, weight);
+}
+
+/* Nothing is the integral of anything. */
+static recipe without_integrals(void) {
+  recipe r = calibrated[0];
+  for (size_t o = 0; o < O; ++o)
+    put_row(&r, o, AGREEMENT_RESIDUALS, -1.0, 0, 0.0);
+  return r;
+}
+
+/* ---- which of two sensors ---- */
+
+static void the_twin_that_is_wrong(void **state) {
+  (void)state;
+  rim_alarm a;
+  for (int twins = 0; twins < 2; ++twins) {
+    recipe r = without_integrals();
+    for (size_t o = 0; o < O; ++o)
+      put_row(&r, o, AGREEMENT_FEW, -1.0, 1 - o, twins);
+    from(&r, false);
+    feed(nothing, 1.0);
+    const struct {
+      double score, shift; /* of the other's agreement; the leading one reads 3 low */
+      uint16_t named;
+    } of[] = {{1.01, 3.0, A1}, {1.01, -3.0, A0}, {0.99, 3.0, A0}, {1.01, 0.0, A0}, {9.0, 0.1, A1}};
+    for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
+      plant_nothing();
+      plant(A0, SEARCH_SINCE, 2.0 * alarm_at, -3.0, 40);
+      plant(A1, SEARCH_SINCE, of[i].score * alarm_at, of[i].shift, 40);
+      assert_int_equal(named(A0, &a), twins ? of[i].named : A0);
+    }
+    plant_nothing(); /* behaviour has no twin */
+    plant(B0, SEARCH_SINCE, 2.0 * alarm_at, -3.0, 40);
+    plant(A1, SEARCH_SINCE, 2.0 * alarm_at, 3.0, 40);
+    assert_int_equal(named(B0, &a), B0);
+    assert_int_equal(a.channels, 2); /* the other is named after it */
+    assert_int_equal(a.channel[1], 1);
+  }
+}
+
+/* ---- behaviour before agreement ---- */
+
+/* The behaviour of outcome 1 is off from block 40 on. */
+static double together(uint32_t channel, uint32_t i, uint8_t byte) {
+  (void)byte;
+  return channel == B1 && i >= 40 ? 10.0 : 0.0;
+}
+
+static void the_vehicle_before_its_sensors(void **state) {
+  (void)state;
+  rim_alarm a;
+  const recipe r = without_integrals();
+  from(&r, false);
+  feed(together, 1.0);
+  const struct {
+    double leading, score, shift; /* scores in alarms; of behaviour c */
+    uint16_t c, named;
+  } of[] = {{2.0, 1.01, 3.0, B1, B1},  {2.0, 1.01, -3.0, B1, B1}, {2.0, 0.99, 3.0, B1, A0},
+            {5.0, 2.01, 3.0, B1, B1},  {5.0, 1.99, 3.0, B1, A0},  {2.0, 1.01, 3.0, B0, B0},
+            {2.0, 1.01, -3.0, B0, A0}, {2.0, 1.01, 0.0, B0, B0}};
+  for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
+    plant_nothing();
+    plant(A0, SEARCH_SINCE, of[i].leading * alarm_at, 3.0, 40);
+    plant(of[i].c, SEARCH_SINCE, of[i].score * alarm_at, of[i].shift, 40);
+    assert_int_equal(named(A0, &a), of[i].named);
+  }
+  plant_nothing(); /* of two, the one that scores more */
+  plant(A0, SEARCH_SINCE, 2.0 * alarm_at, 3.0, 40);
+  plant(B0, SEARCH_SINCE, 1.5 * alarm_at, 3.0, 40);
+  plant(B1, SEARCH_SINCE, 1.4 * alarm_at, 3.0, 40);
+  assert_int_equal(named(A0, &a), B0);
+  plant(B1, SEARCH_SINCE, 1.6 * alarm_at, 3.0, 40);
+  assert_int_equal(named(A0, &a), B1);
+}
+
+/* ---- what is integrated ---- */
+
+static void the_cause_of_an_integral(void **state) {
+  (void)state;
+  rim_alarm a;
+  recipe r = without_integrals();
+  put_row(&r, 1, AGREEMENT_RESIDUALS, 0.0, 0, 0.0); /* outcome 1 mostly integrates outcome 0 */
+  from(&r, false);
+  feed(nothing, 1.0);
+  const struct {
+    search_family family; /* of the leading one, outcome 1's, since block 40 */
+    uint16_t leading, c;  /* c: a channel of outcome 0 */
+    double score;
+    uint32_t onset;
+    uint16_t named;
+  } of[] = {{SEARCH_RAMP, A1, B0, 1.01, 40, B0},
+            {SEARCH_RAMP, A1, A0, 1.01, 90, A0},
+            {SEARCH_RAMP, A1, A0, 0.99, 40, A1},
+            {SEARCH_SINCE, A1, A0, 9.0, 40, A1}, /* of a step, the commands have to say so too */
+            {SEARCH_SINCE, B1, A0, 9.0, 40, B1},
+            {SEARCH_SINCE, B1, B0, 1.01, 40, B0},
+            {SEARCH_SINCE, B1, B0, 0.99, 40, B1},
+            {SEARCH_SINCE, B1, B0, 1.01, 40 + SEARCH_LEAST, B0},
+            {SEARCH_SINCE, B1, B0, 1.01, 41 + SEARCH_LEAST, B1}, /* it deviates since later */
+            {SEARCH_SINCE, B1, B0, 1.01, SEARCH_FROM_START, B0}};
+  for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
+    plant_nothing();
+    plant(of[i].leading, of[i].family, 3.0 * alarm_at, 3.0, 40);
+    plant(of[i].c, SEARCH_SINCE, of[i].score * alarm_at, 3.0, of[i].onset);
+    assert_int_equal(named(of[i].leading, &a), of[i].named);
+  }
+  plant_nothing(); /* outcome 0 integrates nothing */
+  plant(A0, SEARCH_RAMP, 3.0 * alarm_at, 3.0, 40);
+  plant(A1, SEARCH_SINCE, 2.0 * alarm_at, 3.0, 40);
+  assert_int_equal(named(A0, &a), A0);
+}
+
+/* ---- a reading that stands still ---- */
+
+static void repeats_are_the_cause(void **state) {
+  (void)state;
+  rim_alarm a;
+  from(&calibrated[0], false);
+  feed(nothing, 1.0);
+  const uint16_t repeat = RIM_CHANNEL_REPEAT * O;
+  const double unit = (double)rimi_noise_channel(&m->models.noise, repeat).s;
+  const struct {
+    double score, share;
+    uint16_t named;
+  } of[] = {{1.01, 0.31, repeat}, {1.01, 0.29, B0}, {0.99, 0.9, B0}};
+  for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
+    plant_nothing();
+    plant(B0, SEARCH_SINCE, 2.0 * alarm_at, 3.0, 40);
+    plant(repeat, SEARCH_SINCE, of[i].score * alarm_at, of[i].share / unit, 40);
+    assert_int_equal(named(B0, &a), of[i].named);
+    assert_int_equal(a.kind, of[i].named == repeat ? RIM_KIND_REPEAT : RIM_KIND_SHIFT);
+  }
+}
+
+/* ---- signs ---- */
+
+static double agreement_since; /* of outcome 0's agreement from block 60 on; its behaviour: 2 */
+
+static double both(uint32_t channel, uint32_t i, uint8_t byte) {
+  (void)byte;
+  return i < 60 ? 0.0 : channel == B0 ? 2.0 : channel == A0 ? agreement_since : 0.0;
+}
+
+static void of_opposite_signs_the_surer(void **state) {
+  (void)state;
+  rim_alarm a;
+  const struct {
+    double agreement, shift;
+    uint16_t named;
+  } of[] = {{-6.0, -0.3, A0}, {6.0, 0.1, B0}, {-1.4, 0.1, B0}};
+  for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
+    from(&calibrated[0], false);
+    agreement_since = of[i].agreement;
+    feed(both, 1.0);
+    plant_nothing();
+    plant(B0, SEARCH_SINCE, 2.0 * alarm_at, 2.0, 60);
+    plant(A0, SEARCH_SINCE, 1.01 * alarm_at, of[i].agreement, 60);
+    assert_int_equal(named(B0, &a), of[i].named);
+    assert_true(fabs(a.shift[0] - of[i].shift) < 4.0 * a.shift_sd[0] && a.shift_sd[0] < 0.03);
+    assert_true(fabs(a.since_s - 59.5) <= 3.0 * a.since_sd_s);
+    assert_true(a.since_sd_s > 0.0 && (float)a.since_sd_s == m->explained_onset_sd);
+    plant_nothing(); /* what does not pass is not asked */
+    plant(B0, SEARCH_SINCE, 2.0 * alarm_at, 2.0, 60);
+    plant(A0, SEARCH_SINCE, 0.99 * alarm_at, of[i].agreement, 60);
+    assert_int_equal(named(B0, &a), B0);
+  }
+}
+
+/* High where feature 0 is, low where it is not: the run's own offset could be either. */
+static double halves(uint32_t channel, uint32_t i, uint8_t byte) {
+  (void)i;
+  return channel != B0 && channel != A0 ? 0.0 : byte >= HALF ? 0.35 : -0.35;
+}
+
+/* The half that is high was found. */
+static void find_high(uint32_t channel) {
+  plant_nothing();
+  search_hypothesis h = {.family = SEARCH_INTERVAL,
+                         .first = {HALF_BIN},
+                         .last = {SEARCH_BINS - 1},
+                         .onset = SEARCH_FROM_START};
+  assert_true(rimi_search_evaluate_channel(m->search, channel, &h) && h.shift > 0.0f);
+  search_state(m->search, channel)->region = h;
+}
+
+static void explained_low(uint16_t channel) {
+  search_hypothesis low = {
+      .family = SEARCH_INTERVAL, .last = {HALF_BIN - 1}, .onset = SEARCH_FROM_START};
+  assert_true(rimi_search_evaluate_channel(m->search, channel, &low) && low.shift < 0.0f);
+  m->explained = low;
+  m->explained_channel = channel;
+  m->has_explained = true;
+}
+
+static void a_standing_alarm_keeps_its_sign(void **state) {
+  (void)state;
+  const struct {
+    bool stands, has;
+    uint16_t explained; /* channel */
+    bool keeps;
+  } of[] = {{true, true, B0, true},
+            {true, true, A0, true}, /* beside what is found now */
+            {true, true, B1, false},
+            {false, true, B0, false},
+            {true, false, B0, true}}; /* by what was said */
+  for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
+    from(&calibrated[0], false);
+    feed(halves, 0.1);
+    rim_alarm a = {.level = RIM_LEVEL_ERROR, .channels = 1, .kind = RIM_KIND_SHIFT};
+    rimi_alarm_life_row(&m->life, 1.0);
+    for (int k = 0; of[i].stands && k < 4; ++k)
+      rimi_alarm_life_step(&m->life, RIM_DETECTOR_RIM, 1.0 + k, &a);
+    assert_int_equal(rim_monitor_standing(m, RIM_DETECTOR_RIM) != NULL, of[i].stands);
+    explained_low(of[i].explained == B1 ? B0 : of[i].explained);
+    m->explained_channel = of[i].explained;
+    m->has_explained = of[i].has;
+    m->said_low[0] = UINT32_C(1) << (of[i].explained % O);
+    find_high(B0);
+    assert_int_equal(named(B0, &a), B0);
+    assert_int_equal(a.shift[0] < 0.0, of[i].keeps);
+    assert_int_equal(m->explained.shift < 0.0f, of[i].keeps);
+    assert_int_equal(a.region.dims, 1);
+    assert_true(fabs(fabs(a.shift[0]) - 0.035) < 0.02);
+    /* The command's range is -1..1, its half 0. */
+    const double inside = of[i].keeps ? -0.5 : 0.5;
+    assert_true(rim_region_contains(&a.region, &inside) || a.region.feature[0] != 0);
+  }
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(the_twin_that_is_wrong),
+      cmocka_unit_test(the_vehicle_before_its_sensors),
+      cmocka_unit_test(the_cause_of_an_integral),
+      cmocka_unit_test(repeats_are_the_cause),
+      cmocka_unit_test(of_opposite_signs_the_surer),
+      cmocka_unit_test(a_standing_alarm_keeps_its_sign),
+  };
+  return cmocka_run_group_tests(tests, set_up, NULL);
+}
