@@ -28,7 +28,8 @@ SIZE ?= $(CROSS_COMPILE)size
 WARNINGS := -Wall -Wextra -Wconversion -Wshadow -Werror
 comma := ,
 # gcc 12 under the sanitizers takes the inside of <regex> for uninitialised: seen, said, no error.
-SANITIZER_FLAGS := $(if $(SANITIZE),-g -fsanitize=address$(comma)undefined -fno-sanitize-recover=all -Wno-error=maybe-uninitialized)
+# -g1: the lines that a report names, at a third less of compiling than -g.
+SANITIZER_FLAGS := $(if $(SANITIZE),-g1 -fsanitize=address$(comma)undefined -fno-sanitize-recover=all -Wno-error=maybe-uninitialized)
 # What is done in a word; the whole command with V=1.
 V ?=
 say = $(if $(V),,@echo '  $(1)' $@;)

@@ -36,7 +36,7 @@ test-missing:
 	  [ -f tests/lib/test_$$m.c ] || { echo "$$s has no tests/lib/test_$$m.c" >&2; fail=1; }; \
 	done; exit $$fail
 
-test-build: test-missing $(TEST_LIB_BIN) $(TEST_HOST_BIN) host thesis python-objects
+test-build: test-missing $(TEST_LIB_BIN) $(TEST_HOST_BIN) host thesis $(if $(SANITIZE),,python-objects)
 
 # The commands come last: they take longest.
 test-run: test-build
