@@ -109,6 +109,9 @@ Eigen::MatrixXd basis_columns(const Term &term, const Measured &measured, const 
 std::string base_feature(const std::string &name);
 // "0.2 s ago lagged by 0.1 s" of "u.speed_mps@0.2~0.1"; empty of a feature that is not late.
 std::string late_text(const std::string &name);
+// Whether a form is one of the late commands, which the program computes instead of an expression:
+// "delay", "delay_reading", "lag", "lag_command" or "lag_delay".
+bool is_late_form(const std::string &form);
 // Whether what follows the term sees its effect as part of the prediction.
 bool moves_prediction(const Term &term);
 
