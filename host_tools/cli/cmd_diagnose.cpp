@@ -175,8 +175,8 @@ void print_gains(const Diagnosis &diagnosis) {
 int cmd_diagnose(int argc, char **argv) {
   DiagnoseArguments o;
   rim::cli::Arguments app{
-      "Find where and why measured logs contradict a simulation, extend it, measure the "
-      "gain.",
+      "Find where and why measured logs contradict a simulation, correct the simulation, and "
+      "measure how much that reduces its error.",
       "rim diagnose"};
   declare(app, o);
   if (!app.parse(argc, argv))

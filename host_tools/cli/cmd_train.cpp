@@ -47,7 +47,7 @@ const char *const kFooter =
     "Example: a robot's image that also detects when somebody holds the robot\n"
     "  rim train held/*.csv control/*.csv --interference held.csv --model robot.rim --out "
     "both.rim\n"
-    "Example: the blocks of many landings made in two places, and the image learnt of them\n"
+    "Example: the blocks of many landings made in two places, and the image learnt from them\n"
     "  rim train landings/*.csv --shard 1/2 --out 1.part     (2/2 elsewhere, of the same logs)\n"
     "  rim train --merge 1.part 2.part --out lander.rim";
 
@@ -86,7 +86,7 @@ void declare(rim::cli::Arguments &app, Options &o) {
       ->type_name("MODEL.rim");
   app.add_option("--shard", o.shard,
                  "make only the blocks of the runs I, I + N, I + 2 N, ... of the logs, and write\n"
-                 "them to --out, a part file. All logs are named, and are read")
+                 "them to --out, a part file. Name all the logs: every shard reads all of them")
       ->type_name("I/N");
   app.add_flag("--merge", o.merge,
                "the files are not logs but the N parts of --shard: learn from them. The image is\n"
