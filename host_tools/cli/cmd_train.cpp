@@ -156,14 +156,18 @@ void check_options(const Options &o) {
   if (!o.robot.empty() && o.interference.empty())
     throw rim::UsageError("--robot needs --interference");
   if ((o.merge || !o.shard.empty()) && !o.interference.empty())
-    throw rim::UsageError("--interference is learnt of all logs at once: without --shard, --merge");
+    throw rim::UsageError(
+        "--interference learns from all logs at once, without --shard and --merge");
   if (o.leave_out && (o.merge || !o.shard.empty() || !o.interference.empty()))
-    throw rim::UsageError("--leave-out-unlike needs the logs, to learn of them again: without "
-                          "--shard, --merge, --interference");
+    throw rim::UsageError(
+        "--leave-out-unlike needs the logs, to learn from them again; it cannot be "
+        "combined with --shard, --merge or --interference");
   if (o.merge && !o.shard.empty())
-    throw rim::UsageError("--shard makes a part, --merge learns from parts: one at a time");
+    throw rim::UsageError(
+        "--shard makes a part and --merge learns from parts; give only one of them");
   if (o.merge && (!o.schema.empty() || o.train.blocking.block_s > 0.0))
-    throw rim::UsageError("--schema and --block-seconds belong to --shard: parts hold blocks");
+    throw rim::UsageError(
+        "--schema and --block-seconds belong to --shard; the parts hold blocks already");
 }
 
 void make_part(const Options &o) {
