@@ -52,7 +52,7 @@ static inline void put_f32(uint8_t *at, double v) {
   put_u32(at, bits);
 }
 
-/* The section opens; a shorter one is refused as truncated, one that is a byte longer with `longer`. */
+/* The section opens; a shorter one is refused as truncated, one longer by a byte with `longer`. */
 static inline void only_the_whole_opens(rim_status (*open)(const bytes *section), const bytes *good,
                                         rim_status longer) {
   bytes b = *good;
