@@ -51,7 +51,7 @@ include tests/hidden/Dir.mk
 include tests/assurance/Dir.mk
 include data/Dir.mk
 
-.PHONY: help deps all demo test bench size api install clean check FORCE
+.PHONY: help deps all demo test test-sanitized bench size api install clean check FORCE
 
 help: ## this list
 	@awk -F':.*## ' '/^[a-z_-]+:.*## /{printf "  make %-10s %s\n", $$1, $$2}' \
@@ -184,6 +184,10 @@ check: check-deps lib host ## cppcheck, style, rooms, public and forbidden symbo
 	cppcheck --quiet --error-exitcode=1 --inline-suppr --std=c++17 --language=c++ -j2 \
 	  --enable=warning,performance,portability -Ilib/include -Ilib/src -Ihost_tools -I$(BUILD)/gen host_tools
 	@$(MAKE) --no-print-directory prove-quick trace
+	@$(MAKE) --no-print-directory test-sanitized
+
+# A script that cannot run under the sanitizers, or would take hours, is skipped and prints why.
+test-sanitized: deps ## the tests under the address and undefined-behaviour sanitizers
 	@$(MAKE) --no-print-directory -j$(TEST_JOBS) BUILD=$(BUILD)/sanitize SANITIZE=1 OPT=-O1 test-run
 
 .PHONY: check-deps

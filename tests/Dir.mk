@@ -40,7 +40,7 @@ test-build: test-missing $(TEST_LIB_BIN) $(TEST_HOST_BIN) host thesis $(if $(SAN
 
 # The commands come last: they take longest.
 test-run: test-build
-	@RIM=$(abspath $(BUILD)/rim) RIM_THESIS=$(abspath $(BUILD)/rim-thesis) BUILD=$(abspath $(BUILD)) MAKE=$(MAKE) SANITIZE=$(SANITIZE) TEST_JOBS=$(TEST_JOBS) \
+	@RIM=$(abspath $(BUILD)/rim) RIM_THESIS=$(abspath $(BUILD)/rim-thesis) BUILD=$(abspath $(BUILD)) MAKE=$(MAKE) SANITIZE=$(SANITIZE) TEST_JOBS=$(TEST_JOBS) TEST_TIMEOUT=$(or $(TEST_TIMEOUT),$(if $(SANITIZE),7200,600)) \
 	  tests/run.sh $(TEST_LIB_BIN) $(TEST_HOST_BIN) $(TEST_CLI)
 
 $(BUILD)/flags.test: FORCE
