@@ -54,7 +54,7 @@ include data/Dir.mk
 .PHONY: help deps all demo test test-sanitized bench size api install clean check FORCE
 
 help: ## this list
-	@awk -F':.*## ' '/^[a-z_-]+:.*## /{printf "  make %-10s %s\n", $$1, $$2}' \
+	@awk -F':.*## ' '/^[a-z_-]+:.*## /{printf "  make %-14s %s\n", $$1, $$2}' \
 	  Makefile lib/Dir.mk firmware/Dir.mk host_tools/Dir.mk host_tools/packaging/Dir.mk tests/Dir.mk tests/hidden/Dir.mk tests/assurance/Dir.mk data/Dir.mk
 	@echo "Variables: BUILD=$(BUILD) PREFIX=$(PREFIX) DESTDIR=$(DESTDIR) CROSS_COMPILE=$(CROSS_COMPILE) CC=$(CC) CXX=$(CXX) OPT=$(OPT) SANITIZE=$(SANITIZE)"
 

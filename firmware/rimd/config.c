@@ -121,7 +121,7 @@ static void set_yes_no(reader *r, const key *k, span value) {
 static void set_number(reader *r, const key *k, span value) {
   uint64_t number = 0;
   bool good = value.bytes <= 10; /* and not empty: take_line */
-  for (size_t i = 0; good && i < value.bytes; i++) {
+  for (size_t i = 0; good && i < value.bytes; ++i) {
     good = value.text[i] >= '0' && value.text[i] <= '9';
     number = 10 * number + (uint64_t)(value.text[i] - '0');
   }
@@ -156,7 +156,7 @@ static void take_pair(reader *r, span name, span value) {
 }
 
 static void take_line(reader *r, span line) {
-  for (size_t i = 0; i < line.bytes; i++) {
+  for (size_t i = 0; i < line.bytes; ++i) {
     const unsigned char c = (unsigned char)line.text[i];
     if (c < 0x20 && !is_blank((char)c)) {
       REFUSE(r, "byte 0x%02x: this is no text file", c);
@@ -227,7 +227,7 @@ static bool parse_footprint(rim_lookahead_config *ahead, const char *text) {
   while (*text != '\0') {
     if (ahead->vertices == RIM_LOOKAHEAD_VERTICES)
       return false;
-    for (size_t k = 0; k < 3; k++) {
+    for (size_t k = 0; k < 3; ++k) {
       char *end;
       const double x = strtod(text, &end);
       if (end == text || !(x >= -1e4 && x <= 1e4))

@@ -25,7 +25,7 @@ public:
     if (left_.size() < digits)
       return false;
     value = 0;
-    for (std::size_t i = 0; i < digits; i++) {
+    for (std::size_t i = 0; i < digits; ++i) {
       if (left_[i] < '0' || left_[i] > '9')
         return false;
       value = 10 * value + (left_[i] - '0');
@@ -36,7 +36,7 @@ public:
   bool fraction(double &value) {
     double unit = 1.0;
     std::size_t digits = 0;
-    for (value = 0.0; !left_.empty() && left_.front() >= '0' && left_.front() <= '9'; digits++) {
+    for (value = 0.0; !left_.empty() && left_.front() >= '0' && left_.front() <= '9'; ++digits) {
       unit /= 10.0;
       value += unit * (left_.front() - '0');
       left_.remove_prefix(1);

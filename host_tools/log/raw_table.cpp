@@ -103,7 +103,7 @@ RawTable read_raw_table(const std::string &path, const ReaderOptions &reader) {
       fail("row " + std::to_string(table.rows) + ": " + std::to_string(fields.size()) +
            " fields where the header has " + std::to_string(table.columns.size()) + " (line " +
            std::to_string(line_of(text, at)) + " of the file)");
-    for (std::size_t c = 0; c < fields.size(); c++)
+    for (std::size_t c = 0; c < fields.size(); ++c)
       add_field(table.columns[c], trimmed(fields[c]));
   }
   if (table.rows == 0)

@@ -72,7 +72,7 @@ static inline void image_of(bytes *b, const uint32_t *id, const bytes *section, 
   put_u16(b->byte + 12, RIM_IMAGE_MAJOR);
   put_u32(b->byte + 20, 0x1234567);
   put_u32(b->byte + 24, count);
-  for (uint32_t i = 0; i < count; i++) {
+  for (uint32_t i = 0; i < count; ++i) {
     const uint32_t size = (uint32_t)section[i].size;
     put_u32(b->byte + 64 + 16 * i, id[i]);
     put_u32(b->byte + 68 + 16 * i, total);
