@@ -333,7 +333,7 @@ int rimd_start(rimd *d) {
   d->valid_ns = d->next_health_ns = now_ns;
   d->next_state_ns = now_ns + UINT64_C(1000000000) * c->state_s;
   (void)rim_monitor_set_policy(d->monitor, &d->policy);
-  rim_monitor_repeat(d->monitor); /* after a restart: what stands is told again */
+  rim_monitor_repeat(d->monitor); /* after a restart: standing alarms are sent again */
   rimd_send_records(d);
   return 0;
 }

@@ -18,7 +18,7 @@ std::string amount(double value, const std::string &unit) {
   return with_unit(cell(value, 3), unit);
 }
 
-// So many decimals that the bounds of an interval show its width to two digits.
+// A bound of an interval, with as many decimals as show the interval's width to two digits.
 std::string bound(double value, double width) {
   if (!(width > 0.0) || !std::isfinite(width))
     return cell(value, 4);

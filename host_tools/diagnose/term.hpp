@@ -80,12 +80,12 @@ struct Term {
   // table: piecewise linear in one argument, constant beyond the ends.
   std::vector<double> knots, values;
   // delay: the prediction as a polynomial of commands and state, product name ("u.a", "u.a*s.b")
-  // -> coefficient; what the term adds is this at the command of `delay` ago less this now.
+  // -> coefficient. The term adds response(u(t - delay)) - response(u(t)).
   std::map<std::string, double> response;
   std::vector<Ridge> ridges; // more of the response: limits of command and state
   Gate gate;
-  // Box of the rows it was learnt from, in features where those are few of all: outside it nothing
-  // is known of the term and nothing is added. Not part of what is claimed.
+  // Bounding box of the fitted rows, in features of which they cover only a small part. Outside it
+  // the term is zero. The box is not part of the claim.
   Gate support;
 };
 

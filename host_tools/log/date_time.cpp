@@ -20,7 +20,7 @@ public:
     left_.remove_prefix(1);
     return true;
   }
-  // Exactly so many digits, within the bounds.
+  // Reads exactly `digits` digits, whose number lies within the bounds.
   bool number(std::size_t digits, int low, int high, int &value) {
     if (left_.size() < digits)
       return false;

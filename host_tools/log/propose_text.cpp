@@ -118,8 +118,7 @@ const char *role_words(Guess guess) {
   case Guess::sensor:
     return "a sensor, watched";
   case Guess::context:
-    return "context: where or in which mode, not watched. Make it u. if the vehicle was told it, "
-           "s. to "
+    return "context: where or in which mode, not watched. Make it u. if it is a command, s. to "
            "watch it";
   case Guess::outcome:
     return "measured, and predicted by your simulation: watched";
