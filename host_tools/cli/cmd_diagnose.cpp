@@ -200,9 +200,11 @@ int cmd_diagnose(int argc, char **argv) {
   options.holdout = read_all(o.holdout, mapping, predictor.get());
   if (!options.holdout.empty()) // what is wrong with them is said before the work
     (void)make_measured(options.holdout);
+  const Measured given_for =
+      o.extensions.empty() ? Measured{} : make_measured(logs, Constants::keep);
   for (const std::string &path : o.extensions) {
     const std::vector<Term> terms = read_extension(path);
-    check_extension(terms, make_measured(logs, nullptr, true), path);
+    check_extension(terms, given_for, path);
     options.given.insert(options.given.end(), terms.begin(), terms.end());
   }
   if (mapping != nullptr)
