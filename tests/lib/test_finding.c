@@ -73,8 +73,8 @@ static void pages_lie_where_they_are_documented(void **state) {
   a.p_value = 0.0625;
   a.shift[0] = -1.5;
   assert_int_equal(rim_can_pack_finding(frame, &count, 127, &a), RIM_OK);
-  const uint8_t outcome[7] = {0,  0x61, 0x34, 0x12, (uint8_t)(3u | (unsigned)a.region.dims << 3 | 2u << 5),
-                              32, 0};
+  const uint8_t outcome[7] = {
+      0, 0x61, 0x34, 0x12, (uint8_t)(3u | (unsigned)a.region.dims << 3 | 2u << 5), 32, 0};
   const uint8_t shift[7] = {1, 0x61, 0, 0, 0xc0, 0xbf, 0};
   const uint8_t age[7] = {3, 0x61, 0xd0, 0xef, 3, 0, 0}; /* 258000 ms */
   assert_memory_equal(frame[0].data, outcome, 7);
