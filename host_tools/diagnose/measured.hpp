@@ -70,8 +70,8 @@ enum class Constants { leave_out, keep };
 
 // Puts logs that carry z. m. (sd.) columns together. Throws DataError (file, column, reason): no z.
 // column (the message says how a prediction is had: m. columns, --world or --model), columns that
-// differ between logs, sd zero or negative (file, row, column). Features that never change are named
-// in `constant`, and left out or kept as asked. O(rows x columns).
+// differ between logs, sd zero or negative (file, row, column). Features that never change are
+// named in `constant`, and left out or kept as asked. O(rows x columns).
 Measured make_measured(const std::vector<Log> &logs, Constants constants = Constants::leave_out,
                        std::vector<std::string> *constant = nullptr);
 
