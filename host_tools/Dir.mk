@@ -25,9 +25,9 @@ PCH_LEVELS := $(if $(filter -O2,$(OPT)),-O1 -O2,$(OPT))
 
 # Sources that are compiled together, as one: half of the time of a small one is what every run of the
 # compiler begins with, and neighbours need the same templates. It is for speed alone: with a compiler
-# cache, under the sanitizers, or with `make GROUPS=`, each is compiled by itself. Sources of a group
-# share their unnamed namespaces; what collides is taken off its list.
-GROUPS := $(if $(PCH),$(if $(SANITIZE),,bus claims image log report search sets trainer world))
+# cache, or with `make GROUPS=`, each is compiled by itself. Sources of a group share their unnamed
+# namespaces; what collides is taken off its list.
+GROUPS := $(if $(PCH),bus claims image log report search sets trainer world)
 GROUP_bus := bus/%
 GROUP_claims := $(addprefix diagnose/,apply_extension catalogue diagnose flagged gain library mixed regions rollout sentence term)
 GROUP_image := image/%

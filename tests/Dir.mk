@@ -36,11 +36,11 @@ test-missing:
 	  [ -f tests/lib/test_$$m.c ] || { echo "$$s has no tests/lib/test_$$m.c" >&2; fail=1; }; \
 	done; exit $$fail
 
-test-build: test-missing $(TEST_LIB_BIN) $(TEST_HOST_BIN) host thesis python-objects
+test-build: test-missing $(TEST_LIB_BIN) $(TEST_HOST_BIN) host thesis $(if $(SANITIZE),,python-objects)
 
 # The commands come last: they take longest.
 test-run: test-build
-	@RIM=$(abspath $(BUILD)/rim) RIM_THESIS=$(abspath $(BUILD)/rim-thesis) BUILD=$(abspath $(BUILD)) MAKE=$(MAKE) SANITIZE=$(SANITIZE) TEST_JOBS=$(TEST_JOBS) \
+	@RIM=$(abspath $(BUILD)/rim) RIM_THESIS=$(abspath $(BUILD)/rim-thesis) BUILD=$(abspath $(BUILD)) MAKE=$(MAKE) SANITIZE=$(SANITIZE) TEST_JOBS=$(TEST_JOBS) TEST_TIMEOUT=$(or $(TEST_TIMEOUT),$(if $(SANITIZE),7200,600)) \
 	  tests/run.sh $(TEST_LIB_BIN) $(TEST_HOST_BIN) $(TEST_CLI)
 
 $(BUILD)/flags.test: FORCE

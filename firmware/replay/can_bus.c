@@ -52,7 +52,7 @@ static void receive(void) {
 }
 
 static void send(const rim_can_frame *frame) {
-  for (uint32_t i = 0; i < PATIENCE; i++) {
+  for (uint32_t i = 0; i < PATIENCE; ++i) {
     receive(); /* so that the second controller's queue never fills */
     if (port_can_send(0, frame)) {
       bus.frames++;
@@ -70,10 +70,10 @@ void bus_alarm(const rim_alarm *alarm) {
       rim_can_pack_detail(detail, NODE, alarm) != RIM_OK)
     return;
   send(&summary);
-  for (uint32_t i = 0; i < RIM_CAN_DETAIL_FRAMES; i++)
+  for (uint32_t i = 0; i < RIM_CAN_DETAIL_FRAMES; ++i)
     send(&detail[i]);
   const uint32_t before = bus.equal;
-  for (uint32_t i = 0; i < PATIENCE && bus.equal == before; i++)
+  for (uint32_t i = 0; i < PATIENCE && bus.equal == before; ++i)
     receive();
 }
 

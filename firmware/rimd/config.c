@@ -16,7 +16,7 @@ typedef enum kind { TEXT, YES_NO, NUMBER } kind;
 typedef struct key {
   const char *name;
   kind kind;
-  size_t at; /* in config */
+  size_t at;     /* in config */
   uint32_t high; /* of a number from 0 */
 } key;
 
@@ -78,8 +78,8 @@ typedef struct reader {
   unsigned line_of[KEYS]; /* 0: not yet */
 } reader;
 
-#define COMPLAIN(r, ...) complain(r, (r)->line, __VA_ARGS__)
-#define complain(r, where, format, ...)                                                            \
+#define REFUSE(r, ...) REFUSE_LINE(r, (r)->line, __VA_ARGS__)
+#define REFUSE_LINE(r, where, format, ...)                                                         \
   do {                                                                                             \
     say("%s:%u: " format, (r)->name, (where), __VA_ARGS__);                                        \
     (r)->errors++;                                                                                 \
@@ -103,7 +103,7 @@ static bool equals(span s, const char *word) {
 
 static void set_text(reader *r, const key *k, span value) {
   if (value.bytes >= CONFIG_TEXT_BYTES) {
-    COMPLAIN(r, "%s: longer than %u characters", k->name, CONFIG_TEXT_BYTES - 1);
+    REFUSE(r, "%s: longer than %u characters", k->name, CONFIG_TEXT_BYTES - 1);
     return;
   }
   memcpy((char *)r->c + k->at, value.text, value.bytes);
@@ -112,7 +112,7 @@ static void set_text(reader *r, const key *k, span value) {
 static void set_yes_no(reader *r, const key *k, span value) {
   const bool yes = equals(value, "yes");
   if (!yes && !equals(value, "no")) {
-    COMPLAIN(r, "%s: '%.*s' is neither yes nor no", k->name, (int)value.bytes, value.text);
+    REFUSE(r, "%s: '%.*s' is neither yes nor no", k->name, (int)value.bytes, value.text);
     return;
   }
   memcpy((char *)r->c + k->at, &yes, sizeof yes);
@@ -121,13 +121,13 @@ static void set_yes_no(reader *r, const key *k, span value) {
 static void set_number(reader *r, const key *k, span value) {
   uint64_t number = 0;
   bool good = value.bytes <= 10; /* and not empty: take_line */
-  for (size_t i = 0; good && i < value.bytes; i++) {
+  for (size_t i = 0; good && i < value.bytes; ++i) {
     good = value.text[i] >= '0' && value.text[i] <= '9';
     number = 10 * number + (uint64_t)(value.text[i] - '0');
   }
   if (!good || number > k->high) {
-    COMPLAIN(r, "%s: '%.*s' is not a whole number from 0 to %u", k->name, (int)value.bytes,
-             value.text, k->high);
+    REFUSE(r, "%s: '%.*s' is not a whole number from 0 to %u", k->name, (int)value.bytes,
+           value.text, k->high);
     return;
   }
   const uint32_t small = (uint32_t)number;
@@ -139,11 +139,11 @@ static void take_pair(reader *r, span name, span value) {
   while (i < KEYS && !equals(name, keys[i].name))
     i++;
   if (i == KEYS) {
-    COMPLAIN(r, "unknown key '%.*s'", (int)(name.bytes < 64 ? name.bytes : 64), name.text);
+    REFUSE(r, "unknown key '%.*s'", (int)(name.bytes < 64 ? name.bytes : 64), name.text);
   } else if (r->line_of[i] != 0) {
-    COMPLAIN(r, "%s: stands on line %u already", keys[i].name, r->line_of[i]);
+    REFUSE(r, "%s: stands on line %u already", keys[i].name, r->line_of[i]);
   } else if (value.bytes == 0) {
-    COMPLAIN(r, "%s: has no value", keys[i].name);
+    REFUSE(r, "%s: has no value", keys[i].name);
   } else {
     r->line_of[i] = r->line;
     if (keys[i].kind == TEXT)
@@ -156,10 +156,10 @@ static void take_pair(reader *r, span name, span value) {
 }
 
 static void take_line(reader *r, span line) {
-  for (size_t i = 0; i < line.bytes; i++) {
+  for (size_t i = 0; i < line.bytes; ++i) {
     const unsigned char c = (unsigned char)line.text[i];
     if (c < 0x20 && !is_blank((char)c)) {
-      COMPLAIN(r, "byte 0x%02x: this is no text file", c);
+      REFUSE(r, "byte 0x%02x: this is no text file", c);
       return;
     }
   }
@@ -171,7 +171,7 @@ static void take_line(reader *r, span line) {
     return;
   const char *equal = memchr(line.text, '=', line.bytes);
   if (equal == NULL) {
-    COMPLAIN(r, "'%.*s' is not 'key = value'", (int)(line.bytes < 64 ? line.bytes : 64), line.text);
+    REFUSE(r, "'%.*s' is not 'key = value'", (int)(line.bytes < 64 ? line.bytes : 64), line.text);
     return;
   }
   const size_t before = (size_t)(equal - line.text);
@@ -196,30 +196,30 @@ static void check_buses(reader *r) {
   if (c->lcm[0] != '\0') {
     const char *wrong = lcm_udp_parse(&c->address, c->lcm);
     if (wrong != NULL)
-      complain(r, line_of(r, "lcm"), "lcm: %s: %s", c->lcm, wrong);
+      REFUSE_LINE(r, line_of(r, "lcm"), "lcm: %s: %s", c->lcm, wrong);
   }
   c->address.interface = INADDR_LOOPBACK; /* from elsewhere only where somebody has said so */
   if (c->lcm_interface[0] != '\0') {
     if (inet_pton(AF_INET, c->lcm_interface, &interface) == 1)
       c->address.interface = ntohl(interface.s_addr);
     else
-      complain(r, line_of(r, "lcm_interface"), "lcm_interface: '%s' is not an IPv4 address",
-               c->lcm_interface);
+      REFUSE_LINE(r, line_of(r, "lcm_interface"), "lcm_interface: '%s' is not an IPv4 address",
+                  c->lcm_interface);
   }
   c->on_damage_restart = strcmp(c->on_damage, "restart") == 0;
   c->on_damage_silent = strcmp(c->on_damage, "silent") == 0;
   if (c->on_damage[0] != '\0' && !c->on_damage_restart && !c->on_damage_silent &&
       strcmp(c->on_damage, "rebuild") != 0)
-    complain(r, line_of(r, "on_damage"), "on_damage: '%s' is not rebuild, restart or silent",
-             c->on_damage);
+    REFUSE_LINE(r, line_of(r, "on_damage"), "on_damage: '%s' is not rebuild, restart or silent",
+                c->on_damage);
   c->input_can = strcmp(c->input, "can") == 0;
   if (c->input[0] != '\0' && !c->input_can && strcmp(c->input, "lcm") != 0)
-    complain(r, line_of(r, "input"), "input: '%s' is neither lcm nor can", c->input);
+    REFUSE_LINE(r, line_of(r, "input"), "input: '%s' is neither lcm nor can", c->input);
   if (strlen(c->can) > 15)
-    complain(r, line_of(r, "can"), "can: '%s' is longer than 15 characters", c->can);
+    REFUSE_LINE(r, line_of(r, "can"), "can: '%s' is longer than 15 characters", c->can);
   if (strlen(c->can_input) > 15)
-    complain(r, line_of(r, "can_input"), "can_input: '%s' is longer than 15 characters",
-             c->can_input);
+    REFUSE_LINE(r, line_of(r, "can_input"), "can_input: '%s' is longer than 15 characters",
+                c->can_input);
 }
 
 /* "x y z, x y z": three numbers of m a corner. */
@@ -227,7 +227,7 @@ static bool parse_footprint(rim_lookahead_config *ahead, const char *text) {
   while (*text != '\0') {
     if (ahead->vertices == RIM_LOOKAHEAD_VERTICES)
       return false;
-    for (size_t k = 0; k < 3; k++) {
+    for (size_t k = 0; k < 3; ++k) {
       char *end;
       const double x = strtod(text, &end);
       if (end == text || !(x >= -1e4 && x <= 1e4))
@@ -248,26 +248,26 @@ static void check_lookahead(reader *r) {
   c->look_ahead = c->axis_x[0] != '\0' || c->axis_y[0] != '\0' || c->axis_z[0] != '\0';
   c->ahead.margin_m = 1e-3 * (double)c->margin_mm;
   if (!parse_footprint(&c->ahead, c->footprint))
-    complain(r, line_of(r, "footprint"),
-             "footprint: '%s' is not up to %u corners \"x y z, x y z\" within 10000 m",
-             c->footprint, RIM_LOOKAHEAD_VERTICES);
+    REFUSE_LINE(r, line_of(r, "footprint"),
+                "footprint: '%s' is not up to %u corners \"x y z, x y z\" within 10000 m",
+                c->footprint, RIM_LOOKAHEAD_VERTICES);
   if (!c->look_ahead && (c->footprint[0] != '\0' || c->margin_mm != 0))
-    complain(r, r->line, "%s needs axis_x, axis_y or axis_z", "footprint");
+    REFUSE_LINE(r, r->line, "%s needs axis_x, axis_y or axis_z", "footprint");
   if (c->look_ahead && c->lcm[0] == '\0')
-    complain(r, r->line, "%s needs lcm: plans come by RIM_PLAN", "axis_x, axis_y, axis_z");
+    REFUSE_LINE(r, r->line, "%s needs lcm: plans come by RIM_PLAN", "axis_x, axis_y, axis_z");
 }
 
 /* Counters that were used are in the state: without it a restart would take them again. */
 static void check_key(reader *r) {
   config *c = r->c;
   if (c->key[0] != '\0' && c->state[0] == '\0')
-    complain(r, line_of(r, "key"), "%s needs state: a restart must know which counters were used",
-             "key");
+    REFUSE_LINE(r, line_of(r, "key"),
+                "%s needs state: a restart must know which counters were used", "key");
   if (c->key_observations && c->key[0] == '\0')
-    complain(r, line_of(r, "key_observations"), "%s needs key", "key_observations");
+    REFUSE_LINE(r, line_of(r, "key_observations"), "%s needs key", "key_observations");
   if (c->key_observations && c->input_can)
-    complain(r, line_of(r, "key_observations"), "%s needs input = lcm: CAN has no room for a tag",
-             "key_observations");
+    REFUSE_LINE(r, line_of(r, "key_observations"),
+                "%s needs input = lcm: CAN has no room for a tag", "key_observations");
 }
 
 /* What one line alone cannot tell. */
@@ -277,13 +277,13 @@ static void check_whole(reader *r) {
   check_key(r);
   check_lookahead(r);
   if (c->image[0] == '\0')
-    complain(r, r->line, "%s is missing", "image = FILE.rim");
+    REFUSE_LINE(r, r->line, "%s is missing", "image = FILE.rim");
   if (c->lcm[0] == '\0' && c->can[0] == '\0')
-    complain(r, r->line, "%s: neither lcm nor can is given", "nobody would hear the alarms");
+    REFUSE_LINE(r, r->line, "%s: neither lcm nor can is given", "nobody would hear the alarms");
   if (!c->input_can && c->lcm[0] == '\0')
-    complain(r, r->line, "%s needs lcm = URL", "input = lcm");
+    REFUSE_LINE(r, r->line, "%s needs lcm = URL", "input = lcm");
   if (c->input_can && c->can[0] == '\0' && c->can_input[0] == '\0')
-    complain(r, r->line, "%s needs can or can_input", "input = can");
+    REFUSE_LINE(r, r->line, "%s needs can or can_input", "input = can");
   if (c->can_input[0] == '\0')
     memcpy(c->can_input, c->can, sizeof c->can_input);
   c->health_ms = or_default(c->health_ms, 1000);

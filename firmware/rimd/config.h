@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* config.h - rimd's configuration file: lines `key = value`, '#' begins a comment.
  *
- * Validated whole before anything is opened: every error is told as "FILE:LINE: reason", then their
- * number. No key may stand twice; an unknown key is an error. */
+ * It is validated whole before anything is opened. Every error is printed as "FILE:LINE: reason",
+ * then their number. No key may stand twice; an unknown key is an error. */
 #ifndef CONFIG_H
 #define CONFIG_H
 

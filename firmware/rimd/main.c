@@ -91,7 +91,7 @@ static const char *argument_of(int argc, char **argv, int *i) {
 /* -1: go on; else the exit status. */
 static int read_arguments(int argc, char **argv, const char **path, const char **state,
                           bool *check) {
-  for (int i = 1; i < argc; i++) {
+  for (int i = 1; i < argc; ++i) {
     if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) {
       fputs(usage, stdout);
       return EXIT_FINE;

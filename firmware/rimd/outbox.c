@@ -130,7 +130,7 @@ static bool send_waiting(outbox *box, const rim_can_frame *frame, bool *waits) {
 }
 
 static bool pump_detail(outbox *box, uint64_t now_ns) {
-  for (uint32_t i = 0; i < BURST && box->next < box->details; i++) {
+  for (uint32_t i = 0; i < BURST && box->next < box->details; ++i) {
     const socketcan_sent sent = socketcan_send(box->can, &box->detail[box->next]);
     if (sent == SOCKETCAN_SENT) {
       box->next++;

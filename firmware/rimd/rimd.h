@@ -73,7 +73,7 @@ typedef struct rimd {
 } rimd;
 
 /* Reads image and state, opens the buses. d is all zero but for its configuration. Returns 0, or an
- * exit status; the reason was told. All memory is taken here. */
+ * exit status after printing the reason. All memory is taken here. */
 int rimd_start(rimd *d);
 
 /* Reads and checks the files alone. Returns as rimd_start. */

@@ -54,7 +54,7 @@ static void look_ahead(rimd *d, bool again) {
 
 static void release(rimd *d, uint32_t number) {
   const uint64_t now_ns = rimd_now_ns();
-  for (uint32_t i = 0; i < number; i++)
+  for (uint32_t i = 0; i < number; ++i)
     outbox_alarm(&d->outbox, &d->held[i], now_ns);
   memmove(d->held, d->held + number, (d->held_count - number) * sizeof d->held[0]);
   d->held_count -= number;
@@ -113,7 +113,7 @@ static bool time_is_good(rimd *d, double t_s, uint64_t woke_ns) {
 }
 
 static bool all_finite(const double *x, uint32_t n) {
-  for (uint32_t i = 0; i < n; i++)
+  for (uint32_t i = 0; i < n; ++i)
     if (!isfinite(x[i]))
       return false;
   return true;
@@ -271,7 +271,7 @@ static void take_message(rimd *d, const lcm_udp_message *message, uint64_t woke_
       count(&d->kept.counters.lcm_refused);
     return;
   }
-  for (size_t i = 0; i < sizeof ours / sizeof ours[0]; i++)
+  for (size_t i = 0; i < sizeof ours / sizeof ours[0]; ++i)
     if (strcmp(message->channel, ours[i]) == 0)
       return;
   count(&d->kept.counters.lcm_other);
@@ -280,7 +280,7 @@ static void take_message(rimd *d, const lcm_udp_message *message, uint64_t woke_
 /* woke_ns: when poll() returned, so that a row that queues behind others of the batch is late. */
 static void read_lcm(rimd *d, uint64_t woke_ns) {
   lcm_udp_message message;
-  for (int i = 0; i < BATCH; i++) {
+  for (int i = 0; i < BATCH; ++i) {
     const int got = lcm_udp_receive(&d->lcm, &message);
     if (got == 0)
       return;
@@ -319,7 +319,7 @@ static void take_input_frame(rimd *d, const rim_can_frame *frame, double stamp_s
 static void read_can_input(rimd *d, uint64_t woke_ns) {
   rim_can_frame frame;
   double stamp_s;
-  for (int i = 0; i < BATCH; i++) {
+  for (int i = 0; i < BATCH; ++i) {
     const int got = socketcan_receive(&d->can_input, &frame, &stamp_s);
     if (got == 0)
       return;
@@ -347,7 +347,7 @@ static void take_can_command(rimd *d, const rim_can_frame *frame) {
 static void read_can_commands(rimd *d) {
   rim_can_frame frame;
   double stamp_s;
-  for (int i = 0; i < BATCH; i++) {
+  for (int i = 0; i < BATCH; ++i) {
     const int got = socketcan_receive(&d->can, &frame, &stamp_s);
     if (got == 0)
       return;
@@ -398,7 +398,7 @@ static rim_health_message health_of(rimd *d, const rim_alarm_status *alarms) {
   health.observations = c->rows;
   const uint32_t reasons[] = {c->wrong_length, c->not_finite,  c->time_back,  c->future,
                               c->incomplete,   c->lcm_refused, c->can_refused};
-  for (size_t i = 0; i < sizeof reasons / sizeof reasons[0]; i++)
+  for (size_t i = 0; i < sizeof reasons / sizeof reasons[0]; ++i)
     add(&health.rejected, reasons[i]);
   health.gaps = c->gaps;
   health.alarms = alarms->records;

@@ -46,12 +46,12 @@ static int digit(char c) {
 static const char *parse_key(seal *s, const char *text, size_t bytes) {
   while (bytes > 0 && (text[bytes - 1] == '\n' || text[bytes - 1] == '\r'))
     bytes--;
-  for (size_t i = 0; i < bytes; i++)
+  for (size_t i = 0; i < bytes; ++i)
     if (digit(text[i]) < 0)
       return "a key has hexadecimal digits alone";
   if (bytes != DIGITS)
     return "a key has 64 hexadecimal digits";
-  for (size_t i = 0; i < SEAL_KEY_BYTES; i++)
+  for (size_t i = 0; i < SEAL_KEY_BYTES; ++i)
     s->key[i] = (uint8_t)(16 * digit(text[2 * i]) + digit(text[2 * i + 1]));
   s->has_key = true;
   return NULL;

@@ -108,7 +108,7 @@ static int open_monitor(rimd *d) {
 static uint16_t feature_of(const rimd *d, const char *name) {
   const char *text;
   size_t length;
-  for (uint32_t f = 0; f < d->features; f++)
+  for (uint32_t f = 0; f < d->features; ++f)
     if (rim_image_name(&d->view, f, &text, &length) == RIM_OK && length == strlen(name) &&
         memcmp(text, name, length) == 0)
       return (uint16_t)f;
@@ -117,7 +117,7 @@ static uint16_t feature_of(const rimd *d, const char *name) {
 
 static int open_lookahead(rimd *d) {
   const char *const name[3] = {d->config.axis_x, d->config.axis_y, d->config.axis_z};
-  for (size_t k = 0; k < 3; k++) {
+  for (size_t k = 0; k < 3; ++k) {
     uint16_t *axis = &d->config.ahead.axis[k];
     *axis = name[k][0] != '\0' ? feature_of(d, name[k]) : RIM_LOOKAHEAD_NO_AXIS;
     if (name[k][0] != '\0' && *axis == RIM_LOOKAHEAD_NO_AXIS) {
@@ -199,7 +199,7 @@ static int open_can(rimd *d) {
   if (status != 0 || !c->input_can)
     return status;
   socketcan_filter filter[SOCKETCAN_MAX_FILTERS];
-  for (uint16_t i = 0; i < d->table.frames; i++) {
+  for (uint16_t i = 0; i < d->table.frames; ++i) {
     const uint32_t id = rim_can_table_id(&d->table, i);
     const bool extended = (id & RIM_CAN_EXTENDED) != 0;
     filter[i] = (socketcan_filter){id, extended ? RIM_CAN_EXTENDED | 0x1fffffffu : 0x7ffu};
@@ -249,7 +249,7 @@ static int resume(rimd *d) {
   if (copy == NULL)
     return EXIT_DATA;
   const char *why = STATE_NONE;
-  for (int i = 0; i < STATE_GENERATIONS && why != NULL; i++) {
+  for (int i = 0; i < STATE_GENERATIONS && why != NULL; ++i) {
     (void)state_name(name[i], sizeof name[i], path, i);
     why = resume_from(d, name[i], copy, &refused);
     if (why == NULL) {
@@ -333,7 +333,7 @@ int rimd_start(rimd *d) {
   d->valid_ns = d->next_health_ns = now_ns;
   d->next_state_ns = now_ns + UINT64_C(1000000000) * c->state_s;
   (void)rim_monitor_set_policy(d->monitor, &d->policy);
-  rim_monitor_repeat(d->monitor); /* after a restart: what stands is told again */
+  rim_monitor_repeat(d->monitor); /* after a restart: standing alarms are sent again */
   rimd_send_records(d);
   return 0;
 }
@@ -364,7 +364,7 @@ static void tell_counters(const rim_counters *counters) {
   char text[350];
   size_t at = 0;
   text[0] = '\0';
-  for (uint32_t i = 1; i < RIM_COUNTERS_FIELDS; i++) {
+  for (uint32_t i = 1; i < RIM_COUNTERS_FIELDS; ++i) {
     char one[40];
     const uint32_t value = rim_counters_value(counters, i);
     if (value == 0)

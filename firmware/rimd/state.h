@@ -5,7 +5,7 @@
  * The step only copies; a thread of ordinary priority computes the check sum, writes FILE.tmp,
  * flushes it to the medium, renames FILE to FILE.old and FILE.tmp to FILE. A file of another
  * version, model or computer is refused with a reason; the daemon then goes on from FILE.old, and
- * begins anew where that is none either. */
+ * starts without a state where that is refused too. */
 #ifndef STATE_H
 #define STATE_H
 #define STATE_GENERATIONS 2

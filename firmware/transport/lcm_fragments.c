@@ -48,7 +48,7 @@ static bool open_part(part *p, const uint8_t *datagram, size_t bytes) {
 static lcm_fragments_message *message_of(lcm_fragments *f, uint64_t sender, const part *p,
                                          uint32_t *lost) {
   lcm_fragments_message *place = &f->message[0];
-  for (uint32_t i = 0; i < LCM_FRAGMENTS_MESSAGES; i++) {
+  for (uint32_t i = 0; i < LCM_FRAGMENTS_MESSAGES; ++i) {
     lcm_fragments_message *m = &f->message[i];
     if (m->have != 0 && m->sender == sender && m->sequence == p->sequence)
       return m;
@@ -69,7 +69,7 @@ static lcm_fragments_message *message_of(lcm_fragments *f, uint64_t sender, cons
 /* Whether the fragments follow each other without a hole and without overlapping. */
 static bool is_whole(const lcm_fragments_message *m) {
   uint32_t at = 0;
-  for (uint32_t i = 0; i < m->parts; i++) {
+  for (uint32_t i = 0; i < m->parts; ++i) {
     if (m->offset[i] != at)
       return false;
     at += m->bytes[i];

@@ -31,7 +31,7 @@ typedef struct lcm_fragments_message {
 
 /* All zero: nothing is under way. */
 typedef struct lcm_fragments {
-  uint32_t taken; /* fragments so far: the age of messages is told by it */
+  uint32_t taken; /* fragments so far: gives the age of messages */
   lcm_fragments_message message[LCM_FRAGMENTS_MESSAGES];
 } lcm_fragments;
 

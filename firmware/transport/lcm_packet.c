@@ -14,7 +14,7 @@ size_t lcm_packet_header(uint8_t out[LCM_PACKET_HEADER_BYTES], const char *chann
   if (length == 0 || length > LCM_PACKET_MAX_CHANNEL)
     return 0;
   memcpy(out, message_magic, sizeof message_magic);
-  for (unsigned i = 0; i < 4; i++)
+  for (unsigned i = 0; i < 4; ++i)
     out[4 + i] = (uint8_t)(sequence >> (24u - 8u * i));
   memcpy(out + 8, channel, length + 1);
   return 8 + length + 1;

@@ -25,7 +25,7 @@ static bool parse_number(const char *text, const char *end, unsigned long most,
   unsigned long sum = 0;
   if (text == end)
     return false;
-  for (; text < end; text++) {
+  for (; text < end; ++text) {
     if (*text < '0' || *text > '9')
       return false;
     sum = 10 * sum + (unsigned long)(*text - '0');

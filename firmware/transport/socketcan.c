@@ -50,8 +50,8 @@ static int set(int fd, int name, const void *value, size_t bytes) {
 
 static int set_filters(const socketcan *can, int fd) {
   struct can_filter filter[SOCKETCAN_MAX_FILTERS];
-  for (size_t i = 0; i < can->filters; i++) {
-    /* With CAN_EFF_FLAG in the mask 11 and 29 bits are told apart, with CAN_RTR_FLAG requests. */
+  for (size_t i = 0; i < can->filters; ++i) {
+    /* CAN_EFF_FLAG in the mask separates 11 and 29 bits, CAN_RTR_FLAG remote requests. */
     filter[i].can_id = can->filter[i].id;
     filter[i].can_mask = can->filter[i].mask | CAN_EFF_FLAG | CAN_RTR_FLAG;
   }

@@ -19,7 +19,7 @@ std::string silence(double since_s) {
 // Those that count something gone wrong: not the sums of what went well.
 std::string troubles(const rim_counters &counters) {
   std::string text;
-  for (std::uint32_t i = 0; i < RIM_COUNTERS_FIELDS; i++) {
+  for (std::uint32_t i = 0; i < RIM_COUNTERS_FIELDS; ++i) {
     const std::string name = rim_counters_name(i);
     const std::uint32_t value = rim_counters_value(&counters, i);
     if (value > 0 && name != "sequence" && name != "rows" && name != "step_us" &&
@@ -35,7 +35,7 @@ void Board::take(const rim_model_message &model) {
   Names &names = heard_[model.model_id];
   names.features.resize(model.features);
   names.outcomes.resize(model.outcomes);
-  for (std::uint32_t i = 0; i < model.count; i++) {
+  for (std::uint32_t i = 0; i < model.count; ++i) {
     const std::uint32_t at = model.first + i;
     Quantity &to = at < model.features ? names.features[at] : names.outcomes[at - model.features];
     to = quantity_of(model.quantity[i].name);

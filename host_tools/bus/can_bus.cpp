@@ -192,7 +192,7 @@ void CanBus::send(const rim_can_frame &frame) {
   out.len = frame.length;
   std::memcpy(out.data, frame.data, frame.length);
   // A full queue says so by ENOBUFS and cannot be waited for by poll().
-  for (int i = 0; i < kSendTries; i++) {
+  for (int i = 0; i < kSendTries; ++i) {
     if (::write(descriptor_, &out, frame.fd ? CANFD_MTU : CAN_MTU) >= 0)
       return;
     if (errno != ENOBUFS && errno != EAGAIN)

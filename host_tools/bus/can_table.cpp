@@ -112,7 +112,7 @@ void Compiler::read_map(const std::string &path) {
         fail(path, node, "schema must be \"rim-can/1\"");
     } else if (word == "trigger") {
       const std::string name = read_string(path, node, word);
-      for (trigger_ = 0; trigger_ < dbc_.messages.size(); trigger_++)
+      for (trigger_ = 0; trigger_ < dbc_.messages.size(); ++trigger_)
         if (dbc_.messages[trigger_].name == name)
           break;
       if (trigger_ == dbc_.messages.size())
@@ -135,16 +135,16 @@ void Compiler::read_map(const std::string &path) {
 }
 
 void Compiler::match_names() {
-  for (std::size_t value = 0; value < names_.size(); value++) {
+  for (std::size_t value = 0; value < names_.size(); ++value) {
     if (sources_.count(value) != 0)
       continue;
     std::string wanted = names_[value];
     std::replace(wanted.begin(), wanted.end(), '.', '_');
     Source source;
     unsigned found = 0;
-    for (std::size_t m = 0; m < dbc_.messages.size(); m++) {
+    for (std::size_t m = 0; m < dbc_.messages.size(); ++m) {
       const auto &signals = dbc_.messages[m].signals;
-      for (std::size_t s = 0; s < signals.size(); s++) {
+      for (std::size_t s = 0; s < signals.size(); ++s) {
         if (signals[s].name != wanted)
           continue;
         source.message = m;

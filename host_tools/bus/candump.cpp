@@ -15,7 +15,7 @@ std::string candump_line(const rim_can_frame &frame, double t_s, const std::stri
   std::snprintf(text, sizeof text, "(%017.6f) %s %03X%s", std::fmax(t_s, 0.0), interface.c_str(),
                 static_cast<unsigned>(frame.id), frame.fd ? "##1" : "#");
   std::string line = text;
-  for (int i = 0; i < frame.length; i++) {
+  for (int i = 0; i < frame.length; ++i) {
     std::snprintf(text, sizeof text, "%02X", static_cast<unsigned>(frame.data[i]));
     line += text;
   }

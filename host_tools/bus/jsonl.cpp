@@ -13,9 +13,9 @@ namespace {
 Json region_json(const rim_region &region) {
   const int dims = std::min<int>(region.dims, RIM_REGION_MAX_DIMS);
   Json center = Json::array(), shape = Json::array(), bounds = Json::array();
-  for (int i = 0; i < dims; i++) {
+  for (int i = 0; i < dims; ++i) {
     Json row = Json::array();
-    for (int j = 0; j < dims; j++)
+    for (int j = 0; j < dims; ++j)
       row.push_back(region.inverse_shape[i * dims + j]);
     center.push_back(region.center[i]);
     shape.push_back(row);
@@ -29,13 +29,13 @@ Json region_json(const rim_region &region) {
 std::string alarm_json(const rim_alarm &a, const Names &names) {
   Json channels = Json::array(), features = Json::array();
   Json shift = Json::object(), shift_sd = Json::object();
-  for (int i = 0; i < std::min<int>(a.channels, RIM_ALARM_MAX_CHANNELS); i++) {
+  for (int i = 0; i < std::min<int>(a.channels, RIM_ALARM_MAX_CHANNELS); ++i) {
     const std::string name = names.outcome(a.channel[i]).name;
     channels.push_back(name);
     shift[name] = a.shift[i];
     shift_sd[name] = a.shift_sd[i];
   }
-  for (int i = 0; i < std::min<int>(a.region.dims, RIM_REGION_MAX_DIMS); i++)
+  for (int i = 0; i < std::min<int>(a.region.dims, RIM_REGION_MAX_DIMS); ++i)
     features.push_back(names.feature(a.region.feature[i]).name);
   Json line;
   line["t_s"] = a.t_s;
@@ -95,7 +95,7 @@ std::string message_json(const rim_health_message &h) {
 std::string message_json(const rim_counters &counters) {
   Json line;
   line["message"] = "counters";
-  for (std::uint32_t i = 0; i < RIM_COUNTERS_FIELDS; i++)
+  for (std::uint32_t i = 0; i < RIM_COUNTERS_FIELDS; ++i)
     line[rim_counters_name(i)] = rim_counters_value(&counters, i);
   return json_text(line);
 }

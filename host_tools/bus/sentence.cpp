@@ -18,7 +18,7 @@ std::string amount(double value, const std::string &unit) {
   return with_unit(cell(value, 3), unit);
 }
 
-// So many decimals that the bounds of an interval show its width to two digits.
+// A bound of an interval, with as many decimals as show the interval's width to two digits.
 std::string bound(double value, double width) {
   if (!(width > 0.0) || !std::isfinite(width))
     return cell(value, 4);
@@ -58,7 +58,7 @@ std::string deviation(const rim_alarm &a, const Quantity &outcome) {
 std::string others(const rim_alarm &a, const Names &names) {
   std::string text;
   const int count = std::min<int>(a.channels, RIM_ALARM_MAX_CHANNELS);
-  for (int i = 1; i < count; i++)
+  for (int i = 1; i < count; ++i)
     text += (i == 1 ? " (also " : ", ") + names.outcome(a.channel[i]).words;
   return text.empty() ? text : text + ")";
 }
@@ -86,10 +86,10 @@ std::string sureness(const rim_alarm &a) {
 std::string region_words(const rim_region &region, const Names &names) {
   std::string text;
   rim_region box = region;
-  for (int d = 0; d < std::min<int>(region.dims, RIM_REGION_MAX_DIMS); d++)
+  for (int d = 0; d < std::min<int>(region.dims, RIM_REGION_MAX_DIMS); ++d)
     if (!(region.lower[d] < region.upper[d]))
       rim_region_bounds(&box); // on failure the bounds stay as they were
-  for (int d = 0; d < std::min<int>(box.dims, RIM_REGION_MAX_DIMS); d++) {
+  for (int d = 0; d < std::min<int>(box.dims, RIM_REGION_MAX_DIMS); ++d) {
     const Quantity feature = names.feature(box.feature[d]);
     const double width = box.upper[d] - box.lower[d];
     text += (text.empty() ? "" : " and ") + feature.words + " is " + bound(box.lower[d], width) +

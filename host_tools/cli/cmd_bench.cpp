@@ -139,8 +139,8 @@ int cmd_bench(int argc, char **argv) {
       ->type_name("MODEL.rim LOG");
   app.add_option(
          "--external-table", o.external_table,
-         "draw the table of thresholds for logs with their own predictions again (an hour on\n"
-         "one core) and write it as the source file it is compiled from")
+         "compute the table of thresholds for logs with their own predictions anew (an hour\n"
+         "on one core) and write it as the source file that the program contains")
       ->type_name("FILE.cpp");
   app.add_option("--runs", o.runs, "landings to train on (default 50)")
       ->check(rim::cli::range(3, 1000));

@@ -14,10 +14,9 @@
 namespace {
 
 const char *const kFooter =
-    "Checks the columns, the rate of the rows, their values against the trained ranges (a wrong "
-    "unit\n"
-    "shows there) and the gaps, and says, in the words of rim replay, why the monitor could not\n"
-    "judge a log. Alarms are not reported here.\n"
+    "The command checks the columns, the rate of the rows, the gaps, and the values against the\n"
+    "trained ranges, where a wrong unit shows. It prints why the monitor could not judge a log,\n"
+    "in the words of rim replay. It does not report alarms.\n"
     "Exit status 0: every log would be understood; 3: one would not.\n\n"
     "Example:\n"
     "  rim check rover/run_0013.csv --schema rover.toml --model rover.rim";

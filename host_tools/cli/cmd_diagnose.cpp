@@ -168,8 +168,8 @@ void print_gains(const Diagnosis &diagnosis) {
 int cmd_diagnose(int argc, char **argv) {
   DiagnoseArguments o;
   rim::cli::Arguments app{
-      "Find where and why measured logs contradict a simulation, extend it, measure the "
-      "gain.",
+      "Find where and why measured logs contradict a simulation, correct the simulation, and "
+      "measure how much that reduces its error.",
       "rim diagnose"};
   declare(app, o);
   if (!app.parse(argc, argv))
@@ -193,9 +193,11 @@ int cmd_diagnose(int argc, char **argv) {
   options.holdout = read_all(o.holdout, mapping, predictor.get());
   if (!options.holdout.empty()) // what is wrong with them is said before the work
     (void)make_measured(options.holdout);
+  const Measured given_for =
+      o.extensions.empty() ? Measured{} : make_measured(logs, Constants::keep);
   for (const std::string &path : o.extensions) {
     const std::vector<Term> terms = read_extension(path);
-    check_extension(terms, make_measured(logs, nullptr, true), path);
+    check_extension(terms, given_for, path);
     options.given.insert(options.given.end(), terms.begin(), terms.end());
   }
   if (mapping != nullptr)

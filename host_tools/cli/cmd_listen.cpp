@@ -158,12 +158,11 @@ void listen(const Options &o) {
 }
 
 const char *const kFooter =
-    "Once 'rim: listening' stands on stderr, every message sent from then on is received. A "
-    "record\n"
-    "whose detail was lost on CAN is printed from its summary, without channel and region. The\n"
-    "table also shows health, the monitor's counters, how long a monitor has been silent, and "
-    "where\n"
-    "a plan enters an alarmed region (in a pipe a line with \"message\": \"entry\").\n\n"
+    "The command prints 'rim: listening' to stderr, and receives every message that is sent after\n"
+    "that. A record whose detail was lost on CAN is printed from its summary, without outcome and\n"
+    "region. The table also shows health, the monitor's counters, how long a monitor has been\n"
+    "silent, and where a plan enters an alarmed region (in a pipe this is a line with\n"
+    "\"message\": \"entry\").\n\n"
     "Example:\n  rim listen --model lander.rim | jq -r .sentence &\n"
     "  rim replay --model lander.rim faulty.csv --lcm 'udpm://239.255.76.67:7667?ttl=0'\n"
     "Example: both buses of a vehicle\n"
@@ -185,7 +184,7 @@ int cmd_listen(int argc, char **argv) {
       ->type_name("MODEL.rim");
   app.add_option("--count", o.count, "end after this many alarm records (0: never)");
   app.add_flag("--all", o.all,
-               "into a pipe, write health, counters and heartbeats too, each a line with "
+               "into a pipe, write health, counters and heartbeats too, each as a line with\n"
                "\"message\"");
   app.add_option("--html", o.html,
                  "serve a page with the alarms and health to browsers on this machine, at\n"

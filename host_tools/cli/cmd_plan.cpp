@@ -217,7 +217,7 @@ void read_lines(PlanSession &session) {
 int cmd_plan(int argc, char **argv) {
   Options options;
   rim::cli::Arguments app{
-      "Choose actions under what is uncertain about the model: upper confidence bounds "
+      "Choose actions while parts of the model are uncertain, by upper confidence bounds "
       "with Gaussian processes and regions of inaccurate modeling.",
       "rim plan"};
   declare(app, options);

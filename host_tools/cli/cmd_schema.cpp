@@ -13,11 +13,10 @@
 namespace {
 
 const char *const kFooter =
-    "The time and its unit, the rate, roles, units, angles, constant and equal columns are "
-    "guessed\n"
-    "from names and values. GUESS marks a guess, DECIDE what only you can know: read it before "
-    "you\n"
-    "use it. data/README.md explains every key of a schema.\n\n"
+    "The command guesses from names and values which column is the time and in which unit, the\n"
+    "rate of the rows, the roles and units of the columns, and which of them are angles, constant\n"
+    "or equal. In the schema GUESS marks a guess and DECIDE what only you can know. Read the\n"
+    "schema before you use it. data/README.md explains every key.\n\n"
     "Example:\n"
     "  rim schema rover/run_*.csv --out rover.toml\n"
     "  rim train rover/run_*.csv --schema rover.toml --out rover.rim\n"
@@ -46,17 +45,18 @@ int cmd_schema(int argc, char **argv) {
   app.add_option("LOG", logs, "logs of the same columns, of any format that rim reads")->required();
   app.add_option("--out", out, "write the schema there (default: standard output)")
       ->type_name("FILE.toml");
-  app.add_option("--dbc", reader.dbc, "of candump logs: what the frames mean")
+  app.add_option("--dbc", reader.dbc, "for candump logs: the DBC that describes their frames")
       ->type_name("FILE.dbc");
   app.add_option("--packets", reader.packets,
-                 "of CCSDS packets: their fields, as ccsdspy reads them")
+                 "for CCSDS packets: a table of their fields, as ccsdspy reads it")
       ->type_name("FILE.csv");
-  app.add_option("--types", reader.types, "of LCM event logs: the types of their messages")
+  app.add_option("--types", reader.types,
+                 "for LCM event logs: the types of their messages; may be repeated")
       ->type_name("FILE.lcm")
       ->repeated();
   app.add_option("--rows", reader.rows,
-                 "of logs with several topics: the one whose messages make the rows (default: the\n"
-                 "one with most)")
+                 "for logs with several topics: the topic whose messages make the rows (default:\n"
+                 "the one with most messages)")
       ->type_name("TOPIC");
   app.footer(kFooter);
   if (!app.parse(argc, argv))

@@ -70,10 +70,10 @@ int cmd_show(int argc, char **argv) {
       ->type_name("FILE.toml");
   const rim::cli::Option dbc =
       app.add_flag("--dbc", o.dbc, "print the DBC of an image's alarms")->excludes(json);
-  app.add_option("--node", o.node, "CAN node number of that DBC (default 1)")
+  app.add_option("--node", o.node, "for that DBC: the CAN node number (default 1)")
       ->check(rim::cli::range(0u, RIM_CAN_MAX_NODE))
       ->needs(dbc);
-  app.add_flag("--can-fd", o.can_fd, "of that DBC: the detail is one CAN FD frame of 64 bytes")
+  app.add_flag("--can-fd", o.can_fd, "for that DBC: the detail is one CAN FD frame of 64 bytes")
       ->needs(dbc);
   app.add_flag("--lcm", o.lcm,
                "print a type for lcm-gen with the codes and indices of an image's LCM messages")

@@ -47,7 +47,7 @@ const char *const kFooter =
     "Example: a robot's image that also detects when somebody holds the robot\n"
     "  rim train held/*.csv control/*.csv --interference held.csv --model robot.rim --out "
     "both.rim\n"
-    "Example: the blocks of many landings made in two places, and the image learnt of them\n"
+    "Example: the blocks of many landings made in two places, and the image learnt from them\n"
     "  rim train landings/*.csv --shard 1/2 --out 1.part     (2/2 elsewhere, of the same logs)\n"
     "  rim train --merge 1.part 2.part --out lander.rim";
 
@@ -86,7 +86,7 @@ void declare(rim::cli::Arguments &app, Options &o) {
       ->type_name("MODEL.rim");
   app.add_option("--shard", o.shard,
                  "make only the blocks of the runs I, I + N, I + 2 N, ... of the logs, and write\n"
-                 "them to --out, a part file. All logs are named, and are read")
+                 "them to --out, a part file. Name all the logs: every shard reads all of them")
       ->type_name("I/N");
   app.add_flag("--merge", o.merge,
                "the files are not logs but the N parts of --shard: learn from them. The image is\n"
@@ -156,14 +156,18 @@ void check_options(const Options &o) {
   if (!o.robot.empty() && o.interference.empty())
     throw rim::UsageError("--robot needs --interference");
   if ((o.merge || !o.shard.empty()) && !o.interference.empty())
-    throw rim::UsageError("--interference is learnt of all logs at once: without --shard, --merge");
+    throw rim::UsageError(
+        "--interference learns from all logs at once, without --shard and --merge");
   if (o.leave_out && (o.merge || !o.shard.empty() || !o.interference.empty()))
-    throw rim::UsageError("--leave-out-unlike needs the logs, to learn of them again: without "
-                          "--shard, --merge, --interference");
+    throw rim::UsageError(
+        "--leave-out-unlike needs the logs, to learn from them again; it cannot be "
+        "combined with --shard, --merge or --interference");
   if (o.merge && !o.shard.empty())
-    throw rim::UsageError("--shard makes a part, --merge learns from parts: one at a time");
+    throw rim::UsageError(
+        "--shard makes a part and --merge learns from parts; give only one of them");
   if (o.merge && (!o.schema.empty() || o.train.blocking.block_s > 0.0))
-    throw rim::UsageError("--schema and --block-seconds belong to --shard: parts hold blocks");
+    throw rim::UsageError(
+        "--schema and --block-seconds belong to --shard; the parts hold blocks already");
 }
 
 void make_part(const Options &o) {

@@ -39,9 +39,9 @@ void print_usage(const Program &program, std::FILE *to) {
   for (const auto &c : list)
     std::fprintf(to, "  %-12s %s\n", c.name.c_str(), c.summary.c_str());
   std::fprintf(to,
-               "\n'%s help COMMAND' says how, with an example.\n"
+               "\n'%s help COMMAND' describes a command and ends in an example.\n"
                "Exit status: 0 fine, 1 something was found, 2 usage, 3 data or I/O, 4 internal.\n"
-               "A command that is interrupted (Ctrl-C) leaves no unfinished file, and says what "
+               "A command that is interrupted (Ctrl-C) leaves no unfinished file, and prints what "
                "it kept.\n",
                program.name);
   if (find_command("schema") != nullptr)

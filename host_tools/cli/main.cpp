@@ -4,7 +4,7 @@
 
 int main(int argc, char **argv) {
   return rim::run_program({"rim",
-                           {"schema", "train", "check", "replay", "diagnose", "show", "listen",
+                           {"schema", "train", "diagnose", "replay", "check", "show", "listen",
                             "command", "can-table", "simulate", "plan", "bench"}},
                           argc, argv);
 }

@@ -29,8 +29,6 @@ const std::map<std::string, TermKind> kKinds{{"mean", TermKind::mean},
                                              {"dropout", TermKind::dropout}};
 const std::map<std::string, GateKind> kGates{
     {"none", GateKind::none}, {"interval", GateKind::interval}, {"pair", GateKind::pair}};
-const std::initializer_list<std::string_view> kBuiltIn{"delay", "delay_reading", "lag",
-                                                       "lag_command", "lag_delay"};
 
 class Reader {
 public:
@@ -229,7 +227,7 @@ void Reader::read_form(const toml::table &table) {
   form.worse_by = get<double>(table, "worse_by", 5.0);
   read_arguments(table, &form);
   read_shape(table, &form);
-  const bool is_built_in = std::find(kBuiltIn.begin(), kBuiltIn.end(), form.form) != kBuiltIn.end();
+  const bool is_built_in = is_late_form(form.form);
   if (form.kind == TermKind::mean && form.basis.empty() != is_built_in)
     fail(&table, is_built_in ? fmt::format("form '{}' is built in and takes no basis", form.form)
                              : fmt::format("unknown form '{}' without a basis", form.form));

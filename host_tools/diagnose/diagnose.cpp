@@ -213,7 +213,7 @@ private:
 std::vector<Gain> Gains::compute(const std::vector<Term> &terms) {
   const bool is_held_out = !options_.holdout.empty();
   if (is_held_out) {
-    const Measured held = make_measured(options_.holdout, nullptr, true);
+    const Measured held = make_measured(options_.holdout, Constants::keep);
     judge(terms, held, &options_.holdout);
   } else {
     cross_validate();
@@ -418,7 +418,7 @@ void add_learnt(const Measured &measured, const std::vector<Log> &holdout,
                 std::vector<Finding> *findings) {
   Measured held;
   if (!holdout.empty())
-    held = make_measured(holdout, nullptr, true);
+    held = make_measured(holdout, Constants::keep);
   for (Finding &f : *findings) {
     if (f.term.kind != TermKind::mean || f.given)
       continue;
@@ -448,7 +448,8 @@ void add_learnt(const Measured &measured, const std::vector<Log> &holdout,
 
 Diagnosis diagnose(const std::vector<Log> &logs, const Options &options, Measured *table) {
   std::vector<std::string> constant;
-  Measured measured = make_measured(logs, &constant, !options.given.empty());
+  Measured measured = make_measured(
+      logs, options.given.empty() ? Constants::leave_out : Constants::keep, &constant);
   take_velocities(options.velocities, &measured);
   find_senses(&measured);
   if (measured.rows() < kLeastRows)
@@ -474,7 +475,7 @@ Diagnosis diagnose(const std::vector<Log> &logs, const Options &options, Measure
       std::max(kLeastThreshold, null.threshold(options.false_alarm))};
   Measured held;
   if (!options.holdout.empty())
-    held = thinned(make_measured(options.holdout, nullptr, true), most_searched(measured));
+    held = thinned(make_measured(options.holdout, Constants::keep), most_searched(measured));
   Progress progress("searching", measured.channels.size());
   const std::vector<ChannelFindings> found =
       search_all(measured, few, options.catalogue, options.given, threshold,

@@ -27,9 +27,6 @@ constexpr std::array<KindName, 4> kKinds{{{"mean", TermKind::mean},
                                           {"variance", TermKind::variance},
                                           {"stuck", TermKind::stuck},
                                           {"dropout", TermKind::dropout}}};
-// Forms of a mean that have no expression.
-const std::set<std::string> kBuiltIn{"table", "delay",       "delay_reading",
-                                     "lag",   "lag_command", "lag_delay"};
 
 bool is_function(const std::string &name) { return mu::Parser().GetFunDef().count(name) > 0; }
 
@@ -491,7 +488,7 @@ void TermReader::check_form(const Term &term) const {
   const toml::node &at = form != nullptr ? *form : static_cast<const toml::node &>(*table_);
   if (!is_identifier(term.form))
     fail(path_, at, fmt::format("key 'term.form': no name: '{}'", term.form));
-  const bool is_built_in = kBuiltIn.count(term.form) > 0;
+  const bool is_built_in = term.form == "table" || is_late_form(term.form); // no expression
   if (term.kind != TermKind::mean) {
     if (!term.basis.empty() || is_built_in)
       fail(path_, at,

@@ -32,8 +32,8 @@ double resolution(const Vector &z) {
   return *at;
 }
 
-// Share of neighbours that are equal: repeats that come singly are natural; a run's rows are not
-// counted for its own excuse.
+// Natural share of equal neighbours. Only isolated repeats count, so that a stuck stretch cannot
+// raise the share by which it is judged.
 double natural_repeats(const Measured &measured, const Vector &z) {
   double single = 0.0, pairs = 1.0;
   for (const LogSpan &log : measured.logs) {

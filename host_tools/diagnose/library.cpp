@@ -23,14 +23,6 @@ constexpr double kOtherPrediction = 12.0;
 // An altitude that hardly changes says nothing about the air.
 constexpr double kLeastClimb_m = 500.0;
 
-bool has_word(const std::string &name, std::initializer_list<const char *> words) {
-  for (const char *word : words) {
-    if (name.find(word) != std::string::npos)
-      return true;
-  }
-  return false;
-}
-
 class Builder {
 public:
   Builder(const Measured &measured, const Channel &channel, const Catalogue &catalogue)

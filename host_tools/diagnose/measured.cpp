@@ -158,8 +158,9 @@ Measured thinned(const Measured &measured, std::size_t most) {
   return out;
 }
 
-Measured make_measured(const std::vector<Log> &logs, std::vector<std::string> *constant,
-                       bool keep_constant) {
+Measured make_measured(const std::vector<Log> &logs, Constants constants,
+                       std::vector<std::string> *constant) {
+  const bool keep_constant = constants == Constants::keep;
   if (logs.empty())
     throw DataError("no log given");
   Measured table;

@@ -65,12 +65,14 @@ struct Measured {
 // Every k-th row of each log, so that about `most` are left; few enough: as it is.
 Measured thinned(const Measured &measured, std::size_t most);
 
+// Features that never change teach a search nothing; terms found elsewhere may need them.
+enum class Constants { leave_out, keep };
+
 // Puts logs that carry z. m. (sd.) columns together. Throws DataError (file, column, reason): no z.
 // column (the message says how a prediction is had: m. columns, --world or --model), columns that
-// differ between logs, sd zero or negative (file, row, column). Features that never change are left
-// out and named in `constant`. O(rows x columns).
-// keep_constant: they stay, for terms found elsewhere to be evaluated.
-Measured make_measured(const std::vector<Log> &logs, std::vector<std::string> *constant = nullptr,
-                       bool keep_constant = false);
+// differ between logs, sd zero or negative (file, row, column). Features that never change are
+// named in `constant`, and left out or kept as asked. O(rows x columns).
+Measured make_measured(const std::vector<Log> &logs, Constants constants = Constants::leave_out,
+                       std::vector<std::string> *constant = nullptr);
 
 } // namespace rim::diagnose

@@ -32,11 +32,6 @@ constexpr double kLeastStateCorrelation = 0.9;
 constexpr double kSenseOfLevel = 0.8;
 constexpr std::size_t kSenseRows = 20000;
 
-bool has_word(const std::string &name, std::initializer_list<const char *> words) {
-  return std::any_of(words.begin(), words.end(),
-                     [&name](const char *word) { return name.find(word) != std::string::npos; });
-}
-
 bool is_one_of(const std::string &unit, std::initializer_list<const char *> units) {
   return std::any_of(units.begin(), units.end(), [&unit](const char *u) { return unit == u; });
 }
@@ -266,6 +261,11 @@ bool may_have_velocity(const Channel &channel) {
 }
 
 } // namespace
+
+bool has_word(const std::string &name, std::initializer_list<const char *> words) {
+  return std::any_of(words.begin(), words.end(),
+                     [&name](const char *word) { return name.find(word) != std::string::npos; });
+}
 
 int sense_of(const Term &term, const Channel &channel) {
   const auto v = term.arguments.find("v");

@@ -3,12 +3,17 @@
 // channel's friction or drag acts on.
 #pragma once
 
+#include <initializer_list>
+#include <string>
 #include <vector>
 
 #include "diagnose/measured.hpp"
 #include "diagnose/term.hpp"
 
 namespace rim::diagnose {
+
+// Whether a name holds one of the words, as "u.yaw_rate" holds "yaw".
+bool has_word(const std::string &name, std::initializer_list<const char *> words);
 
 // Features that are velocities: by their unit; where a feature has no unit, by its name, or as the
 // rate of change of another feature. Commands and predictions are none.

@@ -91,7 +91,7 @@ void append_ends(const Measured &whole, std::size_t channel,
 
 bool append_rolled(const std::vector<Term> &terms, const Log &log, double horizon_s,
                    const world::Predictor &predictor, std::vector<Judged> *judged) {
-  const Measured whole = make_measured({log}, nullptr, true);
+  const Measured whole = make_measured({log}, Constants::keep);
   const auto steps =
       static_cast<std::size_t>(std::max(1L, std::lround(horizon_s / predictor.step_s())));
   const std::vector<Index> later = rows_one_step_later(log, predictor.step_s());

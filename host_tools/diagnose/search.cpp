@@ -509,8 +509,8 @@ std::map<std::string, std::vector<std::size_t>> ChannelSearch::pieces() const {
   return groups;
 }
 
-// Whether a curve instead of so many pieces (the members but `others`) says no less than they, or
-// no less than one and more beside it.
+// Returns whether one curve explains at least as much as the `pieces` that it would replace (all
+// members except `others`), or significantly more beside one of them.
 bool ChannelSearch::is_smoother(const Member &table, const std::vector<Member> &others,
                                 std::size_t pieces) const {
   std::vector<Member> both = out_.members, instead = others;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <set>
 
 #include <fmt/format.h>
 #include <muParser.h>
@@ -295,9 +296,14 @@ std::string base_feature(const std::string &name) {
   return name.substr(0, name.find_first_of("@~"));
 }
 
+bool is_late_form(const std::string &form) {
+  static const std::set<std::string> late{"delay", "delay_reading", "lag", "lag_command",
+                                          "lag_delay"};
+  return late.count(form) > 0;
+}
+
 bool moves_prediction(const Term &term) {
-  return term.kind == TermKind::mean && term.basis.empty() &&
-         (term.form.rfind("delay", 0) == 0 || term.form.rfind("lag", 0) == 0);
+  return term.kind == TermKind::mean && term.basis.empty() && is_late_form(term.form);
 }
 
 Vector ridge_values(const Ridge &ridge, const Vector &s) {

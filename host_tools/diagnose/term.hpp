@@ -80,12 +80,12 @@ struct Term {
   // table: piecewise linear in one argument, constant beyond the ends.
   std::vector<double> knots, values;
   // delay: the prediction as a polynomial of commands and state, product name ("u.a", "u.a*s.b")
-  // -> coefficient; what the term adds is this at the command of `delay` ago less this now.
+  // -> coefficient. The term adds response(u(t - delay)) - response(u(t)).
   std::map<std::string, double> response;
   std::vector<Ridge> ridges; // more of the response: limits of command and state
   Gate gate;
-  // Box of the rows it was learnt from, in features where those are few of all: outside it nothing
-  // is known of the term and nothing is added. Not part of what is claimed.
+  // Bounding box of the fitted rows, in features of which they cover only a small part. Outside it
+  // the term is zero. The box is not part of the claim.
   Gate support;
 };
 
@@ -109,6 +109,9 @@ Eigen::MatrixXd basis_columns(const Term &term, const Measured &measured, const 
 std::string base_feature(const std::string &name);
 // "0.2 s ago lagged by 0.1 s" of "u.speed_mps@0.2~0.1"; empty of a feature that is not late.
 std::string late_text(const std::string &name);
+// Whether a form is one of the late commands, which the program computes instead of an expression:
+// "delay", "delay_reading", "lag", "lag_command" or "lag_delay".
+bool is_late_form(const std::string &form);
 // Whether what follows the term sees its effect as part of the prediction.
 bool moves_prediction(const Term &term);
 

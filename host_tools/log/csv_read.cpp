@@ -170,7 +170,7 @@ bool CsvReader::take_header(bool any) {
 // What a person needs who gave a file of other names or of another delimiter.
 std::string CsvReader::columns_found() const {
   std::string text;
-  for (std::size_t i = 0; i < header_.size() && i < 12; i++)
+  for (std::size_t i = 0; i < header_.size() && i < 12; ++i)
     text += (i == 0 ? "; the file has '" : "', '") + header_[i];
   text += header_.size() > 12 ? "' and " + std::to_string(header_.size() - 12) + " more" : "'";
   if (header_.size() == 1)
@@ -211,7 +211,7 @@ void CsvReader::plan_mapped() {
 
 // Columns whose own name carries a role, unless the schema already made one of that name.
 void CsvReader::plan_native() {
-  for (std::size_t field = 0; field < header_.size(); field++) {
+  for (std::size_t field = 0; field < header_.size(); ++field) {
     const std::string &name = header_[field];
     Role role = Role::context;
     const bool made = find_column(log_, name) >= 0; // by the schema
@@ -243,7 +243,7 @@ void CsvReader::plan() {
     }
   }
   plan_sources();
-  for (std::size_t field = 0; field < header_.size(); field++)
+  for (std::size_t field = 0; field < header_.size(); ++field)
     if (!used_[field] && schema_ == nullptr)
       ignored_ += (ignored_.empty() ? "'" : ", '") + header_[field] + "'";
   if (slots_.empty())
@@ -338,7 +338,7 @@ bool CsvReader::parse_row(double &t_s, double *values) {
       bad = slot.field;
   };
   one(time_, t_s);
-  for (std::size_t i = 0; i < slots_.size(); i++)
+  for (std::size_t i = 0; i < slots_.size(); ++i)
     one(slots_[i], values[i]);
   if (bad == header_.size())
     return true;

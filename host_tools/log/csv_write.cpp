@@ -29,9 +29,9 @@ void write_log(const Log &log, const std::string &path) {
     line += "," + column.name;
   out.write(line + "\n");
   std::string buffer(32 * (log.columns.size() + 1), '\0');
-  for (Eigen::Index r = 0; r < log.values.rows(); r++) {
+  for (Eigen::Index r = 0; r < log.values.rows(); ++r) {
     char *at = put_number(buffer.data(), log.t_s[static_cast<std::size_t>(r)], 12);
-    for (Eigen::Index c = 0; c < columns; c++) {
+    for (Eigen::Index c = 0; c < columns; ++c) {
       *at++ = ',';
       at = put_number(at, log.values(r, c), 9);
     }

@@ -27,7 +27,7 @@ public:
   // At least and at most so many digits, within the bounds.
   bool number(std::size_t least, std::size_t most, int low, int high, int &value) {
     std::size_t digits = 0;
-    for (value = 0; digits < most && digits < left_.size(); digits++) {
+    for (value = 0; digits < most && digits < left_.size(); ++digits) {
       if (left_[digits] < '0' || left_[digits] > '9')
         break;
       value = 10 * value + (left_[digits] - '0');
@@ -51,7 +51,7 @@ public:
   bool fraction(double &value) {
     double unit = 1.0;
     std::size_t digits = 0;
-    for (value = 0.0; !left_.empty() && left_.front() >= '0' && left_.front() <= '9'; digits++) {
+    for (value = 0.0; !left_.empty() && left_.front() >= '0' && left_.front() <= '9'; ++digits) {
       unit /= 10.0;
       value += unit * (left_.front() - '0');
       left_.remove_prefix(1);

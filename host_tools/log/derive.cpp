@@ -25,7 +25,7 @@ double trailing_slope(const Log &log, const Matrix &sources, Eigen::Index column
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
   const double origin = sources(static_cast<Eigen::Index>(last), column);
-  for (std::size_t r = first; r <= last; r++) {
+  for (std::size_t r = first; r <= last; ++r) {
     const double x = (log.t_s[r] - newest_s) / rule.window_s;
     const Eigen::Vector3d powers(1.0, x, x * x);
     normal += powers * powers.transpose();
@@ -40,7 +40,7 @@ void keep_rows(Log &log, const std::vector<std::size_t> &rows) {
   Matrix values(static_cast<Eigen::Index>(rows.size()), log.values.cols());
   std::vector<double> t_s;
   std::vector<std::uint32_t> row;
-  for (std::size_t i = 0; i < rows.size(); i++) {
+  for (std::size_t i = 0; i < rows.size(); ++i) {
     values.row(static_cast<Eigen::Index>(i)) = log.values.row(static_cast<Eigen::Index>(rows[i]));
     t_s.push_back(log.t_s[rows[i]]);
     row.push_back(log.row[rows[i]]);
@@ -57,10 +57,10 @@ void derive_columns(Log &log, const Matrix &sources, const Schema &schema) {
     return;
   const Eigen::Index columns = log.values.cols();
   log.values.conservativeResize(Eigen::NoChange, columns + sources.cols());
-  for (Eigen::Index d = 0; d < sources.cols(); d++) {
+  for (Eigen::Index d = 0; d < sources.cols(); ++d) {
     const DeriveRule &rule = schema.derive[static_cast<std::size_t>(d)];
     std::size_t first = 0;
-    for (std::size_t r = 0; r < log.t_s.size(); r++) {
+    for (std::size_t r = 0; r < log.t_s.size(); ++r) {
       while (log.t_s[r] - log.t_s[first] > rule.window_s)
         first++;
       log.values(static_cast<Eigen::Index>(r), columns + d) =
@@ -72,7 +72,7 @@ void derive_columns(Log &log, const Matrix &sources, const Schema &schema) {
     log.columns.push_back(std::move(column));
   }
   std::vector<std::size_t> whole;
-  for (std::size_t r = 0; r < log.t_s.size(); r++)
+  for (std::size_t r = 0; r < log.t_s.size(); ++r)
     if (log.values.row(static_cast<Eigen::Index>(r)).allFinite())
       whole.push_back(r);
   log.rows_filtered += static_cast<std::uint32_t>(log.t_s.size() - whole.size());
@@ -94,7 +94,7 @@ void resample(Log &log, const Schema &schema) {
   // The grid is by index, not by accumulation, so that it has no drift.
   const auto steps =
       static_cast<std::size_t>((source.t_s.back() - source.t_s.front()) / period_s + 1e-9);
-  for (std::size_t i = 0; i <= steps; i++) {
+  for (std::size_t i = 0; i <= steps; ++i) {
     const double now_s = source.t_s.front() + static_cast<double>(i) * period_s;
     while (before + 1 < source.t_s.size() && source.t_s[before + 1] <= now_s + 1e-9)
       before++;
@@ -115,7 +115,7 @@ void resample(Log &log, const Schema &schema) {
   log.t_s = std::move(t_s);
   log.row = std::move(row);
   log.values.resize(static_cast<Eigen::Index>(values.size()), source.values.cols());
-  for (std::size_t i = 0; i < values.size(); i++)
+  for (std::size_t i = 0; i < values.size(); ++i)
     log.values.row(static_cast<Eigen::Index>(i)) = values[i];
 }
 

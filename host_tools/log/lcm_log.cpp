@@ -26,7 +26,7 @@ std::uint64_t big_endian(std::string_view bytes) {
 
 std::string big_endian_bytes(std::uint64_t value, std::size_t count) {
   std::string bytes(count, '\0');
-  for (std::size_t i = 0; i < count; i++)
+  for (std::size_t i = 0; i < count; ++i)
     bytes[count - 1 - i] = static_cast<char>(value >> (8 * i));
   return bytes;
 }
@@ -72,7 +72,7 @@ void LcmLogReader::take(const LcmEvent &event) {
   if (sample.count != names_.size())
     return skip(std::to_string(sample.count) + " values where " + std::to_string(names_.size()) +
                 " are named");
-  for (std::uint32_t i = 0; i < sample.count; i++)
+  for (std::uint32_t i = 0; i < sample.count; ++i)
     if (!std::isfinite(sample.value[i]))
       return skip("column '" + names_[i] + "': not finite");
   const double t_s = static_cast<double>(sample.t_us) / 1e6;

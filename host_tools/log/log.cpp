@@ -45,7 +45,7 @@ const rimi_unit *unit_suffix(const std::string &name) {
   if (cut == std::string::npos || cut == 0)
     return nullptr;
   const std::string suffix = bare.substr(cut + 1);
-  for (std::size_t i = 0; i < RIMI_UNITS; i++)
+  for (std::size_t i = 0; i < RIMI_UNITS; ++i)
     if (suffix == rimi_unit_at(i)->suffix)
       return rimi_unit_at(i);
   return nullptr;
@@ -88,7 +88,7 @@ std::string plain_name(const std::string &name) {
 }
 
 int find_column(const Log &log, const std::string &name) {
-  for (std::size_t c = 0; c < log.columns.size(); c++)
+  for (std::size_t c = 0; c < log.columns.size(); ++c)
     if (log.columns[c].name == name)
       return static_cast<int>(c);
   return -1;
@@ -96,7 +96,7 @@ int find_column(const Log &log, const std::string &name) {
 
 std::vector<int> feature_columns(const Log &log) {
   std::vector<int> list;
-  for (std::size_t c = 0; c < log.columns.size(); c++) {
+  for (std::size_t c = 0; c < log.columns.size(); ++c) {
     const Role role = log.columns[c].role;
     if (role == Role::context || role == Role::command || role == Role::sensor)
       list.push_back(static_cast<int>(c));
@@ -106,7 +106,7 @@ std::vector<int> feature_columns(const Log &log) {
 
 std::vector<int> role_columns(const Log &log, Role role) {
   std::vector<int> list;
-  for (std::size_t c = 0; c < log.columns.size(); c++)
+  for (std::size_t c = 0; c < log.columns.size(); ++c)
     if (log.columns[c].role == role)
       list.push_back(static_cast<int>(c));
   return list;

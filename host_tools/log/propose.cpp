@@ -97,7 +97,7 @@ Words words_of(const std::string &name) {
   Words words;
   const std::string bare = without_accents(name);
   std::string word;
-  for (std::size_t i = 0; i <= bare.size(); i++) {
+  for (std::size_t i = 0; i <= bare.size(); ++i) {
     const auto letter = static_cast<unsigned char>(i < bare.size() ? bare[i] : ' ');
     const bool hump = std::isupper(letter) != 0 && i > 0 &&
                       std::islower(static_cast<unsigned char>(bare[i - 1])) != 0;
@@ -167,7 +167,7 @@ template <class Test> Words without(Words words, Test test) {
 
 std::string joined(const Words &words) {
   std::string text;
-  for (std::size_t i = 0; i < words.size(); i++) // "pose.pose.x": said once
+  for (std::size_t i = 0; i < words.size(); ++i) // "pose.pose.x": said once
     if (i == 0 || words[i] != words[i - 1])
       text += (i == 0 ? "" : "_") + words[i];
   return text;
@@ -175,14 +175,14 @@ std::string joined(const Words &words) {
 
 // Between rows of increasing time.
 void add_steps(const std::vector<double> &times, std::vector<double> *steps) {
-  for (std::size_t i = 1; i < times.size(); i++)
+  for (std::size_t i = 1; i < times.size(); ++i)
     if (times[i] > times[i - 1])
       steps->push_back(times[i] - times[i - 1]);
 }
 
 std::string columns_of(const RawTable &table) {
   std::string text;
-  for (std::size_t c = 0; c < table.columns.size() && c < 12; c++)
+  for (std::size_t c = 0; c < table.columns.size() && c < 12; ++c)
     text += (c == 0 ? "'" : "', '") + table.columns[c].name;
   return text + (table.columns.size() > 12 ? "', ..." : "'");
 }
@@ -233,7 +233,7 @@ Proposer::Proposer(const std::vector<std::string> &paths, const ReaderOptions &r
     if (table.columns.size() != first.columns.size())
       fail(path, std::to_string(table.columns.size()) + " columns where " + first.path + " has " +
                      std::to_string(first.columns.size()));
-    for (std::size_t c = 0; c < table.columns.size(); c++)
+    for (std::size_t c = 0; c < table.columns.size(); ++c)
       if (table.columns[c].name != first.columns[c].name)
         fail(path, "column '" + table.columns[c].name + "' where " + first.path + " has '" +
                        first.columns[c].name + "'");
@@ -263,7 +263,7 @@ bool Proposer::increases(std::size_t c) const {
   for (const auto &table : tables_) {
     const auto &v = table.columns[c].values;
     std::size_t steps = 0;
-    for (std::size_t i = 1; i < v.size(); i++)
+    for (std::size_t i = 1; i < v.size(); ++i)
       steps += v[i] > v[i - 1];
     if (v.size() < 2 || 50 * (v.size() - 1 - steps) > v.size())
       return false;
@@ -291,7 +291,7 @@ double Proposer::median_step(const RawTable &table, std::size_t c) {
 
 void Proposer::find_time() {
   int best = -1, merit = 0;
-  for (std::size_t c = 0; c < out_.columns.size(); c++) {
+  for (std::size_t c = 0; c < out_.columns.size(); ++c) {
     if (!increases(c))
       continue;
     const bool named = holds_dates(c) || any_word(parts_[c].words, is_time_word);
@@ -323,7 +323,7 @@ void Proposer::find_date() {
   if (time.words.empty() || !parse_date_time(time.words.front(), alone, ignored) ||
       std::isnan(alone.last_s))
     return;
-  for (std::size_t c = 0; c < out_.columns.size() && out_.date < 0; c++)
+  for (std::size_t c = 0; c < out_.columns.size() && out_.date < 0; ++c)
     if (std::all_of(tables_.begin(), tables_.end(),
                     [c](const RawTable &t) { return t.columns[c].days == t.rows; }))
       out_.date = static_cast<int>(c);
@@ -361,7 +361,7 @@ void Proposer::measure_time() {
     const double own_s = out_.time_scale * median_step(table, c);
     if (own_s > 1.2 * out_.period_s || (own_s > 0.0 && 1.2 * own_s < out_.period_s))
       out_.other_rates.push_back({table.path, 1.0 / own_s});
-    for (std::size_t i = 1; i < v.size(); i++) {
+    for (std::size_t i = 1; i < v.size(); ++i) {
       const double period = out_.time_scale * (v[i] - v[i - 1]);
       if (!(period > 0.0)) {
         out_.backwards++;
@@ -402,7 +402,7 @@ void Proposer::range(std::size_t c) {
 bool Proposer::is_equal(std::size_t a, std::size_t b) const {
   for (const auto &table : tables_) {
     const auto &x = table.columns[a].values, &y = table.columns[b].values;
-    for (std::size_t i = 0; i < x.size(); i++)
+    for (std::size_t i = 0; i < x.size(); ++i)
       if (std::abs(x[i] - y[i]) > 1e-8 * std::abs(x[i]) || std::isnan(x[i]) != std::isnan(y[i]))
         return false;
   }
@@ -414,7 +414,7 @@ bool Proposer::is_counter(std::size_t c) const {
   for (const auto &table : tables_) {
     const auto &v = table.columns[c].values;
     std::size_t others = 0;
-    for (std::size_t i = 1; i < v.size(); i++) {
+    for (std::size_t i = 1; i < v.size(); ++i) {
       others += v[i] != v[i - 1] + 1.0;
       if (!(v[i] > v[i - 1]))
         return false;
@@ -494,7 +494,7 @@ void Proposer::role(std::size_t c) {
   const Words &words = parts_[c].words;
   if (settles(c))
     return;
-  for (std::size_t b = 0; b < c && guess.twin.empty(); b++) {
+  for (std::size_t b = 0; b < c && guess.twin.empty(); ++b) {
     const Guess other = out_.columns[b].guess;
     if (other != Guess::text && other != Guess::constant && is_equal(c, b))
       guess.twin = out_.columns[b].from;
@@ -527,7 +527,7 @@ void Proposer::role(std::size_t c) {
 int Proposer::measured_of(std::size_t c, const Words &words) const {
   int found = -1;
   const Words wanted = without(words, is_source_word);
-  for (std::size_t m = 0; m < out_.columns.size(); m++) {
+  for (std::size_t m = 0; m < out_.columns.size(); ++m) {
     const Guess guess = out_.columns[m].guess;
     if (m == c || (guess != Guess::sensor && guess != Guess::outcome && guess != Guess::context))
       continue;
@@ -542,7 +542,7 @@ int Proposer::measured_of(std::size_t c, const Words &words) const {
 
 void Proposer::pair_predictions() {
   for (const Guess kind : {Guess::mean, Guess::sd}) {
-    for (std::size_t c = 0; c < out_.columns.size(); c++) {
+    for (std::size_t c = 0; c < out_.columns.size(); ++c) {
       ColumnGuess &guess = out_.columns[c];
       if (guess.guess != kind)
         continue;
@@ -592,7 +592,7 @@ void Proposer::angle(std::size_t c) {
   const double turn = suffix == "rad" ? 2.0 * 3.14159265358979323846 : 360.0;
   for (const auto &table : tables_) {
     const auto &v = table.columns[c].values;
-    for (std::size_t i = 1; i < v.size(); i++)
+    for (std::size_t i = 1; i < v.size(); ++i)
       guess.wraps = guess.wraps || guess.scale * std::abs(v[i] - v[i - 1]) > 0.75 * turn;
   }
 }
@@ -634,7 +634,7 @@ void Proposer::name(std::size_t c) {
   if (suffix.empty() && !unit_of_name(made).empty())
     made += "_value"; // a last word that happens to be a suffix
   std::string whole = made + (suffix.empty() ? "" : "_" + suffix);
-  for (int n = 2; !taken_.insert(whole).second; n++)
+  for (int n = 2; !taken_.insert(whole).second; ++n)
     whole = made + "_" + std::to_string(n) + (suffix.empty() ? "" : "_" + suffix);
   guess.name = whole;
 }
@@ -642,13 +642,13 @@ void Proposer::name(std::size_t c) {
 Proposal Proposer::make() {
   find_time();
   measure_time();
-  for (std::size_t c = 0; c < out_.columns.size(); c++) {
+  for (std::size_t c = 0; c < out_.columns.size(); ++c) {
     range(c);
     if (static_cast<int>(c) != out_.time)
       role(c);
   }
   pair_predictions();
-  for (std::size_t c = 0; c < out_.columns.size(); c++) {
+  for (std::size_t c = 0; c < out_.columns.size(); ++c) {
     if (static_cast<int>(c) == out_.time)
       continue;
     unit(c);

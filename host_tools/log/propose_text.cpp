@@ -51,7 +51,7 @@ std::string reader_text(const ReaderOptions &r) {
   key("dbc", r.dbc);
   key("packets", r.packets);
   key("rows", r.rows);
-  for (std::size_t i = 0; i < r.types.size(); i++)
+  for (std::size_t i = 0; i < r.types.size(); ++i)
     text +=
         (i == 0 ? "types = [" : ", ") + quoted(r.types[i]) + (i + 1 == r.types.size() ? "]\n" : "");
   return text.empty() ? text : "\n[reader]   # paths are beside this file\n" + text;
@@ -133,8 +133,7 @@ const char *role_words(Guess guess) {
   case Guess::sensor:
     return "a sensor, watched";
   case Guess::context:
-    return "context: where or in which mode, not watched. Make it u. if the vehicle was told it, "
-           "s. to "
+    return "context: where or in which mode, not watched. Make it u. if it is a command, s. to "
            "watch it";
   case Guess::outcome:
     return "measured, and predicted by your simulation: watched";
@@ -235,7 +234,7 @@ std::string constant_text(const Proposal &p) {
 std::string proposal_text(const Proposal &p) {
   std::string text = head_text(p) + rate_text(p) + time_text(p), kept, out;
   std::size_t watched = 0, predicted = 0;
-  for (std::size_t c = 0; c < p.columns.size(); c++) {
+  for (std::size_t c = 0; c < p.columns.size(); ++c) {
     const ColumnGuess &g = p.columns[c];
     Role role = Role::context;
     const Role *native = g.guess == Guess::native && role_of_name(g.from, role) ? &role : nullptr;

@@ -74,7 +74,7 @@ Line find_header(std::string_view text, std::size_t at) {
   for (Line line{}; lines.size() < kTried + kBelow && take_content(text, at, line);)
     lines.push_back(line);
   std::vector<std::string_view> fields;
-  for (std::size_t i = 0; i < std::min(kTried, lines.size()); i++) {
+  for (std::size_t i = 0; i < std::min(kTried, lines.size()); ++i) {
     const char delimiter = guess_delimiter(std::string(lines[i].text));
     split_fields(lines[i].text, delimiter, fields);
     const std::size_t wanted = fields.size();
@@ -84,7 +84,7 @@ Line find_header(std::string_view text, std::size_t at) {
       continue;
     const std::size_t end = std::min(lines.size(), i + 1 + kBelow);
     std::size_t same = 0;
-    for (std::size_t k = i + 1; k < end; k++) {
+    for (std::size_t k = i + 1; k < end; ++k) {
       split_fields(lines[k].text, delimiter, fields);
       same += fields.size() == wanted;
     }
@@ -188,7 +188,7 @@ RawTable read_rows(const std::string &path, const LogSource &source, bool day_fi
       fail("row " + std::to_string(table.rows) + ": " + std::to_string(fields.size()) +
            " fields where the header has " + std::to_string(table.columns.size()) + " (line " +
            std::to_string(line_of(text, at)) + " of the file)");
-    for (std::size_t c = 0; c < fields.size(); c++)
+    for (std::size_t c = 0; c < fields.size(); ++c)
       add_field(table.columns[c], trimmed(fields[c]), dates[c]);
   }
   if (table.rows == 0)

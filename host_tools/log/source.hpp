@@ -13,12 +13,12 @@ struct LogSource {
   bool converted = false; // by a reader of the Python package: CSV with commas and decimal points
 };
 
-// Reads the whole of a log. "-" is standard input; gzip and Zstandard are told by their first bytes
-// and unpacked; text becomes UTF-8; other formats go through the readers of the Python package
-// (python/src/rimwatch/readers), which need a file by name. What is no regular file is kept, to be
-// asked for again. schema: may be null; its [reader] is handed to the readers. DataError:
-// missing, unreadable, cut off, damaged, of no known format, or the reader's own words, which name
-// the package that is missing.
+// Reads the whole of a log. "-" is standard input. gzip and Zstandard are recognised by their first
+// bytes and unpacked; text becomes UTF-8; other formats go through the readers of the Python
+// package (python/src/rimwatch/readers), which need a file by name. What is no regular file is
+// kept, to be asked for again. schema: may be null; its [reader] is handed to the readers.
+// DataError: missing, unreadable, cut off, damaged, of no known format, or the reader's own words,
+// which name the package that is missing.
 LogSource read_log_source(const std::string &path, const Schema *schema);
 
 // Unpacks gzip or Zstandard, also several members one after the other; other bytes come back as

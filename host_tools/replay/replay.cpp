@@ -41,7 +41,7 @@ void warn_of_others(const Log &log, const Layout &layout) {
       others += (others.empty() ? "" : ", ") + name;
   }
   if (!others.empty()) {
-    std::fprintf(stderr, "rim: warning: %s: not used, the model does not know: %s\n",
+    std::fprintf(stderr, "rim: warning: %s: not used, since the model does not know them: %s\n",
                  log.path.c_str(), others.c_str());
   }
 }

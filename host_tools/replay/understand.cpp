@@ -86,7 +86,7 @@ std::string understanding_text(const Understanding &u, const Log &log, bool all)
                     "increase\n",
                     log.rows_skipped);
   if (!u.unused.empty())
-    text += "  not used, the model does not know: " + listed(u.unused) + "\n";
+    text += "  not used, since the model does not know them: " + listed(u.unused) + "\n";
   Table table({{"column", ""},
                {"unit", ""},
                {"in the log", ""},

@@ -144,8 +144,8 @@ std::string section_html(std::size_t every) {
   };
   return "<section id=\"explore\" hidden>\n<h2>Look closer</h2>\n<p class=\"note\">Move over a "
          "plot "
-         "for values; drag to zoom, shift and drag to pan, double-click for all. A rectangle drawn "
-         "in the lower plot selects its rows in all.</p>\n<p class=\"choices\">" +
+         "for values; drag to zoom, drag with shift to pan, double-click to see all. A rectangle "
+         "drawn in the lower plot selects its rows in all plots.</p>\n<p class=\"choices\">" +
          choice("log", "log") + choice("channel", "outcome") + button("reset", "show all") +
          button("rows", "rows as CSV") + button("figure", "figure as PNG") +
          button("svg", "as SVG") +

@@ -159,7 +159,7 @@ std::string channel_pictures(const View &view) {
     note = fmt::format("The {} of {} features along which the residual moved most. ", list.size(),
                        all);
   if (both)
-    note += "Drawn to the scale of what remains: what was there before may leave the picture.";
+    note += "The scale is that of what remains; what was there before may exceed the picture.";
   return figure(axis_text(view.channel->name, view.channel->unit), drawings + "</div>", keys, note);
 }
 

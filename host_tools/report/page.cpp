@@ -171,7 +171,7 @@ double least_shift(const ChannelState &state, double rows, double inflation, dou
 }
 
 std::string would_have_been_seen(const Diagnosis &d, const Measured &t) {
-  std::string text = "<p>What would have been seen: about this much, had it been there.</p>\n"
+  std::string text = "<p>A deviation of about this size would have been found:</p>\n"
                      "<div class=\"scroll\"><table class=\"channels\"><thead><tr><th>channel</th>"
                      "<th class=\"number\">a shift everywhere</th><th class=\"number\">on a tenth "
                      "of the rows</th></tr></thead><tbody>\n";
@@ -194,14 +194,15 @@ std::string would_have_been_seen(const Diagnosis &d, const Measured &t) {
             cell(0.1) + "</tr>\n";
   }
   return text +
-         "</tbody></table></div>\n<p class=\"note\">An estimate: the shift whose likelihood "
-         "ratio, thinned by autocorrelation, reaches a claim's least score and the cost of a "
-         "region.</p>\n";
+         "</tbody></table></div>\n<p class=\"note\">These are estimates: the shift whose "
+         "likelihood "
+         "ratio, for the effective sample size, reaches the least score of a claim and the cost "
+         "of a region.</p>\n";
 }
 
 std::string remains(const Diagnosis &d, const Measured &t) {
   std::string text = "<section id=\"remains\">\n<h2>";
-  text += d.adequate() ? "The residuals: nothing to see, and that is the finding" : "What remains";
+  text += d.adequate() ? "The residuals show nothing" : "What remains";
   text += "</h2>\n";
   if (d.adequate())
     text += would_have_been_seen(d, t);
@@ -263,15 +264,17 @@ std::string regions(const Diagnosis &d) {
             "</td></tr>\n";
   }
   return text +
-         "</tbody></table></div>\n<p class=\"note\">Regions in which the untouched residuals "
-         "shift together, each row in one of them at most (thesis, algorithm 3): ellipsoids, "
-         "given by the interval of each feature.</p>\n</section>\n";
+         "</tbody></table></div>\n<p class=\"note\">These are regions in which the residuals of "
+         "the "
+         "simulation as it was given shift together (thesis, algorithm 3). Each row is in one of "
+         "them at most. A region is an ellipsoid, given by the interval of each feature.</p>\n"
+         "</section>\n";
 }
 
 std::string notes(const Diagnosis &d) {
   if (d.notes.empty())
     return "";
-  std::string text = "<section id=\"notes\">\n<h2>What the reader must know</h2>\n<ul>\n";
+  std::string text = "<section id=\"notes\">\n<h2>Notes</h2>\n<ul>\n";
   for (const std::string &note : d.notes)
     text += "<li>" + escape(note) + "</li>\n";
   return text + "</ul>\n</section>\n";

@@ -199,14 +199,14 @@ void draw_residuals(Svg &svg, const Panel &p, const Finding &finding, const Scen
 }
 
 std::string time_note(const Finding &finding, const Scene &s) {
-  std::string note = "Above the levels, below measured less simulated: a dot a row";
+  std::string note = "Above: the levels. Below: measured less simulated, one dot per row";
   if (s.width > 1)
     note += fmt::format(", lines are means of {} rows", s.width);
-  note += fmt::format(". The stretch of {} rows in which the finding matters most, one step ahead.",
+  note += fmt::format(". These are the {} rows in which the finding matters most, one step ahead.",
                       s.stretch.rows);
   const TermKind kind = finding.term.kind;
   if (!s.share.alone && (kind == TermKind::mean || kind == TermKind::variance))
-    note += " Below, orange is without this finding's term alone: the others' stand.";
+    note += " In the lower plot, orange leaves out this finding's term alone.";
   if (kind == TermKind::variance)
     note += " Dashed: \u00b12 sd without it.";
   return note;
@@ -311,8 +311,8 @@ std::string logs_picture(const Diagnosis &diagnosis, const Measured &measured) {
   for (const Finding &f : diagnosis.findings)
     keys.push_back({Mark::area, fmt::format("f{}", (f.number - 1) % 7),
                     fmt::format("{} {}", f.number, plain_cause(f.term.cause))});
-  std::string note = "A row is counted to a finding where its effect exceeds 0.1 sd; of stuck or "
-                     "dropped readings every one. labels.csv has them row by row.";
+  std::string note = "A row belongs to a finding where the effect exceeds 0.1 sd, or where the "
+                     "reading is stuck or dropped. labels.csv lists all rows.";
   if (shown < measured.logs.size())
     note += fmt::format(" The first {} of {} logs.", shown, measured.logs.size());
   return figure("When each finding acts", svg.markup(), keys, note);

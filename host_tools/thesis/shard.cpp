@@ -70,7 +70,7 @@ Campaign merge_campaigns(const std::vector<std::string> &paths) {
   if (paths.empty())
     throw UsageError("merge: no files");
   Campaign merged = read_campaign(paths.front());
-  for (std::size_t i = 1; i < paths.size(); i++) {
+  for (std::size_t i = 1; i < paths.size(); ++i) {
     const Campaign next = read_campaign(paths[i]);
     if (next.kind != merged.kind || next.config != merged.config || next.total != merged.total)
       throw DataError(paths[i] + ": of another campaign than " + paths.front());

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Nominal models of a block's outcomes, learnt from healthy runs with whole runs left out.
-#ifndef RIM_TRAIN_BEHAVIOUR_HPP
-#define RIM_TRAIN_BEHAVIOUR_HPP
+#pragma once
 
 #include <string>
 #include <vector>
@@ -62,4 +61,3 @@ std::vector<std::uint8_t> agreement_section(const Agreement &agreement, std::siz
 Matrix standard_means(const Basis &basis, const BlockRun &run);
 
 } // namespace rim
-#endif

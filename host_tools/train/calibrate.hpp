@@ -5,8 +5,7 @@
 // the flight code doing the search. The alarm threshold is an order statistic of the runs' largest
 // scores: exchangeable runs give a finite-sample promise, but for one odd run, see
 // set_alarm_from_runs().
-#ifndef RIM_TRAIN_CALIBRATE_HPP
-#define RIM_TRAIN_CALIBRATE_HPP
+#pragma once
 
 #include <algorithm>
 #include <cstdint>
@@ -86,4 +85,3 @@ std::vector<RunScore> calibrate_runs(FlightPlan *plan, NoiseModel *noise,
                                      const CalibrationOptions &options);
 
 } // namespace rim
-#endif

@@ -6,8 +6,7 @@
 // features, outcomes and rows (train/external_table.hpp), or by Monte Carlo on the log's own
 // contexts (thesis eq. 3.9, p. 30). Whether the log's residuals are as the table takes them is
 // tested, and what is found is allowed for (train/external_residuals.hpp).
-#ifndef RIM_TRAIN_CALIBRATE_EXTERNAL_HPP
-#define RIM_TRAIN_CALIBRATE_EXTERNAL_HPP
+#pragma once
 
 #include <cstdint>
 #include <vector>
@@ -49,4 +48,3 @@ void calibrate_external(FlightPlan *plan, const std::vector<ExternalRows> &logs,
                         const CalibrationOptions &options);
 
 } // namespace rim
-#endif

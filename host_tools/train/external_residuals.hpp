@@ -9,8 +9,7 @@
 // likelihood, with the noise fitted again, gains more by it than its description costs. What cannot
 // be told apart in one log: noise as slow as the log is long, and an error that takes many terms to
 // describe.
-#ifndef RIM_TRAIN_EXTERNAL_RESIDUALS_HPP
-#define RIM_TRAIN_EXTERNAL_RESIDUALS_HPP
+#pragma once
 
 #include <cstddef>
 #include <string>
@@ -54,4 +53,3 @@ std::string residuals_sentence(const std::vector<ResidualTest> &tests,
                                const std::vector<std::string> &outcomes, std::size_t logs);
 
 } // namespace rim
-#endif

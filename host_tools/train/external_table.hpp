@@ -7,8 +7,7 @@
 // discrete, trajectories, heavy-tailed) they offer chance the most different regions, so that
 // others alarm less often than promised. Knots are a few numbers of features, outcomes and rows;
 // between them quantiles are linear in the logarithms of the three.
-#ifndef RIM_TRAIN_EXTERNAL_TABLE_HPP
-#define RIM_TRAIN_EXTERNAL_TABLE_HPP
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -62,4 +61,3 @@ float quantile_of(const std::vector<float> &ascending, double chance);
 std::string make_external_table();
 
 } // namespace rim
-#endif

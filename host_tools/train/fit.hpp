@@ -7,8 +7,7 @@
 // Gram matrices kept per run, so that the model without a run is an exact downdate and every choice
 // (ridge, bandwidth, number of prototypes) is made by cross-validation over whole runs: rows of one
 // run share its biases, and a row-wise split would learn them.
-#ifndef RIM_TRAIN_FIT_HPP
-#define RIM_TRAIN_FIT_HPP
+#pragma once
 
 #include <cstdint>
 #include <string>
@@ -90,4 +89,3 @@ struct Prediction {
 Prediction predict_flight(const std::vector<std::uint8_t> &section, const Matrix &x);
 
 } // namespace rim
-#endif

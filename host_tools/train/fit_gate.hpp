@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Where the prototypes stand and how loudly each speaks in a context.
-#ifndef RIM_TRAIN_FIT_GATE_HPP
-#define RIM_TRAIN_FIT_GATE_HPP
+#pragma once
 
 #include <cstdint>
 #include <vector>
@@ -41,4 +40,3 @@ void open_gates(const NominalModel &model, const Matrix &xs, RunSpan rows, Gates
                 Eigen::VectorXd *reach_squared);
 
 } // namespace rim
-#endif

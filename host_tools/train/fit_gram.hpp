@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Weighted Gram matrices per run, and the ridge maps that follow from their sums and differences.
-#ifndef RIM_TRAIN_FIT_GRAM_HPP
-#define RIM_TRAIN_FIT_GRAM_HPP
+#pragma once
 
 #include <vector>
 
@@ -41,4 +40,3 @@ Matrix ridge_maps(const Gram &gram, const RidgeShape &shape, const Matrix &prior
 Eigen::VectorXd squared_error(const Gram &gram, const RidgeShape &shape, const Matrix &maps);
 
 } // namespace rim
-#endif

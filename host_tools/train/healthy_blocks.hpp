@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Healthy logs as blocks: exactly what the flight code makes of them, by the flight code.
-#ifndef RIM_TRAIN_HEALTHY_BLOCKS_HPP
-#define RIM_TRAIN_HEALTHY_BLOCKS_HPP
+#pragma once
 
 #include <vector>
 
@@ -58,4 +57,3 @@ BlockRun block_run(const Log &log, const Layout &layout, const Basis &basis,
                    const BlockOptions &options);
 
 } // namespace rim
-#endif

@@ -5,8 +5,7 @@
 // then for the blocks of each. A run's blocks depend on nothing else, so they can be made apart: a
 // part file holds those of some runs, and what is learnt of part files is to the bit what is learnt
 // of the logs.
-#ifndef RIM_TRAIN_HEALTHY_RUNS_HPP
-#define RIM_TRAIN_HEALTHY_RUNS_HPP
+#pragma once
 
 #include <cstddef>
 #include <string>
@@ -58,4 +57,3 @@ PartWritten write_part(LogSet *logs, const BlockingOptions &options, const Shard
 HealthyRuns merged_parts(const std::vector<std::string> &paths);
 
 } // namespace rim
-#endif

@@ -2,8 +2,7 @@
 // The thesis's own nominal model: kernel-weighted mean and variance of the next state, eq. 4.13
 // and 4.14 (p. 63), plain over many training rows and compressed to prototypes, to compare with
 // fit.hpp.
-#ifndef RIM_TRAIN_KERNEL_HPP
-#define RIM_TRAIN_KERNEL_HPP
+#pragma once
 
 #include <cstdint>
 #include <limits>
@@ -69,4 +68,3 @@ KernelReport compare_kernels(const Matrix &x, const Matrix &y,
                              const KernelOptions &options);
 
 } // namespace rim
-#endif

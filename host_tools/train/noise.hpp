@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What healthy residuals do: the effects of a run, autocorrelation, a scale that depends on the
 // context (lib/src/image/noise.h), learnt from whole healthy runs that the models had not seen.
-#ifndef RIM_TRAIN_NOISE_HPP
-#define RIM_TRAIN_NOISE_HPP
+#pragma once
 
 #include <cstdint>
 #include <vector>
@@ -43,4 +42,3 @@ NoiseModel fit_noise(const Basis &basis, const std::vector<SearchRun> &seen,
 std::vector<std::uint8_t> noise_section(const NoiseModel &noise);
 
 } // namespace rim
-#endif

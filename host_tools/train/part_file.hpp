@@ -4,8 +4,7 @@
 // Little-endian. "RIMPART1"; u64 bytes of the header, the header (JSON: what is known of all runs),
 // its CRC-32 as u64; u64 number of runs; then of each run u64 number, u64 bytes of its narrow and
 // of its wide matrices, u64 CRC-32 of these three and of the matrices, and the matrices.
-#ifndef RIM_TRAIN_PART_FILE_HPP
-#define RIM_TRAIN_PART_FILE_HPP
+#pragma once
 
 #include <cstddef>
 #include <string>
@@ -37,4 +36,3 @@ void read_part_runs(const std::string &path, HealthyRuns *healthy,
                     std::vector<std::string> *holder);
 
 } // namespace rim
-#endif

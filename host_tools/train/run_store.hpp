@@ -5,8 +5,7 @@
 // (the terms of the basis and the integrands, most of the bytes) are needed a few times, one run
 // after the other: they stay in memory up to a limit, the others in a file. Where they are changes
 // no bit of what is learnt.
-#ifndef RIM_TRAIN_RUN_STORE_HPP
-#define RIM_TRAIN_RUN_STORE_HPP
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -88,4 +87,3 @@ private:
 };
 
 } // namespace rim
-#endif

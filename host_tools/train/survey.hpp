@@ -2,8 +2,7 @@
 // train/survey.hpp - what training must know of all runs before it looks at any of them closely.
 //
 // Every log is read once for it, in any order, and a few numbers of it are kept.
-#ifndef RIM_TRAIN_SURVEY_HPP
-#define RIM_TRAIN_SURVEY_HPP
+#pragma once
 
 #include <cstdint>
 #include <string>
@@ -49,4 +48,3 @@ void hash_of(const Log &log, std::uint64_t content[2]);
 double period_of(const RunFacts &run);
 
 } // namespace rim
-#endif

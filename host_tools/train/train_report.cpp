@@ -45,7 +45,7 @@ std::string outcome_report(const Training &training) {
           "outcome's unit\n";
   if (!blind.empty())
     text += "Neither the commands nor the other sensors explain " + blind +
-            ": only what no healthy run did is seen there\n";
+            ". There the monitor sees only what no healthy run did\n";
   return text;
 }
 
@@ -105,7 +105,7 @@ std::string promise_report(const Training &training, double false_alarm) {
       "  promised: at most {:.1f} % of healthy runs raise any alarm\n"
       "  alarm at score {:.3g}: the {} of the {} runs' largest scores ({:.3g} to {:.3g}), and "
       "half\n"
-      "  the scale of their tail more\n",
+      "  the scale of their tail in addition\n",
       100.0 * promised, static_cast<double>(t.alarm_score),
       t.rank == runs ? std::string("highest") : ordinal(runs - t.rank + 1) + " highest", runs,
       static_cast<double>(t.maxima.front()), static_cast<double>(t.maxima.back()));

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What `rim train` prints.
-#ifndef RIM_TRAIN_TRAIN_REPORT_HPP
-#define RIM_TRAIN_TRAIN_REPORT_HPP
+#pragma once
 
 #include <string>
 #include <vector>
@@ -19,4 +18,3 @@ std::string promise_report(const Training &training, double false_alarm);
 std::string image_report(const std::vector<std::uint8_t> &image);
 
 } // namespace rim
-#endif

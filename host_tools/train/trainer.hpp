@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // From healthy logs to a flight image: models, noise, calibration.
-#ifndef RIM_TRAIN_TRAINER_HPP
-#define RIM_TRAIN_TRAINER_HPP
+#pragma once
 
 #include <string>
 #include <vector>
@@ -49,4 +48,3 @@ Training train(const std::vector<Log> &logs, const TrainOptions &options);
 Training train(HealthyRuns healthy, const TrainOptions &options);
 
 } // namespace rim
-#endif

@@ -54,7 +54,7 @@ void parallel_for(std::size_t n, const std::function<void(std::size_t)> &body) {
     }
   };
   std::vector<std::thread> threads;
-  for (std::size_t t = 1; t < std::min(parallel_threads(), n); t++)
+  for (std::size_t t = 1; t < std::min(parallel_threads(), n); ++t)
     threads.emplace_back(work);
   work();
   for (auto &t : threads)

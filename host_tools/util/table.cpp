@@ -39,7 +39,7 @@ std::string Table::text() const {
   std::vector<std::size_t> width(n);
   std::vector<bool> right(n, false);
   bool units = false;
-  for (std::size_t c = 0; c < n; c++) {
+  for (std::size_t c = 0; c < n; ++c) {
     width[c] = std::max(width_of(columns_[c].name), width_of(columns_[c].unit));
     units = units || !columns_[c].unit.empty();
     for (const auto &row : rows_) {
@@ -50,7 +50,7 @@ std::string Table::text() const {
   std::string out;
   const auto line = [&](const auto &cell_of) {
     std::string s;
-    for (std::size_t c = 0; c < n; c++)
+    for (std::size_t c = 0; c < n; ++c)
       s += (c ? "  " : "") + padded(cell_of(c), width[c], right[c]);
     s.erase(s.find_last_not_of(' ') + 1);
     out += s + "\n";

@@ -8,8 +8,8 @@
 // field. An episode ends when the ball leaves the field or a taker has held it for a while.
 //
 // The takers of the world have habits: where the context of a pass, seen from one of them, lies in
-// a habit's box, that taker starts earlier or later, or moves otherwise, than the model says. No
-// planner is told.
+// a habit's box, that taker starts earlier or later, or moves otherwise, than the model assumes.
+// No planner knows the habits.
 #pragma once
 
 #include <array>
@@ -122,7 +122,7 @@ struct PassOption {
   double nominal() const { return expected[decisive]; } // eq. 3.34
 };
 
-// Options of the passer in their fixed order, those that no keeper could receive left out.
+// All passes that some keeper could receive, in a fixed order.
 class KeepawayModel {
 public:
   explicit KeepawayModel(const KeepawayParams &params);
@@ -216,8 +216,8 @@ const PassOption *best_pass(const std::vector<PassOption> &options, const Value 
   return best;
 }
 
-// Plays so many passes: choose(options) the pass or nullptr, body(option, result) after each. Where
-// there is none to choose the ball is kicked slowly ahead; that counts as no pass.
+// Plays a number of passes. choose(options) returns the pass or nullptr; body(option, result) is
+// called after each. Without a pass to choose, the ball is kicked slowly ahead, which is no pass.
 template <class Choose, class Body>
 void play_passes(const KeepawayModel &model, Keepaway &keepaway, const KeepawayParams &params,
                  std::size_t passes, const Choose &choose, const Body &body) {

@@ -5,7 +5,7 @@
 # A machine without QEMU, busybox, can-utils or the kernel package skips it; `make test-can` installs them.
 . "$(dirname "$0")/check.inc"
 . "$(dirname "$0")/toy.inc"
-skip_under_sanitizers
+skip_under_sanitizers "the guest system has not their libraries"
 kernel=$(ls -t "$BUILD"/can/linux-image-*.deb 2> /dev/null | head -n 1)
 for program in qemu-system-x86_64 busybox candump canplayer cpio; do
   command -v $program > /dev/null || missing="$missing $program"

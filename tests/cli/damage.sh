@@ -5,7 +5,7 @@
 . "$(dirname "$0")/toy.inc"
 [ -x "$BUILD/rimd" ] || { bad "no $BUILD/rimd"; finish; }
 cd "$here" || exit 1
-skip_under_sanitizers # its shadow of memory is many gigabytes to search
+skip_under_sanitizers "their shadow memory is many gigabytes, all of which the test would search"
 toy_model toy.rim
 toy long.csv 102 3000 ''
 PYTHONDONTWRITEBYTECODE=1 python3 "$root/tests/firmware/damage_test.py" "$BUILD/rimd" "$root/lib/wire" . > damage.txt 2>&1

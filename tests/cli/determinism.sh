@@ -3,7 +3,7 @@
 # One log, one digest: by `rim replay` twice, and by a small C program on a library built at -O0, -O2 and -O3.
 . "$(dirname "$0")/check.inc"
 . "$(dirname "$0")/toy.inc"
-skip_under_sanitizers
+skip_under_sanitizers "it builds by itself what it tests, without them"
 cd "$here" || exit 1
 toy_few 8 800
 toy log.csv 50 1200 'if (i > 400) a += 0.6'

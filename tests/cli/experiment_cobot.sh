@@ -3,6 +3,7 @@
 # rim-thesis experiment table3.1, fig4.5, fig4.10, fig4.11, table6.1: shards merge to the bytes of the
 # whole; tables, pictures, wrong use. Seeds 91000 on.
 . "$(dirname "$0")/check.inc"
+skip_under_sanitizers "small campaigns take an hour there; tests/host/test_experiment_*, test_fig3_3, test_keepaway and test_plan run there"
 cd "$here" || exit 1
 
 # figure NAME SIZES

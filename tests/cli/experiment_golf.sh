@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 # rim-thesis experiment golf: shards merge to the bytes of the whole; the table; wrong use.
 . "$(dirname "$0")/check.inc"
+skip_under_sanitizers "small campaigns take an hour there; tests/host/test_experiment_*, test_fig3_3, test_keepaway and test_plan run there"
 cd "$here" || exit 1
 small="--dims 2,6 --runs 4 --nominal 6 --calibration 20 --seed 91000 --search flight"
 

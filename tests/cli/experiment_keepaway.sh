@@ -4,6 +4,7 @@
 # whole; tables, pictures, wrong use. Seeds 91000 on.
 . "$(dirname "$0")/check.inc"
 . "$(dirname "$0")/figure.inc"
+skip_under_sanitizers "small campaigns take an hour there; tests/host/test_experiment_*, test_fig3_3, test_keepaway and test_plan run there"
 cd "$here" || exit 1
 
 "$RIM" simulate keepaway --out a --runs 2 --seed 5 --rows 30 --truth truth.csv > /dev/null

@@ -4,6 +4,7 @@
 # use. Seeds 91000 on.
 . "$(dirname "$0")/check.inc"
 . "$(dirname "$0")/figure.inc"
+skip_under_sanitizers "small campaigns take an hour there; tests/host/test_experiment_*, test_fig3_3, test_keepaway and test_plan run there"
 cd "$here" || exit 1
 
 # limits NAME COUNT: every line that has a limit is found in what was printed; so small, few limits are met.

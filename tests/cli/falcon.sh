@@ -6,6 +6,7 @@ cd "$here" || exit 1
 out=$("$RIM_THESIS" experiment falcon --data "$here/nowhere" 2>&1); check "no data" 3 $?
 contains "no data: said" "$out" "nowhere: no such folder"
 "$RIM_THESIS" experiment falcon 2> /dev/null; check "data not named" 2 $?
+skip_under_sanitizers "the rest trains a model for each of eight flights"
 measured=${RIM_MEASURED:-$root/../shared/measured}/falcon9
 [ -d "$measured" ] || skip "no $measured"
 out=$("$RIM_THESIS" experiment falcon --data "$measured"); check "falcon" 0 $?

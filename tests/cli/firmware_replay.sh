@@ -3,7 +3,7 @@
 # The program that ports carry, built for this machine: the digest of `rim replay`, and what it refuses.
 . "$(dirname "$0")/check.inc"
 . "$(dirname "$0")/toy.inc"
-skip_under_sanitizers
+skip_under_sanitizers "it builds by itself what it tests, without them"
 cd "$here" || exit 1
 toy_few 5 600
 toy log.csv 50 900 'if (i > 400) a += 0.6'

@@ -5,7 +5,7 @@
 # put together, compiled and run on this machine. What its text files name exists. Skipped without cmake.
 . "$(dirname "$0")/check.inc"
 . "$(dirname "$0")/toy.inc"
-skip_under_sanitizers
+skip_under_sanitizers "it builds by itself what it tests, without them"
 cd "$here" || exit 1
 check "lib/sources.txt is every source" "$(cd "$root" && LC_ALL=C ls lib/src/*/*.c)" "$(grep -v '^#' "$root/lib/sources.txt")"
 

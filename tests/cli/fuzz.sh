@@ -4,8 +4,9 @@
 # there is no clang, tests/firmware/test_fuzz.c has done what can be done without.
 . "$(dirname "$0")/check.inc"
 cd "$here" || exit 1
+skip_under_sanitizers "the fuzzer is built with them in any case"
 echo 'int LLVMFuzzerTestOneInput(const char *d, unsigned long n) {return n > 1 ? d[0] * 0 : 0;}' > tiny.c
-if [ -n "${SANITIZE:-}" ] || ! clang -fsanitize=fuzzer,address tiny.c -o tiny 2> /dev/null; then
+if ! clang -fsanitize=fuzzer,address tiny.c -o tiny 2> /dev/null; then
   skip "no clang with libFuzzer (make fuzz installs it)"
 fi
 make -s -C "$root" BUILD="${BUILD#"$root"/}" "${BUILD#"$root"/}/fuzz/fuzz" > log 2>&1; check "the fuzzer builds" 0 $? || cat log

@@ -3,7 +3,7 @@
 # make install, then the README's program built against what was installed, by pkg-config where
 # there is one.
 . "$(dirname "$0")/check.inc"
-skip_under_sanitizers
+skip_under_sanitizers "it builds by itself what it tests, without them"
 
 # Another PREFIX links rim anew: in a copy, for other tests run what is in $BUILD.
 mkdir "$here/build" && tar -C "$BUILD" --exclude=./tests --exclude=./can --exclude=./venv --exclude=./frameworks -cf - . | tar -C "$here/build" -xf -

@@ -41,7 +41,7 @@ bus = Bus(sys.argv[1] + "/lib/wire", 7667)
 bus.plan(59950000, 1, [(float(i), -20.0 + i, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0) for i in range(41)])
 for t_us, values in read_rows("biased.csv"):
     bus.row(t_us, values)
-    time.sleep(0.0005)
+    time.sleep(0.002)  # slow enough for a logger that has to wait for the processor
 END
 until_in heard.jsonl '"state":"raised"'; check "heard by liblcm" 0 $?
 until_in nameless.jsonl 'speed reads 0'; check "names by RIM_MODEL" 0 $?

@@ -4,7 +4,7 @@
 # the notebook executed. Skipped, saying so, where PyPI's packages are not there.
 . "$(dirname "$0")/check.inc"
 python=$BUILD/venv/bin/python3
-skip_under_sanitizers
+skip_under_sanitizers "it builds by itself what it tests, without them"
 "$python" -c 'import nanobind, scikit_build_core, pandas, sklearn' 2> /dev/null ||
   skip "no nanobind, scikit-build-core, pandas, scikit-learn in $BUILD/venv"
 export RIMWATCH_BUILD=$BUILD PATH=$BUILD/venv/bin:$PATH

@@ -8,11 +8,12 @@ out=$("$RIM" 2>&1 >/dev/null); check "no command is a usage error" 2 $?
 contains "no command lists the commands" "$out" "usage: rim COMMAND"
 out=$("$RIM" --help); check "help" 0 $?
 contains "help lists merge" "$("$RIM_THESIS" --help)" "merge "
+check "in the order in which a user meets them" "schema train diagnose replay check" "$("$RIM" --help | awk '/^  [a-z-]+ /{print $1}' | head -5 | xargs)"
 out=$("$RIM" --version); check "version" 0 $?
 contains "version" "$out" "rim [0-9]"
 out=$("$RIM" frobnicate 2>&1 >/dev/null); check "unknown command" 2 $?
 contains "unknown command is named" "$out" "no command 'frobnicate'"
-for command in $("$RIM" --help | awk '/^  [a-z]+ /{print $1}'); do
+for command in $("$RIM" --help | awk '/^  [a-z-]+ /{print $1}'); do
   out=$("$RIM" "$command" --help 2>/dev/null); check "$command --help" 0 $?
   contains "$command --help ends in an example" "$out" "[Ee]xample"
   err=$("$RIM" "$command" --no-such-option 2>&1 >/dev/null); check "$command with a wrong option" 2 $?
@@ -29,7 +30,7 @@ err=$("$RIM" help trian 2>&1 >/dev/null); check "help of no command" 2 $?
 contains "help of no command: said" "$err" "did you mean 'train'?"
 contains "plain metavariables" "$("$RIM" simulate --help)" "--runs N "
 check "no raw types" 0 "$(for c in train replay simulate plan bench; do "$RIM" help $c; done | grep -c -e 'UINT' -e ' in \[[0-9]' -e 'TEXT:')"
-for command in $("$RIM" --help | awk '/^  [a-z]+ /{print $1}'); do
+for command in $("$RIM" --help | awk '/^  [a-z-]+ /{print $1}'); do
   "$RIM" help --man "$command" > page.1; check "man page of $command" 0 $?
   if command -v man > /dev/null; then
     check "$command: troff is sound" "" "$(man --warnings -E UTF-8 -l -Tutf8 page.1 2>&1 > /dev/null)"

@@ -134,7 +134,7 @@ ssize_t __wrap_recvmsg(int fd, struct msghdr *message, int flags) {
       {turn % 2 == 0 ? SOL_SOCKET : IPPROTO_IP, turn % 2 == 0 ? SO_TIMESTAMP : SO_RXQ_OVFL},
       {SOL_SOCKET, SO_RXQ_OVFL}};
   turn++;
-  for (int i = 0; i < 2; i++) {
+  for (int i = 0; i < 2; ++i) {
     const uint32_t value = i == 1 ? breaks.dropped : 77u;
     c->cmsg_level = kind[i][0];
     c->cmsg_type = kind[i][1];
@@ -183,7 +183,7 @@ static int make_files(void **state) {
 static int remove_files(void **state) {
   (void)state;
   const char *const name[] = {"run.rim", "state", "state.old", "state.tmp"};
-  for (size_t i = 0; i < 4; i++)
+  for (size_t i = 0; i < 4; ++i)
     unlink(file(name[i]));
   return rmdir(folder);
 }
@@ -222,8 +222,8 @@ static void a_start_that_fails_says_why(void **state) {
                       EINVAL, EINVAL, EINVAL, EAGAIN, ENFILE, ENOPROTOOPT, EADDRNOTAVAIL};
   uint32_t refused[CALLS] = {0}, kinds = 0;
   char said[4096];
-  for (int which = 0; which < CALLS; which++) {
-    for (unsigned n = 0; n < 64; n++) {
+  for (int which = 0; which < CALLS; ++which) {
+    for (unsigned n = 0; n < 64; ++n) {
       unlink(file("state"));
       unlink(file("state.old"));
       memset(&breaks, 0, sizeof breaks);
@@ -287,7 +287,7 @@ static void a_key_that_cannot_be_read(void **state) {
   chmod(file("state"), 0600);
   const call which[2] = {FSTAT, READ};
   const char *const reason[2] = {"is no file", strerror(EIO)};
-  for (int i = 0; i < 2; i++) {
+  for (int i = 0; i < 2; ++i) {
     memset(&breaks, 0, sizeof breaks);
     breaks.which = which[i];
     breaks.why = EIO;
@@ -336,7 +336,7 @@ static void a_bus_that_fails_is_counted(void **state) {
   breaks.receive = ENETDOWN;
   assert_int_equal(lcm_udp_receive(&lcm, &m), -1);
   const int busy[2] = {EAGAIN, ENOBUFS};
-  for (int i = 0; i < 2; i++) { /* to be tried again: nothing is lost yet */
+  for (int i = 0; i < 2; ++i) { /* to be tried again: nothing is lost yet */
     breaks.send = busy[i];
     assert_int_equal(lcm_udp_send(&lcm, "A", payload, 4), -busy[i]);
     assert_int_equal(lcm.counts.unsent, 0);
@@ -363,7 +363,7 @@ static void a_bus_that_fails_is_counted(void **state) {
   assert_true(m.bytes == 4 && memcmp(m.payload, payload, 4) == 0);
   /* What the kernel dropped, as it tells it; the same total again is no more. */
   breaks.dropped = 5;
-  for (int i = 0; i < 2; i++) {
+  for (int i = 0; i < 2; ++i) {
     assert_int_equal(lcm_udp_send(&lcm, "A", payload, 4), 0);
     assert_int_equal(receive(&m), 1);
     assert_int_equal(lcm.counts.lost, 5);
@@ -408,7 +408,7 @@ static void the_newest_record_waits(void **state) {
   a.p_value = 0.05;
   open_bus();
   outbox_init(&box, &lcm, NULL, 1);
-  for (uint32_t i = 1; i <= 3; i++) {
+  for (uint32_t i = 1; i <= 3; ++i) {
     a.seq = i;
     breaks.send = ENOBUFS;
     outbox_alarm(&box, &a, i);
@@ -452,7 +452,7 @@ static void axes_are_named(void **state) {
   char said[1024];
   const char *const axis[3] = {"b", "bb", "x"};
   const size_t end = strlen(text);
-  for (int i = 0; i < 3; i++) {
+  for (int i = 0; i < 3; ++i) {
     memset(&breaks, 0, sizeof breaks);
     snprintf(text + end, sizeof text - end, "axis_y = %s\n", axis[i]);
     const int status = start_daemon(said, sizeof said);
@@ -537,7 +537,7 @@ static void counters_are_told(void **state) {
   static rimd_kept kept;
   char heard[4096], one[64];
   memset(&breaks, 0, sizeof breaks);
-  for (int which = 0; which < 6; which++) {
+  for (int which = 0; which < 6; ++which) {
     memset(&kept, 0, sizeof kept);
     if (which == 1)
       memset(&kept.counters, 0xff, sizeof kept.counters);
@@ -551,7 +551,7 @@ static void counters_are_told(void **state) {
     dup2(stderr_before, STDERR_FILENO);
     rewind(said_file);
     heard[fread(heard, 1, sizeof heard - 1, said_file)] = '\0';
-    for (uint32_t i = 1; i < RIM_COUNTERS_FIELDS; i++) {
+    for (uint32_t i = 1; i < RIM_COUNTERS_FIELDS; ++i) {
       snprintf(one, sizeof one, " %s %u", rim_counters_name(i),
                rim_counters_value(&kept.counters, i));
       const bool is_said = strstr(heard, one) != NULL;

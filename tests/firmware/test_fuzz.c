@@ -56,7 +56,7 @@ static void the_corpus_and_its_damaged_copies(void **state) {
     fclose(file);
     fuzz_one(good, bytes);
     files++;
-    for (int i = 0; i < COPIES; i++) {
+    for (int i = 0; i < COPIES; ++i) {
       memcpy(bad, good, bytes);
       fuzz_one(bad, damage(bad, bytes, &random));
     }

@@ -24,7 +24,7 @@ static int begin(void **state) {
 }
 
 static void put(uint8_t *at, uint32_t value, unsigned bytes) {
-  for (unsigned i = 0; i < bytes; i++)
+  for (unsigned i = 0; i < bytes; ++i)
     at[i] = (uint8_t)(value >> (8 * (bytes - 1 - i)));
 }
 
@@ -47,7 +47,7 @@ static size_t make(uint8_t *out, uint32_t sequence, uint32_t total, uint32_t siz
     memcpy(out + at, name, sizeof name);
     at += sizeof name;
   }
-  for (uint32_t i = 0; i < length; i++)
+  for (uint32_t i = 0; i < length; ++i)
     out[at++] = content(sequence, offset + i);
   return at;
 }
@@ -66,14 +66,14 @@ static lcm_fragments_answer give(uint64_t sender, uint32_t sequence, uint32_t to
 static void assert_whole(uint32_t sequence, uint32_t total) {
   assert_string_equal(channel, "RIM_PLAN");
   assert_int_equal(payload_bytes, total);
-  for (size_t i = 0; i < total; i++)
+  for (size_t i = 0; i < total; ++i)
     assert_int_equal(payload[i], content(sequence, i));
 }
 
 static void any_order_will_do(void **state) {
   (void)state;
   static const uint32_t order[4][3] = {{0, 1, 2}, {2, 1, 0}, {1, 0, 2}, {2, 0, 1}};
-  for (uint32_t k = 0; k < 4; k++) {
+  for (uint32_t k = 0; k < 4; ++k) {
     assert_int_equal(give(9, k, 4120, 1423, order[k][0]), LCM_FRAGMENTS_WAIT);
     assert_int_equal(give(9, k, 4120, 1423, order[k][0]), LCM_FRAGMENTS_WAIT); /* twice is once */
     assert_int_equal(give(9, k, 4120, 1423, order[k][1]), LCM_FRAGMENTS_WAIT);
@@ -82,7 +82,7 @@ static void any_order_will_do(void **state) {
   }
   assert_int_equal(give(9, 50, 100, 100, 0), LCM_FRAGMENTS_COMPLETE); /* one that is all */
   assert_whole(50, 100);
-  for (uint32_t i = 0; i + 1 < 64; i++)
+  for (uint32_t i = 0; i + 1 < 64; ++i)
     assert_int_equal(give(9, 51, 8192, 128, i), LCM_FRAGMENTS_WAIT);
   assert_int_equal(give(9, 51, 8192, 128, 63), LCM_FRAGMENTS_COMPLETE);
   assert_whole(51, 8192);
@@ -91,8 +91,8 @@ static void any_order_will_do(void **state) {
 
 static void senders_do_not_mix(void **state) {
   (void)state;
-  for (uint32_t i = 0; i < 3; i++)
-    for (uint64_t sender = 1; sender <= LCM_FRAGMENTS_MESSAGES; sender++)
+  for (uint32_t i = 0; i < 3; ++i)
+    for (uint64_t sender = 1; sender <= LCM_FRAGMENTS_MESSAGES; ++sender)
       assert_int_equal(give(sender, 5, 3000, 1000, i),
                        i < 2 ? LCM_FRAGMENTS_WAIT : LCM_FRAGMENTS_COMPLETE);
   assert_int_equal(lost, 0);
@@ -100,7 +100,7 @@ static void senders_do_not_mix(void **state) {
 
 static void what_never_ends_makes_room(void **state) {
   (void)state;
-  for (uint64_t sender = 1; sender <= LCM_FRAGMENTS_MESSAGES; sender++)
+  for (uint64_t sender = 1; sender <= LCM_FRAGMENTS_MESSAGES; ++sender)
     assert_int_equal(give(sender, 1, 3000, 1000, 0), LCM_FRAGMENTS_WAIT);
   assert_int_equal(give(1, 1, 3000, 1000, 1), LCM_FRAGMENTS_WAIT); /* the first is fresh again */
   assert_int_equal(give(77, 1, 3000, 1000, 0), LCM_FRAGMENTS_WAIT);
@@ -121,14 +121,14 @@ static void wrong_ones_are_refused(void **state) {
   (void)state;
   uint8_t d[2000];
   const size_t bytes = make(d, 1, 3000, 1000, 0);
-  for (size_t n = 0; n < 20 + 9; n++)
+  for (size_t n = 0; n < 20 + 9; ++n)
     refuses(d, n); /* cut within the header or the channel's name */
   static const struct {
     unsigned at, bytes;
     uint32_t value;
   } wrong[] = {{8, 4, 0},     {8, 4, 8193},        {8, 4, UINT32_MAX}, {8, 4, 999}, {12, 4, 3001},
                {12, 4, 2001}, {12, 4, UINT32_MAX}, {18, 2, 0},         {18, 2, 65}, {18, 2, 65535}};
-  for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
+  for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; ++i) {
     (void)make(d, 1, 3000, 1000, 0);
     put(d + wrong[i].at, wrong[i].value, wrong[i].bytes);
     refuses(d, bytes);

@@ -42,9 +42,9 @@ static void put_table(bytes *b, unsigned frames) {
   u32(b, RIM_CAN_TABLE_LAYOUT);
   const unsigned trigger = frames == 1 ? RIM_CAN_TABLE_NONE : 0;
   const unsigned counts[6] = {VALUES, frames, VALUES, trigger, RIM_CAN_TABLE_NONE, 0};
-  for (size_t i = 0; i < 6; i++)
+  for (size_t i = 0; i < 6; ++i)
     u16(b, counts[i]);
-  for (unsigned f = 0; f < frames; f++) {
+  for (unsigned f = 0; f < frames; ++f) {
     u32(b, f == 0 ? ROW_ID : RIM_CAN_EXTENDED | LAST_ID);
     u8(b, f == 0 ? 48 : 4);
     u8(b, f == 0);
@@ -52,19 +52,19 @@ static void put_table(bytes *b, unsigned frames) {
     u16(b, f == 1 ? 1 : VALUES - (frames - 1));
     u16(b, 0);
   }
-  for (unsigned v = 0; v < VALUES; v++) {
+  for (unsigned v = 0; v < VALUES; ++v) {
     u16(b, v);
     u8(b, RIM_CAN_F32);
     u8(b, 0);
     u16(b, frames == 2 && v == VALUES - 1 ? 0 : 32 * v);
     u8(b, 32);
-    for (size_t i = 0; i < 9; i++)
+    for (size_t i = 0; i < 9; ++i)
       u8(b, 0);
     const double scale[4] = {1.0, 0.0, v == 0 ? -1000.0 : -1e30, v == 0 ? 1000.0 : 1e30};
-    for (size_t i = 0; i < 4; i++) {
+    for (size_t i = 0; i < 4; ++i) {
       uint8_t eight[8];
       (void)rimi_le_put_f64(eight, scale[i]);
-      for (size_t k = 0; k < 8; k++)
+      for (size_t k = 0; k < 8; ++k)
         u8(b, eight[k]);
     }
   }
@@ -84,7 +84,7 @@ static int make_files(void **state) {
   put_table(&table.section[RIM_SECTION_CAN_TABLE], 1);
   build(&blob, &table);
   write_file("table.rim", blob.byte, blob.size);
-  for (size_t i = 0; i < SEAL_KEY_BYTES; i++)
+  for (size_t i = 0; i < SEAL_KEY_BYTES; ++i)
     snprintf(text + 2 * i, 3, "%02x", key[i]);
   write_file("key", text, 2 * SEAL_KEY_BYTES);
   memset(&action, 0, sizeof action);
@@ -98,7 +98,7 @@ static int make_files(void **state) {
 static int remove_files(void **state) {
   (void)state;
   const char *const name[] = {"run.rim", "table.rim", "key", "state", "state.old"};
-  for (size_t i = 0; i < sizeof name / sizeof name[0]; i++)
+  for (size_t i = 0; i < sizeof name / sizeof name[0]; ++i)
     unlink(file(name[i]));
   return rmdir(folder);
 }
@@ -127,9 +127,9 @@ static void send_row(uint32_t t, double shift) {
   uint8_t data[48] = {0};
   float f[VALUES];
   make_row(&r, true, 900, t, shift);
-  for (size_t i = 0; i < D; i++)
+  for (size_t i = 0; i < D; ++i)
     f[i] = (float)r.context[i];
-  for (size_t o = 0; o < O; o++) {
+  for (size_t o = 0; o < O; ++o) {
     f[D + o] = (float)r.outcome[o];
     f[D + O + o] = (float)r.mean[o];
     f[D + 2 * O + o] = (float)r.sd[o];
@@ -167,7 +167,7 @@ static void hear(heard *h) {
 
 /* Rows until an alarm stands, each handled before the next. */
 static uint32_t fly_to_alarm(heard *h) {
-  for (uint32_t t = 0; t < ROWS; t++) {
+  for (uint32_t t = 0; t < ROWS; ++t) {
     send_row(t, 2.0);
     run();
     hear(h);
@@ -332,7 +332,7 @@ static void the_bus_goes_and_comes(void **state) {
   usleep(150000);
   run();
   assert_int_equal(d.can.fd, -1);
-  for (uint32_t t = ROWS; t < ROWS + 20; t++) { /* rows go on */
+  for (uint32_t t = ROWS; t < ROWS + 20; ++t) { /* rows go on */
     send_row(t, 2.0);
     usleep(2000);
     run();
@@ -358,7 +358,7 @@ static void a_full_disk(void **state) {
   const int why[2] = {ENOSPC, EROFS};
   char more[200];
   snprintf(more, sizeof more, "state = %s\nhealth_ms = 1\n", file("state"));
-  for (int i = 0; i < 2; i++) {
+  for (int i = 0; i < 2; ++i) {
     heard h = {0};
     unlink(file("state"));
     unlink(file("state.old"));
@@ -415,7 +415,7 @@ static void send_day(day *x, uint32_t t, uint32_t fate) {
   n -= fate >= 120 && fate < 130;
   x->wrong_length += n != VALUES;
   t_s += fate == 130 ? 3600.0 : fate == 131 ? -3600.0 : 0.0;             /* a bit of a time stamp */
-  for (uint32_t k = 0; k < (fate >= 132 && fate < 160 ? 2u : 1u); k++) { /* sent twice */
+  for (uint32_t k = 0; k < (fate >= 132 && fate < 160 ? 2u : 1u); ++k) { /* sent twice */
     rimd_row(&d, t_s, values, n, x->woke_ns);
     x->sent++;
   }
@@ -448,7 +448,7 @@ static void a_day(void **state) {
   snprintf(more, sizeof more, "state = %s\nhealth_ms = 3600000\n", file("state"));
   assert_int_equal(start_daemon(more), 0);
   d.guard_config.max_jump_s = 60.0;
-  for (uint32_t t = 0; t < 24 * hour; t++) {
+  for (uint32_t t = 0; t < 24 * hour; ++t) {
     x.offset_s += t == 6 * hour ? 600.0 : t == 12 * hour ? -600.0 : 0.0;
     if (t % hour < 20 && t > hour) { /* silent for five seconds: STALE after two */
       x.lost++;
@@ -598,7 +598,7 @@ static void rows_that_are_not_whole(void **state) {
   assert_int_equal(start_with(file("other.rim"), ""), 0);
   assert_true(fake.filters == 2 && fake.filter[1].can_id == (LAST_ID | CAN_EFF_FLAG) &&
               (fake.filter[1].can_mask & CAN_EFF_MASK) == CAN_EFF_MASK);
-  for (size_t i = 0; i + 1 < VALUES; i++)
+  for (size_t i = 0; i + 1 < VALUES; ++i)
     memcpy(data + 4 * i, &one, sizeof one);
   memcpy(last, &one, sizeof one);
   fake.dropped = 1; /* the kernel's stamp comes with it */
@@ -640,13 +640,13 @@ static void what_waits_is_bounded(void **state) {
   unlink(file("state.old"));
   snprintf(more, sizeof more, "state = %s\nhealth_ms = 3600000\n", file("state"));
   assert_int_equal(start_daemon(more), 0);
-  for (uint32_t i = 0; i < RIMD_HELD; i++)
+  for (uint32_t i = 0; i < RIMD_HELD; ++i)
     d.held[i] = (rim_alarm){
         .seq = i + 1, .state = RIM_ALARM_UPDATED, .level = RIM_LEVEL_WARN, .p_value = 1.0};
   d.held_count = RIMD_HELD;
   d.held_ns = rimd_now_ns();
   atomic_store(&d.state.busy, true); /* as if the medium hung */
-  for (uint32_t t = 0; t < ROWS && d.held_count != 1; t++) {
+  for (uint32_t t = 0; t < ROWS && d.held_count != 1; ++t) {
     row r;
     double values[VALUES];
     make_row(&r, true, 900, t, 2.0);
@@ -681,7 +681,7 @@ static void what_waits_is_bounded(void **state) {
  * so; no row is used. */
 static void an_image_that_cannot_be_read_again(void **state) {
   (void)state;
-  for (int cut = 0; cut < 2; cut++) {
+  for (int cut = 0; cut < 2; ++cut) {
     heard h = {0};
     assert_int_equal(start_daemon("health_ms = 1\n"), 0);
     send_row(0, 0.0);
@@ -691,7 +691,7 @@ static void an_image_that_cannot_be_read_again(void **state) {
     if (cut)
       write_file("run.rim", "RIM", 3);
     ((uint8_t *)(uintptr_t)d.image)[d.image_bytes / 2] ^= 1u;
-    for (uint32_t t = 1; t < 100 && !d.was_damaged; t++) {
+    for (uint32_t t = 1; t < 100 && !d.was_damaged; ++t) {
       send_row(t, 0.0);
       run();
     }
@@ -721,7 +721,7 @@ static void observations_by_another_way(void **state) {
   const char *const bus = "lcm = udpm://239.255.76.69:7671?ttl=0\nlcm_interface = 127.0.0.1\n";
   sample.count = VALUES;
   assert_int_equal(rim_lcm_pack_observation(bytes_of, sizeof bytes_of, &sample), RIM_OK);
-  for (int sealed = 0; sealed < 2; sealed++) {
+  for (int sealed = 0; sealed < 2; ++sealed) {
     memset(&fake, 0, sizeof fake);
     snprintf(more, sizeof more, "image = %s\n%s", file("run.rim"), bus);
     const size_t length = strlen(more);
@@ -739,7 +739,7 @@ static void observations_by_another_way(void **state) {
     assert_int_equal(lcm_udp_open(&sender, &d.config.address, false, &what), 0);
     assert_int_equal(lcm_udp_send(&sender, RIM_LCM_CHANNEL_OBSERVATION, bytes_of, sizeof bytes_of),
                      0);
-    for (int i = 0; i < 100 && d.kept.counters.lcm_refused == 0; i++) {
+    for (int i = 0; i < 100 && d.kept.counters.lcm_refused == 0; ++i) {
       usleep(1000);
       run();
     }

@@ -38,7 +38,7 @@ static void reads(const char *text, mode_t mode, const char *reason) {
 #ifdef SEAL_SODIUM
   if (reason == NULL) {
     assert_null(wrong);
-    for (uint8_t i = 0; i < SEAL_KEY_BYTES; i++)
+    for (uint8_t i = 0; i < SEAL_KEY_BYTES; ++i)
       assert_int_equal(s.key[i], i);
   } else {
     assert_non_null(wrong);
@@ -124,7 +124,7 @@ static const rim_command clear_seven = {7, 9, RIM_COMMAND_CLEAR};
 
 static seal with_key(void) {
   seal s = {.has_key = true};
-  for (uint8_t i = 0; i < SEAL_KEY_BYTES; i++)
+  for (uint8_t i = 0; i < SEAL_KEY_BYTES; ++i)
     s.key[i] = i;
   return s;
 }
@@ -137,7 +137,7 @@ static void sealed_commands_over_lcm(void **state) {
   uint8_t plain[RIM_LCM_COMMAND_SIZE], in[sizeof plain + RIMI_SEAL_BYTES], out[sizeof plain];
   assert_int_equal(rim_lcm_pack_command(plain, sizeof plain, &clear_seven), RIM_OK);
   memcpy(rimi_lcm_seal(in, plain, rimi_sealed_command(), 1000), lcm_tag, sizeof lcm_tag);
-  for (size_t bit = 64; bit < 8 * sizeof in; bit++) { /* the type's own bits: no such type */
+  for (size_t bit = 64; bit < 8 * sizeof in; ++bit) { /* the type's own bits: no such type */
     in[bit / 8] = (uint8_t)(in[bit / 8] ^ 1u << bit % 8);
     assert_false(seal_open_lcm(&s, &used, &n, in, sizeof in, out, sizeof out));
     in[bit / 8] = (uint8_t)(in[bit / 8] ^ 1u << bit % 8);
@@ -170,7 +170,7 @@ static void sealed_commands_over_can(void **state) {
   rim_command out = {0};
   rimi_can_seal(&frame, 5, &clear_seven, 1000);
   rimi_can_seal_finish(&frame, can_tag);
-  for (size_t byte = 0; byte < 36; byte++) { /* layout and node and command are told before */
+  for (size_t byte = 0; byte < 36; ++byte) { /* layout and node and command are told before */
     rim_can_frame bad = frame;
     bad.data[byte] ^= 0x10;
     rimi_can_seal_finish(&bad, bad.data + RIMI_SEALED_FRAME_BODY);

@@ -44,7 +44,7 @@ static void what_cannot_be_opened(void **state) {
   assert_true(c.fd == -1 && c.counts.down == 0);
   fake.bind_fails = 0;
   const int options[3] = {CAN_RAW_FILTER, CAN_RAW_ERR_FILTER, CAN_RAW_FD_FRAMES};
-  for (int i = 0; i < 3; i++) { /* a bus that is set otherwise than was asked is no bus */
+  for (int i = 0; i < 3; ++i) { /* a bus that is set otherwise than was asked is no bus */
     fake.option = options[i];
     fake.option_fails = ENOPROTOOPT;
     assert_int_equal(socketcan_open(&c, "can0", one, 1, true), -ENOPROTOOPT);
@@ -138,7 +138,7 @@ static void every_way_of_sending(void **state) {
             {EAGAIN, SOCKETCAN_FULL},
             {EINVAL, SOCKETCAN_REFUSED},
             {ENETDOWN, SOCKETCAN_DOWN}};
-  for (size_t i = 0; i < sizeof of / sizeof of[0]; i++) {
+  for (size_t i = 0; i < sizeof of / sizeof of[0]; ++i) {
     fake.write_fails = of[i].why;
     fake.fails = 1;
     assert_int_equal(socketcan_send(&can, &classic), of[i].answer);
@@ -166,7 +166,7 @@ static void a_gone_interface_is_let_go(void **state) {
   rim_can_frame got;
   double t_s;
   const int why[2] = {ENODEV, ENXIO};
-  for (int i = 0; i < 4; i++) {
+  for (int i = 0; i < 4; ++i) {
     fake.write_fails = fake.read_fails = why[i / 2];
     fake.fails = 1;
     if (i % 2 == 0)
@@ -213,7 +213,7 @@ static void every_frame_that_may_come(void **state) {
   fake_send(can.fd, 0x123, data, 65, true);                /* longer than any */
   fake_send(can.fd, 0x123 | CAN_RTR_FLAG, data, 0, false); /* a request */
   (void)!__real_write(fake.theirs[can.fd], data, 5);       /* none at all */
-  for (uint32_t i = 1; i <= 4; i++) {
+  for (uint32_t i = 1; i <= 4; ++i) {
     assert_int_equal(socketcan_receive(&can, &got, &t_s), -1);
     assert_int_equal(can.counts.refused, i);
   }
@@ -227,7 +227,7 @@ static void every_frame_that_may_come(void **state) {
   assert_int_equal(socketcan_receive(&can, &got, &t_s), -1);
   assert_true(!can.is_bus_off && can.came_back);
   const int why[3] = {ENETDOWN, EIO, EAGAIN}, answer[3] = {-1, -1, 0};
-  for (int i = 0; i < 3; i++) {
+  for (int i = 0; i < 3; ++i) {
     fake.read_fails = why[i];
     fake.fails = 1;
     assert_int_equal(socketcan_receive(&can, &got, &t_s), answer[i]);

@@ -109,7 +109,7 @@ static int tear_down(void **state) {
   char name[128];
   const char *const suffix[] = {"", ".old", ".tmp"};
   memset(&breaks, 0, sizeof breaks);
-  for (size_t i = 0; i < 3; i++) {
+  for (size_t i = 0; i < 3; ++i) {
     snprintf(name, sizeof name, "%s%s", path, suffix[i]);
     unlink(name);
   }
@@ -137,7 +137,7 @@ static void what_was_saved_comes_back(void **state) {
   (void)state;
   const state_parts parts = parts_of();
   assert_string_equal(load(&parts), STATE_NONE);
-  for (uint8_t i = 0; i < DAEMON; i++)
+  for (uint8_t i = 0; i < DAEMON; ++i)
     daemon_bytes[i] = (uint8_t)(i + 1);
   memset(monitor_bytes, 0x77, sizeof monitor_bytes);
   breaks.short_write = true; /* in pieces */
@@ -218,7 +218,7 @@ static void every_step_at_which_a_medium_fails(void **state) {
   snprintf(temporary, sizeof temporary, "%s.tmp", path);
   memset(daemon_bytes, 3, sizeof daemon_bytes);
   assert_int_equal(save(), 0);
-  for (int step = 0; step < 6; step++) {
+  for (int step = 0; step < 6; ++step) {
     memset(daemon_bytes, 4, sizeof daemon_bytes);
     memset(&breaks, 0, sizeof breaks);
     if (step == 0)
@@ -298,7 +298,7 @@ static void every_watchdog(void **state) {
       {abstract, "0", false},     {abstract, "x", false},      {abstract, "99999999999", false},
       {"/", "1000000", false},    {longest, "1000000", false}, {"/nowhere", "1000000", false},
       {abstract, "1000000", true}};
-  for (size_t i = 0; i < sizeof of / sizeof of[0]; i++) {
+  for (size_t i = 0; i < sizeof of / sizeof of[0]; ++i) {
     unsetenv("NOTIFY_SOCKET");
     unsetenv("WATCHDOG_USEC");
     if (of[i].socket != NULL)
@@ -378,7 +378,7 @@ static void configurations(void **state) {
   const int null = open("/dev/null", O_WRONLY), before = dup(STDERR_FILENO);
   assert_true(dup2(null, STDERR_FILENO) >= 0);
   unsigned wrong = 0;
-  for (size_t i = 0; i < sizeof of / sizeof of[0]; i++)
+  for (size_t i = 0; i < sizeof of / sizeof of[0]; ++i)
     if (config_parse(&c, "test", of[i].text, strlen(of[i].text)) != of[i].errors)
       wrong = (unsigned)i + 1;
   breaks.read = EIO;

@@ -235,7 +235,7 @@ static inline void fuzz_lookahead(const uint8_t *data, size_t bytes) {
   if (bytes - RIM_LCM_PLAN_SIZE >= sizeof region.inverse_shape)
     memcpy(region.inverse_shape, data + RIM_LCM_PLAN_SIZE, sizeof region.inverse_shape);
   region.dims = (uint8_t)(plan.sequence % 5u);
-  for (uint16_t d = 0; d < RIM_REGION_MAX_DIMS; d++)
+  for (uint16_t d = 0; d < RIM_REGION_MAX_DIMS; ++d)
     region.feature[d] = d;
   (void)rim_lookahead_check(&c, &region, &plan, 0.0, &result);
 }

@@ -6,6 +6,7 @@
 #   BUILD        where tests/hidden/{nature,grade,oracle} are built     RIM  the tool
 #   HIDDEN_NATURE  who draws: nature (default) or machines.py
 #   HIDDEN_TOOL  rim (default), oracle or silent: who diagnoses         HIDDEN_FLOORS  for grade
+#   HIDDEN_LIMIT  seconds that a diagnosis may take (300); one that takes longer has failed
 #   HIDDEN_KEEP  a folder in which every case's logs, truth and diagnosis are left
 # Exit 1 when a floor is not reached, 3 when a case could not be made or graded.
 set -u
@@ -28,7 +29,7 @@ one() {
     for h in "$logs"/holdout_*.csv; do arguments+=(--holdout "$(basename "$h")"); done
     begin=$(date +%s.%N)
     case $tool in
-    rim) (cd "$logs" && timeout 300 "$RIM" diagnose run_*.csv "${arguments[@]}" --out OUT) \
+    rim) (cd "$logs" && timeout "${HIDDEN_LIMIT:-300}" "$RIM" diagnose run_*.csv "${arguments[@]}" --out OUT) \
       > "$truth/stdout" 2> "$truth/stderr" || status=$? ;;
     oracle) "$bin/oracle" --truth "$truth/truth.json" --out "$logs/OUT" || status=$? ;;
     silent) "$bin/oracle" --truth "$truth/truth.json" --out "$logs/OUT" --silent || status=$? ;;

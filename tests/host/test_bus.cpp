@@ -157,12 +157,12 @@ void json_has_every_key_of_the_contract(void **) {
 
 void names_come_from_the_image(void **) {
   rim::SectionBytes config, names;
-  for (std::uint32_t i = 0; i < RIM_CONFIG_WORDS; i++)
+  for (std::uint32_t i = 0; i < RIM_CONFIG_WORDS; ++i)
     config.u32(i == RIM_CONFIG_FEATURES ? 2 : i == RIM_CONFIG_OUTCOMES ? 1 : 0);
   const auto image = [&](const char *text) {
     rim::ImageWriter writer(1);
     rim::SectionBytes section;
-    for (const char *c = text; *c != '\0'; c++)
+    for (const char *c = text; *c != '\0'; ++c)
       section.u8(static_cast<std::uint8_t>(*c));
     writer.add_section(RIM_SECTION_CONFIG, config);
     writer.add_section(RIM_SECTION_NAMES, section);
@@ -274,7 +274,7 @@ void lcm_records_what_was_published(void **) {
   rim::LcmBus player("file://" + path + "?speed=0");
   player.on_alarm = [&](const rim_alarm &got) { alarms += got.seq == 3; };
   player.on_health = [&](const rim_health_message &got) { healths += got.observations == 10; };
-  for (int i = 0; i < 10 && healths == 0; i++)
+  for (int i = 0; i < 10 && healths == 0; ++i)
     player.receive(100);
   assert_int_equal(alarms, 1);
   assert_int_equal(healths, 1);
@@ -338,7 +338,7 @@ void a_separate_subscriber_hears_the_alarms(void **) {
           static_cast<char *>(nullptr));
     _exit(99);
   }
-  for (int i = 0; i < 600; i++) {
+  for (int i = 0; i < 600; ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
     if (access(err.c_str(), F_OK) == 0 &&
         rim::read_file(err).find("listening") != std::string::npos)

@@ -44,7 +44,8 @@ rim::Log without(rim::Log log, int column) {
 
 void logs_become_one_table(void **) {
   std::vector<std::string> constant;
-  const Measured t = rim::diagnose::make_measured({log("a", 40), log("b", 30, 50.0)}, &constant);
+  const Measured t = rim::diagnose::make_measured({log("a", 40), log("b", 30, 50.0)},
+                                                  rim::diagnose::Constants::leave_out, &constant);
   assert_int_equal(t.rows(), 70);
   assert_int_equal(t.logs.size(), 2);
   assert_int_equal(t.logs[1].first, 40);

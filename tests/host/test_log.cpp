@@ -97,7 +97,7 @@ void writing_then_reading_gives_the_same(void **) {
   log.comments = {"seed 7"};
   log.columns = {{"s.a_m", "m", rim::Role::sensor}, {"u.b", "", rim::Role::command}};
   log.values.resize(200, 2);
-  for (int r = 0; r < 200; r++) {
+  for (int r = 0; r < 200; ++r) {
     log.t_s.push_back(1e5 + 0.05 * r);
     log.values(r, 0) = std::ldexp(1.0 + r, r - 100) * (r % 2 ? -1 : 1);
     log.values(r, 1) = r;
@@ -107,7 +107,7 @@ void writing_then_reading_gives_the_same(void **) {
   const auto again = read(path);
   assert_int_equal(again.t_s.size(), 200);
   assert_string_equal(again.comments[0].c_str(), "seed 7");
-  for (int r = 0; r < 200; r++) {
+  for (int r = 0; r < 200; ++r) {
     assert_true(std::fabs(again.t_s[(std::size_t)r] - log.t_s[(std::size_t)r]) < 1e-6);
     assert_true(std::fabs(again.values(r, 0) / log.values(r, 0) - 1.0) < 1e-8);
     assert_true(again.values(r, 1) == r);
@@ -210,14 +210,14 @@ void a_rate_is_derived_from_the_past(void **) {
       "d.toml", "schema='rim-schema/1'\n[[column]]\nfrom='h'\nname='s.h_m'\n"
                 "[[derive]]\nname='x.climb_mps'\nfrom='h'\nkind='rate'\nwindow_s=2\norder=2\n"));
   std::string text = "t_s,h\n";
-  for (int i = 0; i < 100; i++)
+  for (int i = 0; i < 100; ++i)
     text += std::to_string(0.1 * i) + "," + std::to_string(3.0 * 0.01 * i * i - 0.2 * i) + "\n";
   const auto log = read(write("h.csv", text), nullptr, &schema);
   assert_int_equal(log.columns.size(), 2);
   assert_string_equal(log.columns[1].name.c_str(), "x.climb_mps");
   assert_int_equal(log.rows_filtered + log.t_s.size(), 100);
   assert_in_range(log.rows_filtered, 14, 18);
-  for (std::size_t r = 0; r < log.t_s.size(); r++)
+  for (std::size_t r = 0; r < log.t_s.size(); ++r)
     assert_true(std::fabs(log.values((long)r, 1) - (6.0 * log.t_s[r] - 2.0)) < 1e-3);
 }
 
@@ -267,7 +267,7 @@ std::string observation_event(int i, std::uint32_t count, double value) {
   sample.t_us = 100000 * i;
   sample.sequence = static_cast<std::uint32_t>(i);
   sample.count = count;
-  for (std::uint32_t c = 0; c < count; c++)
+  for (std::uint32_t c = 0; c < count; ++c)
     sample.value[c] = value + c;
   std::string data(RIM_LCM_OBSERVATION_SIZE, '\0');
   assert_int_equal(
@@ -285,7 +285,7 @@ void an_lcm_log_survives_damage(void **) {
   const auto schema =
       rim::read_schema(write("o.toml", "schema='rim-schema/1'\nobservation=['s.a_m','u.b']\n"));
   std::vector<std::string> events;
-  for (int i = 0; i < 20; i++)
+  for (int i = 0; i < 20; ++i)
     events.push_back(observation_event(i, 2, i));
   events[3][0] ^= 1;                        // no sync word
   events[7][24] = '\x7f';                   // absurd length
@@ -304,7 +304,7 @@ void an_lcm_log_survives_damage(void **) {
   assert_int_equal(log.t_s.size(), 14);
   assert_true(log.rows_skipped >= 2 && log.rows_skipped <= 3);
   assert_contains(warnings, "damaged in");
-  for (std::size_t r = 0; r < log.t_s.size(); r++) {
+  for (std::size_t r = 0; r < log.t_s.size(); ++r) {
     const double i = log.t_s[r] * 10.0;
     assert_true(std::fabs(log.values((long)r, 0) - i) < 1e-9 &&
                 std::fabs(log.values((long)r, 1) - i - 1) < 1e-9);

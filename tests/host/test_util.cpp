@@ -112,7 +112,7 @@ void every_item_is_done_once(void **) {
     setenv("RIM_THREADS", threads, 1);
     std::vector<int> done(1000);
     rim::parallel_for(done.size(), [&](std::size_t i) { done[i] += static_cast<int>(i); });
-    for (std::size_t i = 0; i < done.size(); i++)
+    for (std::size_t i = 0; i < done.size(); ++i)
       assert_int_equal(done[i], i);
     rim::parallel_for(0, [](std::size_t) { fail_msg("nothing was thrown"); });
   }
@@ -134,7 +134,7 @@ void an_exception_reaches_the_caller(void **) {
 rim::Campaign shard_of(const std::string &text) {
   const rim::Shard shard = rim::parse_shard(text);
   rim::Campaign campaign{"test", {{"seed", 1}}, 10, {}};
-  for (std::uint64_t i = 0; i < 10; i++)
+  for (std::uint64_t i = 0; i < 10; ++i)
     if (shard.owns(i))
       campaign.units[i] = {{"x", 1.0 / (3.0 + static_cast<double>(i))}};
   return campaign;

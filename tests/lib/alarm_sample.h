@@ -32,13 +32,13 @@ static inline rim_alarm sample_alarm(uint32_t seed) {
   a.kind = (uint8_t)(sample_next(&state) % (RIM_KIND_PUSHED + 1u));
   a.flags = (uint8_t)(sample_next(&state) % 4u);
   a.channels = (uint8_t)(1u + sample_next(&state) % RIM_ALARM_MAX_CHANNELS);
-  for (uint32_t i = 0; i < a.channels; i++) {
+  for (uint32_t i = 0; i < a.channels; ++i) {
     a.channel[i] = (uint16_t)(sample_next(&state) % 65536u);
     a.shift[i] = sample_between(&state, -50.0, 50.0);
     a.shift_sd[i] = sample_between(&state, 0.01, 5.0);
   }
   a.region.dims = (uint8_t)(sample_next(&state) % (RIM_REGION_MAX_DIMS + 1u));
-  for (uint32_t d = 0; d < a.region.dims; d++) {
+  for (uint32_t d = 0; d < a.region.dims; ++d) {
     const double half = sample_between(&state, 0.5, 20.0);
     a.region.feature[d] = (uint16_t)(sample_next(&state) % 1000u * 3u + d);
     a.region.center[d] = sample_between(&state, -100.0, 100.0);

@@ -52,6 +52,17 @@ static inline void put_f32(uint8_t *at, double v) {
   put_u32(at, bits);
 }
 
+/* The section opens; a shorter one is refused as truncated, one longer by a byte with `longer`. */
+static inline void only_the_whole_opens(rim_status (*open)(const bytes *section), const bytes *good,
+                                        rim_status longer) {
+  bytes b = *good;
+  assert_int_equal(open(good), RIM_OK);
+  for (b.size = 0; b.size < good->size; ++b.size)
+    assert_int_equal(open(&b), RIM_E_TRUNCATED);
+  u8(&b, 0);
+  assert_int_equal(open(&b), longer);
+}
+
 /* An image of these sections alone: it opens, but no monitor flies it. */
 static inline void image_of(bytes *b, const uint32_t *id, const bytes *section, uint32_t count) {
   uint32_t total = 64u + 16u * count;
@@ -61,7 +72,7 @@ static inline void image_of(bytes *b, const uint32_t *id, const bytes *section, 
   put_u16(b->byte + 12, RIM_IMAGE_MAJOR);
   put_u32(b->byte + 20, 0x1234567);
   put_u32(b->byte + 24, count);
-  for (uint32_t i = 0; i < count; i++) {
+  for (uint32_t i = 0; i < count; ++i) {
     const uint32_t size = (uint32_t)section[i].size;
     put_u32(b->byte + 64 + 16 * i, id[i]);
     put_u32(b->byte + 68 + 16 * i, total);

@@ -24,7 +24,7 @@ static void assert_near(double got, double want, double tolerance) {
 
 static void summary_says_what_the_record_says(void **state) {
   (void)state;
-  for (uint32_t seed = 0; seed < SAMPLES; seed++) {
+  for (uint32_t seed = 0; seed < SAMPLES; ++seed) {
     const rim_alarm a = sample_alarm(seed);
     const uint32_t node = seed % 128u;
     rim_can_frame frame;
@@ -90,13 +90,13 @@ static void assert_same_record(const rim_alarm *got, const rim_alarm *want) {
   assert_memory_equal(got->channel, want->channel, sizeof got->channel);
   assert_int_equal(got->region.dims, want->region.dims);
   assert_memory_equal(got->region.feature, want->region.feature, sizeof got->region.feature);
-  for (int i = 0; i < RIM_ALARM_MAX_CHANNELS; i++) {
+  for (int i = 0; i < RIM_ALARM_MAX_CHANNELS; ++i) {
     assert_true(got->shift[i] == (double)(float)want->shift[i]);
     assert_true(got->shift_sd[i] == (double)(float)want->shift_sd[i]);
   }
-  for (int i = 0; i < 9; i++)
+  for (int i = 0; i < 9; ++i)
     assert_true(got->region.inverse_shape[i] == (double)(float)want->region.inverse_shape[i]);
-  for (int i = 0; i < 3; i++) {
+  for (int i = 0; i < 3; ++i) {
     assert_true(got->region.center[i] == (double)(float)want->region.center[i]);
     assert_true(got->region.lower[i] == (double)(float)want->region.lower[i]);
     assert_true(got->region.upper[i] == (double)(float)want->region.upper[i]);
@@ -110,13 +110,13 @@ static void assert_same_record(const rim_alarm *got, const rim_alarm *want) {
 static void segments_carry_the_record(void **state) {
   (void)state;
   rim_can_assembly assembly = {.node = 5};
-  for (uint32_t seed = 0; seed < SAMPLES; seed++) {
+  for (uint32_t seed = 0; seed < SAMPLES; ++seed) {
     const rim_alarm a = sample_alarm(seed);
     rim_can_frame frame[RIM_CAN_DETAIL_FRAMES];
     rim_alarm back;
     bool complete = false;
     assert_int_equal(rim_can_pack_detail(frame, 5, &a), RIM_OK);
-    for (uint32_t i = 0; i < RIM_CAN_DETAIL_FRAMES; i++) {
+    for (uint32_t i = 0; i < RIM_CAN_DETAIL_FRAMES; ++i) {
       assert_false(complete);
       assert_int_equal(rim_can_take_detail(&assembly, &frame[i], &back, &complete), RIM_OK);
     }
@@ -149,7 +149,7 @@ static double f64_at(const uint8_t *bytes, size_t at) {
 }
 
 static void are_floats(const uint8_t *bytes, size_t at, const double *want, size_t count) {
-  for (size_t i = 0; i < count; i++)
+  for (size_t i = 0; i < count; ++i)
     assert_true(f32_at(bytes, at + 4 * i) == want[i]);
 }
 
@@ -200,7 +200,7 @@ static void the_record_lies_where_it_is_documented(void **state) {
   /* ISO 15765-2: 12 bits of length in the first frame, then 4 bits of a running index. */
   assert_int_equal(frame[0].data[0] << 8 | frame[0].data[1], 0x1000u + sizeof segments);
   memcpy(segments, frame[0].data + 2, 6);
-  for (size_t i = 1; i < RIM_CAN_DETAIL_FRAMES; i++) {
+  for (size_t i = 1; i < RIM_CAN_DETAIL_FRAMES; ++i) {
     assert_int_equal(frame[i].data[0], 0x20u + i % 16u);
     memcpy(segments + 6 + 7 * (i - 1), frame[i].data + 1, 7);
   }
@@ -212,9 +212,9 @@ static void the_record_lies_where_it_is_documented(void **state) {
   assert_int_equal(whole_at(record, 24, 4), a.observations);
   const uint8_t codes[7] = {a.detector, a.state, a.level, a.kind, a.flags, 4, 3};
   assert_memory_equal(record + 28, codes, sizeof codes);
-  for (size_t i = 0; i < 4; i++)
+  for (size_t i = 0; i < 4; ++i)
     assert_int_equal(whole_at(record, 35 + 2 * i, 2), a.channel[i]);
-  for (size_t i = 0; i < 3; i++)
+  for (size_t i = 0; i < 3; ++i)
     assert_int_equal(whole_at(record, 43 + 2 * i, 2), a.region.feature[i]);
   are_floats(record, 49, a.shift, 4);
   are_floats(record, 65, a.shift_sd, 4);
@@ -238,8 +238,8 @@ static void lost_and_shuffled_segments_are_counted(void **state) {
   rim_alarm back;
   bool complete;
   assert_int_equal(rim_can_pack_detail(frame, 5, &a), RIM_OK);
-  for (uint32_t gap = 0; gap < RIM_CAN_DETAIL_FRAMES; gap++) {
-    for (uint32_t i = 0; i < RIM_CAN_DETAIL_FRAMES; i++) {
+  for (uint32_t gap = 0; gap < RIM_CAN_DETAIL_FRAMES; ++gap) {
+    for (uint32_t i = 0; i < RIM_CAN_DETAIL_FRAMES; ++i) {
       if (i == gap)
         continue;
       rim_can_take_detail(&assembly, &frame[i], &back, &complete);
@@ -254,7 +254,7 @@ static void lost_and_shuffled_segments_are_counted(void **state) {
   assert_int_equal(assembly.lost, before + 1);
   assert_int_equal(rim_can_take_detail(&assembly, &frame[2], &back, &complete), RIM_E_TRUNCATED);
   /* And then a whole one goes through. */
-  for (uint32_t i = 0; i < RIM_CAN_DETAIL_FRAMES; i++)
+  for (uint32_t i = 0; i < RIM_CAN_DETAIL_FRAMES; ++i)
     assert_int_equal(rim_can_take_detail(&assembly, &frame[i], &back, &complete), RIM_OK);
   assert_true(complete);
 }
@@ -264,7 +264,7 @@ static void damaged_segments_are_refused(void **state) {
   const rim_alarm a = sample_alarm(4);
   rim_can_frame whole[RIM_CAN_DETAIL_FRAMES];
   assert_int_equal(rim_can_pack_detail(whole, 5, &a), RIM_OK);
-  for (uint32_t bit = 0; bit < (RIM_CAN_DETAIL_SIZE + 4u) * 8u; bit++) {
+  for (uint32_t bit = 0; bit < (RIM_CAN_DETAIL_SIZE + 4u) * 8u; ++bit) {
     rim_can_assembly assembly = {.node = 5};
     rim_can_frame frame[RIM_CAN_DETAIL_FRAMES];
     rim_alarm back;
@@ -275,7 +275,7 @@ static void damaged_segments_are_refused(void **state) {
                              : &frame[1u + (byte - 6u) / 7u].data[1u + (byte - 6u) % 7u];
     *hit ^= (uint8_t)(1u << (bit % 8u));
     rim_status status = RIM_OK;
-    for (uint32_t i = 0; i < RIM_CAN_DETAIL_FRAMES; i++)
+    for (uint32_t i = 0; i < RIM_CAN_DETAIL_FRAMES; ++i)
       status = rim_can_take_detail(&assembly, &frame[i], &back, &complete);
     assert_int_equal(status, RIM_E_CRC);
     assert_false(complete);
@@ -303,12 +303,12 @@ static void another_length_or_layout_is_refused(void **state) {
   assert_int_equal(assembly.next, 0);
   /* A single frame and a flow control are no segments, also in the midst of a record. */
   assert_int_equal(rim_can_take_detail(&assembly, &frame[0], &back, &complete), RIM_OK);
-  for (unsigned type = 0; type < 16; type++) {
+  for (unsigned type = 0; type < 16; ++type) {
     other.data[0] = (uint8_t)(type << 4);
     if (type != 1 && type != 2)
       assert_int_equal(rim_can_take_detail(&assembly, &other, &back, &complete), RIM_E_MAGIC);
   }
-  for (uint32_t i = 1; i < RIM_CAN_DETAIL_FRAMES; i++)
+  for (uint32_t i = 1; i < RIM_CAN_DETAIL_FRAMES; ++i)
     assert_int_equal(rim_can_take_detail(&assembly, &frame[i], &back, &complete), RIM_OK);
   assert_true(complete);
   /* Another layout, with a check sum that is right. */
@@ -316,11 +316,11 @@ static void another_length_or_layout_is_refused(void **state) {
   memcpy(record, assembly.data, sizeof record);
   record[0] = 3;
   const uint32_t crc = rimi_crc32(rimi_crc32(0, name, 2), record, RIM_CAN_DETAIL_SIZE);
-  for (unsigned k = 0; k < 4; k++)
+  for (unsigned k = 0; k < 4; ++k)
     frame[24].data[4 + k] = (uint8_t)(crc >> (8 * k));
   frame[0].data[2] = 3;
   rim_status status = RIM_OK;
-  for (uint32_t i = 0; i < RIM_CAN_DETAIL_FRAMES; i++)
+  for (uint32_t i = 0; i < RIM_CAN_DETAIL_FRAMES; ++i)
     status = rim_can_take_detail(&assembly, &frame[i], &back, &complete);
   assert_int_equal(status, RIM_E_VERSION);
   assert_int_equal(assembly.lost, 1);
@@ -332,7 +332,7 @@ static void segments_of_others_change_nothing(void **state) {
   rim_can_assembly assembly = pack_from_5(frame);
   rim_alarm back;
   bool complete;
-  for (uint32_t i = 0; i < RIM_CAN_DETAIL_FRAMES; i++) {
+  for (uint32_t i = 0; i < RIM_CAN_DETAIL_FRAMES; ++i) {
     other = frame[i];
     other.id++;
     assert_int_equal(rim_can_take_detail(&assembly, &other, &back, &complete), RIM_E_MAGIC);
@@ -346,7 +346,7 @@ static void segments_of_others_change_nothing(void **state) {
 
 static void one_fd_frame_carries_the_box(void **state) {
   (void)state;
-  for (uint32_t seed = 0; seed < SAMPLES; seed++) {
+  for (uint32_t seed = 0; seed < SAMPLES; ++seed) {
     const rim_alarm a = sample_alarm(seed);
     rim_can_frame frame;
     rim_alarm back;
@@ -366,7 +366,7 @@ static void one_fd_frame_carries_the_box(void **state) {
     assert_near(back.ln_anom, a.ln_anom, 1.0 / 32.0);
     assert_near(back.p_value / a.p_value, 1.0, 0.05);
     assert_int_equal(back.region.dims, a.region.dims);
-    for (uint32_t d = 0; d < a.region.dims; d++) {
+    for (uint32_t d = 0; d < a.region.dims; ++d) {
       assert_int_equal(back.region.feature[d], a.region.feature[d]);
       assert_near(back.region.lower[d], a.region.lower[d], 1e-4);
       assert_near(back.region.upper[d], a.region.upper[d], 1e-4);
@@ -399,12 +399,12 @@ static void every_flipped_bit_is_seen(void **state) {
   rim_alarm back;
   assert_int_equal(rim_can_pack_summary(&summary, 6, &a), RIM_OK);
   assert_int_equal(rim_can_pack_detail_fd(&fd, 6, &a), RIM_OK);
-  for (uint32_t bit = 0; bit < 64; bit++) {
+  for (uint32_t bit = 0; bit < 64; ++bit) {
     rim_can_frame frame = summary;
     frame.data[bit / 8] ^= (uint8_t)(1u << (bit % 8));
     assert_int_equal(rim_can_unpack_summary(&s, &frame), RIM_E_CRC);
   }
-  for (uint32_t bit = 0; bit < 512; bit++) {
+  for (uint32_t bit = 0; bit < 512; ++bit) {
     rim_can_frame frame = fd;
     frame.data[bit / 8] ^= (uint8_t)(1u << (bit % 8));
     assert_int_equal(rim_can_unpack_detail_fd(&back, &frame), RIM_E_CRC);
@@ -459,7 +459,7 @@ static void wrong_records_are_not_sent(void **state) {
   a = sample_alarm(2);
   a.ln_anom = (double)NAN;
   assert_int_equal(rim_can_pack_summary(frame, 1, &a), RIM_E_DATA);
-  for (size_t i = 0; i < sizeof frame; i++)
+  for (size_t i = 0; i < sizeof frame; ++i)
     assert_int_equal(((const uint8_t *)frame)[i], 0x55);
 }
 

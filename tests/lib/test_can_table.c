@@ -24,7 +24,7 @@ typedef struct maker {
 } maker;
 
 static void put(maker *m, uint64_t value, unsigned bytes) {
-  for (unsigned i = 0; i < bytes; i++)
+  for (unsigned i = 0; i < bytes; ++i)
     m->bytes[m->size++] = (uint8_t)(value >> (8 * i));
 }
 
@@ -89,7 +89,7 @@ static layout plain(unsigned value, unsigned start, unsigned bits) {
  * bit 7 of the next byte below bit 0, Intel upwards from the least. */
 static void place(uint8_t *data, const layout *l, uint64_t raw) {
   unsigned at = l->start;
-  for (unsigned i = 0; i < l->bits; i++) {
+  for (unsigned i = 0; i < l->bits; ++i) {
     const unsigned which = l->motorola ? l->bits - 1 - i : i;
     if ((raw >> which & 1u) != 0)
       data[at / 8] |= (uint8_t)(1u << at % 8);
@@ -99,7 +99,7 @@ static void place(uint8_t *data, const layout *l, uint64_t raw) {
 
 static bool fits(const layout *l, unsigned bytes) {
   unsigned at = l->start;
-  for (unsigned i = 0; i < l->bits; i++) {
+  for (unsigned i = 0; i < l->bits; ++i) {
     if (at >= 8 * bytes)
       return false;
     at = !l->motorola ? at + 1 : at % 8 == 0 ? at + 15 : at - 1;
@@ -135,13 +135,13 @@ static void every_layout_reads_what_was_written(void **state) {
   uint32_t random = 11;
   printf("seed %u\n", random);
   unsigned read = 0;
-  for (unsigned n = 0; n < 20000; n++) {
+  for (unsigned n = 0; n < 20000; ++n) {
     const unsigned bytes = n % 3 == 0 ? 64 : 1 + sample_next(&random) % 8;
     layout l = plain(0, sample_next(&random) % 520, 1 + sample_next(&random) % 66);
     l.motorola = sample_next(&random) % 2;
     l.number = sample_next(&random) % 2;
     uint8_t data[64];
-    for (size_t i = 0; i < sizeof data; i++)
+    for (size_t i = 0; i < sizeof data; ++i)
       data[i] = 0;
     double x = 0.0;
     if (l.bits > 64 || l.start >= 8 * bytes || !fits(&l, bytes)) {
@@ -206,7 +206,7 @@ static void three_frames(maker *m, unsigned trigger) {
   signal(m, &l);
   l = plain(1, 16, 16);
   signal(m, &l);
-  for (unsigned i = 0; i < 2; i++) {
+  for (unsigned i = 0; i < 2; ++i) {
     l = plain(2 + i, 8, 16);
     l.selector_bits = 8;
     l.selector = i;
@@ -227,7 +227,7 @@ typedef struct taker {
 
 static rim_status take(taker *t, uint32_t id, uint8_t length, uint64_t data, double t_s) {
   rim_can_frame f = {.id = id, .length = length};
-  for (unsigned i = 0; i < 8; i++)
+  for (unsigned i = 0; i < 8; ++i)
     f.data[i] = (uint8_t)(data >> (8 * i));
   return rim_can_gather_frame(&t->gather, &t->table, &f, t_s, 1.0, &t->complete, &t->row_s);
 }
@@ -271,7 +271,7 @@ static void without_a_trigger_a_row_needs_every_value_anew(void **state) {
   three_frames(&t.m, RIM_CAN_TABLE_NONE);
   assert_int_equal(rim_can_table_open(&t.table, t.m.bytes, t.m.size), RIM_OK);
   unsigned rows = 0;
-  for (unsigned i = 0; i < 10; i++) {
+  for (unsigned i = 0; i < 10; ++i) {
     const double t_s = 0.1 * i;
     assert_int_equal(take(&t, 0x30 | RIM_CAN_EXTENDED, 8, 100 * i, t_s), RIM_OK);
     assert_int_equal(take(&t, 0x20, 3, 0 | i << 8, t_s), RIM_OK);
@@ -297,21 +297,21 @@ static void damaged_tables_are_refused_or_harmless(void **state) {
   unsigned refused = 0;
   maker good;
   three_frames(&good, 2);
-  for (size_t n = 0; n < good.size; n++)
+  for (size_t n = 0; n < good.size; ++n)
     assert_int_not_equal(rim_can_table_open(&t.table, good.bytes, n), RIM_OK);
   assert_int_equal(rim_can_table_open(&t.table, good.bytes, good.size + 1), RIM_E_SIZE);
-  for (unsigned n = 0; n < 100000; n++) {
+  for (unsigned n = 0; n < 100000; ++n) {
     memset(&t.gather, 0, sizeof t.gather);
     t.m = good;
-    for (unsigned k = 0; k < 1 + n % 3; k++)
+    for (unsigned k = 0; k < 1 + n % 3; ++k)
       t.m.bytes[sample_next(&random) % good.size] = (uint8_t)sample_next(&random);
     uint8_t *exact = malloc(t.m.size);
     memcpy(exact, t.m.bytes, t.m.size);
     if (rim_can_table_open(&t.table, exact, t.m.size) != RIM_OK) {
       refused++;
     } else {
-      for (uint16_t i = 0; i < t.table.frames; i++)
-        for (uint8_t length = 0; length <= 8; length++)
+      for (uint16_t i = 0; i < t.table.frames; ++i)
+        for (uint8_t length = 0; length <= 8; ++length)
           (void)take(&t, rim_can_table_id(&t.table, i), length, UINT64_MAX / 3, 0.0);
     }
     free(exact);
@@ -332,7 +332,7 @@ static void times_and_triggers(void **state) {
   l = plain(1, 8, 8);
   signal(&m, &l);
   assert_int_equal(rim_can_table_open(&table, m.bytes, m.size), RIM_E_RANGE);
-  for (unsigned trigger = 0; trigger < 3; trigger++) { /* the frames are 0 alone */
+  for (unsigned trigger = 0; trigger < 3; ++trigger) { /* the frames are 0 alone */
     begin(&m, 1, 1, 1, trigger, RIM_CAN_TABLE_NONE);
     frame(&m, 1, 8, 0, 0, 1);
     l = plain(0, 0, 8);
@@ -340,7 +340,7 @@ static void times_and_triggers(void **state) {
     assert_int_equal(rim_can_table_open(&table, m.bytes, m.size),
                      trigger == 0 ? RIM_OK : RIM_E_RANGE);
   }
-  for (unsigned motorola = 0; motorola < 3; motorola++) { /* of the selector */
+  for (unsigned motorola = 0; motorola < 3; ++motorola) { /* of the selector */
     begin(&m, 1, 1, 1, 0, RIM_CAN_TABLE_NONE);
     frame(&m, 1, 8, 0, 0, 1);
     l = plain(0, 0, 8);
@@ -391,7 +391,7 @@ static void contradictions_are_refused(void **state) {
   l = plain(0, 0, 8);
   const double wrong[][4] = {
       {0, 0, -1, 1}, {(double)NAN, 0, -1, 1}, {1, (double)INFINITY, -1, 1}, {1, 0, 1, -1}};
-  for (size_t i = 0; i < 4; i++) {
+  for (size_t i = 0; i < 4; ++i) {
     l.scale = wrong[i][0];
     l.offset = wrong[i][1];
     l.low = wrong[i][2];

@@ -33,7 +33,7 @@ static void counters_equal_the_generated_encoder(void **state) {
   uint32_t value[RIM_COUNTERS_FIELDS];
   rim_counters c, back;
   rim_counters_t g;
-  for (uint32_t i = 0; i < RIM_COUNTERS_FIELDS; i++)
+  for (uint32_t i = 0; i < RIM_COUNTERS_FIELDS; ++i)
     value[i] = i * 2654435761u + 9u;
   memcpy(&c, value, sizeof c);
   assert_int_equal(sizeof g, sizeof c);
@@ -79,11 +79,11 @@ static void other_messages_are_refused(void **state) {
   rim_command c = {1, 2, RIM_COMMAND_ACKNOWLEDGE};
   rim_counters counters = {0};
   assert_int_equal(rim_lcm_pack_command(bytes, sizeof bytes, &c), RIM_OK);
-  for (size_t n = 0; n < RIM_LCM_COMMAND_SIZE; n++)
+  for (size_t n = 0; n < RIM_LCM_COMMAND_SIZE; ++n)
     assert_int_equal(rim_lcm_unpack_command(&c, bytes, n), RIM_E_TRUNCATED);
   assert_int_equal(rim_lcm_unpack_command(&c, bytes, RIM_LCM_COMMAND_SIZE + 1), RIM_E_SIZE);
   assert_int_equal(rim_lcm_unpack_counters(&counters, bytes, RIM_LCM_COUNTERS_SIZE), RIM_E_MAGIC);
-  for (unsigned code = 0; code < 256; code++) {
+  for (unsigned code = 0; code < 256; ++code) {
     bytes[16] = (uint8_t)code;
     const rim_status wanted = code >= 1 && code <= 3 ? RIM_OK : RIM_E_RANGE;
     assert_int_equal(rim_lcm_unpack_command(&c, bytes, RIM_LCM_COMMAND_SIZE), wanted);
@@ -104,7 +104,7 @@ static void a_command_frame_survives_no_damage(void **state) {
   assert_int_equal(rim_can_unpack_command(&back, 5, &frame), RIM_OK);
   assert_true(back.sequence == 0x34 && back.model_id == 0x89 && back.command == 1);
   assert_int_equal(rim_can_unpack_command(&back, 4, &frame), RIM_E_MAGIC);
-  for (unsigned bit = 0; bit < 64; bit++) {
+  for (unsigned bit = 0; bit < 64; ++bit) {
     frame.data[bit / 8] ^= (uint8_t)(1u << bit % 8);
     assert_int_equal(rim_can_unpack_command(&back, 5, &frame), RIM_E_CRC);
     frame.data[bit / 8] ^= (uint8_t)(1u << bit % 8);
@@ -128,7 +128,7 @@ static void a_heartbeat_comes_back(void **state) {
   h.flags = RIM_HEALTH_FLAG_REPLAY;
   rim_can_frame frame;
   rim_can_heartbeat b;
-  for (unsigned i = 0; i < 4; i++) {
+  for (unsigned i = 0; i < 4; ++i) {
     const uint8_t latched = (i & 1u) != 0 ? RIM_ALARM_FLAG_LATCHED : 0;
     assert_int_equal(rim_can_pack_heartbeat(&frame, 127, &h, latched, (i & 2u) != 0), RIM_OK);
     assert_int_equal(frame.id, 0x77f);
@@ -138,7 +138,7 @@ static void a_heartbeat_comes_back(void **state) {
   }
   assert_true(b.node == 127 && b.level == RIM_LEVEL_STALE && b.sequence == 2 && b.model_id == 4);
   assert_true(b.observations == 0x607 && b.rejected == 255 && b.dropped == 255);
-  for (unsigned bit = 0; bit < 64; bit++) {
+  for (unsigned bit = 0; bit < 64; ++bit) {
     frame.data[bit / 8] ^= (uint8_t)(1u << bit % 8);
     assert_int_equal(rim_can_unpack_heartbeat(&b, &frame), RIM_E_CRC);
     frame.data[bit / 8] ^= (uint8_t)(1u << bit % 8);

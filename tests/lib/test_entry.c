@@ -23,9 +23,9 @@ static rim_plan sample_plan(uint32_t count) {
   p.t_us = -1234567890123;
   p.sequence = 0x80000000u + count;
   p.count = count;
-  for (uint32_t i = 0; i < count; i++) {
+  for (uint32_t i = 0; i < count; ++i) {
     p.pose[i].after_s = 0.5 * i;
-    for (int k = 0; k < 3; k++)
+    for (int k = 0; k < 3; ++k)
       p.pose[i].position[k] = sample_between(&random, -100.0, 100.0);
     const double half = sample_between(&random, -1.5, 1.5);
     p.pose[i].orientation[0] = cos(half);
@@ -37,14 +37,14 @@ static rim_plan sample_plan(uint32_t count) {
 static void plans_equal_the_generated_encoder(void **state) {
   (void)state;
   static uint8_t ours[RIM_LCM_PLAN_SIZE], theirs[RIM_LCM_PLAN_SIZE];
-  for (uint32_t count = 1; count <= RIM_PLAN_MAX_POSES; count++) {
+  for (uint32_t count = 1; count <= RIM_PLAN_MAX_POSES; ++count) {
     const rim_plan p = sample_plan(count);
     static rim_plan_t g;
     memset(&g, 0, sizeof g);
     g.t_us = p.t_us;
     memcpy(&g.sequence, &p.sequence, 4);
     g.count = (int32_t)count;
-    for (uint32_t i = 0; i < count; i++) {
+    for (uint32_t i = 0; i < count; ++i) {
       g.after_s[i] = p.pose[i].after_s;
       memcpy(g.position[i], p.pose[i].position, sizeof g.position[i]);
       memcpy(g.orientation[i], p.pose[i].orientation, sizeof g.orientation[i]);
@@ -70,7 +70,7 @@ static void an_entry_equals_the_generated_encoder(void **state) {
   assert_int_equal(rim_lcm_unpack_entry(&back, ours, sizeof ours), RIM_OK);
   assert_true(back.t_s == e.t_s && back.to_entry_s == e.to_entry_s && back.pose == 5 &&
               back.model_id == e.model_id && back.flags == 1);
-  for (size_t n = 0; n < sizeof ours; n++)
+  for (size_t n = 0; n < sizeof ours; ++n)
     assert_int_equal(rim_lcm_unpack_entry(&back, ours, n), RIM_E_TRUNCATED);
 }
 
@@ -87,7 +87,7 @@ static void plans_that_cannot_be_are_refused(void **state) {
   assert_int_equal(rim_lcm_unpack_plan(&back, bytes, RIM_LCM_PLAN_SIZE), RIM_E_MAGIC);
   p.count = 65;
   assert_int_equal(rim_lcm_pack_plan(bytes, sizeof bytes, &p), RIM_E_RANGE);
-  for (unsigned wrong = 0; wrong < 4; wrong++) {
+  for (unsigned wrong = 0; wrong < 4; ++wrong) {
     p = sample_plan(5);
     if (wrong == 0)
       p.pose[3].after_s = 0.2; /* before the pose before it */
@@ -132,7 +132,7 @@ static void a_frame_reads_back(void **state) {
   assert_float_equal(back.to_entry_s, 12.34, 1e-9);
   assert_true(back.sequence == 1 && back.alarm_sequence == 2 && back.plan_sequence == 3 &&
               back.model_id == 4 && back.flags == RIM_ALARM_FLAG_REPLAY && back.pose == 0);
-  for (unsigned i = 0; i < 8; i++) {
+  for (unsigned i = 0; i < 8; ++i) {
     rim_can_frame hurt = f;
     hurt.data[i] ^= 0x10u;
     assert_int_equal(rim_can_unpack_entry(&back, &hurt), RIM_E_CRC);

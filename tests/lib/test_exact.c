@@ -33,10 +33,10 @@ static void a_disturbance_leaves_the_largest_out(void **state) {
   /* The same in the outcomes' units. */
   uint8_t inverse_sd[12];
   const float inverse[3] = {2.0f, 0.5f, 4.0f};
-  for (size_t i = 0; i < 3; i++) {
+  for (size_t i = 0; i < 3; ++i) {
     uint32_t bits;
     memcpy(&bits, &inverse[i], sizeof bits);
-    for (size_t k = 0; k < 4; k++)
+    for (size_t k = 0; k < 4; ++k)
       inverse_sd[4 * i + k] = (uint8_t)(bits >> 8 * k);
   }
   const rim_agreement view = {.outcomes = 3, .inverse_sd = inverse_sd};
@@ -53,29 +53,29 @@ static void volumes_of_regions(void **state) {
   const double pi = 3.14159265358979323846;
   const double ball[5] = {1.0, 2.0, pi, 4.0 / 3.0 * pi, 0.5 * pi * pi};
   print_message("seed %u\n", SEED);
-  for (uint8_t dims = 1; dims <= RIM_EXTENT_MAX_DIMS; dims++) {
-    for (uint8_t shape = RIM_EXTENT_ELLIPSOID; shape <= RIM_EXTENT_BOX; shape++) {
+  for (uint8_t dims = 1; dims <= RIM_EXTENT_MAX_DIMS; ++dims) {
+    for (uint8_t shape = RIM_EXTENT_ELLIPSOID; shape <= RIM_EXTENT_BOX; ++shape) {
       const rim_extent_config c = {
           .dims = dims, .points = 200, .lambdas = 3, .shape = shape, .seed = SEED};
       rim_extent *e = NULL;
       rim_rng rng;
       rimi_rng_seed(&rng, SEED, dims);
       assert_int_equal(rim_extent_init(&e, memory, sizeof memory, &c), RIM_OK);
-      for (int i = 0; i < 200; i++) {
+      for (int i = 0; i < 200; ++i) {
         double x[RIM_EXTENT_MAX_DIMS];
-        for (uint8_t k = 0; k < dims; k++)
+        for (uint8_t k = 0; k < dims; ++k)
           x[k] = rimi_rng_uniform(&rng);
         assert_int_equal(rim_extent_add(e, x, x[0] < 0.6 ? 3.0 : 0.0, 1.0), RIM_OK);
       }
       rim_extent_search(e, 60);
       uint32_t found = 0;
-      for (uint32_t k = 0; k < 3; k++) {
+      for (uint32_t k = 0; k < 3; ++k) {
         rim_extent_region r;
         assert_int_equal(rim_extent_get_region(e, 0, k, &r), RIM_OK);
         if (r.dims == 0)
           continue;
         double volume = shape == RIM_EXTENT_BOX ? (double)(1 << dims) : ball[dims];
-        for (size_t i = 0; i < dims; i++)
+        for (size_t i = 0; i < dims; ++i)
           volume *= r.factor[i * (i + 3) / 2];
         is_near(r.volume, volume < 1.0 ? volume : 1.0);
         found += volume < 1.0;
@@ -129,7 +129,7 @@ static const rim_work_counts all[2] = {{.features = 6,
 /* Each count, raised: no part of the bound falls, and the step's rises. */
 static void the_bound_grows_with_every_count(void **state) {
   (void)state;
-  for (size_t kind = 0; kind < 2; kind++) {
+  for (size_t kind = 0; kind < 2; ++kind) {
     const rim_work base = bound_of(&all[kind]);
     const rim_work_counts *b = &all[kind];
     const uint32_t *const count[] = {
@@ -138,7 +138,7 @@ static void the_bound_grows_with_every_count(void **state) {
         &b->edges,    &b->moves,    &b->inputs,     &b->times,           &b->terms,
         &b->means,    &b->fields,   &b->integrands, &b->prototypes,      &b->top};
     assert_true(base.step > 0 && base.step < UINT32_MAX);
-    for (size_t i = 0; i < sizeof count / sizeof count[0]; i++) {
+    for (size_t i = 0; i < sizeof count / sizeof count[0]; ++i) {
       if (*count[i] == 0)
         continue;
       rim_work_counts more = *b;
@@ -160,7 +160,7 @@ static void halving_is_linear_in_the_pairs(void **state) {
   (void)state;
   rim_work_counts n = all[0];
   uint32_t halving[3];
-  for (uint32_t k = 0; k < 3; k++) {
+  for (uint32_t k = 0; k < 3; ++k) {
     n.pairs = 2 + 2 * k;
     halving[k] = bound_of(&n).halving;
   }

@@ -17,7 +17,7 @@
 
 static void check_pages_of_features(const rim_alarm *a, const rim_can_frame *frame) {
   rim_can_finding f;
-  for (uint32_t d = 0; d < a->region.dims; d++) {
+  for (uint32_t d = 0; d < a->region.dims; ++d) {
     assert_int_equal(rim_can_unpack_finding(&f, &frame[5 + 3 * d]), RIM_OK);
     assert_int_equal(f.page, RIM_CAN_PAGE_FEATURE + 3 * d);
     assert_int_equal(f.index, a->region.feature[d]);
@@ -32,14 +32,14 @@ static void check_pages_of_features(const rim_alarm *a, const rim_can_frame *fra
 
 static void pages_carry_the_finding(void **state) {
   (void)state;
-  for (uint32_t seed = 0; seed < SAMPLES; seed++) {
+  for (uint32_t seed = 0; seed < SAMPLES; ++seed) {
     const rim_alarm a = sample_alarm(seed);
     rim_can_frame frame[RIM_CAN_FINDING_FRAMES];
     rim_can_finding f[5];
     uint32_t count = 0;
     assert_int_equal(rim_can_pack_finding(frame, &count, 9, &a), RIM_OK);
     assert_int_equal(count, 5 + 3 * a.region.dims);
-    for (uint32_t i = 0; i < 5; i++) {
+    for (uint32_t i = 0; i < 5; ++i) {
       assert_int_equal(rim_can_unpack_finding(&f[i], &frame[i]), RIM_OK);
       assert_int_equal(f[i].page, i);
       assert_int_equal(f[i].node, 9);
@@ -73,14 +73,14 @@ static void pages_lie_where_they_are_documented(void **state) {
   a.p_value = 0.0625;
   a.shift[0] = -1.5;
   assert_int_equal(rim_can_pack_finding(frame, &count, 127, &a), RIM_OK);
-  const uint8_t outcome[7] = {0,  0x61, 0x34, 0x12, (uint8_t)(3u | a.region.dims << 3 | 2u << 5),
-                              32, 0};
+  const uint8_t outcome[7] = {
+      0, 0x61, 0x34, 0x12, (uint8_t)(3u | (unsigned)a.region.dims << 3 | 2u << 5), 32, 0};
   const uint8_t shift[7] = {1, 0x61, 0, 0, 0xc0, 0xbf, 0};
   const uint8_t age[7] = {3, 0x61, 0xd0, 0xef, 3, 0, 0}; /* 258000 ms */
   assert_memory_equal(frame[0].data, outcome, 7);
   assert_memory_equal(frame[1].data, shift, 7);
   assert_memory_equal(frame[3].data, age, 7);
-  for (uint32_t i = 0; i < count; i++)
+  for (uint32_t i = 0; i < count; ++i)
     assert_true(frame[i].id == 0x4ff && frame[i].length == 8 && !frame[i].fd);
 }
 
@@ -92,7 +92,7 @@ static void damage_and_misuse_are_refused(void **state) {
   rim_can_finding f;
   uint32_t count = 77;
   assert_int_equal(rim_can_pack_finding(frame, &count, 9, &a), RIM_OK);
-  for (uint32_t bit = 0; bit < 64; bit++) {
+  for (uint32_t bit = 0; bit < 64; ++bit) {
     rim_can_frame hit = frame[1];
     hit.data[bit / 8] ^= (uint8_t)(1u << bit % 8);
     assert_int_equal(rim_can_unpack_finding(&f, &hit), RIM_E_CRC);

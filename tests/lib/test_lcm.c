@@ -50,7 +50,7 @@ static void generated_alarm(rim_alarm_t *g, const rim_alarm *a) {
 
 static void alarms_equal_the_generated_encoder(void **state) {
   (void)state;
-  for (uint32_t seed = 0; seed < SAMPLES; seed++) {
+  for (uint32_t seed = 0; seed < SAMPLES; ++seed) {
     const rim_alarm a = sample_alarm(seed);
     rim_alarm_t g, decoded;
     uint8_t ours[RIM_LCM_ALARM_SIZE], theirs[RIM_LCM_ALARM_SIZE];
@@ -92,7 +92,7 @@ static void observations_equal_the_generated_encoder(void **state) {
   static rim_observation_t g;
   static uint8_t ours[RIM_LCM_OBSERVATION_SIZE], theirs[RIM_LCM_OBSERVATION_SIZE];
   uint32_t random = 5;
-  for (uint32_t count = 1; count <= RIM_OBSERVATION_MAX_VALUES; count++) {
+  for (uint32_t count = 1; count <= RIM_OBSERVATION_MAX_VALUES; ++count) {
     memset(&o, 0, sizeof o);
     memset(&g, 0, sizeof g);
     o.t_us = g.t_us = -(int64_t)count * 1000000007;
@@ -100,7 +100,7 @@ static void observations_equal_the_generated_encoder(void **state) {
     memcpy(&g.sequence, &o.sequence, 4);
     o.count = count;
     g.count = (int32_t)count;
-    for (uint32_t i = 0; i < count; i++)
+    for (uint32_t i = 0; i < count; ++i)
       o.value[i] = g.values[i] = i == 3 ? (double)NAN : sample_between(&random, -1e6, 1e6);
     assert_int_equal(rim_observation_t_encode(theirs, 0, sizeof theirs, &g), sizeof theirs);
     assert_int_equal(rim_lcm_pack_observation(ours, sizeof ours, &o), RIM_OK);
@@ -142,16 +142,16 @@ static void every_shorter_and_longer_message_is_refused(void **state) {
   rim_alarm alarm;
   rim_health_message health;
   assert_int_equal(rim_lcm_pack_alarm(bytes, sizeof bytes, &a), RIM_OK);
-  for (size_t n = 0; n < RIM_LCM_ALARM_SIZE; n++)
+  for (size_t n = 0; n < RIM_LCM_ALARM_SIZE; ++n)
     assert_int_equal(rim_lcm_unpack_alarm(&alarm, bytes, n), RIM_E_TRUNCATED);
   assert_int_equal(rim_lcm_unpack_alarm(&alarm, bytes, RIM_LCM_ALARM_SIZE + 1), RIM_E_SIZE);
   assert_int_equal(rim_lcm_unpack_health(&health, bytes, RIM_LCM_HEALTH_SIZE), RIM_E_MAGIC);
   assert_int_equal(rim_lcm_unpack_observation(&o, bytes, RIM_LCM_OBSERVATION_SIZE), RIM_E_MAGIC);
   assert_int_equal(rim_lcm_pack_health(bytes, sizeof bytes, &h), RIM_OK);
-  for (size_t n = 0; n < RIM_LCM_HEALTH_SIZE; n++)
+  for (size_t n = 0; n < RIM_LCM_HEALTH_SIZE; ++n)
     assert_int_equal(rim_lcm_unpack_health(&health, bytes, n), RIM_E_TRUNCATED);
   assert_int_equal(rim_lcm_unpack_alarm(&alarm, bytes, RIM_LCM_ALARM_SIZE), RIM_E_MAGIC);
-  for (uint32_t bit = 0; bit < 64; bit++) {
+  for (uint32_t bit = 0; bit < 64; ++bit) {
     bytes[bit / 8] ^= (uint8_t)(1u << (bit % 8));
     assert_int_equal(rim_lcm_unpack_health(&health, bytes, RIM_LCM_HEALTH_SIZE), RIM_E_MAGIC);
     bytes[bit / 8] ^= (uint8_t)(1u << (bit % 8));
@@ -168,15 +168,15 @@ static void wrong_contents_are_refused(void **state) {
   o.count = 2;
   assert_int_equal(rim_lcm_pack_observation(bytes, sizeof bytes, &o), RIM_OK);
   const uint32_t wrong[] = {0, 129, 0xffffffffu, 0x80000000u};
-  for (size_t i = 0; i < 4; i++) {
-    for (int b = 0; b < 4; b++)
+  for (size_t i = 0; i < 4; ++i) {
+    for (int b = 0; b < 4; ++b)
       bytes[20 + b] = (uint8_t)(wrong[i] >> (24 - 8 * b));
     assert_int_equal(rim_lcm_unpack_observation(&o, bytes, sizeof bytes), RIM_E_RANGE);
   }
   const size_t codes = 8 + 2 * 8 + 3 * 4; /* detector, state, level, kind, flags, channels, dims */
   const uint8_t limit[7] = {
       2, 4, 4, RIM_KIND_PUSHED + 1, 0, RIM_ALARM_MAX_CHANNELS + 1, RIM_REGION_MAX_DIMS + 1};
-  for (size_t i = 0; i < 7; i++) {
+  for (size_t i = 0; i < 7; ++i) {
     assert_int_equal(rim_lcm_pack_alarm(bytes, sizeof bytes, &a), RIM_OK);
     bytes[codes + i] = limit[i];
     const rim_status want = i == 4 ? RIM_OK : RIM_E_RANGE;
@@ -205,7 +205,7 @@ static void wrong_records_are_not_written(void **state) {
   assert_int_equal(rim_lcm_pack_alarm(bytes, sizeof bytes, &a), RIM_E_DATA);
   h.level = 4;
   assert_int_equal(rim_lcm_pack_health(bytes, sizeof bytes, &h), RIM_E_RANGE);
-  for (size_t i = 0; i < sizeof bytes; i++)
+  for (size_t i = 0; i < sizeof bytes; ++i)
     assert_int_equal(bytes[i], 0x55);
 }
 

@@ -37,7 +37,7 @@ static rim_pose pose(double after_s, double x, double y, double yaw) {
 
 static rim_lookahead_config square(double half) {
   rim_lookahead_config c = {.axis = {4, 7, RIM_LOOKAHEAD_NO_AXIS}, .vertices = 4};
-  for (unsigned v = 0; v < 4; v++) {
+  for (unsigned v = 0; v < 4; ++v) {
     c.vertex[v][0] = (v & 1u) != 0 ? half : -half;
     c.vertex[v][1] = (v & 2u) != 0 ? half : -half;
   }
@@ -60,7 +60,7 @@ static void a_straight_way_enters_when_the_edge_does(void **state) {
   assert_true(rim_lookahead_check(&c, &region, &plan, 9.0, &r) && r.enters && r.after_s == 9.0);
   assert_true(rim_lookahead_check(&c, &region, &plan, 13.0, &r) && !r.enters);
   /* Past it at 2.6 m: the corner of the square passes at 2.1. With a margin of 0.2 it does not. */
-  for (unsigned i = 0; i < 2; i++)
+  for (unsigned i = 0; i < 2; ++i)
     plan.pose[i].position[1] = 2.6;
   assert_true(rim_lookahead_check(&c, &region, &plan, 0.0, &r) && !r.enters);
   rim_lookahead_config wide = c;
@@ -121,7 +121,7 @@ static void bodies_in_line(void **state) {
   rim_plan plan = {.count = 1};
   plan.pose[0] = pose(0.0, 0.0, 0.0, 0.0);
   rim_lookahead_result r;
-  for (int i = 0; i < 40; i++) {
+  for (int i = 0; i < 40; ++i) {
     const double at = 0.1 * i, gap = at - 0.5 - 1.0;
     const rim_region region = sphere(at, 0.0, 1.0);
     assert_true(rim_lookahead_check(&c, &region, &plan, 0.0, &r));
@@ -136,8 +136,8 @@ static void bodies_in_line(void **state) {
 
 /* Whether the square at a pose overlaps the ellipse: its boundary and the ellipse's, densely. */
 static bool dense(const rim_region *region, double x, double y, double yaw, double half) {
-  for (int edge = 0; edge < 4; edge++)
-    for (int i = 0; i <= 60; i++) {
+  for (int edge = 0; edge < 4; ++edge)
+    for (int i = 0; i <= 60; ++i) {
       const double along = half * (2.0 * i / 60.0 - 1.0);
       const double bx = edge == 0 ? half : edge == 1 ? -half : along;
       const double by = edge == 2 ? half : edge == 3 ? -half : along;
@@ -156,7 +156,7 @@ static void agrees_with_a_dense_search(void **state) {
   uint32_t random = 99;
   printf("seed %u\n", random);
   unsigned entered = 0, passed = 0;
-  for (int n = 0; n < 300; n++) {
+  for (int n = 0; n < 300; ++n) {
     const double half = between(&random, 0.2, 1.5);
     const rim_lookahead_config c = square(half);
     rim_region region = sphere(between(&random, -8, 8), between(&random, -8, 8), 1.0);
@@ -167,10 +167,10 @@ static void agrees_with_a_dense_search(void **state) {
     rim_plan plan = {.count = 20};
     double x = between(&random, -10, 10), y = between(&random, -10, 10);
     const double yaw = between(&random, -3, 3), vx = -x / 8, vy = -y / 8;
-    for (uint32_t i = 0; i < plan.count; i++)
+    for (uint32_t i = 0; i < plan.count; ++i)
       plan.pose[i] = pose(i, x + vx * i, y + vy * i, yaw);
     double first = -1.0; /* translation alone, so the hull is exact */
-    for (int k = 0; k <= 19 * 50 && first < 0.0; k++)
+    for (int k = 0; k <= 19 * 50 && first < 0.0; ++k)
       if (dense(&region, x + vx * k / 50.0, y + vy * k / 50.0, yaw, half))
         first = k / 50.0;
     rim_lookahead_result r;
@@ -193,8 +193,8 @@ static void turned(const rim_lookahead_config *c, const double q[4], double corn
   const double turn[3][3] = {{1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)},
                              {2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)},
                              {2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)}};
-  for (uint32_t v = 0; v < c->vertices; v++)
-    for (int k = 0; k < 3; k++)
+  for (uint32_t v = 0; v < c->vertices; ++v)
+    for (int k = 0; k < 3; ++k)
       corner[v][k] = turn[k][0] * c->vertex[v][0] + turn[k][1] * c->vertex[v][1] +
                      turn[k][2] * c->vertex[v][2];
 }
@@ -203,10 +203,10 @@ static void turned(const rim_lookahead_config *c, const double q[4], double corn
 static bool holds_a_point(const rim_region *region, double corner[8][3], uint32_t corners,
                           uint32_t *random) {
   double context[10] = {0}, weight[8], total = 0.0;
-  for (uint32_t v = 0; v < corners; v++)
+  for (uint32_t v = 0; v < corners; ++v)
     total += weight[v] = -log(between(random, 1e-9, 1.0));
-  for (int k = 0; k < 3; k++)
-    for (uint32_t v = 0; v < corners; v++)
+  for (int k = 0; k < 3; ++k)
+    for (uint32_t v = 0; v < corners; ++v)
       context[region->feature[k]] += weight[v] / total * corner[v][k];
   return rim_region_contains(region, context);
 }
@@ -215,12 +215,12 @@ static bool holds_a_point(const rim_region *region, double corner[8][3], uint32_
 static bool is_parted(const rim_region *region, double corner[8][3], uint32_t corners,
                       uint32_t *random) {
   double d[3], most = -1e9, reach = 0.0, center = 0.0;
-  for (int k = 0; k < 3; k++) {
+  for (int k = 0; k < 3; ++k) {
     d[k] = between(random, -1.0, 1.0);
     reach += d[k] * d[k] / region->inverse_shape[4 * k];
     center += d[k] * region->center[k];
   }
-  for (uint32_t v = 0; v < corners; v++)
+  for (uint32_t v = 0; v < corners; ++v)
     most = fmax(most, d[0] * corner[v][0] + d[1] * corner[v][1] + d[2] * corner[v][2]);
   return most < center - sqrt(reach) - 1e-3;
 }
@@ -232,14 +232,14 @@ static void bodies_in_space(void **state) {
   uint32_t random = 1234;
   printf("seed %u\n", random);
   unsigned inside = 0, apart = 0;
-  for (int n = 0; n < 4000; n++) {
+  for (int n = 0; n < 4000; ++n) {
     rim_lookahead_config c = {.axis = {4, 7, 9}, .vertices = 3 + (uint32_t)n % 6};
-    for (uint32_t v = 0; v < c.vertices; v++)
-      for (int k = 0; k < 3; k++)
+    for (uint32_t v = 0; v < c.vertices; ++v)
+      for (int k = 0; k < 3; ++k)
         c.vertex[v][k] = between(&random, -1.5, 1.5) * (k == 2 && n % 5 == 0 ? 0.01 : 1.0);
     const uint16_t feature[3] = {4, 7, 9};
     double low[3], high[3], corner[8][3], length = 0.0;
-    for (int k = 0; k < 3; k++) {
+    for (int k = 0; k < 3; ++k) {
       const double at = between(&random, -2.0, 2.0), half = between(&random, 0.1, 1.5);
       low[k] = at - half;
       high[k] = at + half;
@@ -248,15 +248,15 @@ static void bodies_in_space(void **state) {
     assert_int_equal(rimi_region_from_box(&region, 3, feature, low, high), RIM_OK);
     rim_plan plan = {.count = 1};
     double *q = plan.pose[0].orientation;
-    for (int k = 0; k < 4; k++) {
+    for (int k = 0; k < 4; ++k) {
       q[k] = between(&random, -1.0, 1.0);
       length += q[k] * q[k];
     }
-    for (int k = 0; k < 4; k++)
+    for (int k = 0; k < 4; ++k)
       q[k] /= sqrt(length);
     turned(&c, q, corner);
     bool is_inside = false, is_apart = false;
-    for (int i = 0; i < 400 && !is_inside && !is_apart; i++) {
+    for (int i = 0; i < 400 && !is_inside && !is_apart; ++i) {
       is_inside = holds_a_point(&region, corner, c.vertices, &random);
       is_apart = is_parted(&region, corner, c.vertices, &random);
     }

@@ -31,20 +31,20 @@ static int set_up(void **state) {
   static bytes section[3];
   static const uint32_t id[3] = {RIM_SECTION_CONFIG, RIM_SECTION_NAMES, RIM_SECTION_FEATURES};
   memset(section, 0, sizeof section);
-  for (uint32_t w = 0; w < RIM_CONFIG_WORDS; w++)
+  for (uint32_t w = 0; w < RIM_CONFIG_WORDS; ++w)
     u32(&section[0], w == RIM_CONFIG_FEATURES     ? FEATURES
                      : w == RIM_CONFIG_OUTCOMES   ? OUTCOMES
                      : w == RIM_CONFIG_PERIOD_US  ? 50000
                      : w == RIM_CONFIG_BLOCK_ROWS ? 5
                                                   : 0);
-  for (uint32_t i = 0; i < QUANTITIES; i++) {
+  for (uint32_t i = 0; i < QUANTITIES; ++i) {
     snprintf(name_of[i], sizeof name_of[i], i == 4 ? "s.%070u_mps" : "s.name%u_mps", (unsigned)i);
     add_text(&section[1], name_of[i]);
     add_text(&section[1], "\n");
   }
-  for (uint32_t i = 0; i < FEATURES; i++)
+  for (uint32_t i = 0; i < FEATURES; ++i)
     f32(&section[2], -1.5 * i);
-  for (uint32_t i = 0; i < FEATURES; i++)
+  for (uint32_t i = 0; i < FEATURES; ++i)
     f32(&section[2], 2.5 * i);
   image_of(&whole, id, section, 3);
   return rim_image_open(&view, whole.byte, whole.size) == RIM_OK ? 0 : -1;
@@ -60,7 +60,7 @@ static void generated(rim_model_t *g, uint32_t first) {
   g->first = (int32_t)first;
   g->count = first == 0 ? 12 : 5;
   g->flags = 1;
-  for (uint32_t i = 0; i < (uint32_t)g->count; i++) {
+  for (uint32_t i = 0; i < (uint32_t)g->count; ++i) {
     memcpy(g->name[i], name_of[first + i], 63);
     memcpy(g->unit[i], "m/s", 3);
     if (first + i < FEATURES) {
@@ -85,7 +85,7 @@ static void parts_equal_the_generated_encoder(void **state) {
     assert_true(back.features == FEATURES && back.outcomes == OUTCOMES && !back.external);
     assert_true(back.period_us == 50000 && back.block_rows == 5 && back.flags == 1);
     assert_true(back.first == first && back.count == (first == 0 ? 12u : 5u));
-    for (uint32_t i = 0; i < back.count; i++) {
+    for (uint32_t i = 0; i < back.count; ++i) {
       assert_true(strncmp(back.quantity[i].name, name_of[first + i], 63) == 0);
       assert_string_equal(back.quantity[i].unit, "m/s");
       assert_true(back.quantity[i].high == (first + i < FEATURES ? 2.5 * (first + i) : 0.0));
@@ -110,7 +110,7 @@ static void wrong_messages_are_refused(void **state) {
   static rim_model_message back;
   static uint8_t good[RIM_LCM_MODEL_SIZE + 1], bad[RIM_LCM_MODEL_SIZE + 1];
   assert_int_equal(rim_lcm_pack_model(good, sizeof good, &view, 12, 0), RIM_OK);
-  for (size_t n = 0; n < RIM_LCM_MODEL_SIZE; n++)
+  for (size_t n = 0; n < RIM_LCM_MODEL_SIZE; ++n)
     assert_int_equal(rim_lcm_unpack_model(&back, good, n), RIM_E_TRUNCATED);
   assert_int_equal(rim_lcm_unpack_model(&back, good, sizeof good), RIM_E_SIZE);
   /* Byte, value, what is said: another type, more outcomes than an index has, parts outside. */
@@ -121,7 +121,7 @@ static void wrong_messages_are_refused(void **state) {
   } hit[] = {{0, 0, RIM_E_MAGIC},    {12, 1, RIM_E_RANGE},        {16, 255, RIM_E_RANGE},
              {31, 18, RIM_E_RANGE},  {35, 6, RIM_E_RANGE},        {35, 13, RIM_E_RANGE},
              {32, 128, RIM_E_RANGE}, {38 + 63, 'x', RIM_E_RANGE}, {38 + 768 + 7, 'x', RIM_E_RANGE}};
-  for (size_t i = 0; i < sizeof hit / sizeof hit[0]; i++) {
+  for (size_t i = 0; i < sizeof hit / sizeof hit[0]; ++i) {
     memcpy(bad, good, sizeof bad);
     bad[hit[i].at] = hit[i].value;
     assert_int_equal(rim_lcm_unpack_model(&back, bad, RIM_LCM_MODEL_SIZE), hit[i].wanted);

@@ -30,7 +30,7 @@ static void names_come_in_order(void **state) {
   make_image(&b, RIM_SECTION_NAMES, "u.push\ns.speed_mps\n\ns.speed_mps\ncut");
   assert_int_equal(rim_image_open(&view, b.byte, b.size), RIM_OK);
   const char *const wanted[4] = {"u.push", "s.speed_mps", "", "s.speed_mps"};
-  for (uint32_t i = 0; i < 4; i++) {
+  for (uint32_t i = 0; i < 4; ++i) {
     assert_int_equal(rim_image_name(&view, i, &text, &length), RIM_OK);
     assert_int_equal(length, strlen(wanted[i]));
     assert_memory_equal(text, wanted[i], length);
@@ -83,7 +83,7 @@ static void units_end_names(void **state) {
 
 static void the_table_is_whole(void **state) {
   (void)state;
-  for (size_t i = 0; i < RIMI_UNITS; i++) {
+  for (size_t i = 0; i < RIMI_UNITS; ++i) {
     const rimi_unit *unit = rimi_unit_at(i);
     char name[24];
     assert_true(unit->suffix[0] != '\0' && unit->text[0] != '\0');

@@ -206,7 +206,7 @@ static void an_extent_fills_in(void **state) {
   assert_true(filled.samples == 24 && filled.iterations == 8 && filled.temper == 0.2);
   assert_true(filled.min_points == 3.0 && filled.threshold == 7.0 && filled.upper[0] == 1.0);
   assert_true(filled.least_axis[0] == 0.04 && filled.most_axis[0] == 0.6);
-  for (uint32_t i = 0; i < 9; i++) { /* eq. 5.4: even steps */
+  for (uint32_t i = 0; i < 9; ++i) { /* eq. 5.4: even steps */
     assert_int_equal(rim_extent_get_region(e, 0, i, &region), RIM_OK);
     assert_true(region.lambda == -16.0 + 4.0 * i && region.dims == 0);
   }

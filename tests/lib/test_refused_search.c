@@ -22,7 +22,7 @@ enum { N = 12 };
 static double u[N * 3], r[N * 2];
 
 static rim_batch_data data_good(void) {
-  for (int i = 0; i < N; i++) {
+  for (int i = 0; i < N; ++i) {
     u[3 * i] = (i + 0.5) / N;
     u[3 * i + 1] = u[3 * i + 2] = 0.5;
     r[2 * i] = i < 6 ? 5.0 : 0.0;
@@ -138,7 +138,7 @@ static void dmaps_wants_its_pieces(void **state) {
   REFUSES(owner, RIM_E_ARGUMENT, rimi_dmaps_assign(&result, &bare, skip, owner));
   IS_ARGUMENT(rimi_dmaps_assign(&result, &d, skip, NULL));
   assert_int_equal(rimi_dmaps_assign(&result, &d, skip, owner), RIM_OK);
-  for (int i = 0; i < N; i++)
+  for (int i = 0; i < N; ++i)
     assert_int_equal(owner[i], i < 6 && i != 1);
   REFUSES(shift, RIM_E_ARGUMENT, rimi_dmaps_shift(NULL, owner, 1, shift));
   bare = d;
@@ -396,7 +396,7 @@ static void a_correction_wants_its_pieces(void **state) {
   const double x[2] = {0.0, 1.0}, nominal = 10.0;
   double out = 7.0;
   const rim_correct *const wrong[2] = {NULL, &closed};
-  for (int i = 0; i < 2; i++) {
+  for (int i = 0; i < 2; ++i) {
     IS_ARGUMENT(rimi_correct_mean(wrong[i], x, &nominal, &out));
   }
   IS_ARGUMENT(rimi_correct_mean(&c, NULL, &nominal, &out));
@@ -501,7 +501,7 @@ static void spoilt_indices_are_seen(void **state) {
   rim_select *e = NULL;
   assert_int_equal(rimi_select_init(&e, memory, sizeof memory, &c), RIM_OK);
   const double where[3] = {0.1, 0.5, 0.9}, off[2] = {1.0, -1.0};
-  for (int i = 0; i < 20; i++)
+  for (int i = 0; i < 20; ++i)
     assert_int_equal(rimi_select_observe(e, where, off), RIM_OK);
   rimi_select_work(e, 4);
 #define SPOILT(field, value)                                                                       \

@@ -110,7 +110,7 @@ static void a_record_has_no_number_that_is_none(void **state) {
       &good.region.upper[0],
       &good.region.upper[RIM_REGION_MAX_DIMS - 1]};
   const double none[3] = {(double)NAN, (double)INFINITY, -(double)INFINITY};
-  for (size_t i = 0; i < 3 * sizeof number / sizeof number[0]; i++) {
+  for (size_t i = 0; i < 3 * sizeof number / sizeof number[0]; ++i) {
     const double was = *number[i / 3];
     *number[i / 3] = none[i % 3];
     REFUSES(out, RIM_E_DATA, rim_lcm_pack_alarm(out, sizeof out, &good));
@@ -124,7 +124,7 @@ static void a_record_has_no_number_that_is_none(void **state) {
                            &good.kind,     &good.channels, &good.region.dims};
   const uint8_t most[] = {RIM_DETECTOR_INTERFERENCE, RIM_ALARM_CLEARED,      RIM_LEVEL_STALE,
                           RIM_KIND_PUSHED,           RIM_ALARM_MAX_CHANNELS, RIM_REGION_MAX_DIMS};
-  for (size_t i = 0; i < sizeof code / sizeof code[0]; i++) {
+  for (size_t i = 0; i < sizeof code / sizeof code[0]; ++i) {
     const uint8_t was = *code[i];
     *code[i] = (uint8_t)(most[i] + 1u);
     REFUSES(out, RIM_E_RANGE, rim_lcm_pack_alarm(out, sizeof out, &good));
@@ -241,12 +241,12 @@ static void a_detail_wants_its_pieces(void **state) {
   assert_int_equal(rim_can_take_detail(&beyond, &of_it, &got, &complete), RIM_E_MAGIC);
   /* A record given up counts once, and the count does not run over. */
   assembly.lost = UINT32_MAX - 1;
-  for (int i = 0; i < 3; i++) {
+  for (int i = 0; i < 3; ++i) {
     assert_int_equal(rim_can_take_detail(&assembly, &frame[0], &got, &complete), RIM_OK);
     assert_int_equal(rim_can_take_detail(&assembly, &frame[2], &got, &complete), RIM_E_TRUNCATED);
     assert_true(assembly.lost == UINT32_MAX);
   }
-  for (uint32_t i = 0; i < RIM_CAN_DETAIL_FRAMES; i++)
+  for (uint32_t i = 0; i < RIM_CAN_DETAIL_FRAMES; ++i)
     assert_int_equal(rim_can_take_detail(&assembly, &frame[i], &got, &complete), RIM_OK);
   assert_true(complete && got.seq == 9);
   /* One more of the right number, 25 mod 16, when none is due. */

@@ -25,7 +25,7 @@ static void a_sealed_command_equals_the_generated_encoder(void **state) {
   rim_sealed_command_t g = {.sequence = INT32_MIN + 1, .model_id = 77, .command = 2};
   g.counter = (int64_t)counter;
   uint8_t plain[RIM_LCM_COMMAND_SIZE], ours[COMMAND_BYTES], theirs[COMMAND_BYTES];
-  for (uint8_t i = 0; i < 16; i++)
+  for (uint8_t i = 0; i < 16; ++i)
     g.tag[i] = (uint8_t)(i + 1);
   assert_int_equal(rim_sealed_command_t_encoded_size(&g), COMMAND_BYTES);
   assert_int_equal(rim_sealed_command_t_encode(theirs, 0, sizeof theirs, &g), COMMAND_BYTES);
@@ -41,7 +41,7 @@ static void a_sealed_observation_equals_the_generated_encoder(void **state) {
   rim_observation_message o = {.t_us = -3, .sequence = 5, .count = 128};
   rim_sealed_observation_t g = {.t_us = -3, .sequence = 5, .count = 128};
   g.counter = (int64_t)counter;
-  for (int i = 0; i < 128; i++)
+  for (int i = 0; i < 128; ++i)
     o.value[i] = g.values[i] = 0.5 * i - 9.0;
   static uint8_t plain[RIM_LCM_OBSERVATION_SIZE], ours[OBSERVATION_BYTES];
   static uint8_t theirs[OBSERVATION_BYTES], back[RIM_LCM_OBSERVATION_SIZE];
@@ -117,13 +117,13 @@ static void other_frames_are_refused(void **state) {
   assert_int_equal(rimi_can_unseal(&out, 5, &bad, &seen), RIM_E_TRUNCATED);
   bad.length = 64;
   assert_int_equal(rimi_can_unseal(&out, 5, &bad, &seen), RIM_E_SIZE);
-  for (size_t byte = 0; byte < 48; byte++) { /* a bit anywhere */
+  for (size_t byte = 0; byte < 48; ++byte) { /* a bit anywhere */
     bad = good;
     bad.data[byte] ^= 1;
     assert_int_equal(rimi_can_unseal(&out, 5, &bad, &seen), RIM_E_CRC);
   }
   const uint8_t wrong[4][3] = {{0, 2, 1}, {1, 6, 1}, {2, 0, 0}, {2, 4, 0}};
-  for (size_t i = 0; i < 4; i++) { /* another layout, node, command, with a good check sum */
+  for (size_t i = 0; i < 4; ++i) { /* another layout, node, command, with a good check sum */
     bad = good;
     bad.data[wrong[i][0]] = wrong[i][1];
     rimi_can_seal_finish(&bad, tag);

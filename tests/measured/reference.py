@@ -13,28 +13,16 @@ import argparse
 import csv
 import math
 import os
+import sys
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "vehicles"))
+from linear import solve
 
 
 def read(path):
     with open(path, encoding="utf-8") as lines:
         rows = list(csv.reader(lines))
     return rows[0], [[float(x) for x in row] for row in rows[1:]]
-
-
-def solve(a, b):
-    """Gauss with pivots."""
-    n = len(b)
-    a = [row[:] + [b[i]] for i, row in enumerate(a)]
-    for i in range(n):
-        p = max(range(i, n), key=lambda k: abs(a[k][i]))
-        a[i], a[p] = a[p], a[i]
-        for k in range(i + 1, n):
-            f = a[k][i] / a[i][i]
-            a[k] = [x - f * y for x, y in zip(a[k], a[i])]
-    x = [0.0] * n
-    for i in reversed(range(n)):
-        x[i] = (a[i][n] - sum(a[i][k] * x[k] for k in range(i + 1, n))) / a[i][i]
-    return x
 
 
 def column(head, prefix, names=()):

@@ -45,7 +45,7 @@ bool port_can_open(unsigned controller) {
   *reg(controller, MODE) = 0;    /* neither asleep, looped back nor silent */
   *reg(controller, FILTERS) = 0; /* none: every frame is taken */
   *reg(controller, RESET) = ENABLE;
-  for (uint32_t i = 0; i < PATIENCE; i++)
+  for (uint32_t i = 0; i < PATIENCE; ++i)
     if ((*reg(controller, STATUS) & STATUS_NORMAL) != 0)
       return true;
   return false;
@@ -76,7 +76,7 @@ bool port_can_receive(unsigned controller, rim_can_frame *frame) {
     memset(frame, 0, sizeof *frame);
     frame->id = id >> 21;
     frame->length = (uint8_t)(length < 8 ? length : 8);
-    for (uint32_t i = 0; i < frame->length; i++)
+    for (uint32_t i = 0; i < frame->length; ++i)
       frame->data[i] = (uint8_t)(data[i / 4] >> (24u - 8u * (i % 4)));
     return true;
   }

@@ -22,9 +22,9 @@ std::vector<double> innovations(const std::vector<double> &residuals,
 std::vector<double> cobot_innovations(const CobotDrive &drive, const CobotScatter &scatter);
 
 // Score after every point: largest ln anom of any channel, less its null maximum, over the growth
-// of chance with the number of points, max(3.5, ln n). In the channels of a share of the speed a
-// point counts as so many observations as its weight w is worth, at least one: the share shows in
-// proportion to the speed, and a mean over points of different speeds would blur it.
+// of chance with the number of points, max(3.5, ln n). In channels whose effect is proportional to
+// the speed, a point is weighted by w, at least 1: a plain mean over points of different speeds
+// would blur the effect.
 std::vector<double> watch_cobot(const CobotDrive &drive, const CobotScatter &scatter,
                                 std::uint64_t seed);
 

@@ -27,7 +27,7 @@ bool is_odd(const std::string &name) { return (name.back() - '0') % 2 == 1; }
 // What the model with these terms expects, and what was measured.
 InterferenceRun forward_run(const std::string &name, const Log &log,
                             const std::vector<Term> &terms) {
-  const Measured table = diagnose::make_measured({log}, nullptr, true);
+  const Measured table = diagnose::make_measured({log}, diagnose::Constants::keep);
   const auto &channel =
       table.channels.at(static_cast<std::size_t>(table.find_channel("forward_mps")));
   const auto expected = diagnose::extended_prediction(terms, channel, table);
@@ -40,7 +40,7 @@ InterferenceRun forward_run(const std::string &name, const Log &log,
 }
 
 double noise_of(const Log &log) {
-  const Measured table = diagnose::make_measured({log}, nullptr, true);
+  const Measured table = diagnose::make_measured({log}, diagnose::Constants::keep);
   return table.channels.at(static_cast<std::size_t>(table.find_channel("forward_mps"))).sd.mean();
 }
 

@@ -119,7 +119,7 @@ FalconLeftOut judge_flight(const std::string &flight, const std::string &path,
   options.model = "world falcon";
   Measured measured;
   const diagnose::Diagnosis diagnosis = diagnose::diagnose(others, options, &measured);
-  const Measured held = diagnose::make_measured({held_log}, nullptr, true);
+  const Measured held = diagnose::make_measured({held_log}, diagnose::Constants::keep);
   const std::vector<Term> terms = terms_of(diagnosis);
   FalconLeftOut result;
   result.flight = flight;

@@ -72,7 +72,7 @@ std::vector<MrclamFold> run_measured_mrclam(const MeasuredOptions &options) {
   for (std::size_t tested = 0; tested < 2; ++tested) {
     const auto found = diagnose::diagnose(half[1 - tested], diagnosis, nullptr);
     const auto terms = terms_of(found);
-    const Measured held = diagnose::make_measured(half[tested], nullptr, true);
+    const Measured held = diagnose::make_measured(half[tested], diagnose::Constants::keep);
     const auto on = [&](const char *channel, const std::vector<std::uint8_t> &rows) {
       return judge(terms, held, channel, rows, options.seed);
     };

@@ -25,9 +25,9 @@ typedef enum rim_alarm_state {
 
 typedef enum rim_level {
   RIM_LEVEL_OK = 0,
-  RIM_LEVEL_WARN = 1,        /* above the warning score; no alarm stands */
-  RIM_LEVEL_ERROR = 2,       /* an alarm stands */
-  RIM_LEVEL_STALE = 3,       /* too few usable rows, or another rate: nothing is known */
+  RIM_LEVEL_WARN = 1,         /* above the warning score; no alarm stands */
+  RIM_LEVEL_ERROR = 2,        /* an alarm stands */
+  RIM_LEVEL_STALE = 3,        /* too few usable rows, or another rate: nothing is known */
   RIM_LEVEL_OUT_OF_RANGE = 4, /* in verdicts only: a value far beyond what was trained */
   RIM_LEVEL_INTEGRITY = 5     /* in verdicts only: memory is damaged; nothing is known */
 } rim_level;

@@ -113,7 +113,7 @@ typedef struct rim_can_finding {
 
 /* Each writes the frames of one record. RIM_E_ARGUMENT: NULL; RIM_E_RANGE: node above
  * RIM_CAN_MAX_NODE, or a count or code of the record out of range; RIM_E_DATA: a number is not
- * finite. Nothing is written then. O(bytes); stack below 300 bytes. */
+ * finite. On an error nothing is written. O(bytes); stack below 300 bytes. */
 rim_status rim_can_pack_summary(rim_can_frame *frame, uint32_t node, const rim_alarm *alarm);
 rim_status rim_can_pack_detail(rim_can_frame frame[RIM_CAN_DETAIL_FRAMES], uint32_t node,
                                const rim_alarm *alarm);
@@ -124,8 +124,8 @@ rim_status rim_can_pack_finding(rim_can_frame frame[RIM_CAN_FINDING_FRAMES], uin
 
 /* Each writes one frame. RIM_E_ARGUMENT: NULL; RIM_E_RANGE: node above RIM_CAN_MAX_NODE, or an
  * unknown command or level; RIM_E_DATA: a time to entry below 0 that is not RIM_ENTRY_NEVER.
- * Nothing is written then. alarm_flags: of the standing alarm; acknowledged: nobody needs to look
- * at it. O(1). */
+ * On an error nothing is written. alarm_flags: RIM_ALARM_FLAG_... of the standing alarm;
+ * acknowledged: as rim_alarm_status has it. O(1). */
 rim_status rim_can_pack_command(rim_can_frame *frame, uint32_t node, const rim_command *in);
 rim_status rim_can_pack_heartbeat(rim_can_frame *frame, uint32_t node, const rim_health_message *in,
                                   uint8_t alarm_flags, bool acknowledged);
@@ -133,13 +133,14 @@ rim_status rim_can_pack_entry(rim_can_frame *frame, uint32_t node, const rim_ent
 
 /* Each reads one frame, of any node but for a command. RIM_E_ARGUMENT: NULL; RIM_E_MAGIC: an
  * identifier of another kind; RIM_E_TRUNCATED, RIM_E_SIZE: another length (summary and detail:
- * always RIM_E_SIZE); RIM_E_CRC: the frame is damaged; RIM_E_RANGE: a code is out of range. The
- * result has no meaning then. O(1).
+ * always RIM_E_SIZE); RIM_E_CRC: the frame is damaged; RIM_E_RANGE: a code is out of range. On an
+ * error the result has no meaning. O(1).
  *
- * Of an FD detail the region becomes the axis-aligned ellipsoid in the box; threshold is 0, and
- * channels beyond the second and shifts beyond the first are lost (channels is at most 2);
- * RIM_E_DATA: a number is not finite, or the box has no interior. Of an entry and a command the
- * numbers are the low bits; of an entry t_s and pose are 0 and 655.34 s means that or more. */
+ * An FD detail holds less than the record. The region becomes the axis-aligned ellipsoid in the
+ * box; threshold is 0; channels beyond the second and shifts beyond the first are lost (channels is
+ * at most 2). RIM_E_DATA: a number is not finite, or the box has no interior. An entry and a
+ * command hold the low bits of their numbers. In an entry t_s and pose are 0, and a to_entry_s of
+ * 655.34 s means that or more. */
 rim_status rim_can_unpack_summary(rim_can_summary *summary, const rim_can_frame *frame);
 rim_status rim_can_unpack_finding(rim_can_finding *out, const rim_can_frame *frame);
 rim_status rim_can_unpack_detail_fd(rim_alarm *alarm, const rim_can_frame *frame);
@@ -150,17 +151,17 @@ rim_status rim_can_unpack_entry(rim_entry *entry, const rim_can_frame *frame);
 /* Joins the segments of one node's records. All zero but for the node: nothing yet. */
 typedef struct rim_can_assembly {
   uint8_t node;  /* whose frames are taken: set by the caller */
-  uint8_t next;  /* index of the segment expected next; 0: no record is under way */
+  uint8_t next;  /* index of the segment expected next; 0: a first segment */
   uint32_t lost; /* records given up: a segment missing, out of order or damaged; saturating */
   uint8_t data[RIM_CAN_DETAIL_SIZE + 4];
 } rim_can_assembly;
 
 /* Takes one segment. *complete becomes true when *alarm is a whole record; RIM_OK also for a
  * segment in the middle. RIM_E_ARGUMENT: NULL; RIM_E_MAGIC: not a segment, or of another node;
- * RIM_E_SIZE: not 8 bytes; RIM_E_VERSION: a first segment of another length; nothing changes then.
- * RIM_E_TRUNCATED: a segment is missing or out of order (a first segment begins a new record);
- * RIM_E_CRC, RIM_E_RANGE, RIM_E_DATA, RIM_E_VERSION: the whole record is refused; it is given up
- * and counted. O(1), and O(bytes) for the last segment. */
+ * RIM_E_SIZE: not 8 bytes; RIM_E_VERSION: a first segment of another length; nothing changes on
+ * these errors. RIM_E_TRUNCATED: a segment is missing or out of order (a first segment begins a new
+ * record); RIM_E_CRC, RIM_E_RANGE, RIM_E_DATA, RIM_E_VERSION: the whole record is refused. On these
+ * the record is given up and counted. O(1), and O(bytes) for the last segment. */
 rim_status rim_can_take_detail(rim_can_assembly *assembly, const rim_can_frame *frame,
                                rim_alarm *alarm, bool *complete);
 

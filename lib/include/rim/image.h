@@ -70,8 +70,8 @@ typedef struct rim_image {
 rim_status rim_image_open(rim_image *view, const void *blob, size_t bytes);
 
 /* Finds a section: *data, aligned to 8, and *size in bytes; either pointer may be NULL.
- * RIM_E_ARGUMENT: the view is NULL or not open; RIM_E_RANGE: there is no such section; *data is
- * NULL and *size 0 then. O(sections). */
+ * RIM_E_ARGUMENT: the view is NULL or not open; RIM_E_RANGE: there is no such section. On an
+ * error *data is NULL and *size 0. O(sections). */
 rim_status rim_image_section(const rim_image *view, uint32_t id, const uint8_t **data,
                              size_t *size);
 

@@ -8,12 +8,12 @@
  *
  * Every pack function writes one message into out[0..bytes). RIM_E_ARGUMENT: a pointer is NULL;
  * RIM_E_SIZE: fewer bytes than the message has; RIM_E_RANGE: a count or code is out of range;
- * RIM_E_DATA: a number that must be finite is not. out is unchanged then.
+ * RIM_E_DATA: a number that must be finite is not. On an error out is unchanged.
  *
  * Every unpack function reads one message of exactly `bytes` bytes. RIM_E_ARGUMENT: a pointer is
  * NULL; RIM_E_TRUNCATED, RIM_E_SIZE: the message is shorter, longer; RIM_E_MAGIC: another type, or
  * another version of the type; RIM_E_RANGE: a count or code is out of range; RIM_E_DATA: a number
- * that must be finite is not. The result has no meaning then. All cost O(bytes). */
+ * that must be finite is not. On an error the result has no meaning. All cost O(bytes). */
 #ifndef RIM_LCM_H
 #define RIM_LCM_H
 
@@ -59,7 +59,8 @@ typedef struct rim_observation_message {
 } rim_observation_message;
 
 #define RIM_HEALTH_FLAG_REPLAY 0x01u
-#define RIM_HEALTH_FLAG_DAMAGED 0x02u /* memory was found damaged since the start; STALE: it is */
+/* Memory was found damaged since the start; with level STALE it still is. */
+#define RIM_HEALTH_FLAG_DAMAGED 0x02u
 
 /* Counters saturate. All zero: nothing has happened yet. */
 typedef struct rim_health_message {
@@ -83,7 +84,7 @@ typedef struct rim_counters {
   uint32_t not_finite;   /* refused: NaN or infinity, or an sd not above 0 */
   uint32_t time_back;    /* refused: the time did not increase */
   uint32_t future;       /* refused: the time was too far ahead */
-  uint32_t gaps;         /* sequence numbers of the source, or times, that did not come */
+  uint32_t gaps;         /* sequence numbers of the source, or times of rows, left out */
   uint32_t incomplete;   /* CAN rows without one of their signals */
   uint32_t clock_resets; /* times the source's clock moved for good */
   uint32_t stale;        /* times the input became stale */
@@ -128,7 +129,7 @@ typedef struct rim_plan {
 
 #define RIM_ENTRY_NEVER (-1.0)
 
-/* Whether the plan leads into the region of an alarm (rim/plan/lookahead.h). */
+/* When the plan leads into the region of an alarm (rim/plan/lookahead.h). */
 typedef struct rim_entry {
   double t_s;
   double to_entry_s; /* 0: inside; RIM_ENTRY_NEVER: the plan does not enter */
@@ -147,7 +148,8 @@ typedef struct rim_model_quantity {
   double low, high;                /* trained range of a feature; 0 and 0: an outcome's, none */
 } rim_model_quantity;
 
-/* What indices mean: one part of the quantities of an image, features first, then outcomes. */
+/* Says what the indices in other messages mean: names, units and ranges of some of an image's
+ * quantities, which are its features, then its outcomes. */
 typedef struct rim_model_message {
   uint32_t model_id;
   uint32_t features, outcomes; /* of the image */
@@ -159,7 +161,7 @@ typedef struct rim_model_message {
   rim_model_quantity quantity[RIM_MODEL_QUANTITIES];
 } rim_model_message;
 
-/* Values of an observation are not looked at: NaN travels as it is. */
+/* The values of an observation are not checked: NaN travels as it is. */
 rim_status rim_lcm_pack_observation(uint8_t *out, size_t bytes, const rim_observation_message *in);
 rim_status rim_lcm_unpack_observation(rim_observation_message *out, const uint8_t *in,
                                       size_t bytes);
@@ -169,7 +171,7 @@ rim_status rim_lcm_unpack_observation(rim_observation_message *out, const uint8_
 rim_status rim_lcm_pack_alarm(uint8_t *out, size_t bytes, const rim_alarm *in);
 rim_status rim_lcm_unpack_alarm(rim_alarm *out, const uint8_t *in, size_t bytes);
 
-/* Packing does not look at t_s; unpacking wants it finite. */
+/* Packing does not check t_s; for unpacking it must be finite. */
 rim_status rim_lcm_pack_health(uint8_t *out, size_t bytes, const rim_health_message *in);
 rim_status rim_lcm_unpack_health(rim_health_message *out, const uint8_t *in, size_t bytes);
 
@@ -179,8 +181,8 @@ rim_status rim_lcm_unpack_command(rim_command *out, const uint8_t *in, size_t by
 rim_status rim_lcm_pack_counters(uint8_t *out, size_t bytes, const rim_counters *in);
 rim_status rim_lcm_unpack_counters(rim_counters *out, const uint8_t *in, size_t bytes);
 
-/* Unpacking also wants times that do not fall, and orientations whose length is within 1 % of 1:
- * RIM_E_DATA. *plan changes only where all of the message is good. */
+/* Unpacking also returns RIM_E_DATA where times fall, or the length of an orientation is not within
+ * 1 % of 1. On an error *plan is unchanged. */
 rim_status rim_lcm_pack_plan(uint8_t *out, size_t bytes, const rim_plan *plan);
 rim_status rim_lcm_unpack_plan(rim_plan *plan, const uint8_t *in, size_t bytes);
 

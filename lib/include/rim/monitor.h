@@ -5,7 +5,7 @@
  * checks the row, gathers rows into blocks, predicts the outcomes of a complete block, gives the
  * residuals to the search, does a bounded slice of search, compares the largest score with its
  * threshold and updates the alarms. lib/README.md describes the method.
- * Records of alarms leave one with each row, in verdict.alarm; more by rim_monitor_next_record.
+ * One alarm record leaves with each row, in verdict.alarm; rim_monitor_next_record takes more.
  * Threads: no function blocks, allocates, uses a global variable or calls back. Calls on the same
  * monitor must not overlap: use one thread, or a lock of your own; do not call from an interrupt
  * that may interrupt another call. Different monitors are independent, also with one image. */
@@ -21,10 +21,10 @@ extern "C" {
 #define RIM_MONITOR_MAX_FEATURES 128
 #define RIM_MONITOR_MAX_OUTCOMES 128
 #define RIM_MONITOR_KINDS 4u        /* residual channels per outcome of a trained image */
-#define RIM_MONITOR_LEAST_BLOCKS 8u /* fewer examined: RIM_REASON_TOO_FEW */
+#define RIM_MONITOR_LEAST_BLOCKS 8u /* with fewer examined blocks: RIM_REASON_TOO_FEW */
 
 typedef struct rim_monitor rim_monitor;
-/* One row. The last three only where the image says that rows bring their own predictions. */
+/* One row. Only images for rows that bring their own predictions read the last three. */
 typedef struct rim_observation {
   double t_s;            /* must increase from row to row */
   const double *context; /* [features], in the image's order and units */
@@ -64,13 +64,13 @@ typedef struct rim_row_health {
   uint32_t rows, rows_used; /* offered; that entered a block */
   uint32_t not_finite;      /* skipped: NaN, infinity, or an sd that is not above 0 */
   uint32_t time_back;       /* skipped: time did not increase */
-  uint32_t gaps;            /* longer than 1.5 periods */
-  uint32_t out_of_range;    /* with a value beyond what was trained, which was limited */
+  uint32_t gaps;            /* times between rows longer than 1.5 periods */
+  uint32_t out_of_range;    /* rows with a value beyond the trained range, which was limited */
   uint32_t wrong_rate;      /* not examined: the rate was not the image's */
   uint32_t refused;         /* blocks that the search refused: a number was not finite */
 } rim_row_health;
 
-/* Constants, indices and the alarms' life; the flight image; what was gathered of the run. */
+/* Constants, indices and the state of alarms; the flight image; what was gathered of the run. */
 enum { RIM_DAMAGE_CONTROL = 1, RIM_DAMAGE_IMAGE = 2, RIM_DAMAGE_RUN = 4 };
 typedef struct rim_monitor_health {
   rim_row_health rows;
@@ -79,7 +79,7 @@ typedef struct rim_monitor_health {
   uint16_t out_feature;           /* of the first value out of range; 0xffff: there was none */
   double out_value, out_t_s;      /* that value and its time */
   uint8_t damage;                 /* RIM_DAMAGE_...: what was found damaged; 0: nothing */
-  uint32_t partly; /* examined in part: commands before a start or in a gap count too */
+  uint32_t partly; /* blocks examined in part: commands that were not seen still act in them */
 } rim_monitor_health;
 
 #define RIM_MONITOR_HEADER_BYTES 2176u
@@ -122,8 +122,8 @@ rim_status rim_monitor_init(rim_monitor **monitor, void *memory, size_t bytes, c
 rim_status rim_monitor_step(rim_monitor *monitor, const rim_observation *row, rim_verdict *verdict);
 
 /* Takes the next record that waits: the second one of a row, and those of idle, command, restart
- * and repeat. Returns false, with *record unchanged, when none waits. Without this call one of them
- * leaves with each row. O(1). */
+ * and repeat. Returns false, with *record unchanged, when none waits. If this is never called, one
+ * waiting record leaves with each row. O(1). */
 bool rim_monitor_next_record(rim_monitor *monitor, rim_alarm *record);
 
 /* Reports that it is now_s on the clock of the rows and no row has come since the newest. Call it
@@ -142,11 +142,11 @@ rim_status rim_monitor_set_policy(rim_monitor *monitor, const rim_alarm_policy *
  * command_any, a 0 stands for any. ACKNOWLEDGE: the alarm will not be latched; a latched one is
  * cleared. CLEAR: the alarm is cleared and its detector forgets all observations. Records then
  * wait. RIM_E_ARGUMENT: NULL; RIM_E_RANGE: unknown command; RIM_E_DATA: no alarm stands that it can
- * mean, or both could be meant. Nothing changes then. O(1) for ACKNOWLEDGE, O(memory) for CLEAR. */
+ * mean, or both could be meant. On an error nothing changes. O(1); CLEAR: O(memory). */
 rim_status rim_monitor_command(rim_monitor *monitor, const rim_command *command, unsigned bits);
 
-/* Forgets all observations because the rows' clock moved to now_s (see rim_clock_guard_take), in
- * a run's midst; what stands is cleared or latched by records that wait. Not finite: no effect. */
+/* Forgets all observations because the rows' clock moved to now_s within a run (see
+ * rim_clock_guard_take). Waiting records end or latch the alarms. now_s not finite: no effect. */
 void rim_monitor_restart(rim_monitor *monitor, double now_s);
 
 /* Forgets all observations, and the alarms without a record; counters go on. O(memory). */
@@ -163,21 +163,21 @@ rim_status rim_monitor_attach(rim_monitor **monitor, void *memory, size_t bytes,
 rim_status rim_monitor_repair(rim_monitor **monitor, void *memory, size_t bytes, const void *image,
                               size_t image_bytes);
 
-/* Lets every alarm that stands leave once more, as UPDATED: after rim_monitor_attach. O(1). */
+/* Lets a record of every standing alarm leave once more, as UPDATED. Use: after attach. O(1). */
 void rim_monitor_repeat(rim_monitor *monitor);
 
-/* Queries, O(1) but for membership. A NULL monitor gives STALE, NULL, 0. */
+/* Queries, O(1) except membership. For a NULL monitor they return STALE, NULL, 0. */
 rim_alarm_status rim_monitor_alarms(const rim_monitor *monitor);
 rim_monitor_health rim_monitor_get_health(const rim_monitor *monitor);
 /* The standing alarm of a detector as it was last described, valid until the next call; or NULL. */
 const rim_alarm *rim_monitor_standing(const rim_monitor *monitor, rim_detector detector);
-/* Chance, 0..1, that a context lies in the region of the standing alarm; 0: none stands. */
+/* Probability that a context lies in the region of the standing alarm; 0: none stands. */
 double rim_monitor_membership(const rim_monitor *monitor, const double *context);
 /* A word of the image's configuration (rim_config_word of rim/image.h); 0: no such word. */
 uint32_t rim_monitor_config(const rim_monitor *monitor, uint32_t word);
 
 /* Number of deviations that an alarm described and that ended since the last reset; their blocks
- * are no evidence any more. Of the newest: its blocks *first to *end - 1, counted from 0; either
+ * are no evidence any more. The newest took the blocks *first to *end - 1, counted from 0; either
  * may be NULL. 0 for NULL and for an image without section NOISE. O(1). */
 uint32_t rim_monitor_ended(const rim_monitor *monitor, uint32_t *first, uint32_t *end);
 
@@ -187,8 +187,8 @@ uint32_t rim_monitor_ended(const rim_monitor *monitor, uint32_t *first, uint32_t
 uint64_t rim_verdict_digest(uint64_t digest, const rim_verdict *verdict);
 
 /* The clock guard keeps rows whose time cannot be right away from the monitor: a time too far ahead
- * or back is left out until resync_rows rows in succession bear it out. max_jump_s bounds what one
- * wrong time can displace: keep it at a few periods. Plain data; all zero: nothing seen. */
+ * or back is left out until resync_rows rows in succession agree with it. max_jump_s bounds how far
+ * one wrong time can move the clock: keep it at a few periods. Plain data; all zero: no row yet. */
 typedef struct rim_clock_guard_config {
   double max_jump_s;    /* accepted ahead of the newest time, beyond 1.01 times what passed here */
   double max_skew_s;    /* accepted difference from day_s; 0: not compared */

@@ -32,7 +32,7 @@ bool rim_region_contains(const rim_region *region, const double *x);
 
 /* Fills lower and upper with the smallest box around the ellipsoid, u -+ sqrt diag A. Returns
  * RIM_E_ARGUMENT for NULL, RIM_E_RANGE for dims out of range, and RIM_E_SINGULAR where A^-1 is not
- * positive definite; nothing is written then. O(dims^3). */
+ * positive definite; on an error nothing is written. O(dims^3). */
 rim_status rim_region_bounds(rim_region *region);
 
 #ifdef __cplusplus

@@ -221,7 +221,7 @@ static void account(finder *f, uint32_t number) {
       region->count < f->c.least ? 0.0 : rimi_stats_ln_anom_sums(sum, outcomes, region->count);
 }
 
-/* Adds regions while what is left holds one that is worth its price. */
+/* Adds regions while the rest holds one whose ln anom exceeds its price. */
 static rim_status grow(finder *f) {
   found *best = &f->region[RIM_DMAPS_MAX_REGIONS];
   for (uint32_t attempt = 0; attempt < 2u * f->c.regions && f->count < f->c.regions; ++attempt) {
@@ -442,7 +442,7 @@ static void order(finder *f) {
   }
 }
 
-/* The least anomalous region that is not worth its price; 0: all are. */
+/* The least anomalous region whose ln anom is below its price; 0: none is. */
 static uint32_t too_dear(finder *f) {
   for (uint32_t k = f->count; k > 0; --k) {
     found *region = &f->region[k - 1];

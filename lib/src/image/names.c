@@ -37,7 +37,7 @@ rim_status rim_image_name(const rim_image *view, uint32_t index, const char **te
   if (status != RIM_OK)
     return status;
   size_t start = 0;
-  for (size_t i = 0; i < bytes; i++) {
+  for (size_t i = 0; i < bytes; ++i) {
     if (names[i] != '\n')
       continue;
     if (index == 0) {
@@ -72,7 +72,7 @@ const char *rim_unit_of_name(const char *name, size_t length) {
   if (length - cut >= sizeof suffix)
     return "";
   memcpy(suffix, name + cut, length - cut);
-  for (size_t i = 0; i < RIMI_UNITS; i++)
+  for (size_t i = 0; i < RIMI_UNITS; ++i)
     if (memcmp(rimi_unit_at(i)->suffix, suffix, sizeof suffix) == 0)
       return rimi_unit_at(i)->text;
   return "";

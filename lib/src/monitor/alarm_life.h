@@ -12,7 +12,7 @@
  *     acknowledged                     -> UPDATED with the flag ACKNOWLEDGED; CLEARED if latched
  *     no valid row for stale_s         -> UPDATED with level STALE; UPDATED again when rows return
  *
- * Where no alarm stands, the beginning and the end of STALE are told by a record with state NONE.
+ * Where no alarm stands, a record with state NONE reports the beginning and the end of STALE.
  * A record waits in its slot until rimi_alarm_life_next_record() takes it; what happens meanwhile
  * is put into the same record, and neither RAISED nor CLEARED is ever skipped: a slot whose RAISED
  * waits does not clear, one whose CLEARED waits does not raise (a restart or a command alone may

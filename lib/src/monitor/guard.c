@@ -15,8 +15,8 @@ static uint32_t sum_between(uint32_t sum, const rim_monitor *m, size_t begin, si
   return rimi_word_sum(sum, (const unsigned char *)m + begin, (end - begin) / 4u);
 }
 
-/* But for records of alarms that neither stand nor wait, and the verdict's, which each row writes
- * anew: half of the header, and nobody reads them. */
+/* Leaves out records of alarms that neither stand nor wait, and the verdict's record, which each
+ * row overwrites. They are half of the header, and nobody reads them. */
 static uint32_t sum_header(const rim_monitor *m) {
   uint32_t sum = sum_between(HEADER_START, m, 0, AT(life.slot));
   for (size_t i = 0; i < RIM_DETECTORS; ++i) {

@@ -253,8 +253,8 @@ static void judge(rim_monitor *m, rim_verdict *v) {
                                          : RIM_LEVEL_OK;
 }
 
-/* A deviation that ended was told, with its end; from now on it is no evidence, so that the alarm
- * clears and the next one is found. */
+/* A deviation that ended was reported with its end. From now on it is no evidence, so that the
+ * alarm clears and the next one is found. */
 static void end_deviation(rim_monitor *m) {
   const search_hypothesis *h = &m->explained;
   if (!m->is_trained || rim_monitor_standing(m, RIM_DETECTOR_RIM) == NULL ||

@@ -208,7 +208,7 @@ static void judge(const rim_bandit *b, const rim_extent_mixture *mixture, double
     if (c->risk == RIM_BANDIT_PROBABILITY) {
       out->value = out->probability;
     } else if (!(out->probability >= c->bound)) {
-      out->bound_met = false; /* only worth its probability, and less than any that meets it */
+      out->bound_met = false; /* valued by its probability, below any that meets the bound */
       out->value = out->probability;
     }
   }

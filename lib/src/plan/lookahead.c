@@ -30,9 +30,9 @@ typedef struct sweep {
 bool rim_lookahead_is_physical(const rim_lookahead_config *config, const rim_region *region) {
   if (region->dims == 0 || region->dims > RIM_REGION_MAX_DIMS)
     return false;
-  for (size_t d = 0; d < region->dims; d++) {
+  for (size_t d = 0; d < region->dims; ++d) {
     bool found = false;
-    for (size_t k = 0; k < 3; k++)
+    for (size_t k = 0; k < 3; ++k)
       found = found || config->axis[k] == region->feature[d];
     if (!found)
       return false;
@@ -47,12 +47,12 @@ static bool make_zone(const rim_lookahead_config *config, const rim_region *regi
     return false;
   memset(z, 0, sizeof *z);
   double size = 1.0 + config->margin_m;
-  for (uint32_t v = 0; v < config->vertices; v++)
-    for (size_t k = 0; k < 3; k++)
+  for (uint32_t v = 0; v < config->vertices; ++v)
+    for (size_t k = 0; k < 3; ++k)
       size += rimi_abs(config->vertex[v][k]);
-  for (size_t k = 0; k < 3; k++) {
+  for (size_t k = 0; k < 3; ++k) {
     z->axis[k] = -1;
-    for (size_t d = 0; d < region->dims; d++)
+    for (size_t d = 0; d < region->dims; ++d)
       if (region->feature[d] == config->axis[k])
         z->axis[k] = (int)d;
     if (z->axis[k] >= 0) {
@@ -60,15 +60,15 @@ static bool make_zone(const rim_lookahead_config *config, const rim_region *regi
       continue;
     }
     double low = plan->pose[0].position[k], high = low;
-    for (uint32_t i = 1; i < plan->count; i++) {
+    for (uint32_t i = 1; i < plan->count; ++i) {
       low = rimi_min(low, plan->pose[i].position[k]);
       high = rimi_max(high, plan->pose[i].position[k]);
     }
     z->center[k] = 0.5 * (low + high);
     z->half[k] = 0.5 * (high - low) + size;
   }
-  for (size_t i = 0; i < 3; i++)
-    for (size_t j = 0; j < 3; j++)
+  for (size_t i = 0; i < 3; ++i)
+    for (size_t j = 0; j < 3; ++j)
       if (z->axis[i] >= 0 && z->axis[j] >= 0)
         z->shape[i][j] = shape[z->axis[i] * (int)region->dims + z->axis[j]];
   return true;
@@ -77,14 +77,14 @@ static bool make_zone(const rim_lookahead_config *config, const rim_region *regi
 /* Farthest point of the ellipsoid: u + A d / sqrt(d^T A d); of the other axes: their end. */
 static void support_zone(const zone *z, const double direction[3], double point[3]) {
   double ad[3], dad = 0.0;
-  for (size_t i = 0; i < 3; i++) {
+  for (size_t i = 0; i < 3; ++i) {
     ad[i] = 0.0;
-    for (size_t j = 0; j < 3; j++)
+    for (size_t j = 0; j < 3; ++j)
       ad[i] += z->shape[i][j] * direction[j];
     dad += direction[i] * ad[i];
   }
   const double scale = dad > 0.0 ? 1.0 / rimi_sqrt(dad) : 0.0;
-  for (size_t i = 0; i < 3; i++) {
+  for (size_t i = 0; i < 3; ++i) {
     const double end = direction[i] < 0.0 ? -z->half[i] : z->half[i];
     point[i] = z->center[i] + (z->axis[i] >= 0 ? scale * ad[i] : end);
   }
@@ -103,10 +103,10 @@ static double support_pose(const rim_lookahead_config *config, const rim_pose *p
                            const double direction[3], double point[3]) {
   static const double origin[3] = {0.0, 0.0, 0.0};
   double best = -LARGEST;
-  for (uint32_t v = 0; v < (config->vertices > 0 ? config->vertices : 1); v++) {
+  for (uint32_t v = 0; v < (config->vertices > 0 ? config->vertices : 1); ++v) {
     double p[3], along = 0.0;
     rotate(pose->orientation, config->vertices > 0 ? config->vertex[v] : origin, p);
-    for (size_t k = 0; k < 3; k++) {
+    for (size_t k = 0; k < 3; ++k) {
       p[k] += pose->position[k];
       along += p[k] * direction[k];
     }
@@ -123,20 +123,20 @@ static void support_sweep(const sweep *s, const double d[3], double point[3]) {
   const double length = rimi_sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
   const double at_from = support_pose(s->config, &s->from, d, a);
   const bool from = at_from >= support_pose(s->config, &s->to, d, b);
-  for (size_t k = 0; k < 3; k++)
+  for (size_t k = 0; k < 3; ++k)
     point[k] = (from ? a[k] : b[k]) + (length > 0.0 ? s->config->margin_m * d[k] / length : 0.0);
 }
 
 static void center_sweep(const sweep *s, double point[3]) {
   double sum[3] = {0.0, 0.0, 0.0};
   const uint32_t n = s->config->vertices;
-  for (uint32_t v = 0; v < n; v++)
-    for (size_t k = 0; k < 3; k++)
+  for (uint32_t v = 0; v < n; ++v)
+    for (size_t k = 0; k < 3; ++k)
       sum[k] += s->config->vertex[v][k] / n;
   double a[3], b[3];
   rotate(s->from.orientation, sum, a);
   rotate(s->to.orientation, sum, b);
-  for (size_t k = 0; k < 3; k++)
+  for (size_t k = 0; k < 3; ++k)
     point[k] = 0.5 * (a[k] + s->from.position[k] + b[k] + s->to.position[k]);
 }
 
@@ -184,7 +184,7 @@ static portal_answer find_portal(const sweep *s, const zone *z, vec p[4]) {
     return APART;
   /* It faces the origin: n p[0] = -p[2] (p[1] x p[0]), which is below 0. */
   n = cross(less(p[1], p[0]), less(p[2], p[0]));
-  for (int i = 0; i < STEPS; i++) {
+  for (int i = 0; i < STEPS; ++i) {
     p[3] = support(s, z, n);
     if (dot(p[3], n) <= 0.0)
       return APART;
@@ -202,19 +202,19 @@ static portal_answer find_portal(const sweep *s, const zone *z, vec p[4]) {
 static bool overlaps(const sweep *s, const zone *z) {
   vec p[4];
   center_sweep(s, p[0].v);
-  for (size_t k = 0; k < 3; k++)
+  for (size_t k = 0; k < 3; ++k)
     p[0].v[k] -= z->center[k];
   if (dot(p[0], p[0]) < COINCIDENT)
     return true;
   const portal_answer found = find_portal(s, z, p);
   if (found != FOUND)
     return found == TOGETHER;
-  for (int i = 0; i < STEPS; i++) {
+  for (int i = 0; i < STEPS; ++i) {
     vec n = cross(less(p[2], p[1]), less(p[3], p[1]));
     const double length = rimi_sqrt(dot(n, n));
     if (!(length > 0.0))
       return true;
-    for (size_t k = 0; k < 3; k++)
+    for (size_t k = 0; k < 3; ++k)
       n.v[k] /= length;
     if (dot(n, p[1]) >= 0.0)
       return true; /* the origin is on this side of the portal */
@@ -235,16 +235,16 @@ static rim_pose between(const rim_pose *a, const rim_pose *b, double f) {
   rim_pose p;
   double along = 0.0, length2 = 0.0;
   p.after_s = a->after_s + f * (b->after_s - a->after_s);
-  for (size_t k = 0; k < 3; k++)
+  for (size_t k = 0; k < 3; ++k)
     p.position[k] = a->position[k] + f * (b->position[k] - a->position[k]);
-  for (size_t k = 0; k < 4; k++)
+  for (size_t k = 0; k < 4; ++k)
     along += a->orientation[k] * b->orientation[k];
-  for (size_t k = 0; k < 4; k++) {
+  for (size_t k = 0; k < 4; ++k) {
     p.orientation[k] =
         (1.0 - f) * a->orientation[k] + f * (along < 0.0 ? -b->orientation[k] : b->orientation[k]);
     length2 += p.orientation[k] * p.orientation[k];
   }
-  for (size_t k = 0; k < 4; k++)
+  for (size_t k = 0; k < 4; ++k)
     p.orientation[k] /= rimi_sqrt(length2); /* at least 1/2: less than half a turn apart */
   return p;
 }
@@ -256,7 +256,7 @@ static double first_moment(sweep *s, const zone *z) {
   s->to = from;
   if (overlaps(s, z))
     return from.after_s;
-  for (int i = 0; i < HALVINGS; i++) {
+  for (int i = 0; i < HALVINGS; ++i) {
     const double middle = 0.5 * (low + high);
     s->from = between(&from, &to, low);
     s->to = between(&from, &to, middle);
@@ -276,7 +276,7 @@ bool rim_lookahead_check(const rim_lookahead_config *config, const rim_region *r
       !make_zone(config, region, plan, &z))
     return false;
   const uint32_t last = plan->count - 1;
-  for (uint32_t i = 0; i <= last; i++) {
+  for (uint32_t i = 0; i <= last; ++i) {
     const rim_pose *next = &plan->pose[i < last ? i + 1 : i];
     if (next->after_s < from_s && i < last)
       continue; /* behind us */

@@ -10,7 +10,7 @@
 
 #define IMPOSSIBLE 2.0    /* nats: a baseline that no healthy run has */
 #define SAID_FIRST 3.0    /* times these nats: the sign that was said first is kept below */
-#define MUCH_LIKELIER 0.3 /* of these nats: the contrary's baseline has at most so many */
+#define MUCH_LIKELIER 0.3 /* share of these nats that the contrary's baseline may have */
 #define AS_GOOD 0.5       /* of the score: what the contrary explains at least */
 
 double rimi_search_baseline(rim_search *s, const search_hypothesis *h) {

@@ -92,9 +92,9 @@ static void put_record(uint8_t *at, const rim_alarm *a) {
   at = rimi_le_put_u32(at, a->model_id);
   at = rimi_le_put_u32(at, a->observations);
   at = put_alarm_codes(at, a);
-  for (size_t i = 0; i < RIM_ALARM_MAX_CHANNELS; i++)
+  for (size_t i = 0; i < RIM_ALARM_MAX_CHANNELS; ++i)
     at = rimi_le_put_u16(at, a->channel[i]);
-  for (size_t i = 0; i < RIM_REGION_MAX_DIMS; i++)
+  for (size_t i = 0; i < RIM_REGION_MAX_DIMS; ++i)
     at = rimi_le_put_u16(at, region->feature[i]);
   at = put_f32(at, a->shift, RIM_ALARM_MAX_CHANNELS);
   at = put_f32(at, a->shift_sd, RIM_ALARM_MAX_CHANNELS);
@@ -145,12 +145,12 @@ rim_status rim_can_pack_detail(rim_can_frame frame[RIM_CAN_DETAIL_FRAMES], uint3
     return status;
   put_record(record, alarm);
   rimi_le_put_u32(record + RIM_CAN_DETAIL_SIZE, record_crc32(RIM_CAN_DETAIL_ID + node, record));
-  for (uint32_t i = 0; i < RIM_CAN_DETAIL_FRAMES; i++)
+  for (uint32_t i = 0; i < RIM_CAN_DETAIL_FRAMES; ++i)
     begin_frame(&frame[i], RIM_CAN_DETAIL_ID + node, 8);
   frame[0].data[0] = FIRST_SEGMENT | (RECORD_BYTES >> 8);
   frame[0].data[1] = RECORD_BYTES & 0xffu;
   memcpy(frame[0].data + 2, record, FIRST_BYTES);
-  for (uint32_t i = 1; i < RIM_CAN_DETAIL_FRAMES; i++) {
+  for (uint32_t i = 1; i < RIM_CAN_DETAIL_FRAMES; ++i) {
     frame[i].data[0] = (uint8_t)(NEXT_SEGMENT | (i & 15u));
     memcpy(frame[i].data + 1, record + FIRST_BYTES + SEGMENT_BYTES * (i - 1u), SEGMENT_BYTES);
   }
@@ -229,9 +229,9 @@ rim_status rim_can_pack_detail_fd(rim_can_frame *frame, uint32_t node, const rim
   at = rimi_le_put_u32(at, whole(alarm->since_s * 1000.0, 4294967294.0));
   at = rimi_le_put_u32(at, alarm->observations);
   at = rimi_le_put_u16(at, box.dims | (channels << 2) | flag_bits(alarm, FD_LATCHED, FD_REPLAY));
-  for (uint32_t i = 0; i < FD_CHANNELS; i++)
+  for (uint32_t i = 0; i < FD_CHANNELS; ++i)
     at = rimi_le_put_u16(at, i < channels ? alarm->channel[i] : 0u);
-  for (uint32_t d = 0; d < RIM_REGION_MAX_DIMS; d++)
+  for (uint32_t d = 0; d < RIM_REGION_MAX_DIMS; ++d)
     at = rimi_le_put_u16(at, d < box.dims ? box.feature[d] : 0u);
   at = put_f32(at, alarm->shift, 1);
   at = put_f32(at, alarm->shift_sd, 1);
@@ -266,9 +266,9 @@ rim_status rim_can_unpack_detail_fd(rim_alarm *alarm, const rim_can_frame *frame
   alarm->channels = (data[16] >> 2) & 7u;
   if (alarm->channels > FD_CHANNELS || alarm->kind > RIM_KIND_PUSHED)
     return RIM_E_RANGE;
-  for (uint32_t i = 0; i < FD_CHANNELS; i++)
+  for (uint32_t i = 0; i < FD_CHANNELS; ++i)
     alarm->channel[i] = rimi_le_u16(data + 18 + 2 * i, 0);
-  for (uint32_t d = 0; d < RIM_REGION_MAX_DIMS; d++)
+  for (uint32_t d = 0; d < RIM_REGION_MAX_DIMS; ++d)
     feature[d] = rimi_le_u16(data + 22 + 2 * d, 0);
   get_f32(data + 28, alarm->shift, 1);
   get_f32(data + 32, alarm->shift_sd, 1);

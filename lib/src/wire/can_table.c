@@ -101,12 +101,12 @@ static rim_status check_signal(const rim_can_table *table, const signal *s, uint
 /* Every value has one signal, or several that a selector tells apart; the time has one. */
 static rim_status check_values(const rim_can_table *table) {
   uint32_t times = 0;
-  for (size_t i = 0; i < table->signals; i++) {
+  for (size_t i = 0; i < table->signals; ++i) {
     const signal a = signal_at(table, i);
     times += a.value == RIM_CAN_TABLE_NONE ? 1u : 0u;
     if (a.value == RIM_CAN_TABLE_NONE && i != table->time)
       return RIM_E_RANGE;
-    for (size_t j = 0; j < i; j++) {
+    for (size_t j = 0; j < i; ++j) {
       const signal b = signal_at(table, j);
       if (a.value == b.value &&
           (a.selector_bits == 0 || b.selector_bits == 0 || a.selector == b.selector))
@@ -115,9 +115,9 @@ static rim_status check_values(const rim_can_table *table) {
   }
   if (times != (table->time == RIM_CAN_TABLE_NONE ? 0u : 1u))
     return RIM_E_RANGE;
-  for (uint16_t v = 0; v < table->values; v++) {
+  for (uint16_t v = 0; v < table->values; ++v) {
     bool found = false;
-    for (size_t i = 0; i < table->signals && !found; i++)
+    for (size_t i = 0; i < table->signals && !found; ++i)
       found = signal_at(table, i).value == v;
     if (!found)
       return RIM_E_RANGE;
@@ -127,7 +127,7 @@ static rim_status check_values(const rim_can_table *table) {
 
 static rim_status check_frames(const rim_can_table *table) {
   uint32_t next = 0;
-  for (size_t i = 0; i < table->frames; i++) {
+  for (size_t i = 0; i < table->frames; ++i) {
     const uint8_t *at = frame_at(table, i);
     const uint32_t id = rimi_le_u32(at, 0), bytes = at[4];
     const uint32_t first = rimi_le_u16(at, 3), count = rimi_le_u16(at, 4);
@@ -136,10 +136,10 @@ static rim_status check_frames(const rim_can_table *table) {
         first != next || count == 0 || count > table->signals - next)
       return RIM_E_RANGE;
     next += count;
-    for (size_t j = 0; j < i; j++)
+    for (size_t j = 0; j < i; ++j)
       if (rimi_le_u32(frame_at(table, j), 0) == id)
         return RIM_E_RANGE;
-    for (size_t s = first; s < next; s++) {
+    for (size_t s = first; s < next; ++s) {
       const signal one = signal_at(table, s);
       const rim_status status = check_signal(table, &one, bytes);
       if (status != RIM_OK)
@@ -202,7 +202,7 @@ static rim_status take_signals(rim_can_gather *gather, const rim_can_table *tabl
                                const uint8_t *entry, const uint8_t *data, double t_s) {
   const uint32_t first = rimi_le_u16(entry, 3), end = first + rimi_le_u16(entry, 4);
   rim_status status = RIM_OK;
-  for (uint32_t i = first; i < end; i++) {
+  for (uint32_t i = first; i < end; ++i) {
     const signal s = signal_at(table, i);
     if (s.selector_bits != 0 &&
         take_bits(data, s.selector_start, s.selector_bits, s.selector_motorola != 0) != s.selector)
@@ -219,7 +219,7 @@ static rim_status take_signals(rim_can_gather *gather, const rim_can_table *tabl
 /* Whether every value has come, and not too long ago. */
 static bool is_whole(const rim_can_gather *gather, const rim_can_table *table, double t_s,
                      double age_s) {
-  for (size_t v = 0; v < table->values; v++)
+  for (size_t v = 0; v < table->values; ++v)
     if (!gather->has[v] || t_s - gather->value_s[v] > age_s)
       return false;
   return table->time == RIM_CAN_TABLE_NONE || gather->has_time;
@@ -227,7 +227,7 @@ static bool is_whole(const rim_can_gather *gather, const rim_can_table *table, d
 
 static void begin_row(rim_can_gather *gather, const rim_can_table *table) {
   gather->waiting = table->values;
-  for (size_t v = 0; v < table->values; v++)
+  for (size_t v = 0; v < table->values; ++v)
     gather->fresh[v] = false;
 }
 

@@ -53,7 +53,7 @@ rim_status rim_lcm_pack_counters(uint8_t *out, size_t bytes, const rim_counters 
   uint32_t value[RIM_COUNTERS_FIELDS];
   memcpy(value, in, sizeof value);
   uint8_t *at = rimi_be_put_u64(out, HASH_COUNTERS);
-  for (size_t i = 0; i < RIM_COUNTERS_FIELDS; i++)
+  for (size_t i = 0; i < RIM_COUNTERS_FIELDS; ++i)
     at = rimi_be_put_u32(at, value[i]);
   return RIM_OK;
 }
@@ -63,7 +63,7 @@ rim_status rim_lcm_unpack_counters(rim_counters *out, const uint8_t *in, size_t 
   if (status != RIM_OK)
     return status;
   uint32_t value[RIM_COUNTERS_FIELDS];
-  for (size_t i = 0; i < RIM_COUNTERS_FIELDS; i++)
+  for (size_t i = 0; i < RIM_COUNTERS_FIELDS; ++i)
     value[i] = rimi_be_u32(in + 8 + 4 * i);
   memcpy(out, value, sizeof value);
   return RIM_OK;

@@ -19,18 +19,18 @@ static rim_pose read_pose(const uint8_t *in, size_t i) {
   const uint8_t *orientation = position + 24 * RIM_PLAN_MAX_POSES;
   rim_pose p;
   p.after_s = rimi_be_f64(after + 8 * i);
-  for (size_t k = 0; k < 3; k++)
+  for (size_t k = 0; k < 3; ++k)
     p.position[k] = rimi_be_f64(position + 24 * i + 8 * k);
-  for (size_t k = 0; k < 4; k++)
+  for (size_t k = 0; k < 4; ++k)
     p.orientation[k] = rimi_be_f64(orientation + 32 * i + 8 * k);
   return p;
 }
 
 static bool is_pose(const rim_pose *p) {
   double length2 = 0.0;
-  for (size_t k = 0; k < 4; k++)
+  for (size_t k = 0; k < 4; ++k)
     length2 += p->orientation[k] * p->orientation[k];
-  for (size_t k = 0; k < 3; k++)
+  for (size_t k = 0; k < 3; ++k)
     if (!rimi_is_finite(p->position[k]))
       return false;
   return rimi_is_finite(p->after_s) && length2 > 0.98 && length2 < 1.02;
@@ -38,7 +38,7 @@ static bool is_pose(const rim_pose *p) {
 
 static rim_status check_poses(const uint8_t *in, uint32_t count) {
   double before_s = 0.0;
-  for (uint32_t i = 0; i < count; i++) {
+  for (uint32_t i = 0; i < count; ++i) {
     const rim_pose p = read_pose(in, i);
     if (!is_pose(&p) || (i > 0 && p.after_s < before_s))
       return RIM_E_DATA;
@@ -61,7 +61,7 @@ rim_status rim_lcm_unpack_plan(rim_plan *plan, const uint8_t *in, size_t bytes) 
   plan->t_us = (int64_t)rimi_be_u64(in + 8);
   plan->sequence = rimi_be_u32(in + 16);
   plan->count = count;
-  for (uint32_t i = 0; i < count; i++)
+  for (uint32_t i = 0; i < count; ++i)
     plan->pose[i] = read_pose(in, i);
   return RIM_OK;
 }
@@ -80,12 +80,12 @@ rim_status rim_lcm_pack_plan(uint8_t *out, size_t bytes, const rim_plan *plan) {
   memset(at, 0, RIM_LCM_PLAN_SIZE - 24);
   uint8_t *position = at + 8 * RIM_PLAN_MAX_POSES;
   uint8_t *orientation = position + 24 * RIM_PLAN_MAX_POSES;
-  for (uint32_t i = 0; i < plan->count; i++) {
+  for (uint32_t i = 0; i < plan->count; ++i) {
     const rim_pose *p = &plan->pose[i];
     at = rimi_be_put_f64(at, p->after_s);
-    for (size_t k = 0; k < 3; k++)
+    for (size_t k = 0; k < 3; ++k)
       position = rimi_be_put_f64(position, p->position[k]);
-    for (size_t k = 0; k < 4; k++)
+    for (size_t k = 0; k < 4; ++k)
       orientation = rimi_be_put_f64(orientation, p->orientation[k]);
   }
   return RIM_OK;

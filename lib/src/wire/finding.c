@@ -47,7 +47,7 @@ rim_status rim_can_pack_finding(rim_can_frame frame[RIM_CAN_FINDING_FRAMES], uin
     number_page(next + 2, node, alarm, first + 2u, box.upper[d]);
   }
   *count = (uint32_t)(next - frame);
-  for (uint32_t i = 0; i < *count; i++)
+  for (uint32_t i = 0; i < *count; ++i)
     finish_frame(&frame[i]);
   return RIM_OK;
 }

@@ -13,13 +13,13 @@
 
 /* Arrays, and readers that step on; each returns the place behind what it wrote or read. */
 static uint8_t *put_f64(uint8_t *at, const double *value, size_t count) {
-  for (size_t i = 0; i < count; i++)
+  for (size_t i = 0; i < count; ++i)
     at = rimi_be_put_f64(at, value[i]);
   return at;
 }
 
 static uint8_t *put_u16s(uint8_t *at, const uint16_t *value, size_t count) {
-  for (size_t i = 0; i < count; i++)
+  for (size_t i = 0; i < count; ++i)
     at = rimi_be_put_u16(at, value[i]);
   return at;
 }
@@ -54,7 +54,7 @@ rim_status rim_lcm_pack_observation(uint8_t *out, size_t bytes, const rim_observ
   at = rimi_be_put_u32(at, in->sequence);
   at = rimi_be_put_u32(at, in->count);
   at = put_f64(at, in->value, in->count);
-  for (uint32_t i = in->count; i < RIM_OBSERVATION_MAX_VALUES; i++)
+  for (uint32_t i = in->count; i < RIM_OBSERVATION_MAX_VALUES; ++i)
     at = put_f64(at, &zero, 1);
   return RIM_OK;
 }

@@ -103,7 +103,7 @@ static inline rim_status check_frame(const rim_can_frame *frame, uint8_t length)
 
 /* Saturates: a double beyond the range of float has no conversion. */
 static inline uint8_t *put_f32(uint8_t *at, const double *value, size_t count) {
-  for (size_t i = 0; i < count; i++)
+  for (size_t i = 0; i < count; ++i)
     at = rimi_le_put_f32(at, (float)rimi_clamp(value[i], -(double)FLT_MAX, (double)FLT_MAX));
   return at;
 }
@@ -138,7 +138,7 @@ static inline rim_status check_sent(const rim_can_frame *frame, uint32_t first_i
 /* The region's box as it was given, or computed where it was not. */
 static inline rim_status box_of(rim_region *box, const rim_region *region) {
   *box = *region;
-  for (uint8_t d = 0; d < region->dims; d++)
+  for (uint8_t d = 0; d < region->dims; ++d)
     if (!(region->lower[d] < region->upper[d]))
       return rim_region_bounds(box) == RIM_OK ? RIM_OK : RIM_E_DATA;
   return RIM_OK;

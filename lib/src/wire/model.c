@@ -29,7 +29,7 @@ static void put_quantity(uint8_t *out, const rim_image *image, uint32_t i, uint3
   const char *unit = rim_unit_of_name(name, length);
   uint8_t *to = out + UNITS_AT + i * RIM_MODEL_UNIT_BYTES; /* zeroes */
   put_text(out + NAMES_AT + i * RIM_MODEL_NAME_BYTES, RIM_MODEL_NAME_BYTES, name, length);
-  for (size_t k = 0; k + 1u < RIM_MODEL_UNIT_BYTES && unit[k] != '\0'; k++)
+  for (size_t k = 0; k + 1u < RIM_MODEL_UNIT_BYTES && unit[k] != '\0'; ++k)
     to[k] = (uint8_t)unit[k];
   if (index < features &&
       rim_image_section(image, RIM_SECTION_FEATURES, &range, &bytes) == RIM_OK &&
@@ -70,7 +70,7 @@ rim_status rim_lcm_pack_model(uint8_t *out, size_t bytes, const rim_image *image
   at = rimi_be_put_u32(at, count);
   at[0] = rimi_le_u32(config, RIM_CONFIG_EXTERNAL) != 0 ? 1u : 0u;
   at[1] = flags;
-  for (uint32_t i = 0; i < count; i++)
+  for (uint32_t i = 0; i < count; ++i)
     put_quantity(out, image, i, first + i, features);
   return RIM_OK;
 }
@@ -102,7 +102,7 @@ rim_status rim_lcm_unpack_model(rim_model_message *out, const uint8_t *in, size_
       out->count > RIM_MODEL_QUANTITIES || out->first > out->features + out->outcomes ||
       out->count > out->features + out->outcomes - out->first)
     return RIM_E_RANGE;
-  for (uint32_t i = 0; i < RIM_MODEL_QUANTITIES; i++) {
+  for (uint32_t i = 0; i < RIM_MODEL_QUANTITIES; ++i) {
     status = get_quantity(&out->quantity[i], in, i);
     if (status != RIM_OK)
       return status;

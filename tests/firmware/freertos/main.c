@@ -109,9 +109,9 @@ static void feed(void *nothing) {
   (void)xTaskCreateStatic(take, "take", sizeof taker.stack / sizeof taker.stack[0], NULL, PRIORITY,
                           taker.stack, &taker.memory);
   row.count = rimi_le_u32(recording, 4) - 1u;
-  for (uint32_t r = 0; r < rows; r++) {
+  for (uint32_t r = 0; r < rows; ++r) {
     row.t_s = rimi_le_f64(data, (size_t)r * (row.count + 1u));
-    for (uint32_t i = 0; i < row.count; i++)
+    for (uint32_t i = 0; i < row.count; ++i)
       row.value[i] = rimi_le_f64(data, (size_t)r * (row.count + 1u) + 1u + i);
     configASSERT(rim_task_offer(&row, portMAX_DELAY));
   }

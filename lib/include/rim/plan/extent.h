@@ -84,8 +84,8 @@ typedef struct rim_extent_config {
   uint8_t rims;    /* 1..RIM_EXTENT_MAX_RIMS; 0: 1 */
   uint8_t set;     /* rim_extent_set */
   uint8_t shape;   /* rim_extent_shape */
-  double lower[RIM_EXTENT_MAX_DIMS]; /* box of contexts; both 0: 0..1. Outside it works too, but */
-  double upper[RIM_EXTENT_MAX_DIMS]; /* centres of regions stay within */
+  double lower[RIM_EXTENT_MAX_DIMS]; /* box of contexts; both 0: 0..1. Contexts may lie outside, */
+  double upper[RIM_EXTENT_MAX_DIMS]; /* but the centres of regions stay inside */
   double lambda_min; /* nats per unit of V, within +-500; with lambda_max both 0: -16 and 16 */
   double lambda_max;
   double temper; /* sampled: factor of ln anom in (0, 1], because deviations are not quite normal
@@ -96,7 +96,7 @@ typedef struct rim_extent_config {
   double most_axis[RIM_EXTENT_MAX_DIMS];  /* 0: 0.6 */
   double min_points;                      /* observations a region must hold to count, >= 1; 0: 3 */
   /* P(anom) as a function of ln anom (eq. 5.2): linear between knots that rise in both, constant
-   * beyond, to be found by simulating nominal runs (3.4.2, p. 35; host: plan/confidence). Without
+   * beyond, to be found by simulating nominal runs (3.4.2, p. 35). Without
    * knots: 1 / (1 + exp(threshold - ln anom)). */
   uint8_t knots;                           /* 0..RIM_EXTENT_MAX_KNOTS; 1 is not allowed */
   double ln_anom[RIM_EXTENT_MAX_KNOTS];    /* strictly rising */
@@ -173,7 +173,7 @@ rim_status rim_extent_add(rim_extent *extent, const double *x, double dz, double
  * * points * dims^2). */
 void rim_extent_search(rim_extent *extent, uint32_t slices);
 
-/* Return the number of observations held, and of the RIMs and lambdas that are searched for. */
+/* These return the number of observations held, of RIMs searched for, and of lambdas per RIM. */
 uint32_t rim_extent_points(const rim_extent *extent);
 uint32_t rim_extent_rims(const rim_extent *extent);
 uint32_t rim_extent_lambdas(const rim_extent *extent);

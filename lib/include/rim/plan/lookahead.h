@@ -46,17 +46,17 @@ bool rim_lookahead_is_physical(const rim_lookahead_config *config, const rim_reg
 bool rim_lookahead_check(const rim_lookahead_config *config, const rim_region *region,
                          const rim_plan *plan, double from_s, rim_lookahead_result *result);
 
-/* What is remembered between two looks. Plain data: a copy goes on; all zero: nothing yet. */
+/* What is kept between two calls of rim_lookahead_update. Plain data; all zero: nothing yet. */
 typedef struct rim_lookahead {
   rim_plan plan;     /* the newest; count 0: none */
-  rim_entry told;    /* the newest record; sequence 0: none */
+  rim_entry told;    /* the newest record that was due; sequence 0: none */
   uint32_t sequence; /* of the newest record */
 } rim_lookahead;
 
-/* Decides whether a record about the entry is due at row_s, the time of the newest row: when the
- * plan begins or ceases to lead into the region of the monitor's standing alarm of the regions, and
- * with `again` also while it does. Returns whether *entry is to be sent. False for NULL. Cost as
- * rim_lookahead_check. */
+/* Decides whether a record about the entry is due at row_s, the time of the newest row. One is due
+ * when the plan begins or ceases to lead into the region of the standing alarm of the regions
+ * (RIM_DETECTOR_RIM), and with `again` also while it does. Returns whether *entry must be sent;
+ * false for NULL. Cost as rim_lookahead_check. */
 bool rim_lookahead_update(rim_lookahead *state, const rim_lookahead_config *config,
                           const rim_monitor *monitor, uint32_t model_id, double row_s, bool replay,
                           bool again, rim_entry *entry);
