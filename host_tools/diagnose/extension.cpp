@@ -29,7 +29,7 @@ constexpr std::array<KindName, 4> kKinds{{{"mean", TermKind::mean},
                                           {"dropout", TermKind::dropout}}};
 // Forms of a mean that have no expression.
 const std::set<std::string> kBuiltIn{"table", "delay",       "delay_reading",
-                                     "lag",   "lag_command", "lag_delay"};
+                                     "lag",   "lag_command", "lag_delay", kBacklash};
 
 bool is_function(const std::string &name) { return mu::Parser().GetFunDef().count(name) > 0; }
 
@@ -472,9 +472,11 @@ void TermReader::read_region(const char *key, Gate *gate) const {
 
 void TermReader::check_delay(const Term &term) const {
   std::vector<std::string> names;
+  if (term.form == kBacklash)
+    names.emplace_back("play");
   if (term.form.rfind("lag", 0) == 0)
     names.emplace_back("lag");
-  if (term.form.rfind("lag", 0) != 0 || term.form == "lag_delay")
+  if (term.form.rfind("delay", 0) == 0 || term.form == "lag_delay")
     names.emplace_back("delay");
   for (const std::string &name : names) {
     const auto found = std::find_if(term.shape.begin(), term.shape.end(),
@@ -505,7 +507,7 @@ void TermReader::check_form(const Term &term) const {
   if (!is_built_in && term.basis.empty())
     fail(path_, at,
          fmt::format("unknown form '{}': it has no basis and is none of table, delay, "
-                     "delay_reading, lag, lag_command, lag_delay",
+                     "delay_reading, lag, lag_command, lag_delay, backlash",
                      term.form));
   if (is_built_in && term.form != "table")
     check_delay(term);

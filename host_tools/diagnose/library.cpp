@@ -20,6 +20,9 @@ constexpr int kMaxLagRows = 20;
 constexpr double kNotOwn = 1.5;
 // And for the prediction of another outcome as an argument: what acts is what that is made of.
 constexpr double kOtherPrediction = 12.0;
+// Play, as shares of the prediction's range.
+constexpr int kPlays = 18;
+constexpr double kLeastPlay = 0.002, kMostPlay = 0.6;
 // An altitude that hardly changes says nothing about the air.
 constexpr double kLeastClimb_m = 500.0;
 
@@ -29,6 +32,19 @@ bool has_word(const std::string &name, std::initializer_list<const char *> words
       return true;
   }
   return false;
+}
+
+// Whether the feature is an angle of whose sine something may depend: it wraps, or it is one by its
+// unit or, without a unit, by its name, and has more of a turn than a straight line would do for.
+constexpr double kLeastTurn = 1.0;
+bool turns(const Feature &feature, const Vector &x) {
+  const bool is_by_name =
+      feature.unit.empty() && has_word(feature.name, {"angle", "theta", "phi", "psi", "heading",
+                                                      "yaw", "pitch", "roll", "swing", "tilt"});
+  return feature.is_angle ||
+         (!feature.is_command && !feature.is_prediction && (feature.unit == "rad" || is_by_name) &&
+          !has_word(feature.name, {"rate", "veloc", "speed", "acc"}) &&
+          x.maxCoeff() - x.minCoeff() > kLeastTurn);
 }
 
 class Builder {
@@ -96,10 +112,10 @@ std::vector<int> Builder::features_for(ArgumentRole role) const {
       fits = feature.is_command;
       break;
     case ArgumentRole::angle:
-      fits = feature.is_angle;
+      fits = turns(feature, x);
       break;
     case ArgumentRole::heading:
-      fits = feature.is_angle;
+      fits = turns(feature, x);
       if (fits && has_word(feature.name, {"heading", "yaw", "theta", "psi"}))
         headings.push_back(f);
       break;
@@ -329,7 +345,12 @@ std::vector<std::vector<Parameter>> Builder::late_grid(const std::string &form) 
   const auto lag = [row](int k) {
     return Parameter{"lag", 0.5 * row * std::pow(80.0, k / 13.0), 0.0, "s"};
   };
-  if (form == "lag_delay") {
+  if (form == kBacklash) {
+    const double range = channel_.m.maxCoeff() - channel_.m.minCoeff();
+    for (int k = 0; k < kPlays; ++k)
+      out.push_back({{"play", kLeastPlay * range * std::pow(kMostPlay / kLeastPlay, k / (kPlays - 1.0)),
+                      0.0, channel_.unit}});
+  } else if (form == "lag_delay") {
     for (const double rows : {1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0})
       for (int k = 0; k < 14; ++k)
         out.push_back({lag(k), {"delay", rows * row, 0.0, "s"}});
@@ -359,6 +380,11 @@ void Builder::add_built_in(const Form &form) {
     candidate.term.response = response_.products;
     candidate.term.ridges = response_.ridges;
   }
+  const bool has_start = state_ >= 0 && starts_from(measured_, channel_, state_);
+  if (has_start && form.form == kBacklash)
+    return;
+  if (has_start && candidate.term.response.empty() && candidate.term.ridges.empty())
+    candidate.term.arguments["s"] = measured_.features[static_cast<std::size_t>(state_)].name;
   const std::vector<std::vector<Parameter>> grid = late_grid(form.form);
   candidate.penalty = std::log(static_cast<double>(grid.size())) + 0.5 * out_.ln_rows + form.cost;
   for (const std::vector<Parameter> &shape : grid) {

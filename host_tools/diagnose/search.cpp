@@ -179,7 +179,7 @@ void ChannelSearch::refine_shape(const std::vector<Member> &others, double loss,
 // One delay or lag a channel; nothing twice.
 bool ChannelSearch::excludes(const Proposal &proposal, const std::vector<Member> &members) const {
   const Term &term = library_.candidates[static_cast<std::size_t>(proposal.candidate)].term;
-  if (moves_prediction(term) && !may_delay_)
+  if (remembers(term) && !may_delay_)
     return true;
   return std::any_of(members.begin(), members.end(), [&](const Member &m) {
     if (moves_prediction(term) && moves_prediction(m.term))
@@ -291,7 +291,9 @@ void ChannelSearch::join_forms() {
   }
   NoiseState noise;
   const FormSet set =
-      SetSearch(measured_, library_, y_, out_.noise.weight, kept).best(may_delay_, &noise);
+      SetSearch(measured_, library_, y_, out_.noise.weight, kept,
+                least_noise(channel_))
+          .best(may_delay_, &noise);
   take_noise(noise);
   for (std::size_t j = 0; j < set.candidates.size(); ++j) {
     Member member = form_member(set.candidates[j], static_cast<int>(j) == set.differs);
@@ -377,7 +379,8 @@ void ChannelSearch::estimate_noise() {
     sizes += static_cast<double>(member.h.cols());
   const double rms = std::sqrt(y_.cwiseAbs2().cwiseProduct(out_.noise.weight).sum() /
                                std::max(1.0, out_.noise.weight.sum()));
-  take_noise(noise_state(out_.fit.residual, out_.noise.weight, measured_, rms, sizes));
+  take_noise(noise_state(out_.fit.residual, out_.noise.weight, measured_, rms, sizes,
+                         least_noise(channel_)));
 }
 
 // Wider in a few rows, in a place that only names what a claimed term is made of: that is how the
@@ -703,13 +706,87 @@ bool ChannelSearch::take_off_start(const Vector &left) {
   return true;
 }
 
+// What the members leave, their sizes fitted beside noise of that kind: r(t) = e(t) - theta e(t-1)
+// and every column are first filtered so that it is white. Plain least squares on what is left of
+// the filtered residual would take a slow effect for noise that accumulates.
+Vector ChannelSearch::left_beside_start(const Vector &raw) const {
+  const auto whitened = [&](const Vector &x) {
+    Vector e(x.size());
+    for (const LogSpan &log : measured_.logs) {
+      double before = 0.0;
+      for (std::size_t i = log.first; i < log.first + log.rows; ++i) {
+        const auto k = static_cast<Index>(i);
+        e(k) = measured_rows_(k) > 0.0 ? x(k) + out_.start.theta * before : 0.0;
+        before = e(k);
+      }
+    }
+    return e;
+  };
+  Vector left = raw;
+  std::vector<Member> filtered;
+  for (const Member &member : out_.members) {
+    if (member.is_fixed) {
+      left -= member.h.rowwise().sum();
+      continue;
+    }
+    filtered.push_back(member);
+    for (Index c = 0; c < member.h.cols(); ++c)
+      filtered.back().h.col(c) = whitened(member.h.col(c));
+  }
+  const Fit fit = fit_members(whitened(left), filtered, out_.noise);
+  Index at = 0;
+  for (const Member &member : out_.members) {
+    if (member.is_fixed)
+      continue;
+    left -= member.h * fit.beta.segment(at, member.h.cols());
+    at += member.h.cols();
+  }
+  return left;
+}
+
+// Whether a lag, delay or play of the prediction only smooths it: the mean of the predictions before and
+// after does as much, which comes neither late nor early. The prediction is then made of noisy
+// readings.
+bool ChannelSearch::smooths_prediction() const {
+  const auto late = std::find_if(out_.members.begin(), out_.members.end(), [](const Member &m) {
+    return !m.is_given && remembers(m.term) && m.term.response.empty() && m.term.ridges.empty() && m.term.arguments.empty();
+  });
+  if (late == out_.members.end())
+    return false;
+  const Measured &whole = measured_.whole != nullptr ? *measured_.whole : measured_;
+  const int c = whole.find_channel(channel_.name);
+  const Vector &m = whole.channels[static_cast<std::size_t>(c)].m;
+  Vector smoother = Vector::Zero(m.size());
+  for (const LogSpan &log : whole.logs) {
+    for (std::size_t i = log.first + 1; i + 1 < log.first + log.rows; ++i) {
+      const auto k = static_cast<Index>(i);
+      smoother(k) = 0.5 * (m(k - 1) + m(k + 1)) - m(k);
+    }
+  }
+  if (measured_.whole != nullptr)
+    smoother = Vector(smoother(measured_.picked));
+  Member rival = *late;
+  rival.is_fixed = false;
+  rival.h = smoother.cwiseQuotient(channel_.sd);
+  std::vector<Member> instead = without(static_cast<std::size_t>(late - out_.members.begin()));
+  instead.push_back(rival);
+  return fit_members(y_, instead, out_.noise).loss <=
+         fit_members(y_, out_.members, out_.noise).loss;
+}
+
 double ChannelSearch::alternation(const Vector &left) const {
-  return noise_state(left, measured_rows_, measured_, 0.0, 0.0).autocorrelation;
+  return noise_state(left, measured_rows_, measured_, 0.0, 0.0, least_noise(channel_)).autocorrelation;
 }
 
 // The search, and again with the noise of the start taken off where there is such.
 void ChannelSearch::find_beside_start(const std::vector<Term> &given) {
   find_members(true);
+  if (smooths_prediction()) {
+    prepare(given);
+    out_.is_noisy_prediction = true;
+    find_members(false);
+  }
+  const bool may_delay = !out_.is_noisy_prediction;
   if (library_.own.size() != 1 && own_state(measured_, channel_) < 0)
     return;
   const Vector raw = y_;
@@ -725,9 +802,8 @@ void ChannelSearch::find_beside_start(const std::vector<Term> &given) {
     find_members(false);
   }
   for (int round = 0; round < kStartRounds; ++round) {
-    const Vector fitted = out_.fit.fitted;
     const bool is_plain = round == 0 && alternation(raw) < kAlternates;
-    const Vector left = is_plain ? raw : Vector(raw - fitted);
+    const Vector left = is_plain ? raw : left_beside_start(raw);
     if (alternation(left) >= kAlternates || !take_off_start(left)) {
       if (is_late && round == 0) {
         out_ = late;
@@ -739,8 +815,14 @@ void ChannelSearch::find_beside_start(const std::vector<Term> &given) {
     const StartNoise start = out_.start;
     prepare(given);
     out_.start = start;
-    find_members(true);
+    out_.is_noisy_prediction = !may_delay;
+    find_members(may_delay);
   }
+  const StartNoise start = out_.start;
+  if (!take_off_start(left_beside_start(raw)))
+    out_.start = start;
+  out_.fit = fit_members(y_, out_.members, out_.noise);
+  estimate_noise();
 }
 
 ChannelFindings ChannelSearch::run(const std::vector<Term> &given) {

@@ -545,7 +545,7 @@ void ChannelSearch::open_edges() {
 void ChannelSearch::claim_overall_variance() {
   // Of the whole residual: noise of the start, which y_ is without, is in the stated sd.
   const Vector left = (channel_.z - channel_.m).cwiseQuotient(channel_.sd) - out_.fit.fitted;
-  const double scatter = noise_state(left, out_.noise.weight, measured_, 0.0, 0.0).scatter;
+  const double scatter = noise_state(left, out_.noise.weight, measured_, 0.0, 0.0, 0.0).scatter;
   if (!out_.variances.empty() || channel_.sd_estimated || extra_variance_ > 0.0 ||
       std::abs(std::log(scatter)) <= std::log(kLeastNoiseFactor))
     return;
