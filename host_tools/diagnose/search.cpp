@@ -845,7 +845,6 @@ ChannelFindings ChannelSearch::run(const std::vector<Term> &given) {
   add_unrefined();
   limit_support();
   open_edges();
-  foresee();
   for (Member &member : out_.members) {
     if (!member.is_given)
       turn_sign(&member.term);

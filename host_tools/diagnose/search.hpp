@@ -155,12 +155,12 @@ private:
   std::vector<double> held_squares(const Vector &after) const;
   const Channel &held_channel() const;
   bool has_held() const;
-  void foresee();
   std::vector<int> variants(const Member &member) const;
   void drop_contradicted();
   void shrink_to_held();
   bool vary_to_held();
-  bool is_beaten(std::size_t which, const Claim &claim);
+  double left_where_not_fitted(const std::vector<Member> &members, std::size_t which) const;
+  bool is_beaten(const Claim &claim) const;
   void open_edges();
   Member judge_alternatives(std::size_t which, const std::vector<Member> &others,
                             Claim *claim) const;
