@@ -29,8 +29,8 @@ const std::map<std::string, TermKind> kKinds{{"mean", TermKind::mean},
                                              {"dropout", TermKind::dropout}};
 const std::map<std::string, GateKind> kGates{
     {"none", GateKind::none}, {"interval", GateKind::interval}, {"pair", GateKind::pair}};
-const std::initializer_list<std::string_view> kBuiltIn{
-    "delay", "delay_reading", "lag", "lag_command", "lag_delay", "backlash"};
+const std::initializer_list<std::string_view> kBuiltIn{"delay",       "delay_reading", "lag",
+                                                       "lag_command", "lag_delay",     "backlash"};
 
 class Reader {
 public:

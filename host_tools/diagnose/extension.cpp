@@ -28,8 +28,8 @@ constexpr std::array<KindName, 4> kKinds{{{"mean", TermKind::mean},
                                           {"stuck", TermKind::stuck},
                                           {"dropout", TermKind::dropout}}};
 // Forms of a mean that have no expression.
-const std::set<std::string> kBuiltIn{"table", "delay",       "delay_reading",
-                                     "lag",   "lag_command", "lag_delay", kBacklash};
+const std::set<std::string> kBuiltIn{"table",       "delay",     "delay_reading", "lag",
+                                     "lag_command", "lag_delay", kBacklash};
 
 bool is_function(const std::string &name) { return mu::Parser().GetFunDef().count(name) > 0; }
 

@@ -20,6 +20,9 @@ constexpr int kMaxLagRows = 20;
 constexpr double kNotOwn = 1.5;
 // And for the prediction of another outcome as an argument: what acts is what that is made of.
 constexpr double kOtherPrediction = 12.0;
+// For the prediction times the reading that it starts from: that is the square of a state, and a
+// drag where there is one.
+constexpr double kOwnSquare = 20.0;
 // Play, as shares of the prediction's range.
 constexpr int kPlays = 18;
 constexpr double kLeastPlay = 0.002, kMostPlay = 0.6;
@@ -53,6 +56,7 @@ public:
       : measured_(measured), channel_(channel), catalogue_(catalogue),
         velocities_(velocities(measured)) {
     state_ = own_state(measured, channel);
+    has_start_ = state_ >= 0 && starts_from(measured, channel, state_);
     out_.own = own_velocity(measured, channel);
     out_.ln_rows = std::log(static_cast<double>(measured.rows()));
   }
@@ -80,7 +84,8 @@ private:
   const Channel &channel_;
   const Catalogue &catalogue_;
   std::vector<int> velocities_;
-  int state_ = -1; // own_state()
+  int state_ = -1;         // own_state()
+  bool has_start_ = false; // the prediction starts from it
   Response response_;
   Library out_;
   std::vector<Vector> columns_;
@@ -303,7 +308,9 @@ void Builder::add_form(const Form &form) {
     for (std::size_t k = 0; k < arguments.size(); ++k)
       c.term.arguments[form.arguments[k].name] =
           measured_.features[static_cast<std::size_t>(arguments[k])].name;
-    const double of_arguments = kOtherPrediction * other_predictions(arguments);
+    double of_arguments = kOtherPrediction * other_predictions(arguments);
+    if (form.form == "gain_by" && has_start_ && arguments[0] == state_)
+      of_arguments += kOwnSquare;
     std::vector<double> values{0.0};
     if (!form.shape.empty())
       values = grid(form.shape[0], form, arguments);
@@ -348,8 +355,9 @@ std::vector<std::vector<Parameter>> Builder::late_grid(const std::string &form) 
   if (form == kBacklash) {
     const double range = channel_.m.maxCoeff() - channel_.m.minCoeff();
     for (int k = 0; k < kPlays; ++k)
-      out.push_back({{"play", kLeastPlay * range * std::pow(kMostPlay / kLeastPlay, k / (kPlays - 1.0)),
-                      0.0, channel_.unit}});
+      out.push_back(
+          {{"play", kLeastPlay * range * std::pow(kMostPlay / kLeastPlay, k / (kPlays - 1.0)), 0.0,
+            channel_.unit}});
   } else if (form == "lag_delay") {
     for (const double rows : {1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0})
       for (int k = 0; k < 14; ++k)
@@ -380,10 +388,9 @@ void Builder::add_built_in(const Form &form) {
     candidate.term.response = response_.products;
     candidate.term.ridges = response_.ridges;
   }
-  const bool has_start = state_ >= 0 && starts_from(measured_, channel_, state_);
-  if (has_start && form.form == kBacklash)
+  if (has_start_ && form.form == kBacklash)
     return;
-  if (has_start && candidate.term.response.empty() && candidate.term.ridges.empty())
+  if (has_start_ && candidate.term.response.empty() && candidate.term.ridges.empty())
     candidate.term.arguments["s"] = measured_.features[static_cast<std::size_t>(state_)].name;
   const std::vector<std::vector<Parameter>> grid = late_grid(form.form);
   candidate.penalty = std::log(static_cast<double>(grid.size())) + 0.5 * out_.ln_rows + form.cost;

@@ -161,7 +161,7 @@ bool is_velocity(const Measured &measured, int feature) {
     return true;
   const std::set<std::string> words = words_of(f.name, f.unit);
   const auto is_word = [&words](const char *word) { return words.count(word) > 0; };
-  const std::initializer_list<const char *> bare{"vel", "vx", "vy", "vz",   "v",     "qd",
+  const std::initializer_list<const char *> bare{"vel", "vx", "vy", "vz",    "v",    "qd",
                                                  "dq",  "w",  "wz", "surge", "sway", "heave"};
   return f.unit.empty() &&
          (std::any_of(bare.begin(), bare.end(), is_word) ||
@@ -275,8 +275,8 @@ bool may_have_velocity(const Channel &channel) {
 // that is resisted.
 bool may_move(const Measured &measured, const Channel &channel, int state) {
   return channel.unit.empty() && starts_from(measured, channel, state) &&
-         !has_word(channel.name, {"temp", "level", "press", "volt", "charge", "angle", "pos", "head",
-                                  "height", "altitude", "current", "conc", "soc", "swing"});
+         !has_word(channel.name, {"temp", "level", "press", "volt", "charge", "angle", "pos",
+                                  "head", "height", "altitude", "current", "conc", "soc", "swing"});
 }
 
 } // namespace

@@ -68,8 +68,8 @@ struct ChannelFindings {
   std::vector<Unconfirmed> unconfirmed;
   StartNoise start;
   bool is_noisy_prediction = false; // a lag would have smoothed it
-  std::vector<Member> members; // terms with their sizes filled in
-  std::vector<Claim> claims;   // one a member
+  std::vector<Member> members;      // terms with their sizes filled in
+  std::vector<Claim> claims;        // one a member
   std::vector<VarianceClaim> variances;
   Noise noise;
   Fit fit;

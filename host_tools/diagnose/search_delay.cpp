@@ -99,9 +99,9 @@ Noise ChannelSearch::least_noise_of(const std::vector<ChannelFindings> &found,
     double sizes = 0.0;
     for (const Member &member : one.members)
       sizes += static_cast<double>(member.h.cols());
-    const NoiseState state = noise_state(one.fit.residual, measured_rows_, measured_,
-                                         std::sqrt(y_.squaredNorm() / static_cast<double>(y_.size())),
-                                         sizes, least_noise(channel_));
+    const NoiseState state = noise_state(
+        one.fit.residual, measured_rows_, measured_,
+        std::sqrt(y_.squaredNorm() / static_cast<double>(y_.size())), sizes, least_noise(channel_));
     Noise noise = plain;
     noise.scale = std::sqrt(state.variance);
     noise.spread = state.spread;

@@ -409,7 +409,7 @@ std::string expression_text(const Term &term) {
     return "table of " + std::to_string(term.knots.size()) + " values over " +
            strip(term.arguments.begin()->second);
   if (moves_prediction(term)) {
-    const std::string what = !is_bare(term)                     ? "the command"
+    const std::string what = !is_bare(term)                  ? "the command"
                              : term.arguments.count("s") > 0 ? "the predicted change"
                                                              : "the prediction";
     if (term.form.rfind("delay", 0) == 0)

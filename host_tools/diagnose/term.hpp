@@ -75,13 +75,14 @@ struct Term {
   std::string form;    // the catalogue's form, or "table" for the smooth correction of `unknown`
   TermKind kind = TermKind::mean;
   // Expressions over the placeholders, `m` (the prediction), `t` (seconds since the log began) and
-  // the shape parameters: "v*abs(v)". Empty for the built-in forms table, delay, backlash, stuck, dropout.
+  // the shape parameters: "v*abs(v)". Empty for the built-in forms table, delay, backlash, stuck,
+  // dropout.
   std::vector<std::string> basis;
-  // Placeholder -> feature name; of a delay or lag "s": the reading that the prediction starts from,
-  // where it is the change within a row that comes late.
+  // Placeholder -> feature name; of a delay or lag "s": the reading that the prediction starts
+  // from, where it is the change within a row that comes late.
   std::map<std::string, std::string> arguments;
-  std::vector<Parameter> sizes;                 // one a basis; variance: "ratio"
-  std::vector<Parameter> shape;                 // level of a hinge, scale height, delay ...
+  std::vector<Parameter> sizes; // one a basis; variance: "ratio"
+  std::vector<Parameter> shape; // level of a hinge, scale height, delay ...
   // table: piecewise linear in one argument, constant beyond the ends.
   std::vector<double> knots, values;
   // delay: the prediction as a polynomial of commands and state, product name ("u.a", "u.a*s.b")
