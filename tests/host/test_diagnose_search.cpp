@@ -99,8 +99,29 @@ void a_product_goes_on_beyond(void **) {
   const auto product = std::find_if(d.findings.begin(), d.findings.end(),
                                     [](const auto &f) { return f.term.cause == "product"; });
   assert_true(product != d.findings.end());
-  auto logs = drives(
-      15, [](double v, double u, double) { return -0.9 * v * std::abs(v) + 0.3 * u * v; });
+  auto logs = drives(7, effect);
+  for (auto &log : logs)
+    log.values.col(1) *= 3.0;
+  const auto beyond = rim::diagnose::make_measured(logs);
+  const auto &channel = beyond.channels[0];
+  const Vector said = mean_effect(product->term, beyond, channel.m),
+               wanted = 0.1 * beyond.x.col(beyond.find_feature("s.speed_mps"))
+                                  .cwiseProduct(beyond.x.col(beyond.find_feature("u.push")));
+  assert_true((said - wanted).norm() < 0.1 * wanted.norm());
+}
+
+void two_effects(void **) {
+  const Diagnosis d = diagnosis(drives(4, [](double v, double, double b) {
+    return -0.03 * v * std::abs(v) + (b > 12.3 ? -0.1 : 0.0);
+  }));
+  assert_true(d.findings.size() >= 2);
+  assert_true(is_claimed(d, "quadratic_drag"));
+  assert_true(is_claimed(d, "bias"));
+}
+
+// The measured acceleration is the simulation's of 0.3 s before.
+void a_delay(void **) {
+  auto logs = drives(5, [](double, double, double) { return 0.0; });
   for (rim::Log &log : logs) {
     constexpr Eigen::Index kRows = 3, kMeasured = 3, kPredicted = 4;
     const Eigen::VectorXd m = log.values.col(kPredicted);
@@ -122,7 +143,7 @@ void white_noise_claims_nothing(void **) {
   }
 }
 
-// A log without sd. columns: predictions from a noisy reading of the speed.
+// Logs without sd. columns, of a wheel whose predictions are made of a noisy reading of the speed.
 std::vector<rim::Log> made_of_readings(std::uint64_t seed, double of_reading) {
   std::vector<rim::Log> out;
   for (int n = 0; n < 2; ++n) {
@@ -161,7 +182,7 @@ void what_a_noisy_prediction_feigns(void **) {
 // small effect is seen beside a large one.
 void a_small_effect_beside_a_large_one(void **) {
   auto logs =
-      drives(15, [](double v, double u, double) { return -2.0 * v * std::abs(v) + 0.12 * u * v; });
+      drives(15, [](double v, double u, double) { return -0.9 * v * std::abs(v) + 0.3 * u * v; });
   for (rim::Log &log : logs) {
     log.columns.pop_back();
     log.values.conservativeResize(Eigen::NoChange, 5);
