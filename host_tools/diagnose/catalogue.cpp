@@ -227,7 +227,7 @@ void Reader::read_form(const toml::table &table) {
   form.worse_by = get<double>(table, "worse_by", 5.0);
   read_arguments(table, &form);
   read_shape(table, &form);
-  const bool is_built_in = is_late_form(form.form);
+  const bool is_built_in = has_no_expression(form.form);
   if (form.kind == TermKind::mean && form.basis.empty() != is_built_in)
     fail(&table, is_built_in ? fmt::format("form '{}' is built in and takes no basis", form.form)
                              : fmt::format("unknown form '{}' without a basis", form.form));

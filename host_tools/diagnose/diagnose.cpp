@@ -347,6 +347,11 @@ void add_notes(const Measured &measured, const std::vector<ChannelFindings> &fou
                                              "allowed for",
                                              channel.name, found[c].start.sd * channel.sd.mean(),
                                              channel.unit.empty() ? "" : " " + channel.unit));
+    if (found[c].is_noisy_prediction)
+      diagnosis->notes.push_back(fmt::format(
+          "{}: the prediction is made of noisy readings: a lag or delay that would only "
+          "smooth it is not claimed",
+          channel.name));
     const double scale = found[c].noise.scatter;
     if (!channel.sd_estimated && found[c].variances.empty() && std::abs(scale - 1.0) > 0.04)
       diagnosis->notes.push_back(

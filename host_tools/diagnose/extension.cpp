@@ -469,9 +469,11 @@ void TermReader::read_region(const char *key, Gate *gate) const {
 
 void TermReader::check_delay(const Term &term) const {
   std::vector<std::string> names;
+  if (term.form == kBacklash)
+    names.emplace_back("play");
   if (term.form.rfind("lag", 0) == 0)
     names.emplace_back("lag");
-  if (term.form.rfind("lag", 0) != 0 || term.form == "lag_delay")
+  if (term.form.rfind("delay", 0) == 0 || term.form == "lag_delay")
     names.emplace_back("delay");
   for (const std::string &name : names) {
     const auto found = std::find_if(term.shape.begin(), term.shape.end(),
@@ -488,7 +490,7 @@ void TermReader::check_form(const Term &term) const {
   const toml::node &at = form != nullptr ? *form : static_cast<const toml::node &>(*table_);
   if (!is_identifier(term.form))
     fail(path_, at, fmt::format("key 'term.form': no name: '{}'", term.form));
-  const bool is_built_in = term.form == "table" || is_late_form(term.form); // no expression
+  const bool is_built_in = term.form == "table" || has_no_expression(term.form); // no expression
   if (term.kind != TermKind::mean) {
     if (!term.basis.empty() || is_built_in)
       fail(path_, at,
@@ -502,7 +504,7 @@ void TermReader::check_form(const Term &term) const {
   if (!is_built_in && term.basis.empty())
     fail(path_, at,
          fmt::format("unknown form '{}': it has no basis and is none of table, delay, "
-                     "delay_reading, lag, lag_command, lag_delay",
+                     "delay_reading, lag, lag_command, lag_delay, backlash",
                      term.form));
   if (is_built_in && term.form != "table")
     check_delay(term);

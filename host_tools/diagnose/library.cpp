@@ -20,8 +20,27 @@ constexpr int kMaxLagRows = 20;
 constexpr double kNotOwn = 1.5;
 // And for the prediction of another outcome as an argument: what acts is what that is made of.
 constexpr double kOtherPrediction = 12.0;
+// For the prediction times the reading that it starts from: that is the square of a state, and a
+// drag where there is one.
+constexpr double kOwnSquare = 20.0;
+// Play, as shares of the prediction's range.
+constexpr int kPlays = 18;
+constexpr double kLeastPlay = 0.002, kMostPlay = 0.6;
 // An altitude that hardly changes says nothing about the air.
 constexpr double kLeastClimb_m = 500.0;
+
+// Whether the feature is an angle of whose sine something may depend: it wraps, or it is one by its
+// unit or, without a unit, by its name, and has more of a turn than a straight line would do for.
+constexpr double kLeastTurn = 1.0;
+bool turns(const Feature &feature, const Vector &x) {
+  const bool is_by_name =
+      feature.unit.empty() && has_word(feature.name, {"angle", "theta", "phi", "psi", "heading",
+                                                      "yaw", "pitch", "roll", "swing", "tilt"});
+  return feature.is_angle ||
+         (!feature.is_command && !feature.is_prediction && (feature.unit == "rad" || is_by_name) &&
+          !has_word(feature.name, {"rate", "veloc", "speed", "acc"}) &&
+          x.maxCoeff() - x.minCoeff() > kLeastTurn);
+}
 
 class Builder {
 public:
@@ -29,6 +48,7 @@ public:
       : measured_(measured), channel_(channel), catalogue_(catalogue),
         velocities_(velocities(measured)) {
     state_ = own_state(measured, channel);
+    has_start_ = state_ >= 0 && starts_from(measured, channel, state_);
     out_.own = own_velocity(measured, channel);
     out_.ln_rows = std::log(static_cast<double>(measured.rows()));
   }
@@ -56,7 +76,8 @@ private:
   const Channel &channel_;
   const Catalogue &catalogue_;
   std::vector<int> velocities_;
-  int state_ = -1; // own_state()
+  int state_ = -1;         // own_state()
+  bool has_start_ = false; // the prediction starts from it
   Response response_;
   Library out_;
   std::vector<Vector> columns_;
@@ -88,10 +109,10 @@ std::vector<int> Builder::features_for(ArgumentRole role) const {
       fits = feature.is_command;
       break;
     case ArgumentRole::angle:
-      fits = feature.is_angle;
+      fits = turns(feature, x);
       break;
     case ArgumentRole::heading:
-      fits = feature.is_angle;
+      fits = turns(feature, x);
       if (fits && has_word(feature.name, {"heading", "yaw", "theta", "psi"}))
         headings.push_back(f);
       break;
@@ -279,7 +300,9 @@ void Builder::add_form(const Form &form) {
     for (std::size_t k = 0; k < arguments.size(); ++k)
       c.term.arguments[form.arguments[k].name] =
           measured_.features[static_cast<std::size_t>(arguments[k])].name;
-    const double of_arguments = kOtherPrediction * other_predictions(arguments);
+    double of_arguments = kOtherPrediction * other_predictions(arguments);
+    if (form.form == "gain_by" && has_start_ && arguments[0] == state_)
+      of_arguments += kOwnSquare;
     std::vector<double> values{0.0};
     if (!form.shape.empty())
       values = grid(form.shape[0], form, arguments);
@@ -321,7 +344,13 @@ std::vector<std::vector<Parameter>> Builder::late_grid(const std::string &form) 
   const auto lag = [row](int k) {
     return Parameter{"lag", 0.5 * row * std::pow(80.0, k / 13.0), 0.0, "s"};
   };
-  if (form == "lag_delay") {
+  if (form == kBacklash) {
+    const double range = channel_.m.maxCoeff() - channel_.m.minCoeff();
+    for (int k = 0; k < kPlays; ++k)
+      out.push_back(
+          {{"play", kLeastPlay * range * std::pow(kMostPlay / kLeastPlay, k / (kPlays - 1.0)), 0.0,
+            channel_.unit}});
+  } else if (form == "lag_delay") {
     for (const double rows : {1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0})
       for (int k = 0; k < 14; ++k)
         out.push_back({lag(k), {"delay", rows * row, 0.0, "s"}});
@@ -351,6 +380,10 @@ void Builder::add_built_in(const Form &form) {
     candidate.term.response = response_.products;
     candidate.term.ridges = response_.ridges;
   }
+  if (has_start_ && form.form == kBacklash)
+    return;
+  if (has_start_ && candidate.term.response.empty() && candidate.term.ridges.empty())
+    candidate.term.arguments["s"] = measured_.features[static_cast<std::size_t>(state_)].name;
   const std::vector<std::vector<Parameter>> grid = late_grid(form.form);
   candidate.penalty = std::log(static_cast<double>(grid.size())) + 0.5 * out_.ln_rows + form.cost;
   for (const std::vector<Parameter> &shape : grid) {

@@ -27,6 +27,7 @@ constexpr double kClearOwn = 0.6;
 // Rate of change: how near, in its own sd, a feature must be to the differences of another.
 constexpr double kMostRateError = 0.3;
 constexpr double kLeastStateCorrelation = 0.9;
+constexpr double kLeastStartCorrelation = 0.5;
 // Sense of a velocity: the least correlation of a level with the prediction; rows that are looked
 // at.
 constexpr double kSenseOfLevel = 0.8;
@@ -124,14 +125,42 @@ bool is_rate(const Measured &measured, int feature) {
   return false;
 }
 
+// Words and numbers of a name without prefix and unit: "torque", "2" of "z.torque2_Nm".
+std::set<std::string> words_of(const std::string &name, const std::string &unit) {
+  std::string bare = name.size() > 1 && name[1] == '.' ? name.substr(2) : name;
+  const std::size_t cut = bare.rfind('_');
+  if (!unit.empty() && cut != std::string::npos)
+    bare.resize(cut);
+  std::set<std::string> words;
+  std::string word;
+  for (const char c : bare + "_") {
+    const bool is_digit = std::isdigit(static_cast<unsigned char>(c)) != 0;
+    const bool was_digit =
+        !word.empty() && std::isdigit(static_cast<unsigned char>(word.back())) != 0;
+    if (c == '_' || (!word.empty() && is_digit != was_digit)) {
+      if (word.size() > 1 || was_digit || word == "v" || word == "w")
+        words.insert(word);
+      word.clear();
+    }
+    if (c != '_')
+      word += c;
+  }
+  return words;
+}
+
 bool is_velocity(const Measured &measured, int feature) {
   const Feature &f = measured.features[static_cast<std::size_t>(feature)];
   if (f.is_command || f.is_prediction)
     return false;
   if (is_one_of(f.unit, {"m/s", "km/s", "km/h", "rad/s", "deg/s"}))
     return true;
+  const std::set<std::string> words = words_of(f.name, f.unit);
+  const auto is_word = [&words](const char *word) { return words.count(word) > 0; };
+  const std::initializer_list<const char *> bare{"vel", "vx", "vy", "vz",    "v",    "qd",
+                                                 "dq",  "w",  "wz", "surge", "sway", "heave"};
   return f.unit.empty() &&
-         (has_word(f.name, {"veloc", "speed", "rate", "climb", "omega", "qdot", "rpm"}) ||
+         (std::any_of(bare.begin(), bare.end(), is_word) ||
+          has_word(f.name, {"veloc", "speed", "rate", "climb", "omega", "qdot", "rpm"}) ||
           is_rate(measured, feature));
 }
 
@@ -147,29 +176,6 @@ double own_correlation(const Measured &measured, const Channel &channel, int fea
   });
   const double follows = rate.correlation();
   return f.unit == channel.unit ? std::max(follows, step.correlation()) : follows;
-}
-
-// Words and numbers of a name without prefix and unit: "torque", "2" of "z.torque2_Nm".
-std::set<std::string> words_of(const std::string &name, const std::string &unit) {
-  std::string bare = name.size() > 1 && name[1] == '.' ? name.substr(2) : name;
-  const std::size_t cut = bare.rfind('_');
-  if (!unit.empty() && cut != std::string::npos)
-    bare.resize(cut);
-  std::set<std::string> words;
-  std::string word;
-  for (const char c : bare + "_") {
-    const bool is_digit = std::isdigit(static_cast<unsigned char>(c)) != 0;
-    const bool was_digit =
-        !word.empty() && std::isdigit(static_cast<unsigned char>(word.back())) != 0;
-    if (c == '_' || (!word.empty() && is_digit != was_digit)) {
-      if (word.size() > 1 || was_digit)
-        words.insert(word);
-      word.clear();
-    }
-    if (c != '_')
-      word += c;
-  }
-  return words;
 }
 
 // The one of these velocities whose name has most in common with the channel's; -1: several or
@@ -260,6 +266,14 @@ bool may_have_velocity(const Channel &channel) {
                                    "bar", "pct", "%", "V", "s", "kg"});
 }
 
+// Whether a quantity of an unknown kind, whose prediction starts from its reading, may be a motion
+// that is resisted.
+bool may_move(const Measured &measured, const Channel &channel, int state) {
+  return channel.unit.empty() && starts_from(measured, channel, state) &&
+         !has_word(channel.name, {"temp", "level", "press", "volt", "charge", "angle", "pos",
+                                  "head", "height", "altitude", "current", "conc", "soc", "swing"});
+}
+
 } // namespace
 
 bool has_word(const std::string &name, std::initializer_list<const char *> words) {
@@ -329,8 +343,11 @@ std::vector<int> own_velocity(const Measured &thin, const Channel &of_thin) {
     fitting.push_back(f);
     follows.push_back(own_correlation(measured, channel, f));
   }
-  if (fitting.empty())
-    return {};
+  if (fitting.empty()) {
+    const int state = own_state(measured, channel);
+    return state >= 0 && may_move(measured, channel, state) ? std::vector<int>{state}
+                                                            : std::vector<int>{};
+  }
   const double most = *std::max_element(follows.begin(), follows.end());
   if (most <= kLeastOwnCorrelation)
     return fitting;
@@ -361,6 +378,20 @@ int own_state(const Measured &thin, const Channel &of_thin) {
     }
   }
   return best;
+}
+
+bool starts_from(const Measured &thin, const Channel &of_thin, int feature) {
+  const Measured &measured = full(thin);
+  const Channel &channel = full(thin, of_thin);
+  Moments bends; // second differences: of what moves smoothly little is left
+  for (const LogSpan &log : measured.logs) {
+    for (std::size_t i = log.first + 1; i + 1 < log.first + log.rows; ++i) {
+      const auto k = static_cast<Index>(i);
+      const auto bend = [k](const auto &x) { return x(k + 1) - 2.0 * x(k) + x(k - 1); };
+      bends.add(bend(measured.x.col(feature)), bend(channel.m));
+    }
+  }
+  return bends.correlation() > kLeastStartCorrelation;
 }
 
 } // namespace rim::diagnose

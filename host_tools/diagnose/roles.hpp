@@ -45,4 +45,8 @@ bool is_force(const Channel &channel);
 // reading. -1: none.
 int own_state(const Measured &measured, const Channel &channel);
 
+// Whether the prediction starts from the readings of this feature: what these jump by from row to
+// row, it jumps by too.
+bool starts_from(const Measured &measured, const Channel &channel, int feature);
+
 } // namespace rim::diagnose

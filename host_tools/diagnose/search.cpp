@@ -18,9 +18,6 @@ namespace {
 
 using Index = Eigen::Index;
 constexpr std::size_t kProposals = 60, kExact = 10;
-// Noise of the start: lag-1 correlation that tells it, and the least share of squares it explains.
-constexpr double kAlternates = -0.15, kLeastStartShare = 0.01;
-constexpr int kStartRounds = 2;
 constexpr double kBesideLaw = 0.15; // share of the rows
 constexpr int kShapeSteps = 4;
 constexpr double kTableCost = 10.0; // nats: a curve without a name, where laws of physics hold
@@ -179,7 +176,7 @@ void ChannelSearch::refine_shape(const std::vector<Member> &others, double loss,
 // One delay or lag a channel; nothing twice.
 bool ChannelSearch::excludes(const Proposal &proposal, const std::vector<Member> &members) const {
   const Term &term = library_.candidates[static_cast<std::size_t>(proposal.candidate)].term;
-  if (moves_prediction(term) && !may_delay_)
+  if (remembers(term) && !may_delay_)
     return true;
   return std::any_of(members.begin(), members.end(), [&](const Member &m) {
     if (moves_prediction(term) && moves_prediction(m.term))
@@ -291,7 +288,8 @@ void ChannelSearch::join_forms() {
   }
   NoiseState noise;
   const FormSet set =
-      SetSearch(measured_, library_, y_, out_.noise.weight, kept).best(may_delay_, &noise);
+      SetSearch(measured_, library_, y_, out_.noise.weight, kept, least_noise(channel_))
+          .best(may_delay_, &noise);
   take_noise(noise);
   for (std::size_t j = 0; j < set.candidates.size(); ++j) {
     Member member = form_member(set.candidates[j], static_cast<int>(j) == set.differs);
@@ -377,7 +375,8 @@ void ChannelSearch::estimate_noise() {
     sizes += static_cast<double>(member.h.cols());
   const double rms = std::sqrt(y_.cwiseAbs2().cwiseProduct(out_.noise.weight).sum() /
                                std::max(1.0, out_.noise.weight.sum()));
-  take_noise(noise_state(out_.fit.residual, out_.noise.weight, measured_, rms, sizes));
+  take_noise(noise_state(out_.fit.residual, out_.noise.weight, measured_, rms, sizes,
+                         least_noise(channel_)));
 }
 
 // Wider in a few rows, in a place that only names what a claimed term is made of: that is how the
@@ -667,82 +666,6 @@ void ChannelSearch::find_members(bool may_delay) {
   scanner_ = std::make_unique<Scanner>(library_, out_.noise.weight);
 }
 
-// Of a prediction that starts from a noisy reading the residual alternates: what this reading was
-// off by, the next residual brings back. Innovations e of r(t) = e(t) - theta e(t-1); theta by
-// least squares. What the innovation before predicts of the residual is taken off; else every form
-// of the state (a gain below one, a hinge) would be claimed for it.
-bool ChannelSearch::take_off_start(const Vector &left) {
-  double best = left.cwiseAbs2().cwiseProduct(measured_rows_).sum() * (1.0 - kLeastStartShare);
-  Vector predicted;
-  StartNoise found;
-  for (int step = 1; step < 20; ++step) {
-    const double theta = 0.05 * step;
-    Vector of_before = Vector::Zero(left.size());
-    double squares = 0.0, rows = 0.0;
-    for (const LogSpan &log : measured_.logs) {
-      double before = 0.0;
-      for (std::size_t i = log.first; i < log.first + log.rows; ++i) {
-        const auto k = static_cast<Index>(i);
-        of_before(k) = -theta * before;
-        before = measured_rows_(k) > 0.0 ? left(k) + theta * before : 0.0;
-        squares += before * before * measured_rows_(k);
-        rows += measured_rows_(k);
-      }
-    }
-    if (squares < best) {
-      best = squares;
-      predicted = of_before;
-      // r = e(t+1) - a e(t) + process, a about 1: its covariance at lag 1 is - a var(e).
-      found = {theta, std::sqrt(theta * squares / std::max(1.0, rows))};
-    }
-  }
-  if (predicted.size() == 0)
-    return false;
-  y_ = (channel_.z - channel_.m).cwiseQuotient(channel_.sd) - predicted;
-  out_.start = found;
-  return true;
-}
-
-double ChannelSearch::alternation(const Vector &left) const {
-  return noise_state(left, measured_rows_, measured_, 0.0, 0.0).autocorrelation;
-}
-
-// The search, and again with the noise of the start taken off where there is such.
-void ChannelSearch::find_beside_start(const std::vector<Term> &given) {
-  find_members(true);
-  if (library_.own.size() != 1 && own_state(measured_, channel_) < 0)
-    return;
-  const Vector raw = y_;
-  // A lag of a prediction that starts from a noisy reading filters that noise: what alternates is
-  // seen without it.
-  const bool is_late = own_state(measured_, channel_) >= 0 &&
-                       std::any_of(out_.members.begin(), out_.members.end(), [](const Member &m) {
-                         return !m.is_given && moves_prediction(m.term);
-                       });
-  const ChannelFindings late = out_;
-  if (is_late) {
-    prepare(given);
-    find_members(false);
-  }
-  for (int round = 0; round < kStartRounds; ++round) {
-    const Vector fitted = out_.fit.fitted;
-    const bool is_plain = round == 0 && alternation(raw) < kAlternates;
-    const Vector left = is_plain ? raw : Vector(raw - fitted);
-    if (alternation(left) >= kAlternates || !take_off_start(left)) {
-      if (is_late && round == 0) {
-        out_ = late;
-        may_delay_ = true;
-        scanner_ = std::make_unique<Scanner>(library_, out_.noise.weight);
-      }
-      return;
-    }
-    const StartNoise start = out_.start;
-    prepare(given);
-    out_.start = start;
-    find_members(true);
-  }
-}
-
 ChannelFindings ChannelSearch::run(const std::vector<Term> &given) {
   prepare(given);
   find_beside_start(given);
@@ -763,7 +686,6 @@ ChannelFindings ChannelSearch::run(const std::vector<Term> &given) {
   add_unrefined();
   limit_support();
   open_edges();
-  foresee();
   for (Member &member : out_.members) {
     if (!member.is_given)
       turn_sign(&member.term);

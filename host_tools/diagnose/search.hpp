@@ -67,8 +67,9 @@ struct ChannelFindings {
   Flagged flagged;
   std::vector<Unconfirmed> unconfirmed;
   StartNoise start;
-  std::vector<Member> members; // terms with their sizes filled in
-  std::vector<Claim> claims;   // one a member
+  bool is_noisy_prediction = false; // a lag would have smoothed it
+  std::vector<Member> members;      // terms with their sizes filled in
+  std::vector<Claim> claims;        // one a member
   std::vector<VarianceClaim> variances;
   Noise noise;
   Fit fit;
@@ -119,12 +120,15 @@ private:
   void prepare(const std::vector<Term> &given);
   void find_members(bool may_delay);
   bool take_off_start(const Vector &left);
+  Vector left_beside_start(const Vector &raw) const;
+  bool smooths_prediction() const;
   double alternation(const Vector &left) const;
   void find_beside_start(const std::vector<Term> &given);
   Noise plain_noise() const;
   void refit_plain();
   std::vector<Member> best_delays(const std::vector<Member> &others, const Noise &plain) const;
   void follow_delay();
+  Noise least_noise_of(const std::vector<ChannelFindings> &found, const Noise &plain) const;
   double loss_behind(const Term &delay, std::vector<Member> members, const Noise &noise) const;
   Member tuned(const Member &delay, const std::vector<Member> &beside, const Noise &noise) const;
   ChannelFindings search_behind(const Member &delay, const Noise &noise) const;
@@ -151,12 +155,12 @@ private:
   std::vector<double> held_squares(const Vector &after) const;
   const Channel &held_channel() const;
   bool has_held() const;
-  void foresee();
   std::vector<int> variants(const Member &member) const;
   void drop_contradicted();
   void shrink_to_held();
   bool vary_to_held();
-  bool is_beaten(std::size_t which, const Claim &claim);
+  double left_where_not_fitted(const std::vector<Member> &members, std::size_t which) const;
+  bool is_beaten(const Claim &claim) const;
   void open_edges();
   Member judge_alternatives(std::size_t which, const std::vector<Member> &others,
                             Claim *claim) const;

@@ -91,6 +91,26 @@ std::vector<Member> ChannelSearch::best_delays(const std::vector<Member> &others
   return delays;
 }
 
+// The noise that the best of these models leaves.
+Noise ChannelSearch::least_noise_of(const std::vector<ChannelFindings> &found,
+                                    const Noise &plain) const {
+  Noise least = plain;
+  for (const ChannelFindings &one : found) {
+    double sizes = 0.0;
+    for (const Member &member : one.members)
+      sizes += static_cast<double>(member.h.cols());
+    const NoiseState state = noise_state(
+        one.fit.residual, measured_rows_, measured_,
+        std::sqrt(y_.squaredNorm() / static_cast<double>(y_.size())), sizes, least_noise(channel_));
+    Noise noise = plain;
+    noise.scale = std::sqrt(state.variance);
+    noise.spread = state.spread;
+    if (noise.divisor() < least.divisor())
+      least = noise;
+  }
+  return least;
+}
+
 // When a command acts late, what else acts with it is late too: the search once more with the
 // delayed prediction as prediction and commands of that moment as features, for the best delay and
 // for the best lag; kept where it explains more.
@@ -109,35 +129,36 @@ void ChannelSearch::follow_delay() {
   });
   if (!is_among)
     delays.push_back(*first);
-  const auto cost = [this](const ChannelFindings &found, double loss, const Noise &noise) {
+  const auto cost = [](const ChannelFindings &found, double loss, const Noise &noise) {
     double sum = loss / noise.divisor();
     for (const Member &member : found.members)
       sum += member.penalty;
     return sum;
   };
-  double least = cost(out_, fit_members(y_, out_.members, plain).loss, plain) - 1.0;
-  ChannelFindings chosen;
+  std::vector<ChannelFindings> found;
   const auto consider = [&](const Member &delay) {
-    ChannelFindings found = search_behind(delay, plain);
-    const double then = cost(found, found.fit.loss, plain) + delay.penalty;
-    if (then < least) {
-      least = then;
-      chosen = std::move(found);
-      chosen.members.insert(chosen.members.begin(), delay);
-      chosen.claims.insert(chosen.claims.begin(), claim);
-    }
+    found.push_back(search_behind(delay, plain));
+    found.back().members.insert(found.back().members.begin(), delay);
+    found.back().claims.insert(found.back().claims.begin(), claim);
   };
   for (const Member &delay : delays)
     consider(delay);
+  // They are compared by the noise that the best of them leaves, not by that of before.
+  const Noise noise = least_noise_of(found, plain);
+  const auto best = [&] {
+    return std::min_element(found.begin(), found.end(), [&](const auto &a, const auto &b) {
+      return cost(a, a.fit.loss, noise) < cost(b, b.fit.loss, noise);
+    });
+  };
   // Its shape was found beside other terms than those that are there in the end.
-  if (!chosen.members.empty()) {
-    const Member delay = chosen.members.front();
-    const Member better = tuned(delay, {chosen.members.begin() + 1, chosen.members.end()}, plain);
-    if (better.h.cols() > 0)
-      consider(better);
-  }
-  if (chosen.members.empty())
+  const Member delay = best()->members.front();
+  const Member better = tuned(delay, {best()->members.begin() + 1, best()->members.end()}, noise);
+  if (better.h.cols() > 0)
+    consider(better);
+  if (cost(*best(), best()->fit.loss, noise) >=
+      cost(out_, fit_members(y_, out_.members, plain).loss, noise) - 1.0)
     return;
+  ChannelFindings chosen = std::move(*best());
   chosen.flagged = out_.flagged;
   chosen.start = out_.start;
   chosen.unconfirmed.insert(chosen.unconfirmed.begin(), out_.unconfirmed.begin(),

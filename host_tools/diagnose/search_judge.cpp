@@ -129,12 +129,7 @@ template <class See> void ChannelSearch::for_each_row(See see) const {
 
 // Of the last of these members.
 double ChannelSearch::heldout_r2_of(const std::vector<Member> &members) const {
-  ChannelSearch copy(measured_, channel_, library_, options_);
-  copy.out_.members = members;
-  copy.out_.noise = out_.noise;
-  Claim of_it;
-  copy.hold_out(members.size() - 1, &of_it);
-  return of_it.heldout_r2;
+  return 1.0 - left_where_not_fitted(members, members.size() - 1);
 }
 
 // Sizes fitted without a part of the rows, judged on it, with the term and without it: each log in
@@ -343,33 +338,6 @@ std::vector<double> ChannelSearch::held_squares(const Vector &after) const {
   return sums;
 }
 
-// Logs that are held out say how far a mean serves others: it does where each is better off with it
-// than without; where one is not, not even what was expected to serve may.
-void ChannelSearch::foresee() {
-  if (!has_held())
-    return;
-  std::vector<Term> terms;
-  for (const Member &member : out_.members)
-    terms.push_back(member.term);
-  const auto squares = [&](Parameter *size, double of_new_log) {
-    size->new_log = of_new_log;
-    return held_squares(extended_prediction(terms, held_channel(), *options_.held).m);
-  };
-  for (std::size_t j = 0; j < terms.size(); ++j) {
-    if (!out_.members[j].differs)
-      continue;
-    Parameter &size = terms[j].sizes[0];
-    const double expected = size.new_log;
-    const std::vector<double> without = squares(&size, 0.0);
-    const auto serves = [&](double of_new_log) {
-      const std::vector<double> with = squares(&size, of_new_log);
-      return std::equal(with.begin(), with.end(), without.begin(), std::less_equal<double>());
-    };
-    size.new_log = serves(size.value) ? size.value : serves(expected) ? expected : 0.0;
-    out_.members[j].term.sizes[0].new_log = size.new_log;
-  }
-}
-
 bool ChannelSearch::has_held() const {
   return options_.held != nullptr && options_.held->find_channel(channel_.name) >= 0;
 }
@@ -461,6 +429,18 @@ bool ChannelSearch::vary_to_held() {
   return true;
 }
 
+// Share of the squares without the member that are left with it, where the sizes were not fitted.
+double ChannelSearch::left_where_not_fitted(const std::vector<Member> &members,
+                                            std::size_t which) const {
+  ChannelSearch copy(measured_, channel_, library_, options_);
+  copy.y_ = y_;
+  copy.out_.members = members;
+  copy.out_.noise = out_.noise;
+  Claim claim;
+  copy.hold_out(which, &claim);
+  return 1.0 - claim.heldout_r2;
+}
+
 // What makes the held logs worse is not claimed, or claimed in its plainer form.
 void ChannelSearch::drop_contradicted() {
   // What comes beside a delay is judged behind it.
@@ -476,18 +456,14 @@ void ChannelSearch::drop_contradicted() {
 }
 
 // Whether the claim is rather its rival: one that fits better and holds no worse where it was not
-// fitted, or one that fits about as well and does clearly better on the held logs (a drift, where
-// what it stands for is the charge that falls with the time).
-bool ChannelSearch::is_beaten(std::size_t which, const Claim &claim) {
-  const bool fits_better = claim.rival_bic < 0.0 && claim.rival_r2 >= claim.heldout_r2;
-  if (claim.rival.h.cols() == 0 || !(fits_better || (has_held() && claim.rival_bic < kNearBic)))
+// fitted, or one that fits about as well and does clearly better there (a drift, where what it
+// stands for is the charge that falls with the time).
+bool ChannelSearch::is_beaten(const Claim &claim) const {
+  if (claim.rival.h.cols() == 0)
     return false;
-  if (!has_held())
-    return true;
-  std::vector<Member> members = out_.members;
-  members[which] = claim.rival;
-  const double now = held_loss(out_.members), then = held_loss(members);
-  return then <= (fits_better ? 1.0 : 1.0 - kClearlyBetter) * now;
+  return (claim.rival_bic < 0.0 && claim.rival_r2 >= claim.heldout_r2) ||
+         (claim.rival_bic < kNearBic &&
+          1.0 - claim.rival_r2 < (1.0 - kClearlyBetter) * (1.0 - claim.heldout_r2));
 }
 
 // The claims, until none is too weak in the joint model and none has a better rival.
@@ -503,7 +479,7 @@ void ChannelSearch::settle() {
            claim.heldout_r2 < 0.0) &&
           (weakest == out_.members.size() || claim.score < out_.claims[weakest].score))
         weakest = j;
-      if (is_beaten(j, claim))
+      if (is_beaten(claim))
         beaten = j;
     }
     if (weakest < out_.members.size())
@@ -545,7 +521,7 @@ void ChannelSearch::open_edges() {
 void ChannelSearch::claim_overall_variance() {
   // Of the whole residual: noise of the start, which y_ is without, is in the stated sd.
   const Vector left = (channel_.z - channel_.m).cwiseQuotient(channel_.sd) - out_.fit.fitted;
-  const double scatter = noise_state(left, out_.noise.weight, measured_, 0.0, 0.0).scatter;
+  const double scatter = noise_state(left, out_.noise.weight, measured_, 0.0, 0.0, 0.0).scatter;
   if (!out_.variances.empty() || channel_.sd_estimated || extra_variance_ > 0.0 ||
       std::abs(std::log(scatter)) <= std::log(kLeastNoiseFactor))
     return;

@@ -98,7 +98,8 @@ void refit_on(const Measured &whole, const Channel &channel, ChannelFindings *fo
     set_columns(whole, channel, moves_prediction(member.term) ? channel.m : m, &member);
   found->noise.weight = used;
   found->fit = fit_members(y, found->members, found->noise);
-  const NoiseState noise = noise_state(found->fit.residual, used, whole, 0.0, 0.0);
+  const NoiseState noise =
+      noise_state(found->fit.residual, used, whole, 0.0, 0.0, least_noise(channel));
   found->noise.scatter = noise.scatter;
   found->noise.spread_of_sizes = noise.spread_of_sizes;
   found->autocorrelation = noise.autocorrelation;

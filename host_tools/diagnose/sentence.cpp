@@ -54,6 +54,8 @@ std::string meaning(const Term &term, const Channel &channel) {
   if (term.cause == "quadratic_drag")
     return adds ? "drag opposes the motion with the square of the speed"
                 : "it goes with the square of the speed";
+  if (term.form == kBacklash)
+    return "after every turn it stays until the play is taken up";
   if (moves_prediction(term) && term.form.rfind("delay", 0) == 0)
     return "what is asked acts late";
   if (moves_prediction(term))
@@ -121,7 +123,7 @@ std::string effect_text(const Finding &finding, const Channel &channel) {
   if (term.form == "table")
     return "departs smoothly with " + plain_name(term.arguments.begin()->second) +
            " in a way that no cause of the catalogue explains";
-  if (moves_prediction(term))
+  if (remembers(term))
     return "shows " + expression_text(term);
   std::string text = "differs by " + expression_text(term) + unit;
   if (!term.sizes.empty() && term.sizes[0].stderror > 0.0) {

@@ -48,8 +48,10 @@ Vector cut(const Vector &left, const Vector &weight) {
 
 } // namespace
 
+double least_noise(const Channel &channel) { return channel.sd_estimated ? 0.0 : kLeastSd; }
+
 NoiseState noise_state(const Vector &left, const Vector &weight, const Measured &measured,
-                       double y_rms, double sizes) {
+                       double y_rms, double sizes, double least_sd) {
   const Vector e = cut(left, weight).cwiseProduct(weight.cwiseSqrt());
   NoiseState noise;
   double squares = 0.0, fourth = 0.0;
@@ -64,7 +66,7 @@ NoiseState noise_state(const Vector &left, const Vector &weight, const Measured 
     return noise;
   const double variance = squares / noise.rows;
   noise.kurtosis = fourth / noise.rows / (variance * variance);
-  noise.variance = std::max({squares / std::max(1.0, noise.rows - sizes), kLeastSd * kLeastSd,
+  noise.variance = std::max({squares / std::max(1.0, noise.rows - sizes), least_sd * least_sd,
                              std::pow(kLeastShare * y_rms, 2.0)});
   noise.scatter = std::sqrt(variance);
   double sum = 0.0, sum_of_squares = 0.0;
@@ -100,8 +102,8 @@ NoiseState noise_state(const Vector &left, const Vector &weight, const Measured 
 }
 
 SetSearch::SetSearch(const Measured &measured, const Library &library, const Vector &y,
-                     const Vector &weight, const std::vector<Member> &kept)
-    : measured_(measured), library_(library), y_(y), weight_(weight) {
+                     const Vector &weight, const std::vector<Member> &kept, double least_sd)
+    : measured_(measured), library_(library), y_(y), weight_(weight), least_sd_(least_sd) {
   Index free = 0;
   for (const Member &member : kept)
     free += member.is_fixed ? 0 : member.h.cols();
@@ -177,7 +179,7 @@ bool SetSearch::is_free(const Candidate &candidate) const {
 
 bool SetSearch::may_join(const State &state, int atom) const {
   const Candidate &candidate = library_.candidates[static_cast<std::size_t>(atom)];
-  if (!may_delay_ && moves_prediction(candidate.term))
+  if (!may_delay_ && remembers(candidate.term))
     return false;
   if (std::find(kept_groups_.begin(), kept_groups_.end(), candidate.group) != kept_groups_.end())
     return false;
@@ -565,7 +567,7 @@ void SetSearch::begin_noise() {
     h.col(j) = library_.g.col(columns[static_cast<std::size_t>(j)]);
   h.rightCols(kept_.cols()) = kept_;
   Vector left = left_by_ridge(h, 0, y_.size());
-  noise_ = noise_state(left, weight_, measured_, rms_, static_cast<double>(k));
+  noise_ = noise_state(left, weight_, measured_, rms_, static_cast<double>(k), least_sd_);
   least_effective_ = 0.5 * noise_.rows / noise_.spread;
   const std::size_t logs = measured_.logs.size();
   if (logs < 2 || logs > kMostLogs)
@@ -577,7 +579,7 @@ void SetSearch::begin_noise() {
     left.segment(first, rows) = left_by_ridge(best_columns(h, first, rows), first, rows);
   }
   noise_ = noise_state(left, weight_, measured_, rms_,
-                       static_cast<double>(k * static_cast<Index>(logs)));
+                       static_cast<double>(k * static_cast<Index>(logs)), least_sd_);
 }
 
 std::vector<SetSearch::State> SetSearch::starts() {
@@ -619,7 +621,7 @@ FormSet SetSearch::best(bool may_delay, NoiseState *noise) {
       found = prune(std::move(found));
     const NoiseState before = noise_;
     noise_ = noise_state(left_by(found), weight_, measured_, rms_,
-                         static_cast<double>(found.columns.size()));
+                         static_cast<double>(found.columns.size()), least_sd_);
     noise_.spread = std::min(noise_.spread, noise_.rows / std::max(1.0, least_effective_));
     look_again(found);
     if (std::abs(noise_.spread / before.spread - 1.0) < kSettled &&

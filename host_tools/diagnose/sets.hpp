@@ -30,8 +30,13 @@ struct NoiseState {
 
 // left: what remains, in stated sd, cut to 4 median absolute deviations where larger; y_rms: before
 // anything was explained.
+// least_sd: noise below is not believed.
 NoiseState noise_state(const Vector &left, const Vector &weight, const Measured &measured,
-                       double y_rms, double sizes);
+                       double y_rms, double sizes, double least_sd);
+
+// Of a stated sd half is the least that is believed; one that was estimated from the whole residual
+// says nothing about the noise.
+double least_noise(const Channel &channel);
 
 // A term must account for this share of the whole error, as amplitude: what does less is no finding
 // beside those that explain it.
@@ -48,9 +53,9 @@ struct FormSet {
 
 class SetSearch {
 public:
-  // kept: members that stay whatever is found. weight: of every row's square.
+  // kept: members that stay whatever is found. weight: of every row's square. least_sd: of noise.
   SetSearch(const Measured &measured, const Library &library, const Vector &y, const Vector &weight,
-            const std::vector<Member> &kept);
+            const std::vector<Member> &kept, double least_sd);
   // may_delay: whether a delay or a lag may be among them.
   FormSet best(bool may_delay, NoiseState *noise);
 
@@ -104,7 +109,7 @@ private:
   std::vector<double> pair_; // of candidates with two columns: their product
   std::map<int, Vector> gram_;
   NoiseState noise_;
-  double rms_ = 0.0, least_effective_ = 0.0;
+  double rms_ = 0.0, least_effective_ = 0.0, least_sd_ = 0.0;
   bool may_delay_ = true;
 };
 

@@ -151,7 +151,23 @@ const Vector *start_of(const Term &term, const Measured &measured) {
   return c < 0 || has_state ? nullptr : &measured.channels[static_cast<std::size_t>(c)].z;
 }
 
-// Of a delay or lag.
+// What follows a motion through play: it stays until one end or the other takes it along. A log
+// begins in the middle.
+Vector through_play(const Vector &x, const Measured &measured, double play) {
+  Vector out(x.size());
+  for (const LogSpan &log : measured.logs) {
+    double at = x(static_cast<Index>(log.first));
+    for (std::size_t i = log.first; i < log.first + log.rows; ++i) {
+      const auto k = static_cast<Index>(i);
+      at = std::clamp(at, x(k) - 0.5 * play, x(k) + 0.5 * play);
+      out(k) = at;
+    }
+  }
+  return out;
+}
+
+// Of a delay or lag of the prediction, or of the change within a row where it starts from a reading
+// `s`: that is what is known, and what comes late is what it adds; and of play.
 Vector late_column(const Term &term, const Measured &measured, const Vector &m) {
   if (measured.whole != nullptr) {
     const Measured &whole = *measured.whole;
@@ -160,14 +176,21 @@ Vector late_column(const Term &term, const Measured &measured, const Vector &m) 
       throw DataError("there is no channel '" + term.channel + "' in the logs");
     return late_column(term, whole, whole.channels[static_cast<std::size_t>(c)].m)(measured.picked);
   }
+  if (term.form == kBacklash)
+    return through_play(m, measured, shape_of(term, "play")) - m;
   const bool has_lag = term.form.rfind("lag", 0) == 0,
              has_delay = !has_lag || term.form == "lag_delay";
-  const Vector *start = is_bare(term) ? start_of(term, measured) : nullptr;
+  const auto state = term.arguments.find("s");
+  const bool is_change = is_bare(term) && state != term.arguments.end();
+  const Vector *start = is_bare(term) && !is_change ? start_of(term, measured) : nullptr;
   const auto late = [&](const Vector &x) -> Vector {
     const Vector delayed = has_delay ? lagged(x, measured, shape_of(term, "delay")) : x;
     return has_lag ? filtered(delayed, measured, shape_of(term, "lag"), start) : delayed;
   };
-  return is_bare(term) ? late(m) - m : response_column(term, measured, late);
+  if (!is_bare(term))
+    return response_column(term, measured, late);
+  const Vector x = is_change ? Vector(m - feature_column(measured, state->second)) : m;
+  return late(x) - x;
 }
 
 Vector table_column(const Term &term, const Measured &measured) {
@@ -302,9 +325,15 @@ bool is_late_form(const std::string &form) {
   return late.count(form) > 0;
 }
 
+bool has_no_expression(const std::string &form) {
+  return is_late_form(form) || form == kBacklash;
+}
+
 bool moves_prediction(const Term &term) {
   return term.kind == TermKind::mean && term.basis.empty() && is_late_form(term.form);
 }
+
+bool remembers(const Term &term) { return moves_prediction(term) || term.form == kBacklash; }
 
 Vector ridge_values(const Ridge &ridge, const Vector &s) {
   const auto last = ridge.knots.size() - 1;
@@ -351,7 +380,7 @@ Eigen::MatrixXd basis_columns(const Term &term, const Measured &measured, const 
   if (term.form == "table")
     return table_column(term, measured);
   if (term.basis.empty()) {
-    if (moves_prediction(term))
+    if (remembers(term))
       return late_column(term, measured, m);
     throw DataError(fmt::format("form '{}' has no expression", term.form));
   }
@@ -390,7 +419,9 @@ std::string expression_text(const Term &term) {
     return "table of " + std::to_string(term.knots.size()) + " values over " +
            strip(term.arguments.begin()->second);
   if (moves_prediction(term)) {
-    const std::string what = is_bare(term) ? "the prediction" : "the command";
+    const std::string what = !is_bare(term)                  ? "the command"
+                             : term.arguments.count("s") > 0 ? "the predicted change"
+                                                             : "the prediction";
     if (term.form.rfind("delay", 0) == 0)
       return fmt::format("{} of {:.3g} s ago in place of now's", what, shape_of(term, "delay"));
     return fmt::format(
@@ -398,6 +429,8 @@ std::string expression_text(const Term &term) {
         term.form == "lag_delay" ? fmt::format(" of {:.3g} s ago", shape_of(term, "delay")) : "",
         shape_of(term, "lag"));
   }
+  if (term.form == kBacklash)
+    return fmt::format("the prediction through play of {:.3g}", shape_of(term, "play"));
   std::string text;
   for (std::size_t k = 0; k < term.basis.size(); ++k) {
     const double size = k < term.sizes.size() ? term.sizes[k].value : 1.0;

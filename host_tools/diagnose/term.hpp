@@ -18,6 +18,9 @@ namespace rim::diagnose {
 // The name by which gates and arguments mean the seconds since a log began.
 inline constexpr const char *kTime = "t_s";
 
+// The built-in form of play: the outcome stays until the prediction has moved by it.
+inline constexpr const char *kBacklash = "backlash";
+
 // A term acts on a row where it adds at least so many stated sd.
 inline constexpr double kActs = 0.1;
 
@@ -72,11 +75,14 @@ struct Term {
   std::string form;    // the catalogue's form, or "table" for the smooth correction of `unknown`
   TermKind kind = TermKind::mean;
   // Expressions over the placeholders, `m` (the prediction), `t` (seconds since the log began) and
-  // the shape parameters: "v*abs(v)". Empty for the built-in forms table, delay, stuck, dropout.
+  // the shape parameters: "v*abs(v)". Empty for the built-in forms table, delay, backlash, stuck,
+  // dropout.
   std::vector<std::string> basis;
-  std::map<std::string, std::string> arguments; // placeholder -> feature name
-  std::vector<Parameter> sizes;                 // one a basis; variance: "ratio"
-  std::vector<Parameter> shape;                 // level of a hinge, scale height, delay ...
+  // Placeholder -> feature name; of a delay or lag "s": the reading that the prediction starts
+  // from, where it is the change within a row that comes late.
+  std::map<std::string, std::string> arguments;
+  std::vector<Parameter> sizes; // one a basis; variance: "ratio"
+  std::vector<Parameter> shape; // level of a hinge, scale height, delay ...
   // table: piecewise linear in one argument, constant beyond the ends.
   std::vector<double> knots, values;
   // delay: the prediction as a polynomial of commands and state, product name ("u.a", "u.a*s.b")
@@ -112,8 +118,12 @@ std::string late_text(const std::string &name);
 // Whether a form is one of the late commands, which the program computes instead of an expression:
 // "delay", "delay_reading", "lag", "lag_command" or "lag_delay".
 bool is_late_form(const std::string &form);
+// Whether the program computes a form instead of an expression: those, and "backlash".
+bool has_no_expression(const std::string &form);
 // Whether what follows the term sees its effect as part of the prediction.
 bool moves_prediction(const Term &term);
+// A delay, a lag or play: what the term adds depends on the predictions before.
+bool remembers(const Term &term);
 
 // What the term adds to m, in the channel's unit; zero for other kinds.
 Vector mean_effect(const Term &term, const Measured &measured, const Vector &m);

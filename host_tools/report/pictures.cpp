@@ -283,7 +283,7 @@ Quantity abscissa(const Finding &finding, const View &view, const Vector &effect
   const Term &term = finding.term;
   if (term.form == "table" && !term.arguments.empty())
     return quantity_of(term.arguments.begin()->second, view);
-  if (moves_prediction(term)) {
+  if (remembers(term)) {
     const std::string unit = view.channel->unit.empty() ? "" : " (" + view.channel->unit + ")";
     return {"", "what the term adds" + unit, effect};
   }

@@ -143,6 +143,58 @@ void white_noise_claims_nothing(void **) {
   }
 }
 
+// Logs without sd. columns, of a wheel whose predictions are made of a noisy reading of the speed.
+std::vector<rim::Log> made_of_readings(std::uint64_t seed, double of_reading) {
+  std::vector<rim::Log> out;
+  for (int n = 0; n < 2; ++n) {
+    Random random(10 * seed + static_cast<std::uint64_t>(n));
+    rim::Log log;
+    log.path = "wheel" + std::to_string(n);
+    log.columns = {{"x.speed_mps", "m/s", Role::context},
+                   {"z.wheel_radps", "rad/s", Role::outcome},
+                   {"m.wheel_radps", "rad/s", Role::mean}};
+    constexpr int kRows = 900;
+    log.values.resize(kRows, 3);
+    for (int i = 0; i < kRows; ++i) {
+      const double v = 5.0 + 3.0 * std::sin(i / 30.0 + n), read = v + of_reading * random.normal();
+      log.values.row(i) << read, 2.0 * v + 0.05 * random.normal(), 2.0 * read;
+      log.t_s.push_back(0.1 * i);
+      log.row.push_back(static_cast<std::uint32_t>(i + 1));
+    }
+    log.rows_in_file = kRows;
+    out.push_back(log);
+  }
+  return out;
+}
+
+// A lag, a delay or play would smooth the noise of the prediction: none is claimed.
+void what_a_noisy_prediction_feigns(void **) {
+  const Diagnosis d = diagnosis(made_of_readings(14, 0.1));
+  for (const auto &finding : d.findings)
+    assert_false(rim::diagnose::remembers(finding.term));
+  const auto says_so = [](const std::string &note) {
+    return note.find("made of noisy readings") != std::string::npos;
+  };
+  assert_true(std::any_of(d.notes.begin(), d.notes.end(), says_so));
+}
+
+// Without a stated deviation the noise is what physics leaves, far below the whole residual: a
+// small effect is seen beside a large one.
+void a_small_effect_beside_a_large_one(void **) {
+  auto logs =
+      drives(15, [](double v, double u, double) { return -0.9 * v * std::abs(v) + 0.3 * u * v; });
+  for (rim::Log &log : logs) {
+    log.columns.pop_back();
+    log.values.conservativeResize(Eigen::NoChange, 5);
+  }
+  const Diagnosis d = diagnosis(logs);
+  assert_true(d.findings.size() >= 2);
+  assert_string_equal(d.findings[0].term.cause.c_str(), "quadratic_drag");
+  assert_near(d.findings[0].term.sizes[0].value, 0.9, 0.05);
+  const auto is_product = [](const auto &f) { return f.term.cause == "product"; };
+  assert_true(std::any_of(d.findings.begin(), d.findings.end(), is_product));
+}
+
 void threads_change_nothing(void **) {
   const Measured t =
       rim::diagnose::make_measured(drives(3, [](double, double, double) { return 0.0; }));
@@ -162,7 +214,7 @@ void threads_change_nothing(void **) {
 } // namespace
 
 int main() {
-  std::printf("seeds 1 to 7, 11 to 13\n");
+  std::printf("seeds 1 to 7, 11 to 15\n");
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_constant_in_a_region),
       cmocka_unit_test(drag),
@@ -170,6 +222,8 @@ int main() {
       cmocka_unit_test(two_effects),
       cmocka_unit_test(a_delay),
       cmocka_unit_test(white_noise_claims_nothing),
+      cmocka_unit_test(what_a_noisy_prediction_feigns),
+      cmocka_unit_test(a_small_effect_beside_a_large_one),
       cmocka_unit_test(threads_change_nothing),
   };
   return cmocka_run_group_tests(tests, nullptr, nullptr);

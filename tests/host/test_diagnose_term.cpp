@@ -199,6 +199,29 @@ void a_delay_takes_the_command_of_then(void **) {
   assert_near(mean_effect(lag, t, m)(4), 0.0, 0.0); // each log from its own first value
 }
 
+void play_holds_until_it_is_taken_up(void **) {
+  const Measured t = small();
+  Term play = term("");
+  play.cause = play.form = rim::diagnose::kBacklash;
+  play.shape = {{"play", 3.0, 0.0, ""}};
+  assert_values(mean_effect(play, t, t.channels[0].m), {0, -1.5, -1.5, -1.5, 0, -1.5, -1.5, -1.5});
+  assert_true(rim::diagnose::remembers(play) && !rim::diagnose::moves_prediction(play));
+}
+
+// Where the prediction starts from a reading it is the change that comes late.
+void a_lag_of_the_change(void **) {
+  const Measured t = small();
+  const Vector &m = t.channels[0].m;
+  Term lag = term("");
+  lag.cause = lag.form = "lag";
+  lag.shape = {{"lag", 0.2, 0.0, "s"}};
+  lag.arguments = {{"s", "s.speed_mps"}};
+  const Vector change = m - rim::diagnose::feature_column(t, "s.speed_mps");
+  const double share = 1.0 - std::exp(-0.5);
+  assert_near(mean_effect(lag, t, m)(0), 0.0, 1e-12);
+  assert_near(mean_effect(lag, t, m)(1), (share - 1.0) * (change(1) - change(0)), 1e-12);
+}
+
 void a_delay_comes_first_and_the_others_see_it(void **) {
   const Measured t = small();
   Channel channel = t.channels[0];
@@ -260,6 +283,8 @@ int main() {
       cmocka_unit_test(expressions_that_are_none_are_refused),
       cmocka_unit_test(tables_are_straight_between_knots_and_flat_beyond),
       cmocka_unit_test(a_delay_takes_the_command_of_then),
+      cmocka_unit_test(play_holds_until_it_is_taken_up),
+      cmocka_unit_test(a_lag_of_the_change),
       cmocka_unit_test(a_delay_comes_first_and_the_others_see_it),
       cmocka_unit_test(terms_in_words),
   };

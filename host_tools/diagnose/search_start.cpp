@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: MIT
+// Predictions that are made of noisy readings: what that alone would feign.
+#include "diagnose/search.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnose/roles.hpp"
+
+namespace rim::diagnose {
+
+namespace {
+
+using Index = Eigen::Index;
+// Noise of the start: lag-1 correlation that tells it, and the least share of squares it explains.
+constexpr double kAlternates = -0.15, kLeastStartShare = 0.01;
+constexpr int kStartRounds = 2;
+
+} // namespace
+
+// Of a prediction that starts from a noisy reading the residual alternates: what this reading was
+// off by, the next residual brings back. Innovations e of r(t) = e(t) - theta e(t-1); theta by
+// least squares. What the innovation before predicts of the residual is taken off; else every form
+// of the state (a gain below one, a hinge) would be claimed for it.
+bool ChannelSearch::take_off_start(const Vector &left) {
+  double best = left.cwiseAbs2().cwiseProduct(measured_rows_).sum() * (1.0 - kLeastStartShare);
+  Vector predicted;
+  StartNoise found;
+  for (int step = 1; step < 20; ++step) {
+    const double theta = 0.05 * step;
+    Vector of_before = Vector::Zero(left.size());
+    double squares = 0.0, rows = 0.0;
+    for (const LogSpan &log : measured_.logs) {
+      double before = 0.0;
+      for (std::size_t i = log.first; i < log.first + log.rows; ++i) {
+        const auto k = static_cast<Index>(i);
+        of_before(k) = -theta * before;
+        before = measured_rows_(k) > 0.0 ? left(k) + theta * before : 0.0;
+        squares += before * before * measured_rows_(k);
+        rows += measured_rows_(k);
+      }
+    }
+    if (squares < best) {
+      best = squares;
+      predicted = of_before;
+      // r = e(t+1) - a e(t) + process, a about 1: its covariance at lag 1 is - a var(e).
+      found = {theta, std::sqrt(theta * squares / std::max(1.0, rows))};
+    }
+  }
+  if (predicted.size() == 0)
+    return false;
+  y_ = (channel_.z - channel_.m).cwiseQuotient(channel_.sd) - predicted;
+  out_.start = found;
+  return true;
+}
+
+// What the members leave, their sizes fitted beside noise of that kind: r(t) = e(t) - theta e(t-1)
+// and every column are first filtered so that it is white. Plain least squares on what is left of
+// the filtered residual would take a slow effect for noise that accumulates.
+Vector ChannelSearch::left_beside_start(const Vector &raw) const {
+  const auto whitened = [&](const Vector &x) {
+    Vector e(x.size());
+    for (const LogSpan &log : measured_.logs) {
+      double before = 0.0;
+      for (std::size_t i = log.first; i < log.first + log.rows; ++i) {
+        const auto k = static_cast<Index>(i);
+        e(k) = measured_rows_(k) > 0.0 ? x(k) + out_.start.theta * before : 0.0;
+        before = e(k);
+      }
+    }
+    return e;
+  };
+  Vector left = raw;
+  std::vector<Member> filtered;
+  for (const Member &member : out_.members) {
+    if (member.is_fixed) {
+      left -= member.h.rowwise().sum();
+      continue;
+    }
+    filtered.push_back(member);
+    for (Index c = 0; c < member.h.cols(); ++c)
+      filtered.back().h.col(c) = whitened(member.h.col(c));
+  }
+  const Fit fit = fit_members(whitened(left), filtered, out_.noise);
+  Index at = 0;
+  for (const Member &member : out_.members) {
+    if (member.is_fixed)
+      continue;
+    left -= member.h * fit.beta.segment(at, member.h.cols());
+    at += member.h.cols();
+  }
+  return left;
+}
+
+// Whether a lag, delay or play of the prediction only smooths it: the mean of the predictions
+// before and after does as much, which comes neither late nor early. The prediction is then made of
+// noisy readings.
+bool ChannelSearch::smooths_prediction() const {
+  const auto late = std::find_if(out_.members.begin(), out_.members.end(), [](const Member &m) {
+    return !m.is_given && remembers(m.term) && m.term.response.empty() && m.term.ridges.empty() &&
+           m.term.arguments.empty();
+  });
+  if (late == out_.members.end())
+    return false;
+  const Measured &whole = measured_.whole != nullptr ? *measured_.whole : measured_;
+  const int c = whole.find_channel(channel_.name);
+  const Vector &m = whole.channels[static_cast<std::size_t>(c)].m;
+  Vector smoother = Vector::Zero(m.size());
+  for (const LogSpan &log : whole.logs) {
+    for (std::size_t i = log.first + 1; i + 1 < log.first + log.rows; ++i) {
+      const auto k = static_cast<Index>(i);
+      smoother(k) = 0.5 * (m(k - 1) + m(k + 1)) - m(k);
+    }
+  }
+  if (measured_.whole != nullptr)
+    smoother = Vector(smoother(measured_.picked));
+  Member rival = *late;
+  rival.is_fixed = false;
+  rival.h = smoother.cwiseQuotient(channel_.sd);
+  std::vector<Member> instead = without(static_cast<std::size_t>(late - out_.members.begin()));
+  instead.push_back(rival);
+  return fit_members(y_, instead, out_.noise).loss <=
+         fit_members(y_, out_.members, out_.noise).loss;
+}
+
+double ChannelSearch::alternation(const Vector &left) const {
+  return noise_state(left, measured_rows_, measured_, 0.0, 0.0, least_noise(channel_))
+      .autocorrelation;
+}
+
+// The search, and again with the noise of the start taken off where there is such.
+void ChannelSearch::find_beside_start(const std::vector<Term> &given) {
+  find_members(true);
+  if (smooths_prediction()) {
+    prepare(given);
+    out_.is_noisy_prediction = true;
+    find_members(false);
+  }
+  const bool may_delay = !out_.is_noisy_prediction;
+  if (library_.own.size() != 1 && own_state(measured_, channel_) < 0)
+    return;
+  const Vector raw = y_;
+  // A lag of a prediction that starts from a noisy reading filters that noise: what alternates is
+  // seen without it.
+  const bool is_late = own_state(measured_, channel_) >= 0 &&
+                       std::any_of(out_.members.begin(), out_.members.end(), [](const Member &m) {
+                         return !m.is_given && moves_prediction(m.term);
+                       });
+  const ChannelFindings late = out_;
+  if (is_late) {
+    prepare(given);
+    find_members(false);
+  }
+  for (int round = 0; round < kStartRounds; ++round) {
+    const bool is_plain = round == 0 && alternation(raw) < kAlternates;
+    const Vector left = is_plain ? raw : left_beside_start(raw);
+    if (alternation(left) >= kAlternates || !take_off_start(left)) {
+      if (is_late && round == 0) {
+        out_ = late;
+        may_delay_ = true;
+        scanner_ = std::make_unique<Scanner>(library_, out_.noise.weight);
+      }
+      return;
+    }
+    const StartNoise start = out_.start;
+    prepare(given);
+    out_.start = start;
+    out_.is_noisy_prediction = !may_delay;
+    find_members(may_delay);
+  }
+  const StartNoise start = out_.start;
+  if (!take_off_start(left_beside_start(raw)))
+    out_.start = start;
+  out_.fit = fit_members(y_, out_.members, out_.noise);
+  estimate_noise();
+}
+
+} // namespace rim::diagnose
