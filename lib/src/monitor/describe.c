@@ -16,8 +16,9 @@
 /* Of a standard error: the noise itself is known from some dozens of runs only, and without this
  * 95 % intervals are too narrow ("covered" of tests/vehicles/grade.py). */
 #define LEARNT 1.15
-#define SIGN_KEEPS 0.7 /* of a contrary explanation's score: the sign of before stays */
-#define FROZEN 0.3     /* share of repeated readings, beyond the healthy, that is called stuck */
+#define SIGN_KEEPS 0.7   /* of a contrary explanation's score: the sign of before stays */
+#define KNOWN_BLOCKS 16u /* from which on a run's own effects are known, roughly */
+#define FROZEN 0.3       /* share of repeated readings, beyond the healthy, that is called stuck */
 #define LIKELY                                                                                     \
   1.0 /* nats for the outcome that is mostly integrated: a bias is likelier than a drift */
 
@@ -368,8 +369,12 @@ static double said_sign(const rim_monitor *m, uint32_t outcome) {
   return is_said(m->said_high, outcome) ? 1.0 : is_said(m->said_low, outcome) ? -1.0 : 0.0;
 }
 
-static void say_sign(rim_monitor *m, uint32_t outcome, double shift) {
+static void say_sign(rim_monitor *m, uint32_t outcome, double shift, uint32_t onset) {
   const uint32_t bit = UINT32_C(1) << (outcome % 32u);
+  if (shift * said_sign(m, outcome) < 0.0)
+    m->said_well[outcome / 32u] &= ~bit;
+  if (onset != SEARCH_FROM_START && onset >= KNOWN_BLOCKS)
+    m->said_well[outcome / 32u] |= bit;
   m->said_high[outcome / 32u] &= ~bit;
   m->said_low[outcome / 32u] &= ~bit;
   if (shift > 0.0)
@@ -378,12 +383,24 @@ static void say_sign(rim_monitor *m, uint32_t outcome, double shift) {
     m->said_low[outcome / 32u] |= bit;
 }
 
+/* Whether the outcome reads high by a hypothesis (> 0) or low (< 0); 0: of a gain whose outcome has
+ * no sign that it mostly has, and of run effects. */
+static double sign_of(const rim_monitor *m, uint16_t channel, const search_hypothesis *h) {
+  const noise_channel n = rimi_noise_channel(&m->models.noise, channel);
+  if (h->family == SEARCH_FIELD)
+    return 0.0;
+  if (!is_gain(h))
+    return (double)h->shift;
+  return rimi_abs((double)n.p_center) >= (double)n.p_scale ? (double)h->shift * (double)n.p_center
+                                                           : 0.0;
+}
+
 /* A region in which the outcome reads high and the rest, in which it reads low, explain much the
  * same, for a run has an offset of its own. An operator acts on the sign, so a standing alarm keeps
  * what it said first unless the contrary explains clearly more. */
 static void keep_sign(rim_monitor *m, uint16_t channel, search_hypothesis *h, double *onset_sd) {
   const double sign = said_sign(m, channel % m->words[RIM_CONFIG_OUTCOMES]);
-  if (sign * (double)h->shift >= 0.0)
+  if (sign * (h->family == SEARCH_FIELD ? (double)h->shift : sign_of(m, channel, h)) >= 0.0)
     return;
   const search_hypothesis contrary = *h;
   search_hypothesis other = m->explained;
@@ -391,7 +408,7 @@ static void keep_sign(rim_monitor *m, uint16_t channel, search_hypothesis *h, do
       m->has_explained && m->explained_channel == channel && m->explained.family != SEARCH_FIELD;
   double best = SIGN_KEEPS * (double)h->score;
   if (is_same && rimi_search_evaluate_channel(m->search, channel, &other) &&
-      sign * (double)other.shift > 0.0 && (double)other.score >= best) {
+      sign * sign_of(m, channel, &other) > 0.0 && (double)other.score >= best) {
     best = (double)other.score;
     *h = other;
     *onset_sd = (double)m->explained_onset_sd;
@@ -419,7 +436,7 @@ static void say_sign_of_another(rim_monitor *m, const search_hypothesis *h,
     if (said_sign(m, outcome) * said_sign(m, outcome) > 0.0)
       continue;
     if (rimi_search_evaluate_channel(m->search, outcome, &same))
-      say_sign(m, outcome, (double)same.shift);
+      say_sign(m, outcome, (double)same.shift, same.onset);
     return;
   }
 }
@@ -427,6 +444,7 @@ static void say_sign_of_another(rim_monitor *m, const search_hypothesis *h,
 static void forget_signs(rim_monitor *m) {
   memset(m->said_high, 0, sizeof m->said_high);
   memset(m->said_low, 0, sizeof m->said_low);
+  memset(m->said_well, 0, sizeof m->said_well);
 }
 
 static void describe_trained(rim_monitor *m, const rim_verdict *verdict, rim_alarm *alarm) {
@@ -438,14 +456,13 @@ static void describe_trained(rim_monitor *m, const rim_verdict *verdict, rim_ala
   prefer_agreement(m, &channel, &h, &onset_sd);
   if (rim_monitor_standing(m, RIM_DETECTOR_RIM) == NULL)
     forget_signs(m);
-  if (channel / outcomes <= RIM_CHANNEL_AGREEMENT && !is_gain(&h)) {
+  if (channel / outcomes <= RIM_CHANNEL_AGREEMENT) {
+    const double said = said_sign(m, channel % outcomes);
     keep_sign(m, channel, &h, &onset_sd);
-    const bool is_said = said_sign(m, channel % outcomes) * (double)h.shift > 0.0;
-    (void)rimi_search_against_nominal(m->search, channel, &h, is_said, &onset_sd);
-    if (h.family != SEARCH_FIELD) /* whose effects have signs of their own */
-      say_sign(m, channel % outcomes, (double)h.shift);
-  } else {
-    say_sign(m, channel % outcomes, 0.0); /* of a gain it is that of the prediction */
+    const bool is_known = said * (double)h.shift > 0.0 && is_said(m->said_well, channel % outcomes);
+    (void)rimi_search_against_nominal(m->search, channel, &h, is_known, &onset_sd);
+    if (rimi_abs(sign_of(m, channel, &h)) > 0.0)
+      say_sign(m, channel % outcomes, sign_of(m, channel, &h), h.onset);
   }
   keep_onset(m, channel, &h);
   const rim_alarm *blame = standing_blame(m, channel);

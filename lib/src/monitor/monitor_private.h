@@ -75,8 +75,10 @@ struct rim_monitor {
   float explained_onset_sd;    /* blocks */
   uint16_t explained_channel;
   bool has_explained, has_place;
-  /* What the standing alarm's records said first of an outcome, a bit per outcome. */
+  /* What the standing alarm's records said of an outcome, a bit per outcome; well: of a deviation
+   * that began when the run's own effects were known. */
   uint32_t said_high[RIM_MONITOR_MAX_OUTCOMES / 32], said_low[RIM_MONITOR_MAX_OUTCOMES / 32];
+  uint32_t said_well[RIM_MONITOR_MAX_OUTCOMES / 32];
   uint32_t ended_first, ended_end, ended_count; /* blocks of the newest deviation that ended */
   double run_start_s, block_start_s, first_block_s, last_block_s, last_valid_s, out_value, out_t_s;
   uint32_t steps, refused, partly;

@@ -8,8 +8,8 @@
 #include "base/real.h"
 #include "search/search_private.h"
 
-#define IMPOSSIBLE 2.0    /* nats: a baseline that no healthy run has */
-#define SAID_FIRST 3.0    /* times these nats: the sign that was said first is kept below */
+#define IMPOSSIBLE 2.0  /* nats: a baseline that no healthy run has */
+#define SAID_FIRST 0.25 /* of its score: the nats more that it takes to turn a sign that was said */
 #define MUCH_LIKELIER 0.3 /* share of these nats that the contrary's baseline may have */
 #define AS_GOOD 0.5       /* of the score: what the contrary explains at least */
 
@@ -34,12 +34,12 @@ double rimi_search_baseline(rim_search *s, const search_hypothesis *h) {
 }
 
 bool rimi_search_against_nominal(rim_search *s, uint32_t channel, search_hypothesis *h,
-                                 bool is_said, double *onset_sd) {
+                                 bool is_known, double *onset_sd) {
   rimi_search_ready(s, channel);
   if (h->family == SEARCH_GAIN || h->family == SEARCH_FIELD || h->shape != SEARCH_CONSTANT)
     return false;
   const double nats = rimi_search_baseline(s, h);
-  if (nats < (is_said ? SAID_FIRST : 1.0) * IMPOSSIBLE)
+  if (nats < IMPOSSIBLE + (is_known ? SAID_FIRST * (double)h->score : 0.0))
     return false;
   /* And what lies beside, and what came and went. */
   search_hypothesis region[4] = {search_state(s, channel)->region};
