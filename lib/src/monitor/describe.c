@@ -373,7 +373,8 @@ static void say_sign(rim_monitor *m, uint32_t outcome, double shift, uint32_t on
   const uint32_t bit = UINT32_C(1) << (outcome % 32u);
   if (shift * said_sign(m, outcome) < 0.0)
     m->said_well[outcome / 32u] &= ~bit;
-  if (onset != SEARCH_FROM_START && onset >= KNOWN_BLOCKS)
+  else if (!is_said(m->said_high, outcome) && !is_said(m->said_low, outcome) &&
+           onset != SEARCH_FROM_START && onset >= KNOWN_BLOCKS)
     m->said_well[outcome / 32u] |= bit;
   m->said_high[outcome / 32u] &= ~bit;
   m->said_low[outcome / 32u] &= ~bit;
