@@ -157,7 +157,7 @@ for name in falcon robot adequate nasty; do
   findings $name; check "$name: the sentence and every finding" 0 $?
 done
 contains "adequate says so" "$(cat adequate/report.html)" 'verdict fine'
-contains "what would have been seen" "$(cat adequate/report.html)" 'would have been seen'
+contains "what would have been found" "$(cat adequate/report.html)" 'would have been found'
 
 # The tool's own: a constant added to one channel in a quarter of the rows.
 if has_command diagnose; then

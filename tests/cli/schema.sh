@@ -95,7 +95,7 @@ contains "another rate" "$(rim check slow.csv --schema rover.toml --model rover.
 awk -F, -v OFS=, 'NR == 1 {print "t_s,u.vx_mps,s.other_m"; next} {print $1 / 1000, $6, $9}' faulty.csv > other.csv
 out=$(rim check other.csv --model rover.rim); check "check: other columns" 3 $?
 contains "what is missing" "$out" "column 'x.pos_x_m', .*'m.odo_yaw_rate_radps' is missing"
-contains "what is not used" "$out" "does not know: 's.other_m'"
+contains "what is not used" "$out" "does not know them: 's.other_m'"
 
 # --- foreign logs of other kinds
 awk 'BEGIN {srand(3); print "TIMESTAMP;seq;WheelSpeed(km/h);course;volts_V;mode;note;alt [ft];empty"

@@ -16,7 +16,7 @@
 /* Of a standard error: the noise itself is known from some dozens of runs only, and without this
  * 95 % intervals are too narrow ("covered" of tests/vehicles/grade.py). */
 #define LEARNT 1.15
-#define SIGN_KEEPS 0.7   /* of a contrary explanation's score: the sign of before stays */
+#define SIGN_KEEPS 0.5   /* of a contrary explanation's score: the sign of before stays */
 #define KNOWN_BLOCKS 16u /* from which on a run's own effects are known, roughly */
 #define FROZEN 0.3       /* share of repeated readings, beyond the healthy, that is called stuck */
 #define LIKELY                                                                                     \
@@ -123,8 +123,6 @@ static bool contradicts(const rim_monitor *m, uint16_t leading, uint16_t c) {
  * disagrees so with what it is itself watched by, it is the one that is wrong. */
 static uint16_t wrong_twin(const rim_monitor *m, uint16_t channel) {
   const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
-  if (channel / outcomes != RIM_CHANNEL_AGREEMENT)
-    return channel;
   const uint32_t twin = rimi_agreement_twin(&m->models.agreement, channel % outcomes);
   if (twin >= outcomes)
     return channel;
