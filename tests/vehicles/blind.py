@@ -2,9 +2,9 @@
 """Five machines, drawn by somebody who knew the interface of a module of vehicles and nothing else.
 
 run(vehicle, seed, fault) -> (columns, rows, truth), for grade.py --module. A fault is "kind:sensor"
-or the name of a physical one. truth is None, or a dict: columns (accepted outcome -> sign of measured
-less nominal, 0: none is defined), onset (seconds: the first faulty row), rows (0 or 1 per row),
-features (accepted names for the region), size, kinds (accepted kinds or None).
+or the name of a physical one. truth is None, or a dict: columns (accepted outcome -> sign of
+measured less nominal, 0: none is defined), onset (seconds: the first faulty row), rows (0 or 1 per
+row), features (accepted names for the region), size, kinds (accepted kinds or None).
   turbine   wind turbine: random wind, loops of torque and pitch, winding heated by losses, a fan
   aircraft  propeller aeroplane on autopilot: random legs, turns, speeds; phugoid
   loco      locomotive with train: random slopes, curves, limits, substations; driver in notches

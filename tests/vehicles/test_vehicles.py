@@ -12,6 +12,7 @@ import unittest
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, HERE)
 
+import blind
 import verdict
 import vehicles as V
 import wrong_input
@@ -19,38 +20,41 @@ import wrong_input
 SEED = 4711
 
 
+KINDS = [(M, v) for M in (V, blind) for v in M.VEHICLES]
+
+
 class Generators(unittest.TestCase):
     def test_same_seed_same_run(self):
-        for v in V.VEHICLES:
-            self.assertEqual(V.run(v, SEED), V.run(v, SEED))
-            self.assertNotEqual(V.run(v, SEED)[1], V.run(v, SEED + 1)[1])
+        for M, v in KINDS:
+            self.assertEqual(M.run(v, SEED), M.run(v, SEED))
+            self.assertNotEqual(M.run(v, SEED)[1], M.run(v, SEED + 1)[1])
 
     def test_runs_are_whole_and_finite(self):
-        for v in V.VEHICLES:
-            columns, rows, truth = V.run(v, SEED)
+        for M, v in KINDS:
+            columns, rows, truth = M.run(v, SEED)
             self.assertIsNone(truth)
-            self.assertEqual(len(rows), V.LENGTH[v])
+            self.assertEqual(len(rows), M.LENGTH[v])
             self.assertTrue(all(len(r) == len(columns) and all(map(math.isfinite, r)) for r in rows))
             self.assertTrue(5 <= sum(c.startswith("s.") for c in columns) <= 15)
 
     def test_a_fault_leaves_the_rows_before_it_as_they_were(self):
-        for v in V.VEHICLES:
-            healthy = V.run(v, SEED)[1]
-            for fault in V.FAULTS[v]:
-                _, rows, truth = V.run(v, SEED, fault)
+        for M, v in KINDS:
+            healthy = M.run(v, SEED)[1]
+            for fault in M.FAULTS[v]:
+                _, rows, truth = M.run(v, SEED, fault)
                 self.assertIn(1, truth["rows"], (v, fault))
                 first = truth["rows"].index(1)
                 self.assertEqual(rows[:first], healthy[:first], (v, fault))
                 self.assertNotEqual(rows, healthy, (v, fault))
 
     def test_truth_speaks_of_columns_that_exist(self):
-        for v in V.VEHICLES:
-            for fault in V.FAULTS[v]:
-                columns, rows, t = V.run(v, SEED, fault)
+        for M, v in KINDS:
+            for fault in M.FAULTS[v]:
+                columns, rows, t = M.run(v, SEED, fault)
                 self.assertTrue(set(t["columns"]) | set(t["features"]) <= set(columns), (v, fault))
                 self.assertTrue(set(t["columns"].values()) <= {-1, 0, 1})
                 if t["onset"]:
-                    first = t["rows"].index(1) * V.RATE[v]
+                    first = t["rows"].index(1) * M.RATE[v]
                     self.assertGreaterEqual(first, t["onset"] - 1e-9, (v, fault))
 
     def test_bias_has_the_size_that_is_told(self):
