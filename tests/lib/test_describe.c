@@ -160,6 +160,34 @@ static void the_vehicle_before_its_sensors(void **state) {
   assert_int_equal(named(A0, &a), B1);
 }
 
+/* The same at another time. */
+static double apart(uint32_t channel, uint32_t i, uint8_t byte) {
+  return i >= 100 && i < 103 ? together(channel, i, byte) : 0.0;
+}
+
+static void another_time_is_another_matter(void **state) {
+  (void)state;
+  rim_alarm a;
+  const recipe r = without_integrals();
+  const struct {
+    wave *of;
+    search_family leading;
+    uint16_t named;
+  } of[] = {{together, SEARCH_SINCE, B1},
+            {apart, SEARCH_SINCE, A0},
+            {together, SEARCH_GAIN, B1},
+            {apart, SEARCH_GAIN, A0},
+            {apart, SEARCH_FIELD, B1}};
+  for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
+    from(&r, false);
+    feed(of[i].of, 1.0);
+    plant_nothing();
+    plant(A0, of[i].leading, 20.0 * alarm_at, 3.0, of[i].of == apart ? 200 : 40);
+    plant(B1, SEARCH_SINCE, 15.0 * alarm_at, 3.0, 40);
+    assert_int_equal(named(A0, &a), of[i].named);
+  }
+}
+
 /* ---- what is integrated ---- */
 
 static void the_cause_of_an_integral(void **state) {
@@ -318,6 +346,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(the_twin_that_is_wrong),
       cmocka_unit_test(the_vehicle_before_its_sensors),
+      cmocka_unit_test(another_time_is_another_matter),
       cmocka_unit_test(the_cause_of_an_integral),
       cmocka_unit_test(repeats_are_the_cause),
       cmocka_unit_test(of_opposite_signs_the_surer),

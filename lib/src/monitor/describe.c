@@ -139,13 +139,14 @@ static uint16_t wrong_twin(const rim_monitor *m, uint16_t channel) {
  * its sensors do so together. What happens at other times is another matter. */
 static bool deviates_too(const rim_monitor *m, uint16_t leading, uint16_t c) {
   search_hypothesis same = *rimi_search_best(m->search, leading);
+  const double score = trained_score(m, c); /* which judging it may renew */
   if (same.family == SEARCH_FIELD)
     return true;
   if (same.family == SEARCH_GAIN)
     same.family = SEARCH_SINCE;
   return rimi_search_evaluate_channel(m->search, c, &same) &&
          (double)same.score + rimi_search_description((search_family)same.family) >=
-             TOGETHER * trained_score(m, c);
+             TOGETHER * score;
 }
 
 static uint16_t choose_channel(const rim_monitor *m, uint16_t leading) {
