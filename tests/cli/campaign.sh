@@ -36,7 +36,7 @@ $campaign --out a $common "$RIM_THESIS merge" -- ./work.sh > said 2> log; check 
 check "nothing is computed twice" 0 "$(wc -l < computed.txt)"
 
 $campaign --out b $common "$RIM_THESIS merge" -- ./work.sh > said 2> log & driver=$!
-for _ in $(seq 300); do grep -q '2 of 12' log && break; sleep 0.1; done
+for _ in $(seq 1200); do grep -q "2 of 12" log && break; sleep 0.1; done
 worker=$(ps -o pid= -o args= --ppid "$driver" | awk '/spawn_main/ {pid = $1} END {print pid}')
 [ -n "$worker" ] && kill -9 "$worker"; check "a worker is killed" 0 $?
 wait "$driver"; check "and the campaign ends well" 0 $?
