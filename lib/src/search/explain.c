@@ -194,8 +194,9 @@ static search_hypothesis best_in_proportion(rim_search *s, uint32_t channel,
   const uint32_t tops = gain->score > SEARCH_NONE ? top_features(s, channel, top) : 0u;
   rimi_search_take_shape(s, SEARCH_PROPORTIONAL);
   best.shape = h.shape = SEARCH_PROPORTIONAL;
-  if (best.score > SEARCH_NONE && best.family != SEARCH_DURING)
-    refine(s, &best, 1);
+  if (best.family == SEARCH_DURING)
+    best.score = SEARCH_NONE; /* its place is a time */
+  refine(s, &best, 1);
   for (uint32_t k = 0; k < tops; ++k) {
     h.onset = gain->onset;
     const search_mask since = rimi_search_mask_of(s, &h, 0);

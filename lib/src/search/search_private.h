@@ -268,9 +268,9 @@ void rimi_search_refine_during(rim_search *s, search_hypothesis *h);
 void rimi_search_scan_interval(rim_search *s, const search_mask *mask, uint32_t feature,
                                search_hypothesis *h, uint32_t which);
 void rimi_search_scan_box(rim_search *s, uint32_t x, uint32_t y, search_hypothesis *h);
-/* Judges the region as it stands, exactly. */
 /* d, A and m'WB of a hypothesis' shape. */
 void rimi_search_sum(rim_search *s, const search_hypothesis *h, search_sums *sums);
+/* Judges the hypothesis as it stands, exactly. */
 void rimi_search_evaluate(rim_search *s, search_hypothesis *h);
 void rimi_search_refine_edges(rim_search *s, search_hypothesis *h, uint32_t which);
 search_mask rimi_search_mask_of(const rim_search *s, const search_hypothesis *h, int without);
