@@ -203,7 +203,7 @@ static void size_shift(const rim_monitor *m, uint16_t channel, const search_hypo
   const noise_channel n = rimi_noise_channel(&m->models.noise, channel);
   const uint16_t kind = (uint16_t)(channel / m->words[RIM_CONFIG_OUTCOMES]);
   /* Healthy runs exceed the ratio that the noise model expects by phi: so does the error. */
-  const double inflation = LEARNT * rimi_sqrt((double)rimi_le_f32(n.phi, h->family));
+  const double inflation = LEARNT * rimi_sqrt(rimi_search_inflation(&n, h));
   double unit = (double)n.s;
   if (is_gain(h) && kind <= RIM_CHANNEL_AGREEMENT)
     unit = 1.0;

@@ -223,7 +223,7 @@ static void judge_trained(rim_monitor *m, rim_verdict *v) {
   v->ln_anom = (double)best->ln_ratio;
   v->threshold =
       (m->models.threshold.alarm_score + rimi_search_description((search_family)best->family)) *
-      (double)rimi_le_f32(n.phi, best->family);
+      rimi_search_inflation(&n, best);
 }
 
 static void judge_rows(rim_monitor *m, rim_verdict *v) {

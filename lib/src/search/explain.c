@@ -108,7 +108,7 @@ static uint32_t top_features(const rim_search *s, uint32_t channel, uint8_t top[
 
 /* The best interval of the feature that explains most by itself, or its box with the next best. */
 static search_hypothesis region_instead(rim_search *s, uint32_t channel) {
-  uint8_t top[2];
+  uint8_t top[2] = {0};
   const uint32_t tops = top_features(s, channel, top);
   search_hypothesis best = {.family = SEARCH_INTERVAL, .onset = SEARCH_FROM_START};
   best.score = SEARCH_NONE;
@@ -190,7 +190,7 @@ static search_hypothesis best_in_proportion(rim_search *s, uint32_t channel,
                                             const search_hypothesis *place,
                                             const search_hypothesis *gain) {
   search_hypothesis best = *place, h = {.family = SEARCH_INTERVAL_SINCE};
-  uint8_t top[2];
+  uint8_t top[2] = {0};
   const uint32_t tops = gain->score > SEARCH_NONE ? top_features(s, channel, top) : 0u;
   rimi_search_take_shape(s, SEARCH_PROPORTIONAL);
   best.shape = h.shape = SEARCH_PROPORTIONAL;

@@ -419,7 +419,7 @@ static void scan_pair(rim_search *s) {
 static void work_unit(rim_search *s) {
   const uint32_t features = s->config.features;
   const uint32_t stage = s->stage;
-  if (stage == 0 || !s->fresh) {
+  if (stage == 0 || !s->fresh || s->shape != SEARCH_CONSTANT) {
     const uint32_t channel = stage == 0 ? choose_channel(s) : s->channel;
     if (channel == s->config.channels)
       return;

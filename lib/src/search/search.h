@@ -160,6 +160,10 @@ double rimi_search_sd_of_onset(const rim_search *search, const search_hypothesis
 
 double rimi_search_description(search_family family); /* nats */
 
+/* By how much healthy runs exceed the ratio that the noise model of channel c expects of such a
+ * hypothesis, at least 1. Its root is what standard errors are multiplied by. */
+double rimi_search_inflation(const noise_channel *c, const search_hypothesis *h);
+
 /* The residuals of the blocks from..to-1 are unknown from now on, in every channel, and every
  * hypothesis is searched for again: a deviation that ended must not hide the next. The run effects
  * are learnt from the other blocks, each channel's in its next turn. False, and nothing is changed,

@@ -45,9 +45,15 @@ double rimi_search_weight(const rim_search *s, const noise_channel *c, uint32_t 
   return known ? rimi_search_scale(s, c, channel, slot) : 0.0;
 }
 
-static double phi(const rim_search *s, uint32_t channel, uint32_t family) {
-  const noise_channel c = rimi_noise_channel(s->config.noise, channel);
-  return (double)rimi_le_f32(c.phi, family);
+double rimi_search_inflation(const noise_channel *c, const search_hypothesis *h) {
+  const double phi = (double)rimi_le_f32(c->phi, h->family);
+  return h->shape == SEARCH_PROPORTIONAL ? rimi_max(phi, (double)rimi_le_f32(c->phi, SEARCH_GAIN))
+                                         : phi;
+}
+
+static double inflation_of(const rim_search *s, const search_hypothesis *h) {
+  const noise_channel c = rimi_noise_channel(s->config.noise, s->channel);
+  return rimi_search_inflation(&c, h);
 }
 
 double rimi_search_description(search_family family) {
@@ -56,12 +62,8 @@ double rimi_search_description(search_family family) {
 }
 
 static void set_score(const rim_search *s, search_hypothesis *h) {
-  double inflation = phi(s, s->channel, h->family), nats = 0.0;
-  if (h->shape == SEARCH_PROPORTIONAL) {
-    inflation = rimi_max(inflation, phi(s, s->channel, SEARCH_GAIN));
-    nats = SHAPE_NATS;
-  }
-  h->score = (float)((double)h->ln_ratio / inflation -
+  const double nats = h->shape == SEARCH_PROPORTIONAL ? SHAPE_NATS : 0.0;
+  h->score = (float)((double)h->ln_ratio / inflation_of(s, h) -
                      rimi_search_description((search_family)h->family) - nats);
 }
 
@@ -431,7 +433,7 @@ void rimi_search_scan_onset(const rim_search *s, const search_mask *mask, search
   search_sums sums = {0};
   best_onset best = {.a = 1.0};
   search_onsets onsets = {0};
-  const double inflation = phi(s, s->channel, h->family);
+  const double inflation = inflation_of(s, h);
   bool next_inside = false;
   for (search_walk w = search_walk_from(s, &everywhen); search_walk_next(&w);) {
     const uint32_t i = w.i;
