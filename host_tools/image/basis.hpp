@@ -7,8 +7,9 @@
 
 namespace rim {
 
-// Groups of terms of section BASIS, from which a model takes some.
-enum class TermGroup { mean, shape, slow, initial, steep };
+// Groups of terms of section BASIS, from which a model takes some. outside: of sensors, which show
+// what acts on the vehicle from outside (wind, ambient temperature, slope).
+enum class TermGroup { mean, shape, slow, initial, steep, outside };
 
 // Section BASIS as numbers. Center 0 and scale 1 until they are learnt.
 struct Basis {

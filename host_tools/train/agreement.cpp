@@ -610,6 +610,30 @@ void free_twins(const Sources &sources, const Agreement &a,
 
 } // namespace
 
+std::vector<bool> integrated_outcomes(const Layout &layout,
+                                      const std::vector<Integrand> &integrands,
+                                      const RunStore &runs) {
+  std::vector<bool> integrated(layout.outcomes(), false);
+  if (integrands.empty() || layout.outcomes() < 2)
+    return integrated;
+  Agreement a;
+  a.integrands = integrands;
+  learn_integrands(&a, layout, runs);
+  const Regression changes = integral_regression(a, runs);
+  std::vector<char> of(integrated.size(), 0); // threads must not share a byte of bits
+  parallel_for(of.size(), [&](std::size_t o) {
+    const auto j = static_cast<Eigen::Index>(o);
+    const auto others = choose_integrands(changes, a, j, layout.outcome_feature[o]);
+    if (others.empty())
+      return;
+    const Fit fit = best_fit(changes, others, j, kIntegralRidges);
+    of[o] = fit.squares < (1.0 - kIntegrates) * fit.own ? 1 : 0;
+  });
+  for (std::size_t o = 0; o < of.size(); ++o)
+    integrated[o] = of[o] != 0;
+  return integrated;
+}
+
 Agreement fit_agreement(const Layout &layout, const Basis &basis,
                         const std::vector<Integrand> &integrands, const RunStore &runs,
                         const std::vector<Matrix> &residual, const std::vector<Matrix> &level) {

@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include <Eigen/Cholesky>
 
 #include "image/image_writer.hpp"
+#include "train/outside.hpp"
 #include "util/error.hpp"
 #include "util/parallel_for.hpp"
 
@@ -45,6 +47,12 @@ const Choice kChoices[] = {{false, false, false, false, 0.0}, {true, false, fals
 // Steep terms go far beyond what was learnt from: they must lower the error of the best model
 // without them by so much.
 constexpr double kSteepMustWin = 0.05;
+// An outcome may come from outside where the commands leave more than this part of its deviation
+// (a tenth of its variance). As an input it must lower another's error by so much, and all such
+// outcomes together that of the best of them alone.
+constexpr double kUnexplained = 0.3162;
+constexpr double kOutsideMustWin = 0.1;
+constexpr double kFurtherMustWin = 0.1;
 
 struct Moments {
   Eigen::MatrixXd gram;  // terms x terms, within runs
@@ -121,12 +129,20 @@ Moments moments_of(const Matrix &x, const Matrix &y) {
 }
 
 // outcome: the one whose first reading may be used; those of others are noise more often than not.
-std::vector<Eigen::Index> terms_of(const Basis &basis, const Choice &choice, std::size_t outcome) {
+// outside: features of the outcomes that are inputs.
+std::vector<Eigen::Index> terms_of(const Basis &basis, const Choice &choice, std::size_t outcome,
+                                   const std::vector<std::uint16_t> &outside) {
   std::vector<Eigen::Index> terms;
+  const auto is_input = [&](const Basis::Term &t) {
+    const std::uint16_t feature = basis.inputs[t.a / basis.share.size()].a;
+    return std::find(outside.begin(), outside.end(), feature) != outside.end();
+  };
   for (std::size_t i = 0; i < basis.terms.size(); ++i) {
     const TermGroup g = basis.terms[i].group;
     if (g == TermGroup::mean || (g == TermGroup::shape && choice.shape) ||
         (g == TermGroup::slow && choice.slow) || (g == TermGroup::steep && choice.steep) ||
+        (g == TermGroup::outside && is_input(basis.terms[i]) &&
+         (basis.terms[i].op == BASIS_MEAN || choice.shape)) ||
         (g == TermGroup::initial && choice.initial && basis.terms[i].a == outcome))
       terms.push_back(static_cast<Eigen::Index>(i));
   }
@@ -181,6 +197,8 @@ public:
   Matrix x(std::size_t run) const { return standard_terms(basis_, runs_.wide(run)->terms); }
   const Matrix &y(std::size_t run) const { return y_[run]; } // less mean()
   const Eigen::RowVectorXd &mean() const { return mean_; }
+  // What errors() says of a target that nothing explains.
+  double spread(Eigen::Index target) const;
   std::size_t runs() const { return y_.size(); }
 
 private:
@@ -203,6 +221,13 @@ Eigen::MatrixXd sub_gram(const Eigen::MatrixXd &gram, const std::vector<Eigen::I
       g(i, j) = gram(terms[static_cast<std::size_t>(i)], terms[static_cast<std::size_t>(j)]);
   }
   return g;
+}
+
+Matrix columns_of(const Matrix &m, const std::vector<Eigen::Index> &terms) {
+  Matrix some(m.rows(), static_cast<Eigen::Index>(terms.size()));
+  for (Eigen::Index i = 0; i < some.cols(); ++i)
+    some.col(i) = m.col(terms[static_cast<std::size_t>(i)]);
+  return some;
 }
 
 Eigen::MatrixXd sub_rows(const Eigen::MatrixXd &m, const std::vector<Eigen::Index> &terms) {
@@ -249,9 +274,7 @@ Fitter::errors(const std::vector<Question> &questions) const {
     OfRun of(questions.size());
     for (std::size_t k = 0; k < questions.size(); ++k) {
       const Question &q = questions[k];
-      Matrix some(all.rows(), static_cast<Eigen::Index>(q.terms.size()));
-      for (Eigen::Index i = 0; i < some.cols(); ++i)
-        some.col(i) = all.col(q.terms[static_cast<std::size_t>(i)]);
+      const Matrix some = columns_of(all, q.terms);
       of[k].resize(2 * q.targets, static_cast<Eigen::Index>(ridges));
       for (std::size_t l = 0; l < ridges; ++l) {
         const Eigen::MatrixXd &w = weights[k][f * ridges + l];
@@ -285,6 +308,13 @@ Fitter::errors(const std::vector<Question> &questions) const {
     }
   }
   return errors;
+}
+
+double Fitter::spread(Eigen::Index target) const {
+  double sum = 0.0, within = 0.0;
+  for (const Matrix &y : y_)
+    sum += run_error(y.col(target), &within);
+  return std::sqrt(sum / static_cast<double>(y_.size()));
 }
 
 Eigen::VectorXd Fitter::weights(const std::vector<Eigen::Index> &terms, double ridge,
@@ -363,18 +393,24 @@ namespace {
 
 // errors[choice][target]: of outcomes and scatter, or of outcomes less their first readings; then
 // those within runs alone.
-std::vector<std::vector<std::vector<double>>>
-errors_of_choices(const Fitter &fitter, const Basis &basis, Eigen::Index outcomes) {
+using Errors = std::vector<std::vector<std::vector<double>>>;
+
+// outside: features of the outcomes that are inputs. Choices with first readings are answered for
+// the outcomes that this names.
+Errors errors_of_choices(const Fitter &fitter, const Basis &basis, std::size_t outcomes,
+                         const std::vector<std::uint16_t> &outside,
+                         const std::vector<std::size_t> &with_initial) {
+  const auto o = static_cast<Eigen::Index>(outcomes);
   std::vector<Question> questions;
   for (const Choice &choice : kChoices) {
     if (!choice.initial)
-      questions.push_back({terms_of(basis, choice, 0), 0, 2 * outcomes});
-    for (Eigen::Index t = 0; choice.initial && t < outcomes; ++t)
-      questions.push_back(
-          {terms_of(basis, choice, static_cast<std::size_t>(t)), 2 * outcomes + t, 1});
+      questions.push_back({terms_of(basis, choice, 0, outside), 0, 2 * o});
+    for (std::size_t i = 0; choice.initial && i < with_initial.size(); ++i)
+      questions.push_back({terms_of(basis, choice, with_initial[i], outside),
+                           2 * o + static_cast<Eigen::Index>(with_initial[i]), 1});
   }
   const auto answers = fitter.errors(questions);
-  std::vector<std::vector<std::vector<double>>> errors;
+  Errors errors;
   std::size_t at = 0;
   for (const Choice &choice : kChoices) {
     errors.emplace_back();
@@ -382,13 +418,108 @@ errors_of_choices(const Fitter &fitter, const Basis &basis, Eigen::Index outcome
       errors.back() = answers[at++];
       continue;
     }
-    errors.back().resize(2 * static_cast<std::size_t>(outcomes));
-    for (std::size_t t = 0; t < static_cast<std::size_t>(outcomes); ++t, ++at) {
+    errors.back().resize(2 * outcomes);
+    for (const std::size_t t : with_initial) {
       errors.back()[t] = answers[at].front();
-      errors.back()[static_cast<std::size_t>(outcomes) + t] = answers[at].back();
+      errors.back()[outcomes + t] = answers[at++].back();
     }
   }
   return errors;
+}
+
+// The outcomes that the commands do not explain well and that are not the integral of others.
+std::vector<std::size_t> unexplained(const Fitter &fitter, const Errors &errors,
+                                     const std::vector<bool> &integrated) {
+  std::vector<std::size_t> found;
+  for (std::size_t o = 0; o < integrated.size(); ++o) {
+    const double error = choose_among(errors, o, false, false).error;
+    if (!integrated[o] && error > kUnexplained * fitter.spread(static_cast<Eigen::Index>(o)))
+      found.push_back(o);
+  }
+  return found;
+}
+
+std::vector<std::uint16_t> features_of(const Layout &layout, const std::vector<std::size_t> &set) {
+  std::vector<std::uint16_t> features;
+  for (const std::size_t o : set)
+    features.push_back(layout.outcome_feature[o]);
+  return features;
+}
+
+// Takes for every outcome, but the candidates themselves, one candidate or all of them as inputs
+// where that lowers the error enough.
+void choose_outside(const Fitter &fitter, const Basis &basis, const Layout &layout,
+                    const Errors &without, const std::vector<std::size_t> &candidates,
+                    std::vector<TargetModel> *targets) {
+  const std::size_t outcomes = layout.outcomes();
+  std::vector<std::vector<std::size_t>> sets;
+  for (const std::size_t c : candidates)
+    sets.push_back({c});
+  if (candidates.size() > 1)
+    sets.push_back(candidates);
+  std::vector<std::size_t> chosen(outcomes, sets.size());
+  std::vector<double> least(outcomes, 0.0);
+  for (std::size_t o = 0; o < outcomes; ++o)
+    least[o] = (1.0 - kOutsideMustWin) * choose_among(without, o, false, false).error;
+  for (std::size_t s = 0; s < sets.size(); ++s) {
+    const Errors errors =
+        errors_of_choices(fitter, basis, outcomes, features_of(layout, sets[s]), {});
+    for (std::size_t o = 0; o < outcomes; ++o) {
+      const bool is_candidate =
+          std::find(candidates.begin(), candidates.end(), o) != candidates.end();
+      const double error = choose_among(errors, o, false, false).error;
+      const double further = sets[s].size() > 1 && chosen[o] < sets.size() ? kFurtherMustWin : 0.0;
+      if (is_candidate || error >= (1.0 - further) * least[o])
+        continue;
+      least[o] = error;
+      chosen[o] = s;
+    }
+  }
+  for (std::size_t s = 0; s < sets.size(); ++s) {
+    std::vector<std::size_t> of_set;
+    for (std::size_t o = 0; o < outcomes; ++o) {
+      if (chosen[o] == s)
+        of_set.push_back(o);
+    }
+    if (of_set.empty())
+      continue;
+    const Errors errors =
+        errors_of_choices(fitter, basis, outcomes, features_of(layout, sets[s]), of_set);
+    for (const std::size_t o : of_set) {
+      TargetModel model = choose(errors, o, outcomes);
+      model.outside = sets[s];
+      if (model.error < (1.0 - kOutsideMustWin) * (*targets)[o].error)
+        (*targets)[o] = model;
+    }
+  }
+}
+
+// Which groups of terms, and which outcomes, every target is predicted from.
+std::vector<TargetModel> choose_targets(const Fitter &fitter, const Basis &basis,
+                                        const Layout &layout, const RunStore &runs,
+                                        const std::vector<bool> &integrated) {
+  const std::size_t outcomes = layout.outcomes();
+  std::vector<std::size_t> all(outcomes);
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  const Errors errors = errors_of_choices(fitter, basis, outcomes, {}, all);
+  std::vector<TargetModel> targets;
+  for (std::size_t t = 0; t < 2 * outcomes; ++t)
+    targets.push_back(choose(errors, t, outcomes));
+  const bool may = std::any_of(basis.terms.begin(), basis.terms.end(),
+                               [](const Basis::Term &t) { return t.group == TermGroup::outside; });
+  if (!may)
+    return targets;
+  std::vector<Eigen::Index> commands;
+  for (std::size_t i = 0; i < basis.terms.size(); ++i) {
+    if (basis.terms[i].op == BASIS_MEAN && basis.terms[i].group == TermGroup::mean)
+      commands.push_back(static_cast<Eigen::Index>(i));
+  }
+  const std::vector<std::size_t> candidates =
+      not_moved(unexplained(fitter, errors, integrated), runs,
+                [&](std::size_t r) { return columns_of(fitter.x(r), commands); });
+  if (!candidates.empty())
+    choose_outside(fitter, basis, layout, errors, candidates, &targets);
+  return targets;
 }
 
 // One target's model: weights[fold], the last of all runs, and its column of Fitter::y().
@@ -482,9 +613,11 @@ void judge_target(const Fitter &fitter, const RunStore &runs, const std::vector<
 
 } // namespace
 
-Behaviour fit_behaviour(Basis *basis, const RunStore &runs, std::size_t outcomes) {
+Behaviour fit_behaviour(Basis *basis, const Layout &layout, const RunStore &runs,
+                        const std::vector<bool> &integrated) {
   if (runs.size() < 3)
     throw DataError("training needs at least 3 runs");
+  const std::size_t outcomes = layout.outcomes();
   // The wide matrices stay alive while their terms are looked at.
   const auto terms = [&](std::size_t r) {
     const std::shared_ptr<const WideBlocks> wide = runs.wide(r);
@@ -494,15 +627,13 @@ Behaviour fit_behaviour(Basis *basis, const RunStore &runs, std::size_t outcomes
   learn_means(basis, runs);
   Behaviour b;
   const Fitter fitter(*basis, runs);
-  const auto errors = errors_of_choices(fitter, *basis, static_cast<Eigen::Index>(outcomes));
-  b.targets.resize(2 * outcomes);
+  b.targets = choose_targets(fitter, *basis, layout, runs, integrated);
   std::vector<FoldModels> models(2 * outcomes);
   parallel_for(2 * outcomes, [&](std::size_t t) {
-    TargetModel &model = b.targets[t];
-    model = choose(errors, t, outcomes);
+    const TargetModel &model = b.targets[t];
     models[t].column = static_cast<Eigen::Index>(model.initial ? 2 * outcomes + t : t);
-    const auto used =
-        terms_of(*basis, {model.shape, model.slow, model.initial, model.steep, 0.0}, t);
+    const auto used = terms_of(*basis, {model.shape, model.slow, model.initial, model.steep, 0.0},
+                               t, features_of(layout, model.outside));
     for (std::size_t f = 0; f <= kFolds; ++f)
       models[t].weight.push_back(fitter.weights(used, model.ridge, f, models[t].column));
   });
@@ -515,6 +646,62 @@ Behaviour fit_behaviour(Basis *basis, const RunStore &runs, std::size_t outcomes
                [&](std::size_t t) { judge_target(fitter, runs, by_weights, models[t], t, &b); });
   return b;
 }
+
+namespace {
+
+// The filters of a term, as places among its a, b and c; an integral's input is none.
+std::size_t filters_of(const Basis::Term &t) {
+  switch (static_cast<basis_op>(t.op)) {
+  case BASIS_MEAN:
+  case BASIS_ABS:
+  case BASIS_SIDE:
+    return 1;
+  case BASIS_PRODUCT:
+    return 2;
+  case BASIS_TRIPLE:
+    return 3;
+  default:
+    return 0;
+  }
+}
+
+// Calls visit(&filter) with every filter that the basis uses: input * time constants + time.
+template <class Visit> void for_each_filter(Basis *basis, const Visit &visit) {
+  for (Basis::Term &t : basis->terms) {
+    std::uint16_t *const places[] = {&t.a, &t.b, &t.c};
+    for (std::size_t k = 0; k < filters_of(t); ++k)
+      visit(places[k]);
+  }
+  for (std::uint16_t &filter : basis->means)
+    visit(&filter);
+}
+
+void drop_unused_inputs(Basis *basis) {
+  const std::size_t times = basis->share.size();
+  std::vector<bool> used(basis->inputs.size(), false);
+  for_each_filter(basis, [&](const std::uint16_t *filter) { used[*filter / times] = true; });
+  for (const Basis::Term &t : basis->terms) {
+    if (t.op == BASIS_INTEGRAL)
+      used[t.a] = true;
+  }
+  std::vector<std::uint16_t> place;
+  std::vector<Basis::Input> inputs;
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    place.push_back(static_cast<std::uint16_t>(inputs.size()));
+    if (used[i])
+      inputs.push_back(basis->inputs[i]);
+  }
+  for_each_filter(basis, [&](std::uint16_t *filter) {
+    *filter = static_cast<std::uint16_t>(place[*filter / times] * times + *filter % times);
+  });
+  for (Basis::Term &t : basis->terms) {
+    if (t.op == BASIS_INTEGRAL)
+      t.a = place[t.a];
+  }
+  basis->inputs = inputs;
+}
+
+} // namespace
 
 void shrink_basis(Basis *basis, Behaviour *behaviour) {
   std::vector<std::size_t> kept;
@@ -541,6 +728,7 @@ void shrink_basis(Basis *basis, Behaviour *behaviour) {
       w[static_cast<Eigen::Index>(i)] = m.weight[static_cast<Eigen::Index>(kept[i])];
     m.weight = w;
   }
+  drop_unused_inputs(&small);
   *basis = small;
 }
 

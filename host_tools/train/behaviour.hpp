@@ -12,6 +12,7 @@ namespace rim {
 // Ridge regression of one outcome on groups of terms.
 struct TargetModel {
   bool shape = false, slow = false, initial = false, steep = false; // groups beside the means
+  std::vector<std::size_t> outside; // outcomes that are inputs of this one
   double ridge = 1.0;
   double intercept = 0.0;
   Eigen::VectorXd weight; // per term, standardised
@@ -27,12 +28,18 @@ struct Behaviour {
 };
 
 // Learns the basis' centers and scales and the models. DataError with fewer than three runs.
-Behaviour fit_behaviour(Basis *basis, const RunStore &runs, std::size_t outcomes);
+//
+// An outcome that the commands do not explain and that lowers another's error much comes from
+// outside (wind, ambient temperature, slope): the other's model takes it as an input, as it takes
+// the commands. Not where it is the integral of others (integrated_outcomes()): what a position
+// says of a speed is the speed itself, and a vehicle that is too slow would not be seen.
+Behaviour fit_behaviour(Basis *basis, const Layout &layout, const RunStore &runs,
+                        const std::vector<bool> &integrated);
 
 // Learns the centers and scales of the basis' means alone.
 void learn_means(Basis *basis, const RunStore &runs);
 
-// Drops the terms that no target uses.
+// Drops the terms that no target uses, and the inputs that nothing uses then.
 void shrink_basis(Basis *basis, Behaviour *behaviour);
 std::vector<std::uint8_t> behaviour_section(const Basis &basis, const Behaviour &behaviour);
 
@@ -46,6 +53,11 @@ struct Agreement {
   std::vector<int> source;     // of each outcome: agreement_source
   std::vector<Matrix> remains; // per run
 };
+
+// Which outcomes change mostly as the integral of others does (position, attitude, charge).
+std::vector<bool> integrated_outcomes(const Layout &layout,
+                                      const std::vector<Integrand> &integrands,
+                                      const RunStore &runs);
 
 // level: per run, the outcomes as section LEVEL predicts them from the other sensors, by models
 // without the run; empty: there is none. integrands: of the runs' columns early and late.

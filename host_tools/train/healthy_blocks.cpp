@@ -172,6 +172,43 @@ void add_steep_terms(Basis *basis, const Survey &survey, std::size_t plain) {
   }
 }
 
+// What a sensor shows may come from outside and act on what other sensors show; fit_behaviour()
+// finds out. All of them or none: which would be left out would depend on the order of the columns.
+// Where there is room, by their products with the commands and with themselves too: a turbine's
+// power rises with the cube of the wind, as far as its blades let it.
+void add_outside_terms(Basis *basis, const Survey &survey, std::size_t plain) {
+  const Layout &layout = survey.layout;
+  std::vector<std::uint16_t> sensors;
+  for (const std::uint16_t f : layout.outcome_feature) {
+    if (!is_angle(layout, f) && varies(survey, f))
+      sensors.push_back(f);
+  }
+  const std::size_t times = basis->share.size(), first = basis->inputs.size();
+  const std::size_t means = sensors.size() * times, room = BASIS_MAX_TERMS - basis->terms.size();
+  if (first + sensors.size() > BASIS_MAX_INPUTS || means > room)
+    return;
+  const auto add = [basis](std::uint16_t op, std::size_t a, std::size_t b) {
+    basis->terms.push_back(
+        {op, static_cast<std::uint16_t>(a), static_cast<std::uint16_t>(b), 0, TermGroup::outside});
+  };
+  for (std::size_t s = 0; s < sensors.size(); ++s) {
+    basis->inputs.push_back({sensors[s], BASIS_PLAIN});
+    for (std::size_t t = 0; t < times; ++t)
+      add(BASIS_MEAN, (first + s) * times + t, 0);
+  }
+  const std::size_t product_times[] = {1, 3};
+  if (means + sensors.size() * std::size(product_times) * (plain + 1) > room)
+    return;
+  for (std::size_t s = 0; s < sensors.size(); ++s) {
+    for (const std::size_t t : product_times) {
+      const std::size_t filter = (first + s) * times + t;
+      add(BASIS_PRODUCT, filter, filter);
+      for (std::size_t i = 0; i < plain; ++i)
+        add(BASIS_PRODUCT, filter, i * times + t);
+    }
+  }
+}
+
 // Mean and standard deviation over the runs of every outcome's first readings.
 void learn_first(Basis *basis, const Survey &survey) {
   const Layout &layout = survey.layout;
@@ -237,8 +274,10 @@ Basis make_basis(const Survey &survey, double run_rows) {
   const std::size_t plain = std::min(features.size(), basis.inputs.size());
   if (!layout.external)
     choose_terms(&basis, plain, layout.outcomes());
-  if (!layout.external)
+  if (!layout.external) {
     add_steep_terms(&basis, survey, plain);
+    add_outside_terms(&basis, survey, plain);
+  }
   basis.center.assign(basis.terms.size(), 0.0);
   basis.inverse_sd.assign(basis.terms.size(), 1.0);
   const std::size_t times = basis.share.size();

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "image/names.hpp"
 #include "util/error.hpp"
 #include "util/memory.hpp"
 #include "util/parallel_for.hpp"
@@ -19,6 +20,7 @@ namespace rim {
 namespace {
 
 constexpr double kBlocksPerRun = 240.0;
+constexpr double kStalePeriods = 5.0;
 constexpr std::size_t kNoiseFolds = 6;
 constexpr std::uint32_t kRing = 384; // calibrate_runs() gives flight its own
 // Error over behaviour's, above which the others' residuals say nothing.
@@ -157,7 +159,7 @@ bool wants_level(const Layout &layout, const RunStore &runs) {
          rows >= 40 * static_cast<Eigen::Index>(layout.features());
 }
 
-std::string model_words(const TargetModel &m) {
+std::string model_words(const Layout &layout, const TargetModel &m) {
   std::string text = "filtered commands";
   if (m.shape)
     text += ", products";
@@ -167,6 +169,8 @@ std::string model_words(const TargetModel &m) {
     text += ", integrals";
   if (m.initial)
     text += ", first readings";
+  for (const std::size_t o : m.outside)
+    text += ", " + quantity_of(layout.outcome_names[o]).words;
   return text;
 }
 
@@ -177,7 +181,7 @@ void report_outcomes(Training *training, const Behaviour &behaviour, const Agree
     OutcomeReport report;
     report.r2 = behaviour.targets[o].r2;
     report.error = behaviour.targets[o].error;
-    report.model = model_words(behaviour.targets[o]);
+    report.model = model_words(training->plan.layout, behaviour.targets[o]);
     report.agreement = agreement.error[o];
     report.source = agreement.source[o];
     report.detectable = 1e300;
@@ -236,7 +240,7 @@ void set_search(FlightPlan *plan, const TrainOptions &options) {
   plan->pairs = 8;
   plan->budget = options.calibration.flight ? 3 : 12;
   plan->persistence = 2;
-  plan->stale_s = options.stale_s;
+  plan->stale_s = std::max(options.stale_s, kStalePeriods * plan->period_s);
 }
 
 } // namespace
@@ -254,8 +258,11 @@ Training train(HealthyRuns healthy, const TrainOptions &options) {
   training.warnings = healthy.warnings;
   training.input = healthy.input;
   const std::size_t outcomes = plan.layout.outcomes();
-  Behaviour behaviour = plan.layout.external ? external_behaviour(runs, outcomes)
-                                             : fit_behaviour(&plan.basis, runs, outcomes);
+  Behaviour behaviour =
+      plan.layout.external
+          ? external_behaviour(runs, outcomes)
+          : fit_behaviour(&plan.basis, plan.layout, runs,
+                          integrated_outcomes(plan.layout, healthy.integrands, runs));
   if (plan.layout.external)
     learn_means(&plan.basis, runs);
   give_back_memory();

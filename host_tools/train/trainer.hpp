@@ -16,7 +16,9 @@ namespace rim {
 struct TrainOptions {
   CalibrationOptions calibration;
   BlockingOptions blocking;
-  double stale_s = 2.0; // input older than this: STALE
+  // Input older than this is STALE, but never before five rows should have come: rows of a plant
+  // may be a minute apart.
+  double stale_s = 2.0;
 };
 
 // How well one outcome is modelled, and how large a fault must be to be seen.

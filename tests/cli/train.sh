@@ -69,6 +69,15 @@ awk -F, -v OFS=, 'NR > 1 {$1 = sprintf("%.2f", 2 * $1)} {print}' run05.csv > slo
 err=$("$RIM" train run*.csv slow.csv --out no.rim 2>&1 >/dev/null); check "another rate" 3 $?
 contains "another rate: named" "$err" "slow.csv: its rows come at 10 Hz, those of the other runs at 20 Hz"
 
+# A plant whose rows come every 20 seconds: no silence of two seconds between them is one.
+plant() { awk -F, -v OFS=, 'NR > 1 {$1 = sprintf("%.0f", 400 * $1)} {print}' "$1" > "$2"; }
+for i in 01 02 03 04 05 06 07 08 09 10; do plant run$i.csv plant$i.csv; done
+"$RIM" train plant*.csv --out plant.rim --quick > /dev/null; check "rows every 20 s" 0 $?
+toy wrong.csv 99 1200 'if (i > 600) v += 0.3'
+plant wrong.csv plant_wrong.csv
+out=$("$RIM" replay --model plant.rim plant_wrong.csv --fail-on-alarm); check "rows every 20 s: found" 1 $?
+contains "rows every 20 s: said" "$out" "speed reads 0.[23][0-9]* m/s high"
+
 # Logs with their own predictions: noise, effects of the run and thresholds alone.
 for i in 01 02 03 04 05 06; do
   awk -F, -v OFS=, 'NR == 1 {print "t_s,x.push,z.position_m,m.position_m,sd.position_m"; next} {print $1, $2, $3, $4, 0.05}' run$i.csv > own$i.csv

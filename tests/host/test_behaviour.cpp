@@ -41,6 +41,7 @@ Learnt learn(const std::vector<rim::Log> &logs) {
   l.layout = survey.layout;
   l.basis = rim::make_basis(survey, static_cast<double>(logs.front().t_s.size()));
   l.options.block_rows = kBlockRows;
+  l.options.integrands = rim::possible_integrands(l.layout);
   l.options.period_s = survey.period_s();
   l.options.low.assign(l.layout.features(), -100.0F);
   l.options.high.assign(l.layout.features(), 100.0F);
@@ -57,7 +58,8 @@ Learnt learn(const std::vector<rim::Log> &logs) {
   }
   rim::learn_start(&l.basis, starts, low, high);
   l.runs = rim::RunStore(runs);
-  l.behaviour = rim::fit_behaviour(&l.basis, l.runs, l.layout.outcomes());
+  l.behaviour = rim::fit_behaviour(
+      &l.basis, l.layout, l.runs, rim::integrated_outcomes(l.layout, l.options.integrands, l.runs));
   return l;
 }
 
@@ -196,7 +198,7 @@ void three_runs_are_needed(void **) {
   l.runs = rim::RunStore(std::vector<rim::BlockRun>(l.runs.begin(), l.runs.begin() + 2));
   bool refused = false;
   try {
-    (void)rim::fit_behaviour(&l.basis, l.runs, kOutcomes);
+    (void)rim::fit_behaviour(&l.basis, l.layout, l.runs, std::vector<bool>(kOutcomes, false));
   } catch (const rim::DataError &) {
     refused = true;
   }
