@@ -125,6 +125,45 @@ static void the_twin_that_is_wrong(void **state) {
   }
 }
 
+/* Which outcomes' behaviour is off, by this from block 40 on, in units of 0.05. */
+static double off_by[O];
+
+static double off_since_40(uint32_t channel, uint32_t i, uint8_t byte) {
+  (void)byte;
+  return channel < O && i >= 40 ? off_by[channel] : 0.0;
+}
+
+/* What the search says of a residual of so many units of 0.05 in this channel. */
+static double as_shift(uint32_t channel, double units) {
+  return 0.05 * units / (double)rimi_noise_channel(&m->models.noise, channel).s;
+}
+
+/* Two sensors disagree. The agreement of the first leads, but the commands say that it is right, and
+ * that the second is off by what its agreement shows. */
+static void the_reading_that_the_commands_deny(void **state) {
+  (void)state;
+  rim_alarm a;
+  const struct {
+    double source, off[2], other_score; /* the other's score, of the leading one's */
+    uint16_t named;
+  } of[] = {{AGREEMENT_RESIDUALS, {0.0, 4.0}, 0.7, A1},  {AGREEMENT_RESIDUALS, {0.0, 4.0}, 0.3, A0},
+            {AGREEMENT_RESIDUALS, {4.0, 4.0}, 0.7, A0},  {AGREEMENT_RESIDUALS, {0.0, 0.0}, 0.7, A0},
+            {AGREEMENT_RESIDUALS, {0.0, -4.0}, 0.7, A0}, {AGREEMENT_FEW, {0.0, 4.0}, 0.7, A1},
+            {AGREEMENT_INTEGRAL, {0.0, 4.0}, 0.7, A0}};
+  for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
+    recipe r = without_integrals();
+    put_row(&r, 0, of[i].source, -1.0, 0, 0.0);
+    from(&r, false);
+    off_by[0] = of[i].off[0];
+    off_by[1] = of[i].off[1];
+    feed(off_since_40, 1.0);
+    plant_nothing();
+    plant(A0, SEARCH_SINCE, 4.0 * alarm_at, as_shift(A0, 4.0), 40);
+    plant(A1, SEARCH_SINCE, 4.0 * of[i].other_score * alarm_at, as_shift(A1, 4.0), 40);
+    assert_int_equal(named(A0, &a), of[i].named);
+  }
+}
+
 /* ---- behaviour before agreement ---- */
 
 /* The behaviour of outcome 1 is off from block 40 on. */
@@ -345,6 +384,7 @@ static void a_standing_alarm_keeps_its_sign(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(the_twin_that_is_wrong),
+      cmocka_unit_test(the_reading_that_the_commands_deny),
       cmocka_unit_test(the_vehicle_before_its_sensors),
       cmocka_unit_test(another_time_is_another_matter),
       cmocka_unit_test(the_cause_of_an_integral),

@@ -22,6 +22,8 @@
 #define LIKELY                                                                                     \
   1.0 /* nats for the outcome that is mostly integrated: a bias is likelier than a drift */
 
+#define SPEAKS 3.0 /* nats from which on behaviour speaks for a shift, or against it */
+
 static void begin(const rim_monitor *m, const rim_verdict *verdict, rim_alarm *alarm) {
   memset(alarm, 0, sizeof *alarm);
   alarm->t_s = verdict->t_s;
@@ -149,6 +151,57 @@ static bool deviates_too(const rim_monitor *m, uint16_t leading, uint16_t c) {
              TOGETHER * score;
 }
 
+/* ln likelihood ratio, as healthy runs inflate it, of a bias since this block, by what channel c of
+ * its outcome says. */
+static double support_by(const rim_monitor *m, uint32_t c, double bias, uint32_t onset) {
+  const noise_channel n = rimi_noise_channel(&m->models.noise, c);
+  const double z = bias / (double)n.s;
+  search_hypothesis since = {.family = SEARCH_SINCE, .onset = onset};
+  if (!(n.active > 0.5f) || !rimi_search_evaluate_channel(m->search, c, &since))
+    return 0.0;
+  const double a = 1.0 / ((double)since.sd * (double)since.sd);
+  return (z * (double)since.shift - 0.5 * z * z) * a / rimi_search_inflation(&n, &since);
+}
+
+/* The same of outcome j by its behaviour and its agreement. */
+static double support_of(const rim_monitor *m, uint32_t j, double bias, uint32_t onset) {
+  const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
+  return support_by(m, RIM_CHANNEL_BEHAVIOUR * outcomes + j, bias, onset) +
+         support_by(m, RIM_CHANNEL_AGREEMENT * outcomes + j, bias, onset);
+}
+
+/* How much the behaviour of a channel's outcome speaks for the shift that its agreement shows. */
+static double confirmed(const rim_monitor *m, uint16_t agreement) {
+  const search_hypothesis h = *rimi_search_best(m->search, agreement);
+  const noise_channel n = rimi_noise_channel(&m->models.noise, agreement);
+  if (h.family > SEARCH_RAMP)
+    return 0.0;
+  return support_by(m, agreement - m->words[RIM_CONFIG_OUTCOMES], (double)h.shift * (double)n.s,
+                    h.onset);
+}
+
+/* Two sensors disagree: their agreements both deviate, and the larger score need not be that of the
+ * sensor that is off. Where the commands say that the leading one is right and that the next one is
+ * off, it is the next one. */
+static uint16_t wrong_reading(const rim_monitor *m, uint16_t leading) {
+  const uint16_t outcomes = (uint16_t)m->words[RIM_CONFIG_OUTCOMES];
+  if (rimi_agreement_source(&m->models.agreement, leading % outcomes) == AGREEMENT_INTEGRAL)
+    return leading;
+  uint16_t next = leading;
+  double score =
+      rimi_max(BEHAVIOUR_SHARE * trained_score(m, leading), m->models.threshold.alarm_score);
+  for (uint16_t j = 0; j < outcomes; ++j) {
+    const uint16_t c = (uint16_t)(RIM_CHANNEL_AGREEMENT * outcomes + j);
+    if (c == leading || trained_score(m, c) < score)
+      continue;
+    score = trained_score(m, c);
+    next = c;
+  }
+  return next != leading && confirmed(m, next) >= SPEAKS && confirmed(m, leading) <= -SPEAKS
+             ? next
+             : leading;
+}
+
 static uint16_t choose_channel(const rim_monitor *m, uint16_t leading) {
   const uint16_t outcomes = (uint16_t)m->words[RIM_CONFIG_OUTCOMES];
   if (leading / outcomes <= RIM_CHANNEL_AGREEMENT)
@@ -165,8 +218,9 @@ static uint16_t choose_channel(const rim_monitor *m, uint16_t leading) {
       best = c;
     }
   }
-  return best == leading || best == leading % outcomes || deviates_too(m, leading, best) ? best
-                                                                                         : leading;
+  if (best != leading && (best == leading % outcomes || deviates_too(m, leading, best)))
+    return best;
+  return wrong_reading(m, leading);
 }
 
 /* A reading that stands still soon deviates too: the repeats are the cause, where they are many. */
@@ -246,24 +300,6 @@ static void date(const rim_monitor *m, const search_hypothesis *h, double onset_
   alarm->since_s = m->run_start_s + rimi_search_time_of(m->search, first) - 0.5 * block_s;
   if (h->onset != SEARCH_FROM_START)
     alarm->since_sd_s = onset_sd * block_s;
-}
-
-/* ln likelihood ratio, as healthy runs inflate it, of a bias of outcome j since this block, by what
- * its own channels say. */
-static double support_of(rim_monitor *m, uint32_t j, double bias, uint32_t onset) {
-  double support = 0.0;
-  for (uint32_t kind = RIM_CHANNEL_BEHAVIOUR; kind <= RIM_CHANNEL_AGREEMENT; ++kind) {
-    const uint32_t c = kind * m->words[RIM_CONFIG_OUTCOMES] + j;
-    const noise_channel n = rimi_noise_channel(&m->models.noise, c);
-    const double z = bias / (double)n.s;
-    search_hypothesis since = {.family = SEARCH_SINCE, .onset = onset};
-    if (n.active > 0.5f && rimi_search_evaluate_channel(m->search, c, &since)) {
-      const double a = 1.0 / ((double)since.sd * (double)since.sd);
-      support +=
-          (z * (double)since.shift - 0.5 * z * z) * a / (double)rimi_le_f32(n.phi, SEARCH_SINCE);
-    }
-  }
-  return support;
 }
 
 /* An outcome that integrates others drifts when one of those is biased. The others' own channels
