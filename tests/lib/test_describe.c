@@ -138,8 +138,8 @@ static double as_shift(uint32_t channel, double units) {
   return 0.05 * units / (double)rimi_noise_channel(&m->models.noise, channel).s;
 }
 
-/* Two sensors disagree. The agreement of the first leads, but the commands say that it is right, and
- * that the second is off by what its agreement shows. */
+/* Two sensors disagree. The agreement of the first leads, but the commands say that it is right,
+ * and that the second is off by what its agreement shows. */
 static void the_reading_that_the_commands_deny(void **state) {
   (void)state;
   rim_alarm a;
