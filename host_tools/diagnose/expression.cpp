@@ -454,12 +454,18 @@ std::vector<Product> Finder::promising(const State &state) const {
 // Products of two atoms of two features: all of them by products of matrices, which is several
 // times faster than one after the other. O(rows x atoms^2 x columns of the basis).
 void Finder::see_pairs(const Eigen::VectorXf &root, Scan *scan) const {
-  const Eigen::MatrixXf s =
-      values_.transpose() * (root.cwiseProduct(scan->left).asDiagonal() * values_);
+  // Weighted products of every two atoms; above the diagonal alone, for they are symmetric.
+  const auto products = [this](const Eigen::VectorXf &weight) -> Eigen::MatrixXf {
+    const Eigen::MatrixXf weighted = weight.asDiagonal() * values_;
+    Eigen::MatrixXf out(values_.cols(), values_.cols());
+    out.triangularView<Eigen::Upper>() = values_.transpose() * weighted;
+    return out;
+  };
+  const Eigen::MatrixXf s = products(root.cwiseProduct(scan->left));
   Eigen::MatrixXf own = pairs_;
   for (Index k = 0; k < scan->basis.cols(); ++k)
-    own -= (values_.transpose() * (root.cwiseProduct(scan->basis.col(k)).asDiagonal() * values_))
-               .cwiseAbs2();
+    own.triangularView<Eigen::Upper>() -=
+        products(root.cwiseProduct(scan->basis.col(k))).cwiseAbs2();
   const double factor = 0.5 * thinning_ / noise_.divisor();
   double least = -1e300;
   for (std::size_t a = 0; a < atoms_.size(); ++a) {

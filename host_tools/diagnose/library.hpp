@@ -54,8 +54,9 @@ struct Library {
   double gate_penalty(std::size_t features) const;
 };
 
-// O(rows x columns); some 100 to 1000 columns.
-Library make_library(const Measured &measured, const Channel &channel, const Catalogue &catalogue);
+// O(rows x columns); some 100 to 1000 columns. Without may_delay there is no form that comes late.
+Library make_library(const Measured &measured, const Channel &channel, const Catalogue &catalogue,
+                     bool may_delay = true);
 
 // Bounds over bins [first, last] of a gate feature as a Gate has them (an angle that was turned is
 // turned back).

@@ -288,7 +288,7 @@ void ChannelSearch::join_forms() {
   }
   NoiseState noise;
   const FormSet set =
-      SetSearch(measured_, library_, y_, out_.noise.weight, kept, least_noise(channel_))
+      SetSearch(measured_, library_, y_, out_.noise.weight, kept, least_noise(channel_), &products_)
           .best(may_delay_, &noise);
   take_noise(noise);
   for (std::size_t j = 0; j < set.candidates.size(); ++j) {

@@ -185,6 +185,7 @@ private:
   SearchOptions options_;
   Vector y_;
   std::unique_ptr<Scanner> scanner_;
+  Products products_;           // of the library's columns
   Vector measured_rows_;        // 1, or 0 where flagged
   double extra_variance_ = 0.0; // added to every stated variance: what no multiple of it explains
   bool may_delay_ = true;

@@ -256,7 +256,7 @@ ChannelFindings ChannelSearch::search_behind(const Member &delay, const Noise &n
     held = behind(*options_.held, delay.term);
     options.held = &held;
   }
-  const Library library = make_library(late, moved, *options_.catalogue);
+  const Library library = make_library(late, moved, *options_.catalogue, false);
   ChannelSearch second(late, moved, library, options);
   second.prepare({});
   second.find_members(false);
