@@ -121,14 +121,11 @@ Vector Clock::through_lag(const Vector &x, double lag_s, const Vector *start,
   return out;
 }
 
-// Where a prediction knows commands alone it cannot know the state that a log begins in: a lag then
-// begins at the first reading.
+// A prediction that does not start from the channel's own reading cannot know the state that a log
+// begins in: a lag then begins at the first reading.
 const Vector *start_of(const Term &term, const Measured &measured) {
   const int c = measured.find_channel(term.channel);
-  const bool has_state =
-      std::any_of(measured.features.begin(), measured.features.end(),
-                  [](const Feature &f) { return !f.is_command && !f.is_prediction; });
-  return c < 0 || has_state ? nullptr : &measured.channels[static_cast<std::size_t>(c)].z;
+  return c < 0 ? nullptr : &measured.channels[static_cast<std::size_t>(c)].z;
 }
 
 // What follows a motion through play: it stays until one end or the other takes it along. A log
@@ -253,13 +250,17 @@ Eigen::MatrixXd columns_at(const Term &term, const std::vector<std::vector<Param
              is_bare = term.response.empty() && term.ridges.empty();
   const auto state = term.arguments.find("s");
   const bool is_change = is_bare && !is_play && state != term.arguments.end();
-  const Vector x = is_change ? Vector(m - feature_column(measured, state->second)) : m;
+  const Vector whole = is_change ? Vector(m - feature_column(measured, state->second)) : m;
   const Vector *start = is_bare && !is_change ? start_of(term, measured) : nullptr;
   const LateResponse response(term, measured, rows);
-  double known_s = -1.0; // the delay of `before`, x in all rows
+  double known_s = -1.0, known_level = 0.0; // of `before`, x in all rows, delayed
   Vector before;
   for (std::size_t k = 0; k < shapes.size(); ++k) {
     const auto of = [&](const char *name) { return shape_value(shapes[k], term.form, name); };
+    double level = 0.0; // of the dead zone before
+    for (const Parameter &p : shapes[k])
+      level = p.name == kBeyond && is_bare ? p.value : level;
+    const Vector x = level > 0.0 ? beyond_dead_zone(whole, level) : whole;
     Vector column;
     if (is_play) {
       column = through_play(m, measured, of("play"))(rows) - m(rows);
@@ -271,8 +272,9 @@ Eigen::MatrixXd columns_at(const Term &term, const std::vector<std::vector<Param
     } else if (!has_lag) {
       column = clock.delayed(x, of("delay"), rows) - x(rows);
     } else {
-      if (has_delay && of("delay") != known_s) {
+      if (has_delay && (of("delay") != known_s || level != known_level)) {
         known_s = of("delay");
+        known_level = level;
         before = clock.delayed(x, known_s, clock.all());
       }
       column = clock.through_lag(has_delay ? before : x, of("lag"), start, rows) - x(rows);

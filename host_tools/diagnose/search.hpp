@@ -33,6 +33,9 @@ struct SearchOptions {
 // Viscous friction that grows less than with the speed, made of two forms that were found.
 inline constexpr const char *kViscousBySpeed = "viscous_by_speed";
 
+// Blocks of a log, for what is held out.
+inline constexpr std::size_t kBlocks = 10;
+
 // What is claimed of a member besides its term.
 struct Claim {
   Member rival;                             // the best term of another cause in its place
@@ -127,11 +130,22 @@ private:
   Noise plain_noise() const;
   void refit_plain();
   std::vector<Member> best_delays(const std::vector<Member> &others, const Noise &plain) const;
+  std::size_t late_member() const;
+  std::vector<Member> delays_to_follow(std::size_t at, const Noise &plain) const;
   void follow_delay();
+  void take_followed(ChannelFindings found);
   Noise least_noise_of(const std::vector<ChannelFindings> &found, const Noise &plain) const;
   double loss_behind(const Term &delay, std::vector<Member> members, const Noise &noise) const;
   Member tuned(const Member &delay, const std::vector<Member> &beside, const Noise &noise) const;
   ChannelFindings search_behind(const Member &delay, const Noise &noise) const;
+  std::vector<Member> gain_and_bias() const;
+  Member behind_dead_zone(const Member &delay, const std::vector<Member> &beside,
+                          const Noise &noise) const;
+  double dead_zone_held_out(const Member &delay, const std::vector<Member> &beside,
+                            const Noise &noise) const;
+  std::vector<Member> behind_dead_zones(const std::vector<Member> &delays,
+                                        const Noise &noise) const;
+  void add_dead_zone(const Noise &noise, double without);
   void drop_unconfirmed();
   bool let_differ(std::size_t which);
   void limit_support();
@@ -191,6 +205,14 @@ private:
   bool may_delay_ = true;
   ChannelFindings out_;
 };
+
+template <class See> void ChannelSearch::for_each_row(See see) const {
+  for (std::size_t l = 0; l < measured_.logs.size(); ++l) {
+    const LogSpan &log = measured_.logs[l];
+    for (std::size_t i = 0; i < log.rows; ++i)
+      see(static_cast<Eigen::Index>(log.first + i), l, i * kBlocks / log.rows);
+  }
+}
 
 // The member's columns over a table, in stated sd; m: the prediction that its expressions see.
 void set_columns(const Measured &table, const Channel &channel, const Vector &m, Member *member);

@@ -16,7 +16,6 @@ namespace {
 using Index = Eigen::Index;
 // A stated sd that is a tenth out is no finding; nor is a global factor this small.
 constexpr double kLeastNoiseFactor = 1.16;
-constexpr std::size_t kBlocks = 10; // a log, for what is held out
 // What a term must gain, in nats, on rows it was not fitted to.
 constexpr double kLeastHeldOut = 2.0;
 // By what share the held-out squares must fall, and in what share of the parts that a term touches:
@@ -117,14 +116,6 @@ Member ChannelSearch::judge_alternatives(std::size_t which, const std::vector<Me
   claim->is_separable =
       claim->alternatives.empty() || claim->alternatives.front().delta_bic > kSeparableBic;
   return rival;
-}
-
-template <class See> void ChannelSearch::for_each_row(See see) const {
-  for (std::size_t l = 0; l < measured_.logs.size(); ++l) {
-    const LogSpan &log = measured_.logs[l];
-    for (std::size_t i = 0; i < log.rows; ++i)
-      see(static_cast<Index>(log.first + i), l, i * kBlocks / log.rows);
-  }
 }
 
 // Of the last of these members.

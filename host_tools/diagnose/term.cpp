@@ -191,10 +191,25 @@ bool is_late_form(const std::string &form) {
 bool has_no_expression(const std::string &form) { return is_late_form(form) || form == kBacklash; }
 
 bool moves_prediction(const Term &term) {
-  return term.kind == TermKind::mean && term.basis.empty() && is_late_form(term.form);
+  return term.kind == TermKind::mean &&
+         (term.form == kDeadZoneBefore || (term.basis.empty() && is_late_form(term.form)));
 }
 
-bool remembers(const Term &term) { return moves_prediction(term) || term.form == kBacklash; }
+Vector beyond_dead_zone(const Vector &x, double level) {
+  return x - x.cwiseMax(-level).cwiseMin(level);
+}
+
+double dead_zone_before(const Term &term) {
+  for (const Parameter &p : term.shape) {
+    if (p.name == kBeyond && is_late_form(term.form))
+      return p.value;
+  }
+  return 0.0;
+}
+
+bool remembers(const Term &term) {
+  return term.form == kBacklash || (moves_prediction(term) && term.form != kDeadZoneBefore);
+}
 
 Vector ridge_values(const Ridge &ridge, const Vector &s) {
   const auto last = ridge.knots.size() - 1;
@@ -279,8 +294,9 @@ std::string expression_text(const Term &term) {
   if (term.form == "table")
     return "table of " + std::to_string(term.knots.size()) + " values over " +
            strip(term.arguments.begin()->second);
-  if (moves_prediction(term)) {
+  if (remembers(term) && term.form != kBacklash) {
     const std::string what = !is_bare(term)                  ? "the command"
+                             : dead_zone_before(term) > 0.0  ? "what the dead zone leaves"
                              : term.arguments.count("s") > 0 ? "the predicted change"
                                                              : "the prediction";
     if (term.form.rfind("delay", 0) == 0)
