@@ -52,6 +52,7 @@ public:
     state_ = own_state(measured, channel);
     has_start_ = state_ >= 0 && starts_from(measured, channel, state_);
     out_.own = own_velocity(measured, channel);
+    out_.time_share = channel.run.cols() > 0 ? 1.0 : kTimeShare;
     out_.ln_rows = std::log(static_cast<double>(measured.rows()));
   }
   Library build();

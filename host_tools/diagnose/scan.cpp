@@ -15,8 +15,6 @@ namespace {
 
 using Index = Eigen::Index;
 constexpr int kRefineBins = 200;
-// Time is a proxy of whatever happens then: it must explain more than what it stands for.
-constexpr double kTimeShare = 0.9;
 // What a bound may be off by.
 constexpr double kRounding = 1.0 - 1e-9;
 
@@ -168,7 +166,7 @@ void Scanner::propose_gated(const Gated &gated, const Vector &e, const Noise &no
     if (candidate.is_positive && found.s <= 0.0)
       continue;
     const double gain =
-        found.ln_anom / noise.divisor() * (feature.name == kTime ? kTimeShare : 1.0);
+        found.ln_anom / noise.divisor() * (feature.name == kTime ? library_.time_share : 1.0);
     if (gain > best.gain) {
       best.gain = gain;
       best.bounds = {
@@ -243,7 +241,8 @@ void Scanner::propose_pairs(int candidate, const Vector &e, const Noise &noise,
       sums[b] = sums[b].less({-sums[b - 1].s1, -sums[b - 1].s2, -sums[b - 1].w11, -sums[b - 1].w12,
                               -sums[b - 1].w22, -sums[b - 1].n});
     const PairBest found = best_pair(sums, 2.0 * least_rows_);
-    const double gain = found.gain / noise.divisor() * (feature.name == kTime ? kTimeShare : 1.0);
+    const double gain =
+        found.gain / noise.divisor() * (feature.name == kTime ? library_.time_share : 1.0);
     if (gain > best.gain) {
       best.gain = gain;
       best.bounds = {{f, feature.fine_edge[found.first], feature.fine_edge[found.last]}};
@@ -293,7 +292,8 @@ void Scanner::propose_boxes(const Gated &gated, const Vector &e, const Noise &no
     const GateFeature &a = library_.gates[static_cast<std::size_t>(pairs_[p].first)];
     const GateFeature &b = library_.gates[static_cast<std::size_t>(pairs_[p].second)];
     // Only bins that are: a feature of few values has fewer, and rounding could choose one more.
-    const double factor = (a.name == kTime || b.name == kTime ? kTimeShare : 1.0) / noise.divisor();
+    const double factor =
+        (a.name == kTime || b.name == kTime ? library_.time_share : 1.0) / noise.divisor();
     const double known = best.gain / factor * kRounding;
     const BoxBest box = best_box(sums(p, ge), gated.w_grid[p], rows_in_[p], a.coarse_bins(),
                                  b.coarse_bins(), least_rows_, known);

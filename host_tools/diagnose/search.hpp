@@ -33,6 +33,9 @@ struct SearchOptions {
 // Viscous friction that grows less than with the speed, made of two forms that were found.
 inline constexpr const char *kViscousBySpeed = "viscous_by_speed";
 
+// Autocorrelated beyond this, what remains is no noise of the readings.
+inline constexpr double kMostSpread = 2.0;
+
 // Blocks of a log, for what is held out.
 inline constexpr std::size_t kBlocks = 10;
 
@@ -134,6 +137,16 @@ private:
   std::vector<Member> delays_to_follow(std::size_t at, const Noise &plain) const;
   void follow_delay();
   void take_followed(ChannelFindings found);
+  bool has_run() const;
+  Eigen::MatrixXd run_columns() const;
+  struct RunLoss { // what is left over the noise; the run's effects over what is usual of them
+    double left = 0.0, prior = 0.0;
+  };
+  RunLoss loss_beside_run(const std::vector<Member> &members, Vector *run) const;
+  double gain_beside_run(std::size_t which) const;
+  void drop_within_run();
+  void list_unconfirmed_once();
+  void search_beside_run(const std::vector<Term> &given);
   Noise least_noise_of(const std::vector<ChannelFindings> &found, const Noise &plain) const;
   double loss_behind(const Term &delay, std::vector<Member> members, const Noise &noise) const;
   Member tuned(const Member &delay, const std::vector<Member> &beside, const Noise &noise) const;
