@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a healthy run does of its own: offsets, gains and slow wander that the trained runs have too.
+// What a healthy run does of its own: offsets, gains and slow wander that trained runs have too.
 #include "diagnose/search.hpp"
 
 #include <algorithm>
@@ -33,8 +33,8 @@ Eigen::MatrixXd ChannelSearch::run_columns() const {
   return out;
 }
 
-// Beside these members the run's effects b, whose sizes are N(0, 1): -2 ln likelihood is |y - H beta
-// - W b|^2 / divisor + |b|^2, least over both. Returns half of each; run: W b.
+// Beside these members the run's effects b, whose sizes are N(0, 1): -2 ln likelihood is |y - H
+// beta - W b|^2 / divisor + |b|^2, least over both. Returns half of each; run: W b.
 ChannelSearch::RunLoss ChannelSearch::loss_beside_run(const std::vector<Member> &members,
                                                       Vector *run) const {
   const Vector raw = (channel_.z - channel_.m).cwiseQuotient(channel_.sd);
