@@ -7,6 +7,7 @@
 #include <numeric>
 #include <unordered_map>
 
+#include <Eigen/Cholesky>
 #include <fmt/format.h>
 
 #include "stats/robust.hpp"
@@ -18,6 +19,10 @@ namespace {
 
 using Index = Eigen::Index;
 constexpr double kShortGap = 10.0; // median steps: what a straight line still bridges
+
+// Share of its squares that a prediction made of commands leaves beside them; rows that are looked at.
+constexpr double kLeftByCommands = 0.01;
+constexpr Index kMostStartRows = 2000;
 
 double shape_value(const std::vector<Parameter> &shape, const std::string &form,
                    const std::string &name) {
@@ -121,11 +126,44 @@ Vector Clock::through_lag(const Vector &x, double lag_s, const Vector *start,
   return out;
 }
 
-// A prediction that does not start from the channel's own reading cannot know the state that a log
-// begins in: a lag then begins at the first reading.
-const Vector *start_of(const Term &term, const Measured &measured) {
+// Whether the prediction is a sum of commands, in a few thousand rows of all.
+bool is_of_commands(const Vector &m, const Measured &measured) {
+  const Index stride = 1 + m.size() / kMostStartRows, rows = (m.size() + stride - 1) / stride;
+  std::vector<Index> commands;
+  for (std::size_t f = 0; f < measured.features.size(); ++f) {
+    if (measured.features[f].is_command)
+      commands.push_back(static_cast<Index>(f));
+  }
+  const auto count = static_cast<Index>(commands.size());
+  if (count == 0 || rows < 3 * (count + 1))
+    return false;
+  Eigen::MatrixXd h(rows, count + 1);
+  Vector y(rows);
+  for (Index i = 0; i < rows; ++i) {
+    y(i) = m(i * stride);
+    for (Index k = 0; k < count; ++k)
+      h(i, k) = measured.x(i * stride, commands[static_cast<std::size_t>(k)]);
+  }
+  const Eigen::RowVectorXd mean = h.leftCols(count).colwise().mean();
+  h.leftCols(count).rowwise() -= mean;
+  h.col(count).setOnes();
+  Eigen::MatrixXd gram = h.transpose() * h;
+  gram.diagonal().array() *= 1.0 + 1e-9;
+  gram.diagonal().array() += 1e-300;
+  const Vector left = y - h * gram.ldlt().solve(h.transpose() * y);
+  return left.squaredNorm() < kLeftByCommands * (y.array() - y.mean()).square().sum();
+}
+
+// Where a prediction knows commands alone it cannot know the state that a log begins in: a lag then
+// begins at the first reading.
+const Vector *start_of(const Term &term, const Measured &measured, const Vector &m) {
   const int c = measured.find_channel(term.channel);
-  return c < 0 ? nullptr : &measured.channels[static_cast<std::size_t>(c)].z;
+  const bool has_state =
+      std::any_of(measured.features.begin(), measured.features.end(),
+                  [](const Feature &f) { return !f.is_command && !f.is_prediction; });
+  return c < 0 || (has_state && !is_of_commands(m, measured))
+             ? nullptr
+             : &measured.channels[static_cast<std::size_t>(c)].z;
 }
 
 // What follows a motion through play: it stays until one end or the other takes it along. A log
@@ -251,7 +289,7 @@ Eigen::MatrixXd columns_at(const Term &term, const std::vector<std::vector<Param
   const auto state = term.arguments.find("s");
   const bool is_change = is_bare && !is_play && state != term.arguments.end();
   const Vector whole = is_change ? Vector(m - feature_column(measured, state->second)) : m;
-  const Vector *start = is_bare && !is_change ? start_of(term, measured) : nullptr;
+  const Vector *start = is_bare && !is_change ? start_of(term, measured, m) : nullptr;
   const LateResponse response(term, measured, rows);
   double known_s = -1.0, known_level = 0.0; // of `before`, x in all rows, delayed
   Vector before;

@@ -194,18 +194,20 @@ void a_delay_takes_the_command_of_then(void **) {
   lag.shape = {{"lag", 0.2, 0.0, "s"}};
   const double share = 1.0 - std::exp(-0.5);
   const double first = share * 2.0;
-  Measured begun = t;
-  begun.channels[0].z(0) = m(0);
-  begun.channels[0].z(4) = m(4) + 1.0;
-  assert_near(mean_effect(lag, begun, m)(1), first - 2.0, 1e-12);
-  assert_near(mean_effect(lag, begun, m)(2), first + share * (4.0 - first) - 4.0, 1e-12);
-  assert_near(mean_effect(lag, begun, m)(4), 1.0, 0.0); // each log from its own first reading
+  assert_near(mean_effect(lag, t, m)(1), first - 2.0, 1e-12);
+  assert_near(mean_effect(lag, t, m)(2), first + share * (4.0 - first) - 4.0, 1e-12);
+  assert_near(mean_effect(lag, t, m)(4), 0.0, 0.0); // each log from its own first value
+  Measured commanded = t; // of a prediction that is made of commands, from its first reading
+  commanded.x.col(1) = 0.5 * m;
+  commanded.channels[0].z(4) = m(4) + 1.0;
+  assert_near(mean_effect(lag, commanded, m)(4), 1.0, 0.0);
 }
 
 // A dead zone before a lag: the lag is of what it leaves, and both together make the prediction.
 void a_dead_zone_before_a_lag(void **) {
   Measured t = small(); // m: 0 2 4 6 | 20 22 24 26
   const Vector &m = t.channels[0].m;
+  t.x.col(1) = m;
   t.channels[0].z << 0, 0, 0, 0, 17, 0, 0, 0;
   Term zone = term("-max(-level, min(level, m))");
   zone.form = rim::diagnose::kDeadZoneBefore;
