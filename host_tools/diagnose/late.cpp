@@ -20,7 +20,7 @@ namespace {
 using Index = Eigen::Index;
 constexpr double kShortGap = 10.0; // median steps: what a straight line still bridges
 
-// Share of its squares that a prediction made of commands leaves beside them; rows that are looked at.
+// Share of its squares that a prediction made of commands leaves beside them; rows looked at.
 constexpr double kLeftByCommands = 0.01;
 constexpr Index kMostStartRows = 2000;
 
