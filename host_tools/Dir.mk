@@ -13,7 +13,8 @@ THESIS_CLI_OBJ := $(filter $(BUILD)/host_tools/thesis/cli/%,$(THESIS_OBJ)) $(BUI
 # Levels of optimisation: -O2 where `rim train`, `rim diagnose` and the simulated landings spend
 # their time by a profile, the rest -O1. Another OPT than -O2 holds for everything. No result depends
 # on the level (no fast-math).
-HOST_HOT := train/behaviour train/fit_gram train/noise diagnose/expression diagnose/model diagnose/null diagnose/scan \
+HOST_HOT := train/behaviour train/fit_gram train/noise \
+  $(addprefix diagnose/,expression late model null scan sets) \
   stats/orthogonal stats/robust
 HOST_WARM := $(addprefix $(BUILD)/host_tools/,world/lander%.o log/csv_read.o replay/replay.o)
 HOST_HOT_OBJ := $(filter $(HOST_HOT:%=$(BUILD)/host_tools/%.o),$(HOST_OBJ))
@@ -27,14 +28,13 @@ PCH_LEVELS := $(if $(filter -O2,$(OPT)),-O1 -O2,$(OPT))
 # compiler begins with, and neighbours need the same templates. It is for speed alone: with a compiler
 # cache, or with `make GROUPS=`, each is compiled by itself. Sources of a group share their unnamed
 # namespaces; what collides is taken off its list.
-GROUPS := $(if $(PCH),bus claims image log report search sets trainer world)
+GROUPS := $(if $(PCH),bus claims image log report search trainer world)
 GROUP_bus := bus/%
 GROUP_claims := $(addprefix diagnose/,apply_extension catalogue diagnose flagged gain library mixed regions rollout sentence term)
 GROUP_image := image/%
 GROUP_log := log/%
 GROUP_report := $(addprefix report/,data gain output_folder outputs page show style svg tables)
 GROUP_search := diagnose/search%
-GROUP_sets := diagnose/sets diagnose/response
 GROUP_trainer := $(addprefix train/,agreement calibrate calibrate_external fit fit_section healthy_blocks train_report trainer)
 GROUP_world := world/%
 GROUP_OBJ := $(GROUPS:%=$(BUILD)/group/%.o)

@@ -169,6 +169,7 @@ Measured select(const Measured &measured, const std::vector<std::uint8_t> &fold_
     part.z = channel.z(rows);
     part.m = channel.m(rows);
     part.sd = channel.sd(rows);
+    part.run = channel.run(rows, Eigen::all);
     out.channels.push_back(part);
   }
   return out;

@@ -454,12 +454,18 @@ std::vector<Product> Finder::promising(const State &state) const {
 // Products of two atoms of two features: all of them by products of matrices, which is several
 // times faster than one after the other. O(rows x atoms^2 x columns of the basis).
 void Finder::see_pairs(const Eigen::VectorXf &root, Scan *scan) const {
-  const Eigen::MatrixXf s =
-      values_.transpose() * (root.cwiseProduct(scan->left).asDiagonal() * values_);
+  // Weighted products of every two atoms; above the diagonal alone, for they are symmetric.
+  const auto products = [this](const Eigen::VectorXf &weight) -> Eigen::MatrixXf {
+    const Eigen::MatrixXf weighted = weight.asDiagonal() * values_;
+    Eigen::MatrixXf out(values_.cols(), values_.cols());
+    out.triangularView<Eigen::Upper>() = values_.transpose() * weighted;
+    return out;
+  };
+  const Eigen::MatrixXf s = products(root.cwiseProduct(scan->left));
   Eigen::MatrixXf own = pairs_;
   for (Index k = 0; k < scan->basis.cols(); ++k)
-    own -= (values_.transpose() * (root.cwiseProduct(scan->basis.col(k)).asDiagonal() * values_))
-               .cwiseAbs2();
+    own.triangularView<Eigen::Upper>() -=
+        products(root.cwiseProduct(scan->basis.col(k))).cwiseAbs2();
   const double factor = 0.5 * thinning_ / noise_.divisor();
   double least = -1e300;
   for (std::size_t a = 0; a < atoms_.size(); ++a) {
@@ -497,20 +503,41 @@ void Finder::lengthen(const Product &product, const Eigen::VectorXf &values, Sca
     see(values.asDiagonal() * values_(Eigen::all, partners), longer, scan);
 }
 
-// The widths of the last product, each by bisection.
+// The widths of the last product, each by bisection. What the other columns and factors do is the
+// same for every width.
 State Finder::refined(const State &from, State state) const {
-  for (std::size_t k = 0; k < state.products.back().size(); ++k) {
-    if (!has_width(state.products.back()[k].fn) || inputs_[state.products.back()[k].input].is_angle)
+  Product product = state.products.back();
+  const auto may_move = [this](const Atom &atom) {
+    return has_width(atom.fn) && !inputs_[atom.input].is_angle;
+  };
+  if (std::none_of(product.begin(), product.end(), may_move))
+    return state;
+  const Eigen::MatrixXd basis =
+      from.columns.cols() > 0 ? orthonormal_basis(from.columns) : from.columns;
+  const Vector left = y_ - basis * (basis.transpose() * y_);
+  double most = -1.0; // squares that the product takes off
+  for (std::size_t k = 0; k < product.size(); ++k) {
+    if (!may_move(product[k]))
       continue;
+    Product others = product;
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
+    const Vector beside = column(others);
+    const auto fall_of = [&](double width) {
+      Atom atom = product[k];
+      atom.width = width;
+      const Vector x = beside.cwiseProduct(values(atom));
+      const double own = x.squaredNorm() - (basis.transpose() * x).squaredNorm(), s = x.dot(left);
+      return own > kLeastOwn * x.squaredNorm() ? s * s / own : 0.0;
+    };
+    most = std::max(most, fall_of(product[k].width));
     double factor = 1.35;
     for (int step = 0; step < kWidthSteps; ++step) {
       bool moved = false;
       for (const double by : {factor, 1.0 / factor}) {
-        Product product = state.products.back();
-        product[k].width *= by;
-        State next = with(from, product);
-        if (next.rss < state.rss) {
-          state = std::move(next);
+        const double fall = fall_of(product[k].width * by);
+        if (fall > most) {
+          most = fall;
+          product[k].width *= by;
           moved = true;
           break;
         }
@@ -519,7 +546,7 @@ State Finder::refined(const State &from, State state) const {
         factor = std::sqrt(factor);
     }
   }
-  return state;
+  return with(from, product);
 }
 
 // Of all sums of two functions the best, exactly: what is best together need not be alone.

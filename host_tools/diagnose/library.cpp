@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnose/late.hpp"
 #include "diagnose/response.hpp"
 #include "diagnose/roles.hpp"
 #include "stats/robust.hpp"
@@ -44,12 +45,14 @@ bool turns(const Feature &feature, const Vector &x) {
 
 class Builder {
 public:
-  Builder(const Measured &measured, const Channel &channel, const Catalogue &catalogue)
-      : measured_(measured), channel_(channel), catalogue_(catalogue),
+  Builder(const Measured &measured, const Channel &channel, const Catalogue &catalogue,
+          bool may_delay)
+      : measured_(measured), channel_(channel), catalogue_(catalogue), may_delay_(may_delay),
         velocities_(velocities(measured)) {
     state_ = own_state(measured, channel);
     has_start_ = state_ >= 0 && starts_from(measured, channel, state_);
     out_.own = own_velocity(measured, channel);
+    out_.time_share = channel.run.cols() > 0 ? 1.0 : kTimeShare;
     out_.ln_rows = std::log(static_cast<double>(measured.rows()));
   }
   Library build();
@@ -75,6 +78,7 @@ private:
   const Measured &measured_;
   const Channel &channel_;
   const Catalogue &catalogue_;
+  bool may_delay_;
   std::vector<int> velocities_;
   int state_ = -1;         // own_state()
   bool has_start_ = false; // the prediction starts from it
@@ -386,12 +390,13 @@ void Builder::add_built_in(const Form &form) {
     candidate.term.arguments["s"] = measured_.features[static_cast<std::size_t>(state_)].name;
   const std::vector<std::vector<Parameter>> grid = late_grid(form.form);
   candidate.penalty = std::log(static_cast<double>(grid.size())) + 0.5 * out_.ln_rows + form.cost;
-  for (const std::vector<Parameter> &shape : grid) {
-    candidate.term.shape = shape;
+  const Eigen::MatrixXd columns = late_columns(candidate.term, grid, measured_, channel_.m);
+  for (std::size_t k = 0; k < grid.size(); ++k) {
+    candidate.term.shape = grid[k];
     candidate.shape_range.clear();
-    for (const Parameter &p : shape)
+    for (const Parameter &p : grid[k])
       candidate.shape_range.emplace_back(0.6 * p.value, 1.5 * p.value);
-    if (add(candidate, basis_columns(candidate.term, measured_, channel_.m)))
+    if (add(candidate, columns.col(static_cast<Index>(k))))
       out_.size_units.push_back("");
   }
 }
@@ -476,10 +481,10 @@ Library Builder::build() {
   for (const Form &form : catalogue_.forms) {
     if (form.kind != TermKind::mean)
       continue;
-    if (form.basis.empty())
-      add_built_in(form);
-    else
+    if (!form.basis.empty())
       add_form(form);
+    else if (may_delay_)
+      add_built_in(form);
   }
   out_.g.resize(channel_.m.size(), static_cast<Index>(columns_.size()));
   for (std::size_t k = 0; k < columns_.size(); ++k)
@@ -500,8 +505,9 @@ double Library::gate_penalty(std::size_t features) const {
   return features == 1 ? std::log(f * intervals) : std::log(0.5 * f * (f - 1.0) * boxes);
 }
 
-Library make_library(const Measured &measured, const Channel &channel, const Catalogue &catalogue) {
-  return Builder(measured, channel, catalogue).build();
+Library make_library(const Measured &measured, const Channel &channel, const Catalogue &catalogue,
+                     bool may_delay) {
+  return Builder(measured, channel, catalogue, may_delay).build();
 }
 
 void add_bounds(const GateFeature &feature, double lower, double upper, Gate *gate) {

@@ -41,21 +41,26 @@ struct Candidate {
   std::vector<std::string> size_names;
 };
 
+// Time is a proxy of whatever happens then: in an interval of it a term must explain more than what
+// it stands for. Not where runs are known: there something begins at a time.
+inline constexpr double kTimeShare = 0.9;
+
 struct Library {
   Eigen::MatrixXd g; // rows x columns, each divided by the channel's stated sd
   std::vector<Candidate> candidates;
   std::vector<GateFeature> gates;
   std::vector<int> own;               // features taken for the channel's own velocity
   std::vector<std::vector<int>> sets; // candidates that come together, of Catalogue::sets
-  double ln_rows = 0.0;
+  double ln_rows = 0.0, time_share = kTimeShare;
   std::vector<std::string> size_units; // by candidate
 
   // ln of the number of intervals or boxes that a gate of so many features is chosen from.
   double gate_penalty(std::size_t features) const;
 };
 
-// O(rows x columns); some 100 to 1000 columns.
-Library make_library(const Measured &measured, const Channel &channel, const Catalogue &catalogue);
+// O(rows x columns); some 100 to 1000 columns. Without may_delay there is no form that comes late.
+Library make_library(const Measured &measured, const Channel &channel, const Catalogue &catalogue,
+                     bool may_delay = true);
 
 // Bounds over bins [first, last] of a gate feature as a Gate has them (an angle that was turned is
 // turned back).

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "predict/columns.hpp"
 #include "stats/robust.hpp"
 #include "util/error.hpp"
 
@@ -77,6 +78,13 @@ Channel make_channel(const std::vector<Log> &logs, const Column &outcome) {
   channel.unit = outcome.unit;
   channel.z = gather(logs, outcome.name);
   channel.m = gather(logs, "m." + channel.name);
+  std::size_t effects = 0;
+  while (find_column(logs.front(), world::run_column(effects, channel.name)) >= 0)
+    ++effects;
+  channel.run.resize(channel.z.size(), static_cast<Eigen::Index>(effects));
+  for (std::size_t k = 0; k < effects; ++k)
+    channel.run.col(static_cast<Eigen::Index>(k)) =
+        gather(logs, world::run_column(k, channel.name));
   if (find_column(logs.front(), "sd." + channel.name) >= 0) {
     check_sd(logs, "sd." + channel.name);
     channel.sd = gather(logs, "sd." + channel.name);
@@ -153,6 +161,7 @@ Measured thinned(const Measured &measured, std::size_t most) {
     part.z = channel.z(out.picked);
     part.m = channel.m(out.picked);
     part.sd = channel.sd(out.picked);
+    part.run = channel.run(out.picked, Eigen::all);
     out.channels.push_back(std::move(part));
   }
   return out;

@@ -36,6 +36,9 @@ struct Channel {
   std::string velocity{}; // the feature that its friction acts on, where the user says it
   // Of velocities: 1: counts as the channel does, -1: against it; not here: it cannot be told.
   std::map<std::string, int> senses{};
+  // By how much a healthy run of its own may be off, along each of a few effects, as one standard
+  // deviation: rows x effects. None: not known.
+  Eigen::MatrixXd run{};
   bool sd_estimated = false; // there was no sd. column: one value, from the residuals' own scatter
 };
 

@@ -15,20 +15,30 @@ namespace {
 
 using Index = Eigen::Index;
 constexpr int kRefineBins = 200;
-// Time is a proxy of whatever happens then: it must explain more than what it stands for.
-constexpr double kTimeShare = 0.9;
+// What a bound may be off by.
+constexpr double kRounding = 1.0 - 1e-9;
 
 std::size_t idx(Index i) { return static_cast<std::size_t>(i); }
 
-// Largest s^2 / 2 w over the boxes of a grid, by sums of columns; w and n likewise.
 struct BoxBest {
   double value = 0.0;
   int first[2] = {0, 0}, last[2] = {0, 0};
 };
 
+// Twice the most that any box of these columns can reach: by Cauchy and Schwarz the sum of s^2 / w.
+double most_of(const double *s, const double *w, int columns) {
+  double sum = 0.0;
+  for (int k = 0; k < columns; ++k)
+    sum += s[k] * s[k] / std::max(w[k], 1e-300);
+  return sum;
+}
+
+// Largest s^2 / 2 w over the boxes of a grid, by sums of columns, where it is above `known`; w and
+// n likewise. Rows that cannot reach what was found already are passed over.
 BoxBest best_box(const Cells &s, const Cells &w, const Cells &n, int rows, int columns,
-                 double least) {
+                 double least, double known) {
   BoxBest best;
+  best.value = known;
   double cs[kCoarseBins], cw[kCoarseBins], cn[kCoarseBins];
   for (int top = 0; top < rows; ++top) {
     std::fill_n(cs, kCoarseBins, 0.0);
@@ -41,6 +51,8 @@ BoxBest best_box(const Cells &s, const Cells &w, const Cells &n, int rows, int c
         cw[k] += w[at];
         cn[k] += n[at];
       }
+      if (most_of(cs, cw, columns) < 2.0 * best.value * kRounding)
+        continue;
       for (int left = 0; left < columns; ++left) {
         double sum = 0.0, weight = 0.0, count = 0.0;
         for (int right = left; right < columns; ++right) {
@@ -92,6 +104,12 @@ Scanner::Scanner(const Library &library, const Vector &weight)
     cells_.push_back(std::move(cell));
     rows_in_.push_back(sums(cells_.size() - 1, used));
   }
+  fine_rows_ = Eigen::MatrixXd::Zero(kFineBins, gates);
+  for (int f = 0; f < gates; ++f) {
+    const auto &bin = library.gates[static_cast<std::size_t>(f)].fine;
+    for (Index i = 0; i < used.size(); ++i)
+      fine_rows_(bin[idx(i)], f) += used(i);
+  }
   least_rows_ = std::max(15.0, 0.008 * weight_.sum());
   for (int c = 0; c < static_cast<int>(library.candidates.size()); ++c) {
     const Candidate &candidate = library.candidates[static_cast<std::size_t>(c)];
@@ -138,12 +156,9 @@ void Scanner::propose_gated(const Gated &gated, const Vector &e, const Noise &no
     const GateFeature &feature = library_.gates[static_cast<std::size_t>(f)];
     const int count = feature.fine_bins();
     for (int b = 0; b < count; ++b)
-      bins[b] = {0.0, 0.0, gated.w(b, f)};
-    for (Index i = 0; i < ge.size(); ++i) {
-      rim_stats &bin = bins[feature.fine[idx(i)]];
-      bin.s += ge(i);
-      bin.n += weight_(i) > 0.0 ? 1.0 : 0.0;
-    }
+      bins[b] = {fine_rows_(b, f), 0.0, gated.w(b, f)};
+    for (Index i = 0; i < ge.size(); ++i)
+      bins[feature.fine[idx(i)]].s += ge(i);
     rim_interval found;
     if (rimi_interval_find(bins, static_cast<std::size_t>(count), least_rows_, &found) != RIM_OK ||
         found.bins == 0 || static_cast<int>(found.bins) == count || found.w < 1e-12 * g2)
@@ -151,7 +166,7 @@ void Scanner::propose_gated(const Gated &gated, const Vector &e, const Noise &no
     if (candidate.is_positive && found.s <= 0.0)
       continue;
     const double gain =
-        found.ln_anom / noise.divisor() * (feature.name == kTime ? kTimeShare : 1.0);
+        found.ln_anom / noise.divisor() * (feature.name == kTime ? library_.time_share : 1.0);
     if (gain > best.gain) {
       best.gain = gain;
       best.bounds = {
@@ -226,7 +241,8 @@ void Scanner::propose_pairs(int candidate, const Vector &e, const Noise &noise,
       sums[b] = sums[b].less({-sums[b - 1].s1, -sums[b - 1].s2, -sums[b - 1].w11, -sums[b - 1].w12,
                               -sums[b - 1].w22, -sums[b - 1].n});
     const PairBest found = best_pair(sums, 2.0 * least_rows_);
-    const double gain = found.gain / noise.divisor() * (feature.name == kTime ? kTimeShare : 1.0);
+    const double gain =
+        found.gain / noise.divisor() * (feature.name == kTime ? library_.time_share : 1.0);
     if (gain > best.gain) {
       best.gain = gain;
       best.bounds = {{f, feature.fine_edge[found.first], feature.fine_edge[found.last]}};
@@ -276,11 +292,13 @@ void Scanner::propose_boxes(const Gated &gated, const Vector &e, const Noise &no
     const GateFeature &a = library_.gates[static_cast<std::size_t>(pairs_[p].first)];
     const GateFeature &b = library_.gates[static_cast<std::size_t>(pairs_[p].second)];
     // Only bins that are: a feature of few values has fewer, and rounding could choose one more.
+    const double factor =
+        (a.name == kTime || b.name == kTime ? library_.time_share : 1.0) / noise.divisor();
+    const double known = best.gain / factor * kRounding;
     const BoxBest box = best_box(sums(p, ge), gated.w_grid[p], rows_in_[p], a.coarse_bins(),
-                                 b.coarse_bins(), least_rows_);
-    const bool is_timed = a.name == kTime || b.name == kTime;
-    const double gain = box.value / noise.divisor() * (is_timed ? kTimeShare : 1.0);
-    if (gain > best.gain) {
+                                 b.coarse_bins(), least_rows_, known);
+    const double gain = box.value * factor;
+    if (box.value > known && gain > best.gain) {
       best.gain = gain;
       best.bounds = {{pairs_[p].first, a.coarse_edge[static_cast<std::size_t>(box.first[0])],
                       a.coarse_edge[static_cast<std::size_t>(box.last[0] + 1)]},
@@ -361,14 +379,14 @@ struct Squares {
   double n = 0.0, q = 0.0;
 };
 
-void consider(const Squares &inside, const Squares &all, double spread,
-              const std::vector<Bound> &bounds, Proposal *best) {
+// Whether the scatter inside tells more than what was best so far; then it is the best.
+bool is_best(const Squares &inside, const Squares &all, double spread, Proposal *best) {
   const double gain = variance_gain(inside.n, inside.q, all.n, all.q) / spread;
   if (gain <= best->gain)
-    return;
+    return false;
   best->gain = gain;
-  best->bounds = bounds;
   best->ratio = (inside.q / inside.n) / ((all.q - inside.q) / (all.n - inside.n));
+  return true;
 }
 
 // Calls see(i0, i1, j0, j1) for every box of at least two bins a side: i0 <= bin < i1.
@@ -401,9 +419,9 @@ Proposal Scanner::variance_interval(const Vector &q, const Vector &used, double 
       for (std::size_t b = a; b < bins.size(); ++b) {
         inside.n += bins[b].n;
         inside.q += bins[b].q;
-        if (inside.n >= 2.0 * least_rows_ && all.n - inside.n >= 2.0 * least_rows_)
-          consider(inside, all, spread, {{f, feature.fine_edge[a], feature.fine_edge[b + 1]}},
-                   &best);
+        if (inside.n >= 2.0 * least_rows_ && all.n - inside.n >= 2.0 * least_rows_ &&
+            is_best(inside, all, spread, &best))
+          best.bounds = {{f, feature.fine_edge[a], feature.fine_edge[b + 1]}};
       }
     }
   }
@@ -441,10 +459,9 @@ Proposal Scanner::variance_box(const Vector &q, const Vector &used, double sprea
       const double excess = inside.q / inside.n - all.q / all.n;
       if (2.0 * inside.n * excess * excess * all.n * all.n < best.gain * spread * all.q * all.q)
         return;
-      consider(inside, all, spread,
-               {{fa, a.coarse_edge[idx(i0)], a.coarse_edge[idx(i1)]},
-                {fb, b.coarse_edge[idx(j0)], b.coarse_edge[idx(j1)]}},
-               &best);
+      if (is_best(inside, all, spread, &best))
+        best.bounds = {{fa, a.coarse_edge[idx(i0)], a.coarse_edge[idx(i1)]},
+                       {fb, b.coarse_edge[idx(j0)], b.coarse_edge[idx(j1)]}};
     });
   }
   return best;

@@ -83,7 +83,8 @@ private:
 
   const Library &library_;
   Vector weight_, root_;
-  Vector norm_; // weighted squares of the library's columns
+  Vector norm_;               // weighted squares of the library's columns
+  Eigen::MatrixXd fine_rows_; // that are measurements: fine bins x gates
   std::vector<Gated> gated_;
   std::vector<int> gated_pairs_; // candidates of two columns that may be gated
   std::vector<std::pair<int, int>> pairs_;

@@ -27,8 +27,6 @@ constexpr double kFewRows = 0.05, kRelevantPatch = 0.1;
 constexpr double kSwapGain = 0.5; // nats by which a swap must be better
 // Scatter that differs by more than this factor of variance is rather the model's error than noise.
 constexpr double kMostWeight = 4.0;
-// Autocorrelated beyond this, what remains is no noise of the readings.
-constexpr double kMostSpread = 2.0;
 
 // Kish's number of rows that carry a column: in few, one outlier makes a region.
 constexpr double kLeastEffective = 25.0;
@@ -288,7 +286,7 @@ void ChannelSearch::join_forms() {
   }
   NoiseState noise;
   const FormSet set =
-      SetSearch(measured_, library_, y_, out_.noise.weight, kept, least_noise(channel_))
+      SetSearch(measured_, library_, y_, out_.noise.weight, kept, least_noise(channel_), &products_)
           .best(may_delay_, &noise);
   take_noise(noise);
   for (std::size_t j = 0; j < set.candidates.size(); ++j) {
@@ -679,6 +677,7 @@ ChannelFindings ChannelSearch::run(const std::vector<Term> &given) {
   estimate_noise();
   fill_sizes();
   settle();
+  search_beside_run(given);
   claim_overall_variance();
   refit_plain();
   follow_delay();

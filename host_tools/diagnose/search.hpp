@@ -33,6 +33,12 @@ struct SearchOptions {
 // Viscous friction that grows less than with the speed, made of two forms that were found.
 inline constexpr const char *kViscousBySpeed = "viscous_by_speed";
 
+// Autocorrelated beyond this, what remains is no noise of the readings.
+inline constexpr double kMostSpread = 2.0;
+
+// Blocks of a log, for what is held out.
+inline constexpr std::size_t kBlocks = 10;
+
 // What is claimed of a member besides its term.
 struct Claim {
   Member rival;                             // the best term of another cause in its place
@@ -127,11 +133,32 @@ private:
   Noise plain_noise() const;
   void refit_plain();
   std::vector<Member> best_delays(const std::vector<Member> &others, const Noise &plain) const;
+  std::size_t late_member() const;
+  std::vector<Member> delays_to_follow(std::size_t at, const Noise &plain) const;
   void follow_delay();
+  void take_followed(ChannelFindings found);
+  bool has_run() const;
+  Eigen::MatrixXd run_columns() const;
+  struct RunLoss { // what is left over the noise; the run's effects over what is usual of them
+    double left = 0.0, prior = 0.0;
+  };
+  RunLoss loss_beside_run(const std::vector<Member> &members, Vector *run) const;
+  double gain_beside_run(std::size_t which) const;
+  void drop_within_run();
+  void list_unconfirmed_once();
+  void search_beside_run(const std::vector<Term> &given);
   Noise least_noise_of(const std::vector<ChannelFindings> &found, const Noise &plain) const;
   double loss_behind(const Term &delay, std::vector<Member> members, const Noise &noise) const;
   Member tuned(const Member &delay, const std::vector<Member> &beside, const Noise &noise) const;
   ChannelFindings search_behind(const Member &delay, const Noise &noise) const;
+  std::vector<Member> gain_and_bias() const;
+  Member behind_dead_zone(const Member &delay, const std::vector<Member> &beside,
+                          const Noise &noise) const;
+  double dead_zone_held_out(const Member &delay, const std::vector<Member> &beside,
+                            const Noise &noise) const;
+  std::vector<Member> behind_dead_zones(const std::vector<Member> &delays,
+                                        const Noise &noise) const;
+  void add_dead_zone(const Noise &noise, double without);
   void drop_unconfirmed();
   bool let_differ(std::size_t which);
   void limit_support();
@@ -185,11 +212,20 @@ private:
   SearchOptions options_;
   Vector y_;
   std::unique_ptr<Scanner> scanner_;
+  Products products_;           // of the library's columns
   Vector measured_rows_;        // 1, or 0 where flagged
   double extra_variance_ = 0.0; // added to every stated variance: what no multiple of it explains
   bool may_delay_ = true;
   ChannelFindings out_;
 };
+
+template <class See> void ChannelSearch::for_each_row(See see) const {
+  for (std::size_t l = 0; l < measured_.logs.size(); ++l) {
+    const LogSpan &log = measured_.logs[l];
+    for (std::size_t i = 0; i < log.rows; ++i)
+      see(static_cast<Eigen::Index>(log.first + i), l, i * kBlocks / log.rows);
+  }
+}
 
 // The member's columns over a table, in stated sd; m: the prediction that its expressions see.
 void set_columns(const Measured &table, const Channel &channel, const Vector &m, Member *member);

@@ -14,12 +14,14 @@ namespace {
 using Index = Eigen::Index;
 // Of a delay's shape beside what was found behind it: steps, the first factor, and the nats that a
 // change must be worth.
-constexpr int kTuneSteps = 8;
+constexpr int kTuneSteps = 12;
 constexpr double kTuning = 1.3, kLeastTuned = 2.0;
 constexpr double kPlainClip = 10.0; // scales: what counts as plain squares
 // Delays and lags behind which all is searched again; by which share of their cost two are one.
 constexpr std::size_t kMostDelays = 2;
 constexpr double kSameCost = 1e-3;
+// By what share a dead zone before a delay must lower the squares where it was not fitted.
+constexpr double kLeastZone = 0.02;
 } // namespace
 
 // Every measured row counting alike, at the scale of what remains: for choices that are judged by
@@ -91,6 +93,116 @@ std::vector<Member> ChannelSearch::best_delays(const std::vector<Member> &others
   return delays;
 }
 
+// A gain and a constant, with which a dead zone before a delay is looked for: they are searched for
+// behind it.
+std::vector<Member> ChannelSearch::gain_and_bias() const {
+  std::vector<Member> members;
+  for (std::size_t c = 0; c < library_.candidates.size(); ++c) {
+    const std::string &form = library_.candidates[c].term.form;
+    if (form == "gain" || form == "bias")
+      members.push_back(form_member(static_cast<int>(c), false));
+  }
+  return members;
+}
+
+// The delay or lag with a dead zone before it, where that fits better: of the prediction that a
+// command makes nothing comes below a level, and what does comes late. No columns: there is none.
+Member ChannelSearch::behind_dead_zone(const Member &delay, const std::vector<Member> &beside,
+                                       const Noise &noise) const {
+  Member out = delay;
+  double best = loss_behind(delay.term, beside, noise);
+  bool is_better = false;
+  for (const Candidate &candidate : library_.candidates) {
+    if (candidate.term.form != "dead_zone")
+      continue;
+    Term term = delay.term;
+    term.shape.push_back(candidate.term.shape[0]);
+    term.shape.back().name = kBeyond;
+    const double loss = loss_behind(term, beside, noise);
+    if (loss < best) {
+      best = loss;
+      out.term = term;
+      out.penalty = delay.penalty + candidate.penalty;
+      is_better = true;
+    }
+  }
+  if (!is_better)
+    return Member{};
+  const Member better = tuned(out, beside, noise);
+  if (better.h.cols() > 0)
+    return better;
+  set_columns(measured_, channel_, channel_.m, &out);
+  return out;
+}
+
+// By what share the squares fall by a dead zone before the delay, where it was not fitted: shapes
+// are fitted to every second block of the logs and judged on the others.
+double ChannelSearch::dead_zone_held_out(const Member &delay, const std::vector<Member> &beside,
+                                         const Noise &noise) const {
+  double with = 0.0, less = 0.0;
+  for (std::size_t fold = 0; fold < 2; ++fold) {
+    Noise train = noise, test = noise;
+    for_each_row([&](Index k, std::size_t, std::size_t block) {
+      (block % 2 == fold ? train : test).weight(k) = 0.0;
+    });
+    const Member better = tuned(delay, beside, train);
+    const Member &plain = better.h.cols() > 0 ? better : delay;
+    const Member zone = behind_dead_zone(plain, beside, train);
+    less += loss_behind(plain.term, beside, test);
+    with += loss_behind(zone.h.cols() > 0 ? zone.term : plain.term, beside, test);
+  }
+  return less > 0.0 ? 1.0 - with / less : 0.0;
+}
+
+// The delays and lags with a dead zone before each, where that holds.
+std::vector<Member> ChannelSearch::behind_dead_zones(const std::vector<Member> &delays,
+                                                     const Noise &noise) const {
+  const std::vector<Member> beside = gain_and_bias();
+  std::vector<Member> out;
+  for (const Member &delay : delays) {
+    if (!delay.term.response.empty() || !delay.term.ridges.empty() ||
+        !delay.term.arguments.empty() || delay.is_given)
+      continue;
+    Member zone = behind_dead_zone(delay, beside, noise);
+    if (!(zone.h.cols() > 0) || dead_zone_held_out(delay, beside, noise) <= kLeastZone)
+      continue;
+    // Its level trades with a gain: where there is none, the level is better without.
+    Member alone = tuned(zone, {}, noise);
+    out.push_back(std::move(zone));
+    if (alone.h.cols() > 0)
+      out.push_back(std::move(alone));
+  }
+  return out;
+}
+
+// The dead zone before a delay or lag as a member of its own, which stands before it; `without`:
+// what the best model without it costs more.
+void ChannelSearch::add_dead_zone(const Noise &noise, double without) {
+  const double level = dead_zone_before(out_.members.front().term);
+  if (!(level > 0.0))
+    return;
+  const auto found = std::find_if(library_.candidates.begin(), library_.candidates.end(),
+                                  [](const Candidate &c) { return c.term.form == "dead_zone"; });
+  Member zone, delay = out_.members.front();
+  auto &shape = delay.term.shape;
+  shape.erase(std::remove_if(shape.begin(), shape.end(),
+                             [](const Parameter &p) { return p.name == kBeyond; }),
+              shape.end());
+  zone.term = found->term;
+  zone.term.form = kDeadZoneBefore;
+  zone.term.shape[0].value = level;
+  zone.is_fixed = true;
+  zone.penalty = found->penalty;
+  out_.members.front().penalty -= zone.penalty;
+  set_columns(measured_, channel_, channel_.m, &zone);
+  Claim claim;
+  claim.score = without;
+  claim.ln_anom = without + zone.penalty;
+  claim.heldout_r2 = dead_zone_held_out(delay, gain_and_bias(), noise);
+  out_.members.insert(out_.members.begin(), zone);
+  out_.claims.insert(out_.claims.begin(), claim);
+}
+
 // The noise that the best of these models leaves.
 Noise ChannelSearch::least_noise_of(const std::vector<ChannelFindings> &found,
                                     const Noise &plain) const {
@@ -111,24 +223,47 @@ Noise ChannelSearch::least_noise_of(const std::vector<ChannelFindings> &found,
   return least;
 }
 
+// The member that tells that something comes late: a delay or a lag, or a dead zone, of which one
+// that stands before a lag shows most. As many as there are members: none does.
+std::size_t ChannelSearch::late_member() const {
+  std::size_t zone = out_.members.size();
+  for (std::size_t j = 0; j < out_.members.size(); ++j) {
+    const Member &m = out_.members[j];
+    if (m.is_given)
+      continue;
+    if (moves_prediction(m.term))
+      return j;
+    if (m.term.cause == "dead_zone" && m.term.gate.everywhere())
+      zone = j;
+  }
+  return zone;
+}
+
+// The delays and lags behind which all is searched again: the best beside the others, the one that
+// was found, and each with a dead zone before it.
+std::vector<Member> ChannelSearch::delays_to_follow(std::size_t at, const Noise &plain) const {
+  const Member &found = out_.members[at];
+  std::vector<Member> delays = best_delays(without(at), plain);
+  const bool is_among = std::any_of(delays.begin(), delays.end(), [&found](const Member &delay) {
+    return delay.term.form == found.term.form;
+  });
+  if (!is_among && moves_prediction(found.term))
+    delays.push_back(found);
+  for (Member &zone : behind_dead_zones(delays, plain))
+    delays.push_back(std::move(zone));
+  return delays;
+}
+
 // When a command acts late, what else acts with it is late too: the search once more with the
 // delayed prediction as prediction and commands of that moment as features, for the best delay and
 // for the best lag; kept where it explains more.
 void ChannelSearch::follow_delay() {
-  const auto first = std::find_if(out_.members.begin(), out_.members.end(), [](const Member &m) {
-    return moves_prediction(m.term) && !m.is_given;
-  });
-  if (first == out_.members.end() || !may_delay_)
+  const std::size_t at = late_member();
+  if (at == out_.members.size() || !may_delay_)
     return;
-  const auto at = static_cast<std::size_t>(first - out_.members.begin());
-  const Claim claim = out_.claims[at];
+  const bool has_claim = moves_prediction(out_.members[at].term);
+  const Claim claim = has_claim ? out_.claims[at] : Claim{};
   const Noise plain = plain_noise();
-  std::vector<Member> delays = best_delays(without(at), plain);
-  const bool is_among = std::any_of(delays.begin(), delays.end(), [&first](const Member &delay) {
-    return delay.term.form == first->term.form;
-  });
-  if (!is_among)
-    delays.push_back(*first);
   const auto cost = [](const ChannelFindings &found, double loss, const Noise &noise) {
     double sum = loss / noise.divisor();
     for (const Member &member : found.members)
@@ -141,29 +276,47 @@ void ChannelSearch::follow_delay() {
     found.back().members.insert(found.back().members.begin(), delay);
     found.back().claims.insert(found.back().claims.begin(), claim);
   };
-  for (const Member &delay : delays)
+  for (const Member &delay : delays_to_follow(at, plain))
     consider(delay);
+  if (found.empty())
+    return;
   // They are compared by the noise that the best of them leaves, not by that of before.
   const Noise noise = least_noise_of(found, plain);
+  const auto of = [&](const ChannelFindings &one) { return cost(one, one.fit.loss, noise); };
   const auto best = [&] {
-    return std::min_element(found.begin(), found.end(), [&](const auto &a, const auto &b) {
-      return cost(a, a.fit.loss, noise) < cost(b, b.fit.loss, noise);
-    });
+    return std::min_element(found.begin(), found.end(),
+                            [&](const auto &a, const auto &b) { return of(a) < of(b); });
   };
   // Its shape was found beside other terms than those that are there in the end.
   const Member delay = best()->members.front();
   const Member better = tuned(delay, {best()->members.begin() + 1, best()->members.end()}, noise);
   if (better.h.cols() > 0)
     consider(better);
-  if (cost(*best(), best()->fit.loss, noise) >=
-      cost(out_, fit_members(y_, out_.members, plain).loss, noise) - 1.0)
+  const double before = cost(out_, fit_members(y_, out_.members, plain).loss, noise),
+               least = of(*best());
+  if (least >= before - 1.0)
     return;
-  ChannelFindings chosen = std::move(*best());
-  chosen.flagged = out_.flagged;
-  chosen.start = out_.start;
-  chosen.unconfirmed.insert(chosen.unconfirmed.begin(), out_.unconfirmed.begin(),
-                            out_.unconfirmed.end());
-  out_ = std::move(chosen);
+  double without_zone = before;
+  for (const ChannelFindings &one : found) {
+    if (!(dead_zone_before(one.members.front().term) > 0.0))
+      without_zone = std::min(without_zone, of(one));
+  }
+  take_followed(std::move(*best()));
+  if (!has_claim) { // by what the model says more than the one without
+    out_.claims.front().score = before - least;
+    out_.claims.front().ln_anom = before - least + out_.members.front().penalty;
+    out_.claims.front().heldout_r2 = 1.0 - left_where_not_fitted(out_.members, 0);
+  }
+  add_dead_zone(plain, without_zone - least);
+}
+
+// What was found behind a delay in place of what was found before.
+void ChannelSearch::take_followed(ChannelFindings found) {
+  found.flagged = out_.flagged;
+  found.start = out_.start;
+  found.unconfirmed.insert(found.unconfirmed.begin(), out_.unconfirmed.begin(),
+                           out_.unconfirmed.end());
+  out_ = std::move(found);
 }
 
 namespace {
@@ -186,7 +339,11 @@ Measured behind(const Measured &measured, const Term &term) {
   const int c = measured.find_channel(term.channel);
   if (c >= 0) {
     Channel &channel = late.channels[static_cast<std::size_t>(c)];
-    channel.m += mean_effect(term, measured, channel.m);
+    const double level = dead_zone_before(term);
+    const Vector before = channel.m;
+    channel.m += mean_effect(term, measured, before);
+    if (level > 0.0)
+      channel.m += beyond_dead_zone(before, level) - before;
   }
   return late;
 }
@@ -221,7 +378,9 @@ Member ChannelSearch::tuned(const Member &delay, const std::vector<Member> &besi
   Member out = delay;
   const double before = loss_behind(delay.term, beside, noise);
   double best = before;
-  for (std::size_t k = 0; k < out.term.shape.size(); ++k) {
+  const std::size_t shapes = out.term.shape.size();
+  for (std::size_t turn = 0; turn < shapes * shapes; ++turn) { // what trades is tuned in turns
+    const std::size_t k = turn % shapes;
     double factor = kTuning;
     for (int step = 0; step < kTuneSteps; ++step) {
       bool moved = false;
@@ -256,7 +415,7 @@ ChannelFindings ChannelSearch::search_behind(const Member &delay, const Noise &n
     held = behind(*options_.held, delay.term);
     options.held = &held;
   }
-  const Library library = make_library(late, moved, *options_.catalogue);
+  const Library library = make_library(late, moved, *options_.catalogue, false);
   ChannelSearch second(late, moved, library, options);
   second.prepare({});
   second.find_members(false);

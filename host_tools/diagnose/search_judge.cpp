@@ -16,7 +16,8 @@ namespace {
 using Index = Eigen::Index;
 // A stated sd that is a tenth out is no finding; nor is a global factor this small.
 constexpr double kLeastNoiseFactor = 1.16;
-constexpr std::size_t kBlocks = 10; // a log, for what is held out
+// Healthy runs scatter differently from each other by about as much as this.
+constexpr double kLeastRunFactor = 1.3;
 // What a term must gain, in nats, on rows it was not fitted to.
 constexpr double kLeastHeldOut = 2.0;
 // By what share the held-out squares must fall, and in what share of the parts that a term touches:
@@ -117,14 +118,6 @@ Member ChannelSearch::judge_alternatives(std::size_t which, const std::vector<Me
   claim->is_separable =
       claim->alternatives.empty() || claim->alternatives.front().delta_bic > kSeparableBic;
   return rival;
-}
-
-template <class See> void ChannelSearch::for_each_row(See see) const {
-  for (std::size_t l = 0; l < measured_.logs.size(); ++l) {
-    const LogSpan &log = measured_.logs[l];
-    for (std::size_t i = 0; i < log.rows; ++i)
-      see(static_cast<Index>(log.first + i), l, i * kBlocks / log.rows);
-  }
 }
 
 // Of the last of these members.
@@ -520,11 +513,15 @@ void ChannelSearch::open_edges() {
 // Scatter other than stated, everywhere.
 void ChannelSearch::claim_overall_variance() {
   // Of the whole residual: noise of the start, which y_ is without, is in the stated sd.
-  const Vector left = (channel_.z - channel_.m).cwiseQuotient(channel_.sd) - out_.fit.fitted;
+  const Vector left =
+      (has_run() ? y_ : Vector((channel_.z - channel_.m).cwiseQuotient(channel_.sd))) -
+      out_.fit.fitted;
   const double scatter = noise_state(left, out_.noise.weight, measured_, 0.0, 0.0, 0.0).scatter;
   if (!out_.variances.empty() || channel_.sd_estimated || extra_variance_ > 0.0 ||
-      std::abs(std::log(scatter)) <= std::log(kLeastNoiseFactor))
+      std::abs(std::log(scatter)) <= std::log(has_run() ? kLeastRunFactor : kLeastNoiseFactor))
     return;
+  if (has_run() && out_.noise.spread_of_sizes > kMostSpread)
+    return; // a slow wander of the run is no noise of the readings
   VarianceClaim claim;
   claim.term.channel = channel_.name;
   claim.term.cause = claim.term.form = "noise";

@@ -58,7 +58,7 @@ std::string meaning(const Term &term, const Channel &channel) {
     return "after every turn it stays until the play is taken up";
   if (moves_prediction(term) && term.form.rfind("delay", 0) == 0)
     return "what is asked acts late";
-  if (moves_prediction(term))
+  if (remembers(term))
     return "a change is followed gradually, 63 % of it within the lag";
   if (term.form == "gain_of_change")
     return "as an inertia or a drive that is not as simulated";
@@ -118,8 +118,9 @@ std::string effect_text(const Finding &finding, const Channel &channel) {
                        "is predicted",
                        term.shape[0].value, unit);
   if (term.cause == "dead_zone" && !term.shape.empty())
-    return fmt::format("does not answer until {:.4g}{} are predicted, and then by that much less",
-                       term.shape[0].value, unit);
+    return fmt::format("does not answer until {:.4g}{} are predicted, and then by that much less{}",
+                       term.shape[0].value, unit,
+                       term.form == kDeadZoneBefore ? ", before it comes late" : "");
   if (term.form == "table")
     return "departs smoothly with " + plain_name(term.arguments.begin()->second) +
            " in a way that no cause of the catalogue explains";

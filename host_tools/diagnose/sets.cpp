@@ -102,8 +102,12 @@ NoiseState noise_state(const Vector &left, const Vector &weight, const Measured 
 }
 
 SetSearch::SetSearch(const Measured &measured, const Library &library, const Vector &y,
-                     const Vector &weight, const std::vector<Member> &kept, double least_sd)
-    : measured_(measured), library_(library), y_(y), weight_(weight), least_sd_(least_sd) {
+                     const Vector &weight, const std::vector<Member> &kept, double least_sd,
+                     Products *known)
+    : measured_(measured), library_(library), y_(y), weight_(weight), known_(*known),
+      least_sd_(least_sd) {
+  if (known_.weight.size() != weight.size() || known_.weight != weight)
+    known_ = {weight, {}};
   Index free = 0;
   for (const Member &member : kept)
     free += member.is_fixed ? 0 : member.h.cols();
@@ -142,14 +146,11 @@ const Vector &SetSearch::gram(int index) {
   const auto found = gram_.find(index);
   if (found != gram_.end())
     return found->second;
-  const Vector weighted = column(index).cwiseProduct(weight_);
-  Vector row(library_.g.cols() + kept_.cols());
-  row.head(library_.g.cols()) = library_.g.transpose() * weighted;
-  row.tail(kept_.cols()) = kept_.transpose() * weighted;
-  return gram_.emplace(index, std::move(row)).first->second;
+  fetch_columns({index});
+  return gram_.at(index);
 }
 
-// Products of the candidates' columns with all others, many at once: that is several times faster.
+// Products of the candidates' columns with all others.
 void SetSearch::fetch(const std::vector<int> &atoms) {
   std::vector<int> missing;
   for (const int atom : atoms) {
@@ -159,16 +160,30 @@ void SetSearch::fetch(const std::vector<int> &atoms) {
         missing.push_back(k);
     }
   }
-  if (missing.empty())
-    return;
-  const Eigen::MatrixXd weighted = weight_.asDiagonal() * library_.g(Eigen::all, missing);
-  const Eigen::MatrixXd of_library = library_.g.transpose() * weighted,
-                        of_kept = kept_.transpose() * weighted;
-  for (std::size_t j = 0; j < missing.size(); ++j) {
-    Vector row(library_.g.cols() + kept_.cols());
-    row.head(library_.g.cols()) = of_library.col(static_cast<Index>(j));
-    row.tail(kept_.cols()) = of_kept.col(static_cast<Index>(j));
-    gram_.emplace(missing[j], std::move(row));
+  fetch_columns(missing);
+}
+
+// Many at once: that is several times faster.
+void SetSearch::fetch_columns(const std::vector<int> &columns) {
+  const Index p = library_.g.cols();
+  std::vector<int> unknown;
+  for (const int k : columns) {
+    if (k < static_cast<int>(p) && known_.of.count(k) == 0)
+      unknown.push_back(k);
+  }
+  if (!unknown.empty()) {
+    const Eigen::MatrixXd weighted = weight_.asDiagonal() * library_.g(Eigen::all, unknown),
+                          products = library_.g.transpose() * weighted;
+    for (std::size_t j = 0; j < unknown.size(); ++j)
+      known_.of.emplace(unknown[j], products.col(static_cast<Index>(j)));
+  }
+  for (const int k : columns) {
+    Vector row(p + kept_.cols());
+    const Vector weighted = column(k).cwiseProduct(weight_);
+    row.head(p) =
+        k < static_cast<int>(p) ? known_.of.at(k) : Vector(library_.g.transpose() * weighted);
+    row.tail(kept_.cols()) = kept_.transpose() * weighted;
+    gram_.emplace(k, std::move(row));
   }
 }
 

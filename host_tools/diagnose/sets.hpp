@@ -51,11 +51,20 @@ struct FormSet {
   double score = 0.0;
 };
 
+// Products of a library's columns with all its columns by these weights: searches beside other
+// members need the same ones.
+struct Products {
+  Vector weight;
+  std::map<int, Vector> of; // by column
+};
+
 class SetSearch {
 public:
   // kept: members that stay whatever is found. weight: of every row's square. least_sd: of noise.
+  // known: products of this library's columns, to which those that are computed are added; begun
+  // anew where the weight is another.
   SetSearch(const Measured &measured, const Library &library, const Vector &y, const Vector &weight,
-            const std::vector<Member> &kept, double least_sd);
+            const std::vector<Member> &kept, double least_sd, Products *known);
   // may_delay: whether a delay or a lag may be among them.
   FormSet best(bool may_delay, NoiseState *noise);
 
@@ -69,6 +78,7 @@ private:
   };
   const Vector &gram(int column);
   void fetch(const std::vector<int> &atoms);
+  void fetch_columns(const std::vector<int> &columns);
   Vector column(int index) const;
   bool is_free(const Candidate &candidate) const;
   bool may_join(const State &state, int atom) const;
@@ -98,6 +108,7 @@ private:
   const Measured &measured_;
   const Library &library_;
   const Vector &y_, &weight_;
+  Products &known_;
   Eigen::MatrixXd kept_; // free columns of members that stay
   Vector fixed_;         // what the fixed ones among them explain
   std::vector<std::string> kept_groups_;

@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 #include <muParser.h>
 
-#include "stats/robust.hpp"
+#include "diagnose/late.hpp"
 #include "util/error.hpp"
 
 namespace rim::diagnose {
@@ -36,40 +36,6 @@ std::string strip(const std::string &name) {
   return bare + " " + late;
 }
 
-constexpr double kShortGap = 10.0; // median steps: what a straight line still bridges
-
-double median_step(const LogSpan &log, const Measured &measured) {
-  std::vector<double> steps;
-  for (std::size_t i = log.first + 1; i < log.first + log.rows; ++i)
-    steps.push_back(measured.elapsed_s[i] - measured.elapsed_s[i - 1]);
-  return median(std::move(steps));
-}
-
-// The value of a moment earlier in the same log, between two rows by a straight line, which is the
-// best guess inside a short gap too; the log's first row before its beginning, the last one before
-// it inside a long gap.
-Vector lagged(const Vector &x, const Measured &measured, double delay_s) {
-  Vector out(x.size());
-  for (const LogSpan &log : measured.logs) {
-    const std::size_t end = log.first + log.rows;
-    const double longest = kShortGap * median_step(log, measured);
-    std::size_t from = log.first;
-    for (std::size_t i = log.first; i < end; ++i) {
-      const double then = measured.elapsed_s[i] - delay_s;
-      while (from + 1 < end && measured.elapsed_s[from + 1] <= then + 1e-9)
-        ++from;
-      const auto k = static_cast<Index>(from);
-      out(static_cast<Index>(i)) = x(k);
-      if (from + 1 >= end || then <= measured.elapsed_s[from] || i == log.first)
-        continue;
-      const double step = measured.elapsed_s[from + 1] - measured.elapsed_s[from];
-      if (step <= longest)
-        out(static_cast<Index>(i)) += (then - measured.elapsed_s[from]) / step * (x(k + 1) - x(k));
-    }
-  }
-  return out;
-}
-
 // Four significant digits; no exponent below ten million.
 std::string number_text(double value) {
   const double size = std::abs(value);
@@ -87,111 +53,8 @@ double shape_of(const Term &term, const std::string &name) {
   throw DataError(fmt::format("form '{}': parameter '{}' is missing", term.form, name));
 }
 
-// Through a first-order lag, each log from its own first value, or from the first of `start`.
-Vector filtered(const Vector &x, const Measured &measured, double lag_s,
-                const Vector *start = nullptr) {
-  Vector out(x.size());
-  for (const LogSpan &log : measured.logs) {
-    const auto first = static_cast<Index>(log.first);
-    double state = start != nullptr ? (*start)(first) : x(first);
-    for (std::size_t i = log.first; i < log.first + log.rows; ++i) {
-      const double dt = i > log.first ? measured.elapsed_s[i] - measured.elapsed_s[i - 1] : 0.0;
-      state += (1.0 - std::exp(-dt / std::max(1e-9, lag_s))) * (x(static_cast<Index>(i)) - state);
-      out(static_cast<Index>(i)) = state;
-    }
-  }
-  return out;
-}
-
-// The response at commands that act late, less it at those of now.
-template <class Late>
-Vector response_column(const Term &term, const Measured &measured, Late late) {
-  Vector out = Vector::Zero(static_cast<Index>(measured.rows()));
-  for (const auto &[product, coefficient] : term.response) {
-    Vector now = Vector::Constant(out.size(), coefficient), then = now;
-    std::size_t at = 0;
-    while (at <= product.size()) {
-      const std::size_t end = std::min(product.find('*', at), product.size());
-      const Vector x = feature_column(measured, product.substr(at, end - at));
-      const int f = measured.find_feature(product.substr(at, end - at));
-      const bool is_command = f >= 0 && measured.features[static_cast<std::size_t>(f)].is_command;
-      now.array() *= x.array();
-      if (is_command)
-        then.array() *= late(x).array();
-      else
-        then.array() *= x.array();
-      at = end + 1;
-    }
-    out += then - now;
-  }
-  for (const Ridge &ridge : term.ridges) {
-    Vector now = Vector::Zero(out.size()), then = now;
-    for (const auto &[name, weight] : ridge.weights) {
-      const Vector x = feature_column(measured, name);
-      const int f = measured.find_feature(name);
-      const bool is_command = f >= 0 && measured.features[static_cast<std::size_t>(f)].is_command;
-      now += weight * x;
-      then += weight * (is_command ? late(x) : x);
-    }
-    out += ridge_values(ridge, then) - ridge_values(ridge, now);
-  }
-  return out;
-}
-
 // Without a response: the prediction itself is what comes late.
 bool is_bare(const Term &term) { return term.response.empty() && term.ridges.empty(); }
-
-// Where a prediction knows commands alone it cannot know the state that a log begins in: a lag then
-// begins at the first reading.
-const Vector *start_of(const Term &term, const Measured &measured) {
-  const int c = measured.find_channel(term.channel);
-  const bool has_state =
-      std::any_of(measured.features.begin(), measured.features.end(),
-                  [](const Feature &f) { return !f.is_command && !f.is_prediction; });
-  return c < 0 || has_state ? nullptr : &measured.channels[static_cast<std::size_t>(c)].z;
-}
-
-// What follows a motion through play: it stays until one end or the other takes it along. A log
-// begins in the middle.
-Vector through_play(const Vector &x, const Measured &measured, double play) {
-  Vector out(x.size());
-  for (const LogSpan &log : measured.logs) {
-    double at = x(static_cast<Index>(log.first));
-    for (std::size_t i = log.first; i < log.first + log.rows; ++i) {
-      const auto k = static_cast<Index>(i);
-      at = std::clamp(at, x(k) - 0.5 * play, x(k) + 0.5 * play);
-      out(k) = at;
-    }
-  }
-  return out;
-}
-
-// Of a delay or lag of the prediction, or of the change within a row where it starts from a reading
-// `s`: that is what is known, and what comes late is what it adds; and of play.
-Vector late_column(const Term &term, const Measured &measured, const Vector &m) {
-  if (measured.whole != nullptr) {
-    const Measured &whole = *measured.whole;
-    const int c = whole.find_channel(term.channel);
-    if (c < 0)
-      throw DataError("there is no channel '" + term.channel + "' in the logs");
-    return late_column(term, whole, whole.channels[static_cast<std::size_t>(c)].m)(measured.picked);
-  }
-  if (term.form == kBacklash)
-    return through_play(m, measured, shape_of(term, "play")) - m;
-  const bool has_lag = term.form.rfind("lag", 0) == 0,
-             has_delay = !has_lag || term.form == "lag_delay";
-  const auto state = term.arguments.find("s");
-  const bool is_change = is_bare(term) && state != term.arguments.end();
-  const Vector *start = is_bare(term) && !is_change ? start_of(term, measured) : nullptr;
-  const auto late = [&](const Vector &x) -> Vector {
-    const Vector delayed = has_delay ? lagged(x, measured, shape_of(term, "delay")) : x;
-    return has_lag ? filtered(delayed, measured, shape_of(term, "lag"), start) : delayed;
-  };
-  if (!is_bare(term))
-    return response_column(term, measured, late);
-  const Vector x = is_change ? Vector(m - feature_column(measured, state->second)) : m;
-  return late(x) - x;
-}
 
 Vector table_column(const Term &term, const Measured &measured) {
   if (term.arguments.empty() || term.knots.size() < 2 || term.knots.size() != term.values.size())
@@ -297,7 +160,7 @@ Vector feature_column(const Measured &measured, const std::string &name) {
     const double seconds = std::strtod(at + 1, &end);
     if ((*at != '@' && *at != '~') || end == at + 1 || !(seconds >= 0.0))
       throw DataError("feature '" + name + "': what follows @ or ~ must be seconds");
-    x = *at == '@' ? lagged(x, measured, seconds) : filtered(x, measured, seconds);
+    x = *at == '@' ? delayed(x, measured, seconds) : through_lag(x, measured, seconds);
     at = end;
   }
   return x;
@@ -325,15 +188,28 @@ bool is_late_form(const std::string &form) {
   return late.count(form) > 0;
 }
 
-bool has_no_expression(const std::string &form) {
-  return is_late_form(form) || form == kBacklash;
-}
+bool has_no_expression(const std::string &form) { return is_late_form(form) || form == kBacklash; }
 
 bool moves_prediction(const Term &term) {
-  return term.kind == TermKind::mean && term.basis.empty() && is_late_form(term.form);
+  return term.kind == TermKind::mean &&
+         (term.form == kDeadZoneBefore || (term.basis.empty() && is_late_form(term.form)));
 }
 
-bool remembers(const Term &term) { return moves_prediction(term) || term.form == kBacklash; }
+Vector beyond_dead_zone(const Vector &x, double level) {
+  return x - x.cwiseMax(-level).cwiseMin(level);
+}
+
+double dead_zone_before(const Term &term) {
+  for (const Parameter &p : term.shape) {
+    if (p.name == kBeyond && is_late_form(term.form))
+      return p.value;
+  }
+  return 0.0;
+}
+
+bool remembers(const Term &term) {
+  return term.form == kBacklash || (moves_prediction(term) && term.form != kDeadZoneBefore);
+}
 
 Vector ridge_values(const Ridge &ridge, const Vector &s) {
   const auto last = ridge.knots.size() - 1;
@@ -381,7 +257,7 @@ Eigen::MatrixXd basis_columns(const Term &term, const Measured &measured, const 
     return table_column(term, measured);
   if (term.basis.empty()) {
     if (remembers(term))
-      return late_column(term, measured, m);
+      return late_columns(term, {term.shape}, measured, m);
     throw DataError(fmt::format("form '{}' has no expression", term.form));
   }
   Eigen::MatrixXd columns(m.size(), static_cast<Index>(term.basis.size()));
@@ -418,8 +294,9 @@ std::string expression_text(const Term &term) {
   if (term.form == "table")
     return "table of " + std::to_string(term.knots.size()) + " values over " +
            strip(term.arguments.begin()->second);
-  if (moves_prediction(term)) {
+  if (remembers(term) && term.form != kBacklash) {
     const std::string what = !is_bare(term)                  ? "the command"
+                             : dead_zone_before(term) > 0.0  ? "what the dead zone leaves"
                              : term.arguments.count("s") > 0 ? "the predicted change"
                                                              : "the prediction";
     if (term.form.rfind("delay", 0) == 0)

@@ -21,6 +21,11 @@ inline constexpr const char *kTime = "t_s";
 // The built-in form of play: the outcome stays until the prediction has moved by it.
 inline constexpr const char *kBacklash = "backlash";
 
+// What comes late may be what a dead zone leaves of the prediction: a delay or lag then has a shape
+// parameter kBeyond, the dead zone's level, and stands beside a term of the form kDeadZoneBefore.
+inline constexpr const char *kBeyond = "dead_zone";
+inline constexpr const char *kDeadZoneBefore = "dead_zone_before";
+
 // A term acts on a row where it adds at least so many stated sd.
 inline constexpr double kActs = 0.1;
 
@@ -122,6 +127,10 @@ bool is_late_form(const std::string &form);
 bool has_no_expression(const std::string &form);
 // Whether what follows the term sees its effect as part of the prediction.
 bool moves_prediction(const Term &term);
+// What a dead zone of this level leaves of x.
+Vector beyond_dead_zone(const Vector &x, double level);
+// The level of the dead zone before what comes late; 0: there is none.
+double dead_zone_before(const Term &term);
 // A delay, a lag or play: what the term adds depends on the predictions before.
 bool remembers(const Term &term);
 

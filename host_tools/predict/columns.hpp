@@ -18,12 +18,21 @@ struct OutcomeColumns {
   int z, m, sd;
 };
 
+// "run1.speed_mps": by how much a healthy run of its own may be off along the k-th of its effects
+// (from 0), as one standard deviation, row by row; the runs' sizes are independent.
+inline std::string run_column(std::size_t k, const std::string &outcome) {
+  return "run" + std::to_string(k + 1) + "." + outcome;
+}
+
 // Collects rows of predictions.
 class PredictionRows {
 public:
+  // run_effects: of every outcome, how many effects of the run it has; empty: none.
   PredictionRows(const Log &source, const std::vector<std::string> &features,
-                 const std::vector<std::string> &outcomes);
-  // Values: features, then z m sd of every outcome, in the order of columns().
+                 const std::vector<std::string> &outcomes,
+                 const std::vector<std::size_t> &run_effects = {});
+  // Values: features, then z m sd of every outcome, in the order of columns(), each followed by its
+  // run's effects.
   void add(double t_s, std::uint32_t row, const std::vector<double> &values);
   std::size_t rows() const { return log_.t_s.size(); }
   Log finish() &&;

@@ -2,20 +2,21 @@
 // A trained image's behaviour models as a simulation: what the commands alone let sensors read,
 // block by block.
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
-#include "rim/monitor.h"
 #include "image/flight_image.hpp"
 #include "image/image_writer.hpp"
 #include "image/layout.hpp"
-#include "util/error.hpp"
-#include "predict/predictor.hpp"
 #include "predict/columns.hpp"
+#include "predict/predictor.hpp"
+#include "rim/monitor.h"
+#include "util/error.hpp"
 
 extern "C" {
+#include "base/bytes.h"
 #include "image/noise.h"
 #include "monitor/blocks.h"
-#include "base/bytes.h"
 #include "rim/image.h"
 }
 
@@ -38,6 +39,9 @@ public:
 
 private:
   const std::uint8_t *section(rim_section id, std::size_t *bytes) const;
+  std::vector<double> raw_fields(const blocks *block) const;
+  void add_noise(std::size_t outcome, const blocks *block, double predicted, double disturbance,
+                 std::vector<double> *raw, std::vector<double> *values) const;
 
   std::string path_;
   LoadedImage image_;
@@ -73,13 +77,44 @@ ImagePredictor::ImagePredictor(const std::string &path)
       rimi_basis_open(&config_.basis, basis, bytes, config_.features, config_.outcomes);
   if (status == RIM_OK)
     status = rimi_behaviour_open(&behaviour_, data, behaviour_bytes, config_.basis.terms,
-                                config_.outcomes);
+                                 config_.outcomes);
   const std::uint8_t *noise = section(RIM_SECTION_NOISE, &bytes);
   if (status == RIM_OK)
     status = rimi_noise_open(&noise_, noise, bytes, RIM_MONITOR_KINDS * config_.outcomes,
-                            config_.basis.means);
+                             config_.basis.means);
   if (status != RIM_OK)
     throw DataError(path + ": its models: " + rim_status_text(status));
+}
+
+// What runs differ along (image/noise.h), but for the prediction, which is the outcome's own.
+std::vector<double> ImagePredictor::raw_fields(const blocks *block) const {
+  const double t_s = rimi_blocks_since_start_s(block);
+  std::vector<double> raw{1.0, 0.0,
+                          (1.0 - std::exp(-t_s / noise_.trend_s)) * noise_.trend_s / noise_.run_s,
+                          std::exp(-t_s / noise_.decay_s)};
+  for (std::uint32_t m = NOISE_RAW_FIRST; m < noise_.raw; ++m)
+    raw.push_back(rimi_blocks_means(block)[m - NOISE_RAW_FIRST]);
+  return raw;
+}
+
+// How a healthy run scatters in this block, and by how much it may be off as a whole.
+void ImagePredictor::add_noise(std::size_t outcome, const blocks *block, double predicted,
+                               double disturbance, std::vector<double> *raw,
+                               std::vector<double> *values) const {
+  const noise_channel c = rimi_noise_channel(&noise_, static_cast<std::uint32_t>(outcome));
+  const double p = (predicted - static_cast<double>(c.p_center)) / static_cast<double>(c.p_scale),
+               s = static_cast<double>(c.s), rho = static_cast<double>(c.rho);
+  values->push_back(s / rimi_noise_weight(&c, p, rimi_blocks_change(block), disturbance) /
+                    std::sqrt(1.0 - rho * rho));
+  (*raw)[1] = p;
+  for (std::uint32_t k = 0; k < c.fields; ++k) {
+    double field = 0.0;
+    for (std::uint32_t r = 0; r < noise_.raw; ++r)
+      field += static_cast<double>(
+                   rimi_le_f32(c.combination, static_cast<std::size_t>(k) * noise_.raw + r)) *
+               (*raw)[r];
+    values->push_back(s * field / std::sqrt(static_cast<double>(rimi_le_f32(c.inverse_prior, k))));
+  }
 }
 
 Log ImagePredictor::predict(const Log &log) const {
@@ -105,7 +140,10 @@ Log ImagePredictor::predict(const Log &log) const {
     given.push_back(f);
     given_names.push_back(layout_.feature_names[f]);
   }
-  PredictionRows rows(log, given_names, names);
+  std::vector<std::size_t> run_effects;
+  for (std::size_t o = 0; o < names.size(); ++o)
+    run_effects.push_back(rimi_noise_channel(&noise_, static_cast<std::uint32_t>(o)).fields);
+  PredictionRows rows(log, given_names, names, run_effects);
   std::vector<double> context(features.size()), predicted(2 * names.size());
   for (std::size_t t = 0; t < log.t_s.size(); ++t) {
     for (std::size_t f = 0; f < features.size(); ++f)
@@ -119,11 +157,16 @@ Log ImagePredictor::predict(const Log &log) const {
     std::vector<double> values;
     for (const std::size_t f : given)
       values.push_back(rimi_blocks_context(blocks)[f]);
+    std::vector<double> raw = raw_fields(blocks), in_sd;
+    for (std::size_t o = 0; o < names.size(); ++o)
+      in_sd.push_back(
+          (rimi_blocks_outcomes(blocks)[o] - predicted[o]) /
+          static_cast<double>(rimi_noise_channel(&noise_, static_cast<std::uint32_t>(o)).s));
+    const double disturbance = rimi_noise_disturbance(in_sd.data(), in_sd.size());
     for (std::size_t o = 0; o < names.size(); ++o) {
       values.push_back(rimi_blocks_outcomes(blocks)[o]);
       values.push_back(predicted[o]);
-      values.push_back(
-          static_cast<double>(rimi_noise_channel(&noise_, static_cast<std::uint32_t>(o)).s));
+      add_noise(o, blocks, predicted[o], disturbance, &raw, &values);
     }
     rows.add(log.t_s[t], log.row[t], values);
   }

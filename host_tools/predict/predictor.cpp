@@ -32,7 +32,8 @@ int needed_column(const Log &log, const std::string &name, const std::string &wh
 }
 
 PredictionRows::PredictionRows(const Log &source, const std::vector<std::string> &features,
-                               const std::vector<std::string> &outcomes) {
+                               const std::vector<std::string> &outcomes,
+                               const std::vector<std::size_t> &run_effects) {
   log_.path = source.path;
   log_.rows_in_file = source.rows_in_file;
   log_.rows_skipped = source.rows_skipped;
@@ -45,9 +46,11 @@ PredictionRows::PredictionRows(const Log &source, const std::vector<std::string>
   };
   for (const std::string &name : features)
     add_column(name);
-  for (const std::string &name : outcomes) {
+  for (std::size_t o = 0; o < outcomes.size(); ++o) {
     for (const char *prefix : {"z.", "m.", "sd."})
-      add_column(prefix + name);
+      add_column(prefix + outcomes[o]);
+    for (std::size_t k = 0; o < run_effects.size() && k < run_effects[o]; ++k)
+      log_.columns.push_back({run_column(k, outcomes[o]), unit_of_name(outcomes[o]), Role::sd});
   }
 }
 

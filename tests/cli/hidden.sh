@@ -91,6 +91,11 @@ if [ $count -eq 40 ]; then
     --floors floors.txt > channels.txt 2>&1
   check "guests, channel by channel" 0 $?
   cat channels.txt
+  # Dead bands before a lag: a boat's rudder, a spool, a damper with dead time.
+  printf 'found 1\nall 1\ngain_tenth .95\nfalse 0\nworse 0\n' > floors.txt
+  "$hidden/channels.py" --rim "$RIM" --drawer valves.py --seed 422000 --count 3 --floors floors.txt > channels.txt 2>&1
+  check "dead bands before a lag" 0 $?
+  cat channels.txt
 else
   campaign rim $first $count
   check "no failed diagnosis under the sanitizers" 0.0 "$(value rim 'no usable diagnosis')"

@@ -197,6 +197,36 @@ void a_delay_takes_the_command_of_then(void **) {
   assert_near(mean_effect(lag, t, m)(1), first - 2.0, 1e-12);
   assert_near(mean_effect(lag, t, m)(2), first + share * (4.0 - first) - 4.0, 1e-12);
   assert_near(mean_effect(lag, t, m)(4), 0.0, 0.0); // each log from its own first value
+  Measured commanded = t; // of a prediction that is made of commands, from its first reading
+  commanded.x.col(1) = 0.5 * m;
+  commanded.channels[0].z(4) = m(4) + 1.0;
+  assert_near(mean_effect(lag, commanded, m)(4), 1.0, 0.0);
+}
+
+// A dead zone before a lag: the lag is of what it leaves, and both together make the prediction.
+void a_dead_zone_before_a_lag(void **) {
+  Measured t = small(); // m: 0 2 4 6 | 20 22 24 26
+  const Vector &m = t.channels[0].m;
+  t.x.col(1) = m;
+  t.channels[0].z << 0, 0, 0, 0, 17, 0, 0, 0;
+  Term zone = term("-max(-level, min(level, m))");
+  zone.form = rim::diagnose::kDeadZoneBefore;
+  zone.arguments.clear();
+  zone.shape = {{"level", 3.0, 0.0, ""}};
+  Term lag = term("");
+  lag.arguments.clear();
+  lag.cause = lag.form = "lag";
+  lag.shape = {{"lag", 0.2, 0.0, "s"}, {rim::diagnose::kBeyond, 3.0, 0.0, ""}};
+  const double share = 1.0 - std::exp(-0.5), second = share * 1.0;
+  const Vector after = rim::diagnose::extended_prediction({zone, lag}, t.channels[0], t)
+                           .m; // of 0 0 1 3 | 17 19 21 23
+  assert_near(after(1), 0.0, 1e-12);
+  assert_near(after(2), second, 1e-12);
+  assert_near(after(3), second + share * (3.0 - second), 1e-12);
+  assert_near(after(4), 17.0, 1e-12);
+  assert_near(after(5), 17.0 + share * 2.0, 1e-12);
+  assert_near(mean_effect(zone, t, m)(3), -3.0, 1e-12);
+  assert_true(rim::diagnose::moves_prediction(zone) && !rim::diagnose::remembers(zone));
 }
 
 void play_holds_until_it_is_taken_up(void **) {
@@ -283,6 +313,7 @@ int main() {
       cmocka_unit_test(expressions_that_are_none_are_refused),
       cmocka_unit_test(tables_are_straight_between_knots_and_flat_beyond),
       cmocka_unit_test(a_delay_takes_the_command_of_then),
+      cmocka_unit_test(a_dead_zone_before_a_lag),
       cmocka_unit_test(play_holds_until_it_is_taken_up),
       cmocka_unit_test(a_lag_of_the_change),
       cmocka_unit_test(a_delay_comes_first_and_the_others_see_it),
