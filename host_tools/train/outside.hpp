@@ -16,8 +16,8 @@
 namespace rim {
 
 // Those of the outcomes `asked` that the commands do not move. terms(r): standardised filtered
-// commands of run r, blocks x terms. Whole runs are left out. Cost: for each outcome a regression of
-// all blocks on the terms; one run's terms in memory per thread.
+// commands of run r, blocks x terms. Whole runs are left out. Cost: for each outcome a regression
+// of all blocks on the terms; one run's terms in memory per thread.
 std::vector<std::size_t> not_moved(const std::vector<std::size_t> &asked, const RunStore &runs,
                                    const std::function<Matrix(std::size_t)> &terms);
 
