@@ -21,6 +21,7 @@ prove() { # NAME UNWIND SECONDS(of the processor) WHAT SOURCE...
   [ -n "$PART" ] && flags+=("-DPART=$PART")
   [ -n "$BYTES" ] && flags+=("-DBYTES=$BYTES")
   [ -n "$READS" ] && flags+=("-DREADS=$READS")
+  [ -n "$RING" ] && flags+=("-DRING=$RING")
   [ -n "$MOST" ] && flags+=("-DMOST=${MOST}u")
   [ -n "$FROM" ] && perl -0pe "s/^static ([^;{}()=]*?\b)(${PROMISED:-none})(\([^{};]*\)) \{/static \$1\$2\$3;\nstatic \$1\$2_as_it_is\$3 {/mg" \
     "$FROM" > "$made/$(basename "$FROM")"
@@ -82,6 +83,7 @@ PART=1 BYTES=128 prove names 140 60 "names: any 0..128 bytes, any index"
 PART=2 BYTES=64 prove names 140 60 "unit of a name of any 0..64 characters"
 FROM=lib/src/interference/detector.c PROMISED=check prove interference 600 60 "interference: any 0..size + 1 bytes, any check sum"
 BYTES=256 READS=4 prove state_file 12 60 "state file of any length and bytes, parts up to 256 bytes, read in up to 4 pieces"
+RING=6 FROM=lib/src/search/search_private.h PROMISED=search_at prove walk 8 60 "a pass of the search over a ring of up to 6 blocks, any mask"
 PART=4 BYTES=90 SMALL="firmware/transport/lcm_fragments.h LCM_FRAGMENTS_BYTES 160" FROM=$fragments prove fragments 12 60 "any fragment, any four messages under way: which it belongs to"
 WRONG=
 prove can_detail   310 400 "any frame, any assembly under way: inductive" $wire/can.c $crc $region

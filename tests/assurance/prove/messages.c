@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-/* The long messages of LCM (PART 1 observation, 2 plan, 3 model), any 0..size + 1 bytes. Function by
- * function: the readers of base/bytes.h are replaced by ones that check where they read and return
- * any number, and copies by ones that check both ends, so that the proof is of places, counts and
- * loops, for every content. */
+/* The long messages of LCM (PART 1 observation, 2 plan, 3 model), any 0..size + 1 bytes. Function
+ * by function: the readers of base/bytes.h are replaced by ones that check where they read and
+ * return any number, and copies by ones that check both ends, so that the proof is of places,
+ * counts and loops, for every content. */
 #include "any.h"
 #include "base/bytes.h"
 #include "base/real.h"
@@ -83,7 +83,8 @@ static void use(const uint8_t *in, size_t n) {
     return;
   const uint32_t i = nondet_uint32() % RIM_MODEL_QUANTITIES;
   __ESBMC_assert(out.count <= RIM_MODEL_QUANTITIES, "so many quantities");
-  __ESBMC_assert((uint64_t)out.first + out.count <= (uint64_t)out.features + out.outcomes, "of all");
+  __ESBMC_assert((uint64_t)out.first + out.count <= (uint64_t)out.features + out.outcomes,
+                 "of all");
   __ESBMC_assert(out.quantity[i].name[RIM_MODEL_NAME_BYTES - 1] == 0 &&
                      out.quantity[i].unit[RIM_MODEL_UNIT_BYTES - 1] == 0,
                  "texts that end");
