@@ -21,7 +21,8 @@ $(ASSURE)/fleet: tests/assurance/fleet.c tests/assurance/flight.h $(BUILD)/libri
 .PHONY: fleet
 # The first rows of a run are cheap, as the search has little to search yet: whole landings, too.
 fleet: $(ASSURE)/fleet $(CROSS)/landing.rec $(CROSS)/golf_flight.rec ## a thousand monitors in one process: rows a second of one core, and memory
-	@$(ASSURE)/fleet $(CROSS)/landing.rec 20 8000 && $(ASSURE)/fleet $(CROSS)/landing.rec 1 600 && $(ASSURE)/fleet $(CROSS)/landing.rec 1000 600 && $(ASSURE)/fleet $(CROSS)/golf_flight.rec 1000 100 && $(ASSURE)/fleet $(CROSS)/golf_flight.rec 1000 100 4
+	@for units in 12 6 3 1; do echo "$$units units of search per row:"; $(ASSURE)/fleet $(CROSS)/landing.rec 20 8000 1 $$units || exit 1; done
+	@$(ASSURE)/fleet $(CROSS)/landing.rec 1 600 && $(ASSURE)/fleet $(CROSS)/landing.rec 1000 600 && $(ASSURE)/fleet $(CROSS)/golf_flight.rec 1000 100 && $(ASSURE)/fleet $(CROSS)/golf_flight.rec 1000 100 4
 
 FLIPS ?= 1000
 FLIP_SEED ?= 1

@@ -143,6 +143,26 @@ static void updates_are_inhibited(void **state) {
   assert_int_equal(out.seq, 6);
 }
 
+/* Another region is news, however little its score has moved; what lies beyond its features is not
+ * of it. */
+static void another_region_is_news(void **state) {
+  (void)state;
+  start(&CONFIG, false);
+  rim_alarm a = finding(20.0, RIM_LEVEL_ERROR);
+  a.region.dims = 2;
+  for (double t_s = 0.0; t_s < 0.25; t_s += 0.1)
+    (void)row(REGIONS, t_s, &a);
+  is(REGIONS, RIM_ALARM_RAISED, RIM_LEVEL_ERROR, 0, 1);
+  a.region.feature[2]++;
+  assert_false(row(REGIONS, 10.0, &a));
+  for (uint32_t d = 0; d < 2; ++d) {
+    a.region.feature[d]++;
+    assert_true(row(REGIONS, 20.0 + 10.0 * d, &a));
+    is(REGIONS, RIM_ALARM_UPDATED, RIM_LEVEL_ERROR, 0, 2 + d);
+    assert_int_equal(out.region.feature[d], a.region.feature[d]);
+  }
+}
+
 static void a_clock_that_goes_back_inhibits_nothing(void **state) {
   (void)state;
   start(&CONFIG, false);
@@ -730,6 +750,7 @@ int main(void) {
       cmocka_unit_test(is_raised_after_so_many_steps_in_a_row),
       cmocka_unit_test(zero_steps_raise_at_once),
       cmocka_unit_test(updates_are_inhibited),
+      cmocka_unit_test(another_region_is_news),
       cmocka_unit_test(a_clock_that_goes_back_inhibits_nothing),
       cmocka_unit_test(is_cleared_once_with_the_region_it_had),
       cmocka_unit_test(a_warning_holds_what_was_raised),

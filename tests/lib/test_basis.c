@@ -491,6 +491,7 @@ static void integrands_are_named(void **state) {
   rim_agreement v;
   assert_int_equal(rimi_agreement_open(&v, b.byte, b.size, FEATURES, OUTCOMES, MEANS), RIM_OK);
   for (uint32_t o = 0; o < OUTCOMES; ++o) {
+    assert_int_equal(rimi_agreement_source(&v, o), o); /* as agreement() has it */
     for (uint32_t j = 0; j < OUTCOMES; ++j) {
       const agreement_gain gain = rimi_agreement_gain(&v, o, j, (uint16_t)j);
       /* Feature 0 alone and in the product, whose other factor is 3; feature 1 with -2 beside. */

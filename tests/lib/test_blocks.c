@@ -264,6 +264,39 @@ static void blocks_are_as_defined(void **state) {
 
 /* A heading that goes round and round: its mean never jumps, whatever turns the reading leaves out.
  */
+/* The sums of a block begin anew with each, whatever the number of time constants. */
+static void one_time_constant_is_enough(void **state) {
+  (void)state;
+  bench b;
+  bytes s = {.size = 0};
+  const uint32_t header[8] = {BASIS_LAYOUT, 1, 1, 1, 0, 0, 0, 0};
+  make(&b);
+  for (size_t i = 0; i < 8; ++i)
+    u32(&s, header[i]);
+  u16(&s, COMMAND);
+  u16(&s, BASIS_PLAIN);
+  f32(&s, share[1]);
+  for (size_t i = 0; i < 4; ++i) /* its only term */
+    u16(&s, i == 0 ? BASIS_MEAN : 0);
+  f32(&s, CENTER);
+  f32(&s, INVERSE_SD);
+  for (size_t o = 0; o < O; ++o)
+    f32(&s, FIRST_MEAN);
+  assert_int_equal(rimi_basis_open(&b.config.basis, s.byte, s.size, D, O), RIM_OK);
+  assert_int_equal(rimi_blocks_init(&b.b, b.memory, sizeof b.memory, &b.config), RIM_OK);
+  double filter = 0.0, sum = 0.0, x[D];
+  for (uint32_t t = 0; t < 8 * BLOCK; ++t) {
+    make_row(t, x);
+    filter = t == 0 ? x[COMMAND] : (1.0 - share[1]) * filter + share[1] * x[COMMAND];
+    sum += filter;
+    assert_int_equal(step(&b, t) == BLOCKS_DONE, (t + 1) % BLOCK == 0);
+    if ((t + 1) % BLOCK == 0) {
+      assert_close(rimi_blocks_terms(b.b)[0], standard(sum / BLOCK, BASIS_CLIP));
+      sum = 0.0;
+    }
+  }
+}
+
 static void an_angle_that_wraps_is_one(void **state) {
   (void)state;
   for (int degrees = 0; degrees < 2; ++degrees) {
@@ -746,6 +779,7 @@ int main(void) {
   printf("seed %u\n", SEED);
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(blocks_are_as_defined),
+      cmocka_unit_test(one_time_constant_is_enough),
       cmocka_unit_test(an_angle_that_wraps_is_one),
       cmocka_unit_test(repeated_readings_are_counted),
       cmocka_unit_test(gaps_are_counted_and_not_bridged),

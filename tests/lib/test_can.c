@@ -354,6 +354,9 @@ static void one_fd_frame_carries_the_box(void **state) {
     assert_true(frame.fd && frame.length == 64);
     assert_int_equal(rim_can_unpack_detail_fd(&back, &frame), RIM_OK);
     assert_int_equal(back.level, a.level);
+    assert_int_equal(back.state, a.state);
+    assert_int_equal(back.detector, a.detector);
+    assert_int_equal(back.seq, a.seq & 0xffu);
     assert_int_equal(back.kind, a.kind);
     assert_int_equal(back.flags, a.flags);
     assert_int_equal(back.model_id, a.model_id & 0xffffu);
@@ -362,7 +365,9 @@ static void one_fd_frame_carries_the_box(void **state) {
     assert_int_equal(back.channel[0], a.channel[0]);
     assert_near(back.t_s, a.t_s, 5.01e-4);
     assert_near(back.since_s, a.since_s, 5.01e-4);
+    assert_int_equal(back.channel[1], a.channel[1]);
     assert_near(back.shift[0], a.shift[0], 1e-5);
+    assert_near(back.shift_sd[0], a.shift_sd[0], 1e-5);
     assert_near(back.ln_anom, a.ln_anom, 1.0 / 32.0);
     assert_near(back.p_value / a.p_value, 1.0, 0.05);
     assert_int_equal(back.region.dims, a.region.dims);

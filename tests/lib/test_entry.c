@@ -68,7 +68,8 @@ static void an_entry_equals_the_generated_encoder(void **state) {
   assert_memory_equal(ours, theirs, sizeof ours);
   rim_entry back;
   assert_int_equal(rim_lcm_unpack_entry(&back, ours, sizeof ours), RIM_OK);
-  assert_true(back.t_s == e.t_s && back.to_entry_s == e.to_entry_s && back.pose == 5 &&
+  assert_true(back.t_s == e.t_s && back.to_entry_s == e.to_entry_s && back.sequence == 1 &&
+              back.alarm_sequence == 2 && back.plan_sequence == 3 && back.pose == 5 &&
               back.model_id == e.model_id && back.flags == 1);
   for (size_t n = 0; n < sizeof ours; ++n)
     assert_int_equal(rim_lcm_unpack_entry(&back, ours, n), RIM_E_TRUNCATED);

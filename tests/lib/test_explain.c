@@ -5,7 +5,7 @@
  * so by itself where no region explains it. */
 #include "search_bench.h"
 
-enum { BLOCKS = 150, EDGE = 160, EDGE_BIN = EDGE * SEARCH_BINS / 256, SEEDS = 6 };
+enum { BLOCKS = 150, ONSET = 60, EDGE = 160, EDGE_BIN = EDGE * SEARCH_BINS / 256, SEEDS = 6 };
 
 static world quiet(uint32_t seed, bool effects) {
   world w = make_world(effects, 0.4, 0.0);
@@ -13,12 +13,19 @@ static world quiet(uint32_t seed, bool effects) {
   return w;
 }
 
+/* Whatever explains best is worth what it is said to be: judged by itself, anew, it is the same. */
 static void explain(bench *b, const world *w, uint32_t units, search_hypothesis *h) {
   double onset_sd = -1.0;
   start(b, w, BLOCKS);
   feed(b, 0, BLOCKS, units);
   rimi_search_explain(b->search, 0, h, &onset_sd);
   assert_true(onset_sd >= 0.0);
+  search_hypothesis anew = *h;
+  assert_true(rimi_search_evaluate_channel(b->search, 0, &anew));
+  assert_true(fabs((double)(anew.shift - h->shift)) < 1e-3 * (double)h->sd);
+  assert_true(fabs((double)(anew.sd - h->sd)) < 1e-3 * (double)h->sd);
+  assert_true(fabs((double)(anew.ln_ratio - h->ln_ratio)) < 1e-3 * (1.0 + (double)h->ln_ratio));
+  assert_int_equal(anew.blocks, h->blocks);
 }
 
 static void a_gain_in_a_region_is_judged_by_least_squares(void **state) {
@@ -70,6 +77,53 @@ static void a_gain_is_found_where_it_is(void **state) {
     assert_int_equal(h.feature[0], 0);
     assert_true(h.first[0] + 2 >= EDGE_BIN && h.first[0] <= EDGE_BIN + 2);
     assert_true(fabs((double)h.shift + 0.3) < 4.0 * (double)h.sd);
+  }
+}
+
+/* The same from a block on. Which region it has is often not clear from so few blocks; that it is a
+ * gain, of which sign, and when it began, is. */
+static void a_gain_in_a_region_has_an_onset(void **state) {
+  (void)state;
+  static bench b;
+  uint32_t since = 0;
+  for (uint32_t seed = 0; seed < SEEDS; ++seed) {
+    world w = quiet(seed, false);
+    w.p_center = 0.0;
+    for (uint32_t i = ONSET; i < BLOCKS; ++i) {
+      if (w.feature[i][0] >= EDGE)
+        w.r[i] += 0.5 * predicted(&w, i);
+    }
+    search_hypothesis h;
+    explain(&b, &w, TURN, &h);
+    assert_int_equal(h.shape, SEARCH_PROPORTIONAL);
+    assert_true(h.family >= SEARCH_INTERVAL && h.shift > 0.0f);
+    if (h.onset == SEARCH_FROM_START)
+      continue;
+    assert_true(h.onset + 8 >= ONSET && h.onset <= ONSET + 8);
+    ++since;
+  }
+  assert_true(2 * since > SEEDS);
+}
+
+/* High in one feature and low in another: neither alone explains it. */
+static void a_box_has_two_features(void **state) {
+  (void)state;
+  static bench b;
+  for (uint32_t seed = 0; seed < SEEDS; ++seed) {
+    world w = quiet(seed, true);
+    for (uint32_t i = 0; i < BLOCKS; ++i)
+      w.r[i] -= w.feature[i][0] >= 112 && w.feature[i][1] < 144 ? 8.0 * w.s : 0.0;
+    search_hypothesis h;
+    explain(&b, &w, TURN, &h);
+    assert_true(h.family == SEARCH_BOX || h.family == SEARCH_BOX_SINCE);
+    assert_int_equal(h.shape, SEARCH_CONSTANT);
+    const uint32_t high = h.feature[0] == 0 ? 0 : 1;
+    assert_true(h.feature[high] == 0 && h.feature[1 - high] == 1);
+    assert_int_equal(h.last[high], SEARCH_BINS - 1);
+    assert_int_equal(h.first[1 - high], 0);
+    assert_true(fabs((double)h.first[high] - 112.0 * SEARCH_BINS / 256.0) <= 2.0);
+    assert_true(fabs((double)h.last[1 - high] - 144.0 * SEARCH_BINS / 256.0) <= 2.0);
+    assert_true(fabs((double)h.shift + 8.0) < 1.0); /* an edge too far takes some off */
   }
 }
 
@@ -140,6 +194,8 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_gain_in_a_region_is_judged_by_least_squares),
       cmocka_unit_test(a_gain_is_found_where_it_is),
+      cmocka_unit_test(a_gain_in_a_region_has_an_onset),
+      cmocka_unit_test(a_box_has_two_features),
       cmocka_unit_test(a_shift_in_a_region_stays_one),
       cmocka_unit_test(what_a_region_explains_is_not_called_a_time),
       cmocka_unit_test(what_is_mostly_so_did_not_come_and_go),

@@ -255,6 +255,25 @@ static void test_an_image_carries_it(void **state) {
   assert_int_equal(rimi_interference_of_image(NULL, &view), RIM_E_ARGUMENT);
 }
 
+/* Wheels at no even angles: what one says of each direction depends on the others. */
+static void test_wheels_stand_as_they_do(void **state) {
+  (void)state;
+  rim_wheels w = {.radius_m = 0.3, .tick_m = 1e-6, .bits = 32};
+  const double angle[4] = {0.2, 1.1, 2.9, 4.4}, want[3] = {-0.4, 0.9, 0.25};
+  uint32_t before[4], now[4];
+  double got[3];
+  for (int k = 0; k < 4; ++k) {
+    w.sine[k] = sin(angle[k]);
+    w.cosine[k] = cos(angle[k]);
+    const double speed = -w.sine[k] * want[0] + w.cosine[k] * want[1] + w.radius_m * want[2];
+    before[k] = 4000000000u;
+    now[k] = before[k] + (uint32_t)(int32_t)lround(speed * DT / w.tick_m);
+  }
+  assert_int_equal(rimi_wheels_velocity(&w, before, now, DT, got), RIM_OK);
+  for (int i = 0; i < 3; ++i)
+    near(got[i], want[i], 1e-3);
+}
+
 static void test_wheels_wrap(void **state) {
   (void)state;
   const double r = sqrt(0.5);
@@ -302,6 +321,7 @@ int main(int argc, char **argv) {
                                      cmocka_unit_test(test_varying_steps_and_many_commands),
                                      cmocka_unit_test(test_bytes),
                                      cmocka_unit_test(test_an_image_carries_it),
+                                     cmocka_unit_test(test_wheels_stand_as_they_do),
                                      cmocka_unit_test(test_wheels_wrap)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -68,6 +68,21 @@ static void a_straight_way_enters_when_the_edge_does(void **state) {
   assert_true(rim_lookahead_check(&wide, &region, &plan, 0.0, &r) && r.enters);
 }
 
+static void a_vehicle_without_vertices_is_a_point(void **state) {
+  (void)state;
+  const rim_lookahead_config c = {.axis = {4, 7, RIM_LOOKAHEAD_NO_AXIS}};
+  const rim_region region = sphere(10.0, 0.0, 2.0);
+  rim_plan plan = {.count = 2};
+  plan.pose[0] = pose(0.0, 0.0, 0.0, 0.3);
+  plan.pose[1] = pose(20.0, 20.0, 0.0, 0.3);
+  rim_lookahead_result r;
+  assert_true(rim_lookahead_check(&c, &region, &plan, 0.0, &r) && r.enters);
+  assert_true(fabs(r.after_s - 8.0) < 20.0 / 256.0 + 1e-3 && r.after_s <= 8.0 + 1e-3);
+  for (unsigned i = 0; i < 2; ++i)
+    plan.pose[i].position[1] = 2.1;
+  assert_true(rim_lookahead_check(&c, &region, &plan, 0.0, &r) && !r.enters);
+}
+
 static void a_turn_sweeps_its_corner(void **state) {
   (void)state;
   rim_lookahead_config c = square(0.1);
@@ -273,6 +288,7 @@ static void bodies_in_space(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_straight_way_enters_when_the_edge_does),
+      cmocka_unit_test(a_vehicle_without_vertices_is_a_point),
       cmocka_unit_test(a_turn_sweeps_its_corner),
       cmocka_unit_test(only_physical_regions_are_looked_at),
       cmocka_unit_test(agrees_with_a_dense_search),

@@ -355,6 +355,40 @@ static rim_status open_with_word(size_t word, uint32_t value, uint32_t order) {
   return status;
 }
 
+/* Each count at either end of what is allowed, the others 1; every number 1. */
+static void the_least_and_the_most_are_accepted(void **state) {
+  (void)state;
+  const uint32_t most[4] = {RIM_NOMINAL_MAX_INPUTS, RIM_NOMINAL_MAX_OUTPUTS,
+                            RIM_NOMINAL_MAX_PROTOTYPES, RIM_NOMINAL_MAX_TOP};
+  static _Alignas(8) uint8_t byte[16384];
+  for (size_t k = 0; k < 5; ++k) {
+    uint32_t n[4] = {1, 1, 1, 1};
+    section header;
+    rim_nominal model;
+    if (k < 4)
+      n[k] = most[k];
+    if (k == 3)
+      n[2] = most[3]; /* no more at the top than there are */
+    const size_t bytes = RIM_NOMINAL_BYTES(n[0], n[1], n[2], 0);
+    assert_true(bytes <= sizeof byte);
+    put_f32(&header, 1, 1.0);
+    put_u32(&header, 0, RIM_NOMINAL_LAYOUT);
+    for (size_t at = 0; at < bytes; at += 4)
+      memcpy(byte + at, header.byte + 4, 4);
+    const uint32_t word[8] = {RIM_NOMINAL_LAYOUT, n[0], n[1], n[2], n[3], 0, 0, 0};
+    for (size_t i = 0; i < 8; ++i)
+      put_u32(&header, i, word[i]);
+    memcpy(byte, header.byte, 32);
+    const size_t first = 32 + 12u * n[0], stride = 4u * RIM_NOMINAL_STRIDE(n[0], n[1], 0);
+    for (size_t p = 0; p < n[2]; ++p)
+      memset(byte + first + p * stride + 12, 0, 4); /* reserved */
+    assert_int_equal(rimi_nominal_open(&model, byte, bytes), RIM_OK);
+    assert_true(model.inputs == n[0] && model.outputs == n[1] && model.prototypes == n[2] &&
+                model.top == n[3]);
+    assert_int_equal(rimi_nominal_open(&model, byte, bytes - 1), RIM_E_TRUNCATED);
+  }
+}
+
 static void damaged_headers_are_refused(void **state) {
   (void)state;
   assert_int_equal(open_with_word(0, RIM_NOMINAL_LAYOUT + 1u, 1), RIM_E_VERSION);
@@ -438,6 +472,7 @@ int main(void) {
       cmocka_unit_test(huge_inputs_are_clamped),
       cmocka_unit_test(ties_go_to_the_lower_index),
       cmocka_unit_test(bad_input_changes_nothing),
+      cmocka_unit_test(the_least_and_the_most_are_accepted),
       cmocka_unit_test(damaged_headers_are_refused),
       cmocka_unit_test(values_that_break_the_arithmetic_are_refused),
       cmocka_unit_test(any_other_length_is_refused),

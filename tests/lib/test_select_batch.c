@@ -182,6 +182,17 @@ static void memory_is_respected(void **state) {
   }
 }
 
+/* Up to the limit, and not one more, where it is a whole number of observations. */
+static void sizes_are_limited(void **state) {
+  (void)state;
+  rim_batch_data data = {.features = 2, .outcomes = 1};
+  data.n = RIM_BATCH_MOST / 8u; /* 2 + 1 + 2 nodes + 3 */
+  assert_true(rimi_batch_fits(&data, 2));
+  assert_false(rimi_batch_fits(&data, 3));
+  data.n++;
+  assert_false(rimi_batch_fits(&data, 2));
+}
+
 int main(void) {
   printf("seed %u\n", SEED);
   const struct CMUnitTest tests[] = {cmocka_unit_test(every_heuristic_finds_the_pair),
@@ -189,6 +200,7 @@ int main(void) {
                                      cmocka_unit_test(breadth_first_takes_all_singles_first),
                                      cmocka_unit_test(without_selection_all_features_are_used),
                                      cmocka_unit_test(nothing_is_found_in_noise),
+                                     cmocka_unit_test(sizes_are_limited),
                                      cmocka_unit_test(memory_is_respected)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
