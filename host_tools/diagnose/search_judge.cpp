@@ -537,22 +537,24 @@ void ChannelSearch::claim_overall_variance() {
 
 namespace {
 
-// What holds everywhere and has a formula without pieces goes on beyond the rows that it was learnt
-// from, with or without a name in physics.
-bool has_no_pieces(const Term &term) {
+// What holds everywhere and is a formula goes on beyond the rows that it was learnt from, with or
+// without a name in physics. So does a straight line with bends: were the bends dropped out there,
+// the line would go where nothing was seen.
+bool goes_on_by_itself(const Term &term) {
   return term.form == "expression" ||
-         (term.gate.everywhere() && (term.cause == "coupling" || term.cause == "product"));
+         (term.gate.everywhere() &&
+          (term.cause == "coupling" || term.cause == "product" || term.cause == "hinge"));
 }
 
 } // namespace
 
-// Patches, curves and pieces of curves act only where the rows they were learnt from are: in
-// features where those are few of all.
+// Patches and tables act only where the rows they were learnt from are: in features where those are
+// few of all.
 void ChannelSearch::limit_support() {
   for (Member &member : out_.members) {
     Term &term = member.term;
     const bool goes_on =
-        has_no_pieces(term) ||
+        goes_on_by_itself(term) ||
         (member.candidate >= 0 &&
          library_.candidates[static_cast<std::size_t>(member.candidate)].is_physical);
     if (member.is_given || goes_on || moves_prediction(term) || term.kind != TermKind::mean)
