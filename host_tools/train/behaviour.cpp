@@ -494,7 +494,8 @@ void choose_outside(const Fitter &fitter, const Basis &basis, const Layout &layo
   }
 }
 
-// Which groups of terms, and which outcomes, every target is predicted from.
+// Which groups of terms, and which outcomes, every target is predicted from. Where the commands move
+// less than half of the outcomes, what moves the others was not logged: they are no disturbances.
 std::vector<TargetModel> choose_targets(const Fitter &fitter, const Basis &basis,
                                         const Layout &layout, const RunStore &runs,
                                         const std::vector<bool> &integrated) {
@@ -517,7 +518,7 @@ std::vector<TargetModel> choose_targets(const Fitter &fitter, const Basis &basis
   const std::vector<std::size_t> candidates =
       not_moved(unexplained(fitter, errors, integrated), runs,
                 [&](std::size_t r) { return columns_of(fitter.x(r), commands); });
-  if (!candidates.empty())
+  if (!candidates.empty() && 2 * candidates.size() <= outcomes)
     choose_outside(fitter, basis, layout, errors, candidates, &targets);
   return targets;
 }

@@ -185,6 +185,8 @@ void add_outside_terms(Basis *basis, const Survey &survey, std::size_t plain) {
   }
   const std::size_t times = basis->share.size(), first = basis->inputs.size();
   const std::size_t means = sensors.size() * times, room = BASIS_MAX_TERMS - basis->terms.size();
+  if (first == 0) // without commands nothing tells what comes from outside
+    return;
   if (first + sensors.size() > BASIS_MAX_INPUTS || means > room)
     return;
   const auto add = [basis](std::uint16_t op, std::size_t a, std::size_t b) {

@@ -174,13 +174,19 @@ static double support_of(const rim_monitor *m, uint32_t j, double bias, uint32_t
 static double confirmed(const rim_monitor *m, uint16_t agreement) {
   const search_hypothesis h = *rimi_search_best(m->search, agreement);
   const noise_channel n = rimi_noise_channel(&m->models.noise, agreement);
-  if (h.family > SEARCH_RAMP)
-    return 0.0;
   return support_by(m, agreement - m->words[RIM_CONFIG_OUTCOMES], (double)h.shift * (double)n.s,
                     h.onset);
 }
 
-/* Two sensors disagree: their agreements both deviate, and the larger score need not be that of the
+/* Whether two channels deviate from the same time on, and have done so since. */
+static bool is_at_once(const rim_monitor *m, uint16_t a, uint16_t b) {
+  const search_hypothesis *of_a = rimi_search_best(m->search, a);
+  const search_hypothesis *of_b = rimi_search_best(m->search, b);
+  return of_a->family <= SEARCH_RAMP && of_b->family <= SEARCH_RAMP &&
+         of_a->onset <= of_b->onset + SEARCH_LEAST && of_b->onset <= of_a->onset + SEARCH_LEAST;
+}
+
+/* Two sensors disagree: their agreements both deviate at once, and the larger score need not be that of the
  * sensor that is off. Where the commands say that the leading one is right and that the next one is
  * off, it is the next one. */
 static uint16_t wrong_reading(const rim_monitor *m, uint16_t leading) {
@@ -192,7 +198,7 @@ static uint16_t wrong_reading(const rim_monitor *m, uint16_t leading) {
       rimi_max(BEHAVIOUR_SHARE * trained_score(m, leading), m->models.threshold.alarm_score);
   for (uint16_t j = 0; j < outcomes; ++j) {
     const uint16_t c = (uint16_t)(RIM_CHANNEL_AGREEMENT * outcomes + j);
-    if (c == leading || trained_score(m, c) < score)
+    if (c == leading || trained_score(m, c) < score || !is_at_once(m, leading, c))
       continue;
     score = trained_score(m, c);
     next = c;
