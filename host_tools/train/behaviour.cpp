@@ -494,8 +494,9 @@ void choose_outside(const Fitter &fitter, const Basis &basis, const Layout &layo
   }
 }
 
-// Which groups of terms, and which outcomes, every target is predicted from. Where the commands move
-// less than half of the outcomes, what moves the others was not logged: they are no disturbances.
+// Which groups of terms, and which outcomes, every target is predicted from. Where the commands
+// move less than half of the outcomes, what moves the others was not logged: they are no
+// disturbances.
 std::vector<TargetModel> choose_targets(const Fitter &fitter, const Basis &basis,
                                         const Layout &layout, const RunStore &runs,
                                         const std::vector<bool> &integrated) {
