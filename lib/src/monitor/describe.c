@@ -186,9 +186,9 @@ static bool is_at_once(const rim_monitor *m, uint16_t a, uint16_t b) {
          of_a->onset <= of_b->onset + SEARCH_LEAST && of_b->onset <= of_a->onset + SEARCH_LEAST;
 }
 
-/* Two sensors disagree: their agreements both deviate at once, and the larger score need not be that
- * of the sensor that is off. Where the commands say that the leading one is right and that the next
- * one is off, it is the next one. */
+/* Two sensors disagree: their agreements both deviate at once, and the larger score need not be
+ * that of the sensor that is off. Where the commands say that the leading one is right and that the
+ * next one is off, it is the next one. */
 static uint16_t wrong_reading(const rim_monitor *m, uint16_t leading) {
   const uint16_t outcomes = (uint16_t)m->words[RIM_CONFIG_OUTCOMES];
   if (rimi_agreement_source(&m->models.agreement, leading % outcomes) == AGREEMENT_INTEGRAL)
