@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Behaviour models: a vehicle whose constants are known is learnt to its noise, what obeys nothing
 // is said to, and what training computes is what flies, bit for bit.
+#include "learnt.hpp"
 #include "made_vehicle.hpp"
-#include "train/behaviour.hpp"
 #include "train/trainer.hpp"
 #include "util/error.hpp"
 
@@ -22,46 +22,6 @@ namespace {
 
 constexpr std::uint64_t kSeed = 4000; // of the first run everywhere here
 constexpr std::size_t kLag = 0, kProduct = 1, kState = 2, kNothing = 4, kOutcomes = 5;
-
-struct Learnt {
-  rim::Layout layout;
-  rim::Basis basis;
-  rim::BlockOptions options;
-  rim::RunStore runs;
-  rim::Behaviour behaviour;
-};
-
-constexpr std::uint32_t kBlockRows = 10;
-
-// The steps of train() up to the behaviour models.
-Learnt learn(const std::vector<rim::Log> &logs) {
-  Learnt l;
-  rim::LogSet set(logs);
-  const rim::Survey survey = rim::survey_of(&set);
-  l.layout = survey.layout;
-  l.basis = rim::make_basis(survey, static_cast<double>(logs.front().t_s.size()));
-  l.options.block_rows = kBlockRows;
-  l.options.integrands = rim::possible_integrands(l.layout);
-  l.options.period_s = survey.period_s();
-  l.options.low.assign(l.layout.features(), -100.0F);
-  l.options.high.assign(l.layout.features(), 100.0F);
-  std::vector<rim::BlockRun> runs;
-  for (const rim::Log &log : logs)
-    runs.push_back(rim::block_run(log, l.layout, l.basis, l.options));
-  std::vector<Eigen::VectorXd> starts;
-  for (const rim::BlockRun &run : runs)
-    starts.push_back(run.start);
-  std::vector<double> low, high;
-  for (std::size_t f = 0; f < l.layout.features(); ++f) {
-    low.push_back(survey.low(f));
-    high.push_back(survey.high(f));
-  }
-  rim::learn_start(&l.basis, starts, low, high);
-  l.runs = rim::RunStore(runs);
-  l.behaviour = rim::fit_behaviour(
-      &l.basis, l.layout, l.runs, rim::integrated_outcomes(l.layout, l.options.integrands, l.runs));
-  return l;
-}
 
 // Terms as flight clips them.
 rim::Matrix standard_terms(const rim::Basis &basis, const rim::BlockRun &run) {

@@ -2,8 +2,7 @@
 // A disturbance that is measured is an input of what it acts on, also where a controller answers it
 // so well that the commands seem to explain it; what the vehicle brings about is none.
 #include "base/rng.h"
-#include "log/log_set.hpp"
-#include "train/behaviour.hpp"
+#include "learnt.hpp"
 #include "train/outside.hpp"
 
 #include <algorithm>
@@ -21,7 +20,6 @@ namespace {
 
 constexpr std::uint64_t kSeed = 5200; // of the first run
 constexpr std::size_t kRuns = 12, kRows = 2400;
-constexpr std::uint32_t kBlockRows = 10;
 constexpr double kPeriod = 0.2;
 constexpr double kDrag = 0.3, kHeating = 0.02, kCooling = 0.01;
 enum { kSlope, kSpeed, kWay, kHeat, kOutcomes };
@@ -59,45 +57,11 @@ rim::Log cart(std::uint64_t seed, double slope_sd) {
   return log;
 }
 
-struct Learnt {
-  rim::Layout layout;
-  rim::Basis basis;
-  rim::RunStore runs;
-  rim::Behaviour behaviour;
-  std::vector<bool> integrated;
-};
-
-Learnt learn(double slope_sd) {
+Learnt learn_cart(double slope_sd) {
   std::vector<rim::Log> logs;
   for (std::uint64_t i = 0; i < kRuns; ++i)
     logs.push_back(cart(kSeed + i, slope_sd));
-  Learnt l;
-  rim::LogSet set(logs);
-  const rim::Survey survey = rim::survey_of(&set);
-  l.layout = survey.layout;
-  l.basis = rim::make_basis(survey, static_cast<double>(kRows));
-  rim::BlockOptions options;
-  options.block_rows = kBlockRows;
-  options.period_s = survey.period_s();
-  options.integrands = rim::possible_integrands(l.layout);
-  options.low.assign(l.layout.features(), -1e4F);
-  options.high.assign(l.layout.features(), 1e4F);
-  std::vector<rim::BlockRun> runs;
-  std::vector<Eigen::VectorXd> starts;
-  for (const rim::Log &log : logs) {
-    runs.push_back(rim::block_run(log, l.layout, l.basis, options));
-    starts.push_back(runs.back().start);
-  }
-  std::vector<double> low, high;
-  for (std::size_t f = 0; f < l.layout.features(); ++f) {
-    low.push_back(survey.low(f));
-    high.push_back(survey.high(f));
-  }
-  rim::learn_start(&l.basis, starts, low, high);
-  l.runs = rim::RunStore(runs);
-  l.integrated = rim::integrated_outcomes(l.layout, options.integrands, l.runs);
-  l.behaviour = rim::fit_behaviour(&l.basis, l.layout, l.runs, l.integrated);
-  return l;
+  return learn(logs, 1e4F);
 }
 
 bool uses(const Learnt &l, std::size_t outcome, std::size_t input) {
@@ -108,7 +72,7 @@ bool uses(const Learnt &l, std::size_t outcome, std::size_t input) {
 // The commands answer the slope, so they explain most of it; it is an input all the same, of the
 // speed, and of nothing that does not feel it.
 void a_slope_that_is_answered_is_an_input(void **) {
-  const Learnt l = learn(0.4);
+  const Learnt l = learn_cart(0.4);
   assert_true(l.behaviour.targets[kSlope].r2 > 0.5);
   assert_true(uses(l, kSpeed, kSlope));
   assert_true(l.behaviour.targets[kSlope].outside.empty());
@@ -122,13 +86,13 @@ void a_slope_that_is_answered_is_an_input(void **) {
 
 // Without hills the slope reads noise: nothing is predicted from it.
 void noise_is_no_input(void **) {
-  const Learnt l = learn(0.0);
+  const Learnt l = learn_cart(0.0);
   for (std::size_t o = 0; o < 2 * static_cast<std::size_t>(kOutcomes); ++o)
     assert_true(l.behaviour.targets[o].outside.empty());
 }
 
 void what_moves_is_told_from_what_does_not(void **) {
-  const Learnt l = learn(0.4);
+  const Learnt l = learn_cart(0.4);
   std::vector<Eigen::Index> means;
   for (std::size_t i = 0; i < l.basis.terms.size(); ++i) {
     if (l.basis.terms[i].op == BASIS_MEAN && l.basis.terms[i].group == rim::TermGroup::mean)
@@ -144,21 +108,20 @@ void what_moves_is_told_from_what_does_not(void **) {
     }
     return x;
   };
-  const std::vector<std::size_t> found =
-      rim::not_moved({kSpeed, kSlope}, l.runs, terms);
+  const std::vector<std::size_t> found = rim::not_moved({kSpeed, kSlope}, l.runs, terms);
   assert_int_equal(found.size(), 1);
   assert_int_equal(found.front(), kSlope);
 }
 
 void a_way_is_the_integral_of_a_speed(void **) {
-  const Learnt l = learn(0.4);
+  const Learnt l = learn_cart(0.4);
   assert_true(l.integrated[kWay]);
   assert_false(l.integrated[kSpeed] || l.integrated[kSlope]);
 }
 
 // Only inputs that a term uses fly, and the terms find theirs.
 void unused_inputs_do_not_fly(void **) {
-  Learnt l = learn(0.4);
+  Learnt l = learn_cart(0.4);
   const std::size_t before = l.basis.inputs.size();
   rim::shrink_basis(&l.basis, &l.behaviour);
   assert_true(l.basis.inputs.size() < before);
