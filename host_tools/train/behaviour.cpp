@@ -498,8 +498,9 @@ void choose_outside(const Fitter &fitter, const Basis &basis, const Layout &layo
 // move less than half of the outcomes, what moves the others was not logged: they are no
 // disturbances.
 std::vector<TargetModel> choose_targets(const Fitter &fitter, const Basis &basis,
-                                        const Layout &layout, const RunStore &runs,
-                                        const std::vector<bool> &integrated) {
+                                        const Layout &layout,
+                                        const std::vector<Integrand> &integrands,
+                                        const RunStore &runs) {
   const std::size_t outcomes = layout.outcomes();
   std::vector<std::size_t> all(outcomes);
   std::iota(all.begin(), all.end(), std::size_t{0});
@@ -517,7 +518,7 @@ std::vector<TargetModel> choose_targets(const Fitter &fitter, const Basis &basis
       commands.push_back(static_cast<Eigen::Index>(i));
   }
   const std::vector<std::size_t> candidates =
-      not_moved(unexplained(fitter, errors, integrated), runs,
+      not_moved(unexplained(fitter, errors, integrated_outcomes(layout, integrands, runs)), runs,
                 [&](std::size_t r) { return columns_of(fitter.x(r), commands); });
   if (!candidates.empty() && 2 * candidates.size() <= outcomes)
     choose_outside(fitter, basis, layout, errors, candidates, &targets);
@@ -615,8 +616,8 @@ void judge_target(const Fitter &fitter, const RunStore &runs, const std::vector<
 
 } // namespace
 
-Behaviour fit_behaviour(Basis *basis, const Layout &layout, const RunStore &runs,
-                        const std::vector<bool> &integrated) {
+Behaviour fit_behaviour(Basis *basis, const Layout &layout,
+                        const std::vector<Integrand> &integrands, const RunStore &runs) {
   if (runs.size() < 3)
     throw DataError("training needs at least 3 runs");
   const std::size_t outcomes = layout.outcomes();
@@ -629,7 +630,7 @@ Behaviour fit_behaviour(Basis *basis, const Layout &layout, const RunStore &runs
   learn_means(basis, runs);
   Behaviour b;
   const Fitter fitter(*basis, runs);
-  b.targets = choose_targets(fitter, *basis, layout, runs, integrated);
+  b.targets = choose_targets(fitter, *basis, layout, integrands, runs);
   std::vector<FoldModels> models(2 * outcomes);
   parallel_for(2 * outcomes, [&](std::size_t t) {
     const TargetModel &model = b.targets[t];

@@ -29,12 +29,13 @@ struct Behaviour {
 
 // Learns the basis' centers and scales and the models. DataError with fewer than three runs.
 //
-// An outcome that the commands do not explain and that lowers another's error much comes from
+// An outcome that the commands do not move (not_moved()) and that lowers another's error comes from
 // outside (wind, ambient temperature, slope): the other's model takes it as an input, as it takes
 // the commands. Not where it is the integral of others (integrated_outcomes()): what a position
 // says of a speed is the speed itself, and a vehicle that is too slow would not be seen.
-Behaviour fit_behaviour(Basis *basis, const Layout &layout, const RunStore &runs,
-                        const std::vector<bool> &integrated);
+// integrands: of the runs' columns early and late.
+Behaviour fit_behaviour(Basis *basis, const Layout &layout,
+                        const std::vector<Integrand> &integrands, const RunStore &runs);
 
 // Learns the centers and scales of the basis' means alone.
 void learn_means(Basis *basis, const RunStore &runs);

@@ -107,13 +107,18 @@ void choose_terms(Basis *basis, std::size_t plain, std::size_t outcomes) {
   };
   for (std::size_t i = 0; i < basis->inputs.size() * times; ++i)
     add(BASIS_MEAN, i, 0, TermGroup::mean);
-  for (std::size_t k = 0; k < kDecays; ++k)
+  // Of what nothing commands, a log begins anywhere: nothing settles from its start, and the first
+  // readings (in full at once, by the mean of one row) say where it is.
+  const bool settles = !basis->inputs.empty();
+  for (std::size_t k = 0; settles && k < kDecays; ++k)
     add(BASIS_DECAY, 0, 1 + k * (times - 2) / (kDecays - 1), TermGroup::mean);
   for (std::size_t i = 0; i < plain; ++i)
     add(BASIS_INTEGRAL, i, 0, TermGroup::slow);
   add(BASIS_TIME, 0, 0, TermGroup::slow);
   for (std::size_t o = 0; o < std::min<std::size_t>(outcomes, 12); ++o) {
-    for (std::size_t k = 0; k < kDecays; k += 2)
+    if (!settles)
+      add(BASIS_INITIAL, o, 0, TermGroup::initial);
+    for (std::size_t k = 0; settles && k < kDecays; k += 2)
       add(BASIS_INITIAL, o, 1 + k * (times - 2) / (kDecays - 1), TermGroup::initial);
   }
   for (const std::size_t t : {1U, 2U, 3U, 4U}) { // what bends follows the filtered command

@@ -14,8 +14,8 @@ namespace {
 
 constexpr std::size_t kFolds = 6;
 constexpr Eigen::Index kPast = 3; // blocks of an outcome's own past
-// The commands before may take this little off the error that a disturbance's own past leaves: they
-// take a tenth and more off that of what a machine brings about.
+// The error that a disturbance's own past leaves stays, but for chance, where the commands before
+// are used as well; that of what a machine brings about falls clearly below this part of it.
 constexpr double kNotMoved = 0.97;
 const double kRidges[] = {0.1, 1.0, 10.0, 100.0};
 

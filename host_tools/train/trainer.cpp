@@ -258,11 +258,9 @@ Training train(HealthyRuns healthy, const TrainOptions &options) {
   training.warnings = healthy.warnings;
   training.input = healthy.input;
   const std::size_t outcomes = plan.layout.outcomes();
-  Behaviour behaviour =
-      plan.layout.external
-          ? external_behaviour(runs, outcomes)
-          : fit_behaviour(&plan.basis, plan.layout, runs,
-                          integrated_outcomes(plan.layout, healthy.integrands, runs));
+  Behaviour behaviour = plan.layout.external
+                            ? external_behaviour(runs, outcomes)
+                            : fit_behaviour(&plan.basis, plan.layout, healthy.integrands, runs);
   if (plan.layout.external)
     learn_means(&plan.basis, runs);
   give_back_memory();

@@ -225,7 +225,7 @@ mkdir kept; echo mine > kept/notes.txt
 diagnose white1.csv --out kept $few > out.txt; check "a folder of others" 3 $?
 check "a folder of others: as it was" notes.txt "$(ls kept)"
 # --- a curve of straight pieces goes on beyond the speeds that it was learnt from, as a whole: with
-# one piece of it left out there, the held-out log was predicted eighteen times worse than before
+# one piece of it left out there, the held-out log would be predicted far worse than before
 clamped() { # clamped FILE SEED FASTEST WIDTH: a force that grows with the speed up to a width
   awk -v s="$2" -v far="$3" -v width="$4" '
     function uniform() {s = (s * 16807) % 2147483647; return s / 2147483647}

@@ -13,7 +13,6 @@ struct Learnt {
   rim::Basis basis;
   rim::BlockOptions options;
   rim::RunStore runs;
-  std::vector<bool> integrated;
   rim::Behaviour behaviour;
 };
 
@@ -44,7 +43,6 @@ inline Learnt learn(const std::vector<rim::Log> &logs, float limit = 100.0F) {
   }
   rim::learn_start(&l.basis, starts, low, high);
   l.runs = rim::RunStore(runs);
-  l.integrated = rim::integrated_outcomes(l.layout, l.options.integrands, l.runs);
-  l.behaviour = rim::fit_behaviour(&l.basis, l.layout, l.runs, l.integrated);
+  l.behaviour = rim::fit_behaviour(&l.basis, l.layout, l.options.integrands, l.runs);
   return l;
 }

@@ -158,7 +158,7 @@ void three_runs_are_needed(void **) {
   l.runs = rim::RunStore(std::vector<rim::BlockRun>(l.runs.begin(), l.runs.begin() + 2));
   bool refused = false;
   try {
-    (void)rim::fit_behaviour(&l.basis, l.layout, l.runs, std::vector<bool>(kOutcomes, false));
+    (void)rim::fit_behaviour(&l.basis, l.layout, l.options.integrands, l.runs);
   } catch (const rim::DataError &) {
     refused = true;
   }

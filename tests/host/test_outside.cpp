@@ -115,8 +115,26 @@ void what_moves_is_told_from_what_does_not(void **) {
 
 void a_way_is_the_integral_of_a_speed(void **) {
   const Learnt l = learn_cart(0.4);
-  assert_true(l.integrated[kWay]);
-  assert_false(l.integrated[kSpeed] || l.integrated[kSlope]);
+  const std::vector<bool> integrated =
+      rim::integrated_outcomes(l.layout, l.options.integrands, l.runs);
+  assert_true(integrated[kWay]);
+  assert_false(integrated[kSpeed] || integrated[kSlope]);
+}
+
+// What nothing commands: any reading would seem to come from outside, and nothing settles from the
+// start of a log.
+void without_commands_nothing_is_an_input(void **) {
+  std::vector<rim::Log> logs;
+  for (std::uint64_t i = 0; i < kRuns; ++i) {
+    logs.push_back(cart(kSeed + i, 0.4));
+    logs.back().columns.front() = {"s.push", "", rim::Role::sensor};
+  }
+  const Learnt l = learn(logs, 1e4F);
+  assert_true(l.basis.inputs.empty());
+  for (const rim::Basis::Term &t : l.basis.terms)
+    assert_true(t.op == BASIS_TIME || (t.op == BASIS_INITIAL && t.b == 0));
+  for (const rim::TargetModel &target : l.behaviour.targets)
+    assert_true(target.outside.empty());
 }
 
 // Only inputs that a term uses fly, and the terms find theirs.
@@ -150,6 +168,7 @@ int main() {
                               cmocka_unit_test(noise_is_no_input),
                               cmocka_unit_test(what_moves_is_told_from_what_does_not),
                               cmocka_unit_test(a_way_is_the_integral_of_a_speed),
+                              cmocka_unit_test(without_commands_nothing_is_an_input),
                               cmocka_unit_test(unused_inputs_do_not_fly)};
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }

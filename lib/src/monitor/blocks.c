@@ -395,7 +395,7 @@ static double term_value(const blocks *b, size_t i) {
   const rim_basis *n = &b->config.basis;
   const size_t first = rimi_le_index(spec, 4 * i + 1, filters(b));
   const size_t second = rimi_le_index(spec, 4 * i + 2, filters(b));
-  const size_t time = second < n->times ? second : 0;
+  const size_t time = rimi_le_index(spec, 4 * i + 2, n->times); /* also where nothing is filtered */
   const size_t outcome = rimi_le_index(spec, 4 * i + 1, b->config.outcomes);
   switch ((basis_op)rimi_le_u16(spec, 4 * i)) {
   case BASIS_MEAN:
@@ -489,7 +489,9 @@ static double term_unknown(const blocks *b, size_t i) {
            rimi_min(part[first % n->times] + part[second % n->times] + part[third % n->times], 1.0);
   }
   case BASIS_DECAY:
-    return b->late ? decay(b)[second % n->times] * (double)rimi_le_f32(n->inverse_sd, i) : 0.0;
+    return b->late ? decay(b)[rimi_le_index(n->term, 4 * i + 2, n->times)] *
+                         (double)rimi_le_f32(n->inverse_sd, i)
+                   : 0.0;
   case BASIS_INTEGRAL:
     return b->late ? BEFORE_START_SD
                    : lost_of_integral(b, first % n->inputs) * (double)rimi_le_f32(n->inverse_sd, i);

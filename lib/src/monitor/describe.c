@@ -21,7 +21,6 @@
 #define FROZEN 0.3       /* share of repeated readings, beyond the healthy, that is called stuck */
 #define LIKELY                                                                                     \
   1.0 /* nats for the outcome that is mostly integrated: a bias is likelier than a drift */
-
 #define SPEAKS 3.0 /* nats from which on behaviour speaks for a shift, or against it */
 
 static void begin(const rim_monitor *m, const rim_verdict *verdict, rim_alarm *alarm) {
@@ -178,11 +177,11 @@ static double confirmed(const rim_monitor *m, uint16_t agreement) {
                     h.onset);
 }
 
-/* Whether two channels deviate from the same time on, and have done so since. */
+/* Whether two channels are shifted from the same time on, and have been since. */
 static bool is_at_once(const rim_monitor *m, uint16_t a, uint16_t b) {
   const search_hypothesis *of_a = rimi_search_best(m->search, a);
   const search_hypothesis *of_b = rimi_search_best(m->search, b);
-  return of_a->family <= SEARCH_RAMP && of_b->family <= SEARCH_RAMP &&
+  return of_a->family == SEARCH_SINCE && of_b->family == SEARCH_SINCE &&
          of_a->onset <= of_b->onset + SEARCH_LEAST && of_b->onset <= of_a->onset + SEARCH_LEAST;
 }
 

@@ -20,4 +20,15 @@ static inline size_t any_size(size_t most) {
   return n;
 }
 
+/* The bytes at..at+bytes-1 lie in this memory of `most` bytes. */
+static inline void is_inside_of(const void *at, size_t bytes, const void *memory, size_t most) {
+  const size_t offset = (size_t)__ESBMC_POINTER_OFFSET(at);
+  __ESBMC_assert(__ESBMC_same_object(at, memory), "of this memory");
+#ifdef WRONG /* a byte less than there are: the proof has to fail */
+  __ESBMC_assert(bytes == 0 || offset + bytes < most, "inside");
+#else
+  __ESBMC_assert(offset <= most && bytes <= most - offset, "inside");
+#endif
+}
+
 #endif

@@ -16,13 +16,7 @@ static const uint8_t *section;
 static size_t section_bytes;
 
 static void is_inside(const uint8_t *at, size_t bytes) {
-  __ESBMC_assert(__ESBMC_same_object(at, section), "of the section");
-  const size_t offset = (size_t)__ESBMC_POINTER_OFFSET(at);
-#ifdef WRONG /* a byte less than there are: the proof has to fail */
-  __ESBMC_assert(offset + bytes < section_bytes, "read inside");
-#else
-  __ESBMC_assert(offset <= section_bytes && bytes <= section_bytes - offset, "read inside");
-#endif
+  is_inside_of(at, bytes, section, section_bytes);
 }
 static uint32_t read_u32(const uint8_t *array, size_t i) {
   is_inside(array + 4 * i, 4);

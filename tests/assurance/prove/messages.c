@@ -18,13 +18,7 @@ static const uint8_t *message;
 static size_t message_bytes;
 
 static void is_inside(const uint8_t *at, size_t bytes) {
-  __ESBMC_assert(__ESBMC_same_object(at, message), "of the message");
-  const size_t offset = (size_t)__ESBMC_POINTER_OFFSET(at);
-#ifdef WRONG /* a byte less than there are: the proof has to fail */
-  __ESBMC_assert(offset + bytes < message_bytes, "read inside");
-#else
-  __ESBMC_assert(offset <= message_bytes && bytes <= message_bytes - offset, "read inside");
-#endif
+  is_inside_of(at, bytes, message, message_bytes);
 }
 
 static uint32_t read_u32(const uint8_t *at) {

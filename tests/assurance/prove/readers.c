@@ -21,13 +21,7 @@ static const uint8_t *section; /* of any bytes, too: some are read as they are *
 static size_t section_bytes;
 
 static void is_inside(const uint8_t *at, size_t bytes) {
-  __ESBMC_assert(__ESBMC_same_object(at, section), "of the section");
-  const size_t offset = (size_t)__ESBMC_POINTER_OFFSET(at);
-#ifdef WRONG /* a byte less than there are: the proof has to fail */
-  __ESBMC_assert(bytes == 0 || offset + bytes < section_bytes, "read inside");
-#else
-  __ESBMC_assert(offset <= section_bytes && bytes <= section_bytes - offset, "read inside");
-#endif
+  is_inside_of(at, bytes, section, section_bytes);
 }
 
 /* A count of a header: any number, but small or refused. */

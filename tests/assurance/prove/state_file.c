@@ -26,16 +26,6 @@ static size_t scratch_bytes, daemon_bytes, monitor_bytes;
 static size_t written; /* of the parts */
 static unsigned reads;
 
-static void is_inside(const void *at, size_t bytes, const uint8_t *memory, size_t most) {
-  const size_t offset = (size_t)__ESBMC_POINTER_OFFSET(at);
-  __ESBMC_assert(__ESBMC_same_object(at, memory), "of this memory");
-#ifdef WRONG /* a byte less than there are: the proof has to fail */
-  __ESBMC_assert(bytes == 0 || offset + bytes < most, "inside");
-#else
-  __ESBMC_assert(offset <= most && bytes <= most - offset, "inside");
-#endif
-}
-
 static void copied(void *to, const void *from, size_t bytes);
 static int compared(const void *a, const void *b, size_t bytes);
 static int opened(void) { return nondet_int(); }
@@ -43,7 +33,7 @@ static ssize_t read_any(int fd, void *to, size_t bytes) {
   const ssize_t got = (ssize_t)nondet_int();
   (void)fd;
   if (__ESBMC_same_object(to, scratch))
-    is_inside(to, bytes, scratch, scratch_bytes);
+    is_inside_of(to, bytes, scratch, scratch_bytes);
   else
     __ESBMC_assert(bytes == 1, "one more");
   __ESBMC_assume(got >= -1 && (got < 0 || (size_t)got <= bytes));
@@ -68,7 +58,7 @@ static const char *text_of(int why) { return why != 0 ? "why" : "nothing"; }
 #define memcmp(a, b, bytes) compared(a, b, bytes)
 #define memset(to, value, bytes) copied(to, NULL, bytes)
 static uint32_t crc_of_any(const void *data, size_t bytes) {
-  is_inside(data, bytes, scratch, scratch_bytes);
+  is_inside_of(data, bytes, scratch, scratch_bytes);
   return nondet_uint32();
 }
 #define rimi_crc32(crc, data, bytes) crc_of_any(data, bytes)
@@ -76,9 +66,9 @@ static uint32_t crc_of_any(const void *data, size_t bytes) {
 
 static void copied(void *to, const void *from, size_t bytes) {
   if (from != NULL && __ESBMC_same_object(from, scratch))
-    is_inside(from, bytes, scratch, scratch_bytes);
+    is_inside_of(from, bytes, scratch, scratch_bytes);
   if (__ESBMC_same_object(to, scratch)) {
-    is_inside(to, bytes, scratch, scratch_bytes);
+    is_inside_of(to, bytes, scratch, scratch_bytes);
   } else if (__ESBMC_same_object(to, daemon_memory)) {
     __ESBMC_assert(to == daemon_memory && bytes == daemon_bytes, "the daemon's memory");
     written += bytes;

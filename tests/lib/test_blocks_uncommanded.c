@@ -1,0 +1,63 @@
+/* SPDX-License-Identifier: MIT */
+/* monitor/blocks.c where nothing is filtered, because nothing commands what is watched: time goes
+ * on all the same. */
+#include <math.h>
+
+#include "monitor/blocks.h"
+#include "section_bytes.h"
+
+enum { BLOCK = 5, TIMES = 2, TERMS = 2, BLOCKS = 6 };
+#define FIRST_MEAN 0.5
+
+static const double share[TIMES] = {1.0, 0.03125}; /* longer than all rows */
+
+/* A decay, and the first reading as it comes to count, both by the second time constant. */
+static const uint16_t terms[TERMS][4] = {{BASIS_DECAY, 0, 1}, {BASIS_INITIAL, 0, 1}};
+
+static void put_basis(bytes *b) {
+  const uint32_t header[8] = {BASIS_LAYOUT, 0, TIMES, TERMS, 0, 0, 0, 0};
+  for (size_t i = 0; i < 8; ++i)
+    u32(b, header[i]);
+  for (size_t t = 0; t < TIMES; ++t)
+    f32(b, share[t]);
+  for (size_t i = 0; i < 4 * TERMS; ++i)
+    u16(b, terms[i / 4][i % 4]);
+  for (size_t i = 0; i < 2 * TERMS; ++i)
+    f32(b, i < TERMS ? 0.0 : 1.0);
+  f32(b, FIRST_MEAN);
+}
+
+static void decays_without_inputs(void **state) {
+  (void)state;
+  static bytes basis, outcome_feature, range;
+  static _Alignas(8) uint8_t memory[4096];
+  const uint8_t role[1] = {0};
+  blocks *b;
+  put_basis(&basis);
+  u16(&outcome_feature, 0);
+  f32(&range, -10.0);
+  f32(&range, 10.0);
+  blocks_config config = {.features = 1,
+                          .outcomes = 1,
+                          .block_rows = BLOCK,
+                          .period_s = 0.1,
+                          .outcome_feature = outcome_feature.byte,
+                          .role = role,
+                          .range = range.byte};
+  assert_int_equal(rimi_basis_open(&config.basis, basis.byte, basis.size, 1, 1), RIM_OK);
+  assert_int_equal(rimi_blocks_init(&b, memory, sizeof memory, &config), RIM_OK);
+  for (uint32_t t = 0; t < BLOCKS * BLOCK; ++t) {
+    const double reading = 2.0;
+    if (rimi_blocks_row(b, 0.1 * t, &reading, NULL, NULL, NULL) != BLOCKS_DONE)
+      continue;
+    const double decay = pow(1.0 - share[1], t);
+    assert_true(decay > 0.1);
+    assert_true(fabs(rimi_blocks_terms(b)[0] - decay) < 1e-12);
+    assert_true(fabs(rimi_blocks_terms(b)[1] - (2.0 - FIRST_MEAN) * (1.0 - decay)) < 1e-12);
+  }
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {cmocka_unit_test(decays_without_inputs)};
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
