@@ -170,7 +170,7 @@ std::string model_words(const Layout &layout, const TargetModel &m) {
   if (m.initial)
     text += ", first readings";
   for (const std::size_t o : m.outside)
-    text += ", " + quantity_of(layout.outcome_names[o]).words;
+    text += ", sensor " + quantity_of(layout.outcome_names[o]).words;
   return text;
 }
 
