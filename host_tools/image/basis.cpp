@@ -16,7 +16,7 @@ std::vector<std::uint8_t> basis_section(const Basis &basis) {
                                  std::size_t{basis.first_sd.empty() ? 0U
                                              : basis.start.empty()  ? 1U
                                                                     : 2U},
-                                 std::size_t{0}, std::size_t{0}})
+                                 basis.states.size(), basis.rates.size()})
     bytes.u32(static_cast<std::uint32_t>(word));
   for (const Basis::Input &input : basis.inputs) {
     bytes.u16(input.a);
@@ -46,6 +46,18 @@ std::vector<std::uint8_t> basis_section(const Basis &basis) {
     for (const double v : *numbers)
       bytes.f32(static_cast<float>(v));
   }
+  for (std::size_t s = 0; s < (basis.states.size() + 1) / 2 * 2; ++s)
+    bytes.u16(s < basis.states.size() ? basis.states[s].outcome : std::uint16_t{0});
+  for (const Basis::State &state : basis.states) {
+    bytes.f32(static_cast<float>(state.low));
+    bytes.f32(static_cast<float>(state.high));
+  }
+  for (const Basis::Rate &rate : basis.rates) {
+    for (const std::uint16_t word : {rate.state, rate.a, rate.b, rate.c})
+      bytes.u16(word);
+  }
+  for (const Basis::Rate &rate : basis.rates)
+    bytes.f32(static_cast<float>(rate.weight));
   return bytes.bytes();
 }
 

@@ -8,8 +8,9 @@
 namespace rim {
 
 // Groups of terms of section BASIS, from which a model takes some. outside: of sensors, which show
-// what acts on the vehicle from outside (wind, ambient temperature, slope).
-enum class TermGroup { mean, shape, slow, initial, steep, outside };
+// what acts on the vehicle from outside (wind, ambient temperature, slope). rolled: of the rolled
+// states.
+enum class TermGroup { mean, shape, slow, initial, steep, outside, rolled };
 
 // Section BASIS as numbers. Center 0 and scale 1 until they are learnt.
 struct Basis {
@@ -28,6 +29,16 @@ struct Basis {
   std::vector<double> mean_center, mean_inverse_sd;
   std::vector<double> first, first_sd; // per outcome: of the first readings of the runs
   std::vector<double> start, start_sd; // per feature: of the first blocks of the runs
+  struct State {
+    std::uint16_t outcome;
+    double low, high;
+  };
+  struct Rate {
+    std::uint16_t state, a, b, c;
+    double weight;
+  };
+  std::vector<State> states; // rolled forward by the rates
+  std::vector<Rate> rates;
 };
 
 // The section's bytes, as lib/src/image/basis.h describes them.

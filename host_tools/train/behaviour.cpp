@@ -3,17 +3,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numeric>
 
 #include <Eigen/Cholesky>
 
-#include "image/image_writer.hpp"
 #include "train/outside.hpp"
+#include "train/rolled.hpp"
 #include "util/error.hpp"
 #include "util/parallel_for.hpp"
 
 extern "C" {
 #include "image/basis.h"
+#include "monitor/blocks.h"
 }
 
 namespace rim {
@@ -53,6 +55,11 @@ constexpr double kSteepMustWin = 0.05;
 constexpr double kUnexplained = 0.3162;
 constexpr double kOutsideMustWin = 0.1;
 constexpr double kFurtherMustWin = 0.1;
+// Rolled states must lower the error of the best model without them by so much, and all of them
+// together that of the best of them alone by kFurtherMustWin. An outcome is rolled forward itself
+// where a model leaves more than this part of its deviation.
+constexpr double kRolledMustWin = 0.1;
+constexpr double kRolledWorth = 0.05;
 
 struct Moments {
   Eigen::MatrixXd gram;  // terms x terms, within runs
@@ -128,14 +135,27 @@ Moments moments_of(const Matrix &x, const Matrix &y) {
   return m;
 }
 
+// Beside the commands.
+struct Further {
+  std::vector<std::uint16_t> outside; // features of the outcomes that are inputs
+  std::vector<std::uint16_t> states;  // rolled ones
+};
+
+bool holds(const std::vector<std::uint16_t> &all, std::uint16_t one) {
+  return std::find(all.begin(), all.end(), one) != all.end();
+}
+
 // outcome: the one whose first reading may be used; those of others are noise more often than not.
-// outside: features of the outcomes that are inputs.
 std::vector<Eigen::Index> terms_of(const Basis &basis, const Choice &choice, std::size_t outcome,
-                                   const std::vector<std::uint16_t> &outside) {
+                                   const Further &further) {
   std::vector<Eigen::Index> terms;
   const auto is_input = [&](const Basis::Term &t) {
-    const std::uint16_t feature = basis.inputs[t.a / basis.share.size()].a;
-    return std::find(outside.begin(), outside.end(), feature) != outside.end();
+    return holds(further.outside, basis.inputs[t.a / basis.share.size()].a);
+  };
+  const auto is_rolled = [&](const Basis::Term &t) {
+    const bool alone = t.b == BASIS_PLAIN && t.c == BASIS_PLAIN;
+    return holds(further.states, t.a) && (t.c == BASIS_PLAIN || holds(further.states, t.c)) &&
+           (alone || choice.shape);
   };
   for (std::size_t i = 0; i < basis.terms.size(); ++i) {
     const TermGroup g = basis.terms[i].group;
@@ -143,6 +163,7 @@ std::vector<Eigen::Index> terms_of(const Basis &basis, const Choice &choice, std
         (g == TermGroup::slow && choice.slow) || (g == TermGroup::steep && choice.steep) ||
         (g == TermGroup::outside && is_input(basis.terms[i]) &&
          (basis.terms[i].op == BASIS_MEAN || choice.shape)) ||
+        (g == TermGroup::rolled && is_rolled(basis.terms[i])) ||
         (g == TermGroup::initial && choice.initial && basis.terms[i].a == outcome))
       terms.push_back(static_cast<Eigen::Index>(i));
   }
@@ -163,7 +184,9 @@ struct Question {
 // The runs' terms are made when they are needed, run by run: those of all are too many to hold.
 class Fitter {
 public:
-  Fitter(const Basis &basis, const RunStore &runs) : basis_(basis), runs_(runs) {
+  // rolled: the values of the states that are terms of the basis, of every run; nullptr: none.
+  Fitter(const Basis &basis, const RunStore &runs, const std::vector<Matrix> *rolled)
+      : basis_(basis), runs_(runs), rolled_(rolled) {
     const std::size_t n = runs.size();
     y_.resize(n);
     parallel_for(n, [&](std::size_t r) { y_[r] = targets_of(runs[r]); });
@@ -194,7 +217,12 @@ public:
   // Weights of all terms for a target; fold kFolds: all runs.
   Eigen::VectorXd weights(const std::vector<Eigen::Index> &terms, double ridge, std::size_t fold,
                           Eigen::Index target) const;
-  Matrix x(std::size_t run) const { return standard_terms(basis_, runs_.wide(run)->terms); }
+  Matrix x(std::size_t run) const {
+    const std::shared_ptr<const WideBlocks> wide = runs_.wide(run);
+    return standard_terms(basis_, rolled_ == nullptr
+                                      ? wide->terms
+                                      : with_rolled(basis_, wide->terms, (*rolled_)[run]));
+  }
   const Matrix &y(std::size_t run) const { return y_[run]; } // less mean()
   const Eigen::RowVectorXd &mean() const { return mean_; }
   // What errors() says of a target that nothing explains.
@@ -208,6 +236,7 @@ private:
 
   const Basis &basis_;
   const RunStore &runs_;
+  const std::vector<Matrix> *rolled_;
   std::vector<Matrix> y_;
   std::vector<Fold> folds_;
   Eigen::RowVectorXd mean_;
@@ -395,18 +424,16 @@ namespace {
 // those within runs alone.
 using Errors = std::vector<std::vector<std::vector<double>>>;
 
-// outside: features of the outcomes that are inputs. Choices with first readings are answered for
-// the outcomes that this names.
+// Choices with first readings are answered for the outcomes `with_initial`.
 Errors errors_of_choices(const Fitter &fitter, const Basis &basis, std::size_t outcomes,
-                         const std::vector<std::uint16_t> &outside,
-                         const std::vector<std::size_t> &with_initial) {
+                         const Further &further, const std::vector<std::size_t> &with_initial) {
   const auto o = static_cast<Eigen::Index>(outcomes);
   std::vector<Question> questions;
   for (const Choice &choice : kChoices) {
     if (!choice.initial)
-      questions.push_back({terms_of(basis, choice, 0, outside), 0, 2 * o});
+      questions.push_back({terms_of(basis, choice, 0, further), 0, 2 * o});
     for (std::size_t i = 0; choice.initial && i < with_initial.size(); ++i)
-      questions.push_back({terms_of(basis, choice, with_initial[i], outside),
+      questions.push_back({terms_of(basis, choice, with_initial[i], further),
                            2 * o + static_cast<Eigen::Index>(with_initial[i]), 1});
   }
   const auto answers = fitter.errors(questions);
@@ -463,7 +490,7 @@ void choose_outside(const Fitter &fitter, const Basis &basis, const Layout &layo
     least[o] = (1.0 - kOutsideMustWin) * choose_among(without, o, false, false).error;
   for (std::size_t s = 0; s < sets.size(); ++s) {
     const Errors errors =
-        errors_of_choices(fitter, basis, outcomes, features_of(layout, sets[s]), {});
+        errors_of_choices(fitter, basis, outcomes, {features_of(layout, sets[s]), {}}, {});
     for (std::size_t o = 0; o < outcomes; ++o) {
       const bool is_candidate =
           std::find(candidates.begin(), candidates.end(), o) != candidates.end();
@@ -484,7 +511,7 @@ void choose_outside(const Fitter &fitter, const Basis &basis, const Layout &layo
     if (of_set.empty())
       continue;
     const Errors errors =
-        errors_of_choices(fitter, basis, outcomes, features_of(layout, sets[s]), of_set);
+        errors_of_choices(fitter, basis, outcomes, {features_of(layout, sets[s]), {}}, of_set);
     for (const std::size_t o : of_set) {
       TargetModel model = choose(errors, o, outcomes);
       model.outside = sets[s];
@@ -494,35 +521,118 @@ void choose_outside(const Fitter &fitter, const Basis &basis, const Layout &layo
   }
 }
 
+// What every target is predicted from, and the outcomes that come from outside.
+struct Chosen {
+  std::vector<TargetModel> targets;
+  std::vector<std::size_t> outside;
+};
+
 // Which groups of terms, and which outcomes, every target is predicted from. Where the commands
 // move less than half of the outcomes, what moves the others was not logged: they are no
 // disturbances.
-std::vector<TargetModel> choose_targets(const Fitter &fitter, const Basis &basis,
-                                        const Layout &layout,
-                                        const std::vector<Integrand> &integrands,
-                                        const RunStore &runs) {
+Chosen choose_targets(const Fitter &fitter, const Basis &basis, const Layout &layout,
+                      const std::vector<bool> &integrated, const RunStore &runs) {
   const std::size_t outcomes = layout.outcomes();
   std::vector<std::size_t> all(outcomes);
   std::iota(all.begin(), all.end(), std::size_t{0});
   const Errors errors = errors_of_choices(fitter, basis, outcomes, {}, all);
-  std::vector<TargetModel> targets;
+  Chosen chosen;
   for (std::size_t t = 0; t < 2 * outcomes; ++t)
-    targets.push_back(choose(errors, t, outcomes));
+    chosen.targets.push_back(choose(errors, t, outcomes));
   const bool may = std::any_of(basis.terms.begin(), basis.terms.end(),
                                [](const Basis::Term &t) { return t.group == TermGroup::outside; });
   if (!may)
-    return targets;
+    return chosen;
   std::vector<Eigen::Index> commands;
   for (std::size_t i = 0; i < basis.terms.size(); ++i) {
     if (basis.terms[i].op == BASIS_MEAN && basis.terms[i].group == TermGroup::mean)
       commands.push_back(static_cast<Eigen::Index>(i));
   }
-  const std::vector<std::size_t> candidates =
-      not_moved(unexplained(fitter, errors, integrated_outcomes(layout, integrands, runs)), runs,
-                [&](std::size_t r) { return columns_of(fitter.x(r), commands); });
-  if (!candidates.empty() && 2 * candidates.size() <= outcomes)
-    choose_outside(fitter, basis, layout, errors, candidates, &targets);
-  return targets;
+  chosen.outside = not_moved(unexplained(fitter, errors, integrated), runs,
+                             [&](std::size_t r) { return columns_of(fitter.x(r), commands); });
+  if (2 * chosen.outside.size() > outcomes)
+    chosen.outside.clear();
+  if (!chosen.outside.empty())
+    choose_outside(fitter, basis, layout, errors, chosen.outside, &chosen.targets);
+  return chosen;
+}
+
+double error_of_run(const Eigen::VectorXd &e) {
+  double within = 0.0;
+  return run_error(e, &within);
+}
+
+// Places among the inputs of what may drive a rolled state: commands and context, their magnitudes,
+// cosines and sines, and disturbances.
+std::vector<std::uint16_t> drivers(const Basis &basis, const Layout &layout,
+                                   const std::vector<std::size_t> &outside) {
+  const std::vector<std::uint16_t> disturbances = features_of(layout, outside);
+  std::vector<std::uint16_t> found;
+  for (std::size_t i = 0; i < basis.inputs.size(); ++i) {
+    const Basis::Input &in = basis.inputs[i];
+    const bool is_sensor = std::find(layout.outcome_feature.begin(), layout.outcome_feature.end(),
+                                     in.a) != layout.outcome_feature.end();
+    if (is_sensor ? holds(disturbances, in.a) : in.b >= BASIS_SINE)
+      found.push_back(static_cast<std::uint16_t>(i));
+  }
+  return found;
+}
+
+// The outcomes that are worth to be rolled forward, with what a state must win against.
+std::vector<double> worth_rolling(const Fitter &fitter, const Chosen &chosen,
+                                  const Layout &layout) {
+  std::vector<double> asked(layout.outcomes(), 0.0);
+  for (std::size_t o = 0; o < asked.size(); ++o) {
+    const bool is_angle =
+        (layout.command[layout.outcome_feature[o]] & (BLOCKS_ANGLE_RAD | BLOCKS_ANGLE_DEG)) != 0;
+    const bool from_outside =
+        std::find(chosen.outside.begin(), chosen.outside.end(), o) != chosen.outside.end();
+    const double error = chosen.targets[o].error;
+    if (!is_angle && !from_outside &&
+        error > kRolledWorth * fitter.spread(static_cast<Eigen::Index>(o)))
+      asked[o] = error;
+  }
+  return asked;
+}
+
+// Takes for every outcome one rolled state or all of them as inputs, beside the disturbances that
+// it has already, where that lowers the error enough.
+void choose_states(const Fitter &fitter, const Basis &basis, const Layout &layout, Chosen *chosen) {
+  const std::size_t outcomes = layout.outcomes();
+  std::vector<std::vector<std::uint16_t>> sets;
+  for (std::size_t s = 0; s < basis.states.size(); ++s)
+    sets.push_back({static_cast<std::uint16_t>(s)});
+  if (sets.size() > 1) {
+    sets.emplace_back(sets.size());
+    std::iota(sets.back().begin(), sets.back().end(), std::uint16_t{0});
+  }
+  std::vector<std::size_t> left;
+  for (std::size_t o = 0; o < outcomes; ++o) {
+    if (std::find(chosen->outside.begin(), chosen->outside.end(), o) == chosen->outside.end())
+      left.push_back(o);
+  }
+  while (!left.empty()) { // all that have the same disturbances as inputs, at once
+    const std::vector<std::size_t> outside = chosen->targets[left.front()].outside;
+    std::vector<std::size_t> same, others;
+    for (const std::size_t o : left)
+      (chosen->targets[o].outside == outside ? same : others).push_back(o);
+    left = others;
+    const std::vector<TargetModel> before = chosen->targets;
+    for (const std::vector<std::uint16_t> &set : sets) {
+      const Errors errors =
+          errors_of_choices(fitter, basis, outcomes, {features_of(layout, outside), set}, same);
+      for (const std::size_t o : same) {
+        TargetModel model = choose(errors, o, outcomes), &best = chosen->targets[o];
+        const double further = set.size() > 1 && !best.states.empty() ? kFurtherMustWin : 0.0;
+        if (model.error >= (1.0 - kRolledMustWin) * before[o].error ||
+            model.error >= (1.0 - further) * best.error)
+          continue;
+        model.outside = outside;
+        model.states = set;
+        best = model;
+      }
+    }
+  }
 }
 
 // One target's model: weights[fold], the last of all runs, and its column of Fitter::y().
@@ -614,29 +724,18 @@ void judge_target(const Fitter &fitter, const RunStore &runs, const std::vector<
   model.r2 = spread > 0.0 ? 1.0 - squares / spread : 0.0;
 }
 
-} // namespace
-
-Behaviour fit_behaviour(Basis *basis, const Layout &layout,
-                        const std::vector<Integrand> &integrands, const RunStore &runs) {
-  if (runs.size() < 3)
-    throw DataError("training needs at least 3 runs");
+// The models of all targets as they were chosen.
+Behaviour fit_targets(const Fitter &fitter, const Basis &basis, const Layout &layout,
+                      const RunStore &runs, const std::vector<TargetModel> &targets) {
   const std::size_t outcomes = layout.outcomes();
-  // The wide matrices stay alive while their terms are looked at.
-  const auto terms = [&](std::size_t r) {
-    const std::shared_ptr<const WideBlocks> wide = runs.wide(r);
-    return std::shared_ptr<const Matrix>(wide, &wide->terms);
-  };
-  learn(runs.size(), terms, &basis->center, &basis->inverse_sd);
-  learn_means(basis, runs);
   Behaviour b;
-  const Fitter fitter(*basis, runs);
-  b.targets = choose_targets(fitter, *basis, layout, integrands, runs);
+  b.targets = targets;
   std::vector<FoldModels> models(2 * outcomes);
   parallel_for(2 * outcomes, [&](std::size_t t) {
     const TargetModel &model = b.targets[t];
     models[t].column = static_cast<Eigen::Index>(model.initial ? 2 * outcomes + t : t);
-    const auto used = terms_of(*basis, {model.shape, model.slow, model.initial, model.steep, 0.0},
-                               t, features_of(layout, model.outside));
+    const auto used = terms_of(basis, {model.shape, model.slow, model.initial, model.steep, 0.0}, t,
+                               {features_of(layout, model.outside), model.states});
     for (std::size_t f = 0; f <= kFolds; ++f)
       models[t].weight.push_back(fitter.weights(used, model.ridge, f, models[t].column));
   });
@@ -650,106 +749,36 @@ Behaviour fit_behaviour(Basis *basis, const Layout &layout,
   return b;
 }
 
-namespace {
-
-// The filters of a term, as places among its a, b and c; an integral's input is none.
-std::size_t filters_of(const Basis::Term &t) {
-  switch (static_cast<basis_op>(t.op)) {
-  case BASIS_MEAN:
-  case BASIS_ABS:
-  case BASIS_SIDE:
-    return 1;
-  case BASIS_PRODUCT:
-    return 2;
-  case BASIS_TRIPLE:
-    return 3;
-  default:
-    return 0;
-  }
-}
-
-// Calls visit(&filter) with every filter that the basis uses: input * time constants + time.
-template <class Visit> void for_each_filter(Basis *basis, const Visit &visit) {
-  for (Basis::Term &t : basis->terms) {
-    std::uint16_t *const places[] = {&t.a, &t.b, &t.c};
-    for (std::size_t k = 0; k < filters_of(t); ++k)
-      visit(places[k]);
-  }
-  for (std::uint16_t &filter : basis->means)
-    visit(&filter);
-}
-
-void drop_unused_inputs(Basis *basis) {
-  const std::size_t times = basis->share.size();
-  std::vector<bool> used(basis->inputs.size(), false);
-  for_each_filter(basis, [&](const std::uint16_t *filter) { used[*filter / times] = true; });
-  for (const Basis::Term &t : basis->terms) {
-    if (t.op == BASIS_INTEGRAL)
-      used[t.a] = true;
-  }
-  std::vector<std::uint16_t> place;
-  std::vector<Basis::Input> inputs;
-  for (std::size_t i = 0; i < used.size(); ++i) {
-    place.push_back(static_cast<std::uint16_t>(inputs.size()));
-    if (used[i])
-      inputs.push_back(basis->inputs[i]);
-  }
-  for_each_filter(basis, [&](std::uint16_t *filter) {
-    *filter = static_cast<std::uint16_t>(place[*filter / times] * times + *filter % times);
-  });
-  for (Basis::Term &t : basis->terms) {
-    if (t.op == BASIS_INTEGRAL)
-      t.a = place[t.a];
-  }
-  basis->inputs = inputs;
-}
-
 } // namespace
 
-void shrink_basis(Basis *basis, Behaviour *behaviour) {
-  std::vector<std::size_t> kept;
-  for (std::size_t i = 0; i < basis->terms.size(); ++i) {
-    const bool used = std::any_of(behaviour->targets.begin(), behaviour->targets.end(),
-                                  [i](const TargetModel &m) {
-                                    return std::abs(m.weight[static_cast<Eigen::Index>(i)]) > 0.0;
-                                  });
-    if (used)
-      kept.push_back(i);
+Behaviour fit_behaviour(Basis *basis, const Layout &layout,
+                        const std::vector<Integrand> &integrands, const RunStore &runs,
+                        double block_s) {
+  if (runs.size() < 3)
+    throw DataError("training needs at least 3 runs");
+  // The wide matrices stay alive while their terms are looked at.
+  const auto terms = [&](std::size_t r) {
+    const std::shared_ptr<const WideBlocks> wide = runs.wide(r);
+    return std::shared_ptr<const Matrix>(wide, &wide->terms);
+  };
+  learn(runs.size(), terms, &basis->center, &basis->inverse_sd);
+  learn_means(basis, runs);
+  auto fitter = std::make_unique<Fitter>(*basis, runs, nullptr);
+  const std::vector<bool> integrated = integrated_outcomes(layout, integrands, runs);
+  Chosen chosen = choose_targets(*fitter, *basis, layout, integrated, runs);
+  const std::vector<std::uint16_t> inputs = drivers(*basis, layout, chosen.outside);
+  const Rolled rolled = fit_rolled(*basis, runs, worth_rolling(*fitter, chosen, layout),
+                                   inputs, block_s, error_of_run);
+  if (add_rolled_terms(basis, rolled, inputs)) {
+    const auto all = [&](std::size_t r) {
+      return std::make_shared<const Matrix>(
+          with_rolled(*basis, runs.wide(r)->terms, rolled.values[r]));
+    };
+    learn(runs.size(), all, &basis->center, &basis->inverse_sd);
+    fitter = std::make_unique<Fitter>(*basis, runs, &rolled.values);
+    choose_states(*fitter, *basis, layout, &chosen);
   }
-  Basis small = *basis;
-  small.terms.clear();
-  small.center.clear();
-  small.inverse_sd.clear();
-  for (const std::size_t i : kept) {
-    small.terms.push_back(basis->terms[i]);
-    small.center.push_back(basis->center[i]);
-    small.inverse_sd.push_back(basis->inverse_sd[i]);
-  }
-  for (TargetModel &m : behaviour->targets) {
-    Eigen::VectorXd w(static_cast<Eigen::Index>(kept.size()));
-    for (std::size_t i = 0; i < kept.size(); ++i)
-      w[static_cast<Eigen::Index>(i)] = m.weight[static_cast<Eigen::Index>(kept[i])];
-    m.weight = w;
-  }
-  drop_unused_inputs(&small);
-  *basis = small;
-}
-
-std::vector<std::uint8_t> behaviour_section(const Basis &basis, const Behaviour &behaviour) {
-  SectionBytes bytes;
-  bytes.u32(1);
-  bytes.u32(static_cast<std::uint32_t>(basis.terms.size()));
-  bytes.u32(static_cast<std::uint32_t>(behaviour.targets.size()));
-  bytes.u32(0);
-  for (const TargetModel &m : behaviour.targets)
-    bytes.u32(m.initial ? 1 : 0);
-  for (const TargetModel &m : behaviour.targets)
-    bytes.f32(static_cast<float>(m.intercept));
-  for (const TargetModel &m : behaviour.targets) {
-    for (Eigen::Index i = 0; i < m.weight.size(); ++i)
-      bytes.f32(static_cast<float>(m.weight[i]));
-  }
-  return bytes.bytes();
+  return fit_targets(*fitter, *basis, layout, runs, chosen.targets);
 }
 
 } // namespace rim

@@ -13,6 +13,7 @@ namespace rim {
 struct TargetModel {
   bool shape = false, slow = false, initial = false, steep = false; // groups beside the means
   std::vector<std::size_t> outside; // outcomes that are inputs of this one
+  std::vector<std::uint16_t> states; // rolled states that are inputs of this one
   double ridge = 1.0;
   double intercept = 0.0;
   Eigen::VectorXd weight; // per term, standardised
@@ -33,9 +34,11 @@ struct Behaviour {
 // outside (wind, ambient temperature, slope): the other's model takes it as an input, as it takes
 // the commands. Not where it is the integral of others (integrated_outcomes()): what a position
 // says of a speed is the speed itself, and a vehicle that is too slow would not be seen.
-// integrands: of the runs' columns early and late.
+// integrands: of the runs' columns early and late. Outcomes that keep what was put into them are
+// rolled forward (rolled.hpp), and may be inputs of all. block_s: length of a block.
 Behaviour fit_behaviour(Basis *basis, const Layout &layout,
-                        const std::vector<Integrand> &integrands, const RunStore &runs);
+                        const std::vector<Integrand> &integrands, const RunStore &runs,
+                        double block_s);
 
 // Learns the centers and scales of the basis' means alone.
 void learn_means(Basis *basis, const RunStore &runs);

@@ -21,6 +21,7 @@ namespace {
 constexpr std::size_t kTimes = 9;
 constexpr std::size_t kMostInputs = 20;
 constexpr std::size_t kMostTerms = 420; // but the steep ones
+constexpr std::size_t kMostWideTerms = 512; // the rest of BASIS_MAX_TERMS is for rolled states
 constexpr std::size_t kMostTriples = 120;
 constexpr double kSideWidth = 0.05; // of the largest magnitude: where a direction turns round
 constexpr std::size_t kDecays = 5;
@@ -153,7 +154,7 @@ void add_steep_terms(Basis *basis, const Survey &survey, std::size_t plain) {
     basis->terms.push_back({op, static_cast<std::uint16_t>(a), static_cast<std::uint16_t>(b),
                             static_cast<std::uint16_t>(c), TermGroup::steep});
   };
-  std::size_t left = std::min(kMostTriples, BASIS_MAX_TERMS - basis->terms.size());
+  std::size_t left = std::min(kMostTriples, kMostWideTerms - basis->terms.size());
   for (const std::size_t t : {2U, 1U, 3U}) {
     for (std::size_t i = 0; i < plain && left > 0; ++i) {
       const std::uint16_t f = basis->inputs[i].a;
@@ -189,7 +190,7 @@ void add_outside_terms(Basis *basis, const Survey &survey, std::size_t plain) {
       sensors.push_back(f);
   }
   const std::size_t times = basis->share.size(), first = basis->inputs.size();
-  const std::size_t means = sensors.size() * times, room = BASIS_MAX_TERMS - basis->terms.size();
+  const std::size_t means = sensors.size() * times, room = kMostWideTerms - basis->terms.size();
   if (first == 0) // without commands nothing tells what comes from outside
     return;
   if (first + sensors.size() > BASIS_MAX_INPUTS || means > room)

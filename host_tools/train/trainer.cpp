@@ -159,7 +159,7 @@ bool wants_level(const Layout &layout, const RunStore &runs) {
          rows >= 40 * static_cast<Eigen::Index>(layout.features());
 }
 
-std::string model_words(const Layout &layout, const TargetModel &m) {
+std::string model_words(const Layout &layout, const Basis &basis, const TargetModel &m) {
   std::string text = "filtered commands";
   if (m.shape)
     text += ", products";
@@ -171,6 +171,9 @@ std::string model_words(const Layout &layout, const TargetModel &m) {
     text += ", first readings";
   for (const std::size_t o : m.outside)
     text += ", sensor " + quantity_of(layout.outcome_names[o]).words;
+  for (const std::uint16_t s : m.states)
+    text +=
+        ", " + quantity_of(layout.outcome_names[basis.states[s].outcome]).words + " rolled forward";
   return text;
 }
 
@@ -181,7 +184,7 @@ void report_outcomes(Training *training, const Behaviour &behaviour, const Agree
     OutcomeReport report;
     report.r2 = behaviour.targets[o].r2;
     report.error = behaviour.targets[o].error;
-    report.model = model_words(training->plan.layout, behaviour.targets[o]);
+    report.model = model_words(training->plan.layout, training->plan.basis, behaviour.targets[o]);
     report.agreement = agreement.error[o];
     report.source = agreement.source[o];
     report.detectable = 1e300;
@@ -260,7 +263,8 @@ Training train(HealthyRuns healthy, const TrainOptions &options) {
   const std::size_t outcomes = plan.layout.outcomes();
   Behaviour behaviour = plan.layout.external
                             ? external_behaviour(runs, outcomes)
-                            : fit_behaviour(&plan.basis, plan.layout, healthy.integrands, runs);
+                            : fit_behaviour(&plan.basis, plan.layout, healthy.integrands, runs,
+                                            plan.block_rows * plan.period_s);
   if (plan.layout.external)
     learn_means(&plan.basis, runs);
   give_back_memory();

@@ -17,7 +17,7 @@ static const uint16_t input[INPUTS][2] = {
     {0, BASIS_PLAIN}, {4, BASIS_MAGNITUDE}, {1, 3 | BASIS_OF_PRODUCT}};
 static const uint16_t term[][4] = {
     {BASIS_MEAN, 5, 0},      {BASIS_PRODUCT, 5, 4},     {BASIS_ABS, 0, 0},  {BASIS_DECAY, 0, 1},
-    {BASIS_INTEGRAL, 2, 0},  {BASIS_INITIAL, 2, 1},     {BASIS_TIME, 0, 0}, {BASIS_ROLLED, 2, 0},
+    {BASIS_INTEGRAL, 2, 0},  {BASIS_INITIAL, 2, 1},     {BASIS_TIME, 0, 0}, {BASIS_TIME, 0, 0},
     {BASIS_TRIPLE, 5, 4, 3}, {BASIS_SIDE, 5, 0, 0x3f80}};
 enum { TERMS = sizeof term / sizeof *term, MEANS = 2 };
 enum { INPUT_AT = 32, SHARE_AT = INPUT_AT + 4 * INPUTS, TERM_AT = SHARE_AT + 4 * TIMES };
@@ -68,7 +68,7 @@ static void a_basis_is_read_back(void **state) {
   assert_int_equal(rimi_basis_open(&v, b.byte, b.size, FEATURES, OUTCOMES), RIM_OK);
   assert_true(v.inputs == INPUTS && v.times == TIMES && v.terms == TERMS && v.means == MEANS);
   assert_true(rimi_le_u16(v.input, 5) == (3 | BASIS_OF_PRODUCT));
-  assert_true(rimi_le_f32(v.share, 1) == 0.5f && rimi_le_u16(v.term, 4 * 7) == BASIS_ROLLED);
+  assert_true(rimi_le_f32(v.share, 1) == 0.5f && rimi_le_u16(v.term, 4 * 7) == BASIS_TIME);
   assert_true(rimi_le_f32(v.center, TERMS - 1) == -1.0f);
   assert_true(rimi_le_f32(v.inverse_sd, 0) == 2.0f && rimi_le_u16(v.mean, 2) == 5);
   assert_true(rimi_le_f32(v.mean_center, MEANS - 1) == -1.0f);
@@ -124,7 +124,7 @@ static void indices_out_of_range_are_refused(void **state) {
              {TERM_AT + 32 + 2, INPUTS},   /* INTEGRAL */
              {TERM_AT + 40 + 2, OUTCOMES}, /* INITIAL */
              {TERM_AT + 40 + 4, TIMES},
-             {TERM_AT + 56 + 2, OUTCOMES}, /* ROLLED */
+             {TERM_AT + 56, BASIS_ROLLED}, /* there are no states */
              {TERM_AT + 64 + 2, FILTERS},  /* TRIPLE */
              {TERM_AT + 64 + 4, FILTERS},
              {TERM_AT + 64 + 6, FILTERS},

@@ -71,7 +71,8 @@ static bool terms_fit(const rim_basis *b, uint32_t outcomes) {
       fits = true;
       break;
     case BASIS_ROLLED:
-      fits = first < outcomes;
+      fits = first < b->states && (second < filters || second == BASIS_PLAIN) &&
+             (third < b->states || third == BASIS_PLAIN);
       break;
     }
     if (!fits)
@@ -79,6 +80,30 @@ static bool terms_fit(const rim_basis *b, uint32_t outcomes) {
   }
   for (size_t m = 0; m < b->means; ++m) {
     if (rimi_le_u16(b->mean, 2 * m) >= filters)
+      return false;
+  }
+  return true;
+}
+
+static bool factor_fits(const rim_basis *b, uint16_t code) {
+  const uint32_t state = code & (BASIS_STATE - 1u);
+  const uint32_t of_magnitude = BASIS_STATE_MAGNITUDE - BASIS_STATE;
+  return code < BASIS_STATE ? code < b->inputs * b->times
+                            : code == BASIS_PLAIN || state < b->states ||
+                                  (state >= of_magnitude && state - of_magnitude < b->states);
+}
+
+static bool rates_fit(const rim_basis *b, uint32_t outcomes) {
+  for (size_t s = 0; s < b->states; ++s) {
+    if (rimi_le_u16(b->state, s) >= outcomes ||
+        !(rimi_le_f32(b->limit, 2 * s) <= rimi_le_f32(b->limit, 2 * s + 1)))
+      return false;
+  }
+  for (size_t q = 0; q < b->rates; ++q) {
+    bool fits = rimi_le_u16(b->rate, 4 * q) < b->states;
+    for (size_t k = 1; k < 4 && fits; ++k)
+      fits = factor_fits(b, rimi_le_u16(b->rate, 4 * q + k));
+    if (!fits)
       return false;
   }
   return true;
@@ -95,15 +120,19 @@ rim_status rimi_basis_open(rim_basis *view, const uint8_t *section, size_t bytes
   b.times = rimi_le_u32(section, 2);
   b.terms = rimi_le_u32(section, 3);
   b.means = rimi_le_u32(section, 4);
+  b.states = rimi_le_u32(section, 6);
+  b.rates = rimi_le_u32(section, 7);
   if (b.inputs > BASIS_MAX_INPUTS || b.times > BASIS_MAX_TIMES || b.terms > BASIS_MAX_TERMS ||
-      b.means > BASIS_MAX_MEANS)
+      b.means > BASIS_MAX_MEANS || b.states > BASIS_MAX_STATES || b.rates > BASIS_MAX_RATES)
     return RIM_E_RANGE;
   const uint32_t spread = rimi_le_u32(section, 5);
   if (spread > 2u)
     return RIM_E_RANGE;
-  const size_t need = 4u * (HEADER_WORDS + (size_t)b.inputs + b.times + 4u * (size_t)b.terms +
-                            3u * (size_t)b.means + (1u + (spread > 0u)) * (size_t)outcomes +
-                            (spread > 1u ? 2u * (size_t)features : 0u));
+  const size_t need =
+      4u *
+      (HEADER_WORDS + (size_t)b.inputs + b.times + 4u * (size_t)b.terms + 3u * (size_t)b.means +
+       (1u + (spread > 0u)) * (size_t)outcomes + (spread > 1u ? 2u * (size_t)features : 0u) +
+       ((size_t)b.states + 1u) / 2u + 2u * (size_t)b.states + 3u * (size_t)b.rates);
   if (bytes != need)
     return bytes < need ? RIM_E_TRUNCATED : RIM_E_SIZE;
   b.input = section + 4u * HEADER_WORDS;
@@ -118,7 +147,15 @@ rim_status rimi_basis_open(rim_basis *view, const uint8_t *section, size_t bytes
   b.first_sd = spread > 0u ? b.first + 4u * outcomes : NULL;
   b.start = spread > 1u ? b.first_sd + 4u * outcomes : NULL;
   b.start_sd = spread > 1u ? b.start + 4u * features : NULL;
-  if (!inputs_fit(&b, features) || !terms_fit(&b, outcomes))
+  b.state = b.first + 4u * (1u + (spread > 0u)) * (size_t)outcomes +
+            (spread > 1u ? 8u * (size_t)features : 0u);
+  b.limit = b.state + 4u * (((size_t)b.states + 1u) / 2u);
+  b.rate = b.limit + 8u * (size_t)b.states;
+  b.weight = b.rate + 8u * (size_t)b.rates;
+  if (!finite_numbers(b.limit, 2u * (size_t)b.states, false) ||
+      !finite_numbers(b.weight, b.rates, false))
+    return RIM_E_DATA;
+  if (!inputs_fit(&b, features) || !terms_fit(&b, outcomes) || !rates_fit(&b, outcomes))
     return RIM_E_RANGE;
   if (!finite_numbers(b.center, b.terms, false) || !finite_numbers(b.inverse_sd, b.terms, true) ||
       !finite_numbers(b.mean_center, b.means, false) ||

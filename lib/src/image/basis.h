@@ -3,7 +3,7 @@
  * behaviour models and of the noise models.
  *
  * Little endian, 4-byte aligned:
- *   u32 layout (BASIS_LAYOUT), inputs I, time constants T, terms P, means M, S, 0, 0
+ *   u32 layout (BASIS_LAYOUT), inputs I, time constants T, terms P, means M, S, states Z, rates Q
  *   u16 input[I][2]       a, b: feature a as it is (b = BASIS_PLAIN), its magnitude (b =
  *                         BASIS_MAGNITUDE), the cosine or sine of the angle a (BASIS_COSINE,
  *                         BASIS_SINE), the product of the features a and b, or, with
@@ -19,6 +19,12 @@
  *   f32 start[features], start_sd[features]   where S is 2: what the features are in the first
  * block of healthy runs, and how they differ from run to run (> 0, widened for few runs). A run
  * that begins otherwise is taken to have begun before its first row.
+ *   u16 state[2 ceil(Z / 2)]   the outcome that a state predicts, rolled forward (rolled.h)
+ *   f32 limit[Z][2]       lowest and highest value of a state
+ *   u16 rate[Q][4]        a state, and three factors of a part of its change per second: a filter's
+ *                         mean over the block, BASIS_STATE + s: state s, BASIS_STATE_MAGNITUDE + s:
+ *                         its magnitude, or BASIS_PLAIN: 1
+ *   f32 weight[Q]
  * Filter i * T + t is the exponential mean of input i with time constant t; its value in a block is
  * the mean over the block's rows. */
 #ifndef RIM_SRC_BASIS_H
@@ -36,10 +42,14 @@
 #define BASIS_COSINE 0xfffdu
 #define BASIS_SINE 0xfffcu
 #define BASIS_OF_PRODUCT 0x8000u
+#define BASIS_STATE 0x8000u
+#define BASIS_STATE_MAGNITUDE 0x9000u
 #define BASIS_MAX_INPUTS 48u
 #define BASIS_MAX_TIMES 12u
-#define BASIS_MAX_TERMS 512u
+#define BASIS_MAX_TERMS 576u
 #define BASIS_MAX_MEANS 8u
+#define BASIS_MAX_STATES 8u /* a power of two */
+#define BASIS_MAX_RATES 96u
 #define BASIS_CLIP 6.0 /* standard deviations of a term */
 #define BASIS_FIRST_LIMIT 4.0
 #define BASIS_START_LIMIT 4.0 /* standard deviations of a first block */
@@ -53,7 +63,7 @@ typedef enum basis_op {
   BASIS_INTEGRAL = 4, /* of input a over the run, seconds times its unit */
   BASIS_INITIAL = 5,  /* first reading of outcome a, less its healthy mean, times 1 - decay b */
   BASIS_TIME = 6,     /* seconds since the start of the run */
-  BASIS_ROLLED = 7,   /* state a of the rolled model */
+  BASIS_ROLLED = 7,   /* state a times filter b times state c; BASIS_PLAIN for either: 1 */
   BASIS_TRIPLE = 8,   /* filter a times filter b times filter c */
   BASIS_SIDE = 9      /* x / (|x| + h) of filter a: its sign, but smooth about 0. b, c: the low and
                          the high half of h as f32, > 0 */
@@ -61,9 +71,10 @@ typedef enum basis_op {
 
 /* A view into the section; all zero: no inputs, no terms. */
 typedef struct rim_basis {
-  uint32_t inputs, times, terms, means;
+  uint32_t inputs, times, terms, means, states, rates;
   const uint8_t *input, *share, *term, *center, *inverse_sd, *mean, *mean_center, *mean_inverse_sd,
       *first, *first_sd, *start, *start_sd; /* first_sd, start, start_sd: NULL without */
+  const uint8_t *state, *limit, *rate, *weight;
 } rim_basis;
 
 /* Validate the whole section. RIM_E_TRUNCATED, _SIZE the bytes do not match the counts; RIM_E_RANGE

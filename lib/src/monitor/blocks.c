@@ -7,6 +7,7 @@
 #include "base/crc.h"
 #include "base/real.h"
 #include "base/usable.h"
+#include "image/rolled.h"
 #include "rim/image.h"
 
 #define RATE_ROWS 16.0 /* over which the rate is averaged */
@@ -21,12 +22,14 @@
       */
 #define BEFORE_START_SD 2.0 /* of a term whose past lies before the first row */
 #define FORGOTTEN 1e-3      /* part of a mean that is as good as known */
+#define LOST_BLOCKS 16.0    /* in gaps, by which a state may have gone anywhere */
 #define LEARNT_RUNS 1.1     /* of a healthy run: how far the longest of them may go */
 
 struct blocks {
   blocks_config config;
   blocks_health health;
   double start_s, previous_s, block_start_s, mean_period_s, change, out_value, lost_rows;
+  double rolled_s;      /* middle of the block to which the states were rolled */
   double told_period_s; /* recent mean time between rows, however long the gaps */
   uint32_t count, rows; /* blocks ended; rows used since the start */
   uint16_t rows_in_block, seconds, out_feature;
@@ -74,7 +77,9 @@ static size_t filters(const blocks *b) {
 static double *filter_sum(const blocks *b) { return FILTER(b) + filters(b); }
 static double *decay(const blocks *b) { return filter_sum(b) + filters(b); }
 static double *integral(const blocks *b) { return decay(b) + b->config.basis.times; }
-static double *term(const blocks *b) { return integral(b) + b->config.basis.inputs; }
+static double *state(const blocks *b) { return integral(b) + b->config.basis.inputs; }
+static double *part(const blocks *b) { return state(b) + b->config.basis.states; }
+static double *term(const blocks *b) { return part(b) + b->config.basis.rates; }
 static double *means(const blocks *b) { return term(b) + b->config.basis.terms; }
 /* Sums of the integrands and of row times integrand; at the end of a block early and late. */
 static double *early(const blocks *b) { return means(b) + b->config.basis.means; }
@@ -104,9 +109,9 @@ size_t rimi_blocks_size(const blocks_config *c) {
   const rim_basis *n = &c->basis;
   return ((sizeof(blocks) + 7u) & ~(size_t)7u) +
          8u * (FEATURE_ARRAYS * (size_t)c->features + OUTCOME_ARRAYS * (size_t)c->outcomes +
-               2u * (size_t)n->inputs * n->times + 3u * (size_t)n->times + n->inputs + n->terms +
-               (n->terms + 3u) / 4u + n->means + (c->features + 1u) / 2u + commands(c) +
-               2u * (size_t)c->integrands);
+               2u * (size_t)n->inputs * n->times + 3u * (size_t)n->times + n->inputs + n->states +
+               n->rates + n->terms + (n->terms + 3u) / 4u + n->means + (c->features + 1u) / 2u +
+               commands(c) + 2u * (size_t)c->integrands);
 }
 
 rim_status rimi_blocks_init(blocks **instance, void *memory, size_t bytes,
@@ -390,6 +395,19 @@ static void take_inputs(blocks *b) {
     decay(b)[t] = b->rows == 0 ? 1.0 : was_learnt ? decay(b)[t] * keep[t] : decay(b)[t];
 }
 
+static double rolled(const blocks *b, size_t i) {
+  const uint8_t *spec = b->config.basis.term + 8u * i;
+  const uint32_t states = b->config.basis.states;
+  if (states == 0)
+    return 0.0;
+  double value = state(b)[rimi_le_index(spec, 1, states)];
+  if (rimi_le_u16(spec, 2) != BASIS_PLAIN)
+    value *= filter_sum(b)[rimi_le_index(spec, 2, filters(b))];
+  if (rimi_le_u16(spec, 3) != BASIS_PLAIN)
+    value *= state(b)[rimi_le_index(spec, 3, states)];
+  return value;
+}
+
 static double term_value(const blocks *b, size_t i) {
   const uint8_t *spec = b->config.basis.term;
   const rim_basis *n = &b->config.basis;
@@ -419,7 +437,7 @@ static double term_value(const blocks *b, size_t i) {
   case BASIS_TIME:
     return learnt_time_s(b, rimi_blocks_since_start_s(b));
   case BASIS_ROLLED:
-    break;
+    return rolled(b, i);
   }
   return 0.0;
 }
@@ -437,6 +455,21 @@ static void take_first(blocks *b) {
     const double most = BASIS_FIRST_LIMIT * (double)rimi_le_f32(n->first_sd, o);
     FIRST(b)[o] = rimi_clamp(FIRST(b)[o], mean - most, mean + most);
   }
+}
+
+/* A run that began before its first row may begin anywhere: its own readings count. */
+static void roll(blocks *b) {
+  const double block_s = b->config.period_s * (double)b->config.block_rows;
+  const double middle_s = rimi_blocks_since_start_s(b);
+  if (b->count + 1u == FIRST_BLOCKS) {
+    const double *reading = b->late ? OUTCOME(b) : FIRST(b);
+    for (size_t s = 0; s < b->config.basis.states; ++s)
+      state(b)[s] = reading[rimi_le_index(b->config.basis.state, s, b->config.outcomes)];
+    rimi_rolled_begin(&b->config.basis, filter_sum(b), block_s, state(b), part(b));
+  } else if (b->count >= FIRST_BLOCKS)
+    rimi_rolled_step(&b->config.basis, filter_sum(b), middle_s - b->rolled_s, block_s, state(b),
+                     part(b));
+  b->rolled_s = middle_s;
 }
 
 /* Whether the features of the run's first block are none that healthy runs begin with: one that is
@@ -498,8 +531,8 @@ static double term_unknown(const blocks *b, size_t i) {
   case BASIS_INITIAL:
   case BASIS_TIME:
     return b->late ? BEFORE_START_SD : 0.0;
-  case BASIS_ROLLED:
-    break;
+  case BASIS_ROLLED: /* a gap is as good as forgotten only when the state has settled anew */
+    return rimi_min(b->lost_rows / (LOST_BLOCKS * (double)b->config.block_rows), 1.0);
   }
   return 0.0;
 }
@@ -584,6 +617,7 @@ static void end_block(blocks *b) {
   }
   take_first(b);
   if (b->config.basis.terms + b->config.basis.means > 0) { /* there are models */
+    roll(b);
     evaluate_terms(b);
     find_unknown(b);
     measure_change(b);
@@ -637,6 +671,7 @@ const double *rimi_blocks_scatter(const blocks *b) { return SCATTER(b); }
 const double *rimi_blocks_repeats(const blocks *b) { return REPEATS(b); }
 const double *rimi_blocks_terms(const blocks *b) { return term(b); }
 const double *rimi_blocks_means(const blocks *b) { return means(b); }
+const rim_basis *rimi_blocks_basis(const blocks *b) { return &b->config.basis; }
 const double *rimi_blocks_early(const blocks *b) { return early(b); }
 const double *rimi_blocks_late(const blocks *b) { return late(b); }
 const double *rimi_blocks_first(const blocks *b) { return FIRST(b); }

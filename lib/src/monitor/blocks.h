@@ -87,6 +87,7 @@ const double *
 rimi_blocks_repeats(const blocks *b);             /* share of readings that repeat the one before */
 const double *rimi_blocks_terms(const blocks *b); /* [terms], standardised */
 const double *rimi_blocks_means(const blocks *b); /* [means], standardised */
+const rim_basis *rimi_blocks_basis(const blocks *b);
 const double *rimi_blocks_early(const blocks *b); /* [integrands], see section AGREEMENT */
 const double *rimi_blocks_late(const blocks *b);  /* [integrands] */
 const double *rimi_blocks_first(const blocks *b); /* [outcomes]: mean of the first two blocks */

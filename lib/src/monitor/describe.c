@@ -5,6 +5,7 @@
 #include "base/bytes.h"
 #include "base/ellipsoid.h"
 #include "base/real.h"
+#include "image/rolled.h"
 #include "monitor/monitor_private.h"
 
 /* A behaviour channel with this part of the score of the leading agreement channel is named
@@ -21,7 +22,8 @@
 #define FROZEN 0.3       /* share of repeated readings, beyond the healthy, that is called stuck */
 #define LIKELY                                                                                     \
   1.0 /* nats for the outcome that is mostly integrated: a bias is likelier than a drift */
-#define SPEAKS 3.0 /* nats from which on behaviour speaks for a shift, or against it */
+#define UPSTREAM 0.2 /* of the leading score, from which on what feeds an outcome is the cause */
+#define SPEAKS 3.0   /* nats from which on behaviour speaks for a shift, or against it */
 
 static void begin(const rim_monitor *m, const rim_verdict *verdict, rim_alarm *alarm) {
   memset(alarm, 0, sizeof *alarm);
@@ -207,12 +209,45 @@ static uint16_t wrong_reading(const rim_monitor *m, uint16_t leading) {
              : leading;
 }
 
+/* Whether outcome j may be the cause of what the leading channel keeps: it deviates by its own
+ * behaviour, and for no less long. *score: of the best so far. */
+static bool may_feed(const rim_monitor *m, uint16_t j, uint16_t leading, double *score) {
+  if (j == leading || trained_score(m, j) < *score || !is_before(m, j, leading))
+    return false;
+  *score = trained_score(m, j);
+  return true;
+}
+
+/* What an outcome keeps of another that is rolled forward (a tank of what flows in) deviates with
+ * it, longer and often more clearly. The cause is the one that it is rolled from, or the one that
+ * deviated first, by which the standing alarm is named. */
+static uint16_t rolled_cause(const rim_monitor *m, uint16_t leading) {
+  const rim_basis *basis = rimi_blocks_basis(m->rows);
+  const rim_alarm *standing = rim_monitor_standing(m, RIM_DETECTOR_RIM);
+  const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
+  uint16_t best = leading;
+  if (leading >= outcomes)
+    return leading;
+  double score =
+      rimi_max(UPSTREAM * trained_score(m, leading), (double)m->models.threshold.alarm_score);
+  const uint32_t states = rimi_rolled_states(basis, &m->models.behaviour, leading);
+  if (states != 0 && standing != NULL && standing->channel[0] < outcomes &&
+      may_feed(m, standing->channel[0], leading, &score))
+    return standing->channel[0];
+  for (size_t s = 0; s < basis->states; ++s) {
+    const uint16_t j = rimi_le_index(basis->state, s, outcomes);
+    if ((states >> s & 1u) != 0 && may_feed(m, j, leading, &score))
+      best = j;
+  }
+  return best;
+}
+
 static uint16_t choose_channel(const rim_monitor *m, uint16_t leading) {
   const uint16_t outcomes = (uint16_t)m->words[RIM_CONFIG_OUTCOMES];
   if (leading / outcomes <= RIM_CHANNEL_AGREEMENT)
     leading = integrated_cause(m, leading);
   if (leading / outcomes != RIM_CHANNEL_AGREEMENT)
-    return leading;
+    return rolled_cause(m, leading);
   leading = wrong_twin(m, leading);
   uint16_t best = leading;
   double score =
@@ -224,7 +259,7 @@ static uint16_t choose_channel(const rim_monitor *m, uint16_t leading) {
     }
   }
   if (best != leading && (best == leading % outcomes || deviates_too(m, leading, best)))
-    return best;
+    return rolled_cause(m, best);
   return wrong_reading(m, leading);
 }
 

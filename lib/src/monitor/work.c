@@ -21,6 +21,7 @@ enum {
   INTEGRAND = 300,   /* a product, with the cosine of an angle, summed */
   FILTER = 24,       /* a command into an exponential mean */
   TERM = 90,         /* of a model, standardised */
+  RATE = 220,        /* of a rolled state: three products, a sum, twice */
   STANDARDISE = 24,  /* of a model's input */
   DISTANCE = 16,     /* one input of one prototype */
   KEEP = 24,         /* a prototype against those kept, each */
@@ -128,7 +129,7 @@ static double trained_block(const rim_work_counts *n) {
                         (n->external ? 0.0 : correction(n));
   const double channel =
       3u * EXPONENTIAL + 2u * (raw_fields(n) + EXPONENTIAL) + triangle(n) * PRODUCT + OUTCOME;
-  return models + n->terms * (double)TERM + n->channels * channel +
+  return models + n->rates * (double)RATE + n->terms * (double)TERM + n->channels * channel +
          n->region_features * (double)PLACE;
 }
 /* rimi_search_date(): five shapes summed, four models judged per block; then three families. */
@@ -301,6 +302,7 @@ static void count_models(const rim_image *image, rim_work_counts *n) {
     n->times = rimi_le_u32(section, 2);
     n->terms = rimi_le_u32(section, 3);
     n->means = rimi_le_u32(section, 4);
+    n->rates = rimi_le_u32(section, 7);
   }
   if (section_of(image, RIM_SECTION_NOISE, &section, &bytes))
     n->fields = rimi_le_u32(section, 3);

@@ -1,0 +1,103 @@
+/* SPDX-License-Identifier: MIT */
+#include "image/rolled.h"
+
+#include "base/bytes.h"
+#include "base/real.h"
+
+enum { FACTORS = 3 };
+
+static uint16_t factor(const rim_basis *b, size_t rate, size_t which) {
+  return rimi_le_u16(b->rate, 4 * rate + 1 + which);
+}
+
+/* The product of a rate's factors that are filters. */
+static double of_filters(const rim_basis *b, size_t rate, const double *filter) {
+  const size_t filters = (size_t)b->inputs * b->times;
+  double product = 1.0;
+  for (size_t k = 0; k < FACTORS; ++k) {
+    const uint16_t code = factor(b, rate, k);
+    if (code < BASIS_STATE && filters > 0)
+      product *= filter[code < filters ? code : 0];
+  }
+  return product;
+}
+
+/* The product of those that are states. */
+static double of_states(const rim_basis *b, size_t rate, const double *state) {
+  double product = 1.0;
+  for (size_t k = 0; k < FACTORS; ++k) {
+    const uint16_t code = factor(b, rate, k);
+    if (code < BASIS_STATE || code == BASIS_PLAIN)
+      continue;
+    const size_t which = code & (BASIS_MAX_STATES - 1u);
+    const double z = state[which < b->states ? which : 0];
+    product *= (code & BASIS_STATE_MAGNITUDE) == BASIS_STATE_MAGNITUDE ? rimi_abs(z) : z;
+  }
+  return product;
+}
+
+/* to = from + dt_s times the rates at `at`, within what healthy runs reached and as much again. */
+static void move(const rim_basis *b, const double *part, const double *at, const double *from,
+                 double dt_s, double *to) {
+  double change[BASIS_MAX_STATES] = {0.0};
+  for (size_t q = 0; q < b->rates; ++q)
+    change[rimi_le_index(b->rate, 4 * q, BASIS_MAX_STATES)] +=
+        (double)rimi_le_f32(b->weight, q) * part[q] * of_states(b, q, at);
+  for (size_t s = 0; s < b->states; ++s)
+    to[s] = rimi_clamp(from[s] + dt_s * change[s], (double)rimi_le_f32(b->limit, 2 * s),
+                       (double)rimi_le_f32(b->limit, 2 * s + 1));
+}
+
+static void advance(const rim_basis *b, const double *part, double dt_s, double *state) {
+  double middle[BASIS_MAX_STATES];
+  move(b, part, state, state, 0.5 * dt_s, middle);
+  move(b, part, middle, state, dt_s, state);
+}
+
+void rimi_rolled_begin(const rim_basis *basis, const double *filter, double block_s, double *state,
+                       double *part) {
+  for (size_t q = 0; q < basis->rates; ++q)
+    part[q] = of_filters(basis, q, filter);
+  advance(basis, part, 0.5 * block_s, state);
+}
+
+void rimi_rolled_step(const rim_basis *basis, const double *filter, double elapsed_s,
+                      double block_s, double *state, double *part) {
+  double mean[BASIS_MAX_RATES];
+  for (size_t q = 0; q < basis->rates; ++q) {
+    const double now = of_filters(basis, q, filter);
+    mean[q] = 0.5 * (part[q] + now);
+    part[q] = now;
+  }
+  advance(basis, mean, rimi_min(elapsed_s, ROLLED_LONGEST * block_s), state);
+}
+
+static uint32_t bit_of(const rim_basis *b, uint16_t state) {
+  return state < b->states ? UINT32_C(1) << state : 0u;
+}
+
+uint32_t rimi_rolled_states(const rim_basis *basis, const rim_behaviour *behaviour,
+                            uint32_t outcome) {
+  uint32_t states = 0;
+  if (basis->states == 0 || outcome >= behaviour->targets)
+    return 0;
+  for (size_t i = 0; i < basis->terms; ++i) {
+    const float weight = rimi_le_f32(behaviour->weight, (size_t)outcome * basis->terms + i);
+    if (rimi_le_u16(basis->term, 4 * i) != BASIS_ROLLED || !(weight < 0.0f || weight > 0.0f))
+      continue;
+    states |= bit_of(basis, rimi_le_u16(basis->term, 4 * i + 1)) |
+              bit_of(basis, rimi_le_u16(basis->term, 4 * i + 3));
+  }
+  for (size_t turn = 1; turn < basis->states; ++turn) {
+    for (size_t q = 0; q < basis->rates; ++q) {
+      if ((states & bit_of(basis, rimi_le_u16(basis->rate, 4 * q))) == 0)
+        continue;
+      for (size_t k = 0; k < FACTORS; ++k) {
+        const uint16_t code = factor(basis, q, k);
+        if (code >= BASIS_STATE && code != BASIS_PLAIN)
+          states |= bit_of(basis, code & (BASIS_MAX_STATES - 1u));
+      }
+    }
+  }
+  return states;
+}

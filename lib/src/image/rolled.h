@@ -1,0 +1,33 @@
+/* SPDX-License-Identifier: MIT */
+/* Outcomes rolled forward from the start of the run on commands and disturbances alone (section
+ * BASIS): a speed, a level or a temperature that keeps what was put into it. Its own sensor is
+ * looked at in the run's first two blocks and never after, so that a sensor's fault stays visible.
+ *
+ * Where the states are z, a block's rates are the sums of weight times three factors each: means of
+ * filters over the block, states, or 1. A step follows them by the midpoint rule: its factors that
+ * are filters are the mean product of this block and of the one before, its states those in the
+ * middle of the step. A block's mean of a state is then the one before plus one block of the rates,
+ * which is what a mean of the outcome over a block does, too. */
+#ifndef RIM_SRC_ROLLED_H
+#define RIM_SRC_ROLLED_H
+
+#include "image/basis.h"
+
+#define ROLLED_LONGEST 2.0 /* blocks that one step covers at most, whatever the gap before it */
+
+/* The first block that has states: state[states], readings half a block before its middle, is taken
+ * half a block on. filter[inputs times]: means over the block. Sets part[rates], which the next
+ * step needs. O(rates). */
+void rimi_rolled_begin(const rim_basis *basis, const double *filter, double block_s, double *state,
+                       double *part);
+
+/* The block `elapsed_s` after the one before (from middle to middle). O(rates). */
+void rimi_rolled_step(const rim_basis *basis, const double *filter, double elapsed_s,
+                      double block_s, double *state, double *part);
+
+/* The states that the prediction of an outcome's block mean depends on, itself or by other states:
+ * bit s for state s. O(terms + rates states). */
+uint32_t rimi_rolled_states(const rim_basis *basis, const rim_behaviour *behaviour,
+                            uint32_t outcome);
+
+#endif

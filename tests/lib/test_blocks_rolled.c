@@ -1,0 +1,158 @@
+/* SPDX-License-Identifier: MIT */
+/* monitor/blocks.c with a state that is rolled forward: it begins where its sensor is, follows the
+ * command from then on and never the sensor, and is as uncertain as the gaps made it. */
+#include <math.h>
+
+#include "image/rolled.h"
+#include "monitor/blocks.h"
+#include "section_bytes.h"
+
+enum { COMMAND = 0, SENSOR = 1, D = 2, BLOCK = 5, TERMS = 2, RATES = 2 };
+#define PERIOD_S 0.1
+#define BLOCK_S (BLOCK * PERIOD_S)
+#define LIMIT 50.0
+
+/* It settles at three times the command. */
+static const uint16_t rate[RATES][4] = {{0, 0, BASIS_PLAIN, BASIS_PLAIN},
+                                        {0, BASIS_PLAIN, BASIS_STATE, BASIS_PLAIN}};
+static const double weight[RATES] = {1.5, -0.5};
+static const uint16_t term[TERMS][4] = {{BASIS_ROLLED, 0, BASIS_PLAIN, BASIS_PLAIN},
+                                        {BASIS_ROLLED, 0, 0, 0}};
+
+typedef struct bench {
+  bytes basis, outcome_feature, range;
+  uint8_t role[D];
+  _Alignas(8) uint8_t memory[4096];
+  blocks *b;
+} bench;
+
+/* first_sd > 0: how the first readings of healthy runs differ, about 1. */
+static void start(bench *s, double first_sd) {
+  memset(s, 0, sizeof *s);
+  bytes *b = &s->basis;
+  const uint32_t header[8] = {BASIS_LAYOUT, 1, 1, TERMS, 0, first_sd > 0.0 ? 1 : 0, 1, RATES};
+  for (size_t i = 0; i < 8; ++i)
+    u32(b, header[i]);
+  u16(b, COMMAND);
+  u16(b, BASIS_PLAIN);
+  f32(b, 1.0);
+  for (size_t i = 0; i < 4 * TERMS; ++i)
+    u16(b, term[i / 4][i % 4]);
+  for (size_t i = 0; i < 2 * TERMS; ++i)
+    f32(b, i < TERMS ? 0.0 : 0.03125);
+  f32(b, 1.0);
+  if (first_sd > 0.0)
+    f32(b, first_sd);
+  u32(b, 0); /* the state's outcome */
+  f32(b, -LIMIT);
+  f32(b, LIMIT);
+  for (size_t i = 0; i < 4 * RATES; ++i)
+    u16(b, rate[i / 4][i % 4]);
+  for (size_t q = 0; q < RATES; ++q)
+    f32(b, weight[q]);
+  u16(&s->outcome_feature, SENSOR);
+  for (size_t k = 0; k < 2 * D; ++k)
+    f32(&s->range, k < D ? -100.0 : 100.0);
+  s->role[COMMAND] = BLOCKS_COMMAND;
+  blocks_config config = {.features = D,
+                          .outcomes = 1,
+                          .block_rows = BLOCK,
+                          .period_s = PERIOD_S,
+                          .outcome_feature = s->outcome_feature.byte,
+                          .role = s->role,
+                          .range = s->range.byte};
+  assert_int_equal(rimi_basis_open(&config.basis, b->byte, b->size, D, 1), RIM_OK);
+  assert_int_equal(rimi_blocks_init(&s->b, s->memory, sizeof s->memory, &config), RIM_OK);
+}
+
+static double command(uint32_t t) { return 2.0 + sin(0.11 * t); }
+
+static double mean_command(uint32_t end) {
+  double sum = 0.0;
+  for (uint32_t t = end - BLOCK; t < end; ++t)
+    sum += command(t) / BLOCK;
+  return sum;
+}
+
+/* Half a block from the mean of the first two, then block by block. */
+static double step(double z, double u, double dt) {
+  const double middle = z + 0.5 * dt * (1.5 * u - 0.5 * z);
+  return z + dt * (1.5 * u - 0.5 * middle);
+}
+
+static bool offer(bench *s, uint32_t t, uint32_t late, double reading) {
+  const double row[D] = {command(t), reading};
+  return rimi_blocks_row(s->b, PERIOD_S * (t + late), row, NULL, NULL, NULL) == BLOCKS_DONE;
+}
+
+static void assert_state(const bench *s, double z, uint32_t end) {
+  const double expected[TERMS] = {z, z * z * mean_command(end)};
+  for (size_t i = 0; i < TERMS; ++i) {
+    const double value = rimi_blocks_terms(s->b)[i] / 0.03125;
+    const double most = BASIS_CLIP / 0.03125;
+    if (!(fabs(value - fmin(expected[i], most)) < 1e-9 * (1.0 + fabs(expected[i]))))
+      fail_msg("term %zu after %u rows: %.9g instead of %.9g", i, end, value, expected[i]);
+  }
+}
+
+static void a_state_follows_the_commands_alone(void **unused) {
+  (void)unused;
+  bench s;
+  start(&s, 0.0);
+  double z = 0.0;
+  for (uint32_t t = 0; t < 40 * BLOCK; ++t) {
+    const double reading = t < 2 * BLOCK ? 1.0 + 0.1 * t : -70.0; /* then the sensor is broken */
+    const bool done = offer(&s, t, 0, reading);
+    const uint32_t end = t + 1;
+    assert_int_equal(done, end % BLOCK == 0);
+    if (!done || end < 2 * BLOCK)
+      continue;
+    if (end == 2 * BLOCK)
+      z = step(1.0 + 0.1 * 4.5, mean_command(end), 0.5 * BLOCK_S);
+    else
+      z = step(z, 0.5 * (mean_command(end) + mean_command(end - BLOCK)), BLOCK_S);
+    assert_state(&s, z, end);
+    assert_true(rimi_blocks_knows_all(s.b));
+  }
+  assert_true(z > 2.0);
+}
+
+/* A first reading that is none of a healthy run's is limited, but where the run began before. */
+static void a_first_reading_is_limited(void **unused) {
+  (void)unused;
+  for (int late = 0; late < 2; ++late) {
+    bench s;
+    start(&s, 0.25);
+    if (late)
+      rimi_blocks_begin_late(s.b);
+    for (uint32_t t = 0; t < 2 * BLOCK; ++t)
+      (void)offer(&s, t, 0, 9.0);
+    const double first = late ? 9.0 : 1.0 + BASIS_FIRST_LIMIT * 0.25;
+    assert_state(&s, step(first, mean_command(2 * BLOCK), 0.5 * BLOCK_S), 2 * BLOCK);
+  }
+}
+
+static void a_gap_is_bridged_and_remembered(void **unused) {
+  (void)unused;
+  bench s;
+  start(&s, 0.0);
+  for (uint32_t t = 0; t < 2 * BLOCK; ++t)
+    (void)offer(&s, t, 0, 1.0);
+  double z = step(1.0, mean_command(2 * BLOCK), 0.5 * BLOCK_S);
+  const uint32_t missing = 40;
+  for (uint32_t t = 2 * BLOCK; t < 3 * BLOCK; ++t)
+    (void)offer(&s, t, missing, 1.0);
+  z = step(z, 0.5 * (mean_command(3 * BLOCK) + mean_command(2 * BLOCK)), ROLLED_LONGEST * BLOCK_S);
+  assert_state(&s, z, 3 * BLOCK);
+  assert_false(rimi_blocks_knows_all(s.b));
+  for (size_t i = 0; i < TERMS; ++i)
+    assert_true(fabs(rimi_blocks_unknown(s.b)[i] / BASIS_UNKNOWN_SD - missing / (16.0 * BLOCK)) <
+                1e-3);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {cmocka_unit_test(a_state_follows_the_commands_alone),
+                                     cmocka_unit_test(a_first_reading_is_limited),
+                                     cmocka_unit_test(a_gap_is_bridged_and_remembered)};
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,163 @@
+/* SPDX-License-Identifier: MIT */
+/* rolled: the states of section BASIS follow the differential equations that their rates say,
+ * within their limits; damaged rates are refused. */
+#include <math.h>
+
+#include "base/bytes.h"
+#include "image/rolled.h"
+#include "section_bytes.h"
+
+enum { FEATURES = 2, OUTCOMES = 3, INPUTS = 2, STATES = 2 };
+#define TAU_S 8.0
+#define DRAG 0.25
+#define BLOCK_S 0.0625
+#define LIMIT 6.0
+
+/* A temperature (outcome 2) that settles at input 0, and a speed (outcome 0) of either sign that
+ * input 1 pushes, against a drag that grows with its square, and the temperature. */
+static const uint16_t rate[][4] = {{0, 0, BASIS_PLAIN, BASIS_PLAIN},
+                                   {0, BASIS_PLAIN, BASIS_STATE + 0, BASIS_PLAIN},
+                                   {1, BASIS_PLAIN, BASIS_PLAIN, 1},
+                                   {1, BASIS_STATE + 1, BASIS_PLAIN, BASIS_STATE_MAGNITUDE + 1},
+                                   {1, 1, BASIS_STATE + 0, BASIS_PLAIN},
+                                   {1, BASIS_PLAIN, BASIS_PLAIN, BASIS_PLAIN}};
+enum { RATES = sizeof rate / sizeof *rate };
+static const double weight[RATES] = {1.0 / TAU_S, -1.0 / TAU_S, 1.0, -DRAG, 0.03125, -0.125};
+enum { FIRST_AT = 32 + 4 * INPUTS + 4, STATE_AT = FIRST_AT + 4 * OUTCOMES };
+enum { LIMIT_AT = STATE_AT + 4, RATE_AT = LIMIT_AT + 8 * STATES, WEIGHT_AT = RATE_AT + 8 * RATES };
+
+static bytes section(void) {
+  bytes b = {.size = 0};
+  const uint32_t header[8] = {BASIS_LAYOUT, INPUTS, 1, 0, 0, 0, STATES, RATES};
+  for (size_t i = 0; i < 8; ++i)
+    u32(&b, header[i]);
+  for (unsigned i = 0; i < INPUTS; ++i) {
+    u16(&b, i);
+    u16(&b, BASIS_PLAIN);
+  }
+  f32(&b, 1.0);
+  for (size_t o = 0; o < OUTCOMES; ++o)
+    f32(&b, 0.0);
+  u16(&b, 2);
+  u16(&b, 0);
+  for (size_t s = 0; s < STATES; ++s) {
+    f32(&b, -LIMIT);
+    f32(&b, LIMIT);
+  }
+  for (size_t i = 0; i < 4 * RATES; ++i)
+    u16(&b, rate[i / 4][i % 4]);
+  for (size_t q = 0; q < RATES; ++q)
+    f32(&b, weight[q]);
+  return b;
+}
+
+static rim_status status_of(const bytes *b) {
+  rim_basis view;
+  return rimi_basis_open(&view, b->byte, b->size, FEATURES, OUTCOMES);
+}
+
+static void input_at(double t_s, double *u) {
+  u[0] = 3.0 + sin(0.3 * t_s);
+  u[1] = 1.5 * cos(0.2 * t_s);
+}
+
+/* The same equations in steps a thousand times as short. */
+static void integrate(double from_s, double to_s, double *z) {
+  const double dt = 1e-3 * BLOCK_S;
+  const long steps = lround((to_s - from_s) / dt);
+  for (long k = 0; k < steps; ++k) {
+    double u[INPUTS];
+    input_at(from_s + ((double)k + 0.5) * dt, u);
+    const double warm = (u[0] - z[0]) / TAU_S;
+    const double push = u[1] - DRAG * z[1] * fabs(z[1]) + 0.03125 * u[1] * z[0] - 0.125;
+    z[0] += dt * warm;
+    z[1] += dt * push;
+  }
+}
+
+static void states_follow_their_equations(void **unused) {
+  (void)unused;
+  const bytes b = section();
+  rim_basis v;
+  assert_int_equal(b.size, WEIGHT_AT + 4 * RATES);
+  assert_int_equal(rimi_basis_open(&v, b.byte, b.size, FEATURES, OUTCOMES), RIM_OK);
+  assert_true(v.states == STATES && v.rates == RATES && rimi_le_u16(v.state, 0) == 2);
+  double part[RATES], z[STATES] = {1.0, -2.0}, exact[STATES] = {1.0, -2.0}, u[INPUTS];
+  input_at(0.5 * BLOCK_S, u);
+  rimi_rolled_begin(&v, u, BLOCK_S, z, part);
+  integrate(0.0, 0.5 * BLOCK_S, exact);
+  for (uint32_t n = 1; n < 800; ++n) {
+    const double t_s = (n + 0.5) * BLOCK_S;
+    input_at(t_s, u);
+    rimi_rolled_step(&v, u, BLOCK_S, BLOCK_S, z, part);
+    integrate(t_s - BLOCK_S, t_s, exact);
+    for (size_t s = 0; s < STATES; ++s) {
+      if (!(fabs(z[s] - exact[s]) < 2e-3))
+        fail_msg("block %u, state %zu: %.6f instead of %.6f", n, s, z[s], exact[s]);
+    }
+  }
+  assert_true(exact[1] * exact[1] > 0.5); /* it was not at rest */
+}
+
+/* After a gap one step goes as far as two blocks; no state leaves its limits. */
+static void gaps_and_limits_hold(void **unused) {
+  (void)unused;
+  const bytes b = section();
+  rim_basis v;
+  assert_int_equal(rimi_basis_open(&v, b.byte, b.size, FEATURES, OUTCOMES), RIM_OK);
+  const double u[INPUTS] = {3.0, 1.0}, huge[INPUTS] = {-1e9, 1e9};
+  double part[RATES], z[STATES] = {1.0, 0.0}, two[STATES] = {1.0, 0.0}, other[RATES];
+  rimi_rolled_begin(&v, u, BLOCK_S, z, part);
+  rimi_rolled_begin(&v, u, BLOCK_S, two, other);
+  rimi_rolled_step(&v, u, 1e6, BLOCK_S, z, part);
+  rimi_rolled_step(&v, u, ROLLED_LONGEST * BLOCK_S, BLOCK_S, two, other);
+  assert_true(z[0] == two[0] && z[1] == two[1] && z[0] > 1.0);
+  for (size_t k = 0; k < 3; ++k)
+    rimi_rolled_step(&v, huge, BLOCK_S, BLOCK_S, z, part);
+  assert_true(z[0] == -LIMIT && z[1] == LIMIT);
+}
+
+static void damaged_rates_are_refused(void **unused) {
+  (void)unused;
+  const bytes good = section();
+  only_the_whole_opens(status_of, &good, RIM_E_SIZE);
+  static const struct {
+    size_t at;
+    unsigned value;
+  } bad[] = {{STATE_AT, OUTCOMES},
+             {STATE_AT + 2, 0xffff},
+             {RATE_AT, STATES},
+             {RATE_AT + 2, INPUTS},
+             {RATE_AT + 4, BASIS_STATE - 1},
+             {RATE_AT + 6, BASIS_STATE + STATES},
+             {RATE_AT + 8 * (RATES - 1) + 6, BASIS_STATE_MAGNITUDE + STATES},
+             {RATE_AT + 8 * (RATES - 1) + 4, BASIS_PLAIN - 1}};
+  for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i) {
+    bytes b = good;
+    put_u16(b.byte + bad[i].at, bad[i].value);
+    assert_int_equal(status_of(&b), RIM_E_RANGE);
+  }
+  bytes b = good;
+  put_f32(b.byte + LIMIT_AT, 2.0 * LIMIT); /* the lowest above the highest */
+  assert_int_equal(status_of(&b), RIM_E_RANGE);
+  static const size_t number[] = {LIMIT_AT, LIMIT_AT + 8 * STATES - 4, WEIGHT_AT,
+                                  WEIGHT_AT + 4 * (RATES - 1)};
+  for (size_t i = 0; i < sizeof number / sizeof *number; ++i) {
+    b = good;
+    put_f32(b.byte + number[i], NAN);
+    assert_int_equal(status_of(&b), RIM_E_DATA);
+  }
+  b = good;
+  put_u32(b.byte + 24, BASIS_MAX_STATES + 1);
+  assert_int_equal(status_of(&b), RIM_E_RANGE);
+  b = good;
+  put_u32(b.byte + 28, BASIS_MAX_RATES + 1);
+  assert_int_equal(status_of(&b), RIM_E_RANGE);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {cmocka_unit_test(states_follow_their_equations),
+                                     cmocka_unit_test(gaps_and_limits_hold),
+                                     cmocka_unit_test(damaged_rates_are_refused)};
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
