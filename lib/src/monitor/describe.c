@@ -209,29 +209,34 @@ static uint16_t wrong_reading(const rim_monitor *m, uint16_t leading) {
              : leading;
 }
 
-/* Whether outcome j may be the cause of what the leading channel keeps: it deviates by its own
- * behaviour, and for no less long. *score: of the best so far. */
+/* Whether outcome j may be the cause of what the leading outcome keeps: it deviates by its own
+ * behaviour, for no less long, and does not sum up the leading one. *score: of the best so far. */
 static bool may_feed(const rim_monitor *m, uint16_t j, uint16_t leading, double *score) {
-  if (j == leading || trained_score(m, j) < *score || !is_before(m, j, leading))
+  if (j == leading || trained_score(m, j) < *score || !is_before(m, j, leading) ||
+      integrates(m, j, leading))
     return false;
   *score = trained_score(m, j);
   return true;
 }
 
-/* What an outcome keeps of another that is rolled forward (a tank of what flows in) deviates with
+/* What an outcome that is rolled forward keeps of another (a tank of what flows in) deviates with
  * it, longer and often more clearly. The cause is the one that it is rolled from, or the one that
  * deviated first, by which the standing alarm is named. */
 static uint16_t rolled_cause(const rim_monitor *m, uint16_t leading) {
   const rim_basis *basis = rimi_blocks_basis(m->rows);
   const rim_alarm *standing = rim_monitor_standing(m, RIM_DETECTOR_RIM);
   const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
-  uint16_t best = leading;
-  if (leading >= outcomes)
+  const uint32_t states = rimi_rolled_states(basis, &m->models.behaviour, leading);
+  bool keeps = false;
+  for (size_t s = 0; s < basis->states && leading < outcomes; ++s)
+    keeps =
+        keeps || ((states >> s & 1u) != 0 && rimi_le_index(basis->state, s, outcomes) == leading);
+  if (!keeps)
     return leading;
+  uint16_t best = leading;
   double score =
       rimi_max(UPSTREAM * trained_score(m, leading), (double)m->models.threshold.alarm_score);
-  const uint32_t states = rimi_rolled_states(basis, &m->models.behaviour, leading);
-  if (states != 0 && standing != NULL && standing->channel[0] < outcomes &&
+  if (standing != NULL && standing->channel[0] < outcomes &&
       may_feed(m, standing->channel[0], leading, &score))
     return standing->channel[0];
   for (size_t s = 0; s < basis->states; ++s) {
