@@ -12,7 +12,7 @@ namespace rim {
 // Ridge regression of one outcome on groups of terms.
 struct TargetModel {
   bool shape = false, slow = false, initial = false, steep = false; // groups beside the means
-  std::vector<std::size_t> outside; // outcomes that are inputs of this one
+  std::vector<std::size_t> outside;  // outcomes that are inputs of this one
   std::vector<std::uint16_t> states; // rolled states that are inputs of this one
   double ridge = 1.0;
   double intercept = 0.0;

@@ -57,7 +57,7 @@ void drop_unused_states(Basis *basis, Behaviour *behaviour) {
     if (t.op != BASIS_ROLLED)
       continue;
     used[t.a] = true;
-    if (t.c != BASIS_PLAIN)
+    if (t.c < states)
       used[t.c] = true;
   }
   const auto state_of = [](std::uint16_t factor) { return factor & (BASIS_MAX_STATES - 1U); };
@@ -96,7 +96,7 @@ void drop_unused_states(Basis *basis, Behaviour *behaviour) {
     if (t.op != BASIS_ROLLED)
       continue;
     t.a = place[t.a];
-    if (t.c != BASIS_PLAIN)
+    if (t.c < states)
       t.c = place[t.c];
   }
   for (TargetModel &m : behaviour->targets) {

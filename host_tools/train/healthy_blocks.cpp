@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::size_t kTimes = 9;
 constexpr std::size_t kMostInputs = 20;
-constexpr std::size_t kMostTerms = 420; // but the steep ones
+constexpr std::size_t kMostTerms = 420;     // but the steep ones
 constexpr std::size_t kMostWideTerms = 512; // the rest of BASIS_MAX_TERMS is for rolled states
 constexpr std::size_t kMostTriples = 120;
 constexpr double kSideWidth = 0.05; // of the largest magnitude: where a direction turns round

@@ -30,6 +30,8 @@ constexpr double kRateMustWin = 0.005; // of the squared error of the changes, h
 // A round's states may leave this part of the error of the best model without, alone: at first
 // those that are much better, then what they help to roll; at last what may help in company.
 constexpr double kMayLeave[] = {0.8, 0.8, 1.5};
+// A quarter, a half and three quarters of the way through the range of healthy runs.
+constexpr std::uint16_t kHinges[] = {BASIS_HINGE + 21, BASIS_HINGE + 32, BASIS_HINGE + 43};
 constexpr double kRidge = 1e-6;     // of the mean square of the products
 constexpr double kBeyond = 0.25;    // of the range in healthy runs, on either side
 constexpr Eigen::Index kSmooth = 2; // blocks on either side of a reading within a product
@@ -202,6 +204,8 @@ Searcher::Searcher(const Basis &basis, const RunStore &runs,
 
 Rolled Searcher::search(const std::vector<double> &asked) {
   std::vector<double> bar = asked;
+  if (filters_.empty()) // of what nothing drives, the start of a log is no start
+    return std::move(rolled_);
   for (const double may_leave : kMayLeave) {
     round_states_ = rolled_.states.size();
     std::vector<Fit> fits(bar.size());
@@ -514,24 +518,32 @@ bool add_rolled_terms(Basis *basis, const Rolled &rolled,
   const std::size_t states = rolled.states.size(), room = BASIS_MAX_TERMS - basis->terms.size();
   if (states == 0 || states > room)
     return false;
-  const auto add = [basis](std::size_t a, std::uint16_t filter, std::size_t c) {
-    basis->terms.push_back({BASIS_ROLLED, static_cast<std::uint16_t>(a), filter,
-                            static_cast<std::uint16_t>(c), TermGroup::rolled});
-    basis->center.push_back(0.0);
-    basis->inverse_sd.push_back(1.0);
+  std::vector<Basis::Term> more[2]; // products; hinges
+  const auto add = [](std::vector<Basis::Term> *to, std::size_t a, std::uint16_t filter,
+                      std::size_t c) {
+    to->push_back({BASIS_ROLLED, static_cast<std::uint16_t>(a), filter,
+                   static_cast<std::uint16_t>(c), TermGroup::rolled});
   };
-  for (std::size_t s = 0; s < states; ++s)
-    add(s, BASIS_PLAIN, BASIS_PLAIN);
-  if (states + states * (states + 1) / 2 + 2 * states * inputs.size() <= room) {
-    for (std::size_t s = 0; s < states; ++s) {
-      for (std::size_t k = s; k < states; ++k)
-        add(s, BASIS_PLAIN, k);
-      for (const std::uint16_t i : inputs) {
-        add(s, filter_of(*basis, i), BASIS_PLAIN);
-        add(s, filter_of(*basis, i), s);
-      }
+  for (std::size_t s = 0; s < states; ++s) {
+    add(&basis->terms, s, BASIS_PLAIN, BASIS_PLAIN);
+    for (std::size_t k = s; k < states; ++k)
+      add(&more[0], s, BASIS_PLAIN, k);
+    for (const std::uint16_t k : kHinges)
+      add(&more[1], s, BASIS_PLAIN, k);
+    for (const std::uint16_t i : inputs) {
+      add(&more[0], s, filter_of(*basis, i), BASIS_PLAIN);
+      add(&more[0], s, filter_of(*basis, i), s);
+      for (const std::uint16_t k : kHinges)
+        add(&more[1], s, filter_of(*basis, i), k);
     }
   }
+  for (const std::vector<Basis::Term> &terms : more) {
+    if (terms.size() > BASIS_MAX_TERMS - basis->terms.size())
+      break;
+    basis->terms.insert(basis->terms.end(), terms.begin(), terms.end());
+  }
+  basis->center.resize(basis->terms.size(), 0.0);
+  basis->inverse_sd.resize(basis->terms.size(), 1.0);
   basis->states = rolled.states;
   basis->rates = rolled.rates.back();
   for (Basis::Rate &rate : basis->rates) {
@@ -549,10 +561,17 @@ Matrix with_rolled(const Basis &basis, const Matrix &wide, const Matrix &values)
   for (Eigen::Index c = wide.cols(); c < all.cols(); ++c) {
     const Basis::Term &t = basis.terms[static_cast<std::size_t>(c)];
     all.col(c) = values.col(t.a);
+    if (t.c < basis.states.size()) {
+      all.col(c).array() *= values.col(t.c).array();
+    } else if (t.c != BASIS_PLAIN) {
+      const Basis::State &s = basis.states[t.a];
+      const auto low = static_cast<double>(static_cast<float>(s.low));
+      const auto high = static_cast<double>(static_cast<float>(s.high));
+      const double part = static_cast<double>(t.c - BASIS_HINGE) / BASIS_HINGES;
+      all.col(c) = (all.col(c).array() - (low + part * (high - low))).max(0.0);
+    }
     if (t.b != BASIS_PLAIN)
       all.col(c).array() *= wide.col(column_of(basis, t.b)).array();
-    if (t.c != BASIS_PLAIN)
-      all.col(c).array() *= values.col(t.c).array();
   }
   return all;
 }

@@ -27,9 +27,9 @@ struct Rolled {
 };
 
 // asked[o]: the error that a state of outcome o must win against, root mean square; 0: not asked.
-// inputs: places among basis.inputs that may drive a state. error_of(residual of a run): what is
-// averaged over the runs; its root is compared with `asked`. Cost: per asked outcome two rounds,
-// each with a regression of all blocks on at most 240 products.
+// inputs: places among basis.inputs that may drive a state; without any there is none.
+// error_of(residual of a run): what is averaged over the runs; its root is compared with `asked`.
+// Cost: per asked outcome at most three regressions of all blocks on at most 240 products.
 Rolled fit_rolled(const Basis &basis, const RunStore &runs, const std::vector<double> &asked,
                   const std::vector<std::uint16_t> &inputs, double block_s,
                   double (*error_of)(const Eigen::VectorXd &));

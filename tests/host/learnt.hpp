@@ -43,6 +43,7 @@ inline Learnt learn(const std::vector<rim::Log> &logs, float limit = 100.0F) {
   }
   rim::learn_start(&l.basis, starts, low, high);
   l.runs = rim::RunStore(runs);
-  l.behaviour = rim::fit_behaviour(&l.basis, l.layout, l.options.integrands, l.runs);
+  l.behaviour = rim::fit_behaviour(&l.basis, l.layout, l.options.integrands, l.runs,
+                                   kBlockRows * l.options.period_s);
   return l;
 }

@@ -72,7 +72,8 @@ static bool terms_fit(const rim_basis *b, uint32_t outcomes) {
       break;
     case BASIS_ROLLED:
       fits = first < b->states && (second < filters || second == BASIS_PLAIN) &&
-             (third < b->states || third == BASIS_PLAIN);
+             (third < b->states || third == BASIS_PLAIN ||
+              (third >= BASIS_HINGE && third < BASIS_HINGE + BASIS_HINGES));
       break;
     }
     if (!fits)

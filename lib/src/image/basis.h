@@ -43,10 +43,12 @@
 #define BASIS_SINE 0xfffcu
 #define BASIS_OF_PRODUCT 0x8000u
 #define BASIS_STATE 0x8000u
+#define BASIS_HINGE 0x4000u
+#define BASIS_HINGES 64u
 #define BASIS_STATE_MAGNITUDE 0x9000u
 #define BASIS_MAX_INPUTS 48u
 #define BASIS_MAX_TIMES 12u
-#define BASIS_MAX_TERMS 576u
+#define BASIS_MAX_TERMS 640u
 #define BASIS_MAX_MEANS 8u
 #define BASIS_MAX_STATES 8u /* a power of two */
 #define BASIS_MAX_RATES 96u
@@ -63,7 +65,9 @@ typedef enum basis_op {
   BASIS_INTEGRAL = 4, /* of input a over the run, seconds times its unit */
   BASIS_INITIAL = 5,  /* first reading of outcome a, less its healthy mean, times 1 - decay b */
   BASIS_TIME = 6,     /* seconds since the start of the run */
-  BASIS_ROLLED = 7,   /* state a times filter b times state c; BASIS_PLAIN for either: 1 */
+  BASIS_ROLLED = 7,   /* state a times filter b times state c; BASIS_PLAIN for either: 1. With c =
+                         BASIS_HINGE + k: only what of state a lies above k / BASIS_HINGES of the
+                         way from its lowest to its highest value */
   BASIS_TRIPLE = 8,   /* filter a times filter b times filter c */
   BASIS_SIDE = 9      /* x / (|x| + h) of filter a: its sign, but smooth about 0. b, c: the low and
                          the high half of h as f32, > 0 */

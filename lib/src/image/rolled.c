@@ -72,6 +72,26 @@ void rimi_rolled_step(const rim_basis *basis, const double *filter, double elaps
   advance(basis, mean, rimi_min(elapsed_s, ROLLED_LONGEST * block_s), state);
 }
 
+double rimi_rolled_term(const rim_basis *basis, size_t term, const double *filter,
+                        const double *state) {
+  const uint8_t *spec = basis->term + 8u * term;
+  const size_t filters = (size_t)basis->inputs * basis->times;
+  const uint16_t second = rimi_le_u16(spec, 2), third = rimi_le_u16(spec, 3);
+  if (basis->states == 0)
+    return 0.0;
+  const size_t s = rimi_le_index(spec, 1, basis->states);
+  double value = state[s];
+  if (third >= BASIS_HINGE && third < BASIS_HINGE + BASIS_HINGES) {
+    const double low = (double)rimi_le_f32(basis->limit, 2 * s);
+    const double high = (double)rimi_le_f32(basis->limit, 2 * s + 1);
+    const double part = (double)(third - BASIS_HINGE) / (double)BASIS_HINGES;
+    value = rimi_max(value - (low + part * (high - low)), 0.0);
+  } else if (third < basis->states) {
+    value *= state[third];
+  }
+  return second < filters ? value * filter[second] : value;
+}
+
 static uint32_t bit_of(const rim_basis *b, uint16_t state) {
   return state < b->states ? UINT32_C(1) << state : 0u;
 }

@@ -25,6 +25,10 @@ void rimi_rolled_begin(const rim_basis *basis, const double *filter, double bloc
 void rimi_rolled_step(const rim_basis *basis, const double *filter, double elapsed_s,
                       double block_s, double *state, double *part);
 
+/* A term of a state (BASIS_ROLLED) in the block; filter, state: as above. */
+double rimi_rolled_term(const rim_basis *basis, size_t term, const double *filter,
+                        const double *state);
+
 /* The states that the prediction of an outcome's block mean depends on, itself or by other states:
  * bit s for state s. O(terms + rates states). */
 uint32_t rimi_rolled_states(const rim_basis *basis, const rim_behaviour *behaviour,

@@ -395,19 +395,6 @@ static void take_inputs(blocks *b) {
     decay(b)[t] = b->rows == 0 ? 1.0 : was_learnt ? decay(b)[t] * keep[t] : decay(b)[t];
 }
 
-static double rolled(const blocks *b, size_t i) {
-  const uint8_t *spec = b->config.basis.term + 8u * i;
-  const uint32_t states = b->config.basis.states;
-  if (states == 0)
-    return 0.0;
-  double value = state(b)[rimi_le_index(spec, 1, states)];
-  if (rimi_le_u16(spec, 2) != BASIS_PLAIN)
-    value *= filter_sum(b)[rimi_le_index(spec, 2, filters(b))];
-  if (rimi_le_u16(spec, 3) != BASIS_PLAIN)
-    value *= state(b)[rimi_le_index(spec, 3, states)];
-  return value;
-}
-
 static double term_value(const blocks *b, size_t i) {
   const uint8_t *spec = b->config.basis.term;
   const rim_basis *n = &b->config.basis;
@@ -437,7 +424,7 @@ static double term_value(const blocks *b, size_t i) {
   case BASIS_TIME:
     return learnt_time_s(b, rimi_blocks_since_start_s(b));
   case BASIS_ROLLED:
-    return rolled(b, i);
+    return rimi_rolled_term(n, i, filter_sum(b), state(b));
   }
   return 0.0;
 }

@@ -1,0 +1,366 @@
+// SPDX-License-Identifier: MIT
+#include "train/choose_models.hpp"
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+#include <utility>
+
+#include "train/outside.hpp"
+
+extern "C" {
+#include "image/basis.h"
+#include "monitor/blocks.h"
+}
+
+namespace rim {
+
+namespace {
+
+// First readings must lower the error of the best model without them by so much, and the error
+// within runs alone as well: a sensor that is wrong from the start, or a place in which the run
+// starts, shifts all that is predicted by them, and an offset that differs between runs is an
+// effect of the run, by which an offset from the start is judged. Where the starts differ so much
+// that the error falls to this part, hardly an offset could be seen, and nothing else either.
+constexpr double kFirstMustWin = 0.1;
+constexpr double kFirstAlone = 1.0 / 3.0;
+const Choice kChoices[] = {{false, false, false, false, 0.0}, {true, false, false, false, 0.03},
+                           {false, true, false, false, 0.03}, {true, true, false, false, 0.05},
+                           {false, false, true, false, 0.10}, {true, false, true, false, 0.12},
+                           {true, true, true, false, 0.15},   {true, false, false, true, 0.08},
+                           {true, true, false, true, 0.10},   {true, true, true, true, 0.18}};
+// Steep terms go far beyond what was learnt from: they must lower the error of the best model
+// without them by so much.
+constexpr double kSteepMustWin = 0.05;
+// An outcome may come from outside where the commands leave more than this part of its deviation
+// (a tenth of its variance). As an input it must lower another's error by so much, and all such
+// outcomes together that of the best of them alone.
+constexpr double kUnexplained = 0.3162;
+constexpr double kOutsideMustWin = 0.1;
+constexpr double kFurtherMustWin = 0.1;
+// Rolled states must lower the error of the best model without them by so much, and all of them
+// together that of the best of them alone by kFurtherMustWin. An outcome is rolled forward itself
+// where a model leaves more than this part of its deviation.
+constexpr double kRolledMustWin = 0.1;
+constexpr double kRolledWorth = 0.05;
+
+bool holds(const std::vector<std::uint16_t> &all, std::uint16_t one) {
+  return std::find(all.begin(), all.end(), one) != all.end();
+}
+
+} // namespace
+
+std::vector<Eigen::Index> terms_of(const Basis &basis, const Choice &choice, std::size_t outcome,
+                                   const Further &further) {
+  std::vector<Eigen::Index> terms;
+  const auto is_input = [&](const Basis::Term &t) {
+    return holds(further.outside, basis.inputs[t.a / basis.share.size()].a);
+  };
+  const auto is_rolled = [&](const Basis::Term &t) {
+    const bool alone = t.b == BASIS_PLAIN && t.c == BASIS_PLAIN;
+    const bool is_hinge = t.c != BASIS_PLAIN && t.c >= BASIS_HINGE;
+    return holds(further.states, t.a) &&
+           (t.c == BASIS_PLAIN || is_hinge || holds(further.states, t.c)) &&
+           (alone || choice.shape) && (!is_hinge || choice.steep);
+  };
+  for (std::size_t i = 0; i < basis.terms.size(); ++i) {
+    const TermGroup g = basis.terms[i].group;
+    if (g == TermGroup::mean || (g == TermGroup::shape && choice.shape) ||
+        (g == TermGroup::slow && choice.slow) || (g == TermGroup::steep && choice.steep) ||
+        (g == TermGroup::outside && is_input(basis.terms[i]) &&
+         (basis.terms[i].op == BASIS_MEAN || choice.shape)) ||
+        (g == TermGroup::rolled && is_rolled(basis.terms[i])) ||
+        (g == TermGroup::initial && choice.initial && basis.terms[i].a == outcome))
+      terms.push_back(static_cast<Eigen::Index>(i));
+  }
+  return terms;
+}
+
+namespace {
+
+// The simplest choice that no richer one beats by enough. errors[choice][target]: of all targets,
+// then those within runs alone, which compare them where `is_within`.
+TargetModel choose_among(const std::vector<std::vector<std::vector<double>>> &errors,
+                         std::size_t target, bool is_within, bool with_initial) {
+  TargetModel best;
+  double least = 1e300, bar = 1e300;
+  for (std::size_t c = 0; c < std::size(kChoices); ++c) {
+    if (kChoices[c].initial && !with_initial)
+      continue;
+    if (kChoices[c].steep && kChoices[c].initial != best.initial)
+      continue; // steep terms can stand for how the runs began, but only for these runs
+    for (std::size_t l = 0; l < std::size(kRidges); ++l) {
+      const double e = errors[c][(is_within ? errors[c].size() / 2 : 0) + target][l];
+      const double first = kChoices[c].initial && !best.initial ? kFirstMustWin : 0.0;
+      const double steep = kChoices[c].steep && !best.steep ? kSteepMustWin : 0.0;
+      if (e < (1.0 - kChoices[c].must_win) * bar && e < (1.0 - first - steep) * least) {
+        least = e;
+        best.shape = kChoices[c].shape;
+        best.slow = kChoices[c].slow;
+        best.initial = kChoices[c].initial;
+        best.steep = kChoices[c].steep;
+        best.ridge = kRidges[l];
+      }
+    }
+    if (c == 0)
+      bar = least; // of the simplest
+  }
+  best.error = least;
+  return best;
+}
+
+TargetModel choose(const std::vector<std::vector<std::vector<double>>> &errors, std::size_t target,
+                   std::size_t outcomes) {
+  const TargetModel best = choose_among(errors, target, false, target < outcomes);
+  if (!best.initial)
+    return best;
+  if (choose_among(errors, target, true, true).initial ||
+      best.error < kFirstAlone * choose_among(errors, target, false, false).error)
+    return best;
+  return choose_among(errors, target, true, false);
+}
+
+// errors[choice][target]: of outcomes and scatter, or of outcomes less their first readings; then
+// those within runs alone.
+using Errors = std::vector<std::vector<std::vector<double>>>;
+
+// Choices with first readings are answered for the outcomes `with_initial`.
+Errors errors_of_choices(const Fitter &fitter, const Basis &basis, std::size_t outcomes,
+                         const Further &further, const std::vector<std::size_t> &with_initial) {
+  const auto o = static_cast<Eigen::Index>(outcomes);
+  std::vector<Question> questions;
+  for (const Choice &choice : kChoices) {
+    if (!choice.initial)
+      questions.push_back({terms_of(basis, choice, 0, further), 0, 2 * o});
+    for (std::size_t i = 0; choice.initial && i < with_initial.size(); ++i)
+      questions.push_back({terms_of(basis, choice, with_initial[i], further),
+                           2 * o + static_cast<Eigen::Index>(with_initial[i]), 1});
+  }
+  const auto answers = fitter.errors(questions);
+  Errors errors;
+  std::size_t at = 0;
+  for (const Choice &choice : kChoices) {
+    errors.emplace_back();
+    if (!choice.initial) {
+      errors.back() = answers[at++];
+      continue;
+    }
+    errors.back().resize(2 * outcomes);
+    for (const std::size_t t : with_initial) {
+      errors.back()[t] = answers[at].front();
+      errors.back()[outcomes + t] = answers[at++].back();
+    }
+  }
+  return errors;
+}
+
+// The outcomes that the commands do not explain well and that are not the integral of others.
+std::vector<std::size_t> unexplained(const Fitter &fitter, const Errors &errors,
+                                     const std::vector<bool> &integrated) {
+  std::vector<std::size_t> found;
+  for (std::size_t o = 0; o < integrated.size(); ++o) {
+    const double error = choose_among(errors, o, false, false).error;
+    if (!integrated[o] && error > kUnexplained * fitter.spread(static_cast<Eigen::Index>(o)))
+      found.push_back(o);
+  }
+  return found;
+}
+
+} // namespace
+
+std::vector<std::uint16_t> features_of(const Layout &layout, const std::vector<std::size_t> &set) {
+  std::vector<std::uint16_t> features;
+  for (const std::size_t o : set)
+    features.push_back(layout.outcome_feature[o]);
+  return features;
+}
+
+namespace {
+
+// Takes for every outcome, but the candidates themselves, one candidate or all of them as inputs
+// where that lowers the error enough.
+void choose_outside(const Fitter &fitter, const Basis &basis, const Layout &layout,
+                    const Errors &without, const std::vector<std::size_t> &candidates,
+                    std::vector<TargetModel> *targets) {
+  const std::size_t outcomes = layout.outcomes();
+  std::vector<std::vector<std::size_t>> sets;
+  for (const std::size_t c : candidates)
+    sets.push_back({c});
+  if (candidates.size() > 1)
+    sets.push_back(candidates);
+  std::vector<std::size_t> chosen(outcomes, sets.size());
+  std::vector<double> least(outcomes, 0.0);
+  for (std::size_t o = 0; o < outcomes; ++o)
+    least[o] = (1.0 - kOutsideMustWin) * choose_among(without, o, false, false).error;
+  for (std::size_t s = 0; s < sets.size(); ++s) {
+    const Errors errors =
+        errors_of_choices(fitter, basis, outcomes, {features_of(layout, sets[s]), {}}, {});
+    for (std::size_t o = 0; o < outcomes; ++o) {
+      const bool is_candidate =
+          std::find(candidates.begin(), candidates.end(), o) != candidates.end();
+      const double error = choose_among(errors, o, false, false).error;
+      const double further = sets[s].size() > 1 && chosen[o] < sets.size() ? kFurtherMustWin : 0.0;
+      if (is_candidate || error >= (1.0 - further) * least[o])
+        continue;
+      least[o] = error;
+      chosen[o] = s;
+    }
+  }
+  for (std::size_t s = 0; s < sets.size(); ++s) {
+    std::vector<std::size_t> of_set;
+    for (std::size_t o = 0; o < outcomes; ++o) {
+      if (chosen[o] == s)
+        of_set.push_back(o);
+    }
+    if (of_set.empty())
+      continue;
+    const Errors errors =
+        errors_of_choices(fitter, basis, outcomes, {features_of(layout, sets[s]), {}}, of_set);
+    for (const std::size_t o : of_set) {
+      TargetModel model = choose(errors, o, outcomes);
+      model.outside = sets[s];
+      if (model.error < (1.0 - kOutsideMustWin) * (*targets)[o].error)
+        (*targets)[o] = model;
+    }
+  }
+}
+
+} // namespace
+
+Chosen choose_targets(const Fitter &fitter, const Basis &basis, const Layout &layout,
+                      const std::vector<bool> &integrated, const RunStore &runs) {
+  const std::size_t outcomes = layout.outcomes();
+  std::vector<std::size_t> all(outcomes);
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  const Errors errors = errors_of_choices(fitter, basis, outcomes, {}, all);
+  Chosen chosen;
+  for (std::size_t t = 0; t < 2 * outcomes; ++t)
+    chosen.targets.push_back(choose(errors, t, outcomes));
+  const bool may = std::any_of(basis.terms.begin(), basis.terms.end(),
+                               [](const Basis::Term &t) { return t.group == TermGroup::outside; });
+  if (!may)
+    return chosen;
+  std::vector<Eigen::Index> commands;
+  for (std::size_t i = 0; i < basis.terms.size(); ++i) {
+    if (basis.terms[i].op == BASIS_MEAN && basis.terms[i].group == TermGroup::mean)
+      commands.push_back(static_cast<Eigen::Index>(i));
+  }
+  chosen.outside = not_moved(unexplained(fitter, errors, integrated), runs,
+                             [&](std::size_t r) { return columns_of(fitter.x(r), commands); });
+  if (2 * chosen.outside.size() > outcomes)
+    chosen.outside.clear();
+  if (!chosen.outside.empty())
+    choose_outside(fitter, basis, layout, errors, chosen.outside, &chosen.targets);
+  return chosen;
+}
+
+std::vector<std::uint16_t> drivers(const Basis &basis, const Layout &layout,
+                                   const std::vector<std::size_t> &outside) {
+  const std::vector<std::uint16_t> disturbances = features_of(layout, outside);
+  std::vector<std::uint16_t> found;
+  for (std::size_t i = 0; i < basis.inputs.size(); ++i) {
+    const Basis::Input &in = basis.inputs[i];
+    const bool is_sensor = std::find(layout.outcome_feature.begin(), layout.outcome_feature.end(),
+                                     in.a) != layout.outcome_feature.end();
+    if (is_sensor ? holds(disturbances, in.a) : in.b >= BASIS_SINE)
+      found.push_back(static_cast<std::uint16_t>(i));
+  }
+  return found;
+}
+
+std::vector<double> worth_rolling(const Fitter &fitter, const Chosen &chosen,
+                                  const Layout &layout) {
+  std::vector<double> asked(layout.outcomes(), 0.0);
+  for (std::size_t o = 0; o < asked.size(); ++o) {
+    const bool is_angle =
+        (layout.command[layout.outcome_feature[o]] & (BLOCKS_ANGLE_RAD | BLOCKS_ANGLE_DEG)) != 0;
+    const bool from_outside =
+        std::find(chosen.outside.begin(), chosen.outside.end(), o) != chosen.outside.end();
+    const double error = chosen.targets[o].error;
+    if (!is_angle && !from_outside &&
+        error > kRolledWorth * fitter.spread(static_cast<Eigen::Index>(o)))
+      asked[o] = error;
+  }
+  return asked;
+}
+
+namespace {
+
+// Error of every outcome with these inputs by the simplest models, by which sets of inputs are
+// compared.
+std::vector<double> screened(const Fitter &fitter, const Basis &basis, std::size_t outcomes,
+                             const Further &further) {
+  std::vector<Question> questions;
+  for (const Choice &choice : {kChoices[0], kChoices[1]})
+    questions.push_back(
+        {terms_of(basis, choice, 0, further), 0, static_cast<Eigen::Index>(outcomes)});
+  const auto answers = fitter.errors(questions);
+  std::vector<double> least(outcomes, 1e300);
+  for (const auto &errors : answers) {
+    for (std::size_t o = 0; o < outcomes; ++o)
+      least[o] = std::min(least[o], *std::min_element(errors[o].begin(), errors[o].end()));
+  }
+  return least;
+}
+
+// The states that outcomes with the same disturbances as inputs may take: one, or all of them.
+// Empty where they do not help.
+std::vector<std::vector<std::uint16_t>>
+promising_states(const Fitter &fitter, const Basis &basis, std::size_t outcomes,
+                 const std::vector<std::uint16_t> &outside) {
+  std::vector<std::vector<std::uint16_t>> sets;
+  for (std::size_t s = 0; s < basis.states.size(); ++s)
+    sets.push_back({static_cast<std::uint16_t>(s)});
+  if (sets.size() > 1) {
+    sets.emplace_back(sets.size());
+    std::iota(sets.back().begin(), sets.back().end(), std::uint16_t{0});
+  }
+  std::vector<std::vector<std::uint16_t>> best(outcomes);
+  std::vector<double> least = screened(fitter, basis, outcomes, {outside, {}});
+  for (double &bar : least)
+    bar *= 1.0 - kRolledMustWin;
+  for (const std::vector<std::uint16_t> &set : sets) {
+    const std::vector<double> errors = screened(fitter, basis, outcomes, {outside, set});
+    for (std::size_t o = 0; o < outcomes; ++o) {
+      const double further = set.size() > 1 && !best[o].empty() ? kFurtherMustWin : 0.0;
+      if (errors[o] >= (1.0 - further) * least[o])
+        continue;
+      least[o] = errors[o];
+      best[o] = set;
+    }
+  }
+  return best;
+}
+
+} // namespace
+
+void choose_states(const Fitter &fitter, const Basis &basis, const Layout &layout, Chosen *chosen) {
+  const std::size_t outcomes = layout.outcomes();
+  using Inputs = std::pair<std::vector<std::size_t>, std::vector<std::uint16_t>>;
+  std::map<std::vector<std::size_t>, std::vector<std::vector<std::uint16_t>>> promising;
+  std::map<Inputs, std::vector<std::size_t>> of_inputs;
+  for (std::size_t o = 0; o < outcomes; ++o) {
+    if (std::find(chosen->outside.begin(), chosen->outside.end(), o) != chosen->outside.end())
+      continue;
+    const std::vector<std::size_t> &outside = chosen->targets[o].outside;
+    if (promising.count(outside) == 0)
+      promising[outside] = promising_states(fitter, basis, outcomes, features_of(layout, outside));
+    const std::vector<std::uint16_t> &states = promising[outside][o];
+    if (!states.empty())
+      of_inputs[{outside, states}].push_back(o);
+  }
+  for (const auto &[inputs, of_them] : of_inputs) {
+    const Errors errors = errors_of_choices(
+        fitter, basis, outcomes, {features_of(layout, inputs.first), inputs.second}, of_them);
+    for (const std::size_t o : of_them) {
+      TargetModel model = choose(errors, o, outcomes);
+      if (model.error >= (1.0 - kRolledMustWin) * chosen->targets[o].error)
+        continue;
+      model.outside = inputs.first;
+      model.states = inputs.second;
+      chosen->targets[o] = model;
+    }
+  }
+}
+
+} // namespace rim

@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: MIT
+#include "train/fitter.hpp"
+
+#include <cmath>
+
+#include <Eigen/Cholesky>
+
+#include "train/rolled.hpp"
+#include "util/parallel_for.hpp"
+
+extern "C" {
+#include "image/basis.h"
+}
+
+namespace rim {
+
+namespace {
+
+// A slow term has only as many independent values as there are runs: most of what differs between
+// runs is left out of the fit.
+constexpr double kWithin = 0.95;
+constexpr double kRunMeanWeight = 0.2; // of a run's own mean error, in the error that chooses
+
+struct Moments {
+  Eigen::MatrixXd gram;  // terms x terms, within runs
+  Eigen::MatrixXd cross; // terms x targets: y, and y less its first reading
+};
+
+Matrix standard_terms(const Basis &basis, const Matrix &terms) {
+  Matrix x = terms;
+  for (Eigen::Index i = 0; i < x.cols(); ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    x.col(i) = ((x.col(i).array() - basis.center[k]) * basis.inverse_sd[k])
+                   .max(-BASIS_CLIP)
+                   .min(BASIS_CLIP);
+  }
+  return x;
+}
+
+// A run's targets: outcomes, scatter; then outcomes less their first readings.
+Matrix targets_of(const BlockRun &run) {
+  const Eigen::Index o = run.outcome.cols();
+  Matrix y(run.blocks(), 3 * o);
+  y.leftCols(o) = run.outcome;
+  y.middleCols(o, o) = run.scatter;
+  y.rightCols(o) = run.outcome.rowwise() - run.first.transpose();
+  return y;
+}
+
+// The mean of the runs is kept apart by 1 - kWithin only.
+Moments moments_of(const Matrix &x, const Matrix &y) {
+  const double n = static_cast<double>(x.rows());
+  const double off = n * (1.0 - (1.0 - kWithin) * (1.0 - kWithin));
+  const Eigen::RowVectorXd mx = x.colwise().mean(), my = y.colwise().mean();
+  Moments m;
+  m.gram.noalias() = x.transpose() * x;
+  m.gram.noalias() -= off * mx.transpose() * mx;
+  m.cross.noalias() = x.transpose() * y;
+  m.cross.noalias() -= off * mx.transpose() * my;
+  return m;
+}
+
+Eigen::MatrixXd sub_gram(const Eigen::MatrixXd &gram, const std::vector<Eigen::Index> &terms) {
+  const auto k = static_cast<Eigen::Index>(terms.size());
+  Eigen::MatrixXd g(k, k);
+  for (Eigen::Index i = 0; i < k; ++i) {
+    for (Eigen::Index j = 0; j < k; ++j)
+      g(i, j) = gram(terms[static_cast<std::size_t>(i)], terms[static_cast<std::size_t>(j)]);
+  }
+  return g;
+}
+
+Eigen::MatrixXd sub_rows(const Eigen::MatrixXd &m, const std::vector<Eigen::Index> &terms) {
+  Eigen::MatrixXd s(static_cast<Eigen::Index>(terms.size()), m.cols());
+  for (std::size_t i = 0; i < terms.size(); ++i)
+    s.row(static_cast<Eigen::Index>(i)) = m.row(terms[i]);
+  return s;
+}
+
+} // namespace
+
+Matrix columns_of(const Matrix &m, const std::vector<Eigen::Index> &terms) {
+  Matrix some(m.rows(), static_cast<Eigen::Index>(terms.size()));
+  for (Eigen::Index i = 0; i < some.cols(); ++i)
+    some.col(i) = m.col(terms[static_cast<std::size_t>(i)]);
+  return some;
+}
+
+double run_error(const Eigen::VectorXd &e, double *within) {
+  const double mean = e.mean();
+  *within = (e.array() - mean).square().mean();
+  return *within + kRunMeanWeight * mean * mean;
+}
+
+Fitter::Fitter(const Basis &basis, const RunStore &runs, const std::vector<Matrix> *rolled)
+    : basis_(basis), runs_(runs), rolled_(rolled) {
+  const std::size_t n = runs.size();
+  y_.resize(n);
+  parallel_for(n, [&](std::size_t r) { y_[r] = targets_of(runs[r]); });
+  mean_ = Eigen::RowVectorXd::Zero(y_.front().cols());
+  for (const Matrix &y : y_)
+    mean_ += y.colwise().mean() / static_cast<double>(n);
+  for (Matrix &y : y_)
+    y.rowwise() -= mean_; // numbers near zero: sums keep their digits
+  const auto p = static_cast<Eigen::Index>(basis.terms.size());
+  folds_.assign(kFolds + 1, {Eigen::MatrixXd::Zero(p, p), Eigen::MatrixXd::Zero(p, mean_.cols())});
+  parallel_in_order(
+      n, [&](std::size_t r) { return moments_of(x(r), y_[r]); },
+      [&](std::size_t r, const Moments &m) {
+        for (std::size_t f = 0; f <= kFolds; ++f) {
+          if (r % kFolds == f)
+            continue;
+          folds_[f].gram += m.gram;
+          folds_[f].cross += m.cross;
+        }
+      });
+}
+
+Matrix Fitter::x(std::size_t run) const {
+  const std::shared_ptr<const WideBlocks> wide = runs_.wide(run);
+  return standard_terms(
+      basis_, rolled_ == nullptr ? wide->terms : with_rolled(basis_, wide->terms, (*rolled_)[run]));
+}
+
+std::vector<std::vector<Eigen::MatrixXd>>
+Fitter::all_weights(const std::vector<Question> &questions) const {
+  const std::size_t ridges = std::size(kRidges), jobs = kFolds * ridges;
+  std::vector<std::vector<Eigen::MatrixXd>> weights(questions.size(),
+                                                    std::vector<Eigen::MatrixXd>(jobs));
+  parallel_for(questions.size() * jobs, [&](std::size_t i) {
+    const Question &q = questions[i / jobs];
+    const std::size_t job = i % jobs;
+    const Fold &fold = folds_[job / ridges];
+    Eigen::MatrixXd g = sub_gram(fold.gram, q.terms);
+    g.diagonal().array() += kRidges[job % ridges];
+    weights[i / jobs][job] =
+        g.ldlt().solve(sub_rows(fold.cross, q.terms).middleCols(q.first, q.targets));
+  });
+  return weights;
+}
+
+std::vector<std::vector<std::vector<double>>>
+Fitter::errors(const std::vector<Question> &questions) const {
+  const std::size_t ridges = std::size(kRidges);
+  const auto weights = all_weights(questions);
+  // Of one run: [question](target, ridge).
+  using OfRun = std::vector<Eigen::MatrixXd>;
+  const auto of_run = [&](std::size_t r) {
+    const std::size_t f = r % kFolds;
+    const Matrix all = x(r);
+    OfRun of(questions.size());
+    for (std::size_t k = 0; k < questions.size(); ++k) {
+      const Question &q = questions[k];
+      const Matrix some = columns_of(all, q.terms);
+      of[k].resize(2 * q.targets, static_cast<Eigen::Index>(ridges));
+      for (std::size_t l = 0; l < ridges; ++l) {
+        const Eigen::MatrixXd &w = weights[k][f * ridges + l];
+        const Matrix e = y_[r].middleCols(q.first, q.targets) - some * w;
+        const auto at = static_cast<Eigen::Index>(l);
+        for (Eigen::Index t = 0; t < q.targets; ++t)
+          of[k](t, at) = run_error(e.col(t), &of[k](q.targets + t, at));
+      }
+    }
+    return of;
+  };
+  // part[question][fold]: summed over the fold's runs; the folds are put together afterwards.
+  std::vector<OfRun> part(questions.size(), OfRun(kFolds));
+  for (std::size_t k = 0; k < questions.size(); ++k) {
+    for (Eigen::MatrixXd &p : part[k])
+      p = Eigen::MatrixXd::Zero(2 * questions[k].targets, static_cast<Eigen::Index>(ridges));
+  }
+  parallel_in_order(y_.size(), of_run, [&](std::size_t r, const OfRun &of) {
+    for (std::size_t k = 0; k < of.size(); ++k)
+      part[k][r % kFolds] += of[k];
+  });
+  std::vector<std::vector<std::vector<double>>> errors(questions.size());
+  for (std::size_t k = 0; k < questions.size(); ++k) {
+    Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(part[k][0].rows(), part[k][0].cols());
+    for (const Eigen::MatrixXd &p : part[k])
+      sum += p;
+    for (Eigen::Index t = 0; t < sum.rows(); ++t) {
+      errors[k].emplace_back();
+      for (Eigen::Index l = 0; l < sum.cols(); ++l)
+        errors[k].back().push_back(std::sqrt(sum(t, l) / static_cast<double>(y_.size())));
+    }
+  }
+  return errors;
+}
+
+double Fitter::spread(Eigen::Index target) const {
+  double sum = 0.0, within = 0.0;
+  for (const Matrix &y : y_)
+    sum += run_error(y.col(target), &within);
+  return std::sqrt(sum / static_cast<double>(y_.size()));
+}
+
+Eigen::VectorXd Fitter::weights(const std::vector<Eigen::Index> &terms, double ridge,
+                                std::size_t fold, Eigen::Index target) const {
+  Eigen::MatrixXd g = sub_gram(folds_[fold].gram, terms);
+  g.diagonal().array() += ridge;
+  const Eigen::VectorXd w = g.ldlt().solve(sub_rows(folds_[fold].cross.col(target), terms));
+  Eigen::VectorXd all = Eigen::VectorXd::Zero(folds_[fold].gram.rows());
+  for (std::size_t i = 0; i < terms.size(); ++i)
+    all[terms[i]] = static_cast<double>(static_cast<float>(w[static_cast<Eigen::Index>(i)]));
+  return all;
+}
+
+} // namespace rim

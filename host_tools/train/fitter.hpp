@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+// train/fitter.hpp - ridge regressions of the outcomes on the terms of the basis, by runs left out.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "train/run_store.hpp"
+
+namespace rim {
+
+constexpr std::size_t kFolds = 6; // run r is left out of fold r % kFolds
+inline constexpr double kRidges[] = {0.1, 1.0, 10.0, 100.0, 1e3, 1e4, 1e5};
+
+// The sums over the runs of a fold, less those left out.
+struct Fold {
+  Eigen::MatrixXd gram, cross;
+};
+
+// Which terms explain which targets, columns of Fitter::y().
+struct Question {
+  std::vector<Eigen::Index> terms;
+  Eigen::Index first, targets;
+};
+
+// The runs' terms are made when they are needed, run by run: those of all are too many to hold.
+class Fitter {
+public:
+  // rolled: the values of the states that are terms of the basis, of every run; nullptr: none.
+  Fitter(const Basis &basis, const RunStore &runs, const std::vector<Matrix> *rolled);
+
+  // errors[question][target - first][ridge], root mean square over runs left out; then, from
+  // errors[question][targets] on, those within runs alone.
+  std::vector<std::vector<std::vector<double>>>
+  errors(const std::vector<Question> &questions) const;
+  // Weights of all terms for a target; fold kFolds: all runs.
+  Eigen::VectorXd weights(const std::vector<Eigen::Index> &terms, double ridge, std::size_t fold,
+                          Eigen::Index target) const;
+  // Standardised terms of a run, blocks x terms.
+  Matrix x(std::size_t run) const;
+  const Matrix &y(std::size_t run) const { return y_[run]; } // less mean()
+  const Eigen::RowVectorXd &mean() const { return mean_; }
+  // What errors() says of a target that nothing explains.
+  double spread(Eigen::Index target) const;
+  std::size_t runs() const { return y_.size(); }
+
+private:
+  // weights[question][fold and ridge]: of runs without the fold.
+  std::vector<std::vector<Eigen::MatrixXd>>
+  all_weights(const std::vector<Question> &questions) const;
+
+  const Basis &basis_;
+  const RunStore &runs_;
+  const std::vector<Matrix> *rolled_;
+  std::vector<Matrix> y_;
+  std::vector<Fold> folds_;
+  Eigen::RowVectorXd mean_;
+};
+
+// Some columns.
+Matrix columns_of(const Matrix &m, const std::vector<Eigen::Index> &terms);
+
+// What chooses: squares within runs, and a part of the squared mean of each run, which the run's
+// own effects can explain. *within: the former alone.
+double run_error(const Eigen::VectorXd &e, double *within);
+
+} // namespace rim

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: MIT
+// Two basins that keep what flows in are rolled forward from the start of a run on the commands
+// alone: their levels are predicted to the noise, by the flight code as in training, and whatever
+// their sensors say.
+#include "base/rng.h"
+#include "learnt.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdarg>
+#include <cstddef>
+#include <cstdint>
+#include <setjmp.h>
+extern "C" {
+#include "image/basis.h"
+#include <cmocka.h>
+}
+
+namespace {
+
+constexpr std::uint64_t kSeed = 8100; // of the first run
+constexpr std::size_t kRuns = 14, kRows = 2000;
+constexpr double kPeriod = 0.5, kNoise = 0.02;
+enum { kUpper, kLower, kCurrent, kOutcomes };
+
+// A pump fills the upper basin, a valve lets as much of it into the lower one as stands in it, and
+// that runs dry through a narrow pipe. The pump's current follows its command at once.
+rim::Log basins(std::uint64_t seed, double bias_of_lower) {
+  rim_rng rng;
+  rimi_rng_seed(&rng, seed, 3);
+  rim::Log log;
+  log.path = "basins" + std::to_string(seed);
+  log.columns = {{"u.pump", "", rim::Role::command},
+                 {"u.valve", "", rim::Role::command},
+                 {"s.upper_m", "m", rim::Role::sensor},
+                 {"s.lower_m", "m", rim::Role::sensor},
+                 {"s.pump_A", "A", rim::Role::sensor}};
+  double upper = 2.0 + 4.0 * rimi_rng_uniform(&rng), lower = 1.0 + 3.0 * rimi_rng_uniform(&rng);
+  double pump = 0.5, valve = 0.5;
+  log.values.resize(static_cast<Eigen::Index>(kRows), static_cast<Eigen::Index>(2 + kOutcomes));
+  for (std::size_t t = 0; t < kRows; ++t) {
+    if (t % 160 == 0)
+      pump = 0.1 + 0.8 * rimi_rng_uniform(&rng);
+    if (t % 210 == 0)
+      valve = 0.2 + 0.8 * rimi_rng_uniform(&rng);
+    const double passes = 0.02 * valve * upper;
+    upper += kPeriod * (0.1 * pump - passes);
+    lower += kPeriod * (passes - 0.004 * lower * lower);
+    const double off = t > kRows / 2 ? bias_of_lower : 0.0;
+    log.t_s.push_back(kPeriod * static_cast<double>(t));
+    log.values.row(static_cast<Eigen::Index>(t)) << pump, valve,
+        upper + kNoise * rimi_rng_normal(&rng), lower + off + kNoise * rimi_rng_normal(&rng),
+        5.0 * pump + kNoise * rimi_rng_normal(&rng);
+  }
+  return log;
+}
+
+Learnt learn_basins() {
+  std::vector<rim::Log> logs;
+  for (std::uint64_t i = 0; i < kRuns; ++i)
+    logs.push_back(basins(kSeed + i, 0.0));
+  return learn(logs);
+}
+
+// Whether the model of an outcome takes the state of another (or its own).
+bool rolls_on(const Learnt &l, std::size_t outcome, std::size_t of) {
+  const std::vector<std::uint16_t> &states = l.behaviour.targets[outcome].states;
+  return std::any_of(states.begin(), states.end(),
+                     [&](std::uint16_t s) { return l.basis.states[s].outcome == of; });
+}
+
+void levels_are_rolled_and_currents_are_not(void **) {
+  const Learnt l = learn_basins();
+  assert_true(rolls_on(l, kUpper, kUpper));
+  assert_true(rolls_on(l, kLower, kLower));
+  assert_true(l.behaviour.targets[kCurrent].states.empty());
+  for (const std::size_t o : {kUpper, kLower}) {
+    assert_true(l.behaviour.targets[o].r2 > 0.995);
+    assert_true(l.behaviour.targets[o].error < 2.5 * kNoise);
+  }
+}
+
+// What the flight code says of a fresh run by the models that fly.
+Eigen::VectorXd predicted(const Learnt &l, const rim::Log &log, std::size_t outcome) {
+  const rim::BlockRun run = rim::block_run(log, l.layout, l.basis, l.options);
+  const rim::TargetModel &m = l.behaviour.targets[outcome];
+  Eigen::VectorXd p = Eigen::VectorXd::Constant(run.blocks(), m.intercept);
+  for (Eigen::Index i = 0; i < run.terms.cols(); ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    p.array() +=
+        m.weight[i] * ((run.terms.col(i).array() - l.basis.center[k]) * l.basis.inverse_sd[k])
+                          .max(-BASIS_CLIP)
+                          .min(BASIS_CLIP);
+  }
+  return m.initial ? Eigen::VectorXd(p.array() + run.first[static_cast<Eigen::Index>(outcome)]) : p;
+}
+
+void a_fresh_run_is_predicted_whatever_its_sensor_says(void **) {
+  Learnt l = learn_basins();
+  rim::shrink_basis(&l.basis, &l.behaviour);
+  assert_int_equal(l.basis.states.size(), 2);
+  const rim::Log healthy = basins(kSeed + 100, 0.0), biased = basins(kSeed + 100, 0.5);
+  const rim::BlockRun run = rim::block_run(healthy, l.layout, l.basis, l.options);
+  for (const std::size_t o : {kUpper, kLower}) {
+    const Eigen::VectorXd p = predicted(l, healthy, o);
+    const Eigen::VectorXd e = run.outcome.col(static_cast<Eigen::Index>(o)) - p;
+    assert_true(std::sqrt(e.squaredNorm() / static_cast<double>(e.size())) < 3.0 * kNoise);
+    assert_true(predicted(l, biased, o) == p); // to the last bit
+  }
+}
+
+// States and rates that no model uses do not fly, and the others find theirs.
+void unused_states_do_not_fly(void **) {
+  Learnt l = learn_basins();
+  for (std::size_t t = 0; t < l.behaviour.targets.size(); ++t) {
+    if (t == kUpper)
+      continue;
+    l.behaviour.targets[t].weight.setZero();
+    l.behaviour.targets[t].states.clear();
+  }
+  Eigen::VectorXd &weight = l.behaviour.targets[kUpper].weight;
+  std::uint16_t upper = 0;
+  while (l.basis.states[upper].outcome != kUpper)
+    ++upper;
+  for (Eigen::Index i = 0; i < weight.size(); ++i) {
+    const rim::Basis::Term &t = l.basis.terms[static_cast<std::size_t>(i)];
+    if (t.op == BASIS_ROLLED && (t.a != upper || t.b != BASIS_PLAIN || t.c != BASIS_PLAIN))
+      weight[i] = 0.0;
+  }
+  rim::shrink_basis(&l.basis, &l.behaviour);
+  assert_int_equal(l.basis.states.size(), 1); // what flows on does not come back
+  assert_int_equal(l.basis.states.front().outcome, kUpper);
+  for (const rim::Basis::Rate &rate : l.basis.rates)
+    assert_int_equal(rate.state, 0);
+  const std::vector<std::uint8_t> section = rim::basis_section(l.basis);
+  rim_basis view;
+  assert_int_equal(rimi_basis_open(&view, section.data(), section.size(),
+                                   static_cast<std::uint32_t>(l.layout.features()), kOutcomes),
+                   RIM_OK);
+}
+
+} // namespace
+
+int main() {
+  const CMUnitTest tests[] = {cmocka_unit_test(levels_are_rolled_and_currents_are_not),
+                              cmocka_unit_test(a_fresh_run_is_predicted_whatever_its_sensor_says),
+                              cmocka_unit_test(unused_states_do_not_fly)};
+  return cmocka_run_group_tests(tests, nullptr, nullptr);
+}
