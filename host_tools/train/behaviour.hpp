@@ -16,9 +16,10 @@ struct TargetModel {
   std::vector<std::uint16_t> states; // rolled states that are inputs of this one
   double ridge = 1.0;
   double intercept = 0.0;
-  Eigen::VectorXd weight; // per term, standardised
-  double r2 = 0.0;        // of the blocks' variance, runs left out
-  double error = 0.0;     // root mean square, runs left out, in the outcome's unit
+  Eigen::VectorXd weight;   // per term, standardised
+  double r2 = 0.0;          // of the blocks' variance, runs left out
+  double error = 0.0;       // root mean square, runs left out, in the outcome's unit
+  double whole_error = 0.0; // of the one that was chosen, with the runs' own means in full
 };
 
 struct Behaviour {

@@ -100,6 +100,8 @@ TargetModel choose_among(const std::vector<std::vector<std::vector<double>>> &er
         best.initial = kChoices[c].initial;
         best.steep = kChoices[c].steep;
         best.ridge = kRidges[l];
+        best.whole_error =
+            whole_error(errors[c][target][l], errors[c][errors[c].size() / 2 + target][l]);
       }
     }
     if (c == 0)
@@ -354,11 +356,13 @@ void choose_states(const Fitter &fitter, const Basis &basis, const Layout &layou
         fitter, basis, outcomes, {features_of(layout, inputs.first), inputs.second}, of_them);
     for (const std::size_t o : of_them) {
       TargetModel model = choose(errors, o, outcomes);
-      if (model.error >= (1.0 - kRolledMustWin) * chosen->targets[o].error)
+      TargetModel &before = chosen->targets[o];
+      if (model.error >= (1.0 - kRolledMustWin) * before.error ||
+          model.whole_error >= before.whole_error)
         continue;
       model.outside = inputs.first;
       model.states = inputs.second;
-      chosen->targets[o] = model;
+      before = model;
     }
   }
 }

@@ -51,7 +51,8 @@ std::vector<std::uint16_t> drivers(const Basis &basis, const Layout &layout,
 std::vector<double> worth_rolling(const Fitter &fitter, const Chosen &chosen, const Layout &layout);
 
 // Takes for every outcome one rolled state or all of them as inputs, beside the disturbances that
-// it has already, where that lowers the error enough.
+// it has already, where that lowers the error enough, and that of whole runs too: a state begins
+// where its own sensor is.
 void choose_states(const Fitter &fitter, const Basis &basis, const Layout &layout, Chosen *chosen);
 
 } // namespace rim

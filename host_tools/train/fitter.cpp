@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "train/fitter.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include <Eigen/Cholesky>
@@ -90,6 +91,11 @@ double run_error(const Eigen::VectorXd &e, double *within) {
   const double mean = e.mean();
   *within = (e.array() - mean).square().mean();
   return *within + kRunMeanWeight * mean * mean;
+}
+
+double whole_error(double error, double within) {
+  const double means = (error * error - within * within) / kRunMeanWeight;
+  return std::sqrt(std::max(within * within + means, 0.0));
 }
 
 Fitter::Fitter(const Basis &basis, const RunStore &runs, const std::vector<Matrix> *rolled)

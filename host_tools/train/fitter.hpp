@@ -64,4 +64,7 @@ Matrix columns_of(const Matrix &m, const std::vector<Eigen::Index> &terms);
 // own effects can explain. *within: the former alone.
 double run_error(const Eigen::VectorXd &e, double *within);
 
+// With the means in full; error, within: roots of means of run_error() over the runs.
+double whole_error(double error, double within);
+
 } // namespace rim

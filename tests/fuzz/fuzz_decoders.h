@@ -13,10 +13,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/bytes.h"
 #include "image/basis.h"
 #include "image/correct.h"
 #include "image/noise.h"
 #include "image/nominal.h"
+#include "image/rolled.h"
 #include "image/threshold.h"
 #include "rim/can.h"
 #include "rim/can_table.h"
@@ -144,6 +146,21 @@ static inline void fuzz_image(const uint8_t *data, size_t bytes) {
   (void)rim_monitor_size(data, bytes, &need);
 }
 
+/* A state stays within its limits, whatever rates a damaged image has. */
+static inline void fuzz_rolled(const rim_basis *basis) {
+  static const double filter[BASIS_MAX_INPUTS * BASIS_MAX_TIMES] = {1.0, -1e9, 1e9};
+  double state[BASIS_MAX_STATES] = {0.0}, part[BASIS_MAX_RATES];
+  rimi_rolled_begin(basis, filter, 1.0, state, part);
+  rimi_rolled_step(basis, filter, 1.0, 1.0, state, part);
+  for (size_t s = 0; s < basis->states; ++s)
+    fuzz_must(state[s] >= (double)rimi_le_f32(basis->limit, 2 * s) &&
+              state[s] <= (double)rimi_le_f32(basis->limit, 2 * s + 1));
+  for (size_t i = 0; i < basis->terms; ++i) {
+    if (rimi_le_u16(basis->term, 4 * i) == BASIS_ROLLED)
+      (void)rimi_rolled_term(basis, i, filter, state);
+  }
+}
+
 /* The sections of a trained image of 4 features and 2 outcomes. */
 static inline void fuzz_trained(const uint8_t *data, size_t bytes) {
   static double term[BASIS_MAX_TERMS], first[2], predicted[4];
@@ -151,8 +168,10 @@ static inline void fuzz_trained(const uint8_t *data, size_t bytes) {
   rim_behaviour behaviour;
   rim_agreement agreement;
   rim_noise noise;
-  if (rimi_basis_open(&basis, data, bytes, 4, 2) == RIM_OK)
+  if (rimi_basis_open(&basis, data, bytes, 4, 2) == RIM_OK) {
     fuzz_must(basis.terms <= BASIS_MAX_TERMS && basis.means <= BASIS_MAX_MEANS);
+    fuzz_rolled(&basis);
+  }
   if (rimi_behaviour_open(&behaviour, data, bytes, 1, 2) == RIM_OK)
     rimi_behaviour_predict(&behaviour, term, first, predicted);
   if (rimi_agreement_open(&agreement, data, bytes, 4, 2, 1) == RIM_OK) {

@@ -6,16 +6,16 @@
 #include <string>
 #include <vector>
 
-#include "base/rng.h"
 #include "log/log.hpp"
+#include "base/rng.h"
 
 struct MadeVehicle {
   std::size_t rows = 2400;
   double period_s = 0.1;
-  double noise = 0.05;       // of every reading, white
-  double run_spread = 0.0;   // of an offset of the run, in every outcome
+  double noise = 0.05;      // of every reading, white
+  double run_spread = 0.0;  // of an offset of the run, in every outcome
   double start_spread = 1.0; // of the integrating state's start
-  bool gaps = false;         // rows are missing here and there
+  bool gaps = false;        // rows are missing here and there
 };
 
 inline constexpr double kMadeTau[] = {3.0, 1.2}; // s, of s.lag and s.product
@@ -27,9 +27,9 @@ inline rim::Log made_vehicle(std::uint64_t seed, const MadeVehicle &made = {}) {
   rimi_rng_seed(&rng, seed, 91);
   rim::Log log;
   log.path = "made" + std::to_string(seed);
-  log.columns = {{"u.a", "", rim::Role::command},       {"u.b", "", rim::Role::command},
-                 {"s.lag_m", "m", rim::Role::sensor},   {"s.product_m", "m", rim::Role::sensor},
-                 {"s.state_m", "m", rim::Role::sensor}, {"s.count", "", rim::Role::sensor},
+  log.columns = {{"u.a", "", rim::Role::command},        {"u.b", "", rim::Role::command},
+                 {"s.lag_m", "m", rim::Role::sensor},    {"s.product_m", "m", rim::Role::sensor},
+                 {"s.state_m", "m", rim::Role::sensor},  {"s.count", "", rim::Role::sensor},
                  {"s.nothing", "", rim::Role::sensor}};
   std::vector<double> values;
   double a = 0.0, b = 0.0, lag = 0.0, product = 0.0, offset[3];
@@ -67,8 +67,8 @@ inline rim::Log made_vehicle(std::uint64_t seed, const MadeVehicle &made = {}) {
     log.row.push_back(static_cast<std::uint32_t>(t + 1));
   }
   log.rows_in_file = static_cast<std::uint32_t>(made.rows);
-  log.values =
-      Eigen::Map<const rim::Matrix>(values.data(), static_cast<Eigen::Index>(log.t_s.size()), 7);
+  log.values = Eigen::Map<const rim::Matrix>(
+      values.data(), static_cast<Eigen::Index>(log.t_s.size()), 7);
   return log;
 }
 

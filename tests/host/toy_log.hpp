@@ -5,8 +5,8 @@
 #include <cmath>
 #include <string>
 
-#include "base/rng.h"
 #include "log/log.hpp"
+#include "base/rng.h"
 
 inline rim::Log toy_log(std::uint64_t seed, std::size_t rows = 600, double bias_m = 0.0) {
   rim_rng rng;

@@ -115,6 +115,10 @@ static void gaps_and_limits_hold(void **unused) {
   for (size_t k = 0; k < 3; ++k)
     rimi_rolled_step(&v, huge, BLOCK_S, BLOCK_S, z, part);
   assert_true(z[0] == -LIMIT && z[1] == LIMIT);
+  const double without_end[INPUTS] = {3.0, 1e308}; /* its products are infinite, and no number */
+  rimi_rolled_step(&v, without_end, BLOCK_S, BLOCK_S, z, part);
+  rimi_rolled_step(&v, without_end, BLOCK_S, BLOCK_S, z, part);
+  assert_true(z[0] >= -LIMIT && z[0] <= LIMIT && z[1] >= -LIMIT && z[1] <= LIMIT);
 }
 
 static void damaged_rates_are_refused(void **unused) {
@@ -155,9 +159,87 @@ static void damaged_rates_are_refused(void **unused) {
   assert_int_equal(status_of(&b), RIM_E_RANGE);
 }
 
+/* What a term is of two states and an input. */
+static void terms_are_products_and_hinges(void **unused) {
+  (void)unused;
+  static const uint16_t term[][4] = {{BASIS_ROLLED, 1, BASIS_PLAIN, BASIS_PLAIN},
+                                     {BASIS_ROLLED, 1, 0, BASIS_PLAIN},
+                                     {BASIS_ROLLED, 1, 1, 0},
+                                     {BASIS_ROLLED, 0, BASIS_PLAIN, BASIS_HINGE + 32},
+                                     {BASIS_ROLLED, 0, 1, BASIS_HINGE + 48},
+                                     {BASIS_ROLLED, 1, BASIS_PLAIN, BASIS_HINGE}};
+  enum { TERMS = sizeof term / sizeof *term, TERM_AT = FIRST_AT };
+  const bytes without = section();
+  bytes b = {.size = 0};
+  for (size_t i = 0; i < TERM_AT; ++i)
+    u8(&b, without.byte[i]);
+  for (size_t i = 0; i < 4 * TERMS; ++i)
+    u16(&b, term[i / 4][i % 4]);
+  for (size_t i = 0; i < 2 * TERMS; ++i)
+    f32(&b, i < TERMS ? 0.0 : 1.0);
+  for (size_t i = TERM_AT; i < without.size; ++i)
+    u8(&b, without.byte[i]);
+  put_u32(b.byte + 12, TERMS);
+  rim_basis v;
+  assert_int_equal(rimi_basis_open(&v, b.byte, b.size, FEATURES, OUTCOMES), RIM_OK);
+  const double u[INPUTS] = {0.5, -2.0}, z[STATES] = {4.0, 3.0};
+  /* A hinge at 32 of 64 is at 0, at 48 at half of the limit, at 0 at the lowest value. */
+  const double expected[TERMS] = {3.0, 1.5, -24.0, 4.0, -2.0 * (4.0 - 0.5 * LIMIT), 3.0 + LIMIT};
+  for (size_t i = 0; i < TERMS; ++i)
+    assert_true(rimi_rolled_term(&v, i, u, z) == expected[i]);
+  const double low[STATES] = {-1.0, 0.0};
+  assert_true(rimi_rolled_term(&v, 3, u, low) == 0.0);
+  static const struct {
+    size_t at;
+    unsigned value;
+  } bad[] = {
+      {2, STATES}, {4, INPUTS}, {6, STATES}, {6, BASIS_HINGE - 1}, {6, BASIS_HINGE + BASIS_HINGES}};
+  for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i) {
+    bytes damaged = b;
+    put_u16(damaged.byte + TERM_AT + bad[i].at, bad[i].value);
+    assert_int_equal(status_of(&damaged), RIM_E_RANGE);
+  }
+}
+
+/* Outcome 2 by its own state, outcome 0 by its own, whose rates need the other: bits of the two. */
+static void what_a_prediction_depends_on(void **unused) {
+  (void)unused;
+  static const uint16_t term[2][4] = {{BASIS_ROLLED, 0, BASIS_PLAIN, BASIS_PLAIN},
+                                      {BASIS_ROLLED, 1, BASIS_PLAIN, BASIS_PLAIN}};
+  const bytes without = section();
+  bytes b = {.size = 0}, behaviour = {.size = 0};
+  for (size_t i = 0; i < FIRST_AT; ++i)
+    u8(&b, without.byte[i]);
+  for (size_t i = 0; i < 8; ++i)
+    u16(&b, term[i / 4][i % 4]);
+  for (size_t i = 0; i < 4; ++i)
+    f32(&b, i < 2 ? 0.0 : 1.0);
+  for (size_t i = FIRST_AT; i < without.size; ++i)
+    u8(&b, without.byte[i]);
+  put_u32(b.byte + 12, 2);
+  const uint32_t header[4] = {1, 2, 2 * OUTCOMES, 0};
+  for (size_t i = 0; i < 4; ++i)
+    u32(&behaviour, header[i]);
+  for (size_t t = 0; t < 2 * OUTCOMES; ++t)
+    u32(&behaviour, 0);
+  for (size_t t = 0; t < 2 * OUTCOMES; ++t)
+    f32(&behaviour, 0.0);
+  for (size_t i = 0; i < 4 * OUTCOMES; ++i) /* outcome 0: state 1; outcome 2: state 0 */
+    f32(&behaviour, i == 1 ? 0.5 : i == 4 ? -2.0 : 0.0);
+  rim_basis v;
+  rim_behaviour m;
+  assert_int_equal(rimi_basis_open(&v, b.byte, b.size, FEATURES, OUTCOMES), RIM_OK);
+  assert_int_equal(rimi_behaviour_open(&m, behaviour.byte, behaviour.size, 2, OUTCOMES), RIM_OK);
+  assert_int_equal(rimi_rolled_states(&v, &m, 0), 3);
+  assert_int_equal(rimi_rolled_states(&v, &m, 1), 0);
+  assert_int_equal(rimi_rolled_states(&v, &m, 2), 1);
+  assert_int_equal(rimi_rolled_states(&v, &m, 2 * OUTCOMES), 0);
+}
+
 int main(void) {
-  const struct CMUnitTest tests[] = {cmocka_unit_test(states_follow_their_equations),
-                                     cmocka_unit_test(gaps_and_limits_hold),
-                                     cmocka_unit_test(damaged_rates_are_refused)};
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(states_follow_their_equations), cmocka_unit_test(gaps_and_limits_hold),
+      cmocka_unit_test(damaged_rates_are_refused), cmocka_unit_test(terms_are_products_and_hinges),
+      cmocka_unit_test(what_a_prediction_depends_on)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -43,9 +43,11 @@ static void move(const rim_basis *b, const double *part, const double *at, const
   for (size_t q = 0; q < b->rates; ++q)
     change[rimi_le_index(b->rate, 4 * q, BASIS_MAX_STATES)] +=
         (double)rimi_le_f32(b->weight, q) * part[q] * of_states(b, q, at);
-  for (size_t s = 0; s < b->states; ++s)
-    to[s] = rimi_clamp(from[s] + dt_s * change[s], (double)rimi_le_f32(b->limit, 2 * s),
+  for (size_t s = 0; s < b->states; ++s) {
+    const double next = from[s] + dt_s * change[s];
+    to[s] = rimi_clamp(rimi_is_finite(next) ? next : from[s], (double)rimi_le_f32(b->limit, 2 * s),
                        (double)rimi_le_f32(b->limit, 2 * s + 1));
+  }
 }
 
 static void advance(const rim_basis *b, const double *part, double dt_s, double *state) {
