@@ -13,7 +13,11 @@ namespace rim {
 namespace {
 
 constexpr std::size_t kFolds = 6;
-constexpr Eigen::Index kPast = 3; // blocks of an outcome's own past
+constexpr Eigen::Index kNear = 3; // blocks of an outcome's own past
+// Exponential means of its farther past, in blocks: a command that follows a disturbance remembers
+// what the last blocks do not say, and would seem to move it.
+const double kFarBlocks[] = {4.0, 12.0, 36.0};
+constexpr Eigen::Index kPast = kNear + static_cast<Eigen::Index>(std::size(kFarBlocks));
 // The error that a disturbance's own past leaves stays, but for chance, where the commands before
 // are used as well; that of what a machine brings about falls clearly below this part of it.
 constexpr double kNotMoved = 0.97;
@@ -46,12 +50,16 @@ Rows rows_of(const BlockRun &run, const Matrix &terms, Eigen::Index outcome, con
   const Eigen::VectorXd y = (run.outcome.col(outcome).array() - scale.mean) / scale.sd;
   Rows rows{Matrix(run.blocks(), kPast + 1 + terms.cols()), Eigen::VectorXd(run.blocks())};
   Eigen::Index n = 0, neighbours = 0;
+  Eigen::RowVectorXd far = Eigen::RowVectorXd::Constant(kPast - kNear, y[0]);
   for (Eigen::Index i = 1; i < run.blocks(); ++i) {
     neighbours = run.follows[static_cast<std::size_t>(i)] ? neighbours + 1 : 0;
-    if (neighbours < kPast)
+    for (Eigen::Index k = 0; k < far.size(); ++k)
+      far[k] += (y[i - 1] - far[k]) / kFarBlocks[k];
+    if (neighbours < kNear)
       continue;
-    for (Eigen::Index k = 0; k < kPast; ++k)
+    for (Eigen::Index k = 0; k < kNear; ++k)
       rows.x(n, k) = y[i - 1 - k];
+    rows.x.row(n).segment(kNear, far.size()) = far;
     rows.x(n, kPast) = 1.0;
     rows.x.row(n).tail(terms.cols()) = terms.row(i - 1);
     rows.y[n++] = y[i];
