@@ -126,7 +126,8 @@ double ChannelSearch::heldout_r2_of(const std::vector<Member> &members) const {
 }
 
 // Sizes fitted without a part of the rows, judged on it, with the term and without it: each log in
-// turn where the term acts in several of at least three logs, every second block otherwise.
+// turn where the term acts in several of at least three logs, every second block otherwise, and where
+// a term has a size of its own in every log: that of a log which was not fitted is unknown.
 void ChannelSearch::hold_out(std::size_t which, Claim *claim) const {
   const Member &member = out_.members[which];
   const Vector acts = member.h.rowwise().squaredNorm();
@@ -134,7 +135,9 @@ void ChannelSearch::hold_out(std::size_t which, Claim *claim) const {
   for (const LogSpan &log : measured_.logs)
     most = std::max(
         most, acts.segment(static_cast<Index>(log.first), static_cast<Index>(log.rows)).sum());
-  const bool by_log = measured_.logs.size() >= 3 && most < 0.8 * acts.sum() && !member.differs;
+  const bool any_differs = std::any_of(out_.members.begin(), out_.members.end(),
+                                       [](const Member &m) { return m.differs; });
+  const bool by_log = measured_.logs.size() >= 3 && most < 0.8 * acts.sum() && !any_differs;
   const std::size_t folds = by_log ? measured_.logs.size() : 2;
   std::vector<Part> parts(measured_.logs.size() * kBlocks);
   for (std::size_t fold = 0; fold < folds; ++fold) {

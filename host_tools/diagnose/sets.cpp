@@ -32,6 +32,7 @@ constexpr Eigen::Index kLeastRows = 20; // of a log that laws are fitted to alon
 // Sizes by log: of so many logs at most, and of sets that are not hopelessly behind.
 constexpr std::size_t kMostLogs = 40;
 constexpr double kMostBehind = 400.0;
+constexpr std::size_t kMostSplit = 60, kFewSplit = 20;
 
 Vector cut(const Vector &left, const Vector &weight) {
   std::vector<double> size;
@@ -513,9 +514,15 @@ SetSearch::State SetSearch::best_split(const std::vector<State> &states) {
   const std::size_t logs = measured_.logs.size();
   if (logs < 2 || logs > kMostLogs)
     return out;
+  // What stands in for sizes that differ (a place that each log has of its own) leads by far before
+  // any may: the best few are looked at however far they are behind.
+  std::vector<State> best = states;
+  keep_best(&best, kMostSplit);
   const double least = score(out) - kMostBehind;
-  for (const State &state : states) {
-    for (std::size_t j = 0; j < state.atoms.size() && score(state) > least; ++j) {
+  for (std::size_t i = 0; i < best.size(); ++i) {
+    const State &state = best[i];
+    for (std::size_t j = 0; j < state.atoms.size() && (i < kFewSplit || score(state) > least);
+         ++j) {
       const Candidate &candidate = library_.candidates[static_cast<std::size_t>(state.atoms[j])];
       if (candidate.columns != 1 || !is_free(candidate) || !candidate.is_physical ||
           moves_prediction(candidate.term))
