@@ -141,6 +141,13 @@ std::vector<int> Builder::features_for(ArgumentRole role) const {
       fits = may_delay_ && !has_start_ && !is_own && !feature.is_prediction &&
              (feature.is_command || !has_command_);
       break;
+    case ArgumentRole::stream:
+      fits =
+          !feature.is_command && !feature.is_prediction && !out_.own.empty() && !is_own &&
+          feature.unit == measured_.features[static_cast<std::size_t>(out_.own[0])].unit &&
+          has_word(feature.name, {"wind", "air", "current", "stream", "tide", "flow", "gust",
+                                  "water"});
+      break;
     case ArgumentRole::own:
       break;
     }
@@ -291,7 +298,7 @@ std::string group_of(const Form &form, const Term &term) {
           ? form.cause
           : form.form + (form.shape.empty() ? "" : std::to_string(term.shape[0].value));
   for (const auto &[name, feature] : term.arguments) {
-    if (!(form.is_physical && name != "v" && term.arguments.count("v") > 0))
+    if (!(form.is_physical && name != "v" && name != "w" && term.arguments.count("v") > 0))
       group += " " + feature;
   }
   return group;
