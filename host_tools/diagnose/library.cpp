@@ -48,6 +48,19 @@ bool turns(const Feature &feature, const Vector &x) {
           x.maxCoeff() - x.minCoeff() > kLeastTurn);
 }
 
+bool is_altitude(const Feature &feature, const Vector &x) {
+  return (feature.unit == "m" || feature.unit == "km") &&
+         has_word(feature.name, {"alt", "height", "agl", "msl"}) &&
+         x.maxCoeff() - x.minCoeff() > kLeastClimb_m * (feature.unit == "km" ? 1e-3 : 1.0);
+}
+
+// Whether the feature is the speed of what a vehicle of this velocity moves in.
+bool is_stream(const Feature &feature, const Feature &velocity) {
+  return !feature.is_command && !feature.is_prediction && feature.unit == velocity.unit &&
+         has_word(feature.name,
+                  {"wind", "air", "current", "stream", "tide", "flow", "gust", "water"});
+}
+
 class Builder {
 public:
   Builder(const Measured &measured, const Channel &channel, const Catalogue &catalogue,
@@ -130,9 +143,7 @@ std::vector<int> Builder::features_for(ArgumentRole role) const {
         headings.push_back(f);
       break;
     case ArgumentRole::altitude:
-      fits = (feature.unit == "m" || feature.unit == "km") &&
-             has_word(feature.name, {"alt", "height", "agl", "msl"}) &&
-             x.maxCoeff() - x.minCoeff() > kLeastClimb_m * (feature.unit == "km" ? 1e-3 : 1.0);
+      fits = is_altitude(feature, x);
       break;
     case ArgumentRole::state:
       fits = f == state_;
@@ -142,11 +153,8 @@ std::vector<int> Builder::features_for(ArgumentRole role) const {
              (feature.is_command || !has_command_);
       break;
     case ArgumentRole::stream:
-      fits =
-          !feature.is_command && !feature.is_prediction && !out_.own.empty() && !is_own &&
-          feature.unit == measured_.features[static_cast<std::size_t>(out_.own[0])].unit &&
-          has_word(feature.name, {"wind", "air", "current", "stream", "tide", "flow", "gust",
-                                  "water"});
+      fits = !out_.own.empty() && !is_own &&
+             is_stream(feature, measured_.features[static_cast<std::size_t>(out_.own[0])]);
       break;
     case ArgumentRole::own:
       break;

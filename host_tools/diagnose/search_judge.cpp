@@ -126,8 +126,8 @@ double ChannelSearch::heldout_r2_of(const std::vector<Member> &members) const {
 }
 
 // Sizes fitted without a part of the rows, judged on it, with the term and without it: each log in
-// turn where the term acts in several of at least three logs, every second block otherwise, and where
-// a term has a size of its own in every log: that of a log which was not fitted is unknown.
+// turn where the term acts in several of at least three logs, every second block otherwise. So too
+// where a term has a size of its own in every log: that of a log which was not fitted is unknown.
 void ChannelSearch::hold_out(std::size_t which, Claim *claim) const {
   const Member &member = out_.members[which];
   const Vector acts = member.h.rowwise().squaredNorm();

@@ -574,8 +574,8 @@ Eigen::MatrixXd SetSearch::best_columns(const Eigen::MatrixXd &h, Index first, I
   return h(Eigen::all, order);
 }
 
-// Noise as what the columns leave of rows that they were not fitted to: of each log by the others, of
-// a single log by its parts. A slow error that other quantities explain is no autocorrelation of
+// Noise as what the columns leave of rows that they were not fitted to: of each log by the others,
+// of a single log by its parts. A slow error that other quantities explain is no autocorrelation of
 // the noise; but columns that merely happen to be as slow as it do not say it elsewhere.
 NoiseState SetSearch::noise_elsewhere(const Eigen::MatrixXd &h) const {
   std::vector<std::pair<Index, Index>> parts; // first row, rows
@@ -644,9 +644,8 @@ void SetSearch::begin_noise() {
       return;
     left.segment(first, rows) = left_by_ridge(best_columns(h, first, rows), first, rows);
   }
-  const NoiseState by_log =
-      noise_state(left, weight_, measured_, rms_,
-                  static_cast<double>(k * static_cast<Index>(logs)), least_sd_);
+  const NoiseState by_log = noise_state(
+      left, weight_, measured_, rms_, static_cast<double>(k * static_cast<Index>(logs)), least_sd_);
   if (!is_elsewhere || by_log.variance * by_log.spread < noise_.variance * noise_.spread)
     noise_ = by_log;
 }
