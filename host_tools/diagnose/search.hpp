@@ -162,6 +162,7 @@ private:
   void add_dead_zone(const Noise &noise, double without);
   void drop_unconfirmed();
   bool let_differ(std::size_t which);
+  void join_sizes();
   void limit_support();
   void claim_overall_variance();
   void weigh();

@@ -251,6 +251,20 @@ bool ChannelSearch::let_differ(std::size_t which) {
   return false;
 }
 
+// Sizes that agree after all, beside what was found since or within their standard errors, are one.
+void ChannelSearch::join_sizes() {
+  for (std::size_t j = 0; j < out_.members.size(); ++j) {
+    if (!out_.members[j].differs || out_.members[j].is_given || out_.members[j].candidate < 0)
+      continue;
+    std::vector<Member> joined = out_.members;
+    joined[j] = form_member(joined[j].candidate, false);
+    const std::vector<Parameter> sizes = sized(out_.members)[j].sizes;
+    if (!(sizes[0].between_logs_sd > 0.0) ||
+        score_of(joined, out_.noise) >= score_of(out_.members, out_.noise))
+      out_.members = std::move(joined);
+  }
+}
+
 // A term that does not hold where it was not fitted is no finding: of those the one that explains
 // least goes first, and the others are fitted anew.
 void ChannelSearch::drop_unconfirmed() {
@@ -274,6 +288,7 @@ void ChannelSearch::drop_unconfirmed() {
     if (!let_differ(worst))
       set_aside(worst, "it does not hold in parts of the logs that it was not fitted to");
   }
+  join_sizes();
   out_.fit = fit_members(y_, out_.members, out_.noise);
 }
 
