@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
+
 #include "diagnose/late.hpp"
 #include "diagnose/response.hpp"
 #include "diagnose/roles.hpp"
@@ -17,6 +19,9 @@ namespace {
 using Index = Eigen::Index;
 constexpr double kPi = 3.141592653589793, kTwoPi = 2.0 * kPi;
 constexpr int kMaxLagRows = 20;
+// Lags of an argument: how many, from so many rows, to this share of a log.
+constexpr int kLags = 8;
+constexpr double kShortestLag = 2.0, kLongestLag = 0.125;
 // Nats that a form of a velocity costs more where it is not known which one is the channel's own.
 constexpr double kNotOwn = 1.5;
 // And for the prediction of another outcome as an argument: what acts is what that is made of.
@@ -43,6 +48,19 @@ bool turns(const Feature &feature, const Vector &x) {
           x.maxCoeff() - x.minCoeff() > kLeastTurn);
 }
 
+bool is_altitude(const Feature &feature, const Vector &x) {
+  return (feature.unit == "m" || feature.unit == "km") &&
+         has_word(feature.name, {"alt", "height", "agl", "msl"}) &&
+         x.maxCoeff() - x.minCoeff() > kLeastClimb_m * (feature.unit == "km" ? 1e-3 : 1.0);
+}
+
+// Whether the feature is the speed of what a vehicle of this velocity moves in.
+bool is_stream(const Feature &feature, const Feature &velocity) {
+  return !feature.is_command && !feature.is_prediction && feature.unit == velocity.unit &&
+         has_word(feature.name,
+                  {"wind", "air", "current", "stream", "tide", "flow", "gust", "water"});
+}
+
 class Builder {
 public:
   Builder(const Measured &measured, const Channel &channel, const Catalogue &catalogue,
@@ -51,6 +69,8 @@ public:
         velocities_(velocities(measured)) {
     state_ = own_state(measured, channel);
     has_start_ = state_ >= 0 && starts_from(measured, channel, state_);
+    has_command_ = std::any_of(measured.features.begin(), measured.features.end(),
+                               [](const Feature &f) { return f.is_command; });
     out_.own = own_velocity(measured, channel);
     out_.time_share = channel.run.cols() > 0 ? 1.0 : kTimeShare;
     out_.ln_rows = std::log(static_cast<double>(measured.rows()));
@@ -74,6 +94,7 @@ private:
   void add_gates();
   double row_s() const;
   std::vector<std::vector<Parameter>> late_grid(const std::string &form) const;
+  void add_lagged(const Form &form);
 
   const Measured &measured_;
   const Channel &channel_;
@@ -82,6 +103,7 @@ private:
   std::vector<int> velocities_;
   int state_ = -1;         // own_state()
   bool has_start_ = false; // the prediction starts from it
+  bool has_command_ = false;
   Response response_;
   Library out_;
   std::vector<Vector> columns_;
@@ -121,12 +143,18 @@ std::vector<int> Builder::features_for(ArgumentRole role) const {
         headings.push_back(f);
       break;
     case ArgumentRole::altitude:
-      fits = (feature.unit == "m" || feature.unit == "km") &&
-             has_word(feature.name, {"altitude", "height"}) &&
-             x.maxCoeff() - x.minCoeff() > kLeastClimb_m * (feature.unit == "km" ? 1e-3 : 1.0);
+      fits = is_altitude(feature, x);
       break;
     case ArgumentRole::state:
       fits = f == state_;
+      break;
+    case ArgumentRole::lagged:
+      fits = may_delay_ && !has_start_ && !is_own && !feature.is_prediction &&
+             (feature.is_command || !has_command_);
+      break;
+    case ArgumentRole::stream:
+      fits = !out_.own.empty() && !is_own &&
+             is_stream(feature, measured_.features[static_cast<std::size_t>(out_.own[0])]);
       break;
     case ArgumentRole::own:
       break;
@@ -278,7 +306,7 @@ std::string group_of(const Form &form, const Term &term) {
           ? form.cause
           : form.form + (form.shape.empty() ? "" : std::to_string(term.shape[0].value));
   for (const auto &[name, feature] : term.arguments) {
-    if (!(form.is_physical && name != "v" && term.arguments.count("v") > 0))
+    if (!(form.is_physical && name != "v" && name != "w" && term.arguments.count("v") > 0))
       group += " " + feature;
   }
   return group;
@@ -325,6 +353,37 @@ void Builder::add_form(const Form &form) {
       c.group = group_of(form, c.term);
       if (add(c, basis_columns(c.term, measured_, channel_.m)))
         out_.size_units.push_back(unit_of(form, arguments));
+    }
+  }
+}
+
+// The argument through lags of two rows to an eighth of the shortest log.
+void Builder::add_lagged(const Form &form) {
+  const Measured &all = measured_.whole != nullptr ? *measured_.whole : measured_;
+  double longest = 1e300;
+  for (const LogSpan &log : all.logs)
+    longest = std::min(longest, kLongestLag * all.elapsed_s[log.first + log.rows - 1]);
+  const double shortest = kShortestLag * row_s();
+  if (longest <= 2.0 * shortest)
+    return;
+  const std::vector<std::vector<int>> arguments = assignments(form);
+  Candidate c;
+  c.is_physical = form.is_physical;
+  c.size_names = form.size_names;
+  c.term.channel = channel_.name;
+  c.term.cause = form.cause;
+  c.term.form = form.form;
+  c.term.basis = form.basis;
+  c.penalty = 0.5 * out_.ln_rows + argument_cost(form, arguments.size()) +
+              std::log(static_cast<double>(kLags));
+  for (const std::vector<int> &argument : arguments) {
+    const std::string &name = measured_.features[static_cast<std::size_t>(argument[0])].name;
+    c.group = form.form + " " + name;
+    for (int k = 0; k < kLags; ++k) {
+      const double lag = shortest * std::pow(longest / shortest, k / (kLags - 1.0));
+      c.term.arguments[form.arguments[0].name] = fmt::format("{}~{:.4g}", name, lag);
+      if (add(c, basis_columns(c.term, measured_, channel_.m)))
+        out_.size_units.push_back(unit_of(form, argument));
     }
   }
 }
@@ -481,7 +540,9 @@ Library Builder::build() {
   for (const Form &form : catalogue_.forms) {
     if (form.kind != TermKind::mean)
       continue;
-    if (!form.basis.empty())
+    if (form.arguments.size() == 1 && form.arguments[0].role == ArgumentRole::lagged)
+      add_lagged(form);
+    else if (!form.basis.empty())
       add_form(form);
     else if (may_delay_)
       add_built_in(form);

@@ -37,11 +37,19 @@ bool is_one_of(const std::string &unit, std::initializer_list<const char *> unit
   return std::any_of(units.begin(), units.end(), [&unit](const char *u) { return unit == u; });
 }
 
+// Lengths and angles per time, as logs of vehicles, machines and motors write them.
+bool is_linear_speed(const std::string &unit) {
+  return is_one_of(unit, {"m/s", "km/s", "km/h", "mm/s", "cm/s", "um/s", "m/min", "mm/min", "ft/s",
+                          "in/s", "mph", "kn", "kt", "knots"});
+}
+bool is_turning_speed(const std::string &unit) {
+  return is_one_of(unit, {"rad/s", "mrad/s", "deg/s", "rpm", "rps", "rev/s", "rev/min"});
+}
 bool is_linear(const std::string &unit) {
-  return unit.rfind("m/", 0) == 0 || unit.rfind("km/", 0) == 0;
+  return is_linear_speed(unit) || unit.rfind("m/", 0) == 0 || unit.rfind("km/", 0) == 0;
 }
 bool is_turning(const std::string &unit) {
-  return unit.rfind("rad", 0) == 0 || unit.rfind("deg/", 0) == 0;
+  return is_turning_speed(unit) || unit.rfind("rad", 0) == 0 || unit.rfind("deg/", 0) == 0;
 }
 
 struct Moments {
@@ -152,7 +160,7 @@ bool is_velocity(const Measured &measured, int feature) {
   const Feature &f = measured.features[static_cast<std::size_t>(feature)];
   if (f.is_command || f.is_prediction)
     return false;
-  if (is_one_of(f.unit, {"m/s", "km/s", "km/h", "rad/s", "deg/s"}))
+  if (is_linear_speed(f.unit) || is_turning_speed(f.unit))
     return true;
   const std::set<std::string> words = words_of(f.name, f.unit);
   const auto is_word = [&words](const char *word) { return words.count(word) > 0; };

@@ -532,9 +532,10 @@ struct EllipseValue {
 
 double ellipse_value(const rim_ellipsoid *ellipsoid, void *context) {
   const auto &data = *static_cast<const EllipseValue *>(context);
+  const ellipsoid_test test = rimi_ellipsoid_test(ellipsoid, false);
   double s = 0.0, w = 0.0, n = 0.0;
   for (std::size_t i = 0; i < data.s.size(); ++i) {
-    if (rimi_ellipsoid_contains(ellipsoid, &data.x[2 * i])) {
+    if (rimi_ellipsoid_holds(&test, &data.x[2 * i])) {
       s += data.s[i];
       w += data.w[i];
       n += 1.0;

@@ -20,6 +20,8 @@ using Index = Eigen::Index;
 constexpr std::size_t kProposals = 60, kExact = 10;
 constexpr double kBesideLaw = 0.15; // share of the rows
 constexpr int kShapeSteps = 4;
+constexpr int kLagSteps = 8; // of a lagged argument, the first by this factor
+constexpr double kLagFactor = 1.4;
 constexpr double kTableCost = 10.0; // nats: a curve without a name, where laws of physics hold
 // Share of the rows that are few, and of the whole error, as amplitude, that a term in so few must
 // account for beside a law.
@@ -48,12 +50,17 @@ bool is_constant_inside(const Member &member, const Vector &sd) {
          std::pow(kLeastSpreadInside * mean, 2.0);
 }
 
+// Whether a parameter of it is more than a choice.
+bool is_tunable(const Term &term) { return !term.shape.empty() || term.form == kLaggedCoupling; }
+
 // Features that a term of the context alone is made of: a bias in an interval, a hinge ...; none of
 // a term of the prediction.
 std::set<std::string> features_of(const Term &term) {
   std::set<std::string> names(term.gate.features.begin(), term.gate.features.end());
   for (const auto &[placeholder, feature] : term.arguments)
     names.insert(feature);
+  if (term.form == kLaggedCoupling) // no curve over a feature has its memory
+    return {};
   const bool is_plain = term.cause == "bias" || term.cause == "coupling" || term.cause == "hinge" ||
                         term.cause == "product" || term.cause == "drift" || term.cause == "unknown";
   return is_plain ? names : std::set<std::string>{};
@@ -133,8 +140,38 @@ double ChannelSearch::gain_of(const std::vector<Member> &members, double loss_wi
   return fit.is_allowed ? (loss_without - fit.loss) / out_.noise.divisor() : -1e300;
 }
 
+// The lag of a lagged argument, between its neighbours on the grid.
+void ChannelSearch::refine_lag(const std::vector<Member> &others, double loss,
+                               Member *member) const {
+  std::vector<Member> all = others;
+  all.push_back(*member);
+  double best = gain_of(all, loss), factor = kLagFactor;
+  for (int step = 0; step < kLagSteps; ++step) {
+    bool moved = false;
+    for (const double by : {factor, 1.0 / factor}) {
+      Member next = *member;
+      std::string &name = next.term.arguments.begin()->second;
+      const std::string base = base_feature(name);
+      name = fmt::format("{}~{:.4g}", base, by * std::stod(name.substr(base.size() + 1)));
+      set_columns(measured_, channel_, channel_.m, &next);
+      all.back() = next;
+      const double gain = gain_of(all, loss);
+      if (gain > best) {
+        best = gain;
+        *member = next;
+        moved = true;
+        break;
+      }
+    }
+    if (!moved)
+      factor = std::sqrt(factor);
+  }
+}
+
 void ChannelSearch::refine_shape(const std::vector<Member> &others, double loss,
                                  Member *member) const {
+  if (member->term.form == kLaggedCoupling && !member->differs)
+    refine_lag(others, loss, member);
   const Candidate &candidate = library_.candidates[static_cast<std::size_t>(member->candidate)];
   const Vector mask = gate_mask(member->term.gate, measured_);
   std::vector<Member> all = others;
@@ -202,7 +239,7 @@ ChannelSearch::Best ChannelSearch::best_of(const std::vector<Proposal> &proposal
     if (!proposal.bounds.empty() &&
         (effective_rows(member.h) < kLeastEffective || is_constant_inside(member, channel_.sd)))
       continue;
-    if (!member.term.shape.empty())
+    if (is_tunable(member.term))
       refine_shape(members, fit.loss, &member);
     std::vector<Member> all = members;
     all.push_back(member);
@@ -291,7 +328,7 @@ void ChannelSearch::join_forms() {
   take_noise(noise);
   for (std::size_t j = 0; j < set.candidates.size(); ++j) {
     Member member = form_member(set.candidates[j], static_cast<int>(j) == set.differs);
-    if (!member.term.shape.empty())
+    if (is_tunable(member.term))
       refine_shape(kept, fit_members(y_, kept, out_.noise).loss, &member);
     kept.push_back(std::move(member));
   }

@@ -104,6 +104,7 @@ private:
   double gain_of(const std::vector<Member> &members, double loss_without) const;
   Best best_of(const std::vector<Proposal> &proposals, const std::vector<Member> &members,
                const Fit &fit, std::size_t exact) const;
+  void refine_lag(const std::vector<Member> &others, double loss, Member *member) const;
   void refine_shape(const std::vector<Member> &others, double loss, Member *member) const;
   void add_terms(bool is_rough);
   Member form_member(int candidate, bool differs) const;
@@ -161,6 +162,7 @@ private:
   void add_dead_zone(const Noise &noise, double without);
   void drop_unconfirmed();
   bool let_differ(std::size_t which);
+  void join_sizes();
   void limit_support();
   void claim_overall_variance();
   void weigh();

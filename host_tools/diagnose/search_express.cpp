@@ -195,8 +195,10 @@ std::vector<Member> ChannelSearch::named_part(std::size_t formula, std::size_t p
   const Vector root = out_.noise.weight.cwiseSqrt(),
                column = root.cwiseProduct(out_.members[formula].h.col(static_cast<Index>(part)));
   std::vector<Member> others = without(formula);
-  others.push_back(out_.members[formula]);
-  take_out(part, &others.back());
+  if (out_.members[formula].part_penalty.size() > 1) {
+    others.push_back(out_.members[formula]);
+    take_out(part, &others.back());
+  }
   const bool is_own = !shares_feature(out_.members[formula].term, part);
   double best = score_of(out_.members, out_.noise) - kForName;
   std::vector<Member> named;
@@ -237,7 +239,7 @@ void ChannelSearch::name_parts() {
     changed = false;
     for (std::size_t j = 0; !changed && j < out_.members.size(); ++j) {
       const std::size_t parts = out_.members[j].is_given ? 0 : out_.members[j].part_penalty.size();
-      for (std::size_t k = 0; parts > 1 && !changed && k < parts; ++k) {
+      for (std::size_t k = 0; !changed && k < parts; ++k) {
         std::vector<Member> named = named_part(j, k);
         changed = !named.empty();
         if (changed) {

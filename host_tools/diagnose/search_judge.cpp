@@ -126,7 +126,8 @@ double ChannelSearch::heldout_r2_of(const std::vector<Member> &members) const {
 }
 
 // Sizes fitted without a part of the rows, judged on it, with the term and without it: each log in
-// turn where the term acts in several of at least three logs, every second block otherwise.
+// turn where the term acts in several of at least three logs, every second block otherwise. So too
+// where a term has a size of its own in every log: that of a log which was not fitted is unknown.
 void ChannelSearch::hold_out(std::size_t which, Claim *claim) const {
   const Member &member = out_.members[which];
   const Vector acts = member.h.rowwise().squaredNorm();
@@ -134,7 +135,9 @@ void ChannelSearch::hold_out(std::size_t which, Claim *claim) const {
   for (const LogSpan &log : measured_.logs)
     most = std::max(
         most, acts.segment(static_cast<Index>(log.first), static_cast<Index>(log.rows)).sum());
-  const bool by_log = measured_.logs.size() >= 3 && most < 0.8 * acts.sum() && !member.differs;
+  const bool any_differs = std::any_of(out_.members.begin(), out_.members.end(),
+                                       [](const Member &m) { return m.differs; });
+  const bool by_log = measured_.logs.size() >= 3 && most < 0.8 * acts.sum() && !any_differs;
   const std::size_t folds = by_log ? measured_.logs.size() : 2;
   std::vector<Part> parts(measured_.logs.size() * kBlocks);
   for (std::size_t fold = 0; fold < folds; ++fold) {
@@ -248,6 +251,20 @@ bool ChannelSearch::let_differ(std::size_t which) {
   return false;
 }
 
+// Sizes that agree after all, beside what was found since or within their standard errors, are one.
+void ChannelSearch::join_sizes() {
+  for (std::size_t j = 0; j < out_.members.size(); ++j) {
+    if (!out_.members[j].differs || out_.members[j].is_given || out_.members[j].candidate < 0)
+      continue;
+    std::vector<Member> joined = out_.members;
+    joined[j] = form_member(joined[j].candidate, false);
+    const std::vector<Parameter> sizes = sized(out_.members)[j].sizes;
+    if (!(sizes[0].between_logs_sd > 0.0) ||
+        score_of(joined, out_.noise) >= score_of(out_.members, out_.noise))
+      out_.members = std::move(joined);
+  }
+}
+
 // A term that does not hold where it was not fitted is no finding: of those the one that explains
 // least goes first, and the others are fitted anew.
 void ChannelSearch::drop_unconfirmed() {
@@ -271,6 +288,7 @@ void ChannelSearch::drop_unconfirmed() {
     if (!let_differ(worst))
       set_aside(worst, "it does not hold in parts of the logs that it was not fitted to");
   }
+  join_sizes();
   out_.fit = fit_members(y_, out_.members, out_.noise);
 }
 

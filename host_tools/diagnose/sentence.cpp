@@ -51,6 +51,10 @@ std::string meaning(const Term &term, const Channel &channel) {
            (term.form == "viscous_by_speed" ? ", less where it is fast"
             : term.sizes.size() > 1         ? ", by direction more or less"
                                             : "");
+  const auto stream = term.arguments.find("w");
+  if (term.cause == "quadratic_drag" && stream != term.arguments.end())
+    return adds ? "drag opposes the motion through what moves by " + plain_name(stream->second)
+                : "";
   if (term.cause == "quadratic_drag")
     return adds ? "drag opposes the motion with the square of the speed"
                 : "it goes with the square of the speed";

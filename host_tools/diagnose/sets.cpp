@@ -25,11 +25,14 @@ constexpr double kCut = 4.0;       // of the median absolute deviation, as sd
 constexpr double kLeastSd = 0.5, kLeastShare = 0.05, kMostEffective = 500.0;
 constexpr double kLeastOwnSquares = 1e-4; // of a column beside those that are there
 constexpr double kRidge = 1e-3;
+constexpr Index kParts = 5;                   // of a single log
+constexpr std::size_t kMostProportional = 40; // quantities
 constexpr std::size_t kMostLag = 200;
 constexpr Eigen::Index kLeastRows = 20; // of a log that laws are fitted to alone
 // Sizes by log: of so many logs at most, and of sets that are not hopelessly behind.
 constexpr std::size_t kMostLogs = 40;
 constexpr double kMostBehind = 400.0;
+constexpr std::size_t kMostSplit = 60, kFewSplit = 20;
 
 Vector cut(const Vector &left, const Vector &weight) {
   std::vector<double> size;
@@ -511,9 +514,15 @@ SetSearch::State SetSearch::best_split(const std::vector<State> &states) {
   const std::size_t logs = measured_.logs.size();
   if (logs < 2 || logs > kMostLogs)
     return out;
+  // What stands in for sizes that differ (a place that each log has of its own) leads by far before
+  // any may: the best few are looked at however far they are behind.
+  std::vector<State> best = states;
+  keep_best(&best, kMostSplit);
   const double least = score(out) - kMostBehind;
-  for (const State &state : states) {
-    for (std::size_t j = 0; j < state.atoms.size() && score(state) > least; ++j) {
+  for (std::size_t i = 0; i < best.size(); ++i) {
+    const State &state = best[i];
+    for (std::size_t j = 0; j < state.atoms.size() && (i < kFewSplit || score(state) > least);
+         ++j) {
       const Candidate &candidate = library_.candidates[static_cast<std::size_t>(state.atoms[j])];
       if (candidate.columns != 1 || !is_free(candidate) || !candidate.is_physical ||
           moves_prediction(candidate.term))
@@ -565,16 +574,47 @@ Eigen::MatrixXd SetSearch::best_columns(const Eigen::MatrixXd &h, Index first, I
   return h(Eigen::all, order);
 }
 
+// Noise as what the columns leave of rows that they were not fitted to: of each log by the others,
+// of a single log by its parts. A slow error that other quantities explain is no autocorrelation of
+// the noise; but columns that merely happen to be as slow as it do not say it elsewhere.
+NoiseState SetSearch::noise_elsewhere(const Eigen::MatrixXd &h) const {
+  std::vector<std::pair<Index, Index>> parts; // first row, rows
+  for (const LogSpan &log : measured_.logs)
+    parts.emplace_back(static_cast<Index>(log.first), static_cast<Index>(log.rows));
+  if (parts.size() == 1) {
+    const Index rows = y_.size();
+    parts.clear();
+    for (Index k = 0; k < kParts; ++k)
+      parts.emplace_back(rows * k / kParts, rows * (k + 1) / kParts - rows * k / kParts);
+  }
+  const Eigen::MatrixXd weighted = weight_.asDiagonal() * h;
+  const Eigen::MatrixXd a = h.transpose() * weighted;
+  const Vector t = weighted.transpose() * target_;
+  Vector left = target_;
+  for (const auto &[first, rows] : parts) {
+    const auto here = weighted.middleRows(first, rows);
+    Eigen::MatrixXd others = a - h.middleRows(first, rows).transpose() * here;
+    others.diagonal().array() *= 1.0 + kRidge;
+    others.diagonal().array() += 1e-12;
+    const Vector right = t - here.transpose() * target_.segment(first, rows);
+    left.segment(first, rows) -= h.middleRows(first, rows) * others.ldlt().solve(right);
+  }
+  return noise_state(left, weight_, measured_, rms_, 0.0, least_sd_);
+}
+
 // Noise as it would be if every law of physics were at work, with a size of its own in every log
-// where there are several.
+// where there are several; or if every other quantity acted in proportion, where that leaves less.
 void SetSearch::begin_noise() {
   target_ = y_ - fixed_;
-  std::vector<int> columns;
+  std::vector<int> columns, proportional;
   std::set<std::string> groups;
   for (const Candidate &candidate : library_.candidates) {
-    if (candidate.is_physical && candidate.columns == 1 && is_free(candidate) &&
-        groups.insert(candidate.group).second)
+    if (candidate.columns != 1 || !is_free(candidate))
+      continue;
+    if (candidate.is_physical && groups.insert(candidate.group).second)
       columns.push_back(candidate.column);
+    else if (candidate.term.form == "coupling" && proportional.size() < kMostProportional)
+      proportional.push_back(candidate.column);
   }
   const auto k = static_cast<Index>(columns.size());
   Eigen::MatrixXd h(y_.size(), k + kept_.cols());
@@ -584,6 +624,17 @@ void SetSearch::begin_noise() {
   Vector left = left_by_ridge(h, 0, y_.size());
   noise_ = noise_state(left, weight_, measured_, rms_, static_cast<double>(k), least_sd_);
   least_effective_ = 0.5 * noise_.rows / noise_.spread;
+  bool is_elsewhere = false;
+  if (!proportional.empty()) {
+    Eigen::MatrixXd all(y_.size(), h.cols() + static_cast<Index>(proportional.size()));
+    all << h, library_.g(Eigen::all, proportional);
+    const NoiseState elsewhere = noise_elsewhere(all);
+    if (elsewhere.variance * elsewhere.spread < noise_.variance * noise_.spread) {
+      noise_ = elsewhere;
+      is_elsewhere = true;
+      least_effective_ = std::max(least_effective_, 0.5 * noise_.rows / noise_.spread);
+    }
+  }
   const std::size_t logs = measured_.logs.size();
   if (logs < 2 || logs > kMostLogs)
     return;
@@ -593,8 +644,10 @@ void SetSearch::begin_noise() {
       return;
     left.segment(first, rows) = left_by_ridge(best_columns(h, first, rows), first, rows);
   }
-  noise_ = noise_state(left, weight_, measured_, rms_,
-                       static_cast<double>(k * static_cast<Index>(logs)), least_sd_);
+  const NoiseState by_log = noise_state(
+      left, weight_, measured_, rms_, static_cast<double>(k * static_cast<Index>(logs)), least_sd_);
+  if (!is_elsewhere || by_log.variance * by_log.spread < noise_.variance * noise_.spread)
+    noise_ = by_log;
 }
 
 std::vector<SetSearch::State> SetSearch::starts() {

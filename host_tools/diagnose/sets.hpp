@@ -102,6 +102,7 @@ private:
   Eigen::MatrixXd best_columns(const Eigen::MatrixXd &h, Eigen::Index first,
                                Eigen::Index rows) const;
   Vector left_by_ridge(const Eigen::MatrixXd &h, Eigen::Index first, Eigen::Index rows) const;
+  NoiseState noise_elsewhere(const Eigen::MatrixXd &h) const;
   void begin_noise();
   std::vector<State> starts();
 

@@ -26,6 +26,9 @@ inline constexpr const char *kBacklash = "backlash";
 inline constexpr const char *kBeyond = "dead_zone";
 inline constexpr const char *kDeadZoneBefore = "dead_zone_before";
 
+// A coupling whose argument comes through a first-order lag: "u.current~12".
+inline constexpr const char *kLaggedCoupling = "coupling_lag";
+
 // A term acts on a row where it adds at least so many stated sd.
 inline constexpr double kActs = 0.1;
 

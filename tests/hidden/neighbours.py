@@ -1,0 +1,286 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""neighbours.py --seed N [--family F] --out DIR --truth FILE: seventeen more machines; needs numpy.
+
+Hydraulic cylinder by its two pressures, ram that leaks, winch whose load differs between logs, hovering over ground, heat exchanger, skid-steer
+robot, ship in wind, pump, sounding rockets, steering gear that saturates before it lags, heated room, gear drive, car that coasts, actuator with
+Stribeck friction, aircraft in roll, battery with a slow resistance, and one with nothing wrong. Shares no code with the engine or the other
+drawers. What each logs, with the columns of the true form, from which channels.py computes what least squares would leave."""
+import argparse, json, math, os
+import numpy as np
+
+def wave(rng, n, dt, slow, fast, k=6):
+    t = np.arange(n) * dt
+    w = 2 * np.pi / np.exp(rng.uniform(np.log(fast), np.log(slow), k)); a = rng.uniform(.4, 1, k)
+    return (a[:, None] * np.sin(w[:, None] * t + rng.uniform(0, 6.28, k)[:, None])).sum(0) / np.sqrt((a * a).sum() / 2)
+
+def stairs(rng, n, dt, hold, lo, hi):
+    y, i = np.zeros(n), 0
+    while i < n:
+        k = max(1, int(rng.uniform(.5, 1.6) * hold / dt)); y[i:i + k] = rng.uniform(lo, hi); i += k
+    return y
+
+def nz(rng, s, n): return s * rng.standard_normal(n)
+def E(ch, cause, *also): return {"channel": ch, "cause": cause, "also": list(also), "size": None}
+M = {}
+def machine(f): M[f.__name__] = f; return f
+
+# hydraulic cylinder: force from load cell; nominal is pressures times areas; seal friction Coulomb + pressure dependent + viscous
+@machine
+def hydcyl(rng):
+    dt = .01; A1, A2 = 1.26e-3, .76e-3
+    fc, fp, fv = 220 * rng.uniform(.7, 1.4), 2.2e-5 * rng.uniform(.7, 1.4), 900 * rng.uniform(.6, 1.4)
+    def log(j, n):
+        x = .15 * wave(rng, n, dt, 6, 1.5); v = np.gradient(x, dt)
+        F = 4000 * wave(rng, n, dt, 8, 2) + 3000
+        p2 = 2e6 + 8e5 * wave(rng, n, dt, 10, 2)
+        fr = (fc + fp * p2 * 1.0) * np.tanh(v / .002) + fv * v
+        p1 = (F + fr + p2 * A2) / A1
+        P1, P2 = p1 + nz(rng, 1.2e4, n), p2 + nz(rng, 1.2e4, n)
+        z = F + nz(rng, 25, n); vm = v + nz(rng, .002, n)
+        c = {"t_s": np.arange(n) * dt, "x.rod_mm": x * 1e3, "x.rod_mps": vm, "x.pA_bar": P1 / 1e5, "x.pB_bar": P2 / 1e5, "z.force_N": z, "m.force_N": P1 * A1 - P2 * A2}
+        s = np.sign(vm)
+        return c, {"force_N": [s, s * P2, vm]}
+    return dict(log=log, n=[2400, 1800, 2000], effects=[E("force_N", "coulomb_friction"), E("force_N", "viscous_friction"), E("force_N", "load_friction", "product", "coulomb_friction")], channels=["force_N"])
+
+# press: ram speed; nominal = flow/area; missing: leak with pressure, and compressibility (dp/dt)
+@machine
+def ram(rng):
+    dt = .02; A = .008; kl = 4e-12 * rng.uniform(.7, 1.4); ck = 9e-12 * rng.uniform(.6, 1.3)
+    def log(j, n):
+        q = 4e-4 * np.clip(.5 + .6 * wave(rng, n, dt, 12, 2), -.2, 1.3)
+        p = 6e6 + 4e6 * wave(rng, n, dt, 14, 3)
+        z = (q - kl * p) / A + nz(rng, 6e-4, n)
+        c = {"t_s": np.arange(n) * dt, "u.flow_lpm": q * 6e4, "x.p_MPa": p / 1e6 + nz(rng, .05, n), "x.oil_C": 45 + nz(rng, .1, n), "z.ram_mps": z, "m.ram_mps": q / A}
+        return c, {"ram_mps": [p]}
+    return dict(log=log, n=[1600, 1200, 1500], effects=[E("ram_mps", "coupling")], channels=["ram_mps"])
+
+# winch: motor current; nominal = inertia only; gravity load (constant) with friction coulomb, viscous; load differs between logs
+@machine
+def winch(rng):
+    dt = .02; J, kt = .9, 2.1; fc, fv = 3.4 * rng.uniform(.7, 1.4), 1.1 * rng.uniform(.6, 1.4); loads = rng.uniform(4, 12, 4)
+    def log(j, n):
+        v = 2.2 * wave(rng, n, dt, 9, 2); a = np.gradient(v, dt)
+        i = (J * a + loads[j % 4] + fc * np.tanh(v / .03) + fv * v) / kt
+        vm, am = v + nz(rng, .02, n), a + nz(rng, .15, n)
+        c = {"t_s": np.arange(n) * dt, "x.drum_speed": vm, "x.drum_accel": am, "x.rope_m": 20 + np.cumsum(v) * dt * .2, "z.current_A": i + nz(rng, .12, n), "m.current_A": J * am / kt}
+        return c, {"current_A": [np.sign(vm), vm, np.ones(n)]}
+    return dict(log=log, n=[1800, 1500, 2000], effects=[E("current_A", "coulomb_friction"), E("current_A", "viscous_friction"), E("current_A", "bias")], channels=["current_A"])
+
+# quadcopter vertical with ground effect and vertical drag; altitude rate predicted one step from noisy start
+@machine
+def hover(rng):
+    dt = .02; m = 1.6; R = .25 * rng.uniform(.8, 1.3); d = .25 * rng.uniform(.7, 1.4); g = 9.81
+    def log(j, n):
+        ref = .9 + .6 * wave(rng, n, dt, 10, 3); ref = np.clip(ref, .25, 3)
+        h, v, H, V, T = ref[0], 0., [], [], []
+        for i in range(n):
+            H.append(h); V.append(v); t = m * g + 8 * (ref[i] - h) - 5 * v + .6 * rng.standard_normal(); T.append(t)
+            for _ in range(5):
+                k = 1 / (1 - min(.6, (R / (4 * max(h, .15))) ** 2 * 6)); v += dt / 5 * (t * k / m - g - d * v); h = max(.1, h + dt / 5 * v)
+        H, V, T = map(np.array, (H, V, T)); Hm, Vm = H + nz(rng, .005, n), V + nz(rng, .01, n)
+        acc = (np.append(np.diff(V), 0) / dt)
+        k = 1 / (1 - np.minimum(.6, (R / (4 * np.maximum(Hm, .15))) ** 2 * 6))
+        c = {"t_s": np.arange(n) * dt, "u.thrust_N": T, "x.height_m": Hm, "x.climb_mps": Vm, "z.acc_mps2": acc + nz(rng, .08, n), "m.acc_mps2": T / m - g}
+        return {a: b[:-1] for a, b in c.items()}, {"acc_mps2": [((k - 1) * T / m)[:-1], -Vm[:-1]]}
+    return dict(log=log, n=[2500, 1800, 2200], effects=[E("acc_mps2", "unknown", "hinge", "product", "slope", "coupling"), E("acc_mps2", "viscous_friction")], channels=["acc_mps2"])
+
+# heat exchanger: outlet temperature; nominal constant effectiveness; missing: effectiveness depends on flow (product), heat loss to ambient
+@machine
+def hex(rng):
+    dt = 5.; e0 = .62; ke = .18 * rng.uniform(.7, 1.3); kl = .04 * rng.uniform(.7, 1.3)
+    def log(j, n):
+        f = 1 + .35 * wave(rng, n, dt, 1500, 150); f = np.clip(f, .3, 2); th = 75 + 6 * wave(rng, n, dt, 3000, 300); tc = 18 + 2 * wave(rng, n, dt, 6000, 900); ta = 15 + 6 * wave(rng, n, dt, 9000, 3000)
+        z = th - (e0 - ke * (f - 1)) * (th - tc) - kl * (th - ta) + nz(rng, .15, n)
+        c = {"t_s": np.arange(n) * dt, "u.flow_kgps": f + nz(rng, .005, n), "x.hot_in_degC": th + nz(rng, .05, n), "x.cold_in_degC": tc + nz(rng, .05, n), "x.ambient_degC": ta + nz(rng, .05, n), "z.hot_out_degC": z, "m.hot_out_degC": th - e0 * (th - tc)}
+        return c, {"hot_out_degC": [f * (th - tc), th - tc, th - ta]}
+    return dict(log=log, n=[900, 1300, 1000], effects=[E("hot_out_degC", "product", "unknown", "gain", "coupling", "hinge")], channels=["hot_out_degC"])
+
+# wheeled robot: slip grows with accel command; turning scrub: yaw rate gain .93 ; encoder-based odom
+@machine
+def skid(rng):
+    dt = .05; kg = .82 * rng.uniform(.92, 1.06); ks = .07 * rng.uniform(.7, 1.3)
+    def log(j, n):
+        v = .8 + .5 * wave(rng, n, dt, 10, 2); w = .8 * wave(rng, n, dt, 8, 1.5)
+        vl, vr = v - .2 * w, v + .2 * w
+        zv = v - ks * np.abs(w) * v + nz(rng, .015, n); zw = kg * w + nz(rng, .02, n)
+        c = {"t_s": np.arange(n) * dt, "u.left_mps": vl, "u.right_mps": vr, "z.speed_mps": zv, "m.speed_mps": v, "z.yaw_rate_radps": zw, "m.yaw_rate_radps": w}
+        return c, {"speed_mps": [-np.abs(w) * v], "yaw_rate_radps": [w]}
+    return dict(log=log, n=[1400, 1000, 1600], effects=[E("speed_mps", "product", "unknown", "coupling"), E("yaw_rate_radps", "gain")], channels=["speed_mps", "yaw_rate_radps"])
+
+# ship surge with quadratic drag and wind force proportional to (wind-v)|wind-v|
+@machine
+def ship(rng):
+    dt = 1.; m = 1.2e6; d = 9e3 * rng.uniform(.7, 1.4); kw = 120 * rng.uniform(.6, 1.5)
+    def log(j, n):
+        F = 3.2e5 * (0.6 + .5 * wave(rng, n, dt, 500, 60)); W = 7 * wave(rng, n, dt, 600, 100)
+        v, V = 4., []
+        for i in range(n):
+            V.append(v)
+            for _ in range(4): r = W[i] - v; v += dt / 4 * (F[i] - d * v * abs(v) + kw * r * abs(r)) / m
+        V = np.array(V); vm = V + nz(rng, .015, n); r = W - vm
+        c = {"t_s": np.arange(1, n) * dt, "u.thrust_kN": F[:-1] / 1e3, "x.head_wind_mps": -W[:-1], "x.surge_mps": vm[:-1], "z.surge_mps": vm[1:], "m.surge_mps": (vm + F * dt / m)[:-1]}
+        return c, {"surge_mps": [(-vm * np.abs(vm))[:-1], (r * np.abs(r))[:-1]]}
+    return dict(log=log, n=[1800, 1400, 2000], effects=[E("surge_mps", "quadratic_drag"), ], channels=["surge_mps"])
+
+# dc pump motor: speed with quadratic load; nominal linear; flow sensor fine
+@machine
+def pump(rng):
+    dt = .02; J = .02; kq = 1.1e-4 * rng.uniform(.7, 1.4); tc = .12 * rng.uniform(.7, 1.4); kt = .12
+    def log(j, n):
+        i = 14 + 9 * wave(rng, n, dt, 8, 1); i = np.clip(i, 0, 40); w, W = 90., []
+        for k in range(n):
+            W.append(w)
+            for _ in range(5): w += dt / 5 * (kt * i[k] - kq * w * abs(w) - tc * np.tanh(w / .5)) / J
+        W = np.array(W); wm = W + nz(rng, .15, n)
+        c = {"t_s": np.arange(1, n) * dt, "u.current": i[:-1], "x.omega": wm[:-1], "z.omega": wm[1:], "m.omega": (wm + kt * i * dt / J)[:-1],
+             "z.flow": (.01 * W + nz(rng, .004, n))[1:], "m.flow": (.01 * W)[1:]}
+        return c, {"omega": [(-wm * np.abs(wm))[:-1], np.ones(n - 1)], "flow": []}
+    return dict(log=log, n=[1500, 1900, 1300], effects=[E("omega", "quadratic_drag"), E("omega", "bias", "coulomb_friction")], channels=["omega", "flow"])
+
+# slender rocket: velocity change with drag exp density, thrust 4% low; different rockets
+@machine
+def sounding(rng):
+    dt = .1; cds = 6e-4 * rng.uniform(.7, 1.4, 5); low = .95 * rng.uniform(.98, 1.02)
+    def log(j, n):
+        h, v, H, V, A = 0., 0., [], [], []; tb = 14 + 3 * rng.uniform(); a0 = 55 * rng.uniform(.9, 1.2)
+        for k in range(n):
+            H.append(h); V.append(v); a = a0 if k * dt < tb else 0.; A.append(a)
+            for _ in range(4):
+                v += dt / 4 * (a * low - 9.81 - cds[j % 5] * math.exp(-h / 8000) * v * abs(v)); h += dt / 4 * v
+        H, V, A = map(np.array, (H, V, A)); vm, hm = V + nz(rng, .25, n), H + nz(rng, 2., n)
+        c = {"t_s": np.arange(1, n) * dt, "u.thrust_mps2": A[:-1], "x.alt_m": hm[:-1], "x.climb_mps": vm[:-1], "z.climb_mps": vm[1:], "m.climb_mps": (vm + dt * (A - 9.81))[:-1]}
+        return c, {"climb_mps": [(-dt * np.exp(-hm / 8000) * vm * np.abs(vm))[:-1], dt * A[:-1]]}
+    return dict(log=log, n=[800, 700, 900], effects=[E("climb_mps", "quadratic_drag"), E("climb_mps", "coupling", "gain")], channels=["climb_mps"])
+
+# servo position: backlash + lag, none else
+@machine
+def steergear(rng):
+    dt = .02; tau = .12 * rng.uniform(.7, 1.4); lim = 22 * rng.uniform(.85, 1.1)
+    def log(j, n):
+        u = 16 * wave(rng, n, dt, 6, .8); y, Y = 0., []
+        for k in range(n): Y.append(y); y += (np.clip(u[k], -lim, lim) - y) * (1 - math.exp(-dt / tau))
+        z = np.array(Y) + nz(rng, .15, n)
+        c = {"t_s": np.arange(n) * dt, "u.command_deg": u, "x.speed_kmh": 60 + 10 * wave(rng, n, dt, 30, 10), "z.rudder_deg": z, "m.rudder_deg": u}
+        y, Y = 0., []
+        for k in range(n): Y.append(y); y += (np.clip(u[k], -lim, lim) - y) * (1 - math.exp(-dt / tau))
+        return c, {"rudder_deg": [np.array(Y) - u]}
+    return dict(log=log, n=[1800, 1500, 1500], effects=[E("rudder_deg", "lag", "delay"), E("rudder_deg", "saturation")], channels=["rudder_deg"])
+
+# building zone: temperature step per minute; missing solar gain and window loss
+@machine
+def room(rng):
+    dt = 60.; C = 3e6; UA = 90 * rng.uniform(.7, 1.4); gs = 2.4 * rng.uniform(.6, 1.4)
+    def log(j, n):
+        q = 2500 * np.clip(wave(rng, n, dt, 30000, 4000), 0, 2); sun = 500 * np.clip(wave(rng, n, dt, 80000, 30000), 0, 2); to = 5 + 6 * wave(rng, n, dt, 86400, 30000)
+        T, TT = 20., []
+        for k in range(n): TT.append(T); T += dt / C * (q[k] + gs * sun[k] - UA * (T - to[k]))
+        TT = np.array(TT); tm = TT + nz(rng, .004, n)
+        c = {"t_s": np.arange(1, n) * dt, "u.heater_W": q[:-1], "x.sun_Wpm2": sun[:-1], "x.outside": to[:-1], "x.zone": tm[:-1], "z.zone": tm[1:], "m.zone": (tm + dt / C * q)[:-1]}
+        return c, {"zone": [sun[:-1], (tm - to)[:-1]]}
+    return dict(log=log, n=[1440, 2000, 1440], effects=[E("zone", "coupling"), E("zone", "coupling", "slope", "viscous_friction")], channels=["zone"])
+
+# gear drive: torque sensor; periodic tooth error with motor angle, viscous with temperature
+@machine
+def geared(rng):
+    dt = .01; J = .03; fv = .02 * rng.uniform(.7, 1.4); cog = .18 * rng.uniform(.7, 1.3); N = 1; eff = .88 * rng.uniform(.95, 1.04)
+    def log(j, n):
+        w = 30 + 20 * wave(rng, n, dt, 8, 2); th = np.cumsum(w) * dt; tin = 2 + 1.2 * wave(rng, n, dt, 6, 1)
+        z = 5 * eff * tin - fv * w + nz(rng, .06, n)
+        c = {"t_s": np.arange(n) * dt, "u.motor_Nm": tin, "x.motor_radps": w + nz(rng, .1, n), "x.motor_rad": np.mod(th, 2 * np.pi), "z.output_Nm": z, "m.output_Nm": 5 * tin}
+        return c, {"output_Nm": [tin, w]}
+    return dict(log=log, n=[1500, 2000, 1400], effects=[E("output_Nm", "gain"), E("output_Nm", "viscous_friction", "coupling")], channels=["output_Nm"])
+
+# car longitudinal with grade unmeasured (AR noise), rolling resistance, aero; accel channel plus wheel speed ok
+@machine
+def coast(rng):
+    dt = .1; c0, c2 = .15 * rng.uniform(.7, 1.4), 4.2e-4 * rng.uniform(.7, 1.4); tau = .35
+    def log(j, n):
+        u = 1.2 * wave(rng, n, dt, 30, 5); v, f, V, A = 20., 0., [], []
+        for k in range(n):
+            f += (u[k] - f) * (1 - math.exp(-dt / tau)); a = f - (c0 + c2 * v * v) * np.sign(v); V.append(v); A.append(a); v = v + a * dt + .01 * (20 - v) * dt
+        V, A = np.array(V), np.array(A); F, f = [], 0.
+        for k in range(n): f += (u[k] - f) * (1 - math.exp(-dt / tau)); F.append(f)
+        vm = V + nz(rng, .05, n)
+        c = {"t_s": np.arange(n) * dt, "u.pedal": u, "x.speed_mps": vm, "z.ax_mps2": A + nz(rng, .05, n), "m.ax_mps2": u, "z.wheel": V / .3 + nz(rng, .2, n), "m.wheel": vm / .3}
+        return c, {"ax_mps2": [np.array(F) - u, np.ones(n), vm * vm], "wheel": []}
+    return dict(log=log, n=[1800, 1500, 1500], effects=[E("ax_mps2", "lag", "delay"), E("ax_mps2", "quadratic_drag", "viscous_friction", "coupling"), ], channels=["ax_mps2", "wheel"])
+
+# ball valve actuator: Stribeck friction torque vs current, differs by direction
+@machine
+def actuator(rng):
+    dt = .005; fc, fs, vs, fv = 1.0 * rng.uniform(.7, 1.3), .9 * rng.uniform(.7, 1.4), .25, .35
+    def log(j, n):
+        w = 1.4 * wave(rng, n, dt, 5, 1.2); a = np.gradient(w, dt)
+        fr = (fc + fs * np.exp(-(w / vs) ** 2)) * np.tanh(w / .01) + fv * w
+        wm = w + nz(rng, .004, n); am = a + nz(rng, .2, n)
+        c = {"t_s": np.arange(n) * dt, "x.w": wm, "x.alpha": am, "z.tau": .05 * a + fr + nz(rng, .06, n), "m.tau": .05 * am}
+        return c, {"tau": [np.sign(wm), np.sign(wm) * np.exp(-(wm / vs) ** 2), wm]}
+    return dict(log=log, n=[3000, 2200, 2600], effects=[E("tau", "coulomb_friction"), E("tau", "viscous_friction")], channels=["tau"])
+
+# aircraft roll: roll rate one step; missing damping Lp p V, aileron effectiveness ~ V^2 modeled const
+@machine
+def roll(rng):
+    dt = .02; lp = .18 * rng.uniform(.7, 1.3); la = .09 * rng.uniform(.8, 1.2)
+    def log(j, n):
+        V = 22 + 5 * wave(rng, n, dt, 20, 5); da = .15 * wave(rng, n, dt, 4, .8); p, P = 0., []
+        for k in range(n):
+            P.append(p)
+            for _ in range(4): p += dt / 4 * (la * V[k] ** 2 * da[k] - lp * V[k] * p)
+        P = np.array(P); pm = P + nz(rng, .01, n)
+        c = {"t_s": np.arange(1, n) * dt, "u.aileron": da[:-1], "x.airspeed": (V + nz(rng, .2, n))[:-1], "x.p": pm[:-1], "z.p": pm[1:], "m.p": (pm + dt * la * V ** 2 * da)[:-1]}
+        return c, {"p": [(-V * pm)[:-1]]}
+    return dict(log=log, n=[1800, 1500, 2000], effects=[E("p", "product", "viscous_friction")], channels=["p"])
+
+# battery: terminal voltage; missing internal resistance and slow drift of ocv; plus healthy temperature
+@machine
+def pack(rng):
+    dt = 1.; R0 = .03 * rng.uniform(.7, 1.3); R1, tau = .025, 25. * rng.uniform(.7, 1.4)
+    def log(j, n):
+        I = np.clip(8 + 12 * wave(rng, n, dt, 120, 15), -10, 40); s, S = 0., []
+        soc = .95 - np.cumsum(I) * dt / 3600 / 40; f, Fv = 0., []
+        for k in range(n): f += (I[k] - f) * (1 - math.exp(-dt / tau)); Fv.append(f)
+        ocv = 46 + 6 * soc; Fv = np.array(Fv)
+        c = {"t_s": np.arange(n) * dt, "u.current_A": I, "x.soc": soc, "z.volt_V": ocv - R0 * I - R1 * Fv + nz(rng, .02, n), "m.volt_V": ocv,
+             "z.cell_degC": 25 + nz(rng, .05, n), "m.cell_degC": np.full(n, 25.)}
+        return c, {"volt_V": [I, Fv], "cell_degC": []}
+    return dict(log=log, n=[1500, 1200, 1600], effects=[E("volt_V", "coupling", "lag")], channels=["volt_V", "cell_degC"])
+
+# nothing wrong: closed-loop, AR(1) noise, start-noise
+@machine
+def nothing(rng):
+    dt = .05
+    def log(j, n):
+        u = wave(rng, n, dt, 8, 1); v, V = 0., []
+        for k in range(n): V.append(v); v += dt * (3 * u[k] - 1.2 * v)
+        V = np.array(V); vm = V + nz(rng, .02, n); e = np.zeros(n); w = nz(rng, .1, n)
+        for i in range(1, n): e[i] = .85 * e[i - 1] + w[i]
+        p = 5 + 2 * u
+        c = {"t_s": np.arange(1, n) * dt, "u.cmd": u[:-1], "x.v": vm[:-1], "z.v": vm[1:], "m.v": (vm + dt * (3 * u - 1.2 * vm))[:-1], "z.p": (p + e)[1:], "m.p": p[1:],
+             "z.q": np.round((V * 3)[1:] / .25 + rng.uniform(-.4, .4, n - 1)) * .25, "m.q": V[1:] * 3}
+        return c, {"v": [], "p": [], "q": []}
+    return dict(log=log, n=[1800, 1200, 1500], effects=[], channels=["v", "p", "q"])
+
+def write(path, c):
+    names = list(c)
+    with open(path, "w") as f:
+        f.write(",".join(names) + "\n")
+        for row in zip(*(c[k] for k in names)): f.write(",".join("%.9g" % v for v in row) + "\n")
+
+def main():
+    p = argparse.ArgumentParser(); p.add_argument("--seed", type=int); p.add_argument("--family", default="each"); p.add_argument("--out"); p.add_argument("--truth")
+    o = p.parse_args(); fam = list(M)[o.seed % len(M)] if o.family in ("each", "any") else o.family
+    rng = np.random.default_rng(o.seed * 6007 + 29); mac = M[fam](rng); os.makedirs(o.out, exist_ok=True)
+    logs = [mac["log"](j, n) for j, n in enumerate(mac["n"])]; hold = mac["log"](len(mac["n"]), mac["n"][0])
+    for j, (c, b) in enumerate(logs): write("%s/run_%d.csv" % (o.out, j + 1), c)
+    write(o.out + "/holdout_1.csv", hold[0])
+    t = {"seed": o.seed, "family": fam, "channels": [{"name": c} for c in mac["channels"]], "effects": mac["effects"], "holdout": {}}
+    for ch in mac["channels"]:
+        r = np.concatenate([c["z." + ch] - c["m." + ch] for c, b in logs]); rh = hold[0]["z." + ch] - hold[0]["m." + ch]
+        d = {"rmse_before": float(np.sqrt(np.mean(rh ** 2)))}; d["rmse_true"] = d["rmse_before"]
+        if hold[1][ch]:
+            A = np.concatenate([np.column_stack(b[ch]) for c, b in logs]).astype(float); Ah = np.column_stack(hold[1][ch]).astype(float)
+            w = np.linalg.lstsq(A, r, rcond=None)[0]; d["rmse_least_squares"] = float(np.sqrt(np.mean((rh - Ah @ w) ** 2)))
+        t["holdout"][ch] = d
+    json.dump(t, open(o.truth, "w"), default=float)
+if __name__ == "__main__": main()
