@@ -148,7 +148,7 @@ rim_status rimi_basis_open(rim_basis *view, const uint8_t *section, size_t bytes
   b.first_sd = spread > 0u ? b.first + 4u * outcomes : NULL;
   b.start = spread > 1u ? b.first_sd + 4u * outcomes : NULL;
   b.start_sd = spread > 1u ? b.start + 4u * features : NULL;
-  b.state = b.first + 4u * (1u + (spread > 0u)) * (size_t)outcomes +
+  b.state = b.first + (size_t)4u * (spread > 0u ? 2u : 1u) * (size_t)outcomes +
             (spread > 1u ? 8u * (size_t)features : 0u);
   b.limit = b.state + 4u * (((size_t)b.states + 1u) / 2u);
   b.rate = b.limit + 8u * (size_t)b.states;

@@ -219,27 +219,50 @@ static bool may_feed(const rim_monitor *m, uint16_t j, uint16_t leading, double 
   return true;
 }
 
-/* What an outcome that is rolled forward keeps of another (a tank of what flows in) deviates with
- * it, longer and often more clearly. The cause is the one that it is rolled from, or the one that
- * deviated first, by which the standing alarm is named. */
+static uint32_t states_of(const rim_monitor *m, uint32_t outcome) {
+  return rimi_rolled_states(rimi_blocks_basis(m->rows), &m->models.behaviour, outcome);
+}
+
+/* The outcome that deviates most clearly of those that the states of the leading one do not move. */
+static uint16_t independent_cause(const rim_monitor *m, uint16_t leading, uint32_t states,
+                                  double score) {
+  const uint16_t outcomes = (uint16_t)m->words[RIM_CONFIG_OUTCOMES];
+  uint16_t best = leading;
+  for (uint16_t j = 0; j < outcomes; ++j) {
+    double reached = score;
+    if (may_feed(m, j, leading, &reached) && (states_of(m, j) & states) == 0) {
+      score = reached;
+      best = j;
+    }
+  }
+  return best;
+}
+
+/* What an outcome that is rolled forward keeps of others (a tank of what flows in) deviates with
+ * them, longer and often more clearly, and so does all that is predicted from it. The cause is the
+ * outcome that deviated first, by which the standing alarm is named; or one that deviates although
+ * it is predicted without these states; or one that it is rolled from. */
 static uint16_t rolled_cause(const rim_monitor *m, uint16_t leading) {
   const rim_basis *basis = rimi_blocks_basis(m->rows);
   const rim_alarm *standing = rim_monitor_standing(m, RIM_DETECTOR_RIM);
   const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
-  const uint32_t states = rimi_rolled_states(basis, &m->models.behaviour, leading);
+  const uint32_t states = leading < outcomes ? states_of(m, leading) : 0u;
+  if (states == 0)
+    return leading;
   bool keeps = false;
-  for (size_t s = 0; s < basis->states && leading < outcomes; ++s)
+  for (size_t s = 0; s < basis->states; ++s)
     keeps =
         keeps || ((states >> s & 1u) != 0 && rimi_le_index(basis->state, s, outcomes) == leading);
-  if (!keeps)
-    return leading;
-  uint16_t best = leading;
   double score =
       rimi_max(UPSTREAM * trained_score(m, leading), (double)m->models.threshold.alarm_score);
-  if (standing != NULL && standing->channel[0] < outcomes &&
-      may_feed(m, standing->channel[0], leading, &score))
+  double reached = score;
+  if (keeps && standing != NULL && standing->channel[0] < outcomes &&
+      may_feed(m, standing->channel[0], leading, &reached))
     return standing->channel[0];
-  for (size_t s = 0; s < basis->states; ++s) {
+  uint16_t best = independent_cause(m, leading, states, score);
+  if (best != leading)
+    return best;
+  for (size_t s = 0; s < basis->states && keeps; ++s) {
     const uint16_t j = rimi_le_index(basis->state, s, outcomes);
     if ((states >> s & 1u) != 0 && may_feed(m, j, leading, &score))
       best = j;
