@@ -186,7 +186,7 @@ static void the_image_is_gone_through(void **state) {
   }
 }
 
-/* Calls that follow no pointer sum the header alone: what they leave is what the row before left. */
+/* Calls that follow no pointer sum the header alone: what else is damaged shows in the next row. */
 static void a_quiet_call_accepts_no_damage(void **state) {
   (void)state;
   for (uint32_t i = 0; i < 8; ++i) {

@@ -55,51 +55,42 @@ typedef struct lanes {
 } lanes;
 enum { AT_ONCE = 8 };
 
-static inline lanes begin_lanes(uint32_t sum) {
-  return (lanes){sum, sum + 1u, sum + 2u, sum + 3u};
-}
-static inline void take_eight(lanes *l, const uint32_t *w) {
-  l->a = take_pair(l->a, w[0], w[1]);
-  l->b = take_pair(l->b, w[2], w[3]);
-  l->c = take_pair(l->c, w[4], w[5]);
-  l->d = take_pair(l->d, w[6], w[7]);
-}
+static inline lanes begin_lanes(uint32_t sum) { return (lanes){sum, sum + 1u, sum + 2u, sum + 3u}; }
 /* Each of the four can be found again from this and the other three. */
 static inline uint32_t join(const lanes *l) {
   return take_pair(take_pair(take_pair(l->a, l->b, 0), l->c, 0), l->d, 0);
 }
 
+/* Word by word: a copy of several goes through the stack where registers are few. */
+static inline uint32_t aligned_word(const unsigned char *p) {
+  uint32_t word;
+  RIM_COPY(&word, __builtin_assume_aligned(p, 4), 4);
+  return word;
+}
+
 uint32_t rimi_word_sum(uint32_t sum, const void *data, size_t words) {
-  const unsigned char *p = (const unsigned char *)__builtin_assume_aligned(data, 4);
-  uint32_t w[AT_ONCE];
+  const unsigned char *p = data;
   if (words >= AT_ONCE) {
     lanes l = begin_lanes(sum);
     for (; words >= AT_ONCE; words -= AT_ONCE, p += 4 * AT_ONCE) {
-      RIM_COPY(w, p, 4 * AT_ONCE);
-      take_eight(&l, w);
+      l.a = take_pair(l.a, aligned_word(p), aligned_word(p + 4));
+      l.b = take_pair(l.b, aligned_word(p + 8), aligned_word(p + 12));
+      l.c = take_pair(l.c, aligned_word(p + 16), aligned_word(p + 20));
+      l.d = take_pair(l.d, aligned_word(p + 24), aligned_word(p + 28));
     }
     sum = join(&l);
   }
-  for (; words >= 2; words -= 2, p += 8) {
-    RIM_COPY(w, p, 8);
-    sum = take_pair(sum, w[0], w[1]);
-  }
-  if (words > 0) {
-    RIM_COPY(w, p, 4);
-    sum = take_pair(sum, w[0], 0);
-  }
-  return sum;
+  for (; words >= 2; words -= 2, p += 8)
+    sum = take_pair(sum, aligned_word(p), aligned_word(p + 4));
+  return words > 0 ? take_pair(sum, aligned_word(p), 0) : sum;
 }
 
 static inline uint32_t upper_half(const double *x) {
 #if __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
-  const unsigned char *p = (const unsigned char *)x + 4;
+  return aligned_word((const unsigned char *)x + 4);
 #else
-  const unsigned char *p = (const unsigned char *)x;
+  return aligned_word((const unsigned char *)x);
 #endif
-  uint32_t word;
-  RIM_COPY(&word, __builtin_assume_aligned(p, 4), 4);
-  return word;
 }
 
 uint32_t rimi_upper_sum(uint32_t sum, const double *data, size_t doubles) {
@@ -115,9 +106,7 @@ uint32_t rimi_upper_sum(uint32_t sum, const double *data, size_t doubles) {
   }
   for (; doubles >= 2; doubles -= 2, data += 2)
     sum = take_pair(sum, upper_half(data), upper_half(data + 1));
-  if (doubles > 0)
-    sum = take_pair(sum, upper_half(data), 0);
-  return sum;
+  return doubles > 0 ? take_pair(sum, upper_half(data), 0) : sum;
 }
 
 uint32_t rimi_byte_sum(uint32_t sum, const void *data, size_t bytes) {

@@ -58,8 +58,8 @@ typedef struct monitor_guard {
 
 /* A call begins: whether control holds. False also when damage was found before. O(header). */
 bool rimi_guard_enter(rim_monitor *m);
-/* The same for a call that follows no pointer and writes the header alone: the other sums stay those
- * of the call before. It ends by rimi_guard_leave_header(). */
+/* The same for a call that follows no pointer and writes the header alone: the other sums stay
+ * those of the call before. It ends by rimi_guard_leave_header(). */
 bool rimi_guard_enter_header(rim_monitor *m);
 void rimi_guard_leave_header(rim_monitor *m);
 /* Whether the header holds, for queries, which may also be made within a call. */

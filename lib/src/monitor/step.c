@@ -486,7 +486,8 @@ void rim_monitor_repeat(rim_monitor *m) {
 }
 
 bool rim_monitor_next_record(rim_monitor *m, rim_alarm *record) {
-  if (m == NULL || record == NULL || !rimi_alarm_life_waits(&m->life) || !rimi_guard_enter_header(m))
+  if (m == NULL || record == NULL || !rimi_alarm_life_waits(&m->life) ||
+      !rimi_guard_enter_header(m))
     return false;
   const bool taken = rimi_alarm_life_next_record(&m->life, record);
   rimi_guard_leave_header(m);
