@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""mutate.py BUILD [--number N] [--seed S] [--files GLOB]: do the unit tests notice a wrong operator?
+"""mutate.py BUILD [--number N] [--seed S] [--files GLOB [--lines N,M]]: do the unit tests notice a wrong operator?
 
 N places are drawn from all places of lib/src where an operator fits: relations (< <= > >= == !=), && and ||, + - * /
 between operands, ++ and --, a constant 0 or 1, a condition negated, a statement left out. Each mutant's file is
@@ -27,6 +27,7 @@ arguments.add_argument("build")
 arguments.add_argument("--number", type=int, default=40)
 arguments.add_argument("--seed", type=int, default=1)
 arguments.add_argument("--files", default="*")
+arguments.add_argument("--lines", default="", help="only these, as 'N,M,...'")
 arguments.add_argument("--seconds", type=int, default=60)
 arguments.add_argument("--equivalent", default="tests/assurance/equivalent.txt")
 o = arguments.parse_args()
@@ -149,7 +150,8 @@ for test in ALWAYS:  # a test that fails by itself would take credit for every m
         sys.exit("mutate: test_%s fails without a mutant" % test)
 files = [p for p in sorted(glob.glob("lib/src/*/*.c")) if fnmatch.fnmatch(p, o.files)]
 known = equivalents(o.equivalent)
-everything = [place for path in files for place in places(path)]
+lines = [int(line) - 1 for line in o.lines.split(",") if line]
+everything = [place for path in files for place in places(path) if not lines or place[1] in lines]
 print("%d places in %d files, seed %d" % (len(everything), len(files), o.seed), flush=True)
 draw = random.Random(o.seed)
 draw.shuffle(everything)

@@ -175,11 +175,14 @@ static void an_image_without_a_rate_is_gone_through(void **state) {
     ++t;
   assert_true(t < 3 * rows + 2);
   assert_int_equal(rim_monitor_get_health(b.monitor).damage, RIM_DAMAGE_IMAGE);
-  /* A place behind the image's end, which the sums do not cover, leads nowhere. */
-  make_bench(&b, true);
-  b.monitor->guard.image_at = UINT32_C(1) << 30;
-  assert_int_equal(step(&b, 911, 0, 0.0).level, RIM_LEVEL_INTEGRITY);
-  assert_int_equal(rim_monitor_get_health(b.monitor).damage, RIM_DAMAGE_IMAGE);
+  /* A place behind the image's end or within a slice, which the sums do not cover, leads nowhere. */
+  static const uint32_t nowhere[] = {UINT32_C(1) << 30, 1};
+  for (size_t i = 0; i < sizeof nowhere / sizeof *nowhere; ++i) {
+    make_bench(&b, true);
+    b.monitor->guard.image_at = nowhere[i];
+    assert_int_equal(step(&b, 911, 0, 0.0).level, RIM_LEVEL_INTEGRITY);
+    assert_int_equal(rim_monitor_get_health(b.monitor).damage, RIM_DAMAGE_IMAGE);
+  }
 }
 
 /* An index of the search is looked at before it is followed. */

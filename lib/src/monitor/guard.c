@@ -184,7 +184,11 @@ static bool image_holds(const rim_monitor *m) {
 static void scrub_image(rim_monitor *m) {
   monitor_guard *g = &m->guard;
   const image_cuts c = cut_image(m);
-  uint32_t at = g->image_at < c.words ? g->image_at : 0u;
+  uint32_t at = g->image_at;
+  if (at >= c.words || at % c.slice != 0) { /* what this function leaves is neither */
+    g->damaged |= RIM_DAMAGE_IMAGE;
+    return;
+  }
   const uint32_t part = at / c.part;
   const uint32_t sum = sum_slice(m, &c, &at, at % c.part == 0 ? 0u : g->image_now);
   const bool ends = at >= c.words || at % c.part == 0;
