@@ -4,7 +4,8 @@
 
 N places are drawn from all places of lib/src where an operator fits: relations (< <= > >= == !=), && and ||, + - * /
 between operands, ++ and --, a constant 0 or 1, a condition negated, a statement left out. Each mutant's file is
-compiled into a copy of BUILD's library, and the tests of its own source, of the whole library (ALWAYS) and of the
+compiled into a copy of BUILD's library, so that it stops at what C does not define (`make test-sanitized` looks at
+that too), and the tests of its own source, of the whole library (ALWAYS) and of the
 other sources of its room run against it. A mutant that does not compile is drawn again. Prints each survivor, then the share killed with Wilson's 95 %
 interval and the seed; exit 0. A survivor is either a missing test or an equivalent program: a reader decides, and
 writes the latter into --equivalent, rows 'PATH | line | mutated line | reason': such a mutant is not drawn. A row whose
@@ -32,6 +33,7 @@ arguments.add_argument("--seconds", type=int, default=60)
 arguments.add_argument("--equivalent", default="tests/assurance/equivalent.txt")
 o = arguments.parse_args()
 FLAGS = "-std=c11 -O1 -ffp-contract=off -fno-math-errno -fno-tree-slp-vectorize -w -Ilib/include -Ilib/src -Itests/lib".split()
+DEFINED = ["-fsanitize=undefined", "-fno-sanitize=alignment,vptr", "-fsanitize-undefined-trap-on-error"]
 work = os.path.join(o.build, "mutate")
 os.makedirs(work, exist_ok=True)
 shared = dict(re.findall(r"(\w+/\w+)=(\w+)", re.sub(r"\\\n", " ", open("tests/Dir.mk").read())))
@@ -121,7 +123,7 @@ def killed_by(place):
     open(source, "w").write(text)
     made = os.path.join(work, os.path.basename(place[0])[:-2] + ".o")
     include = ["-I", os.path.dirname(place[0])]
-    if subprocess.run(["gcc", *FLAGS, *include, "-c", source, "-o", made], stderr=subprocess.DEVNULL).returncode:
+    if subprocess.run(["gcc", *FLAGS, *DEFINED, *include, "-c", source, "-o", made], stderr=subprocess.DEVNULL).returncode:
         return False
     library = os.path.join(work, "librim.a")
     shutil.copy(os.path.join(o.build, "librim.a"), library)
