@@ -34,6 +34,7 @@ arguments.add_argument("--equivalent", default="tests/assurance/equivalent.txt")
 o = arguments.parse_args()
 FLAGS = "-std=c11 -O1 -ffp-contract=off -fno-math-errno -fno-tree-slp-vectorize -w -Ilib/include -Ilib/src -Itests/lib".split()
 DEFINED = ["-fsanitize=undefined", "-fno-sanitize=alignment,vptr", "-fsanitize-undefined-trap-on-error"]
+HEADERS = glob.glob("tests/lib/*.h") + glob.glob("lib/src/*/*.h") + glob.glob("lib/include/rim/**/*.h", recursive=True)
 work = os.path.join(o.build, "mutate")
 os.makedirs(work, exist_ok=True)
 shared = dict(re.findall(r"(\w+/\w+)=(\w+)", re.sub(r"\\\n", " ", open("tests/Dir.mk").read())))
@@ -110,7 +111,7 @@ def is_held_to_lcm_gen(test):
 def object_of(test):
     out = os.path.join(work, "test_%s.o" % test)
     source = "tests/lib/test_%s.c" % test
-    if not os.path.exists(out) or os.path.getmtime(out) < os.path.getmtime(source):
+    if not os.path.exists(out) or os.path.getmtime(out) < max(map(os.path.getmtime, [source, *HEADERS])):
         extra = ["-isystem", os.path.join(o.build, "lcmgen")] if is_held_to_lcm_gen(test) else []
         subprocess.run(["gcc", *FLAGS, *extra, "-c", source, "-o", out], check=True)
     return out
