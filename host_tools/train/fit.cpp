@@ -21,15 +21,13 @@ struct Data {
   std::vector<RunSpan> spans;
 };
 
-using RunGrams = std::vector<std::vector<Gram>>; // run, prototype
-
 // Everything that follows from prototypes and bandwidths on one set of rows.
 struct Fitted {
   Gates gates;
+  Eigen::Index prototypes = 0;
   Eigen::VectorXd reach_squared;
   std::vector<Eigen::VectorXd> run_reach; // the same of each run
-  RunGrams grams;
-  std::vector<Gram> total; // per prototype, all runs
+  std::vector<Gram> total;                // per prototype, all runs
   std::vector<double> ridge, ridge_global;
   Matrix mean; // rows x outputs, left-one-run-out, standardised
   Eigen::VectorXd mse;
@@ -95,6 +93,12 @@ Data every_nth_of_runs(const Data &all, std::size_t most) {
   return some;
 }
 
+// One run's Gram of every prototype. They are made again where they are needed: kept for all runs
+// they would be by far the largest thing in memory, and making them costs less than what follows.
+std::vector<Gram> grams_of(const Data &data, const Fitted &fit, std::size_t run) {
+  return run_grams(data.xs, data.ys, data.spans[run], fit.gates, fit.prototypes);
+}
+
 void fill_gates(const Data &data, const NominalModel &model, Fitted &fit) {
   const auto rows = static_cast<std::size_t>(data.xs.rows());
   fit.gates.top = model.top;
@@ -102,19 +106,24 @@ void fill_gates(const Data &data, const NominalModel &model, Fitted &fit) {
   fit.gates.weight.assign(rows * model.top, 0.0);
   std::vector<Eigen::VectorXd> reach(data.spans.size(),
                                      Eigen::VectorXd::Zero(model.prototypes.rows()));
-  fit.grams.assign(data.spans.size(), {});
-  parallel_for(data.spans.size(), [&](std::size_t r) {
-    open_gates(model, data.xs, data.spans[r], fit.gates, &reach[r]);
-    fit.grams[r] = run_grams(data.xs, data.ys, data.spans[r], fit.gates, model.prototypes.rows());
-  });
+  fit.prototypes = model.prototypes.rows();
+  parallel_in_order(
+      data.spans.size(),
+      [&](std::size_t r) {
+        open_gates(model, data.xs, data.spans[r], fit.gates, &reach[r]);
+        return grams_of(data, fit, r);
+      },
+      [&](std::size_t r, std::vector<Gram> grams) {
+        if (r == 0) {
+          fit.total = std::move(grams);
+          return;
+        }
+        for (std::size_t p = 0; p < fit.total.size(); ++p)
+          fit.total[p] += grams[p];
+      });
   fit.reach_squared = reach.front();
-  fit.total = fit.grams.front();
-  for (std::size_t r = 1; r < reach.size(); ++r) {
-    fit.reach_squared = fit.reach_squared.cwiseMax(reach[r]);
-    for (std::size_t p = 0; p < fit.total.size(); ++p) {
-      fit.total[p] += fit.grams[r][p];
-    }
-  }
+  for (const Eigen::VectorXd &of_run : reach)
+    fit.reach_squared = fit.reach_squared.cwiseMax(of_run);
   fit.run_reach = std::move(reach);
 }
 
@@ -177,14 +186,15 @@ std::vector<double> best_candidate(const std::vector<Eigen::MatrixXd> &error,
 
 // Chooses the ridges by leaving every run out (exact downdates); returns the global map without
 // each.
-std::vector<Matrix> choose_ridges(const RidgeShape &shape, const FitOptions &options, Fitted &fit) {
-  const std::size_t runs = fit.grams.size();
+std::vector<Matrix> choose_ridges(const Data &data, const RidgeShape &shape,
+                                  const FitOptions &options, Fitted &fit) {
+  const std::size_t runs = data.spans.size();
   const auto candidates = static_cast<Eigen::Index>(options.ridge.size());
   const Gram all = sum_of(fit.total);
   const Matrix zero = Matrix::Zero(shape.outputs, 1 + shape.inputs);
   std::vector<Eigen::MatrixXd> error(runs, Eigen::MatrixXd::Zero(shape.outputs, candidates));
   parallel_for(runs, [&](std::size_t r) {
-    const Gram own = sum_of(fit.grams[r]);
+    const Gram own = sum_of(grams_of(data, fit, r));
     const Gram rest = all - own;
     for (Eigen::Index c = 0; c < candidates; ++c) {
       const Matrix maps = ridge_maps(rest, shape, zero, options.ridge[static_cast<std::size_t>(c)]);
@@ -194,14 +204,14 @@ std::vector<Matrix> choose_ridges(const RidgeShape &shape, const FitOptions &opt
   fit.ridge_global = best_candidate(error, options.ridge);
   std::vector<Matrix> global(runs);
   parallel_for(runs, [&](std::size_t r) {
-    global[r] = ridge_maps(all - sum_of(fit.grams[r]), shape, zero, fit.ridge_global);
+    const std::vector<Gram> own = grams_of(data, fit, r);
+    global[r] = ridge_maps(all - sum_of(own), shape, zero, fit.ridge_global);
     error[r].setZero();
     for (std::size_t p = 0; p < fit.total.size(); ++p) {
-      const Gram rest = fit.total[p] - fit.grams[r][p];
+      const Gram rest = fit.total[p] - own[p];
       for (Eigen::Index c = 0; c < candidates; ++c) {
         const double ridge = options.ridge[static_cast<std::size_t>(c)];
-        error[r].col(c) +=
-            squared_error(fit.grams[r][p], shape, ridge_maps(rest, shape, global[r], ridge));
+        error[r].col(c) += squared_error(own[p], shape, ridge_maps(rest, shape, global[r], ridge));
       }
     }
   });
@@ -242,12 +252,13 @@ Fitted fit_at(const Data &data, const NominalModel &model, const RidgeShape &sha
               const FitOptions &options) {
   Fitted fit;
   fill_gates(data, model, fit);
-  const std::vector<Matrix> global = choose_ridges(shape, options, fit);
+  const std::vector<Matrix> global = choose_ridges(data, shape, options, fit);
   fit.mean.resize(data.ys.rows(), data.ys.cols());
   parallel_for(data.spans.size(), [&](std::size_t r) {
+    const std::vector<Gram> own = grams_of(data, fit, r);
     std::vector<Matrix> maps;
     for (std::size_t p = 0; p < fit.total.size(); ++p) {
-      maps.push_back(ridge_maps(fit.total[p] - fit.grams[r][p], shape, global[r], fit.ridge));
+      maps.push_back(ridge_maps(fit.total[p] - own[p], shape, global[r], fit.ridge));
     }
     predict_rows(data, data.spans[r], fit.gates, maps, fit.mean);
   });

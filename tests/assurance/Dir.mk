@@ -24,6 +24,16 @@ fleet: $(ASSURE)/fleet $(CROSS)/landing.rec $(CROSS)/golf_flight.rec ## a thousa
 	@for units in 12 6 3 1; do echo "$$units units of search per row:"; $(ASSURE)/fleet $(CROSS)/landing.rec 20 8000 1 $$units || exit 1; done
 	@$(ASSURE)/fleet $(CROSS)/landing.rec 1 600 && $(ASSURE)/fleet $(CROSS)/landing.rec 1000 600 && $(ASSURE)/fleet $(CROSS)/golf_flight.rec 1000 100 && $(ASSURE)/fleet $(CROSS)/golf_flight.rec 1000 100 4
 
+# The same program with the checks of memory taken out by the linker.
+WRAPPED := $(addprefix rimi_guard_,enter leave scrub before_block after_block all renew)
+$(ASSURE)/fleet_unguarded: tests/assurance/fleet.c tests/assurance/unguarded.c tests/assurance/flight.h $(BUILD)/librim.a $(BUILD)/flags.test
+	@mkdir -p $(@D)
+	$(call say,TEST)$(CC) $(ASSURE_FLAGS) $(filter %.c,$^) -o $@ $(WRAPPED:%=-Wl$(comma)--wrap=%) $(BUILD)/librim.a -lm
+
+.PHONY: checks-cost
+checks-cost: $(ASSURE)/fleet $(ASSURE)/fleet_unguarded $(BUDGETED:%=$(CROSS)/%.rec) $(CROSS)/landing.rec ## what the checks of memory take of a step, on this computer
+	@tests/assurance/checks_cost.sh $(filter-out %.rec,$^) $(filter %.rec,$^)
+
 FLIPS ?= 1000
 FLIP_SEED ?= 1
 .PHONY: inject

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""mutate.py BUILD [--number N] [--seed S] [--files GLOB]: do the unit tests notice a wrong operator?
+"""mutate.py BUILD [--number N] [--seed S] [--files GLOB [--lines N,M]]: do the unit tests notice a wrong operator?
 
 N places are drawn from all places of lib/src where an operator fits: relations (< <= > >= == !=), && and ||, + - * /
 between operands, ++ and --, a constant 0 or 1, a condition negated, a statement left out. Each mutant's file is
-compiled into a copy of BUILD's library, and the tests of its own source, of the whole library (ALWAYS) and of the
+compiled into a copy of BUILD's library, so that it stops at what C does not define (`make test-sanitized` looks at
+that too), and the tests of its own source, of the whole library (ALWAYS) and of the
 other sources of its room run against it. A mutant that does not compile is drawn again. Prints each survivor, then the share killed with Wilson's 95 %
 interval and the seed; exit 0. A survivor is either a missing test or an equivalent program: a reader decides, and
 writes the latter into --equivalent, rows 'PATH | line | mutated line | reason': such a mutant is not drawn. A row whose
@@ -27,10 +28,13 @@ arguments.add_argument("build")
 arguments.add_argument("--number", type=int, default=40)
 arguments.add_argument("--seed", type=int, default=1)
 arguments.add_argument("--files", default="*")
+arguments.add_argument("--lines", default="", help="only these, as 'N,M,...'")
 arguments.add_argument("--seconds", type=int, default=60)
 arguments.add_argument("--equivalent", default="tests/assurance/equivalent.txt")
 o = arguments.parse_args()
 FLAGS = "-std=c11 -O1 -ffp-contract=off -fno-math-errno -fno-tree-slp-vectorize -w -Ilib/include -Ilib/src -Itests/lib".split()
+DEFINED = ["-fsanitize=undefined", "-fno-sanitize=alignment,vptr", "-fsanitize-undefined-trap-on-error"]
+HEADERS = glob.glob("tests/lib/*.h") + glob.glob("lib/src/*/*.h") + glob.glob("lib/include/rim/**/*.h", recursive=True)
 work = os.path.join(o.build, "mutate")
 os.makedirs(work, exist_ok=True)
 shared = dict(re.findall(r"(\w+/\w+)=(\w+)", re.sub(r"\\\n", " ", open("tests/Dir.mk").read())))
@@ -107,7 +111,7 @@ def is_held_to_lcm_gen(test):
 def object_of(test):
     out = os.path.join(work, "test_%s.o" % test)
     source = "tests/lib/test_%s.c" % test
-    if not os.path.exists(out) or os.path.getmtime(out) < os.path.getmtime(source):
+    if not os.path.exists(out) or os.path.getmtime(out) < max(map(os.path.getmtime, [source, *HEADERS])):
         extra = ["-isystem", os.path.join(o.build, "lcmgen")] if is_held_to_lcm_gen(test) else []
         subprocess.run(["gcc", *FLAGS, *extra, "-c", source, "-o", out], check=True)
     return out
@@ -120,7 +124,7 @@ def killed_by(place):
     open(source, "w").write(text)
     made = os.path.join(work, os.path.basename(place[0])[:-2] + ".o")
     include = ["-I", os.path.dirname(place[0])]
-    if subprocess.run(["gcc", *FLAGS, *include, "-c", source, "-o", made], stderr=subprocess.DEVNULL).returncode:
+    if subprocess.run(["gcc", *FLAGS, *DEFINED, *include, "-c", source, "-o", made], stderr=subprocess.DEVNULL).returncode:
         return False
     library = os.path.join(work, "librim.a")
     shutil.copy(os.path.join(o.build, "librim.a"), library)
@@ -149,7 +153,8 @@ for test in ALWAYS:  # a test that fails by itself would take credit for every m
         sys.exit("mutate: test_%s fails without a mutant" % test)
 files = [p for p in sorted(glob.glob("lib/src/*/*.c")) if fnmatch.fnmatch(p, o.files)]
 known = equivalents(o.equivalent)
-everything = [place for path in files for place in places(path)]
+lines = [int(line) - 1 for line in o.lines.split(",") if line]
+everything = [place for path in files for place in places(path) if not lines or place[1] in lines]
 print("%d places in %d files, seed %d" % (len(everything), len(files), o.seed), flush=True)
 draw = random.Random(o.seed)
 draw.shuffle(everything)

@@ -340,6 +340,16 @@ static void times_and_triggers(void **state) {
     assert_int_equal(rim_can_table_open(&table, m.bytes, m.size),
                      trigger == 0 ? RIM_OK : RIM_E_RANGE);
   }
+  static const uint32_t ids[] = {0x7ff, 0x800, RIM_CAN_EXTENDED | 0x1fffffffu,
+                                 RIM_CAN_EXTENDED | 0x20000000u};
+  for (size_t i = 0; i < sizeof ids / sizeof *ids; ++i) { /* the largest of 11 and of 29 bits */
+    begin(&m, 1, 1, 1, 0, RIM_CAN_TABLE_NONE);
+    frame(&m, ids[i], 8, 0, 0, 1);
+    l = plain(0, 0, 8);
+    signal(&m, &l);
+    assert_int_equal(rim_can_table_open(&table, m.bytes, m.size),
+                     i % 2 == 0 ? RIM_OK : RIM_E_RANGE);
+  }
   for (unsigned motorola = 0; motorola < 3; ++motorola) { /* of the selector */
     begin(&m, 1, 1, 1, 0, RIM_CAN_TABLE_NONE);
     frame(&m, 1, 8, 0, 0, 1);

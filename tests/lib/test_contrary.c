@@ -160,6 +160,28 @@ static void what_is_no_shift_has_no_contrary(void **state) {
   }
 }
 
+/* A sign that was said is turned where the baseline is more improbable, by a quarter of its score,
+ * than it must be otherwise (2 nats). */
+static void what_was_said_first_needs_more(void **state) {
+  (void)state;
+  static bench b;
+  const world w = planted(0, 0.0, -9.0);
+  start(&b, &w, BLOCKS);
+  feed(&b, 0, BLOCKS, TURN);
+  search_hypothesis h = region(EDGE_BIN, SEARCH_BINS - 1);
+  assert_true(rimi_search_evaluate_channel(b.search, 0, &h));
+  const double just = 4.0 * (rimi_search_baseline(b.search, &h) - 2.0);
+  assert_true(just > 1.0);
+  for (uint32_t i = 0; i < 4; ++i) {
+    search_hypothesis said = h;
+    said.score = (float)((i % 2 == 0 ? 1.02 : 0.98) * just);
+    const bool is_known = i < 2;
+    double onset_sd = -1.0;
+    const bool turned = rimi_search_against_nominal(b.search, 0, &said, is_known, &onset_sd);
+    assert_int_equal(turned, !is_known || i == 1);
+  }
+}
+
 /* Where the search has found no region yet, what lies beside is looked for all the same; where a
  * region takes in everything, nothing does. */
 static void a_contrary_without_a_region(void **state) {
@@ -203,6 +225,7 @@ int main(void) {
       cmocka_unit_test(a_reset_forgets_what_was_best),
       cmocka_unit_test(one_feature_has_no_pairs),
       cmocka_unit_test(what_is_no_shift_has_no_contrary),
+      cmocka_unit_test(what_was_said_first_needs_more),
       cmocka_unit_test(a_contrary_without_a_region),
       cmocka_unit_test(what_lies_beside_is_not_the_region_again),
   };

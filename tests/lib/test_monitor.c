@@ -268,7 +268,7 @@ static void a_shifted_region_is_found_once(void **state) {
 }
 
 /* The stretch in which make_row shifts an outcome, corrected for. */
-static void put_correct(bytes *b, bool external, double shift) {
+static void put_correct_of(bytes *b, bool external, double shift, uint32_t kinds) {
   rim_correct_region region = {.is_box = true, .confidence = 1.0};
   region.region.dims = 1;
   region.region.feature[0] = external ? 2 : 0;
@@ -278,11 +278,15 @@ static void put_correct(bytes *b, bool external, double shift) {
   const rim_correct_model m = {.features = D,
                                .outcomes = O,
                                .regions = 1,
-                               .kinds = 1u << RIM_KIND_SHIFT,
+                               .kinds = kinds,
                                .region = &region,
                                .shift = shifts};
   b->size = RIM_CORRECT_BYTES(O, 1);
   assert_int_equal(rimi_correct_pack(&m, b->byte, b->size), RIM_OK);
+}
+
+static void put_correct(bytes *b, bool external, double shift) {
+  put_correct_of(b, external, shift, 1u << RIM_KIND_SHIFT);
 }
 
 /* The fault of the test above, once the image carries its correction; the opposite correction makes
@@ -308,6 +312,29 @@ static void a_corrected_model_is_silent(void **state) {
     const tally twice = watch(&b, 3, 0, ROWS, shift);
     assert_int_equal(twice.raised, 1);
     assert_true(rimi_abs(twice.latest.shift[0] - 2.0 * shift) <= 4.0 * twice.latest.shift_sd[0]);
+  }
+}
+
+/* A correction of kinds that are none of a mean leaves every mean as it is. */
+static void a_correction_of_another_kind_changes_no_mean(void **state) {
+  (void)state;
+  for (int external = 0; external < 2; ++external) {
+    uint64_t digest[2];
+    for (uint32_t i = 0; i < 2; ++i) {
+      bench b;
+      make_bench(&b, external);
+      recipe r = calibrated[external];
+      if (i == 1)
+        put_correct_of(&r.section[RIM_SECTION_CORRECT], external, 5.0, 1u << RIM_KIND_VARIANCE);
+      build(&b.blob, &r);
+      start(&b);
+      digest[i] = RIM_DIGEST_START;
+      for (uint32_t t = 0; t < 200; ++t) {
+        const rim_verdict v = step(&b, 3, t, 0.0);
+        digest[i] = rim_verdict_digest(digest[i], &v);
+      }
+    }
+    assert_true(digest[0] == digest[1]);
   }
 }
 
@@ -671,6 +698,7 @@ int main(void) {
       cmocka_unit_test(nothing_is_found_where_nothing_is),
       cmocka_unit_test(a_shifted_region_is_found_once),
       cmocka_unit_test(a_corrected_model_is_silent),
+      cmocka_unit_test(a_correction_of_another_kind_changes_no_mean),
       cmocka_unit_test(a_correction_that_does_not_fit_is_refused),
       cmocka_unit_test(a_fault_in_scatter_and_a_stuck_reading_are_named),
       cmocka_unit_test(an_alarm_persists_first_and_is_not_repeated_too_often),

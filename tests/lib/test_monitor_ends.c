@@ -160,6 +160,27 @@ static void every_policy_outlives_a_repair(void **state) {
   }
 }
 
+/* Rows with predictions are numbered. A gap is what is longer than three times the mean spacing of
+ * the rows since the last one: its begin, its end and the row after it are kept. */
+static void a_gap_is_three_times_the_spacing(void **state) {
+  (void)state;
+  make_bench(&b, true);
+  /* Four rows a second apart, a gap; four half a second apart, no gap, a gap. */
+  static const double t_s[] = {1.0, 2.0, 3.0, 4.0, 7.2, 7.7, 8.2, 8.7, 10.1, 12.7};
+  static const uint32_t gaps[] = {0, 0, 0, 0, 1, 1, 1, 1, 1, 2};
+  for (uint32_t i = 0; i < sizeof t_s / sizeof *t_s; ++i) {
+    row r;
+    rim_verdict v;
+    make_row(&r, true, 913, i, 0.0);
+    r.view.t_s = t_s[i];
+    assert_int_equal(rim_monitor_step(b.monitor, &r.view, &v), RIM_OK);
+    assert_int_equal(b.monitor->gaps, gaps[i]);
+  }
+  const monitor_gap *first = &b.monitor->gap[0], *second = &b.monitor->gap[1];
+  assert_true(first->before_s == 4.0 && first->after_s == 7.2 && first->index == 4);
+  assert_true(second->before_s == 10.1 && second->after_s == 12.7 && second->index == 9);
+}
+
 /* An image of rows without a rate is gone through all the same; so is one that is small. */
 static void an_image_without_a_rate_is_gone_through(void **state) {
   (void)state;
@@ -175,11 +196,14 @@ static void an_image_without_a_rate_is_gone_through(void **state) {
     ++t;
   assert_true(t < 3 * rows + 2);
   assert_int_equal(rim_monitor_get_health(b.monitor).damage, RIM_DAMAGE_IMAGE);
-  /* A place behind the image's end, which the sums do not cover, leads nowhere. */
-  make_bench(&b, true);
-  b.monitor->guard.image_at = UINT32_C(1) << 30;
-  assert_int_equal(step(&b, 911, 0, 0.0).level, RIM_LEVEL_INTEGRITY);
-  assert_int_equal(rim_monitor_get_health(b.monitor).damage, RIM_DAMAGE_IMAGE);
+  /* A place behind the end or within a slice, which the sums do not cover, leads nowhere. */
+  static const uint32_t nowhere[] = {UINT32_C(1) << 30, 1};
+  for (size_t i = 0; i < sizeof nowhere / sizeof *nowhere; ++i) {
+    make_bench(&b, true);
+    b.monitor->guard.image_at = nowhere[i];
+    assert_int_equal(step(&b, 911, 0, 0.0).level, RIM_LEVEL_INTEGRITY);
+    assert_int_equal(rim_monitor_get_health(b.monitor).damage, RIM_DAMAGE_IMAGE);
+  }
 }
 
 /* An index of the search is looked at before it is followed. */
@@ -518,6 +542,7 @@ int main(void) {
       cmocka_unit_test(alarms_without_an_outcome),
       cmocka_unit_test(a_query_looks_before_it_answers),
       cmocka_unit_test(every_policy_outlives_a_repair),
+      cmocka_unit_test(a_gap_is_three_times_the_spacing),
       cmocka_unit_test(an_image_without_a_rate_is_gone_through),
       cmocka_unit_test(an_index_is_looked_at_each_row),
       cmocka_unit_test(everything_is_looked_at_at_once),

@@ -140,7 +140,11 @@ static void boxes(void **state) {
     assert_int_equal(rimi_region_from_box(&region, dims, feature, lower, upper), RIM_OK);
     assert_true(rimi_region_is_valid(&region));
     const rim_region before = region;
+    for (int i = dims; i < RIM_REGION_MAX_DIMS; ++i)
+      region.lower[i] = region.upper[i] = region.center[i] = 7.0;
     assert_int_equal(rim_region_bounds(&region), RIM_OK);
+    for (int i = dims; i < RIM_REGION_MAX_DIMS; ++i)
+      assert_true(region.lower[i] == 0.0 && region.upper[i] == 0.0); /* not used: no numbers */
     for (int i = 0; i < dims; ++i) {
       assert_true(fabs(region.lower[i] - before.lower[i]) < 1e-12);
       assert_true(fabs(region.upper[i] - before.upper[i]) < 1e-12);

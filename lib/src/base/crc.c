@@ -40,55 +40,91 @@ uint8_t rimi_crc8(uint8_t crc, const void *data, size_t bytes) {
 
 #define WORD_SUM_FACTOR UINT32_C(0x9e3779b1) /* odd, so that multiplying loses nothing */
 
-/* Turned, so that the highest bits reach the others: two damaged signs would cancel otherwise. The
- * second word of a pair is added, by the instruction that multiplies where there is one. */
+/* Turned, so that the highest bits reach the others: two damaged signs would cancel otherwise, as
+ * they still do within one pair. The second word of a pair is added, by the instruction that
+ * multiplies where there is one. */
 static inline uint32_t take_pair(uint32_t sum, uint32_t first, uint32_t second) {
   return ((sum << 5 | sum >> 27) ^ first) * WORD_SUM_FACTOR + second;
 }
 
+/* Four sums beside each other: in one sum, a product has to wait for the one before it. They are
+ * variables of their own, not an array, so that no compiler makes vectors of them: many processors
+ * have no product of vectors, and make it from shifts. */
+typedef struct lanes {
+  uint32_t a, b, c, d;
+} lanes;
+enum { AT_ONCE = 8 };
+
+static inline lanes begin_lanes(uint32_t sum) { return (lanes){sum, sum + 1u, sum + 2u, sum + 3u}; }
+/* Each of the four can be found again from this and the other three. */
+static inline uint32_t join(const lanes *l) {
+  return take_pair(take_pair(take_pair(l->a, l->b, 0), l->c, 0), l->d, 0);
+}
+
+/* Word by word: a copy of several goes through the stack where registers are few. */
+static inline uint32_t aligned_word(const unsigned char *p) {
+  uint32_t word;
+  RIM_COPY(&word, __builtin_assume_aligned(p, 4), 4);
+  return word;
+}
+
 uint32_t rimi_word_sum(uint32_t sum, const void *data, size_t words) {
-  const unsigned char *p = (const unsigned char *)__builtin_assume_aligned(data, 4);
-  uint32_t w[4];
-  for (; words >= 4; words -= 4, p += 16) {
-    RIM_COPY(w, p, 16);
-    sum = take_pair(take_pair(sum, w[0], w[1]), w[2], w[3]);
+  const unsigned char *p = data;
+  if (words >= AT_ONCE) {
+    lanes l = begin_lanes(sum);
+    for (; words >= AT_ONCE; words -= AT_ONCE, p += 4 * AT_ONCE) {
+      l.a = take_pair(l.a, aligned_word(p), aligned_word(p + 4));
+      l.b = take_pair(l.b, aligned_word(p + 8), aligned_word(p + 12));
+      l.c = take_pair(l.c, aligned_word(p + 16), aligned_word(p + 20));
+      l.d = take_pair(l.d, aligned_word(p + 24), aligned_word(p + 28));
+    }
+    sum = join(&l);
   }
-  for (; words > 0; --words, p += 4) {
-    RIM_COPY(w, p, 4);
-    sum = take_pair(sum, w[0], 0);
-  }
-  return sum;
+  for (; words >= 2; words -= 2, p += 8)
+    sum = take_pair(sum, aligned_word(p), aligned_word(p + 4));
+  return words > 0 ? take_pair(sum, aligned_word(p), 0) : sum;
+}
+
+static inline uint32_t upper_half(const double *x) {
+#if __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
+  return aligned_word((const unsigned char *)x + 4);
+#else
+  return aligned_word((const unsigned char *)x);
+#endif
 }
 
 uint32_t rimi_upper_sum(uint32_t sum, const double *data, size_t doubles) {
-#if __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
-  const unsigned char *p = (const unsigned char *)data + 4;
-#else
-  const unsigned char *p = (const unsigned char *)data;
-#endif
-  uint32_t first, second;
-  for (; doubles >= 2; doubles -= 2, p += 16) {
-    RIM_COPY(&first, __builtin_assume_aligned(p, 4), 4);
-    RIM_COPY(&second, __builtin_assume_aligned(p + 8, 4), 4);
-    sum = take_pair(sum, first, second);
+  if (doubles >= AT_ONCE) {
+    lanes l = begin_lanes(sum);
+    for (; doubles >= AT_ONCE; doubles -= AT_ONCE, data += AT_ONCE) {
+      l.a = take_pair(l.a, upper_half(data), upper_half(data + 1));
+      l.b = take_pair(l.b, upper_half(data + 2), upper_half(data + 3));
+      l.c = take_pair(l.c, upper_half(data + 4), upper_half(data + 5));
+      l.d = take_pair(l.d, upper_half(data + 6), upper_half(data + 7));
+    }
+    sum = join(&l);
   }
-  if (doubles > 0) {
-    RIM_COPY(&first, p, 4);
-    sum = take_pair(sum, first, 0);
-  }
-  return sum;
+  for (; doubles >= 2; doubles -= 2, data += 2)
+    sum = take_pair(sum, upper_half(data), upper_half(data + 1));
+  return doubles > 0 ? take_pair(sum, upper_half(data), 0) : sum;
 }
 
 uint32_t rimi_byte_sum(uint32_t sum, const void *data, size_t bytes) {
   const unsigned char *p = data;
-  uint32_t word;
-  for (; bytes >= 4; bytes -= 4, p += 4) {
-    RIM_COPY(&word, p, 4);
-    sum = take_pair(sum, word, 0);
+  uint32_t w[2];
+  for (; bytes >= 8; bytes -= 8, p += 8) {
+    RIM_COPY(w, p, 8);
+    sum = take_pair(sum, w[0], w[1]);
+  }
+  if (bytes >= 4) {
+    RIM_COPY(w, p, 4);
+    sum = take_pair(sum, w[0], 0);
+    bytes -= 4;
+    p += 4;
   }
   if (bytes == 0)
     return sum;
-  word = 0;
+  uint32_t word = 0;
   for (size_t i = 0; i < bytes; ++i)
     word |= (uint32_t)p[i] << (8u * i);
   return take_pair(sum, word, 0);

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /* base/crc.h - check sums of images and frames, and the digest of a replay.
  *
- * All are functions of bytes in memory order and can be continued: f(f(start, a), b) equals
- * f(start, ab). data may be NULL when bytes is 0. Cost O(bytes), constant tables of 80 bytes, no
- * state. */
+ * All are functions of bytes in memory order. CRCs and digests can be continued: f(f(start, a), b)
+ * equals f(start, ab). data may be NULL when bytes is 0. Cost O(bytes), constant tables of 80
+ * bytes, no state. */
 #ifndef RIM_CRC_H
 #define RIM_CRC_H
 
@@ -25,8 +25,9 @@ uint8_t rimi_crc8(uint8_t crc, const void *data, size_t bytes);
 
 /* Returns the sum continued by `words` 32-bit words, data aligned to 4; start with any value. Each
  * word goes in by operations that can be undone, so damage inside one word always changes the sum,
- * and any other is missed once in 2^32. By the host's byte order: to find damage in memory, not for
- * files. Some 3 instructions a word. */
+ * and any other is missed once in 2^32, but for the highest bits of both words of a pair, which
+ * cancel. It depends on where the data was cut into calls, so compare sums of the same cuts. By the
+ * host's byte order: to find damage in memory, not for files. Some 3 instructions per word. */
 uint32_t rimi_word_sum(uint32_t sum, const void *data, size_t words);
 /* The same of the more significant halves of doubles. */
 uint32_t rimi_upper_sum(uint32_t sum, const double *data, size_t doubles);

@@ -172,9 +172,10 @@ rim_status rim_region_bounds(rim_region *region) {
     return RIM_E_SINGULAR;
   }
   for (uint32_t i = 0; i < RIM_REGION_MAX_DIMS; ++i) {
-    const double half = i < region->dims ? rimi_sqrt(l[packed_row(i) + i]) : 0.0;
-    region->lower[i] = i < region->dims ? region->center[i] - half : 0.0;
-    region->upper[i] = i < region->dims ? region->center[i] + half : 0.0;
+    const bool is_used = i < region->dims;
+    const double half = is_used ? rimi_sqrt(l[packed_row(i) + i]) : 0.0;
+    region->lower[i] = is_used ? region->center[i] - half : 0.0;
+    region->upper[i] = is_used ? region->center[i] + half : 0.0;
   }
   return RIM_OK;
 }

@@ -67,6 +67,14 @@ bool rimi_guard_enter(rim_monitor *m) {
   return g->damaged == 0;
 }
 
+bool rimi_guard_enter_header(rim_monitor *m) {
+  monitor_guard *g = &m->guard;
+  if (g->damaged == 0 && sum_header(m) != g->header)
+    g->damaged = RIM_DAMAGE_CONTROL;
+  g->busy = g->damaged == 0;
+  return g->damaged == 0;
+}
+
 bool rimi_guard_parts_hold(const rim_monitor *m) { return sum_parts(m) == m->guard.parts; }
 bool rimi_guard_history_holds(const rim_monitor *m) { return sum_history(m) == m->guard.history; }
 
@@ -101,56 +109,93 @@ monitor_kept rimi_guard_kept(const rim_monitor *m) {
       .policy = m->life.config.policy, .seq = m->life.seq, .raised = m->life.raised};
 }
 
-void rimi_guard_leave(rim_monitor *m) {
+void rimi_guard_leave_header(rim_monitor *m) {
   m->guard.busy = false;
   if (m->guard.damaged != 0)
     return;
   keep(m);
   m->guard.header = sum_header(m);
+}
+
+void rimi_guard_leave(rim_monitor *m) {
+  rimi_guard_leave_header(m);
+  if (m->guard.damaged != 0)
+    return;
   m->guard.parts = sum_parts(m);
   m->guard.history = sum_history(m);
 }
 
 /* ---- the image ---- */
 
-static uint32_t image_words(const rim_monitor *m) { return (uint32_t)(m->image.bytes / 4u); }
+/* Words; slices are of one size, and a part is of whole slices. */
+typedef struct image_cuts {
+  uint32_t words, slice, part;
+} image_cuts;
 
-/* The bytes after the last whole word go in alone. */
-static uint32_t sum_rest(const rim_monitor *m, uint32_t sum) {
-  for (size_t i = (size_t)image_words(m) * 4u; i < m->image.bytes; ++i) {
-    const uint32_t word = m->image.data[i];
-    sum = rimi_word_sum(sum, &word, 1);
-  }
+static image_cuts cut_image(const rim_monitor *m) {
+  image_cuts c = {.words = (uint32_t)(m->image.bytes / 4u), .slice = GUARD_NO_RATE};
+  const double period_s = 1e-6 * (double)m->words[RIM_CONFIG_PERIOD_US];
+  if (period_s > 0.0)
+    c.slice = (uint32_t)rimi_clamp((double)c.words * period_s / GUARD_IMAGE_S + 1.0,
+                                   (double)GUARD_LEAST, (double)GUARD_MOST);
+  c.slice = (c.slice + 7u) & ~UINT32_C(7); /* rimi_word_sum takes eight at once */
+  const uint32_t slices = (c.words + c.slice - 1u) / c.slice;
+  c.part = (slices + GUARD_PARTS - 1u) / GUARD_PARTS * c.slice;
+  return c;
+}
+
+/* The part's sum continued by the slice that begins at word `at`, and where that ends. The bytes
+ * after the last whole word go in with the last slice. */
+static uint32_t sum_slice(const rim_monitor *m, const image_cuts *c, uint32_t *at, uint32_t sum) {
+  const uint32_t begin = *at, end = c->words - begin > c->slice ? begin + c->slice : c->words;
+  *at = end;
+  sum = rimi_word_sum(sum, m->image.data + 4u * (size_t)begin, end - begin);
+  return end < c->words ? sum
+                        : rimi_byte_sum(sum, m->image.data + 4u * (size_t)end,
+                                        m->image.bytes - 4u * (size_t)end);
+}
+
+/* The part that begins at word *at, which moves on to its end. */
+static uint32_t sum_image_part(const rim_monitor *m, const image_cuts *c, uint32_t *at) {
+  const uint32_t end = c->words - *at > c->part ? *at + c->part : c->words;
+  uint32_t sum = 0;
+  while (*at < end)
+    sum = sum_slice(m, c, at, sum);
   return sum;
 }
 
-static uint32_t sum_image(const rim_monitor *m) {
-  return sum_rest(m, rimi_word_sum(0, m->image.data, image_words(m)));
+void rimi_guard_accept_image(rim_monitor *m) {
+  const image_cuts c = cut_image(m);
+  uint32_t at = 0;
+  for (uint32_t i = 0; i < GUARD_PARTS; ++i)
+    m->guard.image[i] = at < c.words ? sum_image_part(m, &c, &at) : 0u;
+  m->guard.image_now = m->guard.image_at = 0;
 }
 
-void rimi_guard_accept_image(rim_monitor *m) {
-  m->guard.image = sum_image(m);
-  m->guard.image_now = m->guard.image_at = 0;
+static bool image_holds(const rim_monitor *m) {
+  const image_cuts c = cut_image(m);
+  uint32_t at = 0;
+  bool holds = true;
+  for (uint32_t i = 0; i < GUARD_PARTS && at < c.words; ++i)
+    holds = sum_image_part(m, &c, &at) == m->guard.image[i] && holds;
+  return holds;
 }
 
 static void scrub_image(rim_monitor *m) {
   monitor_guard *g = &m->guard;
-  const uint32_t words = image_words(m);
-  const double period_s = 1e-6 * (double)m->words[RIM_CONFIG_PERIOD_US];
-  uint32_t slice = GUARD_NO_RATE;
-  if (period_s > 0.0)
-    slice = (uint32_t)rimi_clamp((double)words * period_s / GUARD_IMAGE_S + 1.0,
-                                 (double)GUARD_LEAST, (double)GUARD_MOST);
-  slice = (slice + 3u) & ~UINT32_C(3); /* so that slices sum as the whole does */
-  const uint32_t at = g->image_at < words ? g->image_at & ~UINT32_C(3) : words;
-  const uint32_t end = words - at > slice ? at + slice : words;
-  g->image_now = rimi_word_sum(g->image_now, m->image.data + 4u * (size_t)at, end - at);
-  g->image_at = end;
-  if (end < words)
-    return;
-  if (sum_rest(m, g->image_now) != g->image)
+  const image_cuts c = cut_image(m);
+  uint32_t at = g->image_at;
+  if (at >= c.words || at % c.slice != 0) { /* what this function leaves is neither */
     g->damaged |= RIM_DAMAGE_IMAGE;
-  g->image_now = g->image_at = 0;
+    return;
+  }
+  const uint32_t part = at / c.part;
+  const uint32_t sum = sum_slice(m, &c, &at, at % c.part == 0 ? 0u : g->image_now);
+  const bool ends = at >= c.words || at % c.part == 0;
+  if (ends && sum != g->image[part])
+    g->damaged |= RIM_DAMAGE_IMAGE;
+  g->image_now = sum;
+  g->image_at = at < c.words ? at : 0u;
 }
 
 /* ---- what was observed ---- */
@@ -248,7 +293,7 @@ void rimi_guard_after_block(rim_monitor *m) {
 
 bool rimi_guard_all(rim_monitor *m) {
   monitor_guard *g = &m->guard;
-  if (sum_image(m) != g->image)
+  if (!image_holds(m))
     g->damaged |= RIM_DAMAGE_IMAGE;
   if (sum_ring(m) != g->ring || sum_effects(m) != g->effects)
     g->damaged |= RIM_DAMAGE_RUN;

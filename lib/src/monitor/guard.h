@@ -11,7 +11,8 @@
  *             each block
  *   ring      every block held, each with a sum of its own, of which the total is kept: a slice a
  *             row. So are the bins of rows with predictions, by what they have in common
- *   image     a slice a row, so that it is gone through in GUARD_IMAGE_S of flight
+ *   image     a slice a row, so that it is gone through in GUARD_IMAGE_S of flight. Damage is found
+ *             where a part ends: after a pass and a part, 4.7 s, at the latest
  *
  * and all of it before an alarm is raised: what an alarm says was computed in memory that holds.
  * What fails is damage: the monitor uses no row from then on and says RIM_LEVEL_INTEGRITY.
@@ -26,7 +27,8 @@
 
 #include "rim/monitor.h"
 
-#define GUARD_IMAGE_S 2.4  /* of flight, in which the image is gone through */
+#define GUARD_IMAGE_S 4.2  /* of flight, in which the image is gone through */
+#define GUARD_PARTS 8u     /* of the image, each with a sum of its own */
 #define GUARD_LEAST 16u    /* words of the image a row, at least */
 #define GUARD_MOST 2048u   /* at most */
 #define GUARD_NO_RATE 32u  /* where rows have no rate */
@@ -44,8 +46,8 @@ typedef struct monitor_kept {
 typedef struct monitor_guard {
   monitor_kept kept;
   uint32_t header, parts, history; /* left by the last call */
-  uint32_t image;                  /* sum of the whole image, as it was accepted */
-  uint32_t image_now, image_at;    /* of the words before image_at; words */
+  uint32_t image[GUARD_PARTS];     /* sums of its parts, as it was accepted */
+  uint32_t image_now, image_at;    /* of this part's words before image_at; words */
   uint32_t ring, ring_now, ring_at;
   uint32_t effects;
   uint32_t slot;      /* of the ring that a block is being written to */
@@ -56,11 +58,15 @@ typedef struct monitor_guard {
 
 /* A call begins: whether control holds. False also when damage was found before. O(header). */
 bool rimi_guard_enter(rim_monitor *m);
-/* The same of the header alone, for queries, which may also be made within a call. */
+/* The same for a call that follows no pointer and writes the header alone: the other sums stay
+ * those of the call before. It ends by rimi_guard_leave_header(). */
+bool rimi_guard_enter_header(rim_monitor *m);
+void rimi_guard_leave_header(rim_monitor *m);
+/* Whether the header holds, for queries, which may also be made within a call. */
 bool rimi_guard_header_holds(const rim_monitor *m);
 /* RIM_DAMAGE_...: what was found, and whether the header holds now. */
 uint8_t rimi_guard_damage(const rim_monitor *m);
-/* A call ends. */
+/* A call of rimi_guard_enter() ends. */
 void rimi_guard_leave(rim_monitor *m);
 
 /* A row begins: a slice of ring and image. False: damage. */

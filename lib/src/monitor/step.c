@@ -439,18 +439,18 @@ rim_status rim_monitor_step(rim_monitor *m, const rim_observation *row, rim_verd
 rim_status rim_monitor_set_policy(rim_monitor *m, const rim_alarm_policy *policy) {
   if (m == NULL || policy == NULL)
     return RIM_E_ARGUMENT;
-  if (!rimi_guard_enter(m))
+  if (!rimi_guard_enter_header(m))
     return RIM_E_CRC;
   const rim_status status = rimi_alarm_life_set_policy(&m->life, policy);
-  rimi_guard_leave(m);
+  rimi_guard_leave_header(m);
   return status;
 }
 
 bool rim_monitor_idle(rim_monitor *m, double now_s) {
-  if (m == NULL || !rimi_guard_enter(m))
+  if (m == NULL || !rimi_guard_enter_header(m))
     return false;
   const bool stale = rimi_alarm_life_idle(&m->life, now_s);
-  rimi_guard_leave(m);
+  rimi_guard_leave_header(m);
   return stale;
 }
 
@@ -479,17 +479,18 @@ void rim_monitor_restart(rim_monitor *m, double now_s) {
 }
 
 void rim_monitor_repeat(rim_monitor *m) {
-  if (m == NULL || !rimi_guard_enter(m))
+  if (m == NULL || !rimi_guard_enter_header(m))
     return;
   rimi_alarm_life_repeat(&m->life);
-  rimi_guard_leave(m);
+  rimi_guard_leave_header(m);
 }
 
 bool rim_monitor_next_record(rim_monitor *m, rim_alarm *record) {
-  if (m == NULL || record == NULL || !rimi_alarm_life_waits(&m->life) || !rimi_guard_enter(m))
+  if (m == NULL || record == NULL || !rimi_alarm_life_waits(&m->life) ||
+      !rimi_guard_enter_header(m))
     return false;
   const bool taken = rimi_alarm_life_next_record(&m->life, record);
-  rimi_guard_leave(m);
+  rimi_guard_leave_header(m);
   return taken;
 }
 
