@@ -129,10 +129,11 @@ rim_status rimi_basis_open(rim_basis *view, const uint8_t *section, size_t bytes
   const uint32_t spread = rimi_le_u32(section, 5);
   if (spread > 2u)
     return RIM_E_RANGE;
+  const size_t firsts = spread > 0u ? 2u : 1u; /* numbers per outcome */
   const size_t need =
       4u *
       (HEADER_WORDS + (size_t)b.inputs + b.times + 4u * (size_t)b.terms + 3u * (size_t)b.means +
-       (1u + (spread > 0u)) * (size_t)outcomes + (spread > 1u ? 2u * (size_t)features : 0u) +
+       firsts * (size_t)outcomes + (spread > 1u ? 2u * (size_t)features : 0u) +
        ((size_t)b.states + 1u) / 2u + 2u * (size_t)b.states + 3u * (size_t)b.rates);
   if (bytes != need)
     return bytes < need ? RIM_E_TRUNCATED : RIM_E_SIZE;
@@ -148,8 +149,7 @@ rim_status rimi_basis_open(rim_basis *view, const uint8_t *section, size_t bytes
   b.first_sd = spread > 0u ? b.first + 4u * outcomes : NULL;
   b.start = spread > 1u ? b.first_sd + 4u * outcomes : NULL;
   b.start_sd = spread > 1u ? b.start + 4u * features : NULL;
-  b.state = b.first + (size_t)4u * (spread > 0u ? 2u : 1u) * (size_t)outcomes +
-            (spread > 1u ? 8u * (size_t)features : 0u);
+  b.state = b.first + 4u * firsts * (size_t)outcomes + (spread > 1u ? 8u * (size_t)features : 0u);
   b.limit = b.state + 4u * (((size_t)b.states + 1u) / 2u);
   b.rate = b.limit + 8u * (size_t)b.states;
   b.weight = b.rate + 8u * (size_t)b.rates;

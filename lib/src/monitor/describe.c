@@ -223,7 +223,8 @@ static uint32_t states_of(const rim_monitor *m, uint32_t outcome) {
   return rimi_rolled_states(rimi_blocks_basis(m->rows), &m->models.behaviour, outcome);
 }
 
-/* The outcome that deviates most clearly of those that the states of the leading one do not move. */
+/* Of the outcomes that the states of the leading one do not move, the one that deviates most
+ * clearly. */
 static uint16_t independent_cause(const rim_monitor *m, uint16_t leading, uint32_t states,
                                   double score) {
   const uint16_t outcomes = (uint16_t)m->words[RIM_CONFIG_OUTCOMES];
