@@ -13,6 +13,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, HERE)
 
 import blind
+import fleet
 import kin
 import verdict
 import vehicles as V
@@ -21,7 +22,7 @@ import wrong_input
 SEED = 4711
 
 
-KINDS = [(M, v) for M in (V, blind, kin) for v in M.VEHICLES]
+KINDS = [(M, v) for M in (V, blind, kin, fleet) for v in M.VEHICLES]
 
 
 class Generators(unittest.TestCase):
