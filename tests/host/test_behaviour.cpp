@@ -158,7 +158,8 @@ void three_runs_are_needed(void **) {
   l.runs = rim::RunStore(std::vector<rim::BlockRun>(l.runs.begin(), l.runs.begin() + 2));
   bool refused = false;
   try {
-    (void)rim::fit_behaviour(&l.basis, l.layout, l.options.integrands, l.runs);
+    (void)rim::fit_behaviour(&l.basis, l.layout, l.options.integrands, l.runs,
+                             kBlockRows * l.options.period_s);
   } catch (const rim::DataError &) {
     refused = true;
   }
