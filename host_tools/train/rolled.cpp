@@ -20,7 +20,6 @@ namespace rim {
 
 namespace {
 
-constexpr std::size_t kFolds = Rolled::kFolds;
 constexpr std::size_t kMostProducts = 240;
 constexpr std::size_t kMostRates = 12; // of one state
 // Changes over these numbers of blocks: over short ones the sensor's noise hides them, over long
@@ -55,7 +54,7 @@ Eigen::Index column_of(const Basis &basis, std::uint16_t filter) {
 // One run, with one time constant: filter i is the mean of input i over the block.
 struct Inputs {
   Matrix filter;           // blocks x inputs of the basis
-  Eigen::VectorXd elapsed; // from block to block, as far as one step goes
+  Eigen::VectorXd elapsed; // from the middle of the block before to that of this one, s
 };
 
 // A view of the states and rates alone, as the flight code reads them.
@@ -171,7 +170,7 @@ private:
   // Rolls every run by the rates that were learnt without it.
   void judge(std::size_t o, Fit *fit) const;
 
-  void accept(std::size_t o, const Fit &fit);
+  void accept(std::size_t o, Fit fit);
 
   const Basis &basis_;
   const RunStore &runs_;
@@ -206,13 +205,16 @@ Rolled Searcher::search(const std::vector<double> &asked) {
   std::vector<double> bar = asked;
   if (filters_.empty()) // of what nothing drives, the start of a log is no start
     return std::move(rolled_);
+  std::vector<Fit> fits;
   for (const double may_leave : kMayLeave) {
-    round_states_ = rolled_.states.size();
-    std::vector<Fit> fits(bar.size());
-    parallel_for(bar.size(), [&](std::size_t o) {
-      if (bar[o] > 0.0)
-        fits[o] = fit(o);
-    });
+    if (fits.empty() || rolled_.states.size() > round_states_) { // there is more to depend on
+      round_states_ = rolled_.states.size();
+      fits.assign(bar.size(), {});
+      parallel_for(bar.size(), [&](std::size_t o) {
+        if (bar[o] > 0.0)
+          fits[o] = fit(o);
+      });
+    }
     std::vector<std::pair<double, std::size_t>> better;
     for (std::size_t o = 0; o < bar.size(); ++o) {
       if (bar[o] > 0.0 && fits[o].error < may_leave * bar[o])
@@ -221,7 +223,7 @@ Rolled Searcher::search(const std::vector<double> &asked) {
     std::sort(better.begin(), better.end());
     for (const auto &[ratio, o] : better) {
       if (rolled_.states.size() < BASIS_MAX_STATES)
-        accept(o, fits[o]);
+        accept(o, std::move(fits[o]));
       bar[o] = 0.0;
     }
   }
@@ -472,11 +474,11 @@ void Searcher::judge(std::size_t o, Fit *fit) const {
   std::vector<Basis::State> states = rolled_.states;
   states.push_back(state_of(o));
   double sum = 0.0;
+  fit->values.resize(runs_.size());
   for (std::size_t f = 0; f < kFolds; ++f) {
     const FlightRates rates(basis_, states, rates_with(*fit, f),
                             static_cast<std::size_t>(runs_.front().outcome.cols()));
     for (std::size_t r = f; r < runs_.size(); r += kFolds) {
-      fit->values.resize(runs_.size());
       fit->values[r] = rates.roll(inputs_[r], runs_[r].first, block_s_).rightCols<1>();
       sum += error_of_(runs_[r].outcome.col(static_cast<Eigen::Index>(o)) - fit->values[r]);
     }
@@ -484,11 +486,10 @@ void Searcher::judge(std::size_t o, Fit *fit) const {
   fit->error = std::sqrt(sum / static_cast<double>(runs_.size()));
 }
 
-void Searcher::accept(std::size_t o, const Fit &fit) {
+void Searcher::accept(std::size_t o, Fit fit) {
   // Its own place among the states: others may have been accepted since it was fitted.
-  Fit moved = fit;
   const auto own = static_cast<std::uint16_t>(rolled_.states.size());
-  for (Factors &f : moved.factors) {
+  for (Factors &f : fit.factors) {
     for (std::uint16_t *code : {&f.a, &f.b, &f.c}) {
       if (*code != BASIS_PLAIN && *code >= BASIS_STATE &&
           (*code & (BASIS_MAX_STATES - 1U)) == round_states_)
@@ -496,7 +497,7 @@ void Searcher::accept(std::size_t o, const Fit &fit) {
     }
   }
   for (std::size_t f = 0; f <= kFolds; ++f)
-    rolled_.rates[f] = rates_with(moved, f);
+    rolled_.rates[f] = rates_with(fit, f);
   rolled_.states.push_back(state_of(o));
   for (std::size_t r = 0; r < runs_.size(); ++r) {
     Matrix &values = rolled_.values[r];

@@ -13,13 +13,13 @@
 #include <vector>
 
 #include "image/basis.hpp"
+#include "train/fitter.hpp"
 #include "train/run_store.hpp"
 
 namespace rim {
 
 // The rolled states, which depend on one another in this order at most.
 struct Rolled {
-  static constexpr std::size_t kFolds = 6;
   std::vector<Basis::State> states;
   // rates[f]: learnt from the runs without those r with r % kFolds == f; the last: from all.
   std::vector<std::vector<Basis::Rate>> rates;
