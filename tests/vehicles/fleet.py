@@ -24,17 +24,10 @@ crane       A yard crane carries loads of random weight between random places; t
 The accepted outcomes of a physical fault are those it acts on directly.
 """
 import math
-import random
+
+from drawn import Drawn, clip, wrap
 
 G = 9.81
-
-
-def wrap(a):
-    return (a + math.pi) % (2 * math.pi) - math.pi
-
-
-def clip(x, lo, hi):
-    return lo if x < lo else hi if x > hi else x
 
 
 class Ferry:
@@ -46,7 +39,6 @@ class Ferry:
     SIGMA = dict(x=1., y=1., heading=.01, yawrate=.003, speed=.04, shaft=2., current=2.5,
                  battery=.8, motor=.4, draft=.01, windspeed=.4, windangle=.06, sea=.1)
     TYPICAL = dict(speed=3.6)
-    HELD = ("x", "y", "heading", "wind", "wind_to", "draft", "moored", "sea", "charge", "turned")
     PHYSICAL = {
         "strainer": (.08, .12, dict(motor=1), ()),
         "fouling": (.07, .10, dict(speed=-1), ()),
@@ -148,7 +140,6 @@ class Airship:
     SIGMA = dict(north=1.5, east=1.5, altitude=.5, heading=.015, yawrate=.004, pitch=.008,
                  airspeed=.2, climb=.1, motor=12., current=.8, envelope=6., gas=.3, air=.2, sun=8.)
     TYPICAL = dict(airspeed=12.)
-    HELD = ("north", "east", "height", "heading", "gas", "air", "sun")
     PHYSICAL = {
         "rain": (.9, 1.3, dict(climb=-1), ()),
         "blower": (.05, .07, dict(envelope=-1), ()),
@@ -243,7 +234,6 @@ class Greenhouse:
     SIGMA = dict(air=.15, pipe=.4, floor=.1, vapour=.2, co2=15., tank=.008, outside=.15, dew=.1,
                  sun=6., windspeed=.4)
     TYPICAL = dict(co2=600.)
-    HELD = ("floor", "tank", "clock", "haze_t", "season", "cold", "cloud", "dew", "wind")
     PHYSICAL = {
         "pane": (.22, .30, dict(air=-1, vapour=-1, co2=-1), ()),
         "pump": (.07, .10, dict(pipe=-1, air=-1), ()),
@@ -337,7 +327,6 @@ class Crane:
     SIGMA = dict(trolley=.02, rope=.02, tspeed=.01, hspeed=.008, swing=.004, load=.06, itrolley=.5,
                  ihoist=.7, drive=.4, bus=1.5, windspeed=.4)
     TYPICAL = dict(ihoist=45.)
-    HELD = ("place", "rope", "load", "wind", "swing", "spin", "v", "h")
     PHYSICAL = {
         "contact": (.8, 1.1, dict(bus=-1), ()),
         "brake": (.40, .55, dict(itrolley=1), ()),
@@ -427,114 +416,4 @@ FAULTS = {v: c.FAULTS for v, c in CLASS.items()}
 RATE = {v: c.RATE for v, c in CLASS.items()}
 LENGTH = {v: c.LENGTH for v, c in CLASS.items()}
 COLUMNS = {v: c.COLUMNS for v, c in CLASS.items()}
-SIGMA = {v: c.SIGMA for v, c in CLASS.items()}  # white noise of the sensors, by short name
-
-TURNS = ("heading", "windangle")  # angles all round
-
-
-def short(c):
-    return c[2:].rsplit("_", 1)[0] if "_" in c else c[2:]
-
-
-def column(vehicle, name):
-    return next(c for c in COLUMNS[vehicle] if c.startswith("s.") and short(c) == name)
-
-
-class Fault:
-    """What is drawn for a fault: when, how strong, where; nothing here reads the run's own dice."""
-
-    def __init__(self, vehicle, seed, fault):
-        r = random.Random("fleet fault %s %s %d" % (vehicle, fault, seed))
-        c, self.end = CLASS[vehicle], RATE[vehicle] * LENGTH[vehicle]
-        self.kind, _, self.name = (fault or "").partition(":")
-        self.onset, sign = r.uniform(.25, .5) * self.end, r.choice([-1, 1])
-        many, share = r.uniform(3, 5), r.random()
-        self.place = [r.random() for _ in range(4)]
-        self.physical = c.PHYSICAL.get(self.kind) if not self.name else None
-        if self.physical:
-            low, high, _, features = self.physical
-            self.strength = low + share * (high - low)
-            self.onset = 0.0 if features else self.onset
-        elif self.name:
-            self.size = sign * many * c.SIGMA[self.name]
-            self.gain = self.size / c.TYPICAL.get(self.name, 1.0)
-
-    def acts(self, machine, t):
-        """{fault: strength} where the physical fault acts now, otherwise nothing."""
-        if self.physical and t >= self.onset and machine.inside(self.kind, self.place):
-            return {self.kind: self.strength}
-        return {}
-
-
-def states(vehicle, seed, fault):
-    """Rows of commands and true sensor values, and where a physical fault acts."""
-    dice = random.Random("fleet states %s %d" % (vehicle, seed))
-    machine, out, acts = CLASS[vehicle](random.Random("fleet start %s %d" % (vehicle, seed))), [], []
-    for k in range(LENGTH[vehicle]):
-        t = k * RATE[vehicle]
-        u, a = machine.pilot(t), fault.acts(machine, t)
-        machine.step(u, [dice.gauss(0, 1) for _ in range(machine.NOISES)], a)
-        out.append(tuple(u) + tuple(machine.sense()))
-        acts.append(int(bool(a)))
-    return out, acts
-
-
-def measure(vehicle, seed, out):
-    """The sensors of the run: a bias and a scale of their own, and white noise; angles wrap."""
-    q = random.Random("fleet sensors %s %d" % (vehicle, seed))
-    names = [(i, short(c)) for i, c in enumerate(COLUMNS[vehicle][1:]) if c.startswith("s.")]
-    own = [(i, SIGMA[vehicle][a], q.gauss(0, .3), 1 + q.gauss(0, .002 * (a not in TURNS)))
-           for i, a in names]
-    rows = []
-    for s in out:
-        x = list(s)
-        for i, sg, bias, scale in own:
-            x[i] = x[i] * scale + sg * (bias + q.gauss(0, 1))
-            if short(COLUMNS[vehicle][i + 1]) in TURNS:
-                x[i] = wrap(x[i])
-        rows.append(x)
-    return rows
-
-
-def spoil(vehicle, seed, f, out, rows):
-    """Puts a sensor fault into the rows; returns 0/1 for every row."""
-    q = random.Random("fleet spoil %s %s %s %d" % (vehicle, f.kind, f.name, seed))
-    hit, hold, mask = COLUMNS[vehicle].index(column(vehicle, f.name)) - 1, None, []
-    for k, x in enumerate(rows):
-        t = k * RATE[vehicle]
-        mask.append(int(t >= f.onset))
-        if t < f.onset:
-            continue
-        if f.kind == "bias":
-            x[hit] += f.size
-        elif f.kind == "drift":
-            x[hit] += 1.2 * f.size * (t - f.onset) / (f.end - f.onset)
-        elif f.kind == "gain":
-            x[hit] += f.gain * out[k][hit]
-        elif f.kind == "noise":
-            x[hit] += q.gauss(0, 1.3 * SIGMA[vehicle][f.name])
-        elif f.kind == "stuck":
-            if k % 5 == 0 or hold is None:
-                hold = x[hit]
-            x[hit] = hold
-    return mask
-
-
-def run(vehicle, seed, fault=None):
-    if fault and fault not in FAULTS[vehicle]:
-        raise ValueError("%s has no fault %s" % (vehicle, fault))
-    f = Fault(vehicle, seed, fault)
-    out, acts = states(vehicle, seed, f)
-    rows, truth = measure(vehicle, seed, out), None
-    if f.name:
-        mask = spoil(vehicle, seed, f, out, rows)
-        sign = (1 if f.size > 0 else -1) if f.kind in ("bias", "drift") else 0
-        kinds = {"noise": ("variance",), "stuck": ("repeat", "variance")}.get(f.kind)
-        truth = dict(columns={column(vehicle, f.name): sign}, onset=f.onset, rows=mask, features=(),
-                     size=f.size if f.kind == "bias" else None, kinds=kinds)
-    elif f.physical:
-        _, _, signs, features = f.physical
-        truth = dict(columns={column(vehicle, a): b for a, b in signs.items()}, onset=f.onset,
-                     rows=acts, features=features, size=None, kinds=None)
-    dt = RATE[vehicle]
-    return COLUMNS[vehicle], [[k * dt] + x for k, x in enumerate(rows)], truth
+run = Drawn("fleet", CLASS, many=(3, 5), drift=1.2, turns=("heading", "windangle")).run

@@ -39,17 +39,10 @@ evidence. (Where a drone would be by dead reckoning does not count. The leak sho
 twin only: water adds up.)
 """
 import math
-import random
+
+from drawn import Drawn, clip, wrap
 
 G = 9.81
-
-
-def wrap(a):
-    return (a + math.pi) % (2 * math.pi) - math.pi
-
-
-def clip(x, lo, hi):
-    return lo if x < lo else hi if x > hi else x
 
 
 class Plane:
@@ -388,109 +381,4 @@ FAULTS = {v: c.FAULTS for v, c in CLASS.items()}
 RATE = {v: c.RATE for v, c in CLASS.items()}
 LENGTH = {v: c.LENGTH for v, c in CLASS.items()}
 COLUMNS = {v: c.COLUMNS for v, c in CLASS.items()}
-SIGMA = {v: c.SIGMA for v, c in CLASS.items()}  # white noise of the sensors, by short name
-
-
-def short(c):
-    return c[2:].rsplit("_", 1)[0] if "_" in c else c[2:]
-
-
-def column(vehicle, name):
-    return next(c for c in COLUMNS[vehicle] if c.startswith("s.") and short(c) == name)
-
-
-class Fault:
-    """What is drawn for a fault: when, how strong, where; nothing here reads the run's own dice."""
-
-    def __init__(self, vehicle, seed, fault):
-        r = random.Random("kin fault %s %s %d" % (vehicle, fault, seed))
-        c, self.end = CLASS[vehicle], RATE[vehicle] * LENGTH[vehicle]
-        self.kind, _, self.name = (fault or "").partition(":")
-        self.onset, sign = r.uniform(.25, .5) * self.end, r.choice([-1, 1])
-        many, share = r.uniform(2.5, 3.5), r.random()
-        self.place = [r.random() for _ in range(4)]
-        self.physical = c.PHYSICAL.get(self.kind) if not self.name else None
-        if self.physical:
-            low, high, _, features = self.physical
-            self.strength = low + share * (high - low)
-            self.onset = 0.0 if features else self.onset
-        elif self.name:
-            self.size = sign * many * c.SIGMA[self.name]
-            self.gain = self.size / c.TYPICAL.get(self.name, 1.0)
-
-    def acts(self, machine, t):
-        """{fault: strength} where the physical fault acts now, otherwise nothing."""
-        if self.physical and t >= self.onset and machine.inside(self.kind, self.place):
-            return {self.kind: self.strength}
-        return {}
-
-
-def states(vehicle, seed, fault):
-    """Rows of commands and true sensor values, and where a physical fault acts."""
-    dice = random.Random("kin states %s %d" % (vehicle, seed))
-    machine, out, acts = CLASS[vehicle](random.Random("kin start %s %d" % (vehicle, seed))), [], []
-    for k in range(LENGTH[vehicle]):
-        t = k * RATE[vehicle]
-        u, a = machine.pilot(t), fault.acts(machine, t)
-        machine.step(u, [dice.gauss(0, 1) for _ in range(machine.NOISES)], a)
-        out.append(tuple(u) + tuple(machine.sense()))
-        acts.append(int(bool(a)))
-    return out, acts
-
-
-def measure(vehicle, seed, out):
-    """The sensors of the run: a bias and a scale of their own, and white noise."""
-    q = random.Random("kin sensors %s %d" % (vehicle, seed))
-    names = [(i, short(c)) for i, c in enumerate(COLUMNS[vehicle][1:]) if c.startswith("s.")]
-    own = [(i, SIGMA[vehicle][a], q.gauss(0, .3), 1 + q.gauss(0, .002)) for i, a in names]
-    rows = []
-    for s in out:
-        x = list(s)
-        for i, sg, bias, scale in own:
-            x[i] = x[i] * scale + sg * (bias + q.gauss(0, 1))
-        rows.append(x)
-    return rows
-
-
-def spoil(vehicle, seed, f, out, rows):
-    """Puts a sensor fault into the rows; returns 0/1 for every row."""
-    q = random.Random("kin spoil %s %s %s %d" % (vehicle, f.kind, f.name, seed))
-    hit, hold, mask = COLUMNS[vehicle].index(column(vehicle, f.name)) - 1, None, []
-    for k, x in enumerate(rows):
-        t = k * RATE[vehicle]
-        mask.append(int(t >= f.onset))
-        if t < f.onset:
-            continue
-        if f.kind == "bias":
-            x[hit] += f.size
-        elif f.kind == "drift":
-            x[hit] += 1.5 * f.size * (t - f.onset) / (f.end - f.onset)
-        elif f.kind == "gain":
-            x[hit] += f.gain * out[k][hit]
-        elif f.kind == "noise":
-            x[hit] += q.gauss(0, 1.3 * SIGMA[vehicle][f.name])
-        elif f.kind == "stuck":
-            if k % 5 == 0 or hold is None:
-                hold = x[hit]
-            x[hit] = hold
-    return mask
-
-
-def run(vehicle, seed, fault=None):
-    if fault and fault not in FAULTS[vehicle]:
-        raise ValueError("%s has no fault %s" % (vehicle, fault))
-    f = Fault(vehicle, seed, fault)
-    out, acts = states(vehicle, seed, f)
-    rows, truth = measure(vehicle, seed, out), None
-    if f.name:
-        mask = spoil(vehicle, seed, f, out, rows)
-        sign = (1 if f.size > 0 else -1) if f.kind in ("bias", "drift") else 0
-        kinds = {"noise": ("variance",), "stuck": ("repeat", "variance")}.get(f.kind)
-        truth = dict(columns={column(vehicle, f.name): sign}, onset=f.onset, rows=mask, features=(),
-                     size=f.size if f.kind == "bias" else None, kinds=kinds)
-    elif f.physical:
-        _, _, signs, features = f.physical
-        truth = dict(columns={column(vehicle, a): b for a, b in signs.items()}, onset=f.onset,
-                     rows=acts, features=features, size=None, kinds=None)
-    dt = RATE[vehicle]
-    return COLUMNS[vehicle], [[k * dt] + x for k, x in enumerate(rows)], truth
+run = Drawn("kin", CLASS, many=(2.5, 3.5), drift=1.5).run
