@@ -6,8 +6,9 @@ Hydraulic cylinder by its two pressures, ram that leaks, winch whose load differ
 robot, ship in wind, pump, sounding rockets, steering gear that saturates before it lags, heated room, gear drive, car that coasts, actuator with
 Stribeck friction, aircraft in roll, battery with a slow resistance, and one with nothing wrong. Shares no code with the engine or the other
 drawers. What each logs, with the columns of the true form, from which channels.py computes what least squares would leave."""
-import argparse, json, math, os
+import math
 import numpy as np
+from newcomers import asked, put
 
 def wave(rng, n, dt, slow, fast, k=6):
     t = np.arange(n) * dt
@@ -261,26 +262,8 @@ def nothing(rng):
         return c, {"v": [], "p": [], "q": []}
     return dict(log=log, n=[1800, 1200, 1500], effects=[], channels=["v", "p", "q"])
 
-def write(path, c):
-    names = list(c)
-    with open(path, "w") as f:
-        f.write(",".join(names) + "\n")
-        for row in zip(*(c[k] for k in names)): f.write(",".join("%.9g" % v for v in row) + "\n")
-
 def main():
-    p = argparse.ArgumentParser(); p.add_argument("--seed", type=int); p.add_argument("--family", default="each"); p.add_argument("--out"); p.add_argument("--truth")
-    o = p.parse_args(); fam = list(M)[o.seed % len(M)] if o.family in ("each", "any") else o.family
-    rng = np.random.default_rng(o.seed * 6007 + 29); mac = M[fam](rng); os.makedirs(o.out, exist_ok=True)
-    logs = [mac["log"](j, n) for j, n in enumerate(mac["n"])]; hold = mac["log"](len(mac["n"]), mac["n"][0])
-    for j, (c, b) in enumerate(logs): write("%s/run_%d.csv" % (o.out, j + 1), c)
-    write(o.out + "/holdout_1.csv", hold[0])
-    t = {"seed": o.seed, "family": fam, "channels": [{"name": c} for c in mac["channels"]], "effects": mac["effects"], "holdout": {}}
-    for ch in mac["channels"]:
-        r = np.concatenate([c["z." + ch] - c["m." + ch] for c, b in logs]); rh = hold[0]["z." + ch] - hold[0]["m." + ch]
-        d = {"rmse_before": float(np.sqrt(np.mean(rh ** 2)))}; d["rmse_true"] = d["rmse_before"]
-        if hold[1][ch]:
-            A = np.concatenate([np.column_stack(b[ch]) for c, b in logs]).astype(float); Ah = np.column_stack(hold[1][ch]).astype(float)
-            w = np.linalg.lstsq(A, r, rcond=None)[0]; d["rmse_least_squares"] = float(np.sqrt(np.mean((rh - Ah @ w) ** 2)))
-        t["holdout"][ch] = d
-    json.dump(t, open(o.truth, "w"), default=float)
+    o = asked(M)
+    mac = M[o.family](np.random.default_rng(o.seed * 6007 + 29))
+    put(o, mac, [mac["log"](j, n) for j, n in enumerate(mac["n"])], mac["log"](len(mac["n"]), mac["n"][0]))
 if __name__ == "__main__": main()

@@ -350,23 +350,24 @@ def train(rng):
     return dict(log=log, n=[1400, 1000], effects=eff, channels=["accel"])
 
 def write(path, c):
-    names = list(c); n = len(c[names[0]])
+    names = list(c)
     with open(path, "w") as f:
         f.write(",".join(names) + "\n")
-        for i in range(n): f.write(",".join("%.9g" % c[k][i] for k in names) + "\n")
+        for row in zip(*(c[k] for k in names)): f.write(",".join("%.9g" % v for v in row) + "\n")
 
-def main():
+def asked(families):
+    """What the command line asks for: its options, with family one of `families`; makes the folder."""
     p = argparse.ArgumentParser(); p.add_argument("--seed", type=int); p.add_argument("--family", default="each"); p.add_argument("--out"); p.add_argument("--truth")
     o = p.parse_args()
-    fam = list(M)[o.seed % len(M)] if o.family in ("each", "any") else o.family
-    rng = np.random.default_rng(o.seed * 7919 + 13)
-    mac = M[fam](rng); os.makedirs(o.out, exist_ok=True)
-    logs = []
-    for j, n in enumerate(mac["n"]): logs.append(mac["log"](rng, j, n))
-    hold = mac["log"](rng, min(2, len(mac["n"])), mac["n"][0])if not mac.get("differs") else logs.pop()
+    if o.family in ("each", "any"): o.family = list(families)[o.seed % len(families)]
+    os.makedirs(o.out, exist_ok=True)
+    return o
+
+def put(o, mac, logs, hold):
+    """Writes the logs, the held-out one and the truth: with least squares over the right terms, the error that they leave."""
     for j, (c, b) in enumerate(logs): write("%s/run_%d.csv" % (o.out, j + 1), c)
     write(o.out + "/holdout_1.csv", hold[0])
-    t = {"seed": o.seed, "family": fam, "channels": [{"name": c} for c in mac["channels"]], "effects": mac["effects"], "holdout": {}}
+    t = {"seed": o.seed, "family": o.family, "channels": [{"name": c} for c in mac["channels"]], "effects": mac["effects"], "holdout": {}}
     for ch in mac["channels"]:
         r = np.concatenate([c["z." + ch] - c["m." + ch] for c, b in logs]); rh = hold[0]["z." + ch] - hold[0]["m." + ch]
         d = {"rmse_before": float(np.sqrt(np.mean(rh ** 2)))}; d["rmse_true"] = d["rmse_before"]
@@ -376,4 +377,12 @@ def main():
             d["rmse_least_squares"] = float(np.sqrt(np.mean((rh - Ah @ w) ** 2)))
         t["holdout"][ch] = d
     json.dump(t, open(o.truth, "w"), default=float)
+
+def main():
+    o = asked(M)
+    rng = np.random.default_rng(o.seed * 7919 + 13)
+    mac = M[o.family](rng)
+    logs = [mac["log"](rng, j, n) for j, n in enumerate(mac["n"])]
+    hold = logs.pop() if mac.get("differs") else mac["log"](rng, min(2, len(mac["n"])), mac["n"][0])
+    put(o, mac, logs, hold)
 if __name__ == "__main__": main()
