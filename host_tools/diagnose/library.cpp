@@ -85,6 +85,7 @@ private:
   std::string shape_unit(const Form &form, const std::vector<int> &arguments) const;
   double argument_cost(const Form &form, std::size_t assignments) const;
   double other_predictions(const std::vector<int> &arguments) const;
+  Candidate candidate_of(const Form &form) const;
   void add_form(const Form &form);
   void add_built_in(const Form &form);
   void add_sets();
@@ -312,7 +313,8 @@ std::string group_of(const Form &form, const Term &term) {
   return group;
 }
 
-void Builder::add_form(const Form &form) {
+// Without its arguments.
+Candidate Builder::candidate_of(const Form &form) const {
   Candidate candidate;
   candidate.is_fixed = form.is_fixed;
   candidate.is_positive = form.is_positive;
@@ -323,6 +325,11 @@ void Builder::add_form(const Form &form) {
   candidate.term.cause = form.cause;
   candidate.term.form = form.form;
   candidate.term.basis = form.basis;
+  return candidate;
+}
+
+void Builder::add_form(const Form &form) {
+  const Candidate candidate = candidate_of(form);
   const double sizes =
       form.is_fixed ? 0.0 : static_cast<double>(std::max<std::size_t>(1, form.basis.size()));
   const std::vector<std::vector<int>> all = assignments(form);
@@ -367,13 +374,7 @@ void Builder::add_lagged(const Form &form) {
   if (longest <= 2.0 * shortest)
     return;
   const std::vector<std::vector<int>> arguments = assignments(form);
-  Candidate c;
-  c.is_physical = form.is_physical;
-  c.size_names = form.size_names;
-  c.term.channel = channel_.name;
-  c.term.cause = form.cause;
-  c.term.form = form.form;
-  c.term.basis = form.basis;
+  Candidate c = candidate_of(form);
   c.penalty = 0.5 * out_.ln_rows + argument_cost(form, arguments.size()) +
               std::log(static_cast<double>(kLags));
   for (const std::vector<int> &argument : arguments) {

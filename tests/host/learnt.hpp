@@ -8,6 +8,10 @@
 #include "log/log_set.hpp"
 #include "train/behaviour.hpp"
 
+extern "C" {
+#include "image/basis.h"
+}
+
 struct Learnt {
   rim::Layout layout;
   rim::Basis basis;
@@ -17,6 +21,15 @@ struct Learnt {
 };
 
 inline constexpr std::uint32_t kBlockRows = 10;
+
+// The library takes section BASIS as it would fly.
+inline bool basis_opens(const Learnt &l) {
+  const std::vector<std::uint8_t> section = rim::basis_section(l.basis);
+  rim_basis view;
+  return rimi_basis_open(&view, section.data(), section.size(),
+                         static_cast<std::uint32_t>(l.layout.features()),
+                         static_cast<std::uint32_t>(l.layout.outcomes())) == RIM_OK;
+}
 
 // No reading may be farther from zero than the limit.
 inline Learnt learn(const std::vector<rim::Log> &logs, float limit = 100.0F) {

@@ -154,11 +154,7 @@ void unused_inputs_do_not_fly(void **) {
       assert_int_equal(l.basis.inputs[t.a / l.basis.share.size()].a,
                        l.layout.outcome_feature[kSlope]);
   }
-  const std::vector<std::uint8_t> section = rim::basis_section(l.basis);
-  rim_basis view;
-  assert_int_equal(rimi_basis_open(&view, section.data(), section.size(),
-                                   static_cast<std::uint32_t>(l.layout.features()), kOutcomes),
-                   RIM_OK);
+  assert_true(basis_opens(l));
 }
 
 } // namespace

@@ -138,15 +138,21 @@ static void a_reset_forgets_what_was_best(void **state) {
   assert_true(before > 0 && after == 0);
 }
 
+/* A run in which the rest is off, and the region that seems to be. */
+static search_hypothesis of_rest(bench *b) {
+  const world w = planted(0, 0.0, -9.0);
+  start(b, &w, BLOCKS);
+  feed(b, 0, BLOCKS, TURN);
+  search_hypothesis h = region(EDGE_BIN, SEARCH_BINS - 1);
+  assert_true(rimi_search_evaluate_channel(b->search, 0, &h));
+  return h;
+}
+
 /* A gain and impossible effects are no shift: they have no contrary, however far off the run is. */
 static void what_is_no_shift_has_no_contrary(void **state) {
   (void)state;
   static bench b;
-  const world w = planted(0, 0.0, -9.0);
-  start(&b, &w, BLOCKS);
-  feed(&b, 0, BLOCKS, TURN);
-  search_hypothesis h = region(EDGE_BIN, SEARCH_BINS - 1);
-  assert_true(rimi_search_evaluate_channel(b.search, 0, &h));
+  const search_hypothesis h = of_rest(&b);
   const uint8_t family[3] = {SEARCH_GAIN, SEARCH_FIELD, SEARCH_INTERVAL};
   for (size_t i = 0; i < 3; ++i) {
     search_hypothesis one = h;
@@ -165,11 +171,7 @@ static void what_is_no_shift_has_no_contrary(void **state) {
 static void what_was_said_first_needs_more(void **state) {
   (void)state;
   static bench b;
-  const world w = planted(0, 0.0, -9.0);
-  start(&b, &w, BLOCKS);
-  feed(&b, 0, BLOCKS, TURN);
-  search_hypothesis h = region(EDGE_BIN, SEARCH_BINS - 1);
-  assert_true(rimi_search_evaluate_channel(b.search, 0, &h));
+  const search_hypothesis h = of_rest(&b);
   const double just = 4.0 * (rimi_search_baseline(b.search, &h) - 2.0);
   assert_true(just > 1.0);
   for (uint32_t i = 0; i < 4; ++i) {

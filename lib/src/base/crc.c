@@ -68,45 +68,34 @@ static inline uint32_t aligned_word(const unsigned char *p) {
   return word;
 }
 
-uint32_t rimi_word_sum(uint32_t sum, const void *data, size_t words) {
-  const unsigned char *p = data;
+/* Of words that lie `stride` bytes apart; inlined, so that the stride is a constant. */
+static inline uint32_t sum_of(uint32_t sum, const unsigned char *p, size_t words, size_t stride) {
   if (words >= AT_ONCE) {
     lanes l = begin_lanes(sum);
-    for (; words >= AT_ONCE; words -= AT_ONCE, p += 4 * AT_ONCE) {
-      l.a = take_pair(l.a, aligned_word(p), aligned_word(p + 4));
-      l.b = take_pair(l.b, aligned_word(p + 8), aligned_word(p + 12));
-      l.c = take_pair(l.c, aligned_word(p + 16), aligned_word(p + 20));
-      l.d = take_pair(l.d, aligned_word(p + 24), aligned_word(p + 28));
+    for (; words >= AT_ONCE; words -= AT_ONCE, p += AT_ONCE * stride) {
+      l.a = take_pair(l.a, aligned_word(p), aligned_word(p + stride));
+      l.b = take_pair(l.b, aligned_word(p + 2 * stride), aligned_word(p + 3 * stride));
+      l.c = take_pair(l.c, aligned_word(p + 4 * stride), aligned_word(p + 5 * stride));
+      l.d = take_pair(l.d, aligned_word(p + 6 * stride), aligned_word(p + 7 * stride));
     }
     sum = join(&l);
   }
-  for (; words >= 2; words -= 2, p += 8)
-    sum = take_pair(sum, aligned_word(p), aligned_word(p + 4));
+  for (; words >= 2; words -= 2, p += 2 * stride)
+    sum = take_pair(sum, aligned_word(p), aligned_word(p + stride));
   return words > 0 ? take_pair(sum, aligned_word(p), 0) : sum;
 }
 
-static inline uint32_t upper_half(const double *x) {
-#if __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
-  return aligned_word((const unsigned char *)x + 4);
-#else
-  return aligned_word((const unsigned char *)x);
-#endif
+uint32_t rimi_word_sum(uint32_t sum, const void *data, size_t words) {
+  return sum_of(sum, data, words, 4);
 }
 
 uint32_t rimi_upper_sum(uint32_t sum, const double *data, size_t doubles) {
-  if (doubles >= AT_ONCE) {
-    lanes l = begin_lanes(sum);
-    for (; doubles >= AT_ONCE; doubles -= AT_ONCE, data += AT_ONCE) {
-      l.a = take_pair(l.a, upper_half(data), upper_half(data + 1));
-      l.b = take_pair(l.b, upper_half(data + 2), upper_half(data + 3));
-      l.c = take_pair(l.c, upper_half(data + 4), upper_half(data + 5));
-      l.d = take_pair(l.d, upper_half(data + 6), upper_half(data + 7));
-    }
-    sum = join(&l);
-  }
-  for (; doubles >= 2; doubles -= 2, data += 2)
-    sum = take_pair(sum, upper_half(data), upper_half(data + 1));
-  return doubles > 0 ? take_pair(sum, upper_half(data), 0) : sum;
+  const unsigned char *p = (const unsigned char *)data;
+#if __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
+  return doubles > 0 ? sum_of(sum, p + 4, doubles, 8) : sum;
+#else
+  return sum_of(sum, p, doubles, 8);
+#endif
 }
 
 uint32_t rimi_byte_sum(uint32_t sum, const void *data, size_t bytes) {
