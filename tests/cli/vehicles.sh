@@ -16,6 +16,8 @@ tail -4 "$here/graders.txt"
   --require found=.9,named=.9,sign=.85,size=.5,onset=.8,region=.5,f1=.9,false=.26,wrong=.08,early=.16,errors=0 > "$here/grade.txt" 2>&1
 check "tank and engine are judged rightly" 0 $?
 sed -n '/^all/,$p' "$here/grade.txt"
+# A pump that draws air fills the tank less, and the level, which keeps that, shows it more clearly than the flow does.
+grep -q '^ *cavitation .* named 1,' "$here/grade.txt"; check "what a level keeps is not taken for the cause" 0 $?
 
 ./wrong_input.py --rim "$RIM" --vehicles engine --train 12 --base 33000 --require > "$here/wrong.txt" 2>&1
 check "wrong rate, unit and column are named, never healthy" 0 $?

@@ -4,6 +4,7 @@
 // their sensors say.
 #include "base/rng.h"
 #include "learnt.hpp"
+#include "train/rolled.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -25,7 +26,7 @@ enum { kUpper, kLower, kCurrent, kOutcomes };
 
 // A pump fills the upper basin, a valve lets as much of it into the lower one as stands in it, and
 // that runs dry through a narrow pipe. The pump's current follows its command at once.
-rim::Log basins(std::uint64_t seed, double bias_of_lower) {
+rim::Log basins(std::uint64_t seed, double bias_of_lower = 0.0) {
   rim_rng rng;
   rimi_rng_seed(&rng, seed, 3);
   rim::Log log;
@@ -46,7 +47,7 @@ rim::Log basins(std::uint64_t seed, double bias_of_lower) {
     const double passes = 0.02 * valve * upper;
     upper += kPeriod * (0.1 * pump - passes);
     lower += kPeriod * (passes - 0.004 * lower * lower);
-    const double off = t > kRows / 2 ? bias_of_lower : 0.0;
+    const double off = t > kRows / 2 ? bias_of_lower : 0.0; // of the sensor
     log.t_s.push_back(kPeriod * static_cast<double>(t));
     log.values.row(static_cast<Eigen::Index>(t)) << pump, valve,
         upper + kNoise * rimi_rng_normal(&rng), lower + off + kNoise * rimi_rng_normal(&rng),
@@ -58,7 +59,7 @@ rim::Log basins(std::uint64_t seed, double bias_of_lower) {
 Learnt learn_basins() {
   std::vector<rim::Log> logs;
   for (std::uint64_t i = 0; i < kRuns; ++i)
-    logs.push_back(basins(kSeed + i, 0.0));
+    logs.push_back(basins(kSeed + i));
   return learn(logs);
 }
 
@@ -99,7 +100,7 @@ void a_fresh_run_is_predicted_whatever_its_sensor_says(void **) {
   Learnt l = learn_basins();
   rim::shrink_basis(&l.basis, &l.behaviour);
   assert_int_equal(l.basis.states.size(), 2);
-  const rim::Log healthy = basins(kSeed + 100, 0.0), biased = basins(kSeed + 100, 0.5);
+  const rim::Log healthy = basins(kSeed + 100), biased = basins(kSeed + 100, 0.5);
   const rim::BlockRun run = rim::block_run(healthy, l.layout, l.basis, l.options);
   for (const std::size_t o : {kUpper, kLower}) {
     const Eigen::VectorXd p = predicted(l, healthy, o);
@@ -107,6 +108,27 @@ void a_fresh_run_is_predicted_whatever_its_sensor_says(void **) {
     assert_true(std::sqrt(e.squaredNorm() / static_cast<double>(e.size())) < 3.0 * kNoise);
     assert_true(predicted(l, biased, o) == p); // to the last bit
   }
+}
+
+// The columns that training makes of the states are those that the flight code makes of them.
+void training_and_flight_make_the_same_terms(void **) {
+  const Learnt l = learn_basins();
+  const rim::BlockRun run = rim::block_run(basins(kSeed + 101), l.layout, l.basis, l.options);
+  Eigen::Index wide = 0;
+  while (l.basis.terms[static_cast<std::size_t>(wide)].op != BASIS_ROLLED)
+    ++wide;
+  rim::Matrix values(run.blocks(), static_cast<Eigen::Index>(l.basis.states.size()));
+  bool has_hinge = false;
+  for (std::size_t i = static_cast<std::size_t>(wide); i < l.basis.terms.size(); ++i) {
+    const rim::Basis::Term &t = l.basis.terms[i];
+    if (t.b == BASIS_PLAIN && t.c == BASIS_PLAIN)
+      values.col(t.a) = run.terms.col(static_cast<Eigen::Index>(i));
+    has_hinge = has_hinge || (t.c >= BASIS_HINGE && t.c != BASIS_PLAIN);
+  }
+  assert_true(has_hinge);
+  const rim::Matrix all = rim::with_rolled(l.basis, run.terms.leftCols(wide), values);
+  assert_int_equal(all.cols(), run.terms.cols());
+  assert_true((all - run.terms).cwiseAbs().maxCoeff() < 1e-9);
 }
 
 // States and rates that no model uses do not fly, and the others find theirs.
@@ -140,6 +162,7 @@ void unused_states_do_not_fly(void **) {
 int main() {
   const CMUnitTest tests[] = {cmocka_unit_test(levels_are_rolled_and_currents_are_not),
                               cmocka_unit_test(a_fresh_run_is_predicted_whatever_its_sensor_says),
+                              cmocka_unit_test(training_and_flight_make_the_same_terms),
                               cmocka_unit_test(unused_states_do_not_fly)};
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }
