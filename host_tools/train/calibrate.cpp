@@ -6,6 +6,8 @@
 #include <memory>
 #include <numeric>
 
+#include <boost/math/distributions/gamma.hpp>
+
 #include "image/image_writer.hpp"
 #include "stats/conformal.hpp"
 #include "util/error.hpp"
@@ -44,6 +46,12 @@ ScoreSpread score_spread(std::vector<double> scores) {
   std::sort(scores.begin(), scores.end());
   const double middle = scores[scores.size() / 2];
   return {middle, scores[3 * scores.size() / 4] - middle};
+}
+
+double set_margin(double scale, std::size_t r) {
+  const auto shape = static_cast<double>(r);
+  const double most = boost::math::quantile(boost::math::gamma_distribution<>(shape), kSetsKept);
+  return scale * std::log(most / shape);
 }
 
 namespace {
@@ -90,7 +98,8 @@ void set_alarm_from_runs(Thresholds *t, const std::vector<float> &alone,
       counted[r] = std::max(second, std::min(together[r], alone[r]));
   }
   set_alarm(t, counted, options);
-  t->alarm_score += static_cast<float>(0.5 * spread.above / std::log(2.0));
+  const std::size_t from_above = counted.size() - t->rank + 1;
+  t->alarm_score += static_cast<float>(set_margin(spread.above / std::log(2.0), from_above));
 }
 
 namespace {

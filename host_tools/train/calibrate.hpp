@@ -51,6 +51,15 @@ struct ScoreSpread {
 };
 ScoreSpread score_spread(std::vector<double> scores); // of at least one run
 
+// The order statistic of a few dozen runs is itself uncertain: the rate that it lets through is
+// right in the mean over sets of runs, but in one set in seven it is twice as large. So much has to
+// be added that the promise holds in this share of the sets. The r-th largest of n scores with an
+// exponential tail of scale `scale` is exceeded at a rate of G / n, G of a gamma distribution of
+// shape r, and c further on at that rate times exp(-c / scale): c = scale log(q / r), where q is
+// the quantile of G. scale >= 0 nats, r >= 1; returns nats, 1.10 scale for r = 1, less for more.
+constexpr double kSetsKept = 0.95;
+double set_margin(double scale, std::size_t r);
+
 // The same where each run has two scores: `alone` uses the inflation phi that the other runs teach,
 // `together` the one of the image, which this run has taught as well. A run that is odd in one
 // channel would count twice by its score alone: it inflates that channel in the image, and it would
@@ -58,10 +67,7 @@ ScoreSpread score_spread(std::vector<double> scores); // of at least one run
 // together, but at least as much as the largest of the others. Runs that are unlike the others
 // (ScoreSpread), up to a tenth of all, count as much as that: models that had not seen their like
 // judged them; the image has, and its inflation of the channels that deviate in them is raised to
-// that score. Half the scale of the tail is added (an exponential one, from median and upper
-// quartile): the order statistic of a few dozen runs is itself uncertain, and the rate that it lets
-// through is right in the mean over sets of runs, but in one set in seven twice as large. Half a
-// scale divides it by 1.6. At least two runs.
+// that score. set_margin() is added for the set of runs that one happens to have. At least two runs.
 void set_alarm_from_runs(Thresholds *thresholds, const std::vector<float> &alone,
                          const std::vector<float> &together, const CalibrationOptions &options);
 

@@ -103,12 +103,13 @@ std::string promise_report(const Training &training, double false_alarm) {
   }
   text += fmt::format(
       "  promised: at most {:.1f} % of healthy runs raise any alarm\n"
-      "  alarm at score {:.3g}: the {} of the {} runs' largest scores ({:.3g} to {:.3g}), and "
-      "half\n"
-      "  the scale of their tail in addition\n",
+      "  alarm at score {:.3g}: the {} of the {} runs' largest scores ({:.3g} to {:.3g}) and {:.2g} "
+      "more,\n"
+      "  for the promise to hold in {:.0f} of 100 sets of runs that one may happen to learn from\n",
       100.0 * promised, static_cast<double>(t.alarm_score),
       t.rank == runs ? std::string("highest") : ordinal(runs - t.rank + 1) + " highest", runs,
-      static_cast<double>(t.maxima.front()), static_cast<double>(t.maxima.back()));
+      static_cast<double>(t.maxima.front()), static_cast<double>(t.maxima.back()),
+      static_cast<double>(t.alarm_score - t.maxima[t.rank - 1]), 100.0 * kSetsKept);
   return text;
 }
 
