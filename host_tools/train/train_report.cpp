@@ -103,7 +103,8 @@ std::string promise_report(const Training &training, double false_alarm) {
   }
   text += fmt::format(
       "  promised: at most {:.1f} % of healthy runs raise any alarm\n"
-      "  alarm at score {:.3g}: the {} of the {} runs' largest scores ({:.3g} to {:.3g}) and {:.2g} "
+      "  alarm at score {:.3g}: the {} of the {} runs' largest scores ({:.3g} to {:.3g}) and "
+      "{:.2g} "
       "more,\n"
       "  for the promise to hold in {:.0f} of 100 sets of runs that one may happen to learn from\n",
       100.0 * promised, static_cast<double>(t.alarm_score),

@@ -54,7 +54,8 @@ void the_promise_holds_in_most_sets(void **) {
         s = tail(draw);
       std::sort(scores.begin(), scores.end());
       const rim::Promise promise = rim::promise_for(n, 0.05);
-      const double threshold = scores[promise.rank - 1] + rim::set_margin(2.0, n - promise.rank + 1);
+      const double threshold =
+          scores[promise.rank - 1] + rim::set_margin(2.0, n - promise.rank + 1);
       kept += std::exp(-0.5 * threshold) <= promise.rate ? 1U : 0U;
     }
     const double share = static_cast<double>(kept) / sets;
