@@ -338,23 +338,6 @@ TailFit fit_tail(const Tail &tail, int without) {
   return fit;
 }
 
-// FIELD takes the variance of the runs' effects as known, which n runs taught: its nats over those
-// of Hotelling's T^2 of four effects, where the latter are kTailNats. The tail of a dozen runs does
-// not show it, being too short.
-double known_variance_scale(double n) {
-  const double half = 0.5 * (n - 4.0);
-  constexpr double most = 4.0;
-  if (half < 1.0)
-    return most;
-  double low = 0.0, high = 1e6;
-  for (int i = 0; i < 100; ++i) { // P(T^2 >= t) = (1 - x)^half (1 + half x), x = t / (t + n - 1)
-    const double t = 0.5 * (low + high), x = t / (t + n - 1.0);
-    const double nats = -half * std::log1p(-x) - std::log1p(half * x);
-    (nats < kTailNats ? low : high) = t;
-  }
-  return std::clamp((0.5 * low - std::log1p(0.5 * low)) / kTailNats, 1.0, most);
-}
-
 // Per family the scale in the middle of all channels in which something is searched, at least that
 // of a ratio of Gaussian noise.
 std::vector<double> usual_scales(const std::vector<TailFit> &fits, const std::vector<Tail> &tails) {
@@ -368,8 +351,6 @@ std::vector<double> usual_scales(const std::vector<TailFit> &fits, const std::ve
     std::sort(scales.begin(), scales.end());
     usual.push_back(std::max(1.0, scales.empty() ? 1.0 : scales[scales.size() / 2]));
   }
-  const double known = known_variance_scale(static_cast<double>(tails.front().sorted.size()));
-  usual[SEARCH_FIELD] = std::max(usual[SEARCH_FIELD], known);
   return usual;
 }
 

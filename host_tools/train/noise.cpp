@@ -234,6 +234,7 @@ NoiseModel fit_noise(const Basis &basis, const std::vector<SearchRun> &seen,
   noise.decay_s = static_cast<double>(static_cast<float>(noise.run_s / 10.0));
   noise.trend_s = static_cast<double>(static_cast<float>(-block_s / std::log(AGREEMENT_KEEPS)));
   noise.means = basis.means.size();
+  noise.runs = which.size();
   const auto outcomes = seen.front().predicted->cols();
   noise.channels.resize(static_cast<std::size_t>(seen.front().residual->cols()));
   parallel_for(noise.channels.size(), [&](std::size_t channel) {
@@ -286,7 +287,7 @@ std::vector<std::uint8_t> noise_section(const NoiseModel &noise) {
   bytes.f32(static_cast<float>(noise.run_s));
   bytes.f32(static_cast<float>(noise.decay_s));
   bytes.f32(static_cast<float>(noise.trend_s));
-  bytes.u32(0);
+  bytes.u32(static_cast<std::uint32_t>(noise.runs));
   for (const ChannelNoise &c : noise.channels) {
     for (const double v :
          {c.active ? 1.0 : 0.0, static_cast<double>(c.combination.rows()), c.rho, c.s, c.p_center,

@@ -137,7 +137,7 @@ static void the_surprise_is_that_of_a_chi_square(void **state) {
       double tail = 0.0; /* times exp(q / 2) */
       for (double t = q + 0.5 * step; t < q + 80.0; t += step)
         tail += step * scale * pow(t, 0.5 * k - 1.0) * exp(0.5 * (q - t));
-      const double nats = rimi_search_surprise(k, q);
+      const double nats = rimi_search_surprise(k, 0, q);
       assert_true(fabs(nats - (0.5 * q - log(tail))) < 0.06);
       assert_true(nats > before);
       before = nats;
@@ -145,9 +145,32 @@ static void the_surprise_is_that_of_a_chi_square(void **state) {
   }
 }
 
+/* And of Hotelling's T^2, where runs taught the variances. */
+static void few_runs_are_surprised_less(void **state) {
+  (void)state;
+  const uint32_t sizes[] = {9, 30, 100};
+  for (uint32_t i = 0; i < 3; ++i) {
+    const double n = sizes[i];
+    for (uint32_t k = 1; k <= NOISE_MAX_FIELDS; ++k) {
+      const double scale = lgamma(0.5 * n) - lgamma(0.5 * k) - lgamma(0.5 * (n - k));
+      for (double q = k + 0.25; q < 200.0; q *= 1.4) {
+        double tail = 0.0; /* over t = (n - 1) exp(u) */
+        for (double u = log(q / (n - 1.0)) + 5e-4; u < 40.0; u += 1e-3)
+          tail += 1e-3 * exp(scale + 0.5 * k * u - 0.5 * n * log1p(exp(u)));
+        const double nats = rimi_search_surprise(k, sizes[i], q);
+        assert_true(fabs(nats + log(tail)) < (k == 2 ? 1e-3 : 2.0));
+        assert_true(nats < rimi_search_surprise(k, 0, q));
+      }
+    }
+  }
+  /* Fewer runs than effects can hardly be surprised. */
+  assert_true(rimi_search_surprise(4, 3, 1e4) < 4.0);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(the_surprise_is_that_of_a_chi_square),
+      cmocka_unit_test(few_runs_are_surprised_less),
       cmocka_unit_test(the_statistic_is_that_of_whole_matrices),
       cmocka_unit_test(two_shapes_are_dated_where_they_begin),
       cmocka_unit_test(one_shape_is_dated_as_before),

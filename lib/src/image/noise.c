@@ -41,6 +41,7 @@ rim_status rimi_noise_open(rim_noise *view, const uint8_t *section, size_t bytes
   n.run_s = (double)rimi_le_f32(section, 4);
   n.decay_s = (double)rimi_le_f32(section, 5);
   n.trend_s = (double)rimi_le_f32(section, 6);
+  n.runs = rimi_le_u32(section, 7);
   if (n.channels != channels || n.raw != NOISE_RAW_FIRST + means || n.raw > NOISE_MAX_RAW ||
       n.fields < 1u || n.fields > NOISE_MAX_FIELDS || !rimi_is_finite(n.run_s) ||
       !rimi_is_finite(n.decay_s) || !(n.run_s > 0.0) || !(n.decay_s > 0.0) ||

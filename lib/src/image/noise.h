@@ -9,7 +9,7 @@
  * / trend_s)) trend_s / run_s.
  *
  *   u32 layout (2), channels C, raw R = 4 + M, fields K (largest of any channel)
- *   f32 run_s, decay_s, trend_s > 0, 0
+ *   f32 run_s, decay_s, trend_s > 0; u32 runs that taught the effects' prior, 0: it is known
  *   per channel f32: active (0, 1), fields k <= K, rho in [0, 1), s > 0, p_center, p_scale > 0,
  *     ln sigma per p, per p^2 - 1, per change, per disturbance, inverse prior [K] > 0,
  *     combination [K][R], phi[NOISE_FAMILIES] >= 1 */
@@ -33,7 +33,7 @@
 #define NOISE_CALM 0.05 /* added to the mean square before its logarithm */
 
 typedef struct rim_noise {
-  uint32_t channels, raw, fields, stride;
+  uint32_t channels, raw, fields, stride, runs;
   double run_s, decay_s, trend_s;
   const uint8_t *channel;
 } rim_noise;

@@ -207,8 +207,12 @@ double rimi_search_scale(const rim_search *s, const noise_channel *c, uint32_t c
 /* The same, 0 where the residual is not known. */
 double rimi_search_weight(const rim_search *s, const noise_channel *c, uint32_t channel,
                           uint32_t slot);
-/* -ln P(chi-square of k degrees of freedom >= q), to 6 %, for 1 <= k <= NOISE_MAX_FIELDS, q > k. */
-double rimi_search_surprise(uint32_t k, double q);
+/* -ln P(q or more) of k effects of a run, 1 <= k <= NOISE_MAX_FIELDS, whose sum of squares in their
+ * healthy standard deviations is q > k. Where these are known (runs = 0) it is that of a chi-square
+ * of k degrees of freedom, to 6 %; where so many runs taught them, of Hotelling's T^2, to 2 nats.
+ * A few dozen runs do not show how far the effects of others lie: four effects that 30 runs taught
+ * give 12 nats at q = 60, known ones 27. */
+double rimi_search_surprise(uint32_t k, uint32_t runs, double q);
 /* Prepares the work arrays for a channel, and judges SINCE, RAMP, GAIN and FIELD. */
 void rimi_search_refresh(rim_search *s, uint32_t channel);
 /* Makes the work arrays of the channel in turn those of a shape, so that every scan is of that. */

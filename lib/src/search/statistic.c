@@ -279,7 +279,10 @@ static void scan_time(rim_search *s) {
 /* With x = q / 2, P is exp(-x) times the sum of x^i / i!; where k is odd, of
  * x^(i - 1/2) / Gamma(i + 1/2) and exp(x) erfc(sqrt x), which is at most
  * 2 / (sqrt pi (z + sqrt(z^2 + 4 / pi))), z = sqrt x, and nearly that. */
-double rimi_search_surprise(uint32_t k, double q) {
+double rimi_search_surprise(uint32_t k, uint32_t runs, double q) {
+  /* T^2 has the tail of a chi-square at (runs - k) ln(1 + q / (runs - 1)): exactly with k = 2. */
+  if (runs > 1u)
+    q = (double)(runs > k ? runs - k : 1u) * rimi_log(1.0 + q / (double)(runs - 1u));
   const double root_pi = 1.7724538509055160, x = 0.5 * q, z = rimi_sqrt(x);
   const bool is_odd = k % 2u != 0;
   double tail = is_odd ? 2.0 / (root_pi * (z + rimi_sqrt(x + 4.0 / 3.14159265358979324))) : 1.0;
@@ -328,7 +331,7 @@ static void judge_field(rim_search *s, const noise_channel *c, const double *l, 
       t_s < FIELD_FROM * s->config.noise->run_s)
     return;
   search_hypothesis h = {.family = SEARCH_FIELD, .onset = SEARCH_FROM_START};
-  h.ln_ratio = (float)rimi_search_surprise(k, q);
+  h.ln_ratio = (float)rimi_search_surprise(k, s->config.noise->runs, q);
   h.shift = (float)shift;
   h.sd = (float)rimi_sqrt(rimi_max(var, 1e-12));
   h.blocks = s->held;
