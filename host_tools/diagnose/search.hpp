@@ -73,7 +73,7 @@ struct ChannelFindings {
   Flagged flagged;
   std::vector<Unconfirmed> unconfirmed;
   StartNoise start;
-  bool is_noisy_prediction = false; // a lag would have smoothed it
+  bool is_noisy_prediction = false; // a lag would have smoothed it, or a level cut its noise
   std::vector<Member> members;      // terms with their sizes filled in
   std::vector<Claim> claims;        // one a member
   std::vector<VarianceClaim> variances;
@@ -125,10 +125,13 @@ private:
   void search_from(const std::vector<Member> &kept);
   bool excludes(const Proposal &proposal, const std::vector<Member> &members) const;
   void prepare(const std::vector<Term> &given);
-  void find_members(bool may_delay);
+  void find_members(const Allowed &allowed);
   bool take_off_start(const Vector &left);
   Vector left_beside_start(const Vector &raw) const;
+  Vector with_neighbours(int reach) const;
+  bool does_as_well(std::size_t which, const Vector &smoother) const;
   bool smooths_prediction() const;
+  bool is_level_of_noise() const;
   double alternation(const Vector &left) const;
   void find_beside_start(const std::vector<Term> &given);
   Noise plain_noise() const;
@@ -217,7 +220,7 @@ private:
   Products products_;           // of the library's columns
   Vector measured_rows_;        // 1, or 0 where flagged
   double extra_variance_ = 0.0; // added to every stated variance: what no multiple of it explains
-  bool may_delay_ = true;
+  Allowed allowed_;
   ChannelFindings out_;
 };
 

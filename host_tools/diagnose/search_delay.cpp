@@ -259,7 +259,7 @@ std::vector<Member> ChannelSearch::delays_to_follow(std::size_t at, const Noise 
 // for the best lag; kept where it explains more.
 void ChannelSearch::follow_delay() {
   const std::size_t at = late_member();
-  if (at == out_.members.size() || !may_delay_)
+  if (at == out_.members.size() || !allowed_.late)
     return;
   const bool has_claim = moves_prediction(out_.members[at].term);
   const Claim claim = has_claim ? out_.claims[at] : Claim{};
@@ -418,7 +418,7 @@ ChannelFindings ChannelSearch::search_behind(const Member &delay, const Noise &n
   const Library library = make_library(late, moved, *options_.catalogue, false);
   ChannelSearch second(late, moved, library, options);
   second.prepare({});
-  second.find_members(false);
+  second.find_members({false, allowed_.levels});
   for (int round = 0; round < 3; ++round)
     second.smooth_unknowns();
   second.formulas_for_tables();

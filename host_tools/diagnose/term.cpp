@@ -211,6 +211,10 @@ bool remembers(const Term &term) {
   return term.form == kBacklash || (moves_prediction(term) && term.form != kDeadZoneBefore);
 }
 
+bool is_level(const Term &term) {
+  return term.cause == "saturation" || term.cause == "dead_zone";
+}
+
 Vector ridge_values(const Ridge &ridge, const Vector &s) {
   const auto last = ridge.knots.size() - 1;
   const double step = (ridge.knots[last] - ridge.knots[0]) / static_cast<double>(last);

@@ -137,6 +137,9 @@ double dead_zone_before(const Term &term);
 // A delay, a lag or play: what the term adds depends on the predictions before.
 bool remembers(const Term &term);
 
+// Whether it is a level of the prediction, at which that ends or begins: saturation, a dead zone.
+bool is_level(const Term &term);
+
 // What the term adds to m, in the channel's unit; zero for other kinds.
 Vector mean_effect(const Term &term, const Measured &measured, const Vector &m);
 
