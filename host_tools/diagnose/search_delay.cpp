@@ -372,21 +372,40 @@ double ChannelSearch::loss_behind(const Term &delay, std::vector<Member> members
   return fit_members((moved.z - moved.m).cwiseQuotient(moved.sd), members, noise).loss;
 }
 
+namespace {
+
+// Seconds of a delay and of a lag do nearly the same: along their sum's valley neither moves alone.
+bool may_trade(const Term &term) {
+  return term.shape.size() >= 2 && term.shape[0].name == "lag" && term.shape[1].name == "delay";
+}
+
+void trade(double by, Term *term) {
+  double &lag = term->shape[0].value, &delay = term->shape[1].value;
+  const double seconds = (by - 1.0) * std::min(lag, delay);
+  lag += seconds;
+  delay -= seconds;
+}
+
+} // namespace
+
 // The delay with the shape that is best beside these members; no columns: it is that already.
 Member ChannelSearch::tuned(const Member &delay, const std::vector<Member> &beside,
                             const Noise &noise) const {
   Member out = delay;
   const double before = loss_behind(delay.term, beside, noise);
   double best = before;
-  const std::size_t shapes = out.term.shape.size();
-  for (std::size_t turn = 0; turn < shapes * shapes; ++turn) { // what trades is tuned in turns
-    const std::size_t k = turn % shapes;
+  const std::size_t shapes = out.term.shape.size(), ways = shapes + (may_trade(out.term) ? 1 : 0);
+  for (std::size_t turn = 0; turn < ways * shapes; ++turn) { // what trades is tuned in turns
+    const std::size_t k = turn % ways;
     double factor = kTuning;
     for (int step = 0; step < kTuneSteps; ++step) {
       bool moved = false;
       for (const double by : {factor, 1.0 / factor}) {
         Term term = out.term;
-        term.shape[k].value *= by;
+        if (k < shapes)
+          term.shape[k].value *= by;
+        else
+          trade(by, &term);
         const double loss = loss_behind(term, beside, noise);
         if (loss < best) {
           best = loss;
