@@ -156,13 +156,12 @@ private:
   Member tuned(const Member &delay, const std::vector<Member> &beside, const Noise &noise) const;
   ChannelFindings search_behind(const Member &delay, const Noise &noise) const;
   std::vector<Member> gain_and_bias() const;
-  Member behind_dead_zone(const Member &delay, const std::vector<Member> &beside,
-                          const Noise &noise) const;
-  double dead_zone_held_out(const Member &delay, const std::vector<Member> &beside,
-                            const Noise &noise) const;
-  std::vector<Member> behind_dead_zones(const std::vector<Member> &delays,
-                                        const Noise &noise) const;
-  void add_dead_zone(const Noise &noise, double without);
+  Member behind_level(const std::string &kind, const Member &delay,
+                      const std::vector<Member> &beside, const Noise &noise) const;
+  double level_held_out(const std::string &kind, const Member &delay,
+                        const std::vector<Member> &beside, const Noise &noise) const;
+  std::vector<Member> behind_levels(const std::vector<Member> &delays, const Noise &noise) const;
+  void add_level(const Noise &noise, double without);
   void drop_unconfirmed();
   bool let_differ(std::size_t which);
   void join_sizes();
