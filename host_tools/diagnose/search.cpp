@@ -709,6 +709,7 @@ ChannelFindings ChannelSearch::run(const std::vector<Term> &given) {
   formulas_for_tables();
   out_.fit = fit_members(y_, out_.members, out_.noise);
   drop_unconfirmed();
+  drop_regions_of_noise();
   drop_contradicted();
   name_parts();
   estimate_noise();

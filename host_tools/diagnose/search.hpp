@@ -129,6 +129,8 @@ private:
   bool take_off_start(const Vector &left);
   Vector left_beside_start(const Vector &raw) const;
   Vector with_neighbours(int reach) const;
+  bool is_region_of_noise(const Gate &gate) const;
+  void drop_regions_of_noise();
   bool does_as_well(std::size_t which, const Vector &smoother) const;
   bool smooths_prediction() const;
   bool is_level_of_noise() const;

@@ -20,6 +20,17 @@ constexpr int kStartRounds = 2;
 constexpr int kNoiseReach = 2;
 constexpr double kOfNoise = 0.5;
 
+// Of a column, row by row, the mean of so many rows before and after; its own value near the ends.
+Vector mean_of_neighbours(const Vector &x, const Measured &measured, int reach) {
+  Vector mean = x;
+  for (const LogSpan &log : measured.logs) {
+    const auto first = static_cast<Index>(log.first), end = first + static_cast<Index>(log.rows);
+    for (Index k = first + reach; k + reach < end; ++k)
+      mean(k) = (x.segment(k - reach, 2 * reach + 1).sum() - x(k)) / (2.0 * reach);
+  }
+  return mean;
+}
+
 } // namespace
 
 // Of a prediction that starts from a noisy reading the residual alternates: what this reading was
@@ -101,12 +112,7 @@ Vector ChannelSearch::with_neighbours(int reach) const {
   const Measured &whole = measured_.whole != nullptr ? *measured_.whole : measured_;
   const int c = whole.find_channel(channel_.name);
   const Vector &m = whole.channels[static_cast<std::size_t>(c)].m;
-  Vector mean = m;
-  for (const LogSpan &log : whole.logs) {
-    const auto first = static_cast<Index>(log.first), end = first + static_cast<Index>(log.rows);
-    for (Index k = first + reach; k + reach < end; ++k)
-      mean(k) = (m.segment(k - reach, 2 * reach + 1).sum() - m(k)) / (2.0 * reach);
-  }
+  const Vector mean = mean_of_neighbours(m, whole, reach);
   return measured_.whole == nullptr ? mean : Vector(mean(measured_.picked));
 }
 
@@ -151,6 +157,32 @@ bool ChannelSearch::is_level_of_noise() const {
       return true;
   }
   return false;
+}
+
+// Whether most of a region's rows are in it by the noise of its features alone: those before and
+// after are not.
+bool ChannelSearch::is_region_of_noise(const Gate &gate) const {
+  const Measured &whole = measured_.whole != nullptr ? *measured_.whole : measured_;
+  Measured smooth = whole;
+  for (const std::string &name : gate.features) {
+    const int f = whole.find_feature(name);
+    if (f < 0 || whole.features[static_cast<std::size_t>(f)].is_angle)
+      return false;
+    smooth.x.col(f) = mean_of_neighbours(whole.x.col(f), whole, kNoiseReach);
+  }
+  const Vector rough = gate_mask(gate, whole);
+  return rough.dot(gate_mask(gate, smooth)) < kOfNoise * rough.sum();
+}
+
+// Of a prediction that is made of noisy readings, what is claimed of such a region alone: where the
+// reading is low by chance, so is the prediction.
+void ChannelSearch::drop_regions_of_noise() {
+  for (std::size_t j = out_.members.size(); out_.is_noisy_prediction && j-- > 0;) {
+    const Member &member = out_.members[j];
+    if (!member.is_given && !member.term.gate.everywhere() &&
+        is_region_of_noise(member.term.gate) && does_as_well(j, with_neighbours(1)))
+      set_aside(j, "only the noise of the readings reaches its region");
+  }
 }
 
 double ChannelSearch::alternation(const Vector &left) const {

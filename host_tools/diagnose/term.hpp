@@ -21,8 +21,8 @@ inline constexpr const char *kTime = "t_s";
 // The built-in form of play: the outcome stays until the prediction has moved by it.
 inline constexpr const char *kBacklash = "backlash";
 
-// What comes late may be what a dead zone or saturation leaves of the prediction: a delay or lag then
-// has a shape parameter kBeyond or kUpTo, the level, and stands beside a term of the form
+// What comes late may be what a dead zone or saturation leaves of the prediction: a delay or lag
+// then has a shape parameter kBeyond or kUpTo, the level, and stands beside a term of the form
 // kDeadZoneBefore or kSaturationBefore.
 inline constexpr const char *kBeyond = "dead_zone", *kDeadZoneBefore = "dead_zone_before";
 inline constexpr const char *kUpTo = "saturation", *kSaturationBefore = "saturation_before";
