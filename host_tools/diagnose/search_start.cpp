@@ -116,13 +116,17 @@ Vector ChannelSearch::with_neighbours(int reach) const {
   return measured_.whole == nullptr ? mean : Vector(mean(measured_.picked));
 }
 
-// Whether that mean in the place of a member does as much as the member.
+// Whether that mean in the place of a member does as much as the member. Not beside a command that
+// comes late in another form: that would do the work of the member.
 bool ChannelSearch::does_as_well(std::size_t which, const Vector &mean) const {
   Member rival = out_.members[which];
   rival.is_fixed = false;
   rival.h = (mean - channel_.m).cwiseQuotient(channel_.sd);
-  std::vector<Member> instead = without(which);
-  instead.push_back(rival);
+  std::vector<Member> instead{rival};
+  for (const Member &member : without(which)) {
+    if (member.is_given || member.term.form != kLaggedCoupling)
+      instead.push_back(member);
+  }
   return fit_members(y_, instead, out_.noise).loss <=
          fit_members(y_, out_.members, out_.noise).loss;
 }
