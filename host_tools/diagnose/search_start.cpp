@@ -15,10 +15,10 @@ using Index = Eigen::Index;
 // Noise of the start: lag-1 correlation that tells it, and the least share of squares it explains.
 constexpr double kAlternates = -0.15, kLeastStartShare = 0.01;
 constexpr int kStartRounds = 2;
-// Rows before and after whose mean has little of the noise; share of a level's squares that it then
-// leaves at most, where the level is that of noise.
+// Rows before and after whose mean has little of the noise; share of a level's squares, and of a
+// region's rows, that it then leaves at most, where they are those of noise.
 constexpr int kNoiseReach = 2;
-constexpr double kOfNoise = 0.5;
+constexpr double kOfNoise = 0.5, kRegionOfNoise = 0.7;
 
 // Of a column, row by row, the mean of so many rows before and after; its own value near the ends.
 Vector mean_of_neighbours(const Vector &x, const Measured &measured, int reach) {
@@ -175,7 +175,7 @@ bool ChannelSearch::is_region_of_noise(const Gate &gate) const {
     smooth.x.col(f) = mean_of_neighbours(whole.x.col(f), whole, kNoiseReach);
   }
   const Vector rough = gate_mask(gate, whole);
-  return rough.dot(gate_mask(gate, smooth)) < kOfNoise * rough.sum();
+  return rough.dot(gate_mask(gate, smooth)) < kRegionOfNoise * rough.sum();
 }
 
 // Of a prediction that is made of noisy readings, what is claimed of such a region alone: where the

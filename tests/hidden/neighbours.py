@@ -4,7 +4,8 @@
 
 Hydraulic cylinder by its two pressures, ram that leaks, winch whose load differs between logs, hovering over ground, heat exchanger, skid-steer
 robot, ship in wind, pump, sounding rockets, steering gear that saturates before it lags, heated room, gear drive, car that coasts, actuator with
-Stribeck friction, aircraft in roll, battery with a slow resistance, and one with nothing wrong. Shares no code with the engine or the other
+Stribeck friction, aircraft in roll, battery with a slow resistance, and one with nothing wrong. Drawn later: tyre, conveyor, levitation, reactor,
+solar panel, brake, glider, telescope, ship in turns, stage with cables, and a mill with nothing wrong. Shares no code with the engine or the other
 drawers. What each logs, with the columns of the true form, from which channels.py computes what least squares would leave."""
 import math
 import numpy as np
