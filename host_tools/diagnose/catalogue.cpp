@@ -22,7 +22,8 @@ const std::map<std::string, ArgumentRole> kRoles{
     {"signed", ArgumentRole::signed_},    {"command", ArgumentRole::command},
     {"angle", ArgumentRole::angle},       {"heading", ArgumentRole::heading},
     {"altitude", ArgumentRole::altitude}, {"state", ArgumentRole::state},
-    {"lagged", ArgumentRole::lagged},     {"stream", ArgumentRole::stream},
+    {"lagged", ArgumentRole::lagged},     {"own_state", ArgumentRole::own_state},
+    {"stream", ArgumentRole::stream},
 };
 const std::map<std::string, TermKind> kKinds{{"mean", TermKind::mean},
                                              {"variance", TermKind::variance},

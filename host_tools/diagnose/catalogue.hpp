@@ -25,6 +25,7 @@ enum class ArgumentRole {
   heading,  // wrapped angles named heading, yaw, theta or psi; every angle when none is
   altitude, // lengths named altitude or height, that change by 500 m at least
   state,    // the channel's own reading that the prediction starts from
+  own_state, // that, where it is the own velocity
   stream,   // a velocity of what the vehicle moves in: wind, current
   lagged,   // a command, or any quantity where there is none, through a first-order lag
 };

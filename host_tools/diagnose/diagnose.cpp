@@ -351,7 +351,7 @@ void add_notes(const Measured &measured, const std::vector<ChannelFindings> &fou
     if (found[c].is_noisy_prediction)
       diagnosis->notes.push_back(fmt::format(
           "{}: the prediction is made of noisy readings: a lag or delay that would only "
-          "smooth it is not claimed",
+          "smooth it, or a level that its noise alone goes beyond, is not claimed",
           channel.name));
     const double scale = found[c].noise.scatter;
     if (!channel.sd_estimated && found[c].variances.empty() && std::abs(scale - 1.0) > 0.04)

@@ -295,10 +295,10 @@ Eigen::MatrixXd columns_at(const Term &term, const std::vector<std::vector<Param
   Vector before;
   for (std::size_t k = 0; k < shapes.size(); ++k) {
     const auto of = [&](const char *name) { return shape_value(shapes[k], term.form, name); };
-    double level = 0.0; // of the dead zone before
-    for (const Parameter &p : shapes[k])
-      level = p.name == kBeyond && is_bare ? p.value : level;
-    const Vector x = level > 0.0 ? beyond_dead_zone(whole, level) : whole;
+    const auto found = std::find_if(shapes[k].begin(), shapes[k].end(), is_level_before);
+    const Parameter *before_it = is_bare && found != shapes[k].end() ? &*found : nullptr;
+    const double level = before_it != nullptr ? before_it->value : 0.0;
+    const Vector x = after_level(whole, before_it);
     Vector column;
     if (is_play) {
       column = through_play(m, measured, of("play"))(rows) - m(rows);

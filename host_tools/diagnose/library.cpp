@@ -149,6 +149,9 @@ std::vector<int> Builder::features_for(ArgumentRole role) const {
     case ArgumentRole::state:
       fits = f == state_;
       break;
+    case ArgumentRole::own_state:
+      fits = f == state_ && std::find(out_.own.begin(), out_.own.end(), f) != out_.own.end();
+      break;
     case ArgumentRole::lagged:
       fits = may_delay_ && !has_start_ && !is_own && !feature.is_prediction &&
              (feature.is_command || !has_command_);

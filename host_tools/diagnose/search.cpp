@@ -211,7 +211,7 @@ void ChannelSearch::refine_shape(const std::vector<Member> &others, double loss,
 // One delay or lag a channel; nothing twice.
 bool ChannelSearch::excludes(const Proposal &proposal, const std::vector<Member> &members) const {
   const Term &term = library_.candidates[static_cast<std::size_t>(proposal.candidate)].term;
-  if (remembers(term) && !may_delay_)
+  if (!allowed_(term))
     return true;
   return std::any_of(members.begin(), members.end(), [&](const Member &m) {
     if (moves_prediction(term) && moves_prediction(m.term))
@@ -324,7 +324,7 @@ void ChannelSearch::join_forms() {
   NoiseState noise;
   const FormSet set =
       SetSearch(measured_, library_, y_, out_.noise.weight, kept, least_noise(channel_), &products_)
-          .best(may_delay_, &noise);
+          .best(allowed_, &noise);
   take_noise(noise);
   for (std::size_t j = 0; j < set.candidates.size(); ++j) {
     Member member = form_member(set.candidates[j], static_cast<int>(j) == set.differs);
@@ -682,8 +682,8 @@ void ChannelSearch::search_from(const std::vector<Member> &kept) {
   try_expressions(kept);
 }
 
-void ChannelSearch::find_members(bool may_delay) {
-  may_delay_ = may_delay;
+void ChannelSearch::find_members(const Allowed &allowed) {
+  allowed_ = allowed;
   const std::vector<Member> kept = out_.members;
   for (int pass = 0; pass < 3; ++pass) {
     scanner_ = std::make_unique<Scanner>(library_, out_.noise.weight);
@@ -709,6 +709,7 @@ ChannelFindings ChannelSearch::run(const std::vector<Term> &given) {
   formulas_for_tables();
   out_.fit = fit_members(y_, out_.members, out_.noise);
   drop_unconfirmed();
+  drop_regions_of_noise();
   drop_contradicted();
   name_parts();
   estimate_noise();

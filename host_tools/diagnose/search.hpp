@@ -73,7 +73,7 @@ struct ChannelFindings {
   Flagged flagged;
   std::vector<Unconfirmed> unconfirmed;
   StartNoise start;
-  bool is_noisy_prediction = false; // a lag would have smoothed it
+  bool is_noisy_prediction = false; // a lag would have smoothed it, or a level cut its noise
   std::vector<Member> members;      // terms with their sizes filled in
   std::vector<Claim> claims;        // one a member
   std::vector<VarianceClaim> variances;
@@ -125,10 +125,15 @@ private:
   void search_from(const std::vector<Member> &kept);
   bool excludes(const Proposal &proposal, const std::vector<Member> &members) const;
   void prepare(const std::vector<Term> &given);
-  void find_members(bool may_delay);
+  void find_members(const Allowed &allowed);
   bool take_off_start(const Vector &left);
   Vector left_beside_start(const Vector &raw) const;
+  Vector with_neighbours(int reach) const;
+  bool is_region_of_noise(const Gate &gate) const;
+  void drop_regions_of_noise();
+  bool does_as_well(std::size_t which, const Vector &smoother) const;
   bool smooths_prediction() const;
+  bool is_level_of_noise() const;
   double alternation(const Vector &left) const;
   void find_beside_start(const std::vector<Term> &given);
   Noise plain_noise() const;
@@ -153,13 +158,12 @@ private:
   Member tuned(const Member &delay, const std::vector<Member> &beside, const Noise &noise) const;
   ChannelFindings search_behind(const Member &delay, const Noise &noise) const;
   std::vector<Member> gain_and_bias() const;
-  Member behind_dead_zone(const Member &delay, const std::vector<Member> &beside,
-                          const Noise &noise) const;
-  double dead_zone_held_out(const Member &delay, const std::vector<Member> &beside,
-                            const Noise &noise) const;
-  std::vector<Member> behind_dead_zones(const std::vector<Member> &delays,
-                                        const Noise &noise) const;
-  void add_dead_zone(const Noise &noise, double without);
+  Member behind_level(const std::string &kind, const Member &delay,
+                      const std::vector<Member> &beside, const Noise &noise) const;
+  double level_held_out(const std::string &kind, const Member &delay,
+                        const std::vector<Member> &beside, const Noise &noise) const;
+  std::vector<Member> behind_levels(const std::vector<Member> &delays, const Noise &noise) const;
+  void add_level(const Noise &noise, double without);
   void drop_unconfirmed();
   bool let_differ(std::size_t which);
   void join_sizes();
@@ -217,7 +221,7 @@ private:
   Products products_;           // of the library's columns
   Vector measured_rows_;        // 1, or 0 where flagged
   double extra_variance_ = 0.0; // added to every stated variance: what no multiple of it explains
-  bool may_delay_ = true;
+  Allowed allowed_;
   ChannelFindings out_;
 };
 

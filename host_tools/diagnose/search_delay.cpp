@@ -105,19 +105,20 @@ std::vector<Member> ChannelSearch::gain_and_bias() const {
   return members;
 }
 
-// The delay or lag with a dead zone before it, where that fits better: of the prediction that a
-// command makes nothing comes below a level, and what does comes late. No columns: there is none.
-Member ChannelSearch::behind_dead_zone(const Member &delay, const std::vector<Member> &beside,
-                                       const Noise &noise) const {
+// The delay or lag with a level of this kind before it, where that fits clearly better: of the
+// prediction that a command makes nothing comes below a level, or beyond it, and what does comes
+// late. No columns: there is none.
+Member ChannelSearch::behind_level(const std::string &kind, const Member &delay,
+                                   const std::vector<Member> &beside, const Noise &noise) const {
   Member out = delay;
-  double best = loss_behind(delay.term, beside, noise);
+  double best = (1.0 - kLeastZone) * loss_behind(delay.term, beside, noise);
   bool is_better = false;
   for (const Candidate &candidate : library_.candidates) {
-    if (candidate.term.form != "dead_zone")
+    if (candidate.term.form != kind)
       continue;
     Term term = delay.term;
     term.shape.push_back(candidate.term.shape[0]);
-    term.shape.back().name = kBeyond;
+    term.shape.back().name = kind;
     const double loss = loss_behind(term, beside, noise);
     if (loss < best) {
       best = loss;
@@ -135,10 +136,10 @@ Member ChannelSearch::behind_dead_zone(const Member &delay, const std::vector<Me
   return out;
 }
 
-// By what share the squares fall by a dead zone before the delay, where it was not fitted: shapes
-// are fitted to every second block of the logs and judged on the others.
-double ChannelSearch::dead_zone_held_out(const Member &delay, const std::vector<Member> &beside,
-                                         const Noise &noise) const {
+// By what share the squares fall by a level before the delay, where it was not fitted: shapes are
+// fitted to every second block of the logs and judged on the others.
+double ChannelSearch::level_held_out(const std::string &kind, const Member &delay,
+                                     const std::vector<Member> &beside, const Noise &noise) const {
   double with = 0.0, less = 0.0;
   for (std::size_t fold = 0; fold < 2; ++fold) {
     Noise train = noise, test = noise;
@@ -147,49 +148,51 @@ double ChannelSearch::dead_zone_held_out(const Member &delay, const std::vector<
     });
     const Member better = tuned(delay, beside, train);
     const Member &plain = better.h.cols() > 0 ? better : delay;
-    const Member zone = behind_dead_zone(plain, beside, train);
+    const Member zone = behind_level(kind, plain, beside, train);
     less += loss_behind(plain.term, beside, test);
     with += loss_behind(zone.h.cols() > 0 ? zone.term : plain.term, beside, test);
   }
   return less > 0.0 ? 1.0 - with / less : 0.0;
 }
 
-// The delays and lags with a dead zone before each, where that holds.
-std::vector<Member> ChannelSearch::behind_dead_zones(const std::vector<Member> &delays,
-                                                     const Noise &noise) const {
+// The delays and lags with a dead zone or saturation before each, where that holds.
+std::vector<Member> ChannelSearch::behind_levels(const std::vector<Member> &delays,
+                                                 const Noise &noise) const {
   const std::vector<Member> beside = gain_and_bias();
   std::vector<Member> out;
   for (const Member &delay : delays) {
     if (!delay.term.response.empty() || !delay.term.ridges.empty() ||
         !delay.term.arguments.empty() || delay.is_given)
       continue;
-    Member zone = behind_dead_zone(delay, beside, noise);
-    if (!(zone.h.cols() > 0) || dead_zone_held_out(delay, beside, noise) <= kLeastZone)
-      continue;
-    // Its level trades with a gain: where there is none, the level is better without.
-    Member alone = tuned(zone, {}, noise);
-    out.push_back(std::move(zone));
-    if (alone.h.cols() > 0)
-      out.push_back(std::move(alone));
+    for (const char *kind : {kBeyond, kUpTo}) {
+      Member zone = behind_level(kind, delay, beside, noise);
+      if (!(zone.h.cols() > 0) || level_held_out(kind, delay, beside, noise) <= kLeastZone)
+        continue;
+      // Its level trades with a gain: where there is none, the level is better without.
+      Member alone = tuned(zone, {}, noise);
+      out.push_back(std::move(zone));
+      if (alone.h.cols() > 0)
+        out.push_back(std::move(alone));
+    }
   }
   return out;
 }
 
-// The dead zone before a delay or lag as a member of its own, which stands before it; `without`:
-// what the best model without it costs more.
-void ChannelSearch::add_dead_zone(const Noise &noise, double without) {
-  const double level = dead_zone_before(out_.members.front().term);
-  if (!(level > 0.0))
+// The dead zone or saturation before a delay or lag as a member of its own, which stands before it;
+// `without`: what the best model without it costs more.
+void ChannelSearch::add_level(const Noise &noise, double without) {
+  const Parameter *before = level_before(out_.members.front().term);
+  if (before == nullptr)
     return;
+  const std::string kind = before->name;
+  const double level = before->value;
   const auto found = std::find_if(library_.candidates.begin(), library_.candidates.end(),
-                                  [](const Candidate &c) { return c.term.form == "dead_zone"; });
+                                  [&kind](const Candidate &c) { return c.term.form == kind; });
   Member zone, delay = out_.members.front();
   auto &shape = delay.term.shape;
-  shape.erase(std::remove_if(shape.begin(), shape.end(),
-                             [](const Parameter &p) { return p.name == kBeyond; }),
-              shape.end());
+  shape.erase(std::remove_if(shape.begin(), shape.end(), is_level_before), shape.end());
   zone.term = found->term;
-  zone.term.form = kDeadZoneBefore;
+  zone.term.form = kind == kUpTo ? kSaturationBefore : kDeadZoneBefore;
   zone.term.shape[0].value = level;
   zone.is_fixed = true;
   zone.penalty = found->penalty;
@@ -198,7 +201,7 @@ void ChannelSearch::add_dead_zone(const Noise &noise, double without) {
   Claim claim;
   claim.score = without;
   claim.ln_anom = without + zone.penalty;
-  claim.heldout_r2 = dead_zone_held_out(delay, gain_and_bias(), noise);
+  claim.heldout_r2 = level_held_out(kind, delay, gain_and_bias(), noise);
   out_.members.insert(out_.members.begin(), zone);
   out_.claims.insert(out_.claims.begin(), claim);
 }
@@ -249,7 +252,7 @@ std::vector<Member> ChannelSearch::delays_to_follow(std::size_t at, const Noise 
   });
   if (!is_among && moves_prediction(found.term))
     delays.push_back(found);
-  for (Member &zone : behind_dead_zones(delays, plain))
+  for (Member &zone : behind_levels(delays, plain))
     delays.push_back(std::move(zone));
   return delays;
 }
@@ -259,7 +262,7 @@ std::vector<Member> ChannelSearch::delays_to_follow(std::size_t at, const Noise 
 // for the best lag; kept where it explains more.
 void ChannelSearch::follow_delay() {
   const std::size_t at = late_member();
-  if (at == out_.members.size() || !may_delay_)
+  if (at == out_.members.size() || !allowed_.late)
     return;
   const bool has_claim = moves_prediction(out_.members[at].term);
   const Claim claim = has_claim ? out_.claims[at] : Claim{};
@@ -298,7 +301,7 @@ void ChannelSearch::follow_delay() {
     return;
   double without_zone = before;
   for (const ChannelFindings &one : found) {
-    if (!(dead_zone_before(one.members.front().term) > 0.0))
+    if (level_before(one.members.front().term) == nullptr)
       without_zone = std::min(without_zone, of(one));
   }
   take_followed(std::move(*best()));
@@ -307,7 +310,7 @@ void ChannelSearch::follow_delay() {
     out_.claims.front().ln_anom = before - least + out_.members.front().penalty;
     out_.claims.front().heldout_r2 = 1.0 - left_where_not_fitted(out_.members, 0);
   }
-  add_dead_zone(plain, without_zone - least);
+  add_level(plain, without_zone - least);
 }
 
 // What was found behind a delay in place of what was found before.
@@ -339,11 +342,9 @@ Measured behind(const Measured &measured, const Term &term) {
   const int c = measured.find_channel(term.channel);
   if (c >= 0) {
     Channel &channel = late.channels[static_cast<std::size_t>(c)];
-    const double level = dead_zone_before(term);
     const Vector before = channel.m;
     channel.m += mean_effect(term, measured, before);
-    if (level > 0.0)
-      channel.m += beyond_dead_zone(before, level) - before;
+    channel.m += after_level(before, level_before(term)) - before;
   }
   return late;
 }
@@ -372,21 +373,40 @@ double ChannelSearch::loss_behind(const Term &delay, std::vector<Member> members
   return fit_members((moved.z - moved.m).cwiseQuotient(moved.sd), members, noise).loss;
 }
 
+namespace {
+
+// Seconds of a delay and of a lag do nearly the same: along their sum's valley neither moves alone.
+bool may_trade(const Term &term) {
+  return term.shape.size() >= 2 && term.shape[0].name == "lag" && term.shape[1].name == "delay";
+}
+
+void trade(double by, Term *term) {
+  double &lag = term->shape[0].value, &delay = term->shape[1].value;
+  const double seconds = (by - 1.0) * std::min(lag, delay);
+  lag += seconds;
+  delay -= seconds;
+}
+
+} // namespace
+
 // The delay with the shape that is best beside these members; no columns: it is that already.
 Member ChannelSearch::tuned(const Member &delay, const std::vector<Member> &beside,
                             const Noise &noise) const {
   Member out = delay;
   const double before = loss_behind(delay.term, beside, noise);
   double best = before;
-  const std::size_t shapes = out.term.shape.size();
-  for (std::size_t turn = 0; turn < shapes * shapes; ++turn) { // what trades is tuned in turns
-    const std::size_t k = turn % shapes;
+  const std::size_t shapes = out.term.shape.size(), ways = shapes + (may_trade(out.term) ? 1 : 0);
+  for (std::size_t turn = 0; turn < ways * shapes; ++turn) { // what trades is tuned in turns
+    const std::size_t k = turn % ways;
     double factor = kTuning;
     for (int step = 0; step < kTuneSteps; ++step) {
       bool moved = false;
       for (const double by : {factor, 1.0 / factor}) {
         Term term = out.term;
-        term.shape[k].value *= by;
+        if (k < shapes)
+          term.shape[k].value *= by;
+        else
+          trade(by, &term);
         const double loss = loss_behind(term, beside, noise);
         if (loss < best) {
           best = loss;
@@ -418,7 +438,7 @@ ChannelFindings ChannelSearch::search_behind(const Member &delay, const Noise &n
   const Library library = make_library(late, moved, *options_.catalogue, false);
   ChannelSearch second(late, moved, library, options);
   second.prepare({});
-  second.find_members(false);
+  second.find_members({false, allowed_.levels});
   for (int round = 0; round < 3; ++round)
     second.smooth_unknowns();
   second.formulas_for_tables();

@@ -127,7 +127,7 @@ void ChannelSearch::search_beside_run(const std::vector<Term> &given) {
     std::vector<Unconfirmed> seen = std::move(out_.unconfirmed);
     prepare(given);
     out_.unconfirmed = std::move(seen);
-    find_members(true);
+    find_members({});
     drop_unconfirmed();
     estimate_noise();
     fill_sizes();

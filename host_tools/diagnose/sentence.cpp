@@ -115,8 +115,9 @@ std::string effect_text(const Finding &finding, const Channel &channel) {
     return fmt::format("is {:.4g} times what is predicted (standard error {:.2g})",
                        1.0 + term.sizes[0].value, term.sizes[0].stderror);
   if (term.cause == "saturation" && !term.shape.empty())
-    return fmt::format("does not go beyond {:.4g}{} where more is predicted", term.shape[0].value,
-                       unit);
+    return fmt::format("does not go beyond {:.4g}{} where more is predicted{}",
+                       term.shape[0].value, unit,
+                       term.form == kSaturationBefore ? ", before it comes late" : "");
   if (term.form == "coulomb_stick" && !term.shape.empty())
     return fmt::format("loses {:.4g}{} to friction within a row, and stays at rest where no more "
                        "is predicted",

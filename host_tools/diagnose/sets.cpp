@@ -197,7 +197,7 @@ bool SetSearch::is_free(const Candidate &candidate) const {
 
 bool SetSearch::may_join(const State &state, int atom) const {
   const Candidate &candidate = library_.candidates[static_cast<std::size_t>(atom)];
-  if (!may_delay_ && remembers(candidate.term))
+  if (!allowed_(candidate.term))
     return false;
   if (std::find(kept_groups_.begin(), kept_groups_.end(), candidate.group) != kept_groups_.end())
     return false;
@@ -672,8 +672,8 @@ std::vector<SetSearch::State> SetSearch::starts() {
   return all;
 }
 
-FormSet SetSearch::best(bool may_delay, NoiseState *noise) {
-  may_delay_ = may_delay;
+FormSet SetSearch::best(const Allowed &allowed, NoiseState *noise) {
+  allowed_ = allowed;
   norm_ = library_.g.cwiseAbs2().transpose() * weight_;
   begin_noise();
   State found = begin();

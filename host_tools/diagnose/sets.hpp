@@ -45,6 +45,15 @@ inline constexpr double kRelevant = 0.03;
 // Nats that sizes which differ between logs cost beside the sizes themselves.
 inline constexpr double kSizesDiffer = 2.0;
 
+// What may be searched for, beside all else.
+struct Allowed {
+  bool late = true;   // what comes late, and play
+  bool levels = true; // where the prediction ends or begins
+  bool operator()(const Term &term) const {
+    return (late || !remembers(term)) && (levels || !is_level(term));
+  }
+};
+
 struct FormSet {
   std::vector<int> candidates; // of the library
   int differs = -1;            // index into candidates: its sizes differ between the logs
@@ -65,8 +74,7 @@ public:
   // anew where the weight is another.
   SetSearch(const Measured &measured, const Library &library, const Vector &y, const Vector &weight,
             const std::vector<Member> &kept, double least_sd, Products *known);
-  // may_delay: whether a delay or a lag may be among them.
-  FormSet best(bool may_delay, NoiseState *noise);
+  FormSet best(const Allowed &allowed, NoiseState *noise);
 
 private:
   struct State {
@@ -122,7 +130,7 @@ private:
   std::map<int, Vector> gram_;
   NoiseState noise_;
   double rms_ = 0.0, least_effective_ = 0.0, least_sd_ = 0.0;
-  bool may_delay_ = true;
+  Allowed allowed_;
 };
 
 } // namespace rim::diagnose

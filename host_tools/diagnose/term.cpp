@@ -190,25 +190,39 @@ bool is_late_form(const std::string &form) {
 
 bool has_no_expression(const std::string &form) { return is_late_form(form) || form == kBacklash; }
 
+namespace {
+
+bool stands_before(const Term &term) {
+  return term.form == kDeadZoneBefore || term.form == kSaturationBefore;
+}
+
+} // namespace
+
 bool moves_prediction(const Term &term) {
   return term.kind == TermKind::mean &&
-         (term.form == kDeadZoneBefore || (term.basis.empty() && is_late_form(term.form)));
+         (stands_before(term) || (term.basis.empty() && is_late_form(term.form)));
 }
 
-Vector beyond_dead_zone(const Vector &x, double level) {
-  return x - x.cwiseMax(-level).cwiseMin(level);
+bool is_level_before(const Parameter &p) { return p.name == kBeyond || p.name == kUpTo; }
+
+const Parameter *level_before(const Term &term) {
+  const auto found = std::find_if(term.shape.begin(), term.shape.end(), is_level_before);
+  return is_late_form(term.form) && found != term.shape.end() ? &*found : nullptr;
 }
 
-double dead_zone_before(const Term &term) {
-  for (const Parameter &p : term.shape) {
-    if (p.name == kBeyond && is_late_form(term.form))
-      return p.value;
-  }
-  return 0.0;
+Vector after_level(const Vector &x, const Parameter *level) {
+  if (level == nullptr)
+    return x;
+  const Vector within = x.cwiseMax(-level->value).cwiseMin(level->value);
+  return level->name == kUpTo ? within : Vector(x - within);
 }
 
 bool remembers(const Term &term) {
-  return term.form == kBacklash || (moves_prediction(term) && term.form != kDeadZoneBefore);
+  return term.form == kBacklash || (moves_prediction(term) && !stands_before(term));
+}
+
+bool is_level(const Term &term) {
+  return term.cause == "saturation" || term.cause == "dead_zone";
 }
 
 Vector ridge_values(const Ridge &ridge, const Vector &s) {
@@ -295,8 +309,13 @@ std::string expression_text(const Term &term) {
     return "table of " + std::to_string(term.knots.size()) + " values over " +
            strip(term.arguments.begin()->second);
   if (remembers(term) && term.form != kBacklash) {
-    const std::string what = !is_bare(term)                  ? "the command"
-                             : dead_zone_before(term) > 0.0  ? "what the dead zone leaves"
+    const Parameter *level = level_before(term);
+    const std::string what = !is_bare(term)     ? "the command"
+                             : level != nullptr ? "what the " +
+                                                      std::string(level->name == kUpTo
+                                                                      ? "saturation"
+                                                                      : "dead zone") +
+                                                      " leaves"
                              : term.arguments.count("s") > 0 ? "the predicted change"
                                                              : "the prediction";
     if (term.form.rfind("delay", 0) == 0)

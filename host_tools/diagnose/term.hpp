@@ -21,10 +21,11 @@ inline constexpr const char *kTime = "t_s";
 // The built-in form of play: the outcome stays until the prediction has moved by it.
 inline constexpr const char *kBacklash = "backlash";
 
-// What comes late may be what a dead zone leaves of the prediction: a delay or lag then has a shape
-// parameter kBeyond, the dead zone's level, and stands beside a term of the form kDeadZoneBefore.
-inline constexpr const char *kBeyond = "dead_zone";
-inline constexpr const char *kDeadZoneBefore = "dead_zone_before";
+// What comes late may be what a dead zone or saturation leaves of the prediction: a delay or lag
+// then has a shape parameter kBeyond or kUpTo, the level, and stands beside a term of the form
+// kDeadZoneBefore or kSaturationBefore.
+inline constexpr const char *kBeyond = "dead_zone", *kDeadZoneBefore = "dead_zone_before";
+inline constexpr const char *kUpTo = "saturation", *kSaturationBefore = "saturation_before";
 
 // A coupling whose argument comes through a first-order lag: "u.current~12".
 inline constexpr const char *kLaggedCoupling = "coupling_lag";
@@ -130,12 +131,17 @@ bool is_late_form(const std::string &form);
 bool has_no_expression(const std::string &form);
 // Whether what follows the term sees its effect as part of the prediction.
 bool moves_prediction(const Term &term);
-// What a dead zone of this level leaves of x.
-Vector beyond_dead_zone(const Vector &x, double level);
-// The level of the dead zone before what comes late; 0: there is none.
-double dead_zone_before(const Term &term);
+// Whether a shape parameter is the level of what stands before what comes late.
+bool is_level_before(const Parameter &p);
+// That of the term, or none.
+const Parameter *level_before(const Term &term);
+// What a dead zone or saturation of this level leaves of x; all of it where there is no level.
+Vector after_level(const Vector &x, const Parameter *level);
 // A delay, a lag or play: what the term adds depends on the predictions before.
 bool remembers(const Term &term);
+
+// Whether it is a level of the prediction, at which that ends or begins: saturation, a dead zone.
+bool is_level(const Term &term);
 
 // What the term adds to m, in the channel's unit; zero for other kinds.
 Vector mean_effect(const Term &term, const Measured &measured, const Vector &m);

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""neighbours.py --seed N [--family F] --out DIR --truth FILE: seventeen more machines; needs numpy.
+"""neighbours.py --seed N [--family F] --out DIR --truth FILE: twenty-eight more machines; needs numpy.
 
 Hydraulic cylinder by its two pressures, ram that leaks, winch whose load differs between logs, hovering over ground, heat exchanger, skid-steer
 robot, ship in wind, pump, sounding rockets, steering gear that saturates before it lags, heated room, gear drive, car that coasts, actuator with
-Stribeck friction, aircraft in roll, battery with a slow resistance, and one with nothing wrong. Shares no code with the engine or the other
+Stribeck friction, aircraft in roll, battery with a slow resistance, and one with nothing wrong. Drawn later: tyre, conveyor, levitation, reactor,
+solar panel, brake, glider, telescope, ship in turns, stage with cables, and a mill with nothing wrong. Shares no code with the engine or the other
 drawers. What each logs, with the columns of the true form, from which channels.py computes what least squares would leave."""
 import math
 import numpy as np
@@ -261,6 +262,143 @@ def nothing(rng):
              "z.q": np.round((V * 3)[1:] / .25 + rng.uniform(-.4, .4, n - 1)) * .25, "m.q": V[1:] * 3}
         return c, {"v": [], "p": [], "q": []}
     return dict(log=log, n=[1800, 1200, 1500], effects=[], channels=["v", "p", "q"])
+
+# bicycle: side force of a tyre builds up over a length rolled, not a time; nominal is stiffness times slip angle
+@machine
+def tyre(rng):
+    dt = .02; C = 1500.; length = .5 * rng.uniform(.6, 1.5)
+    def log(j, n):
+        v = 7 + 3 * wave(rng, n, dt, 25, 8); v = np.clip(v, 2.5, 14); slip = .03 * wave(rng, n, dt, 5, .6); f, F = 0., []
+        for k in range(n): F.append(f); f += (C * slip[k] - f) * (1 - math.exp(-v[k] * dt / length))
+        F = np.array(F)
+        c = {"t_s": np.arange(n) * dt, "u.slip_rad": slip, "x.road_mps": v + nz(rng, .05, n), "z.side_N": F + nz(rng, 1.5, n), "m.side_N": C * slip,
+             "z.wheel_radps": v / .34 + nz(rng, .2, n), "m.wheel_radps": v / .34}
+        return c, {"side_N": [F - C * slip], "wheel_radps": []}
+    return dict(log=log, n=[1600, 1300, 1800], effects=[E("side_N", "lag", "delay")], channels=["side_N", "wheel_radps"])
+
+# conveyor: belt slips on the drum with what lies on it; the motor's torque lacks the rolling resistance of belt and load
+@machine
+def conveyor(rng):
+    dt = .1; s = 2.2e-4 * rng.uniform(.7, 1.4); c0, c1 = 60 * rng.uniform(.7, 1.4), .16 * rng.uniform(.7, 1.3)
+    def log(j, n):
+        d = np.clip(1.5 + .6 * wave(rng, n, dt, 40, 8), .4, 3); load = np.clip(350 + 180 * wave(rng, n, dt, 60, 12), 0, None); a = np.gradient(d, dt)
+        c = {"t_s": np.arange(n) * dt, "u.drum_mps": d, "x.load_kg": load + nz(rng, 4, n), "z.belt_mps": d * (1 - s * load) + nz(rng, .01, n), "m.belt_mps": d,
+             "z.motor_Nm": (800 + load) * a * .2 + c0 + c1 * load + nz(rng, 3, n), "m.motor_Nm": (800 + load) * a * .2}
+        return c, {"belt_mps": [d * load], "motor_Nm": [np.ones(n), load]}
+    return dict(log=log, n=[1400, 1100, 1500], channels=["belt_mps", "motor_Nm"],
+                effects=[E("belt_mps", "product"), E("motor_Nm", "bias", "coulomb_friction"), E("motor_Nm", "coupling")])
+
+# levitation: force by the square of current over gap; nominal is its tangent at the middle
+@machine
+def levitation(rng):
+    dt = .002; m, g0, i0 = .5, .012, 1.8 * rng.uniform(.8, 1.2); K = m * 9.81 * (g0 / i0) ** 2
+    def log(j, n):
+        i = i0 * (1 + .16 * wave(rng, n, dt, 1, .15)); g = g0 * (1 + .14 * wave(rng, n, dt, 1.2, .2))
+        a = 9.81 - K / m * (i / g) ** 2; nominal = -2 * 9.81 * (i / i0 - g / g0)
+        c = {"t_s": np.arange(n) * dt, "u.coil_A": i, "x.gap_mm": (g + nz(rng, 2e-5, n)) * 1e3, "z.acc_mps2": a + nz(rng, .15, n), "m.acc_mps2": nominal}
+        return c, {"acc_mps2": [a - nominal]}
+    return dict(log=log, n=[1500, 1500, 1200], effects=[E("acc_mps2", "unknown", "product")], channels=["acc_mps2"])
+
+# reactor with jacket: temperature a step ahead; nominal lacks the heat of the reaction, which grows with the temperature as Arrhenius says
+@machine
+def reactor(rng):
+    dt = 10.; h = 3.5e-3 * rng.uniform(.7, 1.3); ke = 6500 * rng.uniform(.85, 1.15)
+    def log(j, n):
+        tj = 328 + 12 * wave(rng, n, dt, 6000, 900); con = np.clip(1.4 + .6 * wave(rng, n, dt, 5000, 700), .1, 3); T, TT, heat = 335., [], []
+        for k in range(n):
+            q = .008 * con[k] * math.exp(-ke * (1 / T - 1 / 335)); TT.append(T); heat.append(q * dt); T += dt * (h * 2 * (tj[k] - T) + q)
+        TT, heat = np.array(TT), np.array(heat); tm = TT + nz(rng, .02, n)
+        c = {"t_s": np.arange(1, n) * dt, "u.jacket_K": tj[:-1], "x.conc_molpl": (con + nz(rng, .01, n))[:-1], "x.bulk_K": tm[:-1], "z.bulk_K": tm[1:],
+             "m.bulk_K": (tm + dt * h * 2 * (tj - tm))[:-1]}
+        return c, {"bulk_K": [heat[:-1]]}
+    return dict(log=log, n=[1500, 1200, 1400], effects=[E("bulk_K", "unknown", "product", "coupling")], channels=["bulk_K"])
+
+# solar panel: less power the warmer its cells, and less through dust, of which every log has another share
+@machine
+def solar(rng):
+    dt = 30.; k = .0042 * rng.uniform(.8, 1.2); dust = rng.uniform(.03, .12, 4)
+    def log(j, n):
+        G = np.clip(600 + 280 * wave(rng, n, dt, 9000, 300), 20, 1200); ta = 18 + 7 * wave(rng, n, dt, 20000, 4000); tc = ta + .03 * G
+        c = {"t_s": np.arange(n) * dt, "x.sun_Wpm2": G, "x.cell_degC": tc + nz(rng, .3, n), "z.power_W": .3 * G * (1 - dust[j % 4]) * (1 - k * (tc - 25)) + nz(rng, 1.2, n),
+             "m.power_W": .3 * G, "z.back_degC": tc + nz(rng, .5, n), "m.back_degC": ta + .03 * G}
+        return c, {"power_W": [G, G * tc], "back_degC": []}
+    return dict(log=log, n=[1300, 1500, 1200], channels=["power_W", "back_degC"], effects=[E("power_W", "gain", "coupling"), E("power_W", "product")])
+
+# brake: pressure acts late, and the lining fades with the heat of the disc
+@machine
+def brake(rng):
+    dt = .02; tau, fade = .09 * rng.uniform(.7, 1.4), 5.5e-4 * rng.uniform(.7, 1.4)
+    def log(j, n):
+        p = np.clip(25 + 22 * wave(rng, n, dt, 8, 1.2), 0, 80); w = 60 + 15 * wave(rng, n, dt, 20, 6); f, T, F, TT = 0., 120., [], []
+        for k in range(n):
+            F.append(f); TT.append(T); f += (p[k] - f) * (1 - math.exp(-dt / tau)); T += dt * (.04 * f * w[k] / 10 - .05 * (T - 25))
+        F, TT = np.array(F), np.array(TT); z = 8 * F * (1 - fade * (TT - 100))
+        c = {"t_s": np.arange(n) * dt, "u.pressure_bar": p, "x.wheel_radps": w + nz(rng, .3, n), "x.disc_degC": TT + nz(rng, 2, n), "z.brake_Nm": z + nz(rng, 5, n), "m.brake_Nm": 8 * p}
+        return c, {"brake_Nm": [F - p, F, F * TT]}
+    return dict(log=log, n=[1800, 1500, 1600], effects=[E("brake_Nm", "lag", "delay"), E("brake_Nm", "product", "unknown")], channels=["brake_Nm"])
+
+# glider: along its path gravity alone is predicted; missing are the drag of its shape and that of its lift
+@machine
+def glider(rng):
+    dt = .1; c0, c1 = 3.2e-4 * rng.uniform(.7, 1.3), 190 * rng.uniform(.7, 1.4)
+    def log(j, n):
+        v = np.clip(30 + 7 * wave(rng, n, dt, 40, 8), 18, 55); load = np.clip(1 + .35 * wave(rng, n, dt, 15, 3), .3, 2.2); path = -.06 + .05 * wave(rng, n, dt, 30, 6)
+        c = {"t_s": np.arange(n) * dt, "x.airspeed_mps": v + nz(rng, .15, n), "x.load_g": load + nz(rng, .01, n), "x.path_rad": path, "z.along_mps2": -9.81 * np.sin(path) - c0 * v * v - c1 * (load / v) ** 2 + nz(rng, .05, n),
+             "m.along_mps2": -9.81 * np.sin(path)}
+        return c, {"along_mps2": [v * v, (load / v) ** 2]}
+    return dict(log=log, n=[1500, 1800, 1300], effects=[E("along_mps2", "quadratic_drag"), E("along_mps2", "unknown", "product", "coupling")], channels=["along_mps2"])
+
+# telescope: the worm of the drive is out of centre and its tooth bears twice a turn; its clock is a little fast
+@machine
+def telescope(rng):
+    dt = .5; a, b, fast = 4.5 * rng.uniform(.7, 1.3), 2.2 * rng.uniform(.7, 1.3), .9 * rng.uniform(.7, 1.3); ph = rng.uniform(0, 6.28, 2)
+    def log(j, n):
+        rate = 15 * (1 + .25 * wave(rng, n, dt, 300, 60)); q = np.cumsum(rate) * dt * 2 * np.pi / 2160 + rng.uniform(0, 6.28)
+        z = rate + fast + a * np.cos(q + ph[0]) + b * np.cos(2 * q + ph[1])
+        c = {"t_s": np.arange(n) * dt, "u.rate_asps": rate, "x.worm_rad": np.mod(q, 2 * np.pi), "x.tube_degC": 8 + np.cumsum(nz(rng, .01, n)), "z.sky_asps": z + nz(rng, .8, n), "m.sky_asps": rate}
+        return c, {"sky_asps": [np.ones(n), np.sin(q), np.cos(q), np.sin(2 * q), np.cos(2 * q)]}
+    return dict(log=log, n=[1400, 1200, 1500], effects=[E("sky_asps", "periodic", "slope"), E("sky_asps", "bias")], channels=["sky_asps"])
+
+# ship in turns: loses speed with the square of the turn rate, and turns less at large rudder than the linear law says
+@machine
+def turner(rng):
+    dt = 1.; T, K, al, loss = 12., .05, 900 * rng.uniform(.7, 1.4), 22 * rng.uniform(.7, 1.4)
+    def log(j, n):
+        rud = .35 * wave(rng, n, dt, 300, 50); th = .08 * (1 + .3 * wave(rng, n, dt, 500, 150)); r, v, R, V = 0., 6., [], []
+        for k in range(n):
+            R.append(r); V.append(v)
+            for _ in range(4): r += dt / 4 * (K * rud[k] - r - al * r ** 3) / T; v += dt / 4 * (th[k] - .0022 * v * abs(v) - loss * r * r)
+        R, V = np.array(R), np.array(V); rm, vm = R + nz(rng, 5e-5, n), V + nz(rng, .004, n)
+        c = {"t_s": np.arange(1, n) * dt, "u.rudder_rad": rud[:-1], "u.engine_mps2": th[:-1], "x.turn_radps": rm[:-1], "x.surge_mps": vm[:-1], "z.turn_radps": rm[1:], "m.turn_radps": (rm + dt * (K * rud - rm) / T)[:-1],
+             "z.surge_mps": vm[1:], "m.surge_mps": (vm + dt * (th - .0022 * vm * np.abs(vm)))[:-1]}
+        return c, {"turn_radps": [(rm ** 3)[:-1]], "surge_mps": [(rm * rm)[:-1]]}
+    return dict(log=log, n=[1800, 1500, 1600], channels=["turn_radps", "surge_mps"],
+                effects=[E("turn_radps", "unknown", "quadratic_drag", "product"), E("surge_mps", "product", "unknown")])
+
+# linear stage: its cables pull it back and its guide rubs; the force of a second axis is well
+@machine
+def stage(rng):
+    dt = .01; k, fc, x0 = 38 * rng.uniform(.7, 1.4), 4.5 * rng.uniform(.7, 1.4), .1 * rng.uniform(-1, 1)
+    def log(j, n):
+        x = .3 * wave(rng, n, dt, 7, 1.5); v = np.gradient(x, dt); a = np.gradient(v, dt); vm, am, b = v + nz(rng, .003, n), a + nz(rng, .05, n), 1.5 * wave(rng, n, dt, 3, .8)
+        c = {"t_s": np.arange(n) * dt, "x.pos_m": x, "x.vel_mps": vm, "x.acc_mps2": am, "z.force_N": 12 * a + k * (x - x0) + fc * np.tanh(v / .004) + nz(rng, .5, n), "m.force_N": 12 * am,
+             "z.cross_N": 5 * b + nz(rng, .3, n), "m.cross_N": 5 * b}
+        return c, {"force_N": [x, np.ones(n), np.sign(vm)], "cross_N": []}
+    return dict(log=log, n=[2000, 1500, 1800], channels=["force_N", "cross_N"],
+                effects=[E("force_N", "coulomb_friction"), E("force_N", "coupling"), E("force_N", "bias", "coulomb_friction")])
+
+# mill with nothing wrong: features that wander by chance, wild readings, noise that lasts, a start that is read with noise
+@machine
+def mill(rng):
+    dt = .2
+    def log(j, n):
+        walk = lambda s: np.cumsum(nz(rng, s, n)); feed = 2 + .6 * wave(rng, n, dt, 60, 10); e = np.zeros(n); w, v, V = nz(rng, .05, n), 20., []
+        for k in range(n): e[k] = (.97 * e[k - 1] if k else 0) + w[k]; V.append(v); v += dt * .5 * (10 * feed[k] - v)
+        V = np.array(V); vm = V + nz(rng, .1, n); p = 30 + 12 * feed
+        c = {"t_s": np.arange(1, n) * dt, "u.feed_kgps": feed[:-1], "x.drum_rpm": vm[:-1], "x.oil_degC": (40 + walk(.05))[:-1], "x.room_degC": (20 + walk(.02))[:-1], "z.drum_rpm": vm[1:],
+             "m.drum_rpm": (vm + dt * .5 * (10 * feed - vm))[:-1], "z.power_kW": (p + .8 * rng.standard_t(4, n))[1:], "m.power_kW": p[1:], "z.shell_degC": (60 + 3 * feed + e)[1:], "m.shell_degC": (60 + 3 * feed)[1:]}
+        return c, {"drum_rpm": [], "power_kW": [], "shell_degC": []}
+    return dict(log=log, n=[1800, 1300, 1600], effects=[], channels=["drum_rpm", "power_kW", "shell_degC"])
 
 def main():
     o = asked(M)

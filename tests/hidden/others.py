@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""others.py --rim RIM --work DIR [--measured DIR] [--seconds 15] [--seed 1]: rim diagnose beside what a user would take otherwise.
+"""others.py --rim RIM --work DIR [--measured DIR] [--seconds 15] [--seed 1] [--only SET ...]: rim diagnose beside what a user would take otherwise.
 
 The same rows and hold-outs for all: sparse regression (pysindy's STLSQ over polynomials, signs and magnitudes; columns scaled, threshold .1; and
 with the threshold that contiguous blocks choose) and symbolic regression (pyoperon, so many seconds). What is regressed is z - m over the x. and u.
@@ -180,11 +180,14 @@ def main():
     parser.add_argument("--measured", default="")
     parser.add_argument("--seconds", type=int, default=15)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--only", nargs="*", default=[], help="the sets whose names begin so")
     o = parser.parse_args()
     os.makedirs(o.work, exist_ok=True)
     print("%-22s %-11s %-7s %5s  %6s   (seed %d, operon %d s)" % ("machine", "tool", "named", "terms", "left", o.seed, o.seconds))
     tables = []
     for case in list(measured(o)) + list(simulated(o)):
+        if o.only and not case[0].startswith(tuple(o.only)):
+            continue
         tables.append((compare(o, *case), len(case[5])))
     for tool in ("pysindy .1", "pysindy cv", "operon"):
         sets = len(tables)

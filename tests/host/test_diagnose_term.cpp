@@ -229,6 +229,28 @@ void a_dead_zone_before_a_lag(void **) {
   assert_true(rim::diagnose::moves_prediction(zone) && !rim::diagnose::remembers(zone));
 }
 
+// Saturation before a lag: what it cuts off never comes, and what it leaves comes late.
+void saturation_before_a_lag(void **) {
+  const Measured t = small(); // m: 0 2 4 6 | 20 22 24 26
+  const Vector &m = t.channels[0].m;
+  Term most = term("max(-level, min(level, m)) - m");
+  most.form = rim::diagnose::kSaturationBefore;
+  most.cause = "saturation";
+  most.arguments.clear();
+  most.shape = {{"level", 3.0, 0.0, ""}};
+  Term lag = term("");
+  lag.arguments.clear();
+  lag.cause = lag.form = "lag";
+  lag.shape = {{"lag", 0.2, 0.0, "s"}, {rim::diagnose::kUpTo, 3.0, 0.0, ""}};
+  const double share = 1.0 - std::exp(-0.5), second = share * 2.0; // of 0 2 3 3 | 3 3 3 3
+  const Vector after = rim::diagnose::extended_prediction({most, lag}, t.channels[0], t).m;
+  assert_near(after(1), second, 1e-12);
+  assert_near(after(2), second + share * (3.0 - second), 1e-12);
+  assert_near(after(7), 3.0, 1e-12);
+  assert_true(rim::diagnose::moves_prediction(most) && !rim::diagnose::remembers(most));
+  assert_near(mean_effect(lag, t, m)(2), after(2) - 3.0, 1e-12);
+}
+
 void play_holds_until_it_is_taken_up(void **) {
   const Measured t = small();
   Term play = term("");
@@ -314,6 +336,7 @@ int main() {
       cmocka_unit_test(tables_are_straight_between_knots_and_flat_beyond),
       cmocka_unit_test(a_delay_takes_the_command_of_then),
       cmocka_unit_test(a_dead_zone_before_a_lag),
+      cmocka_unit_test(saturation_before_a_lag),
       cmocka_unit_test(play_holds_until_it_is_taken_up),
       cmocka_unit_test(a_lag_of_the_change),
       cmocka_unit_test(a_delay_comes_first_and_the_others_see_it),
