@@ -8,8 +8,6 @@ HOST_OBJ := $(HOST_SRC:%.cpp=$(BUILD)/%.o)
 # and every test takes what it needs.
 HOST_CLI_OBJ := $(filter $(BUILD)/host_tools/cli/%,$(HOST_OBJ))
 THESIS_OBJ := $(filter $(BUILD)/host_tools/thesis/%,$(HOST_OBJ))
-THESIS_CLI_OBJ := $(filter $(BUILD)/host_tools/thesis/cli/%,$(THESIS_OBJ)) $(BUILD)/host_tools/cli/command.o \
-  $(BUILD)/host_tools/cli/arguments.o $(BUILD)/host_tools/cli/describe.o
 # Levels of optimisation: -O2 where `rim train`, `rim diagnose` and the simulated landings spend
 # their time by a profile, the rest -O1. Another OPT than -O2 holds for everything. No result depends
 # on the level (no fast-math).
@@ -28,21 +26,40 @@ PCH_LEVELS := $(if $(filter -O2,$(OPT)),-O1 -O2,$(OPT))
 # compiler begins with, and neighbours need the same templates. It is for speed alone: with a compiler
 # cache, or with `make GROUPS=`, each is compiled by itself. Sources of a group share their unnamed
 # namespaces; what collides is taken off its list.
-GROUPS := $(if $(PCH),bus claims image log report search trainer world)
+GROUPS := $(if $(PCH),answers bus claims image learner log plan replay report search trainer world)
+HOT_GROUPS := $(if $(GROUPS),likelihood scanner)
+THESIS_GROUPS := $(if $(GROUPS),figures games landings thesis_cli)
+GROUP_answers := $(addprefix diagnose/,extension measured response roles)
 GROUP_bus := bus/%
 GROUP_claims := $(addprefix diagnose/,apply_extension catalogue diagnose flagged gain library mixed regions rollout sentence term)
+GROUP_figures := $(addprefix thesis/experiment/,falcon fig4_10 thesis_lander_search)
+GROUP_games := thesis/baseline/% $(addprefix thesis/experiment/,cobot_points control_mrclam fig3_3 keepaway keepaway_figures plan_figure)
 GROUP_image := image/%
+GROUP_landings := thesis/poisson thesis/shard $(addprefix thesis/experiment/,alarm_score golf_points lander lander_tables measured_common \
+  measured_falcon measured_mrclam precision_recall search_curve select_engine table6_1 thesis_lander)
+GROUP_learner := $(addprefix train/,behaviour_section choose_models external_residuals fit_gate healthy_runs interference_report \
+  part_file rolled run_store survey)
+GROUP_likelihood := $(addprefix train/,behaviour fit_gram noise)
 GROUP_log := log/%
+GROUP_plan := plan/%
+GROUP_replay := $(addprefix replay/,flight_report outputs understand)
 GROUP_report := $(addprefix report/,data gain output_folder outputs page show style svg tables)
+GROUP_scanner := $(addprefix diagnose/,expression late model null scan)
 GROUP_search := diagnose/search%
+GROUP_thesis_cli := thesis/cli/%
 GROUP_trainer := $(addprefix train/,agreement calibrate calibrate_external fit fit_section healthy_blocks train_report trainer)
 GROUP_world := world/%
-GROUP_OBJ := $(GROUPS:%=$(BUILD)/group/%.o)
-# $(call grouped,GROUP): its objects but those of a level of their own.
-grouped = $(filter-out $(HOST_HOT_OBJ) $(HOST_WARM_OBJ),$(filter $(GROUP_$(1):%=$(BUILD)/host_tools/%.o),$(HOST_OBJ)))
-HOST_LIB_OBJ = $(filter-out $(HOST_CLI_OBJ) $(THESIS_OBJ) $(foreach group,$(GROUPS),$(call grouped,$(group))),$(HOST_OBJ)) \
-  $(GROUP_OBJ)
-THESIS_LIB_OBJ := $(filter-out $(THESIS_CLI_OBJ),$(THESIS_OBJ))
+ALL_GROUPS := $(GROUPS) $(HOT_GROUPS) $(THESIS_GROUPS)
+GROUP_OBJ := $(ALL_GROUPS:%=$(BUILD)/group/%.o)
+# $(call grouped,GROUP): its objects, all of one level.
+grouped = $(filter $(GROUP_$(1):%=$(BUILD)/host_tools/%.o),$(if $(filter $(1),$(HOT_GROUPS)),$(HOST_HOT_OBJ),$(filter-out $(HOST_HOT_OBJ) $(HOST_WARM_OBJ),$(HOST_OBJ))))
+# $(call together,OBJECTS,GROUPS): these objects, with those of the groups as one each.
+together = $(filter-out $(foreach group,$(2),$(call grouped,$(group))),$(1)) $(2:%=$(BUILD)/group/%.o)
+HOST_HOT_LINK := $(call together,$(HOST_HOT_OBJ),$(HOT_GROUPS))
+HOST_LIB_OBJ := $(call together,$(filter-out $(HOST_CLI_OBJ) $(THESIS_OBJ),$(HOST_OBJ)),$(GROUPS) $(HOT_GROUPS))
+THESIS_CLI_OBJ := $(call together,$(filter $(BUILD)/host_tools/thesis/cli/%,$(THESIS_OBJ)),$(filter %_cli,$(THESIS_GROUPS))) \
+  $(addprefix $(BUILD)/host_tools/cli/,command.o arguments.o describe.o)
+THESIS_LIB_OBJ := $(call together,$(filter-out $(BUILD)/host_tools/thesis/cli/%,$(THESIS_OBJ)),$(filter-out %_cli,$(THESIS_GROUPS)))
 
 HOST_DEFINES := -DTOML_HEADER_ONLY=0 -DTOML_SHARED_LIB=1 -DEIGEN_DONT_PARALLELIZE
 # gcc collects its own garbage too eagerly for units that include Eigen: less often takes a tenth off.
@@ -76,7 +93,7 @@ $(BUILD)/host_tools/cli/command.o: private HOST_DEFINES += -DRIM_COMMIT='"$(if $
 
 # gcc 12 at -O1 takes parts of Eigen's matrices for uninitialised: seen, said, no error.
 HOST_LEVEL = $(if $(filter -O2,$(OPT)),-O1 -Wno-error=maybe-uninitialized,$(OPT))
-$(HOST_HOT_OBJ) $(HOST_WARM_OBJ): private HOST_LEVEL = $(OPT)
+$(HOST_HOT_OBJ) $(HOST_WARM_OBJ) $(HOT_GROUPS:%=$(BUILD)/group/%.o): private HOST_LEVEL = $(OPT)
 # Its own source of what the precompiled header declares.
 $(BUILD)/host_tools/stats/orthogonal.o: private PCH :=
 # All of it is CLI11, which runs once per command: what it takes is its compiling.
@@ -129,10 +146,10 @@ python-objects: $(BUILD)/libhost.a $(BUILD)/librim_pic.a
 -include $(LIB_PIC_OBJ:.o=.d)
 
 # A function that several objects hold is taken from the first: the computing ones come before.
-$(BUILD)/rim: $(HOST_HOT_OBJ) $(HOST_CLI_OBJ) $(BUILD)/libhost.a $(BUILD)/librim.a
+$(BUILD)/rim: $(HOST_HOT_LINK) $(HOST_CLI_OBJ) $(BUILD)/libhost.a $(BUILD)/librim.a
 	$(call say,LINK)$(CXX) $(OPT) $(SANITIZER_FLAGS) $(EXTRA_LDFLAGS) -o $@ $^ $(HOST_LIBS)
 
-$(BUILD)/rim-thesis: $(HOST_HOT_OBJ) $(THESIS_CLI_OBJ) $(BUILD)/libthesis.a $(BUILD)/libhost.a $(BUILD)/librim.a
+$(BUILD)/rim-thesis: $(HOST_HOT_LINK) $(THESIS_CLI_OBJ) $(BUILD)/libthesis.a $(BUILD)/libhost.a $(BUILD)/librim.a
 	$(call say,LINK)$(CXX) $(OPT) $(SANITIZER_FLAGS) $(EXTRA_LDFLAGS) -o $@ $^ $(HOST_LIBS)
 
 -include $(HOST_OBJ:.o=.d) $(GROUP_OBJ:.o=.d)

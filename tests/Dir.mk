@@ -11,7 +11,8 @@ TEST_FIRMWARE_BIN := $(patsubst %.c,$(BUILD)/%,$(sort $(wildcard tests/firmware/
 TEST_LIB_BIN := $(TEST_LIB_SRC:%.c=$(BUILD)/%) $(TEST_FIRMWARE_BIN)
 TEST_HOST_BIN := $(TEST_HOST_SRC:%.cpp=$(BUILD)/%)
 
-TEST_CFLAGS = -std=c11 $(OPT) -ffp-contract=off $(WARNINGS) $(SANITIZER_FLAGS) -Ilib/include -Ilib/src -Itests/lib
+# What a test does itself takes less time than to compile it at -O2. Another OPT holds here too.
+TEST_CFLAGS = -std=c11 $(if $(filter -O2,$(OPT)),-O1,$(OPT)) -ffp-contract=off $(WARNINGS) $(SANITIZER_FLAGS) -Ilib/include -Ilib/src -Itests/lib
 
 # Python packages of the tests, in build/venv, and a browser. Where they cannot be had, their tests
 # are skipped and say so.
@@ -60,13 +61,37 @@ $(BUILD)/tests/lib/%: tests/lib/%.c $(BUILD)/librim.a $(BUILD)/flags.test
 	$(call say,TEST)$(CC) $(TEST_CFLAGS) -MMD -MP -MF $@.d $< $(TEST_EXTRA) -o $@ $(BUILD)/librim.a -lcmocka -lm
 
 # Compiled and linked apart: after an edit in a library a test is linked again, no more.
+define link_test
+	$(call say,LINK)$(CXX) $(OPT) $(SANITIZER_FLAGS) $(EXTRA_LDFLAGS) -o $@ $@.o $(BUILD)/libthesis.a $(BUILD)/libhost.a $(BUILD)/librim.a -lcmocka $(HOST_LIBS)
+endef
 $(BUILD)/tests/host/%.o: tests/host/%.cpp $(BUILD)/flags.host $(PCH_FILES)
 	@mkdir -p $(@D)
 	$(call say,CXX )$(CXX) $(HOST_CXXFLAGS) $(HOST_LEVEL) $(call pch,$(firstword $(HOST_LEVEL))) -MMD -MP -c $< -o $@
 
-$(TEST_HOST_BIN): %: %.o $(BUILD)/libthesis.a $(BUILD)/libhost.a $(BUILD)/librim.a
-	$(call say,LINK)$(CXX) $(OPT) $(SANITIZER_FLAGS) $(EXTRA_LDFLAGS) -o $@ $@.o $(BUILD)/libthesis.a $(BUILD)/libhost.a $(BUILD)/librim.a -lcmocka $(HOST_LIBS)
-.SECONDARY: $(TEST_HOST_BIN:=.o)
+# As in host_tools: some tests at a time are compiled as one program, which has all their names.
+TEST_GROUPS := $(if $(GROUPS),1 2 3 4 5 6)
+TEST_GROUP_BIN := $(TEST_GROUPS:%=$(BUILD)/tests/host/group_%)
+# $(call group_tests,N): every sixth test, from the N-th on.
+group_tests = $(shell echo $(TEST_HOST_SRC) | tr ' ' '\n' | awk 'NR % $(words $(TEST_GROUPS)) == $(1) % $(words $(TEST_GROUPS))')
+define test_group
+TEST_GROUP_$(1) := $$(call group_tests,$(1))
+$$(BUILD)/tests/host/group_$(1).cpp: $$(TEST_GROUP_$(1)) FORCE
+	@mkdir -p $$(@D)
+	@tests/host/group.sh $$(TEST_GROUP_$(1)) > $$@.new
+	@cmp -s $$@.new $$@ && rm $$@.new || mv $$@.new $$@
+$$(TEST_GROUP_$(1):%.cpp=$$(BUILD)/%): $$(BUILD)/tests/host/group_$(1)
+	@ln -f $$< $$@
+endef
+$(foreach group,$(TEST_GROUPS),$(eval $(call test_group,$(group))))
+$(TEST_GROUP_BIN:=.o): %.o: %.cpp $(BUILD)/flags.host $(PCH_FILES)
+	$(call say,CXX )$(CXX) $(HOST_CXXFLAGS) -Itests/host $(HOST_LEVEL) $(call pch,$(firstword $(HOST_LEVEL))) -MMD -MP -c $< -o $@
+$(or $(TEST_GROUP_BIN),$(TEST_HOST_BIN)): %: %.o $(BUILD)/libthesis.a $(BUILD)/libhost.a $(BUILD)/librim.a
+	$(link_test)
+.SECONDARY: $(TEST_HOST_BIN:=.o) $(TEST_GROUP_BIN:=.o)
+
+.PHONY: promise
+promise: $(BUILD)/tests/host/test_external ## false alarms promised for own predictions, on four times the logs of `make test`
+	@RIM_LONG=1 $<
 
 .PHONY: instructions instructions-deps
 instructions-deps: deps
@@ -74,4 +99,4 @@ instructions-deps: deps
 instructions: instructions-deps $(BUILD)/tests/lib/test_interference host ## instructions of the interference detector and of a planner's choice (installs valgrind)
 	@lib/instructions.sh $(BUILD)
 
--include $(TEST_LIB_BIN:=.d) $(TEST_HOST_BIN:=.d)
+-include $(TEST_LIB_BIN:=.d) $(TEST_HOST_BIN:=.d) $(TEST_GROUP_BIN:=.d)

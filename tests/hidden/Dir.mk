@@ -16,16 +16,19 @@ test-build: hidden-build
 hidden: hidden-build host ## a campaign of hidden effects: SEED=n COUNT=m, the figures at the end
 	@RIM=$(abspath $(BUILD)/rim) BUILD=$(abspath $(BUILD)) tests/hidden/run.sh $(SEED) $(COUNT)
 
-$(BUILD)/tests/hidden/%.o: tests/hidden/%.cpp $(BUILD)/flags.host
+$(BUILD)/tests/hidden/%.o: tests/hidden/%.cpp $(BUILD)/flags.host $(PCH_FILES)
 	@mkdir -p $(@D)
-	$(call say,CXX )$(CXX) $(HOST_CXXFLAGS) -MMD -MP -c $< -o $@
+	$(call say,CXX )$(CXX) $(HOST_CXXFLAGS) $(HOST_LEVEL) $(call pch,$(firstword $(HOST_LEVEL))) -MMD -MP -c $< -o $@
 
+# How the programs of the host tools read their command lines.
+HIDDEN_ARGUMENTS := $(addprefix $(BUILD)/host_tools/cli/,arguments.o describe.o)
+$(HIDDEN_BIN): $(HIDDEN_ARGUMENTS)
 $(BUILD)/tests/hidden/nature: $(HIDDEN_NATURE_SRC:%.cpp=$(BUILD)/%.o)
-	$(call say,LINK)$(CXX) $(OPT) $(SANITIZER_FLAGS) $(EXTRA_LDFLAGS) -o $@ $^
+	$(call say,LINK)$(CXX) $(OPT) $(SANITIZER_FLAGS) $(EXTRA_LDFLAGS) -o $@ $^ $(HOST_LIBS)
 $(BUILD)/tests/hidden/grade: $(HIDDEN_GRADE_SRC:%.cpp=$(BUILD)/%.o)
-	$(call say,LINK)$(CXX) $(OPT) $(SANITIZER_FLAGS) $(EXTRA_LDFLAGS) -o $@ $^
+	$(call say,LINK)$(CXX) $(OPT) $(SANITIZER_FLAGS) $(EXTRA_LDFLAGS) -o $@ $^ $(HOST_LIBS)
 $(BUILD)/tests/hidden/oracle $(BUILD)/tests/hidden/check: %: %.o
-	$(call say,LINK)$(CXX) $(OPT) $(SANITIZER_FLAGS) $(EXTRA_LDFLAGS) -o $@ $^
+	$(call say,LINK)$(CXX) $(OPT) $(SANITIZER_FLAGS) $(EXTRA_LDFLAGS) -o $@ $^ $(HOST_LIBS)
 
 -include $(HIDDEN_OBJ:.o=.d)
 

@@ -3,7 +3,6 @@
 // not: the shape of a case; no truth beside the logs; what is left of the residuals after the
 // hidden effect has the noise's own moments; the effect gains the likelihood that it should; the
 // faulty rows are faulty and no others. The bounds are five standard deviations of the statistic.
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -11,6 +10,8 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
+
+#include "program.hpp"
 
 using Json = nlohmann::json;
 
@@ -208,17 +209,15 @@ void check_case(const Json &truth, const std::string &folder) {
 } // namespace
 
 int main(int argc, char **argv) {
-  CLI::App app{"are the logs what the truth says"};
-  std::string truth, logs;
-  app.add_option("--truth", truth)->required();
-  app.add_option("--logs", logs)->required();
-  CLI11_PARSE(app, argc, argv);
-  try {
+  return run_as("check", [&] {
+    rim::cli::Arguments app("are the logs what the truth says", "check");
+    std::string truth, logs;
+    app.add_option("--truth", truth).required();
+    app.add_option("--logs", logs).required();
+    if (!app.parse(argc, argv))
+      return 0;
     std::ifstream in(truth);
     check_case(Json::parse(in), logs);
-  } catch (const std::exception &e) {
-    std::fprintf(stderr, "check: %s\n", e.what());
-    return 3;
-  }
-  return complaints > 0 ? 1 : 0;
+    return complaints > 0 ? 1 : 0;
+  });
 }

@@ -2,11 +2,11 @@
 // grade --truth T --diagnosis DIR [--exit N] [--seconds S] [--said STDERR]: a case's line of JSON
 // on stdout. grade --summary LINES.jsonl [--floors FILE]: the figures; exit 1 when a floor is not
 // reached. Exit 2 usage, 3 unreadable input.
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <fstream>
 
 #include "grade.hpp"
+#include "program.hpp"
 
 namespace {
 
@@ -36,34 +36,28 @@ int summarise(const std::string &path, const std::string &floors) {
 } // namespace
 
 int main(int argc, char **argv) {
-  CLI::App app{"a diagnosis beside the truth"};
-  std::string truth, diagnosis, said, summary, floors;
-  int exit_status = 0;
-  double seconds = 0.0;
-  app.add_option("--truth", truth, "what nature hid");
-  app.add_option("--diagnosis", diagnosis, "the folder that rim diagnose wrote");
-  app.add_option("--exit", exit_status, "its exit status");
-  app.add_option("--said", said, "what it wrote to stderr: quoted when it failed");
-  app.add_option("--seconds", seconds, "the time it took");
-  app.add_option("--summary", summary, "lines of many cases: print the figures");
-  app.add_option("--floors", floors, "lines 'figure bound' that must hold");
-  try {
-    app.parse(argc, argv);
-    if (summary.empty() && (truth.empty() || diagnosis.empty()))
-      throw CLI::RequiredError("--summary, or --truth and --diagnosis");
-  } catch (const CLI::ParseError &e) {
-    return app.exit(e) == 0 ? 0 : 2;
-  }
-  try {
+  return run_as("grade", [&] {
+    rim::cli::Arguments app("a diagnosis beside the truth", "grade");
+    std::string truth, diagnosis, said, summary, floors;
+    int exit_status = 0;
+    double seconds = 0.0;
+    app.add_option("--truth", truth, "what nature hid");
+    app.add_option("--diagnosis", diagnosis, "the folder that rim diagnose wrote");
+    app.add_option("--exit", exit_status, "its exit status");
+    app.add_option("--said", said, "what it wrote to stderr: quoted when it failed");
+    app.add_option("--seconds", seconds, "the time it took");
+    app.add_option("--summary", summary, "lines of many cases: print the figures");
+    app.add_option("--floors", floors, "lines 'figure bound' that must hold");
+    if (!app.parse(argc, argv))
+      return 0;
     if (!summary.empty())
       return summarise(summary, floors);
+    if (truth.empty() || diagnosis.empty())
+      throw rim::UsageError("--summary, or --truth and --diagnosis, is needed");
     grade::Json line = grade::grade_case(truth, diagnosis, exit_status, seconds);
     if (line["failed"].get<bool>())
       line["notes"].push_back(last_line(said));
     std::puts(line.dump().c_str());
-  } catch (const std::exception &e) {
-    std::fprintf(stderr, "grade: %s\n", e.what());
-    return 3;
-  }
-  return 0;
+    return 0;
+  });
 }

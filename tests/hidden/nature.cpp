@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
 // nature --seed N [--family F|any] --out DIR --truth FILE: measured logs of a vehicle that hides
 // something from its simulation, and, elsewhere, what. Exit 0; 2 usage; 3 anything else.
-#include <CLI/CLI.hpp>
 #include <cstdio>
-#include <exception>
 #include <filesystem>
 
 #include "nature.hpp"
+#include "program.hpp"
 
 namespace {
 
@@ -25,39 +24,34 @@ void list() {
 } // namespace
 
 int main(int argc, char **argv) {
-  CLI::App app{"logs of a vehicle with an effect hidden in them, drawn from a seed"};
-  std::uint64_t seed = 1;
-  std::string family = "any", folder, truth;
-  bool only_list = false;
-  app.add_flag("--list", only_list, "the families, and what a diagnosis should call them");
-  app.add_option("--seed", seed, "the case");
-  app.add_option("--family", family, "a family, null, two, any or each");
-  app.add_option("--out", folder, "folder for run_*.csv and holdout_*.csv");
-  app.add_option("--truth", truth, "file for what is hidden; not in the folder of the logs");
-  app.footer("Example: nature --seed 7 --family hinge --out /tmp/case --truth /tmp/truth.json");
-  try {
-    app.parse(argc, argv);
+  return run_as("nature", [&] {
+    rim::cli::Arguments app("logs of a vehicle with an effect hidden in them, drawn from a seed",
+                            "nature");
+    std::uint64_t seed = 1;
+    std::string family = "any", folder, truth;
+    bool only_list = false;
+    app.add_flag("--list", only_list, "the families, and what a diagnosis should call them");
+    app.add_option("--seed", seed, "the case");
+    app.add_option("--family", family, "a family, null, two, any or each");
+    app.add_option("--out", folder, "folder for run_*.csv and holdout_*.csv");
+    app.add_option("--truth", truth, "file for what is hidden; not in the folder of the logs");
+    app.footer("Example: nature --seed 7 --family hinge --out /tmp/case --truth /tmp/truth.json");
+    if (!app.parse(argc, argv))
+      return 0;
     if (only_list) {
       list();
       return 0;
     }
     if (folder.empty() || truth.empty())
-      throw CLI::RequiredError("--out and --truth");
+      throw rim::UsageError("--out and --truth are needed");
     namespace fs = std::filesystem;
     if (fs::weakly_canonical(fs::absolute(truth)).parent_path() ==
         fs::weakly_canonical(fs::absolute(folder)))
-      throw CLI::ValidationError("--truth", "must not lie beside the logs");
-  } catch (const CLI::ParseError &e) {
-    return app.exit(e) == 0 ? 0 : 2;
-  }
-  try {
+      throw rim::UsageError("--truth must not lie beside the logs");
     std::vector<nature::Record> records;
     const nature::Case c = nature::draw_case(seed, family, records);
     nature::write_logs(c, records, folder);
     nature::write_truth(c, records, truth);
-  } catch (const std::exception &e) {
-    std::fprintf(stderr, "nature: %s\n", e.what());
-    return 3;
-  }
-  return 0;
+    return 0;
+  });
 }

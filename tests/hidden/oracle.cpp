@@ -2,11 +2,12 @@
 // oracle --truth T --out DIR [--silent]: the diagnosis of one who knows the truth, or, silent, of
 // one who never finds anything. The grader must give the first everything and the second nothing.
 // Exit as rim diagnose: 1 when something was found.
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+
+#include "program.hpp"
 
 using Json = nlohmann::json;
 
@@ -51,20 +52,18 @@ void write(const Json &truth, bool silent, const std::string &folder) {
 } // namespace
 
 int main(int argc, char **argv) {
-  CLI::App app{"a diagnosis from the truth"};
-  std::string truth_path, folder;
-  bool silent = false;
-  app.add_option("--truth", truth_path)->required();
-  app.add_option("--out", folder)->required();
-  app.add_flag("--silent", silent);
-  CLI11_PARSE(app, argc, argv);
-  try {
+  return run_as("oracle", [&] {
+    rim::cli::Arguments app("a diagnosis from the truth", "oracle");
+    std::string truth_path, folder;
+    bool silent = false;
+    app.add_option("--truth", truth_path).required();
+    app.add_option("--out", folder).required();
+    app.add_flag("--silent", silent);
+    if (!app.parse(argc, argv))
+      return 0;
     std::ifstream in(truth_path);
     const Json truth = Json::parse(in);
     write(truth, silent, folder);
     return silent || truth.at("effects").empty() ? 0 : 1;
-  } catch (const std::exception &e) {
-    std::fprintf(stderr, "oracle: %s\n", e.what());
-    return 3;
-  }
+  });
 }

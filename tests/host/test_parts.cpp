@@ -23,7 +23,7 @@ extern "C" {
 namespace {
 
 constexpr std::uint64_t kSeed = 6200;
-constexpr std::size_t kRuns = 24, kShards = 8;
+constexpr std::size_t kRuns = 12, kShards = 8;
 
 // A folder of its own for a test.
 class Temporary {
@@ -83,7 +83,7 @@ bool has(const std::string &text, const std::string &some) {
 
 // No memory for the wide matrices, and memory for some runs only.
 void a_file_instead_of_memory(void **) {
-  for (const std::size_t bytes : {std::size_t{0}, std::size_t{3} << 20}) {
+  for (const std::size_t bytes : {std::size_t{0}, std::size_t{3} << 19}) {
     rim::LogSet set(logs());
     rim::BlockingOptions options;
     options.wide_bytes = bytes;

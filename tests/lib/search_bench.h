@@ -12,6 +12,7 @@
 
 #include "base/real.h"
 #include "base/rng.h"
+#include "bits.h"
 #include "search/search.h"
 #include "search/search_private.h"
 #include "section_bytes.h"
@@ -179,6 +180,24 @@ static inline void feed(bench *b, uint32_t from, uint32_t to, uint32_t units) {
     assert_int_equal(rimi_search_observe(b->search, &block), RIM_OK);
     rimi_search_work(b->search, units);
   }
+}
+
+/* All that a hypothesis says. */
+static inline void take_hypothesis(uint64_t *digest, const search_hypothesis *h) {
+  take_real(digest, (double)h->score);
+  if (!(h->score > -1e9f))
+    return;
+  take_bits(digest, h->family);
+  take_bits(digest, (uint64_t)h->onset << 32 | (h->family == SEARCH_DURING ? h->end : 0u));
+  take_bits(digest, h->blocks);
+  const uint32_t dims = h->family == SEARCH_BOX || h->family == SEARCH_BOX_SINCE             ? 2u
+                        : h->family == SEARCH_INTERVAL || h->family == SEARCH_INTERVAL_SINCE ? 1u
+                                                                                             : 0u;
+  for (uint32_t k = 0; k < dims; ++k)
+    take_bits(digest, (uint64_t)h->feature[k] << 16 | (uint64_t)h->first[k] << 8 | h->last[k]);
+  take_real(digest, (double)h->shift);
+  take_real(digest, (double)h->sd);
+  take_real(digest, (double)h->ln_ratio);
 }
 
 /* ---- generalised least squares with whole matrices ---- */

@@ -123,6 +123,7 @@ static void updates_are_inhibited(void **state) {
   start(&CONFIG, false);
   raise(REGIONS, 0.2);
   rim_alarm a = finding(30.0, RIM_LEVEL_ERROR);
+  assert_false(row(REGIONS, out.t_s, &a)); /* nor in the same moment */
   assert_false(row(REGIONS, 0.3, &a));
   assert_false(row(REGIONS, 1.19, &a));
   assert_true(row(REGIONS, 1.21, &a));

@@ -2,26 +2,7 @@
 /* The search for deviations of a trained monitor (search/search.c, statistic.c, scan.c) keeps its
  * bits (bits.h): every family's hypotheses while a run goes on, with run effects, unknown blocks,
  * gaps, changing noise and an exclusion. How an alarm is described and dated is not held here. */
-#include "bits.h"
-
 #include "search_bench.h"
-
-static void take_hypothesis(uint64_t *digest, const search_hypothesis *h) {
-  take_real(digest, (double)h->score);
-  if (!(h->score > -1e9f))
-    return;
-  take_bits(digest, h->family);
-  take_bits(digest, (uint64_t)h->onset << 32 | (h->family == SEARCH_DURING ? h->end : 0u));
-  take_bits(digest, h->blocks);
-  const uint32_t dims = h->family == SEARCH_BOX || h->family == SEARCH_BOX_SINCE             ? 2u
-                        : h->family == SEARCH_INTERVAL || h->family == SEARCH_INTERVAL_SINCE ? 1u
-                                                                                             : 0u;
-  for (uint32_t k = 0; k < dims; ++k)
-    take_bits(digest, (uint64_t)h->feature[k] << 16 | (uint64_t)h->first[k] << 8 | h->last[k]);
-  take_real(digest, (double)h->shift);
-  take_real(digest, (double)h->sd);
-  take_real(digest, (double)h->ln_ratio);
-}
 
 /* What is planted in a run of noise. */
 typedef enum planted { NOTHING, STEP, SLOPE, PLACE, BOX, PLACE_SINCE, SPELL, PLANTED } planted;

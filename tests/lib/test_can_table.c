@@ -360,6 +360,14 @@ static void times_and_triggers(void **state) {
     signal(&m, &l);
     assert_int_equal(rim_can_table_open(&table, m.bytes, m.size),
                      motorola < 2 ? RIM_OK : RIM_E_RANGE);
+    l.selector_bits = 8; /* in the last byte, from its first bit or from its last */
+    l.selector_start = motorola == 2 ? 63 : 56;
+    l.selector_motorola = motorola > 0;
+    begin(&m, 1, 1, 1, 0, RIM_CAN_TABLE_NONE);
+    frame(&m, 1, 8, 0, 0, 1);
+    signal(&m, &l);
+    assert_int_equal(rim_can_table_open(&table, m.bytes, m.size),
+                     motorola == 1 ? RIM_E_RANGE : RIM_OK);
   }
 }
 

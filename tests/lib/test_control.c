@@ -128,13 +128,15 @@ static void a_heartbeat_comes_back(void **state) {
   h.flags = RIM_HEALTH_FLAG_REPLAY;
   rim_can_frame frame;
   rim_can_heartbeat b;
-  for (unsigned i = 0; i < 4; ++i) {
+  for (unsigned i = 0; i < 16; ++i) { /* every level, with every flag */
+    h.level = (uint8_t)(i / 4u);
     const uint8_t latched = (i & 1u) != 0 ? RIM_ALARM_FLAG_LATCHED : 0;
     assert_int_equal(rim_can_pack_heartbeat(&frame, 127, &h, latched, (i & 2u) != 0), RIM_OK);
     assert_int_equal(frame.id, 0x77f);
     assert_int_equal(rim_can_unpack_heartbeat(&b, &frame), RIM_OK);
     assert_int_equal(b.flags, RIM_ALARM_FLAG_REPLAY | latched);
     assert_int_equal(b.acknowledged, (i & 2u) != 0);
+    assert_int_equal(b.level, h.level);
   }
   assert_true(b.node == 127 && b.level == RIM_LEVEL_STALE && b.sequence == 2 && b.model_id == 4);
   assert_true(b.observations == 0x607 && b.rejected == 255 && b.dropped == 255);

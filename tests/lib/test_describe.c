@@ -381,6 +381,29 @@ static void a_standing_alarm_keeps_its_sign(void **state) {
   }
 }
 
+/* Only outcome 0 deviates. */
+static double first_alone(uint32_t channel, uint32_t i, uint8_t byte) {
+  (void)byte;
+  return channel % O == 0 && i >= 40 ? 4.0 : 0.0;
+}
+
+/* The other is named because its score passes; where and when the first deviates it reads neither
+ * high nor low, and so no sign is said of it. */
+static void what_is_not_off_has_no_sign(void **state) {
+  (void)state;
+  rim_alarm a;
+  const recipe r = without_integrals();
+  from(&r, false);
+  feed(first_alone, 0.0);
+  plant_nothing();
+  plant(B0, SEARCH_SINCE, 3.0 * alarm_at, as_shift(B0, 4.0), 40);
+  plant(A1, SEARCH_SINCE, 1.01 * alarm_at, 3.0, 40);
+  assert_int_equal(named(B0, &a), B0);
+  assert_int_equal(a.channels, 2);
+  assert_int_equal(m->said_high[0], 1);
+  assert_int_equal(m->said_low[0], 0);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(the_twin_that_is_wrong),
@@ -391,6 +414,7 @@ int main(void) {
       cmocka_unit_test(repeats_are_the_cause),
       cmocka_unit_test(of_opposite_signs_the_surer),
       cmocka_unit_test(a_standing_alarm_keeps_its_sign),
+      cmocka_unit_test(what_is_not_off_has_no_sign),
   };
   return cmocka_run_group_tests(tests, set_up, NULL);
 }

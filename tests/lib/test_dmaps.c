@@ -14,6 +14,7 @@
 #include "base/ellipsoid.h"
 #include "base/rng.h"
 #include "batch/dmaps.h"
+#include "bits.h"
 
 #define SEED 41u
 enum { N = 900, D = 6, O = 3, NODES = 20 };
@@ -276,6 +277,53 @@ static void what_is_skipped_is_not_looked_at(void **state) {
   assert_int_equal(find(&c, &data, skip).count, 0);
 }
 
+/* As many observations as a region must hold are enough to look for one, one less is not. */
+static void the_least_is_enough(void **state) {
+  (void)state;
+  const rim_dmaps_config c = {.search = {.seed = SEED}};
+  make(1, 1.5, -1.5, 1);
+  const rim_batch_data data = with(1);
+  static uint8_t skip[N];
+  memset(skip, 1, sizeof skip);
+  for (int kept = 7; kept <= 8; ++kept) {
+    memset(skip, 0, (size_t)kept);
+    const rim_dmaps_result result = find(&c, &data, skip);
+    assert_int_equal(result.searches > 0, kept == 8);
+  }
+}
+
+/* Regions in a chain, each across the next: which comes first takes several rounds to settle. */
+static void overlapping_regions_keep_their_bits(void **state) {
+  (void)state;
+  enum { FEW = 220, CHAIN = 6 };
+  uint64_t digest = BITS_START;
+  for (uint64_t stream = 0; stream < 10; ++stream) {
+    rim_rng rng;
+    rimi_rng_seed(&rng, SEED, 700 + stream);
+    for (int i = 0; i < FEW; ++i) {
+      double shift = 0.0;
+      for (int f = 0; f < D; ++f)
+        u[i * D + f] = rimi_rng_uniform(&rng);
+      for (int k = 0; k < CHAIN; ++k)
+        if (square((u[i * D] - 0.15 * (k + 0.7)) / 0.13) + square((u[i * D + 1] - 0.5) / 0.4) < 1.0)
+          shift += k % 2 == 0 ? 2.5 + 0.2 * k : -2.2;
+      r[i] = shift + rimi_rng_normal(&rng);
+    }
+    const rim_dmaps_config c = {
+        .lambda = 5.0, .least = 4, .search = {.seed = SEED + stream, .nodes = 6}};
+    const rim_batch_data data = {FEW, D, 1, u, r};
+    const rim_dmaps_result result = find(&c, &data, NULL);
+    take_real(&digest, result.value);
+    take_bits(&digest, (uint64_t)result.searches << 32 | result.evaluations);
+    for (uint8_t k = 0; k < result.count; ++k) {
+      take_real(&digest, result.region[k].ln_anom);
+      take_real(&digest, result.region[k].price);
+      take_bits(&digest, result.region[k].count);
+    }
+  }
+  bits_are(digest, UINT64_C(0x16fc7e85a24dc54b));
+}
+
 static void the_same_bits_again(void **state) {
   (void)state;
   make(1, 1.5, -1.5, 1);
@@ -383,6 +431,8 @@ int main(void) {
                                      cmocka_unit_test(noise_gives_none),
                                      cmocka_unit_test(lambda_limits_the_set),
                                      cmocka_unit_test(what_is_skipped_is_not_looked_at),
+                                     cmocka_unit_test(the_least_is_enough),
+                                     cmocka_unit_test(overlapping_regions_keep_their_bits),
                                      cmocka_unit_test(the_same_bits_again),
                                      cmocka_unit_test(scaling),
                                      cmocka_unit_test(memory_is_respected),

@@ -206,6 +206,36 @@ static void gradient_equals_differences(void **state) {
   }
 }
 
+/* As many dimensions as there may be: each has its length, and there is none behind the last. */
+static void the_gradient_has_every_dimension(void **state) {
+  (void)state;
+  enum { MOST = RIM_GP_MAX_DIMS, FEW = 6 };
+  static _Alignas(8) uint8_t bytes[RIM_GP_SIZE(MOST, FEW)];
+  rim_gp_config c = config_of(RIM_GP_SQUARED_EXPONENTIAL);
+  c.dims = MOST;
+  c.points = FEW;
+  double place[FEW][MOST], gradient[RIM_GP_PARAMETERS(MOST)], likelihood[2];
+  for (int d = 0; d < MOST; ++d)
+    c.length[d] = 1.0 + 0.3 * d;
+  for (int i = 0; i < FEW * MOST; ++i)
+    place[i / MOST][i % MOST] = rimi_rng_uniform(&rng);
+  rim_gp *gp = NULL;
+  for (int d = 0; d < MOST; ++d) {
+    const double step = 1e-5;
+    for (int side = 0; side < 2; ++side) {
+      rim_gp_config moved = c;
+      moved.length[d] *= exp(side == 0 ? step : -step);
+      assert_int_equal(rim_gp_init(&gp, bytes, sizeof bytes, &moved), RIM_OK);
+      for (int i = 0; i < FEW; ++i)
+        assert_int_equal(rim_gp_add(gp, place[i], (double)(i % 3), 0.0, 0.0), RIM_OK);
+      likelihood[side] = rim_gp_log_likelihood(gp);
+      if (d == 0 && side == 0)
+        rim_gp_log_likelihood_gradient(gp, gradient);
+    }
+    assert_near(gradient[2 + d], (likelihood[0] - likelihood[1]) / (2.0 * step), 1e-4);
+  }
+}
+
 static void many_equal_one_by_one(void **state) {
   (void)state;
   const rim_gp_config c = config_of(1);
@@ -513,6 +543,7 @@ int main(void) {
       cmocka_unit_test(incremental_equals_batch),
       cmocka_unit_test(removal_equals_never_having_seen_it),
       cmocka_unit_test(gradient_equals_differences),
+      cmocka_unit_test(the_gradient_has_every_dimension),
       cmocka_unit_test(many_equal_one_by_one),
       cmocka_unit_test(duplicates_are_fine),
       cmocka_unit_test(duplicates_make_room_first),

@@ -97,6 +97,11 @@ static void test_lost_terms_are_taken_again(void **state) {
   assert_int_equal(rimi_hmm_step(&h, against_1), RIM_OK);
   near(h.ln_alpha[0], -2000.0 + log(0.5) - log(0.5), 1e-9);
   near(rimi_hmm_ln_odds(&h, 0), -2000.0, 1e-9);
+  /* Two of the others are left by logarithms alone: they are summed by them. */
+  h.alpha[0] = h.alpha[1] = 0.0;
+  h.ln_alpha[0] = -2000.0;
+  h.ln_alpha[1] = -2000.0 - log(3.0);
+  near(rimi_hmm_ln_odds(&h, 2), 2000.0 - log(4.0 / 3.0), 1e-9);
 }
 
 static void test_bad_observations_are_counted(void **state) {
