@@ -67,7 +67,8 @@ double set_margin(double scale, std::size_t r);
 // together, but at least as much as the largest of the others. Runs that are unlike the others
 // (ScoreSpread), up to a tenth of all, count as much as that: models that had not seen their like
 // judged them; the image has, and its inflation of the channels that deviate in them is raised to
-// that score. set_margin() is added for the set of runs that one happens to have. At least two runs.
+// that score. set_margin() is added for the set of runs that one happens to have. At least two
+// runs.
 void set_alarm_from_runs(Thresholds *thresholds, const std::vector<float> &alone,
                          const std::vector<float> &together, const CalibrationOptions &options);
 

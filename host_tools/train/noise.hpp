@@ -23,7 +23,7 @@ struct ChannelNoise {
 struct NoiseModel {
   double run_s = 1.0, decay_s = 1.0, trend_s = 1.0;
   std::size_t means = 0;
-  std::size_t runs = 0; // that taught it; 0: the effects' variances are known
+  std::size_t runs = 0;               // that taught it; 0: the effects' variances are known
   std::vector<ChannelNoise> channels; // kind * outcomes + outcome
 };
 

@@ -30,7 +30,8 @@ double rimi_search_baseline(rim_search *s, const search_hypothesis *h) {
   }
   if (!(q > (double)k) || !rimi_is_finite(q))
     return 0.0;
-  return rimi_search_surprise(k, s->config.noise->runs, q) / (double)rimi_le_f32(c.phi, SEARCH_FIELD);
+  return rimi_search_surprise(k, s->config.noise->runs, q) /
+         (double)rimi_le_f32(c.phi, SEARCH_FIELD);
 }
 
 bool rimi_search_against_nominal(rim_search *s, uint32_t channel, search_hypothesis *h,
