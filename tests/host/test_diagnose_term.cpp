@@ -203,6 +203,15 @@ void a_delay_takes_the_command_of_then(void **) {
   assert_near(mean_effect(lag, commanded, m)(4), 1.0, 0.0);
 }
 
+// A lag of .2 s of what a dead zone or saturation of 3 before it leaves.
+Term lag_behind(const char *limit) {
+  Term lag = term("");
+  lag.arguments.clear();
+  lag.cause = lag.form = "lag";
+  lag.shape = {{"lag", 0.2, 0.0, "s"}, {limit, 3.0, 0.0, ""}};
+  return lag;
+}
+
 // A dead zone before a lag: the lag is of what it leaves, and both together make the prediction.
 void a_dead_zone_before_a_lag(void **) {
   Measured t = small(); // m: 0 2 4 6 | 20 22 24 26
@@ -213,10 +222,7 @@ void a_dead_zone_before_a_lag(void **) {
   zone.form = rim::diagnose::kDeadZoneBefore;
   zone.arguments.clear();
   zone.shape = {{"level", 3.0, 0.0, ""}};
-  Term lag = term("");
-  lag.arguments.clear();
-  lag.cause = lag.form = "lag";
-  lag.shape = {{"lag", 0.2, 0.0, "s"}, {rim::diagnose::kBeyond, 3.0, 0.0, ""}};
+  const Term lag = lag_behind(rim::diagnose::kBeyond);
   const double share = 1.0 - std::exp(-0.5), second = share * 1.0;
   const Vector after = rim::diagnose::extended_prediction({zone, lag}, t.channels[0], t)
                            .m; // of 0 0 1 3 | 17 19 21 23
@@ -238,10 +244,7 @@ void saturation_before_a_lag(void **) {
   most.cause = "saturation";
   most.arguments.clear();
   most.shape = {{"level", 3.0, 0.0, ""}};
-  Term lag = term("");
-  lag.arguments.clear();
-  lag.cause = lag.form = "lag";
-  lag.shape = {{"lag", 0.2, 0.0, "s"}, {rim::diagnose::kUpTo, 3.0, 0.0, ""}};
+  const Term lag = lag_behind(rim::diagnose::kUpTo);
   const double share = 1.0 - std::exp(-0.5), second = share * 2.0; // of 0 2 3 3 | 3 3 3 3
   const Vector after = rim::diagnose::extended_prediction({most, lag}, t.channels[0], t).m;
   assert_near(after(1), second, 1e-12);
