@@ -13,6 +13,7 @@
 extern "C" {
 #include "image/basis.h"
 #include "image/noise.h"
+#include "search/search.h"
 }
 
 namespace rim {
@@ -23,8 +24,9 @@ constexpr int kRounds = 25;         // of expectation and maximisation
 constexpr Eigen::Index kFields = 4; // that fly
 constexpr double kFlatField = 1e-3; // variance of a raw field's own part, below which it is dropped
 constexpr double kMostRho = 0.97;
-constexpr Eigen::Index kSquare = 2; // of the prediction, among a constant and the scale's terms
-constexpr double kFewRuns = 3.0;    // a variance over n runs is raised by 1 + this / n
+constexpr Eigen::Index kSquare = 2;    // of the prediction, among a constant and the scale's terms
+constexpr double kSdOfMedian = 1.4826; // a Gaussian's sd by its median distance from 0
+constexpr double kFewRuns = 3.0;       // a variance over n runs is raised by 1 + this / n
 
 // One channel in one run.
 struct Series {
@@ -47,6 +49,31 @@ Eigen::MatrixXd raw_fields(const Basis &basis, const BlockRun &run, const Eigen:
   raw.col(3) = (-(run.time_s.array() / noise.decay_s).min(40.0)).exp();
   raw.rightCols(means.cols()) = means;
   return raw;
+}
+
+// The scatter of one outcome as the search counts it (rimi_search_limited): there in units of the
+// standard deviation that is fitted to it, here of one that a few large values do not change.
+void limit_scatter(std::vector<Series> *series) {
+  std::vector<double> all;
+  for (const Series &s : *series) {
+    for (const double x : s.r)
+      all.push_back(std::abs(x));
+  }
+  if (all.empty())
+    return;
+  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
+  std::nth_element(all.begin(), middle, all.end());
+  const double sd = kSdOfMedian * *middle;
+  if (!(sd > 0.0))
+    return;
+  for (Series &s : *series) {
+    double before = 0.0;
+    for (double &x : s.r) {
+      const double z = x / sd;
+      x = sd * rimi_search_limited(z, before);
+      before = z;
+    }
+  }
 }
 
 // What ln sigma(x) depends on, in every block of a run.
@@ -266,6 +293,8 @@ NoiseModel fit_noise(const Basis &basis, const std::vector<SearchRun> &seen,
       s.raw = raw_fields(basis, *run.blocks, s.p, noise);
       series.push_back(std::move(s));
     }
+    if (column / outcomes == RIM_CHANNEL_SCATTER)
+      limit_scatter(&series);
     if (column < 2 * outcomes)
       fit_scale(&c, column >= outcomes, &series);
     fit_channel(&c, series);

@@ -129,6 +129,19 @@ void more_effects_than_runs_do_not_swallow_a_fault(void **) {
 }
 
 // What training writes is what flight reads.
+// The step of a command scatters one block: that is no noise of all blocks.
+void one_block_that_scatters_is_no_noise(void **) {
+  std::vector<MadeRun> runs = made_noises(kSeed, kRuns, MadeNoise{}, true);
+  for (MadeRun &run : runs) {
+    for (Eigen::Index b = 20; b < run.residual.rows(); b += 40)
+      run.residual.row(b).array() += 12.0;
+  }
+  const rim::NoiseModel noise = fit_made(MadeNoise{}, runs);
+  // What is left of 12 in every fortieth block is 2: 1 + 4 / 40 of the variance.
+  assert_true(near(noise.channels[RIM_CHANNEL_SCATTER].s, std::sqrt(1.1), 0.03));
+  assert_true(noise.channels[RIM_CHANNEL_REPEAT].s > 1.5);
+}
+
 void the_section_says_the_same(void **) {
   MadeNoise made;
   made.outcomes = 2;
@@ -167,6 +180,7 @@ int main() {
       cmocka_unit_test(effects_of_a_run_are_found),
       cmocka_unit_test(a_scale_that_depends_on_the_context_is_found),
       cmocka_unit_test(more_effects_than_runs_do_not_swallow_a_fault),
+      cmocka_unit_test(one_block_that_scatters_is_no_noise),
       cmocka_unit_test(the_section_says_the_same),
   };
   return cmocka_run_group_tests(tests, nullptr, nullptr);

@@ -658,26 +658,6 @@ static void numbers_that_are_not_finite_change_nothing(void **state) {
   assert_memory_equal(b.memory, before.memory, sizeof b.memory);
 }
 
-/* Scatter and repeats are kept in bytes: to a quarter of a standard deviation, up to 31 of them. */
-static void coarse_residuals_are_kept_in_bytes(void **state) {
-  (void)state;
-  const world w = make_world(false, 0.0, 0.0);
-  static const double z[] = {0.0, 0.1, -0.1, 3.3, -7.7, 31.0, 1e9, -1e9};
-  for (uint32_t c = 2 * OUTCOMES; c < CHANNELS; ++c) {
-    bench b;
-    start(&b, &w, RING);
-    for (uint32_t i = 0; i < sizeof z / sizeof *z; ++i) {
-      double outcome[OUTCOMES], residual[CHANNELS];
-      const search_block block = block_of(&w, i, outcome, residual);
-      residual[c] = z[i] * w.s;
-      assert_int_equal(rimi_search_observe(b.search, &block), RIM_OK);
-      const double kept = search_residual(b.search, c, i);
-      assert_true(fabs(kept - fmax(-31.75, fmin(31.75, z[i]))) <= 0.126);
-      assert_true(search_residual(b.search, c - 1, i) == 0.0);
-    }
-  }
-}
-
 /* Absurd, but finite: clipped, and nothing but finite numbers come out. */
 static void huge_residuals_do_no_harm(void **state) {
   (void)state;
@@ -790,7 +770,7 @@ int main(void) {
       cmocka_unit_test(memory_is_checked_and_not_left),
       cmocka_unit_test(configurations_out_of_range_are_refused),
       cmocka_unit_test(numbers_that_are_not_finite_change_nothing),
-      cmocka_unit_test(coarse_residuals_are_kept_in_bytes),
+
       cmocka_unit_test(huge_residuals_do_no_harm),
       cmocka_unit_test(a_copy_goes_on_bit_for_bit),
       cmocka_unit_test(reset_is_a_fresh_start),

@@ -99,9 +99,10 @@ typedef struct rim_monitor_health {
 /* Bytes, at most, for a monitor of an image with section NOISE: fields and means as there. */
 #define RIM_MONITOR_TRAINED_SIZE(features, outcomes, region_features, ring, filters, terms,        \
                                  fields, means)                                                    \
-  (RIM_MONITOR_HEADER_BYTES + RIM_MONITOR_ROWS_SIZE(features, outcomes, filters, terms) + 4224u +  \
+  (RIM_MONITOR_HEADER_BYTES + RIM_MONITOR_ROWS_SIZE(features, outcomes, filters, terms) + 4240u +  \
    RIM_MONITOR_KINDS * (size_t)(outcomes) *                                                        \
        (2u * (size_t)(fields) * ((fields) + 3u) + 73u + (region_features)) +                       \
+   (size_t)(outcomes) +                                                                            \
    (size_t)(ring) *                                                                                \
        (4u * (4u + (fields)) + 7u * (size_t)(outcomes) + (region_features) + (means) + 3u))
 #define RIM_MONITOR_INTERFERENCE_BYTES 4096u /* more, for an image that watches interference */

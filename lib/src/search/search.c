@@ -47,6 +47,8 @@ static size_t lay_out(search_layout *at, const search_config *c) {
   bytes += round8(ring);
   at->score = (uint32_t)bytes;
   bytes += round8((size_t)c->channels * c->features);
+  at->scatter = (uint32_t)bytes;
+  bytes += round8(c->outcomes);
   return bytes;
 }
 
@@ -94,12 +96,22 @@ void rimi_search_reset(rim_search *s) {
   }
   memset(search_gram(s, 0), 0, sizeof(float) * search_gram_floats(s) * s->config.channels);
   memset(search_feature_scores(s, 0), 0, (size_t)s->config.channels * s->config.features);
+  memset(search_newest_scatter(s), 0, s->config.outcomes);
   memset(s->excludes, 0, sizeof s->excludes);
 }
 
 static int8_t to_byte(double x) {
   const double scaled = rimi_clamp(x, -4.0, 4.0) / SEARCH_BYTE_STEP;
   return (int8_t)rimi_floor(scaled + 0.5);
+}
+
+static int8_t to_coarse(double z) {
+  return (int8_t)rimi_floor(rimi_clamp(z / SEARCH_COARSE_STEP, -127.0, 127.0) + 0.5);
+}
+
+double rimi_search_limited(double scatter, double before) {
+  return rimi_clamp(scatter, rimi_min(before, 0.0) - SEARCH_ALONE,
+                    rimi_max(before, 0.0) + SEARCH_ALONE);
 }
 
 static void store_residual(rim_search *s, uint32_t slot, uint32_t channel, double z, bool unknown) {
@@ -110,13 +122,18 @@ static void store_residual(rim_search *s, uint32_t slot, uint32_t channel, doubl
                 : (int16_t)rimi_floor(rimi_clamp(z / SEARCH_Z_STEP, -32000.0, 32000.0) + 0.5);
   else
     search_coarse_residuals(s, slot)[channel - fine] =
-        unknown ? SEARCH_COARSE_UNKNOWN
-                : (int8_t)rimi_floor(rimi_clamp(z / SEARCH_COARSE_STEP, -127.0, 127.0) + 0.5);
+        unknown ? SEARCH_COARSE_UNKNOWN : to_coarse(z);
 }
 
 static void store_channel(rim_search *s, uint32_t slot, const search_block *b, uint32_t channel) {
   const noise_channel c = rimi_noise_channel(s->config.noise, channel);
-  const double z = rimi_search_scale(s, &c, channel, slot) * b->residual[channel] / (double)c.s;
+  double z = rimi_search_scale(s, &c, channel, slot) * b->residual[channel] / (double)c.s;
+  if (channel / s->config.outcomes == RIM_CHANNEL_SCATTER) {
+    int8_t *newest = search_newest_scatter(s) + channel % s->config.outcomes;
+    const double before = b->apart ? 0.0 : (double)*newest * SEARCH_COARSE_STEP;
+    *newest = to_coarse(z);
+    z = rimi_search_limited(z, before);
+  }
   store_residual(s, slot, channel, z, b->unknown != NULL && b->unknown[channel]);
 }
 

@@ -160,6 +160,14 @@ double rimi_search_sd_of_onset(const rim_search *search, const search_hypothesis
 
 double rimi_search_description(search_family family); /* nats */
 
+/* How much of a block's scatter counts, in standard deviations: beyond that of the block before it
+ * (0 where none is) and beyond 0, at most SEARCH_ALONE. A step of a command that falls into a block
+ * makes that one block scatter, by ten standard deviations where a landing's engines light; were it
+ * to count, healthy runs would hide every lasting change of the noise. One that lasts loses only
+ * what its first block exceeds. */
+#define SEARCH_ALONE 2.0
+double rimi_search_limited(double scatter, double before);
+
 /* By how much healthy runs exceed the ratio that the noise model of channel c expects of such a
  * hypothesis, at least 1. Its root is what standard errors are multiplied by. */
 double rimi_search_inflation(const noise_channel *c, const search_hypothesis *h);

@@ -45,7 +45,7 @@ typedef struct channel_state {
 
 /* Offsets of the arrays from the start of the instance. */
 typedef struct search_layout {
-  uint32_t time, feature, mean, predicted, z, coarse, change, apart, state, gram, score;
+  uint32_t time, feature, mean, predicted, z, coarse, change, apart, state, gram, score, scatter;
   uint32_t work; /* float per block: q, a0, a1, then the fields' */
 } search_layout;
 
@@ -114,6 +114,10 @@ static inline double search_residual(const rim_search *s, uint32_t channel, uint
   return channel < fine
              ? (double)search_fine_residuals(s, slot)[channel] * SEARCH_Z_STEP
              : (double)search_coarse_residuals(s, slot)[channel - fine] * SEARCH_COARSE_STEP;
+}
+/* Per outcome: the scatter of the newest block, in SEARCH_COARSE_STEP, before it was limited. */
+static inline int8_t *search_newest_scatter(const rim_search *s) {
+  return (int8_t *)search_at(s, s->at.scatter);
 }
 /* Whether the block in a slot does not follow the one before it. */
 static inline uint8_t *search_apart(const rim_search *s) { return search_at(s, s->at.apart); }
