@@ -1,99 +1,14 @@
 /* SPDX-License-Identifier: MIT */
 /* monitor/describe.c: which outcome is named when several channels deviate, and which sign. What
- * the channels have found is put there by hand, so that each rule is tried on both sides of it. */
+ * the channels have found is put there by hand, so that each rule is tried on both sides of it.
+ * test_describe_rolled.c: where outcomes are rolled forward. */
 #include <math.h>
 
-#include "monitor/monitor_private.h"
-#include "search/search_private.h"
+#include "describe_bench.h"
 
-#include "monitor_bench.h"
-
-enum { BLOCKS = 240, HALF = 128, HALF_BIN = SEARCH_BINS / 2, BEHAVIOUR = 0, AGREEMENT = O };
+enum { HALF = 128, HALF_BIN = SEARCH_BINS / 2 };
 /* Channels, by kind and outcome. */
 enum { B0 = 0, B1 = 1, A0 = AGREEMENT, A1 = AGREEMENT + 1 };
-
-static bench b;
-static rim_monitor *m;
-static double alarm_at; /* score */
-
-static void from(const recipe *r, bool external) {
-  memset(&b, 0, sizeof b);
-  b.external = external;
-  build(&b.blob, r);
-  start(&b);
-  m = b.monitor;
-  m->guard.busy = true; /* as within a step: the sums are made when it ends */
-  alarm_at = m->models.threshold.alarm_score;
-}
-
-/* Blocks whose residuals are wave(channel, i, byte of feature 0) in units of 0.05, and noise. */
-typedef double wave(uint32_t channel, uint32_t i, uint8_t byte);
-
-static double nothing(uint32_t channel, uint32_t i, uint8_t byte) {
-  (void)channel, (void)i, (void)byte;
-  return 0.0;
-}
-
-static void feed(wave *of, double noise) {
-  rim_rng rng;
-  rimi_rng_seed(&rng, SEED, 1);
-  const double zero[CHANNELS] = {0.0};
-  for (uint32_t i = 0; i < BLOCKS; ++i) {
-    double residual[CHANNELS];
-    const uint8_t feature[REGION] = {(uint8_t)(i * 37u), (uint8_t)(i * 101u)};
-    for (uint32_t c = 0; c < CHANNELS; ++c)
-      residual[c] = 0.05 * (noise * rimi_rng_normal(&rng) + of(c, i, feature[0]));
-    const search_block block = {
-        .t_s = i, .feature = feature, .mean = zero, .predicted = zero, .residual = residual};
-    assert_int_equal(rimi_search_observe(m->search, &block), RIM_OK);
-  }
-}
-
-/* The channel has found this. */
-static void plant(uint32_t channel, search_family family, double score, double shift,
-                  uint32_t onset) {
-  const search_hypothesis h = {.family = (uint8_t)family,
-                               .onset = onset,
-                               .score = (float)score,
-                               .ln_ratio = (float)score,
-                               .shift = (float)shift,
-                               .sd = 1.0f,
-                               .blocks = 10};
-  channel_state *state = search_state(m->search, channel);
-  state->time = h;
-  state->region.score = SEARCH_NONE;
-}
-
-static void plant_nothing(void) {
-  for (uint32_t c = 0; c < CHANNELS; ++c)
-    plant(c, SEARCH_SINCE, 0.0, 0.0, 0);
-}
-
-/* The channel that the record of this leading one is of. */
-static uint16_t named(uint16_t leading, rim_alarm *alarm) {
-  const rim_verdict v = {.channel = leading, .level = RIM_LEVEL_ERROR, .t_s = 99.0};
-  rimi_monitor_describe(m, &v, alarm);
-  assert_int_equal(alarm->channel[0], m->explained_channel % O);
-  assert_true(m->has_explained && alarm->channels >= 1 && alarm->t_s == 99.0);
-  return m->explained_channel;
-}
-
-/* Row o of section AGREEMENT: its source, what it is mostly the integral of, and the weight of
- * outcome j. */
-static void put_row(recipe *r, size_t o, double source, double mostly, size_t j, double weight) {
-  uint8_t *at = r->section[RIM_SECTION_AGREEMENT].byte + 16 + 4 * O + 4 * o * (4 + O * (2 + MEANS));
-  put_f32(at, source);
-  put_f32(at + 8, mostly);
-  put_f32(at + 16 + 4 * j, weight);
-}
-
-/* Nothing is the integral of anything. */
-static recipe without_integrals(void) {
-  recipe r = calibrated[0];
-  for (size_t o = 0; o < O; ++o)
-    put_row(&r, o, AGREEMENT_RESIDUALS, -1.0, 0, 0.0);
-  return r;
-}
 
 /* ---- which of two sensors ---- */
 
@@ -360,10 +275,9 @@ static void a_standing_alarm_keeps_its_sign(void **state) {
   for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
     from(&calibrated[0], false);
     feed(halves, 0.1);
-    rim_alarm a = {.level = RIM_LEVEL_ERROR, .channels = 1, .kind = RIM_KIND_SHIFT};
-    rimi_alarm_life_row(&m->life, 1.0);
-    for (int k = 0; of[i].stands && k < 4; ++k)
-      rimi_alarm_life_step(&m->life, RIM_DETECTOR_RIM, 1.0 + k, &a);
+    rim_alarm a;
+    if (of[i].stands)
+      stand(0);
     assert_int_equal(rim_monitor_standing(m, RIM_DETECTOR_RIM) != NULL, of[i].stands);
     explained_low(of[i].explained == B1 ? B0 : of[i].explained);
     m->explained_channel = of[i].explained;
