@@ -33,11 +33,11 @@ static inline double nothing(uint32_t channel, uint32_t i, uint8_t byte) {
   return 0.0;
 }
 
-static inline void feed(wave *of, double noise) {
+static inline void feed_blocks(wave *of, double noise, uint32_t count) {
   rim_rng rng;
   rimi_rng_seed(&rng, SEED, 1);
   const double zero[CHANNELS] = {0.0};
-  for (uint32_t i = 0; i < BLOCKS; ++i) {
+  for (uint32_t i = 0; i < count; ++i) {
     double residual[CHANNELS];
     const uint8_t feature[REGION] = {(uint8_t)(i * 37u), (uint8_t)(i * 101u)};
     for (uint32_t c = 0; c < CHANNELS; ++c)
@@ -47,6 +47,8 @@ static inline void feed(wave *of, double noise) {
     assert_int_equal(rimi_search_observe(m->search, &block), RIM_OK);
   }
 }
+
+static inline void feed(wave *of, double noise) { feed_blocks(of, noise, BLOCKS); }
 
 /* The channel has found this. */
 static inline void plant(uint32_t channel, search_family family, double score, double shift,
@@ -93,6 +95,13 @@ static inline recipe without_integrals(void) {
   for (size_t o = 0; o < O; ++o)
     put_row(&r, o, AGREEMENT_RESIDUALS, -1.0, 0, 0.0);
   return r;
+}
+
+/* Of a channel in section NOISE: 0 whether it is active, 10 + FIELDS + i the part of raw field i in
+ * the run's own effect. */
+static inline void put_noise_number(recipe *r, size_t channel, size_t which, double value) {
+  const size_t numbers = 10 + FIELDS * (1 + RAW) + FAMILIES;
+  put_f32(r->section[RIM_SECTION_NOISE].byte + 32 + 4 * (channel * numbers + which), value);
 }
 
 /* A standing alarm of this outcome. */

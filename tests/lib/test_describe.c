@@ -79,6 +79,35 @@ static void the_reading_that_the_commands_deny(void **state) {
   }
 }
 
+/* The same, where the second began to disagree then. */
+static void two_sensors_disagree_at_once(void **state) {
+  (void)state;
+  rim_alarm a;
+  const recipe r = without_integrals();
+  from(&r, false);
+  off_by[0] = 0.0;
+  off_by[1] = 4.0;
+  feed(off_since_40, 1.0);
+  const struct {
+    search_family family[2];
+    uint32_t onset[2];
+    uint16_t named;
+  } of[] = {{{SEARCH_SINCE, SEARCH_SINCE}, {40, 40 + SEARCH_LEAST}, A1},
+            {{SEARCH_SINCE, SEARCH_SINCE}, {40, 41 + SEARCH_LEAST}, A0},
+            {{SEARCH_SINCE, SEARCH_SINCE}, {40 + SEARCH_LEAST, 40}, A1},
+            {{SEARCH_SINCE, SEARCH_SINCE}, {41 + SEARCH_LEAST, 40}, A0},
+            {{SEARCH_SINCE, SEARCH_RAMP}, {40, 40}, A0},
+            {{SEARCH_RAMP, SEARCH_SINCE}, {40, 40}, A0},
+            /* Of no block the commands say nothing. */
+            {{SEARCH_SINCE, SEARCH_SINCE}, {BLOCKS, BLOCKS}, A0}};
+  for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
+    plant_nothing();
+    plant(A0, of[i].family[0], 4.0 * alarm_at, as_shift(A0, 4.0), of[i].onset[0]);
+    plant(A1, of[i].family[1], 2.8 * alarm_at, as_shift(A1, 4.0), of[i].onset[1]);
+    assert_int_equal(named(A0, &a), of[i].named);
+  }
+}
+
 /* ---- behaviour before agreement ---- */
 
 /* The behaviour of outcome 1 is off from block 40 on. */
@@ -142,6 +171,22 @@ static void another_time_is_another_matter(void **state) {
   }
 }
 
+/* Where no block is, nothing deviates together. */
+static void a_time_without_blocks(void **state) {
+  (void)state;
+  rim_alarm a;
+  const recipe r = without_integrals();
+  from(&r, false);
+  feed(together, 1.0);
+  const uint32_t onset[] = {40, BLOCKS};
+  for (size_t i = 0; i < 2; ++i) {
+    plant_nothing();
+    plant(A0, SEARCH_SINCE, 2.0 * alarm_at, 3.0, onset[i]);
+    plant(B1, SEARCH_SINCE, 1.01 * alarm_at, 3.0, 40);
+    assert_int_equal(named(A0, &a), onset[i] < BLOCKS ? B1 : A0);
+  }
+}
+
 /* ---- what is integrated ---- */
 
 static void the_cause_of_an_integral(void **state) {
@@ -199,6 +244,24 @@ static void repeats_are_the_cause(void **state) {
     assert_int_equal(named(B0, &a), of[i].named);
     assert_int_equal(a.kind, of[i].named == repeat ? RIM_KIND_REPEAT : RIM_KIND_SHIFT);
   }
+}
+
+/* Scatter has no gain: what is said of it is a ratio of variances, whatever explains it. */
+static void scatter_is_a_ratio(void **state) {
+  (void)state;
+  rim_alarm a;
+  const recipe r = without_integrals();
+  from(&r, false);
+  feed(nothing, 1.0);
+  const uint16_t scatter = RIM_CHANNEL_SCATTER * O;
+  plant_nothing();
+  plant(scatter, SEARCH_SINCE, 2.0 * alarm_at, 3.0, 40);
+  plant(scatter + 1, SEARCH_GAIN, 1.5 * alarm_at, 0.5, 40);
+  assert_int_equal(named(scatter, &a), scatter);
+  assert_true(a.kind == RIM_KIND_VARIANCE && a.channels == 2 && a.channel[1] == 1);
+  const noise_channel n = rimi_noise_channel(&m->models.noise, scatter + 1);
+  assert_true(fabs(a.shift[1] - exp(0.5 * (double)n.s)) < 1e-9);
+  assert_true(fabs(a.shift_sd[1] - 1.15 * (double)n.s * a.shift[1]) < 1e-6 * a.shift_sd[1]);
 }
 
 /* ---- signs ---- */
@@ -295,6 +358,101 @@ static void a_standing_alarm_keeps_its_sign(void **state) {
   }
 }
 
+/* Outcome 0 dies away as a run's own effect does, but from where no healthy run begins. */
+static double dies_away(uint32_t channel, uint32_t i, uint8_t byte) {
+  (void)byte;
+  return channel == B0 ? 8.0 * exp(-(double)i / 20.0) : 0.0;
+}
+
+static void effects_of_the_run_say_no_sign(void **state) {
+  (void)state;
+  rim_alarm a;
+  for (int said = -1; said <= 1; ++said) {
+    recipe r = without_integrals();
+    put_noise_number(&r, B0, 10 + FIELDS, 0.0);
+    put_noise_number(&r, B0, 10 + FIELDS + 3, 1.0); /* that decays */
+    from(&r, false);
+    feed(dies_away, 0.3);
+    plant_nothing();
+    plant(B0, SEARCH_SINCE, 2.0 * alarm_at, 3.0, 40);
+    if (said != 0)
+      stand(0);
+    m->said_high[0] = said > 0;
+    m->said_low[0] = said < 0;
+    assert_int_equal(named(B0, &a), B0);
+    assert_int_equal(m->explained.family, SEARCH_FIELD);
+    assert_true(m->explained.shift > 0.0f && a.kind == RIM_KIND_SHIFT && a.shift[0] > 0.0);
+    assert_int_equal(m->said_high[0], said > 0); /* as it was */
+    assert_int_equal(m->said_low[0], said < 0);
+  }
+}
+
+/* ---- what the ring does not hold any more ---- */
+
+enum { LONG = 400 }; /* blocks, of which the ring holds TRAINED_RING */
+
+/* High in the upper half of feature 0, or where feature 1 is in its upper half too. */
+static bool needs_both;
+
+static double in_a_region(uint32_t channel, uint32_t i, uint8_t byte) {
+  const bool second = (uint8_t)(i * 101u) >= HALF;
+  return channel == B0 && byte >= HALF && (second || !needs_both) ? 10.0 : 0.0;
+}
+
+static search_hypothesis region_since(bool is_box, uint32_t onset) {
+  return (search_hypothesis){.family = is_box ? SEARCH_BOX_SINCE : SEARCH_INTERVAL_SINCE,
+                             .feature = {0, 1},
+                             .first = {HALF_BIN, HALF_BIN},
+                             .last = {SEARCH_BINS - 1, SEARCH_BINS - 1},
+                             .onset = onset};
+}
+
+/* The region's deviation is as old as the run; found is that it began with what the ring holds. The
+ * standing alarm was explained by the same before. */
+static void an_onset_is_kept(void **state) {
+  (void)state;
+  rim_alarm a;
+  const struct {
+    bool box, stands, has;
+    uint16_t channel; /* that was explained */
+    search_family before;
+    uint32_t onset;
+    bool kept;
+  } of[] = {{true, true, true, B0, SEARCH_BOX, SEARCH_FROM_START, true},
+            {false, true, true, B0, SEARCH_INTERVAL, SEARCH_FROM_START, true},
+            {true, true, true, B0, SEARCH_INTERVAL, SEARCH_FROM_START, false},
+            {false, true, true, B0, SEARCH_BOX, SEARCH_FROM_START, false},
+            {true, true, true, B0, SEARCH_BOX_SINCE, 20, true},
+            {false, true, true, B0, SEARCH_INTERVAL_SINCE, 20, true},
+            {false, true, true, B0, SEARCH_INTERVAL_SINCE, LONG - TRAINED_RING + 1, false},
+            {true, false, true, B0, SEARCH_BOX, SEARCH_FROM_START, false},
+            {true, true, false, B0, SEARCH_BOX, SEARCH_FROM_START, false},
+            {true, true, true, B1, SEARCH_BOX, SEARCH_FROM_START, false}};
+  for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
+    const recipe r = without_integrals();
+    from(&r, false);
+    needs_both = of[i].box;
+    feed_blocks(in_a_region, 0.3, LONG);
+    const uint32_t oldest = LONG - TRAINED_RING;
+    assert_int_equal(rimi_search_oldest(m->search), oldest);
+    plant_nothing();
+    search_hypothesis h = region_since(of[i].box, oldest);
+    assert_true(rimi_search_evaluate_channel(m->search, B0, &h) && h.shift > 0.0f);
+    search_state(m->search, B0)->region = h;
+    if (of[i].stands)
+      stand(0);
+    m->explained = h;
+    m->explained.family = (uint8_t)of[i].before;
+    m->explained.onset = of[i].onset;
+    m->explained_channel = of[i].channel;
+    m->has_explained = of[i].has;
+    assert_int_equal(named(B0, &a), B0);
+    assert_int_equal(m->explained.family, of[i].kept ? of[i].before : h.family);
+    assert_int_equal(m->explained.onset, of[i].kept ? of[i].onset : oldest);
+    assert_int_equal(a.region.dims, of[i].box ? 2 : 1);
+  }
+}
+
 /* Only outcome 0 deviates. */
 static double first_alone(uint32_t channel, uint32_t i, uint8_t byte) {
   (void)byte;
@@ -322,12 +480,17 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(the_twin_that_is_wrong),
       cmocka_unit_test(the_reading_that_the_commands_deny),
+      cmocka_unit_test(two_sensors_disagree_at_once),
       cmocka_unit_test(the_vehicle_before_its_sensors),
+      cmocka_unit_test(a_time_without_blocks),
       cmocka_unit_test(another_time_is_another_matter),
       cmocka_unit_test(the_cause_of_an_integral),
       cmocka_unit_test(repeats_are_the_cause),
+      cmocka_unit_test(scatter_is_a_ratio),
       cmocka_unit_test(of_opposite_signs_the_surer),
       cmocka_unit_test(a_standing_alarm_keeps_its_sign),
+      cmocka_unit_test(effects_of_the_run_say_no_sign),
+      cmocka_unit_test(an_onset_is_kept),
       cmocka_unit_test(what_is_not_off_has_no_sign),
   };
   return cmocka_run_group_tests(tests, set_up, NULL);
