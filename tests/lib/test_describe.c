@@ -358,6 +358,65 @@ static void a_standing_alarm_keeps_its_sign(void **state) {
   }
 }
 
+/* High where feature 0 is, which was found, and, more clearly, low where feature 1 is. */
+static double crossed(uint32_t channel, uint32_t i, uint8_t byte) {
+  const double low = (uint8_t)(i * 101u) < HALF ? -0.5 : 0.5;
+  return channel != B0 ? 0.0 : low + (byte >= HALF ? 0.25 : -0.25);
+}
+
+/* What the standing alarm was explained by counts where it was of this channel; else its sign is
+ * kept by what lies beside. */
+static void what_explained_another_channel_does_not_count(void **state) {
+  (void)state;
+  rim_alarm a;
+  const struct {
+    bool has;
+    uint16_t channel, feature; /* explained; by which the sign is kept */
+  } of[] = {{true, B0, 1}, {true, A0, 0}, {false, B0, 0}};
+  for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
+    from(&calibrated[0], false);
+    feed(crossed, 0.1);
+    stand(0);
+    m->said_low[0] = 1;
+    explained_low(B0);
+    m->explained.feature[0] = 1;
+    m->explained_channel = of[i].channel;
+    m->has_explained = of[i].has;
+    find_high(B0);
+    assert_int_equal(named(B0, &a), B0);
+    assert_true(m->explained.shift < 0.0f && m->explained.family == SEARCH_INTERVAL);
+    assert_int_equal(m->explained.feature[0], of[i].feature);
+  }
+}
+
+/* Low in the lower half of feature 0, and as nominal in the rest. */
+static double low_below(uint32_t channel, uint32_t i, uint8_t byte) {
+  (void)i;
+  return channel == B0 && byte < HALF ? -1.5 : 0.0;
+}
+
+/* That the rest is high asks for an offset that healthy runs do not have. Once that was said of a run
+ * whose own effects were known, it takes more to turn it. */
+static void what_was_said_well_is_turned_less_easily(void **state) {
+  (void)state;
+  rim_alarm a;
+  const struct {
+    bool high, well, turned;
+  } of[] = {{true, true, false}, {true, false, true}, {false, true, true}, {false, false, true}};
+  for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
+    recipe r = without_integrals();
+    put_noise_number(&r, B0, 10, 4.0); /* offsets of half a block's noise */
+    from(&r, false);
+    feed(low_below, 1.0);
+    stand(0);
+    m->said_high[0] = of[i].high;
+    m->said_well[0] = of[i].well;
+    find_high(B0);
+    assert_int_equal(named(B0, &a), B0);
+    assert_int_equal(m->explained.shift < 0.0f, of[i].turned);
+  }
+}
+
 /* Outcome 0 dies away as a run's own effect does, but from where no healthy run begins. */
 static double dies_away(uint32_t channel, uint32_t i, uint8_t byte) {
   (void)byte;
@@ -489,6 +548,8 @@ int main(void) {
       cmocka_unit_test(scatter_is_a_ratio),
       cmocka_unit_test(of_opposite_signs_the_surer),
       cmocka_unit_test(a_standing_alarm_keeps_its_sign),
+      cmocka_unit_test(what_explained_another_channel_does_not_count),
+      cmocka_unit_test(what_was_said_well_is_turned_less_easily),
       cmocka_unit_test(effects_of_the_run_say_no_sign),
       cmocka_unit_test(an_onset_is_kept),
       cmocka_unit_test(what_is_not_off_has_no_sign),
