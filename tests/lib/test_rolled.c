@@ -220,8 +220,8 @@ static void terms_are_products_and_hinges(void **unused) {
   static const struct {
     size_t at;
     unsigned value;
-  } bad[] = {
-      {2, STATES}, {4, INPUTS}, {6, STATES}, {6, BASIS_HINGE - 1}, {6, BASIS_HINGE + BASIS_HINGES}};
+  } bad[] = {{2, STATES},         {4, INPUTS},          {6, STATES},
+             {2 * 8 + 6, STATES}, {6, BASIS_HINGE - 1}, {6, BASIS_HINGE + BASIS_HINGES}};
   for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i) {
     bytes damaged = b;
     put_u16(damaged.byte + TERM_AT + bad[i].at, bad[i].value);
