@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Of test_describe*.c: a monitor whose channels have found what is put there by hand, and the channel
- * that its record is of. */
+/* Of test_describe*.c: a monitor whose channels have found what is put there by hand, and the
+ * channel that its record is of. */
 #ifndef DESCRIBE_BENCH_H
 #define DESCRIBE_BENCH_H
 

@@ -395,8 +395,8 @@ static double low_below(uint32_t channel, uint32_t i, uint8_t byte) {
   return channel == B0 && byte < HALF ? -1.5 : 0.0;
 }
 
-/* That the rest is high asks for an offset that healthy runs do not have. Once that was said of a run
- * whose own effects were known, it takes more to turn it. */
+/* That the rest is high asks for an offset that healthy runs do not have. Once that was said of a
+ * run whose own effects were known, it takes more to turn it. */
 static void what_was_said_well_is_turned_less_easily(void **state) {
   (void)state;
   rim_alarm a;

@@ -138,7 +138,8 @@ static void what_flows_in_is_the_cause(void **state) {
   NAME_EACH(of);
 }
 
-/* An outcome that the states of the leading one do not move deviates by itself, and is asked first. */
+/* An outcome that the states of the leading one do not move deviates by itself, and is asked
+ * first. */
 static void what_no_state_moves_is_the_cause(void **state) {
   (void)state;
   const recipe r = rolled(own);
