@@ -24,13 +24,13 @@ TEST_PACKAGES := python3-venv zstd chromium
 venv-deps: deps
 	$(call install_missing,$(TEST_PACKAGES))
 	@cmp -s $(REQUIREMENTS) $(BUILD)/venv/requirements || { rm -rf $(BUILD)/venv && python3 -m venv $(BUILD)/venv && \
-	  $(BUILD)/venv/bin/pip install --quiet --disable-pip-version-check -r $(REQUIREMENTS) && \
+	  $(BUILD)/venv/bin/pip install --quiet --no-compile --disable-pip-version-check -r $(REQUIREMENTS) && \
 	  cp $(REQUIREMENTS) $(BUILD)/venv/requirements; }
 venv-try: deps
 	@mkdir -p $(BUILD)
 	@timeout 400 $(MAKE) --no-print-directory SUDO='sudo -n' venv-deps > $(BUILD)/venv-deps.txt 2>&1 < /dev/null || \
 	  { rm -rf $(BUILD)/venv; echo "test: what needs PyPI or a browser is skipped: $$(grep -v '^make' $(BUILD)/venv-deps.txt | tail -n 1)"; }
-test: venv-try
+TEST_NEEDS += venv-try
 
 .PHONY: test-run test-build test-missing
 test-missing:
