@@ -201,7 +201,7 @@ integration-deps: deps
 integration-try: deps | can-try
 	@timeout 240 $(MAKE) --no-print-directory SUDO='sudo -n' integration-deps < /dev/null || \
 	  echo "test: some of the frameworks are skipped: could not install $(INTEGRATION_PACKAGES)"
-test: integration-try
+TEST_NEEDS += integration-try
 
 # SocketCAN in a guest with Debian's own kernel: tests/cli/can.sh. `make test` fetches what it needs where
 # it can, and else skips it, saying so; `make test-can` insists.
@@ -217,7 +217,7 @@ can-try: deps venv-try
 	@mkdir -p $(BUILD)
 	@timeout 240 $(MAKE) --no-print-directory SUDO='sudo -n' can-deps > $(BUILD)/can-deps.txt 2>&1 < /dev/null || \
 	  echo "test: rimd on SocketCAN is skipped: $$(grep -v '^make' $(BUILD)/can-deps.txt | tail -n 1)"
-test: can-try
+TEST_NEEDS += can-try
 test-can: can-deps ## rimd on SocketCAN: two controllers on one bus in a guest (installs QEMU and a kernel)
 	@$(MAKE) --no-print-directory -j$(TEST_JOBS) $(BUILD)/rim $(BUILD)/rimd
 	@RIM=$(abspath $(BUILD)/rim) BUILD=$(abspath $(BUILD)) tests/cli/can.sh && RIM=$(abspath $(BUILD)/rim) BUILD=$(abspath $(BUILD)) tests/cli/interop.sh

@@ -1,8 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# instructions.sh BUILD [STEPS]: instructions of a step of the interference detector in nominal
+# instructions.sh BUILD [STEPS [hmm]]: instructions of a step of the interference detector in nominal
 # driving, and of a choice of the planner ('rim bench --choice'), counted by valgrind's callgrind on
-# this machine's build; exit 1 above what is asked of the HMM.
+# this machine's build; exit 1 above what is asked of the HMM. hmm: of the detector alone.
 build=$1 steps=${2:-20000} asked=2000
 program=$build/tests/lib/test_interference
 command -v valgrind > /dev/null || { echo "instructions: valgrind is not installed" >&2; exit 2; }
@@ -17,7 +17,7 @@ count() {
 hmm=$(count rimi_hmm_step rimi_hmm_ln_odds) && whole=$(count rimi_interference_step) || exit 2
 echo "instructions a step, mean of $steps: HMM (forward algorithm and its odds) $hmm, asked below $asked;" \
   "with regressions, emissions and two CUSUMs $whole"
-if [ -x "$build/rim" ]; then
+if [ -x "$build/rim" ] && [ "${3:-}" != hmm ]; then
   # One choice in each of the four settings.
   valgrind --tool=callgrind --callgrind-out-file=/dev/null --collect-atstart=no \
     --toggle-collect=rim_bandit_choose "$build/rim" bench --choice 1 2>&1 |

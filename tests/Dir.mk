@@ -6,7 +6,9 @@ SHARED_TESTS := interference/detector=interference search/statistic=search searc
 
 TEST_LIB_SRC := $(sort $(wildcard tests/lib/test_*.c))
 TEST_HOST_SRC := $(sort $(wildcard tests/host/test_*.cpp))
-TEST_CLI := $(sort $(wildcard tests/cli/*.sh))
+# The longest first, so that none of them is left alone at the end.
+LONG_CLI := hidden vehicles python report demo interference interrupted diagnose determinism experiment_cobot train formats
+TEST_CLI := $(LONG_CLI:%=tests/cli/%.sh) $(filter-out $(LONG_CLI:%=tests/cli/%.sh),$(sort $(wildcard tests/cli/*.sh)))
 TEST_FIRMWARE_BIN := $(patsubst %.c,$(BUILD)/%,$(sort $(wildcard tests/firmware/test_*.c)))
 TEST_LIB_BIN := $(TEST_LIB_SRC:%.c=$(BUILD)/%) $(TEST_FIRMWARE_BIN)
 TEST_HOST_BIN := $(TEST_HOST_SRC:%.cpp=$(BUILD)/%)
@@ -22,13 +24,13 @@ TEST_PACKAGES := python3-venv zstd chromium
 venv-deps: deps
 	$(call install_missing,$(TEST_PACKAGES))
 	@cmp -s $(REQUIREMENTS) $(BUILD)/venv/requirements || { rm -rf $(BUILD)/venv && python3 -m venv $(BUILD)/venv && \
-	  $(BUILD)/venv/bin/pip install --quiet --disable-pip-version-check -r $(REQUIREMENTS) && \
+	  $(BUILD)/venv/bin/pip install --quiet --no-compile --disable-pip-version-check -r $(REQUIREMENTS) && \
 	  cp $(REQUIREMENTS) $(BUILD)/venv/requirements; }
 venv-try: deps
 	@mkdir -p $(BUILD)
 	@timeout 400 $(MAKE) --no-print-directory SUDO='sudo -n' venv-deps > $(BUILD)/venv-deps.txt 2>&1 < /dev/null || \
 	  { rm -rf $(BUILD)/venv; echo "test: what needs PyPI or a browser is skipped: $$(grep -v '^make' $(BUILD)/venv-deps.txt | tail -n 1)"; }
-test: venv-try
+TEST_NEEDS += venv-try
 
 .PHONY: test-run test-build test-missing
 test-missing:

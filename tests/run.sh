@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: MIT
 # run.sh TEST...: runs CMocka binaries and scripts (*.sh), $TEST_JOBS at once in this order, says of
 # each when it ends what came out, and counts the cases of all in the last line. Exit 1 on a failure.
+# Scripts that have a line '# Mostly waits.' take little of a processor: one at a time runs beside the
+# others, from the beginning.
 # A test that dies, times out or runs no case counts as a failure; a script's last line is
 # 'N passed, N failed[, N skipped]'.
 set -u
@@ -33,7 +35,14 @@ run_one() {
   cat "$logs/$name.said"
 }
 export -f run_one cmocka
-printf '%s\0' "$@" | xargs -0 -r -n 1 -P "${TEST_JOBS:-2}" bash -c 'run_one "$1"' _
+waiting=() working=()
+for t in "$@"; do
+  if [ "${t%.sh}" != "$t" ] && grep -q '^# Mostly waits\.' "$t"; then waiting+=("$t"); else working+=("$t"); fi
+done
+at_once() { xargs -0 -r -n 1 -P "$1" bash -c 'run_one "$1"' _; }
+[ ${#waiting[@]} -eq 0 ] || printf '%s\0' "${waiting[@]}" | at_once 1 &
+[ ${#working[@]} -eq 0 ] || printf '%s\0' "${working[@]}" | at_once "${TEST_JOBS:-2}"
+wait
 cat "$logs"/*.count | awk -v tests=$# '{p += $1; f += $2; s += $3} END {
   if (NR < tests) {print tests - NR " tests left no count"; f += tests - NR}
   printf "%d passed, %d failed%s\n", p, f, s ? ", " s " skipped" : ""

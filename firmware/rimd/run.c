@@ -454,6 +454,12 @@ static void note_silence(rimd *d, uint64_t now_ns) {
     rimd_send_records(d);
 }
 
+/* Where no row comes for a while, and a state file is due, a step would find it too late. */
+static void look_for_damage(rimd *d) {
+  if (!d->is_damaged && rim_monitor_get_health(d->monitor).damage != 0)
+    rimd_damaged(d);
+}
+
 static int earlier(int a_ms, int b_ms) {
   return a_ms < 0 || (b_ms >= 0 && b_ms < a_ms) ? b_ms : a_ms;
 }
@@ -464,6 +470,7 @@ static int until(uint64_t then_ns, uint64_t now_ns) {
 
 int rimd_tick(rimd *d, uint64_t now_ns) {
   note_silence(d, now_ns);
+  look_for_damage(d);
   watchdog_feed(&d->watchdog, now_ns);
   /* On CAN a cyclic summary would go before a record that is held. */
   if (now_ns >= d->next_health_ns && d->held_count == 0) {

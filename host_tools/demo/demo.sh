@@ -1,13 +1,14 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
-# demo.sh: learns 50 healthy landings, replays one healthy and three faulty ones that it has not
-# seen, prints what was found, lets a separate process hear the same alarms over LCM, and draws
+# demo.sh: learns 50 healthy landings (or DEMO_RUNS), replays one healthy and three faulty ones that it
+# has not seen, prints what was found, lets a separate process hear the same alarms over LCM, and draws
 # ln anom against its threshold. RIM and BUILD come from make; results are in $BUILD/demo.
 set -e -u -o pipefail
 out=$BUILD/demo
 url=udpm://239.255.76.67:7671?ttl=0
 faults="04_doppler_scale 07_velocity_delay 12_velocity_stuck"
 effects=$(dirname "$0")/../../data/effects
+runs=${DEMO_RUNS:-50}
 start=$SECONDS
 rm -rf "$out"; mkdir -p "$out"
 
@@ -26,8 +27,8 @@ on_the_bus() { sed 's/"since_sd_s":[^,]*,//' "$1"; }
 heard_the_same() { cmp -s <(on_the_bus "$out/heard.jsonl") <(on_the_bus "$out/alarms.jsonl"); }
 say() { printf '\n== %s\n' "$*"; }
 
-say "1. Simulate 50 healthy landings of a spacecraft: 350 s of fall, then a powered descent"
-"$RIM" simulate lander --out "$out/nominal" --runs 50 --seed 1
+say "1. Simulate $runs healthy landings of a spacecraft: 350 s of fall, then a powered descent"
+"$RIM" simulate lander --out "$out/nominal" --runs "$runs" --seed 1
 
 say "2. Learn from them what is normal, and how much one healthy landing differs from the next"
 "$RIM" train "$out"/nominal/run_*.csv --out "$out/lander.rim" > "$out/train.txt"

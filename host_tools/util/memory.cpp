@@ -10,6 +10,10 @@ void map_large_pieces() {
   constexpr int bytes = 128 * 1024;
   ::mallopt(M_MMAP_THRESHOLD, bytes);
 #endif
+#ifdef M_TOP_PAD
+  constexpr int kept = 16 * 1024 * 1024;
+  ::mallopt(M_TOP_PAD, kept);
+#endif
 }
 
 void give_back_memory() {

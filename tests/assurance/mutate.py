@@ -1,17 +1,18 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""mutate.py BUILD [--number N] [--seed S] [--files GLOB [--lines N,M]]: do the unit tests notice a wrong operator?
+"""mutate.py BUILD [--number N] [--seed S] [--jobs J] [--files GLOB [--lines N,M]]: do the unit tests notice a wrong operator?
 
 N places are drawn from all places of lib/src where an operator fits: relations (< <= > >= == !=), && and ||, + - * /
 between operands, ++ and --, a constant 0 or 1, a condition negated, a statement left out. Each mutant's file is
 compiled into a copy of BUILD's library, so that it stops at what C does not define (`make test-sanitized` looks at
-that too), and the tests of its own source, of the whole library (ALWAYS) and of the
-other sources of its room run against it. A mutant that does not compile is drawn again. Prints each survivor, then the share killed with Wilson's 95 %
+that too), and the tests of its own source (test_NAME and test_NAME_*), of the whole library (ALWAYS) and of the
+other sources of its room run against it, until one notices. A mutant that does not compile is drawn again. Prints each survivor, then the share killed with Wilson's 95 %
 interval and the seed; exit 0. A survivor is either a missing test or an equivalent program: a reader decides, and
 writes the latter into --equivalent, rows 'PATH | line | mutated line | reason': such a mutant is not drawn. A row whose
 line is not in PATH any more is a mistake, exit 1.
 SIGTERM ends it early: the share is then of those tried so far, which are a sample as well."""
 import argparse
+import concurrent.futures
 import fnmatch
 import glob
 import math
@@ -22,11 +23,13 @@ import shutil
 import signal
 import subprocess
 import sys
+import threading
 
 arguments = argparse.ArgumentParser()
 arguments.add_argument("build")
 arguments.add_argument("--number", type=int, default=40)
 arguments.add_argument("--seed", type=int, default=1)
+arguments.add_argument("--jobs", type=int, default=2)
 arguments.add_argument("--files", default="*")
 arguments.add_argument("--lines", default="", help="only these, as 'N,M,...'")
 arguments.add_argument("--seconds", type=int, default=60)
@@ -38,7 +41,7 @@ HEADERS = glob.glob("tests/lib/*.h") + glob.glob("lib/src/*/*.h") + glob.glob("l
 work = os.path.join(o.build, "mutate")
 os.makedirs(work, exist_ok=True)
 shared = dict(re.findall(r"(\w+/\w+)=(\w+)", re.sub(r"\\\n", " ", open("tests/Dir.mk").read())))
-ALWAYS = ["bits", "bits_search", "bits_monitor", "bits_explained", "bits_alarms", "ends", "monitor_ends", "select_ends", "monitor", "guard", "monitor_trained", "monitor_alarms", "integrand", "exact", "describe", "contrary", "refused_wire", "refused_plan", "refused_search", "refused_monitor"]
+ALWAYS = ["bits", "bits_search", "bits_monitor", "bits_explained", "bits_alarms", "ends", "monitor_ends", "select_ends", "monitor", "guard", "monitor_trained", "monitor_alarms", "integrand", "exact", "describe", "describe_rolled", "contrary", "refused_wire", "refused_plan", "refused_search", "refused_monitor"]
 RULES = [(r"(?<![<>=!\-+&|])<(?![<=])", ["<=", ">="]), (r"<=", ["<", ">"]), (r"(?<![>\-])>(?![>=])", [">=", "<="]),
          (r">=", [">", "<"]), (r"==", ["!="]), (r"!=", ["=="]), (r"&&", ["||"]), (r"\|\|", ["&&"]),
          (r"(?<=[\w\])]) \+ (?=[\w(])", [" - "]), (r"(?<=[\w\])]) - (?=[\w(])", [" + "]),
@@ -99,16 +102,25 @@ def is_known(place):
 def tests_of(path):
     room, name = path.split("/")[2], os.path.basename(path)[:-2]
     own = shared.get(room + "/" + name, name)
+    more = [os.path.basename(p)[5:-2] for p in sorted(glob.glob("tests/lib/test_%s_*.c" % own))]
     mates = [os.path.basename(p)[:-2] for p in sorted(glob.glob("lib/src/%s/*.c" % room))]
     mates = [shared.get(room + "/" + m, m) for m in mates]
-    return list(dict.fromkeys([own] + ALWAYS + [m for m in mates if os.path.exists("tests/lib/test_%s.c" % m)]))
+    return list(dict.fromkeys([own] + more + ALWAYS + [m for m in mates if os.path.exists("tests/lib/test_%s.c" % m)]))
 
 
 def is_held_to_lcm_gen(test):
     return "#include <rim_" in open("tests/lib/test_%s.c" % test).read()
 
 
+compiling = threading.Lock()
+
+
 def object_of(test):
+    with compiling:
+        return compiled(test)
+
+
+def compiled(test):
     out = os.path.join(work, "test_%s.o" % test)
     source = "tests/lib/test_%s.c" % test
     if not os.path.exists(out) or os.path.getmtime(out) < max(map(os.path.getmtime, [source, *HEADERS])):
@@ -120,25 +132,27 @@ def object_of(test):
 def killed_by(place):
     """The test that notices; None: it survives; False: it does not compile."""
     text, _ = mutated(place)
-    source = os.path.join(work, os.path.basename(place[0]))
+    own_work = os.path.join(work, threading.current_thread().name)
+    os.makedirs(own_work, exist_ok=True)
+    source = os.path.join(own_work, os.path.basename(place[0]))
     open(source, "w").write(text)
-    made = os.path.join(work, os.path.basename(place[0])[:-2] + ".o")
+    made = os.path.join(own_work, os.path.basename(place[0])[:-2] + ".o")
     include = ["-I", os.path.dirname(place[0])]
     if subprocess.run(["gcc", *FLAGS, *DEFINED, *include, "-c", source, "-o", made], stderr=subprocess.DEVNULL).returncode:
         return False
-    library = os.path.join(work, "librim.a")
+    library = os.path.join(own_work, "librim.a")
     shutil.copy(os.path.join(o.build, "librim.a"), library)
     subprocess.run(["ar", "r", library, made], check=True, stderr=subprocess.DEVNULL)
     for test in tests_of(place[0]):
-        status = run_test(test, library)
+        status = run_test(test, library, own_work)
         if status != 0:
             return test if status is not None else test + " (too long)"
     return None
 
 
-def run_test(test, library):
+def run_test(test, library, folder):
     """Links and runs; the exit status, or None when it takes too long."""
-    program = os.path.join(work, "test_" + test)
+    program = os.path.join(folder, "test_" + test)
     extra = glob.glob(os.path.join(o.build, "lcmgen", "*.c")) if is_held_to_lcm_gen(test) else []
     subprocess.run(["gcc", *FLAGS, object_of(test), *extra, "-I", os.path.join(o.build, "lcmgen"), "-o", program, library,
                     "-lcmocka", "-lm"], check=True)
@@ -149,7 +163,7 @@ def run_test(test, library):
 
 
 for test in ALWAYS:  # a test that fails by itself would take credit for every mutant
-    if run_test(test, os.path.join(o.build, "librim.a")) != 0:
+    if run_test(test, os.path.join(o.build, "librim.a"), work) != 0:
         sys.exit("mutate: test_%s fails without a mutant" % test)
 files = [p for p in sorted(glob.glob("lib/src/*/*.c")) if fnmatch.fnmatch(p, o.files)]
 known = equivalents(o.equivalent)
@@ -158,24 +172,28 @@ everything = [place for path in files for place in places(path) if not lines or 
 print("%d places in %d files, seed %d" % (len(everything), len(files), o.seed), flush=True)
 draw = random.Random(o.seed)
 draw.shuffle(everything)
-killed = tried = 0
+killed = tried = alike = 0
 ended = []
 signal.signal(signal.SIGTERM, lambda *_: ended.append(True))
-alike = 0
-for place in everything:
-    if tried == o.number or ended:
-        break
-    if is_known(place):
-        alike += 1
-        continue
-    who = killed_by(place)
-    if who is False:
-        continue
-    tried += 1
-    killed += who is not None
-    if who is None:
-        print("survives: %s:%d: %s" % (place[0], place[1] + 1, mutated(place)[1].strip() or "(left out) " +
-                                      open(place[0]).read().split("\n")[place[1]].strip()), flush=True)
+waiting, ahead = [], iter(everything)  # in the order in which they were drawn
+with concurrent.futures.ThreadPoolExecutor(o.jobs) as pool:
+    while tried < o.number and not ended:
+        while len(waiting) < o.jobs and (place := next(ahead, None)) is not None:
+            if is_known(place):
+                alike += 1
+            else:
+                waiting.append((place, pool.submit(killed_by, place)))
+        if not waiting:
+            break
+        place, answer = waiting.pop(0)
+        who = answer.result()
+        if who is False:
+            continue
+        tried += 1
+        killed += who is not None
+        if who is None:
+            print("survives: %s:%d: %s" % (place[0], place[1] + 1, mutated(place)[1].strip() or "(left out) " +
+                                          open(place[0]).read().split("\n")[place[1]].strip()), flush=True)
 if tried == 0:
     sys.exit("mutate: no place to try")
 p, z = killed / tried, 1.96

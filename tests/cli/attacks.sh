@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 # What a hostile or broken sender on rimd's bus can do, while an alarm stands: tests/firmware/attack_test.py tries.
 # Whether rimd keeps to its interface is tried in a network of its own, where this machine lets us.
+# Mostly waits.
 . "$(dirname "$0")/check.inc"
 . "$(dirname "$0")/toy.inc"
 [ -x "$BUILD/rimd" ] || { bad "no $BUILD/rimd"; finish; }

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 # host_tools/campaign: shards on a cluster of this computer fold to what one machine computes, also when a worker is
 # killed, and when the campaign itself is killed and started anew. PYTHON names one with dask.distributed.
+# Mostly waits.
 . "$(dirname "$0")/check.inc"
 python=${PYTHON:-$BUILD/campaign/bin/python3}
 skip_under_sanitizers "what it tests is Python, and campaigns of rim-thesis have scripts of their own"

@@ -1,6 +1,7 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
 # What rimd does when a bit of its memory, or of its image in memory, turns over: tests/firmware/damage_test.py.
+# Mostly waits.
 . "$(dirname "$0")/check.inc"
 . "$(dirname "$0")/toy.inc"
 [ -x "$BUILD/rimd" ] || { bad "no $BUILD/rimd"; finish; }

@@ -98,7 +98,7 @@ check "commands missing" 0 $?
 contains "commands missing: counted" "$out" "8 rows skipped"
 
 if [ -z "${SANITIZE:-}" ] && command -v valgrind > /dev/null; then
-  "$root/lib/instructions.sh" "$BUILD" 2000; check "instructions of the HMM" 0 $?
+  "$root/lib/instructions.sh" "$BUILD" 2000 hmm; check "instructions of the HMM" 0 $?
 else
   echo "skipped: instructions of the HMM (no valgrind, or under the sanitizers)"
   skipped=$((skipped + 1))

@@ -3,6 +3,7 @@
 # Other people's LCM programs and ours: lcm-logger records rimd and rim replay reads it; lcm-logplayer plays into
 # rimd; rim listen hears it by liblcm; the lcm package of Python decodes. In a network of its own where this
 # machine lets us, else skipped: liblcm wants a multicast route.
+# Mostly waits.
 . "$(dirname "$0")/check.inc"
 . "$(dirname "$0")/toy.inc"
 if [ "$1" != inside ]; then

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 # rimd, the daemon: configuration, observations over LCM, alarms and health out, everything bad that can come
 # in, restart, stale input, fixed memory. tests/firmware/rimd_test.py does the asking.
+# Mostly waits.
 . "$(dirname "$0")/check.inc"
 . "$(dirname "$0")/toy.inc"
 [ -x "$BUILD/rimd" ] || { bad "no $BUILD/rimd"; finish; }

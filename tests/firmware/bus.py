@@ -104,6 +104,7 @@ class Bus:
         Bus.own.add(str(os.fstat(self.socket.fileno()).st_ino))
         self.sequence = self.datagrams = 0
         self.key, self.counter = None, 0  # with a key rows are sealed
+        self.daemon = None  # whose messages are waited for
         self.alarms, self.health, self.counters, self.entries, self.models, self.raw = [], [], [], [], [], {}
         self.records = []  # bytes of the alarms, in the order in which they came
 
@@ -209,11 +210,12 @@ class Bus:
             self.take(self.socket.recv(65536))
 
     def until(self, condition, seconds=20.0):
-        """Listens until the condition holds; whether it did."""
+        """Listens until the condition holds, or the daemon has ended; whether it did."""
         end = time.monotonic() + seconds
         while not condition():
-            if time.monotonic() > end:
-                return False
+            if time.monotonic() > end or (self.daemon and self.daemon.process.poll() is not None):
+                self.listen(0.0)
+                return condition()
             self.listen(0.02)
         return True
 
@@ -221,7 +223,8 @@ class Bus:
         """The counters of a message that was made after now."""
         self.listen(0.0)
         had = len(self.counters)
-        assert self.until(lambda: len(self.counters) >= had + 2, seconds), "no counters"
+        assert self.until(lambda: len(self.counters) >= had + 2, seconds), "no counters" + (
+            "; rimd: %s, %s" % (self.daemon.process.poll(), self.daemon.hear()) if self.daemon else "")
         return self.counters[-1][counter]
 
 
@@ -256,6 +259,7 @@ class Flight:
 
     def __init__(self, daemon, bus, log):
         self.daemon, self.bus, self.log, self.next = daemon, bus, log, 0
+        bus.daemon = daemon
 
     def play(self, number):
         """So many true rows."""
@@ -264,6 +268,11 @@ class Flight:
             self.bus.listen(0.0002)
         self.next += number
         assert self.next <= len(self.log), "the log is too short"
+
+    def wait_until_used(self):
+        """Until the daemon has used all rows that were played, none of which it may refuse: it is in no step then."""
+        assert self.bus.until(lambda: self.bus.counters and self.bus.counters[-1]["rows"] == self.next, 120.0), \
+            "rows are not used: %s" % self.bus.counters[-1:]
 
 
 class Checks:

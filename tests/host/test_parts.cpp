@@ -23,7 +23,7 @@ extern "C" {
 namespace {
 
 constexpr std::uint64_t kSeed = 6200;
-constexpr std::size_t kRuns = 12, kShards = 8;
+constexpr std::size_t kRuns = 9, kShards = 8;
 
 // A folder of its own for a test.
 class Temporary {

@@ -24,7 +24,13 @@
 #include "rim/monitor.h"
 #include "section_bytes.h"
 
-enum { D = 4, O = 2, BINS = 16, GRID = 16, PAIRS = 2, REGION = 2, BLOCK = 4, CUTS = 23 };
+/* More than two: of TRAINED alone, each with a feature of its own after the first four. */
+#ifndef BENCH_OUTCOMES
+#define BENCH_OUTCOMES 2
+#endif
+
+enum { O = BENCH_OUTCOMES, D = 2 + O, BINS = 16, GRID = 16, PAIRS = 2, REGION = 2 };
+enum { BLOCK = 4, CUTS = 23 };
 enum { EXTERNAL_RING = 64, TRAINED_RING = 256, CHANNELS = RIM_MONITOR_KINDS * O };
 enum { NULL_RUNS = 19, ROWS = 1200, SECTIONS = 22 };
 enum { INPUTS = 1, TIMES = 2, TERMS = 1, MEANS = 1, RAW = 4 + MEANS, FIELDS = 1, FAMILIES = 9 };
@@ -217,18 +223,20 @@ static void put_noise(bytes *b) {
   put_noise_of(b, sd, is_active);
 }
 
+static inline unsigned sensor(size_t o) { return (unsigned)(o < 2 ? 1 + o : 2 + o); }
+
 /* Command 0 drives sensor 1, s1 = 2 u; sensor 2 stays about 0; both have noise of 0.1. Feature 3
  * has nothing to do with either. */
 static void trained_recipe(recipe *r) {
   memset(r, 0, sizeof *r);
   put_config(&r->section[RIM_SECTION_CONFIG], TRAINED_RING, BLOCK, 0);
   set_word(r, RIM_CONFIG_BUDGET, 4);
-  const double range[2 * D] = {-1, -3, -0.5, 0, 1, 3, 0.5, 1};
+  const double bound[2][4] = {{-1, -3, -0.5, 0}, {1, 3, 0.5, 1}}; /* more sensors: as sensor 2 */
   for (size_t i = 0; i < 2 * D; ++i)
-    f32(&r->section[RIM_SECTION_FEATURES], range[i]);
+    f32(&r->section[RIM_SECTION_FEATURES], bound[i / D][i % D < 4 ? i % D : 2]);
   put_region(r, 0, 3);
-  u16(&r->section[RIM_SECTION_OUTCOMES], 1);
-  u16(&r->section[RIM_SECTION_OUTCOMES], 2);
+  for (size_t o = 0; o < O; ++o)
+    u16(&r->section[RIM_SECTION_OUTCOMES], sensor(o));
   for (size_t i = 0; i < D; ++i)
     u8(&r->section[RIM_SECTION_COMMANDS], i == 0);
   put_basis(&r->section[RIM_SECTION_BASIS]);
@@ -272,7 +280,8 @@ static void make_row(row *r, bool external, uint32_t run, uint32_t t, double shi
       r->outcome[1] += shift;
   } else {
     r->context[1] = 2.0 * command + 0.1 * rimi_rng_normal(&rng) + (command > 0.4 ? shift : 0.0);
-    r->context[2] = 0.1 * rimi_rng_normal(&rng);
+    for (size_t o = 1; o < O; ++o)
+      r->context[sensor(o)] = 0.1 * rimi_rng_normal(&rng);
   }
   const rim_observation view = {r->t_s, r->context, r->outcome, r->mean, r->sd};
   r->view = view;

@@ -52,11 +52,13 @@ static inline void put_f32(uint8_t *at, double v) {
   put_u32(at, bits);
 }
 
-/* The section opens; a shorter one is refused as truncated, one longer by a byte with `longer`. */
+/* The section opens, whatever comes behind it; a shorter one is refused as truncated, one longer by
+ * a byte with `longer`. */
 static inline void only_the_whole_opens(rim_status (*open)(const bytes *section), const bytes *good,
                                         rim_status longer) {
   bytes b = *good;
-  assert_int_equal(open(good), RIM_OK);
+  memset(b.byte + b.size, 0xff, sizeof b.byte - b.size); /* no numbers, and no counts */
+  assert_int_equal(open(&b), RIM_OK);
   for (b.size = 0; b.size < good->size; ++b.size)
     assert_int_equal(open(&b), RIM_E_TRUNCATED);
   u8(&b, 0);

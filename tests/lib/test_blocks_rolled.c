@@ -150,9 +150,26 @@ static void a_gap_is_bridged_and_remembered(void **unused) {
                 1e-3);
 }
 
+/* An upset made an operation what none is: its term says nothing, and the other what it did. */
+static void an_operation_that_is_none(void **unused) {
+  (void)unused;
+  bench s;
+  start(&s, 0.0);
+  put_u16(s.basis.byte + 32 + 4 + 4, BASIS_SIDE + 1);
+  for (uint32_t t = 0; t < 2 * BLOCK; ++t)
+    (void)offer(&s, t, 0, 1.0);
+  const double z = step(1.0, mean_command(2 * BLOCK), 0.5 * BLOCK_S);
+  assert_true(rimi_blocks_terms(s.b)[0] == 0.0);
+  assert_true(fabs(rimi_blocks_terms(s.b)[1] / 0.03125 - z * z * mean_command(2 * BLOCK)) < 1e-9);
+  for (uint32_t t = 2 * BLOCK; t < 3 * BLOCK; ++t)
+    (void)offer(&s, t, 40, 1.0);
+  assert_true(rimi_blocks_unknown(s.b)[0] == 0 && rimi_blocks_unknown(s.b)[1] > 0);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {cmocka_unit_test(a_state_follows_the_commands_alone),
                                      cmocka_unit_test(a_first_reading_is_limited),
-                                     cmocka_unit_test(a_gap_is_bridged_and_remembered)};
+                                     cmocka_unit_test(a_gap_is_bridged_and_remembered),
+                                     cmocka_unit_test(an_operation_that_is_none)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

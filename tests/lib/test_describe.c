@@ -1,99 +1,14 @@
 /* SPDX-License-Identifier: MIT */
 /* monitor/describe.c: which outcome is named when several channels deviate, and which sign. What
- * the channels have found is put there by hand, so that each rule is tried on both sides of it. */
+ * the channels have found is put there by hand, so that each rule is tried on both sides of it.
+ * test_describe_rolled.c: where outcomes are rolled forward. */
 #include <math.h>
 
-#include "monitor/monitor_private.h"
-#include "search/search_private.h"
+#include "describe_bench.h"
 
-#include "monitor_bench.h"
-
-enum { BLOCKS = 240, HALF = 128, HALF_BIN = SEARCH_BINS / 2, BEHAVIOUR = 0, AGREEMENT = O };
+enum { HALF = 128, HALF_BIN = SEARCH_BINS / 2 };
 /* Channels, by kind and outcome. */
 enum { B0 = 0, B1 = 1, A0 = AGREEMENT, A1 = AGREEMENT + 1 };
-
-static bench b;
-static rim_monitor *m;
-static double alarm_at; /* score */
-
-static void from(const recipe *r, bool external) {
-  memset(&b, 0, sizeof b);
-  b.external = external;
-  build(&b.blob, r);
-  start(&b);
-  m = b.monitor;
-  m->guard.busy = true; /* as within a step: the sums are made when it ends */
-  alarm_at = m->models.threshold.alarm_score;
-}
-
-/* Blocks whose residuals are wave(channel, i, byte of feature 0) in units of 0.05, and noise. */
-typedef double wave(uint32_t channel, uint32_t i, uint8_t byte);
-
-static double nothing(uint32_t channel, uint32_t i, uint8_t byte) {
-  (void)channel, (void)i, (void)byte;
-  return 0.0;
-}
-
-static void feed(wave *of, double noise) {
-  rim_rng rng;
-  rimi_rng_seed(&rng, SEED, 1);
-  const double zero[CHANNELS] = {0.0};
-  for (uint32_t i = 0; i < BLOCKS; ++i) {
-    double residual[CHANNELS];
-    const uint8_t feature[REGION] = {(uint8_t)(i * 37u), (uint8_t)(i * 101u)};
-    for (uint32_t c = 0; c < CHANNELS; ++c)
-      residual[c] = 0.05 * (noise * rimi_rng_normal(&rng) + of(c, i, feature[0]));
-    const search_block block = {
-        .t_s = i, .feature = feature, .mean = zero, .predicted = zero, .residual = residual};
-    assert_int_equal(rimi_search_observe(m->search, &block), RIM_OK);
-  }
-}
-
-/* The channel has found this. */
-static void plant(uint32_t channel, search_family family, double score, double shift,
-                  uint32_t onset) {
-  const search_hypothesis h = {.family = (uint8_t)family,
-                               .onset = onset,
-                               .score = (float)score,
-                               .ln_ratio = (float)score,
-                               .shift = (float)shift,
-                               .sd = 1.0f,
-                               .blocks = 10};
-  channel_state *state = search_state(m->search, channel);
-  state->time = h;
-  state->region.score = SEARCH_NONE;
-}
-
-static void plant_nothing(void) {
-  for (uint32_t c = 0; c < CHANNELS; ++c)
-    plant(c, SEARCH_SINCE, 0.0, 0.0, 0);
-}
-
-/* The channel that the record of this leading one is of. */
-static uint16_t named(uint16_t leading, rim_alarm *alarm) {
-  const rim_verdict v = {.channel = leading, .level = RIM_LEVEL_ERROR, .t_s = 99.0};
-  rimi_monitor_describe(m, &v, alarm);
-  assert_int_equal(alarm->channel[0], m->explained_channel % O);
-  assert_true(m->has_explained && alarm->channels >= 1 && alarm->t_s == 99.0);
-  return m->explained_channel;
-}
-
-/* Row o of section AGREEMENT: its source, what it is mostly the integral of, and the weight of
- * outcome j. */
-static void put_row(recipe *r, size_t o, double source, double mostly, size_t j, double weight) {
-  uint8_t *at = r->section[RIM_SECTION_AGREEMENT].byte + 16 + 4 * O + 4 * o * (4 + O * (2 + MEANS));
-  put_f32(at, source);
-  put_f32(at + 8, mostly);
-  put_f32(at + 16 + 4 * j, weight);
-}
-
-/* Nothing is the integral of anything. */
-static recipe without_integrals(void) {
-  recipe r = calibrated[0];
-  for (size_t o = 0; o < O; ++o)
-    put_row(&r, o, AGREEMENT_RESIDUALS, -1.0, 0, 0.0);
-  return r;
-}
 
 /* ---- which of two sensors ---- */
 
@@ -164,6 +79,35 @@ static void the_reading_that_the_commands_deny(void **state) {
   }
 }
 
+/* The same, where the second began to disagree then. */
+static void two_sensors_disagree_at_once(void **state) {
+  (void)state;
+  rim_alarm a;
+  const recipe r = without_integrals();
+  from(&r, false);
+  off_by[0] = 0.0;
+  off_by[1] = 4.0;
+  feed(off_since_40, 1.0);
+  const struct {
+    search_family family[2];
+    uint32_t onset[2];
+    uint16_t named;
+  } of[] = {{{SEARCH_SINCE, SEARCH_SINCE}, {40, 40 + SEARCH_LEAST}, A1},
+            {{SEARCH_SINCE, SEARCH_SINCE}, {40, 41 + SEARCH_LEAST}, A0},
+            {{SEARCH_SINCE, SEARCH_SINCE}, {40 + SEARCH_LEAST, 40}, A1},
+            {{SEARCH_SINCE, SEARCH_SINCE}, {41 + SEARCH_LEAST, 40}, A0},
+            {{SEARCH_SINCE, SEARCH_RAMP}, {40, 40}, A0},
+            {{SEARCH_RAMP, SEARCH_SINCE}, {40, 40}, A0},
+            /* Of no block the commands say nothing. */
+            {{SEARCH_SINCE, SEARCH_SINCE}, {BLOCKS, BLOCKS}, A0}};
+  for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
+    plant_nothing();
+    plant(A0, of[i].family[0], 4.0 * alarm_at, as_shift(A0, 4.0), of[i].onset[0]);
+    plant(A1, of[i].family[1], 2.8 * alarm_at, as_shift(A1, 4.0), of[i].onset[1]);
+    assert_int_equal(named(A0, &a), of[i].named);
+  }
+}
+
 /* ---- behaviour before agreement ---- */
 
 /* The behaviour of outcome 1 is off from block 40 on. */
@@ -227,6 +171,22 @@ static void another_time_is_another_matter(void **state) {
   }
 }
 
+/* Where no block is, nothing deviates together. */
+static void a_time_without_blocks(void **state) {
+  (void)state;
+  rim_alarm a;
+  const recipe r = without_integrals();
+  from(&r, false);
+  feed(together, 1.0);
+  const uint32_t onset[] = {40, BLOCKS};
+  for (size_t i = 0; i < 2; ++i) {
+    plant_nothing();
+    plant(A0, SEARCH_SINCE, 2.0 * alarm_at, 3.0, onset[i]);
+    plant(B1, SEARCH_SINCE, 1.01 * alarm_at, 3.0, 40);
+    assert_int_equal(named(A0, &a), onset[i] < BLOCKS ? B1 : A0);
+  }
+}
+
 /* ---- what is integrated ---- */
 
 static void the_cause_of_an_integral(void **state) {
@@ -284,6 +244,24 @@ static void repeats_are_the_cause(void **state) {
     assert_int_equal(named(B0, &a), of[i].named);
     assert_int_equal(a.kind, of[i].named == repeat ? RIM_KIND_REPEAT : RIM_KIND_SHIFT);
   }
+}
+
+/* Scatter has no gain: what is said of it is a ratio of variances, whatever explains it. */
+static void scatter_is_a_ratio(void **state) {
+  (void)state;
+  rim_alarm a;
+  const recipe r = without_integrals();
+  from(&r, false);
+  feed(nothing, 1.0);
+  const uint16_t scatter = RIM_CHANNEL_SCATTER * O;
+  plant_nothing();
+  plant(scatter, SEARCH_SINCE, 2.0 * alarm_at, 3.0, 40);
+  plant(scatter + 1, SEARCH_GAIN, 1.5 * alarm_at, 0.5, 40);
+  assert_int_equal(named(scatter, &a), scatter);
+  assert_true(a.kind == RIM_KIND_VARIANCE && a.channels == 2 && a.channel[1] == 1);
+  const noise_channel n = rimi_noise_channel(&m->models.noise, scatter + 1);
+  assert_true(fabs(a.shift[1] - exp(0.5 * (double)n.s)) < 1e-9);
+  assert_true(fabs(a.shift_sd[1] - 1.15 * (double)n.s * a.shift[1]) < 1e-6 * a.shift_sd[1]);
 }
 
 /* ---- signs ---- */
@@ -360,10 +338,9 @@ static void a_standing_alarm_keeps_its_sign(void **state) {
   for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
     from(&calibrated[0], false);
     feed(halves, 0.1);
-    rim_alarm a = {.level = RIM_LEVEL_ERROR, .channels = 1, .kind = RIM_KIND_SHIFT};
-    rimi_alarm_life_row(&m->life, 1.0);
-    for (int k = 0; of[i].stands && k < 4; ++k)
-      rimi_alarm_life_step(&m->life, RIM_DETECTOR_RIM, 1.0 + k, &a);
+    rim_alarm a;
+    if (of[i].stands)
+      stand(0);
     assert_int_equal(rim_monitor_standing(m, RIM_DETECTOR_RIM) != NULL, of[i].stands);
     explained_low(of[i].explained == B1 ? B0 : of[i].explained);
     m->explained_channel = of[i].explained;
@@ -378,6 +355,158 @@ static void a_standing_alarm_keeps_its_sign(void **state) {
     /* The command's range is -1..1, its half 0. */
     const double inside = of[i].keeps ? -0.5 : 0.5;
     assert_true(rim_region_contains(&a.region, &inside) || a.region.feature[0] != 0);
+  }
+}
+
+/* High where feature 0 is, which was found, and, more clearly, low where feature 1 is. */
+static double crossed(uint32_t channel, uint32_t i, uint8_t byte) {
+  const double low = (uint8_t)(i * 101u) < HALF ? -0.5 : 0.5;
+  return channel != B0 ? 0.0 : low + (byte >= HALF ? 0.25 : -0.25);
+}
+
+/* What the standing alarm was explained by counts where it was of this channel; else its sign is
+ * kept by what lies beside. */
+static void what_explained_another_channel_does_not_count(void **state) {
+  (void)state;
+  rim_alarm a;
+  const struct {
+    bool has;
+    uint16_t channel, feature; /* explained; by which the sign is kept */
+  } of[] = {{true, B0, 1}, {true, A0, 0}, {false, B0, 0}};
+  for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
+    from(&calibrated[0], false);
+    feed(crossed, 0.1);
+    stand(0);
+    m->said_low[0] = 1;
+    explained_low(B0);
+    m->explained.feature[0] = 1;
+    m->explained_channel = of[i].channel;
+    m->has_explained = of[i].has;
+    find_high(B0);
+    assert_int_equal(named(B0, &a), B0);
+    assert_true(m->explained.shift < 0.0f && m->explained.family == SEARCH_INTERVAL);
+    assert_int_equal(m->explained.feature[0], of[i].feature);
+  }
+}
+
+/* Low in the lower half of feature 0, and as nominal in the rest. */
+static double low_below(uint32_t channel, uint32_t i, uint8_t byte) {
+  (void)i;
+  return channel == B0 && byte < HALF ? -1.5 : 0.0;
+}
+
+/* That the rest is high asks for an offset that healthy runs do not have. Once that was said of a
+ * run whose own effects were known, it takes more to turn it. */
+static void what_was_said_well_is_turned_less_easily(void **state) {
+  (void)state;
+  rim_alarm a;
+  const struct { bool well, turned; } of[] = {{true, false}, {false, true}};
+  for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
+    recipe r = without_integrals();
+    put_noise_number(&r, B0, 10, 4.0); /* offsets of half a block's noise */
+    from(&r, false);
+    feed(low_below, 1.0);
+    stand(0);
+    m->said_high[0] = 1;
+    m->said_well[0] = of[i].well;
+    find_high(B0);
+    assert_int_equal(named(B0, &a), B0);
+    assert_int_equal(m->explained.shift < 0.0f, of[i].turned);
+  }
+}
+
+/* Outcome 0 dies away as a run's own effect does, but from where no healthy run begins. */
+static double dies_away(uint32_t channel, uint32_t i, uint8_t byte) {
+  (void)byte;
+  return channel == B0 ? 8.0 * exp(-(double)i / 20.0) : 0.0;
+}
+
+static void effects_of_the_run_say_no_sign(void **state) {
+  (void)state;
+  rim_alarm a;
+  for (int said = -1; said <= 1; ++said) {
+    recipe r = without_integrals();
+    put_noise_number(&r, B0, 10 + FIELDS, 0.0);
+    put_noise_number(&r, B0, 10 + FIELDS + 3, 1.0); /* that decays */
+    from(&r, false);
+    feed(dies_away, 0.3);
+    plant_nothing();
+    plant(B0, SEARCH_SINCE, 2.0 * alarm_at, 3.0, 40);
+    if (said != 0)
+      stand(0);
+    m->said_high[0] = said > 0;
+    m->said_low[0] = said < 0;
+    assert_int_equal(named(B0, &a), B0);
+    assert_int_equal(m->explained.family, SEARCH_FIELD);
+    assert_true(m->explained.shift > 0.0f && a.kind == RIM_KIND_SHIFT && a.shift[0] > 0.0);
+    assert_int_equal(m->said_high[0], said > 0); /* as it was */
+    assert_int_equal(m->said_low[0], said < 0);
+  }
+}
+
+/* ---- what the ring does not hold any more ---- */
+
+enum { LONG = 400 }; /* blocks, of which the ring holds TRAINED_RING */
+
+/* High in the upper half of feature 0, or where feature 1 is in its upper half too. */
+static bool needs_both;
+
+static double in_a_region(uint32_t channel, uint32_t i, uint8_t byte) {
+  const bool second = (uint8_t)(i * 101u) >= HALF;
+  return channel == B0 && byte >= HALF && (second || !needs_both) ? 10.0 : 0.0;
+}
+
+static search_hypothesis region_since(bool is_box, uint32_t onset) {
+  return (search_hypothesis){.family = is_box ? SEARCH_BOX_SINCE : SEARCH_INTERVAL_SINCE,
+                             .feature = {0, 1},
+                             .first = {HALF_BIN, HALF_BIN},
+                             .last = {SEARCH_BINS - 1, SEARCH_BINS - 1},
+                             .onset = onset};
+}
+
+/* The region's deviation is as old as the run; found is that it began with what the ring holds. The
+ * standing alarm was explained by the same before. */
+static void an_onset_is_kept(void **state) {
+  (void)state;
+  rim_alarm a;
+  const struct {
+    bool box, stands, has;
+    uint16_t channel; /* that was explained */
+    search_family before;
+    uint32_t onset;
+    bool kept;
+  } of[] = {{true, true, true, B0, SEARCH_BOX, SEARCH_FROM_START, true},
+            {false, true, true, B0, SEARCH_INTERVAL, SEARCH_FROM_START, true},
+            {true, true, true, B0, SEARCH_INTERVAL, SEARCH_FROM_START, false},
+            {false, true, true, B0, SEARCH_BOX, SEARCH_FROM_START, false},
+            {true, true, true, B0, SEARCH_BOX_SINCE, 20, true},
+            {false, true, true, B0, SEARCH_INTERVAL_SINCE, 20, true},
+            {false, true, true, B0, SEARCH_INTERVAL_SINCE, LONG - TRAINED_RING + 1, false},
+            {true, false, true, B0, SEARCH_BOX, SEARCH_FROM_START, false},
+            {true, true, false, B0, SEARCH_BOX, SEARCH_FROM_START, false},
+            {true, true, true, B1, SEARCH_BOX, SEARCH_FROM_START, false}};
+  for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
+    const recipe r = without_integrals();
+    from(&r, false);
+    needs_both = of[i].box;
+    feed_blocks(in_a_region, 0.3, LONG);
+    const uint32_t oldest = LONG - TRAINED_RING;
+    assert_int_equal(rimi_search_oldest(m->search), oldest);
+    plant_nothing();
+    search_hypothesis h = region_since(of[i].box, oldest);
+    assert_true(rimi_search_evaluate_channel(m->search, B0, &h) && h.shift > 0.0f);
+    search_state(m->search, B0)->region = h;
+    if (of[i].stands)
+      stand(0);
+    m->explained = h;
+    m->explained.family = (uint8_t)of[i].before;
+    m->explained.onset = of[i].onset;
+    m->explained_channel = of[i].channel;
+    m->has_explained = of[i].has;
+    assert_int_equal(named(B0, &a), B0);
+    assert_int_equal(m->explained.family, of[i].kept ? of[i].before : h.family);
+    assert_int_equal(m->explained.onset, of[i].kept ? of[i].onset : oldest);
+    assert_int_equal(a.region.dims, of[i].box ? 2 : 1);
   }
 }
 
@@ -408,12 +537,19 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(the_twin_that_is_wrong),
       cmocka_unit_test(the_reading_that_the_commands_deny),
+      cmocka_unit_test(two_sensors_disagree_at_once),
       cmocka_unit_test(the_vehicle_before_its_sensors),
+      cmocka_unit_test(a_time_without_blocks),
       cmocka_unit_test(another_time_is_another_matter),
       cmocka_unit_test(the_cause_of_an_integral),
       cmocka_unit_test(repeats_are_the_cause),
+      cmocka_unit_test(scatter_is_a_ratio),
       cmocka_unit_test(of_opposite_signs_the_surer),
       cmocka_unit_test(a_standing_alarm_keeps_its_sign),
+      cmocka_unit_test(what_explained_another_channel_does_not_count),
+      cmocka_unit_test(what_was_said_well_is_turned_less_easily),
+      cmocka_unit_test(effects_of_the_run_say_no_sign),
+      cmocka_unit_test(an_onset_is_kept),
       cmocka_unit_test(what_is_not_off_has_no_sign),
   };
   return cmocka_run_group_tests(tests, set_up, NULL);

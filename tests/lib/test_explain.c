@@ -175,6 +175,49 @@ static void what_a_region_explains_is_not_called_a_time(void **state) {
   }
 }
 
+/* Features that explain nothing by themselves are no side of a box, and none makes no region. */
+static void what_explains_nothing_is_no_side(void **state) {
+  (void)state;
+  static bench b;
+  const world w = entered_once(1, true);
+  search_hypothesis h, passed, alone;
+  explain(&b, &w, TURN, &h);
+  uint8_t *scores = search_feature_scores(b.search, 0);
+  assert_true(scores[0] > 0);
+  assert_true(rimi_search_passed(b.search, 0, NULL, &passed));
+  scores[1] = scores[2] = 0;
+  assert_true(rimi_search_passed(b.search, 0, NULL, &alone));
+  assert_memory_equal(&alone, &passed, sizeof alone);
+  scores[0] = 0;
+  assert_true(rimi_search_passed(b.search, 0, NULL, &alone));
+  assert_int_equal(alone.family, SEARCH_DURING);
+  world still = quiet(1, true); /* scores of what is not in the ring any more */
+  memset(still.r, 0, sizeof still.r);
+  start(&b, &still, BLOCKS);
+  feed(&b, 0, BLOCKS, TURN);
+  search_feature_scores(b.search, 0)[0] = 200;
+  search_state(b.search, 0)->region =
+      (search_hypothesis){.family = SEARCH_DURING, .onset = 40, .end = 80};
+  double onset_sd;
+  rimi_search_explain(b.search, 0, &h, &onset_sd);
+  assert_true(h.family <= SEARCH_FIELD);
+}
+
+/* Where nothing is predicted there is no gain, and what is in a region is a shift. */
+static void without_a_prediction_there_is_no_gain(void **state) {
+  (void)state;
+  static bench b;
+  world w = quiet(2, true);
+  w.p_center = 0.0;
+  memset(w.p, 0, sizeof w.p);
+  for (uint32_t i = 0; i < BLOCKS; ++i)
+    w.r[i] += w.feature[i][0] >= EDGE ? 5.0 * w.s : 0.0;
+  search_hypothesis h;
+  explain(&b, &w, TURN, &h);
+  assert_true(h.shape == SEARCH_CONSTANT && h.shift > 0.0f);
+  assert_true(h.family == SEARCH_INTERVAL || h.family == SEARCH_INTERVAL_SINCE);
+}
+
 static void what_is_mostly_so_did_not_come_and_go(void **state) {
   (void)state;
   static bench b;
@@ -188,6 +231,13 @@ static void what_is_mostly_so_did_not_come_and_go(void **state) {
   const search_hypothesis since = {.family = SEARCH_SINCE, .onset = 0};
   assert_true(rimi_search_passed(b.search, 0, &since, &passed)); /* asked for from its onset */
   assert_true(passed.shift > 0.0f && passed.onset == 0 && passed.end + 2 >= 110);
+  static const search_family in_time[] = {SEARCH_RAMP, SEARCH_DURING};
+  for (size_t i = 0; i < 2; ++i) { /* of whichever family it was */
+    const search_hypothesis other = {.family = (uint8_t)in_time[i], .onset = 0};
+    search_hypothesis same;
+    assert_true(rimi_search_passed(b.search, 0, &other, &same));
+    assert_memory_equal(&same, &passed, sizeof same);
+  }
 }
 
 int main(void) {
@@ -198,6 +248,8 @@ int main(void) {
       cmocka_unit_test(a_box_has_two_features),
       cmocka_unit_test(a_shift_in_a_region_stays_one),
       cmocka_unit_test(what_a_region_explains_is_not_called_a_time),
+      cmocka_unit_test(what_explains_nothing_is_no_side),
+      cmocka_unit_test(without_a_prediction_there_is_no_gain),
       cmocka_unit_test(what_is_mostly_so_did_not_come_and_go),
   };
   printf("seed %u\n", SEED);

@@ -121,6 +121,34 @@ static void gaps_and_limits_hold(void **unused) {
   assert_true(z[0] >= -LIMIT && z[0] <= LIMIT && z[1] >= -LIMIT && z[1] <= LIMIT);
 }
 
+/* Counts that an upset made smaller after the section was read: what they do not hold is taken from
+ * the first place, and nothing is read beyond. */
+static void smaller_counts_stay_inside(void **unused) {
+  (void)unused;
+  const bytes b = section();
+  rim_basis whole;
+  assert_int_equal(rimi_basis_open(&whole, b.byte, b.size, FEATURES, OUTCOMES), RIM_OK);
+  rim_basis v = whole;
+  v.inputs = 1;
+  const double one[1] = {1.5}, twice[INPUTS] = {1.5, 1.5};
+  double z[STATES] = {1.0, -2.0}, same[STATES] = {1.0, -2.0}, part[RATES];
+  rimi_rolled_begin(&v, one, BLOCK_S, z, part);
+  rimi_rolled_begin(&whole, twice, BLOCK_S, same, part);
+  assert_memory_equal(z, same, sizeof z);
+  v.inputs = 0; /* no filters: each counts as 1 */
+  const double ones[INPUTS] = {1.0, 1.0};
+  rimi_rolled_begin(&v, NULL, BLOCK_S, z, part);
+  rimi_rolled_begin(&whole, ones, BLOCK_S, same, part);
+  assert_memory_equal(z, same, sizeof z);
+  v = whole;
+  v.states = 1;
+  double first = 1.0;
+  rimi_rolled_begin(&v, ones, BLOCK_S, &first, part);
+  assert_true(rimi_is_finite(first) && fabs(first) <= LIMIT);
+  v.states = 0;
+  assert_true(rimi_rolled_term(&v, 0, ones, NULL) == 0.0);
+}
+
 static void damaged_rates_are_refused(void **unused) {
   (void)unused;
   const bytes good = section();
@@ -192,8 +220,8 @@ static void terms_are_products_and_hinges(void **unused) {
   static const struct {
     size_t at;
     unsigned value;
-  } bad[] = {
-      {2, STATES}, {4, INPUTS}, {6, STATES}, {6, BASIS_HINGE - 1}, {6, BASIS_HINGE + BASIS_HINGES}};
+  } bad[] = {{2, STATES},         {4, INPUTS},          {6, STATES},
+             {2 * 8 + 6, STATES}, {6, BASIS_HINGE - 1}, {6, BASIS_HINGE + BASIS_HINGES}};
   for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i) {
     bytes damaged = b;
     put_u16(damaged.byte + TERM_AT + bad[i].at, bad[i].value);
@@ -201,35 +229,37 @@ static void terms_are_products_and_hinges(void **unused) {
   }
 }
 
-/* Outcome 2 by its own state, outcome 0 by its own, whose rates need the other: bits of the two. */
+/* Outcome 2 by its own state, outcome 0 by its own, whose rates need the other: bits of the two.
+ * Outcome 1 by an input alone. */
 static void what_a_prediction_depends_on(void **unused) {
   (void)unused;
-  static const uint16_t term[2][4] = {{BASIS_ROLLED, 0, BASIS_PLAIN, BASIS_PLAIN},
-                                      {BASIS_ROLLED, 1, BASIS_PLAIN, BASIS_PLAIN}};
+  static const uint16_t term[3][4] = {{BASIS_ROLLED, 0, BASIS_PLAIN, BASIS_PLAIN},
+                                      {BASIS_ROLLED, 1, BASIS_PLAIN, BASIS_PLAIN},
+                                      {BASIS_MEAN, 1, 0, 1}};
   const bytes without = section();
   bytes b = {.size = 0}, behaviour = {.size = 0};
   for (size_t i = 0; i < FIRST_AT; ++i)
     u8(&b, without.byte[i]);
-  for (size_t i = 0; i < 8; ++i)
+  for (size_t i = 0; i < 12; ++i)
     u16(&b, term[i / 4][i % 4]);
-  for (size_t i = 0; i < 4; ++i)
-    f32(&b, i < 2 ? 0.0 : 1.0);
+  for (size_t i = 0; i < 6; ++i)
+    f32(&b, i < 3 ? 0.0 : 1.0);
   for (size_t i = FIRST_AT; i < without.size; ++i)
     u8(&b, without.byte[i]);
-  put_u32(b.byte + 12, 2);
-  const uint32_t header[4] = {1, 2, 2 * OUTCOMES, 0};
+  put_u32(b.byte + 12, 3);
+  const uint32_t header[4] = {1, 3, 2 * OUTCOMES, 0};
   for (size_t i = 0; i < 4; ++i)
     u32(&behaviour, header[i]);
   for (size_t t = 0; t < 2 * OUTCOMES; ++t)
     u32(&behaviour, 0);
   for (size_t t = 0; t < 2 * OUTCOMES; ++t)
     f32(&behaviour, 0.0);
-  for (size_t i = 0; i < 4 * OUTCOMES; ++i) /* outcome 0: state 1; outcome 2: state 0 */
-    f32(&behaviour, i == 1 ? 0.5 : i == 4 ? -2.0 : 0.0);
+  for (size_t i = 0; i < 2 * 3 * OUTCOMES; ++i) /* outcome 0: state 1; 1: input; 2: state 0 */
+    f32(&behaviour, i == 1 ? 0.5 : i == 5 ? 1.0 : i == 6 ? -2.0 : 0.0);
   rim_basis v;
   rim_behaviour m;
   assert_int_equal(rimi_basis_open(&v, b.byte, b.size, FEATURES, OUTCOMES), RIM_OK);
-  assert_int_equal(rimi_behaviour_open(&m, behaviour.byte, behaviour.size, 2, OUTCOMES), RIM_OK);
+  assert_int_equal(rimi_behaviour_open(&m, behaviour.byte, behaviour.size, 3, OUTCOMES), RIM_OK);
   assert_int_equal(rimi_rolled_states(&v, &m, 0), 3);
   assert_int_equal(rimi_rolled_states(&v, &m, 1), 0);
   assert_int_equal(rimi_rolled_states(&v, &m, 2), 1);
@@ -237,9 +267,11 @@ static void what_a_prediction_depends_on(void **unused) {
 }
 
 int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(states_follow_their_equations), cmocka_unit_test(gaps_and_limits_hold),
-      cmocka_unit_test(damaged_rates_are_refused), cmocka_unit_test(terms_are_products_and_hinges),
-      cmocka_unit_test(what_a_prediction_depends_on)};
+  const struct CMUnitTest tests[] = {cmocka_unit_test(states_follow_their_equations),
+                                     cmocka_unit_test(gaps_and_limits_hold),
+                                     cmocka_unit_test(smaller_counts_stay_inside),
+                                     cmocka_unit_test(damaged_rates_are_refused),
+                                     cmocka_unit_test(terms_are_products_and_hinges),
+                                     cmocka_unit_test(what_a_prediction_depends_on)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

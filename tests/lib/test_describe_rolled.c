@@ -1,0 +1,247 @@
+/* SPDX-License-Identifier: MIT */
+/* monitor/describe.c where outcomes are rolled forward: a tank (outcome 0) keeps what two flows
+ * (outcomes 1 and 2) bring and take, so it deviates with them, longer and more clearly. The cause
+ * is named, and the tank where the rule does not hold. What the channels have found is put there by
+ * hand. */
+#define BENCH_OUTCOMES 4
+#include "describe_bench.h"
+
+#include "image/rolled.h"
+
+enum { TANK = 0, IN = 1, OUT = 2, OTHER = 3, STATES = 3, RATES = 6, ROLLED_TERMS = 1 + STATES };
+enum { NONE = 0xffff, LEAST = SEARCH_LEAST };
+
+/* States, and the outcome of each. Both flows follow the command, by themselves. */
+enum { Z_IN, Z_OUT, Z_TANK };
+static const uint16_t outcome_of[STATES] = {IN, OUT, TANK};
+static const uint16_t rate[RATES][4] = {
+    {Z_TANK, BASIS_PLAIN, BASIS_STATE + Z_IN, BASIS_PLAIN},
+    {Z_TANK, BASIS_PLAIN, BASIS_PLAIN, BASIS_STATE_MAGNITUDE + Z_OUT},
+    {Z_IN, 0, BASIS_PLAIN, BASIS_PLAIN},
+    {Z_IN, BASIS_STATE + Z_IN, BASIS_PLAIN, BASIS_PLAIN},
+    {Z_OUT, 0, BASIS_PLAIN, BASIS_PLAIN},
+    {Z_OUT, BASIS_STATE + Z_OUT, BASIS_PLAIN, BASIS_PLAIN}};
+
+static void put_rolled_basis(bytes *to) {
+  to->size = 0;
+  const uint32_t header[8] = {BASIS_LAYOUT, INPUTS, TIMES, ROLLED_TERMS, MEANS, 0, STATES, RATES};
+  for (size_t i = 0; i < 8; ++i)
+    u32(to, header[i]);
+  u16(to, 0);
+  u16(to, BASIS_PLAIN);
+  f32(to, 1.0);
+  f32(to, 0.1);
+  const uint16_t term[ROLLED_TERMS][4] = {{BASIS_MEAN, 0, 0, 0},
+                                          {BASIS_ROLLED, 0, BASIS_PLAIN, BASIS_PLAIN},
+                                          {BASIS_ROLLED, 1, BASIS_PLAIN, BASIS_PLAIN},
+                                          {BASIS_ROLLED, 2, BASIS_PLAIN, BASIS_PLAIN}};
+  for (size_t i = 0; i < 4 * ROLLED_TERMS; ++i)
+    u16(to, term[i / 4][i % 4]);
+  for (size_t i = 0; i < 2 * ROLLED_TERMS; ++i)
+    f32(to, i < ROLLED_TERMS ? 0.0 : 1.0);
+  u16(to, 0); /* the mean */
+  u16(to, 0);
+  f32(to, 0.0);
+  f32(to, 1.0);
+  for (size_t o = 0; o < O; ++o)
+    f32(to, 0.0);
+  for (size_t s = 0; s < STATES + STATES % 2; ++s)
+    u16(to, s < STATES ? outcome_of[s] : 0);
+  for (size_t i = 0; i < 2 * STATES; ++i)
+    f32(to, i % 2 == 0 ? -50.0 : 50.0);
+  for (size_t i = 0; i < 4 * RATES; ++i)
+    u16(to, rate[i / 4][i % 4]);
+  for (size_t q = 0; q < RATES; ++q)
+    f32(to, q == 1 || q == 3 || q == 5 ? -0.5 : 0.5);
+}
+
+/* by: of each outcome, the state that predicts it, or NONE: the command does. */
+static void put_predicted_by(recipe *r, const uint16_t by[O]) {
+  bytes *to = &r->section[RIM_SECTION_BEHAVIOUR];
+  to->size = 0;
+  const uint32_t header[4] = {1, ROLLED_TERMS, 2 * O, 0};
+  for (size_t i = 0; i < 4; ++i)
+    u32(to, header[i]);
+  for (size_t i = 0; i < 2 * O; ++i)
+    u32(to, 0);
+  for (size_t i = 0; i < 2 * O; ++i)
+    f32(to, 0.0);
+  for (size_t t = 0; t < 2 * O; ++t) {
+    for (unsigned i = 0; i < ROLLED_TERMS; ++i)
+      f32(to, t < O && i == (by[t] == NONE ? 0u : 1u + by[t]) ? 1.0 : 0.0);
+  }
+}
+
+static recipe rolled(const uint16_t by[O]) {
+  recipe r = without_integrals();
+  put_rolled_basis(&r.section[RIM_SECTION_BASIS]);
+  put_predicted_by(&r, by);
+  return r;
+}
+
+/* Each outcome by its own state, but for the one that has none. */
+static const uint16_t own[O] = {Z_TANK, Z_IN, Z_OUT, NONE};
+
+/* Up to two outcomes that deviate by their behaviour beside the leading one, which does so since
+ * block 40. Scores in alarms; 0: it does not. */
+typedef struct finding {
+  uint16_t leading; /* channel */
+  double score;
+  struct {
+    uint16_t outcome;
+    double score;
+    uint32_t onset;
+  } other[2];
+  uint16_t named; /* channel */
+} finding;
+
+static void name_each(const finding *of, size_t count) {
+  rim_alarm a;
+  for (size_t i = 0; i < count; ++i) {
+    plant_nothing();
+    plant(of[i].leading, SEARCH_SINCE, of[i].score * alarm_at, 3.0, 40);
+    for (size_t k = 0; k < 2; ++k) {
+      if (of[i].other[k].score > 0.0)
+        plant(of[i].other[k].outcome, SEARCH_SINCE, of[i].other[k].score * alarm_at, 3.0,
+              of[i].other[k].onset);
+    }
+    const uint16_t channel = named(of[i].leading, &a);
+    if (channel != of[i].named)
+      fail_msg("finding %zu: channel %u is named instead of %u", i, channel, of[i].named);
+  }
+}
+#define NAME_EACH(of) name_each(of, sizeof(of) / sizeof *(of))
+
+static void begin_with(const recipe *r) {
+  from(r, false);
+  feed(nothing, 1.0);
+}
+
+static void what_flows_in_is_the_cause(void **state) {
+  (void)state;
+  const recipe r = rolled(own);
+  begin_with(&r);
+  const finding of[] = {
+      {TANK, 10.0, {{IN, 2.01, 40}}, IN},
+      {TANK, 10.0, {{IN, 1.99, 40}}, TANK}, /* too little of what the tank shows */
+      {TANK, 2.0, {{IN, 1.0, 40}}, IN},
+      {TANK, 2.0, {{IN, 0.99, 40}}, TANK}, /* no alarm by itself */
+      {TANK, 10.0, {{IN, 3.0, 40 + LEAST}}, IN},
+      {TANK, 10.0, {{IN, 3.0, 41 + LEAST}}, TANK}, /* it deviates since later */
+      {TANK, 10.0, {{IN, 3.0, SEARCH_FROM_START}}, IN},
+      {TANK, 10.0, {{IN, 3.0, 40}, {OUT, 4.0, 40}}, OUT},
+      {TANK, 10.0, {{IN, 4.0, 40}, {OUT, 3.0, 40}}, IN},
+      {IN, 10.0, {{TANK, 9.0, 40}}, IN}, /* which keeps nothing of the tank */
+      {OUT, 10.0, {{TANK, 9.0, 40}}, OUT},
+      {OTHER, 10.0, {{IN, 9.0, 40}}, OTHER}, /* no state predicts it */
+  };
+  NAME_EACH(of);
+}
+
+/* An outcome that the states of the leading one do not move deviates by itself, and is asked
+ * first. */
+static void what_no_state_moves_is_the_cause(void **state) {
+  (void)state;
+  const recipe r = rolled(own);
+  begin_with(&r);
+  const finding of[] = {
+      {IN, 10.0, {{OUT, 2.01, 40}}, OUT},
+      {IN, 10.0, {{OUT, 1.99, 40}}, IN},
+      {IN, 10.0, {{OTHER, 2.01, 40}}, OTHER},
+      {IN, 10.0, {{OUT, 3.0, 40}, {OTHER, 4.0, 40}}, OTHER},
+      {IN, 10.0, {{OUT, 4.0, 40}, {OTHER, 3.0, 40}}, OUT},
+      {IN, 10.0, {{OUT, 4.0, 41 + LEAST}, {OTHER, 3.0, 40}}, OTHER},
+      {IN, 10.0, {{TANK, 9.0, 40}, {OTHER, 3.0, 40}}, OTHER},
+      {TANK, 10.0, {{IN, 9.0, 40}, {OTHER, 2.01, 40}}, OTHER},
+      {TANK, 10.0, {{IN, 9.0, 40}, {OTHER, 1.99, 40}}, IN},
+  };
+  NAME_EACH(of);
+}
+
+/* What deviated first, by which the standing alarm is named, before both. */
+static void what_stands_is_the_cause(void **state) {
+  (void)state;
+  const recipe r = rolled(own);
+  const struct {
+    uint16_t stands;
+    finding then;
+  } of[] = {
+      {IN, {TANK, 10.0, {{IN, 3.0, 40}, {OUT, 4.0, 40}}, IN}},
+      {OUT, {TANK, 10.0, {{IN, 4.0, 40}, {OUT, 3.0, 40}}, OUT}},
+      {IN, {TANK, 10.0, {{IN, 3.0, 40}, {OTHER, 9.0, 40}}, IN}},
+      {IN, {TANK, 10.0, {{IN, 1.99, 40}, {OUT, 4.0, 40}}, OUT}}, /* it does so no more */
+      {TANK, {TANK, 10.0, {{IN, 3.0, 40}}, IN}},
+      {TANK, {IN, 10.0, {{TANK, 9.0, 40}}, TANK}},
+      {TANK, {OTHER, 10.0, {{TANK, 9.0, 40}}, OTHER}},     /* no state predicts it */
+      {AGREEMENT + IN, {TANK, 10.0, {{IN, 3.0, 40}}, IN}}, /* no outcome: it is no cause */
+      {AGREEMENT + IN, {TANK, 10.0, {{AGREEMENT + IN, 9.0, 40}}, TANK}},
+      {AGREEMENT + TANK, {TANK, 10.0, {{AGREEMENT + TANK, 9.0, 40}}, TANK}},
+  };
+  for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
+    begin_with(&r);
+    stand(of[i].stands);
+    name_each(&of[i].then, 1);
+  }
+}
+
+/* An outcome that states predict but that is none of them keeps nothing of its own. */
+static void what_keeps_nothing_is_its_own_cause(void **state) {
+  (void)state;
+  static const uint16_t by_the_tank[O] = {Z_TANK, Z_IN, Z_OUT, Z_TANK};
+  const recipe r = rolled(by_the_tank);
+  const finding its_own = {OTHER, 10.0, {{IN, 9.0, 40}, {TANK, 9.0, 40}}, OTHER};
+  begin_with(&r);
+  name_each(&its_own, 1);
+  stand(IN);
+  name_each(&its_own, 1);
+  static const uint16_t by_the_flow[O] = {Z_TANK, Z_IN, Z_OUT, Z_IN};
+  const recipe other = rolled(by_the_flow);
+  begin_with(&other);
+  const finding of[] = {{OTHER, 10.0, {{IN, 9.0, 40}}, OTHER},
+                        {OTHER, 10.0, {{OUT, 3.0, 40}, {IN, 9.0, 40}}, OUT}};
+  NAME_EACH(of);
+}
+
+/* An outcome that sums up the leading one deviates because of it. */
+static void what_sums_up_is_no_cause(void **state) {
+  (void)state;
+  recipe r = rolled(own);
+  put_row(&r, IN, AGREEMENT_RESIDUALS, TANK, 0, 0.0); /* mostly the integral of the tank */
+  begin_with(&r);
+  const finding of[] = {{TANK, 10.0, {{IN, 9.0, 40}}, TANK},
+                        {TANK, 10.0, {{IN, 9.0, 40}, {OUT, 3.0, 40}}, OUT}};
+  NAME_EACH(of);
+  stand(IN);
+  NAME_EACH(of);
+}
+
+/* The rule is one of behaviour: it holds where agreement led to the tank's, and of nothing else. */
+static void other_kinds_of_channels(void **state) {
+  (void)state;
+  const recipe r = rolled(own);
+  begin_with(&r);
+  const uint16_t scatter = RIM_CHANNEL_SCATTER * O + TANK;
+  const finding of[] = {{scatter, 10.0, {{IN, 9.0, 40}}, scatter},
+                        {AGREEMENT + TANK, 10.0, {{TANK, 9.0, 40}, {IN, 3.0, 40}}, IN},
+                        {AGREEMENT + TANK, 10.0, {{TANK, 9.0, 40}, {IN, 1.5, 40}}, TANK}};
+  NAME_EACH(of);
+}
+
+static int set_up_trained(void **state) {
+  (void)state;
+  print_message("seed %u\n", SEED);
+  calibrate(false);
+  return 0;
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(what_flows_in_is_the_cause),
+      cmocka_unit_test(what_no_state_moves_is_the_cause),
+      cmocka_unit_test(what_stands_is_the_cause),
+      cmocka_unit_test(what_keeps_nothing_is_its_own_cause),
+      cmocka_unit_test(what_sums_up_is_no_cause),
+      cmocka_unit_test(other_kinds_of_channels),
+  };
+  return cmocka_run_group_tests(tests, set_up_trained, NULL);
+}
