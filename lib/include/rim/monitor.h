@@ -101,8 +101,7 @@ typedef struct rim_monitor_health {
                                  fields, means)                                                    \
   (RIM_MONITOR_HEADER_BYTES + RIM_MONITOR_ROWS_SIZE(features, outcomes, filters, terms) + 4240u +  \
    RIM_MONITOR_KINDS * (size_t)(outcomes) *                                                        \
-       (2u * (size_t)(fields) * ((fields) + 3u) + 73u + (region_features)) +                       \
-   (size_t)(outcomes) +                                                                            \
+       (2u * (size_t)(fields) * ((fields) + 3u) + 74u + (region_features)) +                       \
    (size_t)(ring) *                                                                                \
        (4u * (4u + (fields)) + 7u * (size_t)(outcomes) + (region_features) + (means) + 3u))
 #define RIM_MONITOR_INTERFERENCE_BYTES 4096u /* more, for an image that watches interference */
