@@ -74,7 +74,10 @@ def draw(o, case):
     stem = os.path.join(o.dir, case.stem)
     verdict.write(stem + ".csv", columns, rows)
     if truth:
-        truth = dict(truth, end_s=rows[-1][0], fault=case.fault, seed=case.seed)
+        faulty_rows = [row for row, bad in zip(rows, truth["rows"]) if bad]
+        sums = {c: sum(row[columns.index(c)] for row in faulty_rows) for c in truth["columns"]}
+        truth = dict(truth, end_s=rows[-1][0], fault=case.fault, seed=case.seed,
+                     negative=[c for c, x in sums.items() if x < 0])
         with open(stem + ".truth.json", "w") as f:
             json.dump(truth, f)
 
@@ -147,7 +150,10 @@ def faulty(s, got, t):
 def shifted(s, last, outcome, t):
     """Sign and size of the named outcome's shift; a note where one is wrong."""
     x, sd, note = last["shift"][outcome], last["shift_sd"][outcome], ""
-    ok = (x > 0) == (t["columns"][outcome] > 0)
+    want = t["columns"][outcome]
+    if last["kind"] == "gain" and outcome in t.get("negative", ()):
+        want = -want  # what is below 0 and comes nearer to it has a smaller gain
+    ok = (x > 0) == (want > 0)
     if last["kind"] in ("shift", "drift", "gain"):
         s.update(signs=1, sign_ok=int(ok), wrong=int(not ok))
         note += "" if ok else ", WRONG SIGN"
