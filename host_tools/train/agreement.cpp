@@ -2,13 +2,13 @@
 // What remains of one outcome from what remains of the others.
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <memory>
 
 #include <Eigen/Cholesky>
 
 #include "image/image_writer.hpp"
 #include "train/behaviour.hpp"
+#include "train/integral.hpp"
 #include "util/parallel_for.hpp"
 
 extern "C" {
@@ -21,16 +21,9 @@ namespace rim {
 
 namespace {
 
-constexpr std::size_t kFolds = 6;
-const double kRidges[] = {10.0, 100.0, 1e3, 1e4};
-// A relation of physics holds outside of what was trained too, if it is not shrunk.
-const double kIntegralRidges[] = {1e-6};
-// Part of the changes that others must explain for an outcome to be called their integral.
-constexpr double kIntegrates = 0.5;
-constexpr double kIntegrandWins = 0.05; // part by which each integrand must lower the squared error
-constexpr double kProductWins = 0.2;    // part of what a product explains that is not counted
-constexpr std::size_t kFew = 4;         // others at most, each of which must lower the squared
-constexpr double kFewWins = 0.1;        // error by this part, all of them to at most
+const std::vector<double> kRidges{10.0, 100.0, 1e3, 1e4};
+constexpr std::size_t kFew = 4;          // others at most, each of which must lower the squared
+constexpr double kFewWins = 0.1;         // error by this part, all of them to at most
 constexpr double kFewMustExplain = 0.25; // this part of the outcome's variance
 constexpr double kMustWin = 0.8; // of the variance: a further source must be better by as much
 
@@ -61,184 +54,6 @@ std::vector<Eigen::Index> columns_without(Eigen::Index o, Eigen::Index outcome,
       columns.push_back(c);
   }
   return columns;
-}
-
-struct Sums {
-  Eigen::MatrixXd gram;
-  Eigen::MatrixXd cross;
-};
-
-// Regressors and targets (one per outcome) of one run.
-struct Rows {
-  Matrix x, y;
-};
-
-// Of all runs, made when they are needed; and their sums per fold left out, fold kFolds: of all.
-struct Regression {
-  std::size_t runs = 0;
-  std::function<Rows(std::size_t)> rows;
-  std::vector<Sums> folds;
-};
-
-void add_folds(Regression *r, Eigen::Index clip_from) {
-  parallel_in_order(
-      r->runs,
-      [&](std::size_t i) {
-        const Rows rows = r->rows(i);
-        Sums sums;
-        sums.gram = rows.x.transpose() * rows.x;
-        // An outcome that is far off is no guide to what healthy ones say of each other.
-        const Matrix y =
-            clip_from > 0 ? Matrix(rows.y.array().max(-AGREEMENT_CLIP).min(AGREEMENT_CLIP).matrix())
-                          : rows.y;
-        sums.cross = rows.x.transpose() * y;
-        return sums;
-      },
-      [&](std::size_t i, const Sums &sums) {
-        const Eigen::Index p = sums.gram.rows(), o = sums.cross.cols();
-        if (i == 0)
-          r->folds.assign(kFolds + 1, {Eigen::MatrixXd::Zero(p, p), Eigen::MatrixXd::Zero(p, o)});
-        for (std::size_t f = 0; f <= kFolds; ++f) {
-          if (i % kFolds == f)
-            continue;
-          r->folds[f].gram += sums.gram;
-          r->folds[f].cross += sums.cross;
-        }
-      });
-}
-
-Eigen::VectorXd solve(const Sums &sums, const std::vector<Eigen::Index> &columns, Eigen::Index y,
-                      double ridge) {
-  const auto k = static_cast<Eigen::Index>(columns.size());
-  Eigen::MatrixXd g(k, k);
-  Eigen::VectorXd c(k);
-  for (Eigen::Index p = 0; p < k; ++p) {
-    for (Eigen::Index q = 0; q < k; ++q)
-      g(p, q) =
-          sums.gram(columns[static_cast<std::size_t>(p)], columns[static_cast<std::size_t>(q)]);
-    c[p] = sums.cross(columns[static_cast<std::size_t>(p)], y);
-  }
-  g.diagonal().array() += ridge;
-  const Eigen::VectorXd w = g.ldlt().solve(c);
-  Eigen::VectorXd all = Eigen::VectorXd::Zero(sums.gram.rows());
-  for (Eigen::Index p = 0; p < k; ++p)
-    all[columns[static_cast<std::size_t>(p)]] = static_cast<double>(static_cast<float>(w[p]));
-  return all;
-}
-
-// The ridge with the least error over runs left out; weights per fold, the last of all runs.
-struct Fit {
-  std::vector<Eigen::VectorXd> weight;
-  double squares = 0.0, own = 0.0;
-};
-
-template <std::size_t n>
-Fit best_fit(const Regression &r, const std::vector<Eigen::Index> &columns, Eigen::Index y,
-             const double (&ridges)[n]) {
-  std::vector<Fit> fits(n);
-  for (std::size_t f = 0; f < kFolds; ++f) {
-    for (std::size_t l = 0; l < n; ++l)
-      fits[l].weight.push_back(solve(r.folds[f], columns, y, ridges[l]));
-    for (std::size_t i = f; i < r.runs; i += kFolds) {
-      const Rows rows = r.rows(i);
-      for (Fit &fit : fits) {
-        fit.squares += (rows.y.col(y) - rows.x * fit.weight[f]).squaredNorm();
-        fit.own += rows.y.col(y).squaredNorm();
-      }
-    }
-  }
-  Fit best;
-  best.squares = 1e300;
-  for (std::size_t l = 0; l < n; ++l) {
-    if (fits[l].squares >= best.squares)
-      continue;
-    best = fits[l];
-    best.weight.push_back(solve(r.folds[kFolds], columns, y, ridges[l]));
-  }
-  return best;
-}
-
-// Standard deviation of every integrand, and what it changes by per unit of its factors.
-void learn_integrands(Agreement *a, const Layout &layout, const RunStore &runs) {
-  const auto count = static_cast<Eigen::Index>(a->integrands.size());
-  Eigen::VectorXd sum = Eigen::VectorXd::Zero(count), squares = sum;
-  Eigen::VectorXd mean = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(layout.features()));
-  Eigen::VectorXd cosine = mean, sine = mean;
-  double n = 0.0;
-  for (std::size_t r = 0; r < runs.size(); ++r) {
-    const BlockRun &run = runs[r];
-    const std::shared_ptr<const WideBlocks> wide = runs.wide(r);
-    sum += wide->early.colwise().sum().transpose();
-    squares += wide->early.colwise().squaredNorm().transpose();
-    mean += run.context.colwise().sum().transpose();
-    for (Eigen::Index f = 0; f < run.context.cols(); ++f) {
-      const bool degrees = (layout.command[static_cast<std::size_t>(f)] & BLOCKS_ANGLE_DEG) != 0;
-      const Eigen::ArrayXd angle = run.context.col(f).array() * (degrees ? M_PI / 180.0 : 1.0);
-      cosine[f] += angle.cos().sum();
-      sine[f] += angle.sin().sum();
-    }
-    n += static_cast<double>(run.blocks());
-  }
-  n = std::max(n, 1.0);
-  for (Eigen::Index g = 0; g < count; ++g) {
-    const Integrand &of = a->integrands[static_cast<std::size_t>(g)];
-    const double middle = sum[g] / n;
-    const double sd = std::sqrt(std::max(squares[g] / n - middle * middle, 0.0));
-    a->integrand_inverse_sd.push_back(static_cast<double>(
-        static_cast<float>(1.0 / std::max(sd, 1e-9 * (1.0 + std::abs(middle))))));
-    const double of_b = of.op == AGREEMENT_PRODUCT  ? mean[of.b] / n
-                        : of.op == AGREEMENT_COSINE ? cosine[of.b] / n
-                        : of.op == AGREEMENT_SINE   ? sine[of.b] / n
-                                                    : 1.0;
-    a->partial.push_back(of_b);
-    a->partial.push_back(of.op == AGREEMENT_PRODUCT ? mean[of.a] / n : 0.0);
-  }
-}
-
-// Integrands over the time from block to block, in standard deviations.
-Matrix integrated(const Agreement &a, const WideBlocks &run) {
-  Matrix x = Matrix::Zero(run.early.rows(), run.early.cols());
-  for (Eigen::Index i = 1; i < x.rows(); ++i)
-    x.row(i) = run.early.row(i) + run.late.row(i - 1);
-  for (Eigen::Index g = 0; g < x.cols(); ++g)
-    x.col(g) *= a.integrand_inverse_sd[static_cast<std::size_t>(g)];
-  return x;
-}
-
-// Changes of the outcomes from what may be integrated: rows whose block follows the one before.
-Regression integral_regression(const Agreement &a, const RunStore &runs) {
-  Regression of_all;
-  of_all.runs = runs.size();
-  of_all.rows = [&a, &runs](std::size_t r) {
-    const BlockRun &run = runs[r];
-    const Matrix x = integrated(a, *runs.wide(r));
-    Matrix rows(run.blocks(), x.cols()), y(run.blocks(), run.outcome.cols());
-    Eigen::Index n = 0;
-    for (Eigen::Index i = 1; i < run.blocks(); ++i) {
-      if (!run.follows[static_cast<std::size_t>(i)])
-        continue;
-      rows.row(n) = x.row(i);
-      y.row(n++) = run.outcome.row(i) - run.outcome.row(i - 1);
-    }
-    return Rows{rows.topRows(n), y.topRows(n)};
-  };
-  add_folds(&of_all, 0);
-  return of_all;
-}
-
-// What the flight code sums up over a run.
-Eigen::VectorXd integral_remains(const Agreement &a, const RunStore &runs, std::size_t r,
-                                 Eigen::Index outcome, const Eigen::VectorXd &weight) {
-  const BlockRun &run = runs[r];
-  const Eigen::VectorXd change = integrated(a, *runs.wide(r)) * weight;
-  Eigen::VectorXd sum = Eigen::VectorXd::Zero(run.blocks());
-  for (Eigen::Index i = 1; i < run.blocks(); ++i) {
-    sum[i] = sum[i - 1];
-    if (run.follows[static_cast<std::size_t>(i)])
-      sum[i] = AGREEMENT_KEEPS * sum[i - 1] + run.outcome(i, outcome) -
-               run.outcome(i - 1, outcome) - change[i];
-  }
-  return sum;
 }
 
 // Mean and standard deviation of every outcome over healthy blocks.
@@ -273,7 +88,7 @@ Regression level_regression(const Levels &levels, const RunStore &runs) {
     rows.x.rightCols(1).setOnes();
     return rows;
   };
-  add_folds(&of_all, 0);
+  add_folds(&of_all, false);
   return of_all;
 }
 
@@ -317,7 +132,7 @@ std::vector<Eigen::Index> choose_few(const Regression &r, const Layout &layout,
         continue;
       std::vector<Eigen::Index> with = chosen;
       with.push_back(j);
-      const Eigen::VectorXd w = solve(all, with, outcome, kIntegralRidges[0]);
+      const Eigen::VectorXd w = solve(all, with, outcome, kUnshrunk);
       const double squares = own - 2.0 * w.dot(all.cross.col(outcome)) + w.dot(all.gram * w);
       if (squares < least) {
         least = squares;
@@ -332,102 +147,6 @@ std::vector<Eigen::Index> choose_few(const Regression &r, const Layout &layout,
   if (chosen.size() < 2 || left > kFewMustExplain * own)
     chosen.clear();
   return chosen;
-}
-
-// The few integrands that explain an outcome's change: more would explain noise by noise. A product
-// must explain clearly more than any single outcome.
-std::vector<Eigen::Index> choose_integrands(const Regression &r, const Agreement &a,
-                                            Eigen::Index outcome, std::uint16_t feature) {
-  const Sums &all = r.folds[kFolds];
-  double left = 0.0;
-  for (std::size_t i = 0; i < r.runs; ++i)
-    left += r.rows(i).y.col(outcome).squaredNorm();
-  const double own = left;
-  std::vector<Eigen::Index> chosen;
-  while (chosen.size() < AGREEMENT_INTEGRANDS) {
-    double least = (1.0 - kIntegrandWins) * left, score = least;
-    Eigen::Index best = -1;
-    for (Eigen::Index g = 0; g < all.gram.rows(); ++g) {
-      const Integrand &of = a.integrands[static_cast<std::size_t>(g)];
-      if (of.a == feature || of.b == feature ||
-          std::find(chosen.begin(), chosen.end(), g) != chosen.end())
-        continue;
-      std::vector<Eigen::Index> with = chosen;
-      with.push_back(g);
-      const Eigen::VectorXd w = solve(all, with, outcome, kIntegralRidges[0]);
-      const double squares = own - 2.0 * w.dot(all.cross.col(outcome)) + w.dot(all.gram * w);
-      const double handicapped =
-          of.op == AGREEMENT_PLAIN ? squares : squares + kProductWins * (left - squares);
-      if (handicapped < score) {
-        score = handicapped;
-        least = squares;
-        best = g;
-      }
-    }
-    if (best < 0)
-      break;
-    left = least;
-    chosen.push_back(best);
-  }
-  return chosen;
-}
-
-// The outcome that this one mostly integrates: its usual variation has the largest effect.
-double mostly_integrated(const Agreement &a, const Layout &layout, const Eigen::VectorXd &weight,
-                         const RunStore &runs) {
-  const auto outcomes = static_cast<Eigen::Index>(layout.outcomes());
-  double most = 0.0, all = 0.0, best = -1.0;
-  for (Eigen::Index j = 0; j < outcomes; ++j) {
-    double gain = 0.0, n = 0.0, sum = 0.0, squares = 0.0;
-    for (std::size_t g = 0; g < a.integrands.size(); ++g) {
-      const double w = weight[static_cast<Eigen::Index>(g)] * a.integrand_inverse_sd[g];
-      const std::uint16_t feature = layout.outcome_feature[static_cast<std::size_t>(j)];
-      if (a.integrands[g].a == feature)
-        gain += w * a.partial[2 * g];
-      if (a.integrands[g].op != AGREEMENT_PLAIN && a.integrands[g].b == feature)
-        gain += w * a.partial[2 * g + 1];
-    }
-    for (const BlockRun &run : runs) {
-      sum += run.outcome.col(j).sum();
-      squares += run.outcome.col(j).squaredNorm();
-      n += static_cast<double>(run.blocks());
-    }
-    const double effect = gain * gain * std::max(squares / n - (sum / n) * (sum / n), 0.0);
-    all += effect;
-    if (effect > most) {
-      most = effect;
-      best = static_cast<double>(j);
-    }
-  }
-  return most < 0.5 * all ? -1.0 : best;
-}
-
-// Only the integrands that some outcome uses fly.
-void keep_used_integrands(Agreement *a, const std::vector<Eigen::VectorXd> &weight) {
-  std::vector<std::size_t> used;
-  for (std::size_t g = 0; g < a->integrands.size(); ++g) {
-    for (std::size_t o = 0; o < weight.size(); ++o) {
-      if (weight[o].size() > 0 && weight[o][static_cast<Eigen::Index>(g)] != 0.0 &&
-          (used.empty() || used.back() != g))
-        used.push_back(g);
-    }
-  }
-  Agreement kept;
-  for (std::size_t k = 0; k < used.size(); ++k) {
-    const std::size_t g = used[k];
-    kept.integrands.push_back(a->integrands[g]);
-    kept.integrand_inverse_sd.push_back(a->integrand_inverse_sd[g]);
-    kept.partial.push_back(a->partial[2 * g]);
-    kept.partial.push_back(a->partial[2 * g + 1]);
-    for (std::size_t o = 0; o < weight.size(); ++o) {
-      if (weight[o].size() > 0)
-        a->row(static_cast<Eigen::Index>(o), static_cast<Eigen::Index>(AGREEMENT_FIRST + k)) =
-            weight[o][static_cast<Eigen::Index>(g)];
-    }
-  }
-  a->integrands = kept.integrands;
-  a->integrand_inverse_sd = kept.integrand_inverse_sd;
-  a->partial = kept.partial;
 }
 
 void learn_scales(Agreement *a, const std::vector<Matrix> &residual) {
@@ -453,7 +172,7 @@ Regression linear_regression(const Agreement &a, const Basis &basis, const RunSt
       rows.y.col(j) *= a.inverse_sd[static_cast<std::size_t>(j)];
     return rows;
   };
-  add_folds(&linear, 1);
+  add_folds(&linear, true);
   return linear;
 }
 
@@ -510,7 +229,7 @@ public:
     const std::vector<Eigen::Index> others = choose_few(from_.few, from_.layout, j_);
     if (others.empty())
       return;
-    const Fit fit = best_fit(from_.few, others, j_, kIntegralRidges);
+    const Fit fit = best_fit(from_.few, others, j_, {kUnshrunk});
     const double sd = from_.levels.sd[j_];
     double own = 0.0;
     for (std::size_t r = 0; r < remains_.size(); ++r) {
@@ -536,25 +255,49 @@ public:
     const std::vector<Eigen::Index> others = choose_integrands(from_.integral, a_, j_, feature);
     if (others.empty())
       return;
-    const Fit fit = best_fit(from_.integral, others, j_, kIntegralRidges);
+    const Fit fit = best_fit(from_.integral, others, j_, {kUnshrunk});
     integrates = fit.squares < (1.0 - kIntegrates) * fit.own;
     if (integrates)
       integrand = mostly_integrated(a_, from_.layout, fit.weight[kFolds], from_.runs);
-    for (std::size_t r = 0; r < remains_.size(); ++r)
-      remains_[r] = integral_remains(a_, from_.runs, r, j_, fit.weight[r % kFolds]);
-    if (offset_variance(remains_) >= kMustWin * variance)
-      return;
-    integral = fit.weight[kFolds];
-    take(AGREEMENT_INTEGRAL, error);
+    std::vector<Integral> without;
+    for (const Eigen::VectorXd &w : fit.weight)
+      without.push_back({w, 0.0});
+    take_integral(without);
+    // What compares readings shows a bias from the start too; no lag makes up for that.
+    if (integrates && source == AGREEMENT_INTEGRAL)
+      take_integral(with_lag(a_, from_.runs, j_, others, fit.weight));
   }
 
   int source = AGREEMENT_RESIDUALS;
   bool integrates = false; // its changes are mostly those of the integral, if that was tried
   double error = 1.0, variance = 1e300, integrand = -1.0, intercept = 0.0;
-  Eigen::VectorXd weight, few, integral; // of the residuals, the readings, the integrands
+  Eigen::VectorXd weight, few; // of the residuals, the readings
+  Integral integral;
   std::vector<Eigen::VectorXd> series;
 
+  // What was expected of a run's outcome (rimi_agreement_evaluate).
+  Eigen::VectorXd expected(std::size_t run, const Matrix &predicted) const {
+    if (source == AGREEMENT_INTEGRAL)
+      return integrated_[run];
+    if (source == AGREEMENT_RESIDUALS)
+      return predicted.col(j_);
+    return from_.runs[run].outcome.col(j_) - series[run];
+  }
+
 private:
+  void take_integral(const std::vector<Integral> &of) {
+    std::vector<Eigen::VectorXd> change;
+    for (std::size_t r = 0; r < remains_.size(); ++r) {
+      Summed sum = summed(a_, from_.runs, r, j_, of[r % kFolds]);
+      remains_[r] = std::move(sum.remains);
+      change.push_back(std::move(sum.integrated));
+    }
+    if (offset_variance(remains_) >= kMustWin * variance)
+      return;
+    integral = of[kFolds];
+    integrated_ = std::move(change);
+    take(AGREEMENT_INTEGRAL, error);
+  }
   void take(int which, double of_behaviour) {
     source = which;
     error = of_behaviour;
@@ -564,7 +307,7 @@ private:
   const Sources &from_;
   const Agreement &a_;
   Eigen::Index j_;
-  std::vector<Eigen::VectorXd> remains_;
+  std::vector<Eigen::VectorXd> remains_, integrated_;
 };
 
 // The only outcome whose reading says what this one reads; the number of outcomes: none or more.
@@ -610,33 +353,10 @@ void free_twins(const Sources &sources, const Agreement &a,
 
 } // namespace
 
-std::vector<bool> integrated_outcomes(const Layout &layout,
-                                      const std::vector<Integrand> &integrands,
-                                      const RunStore &runs) {
-  std::vector<bool> integrated(layout.outcomes(), false);
-  if (integrands.empty() || layout.outcomes() < 2)
-    return integrated;
-  Agreement a;
-  a.integrands = integrands;
-  learn_integrands(&a, layout, runs);
-  const Regression changes = integral_regression(a, runs);
-  std::vector<char> of(integrated.size(), 0); // threads must not share a byte of bits
-  parallel_for(of.size(), [&](std::size_t o) {
-    const auto j = static_cast<Eigen::Index>(o);
-    const auto others = choose_integrands(changes, a, j, layout.outcome_feature[o]);
-    if (others.empty())
-      return;
-    const Fit fit = best_fit(changes, others, j, kIntegralRidges);
-    of[o] = fit.squares < (1.0 - kIntegrates) * fit.own ? 1 : 0;
-  });
-  for (std::size_t o = 0; o < of.size(); ++o)
-    integrated[o] = of[o] != 0;
-  return integrated;
-}
-
 Agreement fit_agreement(const Layout &layout, const Basis &basis,
                         const std::vector<Integrand> &integrands, const RunStore &runs,
-                        const std::vector<Matrix> &residual, const std::vector<Matrix> &level) {
+                        const std::vector<Matrix> &residual, const std::vector<Matrix> &predicted,
+                        const std::vector<Matrix> &level) {
   const Eigen::Index o = residual.front().cols();
   const Eigen::Index total = o * (2 + static_cast<Eigen::Index>(basis.means.size()));
   Agreement a;
@@ -656,6 +376,7 @@ Agreement fit_agreement(const Layout &layout, const Basis &basis,
   a.error.assign(static_cast<std::size_t>(o), 1.0);
   a.source.assign(static_cast<std::size_t>(o), AGREEMENT_RESIDUALS);
   a.remains = residual;
+  a.expected = predicted;
   std::vector<std::unique_ptr<Choice>> choices(static_cast<std::size_t>(o));
   parallel_for(choices.size(), [&](std::size_t j) {
     choices[j] = choose_relation(sources, a, j, !integrands.empty());
@@ -675,9 +396,12 @@ Agreement fit_agreement(const Layout &layout, const Basis &basis,
       a.row(j, 1) = choice.intercept;
       a.row.row(j).segment(AGREEMENT_FIRST, o) = choice.few.transpose();
     }
-    integral.push_back(choice.integral);
-    for (std::size_t r = 0; r < choice.series.size(); ++r)
+    a.row(j, 3) = choice.integral.lag;
+    integral.push_back(choice.integral.weight);
+    for (std::size_t r = 0; r < choice.series.size(); ++r) {
       a.remains[r].col(j) = choice.series[r];
+      a.expected[r].col(j) = choice.expected(r, predicted[r]);
+    }
   }
   keep_used_integrands(&a, integral);
   return a;

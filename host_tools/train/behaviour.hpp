@@ -56,7 +56,7 @@ struct Agreement {
   Matrix row;                  // outcomes x (AGREEMENT_FIRST + outcomes (2 + means))
   std::vector<double> error;   // of each outcome, runs left out, over the behaviour's
   std::vector<int> source;     // of each outcome: agreement_source
-  std::vector<Matrix> remains; // per run
+  std::vector<Matrix> remains, expected; // per run: blocks x outcomes
 };
 
 // Which outcomes change mostly as the integral of others does (position, attitude, charge).
@@ -65,10 +65,12 @@ std::vector<bool> integrated_outcomes(const Layout &layout,
                                       const RunStore &runs);
 
 // level: per run, the outcomes as section LEVEL predicts them from the other sensors, by models
-// without the run; empty: there is none. integrands: of the runs' columns early and late.
+// without the run; empty: there is none. integrands: of the runs' columns early and late. residual,
+// predicted: of behaviour, blocks x outcomes per run.
 Agreement fit_agreement(const Layout &layout, const Basis &basis,
                         const std::vector<Integrand> &integrands, const RunStore &runs,
-                        const std::vector<Matrix> &residual, const std::vector<Matrix> &level);
+                        const std::vector<Matrix> &residual, const std::vector<Matrix> &predicted,
+                        const std::vector<Matrix> &level);
 // rimi_noise_disturbance() of every block, per run.
 std::vector<Eigen::VectorXd> disturbances(const Agreement &agreement,
                                           const std::vector<Matrix> &residual);

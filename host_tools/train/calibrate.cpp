@@ -256,6 +256,10 @@ std::vector<float> run_maxima(const FlightPlan &plan, const rim_noise &noise,
   rimi_search_keep_maxima(search, maxima.data());
   std::vector<std::uint8_t> place(plan.region.size());
   const Matrix means = standard_means(plan.basis, *run.blocks);
+  const Eigen::Index fine = std::min(run.residual->cols(), 2 * run.predicted->cols());
+  Matrix expected_all(run.blocks->blocks(), fine);
+  for (Eigen::Index c = 0; c < fine; ++c)
+    expected_all.col(c) = expected(run, c);
   for (Eigen::Index i = 0; i < run.blocks->blocks(); ++i) {
     for (std::size_t k = 0; k < place.size(); ++k) {
       const double x = plan.region_outcome[k] == 0xffff
@@ -263,7 +267,7 @@ std::vector<float> run_maxima(const FlightPlan &plan, const rim_noise &noise,
                            : (*run.predicted)(i, plan.region_outcome[k]);
       place[k] = static_cast<std::uint8_t>(byte_of(plan, plan.region[k], x));
     }
-    const Eigen::VectorXd residual = run.residual->row(i), predicted = run.predicted->row(i);
+    const Eigen::VectorXd residual = run.residual->row(i), predicted = expected_all.row(i);
     const Eigen::VectorXd mean = means.row(i);
     search_block block{};
     block.t_s = run.blocks->time_s[i];

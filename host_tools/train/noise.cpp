@@ -23,7 +23,8 @@ namespace {
 constexpr int kRounds = 25;         // of expectation and maximisation
 constexpr Eigen::Index kFields = 4; // that fly
 constexpr double kFlatField = 1e-3; // variance of a raw field's own part, below which it is dropped
-constexpr double kMostRho = 0.97;
+constexpr double kMostRho = 0.998;
+constexpr double kKeeps = 0.8; // lag-1 correlation above which a series has no scale of its own
 constexpr Eigen::Index kSquare = 2;    // of the prediction, among a constant and the scale's terms
 constexpr double kSdOfMedian = 1.4826; // a Gaussian's sd by its median distance from 0
 constexpr double kFewRuns = 3.0;       // a variance over n runs is raised by 1 + this / n
@@ -86,6 +87,21 @@ Eigen::MatrixXd scale_terms(const Series &s) {
   return x;
 }
 
+// Lag-1 correlation of the series, the run's own mean and trend (effects of the run) taken off.
+double correlation(const std::vector<Series> &series) {
+  double power = 0.0, lag = 0.0;
+  for (const Series &s : series) {
+    if (s.r.size() < 2)
+      continue;
+    const Eigen::ArrayXd t = Eigen::ArrayXd::LinSpaced(s.r.size(), -1.0, 1.0) * s.known.array();
+    Eigen::ArrayXd e = (s.r.array() - s.mean()) * s.known.array();
+    e -= t * ((e * t).sum() / std::max(t.square().sum(), 1e-300));
+    power += e.square().sum();
+    lag += (e.tail(e.size() - 1) * e.head(e.size() - 1)).sum();
+  }
+  return power > 0.0 ? lag / power : 0.0;
+}
+
 // ln sigma(x): ridge of ln|e| on the prediction, its square, the commands' change and, for what the
 // sensors say of each other, the disturbance: where the vehicle itself deviates, behaviour must
 // show it.
@@ -99,7 +115,8 @@ void fit_scale(ChannelNoise *c, bool is_agreement, std::vector<Series> *series) 
     n += s.known.sum();
   }
   const double sd = std::sqrt(squares / std::max(n, 1.0));
-  if (!(sd > 0.0))
+  // What keeps what it was (a sum over the run) would jump wherever its scale changes.
+  if (!(sd > 0.0) || correlation(*series) > kKeeps)
     return;
   for (const Series &s : *series) {
     Eigen::MatrixXd x(s.r.size(), terms + 1);
@@ -250,6 +267,12 @@ void fit_channel(ChannelNoise *c, const std::vector<Series> &series) {
 
 } // namespace
 
+Eigen::VectorXd expected(const SearchRun &run, Eigen::Index channel) {
+  const Eigen::Index outcomes = run.predicted->cols();
+  const Matrix &of = channel / outcomes == RIM_CHANNEL_AGREEMENT ? *run.agreed : *run.predicted;
+  return of.col(channel % outcomes);
+}
+
 NoiseModel fit_noise(const Basis &basis, const std::vector<SearchRun> &seen,
                      const std::vector<std::size_t> &which, double block_s) {
   NoiseModel noise;
@@ -270,12 +293,12 @@ NoiseModel fit_noise(const Basis &basis, const std::vector<SearchRun> &seen,
     const Eigen::Index outcome = column % outcomes;
     double sum = 0.0, squares = 0.0, n = 0.0;
     for (const SearchRun &run : seen) {
-      sum += run.predicted->col(outcome).sum();
+      sum += expected(run, column).sum();
       n += static_cast<double>(run.predicted->rows());
     }
     c.p_center = static_cast<double>(static_cast<float>(sum / std::max(n, 1.0)));
     for (const SearchRun &run : seen)
-      squares += (run.predicted->col(outcome).array() - c.p_center).square().sum();
+      squares += (expected(run, column).array() - c.p_center).square().sum();
     c.p_scale = static_cast<double>(
         static_cast<float>(std::max(std::sqrt(squares / std::max(n, 1.0)), 1e-9)));
     std::vector<Series> series;
@@ -287,7 +310,7 @@ NoiseModel fit_noise(const Basis &basis, const std::vector<SearchRun> &seen,
         s.known -= run.unknown->col(outcome);
       s.r = run.residual->col(column).cwiseProduct(s.known);
       s.w = s.known;
-      s.p = ((run.predicted->col(outcome).array() - c.p_center) / c.p_scale).max(-4.0).min(4.0);
+      s.p = ((expected(run, column).array() - c.p_center) / c.p_scale).max(-4.0).min(4.0);
       s.change = run.blocks->change;
       s.disturbance = *run.disturbance;
       s.raw = raw_fields(basis, *run.blocks, s.p, noise);

@@ -31,11 +31,15 @@ struct NoiseModel {
 struct SearchRun {
   const BlockRun *blocks;
   const Matrix *predicted;            // blocks x outcomes
+  const Matrix *agreed;               // blocks x outcomes: what the other sensors let expect
   const Matrix *residual;             // blocks x channels, in the outcomes' units
   const Eigen::VectorXd *disturbance; // [blocks], by rimi_noise_disturbance()
   const Matrix *unknown =
       nullptr; // blocks x outcomes: 1 where agreement says nothing; nullptr: nowhere
 };
+
+// What a channel's residuals are the rest of, per block.
+Eigen::VectorXd expected(const SearchRun &run, Eigen::Index channel);
 
 // From the runs `which` of those seen. block_s: length of a block.
 NoiseModel fit_noise(const Basis &basis, const std::vector<SearchRun> &seen,

@@ -271,7 +271,7 @@ Training train(HealthyRuns healthy, const TrainOptions &options) {
   Level level = wants_level(plan.layout, runs) ? fit_level(&plan, runs) : Level{};
   give_back_memory();
   Agreement agreement = fit_agreement(plan.layout, plan.basis, healthy.integrands, runs,
-                                      behaviour.residual, level.predicted);
+                                      behaviour.residual, behaviour.predicted, level.predicted);
   if (std::count(agreement.source.begin(), agreement.source.end(), AGREEMENT_LEVEL) == 0)
     plan.level.clear();
   const std::vector<Matrix> residual = all_residuals(runs, behaviour, agreement);
@@ -284,8 +284,8 @@ Training train(HealthyRuns healthy, const TrainOptions &options) {
   give_back_memory();
   std::vector<SearchRun> seen;
   for (std::size_t r = 0; r < runs.size(); ++r)
-    seen.push_back({&runs[r], &behaviour.predicted[r], &residual[r], &disturbance[r],
-                    level.beyond.empty() ? nullptr : &level.beyond[r]});
+    seen.push_back({&runs[r], &behaviour.predicted[r], &agreement.expected[r], &residual[r],
+                    &disturbance[r], level.beyond.empty() ? nullptr : &level.beyond[r]});
   const std::vector<NoiseModel> without = fit_noises(plan, seen, agreement, &training.noise);
   if (!plan.layout.external) {
     shrink_basis(&plan.basis, &behaviour);

@@ -175,15 +175,16 @@ static inline void fuzz_trained(const uint8_t *data, size_t bytes) {
   if (rimi_behaviour_open(&behaviour, data, bytes, 1, 2) == RIM_OK)
     rimi_behaviour_predict(&behaviour, term, first, predicted);
   if (rimi_agreement_open(&agreement, data, bytes, 4, 2, 1) == RIM_OK) {
-    double state[2 * AGREEMENT_STATE] = {0.0}, remains[2];
+    double state[2 * AGREEMENT_STATE] = {0.0}, remains[2], expected[2];
     static const double integral[2 * AGREEMENT_INTEGRANDS];
     const agreement_block block = {.residual = first,
                                    .mean = term,
                                    .measured = first,
+                                   .predicted = first,
                                    .early = integral,
                                    .late = integral,
                                    .level = first};
-    rimi_agreement_evaluate(&agreement, &block, state, remains);
+    rimi_agreement_evaluate(&agreement, &block, state, remains, expected);
   }
   if (rimi_noise_open(&noise, data, bytes, 8, 1) != RIM_OK)
     return;

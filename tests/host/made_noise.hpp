@@ -26,7 +26,7 @@ struct MadeRun {
   rim::Matrix predicted, residual;
   Eigen::VectorXd disturbance;
   std::vector<double> offset; // per channel
-  rim::SearchRun seen() const { return {&blocks, &predicted, &residual, &disturbance}; }
+  rim::SearchRun seen() const { return {&blocks, &predicted, &predicted, &residual, &disturbance}; }
 };
 
 inline MadeRun made_noise(std::uint64_t seed, const MadeNoise &made, bool all_kinds = false) {

@@ -107,6 +107,37 @@ double left_of(const Eigen::VectorXd &shape, const Eigen::MatrixXd &fields) {
 
 // More raw fields than runs: what few runs happen to do must not become effects in which a fault
 // of a fresh run disappears.
+// A sum that keeps what it was would jump where its scale changes: it has none.
+void what_keeps_what_it_was_has_no_scale(void **) {
+  MadeNoise made;
+  made.rho = 0.97;
+  made.ln_sigma = 0.4;
+  for (const double ln_sigma : fit_made(made, made_noises(kSeed, 40, made)).channels[0].ln_sigma)
+    assert_true(ln_sigma == 0.0);
+}
+
+// Channels of behaviour and scatter go by what behaviour predicts, those of agreement by what the
+// other sensors let expect.
+void every_kind_goes_by_its_own_prediction(void **) {
+  const MadeNoise made;
+  const std::vector<MadeRun> runs = made_noises(kSeed, 10, made, true);
+  std::vector<rim::Matrix> agreed;
+  std::vector<rim::SearchRun> seen;
+  std::vector<std::size_t> which;
+  for (const MadeRun &run : runs)
+    agreed.push_back((10.0 + 3.0 * run.predicted.array()).matrix());
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    which.push_back(r);
+    seen.push_back(runs[r].seen());
+    seen.back().agreed = &agreed[r];
+  }
+  const rim::NoiseModel noise = rim::fit_noise(made_basis(made), seen, which, 1.0);
+  const rim::ChannelNoise &behaviour = noise.channels[0], &agreement = noise.channels[1];
+  assert_true(std::fabs(agreement.p_center - 10.0 - 3.0 * behaviour.p_center) < 1e-5);
+  assert_true(std::fabs(agreement.p_scale - 3.0 * behaviour.p_scale) < 1e-5);
+  assert_true(noise.channels[2].p_scale == behaviour.p_scale);
+}
+
 void more_effects_than_runs_do_not_swallow_a_fault(void **) {
   for (const std::size_t count : {4u, 6u, 10u}) {
     MadeNoise made;
@@ -179,6 +210,8 @@ int main() {
       cmocka_unit_test(autocorrelation_is_found),
       cmocka_unit_test(effects_of_a_run_are_found),
       cmocka_unit_test(a_scale_that_depends_on_the_context_is_found),
+      cmocka_unit_test(what_keeps_what_it_was_has_no_scale),
+      cmocka_unit_test(every_kind_goes_by_its_own_prediction),
       cmocka_unit_test(more_effects_than_runs_do_not_swallow_a_fault),
       cmocka_unit_test(one_block_that_scatters_is_no_noise),
       cmocka_unit_test(the_section_says_the_same),

@@ -162,8 +162,8 @@ static inline search_block block_of(const world *w, uint32_t i, double *outcome,
   unknown[0] = w->unknown[i];
   for (size_t c = 0; c < CHANNELS; ++c)
     residual[c] = c == 0 ? residual_of(w, i) : 0.0;
-  for (size_t o = 0; o < OUTCOMES; ++o)
-    outcome[o] = predicted(w, i);
+  for (size_t c = 0; c < CHANNELS; ++c)
+    outcome[c] = predicted(w, i);
   return (search_block){.t_s = BLOCK_S * (double)i,
                         .feature = w->feature[i],
                         .mean = w->mean[i],
@@ -175,7 +175,7 @@ static inline search_block block_of(const world *w, uint32_t i, double *outcome,
 
 static inline void feed(bench *b, uint32_t from, uint32_t to, uint32_t units) {
   for (uint32_t i = from; i < to; ++i) {
-    double outcome[OUTCOMES], residual[CHANNELS];
+    double outcome[CHANNELS], residual[CHANNELS];
     const search_block block = block_of(&b->w, i, outcome, residual);
     assert_int_equal(rimi_search_observe(b->search, &block), RIM_OK);
     rimi_search_work(b->search, units);

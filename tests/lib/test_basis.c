@@ -319,8 +319,9 @@ enum {
   ROWS_AT = SCALES_AT + 12 * INTEGRANDS
 };
 
+#define LAG 0.125
 /* Outcome 0 from residuals, 1 from section LEVEL, 2 the integral of feature 0 and of the product of
- * features 0 and 1. */
+ * features 0 and 1, LAG blocks late. */
 static bytes agreement(void) {
   bytes b = {.size = 0};
   const uint32_t header[4] = {3, OUTCOMES, MEANS, INTEGRANDS};
@@ -338,7 +339,7 @@ static bytes agreement(void) {
   for (size_t i = 0; i < 3 * INTEGRANDS; ++i)
     f32(&b, numbers[i]);
   for (uint32_t o = 0; o < OUTCOMES; ++o) {
-    const double head[AGREEMENT_FIRST] = {o, 0.25, o == 2 ? 0.0 : -1.0, o == 2 ? 0.125 : 0.0};
+    const double head[AGREEMENT_FIRST] = {o, 0.25, o == 2 ? 0.0 : -1.0, o == 2 ? LAG : 0.0};
     for (size_t i = 0; i < AGREEMENT_FIRST; ++i)
       f32(&b, head[i]);
     for (uint32_t i = AGREEMENT_FIRST; i < STRIDE; ++i)
@@ -394,12 +395,20 @@ static double residual_less_others(const record *now, const record *before) {
   return now->residual[0] - sum / 2.0;
 }
 
-/* The change of outcome 2 that its integrands do not explain. */
+/* What the integrands of outcome 2 bring from block to block, which it shows LAG blocks late. */
+static double integrated_change(const record *now, const record *before) {
+  double change = 0.0;
+  for (uint32_t g = 0; g < INTEGRANDS; ++g) {
+    const double lagging = now->early[g] + now->late[g] - before->early[g] - before->late[g];
+    change += weight(2, 0, g) * (0.5 + g) * (now->early[g] + before->late[g] - LAG * lagging);
+  }
+  return change;
+}
+
+/* The change of outcome 2 that they do not explain. */
 static double unexplained_change(const record *now, const record *before) {
   double change = now->measured[2] - before->measured[2] - 0.25;
-  for (uint32_t g = 0; g < INTEGRANDS; ++g)
-    change -= weight(2, 0, g) * (0.5 + g) * (now->early[g] + before->late[g]);
-  return change;
+  return change - integrated_change(now, before);
 }
 
 static void what_remains_is_as_defined(void **state) {
@@ -407,30 +416,37 @@ static void what_remains_is_as_defined(void **state) {
   const bytes b = agreement();
   for (int with_level = 0; with_level < 2; ++with_level) {
     rim_agreement v;
-    double kept[AGREEMENT_STATE * OUTCOMES] = {0.0}, sum = 0.0;
+    double kept[AGREEMENT_STATE * OUTCOMES] = {0.0}, sum = 0.0, integrated = 0.0;
     assert_int_equal(rimi_agreement_open(&v, b.byte, b.size, FEATURES, OUTCOMES, MEANS), RIM_OK);
     record before;
     memset(&before, 0, sizeof before);
     for (uint32_t i = 0; i < 40; ++i) {
       record now = make_record(i);
       now.follows = now.follows && i > 0;
-      double remains[OUTCOMES];
+      double remains[OUTCOMES], expected[OUTCOMES];
+      const double predicted[OUTCOMES] = {0.5 * i, -1.0, 3.0};
       const agreement_block block = {.residual = now.residual,
                                      .mean = now.mean,
                                      .measured = now.measured,
+                                     .predicted = predicted,
                                      .early = now.early,
                                      .late = now.late,
                                      .level = with_level ? now.level : NULL,
                                      .follows = now.follows};
-      rimi_agreement_evaluate(&v, &block, kept, remains);
+      rimi_agreement_evaluate(&v, &block, kept, remains, expected);
       assert_true(fabs(remains[0] - residual_less_others(&now, &before)) < 1e-9);
       if (with_level)
         assert_true(remains[1] == now.measured[1] - now.level[1]);
       else
         assert_true(remains[1] != now.measured[1] - now.level[1]);
-      if (now.follows) /* across a gap the sum stays as it was */
+      if (now.follows) { /* across a gap the sums stay as they were */
         sum = AGREEMENT_KEEPS * sum + unexplained_change(&now, &before);
+        integrated = AGREEMENT_KEEPS * integrated + 0.25 + integrated_change(&now, &before);
+      }
       assert_true(fabs(remains[2] - sum) < 1e-9);
+      assert_true(expected[0] == predicted[0]); /* of residuals: as of behaviour */
+      assert_true(expected[1] == (with_level ? now.measured[1] - remains[1] : predicted[1]));
+      assert_true(fabs(expected[2] - integrated) < 1e-9);
       before = now;
     }
   }
@@ -450,14 +466,16 @@ static void few_others_say_what_is_expected(void **state) {
     const agreement_block block = {.residual = now.residual,
                                    .mean = now.mean,
                                    .measured = now.measured,
+                                   .predicted = now.level,
                                    .early = now.early,
                                    .late = now.late,
                                    .follows = now.follows};
-    double remains[OUTCOMES], expected = now.measured[0] - 0.25;
-    rimi_agreement_evaluate(&v, &block, kept, remains);
+    double remains[OUTCOMES], let_expect[OUTCOMES], expected = now.measured[0] - 0.25;
+    rimi_agreement_evaluate(&v, &block, kept, remains, let_expect);
     for (uint32_t j = 1; j < OUTCOMES; ++j)
       expected -= weight(0, 0, j) * now.measured[j];
     assert_true(fabs(remains[0] - expected) < 1e-12);
+    assert_true(let_expect[0] == now.measured[0] - remains[0]);
     expected = now.measured[2] - 0.25;
     for (uint32_t j = 0; j < 2; ++j)
       expected -= weight(2, 0, j) * now.measured[j];
@@ -539,7 +557,7 @@ static void damaged_agreement_is_refused(void **state) {
   static const struct {
     size_t word;
     double value;
-  } bad[] = {{0, -1.0}, {0, 4.0}, {2, -2.0}, {2, OUTCOMES}};
+  } bad[] = {{0, -1.0}, {0, 4.0}, {2, -2.0}, {2, OUTCOMES}, {3, -1.001}, {3, 1.001}};
   for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i) {
     b = good;
     put_f32(b.byte + ROWS_AT + 4 * (2 * STRIDE + bad[i].word), bad[i].value);

@@ -71,7 +71,7 @@ static uint64_t search_of(planted what, bool effects, uint16_t ring, uint32_t se
   start(&b, &w, ring);
   rimi_search_keep_maxima(b.search, maxima);
   for (uint32_t i = 0; i < w.blocks; ++i) {
-    double outcome[OUTCOMES], residual[CHANNELS];
+    double outcome[CHANNELS], residual[CHANNELS];
     search_block block = block_of(&w, i, outcome, residual);
     residual[OUTCOMES] = 0.5 * residual[0] + 0.1 * (double)(i % 5);
     residual[2 * OUTCOMES] = i % 11 == 3 ? 1.5 : -0.2;

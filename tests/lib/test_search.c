@@ -644,11 +644,11 @@ static void numbers_that_are_not_finite_change_nothing(void **state) {
   before = b;
   for (size_t k = 0; k < 2; ++k) {
     for (uint32_t which = 0; which < 5; ++which) {
-      double outcome[OUTCOMES], residual[CHANNELS];
+      double outcome[CHANNELS], residual[CHANNELS];
       double mean[MEANS] = {which == 0 ? bad[k] : 0.0};
       search_block block = block_of(&w, 20, outcome, residual);
       block.mean = mean;
-      outcome[OUTCOMES - 1] = which == 1 ? bad[k] : outcome[0];
+      outcome[2 * OUTCOMES - 1] = which == 1 ? bad[k] : outcome[0];
       residual[CHANNELS - 1] = which == 2 ? bad[k] : 0.0;
       block.t_s = which == 3 ? bad[k] : block.t_s;
       block.change = which == 4 ? bad[k] : 0.0;

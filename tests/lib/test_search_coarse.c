@@ -16,7 +16,7 @@ static void coarse_residuals_are_kept_in_bytes(void **state) {
     bench b;
     start(&b, &w, RING);
     for (uint32_t i = 0; i < sizeof z / sizeof *z; ++i) {
-      double outcome[OUTCOMES], residual[CHANNELS];
+      double outcome[CHANNELS], residual[CHANNELS];
       const search_block block = block_of(&w, i, outcome, residual);
       residual[c] = z[i] * w.s;
       assert_int_equal(rimi_search_observe(b.search, &block), RIM_OK);
@@ -33,7 +33,7 @@ static void keep_scatter(const double *z, const double *kept, uint32_t n, uint32
   bench b;
   start(&b, &w, RING);
   for (uint32_t i = 0; i < n; ++i) {
-    double outcome[OUTCOMES], residual[CHANNELS];
+    double outcome[CHANNELS], residual[CHANNELS];
     search_block block = block_of(&w, i, outcome, residual);
     block.apart = i == gap;
     for (uint32_t o = 0; o + 1 < OUTCOMES; ++o)
@@ -45,7 +45,7 @@ static void keep_scatter(const double *z, const double *kept, uint32_t n, uint32
     assert_true(search_residual(b.search, RIM_CHANNEL_SCATTER * OUTCOMES + OUTCOMES - 1, i) == 0.0);
   }
   rimi_search_reset(b.search); /* nothing of it is left */
-  double outcome[OUTCOMES], residual[CHANNELS];
+  double outcome[CHANNELS], residual[CHANNELS];
   const search_block block = block_of(&w, n, outcome, residual);
   residual[FIRST] = 9.0 * w.s;
   assert_int_equal(rimi_search_observe(b.search, &block), RIM_OK);

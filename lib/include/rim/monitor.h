@@ -103,7 +103,7 @@ typedef struct rim_monitor_health {
    RIM_MONITOR_KINDS * (size_t)(outcomes) *                                                        \
        (2u * (size_t)(fields) * ((fields) + 3u) + 74u + (region_features)) +                       \
    (size_t)(ring) *                                                                                \
-       (4u * (4u + (fields)) + 7u * (size_t)(outcomes) + (region_features) + (means) + 3u))
+       (4u * (4u + (fields)) + 8u * (size_t)(outcomes) + (region_features) + (means) + 3u))
 #define RIM_MONITOR_INTERFERENCE_BYTES 4096u /* more, for an image that watches interference */
 
 /* Writes the bytes that this image needs. Errors as rim_monitor_init; then *bytes is unchanged. */

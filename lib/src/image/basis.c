@@ -236,8 +236,10 @@ static bool agreement_rows_fit(const rim_agreement *a, uint32_t features) {
   for (size_t o = 0; o < a->outcomes; ++o) {
     const uint8_t *row = a->row + 4u * o * stride;
     const float source = rimi_le_f32(row, 0), integrand = rimi_le_f32(row, 2);
+    const double lag = (double)rimi_le_f32(row, 3);
     if (!(source >= 0.0f && source <= 3.0f) ||
-        !(integrand >= -1.0f && integrand < (float)a->outcomes))
+        !(integrand >= -1.0f && integrand < (float)a->outcomes) ||
+        !(lag >= -AGREEMENT_LAG && lag <= AGREEMENT_LAG))
       return false;
   }
   for (size_t g = 0; g < a->integrands; ++g) {
@@ -278,8 +280,9 @@ rim_status rimi_agreement_open(rim_agreement *view, const uint8_t *section, size
   return RIM_OK;
 }
 
-/* The arrays of the state, each of [outcomes]; the last one of [integrands]. */
-enum { BEFORE_RESIDUAL = 0, BEFORE_OUTCOME = 1, SUM = 2, LATE = 3 };
+/* The arrays of the state, each of [outcomes]. LATE: of an outcome's change in the next block, what
+ * its integrands brought in this one. */
+enum { BEFORE_RESIDUAL = 0, BEFORE_OUTCOME = 1, SUM = 2, LATE = 3, INTEGRATED = 4 };
 
 static double clipped_residual(const rim_agreement *a, const agreement_block *block, size_t j) {
   return rimi_clamp(block->residual[j] * (double)rimi_le_f32(a->inverse_sd, j), -AGREEMENT_CLIP,
@@ -335,16 +338,23 @@ static double from_few(const rim_agreement *a, const agreement_block *block, con
 }
 
 static double from_integral(const rim_agreement *a, const agreement_block *block,
-                            const uint8_t *row, size_t o, const double *state) {
+                            const uint8_t *row, size_t o, double *state) {
   const size_t count = a->outcomes;
+  const double lag = (double)rimi_le_f32(row, 3);
+  double now = 0.0, late = 0.0;
+  for (size_t g = 0; g < a->integrands; ++g) {
+    const double weight = (double)rimi_le_f32(row, AGREEMENT_FIRST + g) *
+                          (double)rimi_le_f32(a->integrand_inverse_sd, g);
+    const double lagging = lag * (block->early[g] + block->late[g]);
+    now += weight * (block->early[g] - lagging);
+    late += weight * (block->late[g] + lagging);
+  }
+  const double change = (double)rimi_le_f32(row, 1) + now + state[LATE * count + o];
+  state[LATE * count + o] = late;
   const double sum = state[SUM * count + o];
   if (!block->follows)
     return sum;
-  double change = (double)rimi_le_f32(row, 1);
-  for (size_t g = 0; g < a->integrands; ++g)
-    change += (double)rimi_le_f32(row, AGREEMENT_FIRST + g) *
-              (double)rimi_le_f32(a->integrand_inverse_sd, g) *
-              (block->early[g] + state[LATE * count + g]);
+  state[INTEGRATED * count + o] = AGREEMENT_KEEPS * state[INTEGRATED * count + o] + change;
   return AGREEMENT_KEEPS * sum + block->measured[o] - state[BEFORE_OUTCOME * count + o] - change;
 }
 
@@ -375,12 +385,14 @@ uint32_t rimi_agreement_source(const rim_agreement *a, uint32_t outcome) {
 }
 
 void rimi_agreement_evaluate(const rim_agreement *a, const agreement_block *block, double *state,
-                             double *remains) {
+                             double *remains, double *expected) {
   const size_t count = a->outcomes, stride = agreement_stride(count, a->means);
   for (size_t o = 0; o < count; ++o) {
     const uint8_t *row = a->row + 4u * o * stride;
-    const uint32_t source = (uint32_t)rimi_le_f32(row, 0);
-    if (source == AGREEMENT_RESIDUALS || (source == AGREEMENT_LEVEL && block->level == NULL))
+    uint32_t source = (uint32_t)rimi_le_f32(row, 0);
+    if (source == AGREEMENT_LEVEL && block->level == NULL)
+      source = AGREEMENT_RESIDUALS;
+    if (source == AGREEMENT_RESIDUALS)
       remains[o] = from_residuals(a, block, row, o, state + BEFORE_RESIDUAL * count);
     else if (source == AGREEMENT_LEVEL)
       remains[o] = block->measured[o] - block->level[o];
@@ -388,6 +400,9 @@ void rimi_agreement_evaluate(const rim_agreement *a, const agreement_block *bloc
       remains[o] = from_few(a, block, row, o);
     else
       remains[o] = from_integral(a, block, row, o, state);
+    expected[o] = source == AGREEMENT_RESIDUALS  ? block->predicted[o]
+                  : source == AGREEMENT_INTEGRAL ? state[INTEGRATED * count + o]
+                                                 : block->measured[o] - remains[o];
   }
   for (size_t j = 0; j < count; ++j) {
     const uint8_t *row = a->row + 4u * j * stride;
@@ -396,8 +411,6 @@ void rimi_agreement_evaluate(const rim_agreement *a, const agreement_block *bloc
     if ((uint32_t)rimi_le_f32(row, 0) == AGREEMENT_INTEGRAL)
       state[SUM * count + j] = remains[j];
   }
-  for (size_t g = 0; g < a->integrands; ++g)
-    state[LATE * count + g] = block->late[g];
 }
 
 agreement_gain rimi_agreement_gain(const rim_agreement *a, uint32_t outcome, uint32_t j,

@@ -119,7 +119,7 @@ void rimi_behaviour_error(const rim_behaviour *view, const uint16_t *unknown, bo
  *   f32 integrand_inverse_sd[G]
  *   f32 partial[G][2]     change of an integrand's mean per unit of a and of b in healthy runs
  *   f32 row[O][AGREEMENT_FIRST + O (2 + M)]: source (agreement_source), intercept, integrand,
- *     0, weights
+ *     lag (INTEGRAL: in blocks, -1 to 1), weights
  * RESIDUALS: weights of the others' residuals of the same block, of the block before, and of the
  *   same block times mean 0, 1, ... Residuals enter in standard deviations, clipped at
  *   AGREEMENT_CLIP; the sum is in the outcome's own standard deviations.
@@ -133,11 +133,14 @@ void rimi_behaviour_error(const rim_behaviour *view, const uint16_t *unknown, bo
  * The mean of an integral over a block changes by the integrand weighted by a triangle over both
  * blocks. With c_k = (k + .5) / n - .5 for row k of n and q = mean(c_k x_k), that is n periods
  * times (mean - 2 q of this block + mean + 2 q of the block before) / 2: exact, where the means of
- * the two blocks alone are wrong whenever the integrand changes within a block. */
+ * the two blocks alone are wrong whenever the integrand changes within a block. Where the outcome's
+ * reading is later than its integrands' by `lag` blocks (a part of a sampling period is usual), it
+ * lacks by lag times n periods what they changed by from block to block. */
 #define AGREEMENT_CLIP 4.0
 #define AGREEMENT_FIRST 4u
 #define AGREEMENT_KEEPS 0.9995  /* of the sum per block: it must stay bounded in a long flight */
 #define AGREEMENT_INTEGRANDS 3u /* at most per outcome */
+#define AGREEMENT_LAG 1.0       /* blocks, at most */
 
 typedef enum agreement_source {
   AGREEMENT_RESIDUALS = 0,
@@ -165,7 +168,7 @@ rim_status rimi_agreement_open(rim_agreement *view, const uint8_t *section, size
 
 /* One block; arrays of [outcomes], in the outcomes' units, mean[means] standardised. */
 typedef struct agreement_block {
-  const double *residual, *mean, *measured;
+  const double *residual, *mean, *measured, *predicted; /* predicted: by behaviour */
   const double *early, *late; /* [integrands]: mean - 2 q and mean + 2 q, as above */
   const double *level;        /* NULL: there is no section LEVEL */
   bool follows;               /* the block before is its neighbour in time */
@@ -184,14 +187,16 @@ uint32_t rimi_agreement_twin(const rim_agreement *view, uint32_t outcome);
 uint32_t rimi_agreement_source(const rim_agreement *view, uint32_t outcome);
 
 /* Doubles per outcome that are kept from block to block; all 0 before the first. */
-#define AGREEMENT_STATE (3u + AGREEMENT_INTEGRANDS)
+#define AGREEMENT_STATE 5u
 
 /* rimi_noise_disturbance() of a block's behaviour residuals, in the outcomes' units; work[O]. */
 double rimi_agreement_disturbance(const rim_agreement *view, const double *residual, double *work);
 
-/* remains[O], in the outcomes' units. Cost O(O^2 (2 + M)). */
+/* remains[O] and what is expected[O], in the outcomes' units: of an integral what was integrated
+ * since the start of the run, where only residuals tell what behaviour predicts. A gain's error is
+ * a share of it. Cost O(O^2 (2 + M)). */
 void rimi_agreement_evaluate(const rim_agreement *view, const agreement_block *block, double *state,
-                             double *remains);
+                             double *remains, double *expected);
 
 /* Where `outcome` is watched as an integral: its change per block and unit of outcome j, whose
  * feature is given. */

@@ -67,7 +67,7 @@ struct rim_monitor {
   rim_select *select;        /* not trained, else NULL */
   interference_watch *watch; /* NULL: the image has none */
   double *unit;              /* not trained: [region features] in unit coordinates */
-  double *predicted, *residual, *level, *agreement_state; /* trained: [2 O] [4 O] [2 O] [4 O] */
+  double *predicted, *residual, *level, *agreement_state; /* trained: [2 O] [4 O] [2 O] [5 O] */
   uint8_t *place;                                         /* trained: [region features] */
   bool *unknown;                                          /* trained: [channels], of the block */
   rim_alarm_life life;

@@ -63,7 +63,8 @@ static bool follows(rim_monitor *m) {
   return is_next;
 }
 
-/* Returns whether the block lies beyond what section LEVEL was trained on. */
+/* Residuals of the kind AGREEMENT; m->predicted says from here on what behaviour and agreement
+ * expect. Returns whether the block lies beyond what section LEVEL was trained on. */
 static bool agree(rim_monitor *m, bool is_next) {
   const size_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
   const double *level = NULL;
@@ -75,12 +76,13 @@ static bool agree(rim_monitor *m, bool is_next) {
   const agreement_block block = {.residual = m->residual,
                                  .mean = rimi_blocks_means(m->rows),
                                  .measured = rimi_blocks_outcomes(m->rows),
+                                 .predicted = m->predicted,
                                  .early = rimi_blocks_early(m->rows),
                                  .late = rimi_blocks_late(m->rows),
                                  .level = level,
                                  .follows = is_next};
   rimi_agreement_evaluate(&m->models.agreement, &block, m->agreement_state,
-                          m->residual + RIM_CHANNEL_AGREEMENT * outcomes);
+                          m->residual + RIM_CHANNEL_AGREEMENT * outcomes, m->predicted + outcomes);
   return extrapolation > RIM_NOMINAL_BELIEVED;
 }
 

@@ -31,7 +31,7 @@ static size_t lay_out(search_layout *at, const search_config *c) {
   at->work = (uint32_t)bytes;
   bytes += round8(4u * ring * (3u + fields));
   at->z = (uint32_t)bytes;
-  const size_t fine = c->channels < 2u * c->outcomes ? c->channels : 2u * c->outcomes;
+  const size_t fine = search_fine_of(c);
   bytes += round8(2u * ring * fine);
   at->coarse = (uint32_t)bytes;
   bytes += round8(ring * (c->channels - fine));
@@ -40,7 +40,7 @@ static size_t lay_out(search_layout *at, const search_config *c) {
   at->mean = (uint32_t)bytes;
   bytes += round8(ring * c->means);
   at->predicted = (uint32_t)bytes;
-  bytes += round8(ring * c->outcomes);
+  bytes += round8(ring * fine);
   at->change = (uint32_t)bytes;
   bytes += round8(2u * ring);
   at->apart = (uint32_t)bytes;
@@ -156,11 +156,11 @@ static block_pair pair_at(const rim_search *s, uint32_t slot) {
 /* Adds sign times what a block is to G = B'WB and u = B'Wr of a channel. */
 static void accumulate(rim_search *s, block_pair *n, double sign, uint32_t channel) {
   const noise_channel c = rimi_noise_channel(s->config.noise, channel);
-  const uint32_t k = c.fields, outcome = channel % s->config.outcomes;
+  const uint32_t k = c.fields;
   const uint32_t raw_count = s->config.noise->raw;
   const double rho = (double)c.rho;
   double white[NOISE_MAX_FIELDS], w_before = 0.0;
-  n->raw[1] = search_raw_prediction(s, n->slot, outcome);
+  n->raw[1] = search_raw_prediction(s, n->slot, channel);
   double w = rimi_search_weight(s, &c, channel, n->slot);
   if (!(w > 0.0))
     return;
@@ -168,7 +168,7 @@ static void accumulate(rim_search *s, block_pair *n, double sign, uint32_t chann
   if (rho > 0.0 && !n->first)
     w_before = rho * rimi_search_weight(s, &c, channel, n->before);
   if (w_before > 0.0) {
-    n->raw_before[1] = search_raw_prediction(s, n->before, outcome);
+    n->raw_before[1] = search_raw_prediction(s, n->before, channel);
     e -= rho * search_residual(s, channel, n->before);
   } else { /* with nothing before it */
     const double lead = rimi_sqrt(1.0 - rho * rho);
@@ -197,7 +197,7 @@ static void accumulate(rim_search *s, block_pair *n, double sign, uint32_t chann
 rim_status rimi_search_observe(rim_search *s, const search_block *b) {
   const search_config *c = &s->config;
   if (!rimi_is_finite(b->t_s) || !rimi_is_finite(b->change) || !rimi_is_finite(b->disturbance) ||
-      !all_finite(b->mean, c->means) || !all_finite(b->predicted, c->outcomes) ||
+      !all_finite(b->mean, c->means) || !all_finite(b->predicted, search_fine(s)) ||
       !all_finite(b->residual, c->channels))
     return RIM_E_DATA;
   const uint32_t slot = s->head;
@@ -209,10 +209,10 @@ rim_status rimi_search_observe(rim_search *s, const search_block *b) {
   search_disturbances(s)[slot] = (uint8_t)rimi_floor(rimi_clamp(disturbance, 0.0, 255.0) + 0.5);
   for (uint32_t m = 0; m < c->means; ++m)
     search_means(s, slot)[m] = to_byte(b->mean[m]);
-  for (uint32_t o = 0; o < c->outcomes; ++o) {
-    const noise_channel n = rimi_noise_channel(c->noise, o);
-    search_predictions(s, slot)[o] =
-        to_byte((b->predicted[o] - (double)n.p_center) / (double)n.p_scale);
+  for (uint32_t i = 0; i < search_fine(s); ++i) {
+    const noise_channel n = rimi_noise_channel(c->noise, i);
+    search_predictions(s, slot)[i] =
+        to_byte((b->predicted[i] - (double)n.p_center) / (double)n.p_scale);
   }
   for (uint32_t i = 0; i < c->channels; ++i)
     store_channel(s, slot, b, i);

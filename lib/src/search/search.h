@@ -83,7 +83,7 @@ typedef struct search_block {
   double t_s; /* since the start of the run */
   const uint8_t *feature;
   const double *mean;      /* [means] */
-  const double *predicted; /* [outcomes] */
+  const double *predicted; /* [channels], at most 2 outcomes: what behaviour and agreement expect */
   const double *residual;  /* [channels] */
   const bool *unknown;     /* [channels]: says nothing of this block; NULL: all are known */
   bool apart;              /* the block before is not its neighbour in time */

@@ -21,7 +21,7 @@ uint32_t rimi_search_slot_sum(const rim_search *s, uint32_t slot) {
   sum = rimi_byte_sum(sum, few, sizeof few);
   sum = rimi_byte_sum(sum, search_features(s, slot), s->config.features);
   sum = rimi_byte_sum(sum, search_means(s, slot), s->config.means);
-  sum = rimi_byte_sum(sum, search_predictions(s, slot), s->config.outcomes);
+  sum = rimi_byte_sum(sum, search_predictions(s, slot), fine);
   sum = rimi_byte_sum(sum, search_fine_residuals(s, slot), 2u * (size_t)fine);
   return rimi_byte_sum(sum, search_coarse_residuals(s, slot), s->config.channels - fine);
 }
@@ -32,9 +32,9 @@ uint32_t rimi_search_effects_sum(const rim_search *s) {
 
 static bool is_hypothesis(const rim_search *s, const search_hypothesis *h) {
   return h->family <= SEARCH_DURING && h->shape <= SEARCH_PROPORTIONAL &&
-         h->feature[0] < s->config.features &&
-         h->feature[1] < s->config.features && h->first[0] < SEARCH_BINS &&
-         h->first[1] < SEARCH_BINS && h->last[0] < SEARCH_BINS && h->last[1] < SEARCH_BINS;
+         h->feature[0] < s->config.features && h->feature[1] < s->config.features &&
+         h->first[0] < SEARCH_BINS && h->first[1] < SEARCH_BINS && h->last[0] < SEARCH_BINS &&
+         h->last[1] < SEARCH_BINS;
 }
 
 bool rimi_search_indices_hold(const rim_search *s) {

@@ -92,14 +92,20 @@ static inline uint8_t *search_features(const rim_search *s, uint32_t slot) {
 static inline int8_t *search_means(const rim_search *s, uint32_t slot) {
   return (int8_t *)search_at(s, s->at.mean) + (size_t)slot * s->config.means;
 }
-static inline int8_t *search_predictions(const rim_search *s, uint32_t slot) {
-  return (int8_t *)search_at(s, s->at.predicted) + (size_t)slot * s->config.outcomes;
-}
 /* Channels whose residuals are kept in 16 bits, and whose scale depends on the context: behaviour
  * and agreement. Those of the others, scatter and repeats, never need more than a byte. */
-static inline uint32_t search_fine(const rim_search *s) {
-  const uint32_t both = 2u * (uint32_t)s->config.outcomes;
-  return both < s->config.channels ? both : s->config.channels;
+static inline uint32_t search_fine_of(const search_config *c) {
+  const uint32_t both = 2u * (uint32_t)c->outcomes;
+  return both < c->channels ? both : c->channels;
+}
+static inline uint32_t search_fine(const rim_search *s) { return search_fine_of(&s->config); }
+static inline int8_t *search_predictions(const rim_search *s, uint32_t slot) {
+  return (int8_t *)search_at(s, s->at.predicted) + (size_t)slot * search_fine(s);
+}
+/* What a channel's residual is the rest of, standardised; of scatter and repeats: behaviour's. */
+static inline double search_raw_prediction(const rim_search *s, uint32_t slot, uint32_t channel) {
+  const uint32_t at = channel < search_fine(s) ? channel : channel % s->config.outcomes;
+  return (double)search_predictions(s, slot)[at] * SEARCH_BYTE_STEP;
 }
 static inline int16_t *search_fine_residuals(const rim_search *s, uint32_t slot) {
   return (int16_t *)search_at(s, s->at.z) + (size_t)slot * search_fine(s);
@@ -148,8 +154,8 @@ static inline float *search_g(const rim_search *s, uint32_t i) {
 }
 /* The prediction of the channel in turn, in its s. */
 static inline double search_p(const rim_search *s, uint32_t i) {
-  const uint32_t outcome = (uint32_t)s->channel % s->config.outcomes;
-  return s->p_zero + s->p_step * (double)search_predictions(s, search_slot(s, i))[outcome];
+  const uint32_t at = s->channel < search_fine(s) ? s->channel : s->channel % s->config.outcomes;
+  return s->p_zero + s->p_step * (double)search_predictions(s, search_slot(s, i))[at];
 }
 
 /* Which blocks of the ring a pass looks at. */
@@ -199,12 +205,8 @@ static inline bool search_walk_next(search_walk *w) {
 }
 
 /* statistic.c */
-/* The raw fields of a block but the prediction, which is the outcome's: raw[1] = 0. */
+/* The raw fields of a block but the prediction, which is the channel's: raw[1] = 0. */
 void rimi_search_raw_fields(const rim_search *s, uint32_t slot, double *raw);
-/* raw[1] */
-static inline double search_raw_prediction(const rim_search *s, uint32_t slot, uint32_t outcome) {
-  return (double)search_predictions(s, slot)[outcome] * SEARCH_BYTE_STEP;
-}
 /* 1 / sigma(x) of a block: by its prediction and the commands' change. */
 double rimi_search_scale(const rim_search *s, const noise_channel *c, uint32_t channel,
                          uint32_t slot);

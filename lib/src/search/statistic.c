@@ -29,8 +29,7 @@ double rimi_search_scale(const rim_search *s, const noise_channel *c, uint32_t c
                          uint32_t slot) {
   if (channel >= search_fine(s))
     return 1.0;
-  const uint32_t outcome = channel % s->config.outcomes;
-  return rimi_noise_weight(c, search_raw_prediction(s, slot, outcome),
+  return rimi_noise_weight(c, search_raw_prediction(s, slot, channel),
                            (double)search_changes(s)[slot] * SEARCH_CHANGE_STEP,
                            SEARCH_CALMEST +
                                (double)search_disturbances(s)[slot] * SEARCH_DISTURBANCE_STEP);
@@ -126,7 +125,6 @@ static void combine(const rim_search *s, const noise_channel *c, const double *l
 static void whiten(rim_search *s, const noise_channel *c, const double *l, const double *b,
                    double *mean) {
   const uint32_t k = c->fields, raw_count = s->config.noise->raw;
-  const uint32_t outcome = (uint32_t)s->channel % s->config.outcomes;
   const double rho = (double)c->rho;
   const double lead = rimi_sqrt(1.0 - rho * rho);
   search_combination to;
@@ -149,7 +147,7 @@ static void whiten(rim_search *s, const noise_channel *c, const double *l, const
     const double own = alone ? lead : 1.0, past = alone ? 0.0 : rho;
     double raw[NOISE_MAX_RAW];
     rimi_search_raw_fields(s, slot, raw);
-    raw[1] = search_raw_prediction(s, slot, outcome);
+    raw[1] = search_raw_prediction(s, slot, s->channel);
     for (uint32_t r = 0; r < raw_count; ++r)
       mean[r] += raw[r];
     double e = own * z - past * z_before;

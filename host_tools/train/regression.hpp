@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+// train/regression.hpp - ridge regressions of outcomes on common regressors, over folds of runs.
+#ifndef TRAIN_REGRESSION_HPP
+#define TRAIN_REGRESSION_HPP
+
+#include <functional>
+#include <vector>
+
+#include "train/fitter.hpp"
+
+namespace rim {
+
+struct Sums {
+  Eigen::MatrixXd gram;
+  Eigen::MatrixXd cross;
+};
+
+// Regressors and targets (one per outcome) of one run.
+struct Rows {
+  Matrix x, y;
+};
+
+// Of all runs, made when they are needed; and their sums per fold left out, fold kFolds: of all.
+struct Regression {
+  std::size_t runs = 0;
+  std::function<Rows(std::size_t)> rows;
+  std::vector<Sums> folds;
+};
+
+// Fills r->folds; targets are clipped at AGREEMENT_CLIP where clips.
+void add_folds(Regression *r, bool clips);
+
+// Weights of all regressors for target y, 0 but of the columns named.
+Eigen::VectorXd solve(const Sums &sums, const std::vector<Eigen::Index> &columns, Eigen::Index y,
+                      double ridge);
+
+// Weights per fold, the last of all runs; squared error over the runs left out, and that of 0.
+struct Fit {
+  std::vector<Eigen::VectorXd> weight;
+  double squares = 0.0, own = 0.0;
+};
+
+// By the ridge with the least error over runs left out. Reads every run once.
+Fit best_fit(const Regression &r, const std::vector<Eigen::Index> &columns, Eigen::Index y,
+             const std::vector<double> &ridges);
+
+} // namespace rim
+
+#endif
