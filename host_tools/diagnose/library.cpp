@@ -61,6 +61,15 @@ bool is_stream(const Feature &feature, const Feature &velocity) {
                   {"wind", "air", "current", "stream", "tide", "flow", "gust", "water"});
 }
 
+// Whether what varies so much may be this argument of the form. The zero of a temperature means
+// nothing: where it hardly varies beside its mean, it acts by what it departs from that.
+bool has_spread(const Form &form, const Argument &argument, const Vector &x) {
+  const double mean = x.mean(), sd = std::sqrt((x.array() - mean).square().mean());
+  const bool is_about = !form.shape.empty() && form.shape[0].quantiles_of == argument.name;
+  return sd >= form.least_spread * std::abs(mean) &&
+         (!is_about || sd < form.most_spread * std::abs(mean));
+}
+
 class Builder {
 public:
   Builder(const Measured &measured, const Channel &channel, const Catalogue &catalogue,
@@ -183,9 +192,7 @@ std::vector<std::vector<int>> Builder::assignments(const Form &form) const {
         if (form.arguments.size() > 1 &&
             measured_.features[static_cast<std::size_t>(f)].name == "m." + channel_.name)
           continue;
-        const Vector x = measured_.x.col(f);
-        const double mean = x.mean();
-        if (std::sqrt((x.array() - mean).square().mean()) < form.least_spread * std::abs(mean))
+        if (!has_spread(form, argument, measured_.x.col(f)))
           continue;
         longer.push_back(so_far);
         longer.back().push_back(f);
@@ -356,8 +363,9 @@ void Builder::add_form(const Form &form) {
       if (!form.shape.empty()) {
         const ShapeParameter &p = form.shape[0];
         c.term.shape = {{p.name, values[v], 0.0, shape_unit(form, arguments)}};
-        // Whole numbers without a unit (harmonics) are not refined, nor is what is usual.
-        if (p.unit != "1" && !p.first_is_usual)
+        // Whole numbers without a unit (harmonics) are not refined, nor is what is usual, nor what
+        // has one value.
+        if (p.unit != "1" && !p.first_is_usual && values.size() > 1)
           c.shape_range = {{values[v > 0 ? v - 1 : v], values[std::min(v + 1, values.size() - 1)]}};
       }
       c.group = group_of(form, c.term);
