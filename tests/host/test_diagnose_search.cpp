@@ -199,6 +199,52 @@ void a_force_over_a_length(void **) {
   assert_near(d.findings[0].term.shape[0].value, 0.6, 0.05);
 }
 
+// A damper strut: oil through an orifice, a gas spring, a seal. Some formula of the stroke looks
+// like the spring and its load, which are a straight line and are claimed as that.
+rim::Log strut(std::uint64_t seed) {
+  Random random(seed);
+  rim::Log log;
+  log.path = "strut" + std::to_string(seed);
+  log.columns = {{"x.stroke_mm", "mm", Role::context},
+                 {"x.stroke_mmps", "mm/s", Role::context},
+                 {"x.top_mps2", "m/s2", Role::context},
+                 {"z.force_N", "N", Role::outcome},
+                 {"m.force_N", "N", Role::mean}};
+  constexpr int kRows = 2000;
+  log.values.resize(kRows, 5);
+  double w[4], p[4];
+  for (int k = 0; k < 4; ++k) {
+    w[k] = 1.2 * std::exp(1.7 * random.uniform());
+    p[k] = 6.28 * random.uniform();
+  }
+  for (int i = 0; i < kRows; ++i) {
+    double x = 0.0, v = 0.0, a = 0.0;
+    for (int k = 0; k < 4; ++k) {
+      const double q = w[k] * 0.01 * i + p[k];
+      x += 0.04 * std::sin(q);
+      v += 0.04 * w[k] * std::cos(q);
+      a -= 0.04 * w[k] * w[k] * std::sin(q);
+    }
+    const double top = a + 0.15 * random.normal();
+    const double force = 40.0 * a + 720.0 * v * std::abs(v) + 1178.0 * x + 163.0 +
+                         77.0 * std::tanh(v / 0.005) + 9.0 * random.normal();
+    log.values.row(i) << 1e3 * x, 1e3 * (v + 0.004 * random.normal()), top, force, 40.0 * top;
+    log.t_s.push_back(0.01 * i);
+    log.row.push_back(static_cast<std::uint32_t>(i + 1));
+  }
+  log.rows_in_file = kRows;
+  return log;
+}
+
+void a_formula_that_is_a_straight_line(void **) {
+  for (const std::uint64_t seed : {1930U, 1950U}) {
+    const Diagnosis d = diagnosis({strut(seed), strut(seed + 1), strut(seed + 2)});
+    assert_true(is_claimed(d, "coupling") && is_claimed(d, "bias") &&
+                is_claimed(d, "coulomb_friction") && is_claimed(d, "quadratic_drag"));
+    assert_false(is_claimed(d, "unknown"));
+  }
+}
+
 // The zero of a voltage or temperature means nothing: where it varies by a twentieth of its mean,
 // it acts in proportion to what it departs from the usual by, and that is a coupling.
 void what_departs_from_its_usual_value(void **) {
@@ -308,7 +354,7 @@ void threads_change_nothing(void **) {
 } // namespace
 
 int main() {
-  std::printf("seeds 1 to 7, 11 to 17, 160 to 162, 180 to 182\n");
+  std::printf("seeds 1 to 7, 11 to 17, 160 to 162, 180 to 182, 1930 to 1932, 1950 to 1952\n");
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_constant_in_a_region),
       cmocka_unit_test(drag),
@@ -317,6 +363,7 @@ int main() {
       cmocka_unit_test(a_delay),
       cmocka_unit_test(a_reading_that_is_late),
       cmocka_unit_test(a_force_over_a_length),
+      cmocka_unit_test(a_formula_that_is_a_straight_line),
       cmocka_unit_test(what_departs_from_its_usual_value),
       cmocka_unit_test(twelve_times_a_turn),
       cmocka_unit_test(white_noise_claims_nothing),
