@@ -205,8 +205,8 @@ void Reader::check_expressions(const toml::table &table, const Form &form) const
 
 void Reader::read_form(const toml::table &table) {
   check_keys(table, {"cause", "form", "description", "kind", "basis", "arguments", "unordered",
-                     "fixed", "positive", "gate", "shape", "per", "least_spread", "cost", "sizes",
-                     "physical", "better", "worse_by"});
+                     "fixed", "positive", "gate", "shape", "per", "least_spread", "most_spread",
+                     "cost", "sizes", "physical", "better", "worse_by"});
   Form form;
   form.line = static_cast<int>(table.source().begin.line);
   form.cause = get<std::string>(table, "cause", "");
@@ -222,6 +222,7 @@ void Reader::read_form(const toml::table &table) {
   form.is_positive = get<bool>(table, "positive", false);
   form.cost = get<double>(table, "cost", 0.0);
   form.least_spread = get<double>(table, "least_spread", 0.0);
+  form.most_spread = get<double>(table, "most_spread", form.most_spread);
   form.per = texts(table, "per");
   form.size_names = texts(table, "sizes");
   form.is_physical = get<bool>(table, "physical", false);

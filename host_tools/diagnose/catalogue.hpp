@@ -14,20 +14,20 @@ namespace rim::diagnose {
 
 // Which features may stand for a placeholder.
 enum class ArgumentRole {
-  any,      // every feature
-  other,    // every feature but the channel's own velocity
-  own,      // the velocity whose change the channel is; every velocity when it is not known
-            // (diagnose/roles.hpp)
-  velocity, // unit m/s, km/s, rad/s or deg/s
-  signed_,  // features that take both signs
-  command,  // u. columns
-  angle,    // wrapped angles
-  heading,  // wrapped angles named heading, yaw, theta or psi; every angle when none is
-  altitude, // lengths named altitude or height, that change by 500 m at least
-  state,    // the channel's own reading that the prediction starts from
+  any,       // every feature
+  other,     // every feature but the channel's own velocity
+  own,       // the velocity whose change the channel is; every velocity when it is not known
+             // (diagnose/roles.hpp)
+  velocity,  // unit m/s, km/s, rad/s or deg/s
+  signed_,   // features that take both signs
+  command,   // u. columns
+  angle,     // wrapped angles
+  heading,   // wrapped angles named heading, yaw, theta or psi; every angle when none is
+  altitude,  // lengths named altitude or height, that change by 500 m at least
+  state,     // the channel's own reading that the prediction starts from
   own_state, // that, where it is the own velocity
-  stream,   // a velocity of what the vehicle moves in: wind, current
-  lagged,   // a command, or any quantity where there is none, through a first-order lag
+  stream,    // a velocity of what the vehicle moves in: wind, current
+  lagged,    // a command, or any quantity where there is none, through a first-order lag
 };
 
 enum class GateKind { none, interval, pair };
@@ -60,9 +60,11 @@ struct Form {
   std::vector<ShapeParameter> shape;
   std::vector<std::string> per;        // placeholders, "m" or "t" whose units divide the size's
   std::vector<std::string> size_names; // one a basis; empty: "size", or "sine" and "cosine"
-  bool is_physical = false;  // a law of physics: goes on beyond the rows that it was learnt from
-  std::string better;        // a form that is meant where it can be had: this one then costs
-  double worse_by = 5.0;     // so many nats more
+  bool is_physical = false; // a law of physics: goes on beyond the rows that it was learnt from
+  std::string better;       // a form that is meant where it can be had: this one then costs
+  double worse_by = 5.0;    // so many nats more
+  // Most sd over |mean| of the argument that the shape is a quantile of.
+  double most_spread = 1e300;
   double least_spread = 0.0; // of every argument: sd over |mean|; a quantity that hardly varies
                              // is a constant under another name
   double cost = 0.0;         // nats, beside what is reckoned: for forms less likely a priori

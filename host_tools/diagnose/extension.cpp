@@ -473,8 +473,11 @@ void TermReader::check_delay(const Term &term) const {
     names.emplace_back("play");
   if (term.form.rfind("lag", 0) == 0)
     names.emplace_back("lag");
-  if (term.form.rfind("delay", 0) == 0 || term.form == "lag_delay")
+  if (term.form.rfind("delay", 0) == 0 || term.form == "lag_delay" || term.form == "lag_length")
     names.emplace_back("delay");
+  if (is_late_form(term.form) && term.form.find("_length") != std::string::npos &&
+      term.arguments.count(kAlong) == 0)
+    fail(path_, *table_, fmt::format("form '{}' needs the argument '{}'", term.form, kAlong));
   for (const std::string &name : names) {
     const auto found = std::find_if(term.shape.begin(), term.shape.end(),
                                     [&name](const Parameter &p) { return p.name == name; });

@@ -36,7 +36,11 @@ double shape_value(const std::vector<Parameter> &shape, const std::string &form,
 // A table's rows in time, and those of them that are wanted: what every delay and lag shares.
 class Clock {
 public:
-  explicit Clock(const Measured &measured) : measured_(measured), all_(measured.rows()) {
+  // By the time, or by the way at this speed.
+  Clock(const Measured &measured, const Vector *speed)
+      : measured_(measured), elapsed_(measured.elapsed_s), all_(measured.rows()) {
+    if (speed != nullptr)
+      pass(*speed);
     std::iota(all_.begin(), all_.end(), Index{0});
     for (const LogSpan &log : measured.logs)
       longest_.push_back(kShortGap * median_step(log));
@@ -48,10 +52,12 @@ public:
   const std::vector<Index> &all() const { return all_; }
 
 private:
+  void pass(const Vector &speed);
   double median_step(const LogSpan &log) const;
   void find_steps();
 
   const Measured &measured_;
+  std::vector<double> elapsed_; // seconds, or the way since the log began
   std::vector<Index> all_;
   std::vector<double> longest_; // by log: the longest step that a straight line bridges
   // Steps of time are few different numbers: of each row, which one.
@@ -59,10 +65,19 @@ private:
   std::vector<std::uint32_t> step_of_;
 };
 
+void Clock::pass(const Vector &speed) {
+  for (const LogSpan &log : measured_.logs) {
+    elapsed_[log.first] = 0.0;
+    for (std::size_t i = log.first + 1; i < log.first + log.rows; ++i)
+      elapsed_[i] = elapsed_[i - 1] + std::abs(speed(static_cast<Index>(i - 1))) *
+                                          (measured_.elapsed_s[i] - measured_.elapsed_s[i - 1]);
+  }
+}
+
 double Clock::median_step(const LogSpan &log) const {
   std::vector<double> steps;
   for (std::size_t i = log.first + 1; i < log.first + log.rows; ++i)
-    steps.push_back(measured_.elapsed_s[i] - measured_.elapsed_s[i - 1]);
+    steps.push_back(elapsed_[i] - elapsed_[i - 1]);
   return median(std::move(steps));
 }
 
@@ -75,16 +90,16 @@ Vector Clock::delayed(const Vector &x, double delay_s, const std::vector<Index> 
     std::size_t from = log.first;
     for (; at < out.size() && rows[static_cast<std::size_t>(at)] < static_cast<Index>(end); ++at) {
       const auto i = static_cast<std::size_t>(rows[static_cast<std::size_t>(at)]);
-      const double then = measured_.elapsed_s[i] - delay_s;
-      while (from + 1 < end && measured_.elapsed_s[from + 1] <= then + 1e-9)
+      const double then = elapsed_[i] - delay_s;
+      while (from + 1 < end && elapsed_[from + 1] <= then + 1e-9)
         ++from;
       const auto k = static_cast<Index>(from);
       out(at) = x(k);
-      if (from + 1 >= end || then <= measured_.elapsed_s[from] || i == log.first)
+      if (from + 1 >= end || then <= elapsed_[from] || i == log.first)
         continue;
-      const double step = measured_.elapsed_s[from + 1] - measured_.elapsed_s[from];
+      const double step = elapsed_[from + 1] - elapsed_[from];
       if (step <= longest_[l])
-        out(at) += (then - measured_.elapsed_s[from]) / step * (x(k + 1) - x(k));
+        out(at) += (then - elapsed_[from]) / step * (x(k + 1) - x(k));
     }
   }
   return out;
@@ -95,7 +110,7 @@ void Clock::find_steps() {
   step_of_.resize(measured_.rows());
   for (const LogSpan &log : measured_.logs) {
     for (std::size_t i = log.first; i < log.first + log.rows; ++i) {
-      const double dt = i > log.first ? measured_.elapsed_s[i] - measured_.elapsed_s[i - 1] : 0.0;
+      const double dt = i > log.first ? elapsed_[i] - elapsed_[i - 1] : 0.0;
       const auto [found, is_new] = known.emplace(dt, static_cast<std::uint32_t>(steps_.size()));
       if (is_new)
         steps_.push_back(dt);
@@ -280,11 +295,14 @@ template <class Late> Vector LateResponse::column(Late late) const {
 Eigen::MatrixXd columns_at(const Term &term, const std::vector<std::vector<Parameter>> &shapes,
                            const Measured &measured, const Vector &m,
                            const std::vector<Index> *wanted) {
-  Clock clock(measured);
+  const auto along = term.arguments.find(kAlong);
+  const Vector speed =
+      along != term.arguments.end() ? feature_column(measured, along->second) : Vector();
+  Clock clock(measured, speed.size() > 0 ? &speed : nullptr);
   const std::vector<Index> &rows = wanted != nullptr ? *wanted : clock.all();
   Eigen::MatrixXd out(static_cast<Index>(rows.size()), static_cast<Index>(shapes.size()));
   const bool is_play = term.form == kBacklash, has_lag = term.form.rfind("lag", 0) == 0,
-             has_delay = !has_lag || term.form == "lag_delay",
+             has_delay = !has_lag || term.form == "lag_delay" || term.form == "lag_length",
              is_bare = term.response.empty() && term.ridges.empty();
   const auto state = term.arguments.find("s");
   const bool is_change = is_bare && !is_play && state != term.arguments.end();
@@ -313,7 +331,9 @@ Eigen::MatrixXd columns_at(const Term &term, const std::vector<std::vector<Param
       if (has_delay && (of("delay") != known_s || level != known_level)) {
         known_s = of("delay");
         known_level = level;
-        before = clock.delayed(x, known_s, clock.all());
+        before = along != term.arguments.end()
+                     ? delayed(x, measured, known_s) // a lag over a length
+                     : clock.delayed(x, known_s, clock.all());
       }
       column = clock.through_lag(has_delay ? before : x, of("lag"), start, rows) - x(rows);
     }
@@ -325,12 +345,12 @@ Eigen::MatrixXd columns_at(const Term &term, const std::vector<std::vector<Param
 } // namespace
 
 Vector delayed(const Vector &x, const Measured &measured, double delay_s) {
-  const Clock clock(measured);
+  const Clock clock(measured, nullptr);
   return clock.delayed(x, delay_s, clock.all());
 }
 
 Vector through_lag(const Vector &x, const Measured &measured, double lag_s) {
-  Clock clock(measured);
+  Clock clock(measured, nullptr);
   return clock.through_lag(x, lag_s, nullptr, clock.all());
 }
 

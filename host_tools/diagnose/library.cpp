@@ -32,6 +32,8 @@ constexpr double kOwnSquare = 20.0;
 // Play, as shares of the prediction's range.
 constexpr int kPlays = 18;
 constexpr double kLeastPlay = 0.002, kMostPlay = 0.6;
+// What comes late by a length: by how much of its mean the speed varies at least.
+constexpr double kLeastSpeeds = 0.1;
 // An altitude that hardly changes says nothing about the air.
 constexpr double kLeastClimb_m = 500.0;
 
@@ -59,6 +61,15 @@ bool is_stream(const Feature &feature, const Feature &velocity) {
   return !feature.is_command && !feature.is_prediction && feature.unit == velocity.unit &&
          has_word(feature.name,
                   {"wind", "air", "current", "stream", "tide", "flow", "gust", "water"});
+}
+
+// Whether what varies so much may be this argument of the form. The zero of a temperature means
+// nothing: where it hardly varies beside its mean, it acts by what it departs from that.
+bool has_spread(const Form &form, const Argument &argument, const Vector &x) {
+  const double mean = x.mean(), sd = std::sqrt((x.array() - mean).square().mean());
+  const bool is_about = !form.shape.empty() && form.shape[0].quantiles_of == argument.name;
+  return sd >= form.least_spread * std::abs(mean) &&
+         (!is_about || sd < form.most_spread * std::abs(mean));
 }
 
 class Builder {
@@ -95,6 +106,9 @@ private:
   void add_gates();
   double row_s() const;
   std::vector<std::vector<Parameter>> late_grid(const std::string &form) const;
+  void add_late(const Form &form, const std::vector<std::vector<Parameter>> &grid,
+                Candidate candidate);
+  void add_by_length(const Form &form, const Candidate &candidate);
   void add_lagged(const Form &form);
 
   const Measured &measured_;
@@ -183,9 +197,7 @@ std::vector<std::vector<int>> Builder::assignments(const Form &form) const {
         if (form.arguments.size() > 1 &&
             measured_.features[static_cast<std::size_t>(f)].name == "m." + channel_.name)
           continue;
-        const Vector x = measured_.x.col(f);
-        const double mean = x.mean();
-        if (std::sqrt((x.array() - mean).square().mean()) < form.least_spread * std::abs(mean))
+        if (!has_spread(form, argument, measured_.x.col(f)))
           continue;
         longer.push_back(so_far);
         longer.back().push_back(f);
@@ -356,8 +368,9 @@ void Builder::add_form(const Form &form) {
       if (!form.shape.empty()) {
         const ShapeParameter &p = form.shape[0];
         c.term.shape = {{p.name, values[v], 0.0, shape_unit(form, arguments)}};
-        // Whole numbers without a unit (harmonics) are not refined, nor is what is usual.
-        if (p.unit != "1" && !p.first_is_usual)
+        // Whole numbers without a unit (harmonics) are not refined, nor is what is usual, nor what
+        // has one value.
+        if (p.unit != "1" && !p.first_is_usual && values.size() > 1)
           c.shape_range = {{values[v > 0 ? v - 1 : v], values[std::min(v + 1, values.size() - 1)]}};
       }
       c.group = group_of(form, c.term);
@@ -421,6 +434,10 @@ std::vector<std::vector<Parameter>> Builder::late_grid(const std::string &form) 
     for (const double rows : {1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0})
       for (int k = 0; k < 14; ++k)
         out.push_back({lag(k), {"delay", rows * row, 0.0, "s"}});
+  } else if (form == "lag_length") { // what a row's command does is seen at its end, or at once
+    for (const double rows : {0.0, 1.0})
+      for (int k = 0; k < 14; ++k)
+        out.push_back({lag(k), {"delay", rows * row, 0.0, "s"}});
   } else if (form == "lag" || form == "lag_command") {
     for (int k = 0; k < 14; ++k)
       out.push_back({lag(k)});
@@ -431,14 +448,36 @@ std::vector<std::vector<Parameter>> Builder::late_grid(const std::string &form) 
   return out;
 }
 
+// The grid of times at the mean speed is one of lengths.
+void Builder::add_by_length(const Form &form, const Candidate &candidate) {
+  for (const std::vector<int> &argument : assignments(form)) {
+    const Feature &feature = measured_.features[static_cast<std::size_t>(argument[0])];
+    const Vector speed = measured_.x.col(argument[0]).cwiseAbs();
+    const double mean = speed.mean(), sd = std::sqrt((speed.array() - mean).square().mean());
+    const std::string &unit = feature.unit;
+    const bool is_per_s = unit.size() > 2 && unit.compare(unit.size() - 2, 2, "/s") == 0;
+    if (has_start_ || feature.is_prediction || !(is_per_s || unit.empty()) ||
+        !(sd > kLeastSpeeds * mean))
+      continue;
+    Candidate c = candidate;
+    c.term.arguments[form.arguments[0].name] = feature.name;
+    std::vector<std::vector<Parameter>> grid = late_grid(form.form);
+    for (std::vector<Parameter> &shape : grid) {
+      shape[0].value *= mean;
+      shape[0].unit = is_per_s ? unit.substr(0, unit.size() - 2) : "";
+    }
+    add_late(form, grid, c);
+  }
+}
+
 void Builder::add_built_in(const Form &form) {
-  Candidate candidate;
+  Candidate candidate = candidate_of(form);
   candidate.is_fixed = true;
-  candidate.is_physical = form.is_physical;
   candidate.group = "late";
-  candidate.term.channel = channel_.name;
-  candidate.term.cause = form.cause;
-  candidate.term.form = form.form;
+  if (!form.arguments.empty()) {
+    add_by_length(form, candidate);
+    return;
+  }
   if (form.form == "delay" || form.form == "lag_command") {
     if (!response_.is_tried)
       response_ = fit_response(measured_, channel_);
@@ -451,7 +490,11 @@ void Builder::add_built_in(const Form &form) {
     return;
   if (has_start_ && candidate.term.response.empty() && candidate.term.ridges.empty())
     candidate.term.arguments["s"] = measured_.features[static_cast<std::size_t>(state_)].name;
-  const std::vector<std::vector<Parameter>> grid = late_grid(form.form);
+  add_late(form, late_grid(form.form), std::move(candidate));
+}
+
+void Builder::add_late(const Form &form, const std::vector<std::vector<Parameter>> &grid,
+                       Candidate candidate) {
   candidate.penalty = std::log(static_cast<double>(grid.size())) + 0.5 * out_.ln_rows + form.cost;
   const Eigen::MatrixXd columns = late_columns(candidate.term, grid, measured_, channel_.m);
   for (std::size_t k = 0; k < grid.size(); ++k) {

@@ -28,6 +28,7 @@ constexpr double kClearOwn = 0.6;
 constexpr double kMostRateError = 0.3;
 constexpr double kLeastStateCorrelation = 0.9;
 constexpr double kLeastStartCorrelation = 0.5;
+constexpr double kNoChange = 1e-6; // of the largest prediction
 // Sense of a velocity: the least correlation of a level with the prediction; rows that are looked
 // at.
 constexpr double kSenseOfLevel = 0.8;
@@ -391,7 +392,10 @@ int own_state(const Measured &thin, const Channel &of_thin) {
 bool starts_from(const Measured &thin, const Channel &of_thin, int feature) {
   const Measured &measured = full(thin);
   const Channel &channel = full(thin, of_thin);
-  Moments bends; // second differences: of what moves smoothly little is left
+  const Vector change = channel.m - measured.x.col(feature);
+  if (change.cwiseAbs().maxCoeff() <= kNoChange * channel.m.cwiseAbs().maxCoeff())
+    return false; // it is the reading: of no change within a row can anything come late
+  Moments bends;  // second differences: of what moves smoothly little is left
   for (const LogSpan &log : measured.logs) {
     for (std::size_t i = log.first + 1; i + 1 < log.first + log.rows; ++i) {
       const auto k = static_cast<Index>(i);

@@ -118,6 +118,7 @@ private:
   void formulas_for_tables();
   std::vector<Member> named_part(std::size_t formula, std::size_t part) const;
   void name_parts();
+  std::vector<Member> as_straight_line(std::size_t formula) const;
   void try_expressions(const std::vector<Member> &kept);
   std::vector<Expression> expressions_beside(const std::vector<Member> &base);
   double score_of(const std::vector<Member> &members, const Noise &noise) const;

@@ -329,7 +329,7 @@ namespace {
 Measured behind(const Measured &measured, const Term &term) {
   Measured late = measured;
   for (std::size_t f = 0; f < late.features.size(); ++f) {
-    if (!late.features[f].is_command)
+    if (!late.features[f].is_command || term.arguments.count(kAlong) > 0)
       continue;
     for (const char *what : {"delay", "lag"}) { // what is late comes to the lag late
       for (const Parameter &p : term.shape) {

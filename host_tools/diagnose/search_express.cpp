@@ -232,6 +232,31 @@ std::vector<Member> ChannelSearch::named_part(std::size_t formula, std::size_t p
   return named;
 }
 
+// The members with a coupling and a constant in place of a formula of one feature, where that is a
+// straight line in all but its looks; none: it is not.
+std::vector<Member> ChannelSearch::as_straight_line(std::size_t formula) const {
+  const Term &term = out_.members[formula].term;
+  if (term.arguments.size() != 1)
+    return {};
+  std::vector<Member> all;
+  for (const Member &m : without(formula)) {
+    if (m.is_given || m.term.cause != "bias" || !m.term.gate.everywhere())
+      all.push_back(m);
+  }
+  const std::size_t others = all.size();
+  for (std::size_t c = 0; c < library_.candidates.size(); ++c) {
+    const Term &named = library_.candidates[c].term;
+    const bool is_of_it = !named.arguments.empty() &&
+                          named.arguments.begin()->second == term.arguments.begin()->second;
+    if (named.form == "bias" ||
+        (is_of_it && (named.form == "coupling" || named.form == "coupling_about")))
+      all.push_back(form_member(static_cast<int>(c), false));
+  }
+  const bool is_line = all.size() == others + 2 &&
+                       score_of(all, out_.noise) > score_of(out_.members, out_.noise) - kForName;
+  return is_line ? all : std::vector<Member>{};
+}
+
 // Where a part of a formula has a name (it is about a friction or a drag, or exactly another form
 // of features that no other part is of) it is claimed as that, and the formula is what remains.
 void ChannelSearch::name_parts() {
@@ -239,6 +264,13 @@ void ChannelSearch::name_parts() {
     changed = false;
     for (std::size_t j = 0; !changed && j < out_.members.size(); ++j) {
       const std::size_t parts = out_.members[j].is_given ? 0 : out_.members[j].part_penalty.size();
+      std::vector<Member> line = parts > 0 ? as_straight_line(j) : std::vector<Member>{};
+      if (!line.empty()) {
+        out_.members = std::move(line);
+        out_.rival_expressions.clear();
+        changed = true;
+        break;
+      }
       for (std::size_t k = 0; !changed && k < parts; ++k) {
         std::vector<Member> named = named_part(j, k);
         changed = !named.empty();

@@ -613,7 +613,8 @@ void SetSearch::begin_noise() {
       continue;
     if (candidate.is_physical && groups.insert(candidate.group).second)
       columns.push_back(candidate.column);
-    else if (candidate.term.form == "coupling" && proportional.size() < kMostProportional)
+    else if ((candidate.term.form == "coupling" || candidate.term.form == "coupling_about") &&
+             proportional.size() < kMostProportional)
       proportional.push_back(candidate.column);
   }
   const auto k = static_cast<Index>(columns.size());

@@ -183,8 +183,8 @@ std::string base_feature(const std::string &name) {
 }
 
 bool is_late_form(const std::string &form) {
-  static const std::set<std::string> late{"delay", "delay_reading", "lag", "lag_command",
-                                          "lag_delay"};
+  static const std::set<std::string> late{"delay",       "delay_reading", "delay_length", "lag",
+                                          "lag_command", "lag_delay",     "lag_length"};
   return late.count(form) > 0;
 }
 
@@ -194,6 +194,38 @@ namespace {
 
 bool stands_before(const Term &term) {
   return term.form == kDeadZoneBefore || term.form == kSaturationBefore;
+}
+
+// What comes late, and by how much: a time, or a length at a speed.
+std::string late_text_of(const Term &term) {
+  const Parameter *level = level_before(term);
+  const std::string what =
+      !is_bare(term) ? "the command"
+      : level != nullptr
+          ? "what the " + std::string(level->name == kUpTo ? "saturation" : "dead zone") + " leaves"
+      : term.arguments.count("s") > 0 ? "the predicted change"
+                                      : "the prediction";
+  const auto shape = [&term](const char *name) {
+    return std::find_if(term.shape.begin(), term.shape.end(),
+                        [name](const Parameter &p) { return p.name == name; });
+  };
+  const bool is_delay = term.form.rfind("delay", 0) == 0;
+  const Parameter &by =
+      *shape(is_delay ? "delay" : "lag"); // reading a term checks that it is there
+  const auto along = term.arguments.find(kAlong);
+  const std::string length =
+      along == term.arguments.end()
+          ? ""
+          : fmt::format("{:.3g}{} at {}", by.value, by.unit.empty() ? "" : " " + by.unit,
+                        strip(along->second));
+  if (is_delay)
+    return length.empty() ? fmt::format("{} of {:.3g} s ago in place of now's", what, by.value)
+                          : what + " of " + length + " before, in place of now's";
+  const auto before = shape("delay");
+  const double delay = before != term.shape.end() ? before->value : 0.0;
+  const std::string ago = delay > 0.0 ? fmt::format(" of {:.3g} s ago", delay) : "";
+  return what + ago + " through a first-order lag " +
+         (length.empty() ? fmt::format("of {:.3g} s", by.value) : "over " + length);
 }
 
 } // namespace
@@ -221,9 +253,7 @@ bool remembers(const Term &term) {
   return term.form == kBacklash || (moves_prediction(term) && !stands_before(term));
 }
 
-bool is_level(const Term &term) {
-  return term.cause == "saturation" || term.cause == "dead_zone";
-}
+bool is_level(const Term &term) { return term.cause == "saturation" || term.cause == "dead_zone"; }
 
 Vector ridge_values(const Ridge &ridge, const Vector &s) {
   const auto last = ridge.knots.size() - 1;
@@ -308,23 +338,8 @@ std::string expression_text(const Term &term) {
   if (term.form == "table")
     return "table of " + std::to_string(term.knots.size()) + " values over " +
            strip(term.arguments.begin()->second);
-  if (remembers(term) && term.form != kBacklash) {
-    const Parameter *level = level_before(term);
-    const std::string what = !is_bare(term)     ? "the command"
-                             : level != nullptr ? "what the " +
-                                                      std::string(level->name == kUpTo
-                                                                      ? "saturation"
-                                                                      : "dead zone") +
-                                                      " leaves"
-                             : term.arguments.count("s") > 0 ? "the predicted change"
-                                                             : "the prediction";
-    if (term.form.rfind("delay", 0) == 0)
-      return fmt::format("{} of {:.3g} s ago in place of now's", what, shape_of(term, "delay"));
-    return fmt::format(
-        "{}{} through a first-order lag of {:.3g} s", what,
-        term.form == "lag_delay" ? fmt::format(" of {:.3g} s ago", shape_of(term, "delay")) : "",
-        shape_of(term, "lag"));
-  }
+  if (remembers(term) && term.form != kBacklash)
+    return late_text_of(term);
   if (term.form == kBacklash)
     return fmt::format("the prediction through play of {:.3g}", shape_of(term, "play"));
   std::string text;

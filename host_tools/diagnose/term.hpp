@@ -30,6 +30,10 @@ inline constexpr const char *kUpTo = "saturation", *kSaturationBefore = "saturat
 // A coupling whose argument comes through a first-order lag: "u.current~12".
 inline constexpr const char *kLaggedCoupling = "coupling_lag";
 
+// The argument of what comes late by a length instead of a time, as the force of a tyre does: the
+// speed at which that length is passed. The form's name then ends in "_length".
+inline constexpr const char *kAlong = "along";
+
 // A term acts on a row where it adds at least so many stated sd.
 inline constexpr double kActs = 0.1;
 
@@ -125,7 +129,7 @@ std::string base_feature(const std::string &name);
 // "0.2 s ago lagged by 0.1 s" of "u.speed_mps@0.2~0.1"; empty of a feature that is not late.
 std::string late_text(const std::string &name);
 // Whether a form is one of the late commands, which the program computes instead of an expression:
-// "delay", "delay_reading", "lag", "lag_command" or "lag_delay".
+// "delay", "delay_reading", "lag", "lag_command" or "lag_delay"; "delay_length" or "lag_length".
 bool is_late_form(const std::string &form);
 // Whether the program computes a form instead of an expression: those, and "backlash".
 bool has_no_expression(const std::string &form);

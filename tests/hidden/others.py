@@ -8,7 +8,7 @@ columns and m. Only rim is told of the hold-out before it is judged there: it dr
 Printed: which of the right terms are named, how many terms or nodes, of the RMSE on the hold-out how much is left, and whether the set's bar is
 met: no fewer right terms than any other, at most 1.05 times the least error, with fewer terms than the one that leaves it; where that one has no
 more terms than rim, as few.
-The measured machines are skipped, saying so, where they are not; the simulated ones are tests/hidden/physics.py's and strangers.py's."""
+The measured machines are skipped, saying so, where they are not; the simulated ones are tests/hidden/physics.py's, strangers.py's and strays.py's."""
 import argparse
 import csv
 import glob
@@ -37,6 +37,15 @@ STRANGERS = {
     "press": ("force_kN", "x.rod_mmps", FRICTION), "swing": ("alpha_radps2", "x.theta_dot", FRICTION), "copter": ("ax_mps2", "x.vx_mps", ("linear",)),
     "boat": ("du_mps", "x.u_mps", ("drag",)), "winch": ("torque", None, ()), "sensor": ("p_bar", None, ()), "payarm": ("tau_Nm", "x.qd_radps", FRICTION),
     "oven": ("dT_degC", None, ()), "servo": ("angle_deg", None, ()), "valve": ("flow", None, ()),
+}
+# of strays.py: of the right terms the cause, and the columns of the sparse regression that say it; no column: nothing of it can
+STRAYS = {
+    "propeller": ("thrust_N", None, (("product", "u.prop_rps*x.airspeed_mps"),)), "cogging": ("amps", "x.rotor_radps", ("sign", ("periodic",))),
+    "strapdown": ("ax", None, (("gain", "m", "x.table_x_mps2"), ("coupling", "x.table_y_mps2"))),
+    "runway": ("along_mps2", "x.ground_speed_mps", ("drag",)), "strut": ("force_N", "x.stroke_mmps", ("sign", "drag", ("coupling", "x.stroke_mm"))),
+    "sonar": ("echo_m", None, (("product", "x.water_degC*m", "x.depth_plan_m*x.water_degC"),)),
+    "balance": ("shown_g", None, (("coupling", "x.room_degC"),)), "hoist": ("cage_m", None, (("product", "x.drum_m*x.rope_kN", "x.rope_kN*m"),)),
+    "survey": ("along_mps", None, (("delay",),)), "peltier": ("cold_degC", None, (("coupling", "x.hot_degC"),)),
 }
 CAUSES = {"sign": "coulomb_friction", "linear": "viscous_friction", "drag": "quadratic_drag"}
 
@@ -93,7 +102,7 @@ def named(of, coefficients, velocity, wanted):
     texts = {t for t, c in zip(of, coefficients) if c != 0}
     forms = {"sign": "sign(%s)" % velocity, "linear": velocity, "drag": "%s*abs(%s)" % (velocity, velocity)}
     also = {"drag": "%s*%s" % (velocity, velocity)}  # where the speed never changes its sign
-    return sum(forms[w] in texts or also.get(w) in texts for w in wanted)
+    return sum(bool(texts.intersection(w[1:])) if isinstance(w, tuple) else forms[w] in texts or also.get(w) in texts for w in wanted)
 
 
 def rms(a):
@@ -123,7 +132,7 @@ def compare(o, title, fit, held, channel, velocity, wanted):
         d = json.load(text)
     mine = [f for f in d["findings"] if f["channel"] == channel and f["cause"] not in ("noise", "stuck", "dropout")]
     causes = {f["cause"] for f in mine}
-    rows.append(("rim", sum(CAUSES[w] in causes for w in wanted), sum(max(1, len(f["form"]["basis"])) for f in mine),
+    rows.append(("rim", sum((w[0] if isinstance(w, tuple) else CAUSES[w]) in causes for w in wanted), sum(max(1, len(f["form"]["basis"])) for f in mine),
                  d["gain"]["channels"][channel]["ratio"]))
     for label, right, terms, left in rows:
         print("%-22s %-11s %-7s %5d  %6.3f" % (title, label, "-" if right is None or not wanted else "%d/%d" % (right, len(wanted)), terms, left),
@@ -164,8 +173,8 @@ def measured(o):
 
 
 def simulated(o):
-    for machine, (channel, velocity, wanted) in {**SIMULATED, **STRANGERS}.items():
-        drawer = "physics.py" if machine in SIMULATED else "strangers.py"
+    for machine, (channel, velocity, wanted) in {**SIMULATED, **STRANGERS, **STRAYS}.items():
+        drawer = "physics.py" if machine in SIMULATED else "strangers.py" if machine in STRANGERS else "strays.py"
         folder = os.path.join(o.work, "logs", machine)
         os.makedirs(folder, exist_ok=True)
         subprocess.run([sys.executable, os.path.join(os.path.dirname(os.path.abspath(__file__)), drawer), "--seed", str(o.seed), "--family",

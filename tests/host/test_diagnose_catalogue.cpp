@@ -82,6 +82,7 @@ positive = true
 gate = "interval"
 per = ["f", "g"]
 least_spread = 0.25
+most_spread = 0.75
 cost = 1.5
 [cause.shape]
 level = { quantiles_of = "f", count = 5, low_share = 0.1, high_share = 0.9, unit = "m" }
@@ -97,6 +98,7 @@ level = { quantiles_of = "f", count = 5, low_share = 0.1, high_share = 0.9, unit
   assert_true(f.is_unordered && f.is_positive && !f.is_fixed);
   assert_true(f.gate == GateKind::interval);
   assert_near(f.least_spread, 0.25, 0.0);
+  assert_near(f.most_spread, 0.75, 0.0);
   assert_near(f.cost, 1.5, 0.0);
   assert_int_equal(f.shape.size(), 1);
   assert_string_equal(f.shape[0].quantiles_of.c_str(), "f");

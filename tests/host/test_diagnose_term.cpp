@@ -203,6 +203,33 @@ void a_delay_takes_the_command_of_then(void **) {
   assert_near(mean_effect(lag, commanded, m)(4), 1.0, 0.0);
 }
 
+// Late by a length instead of a time: the way at the speeds of the first log is 0, 0, .1, .3 m, of
+// the other 0, 1, 2.1, 3.3 m.
+void late_by_a_length(void **) {
+  const Measured t = small();
+  Term late = term("");
+  late.arguments = {{rim::diagnose::kAlong, "s.speed_mps"}};
+  late.cause = "delay";
+  late.form = "delay_length";
+  late.shape = {{"delay", 0.2, 0.0, "m"}};
+  const Vector m = t.channels[0].m;
+  assert_near(mean_effect(late, t, m)(2), 0.0 - 4.0, 1e-12); // the log's first row before it
+  assert_near(mean_effect(late, t, m)(3), 4.0 - 6.0, 1e-12);
+  assert_near(mean_effect(late, t, m)(5), 20.0 + 2.0 * 0.8 - 22.0, 1e-12);
+  assert_string_equal(rim::diagnose::expression_text(late).c_str(),
+                      "the prediction of 0.2 m at speed before, in place of now's");
+  late.cause = "lag";
+  late.form = "lag_length";
+  late.shape = {{"lag", 0.5, 0.0, "m"}, {"delay", 0.1, 0.0, "s"}};
+  const double share = 1.0 - std::exp(-1.0 / 0.5);             // of a metre
+  assert_near(mean_effect(late, t, m)(5), 20.0 - 22.0, 1e-12); // what came a row before
+  assert_near(mean_effect(late, t, m)(6), 20.0 + (1.0 - std::exp(-1.1 / 0.5)) * 2.0 - 24.0, 1e-12);
+  late.shape[1].value = 0.0;
+  assert_near(mean_effect(late, t, m)(5), 20.0 + share * 2.0 - 22.0, 1e-12);
+  assert_string_equal(rim::diagnose::expression_text(late).c_str(),
+                      "the prediction through a first-order lag over 0.5 m at speed");
+}
+
 // A lag of .2 s of what a dead zone or saturation of 3 before it leaves.
 Term lag_behind(const char *limit) {
   Term lag = term("");
@@ -338,6 +365,7 @@ int main() {
       cmocka_unit_test(expressions_that_are_none_are_refused),
       cmocka_unit_test(tables_are_straight_between_knots_and_flat_beyond),
       cmocka_unit_test(a_delay_takes_the_command_of_then),
+      cmocka_unit_test(late_by_a_length),
       cmocka_unit_test(a_dead_zone_before_a_lag),
       cmocka_unit_test(saturation_before_a_lag),
       cmocka_unit_test(play_holds_until_it_is_taken_up),

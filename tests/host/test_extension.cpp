@@ -305,6 +305,11 @@ void built_in_forms_need_what_they_need(void **) {
   (void)rim::diagnose::read_extension(written(head + shape + "[term.response]\n\"u.a\" = 1\n"));
   (void)rim::diagnose::read_extension(written(head + "form = \"delay_reading\"\n" + shape));
   refuse("", ":line 2: ", "needs a [[term.shape]] named 'delay'");
+  refuse("form = \"delay_length\"\n" + shape, ":line 2: ", "needs the argument 'along'");
+  (void)rim::diagnose::read_extension(
+      written(head + "form = \"delay_length\"\narguments = { along = \"s.v_mps\" }\n" + shape));
+  refuse("form = \"lag_length\"\narguments = { along = \"s.v_mps\" }\n" + shape,
+         ":line 2: ", "needs a [[term.shape]] named 'lag'");
   (void)rim::diagnose::read_extension(written(head + shape)); /* the whole prediction is late */
   refuse(shape + "[term.response]\n\"u.a*z.v_mps\" = 1\n", ":line 9: ", "cycle");
   refuse("form = \"table\"\n", ":line 2: ", "two knots");
