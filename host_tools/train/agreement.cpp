@@ -225,24 +225,7 @@ public:
     take(AGREEMENT_RESIDUALS, std::sqrt(fit.squares / std::max(fit.own, 1e-300)));
   }
   // A few others' readings.
-  void try_few() {
-    const std::vector<Eigen::Index> others = choose_few(from_.few, from_.layout, j_);
-    if (others.empty())
-      return;
-    const Fit fit = best_fit(from_.few, others, j_, {kUnshrunk});
-    const double sd = from_.levels.sd[j_];
-    double own = 0.0;
-    for (std::size_t r = 0; r < remains_.size(); ++r) {
-      remains_[r] = left_over(from_.few.rows(r), j_, fit.weight[r % kFolds]) * sd;
-      own += from_.residual[r].col(j_).squaredNorm();
-    }
-    if (offset_variance(remains_) >= kMustWin * variance)
-      return;
-    const Eigen::VectorXd &w = fit.weight[kFolds];
-    few = (w.head(w.size() - 1).array() * sd / from_.levels.sd.transpose().array()).matrix();
-    intercept = from_.levels.mean[j_] + sd * w[w.size() - 1] - few.dot(from_.levels.mean);
-    take(AGREEMENT_FEW, std::sqrt(fit.squares * sd * sd / std::max(own, 1e-300)));
-  }
+  void try_few();
   // Section LEVEL.
   void try_level() {
     const double part = level_remains(from_.runs, from_.level, from_.residual, j_, &remains_);
@@ -285,19 +268,7 @@ public:
   }
 
 private:
-  void take_integral(const std::vector<Integral> &of) {
-    std::vector<Eigen::VectorXd> change;
-    for (std::size_t r = 0; r < remains_.size(); ++r) {
-      Summed sum = summed(a_, from_.runs, r, j_, of[r % kFolds]);
-      remains_[r] = std::move(sum.remains);
-      change.push_back(std::move(sum.integrated));
-    }
-    if (offset_variance(remains_) >= kMustWin * variance)
-      return;
-    integral = of[kFolds];
-    integrated_ = std::move(change);
-    take(AGREEMENT_INTEGRAL, error);
-  }
+  void take_integral(const std::vector<Integral> &of);
   void take(int which, double of_behaviour) {
     source = which;
     error = of_behaviour;
@@ -309,6 +280,39 @@ private:
   Eigen::Index j_;
   std::vector<Eigen::VectorXd> remains_, integrated_;
 };
+
+void Choice::try_few() {
+  const std::vector<Eigen::Index> others = choose_few(from_.few, from_.layout, j_);
+  if (others.empty())
+    return;
+  const Fit fit = best_fit(from_.few, others, j_, {kUnshrunk});
+  const double sd = from_.levels.sd[j_];
+  double own = 0.0;
+  for (std::size_t r = 0; r < remains_.size(); ++r) {
+    remains_[r] = left_over(from_.few.rows(r), j_, fit.weight[r % kFolds]) * sd;
+    own += from_.residual[r].col(j_).squaredNorm();
+  }
+  if (offset_variance(remains_) >= kMustWin * variance)
+    return;
+  const Eigen::VectorXd &w = fit.weight[kFolds];
+  few = (w.head(w.size() - 1).array() * sd / from_.levels.sd.transpose().array()).matrix();
+  intercept = from_.levels.mean[j_] + sd * w[w.size() - 1] - few.dot(from_.levels.mean);
+  take(AGREEMENT_FEW, std::sqrt(fit.squares * sd * sd / std::max(own, 1e-300)));
+}
+
+void Choice::take_integral(const std::vector<Integral> &of) {
+  std::vector<Eigen::VectorXd> change;
+  for (std::size_t r = 0; r < remains_.size(); ++r) {
+    Summed sum = summed(a_, from_.runs, r, j_, of[r % kFolds]);
+    remains_[r] = std::move(sum.remains);
+    change.push_back(std::move(sum.integrated));
+  }
+  if (offset_variance(remains_) >= kMustWin * variance)
+    return;
+  integral = of[kFolds];
+  integrated_ = std::move(change);
+  take(AGREEMENT_INTEGRAL, error);
+}
 
 // The only outcome whose reading says what this one reads; the number of outcomes: none or more.
 std::size_t only_other(const Choice &choice, std::size_t outcomes) {

@@ -92,8 +92,8 @@ Regression integral_regression(const Agreement &a, const RunStore &runs) {
   return of_all;
 }
 
-// The weights and the lag of `outcome` by least squares, per fold left out and of all runs, starting
-// from weights without a lag. A lag moves what the integrands changed by; a reading that is half a
+// The weights and the lag of `outcome` by least squares, per fold left out and of all runs, from
+// weights without a lag. A lag moves what the integrands changed by; a reading that is half a
 // sampling period late shows that in every turn, and would hide a bias of the rate.
 std::vector<Integral> with_lag(const Agreement &a, const RunStore &runs, Eigen::Index outcome,
                                const std::vector<Eigen::Index> &columns,

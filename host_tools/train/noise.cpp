@@ -23,7 +23,7 @@ namespace {
 constexpr int kRounds = 25;         // of expectation and maximisation
 constexpr Eigen::Index kFields = 4; // that fly
 constexpr double kFlatField = 1e-3; // variance of a raw field's own part, below which it is dropped
-constexpr double kMostRho = 0.998;
+constexpr double kMostRho = 0.97;
 constexpr double kKeeps = 0.8; // lag-1 correlation above which a series has no scale of its own
 constexpr Eigen::Index kSquare = 2;    // of the prediction, among a constant and the scale's terms
 constexpr double kSdOfMedian = 1.4826; // a Gaussian's sd by its median distance from 0
@@ -116,7 +116,7 @@ void fit_scale(ChannelNoise *c, bool is_agreement, std::vector<Series> *series) 
   }
   const double sd = std::sqrt(squares / std::max(n, 1.0));
   // What keeps what it was (a sum over the run) would jump wherever its scale changes.
-  if (!(sd > 0.0) || correlation(*series) > kKeeps)
+  if (!(sd > 0.0) || (is_agreement && correlation(*series) > kKeeps))
     return;
   for (const Series &s : *series) {
     Eigen::MatrixXd x(s.r.size(), terms + 1);

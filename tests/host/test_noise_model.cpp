@@ -107,13 +107,15 @@ double left_of(const Eigen::VectorXd &shape, const Eigen::MatrixXd &fields) {
 
 // More raw fields than runs: what few runs happen to do must not become effects in which a fault
 // of a fresh run disappears.
-// A sum that keeps what it was would jump where its scale changes: it has none.
+// A sum of agreement keeps what it was and would jump where its scale changes: it has none.
 void what_keeps_what_it_was_has_no_scale(void **) {
   MadeNoise made;
   made.rho = 0.97;
   made.ln_sigma = 0.4;
-  for (const double ln_sigma : fit_made(made, made_noises(kSeed, 40, made)).channels[0].ln_sigma)
+  const rim::NoiseModel noise = fit_made(made, made_noises(kSeed, 40, made, true));
+  for (const double ln_sigma : noise.channels[1].ln_sigma)
     assert_true(ln_sigma == 0.0);
+  assert_true(noise.channels[0].ln_sigma[0] != 0.0);
 }
 
 // Channels of behaviour and scatter go by what behaviour predicts, those of agreement by what the
