@@ -119,7 +119,7 @@ constexpr double kTailHeavier = 1.5;
 constexpr double kTailNats = 10.0;
 // Blocks in the ring of the flight profile: 80 % of a run, with many channels less.
 constexpr std::uint16_t kFlightRing = 192, kLeastFlightRing = 64;
-constexpr std::size_t kFlightSearchBytes = 41000;
+constexpr std::size_t kFlightSearchBytes = 40400;
 
 std::vector<double> ranks(const Eigen::VectorXd &x) {
   std::vector<std::size_t> order(static_cast<std::size_t>(x.size()));

@@ -175,6 +175,10 @@ static void spoilt_indices_are_seen(void **state) {
   }
   s->top_feature = REGION;
   assert_false(rimi_search_indices_hold(s));
+  s->top_feature = REGION - 1;
+  assert_true(rimi_search_indices_hold(s));
+  s->p_at = 2 * s->config.outcomes;
+  assert_false(rimi_search_indices_hold(s));
 }
 
 static bool unit_is(const char *name, const char *unit) {

@@ -44,7 +44,7 @@ bool rimi_search_indices_hold(const rim_search *s) {
     if (!is_hypothesis(s, &state->time) || !is_hypothesis(s, &state->region))
       return false;
   }
-  return s->top_feature < s->config.features;
+  return s->top_feature < s->config.features && s->p_at < search_fine(s);
 }
 
 bool rimi_search_is_taking_out(const rim_search *s) {

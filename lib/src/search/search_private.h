@@ -71,6 +71,7 @@ struct rim_search {
   float *maxima;
   search_hypothesis in_time[SEARCH_FIELD + 1]; /* of the channel in turn: best by ratio of each */
   uint32_t fields;                             /* of the channel in turn */
+  uint32_t p_at;         /* which of a block's predictions is that of the channel in turn */
   double p_zero, p_step; /* of the channel in turn: its prediction in its s, from a byte */
   union {                /* of the scan in progress */
     search_bins bins;
@@ -103,9 +104,11 @@ static inline int8_t *search_predictions(const rim_search *s, uint32_t slot) {
   return (int8_t *)search_at(s, s->at.predicted) + (size_t)slot * search_fine(s);
 }
 /* What a channel's residual is the rest of, standardised; of scatter and repeats: behaviour's. */
+static inline uint32_t search_prediction_of(const rim_search *s, uint32_t channel) {
+  return channel < search_fine(s) ? channel : channel % s->config.outcomes;
+}
 static inline double search_raw_prediction(const rim_search *s, uint32_t slot, uint32_t channel) {
-  const uint32_t at = channel < search_fine(s) ? channel : channel % s->config.outcomes;
-  return (double)search_predictions(s, slot)[at] * SEARCH_BYTE_STEP;
+  return (double)search_predictions(s, slot)[search_prediction_of(s, channel)] * SEARCH_BYTE_STEP;
 }
 static inline int16_t *search_fine_residuals(const rim_search *s, uint32_t slot) {
   return (int16_t *)search_at(s, s->at.z) + (size_t)slot * search_fine(s);
@@ -154,8 +157,7 @@ static inline float *search_g(const rim_search *s, uint32_t i) {
 }
 /* The prediction of the channel in turn, in its s. */
 static inline double search_p(const rim_search *s, uint32_t i) {
-  const uint32_t at = s->channel < search_fine(s) ? s->channel : s->channel % s->config.outcomes;
-  return s->p_zero + s->p_step * (double)search_predictions(s, search_slot(s, i))[at];
+  return s->p_zero + s->p_step * (double)search_predictions(s, search_slot(s, i))[s->p_at];
 }
 
 /* Which blocks of the ring a pass looks at. */

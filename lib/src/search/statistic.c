@@ -344,6 +344,7 @@ void rimi_search_refresh(rim_search *s, uint32_t channel) {
   double mean_raw[NOISE_MAX_RAW];
   s->channel = (uint16_t)channel;
   s->fields = c.fields;
+  s->p_at = search_prediction_of(s, channel);
   s->p_zero = (double)c.p_center / (double)c.s;
   s->p_step = (double)c.p_scale * SEARCH_BYTE_STEP / (double)c.s;
   s->fresh = true;
