@@ -12,22 +12,37 @@ enum { B0 = 0, B1 = 1, A0 = AGREEMENT, A1 = AGREEMENT + 1 };
 
 /* ---- which of two sensors ---- */
 
+/* How far the other's agreement is off from block 40 on, in units of 0.05. */
+static double other_off_by;
+
+static double other_off_since_40(uint32_t channel, uint32_t i, uint8_t byte) {
+  (void)byte;
+  return channel == A1 && i >= 40 ? other_off_by : 0.0;
+}
+
+/* The leading one reads 3 low since block 40. What the other has found for itself counts where the
+ * leading one has found a gain, else what it reads since then. */
 static void the_twin_that_is_wrong(void **state) {
   (void)state;
+  static const struct {
+    double off_by, score, shift;
+    search_family leading;
+    uint16_t named;
+  } of[] = {{3.0, 1.01, 3.0, SEARCH_SINCE, A1},  {3.0, 1.01, -3.0, SEARCH_SINCE, A1},
+            {-3.0, 1.01, 3.0, SEARCH_SINCE, A0}, {3.0, 0.99, 3.0, SEARCH_SINCE, A0},
+            {-3.0, 1.01, 3.0, SEARCH_GAIN, A1},  {3.0, 1.01, -3.0, SEARCH_GAIN, A0},
+            {3.0, 1.01, 0.0, SEARCH_GAIN, A0},   {-3.0, 1.01, 3.0, SEARCH_FIELD, A1}};
   rim_alarm a;
   for (int twins = 0; twins < 2; ++twins) {
     recipe r = without_integrals();
     for (size_t o = 0; o < O; ++o)
       put_row(&r, o, AGREEMENT_FEW, -1.0, 1 - o, twins);
-    from(&r, false);
-    feed(nothing, 1.0);
-    const struct {
-      double score, shift; /* of the other's agreement; the leading one reads 3 low */
-      uint16_t named;
-    } of[] = {{1.01, 3.0, A1}, {1.01, -3.0, A0}, {0.99, 3.0, A0}, {1.01, 0.0, A0}, {9.0, 0.1, A1}};
     for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
+      from(&r, false);
+      other_off_by = of[i].off_by;
+      feed(other_off_since_40, 0.2);
       plant_nothing();
-      plant(A0, SEARCH_SINCE, 2.0 * alarm_at, -3.0, 40);
+      plant(A0, of[i].leading, 2.0 * alarm_at, -3.0, 40);
       plant(A1, SEARCH_SINCE, of[i].score * alarm_at, of[i].shift, 40);
       assert_int_equal(named(A0, &a), twins ? of[i].named : A0);
     }

@@ -122,6 +122,17 @@ static bool contradicts(const rim_monitor *m, uint16_t leading, uint16_t c) {
          rimi_search_best(m->search, c)->shift * rimi_search_best(m->search, leading)->shift < 0.0f;
 }
 
+/* A channel's shift where and since when another one deviates; what it says of its own where that
+ * is no such thing. */
+static double shift_as(const rim_monitor *m, uint16_t c, uint16_t other) {
+  const double own = (double)rimi_search_best(m->search, c)->shift;
+  search_hypothesis same = *rimi_search_best(m->search, other);
+  if (same.family == SEARCH_FIELD || same.family == SEARCH_GAIN ||
+      !rimi_search_evaluate_channel(m->search, c, &same))
+    return own;
+  return (double)same.shift;
+}
+
 /* What one of two sensors reads low beside the other, the other reads high: where that one
  * disagrees so with what it is itself watched by, it is the one that is wrong. */
 static uint16_t wrong_twin(const rim_monitor *m, uint16_t channel) {
@@ -131,9 +142,8 @@ static uint16_t wrong_twin(const rim_monitor *m, uint16_t channel) {
     return channel;
   const uint16_t own = (uint16_t)(RIM_CHANNEL_AGREEMENT * outcomes + twin);
   return trained_score(m, own) >= m->models.threshold.alarm_score &&
-                 rimi_search_best(m->search, own)->shift *
-                         rimi_search_best(m->search, channel)->shift <
-                     0.0f
+                 shift_as(m, own, channel) * (double)rimi_search_best(m->search, channel)->shift <
+                     0.0
              ? own
              : channel;
 }
