@@ -29,7 +29,7 @@ head -c 3000 ok1.csv | sed '$s/,[^,]*$//' | head -c -1 > cut.csv; refused "a fil
 sed '6s/,[^,]*$/,abc/' ok1.csv > text.csv; refused "text in a number" text.csv "row 5: column 's.b_mps': 'abc'"
 awk -F, 'NR==10{print; print; next} {print}' ok1.csv > again.csv; refused "time that repeats" again.csv "row 10: column 't_s'" "repeats"
 awk -F, -v OFS=, 'NR==10{$1=0.1} {print}' ok1.csv > back.csv; refused "time that runs backwards" back.csv "row 9: column 't_s'" "backwards"
-head -c 2000 /dev/urandom > noise.csv; printf '\0' >> noise.csv; refused "binary noise" noise.csv "noise.csv"
+noise 32 2000 > noise.csv; printf '\0' >> noise.csv; refused "binary noise" noise.csv "noise.csv"
 
 sed -e '7s/,[^,]*$/,nan/' -e '9s/,[^,]*$/,/' -e '11s/,[^,]*$/,inf/' ok4.csv > holes.csv
 err=$("$RIM" train ok1.csv ok2.csv ok3.csv ok4.csv holes.csv --out model.rim 2>&1 >/dev/null)

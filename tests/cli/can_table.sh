@@ -37,7 +37,7 @@ dbc '/PositionA : 1/s/257/999/'; refuses "a type of no message" "there is no mes
 dbc '/PositionA : 1/s/: 1/: 2/'; refuses "a type of another size" "has 32 bits, its type 64" bad.dbc toy.toml
 dbc '/^BO_/d; /^ SG_/d'; refuses "no messages" "no message" bad.dbc toy.toml
 printf ' SG_ x : 0|8@1+ (1,0) [0|0] "" X\n' > bad.dbc; refuses "a signal first" "bad.dbc:line 1: a signal before any message" bad.dbc toy.toml
-head -c 3000 /dev/urandom > bad.dbc; refuses "noise" "bad.dbc" bad.dbc toy.toml
+noise 40 3000 > bad.dbc; refuses "noise" "bad.dbc" bad.dbc toy.toml
 refuses "no DBC" "absent.dbc" absent.dbc toy.toml
 map 's/rim-can/rim-cam/'; refuses "another schema" "schema must be" toy.dbc bad.toml
 map '/schema/d'; refuses "no schema" "schema = .* is missing" toy.dbc bad.toml

@@ -48,7 +48,7 @@ printf 'schema = "rim-schema/1"\ndecimal = ","\ndelimiter = ","\n' > both.toml
 refuse "decimal and delimiter" "both.toml:line 2: decimal and delimiter" show a.csv --schema both.toml
 { echo '# a comment'; sed '50s/,[^,]*$/,x/' a.csv; } > text.csv
 refuse "an editor's line" "text.csv:row 49: column 's.speed_mps': 'x' is not a number; .* (line 51 of the file)" show text.csv
-head -c 500 /dev/urandom > noise.xyz; refuse "no format" "noise.xyz: is of no format that is known here: CSV, ULog" show noise.xyz
+noise 51 500 > noise.xyz; refuse "no format" "noise.xyz: is of no format that is known here: CSV, ULog" show noise.xyz
 refuse "no such file" "none.csv: cannot read" show none.csv
 RIM_PYTHON=/nowhere/python refuse "no Python" "noise.xyz: its reader needs /nowhere/python" show noise.xyz
 
