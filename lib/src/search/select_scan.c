@@ -218,7 +218,8 @@ static found conditional(rim_select *e, const uint16_t *mask, uint32_t masked, u
   ++e->effort.edges;
   if (evidence_bound(state, n, s) < least)
     return (found){-1.0, 0, 0};
-  prefix p = {{0.0}, {0.0}, {0.0}};
+  prefix p;
+  p.n[0] = p.s[0] = p.v[0] = 0.0;
   for (uint32_t k = 0; k < EDGE_BINS; ++k) {
     p.n[k + 1] = p.n[k] + (double)n[k];
     p.s[k + 1] = p.s[k] + (double)s[k] * SELECT_RESIDUAL_STEP;
