@@ -2,6 +2,7 @@
 #include "diagnose/scan.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <Eigen/LU>
@@ -19,6 +20,23 @@ constexpr int kRefineBins = 200;
 constexpr double kRounding = 1.0 - 1e-9;
 
 std::size_t idx(Index i) { return static_cast<std::size_t>(i); }
+
+// out[b] = the sum of x over the rows whose bin is b, for b < bins. Rows beside each other are
+// often in one bin: each of four in turn has sums of its own, or every addition would wait for the
+// last.
+void add_up(const std::vector<std::uint8_t> &bin, const Vector &x, std::size_t bins, double *out) {
+  constexpr std::size_t kTurns = 4;
+  std::array<Cells, kTurns> sums{};
+  std::size_t i = 0;
+  for (; i + kTurns <= bin.size(); i += kTurns) {
+    for (std::size_t turn = 0; turn < kTurns; ++turn)
+      sums[turn][bin[i + turn]] += x(static_cast<Index>(i + turn));
+  }
+  for (; i < bin.size(); ++i)
+    sums[0][bin[i]] += x(static_cast<Index>(i));
+  for (std::size_t b = 0; b < bins; ++b)
+    out[b] = (sums[0][b] + sums[1][b]) + (sums[2][b] + sums[3][b]);
+}
 
 struct BoxBest {
   double value = 0.0;
@@ -136,10 +154,8 @@ Scanner::Scanner(const Library &library, const Vector &weight)
 }
 
 Cells Scanner::sums(std::size_t pair, const Vector &x) const {
-  Cells out{};
-  const std::vector<std::uint8_t> &cell = cells_[pair];
-  for (std::size_t i = 0; i < cell.size(); ++i)
-    out[cell[i]] += x(static_cast<Index>(i));
+  Cells out;
+  add_up(cells_[pair], x, out.size(), out.data());
   return out;
 }
 
@@ -149,16 +165,16 @@ void Scanner::propose_gated(const Gated &gated, const Vector &e, const Noise &no
   const Vector ge = library_.g.col(candidate.column).cwiseProduct(root_).cwiseProduct(e);
   const double g2 = norm_(candidate.column) / std::max(1.0, weight_.sum());
   rim_stats bins[kFineBins];
+  double sum[kFineBins];
   Proposal best;
   best.candidate = gated.candidate;
   best.penalty = candidate.penalty + library_.gate_penalty(1);
   for (int f = 0; f < static_cast<int>(library_.gates.size()); ++f) {
     const GateFeature &feature = library_.gates[static_cast<std::size_t>(f)];
     const int count = feature.fine_bins();
+    add_up(feature.fine, ge, kFineBins, sum);
     for (int b = 0; b < count; ++b)
-      bins[b] = {fine_rows_(b, f), 0.0, gated.w(b, f)};
-    for (Index i = 0; i < ge.size(); ++i)
-      bins[feature.fine[idx(i)]].s += ge(i);
+      bins[b] = {fine_rows_(b, f), sum[b], gated.w(b, f)};
     rim_interval found;
     if (rimi_interval_find(bins, static_cast<std::size_t>(count), least_rows_, &found) != RIM_OK ||
         found.bins == 0 || static_cast<int>(found.bins) == count || found.w < 1e-12 * g2)
@@ -381,6 +397,12 @@ struct Squares {
 
 // Whether the scatter inside tells more than what was best so far; then it is the best.
 bool is_best(const Squares &inside, const Squares &all, double spread, Proposal *best) {
+  // With the mean as unit a side of n rows and squares q adds (q - n - n ln(q / n)) / 2, which is
+  // at most (q - n)^2 / (4 min(n, q)): skip what cannot win.
+  const double q = inside.q * all.n / all.q, excess = q - inside.n;
+  const double in = std::min(q, inside.n), out = all.n - std::max(q, inside.n);
+  if (0.25 * excess * excess * (in + out) < best->gain * spread * in * out * kRounding)
+    return false;
   const double gain = variance_gain(inside.n, inside.q, all.n, all.q) / spread;
   if (gain <= best->gain)
     return false;
@@ -389,80 +411,61 @@ bool is_best(const Squares &inside, const Squares &all, double spread, Proposal 
   return true;
 }
 
-// Calls see(i0, i1, j0, j1) for every box of at least two bins a side: i0 <= bin < i1.
-template <class See> void each_box(Index rows, Index columns, See see) {
-  for (Index i0 = 0; i0 < rows; ++i0) {
-    for (Index i1 = i0 + 2; i1 <= rows; ++i1) {
-      for (Index j0 = 0; j0 < columns; ++j0) {
-        for (Index j1 = j0 + 2; j1 <= columns; ++j1)
-          see(i0, i1, j0, j1);
-      }
-    }
-  }
-}
-
 } // namespace
 
 Proposal Scanner::variance_interval(const Vector &q, const Vector &used, double spread) const {
   const Squares all{used.sum(), q.sum()};
   Proposal best;
   best.penalty = 0.5 * library_.ln_rows + library_.gate_penalty(1);
+  double squares[kFineBins];
   for (int f = 0; f < static_cast<int>(library_.gates.size()); ++f) {
     const GateFeature &feature = library_.gates[static_cast<std::size_t>(f)];
-    std::vector<Squares> bins(static_cast<std::size_t>(feature.fine_bins()));
-    for (Index i = 0; i < q.size(); ++i) {
-      bins[feature.fine[idx(i)]].n += used(i);
-      bins[feature.fine[idx(i)]].q += q(i);
-    }
-    for (std::size_t a = 0; a < bins.size(); ++a) {
+    add_up(feature.fine, q, kFineBins, squares);
+    for (int a = 0; a < feature.fine_bins(); ++a) {
       Squares inside;
-      for (std::size_t b = a; b < bins.size(); ++b) {
-        inside.n += bins[b].n;
-        inside.q += bins[b].q;
+      for (int b = a; b < feature.fine_bins(); ++b) {
+        inside.n += fine_rows_(b, f);
+        inside.q += squares[b];
         if (inside.n >= 2.0 * least_rows_ && all.n - inside.n >= 2.0 * least_rows_ &&
             is_best(inside, all, spread, &best))
-          best.bounds = {{f, feature.fine_edge[a], feature.fine_edge[b + 1]}};
+          best.bounds = {{f, feature.fine_edge[idx(a)], feature.fine_edge[idx(b + 1)]}};
       }
     }
   }
   return best;
 }
 
+// Boxes of at least two bins a side.
 Proposal Scanner::variance_box(const Vector &q, const Vector &used, double spread) const {
   const Squares all{used.sum(), q.sum()};
   Proposal best;
   best.penalty = 0.5 * library_.ln_rows + library_.gate_penalty(2);
-  Eigen::MatrixXd n(kCoarseBins + 1, kCoarseBins + 1), s = n;
-  const auto within = [](const Eigen::MatrixXd &m, Index i0, Index i1, Index j0, Index j1) {
-    return m(i1, j1) - m(i0, j1) - m(i1, j0) + m(i0, j0);
-  };
   for (std::size_t p = 0; p < pairs_.size(); ++p) {
     const int fa = pairs_[p].first, fb = pairs_[p].second;
     const GateFeature &a = library_.gates[static_cast<std::size_t>(fa)];
     const GateFeature &b = library_.gates[static_cast<std::size_t>(fb)];
-    const Index na = a.coarse_bins(), nb = b.coarse_bins();
     const Cells squares = sums(p, q);
-    n.setZero();
-    s.setZero();
-    for (Index i = 1; i <= na; ++i) {
-      for (Index j = 1; j <= nb; ++j) {
-        const std::size_t at = idx((i - 1) * kCoarseBins + j - 1);
-        n(i, j) = rows_in_[p][at] + n(i - 1, j) + n(i, j - 1) - n(i - 1, j - 1);
-        s(i, j) = squares[at] + s(i - 1, j) + s(i, j - 1) - s(i - 1, j - 1);
+    for (int i0 = 0; i0 < a.coarse_bins(); ++i0) {
+      std::array<Squares, kCoarseBins> column{}; // of the rows i0 to i1
+      for (int i1 = i0; i1 < a.coarse_bins(); ++i1) {
+        for (int j = 0; j < b.coarse_bins(); ++j) {
+          const std::size_t at = idx(i1 * kCoarseBins + j);
+          column[idx(j)].n += rows_in_[p][at];
+          column[idx(j)].q += squares[at];
+        }
+        for (int j0 = 0; i1 > i0 && j0 + 1 < b.coarse_bins(); ++j0) {
+          Squares inside = column[idx(j0)];
+          for (int j1 = j0 + 1; j1 < b.coarse_bins(); ++j1) {
+            inside.n += column[idx(j1)].n;
+            inside.q += column[idx(j1)].q;
+            if (inside.n >= 2.0 * least_rows_ && all.n - inside.n >= 2.0 * least_rows_ &&
+                is_best(inside, all, spread, &best))
+              best.bounds = {{fa, a.coarse_edge[idx(i0)], a.coarse_edge[idx(i1 + 1)]},
+                             {fb, b.coarse_edge[idx(j0)], b.coarse_edge[idx(j1 + 1)]}};
+          }
+        }
       }
     }
-    each_box(na, nb, [&](Index i0, Index i1, Index j0, Index j1) {
-      const Squares inside{within(n, i0, i1, j0, j1), within(s, i0, i1, j0, j1)};
-      if (inside.n < 2.0 * least_rows_ || all.n - inside.n < 2.0 * least_rows_)
-        return;
-      // The likelihood ratio is about n/4 (excess / mean)^2: skip what cannot win.
-      const double excess = inside.q / inside.n - all.q / all.n;
-      if (2.0 * inside.n * excess * excess * all.n * all.n < best.gain * spread * all.q * all.q)
-        return;
-      if (is_best(inside, all, spread, &best))
-        best.bounds = {{fa, a.coarse_edge[idx(i0)], a.coarse_edge[idx(i1)]},
-                       {fb, b.coarse_edge[idx(j0)], b.coarse_edge[idx(j1)]}};
-    });
   }
   return best;
 }
