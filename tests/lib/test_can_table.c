@@ -382,6 +382,13 @@ static void contradictions_are_refused(void **state) {
   l.start = 8;
   signal(&m, &l);
   assert_int_equal(rim_can_table_open(&table, m.bytes, m.size), RIM_E_RANGE);
+  begin(&m, 2, 1, 3, 0, RIM_CAN_TABLE_NONE); /* value 0 once, value 1 twice */
+  frame(&m, 1, 8, 0, 0, 3);
+  for (unsigned i = 0; i < 3; ++i) {
+    const layout each = plain(i > 0, 8u * i, 8);
+    signal(&m, &each);
+  }
+  assert_int_equal(rim_can_table_open(&table, m.bytes, m.size), RIM_E_RANGE);
   begin(&m, 2, 1, 1, 0, RIM_CAN_TABLE_NONE);
   frame(&m, 1, 8, 0, 0, 1);
   signal(&m, &l);

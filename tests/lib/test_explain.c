@@ -172,6 +172,12 @@ static void what_a_region_explains_is_not_called_a_time(void **state) {
     assert_true(h.onset + 2 >= 50 && h.onset <= 52 && h.end + 1 >= 101 && h.end <= 103);
     assert_true(rimi_search_passed(b.search, 0, NULL, &passed));
     assert_int_equal(passed.family, SEARCH_DURING);
+    search_state(b.search, 0)->region = /* as it was found when less was known */
+        (search_hypothesis){.family = SEARCH_DURING, .onset = 40, .end = 90};
+    double onset_sd;
+    rimi_search_explain(b.search, 0, &h, &onset_sd);
+    assert_int_equal(h.family, SEARCH_DURING);
+    assert_true(h.onset + 2 >= 50 && h.onset <= 52 && h.end + 1 >= 101 && h.end <= 103);
   }
 }
 

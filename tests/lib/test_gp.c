@@ -437,7 +437,7 @@ static void a_configuration_that_fails_is_not_taken(void **state) {
 static void misuse_is_refused(void **state) {
   (void)state;
   const rim_gp_config good = config_of(0);
-  rim_gp *gp = NULL;
+  rim_gp *gp = NULL, *line = NULL;
   memset(&memory, 0x5a, sizeof memory);
   assert_int_equal(rim_gp_init(&gp, memory.bytes, BYTES - 1, &good), RIM_E_SIZE);
   assert_int_equal(rim_gp_init(&gp, memory.bytes + 4, BYTES, &good), RIM_E_ALIGN);
@@ -448,6 +448,8 @@ static void misuse_is_refused(void **state) {
   c.kernel = 3;
   assert_int_equal(rim_gp_init(&gp, memory.bytes, BYTES, &c), RIM_E_CONFIG);
   c = good;
+  c.dims = c.points = 1; /* the least */
+  assert_int_equal(rim_gp_init(&line, other.bytes, BYTES, &c), RIM_OK);
   c.dims = RIM_GP_MAX_DIMS + 1;
   assert_int_equal(rim_gp_init(&gp, memory.bytes, BYTES, &c), RIM_E_CONFIG);
   c = good;

@@ -594,9 +594,11 @@ static void attach_refuses_what_is_not_its_own(void **state) {
   r = calibrated[true];
   r.section[RIM_SECTION_NAMES].byte[0] = 'z'; /* only the model id tells */
   build(&other.blob, &r);
+  memcpy(other.memory, b.memory, sizeof other.memory);
   assert_int_equal(
       rim_monitor_attach(&m, b.memory, EXTERNAL_SIZE, other.blob.byte, other.blob.size),
       RIM_E_DATA);
+  assert_memory_equal(b.memory, other.memory, sizeof other.memory); /* still the first image's */
   assert_int_equal(rim_monitor_attach(&m, b.memory + 4, EXTERNAL_SIZE, b.blob.byte, b.blob.size),
                    RIM_E_ALIGN);
   assert_int_equal(rim_monitor_attach(NULL, b.memory, EXTERNAL_SIZE, b.blob.byte, b.blob.size),

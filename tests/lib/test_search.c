@@ -633,6 +633,20 @@ static void configurations_out_of_range_are_refused(void **state) {
 #undef REFUSES
 }
 
+static void the_change_is_kept_to_half_a_step(void **state) {
+  (void)state;
+  const world w = variant(3, RING);
+  static bench b;
+  start(&b, &w, RING);
+  for (uint32_t i = 0; i < 8; ++i) {
+    double outcome[CHANNELS], residual[CHANNELS];
+    search_block block = block_of(&w, i, outcome, residual);
+    block.change = ((double)i + 0.6) * SEARCH_CHANGE_STEP;
+    assert_int_equal(rimi_search_observe(b.search, &block), RIM_OK);
+    assert_int_equal(search_changes(b.search)[i], i + 1);
+  }
+}
+
 static void numbers_that_are_not_finite_change_nothing(void **state) {
   (void)state;
   const double bad[2] = {rimi_from_bits(UINT64_C(0x7ff8000000000000)),
@@ -770,6 +784,7 @@ int main(void) {
       cmocka_unit_test(memory_is_checked_and_not_left),
       cmocka_unit_test(configurations_out_of_range_are_refused),
       cmocka_unit_test(numbers_that_are_not_finite_change_nothing),
+      cmocka_unit_test(the_change_is_kept_to_half_a_step),
 
       cmocka_unit_test(huge_residuals_do_no_harm),
       cmocka_unit_test(a_copy_goes_on_bit_for_bit),

@@ -8,7 +8,6 @@
 #define COMPLEXITY 0.05 /* share of its score that each further part of a description must add */
 #define MOST_GAIN 0.5   /* share of an outcome beyond which a gain is not the word for it */
 #define REFINEMENTS 4u  /* rounds of edges and onset */
-#define DURING_REFINEMENTS 2u /* rounds of beginning and end */
 
 double rimi_search_worth(const rim_search *s, const search_hypothesis *h) {
   static const double parts[NOISE_FAMILIES] = {0.0, 2.0, 2.0, 1.0, 1.0, 2.0, 2.0, 3.0, 3.0};
@@ -178,8 +177,7 @@ static search_hypothesis best_in_part(rim_search *s, uint32_t channel) {
     return h;
   }
   rimi_search_evaluate(s, &h);
-  for (uint32_t round = 0; round < DURING_REFINEMENTS && h.score > SEARCH_NONE; ++round)
-    rimi_search_refine_during(s, &h);
+  rimi_search_refine_during(s, &h);
   rimi_search_place(s, channel, &h);
   return h;
 }
