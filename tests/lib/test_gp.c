@@ -448,7 +448,8 @@ static void misuse_is_refused(void **state) {
   c.kernel = 3;
   assert_int_equal(rim_gp_init(&gp, memory.bytes, BYTES, &c), RIM_E_CONFIG);
   c = good;
-  c.dims = c.points = 1; /* the least */
+  c.dims = 1; /* the least of both */
+  c.points = 1;
   assert_int_equal(rim_gp_init(&line, other.bytes, BYTES, &c), RIM_OK);
   c.dims = RIM_GP_MAX_DIMS + 1;
   assert_int_equal(rim_gp_init(&gp, memory.bytes, BYTES, &c), RIM_E_CONFIG);
