@@ -17,7 +17,10 @@
 #include "search/search_private.h"
 #include "section_bytes.h"
 
-enum { FEATURES = 3, OUTCOMES = 2, KINDS = 4, CHANNELS = KINDS * OUTCOMES, MEANS = 1 };
+#ifndef BENCH_MEANS
+#define BENCH_MEANS 1 /* of the commands; the first moves along a field */
+#endif
+enum { FEATURES = 3, OUTCOMES = 2, KINDS = 4, CHANNELS = KINDS * OUTCOMES, MEANS = BENCH_MEANS };
 enum { RAW = 4 + MEANS, FIELDS = 3, RING = 48, MOST_BLOCKS = 160, TURN = 16 };
 #define SEED 4242u
 #define BLOCK_S 0.5

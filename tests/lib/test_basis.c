@@ -93,6 +93,10 @@ static void a_basis_of_another_size_is_refused(void **state) {
                 {3, BASIS_MAX_TERMS + 1, RIM_E_RANGE},
                 {3, UINT32_MAX, RIM_E_RANGE},
                 {4, BASIS_MAX_MEANS + 1, RIM_E_RANGE},
+                {1, BASIS_MAX_INPUTS, RIM_E_TRUNCATED}, /* in range, but not there */
+                {2, BASIS_MAX_TIMES, RIM_E_TRUNCATED},
+                {3, BASIS_MAX_TERMS, RIM_E_TRUNCATED},
+                {4, BASIS_MAX_MEANS, RIM_E_TRUNCATED},
                 {1, INPUTS + 1, RIM_E_TRUNCATED},
                 {2, TIMES + 1, RIM_E_TRUNCATED},
                 {3, TERMS + 1, RIM_E_TRUNCATED},

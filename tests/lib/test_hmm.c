@@ -104,6 +104,29 @@ static void test_lost_terms_are_taken_again(void **state) {
   near(rimi_hmm_ln_odds(&h, 2), 2000.0 - log(4.0 / 3.0), 1e-9);
 }
 
+/* As many states as there may be, all alike: what is seen says which, and no more. */
+static void test_most_states(void **state) {
+  (void)state;
+  enum { MOST = RIM_HMM_MAX_STATES };
+  rim_hmm_model m = {.states = MOST};
+  double ln_b[MOST], sum = 0.0;
+  for (int i = 0; i < MOST; ++i) {
+    m.initial[i] = 1.0 / MOST;
+    for (int j = 0; j < MOST; ++j)
+      m.transition[i][j] = 1.0 / MOST;
+    ln_b[i] = log(1.0 + i);
+    sum += 1.0 + i;
+  }
+  rim_hmm h;
+  assert_int_equal(rimi_hmm_init(&h, &m), RIM_OK);
+  for (int t = 1; t <= 3; ++t) {
+    assert_int_equal(rimi_hmm_step(&h, ln_b), RIM_OK);
+    near(h.ln_evidence, t * log(sum / MOST), 1e-13);
+    for (int i = 0; i < MOST; ++i)
+      near(exp(h.ln_alpha[i]), (1.0 + i) / sum, 1e-14);
+  }
+}
+
 static void test_bad_observations_are_counted(void **state) {
   (void)state;
   const rim_hmm_model m = model();
@@ -169,6 +192,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {cmocka_unit_test(test_all_paths),
                                      cmocka_unit_test(test_never_underflows),
                                      cmocka_unit_test(test_lost_terms_are_taken_again),
+                                     cmocka_unit_test(test_most_states),
                                      cmocka_unit_test(test_bad_observations_are_counted),
                                      cmocka_unit_test(test_init_refuses),
                                      cmocka_unit_test(test_counts)};

@@ -121,6 +121,9 @@ static void words_out_of_range_are_refused(void **state) {
       assert_int_equal(init_status(&r), RIM_E_CONFIG);
     }
   }
+  recipe longest = calibrated[true];
+  set_word(&longest, RIM_CONFIG_BLOCK_ROWS, 10000);
+  assert_int_equal(init_status(&longest), RIM_OK);
 }
 
 static void sections_that_do_not_fit_together_are_refused(void **state) {
