@@ -395,8 +395,12 @@ struct Squares {
   double n = 0.0, q = 0.0;
 };
 
-// Whether the scatter inside tells more than what was best so far; then it is the best.
-bool is_best(const Squares &inside, const Squares &all, double spread, Proposal *best) {
+// Whether the scatter inside tells more than what was best so far; then it is the best. least: rows
+// that there must be, inside and outside.
+bool is_best(const Squares &inside, const Squares &all, double least, double spread,
+             Proposal *best) {
+  if (inside.n < least || all.n - inside.n < least)
+    return false;
   // With the mean as unit a side of n rows and squares q adds (q - n - n ln(q / n)) / 2, which is
   // at most (q - n)^2 / (4 min(n, q)): skip what cannot win.
   const double q = inside.q * all.n / all.q, excess = q - inside.n;
@@ -426,8 +430,7 @@ Proposal Scanner::variance_interval(const Vector &q, const Vector &used, double 
       for (int b = a; b < feature.fine_bins(); ++b) {
         inside.n += fine_rows_(b, f);
         inside.q += squares[b];
-        if (inside.n >= 2.0 * least_rows_ && all.n - inside.n >= 2.0 * least_rows_ &&
-            is_best(inside, all, spread, &best))
+        if (is_best(inside, all, 2.0 * least_rows_, spread, &best))
           best.bounds = {{f, feature.fine_edge[idx(a)], feature.fine_edge[idx(b + 1)]}};
       }
     }
@@ -458,8 +461,7 @@ Proposal Scanner::variance_box(const Vector &q, const Vector &used, double sprea
           for (int j1 = j0 + 1; j1 < b.coarse_bins(); ++j1) {
             inside.n += column[idx(j1)].n;
             inside.q += column[idx(j1)].q;
-            if (inside.n >= 2.0 * least_rows_ && all.n - inside.n >= 2.0 * least_rows_ &&
-                is_best(inside, all, spread, &best))
+            if (is_best(inside, all, 2.0 * least_rows_, spread, &best))
               best.bounds = {{fa, a.coarse_edge[idx(i0)], a.coarse_edge[idx(i1 + 1)]},
                              {fb, b.coarse_edge[idx(j0)], b.coarse_edge[idx(j1 + 1)]}};
           }

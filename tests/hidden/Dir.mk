@@ -9,12 +9,15 @@ HIDDEN_OBJ := $(HIDDEN_NATURE_SRC:%.cpp=$(BUILD)/%.o) $(HIDDEN_GRADE_SRC:%.cpp=$
 SEED ?= 1
 COUNT ?= 40
 
-.PHONY: hidden hidden-build
+.PHONY: hidden hidden-build hidden-floors
 hidden-build: $(HIDDEN_BIN)
 test-build: hidden-build
 
 hidden: hidden-build host ## a campaign of hidden effects: SEED=n COUNT=m, the figures at the end
 	@RIM=$(abspath $(BUILD)/rim) BUILD=$(abspath $(BUILD)) tests/hidden/run.sh $(SEED) $(COUNT)
+# `make test` takes 22 of these, which have fewer single effects.
+hidden-floors: hidden-build host ## forty cases of hidden effects, one of each family among them, against tests/hidden/floors.txt
+	@RIM=$(abspath $(BUILD)/rim) BUILD=$(abspath $(BUILD)) HIDDEN_FLOORS=tests/hidden/floors.txt tests/hidden/run.sh 0 40 each
 
 $(BUILD)/tests/hidden/%.o: tests/hidden/%.cpp $(BUILD)/flags.host $(PCH_FILES)
 	@mkdir -p $(@D)
