@@ -40,7 +40,7 @@ public:
 private:
   const std::uint8_t *section(rim_section id, std::size_t *bytes) const;
   std::vector<double> raw_fields(const blocks *block) const;
-  void add_noise(std::size_t outcome, const blocks *block, double predicted, double disturbance,
+  void add_noise(std::size_t outcome, double predicted, double activity, double disturbance,
                  std::vector<double> *raw, std::vector<double> *values) const;
 
   std::string path_;
@@ -98,13 +98,13 @@ std::vector<double> ImagePredictor::raw_fields(const blocks *block) const {
 }
 
 // How a healthy run scatters in this block, and by how much it may be off as a whole.
-void ImagePredictor::add_noise(std::size_t outcome, const blocks *block, double predicted,
+void ImagePredictor::add_noise(std::size_t outcome, double predicted, double activity,
                                double disturbance, std::vector<double> *raw,
                                std::vector<double> *values) const {
   const noise_channel c = rimi_noise_channel(&noise_, static_cast<std::uint32_t>(outcome));
   const double p = (predicted - static_cast<double>(c.p_center)) / static_cast<double>(c.p_scale),
                s = static_cast<double>(c.s), rho = static_cast<double>(c.rho);
-  values->push_back(s / rimi_noise_weight(&c, p, rimi_blocks_change(block), disturbance) /
+  values->push_back(s / rimi_noise_weight(&c, p, activity, disturbance) /
                     std::sqrt(1.0 - rho * rho));
   (*raw)[1] = p;
   for (std::uint32_t k = 0; k < c.fields; ++k) {
@@ -145,6 +145,7 @@ Log ImagePredictor::predict(const Log &log) const {
     run_effects.push_back(rimi_noise_channel(&noise_, static_cast<std::uint32_t>(o)).fields);
   PredictionRows rows(log, given_names, names, run_effects);
   std::vector<double> context(features.size()), predicted(2 * names.size());
+  std::vector<float> before; // what was predicted for the block before
   for (std::size_t t = 0; t < log.t_s.size(); ++t) {
     for (std::size_t f = 0; f < features.size(); ++f)
       context[f] = log.values(static_cast<Eigen::Index>(t), features[f]);
@@ -163,10 +164,14 @@ Log ImagePredictor::predict(const Log &log) const {
           (rimi_blocks_outcomes(blocks)[o] - predicted[o]) /
           static_cast<double>(rimi_noise_channel(&noise_, static_cast<std::uint32_t>(o)).s));
     const double disturbance = rimi_noise_disturbance(in_sd.data(), in_sd.size());
+    const double activity = before.empty() ? NOISE_APART
+                                           : rimi_noise_activity(&noise_, predicted.data(),
+                                                                 before.data(), names.size());
+    before.assign(predicted.begin(), predicted.end());
     for (std::size_t o = 0; o < names.size(); ++o) {
       values.push_back(rimi_blocks_outcomes(blocks)[o]);
       values.push_back(predicted[o]);
-      add_noise(o, blocks, predicted[o], disturbance, &raw, &values);
+      add_noise(o, predicted[o], activity, disturbance, &raw, &values);
     }
     rows.add(log.t_s[t], log.row[t], values);
   }

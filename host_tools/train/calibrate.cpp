@@ -275,7 +275,6 @@ std::vector<float> run_maxima(const FlightPlan &plan, const rim_noise &noise,
     block.mean = mean.data();
     block.predicted = predicted.data();
     block.residual = residual.data();
-    block.change = run.blocks->change[i];
     block.disturbance = (*run.disturbance)[i];
     std::unique_ptr<bool[]> unknown = unknown_channels(run, i);
     block.unknown = unknown.get();

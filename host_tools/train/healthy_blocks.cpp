@@ -415,7 +415,6 @@ BlockRun Gatherer::gather(const Log &log) {
   run.means.resize(rows, static_cast<Eigen::Index>(means_));
   for (Matrix *m : {&run.early, &run.late})
     m->resize(rows, static_cast<Eigen::Index>(integrand_count_));
-  run.change.resize(rows);
   run.time_s.resize(rows);
   Eigen::Index n = 0;
   double before_s = 0.0;
@@ -439,13 +438,11 @@ BlockRun Gatherer::gather(const Log &log) {
     const double start_s = rimi_blocks_start_s(blocks_);
     run.follows.push_back(n > 0 && std::abs(start_s - before_s - block_s_) < 0.25 * block_s_);
     before_s = start_s;
-    run.change[n] = rimi_blocks_change(blocks_);
     run.time_s[n++] = rimi_blocks_since_start_s(blocks_);
   }
   for (Matrix *m : {&run.context, &run.outcome, &run.predicted, &run.scatter, &run.repeats,
                     &run.terms, &run.means, &run.early, &run.late})
     m->conservativeResize(n, m->cols());
-  run.change.conservativeResize(n);
   run.time_s.conservativeResize(n);
   run.first = Eigen::Map<const Eigen::VectorXd>(rimi_blocks_first(blocks_), outcomes);
   run.start.resize(rows > 0 ? features : 0);

@@ -40,7 +40,7 @@ struct BlockRun {
   Matrix early, late;                 // blocks x integrands
   Eigen::VectorXd first;              // [outcomes]
   Eigen::VectorXd start;              // [features]: mean of the first block's rows; no rows: empty
-  Eigen::VectorXd change, time_s;     // [blocks]; time since the start of the run
+  Eigen::VectorXd time_s;             // [blocks], since the start of the run
   std::vector<bool> follows;          // the block before is its neighbour in time
   Eigen::Index blocks() const { return outcome.rows(); }
 };

@@ -24,19 +24,21 @@ constexpr int kRounds = 25;         // of expectation and maximisation
 constexpr Eigen::Index kFields = 4; // that fly
 constexpr double kFlatField = 1e-3; // variance of a raw field's own part, below which it is dropped
 constexpr double kMostRho = 0.97;
-constexpr double kKeeps = 0.8; // lag-1 correlation above which a series has no scale of its own
-constexpr Eigen::Index kSquare = 2;    // of the prediction, among a constant and the scale's terms
+// Squares of the prediction and of the activity, among a constant and the scale's terms.
+constexpr Eigen::Index kSquare = 2, kSquareActivity = 4;
 constexpr double kSdOfMedian = 1.4826; // a Gaussian's sd by its median distance from 0
 constexpr double kFewRuns = 3.0;       // a variance over n runs is raised by 1 + this / n
 
 // One channel in one run.
 struct Series {
-  Eigen::VectorXd r, w; // residual, 1 / sigma(x)
+  Eigen::VectorXd r, w; // residual; 1 / sigma(x) of what is new in it
   Eigen::MatrixXd raw;  // blocks x raw fields
   Eigen::VectorXd p;    // prediction, standardised
-  Eigen::VectorXd change, disturbance;
+  Eigen::VectorXd activity, disturbance;
   double mean() const { return r.sum() / std::max(known.sum(), 1.0); }
-  Eigen::VectorXd known; // 1; 0 where the residual says nothing: it is 0 then, and so becomes w
+  Eigen::VectorXd known;   // 1; 0 where the residual says nothing: it is 0 then, and so becomes w
+  Eigen::VectorXd follows; // 1; 0 where a block does not adjoin the one before
+  Eigen::VectorXd next;    // 1; 0 where the block before is not known, or does not adjoin
 };
 
 Eigen::MatrixXd raw_fields(const Basis &basis, const BlockRun &run, const Eigen::VectorXd &p,
@@ -82,8 +84,9 @@ Eigen::MatrixXd scale_terms(const Series &s) {
   Eigen::MatrixXd x(s.r.size(), static_cast<Eigen::Index>(NOISE_SIGMA_TERMS));
   x.col(0) = s.p;
   x.col(1) = s.p.array().square() - 1.0;
-  x.col(2) = s.change;
-  x.col(3) = s.disturbance;
+  x.col(2) = s.activity;
+  x.col(3) = s.activity.array().square() - 1.0;
+  x.col(4) = s.disturbance;
   return x;
 }
 
@@ -102,28 +105,62 @@ double correlation(const std::vector<Series> &series) {
   return power > 0.0 ? lag / power : 0.0;
 }
 
-// ln sigma(x): ridge of ln|e| on the prediction, its square, the commands' change and, for what the
-// sensors say of each other, the disturbance: where the vehicle itself deviates, behaviour must
-// show it.
+// What is new in every block of noise that keeps rho of what it was: the filter that makes AR(1)
+// noise white, sigma(x) not taken off.
+Eigen::MatrixXd innovations(const Series &s, const Eigen::MatrixXd &x, double rho) {
+  Eigen::MatrixXd y = x;
+  const double lead = std::sqrt(1.0 - rho * rho);
+  for (Eigen::Index i = x.rows(); i-- > 0;) {
+    if (s.next[i] > 0.0)
+      y.row(i) -= rho * x.row(i - 1);
+    else
+      y.row(i) *= lead;
+  }
+  return y;
+}
+
+// The middle size of what is new in the known blocks, as a Gaussian's standard deviation.
+double usual_size(const std::vector<Series> &series, const std::vector<Eigen::VectorXd> &fresh) {
+  std::vector<double> all;
+  for (std::size_t r = 0; r < series.size(); ++r) {
+    for (Eigen::Index i = 0; i < fresh[r].size(); ++i) {
+      if (series[r].known[i] > 0.0)
+        all.push_back(std::abs(fresh[r][i]));
+    }
+  }
+  if (all.empty())
+    return 0.0;
+  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
+  std::nth_element(all.begin(), middle, all.end());
+  return kSdOfMedian * *middle;
+}
+
+// ln sigma(x): ridge of ln|e|, e what is new in a block, on the prediction, its square, the activity
+// and, for what the sensors say of each other, the disturbance: where the vehicle itself deviates,
+// behaviour must show it.
 void fit_scale(ChannelNoise *c, bool is_agreement, std::vector<Series> *series) {
   constexpr Eigen::Index terms = NOISE_SIGMA_TERMS;
   Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(terms + 1, terms + 1);
   Eigen::VectorXd cross = Eigen::VectorXd::Zero(terms + 1);
-  double squares = 0.0, n = 0.0;
+  const double rho = std::clamp(correlation(*series), 0.0, kMostRho);
+  std::vector<Eigen::VectorXd> fresh;
+  double n = 0.0;
   for (const Series &s : *series) {
-    squares += ((s.r.array() - s.mean()) * s.known.array()).square().sum();
+    const Eigen::VectorXd without_mean = (s.r.array() - s.mean()) * s.known.array();
+    fresh.push_back(innovations(s, without_mean, rho));
     n += s.known.sum();
   }
-  const double sd = std::sqrt(squares / std::max(n, 1.0));
-  // What keeps what it was (a sum over the run) would jump wherever its scale changes.
-  if (!(sd > 0.0) || (is_agreement && correlation(*series) > kKeeps))
+  const double sd = usual_size(*series, fresh);
+  if (!(sd > 0.0))
     return;
-  for (const Series &s : *series) {
+  for (std::size_t r = 0; r < series->size(); ++r) {
+    const Series &s = (*series)[r];
     Eigen::MatrixXd x(s.r.size(), terms + 1);
     x.col(0).setOnes();
     x.rightCols(terms) = scale_terms(s);
-    const Eigen::VectorXd ln = ((s.r.array() - s.mean()).abs() / sd).max(1e-2).log() + 0.57;
-    const Eigen::MatrixXd known = s.known.asDiagonal() * x;
+    const Eigen::VectorXd ln = (fresh[r].array().abs() / sd).max(1e-2).log() + 0.57;
+    // A block without one before it has no activity of its own to learn from.
+    const Eigen::MatrixXd known = s.known.cwiseProduct(s.follows).asDiagonal() * x;
     gram += known.transpose() * x;
     cross += known.transpose() * ln;
   }
@@ -137,13 +174,15 @@ void fit_scale(ChannelNoise *c, bool is_agreement, std::vector<Series> *series) 
   if (!is_agreement)
     leave_out(terms);
   Eigen::VectorXd b = gram.ldlt().solve(cross);
-  if (b[kSquare] < 0.0) { // far from the middle, where few blocks are, noise would seem to vanish
-    leave_out(kSquare);
-    b = gram.ldlt().solve(cross);
+  for (const Eigen::Index square : {kSquare, kSquareActivity}) {
+    if (b[square] < 0.0) { // far from the middle, where few blocks are, noise would seem to vanish
+      leave_out(square);
+      b = gram.ldlt().solve(cross);
+    }
   }
   for (Eigen::Index i = 0; i < terms; ++i)
     c->ln_sigma[i] = static_cast<double>(static_cast<float>(b[i + 1]));
-  const Eigen::Map<const Eigen::Vector4d> slope(c->ln_sigma);
+  const Eigen::Map<const Eigen::Matrix<double, terms, 1>> slope(c->ln_sigma);
   for (Series &s : *series)
     s.w = (-(scale_terms(s) * slope).array().max(-NOISE_LN_SIGMA).min(NOISE_LN_SIGMA)).exp() *
           s.known.array();
@@ -175,17 +214,6 @@ Eigen::MatrixXd orthonormal(const std::vector<Series> &series) {
   return t;
 }
 
-// y or B after the filter that makes AR(1) noise white.
-Eigen::MatrixXd whitened(const Eigen::MatrixXd &x, double rho) {
-  Eigen::MatrixXd y = x;
-  const Eigen::Index n = x.rows();
-  if (n > 1)
-    y.bottomRows(n - 1) -= rho * x.topRows(n - 1);
-  if (n > 0)
-    y.row(0) *= std::sqrt(1.0 - rho * rho);
-  return y;
-}
-
 struct Effects {
   Eigen::MatrixXd prior; // covariance of b
   double s2 = 1.0, rho = 0.0;
@@ -199,20 +227,20 @@ void improve(const std::vector<Series> &series, const Eigen::MatrixXd &t, bool d
   Eigen::MatrixXd moments = Eigen::MatrixXd::Zero(k, k);
   double squares = 0.0, n = 0.0, lag = 0.0, power = 0.0;
   for (const Series &s : series) {
-    const Eigen::MatrixXd wb = s.w.asDiagonal() * (s.raw * t);
-    const Eigen::VectorXd wr = s.w.array() * s.r.array();
-    const Eigen::MatrixXd x = whitened(wb, e->rho);
-    const Eigen::VectorXd y = whitened(wr, e->rho);
+    const Eigen::MatrixXd fields = s.raw * t;
+    const Eigen::MatrixXd x = s.w.asDiagonal() * innovations(s, fields, e->rho);
+    const Eigen::VectorXd y = s.w.asDiagonal() * innovations(s, s.r, e->rho);
     const Eigen::MatrixXd xx = x.transpose() * x;
     const Eigen::MatrixXd v = (xx / e->s2 + precision).inverse();
     const Eigen::VectorXd b = v * (x.transpose() * y) / e->s2;
     moments += b * b.transpose() + v;
     squares += (y - x * b).squaredNorm() + (v * xx).trace();
     n += s.known.sum();
-    const Eigen::VectorXd rest = wr - wb * b;
-    if (rest.size() > 1) {
-      lag += rest.tail(rest.size() - 1).dot(rest.head(rest.size() - 1));
-      power += rest.squaredNorm();
+    const Eigen::VectorXd rest = s.r - fields * b;
+    for (Eigen::Index i = 1; i < rest.size(); ++i) {
+      const double weight = s.next[i] * s.w[i] * s.w[i];
+      lag += weight * rest[i] * rest[i - 1];
+      power += weight * rest[i - 1] * rest[i - 1];
     }
   }
   moments /= static_cast<double>(series.size());
@@ -273,6 +301,62 @@ Eigen::VectorXd expected(const SearchRun &run, Eigen::Index channel) {
   return of.col(channel % outcomes);
 }
 
+namespace {
+
+// Centre and scale of what a channel's residuals are the rest of.
+void standardise(const std::vector<SearchRun> &seen, Eigen::Index channel, ChannelNoise *c) {
+  double sum = 0.0, squares = 0.0, n = 0.0;
+  for (const SearchRun &run : seen) {
+    sum += expected(run, channel).sum();
+    n += static_cast<double>(run.predicted->rows());
+  }
+  c->p_center = static_cast<double>(static_cast<float>(sum / std::max(n, 1.0)));
+  for (const SearchRun &run : seen)
+    squares += (expected(run, channel).array() - c->p_center).square().sum();
+  c->p_scale = static_cast<double>(
+      static_cast<float>(std::max(std::sqrt(squares / std::max(n, 1.0)), 1e-9)));
+}
+
+// rimi_noise_activity() of every run's blocks, NOISE_APART where none adjoins; and its mean.
+std::vector<Eigen::VectorXd> activities(const std::vector<SearchRun> &seen, NoiseModel *noise) {
+  std::vector<Eigen::VectorXd> all;
+  double sum = 0.0, n = 0.0;
+  const Eigen::Index outcomes = seen.front().predicted->cols();
+  for (const SearchRun &run : seen) {
+    Eigen::VectorXd activity = Eigen::VectorXd::Constant(run.predicted->rows(), NOISE_APART);
+    for (Eigen::Index i = 1; i < activity.size(); ++i) {
+      if (!run.blocks->follows[static_cast<std::size_t>(i)])
+        continue;
+      double squares = 0.0;
+      for (Eigen::Index o = 0; o < outcomes; ++o)
+        squares += rimi_noise_moved((*run.predicted)(i, o), (*run.predicted)(i - 1, o),
+                                    noise->channels[static_cast<std::size_t>(o)].p_scale);
+      activity[i] = rimi_noise_ln_moved(squares, static_cast<std::size_t>(outcomes));
+      sum += activity[i];
+      n += 1.0;
+    }
+    all.push_back(std::move(activity));
+  }
+  noise->activity = static_cast<double>(static_cast<float>(sum / std::max(n, 1.0)));
+  for (std::size_t r = 0; r < all.size(); ++r) {
+    for (Eigen::Index i = 1; i < all[r].size(); ++i) {
+      if (seen[r].blocks->follows[static_cast<std::size_t>(i)])
+        all[r][i] -= noise->activity;
+    }
+  }
+  return all;
+}
+
+// 1 where a block adjoins one that is known.
+Eigen::VectorXd followers(const BlockRun &run, const Eigen::VectorXd &known) {
+  Eigen::VectorXd next = Eigen::VectorXd::Zero(known.size());
+  for (Eigen::Index i = 1; i < known.size(); ++i)
+    next[i] = run.follows[static_cast<std::size_t>(i)] ? known[i - 1] : 0.0;
+  return next;
+}
+
+} // namespace
+
 NoiseModel fit_noise(const Basis &basis, const std::vector<SearchRun> &seen,
                      const std::vector<std::size_t> &which, double block_s) {
   NoiseModel noise;
@@ -288,19 +372,13 @@ NoiseModel fit_noise(const Basis &basis, const std::vector<SearchRun> &seen,
   const auto outcomes = seen.front().predicted->cols();
   noise.channels.resize(static_cast<std::size_t>(seen.front().residual->cols()));
   parallel_for(noise.channels.size(), [&](std::size_t channel) {
+    standardise(seen, static_cast<Eigen::Index>(channel), &noise.channels[channel]);
+  });
+  const std::vector<Eigen::VectorXd> activity = activities(seen, &noise);
+  parallel_for(noise.channels.size(), [&](std::size_t channel) {
     ChannelNoise &c = noise.channels[channel];
     const auto column = static_cast<Eigen::Index>(channel);
     const Eigen::Index outcome = column % outcomes;
-    double sum = 0.0, squares = 0.0, n = 0.0;
-    for (const SearchRun &run : seen) {
-      sum += expected(run, column).sum();
-      n += static_cast<double>(run.predicted->rows());
-    }
-    c.p_center = static_cast<double>(static_cast<float>(sum / std::max(n, 1.0)));
-    for (const SearchRun &run : seen)
-      squares += (expected(run, column).array() - c.p_center).square().sum();
-    c.p_scale = static_cast<double>(
-        static_cast<float>(std::max(std::sqrt(squares / std::max(n, 1.0)), 1e-9)));
     std::vector<Series> series;
     for (const std::size_t r : which) {
       const SearchRun &run = seen[r];
@@ -310,8 +388,10 @@ NoiseModel fit_noise(const Basis &basis, const std::vector<SearchRun> &seen,
         s.known -= run.unknown->col(outcome);
       s.r = run.residual->col(column).cwiseProduct(s.known);
       s.w = s.known;
+      s.follows = followers(*run.blocks, Eigen::VectorXd::Ones(s.known.size()));
+      s.next = followers(*run.blocks, s.known);
       s.p = ((expected(run, column).array() - c.p_center) / c.p_scale).max(-4.0).min(4.0);
-      s.change = run.blocks->change;
+      s.activity = activity[r];
       s.disturbance = *run.disturbance;
       s.raw = raw_fields(basis, *run.blocks, s.p, noise);
       series.push_back(std::move(s));
@@ -332,7 +412,7 @@ std::vector<std::uint8_t> noise_section(const NoiseModel &noise) {
   for (const ChannelNoise &c : noise.channels)
     fields = std::max(fields, static_cast<std::size_t>(c.combination.rows()));
   SectionBytes bytes;
-  bytes.u32(2);
+  bytes.u32(3);
   bytes.u32(static_cast<std::uint32_t>(noise.channels.size()));
   bytes.u32(static_cast<std::uint32_t>(raw));
   bytes.u32(static_cast<std::uint32_t>(fields));
@@ -340,10 +420,11 @@ std::vector<std::uint8_t> noise_section(const NoiseModel &noise) {
   bytes.f32(static_cast<float>(noise.decay_s));
   bytes.f32(static_cast<float>(noise.trend_s));
   bytes.u32(static_cast<std::uint32_t>(noise.runs));
+  bytes.f32(static_cast<float>(noise.activity));
   for (const ChannelNoise &c : noise.channels) {
     for (const double v :
          {c.active ? 1.0 : 0.0, static_cast<double>(c.combination.rows()), c.rho, c.s, c.p_center,
-          c.p_scale, c.ln_sigma[0], c.ln_sigma[1], c.ln_sigma[2], c.ln_sigma[3]})
+          c.p_scale, c.ln_sigma[0], c.ln_sigma[1], c.ln_sigma[2], c.ln_sigma[3], c.ln_sigma[4]})
       bytes.f32(static_cast<float>(v));
     for (std::size_t k = 0; k < fields; ++k)
       bytes.f32(1.0F);

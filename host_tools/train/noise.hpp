@@ -14,7 +14,7 @@ struct ChannelNoise {
   bool active = true;
   double rho = 0.0, s = 1.0;
   double p_center = 0.0, p_scale = 1.0;
-  double ln_sigma[4] = {0.0, 0.0, 0.0, 0.0};
+  double ln_sigma[5] = {0.0, 0.0, 0.0, 0.0, 0.0};
   Matrix combination; // fields x raw: per s, so that a field's effect is N(0, 1) in healthy runs
   double effect_sd = 0.0; // of a run's effects, root mean square over blocks, in the outcome's unit
   std::vector<double> phi; // per family of hypotheses
@@ -22,6 +22,7 @@ struct ChannelNoise {
 
 struct NoiseModel {
   double run_s = 1.0, decay_s = 1.0, trend_s = 1.0;
+  double activity = 0.0; // mean of healthy blocks, see rimi_noise_activity()
   std::size_t means = 0;
   std::size_t runs = 0;               // that taught it; 0: the effects' variances are known
   std::vector<ChannelNoise> channels; // kind * outcomes + outcome

@@ -82,7 +82,7 @@ std::string narrow_bytes(const BlockRun &run) {
   for (const Matrix *m :
        {&run.context, &run.outcome, &run.predicted, &run.scatter, &run.repeats, &run.means})
     put(&out, m->data(), m->size());
-  for (const Eigen::VectorXd *v : {&run.first, &run.start, &run.change, &run.time_s})
+  for (const Eigen::VectorXd *v : {&run.first, &run.start, &run.time_s})
     put(&out, v->data(), v->size());
   for (const bool follows : run.follows)
     out += follows ? '\1' : '\0';
@@ -105,9 +105,8 @@ BlockRun narrow_run(const std::string &path, const std::string &bytes, const Fli
   }
   run.first.resize(static_cast<Eigen::Index>(plan.layout.outcomes()));
   run.start.resize(static_cast<Eigen::Index>(plan.layout.features()));
-  run.change.resize(n);
   run.time_s.resize(n);
-  for (Eigen::VectorXd *v : {&run.first, &run.start, &run.change, &run.time_s})
+  for (Eigen::VectorXd *v : {&run.first, &run.start, &run.time_s})
     in.values(v->data(), v->size());
   if (!in.at_end())
     throw DataError(path + ": a run's blocks are not of the size that its header says");

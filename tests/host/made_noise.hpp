@@ -10,13 +10,18 @@
 #include "base/rng.h"
 #include "train/calibrate.hpp"
 
+extern "C" {
+#include "image/noise.h"
+}
+
 struct MadeNoise {
   std::size_t outcomes = 1, means = 0;
   Eigen::Index blocks = 240;
   double offset_sd = 0.0; // of the run
   double gain_sd = 0.0;   // of the run, times the standardised prediction
   double rho = 0.0, s = 1.0;
-  double ln_sigma = 0.0; // per standardised prediction
+  double ln_sigma = 0.0;  // of what is new in a block, per standardised prediction
+  double ln_active = 0.0; // per logarithm of the first prediction's movement
 };
 
 // One run: every outcome has its channel of kind BEHAVIOUR; with all_kinds the other three kinds
@@ -38,7 +43,6 @@ inline MadeRun made_noise(std::uint64_t seed, const MadeNoise &made, bool all_ki
   run.blocks.context.resize(n, 2 + o);
   run.blocks.outcome = rim::Matrix::Zero(n, o);
   run.blocks.means.resize(n, static_cast<Eigen::Index>(made.means));
-  run.blocks.change = Eigen::VectorXd::Zero(n);
   run.disturbance = Eigen::VectorXd::Zero(n);
   run.blocks.follows.assign(static_cast<std::size_t>(n), true);
   run.blocks.follows.front() = false;
@@ -60,11 +64,14 @@ inline MadeRun made_noise(std::uint64_t seed, const MadeNoise &made, bool all_ki
   for (Eigen::Index c = 0; c < channels; ++c) {
     const double offset = made.offset_sd * rimi_rng_normal(&rng);
     const double gain = made.gain_sd * rimi_rng_normal(&rng);
-    double a = made.s / std::sqrt(1.0 - made.rho * made.rho) * rimi_rng_normal(&rng);
+    double noise = 0.0;
     for (Eigen::Index b = 0; b < n; ++b) {
       const double p = run.predicted(b, c % o);
-      run.residual(b, c) = offset + gain * p + std::exp(made.ln_sigma * p) * a;
-      a = made.rho * a + made.s * rimi_rng_normal(&rng);
+      const double moved = b == 0 ? 1.0 : std::abs(run.predicted(b, 0) - run.predicted(b - 1, 0));
+      const double fresh = made.s * std::exp(made.ln_sigma * p) *
+                           std::pow(moved + NOISE_STILL, made.ln_active) * rimi_rng_normal(&rng);
+      noise = b == 0 ? fresh / std::sqrt(1.0 - made.rho * made.rho) : made.rho * noise + fresh;
+      run.residual(b, c) = offset + gain * p + noise;
     }
     run.offset.push_back(offset);
   }

@@ -211,7 +211,6 @@ void training_and_flight_see_the_same(void **) {
       same_row(run.scatter, b, rimi_blocks_scatter(m->rows));
       same_row(run.repeats, b, rimi_blocks_repeats(m->rows));
       same_row(run.repeats, b, m->residual + RIM_CHANNEL_REPEAT * kOutcomes);
-      assert_true(run.change[b] == rimi_blocks_change(m->rows));
       assert_true(run.time_s[b] == rimi_blocks_since_start_s(m->rows));
       near_row(terms, b, rimi_blocks_terms(m->rows), 1e-9);
       near_row(means, b, rimi_blocks_means(m->rows), 1e-9);

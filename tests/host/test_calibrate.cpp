@@ -177,7 +177,6 @@ double flown_score(const Calibrated &c, const MadeRun &run) {
     block.mean = &no_mean;
     block.predicted = run.predicted.row(b).data();
     block.residual = run.residual.row(b).data();
-    block.change = run.blocks.change[b];
     assert_int_equal(rimi_search_observe(search, &block), RIM_OK);
     rimi_search_work(search, c.plan.budget * c.plan.block_rows);
     for (std::uint32_t i = 0; i < channels; ++i)

@@ -97,6 +97,32 @@ void a_scale_that_depends_on_the_context_is_found(void **) {
   assert_true(std::fabs(c.ln_sigma[1]) < 0.04);
 }
 
+// It is the scale of what is new: what a manoeuvre did stays as it was when the manoeuvre is over.
+void noise_that_lasts_has_the_scale_of_what_is_new(void **) {
+  for (const double rho : {0.6, 0.95}) {
+    MadeNoise made;
+    made.s = 0.2;
+    made.rho = rho;
+    made.ln_sigma = 0.4;
+    const rim::ChannelNoise c = fit_one(made);
+    print_message("rho %.3f, s %.4f, ln sigma per sd of the prediction: %.3f\n", c.rho, c.s,
+                  c.ln_sigma[0]);
+    assert_true(std::fabs(c.rho - rho) < 0.04);
+    assert_true(near(c.s, 0.2, 0.06) && near(c.ln_sigma[0], 0.4, 0.12));
+  }
+}
+
+// Where the predictions move quickly, the errors of their timing are large.
+void a_scale_that_depends_on_the_activity_is_found(void **) {
+  MadeNoise made;
+  made.s = 0.2;
+  made.ln_active = 0.5;
+  const rim::ChannelNoise c = fit_one(made);
+  print_message("ln sigma per activity: %.3f\n", c.ln_sigma[2]);
+  assert_true(near(c.ln_sigma[2], 0.5, 0.15));
+  assert_true(std::fabs(c.ln_sigma[0]) < 0.04 && std::fabs(c.ln_sigma[3]) < 0.04);
+}
+
 // What part of a shape's evidence is left when the effects of a run are integrated out: of white
 // noise, m'(I + BB')^-1 m / m'm.
 double left_of(const Eigen::VectorXd &shape, const Eigen::MatrixXd &fields) {
@@ -107,17 +133,6 @@ double left_of(const Eigen::VectorXd &shape, const Eigen::MatrixXd &fields) {
 
 // More raw fields than runs: what few runs happen to do must not become effects in which a fault
 // of a fresh run disappears.
-// A sum of agreement keeps what it was and would jump where its scale changes: it has none.
-void what_keeps_what_it_was_has_no_scale(void **) {
-  MadeNoise made;
-  made.rho = 0.97;
-  made.ln_sigma = 0.4;
-  const rim::NoiseModel noise = fit_made(made, made_noises(kSeed, 40, made, true));
-  for (const double ln_sigma : noise.channels[1].ln_sigma)
-    assert_true(ln_sigma == 0.0);
-  assert_true(noise.channels[0].ln_sigma[0] != 0.0);
-}
-
 // Channels of behaviour and scatter go by what behaviour predicts, those of agreement by what the
 // other sensors let expect.
 void every_kind_goes_by_its_own_prediction(void **) {
@@ -187,6 +202,7 @@ void the_section_says_the_same(void **) {
   assert_int_equal(rimi_noise_open(&view, section.data(), section.size(), 2, 3), RIM_OK);
   assert_int_not_equal(rimi_noise_open(&view, section.data(), section.size(), 2, 4), RIM_OK);
   assert_int_equal(rimi_noise_open(&view, section.data(), section.size(), 2, 3), RIM_OK);
+  assert_true(view.activity == noise.activity);
   assert_int_equal(view.runs, 20); // by which flight knows how well the effects are known
   for (std::uint32_t i = 0; i < 2; ++i) {
     const noise_channel c = rimi_noise_channel(&view, i);
@@ -194,11 +210,11 @@ void the_section_says_the_same(void **) {
     assert_int_equal(c.fields, own.combination.rows());
     assert_true(c.rho == static_cast<float>(own.rho) && c.s == static_cast<float>(own.s));
     assert_true(c.p_scale == static_cast<float>(own.p_scale));
-    for (int k = 0; k < 4; ++k)
+    for (int k = 0; k < 5; ++k)
       assert_true(c.ln_sigma[k] == static_cast<float>(own.ln_sigma[k]));
-    const double weight = rimi_noise_weight(&c, 1.5, 0.0, 0.7);
-    const double ln =
-        own.ln_sigma[0] * 1.5 + own.ln_sigma[1] * (1.5 * 1.5 - 1.0) + own.ln_sigma[3] * 0.7;
+    const double weight = rimi_noise_weight(&c, 1.5, -2.0, 0.7);
+    const double ln = own.ln_sigma[0] * 1.5 + own.ln_sigma[1] * (1.5 * 1.5 - 1.0) -
+                      own.ln_sigma[2] * 2.0 + own.ln_sigma[3] * 3.0 + own.ln_sigma[4] * 0.7;
     assert_true(std::fabs(weight - std::exp(-ln)) < 1e-6);
   }
 }
@@ -212,7 +228,8 @@ int main() {
       cmocka_unit_test(autocorrelation_is_found),
       cmocka_unit_test(effects_of_a_run_are_found),
       cmocka_unit_test(a_scale_that_depends_on_the_context_is_found),
-      cmocka_unit_test(what_keeps_what_it_was_has_no_scale),
+      cmocka_unit_test(noise_that_lasts_has_the_scale_of_what_is_new),
+      cmocka_unit_test(a_scale_that_depends_on_the_activity_is_found),
       cmocka_unit_test(every_kind_goes_by_its_own_prediction),
       cmocka_unit_test(more_effects_than_runs_do_not_swallow_a_fault),
       cmocka_unit_test(one_block_that_scatters_is_no_noise),

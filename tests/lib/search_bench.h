@@ -2,7 +2,7 @@
 /* Of test_search.c: a channel's noise as a section, blocks with a planted deviation, and what
  * generalised least squares says of a shape, computed with whole matrices.
  *
- * Predictions, means, ln sigma and residuals are whole multiples of the step in which the ring
+ * Predictions, means, activities and residuals are whole multiples of the step in which the ring
  * keeps them. */
 #ifndef SEARCH_BENCH_H
 #define SEARCH_BENCH_H
@@ -27,11 +27,13 @@ enum { RAW = 4 + MEANS, FIELDS = 3, RING = 48, MOST_BLOCKS = 160, TURN = 16 };
 #define RUN_S 40.0
 #define DECAY_S 5.0
 #define TREND_S 30.0
+#define ACTIVITY 0.25 /* mean of healthy blocks */
 
 /* What a channel's noise is like, and the blocks of a run. */
 typedef struct world {
   uint32_t fields;
-  double rho, s, p_center, p_scale, ln_sigma;
+  double rho, s, p_center, p_scale;
+  double ln_sigma, ln_active, ln_active_2; /* per p, per activity, per its square less 1 */
   double prior[FIELDS], combination[FIELDS][RAW];
   float phi;
   uint32_t blocks;
@@ -44,7 +46,20 @@ typedef struct world {
 static inline double predicted(const world *w, uint32_t i) {
   return w->p_center + w->p_scale * w->p[i];
 }
-static inline double scale(const world *w, uint32_t i) { return rimi_exp(w->ln_sigma * w->p[i]); }
+/* As the ring keeps it, of predictions that move alike. */
+static inline double activity(const world *w, uint32_t i) {
+  const double moved =
+      i == 0 ? 0.0
+             : fmin(fabs(predicted(w, i) - (double)(float)predicted(w, i - 1)) / w->p_scale, 4.0);
+  const double exact = i == 0 ? NOISE_APART : rimi_log(NOISE_STILL + moved) - ACTIVITY;
+  return floor(exact / SEARCH_ACTIVITY_STEP + 0.5) * SEARCH_ACTIVITY_STEP;
+}
+
+/* Of what is new in the noise of block i. */
+static inline double scale(const world *w, uint32_t i) {
+  const double a = activity(w, i);
+  return rimi_exp(w->ln_sigma * w->p[i] + w->ln_active * a + w->ln_active_2 * (a * a - 1.0));
+}
 
 static inline void fields_of(const world *w, uint32_t i, double *field) {
   const double t_s = BLOCK_S * (double)i;
@@ -59,7 +74,7 @@ static inline void fields_of(const world *w, uint32_t i, double *field) {
 
 /* The residual as the ring keeps it. */
 static inline double residual_of(const world *w, uint32_t i) {
-  const double unit = w->s * scale(w, i) * SEARCH_Z_STEP;
+  const double unit = w->s * SEARCH_Z_STEP;
   return floor(w->r[i] / unit + 0.5) * unit;
 }
 
@@ -67,7 +82,7 @@ static inline double residual_of(const world *w, uint32_t i) {
 static inline void draw(world *w, uint32_t blocks, uint32_t seed) {
   rim_rng rng;
   rimi_rng_seed(&rng, SEED, seed);
-  double b[FIELDS], a = 0.0;
+  double b[FIELDS], noise = 0.0;
   for (uint32_t k = 0; k < w->fields; ++k)
     b[k] = sqrt(w->prior[k]) * rimi_rng_normal(&rng);
   w->blocks = blocks;
@@ -77,10 +92,10 @@ static inline void draw(world *w, uint32_t blocks, uint32_t seed) {
       w->feature[i][f] = (uint8_t)(256.0 * rimi_rng_uniform(&rng));
     w->p[i] = floor(124.0 * rimi_rng_uniform(&rng) - 62.0) / 31.0;
     w->mean[i][0] = ((double)(7 * i % 125) - 62.0) / 31.0;
-    a = i == 0 ? rimi_rng_normal(&rng) / sqrt(1.0 - w->rho * w->rho)
-               : w->rho * a + rimi_rng_normal(&rng);
+    const double fresh = scale(w, i) * rimi_rng_normal(&rng);
+    noise = i == 0 ? fresh / sqrt(1.0 - w->rho * w->rho) : w->rho * noise + fresh;
     fields_of(w, i, field);
-    w->r[i] = w->s * scale(w, i) * a;
+    w->r[i] = w->s * noise;
     for (uint32_t k = 0; k < w->fields; ++k)
       w->r[i] += w->s * field[k] * b[k];
   }
@@ -95,6 +110,8 @@ static inline world make_world(bool effects, double rho, double ln_sigma) {
   w.p_center = 3.0;
   w.p_scale = 1.5;
   w.ln_sigma = ln_sigma;
+  w.ln_active = ln_sigma > 0.0 ? 0.25 : 0.0;
+  w.ln_active_2 = ln_sigma > 0.0 ? 0.0625 : 0.0;
   w.phi = 1.0f;
   static const double combination[FIELDS][RAW] = {
       {1.0, 0.0, 0.0, 0.0, 0.0}, {0.2, 0.8, 0.0, 0.0, 0.3}, {-0.5, 0.0, 1.0, 0.6, 0.0}};
@@ -118,17 +135,20 @@ typedef struct bench {
 
 static inline void put_noise(bytes *b, const world *w) {
   b->size = 0;
-  const uint32_t header[4] = {2, CHANNELS, RAW, FIELDS};
+  const uint32_t header[4] = {3, CHANNELS, RAW, FIELDS};
   for (size_t i = 0; i < 4; ++i)
     u32(b, header[i]);
-  const double times[4] = {RUN_S, DECAY_S, TREND_S, 0.0};
-  for (size_t i = 0; i < 4; ++i)
-    f32(b, times[i]);
+  const double rest[5] = {RUN_S, DECAY_S, TREND_S, 0.0, ACTIVITY};
+  for (size_t i = 0; i < 5; ++i)
+    f32(b, rest[i]);
   for (size_t c = 0; c < CHANNELS; ++c) {
-    const double numbers[10] = {
-        1.0, c == 0 ? w->fields : 0.0, w->rho, w->s, w->p_center, w->p_scale, w->ln_sigma, 0.0, 0.0,
-        0.0};
-    for (size_t i = 0; i < 10; ++i)
+    const double numbers[NOISE_CHANNEL_WORDS] = {1.0,          c == 0 ? w->fields : 0.0,
+                                                 w->rho,       w->s,
+                                                 w->p_center,  w->p_scale,
+                                                 w->ln_sigma,  0.0,
+                                                 w->ln_active, w->ln_active_2,
+                                                 0.0};
+    for (size_t i = 0; i < NOISE_CHANNEL_WORDS; ++i)
       f32(b, numbers[i]);
     for (size_t k = 0; k < FIELDS; ++k)
       f32(b, 1.0 / w->prior[k]);
@@ -172,8 +192,7 @@ static inline search_block block_of(const world *w, uint32_t i, double *outcome,
                         .mean = w->mean[i],
                         .predicted = outcome,
                         .residual = residual,
-                        .unknown = w->unknown[i] ? unknown : NULL,
-                        .change = 0.0};
+                        .unknown = w->unknown[i] ? unknown : NULL};
 }
 
 static inline void feed(bench *b, uint32_t from, uint32_t to, uint32_t units) {
@@ -249,20 +268,31 @@ static inline bool are_apart(const world *w, uint32_t i, uint32_t j) {
   return false;
 }
 
-/* r = shift m + B b + sigma a: the shift of least variance when b and a are both noise,
- * cov r = s^2 (B prior B' + sigma_i sigma_j rho^|i - j| / (1 - rho^2)). */
+/* Of the noise of block i: it keeps rho of what it was and sigma_i is new, since the first block
+ * after an unknown one. */
+static inline double variance(const world *w, uint32_t i) {
+  const double fresh = pow(scale(w, i), 2);
+  if (i == 0 || are_apart(w, i, i - 1))
+    return fresh / (1.0 - w->rho * w->rho);
+  return w->rho * w->rho * variance(w, i - 1) + fresh;
+}
+
+/* r = shift m + B b + n: the shift of least variance when b and n are both noise,
+ * cov r = s^2 (B prior B' + rho^|i - j| var n_min(i, j)). */
 static inline gls dense(const world *w, const double *shape) {
   static double v[MOST_BLOCKS][MOST_BLOCKS], x[MOST_BLOCKS][2];
   const uint32_t n = w->blocks;
+  double before[MOST_BLOCKS];
+  for (uint32_t i = 0; i < n; ++i)
+    before[i] = variance(w, i);
   for (uint32_t i = 0; i < n; ++i) {
     double of_i[FIELDS], of_j[FIELDS];
     fields_of(w, i, of_i);
     for (uint32_t j = 0; j < n; ++j) {
       fields_of(w, j, of_j);
-      double sum = scale(w, i) * scale(w, j) * pow(w->rho, (double)(i > j ? i - j : j - i)) /
-                   (1.0 - w->rho * w->rho);
-      if (are_apart(w, i, j))
-        sum = 0.0;
+      const uint32_t older = i < j ? i : j;
+      double sum =
+          are_apart(w, i, j) ? 0.0 : before[older] * pow(w->rho, (double)(i > j ? i - j : j - i));
       for (uint32_t k = 0; k < w->fields; ++k)
         sum += w->prior[k] * of_i[k] * of_j[k];
       v[i][j] = w->unknown[i] || w->unknown[j] ? (i == j ? 1.0 : 0.0) : w->s * w->s * sum;

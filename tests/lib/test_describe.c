@@ -418,7 +418,7 @@ static void what_was_said_well_is_turned_less_easily(void **state) {
   const struct { bool well, turned; } of[] = {{true, false}, {false, true}};
   for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
     recipe r = without_integrals();
-    put_noise_number(&r, B0, 10, 4.0); /* offsets of half a block's noise */
+    put_noise_number(&r, B0, NOISE_CHANNEL_WORDS, 4.0); /* offsets of half a block's noise */
     from(&r, false);
     feed(low_below, 1.0);
     stand(0);
@@ -441,8 +441,8 @@ static void effects_of_the_run_say_no_sign(void **state) {
   rim_alarm a;
   for (int said = -1; said <= 1; ++said) {
     recipe r = without_integrals();
-    put_noise_number(&r, B0, 10 + FIELDS, 0.0);
-    put_noise_number(&r, B0, 10 + FIELDS + 3, 1.0); /* that decays */
+    put_noise_number(&r, B0, NOISE_CHANNEL_WORDS + FIELDS, 0.0);
+    put_noise_number(&r, B0, NOISE_CHANNEL_WORDS + FIELDS + 3, 1.0); /* that decays */
     from(&r, false);
     feed(dies_away, 0.3);
     plant_nothing();

@@ -2,6 +2,7 @@
 /* The monitor of a trained image: what is found in a block is described, labelled, sized and dated;
  * nothing is said about the vehicle without evidence (images and vehicle: monitor_bench.h). */
 #include "image/correct.h"
+#include "image/noise.h"
 #include "monitor/inspect.h"
 #include "monitor_bench.h"
 
@@ -273,7 +274,8 @@ static void rows_with_predictions_can_be_trained(void **state) {
   r.section[RIM_SECTION_BEHAVIOUR].size = r.section[RIM_SECTION_OUTCOMES].size = 0;
   bytes *noise = &r.section[RIM_SECTION_NOISE];
   for (size_t c = 0; c < 2 * O; ++c) { /* residuals in the caller's sd: four rows of 1 make 0.5 */
-    uint8_t *channel = noise->byte + 4 * (8 + c * (10 + FIELDS * (1 + RAW) + FAMILIES));
+    const size_t words = NOISE_CHANNEL_WORDS + FIELDS * (1 + RAW) + FAMILIES;
+    uint8_t *channel = noise->byte + 4 * (NOISE_HEADER_WORDS + c * words);
     put_f32(channel + 12, 0.5);
   }
   bench b;

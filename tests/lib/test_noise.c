@@ -14,12 +14,12 @@ static double number(uint32_t channel, uint32_t word) { return 1.0 + 0.01 * word
 
 static bytes section(void) {
   bytes b = {.size = 0};
-  const uint32_t header[4] = {2, CHANNELS, RAW, FIELDS};
+  const uint32_t header[4] = {3, CHANNELS, RAW, FIELDS};
   for (size_t i = 0; i < 4; ++i)
     u32(&b, header[i]);
-  const double times[4] = {100.0, 10.0, 1000.0, 0.0};
-  for (size_t i = 0; i < 4; ++i)
-    f32(&b, times[i]);
+  const double rest[5] = {100.0, 10.0, 1000.0, 0.0, -1.5};
+  for (size_t i = 0; i < 5; ++i)
+    f32(&b, rest[i]);
   for (uint32_t c = 0; c < CHANNELS; ++c) {
     for (uint32_t i = 0; i < STRIDE; ++i)
       f32(&b, i == 0 ? 1.0 : i == 1 ? c : i == 2 ? 0.25 * c : number(c, i));
@@ -48,12 +48,13 @@ static void numbers_are_read_back(void **state) {
   assert_int_equal(rimi_noise_open(&view, b.byte, b.size, CHANNELS, MEANS), RIM_OK);
   assert_true(view.channels == CHANNELS && view.raw == RAW && view.fields == FIELDS);
   assert_true(view.run_s == 100.0 && view.decay_s == 10.0 && view.trend_s == 1000.0);
+  assert_true(view.activity == -1.5);
   for (uint32_t c = 0; c < CHANNELS; ++c) {
     const noise_channel n = rimi_noise_channel(&view, c);
     assert_true(n.active == 1.0f && n.fields == c && n.rho == 0.25f * (float)c);
     assert_true(n.s == (float)number(c, 3) && n.p_center == (float)number(c, 4));
     assert_true(n.p_scale == (float)number(c, 5));
-    for (uint32_t i = 0; i < 3; ++i)
+    for (uint32_t i = 0; i < NOISE_SIGMA_TERMS; ++i)
       assert_true(n.ln_sigma[i] == (float)number(c, 6 + i));
     uint32_t at = NOISE_CHANNEL_WORDS;
     for (uint32_t i = 0; i < FIELDS; ++i)
@@ -74,7 +75,7 @@ static void damage_is_refused(void **state) {
     uint32_t value;
     rim_status status;
   } headers[] = {{0, 0, RIM_E_VERSION},
-                 {0, 3, RIM_E_VERSION},
+                 {0, 2, RIM_E_VERSION},
                  {1, CHANNELS + 1, RIM_E_RANGE},
                  {1, 0, RIM_E_RANGE},
                  {2, RAW + 1, RIM_E_RANGE},
@@ -92,6 +93,12 @@ static void damage_is_refused(void **state) {
   for (size_t i = 0; i < 3 * 4; ++i) {
     bytes b = good;
     put_f32(b.byte + 4 * (4 + i / 4), bad_times[i % 4]);
+    assert_int_equal(status_of(&b), RIM_E_RANGE);
+  }
+  const double no_number[] = {NAN, INFINITY, -INFINITY};
+  for (size_t i = 0; i < 3; ++i) {
+    bytes b = good;
+    put_f32(b.byte + 4 * 8, no_number[i]);
     assert_int_equal(status_of(&b), RIM_E_RANGE);
   }
   rim_noise view;
@@ -156,14 +163,37 @@ static void numbers_out_of_range_are_refused(void **state) {
 
 static void the_weight_is_that_of_the_scale(void **state) {
   (void)state;
-  noise_channel n = {.ln_sigma = {0.25f, -0.125f, 0.5f, 0.125f}};
+  noise_channel n = {.ln_sigma = {0.25f, -0.125f, 0.5f, 0.375f, 0.125f}};
   for (double p = -4.0; p <= 4.0; p += 0.5) {
-    for (double change = 0.0; change <= 3.0; change += 0.5) {
-      const double ln = 0.25 * p - 0.125 * (p * p - 1.0) + 0.5 * change + 0.125 * -2.0;
+    for (double a = -3.0; a <= 3.0; a += 0.5) {
+      const double ln = 0.25 * p - 0.125 * (p * p - 1.0) + 0.5 * a + 0.375 * (a * a - 1.0) - 0.25;
       const double limited = fmax(-NOISE_LN_SIGMA, fmin(NOISE_LN_SIGMA, ln));
-      assert_true(fabs(rimi_noise_weight(&n, p, change, -2.0) - exp(-limited)) < 1e-12);
+      assert_true(fabs(rimi_noise_weight(&n, p, a, -2.0) - exp(-limited)) < 1e-10);
     }
   }
+}
+
+/* By the definition: each outcome in its own standard deviations, and none counts for more than
+ * NOISE_MOVED of them. */
+static void the_activity_is_how_quickly_predictions_move(void **state) {
+  (void)state;
+  bytes b = section();
+  rim_noise view;
+  put_f32(word_of(&b, 0, 5), 2.0);
+  put_f32(word_of(&b, 1, 5), 0.5);
+  assert_int_equal(rimi_noise_open(&view, b.byte, b.size, CHANNELS, MEANS), RIM_OK);
+  const float before[2] = {1.0f, -2.0f};
+  const double still[2] = {1.0, -2.0}, moved[2] = {4.0, -2.25}, far[2] = {4.0, -1e9};
+  const double mean = -1.5;
+  assert_true(fabs(rimi_noise_activity(&view, still, before, 2) - (log(NOISE_STILL) - mean)) <
+              1e-9);
+  assert_true(fabs(rimi_noise_activity(&view, moved, before, 2) -
+                   (log(NOISE_STILL + sqrt((1.5 * 1.5 + 0.5 * 0.5) / 2.0)) - mean)) < 1e-9);
+  assert_true(
+      fabs(rimi_noise_activity(&view, far, before, 2) -
+           (log(NOISE_STILL + sqrt((1.5 * 1.5 + NOISE_MOVED * NOISE_MOVED) / 2.0)) - mean)) < 1e-9);
+  assert_true(fabs(rimi_noise_activity(&view, moved, before, 1) - (log(NOISE_STILL + 1.5) - mean)) <
+              1e-9);
 }
 
 int main(void) {
@@ -174,6 +204,7 @@ int main(void) {
       cmocka_unit_test(numbers_out_of_range_are_refused),
       cmocka_unit_test(fields_that_were_hit),
       cmocka_unit_test(the_weight_is_that_of_the_scale),
+      cmocka_unit_test(the_activity_is_how_quickly_predictions_move),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -32,7 +32,7 @@ rim_status rimi_noise_open(rim_noise *view, const uint8_t *section, size_t bytes
                            uint32_t means) {
   if (bytes < 4u * NOISE_HEADER_WORDS)
     return RIM_E_TRUNCATED;
-  if (rimi_le_u32(section, 0) != 2u)
+  if (rimi_le_u32(section, 0) != 3u)
     return RIM_E_VERSION;
   rim_noise n;
   n.channels = rimi_le_u32(section, 1);
@@ -42,10 +42,11 @@ rim_status rimi_noise_open(rim_noise *view, const uint8_t *section, size_t bytes
   n.decay_s = (double)rimi_le_f32(section, 5);
   n.trend_s = (double)rimi_le_f32(section, 6);
   n.runs = rimi_le_u32(section, 7);
+  n.activity = (double)rimi_le_f32(section, 8);
   if (n.channels != channels || n.raw != NOISE_RAW_FIRST + means || n.raw > NOISE_MAX_RAW ||
       n.fields < 1u || n.fields > NOISE_MAX_FIELDS || !rimi_is_finite(n.run_s) ||
       !rimi_is_finite(n.decay_s) || !(n.run_s > 0.0) || !(n.decay_s > 0.0) ||
-      !rimi_is_finite(n.trend_s) || !(n.trend_s > 0.0))
+      !rimi_is_finite(n.trend_s) || !(n.trend_s > 0.0) || !rimi_is_finite(n.activity))
     return RIM_E_RANGE;
   n.stride = NOISE_CHANNEL_WORDS + n.fields * (1u + n.raw) + NOISE_FAMILIES;
   if (bytes != 4u * (NOISE_HEADER_WORDS + (size_t)channels * n.stride))
@@ -77,10 +78,31 @@ noise_channel rimi_noise_channel(const rim_noise *view, uint32_t channel) {
   return c;
 }
 
-double rimi_noise_weight(const noise_channel *c, double p, double change, double disturbance) {
+double rimi_noise_weight(const noise_channel *c, double p, double activity, double disturbance) {
   const double ln_sigma = (double)c->ln_sigma[0] * p + (double)c->ln_sigma[1] * (p * p - 1.0) +
-                          (double)c->ln_sigma[2] * change + (double)c->ln_sigma[3] * disturbance;
+                          (double)c->ln_sigma[2] * activity +
+                          (double)c->ln_sigma[3] * (activity * activity - 1.0) +
+                          (double)c->ln_sigma[4] * disturbance;
   return rimi_exp(-rimi_clamp(ln_sigma, -NOISE_LN_SIGMA, NOISE_LN_SIGMA));
+}
+
+double rimi_noise_moved(double predicted, double before, double sd) {
+  const double moved = rimi_clamp((predicted - before) / sd, -NOISE_MOVED, NOISE_MOVED);
+  return moved * moved;
+}
+
+double rimi_noise_ln_moved(double squares, size_t outcomes) {
+  return rimi_log(NOISE_STILL + rimi_sqrt(squares / (double)outcomes));
+}
+
+double rimi_noise_activity(const rim_noise *view, const double *predicted, const float *before,
+                           size_t outcomes) {
+  double squares = 0.0;
+  for (size_t o = 0; o < outcomes; ++o) {
+    const noise_channel c = rimi_noise_channel(view, (uint32_t)o);
+    squares += rimi_noise_moved(predicted[o], (double)before[o], (double)c.p_scale);
+  }
+  return rimi_noise_ln_moved(squares, outcomes) - view->activity;
 }
 
 double rimi_noise_disturbance(const double *residual, size_t outcomes) {

@@ -1,17 +1,21 @@
 /* SPDX-License-Identifier: MIT */
 /* Section NOISE of a flight image: what healthy residuals do.
  *
- * A channel's residual in block i of a run is r_i = B_i b + sigma(x_i) a_i: the run's own effects b
- * ~ N(0, diag(prior)) along a few fields B (an offset, a gain, a slow wander of the run), and
- * noise a_i that is autocorrelated (AR(1), coefficient rho, innovations of standard deviation s).
+ * A channel's residual in block i of a run is r_i = B_i b + n_i: the run's own effects b ~ N(0,
+ * diag(prior)) along a few fields B (an offset, a gain, a slow wander of the run), and
+ * autocorrelated noise n_i = rho n_(i-1) + sigma(x_i) a_i, with a_i of standard deviation s. The
+ * scale is that of what is new in a block: an error that arose in a manoeuvre stays, where the
+ * outcome keeps it, as it was after the manoeuvre.
  * The fields are combinations of R raw ones: 1, the prediction p, a trend, a decay, and the means
  * of the commands. The trend is the time, bending as the sums of section AGREEMENT do: (1 - exp(-t
  * / trend_s)) trend_s / run_s.
  *
- *   u32 layout (2), channels C, raw R = 4 + M, fields K (largest of any channel)
+ *   u32 layout (3), channels C, raw R = 4 + M, fields K (largest of any channel)
  *   f32 run_s, decay_s, trend_s > 0; u32 runs that taught the effects' prior, 0: it is known
+ *   f32 the healthy blocks' mean activity before it is taken off, see rimi_noise_activity()
  *   per channel f32: active (0, 1), fields k <= K, rho in [0, 1), s > 0, p_center, p_scale > 0,
- *     ln sigma per p, per p^2 - 1, per change, per disturbance, inverse prior [K] > 0,
+ *     ln sigma per p, per p^2 - 1, per activity a, per a^2 - 1,
+ *     per disturbance, inverse prior [K] > 0,
  *     combination [K][R], phi[NOISE_FAMILIES] >= 1 */
 #ifndef RIM_SRC_NOISE_H
 #define RIM_SRC_NOISE_H
@@ -25,16 +29,21 @@
 #define NOISE_RAW_FIRST 4u
 #define NOISE_MAX_RAW 12u
 #define NOISE_FAMILIES 9u
-#define NOISE_HEADER_WORDS 8u
-#define NOISE_CHANNEL_WORDS 10u
-#define NOISE_SIGMA_TERMS 4u
+#define NOISE_HEADER_WORDS 9u
+#define NOISE_CHANNEL_WORDS 11u
+#define NOISE_SIGMA_TERMS 5u
 #define NOISE_LN_SIGMA 1.2 /* ln sigma(x) stays within +- this */
 #define NOISE_DISTURBED 4.0
+#define NOISE_MOVED 4.0  /* a prediction's movement per block counts up to this, in its sd */
+#define NOISE_STILL 0.02 /* added to the movement before its logarithm */
+/* Activity of a block whose predecessor is not known: as in a manoeuvre. What is wrong at the start
+ * of a run or after a gap is no news. */
+#define NOISE_APART 2.0
 #define NOISE_CALM 0.05 /* added to the mean square before its logarithm */
 
 typedef struct rim_noise {
   uint32_t channels, raw, fields, stride, runs;
-  double run_s, decay_s, trend_s;
+  double run_s, decay_s, trend_s, activity;
   const uint8_t *channel;
 } rim_noise;
 
@@ -53,7 +62,18 @@ noise_channel rimi_noise_channel(const rim_noise *view, uint32_t channel);
 
 /* exp(-ln sigma(x)): the weight of a residual. p: the prediction, standardised. disturbance: by
  * rimi_noise_disturbance(). */
-double rimi_noise_weight(const noise_channel *c, double p, double change, double disturbance);
+double rimi_noise_weight(const noise_channel *c, double p, double activity, double disturbance);
+
+/* How quickly the nominal predictions move, beside the mean of healthy runs: ln(NOISE_STILL + root
+ * mean square over the outcomes of their movement since the block before, in standard deviations of
+ * the predictions). A model errs in proportion to how quickly what it models changes: by its timing,
+ * and by what it smooths. predicted[outcomes] and before[outcomes] in the outcomes' units, of
+ * channels 0 .. outcomes - 1. */
+double rimi_noise_activity(const rim_noise *view, const double *predicted, const float *before,
+                           size_t outcomes);
+/* Of which it is made: one outcome's square, and the logarithm of their sum. */
+double rimi_noise_moved(double predicted, double before, double sd);
+double rimi_noise_ln_moved(double squares, size_t outcomes);
 
 /* How far a block is from what the commands let all outcomes be: ln(NOISE_CALM + mean square of the
  * behaviour residuals in standard deviations, the largest left out), between about -3 and 3. One

@@ -13,7 +13,6 @@
 #define RATE_ROWS 16.0 /* over which the rate is averaged */
 #define RATE_SLOW 1.5  /* mean time between rows, in periods, from which the rate is wrong */
 #define RATE_FAST 0.67
-#define CHANGE_MOST 3.0
 #define MOST_TURNS 2e9   /* of an angle in a run */
 #define MOST_MISSING 1e6 /* rows of a gap over which the filters go on */
 #define FIRST_BLOCKS 2u  /* whose mean is the first reading */
@@ -28,7 +27,7 @@
 struct blocks {
   blocks_config config;
   blocks_health health;
-  double start_s, previous_s, block_start_s, mean_period_s, change, out_value, lost_rows;
+  double start_s, previous_s, block_start_s, mean_period_s, out_value, lost_rows;
   double rolled_s;      /* middle of the block to which the states were rolled */
   double told_period_s; /* recent mean time between rows, however long the gaps */
   uint32_t count, rows; /* blocks ended; rows used since the start */
@@ -36,11 +35,10 @@ struct blocks {
   uint32_t missing; /* rows that a gap before this one left out */
   uint8_t recent;   /* readings before this one without a gap, at most 2 */
   bool started;
-  bool has_before; /* an ended block precedes */
-  bool late;       /* the run began before its first row */
-  bool told_late;  /* by rimi_blocks_begin_late() */
-  bool bridged;    /* the gap before this row was too long for its block */
-  bool knows_all;  /* of the block that ended: its terms */
+  bool late;      /* the run began before its first row */
+  bool told_late; /* by rimi_blocks_begin_late() */
+  bool bridged;   /* the gap before this row was too long for its block */
+  bool knows_all; /* of the block that ended: its terms */
 };
 
 enum { FEATURE_ARRAYS = 2, OUTCOME_ARRAYS = 13 };
@@ -94,16 +92,6 @@ static uint16_t *unknown_term(const blocks *b) {
 static int32_t *turns(const blocks *b) {
   return (int32_t *)(void *)(unknown_term(b) + (b->config.basis.terms + 3u) / 4u * 4u);
 }
-/* Of every command its mean in the block before, in the features' order. */
-static double *before(const blocks *b) {
-  return (double *)(void *)(turns(b) + (b->config.features + 1u) / 2u * 2u);
-}
-static size_t commands(const blocks_config *c) {
-  size_t n = 0;
-  for (size_t f = 0; f < c->features; ++f)
-    n += (c->role[f] & BLOCKS_COMMAND) != 0;
-  return n;
-}
 
 size_t rimi_blocks_size(const blocks_config *c) {
   const rim_basis *n = &c->basis;
@@ -111,7 +99,7 @@ size_t rimi_blocks_size(const blocks_config *c) {
          8u * (FEATURE_ARRAYS * (size_t)c->features + OUTCOME_ARRAYS * (size_t)c->outcomes +
                2u * (size_t)n->inputs * n->times + 3u * (size_t)n->times + n->inputs + n->states +
                n->rates + n->terms + (n->terms + 3u) / 4u + n->means + (c->features + 1u) / 2u +
-               commands(c) + 2u * (size_t)c->integrands);
+               2u * (size_t)c->integrands);
 }
 
 rim_status rimi_blocks_init(blocks **instance, void *memory, size_t bytes,
@@ -144,8 +132,7 @@ uint32_t rimi_blocks_history_sum(const blocks *b, uint32_t sum) {
   const double *rest = early(b);
   sum = rimi_upper_sum(sum, rest, (size_t)((const double *)(const void *)unknown_term(b) - rest));
   const size_t turned = (b->config.features + 1u) / 2u * 2u;
-  sum = rimi_word_sum(sum, turns(b), turned);
-  return rimi_upper_sum(sum, before(b), commands(&b->config));
+  return rimi_word_sum(sum, turns(b), turned);
 }
 
 void rimi_blocks_reset(blocks *b) {
@@ -558,22 +545,6 @@ static void evaluate_terms(blocks *b) {
   }
 }
 
-static void measure_change(blocks *b) {
-  double *was = before(b);
-  b->change = 0.0;
-  for (size_t f = 0; f < b->config.features; ++f) {
-    if ((b->config.role[f] & BLOCKS_COMMAND) == 0)
-      continue;
-    const double width = (double)rimi_le_f32(b->config.range, b->config.features + f) -
-                         (double)rimi_le_f32(b->config.range, f);
-    if (b->has_before)
-      b->change += rimi_abs(SUM(b)[f] - *was) / width;
-    *was++ = SUM(b)[f];
-  }
-  b->change = rimi_min(b->change, CHANGE_MOST);
-  b->has_before = true;
-}
-
 static void wrap_angles(blocks *b) {
   for (size_t f = 0; f < b->config.features; ++f) {
     const double whole = whole_turn(b, f);
@@ -607,7 +578,6 @@ static void end_block(blocks *b) {
     roll(b);
     evaluate_terms(b);
     find_unknown(b);
-    measure_change(b);
   }
   wrap_angles(b);
   ++b->count;
@@ -671,7 +641,6 @@ bool rimi_blocks_has_first(const blocks *b) { return b->count >= FIRST_BLOCKS; }
 bool rimi_blocks_knows_start(const blocks *b) { return !b->late; }
 bool rimi_blocks_knows_all(const blocks *b) { return b->config.basis.terms == 0 || b->knows_all; }
 const uint16_t *rimi_blocks_unknown(const blocks *b) { return unknown_term(b); }
-double rimi_blocks_change(const blocks *b) { return b->change; }
 double rimi_blocks_since_start_s(const blocks *b) {
   return 0.5 * (b->block_start_s + b->previous_s) - b->start_s;
 }

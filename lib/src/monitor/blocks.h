@@ -97,8 +97,7 @@ uint16_t rimi_blocks_outcome_feature(const blocks *b,
 bool rimi_blocks_knows_start(const blocks *b);          /* the run began as healthy runs begin */
 bool rimi_blocks_knows_all(const blocks *b); /* every term is what the commands made it */
 const uint16_t *
-rimi_blocks_unknown(const blocks *b);       /* [terms]: rimi_behaviour_error; else not valid */
-double rimi_blocks_change(const blocks *b); /* of the commands, in widths of their range */
+rimi_blocks_unknown(const blocks *b); /* [terms]: rimi_behaviour_error; else not valid */
 double rimi_blocks_since_start_s(const blocks *b); /* middle of the block */
 double rimi_blocks_run_start_s(const blocks *b);   /* first row of the run, absolute */
 double rimi_blocks_start_s(const blocks *b);       /* its first row, absolute */

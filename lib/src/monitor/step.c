@@ -167,7 +167,6 @@ static bool observe_trained(rim_monitor *m) {
                               .predicted = m->predicted,
                               .residual = m->residual,
                               .unknown = partly || is_beyond ? m->unknown : NULL,
-                              .change = rimi_blocks_change(m->rows),
                               .disturbance = disturbance,
                               .apart = !is_next};
   if (rimi_search_observe(m->search, &block) == RIM_OK) {

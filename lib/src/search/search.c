@@ -23,7 +23,7 @@ static size_t lay_out(search_layout *at, const search_config *c) {
   size_t bytes = round8(sizeof(rim_search));
   const size_t fields = c->noise->fields;
   at->gram = (uint32_t)bytes;
-  bytes += round8(4u * c->channels * (fields * (fields + 1u) / 2u + fields));
+  bytes += round8(4u * (c->channels * (fields * (fields + 1u) / 2u + fields) + c->outcomes));
   at->state = (uint32_t)bytes;
   bytes += round8(sizeof(channel_state) * (size_t)c->channels);
   at->time = (uint32_t)bytes;
@@ -41,7 +41,7 @@ static size_t lay_out(search_layout *at, const search_config *c) {
   bytes += round8(ring * c->means);
   at->predicted = (uint32_t)bytes;
   bytes += round8(ring * fine);
-  at->change = (uint32_t)bytes;
+  at->activity = (uint32_t)bytes;
   bytes += round8(2u * ring);
   at->apart = (uint32_t)bytes;
   bytes += round8(ring);
@@ -95,6 +95,7 @@ void rimi_search_reset(rim_search *s) {
     forget(&state->region);
   }
   memset(search_gram(s, 0), 0, sizeof(float) * search_gram_floats(s) * s->config.channels);
+  memset(search_before(s), 0, sizeof(float) * s->config.outcomes);
   memset(search_feature_scores(s, 0), 0, (size_t)s->config.channels * s->config.features);
   memset(search_newest_scatter(s), 0, s->config.outcomes);
   memset(s->excludes, 0, sizeof s->excludes);
@@ -127,7 +128,7 @@ static void store_residual(rim_search *s, uint32_t slot, uint32_t channel, doubl
 
 static void store_channel(rim_search *s, uint32_t slot, const search_block *b, uint32_t channel) {
   const noise_channel c = rimi_noise_channel(s->config.noise, channel);
-  double z = rimi_search_scale(s, &c, channel, slot) * b->residual[channel] / (double)c.s;
+  double z = b->residual[channel] / (double)c.s;
   if (channel / s->config.outcomes == RIM_CHANNEL_SCATTER) {
     int8_t *newest = search_newest_scatter(s) + channel % s->config.outcomes;
     const double before = b->apart ? 0.0 : (double)*newest * SEARCH_COARSE_STEP;
@@ -159,21 +160,18 @@ static void accumulate(rim_search *s, block_pair *n, double sign, uint32_t chann
   const uint32_t k = c.fields;
   const uint32_t raw_count = s->config.noise->raw;
   const double rho = (double)c.rho;
-  double white[NOISE_MAX_FIELDS], w_before = 0.0;
+  double white[NOISE_MAX_FIELDS];
   n->raw[1] = search_raw_prediction(s, n->slot, channel);
   double w = rimi_search_weight(s, &c, channel, n->slot);
   if (!(w > 0.0))
     return;
-  double e = search_residual(s, channel, n->slot);
-  if (rho > 0.0 && !n->first)
-    w_before = rho * rimi_search_weight(s, &c, channel, n->before);
-  if (w_before > 0.0) {
+  double e = search_residual(s, channel, n->slot), past = 0.0;
+  if (!n->first && search_is_known(s, channel, n->before)) {
+    past = rho;
     n->raw_before[1] = search_raw_prediction(s, n->before, channel);
-    e -= rho * search_residual(s, channel, n->before);
+    e -= past * search_residual(s, channel, n->before);
   } else { /* with nothing before it */
-    const double lead = rimi_sqrt(1.0 - rho * rho);
-    w *= lead;
-    e *= lead;
+    w *= rimi_sqrt(1.0 - rho * rho);
   }
   for (uint32_t j = 0; j < k; ++j) {
     const uint8_t *combination = c.combination + 4u * (size_t)j * raw_count;
@@ -183,28 +181,38 @@ static void accumulate(rim_search *s, block_pair *n, double sign, uint32_t chann
       now += of * n->raw[r];
       then += of * n->raw_before[r];
     }
-    white[j] = w * now - w_before * then;
+    white[j] = w * (now - past * then);
   }
   float *gram = search_gram(s, channel);
   float *u = gram + k * (k + 1u) / 2u;
   for (uint32_t i = 0; i < k; ++i) {
     for (uint32_t j = 0; j <= i; ++j, ++gram)
       *gram = (float)((double)*gram + sign * white[i] * white[j]);
-    u[i] = (float)((double)u[i] + sign * white[i] * e);
+    u[i] = (float)((double)u[i] + sign * white[i] * w * e);
   }
+}
+
+static void store_activity(rim_search *s, uint32_t slot, const search_block *b) {
+  const bool has_before = s->count > 0 && !b->apart;
+  const double activity = has_before ? rimi_noise_activity(s->config.noise, b->predicted,
+                                                           search_before(s), s->config.outcomes)
+                                     : NOISE_APART;
+  search_activities(s)[slot] =
+      (int8_t)rimi_floor(rimi_clamp(activity / SEARCH_ACTIVITY_STEP, -127.0, 127.0) + 0.5);
+  for (uint32_t o = 0; o < s->config.outcomes; ++o)
+    search_before(s)[o] = (float)b->predicted[o];
 }
 
 rim_status rimi_search_observe(rim_search *s, const search_block *b) {
   const search_config *c = &s->config;
-  if (!rimi_is_finite(b->t_s) || !rimi_is_finite(b->change) || !rimi_is_finite(b->disturbance) ||
+  if (!rimi_is_finite(b->t_s) || !rimi_is_finite(b->disturbance) ||
       !all_finite(b->mean, c->means) || !all_finite(b->predicted, search_fine(s)) ||
       !all_finite(b->residual, c->channels))
     return RIM_E_DATA;
   const uint32_t slot = s->head;
   search_times(s)[slot] = (float)b->t_s;
   memcpy(search_features(s, slot), b->feature, c->features);
-  search_changes(s)[slot] =
-      (uint8_t)rimi_floor(rimi_clamp(b->change / SEARCH_CHANGE_STEP, 0.0, 255.0) + 0.5);
+  store_activity(s, slot, b);
   const double disturbance = (b->disturbance - SEARCH_CALMEST) / SEARCH_DISTURBANCE_STEP;
   search_disturbances(s)[slot] = (uint8_t)rimi_floor(rimi_clamp(disturbance, 0.0, 255.0) + 0.5);
   for (uint32_t m = 0; m < c->means; ++m)

@@ -87,7 +87,6 @@ typedef struct search_block {
   const double *residual;  /* [channels] */
   const bool *unknown;     /* [channels]: says nothing of this block; NULL: all are known */
   bool apart;              /* the block before is not its neighbour in time */
-  double change;           /* of the commands since the block before, in standard deviations */
   double disturbance;      /* rimi_noise_disturbance() */
 } search_block;
 

@@ -15,7 +15,7 @@ uint32_t rimi_search_next_slot(const rim_search *s) { return s->head; }
 
 uint32_t rimi_search_slot_sum(const rim_search *s, uint32_t slot) {
   const uint32_t fine = search_fine(s);
-  const uint8_t few[4] = {search_changes(s)[slot], search_disturbances(s)[slot],
+  const uint8_t few[4] = {(uint8_t)search_activities(s)[slot], search_disturbances(s)[slot],
                           search_apart(s)[slot], 0};
   uint32_t sum = rimi_byte_sum(slot + 1u, &search_times(s)[slot], 4);
   sum = rimi_byte_sum(sum, few, sizeof few);
@@ -27,7 +27,8 @@ uint32_t rimi_search_slot_sum(const rim_search *s, uint32_t slot) {
 }
 
 uint32_t rimi_search_effects_sum(const rim_search *s) {
-  return rimi_word_sum(0, search_gram(s, 0), (size_t)search_gram_floats(s) * s->config.channels);
+  const size_t floats = (size_t)search_gram_floats(s) * s->config.channels + s->config.outcomes;
+  return rimi_word_sum(0, search_gram(s, 0), floats); /* with search_before() */
 }
 
 static bool is_hypothesis(const rim_search *s, const search_hypothesis *h) {

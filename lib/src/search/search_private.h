@@ -6,9 +6,9 @@
 #include "rim/image.h"
 #include "search/search.h"
 
-#define SEARCH_Z_STEP (1.0 / 64.0)      /* of a residual in the ring: int16 covers +-500 */
-#define SEARCH_BYTE_STEP (1.0 / 31.0)   /* of a standardised mean or prediction: int8 covers +-4 */
-#define SEARCH_CHANGE_STEP (1.0 / 64.0) /* of the commands' change: uint8 covers 3.98 */
+#define SEARCH_Z_STEP (1.0 / 64.0)    /* of a residual in the ring: int16 covers +-500 */
+#define SEARCH_BYTE_STEP (1.0 / 31.0) /* of a standardised mean or prediction: int8 covers +-4 */
+#define SEARCH_ACTIVITY_STEP (1.0 / 24.0)    /* int8 covers +-5.3 */
 #define SEARCH_DISTURBANCE_STEP (1.0 / 40.0) /* from SEARCH_CALMEST on: uint8 */
 #define SEARCH_CALMEST (-3.0)
 #define SEARCH_COARSE_STEP (1.0 / 4.0) /* of a residual in a byte: +-31 */
@@ -45,7 +45,7 @@ typedef struct channel_state {
 
 /* Offsets of the arrays from the start of the instance. */
 typedef struct search_layout {
-  uint32_t time, feature, mean, predicted, z, coarse, change, apart, state, gram, score, scatter;
+  uint32_t time, feature, mean, predicted, z, coarse, activity, apart, state, gram, score, scatter;
   uint32_t work; /* float per block: q, a0, a1, then the fields' */
 } search_layout;
 
@@ -117,12 +117,17 @@ static inline int8_t *search_coarse_residuals(const rim_search *s, uint32_t slot
   return (int8_t *)search_at(s, s->at.coarse) +
          (size_t)slot * (s->config.channels - search_fine(s));
 }
-/* In standard deviations of the channel's noise, the scale taken off. */
+/* In standard deviations of the channel's innovations, sigma(x) not taken off. */
 static inline double search_residual(const rim_search *s, uint32_t channel, uint32_t slot) {
   const uint32_t fine = search_fine(s);
   return channel < fine
              ? (double)search_fine_residuals(s, slot)[channel] * SEARCH_Z_STEP
              : (double)search_coarse_residuals(s, slot)[channel - fine] * SEARCH_COARSE_STEP;
+}
+static inline bool search_is_known(const rim_search *s, uint32_t channel, uint32_t slot) {
+  const uint32_t fine = search_fine(s);
+  return channel < fine ? search_fine_residuals(s, slot)[channel] != SEARCH_UNKNOWN
+                        : search_coarse_residuals(s, slot)[channel - fine] != SEARCH_COARSE_UNKNOWN;
 }
 /* Per outcome: the scatter of the newest block, in SEARCH_COARSE_STEP, before it was limited. */
 static inline int8_t *search_newest_scatter(const rim_search *s) {
@@ -130,9 +135,11 @@ static inline int8_t *search_newest_scatter(const rim_search *s) {
 }
 /* Whether the block in a slot does not follow the one before it. */
 static inline uint8_t *search_apart(const rim_search *s) { return search_at(s, s->at.apart); }
-static inline uint8_t *search_changes(const rim_search *s) { return search_at(s, s->at.change); }
+static inline int8_t *search_activities(const rim_search *s) {
+  return search_at(s, s->at.activity);
+}
 static inline uint8_t *search_disturbances(const rim_search *s) {
-  return search_changes(s) + s->config.ring;
+  return (uint8_t *)search_activities(s) + s->config.ring;
 }
 static inline channel_state *search_state(const rim_search *s, uint32_t channel) {
   return (channel_state *)search_at(s, s->at.state) + channel;
@@ -144,6 +151,10 @@ static inline uint32_t search_gram_floats(const rim_search *s) {
 /* Packed G of a channel without its prior, then u. */
 static inline float *search_gram(const rim_search *s, uint32_t channel) {
   return (float *)search_at(s, s->at.gram) + (size_t)channel * search_gram_floats(s);
+}
+/* Per outcome: what behaviour predicted for the newest block. */
+static inline float *search_before(const rim_search *s) {
+  return search_gram(s, s->config.channels);
 }
 /* Root of the last ln ratio of an interval of this feature, in eighths: what is scanned first. */
 static inline uint8_t *search_feature_scores(const rim_search *s, uint32_t channel) {
@@ -209,10 +220,8 @@ static inline bool search_walk_next(search_walk *w) {
 /* statistic.c */
 /* The raw fields of a block but the prediction, which is the channel's: raw[1] = 0. */
 void rimi_search_raw_fields(const rim_search *s, uint32_t slot, double *raw);
-/* 1 / sigma(x) of a block: by its prediction and the commands' change. */
-double rimi_search_scale(const rim_search *s, const noise_channel *c, uint32_t channel,
-                         uint32_t slot);
-/* The same, 0 where the residual is not known. */
+/* 1 / sigma(x) of a block: by its prediction, the activity and the disturbance; 0 where the
+ * residual is not known. */
 double rimi_search_weight(const rim_search *s, const noise_channel *c, uint32_t channel,
                           uint32_t slot);
 /* -ln P(q or more) of k effects of a run, 1 <= k <= NOISE_MAX_FIELDS, whose sum of squares in their

@@ -25,23 +25,19 @@ void rimi_search_raw_fields(const rim_search *s, uint32_t slot, double *raw) {
     raw[NOISE_RAW_FIRST + m] = (double)mean[m] * SEARCH_BYTE_STEP;
 }
 
-double rimi_search_scale(const rim_search *s, const noise_channel *c, uint32_t channel,
-                         uint32_t slot) {
+static double scale_of(const rim_search *s, const noise_channel *c, uint32_t channel,
+                       uint32_t slot) {
   if (channel >= search_fine(s))
     return 1.0;
   return rimi_noise_weight(c, search_raw_prediction(s, slot, channel),
-                           (double)search_changes(s)[slot] * SEARCH_CHANGE_STEP,
+                           (double)search_activities(s)[slot] * SEARCH_ACTIVITY_STEP,
                            SEARCH_CALMEST +
                                (double)search_disturbances(s)[slot] * SEARCH_DISTURBANCE_STEP);
 }
 
 double rimi_search_weight(const rim_search *s, const noise_channel *c, uint32_t channel,
                           uint32_t slot) {
-  const uint32_t fine = search_fine(s);
-  const bool known =
-      channel < fine ? search_fine_residuals(s, slot)[channel] != SEARCH_UNKNOWN
-                     : search_coarse_residuals(s, slot)[channel - fine] != SEARCH_COARSE_UNKNOWN;
-  return known ? rimi_search_scale(s, c, channel, slot) : 0.0;
+  return search_is_known(s, channel, slot) ? scale_of(s, c, channel, slot) : 0.0;
 }
 
 double rimi_search_inflation(const noise_channel *c, const search_hypothesis *h) {
@@ -144,7 +140,7 @@ static void whiten(rim_search *s, const noise_channel *c, const double *l, const
     const double w = rimi_search_weight(s, c, s->channel, slot);
     const double z = w > 0.0 ? search_residual(s, s->channel, slot) : 0.0;
     const bool alone = !(w_before > 0.0) || search_apart(s)[slot] != 0; /* with none before it */
-    const double own = alone ? lead : 1.0, past = alone ? 0.0 : rho;
+    const double own = alone ? w * lead : w, past = alone ? 0.0 : w * rho;
     double raw[NOISE_MAX_RAW];
     rimi_search_raw_fields(s, slot, raw);
     raw[1] = search_raw_prediction(s, slot, s->channel);
@@ -156,7 +152,6 @@ static void whiten(rim_search *s, const noise_channel *c, const double *l, const
       double field = 0.0;
       for (uint32_t r = 0; r < raw_count; ++r)
         field += to.of[j][r] * raw[r];
-      field *= w;
       const double white = own * field - past * before[j];
       e -= white * effect[j];
       before[j] = field;
@@ -178,21 +173,21 @@ static void fold(rim_search *s, const noise_channel *c) {
   const double lead = rimi_sqrt(1.0 - rho * rho);
   float *q = search_q(s), *a0 = search_a0(s), *a1 = search_a1(s);
   for (uint32_t i = 0; i < s->held; ++i) {
-    /* The newest block, and one before a gap or an unknown one, have no next. */
-    const bool last =
-        i + 1u == s->held || !(a0[i + 1u] > 0.0f) || search_apart(s)[search_slot(s, i + 1u)] != 0;
+    /* The newest block, and one beside a gap or an unknown one, have no next. */
+    const bool last = i + 1u == s->held || !(a0[i] > 0.0f) || !(a0[i + 1u] > 0.0f) ||
+                      search_apart(s)[search_slot(s, i + 1u)] != 0;
     const double first =
         i == 0 || !(a0[i - 1u] > 0.0f) || search_apart(s)[search_slot(s, i)] != 0 ? lead : 1.0;
     const double w = (double)a0[i];
     const double next_e = last ? 0.0 : (double)q[i + 1u];
     const double next_w = last ? 0.0 : (double)a0[i + 1u];
-    q[i] = (float)(w * (first * (double)q[i] - rho * next_e));
+    q[i] = (float)(w * first * (double)q[i] - rho * next_w * next_e);
     float *g = search_g(s, i);
     const float *after = search_g(s, last ? i : i + 1u);
     for (uint32_t j = 0; j < c->fields; ++j)
-      g[j] = (float)(w * (first * (double)g[j] - (last ? 0.0 : rho * (double)after[j])));
-    a0[i] = (float)(w * w * (first * first + (last ? 0.0 : rho * rho)));
-    a1[i] = (float)(-2.0 * rho * w * next_w);
+      g[j] = (float)(w * first * (double)g[j] - rho * next_w * (double)after[j]);
+    a0[i] = (float)(w * w * first * first + rho * rho * next_w * next_w);
+    a1[i] = (float)(-2.0 * rho * next_w * next_w);
   }
 }
 
