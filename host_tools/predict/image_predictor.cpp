@@ -40,6 +40,8 @@ public:
 private:
   const std::uint8_t *section(rim_section id, std::size_t *bytes) const;
   std::vector<double> raw_fields(const blocks *block) const;
+  double disturbance_of(const blocks *block, const std::vector<double> &predicted,
+                        std::size_t outcomes) const;
   void add_noise(std::size_t outcome, double predicted, double activity, double disturbance,
                  std::vector<double> *raw, std::vector<double> *values) const;
 
@@ -95,6 +97,17 @@ std::vector<double> ImagePredictor::raw_fields(const blocks *block) const {
   for (std::uint32_t m = NOISE_RAW_FIRST; m < noise_.raw; ++m)
     raw.push_back(rimi_blocks_means(block)[m - NOISE_RAW_FIRST]);
   return raw;
+}
+
+// rimi_noise_disturbance() of the block.
+double ImagePredictor::disturbance_of(const blocks *block, const std::vector<double> &predicted,
+                                      std::size_t outcomes) const {
+  std::vector<double> in_sd;
+  for (std::size_t o = 0; o < outcomes; ++o)
+    in_sd.push_back(
+        (rimi_blocks_outcomes(block)[o] - predicted[o]) /
+        static_cast<double>(rimi_noise_channel(&noise_, static_cast<std::uint32_t>(o)).s));
+  return rimi_noise_disturbance(in_sd.data(), in_sd.size());
 }
 
 // How a healthy run scatters in this block, and by how much it may be off as a whole.
@@ -158,12 +171,8 @@ Log ImagePredictor::predict(const Log &log) const {
     std::vector<double> values;
     for (const std::size_t f : given)
       values.push_back(rimi_blocks_context(blocks)[f]);
-    std::vector<double> raw = raw_fields(blocks), in_sd;
-    for (std::size_t o = 0; o < names.size(); ++o)
-      in_sd.push_back(
-          (rimi_blocks_outcomes(blocks)[o] - predicted[o]) /
-          static_cast<double>(rimi_noise_channel(&noise_, static_cast<std::uint32_t>(o)).s));
-    const double disturbance = rimi_noise_disturbance(in_sd.data(), in_sd.size());
+    std::vector<double> raw = raw_fields(blocks);
+    const double disturbance = disturbance_of(blocks, predicted, names.size());
     const double activity = before.empty() ? NOISE_APART
                                            : rimi_noise_activity(&noise_, predicted.data(),
                                                                  before.data(), names.size());

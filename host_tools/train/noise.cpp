@@ -135,9 +135,9 @@ double usual_size(const std::vector<Series> &series, const std::vector<Eigen::Ve
   return kSdOfMedian * *middle;
 }
 
-// ln sigma(x): ridge of ln|e|, e what is new in a block, on the prediction, its square, the activity
-// and, for what the sensors say of each other, the disturbance: where the vehicle itself deviates,
-// behaviour must show it.
+// ln sigma(x): ridge of ln|e|, e what is new in a block, on the prediction, the activity, their
+// squares and, for what the sensors say of each other, the disturbance: where the vehicle itself
+// deviates, behaviour must show it.
 void fit_scale(ChannelNoise *c, bool is_agreement, std::vector<Series> *series) {
   constexpr Eigen::Index terms = NOISE_SIGMA_TERMS;
   Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(terms + 1, terms + 1);

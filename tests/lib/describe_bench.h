@@ -97,8 +97,8 @@ static inline recipe without_integrals(void) {
   return r;
 }
 
-/* Of a channel in section NOISE: 0 whether it is active, NOISE_CHANNEL_WORDS + FIELDS + i the part of
- * raw field i in the run's own effect. */
+/* Of a channel in section NOISE: 0 whether it is active, NOISE_CHANNEL_WORDS + FIELDS + i the part
+ * of raw field i in the run's own effect. */
 static inline void put_noise_number(recipe *r, size_t channel, size_t which, double value) {
   const size_t numbers = NOISE_CHANNEL_WORDS + FIELDS * (1 + RAW) + FAMILIES;
   put_f32(r->section[RIM_SECTION_NOISE].byte + 4 * (NOISE_HEADER_WORDS + channel * numbers + which),

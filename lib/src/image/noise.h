@@ -60,15 +60,15 @@ typedef struct noise_channel {
 
 noise_channel rimi_noise_channel(const rim_noise *view, uint32_t channel);
 
-/* exp(-ln sigma(x)): the weight of a residual. p: the prediction, standardised. disturbance: by
- * rimi_noise_disturbance(). */
+/* exp(-ln sigma(x)): the weight of what is new in a block. p: the prediction, standardised.
+ * disturbance: by rimi_noise_disturbance(). */
 double rimi_noise_weight(const noise_channel *c, double p, double activity, double disturbance);
 
 /* How quickly the nominal predictions move, beside the mean of healthy runs: ln(NOISE_STILL + root
- * mean square over the outcomes of their movement since the block before, in standard deviations of
- * the predictions). A model errs in proportion to how quickly what it models changes: by its timing,
- * and by what it smooths. predicted[outcomes] and before[outcomes] in the outcomes' units, of
- * channels 0 .. outcomes - 1. */
+ * mean square over the outcomes of their movement since the block before, in standard deviations
+ * of the predictions). A model errs in proportion to how quickly what it models changes: by its
+ * timing, and by what it smooths. predicted[outcomes] and before[outcomes]: in the outcomes' units,
+ * of channels 0 .. outcomes - 1. */
 double rimi_noise_activity(const rim_noise *view, const double *predicted, const float *before,
                            size_t outcomes);
 /* Of which it is made: one outcome's square, and the logarithm of their sum. */

@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 /* The search: which hypothesis about where and since when an outcome deviates says most.
  *
- * Blocks of residuals are kept in a ring. A channel's residuals are r = B b + sigma(x) a (section
- * NOISE): run effects b with a Gaussian prior, and autocorrelated noise. A hypothesis is a shape m
+ * Blocks of residuals are kept in a ring. A channel's residuals are r = B b + n (section NOISE):
+ * run effects b with a Gaussian prior, and autocorrelated noise n, F n = sigma(x) a, where F takes
+ * off what each block keeps of the one before, and w = 1 / sigma(x). A hypothesis is a shape m
  * over the blocks (1 inside a region, a ramp, the prediction itself); its shift, standard error and
  * ln likelihood ratio are those of generalised least squares with b integrated out:
  *
- *   d = m'We - (m'WB) G^-1 (B'We)   A = m'Wm - (m'WB) G^-1 (B'Wm)   W = w F'F w   G = B'WB + prior
+ *   d = m'We - (m'WB) G^-1 (B'We)   A = m'Wm - (m'WB) G^-1 (B'Wm)   W = F'w^2 F  G = B'WB + prior
  *   shift = d / A   sd = A^-1/2   ln likelihood ratio = d^2 / (2 A)
  *
  * Without run effects, autocorrelation and sigma(x) this is eq. 3.7 of the thesis (p. 29). Every
