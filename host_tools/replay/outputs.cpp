@@ -139,10 +139,11 @@ void ReplayOutputs::record(const rim_alarm &record) {
 void ReplayOutputs::end(const ReplayedLog &log) {
   if (report_)
     report_->end(log, names_);
-  const rim_alarm &first = log.raised > 0 ? log.first : log.interference.first;
-  if (!traces_.empty() && first.state != RIM_ALARM_NONE)
+  // What was said in the end: more blocks may have named another outcome.
+  const rim_alarm &found = log.raised > 0 ? log.last : log.interference.first;
+  if (!traces_.empty() && found.state != RIM_ALARM_NONE)
     traces_.back().sentence =
-        first.channels > 0 ? names_.outcome(first.channel[0]).words : std::string("motion");
+        found.channels > 0 ? names_.outcome(found.channel[0]).words : std::string("motion");
   if (labels_)
     labels_->write(labels_text(log.labels));
   if (!lcm_)
