@@ -26,9 +26,10 @@ constexpr double kFlatField = 1e-3; // variance of a raw field's own part, below
 constexpr double kMostRho = 0.97;
 // Squares of the prediction and of the activity, among a constant and the scale's terms.
 constexpr Eigen::Index kSquare = 2, kSquareActivity = 4;
-constexpr double kEven = 0.02, kEvenPerRun = 1.0; // ridge of ln sigma(x), per block
-constexpr double kSdOfMedian = 1.4826;            // a Gaussian's sd by its median distance from 0
-constexpr double kFewRuns = 3.0; // a variance over n runs is raised by 1 + this / n
+// Ridge of ln sigma(x), per block; and the number of runs of which it is one more.
+constexpr double kEven = 0.02, kFewScaleRuns = 10.0;
+constexpr double kSdOfMedian = 1.4826; // a Gaussian's sd by its median distance from 0
+constexpr double kFewRuns = 3.0;       // a variance over n runs is raised by 1 + this / n
 
 // One channel in one run.
 struct Series {
@@ -165,9 +166,9 @@ void fit_scale(ChannelNoise *c, bool is_agreement, std::vector<Series> *series) 
     gram += known.transpose() * x;
     cross += known.transpose() * ln;
   }
-  // A scale is kept unless the data insist; what few runs say of it is what those runs happened to do.
-  gram.diagonal().tail(terms).array() +=
-      (kEven + kEvenPerRun / static_cast<double>(series->size())) * n;
+  // A scale is kept unless the data insist, and those of few runs show what these happened to do.
+  const double few = kFewScaleRuns / static_cast<double>(series->size());
+  gram.diagonal().tail(terms).array() += (kEven + few * few * few) * n;
   const auto leave_out = [&](Eigen::Index term) {
     gram.row(term).setZero();
     gram.col(term).setZero();

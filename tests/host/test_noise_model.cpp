@@ -112,6 +112,16 @@ void noise_that_lasts_has_the_scale_of_what_is_new(void **) {
   }
 }
 
+// What six runs say of a scale is what they happened to do: it is drawn to none.
+void few_runs_teach_little_of_a_scale(void **) {
+  MadeNoise made;
+  made.s = 0.2;
+  made.ln_sigma = 0.4;
+  const double few = fit_one(made, 6).ln_sigma[0], many = fit_one(made, 30).ln_sigma[0];
+  print_message("ln sigma per sd of the prediction: %.3f by 6 runs, %.3f by 30\n", few, many);
+  assert_true(few < 0.2 && many > 0.33);
+}
+
 // Where the predictions move quickly, the errors of their timing are large.
 void a_scale_that_depends_on_the_activity_is_found(void **) {
   MadeNoise made;
@@ -229,6 +239,7 @@ int main() {
       cmocka_unit_test(effects_of_a_run_are_found),
       cmocka_unit_test(a_scale_that_depends_on_the_context_is_found),
       cmocka_unit_test(noise_that_lasts_has_the_scale_of_what_is_new),
+      cmocka_unit_test(few_runs_teach_little_of_a_scale),
       cmocka_unit_test(a_scale_that_depends_on_the_activity_is_found),
       cmocka_unit_test(every_kind_goes_by_its_own_prediction),
       cmocka_unit_test(more_effects_than_runs_do_not_swallow_a_fault),
