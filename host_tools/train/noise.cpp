@@ -56,6 +56,15 @@ Eigen::MatrixXd raw_fields(const Basis &basis, const BlockRun &run, const Eigen:
   return raw;
 }
 
+// A Gaussian's standard deviation by the middle of its sizes; 0 of none.
+double sd_by_median(std::vector<double> *sizes) {
+  if (sizes->empty())
+    return 0.0;
+  const auto middle = sizes->begin() + static_cast<std::ptrdiff_t>(sizes->size() / 2);
+  std::nth_element(sizes->begin(), middle, sizes->end());
+  return kSdOfMedian * *middle;
+}
+
 // The scatter of one outcome as the search counts it (rimi_search_limited): there in units of the
 // standard deviation that is fitted to it, here of one that a few large values do not change.
 void limit_scatter(std::vector<Series> *series) {
@@ -64,11 +73,7 @@ void limit_scatter(std::vector<Series> *series) {
     for (const double x : s.r)
       all.push_back(std::abs(x));
   }
-  if (all.empty())
-    return;
-  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
-  std::nth_element(all.begin(), middle, all.end());
-  const double sd = kSdOfMedian * *middle;
+  const double sd = sd_by_median(&all);
   if (!(sd > 0.0))
     return;
   for (Series &s : *series) {
@@ -130,11 +135,7 @@ double usual_size(const std::vector<Series> &series, const std::vector<Eigen::Ve
         all.push_back(std::abs(fresh[r][i]));
     }
   }
-  if (all.empty())
-    return 0.0;
-  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
-  std::nth_element(all.begin(), middle, all.end());
-  return kSdOfMedian * *middle;
+  return sd_by_median(&all);
 }
 
 // ln sigma(x): ridge of ln|e|, e what is new in a block, on the prediction, the activity, their

@@ -231,7 +231,7 @@ def test_detector():
     failed = {r["check_name"]: str(r["exception"]) for r in results if r["status"] == "failed"}
     passed = sum(r["status"] == "passed" for r in results)
     print(f"estimator checks: {passed} passed of {len(results)}; do not apply: {', '.join(failed)}")
-    check("estimator checks", set(failed) == set(not_for_us), failed)
+    check("estimator checks", set(failed) <= set(not_for_us), failed)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         results = check_estimator(rimwatch.RimDetector(runs=3), on_fail=None)
