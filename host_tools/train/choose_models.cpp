@@ -345,9 +345,10 @@ void choose_states(const Fitter &fitter, const Basis &basis, const Layout &layou
     if (std::find(chosen->outside.begin(), chosen->outside.end(), o) != chosen->outside.end())
       continue;
     const std::vector<std::size_t> &outside = chosen->targets[o].outside;
-    if (promising.count(outside) == 0)
-      promising[outside] = promising_states(fitter, basis, outcomes, features_of(layout, outside));
-    const std::vector<std::uint16_t> &states = promising[outside][o];
+    const auto [known, is_new] = promising.try_emplace(outside);
+    if (is_new)
+      known->second = promising_states(fitter, basis, outcomes, features_of(layout, outside));
+    const std::vector<std::uint16_t> &states = known->second[o];
     if (!states.empty())
       of_inputs[{outside, states}].push_back(o);
   }
