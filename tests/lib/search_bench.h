@@ -110,8 +110,8 @@ static inline world make_world(bool effects, double rho, double ln_sigma) {
   w.p_center = 3.0;
   w.p_scale = 1.5;
   w.ln_sigma = ln_sigma;
-  w.ln_active = ln_sigma > 0.0 ? 0.25 : 0.0;
-  w.ln_active_2 = ln_sigma > 0.0 ? 0.0625 : 0.0;
+  w.ln_active = ln_sigma > 0.0 ? 0.125 : 0.0;
+  w.ln_active_2 = ln_sigma > 0.0 ? 0.03125 : 0.0;
   w.phi = 1.0f;
   static const double combination[FIELDS][RAW] = {
       {1.0, 0.0, 0.0, 0.0, 0.0}, {0.2, 0.8, 0.0, 0.0, 0.3}, {-0.5, 0.0, 1.0, 0.6, 0.0}};

@@ -168,7 +168,7 @@ static void the_weight_is_that_of_the_scale(void **state) {
     for (double a = -3.0; a <= 3.0; a += 0.5) {
       const double ln = 0.25 * p - 0.125 * (p * p - 1.0) + 0.5 * a + 0.375 * (a * a - 1.0) - 0.25;
       const double limited = fmax(-NOISE_LN_SIGMA, fmin(NOISE_LN_SIGMA, ln));
-      assert_true(fabs(rimi_noise_weight(&n, p, a, -2.0) - exp(-limited)) < 1e-10);
+      assert_true(fabs(rimi_noise_weight(&n, p, a, -2.0) - exp(-limited)) < 1e-12);
     }
   }
 }
