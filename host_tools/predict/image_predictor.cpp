@@ -24,6 +24,8 @@ namespace rim::world {
 
 namespace {
 
+constexpr double kNextBlock = 1.25; // blocks later: then one does not adjoin, as in flight
+
 // "s.altitude_m" -> "altitude_m"
 std::string bare_name(const std::string &name) { return name.substr(name.find('.') + 1); }
 
@@ -131,11 +133,10 @@ void ImagePredictor::add_noise(std::size_t outcome, double predicted, double act
 }
 
 Log ImagePredictor::predict(const Log &log) const {
-  const std::string who = "image " + path_;
   std::vector<int> features;
   std::vector<std::string> names;
   for (const std::string &feature : layout_.feature_names)
-    features.push_back(needed_column(log, feature, who));
+    features.push_back(needed_column(log, feature, name()));
   for (const std::string &outcome : layout_.outcome_names)
     names.push_back(bare_name(outcome));
   std::vector<std::uint64_t> memory(rimi_blocks_size(&config_) / 8 + 1);
@@ -158,7 +159,8 @@ Log ImagePredictor::predict(const Log &log) const {
     run_effects.push_back(rimi_noise_channel(&noise_, static_cast<std::uint32_t>(o)).fields);
   PredictionRows rows(log, given_names, names, run_effects);
   std::vector<double> context(features.size()), predicted(2 * names.size());
-  std::vector<float> before; // what was predicted for the block before
+  std::vector<float> before(names.size()); // predicted for the block that began at before_s
+  double before_s = -1e300;
   for (std::size_t t = 0; t < log.t_s.size(); ++t) {
     for (std::size_t f = 0; f < features.size(); ++f)
       context[f] = log.values(static_cast<Eigen::Index>(t), features[f]);
@@ -173,10 +175,12 @@ Log ImagePredictor::predict(const Log &log) const {
       values.push_back(rimi_blocks_context(blocks)[f]);
     std::vector<double> raw = raw_fields(blocks);
     const double disturbance = disturbance_of(blocks, predicted, names.size());
-    const double activity = before.empty() ? NOISE_APART
-                                           : rimi_noise_activity(&noise_, predicted.data(),
-                                                                 before.data(), names.size());
-    before.assign(predicted.begin(), predicted.end());
+    const bool adjoins = rimi_blocks_start_s(blocks) - before_s < kNextBlock * step_s();
+    const double activity =
+        adjoins ? rimi_noise_activity(&noise_, predicted.data(), before.data(), names.size())
+                : NOISE_APART;
+    std::copy_n(predicted.begin(), before.size(), before.begin());
+    before_s = rimi_blocks_start_s(blocks);
     for (std::size_t o = 0; o < names.size(); ++o) {
       values.push_back(rimi_blocks_outcomes(blocks)[o]);
       values.push_back(predicted[o]);
@@ -186,7 +190,7 @@ Log ImagePredictor::predict(const Log &log) const {
   }
   if (rows.rows() == 0)
     throw DataError(log.path + ": no " + std::to_string(config_.block_rows) + " rows " +
-                    std::to_string(config_.period_s) + " s apart, the period of " + who);
+                    std::to_string(config_.period_s) + " s apart, the period of " + name());
   return std::move(rows).finish();
 }
 
