@@ -235,7 +235,7 @@ public:
   // The integral of others.
   void try_integral() {
     const std::uint16_t feature = from_.layout.outcome_feature[static_cast<std::size_t>(j_)];
-    const std::vector<Eigen::Index> others = choose_integrands(from_.integral, a_, j_, feature);
+    const std::vector<Eigen::Index> others = choose_integrands(from_.integral, a_, j_, {feature});
     if (others.empty())
       return;
     const Fit fit = best_fit(from_.integral, others, j_, {kUnshrunk});
@@ -250,17 +250,21 @@ public:
     if (integrates && source == AGREEMENT_INTEGRAL)
       take_integral(with_lag(a_, from_.runs, j_, others, fit.weight));
   }
+  // The outcome that mostly integrates this one, where there is one: the clearest. The integral is
+  // of this one, not of its twin.
+  void try_into(Eigen::Index twin);
 
   int source = AGREEMENT_RESIDUALS;
   bool integrates = false; // its changes are mostly those of the integral, if that was tried
   double error = 1.0, variance = 1e300, integrand = -1.0, intercept = 0.0;
   Eigen::VectorXd weight, few; // of the residuals, the readings
   Integral integral;
+  Eigen::Index into = -1; // INTO: the outcome that integrates this one
   std::vector<Eigen::VectorXd> series;
 
   // What was expected of a run's outcome (rimi_agreement_evaluate).
   Eigen::VectorXd expected(std::size_t run, const Matrix &predicted) const {
-    if (source == AGREEMENT_INTEGRAL)
+    if (source == AGREEMENT_INTEGRAL || source == AGREEMENT_INTO)
       return integrated_[run];
     if (source == AGREEMENT_RESIDUALS)
       return predicted.col(j_);
@@ -314,6 +318,38 @@ void Choice::take_integral(const std::vector<Integral> &of) {
   take(AGREEMENT_INTEGRAL, error);
 }
 
+void Choice::try_into(Eigen::Index twin) {
+  const auto &feature = from_.layout.outcome_feature;
+  const auto feature_of = [&feature](Eigen::Index o) {
+    return feature[static_cast<std::size_t>(o)];
+  };
+  double least = 1.0 - kIntegrates;
+  for (Eigen::Index o = 0; o < static_cast<Eigen::Index>(feature.size()); ++o) {
+    if (o == j_ || o == twin)
+      continue;
+    const std::vector<Eigen::Index> others =
+        choose_integrands(from_.integral, a_, o, {feature_of(o), feature_of(twin)});
+    if (others.empty())
+      continue;
+    const Fit fit = best_fit(from_.integral, others, o, {kUnshrunk});
+    const bool mostly = mostly_integrated(a_, from_.layout, fit.weight[kFolds], from_.runs) ==
+                        static_cast<double>(j_);
+    if (!mostly || fit.squares >= least * fit.own)
+      continue;
+    least = fit.squares / fit.own;
+    into = o;
+    const std::vector<Integral> of = with_lag(a_, from_.runs, o, others, fit.weight);
+    integral = of[kFolds];
+    integrated_.clear();
+    for (std::size_t r = 0; r < remains_.size(); ++r) {
+      Summed sum = summed(a_, from_.runs, r, o, of[r % kFolds]);
+      remains_[r] = -sum.remains;
+      integrated_.push_back(std::move(sum.integrated));
+    }
+    take(AGREEMENT_INTO, std::sqrt(least));
+  }
+}
+
 // The only outcome whose reading says what this one reads; the number of outcomes: none or more.
 std::size_t only_other(const Choice &choice, std::size_t outcomes) {
   if (choice.source != AGREEMENT_FEW || (choice.few.array() != 0.0).count() != 1)
@@ -340,7 +376,7 @@ std::unique_ptr<Choice> choose_relation(const Sources &sources, const Agreement 
 }
 
 // Of two that follow from each other alone, both say the same: the second is free to say what moves
-// it.
+// it, or what it moves.
 void free_twins(const Sources &sources, const Agreement &a,
                 std::vector<std::unique_ptr<Choice>> *choices) {
   for (std::size_t j = 0; j < choices->size(); ++j) {
@@ -350,7 +386,10 @@ void free_twins(const Sources &sources, const Agreement &a,
     auto other = std::make_unique<Choice>(sources, a, static_cast<Eigen::Index>(j));
     other->start_from_behaviour();
     other->try_integral();
-    if (other->source == AGREEMENT_INTEGRAL && other->integrates)
+    if (other->source != AGREEMENT_INTEGRAL || !other->integrates)
+      other->try_into(static_cast<Eigen::Index>(twin));
+    if (other->source == AGREEMENT_INTO ||
+        (other->source == AGREEMENT_INTEGRAL && other->integrates))
       (*choices)[j] = std::move(other);
   }
 }
@@ -393,6 +432,8 @@ Agreement fit_agreement(const Layout &layout, const Basis &basis,
     a.source[outcome] = choice.source;
     a.error[outcome] = choice.error;
     a.row(j, 0) = choice.source;
+    if (choice.source == AGREEMENT_INTO)
+      a.row(j, 1) = static_cast<double>(choice.into);
     a.row(j, 2) = choice.integrand;
     if (choice.source == AGREEMENT_RESIDUALS && choice.weight.size() > 0)
       a.row.row(j).tail(total) = choice.weight.transpose();

@@ -156,7 +156,11 @@ Summed summed(const Agreement &a, const RunStore &runs, std::size_t r, Eigen::In
 // More than a few would explain noise by noise. A product must explain clearly more than any single
 // outcome.
 std::vector<Eigen::Index> choose_integrands(const Regression &r, const Agreement &a,
-                                            Eigen::Index outcome, std::uint16_t feature) {
+                                            Eigen::Index outcome,
+                                            const std::vector<std::uint16_t> &without) {
+  const auto is_without = [&without](std::uint16_t feature) {
+    return std::find(without.begin(), without.end(), feature) != without.end();
+  };
   const Sums &all = r.folds[kFolds];
   double left = 0.0;
   for (std::size_t i = 0; i < r.runs; ++i)
@@ -168,7 +172,7 @@ std::vector<Eigen::Index> choose_integrands(const Regression &r, const Agreement
     Eigen::Index best = -1;
     for (Eigen::Index g = 0; g < all.gram.rows(); ++g) {
       const Integrand &of = a.integrands[static_cast<std::size_t>(g)];
-      if (of.a == feature || of.b == feature ||
+      if (is_without(of.a) || is_without(of.b) ||
           std::find(chosen.begin(), chosen.end(), g) != chosen.end())
         continue;
       std::vector<Eigen::Index> with = chosen;
@@ -261,7 +265,7 @@ std::vector<bool> integrated_outcomes(const Layout &layout,
   std::vector<char> of(integrated.size(), 0); // threads must not share a byte of bits
   parallel_for(of.size(), [&](std::size_t o) {
     const auto j = static_cast<Eigen::Index>(o);
-    const auto others = choose_integrands(changes, a, j, layout.outcome_feature[o]);
+    const auto others = choose_integrands(changes, a, j, {layout.outcome_feature[o]});
     if (others.empty())
       return;
     const Fit fit = best_fit(changes, others, j, {kUnshrunk});

@@ -23,9 +23,10 @@ void learn_integrands(Agreement *a, const Layout &layout, const RunStore &runs);
 // a and runs must outlive it.
 Regression integral_regression(const Agreement &a, const RunStore &runs);
 
-// The few integrands that explain the change of an outcome, whose own feature is given.
+// The few integrands that explain the change of an outcome, of none of the features `without`.
 std::vector<Eigen::Index> choose_integrands(const Regression &r, const Agreement &a,
-                                            Eigen::Index outcome, std::uint16_t feature);
+                                            Eigen::Index outcome,
+                                            const std::vector<std::uint16_t> &without);
 
 // The outcome that this one mostly integrates, -1: none.
 double mostly_integrated(const Agreement &a, const Layout &layout, const Eigen::VectorXd &weight,

@@ -26,16 +26,17 @@ std::string outcome_report(const Training &training) {
                {"lag-1", "correlation"},
                {"seen from", "offset"},
                {"model", ""}});
-  static const char *const how[] = {"residuals", "levels", "integral", "few readings"};
+  static const char *const how[] = {"residuals", "levels", "integral", "few readings",
+                                    "what integrates it"};
   std::string blind;
   for (std::size_t o = 0; o < training.outcomes.size(); ++o) {
     const OutcomeReport &r = training.outcomes[o];
     const std::string words = quantity_of(plan.layout.outcome_names[o]).words;
     const std::string unit = plan.layout.outcome_units[o];
     table.add({words, unit.empty() ? "-" : unit, plan.layout.external ? "-" : cell(r.r2, 3),
-               plan.layout.external ? "-" : cell(r.error, 3), cell(r.agreement, 3),
-               how[std::clamp(r.source, 0, 3)], cell(r.effect, 3), cell(r.rho, 2),
-               cell(r.detectable, 3), plan.layout.external ? "your own" : r.model});
+               plan.layout.external ? "-" : cell(r.error, 3), cell(r.agreement, 3), how[r.source],
+               cell(r.effect, 3), cell(r.rho, 2), cell(r.detectable, 3),
+               plan.layout.external ? "your own" : r.model});
     constexpr double poor = 0.3;
     if (!plan.layout.external && r.r2 < poor && r.agreement > 1.0 - poor)
       blind += (blind.empty() ? "" : ", ") + words;

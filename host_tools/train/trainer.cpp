@@ -190,8 +190,8 @@ void report_outcomes(Training *training, const Behaviour &behaviour, const Agree
     report.detectable = 1e300;
     for (const std::size_t c : {o, outcomes + o}) {
       const ChannelNoise &n = training->noise.channels[c];
-      if (!n.active)
-        continue;
+      if (!n.active || (c != o && report.source == AGREEMENT_INTO))
+        continue; // INTO is in the unit of another outcome
       // An offset over the later half of the run, known as well as noise and effects allow.
       const double blocks = 0.5 * kBlocksPerRun * (1.0 - n.rho) * (1.0 - n.rho);
       const double sd = n.s * std::sqrt(1.0 / std::max(blocks, 1.0) +

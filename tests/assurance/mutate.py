@@ -41,7 +41,7 @@ HEADERS = glob.glob("tests/lib/*.h") + glob.glob("lib/src/*/*.h") + glob.glob("l
 work = os.path.join(o.build, "mutate")
 os.makedirs(work, exist_ok=True)
 shared = dict(re.findall(r"(\w+/\w+)=(\w+)", re.sub(r"\\\n", " ", open("tests/Dir.mk").read())))
-ALWAYS = ["bits", "bits_search", "bits_monitor", "bits_explained", "bits_alarms", "ends", "monitor_ends", "select_ends", "monitor", "guard", "monitor_trained", "monitor_alarms", "integrand", "exact", "describe", "describe_rolled", "contrary", "refused_wire", "refused_plan", "refused_search", "refused_monitor"]
+ALWAYS = ["bits", "bits_search", "bits_monitor", "bits_explained", "bits_alarms", "ends", "monitor_ends", "select_ends", "monitor", "guard", "monitor_trained", "monitor_alarms", "integrand", "exact", "describe", "cause", "contrary", "refused_wire", "refused_plan", "refused_search", "refused_monitor"]
 RULES = [(r"(?<![<>=!\-+&|])<(?![<=])", ["<=", ">="]), (r"<=", ["<", ">"]), (r"(?<![>\-])>(?![>=])", [">=", "<="]),
          (r">=", [">", "<"]), (r"==", ["!="]), (r"!=", ["=="]), (r"&&", ["||"]), (r"\|\|", ["&&"]),
          (r"(?<=[\w\])]) \+ (?=[\w(])", [" - "]), (r"(?<=[\w\])]) - (?=[\w(])", [" + "]),

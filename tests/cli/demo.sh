@@ -8,7 +8,7 @@ out=$(DEMO_RUNS=20 RIM=$RIM BUILD=$here "$root/host_tools/demo/demo.sh" 2>&1); c
 printf '%s\n' "$out" > "$here/demo.txt"
 contains "healthy" "$out" "^healthy/run_0101.csv: healthy: nothing found"
 for fault in 04_doppler_scale 07_velocity_delay 12_velocity_stuck; do contains "$fault" "$out" "^$fault/run_.*: FOUND at t = "; done
-contains "the doppler or its twin is named" "$out" "velocity \(doppler\|imu\) z reads [0-9.]* "
+contains "the Doppler is named, not its twin" "$out" "velocity doppler z reads [0-9.]* m/s low"
 contains "the stuck sensor is named" "$out" "velocity imu z repeats"
 if printf '%s\n' "$out" | grep -q "no multicast"; then skipped=$((skipped + 1)); else
   contains "a second process" "$out" "heard \([0-9]*\) of \1 records.*the same to the last digit"

@@ -78,7 +78,7 @@ Learnt learn(double late, double bias) {
   l.a.integrands = {{AGREEMENT_PLAIN, 1, 1}};
   rim::learn_integrands(&l.a, layout, store);
   const rim::Regression changes = rim::integral_regression(l.a, store);
-  const auto columns = rim::choose_integrands(changes, l.a, 0, 0);
+  const auto columns = rim::choose_integrands(changes, l.a, 0, {0});
   assert_int_equal(columns.size(), 1);
   const rim::Fit fit = rim::best_fit(changes, columns, 0, {rim::kUnshrunk});
   l.plain = {fit.weight.back(), 0.0};

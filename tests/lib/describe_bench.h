@@ -65,6 +65,11 @@ static inline void plant(uint32_t channel, search_family family, double score, d
   state->region.score = SEARCH_NONE;
 }
 
+/* What the search says of a residual of so many units of 0.05 in this channel. */
+static inline double as_shift(uint32_t channel, double units) {
+  return 0.05 * units / (double)rimi_noise_channel(&m->models.noise, channel).s;
+}
+
 static inline void plant_nothing(void) {
   for (uint32_t c = 0; c < CHANNELS; ++c)
     plant(c, SEARCH_SINCE, 0.0, 0.0, 0);

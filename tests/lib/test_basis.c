@@ -502,9 +502,67 @@ static void a_twin_is_the_only_other(void **state) {
       rim_agreement v;
       assert_int_equal(rimi_agreement_open(&v, b.byte, b.size, FEATURES, OUTCOMES, MEANS), RIM_OK);
       assert_int_equal(rimi_agreement_source(&v, 0), source);
-      assert_int_equal(rimi_agreement_twin(&v, 0), source == AGREEMENT_FEW ? twin[k] : OUTCOMES);
+      double said = 0.0;
+      const uint32_t found = rimi_agreement_twin(&v, 0, &said);
+      assert_int_equal(found, source == AGREEMENT_FEW ? twin[k] : OUTCOMES);
+      assert_true(found == OUTCOMES || said == (double)0.9f);
+      assert_int_equal(rimi_agreement_twin(&v, 0, NULL), found);
     }
   }
+}
+
+/* Outcome 1 as the integral of outcome 2, and of what else its row names: what the integral gives
+ * more than outcome 1's change. */
+static void what_it_moves_tells(void **state) {
+  (void)state;
+  bytes b = agreement();
+  put_f32(b.byte + ROWS_AT + 4 * 2 * STRIDE, AGREEMENT_INTO);
+  put_f32(b.byte + ROWS_AT + 4 * (2 * STRIDE + 1), 1.0);
+  rim_agreement v;
+  assert_int_equal(rimi_agreement_open(&v, b.byte, b.size, FEATURES, OUTCOMES, MEANS), RIM_OK);
+  assert_int_equal(rimi_agreement_source(&v, 2), AGREEMENT_INTO);
+  assert_int_equal(rimi_agreement_integral(&v, 2), 1);
+  assert_int_equal(rimi_agreement_integral(&v, 0), OUTCOMES);
+  const bytes usual = agreement();
+  rim_agreement u;
+  assert_int_equal(rimi_agreement_open(&u, usual.byte, usual.size, FEATURES, OUTCOMES, MEANS),
+                   RIM_OK);
+  assert_int_equal(rimi_agreement_integral(&u, 2), 2);
+  for (uint16_t j = 0; j < OUTCOMES; ++j) /* what remains has the other sign */
+    assert_true(rimi_agreement_gain(&v, 2, j, j).sum == -rimi_agreement_gain(&u, 2, j, j).sum);
+  double kept[AGREEMENT_STATE * OUTCOMES] = {0.0}, sum = 0.0, integrated = 0.0;
+  record before;
+  memset(&before, 0, sizeof before);
+  for (uint32_t i = 0; i < 40; ++i) {
+    record now = make_record(i);
+    now.follows = now.follows && i > 0;
+    double remains[OUTCOMES], expected[OUTCOMES];
+    const agreement_block block = {.residual = now.residual,
+                                   .mean = now.mean,
+                                   .measured = now.measured,
+                                   .predicted = now.level,
+                                   .early = now.early,
+                                   .late = now.late,
+                                   .follows = now.follows};
+    rimi_agreement_evaluate(&v, &block, kept, remains, expected);
+    if (now.follows) {
+      const double change = integrated_change(&now, &before);
+      sum = AGREEMENT_KEEPS * sum + change - (now.measured[1] - before.measured[1]);
+      integrated = AGREEMENT_KEEPS * integrated + change;
+    }
+    assert_true(fabs(remains[2] - sum) < 1e-9);
+    assert_true(fabs(expected[2] - integrated) < 1e-9);
+    before = now;
+  }
+  static const double no_other[] = {-1.0, 2.0, OUTCOMES}; /* 2 is itself */
+  for (size_t i = 0; i < sizeof no_other / sizeof *no_other; ++i) {
+    put_f32(b.byte + ROWS_AT + 4 * (2 * STRIDE + 1), no_other[i]);
+    assert_int_equal(agreement_status(&b), RIM_E_RANGE);
+  }
+  put_f32(b.byte + ROWS_AT + 4 * (2 * STRIDE + 1), 0.0);
+  assert_int_equal(agreement_status(&b), RIM_OK);
+  put_f32(b.byte + ROWS_AT + 4 * 2 * STRIDE, AGREEMENT_INTO + 1);
+  assert_int_equal(agreement_status(&b), RIM_E_RANGE);
 }
 
 static void integrands_are_named(void **state) {
@@ -561,7 +619,7 @@ static void damaged_agreement_is_refused(void **state) {
   static const struct {
     size_t word;
     double value;
-  } bad[] = {{0, -1.0}, {0, 4.0}, {2, -2.0}, {2, OUTCOMES}, {3, -1.001}, {3, 1.001}};
+  } bad[] = {{0, -1.0}, {0, 5.0}, {2, -2.0}, {2, OUTCOMES}, {3, -1.001}, {3, 1.001}};
   for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i) {
     b = good;
     put_f32(b.byte + ROWS_AT + 4 * (2 * STRIDE + bad[i].word), bad[i].value);
@@ -624,6 +682,7 @@ int main(void) {
       cmocka_unit_test(what_remains_is_as_defined),
       cmocka_unit_test(few_others_say_what_is_expected),
       cmocka_unit_test(a_twin_is_the_only_other),
+      cmocka_unit_test(what_it_moves_tells),
       cmocka_unit_test(integrands_are_named),
       cmocka_unit_test(damaged_agreement_is_refused),
       cmocka_unit_test(integrands_are_bounded),

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* monitor/describe.c: which outcome is named when several channels deviate, and which sign. What
  * the channels have found is put there by hand, so that each rule is tried on both sides of it.
- * test_describe_rolled.c: where outcomes are rolled forward. */
+ * test_cause.c: where outcomes are rolled forward. */
 #include <math.h>
 
 #include "describe_bench.h"
@@ -61,11 +61,6 @@ static double off_by[O];
 static double off_since_40(uint32_t channel, uint32_t i, uint8_t byte) {
   (void)byte;
   return channel < O && i >= 40 ? off_by[channel] : 0.0;
-}
-
-/* What the search says of a residual of so many units of 0.05 in this channel. */
-static double as_shift(uint32_t channel, double units) {
-  return 0.05 * units / (double)rimi_noise_channel(&m->models.noise, channel).s;
 }
 
 /* Two sensors disagree. The agreement of the first leads, but the commands say that it is right,

@@ -237,7 +237,10 @@ static bool agreement_rows_fit(const rim_agreement *a, uint32_t features) {
     const uint8_t *row = a->row + 4u * o * stride;
     const float source = rimi_le_f32(row, 0), integrand = rimi_le_f32(row, 2);
     const double lag = (double)rimi_le_f32(row, 3);
-    if (!(source >= 0.0f && source <= 3.0f) ||
+    const float of = rimi_le_f32(row, 1);
+    if (!(source >= 0.0f && source <= (float)AGREEMENT_INTO) ||
+        (source >= (float)AGREEMENT_INTO &&
+         (!(of >= 0.0f && of < (float)a->outcomes) || (size_t)of == o)) ||
         !(integrand >= -1.0f && integrand < (float)a->outcomes) ||
         !(lag >= -AGREEMENT_LAG && lag <= AGREEMENT_LAG))
       return false;
@@ -337,8 +340,9 @@ static double from_few(const rim_agreement *a, const agreement_block *block, con
   return block->measured[o] - sum;
 }
 
+/* Of the outcome `of` as the integral that row o says. */
 static double from_integral(const rim_agreement *a, const agreement_block *block,
-                            const uint8_t *row, size_t o, double *state) {
+                            const uint8_t *row, size_t o, size_t of, double *state) {
   const size_t count = a->outcomes;
   const double lag = (double)rimi_le_f32(row, 3);
   double now = 0.0, late = 0.0;
@@ -349,13 +353,14 @@ static double from_integral(const rim_agreement *a, const agreement_block *block
     now += weight * (block->early[g] - lagging);
     late += weight * (block->late[g] + lagging);
   }
-  const double change = (double)rimi_le_f32(row, 1) + now + state[LATE * count + o];
+  const double intercept = of == o ? (double)rimi_le_f32(row, 1) : 0.0;
+  const double change = intercept + now + state[LATE * count + o];
   state[LATE * count + o] = late;
   const double sum = state[SUM * count + o];
   if (!block->follows)
     return sum;
   state[INTEGRATED * count + o] = AGREEMENT_KEEPS * state[INTEGRATED * count + o] + change;
-  return AGREEMENT_KEEPS * sum + block->measured[o] - state[BEFORE_OUTCOME * count + o] - change;
+  return AGREEMENT_KEEPS * sum + block->measured[of] - state[BEFORE_OUTCOME * count + of] - change;
 }
 
 double rimi_agreement_disturbance(const rim_agreement *a, const double *residual, double *work) {
@@ -364,7 +369,7 @@ double rimi_agreement_disturbance(const rim_agreement *a, const double *residual
   return rimi_noise_disturbance(work, a->outcomes);
 }
 
-uint32_t rimi_agreement_twin(const rim_agreement *a, uint32_t outcome) {
+uint32_t rimi_agreement_twin(const rim_agreement *a, uint32_t outcome, double *weight_of_twin) {
   const uint8_t *row = a->row + 4u * outcome * agreement_stride(a->outcomes, a->means);
   uint32_t twin = a->outcomes;
   if ((agreement_source)rimi_agreement_source(a, outcome) != AGREEMENT_FEW)
@@ -376,6 +381,8 @@ uint32_t rimi_agreement_twin(const rim_agreement *a, uint32_t outcome) {
     if (twin < a->outcomes || weight < 0.0f)
       return a->outcomes;
     twin = j;
+    if (weight_of_twin != NULL)
+      *weight_of_twin = (double)weight;
   }
   return twin;
 }
@@ -384,11 +391,20 @@ uint32_t rimi_agreement_source(const rim_agreement *a, uint32_t outcome) {
   return (uint32_t)rimi_le_f32(a->row + 4u * outcome * agreement_stride(a->outcomes, a->means), 0);
 }
 
+uint32_t rimi_agreement_integral(const rim_agreement *a, uint32_t outcome) {
+  const uint8_t *row = a->row + 4u * outcome * agreement_stride(a->outcomes, a->means);
+  const uint32_t source = rimi_agreement_source(a, outcome);
+  return source == AGREEMENT_INTEGRAL ? outcome
+         : source == AGREEMENT_INTO   ? (uint32_t)rimi_le_f32(row, 1)
+                                      : a->outcomes;
+}
+
 void rimi_agreement_evaluate(const rim_agreement *a, const agreement_block *block, double *state,
                              double *remains, double *expected) {
   const size_t count = a->outcomes, stride = agreement_stride(count, a->means);
-  for (size_t o = 0; o < count; ++o) {
+  for (uint32_t o = 0; o < count; ++o) {
     const uint8_t *row = a->row + 4u * o * stride;
+    const uint32_t of = rimi_agreement_integral(a, o);
     uint32_t source = (uint32_t)rimi_le_f32(row, 0);
     if (source == AGREEMENT_LEVEL && block->level == NULL)
       source = AGREEMENT_RESIDUALS;
@@ -398,18 +414,18 @@ void rimi_agreement_evaluate(const rim_agreement *a, const agreement_block *bloc
       remains[o] = block->measured[o] - block->level[o];
     else if (source == AGREEMENT_FEW)
       remains[o] = from_few(a, block, row, o);
-    else
-      remains[o] = from_integral(a, block, row, o, state);
-    expected[o] = source == AGREEMENT_RESIDUALS  ? block->predicted[o]
-                  : source == AGREEMENT_INTEGRAL ? state[INTEGRATED * count + o]
-                                                 : block->measured[o] - remains[o];
+    else {
+      const double sum = from_integral(a, block, row, o, of, state);
+      state[SUM * count + o] = sum;
+      remains[o] = source == AGREEMENT_INTO ? -sum : sum;
+    }
+    expected[o] = source == AGREEMENT_RESIDUALS ? block->predicted[o]
+                  : of < count                  ? state[INTEGRATED * count + o]
+                                                : block->measured[o] - remains[o];
   }
   for (size_t j = 0; j < count; ++j) {
-    const uint8_t *row = a->row + 4u * j * stride;
     state[BEFORE_RESIDUAL * count + j] = clipped_residual(a, block, j);
     state[BEFORE_OUTCOME * count + j] = block->measured[j];
-    if ((uint32_t)rimi_le_f32(row, 0) == AGREEMENT_INTEGRAL)
-      state[SUM * count + j] = remains[j];
   }
 }
 
@@ -418,10 +434,11 @@ agreement_gain rimi_agreement_gain(const rim_agreement *a, uint32_t outcome, uin
   const uint8_t *row = a->row + 4u * outcome * agreement_stride(a->outcomes, a->means);
   agreement_gain gain = {.mostly =
                              rimi_le_f32(row, 2) >= 0.0f && (uint32_t)rimi_le_f32(row, 2) == j};
-  if ((uint32_t)rimi_le_f32(row, 0) != AGREEMENT_INTEGRAL)
+  if (rimi_agreement_integral(a, outcome) >= a->outcomes)
     return gain;
+  const double sign = rimi_agreement_source(a, outcome) == AGREEMENT_INTO ? -2.0 : 2.0;
   for (size_t g = 0; g < a->integrands; ++g) {
-    const double weight = 2.0 * (double)rimi_le_f32(row, AGREEMENT_FIRST + g) *
+    const double weight = sign * (double)rimi_le_f32(row, AGREEMENT_FIRST + g) *
                           (double)rimi_le_f32(a->integrand_inverse_sd, g);
     for (size_t k = 0; k < 2; ++k) {
       if (rimi_le_u16(a->integrand, 4 * g + 1 + k) != feature)

@@ -119,7 +119,7 @@ void rimi_behaviour_error(const rim_behaviour *view, const uint16_t *unknown, bo
  *   f32 integrand_inverse_sd[G]
  *   f32 partial[G][2]     change of an integrand's mean per unit of a and of b in healthy runs
  *   f32 row[O][AGREEMENT_FIRST + O (2 + M)]: source (agreement_source), intercept, integrand,
- *     lag (INTEGRAL: in blocks, -1 to 1), weights
+ *     lag (INTEGRAL, INTO: in blocks, -1 to 1), weights
  * RESIDUALS: weights of the others' residuals of the same block, of the block before, and of the
  *   same block times mean 0, 1, ... Residuals enter in standard deviations, clipped at
  *   AGREEMENT_CLIP; the sum is in the outcome's own standard deviations.
@@ -128,6 +128,9 @@ void rimi_behaviour_error(const rim_behaviour *view, const uint16_t *unknown, bo
  *   one sensor says of another holds wherever the vehicle goes.
  * INTEGRAL: an outcome that integrates others (position, attitude, charge): its change since the
  *   block before less G weights times the integrands over that time, summed over the run.
+ * INTO: an outcome that another one, row[o][1], integrates (a speed, of a position): what the
+ *   integral gives more than that other outcome's change, summed over the run. Of two sensors that
+ *   read the same, it tells which one is wrong.
  * row[o][2]: whatever the source, the outcome that this one mostly integrates, or -1.
  *
  * The mean of an integral over a block changes by the integrand weighted by a triangle over both
@@ -146,7 +149,8 @@ typedef enum agreement_source {
   AGREEMENT_RESIDUALS = 0,
   AGREEMENT_LEVEL = 1,
   AGREEMENT_INTEGRAL = 2,
-  AGREEMENT_FEW = 3
+  AGREEMENT_FEW = 3,
+  AGREEMENT_INTO = 4
 } agreement_source;
 
 /* An integrand of the features a and b. */
@@ -180,11 +184,15 @@ double rimi_agreement_error(const rim_agreement *view, uint32_t outcome, const d
                             const double *error);
 
 /* The outcome that alone, and with a weight above 0, says what this one reads (FEW); the number of
- * outcomes: there is none. O(O). */
-uint32_t rimi_agreement_twin(const rim_agreement *view, uint32_t outcome);
+ * outcomes: there is none. weight: NULL, or set where there is one. O(O). */
+uint32_t rimi_agreement_twin(const rim_agreement *view, uint32_t outcome, double *weight);
 
 /* agreement_source of an outcome. */
 uint32_t rimi_agreement_source(const rim_agreement *view, uint32_t outcome);
+
+/* The outcome whose changes a sum over the run is held against: INTEGRAL: the same, INTO: the one
+ * that integrates it; the number of outcomes: it is no sum. */
+uint32_t rimi_agreement_integral(const rim_agreement *view, uint32_t outcome);
 
 /* Doubles per outcome that are kept from block to block; all 0 before the first. */
 #define AGREEMENT_STATE 5u
@@ -199,7 +207,7 @@ void rimi_agreement_evaluate(const rim_agreement *view, const agreement_block *b
                              double *remains, double *expected);
 
 /* Where `outcome` is watched as an integral: its change per block and unit of outcome j, whose
- * feature is given. */
+ * feature is given; of INTO with the sign reversed, since what remains is so. */
 typedef struct agreement_gain {
   double sum;         /* 0 where it does not integrate j; the other factors as in healthy runs */
   double of_products; /* the part of the sum that depends on other factors */

@@ -5,13 +5,8 @@
 #include "base/bytes.h"
 #include "base/ellipsoid.h"
 #include "base/real.h"
-#include "image/rolled.h"
-#include "monitor/monitor_private.h"
+#include "monitor/cause.h"
 
-/* A behaviour channel with this part of the score of the leading agreement channel is named
- * instead: when the vehicle itself deviates several sensors do, and agree. */
-#define BEHAVIOUR_SHARE 0.4
-#define TOGETHER 0.25 /* of its score: what the leading channel's place and time explain there */
 #define FACTOR_OFF                                                                                 \
   0.12 /* relative: a run's mean of a product's other factor, from that of healthy runs */
 /* Of a standard error: the noise itself is known from some dozens of runs only, and without this
@@ -19,11 +14,8 @@
 #define LEARNT 1.15
 #define SIGN_KEEPS 0.7   /* of a contrary explanation's score: the sign of before stays */
 #define KNOWN_BLOCKS 16u /* from which on a run's own effects are known, roughly */
-#define FROZEN 0.3       /* share of repeated readings, beyond the healthy, that is called stuck */
 #define LIKELY                                                                                     \
   1.0 /* nats for the outcome that is mostly integrated: a bias is likelier than a drift */
-#define UPSTREAM 0.2 /* of the leading score, from which on what feeds an outcome is the cause */
-#define SPEAKS 3.0   /* nats from which on behaviour speaks for a shift, or against it */
 
 static void begin(const rim_monitor *m, const rim_verdict *verdict, rim_alarm *alarm) {
   memset(alarm, 0, sizeof *alarm);
@@ -62,266 +54,14 @@ static void name_others(rim_alarm *alarm, uint16_t channels, uint16_t outcomes, 
 
 /* ---- a trained image ---- */
 
-static double trained_score(const rim_monitor *m, uint16_t c) {
-  return (double)rimi_search_best(m->search, c)->score;
-}
-
-/* Whether the outcome of a channel is watched as an integral of outcome j. */
-static bool integrates(const rim_monitor *m, uint16_t channel, uint16_t j) {
-  const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
-  const agreement_gain gain = rimi_agreement_gain(&m->models.agreement, channel % outcomes, j,
-                                                  rimi_blocks_outcome_feature(m->rows, j));
-  return rimi_abs(gain.sum) > 0.0 || gain.mostly;
-}
-
-/* The channel of outcome j, of its behaviour or agreement, whose score reaches *score. */
-static void better_channel_of(const rim_monitor *m, uint16_t j, uint16_t *best, double *score) {
-  for (uint32_t kind = RIM_CHANNEL_BEHAVIOUR; kind <= RIM_CHANNEL_AGREEMENT; ++kind) {
-    const uint16_t c = (uint16_t)(kind * m->words[RIM_CONFIG_OUTCOMES] + j);
-    if (trained_score(m, c) >= *score) {
-      *score = trained_score(m, c);
-      *best = c;
-    }
-  }
-}
-
-/* Whether channel c deviates since before a channel that has taken a step. */
-static bool is_before(const rim_monitor *m, uint16_t c, uint16_t stepped) {
-  const search_hypothesis *h = rimi_search_best(m->search, c);
-  return h->onset == SEARCH_FROM_START ||
-         h->onset <= rimi_search_best(m->search, stepped)->onset + SEARCH_LEAST;
-}
-
-/* An outcome that integrates others sums up what is wrong with them. Where one that it integrates
- * deviates by its own channels, that one is the cause; of a step, only where the commands say so
- * too, and for no less long: a reading that is off by a step also disagrees with what it
- * integrates. */
-static uint16_t integrated_cause(const rim_monitor *m, uint16_t leading) {
-  const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
-  const bool is_step = rimi_search_best(m->search, leading)->family == SEARCH_SINCE;
-  uint16_t best = leading;
-  double score = m->models.threshold.alarm_score;
-  for (uint16_t j = 0; j < outcomes; ++j) {
-    if (!integrates(m, leading, j))
-      continue;
-    if (!is_step) {
-      better_channel_of(m, j, &best, &score);
-    } else if (trained_score(m, j) >= score && is_before(m, j, leading)) {
-      score = trained_score(m, j);
-      best = j; /* its behaviour */
-    }
-  }
-  return best;
-}
-
-/* Whether the behaviour channel of the leading outcome itself has the other sign: then the sensor
- * was off from the start, from which behaviour is predicted. */
-static bool contradicts(const rim_monitor *m, uint16_t leading, uint16_t c) {
-  const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
-  return c == leading % outcomes &&
-         rimi_search_best(m->search, c)->shift * rimi_search_best(m->search, leading)->shift < 0.0f;
-}
-
-/* A channel's shift where and since when another one deviates; what it says of its own where that
- * is no such thing. */
-static double shift_as(const rim_monitor *m, uint16_t c, uint16_t other) {
-  const double own = (double)rimi_search_best(m->search, c)->shift;
-  search_hypothesis same = *rimi_search_best(m->search, other);
-  if (same.family == SEARCH_FIELD || same.family == SEARCH_GAIN ||
-      !rimi_search_evaluate_channel(m->search, c, &same))
-    return own;
-  return (double)same.shift;
-}
-
-/* What one of two sensors reads low beside the other, the other reads high: where that one
- * disagrees so with what it is itself watched by, it is the one that is wrong. */
-static uint16_t wrong_twin(const rim_monitor *m, uint16_t channel) {
-  const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
-  const uint32_t twin = rimi_agreement_twin(&m->models.agreement, channel % outcomes);
-  if (twin >= outcomes)
-    return channel;
-  const uint16_t own = (uint16_t)(RIM_CHANNEL_AGREEMENT * outcomes + twin);
-  return trained_score(m, own) >= m->models.threshold.alarm_score &&
-                 shift_as(m, own, channel) * (double)rimi_search_best(m->search, channel)->shift <
-                     0.0
-             ? own
-             : channel;
-}
-
-/* Whether channel c deviates where and when the leading one does: when the vehicle itself deviates,
- * its sensors do so together. What happens at other times is another matter. */
-static bool deviates_too(const rim_monitor *m, uint16_t leading, uint16_t c) {
-  search_hypothesis same = *rimi_search_best(m->search, leading);
-  const double score = trained_score(m, c); /* which judging it may renew */
-  if (same.family == SEARCH_FIELD)
-    return true;
-  if (same.family == SEARCH_GAIN)
-    same.family = SEARCH_SINCE;
-  return rimi_search_evaluate_channel(m->search, c, &same) &&
-         (double)same.score + rimi_search_description((search_family)same.family) >=
-             TOGETHER * score;
-}
-
-/* ln likelihood ratio, as healthy runs inflate it, of a bias since this block, by what channel c of
- * its outcome says. */
-static double support_by(const rim_monitor *m, uint32_t c, double bias, uint32_t onset) {
-  const noise_channel n = rimi_noise_channel(&m->models.noise, c);
-  const double z = bias / (double)n.s;
-  search_hypothesis since = {.family = SEARCH_SINCE, .onset = onset};
-  if (!(n.active > 0.5f) || !rimi_search_evaluate_channel(m->search, c, &since))
-    return 0.0;
-  const double a = 1.0 / ((double)since.sd * (double)since.sd);
-  return (z * (double)since.shift - 0.5 * z * z) * a / rimi_search_inflation(&n, &since);
-}
-
-/* The same of outcome j by its behaviour and its agreement. */
-static double support_of(const rim_monitor *m, uint32_t j, double bias, uint32_t onset) {
-  const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
-  return support_by(m, RIM_CHANNEL_BEHAVIOUR * outcomes + j, bias, onset) +
-         support_by(m, RIM_CHANNEL_AGREEMENT * outcomes + j, bias, onset);
-}
-
-/* How much the behaviour of a channel's outcome speaks for the shift that its agreement shows. */
-static double confirmed(const rim_monitor *m, uint16_t agreement) {
-  const search_hypothesis h = *rimi_search_best(m->search, agreement);
-  const noise_channel n = rimi_noise_channel(&m->models.noise, agreement);
-  return support_by(m, agreement - m->words[RIM_CONFIG_OUTCOMES], (double)h.shift * (double)n.s,
-                    h.onset);
-}
-
-/* Whether two channels are shifted from the same time on, and have been since. */
-static bool is_at_once(const rim_monitor *m, uint16_t a, uint16_t b) {
-  const search_hypothesis *of_a = rimi_search_best(m->search, a);
-  const search_hypothesis *of_b = rimi_search_best(m->search, b);
-  return of_a->family == SEARCH_SINCE && of_b->family == SEARCH_SINCE &&
-         of_a->onset <= of_b->onset + SEARCH_LEAST && of_b->onset <= of_a->onset + SEARCH_LEAST;
-}
-
-/* Two sensors disagree: their agreements both deviate at once, and the larger score need not be
- * that of the sensor that is off. Where the commands say that the leading one is right and that the
- * next one is off, it is the next one. */
-static uint16_t wrong_reading(const rim_monitor *m, uint16_t leading) {
-  const uint16_t outcomes = (uint16_t)m->words[RIM_CONFIG_OUTCOMES];
-  if (rimi_agreement_source(&m->models.agreement, leading % outcomes) == AGREEMENT_INTEGRAL)
-    return leading;
-  uint16_t next = leading;
-  double score =
-      rimi_max(BEHAVIOUR_SHARE * trained_score(m, leading), m->models.threshold.alarm_score);
-  for (uint16_t j = 0; j < outcomes; ++j) {
-    const uint16_t c = (uint16_t)(RIM_CHANNEL_AGREEMENT * outcomes + j);
-    if (c == leading || trained_score(m, c) < score || !is_at_once(m, leading, c))
-      continue;
-    score = trained_score(m, c);
-    next = c;
-  }
-  return next != leading && confirmed(m, next) >= SPEAKS && confirmed(m, leading) <= -SPEAKS
-             ? next
-             : leading;
-}
-
-/* Whether outcome j may be the cause of what the leading outcome keeps: it deviates by its own
- * behaviour, for no less long, and does not sum up the leading one. *score: of the best so far. */
-static bool may_feed(const rim_monitor *m, uint16_t j, uint16_t leading, double *score) {
-  if (j == leading || trained_score(m, j) < *score || !is_before(m, j, leading) ||
-      integrates(m, j, leading))
-    return false;
-  *score = trained_score(m, j);
-  return true;
-}
-
-static uint32_t states_of(const rim_monitor *m, uint32_t outcome) {
-  return rimi_rolled_states(rimi_blocks_basis(m->rows), &m->models.behaviour, outcome);
-}
-
-/* Of the outcomes that the states of the leading one do not move, the one that deviates most
- * clearly. */
-static uint16_t independent_cause(const rim_monitor *m, uint16_t leading, uint32_t states,
-                                  double score) {
-  const uint16_t outcomes = (uint16_t)m->words[RIM_CONFIG_OUTCOMES];
-  uint16_t best = leading;
-  for (uint16_t j = 0; j < outcomes; ++j) {
-    double reached = score;
-    if (may_feed(m, j, leading, &reached) && (states_of(m, j) & states) == 0) {
-      score = reached;
-      best = j;
-    }
-  }
-  return best;
-}
-
-/* What an outcome that is rolled forward keeps of others (a tank of what flows in) deviates with
- * them, longer and often more clearly, and so does all that is predicted from it. The cause is the
- * outcome that deviated first, by which the standing alarm is named; or one that deviates although
- * it is predicted without these states; or one that it is rolled from. */
-static uint16_t rolled_cause(const rim_monitor *m, uint16_t leading) {
-  const rim_basis *basis = rimi_blocks_basis(m->rows);
-  const rim_alarm *standing = rim_monitor_standing(m, RIM_DETECTOR_RIM);
-  const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
-  const uint32_t states = leading < outcomes ? states_of(m, leading) : 0u;
-  if (states == 0)
-    return leading;
-  bool keeps = false;
-  for (size_t s = 0; s < basis->states; ++s)
-    keeps =
-        keeps || ((states >> s & 1u) != 0 && rimi_le_index(basis->state, s, outcomes) == leading);
-  double score =
-      rimi_max(UPSTREAM * trained_score(m, leading), (double)m->models.threshold.alarm_score);
-  double reached = score;
-  if (keeps && standing != NULL && standing->channel[0] < outcomes &&
-      may_feed(m, standing->channel[0], leading, &reached))
-    return standing->channel[0];
-  uint16_t best = independent_cause(m, leading, states, score);
-  if (best != leading)
-    return best;
-  for (size_t s = 0; s < basis->states && keeps; ++s) {
-    const uint16_t j = rimi_le_index(basis->state, s, outcomes);
-    if ((states >> s & 1u) != 0 && may_feed(m, j, leading, &score))
-      best = j;
-  }
-  return best;
-}
-
-static uint16_t choose_channel(const rim_monitor *m, uint16_t leading) {
-  const uint16_t outcomes = (uint16_t)m->words[RIM_CONFIG_OUTCOMES];
-  if (leading / outcomes <= RIM_CHANNEL_AGREEMENT)
-    leading = integrated_cause(m, leading);
-  if (leading / outcomes != RIM_CHANNEL_AGREEMENT)
-    return rolled_cause(m, leading);
-  leading = wrong_twin(m, leading);
-  uint16_t best = leading;
-  double score =
-      rimi_max(BEHAVIOUR_SHARE * trained_score(m, leading), m->models.threshold.alarm_score);
-  for (uint16_t c = 0; c < outcomes; ++c) {
-    if (trained_score(m, c) >= score && !contradicts(m, leading, c)) {
-      score = trained_score(m, c);
-      best = c;
-    }
-  }
-  if (best != leading && (best == leading % outcomes || deviates_too(m, leading, best)))
-    return rolled_cause(m, best);
-  return wrong_reading(m, leading);
-}
-
-/* A reading that stands still soon deviates too: the repeats are the cause, where they are many. */
-static uint16_t frozen_or(const rim_monitor *m, uint16_t channel) {
-  const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
-  const uint16_t repeats = (uint16_t)(RIM_CHANNEL_REPEAT * outcomes + channel % outcomes);
-  const double share = (double)rimi_search_best(m->search, repeats)->shift *
-                       (double)rimi_noise_channel(&m->models.noise, repeats).s;
-  return trained_score(m, repeats) >= m->models.threshold.alarm_score && share > FROZEN ? repeats
-                                                                                        : channel;
-}
-
-static bool is_gain(const search_hypothesis *h) {
-  return h->family == SEARCH_GAIN || h->shape == SEARCH_PROPORTIONAL;
-}
-
 static rim_kind kind_of(uint16_t channel_kind, const search_hypothesis *h) {
   if (channel_kind == RIM_CHANNEL_SCATTER)
     return RIM_KIND_VARIANCE;
   if (channel_kind == RIM_CHANNEL_REPEAT)
     return RIM_KIND_REPEAT;
-  return is_gain(h) ? RIM_KIND_GAIN : h->family == SEARCH_RAMP ? RIM_KIND_DRIFT : RIM_KIND_SHIFT;
+  return rimi_cause_is_gain(h)      ? RIM_KIND_GAIN
+         : h->family == SEARCH_RAMP ? RIM_KIND_DRIFT
+                                    : RIM_KIND_SHIFT;
 }
 
 /* Residuals of rows that bring their predictions are in the caller's standard deviations. */
@@ -338,7 +78,7 @@ static void size_shift(const rim_monitor *m, uint16_t channel, const search_hypo
   /* Healthy runs exceed the ratio that the noise model expects by phi: so does the error. */
   const double inflation = LEARNT * rimi_sqrt(rimi_search_inflation(&n, h));
   double unit = (double)n.s;
-  if (is_gain(h) && kind <= RIM_CHANNEL_AGREEMENT)
+  if (rimi_cause_is_gain(h) && kind <= RIM_CHANNEL_AGREEMENT)
     unit = 1.0;
   if (h->family == SEARCH_RAMP)
     unit *= (double)(rimi_search_blocks(m->search) - h->onset) / 256.0;
@@ -399,7 +139,7 @@ static void blame_integrand(rim_monitor *m, uint16_t channel, const search_hypot
     if (!(rimi_abs(gain.sum) > 0.0))
       continue;
     const double bias = -(double)h->shift * unit / gain.sum;
-    const double support = support_of(m, j, bias, h->onset) + (gain.mostly ? LIKELY : 0.0);
+    const double support = rimi_cause_support(m, j, bias, h->onset) + (gain.mostly ? LIKELY : 0.0);
     if (!(support > most))
       continue;
     most = support;
@@ -423,7 +163,7 @@ static const rim_alarm *standing_blame(const rim_monitor *m, uint16_t channel) {
                        channel / outcomes <= RIM_CHANNEL_AGREEMENT &&
                        standing->kind == RIM_KIND_SHIFT &&
                        standing->channel[0] != channel % outcomes;
-  return is_same && integrates(m, channel, standing->channel[0]) ? standing : NULL;
+  return is_same && rimi_cause_integrates(m, channel, standing->channel[0]) ? standing : NULL;
 }
 
 static void keep_blame(const rim_alarm *standing, rim_alarm *alarm) {
@@ -441,7 +181,8 @@ static void prefer_agreement(rim_monitor *m, uint16_t *channel, search_hypothesi
                              double *onset_sd) {
   const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
   const uint16_t other = (uint16_t)(outcomes + *channel);
-  if (*channel >= outcomes || trained_score(m, other) < m->models.threshold.alarm_score)
+  if (*channel >= outcomes || rimi_cause_is_into(m, other) ||
+      rimi_cause_score(m, other) < m->models.threshold.alarm_score)
     return;
   search_hypothesis agreed;
   double agreed_sd, shift[2], sd[2];
@@ -504,7 +245,7 @@ static double sign_of(const rim_monitor *m, uint16_t channel, const search_hypot
   const noise_channel n = rimi_noise_channel(&m->models.noise, channel);
   if (h->family == SEARCH_FIELD)
     return 0.0;
-  if (!is_gain(h))
+  if (!rimi_cause_is_gain(h))
     return (double)h->shift;
   return rimi_abs((double)n.p_center) >= (double)n.p_scale ? (double)h->shift * (double)n.p_center
                                                            : 0.0;
@@ -562,9 +303,30 @@ static void forget_signs(rim_monitor *m) {
   memset(m->said_well, 0, sizeof m->said_well);
 }
 
+/* Names the outcome that deviates, where the channel that shows it is of another one: of its twin,
+ * or of what the outcome integrates. Both say it with the sign reversed. */
+static void name_shown(const rim_monitor *m, uint16_t named, uint16_t channel, rim_alarm *alarm) {
+  const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
+  double weight = 1.0;
+  if (named != channel) {
+    (void)rimi_agreement_twin(&m->models.agreement, channel % outcomes, &weight);
+    alarm->channel[0] = (uint16_t)(named % outcomes);
+  } else if (rimi_cause_is_into(m, channel)) {
+    alarm->channel[0] = (uint16_t)rimi_agreement_integral(&m->models.agreement, named % outcomes);
+  } else {
+    return;
+  }
+  if (alarm->kind == RIM_KIND_GAIN)
+    weight = 1.0;
+  alarm->shift[0] /= -weight;
+  alarm->shift_sd[0] /= weight;
+}
+
 static void describe_trained(rim_monitor *m, const rim_verdict *verdict, rim_alarm *alarm) {
   const uint16_t outcomes = (uint16_t)m->words[RIM_CONFIG_OUTCOMES];
-  uint16_t channel = frozen_or(m, choose_channel(m, verdict->channel));
+  const uint16_t named = rimi_cause(m, verdict->channel);
+  const uint16_t shown = rimi_cause_shown_by(m, named);
+  uint16_t channel = shown;
   search_hypothesis h;
   double onset_sd;
   rimi_search_explain(m->search, channel, &h, &onset_sd);
@@ -592,19 +354,24 @@ static void describe_trained(rim_monitor *m, const rim_verdict *verdict, rim_ala
   alarm->channel[0] = (uint16_t)(channel % outcomes);
   alarm->channels = 1;
   size_shift(m, channel, &h, &alarm->shift[0], &alarm->shift_sd[0]);
-  blame_integrand(m, channel, &h, alarm);
+  if (shown != named || rimi_cause_is_into(m, shown))
+    name_shown(m, named, shown, alarm);
+  else
+    blame_integrand(m, channel, &h, alarm);
   /* What its own channels contradict is blamed no longer. */
   if (blame != NULL && alarm->channel[0] == channel % outcomes &&
-      support_of(m, blame->channel[0], blame->shift[0], h.onset) > -LIKELY)
+      rimi_cause_support(m, blame->channel[0], blame->shift[0], h.onset) > -LIKELY)
     keep_blame(blame, alarm);
-  name_others(alarm, m->channel_count, outcomes, m->models.threshold.alarm_score, trained_score, m);
+  name_others(alarm, m->channel_count, outcomes, m->models.threshold.alarm_score, rimi_cause_score,
+              m);
   for (size_t i = 1; i < alarm->channels; ++i) {
     const uint16_t c = (uint16_t)(channel - channel % outcomes + alarm->channel[i]);
     const search_hypothesis *other = rimi_search_best(m->search, c);
-    if (other->score > -1e9f && kind_of((uint16_t)(c / outcomes), other) == alarm->kind)
+    if (other->score > -1e9f && !rimi_cause_is_into(m, c) &&
+        kind_of((uint16_t)(c / outcomes), other) == alarm->kind)
       size_shift(m, c, other, &alarm->shift[i], &alarm->shift_sd[i]);
   }
-  if (channel / outcomes <= RIM_CHANNEL_AGREEMENT && !is_gain(&h))
+  if (channel / outcomes <= RIM_CHANNEL_AGREEMENT && !rimi_cause_is_gain(&h))
     say_sign_of_another(m, &h, alarm);
 }
 

@@ -1,12 +1,15 @@
 /* SPDX-License-Identifier: MIT */
-/* monitor/describe.c where outcomes are rolled forward: a tank (outcome 0) keeps what two flows
+/* monitor/cause.c where outcomes are rolled forward: a tank (outcome 0) keeps what two flows
  * (outcomes 1 and 2) bring and take, so it deviates with them, longer and more clearly. The cause
- * is named, and the tank where the rule does not hold. What the channels have found is put there by
- * hand. */
+ * is named, and the tank where the rule does not hold. And where two outcomes read the same, which
+ * a third one integrates. What the channels have found is put there by hand. */
+#include <math.h>
+
 #define BENCH_OUTCOMES 4
 #include "describe_bench.h"
 
 #include "image/rolled.h"
+#include "monitor/cause.h"
 
 enum { TANK = 0, IN = 1, OUT = 2, OTHER = 3, STATES = 3, RATES = 6, ROLLED_TERMS = 1 + STATES };
 enum { NONE = 0xffff, LEAST = SEARCH_LEAST };
@@ -227,6 +230,143 @@ static void other_kinds_of_channels(void **state) {
   NAME_EACH(of);
 }
 
+/* ---- two that read the same, and what integrates one of them ---- */
+
+enum { TWIN = 1, PLACE = 2, A_FIRST = AGREEMENT, A_TWIN = AGREEMENT + TWIN };
+#define PER_BLOCK 0.05 /* by which the sums grow, in units of 0.05, where the bias is in them */
+#define WEIGHT (PER_BLOCK / 6.0) /* a bias of 3 grows by twice as much */
+
+/* Outcome 0 reads `weight` times what outcome TWIN reads; `summing`, that one or PLACE, has the
+ * sum of what `integrand` reads. */
+static recipe with_sums(double weight, uint32_t summing, uint32_t integrand) {
+  recipe r = without_integrals();
+  bytes *to = &r.section[RIM_SECTION_AGREEMENT];
+  to->size = 0;
+  const uint32_t header[4] = {3, O, MEANS, 1};
+  for (size_t i = 0; i < 4; ++i)
+    u32(to, header[i]);
+  for (size_t i = 0; i < O; ++i)
+    f32(to, 20.0);
+  const uint16_t of[4] = {AGREEMENT_PLAIN, (uint16_t)sensor(integrand), (uint16_t)sensor(integrand),
+                          0};
+  for (size_t i = 0; i < 4; ++i)
+    u16(to, of[i]);
+  const double numbers[3] = {1.0, 1.0, 0.0};
+  for (size_t i = 0; i < 3; ++i)
+    f32(to, numbers[i]);
+  for (uint32_t o = 0; o < O; ++o) {
+    const uint32_t source = o == 0            ? AGREEMENT_FEW
+                            : o != summing    ? AGREEMENT_RESIDUALS
+                            : summing == TWIN ? AGREEMENT_INTO
+                                              : AGREEMENT_INTEGRAL;
+    f32(to, source);
+    f32(to, source == AGREEMENT_INTO ? PLACE : 0.0);
+    f32(to, -1.0);
+    f32(to, 0.0);
+    for (uint32_t j = 0; j < O * (2 + MEANS); ++j)
+      f32(to, o == 0 && j == TWIN ? weight : o == summing && j == 0 ? WEIGHT : 0.0);
+  }
+  return r;
+}
+
+/* The channel whose sum grows from block 40 on, by this in units of 0.05. */
+static uint32_t growing;
+static double grows;
+
+static double apart_since_40(uint32_t channel, uint32_t i, uint8_t byte) {
+  (void)byte;
+  if (i < 40)
+    return 0.0;
+  return channel == A_FIRST ? -3.0 : channel == growing ? grows * (double)(i - 40) : 0.0;
+}
+
+static rim_alarm described(uint16_t leading) {
+  rim_alarm a;
+  const rim_verdict v = {.channel = leading, .level = RIM_LEVEL_ERROR, .t_s = 99.0};
+  rimi_monitor_describe(m, &v, &a);
+  return a;
+}
+
+/* Outcome 0 reads 3 units low beside its twin, from block 40 on. Either it does, or the twin reads
+ * high: what integrates one of them tells. */
+static void the_sum_of_readings_tells_which_twin(void **state) {
+  (void)state;
+  static const struct {
+    uint32_t row, integrand;
+    double grows;
+    uint16_t named;
+  } of[] = {{TWIN, TWIN, 1.0, TWIN}, {TWIN, TWIN, 0.0, 0},    {TWIN, TWIN, -1.0, 0},
+            {TWIN, TWIN, 0.4, 0},    {TWIN, TWIN, 0.6, TWIN}, {PLACE, TWIN, -1.0, TWIN},
+            {PLACE, TWIN, 0.0, 0},   {PLACE, TWIN, 1.0, 0},   {PLACE, 0, 1.0, 0},
+            {PLACE, 0, 0.0, TWIN},   {PLACE, 0, -1.0, TWIN}};
+  for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
+    for (int half = 0; half < 2; ++half) { /* the twin reads twice as much, then */
+      const double weight = half ? 0.5 : 1.0;
+      const recipe r = with_sums(weight, of[i].row, of[i].integrand);
+      from(&r, false);
+      growing = AGREEMENT + of[i].row;
+      grows = of[i].grows * PER_BLOCK / (of[i].integrand == TWIN ? weight : 1.0);
+      feed(apart_since_40, 0.05);
+      plant_nothing();
+      plant(A_FIRST, SEARCH_SINCE, 2.0 * alarm_at, as_shift(A_FIRST, -3.0), 40);
+      search_state(m->search, A_FIRST)->time.blocks = BLOCKS - 40;
+      const rim_alarm a = described(A_FIRST);
+      if (a.channel[0] != of[i].named)
+        fail_msg("case %zu: outcome %u is named instead of %u", i, a.channel[0], of[i].named);
+      assert_int_equal(m->explained_channel, A_FIRST); /* which shows it best */
+      assert_int_equal(a.kind, RIM_KIND_SHIFT);
+      const double shift = of[i].named == TWIN ? 0.15 / weight : -0.15;
+      assert_true(fabs(a.shift[0] - shift) < 0.02 * fabs(shift));
+      assert_true(a.shift_sd[0] > 0.0);
+    }
+  }
+}
+
+/* A sum leads. Where the two that read the same differ, that is said; where they do not, what
+ * integrates them deviates, by its own channel or by the sum, in which it has the other sign. */
+static void a_sum_that_leads(void **state) {
+  (void)state;
+  const recipe r = with_sums(1.0, TWIN, TWIN);
+  from(&r, false);
+  growing = A_TWIN;
+  grows = PER_BLOCK;
+  feed(apart_since_40, 0.05);
+  plant_nothing();
+  plant(A_TWIN, SEARCH_RAMP, 3.0 * alarm_at, 3.0, 40);
+  plant(A_FIRST, SEARCH_SINCE, 1.01 * alarm_at, as_shift(A_FIRST, -3.0), 40);
+  search_state(m->search, A_FIRST)->time.blocks = BLOCKS - 40;
+  rim_alarm a = described(A_TWIN);
+  assert_int_equal(a.channel[0], TWIN);
+  assert_int_equal(m->explained_channel, A_FIRST);
+  plant(A_FIRST, SEARCH_SINCE, 0.99 * alarm_at, as_shift(A_FIRST, -3.0), 40);
+  a = described(A_TWIN);
+  assert_int_equal(a.channel[0], PLACE);
+  assert_int_equal(m->explained_channel, A_TWIN);
+  assert_int_equal(a.kind, RIM_KIND_DRIFT);
+  assert_true(a.shift[0] < 0.0 && a.shift_sd[0] > 0.0);  /* the sum grows */
+  plant(PLACE, SEARCH_SINCE, 1.01 * alarm_at, -3.0, 40); /* its behaviour */
+  a = described(A_TWIN);
+  assert_int_equal(a.channel[0], PLACE);
+  assert_int_equal(m->explained_channel, PLACE);
+}
+
+/* What integrates an outcome drifts with its bias. Its behaviour denies one here; the
+ * difference from its twin, not its own sum, speaks for one as much, or denies it too. */
+static void the_difference_supports_a_bias(void **state) {
+  (void)state;
+  const recipe r = with_sums(1.0, TWIN, TWIN);
+  double support[2];
+  for (int differs = 0; differs < 2; ++differs) {
+    from(&r, false);
+    growing = A_TWIN;
+    grows = PER_BLOCK;
+    feed(differs ? apart_since_40 : nothing, 0.05);
+    support[differs] = rimi_cause_support(m, TWIN, 0.15, 40);
+  }
+  print_message("support %.1f, %.1f nats\n", support[0], support[1]);
+  assert_true(support[0] < -100.0 && fabs(support[1]) < 0.05 * fabs(support[0]));
+}
+
 static int set_up_trained(void **state) {
   (void)state;
   print_message("seed %u\n", SEED);
@@ -242,6 +382,9 @@ int main(void) {
       cmocka_unit_test(what_keeps_nothing_is_its_own_cause),
       cmocka_unit_test(what_sums_up_is_no_cause),
       cmocka_unit_test(other_kinds_of_channels),
+      cmocka_unit_test(the_sum_of_readings_tells_which_twin),
+      cmocka_unit_test(a_sum_that_leads),
+      cmocka_unit_test(the_difference_supports_a_bias),
   };
   return cmocka_run_group_tests(tests, set_up_trained, NULL);
 }
