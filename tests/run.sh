@@ -1,7 +1,8 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
 # run.sh TEST...: runs CMocka binaries and scripts (*.sh), $TEST_JOBS at once in this order, says of
-# each when it ends what came out, and counts the cases of all in the last line. Exit 1 on a failure.
+# each when it ends what came out and how long it took, and counts the cases of all in the last line.
+# Exit 1 on a failure.
 # Scripts that have a line '# Mostly waits.' take little of a processor: one at a time runs beside the
 # others, from the beginning.
 # A test that dies, times out or runs no case counts as a failure; a script's last line is
@@ -15,8 +16,9 @@ twice=$(for t in "$@"; do basename "$t" .sh; done | sort | uniq -d)
 cmocka() { sed -n "$1" "$log" | awk '{n += $1} END {print n + 0}'; }
 run_one() {
   name=$(basename "$1" .sh) log=$logs/$(basename "$1" .sh).log
+  local began=$SECONDS rc p f s
   timeout "$limit" "$1" > "$log" 2>&1 < /dev/null
-  local rc=$? p f s
+  rc=$?
   case $1 in
   *.sh) read -r p f s < <(awk 'match($0, /^[0-9]+ passed, [0-9]+ failed/) {p = $1; f = $3; s = NF > 4 ? $5 : 0}
       END {print p + 0, f + 0, s + 0}' "$log") ;;
@@ -29,7 +31,7 @@ run_one() {
   if [ $rc -eq 0 ] && [ $((p + f + s)) -eq 0 ]; then f=1; echo "ran no test" >> "$log"; fi
   echo "$p $f $s" > "$logs/$name.count"
   { # in one piece, or those that run at once would mix
-    printf '%-40s %4d passed %3d failed%s\n' "$name" "$p" "$f" "$([ "$s" -gt 0 ] && echo " $s skipped")"
+    printf '%-40s %4d passed %3d failed %4d s%s\n' "$name" "$p" "$f" $((SECONDS - began)) "$([ "$s" -gt 0 ] && echo ", $s skipped")"
     if [ "$f" -gt 0 ]; then tail -60 "$log" | sed 's/^/    /'; fi
   } > "$logs/$name.said"
   cat "$logs/$name.said"

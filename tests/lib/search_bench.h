@@ -33,7 +33,8 @@ enum { RAW = 4 + MEANS, FIELDS = 3, RING = 48, MOST_BLOCKS = 160, TURN = 16 };
 typedef struct world {
   uint32_t fields;
   double rho, s, p_center, p_scale;
-  double ln_sigma, ln_active, ln_active_2; /* per p, per activity, per its square less 1 */
+  /* Per p, per activity, per its square less 1, per disturbance. */
+  double ln_sigma, ln_active, ln_active_2, ln_disturbed;
   double prior[FIELDS], combination[FIELDS][RAW];
   float phi;
   uint32_t blocks;
@@ -55,10 +56,14 @@ static inline double activity(const world *w, uint32_t i) {
   return floor(exact / SEARCH_ACTIVITY_STEP + 0.5) * SEARCH_ACTIVITY_STEP;
 }
 
+/* What the ring keeps exactly: steps of 1 / 40. */
+static inline double disturbance(uint32_t i) { return ((double)(13u * i % 41u) - 20.0) / 40.0; }
+
 /* Of what is new in the noise of block i. */
 static inline double scale(const world *w, uint32_t i) {
   const double a = activity(w, i);
-  return rimi_exp(w->ln_sigma * w->p[i] + w->ln_active * a + w->ln_active_2 * (a * a - 1.0));
+  return rimi_exp(w->ln_sigma * w->p[i] + w->ln_active * a + w->ln_active_2 * (a * a - 1.0) +
+                  w->ln_disturbed * disturbance(i));
 }
 
 static inline void fields_of(const world *w, uint32_t i, double *field) {
@@ -142,12 +147,17 @@ static inline void put_noise(bytes *b, const world *w) {
   for (size_t i = 0; i < 5; ++i)
     f32(b, rest[i]);
   for (size_t c = 0; c < CHANNELS; ++c) {
-    const double numbers[NOISE_CHANNEL_WORDS] = {1.0,          c == 0 ? w->fields : 0.0,
-                                                 w->rho,       w->s,
-                                                 w->p_center,  w->p_scale,
-                                                 w->ln_sigma,  0.0,
-                                                 w->ln_active, w->ln_active_2,
-                                                 0.0};
+    const double numbers[NOISE_CHANNEL_WORDS] = {1.0,
+                                                 c == 0 ? w->fields : 0.0,
+                                                 w->rho,
+                                                 w->s,
+                                                 w->p_center,
+                                                 w->p_scale,
+                                                 w->ln_sigma,
+                                                 0.0,
+                                                 w->ln_active,
+                                                 w->ln_active_2,
+                                                 w->ln_disturbed};
     for (size_t i = 0; i < NOISE_CHANNEL_WORDS; ++i)
       f32(b, numbers[i]);
     for (size_t k = 0; k < FIELDS; ++k)
@@ -192,6 +202,7 @@ static inline search_block block_of(const world *w, uint32_t i, double *outcome,
                         .mean = w->mean[i],
                         .predicted = outcome,
                         .residual = residual,
+                        .disturbance = disturbance(i),
                         .unknown = w->unknown[i] ? unknown : NULL};
 }
 

@@ -82,6 +82,7 @@ static void damage_is_refused(void **state) {
                  {2, UINT32_MAX, RIM_E_RANGE},
                  {3, 0, RIM_E_RANGE},
                  {3, NOISE_MAX_FIELDS + 1, RIM_E_RANGE},
+                 {3, NOISE_MAX_FIELDS, RIM_E_TRUNCATED},
                  {3, UINT32_MAX, RIM_E_RANGE},
                  {3, FIELDS + 1, RIM_E_TRUNCATED}};
   for (size_t i = 0; i < sizeof headers / sizeof *headers; ++i) {

@@ -202,6 +202,7 @@ static void a_detector_refuses(void **state) {
   DETECTOR_WITH(decel_mps2, -1.0, RIM_E_DATA);
   DETECTOR_WITH(limit_spread, -0.1, RIM_E_DATA);
   DETECTOR_WITH(limit_spread, 0.95, RIM_E_DATA);
+  DETECTOR_WITH(limit_spread, 0.9, RIM_OK);
   DETECTOR_WITH(settle_s, nan_value, RIM_E_DATA);
   DETECTOR_WITH(gap_s, 0.0, RIM_E_DATA);
   DETECTOR_WITH(one_step.sd_steady, 0.0, RIM_E_DATA);

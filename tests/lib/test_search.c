@@ -19,13 +19,14 @@ static void assert_same(const search_hypothesis *h, const gls *expected) {
   assert_close((double)h->ln_ratio, expected->ln_ratio, 2e-3);
 }
 
-/* Every combination of run effects, autocorrelation, and scale that depends on the prediction. */
+/* Every combination of run effects, autocorrelation, and a scale that depends on the block. */
+enum { VARIANTS = 8 };
 static world variant(uint32_t i, uint32_t blocks) {
   world w = make_world((i & 1) != 0, (i & 2) != 0 ? 0.6 : 0.0, (i & 4) != 0 ? 0.31 : 0.0);
+  w.ln_disturbed = 1.6 * w.ln_sigma;
   draw(&w, blocks, i);
   return w;
 }
-enum { VARIANTS = 8 };
 
 static search_hypothesis hypothesis(search_family family, uint32_t onset) {
   return (search_hypothesis){.family = (uint8_t)family,
@@ -746,8 +747,7 @@ static void reset_is_a_fresh_start(void **state) {
   assert_true(digest_of(fresh.search) == digest_of(used.search));
 }
 
-/* Made by this very function. Whoever changes what is found changes this, and says so. The same on
- * x86-64 with gcc 12 at -O0, -O2, -O3 and clang 14 at -O2. */
+/* Made by this very function. Whoever changes what is found changes this, and says so. */
 static void findings_have_not_changed(void **state) {
   (void)state;
   world w = variant(7, 150);
@@ -761,7 +761,7 @@ static void findings_have_not_changed(void **state) {
     digest = rimi_digest_u32(digest, (uint32_t)digest_of(b.search));
   }
   print_message("digest %016llx\n", (unsigned long long)digest);
-  assert_true(digest == UINT64_C(0x2db859b6df4c6e83));
+  assert_true(digest == UINT64_C(0x124b5aed2c09dc87));
 }
 
 int main(void) {
