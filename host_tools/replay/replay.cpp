@@ -149,6 +149,7 @@ ReplayedLog Replayer::replay(const Log &log, const ReplayOptions &options, const
     if (verdict.alarm.seq != 0)
       tell(verdict.alarm);
     tell_waiting();
+    note_explanation(result, &examined);
     if (watch)
       watch(static_cast<std::size_t>(t), verdict);
   }
@@ -157,8 +158,38 @@ ReplayedLog Replayer::replay(const Log &log, const ReplayOptions &options, const
   return result;
 }
 
+// Whether what is said of the alarm now is of what raised it. A new record may change that for all
+// blocks; between records only the newest block is asked about, for its cost.
+void Replayer::note_explanation(const ReplayedLog &log, Examined *examined) const {
+  if (log.records == examined->records) {
+    for (std::size_t b = examined->raising.size(); b < examined->blocks.size(); ++b)
+      examined->raising.push_back(!examined->is_later &&
+                                  rimi_monitor_inside(monitor_.get(),
+                                                      examined->blocks[b].place.data(),
+                                                      static_cast<std::uint32_t>(b)));
+    return;
+  }
+  examined->records = log.records;
+  std::vector<bool> newest = inside(examined->blocks);
+  if (log.last.state == RIM_ALARM_RAISED)
+    examined->raised_at = newest.size();
+  const auto first = std::find(newest.begin(), newest.end(), true);
+  examined->is_later = static_cast<std::size_t>(first - newest.begin()) >= examined->raised_at;
+  if (!examined->is_later)
+    examined->raising = std::move(newest);
+}
+
+std::vector<bool> Replayer::inside(const std::vector<Block> &blocks) const {
+  std::vector<bool> are(blocks.size());
+  for (std::size_t b = 0; b < blocks.size(); ++b)
+    are[b] =
+        rimi_monitor_inside(monitor_.get(), blocks[b].place.data(), static_cast<std::uint32_t>(b));
+  return are;
+}
+
 // Per row the number of the finding whose deviation was in it: those that ended, in their order,
-// then what the alarm that stands says. A row that ended no examined block shares the label of the
+// then what the alarm that stands says. What begins after an alarm was raised did not raise it: the
+// rows of what was said before remain. A row that ended no examined block shares the label of the
 // block that follows, or, after the last, of the one before.
 std::vector<std::uint32_t> Replayer::findings(const Matrix &context, const Examined &examined,
                                               bool stands) const {
@@ -171,12 +202,15 @@ std::vector<std::uint32_t> Replayer::findings(const Matrix &context, const Exami
     return finding;
   }
   const std::vector<Block> &blocks = examined.blocks;
+  std::vector<bool> standing = stands ? inside(blocks) : std::vector<bool>(blocks.size());
+  if (stands && examined.is_later) {
+    for (std::size_t b = 0; b < examined.raising.size(); ++b)
+      standing[b] = standing[b] || examined.raising[b];
+  }
   Eigen::Index from = 0;
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     const auto block = static_cast<std::uint32_t>(b);
-    std::uint32_t number = 0;
-    if (stands && rimi_monitor_inside(monitor, blocks[b].place.data(), block))
-      number = static_cast<std::uint32_t>(examined.ended.size() + 1);
+    std::uint32_t number = standing[b] ? static_cast<std::uint32_t>(examined.ended.size() + 1) : 0;
     for (std::size_t e = 0; e < examined.ended.size(); ++e) {
       if (block >= examined.ended[e].first && block < examined.ended[e].end)
         number = static_cast<std::uint32_t>(e + 1);

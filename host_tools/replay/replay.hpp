@@ -83,7 +83,13 @@ private:
   struct Examined {
     std::vector<Block> blocks;
     std::vector<Ended> ended;
+    std::vector<bool> raising; // blocks by the last explanation of what raised the alarm
+    std::size_t raised_at = 0; // blocks examined when it was raised
+    std::uint32_t records = 0; // of the alarm so far
+    bool is_later = false;     // the newest explanation begins after the alarm was raised
   };
+  void note_explanation(const ReplayedLog &log, Examined *examined) const;
+  std::vector<bool> inside(const std::vector<Block> &blocks) const; // by the newest explanation
   void finish(const Log &log, const Matrix &context, const ReplayOptions &options,
               const Examined &examined, ReplayedLog *result) const;
   std::vector<std::uint32_t> findings(const Matrix &context, const Examined &examined,

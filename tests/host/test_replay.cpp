@@ -160,6 +160,32 @@ void labels_cover_the_file(void **) {
   assert_int_equal(held.labels.finding[1200], 0);
 }
 
+// A bias raises the alarm and goes; while the alarm stands, the sensor sticks, which explains more
+// in the end. That began after the alarm was raised: the rows of the bias remain labelled.
+void what_raised_the_alarm_remains_labelled(void **) {
+  rim::Log log = toy_log(57, 900);
+  constexpr Eigen::Index speed = 3, from = 300, to = 420, stuck = 500;
+  log.values.block(from, speed, to - from, 1).array() += 0.2;
+  log.values.block(stuck, speed, log.values.rows() - stuck, 1).array() = 0.1;
+  rim::Replayer replayer(image(), "toy");
+  rim::ReplayOptions options;
+  options.label = true;
+  const rim::ReplayedLog result = replayer.replay(log, options);
+  print_message("raised at %.1f s; in the end, since %.1f s\n", result.first.t_s,
+                result.last.since_s);
+  assert_int_equal(result.raised, 1);
+  assert_int_equal(result.last.kind, RIM_KIND_REPEAT);
+  assert_true(result.first.t_s < 0.05 * stuck && result.last.since_s > result.first.t_s);
+  const auto labelled = [&](Eigen::Index first, Eigen::Index last) {
+    const auto begin = result.labels.finding.begin();
+    return static_cast<double>(std::count(begin + first, begin + last, 1u)) /
+           static_cast<double>(last - first);
+  };
+  assert_true(labelled(0, from - 40) < 0.1);
+  assert_true(labelled(from, to) > 0.8);
+  assert_true(labelled(stuck + 20, log.values.rows()) > 0.9);
+}
+
 void sd_is_estimated_and_said(void **) {
   rim::Log log = toy_external(6, 400, 0.0);
   log.columns.pop_back();
@@ -243,6 +269,7 @@ int main() {
       cmocka_unit_test(a_silence_in_the_log_is_told),
       cmocka_unit_test(doubts_are_said),
       cmocka_unit_test(labels_cover_the_file),
+      cmocka_unit_test(what_raised_the_alarm_remains_labelled),
       cmocka_unit_test(sd_is_estimated_and_said),
       cmocka_unit_test(columns_are_found_by_name),
       cmocka_unit_test(bad_images_are_refused),

@@ -543,6 +543,46 @@ static void what_is_not_off_has_no_sign(void **state) {
   assert_int_equal(m->said_low[0], 0);
 }
 
+/* What explains a standing alarm begins in block 40. The alarm was raised when so many blocks had
+ * been seen, for an outcome that deviates still or not. */
+static void a_deviation_began_before_its_alarm(void **state) {
+  (void)state;
+  static const struct {
+    bool stands, both; /* outcome 1 deviates too */
+    uint16_t outcome;
+    uint32_t raised_at;
+    rim_kind kind;
+    bool kept;
+  } of[] = {
+      {true, false, 0, 40, RIM_KIND_SHIFT, true},   {true, false, 0, 41, RIM_KIND_SHIFT, false},
+      {true, false, 0, 20, RIM_KIND_DRIFT, true},   {true, false, 0, 20, RIM_KIND_VARIANCE, false},
+      {true, false, 0, 20, RIM_KIND_REPEAT, false}, {true, false, 1, 20, RIM_KIND_SHIFT, false},
+      {true, true, 1, 20, RIM_KIND_SHIFT, true},    {false, false, 0, 20, RIM_KIND_SHIFT, false}};
+  for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
+    rim_alarm a;
+    const recipe r = without_integrals();
+    from(&r, false);
+    off_by[0] = 4.0;
+    off_by[1] = 0.0;
+    feed(off_since_40, 0.2);
+    plant_nothing();
+    plant(B0, SEARCH_SINCE, 3.0 * alarm_at, as_shift(B0, 4.0), 40);
+    if (of[i].both)
+      plant(B1, SEARCH_SINCE, 1.01 * alarm_at, 1.0, 40);
+    if (of[i].stands)
+      stand(of[i].outcome);
+    rim_alarm *standing = &m->life.slot[RIM_DETECTOR_RIM].record;
+    standing->kind = (uint8_t)of[i].kind;
+    standing->since_s = -7.0;
+    standing->since_sd_s = 0.25;
+    m->raised_at = of[i].raised_at;
+    assert_int_equal(named(B0, &a), B0);
+    assert_int_equal(m->explained.onset, 40);
+    assert_int_equal(a.since_s == -7.0 && a.since_sd_s == 0.25, of[i].kept);
+    assert_int_equal(m->raised_at, of[i].stands ? of[i].raised_at : BLOCKS);
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(the_twin_that_is_wrong),
@@ -561,6 +601,7 @@ int main(void) {
       cmocka_unit_test(effects_of_the_run_say_no_sign),
       cmocka_unit_test(an_onset_is_kept),
       cmocka_unit_test(what_is_not_off_has_no_sign),
+      cmocka_unit_test(a_deviation_began_before_its_alarm),
   };
   return cmocka_run_group_tests(tests, set_up, NULL);
 }

@@ -110,8 +110,9 @@ static void place_region(const rim_monitor *m, const search_hypothesis *h, rim_r
     (void)rimi_region_from_box(region, dims, feature, lower, upper);
 }
 
-static void date(const rim_monitor *m, const search_hypothesis *h, double onset_sd,
-                 rim_alarm *alarm) {
+/* Returns the first block. */
+static uint32_t date(const rim_monitor *m, const search_hypothesis *h, double onset_sd,
+                     rim_alarm *alarm) {
   const double block_s =
       (double)m->words[RIM_CONFIG_BLOCK_ROWS] * 1e-6 * (double)m->words[RIM_CONFIG_PERIOD_US];
   const uint32_t first =
@@ -119,6 +120,7 @@ static void date(const rim_monitor *m, const search_hypothesis *h, double onset_
   alarm->since_s = m->run_start_s + rimi_search_time_of(m->search, first) - 0.5 * block_s;
   if (h->onset != SEARCH_FROM_START)
     alarm->since_sd_s = onset_sd * block_s;
+  return first;
 }
 
 /* An outcome that integrates others drifts when one of those is biased. The others' own channels
@@ -297,7 +299,9 @@ static void say_sign_of_another(rim_monitor *m, const search_hypothesis *h,
   }
 }
 
-static void forget_signs(rim_monitor *m) {
+/* No alarm stands yet that this record could be of. */
+static void begin_alarm(rim_monitor *m) {
+  m->raised_at = rimi_search_blocks(m->search);
   memset(m->said_high, 0, sizeof m->said_high);
   memset(m->said_low, 0, sizeof m->said_low);
   memset(m->said_well, 0, sizeof m->said_well);
@@ -322,6 +326,24 @@ static void name_shown(const rim_monitor *m, uint16_t named, uint16_t channel, r
   alarm->shift_sd[0] /= weight;
 }
 
+static bool is_of_level(const rim_alarm *alarm) {
+  return alarm->kind != RIM_KIND_VARIANCE && alarm->kind != RIM_KIND_REPEAT;
+}
+
+/* What explains a standing alarm best may begin after it was raised: where the vehicle enters the
+ * place of a fault again, say. Then that is not when the deviation began, unless it is another one:
+ * of scatter or repeats, or of other outcomes than the one that was named. */
+static void keep_since(const rim_monitor *m, uint32_t first, rim_alarm *alarm) {
+  const rim_alarm *standing = rim_monitor_standing(m, RIM_DETECTOR_RIM);
+  bool is_same = false;
+  for (size_t i = 0; standing != NULL && i < alarm->channels; ++i)
+    is_same = is_same || alarm->channel[i] == standing->channel[0];
+  if (!is_same || first < m->raised_at || is_of_level(standing) != is_of_level(alarm))
+    return;
+  alarm->since_s = standing->since_s;
+  alarm->since_sd_s = standing->since_sd_s;
+}
+
 static void describe_trained(rim_monitor *m, const rim_verdict *verdict, rim_alarm *alarm) {
   const uint16_t outcomes = (uint16_t)m->words[RIM_CONFIG_OUTCOMES];
   const uint16_t named = rimi_cause(m, verdict->channel);
@@ -332,7 +354,7 @@ static void describe_trained(rim_monitor *m, const rim_verdict *verdict, rim_ala
   rimi_search_explain(m->search, channel, &h, &onset_sd);
   prefer_agreement(m, &channel, &h, &onset_sd);
   if (rim_monitor_standing(m, RIM_DETECTOR_RIM) == NULL)
-    forget_signs(m);
+    begin_alarm(m);
   if (channel / outcomes <= RIM_CHANNEL_AGREEMENT) {
     const double said = said_sign(m, channel % outcomes);
     keep_sign(m, channel, &h, &onset_sd);
@@ -350,7 +372,7 @@ static void describe_trained(rim_monitor *m, const rim_verdict *verdict, rim_ala
   alarm->kind = (uint8_t)kind_of((uint16_t)(channel / outcomes), &h);
   alarm->observations = h.blocks;
   place_region(m, &h, &alarm->region);
-  date(m, &h, onset_sd, alarm);
+  const uint32_t first = date(m, &h, onset_sd, alarm);
   alarm->channel[0] = (uint16_t)(channel % outcomes);
   alarm->channels = 1;
   size_shift(m, channel, &h, &alarm->shift[0], &alarm->shift_sd[0]);
@@ -364,6 +386,7 @@ static void describe_trained(rim_monitor *m, const rim_verdict *verdict, rim_ala
     keep_blame(blame, alarm);
   name_others(alarm, m->channel_count, outcomes, m->models.threshold.alarm_score, rimi_cause_score,
               m);
+  keep_since(m, first, alarm);
   for (size_t i = 1; i < alarm->channels; ++i) {
     const uint16_t c = (uint16_t)(channel - channel % outcomes + alarm->channel[i]);
     const search_hypothesis *other = rimi_search_best(m->search, c);

@@ -80,6 +80,7 @@ struct rim_monitor {
   uint32_t said_high[RIM_MONITOR_MAX_OUTCOMES / 32], said_low[RIM_MONITOR_MAX_OUTCOMES / 32];
   uint32_t said_well[RIM_MONITOR_MAX_OUTCOMES / 32];
   uint32_t ended_first, ended_end, ended_count; /* blocks of the newest deviation that ended */
+  uint32_t raised_at; /* trained: blocks of the run when the alarm was raised that stands */
   double run_start_s, block_start_s, first_block_s, last_block_s, last_valid_s, out_value, out_t_s;
   uint32_t steps, refused, partly;
   uint16_t channel_count, out_feature;
