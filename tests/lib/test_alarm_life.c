@@ -439,11 +439,18 @@ static void zero_means_any_where_the_policy_says_so(void **state) {
 static void a_latch_that_ends_lets_go(void **state) {
   (void)state;
   start(&CONFIG, true);
+  rim_alarm_policy policy = life.config.policy;
+  policy.latch = false;
+  raise(MOTION, 0.2);
+  assert_true(end(MOTION, 2.0));
+  raise(REGIONS, 3.0);
+  assert_int_equal(rimi_alarm_life_set_policy(&life, &policy), RIM_OK);
+  assert_true(rimi_alarm_life_next_record(&life, &out));
+  is(MOTION, RIM_ALARM_CLEARED, RIM_LEVEL_OK, 0, 4);
+  start(&CONFIG, true);
   raise(REGIONS, 0.2);
   assert_true(end(REGIONS, 2.0));
   raise(MOTION, 3.0);
-  rim_alarm_policy policy = life.config.policy;
-  policy.latch = false;
   policy.replay = true;
   assert_int_equal(rimi_alarm_life_set_policy(&life, &policy), RIM_OK);
   assert_true(rimi_alarm_life_next_record(&life, &out));

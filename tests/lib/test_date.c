@@ -167,6 +167,27 @@ static void few_runs_are_surprised_less(void **state) {
   assert_true(rimi_search_surprise(4, 3, 1e4) < 4.0);
 }
 
+/* The run's own effects are judged from half of a run on, RUN_S / 2. */
+static void effects_are_judged_from_half_a_run_on(void **state) {
+  (void)state;
+  enum { HALF = 40 }; /* blocks of BLOCK_S before that */
+  world w = make_world(true, 0.0, 0.0);
+  w.fields = 1;
+  w.prior[0] = 0.01;
+  draw(&w, BLOCKS, 77);
+  for (uint32_t i = 0; i < BLOCKS; ++i)
+    w.r[i] += 1.0 * w.s; /* ten standard deviations of a run's offset */
+  for (uint32_t held = HALF; held <= HALF + 1; ++held) {
+    static bench b;
+    float maxima[CHANNELS * NOISE_FAMILIES] = {0};
+    start(&b, &w, BLOCKS);
+    feed(&b, 0, held, 0);
+    rimi_search_keep_maxima(b.search, maxima);
+    rimi_search_refresh(b.search, 0);
+    assert_int_equal(maxima[SEARCH_FIELD] > 10.0f, held > HALF);
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(the_surprise_is_that_of_a_chi_square),
@@ -174,6 +195,7 @@ int main(void) {
       cmocka_unit_test(the_statistic_is_that_of_whole_matrices),
       cmocka_unit_test(two_shapes_are_dated_where_they_begin),
       cmocka_unit_test(one_shape_is_dated_as_before),
+      cmocka_unit_test(effects_are_judged_from_half_a_run_on),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

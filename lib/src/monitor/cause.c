@@ -165,13 +165,16 @@ static bool is_summed(const rim_monitor *m, uint32_t j) {
   return false;
 }
 
-/* The same by the sums alone. */
+/* The same by the sums alone, the first CAUSE_SUMS of them. */
 static double support_by_sums(const rim_monitor *m, uint32_t j, double bias, uint32_t onset) {
   const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
   double sum = 0.0;
-  for (uint32_t o = 0; o < outcomes; ++o)
-    sum +=
-        sums(m, o, j) ? support_by(m, RIM_CHANNEL_AGREEMENT * outcomes + o, j, bias, onset) : 0.0;
+  for (uint32_t o = 0, asked = 0; o < outcomes && asked < CAUSE_SUMS; ++o) {
+    if (!sums(m, o, j))
+      continue;
+    sum += support_by(m, RIM_CHANNEL_AGREEMENT * outcomes + o, j, bias, onset);
+    ++asked;
+  }
   return sum;
 }
 

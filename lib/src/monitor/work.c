@@ -6,6 +6,7 @@
 #include "image/basis.h"
 #include "image/correct.h"
 #include "image/nominal.h"
+#include "monitor/cause.h"
 #include "rim/alarm.h"
 #include "rim/image.h"
 #include "rim/interference.h"
@@ -143,7 +144,8 @@ static double trained_judge(const rim_work_counts *n) {
                          7u * pass(n, JUDGED + EXPONENTIAL) +
                          2u * date_work(n) /* of the channel, and of its agreement */;
   const double causes = rimi_min(2u * (double)n->integrands, 2u * (double)AGREEMENT_INTEGRANDS);
-  return explain + 2u * (causes + 1.0) * (ready_work(n) + pass(n, 0.0)) +
+  const double twins = n->integrands > 0 ? 2.0 * CAUSE_SUMS + 1.0 : 0.0;
+  return explain + (2.0 * (causes + 1.0) + twins) * (ready_work(n) + pass(n, 0.0)) +
          (2u + RIM_ALARM_MAX_CHANNELS) * (double)n->channels * SCORE;
 }
 
