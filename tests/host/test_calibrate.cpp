@@ -175,7 +175,8 @@ double flown_score(const Calibrated &c, const MadeRun &run) {
     block.t_s = run.blocks.time_s[b];
     block.feature = place.data();
     block.mean = &no_mean;
-    block.predicted = run.predicted.row(b).data();
+    const Eigen::RowVectorXd expected = run.predicted.row(b).replicate(1, 2); // by both kinds
+    block.predicted = expected.data();
     block.residual = run.residual.row(b).data();
     assert_int_equal(rimi_search_observe(search, &block), RIM_OK);
     rimi_search_work(search, c.plan.budget * c.plan.block_rows);
