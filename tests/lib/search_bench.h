@@ -126,6 +126,17 @@ static inline world make_world(bool effects, double rho, double ln_sigma) {
   return w;
 }
 
+/* A run whose own offset is ten of its standard deviations. */
+static inline world far_off(uint32_t blocks) {
+  world w = make_world(true, 0.0, 0.0);
+  w.fields = 1;
+  w.prior[0] = 0.01;
+  draw(&w, blocks, 77);
+  for (uint32_t i = 0; i < blocks; ++i)
+    w.r[i] += 1.0 * w.s;
+  return w;
+}
+
 /* ---- the search over it ---- */
 
 typedef struct bench {

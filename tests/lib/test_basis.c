@@ -384,6 +384,17 @@ static record make_record(uint32_t i) {
   return r;
 }
 
+static agreement_block block_of(const record *r, const double *predicted, const double *level) {
+  return (agreement_block){.residual = r->residual,
+                           .mean = r->mean,
+                           .measured = r->measured,
+                           .predicted = predicted,
+                           .early = r->early,
+                           .late = r->late,
+                           .level = level,
+                           .follows = r->follows};
+}
+
 static double clipped(const record *r, uint32_t j) {
   return fmax(-AGREEMENT_CLIP, fmin(AGREEMENT_CLIP, r->residual[j] * (2.0 + j)));
 }
@@ -429,14 +440,7 @@ static void what_remains_is_as_defined(void **state) {
       now.follows = now.follows && i > 0;
       double remains[OUTCOMES], expected[OUTCOMES];
       const double predicted[OUTCOMES] = {0.5 * i, -1.0, 3.0};
-      const agreement_block block = {.residual = now.residual,
-                                     .mean = now.mean,
-                                     .measured = now.measured,
-                                     .predicted = predicted,
-                                     .early = now.early,
-                                     .late = now.late,
-                                     .level = with_level ? now.level : NULL,
-                                     .follows = now.follows};
+      const agreement_block block = block_of(&now, predicted, with_level ? now.level : NULL);
       rimi_agreement_evaluate(&v, &block, kept, remains, expected);
       assert_true(fabs(remains[0] - residual_less_others(&now, &before)) < 1e-9);
       if (with_level)
@@ -467,13 +471,7 @@ static void few_others_say_what_is_expected(void **state) {
   double kept[AGREEMENT_STATE * OUTCOMES] = {0.0};
   for (uint32_t i = 0; i < 20; ++i) {
     const record now = make_record(i);
-    const agreement_block block = {.residual = now.residual,
-                                   .mean = now.mean,
-                                   .measured = now.measured,
-                                   .predicted = now.level,
-                                   .early = now.early,
-                                   .late = now.late,
-                                   .follows = now.follows};
+    const agreement_block block = block_of(&now, now.level, NULL);
     double remains[OUTCOMES], let_expect[OUTCOMES], expected = now.measured[0] - 0.25;
     rimi_agreement_evaluate(&v, &block, kept, remains, let_expect);
     for (uint32_t j = 1; j < OUTCOMES; ++j)
@@ -537,13 +535,7 @@ static void what_it_moves_tells(void **state) {
     record now = make_record(i);
     now.follows = now.follows && i > 0;
     double remains[OUTCOMES], expected[OUTCOMES];
-    const agreement_block block = {.residual = now.residual,
-                                   .mean = now.mean,
-                                   .measured = now.measured,
-                                   .predicted = now.level,
-                                   .early = now.early,
-                                   .late = now.late,
-                                   .follows = now.follows};
+    const agreement_block block = block_of(&now, now.level, NULL);
     rimi_agreement_evaluate(&v, &block, kept, remains, expected);
     if (now.follows) {
       const double change = integrated_change(&now, &before);

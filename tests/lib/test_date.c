@@ -171,12 +171,7 @@ static void few_runs_are_surprised_less(void **state) {
 static void effects_are_judged_from_half_a_run_on(void **state) {
   (void)state;
   enum { HALF = 40 }; /* blocks of BLOCK_S before that */
-  world w = make_world(true, 0.0, 0.0);
-  w.fields = 1;
-  w.prior[0] = 0.01;
-  draw(&w, BLOCKS, 77);
-  for (uint32_t i = 0; i < BLOCKS; ++i)
-    w.r[i] += 1.0 * w.s; /* ten standard deviations of a run's offset */
+  const world w = far_off(BLOCKS);
   for (uint32_t held = HALF; held <= HALF + 1; ++held) {
     static bench b;
     float maxima[CHANNELS * NOISE_FAMILIES] = {0};

@@ -243,12 +243,7 @@ static void onsets_are_judged_by_least_squares(void **state) {
 /* Q = b' (prior - V)^-1 b, written out for one field. */
 static void impossible_run_effects_are_told(void **state) {
   (void)state;
-  world w = make_world(true, 0.0, 0.0);
-  w.fields = 1;
-  w.prior[0] = 0.01;
-  draw(&w, RING, 77);
-  for (uint32_t i = 0; i < RING; ++i)
-    w.r[i] += 1.0 * w.s; /* ten standard deviations of a run's offset */
+  const world w = far_off(RING);
   bench b;
   float maxima[CHANNELS * NOISE_FAMILIES] = {0};
   start(&b, &w, RING);

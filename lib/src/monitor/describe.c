@@ -315,10 +315,8 @@ static void name_shown(const rim_monitor *m, uint16_t named, uint16_t channel, r
   if (named != channel) {
     (void)rimi_agreement_twin(&m->models.agreement, channel % outcomes, &weight);
     alarm->channel[0] = (uint16_t)(named % outcomes);
-  } else if (rimi_cause_is_into(m, channel)) {
-    alarm->channel[0] = (uint16_t)rimi_agreement_integral(&m->models.agreement, named % outcomes);
   } else {
-    return;
+    alarm->channel[0] = (uint16_t)rimi_agreement_integral(&m->models.agreement, named % outcomes);
   }
   if (alarm->kind == RIM_KIND_GAIN)
     weight = 1.0;
