@@ -178,8 +178,7 @@ Behaviour fit_targets(const Fitter &fitter, const Basis &basis, const Layout &la
   parallel_for(2 * outcomes, [&](std::size_t t) {
     const TargetModel &model = b.targets[t];
     models[t].column = static_cast<Eigen::Index>(model.initial ? 2 * outcomes + t : t);
-    const auto used = terms_of(basis, {model.shape, model.slow, model.initial, model.steep, 0.0}, t,
-                               {features_of(layout, model.outside), model.states});
+    const auto used = terms_of(basis, layout, model, t);
     for (std::size_t f = 0; f <= kFolds; ++f)
       models[t].weight.push_back(fitter.weights(used, model.ridge, f, models[t].column));
   });
@@ -222,6 +221,7 @@ Behaviour fit_behaviour(Basis *basis, const Layout &layout,
     fitter = std::make_unique<Fitter>(*basis, runs, &rolled.values);
     choose_states(*fitter, *basis, layout, &chosen);
   }
+  choose_quick(*fitter, *basis, layout, &chosen);
   return fit_targets(*fitter, *basis, layout, runs, chosen.targets);
 }
 

@@ -12,6 +12,7 @@ namespace rim {
 // Ridge regression of one outcome on groups of terms.
 struct TargetModel {
   bool shape = false, slow = false, initial = false, steep = false; // groups beside the means
+  bool quick = false;                // without the slow filters of commands
   std::vector<std::size_t> outside;  // outcomes that are inputs of this one
   std::vector<std::uint16_t> states; // rolled states that are inputs of this one
   double ridge = 1.0;
@@ -53,9 +54,9 @@ struct Agreement {
   std::vector<double> inverse_sd;
   std::vector<Integrand> integrands;                 // that some outcome is the integral of
   std::vector<double> integrand_inverse_sd, partial; // partial: [integrands][2]
-  Matrix row;                  // outcomes x (AGREEMENT_FIRST + outcomes (2 + means))
-  std::vector<double> error;   // of each outcome, runs left out, over the behaviour's
-  std::vector<int> source;     // of each outcome: agreement_source
+  Matrix row;                            // outcomes x (AGREEMENT_FIRST + outcomes (2 + means))
+  std::vector<double> error;             // of each outcome, runs left out, over the behaviour's
+  std::vector<int> source;               // of each outcome: agreement_source
   std::vector<Matrix> remains, expected; // per run: blocks x outcomes
 };
 

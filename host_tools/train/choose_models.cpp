@@ -44,11 +44,44 @@ constexpr double kFurtherMustWin = 0.1;
 constexpr double kRolledMustWin = 0.1;
 constexpr double kRolledWorth = 0.05;
 
+// Filters of commands that are slower than this part of the slowest one are told apart from the
+// others by how the runs began, and by little else. A target does without them where its error
+// becomes larger by no more than this: a run that begins as few others do (at speed) would be
+// predicted by weights that these few runs have set.
+constexpr double kQuick = 0.05;
+constexpr double kQuickMayLose = 0.03;
+
 bool holds(const std::vector<std::uint16_t> &all, std::uint16_t one) {
   return std::find(all.begin(), all.end(), one) != all.end();
 }
 
+// Whether a term is made of a slow filter.
+bool is_slow(const Basis &basis, const Basis::Term &t) {
+  const auto slow = [&basis](std::uint16_t filter) {
+    return basis.share[filter % basis.share.size()] < basis.share.back() / kQuick;
+  };
+  switch (t.op) {
+  case BASIS_MEAN:
+  case BASIS_ABS:
+  case BASIS_SIDE:
+    return slow(t.a);
+  case BASIS_PRODUCT:
+    return slow(t.a) || slow(t.b);
+  case BASIS_TRIPLE:
+    return slow(t.a) || slow(t.b) || slow(t.c);
+  default:
+    return false;
+  }
+}
+
 } // namespace
+
+std::vector<std::uint16_t> features_of(const Layout &layout, const std::vector<std::size_t> &set) {
+  std::vector<std::uint16_t> features;
+  for (const std::size_t o : set)
+    features.push_back(layout.outcome_feature[o]);
+  return features;
+}
 
 std::vector<Eigen::Index> terms_of(const Basis &basis, const Choice &choice, std::size_t outcome,
                                    const Further &further) {
@@ -73,6 +106,20 @@ std::vector<Eigen::Index> terms_of(const Basis &basis, const Choice &choice, std
         (g == TermGroup::initial && choice.initial && basis.terms[i].a == outcome))
       terms.push_back(static_cast<Eigen::Index>(i));
   }
+  return terms;
+}
+
+std::vector<Eigen::Index> terms_of(const Basis &basis, const Layout &layout,
+                                   const TargetModel &model, std::size_t outcome) {
+  std::vector<Eigen::Index> terms =
+      terms_of(basis, {model.shape, model.slow, model.initial, model.steep, 0.0}, outcome,
+               {features_of(layout, model.outside), model.states});
+  if (model.quick)
+    terms.erase(std::remove_if(terms.begin(), terms.end(),
+                               [&basis](Eigen::Index i) {
+                                 return is_slow(basis, basis.terms[static_cast<std::size_t>(i)]);
+                               }),
+                terms.end());
   return terms;
 }
 
@@ -167,17 +214,6 @@ std::vector<std::size_t> unexplained(const Fitter &fitter, const Errors &errors,
   }
   return found;
 }
-
-} // namespace
-
-std::vector<std::uint16_t> features_of(const Layout &layout, const std::vector<std::size_t> &set) {
-  std::vector<std::uint16_t> features;
-  for (const std::size_t o : set)
-    features.push_back(layout.outcome_feature[o]);
-  return features;
-}
-
-namespace {
 
 // Takes for every outcome, but the candidates themselves, one candidate or all of them as inputs
 // where that lowers the error enough.
@@ -365,6 +401,32 @@ void choose_states(const Fitter &fitter, const Basis &basis, const Layout &layou
       model.states = inputs.second;
       before = model;
     }
+  }
+}
+
+void choose_quick(const Fitter &fitter, const Basis &basis, const Layout &layout, Chosen *chosen) {
+  std::vector<std::size_t> asked;
+  std::vector<Question> questions;
+  for (std::size_t t = 0; t < chosen->targets.size(); ++t) {
+    TargetModel model = chosen->targets[t];
+    if (model.slow || model.initial)
+      continue;
+    model.quick = true;
+    asked.push_back(t);
+    questions.push_back({terms_of(basis, layout, model, t), static_cast<Eigen::Index>(t), 1});
+  }
+  const auto answers = fitter.errors(questions);
+  for (std::size_t i = 0; i < asked.size(); ++i) {
+    TargetModel &model = chosen->targets[asked[i]];
+    const std::vector<double> &errors = answers[i].front();
+    const auto least = std::min_element(errors.begin(), errors.end());
+    if (*least > (1.0 + kQuickMayLose) * model.error)
+      continue;
+    model.quick = true;
+    model.ridge = kRidges[least - errors.begin()];
+    model.error = *least;
+    model.whole_error =
+        whole_error(*least, answers[i].back()[static_cast<std::size_t>(least - errors.begin())]);
   }
 }
 

@@ -27,6 +27,10 @@ struct Further {
 std::vector<Eigen::Index> terms_of(const Basis &basis, const Choice &choice, std::size_t outcome,
                                    const Further &further);
 
+// Those of a target's model.
+std::vector<Eigen::Index> terms_of(const Basis &basis, const Layout &layout,
+                                   const TargetModel &model, std::size_t outcome);
+
 // The outcomes' features.
 std::vector<std::uint16_t> features_of(const Layout &layout, const std::vector<std::size_t> &set);
 
@@ -54,5 +58,8 @@ std::vector<double> worth_rolling(const Fitter &fitter, const Chosen &chosen, co
 // it has already, where that lowers the error enough, and that of whole runs too: a state begins
 // where its own sensor is.
 void choose_states(const Fitter &fitter, const Basis &basis, const Layout &layout, Chosen *chosen);
+
+// Takes the slow filters of commands away from every target that does as well without them.
+void choose_quick(const Fitter &fitter, const Basis &basis, const Layout &layout, Chosen *chosen);
 
 } // namespace rim

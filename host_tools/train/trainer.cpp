@@ -160,7 +160,7 @@ bool wants_level(const Layout &layout, const RunStore &runs) {
 }
 
 std::string model_words(const Layout &layout, const Basis &basis, const TargetModel &m) {
-  std::string text = "filtered commands";
+  std::string text = m.quick ? "commands" : "filtered commands";
   if (m.shape)
     text += ", products";
   if (m.steep)
