@@ -413,7 +413,7 @@ static void what_was_said_well_is_turned_less_easily(void **state) {
   const struct { bool well, turned; } of[] = {{true, false}, {false, true}};
   for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
     recipe r = without_integrals();
-    put_noise_number(&r, B0, NOISE_CHANNEL_WORDS, 4.0); /* offsets of half a block's noise */
+    put_noise_number(&r, B0, NOISE_CHANNEL_WORDS, 2.0); /* offsets of .7 of a block's noise */
     from(&r, false);
     feed(low_below, 1.0);
     stand(0);

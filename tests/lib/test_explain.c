@@ -224,6 +224,54 @@ static void without_a_prediction_there_is_no_gain(void **state) {
   assert_true(h.family == SEARCH_INTERVAL || h.family == SEARCH_INTERVAL_SINCE);
 }
 
+/* Feature 1 is a noisy copy of feature 0, which decides: both explain thousands
+ * of nats, and that the first explains more must still tell. */
+static void features_that_explain_much_keep_their_order(void **state) {
+  (void)state;
+  static bench b;
+  for (uint32_t seed = 0; seed < SEEDS; ++seed) {
+    world w = quiet(seed, true);
+    for (uint32_t i = 0; i < BLOCKS; ++i) {
+      w.feature[i][1] = (uint8_t)(w.feature[i][0] ^ (i % 9u == 0 ? 128u : 0u));
+      w.r[i] += w.feature[i][0] >= EDGE ? 30.0 * w.s : 0.0;
+    }
+    search_hypothesis h;
+    explain(&b, &w, TURN, &h);
+    const uint8_t *scores = search_feature_scores(b.search, 0);
+    assert_true(scores[0] > scores[1] && scores[1] > scores[2]);
+    assert_true(scores[1] > 22.0 * log(1000.0));
+  }
+}
+
+/* In a tenth of its blocks, where feature 2 is lowest, an interval of feature 0 is off by less. The
+ * search found the box without them, which explains a little more: the interval is said. By much
+ * less, and it is the box. */
+static void an_interval_is_said_instead_of_a_box_that_explains_hardly_more(void **state) {
+  (void)state;
+  static bench b;
+  static const double less[] = {0.4, -0.5};
+  for (uint32_t k = 0; k < 2 * SEEDS; ++k) {
+    world w = quiet(k / 2, false);
+    for (uint32_t i = 0; i < BLOCKS; ++i)
+      w.r[i] +=
+          w.feature[i][0] < EDGE ? 0.0 : (w.feature[i][2] < 26 ? less[k % 2] : 1.0) * 30.0 * w.s;
+    search_hypothesis h;
+    double onset_sd;
+    explain(&b, &w, TURN, &h);
+    search_state(b.search, 0)->region =
+        (search_hypothesis){.family = SEARCH_BOX,
+                            .feature = {0, 2},
+                            .first = {EDGE_BIN, 3},
+                            .last = {SEARCH_BINS - 1, SEARCH_BINS - 1},
+                            .onset = SEARCH_FROM_START,
+                            .ln_ratio = 1e6f,
+                            .score = 1e6f};
+    rimi_search_explain(b.search, 0, &h, &onset_sd);
+    assert_int_equal(h.family, k % 2 == 0 ? SEARCH_INTERVAL : SEARCH_BOX);
+    assert_int_equal(h.feature[0], 0);
+  }
+}
+
 static void what_is_mostly_so_did_not_come_and_go(void **state) {
   (void)state;
   static bench b;
@@ -256,6 +304,8 @@ int main(void) {
       cmocka_unit_test(what_a_region_explains_is_not_called_a_time),
       cmocka_unit_test(what_explains_nothing_is_no_side),
       cmocka_unit_test(without_a_prediction_there_is_no_gain),
+      cmocka_unit_test(features_that_explain_much_keep_their_order),
+      cmocka_unit_test(an_interval_is_said_instead_of_a_box_that_explains_hardly_more),
       cmocka_unit_test(what_is_mostly_so_did_not_come_and_go),
   };
   printf("seed %u\n", SEED);

@@ -9,7 +9,7 @@
 #include "search/search_private.h"
 
 #define IMPOSSIBLE 2.0  /* nats: a baseline that no healthy run has */
-#define SAID_FIRST 0.25 /* of its score: the nats more that it takes to turn a sign that was said */
+#define SAID_FIRST 0.05 /* of its score: the nats more that it takes to turn a sign that was said */
 #define MUCH_LIKELIER 0.3 /* share of these nats that the contrary's baseline may have */
 #define AS_GOOD 0.5       /* of the score: what the contrary explains at least */
 

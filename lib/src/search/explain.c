@@ -6,6 +6,7 @@
 #include "search/search_private.h"
 
 #define COMPLEXITY 0.05 /* share of its score that each further part of a description must add */
+#define SIMPLER 0.97    /* of a box's worth, that an interval of one feature must reach instead */
 #define MOST_GAIN 0.5   /* share of an outcome beyond which a gain is not the word for it */
 #define REFINEMENTS 4u  /* rounds of edges and onset */
 
@@ -32,9 +33,13 @@ static search_hypothesis best_in_time(const rim_search *s) {
   return best;
 }
 
+static bool is_box(const search_hypothesis *h) {
+  return h->family == SEARCH_BOX || h->family == SEARCH_BOX_SINCE;
+}
+
 /* A side over the whole range of its feature is no restriction. */
 static void drop_whole_sides(rim_search *s, search_hypothesis *h) {
-  if (h->family != SEARCH_BOX && h->family != SEARCH_BOX_SINCE)
+  if (!is_box(h))
     return;
   const bool whole[2] = {h->first[0] == 0 && h->last[0] == SEARCH_BINS - 1u,
                          h->first[1] == 0 && h->last[1] == SEARCH_BINS - 1u};
@@ -51,8 +56,7 @@ static void drop_whole_sides(rim_search *s, search_hypothesis *h) {
 
 bool rimi_search_beside(rim_search *s, uint32_t channel, const search_hypothesis *h,
                         search_hypothesis *out) {
-  const bool is_box = h->family == SEARCH_BOX || h->family == SEARCH_BOX_SINCE;
-  const uint32_t dims = is_box                                                               ? 2u
+  const uint32_t dims = is_box(h)                                                            ? 2u
                         : h->family == SEARCH_INTERVAL || h->family == SEARCH_INTERVAL_SINCE ? 1u
                                                                                              : 0u;
   rimi_search_ready(s, channel);
@@ -125,6 +129,7 @@ static search_hypothesis region_instead(rim_search *s, uint32_t channel) {
   box.score = SEARCH_NONE;
   rimi_search_refine_edges(s, &box, 1);
   rimi_search_refine_edges(s, &box, 0);
+  drop_whole_sides(s, &box);
   return rimi_search_worth(s, &box) > rimi_search_worth(s, &best) ? box : best;
 }
 
@@ -134,7 +139,7 @@ static void refine(rim_search *s, search_hypothesis *h, uint32_t rounds) {
     if (round == 0)
       rimi_search_evaluate(s, h);
     rimi_search_refine_edges(s, h, 0);
-    if (h->family == SEARCH_BOX || h->family == SEARCH_BOX_SINCE)
+    if (is_box(h))
       rimi_search_refine_edges(s, h, 1);
     if (h->onset != SEARCH_FROM_START) {
       const search_mask mask = rimi_search_mask_of(s, h, -1);
@@ -145,10 +150,10 @@ static void refine(rim_search *s, search_hypothesis *h, uint32_t rounds) {
 }
 
 void rimi_search_place(rim_search *s, uint32_t channel, search_hypothesis *h) {
-  search_hypothesis region = region_instead(s, channel);
-  drop_whole_sides(s, &region);
+  const search_hypothesis region = region_instead(s, channel);
+  const bool is_simpler = h->family == SEARCH_BOX && region.family == SEARCH_INTERVAL;
   if (region.shift * h->shift > 0.0f && /* or it is the rest */
-      rimi_search_worth(s, &region) > rimi_search_worth(s, h))
+      rimi_search_worth(s, &region) > (is_simpler ? SIMPLER : 1.0) * rimi_search_worth(s, h))
     *h = region;
 }
 
@@ -172,13 +177,14 @@ bool rimi_search_passed(rim_search *s, uint32_t channel, const search_hypothesis
 /* The best of what is not everywhere and for good, refined. */
 static search_hypothesis best_in_part(rim_search *s, uint32_t channel) {
   search_hypothesis h = search_state(s, channel)->region;
-  if (h.family != SEARCH_DURING) {
+  if (h.family == SEARCH_DURING) {
+    rimi_search_evaluate(s, &h);
+    rimi_search_refine_during(s, &h);
+  } else {
     refine(s, &h, REFINEMENTS);
-    return h;
   }
-  rimi_search_evaluate(s, &h);
-  rimi_search_refine_during(s, &h);
-  rimi_search_place(s, channel, &h);
+  if (h.score > SEARCH_NONE)
+    rimi_search_place(s, channel, &h);
   return h;
 }
 

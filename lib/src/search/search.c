@@ -8,6 +8,8 @@
 #include "base/usable.h"
 #include "search/search_private.h"
 
+#define FEATURE_SCORE 22.0 /* per logarithm: tells ratios apart by a twentieth, up to 100,000 */
+
 static size_t round8(size_t n) { return (n + 7u) & ~(size_t)7u; }
 
 static bool config_fits(const search_config *c) {
@@ -381,8 +383,9 @@ static void scan_feature(rim_search *s, uint32_t feature) {
   forget(&h);
   h.family = SEARCH_INTERVAL;
   rimi_search_scan_interval(s, &mask, feature, &h, 0);
-  const double root = h.score > SEARCH_NONE ? 8.0 * rimi_sqrt((double)h.ln_ratio) : 0.0;
-  scores[feature] = (uint8_t)rimi_min(root, 255.0);
+  const double order =
+      h.score > SEARCH_NONE ? FEATURE_SCORE * rimi_log(1.0 + (double)h.ln_ratio) : 0.0;
+  scores[feature] = (uint8_t)rimi_min(order, 255.0);
   if (scores[feature] > scores[s->top_feature] || is_own(s, s->top_feature))
     s->top_feature = (uint8_t)feature;
   rimi_search_note(s, s->channel, &h);

@@ -156,7 +156,8 @@ static inline float *search_gram(const rim_search *s, uint32_t channel) {
 static inline float *search_before(const rim_search *s) {
   return search_gram(s, s->config.channels);
 }
-/* Root of the last ln ratio of an interval of this feature, in eighths: what is scanned first. */
+/* What an interval of each feature explained when it was last scanned: FEATURE_SCORE times
+ * ln(1 + ln ratio), 0 where nothing. Features are ranked by it. */
 static inline uint8_t *search_feature_scores(const rim_search *s, uint32_t channel) {
   return (uint8_t *)search_at(s, s->at.score) + (size_t)channel * s->config.features;
 }
@@ -270,8 +271,10 @@ double rimi_search_baseline(rim_search *s, const search_hypothesis *h);
  * itself, for phi differs between families and would prefer the one that healthy runs inflate
  * least. */
 double rimi_search_worth(const rim_search *s, const search_hypothesis *h);
-/* A DURING came and went by itself only where no region explains nearly as much with its sign:
- * otherwise h becomes that. Cost: an interval's scan, three where there are two features. */
+/* What came and went (DURING) did so by itself, and a region is the one to be named, only where no
+ * region of the features that explain most by themselves says more with its sign: otherwise h
+ * becomes that. Of a box and an interval that say nearly the same it is the interval. Cost: an
+ * interval's scan, three where there are two features. */
 void rimi_search_place(rim_search *s, uint32_t channel, search_hypothesis *h);
 
 /* search.c */
