@@ -183,8 +183,9 @@ static void effects_are_judged_from_half_a_run_on(void **state) {
   }
 }
 
-/* Onsets are noted from the newest block to the oldest. One that explains as much as the best so far
- * shares its weight, and the later of them stays; one that explains less by far is not counted. */
+/* Onsets are noted from the newest block to the oldest. One that explains as much as the best so
+ * far shares its weight, and the later of them stays; one that explains less by far is not counted.
+ */
 static void of_equal_onsets_the_later_stays(void **state) {
   (void)state;
   search_onsets onsets = {0};

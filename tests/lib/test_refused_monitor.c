@@ -95,8 +95,8 @@ static void sections_must_fit(void **state) {
   }
 }
 
-/* What residuals are multiplied by, and the shift divided by: at half the residuals, a quarter of the
- * evidence for the same shift. */
+/* What residuals are multiplied by, and the shift divided by: at half the residuals, a quarter of
+ * the evidence for the same shift. */
 static void scales_are_used(void **state) {
   (void)state;
   recipe r = calibrated[true];
