@@ -6,7 +6,8 @@ N places are drawn from all places of lib/src where an operator fits: relations 
 between operands, ++ and --, a constant 0 or 1, a condition negated, a statement left out. Each mutant's file is
 compiled into a copy of BUILD's library, so that it stops at what C does not define (`make test-sanitized` looks at
 that too), and the tests of its own source (test_NAME and test_NAME_*), of the whole library (ALWAYS) and of the
-other sources of its room run against it, until one notices. A mutant that does not compile is drawn again. Prints each survivor, then the share killed with Wilson's 95 %
+other sources of its room run against it, until one notices. One that none of these notices meets the tests of its own
+source again under the address sanitizer, as `make check` runs them: what reads or writes beyond an array is noticed. A mutant that does not compile is drawn again. Prints each survivor, then the share killed with Wilson's 95 %
 interval and the seed; exit 0. A survivor is either a missing test or an equivalent program: a reader decides, and
 writes the latter into --equivalent, rows 'PATH | line | mutated line | reason': such a mutant is not drawn. A row whose
 line is not in PATH any more is a mistake, exit 1.
@@ -36,6 +37,7 @@ arguments.add_argument("--seconds", type=int, default=60)
 arguments.add_argument("--equivalent", default="tests/assurance/equivalent.txt")
 o = arguments.parse_args()
 FLAGS = "-std=c11 -O1 -ffp-contract=off -fno-math-errno -fno-tree-slp-vectorize -w -Ilib/include -Ilib/src -Itests/lib".split()
+ADDRESS = ["-fsanitize=address"]
 DEFINED = ["-fsanitize=undefined", "-fno-sanitize=alignment,vptr", "-fsanitize-undefined-trap-on-error"]
 HEADERS = glob.glob("tests/lib/*.h") + glob.glob("lib/src/*/*.h") + glob.glob("lib/include/rim/**/*.h", recursive=True)
 work = os.path.join(o.build, "mutate")
@@ -99,12 +101,14 @@ def is_known(place):
     return (place[0], open(place[0]).read().split("\n")[place[1]].strip(), mutated(place)[1].strip() or "(left out)") in known
 
 
-def tests_of(path):
+def tests_of(path, own_only=False):
     room, name = path.split("/")[2], os.path.basename(path)[:-2]
     own = shared.get(room + "/" + name, name)
     more = [os.path.basename(p)[5:-2] for p in sorted(glob.glob("tests/lib/test_%s_*.c" % own))]
     mates = [os.path.basename(p)[:-2] for p in sorted(glob.glob("lib/src/%s/*.c" % room))]
     mates = [shared.get(room + "/" + m, m) for m in mates]
+    if own_only:
+        return [own] + more
     return list(dict.fromkeys([own] + more + ALWAYS + [m for m in mates if os.path.exists("tests/lib/test_%s.c" % m)]))
 
 
@@ -115,17 +119,17 @@ def is_held_to_lcm_gen(test):
 compiling = threading.Lock()
 
 
-def object_of(test):
+def object_of(test, sanitizer):
     with compiling:
-        return compiled(test)
+        return compiled(test, sanitizer)
 
 
-def compiled(test):
-    out = os.path.join(work, "test_%s.o" % test)
+def compiled(test, sanitizer):
+    out = os.path.join(work, "test_%s%s.o" % (test, "_address" if sanitizer else ""))
     source = "tests/lib/test_%s.c" % test
     if not os.path.exists(out) or os.path.getmtime(out) < max(map(os.path.getmtime, [source, *HEADERS])):
         extra = ["-isystem", os.path.join(o.build, "lcmgen")] if is_held_to_lcm_gen(test) else []
-        subprocess.run(["gcc", *FLAGS, *extra, "-c", source, "-o", out], check=True)
+        subprocess.run(["gcc", *FLAGS, *sanitizer, *extra, "-c", source, "-o", out], check=True)
     return out
 
 
@@ -137,24 +141,35 @@ def killed_by(place):
     source = os.path.join(own_work, os.path.basename(place[0]))
     open(source, "w").write(text)
     made = os.path.join(own_work, os.path.basename(place[0])[:-2] + ".o")
-    include = ["-I", os.path.dirname(place[0])]
-    if subprocess.run(["gcc", *FLAGS, *DEFINED, *include, "-c", source, "-o", made], stderr=subprocess.DEVNULL).returncode:
-        return False
     library = os.path.join(own_work, "librim.a")
-    shutil.copy(os.path.join(o.build, "librim.a"), library)
-    subprocess.run(["ar", "r", library, made], check=True, stderr=subprocess.DEVNULL)
+    if not put_into(library, place[0], source, made, DEFINED):
+        return False
     for test in tests_of(place[0]):
         status = run_test(test, library, own_work)
         if status != 0:
             return test if status is not None else test + " (too long)"
+    put_into(library, place[0], source, made, ADDRESS)
+    for test in tests_of(place[0], own_only=True):
+        if run_test(test, library, own_work, ADDRESS) != 0:
+            return test + " (address)"
     return None
 
 
-def run_test(test, library, folder):
+def put_into(library, path, source, made, sanitizer):
+    """The library with this source in place of its own; whether it compiles."""
+    include = ["-I", os.path.dirname(path)]
+    if subprocess.run(["gcc", *FLAGS, *sanitizer, *include, "-c", source, "-o", made], stderr=subprocess.DEVNULL).returncode:
+        return False
+    shutil.copy(os.path.join(o.build, "librim.a"), library)
+    subprocess.run(["ar", "r", library, made], check=True, stderr=subprocess.DEVNULL)
+    return True
+
+
+def run_test(test, library, folder, sanitizer=()):
     """Links and runs; the exit status, or None when it takes too long."""
     program = os.path.join(folder, "test_" + test)
     extra = glob.glob(os.path.join(o.build, "lcmgen", "*.c")) if is_held_to_lcm_gen(test) else []
-    subprocess.run(["gcc", *FLAGS, object_of(test), *extra, "-I", os.path.join(o.build, "lcmgen"), "-o", program, library,
+    subprocess.run(["gcc", *FLAGS, *sanitizer, object_of(test, sanitizer), *extra, "-I", os.path.join(o.build, "lcmgen"), "-o", program, library,
                     "-lcmocka", "-lm"], check=True)
     try:
         return subprocess.run([program], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, timeout=o.seconds).returncode

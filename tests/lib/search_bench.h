@@ -20,8 +20,11 @@
 #ifndef BENCH_MEANS
 #define BENCH_MEANS 1 /* of the commands; the first moves along a field */
 #endif
+#ifndef BENCH_FIELDS
+#define BENCH_FIELDS 3 /* of the run's effects; what is more than three moves nothing */
+#endif
 enum { FEATURES = 3, OUTCOMES = 2, KINDS = 4, CHANNELS = KINDS * OUTCOMES, MEANS = BENCH_MEANS };
-enum { RAW = 4 + MEANS, FIELDS = 3, RING = 48, MOST_BLOCKS = 160, TURN = 16 };
+enum { RAW = 4 + MEANS, FIELDS = BENCH_FIELDS, RING = 48, MOST_BLOCKS = 160, TURN = 16 };
 #define SEED 4242u
 #define BLOCK_S 0.5
 #define RUN_S 40.0

@@ -57,7 +57,40 @@ static void decays_without_inputs(void **state) {
   }
 }
 
+/* Nothing is filtered at all: the integrands of a block are of its own rows all the same. */
+static void integrands_without_times(void **state) {
+  (void)state;
+  static bytes integrand, outcome_feature, range;
+  static _Alignas(8) uint8_t memory[4096];
+  const uint8_t role[1] = {0};
+  blocks *b;
+  for (size_t i = 0; i < 4; ++i)
+    u16(&integrand, i == 0 ? AGREEMENT_PLAIN : 0);
+  u16(&outcome_feature, 0);
+  f32(&range, -10.0);
+  f32(&range, 10.0);
+  const blocks_config config = {.features = 1,
+                                .outcomes = 1,
+                                .block_rows = BLOCK,
+                                .period_s = 0.1,
+                                .outcome_feature = outcome_feature.byte,
+                                .role = role,
+                                .range = range.byte,
+                                .integrands = 1,
+                                .integrand = integrand.byte};
+  assert_int_equal(rimi_blocks_init(&b, memory, sizeof memory, &config), RIM_OK);
+  for (uint32_t t = 0; t < BLOCKS * BLOCK; ++t) {
+    const double reading = 2.0;
+    if (rimi_blocks_row(b, 0.1 * t, &reading, NULL, NULL, NULL) != BLOCKS_DONE)
+      continue;
+    /* A mean of 2 in a block's first and second half alike. */
+    assert_true(fabs(rimi_blocks_early(b)[0] + rimi_blocks_late(b)[0] - 4.0) < 1e-12);
+    assert_true(fabs(rimi_blocks_late(b)[0] - 2.0) < 1e-12);
+  }
+}
+
 int main(void) {
-  const struct CMUnitTest tests[] = {cmocka_unit_test(decays_without_inputs)};
+  const struct CMUnitTest tests[] = {cmocka_unit_test(decays_without_inputs),
+                                     cmocka_unit_test(integrands_without_times)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

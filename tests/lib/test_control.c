@@ -145,8 +145,15 @@ static void a_heartbeat_comes_back(void **state) {
     assert_int_equal(rim_can_unpack_heartbeat(&b, &frame), RIM_E_CRC);
     frame.data[bit / 8] ^= (uint8_t)(1u << bit % 8);
   }
-  frame.id = 0x6ff;
-  assert_int_equal(rim_can_unpack_heartbeat(&b, &frame), RIM_E_MAGIC);
+  for (uint32_t node = 0; node < 2; ++node) { /* the first and the last, and beyond them */
+    const uint32_t own = node == 0 ? 0 : RIM_CAN_MAX_NODE;
+    h.level = RIM_LEVEL_OK;
+    assert_int_equal(rim_can_pack_heartbeat(&frame, own, &h, 0, false), RIM_OK);
+    assert_int_equal(rim_can_unpack_heartbeat(&b, &frame), RIM_OK);
+    assert_int_equal(b.node, own);
+    frame.id = node == 0 ? 0x6ff : 0x780;
+    assert_int_equal(rim_can_unpack_heartbeat(&b, &frame), RIM_E_MAGIC);
+  }
   h.level = 4;
   assert_int_equal(rim_can_pack_heartbeat(&frame, 1, &h, 0, false), RIM_E_RANGE);
 }

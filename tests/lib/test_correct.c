@@ -61,7 +61,10 @@ static rim_correct_model model(rim_overlap overlap) {
 static rim_correct opened(rim_overlap overlap) {
   const rim_correct_model m = model(overlap);
   rim_correct c = {0};
+  memset(words, 0x5a, sizeof words);
   assert_int_equal(rimi_correct_pack(&m, bytes, BYTES), RIM_OK);
+  for (size_t i = BYTES; i < sizeof words; ++i) /* nothing beyond the section is written */
+    assert_int_equal(bytes[i], 0x5a);
   assert_int_equal(rimi_correct_open(&c, bytes, BYTES), RIM_OK);
   assert_int_equal(c.kinds, 1);
   return c;

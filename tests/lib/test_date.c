@@ -183,6 +183,46 @@ static void effects_are_judged_from_half_a_run_on(void **state) {
   }
 }
 
+/* Onsets are noted from the newest block to the oldest. One that explains as much as the best so
+ * far shares its weight, and the later of them stays; one that explains less by far is not counted.
+ */
+static void of_equal_onsets_the_later_stays(void **state) {
+  (void)state;
+  search_onsets onsets = {0};
+  rimi_search_note_onset(&onsets, 2.0, 9);
+  rimi_search_note_onset(&onsets, 2.0, 5);
+  assert_int_equal(onsets.at, 9);
+  assert_true(onsets.weight == 2.0 && onsets.first == 14.0 && onsets.second == 106.0);
+  assert_true(rimi_search_onset_sd(&onsets) == 2.0);
+  rimi_search_note_onset(&onsets, -1e3, 1);
+  assert_true(onsets.weight == 2.0 && onsets.at == 9);
+  rimi_search_note_onset(&onsets, 1e3, 1); /* beside which those before are nothing */
+  assert_true(onsets.weight == 1.0 && onsets.first == 1.0 && onsets.at == 1);
+  assert_true(fabs(rimi_search_onset_sd(&onsets) - sqrt(1.0 / 12.0)) < 1e-15);
+}
+
+/* Where the sums are no numbers the run's effects are taken to be none, with hardly any error. */
+static void absurd_sums_have_no_effects(void **state) {
+  (void)state;
+  enum { PACKED = FIELDS * (FIELDS + 1) / 2 };
+  world w = make_world(true, 0.3, 0.0);
+  draw(&w, BLOCKS, 5);
+  static bench b;
+  start(&b, &w, BLOCKS);
+  feed(&b, 0, BLOCKS, 0);
+  rimi_search_refresh(b.search, 0);
+  const noise_channel c = rimi_noise_channel(&b.noise, 0);
+  double l[PACKED], effect[FIELDS];
+  for (size_t i = 0; i < PACKED; ++i)
+    search_gram(b.search, 0)[i] = -1e20f;
+  rimi_search_effects(b.search, &c, l, effect);
+  for (size_t i = 0, at = 0; i < FIELDS; ++i) {
+    assert_true(effect[i] == 0.0);
+    for (size_t j = 0; j <= i; ++j, ++at)
+      assert_true(l[at] == (i == j ? 1e15 : 0.0));
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(the_surprise_is_that_of_a_chi_square),
@@ -191,6 +231,8 @@ int main(void) {
       cmocka_unit_test(two_shapes_are_dated_where_they_begin),
       cmocka_unit_test(one_shape_is_dated_as_before),
       cmocka_unit_test(effects_are_judged_from_half_a_run_on),
+      cmocka_unit_test(of_equal_onsets_the_later_stays),
+      cmocka_unit_test(absurd_sums_have_no_effects),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

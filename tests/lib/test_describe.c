@@ -274,6 +274,25 @@ static void scatter_is_a_ratio(void **state) {
   assert_true(fabs(a.shift_sd[1] - 1.15 * (double)n.s * a.shift[1]) < 1e-6 * a.shift_sd[1]);
 }
 
+/* Where healthy runs exceed the ratio that their noise expects, standard errors grow by its root.
+ */
+static void errors_are_those_of_healthy_runs(void **state) {
+  (void)state;
+  rim_alarm a;
+  recipe r = without_integrals();
+  const uint16_t scatter = RIM_CHANNEL_SCATTER * O;
+  put_noise_number(&r, scatter + 1, NOISE_CHANNEL_WORDS + FIELDS * (1 + RAW) + SEARCH_SINCE, 4.0);
+  from(&r, false);
+  feed(nothing, 1.0);
+  plant_nothing();
+  plant(scatter, SEARCH_SINCE, 9.0 * alarm_at, 3.0, 40);
+  plant(scatter + 1, SEARCH_SINCE, 8.0 * alarm_at, 0.5, 40);
+  assert_int_equal(named(scatter, &a), scatter);
+  assert_true(a.channels == 2 && a.channel[1] == 1);
+  const noise_channel n = rimi_noise_channel(&m->models.noise, scatter + 1);
+  assert_true(fabs(a.shift_sd[1] - 2.0 * 1.15 * (double)n.s * a.shift[1]) < 1e-6 * a.shift_sd[1]);
+}
+
 /* ---- signs ---- */
 
 static double agreement_since; /* of outcome 0's agreement from block 60 on; its behaviour: 2 */
@@ -594,6 +613,7 @@ int main(void) {
       cmocka_unit_test(the_cause_of_an_integral),
       cmocka_unit_test(repeats_are_the_cause),
       cmocka_unit_test(scatter_is_a_ratio),
+      cmocka_unit_test(errors_are_those_of_healthy_runs),
       cmocka_unit_test(of_opposite_signs_the_surer),
       cmocka_unit_test(a_standing_alarm_keeps_its_sign),
       cmocka_unit_test(what_explained_another_channel_does_not_count),

@@ -119,13 +119,23 @@ static void misuse_is_refused(void **state) {
   assert_int_equal(best.bins, 77);
 }
 
+/* Without any variance nothing is known of a sum, however large it is. */
+static void a_sum_without_variance_never_wins(void **state) {
+  (void)state;
+  const rim_stats bin[2] = {{.n = 5.0, .s = 3.0, .w = 0.0}, {.n = 5.0, .s = 1.0, .w = 2.0}};
+  rim_interval best;
+  assert_int_equal(rimi_interval_find(bin, 1, 1.0, &best), RIM_OK);
+  assert_true(best.bins == 0 && best.ln_anom == 0.0);
+  assert_int_equal(rimi_interval_find(bin, 2, 1.0, &best), RIM_OK);
+  assert_true(best.first == 0 && best.bins == 2 && best.ln_anom == 4.0);
+}
+
 int main(void) {
   printf("seed %u\n", SEED);
   rimi_rng_seed(&rng, SEED, 0);
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(equals_algorithm_8),
-      cmocka_unit_test(least_count_is_kept),
-      cmocka_unit_test(ties_and_empties),
+      cmocka_unit_test(equals_algorithm_8), cmocka_unit_test(least_count_is_kept),
+      cmocka_unit_test(ties_and_empties),   cmocka_unit_test(a_sum_without_variance_never_wins),
       cmocka_unit_test(misuse_is_refused),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -519,6 +519,44 @@ static void a_plan_of_one_pose(void **state) {
   }
 }
 
+/* An entry that was told is taken back when the alarm is over, and names the record that says so;
+ * one that is told names its own alarm, though another spoke since. */
+static void an_entry_names_its_alarm(void **state) {
+  (void)state;
+  make_bench(&b, false);
+  b.monitor->guard.busy = true;
+  rim_alarm_life *of = &b.monitor->life;
+  const rim_lookahead_config c = {.axis = {0, 1, RIM_LOOKAHEAD_NO_AXIS}, .vertices = 1};
+  rim_lookahead ahead = {.plan = {.count = 1, .sequence = 3}, .sequence = 4};
+  ahead.plan.pose[0].orientation[0] = 1.0;
+  ahead.told.sequence = 4;
+  of->slot[0].record.seq = 77;
+  rim_entry entry;
+  assert_true(rim_lookahead_update(&ahead, &c, b.monitor, 7, 0.5, true, false, &entry));
+  assert_true(entry.to_entry_s == RIM_ENTRY_NEVER && entry.t_s == 0.5);
+  assert_int_equal(entry.alarm_sequence, 77);
+  assert_int_equal(entry.sequence, 5);
+  assert_int_equal(entry.plan_sequence, 3);
+  assert_int_equal(entry.flags, RIM_ALARM_FLAG_REPLAY);
+  assert_false(rim_lookahead_update(&ahead, &c, b.monitor, 7, 0.5, true, false, &entry));
+  const uint16_t feature[2] = {0, 1};
+  const double low[2] = {-1.0, -1.0}, high[2] = {1.0, 1.0};
+  for (size_t i = 0; i < 2; ++i) {
+    of->slot[i].stands = true;
+    of->slot[i].record.seq = 80 + (uint32_t)i;
+    assert_int_equal(rimi_region_from_box(&of->slot[i].record.region, 2, feature, low, high),
+                     RIM_OK);
+  }
+  of->told = 1;
+  assert_true(rim_lookahead_update(&ahead, &c, b.monitor, 7, 0.5, false, false, &entry));
+  assert_true(entry.to_entry_s == 0.0);
+  assert_int_equal(entry.alarm_sequence, 80);
+  assert_int_equal(entry.sequence, 6);
+  assert_int_equal(entry.flags, 0);
+  assert_false(rim_lookahead_update(&ahead, &c, b.monitor, 7, 0.5, false, false, &entry));
+  assert_true(rim_lookahead_update(&ahead, &c, b.monitor, 7, 0.5, false, true, &entry)); /* again */
+}
+
 /* Who asks without a monitor, or of what it does not have. */
 static void questions_without_an_answer(void **state) {
   (void)state;
@@ -554,6 +592,7 @@ int main(void) {
       cmocka_unit_test(a_region_feature_twice),
       cmocka_unit_test(what_agreement_remembers_is_forgotten),
       cmocka_unit_test(a_plan_of_one_pose),
+      cmocka_unit_test(an_entry_names_its_alarm),
       cmocka_unit_test(questions_without_an_answer),
       cmocka_unit_test(too_many_outcomes),
       cmocka_unit_test(values_beyond_all_numbers),

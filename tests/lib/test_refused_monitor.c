@@ -95,11 +95,12 @@ static void sections_must_fit(void **state) {
   }
 }
 
-/* What the shift is divided by. */
+/* What residuals are multiplied by, and the shift divided by: at half the residuals, a quarter of
+ * the evidence for the same shift. */
 static void scales_are_used(void **state) {
   (void)state;
   recipe r = calibrated[true];
-  double shift[2];
+  double shift[2], ln_anom[2] = {0.0, 0.0};
   for (int scaled = 0; scaled < 2; ++scaled) {
     rim_alarm last = {0};
     if (scaled)
@@ -111,6 +112,7 @@ static void scales_are_used(void **state) {
     start(&b);
     for (uint32_t t = 0; t < 600; ++t) {
       const rim_verdict v = step(&b, 900, t, 3.0);
+      ln_anom[scaled] = v.ln_anom;
       if (v.alarm.seq != 0)
         last = v.alarm;
     }
@@ -118,6 +120,7 @@ static void scales_are_used(void **state) {
     shift[scaled] = last.shift[0];
   }
   assert_true(rimi_abs(shift[0] - 3.0) < 0.4 && rimi_abs(shift[1] - 3.0) < 0.4);
+  assert_true(rimi_abs(ln_anom[1] / ln_anom[0] - 0.25) < 0.05);
 }
 
 /* One word of the header after another; each is seen, and no monitor comes of it. */

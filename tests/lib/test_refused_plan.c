@@ -361,18 +361,25 @@ static void unusable_actions_are_passed_over(void **state) {
   assert_true(rim_bandit_beta(b, 0, 1) == rim_bandit_beta(b, 1, 1));
 }
 
+/* With something to tell, an entry that was told and lies no more ahead: only what is missing keeps
+ * it silent. */
 static void the_look_ahead_wants_its_pieces(void **state) {
   (void)state;
   static rim_lookahead ahead;
+  static _Alignas(16) uint8_t nothing[1 << 16]; /* in place of a monitor: it is never looked at */
   const rim_lookahead_config c = {.axis = {0, 1, 2}};
   rim_entry e;
-  int thing = 0;
-  const rim_monitor *m = (const rim_monitor *)(const void *)&thing; /* never looked at */
+  const rim_monitor *m = (const rim_monitor *)(const void *)nothing;
+  ahead.plan.count = 1;
+  ahead.told.sequence = 1;
   assert_false(rim_lookahead_update(NULL, &c, m, 1, 0.0, false, false, &e));
   assert_false(rim_lookahead_update(&ahead, NULL, m, 1, 0.0, false, false, &e));
   assert_false(rim_lookahead_update(&ahead, &c, NULL, 1, 0.0, false, false, &e));
   assert_false(rim_lookahead_update(&ahead, &c, m, 1, 0.0, false, false, NULL));
-  assert_false(rim_lookahead_update(&ahead, &c, m, 1, 0.0, false, false, &e)); /* no plan */
+  ahead.plan.count = 0;
+  assert_false(rim_lookahead_update(&ahead, &c, m, 1, 0.0, false, false, &e));
+  assert_int_equal(ahead.told.sequence, 1);
+  assert_int_equal(ahead.sequence, 0);
 }
 
 int main(void) {

@@ -92,6 +92,11 @@ static void a_batch_search_refuses(void **state) {
 static void dmaps_refuses(void **state) {
   (void)state;
   DMAPS_WITH(c, regions, 1, RIM_OK);
+  DMAPS_WITH(c, regions, RIM_DMAPS_MAX_REGIONS, RIM_OK);
+  DMAPS_WITH(c, sweeps, 8, RIM_OK);
+  DMAPS_WITH(c, search.max_dims, RIM_REGION_MAX_DIMS, RIM_OK);
+  DMAPS_WITH(c, search.nodes, RIM_BATCH_MAX_NODES, RIM_OK);
+  DMAPS_WITH(c, border, 1.0, RIM_OK);
   DMAPS_WITH(d, features, 0, RIM_E_CONFIG);
   DMAPS_WITH(d, features, 129, RIM_E_CONFIG);
   DMAPS_WITH(d, outcomes, 0, RIM_E_CONFIG);

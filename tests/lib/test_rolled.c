@@ -264,6 +264,9 @@ static void what_a_prediction_depends_on(void **unused) {
   assert_int_equal(rimi_rolled_states(&v, &m, 1), 0);
   assert_int_equal(rimi_rolled_states(&v, &m, 2), 1);
   assert_int_equal(rimi_rolled_states(&v, &m, 2 * OUTCOMES), 0);
+  /* An index that was hit is no state. */
+  put_u16(b.byte + (v.term - b.byte) + 10, (uint16_t)v.states);
+  assert_int_equal(rimi_rolled_states(&v, &m, 0), 0);
 }
 
 int main(void) {

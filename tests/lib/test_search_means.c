@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: MIT */
-/* search/search.c: a block keeps each of several means of the commands. */
-#define BENCH_MEANS 3
+/* The search with as many means of the commands and run effects as there is room for: a block keeps
+ * each mean, and a deviation is found, dated and placed as with few. */
+#define BENCH_MEANS 8
+#define BENCH_FIELDS 6
 #include "search_bench.h"
 
-enum { BLOCKS = 12 };
+enum { BLOCKS = 24 };
 
 static void every_mean_is_kept(void **state) {
   (void)state;
@@ -11,8 +13,9 @@ static void every_mean_is_kept(void **state) {
   draw(&w, BLOCKS, 1);
   for (uint32_t i = 0; i < BLOCKS; ++i) {
     for (uint32_t m = 0; m < MEANS; ++m)
-      w.mean[i][m] = 0.1 * i - (double)m;
+      w.mean[i][m] = 0.1 * i - 0.5 * (double)m;
   }
+  assert_int_equal(RAW, NOISE_MAX_RAW);
   static bench b;
   start(&b, &w, RING);
   feed(&b, 0, BLOCKS, 0);
@@ -24,8 +27,29 @@ static void every_mean_is_kept(void **state) {
   }
 }
 
+static void a_step_is_found_beside_all_effects(void **state) {
+  (void)state;
+  enum { ONSET = 70, LONG = 140 };
+  world w = make_world(true, 0.4, 0.0);
+  draw(&w, LONG, 2);
+  for (uint32_t i = ONSET; i < LONG; ++i)
+    w.r[i] += 6.0 * w.s;
+  assert_int_equal(FIELDS, NOISE_MAX_FIELDS);
+  static bench b;
+  start(&b, &w, MOST_BLOCKS);
+  feed(&b, 0, LONG, 0);
+  rimi_search_work(b.search, 200);
+  search_hypothesis found;
+  double onset_sd;
+  rimi_search_explain(b.search, 0, &found, &onset_sd);
+  assert_true(found.score > 20.0f && found.onset + 2 >= ONSET && found.onset <= ONSET + 2);
+  assert_true(fabs((double)found.shift - 6.0) < 4.0 * (double)found.sd);
+  assert_true(onset_sd < 3.0);
+}
+
 int main(void) {
-  const struct CMUnitTest tests[] = {cmocka_unit_test(every_mean_is_kept)};
+  const struct CMUnitTest tests[] = {cmocka_unit_test(every_mean_is_kept),
+                                     cmocka_unit_test(a_step_is_found_beside_all_effects)};
   printf("seed %u\n", SEED);
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -170,7 +170,6 @@ static rim_status search(finder *f, found *best) {
     found candidate;
     memset(&candidate, 0, sizeof candidate);
     candidate.e = result.ellipsoid;
-    candidate.e.dims = result.dims;
     for (size_t k = 0; k < result.dims; ++k) {
       candidate.feature[k] = result.feature[k];
       /* an interval's closed ends belong to it */

@@ -192,8 +192,6 @@ static void begin_block(blocks *b) {
   b->seconds = 0;
   memset(SUM(b), 0, 8u * (size_t)b->config.features);
   memset(O_SUM(b), 0, 8u * 5u * (size_t)b->config.outcomes);
-  if (b->config.basis.times == 0)
-    return;
   memset(filter_sum(b), 0, 8u * filters(b));
   memset(early(b), 0, 16u * (size_t)b->config.integrands);
   memset(unknown_sum(b), 0, 8u * b->config.basis.times);

@@ -190,7 +190,7 @@ static double probability_above(const rim_extent_mixture *m, double level, doubl
   return sum;
 }
 
-/* Value, expectation and risk of one action. */
+/* Value, expectation and risk of one action; `out` is zero but for its action and beta. */
 static void judge(const rim_bandit *b, const rim_extent_mixture *mixture, double noise_var,
                   rim_bandit_choice *out) {
   const rim_bandit_config *c = &b->config;
@@ -200,7 +200,6 @@ static void judge(const rim_bandit *b, const rim_extent_mixture *mixture, double
   out->member = 1.0 - mixture->weight[0];
   out->value = out->mean + rimi_sqrt(out->beta) * out->sd;
   out->bound_met = true;
-  out->probability = 0.0;
   if (c->risk == RIM_BANDIT_MEAN_SD) {
     out->value -= c->aversion * rimi_sqrt(var + noise_var);
   } else if (c->risk != RIM_BANDIT_NEUTRAL) {
