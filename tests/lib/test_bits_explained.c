@@ -118,10 +118,10 @@ static void what_is_explained_keeps_its_bits(void **state) {
   (void)state;
   static const uint64_t expected[PLANTED] = {
       UINT64_C(0x2a9fdb78f53d2261), UINT64_C(0x94436c182382f705), UINT64_C(0x7ef558f392f89857),
-      UINT64_C(0x48f6070be63cdac7), UINT64_C(0xcf07f9c62c882c7b), UINT64_C(0xa596acb8165cbb6a),
+      UINT64_C(0x48f6070be63cdac7), UINT64_C(0xcf07f9c62c882c7b), UINT64_C(0xa716f206fd5440a5),
       UINT64_C(0x835dc488c1755d97), UINT64_C(0x8b07677141cd4929), UINT64_C(0x1319ee064e2316eb),
-      UINT64_C(0x9dbed40e80c0dc64), UINT64_C(0x4082c31f6cb99351), UINT64_C(0x63fb2c7e0c3d5183),
-      UINT64_C(0x4b3f43203d2cbb47), UINT64_C(0x6b0fbb725c751a19), UINT64_C(0x02d435fbe211a9e2)};
+      UINT64_C(0x9dbed40e80c0dc64), UINT64_C(0x757a2443a6dea26a), UINT64_C(0x9b06532280b40e2c),
+      UINT64_C(0x774789ff0dd6e3f6), UINT64_C(0x173e15da32129e18), UINT64_C(0x02d435fbe211a9e2)};
   for (int what = NOTHING; what < PLANTED; ++what) {
     uint64_t digest = BITS_START;
     for (uint32_t variant = 0; variant < 8; ++variant)

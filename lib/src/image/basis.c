@@ -234,7 +234,7 @@ static size_t agreement_stride(size_t outcomes, size_t means) {
 static bool agreement_rows_fit(const rim_agreement *a, uint32_t features) {
   const size_t stride = agreement_stride(a->outcomes, a->means);
   for (size_t o = 0; o < a->outcomes; ++o) {
-    const uint8_t *row = a->row + 4u * o * stride;
+    const uint8_t *row = a->row + 4u * (size_t)o * stride;
     const float source = rimi_le_f32(row, 0), integrand = rimi_le_f32(row, 2);
     const double lag = (double)rimi_le_f32(row, 3);
     const float of = rimi_le_f32(row, 1);
@@ -403,7 +403,7 @@ void rimi_agreement_evaluate(const rim_agreement *a, const agreement_block *bloc
                              double *remains, double *expected) {
   const size_t count = a->outcomes, stride = agreement_stride(count, a->means);
   for (uint32_t o = 0; o < count; ++o) {
-    const uint8_t *row = a->row + 4u * o * stride;
+    const uint8_t *row = a->row + 4u * (size_t)o * stride;
     const uint32_t of = rimi_agreement_integral(a, o);
     uint32_t source = (uint32_t)rimi_le_f32(row, 0);
     if (source == AGREEMENT_LEVEL && block->level == NULL)

@@ -437,7 +437,6 @@ static double time_of_observation(const rim_monitor *m, uint32_t index) {
 static void describe_rows(rim_monitor *m, const rim_verdict *verdict, rim_alarm *alarm) {
   rim_candidate best;
   memset(&best, 0, sizeof best);
-  alarm->kind = RIM_KIND_SHIFT;
   if (rimi_select_best_of_channel(m->select, verdict->channel, &best)) {
     alarm->region = to_features(m, &best.region);
     /* The whole range of a feature is no restriction. */
