@@ -73,6 +73,15 @@ Flagged picked(const Flagged &whole, const Measured &measured) {
   return out;
 }
 
+// Whether nothing but a little motion is predicted in these rows: friction may hold what stands.
+bool is_held(const Channel &channel, std::size_t first, std::size_t end) {
+  const double rms = std::sqrt(channel.z.squaredNorm() / static_cast<double>(channel.z.size()));
+  return channel.m
+             .segment(static_cast<Index>(first), static_cast<Index>(end - first))
+             .cwiseAbs()
+             .maxCoeff() < kSmall * rms;
+}
+
 // Zeros of a vehicle that stands: about zero is predicted somewhere among them, or the log begins
 // with them, or the readings before and after them are small already.
 std::vector<std::uint8_t> zeros_at_rest(const Measured &measured, const Channel &channel) {
@@ -148,7 +157,8 @@ Flagged find_flagged(const Measured &measured, const Channel &channel) {
         std::fill(out.dropout.begin() + static_cast<std::ptrdiff_t>(i),
                   out.dropout.begin() + static_cast<std::ptrdiff_t>(end), std::uint8_t{1});
         out.dropout_rows += end - i;
-      } else if (end - i >= 3 && nats > ln_rows + kLeastNats) {
+      } else if (end - i >= 3 && nats > ln_rows + kLeastNats &&
+                 !(value == 0.0 && is_at_rest(static_cast<Index>(i)) && is_held(channel, i, end))) {
         std::fill(out.stuck.begin() + static_cast<std::ptrdiff_t>(i) + 1,
                   out.stuck.begin() + static_cast<std::ptrdiff_t>(end), std::uint8_t{1});
         out.stuck_rows += end - i - 1;

@@ -13,6 +13,7 @@ namespace rim::diagnose {
 namespace {
 using Index = Eigen::Index;
 constexpr int kMostPasses = 30;
+constexpr double kThroughout = 0.95; // of the rows
 constexpr double kSmallStep = 1e-3; // standard errors
 
 bool signs_allowed(const std::vector<Member> &members, const Vector &beta) {
@@ -22,12 +23,19 @@ bool signs_allowed(const std::vector<Member> &members, const Vector &beta) {
       continue;
     if (member.is_positive && !(beta(at) > 0.0))
       return false;
+    if (is_by_direction(member.term) && std::abs(beta(at + 1)) > std::abs(beta(at)) &&
+        acts_throughout(member.h.col(1)))
+      return false;
     at += member.h.cols();
   }
   return true;
 }
 
 } // namespace
+
+bool acts_throughout(const Eigen::Ref<const Vector> &column) {
+  return (column.array() != 0.0).cast<double>().mean() > kThroughout;
+}
 
 Fit fit_members(const Vector &y, const std::vector<Member> &members, const Noise &noise) {
   Index free = 0;

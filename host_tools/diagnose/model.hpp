@@ -49,6 +49,11 @@ struct Fit {
   bool is_allowed = true;      // every positive member has a positive size
 };
 
+// Whether a column acts in nearly all rows. A resistance that is more in one direction by more than
+// it is at all is then a constant force beside it; where a machine that stands is held by a brake,
+// the constant too is only seen in motion.
+bool acts_throughout(const Eigen::Ref<const Vector> &column);
+
 // y: (z - m) / sd. A few passes of O(rows x columns^2).
 Fit fit_members(const Vector &y, const std::vector<Member> &members, const Noise &noise);
 

@@ -24,6 +24,8 @@ std::size_t idx(Index i) { return static_cast<std::size_t>(i); }
 constexpr double kLeastOwnCorrelation = 0.3;
 // Of velocities whose changes follow it nearly as well none is known to be the own one.
 constexpr double kClearOwn = 0.6;
+// A quantity of no known unit whose changes follow it so well is a velocity.
+constexpr double kLeastMoving = 0.8;
 // Rate of change: how near, in its own sd, a feature must be to the differences of another.
 constexpr double kMostRateError = 0.3;
 constexpr double kLeastStateCorrelation = 0.9;
@@ -166,7 +168,8 @@ bool is_velocity(const Measured &measured, int feature) {
   const std::set<std::string> words = words_of(f.name, f.unit);
   const auto is_word = [&words](const char *word) { return words.count(word) > 0; };
   const std::initializer_list<const char *> bare{"vel", "vx", "vy", "vz",    "v",    "qd",
-                                                 "dq",  "w",  "wz", "surge", "sway", "heave"};
+                                                 "dq",  "w",  "wz", "surge", "sway", "heave",
+                                                 "kmh", "kph"};
   return f.unit.empty() &&
          (std::any_of(bare.begin(), bare.end(), is_word) ||
           has_word(f.name, {"veloc", "speed", "rate", "climb", "omega", "qdot", "rpm"}) ||
@@ -269,6 +272,44 @@ int force_sense(const Measured &measured, const Channel &channel, int feature) {
   return both > 0.0 ? sign_beyond(a.dot(m) / both, kLeastOwnCorrelation) : 0;
 }
 
+// A motion, an acceleration or a force.
+bool is_of_motion(const Channel &channel) {
+  return is_linear(channel.unit) || is_turning(channel.unit) || is_force(channel);
+}
+
+// How well what a feature changes by over so many rows follows the mean of the prediction there.
+double integral_correlation(const Measured &measured, const Channel &channel, int feature,
+                            std::size_t rows) {
+  Moments both;
+  for (const LogSpan &log : measured.logs) {
+    for (std::size_t i = log.first; i + rows < log.first + log.rows; i += rows) {
+      const auto k = static_cast<Index>(i), n = static_cast<Index>(rows);
+      const double dt = measured.elapsed_s[i + rows] - measured.elapsed_s[i];
+      both.add((measured.x(k + n, feature) - measured.x(k, feature)) / dt,
+               channel.m.segment(k, n).mean());
+    }
+  }
+  return both.correlation();
+}
+
+// The one feature without a known unit that is a velocity by what it does: it changes as the
+// prediction, an acceleration or a force, says that it should. Empty: there is none, or several.
+std::vector<int> moving(const Measured &measured, const Channel &channel) {
+  std::vector<int> found;
+  for (int f = 0; f < static_cast<int>(measured.features.size()); ++f) {
+    const Feature &feature = measured.features[static_cast<std::size_t>(f)];
+    if (feature.is_command || feature.is_prediction || !feature.unit.empty())
+      continue;
+    for (const std::size_t rows : {1, 4, 16}) {
+      if (integral_correlation(measured, channel, f, rows) > kLeastMoving) {
+        found.push_back(f);
+        break;
+      }
+    }
+  }
+  return found.size() == 1 ? found : std::vector<int>{};
+}
+
 // A quantity that no motion resists.
 bool may_have_velocity(const Channel &channel) {
   return !is_one_of(channel.unit, {"m", "km", "cm", "mm", "rad", "deg", "degC", "K", "Pa", "kPa",
@@ -352,6 +393,10 @@ std::vector<int> own_velocity(const Measured &thin, const Channel &of_thin) {
     fitting.push_back(f);
     follows.push_back(own_correlation(measured, channel, f));
   }
+  if (fitting.empty() && is_of_motion(channel))
+    fitting = moving(measured, channel);
+  if (fitting.size() == 1)
+    return fitting;
   if (fitting.empty()) {
     const int state = own_state(measured, channel);
     return state >= 0 && may_move(measured, channel, state) ? std::vector<int>{state}

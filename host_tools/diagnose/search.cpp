@@ -274,7 +274,7 @@ void ChannelSearch::add_terms(bool is_rough) {
     const Fit fit = fit_members(y_, out_.members, out_.noise);
     const auto proposals = scanner_->mean(fit, out_.noise, kProposals);
     const Best best = best_of(proposals, out_.members, fit, kExact);
-    if (best.score < options_.threshold || !is_relevant(best.proposal.gain, best.member))
+    if (best.score < options_.threshold || !is_relevant(best.proposal.gain, best.member, fit.loss))
       break;
     out_.members.push_back(best.member);
     for (int round = 0; round < 3 && swap_terms(); ++round) {
@@ -365,18 +365,21 @@ bool ChannelSearch::swap_terms() {
   return any;
 }
 
-// Whether a fall of the log likelihood ratio is more than a trifle beside the whole error. In few
-// rows, beside a law that holds everywhere, more is asked: that is how the law departs from the
-// truth there.
-bool ChannelSearch::is_relevant(double gain, const Member &member) const {
+// Whether a fall of the log likelihood ratio is more than a trifle beside the whole error, or, of a
+// form that holds everywhere, beside the loss that is left without it. In few rows, beside a law
+// that holds everywhere, more is asked: that is how the law departs from the truth there.
+bool ChannelSearch::is_relevant(double gain, const Member &member, double without) const {
   const double whole = 0.5 * y_.cwiseAbs2().dot(out_.noise.weight);
   const bool is_patch =
       !member.term.gate.everywhere() &&
       (member.h.rowwise().squaredNorm().array() > 0.0).cast<double>().mean() < kFewRows &&
       std::any_of(out_.members.begin(), out_.members.end(),
                   [this](const Member &m) { return is_law(m); });
-  const double share = is_patch ? kRelevantPatch : kRelevant;
-  return gain * out_.noise.divisor() > share * share * whole;
+  const double fall = gain * out_.noise.divisor();
+  if (is_patch)
+    return fall > kRelevantPatch * kRelevantPatch * whole;
+  const bool is_form = member.candidate >= 0 && member.term.gate.everywhere();
+  return !is_trifle(fall, is_form ? without : whole, whole);
 }
 
 void ChannelSearch::drop_terms() {
@@ -388,10 +391,10 @@ void ChannelSearch::drop_terms() {
     for (std::size_t j = 0; j < out_.members.size(); ++j) {
       if (out_.members[j].is_given)
         continue;
-      const double gain =
-          (fit_members(y_, without(j), out_.noise).loss - loss) / out_.noise.divisor();
+      const double less = fit_members(y_, without(j), out_.noise).loss,
+                   gain = (less - loss) / out_.noise.divisor();
       const double score =
-          is_relevant(gain, out_.members[j]) ? gain - out_.members[j].penalty : -1e300;
+          is_relevant(gain, out_.members[j], less) ? gain - out_.members[j].penalty : -1e300;
       if (score < least) {
         least = score;
         worst = j;

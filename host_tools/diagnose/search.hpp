@@ -114,7 +114,7 @@ private:
   bool are_laws() const;
   bool asks_for_expression() const;
   bool is_better_formula(const ChannelFindings &other, double by);
-  bool says_much_more(const ChannelFindings &laws) const;
+  bool says_more(const ChannelFindings &laws, double share) const;
   void formulas_for_tables();
   std::vector<Member> named_part(std::size_t formula, std::size_t part) const;
   void name_parts();
@@ -173,7 +173,7 @@ private:
   void weigh();
   bool swap_terms();
   void drop_terms();
-  bool is_relevant(double gain, const Member &member) const;
+  bool is_relevant(double gain, const Member &member, double without) const;
   void estimate_noise();
   bool claim_variance();
   bool is_beside_law(const Proposal &variance) const;

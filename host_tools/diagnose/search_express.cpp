@@ -72,6 +72,15 @@ bool shares_feature(const Term &formula, std::size_t part) {
   return false;
 }
 
+// Whether a formula is nothing but the product of two features: it is the form of that name, which
+// is not tried where one of them (a temperature) varies little beside its mean.
+bool is_plain_product(const Term &term) {
+  if (term.form != "expression" || term.basis.size() != 1 || term.arguments.size() != 2)
+    return false;
+  const std::string &f = term.arguments.begin()->first, &g = term.arguments.rbegin()->first;
+  return term.basis[0] == f + "*" + g || term.basis[0] == g + "*" + f;
+}
+
 } // namespace
 
 // Resistances over one velocity whose sizes have opposite signs are pieces of a curve, no laws.
@@ -149,7 +158,8 @@ void ChannelSearch::try_expressions(const std::vector<Member> &kept) {
                                                        [this](const Member &m) {
                                                          return is_law(m) && m.term.cause != "bias";
                                                        });
-  const double margin = are_laws() || named.members.size() < 2 ? kWithoutName : kThanPatches;
+  const bool only_laws = are_laws();
+  const double margin = only_laws || named.members.size() < 2 ? kWithoutName : kThanPatches;
   ChannelFindings best = named;
   for (const std::vector<Member> &base : bases) {
     out_ = named;
@@ -157,8 +167,10 @@ void ChannelSearch::try_expressions(const std::vector<Member> &kept) {
     if (found.empty())
       continue;
     const double better = best.rival_expressions.empty() ? margin : 0.0;
+    const bool is_beside = base.size() > kept.size();
     if (!is_better_formula(best, better) ||
-        (has_law && base.size() == kept.size() && !says_much_more(named)))
+        (has_law && !is_beside && !says_more(named, kMuch)) ||
+        (only_laws && is_beside && !says_more(named, kRelevant)))
       continue;
     best = out_;
     best.rival_expressions.clear();
@@ -181,12 +193,13 @@ bool ChannelSearch::is_better_formula(const ChannelFindings &other, double by) {
          (!has_held() || held_loss(out_.members) <= kHeldSlack * held_loss(other.members));
 }
 
-// Real machines depart from every law a little: laws stay where a formula takes little more off.
-bool ChannelSearch::says_much_more(const ChannelFindings &laws) const {
+// Real machines depart from every law a little: laws stay alone where a formula takes less than
+// this share of the whole error, as amplitude, more off.
+bool ChannelSearch::says_more(const ChannelFindings &laws, double share) const {
   const double whole = 0.5 * y_.cwiseAbs2().dot(out_.noise.weight);
   const double fall =
       0.5 * (laws.fit.residual.cwiseAbs2() - out_.fit.residual.cwiseAbs2()).dot(out_.noise.weight);
-  return fall > kMuch * kMuch * whole;
+  return fall > share * share * whole;
 }
 
 // The members with the form that says what a part of the formula says in that part's place, and in
@@ -280,6 +293,10 @@ void ChannelSearch::name_parts() {
         }
       }
     }
+  }
+  for (Member &member : out_.members) {
+    if (is_plain_product(member.term))
+      member.term.cause = "product";
   }
   out_.fit = fit_members(y_, out_.members, out_.noise);
 }

@@ -51,6 +51,11 @@ Vector cut(const Vector &left, const Vector &weight) {
 
 } // namespace
 
+bool is_trifle(double fall, double left, double whole) {
+  return fall < kRelevant * kRelevant * whole &&
+         !(fall > kRelevantRest * left && fall > kTrifle * kTrifle * whole);
+}
+
 double least_noise(const Channel &channel) { return channel.sd_estimated ? 0.0 : kLeastSd; }
 
 NoiseState noise_state(const Vector &left, const Vector &weight, const Measured &measured,
@@ -268,6 +273,10 @@ bool SetSearch::solve(State *state) {
     const double size = state->beta(static_cast<Index>(at));
     if (candidate.is_positive && !(size > 0.0))
       return false;
+    if (is_by_direction(candidate.term) &&
+        std::abs(state->beta(static_cast<Index>(at) + 1)) > std::abs(size) &&
+        acts_throughout(library_.g.col(candidate.column + 1)))
+      return false;
     if (moves_prediction(candidate.term) && !(size > 0.3 && size < 2.0))
       return false;
     at += static_cast<std::size_t>(candidate.columns);
@@ -422,7 +431,7 @@ SetSearch::State SetSearch::prune(State state) {
       const double loss = less.rss - state.rss;
       if (score(less) > score(best) ||
           (best.atoms.size() == state.atoms.size() &&
-           (loss * factor < kLeastLoss || loss < kRelevant * kRelevant * whole_)))
+           (loss * factor < kLeastLoss || is_trifle(loss, less.rss, whole_))))
         best = less;
     }
     changed = best.atoms.size() < state.atoms.size();

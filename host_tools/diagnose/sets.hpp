@@ -42,6 +42,15 @@ double least_noise(const Channel &channel);
 // beside those that explain it.
 inline constexpr double kRelevant = 0.03;
 
+// Or for this share of the squares that are left without it, and at least this share of the whole
+// error: two quantities that together explain most of what a large law leaves are no trifle because
+// each alone explains a small part of the whole.
+inline constexpr double kRelevantRest = 0.2, kTrifle = 0.015;
+
+// Whether a fall of the squares is a trifle; left: the squares without the term, whole: those
+// before anything was explained.
+bool is_trifle(double fall, double left, double whole);
+
 // Nats that sizes which differ between logs cost beside the sizes themselves.
 inline constexpr double kSizesDiffer = 2.0;
 

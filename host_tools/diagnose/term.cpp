@@ -235,6 +235,12 @@ bool moves_prediction(const Term &term) {
          (stands_before(term) || (term.basis.empty() && is_late_form(term.form)));
 }
 
+bool is_by_direction(const Term &term) {
+  static const std::string kEnd = "_by_direction";
+  return term.basis.size() == 2 && term.form.size() > kEnd.size() &&
+         term.form.compare(term.form.size() - kEnd.size(), kEnd.size(), kEnd) == 0;
+}
+
 bool is_level_before(const Parameter &p) { return p.name == kBeyond || p.name == kUpTo; }
 
 const Parameter *level_before(const Term &term) {

@@ -137,6 +137,8 @@ bool has_no_expression(const std::string &form);
 bool moves_prediction(const Term &term);
 // Whether a shape parameter is the level of what stands before what comes late.
 bool is_level_before(const Parameter &p);
+// Whether a resistance has a second size, by which it is more in one direction than in the other.
+bool is_by_direction(const Term &term);
 // That of the term, or none.
 const Parameter *level_before(const Term &term);
 // What a dead zone or saturation of this level leaves of x; all of it where there is no level.

@@ -49,6 +49,20 @@ void nothing_is_found_in_noise(void **) {
   }
 }
 
+// What friction holds at rest, while a little motion is predicted, is not stuck; what does not move
+// although much is predicted, is.
+void what_stands_is_not_stuck(void **) {
+  for (const bool is_held : {true, false}) {
+    Measured t = moving(5, 0.02);
+    for (Eigen::Index i = 500; i < 520; ++i) {
+      const double k = static_cast<double>(i - 500);
+      t.channels[0].m(i) = is_held ? 0.12 - 0.01 * k : 1.2 - 0.1 * k;
+      t.channels[0].z(i) = 0.0;
+    }
+    assert_int_equal(flagged(t).stuck_rows > 0 || flagged(t).dropout_rows > 0, !is_held);
+  }
+}
+
 void planted_runs_are_found_to_the_row(void **) {
   Measured t = moving(3);
   std::vector<std::size_t> wanted;
@@ -162,6 +176,7 @@ int main() {
       cmocka_unit_test(planted_zeros_are_found_to_the_row),
       cmocka_unit_test(quantised_readings_are_measurements),
       cmocka_unit_test(at_rest_is_no_fault),
+      cmocka_unit_test(what_stands_is_not_stuck),
       cmocka_unit_test(a_steady_prediction_is_no_witness),
       cmocka_unit_test(constant_readings_do_not_divide_by_zero),
   };

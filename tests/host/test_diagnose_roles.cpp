@@ -42,6 +42,21 @@ void a_rate_is_one_in_any_unit(void **) {
   assert_true(rim::diagnose::velocities(axis(-1.0, 1e-6, "a", "")).empty());   // the other way
 }
 
+// A feature of no known unit or name that changes as the prediction says is the velocity, coarse or
+// noisy as it may be; what merely wanders is none.
+void what_moves_as_predicted_is_a_velocity(void **) {
+  Measured t = axis(3.6, 1e-6, "acc_mps2", "m/s2");
+  Random random(5);
+  for (Eigen::Index k = 0; k < t.x.rows(); ++k) {
+    t.x(k, 0) = random.normal();
+    t.x(k, 1) += 0.4 * random.normal();
+  }
+  const std::vector<int> only_b{1};
+  assert_true(rim::diagnose::own_velocity(t, t.channels[0]) == only_b);
+  t.channels[0].m = t.x.col(2);
+  assert_true(rim::diagnose::own_velocity(t, t.channels[0]).empty());
+}
+
 Term friction(double size) {
   Term term;
   term.basis = {"-sign(v)"};
@@ -92,6 +107,7 @@ void an_unknown_sense_is_unknown(void **) {
 int main() {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_rate_is_one_in_any_unit),
+      cmocka_unit_test(what_moves_as_predicted_is_a_velocity),
       cmocka_unit_test(opposition_follows_the_sense),
       cmocka_unit_test(weight_does_not_turn_the_sense),
       cmocka_unit_test(an_unknown_sense_is_unknown),
