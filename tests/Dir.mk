@@ -55,8 +55,13 @@ LCMGEN_SRC := $(WIRE_TYPES:lib/wire/%.lcm=$(BUILD)/lcmgen/%.c)
 $(BUILD)/lcmgen/%.c: lib/wire/%.lcm
 	@mkdir -p $(@D)
 	$(call say,LCM )lcm-gen -c --c-no-pubsub --c-cpath $(@D) --c-hpath $(@D) $<
-$(addprefix $(BUILD)/tests/lib/,test_lcm test_control test_entry test_model test_sealed): $(LCMGEN_SRC)
-$(addprefix $(BUILD)/tests/lib/,test_lcm test_control test_entry test_model test_sealed): TEST_EXTRA = -isystem $(BUILD)/lcmgen $(LCMGEN_SRC) -Wno-conversion -Wno-unused-parameter
+# Not our code: its warnings are not ours. An encoder includes the headers of what it holds.
+LCMGEN_OBJ := $(LCMGEN_SRC:.c=.o)
+$(LCMGEN_OBJ): %.o: %.c $(LCMGEN_SRC) $(BUILD)/flags.test
+	$(call say,CC  )$(CC) $(TEST_CFLAGS) -w -isystem $(BUILD)/lcmgen -c $< -o $@
+LCMGEN_TESTS := $(addprefix $(BUILD)/tests/lib/,test_lcm test_control test_entry test_model test_sealed)
+$(LCMGEN_TESTS): $(LCMGEN_OBJ)
+$(LCMGEN_TESTS): TEST_EXTRA = -isystem $(BUILD)/lcmgen $(LCMGEN_OBJ)
 
 $(BUILD)/tests/lib/%: tests/lib/%.c $(BUILD)/librim.a $(BUILD)/flags.test
 	@mkdir -p $(@D)

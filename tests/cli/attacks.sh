@@ -15,7 +15,6 @@ take() { # NAME: the checks of a Python test
   [ "$p" = 0 ] && cat "$1"
   passed=$((passed + p)) failed=$((failed + f)) skipped=$((skipped + s))
 }
-export PYTHONDONTWRITEBYTECODE=1
 attack="python3 $root/tests/firmware/attack_test.py $BUILD/rimd $root/lib/wire ."
 $attack > attack.txt 2>&1; take attack.txt
 network='ip link set lo up && ip link add rim0 type veth peer name rim1 && ip addr add 10.9.9.1/24 dev rim0 && ip link set rim1 up && ip link set rim0 up multicast on'

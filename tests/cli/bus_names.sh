@@ -44,20 +44,20 @@ if ! $python -c 'import cantools, isotp' 2> /dev/null; then
   skipped=$((skipped + 1)); finish
 fi
 for log in everywhere region; do
-  $python -B "$root/tests/firmware/decode_alarms.py" node1.dbc $log.jsonl $log.candump > said 2>&1; check "$log, classic" 0 $?
+  $python "$root/tests/firmware/decode_alarms.py" node1.dbc $log.jsonl $log.candump > said 2>&1; check "$log, classic" 0 $?
   cat said
-  $python -B "$root/tests/firmware/decode_alarms.py" node7.dbc $log.jsonl $log.fd FD > said 2>&1; check "$log, FD" 0 $?
+  $python "$root/tests/firmware/decode_alarms.py" node7.dbc $log.jsonl $log.fd FD > said 2>&1; check "$log, FD" 0 $?
   cat said
   # The shipped file, with the default node as it is, and with a mask for any other.
-  $python -B -m cantools decode --single-line "$root/lib/wire/rim.dbc" < $log.candump > said 2>&1; check "$log, cantools decode" 0 $?
+  $python -m cantools decode --single-line "$root/lib/wire/rim.dbc" < $log.candump > said 2>&1; check "$log, cantools decode" 0 $?
   check "$log, cantools decodes all" "$(wc -l < $log.candump) 0" "$(grep -c 'RIM_[A-Z]*(' said) $(grep -c -i 'unknown frame\|wrong data\|failed' said)"
   "$RIM" replay --model toy.rim $log.csv --candump other.candump --node 99 > /dev/null
-  $python -B -m cantools decode --single-line --frame-id-mask 0x780 "$root/lib/wire/rim.dbc" < other.candump > said 2>&1
+  $python -m cantools decode --single-line --frame-id-mask 0x780 "$root/lib/wire/rim.dbc" < other.candump > said 2>&1
   check "$log, any node by the mask" "$(wc -l < other.candump) 0" "$(grep -c 'RIM_[A-Z]*(' said) $(grep -c -i 'unknown frame\|wrong data\|failed' said)"
 done
 # The test can fail: one frame whose identifier is not ours, one bit in a segment.
 sed '3s/ 481#/ 4FF#/' everywhere.candump > bad.candump
-$python -B "$root/tests/firmware/decode_alarms.py" node1.dbc everywhere.jsonl bad.candump > said 2>&1; check "a foreign frame is told" 1 $?
+$python "$root/tests/firmware/decode_alarms.py" node1.dbc everywhere.jsonl bad.candump > said 2>&1; check "a foreign frame is told" 1 $?
 sed '/ 281#23/s/.$/0/;/ 281#24/s/.$/1/' everywhere.candump > bad.candump
-$python -B "$root/tests/firmware/decode_alarms.py" node1.dbc everywhere.jsonl bad.candump > said 2>&1; check "a damaged segment is told" 1 $?
+$python "$root/tests/firmware/decode_alarms.py" node1.dbc everywhere.jsonl bad.candump > said 2>&1; check "a damaged segment is told" 1 $?
 finish

@@ -34,7 +34,7 @@ script -qfec "stty cols 200; '$RIM' listen --model toy.rim" screen.txt > /dev/nu
 until_in screen.txt "0 records"; check "rim listen on a terminal" 0 $?
 start first; check "rimd" 0 $?
 sleep 0.5
-PYTHONDONTWRITEBYTECODE=1 python3 - "$root" << 'END'
+python3 - "$root" << 'END'
 import sys, time
 sys.path.insert(0, sys.argv[1] + "/tests/firmware")
 from bus import Bus, read_rows

@@ -5,7 +5,6 @@
 # examined; a fault after the gaps is found as before. On two vehicles of tests/vehicles; base of seeds: 41000.
 . "$(dirname "$0")/check.inc"
 skip_under_sanitizers "its campaign would take hours; other scripts run the same commands on fewer logs"
-export PYTHONDONTWRITEBYTECODE=1
 cd "$here" || exit 1
 
 cut() { awk -v n="$(wc -l < "$1")" 'NR == 1 || NR > n / 2' "$1"; }

@@ -6,7 +6,6 @@
 measured=${RIM_MEASURED:-$root/../shared/measured}
 [ -d "$measured/skab" ] && [ -d "$measured/smap_msl" ] || skip "no $measured/skab and $measured/smap_msl"
 skip_under_sanitizers "its campaign would take hours; other scripts run the same commands on fewer logs"
-export PYTHONDONTWRITEBYTECODE=1
 score="$root/tests/measured/telemetry.py --rim $RIM --from $measured --list"
 
 # A detector that marks every row has a FAR of 100 %.

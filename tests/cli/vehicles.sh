@@ -5,7 +5,6 @@
 . "$(dirname "$0")/check.inc"
 shared=${RIM_VEHICLES:-$root/../shared/vehicles}
 skip_under_sanitizers "its campaign would take hours; other scripts run the same commands on fewer logs"
-export PYTHONDONTWRITEBYTECODE=1
 cd "$root/tests/vehicles" || exit 1
 
 python3 test_vehicles.py > "$here/graders.txt" 2>&1; check "the graders themselves" 0 $?
