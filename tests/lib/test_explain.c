@@ -2,7 +2,7 @@
 /* search/explain.c: a gain inside a region is judged as generalised least squares with whole
  * matrices says, and is found where the prediction changes its sign; a shift of the same size
  * everywhere stays a shift; what a region explains is not called a time; what came and went does
- * so by itself where no region explains it. */
+ * so by itself where no region explains it; a region is dated by what shows it. */
 #include "search_bench.h"
 
 enum { BLOCKS = 150, ONSET = 60, EDGE = 160, EDGE_BIN = EDGE * SEARCH_BINS / 256, SEEDS = 6 };
@@ -294,6 +294,34 @@ static void what_is_mostly_so_did_not_come_and_go(void **state) {
   }
 }
 
+/* Feature 0 is high in three blocks early on and again from block 100. The region is first seen where
+ * the deviation shows: from the start, or from the second visit where the first shows nothing. */
+static void a_region_is_dated_by_what_shows_it(void **state) {
+  (void)state;
+  static bench b;
+  for (uint32_t seed = 0; seed < SEEDS; ++seed) {
+    for (uint32_t early = 0; early < 2; ++early) {
+      world w = quiet(seed, true);
+      for (uint32_t i = 0; i < BLOCKS; ++i) {
+        const bool visit = i >= 20 && i < 23, inside = visit || i >= 100;
+        w.feature[i][0] = (uint8_t)(w.feature[i][0] / 2u + (inside ? 128u : 0u));
+        w.r[i] += (visit && early == 1) || i >= 100 ? 9.0 * w.s : 0.0;
+      }
+      start(&b, &w, BLOCKS);
+      feed(&b, 0, BLOCKS, TURN);
+      search_hypothesis h = {.family = SEARCH_INTERVAL,
+                             .first = {SEARCH_BINS / 2},
+                             .last = {SEARCH_BINS - 1},
+                             .onset = SEARCH_FROM_START};
+      assert_true(rimi_search_evaluate_channel(b.search, 0, &h));
+      assert_int_equal(rimi_search_first_inside(b.search, &h), 20);
+      assert_int_equal(rimi_search_first_shown(b.search, &h), early == 1 ? 20 : 100);
+      h.onset = 7; /* what has an onset is dated by it */
+      assert_int_equal(rimi_search_first_shown(b.search, &h), 7);
+    }
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_gain_in_a_region_is_judged_by_least_squares),
@@ -307,6 +335,7 @@ int main(void) {
       cmocka_unit_test(features_that_explain_much_keep_their_order),
       cmocka_unit_test(an_interval_is_said_instead_of_a_box_that_explains_hardly_more),
       cmocka_unit_test(what_is_mostly_so_did_not_come_and_go),
+      cmocka_unit_test(a_region_is_dated_by_what_shows_it),
   };
   printf("seed %u\n", SEED);
   return cmocka_run_group_tests(tests, NULL, NULL);

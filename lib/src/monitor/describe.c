@@ -115,8 +115,7 @@ static uint32_t date(const rim_monitor *m, const search_hypothesis *h, double on
                      rim_alarm *alarm) {
   const double block_s =
       (double)m->words[RIM_CONFIG_BLOCK_ROWS] * 1e-6 * (double)m->words[RIM_CONFIG_PERIOD_US];
-  const uint32_t first =
-      h->onset != SEARCH_FROM_START ? h->onset : rimi_search_first_inside(m->search, h);
+  const uint32_t first = rimi_search_first_shown(m->search, h);
   alarm->since_s = m->run_start_s + rimi_search_time_of(m->search, first) - 0.5 * block_s;
   if (h->onset != SEARCH_FROM_START)
     alarm->since_sd_s = onset_sd * block_s;

@@ -142,7 +142,7 @@ static double date_work(const rim_work_counts *n) {
 static double trained_judge(const rim_work_counts *n) {
   /* Of the channel, and of its agreement; three intervals each: rimi_search_place(). */
   const double explain = 2u * ready_work(n) + 5u * renew_work(n) + 2u * 3u * binned(n) +
-                         7u * pass(n, JUDGED + EXPONENTIAL) + 2u * date_work(n);
+                         8u * pass(n, JUDGED + EXPONENTIAL) + 2u * date_work(n);
   const double causes = rimi_min(2u * (double)n->integrands, 2u * (double)AGREEMENT_INTEGRANDS);
   const double twins = n->integrands > 0 ? 2.0 * CAUSE_SUMS + 1.0 : 0.0;
   return explain + (2.0 * (causes + 1.0) + twins) * (ready_work(n) + pass(n, 0.0)) +

@@ -8,6 +8,7 @@
 #define COMPLEXITY 0.05 /* share of its score that each further part of a description must add */
 #define SIMPLER 0.97    /* of a box's worth, that an interval of one feature must reach instead */
 #define MOST_GAIN 0.5   /* share of an outcome beyond which a gain is not the word for it */
+#define GRAZED 1.0      /* nats that blocks inside take away before they are those of no deviation */
 #define REFINEMENTS 4u  /* rounds of edges and onset */
 
 double rimi_search_worth(const rim_search *s, const search_hypothesis *h) {
@@ -89,6 +90,17 @@ double rimi_search_sd_of_onset(const rim_search *s, const search_hypothesis *h) 
   search_hypothesis again = *h;
   rimi_search_scan_onset(s, &mask, &again, &sd);
   return sd;
+}
+
+uint32_t rimi_search_first_shown(const rim_search *s, const search_hypothesis *h) {
+  if (h->onset != SEARCH_FROM_START)
+    return h->onset;
+  const search_mask mask = rimi_search_mask_of(s, h, -1);
+  search_hypothesis later = *h;
+  rimi_search_scan_onset(s, &mask, &later, NULL);
+  const noise_channel c = rimi_noise_channel(s->config.noise, s->channel);
+  const double gain = ((double)later.ln_ratio - (double)h->ln_ratio) / rimi_search_inflation(&c, h);
+  return rimi_search_first_inside(s, gain > GRAZED ? &later : h);
 }
 
 /* The two features whose intervals explain most by themselves; how many explain anything. */

@@ -129,6 +129,10 @@ double rimi_search_time_of(const rim_search *search, uint32_t block); /* of a bl
 /* First block of the ring inside the hypothesis whose residual is known in the channel that was
  * judged last. */
 uint32_t rimi_search_first_inside(const rim_search *search, const search_hypothesis *h);
+/* The onset; without one the first block inside that shows the deviation: where a region is drawn a
+ * little too large, a block that only grazes it may come long before, and says that nothing was
+ * wrong then. In the channel that was judged last. O(ring). */
+uint32_t rimi_search_first_shown(const rim_search *search, const search_hypothesis *h);
 uint32_t rimi_search_oldest(const rim_search *search);
 /* Bytes at which the bins first..last of a feature begin and end. */
 void rimi_search_edges(const rim_search *search, uint32_t feature, uint32_t first, uint32_t last,
