@@ -67,6 +67,18 @@ ExternalRows rows_for(const Log &log, const Layout &layout) {
   return rows;
 }
 
+rim_observation observation_of(const ExternalRows &rows, Eigen::Index t, bool has_predictions) {
+  rim_observation row = {};
+  row.t_s = rows.t_s[static_cast<std::size_t>(t)];
+  row.context = rows.context.row(t).data();
+  if (has_predictions) {
+    row.outcome = rows.outcome.row(t).data();
+    row.mean = rows.mean.row(t).data();
+    row.sd = rows.sd.row(t).data();
+  }
+  return row;
+}
+
 // The score that the last `persistence` blocks all reached: what an alarm is raised by.
 class HeldScore {
 public:
@@ -106,6 +118,7 @@ ReplayedLog Replayer::replay(const Log &log, const ReplayOptions &options, const
   std::uint32_t blocks = 0;
   Examined examined;
   const std::uint32_t regions = rim_monitor_config(monitor, RIM_CONFIG_REGION_FEATURES);
+  UnitCheck units(layout_.outcomes());
   HeldScore held(rim_monitor_config(monitor, RIM_CONFIG_PERSISTENCE));
   const auto tell = [&](rim_alarm record) {
     record.flags = static_cast<std::uint8_t>(record.flags | options.flags);
@@ -121,14 +134,7 @@ ReplayedLog Replayer::replay(const Log &log, const ReplayOptions &options, const
       tell(record);
   };
   for (Eigen::Index t = 0; t < rows.context.rows(); ++t) {
-    rim_observation row = {};
-    row.t_s = rows.t_s[static_cast<std::size_t>(t)];
-    row.context = rows.context.row(t).data();
-    if (layout_.external) {
-      row.outcome = rows.outcome.row(t).data();
-      row.mean = rows.mean.row(t).data();
-      row.sd = rows.sd.row(t).data();
-    }
+    const rim_observation row = observation_of(rows, t, layout_.external);
     (void)rim_monitor_idle(monitor, row.t_s);
     tell_waiting();
     rim_verdict verdict;
@@ -138,6 +144,7 @@ ReplayedLog Replayer::replay(const Log &log, const ReplayOptions &options, const
     digest_ = rim_verdict_digest(digest_, &verdict);
     if (verdict.blocks != blocks) { // alarms are decided where a block ends
       result.score = std::max(result.score, held.add(verdict.score));
+      add_block(rows.context, t + 1, &units);
       const std::uint8_t *place = rimi_monitor_place(monitor);
       if (options.label && place != nullptr)
         examined.blocks.push_back({{place, place + regions}, t + 1});
@@ -154,8 +161,24 @@ ReplayedLog Replayer::replay(const Log &log, const ReplayOptions &options, const
       watch(static_cast<std::size_t>(t), verdict);
   }
   result.blocks = blocks;
+  result.units = units.found(names_);
   finish(log, rows.context, options, examined, &result);
   return result;
+}
+
+// The block that ends before row `end`: its readings, and what the commands let expect of them.
+void Replayer::add_block(const Matrix &context, Eigen::Index end, UnitCheck *units) const {
+  const double *residuals = rimi_monitor_residuals(monitor_.get());
+  const Eigen::Index n = rim_monitor_config(monitor_.get(), RIM_CONFIG_BLOCK_ROWS);
+  if (residuals == nullptr || n < 1 || end < n)
+    return;
+  const auto outcomes = static_cast<Eigen::Index>(layout_.outcomes());
+  Eigen::VectorXd measured(outcomes);
+  for (Eigen::Index o = 0; o < outcomes; ++o) {
+    const std::uint16_t feature = layout_.outcome_feature[static_cast<std::size_t>(o)];
+    measured[o] = context.col(feature).segment(end - n, n).mean();
+  }
+  units->add(measured, measured - Eigen::Map<const Eigen::VectorXd>(residuals, outcomes));
 }
 
 // Whether what is said of the alarm now is of what raised it. A new record may change that for all
@@ -344,6 +367,13 @@ std::string doubt(const ReplayedLog &log, const Names &names) {
                        "(column {}; {} rows out of range): is its unit right?",
                        q.words, h.out_value, q.unit.empty() ? "" : " " + q.unit, h.out_t_s, q.name,
                        h.rows.out_of_range);
+  }
+  for (const OtherUnit &u : log.units) {
+    const Quantity q = names.outcome(static_cast<std::uint16_t>(u.outcome));
+    text += fmt::format(
+        "{}UNIT: {} reads {:.3g} times what is expected, as it would in {} instead of {} "
+        "(column {}): is its unit right?",
+        text.empty() ? "" : "\n  ", q.words, u.factor, u.looks_like, q.unit, q.name);
   }
   if (is_at_another_rate(log))
     text += fmt::format("{}STALE: rows come at {:.4g} Hz, the model wants {:.4g} Hz: {} of {} rows "

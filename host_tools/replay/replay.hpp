@@ -13,6 +13,7 @@
 #include "log/labels.hpp"
 #include "log/log.hpp"
 #include "log/schema.hpp"
+#include "replay/unit_check.hpp"
 #include "train/external_residuals.hpp"
 
 namespace rim {
@@ -38,9 +39,10 @@ struct ReplayedLog : Found {
   rim_alarm_status alarms{};         // how they stand at the end
   bool watches_interference = false; // the image has that detector
   Found interference;
-  double score = 0.0;       // largest that was held for as many blocks as an alarm needs
-  double alarm_score = 0.0; // at which an alarm is raised
-  LabelledLog labels;       // of every row of the file; empty unless asked for
+  double score = 0.0;           // largest that was held for as many blocks as an alarm needs
+  double alarm_score = 0.0;     // at which an alarm is raised
+  std::vector<OtherUnit> units; // outcomes that seem to be read in another unit
+  LabelledLog labels;           // of every row of the file; empty unless asked for
 };
 
 struct ReplayOptions {
@@ -88,6 +90,7 @@ private:
     std::uint32_t records = 0; // of the alarm so far
     bool is_later = false;     // the newest explanation begins after the alarm was raised
   };
+  void add_block(const Matrix &context, Eigen::Index end, UnitCheck *units) const;
   void note_explanation(const ReplayedLog &log, Examined *examined) const;
   std::vector<bool> inside(const std::vector<Block> &blocks) const; // by the newest explanation
   void finish(const Log &log, const Matrix &context, const ReplayOptions &options,
@@ -117,8 +120,8 @@ ExternalImage external_image(const std::vector<Log> &logs, std::size_t runs,
 // Whether most rows came at another rate than the image's: nothing was examined.
 bool is_at_another_rate(const ReplayedLog &log);
 
-// What keeps silence from being health, in a sentence: a value out of the trained range, another
-// rate, too few rows. Empty: nothing does.
+// What keeps silence from being health, in sentences: a value out of the trained range, another
+// unit, another rate, too few rows. Empty: nothing does.
 std::string doubt(const ReplayedLog &log, const Names &names);
 
 // What a person reads: a sentence, then the counts.

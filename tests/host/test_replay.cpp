@@ -121,10 +121,41 @@ void doubts_are_said(void **) {
   assert_true(has(range, "OUT OF RANGE: speed is 1e+300 m/s at t = 3.85 s"));
   assert_true(has(range, "column s.speed_mps; 1 rows out of range"));
   assert_true(range.find("healthy: nothing") == std::string::npos);
+  rim::Log fast = toy_log(55);
+  fast.values.col(3) *= 1.944;
+  assert_true(has(said(fast), "UNIT: speed reads 1.9"));
+  assert_true(has(said(fast), "as it would in kn instead of m/s (column s.speed_mps)"));
+  assert_true(said(toy_log(55)).find("UNIT") == std::string::npos);
   const std::string brief = said(toy_log(55, 12));
   assert_true(has(brief, "too few to say anything"));
   assert_true(brief.find("healthy: nothing") == std::string::npos);
   assert_true(has(said(toy_log(55)), "healthy: nothing found in 600 rows (30 s)"));
+}
+
+// Readings that are what is expected of them times a factor between two units, and nearly such.
+void another_unit_is_told(void **) {
+  rim::Names names;
+  names.outcomes = {{"s.shaft_rpm", "shaft", "rpm"}, {"s.level", "level", ""}};
+  const auto found = [&](double factor, double scatter, int blocks) {
+    rim::UnitCheck check(2);
+    for (int i = 0; i < blocks; ++i) {
+      const double expected = 500.0 + 100.0 * i, off = i % 2 == 0 ? scatter : -scatter;
+      check.add(Eigen::VectorXd::Constant(2, factor * expected * (1.0 + off)),
+                Eigen::VectorXd::Constant(2, expected));
+    }
+    return check.found(names);
+  };
+  const std::vector<rim::OtherUnit> in_radians = found(0.105, 0.0, 10);
+  assert_int_equal(in_radians.size(), 1); // of what has a unit
+  assert_int_equal(in_radians[0].outcome, 0);
+  assert_string_equal(in_radians[0].looks_like.c_str(), "rad/s");
+  assert_true(std::abs(in_radians[0].factor - 0.105) < 1e-9);
+  assert_string_equal(found(6.1, 0.0, 10).at(0).looks_like.c_str(), "deg/s");
+  assert_true(found(0.105, 0.0, 9).empty());    // too few blocks
+  assert_true(found(0.13, 0.0, 10).empty());    // no unit
+  assert_true(found(1.0, 0.0, 10).empty());     // its own
+  assert_false(found(0.105, 0.32, 10).empty()); // 9 % of the squares are something else
+  assert_true(found(0.105, 0.36, 10).empty());  // 11 %
 }
 
 // Every data row of the file has a label: those that were skipped, and those between grid rows.
@@ -268,6 +299,7 @@ int main() {
       cmocka_unit_test(alarms_carry_the_replay_flag),
       cmocka_unit_test(a_silence_in_the_log_is_told),
       cmocka_unit_test(doubts_are_said),
+      cmocka_unit_test(another_unit_is_told),
       cmocka_unit_test(labels_cover_the_file),
       cmocka_unit_test(what_raised_the_alarm_remains_labelled),
       cmocka_unit_test(sd_is_estimated_and_said),

@@ -350,6 +350,116 @@ static void a_sum_that_leads(void **state) {
   assert_int_equal(m->explained_channel, PLACE);
 }
 
+/* However the difference of the two was found to go on, its mean is what the sums are asked about. */
+static void the_mean_of_any_shape_is_asked_about(void **state) {
+  (void)state;
+  static const struct {
+    search_family family;
+    double
+        shift; /* for 3 units low on the mean of the blocks since 40; of a gain it says nothing */
+  } of[] = {{SEARCH_RAMP, -3.0 * 512.0 / (BLOCKS - 40)}, {SEARCH_GAIN, -0.4}, {SEARCH_GAIN, 0.4}};
+  for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
+    for (int is_in_sum = 0; is_in_sum < 2; ++is_in_sum) {
+      const recipe r = with_sums(1.0, TWIN, TWIN);
+      from(&r, false);
+      growing = A_TWIN;
+      grows = is_in_sum ? PER_BLOCK : 0.0;
+      feed(apart_since_40, 0.05);
+      plant_nothing();
+      plant(A_FIRST, of[i].family, 2.0 * alarm_at, as_shift(A_FIRST, of[i].shift), 40);
+      const rim_alarm a = described(A_FIRST);
+      if (a.channel[0] != (is_in_sum ? TWIN : 0))
+        fail_msg("shape %zu, sum %d: outcome %u is named", i, is_in_sum, a.channel[0]);
+    }
+  }
+}
+
+/* The difference of the two is a gain: whichever of them is named, the gain is the other way round,
+ * and no weight changes it. */
+static void a_gain_has_no_weight(void **state) {
+  (void)state;
+  for (int is_in_sum = 0; is_in_sum < 2; ++is_in_sum) {
+    const recipe r = with_sums(0.5, TWIN, TWIN);
+    from(&r, false);
+    const noise_channel c = rimi_noise_channel(&m->models.noise, A_FIRST);
+    /* by as much as the twin would be off on the mean, where 0.15 make it grow by PER_BLOCK */
+    const double mean = (double)c.p_center + (double)c.p_scale;
+    const double grown = PER_BLOCK * 0.4 * mean / 0.5 / 0.15;
+    const double zero[CHANNELS] = {0.0};
+    for (uint32_t i = 0; i < BLOCKS; ++i) {
+      double residual[CHANNELS] = {0.0}, predicted[2 * O] = {0.0};
+      const uint8_t feature[REGION] = {(uint8_t)(i * 37u), (uint8_t)(i * 101u)};
+      predicted[A_FIRST] = (double)c.p_center + (double)c.p_scale * (double)(i % 3u);
+      residual[A_FIRST] = i < 40 ? 0.0 : -0.4 * predicted[A_FIRST];
+      residual[A_TWIN] = i < 40 || !is_in_sum ? 0.0 : 0.05 * grown * (double)(i - 40);
+      const search_block block = {
+          .t_s = i, .feature = feature, .mean = zero, .predicted = predicted, .residual = residual};
+      assert_int_equal(rimi_search_observe(m->search, &block), RIM_OK);
+    }
+    plant_nothing();
+    plant(A_FIRST, SEARCH_GAIN, 2.0 * alarm_at, -0.4, 40);
+    const rim_alarm a = described(A_FIRST);
+    assert_int_equal(m->explained_channel, A_FIRST);
+    assert_int_equal(a.kind, RIM_KIND_GAIN);
+    assert_int_equal(a.channel[0], is_in_sum ? TWIN : 0);
+    if (!(fabs(a.shift[0] - (is_in_sum ? 0.4 : -0.4)) < 0.05))
+      fail_msg("the gain is %.3f +- %.3f", a.shift[0], a.shift_sd[0]);
+  }
+}
+
+/* A row of the run, with this reading of one outcome. */
+static void read_row(uint32_t t, uint32_t outcome, double reading) {
+  double context[D] = {0.0};
+  context[sensor(outcome)] = reading;
+  (void)rimi_blocks_row(m->rows, 10.0 + PERIOD_S * (double)t, context, NULL, NULL, NULL);
+}
+
+/* The twin reads 3 units high by its own channels too, and what integrates it grows with that. */
+static double twin_and_sum_since_40(uint32_t channel, uint32_t i, uint8_t byte) {
+  (void)byte;
+  if (i < 40)
+    return 0.0;
+  return channel == TWIN || channel == A_TWIN ? 3.0
+         : channel == AGREEMENT + PLACE       ? -PER_BLOCK * (double)(i - 40)
+                                              : 0.0;
+}
+
+/* What reads far beyond what healthy runs read, in most rows, is named where it deviates by itself;
+ * and where it integrates another one, the other is not blamed. */
+static void what_is_out_of_range_is_named(void **state) {
+  (void)state;
+  static const struct {
+    uint32_t far, rows; /* rows out of range, of how many */
+    double score;
+    bool is_named;
+  } of[] = {{6, 10, 1.01, true}, {6, 10, 0.99, false}, {5, 10, 1.01, false}, {0, 10, 1.01, false}};
+  const recipe r = rolled(own);
+  for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
+    begin_with(&r);
+    for (uint32_t t = 0; t < of[i].rows; ++t)
+      read_row(t, OTHER, t < of[i].far ? 1e9 : 0.0);
+    m->out_feature = (uint16_t)sensor(OTHER);
+    plant_nothing();
+    plant(IN, SEARCH_SINCE, 10.0 * alarm_at, 3.0, 40);
+    plant(OTHER, SEARCH_SINCE, of[i].score * alarm_at, 3.0, 40);
+    rim_alarm a;
+    assert_int_equal(named(IN, &a), of[i].is_named ? OTHER : IN);
+  }
+  const recipe sums = with_sums(1.0, PLACE, TWIN);
+  for (int is_far = 0; is_far < 2; ++is_far) {
+    from(&sums, false);
+    feed(twin_and_sum_since_40, 0.05);
+    for (uint32_t t = 0; t < 10; ++t)
+      read_row(t, PLACE, 1e9);
+    m->out_feature = (uint16_t)sensor(is_far ? PLACE : OTHER);
+    plant_nothing();
+    plant(AGREEMENT + PLACE, SEARCH_RAMP, 2.0 * alarm_at, -3.0, 40);
+    const rim_alarm a = described(AGREEMENT + PLACE);
+    assert_int_equal(a.channel[0], is_far ? PLACE : TWIN);
+    assert_int_equal(a.kind, is_far ? RIM_KIND_DRIFT : RIM_KIND_SHIFT);
+  }
+}
+
 /* What integrates an outcome drifts with its bias. Its behaviour denies one here; the
  * difference from its twin, not its own sum, speaks for one as much, or denies it too. */
 static void the_difference_supports_a_bias(void **state) {
@@ -383,6 +493,9 @@ int main(void) {
       cmocka_unit_test(what_sums_up_is_no_cause),
       cmocka_unit_test(other_kinds_of_channels),
       cmocka_unit_test(the_sum_of_readings_tells_which_twin),
+      cmocka_unit_test(the_mean_of_any_shape_is_asked_about),
+      cmocka_unit_test(a_gain_has_no_weight),
+      cmocka_unit_test(what_is_out_of_range_is_named),
       cmocka_unit_test(a_sum_that_leads),
       cmocka_unit_test(the_difference_supports_a_bias),
   };

@@ -294,8 +294,8 @@ static void what_is_mostly_so_did_not_come_and_go(void **state) {
   }
 }
 
-/* Feature 0 is high in three blocks early on and again from block 100. The region is first seen where
- * the deviation shows: from the start, or from the second visit where the first shows nothing. */
+/* Feature 0 is high in three blocks early on and again from block 100. The region is first seen
+ * where the deviation shows: from the second visit, where the first shows nothing. */
 static void a_region_is_dated_by_what_shows_it(void **state) {
   (void)state;
   static bench b;

@@ -189,8 +189,8 @@ static double mean_shift(const rim_monitor *m, uint16_t channel, uint32_t *since
     return (double)h.shift * s * (double)(end - *since) / 512.0;
   if (rimi_cause_is_gain(&h) || h.family == SEARCH_FIELD) {
     h = (search_hypothesis){.family = SEARCH_SINCE, .onset = *since};
-    if (!rimi_search_evaluate_channel(m->search, channel, &h))
-      return 0.0;
+    (void)rimi_search_evaluate_channel(m->search, channel,
+                                       &h); /* a shift of 0, if it says nothing */
   }
   return (double)h.shift * s *
          rimi_min(1.0, (double)h.blocks / rimi_max(1.0, (double)(end - *since)));
@@ -375,6 +375,22 @@ static uint16_t choose_channel(const rim_monitor *m, uint16_t leading) {
   return wrong_reading(m, leading);
 }
 
+bool rimi_cause_is_out_of_range(const rim_monitor *m, uint32_t outcome) {
+  const blocks_health health = rimi_blocks_get_health(m->rows);
+  return m->out_feature != BLOCKS_NO_FEATURE && health.out_of_range > health.rows_used / 2u &&
+         rimi_blocks_outcome_feature(m->rows, outcome) == m->out_feature;
+}
+
+/* The channel of the outcome that is out of range, where it deviates; otherwise this one. */
+static uint16_t out_of_range_or(const rim_monitor *m, uint16_t channel) {
+  double score = m->models.threshold.alarm_score;
+  for (uint16_t j = 0; j < m->words[RIM_CONFIG_OUTCOMES]; ++j) {
+    if (rimi_cause_is_out_of_range(m, j))
+      better_channel_of(m, j, &channel, &score);
+  }
+  return channel;
+}
+
 /* A reading that stands still soon deviates too: the repeats are the cause, where they are many. */
 static uint16_t frozen_or(const rim_monitor *m, uint16_t channel) {
   const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
@@ -387,5 +403,5 @@ static uint16_t frozen_or(const rim_monitor *m, uint16_t channel) {
 }
 
 uint16_t rimi_cause(const rim_monitor *m, uint16_t leading) {
-  return frozen_or(m, choose_channel(m, leading));
+  return frozen_or(m, out_of_range_or(m, choose_channel(m, leading)));
 }

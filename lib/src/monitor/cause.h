@@ -20,6 +20,11 @@ bool rimi_cause_integrates(const rim_monitor *m, uint16_t channel, uint16_t j);
  * its residuals are in that one's unit. */
 bool rimi_cause_is_into(const rim_monitor *m, uint32_t channel);
 
+/* Whether the outcome is the first that left the trained range, in a run most of whose rows lie
+ * outside of it: a wrong unit, or a broken sensor. Such a reading is not blamed on what the outcome
+ * integrates. */
+bool rimi_cause_is_out_of_range(const rim_monitor *m, uint32_t outcome);
+
 /* The channel of the outcome to be named, where this one leads. A few passes over the ring. */
 uint16_t rimi_cause(const rim_monitor *m, uint16_t leading);
 

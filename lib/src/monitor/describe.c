@@ -128,7 +128,8 @@ static uint32_t date(const rim_monitor *m, const search_hypothesis *h, double on
 static void blame_integrand(rim_monitor *m, uint16_t channel, const search_hypothesis *h,
                             rim_alarm *alarm) {
   const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
-  if (channel / outcomes != RIM_CHANNEL_AGREEMENT || h->family != SEARCH_RAMP)
+  if (channel / outcomes != RIM_CHANNEL_AGREEMENT || h->family != SEARCH_RAMP ||
+      rimi_cause_is_out_of_range(m, channel % outcomes))
     return;
   const noise_channel own = rimi_noise_channel(&m->models.noise, channel);
   const double unit = (double)own.s / 256.0; /* of a ramp, per block */

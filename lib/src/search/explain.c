@@ -8,7 +8,7 @@
 #define COMPLEXITY 0.05 /* share of its score that each further part of a description must add */
 #define SIMPLER 0.97    /* of a box's worth, that an interval of one feature must reach instead */
 #define MOST_GAIN 0.5   /* share of an outcome beyond which a gain is not the word for it */
-#define GRAZED 1.0      /* nats that blocks inside take away before they are those of no deviation */
+#define GRAZED 1.0      /* nats that blocks inside take away, before they are healthy ones */
 #define REFINEMENTS 4u  /* rounds of edges and onset */
 
 double rimi_search_worth(const rim_search *s, const search_hypothesis *h) {
