@@ -350,7 +350,7 @@ static void a_sum_that_leads(void **state) {
   assert_int_equal(m->explained_channel, PLACE);
 }
 
-/* However the difference of the two was found to go on, its mean is what the sums are asked about. */
+/* However the difference of the two goes on, its mean is what the sums are asked about. */
 static void the_mean_of_any_shape_is_asked_about(void **state) {
   (void)state;
   static const struct {
