@@ -142,15 +142,15 @@ static void a_shift_in_a_region_stays_one(void **state) {
   }
 }
 
-/* Feature 0 is high for a third of the run and never again. The deviation lasts a block longer, so
- * that time explains it a little better. */
-static world entered_once(uint32_t seed, bool has_region) {
+/* Feature 0 is high for a third of the run and never again. The deviation lasts some blocks longer,
+ * so that time explains it a little better. */
+static world entered_once(uint32_t seed, bool has_region, uint32_t longer) {
   world w = quiet(seed, true);
   for (uint32_t i = 0; i < BLOCKS; ++i) {
     const bool during = i >= 50 && i < 100;
     if (has_region)
       w.feature[i][0] = (uint8_t)(w.feature[i][0] / 2u + (during ? 128u : 0u));
-    w.r[i] += during || i == 100 ? 9.0 * w.s : 0.0;
+    w.r[i] += during || (i >= 100 && i < 100 + longer) ? 9.0 * w.s : 0.0;
   }
   return w;
 }
@@ -159,14 +159,14 @@ static void what_a_region_explains_is_not_called_a_time(void **state) {
   (void)state;
   static bench b;
   for (uint32_t seed = 0; seed < SEEDS; ++seed) {
-    world w = entered_once(seed, true);
+    world w = entered_once(seed, true, 1);
     search_hypothesis h, passed;
     explain(&b, &w, TURN, &h);
     assert_true(h.family == SEARCH_INTERVAL || h.family == SEARCH_INTERVAL_SINCE);
     assert_true(h.feature[0] == 0 && h.shift > 0.0f);
     assert_true(rimi_search_passed(b.search, 0, NULL, &passed));
     assert_true(passed.family == SEARCH_INTERVAL && passed.feature[0] == 0);
-    w = entered_once(seed, false);
+    w = entered_once(seed, false, 1);
     explain(&b, &w, TURN, &h);
     assert_int_equal(h.family, SEARCH_DURING);
     assert_true(h.onset + 2 >= 50 && h.onset <= 52 && h.end + 1 >= 101 && h.end <= 103);
@@ -182,10 +182,26 @@ static void what_a_region_explains_is_not_called_a_time(void **state) {
 }
 
 /* Features that explain nothing by themselves are no side of a box, and none makes no region. */
+/* It has a place as long as that explains nine tenths. */
+static void a_time_gives_way_to_a_place_that_explains_nearly_as_much(void **state) {
+  (void)state;
+  static bench b;
+  for (uint32_t seed = 0; seed < SEEDS; ++seed) {
+    search_hypothesis h;
+    world w = entered_once(seed, true, 3);
+    explain(&b, &w, TURN, &h);
+    assert_true(h.family == SEARCH_INTERVAL && h.feature[0] == 0 && h.shift > 0.0f);
+    w = entered_once(seed, true, 16);
+    explain(&b, &w, TURN, &h);
+    assert_int_equal(h.family, SEARCH_DURING);
+    assert_true(h.onset + 2 >= 50 && h.onset <= 52 && h.end + 2 >= 116 && h.end <= 118);
+  }
+}
+
 static void what_explains_nothing_is_no_side(void **state) {
   (void)state;
   static bench b;
-  const world w = entered_once(1, true);
+  const world w = entered_once(1, true, 1);
   search_hypothesis h, passed, alone;
   explain(&b, &w, TURN, &h);
   uint8_t *scores = search_feature_scores(b.search, 0);
@@ -330,6 +346,7 @@ int main(void) {
       cmocka_unit_test(a_box_has_two_features),
       cmocka_unit_test(a_shift_in_a_region_stays_one),
       cmocka_unit_test(what_a_region_explains_is_not_called_a_time),
+      cmocka_unit_test(a_time_gives_way_to_a_place_that_explains_nearly_as_much),
       cmocka_unit_test(what_explains_nothing_is_no_side),
       cmocka_unit_test(without_a_prediction_there_is_no_gain),
       cmocka_unit_test(features_that_explain_much_keep_their_order),

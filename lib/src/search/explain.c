@@ -7,6 +7,7 @@
 
 #define COMPLEXITY 0.05 /* share of its score that each further part of a description must add */
 #define SIMPLER 0.97    /* of a box's worth, that an interval of one feature must reach instead */
+#define PLACED 0.9      /* of a time's worth, that a region must reach instead */
 #define MOST_GAIN 0.5   /* share of an outcome beyond which a gain is not the word for it */
 #define GRAZED 1.0      /* nats that blocks inside take away, before they are healthy ones */
 #define REFINEMENTS 4u  /* rounds of edges and onset */
@@ -164,8 +165,9 @@ static void refine(rim_search *s, search_hypothesis *h, uint32_t rounds) {
 void rimi_search_place(rim_search *s, uint32_t channel, search_hypothesis *h) {
   const search_hypothesis region = region_instead(s, channel);
   const bool is_simpler = h->family == SEARCH_BOX && region.family == SEARCH_INTERVAL;
+  const double share = h->family == SEARCH_DURING ? PLACED : is_simpler ? SIMPLER : 1.0;
   if (region.shift * h->shift > 0.0f && /* or it is the rest */
-      rimi_search_worth(s, &region) > (is_simpler ? SIMPLER : 1.0) * rimi_search_worth(s, h))
+      rimi_search_worth(s, &region) > share * rimi_search_worth(s, h))
     *h = region;
 }
 
