@@ -450,9 +450,9 @@ static void any_other_length_is_refused(void **state) {
   }
 }
 
-/* As many prototypes speak as may, of nine eight, and the heaviest come last: all lie at the origin,
- * prototype p has weight and offset p + 1. The first is left out: the mean is (4 + 9 + ... + 81) / 44 =
- * 284 / 44, and the variance 1 + (8 + 27 + ... + 729) / 44 - mean^2 = 1 + 2024 / 44 - mean^2. */
+/* As many prototypes speak as may, of nine eight, and the heaviest come last. All lie at 0, and
+ * prototype p has weight and offset p + 1. The first is left out: the mean is
+ * (4 + 9 + ... + 81) / 44 = 284 / 44, the variance 1 + (8 + 27 + ... + 729) / 44 - mean^2. */
 static void the_heaviest_eight_of_nine_speak(void **state) {
   (void)state;
   enum { NINE = 9, BYTES_OF_NINE = RIM_NOMINAL_BYTES(1, 1, NINE, 0) };

@@ -152,7 +152,7 @@ static void sweep_equals_brute_force(void **state) {
 }
 
 /* Two readings at the ends that deviate by as much, one up and one down: each alone has S^2 / 2 n a
- * of 1/2 and both together 0. Of equals the one that deviates downwards is said, wherever it lies. */
+ * of 1/2, both together 0. Of equals the one that deviates downwards is said, wherever it is. */
 static void of_equals_the_lower_reading(void **state) {
   (void)state;
   for (int up = 0; up < 2; ++up) { /* which of the ends deviates upwards */
