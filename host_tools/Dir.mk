@@ -26,13 +26,14 @@ PCH_LEVELS := $(if $(filter -O2,$(OPT)),-O1 -O2,$(OPT))
 # compiler begins with, and neighbours need the same templates. It is for speed alone: with a compiler
 # cache, or with `make GROUPS=`, each is compiled by itself. Sources of a group share their unnamed
 # namespaces; what collides is taken off its list.
-GROUPS := $(if $(PCH),answers bus claims image learner log plan replay report search trainer world)
+GROUPS := $(if $(PCH),answers bus claims fitting image learner log plan replay report search trainer util world)
 HOT_GROUPS := $(if $(GROUPS),likelihood scanner)
 THESIS_GROUPS := $(if $(GROUPS),figures games landings thesis_cli)
 GROUP_answers := $(addprefix diagnose/,extension measured response roles)
 GROUP_bus := bus/%
 GROUP_claims := $(addprefix diagnose/,apply_extension catalogue diagnose flagged gain library mixed regions rollout sentence term)
 GROUP_figures := $(addprefix thesis/experiment/,falcon fig4_10 thesis_lander_search)
+GROUP_fitting := train/fitter train/outside
 GROUP_games := thesis/baseline/% $(addprefix thesis/experiment/,cobot_points control_mrclam fig3_3 keepaway keepaway_figures plan_figure)
 GROUP_image := image/%
 GROUP_landings := thesis/poisson thesis/shard $(addprefix thesis/experiment/,alarm_score golf_points lander lander_tables measured_common \
@@ -48,6 +49,7 @@ GROUP_scanner := $(addprefix diagnose/,expression late model null scan)
 GROUP_search := diagnose/search%
 GROUP_thesis_cli := thesis/cli/%
 GROUP_trainer := $(addprefix train/,agreement calibrate calibrate_external fit fit_section healthy_blocks train_report trainer)
+GROUP_util := $(addprefix util/,gnuplot interrupt json parallel_for progress run_program shard table toml_table utf8)
 GROUP_world := world/%
 ALL_GROUPS := $(GROUPS) $(HOT_GROUPS) $(THESIS_GROUPS)
 GROUP_OBJ := $(ALL_GROUPS:%=$(BUILD)/group/%.o)

@@ -1,7 +1,8 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
 # run.sh TEST...: runs CMocka binaries and scripts (*.sh), $TEST_JOBS at once in this order, says of
-# each when it ends what came out and how long it took, and counts the cases of all in the last line.
+# each when it ends what came out, how long it took and how much of a processor, and counts the cases of
+# all in the last line.
 # Exit 1 on a failure.
 # Scripts that have a line '# Mostly waits.' take little of a processor: one at a time runs beside the
 # others, from the beginning.
@@ -30,8 +31,11 @@ run_one() {
   if [ $rc -ne 0 ] && [ "$f" -eq 0 ]; then f=1; echo "exit status $rc" >> "$log"; fi
   if [ $rc -eq 0 ] && [ $((p + f + s)) -eq 0 ]; then f=1; echo "ran no test" >> "$log"; fi
   echo "$p $f $s" > "$logs/$name.count"
+  times > "$logs/$name.times" # of this shell, then of what it ran: each 0m0.00s 0m0.00s
   { # in one piece, or those that run at once would mix
-    printf '%-40s %4d passed %3d failed %4d s%s\n' "$name" "$p" "$f" $((SECONDS - began)) "$([ "$s" -gt 0 ] && echo ", $s skipped")"
+    printf '%-40s %4d passed %3d failed %4d s %6.1f cpu%s\n' "$name" "$p" "$f" $((SECONDS - began)) \
+      "$(tr ms '  ' < "$logs/$name.times" | awk 'NR == 2 {print 60 * $1 + $2 + 60 * $3 + $4}')" \
+      "$([ "$s" -gt 0 ] && echo ", $s skipped")"
     if [ "$f" -gt 0 ]; then tail -60 "$log" | sed 's/^/    /'; fi
   } > "$logs/$name.said"
   cat "$logs/$name.said"

@@ -4,8 +4,12 @@
 HIDDEN_NATURE_SRC := $(sort $(wildcard tests/hidden/nature*.cpp))
 HIDDEN_GRADE_SRC := $(sort $(wildcard tests/hidden/grade*.cpp))
 HIDDEN_BIN := $(addprefix $(BUILD)/tests/hidden/,nature grade oracle check)
-HIDDEN_OBJ := $(HIDDEN_NATURE_SRC:%.cpp=$(BUILD)/%.o) $(HIDDEN_GRADE_SRC:%.cpp=$(BUILD)/%.o) \
-  $(BUILD)/tests/hidden/oracle.o $(BUILD)/tests/hidden/check.o
+# As in host_tools/Dir.mk: what needs the same headers is compiled together.
+HIDDEN_ORACLE_SRC := tests/hidden/oracle.cpp tests/hidden/check.cpp
+hidden_apart = $(1:%.cpp=$(BUILD)/%.o)
+HIDDEN_GRADE_OBJ := $(if $(GROUPS),$(BUILD)/tests/hidden/all_of_grade.o,$(call hidden_apart,$(HIDDEN_GRADE_SRC)))
+HIDDEN_ORACLE_OBJ := $(if $(GROUPS),$(BUILD)/tests/hidden/oracle_and_check.o)
+HIDDEN_OBJ := $(call hidden_apart,$(HIDDEN_NATURE_SRC)) $(HIDDEN_GRADE_OBJ) $(or $(HIDDEN_ORACLE_OBJ),$(call hidden_apart,$(HIDDEN_ORACLE_SRC)))
 SEED ?= 1
 COUNT ?= 40
 
@@ -23,14 +27,25 @@ $(BUILD)/tests/hidden/%.o: tests/hidden/%.cpp $(BUILD)/flags.host $(PCH_FILES)
 	@mkdir -p $(@D)
 	$(call say,CXX )$(CXX) $(HOST_CXXFLAGS) $(HOST_LEVEL) $(call pch,$(firstword $(HOST_LEVEL))) -MMD -MP -c $< -o $@
 
+$(BUILD)/tests/hidden/all_of_grade.cpp: FORCE
+	@mkdir -p $(@D)
+	@printf '#include "%s"\n' $(HIDDEN_GRADE_SRC) > $@.new
+	@cmp -s $@.new $@ && rm $@.new || mv $@.new $@
+$(BUILD)/tests/hidden/oracle_and_check.cpp: $(HIDDEN_ORACLE_SRC) FORCE
+	@mkdir -p $(@D)
+	@tests/host/group.sh $(HIDDEN_ORACLE_SRC) > $@.new
+	@cmp -s $@.new $@ && rm $@.new || mv $@.new $@
+$(filter %/all_of_grade.o %/oracle_and_check.o,$(HIDDEN_OBJ)): %.o: %.cpp $(BUILD)/flags.host $(PCH_FILES)
+	$(call say,CXX )$(CXX) $(HOST_CXXFLAGS) -I. -Itests/hidden $(HOST_LEVEL) $(call pch,$(firstword $(HOST_LEVEL))) -MMD -MP -c $< -o $@
+
 # How the programs of the host tools read their command lines.
 HIDDEN_ARGUMENTS := $(addprefix $(BUILD)/host_tools/cli/,arguments.o describe.o)
 $(HIDDEN_BIN): $(HIDDEN_ARGUMENTS)
 $(BUILD)/tests/hidden/nature: $(HIDDEN_NATURE_SRC:%.cpp=$(BUILD)/%.o)
 	$(call say,LINK)$(CXX) $(OPT) $(SANITIZER_FLAGS) $(EXTRA_LDFLAGS) -o $@ $^ $(HOST_LIBS)
-$(BUILD)/tests/hidden/grade: $(HIDDEN_GRADE_SRC:%.cpp=$(BUILD)/%.o)
+$(BUILD)/tests/hidden/grade: $(HIDDEN_GRADE_OBJ)
 	$(call say,LINK)$(CXX) $(OPT) $(SANITIZER_FLAGS) $(EXTRA_LDFLAGS) -o $@ $^ $(HOST_LIBS)
-$(BUILD)/tests/hidden/oracle $(BUILD)/tests/hidden/check: %: %.o
+$(BUILD)/tests/hidden/oracle $(BUILD)/tests/hidden/check: %: $(or $(HIDDEN_ORACLE_OBJ),%.o)
 	$(call say,LINK)$(CXX) $(OPT) $(SANITIZER_FLAGS) $(EXTRA_LDFLAGS) -o $@ $^ $(HOST_LIBS)
 
 -include $(HIDDEN_OBJ:.o=.d)

@@ -429,6 +429,30 @@ static void contradictions_are_refused(void **state) {
   assert_int_equal(rim_can_table_open(NULL, m.bytes, m.size), RIM_E_ARGUMENT);
 }
 
+/* A table of one frame with one signal. */
+static rim_status one_frame(uint32_t id, unsigned bytes, unsigned fd) {
+  maker m;
+  rim_can_table table;
+  const layout l = plain(0, 0, 8);
+  begin(&m, 1, 1, 1, 0, RIM_CAN_TABLE_NONE);
+  frame(&m, id, bytes, fd, 0, 1);
+  signal(&m, &l);
+  return rim_can_table_open(&table, m.bytes, m.size);
+}
+
+/* Identifiers of 11 bits, or of 29 with the flag; 8 bytes, or 64 of CAN FD, which is 0 or 1. */
+static void frames_are_those_of_can(void **state) {
+  (void)state;
+  assert_int_equal(one_frame(0x7ff, 8, 0), RIM_OK);
+  assert_int_equal(one_frame(0x800, 8, 0), RIM_E_RANGE);
+  assert_int_equal(one_frame(RIM_CAN_EXTENDED | 0x1fffffffu, 8, 0), RIM_OK);
+  assert_int_equal(one_frame(RIM_CAN_EXTENDED | 0x20000000u, 8, 0), RIM_E_RANGE);
+  assert_int_equal(one_frame(1, 9, 0), RIM_E_RANGE);
+  assert_int_equal(one_frame(1, 64, 1), RIM_OK);
+  assert_int_equal(one_frame(1, 65, 1), RIM_E_RANGE);
+  assert_int_equal(one_frame(1, 8, 2), RIM_E_RANGE);
+}
+
 /* One value by so many signals that a selector tells apart. */
 static rim_status many_signals(uint32_t signals) {
   static uint8_t bytes[RIM_CAN_TABLE_HEADER_BYTES + RIM_CAN_TABLE_FRAME_BYTES +
@@ -466,6 +490,7 @@ int main(void) {
       cmocka_unit_test(without_a_trigger_a_row_needs_every_value_anew),
       cmocka_unit_test(damaged_tables_are_refused_or_harmless),
       cmocka_unit_test(contradictions_are_refused),
+      cmocka_unit_test(frames_are_those_of_can),
       cmocka_unit_test(so_many_signals_and_no_more),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -127,6 +127,26 @@ static void test_most_states(void **state) {
   }
 }
 
+/* 1e9 in size is taken, the next number is not; nor is what lies between that and impossible. */
+static void test_the_largest_that_is_taken(void **state) {
+  (void)state;
+  const rim_hmm_model m = model();
+  const double taken[4] = {1e9, -1e9, RIM_HMM_LN_ZERO, -INFINITY};
+  const double refused[3] = {nextafter(1e9, INFINITY), nextafter(-1e9, -INFINITY),
+                             nextafter(RIM_HMM_LN_ZERO, 0.0)};
+  rim_hmm h;
+  assert_int_equal(rimi_hmm_init(&h, &m), RIM_OK);
+  for (int i = 0; i < 4; ++i) {
+    const double ln_b[S] = {0.0, taken[i], 0.0};
+    assert_int_equal(rimi_hmm_step(&h, ln_b), RIM_OK);
+  }
+  for (int i = 0; i < 3; ++i) {
+    const double ln_b[S] = {0.0, refused[i], 0.0};
+    assert_int_equal(rimi_hmm_step(&h, ln_b), RIM_E_DATA);
+  }
+  assert_int_equal(h.refused, 3);
+}
+
 static void test_bad_observations_are_counted(void **state) {
   (void)state;
   const rim_hmm_model m = model();
@@ -194,6 +214,7 @@ int main(void) {
                                      cmocka_unit_test(test_lost_terms_are_taken_again),
                                      cmocka_unit_test(test_most_states),
                                      cmocka_unit_test(test_bad_observations_are_counted),
+                                     cmocka_unit_test(test_the_largest_that_is_taken),
                                      cmocka_unit_test(test_init_refuses),
                                      cmocka_unit_test(test_counts)};
   return cmocka_run_group_tests(tests, NULL, NULL);

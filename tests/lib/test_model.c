@@ -105,6 +105,28 @@ static void misuse_is_refused(void **state) {
   assert_int_equal(rim_lcm_pack_model(out, sizeof out, NULL, 0, 0), RIM_E_ARGUMENT);
 }
 
+/* An index is a u16: as many features, and as many outcomes, are said, and not one more. */
+static void as_many_as_an_index_has(void **state) {
+  (void)state;
+  const uint32_t most = UINT16_MAX, word[2] = {RIM_CONFIG_FEATURES, RIM_CONFIG_OUTCOMES};
+  uint8_t out[RIM_LCM_MODEL_SIZE];
+  const uint8_t *config;
+  size_t config_bytes;
+  assert_int_equal(rim_image_section(&view, RIM_SECTION_CONFIG, &config, &config_bytes), RIM_OK);
+  for (size_t i = 0; i < 2; ++i) {
+    uint8_t *at = whole.byte + (config - whole.byte) + 4u * word[i]; /* little endian */
+    uint8_t before[4];
+    memcpy(before, at, sizeof before);
+    at[0] = at[1] = UINT8_MAX;
+    assert_int_equal(rim_lcm_pack_model(out, sizeof out, &view, 0, 0), RIM_OK);
+    assert_int_equal(out[12 + 4 * i + 2] * 256 + out[12 + 4 * i + 3], most);
+    at[0] = at[1] = 0;
+    at[2] = 1;
+    assert_int_equal(rim_lcm_pack_model(out, sizeof out, &view, 0, 0), RIM_E_RANGE);
+    memcpy(at, before, sizeof before);
+  }
+}
+
 static void wrong_messages_are_refused(void **state) {
   (void)state;
   static rim_model_message back;
@@ -136,6 +158,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(parts_equal_the_generated_encoder),
       cmocka_unit_test(misuse_is_refused),
+      cmocka_unit_test(as_many_as_an_index_has),
       cmocka_unit_test(wrong_messages_are_refused),
   };
   return cmocka_run_group_tests(tests, set_up, NULL);

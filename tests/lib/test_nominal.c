@@ -450,6 +450,36 @@ static void any_other_length_is_refused(void **state) {
   }
 }
 
+/* As many prototypes speak as may, of nine eight, and the heaviest come last. All lie at 0, and
+ * prototype p has weight and offset p + 1. The first is left out: the mean is
+ * (4 + 9 + ... + 81) / 44 = 284 / 44, the variance 1 + (8 + 27 + ... + 729) / 44 - mean^2. */
+static void the_heaviest_eight_of_nine_speak(void **state) {
+  (void)state;
+  enum { NINE = 9, BYTES_OF_NINE = RIM_NOMINAL_BYTES(1, 1, NINE, 0) };
+  section s = {.bytes = BYTES_OF_NINE};
+  const uint32_t header[8] = {RIM_NOMINAL_LAYOUT, 1, 1, NINE, RIM_NOMINAL_MAX_TOP, 0, 0, 0};
+  size_t at = 0;
+  for (; at < 8; ++at)
+    put_u32(&s, at, header[at]);
+  const double input[3] = {0.0, 1.0, 1.0}; /* centre, inverse scale, gate's weight */
+  for (int i = 0; i < 3; ++i)
+    put_f32(&s, at++, input[i]);
+  for (int p = 0; p < NINE; ++p) {
+    /* bandwidth, reach, ln mass, 0, centre, variance, offset */
+    const double of_p[7] = {1.0, 1.0, log(p + 1.0), 0.0, 0.0, 1.0, p + 1.0};
+    for (int i = 0; i < 7; ++i)
+      put_f32(&s, at++, of_p[i]);
+  }
+  rim_nominal model;
+  double x = 0.0, mean, sd, far;
+  assert_int_equal(4 * at, BYTES_OF_NINE);
+  assert_int_equal(rimi_nominal_open(&model, s.byte, s.bytes), RIM_OK);
+  assert_int_equal(rimi_nominal_predict(&model, &x, &mean, &sd, &far), RIM_OK);
+  const double expected = 284.0 / 44.0;
+  assert_true(fabs(mean - expected) < 1e-6);
+  assert_true(fabs(sd * sd - (1.0 + 46.0 - expected * expected)) < 1e-5);
+}
+
 static void misuse_is_refused(void **state) {
   (void)state;
   plain m;
@@ -476,6 +506,7 @@ int main(void) {
       cmocka_unit_test(damaged_headers_are_refused),
       cmocka_unit_test(values_that_break_the_arithmetic_are_refused),
       cmocka_unit_test(any_other_length_is_refused),
+      cmocka_unit_test(the_heaviest_eight_of_nine_speak),
       cmocka_unit_test(misuse_is_refused),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -151,6 +151,25 @@ static void sweep_equals_brute_force(void **state) {
   assert_true(checked >= 2);
 }
 
+/* Two readings at the ends that deviate by as much, one up and one down: each alone has S^2 / 2 n a
+ * of 1/2, both together 0. Of equals the one that deviates downwards is said, wherever it is. */
+static void of_equals_the_lower_reading(void **state) {
+  (void)state;
+  for (int up = 0; up < 2; ++up) { /* which of the ends deviates upwards */
+    const rim_select_config config = {.features = 1, .bins = 4};
+    assert_int_equal(rimi_select_init(&engine, memory, sizeof memory, &config), RIM_OK);
+    for (int end = 0; end < 2; ++end) {
+      const double at = end == 0 ? 0.1 : 0.9, deviates = end == up ? 1.0 : -1.0;
+      assert_int_equal(rimi_select_observe(engine, &at, &deviates), RIM_OK);
+    }
+    rimi_select_scan(engine, 1);
+    const slice *s = select_slice(engine, 0, 0);
+    assert_true(s->ln_anom == 0.5f);
+    assert_int_equal(s->first, up == 0 ? 3 : 0);
+    assert_int_equal(s->last, up == 0 ? 3 : 0);
+  }
+}
+
 static void budgets_are_kept(void **state) {
   (void)state;
   fill(40);
@@ -168,6 +187,7 @@ int main(void) {
   printf("seed %u\n", SEED);
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(scans_equal_brute_force), cmocka_unit_test(a_scan_equals_brute_force),
-      cmocka_unit_test(sweep_equals_brute_force), cmocka_unit_test(budgets_are_kept)};
+      cmocka_unit_test(sweep_equals_brute_force), cmocka_unit_test(of_equals_the_lower_reading),
+      cmocka_unit_test(budgets_are_kept)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

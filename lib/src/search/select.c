@@ -134,7 +134,7 @@ rim_status rimi_select_init(rim_select **engine, void *memory, size_t bytes,
   e->ring = c.ring;
   e->bins = c.bins;
   e->grid = c.grid;
-  e->pairs = c.features > 1 ? c.pairs : 0;
+  e->pairs = c.pairs; /* of one feature none is ever in use */
   e->scans = c.scans;
   e->edges = c.edges;
   e->moves = c.moves;

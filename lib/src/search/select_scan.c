@@ -62,7 +62,8 @@ static void bounds_from(const ends *e, double a, double *within) {
 
 /* The most anomalous interval (App. A, Alg. 8, p. 116). Only intervals whose first and last bin
  * deviate the same way are weighed: without an end bin that does not, |S| is no smaller and Var(S)
- * no larger. Compared by cross-multiplication; at most bins (bins + 1) / 2 intervals. */
+ * no larger. Compared by cross-multiplication; at most bins (bins + 1) / 2 intervals. Of equals the
+ * first stays: those that deviate downwards before those that deviate upwards. */
 static found most_anomalous(const prefix *p, uint32_t bins, double a) {
   double best_s2 = 0.0;
   double best_var = 1.0;
