@@ -117,8 +117,8 @@ static uint64_t explained(planted what, uint32_t variant) {
 static void what_is_explained_keeps_its_bits(void **state) {
   (void)state;
   static const uint64_t expected[PLANTED] = {
-      UINT64_C(0x2a9fdb78f53d2261), UINT64_C(0x94436c182382f705), UINT64_C(0x7ef558f392f89857),
-      UINT64_C(0x48f6070be63cdac7), UINT64_C(0xcf07f9c62c882c7b), UINT64_C(0xa716f206fd5440a5),
+      UINT64_C(0x2a9fdb78f53d2261), UINT64_C(0x7f5ddc7b82b0e271), UINT64_C(0x7ef558f392f89857),
+      UINT64_C(0x48f6070be63cdac7), UINT64_C(0xb146b5ea3084e432), UINT64_C(0x787ea7dff2b6d2fb),
       UINT64_C(0x835dc488c1755d97), UINT64_C(0x8b07677141cd4929), UINT64_C(0x1319ee064e2316eb),
       UINT64_C(0x9dbed40e80c0dc64), UINT64_C(0x757a2443a6dea26a), UINT64_C(0x9b06532280b40e2c),
       UINT64_C(0x774789ff0dd6e3f6), UINT64_C(0x173e15da32129e18), UINT64_C(0x02d435fbe211a9e2)};
