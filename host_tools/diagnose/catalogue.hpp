@@ -47,7 +47,7 @@ struct ShapeParameter {
   std::vector<double> values;                 // or these, in `unit`
   bool first_is_usual = false;                // the first of them costs nothing
   double most_of_rms = 1e300; // no quantile beyond this share of the root of the mean square
-  std::string unit;                           // empty: that of quantiles_of
+  std::string unit;           // empty: that of quantiles_of
 };
 
 struct Form {

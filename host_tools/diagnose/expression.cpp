@@ -47,11 +47,11 @@ enum class Fn {
   peak,
   filling
 };
-constexpr Fn kFunctions[] = {
-    Fn::one,    Fn::square,       Fn::magnitude, Fn::inverse,        Fn::root,  Fn::signed_square,
-    Fn::cube,   Fn::sign,         Fn::decay,     Fn::inverse_square, Fn::sine,  Fn::cosine,
-    Fn::fourth, Fn::three_halves, Fn::bell,      Fn::step,           Fn::growth, Fn::peak,
-    Fn::filling};
+constexpr Fn kFunctions[] = {Fn::one,    Fn::square,         Fn::magnitude, Fn::inverse,
+                             Fn::root,   Fn::signed_square,  Fn::cube,      Fn::sign,
+                             Fn::decay,  Fn::inverse_square, Fn::sine,      Fn::cosine,
+                             Fn::fourth, Fn::three_halves,   Fn::bell,      Fn::step,
+                             Fn::growth, Fn::peak,           Fn::filling};
 
 bool has_width(Fn fn) {
   return fn == Fn::decay || fn == Fn::bell || fn == Fn::sine || fn == Fn::cosine ||
@@ -140,7 +140,8 @@ double value_of(Fn fn, const Input &in, double x, double w) {
     return std::tanh(x / w);
   case Fn::growth:
     return std::exp(std::clamp(x / w, -50.0, 50.0));
-  case Fn::peak: // rises, is largest at w and falls again: eddy currents, a tyre, a motor that slips
+  case Fn::
+      peak: // rises, is largest at w and falls again: eddy currents, a tyre, a motor that slips
     return x * w / (x * x + w * w);
   case Fn::filling: // grows ever less, and is half of its most at w: growth on a substrate
     return x / (size + w);

@@ -251,7 +251,8 @@ std::vector<double> Builder::grid(const ShapeParameter &p, const Form &form,
     const double level = x(static_cast<Index>(share * static_cast<double>(x.size() - 1)));
     // A width of nothing is none: of a magnitude that is mostly zero.
     const bool may_be_none = p.low_share <= 0.0 && i == 0;
-    if (level <= most && (out.empty() || level > out.back()) && !(is_magnitude && level <= 0.0 && !may_be_none))
+    if (level <= most && (out.empty() || level > out.back()) &&
+        !(is_magnitude && level <= 0.0 && !may_be_none))
       out.push_back(level);
   }
   return out;

@@ -179,8 +179,7 @@ void ChannelSearch::try_expressions(const std::vector<Member> &kept) {
       continue;
     const double better = best.rival_expressions.empty() ? margin : 0.0;
     const bool is_beside = base.size() > kept.size();
-    if (!is_better_formula(best, better) ||
-        (has_law && !is_beside && !says_more(named, kMuch)) ||
+    if (!is_better_formula(best, better) || (has_law && !is_beside && !says_more(named, kMuch)) ||
         (only_laws && is_beside && !says_more(named, kRelevant)))
       continue;
     best = out_;

@@ -78,8 +78,7 @@ double ChannelSearch::tuned_score(std::vector<Member> members) const {
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(j));
     std::vector<Member> tried = members;
     for (const int variant : variants(members[j])) {
-      if (library_.candidates[static_cast<std::size_t>(variant)].term.form !=
-          members[j].term.form)
+      if (library_.candidates[static_cast<std::size_t>(variant)].term.form != members[j].term.form)
         continue;
       tried[j] = form_member(variant, false);
       refine_shape(others, 0.0, &tried[j]);

@@ -209,7 +209,7 @@ def dynamometer(rng):
         W = np.array(W); wm = np.round((W + nz(rng, .05, n)) / .1) * .1; e = lagged(nz(rng, 1.5, n), .2, dt)
         c = {"t_s": np.arange(1, n) * dt, "u.drive_Nm": u[:-1], "x.load_Nm": ld[:-1], "x.speed_radps": wm[:-1], "x.oil_degC": (50 + np.cumsum(nz(rng, .03, n)))[:-1], "x.hall_pct": (40 + np.cumsum(nz(rng, .1, n)))[:-1], "z.speed_radps": wm[1:],
              "m.speed_radps": (wm + dt * (u - .6 * wm - .1 * ld * np.tanh(wm)) / .9)[:-1], "z.cell_Nm": (u + e)[1:], "m.cell_Nm": u[1:]}
-        return sd(c, cell_Nm=.4), {"speed_radps": [], "cell_Nm": []}
+        return sd(c, cell_Nm=.34), {"speed_radps": [], "cell_Nm": []}
     return dict(log=log, n=[2000, 1800, 1600], channels=["speed_radps", "cell_Nm"], effects=[])
 
 def main():
