@@ -23,7 +23,7 @@ const std::map<std::string, ArgumentRole> kRoles{
     {"angle", ArgumentRole::angle},       {"heading", ArgumentRole::heading},
     {"altitude", ArgumentRole::altitude}, {"state", ArgumentRole::state},
     {"lagged", ArgumentRole::lagged},     {"own_state", ArgumentRole::own_state},
-    {"stream", ArgumentRole::stream},
+    {"stream", ArgumentRole::stream},     {"alike", ArgumentRole::alike},
 };
 const std::map<std::string, TermKind> kKinds{{"mean", TermKind::mean},
                                              {"variance", TermKind::variance},
@@ -126,7 +126,7 @@ void Reader::read_shape(const toml::table &table, Form *form) const {
       fail(&value, "a shape parameter is a table: { quantiles_of = \"f\", count = 8 }");
     const toml::table &entry = *value.as_table();
     check_keys(entry, {"quantiles_of", "count", "low_share", "high_share", "values", "unit",
-                       "first_is_usual"});
+                       "first_is_usual", "most_of_rms"});
     ShapeParameter p;
     p.name = std::string(key.str());
     p.quantiles_of = get<std::string>(entry, "quantiles_of", "");
@@ -135,6 +135,7 @@ void Reader::read_shape(const toml::table &table, Form *form) const {
     p.high_share = get<double>(entry, "high_share", 0.95);
     p.unit = get<std::string>(entry, "unit", "");
     p.first_is_usual = get<bool>(entry, "first_is_usual", false);
+    p.most_of_rms = get<double>(entry, "most_of_rms", p.most_of_rms);
     if (const toml::array *values = entry.get_as<toml::array>("values")) {
       for (const toml::node &number : *values) {
         if (!number.value<double>())

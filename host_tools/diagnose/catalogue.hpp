@@ -27,6 +27,7 @@ enum class ArgumentRole {
   state,     // the channel's own reading that the prediction starts from
   own_state, // that, where it is the own velocity
   stream,    // a velocity of what the vehicle moves in: wind, current
+  alike,     // as other, in the unit of the argument before it
   lagged,    // a command, or any quantity where there is none, through a first-order lag
 };
 
@@ -45,7 +46,8 @@ struct ShapeParameter {
   double low_share = 0.05, high_share = 0.95; // first and last quantile
   std::vector<double> values;                 // or these, in `unit`
   bool first_is_usual = false;                // the first of them costs nothing
-  std::string unit;                           // empty: that of quantiles_of
+  double most_of_rms = 1e300; // no quantile beyond this share of the root of the mean square
+  std::string unit;           // empty: that of quantiles_of
 };
 
 struct Form {

@@ -43,16 +43,19 @@ enum class Fn {
   sine,
   cosine,
   step,
-  growth
+  growth,
+  peak,
+  filling
 };
-constexpr Fn kFunctions[] = {
-    Fn::one,    Fn::square,       Fn::magnitude, Fn::inverse,        Fn::root,  Fn::signed_square,
-    Fn::cube,   Fn::sign,         Fn::decay,     Fn::inverse_square, Fn::sine,  Fn::cosine,
-    Fn::fourth, Fn::three_halves, Fn::bell,      Fn::step,           Fn::growth};
+constexpr Fn kFunctions[] = {Fn::one,    Fn::square,         Fn::magnitude, Fn::inverse,
+                             Fn::root,   Fn::signed_square,  Fn::cube,      Fn::sign,
+                             Fn::decay,  Fn::inverse_square, Fn::sine,      Fn::cosine,
+                             Fn::fourth, Fn::three_halves,   Fn::bell,      Fn::step,
+                             Fn::growth, Fn::peak,           Fn::filling};
 
 bool has_width(Fn fn) {
   return fn == Fn::decay || fn == Fn::bell || fn == Fn::sine || fn == Fn::cosine ||
-         fn == Fn::step || fn == Fn::growth;
+         fn == Fn::step || fn == Fn::growth || fn == Fn::peak || fn == Fn::filling;
 }
 
 double cost_of(Fn fn) {
@@ -137,6 +140,11 @@ double value_of(Fn fn, const Input &in, double x, double w) {
     return std::tanh(x / w);
   case Fn::growth:
     return std::exp(std::clamp(x / w, -50.0, 50.0));
+  case Fn::
+      peak: // rises, is largest at w and falls again: eddy currents, a tyre, a motor that slips
+    return x * w / (x * x + w * w);
+  case Fn::filling: // grows ever less, and is half of its most at w: growth on a substrate
+    return x / (size + w);
   }
   return 0.0;
 }
@@ -179,6 +187,10 @@ std::string text_of(Fn fn, const Input &in, const std::string &f, const std::str
     return "tanh(" + f + "/" + w + ")";
   case Fn::growth:
     return "exp(max(-50,min(50," + f + "/" + w + ")))";
+  case Fn::peak:
+    return f + "*" + w + "/(" + f + "^2+" + w + "^2)";
+  case Fn::filling:
+    return f + "/(abs(" + f + ")+" + w + ")";
   }
   return f;
 }
@@ -625,7 +637,7 @@ State Finder::pruned(State state) const {
           less = with(less, state.products[k]);
       }
       if (less.score > state.score - kLeastGain ||
-          less.rss - state.rss < kRelevant * kRelevant * whole_) {
+          is_trifle(less.rss - state.rss, less.rss, whole_)) {
         state = std::move(less);
         changed = true;
         break;

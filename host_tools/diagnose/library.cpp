@@ -90,6 +90,7 @@ public:
 
 private:
   std::vector<int> features_for(ArgumentRole role) const;
+  bool is_alike(int f, int g) const;
   std::vector<std::vector<int>> assignments(const Form &form) const;
   std::vector<double> grid(const ShapeParameter &p, const Form &form,
                            const std::vector<int> &arguments) const;
@@ -136,6 +137,7 @@ std::vector<int> Builder::features_for(ArgumentRole role) const {
       fits = true;
       break;
     case ArgumentRole::other:
+    case ArgumentRole::alike:
       fits = !is_own && feature.name != "m." + channel_.name; // that is a gain
       break;
     case ArgumentRole::velocity:
@@ -185,6 +187,14 @@ std::vector<int> Builder::features_for(ArgumentRole role) const {
   return headings.empty() ? chosen : headings;
 }
 
+// Whether one of the two less the other is a quantity of its own.
+bool Builder::is_alike(int f, int g) const {
+  const Feature &a = measured_.features[static_cast<std::size_t>(f)],
+                &b = measured_.features[static_cast<std::size_t>(g)];
+  return !a.unit.empty() && a.unit == b.unit && !a.is_prediction && !b.is_prediction &&
+         !a.is_angle && !b.is_angle;
+}
+
 std::vector<std::vector<int>> Builder::assignments(const Form &form) const {
   std::vector<std::vector<int>> out{{}};
   for (const Argument &argument : form.arguments) {
@@ -197,7 +207,8 @@ std::vector<std::vector<int>> Builder::assignments(const Form &form) const {
         if (form.arguments.size() > 1 &&
             measured_.features[static_cast<std::size_t>(f)].name == "m." + channel_.name)
           continue;
-        if (!has_spread(form, argument, measured_.x.col(f)))
+        if (!has_spread(form, argument, measured_.x.col(f)) ||
+            (argument.role == ArgumentRole::alike && !is_alike(so_far[0], f)))
           continue;
         longer.push_back(so_far);
         longer.back().push_back(f);
@@ -230,6 +241,7 @@ std::vector<double> Builder::grid(const ShapeParameter &p, const Form &form,
   }
   if (is_magnitude)
     x = x.cwiseAbs().eval();
+  const double most = p.most_of_rms * std::sqrt(x.squaredNorm() / static_cast<double>(x.size()));
   std::sort(x.data(), x.data() + x.size());
   for (int i = 0; i < p.count; ++i) {
     // Of a magnitude more finely near none: how slow is rest?
@@ -239,7 +251,8 @@ std::vector<double> Builder::grid(const ShapeParameter &p, const Form &form,
     const double level = x(static_cast<Index>(share * static_cast<double>(x.size() - 1)));
     // A width of nothing is none: of a magnitude that is mostly zero.
     const bool may_be_none = p.low_share <= 0.0 && i == 0;
-    if ((out.empty() || level > out.back()) && !(is_magnitude && level <= 0.0 && !may_be_none))
+    if (level <= most && (out.empty() || level > out.back()) &&
+        !(is_magnitude && level <= 0.0 && !may_be_none))
       out.push_back(level);
   }
   return out;
@@ -315,12 +328,13 @@ double Builder::other_predictions(const std::vector<int> &arguments) const {
 }
 
 // Of one group at most one is taken: two levels of a hinge are two things, two widths of a friction
-// are one.
+// are one, and so are two magnitudes by which a share falls.
 std::string group_of(const Form &form, const Term &term) {
-  std::string group =
-      form.is_physical || form.is_fixed || form.cause == "drift"
-          ? form.cause
-          : form.form + (form.shape.empty() ? "" : std::to_string(term.shape[0].value));
+  const bool has_levels =
+      !form.shape.empty() && form.shape[0].quantiles_of.rfind("abs(", 0) == std::string::npos;
+  std::string group = form.is_physical || form.is_fixed || form.cause == "drift"
+                          ? form.cause
+                          : form.form + (has_levels ? std::to_string(term.shape[0].value) : "");
   for (const auto &[name, feature] : term.arguments) {
     if (!(form.is_physical && name != "v" && name != "w" && term.arguments.count("v") > 0))
       group += " " + feature;
@@ -355,7 +369,8 @@ void Builder::add_form(const Form &form) {
       c.term.arguments[form.arguments[k].name] =
           measured_.features[static_cast<std::size_t>(arguments[k])].name;
     double of_arguments = kOtherPrediction * other_predictions(arguments);
-    if (form.form == "gain_by" && has_start_ && arguments[0] == state_)
+    if (form.cause == "product" && form.arguments.size() == 1 && has_start_ &&
+        arguments[0] == state_)
       of_arguments += kOwnSquare;
     std::vector<double> values{0.0};
     if (!form.shape.empty())

@@ -59,7 +59,8 @@ std::set<std::string> features_of(const Term &term) {
   std::set<std::string> names(term.gate.features.begin(), term.gate.features.end());
   for (const auto &[placeholder, feature] : term.arguments)
     names.insert(feature);
-  if (term.form == kLaggedCoupling) // no curve over a feature has its memory
+  // No curve over a feature has its memory, and a square is a law, no piece of a curve.
+  if (term.form == kLaggedCoupling || term.form == kSquare)
     return {};
   const bool is_plain = term.cause == "bias" || term.cause == "coupling" || term.cause == "hinge" ||
                         term.cause == "product" || term.cause == "drift" || term.cause == "unknown";
@@ -332,7 +333,13 @@ void ChannelSearch::join_forms() {
       refine_shape(kept, fit_members(y_, kept, out_.noise).loss, &member);
     kept.push_back(std::move(member));
   }
-  out_.members = kept;
+  out_.members = std::move(kept);
+  // A band of rest is what it is beside all of the set. What comes late is not tuned so: beside the
+  // prediction and its gain a lag would run away to where they all but cancel.
+  for (std::size_t j = 0; j < out_.members.size(); ++j) {
+    if (is_law(out_.members[j]) && !remembers(out_.members[j].term))
+      refine_shape(without(j), 0.0, &out_.members[j]);
+  }
   out_.fit = fit_members(y_, out_.members, out_.noise);
 }
 
@@ -567,7 +574,11 @@ bool ChannelSearch::is_smoother(const Member &table, const std::vector<Member> &
   const double k = static_cast<double>(table.h.cols());
   const double quantile =
       k * std::pow(1.0 - 2.0 / (9.0 * k) + 2.88 * std::sqrt(2.0 / (9.0 * k)), 3.0);
-  return (pieces > 1 && of_table > -3.0) || (of_table > 0.0 && 2.0 * more > quantile);
+  // Real machines depart from a straight line a little, and so does one over a noisy reading: a
+  // curve in its place must take off more than a trifle.
+  const double whole = 0.5 * y_.cwiseAbs2().dot(out_.noise.weight);
+  return (pieces > 1 && of_table > -3.0) ||
+         (of_table > 0.0 && 2.0 * more > quantile && !is_trifle(more * divisor, loss, whole));
 }
 
 // Where one feature carries what was found, a smooth curve over it may say it better than any name:

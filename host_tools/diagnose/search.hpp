@@ -122,6 +122,7 @@ private:
   void try_expressions(const std::vector<Member> &kept);
   std::vector<Expression> expressions_beside(const std::vector<Member> &base);
   double score_of(const std::vector<Member> &members, const Noise &noise) const;
+  double tuned_score(std::vector<Member> members) const;
   void take_noise(const NoiseState &state);
   void search_from(const std::vector<Member> &kept);
   bool excludes(const Proposal &proposal, const std::vector<Member> &members) const;

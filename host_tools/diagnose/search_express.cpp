@@ -21,6 +21,7 @@ constexpr double kForName = 5.0, kAlike = 0.9, kSame = 1.0 - 1e-6;
 constexpr double kMuch = 0.1;       // share of the whole error, as amplitude, that is much more
 constexpr double kHeldSlack = 1.02; // and by what it may be worse on the held logs
 constexpr int kRounds = 2;
+constexpr double kMuchLess = 0.7;
 constexpr double kSettled = 0.1; // rounds end when the noise moves by less
 // What laws of physics leave is smooth, or wider than stated: they may not be the right ones.
 constexpr double kSmooth = 1.5, kWide = 1.2;
@@ -161,15 +162,24 @@ void ChannelSearch::try_expressions(const std::vector<Member> &kept) {
   const bool only_laws = are_laws();
   const double margin = only_laws || named.members.size() < 2 ? kWithoutName : kThanPatches;
   ChannelFindings best = named;
-  for (const std::vector<Member> &base : bases) {
+  std::vector<double> seen_by(bases.size(), 1e300);
+  for (std::size_t search = 0; search < 2 * bases.size(); ++search) {
+    const std::size_t b = search % bases.size();
+    const std::vector<Member> &base = bases[b];
+    // Again where what was found beside other laws leaves much less than what this one was judged
+    // by.
+    const Noise noise = search < bases.size() ? named.noise : best.noise;
+    if (search >= bases.size() && noise.divisor() > kMuchLess * seen_by[b])
+      continue;
     out_ = named;
+    out_.noise = noise;
     const std::vector<Expression> found = expressions_beside(base);
+    seen_by[b] = out_.noise.divisor();
     if (found.empty())
       continue;
     const double better = best.rival_expressions.empty() ? margin : 0.0;
     const bool is_beside = base.size() > kept.size();
-    if (!is_better_formula(best, better) ||
-        (has_law && !is_beside && !says_more(named, kMuch)) ||
+    if (!is_better_formula(best, better) || (has_law && !is_beside && !says_more(named, kMuch)) ||
         (only_laws && is_beside && !says_more(named, kRelevant)))
       continue;
     best = out_;

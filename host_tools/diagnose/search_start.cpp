@@ -138,8 +138,12 @@ bool ChannelSearch::smooths_prediction() const {
     return !m.is_given && remembers(m.term) && m.term.response.empty() && m.term.ridges.empty() &&
            m.term.arguments.empty();
   });
-  return late != out_.members.end() &&
-         does_as_well(static_cast<std::size_t>(late - out_.members.begin()), with_neighbours(1));
+  if (late == out_.members.end())
+    return false;
+  // Beside a command a lag may smooth over more rows than the two neighbours do.
+  const auto which = static_cast<std::size_t>(late - out_.members.begin());
+  return does_as_well(which, with_neighbours(1)) ||
+         does_as_well(which, with_neighbours(kNoiseReach));
 }
 
 // Whether a level is what noisy readings make of an end that the motion itself has (a speed that is

@@ -29,6 +29,8 @@ inline constexpr const char *kUpTo = "saturation", *kSaturationBefore = "saturat
 
 // A coupling whose argument comes through a first-order lag: "u.current~12".
 inline constexpr const char *kLaggedCoupling = "coupling_lag";
+// The form of a square of a quantity.
+inline constexpr const char *kSquare = "square";
 
 // The argument of what comes late by a length instead of a time, as the force of a tyre does: the
 // speed at which that length is passed. The form's name then ends in "_length".

@@ -165,6 +165,52 @@ void laws_stay_alone(void **) {
     assert_true(f.term.form != "expression");
 }
 
+// What one temperature exceeds another by is one cause, not two couplings and a constant; and so is
+// the square of a quantity.
+void differences_and_squares(void **) {
+  std::vector<rim::Log> heat = axes(5, {}, [](double, double, int) { return 0.0; }), square = heat;
+  for (std::size_t n = 0; n < heat.size(); ++n) {
+    heat[n].columns[0] = {"x.room_degC", "degC", Role::context};
+    for (Eigen::Index i = 0; i < heat[n].values.rows(); ++i) {
+      const double x = heat[n].values(i, 0), room = 18.0 + 9.0 * x;
+      heat[n].values(i, 0) = room;
+      heat[n].values(i, 3) += 2.0 * (room - heat[n].values(i, 2));
+      square[n].values(i, 3) += 70.0 * x * x;
+    }
+  }
+  const Diagnosis of_heat = diagnosis(heat), of_square = diagnosis(square);
+  assert_int_equal(of_heat.findings.size(), 1);
+  assert_string_equal(of_heat.findings[0].term.form.c_str(), "coupling_difference");
+  assert_near(std::abs(of_heat.findings[0].term.sizes[0].value), 2.0, 0.1);
+  assert_int_equal(of_square.findings.size(), 1);
+  assert_string_equal(of_square.findings[0].term.form.c_str(), "square");
+  assert_string_equal(of_square.findings[0].term.cause.c_str(), "product");
+  assert_near(of_square.findings[0].term.sizes[0].value, 70.0, 2.0);
+}
+
+// What rises, is largest somewhere and falls again is one formula, no sum of curves.
+void a_peak_is_one_formula(void **) {
+  const Diagnosis d = diagnosis(
+      axes(6, {}, [](double, double x, int) { return 40.0 * x * 0.12 / (x * x + 0.0144); }));
+  assert_int_equal(d.findings.size(), 1);
+  const auto &term = d.findings[0].term;
+  assert_int_equal(term.basis.size(), 1);
+  assert_string_equal(term.basis[0].c_str(), "f*width1/(f^2+width1^2)");
+  assert_near(term.shape[0].value, 0.12, 0.01);
+}
+
+// A bearing that is never near rest has no width of rest, in which a curve over its speed might be
+// called friction.
+void what_never_rests_has_no_width_of_rest(void **) {
+  std::vector<rim::Log> logs = axes(7, {}, [](double, double, int) { return 0.0; });
+  for (rim::Log &log : logs)
+    log.values.col(1).array() += 3.0;
+  const Measured t = rim::diagnose::make_measured(logs);
+  const auto causes = rim::diagnose::read_catalogue(rim::data_path("causes.toml"));
+  for (const auto &candidate : rim::diagnose::make_library(t, t.channels[0], causes).candidates)
+    assert_true(candidate.term.form != "coulomb_smooth" && candidate.term.form != "stribeck");
+}
+
 // Neither a missing nor an unknown unit silences a cause.
 void friction_without_a_unit(void **) {
   Axis axis;
@@ -358,6 +404,9 @@ int main() {
       cmocka_unit_test(a_load_is_no_friction),
       cmocka_unit_test(friction_that_falls_with_warmth),
       cmocka_unit_test(laws_stay_alone),
+      cmocka_unit_test(differences_and_squares),
+      cmocka_unit_test(a_peak_is_one_formula),
+      cmocka_unit_test(what_never_rests_has_no_width_of_rest),
       cmocka_unit_test(friction_without_a_unit),
       cmocka_unit_test(a_dead_band_is_coulomb_friction),
       cmocka_unit_test(sizes_that_differ_between_logs),
