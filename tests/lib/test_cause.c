@@ -357,7 +357,11 @@ static void the_mean_of_any_shape_is_asked_about(void **state) {
     search_family family;
     double
         shift; /* for 3 units low on the mean of the blocks since 40; of a gain it says nothing */
-  } of[] = {{SEARCH_RAMP, -3.0 * 512.0 / (BLOCKS - 40)}, {SEARCH_GAIN, -0.4}, {SEARCH_GAIN, 0.4}};
+    uint32_t onset;
+  } of[] = {{SEARCH_RAMP, -3.0 * 512.0 / (BLOCKS - 40), 40},
+            {SEARCH_GAIN, -0.4, 40},
+            {SEARCH_GAIN, 0.4, 40},
+            {SEARCH_FIELD, 0.0, SEARCH_FROM_START}};
   for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
     for (int is_in_sum = 0; is_in_sum < 2; ++is_in_sum) {
       const recipe r = with_sums(1.0, TWIN, TWIN);
@@ -366,9 +370,10 @@ static void the_mean_of_any_shape_is_asked_about(void **state) {
       grows = is_in_sum ? PER_BLOCK : 0.0;
       feed(apart_since_40, 0.05);
       plant_nothing();
-      plant(A_FIRST, of[i].family, 2.0 * alarm_at, as_shift(A_FIRST, of[i].shift), 40);
+      plant(A_FIRST, of[i].family, 2.0 * alarm_at, as_shift(A_FIRST, of[i].shift), of[i].onset);
       const rim_alarm a = described(A_FIRST);
-      if (a.channel[0] != (is_in_sum ? TWIN : 0))
+      const bool since_40 = of[i].onset == 40; /* the sum does not grow from the start */
+      if (a.channel[0] != (is_in_sum && since_40 ? TWIN : 0))
         fail_msg("shape %zu, sum %d: outcome %u is named", i, is_in_sum, a.channel[0]);
     }
   }
@@ -404,6 +409,25 @@ static void a_gain_has_no_weight(void **state) {
     assert_int_equal(a.channel[0], is_in_sum ? TWIN : 0);
     if (!(fabs(a.shift[0] - (is_in_sum ? 0.4 : -0.4)) < 0.05))
       fail_msg("the gain is %.3f +- %.3f", a.shift[0], a.shift_sd[0]);
+  }
+}
+
+/* What is said of one of the two is shown by their difference only where that deviates more. */
+static void the_difference_shows_what_it_shows_better(void **state) {
+  (void)state;
+  const recipe r = with_sums(1.0, PLACE, TWIN);
+  from(&r, false);
+  feed(nothing, 1.0);
+  static const struct {
+    double own, difference;
+    uint16_t shown;
+  } of[] = {{3.0, 2.0, A_TWIN}, {3.0, 4.0, A_FIRST}, {0.5, 0.9, A_TWIN}, {0.5, 1.01, A_FIRST}};
+  for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
+    plant_nothing();
+    plant(A_TWIN, SEARCH_SINCE, of[i].own * alarm_at, 3.0, 40);
+    plant(A_FIRST, SEARCH_SINCE, of[i].difference * alarm_at, -3.0, 40);
+    assert_int_equal(rimi_cause_shown_by(m, A_TWIN), of[i].shown);
+    assert_int_equal(rimi_cause_shown_by(m, TWIN), TWIN); /* behaviour shows itself */
   }
 }
 
@@ -495,6 +519,7 @@ int main(void) {
       cmocka_unit_test(the_sum_of_readings_tells_which_twin),
       cmocka_unit_test(the_mean_of_any_shape_is_asked_about),
       cmocka_unit_test(a_gain_has_no_weight),
+      cmocka_unit_test(the_difference_shows_what_it_shows_better),
       cmocka_unit_test(what_is_out_of_range_is_named),
       cmocka_unit_test(a_sum_that_leads),
       cmocka_unit_test(the_difference_supports_a_bias),
