@@ -46,7 +46,7 @@ struct ShapeParameter {
   double low_share = 0.05, high_share = 0.95; // first and last quantile
   std::vector<double> values;                 // or these, in `unit`
   bool first_is_usual = false;                // the first of them costs nothing
-  double most_of_rms = 1e300; // no quantile beyond this share of the root of the mean square
+  double most_of_rms = 1e300; // the most that a quantile is, as share of the root mean square
   std::string unit;           // empty: that of quantiles_of
 };
 

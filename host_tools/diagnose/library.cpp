@@ -248,11 +248,11 @@ std::vector<double> Builder::grid(const ShapeParameter &p, const Form &form,
     const double step = static_cast<double>(i) / std::max(1, p.count - 1);
     const double share =
         p.low_share + (p.high_share - p.low_share) * (is_magnitude ? step * step : step);
-    const double level = x(static_cast<Index>(share * static_cast<double>(x.size() - 1)));
+    const double quantile = x(static_cast<Index>(share * static_cast<double>(x.size() - 1)));
+    const double level = std::min(quantile, most); // what never rests has one such width
     // A width of nothing is none: of a magnitude that is mostly zero.
     const bool may_be_none = p.low_share <= 0.0 && i == 0;
-    if (level <= most && (out.empty() || level > out.back()) &&
-        !(is_magnitude && level <= 0.0 && !may_be_none))
+    if ((out.empty() || level > out.back()) && !(is_magnitude && level <= 0.0 && !may_be_none))
       out.push_back(level);
   }
   return out;
