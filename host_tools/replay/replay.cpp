@@ -170,8 +170,8 @@ ReplayedLog Replayer::replay(const Log &log, const ReplayOptions &options, const
 void Replayer::add_block(const Matrix &context, Eigen::Index end, UnitCheck *units) const {
   const double *residuals = rimi_monitor_residuals(monitor_.get());
   const Eigen::Index n = rim_monitor_config(monitor_.get(), RIM_CONFIG_BLOCK_ROWS);
-  if (residuals == nullptr || n < 1 || end < n)
-    return;
+  if (layout_.external || residuals == nullptr || n < 1 || end < n)
+    return; // predictions of the log's own are in the unit of its readings
   const auto outcomes = static_cast<Eigen::Index>(layout_.outcomes());
   Eigen::VectorXd measured(outcomes);
   for (Eigen::Index o = 0; o < outcomes; ++o) {
