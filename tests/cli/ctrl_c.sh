@@ -57,7 +57,8 @@ contains "train, SIGTERM" "$out" '^-15 .*no file was written or changed'
 check "train: the earlier model stays" "$sum" "$(cksum < model.rim)"
 check "train: no temporary" 0 "$(left)"
 
-out=$(stop SIGINT 'trace.csv.tmp.*' "$RIM" replay --model model.rim run_0.csv endless --alarms a.jsonl --labels l.csv \
+# The file that is opened last is waited for.
+out=$(stop SIGINT 'a.candump.tmp.*' "$RIM" replay --model model.rim run_0.csv endless --alarms a.jsonl --labels l.csv \
   --trace trace.csv --report flight.html --candump a.candump)
 contains "replay: five files were open" "$out" '^-2 .*no file was written or changed; 5 that were not finished went away'
 check "replay: nothing remains" "" "$(ls a.jsonl l.csv trace.csv flight.html a.candump 2> /dev/null)"
