@@ -189,8 +189,8 @@ static double mean_shift(const rim_monitor *m, uint16_t channel, uint32_t *since
     return (double)h.shift * s * (double)(end - *since) / 512.0;
   if (rimi_cause_is_gain(&h) || h.family == SEARCH_FIELD) {
     h = (search_hypothesis){.family = SEARCH_SINCE, .onset = *since};
-    (void)rimi_search_evaluate_channel(m->search, channel,
-                                       &h); /* a shift of 0, if it says nothing */
+    /* Where the blocks say nothing of it, the shift is 0. */
+    (void)rimi_search_evaluate_channel(m->search, channel, &h);
   }
   return (double)h.shift * s *
          rimi_min(1.0, (double)h.blocks / rimi_max(1.0, (double)(end - *since)));
