@@ -258,19 +258,24 @@ static double sign_of(const rim_monitor *m, uint16_t channel, const search_hypot
  * what it said first unless the contrary explains clearly more. */
 static void keep_sign(rim_monitor *m, uint16_t channel, search_hypothesis *h, double *onset_sd) {
   const double sign = said_sign(m, channel % m->words[RIM_CONFIG_OUTCOMES]);
-  if (sign * (h->family == SEARCH_FIELD ? (double)h->shift : sign_of(m, channel, h)) >= 0.0)
+  const double now = h->family == SEARCH_FIELD ? (double)h->shift : sign_of(m, channel, h);
+  if (!(rimi_abs(sign) > 0.0) || sign * now > 0.0)
     return;
   const search_hypothesis contrary = *h;
   search_hypothesis other = m->explained;
+  const bool has_sign = rimi_abs(now) > 0.0;
   const bool is_same =
       m->has_explained && m->explained_channel == channel && m->explained.family != SEARCH_FIELD;
   double best = SIGN_KEEPS * (double)h->score;
-  if (is_same && rimi_search_evaluate_channel(m->search, channel, &other) &&
-      sign * sign_of(m, channel, &other) > 0.0 && (double)other.score >= best) {
+  if (is_same && (has_sign || !rimi_cause_is_gain(&other)) &&
+      rimi_search_evaluate_channel(m->search, channel, &other) &&
+      sign * sign_of(m, channel, &other) >= 0.0 && (double)other.score >= best) {
     best = (double)other.score;
     *h = other;
     *onset_sd = (double)m->explained_onset_sd;
   }
+  if (!has_sign) /* a gain that has none does not contradict */
+    return;
   if (rimi_search_beside(m->search, channel, &contrary, &other) &&
       sign * (double)other.shift > 0.0 && (double)other.score >= best) {
     best = (double)other.score;
