@@ -562,6 +562,54 @@ static void what_is_not_off_has_no_sign(void **state) {
   assert_int_equal(m->said_low[0], 0);
 }
 
+/* Outcome 0 reads low since block 40, and more clearly not far enough from 0, which it is on both sides of:
+ * a gain that reads neither high nor low. It does not take the place of what a standing alarm said while that
+ * explains nearly as much; and what stands as such a gain does not give way to the contrary. */
+static void a_gain_without_a_sign_turns_none(void **state) {
+  (void)state;
+  static const struct {
+    double low; /* units of 0.05 */
+    bool stands, keeps;
+  } of[] = {{2.2, true, true}, {2.2, false, false}, {0.3, true, false}};
+  for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
+    rim_alarm a;
+    const recipe r = without_integrals();
+    from(&r, false);
+    rim_rng rng;
+    rimi_rng_seed(&rng, SEED, 2);
+    for (uint32_t t = 0; t < BLOCKS; ++t) {
+      double residual[CHANNELS], predicted[CHANNELS] = {0.0};
+      const uint8_t feature[REGION] = {(uint8_t)(t * 37u), (uint8_t)(t * 101u)};
+      predicted[B0] = t % 2u == 0 ? 0.6 : -0.6;
+      for (uint32_t c = 0; c < CHANNELS; ++c)
+        residual[c] = 0.05 * rimi_rng_normal(&rng);
+      if (t >= 40)
+        residual[B0] -= 0.105 * predicted[B0] + 0.05 * of[i].low;
+      const search_block block = {.t_s = t,
+                                  .feature = feature,
+                                  .mean = predicted,
+                                  .predicted = predicted,
+                                  .residual = residual};
+      assert_int_equal(rimi_search_observe(m->search, &block), RIM_OK);
+    }
+    plant_nothing();
+    plant(B0, SEARCH_GAIN, 3.0 * alarm_at, -0.105, 40);
+    search_hypothesis low = {.family = SEARCH_SINCE, .onset = 40};
+    assert_true(rimi_search_evaluate_channel(m->search, B0, &low) && low.shift < 0.0f);
+    if (of[i].stands) {
+      stand(0);
+      m->said_low[0] = 1;
+      m->explained = low;
+      m->explained_channel = B0;
+      m->has_explained = true;
+    }
+    assert_int_equal(named(B0, &a), B0);
+    print_message("low by %g: kind %d, score %g of %g\n", of[i].low, a.kind, (double)low.score,
+                  (double)m->explained.score);
+    assert_int_equal(a.kind, of[i].keeps ? RIM_KIND_SHIFT : RIM_KIND_GAIN);
+  }
+}
+
 /* What explains a standing alarm begins in block 40. The alarm was raised when so many blocks had
  * been seen, for an outcome that deviates still or not. */
 static void a_deviation_began_before_its_alarm(void **state) {
@@ -621,6 +669,7 @@ int main(void) {
       cmocka_unit_test(effects_of_the_run_say_no_sign),
       cmocka_unit_test(an_onset_is_kept),
       cmocka_unit_test(what_is_not_off_has_no_sign),
+      cmocka_unit_test(a_gain_without_a_sign_turns_none),
       cmocka_unit_test(a_deviation_began_before_its_alarm),
   };
   return cmocka_run_group_tests(tests, set_up, NULL);
