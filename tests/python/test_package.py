@@ -2,7 +2,9 @@
 """The Python package against the command line. Arguments: the program rim, a folder for files.
 Seeds are those of rimwatch.example_logs: 1 to 20. Last line: N passed, N failed."""
 
+import contextlib
 import doctest
+import functools
 import inspect
 import json
 import os
@@ -260,6 +262,28 @@ def test_version():
     check("the version of rim", said.split()[1] == rimwatch.__version__, said)
 
 
+@contextlib.contextmanager
+def learnt_once():
+    """Many examples begin with the same model or diagnosis: here each of these is made once."""
+    names = "example_logs", "example_diagnosis", "train"
+    made, train, models = {name: getattr(rimwatch, name) for name in names}, rimwatch.train, {}
+
+    def trained(runs, **options):
+        key = id(runs), tuple(sorted(options.items()))
+        if key not in models:
+            models[key] = runs, train(runs, **options)
+        return models[key][1]
+
+    rimwatch.train = trained
+    for name in names[:2]:
+        setattr(rimwatch, name, functools.lru_cache(None)(made[name]))
+    try:
+        yield
+    finally:
+        for name in names:
+            setattr(rimwatch, name, made[name])
+
+
 def test_documentation():
     things = dict(public_things())
     without = [n for n, thing in things.items() if ">>>" not in (inspect.getdoc(thing) or "")]
@@ -268,10 +292,11 @@ def test_documentation():
                and set(inspect.signature(thing).parameters) - {"self", "cls"}
                - set(thing.__annotations__)]
     check("types of all arguments", not untyped, untyped)
-    for module in ("", "logs", "monitor", "diagnosis", "example", "detector"):
-        name = f"rimwatch.{module}".rstrip(".")
-        result = doctest.testmod(sys.modules[name])
-        check(f"examples of {name}", result.failed == 0 and result.attempted > 0, result)
+    with learnt_once():
+        for module in ("", "logs", "monitor", "diagnosis", "example", "detector"):
+            name = f"rimwatch.{module}".rstrip(".")
+            result = doctest.testmod(sys.modules[name])
+            check(f"examples of {name}", result.failed == 0 and result.attempted > 0, result)
 
 
 for test in [value for key, value in list(globals().items()) if key.startswith("test_")]:
