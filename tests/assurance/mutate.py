@@ -7,7 +7,9 @@ between operands, ++ and --, a constant 0 or 1, a condition negated, a statement
 compiled into a copy of BUILD's library, so that it stops at what C does not define (`make test-sanitized` looks at
 that too), and the tests of its own source (test_NAME and test_NAME_*), of the whole library (ALWAYS) and of the
 other sources of its room run against it, until one notices. One that none of these notices meets the tests of its own
-source again under the address sanitizer, as `make check` runs them: what reads or writes beyond an array is noticed. A mutant that does not compile is drawn again. Prints each survivor, then the share killed with Wilson's 95 %
+source again under the address sanitizer, as `make check` runs them: what reads or writes beyond an array is noticed.
+A test that takes ten times and five seconds more than without a mutant, or --seconds, has noticed: its loop does not end. A
+mutant that does not compile is drawn again. Prints each survivor, then the share killed with Wilson's 95 %
 interval and the seed; exit 0. A survivor is either a missing test or an equivalent program: a reader decides, and
 writes the latter into --equivalent, rows 'PATH | line | mutated line | reason': such a mutant is not drawn. A row whose
 line is not in PATH any more is a mistake, exit 1.
@@ -25,6 +27,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 
 arguments = argparse.ArgumentParser()
 arguments.add_argument("build")
@@ -145,11 +148,13 @@ def killed_by(place):
     if not put_into(library, place[0], source, made, DEFINED):
         return False
     for test in tests_of(place[0]):
+        find_limit(test)
         status = run_test(test, library, own_work)
         if status != 0:
             return test if status is not None else test + " (too long)"
     put_into(library, place[0], source, made, ADDRESS)
     for test in tests_of(place[0], own_only=True):
+        find_limit(test, ADDRESS)
         if run_test(test, library, own_work, ADDRESS) != 0:
             return test + " (address)"
     return None
@@ -172,14 +177,27 @@ def run_test(test, library, folder, sanitizer=()):
     subprocess.run(["gcc", *FLAGS, *sanitizer, object_of(test, sanitizer), *extra, "-I", os.path.join(o.build, "lcmgen"), "-o", program, library,
                     "-lcmocka", "-lm"], check=True)
     try:
-        return subprocess.run([program], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, timeout=o.seconds).returncode
+        return subprocess.run([program], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                              timeout=limits.get((test, bool(sanitizer)), o.seconds)).returncode
     except subprocess.TimeoutExpired:
         return None
 
 
-for test in ALWAYS:  # a test that fails by itself would take credit for every mutant
-    if run_test(test, os.path.join(o.build, "librim.a"), work) != 0:
-        sys.exit("mutate: test_%s fails without a mutant" % test)
+def find_limit(test, sanitizer=()):
+    """How long this test may take. One that fails by itself would take credit for every mutant."""
+    with finding:
+        if (test, bool(sanitizer)) in limits:
+            return
+        own_work = os.path.join(work, "limits")
+        os.makedirs(own_work, exist_ok=True)
+        began = time.monotonic()
+        if run_test(test, os.path.join(o.build, "librim.a"), own_work, sanitizer) != 0:
+            print("mutate: test_%s fails without a mutant" % test, flush=True)
+            os._exit(1)
+        limits[test, bool(sanitizer)] = min(o.seconds, 5 + 10 * (time.monotonic() - began))
+
+
+limits, finding = {}, threading.Lock()
 files = [p for p in sorted(glob.glob("lib/src/*/*.c")) if fnmatch.fnmatch(p, o.files)]
 known = equivalents(o.equivalent)
 lines = [int(line) - 1 for line in o.lines.split(",") if line]

@@ -23,7 +23,7 @@ static const uint16_t terms[][4] = {
     {BASIS_ABS, 1, 0},         {BASIS_DECAY, 0, 1},  {BASIS_INTEGRAL, 0, 0},
     {BASIS_INITIAL, 1, 1},     {BASIS_TIME, 0, 0},   {BASIS_MEAN, 7, 0},
     {BASIS_MEAN, 8, 0},        {BASIS_DECAY, 0, 0}, {BASIS_TRIPLE, 1, 3, 5},
-    {BASIS_SIDE, 1, 0, 0x3fe0}};
+    {BASIS_SIDE, 1, 0, 0x3fe0}, {BASIS_INITIAL, 1, 0}};
 enum { TERMS = sizeof terms / sizeof *terms, MEANS = 2 };
 static const uint16_t mean_filter[MEANS] = {0, 9};
 

@@ -361,6 +361,7 @@ static void oldest_makes_room(void **state) {
   fill(e, 0, POINTS);
   assert_int_equal(rim_extent_points(e), POINTS);
   assert_int_equal(rim_extent_get_counters(e).replaced, POINTS);
+  assert_int_equal(rim_extent_get_counters(e).added, 2 * POINTS);
   assert_true(rim_extent_at(e, 0, (double[]){-0.4, 14.0}).existence < 0.5);
 }
 

@@ -212,6 +212,23 @@ static void a_quiet_call_accepts_no_damage(void **state) {
   }
 }
 
+/* A row that is refused leaves memory that is looked at again: nothing stays open. */
+static void a_refused_row_accepts_no_damage(void **state) {
+  (void)state;
+  bench b;
+  row r;
+  rim_verdict v;
+  fresh(&b, true);
+  make_row(&r, true, 1, 300, 0.0);
+  r.view.outcome = NULL;
+  assert_int_equal(rim_monitor_step(b.monitor, &r.view, &v), RIM_E_ARGUMENT);
+  assert_int_equal(rim_monitor_get_health(b.monitor).damage, 0);
+  assert_true(rimi_guard_header_holds(b.monitor));
+  turn(&b.monitor->last_valid_s, 5);
+  assert_false(rimi_guard_header_holds(b.monitor));
+  assert_int_equal(rim_monitor_get_health(b.monitor).damage, RIM_DAMAGE_CONTROL);
+}
+
 /* What follows an alarm is worked out in memory that was looked at whole. */
 static void an_alarm_is_raised_from_memory_that_holds(void **state) {
   (void)state;
@@ -295,6 +312,7 @@ int main(void) {
       cmocka_unit_test(bins_agree_among_each_other),
       cmocka_unit_test(the_image_is_gone_through),
       cmocka_unit_test(a_quiet_call_accepts_no_damage),
+      cmocka_unit_test(a_refused_row_accepts_no_damage),
       cmocka_unit_test(an_alarm_is_raised_from_memory_that_holds),
       cmocka_unit_test(a_repair_goes_on),
       cmocka_unit_test(a_repair_refuses),

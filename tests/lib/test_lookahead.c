@@ -70,7 +70,8 @@ static void a_straight_way_enters_when_the_edge_does(void **state) {
 
 static void a_vehicle_without_vertices_is_a_point(void **state) {
   (void)state;
-  const rim_lookahead_config c = {.axis = {4, 7, RIM_LOOKAHEAD_NO_AXIS}};
+  const rim_lookahead_config c = {.axis = {4, 7, RIM_LOOKAHEAD_NO_AXIS},
+                                  .vertex = {{5.0, 5.0, 0.0}}}; /* not one that counts */
   const rim_region region = sphere(10.0, 0.0, 2.0);
   rim_plan plan = {.count = 2};
   plan.pose[0] = pose(0.0, 0.0, 0.0, 0.3);

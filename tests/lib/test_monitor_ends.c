@@ -493,7 +493,7 @@ static void what_agreement_remembers_is_forgotten(void **state) {
     assert_true(b.monitor->agreement_state[i] == 0.0);
 }
 
-/* A plan of a single pose is one, too; none is none. */
+/* A plan of a single pose is one, too; none is none. Poses count from the plan's own time. */
 static void a_plan_of_one_pose(void **state) {
   (void)state;
   make_bench(&b, false);
@@ -509,11 +509,11 @@ static void a_plan_of_one_pose(void **state) {
   assert_non_null(rim_monitor_standing(b.monitor, RIM_DETECTOR_RIM));
   const rim_lookahead_config c = {.axis = {0, 1, RIM_LOOKAHEAD_NO_AXIS}, .vertices = 1};
   for (uint32_t count = 0; count < 3; ++count) {
-    rim_lookahead ahead = {.plan = {.count = count}};
+    rim_lookahead ahead = {.plan = {.count = count, .t_us = 2000000}};
     for (uint32_t i = 0; i < count; ++i)
       ahead.plan.pose[i] = (rim_pose){.after_s = 1.0 + i, .orientation = {1.0, 0.0, 0.0, 0.0}};
     rim_entry entry = {.to_entry_s = -5.0};
-    assert_int_equal(rim_lookahead_update(&ahead, &c, b.monitor, 7, 0.5, false, false, &entry),
+    assert_int_equal(rim_lookahead_update(&ahead, &c, b.monitor, 7, 2.5, false, false, &entry),
                      count > 0);
     assert_true(entry.to_entry_s == (count > 0 ? 0.5 : -5.0));
   }
