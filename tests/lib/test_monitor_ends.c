@@ -493,6 +493,21 @@ static void what_agreement_remembers_is_forgotten(void **state) {
     assert_true(b.monitor->agreement_state[i] == 0.0);
 }
 
+/* Gaps are those of the observations that are held: what was forgotten had its own. */
+static void what_is_forgotten_takes_its_gaps_along(void **state) {
+  (void)state;
+  make_bench(&b, true);
+  for (uint32_t t = 0; t < 60; ++t) {
+    if (t < 20 || t >= 40)
+      (void)step(&b, 931, t, 0.0);
+  }
+  assert_int_equal(b.monitor->gaps, 1);
+  rim_monitor_restart(b.monitor, b.monitor->last.t_s);
+  for (uint32_t t = 60; t < 70; ++t)
+    (void)step(&b, 931, t, 0.0);
+  assert_int_equal(b.monitor->gaps, 0);
+}
+
 /* A plan of a single pose is one, too; none is none. Poses count from the plan's own time. */
 static void a_plan_of_one_pose(void **state) {
   (void)state;
@@ -591,6 +606,7 @@ int main(void) {
       cmocka_unit_test(what_gaps_leave_unknown_is_counted),
       cmocka_unit_test(a_region_feature_twice),
       cmocka_unit_test(what_agreement_remembers_is_forgotten),
+      cmocka_unit_test(what_is_forgotten_takes_its_gaps_along),
       cmocka_unit_test(a_plan_of_one_pose),
       cmocka_unit_test(an_entry_names_its_alarm),
       cmocka_unit_test(questions_without_an_answer),
