@@ -127,7 +127,7 @@ static void one_shape_is_dated_as_before(void **state) {
   }
 }
 
-/* An outcome upside down is dated as before: what read high then reads low, and a gain is the same. */
+/* An outcome upside down is dated as before: what read high reads low, a gain is the same. */
 static void upside_down_it_begins_at_the_same_time(void **state) {
   (void)state;
   const deviation each[] = {step_and_ramp, bend, growing_gain};
