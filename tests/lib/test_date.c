@@ -197,7 +197,9 @@ static void few_runs_are_surprised_less(void **state) {
       }
     }
   }
-  /* Fewer runs than effects can hardly be surprised. */
+  /* Fewer runs than effects can hardly be surprised, two are the fewest that teach a variance. */
+  assert_true(rimi_search_surprise(2, 2, 100.0) < 0.2 * rimi_search_surprise(2, 1, 100.0));
+  assert_true(rimi_search_surprise(2, 1, 100.0) == rimi_search_surprise(2, 0, 100.0));
   assert_true(rimi_search_surprise(4, 3, 1e4) < 4.0);
 }
 

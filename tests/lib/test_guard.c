@@ -88,6 +88,26 @@ static void control_is_checked_before_it_is_used(void **state) {
   }
 }
 
+/* What is kept of an alarm is summed whatever its state, its record while it stands or waits. */
+static void a_kept_alarm_is_checked(void **state) {
+  (void)state;
+  for (uint32_t i = 0; i < 2 * RIM_DETECTORS; ++i) {
+    bench b;
+    fresh(&b, false);
+    rim_alarm_slot *slot = &b.monitor->life.slot[i / 2];
+    const bool stands = i % 2 != 0;
+    assert_true(rimi_guard_enter(b.monitor));
+    slot->stands = stands;
+    rimi_guard_leave(b.monitor);
+    turn(&slot->record.seq, 3);
+    assert_int_equal(rimi_guard_header_holds(b.monitor), !stands);
+    turn(&slot->record.seq, 3);
+    assert_true(rimi_guard_header_holds(b.monitor));
+    turn(&slot->ticket, 2);
+    assert_false(rimi_guard_header_holds(b.monitor));
+  }
+}
+
 /* Nobody acts on damaged memory: neither rows nor commands, and no record leaves. */
 static void what_is_damaged_says_nothing(void **state) {
   (void)state;
@@ -307,6 +327,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(nothing_is_found_in_memory_that_holds),
       cmocka_unit_test(control_is_checked_before_it_is_used),
+      cmocka_unit_test(a_kept_alarm_is_checked),
       cmocka_unit_test(what_is_damaged_says_nothing),
       cmocka_unit_test(observations_are_gone_through),
       cmocka_unit_test(bins_agree_among_each_other),
