@@ -6,10 +6,13 @@ N places are drawn from all places of lib/src where an operator fits: relations 
 between operands, ++ and --, a constant 0 or 1, a condition negated, a statement left out. Each mutant's file is
 compiled into a copy of BUILD's library, so that it stops at what C does not define (`make test-sanitized` looks at
 that too), and the tests of its own source (test_NAME and test_NAME_*), of the whole library (ALWAYS) and of the
-other sources of its room run against it, until one notices. One that none of these notices meets the tests of its own
-source again under the address sanitizer, as `make check` runs them: what reads or writes beyond an array is noticed. A mutant that does not compile is drawn again. Prints each survivor, then the share killed with Wilson's 95 %
+other sources of its room run against it, as far as they link that source, the cheapest first, until a case notices. One that none of these notices meets the tests of its own
+source again under the address sanitizer, as `make check` runs them: what reads or writes beyond an array is noticed.
+A test that takes ten times and five seconds more than without a mutant, or --seconds, has noticed: its loop does not end. A
+mutant that does not compile is drawn again. Prints each survivor, then the share killed with Wilson's 95 %
 interval and the seed; exit 0. A survivor is either a missing test or an equivalent program: a reader decides, and
-writes the latter into --equivalent, rows 'PATH | line | mutated line | reason': such a mutant is not drawn. A row whose
+writes the latter into --equivalent, rows 'PATH | line | mutated line | reason': such a mutant is not drawn, nor is the
+smaller or larger of two numbers by <= instead of <. A row whose
 line is not in PATH any more is a mistake, exit 1.
 SIGTERM ends it early: the share is then of those tried so far, which are a sample as well."""
 import argparse
@@ -25,6 +28,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 
 arguments = argparse.ArgumentParser()
 arguments.add_argument("build")
@@ -43,7 +47,7 @@ HEADERS = glob.glob("tests/lib/*.h") + glob.glob("lib/src/*/*.h") + glob.glob("l
 work = os.path.join(o.build, "mutate")
 os.makedirs(work, exist_ok=True)
 shared = dict(re.findall(r"(\w+/\w+)=(\w+)", re.sub(r"\\\n", " ", open("tests/Dir.mk").read())))
-ALWAYS = ["bits", "bits_search", "bits_monitor", "bits_explained", "bits_alarms", "ends", "monitor_ends", "select_ends", "monitor", "guard", "monitor_trained", "monitor_alarms", "integrand", "exact", "describe", "cause", "contrary", "refused_wire", "refused_plan", "refused_search", "refused_monitor"]
+ALWAYS = ["bits", "bits_search", "bits_monitor", "bits_explained", "bits_alarms", "ends", "monitor_ends", "select_ends", "monitor", "guard", "monitor_trained", "monitor_alarms", "integrand", "exact", "describe", "cause", "contrary", "search_means", "search_coarse", "refused_wire", "refused_plan", "refused_search", "refused_monitor"]
 RULES = [(r"(?<![<>=!\-+&|])<(?![<=])", ["<=", ">="]), (r"<=", ["<", ">"]), (r"(?<![>\-])>(?![>=])", [">=", "<="]),
          (r">=", [">", "<"]), (r"==", ["!="]), (r"!=", ["=="]), (r"&&", ["||"]), (r"\|\|", ["&&"]),
          (r"(?<=[\w\])]) \+ (?=[\w(])", [" - "]), (r"(?<=[\w\])]) - (?=[\w(])", [" + "]),
@@ -97,7 +101,20 @@ def equivalents(path):
     return known
 
 
+# The smaller or larger of two: where they are equal both are the same number.
+SAME = re.compile(r"(?<![-+*/%&|] )\b([\w.>\[\]-]+) [<>]=? ([\w.>\[\]-]+) \? (?:\1 : \2|\2 : \1)(?![\w.(\[]| [-+*/%<>&|=?])")
+
+
+def is_choice(place):
+    """Whether only what is chosen of two equal numbers differs."""
+    path, number, begin, end, put = place
+    line = open(path).read().split("\n")[number]
+    return put.strip("=") == line[begin:end].strip("=") and any(m.start(2) - 5 < begin < m.start(2) for m in SAME.finditer(line))
+
+
 def is_known(place):
+    if is_choice(place):
+        return True
     return (place[0], open(place[0]).read().split("\n")[place[1]].strip(), mutated(place)[1].strip() or "(left out)") in known
 
 
@@ -144,12 +161,18 @@ def killed_by(place):
     library = os.path.join(own_work, "librim.a")
     if not put_into(library, place[0], source, made, DEFINED):
         return False
-    for test in tests_of(place[0]):
+    tests = tests_of(place[0])
+    for test in tests:
+        find_limit(test)
+    own = tests_of(place[0], own_only=True)
+    tests = [test for test in tests if os.path.basename(place[0])[:-2] in linked[test]]  # the others do not run it
+    for test in sorted(tests, key=lambda test: limits[test, False] * (0.2 if test in own else 1.0)):
         status = run_test(test, library, own_work)
         if status != 0:
             return test if status is not None else test + " (too long)"
     put_into(library, place[0], source, made, ADDRESS)
     for test in tests_of(place[0], own_only=True):
+        find_limit(test, ADDRESS)
         if run_test(test, library, own_work, ADDRESS) != 0:
             return test + " (address)"
     return None
@@ -170,16 +193,35 @@ def run_test(test, library, folder, sanitizer=()):
     program = os.path.join(folder, "test_" + test)
     extra = glob.glob(os.path.join(o.build, "lcmgen", "*.c")) if is_held_to_lcm_gen(test) else []
     subprocess.run(["gcc", *FLAGS, *sanitizer, object_of(test, sanitizer), *extra, "-I", os.path.join(o.build, "lcmgen"), "-o", program, library,
-                    "-lcmocka", "-lm"], check=True)
-    try:
-        return subprocess.run([program], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, timeout=o.seconds).returncode
-    except subprocess.TimeoutExpired:
-        return None
+                    "-lcmocka", "-lm", "-Wl,-Map=" + program + ".map"], check=True)
+    with subprocess.Popen([program], stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as running:
+        late = []
+        limit = threading.Timer(limits.get((test, bool(sanitizer)), o.seconds), lambda: (late.append(True), running.kill()))
+        limit.start()
+        failed = any(b"[  FAILED  ]" in line for line in running.stdout)  # the cases after the first that fails say no more
+        if failed:
+            running.kill()
+        status = running.wait()
+        limit.cancel()
+    return 1 if failed else None if late else status
 
 
-for test in ALWAYS:  # a test that fails by itself would take credit for every mutant
-    if run_test(test, os.path.join(o.build, "librim.a"), work) != 0:
-        sys.exit("mutate: test_%s fails without a mutant" % test)
+def find_limit(test, sanitizer=()):
+    """How long this test may take. One that fails by itself would take credit for every mutant."""
+    with finding:
+        if (test, bool(sanitizer)) in limits:
+            return
+        own_work = os.path.join(work, "limits")
+        os.makedirs(own_work, exist_ok=True)
+        began = time.monotonic()
+        if run_test(test, os.path.join(o.build, "librim.a"), own_work, sanitizer) != 0:
+            print("mutate: test_%s fails without a mutant" % test, flush=True)
+            os._exit(1)
+        linked[test] = set(re.findall(r"librim\.a\((\w+)\.o\)", open(os.path.join(own_work, "test_" + test + ".map")).read()))
+        limits[test, bool(sanitizer)] = min(o.seconds, 5 + 10 * (time.monotonic() - began))
+
+
+limits, linked, finding = {}, {}, threading.Lock()
 files = [p for p in sorted(glob.glob("lib/src/*/*.c")) if fnmatch.fnmatch(p, o.files)]
 known = equivalents(o.equivalent)
 lines = [int(line) - 1 for line in o.lines.split(",") if line]

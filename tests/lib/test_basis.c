@@ -215,6 +215,44 @@ static void how_healthy_runs_begin_is_read_back(void **state) {
   assert_int_equal(basis_status(&bad), RIM_E_DATA);
 }
 
+/* With all that a section may hold, each part is found behind the one before. */
+static void states_are_read_behind_how_runs_begin(void **state) {
+  (void)state;
+  enum { STATES = 3, RATES = 2 };
+  static const uint16_t outcome_of[4] = {2, 0, 1, 0};
+  static const uint16_t rate[RATES][4] = {
+      {2, FILTERS - 1, BASIS_STATE + STATES - 1, BASIS_PLAIN},
+      {0, BASIS_STATE_MAGNITUDE + STATES - 1, BASIS_PLAIN, BASIS_PLAIN}};
+  for (uint32_t spread = 0; spread < 3; ++spread) {
+    bytes b = basis();
+    rim_basis v;
+    put_u32(b.byte + 20, spread);
+    put_u32(b.byte + 24, STATES);
+    put_u32(b.byte + 28, RATES);
+    const size_t begins[3] = {0, OUTCOMES, OUTCOMES + 2 * FEATURES};
+    for (size_t i = 0; i < begins[spread]; ++i)
+      f32(&b, 0.5);
+    for (size_t i = 0; i < 4; ++i)
+      u16(&b, outcome_of[i]);
+    for (size_t i = 0; i < 2 * STATES; ++i)
+      f32(&b, (double)i);
+    for (size_t i = 0; i < 4 * RATES; ++i)
+      u16(&b, rate[i / 4][i % 4]);
+    for (size_t i = 0; i < RATES; ++i)
+      f32(&b, -2.0 - (double)i);
+    assert_int_equal(rimi_basis_open(&v, b.byte, b.size, FEATURES, OUTCOMES), RIM_OK);
+    assert_true(v.states == STATES && v.rates == RATES);
+    for (size_t i = 0; i < STATES; ++i)
+      assert_int_equal(rimi_le_u16(v.state, i), outcome_of[i]);
+    for (size_t i = 0; i < 2 * STATES; ++i)
+      assert_true(rimi_le_f32(v.limit, i) == (float)i);
+    for (size_t i = 0; i < 4 * RATES; ++i)
+      assert_int_equal(rimi_le_u16(v.rate, i), rate[i / 4][i % 4]);
+    assert_true(rimi_le_f32(v.weight, 0) == -2.0f && rimi_le_f32(v.weight, 1) == -3.0f);
+    only_the_whole_opens(basis_status, &b, RIM_E_SIZE);
+  }
+}
+
 /* ---- behaviour ---- */
 
 enum { TARGETS = 2 * OUTCOMES };
@@ -668,6 +706,7 @@ int main(void) {
       cmocka_unit_test(a_side_has_a_width),
       cmocka_unit_test(numbers_that_are_none_are_refused),
       cmocka_unit_test(how_healthy_runs_begin_is_read_back),
+      cmocka_unit_test(states_are_read_behind_how_runs_begin),
       cmocka_unit_test(behaviour_is_a_sum_of_terms),
       cmocka_unit_test(behaviour_is_as_uncertain_as_its_terms),
       cmocka_unit_test(damaged_behaviour_is_refused),

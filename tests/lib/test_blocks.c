@@ -19,11 +19,11 @@ static const double share[TIMES] = {1.0, 0.25};
 
 /* op, a, b, c: every kind of term, filters 2 i + t. The side's half width is 1.75 (0x3fe00000). */
 static const uint16_t terms[][4] = {
-    {BASIS_MEAN, 1, 0},        {BASIS_MEAN, 4, 0},   {BASIS_PRODUCT, 1, 3},
-    {BASIS_ABS, 1, 0},         {BASIS_DECAY, 0, 1},  {BASIS_INTEGRAL, 0, 0},
-    {BASIS_INITIAL, 1, 1},     {BASIS_TIME, 0, 0},   {BASIS_MEAN, 7, 0},
-    {BASIS_MEAN, 8, 0},        {BASIS_DECAY, 0, 0}, {BASIS_TRIPLE, 1, 3, 5},
-    {BASIS_SIDE, 1, 0, 0x3fe0}};
+    {BASIS_MEAN, 1, 0},         {BASIS_MEAN, 4, 0},   {BASIS_PRODUCT, 1, 3},
+    {BASIS_ABS, 1, 0},          {BASIS_DECAY, 0, 1},  {BASIS_INTEGRAL, 0, 0},
+    {BASIS_INITIAL, 1, 1},      {BASIS_TIME, 0, 0},   {BASIS_MEAN, 7, 0},
+    {BASIS_MEAN, 8, 0},         {BASIS_DECAY, 0, 0},  {BASIS_TRIPLE, 1, 3, 5},
+    {BASIS_SIDE, 1, 0, 0x3fe0}, {BASIS_INITIAL, 1, 0}};
 enum { TERMS = sizeof terms / sizeof *terms, MEANS = 2 };
 static const uint16_t mean_filter[MEANS] = {0, 9};
 

@@ -240,7 +240,7 @@ static void a_row_is_complete_when_the_trigger_comes(void **state) {
   three_frames(&t.m, 2);
   assert_int_equal(rim_can_table_open(&t.table, t.m.bytes, t.m.size), RIM_OK);
   assert_int_equal(take(&t, time_id, 8, 500, 0.1), RIM_E_TRUNCATED);
-  assert_int_equal(take(&t, 0x10, 4, 7 | 9 << 16, 0.2), RIM_OK);
+  assert_int_equal(take(&t, 0x10, 4, 7 | 9 << 16, 0.25), RIM_OK);
   assert_int_equal(take(&t, 0x20, 3, 0 | 11 << 8, 0.3), RIM_OK);
   assert_int_equal(take(&t, time_id, 8, 1500, 0.4), RIM_E_TRUNCATED); /* value 3 never came */
   assert_int_equal(take(&t, 0x20, 3, 1 | 13 << 8, 0.5), RIM_OK);
@@ -249,9 +249,9 @@ static void a_row_is_complete_when_the_trigger_comes(void **state) {
   assert_true(t.complete && t.row_s == 2.5);
   assert_true(t.gather.value[0] == 7.0 && t.gather.value[1] == 9.0 && t.gather.value[2] == 11.0 &&
               t.gather.value[3] == 13.0);
-  assert_int_equal(take(&t, time_id, 8, 3500, 1.1), RIM_OK); /* still young enough */
+  assert_int_equal(take(&t, time_id, 8, 3500, 1.25), RIM_OK); /* 1 s: still young enough */
   assert_true(t.complete);
-  assert_int_equal(take(&t, time_id, 8, 4500, 1.3), RIM_E_TRUNCATED); /* the first is 1.1 s old */
+  assert_int_equal(take(&t, time_id, 8, 4500, 1.3), RIM_E_TRUNCATED); /* and now it is not */
   assert_false(t.complete);
   /* What is refused, and what it leaves alone. */
   assert_int_equal(take(&t, 0x30, 8, 0, 1.3), RIM_E_MAGIC); /* 11 bits are another identifier */

@@ -225,6 +225,7 @@ static void other_kinds_of_channels(void **state) {
   begin_with(&r);
   const uint16_t scatter = RIM_CHANNEL_SCATTER * O + TANK;
   const finding of[] = {{scatter, 10.0, {{IN, 9.0, 40}}, scatter},
+                        {scatter, 10.0, {{OTHER, 9.0, 40}}, scatter},
                         {AGREEMENT + TANK, 10.0, {{TANK, 9.0, 40}, {IN, 3.0, 40}}, IN},
                         {AGREEMENT + TANK, 10.0, {{TANK, 9.0, 40}, {IN, 1.5, 40}}, TANK}};
   NAME_EACH(of);

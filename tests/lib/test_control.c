@@ -114,6 +114,9 @@ static void a_command_frame_survives_no_damage(void **state) {
   frame.length = 12;
   assert_int_equal(rim_can_unpack_command(&back, 5, &frame), RIM_E_SIZE);
   assert_int_equal(rim_can_pack_command(&frame, 128, &c), RIM_E_RANGE);
+  assert_int_equal(rim_can_pack_command(&frame, RIM_CAN_MAX_NODE, &c), RIM_OK); /* the last one */
+  assert_int_equal(rim_can_unpack_command(&back, RIM_CAN_MAX_NODE, &frame), RIM_OK);
+  assert_true(back.sequence == 0x34 && back.model_id == 0x89 && back.command == 1);
 }
 
 static void a_heartbeat_comes_back(void **state) {

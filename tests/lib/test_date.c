@@ -127,6 +127,40 @@ static void one_shape_is_dated_as_before(void **state) {
   }
 }
 
+/* An outcome upside down is dated as before: what read high reads low, a gain is the same. */
+static void upside_down_it_begins_at_the_same_time(void **state) {
+  (void)state;
+  const deviation each[] = {step_and_ramp, bend, growing_gain};
+  static bench b;
+  unsigned gains = 0;
+  for (uint32_t k = 0; k < 12; ++k) {
+    world w = make_world(false, 0.4, 0.0);
+    draw(&w, BLOCKS, 300 + k);
+    for (uint32_t i = ONSET; i < BLOCKS; ++i)
+      w.r[i] += w.s * each[k % 3]((double)(i - ONSET) / (BLOCKS - ONSET), predicted(&w, i));
+    search_hypothesis h[2];
+    double sd[2];
+    for (size_t turned = 0; turned < 2; ++turned) {
+      start(&b, &w, BLOCKS);
+      feed(&b, 0, BLOCKS, TURN);
+      rimi_search_explain(b.search, 0, &h[turned], &sd[turned]);
+      w.p_center = -w.p_center;
+      for (uint32_t i = 0; i < BLOCKS; ++i) {
+        w.p[i] = -w.p[i];
+        w.r[i] = -w.r[i];
+      }
+    }
+    assert_int_equal(h[0].family, h[1].family);
+    assert_int_equal(h[0].onset, h[1].onset);
+    assert_true(fabs(sd[0] - sd[1]) < 0.01 * sd[0]);
+    const double sign = h[0].family == SEARCH_GAIN ? 1.0 : -1.0;
+    assert_true(fabs((double)h[0].shift - sign * (double)h[1].shift) <
+                0.01 * fabs((double)h[0].shift));
+    gains += h[0].family == SEARCH_GAIN;
+  }
+  assert_true(gains > 0);
+}
+
 /* -ln of the tail of a chi-square distribution, against its density summed numerically. */
 static void the_surprise_is_that_of_a_chi_square(void **state) {
   (void)state;
@@ -163,7 +197,9 @@ static void few_runs_are_surprised_less(void **state) {
       }
     }
   }
-  /* Fewer runs than effects can hardly be surprised. */
+  /* Fewer runs than effects can hardly be surprised, two are the fewest that teach a variance. */
+  assert_true(rimi_search_surprise(2, 2, 100.0) < 0.2 * rimi_search_surprise(2, 1, 100.0));
+  assert_true(rimi_search_surprise(2, 1, 100.0) == rimi_search_surprise(2, 0, 100.0));
   assert_true(rimi_search_surprise(4, 3, 1e4) < 4.0);
 }
 
@@ -230,6 +266,7 @@ int main(void) {
       cmocka_unit_test(the_statistic_is_that_of_whole_matrices),
       cmocka_unit_test(two_shapes_are_dated_where_they_begin),
       cmocka_unit_test(one_shape_is_dated_as_before),
+      cmocka_unit_test(upside_down_it_begins_at_the_same_time),
       cmocka_unit_test(effects_are_judged_from_half_a_run_on),
       cmocka_unit_test(of_equal_onsets_the_later_stays),
       cmocka_unit_test(absurd_sums_have_no_effects),

@@ -419,6 +419,27 @@ static void bad_configuration_is_refused(void **state) {
   assert_int_equal(rimi_dmaps_shift(&data, given, 0, shift), RIM_E_ARGUMENT);
 }
 
+/* The ends of what is taken: only the work space is too small for it. */
+static void the_least_and_the_most_are_taken(void **state) {
+  (void)state;
+  enum { MOST_OF_ALL = 128 };
+  const rim_dmaps_config c = {.regions = RIM_DMAPS_MAX_REGIONS,
+                              .sweeps = 8,
+                              .border = 1.0,
+                              .search = {.max_dims = 3, .nodes = RIM_BATCH_MAX_NODES}};
+  const uint16_t count[] = {0, 1, MOST_OF_ALL, MOST_OF_ALL + 1};
+  for (size_t i = 0; i < 4; ++i) {
+    const bool fits = i == 1 || i == 2;
+    rim_batch_data data = {N, count[i], 1, u, r};
+    rim_dmaps_result result;
+    assert_int_equal(rimi_dmaps_find(&c, &data, NULL, work, 8, &result),
+                     fits ? RIM_E_SIZE : RIM_E_CONFIG);
+    data = (rim_batch_data){N, 1, count[i], u, r};
+    assert_int_equal(rimi_dmaps_find(&c, &data, NULL, work, 8, &result),
+                     fits ? RIM_E_SIZE : RIM_E_CONFIG);
+  }
+}
+
 int main(void) {
   printf("seed %u\n", SEED);
   const struct CMUnitTest tests[] = {cmocka_unit_test(two_regions_are_recovered),
@@ -436,6 +457,7 @@ int main(void) {
                                      cmocka_unit_test(the_same_bits_again),
                                      cmocka_unit_test(scaling),
                                      cmocka_unit_test(memory_is_respected),
-                                     cmocka_unit_test(bad_configuration_is_refused)};
+                                     cmocka_unit_test(bad_configuration_is_refused),
+                                     cmocka_unit_test(the_least_and_the_most_are_taken)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -361,6 +361,7 @@ static void oldest_makes_room(void **state) {
   fill(e, 0, POINTS);
   assert_int_equal(rim_extent_points(e), POINTS);
   assert_int_equal(rim_extent_get_counters(e).replaced, POINTS);
+  assert_int_equal(rim_extent_get_counters(e).added, 2 * POINTS);
   assert_true(rim_extent_at(e, 0, (double[]){-0.4, 14.0}).existence < 0.5);
 }
 
@@ -526,6 +527,17 @@ static void places_without_a_share(void **state) {
   assert_int_equal(rim_extent_add(e, near_by, 1.0, VAR), RIM_OK);
 }
 
+/* Its memory is a function of its configuration: a copy of it says the same everywhere. */
+static void what_was_in_memory_before_is_gone(void **state) {
+  (void)state;
+  const rim_extent_config c = config_of(1);
+  memset(memory.bytes, 0, BYTES);
+  memset(other.bytes, 0xa5, BYTES);
+  (void)make(&memory, &c);
+  (void)make(&other, &c);
+  assert_memory_equal(memory.bytes, other.bytes, RIM_EXTENT_SIZE(DIMS, POINTS, LAMBDAS, 1));
+}
+
 int main(void) {
   printf("seed %u\n", SEED);
   rimi_rng_seed(&rng, SEED, 0);
@@ -540,6 +552,7 @@ int main(void) {
       cmocka_unit_test(noise_makes_no_rim),
       cmocka_unit_test(two_rims_share),
       cmocka_unit_test(search_never_loses),
+      cmocka_unit_test(what_was_in_memory_before_is_gone),
       cmocka_unit_test(oldest_makes_room),
       cmocka_unit_test(confidence_by_knots),
       cmocka_unit_test(bad_numbers_are_counted),

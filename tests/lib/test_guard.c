@@ -88,6 +88,26 @@ static void control_is_checked_before_it_is_used(void **state) {
   }
 }
 
+/* What is kept of an alarm is summed whatever its state, its record while it stands or waits. */
+static void a_kept_alarm_is_checked(void **state) {
+  (void)state;
+  for (uint32_t i = 0; i < 2 * RIM_DETECTORS; ++i) {
+    bench b;
+    fresh(&b, false);
+    rim_alarm_slot *slot = &b.monitor->life.slot[i / 2];
+    const bool stands = i % 2 != 0;
+    assert_true(rimi_guard_enter(b.monitor));
+    slot->stands = stands;
+    rimi_guard_leave(b.monitor);
+    turn(&slot->record.seq, 3);
+    assert_int_equal(rimi_guard_header_holds(b.monitor), !stands);
+    turn(&slot->record.seq, 3);
+    assert_true(rimi_guard_header_holds(b.monitor));
+    turn(&slot->ticket, 2);
+    assert_false(rimi_guard_header_holds(b.monitor));
+  }
+}
+
 /* Nobody acts on damaged memory: neither rows nor commands, and no record leaves. */
 static void what_is_damaged_says_nothing(void **state) {
   (void)state;
@@ -212,6 +232,23 @@ static void a_quiet_call_accepts_no_damage(void **state) {
   }
 }
 
+/* A row that is refused leaves memory that is looked at again: nothing stays open. */
+static void a_refused_row_accepts_no_damage(void **state) {
+  (void)state;
+  bench b;
+  row r;
+  rim_verdict v;
+  fresh(&b, true);
+  make_row(&r, true, 1, 300, 0.0);
+  r.view.outcome = NULL;
+  assert_int_equal(rim_monitor_step(b.monitor, &r.view, &v), RIM_E_ARGUMENT);
+  assert_int_equal(rim_monitor_get_health(b.monitor).damage, 0);
+  assert_true(rimi_guard_header_holds(b.monitor));
+  turn(&b.monitor->last_valid_s, 5);
+  assert_false(rimi_guard_header_holds(b.monitor));
+  assert_int_equal(rim_monitor_get_health(b.monitor).damage, RIM_DAMAGE_CONTROL);
+}
+
 /* What follows an alarm is worked out in memory that was looked at whole. */
 static void an_alarm_is_raised_from_memory_that_holds(void **state) {
   (void)state;
@@ -290,11 +327,13 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(nothing_is_found_in_memory_that_holds),
       cmocka_unit_test(control_is_checked_before_it_is_used),
+      cmocka_unit_test(a_kept_alarm_is_checked),
       cmocka_unit_test(what_is_damaged_says_nothing),
       cmocka_unit_test(observations_are_gone_through),
       cmocka_unit_test(bins_agree_among_each_other),
       cmocka_unit_test(the_image_is_gone_through),
       cmocka_unit_test(a_quiet_call_accepts_no_damage),
+      cmocka_unit_test(a_refused_row_accepts_no_damage),
       cmocka_unit_test(an_alarm_is_raised_from_memory_that_holds),
       cmocka_unit_test(a_repair_goes_on),
       cmocka_unit_test(a_repair_refuses),

@@ -199,6 +199,7 @@ static void test_counts(void **state) {
   near(m.transition[0][0], 6.5 / 9.5, 1e-15);
   near(m.transition[0][2], 0.5 / 9.5, 1e-15);
   near(m.transition[1][0], 1.0 / 3.0, 1e-15);
+  assert_true(m.initial[0] == 1.0 && m.initial[1] == 0.0 && m.initial[2] == 0.0);
   rim_hmm h;
   assert_int_equal(rimi_hmm_init(&h, &m), RIM_OK);
   assert_int_equal(rimi_hmm_from_counts(&m, 3, counts, 0.0, NULL), RIM_E_DATA);

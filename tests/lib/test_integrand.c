@@ -138,6 +138,23 @@ static void a_bias_of_the_speed_is_the_speeds(void **state) {
   }
 }
 
+/* Healthy runs that exceed what the noise model expects of a drift widen the error likewise. */
+static void an_error_is_as_wide_as_healthy_runs_say(void **state) {
+  (void)state;
+  enum { OF_RAMP = 4 * (4 + 5 + 12 + RAW + SEARCH_RAMP), EACH = 4 * (12 + RAW + FAMILIES) };
+  uint8_t *phi = made.section[RIM_SECTION_NOISE].byte + OF_RAMP + EACH * (O + 1);
+  const rim_alarm before = fly(0.1, 0.0, LAST_ROW);
+  const uint32_t one = rimi_le_u32(phi, 0), wider = UINT32_C(0x3fc80000); /* 1.5625 */
+  assert_int_equal(one, 0x3f800000);
+  for (size_t i = 0; i < 4; ++i)
+    phi[i] = (uint8_t)(wider >> 8 * i);
+  const rim_alarm a = fly(0.1, 0.0, LAST_ROW);
+  for (size_t i = 0; i < 4; ++i)
+    phi[i] = (uint8_t)(one >> 8 * i);
+  assert_true(a.t_s == before.t_s && a.channel[0] == 0);
+  is_near(a.shift_sd[0] / before.shift_sd[0], 1.25, 1e-3);
+}
+
 static void a_drift_of_the_position_is_its_own(void **state) {
   (void)state;
   for (int sign = -1; sign <= 1; sign += 2) {
@@ -203,6 +220,7 @@ static void integrands_by_another_factor(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_bias_of_the_speed_is_the_speeds),
+      cmocka_unit_test(an_error_is_as_wide_as_healthy_runs_say),
       cmocka_unit_test(a_drift_of_the_position_is_its_own),
       cmocka_unit_test(a_large_bias_of_the_speed_is_seen_by_itself),
       cmocka_unit_test(integrands_by_another_factor),

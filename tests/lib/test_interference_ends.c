@@ -222,6 +222,8 @@ static void wheels_of_few_bits(void **unused) {
   assert_true(fabs(got[0]) < 1e-12 && fabs(got[1]) < 1e-12);
   assert_int_equal(rimi_wheels_velocity(&w, zero, most, 0.5, got), RIM_OK);
   assert_true(fabs(got[2] + 1.0 / 0.5 / 0.25) < 1e-12);
+  assert_int_equal(rimi_wheels_velocity(&w, most, zero, 0.5, got), RIM_OK); /* and back round */
+  assert_true(fabs(got[2] - 1.0 / 0.5 / 0.25) < 1e-12);
   const uint32_t beyond[4] = {0, 0, 0, 4};
   assert_int_equal(rimi_wheels_velocity(&w, zero, beyond, 1.0, got), RIM_E_DATA);
   assert_int_equal(rimi_wheels_velocity(&w, beyond, zero, 1.0, got), RIM_E_DATA);

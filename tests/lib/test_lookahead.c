@@ -13,6 +13,7 @@
 #include <cmocka.h>
 
 #include "base/ellipsoid.h"
+#include "bits.h"
 #include "rim/plan/lookahead.h"
 
 #define PI 3.14159265358979323846
@@ -70,7 +71,8 @@ static void a_straight_way_enters_when_the_edge_does(void **state) {
 
 static void a_vehicle_without_vertices_is_a_point(void **state) {
   (void)state;
-  const rim_lookahead_config c = {.axis = {4, 7, RIM_LOOKAHEAD_NO_AXIS}};
+  const rim_lookahead_config c = {.axis = {4, 7, RIM_LOOKAHEAD_NO_AXIS},
+                                  .vertex = {{5.0, 5.0, 0.0}}}; /* not one that counts */
   const rim_region region = sphere(10.0, 0.0, 2.0);
   rim_plan plan = {.count = 2};
   plan.pose[0] = pose(0.0, 0.0, 0.0, 0.3);
@@ -285,6 +287,58 @@ static void bodies_in_space(void **state) {
   assert_true(inside > 500 && apart > 800);
 }
 
+/* Ways of several poses past places of one to three axes: whether, where and when they enter. */
+static void entries_keep_their_bits(void **state) {
+  (void)state;
+  static const uint16_t axes[3] = {4, 7, 9};
+  uint32_t random = 4321;
+  print_message("seed %u\n", random);
+  uint64_t digest = BITS_START;
+  unsigned entered = 0;
+  for (uint32_t n = 0; n < 3000; ++n) {
+    rim_lookahead_config c = {.axis = {4, 7, 9}, .vertices = n % 9};
+    c.margin_m = n % 3 == 0 ? between(&random, 0.0, 1.0) : 0.0;
+    for (uint32_t v = 0; v < c.vertices; ++v)
+      for (int k = 0; k < 3; ++k)
+        c.vertex[v][k] = between(&random, -1.0, 1.0);
+    const uint8_t dims = (uint8_t)(1 + n / 2 % 3);
+    uint16_t feature[3];
+    double low[3], high[3];
+    for (size_t k = 0; k < dims; ++k) {
+      feature[k] = axes[(k + n) % 3];
+      low[k] = between(&random, -3.0, 2.0);
+      high[k] = low[k] + between(&random, 0.1, 3.0);
+    }
+    rim_region region;
+    assert_int_equal(rimi_region_from_box(&region, dims, feature, low, high), RIM_OK);
+    if (dims == 2)
+      region.inverse_shape[1] = region.inverse_shape[2] =
+          between(&random, -0.9, 0.9) * sqrt(region.inverse_shape[0] * region.inverse_shape[3]);
+    rim_plan plan = {.count = 1 + n % 5};
+    for (uint32_t i = 0; i < plan.count; ++i) {
+      rim_pose *p = &plan.pose[i];
+      double length = 0.0;
+      p->after_s = 2.0 * i;
+      for (int k = 0; k < 3; ++k)
+        p->position[k] = between(&random, -6.0, 6.0);
+      for (int k = 0; k < 4; ++k) {
+        p->orientation[k] = between(&random, -1.0, 1.0);
+        length += p->orientation[k] * p->orientation[k];
+      }
+      for (int k = 0; k < 4; ++k)
+        p->orientation[k] /= sqrt(length);
+    }
+    rim_lookahead_result r;
+    take_bits(&digest, rim_lookahead_check(&c, &region, &plan, 0.5 * (n % 6), &r));
+    take_bits(&digest, (uint64_t)r.pose << 1 | r.enters);
+    take_real(&digest, r.after_s);
+    entered += r.enters;
+  }
+  print_message("%u of 3000 enter\n", entered);
+  assert_true(entered > 500 && entered < 2500);
+  bits_are(digest, UINT64_C(0x41818b0a6a8db58e));
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_straight_way_enters_when_the_edge_does),
@@ -294,6 +348,7 @@ int main(void) {
       cmocka_unit_test(agrees_with_a_dense_search),
       cmocka_unit_test(bodies_in_space),
       cmocka_unit_test(bodies_in_line),
+      cmocka_unit_test(entries_keep_their_bits),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

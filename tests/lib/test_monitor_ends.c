@@ -493,7 +493,22 @@ static void what_agreement_remembers_is_forgotten(void **state) {
     assert_true(b.monitor->agreement_state[i] == 0.0);
 }
 
-/* A plan of a single pose is one, too; none is none. */
+/* Gaps are those of the observations that are held: what was forgotten had its own. */
+static void what_is_forgotten_takes_its_gaps_along(void **state) {
+  (void)state;
+  make_bench(&b, true);
+  for (uint32_t t = 0; t < 60; ++t) {
+    if (t < 20 || t >= 40)
+      (void)step(&b, 931, t, 0.0);
+  }
+  assert_int_equal(b.monitor->gaps, 1);
+  rim_monitor_restart(b.monitor, b.monitor->last.t_s);
+  for (uint32_t t = 60; t < 70; ++t)
+    (void)step(&b, 931, t, 0.0);
+  assert_int_equal(b.monitor->gaps, 0);
+}
+
+/* A plan of a single pose is one, too; none is none. Poses count from the plan's own time. */
 static void a_plan_of_one_pose(void **state) {
   (void)state;
   make_bench(&b, false);
@@ -509,11 +524,11 @@ static void a_plan_of_one_pose(void **state) {
   assert_non_null(rim_monitor_standing(b.monitor, RIM_DETECTOR_RIM));
   const rim_lookahead_config c = {.axis = {0, 1, RIM_LOOKAHEAD_NO_AXIS}, .vertices = 1};
   for (uint32_t count = 0; count < 3; ++count) {
-    rim_lookahead ahead = {.plan = {.count = count}};
+    rim_lookahead ahead = {.plan = {.count = count, .t_us = 2000000}};
     for (uint32_t i = 0; i < count; ++i)
       ahead.plan.pose[i] = (rim_pose){.after_s = 1.0 + i, .orientation = {1.0, 0.0, 0.0, 0.0}};
     rim_entry entry = {.to_entry_s = -5.0};
-    assert_int_equal(rim_lookahead_update(&ahead, &c, b.monitor, 7, 0.5, false, false, &entry),
+    assert_int_equal(rim_lookahead_update(&ahead, &c, b.monitor, 7, 2.5, false, false, &entry),
                      count > 0);
     assert_true(entry.to_entry_s == (count > 0 ? 0.5 : -5.0));
   }
@@ -591,6 +606,7 @@ int main(void) {
       cmocka_unit_test(what_gaps_leave_unknown_is_counted),
       cmocka_unit_test(a_region_feature_twice),
       cmocka_unit_test(what_agreement_remembers_is_forgotten),
+      cmocka_unit_test(what_is_forgotten_takes_its_gaps_along),
       cmocka_unit_test(a_plan_of_one_pose),
       cmocka_unit_test(an_entry_names_its_alarm),
       cmocka_unit_test(questions_without_an_answer),

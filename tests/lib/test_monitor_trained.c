@@ -259,9 +259,12 @@ static void a_value_out_of_range_is_named_in_its_row(void **state) {
       assert_true(!out || v.out_value == value[i]);
       assert_true(isfinite(v.score) && isfinite(v.ln_anom));
     }
-    const rim_monitor_health h = rim_monitor_get_health(b.monitor);
+    rim_monitor_health h = rim_monitor_get_health(b.monitor);
     assert_true(h.rows.out_of_range == 2 && h.out_feature == 1 && h.out_value == value[i]);
     assert_true(h.out_t_s == time_of_row(77));
+    rim_monitor_restart(b.monitor, time_of_row(120)); /* which forgets it */
+    h = rim_monitor_get_health(b.monitor);
+    assert_true(h.out_feature == 0xffff && h.out_value == 0.0 && h.out_t_s == 0.0);
   }
 }
 

@@ -265,6 +265,32 @@ static void what_lies_beyond_is_told(void **state) {
     assert_true(told[o][0] > 5 && told[o][1] > 5);
 }
 
+/* As far as its reach it is still believed, to the last bit. */
+static void the_end_of_the_reach_is_within(void **state) {
+  (void)state;
+  const uint16_t own[O] = {0, 0};
+  plain m;
+  section s;
+  rim_nominal model;
+  make_plain(&m, 0);
+  for (int i = 0; i < D; ++i) {
+    m.centre[i] = 0.0;
+    m.inverse_scale[i] = m.gate_weight[i] = 1.0;
+    for (int p = 0; p < P; ++p)
+      m.c[p][i] = p == 0 ? 0.0 : 1000.0;
+  }
+  m.reach[0] = 2.0;
+  make_section(&s, &m, 1);
+  assert_int_equal(rimi_nominal_open(&model, s.byte, s.bytes), RIM_OK);
+  double x[D] = {5.0, 2.0 * RIM_NOMINAL_BELIEVED};
+  bool beyond[O];
+  assert_int_equal(rimi_nominal_beyond(&model, x, own, beyond), RIM_OK);
+  assert_false(beyond[0] || beyond[1]);
+  x[1] *= 1.0 + 0x1p-20;
+  assert_int_equal(rimi_nominal_beyond(&model, x, own, beyond), RIM_OK);
+  assert_true(beyond[0] && beyond[1]);
+}
+
 static void huge_inputs_are_clamped(void **state) {
   (void)state;
   plain m;
@@ -499,6 +525,7 @@ int main(void) {
       cmocka_unit_test(predicts_as_the_equations_say),
       cmocka_unit_test(far_from_all_the_nearest_speaks),
       cmocka_unit_test(what_lies_beyond_is_told),
+      cmocka_unit_test(the_end_of_the_reach_is_within),
       cmocka_unit_test(huge_inputs_are_clamped),
       cmocka_unit_test(ties_go_to_the_lower_index),
       cmocka_unit_test(bad_input_changes_nothing),

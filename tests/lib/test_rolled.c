@@ -170,6 +170,8 @@ static void damaged_rates_are_refused(void **unused) {
     assert_int_equal(status_of(&b), RIM_E_RANGE);
   }
   bytes b = good;
+  put_f32(b.byte + LIMIT_AT, LIMIT); /* a state that may not move */
+  assert_int_equal(status_of(&b), RIM_OK);
   put_f32(b.byte + LIMIT_AT, 2.0 * LIMIT); /* the lowest above the highest */
   assert_int_equal(status_of(&b), RIM_E_RANGE);
   static const size_t number[] = {LIMIT_AT, LIMIT_AT + 8 * STATES - 4, WEIGHT_AT,

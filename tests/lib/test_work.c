@@ -32,7 +32,17 @@ static void counts_are_the_images(void **state) {
   assert_true(n.trained && !n.external && n.channels == CHANNELS && n.block_rows == BLOCK);
   assert_true(n.ring == TRAINED_RING && n.budget == 4 && n.inputs == INPUTS && n.times == TIMES);
   assert_true(n.terms == TERMS && n.means == MEANS && n.fields == FIELDS && n.prototypes == 0);
-  recipe r = calibrated[true];
+  recipe r = calibrated[false]; /* the command three times: no count is as large as another */
+  bytes *basis = &r.section[RIM_SECTION_BASIS];
+  memmove(basis->byte + 40, basis->byte + 32, basis->size - 32);
+  for (size_t i = 0; i < 8; ++i)
+    basis->byte[32 + i] = basis->byte[40 + i % 4];
+  basis->size += 8;
+  basis->byte[4] = 3;
+  build(&m, &r);
+  assert_int_equal(rimi_work_counts_of(m.byte, m.size, &n), RIM_OK);
+  assert_true(n.inputs == 3 && n.times == TIMES && n.terms == TERMS && n.means == MEANS);
+  r = calibrated[true];
   set_word(&r, RIM_CONFIG_SMALL, 1);
   set_word(&r, RIM_CONFIG_EDGES, 7);
   set_word(&r, RIM_CONFIG_SCANS, 3);

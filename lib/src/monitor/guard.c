@@ -71,7 +71,6 @@ bool rimi_guard_enter_header(rim_monitor *m) {
   monitor_guard *g = &m->guard;
   if (g->damaged == 0 && sum_header(m) != g->header)
     g->damaged = RIM_DAMAGE_CONTROL;
-  g->busy = g->damaged == 0;
   return g->damaged == 0;
 }
 
