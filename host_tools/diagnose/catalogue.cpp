@@ -22,7 +22,7 @@ const std::map<std::string, ArgumentRole> kRoles{
     {"signed", ArgumentRole::signed_},    {"command", ArgumentRole::command},
     {"angle", ArgumentRole::angle},       {"heading", ArgumentRole::heading},
     {"altitude", ArgumentRole::altitude}, {"state", ArgumentRole::state},
-    {"lagged", ArgumentRole::lagged},     {"own_state", ArgumentRole::own_state},
+    {"lagged", ArgumentRole::lagged},     {"held", ArgumentRole::held},     {"own_state", ArgumentRole::own_state},
     {"stream", ArgumentRole::stream},     {"alike", ArgumentRole::alike},
 };
 const std::map<std::string, TermKind> kKinds{{"mean", TermKind::mean},

@@ -22,6 +22,9 @@ constexpr int kMaxLagRows = 20;
 // Lags of an argument: how many, from so many rows, to this share of a log.
 constexpr int kLags = 8;
 constexpr double kShortestLag = 2.0, kLongestLag = 0.125;
+// Reaches within which a quantity is held: how many, and as shares of its range.
+constexpr int kReaches = 9;
+constexpr double kLeastReach = 0.01, kMostReach = 0.5;
 // Nats that a form of a velocity costs more where it is not known which one is the channel's own.
 constexpr double kNotOwn = 1.5;
 // And for the prediction of another outcome as an argument: what acts is what that is made of.
@@ -36,19 +39,6 @@ constexpr double kLeastPlay = 0.002, kMostPlay = 0.6;
 constexpr double kLeastSpeeds = 0.1;
 // An altitude that hardly changes says nothing about the air.
 constexpr double kLeastClimb_m = 500.0;
-
-// Whether the feature is an angle of whose sine something may depend: it wraps, or it is one by its
-// unit or, without a unit, by its name, and has more of a turn than a straight line would do for.
-constexpr double kLeastTurn = 1.0;
-bool turns(const Feature &feature, const Vector &x) {
-  const bool is_by_name =
-      feature.unit.empty() && has_word(feature.name, {"angle", "theta", "phi", "psi", "heading",
-                                                      "yaw", "pitch", "roll", "swing", "tilt"});
-  return feature.is_angle ||
-         (!feature.is_command && !feature.is_prediction && (feature.unit == "rad" || is_by_name) &&
-          !has_word(feature.name, {"rate", "veloc", "speed", "acc"}) &&
-          x.maxCoeff() - x.minCoeff() > kLeastTurn);
-}
 
 bool is_altitude(const Feature &feature, const Vector &x) {
   return (feature.unit == "m" || feature.unit == "km") &&
@@ -111,6 +101,9 @@ private:
                 Candidate candidate);
   void add_by_length(const Form &form, const Candidate &candidate);
   void add_lagged(const Form &form);
+  void add_held(const Form &form);
+  void add_marked(const Form &form, const std::vector<int> &argument, char mark, double least,
+                  double most, int count, Candidate candidate);
 
   const Measured &measured_;
   const Channel &channel_;
@@ -171,6 +164,10 @@ std::vector<int> Builder::features_for(ArgumentRole role) const {
     case ArgumentRole::lagged:
       fits = may_delay_ && !has_start_ && !is_own && !feature.is_prediction &&
              (feature.is_command || !has_command_);
+      break;
+    case ArgumentRole::held: // a reading that a row starts from tells its way itself
+      fits = may_delay_ && !has_start_ && !feature.is_angle &&
+             (!feature.is_prediction || feature.name == "m." + channel_.name);
       break;
     case ArgumentRole::stream:
       fits = !out_.own.empty() && !is_own &&
@@ -408,15 +405,33 @@ void Builder::add_lagged(const Form &form) {
   Candidate c = candidate_of(form);
   c.penalty = 0.5 * out_.ln_rows + argument_cost(form, arguments.size()) +
               std::log(static_cast<double>(kLags));
+  for (const std::vector<int> &argument : arguments)
+    add_marked(form, argument, '~', shortest, longest, kLags, c);
+}
+
+// What is held of the argument, within shares of its range.
+void Builder::add_held(const Form &form) {
+  const std::vector<std::vector<int>> arguments = assignments(form);
+  Candidate c = candidate_of(form);
+  c.penalty = out_.ln_rows + argument_cost(form, arguments.size()) +
+              std::log(static_cast<double>(kReaches));
   for (const std::vector<int> &argument : arguments) {
-    const std::string &name = measured_.features[static_cast<std::size_t>(argument[0])].name;
-    c.group = form.form + " " + name;
-    for (int k = 0; k < kLags; ++k) {
-      const double lag = shortest * std::pow(longest / shortest, k / (kLags - 1.0));
-      c.term.arguments[form.arguments[0].name] = fmt::format("{}~{:.4g}", name, lag);
-      if (add(c, basis_columns(c.term, measured_, channel_.m)))
-        out_.size_units.push_back(unit_of(form, argument));
-    }
+    const Vector x = measured_.x.col(argument[0]);
+    const double range = x.maxCoeff() - x.minCoeff();
+    add_marked(form, argument, '%', kLeastReach * range, kMostReach * range, kReaches, c);
+  }
+}
+
+// The argument with a mark and a number (term.hpp), of `count` numbers on a geometric grid.
+void Builder::add_marked(const Form &form, const std::vector<int> &argument, char mark,
+                         double least, double most, int count, Candidate c) {
+  const std::string &name = measured_.features[static_cast<std::size_t>(argument[0])].name;
+  c.group = form.form + " " + name;
+  for (int k = 0; k < count; ++k) {
+    const double number = least * std::pow(most / least, k / (count - 1.0));
+    c.term.arguments[form.arguments[0].name] = fmt::format("{}{}{:.4g}", name, mark, number);
+    if (add(c, basis_columns(c.term, measured_, channel_.m)))
+      out_.size_units.push_back(unit_of(form, argument));
   }
 }
 
@@ -604,6 +619,8 @@ Library Builder::build() {
       continue;
     if (form.arguments.size() == 1 && form.arguments[0].role == ArgumentRole::lagged)
       add_lagged(form);
+    else if (form.arguments.size() == 1 && form.arguments[0].role == ArgumentRole::held)
+      add_held(form);
     else if (!form.basis.empty())
       add_form(form);
     else if (may_delay_)

@@ -21,6 +21,7 @@ using Index = Eigen::Index;
 std::size_t idx(Index i) { return static_cast<std::size_t>(i); }
 
 // Own velocity: how well its changes must follow the prediction.
+constexpr double kLeastTurn = 1.0; // rad: what is more than a straight line
 constexpr double kLeastOwnCorrelation = 0.3;
 // Of velocities whose changes follow it nearly as well none is known to be the own one.
 constexpr double kClearOwn = 0.6;
@@ -325,6 +326,16 @@ bool may_move(const Measured &measured, const Channel &channel, int state) {
 }
 
 } // namespace
+
+bool turns(const Feature &feature, const Vector &x) {
+  const bool is_by_name =
+      feature.unit.empty() && has_word(feature.name, {"angle", "theta", "phi", "psi", "heading",
+                                                      "yaw", "pitch", "roll", "swing", "tilt"});
+  return feature.is_angle ||
+         (!feature.is_command && !feature.is_prediction && (feature.unit == "rad" || is_by_name) &&
+          !has_word(feature.name, {"rate", "veloc", "speed", "acc"}) &&
+          x.maxCoeff() - x.minCoeff() > kLeastTurn);
+}
 
 bool has_word(const std::string &name, std::initializer_list<const char *> words) {
   return std::any_of(words.begin(), words.end(),

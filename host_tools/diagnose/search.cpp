@@ -141,7 +141,8 @@ double ChannelSearch::gain_of(const std::vector<Member> &members, double loss_wi
   return fit.is_allowed ? (loss_without - fit.loss) / out_.noise.divisor() : -1e300;
 }
 
-// The lag of a lagged argument, between its neighbours on the grid.
+// The lag of a lagged argument, or the reach of one that is held, between its neighbours on the
+// grid.
 void ChannelSearch::refine_lag(const std::vector<Member> &others, double loss,
                                Member *member) const {
   std::vector<Member> all = others;
@@ -153,7 +154,8 @@ void ChannelSearch::refine_lag(const std::vector<Member> &others, double loss,
       Member next = *member;
       std::string &name = next.term.arguments.begin()->second;
       const std::string base = base_feature(name);
-      name = fmt::format("{}~{:.4g}", base, by * std::stod(name.substr(base.size() + 1)));
+      name = fmt::format("{}{}{:.4g}", base, name[base.size()],
+                         by * std::stod(name.substr(base.size() + 1)));
       set_columns(measured_, channel_, channel_.m, &next);
       all.back() = next;
       const double gain = gain_of(all, loss);
@@ -171,7 +173,9 @@ void ChannelSearch::refine_lag(const std::vector<Member> &others, double loss,
 
 void ChannelSearch::refine_shape(const std::vector<Member> &others, double loss,
                                  Member *member) const {
-  if (member->term.form == kLaggedCoupling && !member->differs)
+  const bool is_marked =
+      member->term.form == kLaggedCoupling || member->term.form == kHysteresis;
+  if (is_marked && !member->differs)
     refine_lag(others, loss, member);
   const Candidate &candidate = library_.candidates[static_cast<std::size_t>(member->candidate)];
   const Vector mask = gate_mask(member->term.gate, measured_);

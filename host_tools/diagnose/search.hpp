@@ -116,6 +116,8 @@ private:
   bool is_better_formula(const ChannelFindings &other, double by);
   bool says_more(const ChannelFindings &laws, double share) const;
   void formulas_for_tables();
+  std::vector<std::size_t> parts_said(const Candidate &candidate, std::size_t formula,
+                                      std::size_t part) const;
   std::vector<Member> named_part(std::size_t formula, std::size_t part) const;
   void name_parts();
   std::vector<Member> as_straight_line(std::size_t formula) const;

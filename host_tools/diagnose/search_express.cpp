@@ -8,6 +8,8 @@
 #include <iterator>
 #include <map>
 
+#include <Eigen/Cholesky>
+
 namespace rim::diagnose {
 
 namespace {
@@ -60,17 +62,30 @@ void take_out(std::size_t part, Member *formula) {
                    term.shape.end());
 }
 
-// Whether a product of a formula is of a feature that another product is of too: x beside x cubed
-// is one law.
-bool shares_feature(const Term &formula, std::size_t part) {
+// Whether a product of a formula is of features that another product is of too, of all of them or
+// of all that the other has: x beside x cubed is one law, and x beside x*y; x*y beside x*z are two.
+bool shares_features(const Term &formula, std::size_t part) {
   for (std::size_t k = 0; k < formula.basis.size(); ++k) {
+    int both = 0, mine = 0, others = 0;
     for (const auto &[placeholder, feature] : formula.arguments) {
-      if (k != part && has_word(formula.basis[k], placeholder) &&
-          has_word(formula.basis[part], placeholder))
-        return true;
+      const bool is_mine = has_word(formula.basis[part], placeholder),
+                 is_other = has_word(formula.basis[k], placeholder);
+      both += is_mine && is_other ? 1 : 0;
+      mine += is_mine ? 1 : 0;
+      others += is_other ? 1 : 0;
     }
+    if (k != part && both > 0 && (both == mine || both == others))
+      return true;
   }
   return false;
+}
+
+// Cosine between a column and the nearest combination of one or two others.
+double cosine(const Vector &column, const Eigen::MatrixXd &others) {
+  Eigen::MatrixXd gram = others.transpose() * others;
+  gram.diagonal().array() *= 1.0 + 1e-12;
+  const Vector s = others.transpose() * column;
+  return std::sqrt(std::max(0.0, s.dot(gram.ldlt().solve(s)))) / std::max(1e-300, column.norm());
 }
 
 // Whether a formula is nothing but the product of two features: it is the form of that name, which
@@ -212,42 +227,63 @@ bool ChannelSearch::says_more(const ChannelFindings &laws, double share) const {
   return fall > share * share * whole;
 }
 
+// Products of the formula, of which `part` is one, that the candidate says: it alone where the
+// candidate has one size, all that are combinations of its columns where it has two (a sine and a
+// cosine). None: it does not say `part`.
+std::vector<std::size_t> ChannelSearch::parts_said(const Candidate &candidate,
+                                                   std::size_t formula, std::size_t part) const {
+  const Vector root = out_.noise.weight.cwiseSqrt();
+  const bool resists = candidate.is_physical && candidate.term.arguments.count("v") > 0;
+  const Term &term = out_.members[formula].term;
+  if (candidate.is_fixed || (candidate.columns > 1 && resists))
+    return {};
+  const Eigen::MatrixXd said = root.asDiagonal() *
+                               library_.g.middleCols(candidate.column, candidate.columns);
+  std::vector<std::size_t> parts;
+  for (std::size_t k = 0; k < out_.members[formula].part_penalty.size(); ++k) {
+    const Vector column =
+        root.cwiseProduct(out_.members[formula].h.col(static_cast<Index>(k)));
+    const bool is_wanted = k == part || candidate.columns > 1;
+    const bool may_be = resists || candidate.columns > 1 || !shares_features(term, part);
+    if (is_wanted && may_be && cosine(column, said) > (resists ? kAlike : kSame))
+      parts.push_back(k);
+  }
+  return std::find(parts.begin(), parts.end(), part) != parts.end() ? parts
+                                                                    : std::vector<std::size_t>{};
+}
+
 // The members with the form that says what a part of the formula says in that part's place, and in
 // the place of another of its kind; none: there is no such name.
 std::vector<Member> ChannelSearch::named_part(std::size_t formula, std::size_t part) const {
-  const Vector root = out_.noise.weight.cwiseSqrt(),
-               column = root.cwiseProduct(out_.members[formula].h.col(static_cast<Index>(part)));
-  std::vector<Member> others = without(formula);
-  if (out_.members[formula].part_penalty.size() > 1) {
-    others.push_back(out_.members[formula]);
-    take_out(part, &others.back());
-  }
-  const bool is_own = !shares_feature(out_.members[formula].term, part);
-  double best = score_of(out_.members, out_.noise) - kForName;
+  double best = -1e300;
   std::vector<Member> named;
   for (std::size_t c = 0; c < library_.candidates.size(); ++c) {
     const Candidate &candidate = library_.candidates[c];
-    if (candidate.is_fixed || candidate.columns != 1)
-      continue;
-    const bool resists = candidate.is_physical && candidate.term.arguments.count("v") > 0;
-    const Vector g = root.cwiseProduct(library_.g.col(candidate.column));
-    if (!(resists || is_own) ||
-        !(std::abs(g.dot(column)) > (resists ? kAlike : kSame) * g.norm() * column.norm()))
+    const std::vector<std::size_t> parts = parts_said(candidate, formula, part);
+    if (parts.empty())
       continue;
     std::vector<Member> all;
-    for (const Member &m : others) {
+    for (const Member &m : without(formula)) {
       const bool is_same =
           !m.is_given && m.candidate >= 0 && m.term.gate.everywhere() &&
           library_.candidates[static_cast<std::size_t>(m.candidate)].group == candidate.group;
       if (!is_same)
         all.push_back(m);
     }
+    if (parts.size() < out_.members[formula].part_penalty.size()) {
+      all.push_back(out_.members[formula]);
+      for (std::size_t k = parts.size(); k-- > 0;)
+        take_out(parts[k], &all.back());
+    }
     Member member = form_member(static_cast<int>(c), false);
     if (!member.term.shape.empty())
       refine_shape(all, fit_members(y_, all, out_.noise).loss, &member);
     all.push_back(std::move(member));
-    const double score = score_of(all, out_.noise);
-    if (score > best) {
+    // A sine alone is a form of two sizes too, one of which is about none.
+    const double sizes = 0.5 * library_.ln_rows *
+                         std::max(0.0, candidate.columns - static_cast<double>(parts.size()));
+    const double score = score_of(all, out_.noise) + sizes;
+    if (score > std::max(best, score_of(out_.members, out_.noise) - kForName)) {
       best = score;
       named = std::move(all);
     }

@@ -60,6 +60,8 @@ std::string meaning(const Term &term, const Channel &channel) {
                 : "it goes with the square of the speed";
   if (term.form == kBacklash)
     return "after every turn it stays until the play is taken up";
+  if (term.form == kHysteresis)
+    return "it depends on the way it came; after every turn a part follows, and slips gradually";
   if (moves_prediction(term) && term.form.rfind("delay", 0) == 0)
     return "what is asked acts late";
   if (remembers(term))

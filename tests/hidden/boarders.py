@@ -146,7 +146,7 @@ def screw_axis(rng):
         c = {"t_s": np.arange(n) * dt, "u.feed_mmps": np.gradient(x, dt), "x.place_mm": x, "x.screw_degC": T + nz(rng, .05, n), "z.error_um": g * x * (T - 20) + e + nz(rng, 2, n), "m.error_um": 0 * x,
              "z.cross_mm": y + nz(rng, .004, n), "m.cross_mm": y}
         return c, {"error_um": [x * T, x, np.sign(np.gradient(x))], "cross_mm": []}
-    return dict(log=log, n=[1600, 1400, 1700], channels=["error_um", "cross_mm"], effects=[E("error_um", "product", "coupling"), E("error_um", "coulomb_friction", "backlash", "unknown")])
+    return dict(log=log, n=[1600, 1400, 1700], channels=["error_um", "cross_mm"], effects=[E("error_um", "product", "coupling"), E("error_um", "coulomb_friction", "backlash", "hysteresis", "unknown")])
 
 # forklift: its acceleration by the mass of the empty truck; it carries another load in every log, its wheels roll hard on both ways
 @machine
@@ -189,7 +189,7 @@ def piezo(rng):
         fr = 3 + .05 * u
         c = {"t_s": np.arange(n) * dt, "u.amplifier_V": u, "x.frame_degC": 24 + np.cumsum(nz(rng, .003, n)), "z.place_um": .15 * (u + P) + nz(rng, .02, n), "m.place_um": .15 * u, "z.strain": fr + nz(rng, .05, n), "m.strain": fr}
         return c, {"place_um": [P], "strain": []}
-    return dict(log=log, n=[2000, 1700, 1900], channels=["place_um", "strain"], effects=[E("place_um", "backlash", "lag", "unknown", "delay")])
+    return dict(log=log, n=[2000, 1700, 1900], channels=["place_um", "strain"], effects=[E("place_um", "backlash", "hysteresis", "lag", "unknown", "delay")])
 
 # rolling mill: its gauge stands a length behind the gap, so that what it reads is late, by less the faster the strip runs; the force is well
 @machine
