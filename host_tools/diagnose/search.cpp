@@ -326,6 +326,11 @@ void ChannelSearch::join_forms() {
     if (member.is_given || !member.term.gate.everywhere())
       kept.push_back(member);
   }
+  join_forms_beside(std::move(kept));
+}
+
+// And beside these.
+void ChannelSearch::join_forms_beside(std::vector<Member> kept) {
   NoiseState noise;
   const FormSet set =
       SetSearch(measured_, library_, y_, out_.noise.weight, kept, least_noise(channel_), &products_)

@@ -109,6 +109,9 @@ private:
   void add_terms(bool is_rough);
   Member form_member(int candidate, bool differs) const;
   void join_forms();
+  void join_forms_beside(std::vector<Member> kept);
+  std::vector<std::vector<Member>> formula_alone() const;
+  void join_laws_beside_formula();
   bool is_law(const Member &m) const;
   bool has_opposites() const;
   bool are_laws() const;

@@ -204,6 +204,55 @@ void ChannelSearch::try_expressions(const std::vector<Member> &kept) {
   }
   out_ = std::move(best);
   name_parts();
+  join_laws_beside_formula();
+}
+
+// What is given and the formula, whole; and less each of its products that is of one feature.
+std::vector<std::vector<Member>> ChannelSearch::formula_alone() const {
+  std::vector<Member> all;
+  std::size_t formula = out_.members.size();
+  for (const Member &m : out_.members) {
+    if (m.is_given || !m.term.gate.everywhere() || !m.part_penalty.empty())
+      all.push_back(m);
+    if (!m.is_given && !m.part_penalty.empty())
+      formula = all.size() - 1;
+  }
+  if (formula == out_.members.size())
+    return {};
+  std::vector<std::vector<Member>> out{all};
+  const Term &term = all[formula].term;
+  for (std::size_t k = 0; k < term.basis.size() && term.basis.size() > 1; ++k) {
+    const auto features = std::count_if(
+        term.arguments.begin(), term.arguments.end(),
+        [&](const auto &argument) { return has_word(term.basis[k], argument.first); });
+    if (features > 1)
+      continue;
+    out.push_back(all);
+    take_out(k, &out.back()[formula]);
+  }
+  return out;
+}
+
+// A formula has few products, and its last may stand for several laws (a root of the speed for a
+// friction of two kinds): these, searched jointly beside the others, take its place where they say
+// more.
+void ChannelSearch::join_laws_beside_formula() {
+  ChannelFindings best = out_;
+  for (std::vector<Member> &formula : formula_alone()) {
+    const std::size_t alone = formula.size();
+    out_ = best;
+    join_forms_beside(std::move(formula));
+    out_.fit = fit_members(y_, out_.members, out_.noise);
+    estimate_noise();
+    const Noise noise = out_.noise.scale < best.noise.scale ? out_.noise : best.noise;
+    if (out_.members.size() == alone || out_.members.size() > options_.most_terms ||
+        score_of(out_.members, noise) < score_of(best.members, noise) + kThanPatches)
+      continue;
+    out_.rival_expressions.clear();
+    best = out_;
+  }
+  out_ = std::move(best);
+  out_.fit = fit_members(y_, out_.members, out_.noise);
 }
 
 // Whether the members, the last of them a formula, say more than those of `other`, by so many nats,
