@@ -2,6 +2,7 @@
 #include "diagnose/library.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -84,7 +85,13 @@ private:
   std::vector<std::vector<int>> assignments(const Form &form) const;
   std::vector<double> grid(const ShapeParameter &p, const Form &form,
                            const std::vector<int> &arguments) const;
-  std::string shape_unit(const Form &form, const std::vector<int> &arguments) const;
+  std::string shape_unit(const Form &form, std::size_t which,
+                         const std::vector<int> &arguments) const;
+  std::vector<std::vector<double>> grids(const Form &form,
+                                         const std::vector<int> &arguments) const;
+  void set_shape(const Form &form, const std::vector<int> &arguments,
+                 const std::vector<std::vector<double>> &values,
+                 const std::array<std::size_t, 2> &at, Candidate *c) const;
   double argument_cost(const Form &form, std::size_t assignments) const;
   double other_predictions(const std::vector<int> &arguments) const;
   Candidate candidate_of(const Form &form) const;
@@ -220,6 +227,14 @@ std::vector<std::vector<int>> Builder::assignments(const Form &form) const {
 std::vector<double> Builder::grid(const ShapeParameter &p, const Form &form,
                                   const std::vector<int> &arguments) const {
   std::vector<double> out = p.values;
+  if (!p.share_of.empty()) {
+    for (std::size_t k = 0; k < arguments.size(); ++k) {
+      const double scale = channel_.m.norm() / std::max(1e-300, measured_.x.col(arguments[k]).norm());
+      if (form.arguments[k].name == p.share_of)
+        std::for_each(out.begin(), out.end(), [scale](double &v) { v *= scale; });
+    }
+    return out;
+  }
   if (p.quantiles_of.empty()) {
     for (std::size_t k = 0; k < arguments.size(); ++k) {
       const Feature &f = measured_.features[static_cast<std::size_t>(arguments[k])];
@@ -289,8 +304,14 @@ bool Builder::add(Candidate candidate, const Eigen::MatrixXd &columns) {
 }
 
 // Unit of the shape parameter: its own, or that of what its grid is made of.
-std::string Builder::shape_unit(const Form &form, const std::vector<int> &arguments) const {
-  const ShapeParameter &p = form.shape[0];
+std::string Builder::shape_unit(const Form &form, std::size_t which,
+                                const std::vector<int> &arguments) const {
+  const ShapeParameter &p = form.shape[which];
+  if (!p.share_of.empty() && arguments.size() == 1) {
+    const std::string &of = measured_.features[static_cast<std::size_t>(arguments[0])].unit;
+    return of.empty() ? channel_.unit
+                      : (channel_.unit.empty() ? "1" : channel_.unit) + " per (" + of + ")";
+  }
   std::string unit = p.unit == "1" ? "" : p.unit;
   if (unit.empty() && (p.quantiles_of == "m" || p.quantiles_of == "abs(m)"))
     unit = channel_.unit;
@@ -359,7 +380,8 @@ void Builder::add_form(const Form &form) {
   const double sizes =
       form.is_fixed ? 0.0 : static_cast<double>(std::max<std::size_t>(1, form.basis.size()));
   const std::vector<std::vector<int>> all = assignments(form);
-  const double cost = 0.5 * sizes * out_.ln_rows + argument_cost(form, all.size());
+  const double cost = 0.5 * (sizes + (form.shape.size() > 1 ? 1.0 : 0.0)) * out_.ln_rows +
+                      argument_cost(form, all.size());
   for (const std::vector<int> &arguments : all) {
     Candidate c = candidate;
     for (std::size_t k = 0; k < arguments.size(); ++k)
@@ -369,26 +391,47 @@ void Builder::add_form(const Form &form) {
     if (form.cause == "product" && form.arguments.size() == 1 && has_start_ &&
         arguments[0] == state_)
       of_arguments += kOwnSquare;
-    std::vector<double> values{0.0};
-    if (!form.shape.empty())
-      values = grid(form.shape[0], form, arguments);
-    for (std::size_t v = 0; v < values.size(); ++v) {
-      const bool is_usual = !form.shape.empty() && form.shape[0].first_is_usual && v == 0;
-      c.penalty =
-          cost + of_arguments + (is_usual ? 0.0 : std::log(static_cast<double>(values.size())));
-      c.shape_range.clear();
-      if (!form.shape.empty()) {
-        const ShapeParameter &p = form.shape[0];
-        c.term.shape = {{p.name, values[v], 0.0, shape_unit(form, arguments)}};
-        // Whole numbers without a unit (harmonics) are not refined, nor is what is usual, nor what
-        // has one value.
-        if (p.unit != "1" && !p.first_is_usual && values.size() > 1)
-          c.shape_range = {{values[v > 0 ? v - 1 : v], values[std::min(v + 1, values.size() - 1)]}};
+    const std::vector<std::vector<double>> values = grids(form, arguments);
+    for (std::size_t v = 0; v < values[0].size(); ++v) {
+      for (std::size_t w = 0; w < values[1].size(); ++w) {
+        const bool is_usual = !form.shape.empty() && form.shape[0].first_is_usual && v == 0;
+        const auto tried = static_cast<double>(values[0].size() * values[1].size());
+        c.penalty = cost + of_arguments + (is_usual ? 0.0 : std::log(tried));
+        set_shape(form, arguments, values, {v, w}, &c);
+        c.group = group_of(form, c.term);
+        if (add(c, basis_columns(c.term, measured_, channel_.m)))
+          out_.size_units.push_back(unit_of(form, arguments));
       }
-      c.group = group_of(form, c.term);
-      if (add(c, basis_columns(c.term, measured_, channel_.m)))
-        out_.size_units.push_back(unit_of(form, arguments));
     }
+  }
+}
+
+// What each of two shape parameters is tried at; one value, which means nothing, of one that there
+// is not.
+std::vector<std::vector<double>> Builder::grids(const Form &form,
+                                                const std::vector<int> &arguments) const {
+  std::vector<std::vector<double>> out(2, {0.0});
+  for (std::size_t k = 0; k < form.shape.size(); ++k)
+    out[k] = grid(form.shape[k], form, arguments);
+  return out;
+}
+
+// The shape at these places of the grids, and where each parameter may be refined. Whole numbers
+// without a unit (harmonics) are not refined, nor is what is usual, nor what has one value.
+void Builder::set_shape(const Form &form, const std::vector<int> &arguments,
+                        const std::vector<std::vector<double>> &values,
+                        const std::array<std::size_t, 2> &at, Candidate *c) const {
+  c->term.shape.clear();
+  c->shape_range.clear();
+  bool is_refined = true;
+  for (std::size_t k = 0; k < form.shape.size(); ++k) {
+    const ShapeParameter &p = form.shape[k];
+    const std::vector<double> &of = values[k];
+    c->term.shape.push_back({p.name, of[at[k]], 0.0, shape_unit(form, k, arguments)});
+    is_refined = is_refined && p.unit != "1" && !p.first_is_usual && of.size() > 1;
+    if (is_refined)
+      c->shape_range.emplace_back(of[at[k] > 0 ? at[k] - 1 : at[k]],
+                                  of[std::min(at[k] + 1, of.size() - 1)]);
   }
 }
 

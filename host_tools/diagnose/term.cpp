@@ -112,6 +112,21 @@ Vector evaluate(const std::string &expression, const Term &term, const Measured 
   return out;
 }
 
+// The name of an argument within the term's expression: with its unit where another argument would
+// have the same one, as the angle and the speed of one joint.
+std::string argument_text(const std::string &feature, const Term &term) {
+  std::string name = strip(feature);
+  const bool is_twice = std::any_of(
+      term.arguments.begin(), term.arguments.end(),
+      [&](const auto &other) { return other.second != feature && strip(other.second) == name; });
+  const std::size_t prefix = feature.find('.');
+  if (is_twice && late_text(feature).empty() && prefix == 1)
+    name = (feature[0] == 'u' ? "commanded " : feature[0] == 'm' ? "predicted " : "") +
+           feature.substr(prefix + 1);
+  std::replace(name.begin(), name.end(), ' ', '_');
+  return name;
+}
+
 // Expression with arguments and shape parameters replaced by what they stand for.
 std::string substituted(const std::string &expression, const Term &term) {
   std::string out;
@@ -131,9 +146,7 @@ std::string substituted(const std::string &expression, const Term &term) {
     const auto is_it = [&word](const Parameter &p) { return p.name == word; };
     const auto parameter = std::find_if(term.shape.begin(), term.shape.end(), is_it);
     if (argument != term.arguments.end()) {
-      std::string name = strip(argument->second);
-      std::replace(name.begin(), name.end(), ' ', '_');
-      out += name;
+      out += argument_text(argument->second, term);
     } else if (parameter != term.shape.end()) {
       out += number_text(parameter->value);
     } else {
