@@ -269,8 +269,9 @@ void a_limit_that_a_speed_takes_from(void **) {
   std::vector<rim::Log> logs = axes(9, {}, [](double, double, int) { return 0.0; });
   for (rim::Log &log : logs) {
     for (Eigen::Index i = 0; i < log.values.rows(); ++i) {
-      const double v = log.values(i, 1), wanted = 30.0 * std::sin(0.0021 * i * i / (1.0 + 0.02 * i)),
-                   opposed = 12.0 * v;
+      const auto row = static_cast<double>(i);
+      const double wanted = 30.0 * std::sin(row / 9.0) + 8.0 * std::sin(row / 31.0),
+                   opposed = 12.0 * log.values(i, 1);
       const double noise = log.values(i, 3) - log.values(i, 4);
       log.values(i, 4) = wanted;
       log.values(i, 3) = std::clamp(wanted + opposed, -24.0, 24.0) - opposed + noise;
