@@ -31,7 +31,7 @@ constexpr std::size_t kMostSearched = 8000, kLeastSearched = 1500, kMostCells = 
 // Below this score the null's threshold is not believed: it is a fitted law.
 constexpr double kLeastThreshold = 2.0;
 // Searches of noise over all channels, and the least of one.
-constexpr std::size_t kMostNull = 96, kLeastNull = 6;
+constexpr std::size_t kMostNull = 64, kLeastNull = 6;
 // The law is fitted to a first look at each simulated residual; the real one is looked at more
 // often (swaps, ellipses), so a tenth of what is allowed is asked of it.
 constexpr double kStrict = 0.1;

@@ -252,7 +252,7 @@ private:
   Beside beside(const Eigen::MatrixXd &columns) const;
   void add_inputs();
   void add_atoms();
-  Vector values(const Atom &atom) const;
+  Vector values(const Atom &atom, const Vector &argument) const;
   Vector column(const Product &product) const;
   double penalty_of(const Product &product) const;
   void solve(State *state) const;
@@ -372,7 +372,7 @@ void Finder::add_atoms() {
   }
   values_.resize(static_cast<Index>(rows_.size()), static_cast<Index>(atoms_.size()));
   for (std::size_t k = 0; k < atoms_.size(); ++k) {
-    const Vector v = values(atoms_[k])(rows_);
+    const Vector v = values(atoms_[k], x_(rows_, static_cast<Index>(atoms_[k].input)));
     const double size = std::max(1e-300, v.cwiseAbs().maxCoeff());
     values_.col(static_cast<Index>(k)) = (v / size).cast<float>();
   }
@@ -405,17 +405,15 @@ void Finder::add_plain() {
   plain_values_ = values_(of_scan, plain_);
 }
 
-Vector Finder::values(const Atom &atom) const {
+Vector Finder::values(const Atom &atom, const Vector &argument) const {
   const Input &in = inputs_[atom.input];
-  return x_.col(static_cast<Index>(atom.input)).unaryExpr([&](double x) {
-    return value_of(atom.fn, in, x, atom.width);
-  });
+  return argument.unaryExpr([&](double x) { return value_of(atom.fn, in, x, atom.width); });
 }
 
 Vector Finder::column(const Product &product) const {
   Vector out = root_;
   for (const Atom &atom : product)
-    out = out.cwiseProduct(values(atom));
+    out = out.cwiseProduct(values(atom, x_.col(static_cast<Index>(atom.input))));
   return out / std::max(1e-300, out.cwiseAbs().maxCoeff());
 }
 
@@ -605,27 +603,26 @@ void Finder::lengthen(const Product &product, const Eigen::VectorXf &values, Sca
     see(values.asDiagonal() * values_(Eigen::all, partners), longer, scan);
 }
 
-// The widths of the last product, each by bisection. What the other columns and factors do is the
-// same for every width.
+// The widths of the last product, each by bisection in the rows of the scan: its size is then fitted
+// in all. What the other columns and factors do is the same for every width.
 State Finder::refined(const State &from, State state) const {
   Product product = state.products.back();
   const auto may_move = [](const Atom &atom) { return atom.has_free_width(); };
   if (std::none_of(product.begin(), product.end(), may_move))
     return state;
-  const Eigen::MatrixXd basis =
-      from.columns.cols() > 0 ? orthonormal_basis(from.columns) : from.columns;
-  const Vector left = y_ - basis * (basis.transpose() * y_);
+  const auto [left, basis] = beside(from.columns);
   double most = -1.0; // squares that the product takes off
   for (std::size_t k = 0; k < product.size(); ++k) {
     if (!may_move(product[k]))
       continue;
     Product others = product;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
-    const Vector beside = column(others);
-    const auto fall_of = [&](double width) {
+    const Vector factors = column(others)(rows_);
+    const Vector argument = x_(rows_, static_cast<Index>(product[k].input));
+    const auto fall_of = [&, &left = left, &basis = basis](double width) {
       Atom atom = product[k];
       atom.width = width;
-      const Vector x = beside.cwiseProduct(values(atom));
+      const Vector x = factors.cwiseProduct(values(atom, argument));
       const double own = x.squaredNorm() - (basis.transpose() * x).squaredNorm(), s = x.dot(left);
       return own > kLeastOwn * x.squaredNorm() ? s * s / own : 0.0;
     };

@@ -1,6 +1,6 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
-# The blind test of rim diagnose: nature's and the grader's own tests on forty fixed seeds, then 22 of these diagnosed
+# The blind test of rim diagnose: nature's and the grader's own tests on forty fixed seeds, then 14 of these diagnosed
 # against the floors of tests/hidden/floors.txt (eight, without floors, under the sanitizers).
 . "$(dirname "$0")/check.inc"
 hidden=$root/tests/hidden
@@ -38,9 +38,9 @@ campaign() { # campaign TOOL SEED COUNT [FLOORS]: lines to TOOL.jsonl, figures t
     "$hidden/run.sh" "$2" "$3" each > "$1.txt" 2> "$1.err"
 }
 value() { sed -n "s/^  $2 *\([0-9.]*\).*/\1/p" "$1.txt"; }
-few=$((count < 40 ? 4 : 22)) # from 14 on: single effects, nulls and pairs
-campaign oracle 14 $few "$hidden/floors.txt"; oracle=$?
-campaign silent 14 $few "$hidden/floors.txt"; silent=$?
+few=$((count < 40 ? 4 : 14)) # from 18 on: single effects, nulls and pairs
+campaign oracle 18 $few "$hidden/floors.txt"; oracle=$?
+campaign silent 18 $few "$hidden/floors.txt"; silent=$?
 if [ $count -eq 40 ]; then check "the oracle reaches every floor" 0 $oracle; fi
 check "the silent one does not" 1 $silent
 for figure in 'hidden effects found' 'found, one, in the catalogue: named first' \
@@ -67,7 +67,7 @@ if ! has_command diagnose; then
   echo "skipped: rim has no diagnose"; skipped=$((skipped + 1)); finish
 fi
 if [ $count -eq 40 ]; then
-  campaign rim 14 $few "$hidden/floors.txt"
+  campaign rim 18 $few "$hidden/floors.txt"
   sed -n '1,/^time/p' rim.txt
   while read -r line; do
     case $line in ok:*) ok ;; FAILED:*) bad "$line" ;; esac

@@ -26,6 +26,12 @@ SEED = 4711
 KINDS = [(M, v) for M in (V, blind, kin, fleet) for v in M.VEHICLES]
 
 
+def some(M, vehicle):
+    """Every third of a vehicle's faults, beginning with another one for each; all with RIM_LONG."""
+    step = 1 if os.environ.get("RIM_LONG") else 3
+    return M.FAULTS[vehicle][KINDS.index((M, vehicle)) % step::step]
+
+
 @functools.lru_cache(None)
 def drawn(M, vehicle, fault=None):
     return M.run(vehicle, SEED, fault)
@@ -48,7 +54,7 @@ class Generators(unittest.TestCase):
     def test_a_fault_leaves_the_rows_before_it_as_they_were(self):
         for M, v in KINDS:
             healthy = drawn(M, v)[1]
-            for fault in M.FAULTS[v]:
+            for fault in some(M, v):
                 _, rows, truth = drawn(M, v, fault)
                 self.assertIn(1, truth["rows"], (v, fault))
                 first = truth["rows"].index(1)
@@ -57,7 +63,7 @@ class Generators(unittest.TestCase):
 
     def test_truth_speaks_of_columns_that_exist(self):
         for M, v in KINDS:
-            for fault in M.FAULTS[v]:
+            for fault in some(M, v):
                 columns, rows, t = drawn(M, v, fault)
                 self.assertTrue(set(t["columns"]) | set(t["features"]) <= set(columns), (v, fault))
                 self.assertTrue(set(t["columns"].values()) <= {-1, 0, 1})
