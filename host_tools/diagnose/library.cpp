@@ -26,6 +26,9 @@ constexpr double kShortestLag = 2.0, kLongestLag = 0.125;
 // Reaches within which a quantity is held: how many, and as shares of its range.
 constexpr int kReaches = 9;
 constexpr double kLeastReach = 0.01, kMostReach = 0.5;
+// The least of them over the noise of a reading, and the correlation of that with the error from
+// which the prediction is made of it.
+constexpr double kReachOverNoise = 6.0, kInError = 0.1;
 // Nats that a form of a velocity costs more where it is not known which one is the channel's own.
 constexpr double kNotOwn = 1.5;
 // And for the prediction of another outcome as an argument: what acts is what that is made of.
@@ -108,6 +111,11 @@ private:
                 Candidate candidate);
   void add_by_length(const Form &form, const Candidate &candidate);
   void add_lagged(const Form &form);
+  struct Jitter {
+    double sd = 0.0;
+    bool is_in_error = false;
+  };
+  Jitter jitter_of(int feature) const;
   void add_held(const Form &form);
   void add_marked(const Form &form, const std::vector<int> &argument, char mark, double least,
                   double most, int count, Candidate candidate);
@@ -452,16 +460,56 @@ void Builder::add_lagged(const Form &form) {
     add_marked(form, argument, '~', shortest, longest, kLags, c);
 }
 
-// What is held of the argument, within shares of its range.
+// What of a feature changes from row to row without lasting, and whether what is wrong with the
+// prediction goes with it.
+Builder::Jitter Builder::jitter_of(int feature) const {
+  const Measured &all = measured_.whole != nullptr ? *measured_.whole : measured_;
+  const Channel &channel =
+      all.channels[static_cast<std::size_t>(all.find_channel(channel_.name))];
+  const Vector x = feature_column(all, measured_.features[static_cast<std::size_t>(feature)].name),
+               wrong = (channel.z - channel.m).cwiseQuotient(channel.sd);
+  double squares = 0.0, next = 0.0, both = 0.0, wrongs = 0.0, before = 0.0, rows = 0.0;
+  for (const LogSpan &log : all.logs) {
+    for (std::size_t i = log.first + 1; i + 1 < log.first + log.rows; ++i) {
+      const auto k = static_cast<Index>(i);
+      const double bend = x(k - 1) - 2.0 * x(k) + x(k + 1),
+                   of_wrong = wrong(k - 1) - 2.0 * wrong(k) + wrong(k + 1);
+      next += i > log.first + 1 ? bend * before : 0.0;
+      squares += bend * bend;
+      both += bend * of_wrong;
+      wrongs += of_wrong * of_wrong;
+      before = bend;
+      rows += 1.0;
+    }
+  }
+  Jitter out;
+  if (next >= 0.0 || rows < 1.0) // bends that last are motion
+    return out;
+  out.sd = std::sqrt(squares / (6.0 * rows)); // a white reading bends by root 6 of its own
+  out.is_in_error = std::abs(both) > kInError * std::sqrt(squares * wrongs);
+  return out;
+}
+
+// What is held of the argument, within shares of its range. The noise of a reading that the
+// prediction is made of would be held too, and mend the prediction.
 void Builder::add_held(const Form &form) {
-  const std::vector<std::vector<int>> arguments = assignments(form);
+  std::vector<std::vector<int>> arguments;
+  std::vector<double> least;
+  for (const std::vector<int> &argument : assignments(form)) {
+    const Jitter jitter = jitter_of(argument[0]);
+    if (jitter.is_in_error)
+      continue;
+    arguments.push_back(argument);
+    least.push_back(kReachOverNoise * jitter.sd);
+  }
   Candidate c = candidate_of(form);
   c.penalty = out_.ln_rows + argument_cost(form, arguments.size()) +
               std::log(static_cast<double>(kReaches));
-  for (const std::vector<int> &argument : arguments) {
-    const Vector x = measured_.x.col(argument[0]);
-    const double range = x.maxCoeff() - x.minCoeff();
-    add_marked(form, argument, '%', kLeastReach * range, kMostReach * range, kReaches, c);
+  for (std::size_t k = 0; k < arguments.size(); ++k) {
+    const Vector x = measured_.x.col(arguments[k][0]);
+    const double range = x.maxCoeff() - x.minCoeff(), first = std::max(kLeastReach * range, least[k]);
+    if (first < 0.5 * kMostReach * range)
+      add_marked(form, arguments[k], '%', first, kMostReach * range, kReaches, c);
   }
 }
 

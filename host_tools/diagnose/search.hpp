@@ -111,6 +111,7 @@ private:
   void join_forms();
   void join_forms_beside(std::vector<Member> kept);
   std::vector<std::vector<Member>> formula_alone() const;
+  bool formula_overlaps_law() const;
   void join_laws_beside_formula();
   bool is_law(const Member &m) const;
   bool has_opposites() const;

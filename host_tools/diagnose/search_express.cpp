@@ -194,7 +194,7 @@ void ChannelSearch::try_expressions(const std::vector<Member> &kept) {
       continue;
     const double better = best.rival_expressions.empty() ? margin : 0.0;
     const bool is_beside = base.size() > kept.size();
-    if (!is_better_formula(best, better) || (has_law && !is_beside && !says_more(named, kMuch)) ||
+    if (!is_better_formula(best, better) || (is_beside && formula_overlaps_law()) || (has_law && !is_beside && !says_more(named, kMuch)) ||
         (only_laws && is_beside && !says_more(named, kRelevant)))
       continue;
     best = out_;
@@ -233,20 +233,48 @@ std::vector<std::vector<Member>> ChannelSearch::formula_alone() const {
   return out;
 }
 
+// Whether a product of the formula is of one feature alone that a resistance is of too: they are one
+// curve in two pieces.
+bool ChannelSearch::formula_overlaps_law() const {
+  for (const Member &m : out_.members) {
+    for (std::size_t k = 0; !m.is_given && k < m.part_penalty.size(); ++k) {
+      std::string feature;
+      int features = 0;
+      for (const auto &[placeholder, name] : m.term.arguments) {
+        if (has_word(m.term.basis[k], placeholder)) {
+          feature = name;
+          ++features;
+        }
+      }
+      if (features == 1 && std::any_of(out_.members.begin(), out_.members.end(), [&](const Member &l) {
+            return is_law(l) && l.term.arguments.count("v") > 0 &&
+                   l.term.arguments.at("v") == feature;
+          }))
+        return true;
+    }
+  }
+  return false;
+}
+
 // A formula has few products, and its last may stand for several laws (a root of the speed for a
 // friction of two kinds): these, searched jointly beside the others, take its place where they say
 // more.
 void ChannelSearch::join_laws_beside_formula() {
   ChannelFindings best = out_;
-  for (std::vector<Member> &formula : formula_alone()) {
+  const std::vector<std::vector<Member>> formulas = formula_alone();
+  for (const std::vector<Member> &formula : formulas) {
     const std::size_t alone = formula.size();
+    const bool is_whole = &formula == formulas.data();
     out_ = best;
-    join_forms_beside(std::move(formula));
+    join_forms_beside(formula);
     out_.fit = fit_members(y_, out_.members, out_.noise);
     estimate_noise();
     const Noise noise = out_.noise.scale < best.noise.scale ? out_.noise : best.noise;
     if (out_.members.size() == alone || out_.members.size() > options_.most_terms ||
-        score_of(out_.members, noise) < score_of(best.members, noise) + kThanPatches)
+        has_opposites() || formula_overlaps_law() ||
+        score_of(out_.members, noise) <
+            score_of(best.members, noise) + (is_whole ? kWithoutName : kThanPatches) ||
+        (is_whole && !says_more(best, kRelevant)))
       continue;
     out_.rival_expressions.clear();
     best = out_;
