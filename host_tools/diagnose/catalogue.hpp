@@ -29,7 +29,7 @@ enum class ArgumentRole {
   stream,    // a velocity of what the vehicle moves in: wind, current
   alike,     // as other, in the unit of the argument before it
   lagged,    // a command, or any quantity where there is none, through a first-order lag
-  held,      // every quantity but an angle that wraps, as what slips along with it keeps of it
+  held,      // no velocity, nor an angle that wraps: what springs that slip keep of the quantity
 };
 
 enum class GateKind { none, interval, pair };

@@ -26,6 +26,8 @@ constexpr double kShortestLag = 2.0, kLongestLag = 0.125;
 // Reaches within which a quantity is held: how many, and as shares of its range.
 constexpr int kReaches = 9;
 constexpr double kLeastReach = 0.01, kMostReach = 0.5;
+// The most of its squares that what is held may have in common with the quantity.
+constexpr double kMostAlike = 0.9;
 // The least of them over the noise of a reading, and the correlation of that with the error from
 // which the prediction is made of it.
 constexpr double kReachOverNoise = 6.0, kInError = 0.1;
@@ -43,6 +45,10 @@ constexpr double kLeastPlay = 0.002, kMostPlay = 0.6;
 constexpr double kLeastSpeeds = 0.1;
 // An altitude that hardly changes says nothing about the air.
 constexpr double kLeastClimb_m = 500.0;
+
+bool is_per_second(const std::string &unit) {
+  return unit.size() > 2 && unit.compare(unit.size() - 2, 2, "/s") == 0;
+}
 
 bool is_altitude(const Feature &feature, const Vector &x) {
   return (feature.unit == "m" || feature.unit == "km") &&
@@ -64,6 +70,12 @@ bool has_spread(const Form &form, const Argument &argument, const Vector &x) {
   const bool is_about = !form.shape.empty() && form.shape[0].quantiles_of == argument.name;
   return sd >= form.least_spread * std::abs(mean) &&
          (!is_about || sd < form.most_spread * std::abs(mean));
+}
+
+double squared_correlation(const Vector &a, const Vector &b) {
+  const Vector x = a.array() - a.mean(), y = b.array() - b.mean();
+  const double both = x.dot(y);
+  return both * both / std::max(1e-300, x.squaredNorm() * y.squaredNorm());
 }
 
 class Builder {
@@ -181,7 +193,8 @@ std::vector<int> Builder::features_for(ArgumentRole role) const {
              (feature.is_command || !has_command_);
       break;
     case ArgumentRole::held: // a reading that a row starts from tells its way itself
-      fits = may_delay_ && !has_start_ && !feature.is_angle &&
+      fits = may_delay_ && !has_start_ && !feature.is_angle && !is_per_second(feature.unit) &&
+             std::find(velocities_.begin(), velocities_.end(), f) == velocities_.end() &&
              (!feature.is_prediction || feature.name == "m." + channel_.name);
       break;
     case ArgumentRole::stream:
@@ -521,6 +534,9 @@ void Builder::add_marked(const Form &form, const std::vector<int> &argument, cha
   for (int k = 0; k < count; ++k) {
     const double number = least * std::pow(most / least, k / (count - 1.0));
     c.term.arguments[form.arguments[0].name] = fmt::format("{}{}{:.4g}", name, mark, number);
+    if (mark == '%' && squared_correlation(feature_column(measured_, c.term.arguments.begin()->second),
+                                           measured_.x.col(argument[0])) > kMostAlike)
+      continue; // springs that hardly slip are a coupling
     if (add(c, basis_columns(c.term, measured_, channel_.m)))
       out_.size_units.push_back(unit_of(form, argument));
   }
@@ -576,7 +592,7 @@ void Builder::add_by_length(const Form &form, const Candidate &candidate) {
     const Vector speed = measured_.x.col(argument[0]).cwiseAbs();
     const double mean = speed.mean(), sd = std::sqrt((speed.array() - mean).square().mean());
     const std::string &unit = feature.unit;
-    const bool is_per_s = unit.size() > 2 && unit.compare(unit.size() - 2, 2, "/s") == 0;
+    const bool is_per_s = is_per_second(unit);
     if (has_start_ || feature.is_prediction || !(is_per_s || unit.empty()) ||
         !(sd > kLeastSpeeds * mean))
       continue;
