@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "diagnose/diagnose.hpp"
 #include "diagnose/mixed.hpp"
@@ -217,6 +218,53 @@ void what_slips_is_hysteresis(void **) {
   assert_string_equal(term.cause.c_str(), "hysteresis");
   assert_true(term.arguments.at("f").rfind("x.position_m%", 0) == 0);
   assert_non_null(std::strstr(d.findings[0].sentence.c_str(), "on the way it came"));
+}
+
+// How many forms of hysteresis are tried of each feature.
+std::map<std::string, int> held(const std::vector<rim::Log> &logs) {
+  const Measured t = rim::diagnose::make_measured(logs);
+  const auto causes = rim::diagnose::read_catalogue(rim::data_path("causes.toml"));
+  std::map<std::string, int> out;
+  for (const auto &candidate : rim::diagnose::make_library(t, t.channels[0], causes).candidates) {
+    if (candidate.term.form == rim::diagnose::kHysteresis)
+      out[rim::diagnose::base_feature(candidate.term.arguments.at("f"))] += 1;
+  }
+  return out;
+}
+
+// A velocity has no way that it came; nor has a reading of whose noise the prediction is made, and
+// within that noise none has.
+void what_has_no_hysteresis(void **) {
+  std::vector<rim::Log> logs = axes(9, {}, [](double, double, int) { return 0.0; });
+  std::map<std::string, int> count = held(logs);
+  const int most = count["x.position_m"];
+  assert_true(most > 4);
+  assert_int_equal(count["x.velocity_mps"], 0);
+  Random random(9);
+  std::vector<double> noise;
+  for (rim::Log &log : logs) {
+    for (Eigen::Index i = 0; i < log.values.rows(); ++i) {
+      noise.push_back(0.02 * random.normal());
+      log.values(i, 0) += noise.back();
+    }
+  }
+  count = held(logs);
+  assert_true(count["x.position_m"] > 0 && count["x.position_m"] <= most);
+  const Measured t = rim::diagnose::make_measured(logs);
+  const auto causes = rim::diagnose::read_catalogue(rim::data_path("causes.toml"));
+  for (const auto &candidate : rim::diagnose::make_library(t, t.channels[0], causes).candidates) {
+    if (candidate.term.form == rim::diagnose::kHysteresis &&
+        rim::diagnose::base_feature(candidate.term.arguments.at("f")) == "x.position_m") {
+      const std::string &name = candidate.term.arguments.at("f");
+      assert_true(std::stod(name.substr(name.find('%') + 1)) > 5.0 * 0.02);
+    }
+  }
+  std::size_t row = 0;
+  for (rim::Log &log : logs) {
+    for (Eigen::Index i = 0; i < log.values.rows(); ++i)
+      log.values(i, 4) += 100.0 * noise[row++];
+  }
+  assert_int_equal(held(logs)["x.position_m"], 0);
 }
 
 // What the links of an arm do to each other says nothing in pairs of features; the friction beside
@@ -501,6 +549,7 @@ int main() {
       cmocka_unit_test(a_peak_is_one_formula),
       cmocka_unit_test(a_limit_that_a_speed_takes_from),
       cmocka_unit_test(what_slips_is_hysteresis),
+      cmocka_unit_test(what_has_no_hysteresis),
       cmocka_unit_test(three_factors_beside_friction),
       cmocka_unit_test(a_sine_alone_repeats),
       cmocka_unit_test(what_never_rests_has_one_narrow_width_of_rest),
