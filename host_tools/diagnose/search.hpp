@@ -117,6 +117,7 @@ private:
   bool has_opposites() const;
   bool are_laws() const;
   bool asks_for_expression() const;
+  double share_left() const;
   bool is_better_formula(const ChannelFindings &other, double by);
   bool says_more(const ChannelFindings &laws, double share) const;
   void formulas_for_tables();

@@ -20,6 +20,7 @@ constexpr double kWithoutName = 20.0, kThanPatches = 3.0;
 // Nats that a name may cost a formula's part, and the cosines from which it may be one of a
 // friction or drag, and of another form.
 constexpr double kForName = 5.0, kAlike = 0.9, kSame = 1.0 - 1e-6;
+constexpr double kOfStated = 0.95;  // of the stated variance, what noise leaves at least
 constexpr double kMuch = 0.1;       // share of the whole error, as amplitude, that is much more
 constexpr double kHeldSlack = 1.02; // and by what it may be worse on the held logs
 constexpr int kRounds = 2;
@@ -157,6 +158,15 @@ std::vector<Expression> ChannelSearch::expressions_beside(const std::vector<Memb
   return found;
 }
 
+// What anything more could take off: the share of the whole squares that is left, less what noise
+// of the stated sd leaves.
+double ChannelSearch::share_left() const {
+  const double whole = y_.cwiseAbs2().dot(out_.noise.weight),
+               left = out_.fit.residual.cwiseAbs2().dot(out_.noise.weight),
+               noise = channel_.sd_estimated ? 0.0 : kOfStated * out_.noise.weight.sum();
+  return (left - noise) / std::max(1e-300, whole);
+}
+
 // Beside nothing, and beside the laws that were found; taken where it says so much more than names
 // that these are no longer worth having, and holds in parts that it was not fitted to.
 void ChannelSearch::try_expressions(const std::vector<Member> &kept) {
@@ -175,12 +185,18 @@ void ChannelSearch::try_expressions(const std::vector<Member> &kept) {
                                                          return is_law(m) && m.term.cause != "bias";
                                                        });
   const bool only_laws = are_laws();
+  const double possible = share_left();
   const double margin = only_laws || named.members.size() < 2 ? kWithoutName : kThanPatches;
   ChannelFindings best = named;
   std::vector<double> seen_by(bases.size(), 1e300);
   for (std::size_t search = 0; search < 2 * bases.size(); ++search) {
     const std::size_t b = search % bases.size();
     const std::vector<Member> &base = bases[b];
+    const bool is_beside = base.size() > kept.size();
+    // What would not be taken whatever it said is not searched for.
+    if ((has_law && !is_beside && possible <= kMuch * kMuch) ||
+        (only_laws && is_beside && possible <= kRelevant * kRelevant))
+      continue;
     // Again where what was found beside other laws leaves much less than what this one was judged
     // by.
     const Noise noise = search < bases.size() ? named.noise : best.noise;
@@ -193,7 +209,6 @@ void ChannelSearch::try_expressions(const std::vector<Member> &kept) {
     if (found.empty())
       continue;
     const double better = best.rival_expressions.empty() ? margin : 0.0;
-    const bool is_beside = base.size() > kept.size();
     if (!is_better_formula(best, better) || (is_beside && formula_overlaps_law()) || (has_law && !is_beside && !says_more(named, kMuch)) ||
         (only_laws && is_beside && !says_more(named, kRelevant)))
       continue;
