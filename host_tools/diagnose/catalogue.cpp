@@ -17,13 +17,21 @@ namespace rim::diagnose {
 namespace {
 
 const std::map<std::string, ArgumentRole> kRoles{
-    {"any", ArgumentRole::any},           {"other", ArgumentRole::other},
-    {"own", ArgumentRole::own},           {"velocity", ArgumentRole::velocity},
-    {"signed", ArgumentRole::signed_},    {"command", ArgumentRole::command},
-    {"angle", ArgumentRole::angle},       {"heading", ArgumentRole::heading},
-    {"altitude", ArgumentRole::altitude}, {"state", ArgumentRole::state},
-    {"lagged", ArgumentRole::lagged},     {"held", ArgumentRole::held},     {"own_state", ArgumentRole::own_state},
-    {"stream", ArgumentRole::stream},     {"alike", ArgumentRole::alike},
+    {"any", ArgumentRole::any},
+    {"other", ArgumentRole::other},
+    {"own", ArgumentRole::own},
+    {"velocity", ArgumentRole::velocity},
+    {"signed", ArgumentRole::signed_},
+    {"command", ArgumentRole::command},
+    {"angle", ArgumentRole::angle},
+    {"heading", ArgumentRole::heading},
+    {"altitude", ArgumentRole::altitude},
+    {"state", ArgumentRole::state},
+    {"lagged", ArgumentRole::lagged},
+    {"held", ArgumentRole::held},
+    {"own_state", ArgumentRole::own_state},
+    {"stream", ArgumentRole::stream},
+    {"alike", ArgumentRole::alike},
 };
 const std::map<std::string, TermKind> kKinds{{"mean", TermKind::mean},
                                              {"variance", TermKind::variance},
@@ -165,8 +173,7 @@ void Reader::check_names(const toml::table &table, const Form &form) const {
   };
   for (const ShapeParameter &p : form.shape) {
     if (!p.share_of.empty() && !is_argument(p.share_of))
-      fail(table["shape"][p.name].node(),
-           fmt::format("share_of '{}' is no argument", p.share_of));
+      fail(table["shape"][p.name].node(), fmt::format("share_of '{}' is no argument", p.share_of));
     std::string of = p.quantiles_of;
     if (of.rfind("abs(", 0) == 0 && of.back() == ')')
       of = of.substr(4, of.size() - 5);

@@ -87,8 +87,8 @@ struct Input {
   int feature = 0;
   bool is_signed = false;
   bool is_angle = false, turns = false; // it wraps; its sine may act (roles.hpp)
-  bool is_own = false;             // the channel's own prediction: `m`, moved by a delay
-  double least = 0.0, scale = 1.0; // half its smallest value; root of its mean square
+  bool is_own = false;                  // the channel's own prediction: `m`, moved by a delay
+  double least = 0.0, scale = 1.0;      // half its smallest value; root of its mean square
 };
 
 bool fits(Fn fn, const Input &in) {
@@ -158,8 +158,8 @@ double value_of(Fn fn, const Input &in, double x, double w) {
 std::string text_of(Fn fn, const Input &in, const std::string &f, const std::string &w,
                     int harmonic) {
   if (harmonic > 0)
-    return (fn == Fn::sine ? "sin(" : "cos(") +
-           (harmonic > 1 ? fmt::format("{}*", harmonic) : "") + f + ")";
+    return (fn == Fn::sine ? "sin(" : "cos(") + (harmonic > 1 ? fmt::format("{}*", harmonic) : "") +
+           f + ")";
   const std::string least = fmt::format("{:.6g}", in.least);
   switch (fn) {
   case Fn::one:
@@ -282,8 +282,8 @@ private:
   Eigen::MatrixXd kept_, x_;
   std::vector<Input> inputs_;
   std::vector<Atom> atoms_;
-  Eigen::MatrixXf values_; // of the atoms, in the rows of the scan, without weight
-  Eigen::MatrixXf pairs_;  // of every two atoms: weighted squares of their product
+  Eigen::MatrixXf values_;        // of the atoms, in the rows of the scan, without weight
+  Eigen::MatrixXf pairs_;         // of every two atoms: weighted squares of their product
   std::vector<Index> plain_;      // atoms, by input
   std::vector<Index> plain_rows_; // in which products of three of them are seen
   Eigen::MatrixXf plain_values_;
@@ -384,11 +384,11 @@ void Finder::add_atoms() {
 // Functions that are factors of three: first what is plain of every feature.
 void Finder::add_plain() {
   const auto rank = [](const Atom &atom) {
-    return atom.fn == Fn::one                                 ? 0
-           : atom.harmonic == 1                               ? 1
-           : atom.fn == Fn::square                            ? 2
+    return atom.fn == Fn::one                                    ? 0
+           : atom.harmonic == 1                                  ? 1
+           : atom.fn == Fn::square                               ? 2
            : atom.fn == Fn::signed_square || atom.fn == Fn::sign ? 3
-                                                              : 4;
+                                                                 : 4;
   };
   for (int wanted = 0; wanted < 4; ++wanted) {
     for (std::size_t k = 0; k < atoms_.size() && plain_.size() < kMostPlain; ++k) {
@@ -573,8 +573,8 @@ void Finder::see_triples(const State &state, Scan *scan) const {
         if (f.input == g.input || g.input == h.input || f.input == h.input ||
             !(own(b, c) > static_cast<float>(kLeastOwn) * all(b, c)))
           continue;
-        const double score = factor * s(b, c) * s(b, c) / own(b, c) - kOfProduct -
-                             0.5 * ln_rows_ - f.cost - g.cost - h.cost;
+        const double score = factor * s(b, c) * s(b, c) / own(b, c) - kOfProduct - 0.5 * ln_rows_ -
+                             f.cost - g.cost - h.cost;
         if (score > least)
           scan->found.emplace_back(score, Product{f, g, h});
       }
@@ -756,8 +756,8 @@ Expression Finder::expression(const State &state) const {
       const std::string w = fmt::format("width{}", term.shape.size() + 1);
       if (atom.has_free_width())
         term.shape.push_back({w, atom.width, 0.0, feature.unit});
-      basis += (basis.empty() ? "" : "*") + text_of(atom.fn, inputs_[atom.input], f, w,
-                                                    atom.harmonic);
+      basis +=
+          (basis.empty() ? "" : "*") + text_of(atom.fn, inputs_[atom.input], f, w, atom.harmonic);
     }
     term.basis.push_back(basis.empty() ? "1" : basis);
     out.member.part_penalty.push_back(penalty_of(product));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// diagnose/late.hpp - what comes late: columns delayed, through a first-order lag, through play or held.
+// diagnose/late.hpp - what comes late: columns delayed, through a first-order lag, through play
+// or held.
 #pragma once
 
 #include <vector>

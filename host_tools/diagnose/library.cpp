@@ -102,8 +102,7 @@ private:
                            const std::vector<int> &arguments) const;
   std::string shape_unit(const Form &form, std::size_t which,
                          const std::vector<int> &arguments) const;
-  std::vector<std::vector<double>> grids(const Form &form,
-                                         const std::vector<int> &arguments) const;
+  std::vector<std::vector<double>> grids(const Form &form, const std::vector<int> &arguments) const;
   void set_shape(const Form &form, const std::vector<int> &arguments,
                  const std::vector<std::vector<double>> &values,
                  const std::array<std::size_t, 2> &at, Candidate *c) const;
@@ -250,7 +249,8 @@ std::vector<double> Builder::grid(const ShapeParameter &p, const Form &form,
   std::vector<double> out = p.values;
   if (!p.share_of.empty()) {
     for (std::size_t k = 0; k < arguments.size(); ++k) {
-      const double scale = channel_.m.norm() / std::max(1e-300, measured_.x.col(arguments[k]).norm());
+      const double scale =
+          channel_.m.norm() / std::max(1e-300, measured_.x.col(arguments[k]).norm());
       if (form.arguments[k].name == p.share_of)
         std::for_each(out.begin(), out.end(), [scale](double &v) { v *= scale; });
     }
@@ -477,8 +477,7 @@ void Builder::add_lagged(const Form &form) {
 // prediction goes with it.
 Builder::Jitter Builder::jitter_of(int feature) const {
   const Measured &all = measured_.whole != nullptr ? *measured_.whole : measured_;
-  const Channel &channel =
-      all.channels[static_cast<std::size_t>(all.find_channel(channel_.name))];
+  const Channel &channel = all.channels[static_cast<std::size_t>(all.find_channel(channel_.name))];
   const Vector x = feature_column(all, measured_.features[static_cast<std::size_t>(feature)].name),
                wrong = (channel.z - channel.m).cwiseQuotient(channel.sd);
   double squares = 0.0, next = 0.0, both = 0.0, wrongs = 0.0, before = 0.0, rows = 0.0;
@@ -520,7 +519,8 @@ void Builder::add_held(const Form &form) {
               std::log(static_cast<double>(kReaches));
   for (std::size_t k = 0; k < arguments.size(); ++k) {
     const Vector x = measured_.x.col(arguments[k][0]);
-    const double range = x.maxCoeff() - x.minCoeff(), first = std::max(kLeastReach * range, least[k]);
+    const double range = x.maxCoeff() - x.minCoeff(),
+                 first = std::max(kLeastReach * range, least[k]);
     if (first < 0.5 * kMostReach * range)
       add_marked(form, arguments[k], '%', first, kMostReach * range, kReaches, c);
   }
@@ -534,8 +534,9 @@ void Builder::add_marked(const Form &form, const std::vector<int> &argument, cha
   for (int k = 0; k < count; ++k) {
     const double number = least * std::pow(most / least, k / (count - 1.0));
     c.term.arguments[form.arguments[0].name] = fmt::format("{}{}{:.4g}", name, mark, number);
-    if (mark == '%' && squared_correlation(feature_column(measured_, c.term.arguments.begin()->second),
-                                           measured_.x.col(argument[0])) > kMostAlike)
+    if (mark == '%' &&
+        squared_correlation(feature_column(measured_, c.term.arguments.begin()->second),
+                            measured_.x.col(argument[0])) > kMostAlike)
       continue; // springs that hardly slip are a coupling
     if (add(c, basis_columns(c.term, measured_, channel_.m)))
       out_.size_units.push_back(unit_of(form, argument));

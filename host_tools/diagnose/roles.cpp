@@ -168,9 +168,8 @@ bool is_velocity(const Measured &measured, int feature) {
     return true;
   const std::set<std::string> words = words_of(f.name, f.unit);
   const auto is_word = [&words](const char *word) { return words.count(word) > 0; };
-  const std::initializer_list<const char *> bare{"vel", "vx", "vy", "vz",    "v",    "qd",
-                                                 "dq",  "w",  "wz", "surge", "sway", "heave",
-                                                 "kmh", "kph"};
+  const std::initializer_list<const char *> bare{
+      "vel", "vx", "vy", "vz", "v", "qd", "dq", "w", "wz", "surge", "sway", "heave", "kmh", "kph"};
   return f.unit.empty() &&
          (std::any_of(bare.begin(), bare.end(), is_word) ||
           has_word(f.name, {"veloc", "speed", "rate", "climb", "omega", "qdot", "rpm"}) ||

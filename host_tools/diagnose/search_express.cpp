@@ -209,7 +209,8 @@ void ChannelSearch::try_expressions(const std::vector<Member> &kept) {
     if (found.empty())
       continue;
     const double better = best.rival_expressions.empty() ? margin : 0.0;
-    if (!is_better_formula(best, better) || (is_beside && formula_overlaps_law()) || (has_law && !is_beside && !says_more(named, kMuch)) ||
+    if (!is_better_formula(best, better) || (is_beside && formula_overlaps_law()) ||
+        (has_law && !is_beside && !says_more(named, kMuch)) ||
         (only_laws && is_beside && !says_more(named, kRelevant)))
       continue;
     best = out_;
@@ -237,9 +238,10 @@ std::vector<std::vector<Member>> ChannelSearch::formula_alone() const {
   std::vector<std::vector<Member>> out{all};
   const Term &term = all[formula].term;
   for (std::size_t k = 0; k < term.basis.size() && term.basis.size() > 1; ++k) {
-    const auto features = std::count_if(
-        term.arguments.begin(), term.arguments.end(),
-        [&](const auto &argument) { return has_word(term.basis[k], argument.first); });
+    const auto features =
+        std::count_if(term.arguments.begin(), term.arguments.end(), [&](const auto &argument) {
+          return has_word(term.basis[k], argument.first);
+        });
     if (features > 1)
       continue;
     out.push_back(all);
@@ -261,7 +263,8 @@ bool ChannelSearch::formula_overlaps_law() const {
           ++features;
         }
       }
-      if (features == 1 && std::any_of(out_.members.begin(), out_.members.end(), [&](const Member &l) {
+      if (features == 1 &&
+          std::any_of(out_.members.begin(), out_.members.end(), [&](const Member &l) {
             return is_law(l) && l.term.arguments.count("v") > 0 &&
                    l.term.arguments.at("v") == feature;
           }))
@@ -322,19 +325,18 @@ bool ChannelSearch::says_more(const ChannelFindings &laws, double share) const {
 // Products of the formula, of which `part` is one, that the candidate says: it alone where the
 // candidate has one size, all that are combinations of its columns where it has two (a sine and a
 // cosine). None: it does not say `part`.
-std::vector<std::size_t> ChannelSearch::parts_said(const Candidate &candidate,
-                                                   std::size_t formula, std::size_t part) const {
+std::vector<std::size_t> ChannelSearch::parts_said(const Candidate &candidate, std::size_t formula,
+                                                   std::size_t part) const {
   const Vector root = out_.noise.weight.cwiseSqrt();
   const bool resists = candidate.is_physical && candidate.term.arguments.count("v") > 0;
   const Term &term = out_.members[formula].term;
   if (candidate.is_fixed || (candidate.columns > 1 && resists))
     return {};
-  const Eigen::MatrixXd said = root.asDiagonal() *
-                               library_.g.middleCols(candidate.column, candidate.columns);
+  const Eigen::MatrixXd said =
+      root.asDiagonal() * library_.g.middleCols(candidate.column, candidate.columns);
   std::vector<std::size_t> parts;
   for (std::size_t k = 0; k < out_.members[formula].part_penalty.size(); ++k) {
-    const Vector column =
-        root.cwiseProduct(out_.members[formula].h.col(static_cast<Index>(k)));
+    const Vector column = root.cwiseProduct(out_.members[formula].h.col(static_cast<Index>(k)));
     const bool is_wanted = k == part || candidate.columns > 1;
     const bool may_be = resists || candidate.columns > 1 || !shares_features(term, part);
     if (is_wanted && may_be && cosine(column, said) > (resists ? kAlike : kSame))

@@ -97,9 +97,8 @@ std::string by_speed_text(const Term &term) {
   if (term.shape.size() < 2 || v == term.arguments.end())
     return "";
   const Parameter &by = term.shape[1];
-  return std::string(by.value < 0.0 ? " and " : " less ") +
-         with_unit(std::abs(by.value), by.unit) + " of " + plain_name(v->second) +
-         (by.value < 0.0 ? " more" : "");
+  return std::string(by.value < 0.0 ? " and " : " less ") + with_unit(std::abs(by.value), by.unit) +
+         " of " + plain_name(v->second) + (by.value < 0.0 ? " more" : "");
 }
 
 std::string effect_text(const Finding &finding, const Channel &channel) {

@@ -116,12 +116,15 @@ Vector evaluate(const std::string &expression, const Term &term, const Measured 
 // have the same one, as the angle and the speed of one joint.
 std::string argument_text(const std::string &feature, const Term &term) {
   std::string name = strip(feature);
-  const bool is_twice = std::any_of(
-      term.arguments.begin(), term.arguments.end(),
-      [&](const auto &other) { return other.second != feature && strip(other.second) == name; });
+  const bool is_twice =
+      std::any_of(term.arguments.begin(), term.arguments.end(), [&](const auto &other) {
+        return other.second != feature && strip(other.second) == name;
+      });
   const std::size_t prefix = feature.find('.');
   if (is_twice && late_text(feature).empty() && prefix == 1)
-    name = (feature[0] == 'u' ? "commanded " : feature[0] == 'm' ? "predicted " : "") +
+    name = (feature[0] == 'u'   ? "commanded "
+            : feature[0] == 'm' ? "predicted "
+                                : "") +
            feature.substr(prefix + 1);
   std::replace(name.begin(), name.end(), ' ', '_');
   return name;

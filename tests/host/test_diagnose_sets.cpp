@@ -270,9 +270,8 @@ void what_has_no_hysteresis(void **) {
 // What the links of an arm do to each other says nothing in pairs of features; the friction beside
 // it keeps its names.
 void three_factors_beside_friction(void **) {
-  std::vector<rim::Log> logs = axes(9, {}, [](double v, double, int) {
-    return 5.0 * sign(v) + 6.0 * v;
-  });
+  std::vector<rim::Log> logs =
+      axes(9, {}, [](double v, double, int) { return 5.0 * sign(v) + 6.0 * v; });
   for (rim::Log &log : logs) {
     log.columns[0] = {"x.elbow_rad", "rad", Role::context};
     log.columns[2] = {"x.elbow_radps", "rad/s", Role::context};

@@ -308,8 +308,7 @@ void a_lag_of_the_change(void **) {
 void springs_hold_until_they_slip(void **) {
   Measured t = small();
   using rim::diagnose::feature_column;
-  assert_values(feature_column(t, "s.speed_mps%8").head(4),
-                {0, 1, 15.0 / 8.0, 21.0 / 8.0});
+  assert_values(feature_column(t, "s.speed_mps%8").head(4), {0, 1, 15.0 / 8.0, 21.0 / 8.0});
   t.x.row(7) = t.x.row(5); // back from 12 to 11: all of them follow
   const Vector held = feature_column(t, "s.speed_mps%8");
   assert_near(held(6) - held(7), 1.0, 1e-12);
