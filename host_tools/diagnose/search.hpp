@@ -124,6 +124,7 @@ private:
   std::vector<std::size_t> parts_said(const Candidate &candidate, std::size_t formula,
                                       std::size_t part) const;
   std::vector<Member> named_part(std::size_t formula, std::size_t part) const;
+  void split_products();
   void name_parts();
   std::vector<Member> as_straight_line(std::size_t formula) const;
   void try_expressions(const std::vector<Member> &kept);

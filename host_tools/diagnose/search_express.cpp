@@ -410,6 +410,29 @@ std::vector<Member> ChannelSearch::as_straight_line(std::size_t formula) const {
   return is_line ? all : std::vector<Member>{};
 }
 
+// Plain products of two features that no other part of a formula is of are findings of their own.
+void ChannelSearch::split_products() {
+  std::vector<Member> apart;
+  for (Member &member : out_.members) {
+    for (std::size_t k = member.is_given ? 0 : member.part_penalty.size(); k-- > 0;) {
+      Member one = member;
+      for (std::size_t other = member.part_penalty.size(); other-- > 0;) {
+        if (other != k)
+          take_out(other, &one);
+      }
+      if (member.part_penalty.size() == 1 || !is_plain_product(one.term) ||
+          shares_features(member.term, k))
+        continue;
+      one.penalty = one.part_penalty.front();
+      take_out(k, &member);
+      apart.push_back(std::move(one));
+    }
+  }
+  if (!apart.empty())
+    out_.rival_expressions.clear(); // they are rivals of the whole formula
+  out_.members.insert(out_.members.end(), apart.begin(), apart.end());
+}
+
 // Where a part of a formula has a name (it is about a friction or a drag, or exactly another form
 // of features that no other part is of) it is claimed as that, and the formula is what remains.
 void ChannelSearch::name_parts() {
@@ -434,6 +457,7 @@ void ChannelSearch::name_parts() {
       }
     }
   }
+  split_products();
   for (Member &member : out_.members) {
     if (is_plain_product(member.term))
       member.term.cause = "product";

@@ -293,6 +293,25 @@ void three_factors_beside_friction(void **) {
   assert_near(finding(d, "viscous_friction").term.sizes[0].value, 6.0, 1.0);
 }
 
+// Two laws that one formula found are two: a product of two features, one of which varies too little
+// for the form of that name, is claimed as what it is.
+void a_product_beside_a_formula(void **) {
+  std::vector<rim::Log> logs = axes(9, {}, [](double, double, int) { return 0.0; });
+  for (rim::Log &log : logs) {
+    log.columns[2] = {"x.air_mps", "m/s", Role::context};
+    for (Eigen::Index i = 0; i < log.values.rows(); ++i) {
+      const double air = 20.0 + 2.5 * std::sin(0.023 * static_cast<double>(i) + log.values(0, 0)),
+                   x = log.values(i, 0);
+      log.values(i, 2) = air;
+      log.values(i, 3) += 2.0 * air * log.values(i, 1) + 0.6 * air * air * x;
+    }
+  }
+  const Diagnosis d = diagnosis(logs);
+  const auto &product = finding(d, "product").term;
+  assert_near(product.sizes[0].value, 2.0, 0.1);
+  assert_near(finding(d, "unknown").term.sizes[0].value, 0.6, 0.02);
+}
+
 // A sine of twice an angle alone is what repeats, of which the cosine is about none.
 void a_sine_alone_repeats(void **) {
   std::vector<rim::Log> logs = axes(9, {}, [](double, double, int) { return 0.0; });
@@ -550,6 +569,7 @@ int main() {
       cmocka_unit_test(what_slips_is_hysteresis),
       cmocka_unit_test(what_has_no_hysteresis),
       cmocka_unit_test(three_factors_beside_friction),
+      cmocka_unit_test(a_product_beside_a_formula),
       cmocka_unit_test(a_sine_alone_repeats),
       cmocka_unit_test(what_never_rests_has_one_narrow_width_of_rest),
       cmocka_unit_test(friction_without_a_unit),
