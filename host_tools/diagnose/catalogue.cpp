@@ -17,13 +17,21 @@ namespace rim::diagnose {
 namespace {
 
 const std::map<std::string, ArgumentRole> kRoles{
-    {"any", ArgumentRole::any},           {"other", ArgumentRole::other},
-    {"own", ArgumentRole::own},           {"velocity", ArgumentRole::velocity},
-    {"signed", ArgumentRole::signed_},    {"command", ArgumentRole::command},
-    {"angle", ArgumentRole::angle},       {"heading", ArgumentRole::heading},
-    {"altitude", ArgumentRole::altitude}, {"state", ArgumentRole::state},
-    {"lagged", ArgumentRole::lagged},     {"own_state", ArgumentRole::own_state},
-    {"stream", ArgumentRole::stream},     {"alike", ArgumentRole::alike},
+    {"any", ArgumentRole::any},
+    {"other", ArgumentRole::other},
+    {"own", ArgumentRole::own},
+    {"velocity", ArgumentRole::velocity},
+    {"signed", ArgumentRole::signed_},
+    {"command", ArgumentRole::command},
+    {"angle", ArgumentRole::angle},
+    {"heading", ArgumentRole::heading},
+    {"altitude", ArgumentRole::altitude},
+    {"state", ArgumentRole::state},
+    {"lagged", ArgumentRole::lagged},
+    {"held", ArgumentRole::held},
+    {"own_state", ArgumentRole::own_state},
+    {"stream", ArgumentRole::stream},
+    {"alike", ArgumentRole::alike},
 };
 const std::map<std::string, TermKind> kKinds{{"mean", TermKind::mean},
                                              {"variance", TermKind::variance},
@@ -126,7 +134,7 @@ void Reader::read_shape(const toml::table &table, Form *form) const {
       fail(&value, "a shape parameter is a table: { quantiles_of = \"f\", count = 8 }");
     const toml::table &entry = *value.as_table();
     check_keys(entry, {"quantiles_of", "count", "low_share", "high_share", "values", "unit",
-                       "first_is_usual", "most_of_rms"});
+                       "first_is_usual", "most_of_rms", "share_of"});
     ShapeParameter p;
     p.name = std::string(key.str());
     p.quantiles_of = get<std::string>(entry, "quantiles_of", "");
@@ -135,6 +143,7 @@ void Reader::read_shape(const toml::table &table, Form *form) const {
     p.high_share = get<double>(entry, "high_share", 0.95);
     p.unit = get<std::string>(entry, "unit", "");
     p.first_is_usual = get<bool>(entry, "first_is_usual", false);
+    p.share_of = get<std::string>(entry, "share_of", "");
     p.most_of_rms = get<double>(entry, "most_of_rms", p.most_of_rms);
     if (const toml::array *values = entry.get_as<toml::array>("values")) {
       for (const toml::node &number : *values) {
@@ -150,8 +159,10 @@ void Reader::read_shape(const toml::table &table, Form *form) const {
       fail(&value, "count must be 1 to 64, and 0 <= low_share < high_share <= 1");
     form->shape.push_back(p);
   }
-  if (form->shape.size() > 1)
-    fail(node, "a form takes at most one shape parameter");
+  if (form->shape.size() > 2)
+    fail(node, "a form takes at most two shape parameters");
+  if (form->shape.size() == 2 && form->shape[1].values.empty())
+    fail(node, "the second shape parameter, in the order of the alphabet, needs 'values'");
 }
 
 // What quantiles_of and per name must be an argument, the prediction or the time.
@@ -161,6 +172,8 @@ void Reader::check_names(const toml::table &table, const Form &form) const {
                        [&name](const Argument &a) { return a.name == name; });
   };
   for (const ShapeParameter &p : form.shape) {
+    if (!p.share_of.empty() && !is_argument(p.share_of))
+      fail(table["shape"][p.name].node(), fmt::format("share_of '{}' is no argument", p.share_of));
     std::string of = p.quantiles_of;
     if (of.rfind("abs(", 0) == 0 && of.back() == ')')
       of = of.substr(4, of.size() - 5);

@@ -29,6 +29,7 @@ enum class ArgumentRole {
   stream,    // a velocity of what the vehicle moves in: wind, current
   alike,     // as other, in the unit of the argument before it
   lagged,    // a command, or any quantity where there is none, through a first-order lag
+  held,      // no velocity, nor an angle that wraps: what springs that slip keep of the quantity
 };
 
 enum class GateKind { none, interval, pair };
@@ -45,9 +46,10 @@ struct ShapeParameter {
   int count = 8;
   double low_share = 0.05, high_share = 0.95; // first and last quantile
   std::vector<double> values;                 // or these, in `unit`
-  bool first_is_usual = false;                // the first of them costs nothing
-  double most_of_rms = 1e300; // the most that a quantile is, as share of the root mean square
-  std::string unit;           // empty: that of quantiles_of
+  std::string share_of;        // argument: the values are multiples of rms of m over rms of it
+  bool first_is_usual = false; // the first of them costs nothing
+  double most_of_rms = 1e300;  // the most that a quantile is, as share of the root mean square
+  std::string unit;            // empty: that of quantiles_of
 };
 
 struct Form {
@@ -59,7 +61,7 @@ struct Form {
   bool is_fixed = false;     // its size is 1 and is not fitted
   bool is_positive = false;  // its size must be above 0
   GateKind gate = GateKind::none;
-  std::vector<ShapeParameter> shape;
+  std::vector<ShapeParameter> shape;   // at most two, the second of values
   std::vector<std::string> per;        // placeholders, "m" or "t" whose units divide the size's
   std::vector<std::string> size_names; // one a basis; empty: "size", or "sine" and "cosine"
   bool is_physical = false; // a law of physics: goes on beyond the rows that it was learnt from

@@ -7,6 +7,7 @@
 #include <Eigen/Cholesky>
 #include <fmt/format.h>
 
+#include "diagnose/roles.hpp"
 #include "diagnose/sets.hpp"
 #include "stats/orthogonal.hpp"
 
@@ -19,6 +20,9 @@ using Index = Eigen::Index;
 constexpr Index kMostRows = 1200, kLeastRows = 600, kManyFeatures = 30;
 constexpr std::size_t kMostAtoms = 260, kMostProducts = 3, kMostFactors = 3;
 constexpr std::size_t kBeam = 3, kFollowed = 24, kLengthened = 12, kRivals = 4, kMostFound = 400;
+// Of three factors all products of plain functions are seen, in so many rows.
+constexpr std::size_t kMostPlain = 30;
+constexpr Index kPlainRows = 400;
 constexpr int kWidthSteps = 7, kSwaps = 2;
 constexpr double kOfProduct = 2.0; // nats of a product, beside those of its factors and its size
 constexpr double kLeastGain = 3.0; // nats that a product must add
@@ -81,9 +85,10 @@ double cost_of(Fn fn) {
 // What a feature is: always above none, or of both signs, or an angle.
 struct Input {
   int feature = 0;
-  bool is_signed = false, is_angle = false;
-  bool is_own = false;             // the channel's own prediction: `m`, moved by a delay
-  double least = 0.0, scale = 1.0; // half its smallest value; root of its mean square
+  bool is_signed = false;
+  bool is_angle = false, turns = false; // it wraps; its sine may act (roles.hpp)
+  bool is_own = false;                  // the channel's own prediction: `m`, moved by a delay
+  double least = 0.0, scale = 1.0;      // half its smallest value; root of its mean square
 };
 
 bool fits(Fn fn, const Input &in) {
@@ -150,7 +155,11 @@ double value_of(Fn fn, const Input &in, double x, double w) {
 }
 
 // For muParser: f the placeholder, w the name of the width.
-std::string text_of(Fn fn, const Input &in, const std::string &f, const std::string &w) {
+std::string text_of(Fn fn, const Input &in, const std::string &f, const std::string &w,
+                    int harmonic) {
+  if (harmonic > 0)
+    return (fn == Fn::sine ? "sin(" : "cos(") + (harmonic > 1 ? fmt::format("{}*", harmonic) : "") +
+           f + ")";
   const std::string least = fmt::format("{:.6g}", in.least);
   switch (fn) {
   case Fn::one:
@@ -199,6 +208,8 @@ struct Atom {
   std::size_t input = 0;
   Fn fn = Fn::one;
   double width = 0.0, cost = 0.0;
+  int harmonic = 0; // so many times a turn, which is not fitted; 0: the width is
+  bool has_free_width() const { return has_width(fn) && harmonic == 0; }
 };
 using Product = std::vector<Atom>; // empty: a constant
 
@@ -251,6 +262,11 @@ private:
   State swapped(State state) const;
   void see(const Eigen::MatrixXf &block, const std::vector<Product> &of, Scan *scan) const;
   void see_pairs(const Eigen::VectorXf &root, Scan *scan) const;
+  void add_plain();
+  const Atom &plain(Index k) const {
+    return atoms_[static_cast<std::size_t>(plain_[static_cast<std::size_t>(k)])];
+  }
+  void see_triples(const State &state, Scan *scan) const;
   void lengthen(const Product &product, const Eigen::VectorXf &values, Scan *scan) const;
   State refined(const State &from, State state) const;
   State pruned(State state) const;
@@ -266,9 +282,12 @@ private:
   Eigen::MatrixXd kept_, x_;
   std::vector<Input> inputs_;
   std::vector<Atom> atoms_;
-  Eigen::MatrixXf values_; // of the atoms, in the rows of the scan, without weight
-  Eigen::MatrixXf pairs_;  // of every two atoms: weighted squares of their product
-  double whole_ = 0.0;     // squares that what is kept leaves
+  Eigen::MatrixXf values_;        // of the atoms, in the rows of the scan, without weight
+  Eigen::MatrixXf pairs_;         // of every two atoms: weighted squares of their product
+  std::vector<Index> plain_;      // atoms, by input
+  std::vector<Index> plain_rows_; // in which products of three of them are seen
+  Eigen::MatrixXf plain_values_;
+  double whole_ = 0.0; // squares that what is kept leaves
 };
 
 Finder::Finder(const Measured &measured, const Channel &channel, const Vector &y,
@@ -297,6 +316,7 @@ Finder::Finder(const Measured &measured, const Channel &channel, const Vector &y
   }
   add_inputs();
   add_atoms();
+  add_plain();
 }
 
 void Finder::add_inputs() {
@@ -311,6 +331,7 @@ void Finder::add_inputs() {
     in.is_own = is_own;
     in.is_signed = low < 0.0;
     in.is_angle = measured_.features[f].is_angle;
+    in.turns = !is_own && turns(measured_.features[f], x);
     in.least = low > 0.0 ? 0.5 * low : 0.0;
     in.scale = in.is_signed ? std::sqrt(x.squaredNorm() / static_cast<double>(x.size()))
                             : 0.5 * (high - low);
@@ -338,15 +359,12 @@ void Finder::add_atoms() {
       atom.cost += std::log(static_cast<double>(std::size(kWidths))) + 0.5 * ln_rows_;
       for (const double share : kWidths) {
         atom.width = share * inputs_[k].scale;
-        atoms_.push_back(atom);
-      }
-      if (inputs_[k].is_angle) { // once, twice, three times a turn: no width is fitted
-        atoms_.resize(atoms_.size() - std::size(kWidths));
-        for (const double turns : {1.0, 2.0, 3.0}) {
-          atom.width = 1.0 / turns;
-          atom.cost = ln_features + std::log(3.0);
+        if (!inputs_[k].is_angle)
           atoms_.push_back(atom);
-        }
+      }
+      if (inputs_[k].turns && (fn == Fn::sine || fn == Fn::cosine)) {
+        for (const int harmonic : {1, 2, 3})
+          atoms_.push_back({k, fn, 1.0 / harmonic, ln_features + std::log(3.0), harmonic});
       }
     }
     if (atoms_.size() > kMostAtoms)
@@ -361,6 +379,30 @@ void Finder::add_atoms() {
   const Vector thin_root = root_(rows_);
   const Eigen::MatrixXf squares = values_.cwiseAbs2();
   pairs_ = squares.transpose() * (thin_root.cwiseAbs2().cast<float>().asDiagonal() * squares);
+}
+
+// Functions that are factors of three: first what is plain of every feature.
+void Finder::add_plain() {
+  const auto rank = [](const Atom &atom) {
+    return atom.fn == Fn::one                                    ? 0
+           : atom.harmonic == 1                                  ? 1
+           : atom.fn == Fn::square                               ? 2
+           : atom.fn == Fn::signed_square || atom.fn == Fn::sign ? 3
+                                                                 : 4;
+  };
+  for (int wanted = 0; wanted < 4; ++wanted) {
+    for (std::size_t k = 0; k < atoms_.size() && plain_.size() < kMostPlain; ++k) {
+      if (rank(atoms_[k]) == wanted)
+        plain_.push_back(static_cast<Index>(k));
+    }
+  }
+  const Index stride = 1 + (static_cast<Index>(rows_.size()) - 1) / kPlainRows;
+  std::vector<Index> of_scan;
+  for (Index i = 0; i < static_cast<Index>(rows_.size()); i += stride) {
+    of_scan.push_back(i);
+    plain_rows_.push_back(rows_[static_cast<std::size_t>(i)]);
+  }
+  plain_values_ = values_(of_scan, plain_);
 }
 
 Vector Finder::values(const Atom &atom, const Vector &argument) const {
@@ -454,6 +496,7 @@ std::vector<Product> Finder::promising(const State &state) const {
     const Vector thin = column(product)(rows_);
     lengthen(product, thin.cast<float>(), &scan);
   }
+  see_triples(state, &scan);
   scan.keep(kFollowed);
   std::vector<Product> out;
   for (auto &[score, product] : scan.found)
@@ -496,6 +539,53 @@ void Finder::see_pairs(const Eigen::VectorXf &root, Scan *scan) const {
   }
 }
 
+// Products of three plain functions of three features: two speeds and the sine of the angle between
+// them say nothing in pairs. O(plain rows x plain atoms^3 x columns of the basis).
+void Finder::see_triples(const State &state, Scan *scan) const {
+  if (inputs_.size() < kMostFactors)
+    return;
+  const Vector y = y_(plain_rows_), root = root_(plain_rows_);
+  Eigen::MatrixXd basis = state.columns(plain_rows_, Eigen::all);
+  Vector left = y;
+  if (basis.cols() > 0) {
+    basis = orthonormal_basis(basis);
+    left -= basis * (basis.transpose() * y);
+  }
+  const Eigen::MatrixXf squares = plain_values_.cwiseAbs2();
+  const double factor =
+      0.5 * static_cast<double>(y_.size()) / static_cast<double>(y.size()) / noise_.divisor();
+  double least = -1e300;
+  const auto products = [](const Vector &weight, const Eigen::MatrixXf &of, Index a) {
+    const Eigen::VectorXf w = weight.cast<float>().cwiseProduct(of.col(a));
+    Eigen::MatrixXf out(of.cols(), of.cols());
+    out.triangularView<Eigen::Upper>() = of.transpose() * (w.asDiagonal() * of);
+    return out;
+  };
+  for (Index a = 0; a < plain_values_.cols(); ++a) {
+    const Eigen::MatrixXf s = products(root.cwiseProduct(left), plain_values_, a),
+                          all = products(root.cwiseAbs2(), squares, a);
+    Eigen::MatrixXf own = all;
+    for (Index k = 0; k < basis.cols(); ++k)
+      own -= products(root.cwiseProduct(basis.col(k)), plain_values_, a).cwiseAbs2();
+    for (Index b = a + 1; b < s.cols(); ++b) {
+      for (Index c = b + 1; c < s.cols(); ++c) {
+        const Atom &f = plain(a), &g = plain(b), &h = plain(c);
+        if (f.input == g.input || g.input == h.input || f.input == h.input ||
+            !(own(b, c) > static_cast<float>(kLeastOwn) * all(b, c)))
+          continue;
+        const double score = factor * s(b, c) * s(b, c) / own(b, c) - kOfProduct - 0.5 * ln_rows_ -
+                             f.cost - g.cost - h.cost;
+        if (score > least)
+          scan->found.emplace_back(score, Product{f, g, h});
+      }
+    }
+    if (scan->found.size() > kMostFound) {
+      scan->keep(kFollowed);
+      least = scan->found.back().first;
+    }
+  }
+}
+
 // The product, whose values these are, with one atom more of another feature.
 void Finder::lengthen(const Product &product, const Eigen::VectorXf &values, Scan *scan) const {
   std::vector<Index> partners;
@@ -517,9 +607,7 @@ void Finder::lengthen(const Product &product, const Eigen::VectorXf &values, Sca
 // in all. What the other columns and factors do is the same for every width.
 State Finder::refined(const State &from, State state) const {
   Product product = state.products.back();
-  const auto may_move = [this](const Atom &atom) {
-    return has_width(atom.fn) && !inputs_[atom.input].is_angle;
-  };
+  const auto may_move = [](const Atom &atom) { return atom.has_free_width(); };
   if (std::none_of(product.begin(), product.end(), may_move))
     return state;
   const auto [left, basis] = beside(from.columns);
@@ -666,9 +754,10 @@ Expression Finder::expression(const State &state) const {
       if (!is_own)
         term.arguments[f] = feature.name;
       const std::string w = fmt::format("width{}", term.shape.size() + 1);
-      if (has_width(atom.fn))
+      if (atom.has_free_width())
         term.shape.push_back({w, atom.width, 0.0, feature.unit});
-      basis += (basis.empty() ? "" : "*") + text_of(atom.fn, inputs_[atom.input], f, w);
+      basis +=
+          (basis.empty() ? "" : "*") + text_of(atom.fn, inputs_[atom.input], f, w, atom.harmonic);
     }
     term.basis.push_back(basis.empty() ? "1" : basis);
     out.member.part_penalty.push_back(penalty_of(product));

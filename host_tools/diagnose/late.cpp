@@ -18,6 +18,7 @@ namespace rim::diagnose {
 namespace {
 
 using Index = Eigen::Index;
+constexpr int kSprings = 8;        // that are held, of limits equally spaced
 constexpr double kShortGap = 10.0; // median steps: what a straight line still bridges
 
 // Share of its squares that a prediction made of commands leaves beside them; rows looked at.
@@ -352,6 +353,24 @@ Vector delayed(const Vector &x, const Measured &measured, double delay_s) {
 Vector through_lag(const Vector &x, const Measured &measured, double lag_s) {
   Clock clock(measured, nullptr);
   return clock.through_lag(x, lag_s, nullptr, clock.all());
+}
+
+Vector held_within(const Vector &x, const Measured &measured, double reach) {
+  Vector out = Vector::Zero(x.size());
+  for (const LogSpan &log : measured.logs) {
+    double drawn[kSprings] = {};
+    for (std::size_t i = log.first + 1; i < log.first + log.rows; ++i) {
+      const auto k = static_cast<Index>(i);
+      double sum = 0.0;
+      for (int spring = 0; spring < kSprings; ++spring) {
+        const double limit = reach * (spring + 1) / kSprings;
+        drawn[spring] = std::clamp(drawn[spring] + x(k) - x(k - 1), -limit, limit);
+        sum += drawn[spring];
+      }
+      out(k) = sum / kSprings;
+    }
+  }
+  return out;
 }
 
 Eigen::MatrixXd late_columns(const Term &term, const std::vector<std::vector<Parameter>> &shapes,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// diagnose/late.hpp - what comes late: columns delayed, through a first-order lag, through play.
+// diagnose/late.hpp - what comes late: columns delayed, through a first-order lag, through play
+// or held.
 #pragma once
 
 #include <vector>
@@ -15,6 +16,11 @@ Vector delayed(const Vector &x, const Measured &measured, double delay_s);
 
 // Through a first-order lag, each log from its own first value. O(rows).
 Vector through_lag(const Vector &x, const Measured &measured, double lag_s);
+
+// What springs keep of a motion that slip when they are drawn by their limit, of which there are
+// as many of every limit up to `reach`: at most about half of it, whichever way the motion came
+// (Iwan's model, Prandtl and Ishlinskii's operator). A log begins with none drawn. O(rows).
+Vector held_within(const Vector &x, const Measured &measured, double reach);
 
 // The one column of a delay, a lag or play (remembers(term)) for each of these shapes in place of
 // the term's own: rows x shapes. Of a thinned table what is late is looked up in the whole one.

@@ -2,6 +2,7 @@
 #include "diagnose/library.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -22,6 +23,14 @@ constexpr int kMaxLagRows = 20;
 // Lags of an argument: how many, from so many rows, to this share of a log.
 constexpr int kLags = 8;
 constexpr double kShortestLag = 2.0, kLongestLag = 0.125;
+// Reaches within which a quantity is held: how many, and as shares of its range.
+constexpr int kReaches = 9;
+constexpr double kLeastReach = 0.01, kMostReach = 0.5;
+// The most of its squares that what is held may have in common with the quantity.
+constexpr double kMostAlike = 0.9;
+// The least of them over the noise of a reading, and the correlation of that with the error from
+// which the prediction is made of it.
+constexpr double kReachOverNoise = 6.0, kInError = 0.1;
 // Nats that a form of a velocity costs more where it is not known which one is the channel's own.
 constexpr double kNotOwn = 1.5;
 // And for the prediction of another outcome as an argument: what acts is what that is made of.
@@ -37,17 +46,8 @@ constexpr double kLeastSpeeds = 0.1;
 // An altitude that hardly changes says nothing about the air.
 constexpr double kLeastClimb_m = 500.0;
 
-// Whether the feature is an angle of whose sine something may depend: it wraps, or it is one by its
-// unit or, without a unit, by its name, and has more of a turn than a straight line would do for.
-constexpr double kLeastTurn = 1.0;
-bool turns(const Feature &feature, const Vector &x) {
-  const bool is_by_name =
-      feature.unit.empty() && has_word(feature.name, {"angle", "theta", "phi", "psi", "heading",
-                                                      "yaw", "pitch", "roll", "swing", "tilt"});
-  return feature.is_angle ||
-         (!feature.is_command && !feature.is_prediction && (feature.unit == "rad" || is_by_name) &&
-          !has_word(feature.name, {"rate", "veloc", "speed", "acc"}) &&
-          x.maxCoeff() - x.minCoeff() > kLeastTurn);
+bool is_per_second(const std::string &unit) {
+  return unit.size() > 2 && unit.compare(unit.size() - 2, 2, "/s") == 0;
 }
 
 bool is_altitude(const Feature &feature, const Vector &x) {
@@ -72,6 +72,12 @@ bool has_spread(const Form &form, const Argument &argument, const Vector &x) {
          (!is_about || sd < form.most_spread * std::abs(mean));
 }
 
+double squared_correlation(const Vector &a, const Vector &b) {
+  const Vector x = a.array() - a.mean(), y = b.array() - b.mean();
+  const double both = x.dot(y);
+  return both * both / std::max(1e-300, x.squaredNorm() * y.squaredNorm());
+}
+
 class Builder {
 public:
   Builder(const Measured &measured, const Channel &channel, const Catalogue &catalogue,
@@ -94,7 +100,12 @@ private:
   std::vector<std::vector<int>> assignments(const Form &form) const;
   std::vector<double> grid(const ShapeParameter &p, const Form &form,
                            const std::vector<int> &arguments) const;
-  std::string shape_unit(const Form &form, const std::vector<int> &arguments) const;
+  std::string shape_unit(const Form &form, std::size_t which,
+                         const std::vector<int> &arguments) const;
+  std::vector<std::vector<double>> grids(const Form &form, const std::vector<int> &arguments) const;
+  void set_shape(const Form &form, const std::vector<int> &arguments,
+                 const std::vector<std::vector<double>> &values,
+                 const std::array<std::size_t, 2> &at, Candidate *c) const;
   double argument_cost(const Form &form, std::size_t assignments) const;
   double other_predictions(const std::vector<int> &arguments) const;
   Candidate candidate_of(const Form &form) const;
@@ -111,6 +122,14 @@ private:
                 Candidate candidate);
   void add_by_length(const Form &form, const Candidate &candidate);
   void add_lagged(const Form &form);
+  struct Jitter {
+    double sd = 0.0;
+    bool is_in_error = false;
+  };
+  Jitter jitter_of(int feature) const;
+  void add_held(const Form &form);
+  void add_marked(const Form &form, const std::vector<int> &argument, char mark, double least,
+                  double most, int count, Candidate candidate);
 
   const Measured &measured_;
   const Channel &channel_;
@@ -172,6 +191,11 @@ std::vector<int> Builder::features_for(ArgumentRole role) const {
       fits = may_delay_ && !has_start_ && !is_own && !feature.is_prediction &&
              (feature.is_command || !has_command_);
       break;
+    case ArgumentRole::held: // a reading that a row starts from tells its way itself
+      fits = may_delay_ && !has_start_ && !feature.is_angle && !is_per_second(feature.unit) &&
+             std::find(velocities_.begin(), velocities_.end(), f) == velocities_.end() &&
+             (!feature.is_prediction || feature.name == "m." + channel_.name);
+      break;
     case ArgumentRole::stream:
       fits = !out_.own.empty() && !is_own &&
              is_stream(feature, measured_.features[static_cast<std::size_t>(out_.own[0])]);
@@ -223,6 +247,15 @@ std::vector<std::vector<int>> Builder::assignments(const Form &form) const {
 std::vector<double> Builder::grid(const ShapeParameter &p, const Form &form,
                                   const std::vector<int> &arguments) const {
   std::vector<double> out = p.values;
+  if (!p.share_of.empty()) {
+    for (std::size_t k = 0; k < arguments.size(); ++k) {
+      const double scale =
+          channel_.m.norm() / std::max(1e-300, measured_.x.col(arguments[k]).norm());
+      if (form.arguments[k].name == p.share_of)
+        std::for_each(out.begin(), out.end(), [scale](double &v) { v *= scale; });
+    }
+    return out;
+  }
   if (p.quantiles_of.empty()) {
     for (std::size_t k = 0; k < arguments.size(); ++k) {
       const Feature &f = measured_.features[static_cast<std::size_t>(arguments[k])];
@@ -292,8 +325,14 @@ bool Builder::add(Candidate candidate, const Eigen::MatrixXd &columns) {
 }
 
 // Unit of the shape parameter: its own, or that of what its grid is made of.
-std::string Builder::shape_unit(const Form &form, const std::vector<int> &arguments) const {
-  const ShapeParameter &p = form.shape[0];
+std::string Builder::shape_unit(const Form &form, std::size_t which,
+                                const std::vector<int> &arguments) const {
+  const ShapeParameter &p = form.shape[which];
+  if (!p.share_of.empty() && arguments.size() == 1) {
+    const std::string &of = measured_.features[static_cast<std::size_t>(arguments[0])].unit;
+    return of.empty() ? channel_.unit
+                      : (channel_.unit.empty() ? "1" : channel_.unit) + " per (" + of + ")";
+  }
   std::string unit = p.unit == "1" ? "" : p.unit;
   if (unit.empty() && (p.quantiles_of == "m" || p.quantiles_of == "abs(m)"))
     unit = channel_.unit;
@@ -362,7 +401,8 @@ void Builder::add_form(const Form &form) {
   const double sizes =
       form.is_fixed ? 0.0 : static_cast<double>(std::max<std::size_t>(1, form.basis.size()));
   const std::vector<std::vector<int>> all = assignments(form);
-  const double cost = 0.5 * sizes * out_.ln_rows + argument_cost(form, all.size());
+  const double cost = 0.5 * (sizes + (form.shape.size() > 1 ? 1.0 : 0.0)) * out_.ln_rows +
+                      argument_cost(form, all.size());
   for (const std::vector<int> &arguments : all) {
     Candidate c = candidate;
     for (std::size_t k = 0; k < arguments.size(); ++k)
@@ -372,26 +412,47 @@ void Builder::add_form(const Form &form) {
     if (form.cause == "product" && form.arguments.size() == 1 && has_start_ &&
         arguments[0] == state_)
       of_arguments += kOwnSquare;
-    std::vector<double> values{0.0};
-    if (!form.shape.empty())
-      values = grid(form.shape[0], form, arguments);
-    for (std::size_t v = 0; v < values.size(); ++v) {
-      const bool is_usual = !form.shape.empty() && form.shape[0].first_is_usual && v == 0;
-      c.penalty =
-          cost + of_arguments + (is_usual ? 0.0 : std::log(static_cast<double>(values.size())));
-      c.shape_range.clear();
-      if (!form.shape.empty()) {
-        const ShapeParameter &p = form.shape[0];
-        c.term.shape = {{p.name, values[v], 0.0, shape_unit(form, arguments)}};
-        // Whole numbers without a unit (harmonics) are not refined, nor is what is usual, nor what
-        // has one value.
-        if (p.unit != "1" && !p.first_is_usual && values.size() > 1)
-          c.shape_range = {{values[v > 0 ? v - 1 : v], values[std::min(v + 1, values.size() - 1)]}};
+    const std::vector<std::vector<double>> values = grids(form, arguments);
+    for (std::size_t v = 0; v < values[0].size(); ++v) {
+      for (std::size_t w = 0; w < values[1].size(); ++w) {
+        const bool is_usual = !form.shape.empty() && form.shape[0].first_is_usual && v == 0;
+        const auto tried = static_cast<double>(values[0].size() * values[1].size());
+        c.penalty = cost + of_arguments + (is_usual ? 0.0 : std::log(tried));
+        set_shape(form, arguments, values, {v, w}, &c);
+        c.group = group_of(form, c.term);
+        if (add(c, basis_columns(c.term, measured_, channel_.m)))
+          out_.size_units.push_back(unit_of(form, arguments));
       }
-      c.group = group_of(form, c.term);
-      if (add(c, basis_columns(c.term, measured_, channel_.m)))
-        out_.size_units.push_back(unit_of(form, arguments));
     }
+  }
+}
+
+// What each of two shape parameters is tried at; one value, which means nothing, of one that there
+// is not.
+std::vector<std::vector<double>> Builder::grids(const Form &form,
+                                                const std::vector<int> &arguments) const {
+  std::vector<std::vector<double>> out(2, {0.0});
+  for (std::size_t k = 0; k < form.shape.size(); ++k)
+    out[k] = grid(form.shape[k], form, arguments);
+  return out;
+}
+
+// The shape at these places of the grids, and where each parameter may be refined. Whole numbers
+// without a unit (harmonics) are not refined, nor is what is usual, nor what has one value.
+void Builder::set_shape(const Form &form, const std::vector<int> &arguments,
+                        const std::vector<std::vector<double>> &values,
+                        const std::array<std::size_t, 2> &at, Candidate *c) const {
+  c->term.shape.clear();
+  c->shape_range.clear();
+  bool is_refined = true;
+  for (std::size_t k = 0; k < form.shape.size(); ++k) {
+    const ShapeParameter &p = form.shape[k];
+    const std::vector<double> &of = values[k];
+    c->term.shape.push_back({p.name, of[at[k]], 0.0, shape_unit(form, k, arguments)});
+    is_refined = is_refined && p.unit != "1" && !p.first_is_usual && of.size() > 1;
+    if (is_refined)
+      c->shape_range.emplace_back(of[at[k] > 0 ? at[k] - 1 : at[k]],
+                                  of[std::min(at[k] + 1, of.size() - 1)]);
   }
 }
 
@@ -408,15 +469,77 @@ void Builder::add_lagged(const Form &form) {
   Candidate c = candidate_of(form);
   c.penalty = 0.5 * out_.ln_rows + argument_cost(form, arguments.size()) +
               std::log(static_cast<double>(kLags));
-  for (const std::vector<int> &argument : arguments) {
-    const std::string &name = measured_.features[static_cast<std::size_t>(argument[0])].name;
-    c.group = form.form + " " + name;
-    for (int k = 0; k < kLags; ++k) {
-      const double lag = shortest * std::pow(longest / shortest, k / (kLags - 1.0));
-      c.term.arguments[form.arguments[0].name] = fmt::format("{}~{:.4g}", name, lag);
-      if (add(c, basis_columns(c.term, measured_, channel_.m)))
-        out_.size_units.push_back(unit_of(form, argument));
+  for (const std::vector<int> &argument : arguments)
+    add_marked(form, argument, '~', shortest, longest, kLags, c);
+}
+
+// What of a feature changes from row to row without lasting, and whether what is wrong with the
+// prediction goes with it.
+Builder::Jitter Builder::jitter_of(int feature) const {
+  const Measured &all = measured_.whole != nullptr ? *measured_.whole : measured_;
+  const Channel &channel = all.channels[static_cast<std::size_t>(all.find_channel(channel_.name))];
+  const Vector x = feature_column(all, measured_.features[static_cast<std::size_t>(feature)].name),
+               wrong = (channel.z - channel.m).cwiseQuotient(channel.sd);
+  double squares = 0.0, next = 0.0, both = 0.0, wrongs = 0.0, before = 0.0, rows = 0.0;
+  for (const LogSpan &log : all.logs) {
+    for (std::size_t i = log.first + 1; i + 1 < log.first + log.rows; ++i) {
+      const auto k = static_cast<Index>(i);
+      const double bend = x(k - 1) - 2.0 * x(k) + x(k + 1),
+                   of_wrong = wrong(k - 1) - 2.0 * wrong(k) + wrong(k + 1);
+      next += i > log.first + 1 ? bend * before : 0.0;
+      squares += bend * bend;
+      both += bend * of_wrong;
+      wrongs += of_wrong * of_wrong;
+      before = bend;
+      rows += 1.0;
     }
+  }
+  Jitter out;
+  if (next >= 0.0 || rows < 1.0) // bends that last are motion
+    return out;
+  out.sd = std::sqrt(squares / (6.0 * rows)); // a white reading bends by root 6 of its own
+  out.is_in_error = std::abs(both) > kInError * std::sqrt(squares * wrongs);
+  return out;
+}
+
+// What is held of the argument, within shares of its range. The noise of a reading that the
+// prediction is made of would be held too, and mend the prediction.
+void Builder::add_held(const Form &form) {
+  std::vector<std::vector<int>> arguments;
+  std::vector<double> least;
+  for (const std::vector<int> &argument : assignments(form)) {
+    const Jitter jitter = jitter_of(argument[0]);
+    if (jitter.is_in_error)
+      continue;
+    arguments.push_back(argument);
+    least.push_back(kReachOverNoise * jitter.sd);
+  }
+  Candidate c = candidate_of(form);
+  c.penalty = out_.ln_rows + argument_cost(form, arguments.size()) +
+              std::log(static_cast<double>(kReaches));
+  for (std::size_t k = 0; k < arguments.size(); ++k) {
+    const Vector x = measured_.x.col(arguments[k][0]);
+    const double range = x.maxCoeff() - x.minCoeff(),
+                 first = std::max(kLeastReach * range, least[k]);
+    if (first < 0.5 * kMostReach * range)
+      add_marked(form, arguments[k], '%', first, kMostReach * range, kReaches, c);
+  }
+}
+
+// The argument with a mark and a number (term.hpp), of `count` numbers on a geometric grid.
+void Builder::add_marked(const Form &form, const std::vector<int> &argument, char mark,
+                         double least, double most, int count, Candidate c) {
+  const std::string &name = measured_.features[static_cast<std::size_t>(argument[0])].name;
+  c.group = form.form + " " + name;
+  for (int k = 0; k < count; ++k) {
+    const double number = least * std::pow(most / least, k / (count - 1.0));
+    c.term.arguments[form.arguments[0].name] = fmt::format("{}{}{:.4g}", name, mark, number);
+    if (mark == '%' &&
+        squared_correlation(feature_column(measured_, c.term.arguments.begin()->second),
+                            measured_.x.col(argument[0])) > kMostAlike)
+      continue; // springs that hardly slip are a coupling
+    if (add(c, basis_columns(c.term, measured_, channel_.m)))
+      out_.size_units.push_back(unit_of(form, argument));
   }
 }
 
@@ -470,7 +593,7 @@ void Builder::add_by_length(const Form &form, const Candidate &candidate) {
     const Vector speed = measured_.x.col(argument[0]).cwiseAbs();
     const double mean = speed.mean(), sd = std::sqrt((speed.array() - mean).square().mean());
     const std::string &unit = feature.unit;
-    const bool is_per_s = unit.size() > 2 && unit.compare(unit.size() - 2, 2, "/s") == 0;
+    const bool is_per_s = is_per_second(unit);
     if (has_start_ || feature.is_prediction || !(is_per_s || unit.empty()) ||
         !(sd > kLeastSpeeds * mean))
       continue;
@@ -604,6 +727,8 @@ Library Builder::build() {
       continue;
     if (form.arguments.size() == 1 && form.arguments[0].role == ArgumentRole::lagged)
       add_lagged(form);
+    else if (form.arguments.size() == 1 && form.arguments[0].role == ArgumentRole::held)
+      add_held(form);
     else if (!form.basis.empty())
       add_form(form);
     else if (may_delay_)

@@ -21,6 +21,7 @@ using Index = Eigen::Index;
 std::size_t idx(Index i) { return static_cast<std::size_t>(i); }
 
 // Own velocity: how well its changes must follow the prediction.
+constexpr double kLeastTurn = 1.0; // rad: what is more than a straight line
 constexpr double kLeastOwnCorrelation = 0.3;
 // Of velocities whose changes follow it nearly as well none is known to be the own one.
 constexpr double kClearOwn = 0.6;
@@ -167,9 +168,8 @@ bool is_velocity(const Measured &measured, int feature) {
     return true;
   const std::set<std::string> words = words_of(f.name, f.unit);
   const auto is_word = [&words](const char *word) { return words.count(word) > 0; };
-  const std::initializer_list<const char *> bare{"vel", "vx", "vy", "vz",    "v",    "qd",
-                                                 "dq",  "w",  "wz", "surge", "sway", "heave",
-                                                 "kmh", "kph"};
+  const std::initializer_list<const char *> bare{
+      "vel", "vx", "vy", "vz", "v", "qd", "dq", "w", "wz", "surge", "sway", "heave", "kmh", "kph"};
   return f.unit.empty() &&
          (std::any_of(bare.begin(), bare.end(), is_word) ||
           has_word(f.name, {"veloc", "speed", "rate", "climb", "omega", "qdot", "rpm"}) ||
@@ -325,6 +325,16 @@ bool may_move(const Measured &measured, const Channel &channel, int state) {
 }
 
 } // namespace
+
+bool turns(const Feature &feature, const Vector &x) {
+  const bool is_by_name =
+      feature.unit.empty() && has_word(feature.name, {"angle", "theta", "phi", "psi", "heading",
+                                                      "yaw", "pitch", "roll", "swing", "tilt"});
+  return feature.is_angle ||
+         (!feature.is_command && !feature.is_prediction && (feature.unit == "rad" || is_by_name) &&
+          !has_word(feature.name, {"rate", "veloc", "speed", "acc"}) &&
+          x.maxCoeff() - x.minCoeff() > kLeastTurn);
+}
 
 bool has_word(const std::string &name, std::initializer_list<const char *> words) {
   return std::any_of(words.begin(), words.end(),

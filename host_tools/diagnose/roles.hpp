@@ -15,6 +15,10 @@ namespace rim::diagnose {
 // Whether a name holds one of the words, as "u.yaw_rate" holds "yaw".
 bool has_word(const std::string &name, std::initializer_list<const char *> words);
 
+// Whether the feature is an angle of whose sine something may depend: it wraps, or it is one by its
+// unit or, without a unit, by its name, and has more of a turn than a straight line would do for.
+bool turns(const Feature &feature, const Vector &x);
+
 // Features that are velocities: by their unit; where a feature has no unit, by its name, or as the
 // rate of change of another feature. Commands and predictions are none.
 std::vector<int> velocities(const Measured &measured);

@@ -20,6 +20,9 @@ using Index = Eigen::Index;
 constexpr std::size_t kProposals = 60, kExact = 10;
 constexpr double kBesideLaw = 0.15; // share of the rows
 constexpr int kShapeSteps = 4;
+// Of two parameters together: steps, the first this share of where each may be.
+constexpr int kPatternSteps = 14;
+constexpr double kFirstPattern = 0.25;
 constexpr int kLagSteps = 8; // of a lagged argument, the first by this factor
 constexpr double kLagFactor = 1.4;
 constexpr double kTableCost = 10.0; // nats: a curve without a name, where laws of physics hold
@@ -51,7 +54,10 @@ bool is_constant_inside(const Member &member, const Vector &sd) {
 }
 
 // Whether a parameter of it is more than a choice.
-bool is_tunable(const Term &term) { return !term.shape.empty() || term.form == kLaggedCoupling; }
+bool is_marked(const Term &term) {
+  return term.form == kLaggedCoupling || term.form == kHysteresis;
+}
+bool is_tunable(const Term &term) { return !term.shape.empty() || is_marked(term); }
 
 // Features that a term of the context alone is made of: a bias in an interval, a hinge ...; none of
 // a term of the prediction.
@@ -60,7 +66,7 @@ std::set<std::string> features_of(const Term &term) {
   for (const auto &[placeholder, feature] : term.arguments)
     names.insert(feature);
   // No curve over a feature has its memory, and a square is a law, no piece of a curve.
-  if (term.form == kLaggedCoupling || term.form == kSquare)
+  if (is_marked(term) || term.form == kSquare)
     return {};
   const bool is_plain = term.cause == "bias" || term.cause == "coupling" || term.cause == "hinge" ||
                         term.cause == "product" || term.cause == "drift" || term.cause == "unknown";
@@ -141,7 +147,8 @@ double ChannelSearch::gain_of(const std::vector<Member> &members, double loss_wi
   return fit.is_allowed ? (loss_without - fit.loss) / out_.noise.divisor() : -1e300;
 }
 
-// The lag of a lagged argument, between its neighbours on the grid.
+// The lag of a lagged argument, or the reach of one that is held, between its neighbours on the
+// grid.
 void ChannelSearch::refine_lag(const std::vector<Member> &others, double loss,
                                Member *member) const {
   std::vector<Member> all = others;
@@ -153,7 +160,8 @@ void ChannelSearch::refine_lag(const std::vector<Member> &others, double loss,
       Member next = *member;
       std::string &name = next.term.arguments.begin()->second;
       const std::string base = base_feature(name);
-      name = fmt::format("{}~{:.4g}", base, by * std::stod(name.substr(base.size() + 1)));
+      name = fmt::format("{}{}{:.4g}", base, name[base.size()],
+                         by * std::stod(name.substr(base.size() + 1)));
       set_columns(measured_, channel_, channel_.m, &next);
       all.back() = next;
       const double gain = gain_of(all, loss);
@@ -171,16 +179,17 @@ void ChannelSearch::refine_lag(const std::vector<Member> &others, double loss,
 
 void ChannelSearch::refine_shape(const std::vector<Member> &others, double loss,
                                  Member *member) const {
-  if (member->term.form == kLaggedCoupling && !member->differs)
+  if (is_marked(member->term) && !member->differs)
     refine_lag(others, loss, member);
   const Candidate &candidate = library_.candidates[static_cast<std::size_t>(member->candidate)];
   const Vector mask = gate_mask(member->term.gate, measured_);
   std::vector<Member> all = others;
   all.push_back(*member);
   double best = gain_of(all, loss);
-  const auto try_at = [&](std::size_t which, double value) {
+  const auto try_at = [&](const std::vector<std::pair<std::size_t, double>> &to) {
     Member moved = *member;
-    moved.term.shape[which].value = value;
+    for (const auto &[which, value] : to)
+      moved.term.shape[which].value = value;
     const Eigen::MatrixXd columns = basis_columns(moved.term, measured_, channel_.m);
     for (Index k = 0; k < columns.cols(); ++k)
       moved.h.col(k) = columns.col(k).cwiseQuotient(channel_.sd).cwiseProduct(mask);
@@ -197,15 +206,33 @@ void ChannelSearch::refine_shape(const std::vector<Member> &others, double loss,
     auto [low, high] = candidate.shape_range[which];
     for (int step = 0; step < kShapeSteps && low < high && !member->differs; ++step) {
       const double at = member->term.shape[which].value;
-      if (try_at(which, 0.5 * (low + at)))
+      if (try_at({{which, 0.5 * (low + at)}}))
         high = at;
-      else if (try_at(which, 0.5 * (at + high)))
+      else if (try_at({{which, 0.5 * (at + high)}}))
         low = at;
       else {
         low = 0.5 * (low + at);
         high = 0.5 * (at + high);
       }
     }
+  }
+  if (candidate.shape_range.size() != 2 || remembers(member->term) || member->differs)
+    return;
+  // What two parameters do they do together: along their valley neither moves alone.
+  double share = kFirstPattern;
+  for (int step = 0; step < kPatternSteps; ++step) {
+    bool moved = false;
+    for (int direction = 0; direction < 9 && !moved; ++direction) {
+      const double by[2] = {share * (direction % 3 - 1), share * (direction / 3 - 1)};
+      std::vector<std::pair<std::size_t, double>> to;
+      for (std::size_t which = 0; which < 2; ++which) {
+        const auto &[low, high] = candidate.shape_range[which];
+        to.emplace_back(which, member->term.shape[which].value + by[which] * (high - low));
+      }
+      moved = direction != 4 && try_at(to);
+    }
+    if (!moved)
+      share *= 0.5;
   }
 }
 
@@ -322,6 +349,11 @@ void ChannelSearch::join_forms() {
     if (member.is_given || !member.term.gate.everywhere())
       kept.push_back(member);
   }
+  join_forms_beside(std::move(kept));
+}
+
+// And beside these.
+void ChannelSearch::join_forms_beside(std::vector<Member> kept) {
   NoiseState noise;
   const FormSet set =
       SetSearch(measured_, library_, y_, out_.noise.weight, kept, least_noise(channel_), &products_)

@@ -109,14 +109,22 @@ private:
   void add_terms(bool is_rough);
   Member form_member(int candidate, bool differs) const;
   void join_forms();
+  void join_forms_beside(std::vector<Member> kept);
+  std::vector<std::vector<Member>> formula_alone() const;
+  bool formula_overlaps_law() const;
+  void join_laws_beside_formula();
   bool is_law(const Member &m) const;
   bool has_opposites() const;
   bool are_laws() const;
   bool asks_for_expression() const;
+  double share_left() const;
   bool is_better_formula(const ChannelFindings &other, double by);
   bool says_more(const ChannelFindings &laws, double share) const;
   void formulas_for_tables();
+  std::vector<std::size_t> parts_said(const Candidate &candidate, std::size_t formula,
+                                      std::size_t part) const;
   std::vector<Member> named_part(std::size_t formula, std::size_t part) const;
+  void split_products();
   void name_parts();
   std::vector<Member> as_straight_line(std::size_t formula) const;
   void try_expressions(const std::vector<Member> &kept);

@@ -14,6 +14,7 @@ namespace {
 using Index = Eigen::Index;
 // Of a delay's shape beside what was found behind it: steps, the first factor, and the nats that a
 // change must be worth.
+constexpr double kLeastBeyondLevel = 0.01; // share of the rows: what few go beyond is no limit
 constexpr int kTuneSteps = 12;
 constexpr double kTuning = 1.3, kLeastTuned = 2.0;
 constexpr double kPlainClip = 10.0; // scales: what counts as plain squares
@@ -191,6 +192,13 @@ void ChannelSearch::add_level(const Noise &noise, double without) {
   Member zone, delay = out_.members.front();
   auto &shape = delay.term.shape;
   shape.erase(std::remove_if(shape.begin(), shape.end(), is_level_before), shape.end());
+  if (kind == kUpTo &&
+      (channel_.m.array().abs() > level).cast<double>().mean() < kLeastBeyondLevel) {
+    set_columns(measured_, channel_, channel_.m, &delay);
+    delay.penalty -= found->penalty;
+    out_.members.front() = delay;
+    return;
+  }
   zone.term = found->term;
   zone.term.form = kind == kUpTo ? kSaturationBefore : kDeadZoneBefore;
   zone.term.shape[0].value = level;

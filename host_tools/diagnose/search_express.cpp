@@ -8,6 +8,8 @@
 #include <iterator>
 #include <map>
 
+#include <Eigen/Cholesky>
+
 namespace rim::diagnose {
 
 namespace {
@@ -18,6 +20,7 @@ constexpr double kWithoutName = 20.0, kThanPatches = 3.0;
 // Nats that a name may cost a formula's part, and the cosines from which it may be one of a
 // friction or drag, and of another form.
 constexpr double kForName = 5.0, kAlike = 0.9, kSame = 1.0 - 1e-6;
+constexpr double kOfStated = 0.95;  // of the stated variance, what noise leaves at least
 constexpr double kMuch = 0.1;       // share of the whole error, as amplitude, that is much more
 constexpr double kHeldSlack = 1.02; // and by what it may be worse on the held logs
 constexpr int kRounds = 2;
@@ -60,17 +63,30 @@ void take_out(std::size_t part, Member *formula) {
                    term.shape.end());
 }
 
-// Whether a product of a formula is of a feature that another product is of too: x beside x cubed
-// is one law.
-bool shares_feature(const Term &formula, std::size_t part) {
+// Whether a product of a formula is of features that another product is of too, of all of them or
+// of all that the other has: x beside x cubed is one law, and x beside x*y; x*y beside x*z are two.
+bool shares_features(const Term &formula, std::size_t part) {
   for (std::size_t k = 0; k < formula.basis.size(); ++k) {
+    int both = 0, mine = 0, others = 0;
     for (const auto &[placeholder, feature] : formula.arguments) {
-      if (k != part && has_word(formula.basis[k], placeholder) &&
-          has_word(formula.basis[part], placeholder))
-        return true;
+      const bool is_mine = has_word(formula.basis[part], placeholder),
+                 is_other = has_word(formula.basis[k], placeholder);
+      both += is_mine && is_other ? 1 : 0;
+      mine += is_mine ? 1 : 0;
+      others += is_other ? 1 : 0;
     }
+    if (k != part && both > 0 && (both == mine || both == others))
+      return true;
   }
   return false;
+}
+
+// Cosine between a column and the nearest combination of one or two others.
+double cosine(const Vector &column, const Eigen::MatrixXd &others) {
+  Eigen::MatrixXd gram = others.transpose() * others;
+  gram.diagonal().array() *= 1.0 + 1e-12;
+  const Vector s = others.transpose() * column;
+  return std::sqrt(std::max(0.0, s.dot(gram.ldlt().solve(s)))) / std::max(1e-300, column.norm());
 }
 
 // Whether a formula is nothing but the product of two features: it is the form of that name, which
@@ -142,6 +158,15 @@ std::vector<Expression> ChannelSearch::expressions_beside(const std::vector<Memb
   return found;
 }
 
+// What anything more could take off: the share of the whole squares that is left, less what noise
+// of the stated sd leaves.
+double ChannelSearch::share_left() const {
+  const double whole = y_.cwiseAbs2().dot(out_.noise.weight),
+               left = out_.fit.residual.cwiseAbs2().dot(out_.noise.weight),
+               noise = channel_.sd_estimated ? 0.0 : kOfStated * out_.noise.weight.sum();
+  return (left - noise) / std::max(1e-300, whole);
+}
+
 // Beside nothing, and beside the laws that were found; taken where it says so much more than names
 // that these are no longer worth having, and holds in parts that it was not fitted to.
 void ChannelSearch::try_expressions(const std::vector<Member> &kept) {
@@ -160,12 +185,18 @@ void ChannelSearch::try_expressions(const std::vector<Member> &kept) {
                                                          return is_law(m) && m.term.cause != "bias";
                                                        });
   const bool only_laws = are_laws();
+  const double possible = share_left();
   const double margin = only_laws || named.members.size() < 2 ? kWithoutName : kThanPatches;
   ChannelFindings best = named;
   std::vector<double> seen_by(bases.size(), 1e300);
   for (std::size_t search = 0; search < 2 * bases.size(); ++search) {
     const std::size_t b = search % bases.size();
     const std::vector<Member> &base = bases[b];
+    const bool is_beside = base.size() > kept.size();
+    // What would not be taken whatever it said is not searched for.
+    if ((has_law && !is_beside && possible <= kMuch * kMuch) ||
+        (only_laws && is_beside && possible <= kRelevant * kRelevant))
+      continue;
     // Again where what was found beside other laws leaves much less than what this one was judged
     // by.
     const Noise noise = search < bases.size() ? named.noise : best.noise;
@@ -178,8 +209,8 @@ void ChannelSearch::try_expressions(const std::vector<Member> &kept) {
     if (found.empty())
       continue;
     const double better = best.rival_expressions.empty() ? margin : 0.0;
-    const bool is_beside = base.size() > kept.size();
-    if (!is_better_formula(best, better) || (has_law && !is_beside && !says_more(named, kMuch)) ||
+    if (!is_better_formula(best, better) || (is_beside && formula_overlaps_law()) ||
+        (has_law && !is_beside && !says_more(named, kMuch)) ||
         (only_laws && is_beside && !says_more(named, kRelevant)))
       continue;
     best = out_;
@@ -189,6 +220,85 @@ void ChannelSearch::try_expressions(const std::vector<Member> &kept) {
   }
   out_ = std::move(best);
   name_parts();
+  join_laws_beside_formula();
+}
+
+// What is given and the formula, whole; and less each of its products that is of one feature.
+std::vector<std::vector<Member>> ChannelSearch::formula_alone() const {
+  std::vector<Member> all;
+  std::size_t formula = out_.members.size();
+  for (const Member &m : out_.members) {
+    if (m.is_given || !m.term.gate.everywhere() || !m.part_penalty.empty())
+      all.push_back(m);
+    if (!m.is_given && !m.part_penalty.empty())
+      formula = all.size() - 1;
+  }
+  if (formula == out_.members.size())
+    return {};
+  std::vector<std::vector<Member>> out{all};
+  const Term &term = all[formula].term;
+  for (std::size_t k = 0; k < term.basis.size() && term.basis.size() > 1; ++k) {
+    const auto features =
+        std::count_if(term.arguments.begin(), term.arguments.end(), [&](const auto &argument) {
+          return has_word(term.basis[k], argument.first);
+        });
+    if (features > 1)
+      continue;
+    out.push_back(all);
+    take_out(k, &out.back()[formula]);
+  }
+  return out;
+}
+
+// Whether a product of the formula is of one feature alone that a resistance is of too: they are one
+// curve in two pieces.
+bool ChannelSearch::formula_overlaps_law() const {
+  for (const Member &m : out_.members) {
+    for (std::size_t k = 0; !m.is_given && k < m.part_penalty.size(); ++k) {
+      std::string feature;
+      int features = 0;
+      for (const auto &[placeholder, name] : m.term.arguments) {
+        if (has_word(m.term.basis[k], placeholder)) {
+          feature = name;
+          ++features;
+        }
+      }
+      if (features == 1 &&
+          std::any_of(out_.members.begin(), out_.members.end(), [&](const Member &l) {
+            return is_law(l) && l.term.arguments.count("v") > 0 &&
+                   l.term.arguments.at("v") == feature;
+          }))
+        return true;
+    }
+  }
+  return false;
+}
+
+// A formula has few products, and its last may stand for several laws (a root of the speed for a
+// friction of two kinds): these, searched jointly beside the others, take its place where they say
+// more.
+void ChannelSearch::join_laws_beside_formula() {
+  ChannelFindings best = out_;
+  const std::vector<std::vector<Member>> formulas = formula_alone();
+  for (const std::vector<Member> &formula : formulas) {
+    const std::size_t alone = formula.size();
+    const bool is_whole = &formula == formulas.data();
+    out_ = best;
+    join_forms_beside(formula);
+    out_.fit = fit_members(y_, out_.members, out_.noise);
+    estimate_noise();
+    const Noise noise = out_.noise.scale < best.noise.scale ? out_.noise : best.noise;
+    if (out_.members.size() == alone || out_.members.size() > options_.most_terms ||
+        has_opposites() || formula_overlaps_law() ||
+        score_of(out_.members, noise) <
+            score_of(best.members, noise) + (is_whole ? kWithoutName : kThanPatches) ||
+        (is_whole && !says_more(best, kRelevant)))
+      continue;
+    out_.rival_expressions.clear();
+    best = out_;
+  }
+  out_ = std::move(best);
+  out_.fit = fit_members(y_, out_.members, out_.noise);
 }
 
 // Whether the members, the last of them a formula, say more than those of `other`, by so many nats,
@@ -212,42 +322,62 @@ bool ChannelSearch::says_more(const ChannelFindings &laws, double share) const {
   return fall > share * share * whole;
 }
 
+// Products of the formula, of which `part` is one, that the candidate says: it alone where the
+// candidate has one size, all that are combinations of its columns where it has two (a sine and a
+// cosine). None: it does not say `part`.
+std::vector<std::size_t> ChannelSearch::parts_said(const Candidate &candidate, std::size_t formula,
+                                                   std::size_t part) const {
+  const Vector root = out_.noise.weight.cwiseSqrt();
+  const bool resists = candidate.is_physical && candidate.term.arguments.count("v") > 0;
+  const Term &term = out_.members[formula].term;
+  if (candidate.is_fixed || (candidate.columns > 1 && resists))
+    return {};
+  const Eigen::MatrixXd said =
+      root.asDiagonal() * library_.g.middleCols(candidate.column, candidate.columns);
+  std::vector<std::size_t> parts;
+  for (std::size_t k = 0; k < out_.members[formula].part_penalty.size(); ++k) {
+    const Vector column = root.cwiseProduct(out_.members[formula].h.col(static_cast<Index>(k)));
+    const bool is_wanted = k == part || candidate.columns > 1;
+    const bool may_be = resists || candidate.columns > 1 || !shares_features(term, part);
+    if (is_wanted && may_be && cosine(column, said) > (resists ? kAlike : kSame))
+      parts.push_back(k);
+  }
+  return std::find(parts.begin(), parts.end(), part) != parts.end() ? parts
+                                                                    : std::vector<std::size_t>{};
+}
+
 // The members with the form that says what a part of the formula says in that part's place, and in
 // the place of another of its kind; none: there is no such name.
 std::vector<Member> ChannelSearch::named_part(std::size_t formula, std::size_t part) const {
-  const Vector root = out_.noise.weight.cwiseSqrt(),
-               column = root.cwiseProduct(out_.members[formula].h.col(static_cast<Index>(part)));
-  std::vector<Member> others = without(formula);
-  if (out_.members[formula].part_penalty.size() > 1) {
-    others.push_back(out_.members[formula]);
-    take_out(part, &others.back());
-  }
-  const bool is_own = !shares_feature(out_.members[formula].term, part);
-  double best = score_of(out_.members, out_.noise) - kForName;
+  double best = -1e300;
   std::vector<Member> named;
   for (std::size_t c = 0; c < library_.candidates.size(); ++c) {
     const Candidate &candidate = library_.candidates[c];
-    if (candidate.is_fixed || candidate.columns != 1)
-      continue;
-    const bool resists = candidate.is_physical && candidate.term.arguments.count("v") > 0;
-    const Vector g = root.cwiseProduct(library_.g.col(candidate.column));
-    if (!(resists || is_own) ||
-        !(std::abs(g.dot(column)) > (resists ? kAlike : kSame) * g.norm() * column.norm()))
+    const std::vector<std::size_t> parts = parts_said(candidate, formula, part);
+    if (parts.empty())
       continue;
     std::vector<Member> all;
-    for (const Member &m : others) {
+    for (const Member &m : without(formula)) {
       const bool is_same =
           !m.is_given && m.candidate >= 0 && m.term.gate.everywhere() &&
           library_.candidates[static_cast<std::size_t>(m.candidate)].group == candidate.group;
       if (!is_same)
         all.push_back(m);
     }
+    if (parts.size() < out_.members[formula].part_penalty.size()) {
+      all.push_back(out_.members[formula]);
+      for (std::size_t k = parts.size(); k-- > 0;)
+        take_out(parts[k], &all.back());
+    }
     Member member = form_member(static_cast<int>(c), false);
     if (!member.term.shape.empty())
       refine_shape(all, fit_members(y_, all, out_.noise).loss, &member);
     all.push_back(std::move(member));
-    const double score = score_of(all, out_.noise);
-    if (score > best) {
+    // A sine alone is a form of two sizes too, one of which is about none.
+    const double sizes = 0.5 * library_.ln_rows *
+                         std::max(0.0, candidate.columns - static_cast<double>(parts.size()));
+    const double score = score_of(all, out_.noise) + sizes;
+    if (score > std::max(best, score_of(out_.members, out_.noise) - kForName)) {
       best = score;
       named = std::move(all);
     }
@@ -280,6 +410,29 @@ std::vector<Member> ChannelSearch::as_straight_line(std::size_t formula) const {
   return is_line ? all : std::vector<Member>{};
 }
 
+// Plain products of two features that no other part of a formula is of are findings of their own.
+void ChannelSearch::split_products() {
+  std::vector<Member> apart;
+  for (Member &member : out_.members) {
+    for (std::size_t k = member.is_given ? 0 : member.part_penalty.size(); k-- > 0;) {
+      Member one = member;
+      for (std::size_t other = member.part_penalty.size(); other-- > 0;) {
+        if (other != k)
+          take_out(other, &one);
+      }
+      if (member.part_penalty.size() == 1 || !is_plain_product(one.term) ||
+          shares_features(member.term, k))
+        continue;
+      one.penalty = one.part_penalty.front();
+      take_out(k, &member);
+      apart.push_back(std::move(one));
+    }
+  }
+  if (!apart.empty())
+    out_.rival_expressions.clear(); // they are rivals of the whole formula
+  out_.members.insert(out_.members.end(), apart.begin(), apart.end());
+}
+
 // Where a part of a formula has a name (it is about a friction or a drag, or exactly another form
 // of features that no other part is of) it is claimed as that, and the formula is what remains.
 void ChannelSearch::name_parts() {
@@ -304,6 +457,7 @@ void ChannelSearch::name_parts() {
       }
     }
   }
+  split_products();
   for (Member &member : out_.members) {
     if (is_plain_product(member.term))
       member.term.cause = "product";

@@ -29,6 +29,8 @@ constexpr double kSupportShare = 0.5, kSupportMargin = 0.2;
 constexpr double kLeastHarm = 0.002, kClearHarm = 0.03;
 // BIC by which a rival may be behind that the held logs prefer, and by what share of their squares.
 constexpr double kNearBic = 20.0, kClearlyBetter = 0.1;
+// By what share of those squares a rival may be worse whose BIC is as much better.
+constexpr double kHardlyWorse = 0.015;
 constexpr int kMostVaried = 4;
 constexpr double kLeastErrors = 1.96; // standard errors that a size must be away from none
 constexpr double kHeldClip = 10.0;    // scales at which a held-out residual is cut
@@ -496,12 +498,15 @@ void ChannelSearch::drop_contradicted() {
 }
 
 // Whether the claim is rather its rival: one that fits better and holds no worse where it was not
-// fitted, or one that fits about as well and does clearly better there (a drift, where what it
+// fitted, or fits clearly better and holds hardly worse; or one that fits about as well and does
+// clearly better there (a drift, where what it
 // stands for is the charge that falls with the time).
 bool ChannelSearch::is_beaten(const Claim &claim) const {
   if (claim.rival.h.cols() == 0)
     return false;
   return (claim.rival_bic < 0.0 && claim.rival_r2 >= claim.heldout_r2) ||
+         (claim.rival_bic < -kNearBic &&
+          1.0 - claim.rival_r2 <= (1.0 + kHardlyWorse) * (1.0 - claim.heldout_r2)) ||
          (claim.rival_bic < kNearBic &&
           1.0 - claim.rival_r2 < (1.0 - kClearlyBetter) * (1.0 - claim.heldout_r2));
 }

@@ -60,6 +60,8 @@ std::string meaning(const Term &term, const Channel &channel) {
                 : "it goes with the square of the speed";
   if (term.form == kBacklash)
     return "after every turn it stays until the play is taken up";
+  if (term.form == kHysteresis)
+    return "it depends on the way it came; after every turn a part follows, and slips gradually";
   if (moves_prediction(term) && term.form.rfind("delay", 0) == 0)
     return "what is asked acts late";
   if (remembers(term))
@@ -89,6 +91,16 @@ std::string differing_text(const Term &term) {
                      size.unit.empty() ? "" : " " + size.unit, other);
 }
 
+// Of a limit that moves with a speed: " less 0.8 N m per (rad/s) of wheel".
+std::string by_speed_text(const Term &term) {
+  const auto v = term.arguments.find("v");
+  if (term.shape.size() < 2 || v == term.arguments.end())
+    return "";
+  const Parameter &by = term.shape[1];
+  return std::string(by.value < 0.0 ? " and " : " less ") + with_unit(std::abs(by.value), by.unit) +
+         " of " + plain_name(v->second) + (by.value < 0.0 ? " more" : "");
+}
+
 std::string effect_text(const Finding &finding, const Channel &channel) {
   const Term &term = finding.term;
   const std::string unit = channel.unit.empty() ? "" : " " + channel.unit;
@@ -115,8 +127,8 @@ std::string effect_text(const Finding &finding, const Channel &channel) {
     return fmt::format("is {:.4g} times what is predicted (standard error {:.2g})",
                        1.0 + term.sizes[0].value, term.sizes[0].stderror);
   if (term.cause == "saturation" && !term.shape.empty())
-    return fmt::format("does not go beyond {:.4g}{} where more is predicted{}",
-                       term.shape[0].value, unit,
+    return fmt::format("does not go beyond {:.4g}{}{} where more is predicted{}",
+                       term.shape[0].value, unit, by_speed_text(term),
                        term.form == kSaturationBefore ? ", before it comes late" : "");
   if (term.form == "coulomb_stick" && !term.shape.empty())
     return fmt::format("loses {:.4g}{} to friction within a row, and stays at rest where no more "

@@ -18,6 +18,9 @@ namespace {
 
 using Index = Eigen::Index;
 
+// Of a feature's name, before a number: seconds ago, a lag, a reach.
+constexpr const char *kMarks = "@~%";
+
 Vector time_column(const Measured &measured) {
   return Eigen::Map<const Vector>(measured.elapsed_s.data(),
                                   static_cast<Index>(measured.elapsed_s.size()));
@@ -109,6 +112,24 @@ Vector evaluate(const std::string &expression, const Term &term, const Measured 
   return out;
 }
 
+// The name of an argument within the term's expression: with its unit where another argument would
+// have the same one, as the angle and the speed of one joint.
+std::string argument_text(const std::string &feature, const Term &term) {
+  std::string name = strip(feature);
+  const bool is_twice =
+      std::any_of(term.arguments.begin(), term.arguments.end(), [&](const auto &other) {
+        return other.second != feature && strip(other.second) == name;
+      });
+  const std::size_t prefix = feature.find('.');
+  if (is_twice && late_text(feature).empty() && prefix == 1)
+    name = (feature[0] == 'u'   ? "commanded "
+            : feature[0] == 'm' ? "predicted "
+                                : "") +
+           feature.substr(prefix + 1);
+  std::replace(name.begin(), name.end(), ' ', '_');
+  return name;
+}
+
 // Expression with arguments and shape parameters replaced by what they stand for.
 std::string substituted(const std::string &expression, const Term &term) {
   std::string out;
@@ -128,9 +149,7 @@ std::string substituted(const std::string &expression, const Term &term) {
     const auto is_it = [&word](const Parameter &p) { return p.name == word; };
     const auto parameter = std::find_if(term.shape.begin(), term.shape.end(), is_it);
     if (argument != term.arguments.end()) {
-      std::string name = strip(argument->second);
-      std::replace(name.begin(), name.end(), ' ', '_');
-      out += name;
+      out += argument_text(argument->second, term);
     } else if (parameter != term.shape.end()) {
       out += number_text(parameter->value);
     } else {
@@ -157,10 +176,13 @@ Vector feature_column(const Measured &measured, const std::string &name) {
   const char *at = name.c_str() + base_feature(name).size();
   while (*at != '\0') {
     char *end = nullptr;
-    const double seconds = std::strtod(at + 1, &end);
-    if ((*at != '@' && *at != '~') || end == at + 1 || !(seconds >= 0.0))
-      throw DataError("feature '" + name + "': what follows @ or ~ must be seconds");
-    x = *at == '@' ? delayed(x, measured, seconds) : through_lag(x, measured, seconds);
+    const double number = std::strtod(at + 1, &end);
+    if (std::string(kMarks).find(*at) == std::string::npos || end == at + 1 || !(number >= 0.0))
+      throw DataError("feature '" + name +
+                      "': what follows @ or ~ must be seconds, and what follows % a reach");
+    x = *at == '@'   ? delayed(x, measured, number)
+        : *at == '~' ? through_lag(x, measured, number)
+                     : held_within(x, measured, number);
     at = end;
   }
   return x;
@@ -169,17 +191,18 @@ Vector feature_column(const Measured &measured, const std::string &name) {
 std::string late_text(const std::string &name) {
   std::string text;
   for (std::size_t at = base_feature(name).size(); at < name.size();) {
-    const std::size_t end = std::min(name.find_first_of("@~", at + 1), name.size());
-    const std::string seconds = name.substr(at + 1, end - at - 1);
-    text += (text.empty() ? "" : " ") +
-            (name[at] == '@' ? seconds + " s ago" : "lagged by " + seconds + " s");
+    const std::size_t end = std::min(name.find_first_of(kMarks, at + 1), name.size());
+    const std::string number = name.substr(at + 1, end - at - 1);
+    text += (text.empty() ? "" : " ") + (name[at] == '@'   ? number + " s ago"
+                                         : name[at] == '~' ? "lagged by " + number + " s"
+                                                           : "held within " + number);
     at = end;
   }
   return text;
 }
 
 std::string base_feature(const std::string &name) {
-  return name.substr(0, name.find_first_of("@~"));
+  return name.substr(0, name.find_first_of(kMarks));
 }
 
 bool is_late_form(const std::string &form) {

@@ -29,6 +29,8 @@ inline constexpr const char *kUpTo = "saturation", *kSaturationBefore = "saturat
 
 // A coupling whose argument comes through a first-order lag: "u.current~12".
 inline constexpr const char *kLaggedCoupling = "coupling_lag";
+// A form whose argument is what is held of a quantity: "x.stroke_m%0.003".
+inline constexpr const char *kHysteresis = "hysteresis";
 // The form of a square of a quantity.
 inline constexpr const char *kSquare = "square";
 
@@ -112,7 +114,8 @@ struct Term {
 
 // The column of a feature, or of kTime; "u.speed_mps@0.2": of 0.2 s ago in the same log;
 // "u.speed_mps~0.2": through a first-order lag of 0.2 s; "u.speed_mps@0.2~0.1": the one and then
-// the other. DataError when there is none.
+// the other; "x.stroke_m%0.003": what many small springs keep of it that slip when they are drawn
+// by 0.003 or less. DataError when there is none.
 Vector feature_column(const Measured &measured, const std::string &name);
 
 // 1 where the row lies in the gate, else 0. DataError when a feature is not in the table.
@@ -126,9 +129,11 @@ Vector ridge_values(const Ridge &ridge, const Vector &s);
 // see. DataError: an argument is not in the table, an expression does not parse.
 Eigen::MatrixXd basis_columns(const Term &term, const Measured &measured, const Vector &m);
 
-// "u.speed_mps" of "u.speed_mps@0.2" or "u.speed_mps~0.2"; other names as they are.
+// "u.speed_mps" of "u.speed_mps@0.2", "u.speed_mps~0.2" or "u.speed_mps%0.2"; other names as they
+// are.
 std::string base_feature(const std::string &name);
-// "0.2 s ago lagged by 0.1 s" of "u.speed_mps@0.2~0.1"; empty of a feature that is not late.
+// "0.2 s ago lagged by 0.1 s" of "u.speed_mps@0.2~0.1", "held within 0.2" of "u.speed_mps%0.2";
+// empty of a feature as it is.
 std::string late_text(const std::string &name);
 // Whether a form is one of the late commands, which the program computes instead of an expression:
 // "delay", "delay_reading", "lag", "lag_command" or "lag_delay"; "delay_length" or "lag_length".

@@ -63,7 +63,7 @@ def wire_mount(rng):
         S = np.array(S)
         c = {"t_s": np.arange(n) * dt, "x.stroke_m": x + nz(rng, 2e-5, n), "x.stroke_mps": v + nz(rng, 2e-3, n), "x.mount_degC": 22 + np.cumsum(nz(rng, .01, n)), "z.force_N": k * x + alpha * S + nz(rng, 12, n), "m.force_N": k * x}
         return c, {"force_N": [S]}
-    return dict(log=log, n=[2400, 2000, 2200], channels=["force_N"], effects=[E("force_N", "coulomb_friction", "backlash", "unknown", "lag")])
+    return dict(log=log, n=[2400, 2000, 2200], channels=["force_N"], effects=[E("force_N", "coulomb_friction", "backlash", "hysteresis", "unknown", "lag")])
 
 # oscillator whose spring stiffens with the cube of the deflection and whose damping is not predicted; by its acceleration
 @machine

@@ -149,8 +149,14 @@ void what_is_wrong_is_refused_with_its_line(void **) {
       {"[[cause]]\ncause = \"a\"\nbasis = [\"c\"]\n[cause.shape]\nc = { values = [1, \"x\"] }\n",
        ":line 6: ", "must be numbers"},
       {"[[cause]]\ncause = \"a\"\nbasis = [\"c\"]\n[cause.shape]\nc = { values = [1] }\nd = { "
-       "values = [1] }\n",
-       ":line 5: ", "at most one shape parameter"},
+       "values = [1] }\ne = { values = [1] }\n",
+       ":line 5: ", "at most two shape parameters"},
+      {"[[cause]]\ncause = \"a\"\nbasis = [\"c\"]\n[cause.shape]\nc = { values = [1] }\nd = { "
+       "quantiles_of = \"m\" }\n",
+       ":line 5: ", "needs 'values'"},
+      {"[[cause]]\ncause = \"a\"\nbasis = [\"c\"]\n[cause.shape]\nc = { values = [1], share_of = "
+       "\"v\" }\n",
+       ":line 6: ", "share_of 'v' is no argument"},
       {"[[cause]]\ncause = \"a\"\nbasis = [\"c\"]\n[cause.shape]\nc = { quantiles_of = \"f\" }\n",
        ":line 6: ", "quantiles_of 'f'"},
       {"[[cause]]\ncause = \"a\"\nbasis = [\"1\"]\nper = [\"v\"]\n", ":line 5: ", "per 'v'"},

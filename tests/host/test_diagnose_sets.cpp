@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "diagnose/diagnose.hpp"
 #include "diagnose/mixed.hpp"
@@ -197,6 +198,158 @@ void a_peak_is_one_formula(void **) {
   assert_int_equal(term.basis.size(), 1);
   assert_string_equal(term.basis[0].c_str(), "f*width1/(f^2+width1^2)");
   assert_near(term.shape[0].value, 0.12, 0.01);
+}
+
+// Wires that slip: Bouc and Wen's equation, which is not what the engine tries.
+void what_slips_is_hysteresis(void **) {
+  std::vector<rim::Log> logs = axes(6, {}, [](double, double, int) { return 0.0; });
+  for (rim::Log &log : logs) {
+    double s = 0.0;
+    for (Eigen::Index i = 1; i < log.values.rows(); ++i) {
+      const double by = (log.values(i, 0) - log.values(i - 1, 0)) / 0.08;
+      for (int part = 0; part < 8; ++part)
+        s += by / 8.0 * (1.0 - 0.5 * s * (by > 0.0 ? 1.0 : -1.0) - 0.5 * std::abs(s));
+      log.values(i, 3) += 9.0 * s;
+    }
+  }
+  const Diagnosis d = diagnosis(logs);
+  assert_int_equal(d.findings.size(), 1);
+  const auto &term = d.findings[0].term;
+  assert_string_equal(term.cause.c_str(), "hysteresis");
+  assert_true(term.arguments.at("f").rfind("x.position_m%", 0) == 0);
+  assert_non_null(std::strstr(d.findings[0].sentence.c_str(), "on the way it came"));
+}
+
+// How many forms of hysteresis are tried of each feature.
+std::map<std::string, int> held(const std::vector<rim::Log> &logs) {
+  const Measured t = rim::diagnose::make_measured(logs);
+  const auto causes = rim::diagnose::read_catalogue(rim::data_path("causes.toml"));
+  std::map<std::string, int> out;
+  for (const auto &candidate : rim::diagnose::make_library(t, t.channels[0], causes).candidates) {
+    if (candidate.term.form == rim::diagnose::kHysteresis)
+      out[rim::diagnose::base_feature(candidate.term.arguments.at("f"))] += 1;
+  }
+  return out;
+}
+
+// A velocity has no way that it came; nor has a reading of whose noise the prediction is made, and
+// within that noise none has.
+void what_has_no_hysteresis(void **) {
+  std::vector<rim::Log> logs = axes(9, {}, [](double, double, int) { return 0.0; });
+  std::map<std::string, int> count = held(logs);
+  const int most = count["x.position_m"];
+  assert_true(most > 4);
+  assert_int_equal(count["x.velocity_mps"], 0);
+  Random random(9);
+  std::vector<double> noise;
+  for (rim::Log &log : logs) {
+    for (Eigen::Index i = 0; i < log.values.rows(); ++i) {
+      noise.push_back(0.02 * random.normal());
+      log.values(i, 0) += noise.back();
+    }
+  }
+  count = held(logs);
+  assert_true(count["x.position_m"] > 0 && count["x.position_m"] <= most);
+  const Measured t = rim::diagnose::make_measured(logs);
+  const auto causes = rim::diagnose::read_catalogue(rim::data_path("causes.toml"));
+  for (const auto &candidate : rim::diagnose::make_library(t, t.channels[0], causes).candidates) {
+    if (candidate.term.form == rim::diagnose::kHysteresis &&
+        rim::diagnose::base_feature(candidate.term.arguments.at("f")) == "x.position_m") {
+      const std::string &name = candidate.term.arguments.at("f");
+      assert_true(std::stod(name.substr(name.find('%') + 1)) > 5.0 * 0.02);
+    }
+  }
+  std::size_t row = 0;
+  for (rim::Log &log : logs) {
+    for (Eigen::Index i = 0; i < log.values.rows(); ++i)
+      log.values(i, 4) += 100.0 * noise[row++];
+  }
+  assert_int_equal(held(logs)["x.position_m"], 0);
+}
+
+// What the links of an arm do to each other says nothing in pairs of features; the friction beside
+// it keeps its names.
+void three_factors_beside_friction(void **) {
+  std::vector<rim::Log> logs =
+      axes(9, {}, [](double v, double, int) { return 5.0 * sign(v) + 6.0 * v; });
+  for (rim::Log &log : logs) {
+    log.columns[0] = {"x.elbow_rad", "rad", Role::context};
+    log.columns[2] = {"x.elbow_radps", "rad/s", Role::context};
+    const double first = log.values(0, 0);
+    for (Eigen::Index i = 0; i < log.values.rows(); ++i) {
+      const double t = 0.05 * static_cast<double>(i), q = 1.4 * std::sin(0.83 * t + 9.0 * first),
+                   w = 1.162 * std::cos(0.83 * t + 9.0 * first);
+      log.values(i, 0) = q;
+      log.values(i, 2) = w;
+      log.values(i, 3) += 50.0 * log.values(i, 1) * w * std::sin(q);
+    }
+  }
+  const Diagnosis d = diagnosis(logs);
+  const auto &formula = finding(d, "unknown").term;
+  assert_int_equal(formula.basis.size(), 1);
+  assert_int_equal(formula.arguments.size(), 3);
+  assert_near(formula.sizes[0].value, 50.0, 1.0);
+  assert_near(finding(d, "coulomb_friction").term.sizes[0].value, 5.0, 0.5);
+  assert_near(finding(d, "viscous_friction").term.sizes[0].value, 6.0, 1.0);
+}
+
+// Two laws that one formula found are two: a product of two features, one of which varies too little
+// for the form of that name, is claimed as what it is.
+void a_product_beside_a_formula(void **) {
+  std::vector<rim::Log> logs = axes(9, {}, [](double, double, int) { return 0.0; });
+  for (rim::Log &log : logs) {
+    log.columns[2] = {"x.air_mps", "m/s", Role::context};
+    for (Eigen::Index i = 0; i < log.values.rows(); ++i) {
+      const double air = 20.0 + 2.5 * std::sin(0.023 * static_cast<double>(i) + log.values(0, 0)),
+                   x = log.values(i, 0);
+      log.values(i, 2) = air;
+      log.values(i, 3) += 2.0 * air * log.values(i, 1) + 0.6 * air * air * x;
+    }
+  }
+  const Diagnosis d = diagnosis(logs);
+  const auto &product = finding(d, "product").term;
+  assert_near(product.sizes[0].value, 2.0, 0.1);
+  assert_near(finding(d, "unknown").term.sizes[0].value, 0.6, 0.02);
+}
+
+// A sine of twice an angle alone is what repeats, of which the cosine is about none.
+void a_sine_alone_repeats(void **) {
+  std::vector<rim::Log> logs = axes(9, {}, [](double, double, int) { return 0.0; });
+  for (rim::Log &log : logs) {
+    log.columns[2] = {"x.tilt_rad", "rad", Role::context};
+    for (Eigen::Index i = 0; i < log.values.rows(); ++i) {
+      log.values(i, 2) = 1.3 * std::sin(0.031 * static_cast<double>(i) + log.values(0, 0));
+      log.values(i, 3) += 8.0 * std::sin(2.0 * log.values(i, 2));
+    }
+  }
+  const Diagnosis d = diagnosis(logs);
+  assert_int_equal(d.findings.size(), 1);
+  const auto &term = d.findings[0].term;
+  assert_string_equal(term.cause.c_str(), "periodic");
+  assert_near(term.shape.at(0).value, 2.0, 0.0);
+  assert_near(term.sizes[0].value, 8.0, 0.3);
+}
+
+// A drive whose voltage its own motion opposes gives less the faster it runs.
+void a_limit_that_a_speed_takes_from(void **) {
+  std::vector<rim::Log> logs = axes(9, {}, [](double, double, int) { return 0.0; });
+  for (rim::Log &log : logs) {
+    for (Eigen::Index i = 0; i < log.values.rows(); ++i) {
+      const auto row = static_cast<double>(i);
+      const double wanted = 30.0 * std::sin(row / 9.0) + 8.0 * std::sin(row / 31.0),
+                   opposed = 12.0 * log.values(i, 1);
+      const double noise = log.values(i, 3) - log.values(i, 4);
+      log.values(i, 4) = wanted;
+      log.values(i, 3) = std::clamp(wanted + opposed, -24.0, 24.0) - opposed + noise;
+    }
+  }
+  const Diagnosis d = diagnosis(logs);
+  assert_int_equal(d.findings.size(), 1);
+  const auto &term = d.findings[0].term;
+  assert_string_equal(term.cause.c_str(), "saturation");
+  assert_near(term.shape.at(0).value, 24.0, 0.5);
+  assert_near(term.shape.at(1).value, 12.0, 1.0);
+  assert_non_null(std::strstr(d.findings[0].sentence.c_str(), "of velocity"));
 }
 
 // A bearing that is never near rest has one narrow width of rest: in a wide one, a curve over its
@@ -412,6 +565,12 @@ int main() {
       cmocka_unit_test(laws_stay_alone),
       cmocka_unit_test(differences_and_squares),
       cmocka_unit_test(a_peak_is_one_formula),
+      cmocka_unit_test(a_limit_that_a_speed_takes_from),
+      cmocka_unit_test(what_slips_is_hysteresis),
+      cmocka_unit_test(what_has_no_hysteresis),
+      cmocka_unit_test(three_factors_beside_friction),
+      cmocka_unit_test(a_product_beside_a_formula),
+      cmocka_unit_test(a_sine_alone_repeats),
       cmocka_unit_test(what_never_rests_has_one_narrow_width_of_rest),
       cmocka_unit_test(friction_without_a_unit),
       cmocka_unit_test(a_dead_band_is_coulomb_friction),

@@ -304,6 +304,30 @@ void a_lag_of_the_change(void **) {
   assert_near(mean_effect(lag, t, m)(1), (share - 1.0) * (change(1) - change(0)), 1e-12);
 }
 
+// Of eight springs that slip at 1 to 8: drawn up by 1, 2, 3, or down from 10 by as much.
+void springs_hold_until_they_slip(void **) {
+  Measured t = small();
+  using rim::diagnose::feature_column;
+  assert_values(feature_column(t, "s.speed_mps%8").head(4), {0, 1, 15.0 / 8.0, 21.0 / 8.0});
+  t.x.row(7) = t.x.row(5); // back from 12 to 11: all of them follow
+  const Vector held = feature_column(t, "s.speed_mps%8");
+  assert_near(held(6) - held(7), 1.0, 1e-12);
+  assert_values(feature_column(t, "s.speed_mps%8@0.1").head(4), {0, 0, 1, 15.0 / 8.0});
+  assert_string_equal(rim::diagnose::base_feature("s.speed_mps%8").c_str(), "s.speed_mps");
+  assert_string_equal(rim::diagnose::late_text("s.speed_mps%8@0.1").c_str(),
+                      "held within 8 0.1 s ago");
+}
+
+// The angle and the speed of one joint have one plain name.
+void two_of_one_name_are_told_apart(void **) {
+  Term two = term("f*sin(g)");
+  two.arguments = {{"f", "x.q2_radps"}, {"g", "x.q2_rad"}};
+  two.sizes[0].value = 3.0;
+  assert_string_equal(rim::diagnose::expression_text(two).c_str(), "3 * q2_radps*sin(q2_rad)");
+  two.arguments["g"] = "x.q1_rad";
+  assert_string_equal(rim::diagnose::expression_text(two).c_str(), "3 * q2*sin(q1)");
+}
+
 void a_delay_comes_first_and_the_others_see_it(void **) {
   const Measured t = small();
   Channel channel = t.channels[0];
@@ -369,6 +393,8 @@ int main() {
       cmocka_unit_test(a_dead_zone_before_a_lag),
       cmocka_unit_test(saturation_before_a_lag),
       cmocka_unit_test(play_holds_until_it_is_taken_up),
+      cmocka_unit_test(springs_hold_until_they_slip),
+      cmocka_unit_test(two_of_one_name_are_told_apart),
       cmocka_unit_test(a_lag_of_the_change),
       cmocka_unit_test(a_delay_comes_first_and_the_others_see_it),
       cmocka_unit_test(terms_in_words),
