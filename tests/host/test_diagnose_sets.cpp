@@ -298,9 +298,10 @@ void three_factors_beside_friction(void **) {
 void a_product_beside_a_formula(void **) {
   std::vector<rim::Log> logs = axes(9, {}, [](double, double, int) { return 0.0; });
   for (rim::Log &log : logs) {
-    log.columns[2] = {"x.air_mps", "m/s", Role::context};
+    log.columns[1] = {"x.load_kg", "kg", Role::context};
+    log.columns[2] = {"x.air_kPa", "kPa", Role::context};
     for (Eigen::Index i = 0; i < log.values.rows(); ++i) {
-      const double air = 20.0 + 2.5 * std::sin(0.023 * static_cast<double>(i) + log.values(0, 0)),
+      const double air = 20.0 + 4.6 * std::sin(0.023 * static_cast<double>(i) + log.values(0, 0)),
                    x = log.values(i, 0);
       log.values(i, 2) = air;
       log.values(i, 3) += 2.0 * air * log.values(i, 1) + 0.6 * air * air * x;
