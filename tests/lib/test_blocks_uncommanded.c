@@ -89,8 +89,35 @@ static void integrands_without_times(void **state) {
   }
 }
 
+/* A row that is late by half of a period is no gap, one that is later is. */
+static void a_late_row_is_no_gap(void **state) {
+  (void)state;
+  static bytes outcome_feature, range;
+  static _Alignas(8) uint8_t memory[4096];
+  const uint8_t role[1] = {0};
+  const double reading = 2.0;
+  blocks *b;
+  u16(&outcome_feature, 0);
+  f32(&range, -10.0);
+  f32(&range, 10.0);
+  const blocks_config config = {.features = 1,
+                                .outcomes = 1,
+                                .block_rows = BLOCK,
+                                .period_s = 0.25,
+                                .outcome_feature = outcome_feature.byte,
+                                .role = role,
+                                .range = range.byte};
+  assert_int_equal(rimi_blocks_init(&b, memory, sizeof memory, &config), RIM_OK);
+  (void)rimi_blocks_row(b, 8.0, &reading, NULL, NULL, NULL);
+  (void)rimi_blocks_row(b, 8.375, &reading, NULL, NULL, NULL);
+  assert_int_equal(rimi_blocks_get_health(b).gaps, 0);
+  (void)rimi_blocks_row(b, 8.8125, &reading, NULL, NULL, NULL);
+  assert_int_equal(rimi_blocks_get_health(b).gaps, 1);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {cmocka_unit_test(decays_without_inputs),
-                                     cmocka_unit_test(integrands_without_times)};
+                                     cmocka_unit_test(integrands_without_times),
+                                     cmocka_unit_test(a_late_row_is_no_gap)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -489,17 +489,23 @@ static void what_is_out_of_range_is_named(void **state) {
  * difference from its twin, not its own sum, speaks for one as much, or denies it too. */
 static void the_difference_supports_a_bias(void **state) {
   (void)state;
-  const recipe r = with_sums(1.0, TWIN, TWIN);
-  double support[2];
-  for (int differs = 0; differs < 2; ++differs) {
+  recipe r = with_sums(1.0, TWIN, TWIN);
+  double support[3];
+  for (int differs = 0; differs < 3; ++differs) {
+    enum { OF_EACH = 12 + RAW + FAMILIES };
+    for (size_t i = 0; differs == 2 && i < CHANNELS * FAMILIES; ++i) /* healthy runs scatter more */
+      put_f32(r.section[RIM_SECTION_NOISE].byte + 36 +
+                  4 * (i / FAMILIES * OF_EACH + 12 + RAW + i % FAMILIES),
+              1.5);
     from(&r, false);
     growing = A_TWIN;
     grows = PER_BLOCK;
-    feed(differs ? apart_since_40 : nothing, 0.05);
+    feed(differs == 1 ? apart_since_40 : nothing, 0.05);
     support[differs] = rimi_cause_support(m, TWIN, 0.15, 40);
   }
   print_message("support %.1f, %.1f nats\n", support[0], support[1]);
   assert_true(support[0] < -100.0 && fabs(support[1]) < 0.05 * fabs(support[0]));
+  assert_true(fabs(support[2] - support[0] / 1.5) < 1e-6 * fabs(support[0])); /* it says less */
 }
 
 static int set_up_trained(void **state) {

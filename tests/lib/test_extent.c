@@ -413,6 +413,10 @@ static void misuse_is_refused(void **state) {
   rim_extent *e = NULL;
   memset(&memory, 0x5a, sizeof memory);
   assert_int_equal(rim_extent_init(&e, memory.bytes, BYTES - 1, &good), RIM_E_SIZE);
+  const rim_extent_config most = config_of(RIM_EXTENT_MAX_RIMS),
+                          more = config_of(RIM_EXTENT_MAX_RIMS + 1);
+  assert_int_equal(rim_extent_init(&e, memory.bytes, 8, &most), RIM_E_SIZE);
+  assert_int_not_equal(rim_extent_init(&e, memory.bytes, 8, &more), RIM_E_SIZE);
   assert_int_equal(rim_extent_init(&e, memory.bytes + 1, BYTES, &good), RIM_E_ALIGN);
   assert_int_equal(rim_extent_init(&e, NULL, BYTES, &good), RIM_E_ARGUMENT);
   rim_extent_config c[11];

@@ -102,6 +102,11 @@ static void test_lost_terms_are_taken_again(void **state) {
   h.ln_alpha[0] = -2000.0;
   h.ln_alpha[1] = -2000.0 - log(3.0);
   near(rimi_hmm_ln_odds(&h, 2), 2000.0 - log(4.0 / 3.0), 1e-9);
+  /* And so is what both of them reach: state 0, from itself and half of the time from 1. */
+  h.alpha[2] = 1.0;
+  h.ln_alpha[2] = 0.0;
+  assert_int_equal(rimi_hmm_step(&h, even), RIM_OK);
+  near(h.ln_alpha[0], -2000.0 + log(7.0 / 6.0), 1e-9);
 }
 
 /* As many states as there may be, all alike: what is seen says which, and no more. */

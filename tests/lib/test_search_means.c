@@ -47,8 +47,36 @@ static void a_step_is_found_beside_all_effects(void **state) {
   assert_true(onset_sd < 3.0);
 }
 
+/* The least and the most of each are taken, and no more. */
+static void the_ends_of_a_configuration(void **state) {
+  (void)state;
+  const world w = make_world(true, 0.4, 0.0);
+  static bench b;
+  start(&b, &w, RING);
+  const search_config good = b.config;
+  static const uint32_t channels[3] = {1, SEARCH_MAX_CHANNELS, SEARCH_MAX_CHANNELS + 1};
+  static const uint32_t features[3] = {1, SEARCH_MAX_FEATURES, SEARCH_MAX_FEATURES + 1};
+  static const uint32_t rings[3] = {8, SEARCH_MAX_RING, SEARCH_MAX_RING + 1};
+  for (size_t i = 0; i < 3; ++i) {
+    rim_noise noise = *good.noise;
+    search_config c = good;
+    c.noise = &noise;
+    noise.channels = channels[i];
+    c.channels = (uint16_t)channels[i];
+    c.outcomes = c.channels; /* one kind of channel */
+    assert_int_equal(rimi_search_size(&c) > 0, i < 2);
+    c = good;
+    c.features = (uint16_t)features[i];
+    assert_int_equal(rimi_search_size(&c) > 0, i < 2);
+    c = good;
+    c.ring = (uint16_t)rings[i];
+    assert_int_equal(rimi_search_size(&c) > 0, i < 2);
+  }
+}
+
 int main(void) {
-  const struct CMUnitTest tests[] = {cmocka_unit_test(every_mean_is_kept),
+  const struct CMUnitTest tests[] = {cmocka_unit_test(the_ends_of_a_configuration),
+                                     cmocka_unit_test(every_mean_is_kept),
                                      cmocka_unit_test(a_step_is_found_beside_all_effects)};
   printf("seed %u\n", SEED);
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -180,6 +180,9 @@ static void memory_is_respected(void **state) {
   for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i) {
     assert_int_equal(rimi_select_batch(&bad[i], &data, work, sizeof work, &result), RIM_E_CONFIG);
   }
+  const rim_batch_config most = {
+      .nodes = RIM_BATCH_MAX_NODES, .max_dims = RIM_REGION_MAX_DIMS, .bins = RIM_BATCH_MAX_BINS};
+  assert_int_equal(rimi_select_batch(&most, &data, work, 8, &result), RIM_E_SIZE); /* no more */
 }
 
 /* Up to the limit, and not one more, where it is a whole number of observations. */
