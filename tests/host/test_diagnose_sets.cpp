@@ -293,7 +293,7 @@ void three_factors_beside_friction(void **) {
   assert_near(finding(d, "viscous_friction").term.sizes[0].value, 6.0, 1.0);
 }
 
-// Two laws that one formula found are two: a product of two features, one of which varies too little
+// Two laws that one formula found are two: a product of two features, of which one varies little
 // for the form of that name, is claimed as what it is.
 void a_product_beside_a_formula(void **) {
   std::vector<rim::Log> logs = axes(9, {}, [](double, double, int) { return 0.0; });

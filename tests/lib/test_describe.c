@@ -562,9 +562,9 @@ static void what_is_not_off_has_no_sign(void **state) {
   assert_int_equal(m->said_low[0], 0);
 }
 
-/* Outcome 0 reads low since block 40, and more clearly not far enough from 0, which it is on both sides of:
- * a gain that reads neither high nor low. It does not take the place of what a standing alarm said while that
- * explains nearly as much; and what stands as such a gain does not give way to the contrary. */
+/* Outcome 0 reads low since block 40, and more clearly not far enough from 0, which it is on both
+ * sides of: a gain that reads neither high nor low. It does not take the place of what a standing
+ * alarm said while that explains nearly as much. */
 static void a_gain_without_a_sign_turns_none(void **state) {
   (void)state;
   static const struct {
