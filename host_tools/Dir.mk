@@ -12,7 +12,7 @@ THESIS_OBJ := $(filter $(BUILD)/host_tools/thesis/%,$(HOST_OBJ))
 # their time by a profile, the rest -O1. Another OPT than -O2 holds for everything. No result depends
 # on the level (no fast-math).
 HOST_HOT := train/behaviour train/fit_gram train/noise \
-  $(addprefix diagnose/,expression late model null scan sets) \
+  $(addprefix diagnose/,expression function late model null scan sets) \
   stats/orthogonal stats/robust
 HOST_WARM := $(addprefix $(BUILD)/host_tools/,world/lander%.o log/csv_read.o replay/replay.o)
 HOST_HOT_OBJ := $(filter $(HOST_HOT:%=$(BUILD)/host_tools/%.o),$(HOST_OBJ))
@@ -45,7 +45,7 @@ GROUP_log := log/%
 GROUP_plan := plan/%
 GROUP_replay := $(addprefix replay/,flight_report outputs understand)
 GROUP_report := $(addprefix report/,data gain output_folder outputs page show style svg tables)
-GROUP_scanner := $(addprefix diagnose/,expression late model null scan)
+GROUP_scanner := $(addprefix diagnose/,expression function late model null scan)
 GROUP_search := diagnose/search%
 GROUP_thesis_cli := thesis/cli/%
 GROUP_trainer := $(addprefix train/,agreement calibrate calibrate_external fit fit_section healthy_blocks train_report trainer)

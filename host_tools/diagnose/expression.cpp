@@ -7,6 +7,7 @@
 #include <Eigen/Cholesky>
 #include <fmt/format.h>
 
+#include "diagnose/function.hpp"
 #include "diagnose/roles.hpp"
 #include "diagnose/sets.hpp"
 #include "stats/orthogonal.hpp"
@@ -28,181 +29,6 @@ constexpr double kOfProduct = 2.0; // nats of a product, beside those of its fac
 constexpr double kLeastGain = 3.0; // nats that a product must add
 constexpr double kLeastOwn = 1e-4; // of a column's squares beside the columns that are there
 constexpr double kWidths[] = {0.25, 0.45, 0.8, 1.4, 2.5}; // of a feature's scale
-
-// A function of one feature x, with a width w where it has one.
-enum class Fn {
-  one,
-  square,
-  cube,
-  fourth,
-  root,
-  magnitude,
-  signed_square,
-  three_halves,
-  inverse,
-  inverse_square,
-  sign,
-  decay,
-  bell,
-  sine,
-  cosine,
-  step,
-  growth,
-  peak,
-  filling
-};
-constexpr Fn kFunctions[] = {Fn::one,    Fn::square,         Fn::magnitude, Fn::inverse,
-                             Fn::root,   Fn::signed_square,  Fn::cube,      Fn::sign,
-                             Fn::decay,  Fn::inverse_square, Fn::sine,      Fn::cosine,
-                             Fn::fourth, Fn::three_halves,   Fn::bell,      Fn::step,
-                             Fn::growth, Fn::peak,           Fn::filling};
-
-bool has_width(Fn fn) {
-  return fn == Fn::decay || fn == Fn::bell || fn == Fn::sine || fn == Fn::cosine ||
-         fn == Fn::step || fn == Fn::growth || fn == Fn::peak || fn == Fn::filling;
-}
-
-double cost_of(Fn fn) {
-  switch (fn) {
-  case Fn::one:
-    return 0.0;
-  case Fn::square:
-  case Fn::magnitude:
-  case Fn::inverse:
-  case Fn::root:
-    return 1.0;
-  case Fn::cube:
-  case Fn::signed_square:
-  case Fn::sign:
-  case Fn::inverse_square:
-  case Fn::decay:
-    return 1.5;
-  default:
-    return 2.5;
-  }
-}
-
-// What a feature is: always above none, or of both signs, or an angle.
-struct Input {
-  int feature = 0;
-  bool is_signed = false;
-  bool is_angle = false, turns = false; // it wraps; its sine may act (roles.hpp)
-  bool is_own = false;                  // the channel's own prediction: `m`, moved by a delay
-  double least = 0.0, scale = 1.0;      // half its smallest value; root of its mean square
-};
-
-bool fits(Fn fn, const Input &in) {
-  if (in.is_angle)
-    return fn == Fn::sine || fn == Fn::cosine;
-  switch (fn) {
-  case Fn::inverse:
-  case Fn::inverse_square:
-    return !in.is_signed && in.least > 0.0;
-  case Fn::magnitude:
-  case Fn::signed_square:
-  case Fn::sign:
-  case Fn::step:
-    return in.is_signed;
-  default:
-    return true;
-  }
-}
-
-double value_of(Fn fn, const Input &in, double x, double w) {
-  const double size = std::abs(x);
-  switch (fn) {
-  case Fn::one:
-    return x;
-  case Fn::square:
-    return x * x;
-  case Fn::cube:
-    return x * x * x;
-  case Fn::fourth:
-    return x * x * x * x;
-  case Fn::root:
-    return in.is_signed ? std::copysign(std::sqrt(size), x) : std::sqrt(size);
-  case Fn::magnitude:
-    return size;
-  case Fn::signed_square:
-    return x * size;
-  case Fn::three_halves:
-    return in.is_signed ? x * std::sqrt(size) : size * std::sqrt(size);
-  case Fn::inverse:
-    return 1.0 / std::max(x, in.least);
-  case Fn::inverse_square:
-    return 1.0 / std::pow(std::max(x, in.least), 2.0);
-  case Fn::sign:
-    return (x > 0.0) - (x < 0.0);
-  case Fn::decay:
-    return std::exp(-size / w);
-  case Fn::bell:
-    return std::exp(-(x / w) * (x / w));
-  case Fn::sine:
-    return std::sin(x / w);
-  case Fn::cosine:
-    return std::cos(x / w);
-  case Fn::step:
-    return std::tanh(x / w);
-  case Fn::growth:
-    return std::exp(std::clamp(x / w, -50.0, 50.0));
-  case Fn::
-      peak: // rises, is largest at w and falls again: eddy currents, a tyre, a motor that slips
-    return x * w / (x * x + w * w);
-  case Fn::filling: // grows ever less, and is half of its most at w: growth on a substrate
-    return x / (size + w);
-  }
-  return 0.0;
-}
-
-// For muParser: f the placeholder, w the name of the width.
-std::string text_of(Fn fn, const Input &in, const std::string &f, const std::string &w,
-                    int harmonic) {
-  if (harmonic > 0)
-    return (fn == Fn::sine ? "sin(" : "cos(") + (harmonic > 1 ? fmt::format("{}*", harmonic) : "") +
-           f + ")";
-  const std::string least = fmt::format("{:.6g}", in.least);
-  switch (fn) {
-  case Fn::one:
-    return f;
-  case Fn::square:
-    return f + "^2";
-  case Fn::cube:
-    return f + "^3";
-  case Fn::fourth:
-    return f + "^4";
-  case Fn::root:
-    return in.is_signed ? "sign(" + f + ")*sqrt(abs(" + f + "))" : "sqrt(abs(" + f + "))";
-  case Fn::magnitude:
-    return "abs(" + f + ")";
-  case Fn::signed_square:
-    return f + "*abs(" + f + ")";
-  case Fn::three_halves:
-    return in.is_signed ? f + "*sqrt(abs(" + f + "))" : "abs(" + f + ")^1.5";
-  case Fn::inverse:
-    return "1/max(" + f + "," + least + ")";
-  case Fn::inverse_square:
-    return "1/max(" + f + "," + least + ")^2";
-  case Fn::sign:
-    return "sign(" + f + ")";
-  case Fn::decay:
-    return "exp(-abs(" + f + ")/" + w + ")";
-  case Fn::bell:
-    return "exp(-(" + f + "/" + w + ")^2)";
-  case Fn::sine:
-    return "sin(" + f + "/" + w + ")";
-  case Fn::cosine:
-    return "cos(" + f + "/" + w + ")";
-  case Fn::step:
-    return "tanh(" + f + "/" + w + ")";
-  case Fn::growth:
-    return "exp(max(-50,min(50," + f + "/" + w + ")))";
-  case Fn::peak:
-    return f + "*" + w + "/(" + f + "^2+" + w + "^2)";
-  case Fn::filling:
-    return f + "/(abs(" + f + ")+" + w + ")";
-  }
-  return f;
-}
 
 struct Atom {
   std::size_t input = 0;
@@ -249,7 +75,7 @@ private:
     Vector left;
     Eigen::MatrixXd basis;
   };
-  Beside beside(const Eigen::MatrixXd &columns) const;
+  Beside beside(const Eigen::MatrixXd &columns, const std::vector<Index> &rows) const;
   void add_inputs();
   void add_atoms();
   Vector values(const Atom &atom, const Vector &argument) const;
@@ -280,7 +106,7 @@ private:
   Vector root_; // of the weight over the stated sd
   Vector y_;
   Eigen::MatrixXd kept_, x_;
-  std::vector<Input> inputs_;
+  std::vector<FormulaInput> inputs_;
   std::vector<Atom> atoms_;
   Eigen::MatrixXf values_;        // of the atoms, in the rows of the scan, without weight
   Eigen::MatrixXf pairs_;         // of every two atoms: weighted squares of their product
@@ -326,7 +152,7 @@ void Finder::add_inputs() {
     const double low = x.minCoeff(), high = x.maxCoeff();
     if (!(high > low))
       continue;
-    Input in;
+    FormulaInput in;
     in.feature = static_cast<int>(f);
     in.is_own = is_own;
     in.is_signed = low < 0.0;
@@ -406,7 +232,7 @@ void Finder::add_plain() {
 }
 
 Vector Finder::values(const Atom &atom, const Vector &argument) const {
-  const Input &in = inputs_[atom.input];
+  const FormulaInput &in = inputs_[atom.input];
   return argument.unaryExpr([&](double x) { return value_of(atom.fn, in, x, atom.width); });
 }
 
@@ -461,14 +287,14 @@ void Finder::see(const Eigen::MatrixXf &block, const std::vector<Product> &of, S
   }
 }
 
-// Rows of the scan beside columns: what these leave of y, and a basis of them.
-Finder::Beside Finder::beside(const Eigen::MatrixXd &columns) const {
+// These rows beside columns: what the columns leave of y, and a basis of them.
+Finder::Beside Finder::beside(const Eigen::MatrixXd &columns,
+                              const std::vector<Index> &rows) const {
   Beside out;
-  out.left = y_(rows_);
-  const Index k = columns.cols();
-  out.basis.resize(out.left.size(), k);
-  if (k > 0) {
-    const Eigen::MatrixXd thin = columns(rows_, Eigen::all);
+  out.left = y_(rows);
+  out.basis.resize(out.left.size(), columns.cols());
+  if (columns.cols() > 0) {
+    const Eigen::MatrixXd thin = columns(rows, Eigen::all);
     out.basis = orthonormal_basis(thin);
     out.left -= out.basis * (out.basis.transpose() * out.left);
   }
@@ -476,7 +302,7 @@ Finder::Beside Finder::beside(const Eigen::MatrixXd &columns) const {
 }
 
 std::vector<Product> Finder::promising(const State &state) const {
-  const Beside state_of = beside(state.columns);
+  const Beside state_of = beside(state.columns, rows_);
   Scan scan{state_of.basis.cast<float>(), state_of.left.cast<float>(), {}};
   const Vector thin_root = root_(rows_);
   const Eigen::VectorXf root = thin_root.cast<float>();
@@ -544,29 +370,24 @@ void Finder::see_pairs(const Eigen::VectorXf &root, Scan *scan) const {
 void Finder::see_triples(const State &state, Scan *scan) const {
   if (inputs_.size() < kMostFactors)
     return;
-  const Vector y = y_(plain_rows_), root = root_(plain_rows_);
-  Eigen::MatrixXd basis = state.columns(plain_rows_, Eigen::all);
-  Vector left = y;
-  if (basis.cols() > 0) {
-    basis = orthonormal_basis(basis);
-    left -= basis * (basis.transpose() * y);
-  }
+  const Vector root = root_(plain_rows_);
+  const Beside of = beside(state.columns, plain_rows_);
   const Eigen::MatrixXf squares = plain_values_.cwiseAbs2();
   const double factor =
-      0.5 * static_cast<double>(y_.size()) / static_cast<double>(y.size()) / noise_.divisor();
+      0.5 * static_cast<double>(y_.size()) / static_cast<double>(root.size()) / noise_.divisor();
   double least = -1e300;
-  const auto products = [](const Vector &weight, const Eigen::MatrixXf &of, Index a) {
-    const Eigen::VectorXf w = weight.cast<float>().cwiseProduct(of.col(a));
-    Eigen::MatrixXf out(of.cols(), of.cols());
-    out.triangularView<Eigen::Upper>() = of.transpose() * (w.asDiagonal() * of);
+  const auto products = [](const Vector &weight, const Eigen::MatrixXf &v, Index a) {
+    const Eigen::VectorXf w = weight.cast<float>().cwiseProduct(v.col(a));
+    Eigen::MatrixXf out(v.cols(), v.cols());
+    out.triangularView<Eigen::Upper>() = v.transpose() * (w.asDiagonal() * v);
     return out;
   };
   for (Index a = 0; a < plain_values_.cols(); ++a) {
-    const Eigen::MatrixXf s = products(root.cwiseProduct(left), plain_values_, a),
+    const Eigen::MatrixXf s = products(root.cwiseProduct(of.left), plain_values_, a),
                           all = products(root.cwiseAbs2(), squares, a);
     Eigen::MatrixXf own = all;
-    for (Index k = 0; k < basis.cols(); ++k)
-      own -= products(root.cwiseProduct(basis.col(k)), plain_values_, a).cwiseAbs2();
+    for (Index k = 0; k < of.basis.cols(); ++k)
+      own -= products(root.cwiseProduct(of.basis.col(k)), plain_values_, a).cwiseAbs2();
     for (Index b = a + 1; b < s.cols(); ++b) {
       for (Index c = b + 1; c < s.cols(); ++c) {
         const Atom &f = plain(a), &g = plain(b), &h = plain(c);
@@ -603,14 +424,14 @@ void Finder::lengthen(const Product &product, const Eigen::VectorXf &values, Sca
     see(values.asDiagonal() * values_(Eigen::all, partners), longer, scan);
 }
 
-// The widths of the last product, each by bisection in the rows of the scan: its size is then fitted
-// in all. What the other columns and factors do is the same for every width.
+// The widths of the last product, each by bisection in the rows of the scan: its size is then
+// fitted in all. What the other columns and factors do is the same for every width.
 State Finder::refined(const State &from, State state) const {
   Product product = state.products.back();
   const auto may_move = [](const Atom &atom) { return atom.has_free_width(); };
   if (std::none_of(product.begin(), product.end(), may_move))
     return state;
-  const auto [left, basis] = beside(from.columns);
+  const Beside of = beside(from.columns, rows_);
   double most = -1.0; // squares that the product takes off
   for (std::size_t k = 0; k < product.size(); ++k) {
     if (!may_move(product[k]))
@@ -619,11 +440,12 @@ State Finder::refined(const State &from, State state) const {
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
     const Vector factors = column(others)(rows_);
     const Vector argument = x_(rows_, static_cast<Index>(product[k].input));
-    const auto fall_of = [&, &left = left, &basis = basis](double width) {
+    const auto fall_of = [&](double width) {
       Atom atom = product[k];
       atom.width = width;
       const Vector x = factors.cwiseProduct(values(atom, argument));
-      const double own = x.squaredNorm() - (basis.transpose() * x).squaredNorm(), s = x.dot(left);
+      const double own = x.squaredNorm() - (of.basis.transpose() * x).squaredNorm(),
+                   s = x.dot(of.left);
       return own > kLeastOwn * x.squaredNorm() ? s * s / own : 0.0;
     };
     most = std::max(most, fall_of(product[k].width));
@@ -650,7 +472,7 @@ State Finder::refined(const State &from, State state) const {
 std::vector<State> Finder::sums_of_two(const State &none) const {
   const Vector root = root_(rows_);
   Eigen::MatrixXd a = root.asDiagonal() * values_.cast<double>();
-  const Beside state_of = beside(none.columns);
+  const Beside state_of = beside(none.columns, rows_);
   const Vector &e = state_of.left;
   a -= state_of.basis * (state_of.basis.transpose() * a);
   const Vector s = a.transpose() * e;

@@ -46,6 +46,10 @@ constexpr double kLeastSpeeds = 0.1;
 // An altitude that hardly changes says nothing about the air.
 constexpr double kLeastClimb_m = 500.0;
 
+bool holds(const std::vector<int> &features, int f) {
+  return std::find(features.begin(), features.end(), f) != features.end();
+}
+
 bool is_per_second(const std::string &unit) {
   return unit.size() > 2 && unit.compare(unit.size() - 2, 2, "/s") == 0;
 }
@@ -97,6 +101,7 @@ public:
 private:
   std::vector<int> features_for(ArgumentRole role) const;
   bool is_alike(int f, int g) const;
+  bool may_be_held(int f) const;
   std::vector<std::vector<int>> assignments(const Form &form) const;
   std::vector<double> grid(const ShapeParameter &p, const Form &form,
                            const std::vector<int> &arguments) const;
@@ -144,6 +149,13 @@ private:
   std::vector<Vector> columns_;
 };
 
+// A reading that a row starts from tells itself the way it came; a velocity has none.
+bool Builder::may_be_held(int f) const {
+  const Feature &feature = measured_.features[static_cast<std::size_t>(f)];
+  return may_delay_ && !has_start_ && !feature.is_angle && !is_per_second(feature.unit) &&
+         !holds(velocities_, f) && (!feature.is_prediction || feature.name == "m." + channel_.name);
+}
+
 std::vector<int> Builder::features_for(ArgumentRole role) const {
   std::vector<int> all, chosen, headings;
   for (int f = 0; f < static_cast<int>(measured_.features.size()); ++f) {
@@ -160,7 +172,7 @@ std::vector<int> Builder::features_for(ArgumentRole role) const {
       fits = !is_own && feature.name != "m." + channel_.name; // that is a gain
       break;
     case ArgumentRole::velocity:
-      fits = std::find(velocities_.begin(), velocities_.end(), f) != velocities_.end();
+      fits = holds(velocities_, f);
       break;
     case ArgumentRole::signed_: {
       const double low = x.minCoeff(), high = x.maxCoeff();
@@ -171,30 +183,25 @@ std::vector<int> Builder::features_for(ArgumentRole role) const {
       fits = feature.is_command;
       break;
     case ArgumentRole::angle:
-      fits = turns(feature, x);
-      break;
     case ArgumentRole::heading:
       fits = turns(feature, x);
-      if (fits && has_word(feature.name, {"heading", "yaw", "theta", "psi"}))
+      if (role == ArgumentRole::heading && fits &&
+          has_word(feature.name, {"heading", "yaw", "theta", "psi"}))
         headings.push_back(f);
       break;
     case ArgumentRole::altitude:
       fits = is_altitude(feature, x);
       break;
     case ArgumentRole::state:
-      fits = f == state_;
-      break;
     case ArgumentRole::own_state:
-      fits = f == state_ && std::find(out_.own.begin(), out_.own.end(), f) != out_.own.end();
+      fits = f == state_ && (role == ArgumentRole::state || holds(out_.own, f));
       break;
     case ArgumentRole::lagged:
       fits = may_delay_ && !has_start_ && !is_own && !feature.is_prediction &&
              (feature.is_command || !has_command_);
       break;
-    case ArgumentRole::held: // a reading that a row starts from tells its way itself
-      fits = may_delay_ && !has_start_ && !feature.is_angle && !is_per_second(feature.unit) &&
-             std::find(velocities_.begin(), velocities_.end(), f) == velocities_.end() &&
-             (!feature.is_prediction || feature.name == "m." + channel_.name);
+    case ArgumentRole::held:
+      fits = may_be_held(f);
       break;
     case ArgumentRole::stream:
       fits = !out_.own.empty() && !is_own &&

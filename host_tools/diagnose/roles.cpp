@@ -20,8 +20,8 @@ using Index = Eigen::Index;
 
 std::size_t idx(Index i) { return static_cast<std::size_t>(i); }
 
-// Own velocity: how well its changes must follow the prediction.
 constexpr double kLeastTurn = 1.0; // rad: what is more than a straight line
+// Own velocity: how well its changes must follow the prediction.
 constexpr double kLeastOwnCorrelation = 0.3;
 // Of velocities whose changes follow it nearly as well none is known to be the own one.
 constexpr double kClearOwn = 0.6;

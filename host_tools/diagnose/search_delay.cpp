@@ -12,9 +12,9 @@ namespace rim::diagnose {
 namespace {
 
 using Index = Eigen::Index;
+constexpr double kLeastBeyondLevel = 0.01; // share of the rows: what few go beyond is no limit
 // Of a delay's shape beside what was found behind it: steps, the first factor, and the nats that a
 // change must be worth.
-constexpr double kLeastBeyondLevel = 0.01; // share of the rows: what few go beyond is no limit
 constexpr int kTuneSteps = 12;
 constexpr double kTuning = 1.3, kLeastTuned = 2.0;
 constexpr double kPlainClip = 10.0; // scales: what counts as plain squares

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <iterator>
 #include <map>
+#include <set>
 
 #include <Eigen/Cholesky>
 
@@ -63,19 +64,26 @@ void take_out(std::size_t part, Member *formula) {
                    term.shape.end());
 }
 
+// Features that a product of a formula is of.
+std::set<std::string> features_of_product(const Term &formula, std::size_t part) {
+  std::set<std::string> out;
+  for (const auto &[placeholder, feature] : formula.arguments) {
+    if (has_word(formula.basis[part], placeholder))
+      out.insert(feature);
+  }
+  return out;
+}
+
 // Whether a product of a formula is of features that another product is of too, of all of them or
 // of all that the other has: x beside x cubed is one law, and x beside x*y; x*y beside x*z are two.
 bool shares_features(const Term &formula, std::size_t part) {
+  const std::set<std::string> mine = features_of_product(formula, part);
   for (std::size_t k = 0; k < formula.basis.size(); ++k) {
-    int both = 0, mine = 0, others = 0;
-    for (const auto &[placeholder, feature] : formula.arguments) {
-      const bool is_mine = has_word(formula.basis[part], placeholder),
-                 is_other = has_word(formula.basis[k], placeholder);
-      both += is_mine && is_other ? 1 : 0;
-      mine += is_mine ? 1 : 0;
-      others += is_other ? 1 : 0;
-    }
-    if (k != part && both > 0 && (both == mine || both == others))
+    const std::set<std::string> others = features_of_product(formula, k);
+    const auto both = static_cast<std::size_t>(
+        std::count_if(mine.begin(), mine.end(),
+                      [&others](const std::string &name) { return others.count(name) > 0; }));
+    if (k != part && both > 0 && (both == mine.size() || both == others.size()))
       return true;
   }
   return false;
@@ -238,11 +246,7 @@ std::vector<std::vector<Member>> ChannelSearch::formula_alone() const {
   std::vector<std::vector<Member>> out{all};
   const Term &term = all[formula].term;
   for (std::size_t k = 0; k < term.basis.size() && term.basis.size() > 1; ++k) {
-    const auto features =
-        std::count_if(term.arguments.begin(), term.arguments.end(), [&](const auto &argument) {
-          return has_word(term.basis[k], argument.first);
-        });
-    if (features > 1)
+    if (features_of_product(term, k).size() > 1)
       continue;
     out.push_back(all);
     take_out(k, &out.back()[formula]);
@@ -250,24 +254,19 @@ std::vector<std::vector<Member>> ChannelSearch::formula_alone() const {
   return out;
 }
 
-// Whether a product of the formula is of one feature alone that a resistance is of too: they are one
-// curve in two pieces.
+// Whether a product of the formula is of one feature alone that a resistance is of too: they are
+// one curve in two pieces.
 bool ChannelSearch::formula_overlaps_law() const {
+  std::set<std::string> resisted;
+  for (const Member &m : out_.members) {
+    const auto v = m.term.arguments.find("v");
+    if (is_law(m) && v != m.term.arguments.end())
+      resisted.insert(v->second);
+  }
   for (const Member &m : out_.members) {
     for (std::size_t k = 0; !m.is_given && k < m.part_penalty.size(); ++k) {
-      std::string feature;
-      int features = 0;
-      for (const auto &[placeholder, name] : m.term.arguments) {
-        if (has_word(m.term.basis[k], placeholder)) {
-          feature = name;
-          ++features;
-        }
-      }
-      if (features == 1 &&
-          std::any_of(out_.members.begin(), out_.members.end(), [&](const Member &l) {
-            return is_law(l) && l.term.arguments.count("v") > 0 &&
-                   l.term.arguments.at("v") == feature;
-          }))
+      const std::set<std::string> features = features_of_product(m.term, k);
+      if (features.size() == 1 && resisted.count(*features.begin()) > 0)
         return true;
     }
   }

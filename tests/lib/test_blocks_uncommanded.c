@@ -27,23 +27,30 @@ static void put_basis(bytes *b) {
   f32(b, FIRST_MEAN);
 }
 
-static void decays_without_inputs(void **state) {
-  (void)state;
-  static bytes basis, outcome_feature, range;
-  static _Alignas(8) uint8_t memory[4096];
-  const uint8_t role[1] = {0};
-  blocks *b;
-  put_basis(&basis);
+/* One outcome, which nothing commands. */
+static blocks_config one_outcome(double period_s) {
+  static bytes outcome_feature, range;
+  static const uint8_t role[1] = {0};
+  outcome_feature.size = range.size = 0;
   u16(&outcome_feature, 0);
   f32(&range, -10.0);
   f32(&range, 10.0);
-  blocks_config config = {.features = 1,
-                          .outcomes = 1,
-                          .block_rows = BLOCK,
-                          .period_s = 0.1,
-                          .outcome_feature = outcome_feature.byte,
-                          .role = role,
-                          .range = range.byte};
+  return (blocks_config){.features = 1,
+                         .outcomes = 1,
+                         .block_rows = BLOCK,
+                         .period_s = period_s,
+                         .outcome_feature = outcome_feature.byte,
+                         .role = role,
+                         .range = range.byte};
+}
+
+static void decays_without_inputs(void **state) {
+  (void)state;
+  static bytes basis;
+  static _Alignas(8) uint8_t memory[4096];
+  blocks *b;
+  put_basis(&basis);
+  blocks_config config = one_outcome(0.1);
   assert_int_equal(rimi_basis_open(&config.basis, basis.byte, basis.size, 1, 1), RIM_OK);
   assert_int_equal(rimi_blocks_init(&b, memory, sizeof memory, &config), RIM_OK);
   for (uint32_t t = 0; t < BLOCKS * BLOCK; ++t) {
@@ -60,24 +67,14 @@ static void decays_without_inputs(void **state) {
 /* Nothing is filtered at all: the integrands of a block are of its own rows all the same. */
 static void integrands_without_times(void **state) {
   (void)state;
-  static bytes integrand, outcome_feature, range;
+  static bytes integrand;
   static _Alignas(8) uint8_t memory[4096];
-  const uint8_t role[1] = {0};
   blocks *b;
   for (size_t i = 0; i < 4; ++i)
     u16(&integrand, i == 0 ? AGREEMENT_PLAIN : 0);
-  u16(&outcome_feature, 0);
-  f32(&range, -10.0);
-  f32(&range, 10.0);
-  const blocks_config config = {.features = 1,
-                                .outcomes = 1,
-                                .block_rows = BLOCK,
-                                .period_s = 0.1,
-                                .outcome_feature = outcome_feature.byte,
-                                .role = role,
-                                .range = range.byte,
-                                .integrands = 1,
-                                .integrand = integrand.byte};
+  blocks_config config = one_outcome(0.1);
+  config.integrands = 1;
+  config.integrand = integrand.byte;
   assert_int_equal(rimi_blocks_init(&b, memory, sizeof memory, &config), RIM_OK);
   for (uint32_t t = 0; t < BLOCKS * BLOCK; ++t) {
     const double reading = 2.0;
@@ -92,21 +89,10 @@ static void integrands_without_times(void **state) {
 /* A row that is late by half of a period is no gap, one that is later is. */
 static void a_late_row_is_no_gap(void **state) {
   (void)state;
-  static bytes outcome_feature, range;
   static _Alignas(8) uint8_t memory[4096];
-  const uint8_t role[1] = {0};
   const double reading = 2.0;
   blocks *b;
-  u16(&outcome_feature, 0);
-  f32(&range, -10.0);
-  f32(&range, 10.0);
-  const blocks_config config = {.features = 1,
-                                .outcomes = 1,
-                                .block_rows = BLOCK,
-                                .period_s = 0.25,
-                                .outcome_feature = outcome_feature.byte,
-                                .role = role,
-                                .range = range.byte};
+  const blocks_config config = one_outcome(0.25);
   assert_int_equal(rimi_blocks_init(&b, memory, sizeof memory, &config), RIM_OK);
   (void)rimi_blocks_row(b, 8.0, &reading, NULL, NULL, NULL);
   (void)rimi_blocks_row(b, 8.375, &reading, NULL, NULL, NULL);

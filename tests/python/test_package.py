@@ -265,23 +265,23 @@ def test_version():
 @contextlib.contextmanager
 def learnt_once():
     """Many examples begin with the same model or diagnosis: here each of these is made once."""
-    names = "example_logs", "example_diagnosis", "train"
-    made, train, models = {name: getattr(rimwatch, name) for name in names}, rimwatch.train, {}
+    made = {name: getattr(rimwatch, name) for name in ("example_logs", "example_diagnosis", "train")}
+    models = {}
 
     def trained(runs, **options):
         key = id(runs), tuple(sorted(options.items()))
         if key not in models:
-            models[key] = runs, train(runs, **options)
+            models[key] = runs, made["train"](runs, **options)  # the runs too, so that no others get their id
         return models[key][1]
 
     rimwatch.train = trained
-    for name in names[:2]:
+    for name in ("example_logs", "example_diagnosis"):
         setattr(rimwatch, name, functools.lru_cache(None)(made[name]))
     try:
         yield
     finally:
-        for name in names:
-            setattr(rimwatch, name, made[name])
+        for name, thing in made.items():
+            setattr(rimwatch, name, thing)
 
 
 def test_documentation():

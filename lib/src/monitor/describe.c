@@ -255,7 +255,8 @@ static double sign_of(const rim_monitor *m, uint16_t channel, const search_hypot
 
 /* A region in which the outcome reads high and the rest, in which it reads low, explain much the
  * same, for a run has an offset of its own. An operator acts on the sign, so a standing alarm keeps
- * what it said first unless the contrary explains clearly more. */
+ * what it said first unless the contrary explains clearly more. A gain that says neither takes its
+ * place no sooner; and what stands as such a gain stays, too, while it explains as much. */
 static void keep_sign(rim_monitor *m, uint16_t channel, search_hypothesis *h, double *onset_sd) {
   const double sign = said_sign(m, channel % m->words[RIM_CONFIG_OUTCOMES]);
   const double now = h->family == SEARCH_FIELD ? (double)h->shift : sign_of(m, channel, h);
