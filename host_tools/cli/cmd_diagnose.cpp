@@ -74,7 +74,7 @@ void declare(rim::cli::Arguments &app, DiagnoseArguments &o) {
                  "largest acceptable chance of any claim when nothing is wrong (default 0.05)")
       ->check(rim::cli::range(1e-4, 0.5));
   app.add_option("--null-runs", o.null_runs,
-                 "searches of simulated noise per channel, which set the threshold\n(default: 96 "
+                 "searches of simulated noise per channel, which set the threshold\n(default: 64 "
                  "over all channels)")
       ->check(rim::cli::range(8, 100000));
   app.add_option("--seed", o.seed, "seed of all random numbers (default 1)")

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <mutex>
 
 #include <fmt/format.h>
 
@@ -56,29 +57,28 @@ std::vector<Term> terms_of(const ChannelFindings &found) {
   return terms;
 }
 
-// The searches of all channels; terms of the extension first. Of a large table some rows are
-// searched, `few`, and all fitted.
-std::vector<ChannelFindings> search_all(const Measured &measured, const Measured &few,
-                                        const Catalogue &catalogue, const std::vector<Term> &given,
-                                        const Thresholds &threshold,
-                                        const std::vector<Library> *libraries, const Measured *held,
-                                        Progress *progress) {
-  std::vector<ChannelFindings> found(few.channels.size());
+// The search of a channel; terms of the extension first. Of a large table some rows are searched,
+// `few`, and all fitted. library: of the channel; nullptr: made here.
+ChannelFindings search_channel(const Measured &measured, const Measured &few, std::size_t c,
+                               const std::vector<Term> &given, const SearchOptions &options,
+                               const Library *library) {
+  const Library own =
+      library == nullptr ? make_library(few, few.channels[c], *options.catalogue) : Library{};
+  ChannelFindings found =
+      ChannelSearch(few, few.channels[c], library == nullptr ? own : *library, options).run(given);
+  if (few.whole != nullptr)
+    refit_on(measured, measured.channels[c], &found);
+  return found;
+}
+
+SearchOptions search_options(const Thresholds &threshold, const Catalogue &catalogue,
+                             const Measured *held) {
   SearchOptions options;
   options.threshold = threshold.enter;
   options.least = threshold.keep;
   options.held = held;
   options.catalogue = &catalogue;
-  parallel_for(found.size(), [&](std::size_t c) {
-    const Library own =
-        libraries == nullptr ? make_library(few, few.channels[c], catalogue) : Library{};
-    const Library &library = libraries == nullptr ? own : (*libraries)[c];
-    found[c] = ChannelSearch(few, few.channels[c], library, options).run(given);
-    if (few.whole != nullptr)
-      refit_on(measured, measured.channels[c], &found[c]);
-    progress->add();
-  });
-  return found;
+  return options;
 }
 
 Finding mean_finding(const Member &member, const Claim &claim, const std::vector<Term> &terms,
@@ -262,25 +262,54 @@ void Gains::judge_horizon(const std::vector<Term> &terms, const Measured &held,
   }
 }
 
+// What is left of the table without a fold, while channels are searched in it: of a large one a copy
+// takes much memory.
+struct Rest {
+  std::mutex making;
+  std::unique_ptr<Measured> all, few;
+  std::size_t to_come = 0; // channels
+};
+
 void Gains::cross_validate() {
   int folds = 0;
   const std::vector<std::uint8_t> fold_of_row = folds_of(measured_, &folds);
-  std::vector<std::vector<Term>> terms(static_cast<std::size_t>(folds));
-  Progress progress("cross-validation", terms.size() * measured_.channels.size());
-  parallel_for(terms.size(), [&](std::size_t fold) {
-    const Measured rest = select(measured_, fold_of_row, static_cast<int>(fold), false);
-    // As thin as the whole search was.
-    const std::size_t most = most_searched(measured_) * rest.rows() / measured_.rows() + 1;
-    for (const ChannelFindings &found :
-         search_all(rest, thinned(rest, most), options_.catalogue, options_.given, threshold_,
-                    nullptr, nullptr, &progress)) {
-      for (Term &term : terms_of(found))
-        terms[fold].push_back(std::move(term));
+  const std::size_t channels = measured_.channels.size();
+  std::vector<Rest> rests(static_cast<std::size_t>(folds));
+  std::vector<std::vector<Term>> found(rests.size() * channels);
+  const SearchOptions search = search_options(threshold_, options_.catalogue, nullptr);
+  Progress progress("cross-validation", found.size());
+  parallel_for(found.size(), [&](std::size_t i) {
+    const std::size_t fold = i / channels;
+    Rest &rest = rests[fold];
+    {
+      const std::lock_guard<std::mutex> lock(rest.making);
+      if (rest.all == nullptr) {
+        rest.to_come = channels;
+        rest.all = std::make_unique<Measured>(
+            select(measured_, fold_of_row, static_cast<int>(fold), false));
+        // As thin as the whole search was.
+        const std::size_t most =
+            most_searched(measured_) * rest.all->rows() / measured_.rows() + 1;
+        rest.few = std::make_unique<Measured>(thinned(*rest.all, most));
+      }
+    }
+    found[i] = terms_of(
+        search_channel(*rest.all, *rest.few, i % channels, options_.given, search, nullptr));
+    progress.add();
+    const std::lock_guard<std::mutex> lock(rest.making);
+    if (--rest.to_come == 0) {
+      rest.few.reset();
+      rest.all.reset();
     }
   });
-  for (int fold = 0; fold < folds; ++fold)
-    judge(terms[static_cast<std::size_t>(fold)], select(measured_, fold_of_row, fold, true),
-          nullptr);
+  for (std::size_t fold = 0; fold < rests.size(); ++fold) {
+    std::vector<Term> terms;
+    for (std::size_t c = 0; c < channels; ++c) {
+      const std::vector<Term> &of_channel = found[fold * channels + c];
+      terms.insert(terms.end(), of_channel.begin(), of_channel.end());
+    }
+    judge(terms, select(measured_, fold_of_row, static_cast<int>(fold), true), nullptr);
+  }
 }
 
 // Findings and state of every channel; returns all terms.
@@ -483,10 +512,15 @@ Diagnosis diagnose(const std::vector<Log> &logs, const Options &options, Measure
   if (!options.holdout.empty())
     held = thinned(make_measured(options.holdout, Constants::keep), most_searched(measured));
   Progress progress("searching", measured.channels.size());
-  const std::vector<ChannelFindings> found =
-      search_all(measured, few, options.catalogue, options.given, threshold,
-                 libraries.empty() ? nullptr : &libraries,
-                 options.holdout.empty() ? nullptr : &held, &progress);
+  std::vector<ChannelFindings> found(measured.channels.size());
+  const SearchOptions search = search_options(threshold, options.catalogue,
+                                              options.holdout.empty() ? nullptr : &held);
+  parallel_for(found.size(), [&](std::size_t c) {
+    found[c] = search_channel(measured, few, c, options.given, search,
+                              libraries.empty() ? nullptr : &libraries[c]);
+    progress.add();
+  });
+  libraries.clear();
   const std::vector<Term> terms = add_channels(measured, found, null, threshold.enter, &diagnosis);
   add_unconfirmed(measured, found, &diagnosis);
   add_regions(measured, found, &diagnosis);
