@@ -189,6 +189,19 @@ std::vector<std::uint8_t> folds_of(const Measured &measured, int *folds) {
   return fold;
 }
 
+// Another log is predicted with none of a size that differs between the logs.
+void forget_new_log(Term *term) {
+  for (Parameter &size : term->sizes) {
+    if (!size.per_log.empty())
+      size.new_log = 0.0;
+  }
+}
+
+void forget_new_log(std::vector<Term> *terms) {
+  for (Term &term : *terms)
+    forget_new_log(&term);
+}
+
 // Judges the terms on held-out logs; without any, each fold by what is found without it: structure
 // and sizes are learnt anew.
 class Gains {
@@ -197,13 +210,21 @@ public:
       : measured_(measured), options_(options), threshold_(threshold),
         one_step_(measured.channels.size()), horizon_(measured.channels.size()) {}
 
-  std::vector<Gain> compute(const std::vector<Term> &terms);
+  // By what is found without each fold. What it shows to be worth nothing to another log is taken
+  // from what was found in all.
+  void cross_validate(std::vector<ChannelFindings> *found);
+  void hold_out(const std::vector<Term> &terms);
+  std::vector<Gain> summary() const;
 
 private:
   void judge(const std::vector<Term> &terms, const Measured &held, const std::vector<Log> *logs);
   void judge_horizon(const std::vector<Term> &terms, const Measured &held,
                      const std::vector<Log> *logs);
-  void cross_validate();
+  void judge_folds(const std::vector<std::uint8_t> &fold_of_row,
+                   const std::vector<std::vector<Term>> &terms);
+  void keep_from_others(const std::vector<std::uint8_t> &fold_of_row,
+                        std::vector<ChannelFindings> *found,
+                        std::vector<std::vector<Term>> *terms);
 
   const Measured &measured_;
   const Options &options_;
@@ -211,14 +232,12 @@ private:
   std::vector<Judged> one_step_, horizon_;
 };
 
-std::vector<Gain> Gains::compute(const std::vector<Term> &terms) {
+void Gains::hold_out(const std::vector<Term> &terms) {
+  judge(terms, make_measured(options_.holdout, Constants::keep), &options_.holdout);
+}
+
+std::vector<Gain> Gains::summary() const {
   const bool is_held_out = !options_.holdout.empty();
-  if (is_held_out) {
-    const Measured held = make_measured(options_.holdout, Constants::keep);
-    judge(terms, held, &options_.holdout);
-  } else {
-    cross_validate();
-  }
   std::vector<Gain> gains;
   for (std::size_t c = 0; c < measured_.channels.size(); ++c) {
     const std::string data = is_held_out ? "held-out logs" : "cross-validated";
@@ -270,15 +289,15 @@ struct Rest {
   std::size_t to_come = 0; // channels
 };
 
-void Gains::cross_validate() {
+void Gains::cross_validate(std::vector<ChannelFindings> *found) {
   int folds = 0;
   const std::vector<std::uint8_t> fold_of_row = folds_of(measured_, &folds);
   const std::size_t channels = measured_.channels.size();
   std::vector<Rest> rests(static_cast<std::size_t>(folds));
-  std::vector<std::vector<Term>> found(rests.size() * channels);
+  std::vector<std::vector<Term>> terms(rests.size() * channels);
   const SearchOptions search = search_options(threshold_, options_.catalogue, nullptr);
-  Progress progress("cross-validation", found.size());
-  parallel_for(found.size(), [&](std::size_t i) {
+  Progress progress("cross-validation", terms.size());
+  parallel_for(terms.size(), [&](std::size_t i) {
     const std::size_t fold = i / channels;
     Rest &rest = rests[fold];
     {
@@ -293,7 +312,7 @@ void Gains::cross_validate() {
         rest.few = std::make_unique<Measured>(thinned(*rest.all, most));
       }
     }
-    found[i] = terms_of(
+    terms[i] = terms_of(
         search_channel(*rest.all, *rest.few, i % channels, options_.given, search, nullptr));
     progress.add();
     const std::lock_guard<std::mutex> lock(rest.making);
@@ -302,14 +321,60 @@ void Gains::cross_validate() {
       rest.all.reset();
     }
   });
-  for (std::size_t fold = 0; fold < rests.size(); ++fold) {
-    std::vector<Term> terms;
+  judge_folds(fold_of_row, terms);
+  if (measured_.logs.size() > 2) // else a fold knows one log, and not that sizes differ
+    keep_from_others(fold_of_row, found, &terms);
+}
+
+// Judges every fold by what was found without it: terms, fold by fold and channel by channel.
+void Gains::judge_folds(const std::vector<std::uint8_t> &fold_of_row,
+                        const std::vector<std::vector<Term>> &terms) {
+  const std::size_t channels = measured_.channels.size();
+  one_step_.assign(channels, {});
+  horizon_.assign(channels, {});
+  for (std::size_t fold = 0; fold < terms.size() / channels; ++fold) {
+    std::vector<Term> of_fold;
     for (std::size_t c = 0; c < channels; ++c) {
-      const std::vector<Term> &of_channel = found[fold * channels + c];
-      terms.insert(terms.end(), of_channel.begin(), of_channel.end());
+      const std::vector<Term> &of_channel = terms[fold * channels + c];
+      of_fold.insert(of_fold.end(), of_channel.begin(), of_channel.end());
     }
-    judge(terms, select(measured_, fold_of_row, static_cast<int>(fold), true), nullptr);
+    judge(of_fold, select(measured_, fold_of_row, static_cast<int>(fold), true), nullptr);
   }
+}
+
+// A size that differs from log to log tells another log's too little where logs that it was not
+// fitted to are better off without: it then is that of the fitted logs alone.
+void Gains::keep_from_others(const std::vector<std::uint8_t> &fold_of_row,
+                             std::vector<ChannelFindings> *found,
+                             std::vector<std::vector<Term>> *terms) {
+  const std::size_t channels = measured_.channels.size();
+  const std::vector<std::vector<Term>> with = *terms;
+  std::vector<double> ratio(channels, 0.0); // with what another log is predicted with
+  for (std::size_t c = 0; c < channels; ++c) {
+    const auto gains = summarise(one_step_[c], measured_.channels[c], 0.0, "", options_.seed);
+    if (gains.empty() || !gains.front().worse)
+      continue;
+    ratio[c] = gains.front().ratio;
+    for (std::size_t i = c; i < terms->size(); i += channels)
+      forget_new_log(&(*terms)[i]);
+  }
+  judge_folds(fold_of_row, *terms);
+  bool any_kept = false;
+  for (std::size_t c = 0; c < channels; ++c) {
+    if (ratio[c] == 0.0)
+      continue;
+    const auto gains = summarise(one_step_[c], measured_.channels[c], 0.0, "", options_.seed);
+    if (gains.front().ratio < ratio[c]) {
+      for (Member &member : (*found)[c].members)
+        forget_new_log(&member.term);
+      continue;
+    }
+    any_kept = true;
+    for (std::size_t i = c; i < terms->size(); i += channels)
+      (*terms)[i] = with[i];
+  }
+  if (any_kept)
+    judge_folds(fold_of_row, *terms);
 }
 
 // Findings and state of every channel; returns all terms.
@@ -521,13 +586,18 @@ Diagnosis diagnose(const std::vector<Log> &logs, const Options &options, Measure
     progress.add();
   });
   libraries.clear();
+  Gains gains(measured, options, threshold);
+  if (options.gains && options.holdout.empty())
+    gains.cross_validate(&found);
   const std::vector<Term> terms = add_channels(measured, found, null, threshold.enter, &diagnosis);
   add_unconfirmed(measured, found, &diagnosis);
   add_regions(measured, found, &diagnosis);
   put_in_order(measured, &diagnosis.findings);
   add_learnt(measured, options.holdout, &diagnosis.findings);
+  if (options.gains && !options.holdout.empty())
+    gains.hold_out(terms);
   if (options.gains)
-    diagnosis.gains = Gains(measured, options, threshold).compute(terms);
+    diagnosis.gains = gains.summary();
   for (std::size_t i = 0; i < diagnosis.findings.size(); ++i) {
     Finding &f = diagnosis.findings[i];
     f.number = static_cast<int>(i) + 1;

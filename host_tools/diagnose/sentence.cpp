@@ -232,7 +232,7 @@ std::string diagnosis_sentence(const Diagnosis &diagnosis) {
             return f.term.channel == g.channel && !f.term.sizes.empty() &&
                    !f.term.sizes[0].per_log.empty();
           });
-      if (differs && g.ratio > 1.0) {
+      if (differs && g.ratio >= 1.0) {
         text += fmt::format(" Its size differs so much between logs that the mean of those that "
                             "were fitted does not serve others ({}): fit it to each.",
                             g.data);

@@ -64,11 +64,11 @@ std::vector<rim::Log> axes(std::uint64_t seed, const Axis &axis, const Force &fo
   return out;
 }
 
-Diagnosis diagnosis(const std::vector<rim::Log> &logs) {
+Diagnosis diagnosis(const std::vector<rim::Log> &logs, bool gains = false) {
   rim::diagnose::Options options;
   options.catalogue = rim::diagnose::read_catalogue(rim::data_path("causes.toml"));
   options.null_runs = 16;
-  options.gains = false;
+  options.gains = gains;
   return rim::diagnose::diagnose(logs, options, nullptr);
 }
 
@@ -405,6 +405,22 @@ void sizes_that_differ_between_logs(void **) {
   assert_non_null(std::strstr(drag.sentence.c_str(), "differs between the logs"));
 }
 
+// Two logs of three would promise the third the opposite of what it has: the extension gives another
+// log nothing, and that is how it is judged.
+void what_makes_another_log_worse_is_kept_from_it(void **) {
+  const double k[] = {8.0, 13.0, -11.0};
+  const auto logs =
+      axes(41, {}, [&](double v, double, int log) { return k[log] * v * std::abs(v); });
+  const Diagnosis d = diagnosis(logs, true);
+  const auto &drag = finding(d, "quadratic_drag");
+  assert_int_equal(drag.term.sizes[0].per_log.size(), 3);
+  assert_true(drag.term.sizes[0].new_log == 0.0);
+  assert_string_equal(d.gains.at(0).where.c_str(), "all");
+  print_message("ratio %.4f: %s\n", d.gains[0].ratio, d.sentence.c_str());
+  assert_false(d.gains[0].worse);
+  assert_non_null(std::strstr(d.sentence.c_str(), "differs so much between logs"));
+}
+
 // A law without a name is a formula, not a table: its sizes and its rivals are there.
 void a_formula_where_no_form_explains(void **) {
   const Diagnosis d =
@@ -576,6 +592,7 @@ int main() {
       cmocka_unit_test(friction_without_a_unit),
       cmocka_unit_test(a_dead_band_is_coulomb_friction),
       cmocka_unit_test(sizes_that_differ_between_logs),
+      cmocka_unit_test(what_makes_another_log_worse_is_kept_from_it),
       cmocka_unit_test(a_formula_where_no_form_explains),
       cmocka_unit_test(friction_by_direction),
       cmocka_unit_test(a_differing_size_widens_the_prediction),
