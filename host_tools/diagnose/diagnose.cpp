@@ -81,6 +81,25 @@ SearchOptions search_options(const Thresholds &threshold, const Catalogue &catal
   return options;
 }
 
+// libraries: of all channels, or empty: made one after the other.
+std::vector<ChannelFindings> search_all(const Measured &measured, const Measured &few,
+                                        const std::vector<Library> &libraries,
+                                        const Options &options, const Thresholds &threshold) {
+  Measured held;
+  if (!options.holdout.empty())
+    held = thinned(make_measured(options.holdout, Constants::keep), most_searched(measured));
+  const SearchOptions search = search_options(threshold, options.catalogue,
+                                              options.holdout.empty() ? nullptr : &held);
+  std::vector<ChannelFindings> found(measured.channels.size());
+  Progress progress("searching", found.size());
+  parallel_for(found.size(), [&](std::size_t c) {
+    found[c] = search_channel(measured, few, c, options.given, search,
+                              libraries.empty() ? nullptr : &libraries[c]);
+    progress.add();
+  });
+  return found;
+}
+
 Finding mean_finding(const Member &member, const Claim &claim, const std::vector<Term> &terms,
                      const Channel &channel, const Measured &measured, const Null &null) {
   Finding f;
@@ -281,8 +300,8 @@ void Gains::judge_horizon(const std::vector<Term> &terms, const Measured &held,
   }
 }
 
-// What is left of the table without a fold, while channels are searched in it: of a large one a copy
-// takes much memory.
+// What is left of the table without a fold, while channels are searched in it: copies of a large one
+// take much memory.
 struct Rest {
   std::mutex making;
   std::unique_ptr<Measured> all, few;
@@ -573,18 +592,7 @@ Diagnosis diagnose(const std::vector<Log> &logs, const Options &options, Measure
   const Thresholds threshold{
       std::max(kLeastThreshold, null.threshold(kStrict * options.false_alarm)),
       std::max(kLeastThreshold, null.threshold(options.false_alarm))};
-  Measured held;
-  if (!options.holdout.empty())
-    held = thinned(make_measured(options.holdout, Constants::keep), most_searched(measured));
-  Progress progress("searching", measured.channels.size());
-  std::vector<ChannelFindings> found(measured.channels.size());
-  const SearchOptions search = search_options(threshold, options.catalogue,
-                                              options.holdout.empty() ? nullptr : &held);
-  parallel_for(found.size(), [&](std::size_t c) {
-    found[c] = search_channel(measured, few, c, options.given, search,
-                              libraries.empty() ? nullptr : &libraries[c]);
-    progress.add();
-  });
+  std::vector<ChannelFindings> found = search_all(measured, few, libraries, options, threshold);
   libraries.clear();
   Gains gains(measured, options, threshold);
   if (options.gains && options.holdout.empty())

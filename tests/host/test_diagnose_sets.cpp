@@ -405,8 +405,8 @@ void sizes_that_differ_between_logs(void **) {
   assert_non_null(std::strstr(drag.sentence.c_str(), "differs between the logs"));
 }
 
-// Two logs of three would promise the third the opposite of what it has: the extension gives another
-// log nothing, and that is how it is judged.
+// Two logs of three would promise the third the opposite of what it has: the extension gives
+// another log nothing, and that is how it is judged.
 void what_makes_another_log_worse_is_kept_from_it(void **) {
   const double k[] = {8.0, 13.0, -11.0};
   const auto logs =
