@@ -300,8 +300,8 @@ void Gains::judge_horizon(const std::vector<Term> &terms, const Measured &held,
   }
 }
 
-// What is left of the table without a fold, while channels are searched in it: copies of a large one
-// take much memory.
+// What is left of the table without a fold, while channels are searched in it: copies of a large
+// one take much memory.
 struct Rest {
   std::mutex making;
   std::unique_ptr<Measured> all, few;
