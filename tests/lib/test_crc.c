@@ -120,6 +120,23 @@ static void sums_show_every_flipped_bit_of_a_word(void **state) {
   }
 }
 
+static uint32_t pair_after(uint32_t sum, uint32_t first, uint32_t second) {
+  return ((sum << 5 | sum >> 27) ^ first) * UINT32_C(0x9e3779b1) + second;
+}
+
+/* Eight words by the four sums that base/crc.c describes, joined in their order. */
+static void eight_words_go_into_four_sums(void **state) {
+  (void)state;
+  uint32_t word[8], lane[4];
+  memcpy(word, data, sizeof word);
+  for (uint32_t k = 0; k < 4; ++k)
+    lane[k] = pair_after(7u + k, word[2 * k], word[2 * k + 1]);
+  uint32_t sum = lane[0];
+  for (uint32_t k = 1; k < 4; ++k)
+    sum = pair_after(sum, lane[k], 0);
+  assert_int_equal(rimi_word_sum(7, word, 8), sum);
+}
+
 /* Two words that change places, and two flips in the highest bit of two words: what a plain sum or
  * an exclusive or would miss. Of the two words of a pair it is missed, which base/crc.h says. */
 static void sums_show_two_damaged_words(void **state) {
@@ -157,6 +174,7 @@ int main(void) {
       cmocka_unit_test(numbers_are_hashed_little_endian),
       cmocka_unit_test(every_flipped_bit_shows),
       cmocka_unit_test(sums_show_every_flipped_bit_of_a_word),
+      cmocka_unit_test(eight_words_go_into_four_sums),
       cmocka_unit_test(sums_show_two_damaged_words),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

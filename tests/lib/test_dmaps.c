@@ -7,6 +7,7 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include <cmocka.h>
@@ -226,6 +227,23 @@ static void everywhere_is_a_region(void **state) {
   assert_int_equal(result.count, 1);
   assert_int_equal(result.region[0].region.unit.dims, 0);
   assert_int_equal(result.region[0].count, N);
+}
+
+/* The last observation belongs to the region, and nothing lies behind it: the address sanitizer
+ * looks on. */
+static void the_data_end_with_the_last_observation(void **state) {
+  (void)state;
+  make(41, 0.0, 0.0, 2);
+  double *exact = malloc(sizeof *exact * 2 * N);
+  assert_non_null(exact);
+  for (int i = 0; i < 2 * N; ++i)
+    exact[i] = r[i] + (i % 2 == 0 ? 2.0 : 0.0);
+  const rim_batch_data data = {N, D, 2, u, exact};
+  const rim_dmaps_config c = {.search = {.seed = SEED}};
+  const rim_dmaps_result result = find(&c, &data, NULL);
+  assert_true(result.count > 0);
+  assert_int_equal(given[N - 1], 1);
+  free(exact);
 }
 
 static void noise_gives_none(void **state) {
@@ -449,6 +467,7 @@ int main(void) {
                                      cmocka_unit_test(pieces_become_one),
                                      cmocka_unit_test(a_dimension_must_pay),
                                      cmocka_unit_test(everywhere_is_a_region),
+                                     cmocka_unit_test(the_data_end_with_the_last_observation),
                                      cmocka_unit_test(noise_gives_none),
                                      cmocka_unit_test(lambda_limits_the_set),
                                      cmocka_unit_test(what_is_skipped_is_not_looked_at),

@@ -284,6 +284,20 @@ static void duplicates_are_fine(void **state) {
   assert_int_equal(rim_gp_get_counters(gp).jittered, 0);
 }
 
+/* What rounding leaves of a pivot is as large as the variances are. */
+static void duplicates_of_large_values_are_fine(void **state) {
+  (void)state;
+  rim_gp_config c = config_of(0);
+  c.noise_var = 0.0;
+  for (int k = 0; k < 40; ++k) {
+    c.signal_var = 1e6 + 31321.7 * k;
+    rim_gp *gp = make(&memory, &c);
+    for (int i = 0; i < 3; ++i)
+      assert_int_equal(rim_gp_add(gp, x[0], 1.0, 0.0, 0.0), RIM_OK);
+    assert_int_equal(rim_gp_get_counters(gp).jittered, 2);
+  }
+}
+
 static void duplicates_make_room_first(void **state) {
   (void)state;
   const rim_gp_config c = config_of(0);
@@ -549,6 +563,7 @@ int main(void) {
       cmocka_unit_test(the_gradient_has_every_dimension),
       cmocka_unit_test(many_equal_one_by_one),
       cmocka_unit_test(duplicates_are_fine),
+      cmocka_unit_test(duplicates_of_large_values_are_fine),
       cmocka_unit_test(duplicates_make_room_first),
       cmocka_unit_test(the_noisiest_says_least),
       cmocka_unit_test(criterion_does_not_drift),

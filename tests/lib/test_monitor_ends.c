@@ -534,6 +534,34 @@ static void a_plan_of_one_pose(void **state) {
   }
 }
 
+/* Of a path that begins outside: the pose after which it is inside. */
+static void an_entry_says_at_which_pose(void **state) {
+  (void)state;
+  make_bench(&b, false);
+  b.monitor->guard.busy = true;
+  const uint16_t feature[2] = {0, 1};
+  const double low[2] = {-1.0, -1.0}, high[2] = {1.0, 1.0};
+  rim_alarm a = sample_alarm(6);
+  a.level = RIM_LEVEL_ERROR;
+  assert_int_equal(rimi_region_from_box(&a.region, 2, feature, low, high), RIM_OK);
+  rimi_alarm_life_row(&b.monitor->life, 1.0);
+  for (int i = 0; i < 4; ++i)
+    rimi_alarm_life_step(&b.monitor->life, RIM_DETECTOR_RIM, 1.0 + i, &a);
+  const rim_lookahead_config c = {.axis = {0, 1, RIM_LOOKAHEAD_NO_AXIS}, .vertices = 1};
+  rim_lookahead ahead = {.plan = {.count = 4}};
+  for (uint32_t i = 0; i < 4; ++i)
+    ahead.plan.pose[i] = (rim_pose){.after_s = i,
+                                    .position = {9.0 - 3.0 * i, 0.0, 0.0},
+                                    .orientation = {1.0, 0.0, 0.0, 0.0}};
+  rim_lookahead_result found;
+  assert_true(rim_lookahead_check(&c, &a.region, &ahead.plan, 0.0, &found) && found.enters);
+  assert_int_equal(found.pose, 2);
+  rim_entry entry = {0};
+  assert_true(rim_lookahead_update(&ahead, &c, b.monitor, 7, 0.0, false, false, &entry));
+  assert_int_equal(entry.pose, 2);
+  assert_true(fabs(entry.to_entry_s - 8.0 / 3.0) < 0.01);
+}
+
 /* An entry that was told is taken back when the alarm is over, and names the record that says so;
  * one that is told names its own alarm, though another spoke since. */
 static void an_entry_names_its_alarm(void **state) {
@@ -608,6 +636,7 @@ int main(void) {
       cmocka_unit_test(what_agreement_remembers_is_forgotten),
       cmocka_unit_test(what_is_forgotten_takes_its_gaps_along),
       cmocka_unit_test(a_plan_of_one_pose),
+      cmocka_unit_test(an_entry_says_at_which_pose),
       cmocka_unit_test(an_entry_names_its_alarm),
       cmocka_unit_test(questions_without_an_answer),
       cmocka_unit_test(too_many_outcomes),

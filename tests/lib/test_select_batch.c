@@ -69,38 +69,47 @@ static void every_heuristic_finds_the_pair(void **state) {
   }
 }
 
-/* With root and singles only, the best is the exact interval of the best feature. */
-static void single_features_equal_brute_force(void **state) {
-  (void)state;
-  make(7, -1.5, 1);
-  const rim_batch_data data = {N, D, 1, u, r};
-  const rim_batch_config c = {.nodes = NODES, .max_dims = 1, .bins = 16, .seed = 1};
-  rim_batch_result result;
-  assert_int_equal(rimi_select_batch(&c, &data, work, sizeof work, &result), RIM_OK);
+/* The best interval of any feature, by trying them all. */
+static double best_of_all(int bins, int *feature) {
   double best = 0.0;
-  int feature = -1;
   for (int f = 0; f < D; ++f) {
-    for (int first = 0; first < 16; ++first) {
-      for (int last = first; last < 16; ++last) {
+    for (int first = 0; first < bins; ++first) {
+      for (int last = first; last < bins; ++last) {
         double s = 0.0;
         double n = 0.0;
         for (int i = 0; i < N; ++i) {
           const double x = u[i * D + f];
-          if (x < first / 16.0 || x >= (last + 1) / 16.0)
+          if (x < first / (double)bins || x >= (last + 1) / (double)bins)
             continue;
           s += r[i];
           n += 1.0;
         }
         if (n > 0.0 && s * s / (2.0 * n) > best) {
           best = s * s / (2.0 * n);
-          feature = f;
+          *feature = f;
         }
       }
     }
   }
-  assert_int_equal(result.nodes, 1 + D);
-  assert_int_equal(result.feature[0], feature);
-  assert_true(fabs(result.ln_anom - best) < 1e-9 * best);
+  return best;
+}
+
+/* With root and singles only, the best is the exact interval of the best feature; with as many bins
+ * as there may be, too. */
+static void single_features_equal_brute_force(void **state) {
+  (void)state;
+  make(7, -1.5, 1);
+  const rim_batch_data data = {N, D, 1, u, r};
+  for (uint8_t bins = 16; bins <= RIM_BATCH_MAX_BINS; bins = (uint8_t)(bins * 2u)) {
+    const rim_batch_config c = {.nodes = NODES, .max_dims = 1, .bins = bins, .seed = 1};
+    rim_batch_result result;
+    int feature = -1;
+    const double best = best_of_all(bins, &feature);
+    assert_int_equal(rimi_select_batch(&c, &data, work, sizeof work, &result), RIM_OK);
+    assert_int_equal(result.nodes, 1 + D);
+    assert_int_equal(result.feature[0], feature);
+    assert_true(fabs(result.ln_anom - best) < 1e-9 * best);
+  }
 }
 
 static void breadth_first_takes_all_singles_first(void **state) {
