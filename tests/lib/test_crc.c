@@ -135,6 +135,7 @@ static void eight_words_go_into_four_sums(void **state) {
   for (uint32_t k = 1; k < 4; ++k)
     sum = pair_after(sum, lane[k], 0);
   assert_int_equal(rimi_word_sum(7, word, 8), sum);
+  assert_int_equal(rimi_byte_sum(7, word, 8), pair_after(7, word[0], word[1])); /* or one by one */
 }
 
 /* Two words that change places, and two flips in the highest bit of two words: what a plain sum or
