@@ -220,7 +220,7 @@ void Reader::check_expressions(const toml::table &table, const Form &form) const
 void Reader::read_form(const toml::table &table) {
   check_keys(table, {"cause", "form", "description", "kind", "basis", "arguments", "unordered",
                      "fixed", "positive", "gate", "shape", "per", "least_spread", "most_spread",
-                     "cost", "sizes", "physical", "better", "worse_by"});
+                     "cost", "sizes", "physical", "better", "worse_by", "of_command"});
   Form form;
   form.line = static_cast<int>(table.source().begin.line);
   form.cause = get<std::string>(table, "cause", "");
@@ -242,6 +242,7 @@ void Reader::read_form(const toml::table &table) {
   form.is_physical = get<bool>(table, "physical", false);
   form.better = get<std::string>(table, "better", "");
   form.worse_by = get<double>(table, "worse_by", 5.0);
+  form.is_of_command = get<bool>(table, "of_command", false);
   read_arguments(table, &form);
   read_shape(table, &form);
   const bool is_built_in = has_no_expression(form.form);

@@ -67,6 +67,7 @@ struct Form {
   bool is_physical = false; // a law of physics: goes on beyond the rows that it was learnt from
   std::string better;       // a form that is meant where it can be had: this one then costs
   double worse_by = 5.0;    // so many nats more
+  bool is_of_command = false; // not of a prediction that starts from the channel's own reading
   // Most sd over |mean| of the argument that the shape is a quantile of.
   double most_spread = 1e300;
   double least_spread = 0.0; // of every argument: sd over |mean|; a quantity that hardly varies

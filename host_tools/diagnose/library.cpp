@@ -227,6 +227,8 @@ bool Builder::is_alike(int f, int g) const {
 }
 
 std::vector<std::vector<int>> Builder::assignments(const Form &form) const {
+  if (form.is_of_command && has_start_)
+    return {};
   std::vector<std::vector<int>> out{{}};
   for (const Argument &argument : form.arguments) {
     std::vector<std::vector<int>> longer;
