@@ -308,7 +308,8 @@ std::vector<rim::Log> made_of_readings(std::uint64_t seed, double of_reading) {
 }
 
 // A wheel's speed, predicted a row ahead from its own reading; of each row friction takes a share
-// and so much, and holds the wheel where that is all. It is no dead zone of the speed, however often it holds.
+// and so much, and holds the wheel where that is all. It is no dead zone of the speed, however
+// often it holds.
 void friction_that_holds(void **) {
   constexpr double kTaken = 0.06, kStep = 0.02;
   std::vector<rim::Log> logs;
@@ -392,7 +393,8 @@ void threads_change_nothing(void **) {
 } // namespace
 
 int main() {
-  std::printf("seeds 1 to 7, 11 to 17, 160 to 162, 170, 171, 180 to 182, 1930 to 1932, 1950 to 1952\n");
+  std::printf("seeds 1 to 7, 11 to 17, 160 to 162, 170, 171, 180 to 182, 1930 to 1932, 1950 to "
+              "1952\n");
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_constant_in_a_region),
       cmocka_unit_test(drag),

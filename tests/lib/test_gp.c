@@ -446,6 +446,12 @@ static void a_configuration_that_fails_is_not_taken(void **state) {
   hit[0] = was;
   assert_int_equal(rim_gp_set_config(gp, &doubled), RIM_OK);
   assert_true(rim_gp_get_config(gp).signal_var == doubled.signal_var);
+  double mean, again;
+  (void)rim_gp_predict(gp, x[9], &mean, NULL);
+  gp = make(&memory, &doubled);
+  fill(gp, 4);
+  (void)rim_gp_predict(gp, x[9], &again, NULL);
+  assert_true(mean == again); /* it speaks by the new one */
 }
 
 static void misuse_is_refused(void **state) {

@@ -117,6 +117,8 @@ static void misuse_is_refused(void **state) {
   assert_int_equal(rimi_interval_find(bin, 2, 0.0, NULL), RIM_E_ARGUMENT);
   assert_int_equal(rimi_interval_find(bin, RIM_INTERVAL_MAX_BINS + 1, 0.0, &best), RIM_E_RANGE);
   assert_int_equal(best.bins, 77);
+  static const rim_stats most[RIM_INTERVAL_MAX_BINS];
+  assert_int_equal(rimi_interval_find(most, RIM_INTERVAL_MAX_BINS, 0.0, &best), RIM_OK);
 }
 
 /* Without any variance nothing is known of a sum, however large it is. */

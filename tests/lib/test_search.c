@@ -381,6 +381,8 @@ static void excluded_blocks_are_no_evidence(void **state) {
       assert_true(rimi_search_exclude(b.search, 28, 72));
       assert_true(rimi_search_best(b.search, 0)->score < -1e9f);
       assert_false(rimi_search_exclude(b.search, 75, 80)); /* the first one is not done yet */
+      rimi_search_take_out(b.search, 0);
+      assert_false(rimi_search_exclude(b.search, 75, 80)); /* nor where one channel did it */
       feed(&b, 90, 105, TURN);
       assert_true(rimi_search_best(b.search, 0)->score < 3.0f);
       feed(&b, 105, 150, TURN);

@@ -61,6 +61,21 @@ static void opens_a_valid_section(void **state) {
   assert_true(t.alarm_score == 9.0);
 }
 
+/* A rate of 0 is no promise, and neither is one above 1. */
+static void a_promise_lies_between_never_and_always(void **state) {
+  (void)state;
+  const struct {
+    float rate;
+    rim_status expected;
+  } promise[] = {{0.0f, RIM_E_RANGE}, {1e-6f, RIM_OK}, {1.0f, RIM_OK}, {1.5f, RIM_E_RANGE}};
+  for (size_t i = 0; i < sizeof promise / sizeof *promise; ++i) {
+    section s = make_section();
+    put_f32(&s, 6, promise[i].rate);
+    rim_threshold t;
+    assert_int_equal(rimi_threshold_open(&t, s.bytes, sizeof s.bytes), promise[i].expected);
+  }
+}
+
 static void every_truncation_is_refused_and_leaves_the_view(void **state) {
   (void)state;
   const section s = make_section();
@@ -187,6 +202,7 @@ static void promise_holds_for_exchangeable_runs(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(opens_a_valid_section),
+      cmocka_unit_test(a_promise_lies_between_never_and_always),
       cmocka_unit_test(every_truncation_is_refused_and_leaves_the_view),
       cmocka_unit_test(bad_values_are_refused),
       cmocka_unit_test(envelope_interpolates_and_is_constant_beyond),
