@@ -61,7 +61,7 @@ static void opens_a_valid_section(void **state) {
   assert_true(t.alarm_score == 9.0);
 }
 
-/* A rate of 0 is no promise, and neither is one above 1. */
+/* A rate of 0 is no promise, and neither is one above 1, nor a score that every run reaches. */
 static void a_promise_lies_between_never_and_always(void **state) {
   (void)state;
   const struct {
@@ -74,6 +74,11 @@ static void a_promise_lies_between_never_and_always(void **state) {
     rim_threshold t;
     assert_int_equal(rimi_threshold_open(&t, s.bytes, sizeof s.bytes), promise[i].expected);
   }
+  section s = make_section();
+  put_f32(&s, 4, 0.0f); /* a score that every run reaches */
+  put_f32(&s, 5, 0.0f);
+  rim_threshold t;
+  assert_int_equal(rimi_threshold_open(&t, s.bytes, sizeof s.bytes), RIM_E_RANGE);
 }
 
 static void every_truncation_is_refused_and_leaves_the_view(void **state) {
