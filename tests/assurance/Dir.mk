@@ -19,10 +19,13 @@ $(ASSURE)/fleet: tests/assurance/fleet.c tests/assurance/flight.h $(BUILD)/libri
 	$(call say,TEST)$(CC) $(ASSURE_FLAGS) $< -o $@ $(BUILD)/librim.a -lm
 
 .PHONY: fleet
-# The first rows of a run are cheap, as the search has little to search yet: whole landings, too.
-fleet: $(ASSURE)/fleet $(CROSS)/landing.rec $(CROSS)/golf_flight.rec ## a thousand monitors in one process: rows a second of one core, and memory
-	@for units in 12 6 3 1; do echo "$$units units of search per row:"; $(ASSURE)/fleet $(CROSS)/landing.rec 20 8000 1 $$units || exit 1; done
-	@$(ASSURE)/fleet $(CROSS)/landing.rec 1 600 && $(ASSURE)/fleet $(CROSS)/landing.rec 1000 600 && $(ASSURE)/fleet $(CROSS)/golf_flight.rec 1000 100 && $(ASSURE)/fleet $(CROSS)/golf_flight.rec 1000 100 4
+FLEET_RECORDINGS := $(CROSS)/landing.rec $(CROSS)/landing_flight.rec $(CROSS)/golf_flight.rec
+# The first rows of a run are cheap, as the search has little to search yet: whole landings.
+fleet: $(ASSURE)/fleet $(FLEET_RECORDINGS) ## a thousand monitors in one process: rows a second of one core, and memory (some 6 minutes)
+	@for units in 12 6 3 1; do echo "landing, $$units units of search per row:"; $(ASSURE)/fleet $(CROSS)/landing.rec 20 8000 1 $$units || exit 1; done
+	@for units in 3 2; do for batch in 1 16; do echo "landing, --flight, $$units units:"; \
+	  $(ASSURE)/fleet $(CROSS)/landing_flight.rec 1000 8000 $$batch $$units || exit 1; done; done
+	@for batch in 1 16; do echo "golf in 100 dimensions, --flight:"; $(ASSURE)/fleet $(CROSS)/golf_flight.rec 1000 100 $$batch || exit 1; done
 
 # The same program with the checks of memory taken out by the linker.
 WRAPPED := $(addprefix rimi_guard_,enter leave scrub before_block after_block all renew)

@@ -11,6 +11,7 @@
 #include <cmocka.h>
 
 #include "alarm_sample.h"
+#include "base/crc.h"
 #include "rim/can.h"
 
 #define SAMPLES 300u
@@ -115,8 +116,29 @@ static void damage_and_misuse_are_refused(void **state) {
   assert_int_equal(count, 77);
 }
 
+/* Of every kind and number of outcomes that three bits hold, with a check sum that is right. */
+static void what_no_alarm_has_is_refused(void **state) {
+  (void)state;
+  const rim_alarm a = sample_alarm(5);
+  rim_can_frame frame[RIM_CAN_FINDING_FRAMES];
+  uint32_t count = 0;
+  assert_int_equal(rim_can_pack_finding(frame, &count, 9, &a), RIM_OK);
+  const uint32_t id_now = RIM_CAN_FINDING_ID + 9u;
+  const uint8_t id[2] = {(uint8_t)id_now, (uint8_t)(id_now >> 8)};
+  for (uint32_t kind = 0; kind < 8; ++kind) {
+    for (uint32_t channels = 0; channels < 8; ++channels) {
+      frame[0].data[4] = (uint8_t)(kind | channels << 5);
+      frame[0].data[7] = rimi_crc8(rimi_crc8(0, id, 2), frame[0].data, 7);
+      rim_can_finding f;
+      const bool fine = kind <= RIM_KIND_PUSHED && channels <= RIM_ALARM_MAX_CHANNELS;
+      assert_int_equal(rim_can_unpack_finding(&f, &frame[0]), fine ? RIM_OK : RIM_E_RANGE);
+    }
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(what_no_alarm_has_is_refused),
       cmocka_unit_test(pages_carry_the_finding),
       cmocka_unit_test(pages_lie_where_they_are_documented),
       cmocka_unit_test(damage_and_misuse_are_refused),
