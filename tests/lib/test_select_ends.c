@@ -22,6 +22,34 @@ static void an_index_is_looked_at_each_row(void **state) {
   assert_int_equal(rim_monitor_get_health(b.monitor).damage, RIM_DAMAGE_RUN);
 }
 
+/* The sum of what is worked out once covers all of it. */
+static void every_root_is_summed(void **state) {
+  (void)state;
+  make_bench(&b, true);
+  rim_select *e = b.monitor->select;
+  const uint32_t sum = rimi_select_tables_sum(e);
+  for (size_t k = 0; k < sizeof e->root / sizeof *e->root; ++k) {
+    const float was = e->root[k];
+    e->root[k] = was + 1.0f;
+    assert_int_not_equal(rimi_select_tables_sum(e), sum);
+    e->root[k] = was;
+  }
+  assert_int_equal(rimi_select_tables_sum(e), sum);
+}
+
+/* So many features' bins are gone through in a row, and no more: work.h counts them. */
+static void bins_are_gone_through_in_turn(void **state) {
+  (void)state;
+  make_bench(&b, true);
+  const uint32_t features = b.monitor->words[RIM_CONFIG_REGION_FEATURES];
+  for (uint32_t t = 0; t < 2 * features; ++t) {
+    const uint32_t next = b.monitor->guard.next_bins;
+    (void)step(&b, 913, t, 0.0);
+    assert_int_equal(b.monitor->guard.next_bins % features,
+                     (next + features / 16u + 1u) % features);
+  }
+}
+
 /* A reset leaves the counters of the sweep, and what is known of a channel, as at the start. */
 static void a_reset_begins_its_sweeps_anew(void **state) {
   (void)state;
@@ -79,6 +107,8 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(an_index_is_looked_at_each_row),
       cmocka_unit_test(every_index_of_a_selection),
+      cmocka_unit_test(every_root_is_summed),
+      cmocka_unit_test(bins_are_gone_through_in_turn),
       cmocka_unit_test(a_reset_begins_its_sweeps_anew),
   };
   return cmocka_run_group_tests(tests, set_up, NULL);

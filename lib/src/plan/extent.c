@@ -297,11 +297,11 @@ static rim_extent_mixture mixture_at(const rim_extent *e, uint32_t rims, const d
   return out;
 }
 
+/* Of a mixture about 0. */
 static double correction_of(const rim_extent_mixture *mixture) {
   double sum = 0.0;
-  for (uint32_t i = 1; i < mixture->components; ++i) {
-    sum += mixture->weight[i] * (mixture->mean[i] - mixture->mean[0]);
-  }
+  for (uint32_t i = 1; i < mixture->components; ++i)
+    sum += mixture->weight[i] * mixture->mean[i];
   return sum;
 }
 
