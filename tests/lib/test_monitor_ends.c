@@ -316,6 +316,40 @@ static void a_level_is_used(void **state) {
   assert_int_equal(status_of(&r), RIM_E_VERSION);
 }
 
+/* Of a block farther from the one prototype than three quarters of its reach of 1, the outcome's own
+ * reading left out, its agreement with section LEVEL says nothing; what agrees with others does. */
+static void a_level_says_nothing_beyond_its_training(void **state) {
+  (void)state;
+  recipe r = calibrated[0];
+  put_level(&r.section[RIM_SECTION_LEVEL], D, O);
+  put_f32(r.section[RIM_SECTION_AGREEMENT].byte + 16 + 4 * O + 4 * (4 + O * (2 + MEANS)),
+          AGREEMENT_LEVEL);
+  from(&r, false);
+  const bool *unknown = b.monitor->unknown + RIM_CHANNEL_AGREEMENT * O;
+  int seen[2] = {0};
+  for (uint32_t t = 0; t < 120 * BLOCK; ++t) {
+    row now;
+    rim_verdict verdict;
+    make_row(&now, false, 915, t, 0.0);
+    now.context[sensor(1)] += t < 60 * BLOCK ? 0.0 : 1.0; /* its own reading is far off */
+    memset(b.monitor->unknown, true, b.monitor->channel_count);
+    assert_int_equal(rim_monitor_step(b.monitor, &now.view, &verdict), RIM_OK);
+    if (t < BLOCK || t % BLOCK != BLOCK - 1 || !rimi_blocks_knows_all(b.monitor->rows))
+      continue;
+    const double *x = rimi_blocks_context(b.monitor->rows);
+    double all = 0.0;
+    for (uint32_t i = 0; i < D; ++i)
+      all += x[i] * x[i];
+    const double rest = all - x[sensor(1)] * x[sensor(1)], most = 0.75 * 0.75;
+    if (all < most + 1e-3 || fabs(rest - most) < 1e-3)
+      continue; /* near enough, or at the edge */
+    ++seen[rest > most];
+    for (uint32_t o = 0; o < O; ++o)
+      assert_int_equal(unknown[o], o == 1 && rest > most);
+  }
+  assert_true(seen[0] > 3 && seen[1] > 3);
+}
+
 /* A region over a predicted outcome lies where the model expects the vehicle. */
 static void a_region_over_an_outcome(void **state) {
   (void)state;
@@ -629,6 +663,7 @@ int main(void) {
       cmocka_unit_test(everything_is_looked_at_at_once),
       cmocka_unit_test(copies_with_spoilt_parts),
       cmocka_unit_test(a_level_is_used),
+      cmocka_unit_test(a_level_says_nothing_beyond_its_training),
       cmocka_unit_test(a_region_over_an_outcome),
       cmocka_unit_test(nothing_is_watched),
       cmocka_unit_test(what_gaps_leave_unknown_is_counted),
