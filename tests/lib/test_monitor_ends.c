@@ -316,8 +316,8 @@ static void a_level_is_used(void **state) {
   assert_int_equal(status_of(&r), RIM_E_VERSION);
 }
 
-/* Of a block farther from the one prototype than three quarters of its reach of 1, the outcome's own
- * reading left out, its agreement with section LEVEL says nothing; what agrees with others does. */
+/* Of a block farther from the one prototype than three quarters of its reach of 1, the outcome's
+ * own reading left out, its agreement with section LEVEL says nothing; that with others does. */
 static void a_level_says_nothing_beyond_its_training(void **state) {
   (void)state;
   recipe r = calibrated[0];
