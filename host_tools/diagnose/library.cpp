@@ -35,6 +35,8 @@ constexpr double kReachOverNoise = 6.0, kInError = 0.1;
 constexpr double kNotOwn = 1.5;
 // And for the prediction of another outcome as an argument: what acts is what that is made of.
 constexpr double kOtherPrediction = 12.0;
+// For a reading through a lag where there are commands: those act gradually rather.
+constexpr double kNotCommanded = 3.0;
 // For the prediction times the reading that it starts from: that is the square of a state, and a
 // drag where there is one.
 constexpr double kOwnSquare = 20.0;
@@ -43,6 +45,8 @@ constexpr int kPlays = 18;
 constexpr double kLeastPlay = 0.002, kMostPlay = 0.6;
 // What comes late by a length: by how much of its mean the speed varies at least.
 constexpr double kLeastSpeeds = 0.1;
+// And a prediction, for what it is multiplied with to be more than that alone.
+constexpr double kLeastVaried = 0.1;
 // An altitude that hardly changes says nothing about the air.
 constexpr double kLeastClimb_m = 500.0;
 
@@ -114,6 +118,7 @@ private:
   double argument_cost(const Form &form, std::size_t assignments) const;
   double other_predictions(const std::vector<int> &arguments) const;
   Candidate candidate_of(const Form &form) const;
+  bool is_of_constant(const Form &form) const;
   void add_form(const Form &form);
   void add_built_in(const Form &form);
   void add_sets();
@@ -197,8 +202,7 @@ std::vector<int> Builder::features_for(ArgumentRole role) const {
       fits = f == state_ && (role == ArgumentRole::state || holds(out_.own, f));
       break;
     case ArgumentRole::lagged:
-      fits = may_delay_ && !has_start_ && !is_own && !feature.is_prediction &&
-             (feature.is_command || !has_command_);
+      fits = may_delay_ && !has_start_ && !is_own && !feature.is_prediction;
       break;
     case ArgumentRole::held:
       fits = may_be_held(f);
@@ -403,7 +407,17 @@ Candidate Builder::candidate_of(const Form &form) const {
   return candidate;
 }
 
+// Whether the form multiplies a prediction that hardly varies with a quantity: that is the quantity
+// alone, under another name.
+bool Builder::is_of_constant(const Form &form) const {
+  const double mean = channel_.m.mean(), sd = std::sqrt((channel_.m.array() - mean).square().mean());
+  return !form.arguments.empty() && sd < kLeastVaried * std::abs(mean) &&
+         std::find(form.per.begin(), form.per.end(), "m") != form.per.end();
+}
+
 void Builder::add_form(const Form &form) {
+  if (is_of_constant(form))
+    return;
   const Candidate candidate = candidate_of(form);
   const double sizes =
       form.is_fixed ? 0.0 : static_cast<double>(std::max<std::size_t>(1, form.basis.size()));
@@ -476,8 +490,12 @@ void Builder::add_lagged(const Form &form) {
   Candidate c = candidate_of(form);
   c.penalty = 0.5 * out_.ln_rows + argument_cost(form, arguments.size()) +
               std::log(static_cast<double>(kLags));
-  for (const std::vector<int> &argument : arguments)
-    add_marked(form, argument, '~', shortest, longest, kLags, c);
+  for (const std::vector<int> &argument : arguments) {
+    const bool is_command = measured_.features[static_cast<std::size_t>(argument[0])].is_command;
+    Candidate of_it = c;
+    of_it.penalty += has_command_ && !is_command ? kNotCommanded : 0.0;
+    add_marked(form, argument, '~', shortest, longest, kLags, of_it);
+  }
 }
 
 // What of a feature changes from row to row without lasting, and whether what is wrong with the
