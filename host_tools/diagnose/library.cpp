@@ -20,6 +20,9 @@ namespace {
 using Index = Eigen::Index;
 constexpr double kPi = 3.141592653589793, kTwoPi = 2.0 * kPi;
 constexpr int kMaxLagRows = 20;
+// Mean square in stated sd of a column that is none. Units are free: the square of a place in metres
+// may well be 1e-12 of the noise of a force.
+constexpr double kNothing = 1e-60;
 // Lags of an argument: how many, from so many rows, to this share of a log.
 constexpr int kLags = 8;
 constexpr double kShortestLag = 2.0, kLongestLag = 0.125;
@@ -28,6 +31,8 @@ constexpr int kReaches = 9;
 constexpr double kLeastReach = 0.01, kMostReach = 0.5;
 // The most of its squares that what is held may have in common with the quantity.
 constexpr double kMostAlike = 0.9;
+// And what acts gradually with the prediction: beyond this it is the prediction.
+constexpr double kMostAlikePrediction = 0.99;
 // The least of them over the noise of a reading, and the correlation of that with the error from
 // which the prediction is made of it.
 constexpr double kReachOverNoise = 6.0, kInError = 0.1;
@@ -47,8 +52,6 @@ constexpr double kLeastPlay = 0.002, kMostPlay = 0.6;
 constexpr double kLeastSpeeds = 0.1;
 // And a prediction, for what it is multiplied with to be more than that alone.
 constexpr double kLeastVaried = 0.1;
-// An altitude that hardly changes says nothing about the air.
-constexpr double kLeastClimb_m = 500.0;
 
 bool holds(const std::vector<int> &features, int f) {
   return std::find(features.begin(), features.end(), f) != features.end();
@@ -56,19 +59,6 @@ bool holds(const std::vector<int> &features, int f) {
 
 bool is_per_second(const std::string &unit) {
   return unit.size() > 2 && unit.compare(unit.size() - 2, 2, "/s") == 0;
-}
-
-bool is_altitude(const Feature &feature, const Vector &x) {
-  return (feature.unit == "m" || feature.unit == "km") &&
-         has_word(feature.name, {"alt", "height", "agl", "msl"}) &&
-         x.maxCoeff() - x.minCoeff() > kLeastClimb_m * (feature.unit == "km" ? 1e-3 : 1.0);
-}
-
-// Whether the feature is the speed of what a vehicle of this velocity moves in.
-bool is_stream(const Feature &feature, const Feature &velocity) {
-  return !feature.is_command && !feature.is_prediction && feature.unit == velocity.unit &&
-         has_word(feature.name,
-                  {"wind", "air", "current", "stream", "tide", "flow", "gust", "water"});
 }
 
 // Whether what varies so much may be this argument of the form. The zero of a temperature means
@@ -202,7 +192,8 @@ std::vector<int> Builder::features_for(ArgumentRole role) const {
       fits = f == state_ && (role == ArgumentRole::state || holds(out_.own, f));
       break;
     case ArgumentRole::lagged:
-      fits = may_delay_ && !has_start_ && !is_own && !feature.is_prediction;
+      fits = may_delay_ && !has_start_ && !is_own && !feature.is_prediction &&
+             squared_correlation(x, channel_.m) < kMostAlikePrediction; // else that is a lag
       break;
     case ArgumentRole::held:
       fits = may_be_held(f);
@@ -324,7 +315,7 @@ std::string Builder::unit_of(const Form &form, const std::vector<int> &arguments
 bool Builder::add(Candidate candidate, const Eigen::MatrixXd &columns) {
   for (Index k = 0; k < columns.cols(); ++k) {
     const Vector scaled = columns.col(k).cwiseQuotient(channel_.sd);
-    if (!scaled.allFinite() || scaled.squaredNorm() < 1e-18 * static_cast<double>(scaled.size()))
+    if (!scaled.allFinite() || scaled.squaredNorm() < kNothing * static_cast<double>(scaled.size()))
       return false;
   }
   candidate.column = static_cast<int>(columns_.size());

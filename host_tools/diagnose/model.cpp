@@ -37,6 +37,11 @@ bool acts_throughout(const Eigen::Ref<const Vector> &column) {
   return (column.array() != 0.0).cast<double>().mean() > kThroughout;
 }
 
+void add_ridge(double share, Eigen::MatrixXd *gram) {
+  auto diagonal = gram->diagonal().array();
+  diagonal = (diagonal > 0.0).select(diagonal * (1.0 + share), 1.0);
+}
+
 Fit fit_members(const Vector &y, const std::vector<Member> &members, const Noise &noise) {
   Index free = 0;
   for (const Member &member : members)
@@ -64,8 +69,7 @@ Fit fit_members(const Vector &y, const std::vector<Member> &members, const Noise
   if (free > 0) {
     const Eigen::MatrixXd weighted = root.asDiagonal() * h;
     Eigen::MatrixXd gram = weighted.transpose() * weighted;
-    gram.diagonal().array() *= 1.0 + 1e-10;
-    gram.diagonal().array() += 1e-12;
+    add_ridge(1e-10, &gram);
     const Eigen::LDLT<Eigen::MatrixXd> solver(gram);
     fit.beta = solver.solve(weighted.transpose() * root.cwiseProduct(target));
     const Vector sd =
