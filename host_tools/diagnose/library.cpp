@@ -31,8 +31,9 @@ constexpr int kReaches = 9;
 constexpr double kLeastReach = 0.01, kMostReach = 0.5;
 // The most of its squares that what is held may have in common with the quantity.
 constexpr double kMostAlike = 0.9;
-// And what acts gradually with the prediction: beyond this it is the prediction.
-constexpr double kMostAlikePrediction = 0.99;
+// And of what acts gradually with the prediction, beyond which it may be that, which has a lag; nats
+// that it then costs more.
+constexpr double kIsPrediction = 0.99, kOfPrediction = 20.0;
 // The least of them over the noise of a reading, and the correlation of that with the error from
 // which the prediction is made of it.
 constexpr double kReachOverNoise = 6.0, kInError = 0.1;
@@ -192,8 +193,7 @@ std::vector<int> Builder::features_for(ArgumentRole role) const {
       fits = f == state_ && (role == ArgumentRole::state || holds(out_.own, f));
       break;
     case ArgumentRole::lagged:
-      fits = may_delay_ && !has_start_ && !is_own && !feature.is_prediction &&
-             squared_correlation(x, channel_.m) < kMostAlikePrediction; // else that is a lag
+      fits = may_delay_ && !has_start_ && !is_own && !feature.is_prediction;
       break;
     case ArgumentRole::held:
       fits = may_be_held(f);
@@ -485,6 +485,8 @@ void Builder::add_lagged(const Form &form) {
     const bool is_command = measured_.features[static_cast<std::size_t>(argument[0])].is_command;
     Candidate of_it = c;
     of_it.penalty += has_command_ && !is_command ? kNotCommanded : 0.0;
+    if (squared_correlation(measured_.x.col(argument[0]), channel_.m) > kIsPrediction)
+      of_it.penalty += kOfPrediction;
     add_marked(form, argument, '~', shortest, longest, kLags, of_it);
   }
 }

@@ -372,6 +372,7 @@ void ChannelSearch::join_forms_beside(std::vector<Member> kept) {
     if (is_law(out_.members[j]) && !remembers(out_.members[j].term))
       refine_shape(without(j), 0.0, &out_.members[j]);
   }
+  try_stribeck();
   out_.fit = fit_members(y_, out_.members, out_.noise);
 }
 
