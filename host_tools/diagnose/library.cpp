@@ -20,8 +20,8 @@ namespace {
 using Index = Eigen::Index;
 constexpr double kPi = 3.141592653589793, kTwoPi = 2.0 * kPi;
 constexpr int kMaxLagRows = 20;
-// Mean square in stated sd of a column that is none. Units are free: the square of a place in metres
-// may well be 1e-12 of the noise of a force.
+// Mean square in stated sd of a column that is none. Units are free: the square of a place in
+// metres may well be 1e-12 of the noise of a force.
 constexpr double kNothing = 1e-60;
 // Lags of an argument: how many, from so many rows, to this share of a log.
 constexpr int kLags = 8;
@@ -31,8 +31,8 @@ constexpr int kReaches = 9;
 constexpr double kLeastReach = 0.01, kMostReach = 0.5;
 // The most of its squares that what is held may have in common with the quantity.
 constexpr double kMostAlike = 0.9;
-// And of what acts gradually with the prediction, beyond which it may be that, which has a lag; nats
-// that it then costs more.
+// And of what acts gradually with the prediction, beyond which it may be that, which has a lag;
+// nats that it then costs more.
 constexpr double kIsPrediction = 0.99, kOfPrediction = 20.0;
 // The least of them over the noise of a reading, and the correlation of that with the error from
 // which the prediction is made of it.
@@ -52,7 +52,7 @@ constexpr double kLeastPlay = 0.002, kMostPlay = 0.6;
 // What comes late by a length: by how much of its mean the speed varies at least.
 constexpr double kLeastSpeeds = 0.1;
 // And a prediction, for what it is multiplied with to be more than that alone.
-constexpr double kLeastVaried = 0.1;
+constexpr double kLeastVaried = 0.03;
 
 bool holds(const std::vector<int> &features, int f) {
   return std::find(features.begin(), features.end(), f) != features.end();
@@ -69,6 +69,14 @@ bool has_spread(const Form &form, const Argument &argument, const Vector &x) {
   const bool is_about = !form.shape.empty() && form.shape[0].quantiles_of == argument.name;
   return sd >= form.least_spread * std::abs(mean) &&
          (!is_about || sd < form.most_spread * std::abs(mean));
+}
+
+// Whether the form multiplies a prediction that hardly varies with a quantity: that is the
+// quantity alone, under another name.
+bool is_of_constant(const Form &form, const Vector &m) {
+  const double mean = m.mean(), sd = std::sqrt((m.array() - mean).square().mean());
+  return !form.arguments.empty() && sd < kLeastVaried * std::abs(mean) &&
+         std::find(form.per.begin(), form.per.end(), "m") != form.per.end();
 }
 
 double squared_correlation(const Vector &a, const Vector &b) {
@@ -109,7 +117,6 @@ private:
   double argument_cost(const Form &form, std::size_t assignments) const;
   double other_predictions(const std::vector<int> &arguments) const;
   Candidate candidate_of(const Form &form) const;
-  bool is_of_constant(const Form &form) const;
   void add_form(const Form &form);
   void add_built_in(const Form &form);
   void add_sets();
@@ -208,9 +215,7 @@ std::vector<int> Builder::features_for(ArgumentRole role) const {
     if (fits)
       chosen.push_back(f);
   }
-  if (role == ArgumentRole::own)
-    return out_.own;
-  return headings.empty() ? chosen : headings;
+  return role == ArgumentRole::own ? out_.own : headings.empty() ? chosen : headings;
 }
 
 // Whether one of the two less the other is a quantity of its own.
@@ -398,16 +403,8 @@ Candidate Builder::candidate_of(const Form &form) const {
   return candidate;
 }
 
-// Whether the form multiplies a prediction that hardly varies with a quantity: that is the quantity
-// alone, under another name.
-bool Builder::is_of_constant(const Form &form) const {
-  const double mean = channel_.m.mean(), sd = std::sqrt((channel_.m.array() - mean).square().mean());
-  return !form.arguments.empty() && sd < kLeastVaried * std::abs(mean) &&
-         std::find(form.per.begin(), form.per.end(), "m") != form.per.end();
-}
-
 void Builder::add_form(const Form &form) {
-  if (is_of_constant(form))
+  if (is_of_constant(form, channel_.m))
     return;
   const Candidate candidate = candidate_of(form);
   const double sizes =

@@ -26,6 +26,8 @@ bool signs_allowed(const std::vector<Member> &members, const Vector &beta) {
     if (is_by_direction(member.term) && std::abs(beta(at + 1)) > std::abs(beta(at)) &&
         acts_throughout(member.h.col(1)))
       return false;
+    if (member.term.form == kSmoothStribeck && beta(at) * beta(at + 1) < 0.0)
+      return false;
     at += member.h.cols();
   }
   return true;

@@ -36,9 +36,9 @@ void widen(double other, Parameter *size) {
 
 } // namespace
 
-// Sets are compared with the shapes of a coarse grid, where a friction that falls from rest may look
-// like one that grows with the square of the speed: such sets, with their shapes refined, in the
-// place of all resistances over the velocity.
+// Sets are compared with the shapes of a coarse grid, where a friction that falls from rest may
+// look like one that grows with the square of the speed: such sets, with their shapes refined, in
+// the place of all resistances over the velocity.
 void ChannelSearch::try_stribeck() {
   std::vector<Member> best;
   double most = -1e300;

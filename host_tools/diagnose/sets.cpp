@@ -277,6 +277,9 @@ bool SetSearch::solve(State *state) {
         std::abs(state->beta(static_cast<Index>(at) + 1)) > std::abs(size) &&
         acts_throughout(library_.g.col(candidate.column + 1)))
       return false;
+    if (candidate.term.form == kSmoothStribeck &&
+        size * state->beta(static_cast<Index>(at) + 1) < 0.0)
+      return false;
     if (moves_prediction(candidate.term) && !(size > 0.3 && size < 2.0))
       return false;
     at += static_cast<std::size_t>(candidate.columns);
