@@ -26,6 +26,9 @@ constexpr std::size_t kMostPlain = 30;
 constexpr Index kPlainRows = 400;
 constexpr int kWidthSteps = 7, kSwaps = 2;
 constexpr double kOfProduct = 2.0; // nats of a product, beside those of its factors and its size
+// Nats more for what hardly varies, a temperature of a few degrees, and how much that is of its
+// mean: as a factor it would come in for nothing.
+constexpr double kConstant = 8.0, kLeastVaried = 0.05;
 constexpr double kLeastGain = 3.0; // nats that a product must add
 constexpr double kLeastOwn = 1e-4; // of a column's squares beside the columns that are there
 constexpr double kWidths[] = {0.25, 0.45, 0.8, 1.4, 2.5}; // of a feature's scale
@@ -159,6 +162,8 @@ void Finder::add_inputs() {
     in.is_angle = measured_.features[f].is_angle;
     in.turns = !is_own && turns(measured_.features[f], x);
     in.least = low > 0.0 ? 0.5 * low : 0.0;
+    const double mean = x.mean();
+    in.hardly_varies = (x.array() - mean).square().mean() < std::pow(kLeastVaried * mean, 2.0);
     in.scale = in.is_signed ? std::sqrt(x.squaredNorm() / static_cast<double>(x.size()))
                             : 0.5 * (high - low);
     inputs_.push_back(in);
@@ -177,7 +182,8 @@ void Finder::add_atoms() {
     for (std::size_t k = 0; k < inputs_.size(); ++k) {
       if (!fits(fn, inputs_[k]))
         continue;
-      Atom atom{k, fn, 0.0, ln_features + cost_of(fn)};
+      const double of_constant = inputs_[k].hardly_varies ? kConstant : 0.0;
+      Atom atom{k, fn, 0.0, ln_features + cost_of(fn) + of_constant};
       if (!has_width(fn)) {
         atoms_.push_back(atom);
         continue;

@@ -13,6 +13,8 @@ constexpr double kLeastNats = 5.0; // beyond ln of the number of rows
 constexpr double kMostChance = 0.98;
 constexpr double kSmall = 0.1;           // of the readings' root mean square
 constexpr double kMoreThanRounded = 3.0; // times as many zeros as by rounding
+constexpr double kCoarse = 0.5;          // sd: a step that is no smaller shows in what is read
+constexpr double kBesideStep = 3.0;      // sd: by how much noise takes a reading over a step's ends
 
 // The step between neighbouring values: the middle one where readings are quantised (few values),
 // a small one where they are not.
@@ -82,6 +84,15 @@ bool is_held(const Channel &channel, std::size_t first, std::size_t end) {
              .maxCoeff() < kSmall * rms;
 }
 
+// Whether so little is predicted to change that a coarse reading may well stay: by no more than its
+// step, and the noise at both ends of it. Noise that lasts holds a reading for many rows.
+bool is_within_step(const Channel &channel, double step, std::size_t first, std::size_t end) {
+  const auto at = static_cast<Index>(first), rows = static_cast<Index>(end - first);
+  const double sd = channel.sd.segment(at, rows).mean();
+  const auto m = channel.m.segment(at, rows);
+  return step > kCoarse * sd && m.maxCoeff() - m.minCoeff() < step + kBesideStep * sd;
+}
+
 // Zeros of a vehicle that stands: about zero is predicted somewhere among them, or the log begins
 // with them, or the readings before and after them are small already.
 std::vector<std::uint8_t> zeros_at_rest(const Measured &measured, const Channel &channel) {
@@ -111,6 +122,19 @@ std::vector<std::uint8_t> zeros_at_rest(const Measured &measured, const Channel 
 }
 
 } // namespace
+
+bool is_of_one_step(const Channel &channel, const Vector &inside) {
+  double least = 1e300, most = -1e300, sd = 0.0;
+  for (Index i = 0; i < inside.size(); ++i) {
+    if (inside(i) <= 0.0)
+      continue;
+    least = std::min(least, channel.m(i));
+    most = std::max(most, channel.m(i));
+    sd = std::max(sd, channel.sd(i));
+  }
+  const double step = resolution(channel.z);
+  return step > kCoarse * sd && most - least < step;
+}
 
 Flagged find_flagged(const Measured &measured, const Channel &channel) {
   if (measured.whole != nullptr)
@@ -158,6 +182,7 @@ Flagged find_flagged(const Measured &measured, const Channel &channel) {
                   out.dropout.begin() + static_cast<std::ptrdiff_t>(end), std::uint8_t{1});
         out.dropout_rows += end - i;
       } else if (end - i >= 3 && nats > ln_rows + kLeastNats &&
+                 !is_within_step(channel, step, i, end) &&
                  !(value == 0.0 && is_at_rest(static_cast<Index>(i)) && is_held(channel, i, end))) {
         std::fill(out.stuck.begin() + static_cast<std::ptrdiff_t>(i) + 1,
                   out.stuck.begin() + static_cast<std::ptrdiff_t>(end), std::uint8_t{1});

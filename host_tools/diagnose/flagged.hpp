@@ -20,4 +20,8 @@ struct Flagged {
 // resolution (the steps between its values), is below exp(-5) over all rows. O(n log n).
 Flagged find_flagged(const Measured &measured, const Channel &channel);
 
+// Whether all that is predicted in these rows (1: inside) lies within one step of a coarse reading:
+// its error there is by where within the step that is, and scatters less, or more, for it.
+bool is_of_one_step(const Channel &channel, const Vector &inside);
+
 } // namespace rim::diagnose

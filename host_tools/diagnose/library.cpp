@@ -20,6 +20,9 @@ namespace {
 using Index = Eigen::Index;
 constexpr double kPi = 3.141592653589793, kTwoPi = 2.0 * kPi;
 constexpr int kMaxLagRows = 20;
+// Mean square in stated sd of a column that is none. Units are free: the square of a place in
+// metres may well be 1e-12 of the noise of a force.
+constexpr double kNothing = 1e-60;
 // Lags of an argument: how many, from so many rows, to this share of a log.
 constexpr int kLags = 8;
 constexpr double kShortestLag = 2.0, kLongestLag = 0.125;
@@ -28,6 +31,9 @@ constexpr int kReaches = 9;
 constexpr double kLeastReach = 0.01, kMostReach = 0.5;
 // The most of its squares that what is held may have in common with the quantity.
 constexpr double kMostAlike = 0.9;
+// And of what acts gradually with the prediction, beyond which it may be that, which has a lag;
+// nats that it then costs more.
+constexpr double kIsPrediction = 0.99, kOfPrediction = 20.0;
 // The least of them over the noise of a reading, and the correlation of that with the error from
 // which the prediction is made of it.
 constexpr double kReachOverNoise = 6.0, kInError = 0.1;
@@ -35,6 +41,8 @@ constexpr double kReachOverNoise = 6.0, kInError = 0.1;
 constexpr double kNotOwn = 1.5;
 // And for the prediction of another outcome as an argument: what acts is what that is made of.
 constexpr double kOtherPrediction = 12.0;
+// For a reading through a lag where there are commands: those act gradually rather.
+constexpr double kNotCommanded = 3.0;
 // For the prediction times the reading that it starts from: that is the square of a state, and a
 // drag where there is one.
 constexpr double kOwnSquare = 20.0;
@@ -43,8 +51,8 @@ constexpr int kPlays = 18;
 constexpr double kLeastPlay = 0.002, kMostPlay = 0.6;
 // What comes late by a length: by how much of its mean the speed varies at least.
 constexpr double kLeastSpeeds = 0.1;
-// An altitude that hardly changes says nothing about the air.
-constexpr double kLeastClimb_m = 500.0;
+// And a prediction, for what it is multiplied with to be more than that alone.
+constexpr double kLeastVaried = 0.03;
 
 bool holds(const std::vector<int> &features, int f) {
   return std::find(features.begin(), features.end(), f) != features.end();
@@ -54,19 +62,6 @@ bool is_per_second(const std::string &unit) {
   return unit.size() > 2 && unit.compare(unit.size() - 2, 2, "/s") == 0;
 }
 
-bool is_altitude(const Feature &feature, const Vector &x) {
-  return (feature.unit == "m" || feature.unit == "km") &&
-         has_word(feature.name, {"alt", "height", "agl", "msl"}) &&
-         x.maxCoeff() - x.minCoeff() > kLeastClimb_m * (feature.unit == "km" ? 1e-3 : 1.0);
-}
-
-// Whether the feature is the speed of what a vehicle of this velocity moves in.
-bool is_stream(const Feature &feature, const Feature &velocity) {
-  return !feature.is_command && !feature.is_prediction && feature.unit == velocity.unit &&
-         has_word(feature.name,
-                  {"wind", "air", "current", "stream", "tide", "flow", "gust", "water"});
-}
-
 // Whether what varies so much may be this argument of the form. The zero of a temperature means
 // nothing: where it hardly varies beside its mean, it acts by what it departs from that.
 bool has_spread(const Form &form, const Argument &argument, const Vector &x) {
@@ -74,6 +69,14 @@ bool has_spread(const Form &form, const Argument &argument, const Vector &x) {
   const bool is_about = !form.shape.empty() && form.shape[0].quantiles_of == argument.name;
   return sd >= form.least_spread * std::abs(mean) &&
          (!is_about || sd < form.most_spread * std::abs(mean));
+}
+
+// Whether the form multiplies a prediction that hardly varies with a quantity: that is the
+// quantity alone, under another name.
+bool is_of_constant(const Form &form, const Vector &m) {
+  const double mean = m.mean(), sd = std::sqrt((m.array() - mean).square().mean());
+  return !form.arguments.empty() && sd < kLeastVaried * std::abs(mean) &&
+         std::find(form.per.begin(), form.per.end(), "m") != form.per.end();
 }
 
 double squared_correlation(const Vector &a, const Vector &b) {
@@ -197,8 +200,7 @@ std::vector<int> Builder::features_for(ArgumentRole role) const {
       fits = f == state_ && (role == ArgumentRole::state || holds(out_.own, f));
       break;
     case ArgumentRole::lagged:
-      fits = may_delay_ && !has_start_ && !is_own && !feature.is_prediction &&
-             (feature.is_command || !has_command_);
+      fits = may_delay_ && !has_start_ && !is_own && !feature.is_prediction;
       break;
     case ArgumentRole::held:
       fits = may_be_held(f);
@@ -213,9 +215,7 @@ std::vector<int> Builder::features_for(ArgumentRole role) const {
     if (fits)
       chosen.push_back(f);
   }
-  if (role == ArgumentRole::own)
-    return out_.own;
-  return headings.empty() ? chosen : headings;
+  return role == ArgumentRole::own ? out_.own : headings.empty() ? chosen : headings;
 }
 
 // Whether one of the two less the other is a quantity of its own.
@@ -322,7 +322,7 @@ std::string Builder::unit_of(const Form &form, const std::vector<int> &arguments
 bool Builder::add(Candidate candidate, const Eigen::MatrixXd &columns) {
   for (Index k = 0; k < columns.cols(); ++k) {
     const Vector scaled = columns.col(k).cwiseQuotient(channel_.sd);
-    if (!scaled.allFinite() || scaled.squaredNorm() < 1e-18 * static_cast<double>(scaled.size()))
+    if (!scaled.allFinite() || scaled.squaredNorm() < kNothing * static_cast<double>(scaled.size()))
       return false;
   }
   candidate.column = static_cast<int>(columns_.size());
@@ -406,6 +406,8 @@ Candidate Builder::candidate_of(const Form &form) const {
 }
 
 void Builder::add_form(const Form &form) {
+  if (is_of_constant(form, channel_.m))
+    return;
   const Candidate candidate = candidate_of(form);
   const double sizes =
       form.is_fixed ? 0.0 : static_cast<double>(std::max<std::size_t>(1, form.basis.size()));
@@ -478,8 +480,14 @@ void Builder::add_lagged(const Form &form) {
   Candidate c = candidate_of(form);
   c.penalty = 0.5 * out_.ln_rows + argument_cost(form, arguments.size()) +
               std::log(static_cast<double>(kLags));
-  for (const std::vector<int> &argument : arguments)
-    add_marked(form, argument, '~', shortest, longest, kLags, c);
+  for (const std::vector<int> &argument : arguments) {
+    const bool is_command = measured_.features[static_cast<std::size_t>(argument[0])].is_command;
+    Candidate of_it = c;
+    of_it.penalty += has_command_ && !is_command ? kNotCommanded : 0.0;
+    if (squared_correlation(measured_.x.col(argument[0]), channel_.m) > kIsPrediction)
+      of_it.penalty += kOfPrediction;
+    add_marked(form, argument, '~', shortest, longest, kLags, of_it);
+  }
 }
 
 // What of a feature changes from row to row without lasting, and whether what is wrong with the

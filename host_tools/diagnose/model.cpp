@@ -26,6 +26,8 @@ bool signs_allowed(const std::vector<Member> &members, const Vector &beta) {
     if (is_by_direction(member.term) && std::abs(beta(at + 1)) > std::abs(beta(at)) &&
         acts_throughout(member.h.col(1)))
       return false;
+    if (member.term.form == kSmoothStribeck && beta(at) * beta(at + 1) < 0.0)
+      return false;
     at += member.h.cols();
   }
   return true;
@@ -35,6 +37,11 @@ bool signs_allowed(const std::vector<Member> &members, const Vector &beta) {
 
 bool acts_throughout(const Eigen::Ref<const Vector> &column) {
   return (column.array() != 0.0).cast<double>().mean() > kThroughout;
+}
+
+void add_ridge(double share, Eigen::MatrixXd *gram) {
+  auto diagonal = gram->diagonal().array();
+  diagonal = (diagonal > 0.0).select(diagonal * (1.0 + share), 1.0);
 }
 
 Fit fit_members(const Vector &y, const std::vector<Member> &members, const Noise &noise) {
@@ -64,8 +71,7 @@ Fit fit_members(const Vector &y, const std::vector<Member> &members, const Noise
   if (free > 0) {
     const Eigen::MatrixXd weighted = root.asDiagonal() * h;
     Eigen::MatrixXd gram = weighted.transpose() * weighted;
-    gram.diagonal().array() *= 1.0 + 1e-10;
-    gram.diagonal().array() += 1e-12;
+    add_ridge(1e-10, &gram);
     const Eigen::LDLT<Eigen::MatrixXd> solver(gram);
     fit.beta = solver.solve(weighted.transpose() * root.cwiseProduct(target));
     const Vector sd =

@@ -54,6 +54,10 @@ struct Fit {
 // the constant too is only seen in motion.
 bool acts_throughout(const Eigen::Ref<const Vector> &column);
 
+// The diagonal of a gram matrix more by this share of itself, whatever the units of the columns:
+// the cube of a place in metres may be 1e-9 of its force. A column of nothing gets a size of none.
+void add_ridge(double share, Eigen::MatrixXd *gram);
+
 // y: (z - m) / sd. A few passes of O(rows x columns^2).
 Fit fit_members(const Vector &y, const std::vector<Member> &members, const Noise &noise);
 

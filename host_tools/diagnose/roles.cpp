@@ -37,6 +37,9 @@ constexpr double kNoChange = 1e-6; // of the largest prediction
 constexpr double kSenseOfLevel = 0.8;
 constexpr std::size_t kSenseRows = 20000;
 
+// An altitude that hardly changes says nothing about the air.
+constexpr double kLeastClimb_m = 500.0;
+
 bool is_one_of(const std::string &unit, std::initializer_list<const char *> units) {
   return std::any_of(units.begin(), units.end(), [&unit](const char *u) { return unit == u; });
 }
@@ -339,6 +342,18 @@ bool turns(const Feature &feature, const Vector &x) {
 bool has_word(const std::string &name, std::initializer_list<const char *> words) {
   return std::any_of(words.begin(), words.end(),
                      [&name](const char *word) { return name.find(word) != std::string::npos; });
+}
+
+bool is_altitude(const Feature &feature, const Vector &x) {
+  return (feature.unit == "m" || feature.unit == "km") &&
+         has_word(feature.name, {"alt", "height", "agl", "msl"}) &&
+         x.maxCoeff() - x.minCoeff() > kLeastClimb_m * (feature.unit == "km" ? 1e-3 : 1.0);
+}
+
+bool is_stream(const Feature &feature, const Feature &velocity) {
+  return !feature.is_command && !feature.is_prediction && feature.unit == velocity.unit &&
+         has_word(feature.name,
+                  {"wind", "air", "current", "stream", "tide", "flow", "gust", "water"});
 }
 
 int sense_of(const Term &term, const Channel &channel) {

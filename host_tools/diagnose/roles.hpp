@@ -19,6 +19,12 @@ bool has_word(const std::string &name, std::initializer_list<const char *> words
 // unit or, without a unit, by its name, and has more of a turn than a straight line would do for.
 bool turns(const Feature &feature, const Vector &x);
 
+// Whether the feature, of values x, is a height that changes so much that the air thins with it.
+bool is_altitude(const Feature &feature, const Vector &x);
+
+// Whether the feature is the speed of what a vehicle of this velocity moves in.
+bool is_stream(const Feature &feature, const Feature &velocity);
+
 // Features that are velocities: by their unit; where a feature has no unit, by its name, or as the
 // rate of change of another feature. Commands and predictions are none.
 std::vector<int> velocities(const Measured &measured);

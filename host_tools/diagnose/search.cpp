@@ -372,6 +372,7 @@ void ChannelSearch::join_forms_beside(std::vector<Member> kept) {
     if (is_law(out_.members[j]) && !remembers(out_.members[j].term))
       refine_shape(without(j), 0.0, &out_.members[j]);
   }
+  try_stribeck();
   out_.fit = fit_members(y_, out_.members, out_.noise);
 }
 
@@ -480,13 +481,12 @@ bool ChannelSearch::claim_variance() {
   claim.term.cause = claim.term.form = "noise";
   claim.term.kind = TermKind::variance;
   if (!proposals.empty() && proposals[0].score() >= options_.threshold &&
-      !is_beside_law(proposals[0])) {
+      !is_beside_law(proposals[0]) && !is_of_one_step(channel_, scanner_->inside(proposals[0]))) {
     const Proposal &p = proposals[0];
     claim.mask = scanner_->inside(p);
-    double ratio = p.ratio;
     claim.term.gate = scanner_->gate(p);
     claim.term.sizes = {
-        {"ratio", ratio, ratio * std::sqrt(2.0 / std::max(1.0, claim.mask.sum())), ""}};
+        {"ratio", p.ratio, p.ratio * std::sqrt(2.0 / std::max(1.0, claim.mask.sum())), ""}};
     claim.ln_anom = p.gain;
     claim.score = p.score();
     out_.variances.push_back(claim);

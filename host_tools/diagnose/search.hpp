@@ -110,6 +110,7 @@ private:
   Member form_member(int candidate, bool differs) const;
   void join_forms();
   void join_forms_beside(std::vector<Member> kept);
+  void try_stribeck();
   std::vector<std::vector<Member>> formula_alone() const;
   bool formula_overlaps_law() const;
   void join_laws_beside_formula();
@@ -204,6 +205,8 @@ private:
   bool vary_to_held();
   double left_where_not_fitted(const std::vector<Member> &members, std::size_t which) const;
   bool is_beaten(const Claim &claim) const;
+  double innovations(std::vector<Member> members);
+  bool is_beaten_beside_start(std::size_t which);
   void open_edges();
   Member judge_alternatives(std::size_t which, const std::vector<Member> &others,
                             Claim *claim) const;

@@ -27,12 +27,53 @@ bool is_plain(const Member &m) {
   return !m.is_given && m.candidate >= 0 && !m.differs && !m.is_fixed && m.term.gate.everywhere();
 }
 
+constexpr double kOfSet = 0.5; // nats by which a set must be better
+
 // Of two accounts of one law each may be right: the interval spans both.
 void widen(double other, Parameter *size) {
   size->stderror = std::hypot(size->stderror, 0.5 * (other - size->value));
 }
 
 } // namespace
+
+// Sets are compared with the shapes of a coarse grid, where a friction that falls from rest may
+// look like one that grows with the square of the speed: such sets, with their shapes refined, in
+// the place of all resistances over the velocity.
+void ChannelSearch::try_stribeck() {
+  std::vector<Member> best;
+  double most = -1e300;
+  std::size_t kept = 0;
+  for (const std::vector<int> &set : library_.sets) {
+    const Member first = form_member(set[0], false);
+    if (first.term.form.rfind("stribeck", 0) != 0)
+      continue;
+    std::vector<Member> members;
+    bool has_coulomb = false;
+    for (const Member &m : out_.members) {
+      if (is_plain(m) && is_law(m) && velocity_of(m) == velocity_of(first))
+        has_coulomb = has_coulomb || m.term.cause == "coulomb_friction";
+      else
+        members.push_back(m);
+    }
+    if (!has_coulomb || out_.members.size() - members.size() < set.size())
+      continue;
+    const std::size_t others = members.size();
+    for (const int candidate : set)
+      members.push_back(form_member(candidate, false));
+    if (const double score = score_of(members, out_.noise); score > most) {
+      most = score;
+      kept = others;
+      best = std::move(members);
+    }
+  }
+  if (best.empty())
+    return;
+  std::vector<Member> others = best;
+  others.erase(others.begin() + static_cast<std::ptrdiff_t>(kept));
+  refine_shape(others, fit_members(y_, others, out_.noise).loss, &best[kept]);
+  if (score_of(best, out_.noise) > score_of(out_.members, out_.noise) + kOfSet)
+    out_.members = std::move(best);
+}
 
 void widen_sizes(Term *term) {
   for (Parameter &size : term->sizes) {

@@ -511,6 +511,36 @@ bool ChannelSearch::is_beaten(const Claim &claim) const {
           1.0 - claim.rival_r2 < (1.0 - kClearlyBetter) * (1.0 - claim.heldout_r2));
 }
 
+// Squares of what is new in every row, beside these members and the noise of the start.
+double ChannelSearch::innovations(std::vector<Member> members) {
+  out_.members.swap(members);
+  const Vector left = left_beside_start((channel_.z - channel_.m).cwiseQuotient(channel_.sd));
+  out_.members.swap(members);
+  double squares = 0.0;
+  for (const LogSpan &log : measured_.logs) {
+    double before = 0.0;
+    for (std::size_t i = log.first; i < log.first + log.rows; ++i) {
+      const auto k = static_cast<Index>(i);
+      before = measured_rows_(k) > 0.0 ? left(k) + out_.start.theta * before : 0.0;
+      squares += before * before;
+    }
+  }
+  return squares;
+}
+
+// Whether the rival is better too where that noise is taken off beside it: taken off beside the
+// claim, it holds what the claim leaves, and a rival gains by saying that.
+bool ChannelSearch::is_beaten_beside_start(std::size_t which) {
+  if (out_.start.theta <= 0.0)
+    return true;
+  const Member &rival = out_.claims[which].rival;
+  std::vector<Member> instead = out_.members;
+  instead[which] = rival;
+  const double gain = -0.5 * measured_rows_.sum() *
+                      std::log(innovations(instead) / std::max(1e-300, innovations(out_.members)));
+  return gain > rival.penalty - out_.members[which].penalty;
+}
+
 // The claims, until none is too weak in the joint model and none has a better rival.
 void ChannelSearch::settle() {
   for (int round = 0; round < kMostSettling; ++round) {
@@ -524,7 +554,7 @@ void ChannelSearch::settle() {
            claim.heldout_r2 < 0.0) &&
           (weakest == out_.members.size() || claim.score < out_.claims[weakest].score))
         weakest = j;
-      if (is_beaten(claim))
+      if (is_beaten(claim) && is_beaten_beside_start(j))
         beaten = j;
     }
     if (weakest < out_.members.size())

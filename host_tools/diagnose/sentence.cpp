@@ -43,7 +43,8 @@ std::string meaning(const Term &term, const Channel &channel) {
   if (term.cause == "coulomb_friction")
     return adds
                ? "friction opposes the motion with " + with_unit(size, unit) +
-                     (term.form == "stribeck" ? ", and otherwise near rest" : " whatever the speed")
+                     (term.form.rfind("stribeck", 0) == 0 ? ", and otherwise near rest"
+                                                          : " whatever the speed")
            : sense_of(term, channel) != 0 ? "less friction than is predicted"
                                           : "it goes with the direction of the motion";
   if (term.cause == "viscous_friction" && adds)

@@ -277,6 +277,9 @@ bool SetSearch::solve(State *state) {
         std::abs(state->beta(static_cast<Index>(at) + 1)) > std::abs(size) &&
         acts_throughout(library_.g.col(candidate.column + 1)))
       return false;
+    if (candidate.term.form == kSmoothStribeck &&
+        size * state->beta(static_cast<Index>(at) + 1) < 0.0)
+      return false;
     if (moves_prediction(candidate.term) && !(size > 0.3 && size < 2.0))
       return false;
     at += static_cast<std::size_t>(candidate.columns);
@@ -490,8 +493,7 @@ Vector SetSearch::left_by(const State &state) const {
   if (h.cols() == 0)
     return left;
   Eigen::MatrixXd a = h.transpose() * weight_.asDiagonal() * h;
-  a.diagonal().array() *= 1.0 + 1e-9;
-  a.diagonal().array() += 1e-12;
+  add_ridge(1e-9, &a);
   return left - h * a.ldlt().solve(h.transpose() * weight_.cwiseProduct(target));
 }
 
@@ -507,8 +509,7 @@ SetSearch::State SetSearch::split(const State &state, std::size_t which) const {
   }
   const Eigen::MatrixXd h = columns_of(out);
   Eigen::MatrixXd a = h.transpose() * weight_.asDiagonal() * h;
-  a.diagonal().array() *= 1.0 + 1e-9;
-  a.diagonal().array() += 1e-12;
+  add_ridge(1e-9, &a);
   const Vector weighted = weight_.cwiseProduct(target), t = h.transpose() * weighted;
   out.rss = std::max(0.0, weighted.dot(target) - t.dot(a.ldlt().solve(t)));
   out.penalty +=
@@ -561,8 +562,7 @@ Vector SetSearch::left_by_ridge(const Eigen::MatrixXd &h, Index first, Index row
   const auto part = h.middleRows(first, rows);
   const Vector y = target_.segment(first, rows), w = weight_.segment(first, rows);
   Eigen::MatrixXd a = part.transpose() * w.asDiagonal() * part;
-  a.diagonal().array() *= 1.0 + kRidge;
-  a.diagonal().array() += 1e-12;
+  add_ridge(kRidge, &a);
   return y - part * a.ldlt().solve(part.transpose() * w.cwiseProduct(y));
 }
 
@@ -603,8 +603,7 @@ NoiseState SetSearch::noise_elsewhere(const Eigen::MatrixXd &h) const {
   for (const auto &[first, rows] : parts) {
     const auto here = weighted.middleRows(first, rows);
     Eigen::MatrixXd others = a - h.middleRows(first, rows).transpose() * here;
-    others.diagonal().array() *= 1.0 + kRidge;
-    others.diagonal().array() += 1e-12;
+    add_ridge(kRidge, &others);
     const Vector right = t - here.transpose() * target_.segment(first, rows);
     left.segment(first, rows) -= h.middleRows(first, rows) * others.ldlt().solve(right);
   }

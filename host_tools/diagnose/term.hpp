@@ -29,6 +29,9 @@ inline constexpr const char *kUpTo = "saturation", *kSaturationBefore = "saturat
 
 // A coupling whose argument comes through a first-order lag: "u.current~12".
 inline constexpr const char *kLaggedCoupling = "coupling_lag";
+// Of this form the second size has the sign of the first: less friction near rest would be the
+// width over again.
+inline constexpr const char *kSmoothStribeck = "stribeck_smooth";
 // A form whose argument is what is held of a quantity: "x.stroke_m%0.003".
 inline constexpr const char *kHysteresis = "hysteresis";
 // The form of a square of a quantity.

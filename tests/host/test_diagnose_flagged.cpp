@@ -123,6 +123,36 @@ void quantised_readings_are_measurements(void **) {
   }
 }
 
+// Noise that lasts holds a coarse reading for many rows while little is predicted; a reading that
+// stays while much is predicted is stuck, however coarse.
+void a_coarse_reading_of_what_hardly_moves_is_not_stuck(void **) {
+  for (const bool is_stuck : {false, true}) {
+    Measured t = moving(9, 0.1);
+    Random random(10);
+    double lasting = 0.0;
+    for (Eigen::Index i = 0; i < t.channels[0].z.size(); ++i) {
+      lasting = 0.9 * lasting + 0.04 * random.normal();
+      t.channels[0].m(i) = 3.0 * std::sin(0.01 * static_cast<double>(i));
+      t.channels[0].z(i) = 0.25 * std::round((t.channels[0].m(i) + lasting) / 0.25);
+    }
+    if (is_stuck)
+      t.channels[0].z.segment(200, 100).setConstant(t.channels[0].z(200));
+    assert_int_equal(flagged(t).stuck_rows > 0, is_stuck);
+  }
+}
+
+// Where a coarse reading falls within one step, its error is by where in the step that is.
+void one_step_of_a_coarse_reading_is_known(void **) {
+  Measured t = moving(13, 0.1);
+  for (double &z : t.channels[0].z)
+    z = 0.5 * std::round(z / 0.5);
+  const auto inside = [&t](double reach) -> rim::diagnose::Vector {
+    return (t.channels[0].m.array().abs() < reach).cast<double>();
+  };
+  assert_true(rim::diagnose::is_of_one_step(t.channels[0], inside(0.2)));
+  assert_false(rim::diagnose::is_of_one_step(t.channels[0], inside(0.6)));
+}
+
 // A robot at rest: nothing is commanded, nothing is predicted, exactly zero is measured.
 void at_rest_is_no_fault(void **) {
   Measured t = moving(6);
@@ -175,6 +205,8 @@ int main() {
       cmocka_unit_test(a_run_ends_with_its_log),
       cmocka_unit_test(planted_zeros_are_found_to_the_row),
       cmocka_unit_test(quantised_readings_are_measurements),
+      cmocka_unit_test(a_coarse_reading_of_what_hardly_moves_is_not_stuck),
+      cmocka_unit_test(one_step_of_a_coarse_reading_is_known),
       cmocka_unit_test(at_rest_is_no_fault),
       cmocka_unit_test(what_stands_is_not_stuck),
       cmocka_unit_test(a_steady_prediction_is_no_witness),

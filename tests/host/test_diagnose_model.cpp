@@ -134,6 +134,17 @@ void members_that_say_the_same(void **) {
   assert_near(fit.loss, one.loss, 1e-3);
 }
 
+// The unit of a column says nothing about its size: the cube of a place in metres, over a force.
+void a_column_of_tiny_numbers_is_fitted(void **) {
+  Data d = data(0.0);
+  const double tiny = 1e-11;
+  d.h.col(2) *= tiny;
+  const Fit fit = fit_members(d.y, {member(d.h)}, noise_of(kRows));
+  assert_near(fit.beta(2) * tiny, 0.7, 1e-6);
+  d.h.col(2).setZero(); // one of nothing gets nothing
+  assert_near(fit_members(d.y, {member(d.h)}, noise_of(kRows)).beta(2), 0.0, 0.0);
+}
+
 } // namespace
 
 int main() {
@@ -142,6 +153,7 @@ int main() {
       cmocka_unit_test(plain_least_squares_without_outliers),
       cmocka_unit_test(rows_weigh_what_they_are_worth),
       cmocka_unit_test(outliers_are_cut),
+      cmocka_unit_test(a_column_of_tiny_numbers_is_fitted),
       cmocka_unit_test(sizes_must_be_positive_where_the_form_says_so),
       cmocka_unit_test(a_given_member_is_not_fitted),
       cmocka_unit_test(members_that_say_the_same),
