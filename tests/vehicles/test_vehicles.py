@@ -27,8 +27,8 @@ KINDS = [(M, v) for M in (V, blind, kin, fleet) for v in M.VEHICLES]
 
 
 def some(M, vehicle):
-    """Every third of a vehicle's faults, beginning with another one for each; all with RIM_LONG."""
-    step = 1 if os.environ.get("RIM_LONG") else 3
+    """Every fourth of a vehicle's faults, beginning with another one for each; all with RIM_LONG."""
+    step = 1 if os.environ.get("RIM_LONG") else 4
     return M.FAULTS[vehicle][KINDS.index((M, vehicle)) % step::step]
 
 
