@@ -377,6 +377,8 @@ void Gains::keep_from_others(const std::vector<std::uint8_t> &fold_of_row,
     for (std::size_t i = c; i < terms->size(); i += channels)
       forget_new_log(&(*terms)[i]);
   }
+  if (std::all_of(ratio.begin(), ratio.end(), [](double of) { return of == 0.0; }))
+    return;
   judge_folds(fold_of_row, *terms);
   bool any_kept = false;
   for (std::size_t c = 0; c < channels; ++c) {

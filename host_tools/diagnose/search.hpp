@@ -138,6 +138,7 @@ private:
   void prepare(const std::vector<Term> &given);
   void find_members(const Allowed &allowed);
   bool take_off_start(const Vector &left);
+  Vector whitened(const Vector &x) const;
   Vector left_beside_start(const Vector &raw) const;
   Vector with_neighbours(int reach) const;
   bool is_region_of_noise(const Gate &gate) const;

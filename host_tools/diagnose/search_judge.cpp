@@ -516,16 +516,7 @@ double ChannelSearch::innovations(std::vector<Member> members) {
   out_.members.swap(members);
   const Vector left = left_beside_start((channel_.z - channel_.m).cwiseQuotient(channel_.sd));
   out_.members.swap(members);
-  double squares = 0.0;
-  for (const LogSpan &log : measured_.logs) {
-    double before = 0.0;
-    for (std::size_t i = log.first; i < log.first + log.rows; ++i) {
-      const auto k = static_cast<Index>(i);
-      before = measured_rows_(k) > 0.0 ? left(k) + out_.start.theta * before : 0.0;
-      squares += before * before;
-    }
-  }
-  return squares;
+  return whitened(left).squaredNorm();
 }
 
 // Whether the rival is better too where that noise is taken off beside it: taken off beside the

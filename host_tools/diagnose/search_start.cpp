@@ -69,22 +69,24 @@ bool ChannelSearch::take_off_start(const Vector &left) {
   return true;
 }
 
+// What is new in every row of x, beside noise of that kind.
+Vector ChannelSearch::whitened(const Vector &x) const {
+  Vector e(x.size());
+  for (const LogSpan &log : measured_.logs) {
+    double before = 0.0;
+    for (std::size_t i = log.first; i < log.first + log.rows; ++i) {
+      const auto k = static_cast<Index>(i);
+      e(k) = measured_rows_(k) > 0.0 ? x(k) + out_.start.theta * before : 0.0;
+      before = e(k);
+    }
+  }
+  return e;
+}
+
 // What the members leave, their sizes fitted beside noise of that kind: r(t) = e(t) - theta e(t-1)
 // and every column are first filtered so that it is white. Plain least squares on what is left of
 // the filtered residual would take a slow effect for noise that accumulates.
 Vector ChannelSearch::left_beside_start(const Vector &raw) const {
-  const auto whitened = [&](const Vector &x) {
-    Vector e(x.size());
-    for (const LogSpan &log : measured_.logs) {
-      double before = 0.0;
-      for (std::size_t i = log.first; i < log.first + log.rows; ++i) {
-        const auto k = static_cast<Index>(i);
-        e(k) = measured_rows_(k) > 0.0 ? x(k) + out_.start.theta * before : 0.0;
-        before = e(k);
-      }
-    }
-    return e;
-  };
   Vector left = raw;
   std::vector<Member> filtered;
   for (const Member &member : out_.members) {

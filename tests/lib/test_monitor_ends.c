@@ -542,9 +542,8 @@ static void what_is_forgotten_takes_its_gaps_along(void **state) {
   assert_int_equal(b.monitor->gaps, 0);
 }
 
-/* A plan of a single pose is one, too; none is none. Poses count from the plan's own time. */
-static void a_plan_of_one_pose(void **state) {
-  (void)state;
+/* An alarm that stands, over -1..1 of features 0 and 1. */
+static rim_alarm stand_in_a_square(void) {
   make_bench(&b, false);
   b.monitor->guard.busy = true;
   const uint16_t feature[2] = {0, 1};
@@ -556,6 +555,13 @@ static void a_plan_of_one_pose(void **state) {
   for (int i = 0; i < 4; ++i)
     rimi_alarm_life_step(&b.monitor->life, RIM_DETECTOR_RIM, 1.0 + i, &a);
   assert_non_null(rim_monitor_standing(b.monitor, RIM_DETECTOR_RIM));
+  return a;
+}
+
+/* A plan of a single pose is one, too; none is none. Poses count from the plan's own time. */
+static void a_plan_of_one_pose(void **state) {
+  (void)state;
+  (void)stand_in_a_square();
   const rim_lookahead_config c = {.axis = {0, 1, RIM_LOOKAHEAD_NO_AXIS}, .vertices = 1};
   for (uint32_t count = 0; count < 3; ++count) {
     rim_lookahead ahead = {.plan = {.count = count, .t_us = 2000000}};
@@ -571,16 +577,7 @@ static void a_plan_of_one_pose(void **state) {
 /* Of a path that begins outside: the pose after which it is inside. */
 static void an_entry_says_at_which_pose(void **state) {
   (void)state;
-  make_bench(&b, false);
-  b.monitor->guard.busy = true;
-  const uint16_t feature[2] = {0, 1};
-  const double low[2] = {-1.0, -1.0}, high[2] = {1.0, 1.0};
-  rim_alarm a = sample_alarm(6);
-  a.level = RIM_LEVEL_ERROR;
-  assert_int_equal(rimi_region_from_box(&a.region, 2, feature, low, high), RIM_OK);
-  rimi_alarm_life_row(&b.monitor->life, 1.0);
-  for (int i = 0; i < 4; ++i)
-    rimi_alarm_life_step(&b.monitor->life, RIM_DETECTOR_RIM, 1.0 + i, &a);
+  const rim_alarm a = stand_in_a_square();
   const rim_lookahead_config c = {.axis = {0, 1, RIM_LOOKAHEAD_NO_AXIS}, .vertices = 1};
   rim_lookahead ahead = {.plan = {.count = 4}};
   for (uint32_t i = 0; i < 4; ++i)
