@@ -2,6 +2,7 @@
 #include "train/noise.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <Eigen/Cholesky>
@@ -24,6 +25,11 @@ constexpr int kRounds = 25;         // of expectation and maximisation
 constexpr Eigen::Index kFields = 4; // that fly
 constexpr double kFlatField = 1e-3; // variance of a raw field's own part, below which it is dropped
 constexpr double kMostRho = 0.97;
+// Sums of so many blocks in a row may be larger than those of independent blocks by this factor, in
+// their squares; otherwise rho is raised, by so many halvings of its interval, each of so many rounds.
+constexpr std::array<Eigen::Index, 4> kWidths = {4, 8, 16, 32};
+constexpr double kSlowPower = 1.1;
+constexpr int kHalvings = 6, kHalvingRounds = 6;
 // Squares of the prediction and of the activity, among a constant and the scale's terms.
 constexpr Eigen::Index kSquare = 2, kSquareActivity = 4;
 // Ridge of ln sigma(x), per block; and the number of runs of which it is one more.
@@ -222,9 +228,11 @@ Eigen::MatrixXd orthonormal(const std::vector<Series> &series) {
 struct Effects {
   Eigen::MatrixXd prior; // covariance of b
   double s2 = 1.0, rho = 0.0;
+  bool is_rho_given = false;
 };
 
-// One round: estimates the effects of every run given prior, s2 and rho; then those given them.
+// One round: estimates the effects of every run given prior, s2 and rho; then those given them,
+// without rho where it is given.
 void improve(const std::vector<Series> &series, const Eigen::MatrixXd &t, bool diagonal,
              Effects *e) {
   const Eigen::Index k = t.cols();
@@ -253,7 +261,50 @@ void improve(const std::vector<Series> &series, const Eigen::MatrixXd &t, bool d
   e->prior = diagonal ? only : Eigen::MatrixXd(0.7 * moments + 0.3 * only);
   e->prior.diagonal().array() += 1e-9 * e->s2;
   e->s2 = std::max(squares / std::max(n, 1.0), 1e-300);
-  e->rho = std::clamp(power > 0.0 ? lag / power : 0.0, 0.0, kMostRho);
+  if (!e->is_rho_given)
+    e->rho = std::clamp(power > 0.0 ? lag / power : 0.0, 0.0, kMostRho);
+}
+
+// The squares of the sums of several blocks in a row of what is new in them, over those of
+// independent blocks; the largest over kWidths. What is not known of a run's effects is added.
+double slow_power(const std::vector<Series> &series, const Eigen::MatrixXd &t, const Effects &e) {
+  const Eigen::MatrixXd precision = e.prior.inverse();
+  std::array<double, kWidths.size()> power{}, blocks{};
+  for (const Series &s : series) {
+    const Eigen::MatrixXd x = s.w.asDiagonal() * innovations(s, s.raw * t, e.rho);
+    const Eigen::VectorXd y = s.w.asDiagonal() * innovations(s, s.r, e.rho);
+    const Eigen::MatrixXd v = (x.transpose() * x / e.s2 + precision).inverse();
+    const Eigen::VectorXd rest = y - x * (v * (x.transpose() * y) / e.s2);
+    for (std::size_t k = 0; k < kWidths.size(); ++k) {
+      for (Eigen::Index i = 0; i + kWidths[k] <= rest.size(); i += kWidths[k]) {
+        const double sum = rest.segment(i, kWidths[k]).sum();
+        const Eigen::VectorXd fields = x.middleRows(i, kWidths[k]).colwise().sum();
+        power[k] += sum * sum + fields.dot(v * fields);
+        blocks[k] += s.known.segment(i, kWidths[k]).sum();
+      }
+    }
+  }
+  double largest = 0.0;
+  for (std::size_t k = 0; k < kWidths.size(); ++k)
+    largest = std::max(largest, power[k] / (std::max(blocks[k], 1.0) * e.s2));
+  return largest;
+}
+
+// Noise of two speeds, quick and slow, has a small lag-1 correlation, and yet sums of many blocks
+// that are far larger than AR(1) noise of that correlation has. Every hypothesis is such a sum: rho
+// is raised until the sums are as large as they would be, and quick noise is thought larger than it
+// is. Otherwise the inflation phi would answer, which makes the run's effects larger as well.
+void raise_rho(const std::vector<Series> &series, const Eigen::MatrixXd &t, Effects *e) {
+  if (slow_power(series, t, *e) <= kSlowPower)
+    return;
+  double low = e->rho, high = kMostRho;
+  e->is_rho_given = true;
+  for (int i = 0; i < kHalvings; ++i) {
+    e->rho = 0.5 * (low + high);
+    for (int k = 0; k < kHalvingRounds; ++k)
+      improve(series, t, true, e);
+    (slow_power(series, t, *e) > kSlowPower ? low : high) = e->rho;
+  }
 }
 
 void fit_channel(ChannelNoise *c, const std::vector<Series> &series) {
@@ -284,6 +335,7 @@ void fit_channel(ChannelNoise *c, const std::vector<Series> &series) {
       solver.eigenvalues().tail(kept).reverse().array().max(1e-9 * e.s2).matrix().asDiagonal();
   for (int i = 0; i < kRounds; ++i)
     improve(series, t, true, &e);
+  raise_rho(series, t, &e);
   const double s = std::sqrt(e.s2);
   c->s = static_cast<double>(static_cast<float>(s));
   c->rho = static_cast<double>(static_cast<float>(e.rho));

@@ -20,8 +20,9 @@ struct MadeNoise {
   double offset_sd = 0.0; // of the run
   double gain_sd = 0.0;   // of the run, times the standardised prediction
   double rho = 0.0, s = 1.0;
-  double ln_sigma = 0.0;  // of what is new in a block, per standardised prediction
-  double ln_active = 0.0; // per logarithm of the first prediction's movement
+  double slow_sd = 0.0, slow_rho = 0.0; // of a wander that is added
+  double ln_sigma = 0.0;                // of what is new in a block, per standardised prediction
+  double ln_active = 0.0;               // per logarithm of the first prediction's movement
 };
 
 // One run: every outcome has its channel of kind BEHAVIOUR; with all_kinds the other three kinds
@@ -64,14 +65,18 @@ inline MadeRun made_noise(std::uint64_t seed, const MadeNoise &made, bool all_ki
   for (Eigen::Index c = 0; c < channels; ++c) {
     const double offset = made.offset_sd * rimi_rng_normal(&rng);
     const double gain = made.gain_sd * rimi_rng_normal(&rng);
-    double noise = 0.0;
+    double noise = 0.0, slow = made.slow_sd > 0.0 ? made.slow_sd * rimi_rng_normal(&rng) : 0.0;
     for (Eigen::Index b = 0; b < n; ++b) {
       const double p = run.predicted(b, c % o);
       const double moved = b == 0 ? 1.0 : std::abs(run.predicted(b, 0) - run.predicted(b - 1, 0));
       const double fresh = made.s * std::exp(made.ln_sigma * p) *
                            std::pow(moved + NOISE_STILL, made.ln_active) * rimi_rng_normal(&rng);
       noise = b == 0 ? fresh / std::sqrt(1.0 - made.rho * made.rho) : made.rho * noise + fresh;
-      run.residual(b, c) = offset + gain * p + noise;
+      if (made.slow_sd > 0.0)
+        slow = made.slow_rho * slow + made.slow_sd *
+                                          std::sqrt(1.0 - made.slow_rho * made.slow_rho) *
+                                          rimi_rng_normal(&rng);
+      run.residual(b, c) = offset + gain * p + noise + slow;
     }
     run.offset.push_back(offset);
   }

@@ -47,6 +47,27 @@ void autocorrelation_is_found(void **) {
   }
 }
 
+// Standard deviation of the mean of n blocks of AR(1) noise, times sqrt(n).
+double of_sums(double rho, double sd, double n) {
+  const double all = sd * sd * (1.0 + rho) / (1.0 - rho);
+  return std::sqrt(all -
+                   2.0 * sd * sd * rho * (1.0 - std::pow(rho, n)) / (n * std::pow(1.0 - rho, 2)));
+}
+
+// Quick noise hides how slowly the rest wanders: what counts is how large sums of many blocks are.
+void noise_of_two_speeds_is_as_large_as_its_sums(void **) {
+  constexpr double kBlocks = 16.0;
+  MadeNoise made;
+  made.s = 0.2;
+  made.slow_sd = 0.15;
+  made.slow_rho = 0.9;
+  const rim::ChannelNoise c = fit_one(made);
+  const double found = of_sums(c.rho, c.s / std::sqrt(1.0 - c.rho * c.rho), kBlocks);
+  const double truth = std::hypot(0.2, of_sums(0.9, 0.15, kBlocks));
+  print_message("rho %.3f, s %.4f; sums as of sd %.3f, truly %.3f\n", c.rho, c.s, found, truth);
+  assert_true(near(found, truth, 0.15));
+}
+
 // Raw fields of a run as training and flight make them.
 Eigen::MatrixXd raw_fields(const rim::NoiseModel &noise, const rim::ChannelNoise &c,
                            const MadeRun &run) {
@@ -236,6 +257,7 @@ int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(white_noise_is_white),
       cmocka_unit_test(autocorrelation_is_found),
+      cmocka_unit_test(noise_of_two_speeds_is_as_large_as_its_sums),
       cmocka_unit_test(effects_of_a_run_are_found),
       cmocka_unit_test(a_scale_that_depends_on_the_context_is_found),
       cmocka_unit_test(noise_that_lasts_has_the_scale_of_what_is_new),
