@@ -26,7 +26,8 @@ constexpr Eigen::Index kFields = 4; // that fly
 constexpr double kFlatField = 1e-3; // variance of a raw field's own part, below which it is dropped
 constexpr double kMostRho = 0.97;
 // Sums of so many blocks in a row may be larger than those of independent blocks by this factor, in
-// their squares; otherwise rho is raised, by so many halvings of its interval, each of so many rounds.
+// their squares. Otherwise rho is raised, by so many halvings of its interval, each of so many
+// rounds.
 constexpr std::array<Eigen::Index, 4> kWidths = {4, 8, 16, 32};
 constexpr double kSlowPower = 1.1;
 constexpr int kHalvings = 6, kHalvingRounds = 6;
