@@ -30,6 +30,7 @@ constexpr double kMostRho = 0.97;
 // rounds.
 constexpr std::array<Eigen::Index, 4> kWidths = {4, 8, 16, 32};
 constexpr double kSlowPower = 1.1;
+constexpr Eigen::Index kLeastSums = 16; // in a run: what is slower is the run's own wander
 constexpr int kHalvings = 6, kHalvingRounds = 6;
 // Squares of the prediction and of the activity, among a constant and the scale's terms.
 constexpr Eigen::Index kSquare = 2, kSquareActivity = 4;
@@ -277,6 +278,8 @@ double slow_power(const std::vector<Series> &series, const Eigen::MatrixXd &t, c
     const Eigen::MatrixXd v = (x.transpose() * x / e.s2 + precision).inverse();
     const Eigen::VectorXd rest = y - x * (v * (x.transpose() * y) / e.s2);
     for (std::size_t k = 0; k < kWidths.size(); ++k) {
+      if (kLeastSums * kWidths[k] > rest.size())
+        continue;
       for (Eigen::Index i = 0; i + kWidths[k] <= rest.size(); i += kWidths[k]) {
         const double sum = rest.segment(i, kWidths[k]).sum();
         const Eigen::VectorXd fields = x.middleRows(i, kWidths[k]).colwise().sum();
