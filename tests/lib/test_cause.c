@@ -141,6 +141,18 @@ static void what_flows_in_is_the_cause(void **state) {
   NAME_EACH(of);
 }
 
+/* The tank deviates in a region: since when, that does not say. */
+static void a_region_is_no_earlier_than_what_flows_in(void **state) {
+  (void)state;
+  const recipe r = rolled(own);
+  begin_with(&r);
+  plant_nothing();
+  plant(TANK, SEARCH_INTERVAL, 10.0 * alarm_at, 3.0, SEARCH_FROM_START);
+  plant(IN, SEARCH_SINCE, 3.0 * alarm_at, 3.0, BLOCKS / 2);
+  rim_alarm a;
+  assert_int_equal(named(TANK, &a), IN);
+}
+
 /* An outcome that the states of the leading one do not move deviates by itself, and is asked
  * first. */
 static void what_no_state_moves_is_the_cause(void **state) {
@@ -201,7 +213,8 @@ static void what_keeps_nothing_is_its_own_cause(void **state) {
   const recipe other = rolled(by_the_flow);
   begin_with(&other);
   const finding of[] = {{OTHER, 10.0, {{IN, 9.0, 40}}, OTHER},
-                        {OTHER, 10.0, {{OUT, 3.0, 40}, {IN, 9.0, 40}}, OUT}};
+                        /* that keeps what it shows, and would show more if it were the cause */
+                        {OTHER, 10.0, {{OUT, 9.0, 40}, {IN, 9.0, 40}}, OTHER}};
   NAME_EACH(of);
 }
 
@@ -228,6 +241,28 @@ static void other_kinds_of_channels(void **state) {
                         {scatter, 10.0, {{OTHER, 9.0, 40}}, scatter},
                         {AGREEMENT + TANK, 10.0, {{TANK, 9.0, 40}, {IN, 3.0, 40}}, IN},
                         {AGREEMENT + TANK, 10.0, {{TANK, 9.0, 40}, {IN, 1.5, 40}}, TANK}};
+  NAME_EACH(of);
+}
+
+static double two_since_40(uint32_t channel, uint32_t i, uint8_t byte) {
+  (void)byte;
+  return i >= 40 && (channel == IN || channel == AGREEMENT + OTHER) ? 3.0 : 0.0;
+}
+
+/* An agreement leads. Of the outcomes that deviate by their behaviour, the largest score first, IN
+ * does so there and then, and OUT does not. */
+static void what_deviates_together_is_named(void **state) {
+  (void)state;
+  static const uint16_t by_commands[O] = {NONE, NONE, NONE, NONE};
+  const recipe r = rolled(by_commands);
+  from(&r, false);
+  feed(two_since_40, 1.0);
+  const uint16_t leading = AGREEMENT + OTHER;
+  const finding of[] = {{leading, 10.0, {{IN, 4.01, 40}}, IN},
+                        {leading, 10.0, {{IN, 3.99, 40}}, leading}, /* too little of it */
+                        {leading, 10.0, {{OUT, 9.0, 40}}, leading},
+                        {leading, 10.0, {{OUT, 9.0, 40}, {IN, 5.0, 40}}, IN},
+                        {leading, 10.0, {{OUT, 5.0, 40}, {IN, 9.0, 40}}, IN}};
   NAME_EACH(of);
 }
 
@@ -518,11 +553,13 @@ static int set_up_trained(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(what_flows_in_is_the_cause),
+      cmocka_unit_test(a_region_is_no_earlier_than_what_flows_in),
       cmocka_unit_test(what_no_state_moves_is_the_cause),
       cmocka_unit_test(what_stands_is_the_cause),
       cmocka_unit_test(what_keeps_nothing_is_its_own_cause),
       cmocka_unit_test(what_sums_up_is_no_cause),
       cmocka_unit_test(other_kinds_of_channels),
+      cmocka_unit_test(what_deviates_together_is_named),
       cmocka_unit_test(the_sum_of_readings_tells_which_twin),
       cmocka_unit_test(the_mean_of_any_shape_is_asked_about),
       cmocka_unit_test(a_gain_has_no_weight),

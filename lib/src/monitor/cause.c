@@ -1,12 +1,14 @@
 /* SPDX-License-Identifier: MIT */
 #include "monitor/cause.h"
 
+#include <float.h>
+
 #include "base/bytes.h"
 #include "base/real.h"
 #include "image/rolled.h"
 
 /* A behaviour channel with this part of the score of the leading agreement channel is named
- * instead: when the vehicle itself deviates several sensors do, and agree. */
+ * instead. */
 #define BEHAVIOUR_SHARE 0.4
 #define TOGETHER 0.25 /* of its score: what the leading channel's place and time explain there */
 #define FROZEN 0.3    /* share of repeated readings, beyond the healthy, that is called stuck */
@@ -72,11 +74,11 @@ static void better_channel_of(const rim_monitor *m, uint16_t j, uint16_t *best, 
   }
 }
 
-/* Whether channel c deviates since before a channel that has taken a step. */
-static bool is_before(const rim_monitor *m, uint16_t c, uint16_t stepped) {
-  const search_hypothesis *h = rimi_search_best(m->search, c);
-  return h->onset == SEARCH_FROM_START ||
-         h->onset <= rimi_search_best(m->search, stepped)->onset + SEARCH_LEAST;
+/* Whether channel c deviates for no less long than another one, as far as both say since when. */
+static bool is_before(const rim_monitor *m, uint16_t c, uint16_t other) {
+  const uint32_t onset = rimi_search_best(m->search, c)->onset;
+  const uint32_t limit = rimi_search_best(m->search, other)->onset;
+  return onset == SEARCH_FROM_START || limit == SEARCH_FROM_START || onset <= limit + SEARCH_LEAST;
 }
 
 /* An outcome that integrates others sums up what is wrong with them. Where one that it integrates
@@ -289,15 +291,27 @@ static uint32_t states_of(const rim_monitor *m, uint32_t outcome) {
   return rimi_rolled_states(rimi_blocks_basis(m->rows), &m->models.behaviour, outcome);
 }
 
+/* Whether an outcome is itself a state: it sums up what flows in and out of it. */
+static bool is_state(const rim_monitor *m, uint32_t outcome) {
+  const rim_basis *basis = rimi_blocks_basis(m->rows);
+  for (size_t s = 0; s < basis->states; ++s) {
+    if (rimi_le_index(basis->state, s, m->words[RIM_CONFIG_OUTCOMES]) == outcome)
+      return true;
+  }
+  return false;
+}
+
 /* Of the outcomes that the states of the leading one do not move, the one that deviates most
- * clearly. */
+ * clearly. A state that deviates less than what keeps nothing is not its cause: it would show more. */
 static uint16_t independent_cause(const rim_monitor *m, uint16_t leading, uint32_t states,
                                   double score) {
   const uint16_t outcomes = (uint16_t)m->words[RIM_CONFIG_OUTCOMES];
+  const bool keeps = is_state(m, leading);
   uint16_t best = leading;
   for (uint16_t j = 0; j < outcomes; ++j) {
     double reached = score;
-    if (may_feed(m, j, leading, &reached) && (states_of(m, j) & states) == 0) {
+    if ((keeps || !is_state(m, j)) && may_feed(m, j, leading, &reached) &&
+        (states_of(m, j) & states) == 0) {
       score = reached;
       best = j;
     }
@@ -316,10 +330,7 @@ static uint16_t rolled_cause(const rim_monitor *m, uint16_t leading) {
   const uint32_t states = leading < outcomes ? states_of(m, leading) : 0u;
   if (states == 0)
     return leading;
-  bool keeps = false;
-  for (size_t s = 0; s < basis->states; ++s)
-    keeps =
-        keeps || ((states >> s & 1u) != 0 && rimi_le_index(basis->state, s, outcomes) == leading);
+  const bool keeps = is_state(m, leading);
   double score =
       rimi_max(UPSTREAM * rimi_cause_score(m, leading), (double)m->models.threshold.alarm_score);
   double reached = score;
@@ -350,6 +361,38 @@ static uint16_t shown_by_sum(const rim_monitor *m, uint16_t leading) {
   return best;
 }
 
+/* Of the behaviour channels that may stand for the leading agreement channel, the one with the
+ * largest score from `least` on that is below `below`; `leading`: there is none. */
+static uint16_t next_behaviour(const rim_monitor *m, uint16_t leading, double least, double below) {
+  uint16_t best = leading;
+  for (uint16_t c = 0; c < m->words[RIM_CONFIG_OUTCOMES]; ++c) {
+    const double score = rimi_cause_score(m, c);
+    if (score >= least && score < below && !contradicts(m, leading, c)) {
+      least = score;
+      best = c;
+    }
+  }
+  return best;
+}
+
+/* When the vehicle itself deviates, several of its sensors do, and agree. Of what deviates with the
+ * leading agreement channel by its behaviour, the most clearly; CAUSE_TOGETHER are asked. */
+static uint16_t behaviour_instead(const rim_monitor *m, uint16_t leading) {
+  const uint16_t shown = rimi_cause_shown_by(m, leading);
+  const double least =
+      rimi_max(BEHAVIOUR_SHARE * rimi_cause_score(m, shown), m->models.threshold.alarm_score);
+  double below = DBL_MAX;
+  for (uint32_t asked = 0; asked < CAUSE_TOGETHER; ++asked) {
+    const uint16_t c = next_behaviour(m, leading, least, below);
+    if (c == leading)
+      return leading;
+    below = rimi_cause_score(m, c); /* which judging it may renew */
+    if (c == leading % m->words[RIM_CONFIG_OUTCOMES] || deviates_too(m, shown, c))
+      return c;
+  }
+  return leading;
+}
+
 static uint16_t choose_channel(const rim_monitor *m, uint16_t leading) {
   const uint16_t outcomes = (uint16_t)m->words[RIM_CONFIG_OUTCOMES];
   leading = shown_by_sum(m, leading);
@@ -360,19 +403,8 @@ static uint16_t choose_channel(const rim_monitor *m, uint16_t leading) {
   if (leading / outcomes != RIM_CHANNEL_AGREEMENT)
     return rolled_cause(m, leading);
   leading = wrong_twin(m, leading);
-  const uint16_t shown = rimi_cause_shown_by(m, leading);
-  uint16_t best = leading;
-  double score =
-      rimi_max(BEHAVIOUR_SHARE * rimi_cause_score(m, shown), m->models.threshold.alarm_score);
-  for (uint16_t c = 0; c < outcomes; ++c) {
-    if (rimi_cause_score(m, c) >= score && !contradicts(m, leading, c)) {
-      score = rimi_cause_score(m, c);
-      best = c;
-    }
-  }
-  if (best != leading && (best == leading % outcomes || deviates_too(m, shown, best)))
-    return rolled_cause(m, best);
-  return wrong_reading(m, leading);
+  const uint16_t best = behaviour_instead(m, leading);
+  return best != leading ? rolled_cause(m, best) : wrong_reading(m, leading);
 }
 
 bool rimi_cause_is_out_of_range(const rim_monitor *m, uint32_t outcome) {
