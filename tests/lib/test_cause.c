@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* monitor/cause.c where outcomes are rolled forward: a tank (outcome 0) keeps what two flows
+/* monitor/cause.c where outcomes are rolled forward: a tank (outcome 3) keeps what two flows
  * (outcomes 1 and 2) bring and take, so it deviates with them, longer and more clearly. The cause
  * is named, and the tank where the rule does not hold. And where two outcomes read the same, which
  * a third one integrates. What the channels have found is put there by hand. */
@@ -11,7 +11,7 @@
 #include "image/rolled.h"
 #include "monitor/cause.h"
 
-enum { TANK = 0, IN = 1, OUT = 2, OTHER = 3, STATES = 3, RATES = 6, ROLLED_TERMS = 1 + STATES };
+enum { OTHER = 0, IN = 1, OUT = 2, TANK = 3, STATES = 3, RATES = 6, ROLLED_TERMS = 1 + STATES };
 enum { NONE = 0xffff, LEAST = SEARCH_LEAST };
 
 /* States, and the outcome of each. Both flows follow the command, by themselves. */
@@ -83,7 +83,7 @@ static recipe rolled(const uint16_t by[O]) {
 }
 
 /* Each outcome by its own state, but for the one that has none. */
-static const uint16_t own[O] = {Z_TANK, Z_IN, Z_OUT, NONE};
+static const uint16_t own[O] = {NONE, Z_IN, Z_OUT, Z_TANK};
 
 /* Up to two outcomes that deviate by their behaviour beside the leading one, which does so since
  * block 40. Scores in alarms; 0: it does not. */
@@ -209,7 +209,7 @@ static void what_keeps_nothing_is_its_own_cause(void **state) {
   name_each(&its_own, 1);
   stand(IN);
   name_each(&its_own, 1);
-  static const uint16_t by_the_flow[O] = {Z_TANK, Z_IN, Z_OUT, Z_IN};
+  static const uint16_t by_the_flow[O] = {Z_IN, Z_IN, Z_OUT, Z_TANK};
   const recipe other = rolled(by_the_flow);
   begin_with(&other);
   const finding of[] = {{OTHER, 10.0, {{IN, 9.0, 40}}, OTHER},
