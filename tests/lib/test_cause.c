@@ -492,7 +492,7 @@ static void what_is_out_of_range_is_named(void **state) {
     uint32_t far, rows; /* rows out of range, of how many */
     double score;
     bool is_named;
-  } of[] = {{6, 10, 1.01, true}, {6, 10, 0.99, false}, {5, 10, 1.01, false}, {0, 10, 1.01, false}};
+  } of[] = {{6, 10, 1.0, true}, {6, 10, 0.99, false}, {5, 10, 1.01, false}, {0, 10, 1.01, false}};
   const recipe r = rolled(own);
   for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
     begin_with(&r);

@@ -151,8 +151,10 @@ static void a_heartbeat_comes_back(void **state) {
   for (uint32_t node = 0; node < 2; ++node) { /* the first and the last, and beyond them */
     const uint32_t own = node == 0 ? 0 : RIM_CAN_MAX_NODE;
     h.level = RIM_LEVEL_OK;
+    h.flags = (uint8_t)(node == 0 ? 0u : RIM_HEALTH_FLAG_REPLAY);
     assert_int_equal(rim_can_pack_heartbeat(&frame, own, &h, 0, false), RIM_OK);
     assert_int_equal(rim_can_unpack_heartbeat(&b, &frame), RIM_OK);
+    assert_int_equal(b.flags, h.flags);
     assert_int_equal(b.node, own);
     frame.id = node == 0 ? 0x6ff : 0x780;
     assert_int_equal(rim_can_unpack_heartbeat(&b, &frame), RIM_E_MAGIC);

@@ -109,6 +109,17 @@ static void test_lost_terms_are_taken_again(void **state) {
   near(h.ln_alpha[0], -2000.0 + log(7.0 / 6.0), 1e-9);
 }
 
+/* The only state there is has all the odds there are, and no infinite ones. */
+static void test_one_state_has_nothing_against_it(void **state) {
+  (void)state;
+  const rim_hmm_model m = {.states = 1, .initial = {1.0}, .transition = {{1.0}}};
+  rim_hmm h;
+  assert_int_equal(rimi_hmm_init(&h, &m), RIM_OK);
+  const double even[1] = {0.0};
+  assert_int_equal(rimi_hmm_step(&h, even), RIM_OK);
+  assert_true(rimi_hmm_ln_odds(&h, 0) == -RIM_HMM_LN_ZERO);
+}
+
 /* As many states as there may be, all alike: what is seen says which, and no more. */
 static void test_most_states(void **state) {
   (void)state;
@@ -218,7 +229,8 @@ int main(void) {
   const struct CMUnitTest tests[] = {cmocka_unit_test(test_all_paths),
                                      cmocka_unit_test(test_never_underflows),
                                      cmocka_unit_test(test_lost_terms_are_taken_again),
-                                     cmocka_unit_test(test_most_states),
+                                     cmocka_unit_test(test_one_state_has_nothing_against_it),
+      cmocka_unit_test(test_most_states),
                                      cmocka_unit_test(test_bad_observations_are_counted),
                                      cmocka_unit_test(test_the_largest_that_is_taken),
                                      cmocka_unit_test(test_init_refuses),
