@@ -11,6 +11,7 @@
 
 #include "log/date_time.hpp"
 #include "log/log.hpp"
+#include "log/units.hpp"
 #include "stats/robust.hpp"
 #include "util/error.hpp"
 #include "util/utf8.hpp"
@@ -58,32 +59,14 @@ bool is_source_word(const std::string &w) {
                        "act", "sensor", "obs", "observed", "raw"});
 }
 
-// Units that no suffix says, and what makes one of them that has a suffix.
-struct Conversion {
-  const char *unit, *to;
-  double scale;
-};
-constexpr Conversion kConversions[] = {{"ft", "m", 0.3048},
-                                       {"feet", "m", 0.3048},
-                                       {"in", "mm", 25.4},
-                                       {"cm", "m", 0.01},
-                                       {"kt", "m/s", 0.514444444},
-                                       {"kts", "m/s", 0.514444444},
-                                       {"knots", "m/s", 0.514444444},
-                                       {"mph", "m/s", 0.44704},
-                                       {"ft/s", "m/s", 0.3048},
-                                       {"psi", "kPa", 6.894757293},
-                                       {"mbar", "kPa", 0.1},
-                                       {"hPa", "kPa", 0.1},
-                                       {"lb", "kg", 0.45359237},
-                                       {"mrad", "rad", 1e-3},
-                                       {"cm/s", "m/s", 0.01},
-                                       {"mG", "m/s^2", 9.80665e-3}};
+// What a log in a unit without a suffix is converted to; NULL: it has a suffix, or is not known.
+const Unit *unit_instead(const std::string &unit) {
+  const Unit *own = suffix_of_unit(unit).empty() ? find_unit(unit) : nullptr;
+  return own != nullptr ? find_unit(own->instead) : nullptr;
+}
 
 bool is_known_unit(const std::string &unit) {
-  return !suffix_of_unit(unit).empty() ||
-         std::any_of(std::begin(kConversions), std::end(kConversions),
-                     [&](const Conversion &c) { return unit == c.unit; });
+  return !suffix_of_unit(unit).empty() || unit_instead(unit) != nullptr;
 }
 
 // A name in lower-case words, and the unit that it ends in: in brackets, behind a stroke or "in",
@@ -569,14 +552,13 @@ void Proposer::unit(std::size_t c) {
   guess.has_unit = !guess.unit.empty();
   if (guess.unit.empty() || !suffix_of_unit(guess.unit).empty())
     return;
-  for (const auto &conversion : kConversions) {
-    if (guess.unit == conversion.unit) {
-      guess.scale = conversion.scale;
-      guess.unit = conversion.to;
-      return;
-    }
+  const Unit *instead = unit_instead(guess.unit);
+  if (instead == nullptr) {
+    guess.unit_key = guess.unit;
+    return;
   }
-  guess.unit_key = guess.unit;
+  guess.scale = find_unit(guess.unit)->value / instead->value;
+  guess.unit = instead->text;
 }
 
 // A unit for what is called an angle and has none; and whether it jumps by a turn.

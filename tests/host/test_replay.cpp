@@ -156,6 +156,12 @@ void another_unit_is_told(void **) {
   assert_true(found(1.0, 0.0, 10).empty());     // its own
   assert_false(found(0.105, 0.32, 10).empty()); // 9 % of the squares are something else
   assert_true(found(0.105, 0.36, 10).empty());  // 11 %
+  names.outcomes[0] = {"s.speed_kmph", "speed", "km/h"};
+  assert_true(found(1.0, 0.0, 10).empty()); // feet per second are 1.097 km/h
+  assert_true(found(0.91, 0.0, 10).empty());
+  assert_string_equal(found(0.62, 0.0, 10).at(0).looks_like.c_str(), "mph");
+  names.outcomes[0] = {"s.gap_mm", "gap", "mm"};
+  assert_string_equal(found(0.04, 0.0, 10).at(0).looks_like.c_str(), "in");
 }
 
 // Every data row of the file has a label: those that were skipped, and those between grid rows.
