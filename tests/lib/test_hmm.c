@@ -220,6 +220,11 @@ static void test_counts(void **state) {
   assert_int_equal(rimi_hmm_init(&h, &m), RIM_OK);
   assert_int_equal(rimi_hmm_from_counts(&m, 3, counts, 0.0, NULL), RIM_E_DATA);
   const double negative[1] = {-1.0};
+  for (int at = 0; at < 9; ++at) { /* whichever it is */
+    double bad[9] = {1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0};
+    bad[at] = -1.0;
+    assert_int_equal(rimi_hmm_from_counts(&m, 3, bad, 1.0, NULL), RIM_E_DATA);
+  }
   assert_int_equal(rimi_hmm_from_counts(&m, 1, negative, 1.0, NULL), RIM_E_DATA);
   assert_int_equal(rimi_hmm_from_counts(&m, 0, counts, 1.0, NULL), RIM_E_RANGE);
 }

@@ -584,6 +584,26 @@ static void memory_is_checked_and_not_left(void **state) {
   start(&b, &w, RING);
   const size_t need = rimi_search_size(&b.config);
   rim_search *s = NULL;
+  /* Beside the structures, whose size is the compiler's: per ring, channel, feature and mean. */
+  const size_t blocks = RING, fine = 2 * OUTCOMES, triangle = FIELDS * (FIELDS + 1) / 2;
+  const size_t parts[] = {4 * (CHANNELS * (triangle + FIELDS) + OUTCOMES),
+                          4 * blocks,
+                          4 * blocks * (3 + FIELDS),
+                          2 * blocks * fine,
+                          blocks * (CHANNELS - fine),
+                          blocks * FEATURES,
+                          blocks * MEANS,
+                          blocks * fine,
+                          2 * blocks,
+                          blocks,
+                          CHANNELS * FEATURES,
+                          OUTCOMES,
+                          sizeof(rim_search),
+                          CHANNELS * sizeof(channel_state)};
+  size_t sum = 0;
+  for (size_t i = 0; i < sizeof parts / sizeof *parts; ++i)
+    sum += (parts[i] + 7) / 8 * 8;
+  assert_int_equal(need, sum);
   assert_true(need > 0 && need + 64 < sizeof b.memory);
   assert_int_equal(rimi_search_init(&s, b.memory, need - 1, &b.config), RIM_E_SIZE);
   for (size_t shift = 1; shift < 8; ++shift)
@@ -600,6 +620,22 @@ static void memory_is_checked_and_not_left(void **state) {
     if (i < 64 || i >= 64 + need)
       assert_int_equal(b.memory[i], 0x5a);
   }
+}
+
+/* Where no block is inside, there is no onset to be found: what was said stays. */
+static void an_onset_of_nothing_stays(void **state) {
+  (void)state;
+  const world w = variant(0, 40);
+  bench b;
+  start(&b, &w, RING);
+  feed(&b, 0, w.blocks, TURN);
+  const search_mask nowhere = {.dims = 1, .low = {255}, .high = {0}, .to = 0};
+  search_hypothesis h = {.family = SEARCH_INTERVAL_SINCE, .onset = 7, .score = 1.0f};
+  const search_hypothesis before = h;
+  double onset_sd = 0.0;
+  rimi_search_scan_onset(b.search, &nowhere, &h, &onset_sd);
+  assert_memory_equal(&h, &before, sizeof h);
+  assert_true(onset_sd > 0.0);
 }
 
 static void configurations_out_of_range_are_refused(void **state) {
@@ -784,6 +820,7 @@ int main(void) {
       cmocka_unit_test(nothing_is_said_of_too_few_blocks),
       cmocka_unit_test(inactive_channels_are_left_out),
       cmocka_unit_test(memory_is_checked_and_not_left),
+      cmocka_unit_test(an_onset_of_nothing_stays),
       cmocka_unit_test(configurations_out_of_range_are_refused),
       cmocka_unit_test(numbers_that_are_not_finite_change_nothing),
       cmocka_unit_test(the_activity_is_kept),
