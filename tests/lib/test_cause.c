@@ -266,6 +266,27 @@ static void what_deviates_together_is_named(void **state) {
   NAME_EACH(of);
 }
 
+static double agreement_since_40(uint32_t channel, uint32_t i, uint8_t byte) {
+  (void)byte;
+  return i >= 40 && channel == AGREEMENT + OTHER ? 3.0 : 0.0;
+}
+
+/* Three outcomes deviate, and none where the agreement does: it stays its own. */
+static void what_deviates_at_other_times_is_not_named(void **state) {
+  (void)state;
+  static const uint16_t by_commands[O] = {NONE, NONE, NONE, NONE};
+  const recipe r = rolled(by_commands);
+  from(&r, false);
+  feed(agreement_since_40, 1.0);
+  plant_nothing();
+  plant(AGREEMENT + OTHER, SEARCH_SINCE, 10.0 * alarm_at, 3.0, 40);
+  plant(IN, SEARCH_SINCE, 7.0 * alarm_at, 3.0, 40);
+  plant(OUT, SEARCH_SINCE, 9.0 * alarm_at, 3.0, 40);
+  plant(TANK, SEARCH_SINCE, 8.0 * alarm_at, 3.0, 40);
+  rim_alarm a;
+  assert_int_equal(named(AGREEMENT + OTHER, &a), AGREEMENT + OTHER);
+}
+
 /* ---- two that read the same, and what integrates one of them ---- */
 
 enum { TWIN = 1, PLACE = 2, A_FIRST = AGREEMENT, A_TWIN = AGREEMENT + TWIN };
@@ -560,6 +581,7 @@ int main(void) {
       cmocka_unit_test(what_sums_up_is_no_cause),
       cmocka_unit_test(other_kinds_of_channels),
       cmocka_unit_test(what_deviates_together_is_named),
+      cmocka_unit_test(what_deviates_at_other_times_is_not_named),
       cmocka_unit_test(the_sum_of_readings_tells_which_twin),
       cmocka_unit_test(the_mean_of_any_shape_is_asked_about),
       cmocka_unit_test(a_gain_has_no_weight),

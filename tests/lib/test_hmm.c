@@ -235,7 +235,7 @@ int main(void) {
                                      cmocka_unit_test(test_never_underflows),
                                      cmocka_unit_test(test_lost_terms_are_taken_again),
                                      cmocka_unit_test(test_one_state_has_nothing_against_it),
-      cmocka_unit_test(test_most_states),
+                                     cmocka_unit_test(test_most_states),
                                      cmocka_unit_test(test_bad_observations_are_counted),
                                      cmocka_unit_test(test_the_largest_that_is_taken),
                                      cmocka_unit_test(test_init_refuses),

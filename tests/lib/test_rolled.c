@@ -8,7 +8,8 @@
 #include "section_bytes.h"
 
 enum { FEATURES = 2, OUTCOMES = 3, INPUTS = 2, STATES = 2 };
-#define TAU_S 8.0
+#define TAU_S                                                                                      \
+  6.0 /* 1 / 6 as a float ends in bits that are a code of a state: nobody may read them so */
 #define DRAG 0.25
 #define BLOCK_S 0.0625
 #define LIMIT 6.0
@@ -139,6 +140,12 @@ static void smaller_counts_stay_inside(void **unused) {
   const double ones[INPUTS] = {1.0, 1.0};
   rimi_rolled_begin(&v, NULL, BLOCK_S, z, part);
   rimi_rolled_begin(&whole, ones, BLOCK_S, same, part);
+  assert_memory_equal(z, same, sizeof z);
+  v = whole;
+  v.times = 2; /* that many filters of each input: their first are those that are named */
+  const double four[2 * INPUTS] = {3.0, 0.5, 7.0, 9.0};
+  rimi_rolled_begin(&v, four, BLOCK_S, z, part);
+  rimi_rolled_begin(&whole, four, BLOCK_S, same, part);
   assert_memory_equal(z, same, sizeof z);
   v = whole;
   v.states = 1;

@@ -234,10 +234,8 @@ static void scan_time(rim_search *s) {
     const double q = (double)search_q(s)[i], a0 = (double)search_a0(s)[i];
     const double a1 = (double)search_a1(s)[i]; /* 0 of the newest block */
     const float *g = search_g(s, i);
-    if (!(a0 > 0.0)) {
-      p1 = 0.0;
-      continue;
-    }
+    if (!(a0 > 0.0))
+      continue; /* beside it a1 is 0 */
     since.n += 1.0;
     since.d += q;
     since.a += a0 + a1;
