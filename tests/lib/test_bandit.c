@@ -288,6 +288,8 @@ static void beta_follows_its_schedule(void **state) {
   c.schedule = RIM_BANDIT_BETA_DECAY;
   b = make(&memory, &c);
   assert_near(rim_bandit_beta(b, 8, 10), 0.25, 1e-15);
+  assert_near(rim_bandit_beta(b, 0, 10), rim_bandit_beta(b, 1, 10),
+              0.0); /* before the first turn */
   c.power = 2.0;
   b = make(&memory, &c);
   assert_near(rim_bandit_beta(b, 4, 10), 0.125, 1e-15);

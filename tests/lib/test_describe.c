@@ -444,6 +444,44 @@ static void what_was_said_well_is_turned_less_easily(void **state) {
   }
 }
 
+static uint32_t high_from;
+
+static double high_since(uint32_t channel, uint32_t i, uint8_t byte) {
+  (void)byte;
+  return channel == B0 && i >= high_from ? 3.0 : 0.0;
+}
+
+static double high_above(uint32_t channel, uint32_t i, uint8_t byte) {
+  (void)i;
+  return channel == B0 && byte >= HALF ? 3.0 : 0.0;
+}
+
+/* By the time of a step the run's own effects were known or not; a region says no time. */
+static void what_is_said_well_is_known_by_its_time(void **state) {
+  (void)state;
+  static const struct {
+    uint32_t from;
+    bool well;
+  } of[] = {{15, false}, {16, true}, {40, true}, {SEARCH_FROM_START, false}};
+  for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
+    const recipe r = without_integrals();
+    const bool is_region = of[i].from == SEARCH_FROM_START;
+    rim_alarm a;
+    from(&r, false);
+    high_from = of[i].from;
+    feed(is_region ? high_above : high_since, 0.05);
+    plant_nothing();
+    if (is_region)
+      find_high(B0);
+    else
+      plant(B0, SEARCH_SINCE, 3.0 * alarm_at, as_shift(B0, 3.0), of[i].from);
+    assert_int_equal(named(B0, &a), B0);
+    assert_int_equal(m->explained.onset, of[i].from);
+    assert_int_equal(m->said_high[0], 1);
+    assert_int_equal(m->said_well[0], of[i].well);
+  }
+}
+
 /* Outcome 0 dies away as a run's own effect does, but from where no healthy run begins. */
 static double dies_away(uint32_t channel, uint32_t i, uint8_t byte) {
   (void)byte;
@@ -666,6 +704,7 @@ int main(void) {
       cmocka_unit_test(a_standing_alarm_keeps_its_sign),
       cmocka_unit_test(what_explained_another_channel_does_not_count),
       cmocka_unit_test(what_was_said_well_is_turned_less_easily),
+      cmocka_unit_test(what_is_said_well_is_known_by_its_time),
       cmocka_unit_test(effects_of_the_run_say_no_sign),
       cmocka_unit_test(an_onset_is_kept),
       cmocka_unit_test(what_is_not_off_has_no_sign),

@@ -170,11 +170,10 @@ static rim_status search(finder *f, found *best) {
     found candidate;
     memset(&candidate, 0, sizeof candidate);
     candidate.e = result.ellipsoid;
-    for (size_t k = 0; k < result.dims; ++k) {
+    for (size_t k = 0; k < result.dims; ++k)
       candidate.feature[k] = result.feature[k];
-      /* an interval's closed ends belong to it */
-      candidate.e.factor[k * (k + 1) / 2 + k] *= result.dims == 1 ? 1.0 + 0x1p-20 : 1.0;
-    }
+    if (result.dims == 1) /* an interval's closed ends belong to it */
+      candidate.e.factor[0] *= 1.0 + 0x1p-20;
     climb(f, &candidate);
     candidate.price = base_price(f, &candidate);
     if (worth(&candidate) > worth(best))
