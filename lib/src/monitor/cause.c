@@ -302,7 +302,8 @@ static bool is_state(const rim_monitor *m, uint32_t outcome) {
 }
 
 /* Of the outcomes that the states of the leading one do not move, the one that deviates most
- * clearly. A state that deviates less than what keeps nothing is not its cause: it would show more. */
+ * clearly. A state that deviates less than what keeps nothing is not its cause: it would show
+ * more. */
 static uint16_t independent_cause(const rim_monitor *m, uint16_t leading, uint32_t states,
                                   double score) {
   const uint16_t outcomes = (uint16_t)m->words[RIM_CONFIG_OUTCOMES];
