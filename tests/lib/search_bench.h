@@ -141,8 +141,8 @@ static inline world far_off(uint32_t blocks) {
 }
 
 /* Every combination of run effects, autocorrelation, and a scale that depends on the block. */
-enum { VARIANTS = 8 };
-static inline world variant(uint32_t i, uint32_t blocks) {
+enum { WORLD_VARIANTS = 8 };
+static inline world world_variant(uint32_t i, uint32_t blocks) {
   world w = make_world((i & 1) != 0, (i & 2) != 0 ? 0.6 : 0.0, (i & 4) != 0 ? 0.31 : 0.0);
   w.ln_disturbed = 1.6 * w.ln_sigma;
   draw(&w, blocks, i);

@@ -75,8 +75,8 @@ static void regions_are_judged_by_least_squares(void **state) {
   (void)state;
   static const search_family family[] = {SEARCH_SINCE, SEARCH_INTERVAL, SEARCH_BOX,
                                          SEARCH_INTERVAL_SINCE, SEARCH_BOX_SINCE};
-  for (uint32_t v = 0; v < VARIANTS; ++v) {
-    const world w = variant(v, RING);
+  for (uint32_t v = 0; v < WORLD_VARIANTS; ++v) {
+    const world w = world_variant(v, RING);
     bench b;
     start_full(&b, &w);
     for (size_t f = 0; f < sizeof family / sizeof *family; ++f) {
@@ -106,8 +106,8 @@ static void regions_are_judged_by_least_squares(void **state) {
  * others, and what an unknown residual would have been changes no bit. */
 static void unknown_blocks_say_nothing(void **state) {
   (void)state;
-  for (uint32_t v = 0; v < VARIANTS; ++v) {
-    world w = variant(v, RING);
+  for (uint32_t v = 0; v < WORLD_VARIANTS; ++v) {
+    world w = world_variant(v, RING);
     for (uint32_t i = 0; i < RING; ++i)
       w.unknown[i] = i == 0 || i == 9 || (i >= 20 && i < 27) || i + 1 == RING;
     bench b, other;
@@ -148,8 +148,8 @@ static void unknown_blocks_say_nothing(void **state) {
 /* What came and went: its ratio, and that no end of the same onset has a larger one. */
 static void what_ended_is_judged_by_least_squares(void **state) {
   (void)state;
-  for (uint32_t v = 0; v < VARIANTS; ++v) {
-    const world w = variant(v, RING);
+  for (uint32_t v = 0; v < WORLD_VARIANTS; ++v) {
+    const world w = world_variant(v, RING);
     bench b;
     start_full(&b, &w);
     for (uint32_t onset = 0; onset + 20 < RING; onset += 9) {
@@ -172,8 +172,8 @@ static void what_ended_is_judged_by_least_squares(void **state) {
 /* The scan in bins finds the best of all intervals, each judged exactly. */
 static void the_best_interval_is_the_best_of_all(void **state) {
   (void)state;
-  for (uint32_t v = 0; v < VARIANTS; ++v) {
-    const world w = variant(v, RING);
+  for (uint32_t v = 0; v < WORLD_VARIANTS; ++v) {
+    const world w = world_variant(v, RING);
     bench b;
     start_full(&b, &w);
     for (uint32_t onset = 0; onset < 30; onset += 13) {
@@ -198,8 +198,8 @@ static void the_best_interval_is_the_best_of_all(void **state) {
 /* Over all onsets the largest ratio of each family, and the best hypothesis of all. */
 static void onsets_are_judged_by_least_squares(void **state) {
   (void)state;
-  for (uint32_t v = 0; v < VARIANTS; ++v) {
-    world w = variant(v, RING);
+  for (uint32_t v = 0; v < WORLD_VARIANTS; ++v) {
+    world w = world_variant(v, RING);
     for (uint32_t i = 20; i < RING; ++i)
       w.r[i] += 0.1 * predicted(&w, i); /* so that there is a family that is best */
     bench b;
@@ -254,7 +254,7 @@ static void impossible_run_effects_are_told(void **state) {
 /* Healthy runs inflate ratios: phi divides them. */
 static void phi_divides_the_ratio(void **state) {
   (void)state;
-  world w = variant(3, RING);
+  world w = world_variant(3, RING);
   w.phi = 2.5f;
   bench b;
   start(&b, &w, RING);
@@ -271,8 +271,8 @@ static void phi_divides_the_ratio(void **state) {
 static void a_full_ring_goes_on(void **state) {
   (void)state;
   enum { ALL = 110 };
-  for (uint32_t v = 0; v < VARIANTS; ++v) {
-    const world w = variant(v, ALL);
+  for (uint32_t v = 0; v < WORLD_VARIANTS; ++v) {
+    const world w = world_variant(v, ALL);
     bench b;
     start(&b, &w, RING);
     feed(&b, 0, ALL, 0);
@@ -320,9 +320,9 @@ static search_hypothesis find_planted(const world *w, uint16_t ring, double *ons
 
 static void a_shift_since_a_time_is_found(void **state) {
   (void)state;
-  for (uint32_t v = 0; v < VARIANTS; ++v) {
+  for (uint32_t v = 0; v < WORLD_VARIANTS; ++v) {
     for (int sign = -1; sign <= 1; sign += 2) {
-      world w = variant(v, 150);
+      world w = world_variant(v, 150);
       const double shift = sign * 4.0 * w.s;
       for (uint32_t i = 90; i < w.blocks; ++i)
         w.r[i] += shift;
@@ -338,9 +338,9 @@ static void a_shift_since_a_time_is_found(void **state) {
 
 static void a_shift_that_ended_is_found(void **state) {
   (void)state;
-  for (uint32_t v = 0; v < VARIANTS; ++v) {
+  for (uint32_t v = 0; v < WORLD_VARIANTS; ++v) {
     for (int sign = -1; sign <= 1; sign += 2) {
-      world w = variant(v, 150);
+      world w = world_variant(v, 150);
       for (uint32_t i = 60; i < 100; ++i)
         w.r[i] += sign * 4.0 * w.s;
       double onset_sd;
@@ -356,10 +356,10 @@ static void a_shift_that_ended_is_found(void **state) {
 /* What is excluded has no say, whatever it was; what comes after is found as if it were alone. */
 static void excluded_blocks_are_no_evidence(void **state) {
   (void)state;
-  for (uint32_t v = 0; v < VARIANTS; ++v) {
+  for (uint32_t v = 0; v < WORLD_VARIANTS; ++v) {
     search_hypothesis found[2];
     for (uint32_t k = 0; k < 2; ++k) {
-      world w = variant(v, 150);
+      world w = world_variant(v, 150);
       for (uint32_t i = 30; i < 70; ++i)
         w.r[i] += (k == 0 ? 4.0 : -9.0) * w.s;
       for (uint32_t i = 110; i < 150; ++i)
@@ -394,9 +394,9 @@ static void excluded_blocks_are_no_evidence(void **state) {
 
 static void a_shift_within_an_interval_is_found(void **state) {
   (void)state;
-  for (uint32_t v = 0; v < VARIANTS; ++v) {
+  for (uint32_t v = 0; v < WORLD_VARIANTS; ++v) {
     for (int sign = -1; sign <= 1; sign += 2) {
-      world w = variant(v, 150);
+      world w = world_variant(v, 150);
       for (uint32_t i = 0; i < w.blocks; ++i)
         w.r[i] += w.feature[i][1] >= 160 ? sign * 4.0 * w.s : 0.0;
       double onset_sd;
@@ -411,7 +411,7 @@ static void a_shift_within_an_interval_is_found(void **state) {
 
 static void the_rest_beside_a_region_is_found(void **state) {
   (void)state;
-  world w = variant(1, 150);
+  world w = world_variant(1, 150);
   for (uint32_t i = 0; i < w.blocks; ++i)
     w.r[i] += w.feature[i][1] >= 160 ? 4.0 * w.s : 0.0;
   static bench b;
@@ -428,9 +428,9 @@ static void the_rest_beside_a_region_is_found(void **state) {
 /* A region over the reading itself would select on its own noise. */
 static void an_outcomes_own_reading_describes_no_region_of_it(void **state) {
   (void)state;
-  for (uint32_t v = 0; v < VARIANTS; ++v) {
+  for (uint32_t v = 0; v < WORLD_VARIANTS; ++v) {
     for (uint32_t own = 0; own < 2; ++own) {
-      world w = variant(v, 150);
+      world w = world_variant(v, 150);
       for (uint32_t i = 0; i < w.blocks; ++i)
         w.r[i] += w.feature[i][1] >= 160 ? 4.0 * w.s : 0.0;
       static bench b;
@@ -459,9 +459,9 @@ static void an_outcomes_own_reading_describes_no_region_of_it(void **state) {
 
 static void a_shift_within_a_box_is_found(void **state) {
   (void)state;
-  for (uint32_t v = 0; v < VARIANTS; ++v) {
+  for (uint32_t v = 0; v < WORLD_VARIANTS; ++v) {
     for (int since = 0; since < 2; ++since) {
-      world w = variant(v, 150);
+      world w = world_variant(v, 150);
       for (uint32_t i = since ? 50 : 0; i < w.blocks; ++i)
         w.r[i] -= w.feature[i][0] < 128 && w.feature[i][2] >= 107 ? 4.0 * w.s : 0.0;
       double onset_sd;
@@ -483,8 +483,8 @@ static void a_shift_within_a_box_is_found(void **state) {
 
 static void a_shift_within_an_interval_since_is_found(void **state) {
   (void)state;
-  for (uint32_t v = 0; v < VARIANTS; ++v) {
-    world w = variant(v, 150);
+  for (uint32_t v = 0; v < WORLD_VARIANTS; ++v) {
+    world w = world_variant(v, 150);
     for (uint32_t i = 70; i < w.blocks; ++i)
       w.r[i] += w.feature[i][2] < 107 ? 4.0 * w.s : 0.0;
     double onset_sd;
@@ -500,7 +500,7 @@ static void a_shift_within_an_interval_since_is_found(void **state) {
 
 static void a_constant_feature_restricts_nothing(void **state) {
   (void)state;
-  world w = variant(1, 150);
+  world w = world_variant(1, 150);
   for (uint32_t i = 0; i < w.blocks; ++i) {
     w.feature[i][0] = 255;
     w.feature[i][1] = 0;
@@ -527,7 +527,7 @@ static void a_constant_feature_restricts_nothing(void **state) {
 }
 
 static void start_far_off(bench *b) {
-  world w = variant(0, RING);
+  world w = world_variant(0, RING);
   for (uint32_t i = 0; i < RING; ++i)
     w.r[i] = 50.0 * w.s;
   start(b, &w, RING);
@@ -571,7 +571,7 @@ static void inactive_channels_are_left_out(void **state) {
 /* To half a step; of a block that does not adjoin, NOISE_APART. */
 static void the_activity_is_kept(void **state) {
   (void)state;
-  const world w = variant(3, RING);
+  const world w = world_variant(3, RING);
   static bench b;
   start(&b, &w, RING);
   for (uint32_t i = 0; i < 20; ++i) {
@@ -591,7 +591,7 @@ static void numbers_that_are_not_finite_change_nothing(void **state) {
   (void)state;
   const double bad[2] = {rimi_from_bits(UINT64_C(0x7ff8000000000000)),
                          rimi_from_bits(UINT64_C(0xfff0000000000000))};
-  const world w = variant(3, RING);
+  const world w = world_variant(3, RING);
   static bench b, before;
   start(&b, &w, RING);
   feed(&b, 0, 20, TURN);
@@ -615,7 +615,7 @@ static void numbers_that_are_not_finite_change_nothing(void **state) {
 /* Absurd, but finite: clipped, and nothing but finite numbers come out. */
 static void huge_residuals_do_no_harm(void **state) {
   (void)state;
-  world w = variant(7, 150);
+  world w = world_variant(7, 150);
   for (uint32_t i = 50; i < w.blocks; ++i)
     w.r[i] = i % 3 == 0 ? -1e300 : 1e300;
   bench b;
@@ -646,7 +646,7 @@ static uint64_t digest_of(const rim_search *s) {
 
 static void a_copy_goes_on_bit_for_bit(void **state) {
   (void)state;
-  const world w = variant(7, 150);
+  const world w = world_variant(7, 150);
   static bench whole, first, second;
   start(&whole, &w, RING);
   start(&first, &w, RING);
@@ -669,7 +669,7 @@ static void a_copy_goes_on_bit_for_bit(void **state) {
 
 static void reset_is_a_fresh_start(void **state) {
   (void)state;
-  const world w = variant(7, 150);
+  const world w = world_variant(7, 150);
   static bench fresh, used;
   start(&fresh, &w, RING);
   start(&used, &w, RING);
@@ -684,7 +684,7 @@ static void reset_is_a_fresh_start(void **state) {
 /* Made by this very function. Whoever changes what is found changes this, and says so. */
 static void findings_have_not_changed(void **state) {
   (void)state;
-  world w = variant(7, 150);
+  world w = world_variant(7, 150);
   for (uint32_t i = 90; i < w.blocks; ++i)
     w.r[i] += w.feature[i][0] < 128 ? w.s : 0.0;
   static bench b;

@@ -4,7 +4,7 @@
 
 static void memory_is_checked_and_not_left(void **state) {
   (void)state;
-  const world w = variant(7, 150);
+  const world w = world_variant(7, 150);
   bench b;
   start(&b, &w, RING);
   const size_t need = rimi_search_size(&b.config);
@@ -50,7 +50,7 @@ static void memory_is_checked_and_not_left(void **state) {
 /* Where no block is inside, there is no onset to be found: what was said stays. */
 static void an_onset_of_nothing_stays(void **state) {
   (void)state;
-  const world w = variant(0, 40);
+  const world w = world_variant(0, 40);
   bench b;
   start(&b, &w, RING);
   feed(&b, 0, w.blocks, TURN);
@@ -65,7 +65,7 @@ static void an_onset_of_nothing_stays(void **state) {
 
 static void configurations_out_of_range_are_refused(void **state) {
   (void)state;
-  const world w = variant(0, 8);
+  const world w = world_variant(0, 8);
   bench b;
   start(&b, &w, RING);
   const search_config good = b.config;
