@@ -425,7 +425,10 @@ static void contradictions_are_refused(void **state) {
     assert_int_equal(one_value(&l, 8, (const uint8_t[8]){0}, &x), RIM_E_DATA);
   }
   m.bytes[0] = 2;
+  const rim_can_table none = {0};
+  memset(&table, 0xa5, sizeof table); /* what was there is gone */
   assert_int_equal(rim_can_table_open(&table, m.bytes, m.size), RIM_E_VERSION);
+  assert_memory_equal(&table, &none, sizeof table);
   assert_int_equal(rim_can_table_open(NULL, m.bytes, m.size), RIM_E_ARGUMENT);
 }
 

@@ -108,7 +108,9 @@ static void bad_values_are_refused(void **state) {
   put_f32(&s, 9, 0.5f); /* maxima no longer ascend */
   assert_int_equal(rimi_threshold_open(&t, s.bytes, sizeof s.bytes), RIM_E_RANGE);
   s = make_section();
-  put_u32(&s, 3, RUNS + 2); /* rank beyond runs + 1 */
+  put_u32(&s, 3, RUNS + 1); /* the last rank that there is: none of the runs' scores */
+  assert_int_equal(rimi_threshold_open(&t, s.bytes, sizeof s.bytes), RIM_OK);
+  put_u32(&s, 3, RUNS + 2);
   assert_int_equal(rimi_threshold_open(&t, s.bytes, sizeof s.bytes), RIM_E_RANGE);
   s = make_section();
   put_f32(&s, 8 + RUNS + KNOTS + CHANNELS, 0.0f); /* a scale of zero */
