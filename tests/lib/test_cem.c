@@ -96,6 +96,8 @@ static void bad_input_is_refused(void **state) {
     assert_int_equal(rimi_cem_optimise(&bad[i], closeness, &t, 1, 1, &e, &value), RIM_E_CONFIG);
     assert_false(rimi_cem_is_valid(&bad[i], 2));
   }
+  const rim_cem_config all = {.samples = 8, .elites = 8};
+  assert_true(rimi_cem_is_valid(&all, 1));
   assert_true(rimi_cem_is_valid(&good, 1));
   assert_true(rimi_cem_is_valid(&good, RIM_CEM_MAX_DIMS));
   assert_false(rimi_cem_is_valid(&good, 0));
