@@ -259,6 +259,10 @@ static void a_row_is_complete_when_the_trigger_comes(void **state) {
   assert_int_equal(take(&t, 0x10, 5, 0, 1.3), RIM_E_SIZE);
   assert_int_equal(take(&t, 0x10, 4, 1001 | 21 << 16, 1.3), RIM_E_DATA);
   assert_true(t.gather.value[0] == 7.0 && t.gather.value[1] == 21.0);
+  for (unsigned end = 0; end < 2; ++end) { /* both ends of the range belong to it */
+    assert_int_equal(take(&t, 0x10, 4, 1000 * end | 21 << 16, 1.3), RIM_OK);
+    assert_true(t.gather.value[0] == 1000.0 * end);
+  }
   rim_can_frame fd = {.id = 0x10, .length = 4, .fd = true};
   assert_int_equal(rim_can_gather_frame(&t.gather, &t.table, &fd, 1.3, 1.0, &t.complete, &t.row_s),
                    RIM_E_SIZE);

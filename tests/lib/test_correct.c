@@ -124,6 +124,8 @@ static void no_regions_are_the_nominal_model(void **state) {
   assert_int_equal(rimi_correct_pack(&none, bytes, RIM_CORRECT_BYTES(O, 0)), RIM_OK);
   assert_int_equal(rimi_correct_open(&c, bytes, RIM_CORRECT_BYTES(O, 0)), RIM_OK);
   mean_is(&c, in_all, 10.0, 20.0);
+  const rim_correct_model most = {.features = RIM_CORRECT_MAX_FEATURES, .outcomes = O};
+  assert_int_equal(rimi_correct_pack(&most, bytes, RIM_CORRECT_BYTES(O, 0)), RIM_OK);
 }
 
 static void everywhere_and_nowhere(void **state) {

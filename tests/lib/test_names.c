@@ -64,6 +64,7 @@ static void units_end_names(void **state) {
   (void)state;
   check_unit("s.speed_mps", "m/s");
   check_unit("speed_mps", "m/s");
+  check_unit("v_mps", "m/s");
   check_unit("sd.thrust_kN", "kN");
   check_unit("s.motor_temp_degC", "degC");
   check_unit("s.rate_radps2", "rad/s^2");
