@@ -154,6 +154,15 @@ static void smaller_counts_stay_inside(void **unused) {
   assert_true(rimi_is_finite(first) && fabs(first) <= LIMIT);
   v.states = 0;
   assert_true(rimi_rolled_term(&v, 0, ones, NULL) == 0.0);
+  v = whole;
+  v.times = 2;
+  bytes last = {.size = 0}; /* a term of the last of the filters */
+  u16(&last, BASIS_ROLLED);
+  u16(&last, 1);
+  u16(&last, 2 * INPUTS - 1);
+  u16(&last, BASIS_PLAIN);
+  v.term = last.byte;
+  assert_true(rimi_rolled_term(&v, 0, four, z) == z[1] * four[2 * INPUTS - 1]);
 }
 
 static void damaged_rates_are_refused(void **unused) {
