@@ -311,8 +311,9 @@ static uint16_t independent_cause(const rim_monitor *m, uint16_t leading, uint32
   uint16_t best = leading;
   for (uint16_t j = 0; j < outcomes; ++j) {
     double reached = score;
-    if ((keeps || !is_state(m, j)) && may_feed(m, j, leading, &reached) &&
-        (states_of(m, j) & states) == 0) {
+    if (!keeps && is_state(m, j))
+      continue;
+    if (may_feed(m, j, leading, &reached) && (states_of(m, j) & states) == 0) {
       score = reached;
       best = j;
     }
