@@ -68,7 +68,7 @@ const char *rim_unit_of_name(const char *name, size_t length) {
     cut--;
   if (cut <= start + 1) /* no '_', or nothing before it */
     return "";
-  char suffix[sizeof((rimi_unit *)NULL)->suffix] = {0};
+  char suffix[sizeof((rimi_unit *)0)->suffix] = {0};
   if (length - cut >= sizeof suffix)
     return "";
   memcpy(suffix, name + cut, length - cut);
