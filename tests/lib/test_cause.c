@@ -244,9 +244,12 @@ static void other_kinds_of_channels(void **state) {
   NAME_EACH(of);
 }
 
-static double two_since_40(uint32_t channel, uint32_t i, uint8_t byte) {
+static uint32_t
+    together; /* the channel that deviates with the agreement of OTHER, or that itself */
+
+static double together_since_40(uint32_t channel, uint32_t i, uint8_t byte) {
   (void)byte;
-  return i >= 40 && (channel == IN || channel == AGREEMENT + OTHER) ? 3.0 : 0.0;
+  return i >= 40 && (channel == together || channel == AGREEMENT + OTHER) ? 3.0 : 0.0;
 }
 
 /* An agreement leads. Of the outcomes that deviate by their behaviour, the largest score first, IN
@@ -256,7 +259,8 @@ static void what_deviates_together_is_named(void **state) {
   static const uint16_t by_commands[O] = {NONE, NONE, NONE, NONE};
   const recipe r = rolled(by_commands);
   from(&r, false);
-  feed(two_since_40, 1.0);
+  together = IN;
+  feed(together_since_40, 1.0);
   const uint16_t leading = AGREEMENT + OTHER;
   const finding of[] = {{leading, 10.0, {{IN, 4.01, 40}}, IN},
                         {leading, 10.0, {{IN, 3.99, 40}}, leading}, /* too little of it */
@@ -266,18 +270,14 @@ static void what_deviates_together_is_named(void **state) {
   NAME_EACH(of);
 }
 
-static double agreement_since_40(uint32_t channel, uint32_t i, uint8_t byte) {
-  (void)byte;
-  return i >= 40 && channel == AGREEMENT + OTHER ? 3.0 : 0.0;
-}
-
 /* Three outcomes deviate, and none where the agreement does: it stays its own. */
 static void what_deviates_at_other_times_is_not_named(void **state) {
   (void)state;
   static const uint16_t by_commands[O] = {NONE, NONE, NONE, NONE};
   const recipe r = rolled(by_commands);
   from(&r, false);
-  feed(agreement_since_40, 1.0);
+  together = AGREEMENT + OTHER;
+  feed(together_since_40, 1.0);
   plant_nothing();
   plant(AGREEMENT + OTHER, SEARCH_SINCE, 10.0 * alarm_at, 3.0, 40);
   plant(IN, SEARCH_SINCE, 7.0 * alarm_at, 3.0, 40);
