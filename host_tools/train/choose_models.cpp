@@ -32,11 +32,14 @@ const Choice kChoices[] = {{false, false, false, false, 0.0}, {true, false, fals
 // Steep terms go far beyond what was learnt from: they must lower the error of the best model
 // without them by so much.
 constexpr double kSteepMustWin = 0.05;
-// An outcome may come from outside where the commands leave more than this part of its deviation
-// (a tenth of its variance). As an input it must lower another's error by so much, and all such
-// outcomes together that of the best of them alone.
-constexpr double kUnexplained = 0.3162;
+// The commands explain an outcome where they leave less than this part of its deviation (a tenth of
+// its variance).
+constexpr double kExplained = 0.3162;
+// An outcome from outside must lower another's error by so much as its input, and all such outcomes
+// together that of the best of them alone.
 constexpr double kOutsideMustWin = 0.1;
+// The others together leave less than this part of the error of what they bring about.
+constexpr double kDriven = 1.0 / 3.0;
 constexpr double kFurtherMustWin = 0.1;
 // Rolled states must lower the error of the best model without them by so much, and all of them
 // together that of the best of them alone by kFurtherMustWin. An outcome is rolled forward itself
@@ -203,16 +206,65 @@ Errors errors_of_choices(const Fitter &fitter, const Basis &basis, std::size_t o
   return errors;
 }
 
-// The outcomes that the commands do not explain well and that are not the integral of others.
-std::vector<std::size_t> unexplained(const Fitter &fitter, const Errors &errors,
-                                     const std::vector<bool> &integrated) {
-  std::vector<std::size_t> found;
-  for (std::size_t o = 0; o < integrated.size(); ++o) {
-    const double error = choose_among(errors, o, false, false).error;
-    if (!integrated[o] && error > kUnexplained * fitter.spread(static_cast<Eigen::Index>(o)))
-      found.push_back(o);
+// The filters of the inputs that are these features (of all of them where none is named), as terms.
+std::vector<Eigen::Index> means_of(const Basis &basis, TermGroup group,
+                                   const std::vector<std::uint16_t> &features) {
+  std::vector<Eigen::Index> found;
+  for (std::size_t i = 0; i < basis.terms.size(); ++i) {
+    const Basis::Term &t = basis.terms[i];
+    if (t.op == BASIS_MEAN && t.group == group &&
+        (features.empty() || holds(features, basis.inputs[t.a / basis.share.size()].a)))
+      found.push_back(static_cast<Eigen::Index>(i));
   }
   return found;
+}
+
+// Error of every outcome with these inputs by the simplest models, by which sets of inputs are
+// compared.
+std::vector<double> screened(const Fitter &fitter, const Basis &basis, std::size_t outcomes,
+                             const Further &further) {
+  std::vector<Question> questions;
+  for (const Choice &choice : {kChoices[0], kChoices[1]})
+    questions.push_back(
+        {terms_of(basis, choice, 0, further), 0, static_cast<Eigen::Index>(outcomes)});
+  const auto answers = fitter.errors(questions);
+  std::vector<double> least(outcomes, 1e300);
+  for (const auto &errors : answers) {
+    for (std::size_t o = 0; o < outcomes; ++o)
+      least[o] = std::min(least[o], *std::min_element(errors[o].begin(), errors[o].end()));
+  }
+  return least;
+}
+
+// Of outcomes that no command moves, those that others of them bring about are no disturbances: a gas
+// that air and sun warm. What is warmed comes later: gas tells of the air before, but air does not
+// tell of the gas. What is most moved goes first.
+std::vector<std::size_t> not_driven(const Fitter &fitter, const Basis &basis, const Layout &layout,
+                                    const RunStore &runs, std::vector<std::size_t> candidates) {
+  const std::vector<double> alone = screened(fitter, basis, layout.outcomes(), {});
+  while (candidates.size() > 1) {
+    std::size_t most = candidates.size();
+    double least = kNotMoved;
+    for (std::size_t i = 0; i < candidates.size(); ++i) {
+      const std::size_t o = candidates[i];
+      std::vector<std::size_t> others = candidates;
+      others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
+      const Further further{features_of(layout, others), {}};
+      if (screened(fitter, basis, layout.outcomes(), further)[o] > kDriven * alone[o])
+        continue;
+      const auto terms = [&, means = means_of(basis, TermGroup::outside, further.outside)](
+                             std::size_t r) { return columns_of(fitter.x(r), means); };
+      const double part = moved_by(runs, o, terms).before;
+      if (part < least) {
+        least = part;
+        most = i;
+      }
+    }
+    if (most == candidates.size())
+      break;
+    candidates.erase(candidates.begin() + static_cast<std::ptrdiff_t>(most));
+  }
+  return candidates;
 }
 
 // Takes for every outcome, but the candidates themselves, one candidate or all of them as inputs
@@ -278,13 +330,18 @@ Chosen choose_targets(const Fitter &fitter, const Basis &basis, const Layout &la
                                [](const Basis::Term &t) { return t.group == TermGroup::outside; });
   if (!may)
     return chosen;
-  std::vector<Eigen::Index> commands;
-  for (std::size_t i = 0; i < basis.terms.size(); ++i) {
-    if (basis.terms[i].op == BASIS_MEAN && basis.terms[i].group == TermGroup::mean)
-      commands.push_back(static_cast<Eigen::Index>(i));
+  const std::vector<Eigen::Index> commands = means_of(basis, TermGroup::mean, {});
+  std::vector<std::size_t> asked;
+  std::vector<bool> explained;
+  for (std::size_t o = 0; o < outcomes; ++o) {
+    if (!integrated[o])
+      asked.push_back(o);
+    explained.push_back(choose_among(errors, o, false, false).error <=
+                        kExplained * fitter.spread(static_cast<Eigen::Index>(o)));
   }
-  chosen.outside = not_moved(unexplained(fitter, errors, integrated), runs,
-                             [&](std::size_t r) { return columns_of(fitter.x(r), commands); });
+  const auto terms = [&](std::size_t r) { return columns_of(fitter.x(r), commands); };
+  chosen.outside =
+      not_driven(fitter, basis, layout, runs, not_moved(asked, explained, runs, terms));
   if (2 * chosen.outside.size() > outcomes)
     chosen.outside.clear();
   if (!chosen.outside.empty())
@@ -323,23 +380,6 @@ std::vector<double> worth_rolling(const Fitter &fitter, const Chosen &chosen,
 }
 
 namespace {
-
-// Error of every outcome with these inputs by the simplest models, by which sets of inputs are
-// compared.
-std::vector<double> screened(const Fitter &fitter, const Basis &basis, std::size_t outcomes,
-                             const Further &further) {
-  std::vector<Question> questions;
-  for (const Choice &choice : {kChoices[0], kChoices[1]})
-    questions.push_back(
-        {terms_of(basis, choice, 0, further), 0, static_cast<Eigen::Index>(outcomes)});
-  const auto answers = fitter.errors(questions);
-  std::vector<double> least(outcomes, 1e300);
-  for (const auto &errors : answers) {
-    for (std::size_t o = 0; o < outcomes; ++o)
-      least[o] = std::min(least[o], *std::min_element(errors[o].begin(), errors[o].end()));
-  }
-  return least;
-}
 
 // The states that outcomes with the same disturbances as inputs may take: one, or all of them.
 // Empty where they do not help.

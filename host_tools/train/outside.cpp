@@ -6,26 +6,28 @@
 
 #include <Eigen/Cholesky>
 
+#include "train/fitter.hpp"
 #include "util/parallel_for.hpp"
 
 namespace rim {
 
 namespace {
 
-constexpr std::size_t kFolds = 6;
 constexpr Eigen::Index kNear = 3; // blocks of an outcome's own past
 // Exponential means of its farther past, in blocks: a command that follows a disturbance remembers
 // what the last blocks do not say, and would seem to move it.
 const double kFarBlocks[] = {4.0, 12.0, 36.0};
 constexpr Eigen::Index kPast = kNear + static_cast<Eigen::Index>(std::size(kFarBlocks));
-// The error that a disturbance's own past leaves stays, but for chance, where the commands before
-// are used as well; that of what a machine brings about falls clearly below this part of it.
-constexpr double kNotMoved = 0.97;
-const double kRidges[] = {0.1, 1.0, 10.0, 100.0};
+// Where the commands explain its level, more must stay: a room that is heated well hardly leaves its
+// own past.
+constexpr double kExplainedNotMoved = 0.98;
+// What follows the commands within the block is not predicted better by those before, either. Of it
+// the commands of the block itself leave less than this part of that error.
+constexpr double kNotFollowed = 0.4;
 
 // One run: what may explain an outcome, and the outcome.
 struct Rows {
-  Matrix x; // its own past, 1, and the terms of the block before
+  Matrix x; // its own past, 1, the terms of the block before, and those of the block itself
   Eigen::VectorXd y;
 };
 
@@ -48,7 +50,7 @@ Scale scale_of(const RunStore &runs, Eigen::Index outcome) {
 // Blocks with kPast neighbours before them.
 Rows rows_of(const BlockRun &run, const Matrix &terms, Eigen::Index outcome, const Scale &scale) {
   const Eigen::VectorXd y = (run.outcome.col(outcome).array() - scale.mean) / scale.sd;
-  Rows rows{Matrix(run.blocks(), kPast + 1 + terms.cols()), Eigen::VectorXd(run.blocks())};
+  Rows rows{Matrix(run.blocks(), kPast + 1 + 2 * terms.cols()), Eigen::VectorXd(run.blocks())};
   Eigen::Index n = 0, neighbours = 0;
   Eigen::RowVectorXd far = Eigen::RowVectorXd::Constant(kPast - kNear, y[0]);
   for (Eigen::Index i = 1; i < run.blocks(); ++i) {
@@ -61,7 +63,8 @@ Rows rows_of(const BlockRun &run, const Matrix &terms, Eigen::Index outcome, con
       rows.x(n, k) = y[i - 1 - k];
     rows.x.row(n).segment(kNear, far.size()) = far;
     rows.x(n, kPast) = 1.0;
-    rows.x.row(n).tail(terms.cols()) = terms.row(i - 1);
+    rows.x.row(n).segment(kPast + 1, terms.cols()) = terms.row(i - 1);
+    rows.x.row(n).tail(terms.cols()) = terms.row(i);
     rows.y[n++] = y[i];
   }
   rows.x.conservativeResize(n, rows.x.cols());
@@ -85,14 +88,10 @@ Eigen::MatrixXd weights_of(const Sums &sums, Eigen::Index columns) {
   return weights;
 }
 
-// Whether the commands before lower the error of runs left out. Two passes over the runs, whose
-// terms are not held.
-bool is_moved(const RunStore &runs, Eigen::Index outcome,
-              const std::function<Matrix(std::size_t)> &terms) {
-  const Scale scale = scale_of(runs, outcome);
-  const auto rows = [&](std::size_t r) { return rows_of(runs[r], terms(r), outcome, scale); };
+// Per fold the sums of the runs without it.
+std::vector<Sums> sums_without(std::size_t runs, const std::function<Rows(std::size_t)> &rows) {
   std::vector<Sums> folds(kFolds);
-  for (std::size_t r = 0; r < runs.size(); ++r) {
+  for (std::size_t r = 0; r < runs; ++r) {
     const Rows of = rows(r);
     const Eigen::MatrixXd gram = of.x.transpose() * of.x;
     const Eigen::VectorXd cross = of.x.transpose() * of.y;
@@ -106,28 +105,54 @@ bool is_moved(const RunStore &runs, Eigen::Index outcome,
       folds[f].cross += cross;
     }
   }
-  std::vector<Eigen::MatrixXd> with, without;
-  for (const Sums &fold : folds) {
-    with.push_back(weights_of(fold, fold.cross.size()));
-    without.push_back(weights_of(fold, kPast + 1));
-  }
-  Eigen::RowVectorXd by_all = Eigen::RowVectorXd::Zero(with.front().cols()), by_past = by_all;
-  for (std::size_t r = 0; r < runs.size(); ++r) {
-    const Rows of = rows(r);
-    const std::size_t f = r % kFolds;
-    by_all += ((of.x * with[f]).colwise() - of.y).colwise().squaredNorm();
-    by_past += ((of.x.leftCols(kPast + 1) * without[f]).colwise() - of.y).colwise().squaredNorm();
-  }
-  return by_all.minCoeff() < kNotMoved * kNotMoved * by_past.minCoeff();
+  return folds;
 }
 
 } // namespace
 
-std::vector<std::size_t> not_moved(const std::vector<std::size_t> &asked, const RunStore &runs,
+Moved moved_by(const RunStore &runs, std::size_t asked,
+               const std::function<Matrix(std::size_t)> &terms) {
+  const auto outcome = static_cast<Eigen::Index>(asked);
+  const Scale scale = scale_of(runs, outcome);
+  const auto rows = [&](std::size_t r) { return rows_of(runs[r], terms(r), outcome, scale); };
+  const std::vector<Sums> folds = sums_without(runs.size(), rows);
+  const Eigen::Index all = folds.front().cross.size(), past = kPast + 1;
+  const Eigen::Index columns[] = {past, past + (all - past) / 2, all};
+  double least[std::size(columns)]; // squared error by the first columns
+  std::vector<std::vector<Eigen::MatrixXd>> weights(std::size(columns));
+  std::vector<Eigen::RowVectorXd> errors(std::size(columns),
+                                         Eigen::RowVectorXd::Zero(std::size(kRidges)));
+  for (std::size_t k = 0; k < weights.size(); ++k) {
+    for (const Sums &fold : folds)
+      weights[k].push_back(weights_of(fold, columns[k]));
+  }
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    const Rows of = rows(r);
+    for (std::size_t k = 0; k < errors.size(); ++k)
+      errors[k] += ((of.x.leftCols(columns[k]) * weights[k][r % kFolds]).colwise() - of.y)
+                       .colwise()
+                       .squaredNorm();
+  }
+  for (std::size_t k = 0; k < errors.size(); ++k)
+    least[k] = errors[k].minCoeff();
+  return {std::sqrt(least[1] / least[0]), std::sqrt(least[2] / least[0])};
+}
+
+namespace {
+
+bool is_moved(const Moved &by, bool explained) {
+  return by.before < (explained ? kExplainedNotMoved : kNotMoved) ||
+         (explained && by.now < kNotFollowed);
+}
+
+} // namespace
+
+std::vector<std::size_t> not_moved(const std::vector<std::size_t> &asked,
+                                   const std::vector<bool> &explained, const RunStore &runs,
                                    const std::function<Matrix(std::size_t)> &terms) {
   std::vector<char> moved(asked.size(), 0);
   parallel_for(asked.size(), [&](std::size_t i) {
-    moved[i] = is_moved(runs, static_cast<Eigen::Index>(asked[i]), terms) ? 1 : 0;
+    moved[i] = is_moved(moved_by(runs, asked[i], terms), explained[asked[i]]) ? 1 : 0;
   });
   std::vector<std::size_t> found;
   for (std::size_t i = 0; i < asked.size(); ++i) {

@@ -541,6 +541,31 @@ static void what_is_out_of_range_is_named(void **state) {
   }
 }
 
+/* A sum tells of a reading far out of range before that reading's own channels do. */
+static void what_is_out_of_range_is_named_for_its_sum(void **state) {
+  (void)state;
+  static const struct {
+    uint32_t far, of; /* rows of 10 in which this outcome is out of range */
+    double score;
+    bool is_named;
+  } of[] = {{6, TWIN, -0.5, true},
+            {6, TWIN, -1e30, false}, /* nothing was found in it yet */
+            {5, TWIN, -0.5, false},
+            {6, OTHER, -0.5, false}}; /* it is in no sum */
+  const recipe sums = with_sums(1.0, PLACE, TWIN);
+  for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
+    from(&sums, false);
+    for (uint32_t t = 0; t < 10; ++t)
+      read_row(t, of[i].of, t < of[i].far ? 1e9 : 0.0);
+    m->out_feature = (uint16_t)sensor(of[i].of);
+    plant_nothing();
+    plant(AGREEMENT + PLACE, SEARCH_RAMP, 2.0 * alarm_at, -3.0, 40);
+    plant(of[i].of, SEARCH_SINCE, of[i].score * alarm_at, 3.0, 40);
+    assert_int_equal(rimi_cause(m, AGREEMENT + PLACE),
+                     of[i].is_named ? of[i].of : AGREEMENT + PLACE);
+  }
+}
+
 /* What integrates an outcome drifts with its bias. Its behaviour denies one here; the
  * difference from its twin, not its own sum, speaks for one as much, or denies it too. */
 static void the_difference_supports_a_bias(void **state) {
@@ -587,6 +612,7 @@ int main(void) {
       cmocka_unit_test(a_gain_has_no_weight),
       cmocka_unit_test(the_difference_shows_what_it_shows_better),
       cmocka_unit_test(what_is_out_of_range_is_named),
+      cmocka_unit_test(what_is_out_of_range_is_named_for_its_sum),
       cmocka_unit_test(a_sum_that_leads),
       cmocka_unit_test(the_difference_supports_a_bias),
   };

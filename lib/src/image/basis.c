@@ -445,6 +445,7 @@ agreement_gain rimi_agreement_gain(const rim_agreement *a, uint32_t outcome, uin
         continue;
       const double part = weight * (double)rimi_le_f32(a->partial, 2 * g + k);
       gain.sum += part;
+      gain.factor = gain.factor || weight > 0.0 || weight < 0.0;
       if (rimi_le_u16(a->integrand, 4 * g) != AGREEMENT_PLAIN)
         gain.of_products += part;
     }

@@ -212,6 +212,7 @@ typedef struct agreement_gain {
   double sum;         /* 0 where it does not integrate j; the other factors as in healthy runs */
   double of_products; /* the part of the sum that depends on other factors */
   bool mostly;        /* j is the outcome that it mostly integrates */
+  bool factor;        /* j is in what it integrates, also as an angle, of which sum is 0 */
 } agreement_gain;
 
 agreement_gain rimi_agreement_gain(const rim_agreement *view, uint32_t outcome, uint32_t j,

@@ -23,10 +23,13 @@ double rimi_cause_score(const rim_monitor *m, uint16_t c) {
   return (double)rimi_search_best(m->search, c)->score;
 }
 
+static agreement_gain gain_of(const rim_monitor *m, uint16_t channel, uint16_t j) {
+  return rimi_agreement_gain(&m->models.agreement, channel % m->words[RIM_CONFIG_OUTCOMES], j,
+                             rimi_blocks_outcome_feature(m->rows, j));
+}
+
 bool rimi_cause_integrates(const rim_monitor *m, uint16_t channel, uint16_t j) {
-  const uint32_t outcomes = m->words[RIM_CONFIG_OUTCOMES];
-  const agreement_gain gain = rimi_agreement_gain(&m->models.agreement, channel % outcomes, j,
-                                                  rimi_blocks_outcome_feature(m->rows, j));
+  const agreement_gain gain = gain_of(m, channel, j);
   return rimi_abs(gain.sum) > 0.0 || gain.mostly;
 }
 
@@ -415,12 +418,17 @@ bool rimi_cause_is_out_of_range(const rim_monitor *m, uint32_t outcome) {
          rimi_blocks_outcome_feature(m->rows, outcome) == m->out_feature;
 }
 
-/* The channel of the outcome that is out of range, where it deviates; otherwise this one. */
-static uint16_t out_of_range_or(const rim_monitor *m, uint16_t channel) {
+/* The channel of the outcome that is out of range, where it deviates, or where what leads is a sum
+ * that it is in; otherwise this one. Such a sum tells sooner than the outcome's own channels, which
+ * are clipped, but it tells the wrong name. */
+static uint16_t out_of_range_or(const rim_monitor *m, uint16_t leading, uint16_t channel) {
   double score = m->models.threshold.alarm_score;
   for (uint16_t j = 0; j < m->words[RIM_CONFIG_OUTCOMES]; ++j) {
-    if (rimi_cause_is_out_of_range(m, j))
-      better_channel_of(m, j, &channel, &score);
+    if (!rimi_cause_is_out_of_range(m, j))
+      continue;
+    if (gain_of(m, leading, j).factor && rimi_search_best(m->search, j)->score > -1e9f)
+      channel = j; /* its behaviour */
+    better_channel_of(m, j, &channel, &score);
   }
   return channel;
 }
@@ -437,5 +445,5 @@ static uint16_t frozen_or(const rim_monitor *m, uint16_t channel) {
 }
 
 uint16_t rimi_cause(const rim_monitor *m, uint16_t leading) {
-  return frozen_or(m, out_of_range_or(m, choose_channel(m, leading)));
+  return frozen_or(m, out_of_range_or(m, leading, choose_channel(m, leading)));
 }
