@@ -18,9 +18,6 @@ constexpr Eigen::Index kNear = 3; // blocks of an outcome's own past
 // what the last blocks do not say, and would seem to move it.
 const double kFarBlocks[] = {4.0, 12.0, 36.0};
 constexpr Eigen::Index kPast = kNear + static_cast<Eigen::Index>(std::size(kFarBlocks));
-// Where the commands explain its level, more must stay: a room that is heated well hardly leaves its
-// own past.
-constexpr double kExplainedNotMoved = 0.98;
 // What follows the commands within the block is not predicted better by those before, either. Of it
 // the commands of the block itself leave less than this part of that error.
 constexpr double kNotFollowed = 0.4;
@@ -141,8 +138,7 @@ Moved moved_by(const RunStore &runs, std::size_t asked,
 namespace {
 
 bool is_moved(const Moved &by, bool explained) {
-  return by.before < (explained ? kExplainedNotMoved : kNotMoved) ||
-         (explained && by.now < kNotFollowed);
+  return by.before < kNotMoved || (explained && by.now < kNotFollowed);
 }
 
 } // namespace
