@@ -77,7 +77,9 @@ static void table_equals_plain_sums(void **state) {
   double after_s[B + 1];
   double after_n[B + 1];
   rimi_bins_prefix(&table, 2, 1, before_s, before_n);
+  count[D * B] = 7; /* behind the last */
   rimi_bins_halve(&table);
+  assert_int_equal(count[D * B], 7);
   rimi_bins_prefix(&table, 2, 1, after_s, after_n);
   assert_true(after_s[B] == 0.5 * before_s[B]);
   for (int k = 0; k < B; ++k) /* each cell, the first and the last */

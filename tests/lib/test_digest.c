@@ -89,6 +89,7 @@ static void what_is_not_in_use_does_not(void **state) {
   other.out_value = 5.0;
   other.alarm.channel[2] ^= 1u;       /* two channels */
   other.alarm.region.center[2] = 9.0; /* two features */
+  other.alarm.region.inverse_shape[4] += 1.0;
   assert_true(digest_of(&v) == digest_of(&other));
   v.reason = other.reason = RIM_REASON_OUT_OF_RANGE;
   assert_true(digest_of(&v) != digest_of(&other));

@@ -75,6 +75,33 @@ static void an_entry_equals_the_generated_encoder(void **state) {
     assert_int_equal(rim_lcm_unpack_entry(&back, ours, n), RIM_E_TRUNCATED);
 }
 
+/* Two poses at the same time are a turn on the spot; the first may lie in the past. */
+static void poses_may_be_at_the_same_time(void **state) {
+  (void)state;
+  static uint8_t bytes[RIM_LCM_PLAN_SIZE];
+  rim_plan p = sample_plan(3), back;
+  p.pose[0].after_s = -1.0;
+  p.pose[1].after_s = p.pose[2].after_s;
+  assert_int_equal(rim_lcm_pack_plan(bytes, sizeof bytes, &p), RIM_OK);
+  assert_int_equal(rim_lcm_unpack_plan(&back, bytes, sizeof bytes), RIM_OK);
+  assert_memory_equal(&back, &p, sizeof p);
+}
+
+/* Inside already: 0 s, which is not the same as never. */
+static void an_entry_may_be_now(void **state) {
+  (void)state;
+  const rim_entry e = {.t_s = 1.0, .to_entry_s = 0.0};
+  uint8_t bytes[RIM_LCM_ENTRY_SIZE];
+  rim_can_frame f;
+  rim_entry back;
+  assert_int_equal(rim_lcm_pack_entry(bytes, sizeof bytes, &e), RIM_OK);
+  assert_int_equal(rim_lcm_unpack_entry(&back, bytes, sizeof bytes), RIM_OK);
+  assert_true(back.to_entry_s == 0.0);
+  assert_int_equal(rim_can_pack_entry(&f, 3, &e), RIM_OK);
+  assert_int_equal(rim_can_unpack_entry(&back, &f), RIM_OK);
+  assert_true(back.to_entry_s == 0.0);
+}
+
 static void plans_that_cannot_be_are_refused(void **state) {
   (void)state;
   static uint8_t bytes[RIM_LCM_PLAN_SIZE + 1];
@@ -168,6 +195,8 @@ int main(void) {
       cmocka_unit_test(a_short_message_of_another_type_is_told),
       cmocka_unit_test(plans_equal_the_generated_encoder),
       cmocka_unit_test(an_entry_equals_the_generated_encoder),
+      cmocka_unit_test(poses_may_be_at_the_same_time),
+      cmocka_unit_test(an_entry_may_be_now),
       cmocka_unit_test(plans_that_cannot_be_are_refused),
       cmocka_unit_test(a_frame_says_the_time),
       cmocka_unit_test(a_frame_reads_back),

@@ -93,6 +93,9 @@ static void sections_are_found(void **state) {
   assert_int_equal(rim_image_section(&view, ID_C, &data, &size), RIM_OK);
   assert_true(size == 0);
   assert_int_equal(rim_image_section(&view, ID_B, NULL, NULL), RIM_OK);
+  /* What lies behind the table is no entry of it. */
+  assert_int_equal(rim_image_section(&view, rimi_le_u32(m.byte, FIRST / 4), NULL, NULL),
+                   RIM_E_RANGE);
   assert_int_equal(rim_image_section(&view, 1, &data, &size), RIM_E_RANGE);
   assert_true(data == NULL && size == 0);
   assert_int_equal(rim_image_section(NULL, ID_A, &data, &size), RIM_E_ARGUMENT);
@@ -216,6 +219,9 @@ static void section_counts(void **state) {
   put(&m, 16, 64);
   seal(&m, 64);
   assert_int_equal(opened(&m, 64), RIM_OK); /* an image without sections */
+  put(&m, 24, RIM_IMAGE_MAX_SECTIONS); /* as many may be, but there is no room for their table */
+  seal(&m, 64);
+  assert_int_equal(opened(&m, 64), RIM_E_TRUNCATED);
   m = make();
   put(&m, 24, RIM_IMAGE_MAX_SECTIONS + 1);
   seal(&m, TOTAL);

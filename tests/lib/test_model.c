@@ -25,7 +25,8 @@ static void add_text(bytes *b, const char *text) {
     u8(b, (unsigned char)*text++);
 }
 
-/* Fourteen features and three outcomes: two parts. One name is longer than its room. */
+/* Fourteen features and three outcomes: two parts. One name is longer than its room, one
+ * fills it, and leaves none for its end. */
 static int set_up(void **state) {
   (void)state;
   static bytes section[3];
@@ -38,14 +39,18 @@ static int set_up(void **state) {
                      : w == RIM_CONFIG_BLOCK_ROWS ? 5
                                                   : 0);
   for (uint32_t i = 0; i < QUANTITIES; ++i) {
-    snprintf(name_of[i], sizeof name_of[i], i == 4 ? "s.%070u_mps" : "s.name%u_mps", (unsigned)i);
+    snprintf(name_of[i], sizeof name_of[i],
+             i == 4   ? "s.%070u_mps"
+             : i == 5 ? "s.%058u_mps"
+                      : "s.name%u_mps",
+             (unsigned)i);
     add_text(&section[1], name_of[i]);
     add_text(&section[1], "\n");
   }
   for (uint32_t i = 0; i < FEATURES; ++i)
     f32(&section[2], -1.5 * i);
   for (uint32_t i = 0; i < FEATURES; ++i)
-    f32(&section[2], 2.5 * i);
+    f32(&section[2], 2.5 * (i + 1));
   image_of(&whole, id, section, 3);
   return rim_image_open(&view, whole.byte, whole.size) == RIM_OK ? 0 : -1;
 }
@@ -65,7 +70,7 @@ static void generated(rim_model_t *g, uint32_t first) {
     memcpy(g->unit[i], "m/s", 3);
     if (first + i < FEATURES) {
       g->low[i] = -1.5 * (first + i);
-      g->high[i] = 2.5 * (first + i);
+      g->high[i] = 2.5 * (first + i + 1);
     }
   }
 }
@@ -88,7 +93,7 @@ static void parts_equal_the_generated_encoder(void **state) {
     for (uint32_t i = 0; i < back.count; ++i) {
       assert_true(strncmp(back.quantity[i].name, name_of[first + i], 63) == 0);
       assert_string_equal(back.quantity[i].unit, "m/s");
-      assert_true(back.quantity[i].high == (first + i < FEATURES ? 2.5 * (first + i) : 0.0));
+      assert_true(back.quantity[i].high == (first + i < FEATURES ? 2.5 * (first + i + 1) : 0.0));
     }
   }
 }
@@ -127,6 +132,26 @@ static void as_many_as_an_index_has(void **state) {
   }
 }
 
+/* As many features and outcomes as there may be are read, and a part behind the last of them. */
+static void the_last_part_is_read(void **state) {
+  (void)state;
+  static rim_model_message back;
+  static uint8_t message[RIM_LCM_MODEL_SIZE];
+  assert_int_equal(rim_lcm_pack_model(message, sizeof message, &view, 12, 0), RIM_OK);
+  message[14] = message[15] = message[18] = message[19] = UINT8_MAX;
+  assert_int_equal(rim_lcm_unpack_model(&back, message, sizeof message), RIM_OK);
+  assert_true(back.features == UINT16_MAX && back.outcomes == UINT16_MAX);
+  const uint32_t all = 2u * UINT16_MAX;
+  message[29] = (uint8_t)(all >> 16);
+  message[30] = (uint8_t)(all >> 8);
+  message[31] = (uint8_t)all;
+  message[35] = 0; /* none follows */
+  assert_int_equal(rim_lcm_unpack_model(&back, message, sizeof message), RIM_OK);
+  assert_true(back.first == all && back.count == 0);
+  message[35] = 1;
+  assert_int_equal(rim_lcm_unpack_model(&back, message, sizeof message), RIM_E_RANGE);
+}
+
 static void wrong_messages_are_refused(void **state) {
   (void)state;
   static rim_model_message back;
@@ -156,9 +181,8 @@ static void wrong_messages_are_refused(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(parts_equal_the_generated_encoder),
-      cmocka_unit_test(misuse_is_refused),
-      cmocka_unit_test(as_many_as_an_index_has),
+      cmocka_unit_test(parts_equal_the_generated_encoder), cmocka_unit_test(misuse_is_refused),
+      cmocka_unit_test(as_many_as_an_index_has),           cmocka_unit_test(the_last_part_is_read),
       cmocka_unit_test(wrong_messages_are_refused),
   };
   return cmocka_run_group_tests(tests, set_up, NULL);

@@ -42,6 +42,20 @@ static void names_come_in_order(void **state) {
   assert_int_equal(rim_image_name(&view, UINT32_MAX, &text, &length), RIM_E_RANGE);
 }
 
+/* A line's end right behind the section is none of its names'. */
+static void names_end_with_the_section(void **state) {
+  (void)state;
+  static bytes b;
+  rim_image view;
+  const char *text;
+  size_t length;
+  make_image(&b, RIM_SECTION_NAMES, "one\ncut.");
+  assert_int_equal(rim_image_open(&view, b.byte, b.size), RIM_OK);
+  b.byte[b.size] = '\n';
+  assert_int_equal(rim_image_name(&view, 0, &text, &length), RIM_OK);
+  assert_int_equal(rim_image_name(&view, 1, &text, &length), RIM_E_RANGE);
+}
+
 static void misuse_is_told(void **state) {
   (void)state;
   static bytes b;
@@ -98,9 +112,8 @@ static void the_table_is_whole(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(names_come_in_order),
-      cmocka_unit_test(misuse_is_told),
-      cmocka_unit_test(units_end_names),
+      cmocka_unit_test(names_come_in_order), cmocka_unit_test(names_end_with_the_section),
+      cmocka_unit_test(misuse_is_told),      cmocka_unit_test(units_end_names),
       cmocka_unit_test(the_table_is_whole),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
