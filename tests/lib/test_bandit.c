@@ -596,10 +596,64 @@ static void a_chance_is_of_all_components(void **state) {
   assert_true(inside > 5);
 }
 
+/* The fewest and the most that is allowed, each alone. */
+static void the_ends_are_allowed(void **state) {
+  (void)state;
+  rim_bandit *b = NULL;
+  for (int which = 0; which < 8; ++which) {
+    static _Alignas(8) uint8_t large[RIM_BANDIT_SIZE_BANK(DIMS, 1, RIM_BANDIT_MAX_PLANS)];
+    rim_bandit_config c = config_of(RIM_BANDIT_BANK);
+    c.gp.points = 1;
+    c.plans = which == 0 ? 1 : RIM_BANDIT_MAX_PLANS;
+    c.power = which == 2 ? 4.0 : which == 3 ? 4.001 : 1.0;
+    c.delta = which == 4 ? 1e-300 : which == 5 ? 1.0 : 0.1;
+    c.bound = which == 6 ? 1.0 : 0.0;
+    if (which == 7)
+      c.plans = RIM_BANDIT_MAX_PLANS + 1;
+    const rim_status expected = which == 3 || which == 5 || which == 7 ? RIM_E_CONFIG : RIM_OK;
+    assert_int_equal(rim_bandit_init(&b, large, sizeof large, &c), expected);
+  }
+}
+
+/* A reward whose variance is the largest that is taken, and an action without noise, are used. */
+static void the_largest_variance_and_no_noise(void **state) {
+  (void)state;
+  const rim_bandit_config c = config_of(RIM_BANDIT_GP_UCB);
+  rim_bandit *b = make(&memory, &c);
+  const double at[DIMS] = {0.5, 0.5}, none = 0.0;
+  assert_int_equal(rim_bandit_observe(b, at, 0, 0.0, 1e100, 1.0), RIM_OK);
+  assert_int_equal(rim_bandit_observe(b, at, 0, 0.0, 1.001e100, 1.0), RIM_E_DATA);
+  const rim_bandit_actions actions = {1, at, NULL, &none, NULL};
+  rim_bandit_choice choice;
+  assert_int_equal(rim_bandit_choose(b, &actions, &choice), RIM_OK);
+  assert_int_equal(rim_bandit_get_counters(b).unusable, 0);
+}
+
+/* A reward far above a level, or far below, is so for certain: a chance that just meets its bound
+ * meets it. */
+static void a_chance_that_just_meets_its_bound(void **state) {
+  (void)state;
+  for (int which = 0; which < 3; ++which) {
+    rim_bandit_config c = config_of(RIM_BANDIT_GP_UCB);
+    c.risk = RIM_BANDIT_BOUNDED;
+    c.bound = which == 2 ? 0.0 : 1.0;
+    rim_bandit *b = make(&memory, &c);
+    const double at[DIMS] = {0.5, 0.5}, mean = which == 0 ? 100.0 : -100.0;
+    const rim_bandit_actions actions = {1, at, &mean, NULL, NULL};
+    rim_bandit_choice choice;
+    assert_int_equal(rim_bandit_choose(b, &actions, &choice), RIM_OK);
+    assert_true(choice.probability == (which == 0 ? 1.0 : 0.0));
+    assert_int_equal(choice.bound_met, which != 1);
+  }
+}
+
 int main(void) {
   printf("seed %u\n", SEED);
   rimi_rng_seed(&rng, SEED, 0);
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(the_ends_are_allowed),
+      cmocka_unit_test(the_largest_variance_and_no_noise),
+      cmocka_unit_test(a_chance_that_just_meets_its_bound),
       cmocka_unit_test(choice_is_the_best_allowed),
       cmocka_unit_test(residuals_are_of_the_corrected_model),
       cmocka_unit_test(every_policy_learns),

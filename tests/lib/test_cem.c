@@ -79,6 +79,63 @@ static void key_decides(void **state) {
   assert_true(value[0] == value[2] && value[0] != value[1]);
 }
 
+/* Every call is worth the same, or one of its first draws a little less than the one before. */
+typedef struct plateau {
+  target of;
+  double step;
+} plateau;
+
+static double first_level_then_close(const rim_ellipsoid *e, void *context) {
+  plateau *p = (plateau *)context;
+  const double value = closeness(e, &p->of);
+  return p->of.calls <= 25 ? -100.0 - p->step * p->of.calls : value;
+}
+
+/* Of equal draws the first are kept, as if each were worth less than the one before. */
+static void of_equal_draws_the_first_are_kept(void **state) {
+  (void)state;
+  const double x[2] = {0.4, 0.6};
+  rim_ellipsoid e[2];
+  double value[2];
+  for (int i = 0; i < 2; ++i) {
+    plateau p = {{{0.9, 0.1}, 0.1, 0}, i == 0 ? 0.0 : 1e-6};
+    const rim_cem_config c = {0}; /* 24 draws an iteration, after the start */
+    e[i] = rimi_ellipsoid_ball(2, x, 0.2);
+    assert_int_equal(rimi_cem_optimise(&c, first_level_then_close, &p, SEED, 1, &e[i], &value[i]),
+                     RIM_OK);
+  }
+  assert_memory_equal(&e[0], &e[1], sizeof e[0]);
+  assert_true(value[0] == value[1] && value[0] > -1.0);
+}
+
+static double level(const rim_ellipsoid *e, void *context) {
+  (void)e;
+  (void)context;
+  return 2.0;
+}
+
+/* What is only as good does not replace the start. */
+static void what_is_only_as_good_changes_nothing(void **state) {
+  (void)state;
+  const double x[2] = {0.4, 0.6};
+  rim_ellipsoid e = rimi_ellipsoid_ball(2, x, 0.2);
+  const rim_ellipsoid before = e;
+  const rim_cem_config c = {0};
+  double value = 0.0;
+  assert_int_equal(rimi_cem_optimise(&c, level, NULL, SEED, 1, &e, &value), RIM_OK);
+  assert_memory_equal(&e, &before, sizeof e);
+  assert_true(value == 2.0);
+}
+
+static void the_ends_are_allowed(void **state) {
+  (void)state;
+  const rim_cem_config ends[] = {{.samples = 2, .elites = 2},
+                                 {.samples = RIM_CEM_MAX_SAMPLES, .elites = RIM_CEM_MAX_ELITES},
+                                 {.least_axis = 0.25, .most_axis = 0.25}};
+  for (size_t i = 0; i < sizeof ends / sizeof *ends; ++i)
+    assert_true(rimi_cem_is_valid(&ends[i], 2));
+}
+
 static void bad_input_is_refused(void **state) {
   (void)state;
   target t = {{0}, 0, 0};
@@ -121,6 +178,9 @@ int main(void) {
       cmocka_unit_test(climbs_in_every_dimension),
       cmocka_unit_test(never_worse_than_the_start),
       cmocka_unit_test(key_decides),
+      cmocka_unit_test(of_equal_draws_the_first_are_kept),
+      cmocka_unit_test(what_is_only_as_good_changes_nothing),
+      cmocka_unit_test(the_ends_are_allowed),
       cmocka_unit_test(bad_input_is_refused),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -246,8 +246,90 @@ static void wheels_of_few_bits(void **unused) {
   assert_int_equal(rimi_wheels_velocity(&w, zero, zero, 1.0, NULL), RIM_E_ARGUMENT);
 }
 
+/* A command takes effect in the row of its time. From a standstill the vehicle accelerates. */
+static void a_command_takes_effect_at_its_time(void **unused) {
+  (void)unused;
+  rim_interference_model m = sample_interference();
+  m.latency_s = 2.0 * DT;
+  assert_int_equal(rimi_interference_init(&s, &m), RIM_OK);
+  step(0.0, 0.0, 0.0);
+  for (int k = 1; k < 4; ++k) {
+    step(DT * k, 0.5, 0.0);
+    assert_true(s.in_force == (k < 3 ? 0.0 : 0.5));
+    assert_true(v.one_step_mps == 0.0);
+  }
+  step(DT * 4, 0.5, 0.0);
+  assert_true(v.one_step_mps == -DT); /* 1 m/s^2 */
+}
+
+/* As many commands as can wait take effect in one row, and the last one until its end. */
+static void all_that_waits_takes_effect_at_once(void **unused) {
+  (void)unused;
+  rim_interference_model m = sample_interference();
+  m.latency_s = 64.0;
+  m.gap_s = 100.0;
+  assert_int_equal(rimi_interference_init(&s, &m), RIM_OK);
+  const uint32_t most = RIM_INTERFERENCE_COMMANDS;
+  for (uint32_t k = 0; k < most; ++k)
+    step(DT * k, k + 1 < most ? 0.001 * k : 2.0, 0.0);
+  assert_int_equal(s.commands, most);
+  step(64.0 + DT * most + 4.0, 2.0, 2.0);
+  assert_true(s.commands == 0 && s.in_force == 2.0 && s.open_loop[0] == 2.0);
+}
+
+/* What moves as commanded is steady; a ramp counts as one until its very end. */
+static void a_ramp_ends_after_its_last_row(void **unused) {
+  (void)unused;
+  begin();
+  for (int k = 0; k < 4; ++k)
+    step(DT * k, 0.5, 0.5);
+  assert_true(s.ramp_until_s == 0.0);
+  for (int after = 0; after < 2; ++after) {
+    rim_interference copy = s;
+    copy.ramp_until_s = DT * (after ? 3.5 : 4.0);
+    assert_int_equal(rimi_interference_step(&copy, DT * 4, 0.5, 0.5 + 0.059, &v), RIM_OK);
+    assert_int_equal(v.score[RIM_INTERFERENCE_ONE_STEP] > 0.0, after); /* 0.059 of 0.06 or 0.03 */
+  }
+}
+
+/* Of two sums that are full the one-step residual's says when it began; a score of just 1 raises an
+ * alarm, and one of just what clears does not clear it. */
+static void scores_at_their_limits(void **unused) {
+  (void)unused;
+  rim_interference_model m = sample_interference();
+  m.one_step.sd_steady =
+      0.0625; /* and a slack of 1: a residual of as much leaves the sum as it is */
+  m.open_loop.sd_steady = 1e6;
+  assert_int_equal(rimi_interference_init(&s, &m), RIM_OK);
+  for (int k = 0; k < 4; ++k)
+    step(DT * k, 0.5, 0.5);
+  const rim_interference steady = s;
+  const double threshold = m.one_step.threshold;
+  const double sum[4] = {threshold, 0.99 * threshold, 0.5 * threshold, 0.49 * threshold};
+  for (int i = 0; i < 4; ++i) {
+    s = steady;
+    s.alarmed = i >= 2;
+    s.sum[0][0] = sum[i];
+    step(DT * 4, 0.5, 0.5 - 0.0625);
+    assert_true(v.score[RIM_INTERFERENCE_ONE_STEP] == sum[i] / threshold);
+    assert_int_equal(v.alarmed, i % 2 == 0);
+  }
+  s = steady;
+  s.sum[0][0] = s.sum[1][0] = 1e6;
+  s.sum_from_s[0][0] = 1.0;
+  s.sum_from_s[1][0] = 2.0;
+  step(DT * 4, 0.5, 0.25);
+  assert_true(v.score[RIM_INTERFERENCE_ONE_STEP] == 2.0 &&
+              v.score[RIM_INTERFERENCE_OPEN_LOOP] == 2.0);
+  assert_true(v.raised && v.onset_s == 1.0);
+}
+
 int main(void) {
-  const struct CMUnitTest tests[] = {cmocka_unit_test(every_number_has_its_limits),
+  const struct CMUnitTest tests[] = {cmocka_unit_test(a_command_takes_effect_at_its_time),
+                                     cmocka_unit_test(all_that_waits_takes_effect_at_once),
+                                     cmocka_unit_test(a_ramp_ends_after_its_last_row),
+                                     cmocka_unit_test(scores_at_their_limits),
+                                     cmocka_unit_test(every_number_has_its_limits),
                                      cmocka_unit_test(a_state_may_be_left_for_certain),
                                      cmocka_unit_test(rows_go_on_when_their_number_is_full),
                                      cmocka_unit_test(full_counters_stay_full),
