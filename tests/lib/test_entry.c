@@ -87,6 +87,26 @@ static void poses_may_be_at_the_same_time(void **state) {
   assert_memory_equal(&back, &p, sizeof p);
 }
 
+/* A quaternion's square may be off by a fiftieth, and by no more: at its limits it is refused. */
+static void a_quaternion_is_nearly_of_length_1(void **state) {
+  (void)state;
+  static const struct {
+    double w, z, square;
+  } limit[2] = {{0x1.8p-7, 0x1.fad1917ed80fap-1, 0.98}, {0x1p-7, 0x1.028a229f0b97dp+0, 1.02}};
+  static uint8_t bytes[RIM_LCM_PLAN_SIZE];
+  for (int i = 0; i < 2; ++i) {
+    assert_true(limit[i].w * limit[i].w + limit[i].z * limit[i].z == limit[i].square);
+    for (int within = 0; within < 2; ++within) {
+      rim_plan p = sample_plan(1), back;
+      p.pose[0].orientation[0] = limit[i].w;
+      p.pose[0].orientation[3] = limit[i].z + (within ? i == 0 ? 1e-12 : -1e-12 : 0.0);
+      assert_int_equal(rim_lcm_pack_plan(bytes, sizeof bytes, &p), RIM_OK);
+      assert_int_equal(rim_lcm_unpack_plan(&back, bytes, sizeof bytes),
+                       within ? RIM_OK : RIM_E_DATA);
+    }
+  }
+}
+
 /* Inside already: 0 s, which is not the same as never. */
 static void an_entry_may_be_now(void **state) {
   (void)state;
@@ -196,6 +216,7 @@ int main(void) {
       cmocka_unit_test(plans_equal_the_generated_encoder),
       cmocka_unit_test(an_entry_equals_the_generated_encoder),
       cmocka_unit_test(poses_may_be_at_the_same_time),
+      cmocka_unit_test(a_quaternion_is_nearly_of_length_1),
       cmocka_unit_test(an_entry_may_be_now),
       cmocka_unit_test(plans_that_cannot_be_are_refused),
       cmocka_unit_test(a_frame_says_the_time),
