@@ -10,6 +10,7 @@
 
 #include <cmocka.h>
 
+#include "base/crc.h"
 #include "interference/detector.h"
 #include "interference_sample.h"
 
@@ -324,8 +325,39 @@ static void scores_at_their_limits(void **unused) {
   assert_true(v.raised && v.onset_s == 1.0);
 }
 
+/* The check sum is that of all bytes but its own, as any reader of the section works it out. */
+static void a_section_has_the_usual_check_sum(void **unused) {
+  (void)unused;
+  const rim_interference_model m = sample_interference();
+  uint8_t section[RIM_INTERFERENCE_BYTES];
+  assert_int_equal(rimi_interference_pack(&m, section, sizeof section), RIM_OK);
+  const uint32_t begun = rimi_crc32(0, section, 12);
+  const uint32_t crc = rimi_crc32(begun, section + 16, sizeof section - 16);
+  for (size_t i = 0; i < 4; ++i)
+    assert_int_equal(section[12 + i], crc >> (8 * i) & 255u);
+}
+
+/* The model's odds say that it began after the last row in which they were below 1 %. */
+static void an_onset_by_the_odds_is_the_last_quiet_row(void **unused) {
+  (void)unused;
+  rim_interference_model m = sample_interference();
+  m.one_step.threshold = m.open_loop.threshold = 1e9; /* they say nothing */
+  assert_int_equal(rimi_interference_init(&s, &m), RIM_OK);
+  double quiet_s = -1.0;
+  for (int k = 0; k < 200 && !v.alarmed; ++k) {
+    const double speed = k < 60 ? 0.5 : k < 64 ? 0.5 - 0.125 * (k - 59) : 0.0;
+    step(DT * k, 0.5, speed);
+    if (v.ln_odds < -4.6)
+      quiet_s = DT * k;
+  }
+  assert_true(v.raised && v.alarmed && quiet_s > 55 * DT);
+  assert_true(v.onset_s == quiet_s && v.since_onset_s == v.t_s - quiet_s && v.t_s > quiet_s);
+}
+
 int main(void) {
-  const struct CMUnitTest tests[] = {cmocka_unit_test(a_command_takes_effect_at_its_time),
+  const struct CMUnitTest tests[] = {cmocka_unit_test(a_section_has_the_usual_check_sum),
+                                     cmocka_unit_test(an_onset_by_the_odds_is_the_last_quiet_row),
+                                     cmocka_unit_test(a_command_takes_effect_at_its_time),
                                      cmocka_unit_test(all_that_waits_takes_effect_at_once),
                                      cmocka_unit_test(a_ramp_ends_after_its_last_row),
                                      cmocka_unit_test(scores_at_their_limits),
