@@ -77,9 +77,13 @@ static void table_equals_plain_sums(void **state) {
   double after_s[B + 1];
   double after_n[B + 1];
   rimi_bins_prefix(&table, 2, 1, before_s, before_n);
+  static float before_sum[D * B * C];
+  memcpy(before_sum, sum, sizeof sum);
   count[D * B] = 7; /* behind the last */
   rimi_bins_halve(&table);
   assert_int_equal(count[D * B], 7);
+  for (int i = 0; i < D * B * C; ++i)
+    assert_true(sum[i] == 0.5f * before_sum[i]);
   rimi_bins_prefix(&table, 2, 1, after_s, after_n);
   assert_true(after_s[B] == 0.5 * before_s[B]);
   for (int k = 0; k < B; ++k) /* each cell, the first and the last */
@@ -126,6 +130,8 @@ static void grid_added_equals_put_and_accumulated(void **state) {
       assert_true(n1[row * (G + 1) + k] <= n1[row * (G + 1) + k + 1]);
   }
   rimi_grid_halve(&one);
+  for (int i = 0; i < G * (G + 1); ++i)
+    assert_true(s1[i] == 0.5f * s2[i] && n1[i] == n2[i] / 2);
   for (int row = 0; row < G; ++row) {
     for (int k = 0; k < G; ++k)
       assert_true(n1[row * (G + 1) + k] <= n1[row * (G + 1) + k + 1]);

@@ -35,6 +35,11 @@ static void region_is_the_same_set(void **state) {
     rim_unit_region region;
     assert_int_equal(rimi_ellipsoid_region(&e, feature, &region), RIM_OK);
     assert_true(rimi_region_is_valid(&region.unit));
+    for (size_t i = 0; i < 3; ++i) { /* its box, and nothing where it has no dimension */
+      const double half = i < dims ? rimi_ellipsoid_half_side(&e, i) : 0.0;
+      assert_true(fabs(region.unit.upper[i] - (i < dims ? 0.5 : 0.0) - half) < 1e-12);
+      assert_true(i < dims || (region.unit.feature[i] == 0 && region.unit.center[i] == 0.0));
+    }
     for (int k = 0; k < 50; ++k) {
       double full[5] = {0};
       double own[3];

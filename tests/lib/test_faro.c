@@ -59,8 +59,10 @@ static void finds_a_planted_ball(void **state) {
     if (d.n == 1)
       assert_false(found);
     assert_true(faro.count <= 5);
-    for (uint32_t i = 1; i < faro.count; ++i)
-      assert_true(faro.value[i] <= faro.value[i - 1]);
+    for (uint32_t i = 0; i < faro.count; ++i) { /* each by the newest observation */
+      assert_true(faro.value[i] == ln_anom(&faro.candidate[i], &d));
+      assert_true(i == 0 || faro.value[i] <= faro.value[i - 1]);
+    }
   }
   d.n = N;
   assert_true(found);
@@ -142,6 +144,9 @@ static void the_most_is_accepted(void **state) {
   static rim_faro faro;
   const rim_faro_config most = {.dims = RIM_CEM_MAX_DIMS, .candidates = RIM_FARO_MAX_CANDIDATES};
   assert_int_equal(rimi_faro_init(&faro, &most), RIM_OK);
+  const rim_faro_config least = {.dims = 1, .candidates = 1};
+  static rim_faro small;
+  assert_int_equal(rimi_faro_init(&small, &least), RIM_OK);
   const double x[RIM_CEM_MAX_DIMS] = {0.0};
   double value = 1.0;
   bool found = false;
@@ -175,6 +180,8 @@ static void bad_input_is_refused(void **state) {
   const double bad_point[2] = {0.5, NAN};
   assert_int_equal(rimi_faro_init(&faro, &config), RIM_OK);
   assert_int_equal(rimi_faro_step(&faro, bad_point, ln_anom, &d, 0.0, &found), RIM_E_DATA);
+  const double bad_first[2] = {NAN, 0.5};
+  assert_int_equal(rimi_faro_step(&faro, bad_first, ln_anom, &d, 0.0, &found), RIM_E_DATA);
   assert_int_equal(faro.steps, 0);
   assert_true(found);
 }

@@ -51,11 +51,24 @@ static void the_ends_of_the_turn(void **state) {
   ENDS_AT(b.search->p_at, 2 * OUTCOMES - 1);
 }
 
+/* Each channel that still holds what was taken out is one that waits. */
+static void every_channel_may_wait(void **state) {
+  (void)state;
+  search_some_blocks();
+  assert_false(rimi_search_is_taking_out(b.search));
+  for (uint32_t c = 0; c < SEARCH_MAX_CHANNELS; ++c) {
+    b.search->excludes[c / 32u] = UINT32_C(1) << (c % 32u);
+    assert_true(rimi_search_is_taking_out(b.search));
+    b.search->excludes[c / 32u] = 0;
+  }
+}
+
 int main(void) {
   printf("seed %u\n", SEED);
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(the_ends_of_a_hypothesis),
       cmocka_unit_test(the_ends_of_the_turn),
+      cmocka_unit_test(every_channel_may_wait),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

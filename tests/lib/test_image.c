@@ -212,6 +212,24 @@ static void bad_tables_are_refused(void **state) {
   }
 }
 
+/* Whichever of the entries it is. */
+static void a_bad_entry_at_any_place_is_refused(void **state) {
+  (void)state;
+  static const uint32_t id[SECTIONS] = {ID_A, ID_B, ID_C};
+  for (size_t index = 0; index < SECTIONS; ++index) {
+    image m = make();
+    entry(&m, index, id[index], FIRST + 1, 0);
+    seal(&m, TOTAL);
+    assert_int_equal(opened(&m, TOTAL), RIM_E_ALIGN);
+    entry(&m, index, id[index], TOTAL + 8, 0);
+    seal(&m, TOTAL);
+    assert_int_equal(opened(&m, TOTAL), RIM_E_RANGE);
+    entry(&m, index, id[index], FIRST + 32, 17);
+    seal(&m, TOTAL);
+    assert_int_equal(opened(&m, TOTAL), RIM_E_RANGE);
+  }
+}
+
 static void section_counts(void **state) {
   (void)state;
   image m = make();
@@ -240,6 +258,7 @@ int main(void) {
       cmocka_unit_test(header_causes),
       cmocka_unit_test(swapped_bytes_are_named),
       cmocka_unit_test(bad_tables_are_refused),
+      cmocka_unit_test(a_bad_entry_at_any_place_is_refused),
       cmocka_unit_test(section_counts),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

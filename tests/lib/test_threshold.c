@@ -170,6 +170,28 @@ static void what_is_just_allowed(void **state) {
   assert_int_equal(rimi_threshold_open(&t, s.bytes, RIM_THRESHOLD_HEADER_BYTES), RIM_E_RANGE);
 }
 
+/* A score may be of any sign, and the scale of a run may fall before it rises; one alone holds for
+ * all of a run. */
+static void scores_and_scales_of_any_kind(void **state) {
+  (void)state;
+  rim_threshold t;
+  section s = make_section();
+  put_f32(&s, 8, -5.0f);
+  assert_int_equal(rimi_threshold_open(&t, s.bytes, sizeof s.bytes), RIM_OK);
+  const float growth[KNOTS] = {3.0f, 1.0f, 9.0f};
+  for (size_t i = 0; i < KNOTS; ++i)
+    put_f32(&s, 8 + RUNS + i, growth[i]);
+  assert_int_equal(rimi_threshold_open(&t, s.bytes, sizeof s.bytes), RIM_OK);
+  const double expected[6] = {3.0, 3.0, 1.0, 5.0, 9.0, 9.0};
+  for (uint32_t n = 0; n < 6; ++n)
+    assert_true(rimi_threshold_growth(&t, n) == expected[n]);
+  put_u32(&s, 2, 1); /* one knot, and what would be others goes */
+  memmove(s.bytes + 4 * (8 + RUNS + 1), s.bytes + 4 * (8 + RUNS + KNOTS), 8 * CHANNELS);
+  assert_int_equal(rimi_threshold_open(&t, s.bytes, sizeof s.bytes - 4 * (KNOTS - 1)), RIM_OK);
+  for (uint32_t n = 0; n < 6; ++n)
+    assert_true(rimi_threshold_growth(&t, n) == 3.0);
+}
+
 static void envelope_interpolates_and_is_constant_beyond(void **state) {
   (void)state;
   const section s = make_section();
@@ -258,6 +280,7 @@ int main(void) {
       cmocka_unit_test(bad_values_are_refused),
       cmocka_unit_test(counts_end),
       cmocka_unit_test(what_is_just_allowed),
+      cmocka_unit_test(scores_and_scales_of_any_kind),
       cmocka_unit_test(envelope_interpolates_and_is_constant_beyond),
       cmocka_unit_test(score_and_threshold_agree),
       cmocka_unit_test(p_value_counts_maxima),
