@@ -127,6 +127,60 @@ static void what_is_only_as_good_changes_nothing(void **state) {
   assert_true(value == 2.0);
 }
 
+static double farthest(const rim_ellipsoid *e, void *context) {
+  double *most = (double *)context;
+  *most = fmax(*most, fmax(fabs(e->center[0] - 0.5), fabs(e->center[1] - 0.5)));
+  return 0.0;
+}
+
+/* Centres are drawn as far from the first as its shortest axis says, whichever it is. */
+static void the_shortest_axis_says_how_far(void **state) {
+  (void)state;
+  const double x[2] = {0.5, 0.5};
+  for (int which = 0; which < 3; ++which) {
+    rim_ellipsoid e = rimi_ellipsoid_ball(2, x, 0.4);
+    if (which < 2)
+      e.factor[2 * which] = 0.04;
+    const rim_cem_config c = {.samples = 200, .iterations = 1};
+    double most = 0.0, value = 0.0;
+    assert_int_equal(rimi_cem_optimise(&c, farthest, &most, SEED, 1, &e, &value), RIM_OK);
+    assert_true(which < 2 ? most < 6.0 * 0.5 * 0.04 : most > 0.4);
+  }
+}
+
+typedef struct follower {
+  target of;
+  double best, center, farthest;
+} follower;
+
+/* Of the first 24 draws the best, and how far from it the next are. */
+static double follows(const rim_ellipsoid *e, void *context) {
+  follower *f = (follower *)context;
+  const double value = closeness(e, &f->of);
+  if (f->of.calls > 1 && f->of.calls <= 25 && value > f->best) {
+    f->best = value;
+    f->center = e->center[0];
+  }
+  if (f->of.calls > 25)
+    f->farthest = fmax(f->farthest, fabs(e->center[0] - f->center));
+  return value;
+}
+
+/* A single elite is the best draw, whenever it came: the next are drawn around it. */
+static void a_single_elite_is_the_best(void **state) {
+  (void)state;
+  for (uint64_t stream = 0; stream < 8; ++stream) {
+    const double x[1] = {0.4};
+    rim_ellipsoid e = rimi_ellipsoid_ball(1, x, 0.3);
+    follower f = {{{0.6}, 0.3, 0}, -1e300, 0.0, 0.0};
+    const rim_cem_config c = {.samples = 24, .elites = 1, .iterations = 2};
+    double value = 0.0;
+    assert_int_equal(rimi_cem_optimise(&c, follows, &f, SEED, stream, &e, &value), RIM_OK);
+    assert_int_equal(f.of.calls, 49);
+    assert_true(f.farthest > 0.0 && f.farthest < 0.02);
+  }
+}
+
 static void the_ends_are_allowed(void **state) {
   (void)state;
   const rim_cem_config ends[] = {{.samples = 2, .elites = 2},
@@ -166,8 +220,13 @@ static void bad_input_is_refused(void **state) {
   odd.dims = 7;
   assert_int_equal(rimi_cem_optimise(&good, closeness, &t, 1, 1, &odd, &value), RIM_E_CONFIG);
   odd = e;
-  odd.factor[2] = 0.0;
-  assert_int_equal(rimi_cem_optimise(&good, closeness, &t, 1, 1, &odd, &value), RIM_E_CONFIG);
+  for (int i = 0; i < 4;
+       ++i) { /* an axis of 0, or a centre that is no number, of either dimension */
+    odd = e;
+    odd.factor[i < 2 ? 2 * i : 0] = i < 2 ? 0.0 : 0.2;
+    odd.center[i % 2] = i < 2 ? 0.5 : (double)NAN;
+    assert_int_equal(rimi_cem_optimise(&good, closeness, &t, 1, 1, &odd, &value), RIM_E_CONFIG);
+  }
   assert_memory_equal(&e, &before, sizeof e);
   assert_true(value == 7.0 && t.calls == 0);
 }
@@ -180,6 +239,8 @@ int main(void) {
       cmocka_unit_test(key_decides),
       cmocka_unit_test(of_equal_draws_the_first_are_kept),
       cmocka_unit_test(what_is_only_as_good_changes_nothing),
+      cmocka_unit_test(the_shortest_axis_says_how_far),
+      cmocka_unit_test(a_single_elite_is_the_best),
       cmocka_unit_test(the_ends_are_allowed),
       cmocka_unit_test(bad_input_is_refused),
   };

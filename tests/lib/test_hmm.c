@@ -207,7 +207,9 @@ static void test_most_states_by_logarithms(void **state) {
     h.ln_alpha[i] = log(1.0 / MOST);
   }
   ln_b[MOST - 1] = RIM_HMM_LN_ZERO; /* and one is impossible */
+  const double before = h.ln_evidence;
   assert_int_equal(rimi_hmm_step(&h, ln_b), RIM_OK);
+  near(h.ln_evidence - before, log((MOST - 1.0) / MOST), 1e-12);
   for (size_t i = 0; i + 1 < MOST; ++i)
     near(h.ln_alpha[i], log(1.0 / (MOST - 1)), 1e-12);
   assert_true(h.ln_alpha[MOST - 1] == RIM_HMM_LN_ZERO);
@@ -221,6 +223,14 @@ static void test_init_refuses(void **state) {
   assert_int_equal(rimi_hmm_init(NULL, &m), RIM_E_ARGUMENT);
   m.transition[1][1] = 0.61;
   assert_int_equal(rimi_hmm_init(&h, &m), RIM_E_DATA);
+  for (int i = 0; i < S; ++i) { /* whichever row it is */
+    m = model();
+    m.transition[i][1] += 0.01;
+    assert_int_equal(rimi_hmm_init(&h, &m), RIM_E_DATA);
+  }
+  m = model();
+  m.states = 0;
+  assert_int_equal(rimi_hmm_init(&h, &m), RIM_E_RANGE);
   m = model();
   m.initial[0] = NAN;
   assert_int_equal(rimi_hmm_init(&h, &m), RIM_E_DATA);

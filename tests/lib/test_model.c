@@ -42,6 +42,8 @@ static int set_up(void **state) {
     snprintf(name_of[i], sizeof name_of[i],
              i == 4   ? "s.%070u_mps"
              : i == 5 ? "s.%058u_mps"
+             : i == 6 ? "s.plain%u"
+             : i == 7 ? "s.turn%u_radps2"
                       : "s.name%u_mps",
              (unsigned)i);
     add_text(&section[1], name_of[i]);
@@ -55,6 +57,9 @@ static int set_up(void **state) {
   return rim_image_open(&view, whole.byte, whole.size) == RIM_OK ? 0 : -1;
 }
 
+/* Of a name without one: none; the longest fills its room but for its end. */
+static const char *unit_of(uint32_t i) { return i == 6 ? "" : i == 7 ? "rad/s^2" : "m/s"; }
+
 static void generated(rim_model_t *g, uint32_t first) {
   memset(g, 0, sizeof *g);
   g->model_id = 0x1234567;
@@ -67,7 +72,7 @@ static void generated(rim_model_t *g, uint32_t first) {
   g->flags = 1;
   for (uint32_t i = 0; i < (uint32_t)g->count; ++i) {
     memcpy(g->name[i], name_of[first + i], 63);
-    memcpy(g->unit[i], "m/s", 3);
+    memcpy(g->unit[i], unit_of(first + i), strlen(unit_of(first + i)));
     if (first + i < FEATURES) {
       g->low[i] = -1.5 * (first + i);
       g->high[i] = 2.5 * (first + i + 1);
@@ -92,7 +97,7 @@ static void parts_equal_the_generated_encoder(void **state) {
     assert_true(back.first == first && back.count == (first == 0 ? 12u : 5u));
     for (uint32_t i = 0; i < back.count; ++i) {
       assert_true(strncmp(back.quantity[i].name, name_of[first + i], 63) == 0);
-      assert_string_equal(back.quantity[i].unit, "m/s");
+      assert_string_equal(back.quantity[i].unit, unit_of(first + i));
       assert_true(back.quantity[i].high == (first + i < FEATURES ? 2.5 * (first + i + 1) : 0.0));
     }
   }
@@ -108,6 +113,23 @@ static void misuse_is_refused(void **state) {
   assert_int_equal(rim_lcm_pack_model(out, sizeof out, &closed, 0, 0), RIM_E_ARGUMENT);
   assert_int_equal(rim_lcm_pack_model(NULL, sizeof out, &view, 0, 0), RIM_E_ARGUMENT);
   assert_int_equal(rim_lcm_pack_model(out, sizeof out, NULL, 0, 0), RIM_E_ARGUMENT);
+}
+
+/* Whether rows bring their own predictions. */
+static void predictions_of_the_caller_are_said(void **state) {
+  (void)state;
+  static rim_model_message back;
+  uint8_t out[RIM_LCM_MODEL_SIZE];
+  const uint8_t *config;
+  size_t config_bytes;
+  assert_int_equal(rim_image_section(&view, RIM_SECTION_CONFIG, &config, &config_bytes), RIM_OK);
+  uint8_t *at = whole.byte + (config - whole.byte) + 4u * RIM_CONFIG_EXTERNAL;
+  at[0] = 1;
+  assert_int_equal(rim_lcm_pack_model(out, sizeof out, &view, 0, 6), RIM_OK);
+  assert_true(out[36] == 1 && out[37] == 6);
+  assert_int_equal(rim_lcm_unpack_model(&back, out, sizeof out), RIM_OK);
+  assert_true(back.external && back.flags == 6);
+  at[0] = 0;
 }
 
 /* An index is a u16: as many features, and as many outcomes, are said, and not one more. */
@@ -181,8 +203,11 @@ static void wrong_messages_are_refused(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(parts_equal_the_generated_encoder), cmocka_unit_test(misuse_is_refused),
-      cmocka_unit_test(as_many_as_an_index_has),           cmocka_unit_test(the_last_part_is_read),
+      cmocka_unit_test(parts_equal_the_generated_encoder),
+      cmocka_unit_test(misuse_is_refused),
+      cmocka_unit_test(predictions_of_the_caller_are_said),
+      cmocka_unit_test(as_many_as_an_index_has),
+      cmocka_unit_test(the_last_part_is_read),
       cmocka_unit_test(wrong_messages_are_refused),
   };
   return cmocka_run_group_tests(tests, set_up, NULL);

@@ -239,6 +239,14 @@ static void the_ends_are_taken(void **state) {
     c.confidence[k] = (double)k / (RIM_EXTENT_MAX_KNOTS - 1);
   }
   assert_int_equal(rim_extent_init(&extent, memory, sizeof memory, &c), RIM_OK);
+  assert_true(rim_extent_confidence(extent, 1e6) == 1.0); /* behind the last knot as at it */
+  assert_true(rim_extent_confidence(extent, -1e6) == 0.0);
+  c.lambdas = 1; /* it is the least */
+  c.lambda_min = -2.0;
+  rim_extent_region only;
+  assert_int_equal(rim_extent_init(&extent, memory, sizeof memory, &c), RIM_OK);
+  assert_int_equal(rim_extent_get_region(extent, 0, 0, &only), RIM_OK);
+  assert_true(only.lambda == -2.0);
 #undef TAKES
 }
 

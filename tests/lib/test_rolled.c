@@ -302,6 +302,14 @@ static void what_a_prediction_depends_on(void **unused) {
   assert_int_equal(rimi_rolled_states(&v, &m, 1), 0);
   assert_int_equal(rimi_rolled_states(&v, &m, 2), 1);
   assert_int_equal(rimi_rolled_states(&v, &m, 2 * OUTCOMES), 0);
+  /* A single state is one; and the first factor of the first rate counts as the others do. */
+  rim_basis single = v;
+  single.states = 1;
+  assert_int_equal(rimi_rolled_states(&single, &m, 2), 1);
+  put_u16(b.byte + (v.rate - b.byte) + 2, BASIS_STATE + 1u);
+  assert_int_equal(rimi_rolled_states(&v, &m, 2), 3);
+  put_u16(b.byte + (v.rate - b.byte) + 2, 0);
+  assert_int_equal(rimi_rolled_states(&v, &m, 2), 1);
   /* Behind the terms, the rates and the outcomes lies what may look like more of them. */
   put_u32(b.byte + FIRST_AT + 8 * 3, 0x00010000u | BASIS_ROLLED);
   assert_int_equal(rimi_rolled_states(&v, &m, 1), 0);
