@@ -75,6 +75,30 @@ static void an_entry_equals_the_generated_encoder(void **state) {
     assert_int_equal(rim_lcm_unpack_entry(&back, ours, n), RIM_E_TRUNCATED);
 }
 
+/* Whichever number of whichever pose it is. */
+static void a_wrong_number_anywhere_is_refused(void **state) {
+  (void)state;
+  static uint8_t bytes[RIM_LCM_PLAN_SIZE];
+  rim_plan back;
+  for (uint32_t i = 0; i < 3; ++i) {
+    for (int k = 0; k < 9; ++k) {
+      rim_plan p = sample_plan(3);
+      if (k < 3)
+        p.pose[i].position[k] = (double)NAN;
+      else if (k < 7)
+        p.pose[i].orientation[k - 3] = (double)NAN;
+      else if (k == 7)
+        p.pose[i].after_s = (double)NAN;
+      else if (i > 0)
+        p.pose[i].after_s = p.pose[i - 1].after_s - 0.001;
+      else
+        continue;
+      assert_int_equal(rim_lcm_pack_plan(bytes, sizeof bytes, &p), RIM_OK);
+      assert_int_equal(rim_lcm_unpack_plan(&back, bytes, sizeof bytes), RIM_E_DATA);
+    }
+  }
+}
+
 /* Two poses at the same time are a turn on the spot; the first may lie in the past. */
 static void poses_may_be_at_the_same_time(void **state) {
   (void)state;
@@ -215,6 +239,7 @@ int main(void) {
       cmocka_unit_test(a_short_message_of_another_type_is_told),
       cmocka_unit_test(plans_equal_the_generated_encoder),
       cmocka_unit_test(an_entry_equals_the_generated_encoder),
+      cmocka_unit_test(a_wrong_number_anywhere_is_refused),
       cmocka_unit_test(poses_may_be_at_the_same_time),
       cmocka_unit_test(a_quaternion_is_nearly_of_length_1),
       cmocka_unit_test(an_entry_may_be_now),

@@ -233,6 +233,14 @@ static void bad_boxes_are_refused(void **state) {
 
 static void ill_regions_are_refused(void **state) {
   (void)state;
+  for (size_t i = 0; i < 3; ++i) { /* whichever of its numbers it is */
+    rim_region region = random_region(3);
+    region.center[i] = i == 1 ? INFINITY : NAN;
+    assert_false(rimi_region_is_valid(&region));
+    region = random_region(3);
+    region.inverse_shape[4 * i] = -1.0;
+    assert_false(rimi_region_is_valid(&region));
+  }
   assert_false(rimi_region_is_valid(NULL));
   assert_int_equal(rim_region_bounds(NULL), RIM_E_ARGUMENT);
   for (int kind = 0; kind < 8; ++kind) {
