@@ -196,7 +196,8 @@ static void how_healthy_runs_begin_is_read_back(void **state) {
   few.size -= 4 * 2 * FEATURES;
   put_u32(few.byte + 20, 1);
   assert_int_equal(rimi_basis_open(&v, few.byte, few.size, FEATURES, OUTCOMES), RIM_OK);
-  assert_true(v.first_sd != NULL && rimi_le_f32(v.first_sd, 2) == 0.75f && v.start == NULL);
+  assert_true(v.first_sd != NULL && rimi_le_f32(v.first_sd, 2) == 0.75f && v.start == NULL &&
+              v.start_sd == NULL);
   put_f32(few.byte + few.size - 4, 0.0);
   assert_int_equal(basis_status(&few), RIM_E_DATA);
   put_f32(few.byte + few.size - 4, NAN);
@@ -213,6 +214,47 @@ static void how_healthy_runs_begin_is_read_back(void **state) {
   bad = b;
   put_f32(bad.byte + b.size - 4 * 2 * FEATURES, INFINITY);
   assert_int_equal(basis_status(&bad), RIM_E_DATA);
+}
+
+/* Whichever state, rate or factor it is. */
+static void a_wrong_index_of_a_rate_anywhere_is_refused(void **state) {
+  (void)state;
+  enum { STATES = 3, RATES = 3 };
+  bytes good = basis();
+  put_u32(good.byte + 24, STATES);
+  put_u32(good.byte + 28, RATES);
+  const size_t state_at = good.size, limit_at = state_at + 8, rate_at = limit_at + 8 * STATES;
+  for (size_t i = 0; i < 4; ++i)
+    u16(&good, i < STATES ? OUTCOMES - 1 : 0);
+  for (size_t i = 0; i < 2 * STATES; ++i)
+    f32(&good, i % 2 == 0 ? -1.0 : 1.0);
+  for (size_t i = 0; i < 4 * RATES; ++i)
+    u16(&good, i % 4 == 0 ? STATES - 1 : BASIS_PLAIN);
+  for (size_t i = 0; i < RATES; ++i)
+    f32(&good, 0.5);
+  assert_int_equal(basis_status(&good), RIM_OK);
+  const unsigned last[] = {FILTERS - 1, BASIS_STATE + STATES - 1,
+                           BASIS_STATE_MAGNITUDE + STATES - 1};
+  for (size_t i = 0; i < 4 * RATES; ++i) {
+    for (size_t k = 0; k < 3 && i % 4 != 0; ++k) {
+      for (unsigned more = 0; more < 2; ++more) {
+        bytes b = good;
+        put_u16(b.byte + rate_at + 2 * i, last[k] + more);
+        assert_int_equal(basis_status(&b), more ? RIM_E_RANGE : RIM_OK);
+      }
+    }
+    bytes b = good;
+    put_u16(b.byte + rate_at + 2 * i, i % 4 == 0 ? STATES : BASIS_PLAIN - 1u);
+    assert_int_equal(basis_status(&b), RIM_E_RANGE);
+  }
+  for (size_t i = 0; i < STATES; ++i) {
+    bytes b = good;
+    put_u16(b.byte + state_at + 2 * i, OUTCOMES);
+    assert_int_equal(basis_status(&b), RIM_E_RANGE);
+    b = good;
+    put_f32(b.byte + limit_at + 8 * i, 1.5);
+    assert_int_equal(basis_status(&b), RIM_E_RANGE);
+  }
 }
 
 /* With all that a section may hold, each part is found behind the one before. */
@@ -706,6 +748,7 @@ int main(void) {
       cmocka_unit_test(a_side_has_a_width),
       cmocka_unit_test(numbers_that_are_none_are_refused),
       cmocka_unit_test(how_healthy_runs_begin_is_read_back),
+      cmocka_unit_test(a_wrong_index_of_a_rate_anywhere_is_refused),
       cmocka_unit_test(states_are_read_behind_how_runs_begin),
       cmocka_unit_test(behaviour_is_a_sum_of_terms),
       cmocka_unit_test(behaviour_is_as_uncertain_as_its_terms),

@@ -559,7 +559,8 @@ static void digest_is_constant(void **state) {
 }
 
 /* Of as many dimensions as there may be, with more contexts than one batch: each tells points
- * apart, a number behind the last is not looked at, and a point that went is as if it had never come. */
+ * apart, a number behind the last is not looked at, and a point that went is as if it had never
+ * come. */
 static void the_most_dimensions(void **state) {
   (void)state;
   enum { MOST = RIM_GP_MAX_DIMS, FEW = 20, MANY = 2 * RIM_GP_BATCH + 3 };
