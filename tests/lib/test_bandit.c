@@ -647,11 +647,41 @@ static void a_chance_that_just_meets_its_bound(void **state) {
   }
 }
 
+/* With as many RIMs as there may be a choice is the best by what each action is said to be, and a
+ * chance is that of all of them. */
+static void the_most_rims(void **state) {
+  (void)state;
+  static _Alignas(8)
+      uint8_t room[RIM_BANDIT_SIZE_RIM(DIMS, POINTS, POINTS, LAMBDAS, RIM_EXTENT_MAX_RIMS)];
+  for (int risk = RIM_BANDIT_NEUTRAL; risk <= RIM_BANDIT_PROBABILITY; ++risk) {
+    rim_bandit_config c = config_of(RIM_BANDIT_RIM_GP_UCB);
+    c.extent.rims = RIM_EXTENT_MAX_RIMS;
+    c.risk = (uint8_t)risk;
+    c.gain = 1.0;
+    c.bound = 0.2;
+    c.level = 0.5;
+    rim_bandit *b = NULL;
+    assert_int_equal(rim_bandit_init(&b, room, sizeof room, &c), RIM_OK);
+    learn(b, 30);
+    draw();
+    const rim_bandit_actions actions = {ACTIONS, x[0], nominal, NULL, NULL};
+    rim_bandit_choice choice;
+    assert_int_equal(rim_bandit_choose(b, &actions, &choice), RIM_OK);
+    double mean, var;
+    const uint32_t i = choice.action;
+    assert_int_equal(rim_bandit_expect(b, x[i], 0, nominal[i], &mean, &var), RIM_OK);
+    assert_near(choice.mean, mean, 1e-9);
+    assert_near(choice.sd * choice.sd, var, 1e-9);
+    assert_true(choice.probability >= 0.0 && choice.probability <= 1.0);
+  }
+}
+
 int main(void) {
   printf("seed %u\n", SEED);
   rimi_rng_seed(&rng, SEED, 0);
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(the_ends_are_allowed),
+      cmocka_unit_test(the_most_rims),
       cmocka_unit_test(the_largest_variance_and_no_noise),
       cmocka_unit_test(a_chance_that_just_meets_its_bound),
       cmocka_unit_test(choice_is_the_best_allowed),

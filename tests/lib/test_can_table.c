@@ -448,7 +448,15 @@ static void what_is_just_allowed_and_what_is_not(void **state) {
     signal(&m, &each);
   }
   assert_int_equal(rim_can_table_open(&table, m.bytes, m.size), RIM_E_RANGE);
-  layout l = plain(0, 0, 8);
+  layout l = plain(1, 0, 8);
+  for (unsigned i = 0; i < 2; ++i) { /* of two values one has no signal, the first or the last */
+    begin(&m, 2, 1, 1, 0, RIM_CAN_TABLE_NONE);
+    frame(&m, 1, 8, 0, 0, 1);
+    l.value = i;
+    signal(&m, &l);
+    assert_int_equal(rim_can_table_open(&table, m.bytes, m.size), RIM_E_RANGE);
+  }
+  l = plain(0, 0, 8);
   l.low = l.high = 5.0;
   double x = 0.0;
   assert_int_equal(one_value(&l, 8, (const uint8_t[8]){5}, &x), RIM_OK);
