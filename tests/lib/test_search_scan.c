@@ -101,12 +101,66 @@ static void unknown_blocks_have_no_place(void **state) {
   assert_true(found > 10);
 }
 
+/* What was to be taken out goes with the run. */
+static void a_reset_has_nothing_to_take_out(void **state) {
+  (void)state;
+  const world w = world_variant(0, 40);
+  search_over(&w);
+  assert_true(rimi_search_exclude(b.search, 10, 20));
+  assert_true(rimi_search_is_taking_out(b.search));
+  rimi_search_reset(b.search);
+  assert_false(rimi_search_is_taking_out(b.search));
+  feed(&b, 0, w.blocks, 0);
+  assert_true(rimi_search_exclude(b.search, 10, 20)); /* and no earlier call is waited for */
+}
+
+static uint64_t searched(const world *w) {
+  uint64_t digest = BITS_START;
+  for (uint32_t i = 0; i < w->blocks; ++i) {
+    feed(&b, i, i + 1, 3);
+    for (uint32_t c = 0; c < CHANNELS; ++c)
+      take_hypothesis(&digest, rimi_search_best(b.search, c));
+  }
+  search_hypothesis h;
+  double onset_sd = 0.0;
+  rimi_search_explain(b.search, 0, &h, &onset_sd);
+  take_hypothesis(&digest, &h);
+  take_real(&digest, onset_sd);
+  return digest;
+}
+
+/* A run after another one, of which some was taken out, is searched as the first. */
+static void a_reset_is_a_start(void **state) {
+  (void)state;
+  for (uint32_t variant = 0; variant < WORLD_VARIANTS; ++variant) {
+    world w = world_variant(variant, 60), other = world_variant(variant ^ 1u, 75);
+    for (uint32_t i = 30; i < 60; ++i)
+      w.r[i] += 5.0 * w.s;
+    memset(b.memory, 0x5a, sizeof b.memory);
+    start(&b, &w, RING);
+    const uint64_t first = searched(&w);
+    b.w = other;
+    b.w.fields = w.fields;
+    feed(&b, 60, 75, 5);
+    assert_true(rimi_search_exclude(b.search, 40, 50));
+    feed(&b, 60, 64, 1);
+    rimi_search_reset(b.search);
+    assert_int_equal(rimi_search_blocks(b.search), 0);
+    for (uint32_t c = 0; c < CHANNELS; ++c)
+      assert_true(rimi_search_best(b.search, c)->score == SEARCH_NONE);
+    b.w = w;
+    assert_true(searched(&w) == first);
+  }
+}
+
 int main(void) {
   printf("seed %u\n", SEED);
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(bins_have_edges),
       cmocka_unit_test(what_came_and_went_leaves_the_ring),
       cmocka_unit_test(what_does_not_deviate_has_no_place),
+      cmocka_unit_test(a_reset_has_nothing_to_take_out),
+      cmocka_unit_test(a_reset_is_a_start),
       cmocka_unit_test(unknown_blocks_have_no_place),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
