@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* search/select_guard.c: the last index that may be followed holds, the next one does not; how far
  * sums may be off. */
+#include "monitor/guard.h"
 #include "monitor/monitor_private.h"
 #include "search/select_private.h"
 
@@ -81,11 +82,30 @@ static void how_far_a_sum_may_be_off(void **state) {
   }
 }
 
+/* A slot that is written anew is taken off the sum in progress, and added again, where that has
+ * gone through it already: up to the one before its place. */
+static void the_sum_in_progress_ends_before_its_place(void **state) {
+  (void)state;
+  (void)fly(EXTERNAL_RING + 10);
+  monitor_guard *const g = &b.monitor->guard;
+  const uint32_t slot = rimi_select_next_slot(b.monitor->select);
+  for (uint32_t at = slot; at <= slot + 1; ++at) {
+    g->ring_at = at;
+    g->ring_now = 77;
+    assert_true(rimi_guard_before_block(b.monitor));
+    assert_int_equal(g->slot, slot);
+    assert_int_equal(g->ring_now == 77, at == slot);
+    rimi_guard_after_block(b.monitor); /* as it was: nothing was written */
+    assert_int_equal(g->ring_now, 77);
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(the_ends_of_indices),
       cmocka_unit_test(how_many_counts_may_be_missing),
       cmocka_unit_test(how_far_a_sum_may_be_off),
+      cmocka_unit_test(the_sum_in_progress_ends_before_its_place),
   };
   return cmocka_run_group_tests(tests, set_up, NULL);
 }

@@ -354,8 +354,29 @@ static void an_onset_by_the_odds_is_the_last_quiet_row(void **unused) {
   assert_true(v.onset_s == quiet_s && v.since_onset_s == v.t_s - quiet_s && v.t_s > quiet_s);
 }
 
+/* The motion that is said is the likeliest: at rest, as commanded, and held. */
+static void the_likeliest_motion_is_said(void **unused) {
+  (void)unused;
+  begin();
+  static const struct {
+    double command, speed;
+    int rows;
+    rim_motion motion;
+  } of[] = {{0.0, 0.0, 40, RIM_MOTION_STOP},
+            {0.5, 0.5, 60, RIM_MOTION_CONSTANT},
+            {0.5, 0.0, 60, RIM_MOTION_MI},
+            {0.0, 0.0, 60, RIM_MOTION_STOP}};
+  int k = 0;
+  for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
+    for (int row = 0; row < of[i].rows; ++row, ++k)
+      step(DT * k, of[i].command, of[i].speed);
+    assert_int_equal(v.motion, of[i].motion);
+  }
+}
+
 int main(void) {
-  const struct CMUnitTest tests[] = {cmocka_unit_test(a_section_has_the_usual_check_sum),
+  const struct CMUnitTest tests[] = {cmocka_unit_test(the_likeliest_motion_is_said),
+                                     cmocka_unit_test(a_section_has_the_usual_check_sum),
                                      cmocka_unit_test(an_onset_by_the_odds_is_the_last_quiet_row),
                                      cmocka_unit_test(a_command_takes_effect_at_its_time),
                                      cmocka_unit_test(all_that_waits_takes_effect_at_once),
