@@ -153,6 +153,26 @@ static void a_reset_is_a_start(void **state) {
   }
 }
 
+/* A block that scatters by itself counts little, one after another counts whole: each outcome by
+ * its own block before. */
+static void scatter_is_limited_outcome_by_outcome(void **state) {
+  (void)state;
+  const world w = world_variant(0, 8);
+  start(&b, &w, RING);
+  for (uint32_t i = 0; i < 8; ++i) {
+    double outcome[CHANNELS], residual[CHANNELS] = {0.0};
+    search_block block = block_of(&w, i, outcome, residual);
+    for (uint32_t o = 0; o < OUTCOMES; ++o) /* the first since block 2, the next later */
+      residual[RIM_CHANNEL_SCATTER * OUTCOMES + o] = i >= 2 + 2 * o ? 10.0 * w.s : 0.0;
+    assert_int_equal(rimi_search_observe(b.search, &block), RIM_OK);
+    for (uint32_t o = 0; o < OUTCOMES; ++o) {
+      const double kept = search_residual(b.search, RIM_CHANNEL_SCATTER * OUTCOMES + o, i);
+      const uint32_t since = 2 + 2 * o;
+      assert_true(fabs(kept - (i < since ? 0.0 : i == since ? SEARCH_ALONE : 10.0)) < 0.13);
+    }
+  }
+}
+
 int main(void) {
   printf("seed %u\n", SEED);
   const struct CMUnitTest tests[] = {
@@ -161,6 +181,7 @@ int main(void) {
       cmocka_unit_test(what_does_not_deviate_has_no_place),
       cmocka_unit_test(a_reset_has_nothing_to_take_out),
       cmocka_unit_test(a_reset_is_a_start),
+      cmocka_unit_test(scatter_is_limited_outcome_by_outcome),
       cmocka_unit_test(unknown_blocks_have_no_place),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
