@@ -84,6 +84,11 @@ static void a_state_may_be_left_for_certain(void **unused) {
     m.transition[2][j] = j == 0 ? 1.0 : 0.0;
   rim_interference state;
   assert_int_equal(rimi_interference_init(&state, &m), RIM_OK);
+  for (size_t i = 0; i < 5; ++i) { /* whichever row does not sum to 1 */
+    rim_interference_model wrong = sample_interference();
+    wrong.transition[i][1] += 1e-5;
+    assert_int_equal(rimi_interference_init(&state, &wrong), RIM_E_DATA);
+  }
   m.transition[2][0] = 1.0 + 1e-7; /* its sum would pass */
   assert_int_equal(rimi_interference_init(&state, &m), RIM_E_DATA);
   m.transition[2][0] = 1.0 + 1e-7;
