@@ -105,12 +105,37 @@ static void a_restart_leaves_what_is_counted(void **state) {
   assert_int_equal(out.state, RIM_ALARM_CLEARED);
 }
 
+/* Of two records that wait the older leaves first, also where tickets begin anew. */
+static void the_older_record_leaves_first(void **state) {
+  (void)state;
+  const rim_alarm a = finding(20.0);
+  static const uint32_t ticket[][2] = {
+      {5, 6}, {5, 9}, {5, 1000}, {9, 5}, {UINT32_MAX - 1u, 3}, {3, UINT32_MAX - 1u}};
+  for (size_t i = 0; i < sizeof ticket / sizeof *ticket; ++i) {
+    const rim_alarm_life_config config = {.slot = {{.raise_steps = 1}, {.raise_steps = 1}}};
+    assert_int_equal(rimi_alarm_life_init(&life, &config), RIM_OK);
+    rimi_alarm_life_row(&life, 0.0);
+    for (unsigned detector = 0; detector < RIM_DETECTORS; ++detector) {
+      rimi_alarm_life_step(&life, (rim_detector)detector, 0.0, &a);
+      assert_true(life.slot[detector].due);
+      life.slot[detector].ticket = ticket[i][detector];
+    }
+    const bool is_second = i == 3 || i == 5;
+    assert_true(rimi_alarm_life_next_record(&life, &out));
+    assert_int_equal(out.detector, is_second ? 1 : 0);
+    assert_true(rimi_alarm_life_next_record(&life, &out));
+    assert_int_equal(out.detector, is_second ? 0 : 1);
+    assert_false(rimi_alarm_life_next_record(&life, &out));
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(silence_is_longer_than_its_time),
       cmocka_unit_test(an_update_that_is_just_one),
       cmocka_unit_test(what_is_not_named_makes_no_other_alarm),
       cmocka_unit_test(what_would_raise),
+      cmocka_unit_test(the_older_record_leaves_first),
       cmocka_unit_test(a_restart_leaves_what_is_counted),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -132,7 +132,8 @@ static void changed_memory_is_not_attached_to(void **state) {
     for (uint32_t t = 0; t < 40; ++t)
       (void)step(&b, 900, t, 0.0);
     rim_monitor *const own = b.monitor;
-    uint32_t *const word[] = {&own->magic, &own->library, &own->header_bytes, &own->words[3]};
+    uint32_t *const word[] = {&own->magic, &own->library, &own->header_bytes, &own->words[3],
+                              &own->life.seq};
     for (size_t i = 0; i < sizeof word / sizeof word[0]; ++i) {
       ++*word[i];
       assert_true(rim_monitor_attach(&m, b.memory, sizeof b.memory, b.blob.byte, b.blob.size) !=
