@@ -466,6 +466,23 @@ static void what_is_just_allowed_and_what_is_not(void **state) {
   assert_int_equal(rim_can_table_open(&table, m.bytes, RIM_CAN_TABLE_HEADER_BYTES), RIM_E_VERSION);
 }
 
+/* Whichever of a signal's four numbers is none, the table is refused, and not what it reads. */
+static void numbers_that_are_none_are_refused(void **state) {
+  (void)state;
+  static maker m;
+  rim_can_table table;
+  const double none[3] = {(double)NAN, (double)INFINITY, -(double)INFINITY};
+  for (unsigned i = 0; i < 12; ++i) {
+    layout l = plain(0, 0, 8);
+    double *const number[4] = {&l.scale, &l.offset, &l.low, &l.high};
+    *number[i % 4] = none[i / 4];
+    begin(&m, 1, 1, 1, 0, RIM_CAN_TABLE_NONE);
+    frame(&m, 1, 8, 0, 0, 1);
+    signal(&m, &l);
+    assert_int_equal(rim_can_table_open(&table, m.bytes, m.size), RIM_E_DATA);
+  }
+}
+
 /* As many frames and as many values, one in each of some bytes, as there may be; and one more. */
 static void so_many_frames_and_values_and_no_more(void **state) {
   (void)state;
@@ -568,6 +585,7 @@ int main(void) {
       cmocka_unit_test(damaged_tables_are_refused_or_harmless),
       cmocka_unit_test(contradictions_are_refused),
       cmocka_unit_test(what_is_just_allowed_and_what_is_not),
+      cmocka_unit_test(numbers_that_are_none_are_refused),
       cmocka_unit_test(so_many_frames_and_values_and_no_more),
       cmocka_unit_test(frames_are_those_of_can),
       cmocka_unit_test(so_many_signals_and_no_more),
