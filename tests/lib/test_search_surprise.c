@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* search/statistic.c: how improbable so large effects of a run are, by the tails of a chi-square,
- * and how much less where few runs taught them. */
+ * and how much less where few runs taught them; how surely an onset is known. */
 #include "search_bench.h"
 
 static void near(double a, double b, double tolerance) {
@@ -53,9 +53,32 @@ static void effects_that_runs_taught_surprise_less(void **state) {
   }
 }
 
+/* Onsets that explain as much are as likely, and the one that was noted first is the best; one that
+ * explains far less does not count, and one that explains far more counts alone. */
+static void onsets_are_as_likely_as_what_they_explain(void **state) {
+  (void)state;
+  search_onsets onsets = {0};
+  near(rimi_search_onset_sd(&onsets), sqrt(1.0 / 12.0), 1e-12);
+  rimi_search_note_onset(&onsets, 5.0, 13);
+  rimi_search_note_onset(&onsets, 5.0, 7);
+  assert_true(onsets.at == 13 && onsets.nats == 5.0 && onsets.weight == 2.0);
+  near(rimi_search_onset_sd(&onsets), 3.0, 1e-12);
+  rimi_search_note_onset(&onsets, 5.0 - log(2.0), 10); /* half as likely */
+  near(onsets.weight, 2.5, 1e-12);
+  rimi_search_note_onset(&onsets, 5.0 + log(5.0), 10);
+  assert_int_equal(onsets.at, 10);
+  near(onsets.weight, 1.5, 1e-12);
+  rimi_search_note_onset(&onsets, -500.0, 3);
+  near(onsets.weight, 1.5, 1e-12);
+  rimi_search_note_onset(&onsets, 500.0, 4);
+  assert_true(onsets.at == 4 && onsets.weight == 1.0);
+  near(rimi_search_onset_sd(&onsets), sqrt(1.0 / 12.0), 1e-12);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(known_effects_are_chi_square),
+      cmocka_unit_test(onsets_are_as_likely_as_what_they_explain),
       cmocka_unit_test(effects_that_runs_taught_surprise_less),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
