@@ -488,6 +488,25 @@ static void the_difference_shows_what_it_shows_better(void **state) {
   }
 }
 
+/* Whichever two outcomes it is the difference of. */
+static void any_two_may_differ(void **state) {
+  (void)state;
+  for (size_t o = 0; o < O; ++o) {
+    for (size_t j = 0; j < O; ++j) {
+      recipe r = without_integrals();
+      if (j != o)
+        put_row(&r, o, AGREEMENT_FEW, -1.0, j, 1.0);
+      from(&r, false);
+      feed(nothing, 1.0);
+      plant_nothing();
+      plant((uint32_t)(AGREEMENT + o), SEARCH_SINCE, 2.0 * alarm_at, 3.0, 40);
+      for (uint16_t c = AGREEMENT; c < AGREEMENT + O; ++c)
+        assert_int_equal(rimi_cause_shown_by(m, c),
+                         j != o && c == AGREEMENT + j ? AGREEMENT + o : c);
+    }
+  }
+}
+
 /* A row of the run, with this reading of one outcome. */
 static void read_row(uint32_t t, uint32_t outcome, double reading) {
   double context[D] = {0.0};
@@ -585,6 +604,7 @@ int main(void) {
       cmocka_unit_test(the_sum_of_readings_tells_which_twin),
       cmocka_unit_test(the_mean_of_any_shape_is_asked_about),
       cmocka_unit_test(a_gain_has_no_weight),
+      cmocka_unit_test(any_two_may_differ),
       cmocka_unit_test(the_difference_shows_what_it_shows_better),
       cmocka_unit_test(what_is_out_of_range_is_named),
       cmocka_unit_test(a_sum_that_leads),
