@@ -676,12 +676,36 @@ static void the_most_rims(void **state) {
   }
 }
 
+/* What was seen without noise is certain: its reward is above a level or it is not. */
+static void what_is_certain_is_above_or_not(void **state) {
+  (void)state;
+  static const double level[] = {0.25, 0.5, 0.75}, above[] = {1.0, 0.0, 0.0};
+  for (int i = 0; i < 3; ++i) {
+    rim_bandit_config c = config_of(RIM_BANDIT_GP_UCB);
+    c.risk = RIM_BANDIT_PROBABILITY;
+    c.level = level[i];
+    c.gp.signal_var = 1.0;
+    c.gp.noise_var = 0.0;
+    rim_bandit *b = make(&memory, &c);
+    const double at[DIMS] = {0.5, 0.5}, none = 0.0;
+    double mean = 0.0, var = 1.0;
+    assert_int_equal(rim_bandit_observe(b, at, 0, 0.0, 0.0, 0.5), RIM_OK);
+    assert_int_equal(rim_bandit_expect(b, at, 0, 0.0, &mean, &var), RIM_OK);
+    assert_true(mean == 0.5 && var == 0.0);
+    const rim_bandit_actions actions = {1, at, NULL, &none, NULL};
+    rim_bandit_choice choice;
+    assert_int_equal(rim_bandit_choose(b, &actions, &choice), RIM_OK);
+    assert_true(choice.probability == above[i]);
+  }
+}
+
 int main(void) {
   printf("seed %u\n", SEED);
   rimi_rng_seed(&rng, SEED, 0);
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(the_ends_are_allowed),
       cmocka_unit_test(the_most_rims),
+      cmocka_unit_test(what_is_certain_is_above_or_not),
       cmocka_unit_test(the_largest_variance_and_no_noise),
       cmocka_unit_test(a_chance_that_just_meets_its_bound),
       cmocka_unit_test(choice_is_the_best_allowed),
