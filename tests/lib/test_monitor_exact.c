@@ -88,10 +88,34 @@ static void a_place_has_as_many_bytes_as_features(void **state) {
     assert_int_equal(m->place[REGION + i], POISON);
 }
 
+/* The newest gaps are kept, as many as there is room for, in their order. */
+static void the_newest_gaps_are_kept(void **state) {
+  (void)state;
+  enum { BEFORE = 20, EACH = 2, LOST = 3, GAPS = MONITOR_GAPS + LOST };
+  static bench b;
+  make_bench(&b, true);
+  rim_monitor *const m = b.monitor;
+  double t_s = 0.0;
+  for (uint32_t i = 0; i < BEFORE + EACH * GAPS; ++i) {
+    row r;
+    rim_verdict v;
+    make_row(&r, true, 901, i, 0.0);
+    t_s += i >= BEFORE && (i - BEFORE) % EACH == 0 ? 60.0 : PERIOD_S;
+    r.view.t_s = t_s;
+    assert_int_equal(rim_monitor_step(m, &r.view, &v), RIM_OK);
+  }
+  assert_int_equal(m->gaps, MONITOR_GAPS);
+  for (uint32_t k = 0; k < MONITOR_GAPS; ++k) {
+    assert_int_equal(m->gap[k].index, BEFORE + EACH * (k + LOST));
+    assert_true(rimi_abs(m->gap[k].after_s - m->gap[k].before_s - 60.0) < 1e-9);
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(memory_image_and_rows_are_not_left),
       cmocka_unit_test(a_place_has_as_many_bytes_as_features),
+      cmocka_unit_test(the_newest_gaps_are_kept),
   };
   return cmocka_run_group_tests(tests, set_up, NULL);
 }
