@@ -596,10 +596,118 @@ static void a_chance_is_of_all_components(void **state) {
   assert_true(inside > 5);
 }
 
+/* The fewest and the most that is allowed, each alone. */
+static void the_ends_are_allowed(void **state) {
+  (void)state;
+  rim_bandit *b = NULL;
+  for (int which = 0; which < 8; ++which) {
+    static _Alignas(8) uint8_t large[RIM_BANDIT_SIZE_BANK(DIMS, 1, RIM_BANDIT_MAX_PLANS)];
+    rim_bandit_config c = config_of(RIM_BANDIT_BANK);
+    c.gp.points = 1;
+    c.plans = which == 0 ? 1 : RIM_BANDIT_MAX_PLANS;
+    c.power = which == 2 ? 4.0 : which == 3 ? 4.001 : 1.0;
+    c.delta = which == 4 ? 1e-300 : which == 5 ? 1.0 : 0.1;
+    c.bound = which == 6 ? 1.0 : 0.0;
+    if (which == 7)
+      c.plans = RIM_BANDIT_MAX_PLANS + 1;
+    const rim_status expected = which == 3 || which == 5 || which == 7 ? RIM_E_CONFIG : RIM_OK;
+    assert_int_equal(rim_bandit_init(&b, large, sizeof large, &c), expected);
+  }
+}
+
+/* A reward whose variance is the largest that is taken, and an action without noise, are used. */
+static void the_largest_variance_and_no_noise(void **state) {
+  (void)state;
+  const rim_bandit_config c = config_of(RIM_BANDIT_GP_UCB);
+  rim_bandit *b = make(&memory, &c);
+  const double at[DIMS] = {0.5, 0.5}, none = 0.0;
+  assert_int_equal(rim_bandit_observe(b, at, 0, 0.0, 1e100, 1.0), RIM_OK);
+  assert_int_equal(rim_bandit_observe(b, at, 0, 0.0, 1.001e100, 1.0), RIM_E_DATA);
+  const rim_bandit_actions actions = {1, at, NULL, &none, NULL};
+  rim_bandit_choice choice;
+  assert_int_equal(rim_bandit_choose(b, &actions, &choice), RIM_OK);
+  assert_int_equal(rim_bandit_get_counters(b).unusable, 0);
+}
+
+/* A reward far above a level, or far below, is so for certain: a chance that just meets its bound
+ * meets it. */
+static void a_chance_that_just_meets_its_bound(void **state) {
+  (void)state;
+  for (int which = 0; which < 3; ++which) {
+    rim_bandit_config c = config_of(RIM_BANDIT_GP_UCB);
+    c.risk = RIM_BANDIT_BOUNDED;
+    c.bound = which == 2 ? 0.0 : 1.0;
+    rim_bandit *b = make(&memory, &c);
+    const double at[DIMS] = {0.5, 0.5}, mean = which == 0 ? 100.0 : -100.0;
+    const rim_bandit_actions actions = {1, at, &mean, NULL, NULL};
+    rim_bandit_choice choice;
+    assert_int_equal(rim_bandit_choose(b, &actions, &choice), RIM_OK);
+    assert_true(choice.probability == (which == 0 ? 1.0 : 0.0));
+    assert_int_equal(choice.bound_met, which != 1);
+  }
+}
+
+/* With as many RIMs as there may be a choice is the best by what each action is said to be, and a
+ * chance is that of all of them. */
+static void the_most_rims(void **state) {
+  (void)state;
+  static _Alignas(8)
+      uint8_t room[RIM_BANDIT_SIZE_RIM(DIMS, POINTS, POINTS, LAMBDAS, RIM_EXTENT_MAX_RIMS)];
+  for (int risk = RIM_BANDIT_NEUTRAL; risk <= RIM_BANDIT_PROBABILITY; ++risk) {
+    rim_bandit_config c = config_of(RIM_BANDIT_RIM_GP_UCB);
+    c.extent.rims = RIM_EXTENT_MAX_RIMS;
+    c.risk = (uint8_t)risk;
+    c.gain = 1.0;
+    c.bound = 0.2;
+    c.level = 0.5;
+    rim_bandit *b = NULL;
+    assert_int_equal(rim_bandit_init(&b, room, sizeof room, &c), RIM_OK);
+    learn(b, 30);
+    draw();
+    const rim_bandit_actions actions = {ACTIONS, x[0], nominal, NULL, NULL};
+    rim_bandit_choice choice;
+    assert_int_equal(rim_bandit_choose(b, &actions, &choice), RIM_OK);
+    double mean, var;
+    const uint32_t i = choice.action;
+    assert_int_equal(rim_bandit_expect(b, x[i], 0, nominal[i], &mean, &var), RIM_OK);
+    assert_near(choice.mean, mean, 1e-9);
+    assert_near(choice.sd * choice.sd, var, 1e-9);
+    assert_true(choice.probability >= 0.0 && choice.probability <= 1.0);
+  }
+}
+
+/* What was seen without noise is certain: its reward is above a level or it is not. */
+static void what_is_certain_is_above_or_not(void **state) {
+  (void)state;
+  static const double level[] = {0.25, 0.5, 0.75}, above[] = {1.0, 0.0, 0.0};
+  for (int i = 0; i < 3; ++i) {
+    rim_bandit_config c = config_of(RIM_BANDIT_GP_UCB);
+    c.risk = RIM_BANDIT_PROBABILITY;
+    c.level = level[i];
+    c.gp.signal_var = 1.0;
+    c.gp.noise_var = 0.0;
+    rim_bandit *b = make(&memory, &c);
+    const double at[DIMS] = {0.5, 0.5}, none = 0.0;
+    double mean = 0.0, var = 1.0;
+    assert_int_equal(rim_bandit_observe(b, at, 0, 0.0, 0.0, 0.5), RIM_OK);
+    assert_int_equal(rim_bandit_expect(b, at, 0, 0.0, &mean, &var), RIM_OK);
+    assert_true(mean == 0.5 && var == 0.0);
+    const rim_bandit_actions actions = {1, at, NULL, &none, NULL};
+    rim_bandit_choice choice;
+    assert_int_equal(rim_bandit_choose(b, &actions, &choice), RIM_OK);
+    assert_true(choice.probability == above[i]);
+  }
+}
+
 int main(void) {
   printf("seed %u\n", SEED);
   rimi_rng_seed(&rng, SEED, 0);
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(the_ends_are_allowed),
+      cmocka_unit_test(the_most_rims),
+      cmocka_unit_test(what_is_certain_is_above_or_not),
+      cmocka_unit_test(the_largest_variance_and_no_noise),
+      cmocka_unit_test(a_chance_that_just_meets_its_bound),
       cmocka_unit_test(choice_is_the_best_allowed),
       cmocka_unit_test(residuals_are_of_the_corrected_model),
       cmocka_unit_test(every_policy_learns),

@@ -196,7 +196,8 @@ static void how_healthy_runs_begin_is_read_back(void **state) {
   few.size -= 4 * 2 * FEATURES;
   put_u32(few.byte + 20, 1);
   assert_int_equal(rimi_basis_open(&v, few.byte, few.size, FEATURES, OUTCOMES), RIM_OK);
-  assert_true(v.first_sd != NULL && rimi_le_f32(v.first_sd, 2) == 0.75f && v.start == NULL);
+  assert_true(v.first_sd != NULL && rimi_le_f32(v.first_sd, 2) == 0.75f && v.start == NULL &&
+              v.start_sd == NULL);
   put_f32(few.byte + few.size - 4, 0.0);
   assert_int_equal(basis_status(&few), RIM_E_DATA);
   put_f32(few.byte + few.size - 4, NAN);
@@ -213,6 +214,39 @@ static void how_healthy_runs_begin_is_read_back(void **state) {
   bad = b;
   put_f32(bad.byte + b.size - 4 * 2 * FEATURES, INFINITY);
   assert_int_equal(basis_status(&bad), RIM_E_DATA);
+}
+
+/* Whichever rate or factor it is. */
+static void a_wrong_index_of_a_rate_anywhere_is_refused(void **state) {
+  (void)state;
+  enum { STATES = 3, RATES = 3 };
+  bytes good = basis();
+  put_u32(good.byte + 24, STATES);
+  put_u32(good.byte + 28, RATES);
+  const size_t rate_at = good.size + 8 + 8 * STATES;
+  for (size_t i = 0; i < 4; ++i)
+    u16(&good, i < STATES ? OUTCOMES - 1 : 0);
+  for (size_t i = 0; i < 2 * STATES; ++i)
+    f32(&good, i % 2 == 0 ? -1.0 : 1.0);
+  for (size_t i = 0; i < 4 * RATES; ++i)
+    u16(&good, i % 4 == 0 ? STATES - 1 : BASIS_PLAIN);
+  for (size_t i = 0; i < RATES; ++i)
+    f32(&good, 0.5);
+  assert_int_equal(basis_status(&good), RIM_OK);
+  const unsigned last[] = {FILTERS - 1, BASIS_STATE + STATES - 1,
+                           BASIS_STATE_MAGNITUDE + STATES - 1};
+  for (size_t i = 0; i < 4 * RATES; ++i) {
+    for (size_t k = 0; k < 3 && i % 4 != 0; ++k) {
+      for (unsigned more = 0; more < 2; ++more) {
+        bytes b = good;
+        put_u16(b.byte + rate_at + 2 * i, last[k] + more);
+        assert_int_equal(basis_status(&b), more ? RIM_E_RANGE : RIM_OK);
+      }
+    }
+    bytes b = good;
+    put_u16(b.byte + rate_at + 2 * i, i % 4 == 0 ? STATES : BASIS_PLAIN - 1u);
+    assert_int_equal(basis_status(&b), RIM_E_RANGE);
+  }
 }
 
 /* With all that a section may hold, each part is found behind the one before. */
@@ -313,7 +347,7 @@ static void behaviour_is_as_uncertain_as_its_terms(void **state) {
   for (uint32_t o = 0; o < TARGETS; ++o)
     assert_true(!(error[o] > 0.0));
   for (uint32_t i = 0; i < TERMS; ++i)
-    unknown[i] = (uint16_t)(7000u * i);
+    unknown[i] = (uint16_t)(500u + 7000u * i);
   for (int knows_start = 0; knows_start < 2; ++knows_start) {
     rimi_behaviour_error(&v, unknown, knows_start != 0, error);
     for (uint32_t o = 0; o < TARGETS; ++o) {
@@ -397,6 +431,45 @@ static double weight(uint32_t o, uint32_t set, uint32_t j) {
 static rim_status agreement_status(const bytes *b) {
   rim_agreement view;
   return rimi_agreement_open(&view, b->byte, b->size, FEATURES, OUTCOMES, MEANS);
+}
+
+/* Whichever outcome or integrand it is: the last that may be, and the next. */
+static void a_wrong_number_of_agreement_anywhere_is_refused(void **state) {
+  (void)state;
+  static const struct {
+    size_t word;
+    double good, bad;
+  } of_row[] = {{0, 0.0, -0.001},
+                {2, OUTCOMES - 1, OUTCOMES},
+                {2, -1.0, -1.001},
+                {3, AGREEMENT_LAG, 1.001 * AGREEMENT_LAG},
+                {3, -AGREEMENT_LAG, -1.001 * AGREEMENT_LAG}};
+  for (size_t o = 0; o < OUTCOMES; ++o) {
+    for (size_t i = 0; i < sizeof of_row / sizeof *of_row; ++i) {
+      bytes b = agreement();
+      uint8_t *const at = b.byte + ROWS_AT + 4 * (o * STRIDE + of_row[i].word);
+      put_f32(at, of_row[i].good);
+      assert_int_equal(agreement_status(&b), RIM_OK);
+      put_f32(at, of_row[i].bad);
+      assert_int_equal(agreement_status(&b), RIM_E_RANGE);
+    }
+    bytes b = agreement();
+    put_f32(b.byte + ROWS_AT + 4 * o * STRIDE, AGREEMENT_INTO + 0.001);
+    assert_int_equal(agreement_status(&b), RIM_E_RANGE);
+    put_f32(b.byte + ROWS_AT + 4 * o * STRIDE,
+            AGREEMENT_INTO); /* of another outcome, which is one */
+    for (size_t of = 0; of <= OUTCOMES; ++of) {
+      put_f32(b.byte + ROWS_AT + 4 * (o * STRIDE + 1), (double)of);
+      assert_int_equal(agreement_status(&b), of == o || of == OUTCOMES ? RIM_E_RANGE : RIM_OK);
+    }
+  }
+  for (size_t i = 0; i < 6 * INTEGRANDS; ++i) { /* two of each of three numbers */
+    bytes b = agreement();
+    const size_t k = i / 2 % 3;
+    const unsigned last = k == 0 ? AGREEMENT_SINE : FEATURES - 1;
+    put_u16(b.byte + INTEGRANDS_AT + 8 * (i / 6) + 2 * k, last + i % 2);
+    assert_int_equal(agreement_status(&b), i % 2 == 0 ? RIM_OK : RIM_E_RANGE);
+  }
 }
 
 typedef struct record {
@@ -706,9 +779,11 @@ int main(void) {
       cmocka_unit_test(a_side_has_a_width),
       cmocka_unit_test(numbers_that_are_none_are_refused),
       cmocka_unit_test(how_healthy_runs_begin_is_read_back),
+      cmocka_unit_test(a_wrong_index_of_a_rate_anywhere_is_refused),
       cmocka_unit_test(states_are_read_behind_how_runs_begin),
       cmocka_unit_test(behaviour_is_a_sum_of_terms),
       cmocka_unit_test(behaviour_is_as_uncertain_as_its_terms),
+      cmocka_unit_test(a_wrong_number_of_agreement_anywhere_is_refused),
       cmocka_unit_test(damaged_behaviour_is_refused),
       cmocka_unit_test(what_remains_is_as_defined),
       cmocka_unit_test(few_others_say_what_is_expected),

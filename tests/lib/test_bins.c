@@ -77,7 +77,9 @@ static void table_equals_plain_sums(void **state) {
   double after_s[B + 1];
   double after_n[B + 1];
   rimi_bins_prefix(&table, 2, 1, before_s, before_n);
+  count[D * B] = 7; /* behind the last */
   rimi_bins_halve(&table);
+  assert_int_equal(count[D * B], 7);
   rimi_bins_prefix(&table, 2, 1, after_s, after_n);
   assert_true(after_s[B] == 0.5 * before_s[B]);
   for (int k = 0; k < B; ++k) /* each cell, the first and the last */
@@ -90,6 +92,16 @@ static void table_equals_plain_sums(void **state) {
     assert_true(first_n[1] == floor(0.5 * n[f][0]));
   }
   assert_true(all <= 0.5 * D * N);
+}
+
+/* Each sum, the first and the last too. */
+static void halving_halves_every_sum(void **state) {
+  (void)state;
+  for (int i = 0; i < D * B * C; ++i)
+    sum[i] = (float)(i + 1);
+  rimi_bins_halve(&table);
+  for (int i = 0; i < D * B * C; ++i)
+    assert_true(sum[i] == 0.5f * (float)(i + 1));
 }
 
 static void grid_added_equals_put_and_accumulated(void **state) {
@@ -124,6 +136,8 @@ static void grid_added_equals_put_and_accumulated(void **state) {
       assert_true(n1[row * (G + 1) + k] <= n1[row * (G + 1) + k + 1]);
   }
   rimi_grid_halve(&one);
+  for (int i = 0; i < G * (G + 1); ++i)
+    assert_true(s1[i] == 0.5f * s2[i] && n1[i] == n2[i] / 2);
   for (int row = 0; row < G; ++row) {
     for (int k = 0; k < G; ++k)
       assert_true(n1[row * (G + 1) + k] <= n1[row * (G + 1) + k + 1]);
@@ -136,6 +150,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(cells_cover_the_range),
       cmocka_unit_test(table_equals_plain_sums),
+      cmocka_unit_test(halving_halves_every_sum),
       cmocka_unit_test(grid_added_equals_put_and_accumulated),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -102,8 +102,29 @@ static void a_late_row_is_no_gap(void **state) {
   assert_int_equal(rimi_blocks_get_health(b).gaps, 1);
 }
 
+/* An angle goes on through its end from the second row on, in either direction. */
+static void an_angle_goes_on_from_the_second_row(void **state) {
+  (void)state;
+  static const uint8_t angle[1] = {BLOCKS_ANGLE_RAD};
+  for (int sign = -1; sign <= 1; sign += 2) {
+    static _Alignas(8) uint8_t memory[4096];
+    blocks *b;
+    blocks_config config = one_outcome(0.25);
+    config.role = angle;
+    assert_int_equal(rimi_blocks_init(&b, memory, sizeof memory, &config), RIM_OK);
+    for (uint32_t t = 0; t < BLOCK; ++t) { /* past half a turn, and so it stays */
+      const double reading = sign * (t == 0 ? 3.0 : -3.0);
+      (void)rimi_blocks_row(b, 8.0 + 0.25 * t, &reading, NULL, NULL, NULL);
+    }
+    const double beyond = 2.0 * 3.14159265358979323846 - 3.0;
+    const double mean = sign * (3.0 + 4.0 * beyond) / BLOCK; /* whole turns go out again */
+    assert_true(cos(rimi_blocks_context(b)[0] - mean) > 1.0 - 1e-12);
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {cmocka_unit_test(decays_without_inputs),
+                                     cmocka_unit_test(an_angle_goes_on_from_the_second_row),
                                      cmocka_unit_test(integrands_without_times),
                                      cmocka_unit_test(a_late_row_is_no_gap)};
   return cmocka_run_group_tests(tests, NULL, NULL);

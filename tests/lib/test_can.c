@@ -467,8 +467,49 @@ static void wrong_records_are_not_sent(void **state) {
     assert_int_equal(((const uint8_t *)frame)[i], 0x55);
 }
 
+/* The last node that may be is heard, and what an assembly can no longer count is given up. */
+static void the_last_node_and_segment(void **state) {
+  (void)state;
+  rim_can_assembly assembly = {.node = RIM_CAN_MAX_NODE};
+  const rim_alarm a = sample_alarm(3);
+  rim_can_frame frame[RIM_CAN_DETAIL_FRAMES];
+  rim_alarm back;
+  bool complete = false;
+  assert_int_equal(rim_can_pack_detail(frame, RIM_CAN_MAX_NODE, &a), RIM_OK);
+  assert_int_equal(rim_can_take_detail(&assembly, &frame[0], &back, &complete), RIM_OK);
+  assembly.next = RIM_CAN_DETAIL_FRAMES; /* memory that was hit */
+  frame[1].data[0] = (uint8_t)((frame[1].data[0] & 0xf0u) | (RIM_CAN_DETAIL_FRAMES & 15u));
+  assert_int_equal(rim_can_take_detail(&assembly, &frame[1], &back, &complete), RIM_E_TRUNCATED);
+  assert_true(assembly.next == 0 && assembly.lost == 1 && !complete);
+}
+
+/* Outcomes and features that an alarm does not name are 0 in its frame, and so they are read. */
+static void a_frame_has_what_is_named_alone(void **state) {
+  (void)state;
+  for (uint8_t named = 0; named < 3; ++named) {
+    rim_alarm a = sample_alarm(3), back;
+    rim_can_frame frame;
+    a.channels = a.region.dims = named;
+    for (uint16_t i = 0; i < 3; ++i) {
+      a.channel[i] = (uint16_t)(0x101u + i);
+      a.region.feature[i] = (uint16_t)(0x201u + i);
+      a.region.lower[i] = -1.0;
+      a.region.upper[i] = 1.0;
+    }
+    assert_int_equal(rim_can_pack_detail_fd(&frame, 9, &a), RIM_OK);
+    for (uint32_t i = 0; i < 2; ++i)
+      assert_int_equal(whole_at(frame.data, 18 + 2 * i, 2), i < named ? 0x101u + i : 0u);
+    for (uint32_t i = 0; i < 3; ++i)
+      assert_int_equal(whole_at(frame.data, 22 + 2 * i, 2), i < named ? 0x201u + i : 0u);
+    assert_int_equal(rim_can_unpack_detail_fd(&back, &frame), RIM_OK);
+    assert_int_equal(back.channel[2], 0);
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(the_last_node_and_segment),
+      cmocka_unit_test(a_frame_has_what_is_named_alone),
       cmocka_unit_test(summary_says_what_the_record_says),
       cmocka_unit_test(numbers_that_do_not_fit_saturate),
       cmocka_unit_test(segments_carry_the_record),

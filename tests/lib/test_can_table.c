@@ -436,6 +436,93 @@ static void contradictions_are_refused(void **state) {
   assert_int_equal(rim_can_table_open(NULL, m.bytes, m.size), RIM_E_ARGUMENT);
 }
 
+/* A signal of a value that is not there, a range of one number, and a header alone. */
+static void what_is_just_allowed_and_what_is_not(void **state) {
+  (void)state;
+  static maker m;
+  rim_can_table table;
+  begin(&m, 1, 1, 2, 0, RIM_CAN_TABLE_NONE);
+  frame(&m, 1, 8, 0, 0, 2);
+  for (unsigned i = 0; i < 2; ++i) {
+    const layout each = plain(i, 8u * i, 8);
+    signal(&m, &each);
+  }
+  assert_int_equal(rim_can_table_open(&table, m.bytes, m.size), RIM_E_RANGE);
+  layout l = plain(1, 0, 8);
+  for (unsigned i = 0; i < 2; ++i) { /* of two values one has no signal, the first or the last */
+    begin(&m, 2, 1, 1, 0, RIM_CAN_TABLE_NONE);
+    frame(&m, 1, 8, 0, 0, 1);
+    l.value = i;
+    signal(&m, &l);
+    assert_int_equal(rim_can_table_open(&table, m.bytes, m.size), RIM_E_RANGE);
+  }
+  l = plain(0, 0, 8);
+  l.low = l.high = 5.0;
+  double x = 0.0;
+  assert_int_equal(one_value(&l, 8, (const uint8_t[8]){5}, &x), RIM_OK);
+  assert_true(x == 5.0);
+  assert_int_equal(one_value(&l, 8, (const uint8_t[8]){6}, &x), RIM_E_DATA);
+  m.bytes[0] = 2; /* another layout is told by the header */
+  assert_int_equal(rim_can_table_open(&table, m.bytes, RIM_CAN_TABLE_HEADER_BYTES), RIM_E_VERSION);
+}
+
+/* Whichever of a signal's four numbers is none, the table is refused, and not what it reads. */
+static void numbers_that_are_none_are_refused(void **state) {
+  (void)state;
+  static maker m;
+  rim_can_table table;
+  const double none[3] = {(double)NAN, (double)INFINITY, -(double)INFINITY};
+  for (unsigned i = 0; i < 12; ++i) {
+    layout l = plain(0, 0, 8);
+    double *const number[4] = {&l.scale, &l.offset, &l.low, &l.high};
+    *number[i % 4] = none[i / 4];
+    begin(&m, 1, 1, 1, 0, RIM_CAN_TABLE_NONE);
+    frame(&m, 1, 8, 0, 0, 1);
+    signal(&m, &l);
+    assert_int_equal(rim_can_table_open(&table, m.bytes, m.size), RIM_E_DATA);
+  }
+}
+
+/* As many frames and as many values, one in each of some bytes, as there may be; and one more. */
+static void so_many_frames_and_values_and_no_more(void **state) {
+  (void)state;
+  static uint8_t bytes[65536];
+  for (unsigned k = 0; k < 4; ++k) {
+    const unsigned frames = RIM_CAN_TABLE_MAX_FRAMES + (k == 1);
+    const unsigned values = k == 3 ? RIM_CAN_TABLE_MAX_VALUES + 1 : k == 2 ? 256 : frames;
+    static taker t;
+    memset(&t, 0, sizeof t);
+    begin(&t.m, values, frames, values, RIM_CAN_TABLE_NONE, RIM_CAN_TABLE_NONE);
+    unsigned first = 0;
+    for (unsigned f = 0; f < frames; ++f) {
+      const unsigned count = (f + 1) * values / frames - first;
+      frame(&t.m, f, 8, 0, first, count);
+      first += count;
+    }
+    memcpy(bytes, t.m.bytes, t.m.size);
+    size_t size = t.m.size;
+    for (unsigned v = 0, f = 0, at = 0; v < values; ++v, ++at) {
+      if (v == (f + 1) * values / frames) {
+        ++f;
+        at = 0;
+      }
+      const layout l = plain(v, 8 * at, 8);
+      t.m.size = 0;
+      signal(&t.m, &l);
+      memcpy(bytes + size, t.m.bytes, t.m.size);
+      size += t.m.size;
+    }
+    const rim_status expected = k % 2 == 0 ? RIM_OK : RIM_E_RANGE;
+    assert_int_equal(rim_can_table_open(&t.table, bytes, size), expected);
+    for (unsigned f = 0; f < frames && expected == RIM_OK; ++f) {
+      assert_int_equal(take(&t, f, 8, 0x08070605u, 0.1), RIM_OK);
+      assert_int_equal(t.complete, f + 1 == frames);
+    }
+    if (expected == RIM_OK)
+      assert_true(t.gather.value[values - 1] == (k == 0 ? 5.0 : 8.0));
+  }
+}
+
 /* A table of one frame with one signal. */
 static rim_status one_frame(uint32_t id, unsigned bytes, unsigned fd) {
   maker m;
@@ -497,6 +584,9 @@ int main(void) {
       cmocka_unit_test(without_a_trigger_a_row_needs_every_value_anew),
       cmocka_unit_test(damaged_tables_are_refused_or_harmless),
       cmocka_unit_test(contradictions_are_refused),
+      cmocka_unit_test(what_is_just_allowed_and_what_is_not),
+      cmocka_unit_test(numbers_that_are_none_are_refused),
+      cmocka_unit_test(so_many_frames_and_values_and_no_more),
       cmocka_unit_test(frames_are_those_of_can),
       cmocka_unit_test(so_many_signals_and_no_more),
   };

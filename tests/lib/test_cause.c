@@ -125,7 +125,7 @@ static void what_flows_in_is_the_cause(void **state) {
   const recipe r = rolled(own);
   begin_with(&r);
   const finding of[] = {
-      {TANK, 10.0, {{IN, 2.01, 40}}, IN},
+      {TANK, 10.0, {{IN, 2.0, 40}}, IN},
       {TANK, 10.0, {{IN, 1.99, 40}}, TANK}, /* too little of what the tank shows */
       {TANK, 2.0, {{IN, 1.0, 40}}, IN},
       {TANK, 2.0, {{IN, 0.99, 40}}, TANK}, /* no alarm by itself */
@@ -160,14 +160,14 @@ static void what_no_state_moves_is_the_cause(void **state) {
   const recipe r = rolled(own);
   begin_with(&r);
   const finding of[] = {
-      {IN, 10.0, {{OUT, 2.01, 40}}, OUT},
+      {IN, 10.0, {{OUT, 2.0, 40}}, OUT},
       {IN, 10.0, {{OUT, 1.99, 40}}, IN},
-      {IN, 10.0, {{OTHER, 2.01, 40}}, OTHER},
+      {IN, 10.0, {{OTHER, 2.0, 40}}, OTHER},
       {IN, 10.0, {{OUT, 3.0, 40}, {OTHER, 4.0, 40}}, OTHER},
       {IN, 10.0, {{OUT, 4.0, 40}, {OTHER, 3.0, 40}}, OUT},
       {IN, 10.0, {{OUT, 4.0, 41 + LEAST}, {OTHER, 3.0, 40}}, OTHER},
       {IN, 10.0, {{TANK, 9.0, 40}, {OTHER, 3.0, 40}}, OTHER},
-      {TANK, 10.0, {{IN, 9.0, 40}, {OTHER, 2.01, 40}}, OTHER},
+      {TANK, 10.0, {{IN, 9.0, 40}, {OTHER, 2.0, 40}}, OTHER},
       {TANK, 10.0, {{IN, 9.0, 40}, {OTHER, 1.99, 40}}, IN},
   };
   NAME_EACH(of);
@@ -390,7 +390,7 @@ static void a_sum_that_leads(void **state) {
   feed(apart_since_40, 0.05);
   plant_nothing();
   plant(A_TWIN, SEARCH_RAMP, 3.0 * alarm_at, 3.0, 40);
-  plant(A_FIRST, SEARCH_SINCE, 1.01 * alarm_at, as_shift(A_FIRST, -3.0), 40);
+  plant(A_FIRST, SEARCH_SINCE, alarm_at, as_shift(A_FIRST, -3.0), 40);
   search_state(m->search, A_FIRST)->time.blocks = BLOCKS - 40;
   rim_alarm a = described(A_TWIN);
   assert_int_equal(a.channel[0], TWIN);
@@ -400,8 +400,8 @@ static void a_sum_that_leads(void **state) {
   assert_int_equal(a.channel[0], PLACE);
   assert_int_equal(m->explained_channel, A_TWIN);
   assert_int_equal(a.kind, RIM_KIND_DRIFT);
-  assert_true(a.shift[0] < 0.0 && a.shift_sd[0] > 0.0);  /* the sum grows */
-  plant(PLACE, SEARCH_SINCE, 1.01 * alarm_at, -3.0, 40); /* its behaviour */
+  assert_true(a.shift[0] < 0.0 && a.shift_sd[0] > 0.0); /* the sum grows */
+  plant(PLACE, SEARCH_SINCE, alarm_at, -3.0, 40);       /* its behaviour */
   a = described(A_TWIN);
   assert_int_equal(a.channel[0], PLACE);
   assert_int_equal(m->explained_channel, PLACE);
@@ -478,13 +478,32 @@ static void the_difference_shows_what_it_shows_better(void **state) {
   static const struct {
     double own, difference;
     uint16_t shown;
-  } of[] = {{3.0, 2.0, A_TWIN}, {3.0, 4.0, A_FIRST}, {0.5, 0.9, A_TWIN}, {0.5, 1.01, A_FIRST}};
+  } of[] = {{3.0, 2.0, A_TWIN}, {3.0, 4.0, A_FIRST}, {0.5, 0.9, A_TWIN}, {0.5, 1.0, A_FIRST}};
   for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
     plant_nothing();
     plant(A_TWIN, SEARCH_SINCE, of[i].own * alarm_at, 3.0, 40);
     plant(A_FIRST, SEARCH_SINCE, of[i].difference * alarm_at, -3.0, 40);
     assert_int_equal(rimi_cause_shown_by(m, A_TWIN), of[i].shown);
     assert_int_equal(rimi_cause_shown_by(m, TWIN), TWIN); /* behaviour shows itself */
+  }
+}
+
+/* Whichever two outcomes it is the difference of. */
+static void any_two_may_differ(void **state) {
+  (void)state;
+  for (size_t o = 0; o < O; ++o) {
+    for (size_t j = 0; j < O; ++j) {
+      recipe r = without_integrals();
+      if (j != o)
+        put_row(&r, o, AGREEMENT_FEW, -1.0, j, 1.0);
+      from(&r, false);
+      feed(nothing, 1.0);
+      plant_nothing();
+      plant((uint32_t)(AGREEMENT + o), SEARCH_SINCE, 2.0 * alarm_at, 3.0, 40);
+      for (uint16_t c = AGREEMENT; c < AGREEMENT + O; ++c)
+        assert_int_equal(rimi_cause_shown_by(m, c),
+                         j != o && c == AGREEMENT + j ? AGREEMENT + o : c);
+    }
   }
 }
 
@@ -513,7 +532,7 @@ static void what_is_out_of_range_is_named(void **state) {
     uint32_t far, rows; /* rows out of range, of how many */
     double score;
     bool is_named;
-  } of[] = {{6, 10, 1.0, true}, {6, 10, 0.99, false}, {5, 10, 1.01, false}, {0, 10, 1.01, false}};
+  } of[] = {{6, 10, 1.0, true}, {6, 10, 0.99, false}, {5, 10, 1.0, false}, {0, 10, 1.0, false}};
   const recipe r = rolled(own);
   for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
     begin_with(&r);
@@ -610,6 +629,7 @@ int main(void) {
       cmocka_unit_test(the_sum_of_readings_tells_which_twin),
       cmocka_unit_test(the_mean_of_any_shape_is_asked_about),
       cmocka_unit_test(a_gain_has_no_weight),
+      cmocka_unit_test(any_two_may_differ),
       cmocka_unit_test(the_difference_shows_what_it_shows_better),
       cmocka_unit_test(what_is_out_of_range_is_named),
       cmocka_unit_test(what_is_out_of_range_is_named_for_its_sum),

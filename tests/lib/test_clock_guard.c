@@ -87,6 +87,20 @@ static void the_clock_of_the_day_is_compared_when_asked(void **state) {
   assert_int_equal(rim_clock_guard_take(&guard, &config, 1099.0, 0.0, 1000.0), RIM_CLOCK_BELIEVED);
 }
 
+/* Each limit is itself allowed. */
+static void the_limits_themselves_are_believed(void **state) {
+  (void)state;
+  rim_clock_guard guard = at_100_s();
+  assert_int_equal(take(&guard, 110.0, 1.0), RIM_CLOCK_BELIEVED); /* no time passed here */
+  rim_clock_guard_config config = CONFIG;
+  config.max_skew_s = 100.0;
+  for (int late = 0; late < 2; ++late) {
+    memset(&guard, 0, sizeof guard);
+    assert_int_equal(rim_clock_guard_take(&guard, &config, late ? 900.0 : 1100.0, 0.0, 1000.0),
+                     RIM_CLOCK_BELIEVED);
+  }
+}
+
 static void misuse_is_refused(void **state) {
   (void)state;
   rim_clock_guard guard = at_100_s();
@@ -167,6 +181,7 @@ int main(void) {
       cmocka_unit_test(witnesses_are_counted_between_true_rows),
       cmocka_unit_test(silence_explains_no_more_than_itself),
       cmocka_unit_test(witnesses_may_be_apart_by_the_time_that_passed),
+      cmocka_unit_test(the_limits_themselves_are_believed),
       cmocka_unit_test(misuse_is_refused),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -64,6 +64,18 @@ static void a_baseline_is_as_improbable_as_its_effects(void **state) {
   }
 }
 
+/* One effect is enough to be impossible. */
+static void one_effect_is_enough(void **state) {
+  (void)state;
+  static bench b;
+  const world w = far_off(BLOCKS);
+  start(&b, &w, BLOCKS);
+  feed(&b, 0, BLOCKS, 0);
+  search_hypothesis h = region(EDGE_BIN, SEARCH_BINS - 1);
+  assert_true(rimi_search_evaluate_channel(b.search, 0, &h));
+  assert_true(rimi_search_baseline(b.search, &h) > 2.0);
+}
+
 static void what_reads_low_elsewhere_is_not_high_here(void **state) {
   (void)state;
   static bench b;
@@ -222,6 +234,7 @@ static void what_lies_beside_is_not_the_region_again(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_baseline_is_as_improbable_as_its_effects),
+      cmocka_unit_test(one_effect_is_enough),
       cmocka_unit_test(what_reads_low_elsewhere_is_not_high_here),
       cmocka_unit_test(what_deviates_from_a_healthy_baseline_stays),
       cmocka_unit_test(a_reset_forgets_what_was_best),

@@ -172,6 +172,30 @@ static void a_short_message_of_another_type_is_told(void **state) {
   assert_int_equal(rim_lcm_unpack_command(&out, other, 7), RIM_E_TRUNCATED);
 }
 
+/* Where all is well every bit before the check sum is 0; each flag is a bit of its own beside the
+ * level. */
+static void a_heartbeat_of_nothing(void **state) {
+  (void)state;
+  rim_health_message h = {.level = RIM_LEVEL_OK};
+  rim_can_frame frame;
+  assert_int_equal(rim_can_pack_heartbeat(&frame, 1, &h, 0, false), RIM_OK);
+  for (size_t i = 0; i < 7; ++i)
+    assert_int_equal(frame.data[i], 0);
+  for (uint32_t flags = 0; flags < 8; ++flags) {
+    rim_can_heartbeat b;
+    h.level = RIM_LEVEL_STALE;
+    h.flags = (flags & 1u) != 0 ? RIM_HEALTH_FLAG_REPLAY : 0;
+    const uint8_t latched = (flags & 2u) != 0 ? RIM_ALARM_FLAG_LATCHED : 0;
+    assert_int_equal(rim_can_pack_heartbeat(&frame, 1, &h, latched, (flags & 4u) != 0), RIM_OK);
+    const uint32_t bits = frame.data[0] & ~(uint32_t)RIM_LEVEL_STALE;
+    assert_int_equal((bits & 1u) + (bits >> 1 & 1u) + (bits >> 2 & 1u) + (bits >> 3 & 1u) +
+                         (bits >> 4 & 1u) + (bits >> 5 & 1u) + (bits >> 6 & 1u) + (bits >> 7 & 1u),
+                     (flags & 1u) + (flags >> 1 & 1u) + (flags >> 2 & 1u));
+    assert_int_equal(rim_can_unpack_heartbeat(&b, &frame), RIM_OK);
+    assert_int_equal(b.level, RIM_LEVEL_STALE);
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_short_message_of_another_type_is_told),
@@ -181,6 +205,7 @@ int main(void) {
       cmocka_unit_test(other_messages_are_refused),
       cmocka_unit_test(a_command_frame_survives_no_damage),
       cmocka_unit_test(a_heartbeat_comes_back),
+      cmocka_unit_test(a_heartbeat_of_nothing),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -61,10 +61,10 @@ static rim_correct_model model(rim_overlap overlap) {
 static rim_correct opened(rim_overlap overlap) {
   const rim_correct_model m = model(overlap);
   rim_correct c = {0};
-  memset(words, 0x5a, sizeof words);
+  memset(words, 0xff, sizeof words); /* no numbers */
   assert_int_equal(rimi_correct_pack(&m, bytes, BYTES), RIM_OK);
   for (size_t i = BYTES; i < sizeof words; ++i) /* nothing beyond the section is written */
-    assert_int_equal(bytes[i], 0x5a);
+    assert_int_equal(bytes[i], 0xff);
   assert_int_equal(rimi_correct_open(&c, bytes, BYTES), RIM_OK);
   assert_int_equal(c.kinds, 1);
   return c;
@@ -126,6 +126,59 @@ static void no_regions_are_the_nominal_model(void **state) {
   mean_is(&c, in_all, 10.0, 20.0);
   const rim_correct_model most = {.features = RIM_CORRECT_MAX_FEATURES, .outcomes = O};
   assert_int_equal(rimi_correct_pack(&most, bytes, RIM_CORRECT_BYTES(O, 0)), RIM_OK);
+}
+
+/* The most of each: regions of three features, all of them everywhere, and so many outcomes. */
+static void the_most_of_each(void **state) {
+  (void)state;
+  enum { MOST = RIM_CORRECT_MAX_OUTCOMES, REGIONS = RIM_CORRECT_MAX_REGIONS };
+  static uint64_t memory[RIM_CORRECT_BYTES(MOST, REGIONS) / 8];
+  static double shifts[REGIONS * MOST];
+  const double lower[3] = {-1.0, -1.0, -1.0}, upper[3] = {1.0, 1.0, 1.0};
+  const uint16_t feature[3] = {0, 1, 2};
+  rim_correct_region all[REGIONS];
+  memset(all, 0, sizeof all);
+  for (size_t k = 0; k < REGIONS; ++k) {
+    assert_int_equal(rimi_region_from_box(&all[k].region, 3, feature, lower, upper), RIM_OK);
+    all[k].confidence = 0.5;
+    for (size_t o = 0; o < MOST; ++o)
+      shifts[k * MOST + o] = (double)(k + o);
+  }
+  const rim_correct_model m = {.features = 3,
+                               .outcomes = MOST,
+                               .regions = REGIONS,
+                               .overlap = RIM_OVERLAP_MIXTURE,
+                               .region = all,
+                               .shift = shifts};
+  uint8_t *const section = (uint8_t *)memory;
+  rim_correct c;
+  assert_int_equal(rimi_correct_pack(&m, section, sizeof memory), RIM_OK);
+  assert_int_equal(rimi_correct_open(&c, section, sizeof memory), RIM_OK);
+  const double x[3] = {0.0, 0.0, 0.0};
+  double mean[MOST] = {0.0};
+  assert_int_equal(rimi_correct_mean(&c, x, mean, mean), RIM_OK);
+  for (size_t o = 0; o < MOST; ++o) /* each counts an eighth: the mean of their shifts */
+    near(mean[o], 3.5 + (double)o, 1e-12);
+}
+
+/* What the dimensions leave unused, and a region without any confidence, are no fault. */
+static void what_is_not_used_is_left_out(void **state) {
+  (void)state;
+  rim_correct_model m = model(RIM_OVERLAP_SUM);
+  static uint8_t clean[BYTES];
+  region[1].confidence = 0.0;
+  assert_int_equal(rimi_correct_pack(&m, bytes, BYTES), RIM_OK);
+  memcpy(clean, bytes, BYTES);
+  for (size_t i = 1; i < 9; ++i)
+    region[1].region.inverse_shape[i] = 7.0; /* one dimension has one number */
+  for (size_t i = 1; i < 3; ++i)
+    region[1].region.center[i] = region[1].region.lower[i] = region[1].region.upper[i] = 7.0;
+  region[1].region.feature[1] = 3;
+  assert_int_equal(rimi_correct_pack(&m, bytes, BYTES), RIM_OK);
+  assert_memory_equal(bytes, clean, BYTES);
+  rim_correct c;
+  assert_int_equal(rimi_correct_open(&c, bytes, BYTES), RIM_OK);
+  mean_is(&c, in_0_and_1, 10.0 + 0.75, 20.0);
 }
 
 static void everywhere_and_nowhere(void **state) {
@@ -312,6 +365,8 @@ int main(void) {
                                      cmocka_unit_test(overlaps),
                                      cmocka_unit_test(a_mean_may_be_written_over),
                                      cmocka_unit_test(no_regions_are_the_nominal_model),
+                                     cmocka_unit_test(the_most_of_each),
+                                     cmocka_unit_test(what_is_not_used_is_left_out),
                                      cmocka_unit_test(everywhere_and_nowhere),
                                      cmocka_unit_test(bad_questions_are_refused),
                                      cmocka_unit_test(bad_models_are_not_packed),

@@ -28,10 +28,10 @@ static void the_twin_that_is_wrong(void **state) {
     double off_by, score, shift;
     search_family leading;
     uint16_t named;
-  } of[] = {{3.0, 1.01, 3.0, SEARCH_SINCE, A1},  {3.0, 1.01, -3.0, SEARCH_SINCE, A1},
-            {-3.0, 1.01, 3.0, SEARCH_SINCE, A0}, {3.0, 0.99, 3.0, SEARCH_SINCE, A0},
-            {-3.0, 1.01, 3.0, SEARCH_GAIN, A1},  {3.0, 1.01, -3.0, SEARCH_GAIN, A0},
-            {3.0, 1.01, 0.0, SEARCH_GAIN, A0},   {-3.0, 1.01, 3.0, SEARCH_FIELD, A1}};
+  } of[] = {{3.0, 1.0, 3.0, SEARCH_SINCE, A1},  {3.0, 1.0, -3.0, SEARCH_SINCE, A1},
+            {-3.0, 1.0, 3.0, SEARCH_SINCE, A0}, {3.0, 0.99, 3.0, SEARCH_SINCE, A0},
+            {-3.0, 1.0, 3.0, SEARCH_GAIN, A1},  {3.0, 1.0, -3.0, SEARCH_GAIN, A0},
+            {3.0, 1.0, 0.0, SEARCH_GAIN, A0},   {-3.0, 1.0, 3.0, SEARCH_FIELD, A1}};
   rim_alarm a;
   for (int twins = 0; twins < 2; ++twins) {
     recipe r = without_integrals();
@@ -135,9 +135,9 @@ static void the_vehicle_before_its_sensors(void **state) {
   const struct {
     double leading, score, shift; /* scores in alarms; of behaviour c */
     uint16_t c, named;
-  } of[] = {{2.0, 1.01, 3.0, B1, B1},  {2.0, 1.01, -3.0, B1, B1}, {2.0, 0.99, 3.0, B1, A0},
-            {5.0, 2.01, 3.0, B1, B1},  {5.0, 1.99, 3.0, B1, A0},  {2.0, 1.01, 3.0, B0, B0},
-            {2.0, 1.01, -3.0, B0, A0}, {2.0, 1.01, 0.0, B0, B0}};
+  } of[] = {{2.0, 1.0, 3.0, B1, B1},  {2.0, 1.0, -3.0, B1, B1}, {2.0, 0.99, 3.0, B1, A0},
+            {5.0, 2.01, 3.0, B1, B1}, {5.0, 1.99, 3.0, B1, A0}, {2.0, 1.0, 3.0, B0, B0},
+            {2.0, 1.0, -3.0, B0, A0}, {2.0, 1.0, 0.0, B0, B0}};
   for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
     plant_nothing();
     plant(A0, SEARCH_SINCE, of[i].leading * alarm_at, 3.0, 40);
@@ -192,7 +192,7 @@ static void a_time_without_blocks(void **state) {
   for (size_t i = 0; i < 2; ++i) {
     plant_nothing();
     plant(A0, SEARCH_SINCE, 2.0 * alarm_at, 3.0, onset[i]);
-    plant(B1, SEARCH_SINCE, 1.01 * alarm_at, 3.0, 40);
+    plant(B1, SEARCH_SINCE, alarm_at, 3.0, 40);
     assert_int_equal(named(A0, &a), onset[i] < BLOCKS ? B1 : A0);
   }
 }
@@ -212,16 +212,16 @@ static void the_cause_of_an_integral(void **state) {
     double score;
     uint32_t onset;
     uint16_t named;
-  } of[] = {{SEARCH_RAMP, A1, B0, 1.01, 40, B0},
-            {SEARCH_RAMP, A1, A0, 1.01, 90, A0},
+  } of[] = {{SEARCH_RAMP, A1, B0, 1.0, 40, B0},
+            {SEARCH_RAMP, A1, A0, 1.0, 90, A0},
             {SEARCH_RAMP, A1, A0, 0.99, 40, A1},
             {SEARCH_SINCE, A1, A0, 9.0, 40, A1}, /* of a step, the commands have to say so too */
             {SEARCH_SINCE, B1, A0, 9.0, 40, B1},
-            {SEARCH_SINCE, B1, B0, 1.01, 40, B0},
+            {SEARCH_SINCE, B1, B0, 1.0, 40, B0},
             {SEARCH_SINCE, B1, B0, 0.99, 40, B1},
-            {SEARCH_SINCE, B1, B0, 1.01, 40 + SEARCH_LEAST, B0},
-            {SEARCH_SINCE, B1, B0, 1.01, 41 + SEARCH_LEAST, B1}, /* it deviates since later */
-            {SEARCH_SINCE, B1, B0, 1.01, SEARCH_FROM_START, B0}};
+            {SEARCH_SINCE, B1, B0, 1.0, 40 + SEARCH_LEAST, B0},
+            {SEARCH_SINCE, B1, B0, 1.0, 41 + SEARCH_LEAST, B1}, /* it deviates since later */
+            {SEARCH_SINCE, B1, B0, 1.0, SEARCH_FROM_START, B0}};
   for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
     plant_nothing();
     plant(of[i].leading, of[i].family, 3.0 * alarm_at, 3.0, 40);
@@ -246,7 +246,7 @@ static void repeats_are_the_cause(void **state) {
   const struct {
     double score, share;
     uint16_t named;
-  } of[] = {{1.01, 0.31, repeat}, {1.01, 0.29, B0}, {0.99, 0.9, B0}};
+  } of[] = {{1.0, 0.31, repeat}, {1.0, 0.29, B0}, {0.99, 0.9, B0}};
   for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
     plant_nothing();
     plant(B0, SEARCH_SINCE, 2.0 * alarm_at, 3.0, 40);
@@ -315,7 +315,7 @@ static void of_opposite_signs_the_surer(void **state) {
     feed(both, 1.0);
     plant_nothing();
     plant(B0, SEARCH_SINCE, 2.0 * alarm_at, 2.0, 60);
-    plant(A0, SEARCH_SINCE, 1.01 * alarm_at, of[i].agreement, 60);
+    plant(A0, SEARCH_SINCE, alarm_at, of[i].agreement, 60);
     assert_int_equal(named(B0, &a), of[i].named);
     assert_true(fabs(a.shift[0] - of[i].shift) < 4.0 * a.shift_sd[0] && a.shift_sd[0] < 0.03);
     assert_true(fabs(a.since_s - 59.5) <= 3.0 * a.since_sd_s);
@@ -593,7 +593,7 @@ static void what_is_not_off_has_no_sign(void **state) {
   feed(first_alone, 0.0);
   plant_nothing();
   plant(B0, SEARCH_SINCE, 3.0 * alarm_at, as_shift(B0, 4.0), 40);
-  plant(A1, SEARCH_SINCE, 1.01 * alarm_at, 3.0, 40);
+  plant(A1, SEARCH_SINCE, alarm_at, 3.0, 40);
   assert_int_equal(named(B0, &a), B0);
   assert_int_equal(a.channels, 2);
   assert_int_equal(m->said_high[0], 1);
@@ -673,7 +673,7 @@ static void a_deviation_began_before_its_alarm(void **state) {
     plant_nothing();
     plant(B0, SEARCH_SINCE, 3.0 * alarm_at, as_shift(B0, 4.0), 40);
     if (of[i].both)
-      plant(B1, SEARCH_SINCE, 1.01 * alarm_at, 1.0, 40);
+      plant(B1, SEARCH_SINCE, alarm_at, 1.0, 40);
     if (of[i].stands)
       stand(of[i].outcome);
     rim_alarm *standing = &m->life.slot[RIM_DETECTOR_RIM].record;

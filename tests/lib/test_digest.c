@@ -82,6 +82,38 @@ static void what_decides_changes_it(void **state) {
   CHANGES(alarm.region.inverse_shape[3], v.alarm.region.inverse_shape[3] + 1.0);
 }
 
+/* Each number of a verdict on motion by itself, and each of an alarm's region and outcomes. */
+static void every_number_changes_it(void **state) {
+  (void)state;
+  const rim_verdict v = sample();
+  const uint64_t whole = digest_of(&v);
+  rim_interference_verdict moved = motion;
+  double *const number[] = {&moved.score[0],     &moved.score[1],     &moved.score[2],
+                            &moved.ln_odds,      &moved.residual_mps, &moved.one_step_mps,
+                            &moved.since_onset_s};
+  for (size_t i = 0; i < sizeof number / sizeof *number; ++i) {
+    *number[i] += 1.0;
+    CHANGES(interference, &moved);
+    *number[i] -= 1.0;
+  }
+  moved.motion ^= 1u;
+  CHANGES(interference, &moved);
+  moved = motion;
+  moved.kind ^= 1u;
+  CHANGES(interference, &moved);
+  for (size_t i = 0; i < 2; ++i) {
+    CHANGES(alarm.channel[i], v.alarm.channel[i] ^ 1u);
+    CHANGES(alarm.shift[i], v.alarm.shift[i] + 1.0);
+    CHANGES(alarm.shift_sd[i], v.alarm.shift_sd[i] + 1.0);
+    CHANGES(alarm.region.feature[i], v.alarm.region.feature[i] ^ 1u);
+    CHANGES(alarm.region.center[i], v.alarm.region.center[i] + 1.0);
+    CHANGES(alarm.region.lower[i], v.alarm.region.lower[i] - 1.0);
+    CHANGES(alarm.region.upper[i], v.alarm.region.upper[i] + 1.0);
+  }
+  for (size_t i = 0; i < 4; ++i)
+    CHANGES(alarm.region.inverse_shape[i], v.alarm.region.inverse_shape[i] + 1.0);
+}
+
 static void what_is_not_in_use_does_not(void **state) {
   (void)state;
   rim_verdict v = sample(), other = sample();
@@ -89,6 +121,7 @@ static void what_is_not_in_use_does_not(void **state) {
   other.out_value = 5.0;
   other.alarm.channel[2] ^= 1u;       /* two channels */
   other.alarm.region.center[2] = 9.0; /* two features */
+  other.alarm.region.inverse_shape[4] += 1.0;
   assert_true(digest_of(&v) == digest_of(&other));
   v.reason = other.reason = RIM_REASON_OUT_OF_RANGE;
   assert_true(digest_of(&v) != digest_of(&other));
@@ -110,6 +143,7 @@ static void order_counts(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(what_decides_changes_it),
+      cmocka_unit_test(every_number_changes_it),
       cmocka_unit_test(what_is_not_in_use_does_not),
       cmocka_unit_test(order_counts),
   };

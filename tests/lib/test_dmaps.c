@@ -246,6 +246,58 @@ static void the_data_end_with_the_last_observation(void **state) {
   free(exact);
 }
 
+/* The same in memory that ends with its last byte, of as many features as a region may have:
+ * along a diagonal, whose pieces are tried as one, and beside it another. */
+static void the_most_features_in_memory_without_room(void **state) {
+  (void)state;
+  enum { FEW = 224, THREE = 3, FEW_NODES = 8 }; /* FEW a multiple of 8: no byte is left over */
+  const size_t bytes = RIM_DMAPS_SIZE(FEW, THREE, 1, FEW_NODES);
+  double *exact = malloc(sizeof *exact * FEW * (THREE + 1));
+  void *room = malloc(bytes);
+  uint8_t *owner = malloc(FEW);
+  assert_true(exact != NULL && room != NULL && owner != NULL);
+  bool has_three = false;
+  for (uint64_t stream = 0; stream < 3; ++stream) {
+    double *residual = exact + FEW * THREE;
+    make(200 + stream, 0.0, 0.0, 1);
+    for (int i = 0; i < FEW; ++i) {
+      double *x = exact + THREE * i;
+      memcpy(x, &u[i * D], THREE * sizeof *x);
+      const double off = fabs(x[0] - x[1]) + fabs(x[0] - x[2]);
+      residual[i] = r[i] + (off < 0.45 ? 4.0 : x[0] > 0.75 && x[1] < 0.4 ? -4.0 : 0.0);
+    }
+    const rim_batch_data data = {FEW, THREE, 1, exact, residual};
+    const rim_dmaps_config c = {.lambda = 4.0,
+                                .border = 1e-9,
+                                .least = 4,
+                                .search = {.seed = stream, .max_dims = 3, .nodes = FEW_NODES}};
+    rim_dmaps_result result;
+    assert_int_equal(rimi_dmaps_find(&c, &data, NULL, room, bytes, &result), RIM_OK);
+    assert_int_equal(rimi_dmaps_assign(&result, &data, NULL, owner), RIM_OK);
+    assert_true(result.count > 0);
+    for (uint8_t k = 0; k < result.count; ++k)
+      has_three = has_three || result.region[k].region.unit.dims == THREE;
+  }
+  assert_true(has_three);
+  free(exact);
+  free(room);
+  free(owner);
+}
+
+/* One feature is enough. */
+static void one_feature_has_its_interval(void **state) {
+  (void)state;
+  make(42, 0.0, 0.0, 1);
+  for (int i = 0; i < N; ++i)
+    r[i] += u[i] > 0.3 && u[i] < 0.5 ? 2.0 : 0.0;
+  const rim_batch_data data = {N, 1, 1, u, r};
+  const rim_dmaps_config c = {.search = {.seed = SEED}};
+  rim_dmaps_result result;
+  assert_int_equal(rimi_dmaps_find(&c, &data, NULL, work, sizeof work, &result), RIM_OK);
+  assert_true(result.count == 1 && result.region[0].region.unit.dims == 1);
+  near(result.region[0].region.unit.center[0], 0.4, 0.05);
+}
+
 static void noise_gives_none(void **state) {
   (void)state;
   const rim_dmaps_config c = {.search = {.seed = SEED}};
@@ -468,6 +520,8 @@ int main(void) {
                                      cmocka_unit_test(a_dimension_must_pay),
                                      cmocka_unit_test(everywhere_is_a_region),
                                      cmocka_unit_test(the_data_end_with_the_last_observation),
+                                     cmocka_unit_test(the_most_features_in_memory_without_room),
+                                     cmocka_unit_test(one_feature_has_its_interval),
                                      cmocka_unit_test(noise_gives_none),
                                      cmocka_unit_test(lambda_limits_the_set),
                                      cmocka_unit_test(what_is_skipped_is_not_looked_at),

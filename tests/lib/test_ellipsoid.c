@@ -35,6 +35,11 @@ static void region_is_the_same_set(void **state) {
     rim_unit_region region;
     assert_int_equal(rimi_ellipsoid_region(&e, feature, &region), RIM_OK);
     assert_true(rimi_region_is_valid(&region.unit));
+    for (size_t i = 0; i < 3; ++i) { /* its box, and nothing where it has no dimension */
+      const double half = i < dims ? rimi_ellipsoid_half_side(&e, i) : 0.0;
+      assert_true(fabs(region.unit.upper[i] - (i < dims ? 0.5 : 0.0) - half) < 1e-12);
+      assert_true(i < dims || (region.unit.feature[i] == 0 && region.unit.center[i] == 0.0));
+    }
     for (int k = 0; k < 50; ++k) {
       double full[5] = {0};
       double own[3];
@@ -155,6 +160,20 @@ static void shape_is_the_inverse(void **state) {
   }
 }
 
+/* Of as many dimensions as there may be, in each of which it ends. */
+static void the_most_dimensions(void **state) {
+  (void)state;
+  double x[RIM_ELLIPSOID_MAX_DIMS] = {0.0};
+  const rim_ellipsoid e = rimi_ellipsoid_ball(RIM_ELLIPSOID_MAX_DIMS, x, 0.25);
+  for (size_t i = 0; i < RIM_ELLIPSOID_MAX_DIMS; ++i) {
+    x[i] = 0.249;
+    assert_true(rimi_ellipsoid_contains(&e, x));
+    x[i] = 0.251;
+    assert_false(rimi_ellipsoid_contains(&e, x));
+    x[i] = 0.0;
+  }
+}
+
 static void bad_input_is_refused(void **state) {
   (void)state;
   const double x[2] = {0.5, 0.5};
@@ -175,7 +194,7 @@ int main(void) {
       cmocka_unit_test(region_is_the_same_set),  cmocka_unit_test(units_hold_the_same_contexts),
       cmocka_unit_test(boxes_have_corners),      cmocka_unit_test(the_edge_is_outside),
       cmocka_unit_test(closed_boxes_and_angles), cmocka_unit_test(shape_is_the_inverse),
-      cmocka_unit_test(bad_input_is_refused),
+      cmocka_unit_test(the_most_dimensions),     cmocka_unit_test(bad_input_is_refused),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -75,6 +75,77 @@ static void an_entry_equals_the_generated_encoder(void **state) {
     assert_int_equal(rim_lcm_unpack_entry(&back, ours, n), RIM_E_TRUNCATED);
 }
 
+/* Whichever number of whichever pose it is. */
+static void a_wrong_number_anywhere_is_refused(void **state) {
+  (void)state;
+  static uint8_t bytes[RIM_LCM_PLAN_SIZE];
+  rim_plan back;
+  for (uint32_t i = 0; i < 3; ++i) {
+    for (int k = 0; k < 9; ++k) {
+      rim_plan p = sample_plan(3);
+      if (k < 3)
+        p.pose[i].position[k] = (double)NAN;
+      else if (k < 7)
+        p.pose[i].orientation[k - 3] = (double)NAN;
+      else if (k == 7)
+        p.pose[i].after_s = (double)NAN;
+      else if (i > 0)
+        p.pose[i].after_s = p.pose[i - 1].after_s - 0.001;
+      else
+        continue;
+      assert_int_equal(rim_lcm_pack_plan(bytes, sizeof bytes, &p), RIM_OK);
+      assert_int_equal(rim_lcm_unpack_plan(&back, bytes, sizeof bytes), RIM_E_DATA);
+    }
+  }
+}
+
+/* Two poses at the same time are a turn on the spot; the first may lie in the past. */
+static void poses_may_be_at_the_same_time(void **state) {
+  (void)state;
+  static uint8_t bytes[RIM_LCM_PLAN_SIZE];
+  rim_plan p = sample_plan(3), back;
+  p.pose[0].after_s = -1.0;
+  p.pose[1].after_s = p.pose[2].after_s;
+  assert_int_equal(rim_lcm_pack_plan(bytes, sizeof bytes, &p), RIM_OK);
+  assert_int_equal(rim_lcm_unpack_plan(&back, bytes, sizeof bytes), RIM_OK);
+  assert_memory_equal(&back, &p, sizeof p);
+}
+
+/* A quaternion's square may be off by a fiftieth, and by no more: at its limits it is refused. */
+static void a_quaternion_is_nearly_of_length_1(void **state) {
+  (void)state;
+  static const struct {
+    double w, z, square;
+  } limit[2] = {{0x1.8p-7, 0x1.fad1917ed80fap-1, 0.98}, {0x1p-7, 0x1.028a229f0b97dp+0, 1.02}};
+  static uint8_t bytes[RIM_LCM_PLAN_SIZE];
+  for (int i = 0; i < 2; ++i) {
+    assert_true(limit[i].w * limit[i].w + limit[i].z * limit[i].z == limit[i].square);
+    for (int within = 0; within < 2; ++within) {
+      rim_plan p = sample_plan(1), back;
+      p.pose[0].orientation[0] = limit[i].w;
+      p.pose[0].orientation[3] = limit[i].z + (within ? i == 0 ? 1e-12 : -1e-12 : 0.0);
+      assert_int_equal(rim_lcm_pack_plan(bytes, sizeof bytes, &p), RIM_OK);
+      assert_int_equal(rim_lcm_unpack_plan(&back, bytes, sizeof bytes),
+                       within ? RIM_OK : RIM_E_DATA);
+    }
+  }
+}
+
+/* Inside already: 0 s, which is not the same as never. */
+static void an_entry_may_be_now(void **state) {
+  (void)state;
+  const rim_entry e = {.t_s = 1.0, .to_entry_s = 0.0};
+  uint8_t bytes[RIM_LCM_ENTRY_SIZE];
+  rim_can_frame f;
+  rim_entry back;
+  assert_int_equal(rim_lcm_pack_entry(bytes, sizeof bytes, &e), RIM_OK);
+  assert_int_equal(rim_lcm_unpack_entry(&back, bytes, sizeof bytes), RIM_OK);
+  assert_true(back.to_entry_s == 0.0);
+  assert_int_equal(rim_can_pack_entry(&f, 3, &e), RIM_OK);
+  assert_int_equal(rim_can_unpack_entry(&back, &f), RIM_OK);
+  assert_true(back.to_entry_s == 0.0);
+}
+
 static void plans_that_cannot_be_are_refused(void **state) {
   (void)state;
   static uint8_t bytes[RIM_LCM_PLAN_SIZE + 1];
@@ -168,6 +239,10 @@ int main(void) {
       cmocka_unit_test(a_short_message_of_another_type_is_told),
       cmocka_unit_test(plans_equal_the_generated_encoder),
       cmocka_unit_test(an_entry_equals_the_generated_encoder),
+      cmocka_unit_test(a_wrong_number_anywhere_is_refused),
+      cmocka_unit_test(poses_may_be_at_the_same_time),
+      cmocka_unit_test(a_quaternion_is_nearly_of_length_1),
+      cmocka_unit_test(an_entry_may_be_now),
       cmocka_unit_test(plans_that_cannot_be_are_refused),
       cmocka_unit_test(a_frame_says_the_time),
       cmocka_unit_test(a_frame_reads_back),

@@ -181,7 +181,6 @@ static void what_a_region_explains_is_not_called_a_time(void **state) {
   }
 }
 
-/* Features that explain nothing by themselves are no side of a box, and none makes no region. */
 /* It has a place as long as that explains nine tenths. */
 static void a_time_gives_way_to_a_place_that_explains_nearly_as_much(void **state) {
   (void)state;
@@ -198,6 +197,7 @@ static void a_time_gives_way_to_a_place_that_explains_nearly_as_much(void **stat
   }
 }
 
+/* Features that explain nothing by themselves are no side of a box, and none makes no region. */
 static void what_explains_nothing_is_no_side(void **state) {
   (void)state;
   static bench b;
@@ -288,6 +288,76 @@ static void an_interval_is_said_instead_of_a_box_that_explains_hardly_more(void 
   }
 }
 
+/* What was not judged, or explains nothing, is worth nothing; a gain of half an outcome is one. */
+static void what_a_hypothesis_is_worth(void **state) {
+  (void)state;
+  static bench b;
+  const world w = quiet(1, true);
+  start(&b, &w, BLOCKS);
+  feed(&b, 0, BLOCKS, TURN);
+  search_hypothesis h = {.family = SEARCH_GAIN, .ln_ratio = 40.0f, .score = 30.0f, .shift = 0.5f};
+  const double worth = rimi_search_worth(b.search, &h);
+  assert_true(fabs(worth - (40.0 * (1.0 - 2.0 * 0.05) - rimi_search_description(SEARCH_GAIN))) <
+              1e-5);
+  h.shift = -0.51f;
+  assert_true(rimi_search_worth(b.search, &h) < -1e29);
+  h.shift = 0.5f;
+  h.ln_ratio = 0.0f;
+  assert_true(rimi_search_worth(b.search, &h) < -1e29);
+  h.ln_ratio = 40.0f;
+  h.score = SEARCH_NONE;
+  assert_true(rimi_search_worth(b.search, &h) < -1e29);
+}
+
+/* Of what holds in time the one that is worth most is said, each family alone, and of equals the
+ * first. By scatter, whose onsets are not dated anew. */
+static void of_what_holds_in_time_the_best_is_said(void **state) {
+  (void)state;
+  static bench b;
+  const world w = quiet(1, true);
+  enum { CHANNEL = 2 * OUTCOMES };
+  start(&b, &w, BLOCKS);
+  feed(&b, 0, BLOCKS, TURN);
+  search_hypothesis out;
+  double onset_sd;
+  rimi_search_explain(b.search, CHANNEL, &out, &onset_sd);
+  for (uint32_t best = SEARCH_SINCE; best <= SEARCH_FIELD + 1; ++best) {
+    for (uint32_t f = SEARCH_SINCE; f <= SEARCH_FIELD; ++f) {
+      const bool is_best = f == best || (best > SEARCH_FIELD && f != SEARCH_SINCE);
+      b.search->in_time[f] = (search_hypothesis){.family = (uint8_t)f,
+                                                 .onset = ONSET,
+                                                 .ln_ratio = is_best ? 900.0f : 1.0f,
+                                                 .score = is_best ? 800.0f : SEARCH_NONE,
+                                                 .shift = 0.1f,
+                                                 .sd = 0.01f};
+    }
+    if (best > SEARCH_FIELD) /* a ramp and a gain take as much to describe */
+      b.search->in_time[SEARCH_FIELD].score = SEARCH_NONE;
+    search_state(b.search, CHANNEL)->region.score = SEARCH_NONE;
+    rimi_search_explain(b.search, CHANNEL, &out, &onset_sd);
+    assert_int_equal(out.family, best > SEARCH_FIELD ? SEARCH_RAMP : best);
+    assert_true(out.family == SEARCH_FIELD ? onset_sd == 0.0 : onset_sd > 0.0);
+  }
+}
+
+/* What the next channel's features explain is not this one's, and of equal features it is the
+ * first. */
+static void features_are_ranked_within_their_channel(void **state) {
+  (void)state;
+  static bench b;
+  const world w = entered_once(1, true, 1);
+  search_hypothesis h, passed, again;
+  explain(&b, &w, TURN, &h);
+  assert_true(rimi_search_passed(b.search, 0, NULL, &passed));
+  assert_true(passed.family == SEARCH_INTERVAL && passed.feature[0] == 0);
+  memset(search_feature_scores(b.search, 1), 255, FEATURES);
+  assert_true(rimi_search_passed(b.search, 0, NULL, &again));
+  assert_memory_equal(&again, &passed, sizeof again);
+  memset(search_feature_scores(b.search, 0), 9, FEATURES);
+  assert_true(rimi_search_passed(b.search, 0, NULL, &again));
+  assert_true(again.family == SEARCH_INTERVAL && again.feature[0] == 0);
+}
+
 static void what_is_mostly_so_did_not_come_and_go(void **state) {
   (void)state;
   static bench b;
@@ -351,6 +421,9 @@ int main(void) {
       cmocka_unit_test(without_a_prediction_there_is_no_gain),
       cmocka_unit_test(features_that_explain_much_keep_their_order),
       cmocka_unit_test(an_interval_is_said_instead_of_a_box_that_explains_hardly_more),
+      cmocka_unit_test(what_a_hypothesis_is_worth),
+      cmocka_unit_test(of_what_holds_in_time_the_best_is_said),
+      cmocka_unit_test(features_are_ranked_within_their_channel),
       cmocka_unit_test(what_is_mostly_so_did_not_come_and_go),
       cmocka_unit_test(a_region_is_dated_by_what_shows_it),
   };

@@ -546,10 +546,76 @@ static void what_was_in_memory_before_is_gone(void **state) {
   assert_memory_equal(memory.bytes, other.bytes, RIM_EXTENT_SIZE(DIMS, POINTS, LAMBDAS, 1));
 }
 
+/* What is full forgets its oldest, one for each that comes: then it is as if only the newest had
+ * come. */
+static void the_oldest_goes(void **state) {
+  (void)state;
+  const rim_extent_config c = config_of(1);
+  rim_extent *all = make(&memory, &c), *newest = make(&other, &c);
+  for (int i = 0; i < 3 * POINTS; ++i) {
+    const double at[DIMS] = {-1.0 + 2.0 * rimi_rng_uniform(&rng),
+                             10.0 + 10.0 * rimi_rng_uniform(&rng)};
+    const double off = (i < POINTS ? 3.0 : in_first(at) ? 1.0 : 0.0) + 0.1 * rimi_rng_normal(&rng);
+    assert_int_equal(rim_extent_add(all, at, off, VAR), RIM_OK);
+    if (i >= 2 * POINTS)
+      assert_int_equal(rim_extent_add(newest, at, off, VAR), RIM_OK);
+  }
+  assert_int_equal(rim_extent_points(all), POINTS);
+  rim_extent_search(all, 40);
+  rim_extent_search(newest, 40);
+  for (uint32_t i = 0; i < LAMBDAS; ++i) {
+    rim_extent_region a, b;
+    assert_int_equal(rim_extent_get_region(all, 0, i, &a), RIM_OK);
+    assert_int_equal(rim_extent_get_region(newest, 0, i, &b), RIM_OK);
+    assert_true(a.dims == b.dims && a.n == b.n && a.ln_anom == b.ln_anom && a.shift == b.shift);
+    assert_true(a.dims == DIMS && a.shift < 2.0);
+  }
+}
+
+/* Of as many dimensions as there may be, by volume and sampled, round and with corners; a number
+ * behind the last is not looked at. */
+static void the_most_dimensions(void **state) {
+  (void)state;
+  enum { MOST = RIM_EXTENT_MAX_DIMS, FEW = 96, SETS = 3 };
+  static _Alignas(8) uint8_t room[RIM_EXTENT_SIZE(MOST, FEW, SETS, 1)];
+  for (int which = 0; which < 4; ++which) {
+    const rim_extent_config c = {.dims = MOST,
+                                 .points = FEW,
+                                 .lambdas = SETS,
+                                 .set = (uint8_t)(which % 2),
+                                 .shape = (uint8_t)(which / 2),
+                                 .seed = SEED};
+    rim_extent *e = NULL;
+    assert_int_equal(rim_extent_init(&e, room, sizeof room, &c), RIM_OK);
+    for (int i = 0; i < FEW + 5; ++i) {
+      double at[MOST + 1];
+      for (int d = 0; d < MOST; ++d)
+        at[d] = rimi_rng_uniform(&rng);
+      at[MOST] = (double)NAN;
+      const double off = (at[0] > 0.4 && at[3] > 0.3 ? 2.0 : 0.0) + 0.05 * rimi_rng_normal(&rng);
+      assert_int_equal(rim_extent_add(e, at, off, 0.01), RIM_OK);
+      rim_extent_search(e, 1);
+    }
+    rim_extent_search(e, 12);
+    double most = 0.0;
+    for (uint32_t i = 0; i < SETS; ++i) {
+      rim_extent_region region;
+      assert_int_equal(rim_extent_get_region(e, 0, i, &region), RIM_OK);
+      assert_int_equal(region.dims, MOST);
+      most = fmax(most, region.shift);
+    }
+    assert_true(most > 1.0);
+    const double inside[MOST + 1] = {0.7, 0.5, 0.5, 0.65, (double)NAN};
+    assert_true(rim_extent_correction(e, inside) > 0.5);
+  }
+}
+
 int main(void) {
   printf("seed %u\n", SEED);
   rimi_rng_seed(&rng, SEED, 0);
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(the_oldest_goes),
+      cmocka_unit_test(the_most_dimensions),
       cmocka_unit_test(places_without_a_share),
       cmocka_unit_test(finds_a_hidden_region),
       cmocka_unit_test(set_runs_from_specific_to_general),

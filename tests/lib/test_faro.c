@@ -59,8 +59,10 @@ static void finds_a_planted_ball(void **state) {
     if (d.n == 1)
       assert_false(found);
     assert_true(faro.count <= 5);
-    for (uint32_t i = 1; i < faro.count; ++i)
-      assert_true(faro.value[i] <= faro.value[i - 1]);
+    for (uint32_t i = 0; i < faro.count; ++i) { /* each by the newest observation */
+      assert_true(faro.value[i] == ln_anom(&faro.candidate[i], &d));
+      assert_true(i == 0 || faro.value[i] <= faro.value[i - 1]);
+    }
   }
   d.n = N;
   assert_true(found);
@@ -110,6 +112,51 @@ static void a_copy_goes_on(void **state) {
   }
 }
 
+static double always(const rim_ellipsoid *e, void *context) {
+  (void)e;
+  return *(const double *)context;
+}
+
+/* Whatever the value is, negative or 0: the threshold itself is found, and of equals the earlier
+ * one stays first. What lies behind the point is not looked at. */
+static void of_equals_the_earlier_is_first(void **state) {
+  (void)state;
+  for (double value = -1.0; value < 2.0; value += 1.0) {
+    rim_faro faro;
+    bool found = false;
+    assert_int_equal(rimi_faro_init(&faro, &config), RIM_OK);
+    for (uint32_t i = 0; i < 8; ++i) {
+      const double x[3] = {100.0 * i, 0.0, NAN};
+      assert_int_equal(rimi_faro_step(&faro, x, always, &value, value, &found), RIM_OK);
+      assert_true(found && faro.value[0] == value);
+      assert_int_equal(faro.count, i < 5 ? i + 1 : 5);
+      for (uint32_t k = 0; k < faro.count; ++k)
+        assert_true(fabs(faro.candidate[k].center[0] - 100.0 * k) < 50.0);
+      rim_faro other = faro;
+      assert_int_equal(rimi_faro_step(&other, x, always, &value, value + 0.5, &found), RIM_OK);
+      assert_false(found);
+    }
+  }
+}
+
+static void the_most_is_accepted(void **state) {
+  (void)state;
+  static rim_faro faro;
+  const rim_faro_config most = {.dims = RIM_CEM_MAX_DIMS, .candidates = RIM_FARO_MAX_CANDIDATES};
+  assert_int_equal(rimi_faro_init(&faro, &most), RIM_OK);
+  const rim_faro_config least = {.dims = 1, .candidates = 1};
+  static rim_faro small;
+  assert_int_equal(rimi_faro_init(&small, &least), RIM_OK);
+  const double x[RIM_CEM_MAX_DIMS] = {0.0};
+  double value = 1.0;
+  bool found = false;
+  for (uint32_t i = 0; i < RIM_FARO_MAX_CANDIDATES + 2; ++i) {
+    assert_int_equal(rimi_faro_step(&faro, x, always, &value, 2.0, &found), RIM_OK);
+    assert_false(found);
+  }
+  assert_int_equal(faro.count, RIM_FARO_MAX_CANDIDATES);
+}
+
 static void bad_input_is_refused(void **state) {
   (void)state;
   static data d;
@@ -133,6 +180,8 @@ static void bad_input_is_refused(void **state) {
   const double bad_point[2] = {0.5, NAN};
   assert_int_equal(rimi_faro_init(&faro, &config), RIM_OK);
   assert_int_equal(rimi_faro_step(&faro, bad_point, ln_anom, &d, 0.0, &found), RIM_E_DATA);
+  const double bad_first[2] = {NAN, 0.5};
+  assert_int_equal(rimi_faro_step(&faro, bad_first, ln_anom, &d, 0.0, &found), RIM_E_DATA);
   assert_int_equal(faro.steps, 0);
   assert_true(found);
 }
@@ -141,6 +190,7 @@ int main(void) {
   printf("seed %u\n", SEED);
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(finds_a_planted_ball), cmocka_unit_test(finds_nothing_in_noise),
-      cmocka_unit_test(a_copy_goes_on), cmocka_unit_test(bad_input_is_refused)};
+      cmocka_unit_test(a_copy_goes_on),       cmocka_unit_test(of_equals_the_earlier_is_first),
+      cmocka_unit_test(the_most_is_accepted), cmocka_unit_test(bad_input_is_refused)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -116,6 +116,38 @@ static void damage_and_misuse_are_refused(void **state) {
   assert_int_equal(count, 77);
 }
 
+/* Without an outcome there is no index of one. */
+static void an_alarm_may_name_no_outcome(void **state) {
+  (void)state;
+  rim_alarm a = sample_alarm(5);
+  rim_can_frame frame[RIM_CAN_FINDING_FRAMES];
+  rim_can_finding f;
+  uint32_t count = 0;
+  a.channels = 0;
+  a.channel[0] = 0x1234;
+  assert_int_equal(rim_can_pack_finding(frame, &count, 9, &a), RIM_OK);
+  assert_int_equal(rim_can_unpack_finding(&f, &frame[0]), RIM_OK);
+  assert_true(f.channels == 0 && f.index == 0);
+}
+
+/* The last page is read, the one behind it is not. */
+static void pages_end(void **state) {
+  (void)state;
+  const rim_alarm a = sample_alarm(5);
+  rim_can_frame frame[RIM_CAN_FINDING_FRAMES];
+  rim_can_finding f;
+  uint32_t count = 0;
+  assert_int_equal(rim_can_pack_finding(frame, &count, 9, &a), RIM_OK);
+  const uint32_t id_now = RIM_CAN_FINDING_ID + 9u;
+  const uint8_t id[2] = {(uint8_t)id_now, (uint8_t)(id_now >> 8)};
+  for (uint32_t page = RIM_CAN_FINDING_FRAMES - 1u; page <= RIM_CAN_FINDING_FRAMES; ++page) {
+    frame[1].data[0] = (uint8_t)page;
+    frame[1].data[7] = rimi_crc8(rimi_crc8(0, id, 2), frame[1].data, 7);
+    assert_int_equal(rim_can_unpack_finding(&f, &frame[1]),
+                     page < RIM_CAN_FINDING_FRAMES ? RIM_OK : RIM_E_RANGE);
+  }
+}
+
 /* Of every kind and number of outcomes that three bits hold, with a check sum that is right. */
 static void what_no_alarm_has_is_refused(void **state) {
   (void)state;
@@ -138,6 +170,8 @@ static void what_no_alarm_has_is_refused(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(an_alarm_may_name_no_outcome),
+      cmocka_unit_test(pages_end),
       cmocka_unit_test(what_no_alarm_has_is_refused),
       cmocka_unit_test(pages_carry_the_finding),
       cmocka_unit_test(pages_lie_where_they_are_documented),

@@ -558,11 +558,60 @@ static void digest_is_constant(void **state) {
   assert_true(digest == UINT64_C(0x5ee544629906ac5b));
 }
 
+/* Of as many dimensions as there may be, with more contexts than one batch: each tells points
+ * apart, a number behind the last is not looked at, and a point that went is as if it had never
+ * come. */
+static void the_most_dimensions(void **state) {
+  (void)state;
+  enum { MOST = RIM_GP_MAX_DIMS, FEW = 20, MANY = 2 * RIM_GP_BATCH + 3 };
+  static _Alignas(8) uint8_t room[2][RIM_GP_SIZE(MOST, FEW)];
+  for (int kernel = 0; kernel < KERNELS; ++kernel) {
+    rim_gp_config c = {.kernel = (uint8_t)kernel, .dims = MOST, .points = FEW, .noise_var = 1e-4};
+    rim_gp *whole = NULL, *fewer = NULL;
+    for (int d = 0; d < MOST; ++d)
+      c.length[d] = 0.8;
+    assert_int_equal(rim_gp_init(&whole, room[0], sizeof room[0], &c), RIM_OK);
+    assert_int_equal(rim_gp_init(&fewer, room[1], sizeof room[1], &c), RIM_OK);
+    double at[FEW][MOST], to[MANY][MOST], mean[MANY], var[MANY];
+    for (int p = 0; p < FEW; ++p) {
+      double point[MOST + 1];
+      for (int d = 0; d < MOST; ++d)
+        point[d] = at[p][d] = p == d + 1 ? 1.0 : p <= MOST ? 0.0 : rimi_rng_uniform(&rng);
+      point[MOST] = (double)NAN;
+      assert_int_equal(rim_gp_add(whole, point, 1.0 + p, 0.0, 0.0), RIM_OK);
+      if (p != 0 && p != FEW - 1)
+        assert_int_equal(rim_gp_add(fewer, point, 1.0 + p, 0.0, 0.0), RIM_OK);
+    }
+    for (int p = 0; p < FEW; ++p) { /* each says its own */
+      assert_int_equal(rim_gp_predict(whole, at[p], &mean[0], &var[0]), RIM_OK);
+      assert_true(fabs(mean[0] - (1.0 + p)) < 0.1 && var[0] < 0.01);
+    }
+    double gradient[RIM_GP_PARAMETERS(MOST)];
+    rim_gp_log_likelihood_gradient(whole, gradient);
+    for (size_t k = 0; k < RIM_GP_PARAMETERS(MOST); ++k)
+      assert_true(isfinite(gradient[k]) && gradient[k] != 0.0);
+    assert_int_equal(rim_gp_remove(whole, FEW - 1), RIM_OK);
+    assert_int_equal(rim_gp_remove(whole, 0), RIM_OK);
+    for (int i = 0; i < MANY; ++i) {
+      for (int d = 0; d < MOST; ++d)
+        to[i][d] = rimi_rng_uniform(&rng);
+    }
+    assert_int_equal(rim_gp_predict_many(whole, to[0], MANY, mean, var), RIM_OK);
+    for (int i = 0; i < MANY; ++i) {
+      double one = 0.0, its_var = 0.0;
+      assert_int_equal(rim_gp_predict(fewer, to[i], &one, &its_var), RIM_OK);
+      assert_near(mean[i], one, 1e-6);
+      assert_near(var[i], its_var, 1e-6);
+    }
+  }
+}
+
 int main(void) {
   printf("seed %u\n", SEED);
   rimi_rng_seed(&rng, SEED, 0);
   draw();
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(the_most_dimensions),
       cmocka_unit_test(agrees_with_a_dense_solution),
       cmocka_unit_test(incremental_equals_batch),
       cmocka_unit_test(removal_equals_never_having_seen_it),

@@ -188,6 +188,33 @@ static void test_bad_observations_are_counted(void **state) {
   near(h.ln_alpha[0], log(0.7), 1e-15);
 }
 
+/* Of as many states as there may be, all reached by logarithms alone. */
+static void test_most_states_by_logarithms(void **state) {
+  (void)state;
+  enum { MOST = RIM_HMM_MAX_STATES };
+  double counts[MOST * MOST];
+  for (size_t i = 0; i < (size_t)MOST * MOST; ++i)
+    counts[i] = 1.0;
+  rim_hmm_model m;
+  rim_hmm h;
+  assert_int_equal(rimi_hmm_from_counts(&m, MOST, counts, 1.0, NULL), RIM_OK);
+  assert_int_equal(rimi_hmm_from_counts(&m, MOST + 1, counts, 1.0, NULL), RIM_E_RANGE);
+  assert_int_equal(rimi_hmm_init(&h, &m), RIM_OK);
+  double ln_b[MOST] = {0.0};
+  assert_int_equal(rimi_hmm_step(&h, ln_b), RIM_OK);
+  for (size_t i = 0; i < MOST; ++i) {
+    h.alpha[i] = 0.0;
+    h.ln_alpha[i] = log(1.0 / MOST);
+  }
+  ln_b[MOST - 1] = RIM_HMM_LN_ZERO; /* and one is impossible */
+  const double before = h.ln_evidence;
+  assert_int_equal(rimi_hmm_step(&h, ln_b), RIM_OK);
+  near(h.ln_evidence - before, log((MOST - 1.0) / MOST), 1e-12);
+  for (size_t i = 0; i + 1 < MOST; ++i)
+    near(h.ln_alpha[i], log(1.0 / (MOST - 1)), 1e-12);
+  assert_true(h.ln_alpha[MOST - 1] == RIM_HMM_LN_ZERO);
+}
+
 static void test_init_refuses(void **state) {
   (void)state;
   rim_hmm h;
@@ -196,6 +223,14 @@ static void test_init_refuses(void **state) {
   assert_int_equal(rimi_hmm_init(NULL, &m), RIM_E_ARGUMENT);
   m.transition[1][1] = 0.61;
   assert_int_equal(rimi_hmm_init(&h, &m), RIM_E_DATA);
+  for (int i = 0; i < S; ++i) { /* whichever row it is */
+    m = model();
+    m.transition[i][1] += 0.01;
+    assert_int_equal(rimi_hmm_init(&h, &m), RIM_E_DATA);
+  }
+  m = model();
+  m.states = 0;
+  assert_int_equal(rimi_hmm_init(&h, &m), RIM_E_RANGE);
   m = model();
   m.initial[0] = NAN;
   assert_int_equal(rimi_hmm_init(&h, &m), RIM_E_DATA);
@@ -236,6 +271,7 @@ int main(void) {
                                      cmocka_unit_test(test_lost_terms_are_taken_again),
                                      cmocka_unit_test(test_one_state_has_nothing_against_it),
                                      cmocka_unit_test(test_most_states),
+                                     cmocka_unit_test(test_most_states_by_logarithms),
                                      cmocka_unit_test(test_bad_observations_are_counted),
                                      cmocka_unit_test(test_the_largest_that_is_taken),
                                      cmocka_unit_test(test_init_refuses),

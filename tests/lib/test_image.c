@@ -93,6 +93,9 @@ static void sections_are_found(void **state) {
   assert_int_equal(rim_image_section(&view, ID_C, &data, &size), RIM_OK);
   assert_true(size == 0);
   assert_int_equal(rim_image_section(&view, ID_B, NULL, NULL), RIM_OK);
+  /* What lies behind the table is no entry of it. */
+  assert_int_equal(rim_image_section(&view, rimi_le_u32(m.byte, FIRST / 4), NULL, NULL),
+                   RIM_E_RANGE);
   assert_int_equal(rim_image_section(&view, 1, &data, &size), RIM_E_RANGE);
   assert_true(data == NULL && size == 0);
   assert_int_equal(rim_image_section(NULL, ID_A, &data, &size), RIM_E_ARGUMENT);
@@ -209,6 +212,24 @@ static void bad_tables_are_refused(void **state) {
   }
 }
 
+/* Whichever of the entries it is. */
+static void a_bad_entry_at_any_place_is_refused(void **state) {
+  (void)state;
+  static const uint32_t id[SECTIONS] = {ID_A, ID_B, ID_C};
+  for (size_t index = 0; index < SECTIONS; ++index) {
+    image m = make();
+    entry(&m, index, id[index], FIRST + 1, 0);
+    seal(&m, TOTAL);
+    assert_int_equal(opened(&m, TOTAL), RIM_E_ALIGN);
+    entry(&m, index, id[index], TOTAL + 8, 0);
+    seal(&m, TOTAL);
+    assert_int_equal(opened(&m, TOTAL), RIM_E_RANGE);
+    entry(&m, index, id[index], FIRST + 32, 17);
+    seal(&m, TOTAL);
+    assert_int_equal(opened(&m, TOTAL), RIM_E_RANGE);
+  }
+}
+
 static void section_counts(void **state) {
   (void)state;
   image m = make();
@@ -216,6 +237,9 @@ static void section_counts(void **state) {
   put(&m, 16, 64);
   seal(&m, 64);
   assert_int_equal(opened(&m, 64), RIM_OK); /* an image without sections */
+  put(&m, 24, RIM_IMAGE_MAX_SECTIONS); /* as many may be, but there is no room for their table */
+  seal(&m, 64);
+  assert_int_equal(opened(&m, 64), RIM_E_TRUNCATED);
   m = make();
   put(&m, 24, RIM_IMAGE_MAX_SECTIONS + 1);
   seal(&m, TOTAL);
@@ -234,6 +258,7 @@ int main(void) {
       cmocka_unit_test(header_causes),
       cmocka_unit_test(swapped_bytes_are_named),
       cmocka_unit_test(bad_tables_are_refused),
+      cmocka_unit_test(a_bad_entry_at_any_place_is_refused),
       cmocka_unit_test(section_counts),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

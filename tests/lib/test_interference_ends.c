@@ -10,6 +10,7 @@
 
 #include <cmocka.h>
 
+#include "base/crc.h"
 #include "interference/detector.h"
 #include "interference_sample.h"
 
@@ -83,6 +84,11 @@ static void a_state_may_be_left_for_certain(void **unused) {
     m.transition[2][j] = j == 0 ? 1.0 : 0.0;
   rim_interference state;
   assert_int_equal(rimi_interference_init(&state, &m), RIM_OK);
+  for (size_t i = 0; i < 5; ++i) { /* whichever row does not sum to 1 */
+    rim_interference_model wrong = sample_interference();
+    wrong.transition[i][1] += 1e-5;
+    assert_int_equal(rimi_interference_init(&state, &wrong), RIM_E_DATA);
+  }
   m.transition[2][0] = 1.0 + 1e-7; /* its sum would pass */
   assert_int_equal(rimi_interference_init(&state, &m), RIM_E_DATA);
   m.transition[2][0] = 1.0 + 1e-7;
@@ -246,8 +252,142 @@ static void wheels_of_few_bits(void **unused) {
   assert_int_equal(rimi_wheels_velocity(&w, zero, zero, 1.0, NULL), RIM_E_ARGUMENT);
 }
 
+/* A command takes effect in the row of its time. From a standstill the vehicle accelerates. */
+static void a_command_takes_effect_at_its_time(void **unused) {
+  (void)unused;
+  rim_interference_model m = sample_interference();
+  m.latency_s = 2.0 * DT;
+  assert_int_equal(rimi_interference_init(&s, &m), RIM_OK);
+  step(0.0, 0.0, 0.0);
+  for (int k = 1; k < 4; ++k) {
+    step(DT * k, 0.5, 0.0);
+    assert_true(s.in_force == (k < 3 ? 0.0 : 0.5));
+    assert_true(v.one_step_mps == 0.0);
+  }
+  step(DT * 4, 0.5, 0.0);
+  assert_true(v.one_step_mps == -DT); /* 1 m/s^2 */
+}
+
+/* As many commands as can wait take effect in one row, and the last one until its end. */
+static void all_that_waits_takes_effect_at_once(void **unused) {
+  (void)unused;
+  rim_interference_model m = sample_interference();
+  m.latency_s = 64.0;
+  m.gap_s = 100.0;
+  assert_int_equal(rimi_interference_init(&s, &m), RIM_OK);
+  const uint32_t most = RIM_INTERFERENCE_COMMANDS;
+  for (uint32_t k = 0; k < most; ++k)
+    step(DT * k, k + 1 < most ? 0.001 * k : 2.0, 0.0);
+  assert_int_equal(s.commands, most);
+  step(64.0 + DT * most + 4.0, 2.0, 2.0);
+  assert_true(s.commands == 0 && s.in_force == 2.0 && s.open_loop[0] == 2.0);
+}
+
+/* What moves as commanded is steady; a ramp counts as one until its very end. */
+static void a_ramp_ends_after_its_last_row(void **unused) {
+  (void)unused;
+  begin();
+  for (int k = 0; k < 4; ++k)
+    step(DT * k, 0.5, 0.5);
+  assert_true(s.ramp_until_s == 0.0);
+  for (int after = 0; after < 2; ++after) {
+    rim_interference copy = s;
+    copy.ramp_until_s = DT * (after ? 3.5 : 4.0);
+    assert_int_equal(rimi_interference_step(&copy, DT * 4, 0.5, 0.5 + 0.059, &v), RIM_OK);
+    assert_int_equal(v.score[RIM_INTERFERENCE_ONE_STEP] > 0.0, after); /* 0.059 of 0.06 or 0.03 */
+  }
+}
+
+/* Of two sums that are full the one-step residual's says when it began; a score of just 1 raises an
+ * alarm, and one of just what clears does not clear it. */
+static void scores_at_their_limits(void **unused) {
+  (void)unused;
+  rim_interference_model m = sample_interference();
+  m.one_step.sd_steady =
+      0.0625; /* and a slack of 1: a residual of as much leaves the sum as it is */
+  m.open_loop.sd_steady = 1e6;
+  assert_int_equal(rimi_interference_init(&s, &m), RIM_OK);
+  for (int k = 0; k < 4; ++k)
+    step(DT * k, 0.5, 0.5);
+  const rim_interference steady = s;
+  const double threshold = m.one_step.threshold;
+  const double sum[4] = {threshold, 0.99 * threshold, 0.5 * threshold, 0.49 * threshold};
+  for (int i = 0; i < 4; ++i) {
+    s = steady;
+    s.alarmed = i >= 2;
+    s.sum[0][0] = sum[i];
+    step(DT * 4, 0.5, 0.5 - 0.0625);
+    assert_true(v.score[RIM_INTERFERENCE_ONE_STEP] == sum[i] / threshold);
+    assert_int_equal(v.alarmed, i % 2 == 0);
+  }
+  s = steady;
+  s.sum[0][0] = s.sum[1][0] = 1e6;
+  s.sum_from_s[0][0] = 1.0;
+  s.sum_from_s[1][0] = 2.0;
+  step(DT * 4, 0.5, 0.25);
+  assert_true(v.score[RIM_INTERFERENCE_ONE_STEP] == 2.0 &&
+              v.score[RIM_INTERFERENCE_OPEN_LOOP] == 2.0);
+  assert_true(v.raised && v.onset_s == 1.0);
+}
+
+/* The check sum is that of all bytes but its own, as any reader of the section works it out. */
+static void a_section_has_the_usual_check_sum(void **unused) {
+  (void)unused;
+  const rim_interference_model m = sample_interference();
+  uint8_t section[RIM_INTERFERENCE_BYTES];
+  assert_int_equal(rimi_interference_pack(&m, section, sizeof section), RIM_OK);
+  const uint32_t begun = rimi_crc32(0, section, 12);
+  const uint32_t crc = rimi_crc32(begun, section + 16, sizeof section - 16);
+  for (size_t i = 0; i < 4; ++i)
+    assert_int_equal(section[12 + i], crc >> (8 * i) & 255u);
+}
+
+/* The model's odds say that it began after the last row in which they were below 1 %. */
+static void an_onset_by_the_odds_is_the_last_quiet_row(void **unused) {
+  (void)unused;
+  rim_interference_model m = sample_interference();
+  m.one_step.threshold = m.open_loop.threshold = 1e9; /* they say nothing */
+  assert_int_equal(rimi_interference_init(&s, &m), RIM_OK);
+  double quiet_s = -1.0;
+  for (int k = 0; k < 200 && !v.alarmed; ++k) {
+    const double speed = k < 60 ? 0.5 : k < 64 ? 0.5 - 0.125 * (k - 59) : 0.0;
+    step(DT * k, 0.5, speed);
+    if (v.ln_odds < -4.6)
+      quiet_s = DT * k;
+  }
+  assert_true(v.raised && v.alarmed && quiet_s > 55 * DT);
+  assert_true(v.onset_s == quiet_s && v.since_onset_s == v.t_s - quiet_s && v.t_s > quiet_s);
+}
+
+/* The motion that is said is the likeliest: at rest, as commanded, and held. */
+static void the_likeliest_motion_is_said(void **unused) {
+  (void)unused;
+  begin();
+  static const struct {
+    double command, speed;
+    int rows;
+    rim_motion motion;
+  } of[] = {{0.0, 0.0, 40, RIM_MOTION_STOP},
+            {0.5, 0.5, 60, RIM_MOTION_CONSTANT},
+            {0.5, 0.0, 60, RIM_MOTION_MI},
+            {0.0, 0.0, 60, RIM_MOTION_STOP}};
+  int k = 0;
+  for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
+    for (int row = 0; row < of[i].rows; ++row, ++k)
+      step(DT * k, of[i].command, of[i].speed);
+    assert_int_equal(v.motion, of[i].motion);
+  }
+}
+
 int main(void) {
-  const struct CMUnitTest tests[] = {cmocka_unit_test(every_number_has_its_limits),
+  const struct CMUnitTest tests[] = {cmocka_unit_test(the_likeliest_motion_is_said),
+                                     cmocka_unit_test(a_section_has_the_usual_check_sum),
+                                     cmocka_unit_test(an_onset_by_the_odds_is_the_last_quiet_row),
+                                     cmocka_unit_test(a_command_takes_effect_at_its_time),
+                                     cmocka_unit_test(all_that_waits_takes_effect_at_once),
+                                     cmocka_unit_test(a_ramp_ends_after_its_last_row),
+                                     cmocka_unit_test(scores_at_their_limits),
+                                     cmocka_unit_test(every_number_has_its_limits),
                                      cmocka_unit_test(a_state_may_be_left_for_certain),
                                      cmocka_unit_test(rows_go_on_when_their_number_is_full),
                                      cmocka_unit_test(full_counters_stay_full),

@@ -79,6 +79,7 @@ static void the_first_version_of_an_alarm_is_read(void **state) {
   memcpy(bytes, first, sizeof first);
   assert_int_equal(rim_lcm_unpack_alarm(&back, bytes, sizeof bytes), RIM_E_SIZE);
   assert_int_equal(rim_lcm_unpack_alarm(&back, bytes, sizeof bytes - 9), RIM_E_TRUNCATED);
+  assert_int_equal(rim_lcm_unpack_alarm(&back, bytes, 8), RIM_E_TRUNCATED);
   assert_int_equal(rim_lcm_unpack_alarm(&back, bytes, sizeof bytes - 8), RIM_OK);
   assert_true(back.since_sd_s == 0.0);
   back.since_sd_s = a.since_sd_s;

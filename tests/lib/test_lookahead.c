@@ -339,8 +339,28 @@ static void entries_keep_their_bits(void **state) {
   bits_are(digest, UINT64_C(0x41818b0a6a8db58e));
 }
 
+/* As many poses and corners as there may be: the last pose, and the last corner, enters. */
+static void the_most_poses_and_corners(void **state) {
+  (void)state;
+  rim_lookahead_config c = square(0.1);
+  c.vertices = RIM_LOOKAHEAD_VERTICES;
+  for (uint32_t v = 4; v < RIM_LOOKAHEAD_VERTICES; ++v)
+    c.vertex[v][0] = v + 1 == RIM_LOOKAHEAD_VERTICES ? 3.0 : 0.0;
+  const rim_region region = sphere(10.0, 0.0, 2.0);
+  for (int reaches = 0; reaches < 2; ++reaches) {
+    rim_plan plan = {.count = RIM_PLAN_MAX_POSES};
+    for (uint32_t i = 0; i < RIM_PLAN_MAX_POSES; ++i)
+      plan.pose[i] = pose(i, (reaches ? 5.01 : 4.99) * i / (RIM_PLAN_MAX_POSES - 1), 0.0, 0.0);
+    rim_lookahead_result r;
+    assert_true(rim_lookahead_check(&c, &region, &plan, 0.0, &r));
+    assert_int_equal(r.enters, reaches);
+    assert_int_equal(r.pose, reaches ? RIM_PLAN_MAX_POSES - 2 : 0);
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(the_most_poses_and_corners),
       cmocka_unit_test(a_straight_way_enters_when_the_edge_does),
       cmocka_unit_test(a_vehicle_without_vertices_is_a_point),
       cmocka_unit_test(a_turn_sweeps_its_corner),

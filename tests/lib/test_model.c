@@ -25,7 +25,8 @@ static void add_text(bytes *b, const char *text) {
     u8(b, (unsigned char)*text++);
 }
 
-/* Fourteen features and three outcomes: two parts. One name is longer than its room. */
+/* Fourteen features and three outcomes: two parts. One name is longer than its room, one
+ * fills it, and leaves none for its end. */
 static int set_up(void **state) {
   (void)state;
   static bytes section[3];
@@ -38,17 +39,26 @@ static int set_up(void **state) {
                      : w == RIM_CONFIG_BLOCK_ROWS ? 5
                                                   : 0);
   for (uint32_t i = 0; i < QUANTITIES; ++i) {
-    snprintf(name_of[i], sizeof name_of[i], i == 4 ? "s.%070u_mps" : "s.name%u_mps", (unsigned)i);
+    snprintf(name_of[i], sizeof name_of[i],
+             i == 4   ? "s.%070u_mps"
+             : i == 5 ? "s.%058u_mps"
+             : i == 6 ? "s.plain%u"
+             : i == 7 ? "s.turn%u_radps2"
+                      : "s.name%u_mps",
+             (unsigned)i);
     add_text(&section[1], name_of[i]);
     add_text(&section[1], "\n");
   }
   for (uint32_t i = 0; i < FEATURES; ++i)
     f32(&section[2], -1.5 * i);
   for (uint32_t i = 0; i < FEATURES; ++i)
-    f32(&section[2], 2.5 * i);
+    f32(&section[2], 2.5 * (i + 1));
   image_of(&whole, id, section, 3);
   return rim_image_open(&view, whole.byte, whole.size) == RIM_OK ? 0 : -1;
 }
+
+/* Of a name without one: none; the longest fills its room but for its end. */
+static const char *unit_of(uint32_t i) { return i == 6 ? "" : i == 7 ? "rad/s^2" : "m/s"; }
 
 static void generated(rim_model_t *g, uint32_t first) {
   memset(g, 0, sizeof *g);
@@ -62,10 +72,10 @@ static void generated(rim_model_t *g, uint32_t first) {
   g->flags = 1;
   for (uint32_t i = 0; i < (uint32_t)g->count; ++i) {
     memcpy(g->name[i], name_of[first + i], 63);
-    memcpy(g->unit[i], "m/s", 3);
+    memcpy(g->unit[i], unit_of(first + i), strlen(unit_of(first + i)));
     if (first + i < FEATURES) {
       g->low[i] = -1.5 * (first + i);
-      g->high[i] = 2.5 * (first + i);
+      g->high[i] = 2.5 * (first + i + 1);
     }
   }
 }
@@ -87,8 +97,8 @@ static void parts_equal_the_generated_encoder(void **state) {
     assert_true(back.first == first && back.count == (first == 0 ? 12u : 5u));
     for (uint32_t i = 0; i < back.count; ++i) {
       assert_true(strncmp(back.quantity[i].name, name_of[first + i], 63) == 0);
-      assert_string_equal(back.quantity[i].unit, "m/s");
-      assert_true(back.quantity[i].high == (first + i < FEATURES ? 2.5 * (first + i) : 0.0));
+      assert_string_equal(back.quantity[i].unit, unit_of(first + i));
+      assert_true(back.quantity[i].high == (first + i < FEATURES ? 2.5 * (first + i + 1) : 0.0));
     }
   }
 }
@@ -103,6 +113,23 @@ static void misuse_is_refused(void **state) {
   assert_int_equal(rim_lcm_pack_model(out, sizeof out, &closed, 0, 0), RIM_E_ARGUMENT);
   assert_int_equal(rim_lcm_pack_model(NULL, sizeof out, &view, 0, 0), RIM_E_ARGUMENT);
   assert_int_equal(rim_lcm_pack_model(out, sizeof out, NULL, 0, 0), RIM_E_ARGUMENT);
+}
+
+/* Whether rows bring their own predictions. */
+static void predictions_of_the_caller_are_said(void **state) {
+  (void)state;
+  static rim_model_message back;
+  uint8_t out[RIM_LCM_MODEL_SIZE];
+  const uint8_t *config;
+  size_t config_bytes;
+  assert_int_equal(rim_image_section(&view, RIM_SECTION_CONFIG, &config, &config_bytes), RIM_OK);
+  uint8_t *at = whole.byte + (config - whole.byte) + 4u * RIM_CONFIG_EXTERNAL;
+  at[0] = 1;
+  assert_int_equal(rim_lcm_pack_model(out, sizeof out, &view, 0, 6), RIM_OK);
+  assert_true(out[36] == 1 && out[37] == 6);
+  assert_int_equal(rim_lcm_unpack_model(&back, out, sizeof out), RIM_OK);
+  assert_true(back.external && back.flags == 6);
+  at[0] = 0;
 }
 
 /* An index is a u16: as many features, and as many outcomes, are said, and not one more. */
@@ -125,6 +152,26 @@ static void as_many_as_an_index_has(void **state) {
     assert_int_equal(rim_lcm_pack_model(out, sizeof out, &view, 0, 0), RIM_E_RANGE);
     memcpy(at, before, sizeof before);
   }
+}
+
+/* As many features and outcomes as there may be are read, and a part behind the last of them. */
+static void the_last_part_is_read(void **state) {
+  (void)state;
+  static rim_model_message back;
+  static uint8_t message[RIM_LCM_MODEL_SIZE];
+  assert_int_equal(rim_lcm_pack_model(message, sizeof message, &view, 12, 0), RIM_OK);
+  message[14] = message[15] = message[18] = message[19] = UINT8_MAX;
+  assert_int_equal(rim_lcm_unpack_model(&back, message, sizeof message), RIM_OK);
+  assert_true(back.features == UINT16_MAX && back.outcomes == UINT16_MAX);
+  const uint32_t all = 2u * UINT16_MAX;
+  message[29] = (uint8_t)(all >> 16);
+  message[30] = (uint8_t)(all >> 8);
+  message[31] = (uint8_t)all;
+  message[35] = 0; /* none follows */
+  assert_int_equal(rim_lcm_unpack_model(&back, message, sizeof message), RIM_OK);
+  assert_true(back.first == all && back.count == 0);
+  message[35] = 1;
+  assert_int_equal(rim_lcm_unpack_model(&back, message, sizeof message), RIM_E_RANGE);
 }
 
 static void wrong_messages_are_refused(void **state) {
@@ -158,7 +205,9 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(parts_equal_the_generated_encoder),
       cmocka_unit_test(misuse_is_refused),
+      cmocka_unit_test(predictions_of_the_caller_are_said),
       cmocka_unit_test(as_many_as_an_index_has),
+      cmocka_unit_test(the_last_part_is_read),
       cmocka_unit_test(wrong_messages_are_refused),
   };
   return cmocka_run_group_tests(tests, set_up, NULL);

@@ -42,6 +42,35 @@ static void names_come_in_order(void **state) {
   assert_int_equal(rim_image_name(&view, UINT32_MAX, &text, &length), RIM_E_RANGE);
 }
 
+/* Also the first name may be empty. */
+static void the_first_name_may_be_empty(void **state) {
+  (void)state;
+  static bytes b;
+  rim_image view;
+  const char *text;
+  size_t length = 7;
+  make_image(&b, RIM_SECTION_NAMES, "\nsecond\n");
+  assert_int_equal(rim_image_open(&view, b.byte, b.size), RIM_OK);
+  assert_int_equal(rim_image_name(&view, 0, &text, &length), RIM_OK);
+  assert_int_equal(length, 0);
+  assert_int_equal(rim_image_name(&view, 1, &text, &length), RIM_OK);
+  assert_int_equal(length, 6);
+}
+
+/* A line's end right behind the section is none of its names'. */
+static void names_end_with_the_section(void **state) {
+  (void)state;
+  static bytes b;
+  rim_image view;
+  const char *text;
+  size_t length;
+  make_image(&b, RIM_SECTION_NAMES, "one\ncut.");
+  assert_int_equal(rim_image_open(&view, b.byte, b.size), RIM_OK);
+  b.byte[b.size] = '\n';
+  assert_int_equal(rim_image_name(&view, 0, &text, &length), RIM_OK);
+  assert_int_equal(rim_image_name(&view, 1, &text, &length), RIM_E_RANGE);
+}
+
 static void misuse_is_told(void **state) {
   (void)state;
   static bytes b;
@@ -71,6 +100,13 @@ static void units_end_names(void **state) {
   check_unit("u.push", "");
   check_unit("s.m", "");
   check_unit("s._m", ""); /* nothing before the suffix */
+  static const char *const roles[] = {"x.", "u.", "s.", "z.", "m.", "sd."};
+  for (size_t i = 0; i < sizeof roles / sizeof *roles; ++i) { /* nor is a role a name */
+    char name[8];
+    snprintf(name, sizeof name, "%s_m", roles[i]);
+    check_unit(name, "");
+  }
+  check_unit("a._m", "m"); /* this is no role */
   check_unit("_m", "");
   check_unit("s.x_", "");
   check_unit("s.x_furlongsss", "");
@@ -99,6 +135,8 @@ static void the_table_is_whole(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(names_come_in_order),
+      cmocka_unit_test(the_first_name_may_be_empty),
+      cmocka_unit_test(names_end_with_the_section),
       cmocka_unit_test(misuse_is_told),
       cmocka_unit_test(units_end_names),
       cmocka_unit_test(the_table_is_whole),

@@ -162,6 +162,19 @@ static void numbers_out_of_range_are_refused(void **state) {
   }
 }
 
+/* A field's weights may have any sign; a header alone says of which layout it is. */
+static void what_is_just_allowed(void **state) {
+  (void)state;
+  bytes b = section();
+  for (uint32_t i = 0; i < FIELDS * RAW; ++i)
+    put_f32(word_of(&b, 1, NOISE_CHANNEL_WORDS + FIELDS + i), i % 2 == 0 ? -1.0 : 0.0);
+  assert_int_equal(status_of(&b), RIM_OK);
+  b.size = 4 * NOISE_HEADER_WORDS;
+  assert_int_equal(status_of(&b), RIM_E_TRUNCATED);
+  put_u32(b.byte, 2);
+  assert_int_equal(status_of(&b), RIM_E_VERSION);
+}
+
 static void the_weight_is_that_of_the_scale(void **state) {
   (void)state;
   noise_channel n = {.ln_sigma = {0.25f, -0.125f, 0.5f, 0.375f, 0.125f}};
@@ -204,6 +217,7 @@ int main(void) {
       cmocka_unit_test(no_channel_may_have_a_number_that_is_none),
       cmocka_unit_test(numbers_out_of_range_are_refused),
       cmocka_unit_test(fields_that_were_hit),
+      cmocka_unit_test(what_is_just_allowed),
       cmocka_unit_test(the_weight_is_that_of_the_scale),
       cmocka_unit_test(the_activity_is_how_quickly_predictions_move),
   };

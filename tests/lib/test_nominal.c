@@ -313,6 +313,57 @@ static void huge_inputs_are_clamped(void **state) {
   }
 }
 
+/* Of as many inputs as there may be each counts in a map, and none behind them. */
+static void the_most_inputs_are_mapped(void **state) {
+  (void)state;
+  enum { MOST = RIM_NOMINAL_MAX_INPUTS, WORDS = RIM_NOMINAL_BYTES(MOST, 1, 1, 1) / 4 };
+  static uint32_t word[WORDS];
+  section one;
+  put_f32(&one, 0, 1.0);
+  for (size_t i = 0; i < WORDS; ++i)
+    memcpy(&word[i], one.byte, 4); /* scales, variance, offset and map are 1 */
+  const uint32_t header[8] = {RIM_NOMINAL_LAYOUT, MOST, 1, 1, 1, 1, 0, 0};
+  for (size_t i = 0; i < 8; ++i)
+    put_u32(&one, i, header[i]);
+  memcpy(word, one.byte, sizeof header);
+  memset(&word[8], 0, 4 * MOST);         /* centres */
+  memset(&word[8 + 3 * MOST + 3], 0, 4); /* reserved */
+  rim_nominal model;
+  double x[MOST], mean, sd;
+  assert_int_equal(rimi_nominal_open(&model, (const uint8_t *)word, sizeof word), RIM_OK);
+  for (int i = 0; i < MOST; ++i)
+    x[i] = (double)i;
+  assert_int_equal(rimi_nominal_predict(&model, x, &mean, &sd, NULL), RIM_OK);
+  assert_true(mean == 1.0 + MOST * (MOST - 1) / 2.0 && sd == 1.0);
+}
+
+/* Of equally near prototypes the first says how far its training reached. */
+static void of_equally_near_the_first_says_how_far(void **state) {
+  (void)state;
+  const uint16_t own[O] = {0, 0};
+  plain m;
+  section s;
+  rim_nominal model;
+  double mean[O], sd[O], far;
+  bool beyond[O];
+  make_plain(&m, 11);
+  for (int i = 0; i < D; ++i) {
+    m.centre[i] = 0.0;
+    m.inverse_scale[i] = m.gate_weight[i] = 1.0;
+  }
+  for (int p = 0; p < P; ++p) {
+    memset(m.c[p], 0, sizeof m.c[p]);
+    m.reach[p] = 2.0 + p;
+  }
+  make_section(&s, &m, 0);
+  assert_int_equal(rimi_nominal_open(&model, s.byte, s.bytes), RIM_OK);
+  const double x[D] = {0.0, 1.8, 0.0}; /* beyond what is believed of the first, of 2, alone */
+  assert_int_equal(rimi_nominal_predict(&model, x, mean, sd, &far), RIM_OK);
+  assert_true(far == 0.9);
+  assert_int_equal(rimi_nominal_beyond(&model, x, own, beyond), RIM_OK);
+  assert_true(beyond[0] && beyond[1]);
+}
+
 /* Two equal prototypes compete for one place: the lower index must win on every target. */
 static void ties_go_to_the_lower_index(void **state) {
   (void)state;
@@ -460,6 +511,20 @@ static void values_that_break_the_arithmetic_are_refused(void **state) {
   }
 }
 
+/* What the first word says is looked at where the header is whole, and not before. */
+static void a_header_alone_says_its_layout(void **state) {
+  (void)state;
+  plain m;
+  section s;
+  rim_nominal model;
+  make_plain(&m, 6);
+  make_section(&s, &m, 0);
+  put_u32(&s, 0, RIM_NOMINAL_LAYOUT + 1u);
+  const size_t header = 4 * RIM_NOMINAL_HEADER_WORDS;
+  assert_int_equal(rimi_nominal_open(&model, s.byte, header), RIM_E_VERSION);
+  assert_int_equal(rimi_nominal_open(&model, s.byte, header - 1), RIM_E_TRUNCATED);
+}
+
 static void any_other_length_is_refused(void **state) {
   (void)state;
   for (uint32_t order = 0; order < 2; ++order) {
@@ -476,34 +541,37 @@ static void any_other_length_is_refused(void **state) {
   }
 }
 
-/* As many prototypes speak as may, of nine eight, and the heaviest come last. All lie at 0, and
- * prototype p has weight and offset p + 1. The first is left out: the mean is
+/* As many prototypes speak as may, of nine eight, whether the heaviest come last or first. All lie
+ * at 0, and the n-th heaviest has weight and offset 10 - n. The lightest is left out: the mean is
  * (4 + 9 + ... + 81) / 44 = 284 / 44, the variance 1 + (8 + 27 + ... + 729) / 44 - mean^2. */
 static void the_heaviest_eight_of_nine_speak(void **state) {
   (void)state;
   enum { NINE = 9, BYTES_OF_NINE = RIM_NOMINAL_BYTES(1, 1, NINE, 0) };
-  section s = {.bytes = BYTES_OF_NINE};
-  const uint32_t header[8] = {RIM_NOMINAL_LAYOUT, 1, 1, NINE, RIM_NOMINAL_MAX_TOP, 0, 0, 0};
-  size_t at = 0;
-  for (; at < 8; ++at)
-    put_u32(&s, at, header[at]);
-  const double input[3] = {0.0, 1.0, 1.0}; /* centre, inverse scale, gate's weight */
-  for (int i = 0; i < 3; ++i)
-    put_f32(&s, at++, input[i]);
-  for (int p = 0; p < NINE; ++p) {
-    /* bandwidth, reach, ln mass, 0, centre, variance, offset */
-    const double of_p[7] = {1.0, 1.0, log(p + 1.0), 0.0, 0.0, 1.0, p + 1.0};
-    for (int i = 0; i < 7; ++i)
-      put_f32(&s, at++, of_p[i]);
+  for (int heaviest_first = 0; heaviest_first < 2; ++heaviest_first) {
+    section s = {.bytes = BYTES_OF_NINE};
+    const uint32_t header[8] = {RIM_NOMINAL_LAYOUT, 1, 1, NINE, RIM_NOMINAL_MAX_TOP, 0, 0, 0};
+    size_t at = 0;
+    for (; at < 8; ++at)
+      put_u32(&s, at, header[at]);
+    const double input[3] = {0.0, 1.0, 1.0}; /* centre, inverse scale, gate's weight */
+    for (int i = 0; i < 3; ++i)
+      put_f32(&s, at++, input[i]);
+    for (int p = 0; p < NINE; ++p) {
+      const double weight = heaviest_first ? NINE - p : p + 1.0;
+      /* bandwidth, reach, ln mass, 0, centre, variance, offset */
+      const double of_p[7] = {1.0, 1.0, log(weight), 0.0, 0.0, 1.0, weight};
+      for (int i = 0; i < 7; ++i)
+        put_f32(&s, at++, of_p[i]);
+    }
+    rim_nominal model;
+    double x = 0.0, mean, sd, far;
+    assert_int_equal(4 * at, BYTES_OF_NINE);
+    assert_int_equal(rimi_nominal_open(&model, s.byte, s.bytes), RIM_OK);
+    assert_int_equal(rimi_nominal_predict(&model, &x, &mean, &sd, &far), RIM_OK);
+    const double expected = 284.0 / 44.0;
+    assert_true(fabs(mean - expected) < 1e-6);
+    assert_true(fabs(sd * sd - (1.0 + 46.0 - expected * expected)) < 1e-5);
   }
-  rim_nominal model;
-  double x = 0.0, mean, sd, far;
-  assert_int_equal(4 * at, BYTES_OF_NINE);
-  assert_int_equal(rimi_nominal_open(&model, s.byte, s.bytes), RIM_OK);
-  assert_int_equal(rimi_nominal_predict(&model, &x, &mean, &sd, &far), RIM_OK);
-  const double expected = 284.0 / 44.0;
-  assert_true(fabs(mean - expected) < 1e-6);
-  assert_true(fabs(sd * sd - (1.0 + 46.0 - expected * expected)) < 1e-5);
 }
 
 static void misuse_is_refused(void **state) {
@@ -527,11 +595,14 @@ int main(void) {
       cmocka_unit_test(what_lies_beyond_is_told),
       cmocka_unit_test(the_end_of_the_reach_is_within),
       cmocka_unit_test(huge_inputs_are_clamped),
+      cmocka_unit_test(the_most_inputs_are_mapped),
+      cmocka_unit_test(of_equally_near_the_first_says_how_far),
       cmocka_unit_test(ties_go_to_the_lower_index),
       cmocka_unit_test(bad_input_changes_nothing),
       cmocka_unit_test(the_least_and_the_most_are_accepted),
       cmocka_unit_test(damaged_headers_are_refused),
       cmocka_unit_test(values_that_break_the_arithmetic_are_refused),
+      cmocka_unit_test(a_header_alone_says_its_layout),
       cmocka_unit_test(any_other_length_is_refused),
       cmocka_unit_test(the_heaviest_eight_of_nine_speak),
       cmocka_unit_test(misuse_is_refused),

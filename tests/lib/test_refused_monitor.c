@@ -132,7 +132,8 @@ static void changed_memory_is_not_attached_to(void **state) {
     for (uint32_t t = 0; t < 40; ++t)
       (void)step(&b, 900, t, 0.0);
     rim_monitor *const own = b.monitor;
-    uint32_t *const word[] = {&own->magic, &own->library, &own->header_bytes, &own->words[3]};
+    uint32_t *const word[] = {&own->magic, &own->library, &own->header_bytes, &own->words[3],
+                              &own->life.seq};
     for (size_t i = 0; i < sizeof word / sizeof word[0]; ++i) {
       ++*word[i];
       assert_true(rim_monitor_attach(&m, b.memory, sizeof b.memory, b.blob.byte, b.blob.size) !=
@@ -269,6 +270,46 @@ static void one_feature_has_no_pairs(void **state) {
   assert_true(one.search > 0 && one.search < two.search && one.halving < two.halving);
 }
 
+/* The last value of each number of the configuration that is taken, and the next. */
+static void the_ends_of_a_configuration(void **state) {
+  (void)state;
+  static image blob;
+  static const struct {
+    rim_config_word word;
+    uint32_t last;
+    bool external;
+  } of[] = {{RIM_CONFIG_SMALL, 1, true},           {RIM_CONFIG_SMALL, 1, false},
+            {RIM_CONFIG_BLOCK_ROWS, 10000, false}, {RIM_CONFIG_BUDGET, 64, true},
+            {RIM_CONFIG_BUDGET, 64, false},        {RIM_CONFIG_PERSISTENCE, UINT16_MAX, false},
+            {RIM_CONFIG_CLEAR, UINT16_MAX, false}, {RIM_CONFIG_SCANS, UINT16_MAX, true},
+            {RIM_CONFIG_EDGES, UINT16_MAX, true},  {RIM_CONFIG_MOVES, UINT16_MAX, true}};
+  for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
+    for (uint32_t more = 0; more < 2; ++more) {
+      recipe r = calibrated[of[i].external];
+      size_t size = 0;
+      set_word(&r, of[i].word, of[i].last + more);
+      build(&blob, &r);
+      assert_int_equal(rim_monitor_size(blob.byte, blob.size, &size), more ? RIM_E_CONFIG : RIM_OK);
+    }
+  }
+}
+
+/* A region may be of every feature. */
+static void every_feature_may_be_a_place(void **state) {
+  (void)state;
+  static image blob;
+  size_t size = 0;
+  recipe r = calibrated[true];
+  r.section[RIM_SECTION_REGION].size = 0;
+  set_word(&r, RIM_CONFIG_REGION_FEATURES, D);
+  for (unsigned f = 0; f < D; ++f) {
+    u16(&r.section[RIM_SECTION_REGION], f);
+    u16(&r.section[RIM_SECTION_REGION], 0xffff);
+  }
+  build(&blob, &r);
+  assert_int_equal(rim_monitor_size(blob.byte, blob.size, &size), RIM_OK);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(pointers_are_asked_for),
@@ -279,6 +320,8 @@ int main(void) {
       cmocka_unit_test(units_are_said_by_names),
       cmocka_unit_test(a_model_is_told_as_far_as_it_is_known),
       cmocka_unit_test(one_feature_has_no_pairs),
+      cmocka_unit_test(the_ends_of_a_configuration),
+      cmocka_unit_test(every_feature_may_be_a_place),
   };
   return cmocka_run_group_tests(tests, set_up, NULL);
 }

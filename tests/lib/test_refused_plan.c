@@ -188,6 +188,68 @@ static void an_extent_refuses(void **state) {
   EXTENT_WITH(confidence[1], 0.25, RIM_OK);
 }
 
+/* The last value of each that is taken, whether or not there is memory enough for it. */
+static void the_ends_are_taken(void **state) {
+  (void)state;
+#define TAKES(good, made, init, field, value)                                                      \
+  do {                                                                                             \
+    good;                                                                                          \
+    made = NULL;                                                                                   \
+    c.field = (value);                                                                             \
+    const rim_status status = init(&made, memory, sizeof memory, &c);                              \
+    assert_true(status == RIM_OK || status == RIM_E_SIZE);                                         \
+  } while (0)
+#define GP_TAKES(field, value) TAKES(rim_gp_config c = gp_good(), gp, rim_gp_init, field, value)
+#define EXTENT_TAKES(field, value)                                                                 \
+  TAKES(rim_extent_config c = extent_good(), extent, rim_extent_init, field, value)
+  rim_gp *gp;
+  rim_extent *extent;
+  GP_TAKES(dims, RIM_GP_MAX_DIMS);
+  GP_TAKES(points, 1);
+  GP_TAKES(points, RIM_GP_MAX_POINTS);
+  GP_TAKES(signal_var, 1e-100);
+  GP_TAKES(signal_var, 1e100);
+  GP_TAKES(noise_var, 0.0);
+  GP_TAKES(noise_var, 1e100);
+  GP_TAKES(length[1], 1e-100);
+  GP_TAKES(length[1], 1e100);
+  EXTENT_TAKES(dims, 1);
+  EXTENT_TAKES(dims, RIM_EXTENT_MAX_DIMS);
+  EXTENT_TAKES(points, RIM_EXTENT_MAX_POINTS);
+  EXTENT_TAKES(lambdas, 1);
+  EXTENT_TAKES(lambdas, RIM_EXTENT_MAX_LAMBDAS);
+  EXTENT_TAKES(rims, 1);
+  EXTENT_TAKES(rims, RIM_EXTENT_MAX_RIMS);
+  EXTENT_TAKES(set, RIM_EXTENT_SAMPLED);
+  EXTENT_TAKES(shape, RIM_EXTENT_BOX);
+  EXTENT_TAKES(samples, 2);
+  EXTENT_TAKES(iterations, 1);
+  EXTENT_TAKES(lambda_min, -500.0);
+  EXTENT_TAKES(lambda_max, 500.0);
+  EXTENT_TAKES(min_points, 1.0);
+  EXTENT_TAKES(most_axis[1], 2.0);
+  EXTENT_TAKES(confidence[0], 0.0);
+  EXTENT_TAKES(confidence[1], 1.0);
+  rim_extent_config c = extent_good();
+  c.lambda_min = c.lambda_max = 3.0; /* one lambda alone */
+  assert_int_equal(rim_extent_init(&extent, memory, sizeof memory, &c), RIM_OK);
+  c.knots = RIM_EXTENT_MAX_KNOTS;
+  for (size_t k = 0; k < RIM_EXTENT_MAX_KNOTS; ++k) {
+    c.ln_anom[k] = (double)k;
+    c.confidence[k] = (double)k / (RIM_EXTENT_MAX_KNOTS - 1);
+  }
+  assert_int_equal(rim_extent_init(&extent, memory, sizeof memory, &c), RIM_OK);
+  assert_true(rim_extent_confidence(extent, 1e6) == 1.0); /* behind the last knot as at it */
+  assert_true(rim_extent_confidence(extent, -1e6) == 0.0);
+  c.lambdas = 1; /* it is the least */
+  c.lambda_min = -2.0;
+  rim_extent_region only;
+  assert_int_equal(rim_extent_init(&extent, memory, sizeof memory, &c), RIM_OK);
+  assert_int_equal(rim_extent_get_region(extent, 0, 0, &only), RIM_OK);
+  assert_true(only.lambda == -2.0);
+#undef TAKES
+}
+
 static void an_extent_fills_in(void **state) {
   (void)state;
   const rim_extent_config c = {.dims = 1, .points = 8};
@@ -387,6 +449,7 @@ int main(void) {
       cmocka_unit_test(a_process_refuses),
       cmocka_unit_test(a_process_keeps_its_configuration),
       cmocka_unit_test(an_extent_refuses),
+      cmocka_unit_test(the_ends_are_taken),
       cmocka_unit_test(an_extent_fills_in),
       cmocka_unit_test(a_bandit_refuses),
       cmocka_unit_test(a_bandit_wants_its_pieces),

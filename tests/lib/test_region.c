@@ -180,6 +180,37 @@ static void boxes(void **state) {
   assert_true(rimi_region_volume(&region) == 4.0);
 }
 
+/* A box without width holds its one place; no feature counts beyond its dimensions. */
+static void a_box_without_width(void **state) {
+  (void)state;
+  const rim_region box = {.dims = 1, .feature = {1, 9}, .lower = {2.0}, .upper = {2.0}};
+  const double below[2] = {0.0, 1.0}, at[2] = {0.0, 2.0}, above[2] = {0.0, 3.0};
+  assert_true(rimi_region_box_contains(&box, at));
+  assert_false(rimi_region_box_contains(&box, below) || rimi_region_box_contains(&box, above));
+  assert_true(rimi_region_names_features(&box, 2));
+}
+
+/* Three dimensions are all that there are: none is taken beyond them. */
+static void the_most_dimensions_in_their_units(void **state) {
+  (void)state;
+  for (uint8_t dims = 1; dims <= RIM_REGION_MAX_DIMS; ++dims) {
+    const rim_unit_region unit = {.unit = random_region(dims)};
+    const uint16_t feature[RIM_REGION_MAX_DIMS] = {7, 8, 9};
+    const double low[4] = {1.0, 2.0, 3.0, 4.0}, width[4] = {2.0, 4.0, 8.0, 16.0};
+    const rim_region out = rimi_region_from_unit(&unit, feature, low, width);
+    for (size_t i = 0; i < RIM_REGION_MAX_DIMS; ++i) {
+      const bool used = i < dims;
+      assert_int_equal(out.feature[i], used ? feature[i] : unit.unit.feature[i]);
+      assert_true(out.center[i] ==
+                  (used ? low[i] + unit.unit.center[i] * width[i] : unit.unit.center[i]));
+    }
+    for (size_t i = 0; i < (size_t)RIM_REGION_MAX_DIMS * RIM_REGION_MAX_DIMS; ++i) {
+      const double scale = i < (size_t)dims * dims ? width[i / dims] * width[i % dims] : 1.0;
+      assert_true(out.inverse_shape[i] == unit.unit.inverse_shape[i] / scale);
+    }
+  }
+}
+
 static void bad_boxes_are_refused(void **state) {
   (void)state;
   const uint16_t feature[4] = {1, 2, 1, 3};
@@ -202,6 +233,14 @@ static void bad_boxes_are_refused(void **state) {
 
 static void ill_regions_are_refused(void **state) {
   (void)state;
+  for (size_t i = 0; i < 3; ++i) { /* whichever of its numbers it is */
+    rim_region region = random_region(3);
+    region.center[i] = i == 1 ? INFINITY : NAN;
+    assert_false(rimi_region_is_valid(&region));
+    region = random_region(3);
+    region.inverse_shape[4 * i] = -1.0;
+    assert_false(rimi_region_is_valid(&region));
+  }
   assert_false(rimi_region_is_valid(NULL));
   assert_int_equal(rim_region_bounds(NULL), RIM_E_ARGUMENT);
   for (int kind = 0; kind < 8; ++kind) {
@@ -252,6 +291,8 @@ int main(void) {
       cmocka_unit_test(a_shape_is_the_inverse),
       cmocka_unit_test(everywhere),
       cmocka_unit_test(boxes),
+      cmocka_unit_test(a_box_without_width),
+      cmocka_unit_test(the_most_dimensions_in_their_units),
       cmocka_unit_test(bad_boxes_are_refused),
       cmocka_unit_test(ill_regions_are_refused),
   };

@@ -165,6 +165,26 @@ static void smaller_counts_stay_inside(void **unused) {
   assert_true(rimi_rolled_term(&v, 0, four, z) == z[1] * four[2 * INPUTS - 1]);
 }
 
+/* A term that was hit: an index that is just too large is none, and nothing is read there. */
+static void an_index_that_was_hit_is_plain(void **unused) {
+  (void)unused;
+  const bytes b = section();
+  rim_basis v;
+  assert_int_equal(rimi_basis_open(&v, b.byte, b.size, FEATURES, OUTCOMES), RIM_OK);
+  static const uint16_t code[][2] = {
+      {BASIS_PLAIN, STATES}, {BASIS_PLAIN, BASIS_HINGE + BASIS_HINGES}, {INPUTS, BASIS_PLAIN}};
+  const double u[INPUTS + 1] = {0.5, -2.0, 77.0}, z[STATES + 1] = {4.0, 3.0, 77.0};
+  for (size_t i = 0; i < sizeof code / sizeof *code; ++i) {
+    bytes term = {.size = 0};
+    u16(&term, BASIS_ROLLED);
+    u16(&term, 1);
+    u16(&term, code[i][0]);
+    u16(&term, code[i][1]);
+    v.term = term.byte;
+    assert_true(rimi_rolled_term(&v, 0, u, z) == 3.0);
+  }
+}
+
 static void damaged_rates_are_refused(void **unused) {
   (void)unused;
   const bytes good = section();
@@ -282,6 +302,30 @@ static void what_a_prediction_depends_on(void **unused) {
   assert_int_equal(rimi_rolled_states(&v, &m, 1), 0);
   assert_int_equal(rimi_rolled_states(&v, &m, 2), 1);
   assert_int_equal(rimi_rolled_states(&v, &m, 2 * OUTCOMES), 0);
+  /* A single state is one; and the first factor of the first rate counts as the others do. */
+  rim_basis single = v;
+  single.states = 1;
+  assert_int_equal(rimi_rolled_states(&single, &m, 2), 1);
+  put_u16(b.byte + (v.rate - b.byte) + 2, BASIS_STATE + 1u);
+  assert_int_equal(rimi_rolled_states(&v, &m, 2), 3);
+  put_u16(b.byte + (v.rate - b.byte) + 2, 0);
+  assert_int_equal(rimi_rolled_states(&v, &m, 2), 1);
+  /* Behind the terms, the rates and the outcomes lies what may look like more of them. */
+  put_u32(b.byte + FIRST_AT + 8 * 3, 0x00010000u | BASIS_ROLLED);
+  assert_int_equal(rimi_rolled_states(&v, &m, 1), 0);
+  uint8_t *const rates = b.byte + (v.rate - b.byte), *const weights = b.byte + (v.weight - b.byte);
+  put_u32(weights, 0x3e2a0000u); /* of state 0, */
+  put_u32(weights + 4, 0xbe2a0000u | (BASIS_STATE + 1u));
+  assert_int_equal(rimi_rolled_states(&v, &m, 2), 1);
+  put_f32(behaviour.byte + behaviour.size, 1.0);
+  m.targets = 2 * OUTCOMES;
+  put_f32(behaviour.byte + behaviour.size + 4, 1.0);
+  assert_int_equal(rimi_rolled_states(&v, &m, 2 * OUTCOMES), 0);
+  rim_basis fewer = v;
+  fewer.rates = 3; /* the fourth is none, whatever it begins with */
+  put_u16(rates + 8 * 3, BASIS_STATE);
+  assert_int_equal(rimi_rolled_states(&fewer, &m, 0), 2);
+  put_u16(rates + 8 * 3, 1);
   /* An index that was hit is no state. */
   put_u16(b.byte + (v.term - b.byte) + 10, (uint16_t)v.states);
   assert_int_equal(rimi_rolled_states(&v, &m, 0), 0);
@@ -291,6 +335,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {cmocka_unit_test(states_follow_their_equations),
                                      cmocka_unit_test(gaps_and_limits_hold),
                                      cmocka_unit_test(smaller_counts_stay_inside),
+                                     cmocka_unit_test(an_index_that_was_hit_is_plain),
                                      cmocka_unit_test(damaged_rates_are_refused),
                                      cmocka_unit_test(terms_are_products_and_hinges),
                                      cmocka_unit_test(what_a_prediction_depends_on)};

@@ -47,6 +47,38 @@ static void a_step_is_found_beside_all_effects(void **state) {
   assert_true(onset_sd < 3.0);
 }
 
+/* What is asked of a deviation takes every effect along and none beyond: a run that is off but in a
+ * region, or in one, what came and went, and a gain. */
+static void every_question_takes_all_effects(void **state) {
+  (void)state;
+  enum { LONG = 140, EDGE = 160, EDGE_BIN = EDGE * SEARCH_BINS / 256 };
+  static bench b;
+  for (uint32_t kind = 0; kind < 4; ++kind) {
+    world w = make_world(true, 0.4, 0.31);
+    draw(&w, LONG, 3);
+    for (uint32_t i = 0; i < LONG; ++i) {
+      const bool inside = kind < 2 ? w.feature[i][0] >= EDGE : i >= 40 && i < 80;
+      w.r[i] += (inside == (kind != 0) ? 9.0 : 0.0) * w.s * (kind == 3 ? w.p[i] : 1.0);
+    }
+    start(&b, &w, MOST_BLOCKS);
+    feed(&b, 0, LONG, 4);
+    search_hypothesis found, beside, passed;
+    double onset_sd = -1.0;
+    rimi_search_explain(b.search, 0, &found, &onset_sd);
+    assert_true(found.score > 20.0f && onset_sd >= 0.0);
+    search_hypothesis h = {.family = SEARCH_INTERVAL,
+                           .first = {EDGE_BIN},
+                           .last = {SEARCH_BINS - 1},
+                           .onset = SEARCH_FROM_START};
+    assert_true(rimi_search_evaluate_channel(b.search, 0, &h));
+    assert_true(rimi_search_beside(b.search, 0, &h, &beside));
+    (void)rimi_search_passed(b.search, 0, NULL, &passed);
+    const bool turned = rimi_search_against_nominal(b.search, 0, &h, false, &onset_sd);
+    if (kind < 2)
+      assert_int_equal(turned, kind == 0);
+  }
+}
+
 /* The least and the most of each are taken, and no more. */
 static void the_ends_of_a_configuration(void **state) {
   (void)state;
@@ -77,6 +109,7 @@ static void the_ends_of_a_configuration(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {cmocka_unit_test(the_ends_of_a_configuration),
                                      cmocka_unit_test(every_mean_is_kept),
+                                     cmocka_unit_test(every_question_takes_all_effects),
                                      cmocka_unit_test(a_step_is_found_beside_all_effects)};
   printf("seed %u\n", SEED);
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -160,6 +160,82 @@ static void nothing_is_found_in_noise(void **state) {
   assert_true(again.ln_anom == result.ln_anom && again.evaluations == result.evaluations);
 }
 
+/* An interval begins and ends at a bin that holds something, and of equals it is the first: of one
+ * outcome, and of two. */
+static void an_interval_is_the_first_and_shortest(void **state) {
+  (void)state;
+  for (uint16_t outcomes = 1; outcomes <= 2; ++outcomes) {
+    for (uint32_t n = 1; n <= 2; ++n) { /* the second deviates as much, the other way */
+      const double at[2] = {0.3, 0.8}, off[4] = {1.0, outcomes == 1 ? -1.0 : 0.0, -1.0, 0.0};
+      const rim_batch_data data = {n, 1, outcomes, at, off};
+      const rim_batch_config c = {.nodes = 2, .max_dims = 1, .bins = 8};
+      rim_batch_result result;
+      assert_int_equal(rimi_select_batch(&c, &data, work, sizeof work, &result), RIM_OK);
+      assert_true(result.dims == (n == 1 ? 0 : 1) && result.ln_anom == 0.5);
+      if (n == 2) /* bin 2 of 8 */
+        assert_true(fabs(result.ellipsoid.center[0] - 0.3125) < 1e-12 &&
+                    fabs(result.ellipsoid.factor[0] - 0.0625) < 1e-12);
+    }
+  }
+}
+
+/* Where nothing deviates all are equal: everything at once is the region, edges are taken in their
+ * order, so that no two features are looked at before each alone, and nothing is found. */
+static void of_equals_the_first_is_taken(void **state) {
+  (void)state;
+  make(12, 0.0, O);
+  memset(r, 0, sizeof r);
+  for (uint16_t outcomes = 1; outcomes <= O; outcomes = (uint16_t)(outcomes + 3)) {
+    const rim_batch_data data = {N, D, outcomes, u, r};
+    const rim_batch_config c = {.nodes = 1 + D, .bins = RIM_BATCH_MAX_BINS, .threshold = 0.0};
+    rim_batch_result result;
+    assert_int_equal(rimi_select_batch(&c, &data, work, sizeof work, &result), RIM_OK);
+    assert_true(result.dims == 0 && result.inside == N && !result.found && result.ln_anom == 0.0);
+    assert_true(result.evaluations == 0 && result.nodes == 1 + D);
+  }
+  const rim_batch_data two = {N, 2, 1, u, r};
+  const rim_batch_config all = {.heuristic = RIM_HEURISTIC_NONE};
+  rim_batch_result result;
+  assert_int_equal(rimi_select_batch(&all, &two, work, sizeof work, &result), RIM_OK);
+  assert_true(result.ellipsoid.center[0] == 0.5 && result.ellipsoid.center[1] == 0.5);
+}
+
+/* Readings on the edges of bins: the lower edge belongs to an interval, the upper one to the next.
+ * Feature X deviates more by itself: with room for three nodes the pair is reached only where the
+ * heuristic says at once what of X lies in the interval of Y. */
+static void edges_belong_to_one_interval(void **state) {
+  (void)state;
+  make(13, 0.0, 1);
+  for (int i = 0; i < N; ++i) {
+    const double x = u[i * D + X], y = floor(4.0 * u[i * D + Y]) / 4.0;
+    const bool in_x = x >= 0.25 && x < 0.5;
+    u[i * D + Y] = y;
+    r[i] = 0.1 * r[i] + (!in_x ? 0.0 : y == 0.5 ? 5.0 : y == 0.75 ? -3.0 : 2.0);
+  }
+  const rim_batch_data data = {N, D, 1, u, r};
+  const rim_batch_config c = {
+      .heuristic = RIM_HEURISTIC_H2, .nodes = 3, .bins = 4, .threshold = 20.0, .seed = SEED};
+  rim_batch_result result;
+  assert_int_equal(rimi_select_batch(&c, &data, work, sizeof work, &result), RIM_OK);
+  assert_true(result.dims == 2 && result.feature[0] == X && result.feature[1] == Y);
+}
+
+/* As many features, or outcomes, as there may be. */
+static void the_most_is_accepted(void **state) {
+  (void)state;
+  enum { MOST = 128 };
+  static double one[2 * (MOST + 1)];
+  for (uint16_t more = 0; more < 2; ++more) {
+    const uint16_t most = (uint16_t)(MOST + more);
+    const rim_batch_data wide = {2, most, 1, one, one}, deep = {2, 1, most, one, one};
+    const rim_batch_config c = {.nodes = 1};
+    const rim_status expected = more == 0 ? RIM_OK : RIM_E_CONFIG;
+    rim_batch_result result;
+    assert_int_equal(rimi_select_batch(&c, &wide, work, sizeof work, &result), expected);
+    assert_int_equal(rimi_select_batch(&c, &deep, work, sizeof work, &result), expected);
+  }
+}
+
 static void memory_is_respected(void **state) {
   (void)state;
   make(11, -2.0, 1);
@@ -212,6 +288,10 @@ int main(void) {
                                      cmocka_unit_test(breadth_first_takes_all_singles_first),
                                      cmocka_unit_test(without_selection_all_features_are_used),
                                      cmocka_unit_test(nothing_is_found_in_noise),
+                                     cmocka_unit_test(an_interval_is_the_first_and_shortest),
+                                     cmocka_unit_test(of_equals_the_first_is_taken),
+                                     cmocka_unit_test(edges_belong_to_one_interval),
+                                     cmocka_unit_test(the_most_is_accepted),
                                      cmocka_unit_test(sizes_are_limited),
                                      cmocka_unit_test(memory_is_respected)};
   return cmocka_run_group_tests(tests, NULL, NULL);

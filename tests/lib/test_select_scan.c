@@ -170,6 +170,103 @@ static void of_equals_the_lower_reading(void **state) {
   }
 }
 
+/* Bins that hold nothing, before and behind, hide no reading of either sign. */
+static void empty_bins_hide_nothing(void **state) {
+  (void)state;
+  for (int up = 0; up < 2; ++up) {
+    const rim_select_config config = {.features = 1, .bins = 4};
+    assert_int_equal(rimi_select_init(&engine, memory, sizeof memory, &config), RIM_OK);
+    const double at = 0.3, deviates = up ? 1.0 : -1.0;
+    assert_int_equal(rimi_select_observe(engine, &at, &deviates), RIM_OK);
+    rimi_select_scan(engine, 1);
+    const slice *s = select_slice(engine, 0, 0);
+    assert_true(s->ln_anom == 0.5f && s->first == 1 && s->last == 1);
+  }
+}
+
+/* A feature that was a channel's best and explains less now gives way to another of its own. */
+static void the_best_feature_is_one_of_the_channel(void **state) {
+  (void)state;
+  fill(50);
+  rimi_select_scan(engine, D * C);
+  for (uint32_t was = 0; was < D; ++was) {
+    channel_state *state_0 = select_channel(engine, 0);
+    state_0->best_interval = 1e6f; /* before its observations were forgotten */
+    state_0->best_feature = (uint16_t)was;
+    select_slice(engine, 1, 0)->ln_anom = 1e9f; /* the next channel's */
+    rimi_select_scan(engine, D);
+    uint32_t best = 0;
+    for (uint32_t f = 1; f < D; ++f)
+      best =
+          select_slice(engine, 0, f)->ln_anom > select_slice(engine, 0, best)->ln_anom ? f : best;
+    assert_int_equal(state_0->best_feature, best);
+    assert_true(state_0->best_interval == select_slice(engine, 0, best)->ln_anom);
+    rimi_select_scan(engine, D); /* the other channel, until it is the first one's turn again */
+  }
+}
+
+/* Where nothing is known yet the first feature of the first channel is the first base. Three bases
+ * are taken in a unit, each with all other features, whatever else the budget would allow. */
+static void a_unit_takes_three_bases(void **state) {
+  (void)state;
+  const rim_select_config config = {.features = D, .channels = C, .a = a, .b = b};
+  assert_int_equal(rimi_select_init(&engine, memory, sizeof memory, &config), RIM_OK);
+  for (uint32_t p = 0; p < engine->pairs; ++p) { /* a pool that asks for more than there is */
+    select_pair(engine, p)->active = 1;
+    select_pair(engine, p)->h3 = 1e3f;
+  }
+  const uint32_t sweeps = engine->sweeps;
+  rimi_select_sweep(engine, 1);
+  assert_int_equal(rimi_select_get_effort(engine).edges, 1);
+  assert_true(engine->base_channel == 0 && engine->base_feature == 0);
+  assert_int_equal(engine->sweeps, sweeps + 1);
+  rimi_select_sweep(engine, 1000000); /* the rest of this one is the first of three */
+  assert_int_equal(engine->sweeps, sweeps + 3);
+  assert_int_equal(rimi_select_get_effort(engine).edges, 3 * (D - 1));
+  assert_int_equal(engine->next_feature, D);
+}
+
+/* A budget that is spent exactly is spent: as much again takes the same edges. */
+static void a_spent_budget_ends_a_unit(void **state) {
+  (void)state;
+  static uint64_t before[sizeof memory / sizeof *memory];
+  fill(60);
+  rimi_select_scan(engine, D * C);
+  memcpy(before, memory, sizeof memory);
+  for (uint32_t budget = 1; budget < 60; ++budget) {
+    uint32_t used[2] = {budget, 0};
+    for (int again = 0; again < 2; ++again) {
+      memcpy(memory, before, sizeof memory);
+      const uint32_t from = rimi_select_get_effort(engine).edges;
+      rimi_select_sweep(engine, used[0]);
+      used[again] = rimi_select_get_effort(engine).edges - from;
+    }
+    assert_int_equal(used[1], used[0]);
+  }
+}
+
+/* What lies in the ring behind what is held, left there by another run, is not searched. */
+static void nothing_behind_the_ring_is_searched(void **state) {
+  (void)state;
+  static uint64_t clean[sizeof memory / sizeof *memory];
+  for (int rest = 0; rest < 2; ++rest) {
+    fill(30);
+    if (rest == 1) {
+      memset(select_row(engine, N), 0x20, (512 - N) * D);
+      memset(select_residual(engine, N), 0x7f, (512 - N) * C * sizeof(int16_t));
+    }
+    rimi_select_scan(engine, D * C);
+    rimi_select_sweep(engine, 2 * D * 5);
+    if (rest == 0)
+      memcpy(clean, memory, sizeof memory);
+  }
+  for (uint32_t p = 0; p < engine->pairs; ++p) {
+    const uint8_t *was =
+        (const uint8_t *)clean + ((uint8_t *)select_pair(engine, p) - (uint8_t *)memory);
+    assert_memory_equal(select_pair(engine, p), was, engine->pair_bytes);
+  }
+}
+
 static void budgets_are_kept(void **state) {
   (void)state;
   fill(40);
@@ -185,9 +282,15 @@ static void budgets_are_kept(void **state) {
 
 int main(void) {
   printf("seed %u\n", SEED);
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(scans_equal_brute_force), cmocka_unit_test(a_scan_equals_brute_force),
-      cmocka_unit_test(sweep_equals_brute_force), cmocka_unit_test(of_equals_the_lower_reading),
-      cmocka_unit_test(budgets_are_kept)};
+  const struct CMUnitTest tests[] = {cmocka_unit_test(scans_equal_brute_force),
+                                     cmocka_unit_test(a_scan_equals_brute_force),
+                                     cmocka_unit_test(sweep_equals_brute_force),
+                                     cmocka_unit_test(of_equals_the_lower_reading),
+                                     cmocka_unit_test(empty_bins_hide_nothing),
+                                     cmocka_unit_test(the_best_feature_is_one_of_the_channel),
+                                     cmocka_unit_test(a_unit_takes_three_bases),
+                                     cmocka_unit_test(a_spent_budget_ends_a_unit),
+                                     cmocka_unit_test(nothing_behind_the_ring_is_searched),
+                                     cmocka_unit_test(budgets_are_kept)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

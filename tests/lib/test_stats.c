@@ -64,6 +64,8 @@ static void empty_says_nothing(void **state) {
   (void)state;
   const rim_stats stats = {0};
   assert_true(rimi_stats_ln_anom(&stats) == 0.0 && rimi_stats_shift(&stats) == 0.0);
+  const double sum[2] = {0.0, 0.0};
+  assert_true(rimi_stats_ln_anom_sums(sum, 2, 0.0) == 0.0);
   assert_true(rimi_stats_ln_anom_run(0.0, 0.0, 1.0, 1.0) == 0.0);
   assert_true(rimi_stats_ln_anom_run(1.0, 3.0, 0.0, 0.0) == 0.0);
 }

@@ -126,6 +126,72 @@ static void bad_values_are_refused(void **state) {
   assert_int_equal(rimi_threshold_open(&t, s.bytes, sizeof s.bytes), RIM_E_RANGE);
 }
 
+/* The fewest and the most of each, every number of them 1; and one more. */
+static void counts_end(void **state) {
+  (void)state;
+  static uint8_t whole[4 * (8 + RIM_THRESHOLD_MAX_RUNS + RIM_THRESHOLD_MAX_KNOTS + 2 * 1025)];
+  const uint32_t most[3] = {1024, RIM_THRESHOLD_MAX_RUNS, RIM_THRESHOLD_MAX_KNOTS};
+  for (uint32_t more = 0; more < 2; ++more) {
+    for (uint32_t which = 0; which < 4; ++which) {
+      uint32_t n[3] = {1, 0, 0};
+      if (which < 3)
+        n[which] = most[which] + more;
+      section one;
+      put_f32(&one, 0, 1.0f);
+      const size_t words = 8u + n[1] + n[2] + 2u * n[0];
+      for (size_t i = 0; i < words; ++i)
+        memcpy(whole + 4 * i, one.bytes, 4);
+      for (size_t i = 0; i < 4; ++i)
+        put_u32(&one, i, i < 3 ? n[i] : 1u);
+      memcpy(whole, one.bytes, 16);
+      rim_threshold t;
+      assert_int_equal(rimi_threshold_open(&t, whole, 4 * words),
+                       which < 3 && more ? RIM_E_RANGE : RIM_OK);
+    }
+  }
+}
+
+/* Runs may be alike; no scale with the observations may vanish; and a header without anything
+ * behind it is read. */
+static void what_is_just_allowed(void **state) {
+  (void)state;
+  rim_threshold t;
+  section s = make_section();
+  put_f32(&s, 9, 1.0f); /* as much as the one before */
+  assert_int_equal(rimi_threshold_open(&t, s.bytes, sizeof s.bytes), RIM_OK);
+  for (size_t k = 0; k < KNOTS; ++k) {
+    s = make_section();
+    put_f32(&s, 8 + RUNS + k, 0.0f);
+    assert_int_equal(rimi_threshold_open(&t, s.bytes, sizeof s.bytes), RIM_E_RANGE);
+  }
+  s = make_section();
+  assert_int_equal(rimi_threshold_open(&t, s.bytes, RIM_THRESHOLD_HEADER_BYTES), RIM_E_TRUNCATED);
+  put_u32(&s, 0, 0);
+  assert_int_equal(rimi_threshold_open(&t, s.bytes, RIM_THRESHOLD_HEADER_BYTES), RIM_E_RANGE);
+}
+
+/* A score may be of any sign, and the scale of a run may fall before it rises; one alone holds for
+ * all of a run. */
+static void scores_and_scales_of_any_kind(void **state) {
+  (void)state;
+  rim_threshold t;
+  section s = make_section();
+  put_f32(&s, 8, -5.0f);
+  assert_int_equal(rimi_threshold_open(&t, s.bytes, sizeof s.bytes), RIM_OK);
+  const float growth[KNOTS] = {3.0f, 1.0f, 9.0f};
+  for (size_t i = 0; i < KNOTS; ++i)
+    put_f32(&s, 8 + RUNS + i, growth[i]);
+  assert_int_equal(rimi_threshold_open(&t, s.bytes, sizeof s.bytes), RIM_OK);
+  const double expected[6] = {3.0, 3.0, 1.0, 5.0, 9.0, 9.0};
+  for (uint32_t n = 0; n < 6; ++n)
+    assert_true(rimi_threshold_growth(&t, n) == expected[n]);
+  put_u32(&s, 2, 1); /* one knot, and what would be others goes */
+  memmove(s.bytes + 4 * (8 + RUNS + 1), s.bytes + 4 * (8 + RUNS + KNOTS), 8 * CHANNELS);
+  assert_int_equal(rimi_threshold_open(&t, s.bytes, sizeof s.bytes - 4 * (KNOTS - 1)), RIM_OK);
+  for (uint32_t n = 0; n < 6; ++n)
+    assert_true(rimi_threshold_growth(&t, n) == 3.0);
+}
+
 static void envelope_interpolates_and_is_constant_beyond(void **state) {
   (void)state;
   const section s = make_section();
@@ -212,6 +278,9 @@ int main(void) {
       cmocka_unit_test(a_promise_lies_between_never_and_always),
       cmocka_unit_test(every_truncation_is_refused_and_leaves_the_view),
       cmocka_unit_test(bad_values_are_refused),
+      cmocka_unit_test(counts_end),
+      cmocka_unit_test(what_is_just_allowed),
+      cmocka_unit_test(scores_and_scales_of_any_kind),
       cmocka_unit_test(envelope_interpolates_and_is_constant_beyond),
       cmocka_unit_test(score_and_threshold_agree),
       cmocka_unit_test(p_value_counts_maxima),

@@ -41,8 +41,7 @@ rim_clock_answer rim_clock_guard_take(rim_clock_guard *guard, const rim_clock_gu
     believe(guard, t_s, here_s);
     return RIM_CLOCK_BELIEVED;
   }
-  const bool follows =
-      guard->refused > 0 && is_near(config, guard->other_s, guard->other_here_s, t_s, here_s);
+  const bool follows = is_near(config, guard->other_s, guard->other_here_s, t_s, here_s);
   guard->refused = follows ? guard->refused + 1 : 1;
   guard->other_s = t_s;
   guard->other_here_s = here_s;

@@ -1,0 +1,133 @@
+/* SPDX-License-Identifier: MIT */
+/* monitor/describe.c: a record names what deviates and nothing behind it; when a row came that
+ * followed a gap. */
+#include "describe_bench.h"
+
+enum { B0 = 0, B1 = 1, A0 = AGREEMENT, A1 = AGREEMENT + 1 };
+
+static double both_since_40(uint32_t channel, uint32_t i, uint8_t byte) {
+  (void)byte;
+  return channel < 2 * O && i >= 40 ? 4.0 : 0.0;
+}
+
+/* A monitor in which this channel leads, and the other outcome's scores this. */
+static void lead(uint16_t channel, double other) {
+  const recipe r = without_integrals();
+  from(&r, false);
+  feed(both_since_40, 0.2);
+  plant_nothing();
+  plant(channel, SEARCH_SINCE, 3.0 * alarm_at, as_shift(channel, 4.0), 40);
+  plant(channel ^ 1u, SEARCH_SINCE, other, as_shift(channel ^ 1u, 4.0), 40);
+}
+
+/* The first outcome is named beside the second; where its score does not pass nothing is said of
+ * it, neither a size nor a sign. Just the alarm's score passes. */
+static void what_is_named_and_what_is_not(void **state) {
+  (void)state;
+  for (uint16_t channel = B1; channel <= A1; channel = (uint16_t)(channel + O)) {
+    for (int passes = 0; passes < 2; ++passes) {
+      rim_alarm a;
+      lead(channel, passes ? (double)(float)alarm_at : 0.999 * alarm_at);
+      alarm_at = m->models.threshold.alarm_score = (double)(float)alarm_at;
+      assert_int_equal(named(channel, &a), channel);
+      assert_true(a.channel[0] == 1 && a.channels == 1 + passes);
+      assert_true(a.channel[1] == 0 && (a.shift[1] > 0.0) == (passes == 1));
+      assert_true((a.shift_sd[1] > 0.0) == (passes == 1) && a.shift[2] == 0.0);
+      assert_int_equal(m->said_high[0], passes ? 3 : 2); /* bits of both, or of one */
+    }
+  }
+}
+
+/* What stands is of the first outcome, and what deviates now is the second alone: another. */
+static void another_outcome_has_its_own_time(void **state) {
+  (void)state;
+  rim_alarm a;
+  lead(B1, 0.5 * alarm_at);
+  stand(0);
+  rim_alarm *standing = &m->life.slot[RIM_DETECTOR_RIM].record;
+  standing->since_s = -7.0;
+  m->raised_at = 20;
+  assert_int_equal(named(B1, &a), B1);
+  assert_true(a.channels == 1 && a.since_s != -7.0);
+}
+
+/* A gain of what others' readings say is a share, in whatever unit the residual is. */
+static void a_gain_of_agreement_is_a_share(void **state) {
+  (void)state;
+  for (int gain = 0; gain < 2; ++gain) {
+    rim_alarm a;
+    const recipe r = without_integrals();
+    from(&r, false);
+    rim_rng rng;
+    rimi_rng_seed(&rng, SEED, 3);
+    for (uint32_t t = 0; t < BLOCKS; ++t) {
+      double residual[CHANNELS], predicted[CHANNELS] = {0.0};
+      const uint8_t feature[REGION] = {(uint8_t)(t * 37u), (uint8_t)(t * 101u)};
+      predicted[A0] = t % 2u == 0 ? 0.5 : 1.5;
+      for (uint32_t c = 0; c < CHANNELS; ++c)
+        residual[c] = 0.02 * rimi_rng_normal(&rng);
+      residual[A0] += t < 40 ? 0.0 : gain ? 0.25 * predicted[A0] : 0.25;
+      const search_block block = {.t_s = t,
+                                  .feature = feature,
+                                  .mean = predicted,
+                                  .predicted = predicted,
+                                  .residual = residual};
+      assert_int_equal(rimi_search_observe(m->search, &block), RIM_OK);
+    }
+    rimi_search_work(m->search, 200);
+    assert_int_equal(named(A0, &a), A0);
+    assert_int_equal(a.kind, gain ? RIM_KIND_GAIN : RIM_KIND_SHIFT);
+    assert_true(a.shift[0] > 0.2 && a.shift[0] < 0.3);
+  }
+}
+
+/* Rows that all deviate, as many as the ring and `gone` more: the oldest is number `gone`. */
+static double since_of(uint32_t gone, const monitor_gap *gap, uint32_t gaps) {
+  rim_alarm a;
+  from(&calibrated[1], true);
+  (void)step(&b, 901, 0, 0.0); /* the caller's standard deviations */
+  m->guard.busy = true;
+  for (uint32_t i = 1; i < EXTERNAL_RING + gone; ++i) {
+    const double unit[REGION] = {0.5, 0.5}, r[O] = {5.0, 0.0};
+    assert_int_equal(rimi_select_observe(m->select, unit, r), RIM_OK);
+  }
+  m->first_block_s = 10.0;
+  m->last_block_s = 1000.0;
+  m->gaps = gaps;
+  memcpy(m->gap, gap, sizeof m->gap);
+  const rim_verdict v = {.channel = 0, .level = RIM_LEVEL_ERROR, .t_s = 1000.0};
+  rimi_monitor_describe(m, &v, &a);
+  assert_true(a.channels == 1 && a.shift[0] > 0.0 && a.shift[1] == 0.0 && a.shift_sd[1] == 0.0);
+  return a.since_s;
+}
+
+/* A row has the time that it came at, also the last before a gap and the first after it, and of two
+ * rows between gaps each. */
+static void rows_beside_gaps_have_their_times(void **state) {
+  (void)state;
+  monitor_gap gap[MONITOR_GAPS];
+  memset(gap, 0, sizeof gap);
+  gap[0] = (monitor_gap){100.0, 150.0, 10};
+  gap[1] = (monitor_gap){170.0, 500.0, 12};
+  assert_true(rimi_abs(since_of(9, gap, 2) - 100.0) < 1e-9); /* 10 rows from 10 s to 100 s */
+  assert_true(rimi_abs(since_of(8, gap, 2) - 90.0) < 1e-9);
+  assert_true(rimi_abs(since_of(10, gap, 2) - 150.0) < 1e-9);
+  assert_true(rimi_abs(since_of(11, gap, 2) - 170.0) < 1e-9);
+  assert_true(rimi_abs(since_of(12, gap, 2) - 500.0) < 1e-9);
+  for (uint32_t i = 0; i < MONITOR_GAPS; ++i) /* as many as are kept */
+    gap[i] = (monitor_gap){100.0 * (i + 1), 100.0 * (i + 1) + 50.0, 2 * (i + 1)};
+  assert_true(rimi_abs(since_of(0, gap, MONITOR_GAPS) - 10.0) < 1e-9);
+  assert_true(rimi_abs(since_of(1, gap, MONITOR_GAPS) - 100.0) < 1e-9);
+  assert_true(rimi_abs(since_of(2 * MONITOR_GAPS, gap, MONITOR_GAPS) - 850.0) < 1e-9);
+  assert_true(rimi_abs(since_of(0, gap, 0) - 10.0) < 1e-9);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(what_is_named_and_what_is_not),
+      cmocka_unit_test(another_outcome_has_its_own_time),
+      cmocka_unit_test(a_gain_of_agreement_is_a_share),
+      cmocka_unit_test(rows_beside_gaps_have_their_times),
+  };
+  return cmocka_run_group_tests(tests, set_up, NULL);
+}
