@@ -26,15 +26,20 @@ constexpr std::size_t kMostRates = 12; // of one state
 // ones few are independent.
 constexpr std::size_t kWindows[] = {1, 3, 10, 30};
 constexpr double kRateMustWin = 0.005; // of the squared error of the changes, held out
-// Refitting a state beside all others must lower the product of the states' errors by so much.
+// Refitting a state beside all others must lower its error by so much, and may raise no other one's
+// by more than this.
 constexpr double kRefitMustWin = 0.02;
+constexpr double kRefitMayLose = 0.01;
 constexpr int kRefits = 4; // of every state, at most
 // A round's states may leave this part of the error of the best model without, alone: at first
 // those that are much better, then what they help to roll; at last what may help in company.
 constexpr double kMayLeave[] = {0.8, 0.8, 1.5};
 // A quarter, a half and three quarters of the way through the range of healthy runs.
 constexpr std::uint16_t kHinges[] = {BASIS_HINGE + 21, BASIS_HINGE + 32, BASIS_HINGE + 43};
-constexpr double kRidge = 1e-6;     // of the mean square of the products
+constexpr double kRidge = 1e-6; // of the mean square of the products
+// One over the root of a product's squares in all windows. What has died away has more: a state
+// that falls to nothing before the command that it is multiplied with first acts.
+constexpr double kFaintest = 1e30;
 constexpr double kBeyond = 0.25;    // of the range in healthy runs, on either side
 constexpr Eigen::Index kSmooth = 2; // blocks on either side of a reading within a product
 
@@ -132,7 +137,7 @@ using SumsOfWindows = std::vector<Sums>; // [window]
 struct Fit {
   std::vector<Factors> factors;
   std::vector<Eigen::VectorXd> weight; // [fold], the last of all runs
-  double error = 1e300;                // its own, times how much the others' errors change by it
+  double error = 1e300;                // its own; 1e300 where another state loses by it
   std::vector<double> errors;          // of all states
   std::vector<Matrix> values;          // per run, of all states
 };
@@ -471,7 +476,7 @@ Fit Searcher::fit_window(const std::vector<Factors> &all, std::vector<Sums> *fol
     Eigen::Index best = -1;
     double bar = (1.0 - kRateMustWin) * least;
     for (Eigen::Index c = 0; c < scale.size(); ++c) {
-      if (std::find(chosen.begin(), chosen.end(), c) != chosen.end())
+      if (scale[c] > kFaintest || std::find(chosen.begin(), chosen.end(), c) != chosen.end())
         continue;
       std::vector<Eigen::Index> tried = chosen;
       tried.push_back(c);
@@ -542,8 +547,8 @@ void Searcher::judge(std::size_t o, Fit *fit) const {
     error = std::sqrt(error / static_cast<double>(runs_.size()));
   fit->error = fit->errors[own];
   for (std::size_t s = 0; s < errors_.size(); ++s) {
-    if (s != own && errors_[s] > 0.0)
-      fit->error *= fit->errors[s] / errors_[s];
+    if (s != own && fit->errors[s] > (1.0 + kRefitMayLose) * errors_[s])
+      fit->error = 1e300;
   }
 }
 

@@ -212,6 +212,31 @@ void states_that_need_each_other_are_rolled_together(void **) {
   assert_true(basis_opens(l));
 }
 
+// A charge that runs off within seconds, long before the command with which it could be multiplied,
+// is nothing from then on: no rate is made of it, and the states stay as the library wants them.
+void what_has_died_away_makes_no_rate(void **) {
+  std::vector<rim::Log> logs;
+  for (std::uint64_t i = 0; i < kRuns; ++i) {
+    logs.push_back(rooms(kSeed + i));
+    rim::Log &log = logs.back();
+    rim_rng rng;
+    rimi_rng_seed(&rng, kSeed + i, 5);
+    double charge = 5.0 + 5.0 * rimi_rng_uniform(&rng);
+    log.columns.push_back({"s.charge_C", "C", rim::Role::sensor});
+    log.values.conservativeResize(log.values.rows(), log.values.cols() + 1);
+    for (Eigen::Index t = 0; t < log.values.rows(); ++t) {
+      log.values(t, log.values.cols() - 1) = charge;
+      charge *= 0.8;
+      if (t < log.values.rows() / 2)
+        log.values(t, 1) = 0.0; // the right heating
+    }
+  }
+  const Learnt l = learn(logs);
+  for (const rim::Basis::Rate &rate : l.basis.rates)
+    assert_true(std::abs(rate.weight) < 1e30);
+  assert_true(basis_opens(l));
+}
+
 } // namespace
 
 int main() {
@@ -219,6 +244,7 @@ int main() {
                               cmocka_unit_test(a_fresh_run_is_predicted_whatever_its_sensor_says),
                               cmocka_unit_test(training_and_flight_make_the_same_terms),
                               cmocka_unit_test(unused_states_do_not_fly),
-                              cmocka_unit_test(states_that_need_each_other_are_rolled_together)};
+                              cmocka_unit_test(states_that_need_each_other_are_rolled_together),
+                              cmocka_unit_test(what_has_died_away_makes_no_rate)};
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }
