@@ -236,9 +236,9 @@ std::vector<double> screened(const Fitter &fitter, const Basis &basis, std::size
   return least;
 }
 
-// Of outcomes that no command moves, those that others of them bring about are no disturbances: a gas
-// that air and sun warm. What is warmed comes later: gas tells of the air before, but air does not
-// tell of the gas. What is most moved goes first.
+// Of outcomes that no command moves, those that others of them bring about are no disturbances: a
+// gas that air and sun warm. What is warmed comes later: the air before tells of the gas, but the
+// gas before does not tell of the air. What is most moved goes first.
 std::vector<std::size_t> not_driven(const Fitter &fitter, const Basis &basis, const Layout &layout,
                                     const RunStore &runs, std::vector<std::size_t> candidates) {
   const std::vector<double> alone = screened(fitter, basis, layout.outcomes(), {});

@@ -5,10 +5,10 @@
 // controller answers them, so commands and disturbance agree, and a regression on the commands
 // seems to explain them. What tells them apart is the order in time: an outcome that the vehicle
 // brings about is predicted better from its own past and the commands before than from its own past
-// alone (Granger causality); a disturbance is not. That the commands explain its level does not tell
-// them apart: a heating that answers the weather explains the weather. But what follows a command
-// at once has no order in time, and the commands explain its level; so where they do, those of the
-// same moment must leave a part of it.
+// alone (Granger causality); a disturbance is not. That the commands explain its level does not
+// tell them apart: a heating that answers the weather explains the weather. But what follows a
+// command at once has no order in time, and the commands explain its level; so where they do, those
+// of the same moment must leave a part of it.
 #pragma once
 
 #include <functional>

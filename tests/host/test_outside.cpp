@@ -161,8 +161,8 @@ void unused_inputs_do_not_fly(void **) {
 enum { kSun, kAir, kRoom, kTank, kAmps, kOfHouse };
 
 // A heated room under sun and weather. Its blind follows the sun within a minute, so the commands
-// explain the sun, or is drawn and opened at random. A tank in the open is warmed by sun and air, and
-// by nothing that is commanded.
+// explain the sun, or is drawn and opened at random. A tank in the open is warmed by sun and air,
+// and by nothing that is commanded.
 rim::Log house(std::uint64_t seed, bool follows) {
   rim_rng rng;
   rimi_rng_seed(&rng, seed, 18);
