@@ -64,10 +64,10 @@ void drop_unused_states(Basis *basis, Behaviour *behaviour) {
   const auto is_state = [](std::uint16_t factor) {
     return factor >= BASIS_STATE && factor != BASIS_PLAIN;
   };
-  for (std::size_t turn = 1; turn < states; ++turn) { // what needs what needs a state needs it
+  for (std::size_t s = states; s-- > 0;) { // a state depends on itself and on earlier ones
     for (const Basis::Rate &rate : basis->rates) {
       for (const std::uint16_t factor : {rate.a, rate.b, rate.c}) {
-        if (used[rate.state] && is_state(factor))
+        if (used[s] && rate.state == s && is_state(factor))
           used[state_of(factor)] = true;
       }
     }

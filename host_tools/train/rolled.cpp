@@ -26,20 +26,12 @@ constexpr std::size_t kMostRates = 12; // of one state
 // ones few are independent.
 constexpr std::size_t kWindows[] = {1, 3, 10, 30};
 constexpr double kRateMustWin = 0.005; // of the squared error of the changes, held out
-// Refitting a state beside all others must lower its error by so much, and may raise no other one's
-// by more than this.
-constexpr double kRefitMustWin = 0.02;
-constexpr double kRefitMayLose = 0.01;
-constexpr int kRefits = 4; // of every state, at most
 // A round's states may leave this part of the error of the best model without, alone: at first
 // those that are much better, then what they help to roll; at last what may help in company.
 constexpr double kMayLeave[] = {0.8, 0.8, 1.5};
 // A quarter, a half and three quarters of the way through the range of healthy runs.
 constexpr std::uint16_t kHinges[] = {BASIS_HINGE + 21, BASIS_HINGE + 32, BASIS_HINGE + 43};
-constexpr double kRidge = 1e-6; // of the mean square of the products
-// One over the root of a product's squares in all windows. What has died away has more: a state
-// that falls to nothing before the command that it is multiplied with first acts.
-constexpr double kFaintest = 1e30;
+constexpr double kRidge = 1e-6;     // of the mean square of the products
 constexpr double kBeyond = 0.25;    // of the range in healthy runs, on either side
 constexpr Eigen::Index kSmooth = 2; // blocks on either side of a reading within a product
 
@@ -133,13 +125,12 @@ struct Sums {
 };
 using SumsOfWindows = std::vector<Sums>; // [window]
 
-// The search for one state, a new one or another try for one of those before.
+// The search for one state.
 struct Fit {
   std::vector<Factors> factors;
   std::vector<Eigen::VectorXd> weight; // [fold], the last of all runs
-  double error = 1e300;                // its own; 1e300 where another state loses by it
-  std::vector<double> errors;          // of all states
-  std::vector<Matrix> values;          // per run, of all states
+  double error = 1e300;
+  std::vector<Eigen::VectorXd> values; // per run
 };
 
 class Searcher {
@@ -152,10 +143,7 @@ public:
 private:
   Inputs inputs_of(std::size_t r) const;
 
-  // The place of the outcome among the states; behind the last one: it is none yet.
-  std::size_t place_of(std::size_t o) const;
-
-  // The products that the change of outcome o may be a sum of: of inputs, itself and other states.
+  // The products that the change of outcome o may be a sum of.
   std::vector<Factors> products(std::size_t o) const;
 
   // Per step from block n - 1 to n: products times the time of the step.
@@ -177,17 +165,12 @@ private:
 
   Basis::State state_of(std::size_t o) const;
 
-  // The rates so far, those of the state `own` by this fit.
-  std::vector<Basis::Rate> rates_with(std::size_t own, const Fit &fit, std::size_t fold) const;
+  std::vector<Basis::Rate> rates_with(const Fit &fit, std::size_t fold) const;
 
   // Rolls every run by the rates that were learnt without it.
   void judge(std::size_t o, Fit *fit) const;
 
   void accept(std::size_t o, Fit fit);
-
-  // The first states were fitted when the others were none yet. What exchanges heat or water with
-  // them both ways needs them as they need it.
-  void refit();
 
   const Basis &basis_;
   const RunStore &runs_;
@@ -197,7 +180,6 @@ private:
   std::vector<Eigen::Index> columns_;
   std::vector<Inputs> inputs_;
   Rolled rolled_;
-  std::vector<double> errors_;   // of the states
   std::size_t round_states_ = 0; // when this round's states were fitted
 };
 
@@ -245,31 +227,7 @@ Rolled Searcher::search(const std::vector<double> &asked) {
       bar[o] = 0.0;
     }
   }
-  refit();
   return std::move(rolled_);
-}
-
-void Searcher::refit() {
-  for (int turn = 0; turn < kRefits && rolled_.states.size() > 1; ++turn) {
-    std::vector<Fit> fits(rolled_.states.size());
-    parallel_for(fits.size(), [&](std::size_t s) { fits[s] = fit(rolled_.states[s].outcome); });
-    std::vector<std::pair<double, std::size_t>> better;
-    for (std::size_t s = 0; s < fits.size(); ++s)
-      better.emplace_back(fits[s].error / errors_[s], s);
-    std::sort(better.begin(), better.end());
-    bool is_better = false;
-    for (const auto &[ratio, s] : better) {
-      if (ratio >= 1.0 - kRefitMustWin)
-        break;
-      judge(rolled_.states[s].outcome, &fits[s]); // others may have changed since
-      if (fits[s].error >= (1.0 - kRefitMustWin) * errors_[s])
-        continue;
-      accept(rolled_.states[s].outcome, std::move(fits[s]));
-      is_better = true;
-    }
-    if (!is_better)
-      break;
-  }
 }
 
 Inputs Searcher::inputs_of(std::size_t r) const {
@@ -285,16 +243,9 @@ Inputs Searcher::inputs_of(std::size_t r) const {
   return in;
 }
 
-std::size_t Searcher::place_of(std::size_t o) const {
-  const auto is_it = [o](const Basis::State &s) { return s.outcome == o; };
-  return static_cast<std::size_t>(
-      std::find_if(rolled_.states.begin(), rolled_.states.end(), is_it) - rolled_.states.begin());
-}
-
 std::vector<Factors> Searcher::products(std::size_t o) const {
-  const std::size_t place = place_of(o);
-  const auto own = static_cast<std::uint16_t>(BASIS_STATE + place);
-  const auto size = static_cast<std::uint16_t>(BASIS_STATE_MAGNITUDE + place);
+  const auto own = static_cast<std::uint16_t>(BASIS_STATE + rolled_.states.size());
+  const auto size = static_cast<std::uint16_t>(BASIS_STATE_MAGNITUDE + rolled_.states.size());
   bool negative = false, positive = false;
   for (const BlockRun &run : runs_) {
     const auto y = run.outcome.col(static_cast<Eigen::Index>(o));
@@ -302,10 +253,8 @@ std::vector<Factors> Searcher::products(std::size_t o) const {
     positive = positive || y.maxCoeff() > 0.0;
   }
   std::vector<std::uint16_t> single = filters_;
-  for (std::size_t s = 0; s < rolled_.states.size(); ++s) {
-    if (s != place)
-      single.push_back(static_cast<std::uint16_t>(BASIS_STATE + s));
-  }
+  for (std::size_t s = 0; s < rolled_.states.size(); ++s)
+    single.push_back(static_cast<std::uint16_t>(BASIS_STATE + s));
   std::vector<Factors> all = {{BASIS_PLAIN, BASIS_PLAIN, BASIS_PLAIN},
                               {own, BASIS_PLAIN, BASIS_PLAIN},
                               {own, own, BASIS_PLAIN}};
@@ -337,7 +286,6 @@ Matrix Searcher::steps(std::size_t r, std::size_t o, const std::vector<Factors> 
     middle[n] = y.segment(from, to - from + 1).mean();
   }
   const Matrix &filter = inputs_[r].filter, &values = rolled_.values[r];
-  const auto own = static_cast<Eigen::Index>(place_of(o));
   Matrix steps(blocks, static_cast<Eigen::Index>(products.size()));
   for (Eigen::Index c = 0; c < steps.cols(); ++c) {
     const Factors &f = products[static_cast<std::size_t>(c)];
@@ -348,7 +296,7 @@ Matrix Searcher::steps(std::size_t r, std::size_t o, const std::vector<Factors> 
       const Eigen::Index s = code & (BASIS_MAX_STATES - 1U);
       if (code < BASIS_STATE)
         now *= filter.col(code).array();
-      else if (s != own)
+      else if (s < values.cols())
         of_states.tail(blocks - 1) *=
             0.5 * (values.col(s).tail(blocks - 1) + values.col(s).head(blocks - 1)).array();
       else if ((code & BASIS_STATE_MAGNITUDE) == BASIS_STATE_MAGNITUDE)
@@ -411,7 +359,6 @@ Fit Searcher::fit(std::size_t o) const {
     if (one.error < best.error)
       best = std::move(one);
   }
-  best.values.clear(); // of all runs and outcomes they are too many to hold
   return best;
 }
 
@@ -476,7 +423,7 @@ Fit Searcher::fit_window(const std::vector<Factors> &all, std::vector<Sums> *fol
     Eigen::Index best = -1;
     double bar = (1.0 - kRateMustWin) * least;
     for (Eigen::Index c = 0; c < scale.size(); ++c) {
-      if (scale[c] > kFaintest || std::find(chosen.begin(), chosen.end(), c) != chosen.end())
+      if (std::find(chosen.begin(), chosen.end(), c) != chosen.end())
         continue;
       std::vector<Eigen::Index> tried = chosen;
       tried.push_back(c);
@@ -514,62 +461,49 @@ Basis::State Searcher::state_of(std::size_t o) const {
   return {static_cast<std::uint16_t>(o), low - margin, high + margin};
 }
 
-std::vector<Basis::Rate> Searcher::rates_with(std::size_t own, const Fit &fit,
-                                              std::size_t fold) const {
+std::vector<Basis::Rate> Searcher::rates_with(const Fit &fit, std::size_t fold) const {
   std::vector<Basis::Rate> rates = rolled_.rates[fold];
-  rates.erase(std::remove_if(rates.begin(), rates.end(),
-                             [own](const Basis::Rate &rate) { return rate.state == own; }),
-              rates.end());
   for (std::size_t i = 0; i < fit.factors.size(); ++i)
-    rates.push_back({static_cast<std::uint16_t>(own), fit.factors[i].a, fit.factors[i].b,
-                     fit.factors[i].c, fit.weight[fold][static_cast<Eigen::Index>(i)]});
+    rates.push_back({static_cast<std::uint16_t>(rolled_.states.size()), fit.factors[i].a,
+                     fit.factors[i].b, fit.factors[i].c,
+                     fit.weight[fold][static_cast<Eigen::Index>(i)]});
   return rates;
 }
 
 void Searcher::judge(std::size_t o, Fit *fit) const {
-  const std::size_t own = place_of(o);
   std::vector<Basis::State> states = rolled_.states;
-  if (own == states.size())
-    states.push_back(state_of(o));
-  fit->errors.assign(states.size(), 0.0);
+  states.push_back(state_of(o));
+  double sum = 0.0;
   fit->values.resize(runs_.size());
   for (std::size_t f = 0; f < kFolds; ++f) {
-    const FlightRates rates(basis_, states, rates_with(own, *fit, f),
+    const FlightRates rates(basis_, states, rates_with(*fit, f),
                             static_cast<std::size_t>(runs_.front().outcome.cols()));
     for (std::size_t r = f; r < runs_.size(); r += kFolds) {
-      fit->values[r] = rates.roll(inputs_[r], runs_[r].first, block_s_);
-      for (std::size_t s = 0; s < states.size(); ++s)
-        fit->errors[s] += error_of_(runs_[r].outcome.col(states[s].outcome) -
-                                    fit->values[r].col(static_cast<Eigen::Index>(s)));
+      fit->values[r] = rates.roll(inputs_[r], runs_[r].first, block_s_).rightCols<1>();
+      sum += error_of_(runs_[r].outcome.col(static_cast<Eigen::Index>(o)) - fit->values[r]);
     }
   }
-  for (double &error : fit->errors)
-    error = std::sqrt(error / static_cast<double>(runs_.size()));
-  fit->error = fit->errors[own];
-  for (std::size_t s = 0; s < errors_.size(); ++s) {
-    if (s != own && fit->errors[s] > (1.0 + kRefitMayLose) * errors_[s])
-      fit->error = 1e300;
-  }
+  fit->error = std::sqrt(sum / static_cast<double>(runs_.size()));
 }
 
 void Searcher::accept(std::size_t o, Fit fit) {
-  const std::size_t own = place_of(o);
-  if (own == rolled_.states.size()) {
-    // Its own place among the states: others may have been accepted since it was fitted.
-    for (Factors &f : fit.factors) {
-      for (std::uint16_t *code : {&f.a, &f.b, &f.c}) {
-        if (*code != BASIS_PLAIN && *code >= BASIS_STATE &&
-            (*code & (BASIS_MAX_STATES - 1U)) == round_states_)
-          *code = static_cast<std::uint16_t>(*code - round_states_ + own);
-      }
+  // Its own place among the states: others may have been accepted since it was fitted.
+  const auto own = static_cast<std::uint16_t>(rolled_.states.size());
+  for (Factors &f : fit.factors) {
+    for (std::uint16_t *code : {&f.a, &f.b, &f.c}) {
+      if (*code != BASIS_PLAIN && *code >= BASIS_STATE &&
+          (*code & (BASIS_MAX_STATES - 1U)) == round_states_)
+        *code = static_cast<std::uint16_t>(*code - round_states_ + own);
     }
-    rolled_.states.push_back(state_of(o));
   }
-  judge(o, &fit); // beside the others as they are now
   for (std::size_t f = 0; f <= kFolds; ++f)
-    rolled_.rates[f] = rates_with(own, fit, f);
-  errors_ = fit.errors;
-  rolled_.values = std::move(fit.values);
+    rolled_.rates[f] = rates_with(fit, f);
+  rolled_.states.push_back(state_of(o));
+  for (std::size_t r = 0; r < runs_.size(); ++r) {
+    Matrix &values = rolled_.values[r];
+    values.conservativeResize(values.rows(), values.cols() + 1);
+    values.rightCols<1>() = fit.values[r];
+  }
 }
 
 } // namespace

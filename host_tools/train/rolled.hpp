@@ -18,7 +18,7 @@
 
 namespace rim {
 
-// The rolled states, any of which may depend on any other.
+// The rolled states, which depend on one another in this order at most.
 struct Rolled {
   std::vector<Basis::State> states;
   // rates[f]: learnt from the runs without those r with r % kFolds == f; the last: from all.
@@ -29,8 +29,7 @@ struct Rolled {
 // asked[o]: the error that a state of outcome o must win against, root mean square; 0: not asked.
 // inputs: places among basis.inputs that may drive a state; without any there is none.
 // error_of(residual of a run): what is averaged over the runs; its root is compared with `asked`.
-// Cost: per asked outcome at most three regressions of all blocks on at most 240 products, and four
-// more for each state.
+// Cost: per asked outcome at most three regressions of all blocks on at most 240 products.
 Rolled fit_rolled(const Basis &basis, const RunStore &runs, const std::vector<double> &asked,
                   const std::vector<std::uint16_t> &inputs, double block_s,
                   double (*error_of)(const Eigen::VectorXd &));

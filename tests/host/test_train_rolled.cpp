@@ -157,94 +157,12 @@ void unused_states_do_not_fly(void **) {
   assert_true(basis_opens(l));
 }
 
-enum { kLeft, kRight, kRooms };
-
-// Two heated rooms with an open door: each warms the other.
-rim::Log rooms(std::uint64_t seed) {
-  rim_rng rng;
-  rimi_rng_seed(&rng, seed, 4);
-  rim::Log log;
-  log.path = "rooms" + std::to_string(seed);
-  log.columns = {{"u.left", "", rim::Role::command},
-                 {"u.right", "", rim::Role::command},
-                 {"s.left_degC", "degC", rim::Role::sensor},
-                 {"s.right_degC", "degC", rim::Role::sensor}};
-  double room[2] = {4.0 * rimi_rng_uniform(&rng), 4.0 * rimi_rng_uniform(&rng)};
-  double heating[2] = {0.5, 0.5};
-  log.values.resize(static_cast<Eigen::Index>(kRows), static_cast<Eigen::Index>(2 + kRooms));
-  for (std::size_t t = 0; t < kRows; ++t) {
-    for (std::size_t k = 0; k < 2; ++k) {
-      if (t % (120 + 70 * k) == 0)
-        heating[k] = rimi_rng_uniform(&rng);
-    }
-    const double passes = 0.02 * (room[kLeft] - room[kRight]) * (1.0 + 0.2 * room[kLeft]);
-    room[kLeft] += kPeriod * (0.1 * heating[0] - 0.01 * room[kLeft] - passes);
-    room[kRight] += kPeriod * (0.1 * heating[1] - 0.01 * room[kRight] + passes);
-    log.t_s.push_back(kPeriod * static_cast<double>(t));
-    log.values.row(static_cast<Eigen::Index>(t)) << heating[0], heating[1],
-        room[kLeft] + kNoise * rimi_rng_normal(&rng), room[kRight] + kNoise * rimi_rng_normal(&rng);
-  }
-  return log;
-}
-
-// Each of two states needs the other, also the one that was found first; so both fly, even where a
-// model uses one alone.
-void states_that_need_each_other_are_rolled_together(void **) {
-  std::vector<rim::Log> logs;
-  for (std::uint64_t i = 0; i < kRuns; ++i)
-    logs.push_back(rooms(kSeed + i));
-  Learnt l = learn(logs);
-  assert_int_equal(l.basis.states.size(), kRooms);
-  bool needs[kRooms] = {false, false};
-  for (const rim::Basis::Rate &rate : l.basis.rates) {
-    for (const std::uint16_t factor : {rate.a, rate.b, rate.c})
-      needs[rate.state] = needs[rate.state] || factor == BASIS_STATE + 1 - rate.state;
-  }
-  assert_true(needs[0] && needs[1]);
-  for (std::size_t o = 0; o < kRooms; ++o)
-    assert_true(l.behaviour.targets[o].error < 2.0 * kNoise);
-  for (std::size_t t = 1; t < l.behaviour.targets.size(); ++t) {
-    l.behaviour.targets[t].weight.setZero();
-    l.behaviour.targets[t].states.clear();
-  }
-  rim::shrink_basis(&l.basis, &l.behaviour);
-  assert_int_equal(l.basis.states.size(), kRooms);
-  assert_true(basis_opens(l));
-}
-
-// A charge that runs off within seconds, long before the command with which it could be multiplied,
-// is nothing from then on: no rate is made of it, and the states stay as the library wants them.
-void what_has_died_away_makes_no_rate(void **) {
-  std::vector<rim::Log> logs;
-  for (std::uint64_t i = 0; i < kRuns; ++i) {
-    logs.push_back(rooms(kSeed + i));
-    rim::Log &log = logs.back();
-    rim_rng rng;
-    rimi_rng_seed(&rng, kSeed + i, 5);
-    double charge = 5.0 + 5.0 * rimi_rng_uniform(&rng);
-    log.columns.push_back({"s.charge_C", "C", rim::Role::sensor});
-    log.values.conservativeResize(log.values.rows(), log.values.cols() + 1);
-    for (Eigen::Index t = 0; t < log.values.rows(); ++t) {
-      log.values(t, log.values.cols() - 1) = charge;
-      charge *= 0.8;
-      if (t < log.values.rows() / 2)
-        log.values(t, 1) = 0.0; // the right heating
-    }
-  }
-  const Learnt l = learn(logs);
-  for (const rim::Basis::Rate &rate : l.basis.rates)
-    assert_true(std::abs(rate.weight) < 1e30);
-  assert_true(basis_opens(l));
-}
-
 } // namespace
 
 int main() {
   const CMUnitTest tests[] = {cmocka_unit_test(levels_are_rolled_and_currents_are_not),
                               cmocka_unit_test(a_fresh_run_is_predicted_whatever_its_sensor_says),
                               cmocka_unit_test(training_and_flight_make_the_same_terms),
-                              cmocka_unit_test(unused_states_do_not_fly),
-                              cmocka_unit_test(states_that_need_each_other_are_rolled_together),
-                              cmocka_unit_test(what_has_died_away_makes_no_rate)};
+                              cmocka_unit_test(unused_states_do_not_fly)};
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }
