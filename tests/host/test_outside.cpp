@@ -57,11 +57,16 @@ rim::Log cart(std::uint64_t seed, double slope_sd) {
   return log;
 }
 
-Learnt learn_cart(double slope_sd) {
+// draw(seed): a run.
+template <typename Draw> Learnt learn_runs(Draw draw) {
   std::vector<rim::Log> logs;
   for (std::uint64_t i = 0; i < kRuns; ++i)
-    logs.push_back(cart(kSeed + i, slope_sd));
+    logs.push_back(draw(kSeed + i));
   return learn(logs, 1e4F);
+}
+
+Learnt learn_cart(double slope_sd) {
+  return learn_runs([slope_sd](std::uint64_t seed) { return cart(seed, slope_sd); });
 }
 
 bool uses(const Learnt &l, std::size_t outcome, std::size_t input) {
@@ -197,10 +202,7 @@ rim::Log house(std::uint64_t seed, bool follows) {
 }
 
 Learnt learn_house(bool follows) {
-  std::vector<rim::Log> logs;
-  for (std::uint64_t i = 0; i < kRuns; ++i)
-    logs.push_back(house(kSeed + i, follows));
-  return learn(logs, 1e4F);
+  return learn_runs([follows](std::uint64_t seed) { return house(seed, follows); });
 }
 
 // That the commands explain it does not tell where it comes from.

@@ -15,6 +15,13 @@ static bench b;
 static rim_monitor *m;
 static double alarm_at; /* score */
 
+static inline int set_up_trained(void **state) {
+  (void)state;
+  print_message("seed %u\n", SEED);
+  calibrate(false);
+  return 0;
+}
+
 static inline void from(const recipe *r, bool external) {
   memset(&b, 0, sizeof b);
   b.external = external;

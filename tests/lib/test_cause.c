@@ -608,13 +608,6 @@ static void the_difference_supports_a_bias(void **state) {
   assert_true(fabs(support[2] - support[0] / 1.5) < 1e-6 * fabs(support[0])); /* it says less */
 }
 
-static int set_up_trained(void **state) {
-  (void)state;
-  print_message("seed %u\n", SEED);
-  calibrate(false);
-  return 0;
-}
-
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(what_flows_in_is_the_cause),

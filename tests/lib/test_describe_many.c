@@ -33,13 +33,6 @@ static void a_record_names_the_most_anomalous(void **state) {
   }
 }
 
-static int set_up_trained(void **state) {
-  (void)state;
-  print_message("seed %u\n", SEED);
-  calibrate(false);
-  return 0;
-}
-
 int main(void) {
   const struct CMUnitTest tests[] = {cmocka_unit_test(a_record_names_the_most_anomalous)};
   return cmocka_run_group_tests(tests, set_up_trained, NULL);
