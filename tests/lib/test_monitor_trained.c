@@ -166,6 +166,22 @@ static void an_alarm_is_cleared_after_its_fault(void **state) {
   assert_int_equal(rim_monitor_alarms(b.monitor).level, RIM_LEVEL_OK);
 }
 
+/* A fault that lasts longer than the ring, 1024 rows, does not become what is usual in this run. */
+static void a_fault_that_outlasts_the_ring_keeps_its_size(void **state) {
+  (void)state;
+  for (int sign = -1; sign <= 1; sign += 2) {
+    bench b;
+    make_bench(&b, false);
+    const fault f = {.shift = 0.2 * sign, .from = 400};
+    const found n = fly(&b, 570, 8000, &f);
+    print_message("raised %u, cleared %u, %.3f +- %.3f since %.1f s\n", n.raised, n.cleared,
+                  n.last.shift[0], n.last.shift_sd[0], n.last.since_s);
+    assert_true(n.raised == 1 && n.cleared == 0);
+    assert_true(fabs(n.last.shift[0] - f.shift) < 3.0 * n.last.shift_sd[0]);
+    assert_true(fabs(n.last.since_s - time_of_row(400)) < 4.0 * BLOCK * PERIOD_S);
+  }
+}
+
 /* What came and went is told with its end, cleared, and does not hide what comes after. */
 static void what_ended_is_told_and_let_go(void **state) {
   (void)state;
@@ -313,6 +329,7 @@ int main(void) {
       cmocka_unit_test(a_drift_and_a_gain_are_told_apart),
       cmocka_unit_test(labels_are_where_the_fault_was),
       cmocka_unit_test(an_alarm_is_cleared_after_its_fault),
+      cmocka_unit_test(a_fault_that_outlasts_the_ring_keeps_its_size),
       cmocka_unit_test(what_ended_is_told_and_let_go),
       cmocka_unit_test(nothing_is_healthy_without_blocks),
       cmocka_unit_test(rows_at_another_rate_are_not_judged),

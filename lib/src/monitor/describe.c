@@ -110,15 +110,22 @@ static void place_region(const rim_monitor *m, const search_hypothesis *h, rim_r
     (void)rimi_region_from_box(region, dims, feature, lower, upper);
 }
 
+static double block_s(const rim_monitor *m) {
+  return (double)m->words[RIM_CONFIG_BLOCK_ROWS] * 1e-6 * (double)m->words[RIM_CONFIG_PERIOD_US];
+}
+
+/* Where a block of the ring begins; of one that has left it, where the ring begins. */
+static double begin_s(const rim_monitor *m, uint32_t block) {
+  return m->run_start_s + rimi_search_time_of(m->search, block) - 0.5 * block_s(m);
+}
+
 /* Returns the first block. */
 static uint32_t date(const rim_monitor *m, const search_hypothesis *h, double onset_sd,
                      rim_alarm *alarm) {
-  const double block_s =
-      (double)m->words[RIM_CONFIG_BLOCK_ROWS] * 1e-6 * (double)m->words[RIM_CONFIG_PERIOD_US];
   const uint32_t first = rimi_search_first_shown(m->search, h);
-  alarm->since_s = m->run_start_s + rimi_search_time_of(m->search, first) - 0.5 * block_s;
+  alarm->since_s = begin_s(m, first);
   if (h->onset != SEARCH_FROM_START)
-    alarm->since_sd_s = onset_sd * block_s;
+    alarm->since_sd_s = onset_sd * block_s(m);
   return first;
 }
 
@@ -335,14 +342,21 @@ static bool is_of_level(const rim_alarm *alarm) {
 }
 
 /* What explains a standing alarm best may begin after it was raised: where the vehicle enters the
- * place of a fault again, say. Then that is not when the deviation began, unless it is another one:
+ * place of a fault again, say. Or the deviation began in blocks that have left the ring, and what
+ * is left of it begins later. Then that is not when the deviation began, unless it is another one:
  * of scatter or repeats, or of other outcomes than the one that was named. */
-static void keep_since(const rim_monitor *m, uint32_t first, rim_alarm *alarm) {
+static void keep_since(const rim_monitor *m, const search_hypothesis *h, uint32_t first,
+                       rim_alarm *alarm) {
   const rim_alarm *standing = rim_monitor_standing(m, RIM_DETECTOR_RIM);
   bool is_same = false;
   for (size_t i = 0; standing != NULL && i < alarm->channels; ++i)
     is_same = is_same || alarm->channel[i] == standing->channel[0];
-  if (!is_same || first < m->raised_at || is_of_level(standing) != is_of_level(alarm))
+  if (!is_same || is_of_level(standing) != is_of_level(alarm))
+    return;
+  const uint32_t oldest = rimi_search_oldest(m->search);
+  const bool has_left =
+      first < oldest || (h->onset == SEARCH_FROM_START && standing->since_s < begin_s(m, oldest));
+  if (first < m->raised_at && !has_left)
     return;
   alarm->since_s = standing->since_s;
   alarm->since_sd_s = standing->since_sd_s;
@@ -390,7 +404,7 @@ static void describe_trained(rim_monitor *m, const rim_verdict *verdict, rim_ala
     keep_blame(blame, alarm);
   name_others(alarm, m->channel_count, outcomes, m->models.threshold.alarm_score, rimi_cause_score,
               m);
-  keep_since(m, first, alarm);
+  keep_since(m, &h, first, alarm);
   for (size_t i = 1; i < alarm->channels; ++i) {
     const uint16_t c = (uint16_t)(channel - channel % outcomes + alarm->channel[i]);
     const search_hypothesis *other = rimi_search_best(m->search, c);

@@ -169,6 +169,8 @@ static bool observe_trained(rim_monitor *m) {
                               .unknown = partly || is_beyond ? m->unknown : NULL,
                               .disturbance = disturbance,
                               .apart = !is_next};
+  if (m->has_explained && rim_monitor_standing(m, RIM_DETECTOR_RIM) != NULL)
+    rimi_search_let_go(m->search, &m->explained);
   if (rimi_search_observe(m->search, &block) == RIM_OK) {
     if (partly)
       count(&m->partly);

@@ -128,8 +128,8 @@ static double trained_block(const rim_work_counts *n) {
   const double models = 2.0 * o * (n->external ? 1.0 : n->terms) * PRODUCT +
                         o * o * (2.0 + n->means) * PRODUCT + prediction(n) + unknown +
                         (n->external ? 0.0 : correction(n));
-  const double channel =
-      3u * EXPONENTIAL + 2u * (raw_fields(n) + EXPONENTIAL) + triangle(n) * PRODUCT + OUTCOME;
+  const double taken = 2u * (raw_fields(n) + EXPONENTIAL) + triangle(n) * PRODUCT;
+  const double channel = 3u * EXPONENTIAL + 2u * taken + OUTCOME; /* and rimi_search_let_go() */
   return models + n->rates * (double)RATE + n->terms * (double)TERM + n->channels * channel +
          n->region_features * (double)PLACE;
 }

@@ -272,6 +272,22 @@ bool rimi_search_exclude(rim_search *s, uint32_t from, uint32_t to) {
   return true;
 }
 
+/* G and u keep what leaves the ring: the block after the oldest, whose innovation takes both, goes
+ * while the oldest is still there to say what it was. */
+void rimi_search_let_go(rim_search *s, const search_hypothesis *h) {
+  const uint32_t oldest = s->count - s->held;
+  if (s->held < s->config.ring || h->family == SEARCH_FIELD)
+    return;
+  const uint32_t slot = search_slot(s, 1u);
+  if (!rimi_search_inside(s, h, search_features(s, search_slot(s, 0)), oldest) &&
+      !rimi_search_inside(s, h, search_features(s, slot), oldest + 1u))
+    return;
+  block_pair pair = pair_at(s, slot);
+  for (uint32_t c = 0; c < s->config.channels; ++c)
+    accumulate(s, &pair, -1.0, c);
+  s->fresh = false;
+}
+
 /* The excluded blocks leave G and u of the channel, and their residuals are unknown from then on.
  * So does what they left in the innovation of the block after them, which then follows on nothing
  * that is known. What the oldest block of a full ring is to G is not known any more, and stays. */

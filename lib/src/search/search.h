@@ -182,6 +182,13 @@ double rimi_search_inflation(const noise_channel *c, const search_hypothesis *h)
  * while an earlier call still waits for that, or where none of the blocks is held. O(channels). */
 bool rimi_search_exclude(rim_search *search, uint32_t from, uint32_t to);
 
+/* Before rimi_search_observe(), while a deviation h stands. What the ring held remains evidence of
+ * the run's effects when it leaves; where it lies inside h it does not, in any channel: otherwise a
+ * fault that lasts longer than the ring becomes what is usual in this run, and its alarm clears or
+ * turns its sign. Nothing of FIELD, which is about those effects, or while the ring is not full.
+ * Cost: of rimi_search_observe(), at most. */
+void rimi_search_let_go(rim_search *search, const search_hypothesis *h);
+
 /* ---- for monitor/guard.h (search_guard.c) ---- */
 
 /* What holds pointers, sizes and indices: aligned to 4, *bytes a multiple of 4. */
