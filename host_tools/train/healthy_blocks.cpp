@@ -28,6 +28,8 @@ constexpr std::size_t kDecays = 5;
 constexpr std::size_t kMostFactors = 32; // outcomes from which on their products are not tried
 // Raw terms come through the flight code's clip; a power of two, so that nothing is rounded.
 constexpr float kRawScale = 0x1p-60F;
+// The part of a filtered command that a gap may leave unknown.
+constexpr double kMostUnknown = 0.1;
 
 bool takes_both_signs(const Survey &survey, std::size_t feature) {
   return survey.low(feature) < 0.0 && survey.high(feature) > 0.0;
@@ -345,6 +347,10 @@ public:
     std::fill(raw.mean_inverse_sd.begin(), raw.mean_inverse_sd.end(),
               static_cast<double>(kRawScale));
     section_ = basis_section(raw);
+    for (std::size_t i = 0; i < raw.terms.size(); ++i) {
+      if (raw.terms[i].op == BASIS_MEAN)
+        filters_.push_back(i);
+    }
     SectionBytes range, map;
     for (const auto *limits : {&options.low, &options.high}) {
       for (const float limit : *limits)
@@ -382,8 +388,18 @@ public:
   BlockRun gather(const Log &log);
 
 private:
+  // Whether a gap left too much of some filtered command unknown.
+  bool lacks_commands() const {
+    const std::uint16_t *unknown = rimi_blocks_unknown(blocks_);
+    return !rimi_blocks_knows_all(blocks_) &&
+           std::any_of(filters_.begin(), filters_.end(), [unknown](std::size_t i) {
+             return unknown[i] > kMostUnknown * BASIS_UNKNOWN_SD;
+           });
+  }
+
   const Layout &layout_;
   std::vector<std::uint8_t> section_, range_, map_, integrands_;
+  std::vector<std::size_t> filters_; // terms
   std::vector<std::uint64_t> memory_;
   blocks *blocks_ = nullptr;
   std::size_t terms_ = 0, means_ = 0, integrand_count_ = 0;
@@ -426,6 +442,10 @@ BlockRun Gatherer::gather(const Log &log) {
                         ext ? external.sd.row(t).data() : nullptr) != BLOCKS_DONE ||
         (!ext && !rimi_blocks_has_first(blocks_)))
       continue;
+    if (lacks_commands()) {
+      ++run.left_out;
+      continue;
+    }
     append(&run.context, n, rimi_blocks_context(blocks_));
     append(&run.outcome, n, rimi_blocks_outcomes(blocks_));
     append(&run.predicted, n, rimi_blocks_predicted(blocks_));

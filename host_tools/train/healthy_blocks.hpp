@@ -42,6 +42,7 @@ struct BlockRun {
   Eigen::VectorXd start;              // [features]: mean of the first block's rows; no rows: empty
   Eigen::VectorXd time_s;             // [blocks], since the start of the run
   std::vector<bool> follows;          // the block before is its neighbour in time
+  std::size_t left_out = 0;           // blocks after gaps
   Eigen::Index blocks() const { return outcome.rows(); }
 };
 
@@ -52,7 +53,9 @@ struct BlockOptions {
   std::vector<Integrand> integrands;
 };
 
-// A log's blocks. Blocks before the first readings are known are left out, as in flight.
+// A log's blocks. Blocks before the first readings are known are left out, as in flight; so are
+// those after a gap for as long as it leaves a filtered command unknown. In flight only those
+// outcomes do without them that need that filter; here the models that say so are not learnt yet.
 BlockRun block_run(const Log &log, const Layout &layout, const Basis &basis,
                    const BlockOptions &options);
 

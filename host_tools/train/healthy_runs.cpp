@@ -119,15 +119,22 @@ BlockRun blocks_of(LogSet *logs, std::size_t r, const RunFacts &facts, const Hea
       block_run(*log, plan.layout, plan.basis,
                 {plan.block_rows, plan.period_s, plan.low, plan.high, healthy.integrands});
   if (run.blocks() < kLeastBlocks)
-    throw DataError(fmt::format("{}: {} blocks of {} rows; a run needs at least {}", log->path,
-                                run.blocks(), plan.block_rows, kLeastBlocks));
+    throw DataError(fmt::format("{}: {} blocks of {} rows{}; a run needs at least {}", log->path,
+                                run.blocks(), plan.block_rows,
+                                run.left_out == 0
+                                    ? ""
+                                    : fmt::format(", and {} that follow on gaps", run.left_out),
+                                kLeastBlocks));
   return run;
 }
 
 void learn_starts(HealthyRuns *healthy) {
   std::vector<Eigen::VectorXd> starts;
-  for (const BlockRun &run : healthy->runs)
+  for (const BlockRun &run : healthy->runs) {
     starts.push_back(run.start);
+    healthy->input.blocks += static_cast<std::size_t>(run.blocks());
+    healthy->input.left_out += run.left_out;
+  }
   learn_start(&healthy->plan.basis, starts, healthy->low, healthy->high);
 }
 

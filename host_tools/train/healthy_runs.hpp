@@ -18,9 +18,10 @@
 
 namespace rim {
 
-// Rows of all logs together.
+// Of all logs together.
 struct InputRows {
   std::size_t rows = 0, skipped = 0, filtered = 0;
+  std::size_t blocks = 0, left_out = 0; // learnt from; after gaps
 };
 
 struct HealthyRuns {

@@ -49,6 +49,7 @@ struct Series {
   Eigen::VectorXd known;   // 1; 0 where the residual says nothing: it is 0 then, and so becomes w
   Eigen::VectorXd follows; // 1; 0 where a block does not adjoin the one before
   Eigen::VectorXd next;    // 1; 0 where the block before is not known, or does not adjoin
+  Eigen::VectorXd apart;   // 1 where the block before is known and does not adjoin, else 0
 };
 
 Eigen::MatrixXd raw_fields(const Basis &basis, const BlockRun &run, const Eigen::VectorXd &p,
@@ -124,10 +125,12 @@ double correlation(const std::vector<Series> &series) {
 // noise white, sigma(x) not taken off.
 Eigen::MatrixXd innovations(const Series &s, const Eigen::MatrixXd &x, double rho) {
   Eigen::MatrixXd y = x;
-  const double lead = std::sqrt(1.0 - rho * rho);
+  const double lead = std::sqrt(1.0 - rho * rho), apart = rimi_noise_gap_weight(rho);
   for (Eigen::Index i = x.rows(); i-- > 0;) {
     if (s.next[i] > 0.0)
       y.row(i) -= rho * x.row(i - 1);
+    else if (s.apart[i] > 0.0)
+      y.row(i) = apart * (y.row(i) - rho * x.row(i - 1));
     else
       y.row(i) *= lead;
   }
@@ -416,6 +419,14 @@ Eigen::VectorXd followers(const BlockRun &run, const Eigen::VectorXd &known) {
   return next;
 }
 
+// 1 where a block follows on one that is known behind a gap.
+Eigen::VectorXd behind_gaps(const BlockRun &run, const Eigen::VectorXd &known) {
+  Eigen::VectorXd apart = Eigen::VectorXd::Zero(known.size());
+  for (Eigen::Index i = 1; i < known.size(); ++i)
+    apart[i] = run.follows[static_cast<std::size_t>(i)] ? 0.0 : known[i - 1];
+  return apart;
+}
+
 } // namespace
 
 NoiseModel fit_noise(const Basis &basis, const std::vector<SearchRun> &seen,
@@ -451,6 +462,7 @@ NoiseModel fit_noise(const Basis &basis, const std::vector<SearchRun> &seen,
       s.w = s.known;
       s.follows = followers(*run.blocks, Eigen::VectorXd::Ones(s.known.size()));
       s.next = followers(*run.blocks, s.known);
+      s.apart = behind_gaps(*run.blocks, s.known);
       s.p = ((expected(run, column).array() - c.p_center) / c.p_scale).max(-4.0).min(4.0);
       s.activity = activity[r];
       s.disturbance = *run.disturbance;

@@ -79,6 +79,7 @@ std::vector<Narrow> narrow_of(BlockRun *run, const FlightPlan &plan) {
 std::string narrow_bytes(const BlockRun &run) {
   std::string out;
   put_u64(&out, static_cast<std::uint64_t>(run.blocks()));
+  put_u64(&out, run.left_out);
   for (const Matrix *m :
        {&run.context, &run.outcome, &run.predicted, &run.scatter, &run.repeats, &run.means})
     put(&out, m->data(), m->size());
@@ -99,6 +100,7 @@ BlockRun narrow_run(const std::string &path, const std::string &bytes, const Fli
   Reader in(path, numbers);
   const auto n = static_cast<Eigen::Index>(in.u64());
   BlockRun run;
+  run.left_out = static_cast<std::size_t>(in.u64());
   for (const Narrow &m : narrow_of(&run, plan)) {
     m.matrix->resize(n, static_cast<Eigen::Index>(m.columns));
     in.values(m.matrix->data(), m.matrix->size());

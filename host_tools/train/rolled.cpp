@@ -55,6 +55,7 @@ Eigen::Index column_of(const Basis &basis, std::uint16_t filter) {
 struct Inputs {
   Matrix filter;           // blocks x inputs of the basis
   Eigen::VectorXd elapsed; // from the middle of the block before to that of this one, s
+  const Matrix *outcome = nullptr; // blocks x outcomes
 };
 
 // A view of the states and rates alone, as the flight code reads them.
@@ -92,6 +93,9 @@ public:
     for (Eigen::Index n = 0; n < values.rows(); ++n) {
       if (n == 0)
         rimi_rolled_begin(&view_, in.filter.row(n).data(), block_s, state.data(), part.data());
+      else if (in.elapsed[n] > ROLLED_LONGEST * block_s)
+        rimi_rolled_resume(&view_, in.filter.row(n).data(), moved(in, n).data(), state.data(),
+                           part.data());
       else
         rimi_rolled_step(&view_, in.filter.row(n).data(), in.elapsed[n], block_s, state.data(),
                          part.data());
@@ -101,6 +105,13 @@ public:
   }
 
 private:
+  // By how much the readings of the states moved since the block before.
+  Eigen::VectorXd moved(const Inputs &in, Eigen::Index n) const {
+    Eigen::VectorXd by(static_cast<Eigen::Index>(view_.states));
+    for (Eigen::Index s = 0; s < by.size(); ++s)
+      by[s] = (*in.outcome)(n, outcome_of(s)) - (*in.outcome)(n - 1, outcome_of(s));
+    return by;
+  }
   Eigen::Index outcome_of(Eigen::Index s) const {
     return states_[static_cast<std::size_t>(s)].outcome;
   }
@@ -237,6 +248,7 @@ Inputs Searcher::inputs_of(std::size_t r) const {
   in.filter = Matrix::Zero(run.blocks(), static_cast<Eigen::Index>(basis_.inputs.size()));
   for (std::size_t k = 0; k < filters_.size(); ++k)
     in.filter.col(filters_[k]) = wide->terms.col(columns_[k]);
+  in.outcome = &run.outcome;
   in.elapsed = Eigen::VectorXd::Zero(run.blocks());
   for (Eigen::Index n = 1; n < run.blocks(); ++n)
     in.elapsed[n] = run.time_s[n] - run.time_s[n - 1];

@@ -47,6 +47,39 @@ void autocorrelation_is_found(void **) {
   }
 }
 
+// Every other ten blocks are missing: noise that lasts is not what it was before, nor anything new.
+void noise_with_gaps_is_found(void **) {
+  MadeNoise made;
+  made.blocks = 480;
+  made.rho = 0.9;
+  made.s = 0.2;
+  std::vector<MadeRun> runs = made_noises(kSeed, kRuns, made);
+  for (MadeRun &run : runs) {
+    rim::BlockRun &blocks = run.blocks;
+    Eigen::Index kept = 0;
+    for (Eigen::Index b = 0; b < made.blocks; ++b) {
+      if (b / 10 % 2 != 0)
+        continue;
+      blocks.follows[static_cast<std::size_t>(kept)] = b % 10 != 0;
+      blocks.time_s[kept] = blocks.time_s[b];
+      for (rim::Matrix *m : {&blocks.context, &blocks.outcome, &blocks.means, &run.predicted,
+                             &run.residual})
+        m->row(kept) = m->row(b).eval();
+      ++kept;
+    }
+    for (rim::Matrix *m : {&blocks.context, &blocks.outcome, &blocks.means, &run.predicted,
+                           &run.residual})
+      m->conservativeResize(kept, Eigen::NoChange);
+    blocks.time_s.conservativeResize(kept);
+    blocks.follows.resize(static_cast<std::size_t>(kept));
+    run.disturbance.conservativeResize(kept);
+  }
+  const rim::ChannelNoise c = fit_made(made, runs).channels.front();
+  print_message("found rho %.3f, s %.4f\n", c.rho, c.s);
+  assert_true(std::fabs(c.rho - made.rho) < 0.04);
+  assert_true(near(c.s, made.s, 0.04));
+}
+
 // Standard deviation of the mean of n blocks of AR(1) noise, times sqrt(n).
 double of_sums(double rho, double sd, double n) {
   const double all = sd * sd * (1.0 + rho) / (1.0 - rho);
@@ -258,7 +291,8 @@ int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(white_noise_is_white),
       cmocka_unit_test(autocorrelation_is_found),
-      cmocka_unit_test(noise_of_two_speeds_is_as_large_as_its_sums),
+      cmocka_unit_test(noise_with_gaps_is_found),
+                              cmocka_unit_test(noise_of_two_speeds_is_as_large_as_its_sums),
       cmocka_unit_test(effects_of_a_run_are_found),
       cmocka_unit_test(a_scale_that_depends_on_the_context_is_found),
       cmocka_unit_test(noise_that_lasts_has_the_scale_of_what_is_new),

@@ -45,6 +45,7 @@ typedef struct world {
   double p[MOST_BLOCKS], mean[MOST_BLOCKS][MEANS]; /* standardised */
   double r[MOST_BLOCKS];                           /* of channel 0, in the outcome's unit */
   bool unknown[MOST_BLOCKS];                       /* nothing is known of channel 0 */
+  bool apart[MOST_BLOCKS];                         /* a gap lies before it */
 } world;
 
 static inline double predicted(const world *w, uint32_t i) {
@@ -55,7 +56,7 @@ static inline double activity(const world *w, uint32_t i) {
   const double moved =
       i == 0 ? 0.0
              : fmin(fabs(predicted(w, i) - (double)(float)predicted(w, i - 1)) / w->p_scale, 4.0);
-  const double exact = i == 0 ? NOISE_APART : rimi_log(NOISE_STILL + moved) - ACTIVITY;
+  const double exact = i == 0 || w->apart[i] ? NOISE_APART : rimi_log(NOISE_STILL + moved) - ACTIVITY;
   return floor(exact / SEARCH_ACTIVITY_STEP + 0.5) * SEARCH_ACTIVITY_STEP;
 }
 
@@ -229,6 +230,7 @@ static inline search_block block_of(const world *w, uint32_t i, double *outcome,
                         .predicted = outcome,
                         .residual = residual,
                         .disturbance = disturbance(i),
+                        .apart = w->apart[i],
                         .unknown = w->unknown[i] ? unknown : NULL};
 }
 
@@ -306,12 +308,12 @@ static inline bool are_apart(const world *w, uint32_t i, uint32_t j) {
 }
 
 /* Of the noise of block i: it keeps rho of what it was and sigma_i is new, since the first block
- * after an unknown one. */
+ * after an unknown one. After a gap as much more is new as noise differs from rho of other noise. */
 static inline double variance(const world *w, uint32_t i) {
-  const double fresh = pow(scale(w, i), 2);
+  const double fresh = pow(scale(w, i), 2), kept = w->rho * w->rho;
   if (i == 0 || are_apart(w, i, i - 1))
-    return fresh / (1.0 - w->rho * w->rho);
-  return w->rho * w->rho * variance(w, i - 1) + fresh;
+    return fresh / (1.0 - kept);
+  return kept * variance(w, i - 1) + fresh * (w->apart[i] ? (1.0 + kept) / (1.0 - kept) : 1.0);
 }
 
 /* r = shift m + B b + n: the shift of least variance when b and n are both noise,

@@ -100,7 +100,7 @@ static void states_follow_their_equations(void **unused) {
   assert_true(exact[1] * exact[1] > 0.5); /* it was not at rest */
 }
 
-/* After a gap one step goes as far as two blocks; no state leaves its limits. */
+/* After a gap one step goes no farther than ROLLED_LONGEST; no state leaves its limits. */
 static void gaps_and_limits_hold(void **unused) {
   (void)unused;
   const bytes b = section();
@@ -120,6 +120,27 @@ static void gaps_and_limits_hold(void **unused) {
   rimi_rolled_step(&v, without_end, BLOCK_S, BLOCK_S, z, part);
   rimi_rolled_step(&v, without_end, BLOCK_S, BLOCK_S, z, part);
   assert_true(z[0] >= -LIMIT && z[0] <= LIMIT && z[1] >= -LIMIT && z[1] <= LIMIT);
+}
+
+/* After a longer gap states go on from where the readings moved them, within the limits, and the next
+ * step knows the commands of both blocks. */
+static void states_resume_after_a_gap(void **unused) {
+  (void)unused;
+  const bytes b = section();
+  rim_basis v;
+  assert_int_equal(rimi_basis_open(&v, b.byte, b.size, FEATURES, OUTCOMES), RIM_OK);
+  const double u[INPUTS] = {3.0, 1.0}, later[INPUTS] = {-2.0, 0.5};
+  double part[RATES], expected[RATES], z[STATES] = {1.0, 0.0}, unmoved[STATES] = {0.0, 0.0};
+  rimi_rolled_begin(&v, u, BLOCK_S, z, part);
+  const double from[STATES] = {z[0], z[1]}, moved[STATES] = {0.75, -0.5};
+  rimi_rolled_resume(&v, later, moved, z, part);
+  for (size_t s = 0; s < STATES; ++s)
+    assert_true(z[s] == from[s] + moved[s]);
+  rimi_rolled_begin(&v, later, BLOCK_S, unmoved, expected);
+  assert_memory_equal(part, expected, sizeof part);
+  const double far[STATES] = {1e9, -1e9};
+  rimi_rolled_resume(&v, later, far, z, part);
+  assert_true(z[0] == LIMIT && z[1] == -LIMIT);
 }
 
 /* Counts that an upset made smaller after the section was read: what they do not hold is taken from
@@ -333,7 +354,8 @@ static void what_a_prediction_depends_on(void **unused) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {cmocka_unit_test(states_follow_their_equations),
-                                     cmocka_unit_test(gaps_and_limits_hold),
+                                     cmocka_unit_test(states_resume_after_a_gap),
+      cmocka_unit_test(gaps_and_limits_hold),
                                      cmocka_unit_test(smaller_counts_stay_inside),
                                      cmocka_unit_test(an_index_that_was_hit_is_plain),
                                      cmocka_unit_test(damaged_rates_are_refused),

@@ -102,6 +102,29 @@ static void regions_are_judged_by_least_squares(void **state) {
   }
 }
 
+/* What lasts of the noise is still there after a gap, and more is new in it than in another block;
+ * beside an unknown block there is nothing to go on from. */
+static void gaps_are_judged_by_least_squares(void **state) {
+  (void)state;
+  for (uint32_t v = 0; v < WORLD_VARIANTS; ++v) {
+    world w = world_variant(v, RING);
+    w.apart[9] = w.apart[22] = w.apart[23] = w.apart[31] = w.apart[RING - 1] = true;
+    w.unknown[30] = true;
+    bench b;
+    start_full(&b, &w);
+    for (uint32_t onset = 0; onset + 20 < RING; ++onset) {
+      search_hypothesis h = hypothesis(SEARCH_SINCE, onset);
+      rimi_search_evaluate(b.search, &h);
+      const gls g = expected_of(&w, &h);
+      assert_same(&h, &g);
+    }
+    search_hypothesis box = hypothesis(SEARCH_BOX, SEARCH_FROM_START);
+    rimi_search_evaluate(b.search, &box);
+    const gls g = expected_of(&w, &box);
+    assert_same(&box, &g);
+  }
+}
+
 /* Blocks of which nothing is known are as if they had not been: the statistic is that of the
  * others, and what an unknown residual would have been changes no bit. */
 static void unknown_blocks_say_nothing(void **state) {
@@ -702,6 +725,7 @@ int main(void) {
   printf("seed %u\n", SEED);
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(regions_are_judged_by_least_squares),
+      cmocka_unit_test(gaps_are_judged_by_least_squares),
       cmocka_unit_test(unknown_blocks_say_nothing),
       cmocka_unit_test(the_best_interval_is_the_best_of_all),
       cmocka_unit_test(onsets_are_judged_by_least_squares),

@@ -86,6 +86,10 @@ double rimi_noise_weight(const noise_channel *c, double p, double activity, doub
   return rimi_exp(-rimi_clamp(ln_sigma, -NOISE_LN_SIGMA, NOISE_LN_SIGMA));
 }
 
+double rimi_noise_gap_weight(double rho) {
+  return rimi_sqrt((1.0 - rho * rho) / (1.0 + rho * rho));
+}
+
 double rimi_noise_moved(double predicted, double before, double sd) {
   const double moved = rimi_clamp((predicted - before) / sd, -NOISE_MOVED, NOISE_MOVED);
   return moved * moved;

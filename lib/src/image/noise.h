@@ -64,6 +64,11 @@ noise_channel rimi_noise_channel(const rim_noise *view, uint32_t channel);
  * disturbance: by rimi_noise_disturbance(). */
 double rimi_noise_weight(const noise_channel *c, double p, double activity, double disturbance);
 
+/* What is new in the first block after a gap, r_i - rho r_(i-1), counts by this much less: what the
+ * noise did in the gap is in it, however long that was. What was before still is, as noise that
+ * lasts (of a position, a level) has no level of its own to return to. */
+double rimi_noise_gap_weight(double rho);
+
 /* How quickly the nominal predictions move, beside the mean of healthy runs: ln(NOISE_STILL + root
  * mean square over the outcomes of their movement since the block before, in standard deviations
  * of the predictions). A model errs in proportion to how quickly what it models changes: by its

@@ -74,6 +74,15 @@ void rimi_rolled_step(const rim_basis *basis, const double *filter, double elaps
   advance(basis, mean, rimi_min(elapsed_s, ROLLED_LONGEST * block_s), state);
 }
 
+void rimi_rolled_resume(const rim_basis *basis, const double *filter, const double *moved,
+                        double *state, double *part) {
+  for (size_t q = 0; q < basis->rates; ++q)
+    part[q] = of_filters(basis, q, filter);
+  for (size_t s = 0; s < basis->states; ++s)
+    state[s] = rimi_clamp(state[s] + moved[s], (double)rimi_le_f32(basis->limit, 2 * s),
+                          (double)rimi_le_f32(basis->limit, 2 * s + 1));
+}
+
 double rimi_rolled_term(const rim_basis *basis, size_t term, const double *filter,
                         const double *state) {
   const uint8_t *spec = basis->term + 8u * term;

@@ -13,7 +13,8 @@
 
 #include "image/basis.h"
 
-#define ROLLED_LONGEST 2.0 /* blocks that one step covers at most, whatever the gap before it */
+/* Blocks that one step covers at most. What the commands did in a longer gap is not known. */
+#define ROLLED_LONGEST 1.5
 
 /* The first block that has states: state[states], readings half a block before its middle, is taken
  * half a block on. filter[inputs times]: means over the block. Sets part[rates], which the next
@@ -24,6 +25,12 @@ void rimi_rolled_begin(const rim_basis *basis, const double *filter, double bloc
 /* The block `elapsed_s` after the one before (from middle to middle). O(rates). */
 void rimi_rolled_step(const rim_basis *basis, const double *filter, double elapsed_s,
                       double block_s, double *state, double *part);
+
+/* The block after a gap that no step covers: each state goes on by what its outcome's readings moved,
+ * moved[states], and so stays as far from them as it was before. What deviated still does; the gap
+ * itself says nothing. Sets part[rates]. O(rates). */
+void rimi_rolled_resume(const rim_basis *basis, const double *filter, const double *moved,
+                        double *state, double *part);
 
 /* A term of a state (BASIS_ROLLED) in the block; filter, state: as above. */
 double rimi_rolled_term(const rim_basis *basis, size_t term, const double *filter,

@@ -21,7 +21,6 @@
       */
 #define BEFORE_START_SD 2.0 /* of a term whose past lies before the first row */
 #define FORGOTTEN 1e-3      /* part of a mean that is as good as known */
-#define LOST_BLOCKS 16.0    /* in gaps, by which a state may have gone anywhere */
 #define LEARNT_RUNS 1.1     /* of a healthy run: how far the longest of them may go */
 
 struct blocks {
@@ -39,6 +38,7 @@ struct blocks {
   bool told_late; /* by rimi_blocks_begin_late() */
   bool bridged;   /* the gap before this row was too long for its block */
   bool knows_all; /* of the block that ended: its terms */
+  bool resumed;   /* states went on from readings after a gap */
 };
 
 enum { FEATURE_ARRAYS = 2, OUTCOME_ARRAYS = 13 };
@@ -429,11 +429,23 @@ static void take_first(blocks *b) {
   }
 }
 
-/* A run that began before its first row may begin anywhere: its own readings count. */
-static void roll(blocks *b) {
+/* Of a state, the reading of its outcome in the block that ended last. */
+static double reading_of(const blocks *b, size_t s) {
+  return OUTCOME(b)[rimi_le_index(b->config.basis.state, s, b->config.outcomes)];
+}
+
+/* A run that began before its first row may begin anywhere: its own readings count. before[states]:
+ * readings of the block before. */
+static void roll(blocks *b, const double *before) {
   const double block_s = b->config.period_s * (double)b->config.block_rows;
   const double middle_s = rimi_blocks_since_start_s(b);
-  if (b->count + 1u == FIRST_BLOCKS) {
+  if (b->count >= FIRST_BLOCKS && middle_s - b->rolled_s > ROLLED_LONGEST * block_s) {
+    double moved[BASIS_MAX_STATES] = {0.0};
+    for (size_t s = 0; s < b->config.basis.states; ++s)
+      moved[s] = reading_of(b, s) - before[s];
+    rimi_rolled_resume(&b->config.basis, filter_sum(b), moved, state(b), part(b));
+    b->resumed = true;
+  } else if (b->count + 1u == FIRST_BLOCKS) {
     const double *reading = b->late ? OUTCOME(b) : FIRST(b);
     for (size_t s = 0; s < b->config.basis.states; ++s)
       state(b)[s] = reading[rimi_le_index(b->config.basis.state, s, b->config.outcomes)];
@@ -503,8 +515,8 @@ static double term_unknown(const blocks *b, size_t i) {
   case BASIS_INITIAL:
   case BASIS_TIME:
     return b->late ? BEFORE_START_SD : 0.0;
-  case BASIS_ROLLED: /* a gap is as good as forgotten only when the state has settled anew */
-    return rimi_min(b->lost_rows / (LOST_BLOCKS * (double)b->config.block_rows), 1.0);
+  case BASIS_ROLLED: /* after a gap it goes on from its reading */
+    return 0.0;
   }
   return 0.0;
 }
@@ -516,7 +528,7 @@ static void find_unknown(blocks *b) {
     for (size_t t = 0; t < n->times; ++t)
       unknown(b)[t] = decay(b)[t];
   }
-  bool any = b->late || b->lost_rows > 0.0;
+  bool any = b->late || b->resumed || b->lost_rows > 0.0;
   for (size_t t = 0; t < n->times && !any; ++t)
     any = unknown_sum(b)[t] > FORGOTTEN * (double)b->rows_in_block;
   b->knows_all = !any;
@@ -553,6 +565,9 @@ static void wrap_angles(blocks *b) {
 
 static void end_block(blocks *b) {
   const double n = (double)b->rows_in_block;
+  double before[BASIS_MAX_STATES] = {0.0};
+  for (size_t s = 0; s < b->config.basis.states; ++s)
+    before[s] = reading_of(b, s);
   for (size_t f = 0; f < b->config.features; ++f)
     SUM(b)[f] /= n;
   for (size_t i = 0; i < filters(b); ++i)
@@ -573,7 +588,7 @@ static void end_block(blocks *b) {
   }
   take_first(b);
   if (b->config.basis.terms + b->config.basis.means > 0) { /* there are models */
-    roll(b);
+    roll(b, before);
     evaluate_terms(b);
     find_unknown(b);
   }
@@ -637,6 +652,7 @@ uint16_t rimi_blocks_outcome_feature(const blocks *b, uint32_t outcome) {
 }
 bool rimi_blocks_has_first(const blocks *b) { return b->count >= FIRST_BLOCKS; }
 bool rimi_blocks_knows_start(const blocks *b) { return !b->late; }
+bool rimi_blocks_has_resumed(const blocks *b) { return b->resumed; }
 bool rimi_blocks_knows_all(const blocks *b) { return b->config.basis.terms == 0 || b->knows_all; }
 const uint16_t *rimi_blocks_unknown(const blocks *b) { return unknown_term(b); }
 double rimi_blocks_since_start_s(const blocks *b) {

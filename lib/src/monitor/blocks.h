@@ -7,7 +7,8 @@
  *
  * What the commands were before the first row, and in such a gap, is not known. A run that begins
  * as the healthy ones began (section BASIS, start) is taken to have rested before; in any other,
- * and after a gap, a part of every exponential mean is unknown, and dies away with it. */
+ * and after a gap, a part of every exponential mean is unknown, and dies away with it. A state that
+ * is rolled forward goes on from its reading where a gap was too long for a step. */
 #ifndef RIM_SRC_BLOCKS_H
 #define RIM_SRC_BLOCKS_H
 
@@ -95,6 +96,7 @@ bool rimi_blocks_has_first(const blocks *b);
 uint16_t rimi_blocks_outcome_feature(const blocks *b,
                                      uint32_t outcome); /* BLOCKS_NO_FEATURE: none */
 bool rimi_blocks_knows_start(const blocks *b);          /* the run began as healthy runs begin */
+bool rimi_blocks_has_resumed(const blocks *b); /* states went on from readings after a gap */
 bool rimi_blocks_knows_all(const blocks *b); /* every term is what the commands made it */
 const uint16_t *
 rimi_blocks_unknown(const blocks *b); /* [terms]: rimi_behaviour_error; else not valid */

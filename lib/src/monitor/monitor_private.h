@@ -30,6 +30,8 @@
 #define MONITOR_NO_OUTCOME 0xffffu
 /* Of a channel's own noise: an error of its nominal value above which a block says nothing. */
 #define MONITOR_MOST_UNKNOWN 0.1
+#define MONITOR_NOT_KNOWN 1e30
+#define MONITOR_LASTING 0.9f /* autocorrelation of noise that lasts */
 
 /* Views into the image; what is absent is all zero. */
 typedef struct monitor_models {

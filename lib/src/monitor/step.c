@@ -5,6 +5,7 @@
 #include "base/bytes.h"
 #include "base/real.h"
 #include "base/usable.h"
+#include "image/rolled.h"
 #include "monitor/monitor_private.h"
 
 void rimi_monitor_clear_verdict(rim_monitor *m) {
@@ -86,6 +87,25 @@ static bool agree(rim_monitor *m, bool is_next) {
   return extrapolation > RIM_NOMINAL_BELIEVED;
 }
 
+/* After a long gap a state went on from a reading, whose noise lasts from then on. That is as it
+ * always is where the noise itself lasts. Elsewhere nothing is known any more of what the state
+ * carries, and a healthy run would show a step. */
+static void add_resumed(const rim_monitor *m, double *error) {
+  const rim_basis *basis = rimi_blocks_basis(m->rows);
+  if (!rimi_blocks_has_resumed(m->rows))
+    return;
+  uint32_t uncertain = 0;
+  for (uint32_t s = 0; s < basis->states; ++s) {
+    const size_t o = rimi_le_index(basis->state, s, m->words[RIM_CONFIG_OUTCOMES]);
+    if (rimi_noise_channel(&m->models.noise, (uint32_t)o).rho < MONITOR_LASTING)
+      uncertain |= UINT32_C(1) << s;
+  }
+  for (uint32_t o = 0; o < m->words[RIM_CONFIG_OUTCOMES]; ++o) {
+    if ((rimi_rolled_states(basis, &m->models.behaviour, o) & uncertain) != 0)
+      error[o] = MONITOR_NOT_KNOWN;
+  }
+}
+
 /* The channels of which this block says nothing: what they should be follows from commands of which
  * too much is not known. */
 static bool find_unknown(rim_monitor *m) {
@@ -96,6 +116,7 @@ static bool find_unknown(rim_monitor *m) {
   bool any = false;
   rimi_behaviour_error(&m->models.behaviour, rimi_blocks_unknown(m->rows),
                        rimi_blocks_knows_start(m->rows), error);
+  add_resumed(m, error);
   for (size_t c = 0; c < m->channel_count; ++c) {
     const size_t o = c % outcomes;
     double own = 0.0;
@@ -114,7 +135,8 @@ static bool find_unknown(rim_monitor *m) {
       break; /* RIM_CHANNEL_REPEAT needs no model */
     }
     const noise_channel n = rimi_noise_channel(&m->models.noise, (uint32_t)c);
-    m->unknown[c] = own > MONITOR_MOST_UNKNOWN * (double)n.s;
+    /* An error that lasts shows in what is new in a block by so much less. */
+    m->unknown[c] = own * (1.0 - (double)n.rho) > MONITOR_MOST_UNKNOWN * (double)n.s;
     any = any || (m->unknown[c] && n.active > 0.5f);
   }
   return any;

@@ -143,13 +143,14 @@ static void store_channel(rim_search *s, uint32_t slot, const search_block *b, u
 /* A block and the one before it, in whatever channel. */
 typedef struct block_pair {
   uint32_t slot, before;
-  bool first; /* after no other */
+  bool first, apart; /* after no other; after a gap */
   double raw[NOISE_MAX_RAW], raw_before[NOISE_MAX_RAW];
 } block_pair;
 
 static block_pair pair_at(const rim_search *s, uint32_t slot) {
   block_pair pair = {.slot = slot, .before = slot == 0 ? s->config.ring - 1u : slot - 1u};
-  pair.first = search_apart(s)[slot] != 0;
+  pair.first = search_apart(s)[slot] == SEARCH_FIRST;
+  pair.apart = search_apart(s)[slot] == SEARCH_APART;
   rimi_search_raw_fields(s, slot, pair.raw);
   if (!pair.first)
     rimi_search_raw_fields(s, pair.before, pair.raw_before);
@@ -170,6 +171,7 @@ static void accumulate(rim_search *s, block_pair *n, double sign, uint32_t chann
   double e = search_residual(s, channel, n->slot), past = 0.0;
   if (!n->first && search_is_known(s, channel, n->before)) {
     past = rho;
+    w *= n->apart ? rimi_noise_gap_weight(rho) : 1.0;
     n->raw_before[1] = search_raw_prediction(s, n->before, channel);
     e -= past * search_residual(s, channel, n->before);
   } else { /* with nothing before it */
@@ -226,7 +228,7 @@ rim_status rimi_search_observe(rim_search *s, const search_block *b) {
   }
   for (uint32_t i = 0; i < c->channels; ++i)
     store_channel(s, slot, b, i);
-  search_apart(s)[slot] = s->count == 0 || b->apart;
+  search_apart(s)[slot] = (uint8_t)(s->count == 0 ? SEARCH_FIRST : b->apart ? SEARCH_APART : 0);
   block_pair newest = pair_at(s, slot);
   for (uint32_t i = 0; i < c->channels; ++i)
     accumulate(s, &newest, 1.0, i);

@@ -122,7 +122,7 @@ static void whiten(rim_search *s, const noise_channel *c, const double *l, const
                    double *mean) {
   const uint32_t k = c->fields, raw_count = s->config.noise->raw;
   const double rho = (double)c->rho;
-  const double lead = rimi_sqrt(1.0 - rho * rho);
+  const double lead = rimi_sqrt(1.0 - rho * rho), after_gap = rimi_noise_gap_weight(rho);
   search_combination to;
   double effect[NOISE_MAX_FIELDS]; /* b in the units of g: L' b */
   double before[NOISE_MAX_FIELDS] = {0.0};
@@ -137,9 +137,11 @@ static void whiten(rim_search *s, const noise_channel *c, const double *l, const
     mean[r] = 0.0;
   for (uint32_t i = 0; i < s->held; ++i) {
     const uint32_t slot = search_slot(s, i);
-    const double w = rimi_search_weight(s, c, s->channel, slot);
+    double w = rimi_search_weight(s, c, s->channel, slot);
     const double z = w > 0.0 ? search_residual(s, s->channel, slot) : 0.0;
-    const bool alone = !(w_before > 0.0) || search_apart(s)[slot] != 0; /* with none before it */
+    const bool alone = !(w_before > 0.0); /* with none before it */
+    if (!alone && search_apart(s)[slot] != 0)
+      w *= after_gap;
     const double own = alone ? w * lead : w, past = alone ? 0.0 : w * rho;
     double raw[NOISE_MAX_RAW];
     rimi_search_raw_fields(s, slot, raw);
@@ -173,11 +175,9 @@ static void fold(rim_search *s, const noise_channel *c) {
   const double lead = rimi_sqrt(1.0 - rho * rho);
   float *q = search_q(s), *a0 = search_a0(s), *a1 = search_a1(s);
   for (uint32_t i = 0; i < s->held; ++i) {
-    /* The newest block, and one beside a gap or an unknown one, have no next. */
-    const bool last = i + 1u == s->held || !(a0[i] > 0.0f) || !(a0[i + 1u] > 0.0f) ||
-                      search_apart(s)[search_slot(s, i + 1u)] != 0;
-    const double first =
-        i == 0 || !(a0[i - 1u] > 0.0f) || search_apart(s)[search_slot(s, i)] != 0 ? lead : 1.0;
+    /* The newest block, and one beside an unknown one, have no next. */
+    const bool last = i + 1u == s->held || !(a0[i] > 0.0f) || !(a0[i + 1u] > 0.0f);
+    const double first = i == 0 || !(a0[i - 1u] > 0.0f) ? lead : 1.0;
     const double w = (double)a0[i];
     const double next_e = last ? 0.0 : (double)q[i + 1u];
     const double next_w = last ? 0.0 : (double)a0[i + 1u];

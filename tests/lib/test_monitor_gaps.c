@@ -1,0 +1,98 @@
+/* SPDX-License-Identifier: MIT */
+/* What a trained monitor knows after a gap in the rows: of states that went on from a reading, and
+ * of commands that nobody saw. */
+#include <math.h>
+
+#define BENCH_OUTCOMES 4
+#include "rolled_bench.h"
+
+enum { RHO = 2, GAP_AT = 30, GAP = 40, ENDS = 120, RUN = 921 }; /* blocks */
+
+/* The autocorrelation of an outcome's residuals. */
+static void put_rho(recipe *r, uint32_t outcome, double rho) {
+  put_noise_number(r, outcome, RHO, rho);
+}
+
+static void begin(const recipe *r) {
+  from(r, false);
+  m->guard.busy = false;
+}
+
+static void take_rows(uint32_t from_block, uint32_t to_block) {
+  for (uint32_t t = from_block * BLOCK; t < to_block * BLOCK; ++t)
+    (void)step(&b, RUN, t, 0.0);
+}
+
+static bool newest_is_known(uint32_t channel) {
+  return search_is_known(m->search, channel, search_slot(m->search, m->search->held - 1u));
+}
+
+/* Where noise lasts, as in the first flow here, what the reading added is noise as ever. Where it
+ * does not, as in the second, nothing is said of that state any more, nor of the tank that it
+ * empties. The command's own outcome has no state. */
+static void a_state_is_known_where_noise_lasts(void **state) {
+  (void)state;
+  recipe r = rolled(own);
+  put_rho(&r, IN, 0.95);
+  put_rho(&r, OUT, 0.85);
+  put_rho(&r, TANK, 0.95);
+  begin(&r);
+  take_rows(0, GAP_AT);
+  for (uint32_t o = 0; o < O; ++o)
+    assert_true(newest_is_known(o));
+  take_rows(GAP_AT + GAP, ENDS);
+  static const bool known[O] = {true, true, false, false};
+  for (uint32_t o = 0; o < O; ++o)
+    assert_true(newest_is_known(o) == known[o]);
+  put_rho(&r, OUT, 0.95);
+  begin(&r);
+  take_rows(0, GAP_AT);
+  take_rows(GAP_AT + GAP, ENDS);
+  for (uint32_t o = 0; o < O; ++o)
+    assert_true(newest_is_known(o));
+}
+
+/* A step covers a short gap: nothing went on from a reading. */
+static void a_short_gap_is_no_new_beginning(void **state) {
+  (void)state;
+  const recipe r = rolled(own);
+  begin(&r);
+  take_rows(0, GAP_AT);
+  for (uint32_t t = GAP_AT * BLOCK + 2; t < ENDS * BLOCK; ++t)
+    (void)step(&b, RUN, t, 0.0);
+  assert_int_equal(rim_monitor_get_health(m).rows.gaps, 1);
+  for (uint32_t o = 0; o < O; ++o)
+    assert_true(newest_is_known(o));
+}
+
+/* An error of the commands that lasts shows in what is new in a block by 1 - rho of it. Until it
+ * is small enough the blocks are partly known: ln(1 - rho) of its time constant fewer. */
+static void commands_are_known_sooner_where_noise_lasts(void **state) {
+  (void)state;
+  const double rho = 0.5;
+  uint32_t partly[2];
+  for (int lasts = 0; lasts < 2; ++lasts) {
+    recipe r = without_integrals();
+    put_u16(r.section[RIM_SECTION_BASIS].byte + 32 + 4 * INPUTS + 4 * TIMES + 2, 1); /* slow */
+    for (uint32_t c = 0; c < CHANNELS; ++c)
+      put_rho(&r, c, lasts ? rho : 0.0);
+    begin(&r);
+    take_rows(0, GAP_AT);
+    take_rows(GAP_AT + 2, ENDS);
+    partly[lasts] = rim_monitor_get_health(m).partly;
+  }
+  const double share = (double)rimi_le_f32(rimi_blocks_basis(m->rows)->share, 1);
+  const double fewer = log(1.0 - rho) / (BLOCK * log(1.0 - share));
+  print_message("%u and %u blocks, expected %.2f fewer\n", partly[0], partly[1], fewer);
+  assert_true(partly[1] > 0 && fewer > 1.0);
+  assert_true(fabs((double)partly[0] - (double)partly[1] - fewer) <= 1.0);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_state_is_known_where_noise_lasts),
+      cmocka_unit_test(a_short_gap_is_no_new_beginning),
+      cmocka_unit_test(commands_are_known_sooner_where_noise_lasts),
+  };
+  return cmocka_run_group_tests(tests, set_up_trained, NULL);
+}
