@@ -59,7 +59,8 @@ rim::Log basins(std::uint64_t seed, double bias_of_lower = 0.0) {
 // Without the rows from `first` on, so many.
 rim::Log with_gap(const rim::Log &log, std::size_t first, std::size_t missing) {
   rim::Log rest = log;
-  const auto at = static_cast<std::ptrdiff_t>(first), end = static_cast<std::ptrdiff_t>(first + missing);
+  const auto at = static_cast<std::ptrdiff_t>(first);
+  const auto end = static_cast<std::ptrdiff_t>(first + missing);
   rest.t_s.erase(rest.t_s.begin() + at, rest.t_s.begin() + end);
   rest.values.resize(static_cast<Eigen::Index>(rest.t_s.size()), log.values.cols());
   rest.values << log.values.topRows(at), log.values.bottomRows(log.values.rows() - end);

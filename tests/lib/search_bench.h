@@ -56,7 +56,8 @@ static inline double activity(const world *w, uint32_t i) {
   const double moved =
       i == 0 ? 0.0
              : fmin(fabs(predicted(w, i) - (double)(float)predicted(w, i - 1)) / w->p_scale, 4.0);
-  const double exact = i == 0 || w->apart[i] ? NOISE_APART : rimi_log(NOISE_STILL + moved) - ACTIVITY;
+  const bool is_next = i > 0 && !w->apart[i];
+  const double exact = is_next ? rimi_log(NOISE_STILL + moved) - ACTIVITY : NOISE_APART;
   return floor(exact / SEARCH_ACTIVITY_STEP + 0.5) * SEARCH_ACTIVITY_STEP;
 }
 
@@ -308,7 +309,8 @@ static inline bool are_apart(const world *w, uint32_t i, uint32_t j) {
 }
 
 /* Of the noise of block i: it keeps rho of what it was and sigma_i is new, since the first block
- * after an unknown one. After a gap as much more is new as noise differs from rho of other noise. */
+ * after an unknown one. After a gap as much more is new as noise differs from rho of other
+ * noise. */
 static inline double variance(const world *w, uint32_t i) {
   const double fresh = pow(scale(w, i), 2), kept = w->rho * w->rho;
   if (i == 0 || are_apart(w, i, i - 1))

@@ -122,8 +122,8 @@ static void gaps_and_limits_hold(void **unused) {
   assert_true(z[0] >= -LIMIT && z[0] <= LIMIT && z[1] >= -LIMIT && z[1] <= LIMIT);
 }
 
-/* After a longer gap states go on from where the readings moved them, within the limits, and the next
- * step knows the commands of both blocks. */
+/* After a longer gap states go on from where the readings moved them, within the limits, and the
+ * next step knows the commands of both blocks. */
 static void states_resume_after_a_gap(void **unused) {
   (void)unused;
   const bytes b = section();

@@ -13,7 +13,8 @@ labels reach no model.
 
 skab      The leaderboard's protocol: one image is trained on the first 400 rows of every run, each
           a run of its own; every run is replayed whole; rows after the 400th are pooled. F1 (%FAR,
-          %MAR) of rows. An alarm is cheap on this leaderboard: --false-alarm 0.2 per run.
+          %MAR) of rows. An alarm is cheap on this leaderboard: --false-alarm 0.3 per run,
+          the largest share of false rows that is asked of us.
 smap_msl  An image per channel, of its value alone: the training file cut into 10 runs of equal
           length, blocks so long that the whole training file is 240 of them; the test file replayed
           as one run. Detected rows make sequences as the set's authors make them: each is widened
@@ -40,7 +41,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 DATA = os.path.join(HERE, "..", "..", "data")
 DRAWS, SEED = 2000, 1
 START_ROWS = 400            # of the leaderboard
-SKAB_FALSE_ALARM = "0.2"
+SKAB_FALSE_ALARM = "0.3"
 TRAIN_RUNS, TRAIN_BLOCKS = 10, 240
 JOIN_ROWS = 100             # Telemanom's error_buffer
 OUT_OF_RANGE = 4            # rim/alarm.h

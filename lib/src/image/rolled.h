@@ -26,9 +26,9 @@ void rimi_rolled_begin(const rim_basis *basis, const double *filter, double bloc
 void rimi_rolled_step(const rim_basis *basis, const double *filter, double elapsed_s,
                       double block_s, double *state, double *part);
 
-/* The block after a gap that no step covers: each state goes on by what its outcome's readings moved,
- * moved[states], and so stays as far from them as it was before. What deviated still does; the gap
- * itself says nothing. Sets part[rates]. O(rates). */
+/* The block after a gap that no step covers: each state goes on by what its outcome's readings
+ * moved, moved[states], and so stays as far from them as it was before. What deviated still does;
+ * the gap itself says nothing. Sets part[rates]. O(rates). */
 void rimi_rolled_resume(const rim_basis *basis, const double *filter, const double *moved,
                         double *state, double *part);
 
