@@ -58,7 +58,7 @@ static void a_short_gap_is_no_new_beginning(void **state) {
   const recipe r = rolled(own);
   begin(&r);
   take_rows(0, GAP_AT);
-  for (uint32_t t = GAP_AT * BLOCK + 2; t < ENDS * BLOCK; ++t)
+  for (uint32_t t = GAP_AT * BLOCK + BLOCK / 2; t < ENDS * BLOCK; ++t)
     (void)step(&b, RUN, t, 0.0);
   assert_int_equal(rim_monitor_get_health(m).rows.gaps, 1);
   for (uint32_t o = 0; o < O; ++o)

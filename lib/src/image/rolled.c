@@ -5,6 +5,7 @@
 #include "base/real.h"
 
 enum { FACTORS = 3 };
+#define ROLLED_PART (ROLLED_LONGEST / ROLLED_PARTS) /* blocks */
 
 static uint16_t factor(const rim_basis *b, size_t rate, size_t which) {
   return rimi_le_u16(b->rate, 4 * rate + 1 + which);
@@ -71,7 +72,12 @@ void rimi_rolled_step(const rim_basis *basis, const double *filter, double elaps
     mean[q] = 0.5 * (part[q] + now);
     part[q] = now;
   }
-  advance(basis, mean, rimi_min(elapsed_s, ROLLED_LONGEST * block_s), state);
+  double left_s = rimi_min(elapsed_s, ROLLED_LONGEST * block_s);
+  for (uint32_t i = 0; i < ROLLED_PARTS && left_s > 0.0; ++i) {
+    const double part_s = rimi_min(left_s, ROLLED_PART * block_s);
+    advance(basis, mean, part_s, state);
+    left_s -= part_s;
+  }
 }
 
 void rimi_rolled_resume(const rim_basis *basis, const double *filter, const double *moved,

@@ -13,8 +13,10 @@
 
 #include "image/basis.h"
 
-/* Blocks that one step covers at most. What the commands did in a longer gap is not known. */
-#define ROLLED_LONGEST 1.5
+/* Blocks from middle to middle that a step covers at most: a block, what a gap cut off the one
+ * before, and half a block that is missing. What the commands did in a longer gap is not known. */
+#define ROLLED_LONGEST 2.5
+#define ROLLED_PARTS 2u /* of a step, integrated one after the other */
 
 /* The first block that has states: state[states], readings half a block before its middle, is taken
  * half a block on. filter[inputs times]: means over the block. Sets part[rates], which the next
@@ -22,7 +24,7 @@
 void rimi_rolled_begin(const rim_basis *basis, const double *filter, double block_s, double *state,
                        double *part);
 
-/* The block `elapsed_s` after the one before (from middle to middle). O(rates). */
+/* The block `elapsed_s` after the one before (from middle to middle). O(rates) per block of it. */
 void rimi_rolled_step(const rim_basis *basis, const double *filter, double elapsed_s,
                       double block_s, double *state, double *part);
 

@@ -19,6 +19,7 @@
 #define ODD_OUTCOMES                                                                               \
   2u /* of a first block from which on it is none; one may be a sensor's fault                     \
       */
+#define LOST_PART 0.5      /* of a block: how much of the commands a gap may hide unnoticed */
 #define BEFORE_START_SD 2.0 /* of a term whose past lies before the first row */
 #define FORGOTTEN 1e-3      /* part of a mean that is as good as known */
 #define LEARNT_RUNS 1.1     /* of a healthy run: how far the longest of them may go */
@@ -216,7 +217,8 @@ static void take_time(blocks *b, double t_s) {
       if (dt >= rimi_max(0.25 * (double)c->block_rows, 3.0) * c->period_s) {
         begin_block(b);
         b->bridged = true;
-        b->lost_rows += (double)b->missing;
+        if ((double)b->missing > LOST_PART * (double)c->block_rows)
+          b->lost_rows += (double)b->missing;
       }
     }
   }
