@@ -688,6 +688,12 @@ static void integrands_are_named(void **state) {
   }
   put_f32(b.byte + ROWS_AT + 4 * (2 * STRIDE + 2), -1.0);
   assert_false(rimi_agreement_gain(&v, 2, 0, 0).mostly);
+  for (int sign = -1; sign <= 1; ++sign) { /* an integrand without weight has no factor */
+    for (size_t g = 0; g < 2; ++g)
+      put_f32(b.byte + ROWS_AT + 4 * (2 * STRIDE + AGREEMENT_FIRST + g), g == 0 ? 0.5 * sign : 0.0);
+    assert_true(rimi_agreement_gain(&v, 2, 0, 0).factor == (sign != 0));
+    assert_false(rimi_agreement_gain(&v, 2, 1, 1).factor); /* feature 1 is in the product alone */
+  }
 }
 
 static void damaged_agreement_is_refused(void **state) {
