@@ -14,6 +14,7 @@
 extern "C" {
 #include "image/basis.h"
 #include "image/noise.h"
+#include "image/rolled.h"
 #include "search/search.h"
 }
 
@@ -427,6 +428,16 @@ Eigen::VectorXd behind_gaps(const BlockRun &run, const Eigen::VectorXd &known) {
   return apart;
 }
 
+// Over which states that are rolled forward go on from their readings (lib/src/image/rolled.h).
+bool has_gap(const SearchRun &run, double block_s) {
+  const Eigen::VectorXd &t_s = run.blocks->time_s;
+  for (Eigen::Index i = 1; i < t_s.size(); ++i) {
+    if (t_s[i] - t_s[i - 1] > ROLLED_LONGEST * block_s)
+      return true;
+  }
+  return false;
+}
+
 } // namespace
 
 NoiseModel fit_noise(const Basis &basis, const std::vector<SearchRun> &seen,
@@ -440,6 +451,10 @@ NoiseModel fit_noise(const Basis &basis, const std::vector<SearchRun> &seen,
   noise.decay_s = static_cast<double>(static_cast<float>(noise.run_s / 10.0));
   noise.trend_s = static_cast<double>(static_cast<float>(-block_s / std::log(AGREEMENT_KEEPS)));
   noise.means = basis.means.size();
+  const auto gaps = std::count_if(seen.begin(), seen.end(), [block_s](const SearchRun &run) {
+    return has_gap(run, block_s);
+  });
+  noise.with_gaps = 2 * static_cast<std::size_t>(gaps) >= seen.size();
   noise.runs = which.size();
   const auto outcomes = seen.front().predicted->cols();
   noise.channels.resize(static_cast<std::size_t>(seen.front().residual->cols()));
@@ -485,7 +500,7 @@ std::vector<std::uint8_t> noise_section(const NoiseModel &noise) {
   for (const ChannelNoise &c : noise.channels)
     fields = std::max(fields, static_cast<std::size_t>(c.combination.rows()));
   SectionBytes bytes;
-  bytes.u32(3);
+  bytes.u32(noise.with_gaps ? NOISE_LAYOUT_GAPS : NOISE_LAYOUT);
   bytes.u32(static_cast<std::uint32_t>(noise.channels.size()));
   bytes.u32(static_cast<std::uint32_t>(raw));
   bytes.u32(static_cast<std::uint32_t>(fields));

@@ -26,6 +26,7 @@ struct NoiseModel {
   std::size_t means = 0;
   std::size_t runs = 0;               // that taught it; 0: the effects' variances are known
   std::vector<ChannelNoise> channels; // kind * outcomes + outcome
+  bool with_gaps = false;             // half of the runs or more have one that no step covers
 };
 
 // One healthy run, as models see it that were made without it.

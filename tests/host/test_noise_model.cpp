@@ -74,7 +74,16 @@ void noise_with_gaps_is_found(void **) {
     blocks.follows.resize(static_cast<std::size_t>(kept));
     run.disturbance.conservativeResize(kept);
   }
-  const rim::ChannelNoise c = fit_made(made, runs).channels.front();
+  const rim::NoiseModel noise = fit_made(made, runs);
+  assert_true(noise.with_gaps && rim::noise_section(noise).front() == NOISE_LAYOUT_GAPS);
+  const std::size_t half = kRuns / 2; // of the runs suffices
+  std::vector<MadeRun> some = made_noises(kSeed, half, MadeNoise{});
+  some.insert(some.end(), runs.begin(), runs.begin() + static_cast<std::ptrdiff_t>(half));
+  assert_true(fit_made(made, some).with_gaps);
+  some.push_back(some.front());
+  assert_false(fit_made(made, some).with_gaps);
+  assert_true(rim::noise_section(fit_made(made, some)).front() == NOISE_LAYOUT);
+  const rim::ChannelNoise &c = noise.channels.front();
   print_message("found rho %.3f, s %.4f\n", c.rho, c.s);
   assert_true(std::fabs(c.rho - made.rho) < 0.04);
   assert_true(near(c.s, made.s, 0.04));

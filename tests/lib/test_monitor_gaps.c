@@ -52,6 +52,28 @@ static void a_state_is_known_where_noise_lasts(void **state) {
     assert_true(newest_is_known(o));
 }
 
+/* Healthy runs that had gaps have taught what the reading adds, and what an integral lacks. */
+static void healthy_runs_with_gaps_teach_it(void **state) {
+  (void)state;
+  for (uint32_t layout = NOISE_LAYOUT; layout <= NOISE_LAYOUT_GAPS + 1u; ++layout) {
+    recipe r = rolled(own);
+    put_u32(r.section[RIM_SECTION_NOISE].byte, layout);
+    if (layout > NOISE_LAYOUT_GAPS) {
+      image blob;
+      size_t size;
+      build(&blob, &r);
+      assert_int_equal(rim_monitor_size(blob.byte, blob.size, &size), RIM_E_VERSION);
+      break;
+    }
+    put_u16(r.section[RIM_SECTION_BASIS].byte + 32 + 4 * INPUTS + 4 * TIMES, BASIS_INTEGRAL);
+    begin(&r);
+    take_rows(0, GAP_AT);
+    take_rows(GAP_AT + GAP, ENDS);
+    for (uint32_t o = 0; o < O; ++o)
+      assert_true(newest_is_known(o) == (layout == NOISE_LAYOUT_GAPS));
+  }
+}
+
 /* A step covers a short gap: nothing went on from a reading. */
 static void a_short_gap_is_no_new_beginning(void **state) {
   (void)state;
@@ -91,6 +113,7 @@ static void commands_are_known_sooner_where_noise_lasts(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_state_is_known_where_noise_lasts),
+      cmocka_unit_test(healthy_runs_with_gaps_teach_it),
       cmocka_unit_test(a_short_gap_is_no_new_beginning),
       cmocka_unit_test(commands_are_known_sooner_where_noise_lasts),
   };

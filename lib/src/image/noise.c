@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "image/noise.h"
 
-#include <stdbool.h>
-
 #include "base/bytes.h"
 #include "base/real.h"
 #include "rim/image.h"
@@ -32,9 +30,11 @@ rim_status rimi_noise_open(rim_noise *view, const uint8_t *section, size_t bytes
                            uint32_t means) {
   if (bytes < 4u * NOISE_HEADER_WORDS)
     return RIM_E_TRUNCATED;
-  if (rimi_le_u32(section, 0) != 3u)
+  const uint32_t layout = rimi_le_u32(section, 0);
+  if (layout != NOISE_LAYOUT && layout != NOISE_LAYOUT_GAPS)
     return RIM_E_VERSION;
   rim_noise n;
+  n.with_gaps = layout == NOISE_LAYOUT_GAPS;
   n.channels = rimi_le_u32(section, 1);
   n.raw = rimi_le_u32(section, 2);
   n.fields = rimi_le_u32(section, 3);

@@ -10,7 +10,8 @@
  * of the commands. The trend is the time, bending as the sums of section AGREEMENT do: (1 - exp(-t
  * / trend_s)) trend_s / run_s.
  *
- *   u32 layout (3), channels C, raw R = 4 + M, fields K (largest of any channel)
+ *   u32 layout (3; 4: most runs that taught it had gaps, and what follows from gaps is in the
+ *     noise), channels C, raw R = 4 + M, fields K (largest of any channel)
  *   f32 run_s, decay_s, trend_s > 0; u32 runs that taught the effects' prior, 0: it is known
  *   f32 the healthy blocks' mean activity before it is taken off, see rimi_noise_activity()
  *   per channel f32: active (0, 1), fields k <= K, rho in [0, 1), s > 0, p_center, p_scale > 0,
@@ -20,11 +21,14 @@
 #ifndef RIM_SRC_NOISE_H
 #define RIM_SRC_NOISE_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
 #include "rim/status.h"
 
+#define NOISE_LAYOUT 3u
+#define NOISE_LAYOUT_GAPS 4u
 #define NOISE_MAX_FIELDS 6u
 #define NOISE_RAW_FIRST 4u
 #define NOISE_MAX_RAW 12u
@@ -43,6 +47,7 @@
 
 typedef struct rim_noise {
   uint32_t channels, raw, fields, stride, runs;
+  bool with_gaps; /* layout 4 */
   double run_s, decay_s, trend_s, activity;
   const uint8_t *channel;
 } rim_noise;

@@ -217,7 +217,7 @@ static void take_time(blocks *b, double t_s) {
       if (dt >= rimi_max(0.25 * (double)c->block_rows, 3.0) * c->period_s) {
         begin_block(b);
         b->bridged = true;
-        if ((double)b->missing > LOST_PART * (double)c->block_rows)
+        if (!c->with_gaps && (double)b->missing > LOST_PART * (double)c->block_rows)
           b->lost_rows += (double)b->missing;
       }
     }

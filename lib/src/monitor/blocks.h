@@ -29,6 +29,7 @@ enum { BLOCKS_COMMAND = 1, BLOCKS_ANGLE_RAD = 2, BLOCKS_ANGLE_DEG = 4 };
 typedef struct blocks_config {
   uint16_t features, outcomes, block_rows;
   bool external;
+  bool with_gaps;                 /* so were the healthy runs: their noise has what gaps hide */
   double period_s;                /* 0: rows have no rate */
   const uint8_t *outcome_feature; /* u16[outcomes]; NULL when external */
   const uint8_t *role;            /* u8[features] */

@@ -165,6 +165,7 @@ static rim_status open_trained(monitor_plan *p) {
   p->rows.integrand = p->models.agreement.integrand;
   if (status == RIM_OK)
     status = rimi_noise_open(&p->models.noise, noise, noise_bytes, p->channel_count, means);
+  p->rows.with_gaps = p->models.noise.with_gaps;
   if (status == RIM_OK)
     status = open_level(p);
   if (status != RIM_OK)

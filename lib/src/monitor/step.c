@@ -89,10 +89,10 @@ static bool agree(rim_monitor *m, bool is_next) {
 
 /* After a long gap a state went on from a reading, whose noise lasts from then on. That is as it
  * always is where the noise itself lasts. Elsewhere nothing is known any more of what the state
- * carries, and a healthy run would show a step. */
+ * carries, and a healthy run would show a step, unless the healthy runs had such gaps as well. */
 static void add_resumed(const rim_monitor *m, double *error) {
   const rim_basis *basis = rimi_blocks_basis(m->rows);
-  if (!rimi_blocks_has_resumed(m->rows))
+  if (!rimi_blocks_has_resumed(m->rows) || m->models.noise.with_gaps)
     return;
   uint32_t uncertain = 0;
   for (uint32_t s = 0; s < basis->states; ++s) {
