@@ -433,6 +433,12 @@ static rim_status agreement_status(const bytes *b) {
   return rimi_agreement_open(&view, b->byte, b->size, FEATURES, OUTCOMES, MEANS);
 }
 
+static rim_agreement opened(const bytes *b) {
+  rim_agreement view;
+  assert_int_equal(rimi_agreement_open(&view, b->byte, b->size, FEATURES, OUTCOMES, MEANS), RIM_OK);
+  return view;
+}
+
 /* Whichever outcome or integrand it is: the last that may be, and the next. */
 static void a_wrong_number_of_agreement_anywhere_is_refused(void **state) {
   (void)state;
@@ -541,9 +547,8 @@ static void what_remains_is_as_defined(void **state) {
   (void)state;
   const bytes b = agreement();
   for (int with_level = 0; with_level < 2; ++with_level) {
-    rim_agreement v;
+    const rim_agreement v = opened(&b);
     double kept[AGREEMENT_STATE * OUTCOMES] = {0.0}, sum = 0.0, integrated = 0.0;
-    assert_int_equal(rimi_agreement_open(&v, b.byte, b.size, FEATURES, OUTCOMES, MEANS), RIM_OK);
     record before;
     memset(&before, 0, sizeof before);
     for (uint32_t i = 0; i < 40; ++i) {
@@ -577,8 +582,7 @@ static void few_others_say_what_is_expected(void **state) {
   bytes b = agreement();
   put_f32(b.byte + ROWS_AT, AGREEMENT_FEW);
   put_f32(b.byte + ROWS_AT + 4 * 2 * STRIDE, AGREEMENT_FEW);
-  rim_agreement v;
-  assert_int_equal(rimi_agreement_open(&v, b.byte, b.size, FEATURES, OUTCOMES, MEANS), RIM_OK);
+  const rim_agreement v = opened(&b);
   double kept[AGREEMENT_STATE * OUTCOMES] = {0.0};
   for (uint32_t i = 0; i < 20; ++i) {
     const record now = make_record(i);
@@ -608,8 +612,7 @@ static void a_twin_is_the_only_other(void **state) {
       put_f32(b.byte + ROWS_AT, source);
       for (size_t j = 0; j < OUTCOMES; ++j)
         put_f32(b.byte + ROWS_AT + 4 * (AGREEMENT_FIRST + j), weights[k][j]);
-      rim_agreement v;
-      assert_int_equal(rimi_agreement_open(&v, b.byte, b.size, FEATURES, OUTCOMES, MEANS), RIM_OK);
+      const rim_agreement v = opened(&b);
       assert_int_equal(rimi_agreement_source(&v, 0), source);
       double said = 0.0;
       const uint32_t found = rimi_agreement_twin(&v, 0, &said);
@@ -627,15 +630,12 @@ static void what_it_moves_tells(void **state) {
   bytes b = agreement();
   put_f32(b.byte + ROWS_AT + 4 * 2 * STRIDE, AGREEMENT_INTO);
   put_f32(b.byte + ROWS_AT + 4 * (2 * STRIDE + 1), 1.0);
-  rim_agreement v;
-  assert_int_equal(rimi_agreement_open(&v, b.byte, b.size, FEATURES, OUTCOMES, MEANS), RIM_OK);
+  const rim_agreement v = opened(&b);
   assert_int_equal(rimi_agreement_source(&v, 2), AGREEMENT_INTO);
   assert_int_equal(rimi_agreement_integral(&v, 2), 1);
   assert_int_equal(rimi_agreement_integral(&v, 0), OUTCOMES);
   const bytes usual = agreement();
-  rim_agreement u;
-  assert_int_equal(rimi_agreement_open(&u, usual.byte, usual.size, FEATURES, OUTCOMES, MEANS),
-                   RIM_OK);
+  const rim_agreement u = opened(&usual);
   assert_int_equal(rimi_agreement_integral(&u, 2), 2);
   for (uint16_t j = 0; j < OUTCOMES; ++j) /* what remains has the other sign */
     assert_true(rimi_agreement_gain(&v, 2, j, j).sum == -rimi_agreement_gain(&u, 2, j, j).sum);
@@ -671,8 +671,7 @@ static void what_it_moves_tells(void **state) {
 static void integrands_are_named(void **state) {
   (void)state;
   bytes b = agreement();
-  rim_agreement v;
-  assert_int_equal(rimi_agreement_open(&v, b.byte, b.size, FEATURES, OUTCOMES, MEANS), RIM_OK);
+  const rim_agreement v = opened(&b);
   for (uint32_t o = 0; o < OUTCOMES; ++o) {
     assert_int_equal(rimi_agreement_source(&v, o), o); /* as agreement() has it */
     for (uint32_t j = 0; j < OUTCOMES; ++j) {

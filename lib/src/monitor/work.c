@@ -132,8 +132,8 @@ static double trained_block(const rim_work_counts *n) {
                         (n->external ? 0.0 : correction(n));
   const double taken = 2u * (raw_fields(n) + EXPONENTIAL) + triangle(n) * PRODUCT;
   const double channel = 3u * EXPONENTIAL + 2u * taken + OUTCOME; /* and rimi_search_let_go() */
-  return models + n->rates * (double)(ROLLED_PARTS * RATE) + n->terms * (double)TERM + n->channels * channel +
-         n->region_features * (double)PLACE;
+  return models + n->rates * (double)(ROLLED_PARTS * RATE) + n->terms * (double)TERM +
+         n->channels * channel + n->region_features * (double)PLACE;
 }
 /* rimi_search_date(): five shapes summed, four models judged per block; then three families. */
 static double date_work(const rim_work_counts *n) {
