@@ -4,12 +4,13 @@
 
   tests/vehicles/grade.py [--rim build/rim] [--module tests/vehicles/vehicles.py] [--vehicles NAME,...]
       [--train 30] [--healthy 12] [--per 2] [--base 0] [--jobs 2] [--json FILE] [--keep DIR]
-      [--csv DIR | --from DIR] [--require found=0.97,false=0.05,...] [--quiet]
+      [--csv DIR | --from DIR] [--gaps] [--require found=0.97,false=0.05,...] [--quiet]
 
 For every vehicle: train on healthy runs, replay fresh healthy ones and `per` runs of every fault. Prints
 a line a faulty run, and per vehicle and over all the shares with 95 % (Wilson) intervals. Seeds: base + 0..
 train, base + 500.. healthy (+100000 from the 200th on), base + 700 + 1000 i + 31 j the j-th run of fault i.
 Tune on some bases, report on others. --csv writes the logs and their truth and ends; --from grades these.
+--gaps: every log lacks some rows, here and there and in one stretch (times by row count are off by as much).
 
 found   any alarm                          named   the last record's first channel is an accepted outcome
 sign    of its shift, where truth has one  size    a bias within 25 % or 3 standard errors
@@ -27,6 +28,7 @@ import concurrent.futures
 import importlib.util
 import json
 import os
+import random
 import sys
 import tempfile
 
@@ -67,10 +69,22 @@ def plan(module, o):
                 yield Case(v, "faulty", seed, fault, "%s/%s_%02d" % (v, fault.replace(":", "_"), j))
 
 
+def with_gaps(case, rows, truth):
+    """The rows that telemetry brings which loses one in 50, and 3 % of the run in one stretch."""
+    r = random.Random("gaps %s" % case.stem)
+    first = r.randrange(len(rows) // 10, len(rows) - len(rows) // 10)
+    kept = [i for i in range(len(rows))
+            if not first <= i < first + .03 * len(rows) and r.random() > .02]
+    truth = truth and dict(truth, rows=[truth["rows"][i] for i in kept])
+    return [rows[i] for i in kept], truth
+
+
 def draw(o, case):
     """Writes the log of a run, and its truth beside it where it has one."""
     module = load(o.module)
     columns, rows, truth = module.run(case.vehicle, case.seed, case.fault)
+    if o.gaps:
+        rows, truth = with_gaps(case, rows, truth)
     stem = os.path.join(o.dir, case.stem)
     verdict.write(stem + ".csv", columns, rows)
     if truth:
@@ -229,6 +243,7 @@ def arguments():
     for k in ("json", "keep", "csv"):
         a.add_argument("--" + k)
     a.add_argument("--from", dest="source", help="grade the logs that --csv wrote, with the same numbers of runs")
+    a.add_argument("--gaps", action="store_true", help="every log lacks rows")
     a.add_argument("--require", default="", help="name=number,...: exit 1 where a share is worse")
     a.add_argument("--train-option", action="append", default=[], help="passed to `rim train`")
     a.add_argument("--quiet", action="store_true", help="no line for each run")

@@ -10,8 +10,8 @@
  * of the commands. The trend is the time, bending as the sums of section AGREEMENT do: (1 - exp(-t
  * / trend_s)) trend_s / run_s.
  *
- *   u32 layout (3; 4: most runs that taught it had gaps, and what follows from gaps is in the
- *     noise), channels C, raw R = 4 + M, fields K (largest of any channel)
+ *   u32 layout (3; 4: half of the runs that taught it or more had gaps, and what follows from
+ *     gaps is in the noise), channels C, raw R = 4 + M, fields K (largest of any channel)
  *   f32 run_s, decay_s, trend_s > 0; u32 runs that taught the effects' prior, 0: it is known
  *   f32 the healthy blocks' mean activity before it is taken off, see rimi_noise_activity()
  *   per channel f32: active (0, 1), fields k <= K, rho in [0, 1), s > 0, p_center, p_scale > 0,

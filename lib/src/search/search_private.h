@@ -133,8 +133,7 @@ static inline bool search_is_known(const rim_search *s, uint32_t channel, uint32
 static inline int8_t *search_newest_scatter(const rim_search *s) {
   return (int8_t *)search_at(s, s->at.scatter);
 }
-/* Whether the block in a slot does not follow the one before it. */
-/* How a block follows on the one before: 0, it adjoins. */
+/* How the block in a slot follows on the one before: 0, it adjoins. */
 enum { SEARCH_APART = 1, SEARCH_FIRST = 2 };
 static inline uint8_t *search_apart(const rim_search *s) { return search_at(s, s->at.apart); }
 static inline int8_t *search_activities(const rim_search *s) {
