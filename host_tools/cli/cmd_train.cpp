@@ -131,6 +131,9 @@ void print_input(const rim::Training &training) {
   if (input.filtered > 0)
     std::printf("; left out by the schema: %zu", input.filtered);
   std::printf("\n");
+  if (!training.plan.basis.begin.empty())
+    std::printf("the logs begin under way: before its first row a command is taken to have been as "
+                "healthy runs are on average\n");
   if (input.left_out > 0)
     std::printf("blocks left out after gaps, until the commands were known again: %zu of %zu\n",
                 input.left_out, input.blocks + input.left_out);

@@ -15,7 +15,8 @@ std::vector<std::uint8_t> basis_section(const Basis &basis) {
                                  basis.terms.size(), basis.means.size(),
                                  std::size_t{basis.first_sd.empty() ? 0U
                                              : basis.start.empty()  ? 1U
-                                                                    : 2U},
+                                             : basis.begin.empty()  ? 2U
+                                                                    : 3U},
                                  basis.states.size(), basis.rates.size()})
     bytes.u32(static_cast<std::uint32_t>(word));
   for (const Basis::Input &input : basis.inputs) {
@@ -42,7 +43,8 @@ std::vector<std::uint8_t> basis_section(const Basis &basis) {
     for (const double v : *numbers)
       bytes.f32(static_cast<float>(v));
   }
-  for (const auto *numbers : {&basis.first, &basis.first_sd, &basis.start, &basis.start_sd}) {
+  for (const auto *numbers : {&basis.first, &basis.first_sd, &basis.start, &basis.start_sd,
+                              &basis.begin}) {
     for (const double v : *numbers)
       bytes.f32(static_cast<float>(v));
   }

@@ -67,6 +67,15 @@ Matrix standard_means(const Basis &basis, const BlockRun &run) {
   return m;
 }
 
+void learn_terms(Basis *basis, const RunStore &runs) {
+  // The wide matrices stay alive while their terms are looked at.
+  const auto terms = [&](std::size_t r) {
+    const std::shared_ptr<const WideBlocks> wide = runs.wide(r);
+    return std::shared_ptr<const Matrix>(wide, &wide->terms);
+  };
+  learn(runs.size(), terms, &basis->center, &basis->inverse_sd);
+}
+
 void learn_means(Basis *basis, const RunStore &runs) {
   learn(
       runs.size(), [&](std::size_t r) { return &runs[r].means; }, &basis->mean_center,
@@ -199,12 +208,7 @@ Behaviour fit_behaviour(Basis *basis, const Layout &layout,
                         double block_s) {
   if (runs.size() < 3)
     throw DataError("training needs at least 3 runs");
-  // The wide matrices stay alive while their terms are looked at.
-  const auto terms = [&](std::size_t r) {
-    const std::shared_ptr<const WideBlocks> wide = runs.wide(r);
-    return std::shared_ptr<const Matrix>(wide, &wide->terms);
-  };
-  learn(runs.size(), terms, &basis->center, &basis->inverse_sd);
+  learn_terms(basis, runs);
   learn_means(basis, runs);
   auto fitter = std::make_unique<Fitter>(*basis, runs, nullptr);
   const std::vector<bool> integrated = integrated_outcomes(layout, integrands, runs);

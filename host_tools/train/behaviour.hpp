@@ -42,6 +42,8 @@ Behaviour fit_behaviour(Basis *basis, const Layout &layout,
                         const std::vector<Integrand> &integrands, const RunStore &runs,
                         double block_s);
 
+// Learns the centers and scales of the basis' terms alone.
+void learn_terms(Basis *basis, const RunStore &runs);
 // Learns the centers and scales of the basis' means alone.
 void learn_means(Basis *basis, const RunStore &runs);
 

@@ -116,10 +116,14 @@ void drop_unused_inputs(Basis *basis) {
   }
   std::vector<std::uint16_t> place;
   std::vector<Basis::Input> inputs;
+  std::vector<double> begin;
   for (std::size_t i = 0; i < used.size(); ++i) {
     place.push_back(static_cast<std::uint16_t>(inputs.size()));
-    if (used[i])
-      inputs.push_back(basis->inputs[i]);
+    if (!used[i])
+      continue;
+    inputs.push_back(basis->inputs[i]);
+    for (std::size_t k = 2 * times * i; k < 2 * times * (i + 1) && !basis->begin.empty(); ++k)
+      begin.push_back(basis->begin[k]);
   }
   for_each_filter(basis, [&](std::uint16_t *filter) {
     *filter = static_cast<std::uint16_t>(place[*filter / times] * times + *filter % times);
@@ -129,6 +133,7 @@ void drop_unused_inputs(Basis *basis) {
       t.a = place[t.a];
   }
   basis->inputs = inputs;
+  basis->begin = begin;
 }
 
 } // namespace

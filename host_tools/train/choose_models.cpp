@@ -41,9 +41,10 @@ constexpr double kOutsideMustWin = 0.1;
 // The others together leave less than this part of the error of what they bring about.
 constexpr double kDriven = 1.0 / 3.0;
 constexpr double kFurtherMustWin = 0.1;
-// Rolled states must lower the error of the best model without them by so much, and all of them
-// together that of the best of them alone by kFurtherMustWin. An outcome is rolled forward itself
-// where a model leaves more than this part of its deviation.
+// Rolled states must lower the error of the best model without them by so much (at last the mean
+// of both errors, with whole runs and without), and all of them together that of the best of them
+// alone by kFurtherMustWin. An outcome is rolled forward itself where a model leaves more than this
+// part of its deviation, whole runs counted.
 constexpr double kRolledMustWin = 0.1;
 constexpr double kRolledWorth = 0.05;
 
@@ -219,8 +220,8 @@ std::vector<Eigen::Index> means_of(const Basis &basis, TermGroup group,
   return found;
 }
 
-// Error of every outcome with these inputs by the simplest models, by which sets of inputs are
-// compared.
+} // namespace
+
 std::vector<double> screened(const Fitter &fitter, const Basis &basis, std::size_t outcomes,
                              const Further &further) {
   std::vector<Question> questions;
@@ -235,6 +236,8 @@ std::vector<double> screened(const Fitter &fitter, const Basis &basis, std::size
   }
   return least;
 }
+
+namespace {
 
 // Of outcomes that no command moves, those that others of them bring about are no disturbances: a
 // gas that air and sun warm. What is warmed comes later: the air before tells of the gas, but the
@@ -371,10 +374,10 @@ std::vector<double> worth_rolling(const Fitter &fitter, const Chosen &chosen,
         (layout.command[layout.outcome_feature[o]] & (BLOCKS_ANGLE_RAD | BLOCKS_ANGLE_DEG)) != 0;
     const bool from_outside =
         std::find(chosen.outside.begin(), chosen.outside.end(), o) != chosen.outside.end();
-    const double error = chosen.targets[o].error;
+    const TargetModel &model = chosen.targets[o];
     if (!is_angle && !from_outside &&
-        error > kRolledWorth * fitter.spread(static_cast<Eigen::Index>(o)))
-      asked[o] = error;
+        model.whole_error > kRolledWorth * fitter.spread(static_cast<Eigen::Index>(o)))
+      asked[o] = model.error;
   }
   return asked;
 }
@@ -434,8 +437,9 @@ void choose_states(const Fitter &fitter, const Basis &basis, const Layout &layou
     for (const std::size_t o : of_them) {
       TargetModel model = choose(errors, o, outcomes);
       TargetModel &before = chosen->targets[o];
-      if (model.error >= (1.0 - kRolledMustWin) * before.error ||
-          model.whole_error >= before.whole_error)
+      const double left = model.error * model.whole_error / (before.error * before.whole_error);
+      if (model.error >= before.error || model.whole_error >= before.whole_error ||
+          left >= (1.0 - kRolledMustWin) * (1.0 - kRolledMustWin))
         continue;
       model.outside = inputs.first;
       model.states = inputs.second;

@@ -34,6 +34,11 @@ std::vector<Eigen::Index> terms_of(const Basis &basis, const Layout &layout,
 // The outcomes' features.
 std::vector<std::uint16_t> features_of(const Layout &layout, const std::vector<std::size_t> &set);
 
+// Error of every outcome, runs left out, by the simplest models with these inputs: by it sets of
+// inputs are compared.
+std::vector<double> screened(const Fitter &fitter, const Basis &basis, std::size_t outcomes,
+                             const Further &further);
+
 // What every target is predicted from, and the outcomes that come from outside.
 struct Chosen {
   std::vector<TargetModel> targets;

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "train/begin.hpp"
 #include "train/part_file.hpp"
 #include "train/survey.hpp"
 #include "util/error.hpp"
@@ -81,8 +82,8 @@ void set_ranges(FlightPlan *plan, const Survey &survey) {
   }
 }
 
-// All but the runs' blocks.
-HealthyRuns prepared(const Survey &survey, double block_s) {
+// All but the runs' blocks, and what the commands were before the first rows.
+HealthyRuns prepared_but_begin(const Survey &survey, double block_s) {
   HealthyRuns healthy;
   FlightPlan &plan = healthy.plan;
   plan.layout = survey.layout;
@@ -108,24 +109,40 @@ HealthyRuns prepared(const Survey &survey, double block_s) {
   return healthy;
 }
 
-BlockRun blocks_of(LogSet *logs, std::size_t r, const RunFacts &facts, const HealthyRuns &healthy) {
+BlockRun blocks_of(const std::shared_ptr<const Log> &log, const RunFacts &facts,
+                   const HealthyRuns &healthy, const Basis &basis) {
   const FlightPlan &plan = healthy.plan;
-  const std::shared_ptr<const Log> log = logs->take(r);
   std::uint64_t content[2];
   hash_of(*log, content);
   if (content[0] != facts.content[0] || content[1] != facts.content[1])
     throw DataError(log->path + ": changed while it was read");
   BlockRun run =
-      block_run(*log, plan.layout, plan.basis,
+      block_run(*log, plan.layout, basis,
                 {plan.block_rows, plan.period_s, plan.low, plan.high, healthy.integrands});
   if (run.blocks() < kLeastBlocks)
-    throw DataError(fmt::format("{}: {} blocks of {} rows{}; a run needs at least {}", log->path,
-                                run.blocks(), plan.block_rows,
-                                run.left_out == 0
-                                    ? ""
-                                    : fmt::format(", and {} that follow on gaps", run.left_out),
-                                kLeastBlocks));
+    throw DataError(fmt::format(
+        "{}: {} blocks of {} rows{}; a run needs at least {}", log->path, run.blocks(),
+        plan.block_rows,
+        run.left_out == 0 ? "" : fmt::format(", and {} that follow on gaps", run.left_out),
+        kLeastBlocks));
   return run;
+}
+
+// All but the runs' blocks.
+HealthyRuns prepared(LogSet *logs, const Survey &survey, const BlockingOptions &options) {
+  HealthyRuns healthy = prepared_but_begin(survey, options.block_s);
+  const std::vector<std::size_t> which = runs_for_begin(survey);
+  const auto blocks = [&](const Basis &basis) {
+    RunStore runs(which.size(), options.wide_bytes, options.folder);
+    parallel_for(which.size(), [&](std::size_t k) {
+      const std::size_t r = which[k];
+      runs.put(k, blocks_of(logs->get(r), survey.runs[r], healthy, basis));
+    });
+    return runs;
+  };
+  if (!which.empty())
+    learn_begin(&healthy.plan.basis, healthy.plan.period_s, blocks);
+  return healthy;
 }
 
 void learn_starts(HealthyRuns *healthy) {
@@ -149,11 +166,11 @@ Survey checked_survey(LogSet *logs) {
 
 HealthyRuns healthy_runs(LogSet *logs, const BlockingOptions &options) {
   const Survey survey = checked_survey(logs);
-  HealthyRuns healthy = prepared(survey, options.block_s);
+  HealthyRuns healthy = prepared(logs, survey, options);
   healthy.runs = RunStore(logs->size(), options.wide_bytes, options.folder);
   Progress progress("blocks", logs->size());
   parallel_for(logs->size(), [&](std::size_t r) {
-    healthy.runs.put(r, blocks_of(logs, r, survey.runs[r], healthy));
+    healthy.runs.put(r, blocks_of(logs->take(r), survey.runs[r], healthy, healthy.plan.basis));
     progress.add();
   });
   learn_starts(&healthy);
@@ -164,7 +181,7 @@ PartWritten write_part(LogSet *logs, const BlockingOptions &options, const Shard
                        const std::string &path) {
   PartWriter part(path); // a place that cannot be written is found before the work
   const Survey survey = checked_survey(logs);
-  const HealthyRuns healthy = prepared(survey, options.block_s);
+  const HealthyRuns healthy = prepared(logs, survey, options);
   std::vector<std::size_t> mine;
   for (std::size_t r = 0; r < logs->size(); ++r) {
     if (shard.owns(r))
@@ -174,7 +191,9 @@ PartWritten write_part(LogSet *logs, const BlockingOptions &options, const Shard
   Progress progress("blocks", mine.size());
   parallel_in_order(
       mine.size(),
-      [&](std::size_t k) { return blocks_of(logs, mine[k], survey.runs[mine[k]], healthy); },
+      [&](std::size_t k) {
+        return blocks_of(logs->take(mine[k]), survey.runs[mine[k]], healthy, healthy.plan.basis);
+      },
       [&](std::size_t k, const BlockRun &run) {
         part.add(mine[k], run);
         progress.add();

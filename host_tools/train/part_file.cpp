@@ -131,7 +131,8 @@ nlohmann::json basis_json(const Basis &basis) {
   for (const Basis::Term &t : basis.terms)
     terms.push_back({t.op, t.a, t.b, t.c, static_cast<int>(t.group)});
   return {{"inputs", inputs},     {"share", basis.share}, {"terms", terms},
-          {"means", basis.means}, {"first", basis.first}, {"first_sd", basis.first_sd}};
+          {"means", basis.means}, {"first", basis.first}, {"first_sd", basis.first_sd},
+          {"begin", basis.begin}};
 }
 
 Basis basis_of(const nlohmann::json &j) {
@@ -145,6 +146,7 @@ Basis basis_of(const nlohmann::json &j) {
   j.at("means").get_to(basis.means);
   j.at("first").get_to(basis.first);
   j.at("first_sd").get_to(basis.first_sd);
+  j.at("begin").get_to(basis.begin);
   basis.center.assign(basis.terms.size(), 0.0);
   basis.inverse_sd.assign(basis.terms.size(), 1.0);
   basis.mean_center.assign(basis.means.size(), 0.0);

@@ -27,8 +27,9 @@ constexpr std::size_t kMostRates = 12; // of one state
 constexpr std::size_t kWindows[] = {1, 3, 10, 30};
 constexpr double kRateMustWin = 0.005; // of the squared error of the changes, held out
 // A round's states may leave this part of the error of the best model without, alone: at first
-// those that are much better, then what they help to roll; at last what may help in company.
-constexpr double kMayLeave[] = {0.8, 0.8, 1.5};
+// those that are much better, then what they help to roll; at last what may help in company, and
+// what that helps to roll.
+constexpr double kMayLeave[] = {0.8, 0.8, 1.5, 2.0};
 // A quarter, a half and three quarters of the way through the range of healthy runs.
 constexpr std::uint16_t kHinges[] = {BASIS_HINGE + 21, BASIS_HINGE + 32, BASIS_HINGE + 43};
 constexpr double kRidge = 1e-6;     // of the mean square of the products

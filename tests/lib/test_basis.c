@@ -206,7 +206,7 @@ static void how_healthy_runs_begin_is_read_back(void **state) {
   bad.size -= 4;
   assert_int_equal(basis_status(&bad), RIM_E_TRUNCATED);
   bad = b;
-  put_u32(bad.byte + 20, 3);
+  put_u32(bad.byte + 20, 4);
   assert_int_equal(basis_status(&bad), RIM_E_RANGE);
   bad = b;
   put_f32(bad.byte + b.size - 4, 0.0);
@@ -257,13 +257,13 @@ static void states_are_read_behind_how_runs_begin(void **state) {
   static const uint16_t rate[RATES][4] = {
       {2, FILTERS - 1, BASIS_STATE + STATES - 1, BASIS_PLAIN},
       {0, BASIS_STATE_MAGNITUDE + STATES - 1, BASIS_PLAIN, BASIS_PLAIN}};
-  for (uint32_t spread = 0; spread < 3; ++spread) {
+  for (uint32_t spread = 0; spread < 4; ++spread) {
     bytes b = basis();
     rim_basis v;
     put_u32(b.byte + 20, spread);
     put_u32(b.byte + 24, STATES);
     put_u32(b.byte + 28, RATES);
-    const size_t begins[3] = {0, OUTCOMES, OUTCOMES + 2 * FEATURES};
+    const size_t s2 = OUTCOMES + 2 * FEATURES, begins[] = {0, OUTCOMES, s2, s2 + 2 * FILTERS};
     for (size_t i = 0; i < begins[spread]; ++i)
       f32(&b, 0.5);
     for (size_t i = 0; i < 4; ++i)

@@ -4,13 +4,14 @@
 
   tests/vehicles/grade.py [--rim build/rim] [--module tests/vehicles/vehicles.py] [--vehicles NAME,...]
       [--train 30] [--healthy 12] [--per 2] [--base 0] [--jobs 2] [--json FILE] [--keep DIR]
-      [--csv DIR | --from DIR] [--gaps] [--require found=0.97,false=0.05,...] [--quiet]
+      [--csv DIR | --from DIR] [--gaps] [--cut] [--require found=0.97,false=0.05,...] [--quiet]
 
 For every vehicle: train on healthy runs, replay fresh healthy ones and `per` runs of every fault. Prints
 a line a faulty run, and per vehicle and over all the shares with 95 % (Wilson) intervals. Seeds: base + 0..
 train, base + 500.. healthy (+100000 from the 200th on), base + 700 + 1000 i + 31 j the j-th run of fault i.
 Tune on some bases, report on others. --csv writes the logs and their truth and ends; --from grades these.
 --gaps: every log lacks some rows, here and there and in one stretch (times by row count are off by as much).
+--cut: every log begins somewhere in the first 40 % of its run, at time 0.
 
 found   any alarm                          named   the last record's first channel is an accepted outcome
 sign    of its shift, where truth has one  size    a bias within 25 % or 3 standard errors
@@ -79,12 +80,25 @@ def with_gaps(case, rows, truth):
     return [rows[i] for i in kept], truth
 
 
+def cut(case, rows, truth):
+    """A log that was switched on while the vehicle was under way, and before what began in the run."""
+    onset = truth and truth["onset"] or rows[-1][0]
+    most = min(.4, onset / rows[-1][0] - .1)
+    first = int(len(rows) * random.Random("cut %s" % case.stem).uniform(0, most))
+    start_s = rows[first][0]
+    if truth:
+        truth = dict(truth, rows=truth["rows"][first:], onset=truth["onset"] and onset - start_s)
+    return [[row[0] - start_s] + row[1:] for row in rows[first:]], truth
+
+
 def draw(o, case):
     """Writes the log of a run, and its truth beside it where it has one."""
     module = load(o.module)
     columns, rows, truth = module.run(case.vehicle, case.seed, case.fault)
     if o.gaps:
         rows, truth = with_gaps(case, rows, truth)
+    if o.cut:
+        rows, truth = cut(case, rows, truth)
     stem = os.path.join(o.dir, case.stem)
     verdict.write(stem + ".csv", columns, rows)
     if truth:
@@ -244,6 +258,7 @@ def arguments():
         a.add_argument("--" + k)
     a.add_argument("--from", dest="source", help="grade the logs that --csv wrote, with the same numbers of runs")
     a.add_argument("--gaps", action="store_true", help="every log lacks rows")
+    a.add_argument("--cut", action="store_true", help="every log begins under way")
     a.add_argument("--require", default="", help="name=number,...: exit 1 where a share is worse")
     a.add_argument("--train-option", action="append", default=[], help="passed to `rim train`")
     a.add_argument("--quiet", action="store_true", help="no line for each run")

@@ -110,6 +110,26 @@ static bool rates_fit(const rim_basis *b, uint32_t outcomes) {
   return true;
 }
 
+static bool rates_are_finite(const rim_basis *b) {
+  return finite_numbers(b->limit, 2u * (size_t)b->states, false) &&
+         finite_numbers(b->weight, b->rates, false);
+}
+
+static bool terms_are_finite(const rim_basis *b) {
+  return finite_numbers(b->center, b->terms, false) &&
+         finite_numbers(b->inverse_sd, b->terms, true) &&
+         finite_numbers(b->mean_center, b->means, false) &&
+         finite_numbers(b->mean_inverse_sd, b->means, true);
+}
+
+static bool begins_are_finite(const rim_basis *b, uint32_t features, uint32_t outcomes) {
+  return finite_numbers(b->first, outcomes, false) &&
+         (b->first_sd == NULL || finite_numbers(b->first_sd, outcomes, true)) &&
+         (b->start == NULL || (finite_numbers(b->start, features, false) &&
+                               finite_numbers(b->start_sd, features, true))) &&
+         (b->begin == NULL || finite_numbers(b->begin, 2u * (size_t)b->inputs * b->times, false));
+}
+
 rim_status rimi_basis_open(rim_basis *view, const uint8_t *section, size_t bytes, uint32_t features,
                            uint32_t outcomes) {
   if (bytes < 4u * HEADER_WORDS)
@@ -127,13 +147,15 @@ rim_status rimi_basis_open(rim_basis *view, const uint8_t *section, size_t bytes
       b.means > BASIS_MAX_MEANS || b.states > BASIS_MAX_STATES || b.rates > BASIS_MAX_RATES)
     return RIM_E_RANGE;
   const uint32_t spread = rimi_le_u32(section, 5);
-  if (spread > 2u)
+  if (spread > 3u)
     return RIM_E_RANGE;
   const size_t firsts = spread > 0u ? 2u : 1u; /* numbers per outcome */
+  const size_t starts = spread > 1u ? 2u : 0u; /* per feature */
+  const size_t begins = spread > 2u ? 2u * (size_t)b.inputs * b.times : 0u;
   const size_t need =
       4u *
       (HEADER_WORDS + (size_t)b.inputs + b.times + 4u * (size_t)b.terms + 3u * (size_t)b.means +
-       firsts * (size_t)outcomes + (spread > 1u ? 2u * (size_t)features : 0u) +
+       firsts * (size_t)outcomes + starts * (size_t)features + begins +
        ((size_t)b.states + 1u) / 2u + 2u * (size_t)b.states + 3u * (size_t)b.rates);
   if (bytes != need)
     return bytes < need ? RIM_E_TRUNCATED : RIM_E_SIZE;
@@ -149,22 +171,18 @@ rim_status rimi_basis_open(rim_basis *view, const uint8_t *section, size_t bytes
   b.first_sd = spread > 0u ? b.first + 4u * outcomes : NULL;
   b.start = spread > 1u ? b.first_sd + 4u * outcomes : NULL;
   b.start_sd = spread > 1u ? b.start + 4u * features : NULL;
-  b.state = b.first + 4u * firsts * (size_t)outcomes + (spread > 1u ? 8u * (size_t)features : 0u);
+  const uint8_t *const after_starts =
+      b.first + 4u * (firsts * (size_t)outcomes + starts * (size_t)features);
+  b.begin = spread > 2u ? after_starts : NULL;
+  b.state = after_starts + 4u * begins;
   b.limit = b.state + 4u * (((size_t)b.states + 1u) / 2u);
   b.rate = b.limit + 8u * (size_t)b.states;
   b.weight = b.rate + 8u * (size_t)b.rates;
-  if (!finite_numbers(b.limit, 2u * (size_t)b.states, false) ||
-      !finite_numbers(b.weight, b.rates, false))
+  if (!rates_are_finite(&b))
     return RIM_E_DATA;
   if (!inputs_fit(&b, features) || !terms_fit(&b, outcomes) || !rates_fit(&b, outcomes))
     return RIM_E_RANGE;
-  if (!finite_numbers(b.center, b.terms, false) || !finite_numbers(b.inverse_sd, b.terms, true) ||
-      !finite_numbers(b.mean_center, b.means, false) ||
-      !finite_numbers(b.mean_inverse_sd, b.means, true) ||
-      !finite_numbers(b.first, outcomes, false) ||
-      (b.first_sd != NULL && !finite_numbers(b.first_sd, outcomes, true)) ||
-      (b.start != NULL &&
-       (!finite_numbers(b.start, features, false) || !finite_numbers(b.start_sd, features, true))))
+  if (!terms_are_finite(&b) || !begins_are_finite(&b, features, outcomes))
     return RIM_E_DATA;
   *view = b;
   return RIM_OK;

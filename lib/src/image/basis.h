@@ -16,9 +16,11 @@
  *   f32 first[outcomes]   mean first reading of each outcome in healthy runs
  *   f32 first_sd[outcomes]   where S is 1 or 2: their standard deviation, > 0. A first reading is
  * limited to BASIS_FIRST_LIMIT of it, or a sensor that is wrong from the start would be believed.
- *   f32 start[features], start_sd[features]   where S is 2: what the features are in the first
+ *   f32 start[features], start_sd[features]   where S is 2 or 3: what the features are in the first
  * block of healthy runs, and how they differ from run to run (> 0, widened for few runs). A run
  * that begins otherwise is taken to have begun before its first row.
+ *   f32 begin[I][T][2]    where S is 3: an exponential mean is taken to be begin[0] + begin[1]
+ * times its input, before the first row. Without: as its input in the first row.
  *   u16 state[2 ceil(Z / 2)]   the outcome that a state predicts, rolled forward (rolled.h)
  *   f32 limit[Z][2]       lowest and highest value of a state
  *   u16 rate[Q][4]        a state, and three factors of a part of its change per second: a filter's
@@ -77,7 +79,7 @@ typedef enum basis_op {
 typedef struct rim_basis {
   uint32_t inputs, times, terms, means, states, rates;
   const uint8_t *input, *share, *term, *center, *inverse_sd, *mean, *mean_center, *mean_inverse_sd,
-      *first, *first_sd, *start, *start_sd; /* first_sd, start, start_sd: NULL without */
+      *first, *first_sd, *start, *start_sd, *begin; /* from first_sd on: NULL without */
   const uint8_t *state, *limit, *rate, *weight;
 } rim_basis;
 

@@ -358,6 +358,14 @@ static double learnt_time_s(const blocks *b, double t_s) {
   return rimi_min(t_s, LEARNT_RUNS * b->config.period_s / share);
 }
 
+/* What an exponential mean was before the first row, in which its input is u. */
+static double mean_before(const blocks *b, size_t filter, double u) {
+  const uint8_t *begin = b->config.basis.begin;
+  return begin == NULL ? u
+                       : (double)rimi_le_f32(begin, 2 * filter) +
+                             (double)rimi_le_f32(begin, 2 * filter + 1) * u;
+}
+
 static void take_inputs(blocks *b) {
   const rim_basis *n = &b->config.basis;
   double keep[BASIS_MAX_TIMES];
@@ -370,9 +378,9 @@ static void take_inputs(blocks *b) {
     double *f = FILTER(b) + i * n->times, *sum = filter_sum(b) + i * n->times;
     integral(b)[i] += u * b->config.period_s * (1.0 + (double)b->missing);
     for (size_t t = 0; t < n->times; ++t) {
-      /* Before the start the command is taken to have been as in the first row; over a gap, as in
-       * the row that ends it. */
-      f[t] = b->rows == 0 ? u : u + (f[t] - u) * keep[t];
+      /* Over a gap the command is taken to have been as in the row that ends it. */
+      const double before = b->rows == 0 ? mean_before(b, i * n->times + t, u) : f[t];
+      f[t] = u + (before - u) * keep[t];
       sum[t] += f[t];
     }
   }

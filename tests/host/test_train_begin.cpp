@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: MIT
+// What the commands were before a log's first row is learnt where logs are cut out of longer runs,
+// and not where the vehicle had settled before its log began.
+#include "base/rng.h"
+#include "temporary.hpp"
+#include "train/begin.hpp"
+#include "train/choose_models.hpp"
+#include "train/healthy_runs.hpp"
+#include "train/trainer.hpp"
+
+#include <cmath>
+#include <cstdarg>
+#include <cstddef>
+#include <cstdint>
+#include <setjmp.h>
+extern "C" {
+#include "image/basis.h"
+#include <cmocka.h>
+}
+
+namespace {
+
+constexpr std::uint64_t kSeed = 8300; // of the first run
+constexpr std::size_t kRuns = 12, kRows = 1200;
+constexpr double kLag = 300.0, kNoise = 0.01; // rows; of the sensor
+
+// Before its first row: the command as in the first row for ever, the same in every run, or steps
+// like those of the run.
+enum class Past { settled, alike, cut };
+
+// A temperature that follows a heater slowly.
+rim::Log oven(std::uint64_t seed, Past past) {
+  rim_rng rng;
+  rimi_rng_seed(&rng, seed, 4);
+  rim::Log log;
+  log.path = "oven" + std::to_string(seed);
+  log.columns = {{"u.heater", "", rim::Role::command}, {"s.oven_degC", "degC", rim::Role::sensor}};
+  log.values.resize(static_cast<Eigen::Index>(kRows), 2);
+  const std::size_t before = past == Past::cut ? 5000 : 0;
+  double heater = 0.5, oven = 0.5;
+  for (std::size_t t = 0; t < before + kRows; ++t) {
+    if (t == 0 ? past != Past::alike : t > 10 && rimi_rng_uniform(&rng) < 0.02)
+      heater = rimi_rng_uniform(&rng);
+    oven = t == 0 ? heater : oven + (heater - oven) / kLag;
+    if (t < before)
+      continue;
+    log.t_s.push_back(0.5 * static_cast<double>(t - before));
+    log.values.row(static_cast<Eigen::Index>(t - before)) << heater,
+        oven + kNoise * rimi_rng_normal(&rng);
+  }
+  return log;
+}
+
+std::vector<rim::Log> ovens(Past past) {
+  std::vector<rim::Log> logs;
+  for (std::uint64_t i = 0; i < kRuns; ++i)
+    logs.push_back(oven(kSeed + i, past));
+  return logs;
+}
+
+rim::Basis basis_of(Past past) {
+  const std::vector<rim::Log> logs = ovens(past);
+  rim::LogSet set(logs);
+  return rim::healthy_runs(&set, {}).plan.basis;
+}
+
+void the_past_of_cut_runs_is_learnt(void **) {
+  print_message("seed %u\n", static_cast<unsigned>(kSeed));
+  const rim::Basis basis = basis_of(Past::cut);
+  const std::size_t times = basis.share.size();
+  assert_true(basis.begin.size() == 2 * basis.inputs.size() * times);
+  // Input 0 is the heater: in one row it is what it is; over a run it was half on, whatever it is.
+  assert_true(std::abs(basis.begin[0]) < 1e-6 && std::abs(basis.begin[1] - 1.0) < 1e-6);
+  const double offset = basis.begin[2 * times - 2], slope = basis.begin[2 * times - 1];
+  assert_true(slope > -0.1 && slope < 0.4);
+  assert_true(std::abs(offset + 0.5 * slope - 0.5) < 0.1);
+}
+
+void a_vehicle_that_had_settled_has_no_other_past(void **) {
+  assert_true(basis_of(Past::settled).begin.empty());
+}
+
+void runs_that_begin_alike_are_not_asked(void **) {
+  for (const Past past : {Past::alike, Past::settled, Past::cut}) {
+    const std::vector<rim::Log> logs = ovens(past);
+    rim::LogSet set(logs);
+    const std::size_t asked = rim::runs_for_begin(rim::survey_of(&set)).size();
+    assert_true(asked == (past == Past::alike ? 0 : kRuns));
+  }
+}
+
+// Runs left out, by the simplest models.
+void runs_left_out_are_predicted_better(void **) {
+  const std::vector<rim::Log> logs = ovens(Past::cut);
+  rim::LogSet set(logs);
+  const rim::HealthyRuns healthy = rim::healthy_runs(&set, {});
+  const rim::FlightPlan &plan = healthy.plan;
+  double error[2] = {0.0, 0.0};
+  for (int with = 0; with < 2; ++with) {
+    rim::Basis basis = plan.basis;
+    if (with == 0)
+      basis.begin.clear();
+    std::vector<rim::BlockRun> runs;
+    for (const rim::Log &log : logs)
+      runs.push_back(rim::block_run(log, plan.layout, basis,
+                                    {plan.block_rows, plan.period_s, plan.low, plan.high, {}}));
+    const rim::RunStore store(runs);
+    rim::learn_terms(&basis, store);
+    error[with] = rim::screened(rim::Fitter(basis, store, nullptr), basis, 1, {}).front();
+  }
+  print_message("error %.4f degC with the first row as the past, %.4f with what was learnt\n",
+                error[0], error[1]);
+  assert_true(error[1] < 0.8 * error[0]);
+}
+
+// The runs that tell how a run begins may all be in other parts.
+void parts_learn_the_same_past(void **) {
+  const std::vector<rim::Log> logs = ovens(Past::cut);
+  std::vector<std::string> parts;
+  for (std::size_t shard = 1; shard <= 3; ++shard) {
+    rim::LogSet set(logs);
+    parts.push_back(temporary_folder() / ("begin" + std::to_string(shard)));
+    (void)rim::write_part(&set, {}, {shard, 3}, parts.back());
+  }
+  const rim::Training merged = rim::train(rim::merged_parts(parts), {});
+  const rim::Training whole = rim::train(logs, {});
+  assert_false(merged.plan.basis.begin.empty());
+  assert_true(rim::make_image(merged.plan) == rim::make_image(whole.plan));
+}
+
+} // namespace
+
+int main() {
+  const CMUnitTest tests[] = {cmocka_unit_test(the_past_of_cut_runs_is_learnt),
+                              cmocka_unit_test(a_vehicle_that_had_settled_has_no_other_past),
+                              cmocka_unit_test(runs_that_begin_alike_are_not_asked),
+                              cmocka_unit_test(runs_left_out_are_predicted_better),
+                              cmocka_unit_test(parts_learn_the_same_past)};
+  return cmocka_run_group_tests(tests, nullptr, nullptr);
+}

@@ -1,0 +1,130 @@
+/* SPDX-License-Identifier: MIT */
+/* monitor/blocks.c: what an exponential mean of a command was before the first row. */
+#include <math.h>
+
+#include "base/bytes.h"
+#include "monitor/blocks.h"
+#include "section_bytes.h"
+
+enum { BLOCK = 5, TIMES = 2, INPUTS = 2, FILTERS = INPUTS * TIMES, BLOCKS = 6, MISSING = 7 };
+
+static const double share[TIMES] = {1.0, 0.03125};
+
+/* {offset, slope} of every filter: those of one row never keep what was before. */
+static const double begin[FILTERS][2] = {{7.0, 7.0}, {0.5, 0.25}, {7.0, 7.0}, {-1.5, 0.0}};
+
+/* One command, as it is and as its magnitude; every filter is a term. how: S of the section. */
+static bytes basis_of(uint32_t how) {
+  bytes b = {.size = 0};
+  const uint32_t header[8] = {BASIS_LAYOUT, INPUTS, TIMES, FILTERS, 0, how, 0, 0};
+  for (size_t i = 0; i < 8; ++i)
+    u32(&b, header[i]);
+  for (size_t i = 0; i < INPUTS; ++i) {
+    u16(&b, 0);
+    u16(&b, i == 0 ? BASIS_PLAIN : BASIS_MAGNITUDE);
+  }
+  for (size_t t = 0; t < TIMES; ++t)
+    f32(&b, share[t]);
+  for (size_t i = 0; i < 4 * FILTERS; ++i)
+    u16(&b, i % 4 == 1 ? (unsigned)i / 4 : BASIS_MEAN);
+  for (size_t i = 0; i < 2 * FILTERS; ++i)
+    f32(&b, i < FILTERS ? 0.0 : 1.0);
+  for (size_t i = 0; i < 2 + 4; ++i) /* first, first_sd; start, start_sd: any is one */
+    f32(&b, i < 2 ? 1.0 : i < 4 ? 0.0 : 1e30);
+  for (size_t i = 0; i < 2 * FILTERS && how > 2; ++i)
+    f32(&b, begin[i / 2][i % 2]);
+  return b;
+}
+
+/* A command and an outcome. */
+static blocks *started(bytes *basis) {
+  static bytes outcome_feature, range;
+  static _Alignas(8) uint8_t memory[4096];
+  static const uint8_t role[2] = {1, 0};
+  blocks *b;
+  outcome_feature.size = range.size = 0;
+  u16(&outcome_feature, 1);
+  for (size_t i = 0; i < 4; ++i)
+    f32(&range, i < 2 ? -10.0 : 10.0);
+  blocks_config config = {.features = 2,
+                          .outcomes = 1,
+                          .block_rows = BLOCK,
+                          .period_s = 0.1,
+                          .outcome_feature = outcome_feature.byte,
+                          .role = role,
+                          .range = range.byte};
+  assert_int_equal(rimi_basis_open(&config.basis, basis->byte, basis->size, 2, 1), RIM_OK);
+  assert_true((config.basis.begin != NULL) == (rimi_le_u32(basis->byte, 5) > 2));
+  assert_int_equal(rimi_blocks_init(&b, memory, sizeof memory, &config), RIM_OK);
+  return b;
+}
+
+static double command(uint32_t t) { return t == 0 ? -2.0 : 0.125 * (double)(t % 7); }
+
+/* By the definition, from the sum over all rows. */
+static double mean_at(uint32_t t, size_t filter, bool with_begin) {
+  const double keep = 1.0 - share[filter % TIMES];
+  const bool magnitude = filter / TIMES == 1;
+  const double first = magnitude ? fabs(command(0)) : command(0);
+  const double before = with_begin ? begin[filter][0] + begin[filter][1] * first : first;
+  double sum = before * pow(keep, t + 1.0);
+  for (uint32_t k = 0; k <= t; ++k) {
+    const double u = magnitude ? fabs(command(k)) : command(k);
+    sum += u * share[filter % TIMES] * pow(keep, t - k);
+  }
+  return sum;
+}
+
+static void a_mean_begins_where_healthy_runs_do(void **state) {
+  (void)state;
+  for (uint32_t how = 2; how <= 3; ++how) {
+    bytes basis = basis_of(how);
+    blocks *b = started(&basis);
+    double sum[FILTERS] = {0.0};
+    for (uint32_t t = 0; t < BLOCKS * BLOCK; ++t) {
+      const double row[2] = {command(t), 1.0};
+      for (size_t f = 0; f < FILTERS; ++f)
+        sum[f] += mean_at(t, f, how == 3) / BLOCK;
+      if (rimi_blocks_row(b, 0.1 * t, row, NULL, NULL, NULL) != BLOCKS_DONE)
+        continue;
+      for (size_t f = 0; f < FILTERS; ++f) {
+        assert_true(fabs(rimi_blocks_terms(b)[f] - sum[f]) < 1e-9);
+        sum[f] = 0.0;
+      }
+    }
+  }
+}
+
+/* The second row comes late: over the gap the command is taken to have been as in that row. */
+static void a_gap_after_the_first_row_keeps_it(void **state) {
+  (void)state;
+  bytes basis = basis_of(3);
+  blocks *b = started(&basis);
+  const double row[2] = {2.0, 1.0}, next[2] = {-1.0, 1.0};
+  (void)rimi_blocks_row(b, 0.0, row, NULL, NULL, NULL);
+  const double keep = 1.0 - share[1];
+  const double first = 2.0 + (begin[1][0] + begin[1][1] * 2.0 - 2.0) * keep;
+  double mean = 0.0;
+  for (uint32_t t = 0; t < BLOCK; ++t) {
+    (void)rimi_blocks_row(b, 0.1 * (1 + MISSING + t), next, NULL, NULL, NULL);
+    mean += (-1.0 + (first + 1.0) * pow(keep, 1.0 + MISSING + t)) / BLOCK;
+  }
+  assert_true(fabs(rimi_blocks_terms(b)[1] - mean) < 1e-9);
+}
+
+static void numbers_that_are_none_are_refused(void **state) {
+  (void)state;
+  rim_basis v;
+  for (size_t i = 0; i < 2 * FILTERS; ++i) {
+    bytes b = basis_of(3);
+    put_f32(b.byte + b.size - 4 * (i + 1), i % 2 == 0 ? NAN : INFINITY);
+    assert_int_equal(rimi_basis_open(&v, b.byte, b.size, 2, 1), RIM_E_DATA);
+  }
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {cmocka_unit_test(a_mean_begins_where_healthy_runs_do),
+                                     cmocka_unit_test(a_gap_after_the_first_row_keeps_it),
+                                     cmocka_unit_test(numbers_that_are_none_are_refused)};
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
