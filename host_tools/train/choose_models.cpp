@@ -2,6 +2,7 @@
 #include "train/choose_models.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <numeric>
 #include <utility>
@@ -41,11 +42,12 @@ constexpr double kOutsideMustWin = 0.1;
 // The others together leave less than this part of the error of what they bring about.
 constexpr double kDriven = 1.0 / 3.0;
 constexpr double kFurtherMustWin = 0.1;
-// Rolled states must lower the error of the best model without them by so much (at last the mean
-// of both errors, with whole runs and without), and all of them together that of the best of them
-// alone by kFurtherMustWin. An outcome is rolled forward itself where a model leaves more than this
-// part of its deviation, whole runs counted.
-constexpr double kRolledMustWin = 0.1;
+// Rolled states must lower the error of the best model without them by so much: first that of the
+// simplest models, by kRolledMayWin; at last the mean of both errors, with whole runs and without.
+// All of them together must lower that of the best of them alone by kFurtherMustWin. An outcome is
+// rolled forward itself where a model leaves more than this part of its deviation, whole runs
+// counted.
+constexpr double kRolledMustWin = 0.1, kRolledMayWin = 0.05;
 constexpr double kRolledWorth = 0.05;
 
 // Filters of commands that are slower than this part of the slowest one are told apart from the
@@ -377,7 +379,7 @@ std::vector<double> worth_rolling(const Fitter &fitter, const Chosen &chosen,
     const TargetModel &model = chosen.targets[o];
     if (!is_angle && !from_outside &&
         model.whole_error > kRolledWorth * fitter.spread(static_cast<Eigen::Index>(o)))
-      asked[o] = model.error;
+      asked[o] = std::sqrt(model.error * model.whole_error);
   }
   return asked;
 }
@@ -399,7 +401,7 @@ promising_states(const Fitter &fitter, const Basis &basis, std::size_t outcomes,
   std::vector<std::vector<std::uint16_t>> best(outcomes);
   std::vector<double> least = screened(fitter, basis, outcomes, {outside, {}});
   for (double &bar : least)
-    bar *= 1.0 - kRolledMustWin;
+    bar *= 1.0 - kRolledMayWin;
   for (const std::vector<std::uint16_t> &set : sets) {
     const std::vector<double> errors = screened(fitter, basis, outcomes, {outside, set});
     for (std::size_t o = 0; o < outcomes; ++o) {

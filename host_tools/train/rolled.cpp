@@ -29,7 +29,7 @@ constexpr double kRateMustWin = 0.005; // of the squared error of the changes, h
 // A round's states may leave this part of the error of the best model without, alone: at first
 // those that are much better, then what they help to roll; at last what may help in company, and
 // what that helps to roll.
-constexpr double kMayLeave[] = {0.8, 0.8, 1.5, 2.0};
+constexpr double kMayLeave[] = {0.8, 0.8, 1.5, 1.5};
 // A quarter, a half and three quarters of the way through the range of healthy runs.
 constexpr std::uint16_t kHinges[] = {BASIS_HINGE + 21, BASIS_HINGE + 32, BASIS_HINGE + 43};
 constexpr double kRidge = 1e-6;     // of the mean square of the products
