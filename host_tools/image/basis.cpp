@@ -15,8 +15,8 @@ std::vector<std::uint8_t> basis_section(const Basis &basis) {
                                  basis.terms.size(), basis.means.size(),
                                  std::size_t{basis.first_sd.empty() ? 0U
                                              : basis.start.empty()  ? 1U
-                                             : basis.begin.empty()  ? 2U
-                                                                    : 3U},
+                                             : basis.learnt_s > 0.0 ? 3U
+                                                                    : 2U},
                                  basis.states.size(), basis.rates.size()})
     bytes.u32(static_cast<std::uint32_t>(word));
   for (const Basis::Input &input : basis.inputs) {
@@ -43,10 +43,15 @@ std::vector<std::uint8_t> basis_section(const Basis &basis) {
     for (const double v : *numbers)
       bytes.f32(static_cast<float>(v));
   }
-  for (const auto *numbers : {&basis.first, &basis.first_sd, &basis.start, &basis.start_sd,
-                              &basis.begin}) {
+  for (const auto *numbers : {&basis.first, &basis.first_sd, &basis.start, &basis.start_sd}) {
     for (const double v : *numbers)
       bytes.f32(static_cast<float>(v));
+  }
+  if (basis.learnt_s > 0.0) {
+    bytes.f32(static_cast<float>(basis.learnt_s));
+    for (std::size_t k = 0; k < 2 * basis.inputs.size() * basis.share.size(); ++k)
+      bytes.f32(
+          static_cast<float>(basis.begin.empty() ? static_cast<double>(k % 2) : basis.begin[k]));
   }
   for (std::size_t s = 0; s < (basis.states.size() + 1) / 2 * 2; ++s)
     bytes.u16(s < basis.states.size() ? basis.states[s].outcome : std::uint16_t{0});

@@ -29,7 +29,8 @@ struct Basis {
   std::vector<double> mean_center, mean_inverse_sd;
   std::vector<double> first, first_sd; // per outcome: of the first readings of the runs
   std::vector<double> start, start_sd; // per feature: of the first blocks of the runs
-  std::vector<double> begin; // per filter two, or empty: lib/src/image/basis.h
+  double learnt_s = 0.0;     // how far the healthy runs went; 0: not known yet
+  std::vector<double> begin; // per filter two; empty: as in the first row
   struct State {
     std::uint16_t outcome;
     double low, high;

@@ -346,9 +346,10 @@ public:
     std::fill(raw.mean_center.begin(), raw.mean_center.end(), 0.0);
     std::fill(raw.mean_inverse_sd.begin(), raw.mean_inverse_sd.end(),
               static_cast<double>(kRawScale));
-    if (!raw.begin.empty()) { // stands behind the starts, which are not learnt yet: any is one
+    if (!raw.begin.empty()) { // stands behind what is not learnt yet: any start, and any length
       raw.start.assign(layout.features(), 0.0);
       raw.start_sd.assign(layout.features(), 1e30);
+      raw.learnt_s = 1e30;
     }
     section_ = basis_section(raw);
     for (std::size_t i = 0; i < raw.terms.size(); ++i) {

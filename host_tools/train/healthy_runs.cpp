@@ -145,14 +145,25 @@ HealthyRuns prepared(LogSet *logs, const Survey &survey, const BlockingOptions &
   return healthy;
 }
 
+// How far the runs went from which enough was learnt there: all but the longest tenth.
+double learnt_length(std::vector<double> lengths_s) {
+  std::sort(lengths_s.rbegin(), lengths_s.rend());
+  return lengths_s[lengths_s.size() / 10];
+}
+
 void learn_starts(HealthyRuns *healthy) {
+  const FlightPlan &plan = healthy->plan;
   std::vector<Eigen::VectorXd> starts;
+  std::vector<double> lengths_s;
   for (const BlockRun &run : healthy->runs) {
     starts.push_back(run.start);
+    lengths_s.push_back(run.time_s[run.blocks() - 1] + 0.5 * plan.block_rows * plan.period_s);
     healthy->input.blocks += static_cast<std::size_t>(run.blocks());
     healthy->input.left_out += run.left_out;
   }
   learn_start(&healthy->plan.basis, starts, healthy->low, healthy->high);
+  if (!plan.layout.external) // the user's predictions hold for as long as the user says
+    healthy->plan.basis.learnt_s = learnt_length(lengths_s);
 }
 
 Survey checked_survey(LogSet *logs) {

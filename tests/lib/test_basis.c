@@ -263,7 +263,7 @@ static void states_are_read_behind_how_runs_begin(void **state) {
     put_u32(b.byte + 20, spread);
     put_u32(b.byte + 24, STATES);
     put_u32(b.byte + 28, RATES);
-    const size_t s2 = OUTCOMES + 2 * FEATURES, begins[] = {0, OUTCOMES, s2, s2 + 2 * FILTERS};
+    const size_t s2 = OUTCOMES + 2 * FEATURES, begins[] = {0, OUTCOMES, s2, s2 + 1 + 2 * FILTERS};
     for (size_t i = 0; i < begins[spread]; ++i)
       f32(&b, 0.5);
     for (size_t i = 0; i < 4; ++i)

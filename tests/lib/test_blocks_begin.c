@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* monitor/blocks.c: what an exponential mean of a command was before the first row. */
+/* monitor/blocks.c: what an exponential mean of a command was before the first row, and what is
+ * known of it in a run that is longer than those that were learnt. */
 #include <math.h>
 
 #include "base/bytes.h"
@@ -7,16 +8,22 @@
 #include "section_bytes.h"
 
 enum { BLOCK = 5, TIMES = 2, INPUTS = 2, FILTERS = INPUTS * TIMES, BLOCKS = 6, MISSING = 7 };
+enum { GATHERED = FILTERS, TIME, DECAY, PRODUCT, TERMS }; /* terms behind the filters */
+#define LEARNT_S 3.0
+#define DECAY_SCALE 4.0 /* 1 / standard deviation */
 
 static const double share[TIMES] = {1.0, 0.03125};
 
 /* {offset, slope} of every filter: those of one row never keep what was before. */
 static const double begin[FILTERS][2] = {{7.0, 7.0}, {0.5, 0.25}, {7.0, 7.0}, {-1.5, 0.0}};
 
+static const uint16_t further[TERMS - FILTERS][4] = {
+    {BASIS_INTEGRAL, 0, 0}, {BASIS_TIME, 0, 0}, {BASIS_DECAY, 0, 1}, {BASIS_PRODUCT, 1, 3}};
+
 /* One command, as it is and as its magnitude; every filter is a term. how: S of the section. */
 static bytes basis_of(uint32_t how) {
   bytes b = {.size = 0};
-  const uint32_t header[8] = {BASIS_LAYOUT, INPUTS, TIMES, FILTERS, 0, how, 0, 0};
+  const uint32_t header[8] = {BASIS_LAYOUT, INPUTS, TIMES, TERMS, 0, how, 0, 0};
   for (size_t i = 0; i < 8; ++i)
     u32(&b, header[i]);
   for (size_t i = 0; i < INPUTS; ++i) {
@@ -27,10 +34,14 @@ static bytes basis_of(uint32_t how) {
     f32(&b, share[t]);
   for (size_t i = 0; i < 4 * FILTERS; ++i)
     u16(&b, i % 4 == 1 ? (unsigned)i / 4 : BASIS_MEAN);
-  for (size_t i = 0; i < 2 * FILTERS; ++i)
-    f32(&b, i < FILTERS ? 0.0 : 1.0);
+  for (size_t i = 0; i < 4 * (TERMS - FILTERS); ++i)
+    u16(&b, further[i / 4][i % 4]);
+  for (size_t i = 0; i < 2 * TERMS; ++i)
+    f32(&b, i < TERMS ? 0.0 : i == TERMS + DECAY ? DECAY_SCALE : 1.0);
   for (size_t i = 0; i < 2 + 4; ++i) /* first, first_sd; start, start_sd: any is one */
     f32(&b, i < 2 ? 1.0 : i < 4 ? 0.0 : 1e30);
+  if (how > 2)
+    f32(&b, LEARNT_S);
   for (size_t i = 0; i < 2 * FILTERS && how > 2; ++i)
     f32(&b, begin[i / 2][i % 2]);
   return b;
@@ -112,9 +123,48 @@ static void a_gap_after_the_first_row_keeps_it(void **state) {
   assert_true(fabs(rimi_blocks_terms(b)[1] - mean) < 1e-9);
 }
 
+/* Up to the length that was learnt all is known. From then on a slow mean is from rows that are
+ * farther back than any healthy run went, and what gathers has never been as large. */
+static void less_is_known_the_longer_a_run_is(void **state) {
+  (void)state;
+  bytes basis = basis_of(3);
+  blocks *b = started(&basis);
+  const double keep = 1.0 - share[1];
+  for (uint32_t t = 0; t < 90; ++t) { /* up to three times as long */
+    const double row[2] = {command(t), 1.0};
+    if (rimi_blocks_row(b, 0.1 * t, row, NULL, NULL, NULL) != BLOCKS_DONE)
+      continue;
+    const double middle_s = 0.1 * (t - 2.0),
+                 beyond = fmin(fmax(middle_s / LEARNT_S - 1.0, 0.0), 1.0);
+    assert_true(fabs(rimi_blocks_beyond_learnt(b) - beyond) < 1e-9);
+    assert_true(rimi_blocks_knows_all(b) == !(beyond > 0.0));
+    if (rimi_blocks_knows_all(b))
+      continue;
+    const double old = pow(keep, LEARNT_S / 0.1) - pow(keep, middle_s / 0.1);
+    const double left = DECAY_SCALE * pow(keep, fmin(middle_s / 0.1, 35.0)); /* it ends at 1.1 L */
+    const double expected[TERMS] = {0.0,           2.0 * old,           0.0,
+                                    2.0 * old,     2.0 * beyond,        2.0 * beyond,
+                                    beyond * left, fmin(4.0 * old, 1.0)};
+    for (size_t i = 0; i < TERMS; ++i) {
+      const double sd = rimi_blocks_unknown(b)[i] / BASIS_UNKNOWN_SD;
+      if (i != DECAY)
+        assert_true(fabs(sd - expected[i]) < 1e-3);
+      else /* a block's mean */
+        assert_true(sd > 0.5 * expected[i] && sd < 2.0 * expected[i]);
+    }
+  }
+  assert_true(rimi_blocks_beyond_learnt(b) >= 1.0);
+}
+
 static void numbers_that_are_none_are_refused(void **state) {
   (void)state;
   rim_basis v;
+  const double no_length[] = {0.0, -1.0, NAN, INFINITY};
+  for (size_t i = 0; i < 4; ++i) {
+    bytes b = basis_of(3);
+    put_f32(b.byte + b.size - 4 * (2 * FILTERS + 1), no_length[i]);
+    assert_int_equal(rimi_basis_open(&v, b.byte, b.size, 2, 1), RIM_E_DATA);
+  }
   for (size_t i = 0; i < 2 * FILTERS; ++i) {
     bytes b = basis_of(3);
     put_f32(b.byte + b.size - 4 * (i + 1), i % 2 == 0 ? NAN : INFINITY);
@@ -125,6 +175,7 @@ static void numbers_that_are_none_are_refused(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {cmocka_unit_test(a_mean_begins_where_healthy_runs_do),
                                      cmocka_unit_test(a_gap_after_the_first_row_keeps_it),
+                                     cmocka_unit_test(less_is_known_the_longer_a_run_is),
                                      cmocka_unit_test(numbers_that_are_none_are_refused)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

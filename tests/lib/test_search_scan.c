@@ -26,10 +26,11 @@ static void bins_have_edges(void **state) {
   assert_true(low == 0 && high == 0);
 }
 
-/* What ended when the ring's oldest block began has left it; a block later it has not. */
+/* What ended when the ring's oldest block began has left it; a block later it has not, where noise
+ * lasts: the oldest block tells of the next. */
 static void what_came_and_went_leaves_the_ring(void **state) {
   (void)state;
-  world w = world_variant(0, 3 * RING);
+  world w = world_variant(2, 3 * RING);
   search_over(&w);
   const uint32_t oldest = rimi_search_oldest(b.search), newest = 3 * RING;
   assert_int_equal(oldest, 2 * RING);

@@ -32,7 +32,7 @@ static void a_lasting_shift_keeps_its_size(void **state) {
   (void)state;
   for (uint32_t v = 1; v < WORLD_VARIANTS; v += 2) { /* those with run effects */
     for (int sign = -1; sign <= 1; sign += 2) {
-      const double size = sign * 4.0;
+      const double size = sign * 6.0;
       const world w = shifted(v, size, 0);
       const search_hypothesis kept = outlast(&w, true), lost = outlast(&w, false);
       print_message("variant %u: %.1f is %.2f +- %.2f; otherwise %.2f\n", v, size,

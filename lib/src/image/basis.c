@@ -127,7 +127,9 @@ static bool begins_are_finite(const rim_basis *b, uint32_t features, uint32_t ou
          (b->first_sd == NULL || finite_numbers(b->first_sd, outcomes, true)) &&
          (b->start == NULL || (finite_numbers(b->start, features, false) &&
                                finite_numbers(b->start_sd, features, true))) &&
-         (b->begin == NULL || finite_numbers(b->begin, 2u * (size_t)b->inputs * b->times, false));
+         (b->begin == NULL ||
+          (b->learnt_s > 0.0 && rimi_is_finite(b->learnt_s) &&
+           finite_numbers(b->begin, 2u * (size_t)b->inputs * b->times, false)));
 }
 
 rim_status rimi_basis_open(rim_basis *view, const uint8_t *section, size_t bytes, uint32_t features,
@@ -151,7 +153,7 @@ rim_status rimi_basis_open(rim_basis *view, const uint8_t *section, size_t bytes
     return RIM_E_RANGE;
   const size_t firsts = spread > 0u ? 2u : 1u; /* numbers per outcome */
   const size_t starts = spread > 1u ? 2u : 0u; /* per feature */
-  const size_t begins = spread > 2u ? 2u * (size_t)b.inputs * b.times : 0u;
+  const size_t begins = spread > 2u ? 1u + 2u * (size_t)b.inputs * b.times : 0u;
   const size_t need =
       4u *
       (HEADER_WORDS + (size_t)b.inputs + b.times + 4u * (size_t)b.terms + 3u * (size_t)b.means +
@@ -173,7 +175,8 @@ rim_status rimi_basis_open(rim_basis *view, const uint8_t *section, size_t bytes
   b.start_sd = spread > 1u ? b.start + 4u * features : NULL;
   const uint8_t *const after_starts =
       b.first + 4u * (firsts * (size_t)outcomes + starts * (size_t)features);
-  b.begin = spread > 2u ? after_starts : NULL;
+  b.begin = spread > 2u ? after_starts + 4u : NULL;
+  b.learnt_s = spread > 2u ? (double)rimi_le_f32(after_starts, 0) : 0.0;
   b.state = after_starts + 4u * begins;
   b.limit = b.state + 4u * (((size_t)b.states + 1u) / 2u);
   b.rate = b.limit + 8u * (size_t)b.states;

@@ -19,8 +19,9 @@
  *   f32 start[features], start_sd[features]   where S is 2 or 3: what the features are in the first
  * block of healthy runs, and how they differ from run to run (> 0, widened for few runs). A run
  * that begins otherwise is taken to have begun before its first row.
- *   f32 begin[I][T][2]    where S is 3: an exponential mean is taken to be begin[0] + begin[1]
- * times its input, before the first row. Without: as its input in the first row.
+ *   where S is 3: f32 learnt_s > 0, how far the healthy runs went; f32 begin[I][T][2]: before the
+ * first row an exponential mean is taken to be begin[0] + begin[1] times its input. Without: as its
+ * input in the first row, and the models are taken to hold for ever.
  *   u16 state[2 ceil(Z / 2)]   the outcome that a state predicts, rolled forward (rolled.h)
  *   f32 limit[Z][2]       lowest and highest value of a state
  *   u16 rate[Q][4]        a state, and three factors of a part of its change per second: a filter's
@@ -81,6 +82,7 @@ typedef struct rim_basis {
   const uint8_t *input, *share, *term, *center, *inverse_sd, *mean, *mean_center, *mean_inverse_sd,
       *first, *first_sd, *start, *start_sd, *begin; /* from first_sd on: NULL without */
   const uint8_t *state, *limit, *rate, *weight;
+  double learnt_s; /* 0: not known */
 } rim_basis;
 
 /* Validate the whole section. RIM_E_TRUNCATED, _SIZE the bytes do not match the counts; RIM_E_RANGE

@@ -21,6 +21,7 @@
       */
 #define LOST_PART 0.5      /* of a block: how much of the commands a gap may hide unnoticed */
 #define BEFORE_START_SD 2.0 /* of a term whose past lies before the first row */
+#define BEYOND_SD 2.0       /* of a term, where a run is longer than any that was learnt */
 #define FORGOTTEN 1e-3      /* part of a mean that is as good as known */
 #define LEARNT_RUNS 1.1     /* of a healthy run: how far the longest of them may go */
 
@@ -495,36 +496,60 @@ static double lost_of_integral(const blocks *b, size_t input) {
   return 0.29 * width * b->lost_rows * b->config.period_s; /* 1 / sqrt(12) */
 }
 
+/* The part of an exponential mean that is from longer ago than any healthy run went: there, models
+ * have only ever seen what was before a run's start. */
+static double from_long_ago(const blocks *b, size_t t) {
+  const double share = (double)rimi_le_f32(b->config.basis.share, t);
+  if (share >= 1.0)
+    return 0.0;
+  const double rate = rimi_log(1.0 - share) / b->config.period_s; /* < 0, per second */
+  const double then = rimi_exp(rate * b->config.basis.learnt_s);
+  return rimi_max(then - rimi_exp(rate * rimi_blocks_since_start_s(b)), 0.0);
+}
+
+/* Standard deviations of a product that is not known at all. */
+static double most_unknown(const blocks *b) { return b->late ? BEFORE_START_SD : 1.0; }
+
+/* What of a mean is not known, of all filters of the block. */
+static void find_unknown_means(blocks *b, double beyond) {
+  for (size_t t = 0; t < b->config.basis.times; ++t) {
+    unknown_sum(b)[t] *= most_unknown(b) / (double)b->rows_in_block;
+    if (beyond > 0.0)
+      unknown_sum(b)[t] += BEYOND_SD * from_long_ago(b, t);
+  }
+}
+
 /* Standard deviation of an error of a term, in the term's own. The commands of a gap are as those
- * of any other time; what a run has done before its first row may be far from what it does now. */
-static double term_unknown(const blocks *b, size_t i) {
+ * of any other time; what a run has done before its first row may be far from what it does now.
+ * beyond: by rimi_blocks_beyond_learnt(). */
+static double term_unknown(const blocks *b, size_t i, double beyond) {
   const rim_basis *n = &b->config.basis;
   const size_t first = rimi_le_index(n->term, 4 * i + 1, filters(b));
   const size_t second = rimi_le_index(n->term, 4 * i + 2, filters(b));
-  const double *part = unknown_sum(b); /* means of the block by now */
-  const double before_start = b->late ? BEFORE_START_SD : 1.0;
+  const double *part = unknown_sum(b); /* by find_unknown_means() */
   switch ((basis_op)rimi_le_u16(n->term, 4 * i)) {
   case BASIS_MEAN:
   case BASIS_ABS:
   case BASIS_SIDE:
-    return before_start * part[first % n->times];
+    return part[first % n->times];
   case BASIS_PRODUCT:
-    return before_start * rimi_min(part[first % n->times] + part[second % n->times], 1.0);
+    return rimi_min(part[first % n->times] + part[second % n->times], most_unknown(b));
   case BASIS_TRIPLE: {
     const size_t third = rimi_le_index(n->term, 4 * i + 3, filters(b));
-    return before_start *
-           rimi_min(part[first % n->times] + part[second % n->times] + part[third % n->times], 1.0);
+    return rimi_min(part[first % n->times] + part[second % n->times] + part[third % n->times],
+                    most_unknown(b));
   }
   case BASIS_DECAY:
-    return b->late ? decay(b)[rimi_le_index(n->term, 4 * i + 2, n->times)] *
-                         (double)rimi_le_f32(n->inverse_sd, i)
-                   : 0.0;
+    return (b->late ? 1.0 : beyond) * decay(b)[rimi_le_index(n->term, 4 * i + 2, n->times)] *
+           (double)rimi_le_f32(n->inverse_sd, i);
   case BASIS_INTEGRAL:
     return b->late ? BEFORE_START_SD
-                   : lost_of_integral(b, first % n->inputs) * (double)rimi_le_f32(n->inverse_sd, i);
+                   : BEYOND_SD * beyond + lost_of_integral(b, first % n->inputs) *
+                                              (double)rimi_le_f32(n->inverse_sd, i);
   case BASIS_INITIAL:
-  case BASIS_TIME:
     return b->late ? BEFORE_START_SD : 0.0;
+  case BASIS_TIME:
+    return b->late ? BEFORE_START_SD : BEYOND_SD * beyond;
   case BASIS_ROLLED: /* after a gap it goes on from its reading */
     return 0.0;
   }
@@ -538,17 +563,18 @@ static void find_unknown(blocks *b) {
     for (size_t t = 0; t < n->times; ++t)
       unknown(b)[t] = decay(b)[t];
   }
-  bool any = b->late || b->resumed || b->lost_rows > 0.0;
+  const double beyond = rimi_blocks_beyond_learnt(b);
+  bool any = b->late || b->resumed || b->lost_rows > 0.0 || beyond > 0.0;
   for (size_t t = 0; t < n->times && !any; ++t)
     any = unknown_sum(b)[t] > FORGOTTEN * (double)b->rows_in_block;
   b->knows_all = !any;
   if (!any)
     return;
-  for (size_t t = 0; t < n->times; ++t)
-    unknown_sum(b)[t] /= (double)b->rows_in_block;
-  for (size_t i = 0; i < n->terms; ++i)
-    unknown_term(b)[i] =
-        (uint16_t)rimi_floor(BASIS_UNKNOWN_SD * rimi_min(term_unknown(b, i), BASIS_CLIP) + 0.5);
+  find_unknown_means(b, beyond);
+  for (size_t i = 0; i < n->terms; ++i) {
+    const double sd = rimi_min(term_unknown(b, i, beyond), BASIS_CLIP);
+    unknown_term(b)[i] = (uint16_t)rimi_floor(BASIS_UNKNOWN_SD * sd + 0.5);
+  }
 }
 
 static void evaluate_terms(blocks *b) {
@@ -667,6 +693,10 @@ bool rimi_blocks_knows_all(const blocks *b) { return b->config.basis.terms == 0 
 const uint16_t *rimi_blocks_unknown(const blocks *b) { return unknown_term(b); }
 double rimi_blocks_since_start_s(const blocks *b) {
   return 0.5 * (b->block_start_s + b->previous_s) - b->start_s;
+}
+double rimi_blocks_beyond_learnt(const blocks *b) {
+  const double learnt_s = b->config.basis.learnt_s;
+  return learnt_s > 0.0 ? rimi_clamp(rimi_blocks_since_start_s(b) / learnt_s - 1.0, 0.0, 1.0) : 0.0;
 }
 double rimi_blocks_run_start_s(const blocks *b) { return b->start_s; }
 double rimi_blocks_start_s(const blocks *b) { return b->block_start_s; }

@@ -102,6 +102,8 @@ bool rimi_blocks_knows_all(const blocks *b); /* every term is what the commands 
 const uint16_t *
 rimi_blocks_unknown(const blocks *b); /* [terms]: rimi_behaviour_error; else not valid */
 double rimi_blocks_since_start_s(const blocks *b); /* middle of the block */
+/* By how much of their length the run is longer than the healthy runs were: 0 to 1. */
+double rimi_blocks_beyond_learnt(const blocks *b);
 double rimi_blocks_run_start_s(const blocks *b);   /* first row of the run, absolute */
 double rimi_blocks_start_s(const blocks *b);       /* its first row, absolute */
 uint32_t rimi_blocks_count(const blocks *b);       /* ended since the start */

@@ -32,6 +32,7 @@
 #define MONITOR_MOST_UNKNOWN 0.1
 #define MONITOR_NOT_KNOWN 1e30
 #define MONITOR_LASTING 0.9f /* autocorrelation of noise that lasts */
+#define MONITOR_BEYOND 0.1   /* of a run's length: how much longer than healthy ones it may be */
 
 /* Views into the image; what is absent is all zero. */
 typedef struct monitor_models {

@@ -87,23 +87,39 @@ static bool agree(rim_monitor *m, bool is_next) {
   return extrapolation > RIM_NOMINAL_BELIEVED;
 }
 
-/* After a long gap a state went on from a reading, whose noise lasts from then on. That is as it
- * always is where the noise itself lasts. Elsewhere nothing is known any more of what the state
- * carries, and a healthy run would show a step, unless the healthy runs had such gaps as well. */
-static void add_resumed(const rim_monitor *m, double *error) {
+/* Nothing is known of outcomes that depend on states whose own noise lasts, or does not. */
+static void doubt_states(const rim_monitor *m, bool lasting, double *error) {
   const rim_basis *basis = rimi_blocks_basis(m->rows);
-  if (!rimi_blocks_has_resumed(m->rows) || m->models.noise.with_gaps)
-    return;
   uint32_t uncertain = 0;
   for (uint32_t s = 0; s < basis->states; ++s) {
     const size_t o = rimi_le_index(basis->state, s, m->words[RIM_CONFIG_OUTCOMES]);
-    if (rimi_noise_channel(&m->models.noise, (uint32_t)o).rho < MONITOR_LASTING)
+    const float rho = rimi_noise_channel(&m->models.noise, (uint32_t)o).rho;
+    if ((rho >= MONITOR_LASTING) == lasting)
       uncertain |= UINT32_C(1) << s;
   }
   for (uint32_t o = 0; o < m->words[RIM_CONFIG_OUTCOMES]; ++o) {
     if ((rimi_rolled_states(basis, &m->models.behaviour, o) & uncertain) != 0)
       error[o] = MONITOR_NOT_KNOWN;
   }
+}
+
+/* After a long gap a state went on from a reading, whose noise lasts from then on. That is as it
+ * always is where the noise itself lasts. Elsewhere nothing is known any more of what the state
+ * carries, and a healthy run would show a step, unless the healthy runs had such gaps as well. */
+static void add_resumed(const rim_monitor *m, double *error) {
+  if (rimi_blocks_has_resumed(m->rows) && !m->models.noise.with_gaps)
+    doubt_states(m, false, error);
+}
+
+/* Where a run is longer than all that were learnt from, what gathers over a run is farther off than
+ * it ever was: sums, and states that do not forget. */
+static bool gathers_too_long(const rim_monitor *m) {
+  return rimi_blocks_beyond_learnt(m->rows) > MONITOR_BEYOND;
+}
+
+static bool is_sum(const rim_monitor *m, size_t o) {
+  const uint32_t source = rimi_agreement_source(&m->models.agreement, (uint32_t)o);
+  return source == AGREEMENT_INTEGRAL || source == AGREEMENT_INTO;
 }
 
 /* The channels of which this block says nothing: what they should be follows from commands of which
@@ -117,6 +133,9 @@ static bool find_unknown(rim_monitor *m) {
   rimi_behaviour_error(&m->models.behaviour, rimi_blocks_unknown(m->rows),
                        rimi_blocks_knows_start(m->rows), error);
   add_resumed(m, error);
+  const bool too_long = gathers_too_long(m);
+  if (too_long)
+    doubt_states(m, true, error);
   for (size_t c = 0; c < m->channel_count; ++c) {
     const size_t o = c % outcomes;
     double own = 0.0;
@@ -125,8 +144,10 @@ static bool find_unknown(rim_monitor *m) {
       own = error[o];
       break;
     case RIM_CHANNEL_AGREEMENT:
-      own = rimi_agreement_error(&m->models.agreement, (uint32_t)o, rimi_blocks_means(m->rows),
-                                 error);
+      own = too_long && is_sum(m, o)
+                ? MONITOR_NOT_KNOWN
+                : rimi_agreement_error(&m->models.agreement, (uint32_t)o,
+                                       rimi_blocks_means(m->rows), error);
       break;
     case RIM_CHANNEL_SCATTER:
       own = error[outcomes + o];

@@ -332,6 +332,13 @@ const search_hypothesis *rimi_search_best(const rim_search *s, uint32_t channel)
   return state->region.score > state->time.score ? &state->region : &state->time;
 }
 
+/* Of what is not known any more there is no news: the longer ago it was known, the more its last
+ * blocks stand for a whole run that nobody has watched. */
+static bool is_watched(const rim_search *s, uint32_t channel) {
+  return is_active(s, channel) &&
+         (s->held == 0 || search_is_known(s, channel, search_slot(s, s->held - 1u)));
+}
+
 /* The channel of the next turn: every other one goes to the best, the others go round. The number
  * of channels: none is watched. */
 static uint32_t choose_channel(rim_search *s) {
@@ -339,7 +346,7 @@ static uint32_t choose_channel(rim_search *s) {
   if (s->favour) {
     uint32_t best = s->config.channels;
     for (uint32_t c = 0; c < s->config.channels; ++c) {
-      if (is_active(s, c) && (best == s->config.channels ||
+      if (is_watched(s, c) && (best == s->config.channels ||
                               rimi_search_best(s, c)->score > rimi_search_best(s, best)->score))
         best = c;
     }
@@ -349,7 +356,7 @@ static uint32_t choose_channel(rim_search *s) {
   for (uint32_t i = 0; i < s->config.channels; ++i) {
     const uint32_t c = s->next_channel;
     s->next_channel = (uint16_t)(c + 1u == s->config.channels ? 0u : c + 1u);
-    if (is_active(s, c))
+    if (is_watched(s, c))
       return c;
   }
   return s->config.channels;

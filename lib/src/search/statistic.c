@@ -169,7 +169,9 @@ static void whiten(rim_search *s, const noise_channel *c, const double *l, const
 }
 
 /* Backward: what a block inside a hypothesis adds to d, A and m'WB; a1 is added to A where the next
- * block is inside too. */
+ * block is inside too. The oldest block of a ring that others have left is there only as what was
+ * before the next one: what was new in it followed on a block that nobody knows any more, and is
+ * among what taught the run's effects. */
 static void fold(rim_search *s, const noise_channel *c) {
   const double rho = (double)c->rho;
   const double lead = rimi_sqrt(1.0 - rho * rho);
@@ -177,16 +179,16 @@ static void fold(rim_search *s, const noise_channel *c) {
   for (uint32_t i = 0; i < s->held; ++i) {
     /* The newest block, and one beside an unknown one, have no next. */
     const bool last = i + 1u == s->held || !(a0[i] > 0.0f) || !(a0[i + 1u] > 0.0f);
-    const double first = i == 0 || !(a0[i - 1u] > 0.0f) ? lead : 1.0;
+    const double own = i > 0 && a0[i - 1u] > 0.0f ? 1.0 : i == 0 && s->count > s->held ? 0.0 : lead;
     const double w = (double)a0[i];
     const double next_e = last ? 0.0 : (double)q[i + 1u];
     const double next_w = last ? 0.0 : (double)a0[i + 1u];
-    q[i] = (float)(w * first * (double)q[i] - rho * next_w * next_e);
+    q[i] = (float)(w * own * (double)q[i] - rho * next_w * next_e);
     float *g = search_g(s, i);
     const float *after = search_g(s, last ? i : i + 1u);
     for (uint32_t j = 0; j < c->fields; ++j)
-      g[j] = (float)(w * first * (double)g[j] - rho * next_w * (double)after[j]);
-    a0[i] = (float)(w * w * first * first + rho * rho * next_w * next_w);
+      g[j] = (float)(w * own * (double)g[j] - rho * next_w * (double)after[j]);
+    a0[i] = (float)(w * w * own * own + rho * rho * next_w * next_w);
     a1[i] = (float)(-2.0 * rho * next_w * next_w);
   }
 }
