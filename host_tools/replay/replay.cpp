@@ -333,7 +333,7 @@ std::string rows_text(const ReplayedLog &log) {
     text += "; " + count_text(log.blocks, "block", "blocks") + " examined";
   if (log.health.partly > 0)
     text += fmt::format(", {} of them in part: not where an outcome follows from commands before "
-                        "the first row or in a gap",
+                        "the first row, in a gap, or longer ago than healthy runs went",
                         log.health.partly);
   return text;
 }

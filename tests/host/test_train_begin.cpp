@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 // What the commands were before a log's first row is learnt where logs are cut out of longer runs,
-// and not where the vehicle had settled before its log began.
+// and not where the vehicle had settled before its log began. A flight may last longer than all
+// logs.
 #include "base/rng.h"
+#include "made_vehicle.hpp"
+#include "replay/replay.hpp"
 #include "temporary.hpp"
 #include "train/begin.hpp"
 #include "train/choose_models.hpp"
@@ -128,6 +131,39 @@ void parts_learn_the_same_past(void **) {
   assert_true(rim::make_image(merged.plan) == rim::make_image(whole.plan));
 }
 
+// Twice as long as all runs that were learnt from: no alarm, and what does not depend on long ago is
+// watched to the end.
+void a_longer_flight_is_no_fault(void **) {
+  constexpr std::uint64_t first = 8400;
+  constexpr std::size_t runs = 16, flights = 8;
+  std::vector<rim::Log> logs;
+  for (std::uint64_t i = 0; i < runs; ++i)
+    logs.push_back(made_vehicle(first + i));
+  const rim::Training training = rim::train(logs, {});
+  assert_true(std::abs(training.plan.basis.learnt_s - 240.0) < 10.0);
+  rim::Replayer replayer(rim::make_image(training.plan), "made");
+  MadeVehicle longer;
+  longer.rows *= 2;
+  std::size_t false_alarms = 0, found = 0, partly = 0;
+  for (std::uint64_t i = 0; i < flights; ++i) {
+    rim::Log flight = made_vehicle(first + 100 + i, longer);
+    const rim::ReplayedLog healthy = replayer.replay(flight, {});
+    false_alarms += healthy.raised > 0 ? 1 : 0;
+    partly += healthy.health.partly;
+    // A sensor that is off from 1.5 times the length of a log on.
+    const Eigen::Index sick = flight.values.rows() / 4;
+    flight.values.col(3).tail(sick).array() += 0.3;
+    const rim::ReplayedLog faulty = replayer.replay(flight, {});
+    found += faulty.raised > 0 ? 1 : 0;
+  }
+  print_message("seed %u: %zu of %zu healthy flights alarm, %zu of as many faults are found, %zu "
+                "blocks in part\n",
+                static_cast<unsigned>(first), false_alarms, flights, found, partly);
+  assert_true(false_alarms <= 1);
+  assert_int_equal(found, flights);
+  assert_true(partly > 0);
+}
+
 } // namespace
 
 int main() {
@@ -135,6 +171,7 @@ int main() {
                               cmocka_unit_test(a_vehicle_that_had_settled_has_no_other_past),
                               cmocka_unit_test(runs_that_begin_alike_are_not_asked),
                               cmocka_unit_test(runs_left_out_are_predicted_better),
-                              cmocka_unit_test(parts_learn_the_same_past)};
+                              cmocka_unit_test(parts_learn_the_same_past),
+                              cmocka_unit_test(a_longer_flight_is_no_fault)};
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }

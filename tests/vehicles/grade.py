@@ -4,13 +4,14 @@
 
   tests/vehicles/grade.py [--rim build/rim] [--module tests/vehicles/vehicles.py] [--vehicles NAME,...]
       [--train 30] [--healthy 12] [--per 2] [--base 0] [--jobs 2] [--json FILE] [--keep DIR]
-      [--csv DIR | --from DIR] [--gaps] [--cut] [--require found=0.97,false=0.05,...] [--quiet]
+      [--csv DIR | --from DIR] [--gaps] [--cut] [--longer X] [--require found=0.97,false=0.05,...] [--quiet]
 
 For every vehicle: train on healthy runs, replay fresh healthy ones and `per` runs of every fault. Prints
 a line a faulty run, and per vehicle and over all the shares with 95 % (Wilson) intervals. Seeds: base + 0..
 train, base + 500.. healthy (+100000 from the 200th on), base + 700 + 1000 i + 31 j the j-th run of fault i.
 Tune on some bases, report on others. --csv writes the logs and their truth and ends; --from grades these.
 --gaps: every log lacks some rows, here and there and in one stretch (times by row count are off by as much).
+--longer: the runs that are not trained on last X times as long (own vehicles only).
 --cut: every log begins somewhere in the first 40 % of its run, at time 0.
 
 found   any alarm                          named   the last record's first channel is an accepted outcome
@@ -94,7 +95,8 @@ def cut(case, rows, truth):
 def draw(o, case):
     """Writes the log of a run, and its truth beside it where it has one."""
     module = load(o.module)
-    columns, rows, truth = module.run(case.vehicle, case.seed, case.fault)
+    how = {} if case.role == "train" or o.longer == 1 else {"longer": o.longer}
+    columns, rows, truth = module.run(case.vehicle, case.seed, case.fault, **how)
     if o.gaps:
         rows, truth = with_gaps(case, rows, truth)
     if o.cut:
@@ -258,6 +260,7 @@ def arguments():
         a.add_argument("--" + k)
     a.add_argument("--from", dest="source", help="grade the logs that --csv wrote, with the same numbers of runs")
     a.add_argument("--gaps", action="store_true", help="every log lacks rows")
+    a.add_argument("--longer", type=float, default=1.0, help="length of runs that are not trained on")
     a.add_argument("--cut", action="store_true", help="every log begins under way")
     a.add_argument("--require", default="", help="name=number,...: exit 1 where a share is worse")
     a.add_argument("--train-option", action="append", default=[], help="passed to `rim train`")

@@ -27,7 +27,13 @@ COLUMNS = {v: list(k.COLUMNS) for v, k in KIND.items()}
 SIGMA = {v: k.SIGMA for v, k in KIND.items()}
 
 
-def run(vehicle, seed, fault=None):
-    """(columns, rows, truth) of one run; truth is None where `fault` is None. See common.make."""
-    columns, rows, truth, _ = common.make(KIND[vehicle], seed, fault)
+def run(vehicle, seed, fault=None, longer=1.0):
+    """(columns, rows, truth) of one run; truth is None where `fault` is None. See common.make.
+
+    longer: how many times as long as usual the run lasts.
+    """
+    kind = KIND[vehicle]
+    if longer != 1.0:
+        kind = type(kind.__name__, (kind,), {"ROWS": int(kind.ROWS * longer)})
+    columns, rows, truth, _ = common.make(kind, seed, fault)
     return columns, rows, truth
