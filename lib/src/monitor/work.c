@@ -125,7 +125,9 @@ static double trained_block(const rim_work_counts *n) {
       n->external ? 0.0 /* what commands are not known, of every channel */
                   : 2.0 * o * (n->terms * (double)PRODUCT + ROOT) +
                         o * (o * (2.0 + n->means) * PRODUCT + ROOT) + n->terms * (double)TERM +
-                        o * (n->terms + 3.0 * BASIS_MAX_STATES * n->rates) * LOOK + /* resumed */
+                        /* After a gap, and in a run that is longer than the healthy ones. */
+                        2u * o * (n->terms + 3.0 * BASIS_MAX_STATES * n->rates) * LOOK +
+                        3u * n->times * (double)EXPONENTIAL +
                         n->features * n->outcomes * (double)CELL + n->channels * (double)GATHER;
   const double models = 2.0 * o * (n->external ? 1.0 : n->terms) * PRODUCT +
                         o * o * (2.0 + n->means) * PRODUCT + prediction(n) + unknown +
