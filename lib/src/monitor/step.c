@@ -87,16 +87,9 @@ static bool agree(rim_monitor *m, bool is_next) {
   return extrapolation > RIM_NOMINAL_BELIEVED;
 }
 
-/* Nothing is known of outcomes that depend on states whose own noise lasts, or does not. */
-static void doubt_states(const rim_monitor *m, bool lasting, double *error) {
+/* Nothing is known of outcomes that depend on these states: bit s for state s. */
+static void doubt_states(const rim_monitor *m, uint32_t uncertain, double *error) {
   const rim_basis *basis = rimi_blocks_basis(m->rows);
-  uint32_t uncertain = 0;
-  for (uint32_t s = 0; s < basis->states; ++s) {
-    const size_t o = rimi_le_index(basis->state, s, m->words[RIM_CONFIG_OUTCOMES]);
-    const float rho = rimi_noise_channel(&m->models.noise, (uint32_t)o).rho;
-    if ((rho >= MONITOR_LASTING) == lasting)
-      uncertain |= UINT32_C(1) << s;
-  }
   for (uint32_t o = 0; o < m->words[RIM_CONFIG_OUTCOMES]; ++o) {
     if ((rimi_rolled_states(basis, &m->models.behaviour, o) & uncertain) != 0)
       error[o] = MONITOR_NOT_KNOWN;
@@ -107,12 +100,20 @@ static void doubt_states(const rim_monitor *m, bool lasting, double *error) {
  * always is where the noise itself lasts. Elsewhere nothing is known any more of what the state
  * carries, and a healthy run would show a step, unless the healthy runs had such gaps as well. */
 static void add_resumed(const rim_monitor *m, double *error) {
-  if (rimi_blocks_has_resumed(m->rows) && !m->models.noise.with_gaps)
-    doubt_states(m, false, error);
+  const rim_basis *basis = rimi_blocks_basis(m->rows);
+  if (!rimi_blocks_has_resumed(m->rows) || m->models.noise.with_gaps)
+    return;
+  uint32_t uncertain = 0;
+  for (uint32_t s = 0; s < basis->states; ++s) {
+    const size_t o = rimi_le_index(basis->state, s, m->words[RIM_CONFIG_OUTCOMES]);
+    if (rimi_noise_channel(&m->models.noise, (uint32_t)o).rho < MONITOR_LASTING)
+      uncertain |= UINT32_C(1) << s;
+  }
+  doubt_states(m, uncertain, error);
 }
 
-/* Where a run is longer than all that were learnt from, what gathers over a run is farther off than
- * it ever was: sums, and states that do not forget. */
+/* Where a run is longer than all that were learnt from, what gathers over a run goes where no
+ * healthy run has been: sums, and states that are rolled forward. */
 static bool gathers_too_long(const rim_monitor *m) {
   return rimi_blocks_beyond_learnt(m->rows) > MONITOR_BEYOND;
 }
@@ -135,7 +136,7 @@ static bool find_unknown(rim_monitor *m) {
   add_resumed(m, error);
   const bool too_long = gathers_too_long(m);
   if (too_long)
-    doubt_states(m, true, error);
+    doubt_states(m, UINT32_MAX, error);
   for (size_t c = 0; c < m->channel_count; ++c) {
     const size_t o = c % outcomes;
     double own = 0.0;
