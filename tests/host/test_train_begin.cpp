@@ -131,8 +131,8 @@ void parts_learn_the_same_past(void **) {
   assert_true(rim::make_image(merged.plan) == rim::make_image(whole.plan));
 }
 
-// Twice as long as all runs that were learnt from: no alarm, and what does not depend on long ago is
-// watched to the end.
+// Twice as long as all runs that were learnt from: no alarm, and what does not depend on long ago
+// is watched to the end.
 void a_longer_flight_is_no_fault(void **) {
   constexpr std::uint64_t first = 8400;
   constexpr std::size_t runs = 16, flights = 8;
