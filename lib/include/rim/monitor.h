@@ -79,8 +79,7 @@ typedef struct rim_monitor_health {
   uint16_t out_feature;           /* of the first value out of range; 0xffff: there was none */
   double out_value, out_t_s;      /* that value and its time */
   uint8_t damage;                 /* RIM_DAMAGE_...: what was found damaged; 0: nothing */
-  uint32_t partly; /* blocks examined in part: commands that were not seen still act in them, or
-                      the run is longer than those that were learnt from */
+  uint32_t partly; /* blocks examined in part: commands not seen act in them, or a long run is on */
 } rim_monitor_health;
 
 #define RIM_MONITOR_HEADER_BYTES 2232u
