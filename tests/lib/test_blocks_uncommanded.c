@@ -102,6 +102,24 @@ static void a_late_row_is_no_gap(void **state) {
   assert_int_equal(rimi_blocks_get_health(b).gaps, 1);
 }
 
+/* A block of five rows bears less than two missing ones; with two it begins anew. */
+static void a_block_begins_anew_after_two_missing_rows(void **state) {
+  (void)state;
+  static _Alignas(8) uint8_t memory[4096];
+  const double reading = 2.0;
+  for (uint32_t missing = 1; missing <= 2; ++missing) {
+    blocks *b;
+    const blocks_config config = one_outcome(0.25);
+    assert_int_equal(rimi_blocks_init(&b, memory, sizeof memory, &config), RIM_OK);
+    for (uint32_t t = 0; t < 2 + BLOCK; ++t) {
+      const double t_s = 8.0 + 0.25 * (t < 2 ? t : t + missing);
+      const bool ends = t + 1 == (missing == 1 ? BLOCK : 2 + BLOCK);
+      assert_int_equal(rimi_blocks_row(b, t_s, &reading, NULL, NULL, NULL),
+                       ends ? BLOCKS_DONE : BLOCKS_NONE);
+    }
+  }
+}
+
 /* An angle goes on through its end from the second row on, in either direction. */
 static void an_angle_goes_on_from_the_second_row(void **state) {
   (void)state;
@@ -126,6 +144,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {cmocka_unit_test(decays_without_inputs),
                                      cmocka_unit_test(an_angle_goes_on_from_the_second_row),
                                      cmocka_unit_test(integrands_without_times),
-                                     cmocka_unit_test(a_late_row_is_no_gap)};
+                                     cmocka_unit_test(a_late_row_is_no_gap),
+                                     cmocka_unit_test(a_block_begins_anew_after_two_missing_rows)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
