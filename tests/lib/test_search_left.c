@@ -74,25 +74,6 @@ static void the_oldest_block_tells_only_of_the_next(void **state) {
   }
 }
 
-/* Noise that wanders, in runs much longer than the ring: what is left of a run is no shift. */
-static void what_wanders_is_no_shift_of_all_that_is_left(void **state) {
-  (void)state;
-  enum { RUNS = 60 };
-  uint32_t alarms = 0;
-  for (uint32_t r = 0; r < RUNS; ++r) {
-    world w = make_world(true, 0.97, 0.0);
-    draw(&w, MOST_BLOCKS, 900 + r);
-    start(&b, &w, RING);
-    feed(&b, 0, MOST_BLOCKS, 0);
-    rimi_search_refresh(b.search, 0);
-    search_hypothesis h = {.family = SEARCH_SINCE, .onset = MOST_BLOCKS - RING};
-    rimi_search_evaluate(b.search, &h);
-    alarms += h.ln_ratio > 4.5f; /* three standard deviations */
-  }
-  print_message("%u of %u runs, seed %u\n", alarms, RUNS, SEED);
-  assert_true(alarms <= 2);
-}
-
 /* While a channel is not known, its best finding stays what it was. */
 static void what_is_not_known_any_more_is_not_looked_at(void **state) {
   (void)state;
@@ -119,7 +100,6 @@ static void what_is_not_known_any_more_is_not_looked_at(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {cmocka_unit_test(the_oldest_block_tells_only_of_the_next),
-                                     cmocka_unit_test(what_wanders_is_no_shift_of_all_that_is_left),
                                      cmocka_unit_test(what_is_not_known_any_more_is_not_looked_at)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -28,6 +28,7 @@ import argparse
 import collections
 import concurrent.futures
 import importlib.util
+import inspect
 import json
 import os
 import random
@@ -265,7 +266,10 @@ def arguments():
     a.add_argument("--require", default="", help="name=number,...: exit 1 where a share is worse")
     a.add_argument("--train-option", action="append", default=[], help="passed to `rim train`")
     a.add_argument("--quiet", action="store_true", help="no line for each run")
-    return a.parse_args()
+    o = a.parse_args()
+    if o.longer != 1 and "longer" not in inspect.signature(load(o.module).run).parameters:
+        a.error("--longer: run() of %s takes no such length" % o.module)
+    return o
 
 
 def run(o, module, pool, cases):

@@ -332,8 +332,8 @@ const search_hypothesis *rimi_search_best(const rim_search *s, uint32_t channel)
   return state->region.score > state->time.score ? &state->region : &state->time;
 }
 
-/* Of what is not known any more there is no news: the longer ago it was known, the more its last
- * blocks stand for a whole run that nobody has watched. */
+/* A channel that is not known in the newest block is not judged. The ring holds ever fewer of its
+ * blocks, and they would be judged as if nothing else had been known of the run. */
 static bool is_watched(const rim_search *s, uint32_t channel) {
   return is_active(s, channel) &&
          (s->held == 0 || search_is_known(s, channel, search_slot(s, s->held - 1u)));
