@@ -94,9 +94,10 @@ Regression level_regression(const Levels &levels, const RunStore &runs) {
 
 // Variance of the estimate of a constant offset over half a run, for AR(1) noise as the series has
 // it, the run's own mean and trend (effects of the run) taken off: what a channel is worth.
-double offset_variance(const std::vector<Eigen::VectorXd> &series) {
+double offset_variance(const std::vector<Eigen::VectorXd> &series, std::size_t runs) {
   double power = 0.0, lag = 0.0, n = 0.0;
-  for (const Eigen::VectorXd &s : series) {
+  for (std::size_t r = 0; r < runs; ++r) {
+    const Eigen::VectorXd &s = series[r];
     const Eigen::ArrayXd t = Eigen::ArrayXd::LinSpaced(s.size(), -1.0, 1.0);
     Eigen::ArrayXd e = s.array() - s.mean();
     e -= t * ((e * t).sum() / t.square().sum());
@@ -106,7 +107,7 @@ double offset_variance(const std::vector<Eigen::VectorXd> &series) {
   }
   const double rho = std::clamp(power > 0.0 ? lag / power : 0.0, 0.0, 0.995);
   const double variance = power / std::max(n, 1.0) * (1.0 - rho * rho);
-  const double half = 0.5 * n / static_cast<double>(series.size());
+  const double half = 0.5 * n / static_cast<double>(runs);
   return variance / (1.0 + half * (1.0 - rho) * (1.0 - rho));
 }
 
@@ -149,12 +150,12 @@ std::vector<Eigen::Index> choose_few(const Regression &r, const Layout &layout,
   return chosen;
 }
 
-void learn_scales(Agreement *a, const std::vector<Matrix> &residual) {
+void learn_scales(Agreement *a, const std::vector<Matrix> &residual, std::size_t runs) {
   for (Eigen::Index j = 0; j < residual.front().cols(); ++j) {
     double squares = 0.0, count = 0.0;
-    for (const Matrix &r : residual) {
-      squares += r.col(j).squaredNorm();
-      count += static_cast<double>(r.rows());
+    for (std::size_t r = 0; r < runs; ++r) {
+      squares += residual[r].col(j).squaredNorm();
+      count += static_cast<double>(residual[r].rows());
     }
     const double sd = std::sqrt(squares / std::max(count, 1.0));
     a->inverse_sd.push_back(static_cast<double>(static_cast<float>(1.0 / std::max(sd, 1e-12))));
@@ -181,8 +182,10 @@ double level_remains(const RunStore &runs, const std::vector<Matrix> &level,
                      const std::vector<Matrix> &residual, Eigen::Index outcome,
                      std::vector<Eigen::VectorXd> *remains) {
   double squares = 0.0, own = 0.0;
-  for (std::size_t r = 0; r < runs.size(); ++r) {
+  for (std::size_t r = 0; r < runs.all(); ++r) {
     (*remains)[r] = runs[r].outcome.col(outcome) - level[r].col(outcome);
+    if (r >= runs.size())
+      continue;
     squares += (*remains)[r].squaredNorm();
     own += residual[r].col(outcome).squaredNorm();
   }
@@ -207,7 +210,7 @@ Eigen::VectorXd left_over(const Rows &rows, Eigen::Index target, const Eigen::Ve
 class Choice {
 public:
   Choice(const Sources &from, const Agreement &scales, Eigen::Index outcome)
-      : from_(from), a_(scales), j_(outcome), remains_(from.runs.size()) {}
+      : from_(from), a_(scales), j_(outcome), remains_(from.runs.all()) {}
 
   // Nothing of the others.
   void start_from_behaviour() {
@@ -220,7 +223,7 @@ public:
     const Fit fit = best_fit(from_.linear, columns, j_, kRidges);
     const double inverse_sd = a_.inverse_sd[static_cast<std::size_t>(j_)];
     for (std::size_t r = 0; r < remains_.size(); ++r)
-      remains_[r] = left_over(from_.linear.rows(r), j_, fit.weight[r % kFolds]) / inverse_sd;
+      remains_[r] = left_over(from_.linear.rows(r), j_, fit.weight[from_.runs.fold(r)]) / inverse_sd;
     weight = fit.weight[kFolds];
     take(AGREEMENT_RESIDUALS, std::sqrt(fit.squares / std::max(fit.own, 1e-300)));
   }
@@ -229,7 +232,7 @@ public:
   // Section LEVEL.
   void try_level() {
     const double part = level_remains(from_.runs, from_.level, from_.residual, j_, &remains_);
-    if (offset_variance(remains_) < kMustWin * variance)
+    if (offset_variance(remains_, from_.runs.size()) < kMustWin * variance)
       take(AGREEMENT_LEVEL, part);
   }
   // The integral of others.
@@ -276,7 +279,7 @@ private:
   void take(int which, double of_behaviour) {
     source = which;
     error = of_behaviour;
-    variance = offset_variance(remains_);
+    variance = offset_variance(remains_, from_.runs.size());
     series = remains_;
   }
   const Sources &from_;
@@ -293,10 +296,11 @@ void Choice::try_few() {
   const double sd = from_.levels.sd[j_];
   double own = 0.0;
   for (std::size_t r = 0; r < remains_.size(); ++r) {
-    remains_[r] = left_over(from_.few.rows(r), j_, fit.weight[r % kFolds]) * sd;
-    own += from_.residual[r].col(j_).squaredNorm();
+    remains_[r] = left_over(from_.few.rows(r), j_, fit.weight[from_.runs.fold(r)]) * sd;
+    if (r < from_.runs.size())
+      own += from_.residual[r].col(j_).squaredNorm();
   }
-  if (offset_variance(remains_) >= kMustWin * variance)
+  if (offset_variance(remains_, from_.runs.size()) >= kMustWin * variance)
     return;
   const Eigen::VectorXd &w = fit.weight[kFolds];
   few = (w.head(w.size() - 1).array() * sd / from_.levels.sd.transpose().array()).matrix();
@@ -307,11 +311,11 @@ void Choice::try_few() {
 void Choice::take_integral(const std::vector<Integral> &of) {
   std::vector<Eigen::VectorXd> change;
   for (std::size_t r = 0; r < remains_.size(); ++r) {
-    Summed sum = summed(a_, from_.runs, r, j_, of[r % kFolds]);
+    Summed sum = summed(a_, from_.runs, r, j_, of[from_.runs.fold(r)]);
     remains_[r] = std::move(sum.remains);
     change.push_back(std::move(sum.integrated));
   }
-  if (offset_variance(remains_) >= kMustWin * variance)
+  if (offset_variance(remains_, from_.runs.size()) >= kMustWin * variance)
     return;
   integral = of[kFolds];
   integrated_ = std::move(change);
@@ -342,7 +346,7 @@ void Choice::try_into(Eigen::Index twin) {
     integral = of[kFolds];
     integrated_.clear();
     for (std::size_t r = 0; r < remains_.size(); ++r) {
-      Summed sum = summed(a_, from_.runs, r, o, of[r % kFolds]);
+      Summed sum = summed(a_, from_.runs, r, o, of[from_.runs.fold(r)]);
       remains_[r] = -sum.remains;
       integrated_.push_back(std::move(sum.integrated));
     }
@@ -404,7 +408,7 @@ Agreement fit_agreement(const Layout &layout, const Basis &basis,
   const Eigen::Index total = o * (2 + static_cast<Eigen::Index>(basis.means.size()));
   Agreement a;
   a.integrands = integrands;
-  learn_scales(&a, residual);
+  learn_scales(&a, residual, runs.size());
   learn_integrands(&a, layout, runs);
   const Levels levels = learn_levels(runs);
   const Sources sources{layout,

@@ -8,7 +8,6 @@
 #include "train/choose_models.hpp"
 #include "train/fitter.hpp"
 #include "train/rolled.hpp"
-#include "util/error.hpp"
 #include "util/parallel_for.hpp"
 
 extern "C" {
@@ -109,7 +108,7 @@ RunPrediction predict_run(const Fitter &fitter, const std::vector<FoldModels> &m
   for (Eigen::Index t = 0; t < targets; ++t) {
     const FoldModels &m = models[static_cast<std::size_t>(t)];
     for (std::size_t f = 0; f <= kFolds; ++f) {
-      if (r % kFolds == f)
+      if (fitter.runs().fold(r) == f)
         p.by_weights.col(t) = x * m.weight[f];
       else
         p.rest(t, static_cast<Eigen::Index>(f)) =
@@ -122,14 +121,15 @@ RunPrediction predict_run(const Fitter &fitter, const std::vector<FoldModels> &m
 // Predictions without the intercepts, per run; fills the intercepts: so that the mean error of the
 // runs is zero, since terms have mean zero over all runs, not over a fold.
 std::vector<Matrix> predict_runs(const Fitter &fitter, std::vector<FoldModels> *models) {
-  std::vector<Matrix> by_weights(fitter.runs());
+  const RunStore &runs = fitter.runs();
+  std::vector<Matrix> by_weights(runs.all());
   Matrix sum = Matrix::Zero(static_cast<Eigen::Index>(models->size()), kFolds + 1);
   double n[kFolds + 1] = {};
   parallel_in_order(
-      fitter.runs(), [&](std::size_t r) { return predict_run(fitter, *models, r); },
+      runs.all(), [&](std::size_t r) { return predict_run(fitter, *models, r); },
       [&](std::size_t r, RunPrediction p) {
         by_weights[r] = std::move(p.by_weights);
-        for (std::size_t f = 0; f <= kFolds; ++f) {
+        for (std::size_t f = 0; f <= kFolds && r < runs.size(); ++f) {
           if (r % kFolds == f)
             continue;
           sum.col(static_cast<Eigen::Index>(f)) += p.rest.col(static_cast<Eigen::Index>(f));
@@ -152,24 +152,24 @@ void judge_target(const Fitter &fitter, const RunStore &runs, const std::vector<
   const std::size_t outcomes = b->targets.size() / 2;
   const auto i = static_cast<Eigen::Index>(t % outcomes);
   double squares = 0.0, spread = 0.0, n = 0.0;
-  for (std::size_t f = 0; f < kFolds; ++f) {
-    for (std::size_t r = f; r < runs.size(); r += kFolds) {
-      Eigen::VectorXd p =
-          by_weights[r].col(static_cast<Eigen::Index>(t)).array() + of_folds.intercept[f];
-      if (model.initial)
-        p.array() += runs[r].first[i];
-      const Eigen::VectorXd y = t < outcomes ? runs[r].outcome.col(i) : runs[r].scatter.col(i);
-      const Eigen::VectorXd e = y - p;
-      squares += e.squaredNorm();
-      spread += (y.array() - fitter.mean()[static_cast<Eigen::Index>(t)]).square().sum();
-      n += static_cast<double>(y.size());
-      if (t < outcomes) {
-        b->predicted[r].col(i) = p;
-        b->residual[r].col(i) = e;
-      } else {
-        b->scatter[r].col(i) = e;
-      }
+  for (std::size_t r = 0; r < runs.all(); ++r) {
+    Eigen::VectorXd p = by_weights[r].col(static_cast<Eigen::Index>(t)).array() +
+                        of_folds.intercept[runs.fold(r)];
+    if (model.initial)
+      p.array() += runs[r].first[i];
+    const Eigen::VectorXd y = t < outcomes ? runs[r].outcome.col(i) : runs[r].scatter.col(i);
+    const Eigen::VectorXd e = y - p;
+    if (t < outcomes) {
+      b->predicted[r].col(i) = p;
+      b->residual[r].col(i) = e;
+    } else {
+      b->scatter[r].col(i) = e;
     }
+    if (r >= runs.size())
+      continue;
+    squares += e.squaredNorm();
+    spread += (y.array() - fitter.mean()[static_cast<Eigen::Index>(t)]).square().sum();
+    n += static_cast<double>(y.size());
   }
   model.weight = of_folds.weight[kFolds];
   model.intercept = static_cast<double>(static_cast<float>(of_folds.intercept[kFolds]));
@@ -192,9 +192,9 @@ Behaviour fit_targets(const Fitter &fitter, const Basis &basis, const Layout &la
       models[t].weight.push_back(fitter.weights(used, model.ridge, f, models[t].column));
   });
   const std::vector<Matrix> by_weights = predict_runs(fitter, &models);
-  for (const BlockRun &run : runs) {
+  for (std::size_t r = 0; r < runs.all(); ++r) {
     for (auto *matrices : {&b.predicted, &b.residual, &b.scatter})
-      matrices->emplace_back(run.blocks(), static_cast<Eigen::Index>(outcomes));
+      matrices->emplace_back(runs[r].blocks(), static_cast<Eigen::Index>(outcomes));
   }
   parallel_for(2 * outcomes,
                [&](std::size_t t) { judge_target(fitter, runs, by_weights, models[t], t, &b); });
@@ -206,8 +206,6 @@ Behaviour fit_targets(const Fitter &fitter, const Basis &basis, const Layout &la
 Behaviour fit_behaviour(Basis *basis, const Layout &layout,
                         const std::vector<Integrand> &integrands, const RunStore &runs,
                         double block_s) {
-  if (runs.size() < 3)
-    throw DataError("training needs at least 3 runs");
   learn_terms(basis, runs);
   learn_means(basis, runs);
   auto fitter = std::make_unique<Fitter>(*basis, runs, nullptr);

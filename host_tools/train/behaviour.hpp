@@ -26,11 +26,11 @@ struct TargetModel {
 struct Behaviour {
   std::vector<TargetModel> targets; // outcomes, then their scatter
   std::vector<std::uint32_t> kept;  // terms of the basis that any target uses
-  // Per run, by models without it: blocks x outcomes.
+  // Of all() runs, by models without it: blocks x outcomes.
   std::vector<Matrix> predicted, residual, scatter;
 };
 
-// Learns the basis' centers and scales and the models. DataError with fewer than three runs.
+// Learns the basis' centers and scales and the models, of at least two runs.
 //
 // An outcome that the commands do not move (not_moved()) and that lowers another's error comes from
 // outside (wind, ambient temperature, slope): the other's model takes it as an input, as it takes
@@ -59,7 +59,7 @@ struct Agreement {
   Matrix row;                            // outcomes x (AGREEMENT_FIRST + outcomes (2 + means))
   std::vector<double> error;             // of each outcome, runs left out, over the behaviour's
   std::vector<int> source;               // of each outcome: agreement_source
-  std::vector<Matrix> remains, expected; // per run: blocks x outcomes
+  std::vector<Matrix> remains, expected; // of all() runs: blocks x outcomes
 };
 
 // Which outcomes change mostly as the integral of others does (position, attitude, charge).
@@ -67,9 +67,9 @@ std::vector<bool> integrated_outcomes(const Layout &layout,
                                       const std::vector<Integrand> &integrands,
                                       const RunStore &runs);
 
-// level: per run, the outcomes as section LEVEL predicts them from the other sensors, by models
+// level: of all() runs, the outcomes as section LEVEL predicts them from the other sensors, by models
 // without the run; empty: there is none. integrands: of the runs' columns early and late. residual,
-// predicted: of behaviour, blocks x outcomes per run.
+// predicted: of behaviour, blocks x outcomes of all() runs.
 Agreement fit_agreement(const Layout &layout, const Basis &basis,
                         const std::vector<Integrand> &integrands, const RunStore &runs,
                         const std::vector<Matrix> &residual, const std::vector<Matrix> &predicted,

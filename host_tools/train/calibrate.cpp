@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <memory>
 #include <numeric>
 
@@ -99,7 +100,9 @@ void set_alarm_from_runs(Thresholds *t, const std::vector<float> &alone,
   }
   set_alarm(t, counted, options);
   const std::size_t from_above = counted.size() - t->rank + 1;
-  t->alarm_score += static_cast<float>(set_margin(spread.above / std::log(2.0), from_above));
+  const double margin = set_margin(spread.above / std::log(2.0), from_above);
+  t->alarm_score += static_cast<float>(
+      scores.size() <= kFewRuns ? std::min(margin, kMostMarginOfFew) : margin);
 }
 
 namespace {
@@ -242,7 +245,7 @@ std::unique_ptr<bool[]> unknown_channels(const SearchRun &run, Eigen::Index i) {
 }
 
 // The flight code's search over one healthy run: the largest ratio of every channel and family.
-std::vector<float> run_maxima(const FlightPlan &plan, const rim_noise &noise,
+std::vector<float> run_maxima(const FlightPlan &plan, const rim_noise &noise, const Basis &basis,
                               const SearchRun &run) {
   const SectionBytes region = region_section(plan), outcome_feature = outcomes_section(plan);
   search_config config = search_of(plan, noise);
@@ -255,7 +258,7 @@ std::vector<float> run_maxima(const FlightPlan &plan, const rim_noise &noise,
   std::vector<float> maxima(noise.channels * NOISE_FAMILIES, 0.0F);
   rimi_search_keep_maxima(search, maxima.data());
   std::vector<std::uint8_t> place(plan.region.size());
-  const Matrix means = standard_means(plan.basis, *run.blocks);
+  const Matrix means = standard_means(basis, *run.blocks);
   const Eigen::Index fine = std::min(run.residual->cols(), 2 * run.predicted->cols());
   Matrix expected_all(run.blocks->blocks(), fine);
   for (Eigen::Index c = 0; c < fine; ++c)
@@ -490,18 +493,20 @@ struct FlownNoise {
 } // namespace
 
 std::vector<RunScore> calibrate_runs(FlightPlan *plan, NoiseModel *noise,
-                                     const std::vector<NoiseModel> &without,
-                                     const std::vector<SearchRun> &runs,
+                                     const std::vector<JudgedRun> &runs,
                                      const CalibrationOptions &options) {
   if (options.flight)
     plan->ring = flight_ring(*plan, FlownNoise(*noise).view);
-  std::vector<std::unique_ptr<FlownNoise>> flown;
-  for (const NoiseModel &model : without)
-    flown.push_back(std::make_unique<FlownNoise>(model));
+  std::map<const NoiseModel *, std::unique_ptr<FlownNoise>> flown;
+  for (const JudgedRun &run : runs) {
+    std::unique_ptr<FlownNoise> &of_run = flown[run.noise];
+    if (of_run == nullptr)
+      of_run = std::make_unique<FlownNoise>(*run.noise);
+  }
   std::vector<std::vector<float>> maxima(runs.size());
   Progress progress("calibrate", runs.size());
   parallel_for(runs.size(), [&](std::size_t r) {
-    maxima[r] = run_maxima(*plan, flown[r % flown.size()]->view, runs[r]);
+    maxima[r] = run_maxima(*plan, flown.at(runs[r].noise)->view, *runs[r].basis, runs[r].run);
     progress.add();
   });
   const std::size_t slots = maxima.front().size();

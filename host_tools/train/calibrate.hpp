@@ -39,6 +39,12 @@ struct Promise {
 };
 Promise promise_for(std::size_t runs, double false_alarm);
 
+// With up to so many runs, each is judged by models and noise that are learnt again without it.
+// With more, it is enough that its residuals are those of models without it. But the others' are
+// those of models with it: where runs are few, one that is unlike them moves their predictions, and
+// they seem to differ about as much as it does from them.
+constexpr std::size_t kFewRuns = 11;
+
 // Ranks, promised rate, alarm and warning score from the largest scores of nominal runs.
 void set_alarm(Thresholds *thresholds, std::vector<float> maxima,
                const CalibrationOptions &options);
@@ -58,6 +64,7 @@ ScoreSpread score_spread(std::vector<double> scores); // of at least one run
 // shape r, and c further on at that rate times exp(-c / scale): c = scale log(q / r), where q is
 // the quantile of G. scale >= 0 nats, r >= 1; returns nats, 1.10 scale for r = 1, less for more.
 constexpr double kSetsKept = 0.95;
+constexpr double kMostMarginOfFew = 4.0; // nats: the scale of a few runs is hardly known itself
 double set_margin(double scale, std::size_t r);
 
 // The same where each run has two scores: `alone` uses the inflation phi that the other runs teach,
@@ -84,11 +91,18 @@ struct RunScore {
   std::size_t channel = 0;
 };
 
-// Fills phi of the noise model and the plan's thresholds. Run r is searched with the noise model
-// without[r % folds], which has not seen it. Returns every run's score, by the phi of the others.
+// A run as flight would have seen it by models, and searched it with noise, that had not learnt
+// from it.
+struct JudgedRun {
+  SearchRun run;
+  const Basis *basis;
+  const NoiseModel *noise;
+};
+
+// Fills phi of the noise model and the plan's thresholds. Returns every run's score, by the phi of
+// the others.
 std::vector<RunScore> calibrate_runs(FlightPlan *plan, NoiseModel *noise,
-                                     const std::vector<NoiseModel> &without,
-                                     const std::vector<SearchRun> &runs,
+                                     const std::vector<JudgedRun> &runs,
                                      const CalibrationOptions &options);
 
 } // namespace rim

@@ -362,7 +362,7 @@ std::vector<std::uint16_t> drivers(const Basis &basis, const Layout &layout,
     const Basis::Input &in = basis.inputs[i];
     const bool is_sensor = std::find(layout.outcome_feature.begin(), layout.outcome_feature.end(),
                                      in.a) != layout.outcome_feature.end();
-    if (is_sensor ? holds(disturbances, in.a) : in.b >= BASIS_SINE)
+    if (is_sensor ? holds(disturbances, in.a) : in.b >= BASIS_LEAST_HARMONIC)
       found.push_back(static_cast<std::uint16_t>(i));
   }
   return found;

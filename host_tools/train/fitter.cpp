@@ -78,6 +78,12 @@ Eigen::MatrixXd sub_rows(const Eigen::MatrixXd &m, const std::vector<Eigen::Inde
   return s;
 }
 
+// By Cholesky: the ridge makes it definite, and of hundreds of terms this is where the time goes.
+Eigen::MatrixXd ridge_weights(Eigen::MatrixXd gram, double ridge, const Eigen::MatrixXd &cross) {
+  gram.diagonal().array() += ridge;
+  return gram.llt().solve(cross);
+}
+
 } // namespace
 
 Matrix columns_of(const Matrix &m, const std::vector<Eigen::Index> &terms) {
@@ -101,11 +107,11 @@ double whole_error(double error, double within) {
 Fitter::Fitter(const Basis &basis, const RunStore &runs, const std::vector<Matrix> *rolled)
     : basis_(basis), runs_(runs), rolled_(rolled) {
   const std::size_t n = runs.size();
-  y_.resize(n);
-  parallel_for(n, [&](std::size_t r) { y_[r] = targets_of(runs[r]); });
+  y_.resize(runs.all());
+  parallel_for(y_.size(), [&](std::size_t r) { y_[r] = targets_of(runs[r]); });
   mean_ = Eigen::RowVectorXd::Zero(y_.front().cols());
-  for (const Matrix &y : y_)
-    mean_ += y.colwise().mean() / static_cast<double>(n);
+  for (std::size_t r = 0; r < n; ++r)
+    mean_ += y_[r].colwise().mean() / static_cast<double>(n);
   for (Matrix &y : y_)
     y.rowwise() -= mean_; // numbers near zero: sums keep their digits
   const auto p = static_cast<Eigen::Index>(basis.terms.size());
@@ -130,17 +136,17 @@ Matrix Fitter::x(std::size_t run) const {
 
 std::vector<std::vector<Eigen::MatrixXd>>
 Fitter::all_weights(const std::vector<Question> &questions) const {
-  const std::size_t ridges = std::size(kRidges), jobs = kFolds * ridges;
-  std::vector<std::vector<Eigen::MatrixXd>> weights(questions.size(),
-                                                    std::vector<Eigen::MatrixXd>(jobs));
-  parallel_for(questions.size() * jobs, [&](std::size_t i) {
-    const Question &q = questions[i / jobs];
-    const std::size_t job = i % jobs;
-    const Fold &fold = folds_[job / ridges];
-    Eigen::MatrixXd g = sub_gram(fold.gram, q.terms);
-    g.diagonal().array() += kRidges[job % ridges];
-    weights[i / jobs][job] =
-        g.ldlt().solve(sub_rows(fold.cross, q.terms).middleCols(q.first, q.targets));
+  const std::size_t ridges = std::size(kRidges);
+  std::vector<std::vector<Eigen::MatrixXd>> weights(
+      questions.size(), std::vector<Eigen::MatrixXd>(kFolds * ridges));
+  parallel_for(questions.size() * kFolds, [&](std::size_t i) {
+    const Question &q = questions[i / kFolds];
+    const std::size_t f = i % kFolds;
+    const Eigen::MatrixXd gram = sub_gram(folds_[f].gram, q.terms);
+    const Eigen::MatrixXd cross =
+        sub_rows(folds_[f].cross, q.terms).middleCols(q.first, q.targets);
+    for (std::size_t l = 0; l < ridges; ++l)
+      weights[i / kFolds][f * ridges + l] = ridge_weights(gram, kRidges[l], cross);
   });
   return weights;
 }
@@ -175,7 +181,7 @@ Fitter::errors(const std::vector<Question> &questions) const {
     for (Eigen::MatrixXd &p : part[k])
       p = Eigen::MatrixXd::Zero(2 * questions[k].targets, static_cast<Eigen::Index>(ridges));
   }
-  parallel_in_order(y_.size(), of_run, [&](std::size_t r, const OfRun &of) {
+  parallel_in_order(runs_.size(), of_run, [&](std::size_t r, const OfRun &of) {
     for (std::size_t k = 0; k < of.size(); ++k)
       part[k][r % kFolds] += of[k];
   });
@@ -187,7 +193,7 @@ Fitter::errors(const std::vector<Question> &questions) const {
     for (Eigen::Index t = 0; t < sum.rows(); ++t) {
       errors[k].emplace_back();
       for (Eigen::Index l = 0; l < sum.cols(); ++l)
-        errors[k].back().push_back(std::sqrt(sum(t, l) / static_cast<double>(y_.size())));
+        errors[k].back().push_back(std::sqrt(sum(t, l) / static_cast<double>(runs_.size())));
     }
   }
   return errors;
@@ -195,16 +201,15 @@ Fitter::errors(const std::vector<Question> &questions) const {
 
 double Fitter::spread(Eigen::Index target) const {
   double sum = 0.0, within = 0.0;
-  for (const Matrix &y : y_)
-    sum += run_error(y.col(target), &within);
-  return std::sqrt(sum / static_cast<double>(y_.size()));
+  for (std::size_t r = 0; r < runs_.size(); ++r)
+    sum += run_error(y_[r].col(target), &within);
+  return std::sqrt(sum / static_cast<double>(runs_.size()));
 }
 
 Eigen::VectorXd Fitter::weights(const std::vector<Eigen::Index> &terms, double ridge,
                                 std::size_t fold, Eigen::Index target) const {
-  Eigen::MatrixXd g = sub_gram(folds_[fold].gram, terms);
-  g.diagonal().array() += ridge;
-  const Eigen::VectorXd w = g.ldlt().solve(sub_rows(folds_[fold].cross.col(target), terms));
+  const Eigen::VectorXd w = ridge_weights(sub_gram(folds_[fold].gram, terms), ridge,
+                                          sub_rows(folds_[fold].cross.col(target), terms));
   Eigen::VectorXd all = Eigen::VectorXd::Zero(folds_[fold].gram.rows());
   for (std::size_t i = 0; i < terms.size(); ++i)
     all[terms[i]] = static_cast<double>(static_cast<float>(w[static_cast<Eigen::Index>(i)]));

@@ -9,7 +9,6 @@
 
 namespace rim {
 
-constexpr std::size_t kFolds = 6; // run r is left out of fold r % kFolds
 inline constexpr double kRidges[] = {0.1, 1.0, 10.0, 100.0, 1e3, 1e4, 1e5};
 
 // The sums over the runs of a fold, less those left out.
@@ -42,7 +41,7 @@ public:
   const Eigen::RowVectorXd &mean() const { return mean_; }
   // What errors() says of a target that nothing explains.
   double spread(Eigen::Index target) const;
-  std::size_t runs() const { return y_.size(); }
+  const RunStore &runs() const { return runs_; }
 
 private:
   // weights[question][fold and ridge]: of runs without the fold.

@@ -59,6 +59,17 @@ std::vector<std::uint16_t> given(const Survey &survey) {
   return features;
 }
 
+// The number of a mode says nothing of how much: what each mode does is a table. On a few numbers m,
+// 1, m, m^2 and the harmonics cos k m and sin k m are as many independent functions as there are
+// numbers. How many harmonics a feature needs that is the number of a mode; 0: it is none.
+std::size_t harmonics_of(const Survey &survey, std::size_t feature) {
+  constexpr std::size_t told_apart = 3; // by 1, m and m^2
+  const Layout &layout = survey.layout;
+  if (layout.external || is_outcome(layout, feature) || is_angle(layout, feature))
+    return 0;
+  return (std::max(survey.modes(feature), told_apart) - told_apart + 1) / 2;
+}
+
 void choose_inputs(Basis *basis, const Survey &survey, const std::vector<std::uint16_t> &features) {
   const Layout &layout = survey.layout;
   const auto add = [basis](std::uint16_t a, std::uint16_t b) {
@@ -74,11 +85,21 @@ void choose_inputs(Basis *basis, const Survey &survey, const std::vector<std::ui
     add(static_cast<std::uint16_t>(f), BASIS_SINE);
   }
   for (const std::uint16_t f : features) {
+    for (std::size_t k = 0; k < harmonics_of(survey, f); ++k) {
+      add(f, static_cast<std::uint16_t>(BASIS_COSINE - 2 * k));
+      add(f, static_cast<std::uint16_t>(BASIS_SINE - 2 * k));
+    }
+    if (harmonics_of(survey, f) > 0)
+      add(f, f);
+  }
+  for (const std::uint16_t f : features) {
     if (takes_both_signs(survey, f))
       add(f, BASIS_MAGNITUDE);
   }
-  for (const std::uint16_t f : features)
-    add(f, f);
+  for (const std::uint16_t f : features) {
+    if (harmonics_of(survey, f) == 0)
+      add(f, f);
+  }
   for (std::size_t i = 0; i < features.size(); ++i) {
     for (std::size_t j = i + 1; j < features.size(); ++j)
       add(features[i], features[j]);
@@ -145,8 +166,8 @@ void choose_terms(Basis *basis, std::size_t plain, std::size_t outcomes) {
 // lever arms and speeds multiply, three at a time, at the times in which a vehicle answers.
 void add_steep_terms(Basis *basis, const Survey &survey, std::size_t plain) {
   const std::size_t times = basis->share.size();
-  const auto is_factor = [](const Basis::Input &i) {
-    return i.b == BASIS_PLAIN || i.b == BASIS_COSINE || i.b == BASIS_SINE;
+  const auto is_factor = [&survey](const Basis::Input &i) {
+    return i.b == BASIS_PLAIN || is_angle(survey.layout, i.a);
   };
   const auto factors = static_cast<std::size_t>(
       std::find_if_not(basis->inputs.begin(), basis->inputs.end(), is_factor) -
@@ -219,6 +240,21 @@ void add_outside_terms(Basis *basis, const Survey &survey, std::size_t plain) {
   }
 }
 
+// In every mode another command may count for more, or for less.
+void add_mode_terms(Basis *basis, const Survey &survey, std::size_t plain) {
+  const std::size_t times = basis->share.size(), t = 2;
+  for (std::size_t m = 0; m < basis->inputs.size(); ++m) {
+    const Basis::Input &in = basis->inputs[m];
+    const bool is_harmonic = in.b >= BASIS_LEAST_HARMONIC && in.b <= BASIS_COSINE;
+    for (std::size_t i = 0; i < plain; ++i) {
+      if (is_harmonic && !is_angle(survey.layout, in.a) && basis->inputs[i].a != in.a &&
+          basis->terms.size() < kMostTerms)
+        basis->terms.push_back({BASIS_PRODUCT, static_cast<std::uint16_t>(m * times + t),
+                                static_cast<std::uint16_t>(i * times + t), 0, TermGroup::shape});
+    }
+  }
+}
+
 // Mean and standard deviation over the runs of every outcome's first readings.
 void learn_first(Basis *basis, const Survey &survey) {
   const Layout &layout = survey.layout;
@@ -285,6 +321,7 @@ Basis make_basis(const Survey &survey, double run_rows) {
   if (!layout.external)
     choose_terms(&basis, plain, layout.outcomes());
   if (!layout.external) {
+    add_mode_terms(&basis, survey, plain);
     add_steep_terms(&basis, survey, plain);
     add_outside_terms(&basis, survey, plain);
   }

@@ -76,7 +76,7 @@ public:
     for (const Basis::Input &i : basis.inputs)
       features = std::max<std::uint32_t>(features, i.a + 1U);
     for (const Basis::Input &i : basis.inputs) {
-      if (i.b < BASIS_SINE)
+      if (i.b < BASIS_LEAST_HARMONIC)
         features = std::max<std::uint32_t>(features, (i.b & ~BASIS_OF_PRODUCT) + 1U);
     }
     if (rimi_basis_open(&view_, bytes_.data(), bytes_.size(), features,
@@ -206,10 +206,10 @@ Searcher::Searcher(const Basis &basis, const RunStore &runs,
     filters_.push_back(i);
     columns_.push_back(column);
   }
-  inputs_.resize(runs.size());
-  parallel_for(runs.size(), [&](std::size_t r) { inputs_[r] = inputs_of(r); });
+  inputs_.resize(runs.all());
+  parallel_for(runs.all(), [&](std::size_t r) { inputs_[r] = inputs_of(r); });
   rolled_.rates.resize(kFolds + 1);
-  for (std::size_t r = 0; r < runs.size(); ++r)
+  for (std::size_t r = 0; r < runs.all(); ++r)
     rolled_.values.emplace_back(runs[r].blocks(), 0);
 }
 
@@ -219,6 +219,8 @@ Rolled Searcher::search(const std::vector<double> &asked) {
     return std::move(rolled_);
   std::vector<Fit> fits;
   for (const double may_leave : kMayLeave) {
+    if (rolled_.states.size() == BASIS_MAX_STATES)
+      break;
     if (fits.empty() || rolled_.states.size() > round_states_) { // there is more to depend on
       round_states_ = rolled_.states.size();
       fits.assign(bar.size(), {});
@@ -487,13 +489,16 @@ void Searcher::judge(std::size_t o, Fit *fit) const {
   std::vector<Basis::State> states = rolled_.states;
   states.push_back(state_of(o));
   double sum = 0.0;
-  fit->values.resize(runs_.size());
-  for (std::size_t f = 0; f < kFolds; ++f) {
+  fit->values.resize(runs_.all());
+  for (std::size_t f = 0; f <= kFolds; ++f) {
     const FlightRates rates(basis_, states, rates_with(*fit, f),
                             static_cast<std::size_t>(runs_.front().outcome.cols()));
-    for (std::size_t r = f; r < runs_.size(); r += kFolds) {
+    for (std::size_t r = 0; r < runs_.all(); ++r) {
+      if (runs_.fold(r) != f)
+        continue;
       fit->values[r] = rates.roll(inputs_[r], runs_[r].first, block_s_).rightCols<1>();
-      sum += error_of_(runs_[r].outcome.col(static_cast<Eigen::Index>(o)) - fit->values[r]);
+      if (r < runs_.size())
+        sum += error_of_(runs_[r].outcome.col(static_cast<Eigen::Index>(o)) - fit->values[r]);
     }
   }
   fit->error = std::sqrt(sum / static_cast<double>(runs_.size()));
@@ -512,7 +517,7 @@ void Searcher::accept(std::size_t o, Fit fit) {
   for (std::size_t f = 0; f <= kFolds; ++f)
     rolled_.rates[f] = rates_with(fit, f);
   rolled_.states.push_back(state_of(o));
-  for (std::size_t r = 0; r < runs_.size(); ++r) {
+  for (std::size_t r = 0; r < runs_.all(); ++r) {
     Matrix &values = rolled_.values[r];
     values.conservativeResize(values.rows(), values.cols() + 1);
     values.rightCols<1>() = fit.values[r];

@@ -23,7 +23,7 @@ struct Rolled {
   std::vector<Basis::State> states;
   // rates[f]: learnt from the runs without those r with r % kFolds == f; the last: from all.
   std::vector<std::vector<Basis::Rate>> rates;
-  std::vector<Matrix> values; // per run, by rates without it: blocks x states
+  std::vector<Matrix> values; // of all() runs, by rates without it: blocks x states
 };
 
 // asked[o]: the error that a state of outcome o must win against, root mean square; 0: not asked.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "train/run_store.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
@@ -96,7 +97,7 @@ struct RunStore::Room {
 };
 
 RunStore::RunStore(std::size_t n, std::size_t wide_bytes, std::string folder)
-    : runs_(n), places_(n), room_(std::make_shared<Room>()) {
+    : runs_(n), places_(n), learnt_(n), room_(std::make_shared<Room>()) {
   room_->left = wide_bytes;
   room_->folder = std::move(folder);
 }
@@ -145,6 +146,15 @@ void RunStore::put_from(std::size_t r, BlockRun narrow, std::shared_ptr<BlockFil
   places_[r].file = std::move(file);
   places_[r].at = at;
   std::copy(columns, columns + 3, places_[r].columns);
+}
+
+RunStore RunStore::without(std::size_t run) const {
+  RunStore some = *this;
+  const auto at = static_cast<std::ptrdiff_t>(run);
+  std::rotate(some.runs_.begin() + at, some.runs_.begin() + at + 1, some.runs_.end());
+  std::rotate(some.places_.begin() + at, some.places_.begin() + at + 1, some.places_.end());
+  some.learnt_ = learnt_ - 1;
+  return some;
 }
 
 void RunStore::forget_wide() {

@@ -39,6 +39,8 @@ private:
   std::string path_;
 };
 
+constexpr std::size_t kFolds = 6; // run r is left out of fold r % kFolds
+
 // What of a run is not kept in memory.
 struct WideBlocks {
   Matrix terms, early, late; // as of BlockRun
@@ -66,12 +68,22 @@ public:
   // The wide matrices are not asked for any more.
   void forget_wide();
 
-  // Narrow: terms, early and late are empty.
-  std::size_t size() const { return runs_.size(); }
+  // The same runs with this one behind the others: nothing is learnt from it, but the models that
+  // are learnt from the others predict it too. Shares the wide matrices.
+  RunStore without(std::size_t run) const;
+
+  // Narrow: terms, early and late are empty. Learnt from are the first size() runs, and so are
+  // begin() to end(); with the one that is only judged there are all() runs.
+  std::size_t size() const { return learnt_; }
+  std::size_t all() const { return runs_.size(); }
   const BlockRun &operator[](std::size_t r) const { return runs_[r]; }
   const BlockRun &front() const { return runs_.front(); }
   std::vector<BlockRun>::const_iterator begin() const { return runs_.begin(); }
-  std::vector<BlockRun>::const_iterator end() const { return runs_.end(); }
+  std::vector<BlockRun>::const_iterator end() const {
+    return runs_.begin() + static_cast<std::ptrdiff_t>(learnt_);
+  }
+  // The fold whose models have not seen run r; kFolds: those of all runs that are learnt from.
+  std::size_t fold(std::size_t r) const { return r < learnt_ ? r % kFolds : kFolds; }
 
 private:
   struct Place {
@@ -83,6 +95,7 @@ private:
   struct Room; // what threads share
   std::vector<BlockRun> runs_;
   std::vector<Place> places_;
+  std::size_t learnt_ = 0;
   std::shared_ptr<Room> room_;
 };
 

@@ -2,6 +2,7 @@
 #include "train/survey.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 #include "util/error.hpp"
@@ -47,6 +48,16 @@ Counted periods_of(const std::vector<double> &t_s) {
   return counted;
 }
 
+// Puts a value among those that are there; false: it is not the number of a mode, or one too many.
+bool add_mode(std::vector<double> *values, double value) {
+  if (value != std::floor(value) || std::abs(value) > kLargestMode)
+    return false;
+  const auto at = std::lower_bound(values->begin(), values->end(), value);
+  if (at == values->end() || *at != value)
+    values->insert(at, value);
+  return values->size() <= kMostModes;
+}
+
 FeatureFacts facts_of_feature(const Log &log, const Layout &layout, std::size_t feature) {
   const auto column = log.values.col(find_column(log, layout.feature_names[feature]));
   FeatureFacts facts;
@@ -55,6 +66,9 @@ FeatureFacts facts_of_feature(const Log &log, const Layout &layout, std::size_t 
   facts.low = column.minCoeff();
   facts.high = column.maxCoeff();
   facts.first = column.head(std::min(kFirstRows, column.size())).mean();
+  const auto is_mode = [&facts](double value) { return add_mode(&facts.values, value); };
+  if (!std::all_of(column.begin(), column.end(), is_mode))
+    facts.values.clear();
   const double turn = whole_turn(layout, feature);
   for (Eigen::Index t = 1; turn > 0.0 && t < column.size() && !facts.jumps; ++t)
     facts.jumps = std::abs(column[t] - column[t - 1]) > 0.75 * turn;
@@ -104,6 +118,17 @@ double Survey::high(std::size_t feature) const {
   for (const RunFacts &run : runs)
     most = std::max(most, run.features[feature].high);
   return most;
+}
+
+std::size_t Survey::modes(std::size_t feature) const {
+  std::vector<double> all;
+  for (const RunFacts &run : runs) {
+    const std::vector<double> &values = run.features[feature].values;
+    const auto is_mode = [&all](double value) { return add_mode(&all, value); };
+    if ((run.rows > 0 && values.empty()) || !std::all_of(values.begin(), values.end(), is_mode))
+      return 0;
+  }
+  return all.size();
 }
 
 double Survey::period_s() const {

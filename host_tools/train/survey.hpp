@@ -14,11 +14,17 @@
 
 namespace rim {
 
+// A feature that takes more values than this, one that is no whole number, or one that is farther
+// from zero than kLargestMode, is a quantity and not the number of a mode.
+constexpr std::size_t kMostModes = 12;
+constexpr double kLargestMode = 32.0;
+
 // One feature in one run, in its own unit.
 struct FeatureFacts {
   double low = 1e300, high = -1e300; // of its rows
   double first = 0.0;                // mean of its first eight
   bool jumps = false;                // an angle that goes on through the end of its turn
+  std::vector<double> values; // ascending, each once; empty: they are not numbers of modes
 };
 
 struct RunFacts {
@@ -35,6 +41,8 @@ struct Survey {
 
   double low(std::size_t feature) const;  // of all runs
   double high(std::size_t feature) const; // of all runs
+  // How many modes it tells apart by their numbers, over all runs; 0: it is a quantity.
+  std::size_t modes(std::size_t feature) const;
   // Median time between the rows of all runs. DataError with fewer than two rows.
   double period_s() const;
 };

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <stdexcept>
 
 #include <fmt/format.h>
 
@@ -13,6 +15,7 @@
 
 extern "C" {
 #include "image/basis.h"
+#include "image/nominal.h"
 }
 
 namespace rim {
@@ -21,7 +24,6 @@ namespace {
 
 constexpr double kBlocksPerRun = 240.0;
 constexpr double kStalePeriods = 5.0;
-constexpr std::size_t kNoiseFolds = 6;
 constexpr std::uint32_t kRing = 384; // calibrate_runs() gives flight its own
 // Error over behaviour's, above which the others' residuals say nothing.
 constexpr double kLeastAgreement = 0.95;
@@ -30,7 +32,7 @@ constexpr double kLeastAgreement = 0.95;
 std::vector<Matrix> all_residuals(const RunStore &runs, const Behaviour &behaviour,
                                   const Agreement &agreement) {
   std::vector<Matrix> all;
-  for (std::size_t r = 0; r < runs.size(); ++r) {
+  for (std::size_t r = 0; r < runs.all(); ++r) {
     const Eigen::Index o = runs[r].outcome.cols();
     Matrix m(runs[r].blocks(), 4 * o);
     m.leftCols(o) = behaviour.residual[r];
@@ -68,28 +70,6 @@ void settle_agreement(NoiseModel *noise, const Agreement &agreement, std::size_t
   }
 }
 
-// The noise of all runs; returns that of the runs without every fold, by which the fold's runs are
-// judged: a run whose own effects were learnt is no guide to what a new one shows.
-std::vector<NoiseModel> fit_noises(const FlightPlan &plan, const std::vector<SearchRun> &seen,
-                                   const Agreement &agreement, NoiseModel *of_all) {
-  const std::size_t folds = std::min(kNoiseFolds, seen.size());
-  const std::size_t outcomes = plan.layout.outcomes();
-  std::vector<NoiseModel> without;
-  for (std::size_t f = 0; f <= folds; ++f) {
-    std::vector<std::size_t> which;
-    for (std::size_t r = 0; r < seen.size(); ++r) {
-      if (r % folds != f)
-        which.push_back(r);
-    }
-    without.push_back(fit_noise(plan.basis, seen, which, plan.block_rows * plan.period_s));
-    settle_repeats(&without.back(), outcomes);
-    settle_agreement(&without.back(), agreement, outcomes);
-  }
-  *of_all = without.back();
-  without.pop_back();
-  return without;
-}
-
 Behaviour external_behaviour(const RunStore &runs, std::size_t outcomes) {
   Behaviour b;
   b.targets.resize(2 * outcomes);
@@ -103,12 +83,34 @@ Behaviour external_behaviour(const RunStore &runs, std::size_t outcomes) {
 
 // What the others' readings say of every outcome, block by block (thesis 4.2.5, eq. 4.9-4.14).
 struct Level {
-  std::vector<Matrix> predicted; // per run: blocks x outcomes; empty: there is no section LEVEL
-  std::vector<Matrix> beyond;    // 1 where a block lies beyond what the other runs taught
+  std::vector<std::uint8_t> section; // empty: there is none
+  std::vector<Matrix> predicted;     // of all() runs: blocks x outcomes
+  std::vector<Matrix> beyond;        // 1 where a block lies beyond what the other runs taught
 };
 
-Level fit_level(FlightPlan *plan, const RunStore &runs) {
-  const Layout &layout = plan->layout;
+// Runs that were not learnt from, as the flight code judges them.
+void judge_level(const Layout &layout, const RunStore &runs, Level *level) {
+  rim_nominal model;
+  if (rimi_nominal_open(&model, level->section.data(), level->section.size()) != RIM_OK)
+    throw std::logic_error("section LEVEL is not as the library wants it");
+  const std::size_t outcomes = layout.outcomes();
+  auto beyond = std::make_unique<bool[]>(outcomes);
+  for (std::size_t r = runs.size(); r < runs.all(); ++r) {
+    const Matrix &context = runs[r].context;
+    level->predicted.push_back(predict_flight(level->section, context).mean);
+    Matrix of_run(context.rows(), static_cast<Eigen::Index>(outcomes));
+    for (Eigen::Index i = 0; i < context.rows(); ++i) {
+      if (rimi_nominal_beyond(&model, context.row(i).data(), layout.outcome_feature.data(),
+                              beyond.get()) != RIM_OK)
+        throw std::logic_error("rimi_nominal_beyond");
+      for (std::size_t o = 0; o < outcomes; ++o)
+        of_run(i, static_cast<Eigen::Index>(o)) = beyond[o] ? 1.0 : 0.0;
+    }
+    level->beyond.push_back(of_run);
+  }
+}
+
+Level fit_level(const Layout &layout, const RunStore &runs) {
   Eigen::Index rows = 0;
   for (const BlockRun &run : runs)
     rows += run.blocks();
@@ -128,14 +130,15 @@ Level fit_level(FlightPlan *plan, const RunStore &runs) {
   for (const std::uint16_t f : layout.outcome_feature)
     options.exclude.push_back(f);
   const FitResult fit = fit_nominal(x, y, run_of, options);
-  plan->level = nominal_section(fit.model);
   Level level;
+  level.section = nominal_section(fit.model);
   at = 0;
   for (const BlockRun &run : runs) {
     level.predicted.push_back(fit.mean.middleRows(at, run.blocks()));
     level.beyond.push_back(fit.beyond.middleRows(at, run.blocks()));
     at += run.blocks();
   }
+  judge_level(layout, runs, &level);
   return level;
 }
 
@@ -246,6 +249,106 @@ void set_search(FlightPlan *plan, const TrainOptions &options) {
   plan->stale_s = std::max(options.stale_s, kStalePeriods * plan->period_s);
 }
 
+// What is learnt of runs, and what it says of all() of them by models without them.
+struct Learnt {
+  Basis basis;
+  Behaviour behaviour;
+  Level level;
+  Agreement agreement;
+  std::vector<Matrix> residual; // blocks x channels
+  std::vector<Eigen::VectorXd> disturbance;
+};
+
+double block_s(const FlightPlan &plan) { return plan.block_rows * plan.period_s; }
+
+Learnt learn(const HealthyRuns &healthy, const RunStore &runs) {
+  const Layout &layout = healthy.plan.layout;
+  Learnt l;
+  l.basis = healthy.plan.basis;
+  l.behaviour =
+      layout.external
+          ? external_behaviour(runs, layout.outcomes())
+          : fit_behaviour(&l.basis, layout, healthy.integrands, runs, block_s(healthy.plan));
+  if (layout.external)
+    learn_means(&l.basis, runs);
+  give_back_memory();
+  if (wants_level(layout, runs))
+    l.level = fit_level(layout, runs);
+  give_back_memory();
+  l.agreement = fit_agreement(layout, l.basis, healthy.integrands, runs, l.behaviour.residual,
+                              l.behaviour.predicted, l.level.predicted);
+  const std::vector<int> &source = l.agreement.source;
+  if (std::count(source.begin(), source.end(), AGREEMENT_LEVEL) == 0)
+    l.level.section.clear();
+  l.residual = all_residuals(runs, l.behaviour, l.agreement);
+  l.disturbance = disturbances(l.agreement, l.behaviour.residual);
+  keep_beyond(l.agreement, &l.level.beyond);
+  for (auto *matrices :
+       {&l.level.predicted, &l.behaviour.residual, &l.behaviour.scatter, &l.agreement.remains})
+    std::vector<Matrix>().swap(*matrices);
+  return l;
+}
+
+// Views of all() runs; both must outlive them.
+std::vector<SearchRun> seen_runs(const RunStore &runs, const Learnt &l) {
+  std::vector<SearchRun> seen;
+  for (std::size_t r = 0; r < runs.all(); ++r)
+    seen.push_back({&runs[r], &l.behaviour.predicted[r], &l.agreement.expected[r], &l.residual[r],
+                    &l.disturbance[r], l.level.beyond.empty() ? nullptr : &l.level.beyond[r]});
+  return seen;
+}
+
+// Of the runs that are not in this fold (kFolds: of all).
+NoiseModel noise_without(const HealthyRuns &healthy, const Learnt &l,
+                         const std::vector<SearchRun> &seen, std::size_t fold) {
+  std::vector<std::size_t> which;
+  for (std::size_t r = 0; r < seen.size(); ++r) {
+    if (r % kFolds != fold)
+      which.push_back(r);
+  }
+  const std::size_t outcomes = healthy.plan.layout.outcomes();
+  NoiseModel noise = fit_noise(l.basis, seen, which, block_s(healthy.plan));
+  settle_repeats(&noise, outcomes);
+  settle_agreement(&noise, l.agreement, outcomes);
+  return noise;
+}
+
+// Every run with what it is judged by, and what these views are of.
+struct Judgement {
+  std::vector<std::unique_ptr<const RunStore>> stores;
+  std::vector<std::unique_ptr<const Learnt>> learnt;
+  std::vector<std::unique_ptr<const NoiseModel>> noise;
+  std::vector<JudgedRun> runs;
+};
+
+// By noise without the run: one whose own effects were learnt is no guide to what a new one shows.
+Judgement judge_many(const HealthyRuns &healthy, const Learnt &learnt,
+                     const std::vector<SearchRun> &seen) {
+  Judgement j;
+  for (std::size_t f = 0; f < std::min(kFolds, seen.size()); ++f)
+    j.noise.push_back(
+        std::make_unique<const NoiseModel>(noise_without(healthy, learnt, seen, f)));
+  for (std::size_t r = 0; r < seen.size(); ++r)
+    j.runs.push_back({seen[r], &learnt.basis, j.noise[r % kFolds].get()});
+  return j;
+}
+
+// By models and noise that are learnt again without the run.
+Judgement judge_few(const HealthyRuns &healthy) {
+  Judgement j;
+  j.runs.resize(healthy.runs.size());
+  for (std::size_t r = 0; r < j.runs.size(); ++r) {
+    j.stores.push_back(std::make_unique<const RunStore>(healthy.runs.without(r)));
+    const RunStore &store = *j.stores.back();
+    j.learnt.push_back(std::make_unique<const Learnt>(learn(healthy, store)));
+    const std::vector<SearchRun> all = seen_runs(store, *j.learnt.back());
+    j.noise.push_back(std::make_unique<const NoiseModel>(
+        noise_without(healthy, *j.learnt.back(), {all.begin(), all.end() - 1}, kFolds)));
+    j.runs[r] = {all.back(), &j.learnt.back()->basis, j.noise.back().get()};
+  }
+  return j;
+}
+
 } // namespace
 
 Training train(const std::vector<Log> &logs, const TrainOptions &options) {
@@ -260,44 +363,28 @@ Training train(HealthyRuns healthy, const TrainOptions &options) {
   plan = healthy.plan;
   training.warnings = healthy.warnings;
   training.input = healthy.input;
-  const std::size_t outcomes = plan.layout.outcomes();
-  Behaviour behaviour = plan.layout.external
-                            ? external_behaviour(runs, outcomes)
-                            : fit_behaviour(&plan.basis, plan.layout, healthy.integrands, runs,
-                                            plan.block_rows * plan.period_s);
-  if (plan.layout.external)
-    learn_means(&plan.basis, runs);
-  give_back_memory();
-  Level level = wants_level(plan.layout, runs) ? fit_level(&plan, runs) : Level{};
-  give_back_memory();
-  Agreement agreement = fit_agreement(plan.layout, plan.basis, healthy.integrands, runs,
-                                      behaviour.residual, behaviour.predicted, level.predicted);
-  if (std::count(agreement.source.begin(), agreement.source.end(), AGREEMENT_LEVEL) == 0)
-    plan.level.clear();
-  const std::vector<Matrix> residual = all_residuals(runs, behaviour, agreement);
-  const std::vector<Eigen::VectorXd> disturbance = disturbances(agreement, behaviour.residual);
+  const bool few = runs.size() <= kFewRuns && !plan.layout.external;
+  Judgement judgement = few ? judge_few(healthy) : Judgement{};
+  Learnt learnt = learn(healthy, runs);
   runs.forget_wide(); // what is not needed any more goes
-  keep_beyond(agreement, &level.beyond);
-  for (auto *matrices :
-       {&level.predicted, &behaviour.residual, &behaviour.scatter, &agreement.remains})
-    std::vector<Matrix>().swap(*matrices);
   give_back_memory();
-  std::vector<SearchRun> seen;
-  for (std::size_t r = 0; r < runs.size(); ++r)
-    seen.push_back({&runs[r], &behaviour.predicted[r], &agreement.expected[r], &residual[r],
-                    &disturbance[r], level.beyond.empty() ? nullptr : &level.beyond[r]});
-  const std::vector<NoiseModel> without = fit_noises(plan, seen, agreement, &training.noise);
+  const std::vector<SearchRun> seen = seen_runs(runs, learnt);
+  training.noise = noise_without(healthy, learnt, seen, kFolds);
+  if (!few)
+    judgement = judge_many(healthy, learnt, seen);
+  plan.basis = learnt.basis;
   if (!plan.layout.external) {
-    shrink_basis(&plan.basis, &behaviour);
-    plan.behaviour = behaviour_section(plan.basis, behaviour);
+    shrink_basis(&plan.basis, &learnt.behaviour);
+    plan.behaviour = behaviour_section(plan.basis, learnt.behaviour);
   }
-  plan.agreement = agreement_section(agreement, plan.basis.means.size());
+  plan.agreement = agreement_section(learnt.agreement, plan.basis.means.size());
+  plan.level = learnt.level.section;
   set_search(&plan, options);
-  choose_region(&plan, seen, explained_parts(plan, behaviour), options.calibration);
-  training.scores = calibrate_runs(&plan, &training.noise, without, seen, options.calibration);
+  choose_region(&plan, seen, explained_parts(plan, learnt.behaviour), options.calibration);
+  training.scores = calibrate_runs(&plan, &training.noise, judgement.runs, options.calibration);
   plan.noise = noise_section(training.noise);
   training.promise = promise_for(runs.size(), options.calibration.false_alarm);
-  report_outcomes(&training, behaviour, agreement);
+  report_outcomes(&training, learnt.behaviour, learnt.agreement);
   find_unlike_runs(healthy.paths, &training);
   return training;
 }

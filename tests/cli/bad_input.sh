@@ -4,7 +4,7 @@
 . "$(dirname "$0")/check.inc"
 . "$(dirname "$0")/toy.inc"
 cd "$here" || exit 1
-for i in $(seq 8); do toy "run$i.csv" "$i" 600; done
+for i in $(seq 12); do toy "run$i.csv" "$i" 600; done
 "$RIM" train run*.csv --out toy.rim --quick > /dev/null || bad "train"
 toy log.csv 50 600 'a += 0.6'
 "$RIM" replay --model toy.rim log.csv > good.txt || bad "the good log"

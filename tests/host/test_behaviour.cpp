@@ -4,7 +4,6 @@
 #include "learnt.hpp"
 #include "made_vehicle.hpp"
 #include "train/trainer.hpp"
-#include "util/error.hpp"
 
 #include <cmath>
 #include <cstdarg>
@@ -153,19 +152,6 @@ void a_run_is_predicted_without_itself(void **) {
   assert_true(own > 0.9 * 0.5); // in a fit with the run itself a twelfth would be gone
 }
 
-void three_runs_are_needed(void **) {
-  Learnt l = plain();
-  l.runs = rim::RunStore(std::vector<rim::BlockRun>(l.runs.begin(), l.runs.begin() + 2));
-  bool refused = false;
-  try {
-    (void)rim::fit_behaviour(&l.basis, l.layout, l.options.integrands, l.runs,
-                             kBlockRows * l.options.period_s);
-  } catch (const rim::DataError &) {
-    refused = true;
-  }
-  assert_true(refused);
-}
-
 // ---- training and flight ----
 
 void same_row(const rim::Matrix &trained, Eigen::Index block, const double *flown) {
@@ -293,7 +279,6 @@ int main() {
       cmocka_unit_test(held_out_errors_are_honest),
       cmocka_unit_test(fresh_runs_are_predicted_as_well_as_runs_left_out),
       cmocka_unit_test(a_run_is_predicted_without_itself),
-      cmocka_unit_test(three_runs_are_needed),
       cmocka_unit_test(no_run_that_was_learnt_from_began_late),
       cmocka_unit_test(training_and_flight_see_the_same),
       cmocka_unit_test(training_and_flight_predict_the_same),

@@ -137,7 +137,11 @@ Calibrated calibrate(const std::vector<MadeRun> &runs) {
   for (const MadeRun &run : runs)
     seen.push_back(run.seen());
   rim::choose_region(&c.plan, seen, {1.0, 1.0}, rim::CalibrationOptions{});
-  c.scores = rim::calibrate_runs(&c.plan, &c.noise, {c.noise}, seen, rim::CalibrationOptions{});
+  const rim::NoiseModel noise = c.noise;
+  std::vector<rim::JudgedRun> judged;
+  for (const rim::SearchRun &run : seen)
+    judged.push_back({run, &c.plan.basis, &noise});
+  c.scores = rim::calibrate_runs(&c.plan, &c.noise, judged, rim::CalibrationOptions{});
   return c;
 }
 

@@ -192,6 +192,45 @@ void unused_states_do_not_fly(void **) {
   assert_true(basis_opens(l));
 }
 
+// A plant of more basins than there are states: as many are rolled forward as fly.
+void a_plant_of_many_states_is_learnt(void **) {
+  constexpr std::size_t runs = 8, rows = 1000, basins_of_plant = BASIS_MAX_STATES + 2;
+  std::vector<rim::Log> logs;
+  for (std::uint64_t seed = kSeed + 200; seed < kSeed + 200 + runs; ++seed) {
+    rim_rng rng;
+    rimi_rng_seed(&rng, seed, 3);
+    rim::Log log;
+    log.path = "plant" + std::to_string(seed);
+    log.columns = {{"u.pump", "", rim::Role::command}, {"u.valve", "", rim::Role::command}};
+    Eigen::VectorXd level(basins_of_plant);
+    for (Eigen::Index i = 0; i < level.size(); ++i) {
+      log.columns.push_back({"s.level" + std::to_string(i) + "_m", "m", rim::Role::sensor});
+      level[i] = 2.0 + 2.0 * rimi_rng_uniform(&rng);
+    }
+    log.values.resize(static_cast<Eigen::Index>(rows), 2 + level.size());
+    double pump = 0.5, valve = 0.5;
+    for (std::size_t t = 0; t < rows; ++t) {
+      if (t % 80 == 0)
+        pump = 0.1 + 0.8 * rimi_rng_uniform(&rng);
+      if (t % 110 == 0)
+        valve = 0.2 + 0.8 * rimi_rng_uniform(&rng);
+      log.t_s.push_back(kPeriod * static_cast<double>(t));
+      const auto row = static_cast<Eigen::Index>(t);
+      log.values(row, 0) = pump;
+      log.values(row, 1) = valve;
+      for (Eigen::Index i = 0; i < level.size(); ++i) {
+        const double each = 1.0 + 0.2 * static_cast<double>(i);
+        level[i] += kPeriod * (0.1 * pump - 0.02 / each * valve * level[i]);
+        log.values(row, 2 + i) = level[i] + kNoise * rimi_rng_normal(&rng);
+      }
+    }
+    logs.push_back(std::move(log));
+  }
+  const Learnt l = learn(logs);
+  assert_int_equal(l.basis.states.size(), BASIS_MAX_STATES);
+  assert_true(basis_opens(l));
+}
+
 } // namespace
 
 int main() {
@@ -199,6 +238,7 @@ int main() {
                               cmocka_unit_test(a_fresh_run_is_predicted_whatever_its_sensor_says),
                               cmocka_unit_test(gaps_cost_little),
                               cmocka_unit_test(training_and_flight_make_the_same_terms),
-                              cmocka_unit_test(unused_states_do_not_fly)};
+                              cmocka_unit_test(unused_states_do_not_fly),
+                              cmocka_unit_test(a_plant_of_many_states_is_learnt)};
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }

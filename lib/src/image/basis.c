@@ -25,7 +25,7 @@ static bool inputs_fit(const rim_basis *b, uint32_t features) {
   for (size_t i = 0; i < b->inputs; ++i) {
     const uint16_t second = rimi_le_u16(b->input, 2 * i + 1);
     if (rimi_le_u16(b->input, 2 * i) >= features ||
-        ((second & ~BASIS_OF_PRODUCT) >= features && second < BASIS_SINE))
+        ((second & ~BASIS_OF_PRODUCT) >= features && second < BASIS_LEAST_HARMONIC))
       return false;
   }
   for (size_t t = 0; t < b->times; ++t) {

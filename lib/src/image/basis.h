@@ -6,8 +6,9 @@
  *   u32 layout (BASIS_LAYOUT), inputs I, time constants T, terms P, means M, S, states Z, rates Q
  *   u16 input[I][2]       a, b: feature a as it is (b = BASIS_PLAIN), its magnitude (b =
  *                         BASIS_MAGNITUDE), the cosine or sine of the angle a (BASIS_COSINE,
- *                         BASIS_SINE), the product of the features a and b, or, with
- *                         BASIS_OF_PRODUCT added to b, the product's magnitude
+ *                         BASIS_SINE), those of k times a (2 (k - 1) less, k to BASIS_HARMONICS; of
+ *                         what is no angle, a in radians), the product of the features a and b, or,
+ *                         with BASIS_OF_PRODUCT added to b, the product's magnitude
  *   f32 share[T]          of a new row in an exponential mean: 1 - exp(-period / time constant)
  *   u16 term[P][4]        op (basis_op), a, b, c
  *   f32 center[P], inverse_sd[P]      a term's value is (raw - center) * inverse_sd, clipped
@@ -44,6 +45,8 @@
 #define BASIS_MAGNITUDE 0xfffeu
 #define BASIS_COSINE 0xfffdu
 #define BASIS_SINE 0xfffcu
+#define BASIS_HARMONICS 5u
+#define BASIS_LEAST_HARMONIC (BASIS_SINE - 2u * (BASIS_HARMONICS - 1u))
 #define BASIS_OF_PRODUCT 0x8000u
 #define BASIS_STATE 0x8000u
 #define BASIS_HINGE 0x4000u

@@ -320,10 +320,11 @@ static double input_value(const blocks *b, size_t i) {
     return x;
   if (second == BASIS_MAGNITUDE)
     return rimi_abs(x);
-  if (second == BASIS_COSINE)
-    return rimi_cos(radians(b, feature));
-  if (second == BASIS_SINE)
-    return rimi_sin(radians(b, feature));
+  if (second >= BASIS_LEAST_HARMONIC) {
+    const uint32_t below = BASIS_COSINE - second;
+    const double angle = (double)(1u + below / 2u) * radians(b, feature);
+    return (below & 1u) != 0 ? rimi_sin(angle) : rimi_cos(angle);
+  }
   const size_t other = second & ~BASIS_OF_PRODUCT;
   const double product = x * LAST(b)[other < b->config.features ? other : 0u];
   return (second & BASIS_OF_PRODUCT) != 0 ? rimi_abs(product) : product;
