@@ -242,15 +242,17 @@ void add_outside_terms(Basis *basis, const Survey &survey, std::size_t plain) {
 
 // In every mode another command may count for more, or for less.
 void add_mode_terms(Basis *basis, const Survey &survey, std::size_t plain) {
-  const std::size_t times = basis->share.size(), t = 2;
+  const std::size_t times = basis->share.size();
   for (std::size_t m = 0; m < basis->inputs.size(); ++m) {
     const Basis::Input &in = basis->inputs[m];
-    const bool is_harmonic = in.b >= BASIS_LEAST_HARMONIC && in.b <= BASIS_COSINE;
-    for (std::size_t i = 0; i < plain; ++i) {
-      if (is_harmonic && !is_angle(survey.layout, in.a) && basis->inputs[i].a != in.a &&
-          basis->terms.size() < kMostTerms)
-        basis->terms.push_back({BASIS_PRODUCT, static_cast<std::uint16_t>(m * times + t),
-                                static_cast<std::uint16_t>(i * times + t), 0, TermGroup::shape});
+    if (in.b < BASIS_LEAST_HARMONIC || in.b > BASIS_COSINE || is_angle(survey.layout, in.a))
+      continue;
+    for (const std::size_t t : {1U, 3U}) {
+      for (std::size_t i = 0; i < plain; ++i) {
+        if (basis->inputs[i].a != in.a && basis->terms.size() < kMostTerms)
+          basis->terms.push_back({BASIS_PRODUCT, static_cast<std::uint16_t>(m * times + t),
+                                  static_cast<std::uint16_t>(i * times + t), 0, TermGroup::shape});
+      }
     }
   }
 }
