@@ -222,8 +222,10 @@ public:
   void try_residuals(const std::vector<Eigen::Index> &columns) {
     const Fit fit = best_fit(from_.linear, columns, j_, kRidges);
     const double inverse_sd = a_.inverse_sd[static_cast<std::size_t>(j_)];
-    for (std::size_t r = 0; r < remains_.size(); ++r)
-      remains_[r] = left_over(from_.linear.rows(r), j_, fit.weight[from_.runs.fold(r)]) / inverse_sd;
+    for (std::size_t r = 0; r < remains_.size(); ++r) {
+      const Eigen::VectorXd &w = fit.weight[from_.runs.fold(r)];
+      remains_[r] = left_over(from_.linear.rows(r), j_, w) / inverse_sd;
+    }
     weight = fit.weight[kFolds];
     take(AGREEMENT_RESIDUALS, std::sqrt(fit.squares / std::max(fit.own, 1e-300)));
   }

@@ -59,8 +59,8 @@ std::vector<std::uint16_t> given(const Survey &survey) {
   return features;
 }
 
-// The number of a mode says nothing of how much: what each mode does is a table. On a few numbers m,
-// 1, m, m^2 and the harmonics cos k m and sin k m are as many independent functions as there are
+// The number of a mode says nothing of how much: what each mode does is a table. On a few numbers
+// m, 1, m, m^2 and the harmonics cos k m and sin k m are as many independent functions as there are
 // numbers. How many harmonics a feature needs that is the number of a mode; 0: it is none.
 std::size_t harmonics_of(const Survey &survey, std::size_t feature) {
   constexpr std::size_t told_apart = 3; // by 1, m and m^2

@@ -12,7 +12,7 @@
 /* Of a standard error: the noise itself is known from some dozens of runs only, and without this
  * 95 % intervals are too narrow ("covered" of tests/vehicles/grade.py). */
 #define LEARNT 1.15
-#define SIGN_KEEPS 0.7   /* of a contrary explanation's score: the sign of before stays */
+#define SIGN_KEEPS 0.5   /* of a contrary explanation's score: the sign of before stays */
 #define KNOWN_BLOCKS 16u /* from which on a run's own effects are known, roughly */
 #define LIKELY                                                                                     \
   1.0 /* nats for the outcome that is mostly integrated: a bias is likelier than a drift */

@@ -12,6 +12,7 @@
 #define SAID_FIRST 0.05 /* of its score: the nats more that it takes to turn a sign that was said */
 #define MUCH_LIKELIER 0.3 /* share of these nats that the contrary's baseline may have */
 #define AS_GOOD 0.5       /* of the score: what the contrary explains at least */
+#define CLEARLY 4.0       /* nats that the contrary is likelier by, its baseline counted */
 
 double rimi_search_baseline(rim_search *s, const search_hypothesis *h) {
   const noise_channel c = rimi_noise_channel(s->config.noise, s->channel);
@@ -50,12 +51,15 @@ bool rimi_search_against_nominal(rim_search *s, uint32_t channel, search_hypothe
   if (count > 3u)
     (void)rimi_search_beside(s, channel, &region[0], &region[3]);
   const search_hypothesis *best = NULL;
-  double least = MUCH_LIKELIER * nats;
+  double least = nats;
   for (uint32_t i = 0; i < count; ++i) {
     if (!(region[i].score > SEARCH_NONE) || (double)region[i].score < AS_GOOD * (double)h->score)
       continue;
     const double left = rimi_search_baseline(s, &region[i]);
-    if (left <= least) {
+    const bool is_likelier =
+        left <= MUCH_LIKELIER * nats ||
+        (!is_known && (double)region[i].score - left >= (double)h->score - nats + CLEARLY);
+    if (is_likelier && left < least) {
       least = left;
       best = &region[i];
     }
