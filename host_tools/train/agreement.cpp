@@ -219,16 +219,7 @@ public:
     take(AGREEMENT_RESIDUALS, 1.0);
   }
   // The others' residuals.
-  void try_residuals(const std::vector<Eigen::Index> &columns) {
-    const Fit fit = best_fit(from_.linear, columns, j_, kRidges);
-    const double inverse_sd = a_.inverse_sd[static_cast<std::size_t>(j_)];
-    for (std::size_t r = 0; r < remains_.size(); ++r) {
-      const Eigen::VectorXd &w = fit.weight[from_.runs.fold(r)];
-      remains_[r] = left_over(from_.linear.rows(r), j_, w) / inverse_sd;
-    }
-    weight = fit.weight[kFolds];
-    take(AGREEMENT_RESIDUALS, std::sqrt(fit.squares / std::max(fit.own, 1e-300)));
-  }
+  void try_residuals(const std::vector<Eigen::Index> &columns);
   // A few others' readings.
   void try_few();
   // Section LEVEL.
@@ -289,6 +280,17 @@ private:
   Eigen::Index j_;
   std::vector<Eigen::VectorXd> remains_, integrated_;
 };
+
+void Choice::try_residuals(const std::vector<Eigen::Index> &columns) {
+  const Fit fit = best_fit(from_.linear, columns, j_, kRidges);
+  const double inverse_sd = a_.inverse_sd[static_cast<std::size_t>(j_)];
+  for (std::size_t r = 0; r < remains_.size(); ++r) {
+    const Eigen::VectorXd &w = fit.weight[from_.runs.fold(r)];
+    remains_[r] = left_over(from_.linear.rows(r), j_, w) / inverse_sd;
+  }
+  weight = fit.weight[kFolds];
+  take(AGREEMENT_RESIDUALS, std::sqrt(fit.squares / std::max(fit.own, 1e-300)));
+}
 
 void Choice::try_few() {
   const std::vector<Eigen::Index> others = choose_few(from_.few, from_.layout, j_);
