@@ -8,7 +8,7 @@
 #include "section_bytes.h"
 
 enum { COMMAND = 0, SENSOR = 1, D = 2, BLOCK = 5, TERMS = 2, RATES = 2 };
-#define PERIOD_S 0.1
+#define PERIOD_S 0.125 /* times are exact */
 #define BLOCK_S (BLOCK * PERIOD_S)
 #define LIMIT 50.0
 
@@ -84,7 +84,8 @@ static double step(double z, double u, double dt) {
   return z + dt * (GAIN * u - 0.5 * middle);
 }
 
-static bool offer(bench *s, uint32_t t, uint32_t late, double reading) {
+/* late: by so many periods. */
+static bool offer(bench *s, uint32_t t, double late, double reading) {
   const double row[D] = {command(t), reading};
   return rimi_blocks_row(s->b, PERIOD_S * (t + late), row, NULL, NULL, NULL) == BLOCKS_DONE;
 }
@@ -140,16 +141,16 @@ static void a_first_reading_is_limited(void **unused) {
  * it stays as far from them as it was, and follows the commands again. */
 static void a_state_goes_on_after_a_gap(void **unused) {
   (void)unused;
-  static const uint32_t gaps[] = {0, 2, 7, 8, 40};
+  static const double gaps[] = {0.0, 2.0, 7.0, 7.5, 8.0, 40.0}; /* in rows */
   for (size_t k = 0; k < sizeof gaps / sizeof *gaps; ++k) {
     bench s;
     start(&s, 0.0);
     for (uint32_t t = 0; t < 2 * BLOCK; ++t)
       (void)offer(&s, t, 0, 1.0);
     double z = step(1.0, mean_command(2 * BLOCK), 0.5 * BLOCK_S);
-    const double elapsed_s = BLOCK_S * (1.0 + (double)gaps[k] / BLOCK);
+    const double elapsed_s = PERIOD_S * (BLOCK + gaps[k]);
     const bool is_long = elapsed_s > ROLLED_LONGEST * BLOCK_S;
-    assert_true(is_long == (gaps[k] > 7));
+    assert_true(is_long == (gaps[k] > 7.5));
     for (uint32_t t = 2 * BLOCK; t < 3 * BLOCK; ++t)
       (void)offer(&s, t, gaps[k], 1.75);
     const double both = 0.5 * (mean_command(3 * BLOCK) + mean_command(2 * BLOCK));
