@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The header of section BASIS: what is shorter is cut off, whatever it begins with; a whole one of a
- * layout that this library does not know is told as such, so that a ground can say which to load. */
+/* The header of section BASIS: what is shorter is cut off, whatever it begins with; a whole one of
+ * a layout that this library does not know is told as such, so that a ground knows what to load. */
 #include "image/basis.h"
 #include "section_bytes.h"
 

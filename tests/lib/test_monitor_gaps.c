@@ -110,12 +110,30 @@ static void commands_are_known_sooner_where_noise_lasts(void **state) {
   assert_true(fabs((double)partly[0] - (double)partly[1] - fewer) <= 1.0);
 }
 
+/* What a gap leaves unknown counts where somebody looks: of channels that are not watched (anything
+ * up to a half is no) no block is told as partly known. */
+static void channels_that_are_not_watched_have_no_partly_known_blocks(void **state) {
+  (void)state;
+  static const double active[] = {0.0, 0.5, 1.0};
+  for (size_t i = 0; i < 3; ++i) {
+    recipe r = without_integrals();
+    put_u16(r.section[RIM_SECTION_BASIS].byte + 32 + 4 * INPUTS + 4 * TIMES + 2, 1); /* slow */
+    for (uint32_t c = 0; c < CHANNELS; ++c)
+      put_noise_number(&r, c, 0, active[i]);
+    begin(&r);
+    take_rows(0, GAP_AT);
+    take_rows(GAP_AT + 2, ENDS);
+    assert_true((rim_monitor_get_health(m).partly > 0) == (active[i] > 0.5));
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_state_is_known_where_noise_lasts),
       cmocka_unit_test(healthy_runs_with_gaps_teach_it),
       cmocka_unit_test(a_short_gap_is_no_new_beginning),
       cmocka_unit_test(commands_are_known_sooner_where_noise_lasts),
+      cmocka_unit_test(channels_that_are_not_watched_have_no_partly_known_blocks),
   };
   return cmocka_run_group_tests(tests, set_up_trained, NULL);
 }

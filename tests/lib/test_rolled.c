@@ -107,14 +107,18 @@ static void a_long_step_is_two(void **unused) {
   const bytes b = section();
   rim_basis v;
   assert_int_equal(rimi_basis_open(&v, b.byte, b.size, FEATURES, OUTCOMES), RIM_OK);
-  const double u[INPUTS] = {3.0, 1.0}, long_s = 2.5 * BLOCK_S;
-  double part[RATES], once[STATES] = {1.0, -2.0}, twice[STATES] = {1.0, -2.0};
-  rimi_rolled_begin(&v, u, BLOCK_S, once, part);
-  rimi_rolled_begin(&v, u, BLOCK_S, twice, part);
-  rimi_rolled_step(&v, u, long_s, BLOCK_S, once, part);
-  for (int half = 0; half < 2; ++half)
-    rimi_rolled_step(&v, u, 0.5 * long_s, BLOCK_S, twice, part);
-  assert_true(once[0] == twice[0] && once[1] == twice[1] && once[1] != -2.0);
+  const double u[INPUTS] = {3.0, 1.0}, block[] = {BLOCK_S, 2.0}; /* blocks below and above 1 s */
+  for (size_t k = 0; k < 2; ++k) {
+    const double long_s = 2.5 * block[k];
+    double part[RATES], once[STATES] = {1.0, -2.0}, twice[STATES] = {1.0, -2.0};
+    rimi_rolled_begin(&v, u, block[k], once, part);
+    rimi_rolled_begin(&v, u, block[k], twice, part);
+    const double before = once[0];
+    rimi_rolled_step(&v, u, long_s, block[k], once, part);
+    for (int half = 0; half < 2; ++half)
+      rimi_rolled_step(&v, u, 0.5 * long_s, block[k], twice, part);
+    assert_true(once[0] == twice[0] && once[1] == twice[1] && once[0] > before && once[0] < LIMIT);
+  }
 }
 
 /* As many states as there may be: each decays by itself, from another height, and of the two kinds
