@@ -85,6 +85,23 @@ static void a_vehicle_without_vertices_is_a_point(void **state) {
   assert_true(rim_lookahead_check(&c, &region, &plan, 0.0, &r) && !r.enters);
 }
 
+/* To touch the region is not to enter it, from whichever side. */
+static void what_only_touches_does_not_enter(void **state) {
+  (void)state;
+  const rim_lookahead_config c = {.axis = {4, 7, RIM_LOOKAHEAD_NO_AXIS}};
+  const rim_region region = sphere(10.0, -4.0, 2.0);
+  static const double touching[][2] = {{8.0, -4.0}, {12.0, -4.0}, {10.0, -6.0}, {10.0, -2.0}};
+  for (size_t i = 0; i < sizeof touching / sizeof *touching; ++i) {
+    rim_plan plan = {.count = 1};
+    rim_lookahead_result r;
+    plan.pose[0] = pose(0.0, touching[i][0], touching[i][1], 0.0);
+    assert_true(rim_lookahead_check(&c, &region, &plan, 0.0, &r) && !r.enters);
+    for (int k = 0; k < 2; ++k) /* a little nearer */
+      plan.pose[0].position[k] += 0.01 * (region.center[k] - plan.pose[0].position[k]);
+    assert_true(rim_lookahead_check(&c, &region, &plan, 0.0, &r) && r.enters);
+  }
+}
+
 static void a_turn_sweeps_its_corner(void **state) {
   (void)state;
   rim_lookahead_config c = square(0.1);
@@ -363,6 +380,7 @@ int main(void) {
       cmocka_unit_test(the_most_poses_and_corners),
       cmocka_unit_test(a_straight_way_enters_when_the_edge_does),
       cmocka_unit_test(a_vehicle_without_vertices_is_a_point),
+      cmocka_unit_test(what_only_touches_does_not_enter),
       cmocka_unit_test(a_turn_sweeps_its_corner),
       cmocka_unit_test(only_physical_regions_are_looked_at),
       cmocka_unit_test(agrees_with_a_dense_search),
