@@ -28,11 +28,12 @@ typedef struct bench {
   blocks *b;
 } bench;
 
-/* first_sd > 0: how the first readings of healthy runs differ, about 1. */
-static void start(bench *s, double first_sd) {
+/* first_sd > 0: how the first readings of healthy runs differ, about 1. Only the first of the states
+ * has terms and rates. */
+static void start_with(bench *s, double first_sd, uint32_t states) {
   memset(s, 0, sizeof *s);
   bytes *b = &s->basis;
-  const uint32_t header[8] = {BASIS_LAYOUT, 1, 1, TERMS, 0, first_sd > 0.0 ? 1 : 0, 1, RATES};
+  const uint32_t header[8] = {BASIS_LAYOUT, 1, 1, TERMS, 0, first_sd > 0.0 ? 1 : 0, states, RATES};
   for (size_t i = 0; i < 8; ++i)
     u32(b, header[i]);
   u16(b, COMMAND);
@@ -45,9 +46,10 @@ static void start(bench *s, double first_sd) {
   f32(b, 1.0);
   if (first_sd > 0.0)
     f32(b, first_sd);
-  u32(b, 0); /* the state's outcome */
-  f32(b, -LIMIT);
-  f32(b, LIMIT);
+  for (size_t i = 0; i < (states + 1) / 2; ++i) /* the states' outcome, in pairs */
+    u32(b, 0);
+  for (size_t i = 0; i < 2 * states; ++i)
+    f32(b, i % 2 == 0 ? -LIMIT : LIMIT);
   for (size_t i = 0; i < 4 * RATES; ++i)
     u16(b, rate[i / 4][i % 4]);
   for (size_t q = 0; q < RATES; ++q)
@@ -66,6 +68,8 @@ static void start(bench *s, double first_sd) {
   assert_int_equal(rimi_basis_open(&config.basis, b->byte, b->size, D, 1), RIM_OK);
   assert_int_equal(rimi_blocks_init(&s->b, s->memory, sizeof s->memory, &config), RIM_OK);
 }
+
+static void start(bench *s, double first_sd) { start_with(s, first_sd, 1); }
 
 static double command(uint32_t t) { return 2.0 + sin(0.11 * t); }
 
@@ -166,6 +170,22 @@ static void a_state_goes_on_after_a_gap(void **unused) {
   }
 }
 
+/* As many states as there may be: one of them is what it is alone, also after a gap. */
+static void the_most_states_are_as_one(void **unused) {
+  (void)unused;
+  bench one, all;
+  start(&one, 0.0);
+  start_with(&all, 0.0, BASIS_MAX_STATES);
+  for (uint32_t t = 0; t < 8 * BLOCK; ++t) {
+    const double late = t < 4 * BLOCK ? 0.0 : 40.0, reading = 1.0 + 0.03125 * t;
+    const bool done = offer(&one, t, late, reading);
+    assert_int_equal(offer(&all, t, late, reading), done);
+    if (done && t >= 2 * BLOCK)
+      assert_memory_equal(rimi_blocks_terms(all.b), rimi_blocks_terms(one.b), 8 * TERMS);
+  }
+  assert_true(rimi_blocks_has_resumed(all.b));
+}
+
 /* An upset made an operation what none is: its term says nothing, and the other what it did. */
 static void an_operation_that_is_none(void **unused) {
   (void)unused;
@@ -187,6 +207,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {cmocka_unit_test(a_state_follows_the_commands_alone),
                                      cmocka_unit_test(a_first_reading_is_limited),
                                      cmocka_unit_test(a_state_goes_on_after_a_gap),
+                                     cmocka_unit_test(the_most_states_are_as_one),
                                      cmocka_unit_test(an_operation_that_is_none)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
