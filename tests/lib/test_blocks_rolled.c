@@ -28,8 +28,8 @@ typedef struct bench {
   blocks *b;
 } bench;
 
-/* first_sd > 0: how the first readings of healthy runs differ, about 1. Only the first of the states
- * has terms and rates. */
+/* first_sd > 0: how the first readings of healthy runs differ, about 1. Only the first state has
+ * terms and rates. */
 static void start_with(bench *s, double first_sd, uint32_t states) {
   memset(s, 0, sizeof *s);
   bytes *b = &s->basis;
