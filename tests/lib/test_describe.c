@@ -116,6 +116,13 @@ static void two_sensors_disagree_at_once(void **state) {
     plant(A1, of[i].family[1], 2.8 * alarm_at, as_shift(A1, 4.0), of[i].onset[1]);
     assert_int_equal(named(A0, &a), of[i].named);
   }
+  static const double score[] = {1.0, 0.99}; /* an alarm by itself, and none */
+  for (size_t i = 0; i < 2; ++i) {
+    plant_nothing();
+    plant(A0, SEARCH_SINCE, 2.0 * alarm_at, as_shift(A0, 4.0), 40);
+    plant(A1, SEARCH_SINCE, score[i] * alarm_at, as_shift(A1, 4.0), 40);
+    assert_int_equal(named(A0, &a), i == 0 ? A1 : A0);
+  }
 }
 
 /* ---- behaviour before agreement ---- */
