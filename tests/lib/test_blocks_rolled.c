@@ -179,7 +179,8 @@ static void the_most_states_are_as_one(void **unused) {
   start_with(&all, 0.0, BASIS_MAX_STATES);
   uint8_t *second = all.basis.byte + 32 + 4 + 4 + 8; /* of the terms */
   put_u16(second + 2, BASIS_MAX_STATES - 1);
-  put_u16(second + 4, BASIS_PLAIN);
+  put_u16(second + 4, BASIS_PLAIN); /* no product */
+  put_u16(second + 6, BASIS_PLAIN);
   const double slope = 0.03125, first = 1.0 + slope * (2 * BLOCK - 1) / 2.0;
   for (uint32_t t = 0; t < 8 * BLOCK; ++t) {
     const double late = t < 4 * BLOCK ? 0.0 : 40.0, reading = 1.0 + slope * t;
