@@ -148,6 +148,30 @@ static void only_physical_regions_are_looked_at(void **state) {
   assert_true(r.after_s > 18.0 && r.after_s < 19.0);
 }
 
+/* A region over one axis has no limit along the others, however far the vehicle reaches there: a
+ * beam whose ends lie 100 m off, along each axis in turn, with a region of another axis. */
+static void a_region_has_no_limit_along_other_axes(void **state) {
+  (void)state;
+  for (size_t along = 0; along < 3; ++along) {
+    for (size_t named = 0; named < 3; ++named) {
+      rim_lookahead_config c = {.axis = {4, 7, 9}, .vertices = 2};
+      const double lower = 1.0, upper = 2.0;
+      rim_region region;
+      rim_plan plan = {.count = 1};
+      rim_lookahead_result r;
+      if (named == along)
+        continue;
+      c.vertex[0][along] = 100.0;
+      c.vertex[1][along] = 101.0;
+      assert_int_equal(rimi_region_from_box(&region, 1, &c.axis[named], &lower, &upper), RIM_OK);
+      plan.pose[0] = pose(0.0, 0.0, 0.0, 0.0);
+      assert_true(rim_lookahead_check(&c, &region, &plan, 0.0, &r) && !r.enters);
+      plan.pose[0].position[named] = 1.5;
+      assert_true(rim_lookahead_check(&c, &region, &plan, 0.0, &r) && r.enters);
+    }
+  }
+}
+
 /* Bodies whose middles lie on one line, and bodies that only a slanted plane parts. */
 static void bodies_in_line(void **state) {
   (void)state;
@@ -386,6 +410,7 @@ int main(void) {
       cmocka_unit_test(agrees_with_a_dense_search),
       cmocka_unit_test(bodies_in_space),
       cmocka_unit_test(bodies_in_line),
+      cmocka_unit_test(a_region_has_no_limit_along_other_axes),
       cmocka_unit_test(entries_keep_their_bits),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -6,6 +6,8 @@
 #define BENCH_OUTCOMES 4
 #include "rolled_bench.h"
 
+#include "monitor/work.h"
+
 enum { RHO = 2, GAP_AT = 30, GAP = 40, ENDS = 120, RUN = 921 }; /* blocks */
 
 /* The autocorrelation of an outcome's residuals. */
@@ -44,7 +46,7 @@ static void a_state_is_known_where_noise_lasts(void **state) {
   static const bool known[O] = {true, true, false, false};
   for (uint32_t o = 0; o < O; ++o)
     assert_true(newest_is_known(o) == known[o]);
-  put_rho(&r, OUT, 0.95);
+  put_rho(&r, OUT, 0.9); /* as much is enough */
   begin(&r);
   take_rows(0, GAP_AT);
   take_rows(GAP_AT + GAP, ENDS);
@@ -127,6 +129,38 @@ static void channels_that_are_not_watched_have_no_partly_known_blocks(void **sta
   }
 }
 
+/* How much the noise of an outcome scatters may follow from commands as well: where these are not
+ * known, neither is that, and no other channel is touched. */
+static void scatter_that_commands_explain_is_unknown_after_a_gap(void **state) {
+  (void)state;
+  enum { OF = 1 };
+  recipe r = without_integrals();
+  put_u16(r.section[RIM_SECTION_BASIS].byte + 32 + 4 * INPUTS + 4 * TIMES + 2, 1); /* slow */
+  uint8_t *weight = r.section[RIM_SECTION_BEHAVIOUR].byte + 16 + 4 * 2 * 2 * O;
+  for (uint32_t t = 0; t < 2 * O; ++t)
+    put_f32(weight + 4 * t, t == O + OF ? 20.0 : 0.0);
+  begin(&r);
+  take_rows(0, GAP_AT);
+  take_rows(GAP_AT + 2, GAP_AT + 4);
+  for (uint32_t c = 0; c < CHANNELS; ++c)
+    assert_true(newest_is_known(c) == (c != RIM_CHANNEL_SCATTER * O + OF));
+}
+
+/* States that are rolled forward cost, by the number of their rates. */
+static void rates_are_in_the_bound(void **state) {
+  (void)state;
+  const recipe r = rolled(own);
+  rim_work_counts n;
+  rim_work with, without;
+  begin(&r);
+  assert_int_equal(rimi_work_counts_of(b.blob.byte, b.blob.size, &n), RIM_OK);
+  assert_int_equal(n.rates, RATES);
+  rimi_work_bound(&n, &with);
+  n.rates = 0;
+  rimi_work_bound(&n, &without);
+  assert_true(with.block > without.block && with.step > without.step);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_state_is_known_where_noise_lasts),
@@ -134,6 +168,8 @@ int main(void) {
       cmocka_unit_test(a_short_gap_is_no_new_beginning),
       cmocka_unit_test(commands_are_known_sooner_where_noise_lasts),
       cmocka_unit_test(channels_that_are_not_watched_have_no_partly_known_blocks),
+      cmocka_unit_test(scatter_that_commands_explain_is_unknown_after_a_gap),
+      cmocka_unit_test(rates_are_in_the_bound),
   };
   return cmocka_run_group_tests(tests, set_up_trained, NULL);
 }

@@ -319,10 +319,35 @@ static void nothing_is_predicted_of_scatter_beside_own_predictions(void **state)
     assert_int_equal(rim_monitor_step(b.monitor, &now.view, &v), RIM_OK);
     if (t % BLOCK != BLOCK - 1)
       continue;
+    for (size_t o = 0; o < O; ++o) /* and of the readings what the caller said */
+      assert_true(b.monitor->predicted[o] == rimi_blocks_predicted(b.monitor->rows)[o]);
     const double *scatter = rimi_monitor_residuals(b.monitor) + RIM_CHANNEL_SCATTER * O;
     for (size_t o = 0; o < O; ++o)
       assert_true(scatter[o] == rimi_blocks_scatter(b.monitor->rows)[o]);
   }
+}
+
+/* Predictions whose sum over a block is no number any more: the block is refused, and that is
+ * counted; the next one is taken. */
+static void a_block_that_overflows_is_refused(void **state) {
+  (void)state;
+  const recipe r = with_predictions();
+  bench b;
+  memset(&b, 0, sizeof b);
+  b.external = true;
+  build(&b.blob, &r);
+  start(&b);
+  for (uint32_t t = 0; t < 10 * BLOCK; ++t) {
+    row now;
+    rim_verdict v;
+    make_row(&now, true, 602, t, 0.0);
+    now.context[1] = now.context[2] = 0.0;
+    if (t / BLOCK == 5)
+      now.mean[0] = now.outcome[0] = 1e308;
+    assert_int_equal(rim_monitor_step(b.monitor, &now.view, &v), RIM_OK);
+    assert_int_equal(rim_monitor_get_health(b.monitor).rows.refused, t + 1 >= 6 * BLOCK ? 1 : 0);
+  }
+  assert_int_equal(rim_monitor_get_health(b.monitor).blocks, 9);
 }
 
 static void rows_with_predictions_can_be_trained(void **state) {
@@ -366,6 +391,7 @@ int main(void) {
       cmocka_unit_test(rows_at_another_rate_are_not_judged),
       cmocka_unit_test(a_value_out_of_range_is_named_in_its_row),
       cmocka_unit_test(nothing_is_predicted_of_scatter_beside_own_predictions),
+      cmocka_unit_test(a_block_that_overflows_is_refused),
       cmocka_unit_test(rows_with_predictions_can_be_trained),
   };
   return cmocka_run_group_tests(tests, set_up, NULL);
