@@ -161,6 +161,25 @@ static void rates_are_in_the_bound(void **state) {
   assert_true(with.block > without.block && with.step > without.step);
 }
 
+/* A block that begins up to a quarter of its length late follows the one before, however long it
+ * is; one that begins later lies apart. */
+static void a_block_follows_up_to_a_quarter_late(void **state) {
+  (void)state;
+  for (uint32_t rows = BLOCK; rows <= 4 * BLOCK; rows *= 2) {
+    for (uint32_t missing = rows / 4 - 1; missing <= rows / 4 + 1; missing += 2) {
+      recipe r = without_integrals();
+      set_word(&r, RIM_CONFIG_BLOCK_ROWS, rows);
+      begin(&r);
+      for (uint32_t t = 0; t < 30 * rows; ++t)
+        (void)step(&b, RUN, t < 25 * rows ? t : t + missing, 0.0);
+      const uint32_t first = 24; /* after the gap; the first block of a run is not held */
+      assert_int_equal(m->search->held, 29);
+      assert_true((search_apart(m->search)[first] != 0) == (missing > rows / 4));
+      assert_int_equal(search_apart(m->search)[first + 1], 0);
+    }
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_state_is_known_where_noise_lasts),
@@ -170,6 +189,7 @@ int main(void) {
       cmocka_unit_test(channels_that_are_not_watched_have_no_partly_known_blocks),
       cmocka_unit_test(scatter_that_commands_explain_is_unknown_after_a_gap),
       cmocka_unit_test(rates_are_in_the_bound),
+      cmocka_unit_test(a_block_follows_up_to_a_quarter_late),
   };
   return cmocka_run_group_tests(tests, set_up_trained, NULL);
 }
