@@ -210,6 +210,29 @@ static double correction_after(const rim_bandit_config *c, deviation of) {
 }
 
 /* A slope is no RIM to `gain`, since a GP has it as well; by ln anom alone it is one. */
+/* A reward teaches by how much it is above what was expected there, and is expected from then on,
+ * whatever was expected. */
+static void a_reward_is_learnt_against_what_was_expected(void **state) {
+  (void)state;
+  static const double expected[] = {0.0, 0.75, -0.5};
+  for (int policy = RIM_BANDIT_GP_UCB; policy <= RIM_BANDIT_BANK; ++policy) {
+    const rim_bandit_config c = config_of(policy);
+    double correction[3];
+    for (size_t i = 0; i < 3; ++i) {
+      const double at[DIMS] = {0.5, 0.5};
+      double mean, var;
+      rim_bandit *b = make(&memory, &c);
+      for (int k = 0; k < 5; ++k)
+        assert_int_equal(rim_bandit_observe(b, at, 0, expected[i], 0.01, expected[i] + 0.25),
+                         RIM_OK);
+      (void)rim_bandit_expect(b, at, 0, expected[i], &mean, &var);
+      correction[i] = mean - expected[i];
+      assert_near(correction[i], correction[0], 1e-9);
+    }
+    assert_true(correction[0] > 0.1 && correction[0] < 0.3);
+  }
+}
+
 static void what_is_smooth_is_left_to_the_gp(void **state) {
   (void)state;
   rim_bandit_config c = config_of(RIM_BANDIT_RIM_GP_UCB);
@@ -726,6 +749,7 @@ int main(void) {
       cmocka_unit_test(a_chance_is_of_all_components),
       cmocka_unit_test(rim_ucb_is_sure_inside),
       cmocka_unit_test(unseen_rims_widen_what_was_not_visited),
+      cmocka_unit_test(a_reward_is_learnt_against_what_was_expected),
       cmocka_unit_test(what_is_smooth_is_left_to_the_gp),
       cmocka_unit_test(small_deviations_make_no_rim),
   };

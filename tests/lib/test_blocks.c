@@ -252,8 +252,6 @@ static void blocks_are_as_defined(void **state) {
   assert_true(h.not_finite + h.time_back + h.gaps + h.out_of_range + h.wrong_rate == 0);
 }
 
-/* A heading that goes round and round: its mean never jumps, whatever turns the reading leaves out.
- */
 /* The sums of a block begin anew with each, whatever the number of time constants. */
 static void one_time_constant_is_enough(void **state) {
   (void)state;
@@ -287,6 +285,8 @@ static void one_time_constant_is_enough(void **state) {
   }
 }
 
+/* A heading that goes round and round: its mean never jumps, whatever turns the reading leaves out.
+ */
 static void an_angle_that_wraps_is_one(void **state) {
   (void)state;
   for (int degrees = 0; degrees < 2; ++degrees) {

@@ -8,7 +8,7 @@
 #include "section_bytes.h"
 
 enum { COMMAND = 0, SENSOR = 1, D = 2, BLOCK = 5, TERMS = 2, RATES = 2 };
-#define PERIOD_S 0.1
+#define PERIOD_S 0.125 /* times are exact */
 #define BLOCK_S (BLOCK * PERIOD_S)
 #define LIMIT 50.0
 
@@ -28,11 +28,12 @@ typedef struct bench {
   blocks *b;
 } bench;
 
-/* first_sd > 0: how the first readings of healthy runs differ, about 1. */
-static void start(bench *s, double first_sd) {
+/* first_sd > 0: how the first readings of healthy runs differ, about 1. Only the first state has
+ * terms and rates. */
+static void start_with(bench *s, double first_sd, uint32_t states) {
   memset(s, 0, sizeof *s);
   bytes *b = &s->basis;
-  const uint32_t header[8] = {BASIS_LAYOUT, 1, 1, TERMS, 0, first_sd > 0.0 ? 1 : 0, 1, RATES};
+  const uint32_t header[8] = {BASIS_LAYOUT, 1, 1, TERMS, 0, first_sd > 0.0 ? 1 : 0, states, RATES};
   for (size_t i = 0; i < 8; ++i)
     u32(b, header[i]);
   u16(b, COMMAND);
@@ -45,9 +46,10 @@ static void start(bench *s, double first_sd) {
   f32(b, 1.0);
   if (first_sd > 0.0)
     f32(b, first_sd);
-  u32(b, 0); /* the state's outcome */
-  f32(b, -LIMIT);
-  f32(b, LIMIT);
+  for (size_t i = 0; i < (states + 1) / 2; ++i) /* the states' outcome, in pairs */
+    u32(b, 0);
+  for (size_t i = 0; i < 2 * states; ++i)
+    f32(b, i % 2 == 0 ? -LIMIT : LIMIT);
   for (size_t i = 0; i < 4 * RATES; ++i)
     u16(b, rate[i / 4][i % 4]);
   for (size_t q = 0; q < RATES; ++q)
@@ -67,6 +69,8 @@ static void start(bench *s, double first_sd) {
   assert_int_equal(rimi_blocks_init(&s->b, s->memory, sizeof s->memory, &config), RIM_OK);
 }
 
+static void start(bench *s, double first_sd) { start_with(s, first_sd, 1); }
+
 static double command(uint32_t t) { return 2.0 + sin(0.11 * t); }
 
 static double mean_command(uint32_t end) {
@@ -84,7 +88,8 @@ static double step(double z, double u, double dt) {
   return z + dt * (GAIN * u - 0.5 * middle);
 }
 
-static bool offer(bench *s, uint32_t t, uint32_t late, double reading) {
+/* late: by so many periods. */
+static bool offer(bench *s, uint32_t t, double late, double reading) {
   const double row[D] = {command(t), reading};
   return rimi_blocks_row(s->b, PERIOD_S * (t + late), row, NULL, NULL, NULL) == BLOCKS_DONE;
 }
@@ -140,16 +145,16 @@ static void a_first_reading_is_limited(void **unused) {
  * it stays as far from them as it was, and follows the commands again. */
 static void a_state_goes_on_after_a_gap(void **unused) {
   (void)unused;
-  static const uint32_t gaps[] = {0, 2, 7, 8, 40};
+  static const double gaps[] = {0.0, 2.0, 7.0, 7.5, 8.0, 40.0}; /* in rows */
   for (size_t k = 0; k < sizeof gaps / sizeof *gaps; ++k) {
     bench s;
     start(&s, 0.0);
     for (uint32_t t = 0; t < 2 * BLOCK; ++t)
       (void)offer(&s, t, 0, 1.0);
     double z = step(1.0, mean_command(2 * BLOCK), 0.5 * BLOCK_S);
-    const double elapsed_s = BLOCK_S * (1.0 + (double)gaps[k] / BLOCK);
+    const double elapsed_s = PERIOD_S * (BLOCK + gaps[k]);
     const bool is_long = elapsed_s > ROLLED_LONGEST * BLOCK_S;
-    assert_true(is_long == (gaps[k] > 7));
+    assert_true(is_long == (gaps[k] > 7.5));
     for (uint32_t t = 2 * BLOCK; t < 3 * BLOCK; ++t)
       (void)offer(&s, t, gaps[k], 1.75);
     const double both = 0.5 * (mean_command(3 * BLOCK) + mean_command(2 * BLOCK));
@@ -163,6 +168,31 @@ static void a_state_goes_on_after_a_gap(void **unused) {
     rimi_blocks_reset(s.b);
     assert_false(rimi_blocks_has_resumed(s.b));
   }
+}
+
+/* As many states as there may be: the first is what it is alone, also after a gap, and the last,
+ * which nothing moves, goes on there by what its own reading moved. */
+static void the_most_states_are_as_one(void **unused) {
+  (void)unused;
+  bench one, all;
+  start(&one, 0.0);
+  start_with(&all, 0.0, BASIS_MAX_STATES);
+  uint8_t *second = all.basis.byte + 32 + 4 + 4 + 8; /* of the terms */
+  put_u16(second + 2, BASIS_MAX_STATES - 1);
+  put_u16(second + 4, BASIS_PLAIN); /* no product */
+  put_u16(second + 6, BASIS_PLAIN);
+  const double slope = 0.03125, first = 1.0 + slope * (2 * BLOCK - 1) / 2.0;
+  for (uint32_t t = 0; t < 8 * BLOCK; ++t) {
+    const double late = t < 4 * BLOCK ? 0.0 : 40.0, reading = 1.0 + slope * t;
+    const bool done = offer(&one, t, late, reading);
+    assert_int_equal(offer(&all, t, late, reading), done);
+    if (!done || t < 2 * BLOCK)
+      continue;
+    const double last = late > 0.0 ? first + slope * BLOCK : first;
+    assert_true(rimi_blocks_terms(all.b)[0] == rimi_blocks_terms(one.b)[0]);
+    assert_true(fabs(rimi_blocks_terms(all.b)[1] / 0.03125 - last) < 1e-12);
+  }
+  assert_true(rimi_blocks_has_resumed(all.b));
 }
 
 /* An upset made an operation what none is: its term says nothing, and the other what it did. */
@@ -186,6 +216,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {cmocka_unit_test(a_state_follows_the_commands_alone),
                                      cmocka_unit_test(a_first_reading_is_limited),
                                      cmocka_unit_test(a_state_goes_on_after_a_gap),
+                                     cmocka_unit_test(the_most_states_are_as_one),
                                      cmocka_unit_test(an_operation_that_is_none)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -116,6 +116,18 @@ static void two_sensors_disagree_at_once(void **state) {
     plant(A1, of[i].family[1], 2.8 * alarm_at, as_shift(A1, 4.0), of[i].onset[1]);
     assert_int_equal(named(A0, &a), of[i].named);
   }
+  plant_nothing(); /* how its noise changed, the next channel after the agreements, is no reading */
+  plant(A0, SEARCH_SINCE, 4.0 * alarm_at, as_shift(A0, 4.0), 40);
+  plant(A1, SEARCH_SINCE, 2.8 * alarm_at, as_shift(A1, 4.0), 40);
+  plant(RIM_CHANNEL_SCATTER * O, SEARCH_SINCE, 3.9 * alarm_at, 4.0, 40);
+  assert_int_equal(named(A0, &a), A1);
+  static const double score[] = {1.0, 0.99}; /* an alarm by itself, and none */
+  for (size_t i = 0; i < 2; ++i) {
+    plant_nothing();
+    plant(A0, SEARCH_SINCE, 2.0 * alarm_at, as_shift(A0, 4.0), 40);
+    plant(A1, SEARCH_SINCE, score[i] * alarm_at, as_shift(A1, 4.0), 40);
+    assert_int_equal(named(A0, &a), i == 0 ? A1 : A0);
+  }
 }
 
 /* ---- behaviour before agreement ---- */

@@ -288,6 +288,36 @@ static void an_interval_is_said_instead_of_a_box_that_explains_hardly_more(void 
   }
 }
 
+/* The search found a box one of whose sides is the whole range of its feature, the first or the
+ * second: the interval of the other is said, with its own edges. */
+static void a_side_that_is_whole_is_not_said(void **state) {
+  (void)state;
+  enum { LOW = 12, HIGH = 19, LAST = SEARCH_BINS - 1 };
+  static bench b;
+  world w = quiet(1, false);
+  for (uint32_t i = 0; i < BLOCKS; ++i) { /* without noise no other side is better */
+    const uint32_t bin = w.feature[i][2] * SEARCH_BINS / 256u;
+    w.r[i] = bin >= LOW && bin <= HIGH ? 5.0 * w.s : 0.0;
+  }
+  for (uint8_t whole = 0; whole < 2; ++whole) {
+    start(&b, &w, BLOCKS);
+    feed(&b, 0, BLOCKS, 0);
+    search_hypothesis h = {.family = SEARCH_BOX, .onset = SEARCH_FROM_START, .score = 1.0f};
+    h.feature[1 - whole] = 2;
+    h.first[1 - whole] = LOW;
+    h.last[1 - whole] = HIGH;
+    h.last[whole] = LAST;
+    double onset_sd;
+    rimi_search_ready(b.search, 0);
+    memset(search_feature_scores(b.search, 0), 0, FEATURES); /* nothing is said instead */
+    search_state(b.search, 0)->region = h;
+    rimi_search_explain(b.search, 0, &h, &onset_sd);
+    assert_int_equal(h.family, SEARCH_INTERVAL);
+    assert_true(h.feature[0] == 2 && h.first[0] == LOW && h.last[0] == HIGH);
+    assert_true(fabs((double)h.shift - 5.0) < 3.0 * (double)h.sd);
+  }
+}
+
 /* What was not judged, or explains nothing, is worth nothing; a gain of half an outcome is one. */
 static void what_a_hypothesis_is_worth(void **state) {
   (void)state;
@@ -421,6 +451,7 @@ int main(void) {
       cmocka_unit_test(without_a_prediction_there_is_no_gain),
       cmocka_unit_test(features_that_explain_much_keep_their_order),
       cmocka_unit_test(an_interval_is_said_instead_of_a_box_that_explains_hardly_more),
+      cmocka_unit_test(a_side_that_is_whole_is_not_said),
       cmocka_unit_test(what_a_hypothesis_is_worth),
       cmocka_unit_test(of_what_holds_in_time_the_best_is_said),
       cmocka_unit_test(features_are_ranked_within_their_channel),

@@ -51,6 +51,16 @@ static void the_ends_of_the_turn(void **state) {
   ENDS_AT(b.search->p_at, 2 * OUTCOMES - 1);
 }
 
+/* What the guard sums are all numbers before the work arrays, which every turn overwrites. */
+static void what_is_summed_ends_where_work_begins(void **state) {
+  (void)state;
+  search_some_blocks();
+  size_t size = 0;
+  const uint8_t *control = rimi_search_control(b.search, &size);
+  assert_ptr_equal(control, b.search);
+  assert_ptr_equal(control + size, &b.search->bins);
+}
+
 /* Each channel that still holds what was taken out is one that waits. */
 static void every_channel_may_wait(void **state) {
   (void)state;
@@ -68,6 +78,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(the_ends_of_a_hypothesis),
       cmocka_unit_test(the_ends_of_the_turn),
+      cmocka_unit_test(what_is_summed_ends_where_work_begins),
       cmocka_unit_test(every_channel_may_wait),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

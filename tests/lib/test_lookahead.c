@@ -85,6 +85,23 @@ static void a_vehicle_without_vertices_is_a_point(void **state) {
   assert_true(rim_lookahead_check(&c, &region, &plan, 0.0, &r) && !r.enters);
 }
 
+/* To touch the region is not to enter it, from whichever side. */
+static void what_only_touches_does_not_enter(void **state) {
+  (void)state;
+  const rim_lookahead_config c = {.axis = {4, 7, RIM_LOOKAHEAD_NO_AXIS}};
+  const rim_region region = sphere(10.0, -4.0, 2.0);
+  static const double touching[][2] = {{8.0, -4.0}, {12.0, -4.0}, {10.0, -6.0}, {10.0, -2.0}};
+  for (size_t i = 0; i < sizeof touching / sizeof *touching; ++i) {
+    rim_plan plan = {.count = 1};
+    rim_lookahead_result r;
+    plan.pose[0] = pose(0.0, touching[i][0], touching[i][1], 0.0);
+    assert_true(rim_lookahead_check(&c, &region, &plan, 0.0, &r) && !r.enters);
+    for (int k = 0; k < 2; ++k) /* a little nearer */
+      plan.pose[0].position[k] += 0.01 * (region.center[k] - plan.pose[0].position[k]);
+    assert_true(rim_lookahead_check(&c, &region, &plan, 0.0, &r) && r.enters);
+  }
+}
+
 static void a_turn_sweeps_its_corner(void **state) {
   (void)state;
   rim_lookahead_config c = square(0.1);
@@ -129,6 +146,30 @@ static void only_physical_regions_are_looked_at(void **state) {
   plan.pose[2] = pose(20.0, 110.0, 5000.0, 0.0);
   assert_true(rim_lookahead_check(&c, &region, &plan, 0.0, &r) && r.enters && r.pose == 1);
   assert_true(r.after_s > 18.0 && r.after_s < 19.0);
+}
+
+/* A region over one axis has no limit along the others, however far the vehicle reaches there: a
+ * beam whose ends lie 100 m off, along each axis in turn, with a region of another axis. */
+static void a_region_has_no_limit_along_other_axes(void **state) {
+  (void)state;
+  for (size_t along = 0; along < 3; ++along) {
+    for (size_t named = 0; named < 3; ++named) {
+      rim_lookahead_config c = {.axis = {4, 7, 9}, .vertices = 2};
+      const double lower = 1.0, upper = 2.0;
+      rim_region region;
+      rim_plan plan = {.count = 1};
+      rim_lookahead_result r;
+      if (named == along)
+        continue;
+      c.vertex[0][along] = 100.0;
+      c.vertex[1][along] = 101.0;
+      assert_int_equal(rimi_region_from_box(&region, 1, &c.axis[named], &lower, &upper), RIM_OK);
+      plan.pose[0] = pose(0.0, 0.0, 0.0, 0.0);
+      assert_true(rim_lookahead_check(&c, &region, &plan, 0.0, &r) && !r.enters);
+      plan.pose[0].position[named] = 1.5;
+      assert_true(rim_lookahead_check(&c, &region, &plan, 0.0, &r) && r.enters);
+    }
+  }
 }
 
 /* Bodies whose middles lie on one line, and bodies that only a slanted plane parts. */
@@ -363,11 +404,13 @@ int main(void) {
       cmocka_unit_test(the_most_poses_and_corners),
       cmocka_unit_test(a_straight_way_enters_when_the_edge_does),
       cmocka_unit_test(a_vehicle_without_vertices_is_a_point),
+      cmocka_unit_test(what_only_touches_does_not_enter),
       cmocka_unit_test(a_turn_sweeps_its_corner),
       cmocka_unit_test(only_physical_regions_are_looked_at),
       cmocka_unit_test(agrees_with_a_dense_search),
       cmocka_unit_test(bodies_in_space),
       cmocka_unit_test(bodies_in_line),
+      cmocka_unit_test(a_region_has_no_limit_along_other_axes),
       cmocka_unit_test(entries_keep_their_bits),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

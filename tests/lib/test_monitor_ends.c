@@ -318,11 +318,10 @@ static void a_level_is_used(void **state) {
 
 /* Of a block farther from the one prototype than three quarters of its reach of 1, the outcome's
  * own reading left out, its agreement with section LEVEL says nothing; that with others does. */
-static void a_level_says_nothing_beyond_its_training(void **state) {
-  (void)state;
+static void says_nothing_beyond(uint32_t own) {
   recipe r = calibrated[0];
   put_level(&r.section[RIM_SECTION_LEVEL], D, O);
-  put_f32(r.section[RIM_SECTION_AGREEMENT].byte + 16 + 4 * O + 4 * (4 + O * (2 + MEANS)),
+  put_f32(r.section[RIM_SECTION_AGREEMENT].byte + 16 + 4 * O + 4 * own * (4 + O * (2 + MEANS)),
           AGREEMENT_LEVEL);
   from(&r, false);
   const bool *unknown = b.monitor->unknown + RIM_CHANNEL_AGREEMENT * O;
@@ -331,7 +330,7 @@ static void a_level_says_nothing_beyond_its_training(void **state) {
     row now;
     rim_verdict verdict;
     make_row(&now, false, 915, t, 0.0);
-    now.context[sensor(1)] += t < 60 * BLOCK ? 0.0 : 1.0; /* its own reading is far off */
+    now.context[sensor(own)] += t < 60 * BLOCK ? 0.0 : 1.0; /* its own reading is far off */
     memset(b.monitor->unknown, true, b.monitor->channel_count);
     assert_int_equal(rim_monitor_step(b.monitor, &now.view, &verdict), RIM_OK);
     if (t < BLOCK || t % BLOCK != BLOCK - 1 || !rimi_blocks_knows_all(b.monitor->rows))
@@ -340,14 +339,20 @@ static void a_level_says_nothing_beyond_its_training(void **state) {
     double all = 0.0;
     for (uint32_t i = 0; i < D; ++i)
       all += x[i] * x[i];
-    const double rest = all - x[sensor(1)] * x[sensor(1)], most = 0.75 * 0.75;
+    const double rest = all - x[sensor(own)] * x[sensor(own)], most = 0.75 * 0.75;
     if (all < most + 1e-3 || fabs(rest - most) < 1e-3)
       continue; /* near enough, or at the edge */
     ++seen[rest > most];
     for (uint32_t o = 0; o < O; ++o)
-      assert_int_equal(unknown[o], o == 1 && rest > most);
+      assert_int_equal(unknown[o], o == own && rest > most);
   }
   assert_true(seen[0] > 3 && seen[1] > 3);
+}
+
+static void a_level_says_nothing_beyond_its_training(void **state) {
+  (void)state;
+  for (uint32_t own = 0; own < O; ++own)
+    says_nothing_beyond(own);
 }
 
 /* A region over a predicted outcome lies where the model expects the vehicle. */

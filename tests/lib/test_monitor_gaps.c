@@ -6,6 +6,8 @@
 #define BENCH_OUTCOMES 4
 #include "rolled_bench.h"
 
+#include "monitor/work.h"
+
 enum { RHO = 2, GAP_AT = 30, GAP = 40, ENDS = 120, RUN = 921 }; /* blocks */
 
 /* The autocorrelation of an outcome's residuals. */
@@ -44,7 +46,7 @@ static void a_state_is_known_where_noise_lasts(void **state) {
   static const bool known[O] = {true, true, false, false};
   for (uint32_t o = 0; o < O; ++o)
     assert_true(newest_is_known(o) == known[o]);
-  put_rho(&r, OUT, 0.95);
+  put_rho(&r, OUT, 0.9); /* as much is enough */
   begin(&r);
   take_rows(0, GAP_AT);
   take_rows(GAP_AT + GAP, ENDS);
@@ -110,12 +112,84 @@ static void commands_are_known_sooner_where_noise_lasts(void **state) {
   assert_true(fabs((double)partly[0] - (double)partly[1] - fewer) <= 1.0);
 }
 
+/* What a gap leaves unknown counts where somebody looks: of channels that are not watched (anything
+ * up to a half is no) no block is told as partly known. */
+static void channels_that_are_not_watched_have_no_partly_known_blocks(void **state) {
+  (void)state;
+  static const double active[] = {0.0, 0.5, 1.0};
+  for (size_t i = 0; i < 3; ++i) {
+    recipe r = without_integrals();
+    put_u16(r.section[RIM_SECTION_BASIS].byte + 32 + 4 * INPUTS + 4 * TIMES + 2, 1); /* slow */
+    for (uint32_t c = 0; c < CHANNELS; ++c)
+      put_noise_number(&r, c, 0, active[i]);
+    begin(&r);
+    take_rows(0, GAP_AT);
+    take_rows(GAP_AT + 2, ENDS);
+    assert_true((rim_monitor_get_health(m).partly > 0) == (active[i] > 0.5));
+  }
+}
+
+/* How much the noise of an outcome scatters may follow from commands as well: where these are not
+ * known, neither is that, and no other channel is touched. */
+static void scatter_that_commands_explain_is_unknown_after_a_gap(void **state) {
+  (void)state;
+  enum { OF = 1 };
+  recipe r = without_integrals();
+  put_u16(r.section[RIM_SECTION_BASIS].byte + 32 + 4 * INPUTS + 4 * TIMES + 2, 1); /* slow */
+  uint8_t *weight = r.section[RIM_SECTION_BEHAVIOUR].byte + 16 + 4 * 2 * 2 * O;
+  for (uint32_t t = 0; t < 2 * O; ++t)
+    put_f32(weight + 4 * t, t == O + OF ? 20.0 : 0.0);
+  begin(&r);
+  take_rows(0, GAP_AT);
+  take_rows(GAP_AT + 2, GAP_AT + 4);
+  for (uint32_t c = 0; c < CHANNELS; ++c)
+    assert_true(newest_is_known(c) == (c != RIM_CHANNEL_SCATTER * O + OF));
+}
+
+/* States that are rolled forward cost, by the number of their rates. */
+static void rates_are_in_the_bound(void **state) {
+  (void)state;
+  const recipe r = rolled(own);
+  rim_work_counts n;
+  rim_work with, without;
+  begin(&r);
+  assert_int_equal(rimi_work_counts_of(b.blob.byte, b.blob.size, &n), RIM_OK);
+  assert_int_equal(n.rates, RATES);
+  rimi_work_bound(&n, &with);
+  n.rates = 0;
+  rimi_work_bound(&n, &without);
+  assert_true(with.block > without.block && with.step > without.step);
+}
+
+/* A block that begins up to a quarter of its length late follows the one before, however long it
+ * is; one that begins later lies apart. */
+static void a_block_follows_up_to_a_quarter_late(void **state) {
+  (void)state;
+  for (uint32_t rows = BLOCK; rows <= 4 * BLOCK; rows *= 2) {
+    for (uint32_t missing = rows / 4 - 1; missing <= rows / 4 + 1; missing += 2) {
+      recipe r = without_integrals();
+      set_word(&r, RIM_CONFIG_BLOCK_ROWS, rows);
+      begin(&r);
+      for (uint32_t t = 0; t < 30 * rows; ++t)
+        (void)step(&b, RUN, t < 25 * rows ? t : t + missing, 0.0);
+      const uint32_t first = 24; /* after the gap; the first block of a run is not held */
+      assert_int_equal(m->search->held, 29);
+      assert_true((search_apart(m->search)[first] != 0) == (missing > rows / 4));
+      assert_int_equal(search_apart(m->search)[first + 1], 0);
+    }
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_state_is_known_where_noise_lasts),
       cmocka_unit_test(healthy_runs_with_gaps_teach_it),
       cmocka_unit_test(a_short_gap_is_no_new_beginning),
       cmocka_unit_test(commands_are_known_sooner_where_noise_lasts),
+      cmocka_unit_test(channels_that_are_not_watched_have_no_partly_known_blocks),
+      cmocka_unit_test(scatter_that_commands_explain_is_unknown_after_a_gap),
+      cmocka_unit_test(rates_are_in_the_bound),
+      cmocka_unit_test(a_block_follows_up_to_a_quarter_late),
   };
   return cmocka_run_group_tests(tests, set_up_trained, NULL);
 }

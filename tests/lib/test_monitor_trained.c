@@ -4,6 +4,7 @@
 #include "image/correct.h"
 #include "image/noise.h"
 #include "monitor/inspect.h"
+#include "monitor/monitor_private.h"
 #include "monitor_bench.h"
 
 #include <math.h>
@@ -115,7 +116,7 @@ static void labels_are_where_the_fault_was(void **state) {
   make_bench(&b, false);
   uint8_t place[ROWS / BLOCK][REGION];
   double command[ROWS / BLOCK];
-  uint32_t blocks = 0;
+  uint32_t taken = 0;
   assert_null(rimi_monitor_place(b.monitor));
   assert_null(rimi_monitor_residuals(b.monitor));
   assert_null(rimi_monitor_residuals(NULL));
@@ -124,26 +125,26 @@ static void labels_are_where_the_fault_was(void **state) {
     rim_verdict v;
     faulty_row(&r, 540, t, &f);
     assert_int_equal(rim_monitor_step(b.monitor, &r.view, &v), RIM_OK);
-    if (v.blocks == blocks)
+    if (v.blocks == taken)
       continue;
-    assert_int_equal(v.blocks, blocks + 1);
-    memcpy(place[blocks], rimi_monitor_place(b.monitor), REGION);
+    assert_int_equal(v.blocks, taken + 1);
+    memcpy(place[taken], rimi_monitor_place(b.monitor), REGION);
     assert_true(isfinite(rimi_monitor_residuals(b.monitor)[v.channel]));
-    command[blocks++] = r.context[0];
+    command[taken++] = r.context[0];
   }
   const rim_alarm *a = rim_monitor_standing(b.monitor, RIM_DETECTOR_RIM);
   assert_non_null(a);
   assert_true(a->region.dims == 1 && a->region.feature[0] == 0);
   assert_true(fabs(a->region.lower[0] - 0.4) < 0.15 && a->region.upper[0] >= 1.0);
   uint32_t inside = 0, wrong = 0;
-  for (uint32_t i = 0; i < blocks; ++i) {
+  for (uint32_t i = 0; i < taken; ++i) {
     const bool in = rimi_monitor_inside(b.monitor, place[i], i);
     inside += in;
     wrong += in != (command[i] > 0.4);
     const double low = -1.0 + 2.0 * place[i][0] / 256.0, high = low + 2.0 / 256.0;
     assert_int_equal(in, low >= a->region.lower[0] - 1e-12 && high <= a->region.upper[0] + 1e-12);
   }
-  assert_true(inside > 60 && inside < 120 && wrong < blocks / 20);
+  assert_true(inside > 60 && inside < 120 && wrong < taken / 20);
   assert_false(rimi_monitor_inside(b.monitor, NULL, 0));
   rim_monitor_reset(b.monitor);
   assert_false(rimi_monitor_inside(b.monitor, place[0], 0));
@@ -224,11 +225,11 @@ static void nothing_is_healthy_without_blocks(void **state) {
   make_bench(&b, false);
   for (uint32_t t = 0; t < 100; ++t) {
     const rim_verdict v = step(&b, 570, t, 0.0);
-    const uint32_t ended = (t + 1) / BLOCK, blocks = ended > 0 ? ended - 1 : 0;
-    assert_int_equal(v.blocks, blocks);
+    const uint32_t ended = (t + 1) / BLOCK, judged = ended > 0 ? ended - 1 : 0;
+    assert_int_equal(v.blocks, judged);
     assert_int_equal(v.reason,
-                     blocks < RIM_MONITOR_LEAST_BLOCKS ? RIM_REASON_TOO_FEW : RIM_REASON_NONE);
-    assert_int_equal(rim_monitor_get_health(b.monitor).blocks, blocks);
+                     judged < RIM_MONITOR_LEAST_BLOCKS ? RIM_REASON_TOO_FEW : RIM_REASON_NONE);
+    assert_int_equal(rim_monitor_get_health(b.monitor).blocks, judged);
   }
 }
 
@@ -286,8 +287,8 @@ static void a_value_out_of_range_is_named_in_its_row(void **state) {
 
 /* ---- training and the caller's own predictions together ---- */
 
-static void rows_with_predictions_can_be_trained(void **state) {
-  (void)state;
+/* An image that is trained on rows with the caller's own predictions. */
+static recipe with_predictions(void) {
   recipe r = calibrated[false];
   set_word(&r, RIM_CONFIG_EXTERNAL, 1);
   r.section[RIM_SECTION_BEHAVIOUR].size = r.section[RIM_SECTION_OUTCOMES].size = 0;
@@ -297,6 +298,61 @@ static void rows_with_predictions_can_be_trained(void **state) {
     uint8_t *channel = noise->byte + 4 * (NOISE_HEADER_WORDS + c * words);
     put_f32(channel + 12, 0.5);
   }
+  return r;
+}
+
+/* The caller predicts readings and not how they scatter: block after block, scatter is what was
+ * measured, whatever the block before was expected to be. */
+static void nothing_is_predicted_of_scatter_beside_own_predictions(void **state) {
+  (void)state;
+  const recipe r = with_predictions();
+  bench b;
+  memset(&b, 0, sizeof b);
+  b.external = true;
+  build(&b.blob, &r);
+  start(&b);
+  for (uint32_t t = 0; t < 20 * BLOCK; ++t) {
+    row now;
+    rim_verdict v;
+    make_row(&now, true, 601, t, 0.0);
+    now.context[1] = now.context[2] = 0.0; /* within this image's ranges */
+    assert_int_equal(rim_monitor_step(b.monitor, &now.view, &v), RIM_OK);
+    if (t % BLOCK != BLOCK - 1)
+      continue;
+    for (size_t o = 0; o < O; ++o) /* and of the readings what the caller said */
+      assert_true(b.monitor->predicted[o] == rimi_blocks_predicted(b.monitor->rows)[o]);
+    const double *scatter = rimi_monitor_residuals(b.monitor) + RIM_CHANNEL_SCATTER * O;
+    for (size_t o = 0; o < O; ++o)
+      assert_true(scatter[o] == rimi_blocks_scatter(b.monitor->rows)[o]);
+  }
+}
+
+/* Predictions whose sum over a block is no number any more: the block is refused, and that is
+ * counted; the next one is taken. */
+static void a_block_that_overflows_is_refused(void **state) {
+  (void)state;
+  const recipe r = with_predictions();
+  bench b;
+  memset(&b, 0, sizeof b);
+  b.external = true;
+  build(&b.blob, &r);
+  start(&b);
+  for (uint32_t t = 0; t < 10 * BLOCK; ++t) {
+    row now;
+    rim_verdict v;
+    make_row(&now, true, 602, t, 0.0);
+    now.context[1] = now.context[2] = 0.0;
+    if (t / BLOCK == 5)
+      now.mean[0] = now.outcome[0] = 1e308;
+    assert_int_equal(rim_monitor_step(b.monitor, &now.view, &v), RIM_OK);
+    assert_int_equal(rim_monitor_get_health(b.monitor).rows.refused, t + 1 >= 6 * BLOCK ? 1 : 0);
+  }
+  assert_int_equal(rim_monitor_get_health(b.monitor).blocks, 9);
+}
+
+static void rows_with_predictions_can_be_trained(void **state) {
+  (void)state;
+  const recipe r = with_predictions();
   bench b;
   memset(&b, 0, sizeof b);
   b.external = true;
@@ -334,6 +390,8 @@ int main(void) {
       cmocka_unit_test(nothing_is_healthy_without_blocks),
       cmocka_unit_test(rows_at_another_rate_are_not_judged),
       cmocka_unit_test(a_value_out_of_range_is_named_in_its_row),
+      cmocka_unit_test(nothing_is_predicted_of_scatter_beside_own_predictions),
+      cmocka_unit_test(a_block_that_overflows_is_refused),
       cmocka_unit_test(rows_with_predictions_can_be_trained),
   };
   return cmocka_run_group_tests(tests, set_up, NULL);

@@ -100,6 +100,60 @@ static void states_follow_their_equations(void **unused) {
   assert_true(exact[1] * exact[1] > 0.5); /* it was not at rest */
 }
 
+/* What a short gap left out is integrated in parts, so that a state stays on its equation: one step
+ * of two and a half blocks is two of half as much, where the commands stay as they are. */
+static void a_long_step_is_two(void **unused) {
+  (void)unused;
+  const bytes b = section();
+  rim_basis v;
+  assert_int_equal(rimi_basis_open(&v, b.byte, b.size, FEATURES, OUTCOMES), RIM_OK);
+  const double u[INPUTS] = {3.0, 1.0}, block[] = {BLOCK_S, 2.0}; /* blocks below and above 1 s */
+  for (size_t k = 0; k < 2; ++k) {
+    const double long_s = 2.5 * block[k];
+    double part[RATES], once[STATES] = {1.0, -2.0}, twice[STATES] = {1.0, -2.0};
+    rimi_rolled_begin(&v, u, block[k], once, part);
+    rimi_rolled_begin(&v, u, block[k], twice, part);
+    const double before = once[0];
+    rimi_rolled_step(&v, u, long_s, block[k], once, part);
+    for (int half = 0; half < 2; ++half)
+      rimi_rolled_step(&v, u, 0.5 * long_s, block[k], twice, part);
+    assert_true(once[0] == twice[0] && once[1] == twice[1] && once[0] > before && once[0] < LIMIT);
+  }
+}
+
+/* As many states as there may be: each decays by itself, from another height, and of the two kinds
+ * of factors either names each of them. */
+static void every_state_may_be_a_factor(void **unused) {
+  (void)unused;
+  enum { ALL = BASIS_MAX_STATES };
+  const unsigned kind[] = {BASIS_STATE, BASIS_STATE_MAGNITUDE};
+  for (size_t k = 0; k < 2; ++k) {
+    bytes rates = {.size = 0}, numbers = {.size = 0};
+    for (unsigned s = 0; s < ALL; ++s) {
+      u16(&rates, s);
+      u16(&rates, BASIS_PLAIN);
+      u16(&rates, kind[k] + s);
+      u16(&rates, BASIS_PLAIN);
+      f32(&numbers, -0.5);
+    }
+    const size_t limit_at = numbers.size;
+    for (unsigned s = 0; s < 2 * ALL; ++s)
+      f32(&numbers, s % 2 == 0 ? -100.0 : 100.0);
+    const rim_basis v = {.states = ALL,
+                         .rates = ALL,
+                         .rate = rates.byte,
+                         .weight = numbers.byte,
+                         .limit = numbers.byte + limit_at};
+    double z[ALL], part[ALL];
+    for (unsigned s = 0; s < ALL; ++s)
+      z[s] = 1.0 + s;
+    rimi_rolled_begin(&v, NULL, 1.0, z, part);
+    rimi_rolled_step(&v, NULL, 1.0, 1.0, z, part);
+    for (unsigned s = 0; s < ALL; ++s) /* by the midpoint rule, of half a block and a whole one */
+      assert_true(fabs(z[s] - (1.0 + s) * (1.0 - 0.25 + 0.03125) * (1.0 - 0.5 + 0.125)) < 1e-12);
+  }
+}
+
 /* After a gap one step goes no farther than ROLLED_LONGEST; no state leaves its limits. */
 static void gaps_and_limits_hold(void **unused) {
   (void)unused;
@@ -354,8 +408,10 @@ static void what_a_prediction_depends_on(void **unused) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {cmocka_unit_test(states_follow_their_equations),
+                                     cmocka_unit_test(a_long_step_is_two),
+                                     cmocka_unit_test(every_state_may_be_a_factor),
                                      cmocka_unit_test(states_resume_after_a_gap),
-      cmocka_unit_test(gaps_and_limits_hold),
+                                     cmocka_unit_test(gaps_and_limits_hold),
                                      cmocka_unit_test(smaller_counts_stay_inside),
                                      cmocka_unit_test(an_index_that_was_hit_is_plain),
                                      cmocka_unit_test(damaged_rates_are_refused),

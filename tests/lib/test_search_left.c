@@ -98,8 +98,44 @@ static void what_is_not_known_any_more_is_not_looked_at(void **state) {
   assert_true(again != before);
 }
 
+static void effects_of(double *effects) {
+  double l[NOISE_MAX_FIELDS * (NOISE_MAX_FIELDS + 1) / 2];
+  const noise_channel c = rimi_noise_channel(&b.noise, 0);
+  rimi_search_effects(b.search, &c, l, effects);
+}
+
+/* Whether the run's effects are others without the blocks from `first` to before `end`. */
+static bool has_taught(uint32_t first, uint32_t end) {
+  double before[NOISE_MAX_FIELDS], after[NOISE_MAX_FIELDS], most = 0.0;
+  effects_of(before);
+  assert_true(rimi_search_exclude(b.search, first, end));
+  rimi_search_take_out(b.search, 0);
+  effects_of(after);
+  for (uint32_t k = 0; k < FIELDS; ++k)
+    most = fmax(most, fabs(after[k] - before[k]));
+  return most > 1e-4;
+}
+
+/* Blocks that are no evidence any more have taught nothing, but for the oldest of a ring that
+ * others have left: what it taught came with the block before it, which nobody knows now. */
+static void what_the_oldest_block_taught_stays(void **state) {
+  (void)state;
+  world w = make_world(true, 0.0, 0.0);
+  draw(&w, ALL, 3);
+  for (uint32_t left = 0; left < 2; ++left) {
+    const uint32_t blocks = left ? ALL : RING, oldest = blocks - RING;
+    start(&b, &w, RING);
+    feed(&b, 0, blocks, 0);
+    assert_int_equal(has_taught(oldest, oldest + 1), left == 0);
+    start(&b, &w, RING);
+    feed(&b, 0, blocks, 0);
+    assert_true(has_taught(oldest + 1, oldest + 2));
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {cmocka_unit_test(the_oldest_block_tells_only_of_the_next),
+                                     cmocka_unit_test(what_the_oldest_block_taught_stays),
                                      cmocka_unit_test(what_is_not_known_any_more_is_not_looked_at)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
