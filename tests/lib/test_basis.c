@@ -117,7 +117,7 @@ static void indices_out_of_range_are_refused(void **state) {
   } bad[] = {{INPUT_AT, FEATURES},
              {INPUT_AT + 2, FEATURES},
              {INPUT_AT + 2, FEATURES | BASIS_OF_PRODUCT},
-             {INPUT_AT + 6, 0xfffb},
+             {INPUT_AT + 6, BASIS_LEAST_HARMONIC - 1u},
              {TERM_AT, BASIS_SIDE + 1},
              {TERM_AT, 0xffff},
              {TERM_AT + 2, FILTERS},     /* MEAN */
