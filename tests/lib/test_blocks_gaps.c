@@ -22,7 +22,7 @@ typedef struct bench {
 typedef enum slow { NONE, FIRST, SECOND } slow;
 
 static void start(bench *s, uint16_t block_rows, bool with_gaps, slow which) {
-  static const uint8_t role[D] = {BLOCKS_COMMAND, BLOCKS_ANGLE_RAD};
+  static const uint8_t role[D] = {BLOCKS_COMMAND, 0};
   memset(s, 0, sizeof *s);
   bytes *b = &s->basis;
   const uint32_t n = which == NONE ? 1 : 2;

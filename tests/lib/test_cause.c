@@ -340,6 +340,10 @@ static void a_bias_within_a_product_is_less_sure(void **state) {
       plant(AGREEMENT + PLACE, SEARCH_RAMP, 3.0 * alarm_at, growth[i], 40);
       a[product] = described(AGREEMENT + PLACE);
       assert_true(a[product].kind == RIM_KIND_SHIFT && a[product].channel[0] == 0);
+      const search_hypothesis *h = &m->explained;
+      const double share = 1.15 * (double)h->sd / fabs((double)h->shift); /* of the growth */
+      const double sure = a[product].shift_sd[0] / fabs(a[product].shift[0]);
+      assert_true(product ? sure > 1.01 * share : fabs(sure - share) < 1e-6 * share);
     }
     assert_true(a[0].shift[0] == a[1].shift[0] && a[0].shift[0] * growth[i] < 0.0);
     const double more = pow(a[1].shift_sd[0], 2) - pow(a[0].shift_sd[0], 2);
