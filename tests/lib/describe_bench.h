@@ -88,6 +88,7 @@ static inline uint16_t named(uint16_t leading, rim_alarm *alarm) {
   rimi_monitor_describe(m, &v, alarm);
   assert_int_equal(alarm->channel[0], m->explained_channel % O);
   assert_true(m->has_explained && alarm->channels >= 1 && alarm->t_s == 99.0);
+  assert_int_equal(alarm->model_id, m->image.model_id);
   return m->explained_channel;
 }
 

@@ -6,7 +6,7 @@
 #include "monitor/blocks.h"
 #include "section_bytes.h"
 
-enum { COMMAND = 0, SENSOR = 1, D = 2 };
+enum { COMMAND = 0, SENSOR = 1, D = 2, SAID = 10 };
 #define PERIOD_S 0.25
 #define INVERSE_SD 0.0625 /* of the integral */
 #define SHARE 0.25 /* of the slow mean, per row */
@@ -161,12 +161,61 @@ static void what_gathered_before_a_late_start_stays_unknown(void **state) {
   stays_unknown(SECOND);
 }
 
+/* All that the rest of a block says. */
+static void finish(bench *s, uint32_t t, double *said) {
+  while (offer(s, t) != BLOCKS_DONE)
+    ++t;
+  const bool knows = rimi_blocks_knows_all(s->b);
+  const double all[SAID] = {rimi_blocks_context(s->b)[COMMAND],
+                            rimi_blocks_context(s->b)[SENSOR],
+                            rimi_blocks_outcomes(s->b)[0],
+                            rimi_blocks_scatter(s->b)[0],
+                            rimi_blocks_repeats(s->b)[0],
+                            rimi_blocks_first(s->b)[0],
+                            rimi_blocks_terms(s->b)[0],
+                            rimi_blocks_terms(s->b)[1],
+                            knows ? -1.0 : rimi_blocks_unknown(s->b)[0],
+                            knows ? -1.0 : rimi_blocks_unknown(s->b)[1]};
+  memcpy(said, all, sizeof all);
+}
+
+/* In the midst of a block after a gap any number of the run is hit. Where that changes what the
+ * block says, the sum of the history has changed, so that nobody believes it. */
+static void what_a_block_says_is_all_summed(void **state) {
+  (void)state;
+  enum { ROWS = 8, MISSING = 2, AT = ROWS + 3 };
+  static _Alignas(8) uint8_t before[4096];
+  bench s;
+  start(&s, ROWS, false, SECOND);
+  for (uint32_t t = 0; t < AT; ++t)
+    (void)offer(&s, t < ROWS ? t : t + MISSING);
+  memcpy(before, s.memory, sizeof before);
+  const uint32_t sum = rimi_blocks_history_sum(s.b, 0);
+  double healthy[SAID], said[SAID];
+  finish(&s, AT + MISSING, healthy);
+  assert_true(healthy[SAID - 1] > 0.0);
+  size_t begin, changed = 0;
+  (void)rimi_blocks_control(s.b, &begin);
+  for (size_t at = (begin + 7u) & ~(size_t)7u; at < sizeof before; at += 8) {
+    memcpy(s.memory, before, sizeof before);
+    s.memory[at + 7] ^= 0x20u; /* of the exponent: 1 becomes next to nothing */
+    const bool is_seen = rimi_blocks_history_sum(s.b, 0) != sum;
+    finish(&s, AT + MISSING, said);
+    if (memcmp(said, healthy, sizeof said) == 0)
+      continue;
+    assert_true(is_seen);
+    ++changed;
+  }
+  assert_true(changed >= 10); /* sums, means, what is not known of them, an integral */
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_row_a_quarter_of_a_block_late_begins_one),
       cmocka_unit_test(half_a_block_may_be_missing),
       cmocka_unit_test(a_slow_mean_forgets_a_gap),
       cmocka_unit_test(what_gathered_before_a_late_start_stays_unknown),
+      cmocka_unit_test(what_a_block_says_is_all_summed),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -118,6 +118,7 @@ static void what_stands_is_the_cause(void **state) {
       {TANK, {OTHER, 10.0, {{TANK, 9.0, 40}}, OTHER}},     /* no state predicts it */
       {AGREEMENT + IN, {TANK, 10.0, {{IN, 3.0, 40}}, IN}}, /* no outcome: it is no cause */
       {AGREEMENT + IN, {TANK, 10.0, {{AGREEMENT + IN, 9.0, 40}}, TANK}},
+      {AGREEMENT, {TANK, 10.0, {{AGREEMENT, 9.0, 40}}, TANK}},
       {AGREEMENT + TANK, {TANK, 10.0, {{AGREEMENT + TANK, 9.0, 40}}, TANK}},
   };
   for (size_t i = 0; i < sizeof of / sizeof *of; ++i) {
@@ -304,6 +305,49 @@ static void the_sum_of_readings_tells_which_twin(void **state) {
       assert_true(fabs(a.shift[0] - shift) < 0.02 * fabs(shift));
       assert_true(a.shift_sd[0] > 0.0);
     }
+  }
+}
+
+/* Outcome 0 reads off from block 40 on, and the sum of it grows. */
+static double reads_off_and_grows(uint32_t channel, uint32_t i, uint8_t byte) {
+  (void)byte;
+  if (i < 40)
+    return 0.0;
+  return channel == 0 || channel == A_FIRST ? -3.0 * grows / PER_BLOCK
+         : channel == growing               ? grows * (double)(i - 40)
+                                            : 0.0;
+}
+
+/* Place has the sum of what its integrand reads, by itself or times another reading. The bias that
+ * is said of it is as uncertain as the sum's growth, and of a product also by 12 % of itself:
+ * how the other factor was on the mean of this run. */
+static void a_bias_within_a_product_is_less_sure(void **state) {
+  (void)state;
+  const double growth[] = {PER_BLOCK, -0.5 * PER_BLOCK};
+  for (size_t i = 0; i < 2; ++i) {
+    rim_alarm a[2];
+    for (uint32_t product = 0; product < 2; ++product) {
+      recipe r = with_sums(1.0, PLACE, 0);
+      uint8_t *integrand = r.section[RIM_SECTION_AGREEMENT].byte + 16 + 4 * O;
+      put_u16(integrand, product ? AGREEMENT_PRODUCT : AGREEMENT_PLAIN);
+      put_u16(integrand + 4, sensor(TWIN));
+      put_f32(integrand + 20 + 4 * PLACE * (4 + O * (2 + MEANS)) + 8, 0.0); /* mostly of this */
+      from(&r, false);
+      growing = AGREEMENT + PLACE;
+      grows = growth[i];
+      feed(reads_off_and_grows, 0.05);
+      plant_nothing();
+      plant(AGREEMENT + PLACE, SEARCH_RAMP, 3.0 * alarm_at, growth[i], 40);
+      a[product] = described(AGREEMENT + PLACE);
+      assert_true(a[product].kind == RIM_KIND_SHIFT && a[product].channel[0] == 0);
+      const search_hypothesis *h = &m->explained;
+      const double share = 1.15 * (double)h->sd / fabs((double)h->shift); /* of the growth */
+      const double sure = a[product].shift_sd[0] / fabs(a[product].shift[0]);
+      assert_true(product ? sure > 1.01 * share : fabs(sure - share) < 1e-6 * share);
+    }
+    assert_true(a[0].shift[0] == a[1].shift[0] && a[0].shift[0] * growth[i] < 0.0);
+    const double more = pow(a[1].shift_sd[0], 2) - pow(a[0].shift_sd[0], 2);
+    assert_true(fabs(sqrt(more) - 0.12 * fabs(a[0].shift[0])) < 1e-3 * fabs(a[0].shift[0]));
   }
 }
 
@@ -554,6 +598,7 @@ int main(void) {
       cmocka_unit_test(the_difference_shows_what_it_shows_better),
       cmocka_unit_test(what_is_out_of_range_is_named),
       cmocka_unit_test(what_is_out_of_range_is_named_for_its_sum),
+      cmocka_unit_test(a_bias_within_a_product_is_less_sure),
       cmocka_unit_test(a_sum_that_leads),
       cmocka_unit_test(the_difference_supports_a_bias),
   };

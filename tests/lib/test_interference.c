@@ -72,6 +72,28 @@ static void test_nominal_driving_is_quiet(void **state) {
   assert_int_equal(s.health.rows, 20000);
 }
 
+/* What the vehicle does is mostly told as it is: it stands, speeds up, goes on and slows down. */
+static void test_motions_are_told(void **state) {
+  (void)state;
+  static const struct {
+    int from, to; /* rows of course() */
+    uint8_t motion;
+  } of[] = {{30, 60, RIM_MOTION_STOP},
+            {66, 76, RIM_MOTION_ACCEL},
+            {100, 250, RIM_MOTION_CONSTANT},
+            {254, 258, RIM_MOTION_DECEL}};
+  int told[4] = {0};
+  begin();
+  vehicle c = at_rest(4);
+  for (int k = 0; k < 300; ++k) {
+    drive(&c, course(k), 1.0);
+    for (size_t i = 0; i < 4; ++i)
+      told[i] += k >= of[i].from && k < of[i].to && v.motion == of[i].motion;
+  }
+  for (size_t i = 0; i < 4; ++i)
+    assert_true(2 * told[i] > of[i].to - of[i].from);
+}
+
 static void test_blocked_and_pushed(void **state) {
   (void)state;
   for (int side = 0; side < 2; ++side) {
@@ -313,6 +335,7 @@ int main(int argc, char **argv) {
     return run_steps(atoi(argv[2]));
   printf("seed %u\n", SEED);
   const struct CMUnitTest tests[] = {cmocka_unit_test(test_nominal_driving_is_quiet),
+                                     cmocka_unit_test(test_motions_are_told),
                                      cmocka_unit_test(test_blocked_and_pushed),
                                      cmocka_unit_test(test_pushed_while_standing_and_backwards),
                                      cmocka_unit_test(test_observations),

@@ -133,9 +133,29 @@ static void what_the_oldest_block_taught_stays(void **state) {
   }
 }
 
+/* What is to be excluded next waits for the last channel that still holds the blocks before, of
+ * whichever number it is. */
+static void an_exclusion_waits_for_every_channel(void **state) {
+  (void)state;
+  const world w = world_variant(1, RING);
+  for (uint32_t last = 0; last < CHANNELS; ++last) {
+    start(&b, &w, RING);
+    feed(&b, 0, RING, 0);
+    assert_true(rimi_search_exclude(b.search, 10, 20));
+    for (uint32_t c = 0; c < CHANNELS; ++c) {
+      if (c != last)
+        rimi_search_take_out(b.search, c);
+    }
+    assert_false(rimi_search_exclude(b.search, 30, 40));
+    rimi_search_take_out(b.search, last);
+    assert_true(rimi_search_exclude(b.search, 30, 40));
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {cmocka_unit_test(the_oldest_block_tells_only_of_the_next),
                                      cmocka_unit_test(what_the_oldest_block_taught_stays),
+                                     cmocka_unit_test(an_exclusion_waits_for_every_channel),
                                      cmocka_unit_test(what_is_not_known_any_more_is_not_looked_at)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
