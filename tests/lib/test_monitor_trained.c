@@ -226,6 +226,7 @@ static void nothing_is_healthy_without_blocks(void **state) {
   for (uint32_t t = 0; t < 100; ++t) {
     const rim_verdict v = step(&b, 570, t, 0.0);
     const uint32_t ended = (t + 1) / BLOCK, judged = ended > 0 ? ended - 1 : 0;
+    assert_int_equal(v.step, t + 1);
     assert_int_equal(v.blocks, judged);
     assert_int_equal(v.reason,
                      judged < RIM_MONITOR_LEAST_BLOCKS ? RIM_REASON_TOO_FEW : RIM_REASON_NONE);
