@@ -110,7 +110,7 @@ RunPrediction predict_run(const Fitter &fitter, const std::vector<FoldModels> &m
     for (std::size_t f = 0; f <= kFolds; ++f) {
       if (fitter.runs().fold(r) == f)
         p.by_weights.col(t) = x * m.weight[f];
-      else
+      else if (r < fitter.runs().size())
         p.rest(t, static_cast<Eigen::Index>(f)) =
             fitter.y(r).col(m.column).mean() - (x * m.weight[f]).mean();
     }

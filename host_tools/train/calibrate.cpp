@@ -84,7 +84,8 @@ double largest_like(const std::vector<double> &scores, const std::vector<bool> &
 } // namespace
 
 void set_alarm_from_runs(Thresholds *t, const std::vector<float> &alone,
-                         const std::vector<float> &together, const CalibrationOptions &options) {
+                         const std::vector<float> &together, const CalibrationOptions &options,
+                         double most_margin) {
   const std::vector<double> scores(alone.begin(), alone.end());
   const auto odd = static_cast<std::size_t>(
       std::distance(alone.begin(), std::max_element(alone.begin(), alone.end())));
@@ -101,8 +102,7 @@ void set_alarm_from_runs(Thresholds *t, const std::vector<float> &alone,
   set_alarm(t, counted, options);
   const std::size_t from_above = counted.size() - t->rank + 1;
   const double margin = set_margin(spread.above / std::log(2.0), from_above);
-  t->alarm_score += static_cast<float>(
-      scores.size() <= kFewRuns ? std::min(margin, kMostMarginOfFew) : margin);
+  t->alarm_score += static_cast<float>(std::min(margin, most_margin));
 }
 
 namespace {
@@ -527,7 +527,9 @@ std::vector<RunScore> calibrate_runs(FlightPlan *plan, NoiseModel *noise,
   plan->thresholds = Thresholds{};
   plan->thresholds.offset.assign(noise->channels.size(), 0.0F);
   plan->thresholds.scale.assign(noise->channels.size(), 1.0F);
-  set_alarm_from_runs(&plan->thresholds, alone, together, options);
+  const bool few = is_learnt_again(runs.size(), plan->layout.external);
+  set_alarm_from_runs(&plan->thresholds, alone, together, options,
+                      few ? kMostMarginOfFew : std::numeric_limits<double>::infinity());
   return scores;
 }
 

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -39,11 +40,15 @@ struct Promise {
 };
 Promise promise_for(std::size_t runs, double false_alarm);
 
-// With up to so many runs, each is judged by models and noise that are learnt again without it.
-// With more, it is enough that its residuals are those of models without it. But the others' are
-// those of models with it: where runs are few, one that is unlike them moves their predictions, and
-// they seem to differ about as much as it does from them.
-constexpr std::size_t kFewRuns = 11;
+// Whether each of so many runs is judged by models and noise that are learnt again without it. With
+// more, it is enough that its residuals are those of models without it. But the others' are those
+// of models with it: where runs are few, one that is unlike them moves their predictions, and they
+// seem to differ about as much as it does from them. external: the predictions are the user's, and
+// no run moves them.
+constexpr bool is_learnt_again(std::size_t runs, bool external) {
+  constexpr std::size_t few = 11;
+  return !external && runs <= few;
+}
 
 // Ranks, promised rate, alarm and warning score from the largest scores of nominal runs.
 void set_alarm(Thresholds *thresholds, std::vector<float> maxima,
@@ -64,8 +69,10 @@ ScoreSpread score_spread(std::vector<double> scores); // of at least one run
 // shape r, and c further on at that rate times exp(-c / scale): c = scale log(q / r), where q is
 // the quantile of G. scale >= 0 nats, r >= 1; returns nats, 1.10 scale for r = 1, less for more.
 constexpr double kSetsKept = 0.95;
-constexpr double kMostMarginOfFew = 4.0; // nats: the scale of a few runs is hardly known itself
 double set_margin(double scale, std::size_t r);
+// Nats, where runs are learnt again: the scale of a few scores is hardly known itself. Where it is
+// the limit, the promise is that of the order statistic, an average over sets of runs.
+constexpr double kMostMarginOfFew = 4.0;
 
 // The same where each run has two scores: `alone` uses the inflation phi that the other runs teach,
 // `together` the one of the image, which this run has taught as well. A run that is odd in one
@@ -74,10 +81,11 @@ double set_margin(double scale, std::size_t r);
 // together, but at least as much as the largest of the others. Runs that are unlike the others
 // (ScoreSpread), up to a tenth of all, count as much as that: models that had not seen their like
 // judged them; the image has, and its inflation of the channels that deviate in them is raised to
-// that score. set_margin() is added for the set of runs that one happens to have. At least two
-// runs.
+// that score. set_margin() is added for the set of runs that one happens to have, at most
+// most_margin nats. At least two runs.
 void set_alarm_from_runs(Thresholds *thresholds, const std::vector<float> &alone,
-                         const std::vector<float> &together, const CalibrationOptions &options);
+                         const std::vector<float> &together, const CalibrationOptions &options,
+                         double most_margin = std::numeric_limits<double>::infinity());
 
 // Features that may describe a region, with the outcome whose prediction stands for the feature
 // (0xffff: as measured): commands and context, then sensors; those that repeat an earlier one are

@@ -102,16 +102,21 @@ std::string promise_report(const Training &training, double false_alarm) {
         runs, 100.0 / static_cast<double>(runs + 1), 100.0 * false_alarm,
         std::ceil(1.0 / false_alarm - 1e-9) - 1.0, 100.0 * false_alarm);
   }
+  const auto margin = static_cast<double>(t.alarm_score - t.maxima[t.rank - 1]);
+  const bool is_limited = is_learnt_again(runs, training.plan.layout.external) &&
+                          margin > kMostMarginOfFew - 1e-3;
   text += fmt::format(
       "  promised: at most {:.1f} % of healthy runs raise any alarm\n"
       "  alarm at score {:.3g}: the {} of the {} runs' largest scores ({:.3g} to {:.3g}) and "
       "{:.2g} "
-      "more,\n"
-      "  for the promise to hold in {:.0f} of 100 sets of runs that one may happen to learn from\n",
+      "more,\n  {}\n",
       100.0 * promised, static_cast<double>(t.alarm_score),
       t.rank == runs ? std::string("highest") : ordinal(runs - t.rank + 1) + " highest", runs,
-      static_cast<double>(t.maxima.front()), static_cast<double>(t.maxima.back()),
-      static_cast<double>(t.alarm_score - t.maxima[t.rank - 1]), 100.0 * kSetsKept);
+      static_cast<double>(t.maxima.front()), static_cast<double>(t.maxima.back()), margin,
+      is_limited ? "the most for so few runs: the promise is an average over sets of runs"
+                 : fmt::format("for the promise to hold in {:.0f} of 100 sets of runs that one may "
+                               "happen to learn from",
+                               100.0 * kSetsKept));
   return text;
 }
 

@@ -12,6 +12,7 @@
 #include "util/error.hpp"
 #include "util/memory.hpp"
 #include "util/parallel_for.hpp"
+#include "util/progress.hpp"
 
 extern "C" {
 #include "image/basis.h"
@@ -337,6 +338,7 @@ Judgement judge_many(const HealthyRuns &healthy, const Learnt &learnt,
 Judgement judge_few(const HealthyRuns &healthy) {
   Judgement j;
   j.runs.resize(healthy.runs.size());
+  Progress progress("learn without each", j.runs.size());
   for (std::size_t r = 0; r < j.runs.size(); ++r) {
     j.stores.push_back(std::make_unique<const RunStore>(healthy.runs.without(r)));
     const RunStore &store = *j.stores.back();
@@ -345,6 +347,7 @@ Judgement judge_few(const HealthyRuns &healthy) {
     j.noise.push_back(std::make_unique<const NoiseModel>(
         noise_without(healthy, *j.learnt.back(), {all.begin(), all.end() - 1}, kFolds)));
     j.runs[r] = {all.back(), &j.learnt.back()->basis, j.noise.back().get()};
+    progress.add();
   }
   return j;
 }
@@ -363,7 +366,7 @@ Training train(HealthyRuns healthy, const TrainOptions &options) {
   plan = healthy.plan;
   training.warnings = healthy.warnings;
   training.input = healthy.input;
-  const bool few = runs.size() <= kFewRuns && !plan.layout.external;
+  const bool few = is_learnt_again(runs.size(), plan.layout.external);
   Judgement judgement = few ? judge_few(healthy) : Judgement{};
   Learnt learnt = learn(healthy, runs);
   runs.forget_wide(); // what is not needed any more goes

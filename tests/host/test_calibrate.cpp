@@ -80,6 +80,9 @@ void one_odd_run_does_not_set_the_alarm(void **) {
   const double scale = static_cast<double>(alone[23] - alone[15]) / std::log(2.0);
   const double margin = scale * std::log(std::log(20.0)); // 1 - exp(-log(20)) = kSetsKept
   assert_true(near(alarm(alone, alone), largest + margin));
+  rim::Thresholds limited;
+  rim::set_alarm_from_runs(&limited, alone, alone, rim::CalibrationOptions{}, 1.0);
+  assert_true(margin > 1.5 && near(static_cast<double>(limited.alarm_score), largest + 1.0));
   std::vector<float> odd = alone, together = alone;
   odd[30] = 20.0F;     // twice the largest of the others, and like them
   together[30] = 3.0F; // not below the second

@@ -209,7 +209,6 @@ static double correction_after(const rim_bandit_config *c, deviation of) {
   return mean - gp_mean;
 }
 
-/* A slope is no RIM to `gain`, since a GP has it as well; by ln anom alone it is one. */
 /* A reward teaches by how much it is above what was expected there, and is expected from then on,
  * whatever was expected. */
 static void a_reward_is_learnt_against_what_was_expected(void **state) {
@@ -233,6 +232,7 @@ static void a_reward_is_learnt_against_what_was_expected(void **state) {
   }
 }
 
+/* A slope is no RIM to `gain`, since a GP has it as well; by ln anom alone it is one. */
 static void what_is_smooth_is_left_to_the_gp(void **state) {
   (void)state;
   rim_bandit_config c = config_of(RIM_BANDIT_RIM_GP_UCB);

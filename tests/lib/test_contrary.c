@@ -196,6 +196,38 @@ static void what_was_said_first_needs_more(void **state) {
   }
 }
 
+/* Both are off, the rest by more, so that neither leaves a baseline as healthy runs have it: the
+ * one that is clearly likelier with its baseline counted is said, but not against a sign that was
+ * said well. */
+static void the_likelier_of_two_baselines_is_said(void **state) {
+  (void)state;
+  static bench b;
+  uint32_t cases = 0;
+  for (uint32_t seed = 0; seed < 8; ++seed) {
+    const world w = planted(seed, 6.0, -9.0);
+    start(&b, &w, BLOCKS);
+    feed(&b, 0, BLOCKS, TURN);
+    search_hypothesis h = region(EDGE_BIN, SEARCH_BINS - 1), rest = region(0, EDGE_BIN - 1);
+    assert_true(rimi_search_evaluate_channel(b.search, 0, &rest) && rest.shift < 0.0f);
+    assert_true(rimi_search_evaluate_channel(b.search, 0, &h) && h.shift > 0.0f);
+    const double nats = rimi_search_baseline(b.search, &h);
+    const double left = rimi_search_baseline(b.search, &rest);
+    if (left < 0.35 * nats || rest.score - left < h.score - nats + 5.0)
+      continue; /* the noise of this run made it another case */
+    ++cases;
+    for (int is_known = 0; is_known < 2; ++is_known) {
+      search_hypothesis said = h;
+      double onset_sd;
+      if (is_known) /* small enough for its baseline to be looked at */
+        said.score = (float)rimi_min((double)h.score, 19.0 * (nats - 2.0));
+      const bool turned = rimi_search_against_nominal(b.search, 0, &said, is_known, &onset_sd);
+      assert_int_equal(turned, !is_known);
+      assert_true(turned ? said.shift < 0.0f : said.shift > 0.0f);
+    }
+  }
+  assert_true(cases > 3);
+}
+
 /* Where the search has found no region yet, what lies beside is looked for all the same; where a
  * region takes in everything, nothing does. */
 static void a_contrary_without_a_region(void **state) {
@@ -240,6 +272,7 @@ int main(void) {
       cmocka_unit_test(a_reset_forgets_what_was_best),
       cmocka_unit_test(one_feature_has_no_pairs),
       cmocka_unit_test(what_is_no_shift_has_no_contrary),
+      cmocka_unit_test(the_likelier_of_two_baselines_is_said),
       cmocka_unit_test(what_was_said_first_needs_more),
       cmocka_unit_test(a_contrary_without_a_region),
       cmocka_unit_test(what_lies_beside_is_not_the_region_again),

@@ -288,8 +288,8 @@ static void a_value_out_of_range_is_named_in_its_row(void **state) {
 
 /* ---- training and the caller's own predictions together ---- */
 
-/* An image that is trained on rows with the caller's own predictions. */
-static recipe with_predictions(void) {
+/* A monitor whose image is trained on rows with the caller's own predictions. */
+static void start_with_predictions(bench *b) {
   recipe r = calibrated[false];
   set_word(&r, RIM_CONFIG_EXTERNAL, 1);
   r.section[RIM_SECTION_BEHAVIOUR].size = r.section[RIM_SECTION_OUTCOMES].size = 0;
@@ -299,24 +299,27 @@ static recipe with_predictions(void) {
     uint8_t *channel = noise->byte + 4 * (NOISE_HEADER_WORDS + c * words);
     put_f32(channel + 12, 0.5);
   }
-  return r;
+  memset(b, 0, sizeof *b);
+  b->external = true;
+  build(&b->blob, &r);
+  start(b);
+}
+
+static void make_row_with_predictions(row *now, uint32_t run, uint32_t t) {
+  make_row(now, true, run, t, 0.0);
+  now->context[1] = now->context[2] = 0.0; /* within this image's ranges */
 }
 
 /* The caller predicts readings and not how they scatter: block after block, scatter is what was
  * measured, whatever the block before was expected to be. */
 static void nothing_is_predicted_of_scatter_beside_own_predictions(void **state) {
   (void)state;
-  const recipe r = with_predictions();
   bench b;
-  memset(&b, 0, sizeof b);
-  b.external = true;
-  build(&b.blob, &r);
-  start(&b);
+  start_with_predictions(&b);
   for (uint32_t t = 0; t < 20 * BLOCK; ++t) {
     row now;
     rim_verdict v;
-    make_row(&now, true, 601, t, 0.0);
-    now.context[1] = now.context[2] = 0.0; /* within this image's ranges */
+    make_row_with_predictions(&now, 601, t);
     assert_int_equal(rim_monitor_step(b.monitor, &now.view, &v), RIM_OK);
     if (t % BLOCK != BLOCK - 1)
       continue;
@@ -332,17 +335,12 @@ static void nothing_is_predicted_of_scatter_beside_own_predictions(void **state)
  * counted; the next one is taken. */
 static void a_block_that_overflows_is_refused(void **state) {
   (void)state;
-  const recipe r = with_predictions();
   bench b;
-  memset(&b, 0, sizeof b);
-  b.external = true;
-  build(&b.blob, &r);
-  start(&b);
+  start_with_predictions(&b);
   for (uint32_t t = 0; t < 10 * BLOCK; ++t) {
     row now;
     rim_verdict v;
-    make_row(&now, true, 602, t, 0.0);
-    now.context[1] = now.context[2] = 0.0;
+    make_row_with_predictions(&now, 602, t);
     if (t / BLOCK == 5)
       now.mean[0] = now.outcome[0] = 1e308;
     assert_int_equal(rim_monitor_step(b.monitor, &now.view, &v), RIM_OK);
@@ -353,19 +351,14 @@ static void a_block_that_overflows_is_refused(void **state) {
 
 static void rows_with_predictions_can_be_trained(void **state) {
   (void)state;
-  const recipe r = with_predictions();
   bench b;
-  memset(&b, 0, sizeof b);
-  b.external = true;
-  build(&b.blob, &r);
-  start(&b);
+  start_with_predictions(&b);
   found n;
   memset(&n, 0, sizeof n);
   for (uint32_t t = 0; t < ROWS; ++t) {
     row now;
     rim_verdict v;
-    make_row(&now, true, 600, t, 0.0);
-    now.context[1] = now.context[2] = 0.0; /* within this image's ranges */
+    make_row_with_predictions(&now, 600, t);
     now.outcome[1] += t >= 600 ? 0.4 : 0.0;
     assert_int_equal(rim_monitor_step(b.monitor, &now.view, &v), RIM_OK);
     if (v.alarm.state == RIM_ALARM_RAISED)

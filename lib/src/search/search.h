@@ -151,10 +151,11 @@ bool rimi_search_passed(rim_search *search, uint32_t channel, const search_hypot
                         search_hypothesis *out);
 
 /* A shift is meant against nominal: where h leaves a baseline that no healthy run has, and a region
- * explains at least half as much without one, h becomes that, mostly with the other sign; *onset_sd
- * is then that of its onset, in blocks, and the result is true. is_known: h's sign was said
- * before, of what began when the run's effects were known, and it takes more to turn it. Cost: as
- * of rimi_search_beside(), twice, and of rimi_search_passed(). */
+ * explains at least half as much without one, or is some nats likelier when the baselines are
+ * counted, h becomes that, mostly with the other sign; *onset_sd is then that of its onset, in
+ * blocks, and the result is true. is_known: h's sign was said before, of what began when the run's
+ * effects were known: it takes more to turn it, and only a region without such a baseline does.
+ * Cost: as of rimi_search_beside(), twice, and of rimi_search_passed(). */
 bool rimi_search_against_nominal(rim_search *search, uint32_t channel, search_hypothesis *h,
                                  bool is_known, double *onset_sd);
 
