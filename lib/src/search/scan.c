@@ -39,12 +39,10 @@ search_mask rimi_search_mask_of(const rim_search *s, const search_hypothesis *h,
 
 /* Adds what block i is to a hypothesis to the sums. */
 static inline void add_block(const rim_search *s, uint32_t i, bool next_inside, search_sums *sums) {
-  const float *g = search_g(s, i);
   sums->n += 1.0;
   sums->d += (double)search_q(s)[i];
   sums->a += (double)search_a0(s)[i] + (next_inside ? (double)search_a1(s)[i] : 0.0);
-  for (uint32_t j = 0; j < s->fields; ++j)
-    sums->g[j] += (double)g[j];
+  search_add_fields(s->fields, sums->g, search_g(s, i));
 }
 
 void rimi_search_sum(rim_search *s, const search_hypothesis *h, search_sums *sums) {
@@ -102,13 +100,10 @@ static void fill_bins(rim_search *s, const search_mask *mask, uint32_t feature) 
       continue;
     }
     const uint32_t own = feature == BY_TIME ? w.i * SEARCH_BINS / s->held : bin[w.feature[feature]];
-    const float *g = search_g(s, w.i);
-    float *sum = bins->g[own];
     bins->n[own] += 1.0f;
     bins->d[own] += q[w.i];
     bins->a[own] += a0[w.i];
-    for (uint32_t j = 0; j < k; ++j)
-      sum[j] += g[j];
+    search_add_floats(k, bins->g[own], search_g(s, w.i));
     if (next < SEARCH_BINS) {
       const uint32_t lo = own < next ? own : next, hi = own < next ? next : own;
       bins->pair[hi * (hi + 1u) / 2u + lo] += a1[w.i];
@@ -116,6 +111,8 @@ static void fill_bins(rim_search *s, const search_mask *mask, uint32_t feature) 
     next = own;
   }
   for (uint32_t hi = 1; hi < SEARCH_BINS; ++hi) {
+    if (!(bins->n[hi] > 0.0f))
+      continue; /* all 0: no interval ends there */
     float *row = bins->pair + hi * (hi + 1u) / 2u;
     for (uint32_t lo = hi; lo-- > 0;)
       row[lo] += row[lo + 1u];
@@ -127,6 +124,7 @@ static void fill_bins(rim_search *s, const search_mask *mask, uint32_t feature) 
 static void best_interval(const rim_search *s, uint32_t ends, uint32_t *best_first,
                           uint32_t *best_last) {
   const search_bins *bins = &s->bins;
+  const uint32_t fields = s->fields;
   double best = 0.0;
   *best_first = 0;
   *best_last = SEARCH_BINS;
@@ -140,11 +138,8 @@ static void best_interval(const rim_search *s, uint32_t ends, uint32_t *best_fir
       sums.n += (double)bins->n[last];
       sums.d += (double)bins->d[last];
       sums.a += (double)bins->a[last] + (double)bins->pair[last * (last + 1u) / 2u + first];
-      double a = sums.a;
-      for (uint32_t j = 0; j < s->fields; ++j) {
-        sums.g[j] += (double)bins->g[last][j];
-        a -= sums.g[j] * sums.g[j];
-      }
+      search_add_fields(fields, sums.g, bins->g[last]);
+      const double a = search_unexplained(fields, sums.a, sums.g);
       if (sums.n < (double)SEARCH_LEAST || !(a > 1e-6 * sums.a) || !(sums.d * sums.d > best * a))
         continue;
       best = sums.d * sums.d / a;
@@ -223,12 +218,10 @@ static void fill_cells(rim_search *s, uint32_t x, uint32_t y) {
       continue;
     }
     const uint32_t k = (uint32_t)cell_x[w.feature[x]] * CELLS + cell_y[w.feature[y]];
-    const float *g = search_g(s, w.i);
     cells->n[k] += 1.0f;
     cells->d[k] += search_q(s)[w.i];
     cells->a[k] += search_a0(s)[w.i] + (next == k ? search_a1(s)[w.i] : 0.0f);
-    for (uint32_t j = 0; j < fields; ++j)
-      cells->g[k][j] += g[j];
+    search_add_floats(fields, cells->g[k], search_g(s, w.i));
     next = k;
   }
 }
@@ -240,8 +233,7 @@ static void add_column(const rim_search *s, uint32_t x, search_sums *strip) {
     strip[y].n += (double)s->cells.n[k];
     strip[y].d += (double)s->cells.d[k];
     strip[y].a += (double)s->cells.a[k];
-    for (uint32_t j = 0; j < s->fields; ++j)
-      strip[y].g[j] += (double)s->cells.g[k][j];
+    search_add_fields(s->fields, strip[y].g, s->cells.g[k]);
   }
 }
 
@@ -258,11 +250,9 @@ static void scan_strip(const rim_search *s, const search_sums *strip, uint32_t x
       sums.n += strip[y1].n;
       sums.d += strip[y1].d;
       sums.a += strip[y1].a;
-      double a = sums.a;
-      for (uint32_t j = 0; j < s->fields; ++j) {
+      for (uint32_t j = 0; j < s->fields; ++j)
         sums.g[j] += strip[y1].g[j];
-        a -= sums.g[j] * sums.g[j];
-      }
+      const double a = search_unexplained(s->fields, sums.a, sums.g);
       if (y1 - y0 + 1u == CELLS || sums.n < (double)SEARCH_LEAST || !(a > 1e-6 * sums.a) ||
           !(sums.d * sums.d > best->ratio * a))
         continue;

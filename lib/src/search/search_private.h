@@ -26,6 +26,41 @@ typedef struct search_sums {
   double g[NOISE_MAX_FIELDS];
 } search_sums;
 
+/* Sums over a channel's fields. `rim train` makes four: written out, each takes a third fewer
+ * instructions, with the same bits. As loops of four they become vectors, whose loads wait for the
+ * stores of single numbers before them, and are slower than loops of k. */
+#define SEARCH_USUAL_FIELDS 4u
+static inline void search_add_floats(uint32_t k, float *restrict sum, const float *restrict g) {
+  if (k == SEARCH_USUAL_FIELDS) {
+    sum[0] += g[0];
+    sum[1] += g[1];
+    sum[2] += g[2];
+    sum[3] += g[3];
+    return;
+  }
+  for (uint32_t j = 0; j < k; ++j)
+    sum[j] += g[j];
+}
+static inline void search_add_fields(uint32_t k, double *restrict sum, const float *restrict g) {
+  if (k == SEARCH_USUAL_FIELDS) {
+    sum[0] += (double)g[0];
+    sum[1] += (double)g[1];
+    sum[2] += (double)g[2];
+    sum[3] += (double)g[3];
+    return;
+  }
+  for (uint32_t j = 0; j < k; ++j)
+    sum[j] += (double)g[j];
+}
+/* A less what the fields explain of it. */
+static inline double search_unexplained(uint32_t k, double a, const double *g) {
+  if (k == SEARCH_USUAL_FIELDS)
+    return a - g[0] * g[0] - g[1] * g[1] - g[2] * g[2] - g[3] * g[3];
+  for (uint32_t j = 0; j < k; ++j)
+    a -= g[j] * g[j];
+  return a;
+}
+
 /* Sums per bin of one feature, and per cell of two. */
 typedef struct search_bins {
   float n[SEARCH_BINS], d[SEARCH_BINS], a[SEARCH_BINS];
@@ -189,6 +224,7 @@ typedef struct search_walk {
   const uint8_t *first, *newest; /* of the ring's first and last slot */
   uint32_t stride;
   uint8_t at[2], low[2], width[2];
+  bool everywhere; /* no feature must be inside its bins */
   bool inside;
 } search_walk;
 
@@ -196,6 +232,7 @@ static inline search_walk search_walk_from(const rim_search *s, const search_mas
   const uint32_t to = mask->to != 0 && mask->to < s->held ? mask->to : s->held;
   search_walk w = {.i = to, .end = mask->from < to ? mask->from : to};
   w.stride = s->config.features;
+  w.everywhere = mask->dims == 0;
   w.first = search_features(s, 0);
   w.newest = search_features(s, s->config.ring - 1u);
   /* What lies after the first to come; the newest lies before the head. */
@@ -214,8 +251,8 @@ static inline bool search_walk_next(search_walk *w) {
     return false;
   --w->i;
   w->feature = w->feature == w->first ? w->newest : w->feature - w->stride;
-  w->inside = (uint8_t)(w->feature[w->at[0]] - w->low[0]) <= w->width[0] &&
-              (uint8_t)(w->feature[w->at[1]] - w->low[1]) <= w->width[1];
+  w->inside = w->everywhere || ((uint8_t)(w->feature[w->at[0]] - w->low[0]) <= w->width[0] &&
+                                (uint8_t)(w->feature[w->at[1]] - w->low[1]) <= w->width[1]);
   return true;
 }
 

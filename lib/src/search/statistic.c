@@ -63,9 +63,7 @@ static void set_score(const rim_search *s, search_hypothesis *h) {
 }
 
 void rimi_search_judge(const rim_search *s, const search_sums *sums, search_hypothesis *h) {
-  double a = sums->a;
-  for (uint32_t k = 0; k < s->fields; ++k)
-    a -= sums->g[k] * sums->g[k];
+  const double a = search_unexplained(s->fields, sums->a, sums->g);
   h->blocks = (uint32_t)sums->n;
   if (!(a > LEAST_INFORMATION * sums->a) || !(a > 0.0) || sums->n < (double)SEARCH_LEAST) {
     h->ln_ratio = 0.0f;
@@ -202,9 +200,7 @@ typedef struct best_onset {
 } best_onset;
 
 static void judge_time(const rim_search *s, const search_sums *sums, uint32_t i, best_onset *best) {
-  double a = sums->a;
-  for (uint32_t j = 0; j < s->fields; ++j)
-    a -= sums->g[j] * sums->g[j];
+  const double a = search_unexplained(s->fields, sums->a, sums->g);
   const double square = sums->d * sums->d;
   if (!(a > LEAST_INFORMATION * sums->a) || !(square * best->a > best->square * a) ||
       sums->n < (double)SEARCH_LEAST)
@@ -241,8 +237,7 @@ static void scan_time(rim_search *s) {
     since.n += 1.0;
     since.d += q;
     since.a += a0 + a1;
-    for (uint32_t j = 0; j < k; ++j)
-      since.g[j] += (double)g[j];
+    search_add_fields(k, since.g, g);
     judge_time(s, &since, i, &best[SEARCH_SINCE]);
     if (!is_mean)
       continue;
@@ -391,8 +386,7 @@ void rimi_search_scan_end(const rim_search *s, search_hypothesis *h) {
       sums.n += 1.0;
       sums.d += (double)search_q(s)[i];
       sums.a += (double)a0[i] + (inside ? (double)a1[i - 1u] : 0.0);
-      for (uint32_t j = 0; j < s->fields; ++j)
-        sums.g[j] += (double)search_g(s, i)[j];
+      search_add_fields(s->fields, sums.g, search_g(s, i));
     }
     inside = known;
     now.end = oldest + i + 1u;
@@ -438,12 +432,10 @@ void rimi_search_scan_onset(const rim_search *s, const search_mask *mask, search
       next_inside = false;
       continue;
     }
-    const float *g = search_g(s, i);
     sums.n += 1.0;
     sums.d += (double)search_q(s)[i];
     sums.a += (double)search_a0(s)[i] + (next_inside ? (double)search_a1(s)[i] : 0.0);
-    for (uint32_t j = 0; j < s->fields; ++j)
-      sums.g[j] += (double)g[j];
+    search_add_fields(s->fields, sums.g, search_g(s, i));
     next_inside = true;
     judge_time(s, &sums, i, &best);
     if (sd == NULL)
