@@ -19,14 +19,7 @@ fault alone. All faults, also those of a region, begin at 25 to 60 % of the run.
 """
 import collections
 import math
-import os
 import random
-import sys
-
-# common.py lies beside this file; while it is elsewhere, in the folder it was drawn for
-HERE = os.path.dirname(os.path.abspath(__file__))
-BESIDE = os.path.exists(os.path.join(HERE, "common.py"))
-sys.path.insert(0, HERE if BESIDE else "/work/main/tests/vehicles")
 
 import common
 from common import Physical, clip, wrap
