@@ -19,11 +19,12 @@ import kin
 import verdict
 import vehicles as V
 import wrong_input
+import yard
 
 SEED = 4711
 
 
-KINDS = [(M, v) for M in (V, blind, kin, fleet) for v in M.VEHICLES]
+KINDS = [(M, v) for M in (V, blind, kin, fleet, yard) for v in M.VEHICLES]
 
 
 def some(M, vehicle):

@@ -479,6 +479,8 @@ class Balloon(Machine):
 
 KIND = {"buggy": Buggy, "stage": Stage, "cell": Cell, "balloon": Balloon}
 VEHICLES = tuple(KIND)
+RATE = {v: k.DT for v, k in KIND.items()}
+LENGTH = {v: k.ROWS for v, k in KIND.items()}
 FAULTS = {name: kind.SENSOR_FAULTS + tuple(kind.PHYSICAL) for name, kind in KIND.items()}
 
 
