@@ -26,7 +26,7 @@ typedef struct search_sums {
   double g[NOISE_MAX_FIELDS];
 } search_sums;
 
-/* Sums over a channel's fields. `rim train` makes four: written out, each takes a third fewer
+/* Sums over a channel's fields. `rim train` makes four: written out, each takes fewer
  * instructions, with the same bits. As loops of four they become vectors, whose loads wait for the
  * stores of single numbers before them, and are slower than loops of k. */
 #define SEARCH_USUAL_FIELDS 4u
